@@ -1,0 +1,2 @@
+addSbtPlugin("org.scalameta" % "sbt-scalafmt"  % "2.5.2")
+addSbtPlugin("com.eed3si9n"  % "sbt-buildinfo" % "0.13.1")

@@ -1,0 +1,2 @@
+package flyframe
+object Main { def main(args: Array[String]): Unit = () }

@@ -1,0 +1,67 @@
+package flyframe.registers
+
+/** What one side (ECAT or PDI) may do with a register. */
+sealed abstract class Access(val code: String, val readable: Boolean, val writable: Boolean)
+object Access {
+  case object None      extends Access("-", false, false)
+  case object Read      extends Access("r", true, false)
+  case object ReadWrite extends Access("rw", true, true)
+
+  /** A write of any value clears the register and its whole group (ERR-10). */
+  case object ReadClear extends Access("r/clr", true, true)
+}
+
+/** Where a field's value comes from. */
+sealed trait Source
+object Source {
+
+  /** Fixed when the hardware is built: the reset value. */
+  case object Constant extends Source
+
+  /** Flip-flops written by a bus; `hardwareSet`: a unit may load it as well. */
+  final case class Stored(hardwareSet: Boolean = false) extends Source
+
+  /** Driven by a unit of the controller. */
+  case object Status extends Source
+
+  /** Counts events up to 0xFF and stays there (ERR-10); cleared with all other counters of `group`. */
+  final case class Counter(group: String) extends Source
+}
+
+/** Bits `high` to `low` (within the register, little endian) of a register. `name` is the signal name in the RTL. */
+final case class Field(
+    name: String,
+    high: Int,
+    low: Int,
+    source: Source,
+    reset: BigInt,
+    meaning: String
+) {
+  require(high >= low && low >= 0, s"field $name: bits $high:$low")
+  def width: Int = high - low + 1
+}
+
+/** One register: the only place where its address, layout, access, reset and meaning are written down. RTL decode, golden model,
+  * `docs/registers.md`, the C header and the register tests are derived from it.
+  *
+  * Bits without a field are reserved: they read 0 and ignore writes. All `bytes` of a register have its access.
+  *
+  * @param address first byte, 0x0000 to 0x0F7F
+  * @param rule    rule of the specification it implements
+  */
+final case class Register(
+    name: String,
+    title: String,
+    address: Int,
+    bytes: Int,
+    ecat: Access,
+    pdi: Access,
+    rule: String,
+    fields: Seq[Field]
+) {
+  require(fields.forall(_.high < 8 * bytes), s"register $name: field beyond its $bytes bytes")
+  def covers(byteAddress: Int): Boolean = byteAddress >= address && byteAddress < address + bytes
+
+  /** The byte addresses of this register. */
+  def range: Range = address until address + bytes
+}
