@@ -1,2 +1,141 @@
 package flyframe
-object Main { def main(args: Array[String]): Unit = () }
+
+import java.nio.file.{Files, Path, Paths}
+import scopt.{OParser, OParserBuilder}
+import flyframe.params.{EscParams, ParamInfo, ParamTable, Preset, Presets}
+
+/** What the command line asks for. */
+final case class Request(
+    preset: String = Presets.default.name,
+    name: Option[String] = None,
+    overrides: Seq[(ParamInfo, Int)] = Nil,
+    all: Boolean = false,
+    list: Boolean = false,
+    out: Path = Paths.get("generated"),
+    docs: Option[Path] = None
+)
+
+/** The command line: lists presets and parameters, and emits Verilog. Exit code 0, or 2 with one sentence on standard error. */
+object Main {
+  private implicit val readPath: scopt.Read[Path] = scopt.Read.stringRead.map(Paths.get(_))
+
+  private def number(text: String): Int =
+    try Integer.decode(text)
+    catch { case _: NumberFormatException => throw new IllegalArgumentException(s"'$text' is not a whole number") }
+  private implicit val readInt: scopt.Read[Int] = scopt.Read.stringRead.map(number)
+
+  private val default = Presets.default.params
+
+  private val parser: OParser[_, Request] = {
+    val builder: OParserBuilder[Request] = OParser.builder[Request]
+    import builder._
+    val parameters = ParamTable.all.map { i =>
+      opt[Int](i.name)
+        .valueName("<n>")
+        .text(s"${i.text}; default ${i.show(default)}; range ${i.range}${if (i.unit == "code") "" else " " + i.unit}")
+        .action((value, r) => r.copy(overrides = r.overrides :+ (i -> value)))
+    }
+    OParser.sequence(
+      programName("flyframe"),
+      head("flyframe", BuildInfo.version, "- Verilog of EtherCAT slave controllers from one set of parameters"),
+      help("help").text("this text"),
+      opt[Unit]("list").text("list the presets").action((_, r) => r.copy(list = true)),
+      opt[String]("preset")
+        .valueName("<name>")
+        .text(s"start from this preset; default ${Presets.default.name}")
+        .action((v, r) => r.copy(preset = v)),
+      opt[Unit]("all").text("emit every preset").action((_, r) => r.copy(all = true)),
+      opt[String]("name")
+        .valueName("<name>")
+        .text("name of the files and the top module; default: the preset, with -custom if a parameter was changed")
+        .action((v, r) => r.copy(name = Some(v))),
+      opt[Path]("out").valueName("<dir>").text("where to write; default generated").action((v, r) => r.copy(out = v)),
+      opt[Path]("docs")
+        .valueName("<dir>")
+        .text("also write registers.md there")
+        .action((v, r) => r.copy(docs = Some(v))),
+      note("\nParameters (defaults are those of the default preset; hexadecimal with 0x):"),
+      OParser.sequence(parameters.head, parameters.tail: _*)
+    )
+  }
+
+  /** The parameter sets `request` asks for, or why there is none. */
+  def resolve(request: Request): Either[String, Seq[EscParams]] =
+    if (request.all && (request.overrides.nonEmpty || request.name.nonEmpty))
+      Left("--all emits the presets as they are and goes with neither --name nor a parameter.")
+    else if (request.all) Right(Presets.all.map(_.params))
+    else
+      for {
+        preset <- Presets
+          .named(request.preset)
+          .toRight(s"preset is ${request.preset} but must be one of ${Presets.all.map(_.name).mkString(", ")}.")
+        name = request.name.getOrElse(preset.name + (if (request.overrides.isEmpty) "" else "-custom"))
+        _ <- Either.cond(
+          name.matches("[A-Za-z][A-Za-z0-9_-]*"),
+          (),
+          s"name is '$name' but must be a letter followed by letters, digits, '-' or '_'."
+        )
+        changed = request.overrides.foldLeft(preset.params) { case (p, (info, value)) => info.set(p, value) }
+        checked <- EscParams.check(changed.copy(preset = name))
+      } yield Seq(checked)
+
+  private def listPresets(): Unit = Presets.all.foreach { case Preset(p, text, note) =>
+    println(f"${p.preset}%-18s $text${note.map(n => s"\n${" " * 19}$n").getOrElse("")}")
+  }
+
+  /** Writes a file in one step, so that an interruption leaves the old one. */
+  private def write(path: Path, text: String): Unit = {
+    val fresh = Files.createTempFile(path.toAbsolutePath.getParent, path.getFileName.toString, ".new")
+    Files.writeString(fresh, text)
+    Files.move(fresh, path, java.nio.file.StandardCopyOption.REPLACE_EXISTING)
+  }
+
+  private def emit(request: Request, sets: Seq[EscParams]): Unit = {
+    // Everything is made before anything is written.
+    val texts = sets.zipWithIndex.flatMap { case (p, i) =>
+      println(s"[${i + 1}/${sets.size}] ${p.preset}: elaborating")
+      val base = request.out.resolve(p.preset).toString
+      Seq(
+        s"$base.v"    -> Emit.verilog(p),
+        s"$base.h"    -> Documents.cHeader(p),
+        s"$base.json" -> Documents.json(p)
+      )
+    } ++ request.docs.map(_.resolve("registers.md").toString -> Documents.registers(sets.last))
+    (request.out +: request.docs.toSeq).foreach(d => Files.createDirectories(d))
+    texts.foreach { case (path, text) =>
+      write(Paths.get(path), text)
+      println(s"wrote $path")
+    }
+  }
+
+  /** Runs the command line `args`; the result is the exit code. */
+  def run(args: Seq[String]): Int = {
+    def refuse(sentence: String): Int = {
+      Console.err.println(sentence)
+      2
+    }
+    OParser.runParser(parser, args, Request()) match {
+      case (parsed, effects) =>
+        val messages = effects.collect { case scopt.OEffect.ReportError(text) => text }
+        val shown    = effects.collect { case scopt.OEffect.DisplayToOut(text) => text }
+        if (messages.nonEmpty) refuse(messages.head + (if (messages.head.endsWith(".")) "" else "."))
+        else if (shown.nonEmpty) { shown.foreach(println); 0 }
+        else
+          parsed match {
+            case None                  => refuse("The arguments could not be read; --help lists them.")
+            case Some(r) if r.list     => listPresets(); 0
+            case Some(r) =>
+              resolve(r) match {
+                case Left(sentence) => refuse(sentence)
+                case Right(sets) =>
+                  try { emit(r, sets); 0 }
+                  catch {
+                    case e: java.io.IOException => refuse(s"${r.out} cannot be written (${e.getClass.getSimpleName}).")
+                  }
+              }
+          }
+    }
+  }
+
+  def main(args: Array[String]): Unit = sys.exit(run(args.toSeq))
+}

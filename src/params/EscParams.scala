@@ -99,7 +99,7 @@ object ParamTable {
       "registerWritesPerFrame",
       "register bytes one frame may write (0: as many as the core clock can commit, at most 256)",
       "bytes",
-      between(0, 352)
+      ("0 (derived) or 16 to 352", v => v == 0 || (v >= 16 && v <= 352))
     )(_.registerWritesPerFrame)((p, v) => p.copy(registerWritesPerFrame = v)),
     info("txShift", "delay of TXD and TX_EN against the nibble slot", "core cycles", between(0, 4))(_.txShift)((p, v) =>
       p.copy(txShift = v)

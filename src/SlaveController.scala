@@ -1,0 +1,143 @@
+package flyframe
+
+import chisel3._
+import chisel3.util._
+import flyframe.clocks.{LevelCrossing, MiiRxCrossing}
+import flyframe.frame.FrameProcessor
+import flyframe.memory.{EscMemory, HostPort}
+import flyframe.mii.{MiiReceiver, MiiTransmitter, NibbleStream}
+import flyframe.params.EscParams
+import flyframe.port.{LoopControl, SlotTimer, TemporaryLoops}
+
+/** The pins of one MII port; `link` is high while the PHY reports a link. */
+class MiiPort extends Bundle {
+  val rx_clk = Input(Clock())
+  val rx_dv  = Input(Bool())
+  val rx_er  = Input(Bool())
+  val rxd    = Input(UInt(4.W))
+  val link   = Input(Bool())
+  val tx_en  = Output(Bool())
+  val txd    = Output(UInt(4.W))
+}
+
+/** An EtherCAT slave controller: 1 to 4 MII ports, the processing unit, registers, memory and a host port.
+  *
+  * The wire path, in the order of LP-07: port 0 - processing unit - port 3 - port 1 - port 2 - port 0; a closed loop passes the
+  * stream on, an open one sends it out and goes on with what comes in. Each nibble slot has three steps, one core cycle apart:
+  * receivers give a nibble, the processing unit takes it, transmitters send.
+  *
+  * @param p a parameter set without [[EscParams.problems]]
+  */
+class SlaveController(p: EscParams) extends Module {
+  override def desiredName = p.topName
+
+  val phy_clk_ref     = IO(Input(Bool()))
+  val pdi_operational = IO(Input(Bool()))
+  val mii             = IO(Vec(p.ports, new MiiPort))
+  val mii_tx_tick     = IO(Output(Bool()))
+  val host            = IO(new HostPort(p.lanes))
+
+  private val portNumbers = 0 until p.ports
+
+  // The three steps of a nibble slot.
+  private val slot        = Module(new SlotTimer(p.cyclesPerNibble))
+  private val receiveStep = slot.tick
+  private def later(step: Bool): Bool = if (p.cyclesPerNibble == 1) step else RegNext(step, false.B)
+  private val processStep  = later(receiveStep)
+  private val transmitStep = later(processStep)
+  slot.reference := phy_clk_ref
+
+  private val memory    = Module(new EscMemory(p))
+  private val processor = Module(new FrameProcessor(p))
+  private val loops     = Module(new LoopControl(p))
+  private val temporaryLoops = Module(new TemporaryLoops(p))
+  private val value     = memory.value
+
+  // Receivers.
+  private val links = mii.map { port =>
+    val crossing = Module(new LevelCrossing)
+    crossing.in := port.link
+    crossing.out
+  }
+  private val receivers = mii.zip(links).map { case (port, link) =>
+    val crossing = Module(new MiiRxCrossing(p.coreClockMhz))
+    val receiver = Module(new MiiReceiver)
+    crossing.rxClock     := port.rx_clk
+    crossing.pins.dv     := port.rx_dv
+    crossing.pins.er     := port.rx_er
+    crossing.pins.data   := port.rxd
+    crossing.shortMargin := value.uint("rx_fifo_size") < 4.U
+    receiver.symbols <> crossing.read
+    receiver.tick := receiveStep
+    receiver.cut  := RegNext(link, false.B) && !link
+    receiver
+  }
+
+  // The wire path.
+  private val transmitters = portNumbers.map(_ => Module(new MiiTransmitter))
+  private def through(number: Int, stream: NibbleStream): NibbleStream = {
+    val open = loops.open(number)
+    transmitters(number).in := Mux(open, stream, NibbleStream.idle)
+    loops.quiet(number)     := receivers(number).idle && !stream.valid
+    Mux(open, receivers(number).out, stream)
+  }
+  private val order = Seq(3, 1, 2, 0).filter(_ < p.ports)
+  processor.step := processStep
+  processor.in   := order.foldLeft(processor.out)((stream, number) => through(number, stream))
+
+  for ((port, transmitter) <- mii.zip(transmitters)) {
+    transmitter.tick := transmitStep
+    port.tx_en       := ShiftRegister(transmitter.txEn, p.txShift)
+    port.txd         := ShiftRegister(transmitter.txd, p.txShift)
+  }
+  mii_tx_tick := ShiftRegister(transmitStep, p.txShift + 1)
+
+  // Processing unit and memory.
+  processor.config.stationAddress     := value.uint("station_address")
+  processor.config.stationAlias       := value.uint("station_alias")
+  processor.config.aliasEnable        := value.bool("alias_enable")
+  processor.config.destroyNonEtherCat := value.bool("destroy_non_ethercat")
+  processor.config.circulating        := loops.circulating
+  processor.config.ecatEvents         := 0.U // no event register yet
+  memory.ecat <> processor.memory
+  memory.host <> host
+  private val operational = Module(new LevelCrossing)
+  operational.in := pdi_operational
+  memory.ramOpen := operational.out
+
+  // Loop control.
+  private def setting(y: Int) = value.uint(s"loop_port$y")
+  private val loopByte        = 0x0101
+  private val written         = memory.registerWrite
+  loops.settingWritten := written.valid &&
+    Cat(written.bits.address, 0.U(log2Ceil(p.lanes).W)) === (loopByte / p.lanes * p.lanes).U &&
+    written.bits.mask(loopByte % p.lanes)
+  temporaryLoops.commitStarts := memory.commitStarts
+  temporaryLoops.temporary    := value.bool("temporary_use")
+  memory.set.load("temporary_use").valid := temporaryLoops.restore
+  memory.set.load("temporary_use").bits  := 0.U
+  for (y <- portNumbers) {
+    loops.link(y)          := links(y)
+    loops.setting(y)       := setting(y)
+    loops.goodFrame(y)     := receivers(y).events.goodFrame
+    temporaryLoops.setting(y)   := setting(y)
+    memory.set.load(s"loop_port$y").valid := temporaryLoops.restore
+    memory.set.load(s"loop_port$y").bits  := temporaryLoops.former(y)
+  }
+
+  // Status and counters.
+  memory.status.uint("pdi_operational") := operational.out
+  memory.event.pulse("epu_error")       := processor.error
+  for (y <- portNumbers) {
+    val events = receivers(y).events
+    val counts = loops.open(y)
+    memory.status.uint(s"physical_link_port$y") := links(y)
+    memory.status.uint(s"communication_port$y") := links(y)
+    memory.status.uint(s"loop_closed_port$y")   := loops.reportClosed(y)
+    memory.event.pulse(s"invalid_frame_port$y")   := events.invalidFrame && counts
+    memory.event.pulse(s"rx_er_port$y")           := events.rxEr && counts
+    memory.event.pulse(s"forwarded_error_port$y") := events.forwardedError && counts
+    memory.event.pulse(s"lost_link_port$y") := RegNext(links(y), false.B) && !links(y) && counts &&
+      setting(y) === flyframe.port.LoopSetting.Auto.U
+  }
+}

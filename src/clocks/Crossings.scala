@@ -1,0 +1,129 @@
+package flyframe.clocks
+
+import chisel3._
+import chisel3.util._
+
+/** Every clock crossing of the project is one of the modules in this file; the constraint file finds them by their names. */
+object Crossings {
+
+  /** Binary to Gray code, same width. */
+  def toGray(binary: UInt): UInt = (binary ^ (binary >> 1))(binary.getWidth - 1, 0)
+
+  /** Gray code to binary, same width. */
+  def toBinary(gray: UInt): UInt =
+    VecInit((0 until gray.getWidth).map(i => gray(gray.getWidth - 1, i).xorR)).asUInt
+}
+
+/** Two flip-flops that bring a slow level into the clock of the module. Latency 2 to 3 cycles.
+  *
+  * No reset: the level settles by itself within two cycles.
+  */
+class LevelCrossing extends Module {
+  val in  = IO(Input(Bool()))
+  val out = IO(Output(Bool()))
+
+  private val meta   = RegNext(in)
+  private val stable = RegNext(meta)
+  out := stable
+}
+
+/** One symbol as the PHY gives it: RX_DV, RX_ER and RXD. */
+class MiiSymbol extends Bundle {
+  val dv   = Bool()
+  val er   = Bool()
+  val data = UInt(4.W)
+}
+
+/** The read side of [[MiiRxCrossing]], in the core clock. */
+class MiiRxCrossingRead extends Bundle {
+
+  /** The oldest symbol; meaningful while `available`. */
+  val symbol = Output(new MiiSymbol)
+
+  /** At least one symbol is waiting. */
+  val available = Output(Bool())
+
+  /** The oldest symbol has waited long enough for a whole frame to follow without a gap, whatever the clocks do within 100 ppm. */
+  val settled = Output(Bool())
+
+  /** Symbols have been, or are about to be, overwritten. */
+  val overflow = Output(Bool())
+
+  /** Take the oldest symbol. */
+  val take = Input(Bool())
+}
+
+/** Brings the symbols of one MII receiver from RX_CLK into the core clock (PHY-03): a small FIFO with Gray-coded write pointer.
+  *
+  * Symbols are written only while RX_DV or RX_ER is high, and once more behind them, so that the end is seen. No clock difference
+  * can add up between frames. A frame may start to be read when its first symbol has been visible for `margin` core cycles: over
+  * the longest frame (122 us) clocks 100 ppm apart slip 12 ns, so `margin` covers 12.2 ns, and 6.1 ns where the master asks for
+  * less (LP-12).
+  *
+  * The write side has no reset: in reset the read pointer follows the write pointer, wherever that is.
+  *
+  * @param coreClockMhz core clock in MHz: 25, 50, 100 or 125
+  */
+class MiiRxCrossing(coreClockMhz: Int) extends Module {
+  private val depth       = MiiRxCrossing.depth(coreClockMhz)
+  private val margin      = MiiRxCrossing.margin(coreClockMhz)
+  private val pointerBits = log2Ceil(depth) + 1
+
+  val rxClock     = IO(Input(Clock()))
+  val pins        = IO(Input(new MiiSymbol))
+  val shortMargin = IO(Input(Bool()))
+  val read        = IO(new MiiRxCrossingRead)
+
+  private val slots     = Wire(Vec(depth, new MiiSymbol))
+  private val writeGray = Wire(UInt(pointerBits.W))
+
+  withClock(rxClock) {
+    val wasActive = RegNext(pins.dv || pins.er)
+    val pointer   = Reg(UInt(pointerBits.W))
+    val gray      = Reg(UInt(pointerBits.W))
+    val storage   = Reg(Vec(depth, new MiiSymbol))
+    when(pins.dv || pins.er || wasActive) {
+      storage(pointer(pointerBits - 2, 0)) := pins
+      pointer                              := pointer + 1.U
+      gray                                 := Crossings.toGray(pointer + 1.U)
+    }
+    slots     := storage
+    writeGray := gray
+  }
+
+  // The crossing proper: a Gray pointer changes one bit at a time, and the storage it points to is stable when it arrives.
+  private def delayed(pointer: UInt): UInt = {
+    val register = Reg(UInt(pointerBits.W))
+    register := pointer
+    register
+  }
+  private val meta    = delayed(writeGray)
+  private val visible = delayed(meta)
+  private val earlier = Seq.iterate(visible, margin + 1)(delayed) // earlier(m): `visible` m cycles ago
+
+  private val pointer = Reg(UInt(pointerBits.W))
+  when(reset.asBool) {
+    pointer := Crossings.toBinary(visible)
+  }.elsewhen(read.take) {
+    pointer := pointer + 1.U
+  }
+
+  private val pointerGray = Crossings.toGray(pointer)
+  private val waiting     = Crossings.toBinary(visible) - pointer
+  read.symbol    := slots(pointer(pointerBits - 2, 0))
+  read.available := visible =/= pointerGray
+  read.settled   := Mux(shortMargin, earlier(1), earlier(margin)) =/= pointerGray
+  read.overflow  := waiting(pointerBits - 1)
+}
+
+object MiiRxCrossing {
+
+  /** Core cycles that cover `ns`. */
+  private def cycles(ns: Double, coreClockMhz: Int): Int = math.ceil(ns * coreClockMhz / 1000).toInt
+
+  /** Core cycles the first symbol of a frame waits (LP-12). */
+  def margin(coreClockMhz: Int): Int = cycles(12.2, coreClockMhz)
+
+  /** Symbols stored: a symbol stays 40 ns times this; at 25 MHz the synchroniser alone takes 80 ns. */
+  def depth(coreClockMhz: Int): Int = if (coreClockMhz == 25) 8 else 4
+}

@@ -1,0 +1,41 @@
+package flyframe.frame
+
+import chisel3._
+
+/** The datagram commands (FP section 5) and what they ask of an ESC. `code` is the low half of the command byte. */
+object Command {
+  val Aprd = 1
+  val Apwr = 2
+  val Aprw = 3
+  val Fprd = 4
+  val Fpwr = 5
+  val Fprw = 6
+  val Brd  = 7
+  val Bwr  = 8
+  val Brw  = 9
+  val Armw = 13
+  val Frmw = 14
+
+  private def oneOf(code: UInt, codes: Int*): Bool = codes.map(code === _.U).reduce(_ || _)
+
+  /** ADP is a position, 0 = this ESC (FP-14). */
+  def byPosition(code: UInt): Bool = oneOf(code, Aprd, Apwr, Aprw, Armw)
+
+  /** ADP is a station address (FP-15). */
+  def byStation(code: UInt): Bool = oneOf(code, Fprd, Fpwr, Fprw, Frmw)
+
+  /** Every ESC is addressed (FP-17). */
+  def broadcast(code: UInt): Bool = oneOf(code, Brd, Bwr, Brw)
+
+  /** ADP is incremented on the way (FP-22). */
+  def incrementsAdp(code: UInt): Bool = byPosition(code) || broadcast(code)
+
+  /** Reads where addressed. */
+  def reads(code: UInt): Bool = oneOf(code, Aprd, Aprw, Fprd, Fprw, Brd, Brw)
+
+  /** Writes where addressed. */
+  def writes(code: UInt): Bool = oneOf(code, Apwr, Aprw, Fpwr, Fprw, Bwr, Brw)
+
+  /** Reads where addressed, writes everywhere else (FP-24). */
+  def readsOneWritesOthers(code: UInt): Bool = oneOf(code, Armw, Frmw)
+}

@@ -1,0 +1,148 @@
+package flyframe.frame
+
+import chisel3._
+import chisel3.util._
+import flyframe.mii.NibbleStream
+
+/** Where in a frame the nibble at hand lies. */
+object Part extends ChiselEnum {
+
+  /** ethernet: addresses, VLAN tag, EtherType; ip: IP and UDP header; ethercat: its 2-byte header; header, data, counter: of a
+    * datagram; padding: behind the last datagram, FCS included; foreign: not EtherCAT, passes; ended: nothing more to pass.
+    */
+  val ethernet, ip, ethercat, header, data, counter, padding, foreign, ended = Value
+}
+
+/** The position in the frame, as [[FrameParser]] tells it for the nibble at hand. */
+class FramePosition extends Bundle {
+  val part = Part()
+
+  /** Byte within the part. */
+  val byte = UInt(5.W)
+
+  /** The nibble is the high half of its byte. */
+  val high = Bool()
+
+  /** Whole bytes of the frame before this one, up to 60. */
+  val frameBytes = UInt(6.W)
+
+  /** Whole bytes of padding and FCS before this one, up to 69. */
+  val paddingBytes = UInt(7.W)
+
+  /** Data bytes of the datagram that are still to come, this one included. */
+  val dataLeft = UInt(11.W)
+
+  /** Number of the datagram, from 0, up to 129. */
+  val datagram = UInt(8.W)
+
+  /** With this nibble it is decided that the frame is not EtherCAT (B-10). */
+  val notEtherCat = Bool()
+}
+
+/** Finds its way through a frame: Ethernet II, VLAN tag, UDP/IP, EtherCAT header, datagrams, padding (FP-01 to FP-07, B-10).
+  *
+  * @param abandon the frame ends for the processing unit with this nibble
+  */
+class FrameParser extends Module {
+  val step     = IO(Input(Bool())) // once per nibble slot
+  val in       = IO(Input(new NibbleStream))
+  val abandon  = IO(Input(Bool()))
+  val position = IO(Output(new FramePosition))
+
+  private val part         = RegInit(Part.ended) // reset: no frame is under way
+  private val byte         = Reg(UInt(5.W))
+  private val high         = Reg(Bool())
+  private val low          = Reg(UInt(4.W)) // low half of the byte at hand
+  private val previous     = Reg(UInt(8.W)) // the byte before
+  private val tagged       = Reg(Bool())
+  private val frameBytes   = Reg(UInt(6.W))
+  private val paddingBytes = Reg(UInt(7.W))
+  private val length       = Reg(UInt(11.W)) // data bytes of the datagram, then those left
+  private val more         = Reg(Bool())
+  private val datagram     = Reg(UInt(8.W))
+
+  private val whole = Cat(in.data, low)       // the byte at hand, with its high half
+  private val word  = Cat(previous, whole)    // big endian, as Ethernet and IP write their fields
+  private val atEnd = WireDefault(false.B)    // the last byte of the part
+  private val next  = WireDefault(part)       // the part behind `atEnd`
+  private val alien = WireDefault(false.B)    // this byte shows that the frame is not EtherCAT
+
+  private def at(n: Int): Bool = byte === n.U
+
+  switch(part) {
+    is(Part.ethernet) {
+      atEnd := at(13)
+      next  := Mux(word === 0x88a4.U, Part.ethercat, Part.ip)
+      alien := at(13) && word =/= 0x88a4.U && word =/= 0x0800.U && (word =/= 0x8100.U || tagged)
+    }
+    is(Part.ip) {
+      atEnd := at(27)
+      next  := Part.ethercat
+      alien := (at(0) && whole =/= 0x45.U) || (at(9) && whole =/= 0x11.U) || (at(23) && word =/= 0x88a4.U)
+    }
+    is(Part.ethercat) {
+      atEnd := at(1)
+      next  := Part.header
+      alien := at(1) && in.data =/= 1.U
+    }
+    is(Part.header) {
+      atEnd := at(9)
+      next  := Mux(length === 0.U, Part.counter, Part.data)
+    }
+    is(Part.data) {
+      atEnd := length === 1.U
+      next  := Part.counter
+    }
+    is(Part.counter) {
+      atEnd := at(1)
+      next  := Mux(more, Part.header, Part.padding)
+    }
+  }
+  private val isTag = part === Part.ethernet && at(13) && word === 0x8100.U && !tagged
+
+  position.part         := part
+  position.byte         := byte
+  position.high         := high
+  position.frameBytes   := frameBytes
+  position.paddingBytes := paddingBytes
+  position.dataLeft     := length
+  position.datagram     := datagram
+  position.notEtherCat  := high && alien
+
+  when(step && in.valid) {
+    when(!in.payload) {
+      part         := Part.ethernet
+      byte         := 0.U
+      high         := false.B
+      tagged       := false.B
+      frameBytes   := 0.U
+      paddingBytes := 0.U
+      datagram     := 0.U
+    }.otherwise {
+      high := !high
+      low  := in.data
+      when(part === Part.header) { // the length word, least significant nibble first
+        when((at(6)) || (at(7) && !high)) { length := Cat(in.data, length)(14, 4) }
+        when(at(7) && high) { more := in.data(3) }
+      }
+      when(high) {
+        previous := whole
+        byte     := byte + 1.U
+        when(frameBytes =/= 60.U) { frameBytes := frameBytes + 1.U }
+        when(part === Part.padding && paddingBytes =/= 69.U) { paddingBytes := paddingBytes + 1.U }
+        when(part === Part.data) { length := length - 1.U }
+        when(isTag) {
+          tagged := true.B
+          byte   := 10.U // two bytes of tag control, then the inner EtherType
+        }.elsewhen(alien) {
+          part := Part.foreign
+        }.elsewhen(atEnd) {
+          part := next
+          byte := 0.U
+          when(part === Part.counter && datagram =/= 129.U) { datagram := datagram + 1.U }
+        }
+      }
+    }
+    when(abandon || in.last) { part := Part.ended }
+  }
+}

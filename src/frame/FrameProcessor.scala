@@ -1,0 +1,151 @@
+package flyframe.frame
+
+import chisel3._
+import chisel3.util._
+import flyframe.memory.EcatAccess
+import flyframe.mii.{Crc32, NibbleStream}
+import flyframe.params.EscParams
+
+/** What the registers and the loop control tell the frame processor. */
+class FrameProcessorConfig extends Bundle {
+  val stationAddress = UInt(16.W)
+  val stationAlias   = UInt(16.W)
+  val aliasEnable    = Bool()
+
+  /** 0x0100[0]: destroy non-EtherCAT frames and set SOURCE_MAC[1] (FP-09, FP-10). */
+  val destroyNonEtherCat = Bool()
+
+  /** The loop of port 0 is closed by itself: the circulating-frame rule is active (LP-14). */
+  val circulating = Bool()
+
+  /** Event requests of this ESC that go into the IRQ field of every datagram (IRQ-08). */
+  val ecatEvents = UInt(16.W)
+}
+
+/** The ECAT processing unit: executes the datagrams of a passing frame on the fly, nibble by nibble.
+  *
+  * Every change is made in the nibble slot in which the nibble passes, so the unit delays the stream by one register and no more:
+  * ADP and working counter travel least significant nibble first and are incremented by one 4-bit adder; data are read ahead; the
+  * FCS is corrected by the CRC of the changes (B-13).
+  *
+  * @param p dataBusWidth and maxSubTelegrams are used
+  */
+class FrameProcessor(p: EscParams) extends Module {
+
+  /** Once per nibble slot. */
+  val step   = IO(Input(Bool()))
+  val in     = IO(Input(new NibbleStream))
+  val out    = IO(Output(new NibbleStream))
+  val config = IO(Input(new FrameProcessorConfig))
+  val memory = IO(new EcatAccess(p.lanes))
+
+  /** A frame was in error, or had more datagrams than are processed: one pulse per frame (B-15, B-16). */
+  val error = IO(Output(Bool()))
+
+  private val parser = Module(new FrameParser)
+  private val header = Module(new DatagramHeader)
+  private val access = Module(new DataAccess(p.lanes, bypass = p.cyclesPerNibble == 1))
+
+  private val position = parser.position
+  private val active   = step && in.valid
+  private val part     = position.part
+
+  parser.step           := step
+  parser.in             := in
+  header.step           := step
+  header.in             := in
+  header.position       := position
+  header.stationAddress := config.stationAddress
+  header.stationAlias   := config.stationAlias
+  header.aliasEnable    := config.aliasEnable
+  access.step           := step
+  access.in             := in
+  access.position       := position
+  access.request        := header.request
+  memory <> access.memory
+
+  private val tooMany = position.datagram >= p.maxSubTelegrams.U
+  access.enable := !tooMany
+
+  // 0x0100[0] as it was when the frame started (B-12).
+  private val destroy = Reg(Bool())
+  when(active && !in.payload) { destroy := config.destroyNonEtherCat }
+
+  private def at(where: Part.Type, bytes: Int*): Bool =
+    in.payload && part === where && bytes.map(position.byte === _.U).reduce(_ || _)
+
+  // ADP + 1 and working counter + increment: one nibble adder with carry.
+  private val carry     = Reg(Bool())
+  private val inAdp     = at(Part.header, 2, 3) && header.request.incrementsAdp && !tooMany
+  private val inCounter = at(Part.counter, 0, 1)
+  private val firstNibble = !position.high && !position.byte(0)
+  private val increment = Mux(
+    inCounter,
+    access.readSuccess +& Mux(header.request.readWrite, access.writeSuccess << 1, access.writeSuccess),
+    1.U(2.W)
+  )
+  private val sum = in.data +& Mux(firstNibble, increment, carry.asUInt)
+  when(active) { carry := sum(4) }
+
+  // IRQ field, nibble by nibble.
+  private val irqNibble =
+    VecInit((0 until 4).map(i => config.ecatEvents(4 * i + 3, 4 * i)))(Cat(position.byte(0), position.high))
+
+  private val lengthTop = at(Part.header, 7) && position.high // bits 15:12 of the length word: M, C, two reserved
+  private val circulate = lengthTop && config.circulating && !tooMany
+
+  // The CRC of the changes made so far. Behind the last datagram it is added to the FCS (B-13); it is zero from then on.
+  private val changes = Reg(UInt(32.W))
+  private val atFcs   = part === Part.padding && position.frameBytes === 60.U
+
+  private val data = WireDefault(in.data)
+  when(in.payload) {
+    when(at(Part.ethernet, 6) && !position.high && destroy) {
+      data := in.data | 2.U // SOURCE_MAC[1]
+    }.elsewhen(at(Part.ip, 26, 27)) {
+      data := 0.U // UDP checksum (FP-05)
+    }.elsewhen(inAdp || inCounter) {
+      data := sum
+    }.elsewhen(circulate) {
+      data := in.data | 4.U
+    }.elsewhen(at(Part.header, 8, 9) && !tooMany) {
+      data := in.data | irqNibble
+    }.elsewhen(access.readNow) {
+      data := access.readNibble | Mux(header.request.broadcast, in.data, 0.U)
+    }.elsewhen(atFcs) {
+      data := in.data ^ changes(3, 0)
+    }
+  }
+  private val changesNext = Crc32.next(changes, in.data ^ data)
+  when(active) { changes := Mux(in.payload, changesNext, 0.U) }
+
+  // Verdict on the frame.
+  private val isForeign = position.notEtherCat && destroy
+  private val circled   = circulate && in.data(2)
+  private val abort     = in.payload && part =/= Part.ended && (isForeign || circled)
+  parser.abandon := abort
+  // Whole bytes behind the last datagram, with the one that this nibble completes.
+  private val trailing  = position.paddingBytes +& (position.high && part === Part.padding && in.payload && !in.odd)
+  private val lengthBad = part =/= Part.foreign && !position.notEtherCat &&
+    !(part === Part.padding && trailing >= 4.U && trailing <= 68.U)
+  private val running = part =/= Part.ended || !in.payload
+  private val ends    = active && running && (abort || in.last)
+  private val bad     = abort || in.bad || lengthBad
+  private val hadTooMany = part === Part.padding && position.datagram > p.maxSubTelegrams.U
+
+  error         := ends && (bad || hadTooMany)
+  memory.commit := ends && !bad
+
+  // Control bits have a reset, so that nothing leaves before the first frame.
+  private val output = RegInit(NibbleStream.idle)
+  when(step) {
+    output       := in
+    output.valid := in.valid && running
+    output.data  := data
+    output.last  := in.last || abort
+    output.bad   := bad
+    output.odd   := in.odd && !abort
+    output.crcGood := in.crcGood && Mux(in.odd, changes, changesNext) === 0.U
+  }
+  out := output
+}

@@ -1,0 +1,59 @@
+package flyframe.memory
+
+import chisel3._
+import chisel3.util._
+
+/** A memory with one write and one read port on one clock, in the form every FPGA tool maps to block RAM (M9K on Cyclone IV).
+  *
+  * The read answers one cycle later; reading a word while it is written gives the old word. Contents are undefined after power-on.
+  *
+  * @param depth number of words
+  * @param width bits per word
+  */
+class DualPortRam(depth: Int, width: Int) extends BlackBox(Map("DEPTH" -> depth, "WIDTH" -> width)) with HasBlackBoxInline {
+  private val addressBits = log2Ceil(depth) max 1
+  override def desiredName = "DualPortRam"
+  val io = IO(new Bundle {
+    val clock        = Input(Clock())
+    val write        = Input(Bool())
+    val writeAddress = Input(UInt(addressBits.W))
+    val writeData    = Input(UInt(width.W))
+    val readAddress  = Input(UInt(addressBits.W))
+    val readData     = Output(UInt(width.W))
+  })
+
+  // Hand-written, because the memory model of the Verilog emitter reads with a registered address, for which Quartus adds bypass
+  // logic around the block RAM.
+  setInline(
+    "DualPortRam.v",
+    """// One write and one read port, one clock; infers block RAM.
+      |module DualPortRam #(
+      |  parameter DEPTH = 1024,
+      |  parameter WIDTH = 8
+      |) (
+      |  input                                        clock,
+      |  input                                        write,
+      |  input  [(DEPTH > 1 ? $clog2(DEPTH) : 1)-1:0] writeAddress,
+      |  input  [WIDTH-1:0]                           writeData,
+      |  input  [(DEPTH > 1 ? $clog2(DEPTH) : 1)-1:0] readAddress,
+      |  output reg [WIDTH-1:0]                       readData
+      |);
+      |  reg [WIDTH-1:0] words [0:DEPTH-1];
+      |  always @(posedge clock) begin
+      |    if (write) words[writeAddress] <= writeData;
+      |    readData <= words[readAddress];
+      |  end
+      |endmodule
+      |""".stripMargin
+  )
+}
+
+object DualPortRam {
+
+  /** An instance on the implicit clock of the module under construction. */
+  def apply(depth: Int, width: Int)(implicit clock: Clock): DualPortRam = {
+    val ram = Module(new DualPortRam(depth, width))
+    ram.io.clock := clock
+    ram
+  }
+}

@@ -1,0 +1,69 @@
+package flyframe.memory
+
+import chisel3._
+import chisel3.util._
+
+/** One logged register write: a word address, the bytes of it that are written, and the word. */
+class RegisterWrite(lanes: Int) extends Bundle {
+  val address = UInt((12 - log2Ceil(lanes)).W) // word address
+  val mask    = UInt(lanes.W)
+  val data    = UInt((8 * lanes).W)
+}
+
+/** Holds the register writes of a frame back until the frame has ended well (FP-32, FP-33), in block RAM.
+  *
+  * `commit` plays them back in order, one per cycle. The next frame may start meanwhile: its first register write comes at least 88
+  * nibble slots after the end of this frame, and `EscParams` allows no log that takes longer.
+  *
+  * @param lanes bytes per word
+  * @param depth most register bytes of one frame
+  */
+class WriteLog(lanes: Int, depth: Int) extends Module {
+  val frameStart = IO(Input(Bool()))
+  val write      = IO(Input(Valid(new RegisterWrite(lanes))))
+  val commit     = IO(Input(Bool()))
+
+  /** A register byte was accepted. */
+  val byteAccepted = IO(Input(Bool()))
+
+  /** No further register byte may be accepted (B-17). */
+  val full = IO(Output(Bool()))
+
+  /** The writes, when they take effect. */
+  val replay = IO(Output(Valid(new RegisterWrite(lanes))))
+
+  /** A commit begins: the registers still hold what they held during the frame. */
+  val replayStarts = IO(Output(Bool()))
+
+  private val countBits = log2Ceil(depth + 1)
+  private val ram       = DualPortRam(depth, write.bits.getWidth)(clock)
+  private val entries   = RegInit(0.U(countBits.W)) // reset: nothing logged
+  private val bytes     = if (lanes == 1) entries else RegInit(0.U(countBits.W))
+
+  private def inLog(count: UInt) = count(log2Ceil(depth) - 1, 0)
+  ram.io.write        := write.valid
+  ram.io.writeAddress := inLog(entries)
+  ram.io.writeData    := write.bits.asUInt
+  when(write.valid) { entries := entries + 1.U }
+  if (lanes > 1) when(byteAccepted) { bytes := bytes + 1.U }
+  when(frameStart) {
+    entries := 0.U
+    bytes   := 0.U
+  }
+  full := bytes === depth.U
+
+  // Playback. A frame commits when its last nibble passes, at least 24 slots before the next `frameStart`.
+  private val next    = RegInit(0.U(countBits.W)) // entry to be read; reset: nothing to play
+  private val end     = RegInit(0.U(countBits.W))
+  private val reading = next =/= end
+  when(commit) {
+    next := 0.U
+    end  := entries
+  }.elsewhen(reading) {
+    next := next + 1.U
+  }
+  ram.io.readAddress := inLog(next)
+  replay.valid       := RegNext(reading && !commit, false.B)
+  replay.bits        := ram.io.readData.asTypeOf(new RegisterWrite(lanes))
+  replayStarts       := commit
+}

@@ -1,0 +1,145 @@
+package flyframe.registers
+
+import chisel3._
+import chisel3.util._
+import scala.collection.immutable.SeqMap
+import flyframe.params.EscParams
+
+/** Signals by field name, so that the names survive into the Verilog. */
+class FieldRecord(types: SeqMap[String, Data]) extends Record {
+  val elements: SeqMap[String, Data]     = types.map { case (name, data) => name -> data.cloneType }
+  def apply(name: String): Data          = elements(name)
+  def uint(name: String): UInt           = elements(name).asInstanceOf[UInt]
+  def bool(name: String): Bool           = uint(name)(0)
+  def pulse(name: String): Bool          = elements(name).asInstanceOf[Bool]
+  def load(name: String): Valid[UInt]    = elements(name).asInstanceOf[Valid[UInt]]
+}
+
+/** Decode, storage and counters of all registers, built from [[RegisterMap]].
+  *
+  * Reading is combinational in `readAddress`; words are `lanes` bytes. A write acts at the next clock edge; the caller has checked
+  * that its side may write (`writableByEcat`, `writableByPdi`).
+  *
+  * @param p registers are those of `RegisterMap(p)`
+  */
+class RegisterFile(p: EscParams) extends Module {
+  private val lanes     = p.lanes
+  private val laneBits  = log2Ceil(lanes)
+  private val registers = RegisterMap(p)
+  private val fields    = registers.flatMap(_.fields)
+
+  private def record(select: PartialFunction[Field, Data]) =
+    new FieldRecord(SeqMap.from(fields.collect { case f if select.isDefinedAt(f) => f.name -> select(f) }))
+
+  val readAddress    = IO(Input(UInt(12.W)))
+  val readData       = IO(Output(UInt((8 * lanes).W)))
+  val readableByEcat = IO(Output(UInt(lanes.W)))
+  val readableByPdi  = IO(Output(UInt(lanes.W)))
+  val writableByEcat = IO(Output(UInt(lanes.W)))
+  val writableByPdi  = IO(Output(UInt(lanes.W)))
+
+  val write        = IO(Input(Bool()))
+  val writeAddress = IO(Input(UInt(12.W)))
+  val writeMask    = IO(Input(UInt(lanes.W)))
+  val writeData    = IO(Input(UInt((8 * lanes).W)))
+
+  /** Present values of the stored fields. */
+  val value = IO(Output(record { case f @ Field(_, _, _, Source.Stored(_), _, _) => UInt(f.width.W) }))
+
+  /** New values from units, for stored fields that allow it. */
+  val set = IO(Input(record { case f @ Field(_, _, _, Source.Stored(true), _, _) => Valid(UInt(f.width.W)) }))
+
+  /** Values of status fields. */
+  val status = IO(Input(record { case f @ Field(_, _, _, Source.Status, _, _) => UInt(f.width.W) }))
+
+  /** Pulses that count. */
+  val event = IO(Input(record { case Field(_, _, _, Source.Counter(_), _, _) => Bool() }))
+
+  /** A byte address is being written. */
+  private def writes(byteAddress: Int): Bool =
+    write && writeAddress(11, laneBits) === (byteAddress >> laneBits).U && writeMask(byteAddress % lanes)
+
+  private def writtenByte(byteAddress: Int): UInt = {
+    val lane = byteAddress % lanes
+    writeData(8 * lane + 7, 8 * lane)
+  }
+
+  private def storage(register: Register, field: Field): UInt = {
+    // Reset: the register table gives every stored field a defined value after power-on.
+    val flipFlops = RegInit(field.reset.U(field.width.W)).suggestName(field.name)
+    val parts = (field.low / 8 to field.high / 8).map { byte =>
+      val (high, low) = (field.high min 8 * byte + 7, field.low max 8 * byte)
+      val address     = register.address + byte
+      Mux(
+        writes(address),
+        writtenByte(address)(high - 8 * byte, low - 8 * byte),
+        flipFlops(high - field.low, low - field.low)
+      )
+    }
+    flipFlops := Cat(parts.reverse)
+    field.source match {
+      case Source.Stored(true) =>
+        val load = set.load(field.name)
+        when(load.valid) { flipFlops := load.bits }
+      case _ =>
+    }
+    value.uint(field.name) := flipFlops
+    flipFlops
+  }
+
+  private def counter(field: Field, group: String): UInt = {
+    val clear = registers
+      .filter(_.fields.exists(_.source == Source.Counter(group)))
+      .flatMap(_.range.map(writes))
+      .reduce(_ || _)
+    val count = RegInit(0.U(8.W)).suggestName(field.name) // reset: counters start at 0 (ERR-10)
+    when(clear) { count := 0.U }.elsewhen(event.pulse(field.name) && !count.andR) { count := count + 1.U }
+    count
+  }
+
+  private def source(register: Register, field: Field): UInt = field.source match {
+    case Source.Constant       => field.reset.U(field.width.W)
+    case Source.Stored(_)      => storage(register, field)
+    case Source.Status         => status.uint(field.name)
+    case Source.Counter(group) => counter(field, group)
+  }
+
+  /** The whole register as it reads, reserved bits 0. */
+  private def image(register: Register): UInt = {
+    val zero  = 0.U((8 * register.bytes).W)
+    val parts = register.fields.map(f => (source(register, f) << f.low).pad(8 * register.bytes))
+    parts.foldLeft(zero)(_ | _)(8 * register.bytes - 1, 0)
+  }
+
+  private val bytes: Map[Int, (Register, UInt)] = registers.flatMap { r =>
+    val whole = image(r)
+    r.range.map(a => a -> (r, whole(8 * (a - r.address) + 7, 8 * (a - r.address))))
+  }.toMap
+
+  // One case per word that holds a register.
+  private class Word extends Bundle {
+    val data          = Vec(lanes, UInt(8.W))
+    val readableEcat  = Vec(lanes, Bool())
+    val readablePdi   = Vec(lanes, Bool())
+    val writableEcat  = Vec(lanes, Bool())
+    val writablePdi   = Vec(lanes, Bool())
+  }
+  private val words = bytes.keys.map(_ >> laneBits).toSeq.distinct.sorted.map { wordAddress =>
+    val word = Wire(new Word)
+    for (lane <- 0 until lanes) {
+      val byte = bytes.get((wordAddress << laneBits) + lane)
+      word.data(lane)         := byte.map(_._2).getOrElse(0.U)
+      word.readableEcat(lane) := byte.exists(_._1.ecat.readable).B
+      word.readablePdi(lane)  := byte.exists(_._1.pdi.readable).B
+      word.writableEcat(lane) := byte.exists(_._1.ecat.writable).B
+      word.writablePdi(lane)  := byte.exists(_._1.pdi.writable).B
+    }
+    (readAddress(11, laneBits) === wordAddress.U) -> word.asUInt
+  }
+  private val selected = Mux1H(words).asTypeOf(new Word)
+  readData       := selected.data.asUInt
+  readableByEcat := selected.readableEcat.asUInt
+  readableByPdi  := selected.readablePdi.asUInt
+  writableByEcat := selected.writableEcat.asUInt
+  writableByPdi  := selected.writablePdi.asUInt
+}
