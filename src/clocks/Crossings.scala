@@ -53,45 +53,51 @@ class MiiRxCrossingRead extends Bundle {
   val take = Input(Bool())
 }
 
-/** Brings the symbols of one MII receiver from RX_CLK into the core clock (PHY-03): a small FIFO with Gray-coded write pointer.
+/** The RX_CLK side of [[MiiRxCrossing]]: writes symbols into a few registers and tells how far it got, in Gray code.
   *
-  * Symbols are written only while RX_DV or RX_ER is high, and once more behind them, so that the end is seen. No clock difference
-  * can add up between frames. A frame may start to be read when its first symbol has been visible for `margin` core cycles: over
-  * the longest frame (122 us) clocks 100 ppm apart slip 12 ns, so `margin` covers 12.2 ns, and 6.1 ns where the master asks for
-  * less (LP-12).
+  * It has no reset: in reset the read side follows the write pointer, wherever that is.
   *
-  * The write side has no reset: in reset the read pointer follows the write pointer, wherever that is.
-  *
-  * @param coreClockMhz core clock in MHz: 25, 50, 100 or 125
+  * @param depth symbols stored, a power of two
   */
-class MiiRxCrossing(coreClockMhz: Int) extends Module {
-  private val depth       = MiiRxCrossing.depth(coreClockMhz)
-  private val margin      = MiiRxCrossing.margin(coreClockMhz)
+class MiiRxWriteSide(depth: Int) extends Module {
   private val pointerBits = log2Ceil(depth) + 1
 
-  val rxClock     = IO(Input(Clock()))
-  val pins        = IO(Input(new MiiSymbol))
-  val shortMargin = IO(Input(Bool()))
-  val read        = IO(new MiiRxCrossingRead)
+  val pins = IO(Input(new MiiSymbol))
 
-  private val slots     = Wire(Vec(depth, new MiiSymbol))
-  private val writeGray = Wire(UInt(pointerBits.W))
+  /** Tied high in hardware; the formal proof uses it as the clock edge. */
+  val edge = IO(Input(Bool()))
 
-  withClock(rxClock) {
-    val wasActive = RegNext(pins.dv || pins.er)
-    val pointer   = Reg(UInt(pointerBits.W))
-    val gray      = Reg(UInt(pointerBits.W))
-    val storage   = Reg(Vec(depth, new MiiSymbol))
+  val slots     = IO(Output(Vec(depth, new MiiSymbol)))
+  val writeGray = IO(Output(UInt(pointerBits.W)))
+
+  private val wasActive = Reg(Bool())
+  private val pointer   = Reg(UInt(pointerBits.W))
+  private val gray      = Reg(UInt(pointerBits.W))
+  private val storage   = Reg(Vec(depth, new MiiSymbol))
+  when(edge) {
+    wasActive := pins.dv || pins.er
     when(pins.dv || pins.er || wasActive) {
       storage(pointer(pointerBits - 2, 0)) := pins
       pointer                              := pointer + 1.U
       gray                                 := Crossings.toGray(pointer + 1.U)
     }
-    slots     := storage
-    writeGray := gray
   }
+  slots     := storage
+  writeGray := gray
+}
 
-  // The crossing proper: a Gray pointer changes one bit at a time, and the storage it points to is stable when it arrives.
+/** The core clock side of [[MiiRxCrossing]]: two flip-flops bring the Gray pointer over; what it points to is stable by then.
+  *
+  * @param margin core cycles a symbol that starts a frame waits
+  */
+class MiiRxReadSide(depth: Int, margin: Int) extends Module {
+  private val pointerBits = log2Ceil(depth) + 1
+
+  val slots       = IO(Input(Vec(depth, new MiiSymbol)))
+  val writeGray   = IO(Input(UInt(pointerBits.W)))
+  val shortMargin = IO(Input(Bool()))
+  val read        = IO(new MiiRxCrossingRead)
+
   private def delayed(pointer: UInt): UInt = {
     val register = Reg(UInt(pointerBits.W))
     register := pointer
@@ -114,6 +120,33 @@ class MiiRxCrossing(coreClockMhz: Int) extends Module {
   read.available := visible =/= pointerGray
   read.settled   := Mux(shortMargin, earlier(1), earlier(margin)) =/= pointerGray
   read.overflow  := waiting(pointerBits - 1)
+}
+
+/** Brings the symbols of one MII receiver from RX_CLK into the core clock (PHY-03): a small FIFO with Gray-coded write pointer.
+  *
+  * Symbols are written only while RX_DV or RX_ER is high, and once more behind them, so that the end is seen. No clock difference
+  * can add up between frames. A frame may start to be read when its first symbol has been visible for `margin` core cycles: over
+  * the longest frame (122 us) clocks 100 ppm apart slip 12 ns, so `margin` covers 12.2 ns, and 6.1 ns where the master asks for
+  * less (LP-12).
+  *
+  * @param coreClockMhz core clock in MHz: 25, 50, 100 or 125
+  */
+class MiiRxCrossing(coreClockMhz: Int) extends Module {
+  private val depth = MiiRxCrossing.depth(coreClockMhz)
+
+  val rxClock     = IO(Input(Clock()))
+  val pins        = IO(Input(new MiiSymbol))
+  val shortMargin = IO(Input(Bool()))
+  val read        = IO(new MiiRxCrossingRead)
+
+  private val writeSide = withClock(rxClock)(Module(new MiiRxWriteSide(depth)))
+  private val readSide  = Module(new MiiRxReadSide(depth, MiiRxCrossing.margin(coreClockMhz)))
+  writeSide.pins       := pins
+  writeSide.edge       := true.B
+  readSide.slots       := writeSide.slots
+  readSide.writeGray   := writeSide.writeGray
+  readSide.shortMargin := shortMargin
+  read <> readSide.read
 }
 
 object MiiRxCrossing {

@@ -57,7 +57,7 @@ class FrameParser extends Module {
   private val tagged       = Reg(Bool())
   private val frameBytes   = Reg(UInt(6.W))
   private val paddingBytes = Reg(UInt(7.W))
-  private val length       = Reg(UInt(11.W)) // data bytes of the datagram, then those left
+  private val length       = Reg(UInt(12.W)) // data bytes of the datagram, then those left; bit 11 is 0
   private val more         = Reg(Bool())
   private val datagram     = Reg(UInt(8.W))
 
@@ -105,7 +105,7 @@ class FrameParser extends Module {
   position.high         := high
   position.frameBytes   := frameBytes
   position.paddingBytes := paddingBytes
-  position.dataLeft     := length
+  position.dataLeft     := length(10, 0)
   position.datagram     := datagram
   position.notEtherCat  := high && alien
 
@@ -122,7 +122,7 @@ class FrameParser extends Module {
       high := !high
       low  := in.data
       when(part === Part.header) { // the length word, least significant nibble first
-        when((at(6)) || (at(7) && !high)) { length := Cat(in.data, length)(14, 4) }
+        when(at(6) || (at(7) && !high)) { length := Cat(Mux(at(7), in.data(2, 0), in.data), length(11, 4)) }
         when(at(7) && high) { more := in.data(3) }
       }
       when(high) {

@@ -24,8 +24,10 @@ class ReceiverEvents extends Bundle {
   *
   * It holds one nibble back until it knows whether another follows, so that `last` and the verdict travel with the frame's last
   * nibble: that nibble can still be spoiled, or dropped, behind. Delay: one nibble slot from taking a symbol to `out`.
+  *
+  * @param shortest whole bytes of the shortest good frame, a power of two; 64 but in proofs
   */
-class MiiReceiver extends Module {
+class MiiReceiver(shortest: Int = 64) extends Module {
   import MiiReceiver._
 
   /** Once per nibble slot. */
@@ -46,7 +48,7 @@ class MiiReceiver extends Module {
   private val held          = Reg(UInt(4.W))
   private val heldIsPayload = Reg(Bool())
   private val count         = Reg(UInt(13.W)) // nibbles of this part (preamble, then payload), up to 4096
-  private val longEnough    = Reg(Bool())     // 64 whole bytes have come
+  private val longEnough    = Reg(Bool())     // `shortest` whole bytes have come
   private val crc           = Reg(UInt(32.W))
   private val crcWasGood    = Reg(Bool())     // `crc` was right one nibble earlier
 
@@ -56,6 +58,7 @@ class MiiReceiver extends Module {
 
   private val symbol   = symbols.symbol
   private val full     = count(12)
+  private val longNow  = count(log2Ceil(2 * shortest)) // together with `longEnough`: at least that many
   private val crcRight = crc === Crc32.Residue
   private val odd      = heldIsPayload && count(0)
   private val inFrame  = state === State.preamble || state === State.payload
@@ -69,7 +72,7 @@ class MiiReceiver extends Module {
   private val ended     = !lost && !symbol.dv
 
   private val crcGood = Mux(odd, crcWasGood, crcRight)
-  private val good    = ended && heldIsPayload && crcGood && (longEnough || count(7))
+  private val good    = ended && heldIsPayload && crcGood && (longEnough || longNow)
 
   private val start      = state === State.idle && symbols.available && symbol.dv && symbols.settled
   private val startFault = symbol.er || (!isFive && !isSfd)
@@ -129,7 +132,7 @@ class MiiReceiver extends Module {
     when(state === State.payload) {
       crc        := Crc32.next(crc, symbol.data)
       crcWasGood := crcRight
-      when(count(7)) { longEnough := true.B }
+      when(longNow) { longEnough := true.B }
     }.otherwise {
       crc        := Crc32.Start
       longEnough := false.B

@@ -1,0 +1,142 @@
+package flyframe
+
+import chisel3._
+import chiseltest._
+import flyframe.params.EscParams
+
+/** The controller with its receive clocks as plain inputs, as chiseltest needs them. */
+class ControllerUnderTest(p: EscParams) extends Module {
+  val rxClock = IO(Input(Vec(p.ports, Bool())))
+  val rxDv    = IO(Input(Vec(p.ports, Bool())))
+  val rxEr    = IO(Input(Vec(p.ports, Bool())))
+  val rxd     = IO(Input(Vec(p.ports, UInt(4.W))))
+  val link    = IO(Input(Vec(p.ports, Bool())))
+  val txEn    = IO(Output(Vec(p.ports, Bool())))
+  val txd     = IO(Output(Vec(p.ports, UInt(4.W))))
+  val txTick  = IO(Output(Bool()))
+  val loaded  = IO(Input(Bool()))
+  val host    = IO(new memory.HostPort(p.lanes))
+
+  private val dut = Module(new SlaveController(p))
+  dut.phy_clk_ref     := false.B
+  dut.pdi_operational := loaded
+  txTick              := dut.mii_tx_tick
+  dut.host <> host
+  for (y <- 0 until p.ports) {
+    dut.mii(y).rx_clk := rxClock(y).asClock
+    dut.mii(y).rx_dv  := rxDv(y)
+    dut.mii(y).rx_er  := rxEr(y)
+    dut.mii(y).rxd    := rxd(y)
+    dut.mii(y).link   := link(y)
+    txEn(y)           := dut.mii(y).tx_en
+    txd(y)            := dut.mii(y).txd
+  }
+}
+
+/** What left at a port: nibbles 0x5 before the SFD, and the nibbles behind it. */
+final case class Sent(port: Int, preamble: Int, payload: Seq[Int]) {
+
+  /** The whole bytes, FCS included. */
+  def bytes: Seq[Int] = payload.grouped(2).collect { case Seq(low, high) => low | high << 4 }.toSeq
+}
+
+/** Drives a [[ControllerUnderTest]] with nominal clocks, one frame at a time. */
+class RtlBench(dut: ControllerUnderTest, p: EscParams) {
+  private val cycles = p.cyclesPerNibble
+  dut.clock.setTimeout(0)
+  private var cycle    = 0L
+  private var running  = Map.empty[Int, Vector[Int]] // nibbles of the frame that is leaving a port
+  private var finished = Vector.empty[Sent]
+
+  for (y <- 0 until p.ports) dut.link(y).poke(true)
+  dut.loaded.poke(true)
+  idle(40)
+
+  /** One nibble slot with the given symbol at one port. Receive clocks rise in the middle of the slot. */
+  private def slot(port: Int, dv: Boolean, er: Boolean, data: Int): Unit = {
+    dut.rxDv(port).poke(dv)
+    dut.rxEr(port).poke(er)
+    dut.rxd(port).poke(data)
+    // At one cycle per slot the receive clock needs two edges in one core cycle: it rises with the poke and falls after the step.
+    for (c <- 0 until cycles) {
+      for (y <- 0 until p.ports) dut.rxClock(y).poke(c == cycles / 2)
+      step()
+    }
+    for (y <- 0 until p.ports) dut.rxClock(y).poke(false)
+  }
+
+  private def step(): Unit = {
+    dut.clock.step()
+    cycle += 1
+    if (dut.txTick.peek().litToBoolean)
+      for (y <- 0 until p.ports) {
+        val soFar = running.getOrElse(y, Vector.empty)
+        if (dut.txEn(y).peek().litToBoolean) running += y -> (soFar :+ dut.txd(y).peek().litValue.toInt)
+        else if (soFar.nonEmpty) {
+          val (preamble, rest) = soFar.span(_ == 5)
+          assert(rest.headOption.contains(0xd), s"port $y sent no SFD: $soFar")
+          finished :+= Sent(y, preamble.size, rest.tail)
+          running -= y
+        }
+      }
+  }
+
+  /** Lets `slots` nibble slots pass without a frame. */
+  def idle(slots: Int): Unit = (0 until slots).foreach(_ => slot(0, dv = false, er = false, 0))
+
+  def setLink(port: Int, up: Boolean): Unit = {
+    dut.link(port).poke(up)
+    idle(20)
+  }
+
+  def setLoaded(loaded: Boolean): Unit = {
+    dut.loaded.poke(loaded)
+    idle(4)
+  }
+
+  /** Sends symbols (nibbles, from the first with RX_DV on) into a port, and gives what left the controller. */
+  def symbols(port: Int, nibbles: Seq[Int], errorsAt: Set[Int] = Set.empty): Seq[Sent] = {
+    finished = Vector.empty
+    nibbles.zipWithIndex.foreach { case (n, i) => slot(port, dv = true, errorsAt(i), n) }
+    idle(24 + p.writeLogDepth / cycles + 8)
+    finished
+  }
+
+  /** Symbols with RX_ER outside a frame. */
+  def falseCarrier(port: Int, count: Int): Unit = {
+    (0 until count).foreach(_ => slot(port, dv = false, er = true, 0xe))
+    idle(8)
+  }
+
+  /** Sends a frame without FCS; preamble and FCS are added. */
+  def frame(port: Int, bytes: Seq[Int]): Seq[Sent] = symbols(port, Frames.symbols(Frames.withFcs(bytes)))
+
+  private def access(write: Boolean, address: Int, data: BigInt, enable: Int): BigInt = {
+    dut.host.req.poke(true)
+    dut.host.write.poke(write)
+    dut.host.addr.poke(address & ~(p.lanes - 1))
+    dut.host.wdata.poke(data)
+    dut.host.be.poke(enable)
+    var waited = 0
+    while (!dut.host.ack.peek().litToBoolean) {
+      assert(waited < 100, f"host port did not answer at 0x$address%04x")
+      step()
+      waited += 1
+    }
+    val result = dut.host.rdata.peek().litValue
+    dut.host.req.poke(false)
+    step()
+    result
+  }
+
+  /** The byte at `address` as the host sees it. */
+  def hostRead(address: Int): Int = {
+    val lane = address % p.lanes
+    ((access(write = false, address, 0, 0) >> (8 * lane)) & 0xff).toInt
+  }
+
+  def hostWrite(address: Int, byte: Int): Unit = {
+    val lane = address % p.lanes
+    access(write = true, address, BigInt(byte) << (8 * lane), 1 << lane)
+  }
+}
