@@ -71,14 +71,13 @@ class MiiRxWriteSide(depth: Int) extends Module {
   val writeGray = IO(Output(UInt(pointerBits.W)))
 
   private val wasActive = Reg(Bool())
-  private val pointer   = Reg(UInt(pointerBits.W))
-  private val gray      = Reg(UInt(pointerBits.W))
+  private val gray      = Reg(UInt(pointerBits.W)) // the only pointer, so that no two can disagree
   private val storage   = Reg(Vec(depth, new MiiSymbol))
+  private val pointer   = Crossings.toBinary(gray)
   when(edge) {
     wasActive := pins.dv || pins.er
     when(pins.dv || pins.er || wasActive) {
       storage(pointer(pointerBits - 2, 0)) := pins
-      pointer                              := pointer + 1.U
       gray                                 := Crossings.toGray(pointer + 1.U)
     }
   }
