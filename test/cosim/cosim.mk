@@ -37,8 +37,11 @@ $(COSIM_OUT)/flyframe-%: $(COSIM_OBJ)/%_main.o $(COSIM_OBJS) $(COSIM_ADAPTERS) $
 $(COSIM_OBJ)/presets: cosim-force
 	@mkdir -p $(@D); echo '$(PRESETS)' | cmp -s - $@ || echo '$(PRESETS)' > $@
 
-$(COSIM_OBJ)/%/model.a: $(GENERATED)/%.v
-	@mkdir -p $(@D)
+# A copy that changes only if the content does: regenerating an equal preset costs no build.
+$(COSIM_OBJ)/%/source.v: $(GENERATED)/%.v
+	@mkdir -p $(@D); cmp -s $< $@ || cp $< $@
+
+$(COSIM_OBJ)/%/model.a: $(COSIM_OBJ)/%/source.v $(wildcard $(GENERATED)/*.vh)
 	$(VERILATOR) --cc --prefix V$(call cosim_top,$*) --top-module $(call cosim_top,$*) --trace-fst $(VERILATOR_FLAGS) \
 	  -I$(GENERATED) -Mdir $(@D) $<
 	$(MAKE) -s -C $(@D) -f V$(call cosim_top,$*).mk OPT_FAST="-O2" OPT_SLOW="-O0" V$(call cosim_top,$*)__ALL.a
@@ -63,7 +66,7 @@ $(COSIM_OBJ)/%.o: $(COSIM_SRC)/%.cpp
 # The harness against plain repeaters: proves the harness itself, without flyframe RTL.
 cosim-selftest:
 	$(MAKE) -f $(COSIM_SRC)/cosim.mk cosim GENERATED=$(COSIM_SRC)/selftest COSIM_OUT=build/selftest PRESETS="repeater repeater-wide"
-	sh $(COSIM_SRC)/selftest/run.sh build/selftest
+	python3 $(COSIM_SRC)/selftest/run.py build/selftest
 
 .SECONDARY:
 -include $(wildcard $(COSIM_OBJ)/*.d $(COSIM_OBJ)/*/adapter.d)

@@ -93,7 +93,7 @@ int main(int argc, char** argv) {
   std::string preset;
   int phases = 400;
   app.add_option("--preset", preset, "preset to measure")->required();
-  app.add_option("--phases", phases, "receive clock phases over one nibble time")->check(CLI::Range(200, 100000));
+  app.add_option("--phases", phases, "receive clock phases over one nibble time")->capture_default_str()->check(CLI::Range(200, 100000));
   return runProgram(app, argc, argv, [&]() -> int {
     const Preset& p = findPreset(preset);
     if (p.info.ports < 2) throw UserError("preset '" + preset + "' has one port: nothing is forwarded.");

@@ -65,8 +65,14 @@ module repeater_core #(parameter CYCLES = 4, parameter WIDTH = 8) (
     mii_tx_tick <= tick_next && !reset;
   end
 
+  wire       down_en, back_en;
+  wire [3:0] down_d, back_d;
   repeater_path up   (clock, reset, tick_next, mii_0_rx_clk, mii_0_rx_dv, mii_0_rx_er, mii_0_link, mii_0_rxd, mii_1_tx_en, mii_1_txd);
-  repeater_path down (clock, reset, tick_next, mii_1_rx_clk, mii_1_rx_dv, mii_1_rx_er, mii_1_link, mii_1_rxd, mii_0_tx_en, mii_0_txd);
+  repeater_path down (clock, reset, tick_next, mii_1_rx_clk, mii_1_rx_dv, mii_1_rx_er, mii_1_link, mii_1_rxd, down_en, down_d);
+  // With nothing behind port 1, frames turn round here, as in the last slave of a line.
+  repeater_path back (clock, reset, tick_next, mii_0_rx_clk, mii_0_rx_dv, mii_0_rx_er, mii_0_link, mii_0_rxd, back_en, back_d);
+  assign mii_0_tx_en = mii_1_link ? down_en : back_en;
+  assign mii_0_txd   = mii_1_link ? down_d : back_d;
 
   reg [7:0] memory [0:8191];
   integer i;
