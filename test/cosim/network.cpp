@@ -98,9 +98,11 @@ void Network::hostWrite(size_t slave, uint16_t addr, uint8_t value) {
   }
 }
 
-void Network::send(const Bytes& frame) {
-  for (uint8_t n : toNibbles(frame)) master_->push({true, false, n});
+int64_t Network::send(const Bytes& frame) {
+  const std::vector<uint8_t> nibbles = toNibbles(frame);
+  for (uint8_t n : nibbles) master_->push({true, false, n});
   master_->pushIdle(kMinimumGap);
+  return (master_->nextSlot() + static_cast<Time>(nibbles.size() - 1) * kNibble) / kNs + skippedNs_;
 }
 
 bool Network::idle() const {

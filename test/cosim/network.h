@@ -31,8 +31,9 @@ class Network {
   // Simulated time since power-up in ns, skipped idle time included.
   int64_t ns() const { return sim_.now() / kNs + skippedNs_; }
   int64_t skippedNs() const { return skippedNs_; }
-  // Queues a frame at the master's card, behind what is queued already with the minimum gap between.
-  void send(const Bytes& frame);
+  // Sends a frame from the master's card, which must have sent() all others; the minimum gap follows it. Returns the simulated
+  // time of its last nibble.
+  int64_t send(const Bytes& frame);
   // The card has nothing left to send.
   bool sent() const { return master_->backlog() == 0; }
   // Nothing moves anywhere, and the last thing that did has settled.

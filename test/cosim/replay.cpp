@@ -10,9 +10,6 @@
 namespace {
 // A frame that left the master; slaves set bit 1 of the first source address byte.
 bool fromMaster(const RecordedFrame& f) { return f.bytes.size() >= 14 && (f.bytes[6] & 0x02) == 0; }
-
-// Time on the wire: preamble, SFD, at least 60 bytes, FCS, two nibbles a byte.
-int64_t wireNs(const Bytes& frame) { return static_cast<int64_t>(16 + 2 * (std::max<size_t>(frame.size(), 60) + 4)) * 40; }
 }  // namespace
 
 ReplayResult replay(const std::vector<SlaveSpec>& specs, const NetworkOptions& networkOptions, const ReplayOptions& options) {
@@ -22,7 +19,7 @@ ReplayResult replay(const std::vector<SlaveSpec>& specs, const NetworkOptions& n
   CaptureWriter out(options.out);
 
   ReplayResult result;
-  std::deque<int64_t> pending;  // when the frames on their way were sent
+  std::deque<int64_t> pending;  // when the frames on their way were sent (last nibble)
   const auto timeout = static_cast<int64_t>(options.timeoutUs * 1000);
   auto expire = [&](int64_t now) {
     for (; !pending.empty() && now - pending.front() > timeout; pending.pop_front()) ++result.lost;
@@ -54,9 +51,8 @@ ReplayResult replay(const std::vector<SlaveSpec>& specs, const NetworkOptions& n
     const int64_t now = network.ns();
     recordSent(now);
     if (next != frames.end() && now >= plannedNs() && network.sent()) {
-      network.send(next->bytes);
-      unrecorded.push_back({now + wireNs(next->bytes), &next->bytes});
-      pending.push_back(now + wireNs(next->bytes));
+      pending.push_back(network.send(next->bytes));
+      unrecorded.push_back({pending.back(), &next->bytes});
       ++result.sent, ++next;
     } else if (next == frames.end() && (pending.empty() || (networkOptions.skipIdle && network.idle()))) {
       break;
