@@ -30,8 +30,8 @@ class SlaveReader {
       else bad("has the unknown key '" + key + "'; known: preset, eeprom, cable_ns, clock_ppm");
     }
     if (spec.preset.empty()) bad("has no preset");
-    if (!object.contains("eeprom")) return findPreset(spec.preset), spec;
     findPreset(spec.preset);
+    if (spec.eepromPath.empty()) return spec;
     std::ifstream file(spec.eepromPath, std::ios::binary);
     if (!file || std::filesystem::is_directory(spec.eepromPath)) bad("names the EEPROM image '" + spec.eepromPath + "', which cannot be read");
     spec.eeprom.emplace(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());

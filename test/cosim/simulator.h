@@ -43,7 +43,6 @@ class Simulator {
  public:
   void add(Actor& actor) { actors_.push_back(&actor); }
   Time now() const { return now_; }
-  uint64_t steps() const { return steps_; }
 
   // Called with the time that has been completed, before time moves on (tracing).
   std::function<void(Time)> onTimeDone;
@@ -54,7 +53,6 @@ class Simulator {
       if (a->next < first->next) first = a;
     if (onTimeDone && first->next > now_) onTimeDone(now_);
     now_ = first->next;
-    ++steps_;
     first->step();
   }
 
@@ -65,7 +63,6 @@ class Simulator {
  private:
   std::vector<Actor*> actors_;
   Time now_ = 0;
-  uint64_t steps_ = 0;
 };
 
 // A frame as nibbles, from the first symbol with DV (or TX_EN) to the last.
