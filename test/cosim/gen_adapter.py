@@ -1,0 +1,47 @@
+#!/usr/bin/env python3
+"""Writes the C++ adapter of one preset: which Verilated pin is which. Usage: gen_adapter.py PRESET.json > adapter.cpp"""
+import json
+import sys
+
+PORT_PINS = ["rx_clk", "rx_dv", "rx_er", "rxd", "link", "tx_en", "txd"]
+
+with open(sys.argv[1]) as file:
+    preset = json.load(file)
+top, ports = preset["top"], preset["ports"]
+binds = "\n".join(
+    f"    pins.ports[{y}] = {{" + ", ".join(f"&v.mii_{y}_{pin}" for pin in PORT_PINS) + "};" for y in range(ports)
+)
+print(f"""// Made by gen_adapter.py from {preset["preset"]}.json.
+#include <verilated_fst_c.h>
+
+#include "V{top}.h"
+#include "model.h"
+
+namespace {{
+class Adapter : public Model {{
+ public:
+  Adapter(VerilatedContext& context, const std::string& name) : v(&context, name.c_str()) {{
+    pins.clock = &v.clock, pins.reset = &v.reset, pins.pdiOperational = &v.pdi_operational;
+    pins.txTick = &v.mii_tx_tick;
+    pins.hostReq = &v.host_req, pins.hostWrite = &v.host_write, pins.hostBe = &v.host_be, pins.hostAck = &v.host_ack;
+    pins.hostAddr = &v.host_addr;
+    pins.hostWdata.bind(&v.host_wdata), pins.hostRdata.bind(&v.host_rdata);
+{binds}
+  }}
+  ~Adapter() override {{ v.final(); }}
+  void eval() override {{ v.eval(); }}
+  void trace(VerilatedFstC& file) override {{ v.trace(&file, 99); }}
+
+ private:
+  V{top} v;
+}};
+
+const bool registered = [] {{
+  builtInPresets().push_back(
+      {{{{"{preset["preset"]}", {ports}, {preset["cyclesPerNibble"]}, {preset["coreClockMhz"]}, {preset["dataBusWidth"]}}},
+       [](VerilatedContext& context, const std::string& name) -> std::unique_ptr<Model> {{
+         return std::make_unique<Adapter>(context, name);
+       }}}});
+  return true;
+}}();
+}}  // namespace""")

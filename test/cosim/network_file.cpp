@@ -1,0 +1,84 @@
+#include "network_file.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+
+#include "model.h"
+#include "user_error.h"
+
+namespace {
+using nlohmann::json;
+
+// Checks one slave's object key by key; `where` begins every complaint.
+class SlaveReader {
+ public:
+  SlaveReader(const std::string& networkPath, size_t index)
+      : folder_(std::filesystem::path(networkPath).parent_path()),
+        where_("slave " + std::to_string(index) + " of the network '" + networkPath + "'") {}
+
+  SlaveSpec read(const json& object) {
+    if (!object.is_object()) bad("is not a JSON object");
+    SlaveSpec spec;
+    for (const auto& [key, value] : object.items()) {
+      if (key == "preset") spec.preset = text(key, value);
+      else if (key == "eeprom") spec.eepromPath = (folder_ / text(key, value)).string();
+      else if (key == "cable_ns") spec.cableNs = number(key, value, 0, 1e6);
+      else if (key == "clock_ppm") spec.clockPpm = number(key, value, -1000, 1000);
+      else bad("has the unknown key '" + key + "'; known: preset, eeprom, cable_ns, clock_ppm");
+    }
+    if (spec.preset.empty()) bad("has no preset");
+    findPreset(spec.preset);
+    if (spec.eepromPath.empty()) return spec;
+    std::ifstream file(spec.eepromPath, std::ios::binary);
+    if (!file || std::filesystem::is_directory(spec.eepromPath)) bad("names the EEPROM image '" + spec.eepromPath + "', which cannot be read");
+    spec.eeprom.emplace(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    return spec;
+  }
+
+ private:
+  [[noreturn]] void bad(const std::string& why) const { throw UserError(where_ + " " + why + "."); }
+  std::string text(const std::string& key, const json& value) const {
+    if (!value.is_string()) bad("has " + key + " " + value.dump() + ", but it must be a string");
+    return value.get<std::string>();
+  }
+  double number(const std::string& key, const json& value, double low, double high) const {
+    if (!value.is_number() || value.get<double>() < low || value.get<double>() > high)
+      bad("has " + key + " " + value.dump() + ", but it must be a number from " + json(std::llround(low)).dump() + " to " +
+          json(std::llround(high)).dump());
+    return value.get<double>();
+  }
+
+  std::filesystem::path folder_;
+  std::string where_;
+};
+}  // namespace
+
+std::vector<SlaveSpec> readNetwork(const std::string& path) {
+  std::ifstream file(path);
+  if (!file || std::filesystem::is_directory(path)) throw UserError("cannot read the network '" + path + "'.");
+  json root;
+  try {
+    root = json::parse(file);
+  } catch (const json::parse_error& e) {
+    throw UserError("the network '" + path + "' is not valid JSON at byte " + std::to_string(e.byte) + ".");
+  }
+  if (!root.is_object() || !root.contains("slaves") || !root["slaves"].is_array() || root["slaves"].empty())
+    throw UserError("the network '" + path + "' must be an object with a list 'slaves' of one slave or more.");
+  for (const auto& [key, value] : root.items())
+    if (key != "slaves") throw UserError("the network '" + path + "' has the unknown key '" + key + "'; known: slaves.");
+  std::vector<SlaveSpec> slaves;
+  for (const json& object : root["slaves"]) slaves.push_back(SlaveReader(path, slaves.size()).read(object));
+  return slaves;
+}
+
+std::string eepromProblem(const Bytes& image) {
+  if (image.size() < 16) return "it has only " + std::to_string(image.size()) + " of 16 bytes";
+  if (image[14] == 0xa4 && image[15] == 0x88) return "";  // checksum switched off
+  const uint8_t wanted = siiCrc8(image.data(), 14);
+  char text[64];
+  std::snprintf(text, sizeof text, "its checksum is 0x%02x where 0x%02x belongs", image[14], wanted);
+  return image[14] == wanted ? "" : text;
+}

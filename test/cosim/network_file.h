@@ -1,0 +1,22 @@
+// The description of a network: a line of slaves, the master at port 0 of the first.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ethernet.h"
+
+struct SlaveSpec {
+  std::string preset;
+  std::optional<Bytes> eeprom;  // image, if one was named
+  std::string eepromPath;
+  double cableNs = 50;          // cable before the slave
+  double clockPpm = 0;
+};
+
+// Reads a network file and the EEPROM images it names; UserError says what is wrong with it.
+std::vector<SlaveSpec> readNetwork(const std::string& path);
+
+// Why the configuration area of an EEPROM image is not valid (SII-01 to SII-03); empty if it is.
+std::string eepromProblem(const Bytes& image);

@@ -1,0 +1,94 @@
+// One simulated slave: a Verilated preset with its core clock, the receive clocks its PHYs recover, and its host.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+
+#include "model.h"
+#include "simulator.h"
+
+class Slave;
+
+// One direction of a cable and the PHY at its end, which recovers RX_CLK from what arrives: data changes at the falling edge,
+// half a nibble later it is sampled at the rising edge. RX_CLK runs for as long as the far end sends nibbles, idle ones included.
+class Cable : public NibbleSink {
+ public:
+  void nibble(Time launch, Symbol symbol) override;
+  void setDelay(Time delay) { delay_ = delay; }
+
+ private:
+  friend class Slave;
+  struct Arrival {
+    Time at;
+    Symbol symbol;
+  };
+  Slave* slave_ = nullptr;
+  Time delay_ = 0;
+  Time lastLaunch_ = -1;
+  Time half_ = kNibble / 2;
+  Time rise_ = kNever;          // the rising edge that follows the last falling one
+  std::deque<Arrival> arrivals_;
+  Time nextEdge() const { return rise_ != kNever ? rise_ : arrivals_.empty() ? kNever : arrivals_.front().at; }
+};
+
+class Slave : public Actor {
+ public:
+  Slave(const Preset& preset, VerilatedContext& context, const std::string& name, double ppm, Time phase);
+
+  const PresetInfo& info() const { return preset_.info; }
+  Model& model() { return *model_; }
+  Time corePeriod() const { return 2 * half_; }
+  uint64_t cycles() const { return cycles_; }
+  // When the core clock rises next.
+  Time nextRise() const { return *pins_.clock ? coreNext_ + half_ : coreNext_; }
+
+  // The PHY of a port; what is sent into it arrives at the port.
+  Cable& receiver(int port) { return receivers_[port]; }
+  // Where the nibbles of a port go.
+  void connect(int port, NibbleSink& sink) { sinks_[port] = &sink; }
+  void setLink(int port, bool up);
+  void setReset(bool active);
+  void setPdiOperational(bool on);
+  // Evaluate every clock edge in its own step; needed for a readable trace, costs time.
+  void setEager(bool eager) { eager_ = eager; }
+  // The last time a port sent something.
+  Time lastActive() const { return lastActive_; }
+
+  // The local host: one access at a time, `addr` is a byte address, the byte lanes follow from it.
+  void hostWriteByte(uint16_t addr, uint8_t value);
+  void hostReadWord(uint16_t addr);
+  bool hostBusy() const { return host_ != Host::idle; }
+  uint32_t hostResult() const { return hostResult_; }
+
+  // Called at each rising edge of a port's receive clock with the symbol sampled there.
+  std::function<void(int port, Time, Symbol)> onSample;
+
+  void step() override;
+
+ private:
+  friend class Cable;
+  enum class Host { idle, requested, recover };
+
+  void startHost(uint16_t addr, bool write, uint32_t data, unsigned lanes);
+  void coreEdge(Time now);
+  void schedule();
+  void eval();
+
+  const Preset& preset_;
+  std::unique_ptr<Model> model_;
+  Pins& pins_;
+  int ports_;
+  Time half_, coreNext_;
+  uint64_t cycles_ = 0;
+  Time lastActive_ = 0;
+  std::array<Cable, 4> receivers_;
+  std::array<Symbol, 4> arriving_{};
+  std::array<NibbleSink*, 4> sinks_{};
+  // Falling edges do nothing in the RTL, so they are evaluated together with the next rising edge of another clock. A clock whose
+  // low level the model has not seen yet has its bit set: bit 0 the core clock, bit 1 + y the receive clock of port y.
+  unsigned unseenLow_ = 0;
+  bool eager_ = false;
+  Host host_ = Host::idle;
+  uint32_t hostResult_ = 0;
+};
