@@ -556,7 +556,7 @@ module FrameParser(
   reg         tagged_0;
   reg  [5:0]  frameBytes;
   reg  [6:0]  paddingBytes;
-  reg  [10:0] length;
+  reg  [11:0] length;
   reg         more;
   reg  [7:0]  datagram;
   wire [7:0]  whole = {in_data, low};
@@ -578,12 +578,12 @@ module FrameParser(
     (|part)
       ? (_GEN
            ? byte_0 == 5'h1B
-           : _GEN_0 ? _alien_T_19 : _GEN_1 ? byte_0 == 5'h9 : _GEN_2 ? length == 11'h1 : _GEN_3 & byte_0 == 5'h1)
+           : _GEN_0 ? _alien_T_19 : _GEN_1 ? byte_0 == 5'h9 : _GEN_2 ? length == 12'h1 : _GEN_3 & byte_0 == 5'h1)
       : _alien_T;
   wire        isTag = ~(|part) & byte_0 == 5'hD & word == 16'h8100 & ~tagged_0;
   wire        _GEN_4 = step & in_valid;
   wire        _GEN_5 = _GEN_4 & in_payload;
-  wire        _GEN_6 = byte_0 == 5'h7;
+  wire        _length_T = byte_0 == 5'h7;
   always @(posedge clock) begin
     if (reset)
       part <= 4'h8;
@@ -602,7 +602,7 @@ module FrameParser(
             else if (_GEN_0)
               part <= 4'h3;
             else if (_GEN_1)
-              part <= {3'h2, length == 11'h0};
+              part <= {3'h2, length == 12'h0};
             else if (_GEN_2)
               part <= 4'h5;
             else if (_GEN_3)
@@ -651,11 +651,11 @@ module FrameParser(
       previous <= whole;
     if (_GEN_5) begin
       if (high & _GEN_2)
-        length <= length - 11'h1;
-      else if (_GEN_1 & (byte_0 == 5'h6 | _GEN_6 & ~high))
-        length <= {in_data, length[10:4]};
+        length <= length - 12'h1;
+      else if (_GEN_1 & (byte_0 == 5'h6 | _length_T & ~high))
+        length <= {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
     end
-    if (_GEN_4 & in_payload & _GEN_1 & _GEN_6 & high)
+    if (_GEN_4 & in_payload & _GEN_1 & _length_T & high)
       more <= in_data[3];
   end // always @(posedge)
   assign position_part = part;
@@ -1180,6 +1180,174 @@ module LevelCrossing(
   assign out = stable;
 endmodule
 
+module MiiRxWriteSide(
+  input        clock,
+  input        pins_dv,
+  input        pins_er,
+  input  [3:0] pins_data,
+  output       slots_0_dv,
+  output       slots_0_er,
+  output [3:0] slots_0_data,
+  output       slots_1_dv,
+  output       slots_1_er,
+  output [3:0] slots_1_data,
+  output       slots_2_dv,
+  output       slots_2_er,
+  output [3:0] slots_2_data,
+  output       slots_3_dv,
+  output       slots_3_er,
+  output [3:0] slots_3_data,
+  output [2:0] writeGray
+);
+
+  reg        wasActive;
+  reg  [2:0] gray;
+  reg        storage_0_dv;
+  reg        storage_0_er;
+  reg  [3:0] storage_0_data;
+  reg        storage_1_dv;
+  reg        storage_1_er;
+  reg  [3:0] storage_1_data;
+  reg        storage_2_dv;
+  reg        storage_2_er;
+  reg  [3:0] storage_2_data;
+  reg        storage_3_dv;
+  reg        storage_3_er;
+  reg  [3:0] storage_3_data;
+  wire       _wasActive_T = pins_dv | pins_er;
+  wire       _GEN = _wasActive_T | wasActive;
+  wire [1:0] _GEN_0 = {^(gray[2:1]), ^gray};
+  wire [2:0] _gray_T = {gray[2], ^(gray[2:1]), ^gray} + 3'h1;
+  always @(posedge clock) begin
+    wasActive <= _wasActive_T;
+    if (_GEN)
+      gray <= {_gray_T[2], _gray_T[1:0] ^ _gray_T[2:1]};
+    if (_GEN & _GEN_0 == 2'h0) begin
+      storage_0_dv <= pins_dv;
+      storage_0_er <= pins_er;
+      storage_0_data <= pins_data;
+    end
+    if (_GEN & _GEN_0 == 2'h1) begin
+      storage_1_dv <= pins_dv;
+      storage_1_er <= pins_er;
+      storage_1_data <= pins_data;
+    end
+    if (_GEN & _GEN_0 == 2'h2) begin
+      storage_2_dv <= pins_dv;
+      storage_2_er <= pins_er;
+      storage_2_data <= pins_data;
+    end
+    if (_GEN & (&_GEN_0)) begin
+      storage_3_dv <= pins_dv;
+      storage_3_er <= pins_er;
+      storage_3_data <= pins_data;
+    end
+  end // always @(posedge)
+  assign slots_0_dv = storage_0_dv;
+  assign slots_0_er = storage_0_er;
+  assign slots_0_data = storage_0_data;
+  assign slots_1_dv = storage_1_dv;
+  assign slots_1_er = storage_1_er;
+  assign slots_1_data = storage_1_data;
+  assign slots_2_dv = storage_2_dv;
+  assign slots_2_er = storage_2_er;
+  assign slots_2_data = storage_2_data;
+  assign slots_3_dv = storage_3_dv;
+  assign slots_3_er = storage_3_er;
+  assign slots_3_data = storage_3_data;
+  assign writeGray = gray;
+endmodule
+
+module MiiRxReadSide(
+  input        clock,
+  input        reset,
+  input        slots_0_dv,
+  input        slots_0_er,
+  input  [3:0] slots_0_data,
+  input        slots_1_dv,
+  input        slots_1_er,
+  input  [3:0] slots_1_data,
+  input        slots_2_dv,
+  input        slots_2_er,
+  input  [3:0] slots_2_data,
+  input        slots_3_dv,
+  input        slots_3_er,
+  input  [3:0] slots_3_data,
+  input  [2:0] writeGray,
+  input        shortMargin,
+  output       read_symbol_dv,
+  output       read_symbol_er,
+  output [3:0] read_symbol_data,
+  output       read_available,
+  output       read_settled,
+  output       read_overflow,
+  input        read_take
+);
+
+  reg  [2:0] meta;
+  reg  [2:0] visible;
+  reg  [2:0] earlier_1;
+  reg  [2:0] earlier_2;
+  reg  [2:0] pointer;
+  wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
+  wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
+  reg        casez_tmp;
+  always @(*) begin
+    casez (pointer[1:0])
+      2'b00:
+        casez_tmp = slots_0_dv;
+      2'b01:
+        casez_tmp = slots_1_dv;
+      2'b10:
+        casez_tmp = slots_2_dv;
+      default:
+        casez_tmp = slots_3_dv;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_0;
+  always @(*) begin
+    casez (pointer[1:0])
+      2'b00:
+        casez_tmp_0 = slots_0_er;
+      2'b01:
+        casez_tmp_0 = slots_1_er;
+      2'b10:
+        casez_tmp_0 = slots_2_er;
+      default:
+        casez_tmp_0 = slots_3_er;
+    endcase
+  end // always @(*)
+  reg  [3:0] casez_tmp_1;
+  always @(*) begin
+    casez (pointer[1:0])
+      2'b00:
+        casez_tmp_1 = slots_0_data;
+      2'b01:
+        casez_tmp_1 = slots_1_data;
+      2'b10:
+        casez_tmp_1 = slots_2_data;
+      default:
+        casez_tmp_1 = slots_3_data;
+    endcase
+  end // always @(*)
+  always @(posedge clock) begin
+    meta <= writeGray;
+    visible <= meta;
+    earlier_1 <= visible;
+    earlier_2 <= earlier_1;
+    if (reset)
+      pointer <= {visible[2], ^(visible[2:1]), ^visible};
+    else if (read_take)
+      pointer <= pointer + 3'h1;
+  end // always @(posedge)
+  assign read_symbol_dv = casez_tmp;
+  assign read_symbol_er = casez_tmp_0;
+  assign read_symbol_data = casez_tmp_1;
+  assign read_available = visible != pointerGray;
+  assign read_settled = (shortMargin ? earlier_1 : earlier_2) != pointerGray;
+  assign read_overflow = _waiting_T_7[2];
+endmodule
+
 module MiiRxCrossing(
   input        clock,
   input        reset,
@@ -1197,113 +1365,63 @@ module MiiRxCrossing(
   input        read_take
 );
 
-  reg        wasActive;
-  reg  [2:0] pointer;
-  reg  [2:0] gray;
-  reg        storage_0_dv;
-  reg        storage_0_er;
-  reg  [3:0] storage_0_data;
-  reg        storage_1_dv;
-  reg        storage_1_er;
-  reg  [3:0] storage_1_data;
-  reg        storage_2_dv;
-  reg        storage_2_er;
-  reg  [3:0] storage_2_data;
-  reg        storage_3_dv;
-  reg        storage_3_er;
-  reg  [3:0] storage_3_data;
-  reg  [2:0] meta;
-  reg  [2:0] visible;
-  reg  [2:0] earlier_1;
-  reg  [2:0] earlier_2;
-  reg  [2:0] pointer_1;
-  wire [2:0] pointerGray = {pointer_1[2], pointer_1[1:0] ^ pointer_1[2:1]};
-  wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer_1;
-  reg        casez_tmp;
-  always @(*) begin
-    casez (pointer_1[1:0])
-      2'b00:
-        casez_tmp = storage_0_dv;
-      2'b01:
-        casez_tmp = storage_1_dv;
-      2'b10:
-        casez_tmp = storage_2_dv;
-      default:
-        casez_tmp = storage_3_dv;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_0;
-  always @(*) begin
-    casez (pointer_1[1:0])
-      2'b00:
-        casez_tmp_0 = storage_0_er;
-      2'b01:
-        casez_tmp_0 = storage_1_er;
-      2'b10:
-        casez_tmp_0 = storage_2_er;
-      default:
-        casez_tmp_0 = storage_3_er;
-    endcase
-  end // always @(*)
-  reg  [3:0] casez_tmp_1;
-  always @(*) begin
-    casez (pointer_1[1:0])
-      2'b00:
-        casez_tmp_1 = storage_0_data;
-      2'b01:
-        casez_tmp_1 = storage_1_data;
-      2'b10:
-        casez_tmp_1 = storage_2_data;
-      default:
-        casez_tmp_1 = storage_3_data;
-    endcase
-  end // always @(*)
-  wire [2:0] _gray_T = pointer + 3'h1;
-  wire       _wasActive_T = pins_dv | pins_er;
-  wire       _GEN = _wasActive_T | wasActive;
-  always @(posedge rxClock) begin
-    wasActive <= _wasActive_T;
-    if (_GEN) begin
-      pointer <= _gray_T;
-      gray <= {_gray_T[2], _gray_T[1:0] ^ _gray_T[2:1]};
-    end
-    if (_GEN & pointer[1:0] == 2'h0) begin
-      storage_0_dv <= pins_dv;
-      storage_0_er <= pins_er;
-      storage_0_data <= pins_data;
-    end
-    if (_GEN & pointer[1:0] == 2'h1) begin
-      storage_1_dv <= pins_dv;
-      storage_1_er <= pins_er;
-      storage_1_data <= pins_data;
-    end
-    if (_GEN & pointer[1:0] == 2'h2) begin
-      storage_2_dv <= pins_dv;
-      storage_2_er <= pins_er;
-      storage_2_data <= pins_data;
-    end
-    if (_GEN & (&(pointer[1:0]))) begin
-      storage_3_dv <= pins_dv;
-      storage_3_er <= pins_er;
-      storage_3_data <= pins_data;
-    end
-  end // always @(posedge)
-  always @(posedge clock) begin
-    meta <= gray;
-    visible <= meta;
-    earlier_1 <= visible;
-    earlier_2 <= earlier_1;
-    if (reset)
-      pointer_1 <= {visible[2], ^(visible[2:1]), ^visible};
-    else if (read_take)
-      pointer_1 <= pointer_1 + 3'h1;
-  end // always @(posedge)
-  assign read_symbol_dv = casez_tmp;
-  assign read_symbol_er = casez_tmp_0;
-  assign read_symbol_data = casez_tmp_1;
-  assign read_available = visible != pointerGray;
-  assign read_settled = (shortMargin ? earlier_1 : earlier_2) != pointerGray;
-  assign read_overflow = _waiting_T_7[2];
+  wire       _writeSide_slots_0_dv;
+  wire       _writeSide_slots_0_er;
+  wire [3:0] _writeSide_slots_0_data;
+  wire       _writeSide_slots_1_dv;
+  wire       _writeSide_slots_1_er;
+  wire [3:0] _writeSide_slots_1_data;
+  wire       _writeSide_slots_2_dv;
+  wire       _writeSide_slots_2_er;
+  wire [3:0] _writeSide_slots_2_data;
+  wire       _writeSide_slots_3_dv;
+  wire       _writeSide_slots_3_er;
+  wire [3:0] _writeSide_slots_3_data;
+  wire [2:0] _writeSide_writeGray;
+  MiiRxWriteSide writeSide (
+    .clock        (rxClock),
+    .pins_dv      (pins_dv),
+    .pins_er      (pins_er),
+    .pins_data    (pins_data),
+    .slots_0_dv   (_writeSide_slots_0_dv),
+    .slots_0_er   (_writeSide_slots_0_er),
+    .slots_0_data (_writeSide_slots_0_data),
+    .slots_1_dv   (_writeSide_slots_1_dv),
+    .slots_1_er   (_writeSide_slots_1_er),
+    .slots_1_data (_writeSide_slots_1_data),
+    .slots_2_dv   (_writeSide_slots_2_dv),
+    .slots_2_er   (_writeSide_slots_2_er),
+    .slots_2_data (_writeSide_slots_2_data),
+    .slots_3_dv   (_writeSide_slots_3_dv),
+    .slots_3_er   (_writeSide_slots_3_er),
+    .slots_3_data (_writeSide_slots_3_data),
+    .writeGray    (_writeSide_writeGray)
+  );
+  MiiRxReadSide readSide (
+    .clock            (clock),
+    .reset            (reset),
+    .slots_0_dv       (_writeSide_slots_0_dv),
+    .slots_0_er       (_writeSide_slots_0_er),
+    .slots_0_data     (_writeSide_slots_0_data),
+    .slots_1_dv       (_writeSide_slots_1_dv),
+    .slots_1_er       (_writeSide_slots_1_er),
+    .slots_1_data     (_writeSide_slots_1_data),
+    .slots_2_dv       (_writeSide_slots_2_dv),
+    .slots_2_er       (_writeSide_slots_2_er),
+    .slots_2_data     (_writeSide_slots_2_data),
+    .slots_3_dv       (_writeSide_slots_3_dv),
+    .slots_3_er       (_writeSide_slots_3_er),
+    .slots_3_data     (_writeSide_slots_3_data),
+    .writeGray        (_writeSide_writeGray),
+    .shortMargin      (shortMargin),
+    .read_symbol_dv   (read_symbol_dv),
+    .read_symbol_er   (read_symbol_er),
+    .read_symbol_data (read_symbol_data),
+    .read_available   (read_available),
+    .read_settled     (read_settled),
+    .read_overflow    (read_overflow),
+    .read_take        (read_take)
+  );
 endmodule
 
 module MiiReceiver(

@@ -1,0 +1,144 @@
+package flyframe.model
+
+import java.io.{BufferedOutputStream, FileOutputStream, PrintStream}
+import scala.util.Random
+import scopt.OParser
+import flyframe.params.{EscParams, Presets}
+import flyframe.registers.RegisterMap
+
+/** Writes operations and what must come of them as lines of text, for `build/flyframe-fuzz` (format: `test/cosim/README.md`). */
+class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscModel) {
+  private var frames   = 0
+  private var lastPort = -1
+  out.println(s"H $seed ${p.preset} ${p.ports} ${p.cyclesPerNibble} ${p.dataBusWidth}")
+
+  private def hexNibbles(nibbles: Seq[Int]): String = nibbles.map(n => Character.forDigit(n, 16)).mkString
+
+  /** Waits until nothing moves. */
+  def quiet(): Unit = { out.println("Q"); lastPort = -1 }
+
+  def clockError(port: Int, ppm: Int): Unit = { quiet(); out.println(s"C $port $ppm") }
+
+  def link(port: Int, up: Boolean): Unit = {
+    quiet()
+    out.println(s"L $port ${if (up) 1 else 0}")
+    model.setLink(port, up)
+  }
+
+  def pdiOperational(on: Boolean): Unit = {
+    quiet()
+    out.println(s"P ${if (on) 1 else 0}")
+    model.pdiOperational = on
+  }
+
+  def hostWrite(address: Int, byte: Int): Unit = {
+    quiet()
+    out.println(f"W $address%04x $byte%02x")
+    model.hostWrite(address, byte)
+  }
+
+  def falseCarrier(port: Int, symbols: Int): Unit = {
+    quiet()
+    out.println(s"I $port $symbols")
+    quiet()
+    model.falseCarrier(port, symbols)
+  }
+
+  /** A frame into `port`, `gap` nibble times after the last; what left, and where. */
+  def frame(port: Int, frame: WireFrame, gap: Int = 24): Option[(Int, SentFrame)] = {
+    if (port != lastPort) quiet()
+    lastPort = port
+    val before = loops
+    val errors = frame.symbols.indices.filter(frame.symbols(_).error)
+    out.println(
+      s"F $frames $port $gap ${hexNibbles(frame.symbols.map(_.nibble))}" + (if (errors.isEmpty) "" else errors.mkString(" E", ",", ""))
+    )
+    frames += 1
+    val sent = model.receive(port, frame)
+    out.println(sent.fold("X -") { case (y, s) => s"X $y ${s.preamble} ${hexNibbles(s.payload)}" })
+    if (loops != before) quiet() // loops change when the port is idle (B-30)
+    sent
+  }
+
+  private def loops = (0 until p.ports).map(model.open)
+
+  /** The whole state must be right: all registers, user RAM and the given part of the process data RAM. */
+  def checkpoint(ram: Range): Unit = {
+    quiet()
+    val user = RegisterMap.UserRamStart until RegisterMap.ProcessRamStart
+    (model.registers.addresses ++ user ++ ram.filter(_ < RegisterMap.ProcessRamStart + p.ramBytes)).foreach { a =>
+      out.println(f"R $a%04x ${model.hostRead(a)}%02x")
+    }
+  }
+}
+
+/** Random operations on one controller, with checkpoints. */
+object FuzzVectors {
+
+  /** Writes `count` random frames, and what else happens to a controller, from `seed` on. */
+  def write(p: EscParams, seed: Long, count: Int, out: PrintStream): Unit = {
+    val random    = new Random(seed)
+    val model     = new EscModel(p)
+    val writer    = new VectorWriter(p, seed, out, model)
+    val generator = new FrameGenerator(p, model, random)
+    def port()    = random.nextInt(p.ports)
+    def memory()  = {
+      val start = RegisterMap.ProcessRamStart + 64 * random.nextInt((p.ramBytes / 64) max 1)
+      start until start + 64
+    }
+    var main = 0
+    for (i <- 1 to count) {
+      random.nextInt(1000) match {
+        case r if r < 12 => writer.link(port(), up = random.nextInt(3) > 0)
+        case r if r < 15 => writer.pdiOperational(random.nextInt(3) > 0)
+        case r if r < 22 => writer.hostWrite(0x0012 + random.nextInt(2), random.nextInt(256))
+        case r if r < 30 => writer.hostWrite(0x0f80 + random.nextInt(0x100), random.nextInt(256))
+        case r if r < 33 => writer.hostWrite(random.nextInt(0x0f80), random.nextInt(256))
+        case r if r < 38 => writer.falseCarrier(port(), 1 + random.nextInt(20))
+        case r if r < 50 => writer.clockError(port(), random.nextInt(201) - 100)
+        case r if r < 58 => (0 until p.ports).foreach(y => writer.link(y, up = true)) // back to a network that works
+        case r if r < 66 => // the master sets the loops to auto and an address
+          writer.pdiOperational(true)
+          val content = EtherCatFrame(
+            Seq(Datagram(8, 0, 0x0100, Seq(1, 0, 7, random.nextInt(2))), Datagram(8, 0, 0x0010, Seq(random.nextInt(256), random.nextInt(32))))
+          )
+          (0 until p.ports).foreach(y => writer.frame(y, WireFrame.withFcs(content)))
+        case r if r < 120 => main = if (random.nextBoolean()) 0 else port()
+        case _            =>
+      }
+      val gap  = random.nextInt(10) match {
+        case 0 => 22
+        case 1 => 24 + random.nextInt(200)
+        case _ => 24
+      }
+      val sent = writer.frame(main, generator.next(), gap)
+      // Sometimes the frame comes back, as in a line.
+      if (random.nextInt(8) == 0) sent.foreach { case (y, s) => if (y != main) writer.frame(y, s.onWire, 24 + random.nextInt(30)) }
+      if (i % 40 == 0) writer.checkpoint(memory())
+    }
+    writer.checkpoint(RegisterMap.ProcessRamStart until RegisterMap.ProcessRamStart + p.ramBytes)
+  }
+
+  private final case class Options(preset: String = Presets.default.name, seed: Long = 1, frames: Int = 10000, out: String = "-")
+
+  /** `--preset NAME --seed N --frames N --out FILE` (`-`: standard output). */
+  def main(args: Array[String]): Unit = {
+    val builder = OParser.builder[Options]
+    import builder._
+    val parser = OParser.sequence(
+      programName("FuzzVectors"),
+      opt[String]("preset").action((v, o) => o.copy(preset = v)).validate(v => if (Presets.named(v).isDefined) success else failure(s"no preset $v")),
+      opt[Long]("seed").action((v, o) => o.copy(seed = v)),
+      opt[Int]("frames").action((v, o) => o.copy(frames = v)),
+      opt[String]("out").action((v, o) => o.copy(out = v))
+    )
+    OParser.parse(parser, args, Options()) match {
+      case None => sys.exit(2)
+      case Some(o) =>
+        val target = if (o.out == "-") System.out else new FileOutputStream(o.out)
+        val stream = new PrintStream(new BufferedOutputStream(target, 1 << 16))
+        write(Presets.named(o.preset).get.params, o.seed, o.frames, stream)
+        stream.close()
+    }
+  }
+}

@@ -1,0 +1,65 @@
+package flyframe.model
+
+import flyframe.params.EscParams
+import flyframe.registers.{Access, Field, Register, RegisterMap, Source}
+
+/** The registers of a modelled controller: values by field name, access by byte.
+  *
+  * @param status gives the value of a status field by its name
+  */
+class ModelRegisters(p: EscParams, status: String => Int) {
+  private val registers: Seq[Register] = RegisterMap(p)
+  private val fields                   = registers.flatMap(_.fields)
+  private val byByte: Array[Register] = {
+    val table = new Array[Register](RegisterMap.UserRamStart)
+    registers.foreach(r => r.range.foreach(table(_) = r))
+    table
+  }
+  private val values = scala.collection.mutable.Map.from(fields.map(f => f.name -> f.reset.toInt))
+
+  def register(address: Int): Option[Register] =
+    if (address >= 0 && address < byByte.length) Option(byByte(address)) else None
+
+  /** Present value of a field. */
+  def value(name: String): Int = values(name)
+  def set(name: String, value: Int): Unit = values(name) = value
+
+  /** Counts one, up to 0xFF (ERR-10). */
+  def count(name: String, events: Int = 1): Unit = values(name) = (values(name) + events) min 0xff
+
+  /** The byte at `address` as it reads; reserved bits and absent bytes are 0. */
+  def byte(address: Int): Int = register(address).fold(0) { r =>
+    val whole = r.fields.foldLeft(0L) { (image, f) =>
+      val v = if (f.source == Source.Status) status(f.name) else values(f.name)
+      image | v.toLong << f.low
+    }
+    (whole >> (8 * (address - r.address)) & 0xff).toInt
+  }
+
+  /** A write takes effect. */
+  def write(address: Int, byte: Int): Unit = register(address).foreach { r =>
+    val first = 8 * (address - r.address) // lowest bit of this byte in the register
+    r.fields.foreach { f =>
+      f.source match {
+        case Source.Stored(_) =>
+          for (bit <- f.low to f.high if bit >= first && bit < first + 8) {
+            val mask = 1 << (bit - f.low)
+            val one  = (byte >> (bit - first) & 1) == 1
+            values(f.name) = if (one) values(f.name) | mask else values(f.name) & ~mask
+          }
+        case Source.Counter(group) => clear(group)
+        case _                     =>
+      }
+    }
+  }
+
+  private def clear(group: String): Unit = fields.foreach { f: Field =>
+    if (f.source == Source.Counter(group)) values(f.name) = 0
+  }
+
+  def ecat(address: Int): Access = register(address).fold[Access](Access.None)(_.ecat)
+  def pdi(address: Int): Access  = register(address).fold[Access](Access.None)(_.pdi)
+
+  /** All bytes of existing registers. */
+  def addresses: Seq[Int] = registers.flatMap(_.range)
+}

@@ -1,0 +1,176 @@
+package flyframe.model
+
+/** What the processing unit needs of the controller around it. */
+trait AddressSpace {
+
+  /** The byte as ECAT reads it, if it may. */
+  def read(address: Int): Option[Int]
+
+  /** ECAT writes a byte; false if it may not. Memory changes at once, registers when the frame has ended well. */
+  def write(address: Int, byte: Int): Boolean
+}
+
+/** Settings of the processing unit for one frame. */
+final case class ProcessingSettings(
+    stationAddress: Int,
+    alias: Option[Int],
+    destroyForeign: Boolean,
+    circulating: Boolean,
+    ecatEvents: Int,
+    maxSubTelegrams: Int
+)
+
+/** What comes out: the nibbles, whether the frame is (now) in error, and whether it had more datagrams than are processed. */
+final case class Processed(payload: Vector[Int], bad: Boolean, tooMany: Boolean)
+
+/** The ECAT processing unit on a whole frame: sections 2 to 7 of the specification, B-10 to B-21.
+  *
+  * It looks at the frame as it came in and writes into a copy. A frame may end anywhere, even within a byte: then the nibbles that
+  * are there are processed as far as they go.
+  */
+class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
+  import ProcessingUnit._
+
+  def process(payload: Vector[Int], alreadyBad: Boolean): Processed = new Run(payload, alreadyBad).result
+
+  private class Run(in: Vector[Int], alreadyBad: Boolean) {
+    private val out        = in.toArray
+    private val wholeBytes = in.size / 2
+
+    private def has(byte: Int): Boolean   = byte < wholeBytes
+    private def begun(byte: Int): Boolean = 2 * byte < in.size
+    private def nibble(i: Int): Int       = if (i < in.size) in(i) else 0
+    private def byteIn(i: Int): Int       = nibble(2 * i) | nibble(2 * i + 1) << 4
+    private def little(i: Int): Int       = byteIn(i) | byteIn(i + 1) << 8
+    private def big(i: Int): Int          = byteIn(i) << 8 | byteIn(i + 1)
+    private def put(i: Int, byte: Int): Unit = {
+      if (2 * i < out.length) out(2 * i) = byte & 0xf
+      if (2 * i + 1 < out.length) out(2 * i + 1) = byte >> 4 & 0xf
+    }
+    private def putLittle(i: Int, word: Int): Unit = {
+      put(i, word & 0xff)
+      put(i + 1, word >> 8 & 0xff)
+    }
+
+    private def destroyedAfter(byte: Int): Processed = Processed(out.take(2 * byte + 2).toVector, bad = true, tooMany = false)
+    private def passed(bad: Boolean): Processed      = Processed(out.toVector, alreadyBad || bad, tooMany = false)
+    private def foreignAt(byte: Int): Processed = if (settings.destroyForeign) destroyedAfter(byte) else passed(bad = false)
+
+    private def putNibble(i: Int, value: Int): Unit = if (i < out.length) out(i) = value
+
+    val result: Processed = {
+      if (settings.destroyForeign) putNibble(12, nibble(12) | 2) // SOURCE_MAC[1], FP-09
+      ethernet()
+    }
+
+    private def ethernet(): Processed = {
+      val typeAt = if (has(13) && big(12) == 0x8100) 16 else 12 // FP-03: the tag itself does not matter
+      if (!has(typeAt + 1)) passed(bad = true)
+      else
+        big(typeAt) match {
+          case EtherCat => ethercat(typeAt + 2)
+          case IPv4     => ip(typeAt + 2)
+          case _        => foreignAt(typeAt + 1)
+        }
+    }
+
+    /** FP-04: version 4 with a header of 5 words, protocol UDP, destination port. */
+    private def ip(start: Int): Processed = {
+      val tests = Seq[(Int, Boolean)](
+        start        -> (byteIn(start) == 0x45),
+        (start + 9)  -> (byteIn(start + 9) == 0x11),
+        (start + 23) -> (big(start + 22) == EtherCat)
+      )
+      tests.collectFirst {
+        case (at, _) if !has(at) => passed(bad = true)
+        case (at, false)         => foreignAt(at)
+      }.getOrElse {
+        putLittle(start + 26, 0) // UDP checksum, FP-05
+        if (has(start + 27)) ethercat(start + 28) else passed(bad = true)
+      }
+    }
+
+    private def ethercat(start: Int): Processed =
+      if (!has(start + 1)) passed(bad = true)
+      else if (little(start) >> 12 != 1) foreignAt(start + 1)
+      else datagrams(start + 2, 0)
+
+    /** From the datagram with number `index` at byte `start` on. */
+    @annotation.tailrec
+    private def datagrams(start: Int, index: Int): Processed = {
+      val mine   = index < settings.maxSubTelegrams
+      val length = little(start + 6) & 0x7ff
+      val circle = settings.circulating && mine && has(start + 7)
+      val end    = start + 12 + length
+      if (mine) increment(start)
+      if (circle && (little(start + 6) & Circulating) != 0) destroyedAfter(start + 7) // LP-15, OP-03
+      else {
+        if (circle) putLittle(start + 6, little(start + 6) | Circulating)
+        if (mine) {
+          if (begun(start + 8)) putLittle(start + 8, little(start + 8) | settings.ecatEvents)
+          if (has(start + 9)) execute(start, length)
+        }
+        if (!has(end - 1)) passed(bad = true)
+        else if ((little(start + 6) & More) != 0) datagrams(end, index + 1)
+        else ending(end, index + 1)
+      }
+    }
+
+    /** FP-22. */
+    private def increment(start: Int): Unit =
+      if (has(start) && IncrementsAdp(byteIn(start))) putLittle(start + 2, little(start + 2) + 1 & 0xffff)
+
+    /** Section 5: what the datagram does here; section 6: what it counts. */
+    private def execute(start: Int, length: Int): Unit = {
+      val command = byteIn(start)
+      val adp     = little(start + 2)
+      val ado     = little(start + 4)
+      val matches = command match {
+        case 1 | 2 | 3 | 13 => adp == 0
+        case 4 | 5 | 6 | 14 => adp == settings.stationAddress || settings.alias.contains(adp)
+        case 7 | 8 | 9      => true
+        case _              => false
+      }
+      val (reads, writes) = command match {
+        case 1 | 4 | 7 => (matches, false)
+        case 2 | 5 | 8 => (false, matches)
+        case 3 | 6 | 9 => (matches, matches)
+        case 13 | 14   => (matches, !matches)
+        case _         => (false, false)
+      }
+      val broadcast    = command >= 7 && command <= 9
+      var readSuccess  = false
+      var writeSuccess = false
+      for (i <- 0 until length; at = start + 10 + i if begun(at)) {
+        val address = ado + i
+        if (reads) space.read(address).foreach { value =>
+          put(at, if (broadcast) byteIn(at) | value else value)
+          readSuccess = true
+        }
+        if (writes && has(at) && space.write(address, byteIn(at))) writeSuccess = true
+      }
+      val both  = Set(3, 6, 9)(command)
+      val count = (if (readSuccess) 1 else 0) + (if (writeSuccess) { if (both) 2 else 1 } else 0)
+      putLittle(start + 10 + length, little(start + 10 + length) + count & 0xffff)
+    }
+
+    /** Padding and FCS, from byte `end` of the frame on. */
+    private def ending(end: Int, count: Int): Processed = {
+      val fcs = end max 60 // B-13
+      if (begun(fcs)) {
+        def bytes(nibbles: Int => Int) = (0 until fcs).map(i => nibbles(2 * i) | nibbles(2 * i + 1) << 4)
+        Fcs.change(bytes(in), bytes(out)).zipWithIndex.foreach { case (c, i) => put(fcs + i, byteIn(fcs + i) ^ c) }
+      }
+      val trailing = wholeBytes - end
+      passed(bad = trailing < 4 || trailing > 68).copy(tooMany = count > settings.maxSubTelegrams)
+    }
+  }
+}
+
+object ProcessingUnit {
+  private val EtherCat      = 0x88a4
+  private val IPv4          = 0x0800
+  private val Circulating   = 1 << 14
+  private val More          = 1 << 15
+  private val IncrementsAdp = Set(1, 2, 3, 7, 8, 9, 13)
+}
