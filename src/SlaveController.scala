@@ -35,9 +35,13 @@ class SlaveController(p: EscParams) extends Module {
   val pdi_operational = IO(Input(Bool()))
   val mii             = IO(Vec(p.ports, new MiiPort))
   val mii_tx_tick     = IO(Output(Bool()))
+
+  /** Holds the PHYs in reset while the controller is, so that no link appears (PHY-01); low active, as PHYs want it. */
+  val phy_reset_n = IO(Output(Bool()))
   val host            = IO(new HostPort(p.lanes))
 
   private val portNumbers = 0 until p.ports
+  phy_reset_n := !reset.asBool
 
   // The three steps of a nibble slot.
   private val slot        = Module(new SlotTimer(p.cyclesPerNibble))

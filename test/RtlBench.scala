@@ -2,7 +2,9 @@ package flyframe
 
 import chisel3._
 import chiseltest._
+import flyframe.model.{SentFrame, WireFrame}
 import flyframe.params.EscParams
+import flyframe.rules.Bench
 
 /** The controller with its receive clocks as plain inputs, as chiseltest needs them. */
 class ControllerUnderTest(p: EscParams) extends Module {
@@ -33,36 +35,45 @@ class ControllerUnderTest(p: EscParams) extends Module {
   }
 }
 
-/** What left at a port: nibbles 0x5 before the SFD, and the nibbles behind it. */
-final case class Sent(port: Int, preamble: Int, payload: Seq[Int]) {
-
-  /** The whole bytes, FCS included. */
-  def bytes: Seq[Int] = payload.grouped(2).collect { case Seq(low, high) => low | high << 4 }.toSeq
-}
-
 /** Drives a [[ControllerUnderTest]] with nominal clocks, one frame at a time. */
-class RtlBench(dut: ControllerUnderTest, p: EscParams) {
+class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   private val cycles = p.cyclesPerNibble
   dut.clock.setTimeout(0)
   private var cycle    = 0L
   private var running  = Map.empty[Int, Vector[Int]] // nibbles of the frame that is leaving a port
-  private var finished = Vector.empty[Sent]
+  private var finished = Vector.empty[(Int, SentFrame)]
 
-  for (y <- 0 until p.ports) dut.link(y).poke(true)
-  dut.loaded.poke(true)
-  idle(40)
+  reset()
+
+  /** Back to the state after power-on, all links up. */
+  def reset(): Unit = {
+    for (y <- 0 until p.ports) {
+      dut.link(y).poke(true)
+      dut.rxDv(y).poke(false)
+      dut.rxEr(y).poke(false)
+    }
+    dut.loaded.poke(true)
+    dut.host.req.poke(false)
+    dut.reset.poke(true.B)
+    idle(4)
+    dut.reset.poke(false.B)
+    idle(40)
+    running = Map.empty
+  }
 
   /** One nibble slot with the given symbol at one port. Receive clocks rise in the middle of the slot. */
   private def slot(port: Int, dv: Boolean, er: Boolean, data: Int): Unit = {
-    dut.rxDv(port).poke(dv)
-    dut.rxEr(port).poke(er)
-    dut.rxd(port).poke(data)
-    // At one cycle per slot the receive clock needs two edges in one core cycle: it rises with the poke and falls after the step.
+    for (y <- 0 until p.ports) {
+      dut.rxDv(y).poke(dv && y == port)
+      dut.rxEr(y).poke(er && y == port)
+      dut.rxd(y).poke(if (y == port) data else 0)
+    }
     for (c <- 0 until cycles) {
       for (y <- 0 until p.ports) dut.rxClock(y).poke(c == cycles / 2)
       step()
     }
     for (y <- 0 until p.ports) dut.rxClock(y).poke(false)
+    dut.txTick.peek() // lets the simulator see the falling edge, where a slot is only one cycle long
   }
 
   private def step(): Unit = {
@@ -75,7 +86,7 @@ class RtlBench(dut: ControllerUnderTest, p: EscParams) {
         else if (soFar.nonEmpty) {
           val (preamble, rest) = soFar.span(_ == 5)
           assert(rest.headOption.contains(0xd), s"port $y sent no SFD: $soFar")
-          finished :+= Sent(y, preamble.size, rest.tail)
+          finished :+= y -> SentFrame(preamble.size, rest.tail)
           running -= y
         }
       }
@@ -94,22 +105,21 @@ class RtlBench(dut: ControllerUnderTest, p: EscParams) {
     idle(4)
   }
 
-  /** Sends symbols (nibbles, from the first with RX_DV on) into a port, and gives what left the controller. */
-  def symbols(port: Int, nibbles: Seq[Int], errorsAt: Set[Int] = Set.empty): Seq[Sent] = {
+  def send(port: Int, frame: WireFrame): Option[(Int, SentFrame)] = {
     finished = Vector.empty
-    nibbles.zipWithIndex.foreach { case (n, i) => slot(port, dv = true, errorsAt(i), n) }
+    frame.symbols.foreach(s => slot(port, dv = true, s.error, s.nibble))
     idle(24 + p.writeLogDepth / cycles + 8)
-    finished
+    assert(finished.size <= 1, s"one frame in, ${finished.size} frames out")
+    finished.headOption
   }
+
+  def advanceMs(ms: Int): Unit = idle(ms * 25000)
 
   /** Symbols with RX_ER outside a frame. */
-  def falseCarrier(port: Int, count: Int): Unit = {
-    (0 until count).foreach(_ => slot(port, dv = false, er = true, 0xe))
+  def falseCarrier(port: Int, symbols: Int): Unit = {
+    (0 until symbols).foreach(_ => slot(port, dv = false, er = true, 0xe))
     idle(8)
   }
-
-  /** Sends a frame without FCS; preamble and FCS are added. */
-  def frame(port: Int, bytes: Seq[Int]): Seq[Sent] = symbols(port, Frames.symbols(Frames.withFcs(bytes)))
 
   private def access(write: Boolean, address: Int, data: BigInt, enable: Int): BigInt = {
     dut.host.req.poke(true)

@@ -37,6 +37,14 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
     model.hostWrite(address, byte)
   }
 
+  /** The byte the host must read. */
+  def hostRead(address: Int): Int = {
+    quiet()
+    val byte = model.hostRead(address)
+    out.println(f"R $address%04x $byte%02x")
+    byte
+  }
+
   def falseCarrier(port: Int, symbols: Int): Unit = {
     quiet()
     out.println(s"I $port $symbols")

@@ -1,0 +1,40 @@
+package flyframe.rules
+
+import chiseltest._
+import chiseltest.simulator.VerilatorBackendAnnotation
+import org.scalatest.flatspec.AnyFlatSpec
+import scala.util.Try
+import flyframe.{ControllerUnderTest, RtlBench}
+import flyframe.params.{EscParams, Presets}
+
+/** All rule tests, on the golden model and on the RTL of several parameter sets. */
+class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
+  private val rules = FrameRules.all ++ PortRules.all
+
+  private def preset(name: String) = Presets.named(name).get.params.copy(temporaryLoopMs = 1)
+  private val sets = Seq(
+    preset("cyclone4-min"),
+    preset("et1100").copy(preset = "et1100-25", coreClockMhz = 25, dataBusWidth = 32),
+    preset("cyclone4-min").copy(preset = "wide-50", coreClockMhz = 50, dataBusWidth = 16, maxSubTelegrams = 4, nodeIdWidth = 8)
+  )
+
+  for (p <- sets; rule <- rules if rule.needs(p))
+    s"${rule.name} [model, ${p.preset}]" should "hold" in rule.run(new Steps(new ModelBench(p)))
+
+  // One simulation per parameter set; each rule reports its own result.
+  for (p <- sets) {
+    val mine = rules.filter(_.needs(p))
+    lazy val results: Map[String, Try[Unit]] = {
+      var found = Map.empty[String, Try[Unit]]
+      test(new ControllerUnderTest(p)).withAnnotations(Seq(VerilatorBackendAnnotation)) { dut =>
+        val bench = new RtlBench(dut, p)
+        mine.foreach { rule =>
+          bench.reset()
+          found += rule.name -> Try(rule.run(new Steps(bench)))
+        }
+      }
+      found
+    }
+    for (rule <- mine) s"${rule.name} [RTL, ${p.preset}]" should "hold" in results(rule.name).get
+  }
+}
