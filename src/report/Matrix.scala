@@ -1,0 +1,51 @@
+package flyframe.report
+
+import java.nio.file.{Files, Path, Paths}
+import scala.util.control.NonFatal
+import flyframe.{Documents, Emit}
+import flyframe.params.EscParams
+
+/** Elaborates every point of the parameter matrix, for `test/cosim/matrix.sh` to lint. */
+object Matrix {
+
+  /** The points, in the order they are elaborated. */
+  val points: Seq[EscParams] =
+    for {
+      width <- Seq(8, 16, 32)
+      ports <- Seq(1, 2, 4)
+      count <- Seq(1, 15, 128)
+      id    <- Seq(8, 16)
+    } yield EscParams(
+      preset = s"m${width}_p${ports}_t${count}_i$id",
+      dataBusWidth = width,
+      ports = ports,
+      maxSubTelegrams = count,
+      nodeIdWidth = id,
+      ramKiB = 1
+    )
+
+  /** Writes the files of one point, or says why it has none; a failed point leaves no file of an earlier run behind. */
+  private def elaborate(p: EscParams, out: Path): Option[String] = {
+    val files = Seq("v", "json").map(e => out.resolve(s"${p.preset}.$e"))
+    files.foreach(f => Files.deleteIfExists(f))
+    EscParams.problems(p).headOption.orElse {
+      try {
+        files.zip(Seq(Emit.verilog(p), Documents.json(p))).foreach { case (f, text) => Files.writeString(f, text) }
+        None
+      } catch { case NonFatal(e) => Some(e.toString) }
+    }
+  }
+
+  /** Argument: the directory to write to, default build/matrix. Exit code 1 if a point could not be elaborated. */
+  def main(args: Array[String]): Unit = {
+    val out = Files.createDirectories(Paths.get(args.headOption.getOrElse("build/matrix")))
+    val failed = points.zipWithIndex.count { case (p, i) =>
+      println(s"[${i + 1}/${points.size}] ${p.preset}")
+      val problem = elaborate(p, out)
+      problem.foreach(reason => Console.err.println(s"${p.preset}: $reason"))
+      problem.nonEmpty
+    }
+    println(s"${points.size - failed} elaborated, $failed failed")
+    if (failed > 0) sys.exit(1)
+  }
+}
