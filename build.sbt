@@ -30,5 +30,6 @@ lazy val flyframe = (project in file("."))
     run / outputStrategy   := Some(StdoutOutput),
     Test / fork            := true,
     Test / javaOptions    ++= Seq("-Xmx6g"),
+    Test / testForkedParallel := true,
     Test / testOptions     += Tests.Argument(TestFrameworks.ScalaTest, "-oD")
   )

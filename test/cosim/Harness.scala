@@ -1,0 +1,55 @@
+package flyframe.cosim
+
+import java.io.{BufferedOutputStream, FileOutputStream, PrintStream}
+import java.nio.file.{Files, Path, Paths}
+import scala.sys.process._
+import flyframe.{Documents, Emit}
+import flyframe.params.EscParams
+
+/** Emits parameter sets, builds the C++ harness with them, and runs its programs. */
+final class Harness(name: String, sets: Seq[EscParams]) {
+  private val verilog = Paths.get(s"build/$name/verilog")
+  private val out     = Paths.get(s"build/$name")
+
+  /** Standard output and error of a command; fails with them if it does not end with 0. */
+  private def run(command: String*): String = {
+    val text = new StringBuilder
+    val code = Process(command).!(ProcessLogger(line => text.synchronized(text.append(line).append('\n'))))
+    if (code != 0) throw new AssertionError(s"${command.mkString(" ")} ended with $code:\n${text.takeRight(4000)}")
+    text.toString
+  }
+
+  /** Emits and builds what has changed. */
+  lazy val build: Unit = {
+    Files.createDirectories(verilog)
+    for (p <- sets; (suffix, text) <- Seq("v" -> Emit.verilog(p), "json" -> Documents.json(p))) {
+      val file = verilog.resolve(s"${p.preset}.$suffix")
+      if (!Files.exists(file) || Files.readString(file) != text) Files.writeString(file, text)
+    }
+    run(
+      "make", "-s", "-j2", "-f", "test/cosim/cosim.mk", "cosim",
+      s"GENERATED=$verilog", s"COSIM_OUT=$out", s"PRESETS=${sets.map(_.preset).mkString(" ")}"
+    )
+  }
+
+  /** Lints what `build` has emitted. */
+  def lint(): String = run("test/cosim/matrix.sh", verilog.toAbsolutePath.toString)
+
+  /** Writes vectors and plays them; the last line of the runner. */
+  def play(file: String)(write: PrintStream => Unit): String = {
+    build
+    val path   = out.resolve(file)
+    val stream = new PrintStream(new BufferedOutputStream(new FileOutputStream(path.toFile), 1 << 16))
+    write(stream)
+    stream.close()
+    val text = run(s"$out/flyframe-fuzz", "--vectors", path.toString)
+    Files.delete(path) // kept only if it shows a difference
+    text.linesIterator.toSeq.last
+  }
+
+  /** Replays a recording through a network; what the program says. */
+  def replay(network: Path, recording: Path, result: Path): String = {
+    build
+    run(s"$out/flyframe-cosim", "--network", network.toString, "--replay", recording.toString, "--out", result.toString)
+  }
+}

@@ -1,0 +1,31 @@
+package flyframe.cosim
+
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.model.{FuzzVectors, VectorWriter}
+import flyframe.report.Matrix
+import flyframe.rules.{FrameRules, ModelBench, PortRules, Steps}
+
+/** Every point of {dataBusWidth 8, 16, 32} x {ports 1, 2, 4} x {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8, 16}: elaborates, lints
+  * clean, and behaves as the model does in all rule tests (which assert on the model) and in random frames.
+  */
+class MatrixSpec extends AnyFlatSpec {
+  private val harness = new Harness("matrix", Matrix.points)
+
+  "All points of the parameter matrix" should "elaborate and lint clean" in {
+    harness.build
+    assert(harness.lint().linesIterator.toSeq.last == s"${Matrix.points.size} passed, 0 failed")
+  }
+
+  for (p <- Matrix.points) s"Point ${p.preset}" should "pass the rule tests and random frames" in {
+    val last = harness.play(s"${p.preset}.vectors") { out =>
+      val bench = new ModelBench(p, model => Some(new VectorWriter(p, 1, out, model)))
+      for (rule <- FrameRules.all ++ PortRules.all if rule.needs(p) && !rule.usesTime) {
+        out.println(s"# ${rule.name}")
+        bench.reset()
+        rule.run(new Steps(bench))
+      }
+      FuzzVectors.write(p, seed = p.hashCode, count = 300, out)
+    }
+    assert(last.contains("differences 0"), last)
+  }
+}

@@ -1,0 +1,159 @@
+package flyframe.frame
+
+import chisel3._
+import chisel3.util._
+import chiseltest._
+import chiseltest.formal._
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.mii.{Crc32, MiiReceiver, NibbleStream}
+import flyframe.params.EscParams
+
+/** A frame processor fed by the solver with one EtherCAT frame: Ethernet addresses and type as they should be, everything behind
+  * them free. One nibble per cycle; the frame may end anywhere, good or bad.
+  */
+class ProcessorUnderProof extends Module {
+  protected val nibble    = IO(Input(UInt(4.W)))
+  protected val last      = IO(Input(Bool()))
+  protected val bad       = IO(Input(Bool()))
+  protected val events    = IO(Input(UInt(16.W)))
+  protected val station   = IO(Input(UInt(16.W)))
+  protected val readData  = IO(Input(UInt(8.W)))
+  protected val access    = IO(Input(UInt(2.W)))
+
+  protected val dut = Module(new FrameProcessor(EscParams(coreClockMhz = 25)))
+
+  // Number of the nibble: 0 is the SFD, 1 the low half of byte 0; the datagrams start with byte 16, nibble 33.
+  protected val number  = RegInit(0.U(8.W))
+  protected val running = RegInit(true.B)
+  protected val ends    = running && last && number > 1.U
+  number := number + 1.U
+  when(ends) { running := false.B }
+
+  private val typeNibbles = Seq(8, 8, 4, 10) // 0x88 0xA4, low nibbles first
+  for ((value, i) <- typeNibbles.zipWithIndex) when(number === (25 + i).U) { assume(nibble === value.U) }
+  when(number === 32.U) { assume(nibble === 1.U) } // EtherCAT type 1
+
+  dut.step         := true.B
+  dut.in           := 0.U.asTypeOf(new NibbleStream)
+  dut.in.valid     := running
+  dut.in.payload   := number =/= 0.U
+  dut.in.data      := Mux(number === 0.U, 0xd.U, nibble)
+  dut.in.last      := ends
+  dut.in.bad       := bad
+  dut.in.odd       := number(0) && number =/= 0.U
+  dut.in.crcGood   := !bad
+  dut.memory.readData := readData
+  dut.memory.readable := access(0)
+  dut.memory.writable := access(1)
+  dut.memory.logFull  := false.B
+  // Settings do not change within the frame.
+  private def steady(value: UInt): UInt = {
+    val first = RegEnable(value, number === 0.U)
+    Mux(number === 0.U, value, first)
+  }
+  protected val myStation = steady(station)
+  protected val myEvents  = steady(events)
+  dut.config.stationAddress     := myStation
+  dut.config.stationAlias       := 0.U
+  dut.config.aliasEnable        := false.B
+  dut.config.destroyNonEtherCat := true.B
+  dut.config.circulating        := false.B
+  dut.config.ecatEvents         := myEvents
+}
+
+/** FP-33: nothing commits unless the frame ends, and ends well. */
+class CommitProof extends ProcessorUnderProof {
+  when(dut.memory.commit) { assert(ends && !bad, "commit without the good end of a frame") }
+  when(ends && bad) { assert(dut.error, "a bad frame is not counted") }
+}
+
+/** FP-14 to FP-24: in the first datagram, if it does not address this ESC, ADP, IRQ and nothing else changes. */
+class UnaddressedProof extends ProcessorUnderProof {
+  private def at(n: Int) = running && number === n.U
+  private val in         = RegNext(dut.in)
+  private val was        = RegNext(number)
+
+  // The header fields, as they come in; nibble 33 is the low half of the command.
+  private val command = Reg(UInt(8.W))
+  private val adp     = Reg(UInt(16.W))
+  for (i <- 0 until 2) when(at(33 + i)) { command := (if (i == 0) nibble else Cat(nibble, command(3, 0))) }
+  for (i <- 0 until 4) when(at(37 + i)) { adp := Cat(nibble, adp(15, 4)) }
+
+  // Unaddressed: NOP, logical and reserved commands always, others by ADP. ARMW and FRMW address everybody.
+  private val incremented = Seq(1, 2, 3).map(command === _.U).reduce(_ || _)
+  private val byStation   = Seq(4, 5, 6).map(command === _.U).reduce(_ || _)
+  private val passive     = command === 0.U || (command >= 10.U && command <= 12.U) || command > 14.U
+  private val unaddressed = passive || (incremented && adp =/= 0.U) || (byStation && adp =/= myStation)
+
+  private val expectedAdp = adp + incremented.asUInt
+  // The nibble that leaves is that of the cycle before.
+  when(in.valid && was >= 33.U && was <= 36.U) { assert(dut.out.data === in.data, "command or index changed") }
+  when(in.valid && was >= 41.U && was <= 80.U && unaddressed) {
+    val irq = Mux(was >= 49.U && was <= 52.U, (myEvents >> Cat((was - 49.U)(1, 0), 0.U(2.W)))(3, 0), 0.U)
+    // Behind the first datagram others may follow; only its own nibbles are looked at.
+    when(was <= 52.U) { assert(dut.out.data === (in.data | irq), "an unaddressed header changed") }
+  }
+  // ADP itself, nibble by nibble, for position commands that do not match and for all others.
+  private val outAdp = Reg(UInt(16.W))
+  for (i <- 0 until 4) when(running && number === (38 + i).U) { outAdp := Cat(dut.out.data, outAdp(15, 4)) }
+  when(running && number === 42.U && !(command >= 7.U && command <= 9.U) && command =/= 13.U) {
+    assert(outAdp === expectedAdp, "ADP")
+  }
+  // Data and working counter of a datagram with four data bytes (nibbles 53 to 60, counter 61 to 64).
+  private val four = RegInit(false.B)
+  when(at(45)) { four := nibble === 4.U }
+  when(at(46) && nibble =/= 0.U) { four := false.B }
+  when(at(47) && nibble(2, 0) =/= 0.U) { four := false.B }
+  when(in.valid && was >= 53.U && was <= 64.U && four && unaddressed) {
+    assert(dut.out.data === in.data, "data or working counter of an unaddressed datagram changed")
+  }
+  when(unaddressed && running && number >= 53.U && number <= 64.U && four) {
+    assert(!dut.memory.write, "an unaddressed datagram writes")
+  }
+}
+
+/** A receiver fed by the solver, and an FCS check of its own beside it. */
+class ReceiverProof extends Module {
+  private val symbol = IO(Input(new flyframe.clocks.MiiSymbol))
+  private val ready  = IO(Input(Bool()))
+  private val dut    = Module(new MiiReceiver(shortest = 4))
+  dut.tick              := true.B
+  dut.cut               := false.B
+  dut.symbols.symbol    := symbol
+  dut.symbols.available := ready
+  dut.symbols.settled   := ready
+  dut.symbols.overflow  := false.B
+
+  // Bit by bit, over what leaves: the FCS of the frame so far is right when the state is the residue.
+  private def bit(state: UInt, data: Bool): UInt =
+    (state >> 1) ^ Mux(state(0) ^ data, "hedb88320".U(32.W), 0.U)
+  private val state   = RegInit("hffffffff".U(32.W))
+  private val nibbles = RegInit(0.U(8.W))
+  private val even    = RegInit("hffffffff".U(32.W)) // the state over whole bytes
+  private val next    = (0 until 4).foldLeft(state)((s, i) => bit(s, dut.out.data(i)))
+  private val out     = dut.out
+  when(out.valid && out.payload) {
+    state   := next
+    nibbles := nibbles + 1.U
+    when(nibbles(0)) { even := next }
+    when(out.last && !out.bad) {
+      assert(Mux(nibbles(0), next, even) === "hdebb20e3".U, "a frame with a wrong FCS passes as good")
+    }
+  }
+  when(out.valid && (!out.payload || out.last)) {
+    state   := "hffffffff".U
+    even    := "hffffffff".U
+    nibbles := 0.U
+  }
+  when(out.valid && out.last && !out.payload) { assert(out.bad, "a frame without payload passes as good") }
+}
+
+class FrameProcessorFormal extends AnyFlatSpec with ChiselScalatestTester with Formal {
+  "FP-32, FP-33" should "hold: a commit needs the good end of a frame" in verify(new CommitProof, Seq(BoundedCheck(75)))
+
+  "FP-14, FP-22, FP-23, FP-27" should "hold: an unaddressed datagram leaves unchanged but for ADP and IRQ" in
+    verify(new UnaddressedProof, Seq(BoundedCheck(68)))
+
+  "ERR-02, FP-33" should "hold: no frame with a wrong FCS leaves the receiver as good" in
+    verify(new ReceiverProof, Seq(BoundedCheck(16)))
+}
