@@ -1,0 +1,67 @@
+# Makes a Quartus project of one preset for an EP4CE6E22C8N and compiles it, to see size and speed. Nothing is assigned to pins.
+#   quartus_sh -t fpga/quartus.tcl [PRESET]      PRESET as in generated/PRESET.v, default cyclone4-min
+# Everything is written to build/quartus/PRESET. Quartus names the device without the N (lead-free).
+load_package flow
+
+set preset cyclone4-min
+if {[llength $quartus(args)] > 0} { set preset [lindex $quartus(args) 0] }
+
+set root    [file dirname [file dirname [file normalize [info script]]]]
+set verilog [file join $root generated $preset.v]
+if {![file exists $verilog]} {
+  post_message -type error "generated/$preset.v is missing: make verilog ARGS=\"--preset $preset\""
+  qexit -error
+}
+
+# The name of the top module is the preset's, with an underscore for everything that is no letter or digit.
+regsub -all {[^A-Za-z0-9]} $preset _ top
+
+set work [file join $root build quartus $preset]
+file mkdir $work
+cd $work
+
+project_new $top -overwrite
+set_global_assignment -name FAMILY "Cyclone IV E"
+set_global_assignment -name DEVICE EP4CE6E22C8
+set_global_assignment -name TOP_LEVEL_ENTITY $top
+set_global_assignment -name VERILOG_INPUT_VERSION VERILOG_2001
+set_global_assignment -name VERILOG_FILE $verilog
+set_global_assignment -name SDC_FILE [file join $root fpga flyframe.sdc]
+set_global_assignment -name PROJECT_OUTPUT_DIRECTORY output
+
+# The stages behind the synchronisers must stay flip-flops, not become a shift register in RAM.
+set_global_assignment -name AUTO_SHIFT_REGISTER_RECOGNITION OFF
+set_global_assignment -name SYNCHRONIZER_IDENTIFICATION "FORCED IF ASYNCHRONOUS"
+
+# MII has 3.3 V levels.
+set_global_assignment -name STRATIX_DEVICE_IO_STANDARD "3.3-V LVTTL"
+set_global_assignment -name RESERVE_ALL_UNUSED_PINS_WEAK_PULLUP "AS INPUT TRI-STATED WITH WEAK PULL-UP"
+
+# The host port, and what a PLL or a reset circuit on the chip drives, are virtual pins: logic cells instead of pins. Bit by bit, as
+# every version of Quartus understands it. Clocks and MII stay pins; the fitter places them.
+set file [open $verilog]
+set in_top 0
+while {[gets $file line] >= 0} {
+  if {[string match "module ${top}(*" $line]} { set in_top 1 }
+  if {!$in_top} { continue }
+  if {[string match "*);*" $line]} { break }
+  if {![regexp {^\s*(?:input|output)\s+(?:\[(\d+):0\]\s*)?(\w+)} $line all high name]} { continue }
+  if {![regexp {^(host_|pdi_operational$|phy_clk_ref$|reset$|mii_tx_tick$)} $name]} { continue }
+  if {$high eq ""} {
+    set_instance_assignment -name VIRTUAL_PIN ON -to $name
+  } else {
+    for {set bit 0} {$bit <= $high} {incr bit} {
+      set_instance_assignment -name VIRTUAL_PIN ON -to "${name}\[${bit}\]"
+    }
+  }
+}
+close $file
+
+export_assignments
+if {[catch {execute_flow -compile} message]} {
+  post_message -type error $message
+  project_close
+  qexit -error
+}
+project_close
+post_message "Size: build/quartus/$preset/output/$top.fit.summary; speed: $top.sta.rpt there"
