@@ -1,7 +1,6 @@
 package flyframe.clocks
 
 import chisel3._
-import chisel3.util._
 import chiseltest._
 import chiseltest.formal._
 import org.scalatest.flatspec.AnyFlatSpec
@@ -27,7 +26,6 @@ class CrossingUnderProof(coreClockMhz: Int, late: Boolean, shortMargin: Boolean,
   // Which cycles hold a receive edge.
   val slipNow  = IO(Input(Bool()))
   val phase    = IO(Input(UInt(3.W))) // of the first edge
-  val symbolDv = IO(Input(Bool()))
 
   private val started  = RegInit(0.U(3.W))
   private val settled  = started === 7.U
@@ -54,14 +52,10 @@ class CrossingUnderProof(coreClockMhz: Int, late: Boolean, shortMargin: Boolean,
   }
   writeSide.edge := edge
 
-  // One frame of any length: dv rises once and stays until it falls once.
-  private val inFrame = RegInit(false.B)
-  private val over    = RegInit(false.B)
-  private val dv      = settled && symbolDv && !over
-  when(edge) {
-    when(dv) { inFrame := true.B }
-    when(inFrame && !dv) { over := true.B }
-  }
+  // A frame without end: its first symbol comes with the first edge; where that falls in a slot is the solver's choice (`phase`).
+  // The write pointer starts anywhere; by symmetry zero stands for all.
+  private val dv = settled
+  when(started === 0.U) { assume(writeSide.writeGray === 0.U) }
   // Each symbol carries a number, to see that none is lost, doubled or swapped.
   private val number = RegInit(0.U(4.W))
   when(edge && dv) { number := number + 1.U }
@@ -78,12 +72,10 @@ class CrossingUnderProof(coreClockMhz: Int, late: Boolean, shortMargin: Boolean,
   private val symbol  = readSide.read.symbol
   private val start   = tick && !reading && readSide.read.available && symbol.dv && readSide.read.settled
   private val go      = tick && reading && readSide.read.available
-  private val drop    = tick && !reading && readSide.read.available && !symbol.dv
   readSide.reset      := !settled
-  readSide.read.take  := start || go || drop
+  readSide.read.take  := start || go
   when(start) { reading := true.B }
-  when(go && !symbol.dv) { reading := false.B }
-  when((start || go) && symbol.dv) {
+  when(start || go) {
     wanted := wanted + 1.U
     assert(symbol.data === wanted, "a symbol was lost, doubled or swapped")
   }
