@@ -53,9 +53,9 @@ object Figures {
   def newLines(old: Seq[String], date: String, r: Results): Seq[String] =
     Points.presets.flatMap { p =>
       val (a, l) = (r.area(p.preset), r.latency(p.preset))
-      val figures =
-        Seq(l.forwarding.worstNs, l.processing.worstNs, a.luts, a.ffs, a.logicElements, a.m9k, tenths(r.speed(p.preset).mhz))
-      val line = (Seq(r.version, p.preset) ++ figures.map(_.toString)).mkString(",")
+      val delays = Seq(l.forwarding.worstNs, l.processing.worstNs).map(_.toString)
+      val counts = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(_.toString)
+      val line   = ((Seq(r.version, p.preset) ++ delays ++ counts) :+ tenths(r.speed(p.preset).mhz).toString).mkString(",")
       val last = old.map(_.split(",", 2)).collect { case Array(_, rest) if rest.split(",").lift(1).contains(p.preset) => rest }.lastOption
       Option.when(!last.contains(line))(s"$date,$line")
     }

@@ -76,7 +76,7 @@ final class Measure(dir: Path) {
   /** The delays of all of `sets`, each with two ports or more. */
   def latencies(sets: Seq[EscParams]): Map[String, Latency] = {
     val arguments = Seq("cosim", s"PRESETS=${sets.map(_.preset).mkString(" ")}", s"GENERATED=$dir", s"COSIM_OUT=$dir")
-    Tools.run(file("make.log"), Seq(make, "-s", "-j2", "-f", "test/cosim/cosim.mk") ++ arguments)
+    Tools.run(file("make.log"), Seq(make, "-s", s"-j${Tools.atOnce}", "-f", "test/cosim/cosim.mk") ++ arguments)
     val results = Tools.parallel(sets) { p =>
       val json = ujson.read(Tools.output(Seq(file("flyframe-latency").toString, "--preset", p.preset)))
       def delay(direction: String) = {

@@ -17,6 +17,9 @@ object Tools {
   private val limitMinutes  = 8L
   private val searched      = sys.env.getOrElse("PATH", "").split(File.pathSeparator).toSeq.filter(_.nonEmpty) :+ venv
 
+  /** How many jobs run at the same time. */
+  val atOnce: Int = Runtime.getRuntime.availableProcessors min 4
+
   private def find(name: String): Option[String] =
     searched.map(d => Paths.get(d, name)).find(f => Files.isExecutable(f) && !Files.isDirectory(f)).map(_.toString)
 
@@ -60,7 +63,7 @@ object Tools {
 
   /** `work` on every item, as many at a time as there are processors; results in the order of `items`. */
   def parallel[A, B](items: Seq[A])(work: A => B): Seq[B] = {
-    val pool: ExecutorService = Executors.newFixedThreadPool(Runtime.getRuntime.availableProcessors min 4)
+    val pool: ExecutorService = Executors.newFixedThreadPool(atOnce)
     implicit val context: ExecutionContext = ExecutionContext.fromExecutor(pool)
     try Await.result(Future.sequence(items.map(i => Future(work(i)))), Duration.Inf)
     finally pool.shutdownNow()
