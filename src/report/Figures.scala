@@ -11,7 +11,8 @@ object Figures {
   private def areaJson(a: Area) =
     ujson.Obj("luts" -> a.luts, "ffs" -> a.ffs, "logic_elements" -> a.logicElements, "m9k" -> a.m9k)
 
-  private def latencyJson(l: Latency) = ujson.Obj("forwarding" -> l.forwarding.worstNs, "processing" -> l.processing.worstNs)
+  private def latencyJson(l: Latency) =
+    ujson.Obj("forwarding" -> l.forwarding.worstNs, "processing" -> l.processing.worstNs)
 
   /** `report.json`: objects `presets`, `clocks`, `features`, `units` and the list `goals`. */
   def json(r: Results): String = {
@@ -21,10 +22,14 @@ object Figures {
       entry("fmax_mhz") = tenths(r.speed(p.preset).mhz)
       p.preset -> entry
     }
-    val clocks   = Points.clocks.map(p => p.coreClockMhz.toString -> ujson.Obj("latency_ns" -> latencyJson(r.latency(p.preset))))
+    val clocks = Points.clocks.map(p =>
+      p.coreClockMhz.toString -> ujson.Obj("latency_ns" -> latencyJson(r.latency(p.preset)))
+    )
     val features = Points.variants.map(v => v.title -> areaJson(r.area(v.params.preset)))
     val units = Points.presets.map { p =>
-      p.preset -> obj(Points.units.map { case (u, _) => u -> areaJson(r.units(p.preset).getOrElse(u, Area())) })
+      p.preset -> obj(Points.units.map { case (u, _) =>
+        u -> areaJson(r.units(p.preset).getOrElse(u, Area()))
+      })
     }
     val goals = Goals(r).map(g =>
       ujson.Obj("title" -> g.title, "goal" -> g.goal, "measured" -> g.measured, "reached" -> g.reached)
@@ -49,14 +54,20 @@ object Figures {
 
   private val head = "date,version,preset,forwarding_ns,processing_ns,luts,ffs,logic_elements,m9k,fmax_mhz"
 
-  /** Lines to append to a history whose lines are `old`: one for each preset whose version or figures changed. */
+  /** Lines to append to a history whose lines are `old`: one for each preset whose version or figures
+    * changed.
+    */
   def newLines(old: Seq[String], date: String, r: Results): Seq[String] =
     Points.presets.flatMap { p =>
       val (a, l) = (r.area(p.preset), r.latency(p.preset))
       val delays = Seq(l.forwarding.worstNs, l.processing.worstNs).map(_.toString)
       val counts = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(_.toString)
-      val line   = ((Seq(r.version, p.preset) ++ delays ++ counts) :+ tenths(r.speed(p.preset).mhz).toString).mkString(",")
-      val last = old.map(_.split(",", 2)).collect { case Array(_, rest) if rest.split(",").lift(1).contains(p.preset) => rest }.lastOption
+      val line = ((Seq(r.version, p.preset) ++ delays ++ counts) :+ tenths(r.speed(p.preset).mhz).toString)
+        .mkString(",")
+      val last = old
+        .map(_.split(",", 2))
+        .collect { case Array(_, rest) if rest.split(",").lift(1).contains(p.preset) => rest }
+        .lastOption
       Option.when(!last.contains(line))(s"$date,$line")
     }
 

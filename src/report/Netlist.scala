@@ -4,11 +4,16 @@ import java.nio.file.{Files, Path}
 
 /** What a netlist takes of a Cyclone IV.
   *
-  * @param luts 4-input look-up tables, carry chain included
-  * @param ffs registers
-  * @param paired registers that share a logic element with the LUT at their D input
-  * @param m9k memory blocks
-  * @param ramBits bits of the memory blocks that are addressed
+  * @param luts
+  *   4-input look-up tables, carry chain included
+  * @param ffs
+  *   registers
+  * @param paired
+  *   registers that share a logic element with the LUT at their D input
+  * @param m9k
+  *   memory blocks
+  * @param ramBits
+  *   bits of the memory blocks that are addressed
   */
 final case class Area(luts: Int = 0, ffs: Int = 0, paired: Int = 0, m9k: Int = 0, ramBits: Int = 0) {
 
@@ -33,12 +38,15 @@ object Netlist {
   }
 
   /** A word-level cell that was not mapped, such as `$not`, is counted as one LUT for each output bit. */
-  private def isUnmapped(kind: String): Boolean = kind.startsWith("$") && !kind.startsWith("$paramod") && kind != "$scopeinfo"
+  private def isUnmapped(kind: String): Boolean =
+    kind.startsWith("$") && !kind.startsWith("$paramod") && kind != "$scopeinfo"
 
   private def bits(cell: ujson.Value, pin: String): Seq[Int] =
     cell("connections").obj.get(pin).toSeq.flatMap(_.arr).collect { case ujson.Num(n) => n.toInt }
 
-  /** Words and bits per word of an `altsyncram`; yosys swaps WIDTH and WIDTHAD, so the word count tells which is which. */
+  /** Words and bits per word of an `altsyncram`; yosys swaps WIDTH and WIDTHAD, so the word count tells which
+    * is which.
+    */
   private def shape(cell: ujson.Value): (Int, Int) = {
     val p     = cell("parameters").obj
     val words = number(p("numwords_a"))
@@ -49,7 +57,8 @@ object Netlist {
 
   /** The area of the cells of `module` itself, instances left out.
     *
-    * Packing: a register shares the logic element of the LUT that drives its D input, each LUT taking at most one register.
+    * Packing: a register shares the logic element of the LUT that drives its D input, each LUT taking at most
+    * one register.
     */
   def own(module: ujson.Value): Area = {
     val cells                     = module("cells").obj.values.toSeq
@@ -61,22 +70,38 @@ object Netlist {
     val ram = memories.map { m =>
       val (words, width) = shape(m)
       if (words.toLong * width > M9kBits || width > M9kWidth)
-        throw new ReportError(s"A memory of $words words of $width bits does not fit one M9K block, so blocks cannot be counted.")
+        throw new ReportError(
+          s"A memory of $words words of $width bits does not fit one M9K block, so blocks cannot be counted."
+        )
       words * width
     }
-    Area(tables.size + unmapped.flatMap(bits(_, "Y")).size, flops.size, driven.distinct.count(taken), memories.size, ram.sum)
+    Area(
+      tables.size + unmapped.flatMap(bits(_, "Y")).size,
+      flops.size,
+      driven.distinct.count(taken),
+      memories.size,
+      ram.sum
+    )
   }
 
-  /** The Verilog module a yosys module was made of: without parameters and without the number that tells equal names apart. */
+  /** The Verilog module a yosys module was made of: without parameters and without the number that tells
+    * equal names apart.
+    */
   private[report] def plainName(name: String): String =
     name.split('\\').filter(_.nonEmpty).find(!_.startsWith("$")).getOrElse(name).replaceAll("_\\d+$", "")
 
-  /** The area of each unit below `top` in a netlist with hierarchy. `unitOf` names the unit of a module; a module without one
-    * belongs to the unit it is instantiated in, `top` to `rest`.
+  /** The area of each unit below `top` in a netlist with hierarchy. `unitOf` names the unit of a module; a
+    * module without one belongs to the unit it is instantiated in, `top` to `rest`.
     */
-  def byUnit(netlist: ujson.Value, top: String, rest: String, unitOf: String => Option[String]): Map[String, Area] = {
+  def byUnit(
+      netlist: ujson.Value,
+      top: String,
+      rest: String,
+      unitOf: String => Option[String]
+  ): Map[String, Area] = {
     val modules = netlist("modules").obj
-    def isBody(name: String) = modules.get(name).exists(m => !m.obj.get("attributes").exists(_.obj.contains("blackbox")))
+    def isBody(name: String) =
+      modules.get(name).exists(m => !m.obj.get("attributes").exists(_.obj.contains("blackbox")))
     def walk(name: String, outer: String): Seq[(String, Area)] = {
       val unit  = unitOf(plainName(name)).getOrElse(outer)
       val below = modules(name)("cells").obj.values.map(_("type").str).filter(isBody).toSeq

@@ -6,16 +6,18 @@ object Page {
 
   /** A table; all columns but the first `texts` are right-aligned. */
   private def table(head: Seq[String], rows: Seq[Seq[String]], texts: Int = 1): String =
-    row(head: _*) + head.indices.map(i => if (i < texts) "---" else "---:").mkString("|", "|", "|\n") + rows.map(row(_: _*)).mkString
+    row(head: _*) + head.indices.map(i => if (i < texts) "---" else "---:").mkString("|", "|", "|\n") + rows
+      .map(row(_: _*))
+      .mkString
 
   /** `text` for a template with margins: its own bars at the start of a line stay. */
   private def block(text: String): String = text.replace("\n|", "\n||")
 
-  private def n(v: Int): String       = f"$v%,d"
-  private def ns(v: Double): String   = f"$v%.1f"
-  private def diff(v: Int): String    = if (v == 0) "0" else f"$v%+,d"
-  private def cells(a: Area)          = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(n)
-  private val base                    = Points.base
+  private def n(v: Int): String     = f"$v%,d"
+  private def ns(v: Double): String = f"$v%.1f"
+  private def diff(v: Int): String  = if (v == 0) "0" else f"$v%+,d"
+  private def cells(a: Area)        = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(n)
+  private val base                  = Points.base
 
   private def goals(r: Results): String =
     table(
@@ -26,10 +28,21 @@ object Page {
 
   private def presets(r: Results): String =
     table(
-      Seq("Preset", "Forwarding ns", "Processing ns", "LUTs", "Registers", "Logic elements", "M9K", "ECP5 MHz"),
+      Seq(
+        "Preset",
+        "Forwarding ns",
+        "Processing ns",
+        "LUTs",
+        "Registers",
+        "Logic elements",
+        "M9K",
+        "ECP5 MHz"
+      ),
       Points.presets.map { p =>
         val l = r.latency(p.preset)
-        (s"`${p.preset}`" +: Seq(l.forwarding.worstNs, l.processing.worstNs).map(ns)) ++ cells(r.area(p.preset)) :+
+        (s"`${p.preset}`" +: Seq(l.forwarding.worstNs, l.processing.worstNs).map(ns)) ++ cells(
+          r.area(p.preset)
+        ) :+
           f"${r.speed(p.preset).mhz}%.1f"
       }
     )
@@ -52,9 +65,17 @@ object Page {
 
   private def clocks(r: Results): String =
     table(
-      Seq("Core clock MHz", "Forwarding worst", "best", "pin to pin", "Processing worst", "best", "pin to pin"),
+      Seq(
+        "Core clock MHz",
+        "Forwarding worst",
+        "best",
+        "pin to pin",
+        "Processing worst",
+        "best",
+        "pin to pin"
+      ),
       Points.clocks.map { p =>
-        val l                = r.latency(p.preset)
+        val l               = r.latency(p.preset)
         def three(d: Delay) = Seq(d.worstNs, d.bestNs, d.pinToPinNs).map(ns)
         s"${p.coreClockMhz}" +: (three(l.forwarding) ++ three(l.processing))
       }
@@ -77,7 +98,10 @@ object Page {
   private def stepsNote(r: Results): String = {
     val wrong = Points.clocks.flatMap { p =>
       val l = r.latency(p.preset)
-      Seq(("processing", Steps.processing(p), l.processing), ("forwarding", Steps.forwarding(p), l.forwarding)).collect {
+      Seq(
+        ("processing", Steps.processing(p), l.processing),
+        ("forwarding", Steps.forwarding(p), l.forwarding)
+      ).collect {
         case (name, s, d) if math.abs(s.total - d.worstCycles) > 0.1 =>
           f"$name at ${p.coreClockMhz} MHz is ${d.worstCycles}%.2f cycles, not ${s.total}"
       }
@@ -91,7 +115,7 @@ object Page {
     table(
       Seq("Change", "LUTs", "Registers", "Logic elements", "M9K", "Difference in logic elements"),
       (Seq(s"none (`${base.preset}`)") ++ cells(from) :+ "") +: Points.variants.map { v =>
-        val a = r.area(v.params.preset)
+        val a   = r.area(v.params.preset)
         val was = v.info.show(base)
         (s"${v.info.name} ${v.value} (was $was)" +: cells(a)) :+ diff(a.logicElements - from.logicElements)
       }
@@ -109,7 +133,10 @@ object Page {
       val a = r.units(p.preset).values.reduce(_ + _)
       Seq(n(a.logicElements), n(a.ffs), n(a.m9k))
     }
-    table("Unit" +: Points.presets.flatMap(p => Seq(s"`${p.preset}` logic elements", "registers", "M9K")), rows :+ sums)
+    table(
+      "Unit" +: Points.presets.flatMap(p => Seq(s"`${p.preset}` logic elements", "registers", "M9K")),
+      rows :+ sums
+    )
   }
 
   private def unitsNote(r: Results): String = Points.presets
@@ -169,7 +196,9 @@ object Page {
        |- **LUTs, registers, M9K**: `yosys`, `synth_intel -family cycloneive`, cells counted in the flattened netlist: `cycloneive_lcell_comb`,
        |  `dffeas`, `altsyncram`. A LUT used as inverter or for the carry chain counts; an unmapped word-level cell such as `$$not` would count
        |  as one LUT for each bit. Every `altsyncram` is one M9K block: the program reads words and width from the parameters of each
-       |  and stops if one is over ${n(Netlist.M9kBits)} bits or ${Netlist.M9kWidth} bits wide. (${n(blocks)} bytes need two blocks: they are ${n(8 * blocks)} bits, but 8 bits wide a block
+       |  and stops if one is over ${n(Netlist.M9kBits)} bits or ${Netlist.M9kWidth} bits wide. (${n(
+        blocks
+      )} bytes need two blocks: they are ${n(8 * blocks)} bits, but 8 bits wide a block
        |  has 1,024 words.)
        |- **Logic elements**: one holds one LUT and one register. A register shares the logic element of the LUT that drives its D input,
        |  each LUT taking at most one register; every other register takes one of its own. So logic elements = LUTs + registers not so

@@ -26,9 +26,10 @@ object Plots {
     val data = new DefaultCategoryDataset
     for ((name, values) <- series; (row, value) <- rows.zip(values)) data.addValue(value, name, row)
     val orientation = if (lying) PlotOrientation.HORIZONTAL else PlotOrientation.VERTICAL
-    val chart       = ChartFactory.createBarChart(null, null, axis, data, orientation, series.size > 1, false, false)
-    val plot        = chart.getPlot.asInstanceOf[CategoryPlot]
-    val renderer    = plot.getRenderer.asInstanceOf[BarRenderer]
+    val chart =
+      ChartFactory.createBarChart(null, null, axis, data, orientation, series.size > 1, false, false)
+    val plot     = chart.getPlot.asInstanceOf[CategoryPlot]
+    val renderer = plot.getRenderer.asInstanceOf[BarRenderer]
     chart.setBackgroundPaint(Color.WHITE)
     plot.setBackgroundPaint(Color.WHITE)
     plot.setRangeGridlinePaint(Color.LIGHT_GRAY)
@@ -36,7 +37,12 @@ object Plots {
     renderer.setBarPainter(new StandardBarPainter)
     renderer.setShadowVisible(false)
     renderer.setDefaultItemLabelsVisible(true)
-    renderer.setDefaultItemLabelGenerator(new StandardCategoryItemLabelGenerator("{2}", java.text.NumberFormat.getIntegerInstance(java.util.Locale.ROOT)))
+    renderer.setDefaultItemLabelGenerator(
+      new StandardCategoryItemLabelGenerator(
+        "{2}",
+        java.text.NumberFormat.getIntegerInstance(java.util.Locale.ROOT)
+      )
+    )
     renderer.setMaximumBarWidth(0.12)
     renderer.setItemMargin(0.03)
     series.indices.foreach(i => renderer.setSeriesPaint(i, colours(i % colours.size)))
@@ -78,7 +84,8 @@ object Plots {
 
   /** Logic elements of every variant. */
   def features(r: Results): String = {
-    val rows = (Points.base.preset -> Points.base.preset) +: Points.variants.map(v => v.title -> v.params.preset)
+    val rows =
+      (Points.base.preset -> Points.base.preset) +: Points.variants.map(v => v.title -> v.params.preset)
     val chart = bars(
       rows.map(_._1),
       "logic elements",
@@ -92,7 +99,9 @@ object Plots {
   /** Logic elements of every unit in every preset. */
   def units(r: Results): String = {
     val series = Points.presets.map { p =>
-      p.preset -> Points.units.map { case (u, _) => r.units(p.preset).getOrElse(u, Area()).logicElements.toDouble }
+      p.preset -> Points.units.map { case (u, _) =>
+        r.units(p.preset).getOrElse(u, Area()).logicElements.toDouble
+      }
     }
     svg("units", bars(Points.units.map(_._1), "logic elements", series, lying = true), 720, 720)
   }

@@ -39,23 +39,25 @@ object Points {
 
   /** The units the area is split into, with the modules they consist of, in the order of the wire path. */
   val units: Seq[(String, Set[String])] = Seq(
-    "Receive crossings"                   -> Set("MiiRxCrossing", "LevelCrossing"),
-    "Receivers"                           -> Set("MiiReceiver"),
-    "Frame parser"                        -> Set("FrameParser"),
-    "Datagram header"                     -> Set("DatagramHeader"),
-    "Data access"                         -> Set("DataAccess"),
+    "Receive crossings"                       -> Set("MiiRxCrossing", "LevelCrossing"),
+    "Receivers"                               -> Set("MiiReceiver"),
+    "Frame parser"                            -> Set("FrameParser"),
+    "Datagram header"                         -> Set("DatagramHeader"),
+    "Data access"                             -> Set("DataAccess"),
     "Frame processor: counters, FCS, verdict" -> Set("FrameProcessor"),
-    "Transmitters"                        -> Set("MiiTransmitter"),
-    "Register file"                       -> Set("RegisterFile"),
-    "Memory and host port"                -> Set("EscMemory"),
-    "Write log"                           -> Set("WriteLog"),
-    "Loops and slot timer"                -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
-    "Wire path and glue"                  -> Set.empty
+    "Transmitters"                            -> Set("MiiTransmitter"),
+    "Register file"                           -> Set("RegisterFile"),
+    "Memory and host port"                    -> Set("EscMemory"),
+    "Write log"                               -> Set("WriteLog"),
+    "Loops and slot timer"                    -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
+    "Wire path and glue"                      -> Set.empty
   )
 
   /** The unit of everything that is in no other. */
   val rest: String = units.last._1
 
   /** The unit of a Verilog module, if it starts one. */
-  def unitOf(module: String): Option[String] = units.collectFirst { case (unit, modules) if modules(module) => unit }
+  def unitOf(module: String): Option[String] = units.collectFirst {
+    case (unit, modules) if modules(module) => unit
+  }
 }

@@ -3,15 +3,15 @@ package flyframe.report
 import java.nio.file.{Files, Path, Paths}
 import flyframe.BuildInfo
 
-/** Measures area, clock and latency and writes `docs/report.md`, `report.json`, the plots and a history line for each preset. Run
-  * from the repository root; exit code 2 with one sentence if it cannot be made.
+/** Measures area, clock and latency and writes `docs/report.md`, `report.json`, the plots and a history line
+  * for each preset. Run from the repository root; exit code 2 with one sentence if it cannot be made.
   */
 object Report {
   private val workDir = "build/report"
 
   private def measure(): Results = {
-    val m       = Measure.in(workDir)
-    val started = System.nanoTime
+    val m                       = Measure.in(workDir)
+    val started                 = System.nanoTime
     def say(what: String): Unit = println(f"[${(System.nanoTime - started) / 1e9}%4.0f s] $what")
 
     Points.all.foreach { p =>
@@ -49,7 +49,9 @@ object Report {
     write(docs.resolve("report-features.svg"), Plots.features(r))
     write(docs.resolve("report-units.svg"), Plots.units(r))
     println(s"report-history.csv: ${Figures.remember(docs.resolve("report-history.csv"), r)} new line(s)")
-    Goals(r).foreach(g => println(s"${if (g.reached) "reached" else "MISSED "}  ${g.title}: ${g.measured}, wanted ${g.goal}"))
+    Goals(r).foreach(g =>
+      println(s"${if (g.reached) "reached" else "MISSED "}  ${g.title}: ${g.measured}, wanted ${g.goal}")
+    )
   }
 
   def main(args: Array[String]): Unit = {

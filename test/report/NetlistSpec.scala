@@ -4,16 +4,21 @@ import org.scalatest.flatspec.AnyFlatSpec
 
 /** The packing count on netlists small enough to count by hand. */
 class NetlistSpec extends AnyFlatSpec {
-  private def lut(out: Int)          = s"""{"type": "cycloneive_lcell_comb", "connections": {"combout": [$out], "dataa": [2], "datab": ["1"]}}"""
+  private def lut(out: Int) =
+    s"""{"type": "cycloneive_lcell_comb", "connections": {"combout": [$out], "dataa": [2], "datab": ["1"]}}"""
   private def flop(d: String, q: Int) = s"""{"type": "dffeas", "connections": {"d": [$d], "q": [$q]}}"""
   private def ram(words: Int, width: Int) = {
     // As yosys 0.23 writes it: WIDTH has the address bits, WIDTHAD the width.
     def bits(v: Int) = "\"" + v.toBinaryString + "\""
     val address      = Integer.numberOfTrailingZeros(words)
-    s"""{"type": "altsyncram", "parameters": {"numwords_a": ${bits(words)}, "width_a": ${bits(address)}, "widthad_a": ${bits(width)}}, "connections": {}}"""
+    s"""{"type": "altsyncram", "parameters": {"numwords_a": ${bits(words)}, "width_a": ${bits(
+        address
+      )}, "widthad_a": ${bits(width)}}, "connections": {}}"""
   }
   private def module(cells: String*) =
-    ujson.read(cells.zipWithIndex.map { case (c, i) => s""""c$i": $c""" }.mkString("""{"cells": {""", ", ", "}}"))
+    ujson.read(
+      cells.zipWithIndex.map { case (c, i) => s""""c$i": $c""" }.mkString("""{"cells": {""", ", ", "}}")
+    )
 
   "A register" should "share the logic element of the LUT at its D input" in {
     assert(Netlist.own(module(lut(10), flop("10", 11))).logicElements == 1)
@@ -43,7 +48,9 @@ class NetlistSpec extends AnyFlatSpec {
 
   "Units" should "contain the modules below them" in {
     val netlist = ujson.read(s"""{"modules": {
-      "top_1": {"cells": {"a": {"type": "Receiver_2", "connections": {}}, "b": {"type": "Receiver_2", "connections": {}}, "l": ${lut(5)}}},
+      "top_1": {"cells": {"a": {"type": "Receiver_2", "connections": {}}, "b": {"type": "Receiver_2", "connections": {}}, "l": ${lut(
+        5
+      )}}},
       "Receiver_2": {"cells": {"r": {"type": "$$paramod$$12ab\\\\Inner", "connections": {}}, "l": ${lut(5)}}},
       "$$paramod$$12ab\\\\Inner": {"cells": {"f": ${flop("3", 4)}}},
       "dffeas": {"attributes": {"blackbox": "1"}, "cells": {}}
