@@ -945,7 +945,13 @@ module FrameProcessor(
   wire        circulate =
     in_payload & _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating
     & _circulate_T_1;
-  reg  [31:0] changes;
+  reg  [31:0] changesBefore;
+  reg  [3:0]  lastChange;
+  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
+  wire [31:0] changes =
+    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
+    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
+    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
   wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire        _running_T = _parser_position_part != 4'h8;
   wire        abort = in_payload & _running_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
@@ -963,6 +969,7 @@ module FrameProcessor(
   reg         output_bad;
   reg         output_odd;
   reg         output_crcGood;
+  reg         oddChanges;
   wire        inCounter =
     in_payload & _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
   wire [4:0]  sum =
@@ -993,21 +1000,19 @@ module FrameProcessor(
                                ? _access_readNibble | (_header_request_broadcast ? in_data : 4'h0)
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
-  wire [3:0]  changesNext_feedback = changes[3:0] ^ in_data ^ data;
-  wire [31:0] changesNext =
-    {4'h0, changes[31:4]} ^ (changesNext_feedback[0] ? 32'h1DB71064 : 32'h0)
-    ^ (changesNext_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changesNext_feedback[2] ? 32'h76DC4190 : 32'h0)
-    ^ (changesNext_feedback[3] ? 32'hEDB88320 : 32'h0);
   always @(posedge clock) begin
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
     if (active) begin
       carry <= sum[4];
       if (in_payload)
-        changes <= changesNext;
+        changesBefore <= changes;
       else
-        changes <= 32'h0;
+        changesBefore <= 32'h0;
+      lastChange <= in_payload ? in_data ^ data : 4'h0;
     end
+    if (step)
+      oddChanges <= |changes;
     if (reset) begin
       output_valid <= 1'h0;
       output_payload <= 1'h0;
@@ -1024,7 +1029,7 @@ module FrameProcessor(
       output_last <= in_last | abort;
       output_bad <= bad;
       output_odd <= in_odd & ~abort;
-      output_crcGood <= in_crcGood & (in_odd ? changes : changesNext) == 32'h0;
+      output_crcGood <= in_crcGood;
     end
   end // always @(posedge)
   FrameParser parser (
@@ -1099,7 +1104,7 @@ module FrameProcessor(
   assign out_last = output_last;
   assign out_bad = output_bad;
   assign out_odd = output_odd;
-  assign out_crcGood = output_crcGood;
+  assign out_crcGood = output_crcGood & ~(output_odd ? oddChanges : (|changes));
   assign memory_commit = ends & ~bad;
   assign error = ends & (bad | _hadTooMany_T & (|(_parser_position_datagram[7:4])));
 endmodule

@@ -4,6 +4,7 @@ import chisel3._
 import chisel3.util._
 import chiseltest._
 import chiseltest.formal._
+import chiseltest.formal.backends.Engines
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.mii.{MiiReceiver, NibbleStream}
 import flyframe.params.EscParams
@@ -71,8 +72,8 @@ class CommitProof extends ProcessorUnderProof {
 /** FP-14 to FP-24: in the first datagram, if it does not address this ESC, ADP, IRQ and nothing else changes. */
 class UnaddressedProof extends ProcessorUnderProof {
   private def at(n: Int) = running && number === n.U
-  private val in         = RegNext(dut.in)
-  private val was        = RegNext(number)
+  private val in         = RegNext(dut.in, NibbleStream.idle)
+  private val was        = RegNext(number, 0.U)
 
   // The header fields, as they come in; nibble 33 is the low half of the command.
   private val command = Reg(UInt(8.W))
@@ -150,11 +151,16 @@ class ReceiverProof extends Module {
 }
 
 class FrameProcessorFormal extends AnyFlatSpec with ChiselScalatestTester with Formal {
-  "FP-32, FP-33" should "hold: a commit needs the good end of a frame" in verify(new CommitProof, Seq(BoundedCheck(75)))
+  private def prove(dut: => Module, steps: Int): Unit = {
+    assume(Engines.present, Engines.missing)
+    verify(dut, Seq(BoundedCheck(steps), Engines.boolector))
+  }
+
+  "FP-32, FP-33" should "hold: a commit needs the good end of a frame" in prove(new CommitProof, 75)
 
   "FP-14, FP-22, FP-23, FP-27" should "hold: an unaddressed datagram leaves unchanged but for ADP and IRQ" in
-    verify(new UnaddressedProof, Seq(BoundedCheck(68)))
+    prove(new UnaddressedProof, 68)
 
   "ERR-02, FP-33" should "hold: no frame with a wrong FCS leaves the receiver as good" in
-    verify(new ReceiverProof, Seq(BoundedCheck(16)))
+    prove(new ReceiverProof, 16)
 }
