@@ -47,6 +47,7 @@ module RegisterFile(
   input  [11:0] readAddress,
   output [7:0]  readData,
   output        readableByEcat,
+  output        readableByPdi,
   output        writableByEcat,
   output        writableByPdi,
   input         write,
@@ -136,6 +137,16 @@ module RegisterFile(
     | (readAddress == 12'h30C ? {bytes_whole_16, 4'hE} : 12'h0)
     | (readAddress == 12'h310 ? {bytes_whole_17, 4'hE} : 12'h0)
     | (readAddress == 12'h311 ? {bytes_whole_18, 4'hE} : 12'h0);
+  wire        _bytes_whole_parts_parts_T_35 = writeAddress == 12'h100;
+  wire        _bytes_whole_parts_parts_T_49 = writeAddress == 12'h101;
+  wire        _bytes_whole_parts_clear_T_140 = writeAddress == 12'h300;
+  wire        _bytes_whole_parts_clear_T_144 = writeAddress == 12'h301;
+  wire        _bytes_whole_parts_clear_T_148 = writeAddress == 12'h302;
+  wire        _bytes_whole_parts_clear_T_152 = writeAddress == 12'h303;
+  wire        _bytes_whole_parts_clear_T_156 = writeAddress == 12'h308;
+  wire        _bytes_whole_parts_clear_T_160 = writeAddress == 12'h309;
+  wire        _bytes_whole_parts_clear_T_179 = writeAddress == 12'h310;
+  wire        _bytes_whole_parts_clear_T_183 = writeAddress == 12'h311;
   always @(posedge clock) begin
     if (reset) begin
       bytes_whole_8 <= 16'h0;
@@ -163,56 +174,56 @@ module RegisterFile(
       bytes_whole_9 <=
         {write & writeAddress == 12'h13 & writeMask ? writeData : bytes_whole_9[15:8],
          write & writeAddress == 12'h12 & writeMask ? writeData : bytes_whole_9[7:0]};
-      if (write & writeAddress == 12'h100 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_35 & writeMask)
         bytes_whole_parts_destroy_non_ethercat <= writeData[0];
       bytes_whole_parts_temporary_use <=
         ~set_temporary_use_valid
-        & (write & writeAddress == 12'h100 & writeMask ? writeData[1] : bytes_whole_parts_temporary_use);
+        & (write & _bytes_whole_parts_parts_T_35 & writeMask ? writeData[1] : bytes_whole_parts_temporary_use);
       if (set_loop_port0_valid)
         bytes_whole_parts_loop_port0 <= set_loop_port0_bits;
-      else if (write & writeAddress == 12'h101 & writeMask)
+      else if (write & _bytes_whole_parts_parts_T_49 & writeMask)
         bytes_whole_parts_loop_port0 <= writeData[1:0];
       if (set_loop_port1_valid)
         bytes_whole_parts_loop_port1 <= set_loop_port1_bits;
-      else if (write & writeAddress == 12'h101 & writeMask)
+      else if (write & _bytes_whole_parts_parts_T_49 & writeMask)
         bytes_whole_parts_loop_port1 <= writeData[3:2];
       if (write & writeAddress == 12'h102 & writeMask)
         bytes_whole_parts_rx_fifo_size <= writeData[2:0];
       if (write & writeAddress == 12'h103 & writeMask)
         bytes_whole_parts_alias_enable <= writeData[0];
-      if (write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
-          & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
-          & writeAddress == 12'h308 & writeMask | write & writeAddress == 12'h309 & writeMask)
+      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
+          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
+          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
         bytes_whole_parts_invalid_frame_port0 <= 8'h0;
       else if (event_invalid_frame_port0 & bytes_whole_parts_invalid_frame_port0 != 8'hFF)
         bytes_whole_parts_invalid_frame_port0 <= bytes_whole_parts_invalid_frame_port0 + 8'h1;
-      if (write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
-          & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
-          & writeAddress == 12'h308 & writeMask | write & writeAddress == 12'h309 & writeMask)
+      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
+          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
+          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
         bytes_whole_parts_rx_er_port0 <= 8'h0;
       else if (event_rx_er_port0 & bytes_whole_parts_rx_er_port0 != 8'hFF)
         bytes_whole_parts_rx_er_port0 <= bytes_whole_parts_rx_er_port0 + 8'h1;
-      if (write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
-          & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
-          & writeAddress == 12'h308 & writeMask | write & writeAddress == 12'h309 & writeMask)
+      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
+          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
+          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
         bytes_whole_parts_invalid_frame_port1 <= 8'h0;
       else if (event_invalid_frame_port1 & bytes_whole_parts_invalid_frame_port1 != 8'hFF)
         bytes_whole_parts_invalid_frame_port1 <= bytes_whole_parts_invalid_frame_port1 + 8'h1;
-      if (write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
-          & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
-          & writeAddress == 12'h308 & writeMask | write & writeAddress == 12'h309 & writeMask)
+      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
+          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
+          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
         bytes_whole_parts_rx_er_port1 <= 8'h0;
       else if (event_rx_er_port1 & bytes_whole_parts_rx_er_port1 != 8'hFF)
         bytes_whole_parts_rx_er_port1 <= bytes_whole_parts_rx_er_port1 + 8'h1;
-      if (write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
-          & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
-          & writeAddress == 12'h308 & writeMask | write & writeAddress == 12'h309 & writeMask)
+      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
+          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
+          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
         bytes_whole_14 <= 8'h0;
       else if (event_forwarded_error_port0 & bytes_whole_14 != 8'hFF)
         bytes_whole_14 <= bytes_whole_14 + 8'h1;
-      if (write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
-          & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
-          & writeAddress == 12'h308 & writeMask | write & writeAddress == 12'h309 & writeMask)
+      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
+          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
+          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
         bytes_whole_15 <= 8'h0;
       else if (event_forwarded_error_port1 & bytes_whole_15 != 8'hFF)
         bytes_whole_15 <= bytes_whole_15 + 8'h1;
@@ -220,11 +231,11 @@ module RegisterFile(
         bytes_whole_16 <= 8'h0;
       else if (event_epu_error & bytes_whole_16 != 8'hFF)
         bytes_whole_16 <= bytes_whole_16 + 8'h1;
-      if (write & writeAddress == 12'h310 & writeMask | write & writeAddress == 12'h311 & writeMask)
+      if (write & _bytes_whole_parts_clear_T_179 & writeMask | write & _bytes_whole_parts_clear_T_183 & writeMask)
         bytes_whole_17 <= 8'h0;
       else if (event_lost_link_port0 & bytes_whole_17 != 8'hFF)
         bytes_whole_17 <= bytes_whole_17 + 8'h1;
-      if (write & writeAddress == 12'h310 & writeMask | write & writeAddress == 12'h311 & writeMask)
+      if (write & _bytes_whole_parts_clear_T_179 & writeMask | write & _bytes_whole_parts_clear_T_183 & writeMask)
         bytes_whole_18 <= 8'h0;
       else if (event_lost_link_port1 & bytes_whole_18 != 8'hFF)
         bytes_whole_18 <= bytes_whole_18 + 8'h1;
@@ -232,6 +243,7 @@ module RegisterFile(
   end // always @(posedge)
   assign readData = _selected_T_56[11:4];
   assign readableByEcat = _selected_T_56[3];
+  assign readableByPdi = _selected_T_56[2];
   assign writableByEcat = _selected_T_56[1];
   assign writableByPdi = _selected_T_56[0];
   assign value_alias_enable = bytes_whole_parts_alias_enable;
@@ -389,6 +401,7 @@ module EscMemory(
   wire [7:0]  _file_writeData;
   wire [7:0]  _file_readData;
   wire        _file_readableByEcat;
+  wire        _file_readableByPdi;
   wire        _file_writableByEcat;
   wire        _file_writableByPdi;
   wire [15:0] readAddress = ecat_read ? ecat_readAddress[15:0] : host_addr;
@@ -396,9 +409,10 @@ module EscMemory(
   reg         registerHit;
   reg         ramHit;
   reg  [7:0]  registerData;
-  wire [7:0]  readData = ramHit ? _ram_0_readData : {8{registerHit}} & registerData;
-  reg         ecat_readable_REG;
-  reg         ecat_writable_REG;
+  wire [7:0]  _host_rdata_T = {8{registerHit}};
+  reg         ecat_readable_register;
+  reg         ecat_writable_register;
+  reg         forHost_register;
   wire        ecatTarget_user = ecat_writeAddress[15:7] == 9'h1F;
   wire        hostTarget_user = host_addr[15:7] == 9'h1F;
   wire        hostTarget_register = host_addr[15:12] == 4'h0 & ~hostTarget_user;
@@ -420,8 +434,9 @@ module EscMemory(
     registerHit <= ~_readTarget_T_1 & readAddress[15:12] == 4'h0 & ~readTarget_user;
     ramHit <= ~_readTarget_T_1 & (readTarget_user | (|(readAddress[15:12])) & {1'h0, readAddress} < 17'h1400 & ramOpen);
     registerData <= _file_readData;
-    ecat_readable_REG <= _file_readableByEcat;
-    ecat_writable_REG <= _file_writableByEcat;
+    ecat_readable_register <= _file_readableByEcat;
+    ecat_writable_register <= _file_writableByEcat;
+    forHost_register <= _file_readableByPdi;
     hostMay <= _file_writableByPdi;
     if (reset) begin
       lookedUp <= 1'h0;
@@ -445,6 +460,7 @@ module EscMemory(
     .readAddress                 (_file_readAddress),
     .readData                    (_file_readData),
     .readableByEcat              (_file_readableByEcat),
+    .readableByPdi               (_file_readableByPdi),
     .writableByEcat              (_file_writableByEcat),
     .writableByPdi               (_file_writableByPdi),
     .write                       (_registerWrite_valid_output),
@@ -520,11 +536,11 @@ module EscMemory(
     .replay_bits_data    (_log_replay_bits_data),
     .replayStarts        (commitStarts)
   );
-  assign ecat_readData = readData;
-  assign ecat_readable = ramHit | registerHit & ecat_readable_REG;
-  assign ecat_writable = ramHit | registerHit & ecat_writable_REG;
+  assign ecat_readData = ramHit ? _ram_0_readData : _host_rdata_T & registerData;
+  assign ecat_readable = ramHit | registerHit & ecat_readable_register;
+  assign ecat_writable = ramHit | registerHit & ecat_writable_register;
   assign host_ack = host_ack_REG;
-  assign host_rdata = readData;
+  assign host_rdata = ramHit ? _ram_0_readData : _host_rdata_T & registerData & {8{forHost_register}};
   assign registerWrite_valid = _registerWrite_valid_output;
   assign registerWrite_bits_address = _registerWrite_bits_address_output;
   assign registerWrite_bits_mask = _registerWrite_bits_mask_output;
@@ -929,7 +945,13 @@ module FrameProcessor(
   wire        circulate =
     in_payload & _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating
     & _circulate_T_1;
-  reg  [31:0] changes;
+  reg  [31:0] changesBefore;
+  reg  [3:0]  lastChange;
+  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
+  wire [31:0] changes =
+    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
+    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
+    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
   wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire        _running_T = _parser_position_part != 4'h8;
   wire        abort = in_payload & _running_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
@@ -947,6 +969,7 @@ module FrameProcessor(
   reg         output_bad;
   reg         output_odd;
   reg         output_crcGood;
+  reg         oddChanges;
   wire        inCounter =
     in_payload & _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
   wire [4:0]  sum =
@@ -977,21 +1000,19 @@ module FrameProcessor(
                                ? _access_readNibble | (_header_request_broadcast ? in_data : 4'h0)
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
-  wire [3:0]  changesNext_feedback = changes[3:0] ^ in_data ^ data;
-  wire [31:0] changesNext =
-    {4'h0, changes[31:4]} ^ (changesNext_feedback[0] ? 32'h1DB71064 : 32'h0)
-    ^ (changesNext_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changesNext_feedback[2] ? 32'h76DC4190 : 32'h0)
-    ^ (changesNext_feedback[3] ? 32'hEDB88320 : 32'h0);
   always @(posedge clock) begin
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
     if (active) begin
       carry <= sum[4];
       if (in_payload)
-        changes <= changesNext;
+        changesBefore <= changes;
       else
-        changes <= 32'h0;
+        changesBefore <= 32'h0;
+      lastChange <= in_payload ? in_data ^ data : 4'h0;
     end
+    if (step)
+      oddChanges <= |changes;
     if (reset) begin
       output_valid <= 1'h0;
       output_payload <= 1'h0;
@@ -1008,7 +1029,7 @@ module FrameProcessor(
       output_last <= in_last | abort;
       output_bad <= bad;
       output_odd <= in_odd & ~abort;
-      output_crcGood <= in_crcGood & (in_odd ? changes : changesNext) == 32'h0;
+      output_crcGood <= in_crcGood;
     end
   end // always @(posedge)
   FrameParser parser (
@@ -1083,7 +1104,7 @@ module FrameProcessor(
   assign out_last = output_last;
   assign out_bad = output_bad;
   assign out_odd = output_odd;
-  assign out_crcGood = output_crcGood;
+  assign out_crcGood = output_crcGood & ~(output_odd ? oddChanges : (|changes));
   assign memory_commit = ends & ~bad;
   assign error = ends & (bad | _hadTooMany_T & (|(_parser_position_datagram[7:4])));
 endmodule
@@ -1633,6 +1654,7 @@ module cyclone4_min(
   output        mii_1_tx_en,
   output [3:0]  mii_1_txd,
   output        mii_tx_tick,
+  output        phy_reset_n,
   input         host_req,
   input         host_write,
   input  [15:0] host_addr,
@@ -2110,6 +2132,7 @@ module cyclone4_min(
     .out   (_operational_out)
   );
   assign mii_tx_tick = mii_tx_tick_r;
+  assign phy_reset_n = ~reset;
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

@@ -94,8 +94,11 @@ class FrameProcessor(p: EscParams) extends Module {
   private val lengthTop = at(Part.header, 7) && position.high // bits 15:12 of the length word: M, C, two reserved
   private val circulate = lengthTop && config.circulating && !tooMany
 
-  // The CRC of the changes made so far. Behind the last datagram it is added to the FCS (B-13); it is zero from then on.
-  private val changes = Reg(UInt(32.W))
+  // The CRC of the changes made so far, this nibble excluded. Behind the last datagram it is added to the FCS (B-13); it is zero
+  // from then on. The change of the last nibble is kept apart, so that a nibble need not go through the CRC in its own cycle.
+  private val changesBefore = Reg(UInt(32.W))
+  private val lastChange    = Reg(UInt(4.W))
+  private val changes       = Crc32.next(changesBefore, lastChange)
   private val atFcs   = part === Part.padding && position.frameBytes === 60.U
 
   private val data = WireDefault(in.data)
@@ -116,8 +119,10 @@ class FrameProcessor(p: EscParams) extends Module {
       data := in.data ^ changes(3, 0)
     }
   }
-  private val changesNext = Crc32.next(changes, in.data ^ data)
-  when(active) { changes := Mux(in.payload, changesNext, 0.U) }
+  when(active) {
+    changesBefore := Mux(in.payload, changes, 0.U)
+    lastChange    := Mux(in.payload, in.data ^ data, 0.U)
+  }
 
   // Verdict on the frame.
   private val isForeign = position.notEtherCat && destroy
@@ -137,7 +142,8 @@ class FrameProcessor(p: EscParams) extends Module {
   memory.commit := ends && !bad
 
   // Control bits have a reset, so that nothing leaves before the first frame.
-  private val output = RegInit(NibbleStream.idle)
+  private val output     = RegInit(NibbleStream.idle)
+  private val oddChanges = Reg(Bool()) // there were changes before an odd last nibble
   when(step) {
     output       := in
     output.valid := in.valid && running
@@ -145,7 +151,9 @@ class FrameProcessor(p: EscParams) extends Module {
     output.last  := in.last || abort
     output.bad   := bad
     output.odd   := in.odd && !abort
-    output.crcGood := in.crcGood && Mux(in.odd, changes, changesNext) === 0.U
+    oddChanges   := changes.orR
   }
-  out := output
+  out         := output
+  // What leaves has a right FCS if what came had one and all changes have cancelled out.
+  out.crcGood := output.crcGood && !Mux(output.odd, oddChanges, changes.orR)
 }

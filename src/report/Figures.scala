@@ -1,0 +1,82 @@
+package flyframe.report
+
+import java.nio.file.{Files, Path, StandardOpenOption}
+import java.time.LocalDate
+import scala.jdk.CollectionConverters._
+
+/** The figures as data: `report.json` and a line per preset in `report-history.csv`. */
+object Figures {
+  private def tenths(v: Double): Double = math.round(v * 10) / 10.0
+
+  private def areaJson(a: Area) =
+    ujson.Obj("luts" -> a.luts, "ffs" -> a.ffs, "logic_elements" -> a.logicElements, "m9k" -> a.m9k)
+
+  private def latencyJson(l: Latency) =
+    ujson.Obj("forwarding" -> l.forwarding.worstNs, "processing" -> l.processing.worstNs)
+
+  /** `report.json`: objects `presets`, `clocks`, `features`, `units` and the list `goals`. */
+  def json(r: Results): String = {
+    val presets = Points.presets.map { p =>
+      val entry = ujson.Obj("latency_ns" -> latencyJson(r.latency(p.preset)))
+      areaJson(r.area(p.preset)).value.foreach { case (k, v) => entry(k) = v }
+      entry("fmax_mhz") = tenths(r.speed(p.preset).mhz)
+      p.preset -> entry
+    }
+    val clocks = Points.clocks.map(p =>
+      p.coreClockMhz.toString -> ujson.Obj("latency_ns" -> latencyJson(r.latency(p.preset)))
+    )
+    val features = Points.variants.map(v => v.title -> areaJson(r.area(v.params.preset)))
+    val units = Points.presets.map { p =>
+      p.preset -> obj(Points.units.map { case (u, _) =>
+        u -> areaJson(r.units(p.preset).getOrElse(u, Area()))
+      })
+    }
+    val goals = Goals(r).map(g =>
+      ujson.Obj("title" -> g.title, "goal" -> g.goal, "measured" -> g.measured, "reached" -> g.reached)
+    )
+    val all = ujson.Obj(
+      "version"  -> r.version,
+      "tools"    -> obj(r.tools.map { case (t, v) => t -> ujson.Str(v) }),
+      "presets"  -> obj(presets),
+      "clocks"   -> obj(clocks),
+      "features" -> obj(features),
+      "units"    -> obj(units),
+      "goals"    -> ujson.Arr.from(goals)
+    )
+    ujson.write(all, indent = 2) + "\n"
+  }
+
+  private def obj(entries: Seq[(String, ujson.Value)]): ujson.Obj = {
+    val o = ujson.Obj()
+    entries.foreach { case (k, v) => o(k) = v }
+    o
+  }
+
+  private val head = "date,version,preset,forwarding_ns,processing_ns,luts,ffs,logic_elements,m9k,fmax_mhz"
+
+  /** Lines to append to a history whose lines are `old`: one for each preset whose version or figures
+    * changed.
+    */
+  def newLines(old: Seq[String], date: String, r: Results): Seq[String] =
+    Points.presets.flatMap { p =>
+      val (a, l) = (r.area(p.preset), r.latency(p.preset))
+      val delays = Seq(l.forwarding.worstNs, l.processing.worstNs).map(_.toString)
+      val counts = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(_.toString)
+      val line = ((Seq(r.version, p.preset) ++ delays ++ counts) :+ tenths(r.speed(p.preset).mhz).toString)
+        .mkString(",")
+      val last = old
+        .map(_.split(",", 2))
+        .collect { case Array(_, rest) if rest.split(",").lift(1).contains(p.preset) => rest }
+        .lastOption
+      Option.when(!last.contains(line))(s"$date,$line")
+    }
+
+  /** Appends to the history file; the result is the number of lines. */
+  def remember(path: Path, r: Results): Int = {
+    val old   = if (Files.exists(path)) Files.readAllLines(path).asScala.toSeq else Nil
+    val fresh = newLines(old, LocalDate.now.toString, r)
+    val text  = (if (old.isEmpty) head +: fresh else fresh).map(_ + "\n").mkString
+    Files.writeString(path, text, StandardOpenOption.CREATE, StandardOpenOption.APPEND)
+    fresh.size
+  }
+}

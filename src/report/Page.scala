@@ -1,0 +1,212 @@
+package flyframe.report
+
+/** `docs/report.md`. */
+object Page {
+  private def row(cells: String*): String = cells.mkString("| ", " | ", " |\n")
+
+  /** A table; all columns but the first `texts` are right-aligned. */
+  private def table(head: Seq[String], rows: Seq[Seq[String]], texts: Int = 1): String =
+    row(head: _*) + head.indices.map(i => if (i < texts) "---" else "---:").mkString("|", "|", "|\n") + rows
+      .map(row(_: _*))
+      .mkString
+
+  /** `text` for a template with margins: its own bars at the start of a line stay. */
+  private def block(text: String): String = text.replace("\n|", "\n||")
+
+  private def n(v: Int): String     = f"$v%,d"
+  private def ns(v: Double): String = f"$v%.1f"
+  private def diff(v: Int): String  = if (v == 0) "0" else f"$v%+,d"
+  private def cells(a: Area)        = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(n)
+  private val base                  = Points.base
+
+  private def goals(r: Results): String =
+    table(
+      Seq("Goal", "Wanted", "Measured", ""),
+      Goals(r).map(g => Seq(g.title, g.goal, g.measured, if (g.reached) "reached" else "**missed**")),
+      texts = 4
+    )
+
+  private def presets(r: Results): String =
+    table(
+      Seq(
+        "Preset",
+        "Forwarding ns",
+        "Processing ns",
+        "LUTs",
+        "Registers",
+        "Logic elements",
+        "M9K",
+        "ECP5 MHz"
+      ),
+      Points.presets.map { p =>
+        val l = r.latency(p.preset)
+        (s"`${p.preset}`" +: Seq(l.forwarding.worstNs, l.processing.worstNs).map(ns)) ++ cells(
+          r.area(p.preset)
+        ) :+
+          f"${r.speed(p.preset).mhz}%.1f"
+      }
+    )
+
+  private def clockNote(r: Results): String = {
+    val s    = r.speed(base.preset)
+    val slow = Points.presets.filter(p => r.speed(p.preset).mhz < p.coreClockMhz)
+    val verdict =
+      if (slow.isEmpty) "Every preset reaches its core clock there."
+      else
+        s"**${slow.map(p => f"`${p.preset}` reaches ${r.speed(p.preset).mhz}%.1f of ${p.coreClockMhz} MHz").mkString(", ")} there**: " +
+          "whether a Cyclone IV runs at the core clock must be shown by the timing analyser of Quartus before hardware is built on it."
+    s"""The clock figure is a proxy: open tools have no timing model of Cyclone IV, so it is what nextpnr reaches for the core clock on
+       |a Lattice ECP5-85, speed grade 6, where every path is timed as one core cycle, also between registers that load once a nibble slot.
+       |$verdict
+       |The slowest path of `${base.preset}` goes from `${s.from}` to `${s.to}`,
+       |${ns(s.logicNs)} ns of it in cells and ${ns(s.routingNs)} ns in wires.
+       |""".stripMargin
+  }
+
+  private def clocks(r: Results): String =
+    table(
+      Seq(
+        "Core clock MHz",
+        "Forwarding worst",
+        "best",
+        "pin to pin",
+        "Processing worst",
+        "best",
+        "pin to pin"
+      ),
+      Points.clocks.map { p =>
+        val l               = r.latency(p.preset)
+        def three(d: Delay) = Seq(d.worstNs, d.bestNs, d.pinToPinNs).map(ns)
+        s"${p.coreClockMhz}" +: (three(l.forwarding) ++ three(l.processing))
+      }
+    )
+
+  private def steps(r: Results): String = {
+    val rows = Steps.titles.zipWithIndex.map { case ((title, why), i) =>
+      Seq(title, why) ++ Points.clocks.map(p => Steps.processing(p).cycles(i).toString)
+    }
+    def whole(name: String, values: Seq[String]) = Seq(s"**$name**", "") ++ values
+    val sums = Seq(
+      whole("Sum, cycles", Points.clocks.map(p => Steps.processing(p).total.toString)),
+      whole("Sum, ns", Points.clocks.map(p => ns(Steps.processing(p).total * 1000.0 / p.coreClockMhz))),
+      whole("Measured, ns", Points.clocks.map(p => ns(r.latency(p.preset).processing.worstNs)))
+    )
+    table(Seq("Step", "Why") ++ Points.clocks.map(p => s"${p.coreClockMhz} MHz"), rows ++ sums, texts = 2)
+  }
+
+  /** Says whether the explanation and the measurement are the same number. */
+  private def stepsNote(r: Results): String = {
+    val wrong = Points.clocks.flatMap { p =>
+      val l = r.latency(p.preset)
+      Seq(
+        ("processing", Steps.processing(p), l.processing),
+        ("forwarding", Steps.forwarding(p), l.forwarding)
+      ).collect {
+        case (name, s, d) if math.abs(s.total - d.worstCycles) > 0.1 =>
+          f"$name at ${p.coreClockMhz} MHz is ${d.worstCycles}%.2f cycles, not ${s.total}"
+      }
+    }
+    if (wrong.isEmpty) "The sums are what is measured, at every clock, for processing and for forwarding."
+    else s"**The steps do not explain the measurement**: ${wrong.mkString("; ")}."
+  }
+
+  private def features(r: Results): String = {
+    val from = r.area(base.preset)
+    table(
+      Seq("Change", "LUTs", "Registers", "Logic elements", "M9K", "Difference in logic elements"),
+      (Seq(s"none (`${base.preset}`)") ++ cells(from) :+ "") +: Points.variants.map { v =>
+        val a   = r.area(v.params.preset)
+        val was = v.info.show(base)
+        (s"${v.info.name} ${v.value} (was $was)" +: cells(a)) :+ diff(a.logicElements - from.logicElements)
+      }
+    )
+  }
+
+  private def units(r: Results): String = {
+    val rows = Points.units.map { case (unit, _) =>
+      unit +: Points.presets.flatMap { p =>
+        val a = r.units(p.preset).getOrElse(unit, Area())
+        Seq(n(a.logicElements), n(a.ffs), n(a.m9k))
+      }
+    }
+    val sums = "**Sum**" +: Points.presets.flatMap { p =>
+      val a = r.units(p.preset).values.reduce(_ + _)
+      Seq(n(a.logicElements), n(a.ffs), n(a.m9k))
+    }
+    table(
+      "Unit" +: Points.presets.flatMap(p => Seq(s"`${p.preset}` logic elements", "registers", "M9K")),
+      rows :+ sums
+    )
+  }
+
+  private def unitsNote(r: Results): String = Points.presets
+    .map(p => f"${r.area(p.preset).logicElements}%,d for `${p.preset}`")
+    .mkString("as a whole, where synthesis works across units, it is ", ", ", "")
+
+  /** The page. */
+  def apply(r: Results): String = {
+    val blocks = base.ramBytes + 128
+    s"""# Measured figures
+       |
+       |Generated by `make report` from version ${r.version}; do not edit. The same figures as data: [report.json](report.json); earlier
+       |ones: [report-history.csv](report-history.csv).
+       |
+       |## Goals
+       |
+       |${block(goals(r))}
+       |## Presets
+       |
+       |${block(presets(r))}
+       |${clockNote(r)}
+       |## Latency at each core clock
+       |
+       |`${base.preset}`, in ns. *Worst* and *best* are over all phases of the receive clock, from the receive clock edge that samples the
+       |second half of the SFD to the core clock edge after which it is on TXD. *Pin to pin* starts when the PHY puts it on RXD, half
+       |a nibble (20 ns) earlier.
+       |
+       |${block(clocks(r))}
+       |![Latency at each core clock](report-latency.svg)
+       |
+       |## Where the time goes
+       |
+       |Core cycles in the worst phase, through the processing unit.
+       |
+       |${block(steps(r))}
+       |${stepsNote(r)} At 25 MHz a forwarded nibble does not wait for the processing step.
+       |
+       |## What a feature costs
+       |
+       |`${base.preset}` with one parameter changed.
+       |
+       |${block(features(r))}
+       |![Logic elements with one parameter changed](report-features.svg)
+       |
+       |## Where the area goes
+       |
+       |${block(units(r))}
+       |![Logic elements of each unit](report-units.svg)
+       |
+       |Synthesised with the hierarchy kept, so that every cell belongs to a unit. The sum differs from the size in the tables above:
+       |${unitsNote(r)}.
+       |
+       |## How the figures are made
+       |
+       |Tools: ${r.tools.map { case (t, v) => s"$t $v" }.mkString(", ")}.
+       |
+       |- **LUTs, registers, M9K**: `yosys`, `synth_intel -family cycloneive`, cells counted in the flattened netlist: `cycloneive_lcell_comb`,
+       |  `dffeas`, `altsyncram`. A LUT used as inverter or for the carry chain counts; an unmapped word-level cell such as `$$not` would count
+       |  as one LUT for each bit. Every `altsyncram` is one M9K block: the program reads words and width from the parameters of each
+       |  and stops if one is over ${n(Netlist.M9kBits)} bits or ${Netlist.M9kWidth} bits wide. (${n(
+        blocks
+      )} bytes need two blocks: they are ${n(8 * blocks)} bits, but 8 bits wide a block
+       |  has 1,024 words.)
+       |- **Logic elements**: one holds one LUT and one register. A register shares the logic element of the LUT that drives its D input,
+       |  each LUT taking at most one register; every other register takes one of its own. So logic elements = LUTs + registers not so
+       |  paired. Quartus also packs LUTs and registers that have nothing to do with each other, so the figure is on the safe side.
+       |- **ECP5 MHz**: `synth_ecp5`, then `nextpnr-ecp5 --85k --package CABGA756 --speed 6 --freq 125 --seed 1`; core clock only. One
+       |  seed: another may differ by some per cent.
+       |- **Latency**: the Verilated RTL in the network harness (`flyframe-latency`), 400 phases of the receive clock for each direction;
+       |  *processing* is from port 0 to port 1, through the processing unit, *forwarding* back from port 1 to port 0.
+       |""".stripMargin
+  }
+}

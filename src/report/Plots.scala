@@ -1,0 +1,108 @@
+package flyframe.report
+
+import java.awt.{BasicStroke, Color, Font, Rectangle}
+import org.jfree.chart.axis.NumberAxis
+import org.jfree.chart.plot.{CategoryPlot, PlotOrientation, ValueMarker}
+import org.jfree.chart.renderer.category.{BarRenderer, StandardBarPainter}
+import org.jfree.chart.labels.StandardCategoryItemLabelGenerator
+import org.jfree.chart.{ChartFactory, JFreeChart}
+import org.jfree.data.category.DefaultCategoryDataset
+import org.jfree.svg.SVGGraphics2D
+import org.jfree.chart.ui.{RectangleAnchor, TextAnchor}
+
+/** The plots of the report, as SVG texts. */
+object Plots {
+  private val colours = Seq(new Color(0x1f6fb4), new Color(0xd9822b), new Color(0x5b8c5a))
+  private val goalInk = new Color(0xa02020)
+
+  /** A bar chart. `series` are named and have a value for each of `rows`; `goals` are lines across. */
+  private def bars(
+      rows: Seq[String],
+      axis: String,
+      series: Seq[(String, Seq[Double])],
+      lying: Boolean,
+      goals: Seq[(String, Double)] = Nil
+  ): JFreeChart = {
+    val data = new DefaultCategoryDataset
+    for ((name, values) <- series; (row, value) <- rows.zip(values)) data.addValue(value, name, row)
+    val orientation = if (lying) PlotOrientation.HORIZONTAL else PlotOrientation.VERTICAL
+    val chart =
+      ChartFactory.createBarChart(null, null, axis, data, orientation, series.size > 1, false, false)
+    val plot     = chart.getPlot.asInstanceOf[CategoryPlot]
+    val renderer = plot.getRenderer.asInstanceOf[BarRenderer]
+    chart.setBackgroundPaint(Color.WHITE)
+    plot.setBackgroundPaint(Color.WHITE)
+    plot.setRangeGridlinePaint(Color.LIGHT_GRAY)
+    plot.setOutlineVisible(false)
+    renderer.setBarPainter(new StandardBarPainter)
+    renderer.setShadowVisible(false)
+    renderer.setDefaultItemLabelsVisible(true)
+    renderer.setDefaultItemLabelGenerator(
+      new StandardCategoryItemLabelGenerator(
+        "{2}",
+        java.text.NumberFormat.getIntegerInstance(java.util.Locale.ROOT)
+      )
+    )
+    renderer.setMaximumBarWidth(0.12)
+    renderer.setItemMargin(0.03)
+    series.indices.foreach(i => renderer.setSeriesPaint(i, colours(i % colours.size)))
+    plot.getDomainAxis.setMaximumCategoryLabelWidthRatio(0.5f)
+    plot.getRangeAxis.asInstanceOf[NumberAxis].setUpperMargin(0.12)
+    goals.foreach { case (text, value) =>
+      val marker = new ValueMarker(value, goalInk, new BasicStroke(1.5f))
+      marker.setLabel(text)
+      marker.setLabelPaint(goalInk)
+      marker.setLabelFont(new Font("SansSerif", Font.PLAIN, 12))
+      marker.setLabelAnchor(if (lying) RectangleAnchor.BOTTOM_LEFT else RectangleAnchor.TOP_RIGHT)
+      marker.setLabelTextAnchor(if (lying) TextAnchor.BOTTOM_RIGHT else TextAnchor.BOTTOM_RIGHT)
+      plot.addRangeMarker(marker)
+    }
+    chart
+  }
+
+  /** The same chart gives the same text: identifiers are numbered, not random. */
+  private def svg(name: String, chart: JFreeChart, width: Int, height: Int): String = {
+    val graphics = new SVGGraphics2D(width, height)
+    graphics.setDefsKeyPrefix(name)
+    chart.setElementHinting(false)
+    chart.draw(graphics, new Rectangle(0, 0, width, height))
+    graphics.getSVGElement(name, true, null, null, null) + "\n"
+  }
+
+  /** Worst latency at every core clock, with the goals. */
+  def latency(r: Results): String = {
+    val all = Points.clocks.map(p => r.latency(p.preset))
+    val chart = bars(
+      Points.clocks.map(p => s"${p.coreClockMhz} MHz"),
+      "worst latency, ns",
+      Seq("forwarding" -> all.map(_.forwarding.worstNs), "processing" -> all.map(_.processing.worstNs)),
+      lying = false,
+      Seq("goal, forwarding at 100 MHz" -> 160.0, "goal, processing at 100 MHz" -> 240.0)
+    )
+    svg("latency", chart, 720, 400)
+  }
+
+  /** Logic elements of every variant. */
+  def features(r: Results): String = {
+    val rows =
+      (Points.base.preset -> Points.base.preset) +: Points.variants.map(v => v.title -> v.params.preset)
+    val chart = bars(
+      rows.map(_._1),
+      "logic elements",
+      Seq("logic elements" -> rows.map { case (_, name) => r.area(name).logicElements.toDouble }),
+      lying = true,
+      Seq("goal, cyclone4-min" -> 1800.0)
+    )
+    svg("features", chart, 720, 460)
+  }
+
+  /** Logic elements of every unit in every preset. */
+  def units(r: Results): String = {
+    val series = Points.presets.map { p =>
+      p.preset -> Points.units.map { case (u, _) =>
+        r.units(p.preset).getOrElse(u, Area()).logicElements.toDouble
+      }
+    }
+    svg("units", bars(Points.units.map(_._1), "logic elements", series, lying = true), 720, 720)
+  }
+}

@@ -1,0 +1,63 @@
+package flyframe.report
+
+import flyframe.params.{EscParams, ParamInfo, ParamTable, Preset, Presets}
+
+/** `cyclone4-min` with one parameter changed; `preset` in `params` is the name of its files. */
+final case class Variant(info: ParamInfo, value: Int, params: EscParams) {
+  def title: String = s"${info.name} $value"
+}
+
+/** What is measured. */
+object Points {
+
+  /** The preset the goals are set for and the variants start from. */
+  val base: EscParams = Presets.named("cyclone4-min").map(_.params).get
+
+  private def variant(name: String)(value: Int): Variant = {
+    val info = ParamTable.named(name).get
+    Variant(info, value, info.set(base, value).copy(preset = s"min-$name-$value"))
+  }
+
+  /** One row each in "What a feature costs". */
+  val variants: Seq[Variant] = Seq(
+    "dataBusWidth"    -> Seq(16, 32),
+    "ports"           -> Seq(1, 4),
+    "maxSubTelegrams" -> Seq(1, 128),
+    "nodeIdWidth"     -> Seq(4, 8),
+    "ramKiB"          -> Seq(8),
+    "coreClockMhz"    -> Seq(25, 50, 125)
+  ).flatMap { case (name, values) => values.map(variant(name)) }
+
+  /** The base at every core clock, slowest first. */
+  val clocks: Seq[EscParams] =
+    (variants.filter(_.info.name == "coreClockMhz").map(_.params) :+ base).sortBy(_.coreClockMhz)
+
+  val presets: Seq[EscParams] = Presets.all.map { case Preset(p, _, _) => p }
+
+  /** Everything that is elaborated. */
+  val all: Seq[EscParams] = presets ++ variants.map(_.params)
+
+  /** The units the area is split into, with the modules they consist of, in the order of the wire path. */
+  val units: Seq[(String, Set[String])] = Seq(
+    "Receive crossings"                       -> Set("MiiRxCrossing", "LevelCrossing"),
+    "Receivers"                               -> Set("MiiReceiver"),
+    "Frame parser"                            -> Set("FrameParser"),
+    "Datagram header"                         -> Set("DatagramHeader"),
+    "Data access"                             -> Set("DataAccess"),
+    "Frame processor: counters, FCS, verdict" -> Set("FrameProcessor"),
+    "Transmitters"                            -> Set("MiiTransmitter"),
+    "Register file"                           -> Set("RegisterFile"),
+    "Memory and host port"                    -> Set("EscMemory"),
+    "Write log"                               -> Set("WriteLog"),
+    "Loops and slot timer"                    -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
+    "Wire path and glue"                      -> Set.empty
+  )
+
+  /** The unit of everything that is in no other. */
+  val rest: String = units.last._1
+
+  /** The unit of a Verilog module, if it starts one. */
+  def unitOf(module: String): Option[String] = units.collectFirst {
+    case (unit, modules) if modules(module) => unit
+  }
+}

@@ -1,0 +1,88 @@
+package flyframe.report
+
+import flyframe.clocks.MiiRxCrossing
+import flyframe.params.EscParams
+
+/** All figures of one run. Keys of the maps are file names of parameter sets, as in
+  * [[flyframe.params.EscParams.preset]].
+  */
+final case class Results(
+    version: String,
+    tools: Seq[(String, String)],
+    area: Map[String, Area],
+    units: Map[String, Map[String, Area]],
+    speed: Map[String, Speed],
+    latency: Map[String, Latency]
+)
+
+/** A goal, what was measured, and whether that is good enough. */
+final case class Goal(title: String, goal: String, measured: String, reached: Boolean)
+
+/** Core cycles from the receive clock edge that samples a nibble to the edge after which it is on TXD, in the
+  * worst phase.
+  */
+final case class Steps(synchroniser: Int, margin: Int, slot: Int, held: Int, process: Int, transmit: Int) {
+  def cycles: Seq[Int] = Seq(synchroniser, margin, slot, held, process, transmit)
+  def total: Int       = cycles.sum
+}
+
+object Steps {
+
+  /** Titles and explanations, in the order of [[Steps.cycles]]. */
+  val titles: Seq[(String, String)] = Seq(
+    "Synchroniser" -> "the write pointer misses a core clock edge by nothing, then passes two flip-flops",
+    "Wait for the margin" -> "so that the symbols of a whole frame never run out while the clocks drift (LP-12)",
+    "Wait for the slot" -> "the symbol is ready just after a slot was; it is taken one slot later",
+    "Nibble held back" -> "until it is known whether another follows, so that `last` and the verdict go with it",
+    "Processing step"   -> "one register, in the processing unit or waiting beside it",
+    "Transmit register" -> "the register behind TXD"
+  )
+
+  /** The steps of a nibble that goes through the processing unit, as the source has them. */
+  def processing(p: EscParams): Steps =
+    Steps(2, MiiRxCrossing.margin(p.coreClockMhz), p.cyclesPerNibble, p.cyclesPerNibble, 1, 1 + p.txShift)
+
+  /** The same for a nibble that is only forwarded: with one cycle per slot it does not wait for the
+    * processing step.
+    */
+  def forwarding(p: EscParams): Steps =
+    processing(p).copy(process = if (p.cyclesPerNibble == 1) 0 else 1)
+}
+
+object Goals {
+
+  /** What the project promises for [[Points.base]]. */
+  def apply(r: Results): Seq[Goal] = {
+    val p       = Points.base
+    val latency = r.latency(p.preset)
+    val area    = r.area(p.preset)
+    val memory  = r.units(p.preset)("Memory and host port")
+    val ramBits = 8 * (p.ramBytes + userRamBytes)
+    def delay(name: String, limit: Int, d: Delay) =
+      Goal(
+        s"$name at ${p.coreClockMhz} MHz, dataBusWidth ${p.dataBusWidth}",
+        s"at most $limit ns",
+        f"${d.worstNs}%.0f ns",
+        d.worstNs <= limit
+      )
+    Seq(
+      delay("Forwarding latency", 160, latency.forwarding),
+      delay("Processing latency", 240, latency.processing),
+      Goal(
+        s"Size of ${p.preset}",
+        "at most 1,800 logic elements",
+        f"${area.logicElements}%,d",
+        area.logicElements <= 1800
+      ),
+      Goal(
+        s"Memory of ${p.preset}",
+        f"all $ramBits%,d bits in M9K blocks",
+        f"${memory.ramBits}%,d bits in ${memory.m9k} blocks",
+        memory.ramBits >= ramBits
+      )
+    )
+  }
+
+  /** User RAM, 0x0F80 to 0x0FFF, lies in front of the process data RAM. */
+  private val userRamBytes = 128
+}

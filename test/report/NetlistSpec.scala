@@ -1,0 +1,67 @@
+package flyframe.report
+
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** The packing count on netlists small enough to count by hand. */
+class NetlistSpec extends AnyFlatSpec {
+  private def lut(out: Int) =
+    s"""{"type": "cycloneive_lcell_comb", "connections": {"combout": [$out], "dataa": [2], "datab": ["1"]}}"""
+  private def flop(d: String, q: Int) = s"""{"type": "dffeas", "connections": {"d": [$d], "q": [$q]}}"""
+  private def ram(words: Int, width: Int) = {
+    // As yosys 0.23 writes it: WIDTH has the address bits, WIDTHAD the width.
+    def bits(v: Int) = "\"" + v.toBinaryString + "\""
+    val address      = Integer.numberOfTrailingZeros(words)
+    s"""{"type": "altsyncram", "parameters": {"numwords_a": ${bits(words)}, "width_a": ${bits(
+        address
+      )}, "widthad_a": ${bits(width)}}, "connections": {}}"""
+  }
+  private def module(cells: String*) =
+    ujson.read(
+      cells.zipWithIndex.map { case (c, i) => s""""c$i": $c""" }.mkString("""{"cells": {""", ", ", "}}")
+    )
+
+  "A register" should "share the logic element of the LUT at its D input" in {
+    assert(Netlist.own(module(lut(10), flop("10", 11))).logicElements == 1)
+  }
+
+  it should "take one of its own behind a pin, a constant or another register" in {
+    val area = Netlist.own(module(lut(10), flop("3", 11), flop("\"0\"", 12), flop("11", 13)))
+    assert(area == Area(luts = 1, ffs = 3, paired = 0))
+    assert(area.logicElements == 4)
+  }
+
+  "A LUT" should "take one register only" in {
+    val area = Netlist.own(module(lut(10), lut(20), flop("10", 11), flop("10", 12), flop("20", 21)))
+    assert(area == Area(luts = 2, ffs = 3, paired = 2))
+    assert(area.logicElements == 3)
+  }
+
+  "An unmapped cell" should "count as one LUT for each output bit" in {
+    val not = """{"type": "$not", "connections": {"A": [2, 3], "Y": [10, 11]}}"""
+    assert(Netlist.own(module(not, flop("10", 20))) == Area(luts = 2, ffs = 1, paired = 1))
+  }
+
+  "A memory" should "count as one M9K block if it fits one" in {
+    assert(Netlist.own(module(ram(256, 32), ram(2048, 4))) == Area(m9k = 2, ramBits = 16384))
+    assertThrows[ReportError](Netlist.own(module(ram(2048, 8))))
+  }
+
+  "Units" should "contain the modules below them" in {
+    val netlist = ujson.read(s"""{"modules": {
+      "top_1": {"cells": {"a": {"type": "Receiver_2", "connections": {}}, "b": {"type": "Receiver_2", "connections": {}}, "l": ${lut(
+        5
+      )}}},
+      "Receiver_2": {"cells": {"r": {"type": "$$paramod$$12ab\\\\Inner", "connections": {}}, "l": ${lut(5)}}},
+      "$$paramod$$12ab\\\\Inner": {"cells": {"f": ${flop("3", 4)}}},
+      "dffeas": {"attributes": {"blackbox": "1"}, "cells": {}}
+    }}""")
+    val units = Netlist.byUnit(netlist, "top_1", "rest", Map("Receiver" -> "receivers").get)
+    assert(units == Map("rest" -> Area(luts = 1), "receivers" -> Area(luts = 2, ffs = 2)))
+  }
+
+  "A module name" should "lose parameters and numbers" in {
+    assert(Netlist.plainName("$paramod$43b0\\DualPortRam") == "DualPortRam")
+    assert(Netlist.plainName("$paramod\\DualPortRam\\DEPTH=s32'1") == "DualPortRam")
+    assert(Netlist.plainName("LevelCrossing_1") == "LevelCrossing")
+  }
+}
