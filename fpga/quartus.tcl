@@ -35,7 +35,6 @@ set_global_assignment -name SYNCHRONIZER_IDENTIFICATION "FORCED IF ASYNCHRONOUS"
 
 # MII has 3.3 V levels.
 set_global_assignment -name STRATIX_DEVICE_IO_STANDARD "3.3-V LVTTL"
-set_global_assignment -name RESERVE_ALL_UNUSED_PINS_WEAK_PULLUP "AS INPUT TRI-STATED WITH WEAK PULL-UP"
 
 # The host port, and what a PLL or a reset circuit on the chip drives, are virtual pins: logic cells instead of pins. Bit by bit, as
 # every version of Quartus understands it. Clocks and MII stay pins; the fitter places them.
