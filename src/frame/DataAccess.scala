@@ -8,10 +8,13 @@ import flyframe.registers.RegisterMap
 
 /** Moves the data of a datagram between wire and memory: reads each word ahead, picks bytes, gathers written bytes to words.
   *
-  * @param lanes   bytes per access
-  * @param bypass  the answer to a read is used in the very cycle it arrives (needed where a nibble slot is one cycle)
+  * A slot of two cycles and more leaves a cycle between the wire path and the memory; shorter slots use the answer in the very cycle
+  * it arrives.
+  *
+  * @param lanes           bytes per access
+  * @param cyclesPerNibble core cycles per nibble slot
   */
-class DataAccess(lanes: Int, bypass: Boolean) extends Module {
+class DataAccess(lanes: Int, cyclesPerNibble: Int) extends Module {
   val step     = IO(Input(Bool()))
   val in       = IO(Input(new NibbleStream))
   val position = IO(Input(new FramePosition))
@@ -40,8 +43,9 @@ class DataAccess(lanes: Int, bypass: Boolean) extends Module {
   private val byteEnd = active && inData && position.high
   private val wordEnd = lane === (lanes - 1).U || position.dataLeft === 1.U
 
-  memory.read        := first || (byteEnd && wordEnd)
-  memory.readAddress := Mux(first, request.address, ahead)
+  private def staged[T <: Data](signal: T): T = if (cyclesPerNibble == 1) signal else RegNext(signal)
+  memory.read        := staged(first || (byteEnd && wordEnd))
+  memory.readAddress := staged(Mux(inHeader, request.address, ahead))
   when(first) { address := request.address }.elsewhen(byteEnd) { address := ahead }
 
   // The word read last.
@@ -56,7 +60,7 @@ class DataAccess(lanes: Int, bypass: Boolean) extends Module {
   arrived.readable := memory.readable
   arrived.writable := memory.writable
   private val kept   = RegEnable(arrived, arriving)
-  private val answer = if (bypass) Mux(arriving, arrived, kept) else kept
+  private val answer = if (cyclesPerNibble <= 2) Mux(arriving, arrived, kept) else kept
 
   private def laneOf(bits: UInt, width: Int): UInt =
     VecInit((0 until lanes).map(i => bits(width * i + width - 1, width * i)))(if (lanes == 1) 0.U else lane)

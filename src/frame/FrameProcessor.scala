@@ -44,7 +44,7 @@ class FrameProcessor(p: EscParams) extends Module {
 
   private val parser = Module(new FrameParser)
   private val header = Module(new DatagramHeader)
-  private val access = Module(new DataAccess(p.lanes, bypass = p.cyclesPerNibble == 1))
+  private val access = Module(new DataAccess(p.lanes, p.cyclesPerNibble))
 
   private val position = parser.position
   private val active   = step && in.valid
@@ -129,17 +129,22 @@ class FrameProcessor(p: EscParams) extends Module {
   private val circled   = circulate && in.data(2)
   private val abort     = in.payload && part =/= Part.ended && (isForeign || circled)
   parser.abandon := abort
-  // Whole bytes behind the last datagram, with the one that this nibble completes.
-  private val trailing  = position.paddingBytes +& (position.high && part === Part.padding && in.payload && !in.odd)
-  private val lengthBad = part =/= Part.foreign && !position.notEtherCat &&
-    !(part === Part.padding && trailing >= 4.U && trailing <= 68.U)
+  // 4 to 68 whole bytes behind the last datagram, the one that this nibble may complete included.
+  private val completes = position.high && !in.odd
+  private val lengthGood = part === Part.padding && Mux(
+    completes,
+    position.paddingBytes >= 3.U && position.paddingBytes <= 67.U,
+    position.paddingBytes >= 4.U && position.paddingBytes <= 68.U
+  )
+  private val lengthBad = part =/= Part.foreign && !position.notEtherCat && !lengthGood
   private val running = part =/= Part.ended || !in.payload
   private val ends    = active && running && (abort || in.last)
   private val bad     = abort || in.bad || lengthBad
   private val hadTooMany = part === Part.padding && position.datagram > p.maxSubTelegrams.U
 
-  error         := ends && (bad || hadTooMany)
-  memory.commit := ends && !bad
+  // One cycle later, which nobody minds: counters and log are off the wire path.
+  error         := RegNext(ends && (bad || hadTooMany), false.B)
+  memory.commit := RegNext(ends && !bad, false.B)
 
   // Control bits have a reset, so that nothing leaves before the first frame.
   private val output     = RegInit(NibbleStream.idle)

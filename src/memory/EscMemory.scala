@@ -112,13 +112,18 @@ class EscMemory(p: EscParams) extends Module {
   when(lookUpArrived) { hostMask := hostMay }
   private val mayWrite = Mux(lookUpArrived, hostMay, hostMask)
 
-  registerWrite.valid := log.replay.valid || (hostWrite && hostTarget.register)
-  registerWrite.bits  := log.replay.bits
+  // One register between the log's block RAM, which is slow to answer, and the decode of the registers.
+  private val nextWrite = Wire(Valid(new RegisterWrite(lanes)))
+  nextWrite.valid := log.replay.valid || (hostWrite && hostTarget.register)
+  nextWrite.bits  := log.replay.bits
   when(!log.replay.valid) {
-    registerWrite.bits.address := host.addr(11, laneBits)
-    registerWrite.bits.mask    := host.be & mayWrite
-    registerWrite.bits.data    := host.wdata
+    nextWrite.bits.address := host.addr(11, laneBits)
+    nextWrite.bits.mask    := host.be & mayWrite
+    nextWrite.bits.data    := host.wdata
   }
+  registerWrite.valid := RegNext(nextWrite.valid, false.B)
+  registerWrite.bits  := RegNext(nextWrite.bits)
+
   file.write        := registerWrite.valid
   file.writeAddress := registerWrite.bits.address
   file.writeMask    := registerWrite.bits.mask

@@ -65,8 +65,8 @@ class ProcessorUnderProof extends Module {
 
 /** FP-33: nothing commits unless the frame ends, and ends well. */
 class CommitProof extends ProcessorUnderProof {
-  when(dut.memory.commit) { assert(ends && !bad, "commit without the good end of a frame") }
-  when(ends && bad) { assert(dut.error, "a bad frame is not counted") }
+  when(dut.memory.commit) { assert(RegNext(ends && !bad, false.B), "commit without the good end of a frame") }
+  when(RegNext(ends && bad, false.B)) { assert(dut.error, "a bad frame is not counted") }
 }
 
 /** FP-14 to FP-24: in the first datagram, if it does not address this ESC, ADP, IRQ and nothing else changes. */
