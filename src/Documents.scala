@@ -3,7 +3,9 @@ package flyframe
 import flyframe.params.{EscParams, ParamTable}
 import flyframe.registers.{Field, Register, RegisterMap, Source}
 
-/** Texts derived from parameters and register description: register documentation, C header, parameters as JSON. */
+/** Texts derived from parameters and register description: register documentation, C header, parameters as
+  * JSON.
+  */
 object Documents {
 
   private def sourceText(f: Field): String = f.source match {
@@ -37,7 +39,9 @@ object Documents {
        ||---|---|---|---|---|---|---|---|---|---|
        |${rows.mkString("\n|")}
        || 0x0F80:0x0FFF | User RAM | all | | rw | rw | undefined | memory | For anything | GEN-04 |
-       || 0x1000:${hex(0x0fff + p.ramBytes)} | Process data RAM | all | | rw | rw | undefined | memory | Open while `pdi_operational` | GEN-04 |
+       || 0x1000:${hex(
+        0x0fff + p.ramBytes
+      )} | Process data RAM | all | | rw | rw | undefined | memory | Open while `pdi_operational` | GEN-04 |
        |""".stripMargin.linesIterator.filterNot(_.startsWith("| 0x1000:0x0FFF ")).mkString("", "\n", "\n")
   }
 
@@ -45,7 +49,8 @@ object Documents {
   def cHeader(p: EscParams): String = {
     val guard = s"FLYFRAME_${p.topName.toUpperCase}_H"
     val rows = RegisterMap(p).flatMap { r =>
-      val register = f"#define ESC_${r.name.toUpperCase}%-36s 0x${r.address}%04Xu /* ${r.title}, ${r.bytes} byte(s), host: ${r.pdi.code} */"
+      val register =
+        f"#define ESC_${r.name.toUpperCase}%-36s 0x${r.address}%04Xu /* ${r.title}, ${r.bytes} byte(s), host: ${r.pdi.code} */"
       val masks = r.fields.filterNot(f => f.width == 8 * r.bytes).flatMap { f =>
         val mask = ((BigInt(1) << f.width) - 1) << f.low
         Seq(

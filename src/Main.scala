@@ -15,13 +15,17 @@ final case class Request(
     docs: Option[Path] = None
 )
 
-/** The command line: lists presets and parameters, and emits Verilog. Exit code 0, or 2 with one sentence on standard error. */
+/** The command line: lists presets and parameters, and emits Verilog. Exit code 0, or 2 with one sentence on
+  * standard error.
+  */
 object Main {
   private implicit val readPath: scopt.Read[Path] = scopt.Read.stringRead.map(Paths.get(_))
 
   private def number(text: String): Int =
     try Integer.decode(text)
-    catch { case _: NumberFormatException => throw new IllegalArgumentException(s"'$text' is not a whole number") }
+    catch {
+      case _: NumberFormatException => throw new IllegalArgumentException(s"'$text' is not a whole number")
+    }
   private implicit val readInt: scopt.Read[Int] = scopt.Read.stringRead.map(number)
 
   private val default = Presets.default.params
@@ -32,12 +36,17 @@ object Main {
     val parameters = ParamTable.all.map { i =>
       opt[Int](i.name)
         .valueName("<n>")
-        .text(s"${i.text}; default ${i.show(default)}; range ${i.range}${if (i.unit == "code") "" else " " + i.unit}")
+        .text(s"${i.text}; default ${i.show(default)}; range ${i.range}${if (i.unit == "code") ""
+          else " " + i.unit}")
         .action((value, r) => r.copy(overrides = r.overrides :+ (i -> value)))
     }
     OParser.sequence(
       programName("flyframe"),
-      head("flyframe", BuildInfo.version, "- Verilog of EtherCAT slave controllers from one set of parameters"),
+      head(
+        "flyframe",
+        BuildInfo.version,
+        "- Verilog of EtherCAT slave controllers from one set of parameters"
+      ),
       help("help").text("this text"),
       opt[Unit]("list").text("list the presets").action((_, r) => r.copy(list = true)),
       opt[String]("preset")
@@ -47,9 +56,14 @@ object Main {
       opt[Unit]("all").text("emit every preset").action((_, r) => r.copy(all = true)),
       opt[String]("name")
         .valueName("<name>")
-        .text("name of the files and the top module; default: the preset, with -custom if a parameter was changed")
+        .text(
+          "name of the files and the top module; default: the preset, with -custom if a parameter was changed"
+        )
         .action((v, r) => r.copy(name = Some(v))),
-      opt[Path]("out").valueName("<dir>").text("where to write; default generated").action((v, r) => r.copy(out = v)),
+      opt[Path]("out")
+        .valueName("<dir>")
+        .text("where to write; default generated")
+        .action((v, r) => r.copy(out = v)),
       opt[Path]("docs")
         .valueName("<dir>")
         .text("also write registers.md there")
@@ -68,7 +82,9 @@ object Main {
       for {
         preset <- Presets
           .named(request.preset)
-          .toRight(s"preset is ${request.preset} but must be one of ${Presets.all.map(_.name).mkString(", ")}.")
+          .toRight(
+            s"preset is ${request.preset} but must be one of ${Presets.all.map(_.name).mkString(", ")}."
+          )
         name = request.name.getOrElse(preset.name + (if (request.overrides.isEmpty) "" else "-custom"))
         _ <- Either.cond(
           name.matches("[A-Za-z][A-Za-z0-9_-]*"),
@@ -122,15 +138,16 @@ object Main {
         else if (shown.nonEmpty) { shown.foreach(println); 0 }
         else
           parsed match {
-            case None                  => refuse("The arguments could not be read; --help lists them.")
-            case Some(r) if r.list     => listPresets(); 0
+            case None              => refuse("The arguments could not be read; --help lists them.")
+            case Some(r) if r.list => listPresets(); 0
             case Some(r) =>
               resolve(r) match {
                 case Left(sentence) => refuse(sentence)
                 case Right(sets) =>
                   try { emit(r, sets); 0 }
                   catch {
-                    case e: java.io.IOException => refuse(s"${r.out} cannot be written (${e.getClass.getSimpleName}).")
+                    case e: java.io.IOException =>
+                      refuse(s"${r.out} cannot be written (${e.getClass.getSimpleName}).")
                   }
               }
           }

@@ -22,11 +22,13 @@ class MiiPort extends Bundle {
 
 /** An EtherCAT slave controller: 1 to 4 MII ports, the processing unit, registers, memory and a host port.
   *
-  * The wire path, in the order of LP-07: port 0 - processing unit - port 3 - port 1 - port 2 - port 0; a closed loop passes the
-  * stream on, an open one sends it out and goes on with what comes in. Each nibble slot has three steps, one core cycle apart:
-  * receivers give a nibble, the processing unit takes it, transmitters send.
+  * The wire path, in the order of LP-07: port 0 - processing unit - port 3 - port 1 - port 2 - port 0; a
+  * closed loop passes the stream on, an open one sends it out and goes on with what comes in. Each nibble
+  * slot has three steps, one core cycle apart: receivers give a nibble, the processing unit takes it,
+  * transmitters send.
   *
-  * @param p a parameter set without [[EscParams.problems]]
+  * @param p
+  *   a parameter set without [[EscParams.problems]]
   */
 class SlaveController(p: EscParams) extends Module {
   override def desiredName = p.topName
@@ -36,26 +38,28 @@ class SlaveController(p: EscParams) extends Module {
   val mii             = IO(Vec(p.ports, new MiiPort))
   val mii_tx_tick     = IO(Output(Bool()))
 
-  /** Holds the PHYs in reset while the controller is, so that no link appears (PHY-01); low active, as PHYs want it. */
+  /** Holds the PHYs in reset while the controller is, so that no link appears (PHY-01); low active, as PHYs
+    * want it.
+    */
   val phy_reset_n = IO(Output(Bool()))
-  val host            = IO(new HostPort(p.lanes))
+  val host        = IO(new HostPort(p.lanes))
 
   private val portNumbers = 0 until p.ports
   phy_reset_n := !reset.asBool
 
   // The three steps of a nibble slot.
-  private val slot        = Module(new SlotTimer(p.cyclesPerNibble))
-  private val receiveStep = slot.tick
+  private val slot                    = Module(new SlotTimer(p.cyclesPerNibble))
+  private val receiveStep             = slot.tick
   private def later(step: Bool): Bool = if (p.cyclesPerNibble == 1) step else RegNext(step, false.B)
-  private val processStep  = later(receiveStep)
-  private val transmitStep = later(processStep)
+  private val processStep             = later(receiveStep)
+  private val transmitStep            = later(processStep)
   slot.reference := phy_clk_ref
 
-  private val memory    = Module(new EscMemory(p))
-  private val processor = Module(new FrameProcessor(p))
-  private val loops     = Module(new LoopControl(p))
+  private val memory         = Module(new EscMemory(p))
+  private val processor      = Module(new FrameProcessor(p))
+  private val loops          = Module(new LoopControl(p))
   private val temporaryLoops = Module(new TemporaryLoops(p))
-  private val value     = memory.value
+  private val value          = memory.value
 
   // Receivers.
   private val links = mii.map { port =>
@@ -116,15 +120,15 @@ class SlaveController(p: EscParams) extends Module {
   loops.settingWritten := written.valid &&
     Cat(written.bits.address, 0.U(log2Ceil(p.lanes).W)) === (loopByte / p.lanes * p.lanes).U &&
     written.bits.mask(loopByte % p.lanes)
-  temporaryLoops.commitStarts := memory.commitStarts
-  temporaryLoops.temporary    := value.bool("temporary_use")
+  temporaryLoops.commitStarts            := memory.commitStarts
+  temporaryLoops.temporary               := value.bool("temporary_use")
   memory.set.load("temporary_use").valid := temporaryLoops.restore
   memory.set.load("temporary_use").bits  := 0.U
   for (y <- portNumbers) {
-    loops.link(y)          := links(y)
-    loops.setting(y)       := setting(y)
-    loops.goodFrame(y)     := receivers(y).events.goodFrame
-    temporaryLoops.setting(y)   := setting(y)
+    loops.link(y)                         := links(y)
+    loops.setting(y)                      := setting(y)
+    loops.goodFrame(y)                    := receivers(y).events.goodFrame
+    temporaryLoops.setting(y)             := setting(y)
     memory.set.load(s"loop_port$y").valid := temporaryLoops.restore
     memory.set.load(s"loop_port$y").bits  := temporaryLoops.former(y)
   }
@@ -135,9 +139,9 @@ class SlaveController(p: EscParams) extends Module {
   for (y <- portNumbers) {
     val events = receivers(y).events
     val counts = loops.open(y)
-    memory.status.uint(s"physical_link_port$y") := links(y)
-    memory.status.uint(s"communication_port$y") := links(y)
-    memory.status.uint(s"loop_closed_port$y")   := loops.reportClosed(y)
+    memory.status.uint(s"physical_link_port$y")   := links(y)
+    memory.status.uint(s"communication_port$y")   := links(y)
+    memory.status.uint(s"loop_closed_port$y")     := loops.reportClosed(y)
     memory.event.pulse(s"invalid_frame_port$y")   := events.invalidFrame && counts
     memory.event.pulse(s"rx_er_port$y")           := events.rxEr && counts
     memory.event.pulse(s"forwarded_error_port$y") := events.forwardedError && counts

@@ -3,7 +3,9 @@ package flyframe.clocks
 import chisel3._
 import chisel3.util._
 
-/** Every clock crossing of the project is one of the modules in this file; the constraint file finds them by their names. */
+/** Every clock crossing of the project is one of the modules in this file; the constraint file finds them by
+  * their names.
+  */
 object Crossings {
 
   /** Binary to Gray code, same width. */
@@ -43,7 +45,9 @@ class MiiRxCrossingRead extends Bundle {
   /** At least one symbol is waiting. */
   val available = Output(Bool())
 
-  /** The oldest symbol has waited long enough for a whole frame to follow without a gap, whatever the clocks do within 100 ppm. */
+  /** The oldest symbol has waited long enough for a whole frame to follow without a gap, whatever the clocks
+    * do within 100 ppm.
+    */
   val settled = Output(Bool())
 
   /** Symbols have been, or are about to be, overwritten. */
@@ -53,11 +57,13 @@ class MiiRxCrossingRead extends Bundle {
   val take = Input(Bool())
 }
 
-/** The RX_CLK side of [[MiiRxCrossing]]: writes symbols into a few registers and tells how far it got, in Gray code.
+/** The RX_CLK side of [[MiiRxCrossing]]: writes symbols into a few registers and tells how far it got, in
+  * Gray code.
   *
   * It has no reset: in reset the read side follows the write pointer, wherever that is.
   *
-  * @param depth symbols stored, a power of two
+  * @param depth
+  *   symbols stored, a power of two
   */
 class MiiRxWriteSide(depth: Int) extends Module {
   private val pointerBits = log2Ceil(depth) + 1
@@ -85,9 +91,11 @@ class MiiRxWriteSide(depth: Int) extends Module {
   writeGray := gray
 }
 
-/** The core clock side of [[MiiRxCrossing]]: two flip-flops bring the Gray pointer over; what it points to is stable by then.
+/** The core clock side of [[MiiRxCrossing]]: two flip-flops bring the Gray pointer over; what it points to is
+  * stable by then.
   *
-  * @param margin core cycles a symbol that starts a frame waits
+  * @param margin
+  *   core cycles a symbol that starts a frame waits
   */
 class MiiRxReadSide(depth: Int, margin: Int) extends Module {
   private val pointerBits = log2Ceil(depth) + 1
@@ -121,14 +129,16 @@ class MiiRxReadSide(depth: Int, margin: Int) extends Module {
   read.overflow  := waiting(pointerBits - 1)
 }
 
-/** Brings the symbols of one MII receiver from RX_CLK into the core clock (PHY-03): a small FIFO with Gray-coded write pointer.
+/** Brings the symbols of one MII receiver from RX_CLK into the core clock (PHY-03): a small FIFO with
+  * Gray-coded write pointer.
   *
-  * Symbols are written only while RX_DV or RX_ER is high, and once more behind them, so that the end is seen. No clock difference
-  * can add up between frames. A frame may start to be read when its first symbol has been visible for `margin` core cycles: over
-  * the longest frame (122 us) clocks 100 ppm apart slip 12 ns, so `margin` covers 12.2 ns, and 6.1 ns where the master asks for
-  * less (LP-12).
+  * Symbols are written only while RX_DV or RX_ER is high, and once more behind them, so that the end is seen.
+  * No clock difference can add up between frames. A frame may start to be read when its first symbol has been
+  * visible for `margin` core cycles: over the longest frame (122 us) clocks 100 ppm apart slip 12 ns, so
+  * `margin` covers 12.2 ns, and 6.1 ns where the master asks for less (LP-12).
   *
-  * @param coreClockMhz core clock in MHz: 25, 50, 100 or 125
+  * @param coreClockMhz
+  *   core clock in MHz: 25, 50, 100 or 125
   */
 class MiiRxCrossing(coreClockMhz: Int) extends Module {
   private val depth = MiiRxCrossing.depth(coreClockMhz)

@@ -2,7 +2,9 @@ package flyframe.frame
 
 import chisel3._
 
-/** The datagram commands (FP section 5) and what they ask of an ESC. `code` is the low half of the command byte. */
+/** The datagram commands (FP section 5) and what they ask of an ESC. `code` is the low half of the command
+  * byte.
+  */
 object Command {
   val Aprd = 1
   val Apwr = 2

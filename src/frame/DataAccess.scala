@@ -6,13 +6,16 @@ import flyframe.memory.EcatAccess
 import flyframe.mii.NibbleStream
 import flyframe.registers.RegisterMap
 
-/** Moves the data of a datagram between wire and memory: reads each word ahead, picks bytes, gathers written bytes to words.
+/** Moves the data of a datagram between wire and memory: reads each word ahead, picks bytes, gathers written
+  * bytes to words.
   *
-  * A slot of two cycles and more leaves a cycle between the wire path and the memory; shorter slots use the answer in the very cycle
-  * it arrives.
+  * A slot of two cycles and more leaves a cycle between the wire path and the memory; shorter slots use the
+  * answer in the very cycle it arrives.
   *
-  * @param lanes           bytes per access
-  * @param cyclesPerNibble core cycles per nibble slot
+  * @param lanes
+  *   bytes per access
+  * @param cyclesPerNibble
+  *   core cycles per nibble slot
   */
 class DataAccess(lanes: Int, cyclesPerNibble: Int) extends Module {
   val step     = IO(Input(Bool()))

@@ -4,7 +4,9 @@ import chisel3._
 import chisel3.util._
 import flyframe.mii.NibbleStream
 
-/** What the header of the running datagram asks of this ESC. Steady from its last byte to the end of the datagram. */
+/** What the header of the running datagram asks of this ESC. Steady from its last byte to the end of the
+  * datagram.
+  */
 class DatagramRequest extends Bundle {
   val read      = Bool()
   val write     = Bool()
@@ -20,7 +22,9 @@ class DatagramRequest extends Bundle {
   val address = UInt(16.W)
 }
 
-/** Collects command and address of a datagram nibble by nibble and compares ADP while it passes (FP-14 to FP-18, FP-22, FP-24). */
+/** Collects command and address of a datagram nibble by nibble and compares ADP while it passes (FP-14 to
+  * FP-18, FP-22, FP-24).
+  */
 class DatagramHeader extends Module {
   val step           = IO(Input(Bool()))
   val in             = IO(Input(new NibbleStream))
@@ -38,8 +42,9 @@ class DatagramHeader extends Module {
   private val stationMatch = Reg(Bool())
   private val aliasMatch   = Reg(Bool())
 
-  private def nibbleOf(word: UInt, index: UInt): UInt = VecInit((0 until 4).map(i => word(4 * i + 3, 4 * i)))(index)
-  private val adpNibble                               = Cat(position.byte(0), position.high) // ADP is bytes 2 and 3
+  private def nibbleOf(word: UInt, index: UInt): UInt =
+    VecInit((0 until 4).map(i => word(4 * i + 3, 4 * i)))(index)
+  private val adpNibble = Cat(position.byte(0), position.high) // ADP is bytes 2 and 3
 
   when(step && in.valid && position.part === Part.header) {
     switch(position.byte) {

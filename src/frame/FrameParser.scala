@@ -7,8 +7,9 @@ import flyframe.mii.NibbleStream
 /** Where in a frame the nibble at hand lies. */
 object Part extends ChiselEnum {
 
-  /** ethernet: addresses, VLAN tag, EtherType; ip: IP and UDP header; ethercat: its 2-byte header; header, data, counter: of a
-    * datagram; padding: behind the last datagram, FCS included; foreign: not EtherCAT, passes; ended: nothing more to pass.
+  /** ethernet: addresses, VLAN tag, EtherType; ip: IP and UDP header; ethercat: its 2-byte header; header,
+    * data, counter: of a datagram; padding: behind the last datagram, FCS included; foreign: not EtherCAT,
+    * passes; ended: nothing more to pass.
     */
   val ethernet, ip, ethercat, header, data, counter, padding, foreign, ended = Value
 }
@@ -39,9 +40,11 @@ class FramePosition extends Bundle {
   val notEtherCat = Bool()
 }
 
-/** Finds its way through a frame: Ethernet II, VLAN tag, UDP/IP, EtherCAT header, datagrams, padding (FP-01 to FP-07, B-10).
+/** Finds its way through a frame: Ethernet II, VLAN tag, UDP/IP, EtherCAT header, datagrams, padding (FP-01
+  * to FP-07, B-10).
   *
-  * @param abandon the frame ends for the processing unit with this nibble
+  * @param abandon
+  *   the frame ends for the processing unit with this nibble
   */
 class FrameParser extends Module {
   val step     = IO(Input(Bool())) // once per nibble slot
@@ -52,20 +55,20 @@ class FrameParser extends Module {
   private val part         = RegInit(Part.ended) // reset: no frame is under way
   private val byte         = Reg(UInt(5.W))
   private val high         = Reg(Bool())
-  private val low          = Reg(UInt(4.W)) // low half of the byte at hand
-  private val previous     = Reg(UInt(8.W)) // the byte before
+  private val low          = Reg(UInt(4.W))      // low half of the byte at hand
+  private val previous     = Reg(UInt(8.W))      // the byte before
   private val tagged       = Reg(Bool())
   private val frameBytes   = Reg(UInt(6.W))
   private val paddingBytes = Reg(UInt(7.W))
-  private val length       = Reg(UInt(12.W)) // data bytes of the datagram, then those left; bit 11 is 0
+  private val length       = Reg(UInt(12.W))     // data bytes of the datagram, then those left; bit 11 is 0
   private val more         = Reg(Bool())
   private val datagram     = Reg(UInt(8.W))
 
-  private val whole = Cat(in.data, low)       // the byte at hand, with its high half
-  private val word  = Cat(previous, whole)    // big endian, as Ethernet and IP write their fields
-  private val atEnd = WireDefault(false.B)    // the last byte of the part
-  private val next  = WireDefault(part)       // the part behind `atEnd`
-  private val alien = WireDefault(false.B)    // this byte shows that the frame is not EtherCAT
+  private val whole = Cat(in.data, low)    // the byte at hand, with its high half
+  private val word  = Cat(previous, whole) // big endian, as Ethernet and IP write their fields
+  private val atEnd = WireDefault(false.B) // the last byte of the part
+  private val next  = WireDefault(part)    // the part behind `atEnd`
+  private val alien = WireDefault(false.B) // this byte shows that the frame is not EtherCAT
 
   private def at(n: Int): Bool = byte === n.U
 

@@ -24,11 +24,12 @@ class FrameProcessorConfig extends Bundle {
 
 /** The ECAT processing unit: executes the datagrams of a passing frame on the fly, nibble by nibble.
   *
-  * Every change is made in the nibble slot in which the nibble passes, so the unit delays the stream by one register and no more:
-  * ADP and working counter travel least significant nibble first and are incremented by one 4-bit adder; data are read ahead; the
-  * FCS is corrected by the CRC of the changes (B-13).
+  * Every change is made in the nibble slot in which the nibble passes, so the unit delays the stream by one
+  * register and no more: ADP and working counter travel least significant nibble first and are incremented by
+  * one 4-bit adder; data are read ahead; the FCS is corrected by the CRC of the changes (B-13).
   *
-  * @param p dataBusWidth and maxSubTelegrams are used
+  * @param p
+  *   dataBusWidth and maxSubTelegrams are used
   */
 class FrameProcessor(p: EscParams) extends Module {
 
@@ -75,9 +76,9 @@ class FrameProcessor(p: EscParams) extends Module {
     in.payload && part === where && bytes.map(position.byte === _.U).reduce(_ || _)
 
   // ADP + 1 and working counter + increment: one nibble adder with carry.
-  private val carry     = Reg(Bool())
-  private val inAdp     = at(Part.header, 2, 3) && header.request.incrementsAdp && !tooMany
-  private val inCounter = at(Part.counter, 0, 1)
+  private val carry       = Reg(Bool())
+  private val inAdp       = at(Part.header, 2, 3) && header.request.incrementsAdp && !tooMany
+  private val inCounter   = at(Part.counter, 0, 1)
   private val firstNibble = !position.high && !position.byte(0)
   private val increment = Mux(
     inCounter,
@@ -91,7 +92,8 @@ class FrameProcessor(p: EscParams) extends Module {
   private val irqNibble =
     VecInit((0 until 4).map(i => config.ecatEvents(4 * i + 3, 4 * i)))(Cat(position.byte(0), position.high))
 
-  private val lengthTop = at(Part.header, 7) && position.high // bits 15:12 of the length word: M, C, two reserved
+  private val lengthTop =
+    at(Part.header, 7) && position.high // bits 15:12 of the length word: M, C, two reserved
   private val circulate = lengthTop && config.circulating && !tooMany
 
   // The CRC of the changes made so far, this nibble excluded. Behind the last datagram it is added to the FCS (B-13); it is zero
@@ -99,7 +101,7 @@ class FrameProcessor(p: EscParams) extends Module {
   private val changesBefore = Reg(UInt(32.W))
   private val lastChange    = Reg(UInt(4.W))
   private val changes       = Crc32.next(changesBefore, lastChange)
-  private val atFcs   = part === Part.padding && position.frameBytes === 60.U
+  private val atFcs         = part === Part.padding && position.frameBytes === 60.U
 
   private val data = WireDefault(in.data)
   when(in.payload) {
@@ -136,10 +138,10 @@ class FrameProcessor(p: EscParams) extends Module {
     position.paddingBytes >= 3.U && position.paddingBytes <= 67.U,
     position.paddingBytes >= 4.U && position.paddingBytes <= 68.U
   )
-  private val lengthBad = part =/= Part.foreign && !position.notEtherCat && !lengthGood
-  private val running = part =/= Part.ended || !in.payload
-  private val ends    = active && running && (abort || in.last)
-  private val bad     = abort || in.bad || lengthBad
+  private val lengthBad  = part =/= Part.foreign && !position.notEtherCat && !lengthGood
+  private val running    = part =/= Part.ended || !in.payload
+  private val ends       = active && running && (abort || in.last)
+  private val bad        = abort || in.bad || lengthBad
   private val hadTooMany = part === Part.padding && position.datagram > p.maxSubTelegrams.U
 
   // One cycle later, which nobody minds: counters and log are off the wire path.
@@ -158,7 +160,7 @@ class FrameProcessor(p: EscParams) extends Module {
     output.odd   := in.odd && !abort
     oddChanges   := changes.orR
   }
-  out         := output
+  out := output
   // What leaves has a right FCS if what came had one and all changes have cancelled out.
   out.crcGood := output.crcGood && !Mux(output.odd, oddChanges, changes.orR)
 }

@@ -3,15 +3,21 @@ package flyframe.memory
 import chisel3._
 import chisel3.util._
 
-/** A memory with one write and one read port on one clock, in the form every FPGA tool maps to block RAM (M9K on Cyclone IV).
+/** A memory with one write and one read port on one clock, in the form every FPGA tool maps to block RAM (M9K
+  * on Cyclone IV).
   *
-  * The read answers one cycle later; reading a word while it is written gives the old word. Contents are undefined after power-on.
+  * The read answers one cycle later; reading a word while it is written gives the old word. Contents are
+  * undefined after power-on.
   *
-  * @param depth number of words
-  * @param width bits per word
+  * @param depth
+  *   number of words
+  * @param width
+  *   bits per word
   */
-class DualPortRam(depth: Int, width: Int) extends BlackBox(Map("DEPTH" -> depth, "WIDTH" -> width)) with HasBlackBoxInline {
-  private val addressBits = log2Ceil(depth) max 1
+class DualPortRam(depth: Int, width: Int)
+    extends BlackBox(Map("DEPTH" -> depth, "WIDTH" -> width))
+    with HasBlackBoxInline {
+  private val addressBits  = log2Ceil(depth) max 1
   override def desiredName = "DualPortRam"
   val io = IO(new Bundle {
     val clock        = Input(Clock())

@@ -2,13 +2,15 @@ package flyframe.memory
 
 import chisel3._
 
-/** The frame processor's access to registers and memory, a word of `lanes` bytes at a time; all addresses are byte addresses, the
-  * bits within the word ignored. Bit 16 of an address set = past the end of the address space.
+/** The frame processor's access to registers and memory, a word of `lanes` bytes at a time; all addresses are
+  * byte addresses, the bits within the word ignored. Bit 16 of an address set = past the end of the address
+  * space.
   *
-  * A read answers in the cycle after `read`. Writes to memory act at once, writes to registers go to the write log and act after
-  * `commit` (FP-32 to FP-34).
+  * A read answers in the cycle after `read`. Writes to memory act at once, writes to registers go to the
+  * write log and act after `commit` (FP-32 to FP-34).
   *
-  * @param lanes bytes per word: 1, 2 or 4
+  * @param lanes
+  *   bytes per word: 1, 2 or 4
   */
 class EcatAccess(lanes: Int) extends Bundle {
 

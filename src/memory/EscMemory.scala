@@ -5,11 +5,12 @@ import chisel3.util._
 import flyframe.params.EscParams
 import flyframe.registers.{RegisterFile, RegisterMap}
 
-/** The 64 KiB address space of the controller (GEN-04): registers, user RAM, process data RAM, and the arbiter between the frame
-  * processor and the host.
+/** The 64 KiB address space of the controller (GEN-04): registers, user RAM, process data RAM, and the
+  * arbiter between the frame processor and the host.
   *
-  * Registers and RAM have one read and one write port each. The frame processor always comes first; the host gets the cycles it
-  * leaves, at the latest after four, since the frame processor takes at most every second cycle.
+  * Registers and RAM have one read and one write port each. The frame processor always comes first; the host
+  * gets the cycles it leaves, at the latest after four, since the frame processor takes at most every second
+  * cycle.
   */
 class EscMemory(p: EscParams) extends Module {
   private val lanes    = p.lanes
@@ -31,7 +32,9 @@ class EscMemory(p: EscParams) extends Module {
   file.status := status
   file.event  := event
 
-  /** A register write of a frame or the host takes effect in this cycle; for units that react to the writing itself. */
+  /** A register write of a frame or the host takes effect in this cycle; for units that react to the writing
+    * itself.
+    */
   val registerWrite = IO(Output(Valid(new RegisterWrite(lanes))))
 
   /** The register writes of a frame are about to take effect. */
@@ -99,13 +102,13 @@ class EscMemory(p: EscParams) extends Module {
   commitStarts           := log.replayStarts
 
   // A host write takes two cycles: the first looks up what the host may write, the second writes.
-  private val hostTarget   = target(host.addr, false.B)
-  private val ecatToRam    = ecat.write && ecatTarget.ram
-  private val lookedUp     = RegInit(false.B) // reset: no host access is under way
-  private val hostMay      = latched(file.writableByPdi)
-  private val hostLookUp   = host.req && host.write && !lookedUp && !ecat.read && !host.ack
-  private val hostWrite    = lookedUp && Mux(hostTarget.register, !log.replay.valid, !ecatToRam)
-  private val hostMask     = RegInit(0.U(lanes.W))
+  private val hostTarget    = target(host.addr, false.B)
+  private val ecatToRam     = ecat.write && ecatTarget.ram
+  private val lookedUp      = RegInit(false.B) // reset: no host access is under way
+  private val hostMay       = latched(file.writableByPdi)
+  private val hostLookUp    = host.req && host.write && !lookedUp && !ecat.read && !host.ack
+  private val hostWrite     = lookedUp && Mux(hostTarget.register, !log.replay.valid, !ecatToRam)
+  private val hostMask      = RegInit(0.U(lanes.W))
   private val lookUpArrived = RegNext(hostLookUp, false.B)
   when(hostLookUp) { lookedUp := true.B }
   when(hostWrite) { lookedUp := false.B }

@@ -12,11 +12,14 @@ class RegisterWrite(lanes: Int) extends Bundle {
 
 /** Holds the register writes of a frame back until the frame has ended well (FP-32, FP-33), in block RAM.
   *
-  * `commit` plays them back in order, one per cycle. The next frame may start meanwhile: its first register write comes at least 88
-  * nibble slots after the end of this frame, and `EscParams` allows no log that takes longer.
+  * `commit` plays them back in order, one per cycle. The next frame may start meanwhile: its first register
+  * write comes at least 88 nibble slots after the end of this frame, and `EscParams` allows no log that takes
+  * longer.
   *
-  * @param lanes bytes per word
-  * @param depth most register bytes of one frame
+  * @param lanes
+  *   bytes per word
+  * @param depth
+  *   most register bytes of one frame
   */
 class WriteLog(lanes: Int, depth: Int) extends Module {
   val frameStart = IO(Input(Bool()))

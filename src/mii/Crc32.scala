@@ -20,7 +20,8 @@ object Crc32 {
     val feedback = crc(3, 0) ^ data(3, 0)
     // Effect of each feedback bit on the state, four shifts later.
     val effects = (0 until 4).map { bit =>
-      val effect = (0 until 4).foldLeft(1L << bit)((s, _) => if ((s & 1) == 1) (s >> 1) ^ polynomial else s >> 1)
+      val effect =
+        (0 until 4).foldLeft(1L << bit)((s, _) => if ((s & 1) == 1) (s >> 1) ^ polynomial else s >> 1)
       Mux(feedback(bit), effect.U(32.W), 0.U)
     }
     effects.foldLeft((crc >> 4).pad(32))(_ ^ _)

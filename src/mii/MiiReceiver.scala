@@ -22,10 +22,12 @@ class ReceiverEvents extends Bundle {
 
 /** Finds the frames in the symbols of one port: SFD, odd nibbles, FCS, length, RX_ER (B-01 to B-03).
   *
-  * It holds one nibble back until it knows whether another follows, so that `last` and the verdict travel with the frame's last
-  * nibble: that nibble can still be spoiled, or dropped, behind. Delay: one nibble slot from taking a symbol to `out`.
+  * It holds one nibble back until it knows whether another follows, so that `last` and the verdict travel
+  * with the frame's last nibble: that nibble can still be spoiled, or dropped, behind. Delay: one nibble slot
+  * from taking a symbol to `out`.
   *
-  * @param shortest whole bytes of the shortest good frame, a power of two; 64 but in proofs
+  * @param shortest
+  *   whole bytes of the shortest good frame, a power of two; 64 but in proofs
   */
 class MiiReceiver(shortest: Int = 64) extends Module {
   import MiiReceiver._
@@ -145,7 +147,9 @@ class MiiReceiver(shortest: Int = 64) extends Module {
 object MiiReceiver {
   private object State extends ChiselEnum {
 
-    /** `faultyStart`: the very first symbol was in error and leaves as a frame of its own; `skip`: the rest of a cut-off frame. */
+    /** `faultyStart`: the very first symbol was in error and leaves as a frame of its own; `skip`: the rest
+      * of a cut-off frame.
+      */
     val idle, preamble, payload, faultyStart, skip = Value
   }
 }

@@ -2,8 +2,9 @@ package flyframe.mii
 
 import chisel3._
 
-/** Drives TXD and TX_EN from a [[NibbleStream]] and finishes frames that ended bad (ERR-06, ERR-07, B-04): spoils the last nibble
-  * where the FCS would be right, and appends the extra nibble that marks the error as counted.
+/** Drives TXD and TX_EN from a [[NibbleStream]] and finishes frames that ended bad (ERR-06, ERR-07, B-04):
+  * spoils the last nibble where the FCS would be right, and appends the extra nibble that marks the error as
+  * counted.
   *
   * Runs on the core clock; there is no TX FIFO (PHY-02). Delay: one core cycle.
   */
@@ -15,7 +16,7 @@ class MiiTransmitter extends Module {
   val txEn = IO(Output(Bool()))
   val txd  = IO(Output(UInt(4.W)))
 
-  private val enable = RegInit(false.B) // reset: no nibble may leave before the first frame
+  private val enable = RegInit(false.B)  // reset: no nibble may leave before the first frame
   private val data   = Reg(UInt(4.W))
   private val extra  = RegInit(0.U(2.W)) // nibbles still to be appended
   txEn := enable

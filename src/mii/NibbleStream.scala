@@ -2,10 +2,11 @@ package flyframe.mii
 
 import chisel3._
 
-/** What runs between the units on the wire path: one nibble of a frame per nibble slot (40 ns), preamble included.
+/** What runs between the units on the wire path: one nibble of a frame per nibble slot (40 ns), preamble
+  * included.
   *
-  * Every stage takes one of these and gives one, so stages can be tested alone, left out or put in another order. The end-of-frame
-  * fields are meaningful with `last`; `crcGood` always.
+  * Every stage takes one of these and gives one, so stages can be tested alone, left out or put in another
+  * order. The end-of-frame fields are meaningful with `last`; `crcGood` always.
   */
 class NibbleStream extends Bundle {
 
@@ -15,7 +16,8 @@ class NibbleStream extends Bundle {
   /** The nibble is behind the SFD. */
   val payload = Bool()
 
-  /** The nibble: 0x5 in the preamble, 0xD as the end of the SFD, data behind it (low half of a byte first). */
+  /** The nibble: 0x5 in the preamble, 0xD as the end of the SFD, data behind it (low half of a byte first).
+    */
   val data = UInt(4.W)
 
   /** The frame ends with this nibble. */

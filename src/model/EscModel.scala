@@ -3,7 +3,8 @@ package flyframe.model
 import flyframe.params.EscParams
 import flyframe.registers.RegisterMap
 
-/** A slave controller as the specification and `docs/behaviour.md` describe it: frame in, frame out, state visible.
+/** A slave controller as the specification and `docs/behaviour.md` describe it: frame in, frame out, state
+  * visible.
   *
   * Independent of the RTL: it shares the register and parameter data, no logic.
   */
@@ -47,9 +48,9 @@ class EscModel(val p: EscParams) {
   private val Status = "([a-z_]+?)_port(\\d)".r
   private def status(name: String): Int = {
     val set = name match {
-      case "pdi_operational"                           => pdiOperational
+      case "pdi_operational"                            => pdiOperational
       case Status("physical_link" | "communication", y) => links(y.toInt)
-      case Status("loop_closed", y)                    => !wanted(y.toInt)
+      case Status("loop_closed", y)                     => !wanted(y.toInt)
     }
     if (set) 1 else 0
   }
@@ -63,13 +64,16 @@ class EscModel(val p: EscParams) {
 
   // ---- local side ----
 
-  private def isUserRam(address: Int) = address >= RegisterMap.UserRamStart && address < RegisterMap.ProcessRamStart
+  private def isUserRam(address: Int) =
+    address >= RegisterMap.UserRamStart && address < RegisterMap.ProcessRamStart
   private def isMemory(address: Int): Boolean = isUserRam(address) ||
     (pdiOperational && address >= RegisterMap.ProcessRamStart && address < RegisterMap.ProcessRamStart + p.ramBytes)
 
   /** A byte as the host reads it; 0 where nothing is. */
   def hostRead(address: Int): Int =
-    if (isMemory(address)) memory(address) else if (registers.pdi(address).readable) registers.byte(address) else 0
+    if (isMemory(address)) memory(address)
+    else if (registers.pdi(address).readable) registers.byte(address)
+    else 0
 
   def hostWrite(address: Int, byte: Int): Unit =
     if (isMemory(address)) memory(address) = byte
@@ -88,7 +92,9 @@ class EscModel(val p: EscParams) {
 
   // ---- frames ----
 
-  /** A frame arrives at `port`; what leaves the controller, and where. None: nothing leaves (the loop is closed). */
+  /** A frame arrives at `port`; what leaves the controller, and where. None: nothing leaves (the loop is
+    * closed).
+    */
   def receive(port: Int, frame: WireFrame): Option[(Int, SentFrame)] = {
     val received = Receiver.receive(frame)
     val wasOpen  = opened(port)
@@ -108,7 +114,8 @@ class EscModel(val p: EscParams) {
   }
 
   /** Symbols with RX_ER outside a frame (HINT-04). */
-  def falseCarrier(port: Int, symbols: Int): Unit = if (opened(port)) registers.count(s"rx_er_port$port", symbols)
+  def falseCarrier(port: Int, symbols: Int): Unit =
+    if (opened(port)) registers.count(s"rx_er_port$port", symbols)
 
   /** The way from behind loop-back `port` on (LP-08, LP-09). */
   private def pass(port: Int, received: ReceivedFrame): (Int, SentFrame) = {

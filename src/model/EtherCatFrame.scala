@@ -1,6 +1,8 @@
 package flyframe.model
 
-/** A datagram to be built (FP-12). `address` is ADP in the low and ADO in the high half, or one logical address. */
+/** A datagram to be built (FP-12). `address` is ADP in the low and ADO in the high half, or one logical
+  * address.
+  */
 final case class Datagram(
     command: Int,
     address: Long,
@@ -14,7 +16,9 @@ final case class Datagram(
   def bytes(more: Boolean): Seq[Int] = {
     val length = data.size | reserved << 11 | (if (circulating) 1 << 14 else 0) | (if (more) 1 << 15 else 0)
     Seq(command, index) ++ (0 until 4).map(i => (address >> (8 * i) & 0xff).toInt) ++
-      EtherCatFrame.little(length) ++ EtherCatFrame.little(irq) ++ data ++ EtherCatFrame.little(workingCounter)
+      EtherCatFrame.little(length) ++ EtherCatFrame.little(irq) ++ data ++ EtherCatFrame.little(
+        workingCounter
+      )
   }
 }
 
@@ -43,7 +47,11 @@ object EtherCatFrame {
   private def big(word: Int): Seq[Int] = little(word).reverse
 
   /** Padded to 60 bytes. */
-  def apply(datagrams: Seq[Datagram], form: Encapsulation = Encapsulation.Basic, headerType: Int = 1): Seq[Int] = {
+  def apply(
+      datagrams: Seq[Datagram],
+      form: Encapsulation = Encapsulation.Basic,
+      headerType: Int = 1
+  ): Seq[Int] = {
     val area    = datagrams.zipWithIndex.flatMap { case (d, i) => d.bytes(more = i < datagrams.size - 1) }
     val content = little((area.size & 0x7ff) | headerType << 12) ++ area
     val tag     = if (form.vlan) Seq(0x81, 0x00, 0xa0, 0x05) else Nil
@@ -52,6 +60,7 @@ object EtherCatFrame {
   }
 
   private def ipUdp(content: Int): Seq[Int] =
-    Seq(0x45, 0) ++ big(28 + content) ++ Seq(0x12, 0x34, 0x40, 0, 64, 0x11, 0xab, 0xcd, 10, 0, 0, 1, 10, 0, 0, 2) ++
+    Seq(0x45, 0) ++ big(28 + content) ++ Seq(0x12, 0x34, 0x40, 0, 64, 0x11, 0xab, 0xcd, 10, 0, 0, 1, 10, 0, 0,
+      2) ++
       big(0x88a4) ++ big(0x88a4) ++ big(8 + content) ++ Seq(0xbe, 0xef)
 }

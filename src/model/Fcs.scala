@@ -17,5 +17,6 @@ object Fcs {
     *
     * The CRC is linear, so this is right whatever else the FCS field held.
     */
-  def change(before: Seq[Int], after: Seq[Int]): Seq[Int] = of(before).zip(of(after)).map { case (a, b) => a ^ b }
+  def change(before: Seq[Int], after: Seq[Int]): Seq[Int] =
+    of(before).zip(of(after)).map { case (a, b) => a ^ b }
 }

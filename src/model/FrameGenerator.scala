@@ -4,18 +4,21 @@ import scala.util.Random
 import flyframe.params.EscParams
 import flyframe.registers.RegisterMap
 
-/** Random frames for one controller: valid ones that reach deep, and everything a broken sender, cable or attacker may produce.
+/** Random frames for one controller: valid ones that reach deep, and everything a broken sender, cable or
+  * attacker may produce.
   *
-  * @param model is asked for the present station address, so that frames find it
+  * @param model
+  *   is asked for the present station address, so that frames find it
   */
 class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
-  private def chance(percent: Int): Boolean    = random.nextInt(100) < percent
-  private def pick[T](items: Seq[T]): T        = items(random.nextInt(items.size))
-  private def bytes(count: Int): Vector[Int]   = Vector.fill(count)(random.nextInt(256))
-  private val registerStarts                   = RegisterMap(p).map(_.address)
-  private val existing                         = RegisterMap(p).flatMap(_.range)
+  private def chance(percent: Int): Boolean  = random.nextInt(100) < percent
+  private def pick[T](items: Seq[T]): T      = items(random.nextInt(items.size))
+  private def bytes(count: Int): Vector[Int] = Vector.fill(count)(random.nextInt(256))
+  private val registerStarts                 = RegisterMap(p).map(_.address)
+  private val existing                       = RegisterMap(p).flatMap(_.range)
 
-  private def commandCode(): Int = if (chance(92)) random.nextInt(15) else pick(Seq(15, 16, 0x11, 0x17, 0x87, 255))
+  private def commandCode(): Int =
+    if (chance(92)) random.nextInt(15) else pick(Seq(15, 16, 0x11, 0x17, 0x87, 255))
 
   private def adp(): Int = random.nextInt(10) match {
     case 0 | 1 | 2 => 0
@@ -50,12 +53,13 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
     val code    = commandCode()
     val count   = length()
     val writes  = Set(2, 3, 5, 6, 8, 9, 13, 14)(code)
-    val data    = (if (writes || chance(30)) bytes(count) else Vector.fill(count)(0)).zipWithIndex.map { case (b, i) =>
-      address + i match {
-        case 0x0100                => if (chance(80)) (b | 1) & 0xfd else b & 0xfd // no temporary use: wall clock
-        case 0x0101 if chance(85)  => 0                                              // mostly keep the loops as they are
-        case _                     => b
-      }
+    val data = (if (writes || chance(30)) bytes(count) else Vector.fill(count)(0)).zipWithIndex.map {
+      case (b, i) =>
+        address + i match {
+          case 0x0100 => if (chance(80)) (b | 1) & 0xfd else b & 0xfd // no temporary use: wall clock
+          case 0x0101 if chance(85) => 0 // mostly keep the loops as they are
+          case _                    => b
+        }
     }
     Datagram(
       code,
@@ -70,16 +74,25 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
   }
 
   private def datagrams(): Seq[Datagram] = {
-    val count = if (chance(60)) 1 + random.nextInt(3) else if (chance(90)) 1 + random.nextInt(12) else 1 + random.nextInt(140)
-    val all   = Seq.fill(count)(if (count > 20) datagram().copy(data = Nil) else datagram())
-    all.zip(all.scanLeft(0)((s, d) => s + d.data.size + 12)).collect { case (d, before) if before + d.data.size < 1480 => d }
+    val count =
+      if (chance(60)) 1 + random.nextInt(3)
+      else if (chance(90)) 1 + random.nextInt(12)
+      else 1 + random.nextInt(140)
+    val all = Seq.fill(count)(if (count > 20) datagram().copy(data = Nil) else datagram())
+    all.zip(all.scanLeft(0)((s, d) => s + d.data.size + 12)).collect {
+      case (d, before) if before + d.data.size < 1480 => d
+    }
   }
 
   /** An EtherCAT frame without FCS, in order but for what `headerType` and padding say. */
   private def ethercat(): Seq[Int] = {
-    val form    = if (chance(70)) Encapsulation.Basic else pick(Encapsulation.all)
-    val list    = datagrams()
-    val frame   = EtherCatFrame(if (list.isEmpty) Seq(datagram().copy(data = Nil)) else list, form, if (chance(97)) 1 else random.nextInt(16))
+    val form = if (chance(70)) Encapsulation.Basic else pick(Encapsulation.all)
+    val list = datagrams()
+    val frame = EtherCatFrame(
+      if (list.isEmpty) Seq(datagram().copy(data = Nil)) else list,
+      form,
+      if (chance(97)) 1 else random.nextInt(16)
+    )
     val padding = if (chance(90)) 0 else random.nextInt(75)
     frame ++ (if (chance(50)) bytes(padding) else Vector.fill(padding)(0))
   }
@@ -97,11 +110,13 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
     start ++ body
   }
 
-  private def symbolsOf(bytes: Seq[Int], preamble: Int): Vector[Symbol] = WireFrame.ofBytes(bytes, preamble).symbols
+  private def symbolsOf(bytes: Seq[Int], preamble: Int): Vector[Symbol] =
+    WireFrame.ofBytes(bytes, preamble).symbols
 
   private def preamble(): Int = if (chance(95)) 15 else random.nextInt(20)
 
-  private def insert[T](items: Vector[T], at: Int, item: T): Vector[T] = items.take(at) ++ (item +: items.drop(at))
+  private def insert[T](items: Vector[T], at: Int, item: T): Vector[T] =
+    items.take(at) ++ (item +: items.drop(at))
 
   /** The next frame. */
   def next(): WireFrame = {
@@ -111,7 +126,11 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
     def at      = random.nextInt(symbols.size)
     val damaged = random.nextInt(100) match {
       case r if r < 64 => symbols
-      case r if r < 68 => symbolsOf(content.updated(random.nextInt(content.size), random.nextInt(256)), 15) // FCS not even there
+      case r if r < 68 =>
+        symbolsOf(
+          content.updated(random.nextInt(content.size), random.nextInt(256)),
+          15
+        ) // FCS not even there
       case r if r < 72 => // changed content, FCS made right again: reaches the parser's corners
         val changed = content.updated(12 + random.nextInt(content.size - 12), random.nextInt(256))
         symbolsOf(changed ++ Fcs.of(changed), 15)
@@ -130,9 +149,10 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
       case r if r < 95 => Vector.fill(1 + random.nextInt(30))(Symbol(random.nextInt(16)))
       case r if r < 96 => Vector.fill(1 + random.nextInt(30))(Symbol(5))
       case r if r < 97 => symbolsOf(content.take(60 + random.nextInt(10)) ++ bytes(random.nextInt(8)), 15)
-      case r if r < 98 => val i = random.nextInt(17) min (symbols.size - 1); symbols.updated(i, Symbol(random.nextInt(16)))
-      case 98          => symbolsOf(content ++ bytes(80), 15)
-      case _           => overlong(content)
+      case r if r < 98 =>
+        val i = random.nextInt(17) min (symbols.size - 1); symbols.updated(i, Symbol(random.nextInt(16)))
+      case 98 => symbolsOf(content ++ bytes(80), 15)
+      case _  => overlong(content)
     }
     WireFrame(damaged)
   }

@@ -6,7 +6,9 @@ import scopt.OParser
 import flyframe.params.{EscParams, Presets}
 import flyframe.registers.RegisterMap
 
-/** Writes operations and what must come of them as lines of text, for `build/flyframe-fuzz` (format: `test/cosim/README.md`). */
+/** Writes operations and what must come of them as lines of text, for `build/flyframe-fuzz` (format:
+  * `test/cosim/README.md`).
+  */
 class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscModel) {
   private var frames   = 0
   private var lastPort = -1
@@ -59,7 +61,9 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
     val before = loops
     val errors = frame.symbols.indices.filter(frame.symbols(_).error)
     out.println(
-      s"F $frames $port $gap ${hexNibbles(frame.symbols.map(_.nibble))}" + (if (errors.isEmpty) "" else errors.mkString(" E", ",", ""))
+      s"F $frames $port $gap ${hexNibbles(frame.symbols.map(_.nibble))}" + (if (errors.isEmpty) ""
+                                                                            else
+                                                                              errors.mkString(" E", ",", ""))
     )
     frames += 1
     val sent = model.receive(port, frame)
@@ -74,8 +78,9 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   def checkpoint(ram: Range): Unit = {
     quiet()
     val user = RegisterMap.UserRamStart until RegisterMap.ProcessRamStart
-    (model.registers.addresses ++ user ++ ram.filter(_ < RegisterMap.ProcessRamStart + p.ramBytes)).foreach { a =>
-      out.println(f"R $a%04x ${model.hostRead(a)}%02x")
+    (model.registers.addresses ++ user ++ ram.filter(_ < RegisterMap.ProcessRamStart + p.ramBytes)).foreach {
+      a =>
+        out.println(f"R $a%04x ${model.hostRead(a)}%02x")
     }
   }
 }
@@ -90,7 +95,7 @@ object FuzzVectors {
     val writer    = new VectorWriter(p, seed, out, model)
     val generator = new FrameGenerator(p, model, random)
     def port()    = random.nextInt(p.ports)
-    def memory()  = {
+    def memory() = {
       val start = RegisterMap.ProcessRamStart + 64 * random.nextInt((p.ramBytes / 64) max 1)
       start until start + 64
     }
@@ -104,30 +109,41 @@ object FuzzVectors {
         case r if r < 33 => writer.hostWrite(random.nextInt(0x0f80), random.nextInt(256))
         case r if r < 38 => writer.falseCarrier(port(), 1 + random.nextInt(20))
         case r if r < 50 => writer.clockError(port(), random.nextInt(201) - 100)
-        case r if r < 58 => (0 until p.ports).foreach(y => writer.link(y, up = true)) // back to a network that works
+        case r if r < 58 =>
+          (0 until p.ports).foreach(y => writer.link(y, up = true)) // back to a network that works
         case r if r < 66 => // the master sets the loops to auto and an address
           writer.pdiOperational(true)
           val content = EtherCatFrame(
-            Seq(Datagram(8, 0, 0x0100, Seq(1, 0, 7, random.nextInt(2))), Datagram(8, 0, 0x0010, Seq(random.nextInt(256), random.nextInt(32))))
+            Seq(
+              Datagram(8, 0, 0x0100, Seq(1, 0, 7, random.nextInt(2))),
+              Datagram(8, 0, 0x0010, Seq(random.nextInt(256), random.nextInt(32)))
+            )
           )
           (0 until p.ports).foreach(y => writer.frame(y, WireFrame.withFcs(content)))
         case r if r < 120 => main = if (random.nextBoolean()) 0 else port()
         case _            =>
       }
-      val gap  = random.nextInt(10) match {
+      val gap = random.nextInt(10) match {
         case 0 => 22
         case 1 => 24 + random.nextInt(200)
         case _ => 24
       }
       val sent = writer.frame(main, generator.next(), gap)
       // Sometimes the frame comes back, as in a line.
-      if (random.nextInt(8) == 0) sent.foreach { case (y, s) => if (y != main) writer.frame(y, s.onWire, 24 + random.nextInt(30)) }
+      if (random.nextInt(8) == 0) sent.foreach { case (y, s) =>
+        if (y != main) writer.frame(y, s.onWire, 24 + random.nextInt(30))
+      }
       if (i % 40 == 0) writer.checkpoint(memory())
     }
     writer.checkpoint(RegisterMap.ProcessRamStart until RegisterMap.ProcessRamStart + p.ramBytes)
   }
 
-  private final case class Options(preset: String = Presets.default.name, seed: Long = 1, frames: Int = 10000, out: String = "-")
+  private final case class Options(
+      preset: String = Presets.default.name,
+      seed: Long = 1,
+      frames: Int = 10000,
+      out: String = "-"
+  )
 
   /** `--preset NAME --seed N --frames N --out FILE` (`-`: standard output). */
   def main(args: Array[String]): Unit = {
@@ -135,7 +151,9 @@ object FuzzVectors {
     import builder._
     val parser = OParser.sequence(
       programName("FuzzVectors"),
-      opt[String]("preset").action((v, o) => o.copy(preset = v)).validate(v => if (Presets.named(v).isDefined) success else failure(s"no preset $v")),
+      opt[String]("preset")
+        .action((v, o) => o.copy(preset = v))
+        .validate(v => if (Presets.named(v).isDefined) success else failure(s"no preset $v")),
       opt[Long]("seed").action((v, o) => o.copy(seed = v)),
       opt[Int]("frames").action((v, o) => o.copy(frames = v)),
       opt[String]("out").action((v, o) => o.copy(out = v))

@@ -2,7 +2,8 @@ package flyframe.model
 
 /** A line of controllers: port 1 of each is wired to port 0 of the next, the master to port 0 of the first.
   *
-  * @param slaves first one next to the master
+  * @param slaves
+  *   first one next to the master
   */
 class LineModel(val slaves: Seq[EscModel]) {
   require(slaves.nonEmpty && slaves.forall(_.p.ports >= 2))
@@ -21,10 +22,11 @@ class LineModel(val slaves: Seq[EscModel]) {
   def send(frame: WireFrame): Option[SentFrame] = if (cut(0)) None else at(0, 0, frame)
 
   @annotation.tailrec
-  private def at(slave: Int, port: Int, frame: WireFrame): Option[SentFrame] = slaves(slave).receive(port, frame) match {
-    case Some((0, sent)) if slave == 0                                       => Some(sent)
-    case Some((0, sent)) if !cut(slave)                                      => at(slave - 1, 1, sent.onWire)
-    case Some((1, sent)) if slave + 1 < slaves.size && !cut(slave + 1)       => at(slave + 1, 0, sent.onWire)
-    case _                                                                   => None
-  }
+  private def at(slave: Int, port: Int, frame: WireFrame): Option[SentFrame] =
+    slaves(slave).receive(port, frame) match {
+      case Some((0, sent)) if slave == 0                                 => Some(sent)
+      case Some((0, sent)) if !cut(slave)                                => at(slave - 1, 1, sent.onWire)
+      case Some((1, sent)) if slave + 1 < slaves.size && !cut(slave + 1) => at(slave + 1, 0, sent.onWire)
+      case _                                                             => None
+    }
 }

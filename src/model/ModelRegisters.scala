@@ -5,7 +5,8 @@ import flyframe.registers.{Access, Field, Register, RegisterMap, Source}
 
 /** The registers of a modelled controller: values by field name, access by byte.
   *
-  * @param status gives the value of a status field by its name
+  * @param status
+  *   gives the value of a status field by its name
   */
 class ModelRegisters(p: EscParams, status: String => Int) {
   private val registers: Seq[Register] = RegisterMap(p)
@@ -21,7 +22,7 @@ class ModelRegisters(p: EscParams, status: String => Int) {
     if (address >= 0 && address < byByte.length) Option(byByte(address)) else None
 
   /** Present value of a field. */
-  def value(name: String): Int = values(name)
+  def value(name: String): Int            = values(name)
   def set(name: String, value: Int): Unit = values(name) = value
 
   /** Counts one, up to 0xFF (ERR-10). */

@@ -6,7 +6,9 @@ trait AddressSpace {
   /** The byte as ECAT reads it, if it may. */
   def read(address: Int): Option[Int]
 
-  /** ECAT writes a byte; false if it may not. Memory changes at once, registers when the frame has ended well. */
+  /** ECAT writes a byte; false if it may not. Memory changes at once, registers when the frame has ended
+    * well.
+    */
   def write(address: Int, byte: Int): Boolean
 }
 
@@ -20,13 +22,15 @@ final case class ProcessingSettings(
     maxSubTelegrams: Int
 )
 
-/** What comes out: the nibbles, whether the frame is (now) in error, and whether it had more datagrams than are processed. */
+/** What comes out: the nibbles, whether the frame is (now) in error, and whether it had more datagrams than
+  * are processed.
+  */
 final case class Processed(payload: Vector[Int], bad: Boolean, tooMany: Boolean)
 
 /** The ECAT processing unit on a whole frame: sections 2 to 7 of the specification, B-10 to B-21.
   *
-  * It looks at the frame as it came in and writes into a copy. A frame may end anywhere, even within a byte: then the nibbles that
-  * are there are processed as far as they go.
+  * It looks at the frame as it came in and writes into a copy. A frame may end anywhere, even within a byte:
+  * then the nibbles that are there are processed as far as they go.
   */
 class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
   import ProcessingUnit._
@@ -52,9 +56,11 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       put(i + 1, word >> 8 & 0xff)
     }
 
-    private def destroyedAfter(byte: Int): Processed = Processed(out.take(2 * byte + 2).toVector, bad = true, tooMany = false)
-    private def passed(bad: Boolean): Processed      = Processed(out.toVector, alreadyBad || bad, tooMany = false)
-    private def foreignAt(byte: Int): Processed = if (settings.destroyForeign) destroyedAfter(byte) else passed(bad = false)
+    private def destroyedAfter(byte: Int): Processed =
+      Processed(out.take(2 * byte + 2).toVector, bad = true, tooMany = false)
+    private def passed(bad: Boolean): Processed = Processed(out.toVector, alreadyBad || bad, tooMany = false)
+    private def foreignAt(byte: Int): Processed =
+      if (settings.destroyForeign) destroyedAfter(byte) else passed(bad = false)
 
     private def putNibble(i: Int, value: Int): Unit = if (i < out.length) out(i) = value
 
@@ -81,13 +87,15 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         (start + 9)  -> (byteIn(start + 9) == 0x11),
         (start + 23) -> (big(start + 22) == EtherCat)
       )
-      tests.collectFirst {
-        case (at, _) if !has(at) => passed(bad = true)
-        case (at, false)         => foreignAt(at)
-      }.getOrElse {
-        putLittle(start + 26, 0) // UDP checksum, FP-05
-        if (has(start + 27)) ethercat(start + 28) else passed(bad = true)
-      }
+      tests
+        .collectFirst {
+          case (at, _) if !has(at) => passed(bad = true)
+          case (at, false)         => foreignAt(at)
+        }
+        .getOrElse {
+          putLittle(start + 26, 0) // UDP checksum, FP-05
+          if (has(start + 27)) ethercat(start + 28) else passed(bad = true)
+        }
     }
 
     private def ethercat(start: Int): Processed =
@@ -149,8 +157,9 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         }
         if (writes && has(at) && space.write(address, byteIn(at))) writeSuccess = true
       }
-      val both  = Set(3, 6, 9)(command)
-      val count = (if (readSuccess) 1 else 0) + (if (writeSuccess) { if (both) 2 else 1 } else 0)
+      val both = Set(3, 6, 9)(command)
+      val count = (if (readSuccess) 1 else 0) + (if (writeSuccess) { if (both) 2 else 1 }
+                                                 else 0)
       putLittle(start + 10 + length, little(start + 10 + length) + count & 0xffff)
     }
 
@@ -159,7 +168,9 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       val fcs = end max 60 // B-13
       if (begun(fcs)) {
         def bytes(nibbles: Int => Int) = (0 until fcs).map(i => nibbles(2 * i) | nibbles(2 * i + 1) << 4)
-        Fcs.change(bytes(in), bytes(out)).zipWithIndex.foreach { case (c, i) => put(fcs + i, byteIn(fcs + i) ^ c) }
+        Fcs.change(bytes(in), bytes(out)).zipWithIndex.foreach { case (c, i) =>
+          put(fcs + i, byteIn(fcs + i) ^ c)
+        }
       }
       val trailing = wholeBytes - end
       passed(bad = trailing < 4 || trailing > 68).copy(tooMany = count > settings.maxSubTelegrams)

@@ -50,12 +50,23 @@ object Verdict {
 
 /** A frame behind the receiver.
   *
-  * @param preamble nibbles of preamble (without the SFD nibble)
-  * @param hasSfd   the SFD came; else the frame ended in the preamble
-  * @param payload  nibbles behind the SFD up to the end or the abort (B-02); in a good frame an odd one is a dribble (OP-10)
-  * @param rxErrors symbols with RX_ER, all of them
+  * @param preamble
+  *   nibbles of preamble (without the SFD nibble)
+  * @param hasSfd
+  *   the SFD came; else the frame ended in the preamble
+  * @param payload
+  *   nibbles behind the SFD up to the end or the abort (B-02); in a good frame an odd one is a dribble
+  *   (OP-10)
+  * @param rxErrors
+  *   symbols with RX_ER, all of them
   */
-final case class ReceivedFrame(preamble: Int, hasSfd: Boolean, payload: Vector[Int], verdict: Verdict, rxErrors: Int) {
+final case class ReceivedFrame(
+    preamble: Int,
+    hasSfd: Boolean,
+    payload: Vector[Int],
+    verdict: Verdict,
+    rxErrors: Int
+) {
   def good: Boolean        = verdict == Verdict.Good
   def wholeBytes: Seq[Int] = payload.grouped(2).collect { case Seq(low, high) => low | high << 4 }.toSeq
 }
@@ -68,9 +79,11 @@ object Receiver {
     val symbols  = frame.symbols
     val rxErrors = symbols.count(_.error)
 
-    def bad(s: Symbol, index: Int): Boolean = s.error || (s.nibble != 0x5 && s.nibble != 0xd) || (s.nibble == 0x5 && index >= Limit)
+    def bad(s: Symbol, index: Int): Boolean =
+      s.error || (s.nibble != 0x5 && s.nibble != 0xd) || (s.nibble == 0x5 && index >= Limit)
     // The preamble ends with the SFD, with the first faulty symbol, or with the frame.
-    val stop = symbols.indices.find(i => bad(symbols(i), i) || symbols(i).nibble == 0xd).getOrElse(symbols.size)
+    val stop =
+      symbols.indices.find(i => bad(symbols(i), i) || symbols(i).nibble == 0xd).getOrElse(symbols.size)
     if (stop == symbols.size || bad(symbols(stop), stop)) {
       // The last symbol that is passed on is spoiled into an SFD; the very first is passed on in any case.
       val passed = stop max 1
@@ -95,7 +108,8 @@ object Receiver {
 object Transmitter {
 
   /** A frame that is in order; a dribble nibble is dropped. */
-  def good(preamble: Int, payload: Vector[Int]): SentFrame = SentFrame(preamble, payload.take(payload.size / 2 * 2))
+  def good(preamble: Int, payload: Vector[Int]): SentFrame =
+    SentFrame(preamble, payload.take(payload.size / 2 * 2))
 
   /** A frame that is in error, to be spoiled and marked (ERR-06, ERR-07). */
   def bad(preamble: Int, hasSfd: Boolean, payload: Vector[Int]): SentFrame =

@@ -1,13 +1,17 @@
 package flyframe.params
 
-/** A named parameter set. `note` is printed in the list of presets and in the header of the generated Verilog. */
+/** A named parameter set. `note` is printed in the list of presets and in the header of the generated
+  * Verilog.
+  */
 final case class Preset(params: EscParams, text: String, note: Option[String] = None) {
   def name: String = params.preset
 }
 
 /** The presets: every named parameter set stands here and nowhere else. */
 object Presets {
-  private val replayOnly = Some("Reports another maker's identity: for replaying recorded traffic only, never for a product.")
+  private val replayOnly = Some(
+    "Reports another maker's identity: for replaying recorded traffic only, never for a product."
+  )
 
   val all: Seq[Preset] = Seq(
     Preset(

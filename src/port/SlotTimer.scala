@@ -5,11 +5,14 @@ import chisel3.util._
 
 /** Divides the core clock into nibble slots of 40 ns, in step with the PHYs' clock.
   *
-  * @param cyclesPerNibble core cycles per slot
+  * @param cyclesPerNibble
+  *   core cycles per slot
   */
 class SlotTimer(cyclesPerNibble: Int) extends Module {
 
-  /** The PHYs' 25 MHz reference, from the same PLL as the core clock; its rising edge starts a slot. Tied low: free running. */
+  /** The PHYs' 25 MHz reference, from the same PLL as the core clock; its rising edge starts a slot. Tied
+    * low: free running.
+    */
   val reference = IO(Input(Bool()))
 
   /** One cycle per slot. */

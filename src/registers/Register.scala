@@ -28,7 +28,9 @@ object Source {
   final case class Counter(group: String) extends Source
 }
 
-/** Bits `high` to `low` (within the register, little endian) of a register. `name` is the signal name in the RTL. */
+/** Bits `high` to `low` (within the register, little endian) of a register. `name` is the signal name in the
+  * RTL.
+  */
 final case class Field(
     name: String,
     high: Int,
@@ -41,13 +43,16 @@ final case class Field(
   def width: Int = high - low + 1
 }
 
-/** One register: the only place where its address, layout, access, reset and meaning are written down. RTL decode, golden model,
-  * `docs/registers.md`, the C header and the register tests are derived from it.
+/** One register: the only place where its address, layout, access, reset and meaning are written down. RTL
+  * decode, golden model, `docs/registers.md`, the C header and the register tests are derived from it.
   *
-  * Bits without a field are reserved: they read 0 and ignore writes. All `bytes` of a register have its access.
+  * Bits without a field are reserved: they read 0 and ignore writes. All `bytes` of a register have its
+  * access.
   *
-  * @param address first byte, 0x0000 to 0x0F7F
-  * @param rule    rule of the specification it implements
+  * @param address
+  *   first byte, 0x0000 to 0x0F7F
+  * @param rule
+  *   rule of the specification it implements
   */
 final case class Register(
     name: String,

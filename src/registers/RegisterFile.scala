@@ -7,20 +7,21 @@ import flyframe.params.EscParams
 
 /** Signals by field name, so that the names survive into the Verilog. */
 class FieldRecord(types: SeqMap[String, Data]) extends Record {
-  val elements: SeqMap[String, Data]     = types.map { case (name, data) => name -> data.cloneType }
-  def apply(name: String): Data          = elements(name)
-  def uint(name: String): UInt           = elements(name).asInstanceOf[UInt]
-  def bool(name: String): Bool           = uint(name)(0)
-  def pulse(name: String): Bool          = elements(name).asInstanceOf[Bool]
-  def load(name: String): Valid[UInt]    = elements(name).asInstanceOf[Valid[UInt]]
+  val elements: SeqMap[String, Data]  = types.map { case (name, data) => name -> data.cloneType }
+  def apply(name: String): Data       = elements(name)
+  def uint(name: String): UInt        = elements(name).asInstanceOf[UInt]
+  def bool(name: String): Bool        = uint(name)(0)
+  def pulse(name: String): Bool       = elements(name).asInstanceOf[Bool]
+  def load(name: String): Valid[UInt] = elements(name).asInstanceOf[Valid[UInt]]
 }
 
 /** Decode, storage and counters of all registers, built from [[RegisterMap]].
   *
-  * Reading is combinational in `readAddress`; words are `lanes` bytes. A write acts at the next clock edge; the caller has checked
-  * that its side may write (`writableByEcat`, `writableByPdi`).
+  * Reading is combinational in `readAddress`; words are `lanes` bytes. A write acts at the next clock edge;
+  * the caller has checked that its side may write (`writableByEcat`, `writableByPdi`).
   *
-  * @param p registers are those of `RegisterMap(p)`
+  * @param p
+  *   registers are those of `RegisterMap(p)`
   */
 class RegisterFile(p: EscParams) extends Module {
   private val lanes     = p.lanes
@@ -118,11 +119,11 @@ class RegisterFile(p: EscParams) extends Module {
 
   // One case per word that holds a register.
   private class Word extends Bundle {
-    val data          = Vec(lanes, UInt(8.W))
-    val readableEcat  = Vec(lanes, Bool())
-    val readablePdi   = Vec(lanes, Bool())
-    val writableEcat  = Vec(lanes, Bool())
-    val writablePdi   = Vec(lanes, Bool())
+    val data         = Vec(lanes, UInt(8.W))
+    val readableEcat = Vec(lanes, Bool())
+    val readablePdi  = Vec(lanes, Bool())
+    val writableEcat = Vec(lanes, Bool())
+    val writablePdi  = Vec(lanes, Bool())
   }
   private val words = bytes.keys.map(_ >> laneBits).toSeq.distinct.sorted.map { wordAddress =>
     val word = Wire(new Word)

@@ -24,19 +24,25 @@ object Matrix {
       ramKiB = 1
     )
 
-  /** Writes the files of one point, or says why it has none; a failed point leaves no file of an earlier run behind. */
+  /** Writes the files of one point, or says why it has none; a failed point leaves no file of an earlier run
+    * behind.
+    */
   private def elaborate(p: EscParams, out: Path): Option[String] = {
     val files = Seq("v", "json").map(e => out.resolve(s"${p.preset}.$e"))
     files.foreach(f => Files.deleteIfExists(f))
     EscParams.problems(p).headOption.orElse {
       try {
-        files.zip(Seq(Emit.verilog(p), Documents.json(p))).foreach { case (f, text) => Files.writeString(f, text) }
+        files.zip(Seq(Emit.verilog(p), Documents.json(p))).foreach { case (f, text) =>
+          Files.writeString(f, text)
+        }
         None
       } catch { case NonFatal(e) => Some(e.toString) }
     }
   }
 
-  /** Argument: the directory to write to, default build/matrix. Exit code 1 if a point could not be elaborated. */
+  /** Argument: the directory to write to, default build/matrix. Exit code 1 if a point could not be
+    * elaborated.
+    */
   def main(args: Array[String]): Unit = {
     val out = Files.createDirectories(Paths.get(args.headOption.getOrElse("build/matrix")))
     val failed = points.zipWithIndex.count { case (p, i) =>

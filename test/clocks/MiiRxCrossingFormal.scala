@@ -8,12 +8,14 @@ import org.scalatest.flatspec.AnyFlatSpec
 
 /** The two sides of the receive crossing with an adversary for a receive clock.
   *
-  * Time runs in core cycles. Receive edges fall into core cycles; a 25 MHz edge comes every `perNibble` cycles, give or take a slip
-  * that grows up to what 100 ppm do over the longest frame (12.2 ns), at any moment and in the direction the solver likes. Which
-  * side of a core edge a receive edge falls on is all the synchroniser can see, so this covers metastability too: an edge that
-  * coincides counts for the earlier or the later cycle.
+  * Time runs in core cycles. Receive edges fall into core cycles; a 25 MHz edge comes every `perNibble`
+  * cycles, give or take a slip that grows up to what 100 ppm do over the longest frame (12.2 ns), at any
+  * moment and in the direction the solver likes. Which side of a core edge a receive edge falls on is all the
+  * synchroniser can see, so this covers metastability too: an edge that coincides counts for the earlier or
+  * the later cycle.
   *
-  * @param slip largest slip in core cycles, rounded up; `late`: the receive clock is slow (true) or fast
+  * @param slip
+  *   largest slip in core cycles, rounded up; `late`: the receive clock is slow (true) or fast
   */
 class CrossingUnderProof(coreClockMhz: Int, late: Boolean, shortMargin: Boolean, slip: Int) extends Module {
   private val perNibble = coreClockMhz / 25
@@ -25,16 +27,16 @@ class CrossingUnderProof(coreClockMhz: Int, late: Boolean, shortMargin: Boolean,
   readSide.shortMargin := shortMargin.B
 
   // Which cycles hold a receive edge.
-  val slipNow  = IO(Input(Bool()))
-  val phase    = IO(Input(UInt(3.W))) // of the first edge
+  val slipNow = IO(Input(Bool()))
+  val phase   = IO(Input(UInt(3.W))) // of the first edge
 
-  private val started  = RegInit(0.U(3.W))
-  private val settled  = started === 7.U
-  private val count    = RegInit(0.U(4.W)) // cycles to the next receive edge
-  private val slipped  = RegInit(0.U(3.W))
-  private val edge     = settled && count === 0.U
-  private val maySlip  = slipNow && slipped < slip.U
-  private val period   = perNibble.U(4.W) - 1.U
+  private val started = RegInit(0.U(3.W))
+  private val settled = started === 7.U
+  private val count   = RegInit(0.U(4.W)) // cycles to the next receive edge
+  private val slipped = RegInit(0.U(3.W))
+  private val edge    = settled && count === 0.U
+  private val maySlip = slipNow && slipped < slip.U
+  private val period  = perNibble.U(4.W) - 1.U
   when(!settled) {
     started := started + 1.U
     count   := phase
@@ -73,8 +75,8 @@ class CrossingUnderProof(coreClockMhz: Int, late: Boolean, shortMargin: Boolean,
   private val symbol  = readSide.read.symbol
   private val start   = tick && !reading && readSide.read.available && symbol.dv && readSide.read.settled
   private val go      = tick && reading && readSide.read.available
-  readSide.reset      := !settled
-  readSide.read.take  := start || go
+  readSide.reset     := !settled
+  readSide.read.take := start || go
   when(start) { reading := true.B }
   when(start || go) {
     wanted := wanted + 1.U
@@ -91,7 +93,10 @@ class MiiRxCrossingFormal extends AnyFlatSpec with ChiselScalatestTester with Fo
     val ns     = if (shortMargin) 6.1 else 12.2
     val slip   = math.ceil(ns * coreClockMhz / 1000).toInt
     val cycles = 8 + (coreClockMhz / 25) * 10
-    verify(new CrossingUnderProof(coreClockMhz, late, shortMargin, slip), Seq(BoundedCheck(cycles), Engines.boolector))
+    verify(
+      new CrossingUnderProof(coreClockMhz, late, shortMargin, slip),
+      Seq(BoundedCheck(cycles), Engines.boolector)
+    )
   }
 
   for {
@@ -99,7 +104,12 @@ class MiiRxCrossingFormal extends AnyFlatSpec with ChiselScalatestTester with Fo
     late        <- Seq(true, false)
     shortMargin <- Seq(false, true)
   } {
-    val what = s"$mhz MHz, receive clock ${if (late) "slow" else "fast"}, ${if (shortMargin) "least" else "default"} RX FIFO size"
-    s"LP-12: $what" should "neither under- nor overflow over the longest frame" in prove(mhz, late, shortMargin)
+    val what =
+      s"$mhz MHz, receive clock ${if (late) "slow" else "fast"}, ${if (shortMargin) "least" else "default"} RX FIFO size"
+    s"LP-12: $what" should "neither under- nor overflow over the longest frame" in prove(
+      mhz,
+      late,
+      shortMargin
+    )
   }
 }

@@ -15,7 +15,8 @@ final class Harness(name: String, sets: Seq[EscParams]) {
   private def run(command: String*): String = {
     val text = new StringBuilder
     val code = Process(command).!(ProcessLogger(line => text.synchronized(text.append(line).append('\n'))))
-    if (code != 0) throw new AssertionError(s"${command.mkString(" ")} ended with $code:\n${text.takeRight(4000)}")
+    if (code != 0)
+      throw new AssertionError(s"${command.mkString(" ")} ended with $code:\n${text.takeRight(4000)}")
     text.toString
   }
 
@@ -27,8 +28,15 @@ final class Harness(name: String, sets: Seq[EscParams]) {
       if (!Files.exists(file) || Files.readString(file) != text) Files.writeString(file, text)
     }
     run(
-      "make", "-s", "-j2", "-f", "test/cosim/cosim.mk", "cosim",
-      s"GENERATED=$verilog", s"COSIM_OUT=$out", s"PRESETS=${sets.map(_.preset).mkString(" ")}"
+      "make",
+      "-s",
+      "-j2",
+      "-f",
+      "test/cosim/cosim.mk",
+      "cosim",
+      s"GENERATED=$verilog",
+      s"COSIM_OUT=$out",
+      s"PRESETS=${sets.map(_.preset).mkString(" ")}"
     )
   }
 
@@ -50,6 +58,14 @@ final class Harness(name: String, sets: Seq[EscParams]) {
   /** Replays a recording through a network; what the program says. */
   def replay(network: Path, recording: Path, result: Path): String = {
     build
-    run(s"$out/flyframe-cosim", "--network", network.toString, "--replay", recording.toString, "--out", result.toString)
+    run(
+      s"$out/flyframe-cosim",
+      "--network",
+      network.toString,
+      "--replay",
+      recording.toString,
+      "--out",
+      result.toString
+    )
   }
 }

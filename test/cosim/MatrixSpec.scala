@@ -5,8 +5,9 @@ import flyframe.model.{FuzzVectors, VectorWriter}
 import flyframe.report.Matrix
 import flyframe.rules.{FrameRules, ModelBench, PortRules, Steps}
 
-/** Every point of {dataBusWidth 8, 16, 32} x {ports 1, 2, 4} x {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8, 16}: elaborates, lints
-  * clean, and behaves as the model does in all rule tests (which assert on the model) and in random frames.
+/** Every point of {dataBusWidth 8, 16, 32} x {ports 1, 2, 4} x {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8,
+  * 16}: elaborates, lints clean, and behaves as the model does in all rule tests (which assert on the model)
+  * and in random frames.
   */
 class MatrixSpec extends AnyFlatSpec {
   private val harness = new Harness("matrix", Matrix.points)

@@ -9,17 +9,17 @@ import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.mii.{MiiReceiver, NibbleStream}
 import flyframe.params.EscParams
 
-/** A frame processor fed by the solver with one EtherCAT frame: Ethernet addresses and type as they should be, everything behind
-  * them free. One nibble per cycle; the frame may end anywhere, good or bad.
+/** A frame processor fed by the solver with one EtherCAT frame: Ethernet addresses and type as they should
+  * be, everything behind them free. One nibble per cycle; the frame may end anywhere, good or bad.
   */
 class ProcessorUnderProof extends Module {
-  protected val nibble    = IO(Input(UInt(4.W)))
-  protected val last      = IO(Input(Bool()))
-  protected val bad       = IO(Input(Bool()))
-  protected val events    = IO(Input(UInt(16.W)))
-  protected val station   = IO(Input(UInt(16.W)))
-  protected val readData  = IO(Input(UInt(8.W)))
-  protected val access    = IO(Input(UInt(2.W)))
+  protected val nibble   = IO(Input(UInt(4.W)))
+  protected val last     = IO(Input(Bool()))
+  protected val bad      = IO(Input(Bool()))
+  protected val events   = IO(Input(UInt(16.W)))
+  protected val station  = IO(Input(UInt(16.W)))
+  protected val readData = IO(Input(UInt(8.W)))
+  protected val access   = IO(Input(UInt(2.W)))
 
   protected val dut = Module(new FrameProcessor(EscParams(coreClockMhz = 25)))
 
@@ -35,15 +35,15 @@ class ProcessorUnderProof extends Module {
   private val fixed = VecInit((0xd +: start).map(_.U(4.W)))
   private val data  = Mux(number < fixed.size.U, fixed(number(5, 0)), nibble)
 
-  dut.step         := true.B
-  dut.in           := 0.U.asTypeOf(new NibbleStream)
-  dut.in.valid     := running
-  dut.in.payload   := number =/= 0.U
-  dut.in.data      := data
-  dut.in.last      := ends
-  dut.in.bad       := bad
-  dut.in.odd       := number(0) && number =/= 0.U
-  dut.in.crcGood   := !bad
+  dut.step            := true.B
+  dut.in              := 0.U.asTypeOf(new NibbleStream)
+  dut.in.valid        := running
+  dut.in.payload      := number =/= 0.U
+  dut.in.data         := data
+  dut.in.last         := ends
+  dut.in.bad          := bad
+  dut.in.odd          := number(0) && number =/= 0.U
+  dut.in.crcGood      := !bad
   dut.memory.readData := readData
   dut.memory.readable := access(0)
   dut.memory.writable := access(1)
@@ -69,7 +69,8 @@ class CommitProof extends ProcessorUnderProof {
   when(RegNext(ends && bad, false.B)) { assert(dut.error, "a bad frame is not counted") }
 }
 
-/** FP-14 to FP-24: in the first datagram, if it does not address this ESC, ADP, IRQ and nothing else changes. */
+/** FP-14 to FP-24: in the first datagram, if it does not address this ESC, ADP, IRQ and nothing else changes.
+  */
 class UnaddressedProof extends ProcessorUnderProof {
   private def at(n: Int) = running && number === n.U
   private val in         = RegNext(dut.in, NibbleStream.idle)
@@ -89,7 +90,9 @@ class UnaddressedProof extends ProcessorUnderProof {
 
   private val expectedAdp = adp + incremented.asUInt
   // The nibble that leaves is that of the cycle before.
-  when(in.valid && was >= 33.U && was <= 36.U) { assert(dut.out.data === in.data, "command or index changed") }
+  when(in.valid && was >= 33.U && was <= 36.U) {
+    assert(dut.out.data === in.data, "command or index changed")
+  }
   when(in.valid && was >= 41.U && was <= 80.U && unaddressed) {
     val irq = Mux(was >= 49.U && was <= 52.U, (myEvents >> Cat((was - 49.U)(1, 0), 0.U(2.W)))(3, 0), 0.U)
     // Behind the first datagram others may follow; only its own nibbles are looked at.

@@ -29,15 +29,19 @@ class ModelBench(val p: EscParams, writer: EscModel => Option[VectorWriter] = _ 
   }
   def send(port: Int, frame: WireFrame): Option[(Int, SentFrame)] =
     record.fold(model.receive(port, frame))(_.frame(port, frame))
-  def setLink(port: Int, up: Boolean): Unit       = record.fold(model.setLink(port, up))(_.link(port, up))
-  def setLoaded(loaded: Boolean): Unit            = record.fold(model.pdiOperational = loaded)(_.pdiOperational(loaded))
-  def falseCarrier(port: Int, symbols: Int): Unit = record.fold(model.falseCarrier(port, symbols))(_.falseCarrier(port, symbols))
-  def hostRead(address: Int): Int                 = record.fold(model.hostRead(address))(_.hostRead(address))
-  def hostWrite(address: Int, byte: Int): Unit    = record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
-  def advanceMs(ms: Int): Unit                    = model.advanceMs(ms)
+  def setLink(port: Int, up: Boolean): Unit = record.fold(model.setLink(port, up))(_.link(port, up))
+  def setLoaded(loaded: Boolean): Unit = record.fold(model.pdiOperational = loaded)(_.pdiOperational(loaded))
+  def falseCarrier(port: Int, symbols: Int): Unit =
+    record.fold(model.falseCarrier(port, symbols))(_.falseCarrier(port, symbols))
+  def hostRead(address: Int): Int = record.fold(model.hostRead(address))(_.hostRead(address))
+  def hostWrite(address: Int, byte: Int): Unit =
+    record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
+  def advanceMs(ms: Int): Unit = model.advanceMs(ms)
 }
 
-/** One rule test: `name` begins with the IDs of the rules it proves; `needs` tells the parameter sets it makes sense for. */
+/** One rule test: `name` begins with the IDs of the rules it proves; `needs` tells the parameter sets it
+  * makes sense for.
+  */
 final case class Rule(name: String, needs: EscParams => Boolean, run: Steps => Unit) {
 
   /** Cannot be recorded as vectors, because time passes in it. */
@@ -55,17 +59,17 @@ trait Rules {
 
 /** A datagram as it came back. */
 final case class Reply(bytes: Seq[Int]) {
-  private def word(at: Int)     = bytes(at) | bytes(at + 1) << 8
-  def command: Int              = bytes.head
-  def index: Int                = bytes(1)
-  def adp: Int                  = word(2)
-  def ado: Int                  = word(4)
-  def length: Int               = word(6) & 0x7ff
-  def circulating: Boolean      = (word(6) & 0x4000) != 0
-  def more: Boolean             = (word(6) & 0x8000) != 0
-  def irq: Int                  = word(8)
-  def data: Seq[Int]            = bytes.slice(10, 10 + length)
-  def workingCounter: Int       = word(10 + length)
+  private def word(at: Int) = bytes(at) | bytes(at + 1) << 8
+  def command: Int          = bytes.head
+  def index: Int            = bytes(1)
+  def adp: Int              = word(2)
+  def ado: Int              = word(4)
+  def length: Int           = word(6) & 0x7ff
+  def circulating: Boolean  = (word(6) & 0x4000) != 0
+  def more: Boolean         = (word(6) & 0x8000) != 0
+  def irq: Int              = word(8)
+  def data: Seq[Int]        = bytes.slice(10, 10 + length)
+  def workingCounter: Int   = word(10 + length)
 }
 
 /** What the rule tests say to a bench. Assertions name what was expected and what came. */
@@ -93,7 +97,8 @@ class Steps(val bench: Bench) extends org.scalatest.Assertions {
     case None => fail("nothing left the controller")
   }
 
-  def send(bytes: Seq[Int], port: Int = 0): Option[(Int, SentFrame)] = bench.send(port, WireFrame.withFcs(bytes))
+  def send(bytes: Seq[Int], port: Int = 0): Option[(Int, SentFrame)] =
+    bench.send(port, WireFrame.withFcs(bytes))
 
   /** The datagrams of a frame, `start` bytes behind its beginning. */
   def replies(bytes: Seq[Int], start: Int = 16): Seq[Reply] = {
@@ -105,11 +110,15 @@ class Steps(val bench: Bench) extends org.scalatest.Assertions {
   def exchange(datagrams: Datagram*): Seq[Reply] = replies(good(send(EtherCatFrame(datagrams))))
   def one(datagram: Datagram): Reply             = exchange(datagram).head
 
-  def read(command: Int, adp: Int, ado: Int, length: Int): Reply = one(Datagram(command, adp, ado, Seq.fill(length)(0)))
+  def read(command: Int, adp: Int, ado: Int, length: Int): Reply = one(
+    Datagram(command, adp, ado, Seq.fill(length)(0))
+  )
   def write(command: Int, adp: Int, ado: Int, data: Int*): Reply = one(Datagram(command, adp, ado, data))
 
-  def word(address: Int): Int         = bench.hostRead(address) | bench.hostRead(address + 1) << 8
-  def stationAddress(value: Int): Unit = assert(write(Apwr, 0, 0x0010, value & 0xff, value >> 8).workingCounter == 1)
+  def word(address: Int): Int = bench.hostRead(address) | bench.hostRead(address + 1) << 8
+  def stationAddress(value: Int): Unit = assert(
+    write(Apwr, 0, 0x0010, value & 0xff, value >> 8).workingCounter == 1
+  )
 
   /** Counters by their registers. */
   def invalid(port: Int): Int   = bench.hostRead(0x0300 + 2 * port)

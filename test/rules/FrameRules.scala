@@ -6,14 +6,17 @@ import flyframe.registers.RegisterMap
 
 /** Frame formats, datagrams, addressing, commands, working counter, commit: rule groups GEN and FP. */
 object FrameRules extends Rules {
-  private val User                                = RegisterMap.UserRamStart
-  private val Ram                                 = RegisterMap.ProcessRamStart
-  private def several(p: EscParams)               = p.maxSubTelegrams >= 4
-  private def ram(p: EscParams)                   = p.ramKiB >= 1
-  private def station(p: EscParams): Int          = 0x1065 & ((1 << p.nodeIdWidth) - 1)
-  private def etherCatAt(form: Encapsulation): Int = 14 + (if (form.vlan) 4 else 0) + (if (form.udp) 28 else 0)
+  private val User                       = RegisterMap.UserRamStart
+  private val Ram                        = RegisterMap.ProcessRamStart
+  private def several(p: EscParams)      = p.maxSubTelegrams >= 4
+  private def ram(p: EscParams)          = p.ramKiB >= 1
+  private def station(p: EscParams): Int = 0x1065 & ((1 << p.nodeIdWidth) - 1)
+  private def etherCatAt(form: Encapsulation): Int =
+    14 + (if (form.vlan) 4 else 0) + (if (form.udp) 28 else 0)
 
-  rule("GEN-01, GEN-02: a frame at port 0 goes through the processing unit once and leaves at the next port") { s =>
+  rule(
+    "GEN-01, GEN-02: a frame at port 0 goes through the processing unit once and leaves at the next port"
+  ) { s =>
     import s._
     val r = read(Brd, 0, 0x0000, 1)
     assert(r.workingCounter == 1 && r.adp == 1)
@@ -41,7 +44,14 @@ object FrameRules extends Rules {
   }
   rule("GEN-07: 0x0000 to 0x0009 report the identity and features of the parameters") { s =>
     import s._
-    val expected = Seq(p.escType, p.escRevision, p.escBuild & 0xff, p.escBuild >> 8, p.reportedFmmus, p.reportedSyncManagers) ++
+    val expected = Seq(
+      p.escType,
+      p.escRevision,
+      p.escBuild & 0xff,
+      p.escBuild >> 8,
+      p.reportedFmmus,
+      p.reportedSyncManagers
+    ) ++
       Seq(p.ramSizeReported, p.portDescriptor, p.features & 0xff, p.features >> 8)
     assert(read(Aprd, 0, 0, 10).data == expected)
     assert((0 to 9).map(bench.hostRead) == expected)
@@ -78,11 +88,18 @@ object FrameRules extends Rules {
       assert(replies(bytes, 20).head.workingCounter == 1)
     }
   }
-  rule("FP-04: UDP is EtherCAT by IP version, header length, protocol and destination port, and nothing else") { s =>
+  rule(
+    "FP-04: UDP is EtherCAT by IP version, header length, protocol and destination port, and nothing else"
+  ) { s =>
     import s._
     val frame = EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq(0))), Encapsulation.Udp)
-    for (at <- Seq(15, 18, 22, 24, 26, 30, 34)) // type of service, identification, TTL, checksum, addresses, source port
-      assert(replies(good(send(frame.updated(at, frame(at) ^ 0xff))), 44).head.workingCounter == 1, s"byte $at")
+    for (
+      at <- Seq(15, 18, 22, 24, 26, 30, 34)
+    ) // type of service, identification, TTL, checksum, addresses, source port
+      assert(
+        replies(good(send(frame.updated(at, frame(at) ^ 0xff))), 44).head.workingCounter == 1,
+        s"byte $at"
+      )
     write(Apwr, 0, 0x0100, 0) // pass other frames
     for (at <- Seq(14, 23, 36, 37)) {
       val other = frame.updated(at, frame(at) ^ 0x10)
@@ -111,13 +128,14 @@ object FrameRules extends Rules {
       assert(good(send(other)).dropRight(4) == other)
     }
   }
-  rule("FP-07, ERR-02: padding up to 64 bytes is in order, more is a length error of the processing unit") { s =>
-    import s._
-    val content = EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq.fill(100)(0))))
-    good(send(content ++ Seq.fill(64)(0)))
-    assert(epuErrors == 0)
-    marked(send(content ++ Seq.fill(65)(0)))
-    assert(epuErrors == 1 && invalid(0) == 0)
+  rule("FP-07, ERR-02: padding up to 64 bytes is in order, more is a length error of the processing unit") {
+    s =>
+      import s._
+      val content = EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq.fill(100)(0))))
+      good(send(content ++ Seq.fill(64)(0)))
+      assert(epuErrors == 0)
+      marked(send(content ++ Seq.fill(65)(0)))
+      assert(epuErrors == 1 && invalid(0) == 0)
   }
   rule("FP-08: MAC and IP addresses do not matter") { s =>
     import s._
@@ -155,7 +173,8 @@ object FrameRules extends Rules {
   }
   rule("FP-12: index is kept; reserved bits and M travel unchanged", several) { s =>
     import s._
-    val Seq(a, b) = exchange(Datagram(Brd, 0L, Seq(0), index = 0xa7, reserved = 5), Datagram(Nop, 0L, Seq(9), index = 3))
+    val Seq(a, b) =
+      exchange(Datagram(Brd, 0L, Seq(0), index = 0xa7, reserved = 5), Datagram(Nop, 0L, Seq(9), index = 3))
     assert(a.index == 0xa7 && a.more && (a.bytes(7) >> 3 & 7) == 5 && b.index == 3 && !b.more)
   }
   rule("FP-13: the smallest datagram has 12 bytes", several) { s =>
@@ -170,24 +189,26 @@ object FrameRules extends Rules {
       assert(r.adp == (adp + 1 & 0xffff) && r.workingCounter == count, f"ADP 0x$adp%04x")
     }
   }
-  rule("FP-15: station address, and the alias while 0x0100[24] allows it; only the host changes the alias") { s =>
-    import s._
-    val (address, alias) = (station(p), 0x0b & ((1 << p.nodeIdWidth) - 1))
-    stationAddress(address)
-    bench.hostWrite(0x0012, alias)
-    assert(read(Fprd, address, 0, 1).workingCounter == 1)
-    assert(read(Fprd, alias, 0, 1).workingCounter == 0)
-    assert(write(Fpwr, address, 0x0012, 1).workingCounter == 0)
-    write(Fpwr, address, 0x0103, 1)
-    assert(read(Fprd, alias, 0, 1).workingCounter == 1)
-    bench.hostWrite(0x0010, 0x55)
-    assert(word(0x0010) == address && word(0x0012) == alias)
+  rule("FP-15: station address, and the alias while 0x0100[24] allows it; only the host changes the alias") {
+    s =>
+      import s._
+      val (address, alias) = (station(p), 0x0b & ((1 << p.nodeIdWidth) - 1))
+      stationAddress(address)
+      bench.hostWrite(0x0012, alias)
+      assert(read(Fprd, address, 0, 1).workingCounter == 1)
+      assert(read(Fprd, alias, 0, 1).workingCounter == 0)
+      assert(write(Fpwr, address, 0x0012, 1).workingCounter == 0)
+      write(Fpwr, address, 0x0103, 1)
+      assert(read(Fprd, alias, 0, 1).workingCounter == 1)
+      bench.hostWrite(0x0010, 0x55)
+      assert(word(0x0010) == address && word(0x0012) == alias)
   }
   rule("FP-15: an address with a bit above nodeIdWidth set never matches", _.nodeIdWidth < 16) { s =>
     import s._
     stationAddress(station(p))
     assert(read(Fprd, station(p), 0, 1).workingCounter == 1)
-    for (bit <- p.nodeIdWidth until 16) assert(read(Fprd, station(p) | 1 << bit, 0, 1).workingCounter == 0, s"bit $bit")
+    for (bit <- p.nodeIdWidth until 16)
+      assert(read(Fprd, station(p) | 1 << bit, 0, 1).workingCounter == 0, s"bit $bit")
     write(Apwr, 0, 0x0010, 0xff, 0xff)
     assert(word(0x0010) == (1 << p.nodeIdWidth) - 1)
   }
@@ -197,9 +218,14 @@ object FrameRules extends Rules {
   }
   rule("FP-17: broadcast addresses every ESC and increments ADP") { s =>
     import s._
-    for (adp <- Seq(0, 1, 0xfffe)) assert(read(Brd, adp, 0, 1) match { case r => r.workingCounter == 1 && r.adp == adp + 1 })
+    for (adp <- Seq(0, 1, 0xfffe)) assert(read(Brd, adp, 0, 1) match {
+      case r => r.workingCounter == 1 && r.adp == adp + 1
+    })
   }
-  rule("FP-18, FP-30, B-18: ADO is the address of the first byte; a datagram may span several areas and does not wrap", ram) { s =>
+  rule(
+    "FP-18, FP-30, B-18: ADO is the address of the first byte; a datagram may span several areas and does not wrap",
+    ram
+  ) { s =>
     import s._
     for (i <- 0 until 16) bench.hostWrite(0x0ff8 + i, 0x40 + i)
     assert(read(Aprd, 0, 0x0ff8, 16).data == (0x40 to 0x4f))
@@ -284,17 +310,28 @@ object FrameRules extends Rules {
   rule("FP-32, B-21: register writes take effect after the frame, memory writes as they pass", several) { s =>
     import s._
     val rs = exchange(
-      Datagram(Bwr, 0, 0x0010, Seq(9, 0)), Datagram(Brd, 0, 0x0010, Seq(0, 0)),
-      Datagram(Bwr, 0, User, Seq(9, 8)), Datagram(Brd, 0, User, Seq(0, 0))
+      Datagram(Bwr, 0, 0x0010, Seq(9, 0)),
+      Datagram(Brd, 0, 0x0010, Seq(0, 0)),
+      Datagram(Bwr, 0, User, Seq(9, 8)),
+      Datagram(Brd, 0, User, Seq(0, 0))
     )
     assert(rs.map(_.workingCounter) == Seq(1, 1, 1, 1))
     assert(rs(1).data == Seq(0, 0) && rs(3).data == Seq(9, 8))
     assert(word(0x0010) == 9)
   }
-  rule("FP-33, FP-34, FP-35, FP-36, FP-37: a bad frame changes memory but no register and starts nothing", several) { s =>
+  rule(
+    "FP-33, FP-34, FP-35, FP-36, FP-37: a bad frame changes memory but no register and starts nothing",
+    several
+  ) { s =>
     import s._
     val frame = WireFrame.withFcs(
-      EtherCatFrame(Seq(Datagram(Bwr, 0, 0x0010, Seq(9, 0)), Datagram(Bwr, 0, 0x0101, Seq(0xff)), Datagram(Bwr, 0, User, Seq(0x77))))
+      EtherCatFrame(
+        Seq(
+          Datagram(Bwr, 0, 0x0010, Seq(9, 0)),
+          Datagram(Bwr, 0, 0x0101, Seq(0xff)),
+          Datagram(Bwr, 0, User, Seq(0x77))
+        )
+      )
     )
     val last = frame.symbols.size - 1
     marked(bench.send(0, WireFrame(frame.symbols.updated(last, Symbol(frame.symbols(last).nibble ^ 1)))))
@@ -305,20 +342,24 @@ object FrameRules extends Rules {
     good(bench.send(0, WireFrame(frame.symbols)), nextPort)
     assert(word(0x0010) == 9)
   }
-  rule("B-16: datagrams beyond maxSubTelegrams pass untouched and are counted", _.maxSubTelegrams < 100) { s =>
-    import s._
-    val rs = exchange(Seq.fill(p.maxSubTelegrams + 1)(Datagram(Brd, 0, 0, Seq(0))): _*)
-    assert(rs.init.forall(r => r.workingCounter == 1 && r.adp == 1))
-    assert(rs.last.workingCounter == 0 && rs.last.adp == 0 && rs.last.data == Seq(0))
-    assert(epuErrors == 1)
-    exchange(Seq.fill(p.maxSubTelegrams)(Datagram(Bwr, 0, 0x0010, Seq(7))): _*)
-    assert(epuErrors == 1 && word(0x0010) == 7)
+  rule("B-16: datagrams beyond maxSubTelegrams pass untouched and are counted", _.maxSubTelegrams < 100) {
+    s =>
+      import s._
+      val rs = exchange(Seq.fill(p.maxSubTelegrams + 1)(Datagram(Brd, 0, 0, Seq(0))): _*)
+      assert(rs.init.forall(r => r.workingCounter == 1 && r.adp == 1))
+      assert(rs.last.workingCounter == 0 && rs.last.adp == 0 && rs.last.data == Seq(0))
+      assert(epuErrors == 1)
+      exchange(Seq.fill(p.maxSubTelegrams)(Datagram(Bwr, 0, 0x0010, Seq(7))): _*)
+      assert(epuErrors == 1 && word(0x0010) == 7)
   }
   rule("B-17: register bytes beyond registerWritesPerFrame are refused", p => p.maxSubTelegrams >= 100) { s =>
     import s._
-    val each = 2 + p.ports.min(1) // 0x030C, and the address pair behind it do not adjoin: use the four bytes of DL control
-    val rs   = exchange(Seq.fill(90)(Datagram(Bwr, 0, 0x0100, Seq(1, 0, 7, 0))): _*)
-    val fit  = p.writeLogDepth / 4
+    val each =
+      2 + p.ports.min(
+        1
+      ) // 0x030C, and the address pair behind it do not adjoin: use the four bytes of DL control
+    val rs  = exchange(Seq.fill(90)(Datagram(Bwr, 0, 0x0100, Seq(1, 0, 7, 0))): _*)
+    val fit = p.writeLogDepth / 4
     assert(each > 0 && rs.map(_.workingCounter) == Seq.tabulate(90)(i => if (i < fit) 1 else 0))
   }
   rule("B-13: padding beyond the minimum leaves the frame in order") { s =>

@@ -5,10 +5,12 @@ import flyframe.params.EscParams
 
 /** Ports and loops, circulating frames, errors, PHY side: rule groups LP, ERR and PHY. */
 object PortRules extends Rules {
-  private def two(p: EscParams)   = p.ports >= 2
-  private def four(p: EscParams)  = p.ports >= 4
-  private val plain               = EtherCatFrame(Seq(Datagram(7, 0, 0, Seq(0))))
-  private def circling(bit: Boolean) = EtherCatFrame(Seq(Datagram(8, 0x0f80L << 16, Seq(0x61), circulating = bit)))
+  private def two(p: EscParams)  = p.ports >= 2
+  private def four(p: EscParams) = p.ports >= 4
+  private val plain              = EtherCatFrame(Seq(Datagram(7, 0, 0, Seq(0))))
+  private def circling(bit: Boolean) = EtherCatFrame(
+    Seq(Datagram(8, 0x0f80L << 16, Seq(0x61), circulating = bit))
+  )
 
   rule("LP-01: auto follows the link, open and closed do not", two) { s =>
     import s._
@@ -59,16 +61,17 @@ object PortRules extends Rules {
     assert((dlStatus >> (8 + 2 * 3) & 3) == 1)
     assert(send(plain).get._1 == nextPort)
   }
-  rule("LP-06, HINT-01: with all ports closed port 0 opens as recovery port, and DL status shows the truth") { s =>
-    import s._
-    for (y <- 0 until p.ports) bench.setLink(y, up = false)
-    assert(replies(good(send(plain), 0)).head.workingCounter == 1)
-    assert((dlStatus >> 8 & 0xff) == 0x55)
-    for (y <- 0 until p.ports) bench.setLink(y, up = true)
-    loops(0xff)
-    assert(replies(good(send(plain), 0)).head.workingCounter == 1)
-    loops(0)
-    assert(send(plain).get._1 == nextPort)
+  rule("LP-06, HINT-01: with all ports closed port 0 opens as recovery port, and DL status shows the truth") {
+    s =>
+      import s._
+      for (y <- 0 until p.ports) bench.setLink(y, up = false)
+      assert(replies(good(send(plain), 0)).head.workingCounter == 1)
+      assert((dlStatus >> 8 & 0xff) == 0x55)
+      for (y <- 0 until p.ports) bench.setLink(y, up = true)
+      loops(0xff)
+      assert(replies(good(send(plain), 0)).head.workingCounter == 1)
+      loops(0)
+      assert(send(plain).get._1 == nextPort)
   }
   rule("LP-07, LP-08: processing order of every set of open ports") { s =>
     import s._
@@ -79,7 +82,10 @@ object PortRules extends Rules {
       val cycle = Seq(0, 3, 1, 2).filter(openPorts.contains)
       for ((from, to) <- cycle.zip(cycle.tail :+ 0)) {
         val bytes = good(send(plain, from), to)
-        assert(replies(bytes).head.workingCounter == (if (from == 0) 1 else 0), s"from $from, open $openPorts")
+        assert(
+          replies(bytes).head.workingCounter == (if (from == 0) 1 else 0),
+          s"from $from, open $openPorts"
+        )
       }
     }
   }
@@ -132,7 +138,9 @@ object PortRules extends Rules {
 
   private def damaged(bytes: Seq[Int]): WireFrame = WireFrame.ofBytes(bytes ++ Fcs.of(bytes).map(_ ^ 0x10))
 
-  rule("ERR-01, ERR-03, ERR-05: RX_ER in a frame at port 0 counts invalid frame, RX errors and processing unit") { s =>
+  rule(
+    "ERR-01, ERR-03, ERR-05: RX_ER in a frame at port 0 counts invalid frame, RX errors and processing unit"
+  ) { s =>
     import s._
     val frame = WireFrame.withFcs(plain).symbols
     val hit   = frame.zipWithIndex.map { case (n, i) => if (i >= 60 && i < 65) n.copy(error = true) else n }
@@ -140,7 +148,9 @@ object PortRules extends Rules {
     assert(sent.payload.size < 60, "sending is aborted")
     assert((invalid(0), rxErrors(0), epuErrors, forwarded(0)) == ((1, 5, 1, 0)))
   }
-  rule("ERR-02, ERR-06, ERR-07: a bad CRC counts invalid frame and is sent with a wrong CRC and one extra nibble") { s =>
+  rule(
+    "ERR-02, ERR-06, ERR-07: a bad CRC counts invalid frame and is sent with a wrong CRC and one extra nibble"
+  ) { s =>
     import s._
     val sent = marked(bench.send(0, damaged(plain)))
     assert(sent.payload.size == 129)
@@ -159,14 +169,15 @@ object PortRules extends Rules {
     marked(send(cut))
     assert((invalid(0), forwarded(0), epuErrors) == ((0, 0, 1)))
   }
-  rule("ERR-04, HINT-04: RX_ER outside a frame raises only the RX counter, and only at an open port", two) { s =>
-    import s._
-    bench.falseCarrier(1, 7)
-    assert((invalid(1), rxErrors(1), epuErrors) == ((0, 7, 0)))
-    for (y <- 2 until p.ports) bench.setLink(y, up = false)
-    bench.setLink(1, up = false)
-    bench.falseCarrier(1, 7)
-    assert(rxErrors(1) == 7)
+  rule("ERR-04, HINT-04: RX_ER outside a frame raises only the RX counter, and only at an open port", two) {
+    s =>
+      import s._
+      bench.falseCarrier(1, 7)
+      assert((invalid(1), rxErrors(1), epuErrors) == ((0, 7, 0)))
+      for (y <- 2 until p.ports) bench.setLink(y, up = false)
+      bench.setLink(1, up = false)
+      bench.falseCarrier(1, 7)
+      assert(rxErrors(1) == 7)
   }
   rule("ERR-08, ERR-09: a marked error counts as forwarded and is passed on marked", two) { s =>
     import s._

@@ -15,7 +15,8 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val sets = Seq(
     preset("cyclone4-min"),
     preset("et1100").copy(preset = "et1100-25", coreClockMhz = 25, dataBusWidth = 32),
-    preset("cyclone4-min").copy(preset = "wide-50", coreClockMhz = 50, dataBusWidth = 16, maxSubTelegrams = 4, nodeIdWidth = 8)
+    preset("cyclone4-min")
+      .copy(preset = "wide-50", coreClockMhz = 50, dataBusWidth = 16, maxSubTelegrams = 4, nodeIdWidth = 8)
   )
 
   for (p <- sets; rule <- rules if rule.needs(p))
