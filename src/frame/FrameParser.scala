@@ -38,6 +38,9 @@ class FramePosition extends Bundle {
 
   /** With this nibble it is decided that the frame is not EtherCAT (B-10). */
   val notEtherCat = Bool()
+
+  /** The UDP checksum has been cleared: the frame needs a new FCS even if it is not EtherCAT (B-12). */
+  val checksumCleared = Bool()
 }
 
 /** Finds its way through a frame: Ethernet II, VLAN tag, UDP/IP, EtherCAT header, datagrams, padding (FP-01
@@ -60,9 +63,10 @@ class FrameParser extends Module {
   private val tagged       = Reg(Bool())
   private val frameBytes   = Reg(UInt(6.W))
   private val paddingBytes = Reg(UInt(7.W))
-  private val length       = Reg(UInt(12.W))     // data bytes of the datagram, then those left; bit 11 is 0
-  private val more         = Reg(Bool())
-  private val datagram     = Reg(UInt(8.W))
+  private val length   = Reg(UInt(12.W)) // data bytes of the datagram (or UDP length), then those left
+  private val cleared  = Reg(Bool())     // the UDP checksum has passed
+  private val more     = Reg(Bool())
+  private val datagram = Reg(UInt(8.W))
 
   private val whole = Cat(in.data, low)    // the byte at hand, with its high half
   private val word  = Cat(previous, whole) // big endian, as Ethernet and IP write their fields
@@ -92,6 +96,10 @@ class FrameParser extends Module {
       atEnd := at(9)
       next  := Mux(length === 0.U, Part.counter, Part.data)
     }
+    is(Part.foreign) {
+      atEnd := cleared && length === 7.U // the end by the UDP length: 6 of it came before the counting (B-12)
+      next  := Part.padding
+    }
     is(Part.data) {
       atEnd := length === 1.U
       next  := Part.counter
@@ -103,14 +111,15 @@ class FrameParser extends Module {
   }
   private val isTag = part === Part.ethernet && at(13) && word === 0x8100.U && !tagged
 
-  position.part         := part
-  position.byte         := byte
-  position.high         := high
-  position.frameBytes   := frameBytes
-  position.paddingBytes := paddingBytes
-  position.dataLeft     := length(10, 0)
-  position.datagram     := datagram
-  position.notEtherCat  := high && alien
+  position.part            := part
+  position.byte            := byte
+  position.high            := high
+  position.frameBytes      := frameBytes
+  position.paddingBytes    := paddingBytes
+  position.dataLeft        := length(10, 0)
+  position.datagram        := datagram
+  position.notEtherCat     := high && alien
+  position.checksumCleared := cleared
 
   when(step && in.valid) {
     when(!in.payload) {
@@ -118,6 +127,7 @@ class FrameParser extends Module {
       byte         := 0.U
       high         := false.B
       tagged       := false.B
+      cleared      := false.B
       frameBytes   := 0.U
       paddingBytes := 0.U
       datagram     := 0.U
@@ -133,12 +143,14 @@ class FrameParser extends Module {
         byte     := byte + 1.U
         when(frameBytes =/= 60.U) { frameBytes := frameBytes + 1.U }
         when(part === Part.padding && paddingBytes =/= 69.U) { paddingBytes := paddingBytes + 1.U }
-        when(part === Part.data) { length := length - 1.U }
+        when(part === Part.ip && at(25)) { length := word(11, 0) }
+          .elsewhen(part =/= Part.header) { length := length - 1.U }
+        when(part === Part.ip && at(27)) { cleared := true.B }
         when(isTag) {
           tagged := true.B
           byte   := 10.U // two bytes of tag control, then the inner EtherType
         }.elsewhen(alien) {
-          part := Part.foreign
+          part := Mux(cleared && length === 7.U, Part.padding, Part.foreign)
         }.elsewhen(atEnd) {
           part := next
           byte := 0.U

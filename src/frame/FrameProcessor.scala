@@ -138,7 +138,8 @@ class FrameProcessor(p: EscParams) extends Module {
     position.paddingBytes >= 3.U && position.paddingBytes <= 67.U,
     position.paddingBytes >= 4.U && position.paddingBytes <= 68.U
   )
-  private val lengthBad  = part =/= Part.foreign && !position.notEtherCat && !lengthGood
+  private val mayEndHere = (part === Part.foreign || position.notEtherCat) && !position.checksumCleared
+  private val lengthBad  = !lengthGood && !mayEndHere
   private val running    = part =/= Part.ended || !in.payload
   private val ends       = active && running && (abort || in.last)
   private val bad        = abort || in.bad || lengthBad

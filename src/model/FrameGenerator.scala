@@ -91,7 +91,7 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
     val frame = EtherCatFrame(
       if (list.isEmpty) Seq(datagram().copy(data = Nil)) else list,
       form,
-      if (chance(97)) 1 else random.nextInt(16)
+      if (chance(95)) 1 else random.nextInt(16)
     )
     val padding = if (chance(90)) 0 else random.nextInt(75)
     frame ++ (if (chance(50)) bytes(padding) else Vector.fill(padding)(0))

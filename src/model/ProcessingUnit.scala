@@ -74,7 +74,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       if (!has(typeAt + 1)) passed(bad = true)
       else
         big(typeAt) match {
-          case EtherCat => ethercat(typeAt + 2)
+          case EtherCat => ethercat(typeAt + 2, foreignAt)
           case IPv4     => ip(typeAt + 2)
           case _        => foreignAt(typeAt + 1)
         }
@@ -94,13 +94,21 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         }
         .getOrElse {
           putLittle(start + 26, 0) // UDP checksum, FP-05
-          if (has(start + 27)) ethercat(start + 28) else passed(bad = true)
+          if (has(start + 27)) ethercat(start + 28, at => foreignUdp(start + 20, at)) else passed(bad = true)
         }
     }
 
-    private def ethercat(start: Int): Processed =
+    /** B-12: not EtherCAT after all, but the checksum of the UDP datagram at `start` is cleared. */
+    private def foreignUdp(start: Int, at: Int): Processed = {
+      val length = big(start + 4) & 0xfff
+      if (settings.destroyForeign) destroyedAfter(at)
+      else if (length < 10) passed(bad = true)
+      else ending(start + length, 0)
+    }
+
+    private def ethercat(start: Int, otherType: Int => Processed): Processed =
       if (!has(start + 1)) passed(bad = true)
-      else if (little(start) >> 12 != 1) foreignAt(start + 1)
+      else if (little(start) >> 12 != 1) otherType(start + 1)
       else datagrams(start + 2, 0)
 
     /** From the datagram with number `index` at byte `start` on. */

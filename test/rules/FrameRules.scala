@@ -115,6 +115,18 @@ object FrameRules extends Rules {
     val other = frame.updated(36, 0x12)
     assert(good(send(other)).slice(40, 42) == other.slice(40, 42))
   }
+  rule("FP-05, OP-02: a UDP frame with another EtherCAT type passes with a right FCS, all else unchanged") {
+    s =>
+      import s._
+      write(Apwr, 0, 0x0100, 0)
+      for (count <- Seq(1, 40, 300)) {
+        val other =
+          EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq.fill(count)(0xa5))), Encapsulation.Udp, headerType = 5)
+        assert(good(send(other)).dropRight(4) == other.patch(40, Seq(0, 0), 2))
+        for (length <- Seq(0, 9, 1000)) marked(send(other.patch(38, Seq(length >> 8, length & 0xff), 2)))
+      }
+      assert(epuErrors == 9)
+  }
   rule("FP-06: only header type 1 is processed, its length field is ignored") { s =>
     import s._
     val frame = EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq(0))))
