@@ -310,6 +310,7 @@ module WriteLog(
   assign _ram_writeData = {write_bits_address, write_bits_mask, write_bits_data};
   assign _ram_readAddress = next[7:0];
   DualPortRam #(
+    .ADDRESS_BITS(8),
     .DEPTH(256),
     .WIDTH(21)
   ) ram (
@@ -512,6 +513,7 @@ module EscMemory(
   assign _ram_0_writeData = ecatToRam ? ecat_writeData : host_wdata;
   assign _ram_0_readAddress = readTarget_user ? {4'h8, readAddress[6:0]} : readAddress[10:0];
   DualPortRam #(
+    .ADDRESS_BITS(11),
     .DEPTH(1152),
     .WIDTH(8)
   ) ram_0 (
@@ -565,7 +567,8 @@ module FrameParser(
   output [5:0] position_frameBytes,
   output [6:0] position_paddingBytes,
   output [7:0] position_datagram,
-  output       position_notEtherCat
+  output       position_notEtherCat,
+  output       position_checksumCleared
 );
 
   reg  [3:0]  part;
@@ -577,6 +580,7 @@ module FrameParser(
   reg  [5:0]  frameBytes;
   reg  [6:0]  paddingBytes;
   reg  [11:0] length;
+  reg         cleared;
   reg         more;
   reg  [7:0]  datagram;
   wire [7:0]  whole = {in_data, low};
@@ -592,29 +596,36 @@ module FrameParser(
            : _GEN_0 & _alien_T_19 & in_data != 4'h1)
       : _alien_T & word != 16'h88A4 & word != 16'h800 & (word != 16'h8100 | tagged_0);
   wire        _GEN_1 = part == 4'h3;
-  wire        _GEN_2 = part == 4'h4;
-  wire        _GEN_3 = part == 4'h5;
+  wire        _GEN_2 = part == 4'h7;
+  wire        _GEN_3 = part == 4'h4;
+  wire        _GEN_4 = part == 4'h5;
   wire        atEnd =
     (|part)
       ? (_GEN
            ? byte_0 == 5'h1B
-           : _GEN_0 ? _alien_T_19 : _GEN_1 ? byte_0 == 5'h9 : _GEN_2 ? length == 12'h1 : _GEN_3 & byte_0 == 5'h1)
+           : _GEN_0
+               ? _alien_T_19
+               : _GEN_1
+                   ? byte_0 == 5'h9
+                   : _GEN_2 ? cleared & length == 12'h7 : _GEN_3 ? length == 12'h1 : _GEN_4 & byte_0 == 5'h1)
       : _alien_T;
   wire        isTag = ~(|part) & byte_0 == 5'hD & word == 16'h8100 & ~tagged_0;
-  wire        _GEN_4 = step & in_valid;
-  wire        _GEN_5 = _GEN_4 & in_payload;
+  wire        _GEN_5 = step & in_valid;
+  wire        _GEN_6 = _GEN_5 & in_payload;
   wire        _length_T = byte_0 == 5'h7;
+  wire [11:0] _length_T_4 = {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
+  wire        _GEN_7 = _GEN_1 & (byte_0 == 5'h6 | _length_T & ~high);
   always @(posedge clock) begin
     if (reset)
       part <= 4'h8;
-    else if (_GEN_4) begin
+    else if (_GEN_5) begin
       if (abandon | in_last)
         part <= 4'h8;
       else if (in_payload) begin
         if (~high | isTag) begin
         end
         else if (alien)
-          part <= 4'h7;
+          part <= {3'h3, ~(cleared & length == 12'h7)};
         else if (atEnd) begin
           if (|part) begin
             if (_GEN)
@@ -624,8 +635,10 @@ module FrameParser(
             else if (_GEN_1)
               part <= {3'h2, length == 12'h0};
             else if (_GEN_2)
-              part <= 4'h5;
+              part <= 4'h6;
             else if (_GEN_3)
+              part <= 4'h5;
+            else if (_GEN_4)
               part <= {1'h0, more ? 3'h3 : 3'h6};
           end
           else
@@ -635,7 +648,7 @@ module FrameParser(
       else
         part <= 4'h0;
     end
-    if (_GEN_4) begin
+    if (_GEN_5) begin
       if (in_payload) begin
         if (high) begin
           if (isTag)
@@ -651,7 +664,7 @@ module FrameParser(
           frameBytes <= frameBytes + 6'h1;
         if (high & part == 4'h6 & paddingBytes != 7'h45)
           paddingBytes <= paddingBytes + 7'h1;
-        if (~high | isTag | alien | ~(atEnd & _GEN_3 & datagram != 8'h81)) begin
+        if (~high | isTag | alien | ~(atEnd & _GEN_4 & datagram != 8'h81)) begin
         end
         else
           datagram <= datagram + 8'h1;
@@ -664,18 +677,27 @@ module FrameParser(
       end
       high <= in_payload & ~high;
       tagged_0 <= in_payload & (high & isTag | tagged_0);
+      cleared <= in_payload & (high & _GEN & byte_0 == 5'h1B | cleared);
     end
-    if (_GEN_5)
+    if (_GEN_6)
       low <= in_data;
-    if (_GEN_4 & in_payload & high)
+    if (_GEN_5 & in_payload & high)
       previous <= whole;
-    if (_GEN_5) begin
-      if (high & _GEN_2)
-        length <= length - 12'h1;
-      else if (_GEN_1 & (byte_0 == 5'h6 | _length_T & ~high))
-        length <= {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
+    if (_GEN_6) begin
+      if (high) begin
+        if (_GEN & byte_0 == 5'h19)
+          length <= {previous[3:0], in_data, low};
+        else if (_GEN_1) begin
+          if (_GEN_7)
+            length <= _length_T_4;
+        end
+        else
+          length <= length - 12'h1;
+      end
+      else if (_GEN_7)
+        length <= _length_T_4;
     end
-    if (_GEN_4 & in_payload & _GEN_1 & _length_T & high)
+    if (_GEN_5 & in_payload & _GEN_1 & _length_T & high)
       more <= in_data[3];
   end // always @(posedge)
   assign position_part = part;
@@ -685,6 +707,7 @@ module FrameParser(
   assign position_paddingBytes = paddingBytes;
   assign position_datagram = datagram;
   assign position_notEtherCat = high & alien;
+  assign position_checksumCleared = cleared;
 endmodule
 
 module DatagramHeader(
@@ -945,6 +968,7 @@ module FrameProcessor(
   wire [6:0]  _parser_position_paddingBytes;
   wire [7:0]  _parser_position_datagram;
   wire        _parser_position_notEtherCat;
+  wire        _parser_position_checksumCleared;
   wire        _circulate_T_1 = _parser_position_datagram < 8'hF;
   reg         destroy;
   reg         carry;
@@ -1006,11 +1030,12 @@ module FrameProcessor(
       : in_data;
   wire        ends = active & running & (abort | in_last);
   wire        bad =
-    abort | in_bad | _parser_position_part != 4'h7 & ~_parser_position_notEtherCat
-    & ~(_hadTooMany_T
+    abort | in_bad
+    | ~(_hadTooMany_T
         & (_parser_position_high & ~in_odd
              ? _parser_position_paddingBytes > 7'h2 & _parser_position_paddingBytes < 7'h44
-             : (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45));
+             : (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45))
+    & ~((_parser_position_part == 4'h7 | _parser_position_notEtherCat) & ~_parser_position_checksumCleared);
   always @(posedge clock) begin
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
@@ -1050,21 +1075,22 @@ module FrameProcessor(
     end
   end // always @(posedge)
   FrameParser parser (
-    .clock                 (clock),
-    .reset                 (reset),
-    .step                  (step),
-    .in_valid              (in_valid),
-    .in_payload            (in_payload),
-    .in_data               (in_data),
-    .in_last               (in_last),
-    .abandon               (abort),
-    .position_part         (_parser_position_part),
-    .position_byte         (_parser_position_byte),
-    .position_high         (_parser_position_high),
-    .position_frameBytes   (_parser_position_frameBytes),
-    .position_paddingBytes (_parser_position_paddingBytes),
-    .position_datagram     (_parser_position_datagram),
-    .position_notEtherCat  (_parser_position_notEtherCat)
+    .clock                    (clock),
+    .reset                    (reset),
+    .step                     (step),
+    .in_valid                 (in_valid),
+    .in_payload               (in_payload),
+    .in_data                  (in_data),
+    .in_last                  (in_last),
+    .abandon                  (abort),
+    .position_part            (_parser_position_part),
+    .position_byte            (_parser_position_byte),
+    .position_high            (_parser_position_high),
+    .position_frameBytes      (_parser_position_frameBytes),
+    .position_paddingBytes    (_parser_position_paddingBytes),
+    .position_datagram        (_parser_position_datagram),
+    .position_notEtherCat     (_parser_position_notEtherCat),
+    .position_checksumCleared (_parser_position_checksumCleared)
   );
   DatagramHeader header (
     .clock                 (clock),
@@ -2155,14 +2181,15 @@ endmodule
 // One write and one read port, one clock; infers block RAM.
 module DualPortRam #(
   parameter DEPTH = 1024,
+  parameter ADDRESS_BITS = 10,
   parameter WIDTH = 8
 ) (
-  input                                        clock,
-  input                                        write,
-  input  [(DEPTH > 1 ? $clog2(DEPTH) : 1)-1:0] writeAddress,
-  input  [WIDTH-1:0]                           writeData,
-  input  [(DEPTH > 1 ? $clog2(DEPTH) : 1)-1:0] readAddress,
-  output reg [WIDTH-1:0]                       readData
+  input                         clock,
+  input                         write,
+  input      [ADDRESS_BITS-1:0] writeAddress,
+  input      [WIDTH-1:0]        writeData,
+  input      [ADDRESS_BITS-1:0] readAddress,
+  output reg [WIDTH-1:0]        readData
 );
   reg [WIDTH-1:0] words [0:DEPTH-1];
   always @(posedge clock) begin

@@ -15,7 +15,7 @@ import chisel3.util._
   *   bits per word
   */
 class DualPortRam(depth: Int, width: Int)
-    extends BlackBox(Map("DEPTH" -> depth, "WIDTH" -> width))
+    extends BlackBox(Map("DEPTH" -> depth, "ADDRESS_BITS" -> (log2Ceil(depth) max 1), "WIDTH" -> width))
     with HasBlackBoxInline {
   private val addressBits  = log2Ceil(depth) max 1
   override def desiredName = "DualPortRam"
@@ -35,14 +35,15 @@ class DualPortRam(depth: Int, width: Int)
     """// One write and one read port, one clock; infers block RAM.
       |module DualPortRam #(
       |  parameter DEPTH = 1024,
+      |  parameter ADDRESS_BITS = 10,
       |  parameter WIDTH = 8
       |) (
-      |  input                                        clock,
-      |  input                                        write,
-      |  input  [(DEPTH > 1 ? $clog2(DEPTH) : 1)-1:0] writeAddress,
-      |  input  [WIDTH-1:0]                           writeData,
-      |  input  [(DEPTH > 1 ? $clog2(DEPTH) : 1)-1:0] readAddress,
-      |  output reg [WIDTH-1:0]                       readData
+      |  input                         clock,
+      |  input                         write,
+      |  input      [ADDRESS_BITS-1:0] writeAddress,
+      |  input      [WIDTH-1:0]        writeData,
+      |  input      [ADDRESS_BITS-1:0] readAddress,
+      |  output reg [WIDTH-1:0]        readData
       |);
       |  reg [WIDTH-1:0] words [0:DEPTH-1];
       |  always @(posedge clock) begin

@@ -29,7 +29,7 @@ class ReplaySpec extends AnyFlatSpec {
     reportedFeatures = 0x01fc
   )
   private val el2828 = el1004.copy(preset = "el2828")
-  private val el2889 = el1004.copy(preset = "el2889")
+  private val el2889 = el1004.copy(preset = "el2889", reportedFeatures = 0x00fc)
   private val lan9252 = et1100.copy(
     preset = "lan9252",
     escType = 0xc0,
@@ -100,6 +100,17 @@ class ReplaySpec extends AnyFlatSpec {
     Files.writeString(Paths.get(s"build/replay/$name.json"), list.mkString("{\"slaves\": [", ", ", "]}\n"))
   }
 
+  /** What tshark's dissectors find wrong. */
+  private def complaints(file: Path): Seq[String] = {
+    val fields = Seq("-T", "fields", "-e", "_ws.expert.message", "-e", "_ws.malformed")
+    val filter = "_ws.malformed || _ws.expert.severity >= 0x600000"
+    (Seq("tshark", "-r", file.toString, "-Y", filter) ++ fields)
+      .!!(ProcessLogger(_ => ()))
+      .linesIterator
+      .toSeq
+      .distinct
+  }
+
   private def replay(name: String, slaves: Seq[(EscParams, Option[String])]): Unit =
     s"Recording $name" should "come back as from the silicon, in what is built" in {
       val recording = captures.resolve(s"$name.pcapng")
@@ -138,11 +149,8 @@ class ReplaySpec extends AnyFlatSpec {
       assert(actual.zip(expected).forall { case (a, e) => a.isDefined || e.isEmpty }, "frames were lost")
       assert(differences.isEmpty, differences.distinct.take(20).mkString("\n", "\n", "\n"))
 
-      val complaints =
-        Seq("tshark", "-r", result.toString, "-Y", "_ws.malformed || _ws.expert.severity >= 0x600000").!!(
-          ProcessLogger(_ => ())
-        )
-      assert(complaints.isEmpty, s"tshark complains:\n$complaints")
+      // SOEM sends from a group address, which tshark finds wrong in the recording too.
+      assert(complaints(result).toSet -- complaints(recording) == Set.empty, "tshark complains")
     }
 
   replay("soem-single-lan9252", Seq(lan9252 -> None))
