@@ -12,17 +12,27 @@ object Documents {
     case Source.Constant       => "constant"
     case Source.Stored(_)      => "stored"
     case Source.Status         => "status"
+    case Source.Ram            => "RAM"
     case Source.Counter(group) => s"counter, group $group"
   }
 
   private def hex(address: Int): String = f"0x$address%04X"
 
-  private def addresses(r: Register): String =
-    if (r.bytes == 1) hex(r.address) else s"${hex(r.address)}:${hex(r.address + r.bytes - 1)}"
+  private def addresses(r: Register): String = {
+    val one = if (r.bytes == 1) hex(r.address) else s"${hex(r.address)}:${hex(r.address + r.bytes - 1)}"
+    one + r.block.fold("")(b => s" + ${b.stride}n, n < ${b.count}")
+  }
+
+  /** Each register once: of equal units the first, with n for its number in names. */
+  private def listed(p: EscParams): Seq[Register] =
+    RegisterMap(p).filter(_.block.forall(_.index == 0)).map { r =>
+      def general(name: String) = if (r.block.isEmpty) name else name.replaceFirst("0", "n")
+      r.copy(name = general(r.name), fields = r.fields.map(f => f.copy(name = general(f.name))))
+    }
 
   /** `docs/registers.md`. */
   def registers(p: EscParams): String = {
-    val rows = RegisterMap(p).flatMap { r =>
+    val rows = listed(p).flatMap { r =>
       r.fields.map { f =>
         val bits = if (f.width == 1) s"${f.low}" else s"${f.high}:${f.low}"
         s"| ${addresses(r)} | ${r.title} | $bits | `${f.name}` | ${r.ecat.code} | ${r.pdi.code} | 0x${f.reset.toString(16)} | " +
@@ -48,9 +58,13 @@ object Documents {
   /** C header for the program on the local host. */
   def cHeader(p: EscParams): String = {
     val guard = s"FLYFRAME_${p.topName.toUpperCase}_H"
-    val rows = RegisterMap(p).flatMap { r =>
+    val rows = listed(p).flatMap { r =>
+      val (name, address) = r.block match {
+        case Some(b) => (r.name.toUpperCase + "(n)", f"(0x${r.address}%04Xu + ${b.stride}u * (n))")
+        case None    => (r.name.toUpperCase, f"0x${r.address}%04Xu")
+      }
       val register =
-        f"#define ESC_${r.name.toUpperCase}%-36s 0x${r.address}%04Xu /* ${r.title}, ${r.bytes} byte(s), host: ${r.pdi.code} */"
+        f"#define ESC_$name%-36s $address /* ${r.title}, ${r.bytes} byte(s), host: ${r.pdi.code} */"
       val masks = r.fields.filterNot(f => f.width == 8 * r.bytes).flatMap { f =>
         val mask = ((BigInt(1) << f.width) - 1) << f.low
         Seq(

@@ -14,14 +14,18 @@ final case class EscParams(
     ports: Int = 2,
     coreClockMhz: Int = 100,
     ramKiB: Int = 1,
+    fmmus: Int = 0,
+    syncManagers: Int = 0,
+    applicationLayer: Int = 0,
+    watchdogs: Int = 0,
+    leds: Int = 0,
+    sii: Int = 0,
     registerWritesPerFrame: Int = 0,
     txShift: Int = 0,
     temporaryLoopMs: Int = 1000,
     escType: Int = 0xf1,
     escRevision: Int = 0,
     escBuild: Int = 1,
-    reportedFmmus: Int = 0,
-    reportedSyncManagers: Int = 0,
     reportedRamKiB: Int = -1,
     reportedPorts: Int = -1,
     reportedFeatures: Int = -1
@@ -35,6 +39,21 @@ final case class EscParams(
 
   /** Process data RAM in bytes, from 0x1000 on. */
   def ramBytes: Int = ramKiB * 1024
+
+  /** AL control and status, and event requests (AL, IRQ) are built. */
+  def hasApplicationLayer: Boolean = applicationLayer == 1
+
+  /** PDI and process data watchdog are built. */
+  def hasWatchdogs: Boolean = watchdogs == 1
+
+  /** RUN, ERR and link/activity LED outputs are built. */
+  def hasLeds: Boolean = leds == 1
+
+  /** The SII interface is built: an I2C EEPROM. */
+  def hasSii: Boolean = sii == 1
+
+  /** Some registers live in block RAM: 512 bytes behind user RAM. */
+  def hasRegisterRam: Boolean = fmmus > 0 || syncManagers > 0 || hasApplicationLayer || hasSii
 
   /** Register bytes one frame may write; more are refused without a working counter. The log must be
     * committed before the next frame can reach a register: 88 nibble slots lie between, of which 64 are used.
@@ -118,6 +137,30 @@ object ParamTable {
     info("ramKiB", "process data RAM from 0x1000", "KiB", between(0, 60))(_.ramKiB)((p, v) =>
       p.copy(ramKiB = v)
     ),
+    info("fmmus", "FMMUs, 0x0600 on", "FMMUs", between(0, 16))(_.fmmus)((p, v) => p.copy(fmmus = v)),
+    info("syncManagers", "SyncManagers, 0x0800 on", "SyncManagers", between(0, 16))(_.syncManagers)((p, v) =>
+      p.copy(syncManagers = v)
+    ),
+    info(
+      "applicationLayer",
+      "1: AL control, status and code, event requests and masks",
+      "switch",
+      between(0, 1)
+    )(
+      _.applicationLayer
+    )((p, v) => p.copy(applicationLayer = v)),
+    info("watchdogs", "1: watchdogs of process data and PDI", "switch", between(0, 1))(_.watchdogs)((p, v) =>
+      p.copy(watchdogs = v)
+    ),
+    info("leds", "1: outputs for RUN, ERR and link/activity LEDs", "switch", between(0, 1))(_.leds)((p, v) =>
+      p.copy(leds = v)
+    ),
+    info(
+      "sii",
+      "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM",
+      "code",
+      between(0, 1)
+    )(_.sii)((p, v) => p.copy(sii = v)),
     info(
       "registerWritesPerFrame",
       "register bytes one frame may write (0: as many as the core clock can commit, at most 256)",
@@ -139,15 +182,6 @@ object ParamTable {
     info("escBuild", "identity: build, 0x0002:0x0003", "code", between(0, 0xffff), hex = true)(_.escBuild)(
       (p, v) => p.copy(escBuild = v)
     ),
-    info("reportedFmmus", "FMMUs as 0x0004 reports them (replay identities only)", "FMMUs", between(0, 16))(
-      _.reportedFmmus
-    )((p, v) => p.copy(reportedFmmus = v)),
-    info(
-      "reportedSyncManagers",
-      "SyncManagers as 0x0005 reports them (replay identities only)",
-      "SyncManagers",
-      between(0, 16)
-    )(_.reportedSyncManagers)((p, v) => p.copy(reportedSyncManagers = v)),
     info("reportedRamKiB", "RAM size as 0x0006 reports it (replay identities only)", "KiB", reported(60))(
       _.reportedRamKiB
     )((p, v) => p.copy(reportedRamKiB = v)),
@@ -185,9 +219,24 @@ object EscParams {
         ),
         Option.when(p.txShift >= p.cyclesPerNibble)(
           s"txShift is ${p.txShift} but must be 0 to ${p.cyclesPerNibble - 1} core cycles at coreClockMhz ${p.coreClockMhz}."
+        ),
+        scanned("fmmus", p.fmmus, p),
+        scanned("syncManagers", p.syncManagers, p),
+        Option.when(p.hasWatchdogs && !p.hasApplicationLayer)(
+          "watchdogs is 1 but must be 0 if applicationLayer is 0."
+        ),
+        Option.when(p.hasLeds && !p.hasApplicationLayer)("leds is 1 but must be 0 if applicationLayer is 0."),
+        Option.when(p.syncManagers > 0 && !p.hasApplicationLayer)(
+          s"syncManagers is ${p.syncManagers} but must be 0 if applicationLayer is 0."
         )
       ).flatten
   }
+
+  /** FMMUs and SyncManagers are looked through one per core cycle, in two halves, while a byte passes. */
+  private def scanned(name: String, value: Int, p: EscParams): Option[String] =
+    Option.when(value > 0 && p.coreClockMhz < 100)(
+      s"$name is $value but must be 0 at coreClockMhz ${p.coreClockMhz}."
+    )
 
   /** `p` if it can be built, else the first problem. */
   def check(p: EscParams): Either[String, EscParams] = problems(p).headOption.toLeft(p)

@@ -24,18 +24,77 @@ object Presets {
     ),
     Preset(
       EscParams(
+        preset = "slave",
+        ramKiB = 8,
+        fmmus = 8,
+        syncManagers = 8,
+        applicationLayer = 1,
+        watchdogs = 1,
+        leds = 1,
+        sii = 1
+      ),
+      "complete slave: two ports, 8 FMMUs, 8 SyncManagers, 8 KiB RAM, I2C EEPROM; no distributed clocks"
+    ),
+    Preset(
+      EscParams(
         preset = "et1100",
         ports = 4,
         ramKiB = 8,
         maxSubTelegrams = 128,
         escType = 0x11,
         escBuild = 3,
-        reportedFmmus = 8,
-        reportedSyncManagers = 8,
+        fmmus = 8,
+        syncManagers = 8,
+        applicationLayer = 1,
+        watchdogs = 1,
+        leds = 1,
+        sii = 1,
         reportedPorts = 0x3b,
         reportedFeatures = 0x00fc
       ),
-      "four ports, 8 KiB RAM; no FMMU, SyncManager or distributed clocks yet",
+      "four ports, 8 FMMUs, 8 SyncManagers, 8 KiB RAM; no distributed clocks yet",
+      replayOnly
+    ),
+    Preset(
+      EscParams(
+        preset = "et1200",
+        ports = 2,
+        ramKiB = 1,
+        maxSubTelegrams = 128,
+        fmmus = 3,
+        syncManagers = 4,
+        applicationLayer = 1,
+        watchdogs = 1,
+        leds = 1,
+        sii = 1,
+        escType = 0x12,
+        escRevision = 1,
+        escBuild = 1,
+        reportedPorts = 0x4a,
+        reportedFeatures = 0x01fc
+      ),
+      "two ports, 3 FMMUs, 4 SyncManagers, 1 KiB RAM; no distributed clocks yet",
+      replayOnly
+    ),
+    Preset(
+      EscParams(
+        preset = "lan9252",
+        ports = 2,
+        ramKiB = 4,
+        maxSubTelegrams = 128,
+        fmmus = 3,
+        syncManagers = 4,
+        applicationLayer = 1,
+        watchdogs = 1,
+        leds = 1,
+        sii = 1,
+        escType = 0xc0,
+        escRevision = 2,
+        escBuild = 1,
+        reportedPorts = 0x1f,
+        reportedFeatures = 0x00cc
+      ),
+      "two ports, 3 FMMUs, 4 SyncManagers, 4 KiB RAM; no distributed clocks yet",
       replayOnly
     )
   )

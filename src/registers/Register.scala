@@ -7,6 +7,15 @@ object Access {
   case object Read      extends Access("r", true, false)
   case object ReadWrite extends Access("rw", true, true)
 
+  /** Writing is allowed while the register's guard holds, see [[Register.ecatGuard]]. */
+  case object ReadGuardedWrite extends Access("r/(w)", true, true)
+
+  /** Reading acknowledges an event. */
+  case object ReadAcknowledge extends Access("r/ack", true, false)
+
+  /** Reading acknowledges an event; writing is allowed while the guard holds. */
+  case object ReadAcknowledgeGuardedWrite extends Access("r/ack/(w)", true, true)
+
   /** A write of any value clears the register and its whole group (ERR-10). */
   case object ReadClear extends Access("r/clr", true, true)
 }
@@ -21,8 +30,11 @@ object Source {
   /** Flip-flops written by a bus; `hardwareSet`: a unit may load it as well. */
   final case class Stored(hardwareSet: Boolean = false) extends Source
 
-  /** Driven by a unit of the controller. */
+  /** Driven by a unit of the controller, which also sees what is written there. */
   case object Status extends Source
+
+  /** Lives in the register RAM: plain storage, no unit sees its value all the time. Cleared by reset. */
+  case object Ram extends Source
 
   /** Counts events up to 0xFF and stays there (ERR-10); cleared with all other counters of `group`. */
   final case class Counter(group: String) extends Source
@@ -43,6 +55,11 @@ final case class Field(
   def width: Int = high - low + 1
 }
 
+/** A register that exists once in each of `count` equal units, `stride` bytes apart; this is that of unit
+  * `index`.
+  */
+final case class Block(index: Int, count: Int, stride: Int)
+
 /** One register: the only place where its address, layout, access, reset and meaning are written down. RTL
   * decode, golden model, `docs/registers.md`, the C header and the register tests are derived from it.
   *
@@ -53,6 +70,12 @@ final case class Field(
   *   first byte, 0x0000 to 0x0F7F
   * @param rule
   *   rule of the specification it implements
+  * @param ecatGuard
+  *   name of the condition under which ECAT may write, if there is one
+  * @param pdiGuard
+  *   the same for the PDI
+  * @param block
+  *   set if there are several of its kind
   */
 final case class Register(
     name: String,
@@ -62,9 +85,16 @@ final case class Register(
     ecat: Access,
     pdi: Access,
     rule: String,
-    fields: Seq[Field]
+    fields: Seq[Field],
+    ecatGuard: Option[String] = None,
+    pdiGuard: Option[String] = None,
+    block: Option[Block] = None
 ) {
   require(fields.forall(_.high < 8 * bytes), s"register $name: field beyond its $bytes bytes")
+
+  /** Lives in the register RAM. */
+  def inRam: Boolean = fields.exists(_.source == Source.Ram)
+  require(!inRam || fields.forall(_.source == Source.Ram), s"register $name: only partly in RAM")
   def covers(byteAddress: Int): Boolean = byteAddress >= address && byteAddress < address + bytes
 
   /** The byte addresses of this register. */

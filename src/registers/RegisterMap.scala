@@ -31,13 +31,13 @@ object RegisterMap {
     constant("esc_type", "ESC type", 0x0000, 1, p.escType, "Controller family"),
     constant("esc_revision", "ESC revision", 0x0001, 1, p.escRevision, "Family revision"),
     constant("esc_build", "ESC build", 0x0002, 2, p.escBuild, "Build number"),
-    constant("fmmus_supported", "FMMUs supported", 0x0004, 1, p.reportedFmmus, "Number of FMMUs"),
+    constant("fmmus_supported", "FMMUs supported", 0x0004, 1, p.fmmus, "Number of FMMUs"),
     constant(
       "sync_managers_supported",
       "SyncManagers supported",
       0x0005,
       1,
-      p.reportedSyncManagers,
+      p.syncManagers,
       "Number of SyncManagers"
     ),
     constant("ram_size", "RAM size", 0x0006, 1, p.ramSizeReported, "Process data RAM in KiB"),
@@ -137,6 +137,14 @@ object RegisterMap {
         "RX FIFO size; 0 to 3 start one core cycle earlier where the clock leaves room (LP-12)"
       ),
       Field(
+        "dl_configuration",
+        23,
+        20,
+        if (p.hasSii) Stored() else Constant,
+        0,
+        "From EEPROM A5[7:4] (SII-22); without effect here"
+      ),
+      Field(
         "alias_enable",
         24,
         24,
@@ -155,7 +163,17 @@ object RegisterMap {
     Read,
     Read,
     "LP-02",
-    Seq(Field("pdi_operational", 0, 0, Status, 0, "1: configuration loaded, process data RAM open")) ++
+    Seq(
+      Field("pdi_operational", 0, 0, Status, 0, "1: configuration loaded, process data RAM open"),
+      Field(
+        "pdi_watchdog",
+        1,
+        1,
+        if (p.hasWatchdogs) Status else Constant,
+        0,
+        "1: the PDI watchdog runs or is off; 0: expired (WD-07)"
+      )
+    ) ++
       (0 until 4).map(y =>
         Field(
           s"physical_link_port$y",
@@ -237,10 +255,493 @@ object RegisterMap {
     )
   }
 
+  private def field(name: String, high: Int, low: Int, source: Source, meaning: String, reset: BigInt = 0) =
+    Field(name, high, low, source, reset, meaning)
+
+  private val applicationLayer = Seq(
+    Register(
+      "al_control",
+      "AL control",
+      0x0120,
+      2,
+      ReadGuardedWrite,
+      ReadAcknowledge,
+      "AL-01, AL-04",
+      Seq(field("al_control", 6, 0, Stored(), "Requested state, bit 4: error acknowledge", 1)),
+      ecatGuard = Some("al_control_free")
+    ),
+    Register(
+      "al_status",
+      "AL status",
+      0x0130,
+      2,
+      ReadAcknowledge,
+      ReadGuardedWrite,
+      "AL-01, AL-05, AL-06",
+      Seq(field("al_status", 6, 0, Stored(hardwareSet = true), "Present state, bit 4: error indication", 1)),
+      pdiGuard = Some("al_status_by_pdi")
+    ),
+    Register(
+      "al_status_code",
+      "AL status code",
+      0x0134,
+      2,
+      Read,
+      ReadWrite,
+      "AL-06",
+      Seq(field("al_status_code", 15, 0, Ram, "Why the state was refused or left"))
+    )
+  )
+
+  private def events(p: EscParams) = {
+    val sms = p.syncManagers
+    def smEvents(name: String, low: Int, high: Int, source: Source, meaning: String, reset: BigInt = 0) =
+      Option.when(sms > 0)(field(name, (low + sms - 1) min high, low, source, meaning, reset))
+    val allSms = (BigInt(1) << sms) - 1
+    Seq(
+      Register(
+        "ecat_event_mask",
+        "ECAT event mask",
+        0x0200,
+        2,
+        ReadWrite,
+        Read,
+        "IRQ-08",
+        Seq(
+          field(
+            "ecat_event_mask",
+            15,
+            0,
+            Stored(),
+            "Bit n = 1: bit n of 0x0210 goes into the IRQ field of datagrams"
+          )
+        )
+      ),
+      Register(
+        "al_event_mask",
+        "AL event mask",
+        0x0204,
+        4,
+        Read,
+        ReadWrite,
+        "IRQ-01",
+        Seq(
+          field("al_control_mask", 0, 0, Stored(), "1: AL control event raises the interrupt", 1),
+          field("sm_activation_mask", 4, 4, Stored(), "1: SyncManager activation event raises the interrupt"),
+          field("eeprom_mask", 5, 5, Stored(), "1: EEPROM emulation event raises the interrupt"),
+          field("watchdog_mask", 6, 6, Stored(), "1: process data watchdog event raises the interrupt")
+        ) ++ smEvents("sm_mask", 8, 23, Stored(), "Bit n = 1: SyncManager n raises the interrupt", allSms)
+      ),
+      Register(
+        "ecat_event_request",
+        "ECAT event request",
+        0x0210,
+        2,
+        Read,
+        Read,
+        "IRQ-08",
+        Seq(
+          field("dl_status_event", 2, 2, Status, "1: DL status changed; ends with an ECAT read of 0x0110"),
+          field("al_status_event", 3, 3, Status, "1: AL status changed; ends with an ECAT read of 0x0130")
+        ) ++ smEvents("sm_ecat_event", 4, 11, Status, "Bit n: event of SyncManager n for the master")
+      ),
+      Register(
+        "al_event_request",
+        "AL event request",
+        0x0220,
+        4,
+        Read,
+        Read,
+        "IRQ-02",
+        Seq(
+          field(
+            "al_control_event",
+            0,
+            0,
+            Status,
+            "1: AL control was written; ends with a PDI read of 0x0120"
+          ),
+          field(
+            "sm_activation_event",
+            4,
+            4,
+            Status,
+            "1: an activate register changed; ends with PDI reads of all changed"
+          ),
+          field(
+            "eeprom_event",
+            5,
+            5,
+            Constant,
+            "1: an EEPROM command waits for the PDI; EEPROM emulation is not built"
+          ),
+          field(
+            "watchdog_event",
+            6,
+            6,
+            if (p.hasWatchdogs) Status else Constant,
+            "1: process data watchdog expired; ends with a PDI read of 0x0440"
+          )
+        ) ++ smEvents("sm_al_event", 8, 23, Status, "Bit n: event of SyncManager n for the host")
+      )
+    )
+  }
+
+  private val watchdogs = {
+    def time(name: String, title: String, address: Int, rule: String) = Register(
+      name,
+      title,
+      address,
+      2,
+      ReadWrite,
+      Read,
+      rule,
+      Seq(field(name, 15, 0, Stored(), "In watchdog ticks; 0 = off", 0x03e8))
+    )
+    def count(name: String, title: String, address: Int) =
+      Register(
+        name,
+        title,
+        address,
+        1,
+        ReadClear,
+        Read,
+        "WD-09",
+        Seq(counter(name, 0, "watchdog", "Expiries"))
+      )
+    Seq(
+      Register(
+        "watchdog_divider",
+        "Watchdog divider",
+        0x0400,
+        2,
+        ReadWrite,
+        Read,
+        "WD-01",
+        Seq(field("watchdog_divider", 15, 0, Stored(), "A tick is (value + 2) * 40 ns", 0x09c2))
+      ),
+      time("watchdog_time_pdi", "Watchdog time PDI", 0x0410, "WD-06"),
+      time("watchdog_time_process_data", "Watchdog time process data", 0x0420, "WD-04"),
+      Register(
+        "watchdog_status_process_data",
+        "Watchdog status process data",
+        0x0440,
+        2,
+        Read,
+        ReadAcknowledge,
+        "WD-05",
+        Seq(field("watchdog_process_data", 0, 0, Status, "1: running or off; 0: expired"))
+      ),
+      count("watchdog_count_process_data", "Watchdog counter process data", 0x0442),
+      count("watchdog_count_pdi", "Watchdog counter PDI", 0x0443),
+      Register(
+        "watchdog_status_pdi",
+        "Watchdog status PDI",
+        0x0448,
+        1,
+        Read,
+        Read,
+        "WD-07",
+        Seq(field("watchdog_pdi", 0, 0, Status, "1: running or off; 0: expired"))
+      )
+    )
+  }
+
+  private val leds = Seq("run" -> 0x0138, "err" -> 0x0139).map { case (led, address) =>
+    Register(
+      s"${led}_led_override",
+      s"${led.toUpperCase} LED override",
+      address,
+      1,
+      ReadWrite,
+      ReadWrite,
+      if (led == "run") "LED-02" else "LED-04",
+      Seq(
+        field(
+          s"${led}_led_code",
+          3,
+          0,
+          Status,
+          "Pattern shown: 0 off, 1 to 12 flashes, 13 blinking, 14 flickering, 15 on"
+        ),
+        field(s"${led}_led_enable", 4, 4, Status, "1: bits 3:0 as written are shown")
+      )
+    )
+  }
+
+  private val sii = {
+    def configuration(name: String, title: String, address: Int, bytes: Int, fields: Field*) =
+      Register(name, title, address, bytes, Read, Read, "SII-07", fields)
+    val (byEcat, byPdi) = (Some("sii_ecat_may_write"), Some("sii_pdi_may_write"))
+    Seq(
+      configuration("pdi_control", "PDI control", 0x0140, 1, field("pdi_type", 7, 0, Ram, "EEPROM A0[7:0]")),
+      configuration(
+        "esc_configuration_a0",
+        "ESC configuration A0",
+        0x0141,
+        1,
+        field("device_emulation", 0, 0, Stored(), "1: AL status follows AL control (AL-05)"),
+        field(
+          "esc_configuration",
+          7,
+          1,
+          Stored(),
+          "EEPROM A0[15:9]; enhanced link detection and DC are not built",
+          0x79
+        )
+      ),
+      configuration(
+        "esc_configuration_a5",
+        "ESC configuration A5",
+        0x0142,
+        2,
+        field("esc_configuration_a5", 15, 0, Ram, "EEPROM A5")
+      ),
+      configuration(
+        "esc_configuration_a6",
+        "ESC configuration A6",
+        0x0144,
+        1,
+        field("esc_configuration_a6", 7, 0, Ram, "EEPROM A6[7:0]")
+      ),
+      configuration(
+        "pdi_configuration",
+        "PDI configuration",
+        0x0150,
+        2,
+        field("pdi_configuration", 15, 0, Ram, "EEPROM A1")
+      ),
+      configuration(
+        "extended_pdi_configuration",
+        "Extended PDI configuration",
+        0x0152,
+        2,
+        field("extended_pdi_configuration", 15, 0, Ram, "EEPROM A3")
+      ),
+      Register(
+        "eeprom_ecat_access",
+        "EEPROM ECAT access state",
+        0x0500,
+        1,
+        ReadWrite,
+        Read,
+        "SII-10, SII-11",
+        Seq(
+          field("eeprom_offered", 0, 0, Stored(), "1: the PDI may have the EEPROM interface"),
+          field("eeprom_force", 1, 1, Stored(), "1: takes it back from the PDI")
+        )
+      ),
+      Register(
+        "eeprom_pdi_access",
+        "EEPROM PDI access state",
+        0x0501,
+        1,
+        Read,
+        ReadGuardedWrite,
+        "SII-10, SII-11",
+        Seq(field("eeprom_taken", 0, 0, Stored(hardwareSet = true), "1: the PDI has the EEPROM interface")),
+        pdiGuard = Some("sii_pdi_may_take")
+      ),
+      Register(
+        "eeprom_control",
+        "EEPROM control and status",
+        0x0502,
+        2,
+        ReadGuardedWrite,
+        ReadGuardedWrite,
+        "SII-12 to SII-15",
+        Seq(
+          field("eeprom_write_enable", 0, 0, Status, "1: ECAT may write the EEPROM in this frame"),
+          field("eeprom_eight_bytes", 6, 6, Constant, "1: a read command reads 8 bytes", 1),
+          field("eeprom_two_address_bytes", 7, 7, Status, "1: EEPROM with two address bytes (SII-16)"),
+          field(
+            "eeprom_command",
+            10,
+            8,
+            Status,
+            "1 read, 2 write, 4 reload, 0 clears the errors; reads the running command"
+          ),
+          field("eeprom_checksum_error", 11, 11, Status, "1: configuration area has a wrong checksum"),
+          field("eeprom_not_loaded", 12, 12, Status, "1: no configuration loaded"),
+          field(
+            "eeprom_command_error",
+            13,
+            13,
+            Status,
+            "1: invalid command, or the EEPROM did not acknowledge"
+          ),
+          field("eeprom_write_error", 14, 14, Status, "1: write command without write enable"),
+          field("eeprom_busy", 15, 15, Status, "1: busy")
+        ),
+        byEcat,
+        byPdi
+      ),
+      Register(
+        "eeprom_address",
+        "EEPROM address",
+        0x0504,
+        4,
+        ReadGuardedWrite,
+        ReadGuardedWrite,
+        "SII-12",
+        Seq(field("eeprom_address", 31, 0, Ram, "Word address")),
+        byEcat,
+        byPdi
+      ),
+      Register(
+        "eeprom_data",
+        "EEPROM data",
+        0x0508,
+        2,
+        ReadGuardedWrite,
+        ReadGuardedWrite,
+        "SII-12, SII-14",
+        Seq(field("eeprom_data", 15, 0, Ram, "Word to write, or first word read")),
+        byEcat,
+        byPdi
+      ),
+      Register(
+        "eeprom_data_high",
+        "EEPROM data, further words",
+        0x050a,
+        6,
+        Read,
+        Read,
+        "SII-14",
+        Seq(field("eeprom_data_high", 47, 0, Ram, "Second to fourth word read"))
+      )
+    )
+  }
+
+  private def fmmu(p: EscParams, n: Int) = {
+    def part(name: String, title: String, offset: Int, bytes: Int, bits: Int, meaning: String) = Register(
+      s"fmmu${n}_$name",
+      s"FMMU $title",
+      0x0600 + 16 * n + offset,
+      bytes,
+      ReadWrite,
+      Read,
+      "FMMU-01",
+      Seq(field(s"fmmu${n}_$name", bits - 1, 0, Ram, meaning)),
+      block = Some(Block(n, p.fmmus, 16))
+    )
+    Seq(
+      part("logical_start", "logical start address", 0x0, 4, 32, "First logical byte"),
+      part("length", "length", 0x4, 2, 16, "Logical bytes, from the first to the last with a mapped bit"),
+      part("start_bit", "logical start bit", 0x6, 1, 3, "First mapped bit of the first logical byte"),
+      part("stop_bit", "logical stop bit", 0x7, 1, 3, "Last mapped bit of the last logical byte"),
+      part("physical_start", "physical start address", 0x8, 2, 16, "Local address of the first byte"),
+      part("physical_bit", "physical start bit", 0xa, 1, 3, "First bit in the first local byte"),
+      part("type", "type", 0xb, 1, 2, "Bit 0: for reads; bit 1: for writes"),
+      part("activate", "activate", 0xc, 1, 1, "1: active"),
+      part("reserved", "reserved", 0xd, 3, 1, "Reads 0").copy(ecat = Read, fields = Nil)
+    )
+  }
+
+  private def syncManager(p: EscParams, n: Int) = {
+    def register(
+        name: String,
+        title: String,
+        offset: Int,
+        bytes: Int,
+        ecat: Access,
+        pdi: Access,
+        rule: String,
+        fields: Field*
+    ) =
+      Register(
+        s"sm${n}_$name",
+        s"SyncManager $title",
+        0x0800 + 8 * n + offset,
+        bytes,
+        ecat,
+        pdi,
+        rule,
+        fields,
+        ecatGuard = Option.when(ecat == ReadGuardedWrite)(s"sm${n}_disabled"),
+        block = Some(Block(n, p.syncManagers, 8))
+      )
+    def configuration(name: String, title: String, offset: Int, bytes: Int, meaning: String) =
+      register(
+        name,
+        title,
+        offset,
+        bytes,
+        ReadGuardedWrite,
+        Read,
+        "SM-01 to SM-10",
+        field(s"sm${n}_$name", 8 * bytes - 1, 0, Ram, meaning)
+      )
+    Seq(
+      configuration("start", "start address", 0, 2, "First byte; writable while inactive"),
+      configuration("length", "length", 2, 2, "Bytes of a buffer; writable while inactive"),
+      configuration(
+        "control",
+        "control",
+        4,
+        1,
+        "[1] 0 buffered, 1 mailbox; [2] 1 ECAT writes; [4] ECAT, [5] AL interrupt; [6] watchdog trigger; writable while inactive"
+      ),
+      register(
+        "status",
+        "status",
+        5,
+        1,
+        Read,
+        Read,
+        "SM-15, SM-21",
+        field(
+          s"sm${n}_write_event",
+          0,
+          0,
+          Status,
+          "1: completely written; ends with the read of the first byte"
+        ),
+        field(
+          s"sm${n}_read_event",
+          1,
+          1,
+          Status,
+          "1: completely read; ends with the write of the first byte"
+        ),
+        field(s"sm${n}_mailbox_full", 3, 3, Status, "Mailbox: 1 full"),
+        field(s"sm${n}_last_buffer", 5, 4, Status, "Buffered: buffer written last, 3 = none", 3)
+      ),
+      register(
+        "activate",
+        "activate",
+        6,
+        1,
+        ReadWrite,
+        ReadAcknowledge,
+        "SM-28, SM-35",
+        field(s"sm${n}_enable", 0, 0, Stored(), "1: active"),
+        field(s"sm${n}_repeat_request", 1, 1, Stored(), "Toggled by the master")
+      ),
+      register(
+        "pdi_control",
+        "PDI control",
+        7,
+        1,
+        Read,
+        ReadWrite,
+        "SM-27, SM-35",
+        field(s"sm${n}_deactivated", 0, 0, Status, "1: switched off by the host, area locked"),
+        field(s"sm${n}_repeat_acknowledge", 1, 1, Stored(), "Toggled by the host")
+      )
+    )
+  }
+
   /** All registers that exist with parameters `p`, in address order, without overlap. */
   def apply(p: EscParams): Seq[Register] = {
     val registers =
-      (information(p) ++ addresses(p) ++ Seq(dlControl(p), dlStatus(p)) ++ errorCounters(p)).sortBy(_.address)
+      (information(p) ++ addresses(p) ++ Seq(dlControl(p), dlStatus(p)) ++ errorCounters(p) ++
+        (if (p.hasApplicationLayer) applicationLayer ++ events(p) else Nil) ++
+        (if (p.hasWatchdogs) watchdogs else Nil) ++
+        (if (p.hasLeds) leds else Nil) ++
+        (if (p.hasSii) sii else Nil) ++
+        (0 until p.fmmus).flatMap(fmmu(p, _)) ++
+        (0 until p.syncManagers).flatMap(syncManager(p, _))).sortBy(_.address)
     registers.zip(registers.drop(1)).foreach { case (a, b) =>
       require(a.address + a.bytes <= b.address, s"registers ${a.name} and ${b.name} overlap")
     }

@@ -22,8 +22,8 @@ class ReplaySpec extends AnyFlatSpec {
     escType = 0x12,
     escRevision = 1,
     escBuild = 1,
-    reportedFmmus = 3,
-    reportedSyncManagers = 4,
+    fmmus = 3,
+    syncManagers = 4,
     ramKiB = 1,
     reportedPorts = 0x4a,
     reportedFeatures = 0x01fc
@@ -35,8 +35,8 @@ class ReplaySpec extends AnyFlatSpec {
     escType = 0xc0,
     escRevision = 2,
     escBuild = 1,
-    reportedFmmus = 3,
-    reportedSyncManagers = 4,
+    fmmus = 3,
+    syncManagers = 4,
     ramKiB = 4,
     reportedPorts = 0x1f,
     reportedFeatures = 0x01cc

@@ -49,8 +49,8 @@ object FrameRules extends Rules {
       p.escRevision,
       p.escBuild & 0xff,
       p.escBuild >> 8,
-      p.reportedFmmus,
-      p.reportedSyncManagers
+      p.fmmus,
+      p.syncManagers
     ) ++
       Seq(p.ramSizeReported, p.portDescriptor, p.features & 0xff, p.features >> 8)
     assert(read(Aprd, 0, 0, 10).data == expected)
