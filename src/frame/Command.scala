@@ -15,6 +15,9 @@ object Command {
   val Brd  = 7
   val Bwr  = 8
   val Brw  = 9
+  val Lrd  = 10
+  val Lwr  = 11
+  val Lrw  = 12
   val Armw = 13
   val Frmw = 14
 
@@ -29,14 +32,17 @@ object Command {
   /** Every ESC is addressed (FP-17). */
   def broadcast(code: UInt): Bool = oneOf(code, Brd, Bwr, Brw)
 
+  /** The address is a logical one, for the FMMUs (FP-19). */
+  def logical(code: UInt): Bool = oneOf(code, Lrd, Lwr, Lrw)
+
   /** ADP is incremented on the way (FP-22). */
   def incrementsAdp(code: UInt): Bool = byPosition(code) || broadcast(code)
 
   /** Reads where addressed. */
-  def reads(code: UInt): Bool = oneOf(code, Aprd, Aprw, Fprd, Fprw, Brd, Brw)
+  def reads(code: UInt): Bool = oneOf(code, Aprd, Aprw, Fprd, Fprw, Brd, Brw, Lrd, Lrw)
 
   /** Writes where addressed. */
-  def writes(code: UInt): Bool = oneOf(code, Apwr, Aprw, Fpwr, Fprw, Bwr, Brw)
+  def writes(code: UInt): Bool = oneOf(code, Apwr, Aprw, Fpwr, Fprw, Bwr, Brw, Lwr, Lrw)
 
   /** Reads where addressed, writes everywhere else (FP-24). */
   def readsOneWritesOthers(code: UInt): Bool = oneOf(code, Armw, Frmw)

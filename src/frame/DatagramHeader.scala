@@ -18,14 +18,23 @@ class DatagramRequest extends Bundle {
   /** ADP is incremented; steady from the command byte on. */
   val incrementsAdp = Bool()
 
+  /** An FMMU decides on each byte. */
+  val logical = Bool()
+
+  /** The logical address of the first data byte, if FMMUs are built. */
+  val logicalAddress = UInt(32.W)
+
   /** ADO, the local address of the first data byte (FP-18); steady from its last nibble on. */
   val address = UInt(16.W)
 }
 
 /** Collects command and address of a datagram nibble by nibble and compares ADP while it passes (FP-14 to
   * FP-18, FP-22, FP-24).
+  *
+  * @param logical
+  *   logical commands are executed
   */
-class DatagramHeader extends Module {
+class DatagramHeader(logical: Boolean) extends Module {
   val step           = IO(Input(Bool()))
   val in             = IO(Input(new NibbleStream))
   val position       = IO(Input(new FramePosition))
@@ -38,6 +47,7 @@ class DatagramHeader extends Module {
   private val code         = Reg(UInt(4.W))
   private val reserved     = Reg(Bool()) // command 16 to 255
   private val address      = Reg(UInt(16.W))
+  private val adp          = Reg(UInt(16.W))
   private val zero         = Reg(Bool())
   private val stationMatch = Reg(Bool())
   private val aliasMatch   = Reg(Bool())
@@ -55,6 +65,7 @@ class DatagramHeader extends Module {
         aliasMatch   := aliasEnable
       }
       is(2.U, 3.U) {
+        adp := Cat(in.data, adp(15, 4))
         when(in.data =/= 0.U) { zero := false.B }
         when(in.data =/= nibbleOf(stationAddress, adpNibble)) { stationMatch := false.B }
         when(in.data =/= nibbleOf(stationAlias, adpNibble)) { aliasMatch := false.B }
@@ -69,8 +80,12 @@ class DatagramHeader extends Module {
   private val broadcast = Command.broadcast(code)
   private val others    = Command.readsOneWritesOthers(code)
   request.broadcast     := broadcast
-  request.read          := !reserved && (hit || broadcast) && (Command.reads(code) || others)
-  request.write         := !reserved && Mux(others, !hit, (hit || broadcast) && Command.writes(code))
+  private val byFmmu    = if (logical) Command.logical(code) else false.B
+  private val addressed = Mux(Command.logical(code), byFmmu, hit || broadcast)
+  request.read           := !reserved && addressed && (Command.reads(code) || others)
+  request.write          := !reserved && Mux(others, !hit, addressed && Command.writes(code))
+  request.logical        := byFmmu
+  request.logicalAddress := (if (logical) Cat(address, adp) else 0.U)
   request.readWrite     := Command.reads(code) && Command.writes(code)
   request.incrementsAdp := !reserved && Command.incrementsAdp(code)
   request.address       := address

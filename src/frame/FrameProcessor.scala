@@ -2,9 +2,10 @@ package flyframe.frame
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.EcatAccess
+import flyframe.memory.{EcatAccess, RegisterWrite}
 import flyframe.mii.{Crc32, NibbleStream}
 import flyframe.params.EscParams
+import flyframe.syncmanager.AreaPort
 
 /** What the registers and the loop control tell the frame processor. */
 class FrameProcessorConfig extends Bundle {
@@ -40,12 +41,32 @@ class FrameProcessor(p: EscParams) extends Module {
   val config = IO(Input(new FrameProcessorConfig))
   val memory = IO(new EcatAccess(p.lanes))
 
+  /** A byte of DL status, of AL status was read; counts if the frame ends well. */
+  val readDlStatus = IO(Output(Bool()))
+  val readAlStatus = IO(Output(Bool()))
+
+  /** The end of a frame, well or badly, one cycle later; a frame is in the unit. */
+  val frameGood = IO(Output(Bool()))
+  val frameBad  = IO(Output(Bool()))
+  val busy      = IO(Output(Bool()))
+
   /** A frame was in error, or had more datagrams than are processed: one pulse per frame (B-15, B-16). */
   val error = IO(Output(Bool()))
 
   private val parser = Module(new FrameParser)
-  private val header = Module(new DatagramHeader)
-  private val access = Module(new DataAccess(p.lanes, p.cyclesPerNibble))
+  private val header = Module(new DatagramHeader(logical = p.fmmus > 0))
+
+  /** FMMUs and SyncManagers, where they are built. */
+  private val translated = Option.when(p.translates)(Module(new TranslatedAccess(p)))
+  private val access     = translated.getOrElse(Module(new DataAccess(p.lanes, p.cyclesPerNibble)))
+
+  /** Register writes as they take effect, for the FMMUs. */
+  val registerWrite = Option.when(p.translates)(IO(Input(Valid(new RegisterWrite(p.lanes)))))
+  val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
+  translated.foreach { t =>
+    t.registerWrite := registerWrite.get
+    t.areas.foreach(_ <> areas.get)
+  }
 
   private val position = parser.position
   private val active   = step && in.valid
@@ -67,6 +88,8 @@ class FrameProcessor(p: EscParams) extends Module {
 
   private val tooMany = position.datagram >= p.maxSubTelegrams.U
   access.enable := !tooMany
+  readDlStatus  := access.readDlStatus
+  readAlStatus  := access.readAlStatus
 
   // 0x0100[0] as it was when the frame started (B-12).
   private val destroy = Reg(Bool())
@@ -147,7 +170,12 @@ class FrameProcessor(p: EscParams) extends Module {
 
   // One cycle later, which nobody minds: counters and log are off the wire path.
   error         := RegNext(ends && (bad || hadTooMany), false.B)
-  memory.commit := RegNext(ends && !bad, false.B)
+  // With SyncManagers the last byte may still be on its way to memory; buffers change hands before registers are written (B-57).
+  private val settle = if (p.translates) 5 else 1
+  frameGood     := ShiftRegister(ends && !bad, settle, false.B, true.B)
+  frameBad      := ShiftRegister(ends && bad, settle, false.B, true.B)
+  memory.commit := (if (p.translates) RegNext(frameGood, false.B) else frameGood)
+  busy          := part =/= Part.ended
 
   // Control bits have a reset, so that nothing leaves before the first frame.
   private val output     = RegInit(NibbleStream.idle)

@@ -24,10 +24,12 @@ class EscMemory(p: EscParams) extends Module {
 
   private val file = Module(new RegisterFile(p))
   val value        = IO(chiselTypeOf(file.value))
+  val guard        = IO(chiselTypeOf(file.guard))
   val set          = IO(chiselTypeOf(file.set))
   val status       = IO(chiselTypeOf(file.status))
   val event        = IO(chiselTypeOf(file.event))
   value       := file.value
+  file.guard  := guard
   file.set    := set
   file.status := status
   file.event  := event
@@ -36,6 +38,19 @@ class EscMemory(p: EscParams) extends Module {
     * itself.
     */
   val registerWrite = IO(Output(Valid(new RegisterWrite(lanes))))
+
+  /** That write comes from the host. */
+  val registerWriteByHost = IO(Output(Bool()))
+
+  /** A unit of the controller writes a register, whatever its access. */
+  val unitWrite = IO(Flipped(Decoupled(new UnitWrite)))
+
+  /** A unit reads the register RAM: byte address, and in a later cycle the byte. */
+  val unitRead = IO(Flipped(Decoupled(UInt(12.W))))
+  val unitData = IO(Output(Valid(UInt(8.W))))
+
+  /** The register RAM is being cleared after reset. */
+  val clearing = IO(Output(Bool()))
 
   /** The register writes of a frame are about to take effect. */
   val commitStarts = IO(Output(Bool()))
@@ -46,27 +61,41 @@ class EscMemory(p: EscParams) extends Module {
     val ram      = Bool()
     val index    = UInt(ramIndexBits.W)
   }
-  private lazy val ramWords     = (p.ramBytes + 128) / lanes
+  // Process data RAM, then at its end user RAM, and half a KiB further the register RAM.
+  private lazy val ramWords     = (p.ramBytes + (if (p.hasRegisterRam) 1024 else 128)) / lanes
   private lazy val ramIndexBits = log2Ceil(ramWords)
 
   private def target(address: UInt, pastEnd: Bool): Target = {
     val t       = Wire(new Target)
     val user    = address(15, 7) === (RegisterMap.UserRamStart >> 7).U
     val process = address(15, 12) =/= 0.U && address < (RegisterMap.ProcessRamStart + p.ramBytes).U(17.W)
-    // Process data RAM comes first in the block RAM, the 128 bytes of user RAM behind it.
     val processOffset = Cat(address(15, 12) - 1.U, address(11, 0))
-    val offset        = Mux(user, p.ramBytes.U | address(6, 0), processOffset)
+    val inRegisters   = if (p.hasRegisterRam) registerRamOffset(address(11, 0)) else processOffset
+    val offset = Mux(
+      user,
+      p.ramBytes.U | address(6, 0),
+      if (p.hasRegisterRam) Mux(address(15, 12) === 0.U, inRegisters, processOffset) else processOffset
+    )
     t.register := !pastEnd && address(15, 12) === 0.U && !user
     t.ram      := !pastEnd && (user || (process && ramOpen))
     t.index    := (offset >> laneBits)
     t
   }
 
+  /** See [[RegisterMap.ramIndex]]. */
+  private def registerRamOffset(address: UInt): UInt = {
+    val fmmu = address(11, 8) === 6.U
+    val sm   = address(11, 7) === (0x800 >> 7).U
+    (p.ramBytes + 512).U | Mux(fmmu, address(7, 0), Cat(1.U(1.W), !sm, address(6, 0)))
+  }
+
   private val ram = Seq.fill(lanes)(DualPortRam(ramWords, 8)(clock))
 
   // Reading: one address for registers and RAM, answer in the next cycle.
   private val hostRead    = host.req && !host.write && !ecat.read && !host.ack
-  private val readAddress = Mux(ecat.read, ecat.readAddress(15, 0), host.addr)
+  private val unitReads   = unitRead.valid && !ecat.read && !host.req
+  private val readAddress = Mux(ecat.read, ecat.readAddress(15, 0), Mux(unitReads, unitRead.bits, host.addr))
+  unitRead.ready := !ecat.read && !host.req
   private val readTarget  = target(readAddress, ecat.read && ecat.readAddress(16))
   file.readAddress := readAddress(11, laneBits)
   ram.foreach(_.io.readAddress := readTarget.index)
@@ -81,12 +110,17 @@ class EscMemory(p: EscParams) extends Module {
   private val ramData      = VecInit(ram.map(_.io.readData)).asUInt
   private val registerData = latched(file.readData)
   private val everyLane    = Fill(lanes, ramHit)
-  private val readData     = Mux(ramHit, ramData, Fill(8 * lanes, registerHit) & registerData)
+  private val fromRam      = if (p.hasRegisterRam) FillInterleaved(8, everyLane | latched(file.inRam)) else Fill(8 * lanes, ramHit)
+  private val readData     = (fromRam & ramData) | (~fromRam & Fill(8 * lanes, registerHit) & registerData)
   ecat.readData := readData
   ecat.readable := everyLane | (Fill(lanes, registerHit) & latched(file.readableByEcat))
   ecat.writable := everyLane | (Fill(lanes, registerHit) & latched(file.writableByEcat))
   private val forHost = FillInterleaved(8, latched(file.readableByPdi))
-  host.rdata := Mux(ramHit, ramData, Fill(8 * lanes, registerHit) & registerData & forHost)
+  host.rdata     := readData & (Fill(8 * lanes, ramHit) | forHost)
+  unitData.valid := RegNext(unitReads, false.B)
+  unitData.bits  := VecInit((0 until lanes).map(i => ramData(8 * i + 7, 8 * i)))(
+    if (lanes == 1) 0.U else RegNext(unitRead.bits(laneBits - 1, 0))
+  )
 
   // Register writes: those of frames from the log, then the host's.
   private val log        = Module(new WriteLog(lanes, p.writeLogDepth))
@@ -107,7 +141,8 @@ class EscMemory(p: EscParams) extends Module {
   private val lookedUp      = RegInit(false.B) // reset: no host access is under way
   private val hostMay       = latched(file.writableByPdi)
   private val hostLookUp    = host.req && host.write && !lookedUp && !ecat.read && !host.ack
-  private val hostWrite     = lookedUp && Mux(hostTarget.register, !log.replay.valid, !ecatToRam)
+  private val hostWrite =
+    lookedUp && Mux(hostTarget.register, !log.replay.valid && !unitWrites, !ecatToRam && !registerToRam)
   private val hostMask      = RegInit(0.U(lanes.W))
   private val lookUpArrived = RegNext(hostLookUp, false.B)
   when(hostLookUp) { lookedUp := true.B }
@@ -115,28 +150,77 @@ class EscMemory(p: EscParams) extends Module {
   when(lookUpArrived) { hostMask := hostMay }
   private val mayWrite = Mux(lookUpArrived, hostMay, hostMask)
 
+  // After reset every byte of the register RAM is written 0, FMMUs and SyncManagers by their addresses.
+  private lazy val cleared  = if (p.hasRegisterRam) RegInit(0.U(10.W)) else WireDefault(512.U(10.W)) // reset: none yet
+  private lazy val isClear  = cleared(9)
+  private lazy val clearing0 = Mux(cleared(8), Mux(cleared(7), "h500".U, "h800".U) | cleared(6, 0), "h600".U | cleared(7, 0))
+  if (p.hasRegisterRam) when(!isClear) { cleared := cleared + 1.U }
+  clearing := !isClear
+
   // One register between the log's block RAM, which is slow to answer, and the decode of the registers.
-  private val nextWrite = Wire(Valid(new RegisterWrite(lanes)))
-  nextWrite.valid := log.replay.valid || (hostWrite && hostTarget.register)
+  private lazy val unitWrites = unitWrite.fire || !isClear
+  private val nextWrite       = Wire(Valid(new RegisterWrite(lanes)))
+  unitWrite.ready := isClear && !log.replay.valid && !registerWrite.valid && !ramWrite.valid
+  nextWrite.valid := log.replay.valid || unitWrites || (hostWrite && hostTarget.register)
   nextWrite.bits  := log.replay.bits
-  when(!log.replay.valid) {
+  when(unitWrites) {
+    val address = Mux(isClear, unitWrite.bits.address, clearing0)
+    nextWrite.bits.address := address >> laneBits
+    nextWrite.bits.mask    := (if (lanes == 1) 1.U else UIntToOH(address(laneBits - 1, 0), lanes))
+    nextWrite.bits.data    := Mux(isClear, Fill(lanes, unitWrite.bits.data), 0.U)
+  }.elsewhen(!log.replay.valid) {
     nextWrite.bits.address := host.addr(11, laneBits)
     nextWrite.bits.mask    := host.be & mayWrite
     nextWrite.bits.data    := host.wdata
   }
   registerWrite.valid := RegNext(nextWrite.valid, false.B)
   registerWrite.bits  := RegNext(nextWrite.bits)
+  registerWriteByHost := RegNext(!log.replay.valid && !unitWrites)
 
-  file.write        := registerWrite.valid
+  // Registers in RAM: kept a cycle, so that a byte of a frame comes first.
+  private class RamWrite extends Bundle {
+    val index = UInt(ramIndexBits.W)
+    val mask  = UInt(lanes.W)
+    val data  = UInt((8 * lanes).W)
+  }
+  private lazy val ramWrite      = if (p.hasRegisterRam) RegInit(0.U.asTypeOf(Valid(new RamWrite))) else 0.U.asTypeOf(Valid(new RamWrite))
+  private lazy val registerToRam = ramWrite.valid && !ecatToRam
+  if (p.hasRegisterRam) {
+    val registers = RegisterMap(p)
+    val mine      = registers.filter(_.inRam).flatMap(_.range)
+    val single    = registers.filter(r => r.inRam && r.block.isEmpty).flatMap(_.range).map(_ / lanes).distinct
+    val at        = registerWrite.bits.byteAddress
+    val area      = at(11, 8) === 6.U || at(11, 7) === (0x800 >> 7).U
+    val exists    = area || !isClear || single.map(w => registerWrite.bits.address === w.U).reduce(_ || _)
+    // Reserved bits read 0: the bytes of an FMMU that have some.
+    val limits = mine.filter(a => a >> 4 == 0x60).map(a => a -> RegisterMap.ramMask(registers, a)).filter(_._2 != 0xff)
+    val keep = VecInit((0 until lanes).map { lane =>
+      limits.filter(_._1 % lanes == lane).foldLeft(0xff.U(8.W)) { case (mask, (a, bits)) =>
+        Mux(at(11, 8) === 6.U && at(3, laneBits) === ((a & 15) / lanes).U, bits.U, mask)
+      }
+    }).asUInt
+    when(registerToRam) { ramWrite.valid := false.B }
+    when(registerWrite.valid && exists) {
+      ramWrite.valid      := true.B
+      ramWrite.bits.index := registerRamOffset(at) >> laneBits
+      ramWrite.bits.mask  := registerWrite.bits.mask
+      ramWrite.bits.data  := registerWrite.bits.data & keep
+    }
+  }
+
+  file.write        := registerWrite.valid && isClear && RegNext(isClear, false.B)
   file.writeAddress := registerWrite.bits.address
   file.writeMask    := registerWrite.bits.mask
   file.writeData    := registerWrite.bits.data
 
   private val hostToRam = hostWrite && hostTarget.ram
   for ((bank, lane) <- ram.zipWithIndex) {
-    bank.io.write        := Mux(ecatToRam, ecat.writeMask(lane), hostToRam && host.be(lane))
-    bank.io.writeAddress := Mux(ecatToRam, ecatTarget.index, hostTarget.index)
-    bank.io.writeData    := Mux(ecatToRam, ecat.writeData, host.wdata)(8 * lane + 7, 8 * lane)
+    val local = Mux(registerToRam, ramWrite.bits.mask(lane), hostToRam && host.be(lane))
+    val index = Mux(registerToRam, ramWrite.bits.index, hostTarget.index)
+    val data  = Mux(registerToRam, ramWrite.bits.data, host.wdata)
+    bank.io.write        := Mux(ecatToRam, ecat.writeMask(lane), local)
+    bank.io.writeAddress := Mux(ecatToRam, ecatTarget.index, index)
+    bank.io.writeData    := Mux(ecatToRam, ecat.writeData, data)(8 * lane + 7, 8 * lane)
   }
 
   host.ack := RegNext(hostRead || hostWrite, false.B)

@@ -8,6 +8,31 @@ class RegisterWrite(lanes: Int) extends Bundle {
   val address = UInt((12 - log2Ceil(lanes)).W) // word address
   val mask    = UInt(lanes.W)
   val data    = UInt((8 * lanes).W)
+
+  /** Address of the first byte. */
+  def byteAddress: UInt = Cat(address, 0.U(log2Ceil(lanes).W))
+
+  /** The write of the byte at `at`, if this is one, under `valid`. */
+  def byteAt(valid: Bool, at: Int): Valid[UInt] = {
+    val lane   = at % lanes
+    val result = Wire(Valid(UInt(8.W)))
+    result.valid := valid && address === (at / lanes).U && mask(lane)
+    result.bits  := data(8 * lane + 7, 8 * lane)
+    result
+  }
+
+  /** Mask and data within an aligned group of `bytes`, a power of two of at least `lanes`. */
+  def maskIn(bytes: Int): UInt = {
+    val group = log2Ceil(bytes / lanes)
+    if (group == 0) mask else (mask << (address(group - 1, 0) * lanes.U))(bytes - 1, 0)
+  }
+  def dataIn(bytes: Int): UInt = Fill(bytes / lanes, data)
+}
+
+/** A register byte written by a unit of the controller. */
+class UnitWrite extends Bundle {
+  val address = UInt(12.W)
+  val data    = UInt(8.W)
 }
 
 /** Holds the register writes of a frame back until the frame has ended well (FP-32, FP-33), in block RAM.

@@ -40,6 +40,18 @@ final case class EscParams(
   /** Process data RAM in bytes, from 0x1000 on. */
   def ramBytes: Int = ramKiB * 1024
 
+  /** Bits of a SyncManager's, an FMMU's number. */
+  def smIndexBits: Int   = index(syncManagers)
+  def fmmuIndexBits: Int = index(fmmus)
+  private def index(count: Int): Int = if (count > 8) 4 else if (count > 4) 3 else if (count > 2) 2 else 1
+
+  /** SyncManagers, FMMUs are looked through in banks of eight. */
+  def smBanks: Int   = if (syncManagers > 8) 2 else 1
+  def fmmuBanks: Int = if (fmmus > 8) 2 else 1
+
+  /** Frame data pass through FMMUs or SyncManagers. */
+  def translates: Boolean = fmmus > 0 || syncManagers > 0
+
   /** AL control and status, and event requests (AL, IRQ) are built. */
   def hasApplicationLayer: Boolean = applicationLayer == 1
 

@@ -39,6 +39,14 @@ class RegisterFile(p: EscParams) extends Module {
   val writableByEcat = IO(Output(UInt(lanes.W)))
   val writableByPdi  = IO(Output(UInt(lanes.W)))
 
+  /** The byte lives in the register RAM; `readData` is 0 for it. */
+  val inRam = IO(Output(UInt(lanes.W)))
+
+  /** Conditions under which guarded registers may be written, by name. */
+  val guard = IO(Input(new FieldRecord(SeqMap.from(
+    registers.flatMap(r => r.ecatGuard ++ r.pdiGuard).distinct.map(_ -> Bool())
+  ))))
+
   val write        = IO(Input(Bool()))
   val writeAddress = IO(Input(UInt((12 - laneBits).W)))
   val writeMask    = IO(Input(UInt(lanes.W)))
@@ -100,6 +108,7 @@ class RegisterFile(p: EscParams) extends Module {
 
   private def source(register: Register, field: Field): UInt = field.source match {
     case Source.Constant       => field.reset.U(field.width.W)
+    case Source.Ram            => 0.U(field.width.W)
     case Source.Stored(_)      => storage(register, field)
     case Source.Status         => status.uint(field.name)
     case Source.Counter(group) => counter(field, group)
@@ -112,35 +121,65 @@ class RegisterFile(p: EscParams) extends Module {
     parts.foldLeft(zero)(_ | _)(8 * register.bytes - 1, 0)
   }
 
-  private val bytes: Map[Int, (Register, UInt)] = registers.flatMap { r =>
+  /** A byte as the decode gives it. */
+  private class Decoded extends Bundle {
+    val data         = UInt(8.W)
+    val inRam        = Bool()
+    val readableEcat = Bool()
+    val readablePdi  = Bool()
+    val writableEcat = Bool()
+    val writablePdi  = Bool()
+  }
+  private def may(access: Access, name: Option[String]): Bool =
+    if (!access.writable) false.B else name.fold(true.B)(n => guard.elements(n).asInstanceOf[Bool])
+
+  private val bytes: Map[Int, Decoded] = registers.flatMap { r =>
     val whole = image(r)
-    r.range.map(a => a -> (r, whole(8 * (a - r.address) + 7, 8 * (a - r.address))))
+    r.range.map { a =>
+      val d = Wire(new Decoded)
+      d.data         := (if (r.inRam) 0.U else whole(8 * (a - r.address) + 7, 8 * (a - r.address)))
+      d.inRam        := r.inRam.B
+      d.readableEcat := r.ecat.readable.B
+      d.readablePdi  := r.pdi.readable.B
+      d.writableEcat := may(r.ecat, r.ecatGuard)
+      d.writablePdi  := may(r.pdi, r.pdiGuard)
+      a -> d
+    }
   }.toMap
+  private def none = 0.U.asTypeOf(new Decoded)
 
   // One case per word that holds a register.
-  private class Word extends Bundle {
-    val data         = Vec(lanes, UInt(8.W))
-    val readableEcat = Vec(lanes, Bool())
-    val readablePdi  = Vec(lanes, Bool())
-    val writableEcat = Vec(lanes, Bool())
-    val writablePdi  = Vec(lanes, Bool())
+  private type Word = Vec[Decoded]
+  private def word(at: Int => Decoded): Word = VecInit((0 until lanes).map(at))
+
+  private val inBlocks = registers.filter(_.block.isDefined).flatMap(_.range).toSet
+  private val single = (bytes.keySet -- inBlocks).map(_ >> laneBits).toSeq.sorted.map { w =>
+    (readAddress === w.U) -> word(lane => bytes.getOrElse((w << laneBits) + lane, none))
   }
-  private val words = bytes.keys.map(_ >> laneBits).toSeq.distinct.sorted.map { wordAddress =>
-    val word = Wire(new Word)
-    for (lane <- 0 until lanes) {
-      val byte = bytes.get((wordAddress << laneBits) + lane)
-      word.data(lane)         := byte.map(_._2).getOrElse(0.U)
-      word.readableEcat(lane) := byte.exists(_._1.ecat.readable).B
-      word.readablePdi(lane)  := byte.exists(_._1.pdi.readable).B
-      word.writableEcat(lane) := byte.exists(_._1.ecat.writable).B
-      word.writablePdi(lane)  := byte.exists(_._1.pdi.writable).B
-    }
-    (readAddress === wordAddress.U) -> word.asUInt
+
+  // Equal units: the offset chooses the kind of register, the unit's number the one of its kind.
+  private val ofUnits = registers.filter(_.block.exists(_.index == 0)).groupBy(_.block.get).toSeq.flatMap {
+    case (block, firsts) =>
+      val start      = firsts.map(_.address).min
+      val offsetBits = log2Ceil(block.stride)
+      val unitBits   = log2Ceil(block.count)
+      val area       = (readAddress >> (offsetBits + unitBits - laneBits)) === (start >> (offsetBits + unitBits)).U
+      val unit       = if (unitBits == 0) 0.U else readAddress(offsetBits + unitBits - laneBits - 1, offsetBits - laneBits)
+      val hit        = area && unit < block.count.U
+      (0 until block.stride >> laneBits).map { w =>
+        val offset = if (offsetBits == laneBits) true.B else readAddress(offsetBits - laneBits - 1, 0) === w.U
+        val units = VecInit((0 until block.count).map { n =>
+          word(lane => bytes.getOrElse(start + n * block.stride + (w << laneBits) + lane, none))
+        })
+        (hit && offset) -> units(unit)
+      }
   }
-  private val selected = Mux1H(words).asTypeOf(new Word)
-  readData       := selected.data.asUInt
-  readableByEcat := selected.readableEcat.asUInt
-  readableByPdi  := selected.readablePdi.asUInt
-  writableByEcat := selected.writableEcat.asUInt
-  writableByPdi  := selected.writablePdi.asUInt
+  private val selected = Mux1H((single ++ ofUnits).map { case (hit, w) => hit -> w.asUInt })
+    .asTypeOf(Vec(lanes, new Decoded))
+  readData       := VecInit(selected.map(_.data)).asUInt
+  inRam          := VecInit(selected.map(_.inRam)).asUInt
+  readableByEcat := VecInit(selected.map(_.readableEcat)).asUInt
+  readableByPdi  := VecInit(selected.map(_.readablePdi)).asUInt
+  writableByEcat := VecInit(selected.map(_.writableEcat)).asUInt
+  writableByPdi  := VecInit(selected.map(_.writablePdi)).asUInt
 }

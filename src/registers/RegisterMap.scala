@@ -732,6 +732,19 @@ object RegisterMap {
     )
   }
 
+  /** Where the register RAM, 512 bytes, keeps the byte at `address`: FMMUs, then SyncManagers, then the others by the low
+    * seven bits of their address.
+    */
+  def ramIndex(address: Int): Int =
+    if (address >> 8 == 6) address & 0xff
+    else if (address >> 7 == 0x800 >> 7) 0x100 | (address & 0x7f)
+    else 0x180 | (address & 0x7f)
+
+  /** Bits that exist of the byte at `address` in the register RAM. */
+  def ramMask(registers: Seq[Register], address: Int): Int = at(registers, address).fold(0) { r =>
+    r.fields.flatMap(f => f.low to f.high).map(_ - 8 * (address - r.address)).filter(b => b >= 0 && b < 8).map(1 << _).sum
+  }
+
   /** All registers that exist with parameters `p`, in address order, without overlap. */
   def apply(p: EscParams): Seq[Register] = {
     val registers =
@@ -746,6 +759,8 @@ object RegisterMap {
       require(a.address + a.bytes <= b.address, s"registers ${a.name} and ${b.name} overlap")
     }
     require(registers.last.address + registers.last.bytes <= UserRamStart, "register beyond 0x0F7F")
+    val inRam = registers.filter(_.inRam).flatMap(_.range.map(ramIndex))
+    require(inRam.distinct.size == inRam.size, "two registers at one place of the register RAM")
     registers
   }
 

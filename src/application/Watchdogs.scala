@@ -1,0 +1,40 @@
+package flyframe.application
+
+import chisel3._
+import chisel3.util._
+
+/** A watchdog: counts ticks from its last trigger and expires at tick `time` + 1 (WD-02, B-61). */
+class Watchdog extends Module {
+  val tick    = IO(Input(Bool()))
+  val time    = IO(Input(UInt(16.W)))
+  val trigger = IO(Input(Bool()))
+
+  /** The time was written. */
+  val restart = IO(Input(Bool()))
+
+  /** 1: running or off; 0: expired, or never triggered. */
+  val running = IO(Output(Bool()))
+  val expired = IO(Output(Bool())) // one cycle
+
+  private val left  = Reg(UInt(16.W))
+  private val alive = RegInit(false.B) // reset: expired until the first trigger (B-61)
+  private val off   = time === 0.U
+  expired := alive && tick && left === 0.U && !off
+  when(tick) { left := left - 1.U }
+  when(expired) { alive := false.B }
+  when(trigger) { alive := true.B }
+  when(trigger || restart) { left := time }
+  running := alive || off
+}
+
+/** The common divider (WD-01). */
+class WatchdogDivider(cyclesPerNibble: Int) extends Module {
+  val divider = IO(Input(UInt(16.W)))
+  val tick    = IO(Output(Bool()))
+
+  private val slot = if (cyclesPerNibble == 1) true.B else Counter(cyclesPerNibble).inc()
+  private val left = RegInit(0.U(17.W)) // reset: any phase will do
+  private val end  = slot && left === 0.U
+  when(slot) { left := Mux(end, divider +& 1.U, left - 1.U) }
+  tick := end
+}

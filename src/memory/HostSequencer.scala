@@ -1,0 +1,121 @@
+package flyframe.memory
+
+import chisel3._
+import chisel3.util._
+import flyframe.params.EscParams
+import flyframe.syncmanager.{AreaPort, AreaScan}
+
+/** Takes the host's accesses to memory through the SyncManagers, byte by byte in ascending order (B-44); those to
+  * registers pass as they are.
+  */
+class HostSequencer(p: EscParams) extends Module {
+  private val lanes = p.lanes
+
+  val host   = IO(new HostPort(lanes))
+  val memory = IO(Flipped(new HostPort(lanes)))
+  val areas  = IO(Flipped(new AreaPort(p)))
+
+  /** ECAT acts on the SyncManagers in this cycle (B-58). */
+  val ecatActs = IO(Input(Bool()))
+
+  private object State extends ChiselEnum {
+
+    /** idle; pass: the access goes through unchanged; scan: the byte's SyncManager is searched; decide: may the byte be
+      * accessed; choose: the buffer; access: at the memory; close: the end of the buffer; next: the next byte.
+      */
+    val idle, pass, scan, decide, choose, access, close, next = Value
+  }
+  import State._
+  private val state   = RegInit(idle) // reset: no access
+  private val lane    = Reg(UInt((log2Ceil(lanes) max 1).W))
+  private val data    = Reg(UInt((8 * lanes).W))
+  private val through = Reg(UInt(16.W)) // address in the buffer
+  private val count   = Reg(UInt(4.W))
+
+  private val address = Cat(host.addr >> log2Ceil(lanes), if (lanes == 1) 0.U(0.W) else lane)
+  private val enabled = if (lanes == 1) host.be(0) else host.be(lane)
+
+  // The search: entries 0 to 7 in counts 0 to 7, the result three counts later.
+  areas.index := Mux(count > 7.U, 7.U, count(2, 0))
+  private val area = AreaScan.lowest(areas.entries.map { entry =>
+    val scan = Module(new AreaScan(p.smIndexBits))
+    scan.entry        := entry
+    scan.entry.begins := RegNext(count === 0.U)
+    scan.address      := address
+    scan.result
+  })
+  private val view   = areas.views(area.index)
+  private val single = area.first && area.last
+  private val right  = view.ecatWrites =/= host.write
+  private val may =
+    !area.hit || (view.works && (single || (right && (view.pdiOpen || (area.first && view.pdiMayOpen)))))
+  private val inBuffer = area.hit && right && view.works
+  private val number   = Mux(host.write, view.writerBuffer, view.readerBuffer)
+  private val offset   = Mux(number(1), area.length << 1, Mux(number(0), area.length, 0.U))
+  private val moved    = address +& Mux(area.hit && !single, offset, 0.U)
+  private val outside  = moved(moved.getWidth - 1, 16).orR
+
+  private val opens  = WireDefault(false.B)
+  private val closes = WireDefault(false.B)
+  areas.access.touch  := opens
+  areas.access.first  := area.first
+  areas.access.single := single
+  areas.access.close  := closes
+  areas.accessIndex   := area.index
+
+  memory.req   := state === pass || state === access
+  memory.write := host.write
+  memory.addr  := Mux(state === pass, host.addr, through)
+  memory.wdata := host.wdata
+  memory.be    := Mux(state === pass, host.be, UIntToOH(lane, lanes))
+  host.rdata   := Mux(state === pass, memory.rdata, data)
+  host.ack     := false.B
+
+  switch(state) {
+    is(idle) {
+      lane  := 0.U
+      count := 0.U
+      data  := 0.U
+      when(host.req) { state := Mux(host.addr >= 0xf80.U, scan, pass) }
+    }
+    is(pass) {
+      host.ack := memory.ack
+      when(memory.ack) { state := idle }
+    }
+    is(scan) {
+      count := count + 1.U
+      when(!enabled) { state := next }.elsewhen(count === 10.U) { state := decide }
+    }
+    is(decide) {
+      when(!may) { state := next }.elsewhen(!ecatActs) {
+        opens := inBuffer
+        state := choose
+      }
+    }
+    is(choose) {
+      through := moved(15, 0)
+      state   := Mux(outside, next, access)
+    }
+    is(access) {
+      when(memory.ack) {
+        data  := data | (memory.rdata & FillInterleaved(8, UIntToOH(lane, lanes)))
+        state := close
+      }
+    }
+    is(close) {
+      when(!ecatActs) {
+        closes := inBuffer && area.last
+        state  := next
+      }
+    }
+    is(next) {
+      count := 0.U
+      lane  := lane + 1.U
+      state := scan
+      when(lane === (lanes - 1).U) {
+        host.ack := true.B
+        state    := idle
+      }
+    }
+  }
+}
