@@ -2,6 +2,7 @@ package flyframe
 
 import chisel3._
 import chisel3.util._
+import flyframe.application.LocalSide
 import flyframe.clocks.{LevelCrossing, MiiRxCrossing}
 import flyframe.frame.FrameProcessor
 import flyframe.memory.{EscMemory, HostPort}
@@ -20,6 +21,21 @@ class MiiPort extends Bundle {
   val txd    = Output(UInt(4.W))
 }
 
+/** The lines of the I2C EEPROM. */
+class SiiPins extends Bundle {
+  val scl_low  = Output(Bool())
+  val sda_low  = Output(Bool())
+  val sda      = Input(Bool())
+  val two_byte = Input(Bool())
+}
+
+/** The LEDs: RUN, ERR and one per port. */
+class LedPins(ports: Int) extends Bundle {
+  val run     = Output(Bool())
+  val err     = Output(Bool())
+  val linkact = Output(Vec(ports, Bool()))
+}
+
 /** An EtherCAT slave controller: 1 to 4 MII ports, the processing unit, registers, memory and a host port.
   *
   * The wire path, in the order of LP-07: port 0 - processing unit - port 3 - port 1 - port 2 - port 0; a
@@ -34,7 +50,10 @@ class SlaveController(p: EscParams) extends Module {
   override def desiredName = p.topName
 
   val phy_clk_ref     = IO(Input(Bool()))
-  val pdi_operational = IO(Input(Bool()))
+
+  /** High when the local configuration is loaded: an input, or what the SII interface found. */
+  val pdi_operational = Option.when(!p.hasSii)(IO(Input(Bool())))
+  val eeprom_loaded   = Option.when(p.hasSii)(IO(Output(Bool())))
   val mii             = IO(Vec(p.ports, new MiiPort))
   val mii_tx_tick     = IO(Output(Bool()))
 
@@ -44,7 +63,17 @@ class SlaveController(p: EscParams) extends Module {
   val phy_reset_n = IO(Output(Bool()))
   val host        = IO(new HostPort(p.lanes))
 
+  /** Interrupt to the host, a level (IRQ-01). */
+  val irq = Option.when(p.hasApplicationLayer)(IO(Output(Bool())))
+
+  /** I2C EEPROM: 1 pulls a line low; high while the EEPROM has two address bytes. */
+  val sii = Option.when(p.hasSii)(IO(new SiiPins))
+
+  /** LEDs, high = lit. */
+  val led = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
+
   private val portNumbers = 0 until p.ports
+  private val ready       = Wire(Bool()) // register RAM cleared after reset: frames may come
   phy_reset_n := !reset.asBool
 
   // The three steps of a nibble slot.
@@ -65,7 +94,7 @@ class SlaveController(p: EscParams) extends Module {
   private val links = mii.map { port =>
     val crossing = Module(new LevelCrossing)
     crossing.in := port.link
-    crossing.out
+    crossing.out && ready
   }
   private val receivers = mii.zip(links).map { case (port, link) =>
     val crossing = Module(new MiiRxCrossing(p.coreClockMhz))
@@ -106,12 +135,26 @@ class SlaveController(p: EscParams) extends Module {
   processor.config.aliasEnable        := value.bool("alias_enable")
   processor.config.destroyNonEtherCat := value.bool("destroy_non_ethercat")
   processor.config.circulating        := loops.circulating
-  processor.config.ecatEvents         := 0.U // no event register yet
   memory.ecat <> processor.memory
-  memory.host <> host
-  private val operational = Module(new LevelCrossing)
-  operational.in := pdi_operational
-  memory.ramOpen := operational.out
+  ready := !memory.clearing
+
+  // Local side: host port, SyncManagers, SII EEPROM, application layer.
+  private val local = new LocalSide(p, memory, processor)
+  local.host(host)
+  private val operational = pdi_operational match {
+    case Some(pin) =>
+      val crossing = Module(new LevelCrossing)
+      crossing.in := pin
+      crossing.out
+    case None => local.sii(sii.get)
+  }
+  memory.ramOpen := operational
+  eeprom_loaded.foreach(_ := operational)
+  private val dlStatus = Cat((3 to 0 by -1).flatMap { y =>
+    if (y < p.ports) Seq(links(y), loops.reportClosed(y)) else Seq(false.B, true.B)
+  } ++ (3 to 0 by -1).map(y => if (y < p.ports) links(y) else false.B) ++ Seq(false.B, false.B, operational))
+  processor.config.ecatEvents := local.application(irq, dlStatus)
+  led.foreach(local.leds(_, links, receivers.zip(transmitters).map { case (r, t) => !r.idle || t.txEn }))
 
   // Loop control.
   private def setting(y: Int) = value.uint(s"loop_port$y")
@@ -134,7 +177,7 @@ class SlaveController(p: EscParams) extends Module {
   }
 
   // Status and counters.
-  memory.status.uint("pdi_operational") := operational.out
+  memory.status.uint("pdi_operational") := operational
   memory.event.pulse("epu_error")       := processor.error
   for (y <- portNumbers) {
     val events = receivers(y).events

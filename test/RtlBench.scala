@@ -21,7 +21,7 @@ class ControllerUnderTest(p: EscParams) extends Module {
 
   private val dut = Module(new SlaveController(p))
   dut.phy_clk_ref     := false.B
-  dut.pdi_operational := loaded
+  dut.pdi_operational.foreach(_ := loaded)
   txTick              := dut.mii_tx_tick
   dut.host <> host
   for (y <- 0 until p.ports) {
@@ -57,7 +57,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     dut.reset.poke(true.B)
     idle(4)
     dut.reset.poke(false.B)
-    idle(40)
+    idle(if (p.hasRegisterRam) 560 / p.cyclesPerNibble + 40 else 40)
     running = Map.empty
   }
 
@@ -142,7 +142,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   /** The byte at `address` as the host sees it. */
   def hostRead(address: Int): Int = {
     val lane = address % p.lanes
-    ((access(write = false, address, 0, 0) >> (8 * lane)) & 0xff).toInt
+    ((access(write = false, address, 0, 1 << lane) >> (8 * lane)) & 0xff).toInt
   }
 
   def hostWrite(address: Int, byte: Int): Unit = {

@@ -20,6 +20,8 @@ final case class EscParams(
     watchdogs: Int = 0,
     leds: Int = 0,
     sii: Int = 0,
+    siiClockKhz: Int = 400,
+    siiStartUs: Int = 100,
     registerWritesPerFrame: Int = 0,
     txShift: Int = 0,
     temporaryLoopMs: Int = 1000,
@@ -173,6 +175,12 @@ object ParamTable {
       "code",
       between(0, 1)
     )(_.sii)((p, v) => p.copy(sii = v)),
+    info("siiClockKhz", "clock of the I2C EEPROM", "kHz", between(10, 1000))(_.siiClockKhz)((p, v) =>
+      p.copy(siiClockKhz = v)
+    ),
+    info("siiStartUs", "wait between reset and the first access to the EEPROM", "us", between(1, 100000))(_.siiStartUs)(
+      (p, v) => p.copy(siiStartUs = v)
+    ),
     info(
       "registerWritesPerFrame",
       "register bytes one frame may write (0: as many as the core clock can commit, at most 256)",

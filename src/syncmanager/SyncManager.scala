@@ -54,7 +54,7 @@ class BufferAccess extends Bundle {
 class SyncManager extends Module {
   val enabled     = IO(Input(Bool()))
   val deactivated = IO(Input(Bool()))
-  val mailbox     = IO(Input(Bool()))
+  val isMailbox     = IO(Input(Bool()))
   val ecatWrites  = IO(Input(Bool()))
 
   val ecat = IO(Input(new BufferAccess))
@@ -82,7 +82,7 @@ class SyncManager extends Module {
   val written = IO(Output(Bool()))
 
   private val works    = enabled && !deactivated
-  private val buffered = !mailbox
+  private val buffered = !isMailbox
 
   // Reset of all: the state at the start of work (B-50).
   private val next        = RegInit(1.U(2.W))
@@ -114,7 +114,7 @@ class SyncManager extends Module {
       }
     }.otherwise {
       isRead := true.B
-      when(mailbox) { newer := false.B }
+      when(isMailbox) { newer := false.B }
     }
   }
 
@@ -182,6 +182,6 @@ class SyncManager extends Module {
   writeEvent := isWritten
   readEvent  := isRead
   lastBuffer := Mux(buffered, Mux(anyWritten, Mux(newer, next, reader), 3.U), 0.U)
-  full       := mailbox && newer
+  full       := isMailbox && newer
   written    := works && ((good && ecatClosed && ecatWrites) || (pdi.close && !ecatWrites))
 }

@@ -92,7 +92,7 @@ class SyncManagers(p: EscParams) extends Module {
     val sm = Module(new SyncManager).suggestName(s"sm$i")
     sm.enabled     := enable(i)
     sm.deactivated := now
-    sm.mailbox     := control(1)
+    sm.isMailbox    := control(1)
     sm.ecatWrites  := control(2)
     sm.good        := good
     sm.bad         := bad

@@ -14,9 +14,11 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
   private def preset(name: String) = Presets.named(name).get.params.copy(temporaryLoopMs = 1)
   private val sets = Seq(
     preset("cyclone4-min"),
-    preset("et1100").copy(preset = "et1100-25", coreClockMhz = 25, dataBusWidth = 32),
+    EscParams(preset = "wide-25", ports = 4, ramKiB = 8, maxSubTelegrams = 128, coreClockMhz = 25, dataBusWidth = 32, temporaryLoopMs = 1),
     preset("cyclone4-min")
-      .copy(preset = "wide-50", coreClockMhz = 50, dataBusWidth = 16, maxSubTelegrams = 4, nodeIdWidth = 8)
+      .copy(preset = "wide-50", coreClockMhz = 50, dataBusWidth = 16, maxSubTelegrams = 4, nodeIdWidth = 8),
+    preset("slave").copy(preset = "slave-8", sii = 0),
+    preset("slave").copy(preset = "slave-32", sii = 0, dataBusWidth = 32, fmmus = 16, syncManagers = 16, coreClockMhz = 125)
   )
 
   for (p <- sets; rule <- rules if rule.needs(p))
