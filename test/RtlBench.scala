@@ -115,6 +115,9 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
 
   def advanceMs(ms: Int): Unit = idle(ms * 25000)
 
+  /** Not connected yet: comes with the RTL of the events. */
+  def interrupt: Boolean = throw new UnsupportedOperationException("no interrupt output yet")
+
   /** Symbols with RX_ER outside a frame. */
   def falseCarrier(port: Int, symbols: Int): Unit = {
     (0 until symbols).foreach(_ => slot(port, dv = false, er = true, 0xe))
@@ -142,7 +145,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   /** The byte at `address` as the host sees it. */
   def hostRead(address: Int): Int = {
     val lane = address % p.lanes
-    ((access(write = false, address, 0, 0) >> (8 * lane)) & 0xff).toInt
+    ((access(write = false, address, 0, 1 << lane) >> (8 * lane)) & 0xff).toInt
   }
 
   def hostWrite(address: Int, byte: Int): Unit = {

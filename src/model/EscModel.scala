@@ -11,6 +11,8 @@ import flyframe.params.EscParams
   *   content of the SII EEPROM, bytes; None: a configuration of zeros has been loaded
   */
 class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
+  private val Status = "([a-z_]+?)_port(\\d)".r
+
   private val portNumbers = 0 until p.ports
   private val links       = Array.fill(p.ports)(true)
 
@@ -45,7 +47,6 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
   /** Frames leave and enter at this port. */
   def open(port: Int): Boolean = opened(port)
 
-  private val Status = "([a-z_]+?)_port(\\d)".r
   private def status(name: String): Int = {
     val set = name match {
       case Status("physical_link" | "communication", y) => links(y.toInt)
