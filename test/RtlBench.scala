@@ -115,6 +115,9 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
 
   def advanceMs(ms: Int): Unit = idle(ms * 25000)
 
+  /** Not connected yet: comes with the RTL of the events. */
+  def interrupt: Boolean = throw new UnsupportedOperationException("no interrupt output yet")
+
   /** Symbols with RX_ER outside a frame. */
   def falseCarrier(port: Int, symbols: Int): Unit = {
     (0 until symbols).foreach(_ => slot(port, dv = false, er = true, 0xe))

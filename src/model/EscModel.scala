@@ -1,26 +1,27 @@
 package flyframe.model
 
 import flyframe.params.EscParams
-import flyframe.registers.RegisterMap
 
 /** A slave controller as the specification and `docs/behaviour.md` describe it: frame in, frame out, state
   * visible.
   *
   * Independent of the RTL: it shares the register and parameter data, no logic.
+  *
+  * @param eeprom
+  *   content of the SII EEPROM, bytes; None: a configuration of zeros has been loaded
   */
-class EscModel(val p: EscParams) {
+class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
+  private val Status = "([a-z_]+?)_port(\\d)".r
+
   private val portNumbers = 0 until p.ports
   private val links       = Array.fill(p.ports)(true)
 
   // Auto close: written, or a good frame, since the link came up (LP-04).
   private val released = Array.fill(p.ports)(true)
   private val opened   = Array.fill(p.ports)(true)
-  private val memory   = new Array[Int](0x10000)
+  private val space    = new LocalSpace(p, eeprom, status)
 
-  /** Process data RAM is open (FP-31). */
-  var pdiOperational: Boolean = true
-
-  val registers: ModelRegisters = new ModelRegisters(p, status)
+  val registers: ModelRegisters = space.registers
 
   // A temporary loop setting (B-31): the settings to return to, and the time left.
   private var temporary: Option[(Seq[Int], Int)] = None
@@ -40,15 +41,14 @@ class EscModel(val p: EscParams) {
   private def updateLoops(): Unit = {
     portNumbers.foreach(y => opened(y) = wanted(y))
     if (!opened.contains(true)) opened(0) = true // recovery port (LP-06)
+    space.watch()
   }
 
   /** Frames leave and enter at this port. */
   def open(port: Int): Boolean = opened(port)
 
-  private val Status = "([a-z_]+?)_port(\\d)".r
   private def status(name: String): Int = {
     val set = name match {
-      case "pdi_operational"                            => pdiOperational
       case Status("physical_link" | "communication", y) => links(y.toInt)
       case Status("loop_closed", y)                     => !wanted(y.toInt)
     }
@@ -64,23 +64,28 @@ class EscModel(val p: EscParams) {
 
   // ---- local side ----
 
-  private def isUserRam(address: Int) =
-    address >= RegisterMap.UserRamStart && address < RegisterMap.ProcessRamStart
-  private def isMemory(address: Int): Boolean = isUserRam(address) ||
-    (pdiOperational && address >= RegisterMap.ProcessRamStart && address < RegisterMap.ProcessRamStart + p.ramBytes)
+  /** Process data RAM is open (FP-31). */
+  def pdiOperational: Boolean = space.pdiOperational
+  def pdiOperational_=(on: Boolean): Unit = {
+    space.pdiOperational = on
+    space.watch()
+  }
 
-  /** A byte as the host reads it; 0 where nothing is. */
-  def hostRead(address: Int): Int =
-    if (isMemory(address)) memory(address)
-    else if (registers.pdi(address).readable) registers.byte(address)
-    else 0
+  /** A byte as the host reads it, with all that reading does; 0 where nothing is. */
+  def hostRead(address: Int): Int              = space.hostRead(address)
+  def hostWrite(address: Int, byte: Int): Unit = space.hostWrite(address, byte)
 
-  def hostWrite(address: Int, byte: Int): Unit =
-    if (isMemory(address)) memory(address) = byte
-    else if (registers.pdi(address).writable) registers.write(address, byte)
+  /** The level of the interrupt to the host (IRQ-01). */
+  def interrupt: Boolean = space.interrupt
 
-  /** Lets time pass, for temporary loop settings. */
-  def advanceMs(ms: Int): Unit = temporary.foreach { case (former, left) =>
+  /** Lets time pass, for watchdogs and temporary loop settings. */
+  def advanceMs(ms: Int): Unit = {
+    space.watchdogs.foreach(_.advance(ms * 25000L))
+    space.watch()
+    advanceLoops(ms)
+  }
+
+  private def advanceLoops(ms: Int): Unit = temporary.foreach { case (former, left) =>
     if (ms < left) temporary = Some(former -> (left - ms))
     else {
       temporary = None
@@ -136,42 +141,27 @@ class EscModel(val p: EscParams) {
 
   /** Through the processing unit; the payload behind it, and whether the frame is in error. */
   private def process(payload: Vector[Int], alreadyBad: Boolean): (Vector[Int], Boolean) = {
-    var pending  = Vector.empty[(Int, Int)]
-    var accepted = 0
-    val space = new AddressSpace {
-      def read(address: Int): Option[Int] =
-        if (address > 0xffff) None
-        else if (isMemory(address)) Some(memory(address))
-        else Option.when(registers.ecat(address).readable)(registers.byte(address))
-
-      def write(address: Int, byte: Int): Boolean =
-        if (address > 0xffff) false
-        else if (isMemory(address)) { memory(address) = byte; true }
-        else {
-          val may = registers.ecat(address).writable && accepted < p.writeLogDepth // B-17
-          if (may) { accepted += 1; pending :+= address -> byte }
-          may
-        }
-    }
+    val frame = new space.Frame
     val settings = ProcessingSettings(
       stationAddress = registers.value("station_address"),
       alias = Option.when(registers.value("alias_enable") == 1)(registers.value("station_alias")),
       destroyForeign = registers.value("destroy_non_ethercat") == 1,
       circulating = !opened(0) && setting(0) <= 1, // LP-14
-      ecatEvents = 0,
-      maxSubTelegrams = p.maxSubTelegrams
+      ecatEvents = space.ecatEvents,
+      maxSubTelegrams = p.maxSubTelegrams,
+      fmmus = (0 until p.fmmus).map(FmmuModel.of(registers, _))
     )
-    val done = new ProcessingUnit(settings, space).process(payload, alreadyBad)
+    val done = new ProcessingUnit(settings, frame).process(payload, alreadyBad)
     if (done.bad || done.tooMany) registers.count("epu_error")
-    if (!done.bad) commit(pending)
+    val before  = portNumbers.map(setting)
+    val written = frame.end(!done.bad)
+    if (!done.bad) settle(before, written)
     (done.payload, done.bad)
   }
 
-  /** FP-32: the frame ended well, its register writes take effect. */
-  private def commit(writes: Seq[(Int, Int)]): Unit = {
-    val before = portNumbers.map(setting)
-    writes.foreach { case (address, byte) => registers.write(address, byte) }
-    if (writes.exists(_._1 == 0x0101)) portNumbers.foreach(y => if (links(y)) released(y) = true) // B-33
+  /** A good frame has written to registers: what that means for the ports, whose settings were `before`. */
+  private def settle(before: Seq[Int], written: Seq[Int]): Unit = {
+    if (written.contains(0x0101)) portNumbers.foreach(y => if (links(y)) released(y) = true) // B-33
     val asked = registers.value("temporary_use") == 1
     if (!asked) temporary = None
     else if (temporary.isEmpty) temporary = Some(before -> p.temporaryLoopMs)

@@ -16,6 +16,10 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
   private def bytes(count: Int): Vector[Int] = Vector.fill(count)(random.nextInt(256))
   private val registerStarts                 = RegisterMap(p).map(_.address)
   private val existing                       = RegisterMap(p).flatMap(_.range)
+  private val units                          = new UnitTraffic(p, model, random)
+
+  /** Content that is changed at random must not get a new meaning everywhere: some units count time. */
+  private val timeless = !p.hasWatchdogs && !p.hasSii
 
   private def commandCode(): Int =
     if (chance(92)) random.nextInt(15) else pick(Seq(15, 16, 0x11, 0x17, 0x87, 255))
@@ -78,7 +82,10 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
       if (chance(60)) 1 + random.nextInt(3)
       else if (chance(90)) 1 + random.nextInt(12)
       else 1 + random.nextInt(140)
-    val all = Seq.fill(count)(if (count > 20) datagram().copy(data = Nil) else datagram())
+    val all =
+      if (units.exists && count <= 20)
+        Seq.fill(count)(if (chance(65)) units.next() else Seq(datagram())).flatten.map(UnitTraffic.calm(p, _))
+      else Seq.fill(count)(if (count > 20) datagram().copy(data = Nil) else datagram())
     all.zip(all.scanLeft(0)((s, d) => s + d.data.size + 12)).collect {
       case (d, before) if before + d.data.size < 1480 => d
     }
@@ -132,7 +139,8 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
           15
         ) // FCS not even there
       case r if r < 72 => // changed content, FCS made right again: reaches the parser's corners
-        val changed = content.updated(12 + random.nextInt(content.size - 12), random.nextInt(256))
+        val places  = if (timeless) content.size - 12 else 6
+        val changed = content.updated(12 + random.nextInt(places), random.nextInt(256))
         symbolsOf(changed ++ Fcs.of(changed), 15)
       case r if r < 76 => val i = at; symbols.updated(i, Symbol(symbols(i).nibble ^ (1 << random.nextInt(4))))
       case r if r < 79 => symbols.take(1 + at)

@@ -42,9 +42,20 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   /** The byte the host must read. */
   def hostRead(address: Int): Int = {
     quiet()
+    readLine(address)
+  }
+
+  private def readLine(address: Int): Int = {
     val byte = model.hostRead(address)
     out.println(f"R $address%04x $byte%02x")
     byte
+  }
+
+  /** The host must read these bytes, all of one word, in one access. */
+  def hostReadWord(address: Int): Unit = {
+    quiet()
+    val bytes = (0 until p.lanes).map(i => model.hostRead(address + i))
+    out.println(f"R $address%04x" + bytes.map(b => f" $b%02x").mkString)
   }
 
   def falseCarrier(port: Int, symbols: Int): Unit = {
@@ -77,11 +88,9 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   /** The whole state must be right: all registers, user RAM and the given part of the process data RAM. */
   def checkpoint(ram: Range): Unit = {
     quiet()
-    val user = RegisterMap.UserRamStart until RegisterMap.ProcessRamStart
-    (model.registers.addresses ++ user ++ ram.filter(_ < RegisterMap.ProcessRamStart + p.ramBytes)).foreach {
-      a =>
-        out.println(f"R $a%04x ${model.hostRead(a)}%02x")
-    }
+    val user      = RegisterMap.UserRamStart until RegisterMap.ProcessRamStart
+    val registers = model.registers.addresses.filterNot(UnitTraffic.WatchdogStates.contains(_))
+    (registers ++ user ++ ram.filter(_ < RegisterMap.ProcessRamStart + p.ramBytes)).foreach(readLine)
   }
 }
 
@@ -94,7 +103,11 @@ object FuzzVectors {
     val model     = new EscModel(p)
     val writer    = new VectorWriter(p, seed, out, model)
     val generator = new FrameGenerator(p, model, random)
-    def port()    = random.nextInt(p.ports)
+    val units     = new UnitTraffic(p, model, random)
+    if (p.hasWatchdogs)
+      for (address <- Seq(0x0410, 0x0420)) // off
+        writer.frame(0, WireFrame.withFcs(EtherCatFrame(Seq(Datagram(8, 0, address, Seq(0, 0))))))
+    def port() = random.nextInt(p.ports)
     def memory() = {
       val start = RegisterMap.ProcessRamStart + 64 * random.nextInt((p.ramBytes / 64) max 1)
       start until start + 64
@@ -106,7 +119,9 @@ object FuzzVectors {
         case r if r < 15 => writer.pdiOperational(random.nextInt(3) > 0)
         case r if r < 22 => writer.hostWrite(0x0012 + random.nextInt(2), random.nextInt(256))
         case r if r < 30 => writer.hostWrite(0x0f80 + random.nextInt(0x100), random.nextInt(256))
-        case r if r < 33 => writer.hostWrite(random.nextInt(0x0f80), random.nextInt(256))
+        case r if r < 33 =>
+          val address = random.nextInt(0x0f80)
+          writer.hostWrite(address, UnitTraffic.calm(p, address, random.nextInt(256)))
         case r if r < 38 => writer.falseCarrier(port(), 1 + random.nextInt(20))
         case r if r < 50 => writer.clockError(port(), random.nextInt(201) - 100)
         case r if r < 58 =>
@@ -123,6 +138,7 @@ object FuzzVectors {
         case r if r < 120 => main = if (random.nextBoolean()) 0 else port()
         case _            =>
       }
+      if (units.exists && random.nextInt(4) == 0) units.host(writer)
       val gap = random.nextInt(10) match {
         case 0 => 22
         case 1 => 24 + random.nextInt(200)

@@ -16,23 +16,25 @@ class ModelRegisters(p: EscParams, status: String => Int) {
     registers.foreach(r => r.range.foreach(table(_) = r))
     table
   }
-  private val values = scala.collection.mutable.Map.from(fields.map(f => f.name -> f.reset.toInt))
+  private val values = scala.collection.mutable.Map.from(fields.map(f => f.name -> f.reset.toLong))
 
   def register(address: Int): Option[Register] =
     if (address >= 0 && address < byByte.length) Option(byByte(address)) else None
 
   /** Present value of a field. */
-  def value(name: String): Int            = values(name)
-  def set(name: String, value: Int): Unit = values(name) = value
+  def value(name: String): Int                 = values(name).toInt
+  def wide(name: String): Long                 = values(name)
+  def set(name: String, value: Int): Unit      = values(name) = value.toLong
+  def setWide(name: String, value: Long): Unit = values(name) = value
 
   /** Counts one, up to 0xFF (ERR-10). */
-  def count(name: String, events: Int = 1): Unit = values(name) = (values(name) + events) min 0xff
+  def count(name: String, events: Int = 1): Unit = values(name) = (values(name) + events) min 0xffL
 
   /** The byte at `address` as it reads; reserved bits and absent bytes are 0. */
   def byte(address: Int): Int = register(address).fold(0) { r =>
     val whole = r.fields.foldLeft(0L) { (image, f) =>
-      val v = if (f.source == Source.Status) status(f.name) else values(f.name)
-      image | v.toLong << f.low
+      val v = if (f.source == Source.Status) status(f.name).toLong else values(f.name)
+      image | v << f.low
     }
     (whole >> (8 * (address - r.address)) & 0xff).toInt
   }
@@ -42,9 +44,9 @@ class ModelRegisters(p: EscParams, status: String => Int) {
     val first = 8 * (address - r.address) // lowest bit of this byte in the register
     r.fields.foreach { f =>
       f.source match {
-        case Source.Stored(_) =>
+        case Source.Stored(_) | Source.Ram =>
           for (bit <- f.low to f.high if bit >= first && bit < first + 8) {
-            val mask = 1 << (bit - f.low)
+            val mask = 1L << (bit - f.low)
             val one  = (byte >> (bit - first) & 1) == 1
             values(f.name) = if (one) values(f.name) | mask else values(f.name) & ~mask
           }

@@ -19,7 +19,8 @@ final case class ProcessingSettings(
     destroyForeign: Boolean,
     circulating: Boolean,
     ecatEvents: Int,
-    maxSubTelegrams: Int
+    maxSubTelegrams: Int,
+    fmmus: Seq[FmmuModel] = Nil
 )
 
 /** What comes out: the nibbles, whether the frame is (now) in error, and whether it had more datagrams than
@@ -124,7 +125,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         if (circle) putLittle(start + 6, little(start + 6) | Circulating)
         if (mine) {
           if (begun(start + 8)) putLittle(start + 8, little(start + 8) | settings.ecatEvents)
-          if (has(start + 9)) execute(start, length)
+          if (begun(start + 9)) execute(start, length)
         }
         if (!has(end - 1)) passed(bad = true)
         else if ((little(start + 6) & More) != 0) datagrams(end, index + 1)
@@ -139,8 +140,13 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
     /** Section 5: what the datagram does here; section 6: what it counts. */
     private def execute(start: Int, length: Int): Unit = {
       val command = byteIn(start)
-      val adp     = little(start + 2)
-      val ado     = little(start + 4)
+      if (command >= 10 && command <= 12) logical(start, length, command)
+      else physical(start, length, command)
+    }
+
+    private def physical(start: Int, length: Int, command: Int): Unit = {
+      val adp = little(start + 2)
+      val ado = little(start + 4)
       val matches = command match {
         case 1 | 2 | 3 | 13 => adp == 0
         case 4 | 5 | 6 | 14 => adp == settings.stationAddress || settings.alias.contains(adp)
@@ -154,21 +160,58 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         case 13 | 14   => (matches, !matches)
         case _         => (false, false)
       }
-      val broadcast    = command >= 7 && command <= 9
+      val broadcast = command >= 7 && command <= 9
+      transfer(
+        start,
+        length,
+        i =>
+          if (reads) space.read(ado + i).map(v => (received: Int) => if (broadcast) received | v else v)
+          else None,
+        (i, byte) => writes && space.write(ado + i, byte),
+        writeCounts = if (Set(3, 6, 9)(command)) 2 else 1
+      )
+    }
+
+    private def logical(start: Int, length: Int, command: Int): Unit = {
+      val address = (little(start + 2) | little(start + 4).toLong << 16) & 0xffffffffL
+      val access  = new LogicalAccess(settings.fmmus, space)
+      transfer(
+        start,
+        length,
+        i => if (command != 11) access.read(address + i) else None,
+        (i, byte) => command != 10 && access.write(address + i, byte),
+        writeCounts = if (command == 12) 2 else 1
+      )
+    }
+
+    /** All data bytes in the order of time, and the working counter. Reading looks one byte ahead (B-55).
+      *
+      * @param read
+      *   what to make of byte number `i`, if it can be read
+      * @param write
+      *   writes byte number `i`; false if it may not
+      */
+    private def transfer(
+        start: Int,
+        length: Int,
+        read: Int => Option[Int => Int],
+        write: (Int, Int) => Boolean,
+        writeCounts: Int
+    ): Unit = {
+      val data         = start + 10
       var readSuccess  = false
       var writeSuccess = false
-      for (i <- 0 until length; at = start + 10 + i if begun(at)) {
-        val address = ado + i
-        if (reads) space.read(address).foreach { value =>
-          put(at, if (broadcast) byteIn(at) | value else value)
-          readSuccess = true
-        }
-        if (writes && has(at) && space.write(address, byteIn(at))) writeSuccess = true
+      def readByte(i: Int): Unit = if (i < length && begun(data + i - 1)) read(i).foreach { change =>
+        put(data + i, change(byteIn(data + i)))
+        readSuccess = true
       }
-      val both = Set(3, 6, 9)(command)
-      val count = (if (readSuccess) 1 else 0) + (if (writeSuccess) { if (both) 2 else 1 }
-                                                 else 0)
-      putLittle(start + 10 + length, little(start + 10 + length) + count & 0xffff)
+      readByte(0)
+      for (i <- 0 until length if begun(data + i)) {
+        readByte(i + 1)
+        if (has(data + i) && write(i, byteIn(data + i))) writeSuccess = true
+      }
+      val count = (if (readSuccess) 1 else 0) + (if (writeSuccess) writeCounts else 0)
+      putLittle(data + length, little(data + length) + count & 0xffff)
     }
 
     /** Padding and FCS, from byte `end` of the frame on. */

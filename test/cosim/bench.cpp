@@ -51,8 +51,8 @@ bool Bench::writeByte(uint16_t addr, uint8_t value) {
   return finishHost();
 }
 
-bool Bench::readWord(uint16_t addr, uint32_t& word) {
-  slave_->hostReadWord(addr);
+bool Bench::readBytes(uint16_t addr, int count, uint32_t& word) {
+  slave_->hostReadBytes(addr, count);
   const bool done = finishHost();
   word = slave_->hostResult();
   return done;

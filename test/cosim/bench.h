@@ -33,7 +33,7 @@ class Bench {
 
   // Host accesses; false if the slave does not acknowledge within kHangCycles.
   bool writeByte(uint16_t addr, uint8_t value);
-  bool readWord(uint16_t addr, uint32_t& word);
+  bool readBytes(uint16_t addr, int count, uint32_t& word);  // of one word
 
   static constexpr int64_t kHangCycles = 10'000;
 

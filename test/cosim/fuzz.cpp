@@ -48,9 +48,9 @@ int Fuzz::port(VectorLine& v) const { return static_cast<int>(v.decimal(0, bench
 void Fuzz::line(VectorLine& v) {
   const char kind = v.kind();
   if (kind != 'H') bench();
-  if (kind != 'R') lane0_ = -1;
   // Everything but frames and what they should cause happens with the wires quiet, so that its order is certain.
-  if (kind != 'F' && kind != 'X' && kind != 'I' && bench_ && !(kind == 'R' && lane0_ >= 0)) waitIdle();
+  if (kind != 'F' && kind != 'X' && kind != 'I' && bench_ && !(kind == 'R' && reading_)) waitIdle();
+  reading_ = kind == 'R';  // nothing has begun to move since the last R line
   if (failed()) return;
   switch (kind) {
     case 'H': header(v); break;
@@ -189,19 +189,26 @@ void Fuzz::waitIdle() {
   differ("the slave does not stop sending", lineNumber_, current_.get());
 }
 
+// One access: only the bytes named are enabled, as reading may have effects.
 void Fuzz::read(VectorLine& v) {
   const auto addr = static_cast<uint16_t>(v.hexNumber(0xffff));
-  const auto wanted = static_cast<unsigned>(v.hexNumber(0xff));
-  const int lanes = bench_->slave().info().lanes(), base = addr & ~(lanes - 1);
-  if (base != lane0_) {
-    if (!bench_->readWord(static_cast<uint16_t>(base), word_)) return differ("host read was not acknowledged", v.number(), current_.get());
-    lane0_ = base;
+  const int lanes = bench_->slave().info().lanes(), first = addr & (lanes - 1);
+  std::vector<unsigned> wanted;
+  do wanted.push_back(static_cast<unsigned>(v.hexNumber(0xff)));
+  while (v.more());
+  if (first + wanted.size() > static_cast<size_t>(lanes)) v.bad("reads beyond one word of the data bus");
+  uint32_t word = 0;
+  if (!bench_->readBytes(addr, static_cast<int>(wanted.size()), word))
+    return differ("host read was not acknowledged", v.number(), current_.get());
+  bytes_ += wanted.size();
+  for (size_t i = 0; i < wanted.size(); ++i) {
+    const unsigned got = word >> (8 * (first + i)) & 0xff;
+    if (got == wanted[i]) continue;
+    char where[64];
+    std::snprintf(where, sizeof where, "host read of 0x%04x", static_cast<unsigned>(addr + i));
+    return differ(std::string(where) + "\nexpected: " + hexByte(wanted[i]) + "\nactual:   " + hexByte(got), v.number(),
+                  current_.get());
   }
-  ++bytes_;
-  const unsigned got = word_ >> (8 * (addr - base)) & 0xff;
-  char where[64];
-  std::snprintf(where, sizeof where, "host read of 0x%04x", addr);
-  if (got != wanted) differ(std::string(where) + "\nexpected: " + hexByte(wanted) + "\nactual:   " + hexByte(got), v.number(), current_.get());
 }
 
 void Fuzz::differ(const std::string& what, uint64_t line, const Sent* cause) {

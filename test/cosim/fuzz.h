@@ -54,8 +54,7 @@ class Fuzz {
   std::unique_ptr<Bench> bench_;
   std::vector<std::deque<Expected>> expected_;  // per port
   std::shared_ptr<Sent> current_;               // the last F line
-  int lane0_ = -1;                              // address of the cached host word, -1: none
-  uint32_t word_ = 0;
+  bool reading_ = false;                        // the last line was an R line
   uint64_t lineNumber_ = 0, frames_ = 0, bytes_ = 0, cycles_ = 0;
   std::string difference_;
 };

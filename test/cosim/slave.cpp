@@ -46,7 +46,9 @@ void Slave::hostWriteByte(uint16_t addr, uint8_t value) {
   startHost(addr, true, uint32_t{value} << (8 * lane), 1u << lane);
 }
 
-void Slave::hostReadWord(uint16_t addr) { startHost(addr, false, 0, (1u << info().lanes()) - 1); }
+void Slave::hostReadBytes(uint16_t addr, int count) {
+  startHost(addr, false, 0, ((1u << count) - 1) << (addr & (info().lanes() - 1)));
+}
 
 void Slave::schedule() {
   next = coreNext_;

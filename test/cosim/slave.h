@@ -57,7 +57,7 @@ class Slave : public Actor {
 
   // The local host: one access at a time, `addr` is a byte address, the byte lanes follow from it.
   void hostWriteByte(uint16_t addr, uint8_t value);
-  void hostReadWord(uint16_t addr);
+  void hostReadBytes(uint16_t addr, int count);  // of one word
   bool hostBusy() const { return host_ != Host::idle; }
   uint32_t hostResult() const { return hostResult_; }
 

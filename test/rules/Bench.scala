@@ -15,6 +15,9 @@ trait Bench {
   def falseCarrier(port: Int, symbols: Int): Unit
   def hostRead(address: Int): Int
   def hostWrite(address: Int, byte: Int): Unit
+
+  /** The level of the interrupt to the host. */
+  def interrupt: Boolean
   def advanceMs(ms: Int): Unit
 }
 
@@ -36,6 +39,7 @@ class ModelBench(val p: EscParams, writer: EscModel => Option[VectorWriter] = _ 
   def hostRead(address: Int): Int = record.fold(model.hostRead(address))(_.hostRead(address))
   def hostWrite(address: Int, byte: Int): Unit =
     record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
+  def interrupt: Boolean       = model.interrupt
   def advanceMs(ms: Int): Unit = model.advanceMs(ms)
 }
 
@@ -45,7 +49,7 @@ class ModelBench(val p: EscParams, writer: EscModel => Option[VectorWriter] = _ 
 final case class Rule(name: String, needs: EscParams => Boolean, run: Steps => Unit) {
 
   /** Cannot be recorded as vectors, because time passes in it. */
-  def usesTime: Boolean = name.contains("temporary")
+  def usesTime: Boolean = name.contains("temporary") || name.contains("watchdog")
 }
 
 /** A collection of rule tests. */
@@ -132,6 +136,44 @@ class Steps(val bench: Bench) extends org.scalatest.Assertions {
   def loops(settings: Int): Unit = {
     val way = Seq(3, 1, 2).find(y => y < p.ports && (dlStatus >> (8 + 2 * y) & 1) == 0).getOrElse(0)
     good(send(EtherCatFrame(Seq(Datagram(Bwr, 0, 0x0101, Seq(settings))))), way)
+  }
+
+  /** ECAT writes by position; true if it counted. */
+  def put(address: Int, data: Int*): Boolean = one(Datagram(Apwr, 0, address, data)).workingCounter == 1
+
+  /** ECAT reads by position; None if it did not count. */
+  def get(address: Int, length: Int): Option[Seq[Int]] = {
+    val reply = read(Aprd, 0, address, length)
+    Option.when(reply.workingCounter == 1)(reply.data)
+  }
+  def hostGet(address: Int, length: Int): Seq[Int] = (address until address + length).map(bench.hostRead)
+  def hostPut(address: Int, data: Int*): Unit =
+    data.zipWithIndex.foreach { case (b, i) => bench.hostWrite(address + i, b) }
+
+  /** The datagrams in a frame with a wrong FCS. */
+  def spoiled(datagrams: Datagram*): Unit = {
+    val bytes = EtherCatFrame(datagrams)
+    marked(bench.send(0, WireFrame.ofBytes(bytes ++ Fcs.of(bytes).map(_ ^ 0xff))))
+  }
+
+  /** Configures FMMU `n` and activates it. */
+  def fmmu(n: Int, logical: Long, length: Int, bits: (Int, Int, Int), physical: Int, kind: Int): Unit = {
+    val (start, stop, local) = bits
+    val content = (0 until 4).map(i => (logical >> 8 * i & 0xff).toInt) ++ EtherCatFrame.little(length) ++
+      Seq(start, stop) ++ EtherCatFrame.little(physical) ++ Seq(local, kind, 1)
+    assert(put(0x0600 + 16 * n, content: _*))
+  }
+
+  /** Byte-wise. */
+  def fmmu(n: Int, logical: Long, length: Int, physical: Int, kind: Int): Unit =
+    fmmu(n, logical, length, (0, 7, 0), physical, kind)
+  def logical(command: Int, address: Long, data: Int*): Reply = one(Datagram(command, address, data))
+
+  /** Configures SyncManager `n` anew and enables it. */
+  def syncManager(n: Int, start: Int, length: Int, control: Int): Unit = {
+    assert(put(0x0806 + 8 * n, 0))
+    val content = EtherCatFrame.little(start) ++ EtherCatFrame.little(length) ++ Seq(control, 0, 1)
+    assert(put(0x0800 + 8 * n, content: _*))
   }
 
   // Command codes of section 5.

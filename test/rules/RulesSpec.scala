@@ -9,23 +9,30 @@ import flyframe.params.{EscParams, Presets}
 
 /** All rule tests, on the golden model and on the RTL of several parameter sets. */
 class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
-  private val rules = FrameRules.all ++ PortRules.all
+  private val rules =
+    FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all
+
+  /** FMMU, SyncManager and AL exist in the RTL. */
+  private val unitsInRtl = true
 
   private def preset(name: String) = Presets.named(name).get.params.copy(temporaryLoopMs = 1)
   private val sets = Seq(
     preset("cyclone4-min"),
-    EscParams(preset = "wide-25", ports = 4, ramKiB = 8, maxSubTelegrams = 128, coreClockMhz = 25, dataBusWidth = 32, temporaryLoopMs = 1),
     preset("cyclone4-min")
-      .copy(preset = "wide-50", coreClockMhz = 50, dataBusWidth = 16, maxSubTelegrams = 4, nodeIdWidth = 8),
-    preset("slave").copy(preset = "slave-8", sii = 0),
-    preset("slave").copy(preset = "slave-32", sii = 0, dataBusWidth = 32, fmmus = 16, syncManagers = 16, coreClockMhz = 125)
+      .copy(preset = "four-25", ports = 4, ramKiB = 8, coreClockMhz = 25, dataBusWidth = 32),
+    preset("cyclone4-min")
+      .copy(preset = "wide-50", coreClockMhz = 50, dataBusWidth = 16, maxSubTelegrams = 4, nodeIdWidth = 8)
   )
 
-  for (p <- sets; rule <- rules if rule.needs(p))
+  private val units = preset("cyclone4-min")
+    .copy(preset = "units", ramKiB = 8, fmmus = 8, syncManagers = 8, applicationLayer = 1)
+  private val unitSets = Seq(units, units.copy(preset = "units-16", watchdogs = 1, leds = 1, dataBusWidth = 32, fmmus = 16, syncManagers = 16, coreClockMhz = 125))
+
+  for (p <- sets ++ unitSets; rule <- rules if rule.needs(p))
     s"${rule.name} [model, ${p.preset}]" should "hold" in rule.run(new Steps(new ModelBench(p)))
 
   // One simulation per parameter set; each rule reports its own result.
-  for (p <- sets) {
+  for (p <- sets ++ (if (unitsInRtl) unitSets else Nil)) {
     val mine = rules.filter(_.needs(p))
     lazy val results: Map[String, Try[Unit]] = {
       var found = Map.empty[String, Try[Unit]]

@@ -1,0 +1,146 @@
+package flyframe.model
+
+import flyframe.params.EscParams
+import flyframe.registers.RegisterMap
+
+/** What lies at the local addresses: memory, registers and the units behind them, as the host and as ECAT
+  * reach it.
+  *
+  * @param portStatus
+  *   gives the value of a status field of the ports
+  */
+class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => Int) {
+  private val memory = new Array[Int](0x10000)
+
+  /** Process data RAM is open (FP-31). */
+  var pdiOperational: Boolean = true
+
+  val registers: ModelRegisters = new ModelRegisters(p, status)
+
+  private def emulation = p.hasSii && registers.value("device_emulation") == 1
+
+  val watchdogs: Option[WatchdogModel] = Option.when(p.hasWatchdogs)(new WatchdogModel(registers))
+  val application: Option[ApplicationModel] = Option.when(p.hasApplicationLayer)(
+    new ApplicationModel(
+      registers,
+      () => emulation,
+      () => registers.byte(0x0110) | registers.byte(0x0111) << 8
+    )
+  )
+  val syncManagers: SyncManagerBank =
+    new SyncManagerBank(p.syncManagers, registers, isMemory, () => watchdogs.foreach(_.processData.trigger()))
+  private val sii  = Option.when(p.hasSii)(new SiiModel(registers, eeprom, () => pdiOperational))
+  private val leds = Option.when(p.hasLeds)(new LedModel(registers))
+
+  private val units: Seq[ModelUnit] = watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ leds
+
+  if (eeprom.isDefined) sii.foreach(s => pdiOperational = s.load(first = true))
+
+  private def status(field: String): Int = units.iterator
+    .map(_.status(field))
+    .collectFirst { case Some(v) => v }
+    .getOrElse(if (field == "pdi_operational") { if (pdiOperational) 1 else 0 }
+    else portStatus(field))
+
+  private def allowed(guard: Option[String]): Boolean =
+    guard.forall(name => units.exists(_.guard(name).contains(true)))
+
+  private def isMemory(address: Int): Boolean =
+    (address >= RegisterMap.UserRamStart && address < RegisterMap.ProcessRamStart) ||
+      (pdiOperational && address >= RegisterMap.ProcessRamStart && address < RegisterMap.ProcessRamStart + p.ramBytes)
+
+  /** Where an access to an address behind the registers goes; None: nowhere, or it is denied. */
+  private def memoryAddress(side: Side, write: Boolean, address: Int): Option[Int] =
+    if (address > 0xffff) None
+    else
+      syncManagers.owner(address) match {
+        case Some(manager) => manager.access(side, write, address)
+        case None          => Option.when(isMemory(address))(address)
+      }
+
+  private def store(address: Int, byte: Int, byHost: Boolean): Unit = {
+    registers.write(address, byte)
+    registers.register(address).foreach(r => units.foreach(_.written(r, address, byte, byHost)))
+  }
+
+  // ---- local side ----
+
+  /** A byte as the host reads it, with what reading does; 0 where nothing is, or if it is denied. */
+  def hostRead(address: Int): Int = {
+    watchdogs.foreach(_.pdi.trigger())
+    val value =
+      if (address >= RegisterMap.UserRamStart)
+        memoryAddress(Side.Pdi, write = false, address).fold(0)(memory(_))
+      else if (!registers.pdi(address).readable) 0
+      else {
+        val byte = registers.byte(address)
+        registers.register(address).foreach(r => units.foreach(_.readByHost(r)))
+        byte
+      }
+    watch()
+    value
+  }
+
+  def hostWrite(address: Int, byte: Int): Unit = {
+    watchdogs.foreach(_.pdi.trigger())
+    if (address >= RegisterMap.UserRamStart)
+      memoryAddress(Side.Pdi, write = true, address).foreach(memory(_) = byte)
+    else if (registers.pdi(address).writable && allowed(registers.register(address).flatMap(_.pdiGuard)))
+      store(address, byte, byHost = true)
+    watch()
+  }
+
+  /** Something may have changed DL status. */
+  def watch(): Unit = application.foreach(_.watchDlStatus())
+
+  // ---- ECAT ----
+
+  /** The frame that now enters the processing unit. */
+  class Frame extends AddressSpace {
+    private var pending = Vector.empty[(Int, Int)]
+    private var read    = Set.empty[Int]
+    syncManagers.frameStarts()
+
+    def read(address: Int): Option[Int] =
+      if (address >= RegisterMap.UserRamStart)
+        memoryAddress(Side.Ecat, write = false, address).map(memory(_))
+      else
+        Option.when(registers.ecat(address).readable) {
+          read += address
+          registers.byte(address)
+        }
+
+    def write(address: Int, byte: Int): Boolean =
+      if (address >= RegisterMap.UserRamStart) {
+        val to = memoryAddress(Side.Ecat, write = true, address)
+        to.foreach(memory(_) = byte)
+        to.isDefined
+      } else {
+        val may = registers.ecat(address).writable && pending.size < p.writeLogDepth && // B-17
+          allowed(registers.register(address).flatMap(_.ecatGuard))
+        if (may) pending :+= address -> byte
+        may
+      }
+
+    /** FP-32, FP-35: the frame is over; what it wrote to registers, in order. */
+    def end(good: Boolean): Seq[Int] = {
+      syncManagers.frameEnds(good)
+      if (!good) Nil
+      else {
+        read.flatMap(registers.register(_)).foreach(r => units.foreach(_.readByEcat(r)))
+        pending.foreach { case (address, byte) => store(address, byte, byHost = false) }
+        sii.foreach(_.frameEnds())
+        pending.map(_._1)
+      }
+    }
+  }
+
+  /** What goes into the IRQ field of datagrams (B-43). */
+  def ecatEvents: Int = if (p.hasApplicationLayer) word(0x0210) & word(0x0200) else 0
+
+  /** The level of the interrupt to the host (IRQ-01). */
+  def interrupt: Boolean =
+    p.hasApplicationLayer && ((word(0x0220) & word(0x0204)) | (word(0x0222) & word(0x0206))) != 0
+
+  private def word(address: Int): Int = registers.byte(address) | registers.byte(address + 1) << 8
+}

@@ -1,0 +1,22 @@
+package flyframe.model
+
+import flyframe.registers.Register
+
+/** A unit of the modelled controller behind its registers. It knows those of its own and ignores others. */
+trait ModelUnit {
+
+  /** The value of a status field, if it is one of this unit's. */
+  def status(field: String): Option[Int] = None
+
+  /** Whether a guard of this unit's registers holds now. */
+  def guard(name: String): Option[Boolean] = None
+
+  /** A write of `byte` to `address` has taken effect. */
+  def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit = ()
+
+  /** The host has read a byte of `register`. */
+  def readByHost(register: Register): Unit = ()
+
+  /** ECAT has read a byte of `register`, in a frame that has ended well. */
+  def readByEcat(register: Register): Unit = ()
+}

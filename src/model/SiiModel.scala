@@ -1,0 +1,109 @@
+package flyframe.model
+
+import flyframe.registers.Register
+
+/** The SII interface (SII-10 to SII-15, B-63 to B-66), without time: a command is done when it is written.
+  *
+  * @param image
+  *   content of the EEPROM, bytes; None: nobody acknowledges
+  */
+class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () => Boolean) extends ModelUnit {
+  private val content       = image.map(_.toArray)
+  private var writeEnable   = false
+  private var checksumError = false
+  private var commandError  = false
+  private var writeError    = false
+
+  private def word(i: Int): Int = content.fold(0)(c => c(2 * i) | c(2 * i + 1) << 8)
+  private def offered           = registers.value("eeprom_offered") == 1
+  private def taken             = registers.value("eeprom_taken") == 1
+
+  override def status(field: String): Option[Int] = {
+    val set = field match {
+      case "eeprom_write_enable"      => Some(false) // clears itself at the end of the frame
+      case "eeprom_two_address_bytes" => Some(content.exists(_.length > 2048))
+      case "eeprom_command"           => Some(false)
+      case "eeprom_checksum_error"    => Some(checksumError)
+      case "eeprom_not_loaded"        => Some(!loaded())
+      case "eeprom_command_error"     => Some(commandError)
+      case "eeprom_write_error"       => Some(writeError)
+      case "eeprom_busy"              => Some(false)
+      case _                          => None
+    }
+    set.map(if (_) 1 else 0)
+  }
+
+  override def guard(name: String): Option[Boolean] = name match {
+    case "sii_ecat_may_write" => Some(!offered && !taken)
+    case "sii_pdi_may_write"  => Some(offered || taken)
+    case "sii_pdi_may_take"   => Some(offered)
+    case _                    => None
+  }
+
+  override def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit = address match {
+    case 0x0500 if (byte & 2) != 0 => registers.set("eeprom_taken", 0)
+    case 0x0502                    => writeEnable = (byte & 1) == 1
+    case 0x0503                    => command(byte & 7, mayWrite = byHost || writeEnable)
+    case _                         =>
+  }
+
+  /** The frame has ended: write enable was for its commands only. */
+  def frameEnds(): Unit = writeEnable = false
+
+  private def command(code: Int, mayWrite: Boolean): Unit = {
+    commandError = false
+    writeError = false
+    code match {
+      case 0              =>
+      case 2 if !mayWrite => writeError = true
+      case 1 | 2 | 4      => content.fold { commandError = true }(c => execute(code, c))
+      case _              => commandError = true
+    }
+  }
+
+  private def execute(code: Int, bytes: Array[Int]): Unit = {
+    val at = (2 * registers.wide("eeprom_address") % bytes.length).toInt
+    def value(from: Int, count: Int): Long =
+      (0 until count).map(i => bytes((at + from + i) % bytes.length).toLong << 8 * i).sum
+    code match {
+      case 1 =>
+        registers.setWide("eeprom_data", value(0, 2))
+        registers.setWide("eeprom_data_high", value(2, 6))
+      case 2 =>
+        val data = registers.value("eeprom_data")
+        bytes(at) = data & 0xff
+        bytes((at + 1) % bytes.length) = data >> 8
+      case _ => load(first = false)
+    }
+  }
+
+  /** Takes the configuration area into the registers (SII-07, SII-08); false if its checksum is wrong. */
+  def load(first: Boolean): Boolean = {
+    checksumError = SiiModel.checksum(content.fold(Seq.empty[Int])(_.toSeq.take(14))) != (word(7) & 0xff) &&
+      word(7) != 0x88a4
+    if (!checksumError) {
+      registers.set("pdi_control", word(0) & 0xff)
+      registers.set("pdi_configuration", word(1))
+      registers.set("extended_pdi_configuration", word(3))
+      registers.set("esc_configuration_a5", word(5))
+      registers.set("esc_configuration_a6", word(6) & 0xff)
+      val a0  = word(0) >> 8
+      val old = registers.value("esc_configuration") << 1
+      if (first) registers.set("station_alias", word(4))
+      // Of 0x0141 a reload changes bits 0, 2 and 3 only (SII-08).
+      registers.set("device_emulation", a0 & 1)
+      registers.set("esc_configuration", (if (first) a0 else (old & 0xf2) | (a0 & 0x0c)) >> 1)
+    }
+    !checksumError
+  }
+}
+
+object SiiModel {
+
+  /** CRC-8 of the configuration area (SII-01). */
+  def checksum(bytes: Seq[Int]): Int = bytes.foldLeft(0xff) { (start, byte) =>
+    (0 until 8).foldLeft(start ^ byte)((crc, _) =>
+      if ((crc & 0x80) != 0) (crc << 1 ^ 0x07) & 0xff else crc << 1
+    )
+  }
+}

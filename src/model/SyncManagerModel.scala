@@ -1,0 +1,150 @@
+package flyframe.model
+
+/** Who accesses a SyncManager. */
+sealed trait Side
+object Side {
+  case object Ecat extends Side
+  case object Pdi  extends Side
+}
+
+/** How a SyncManager is configured (B-50). `enabled` and `deactivated` as the two sides have set them. */
+final case class SyncManagerSettings(
+    start: Int = 0,
+    length: Int = 0,
+    control: Int = 0,
+    enabled: Boolean = false,
+    deactivated: Boolean = false
+) {
+  def mailbox: Boolean        = (control & 2) != 0
+  def writer: Side            = if ((control & 4) != 0) Side.Ecat else Side.Pdi
+  def ecatEvent: Boolean      = (control & 0x10) != 0
+  def alEvent: Boolean        = (control & 0x20) != 0
+  def triggers: Boolean       = (control & 0x40) != 0
+  def working: Boolean        = enabled && !deactivated && length > 0
+  def locked: Boolean         = enabled && deactivated && length > 0
+  def end: Int                = start + length - 1
+  private def buffers         = if (locked && !mailbox) 3 else 1
+  def covers(a: Int): Boolean = (working || locked) && a >= start && a < start + buffers * length
+}
+
+/** One SyncManager: which access goes where, and what comes of it (B-50 to B-57).
+  *
+  * @param exists
+  *   there is memory at a local address (B-52)
+  * @param completelyWritten
+  *   called after a complete write, if the watchdog is to be triggered
+  */
+class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = () => ()) {
+  private var now = SyncManagerSettings()
+
+  // Buffer numbers, for the two sides and between them (SM-12).
+  private var (writing, next, reading) = (0, 1, 2)
+  private var newer                    = false // NEXT is newer than what the reading side has
+  private var lastWritten              = 3
+  private var full                     = false
+  private var open                     = Set.empty[Side]
+  private var events                   = Events(written = false, read = false)
+  private var inFrame                  = FrameState()
+
+  private case class Events(written: Boolean, read: Boolean)
+
+  /** What this frame has done so far. */
+  private case class FrameState(touched: Boolean = false, first: Boolean = false, closed: Boolean = false)
+
+  def settings: SyncManagerSettings = now
+
+  /** New settings take effect; starting and stopping to work is a reset. */
+  def configure(settings: SyncManagerSettings): Unit = {
+    val changes = settings.working != now.working
+    now = settings
+    if (changes) {
+      writing = 0; next = 1; reading = 2
+      newer = false
+      lastWritten = 3
+      full = false
+      open = Set.empty
+      events = Events(written = false, read = false)
+      inFrame = FrameState()
+    }
+  }
+
+  def writeEvent: Boolean  = events.written
+  def readEvent: Boolean   = events.read
+  def mailboxFull: Boolean = full
+  def lastBuffer: Int      = if (now.mailbox) 0 else lastWritten
+
+  /** An access to an address it covers: the address in memory, or None if it is denied or absent. */
+  def access(side: Side, write: Boolean, address: Int): Option[Int] =
+    if (!now.working) None
+    else if (now.length == 1) Option.when(exists(address)) { plain(side, write); address }
+    else if (write != (side == now.writer)) None       // SM wrong direction, B-54
+    else if (side == Side.Ecat && inFrame.closed) None // B-56
+    else {
+      val first = address == now.start
+      val opens = first && !open(side) && mayOpen(write)
+      val takes = opens && !write && !now.mailbox && newer
+      val buffer =
+        if (now.mailbox) 0 else if (write) writing else if (takes) next else reading
+      val memory = address + buffer * now.length
+      Option.when((opens || open(side)) && memory <= 0xffff && exists(memory)) {
+        if (takes) take()
+        open += side
+        touched(side, write, first, last = address == now.end)
+        memory
+      }
+    }
+
+  private def mayOpen(write: Boolean): Boolean =
+    if (now.mailbox) write != full else write || lastWritten != 3
+
+  private def take(): Unit = {
+    val old = reading
+    reading = next; next = old
+    newer = false
+  }
+
+  /** Length 1 (B-53): only the side that the direction names completes anything. */
+  private def plain(side: Side, write: Boolean): Unit =
+    if (write == (side == now.writer)) touched(side, write, first = true, last = true)
+
+  private def touched(side: Side, write: Boolean, first: Boolean, last: Boolean): Unit = side match {
+    case Side.Pdi =>
+      if (first) begin(write)
+      if (last) complete(side, write)
+    case Side.Ecat =>
+      inFrame = FrameState(touched = true, inFrame.first || first, inFrame.closed || last)
+  }
+
+  /** The first byte has been accessed: ends an event. */
+  private def begin(write: Boolean): Unit =
+    events = if (write) events.copy(read = false) else events.copy(written = false)
+
+  /** The last byte has been accessed: the buffer changes hands (SM-13, SM-19). */
+  private def complete(side: Side, write: Boolean): Unit = {
+    open -= side
+    if (now.length > 1) {
+      if (now.mailbox) full = write
+      else if (write) {
+        lastWritten = writing
+        val old = writing
+        writing = next; next = old
+        newer = true
+      }
+    }
+    events = if (write) events.copy(written = true) else events.copy(read = true)
+    if (write && now.triggers) completelyWritten()
+  }
+
+  /** A frame begins. */
+  def frameStarts(): Unit = inFrame = FrameState()
+
+  /** The frame has ended; what it did takes effect, or is forgotten (B-57). */
+  def frameEnds(good: Boolean): Unit = {
+    val write = now.writer == Side.Ecat
+    if (good) {
+      if (inFrame.first) begin(write)
+      if (inFrame.closed) complete(Side.Ecat, write)
+    } else if (inFrame.touched) open -= Side.Ecat
+    inFrame = FrameState()
+  }
+}

@@ -1,0 +1,216 @@
+package flyframe.model
+
+import scala.util.Random
+import flyframe.params.EscParams
+import flyframe.registers.RegisterMap
+
+/** Random traffic for FMMUs, SyncManagers, AL and events: what a master and a host do with them, and what
+  * neither should.
+  *
+  * @param model
+  *   is asked how they are configured now
+  */
+class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
+  import UnitTraffic._
+
+  private def chance(percent: Int): Boolean  = random.nextInt(100) < percent
+  private def pick[T](items: Seq[T]): T      = items(random.nextInt(items.size))
+  private def bytes(count: Int): Vector[Int] = Vector.fill(count)(random.nextInt(256))
+  private def sm(n: Int, field: String)      = model.registers.value(s"sm${n}_$field")
+  private def fmmu(n: Int, field: String)    = model.registers.value(s"fmmu${n}_$field")
+
+  private val kinds: Seq[() => Seq[Datagram]] =
+    (if (p.syncManagers > 0)
+       Seq(() => Seq(configureManager()), () => onBuffer(), () => onBuffer(), () => onBuffer())
+     else Nil) ++
+      (if (p.fmmus > 0) Seq(() => Seq(configureFmmu()), () => Seq(logical()), () => Seq(logical()))
+       else Nil) ++
+      (if (p.hasApplicationLayer) Seq(() => Seq(application())) else Nil)
+
+  /** There is something to play with. */
+  val exists: Boolean = kinds.nonEmpty
+
+  /** One or more datagrams that belong together. */
+  def next(): Seq[Datagram] = pick(kinds)()
+
+  /** A datagram that finds this controller; `code` counts from 1 (read), 2 (write), 3 (both). */
+  private def physical(code: Int, address: Int, data: Seq[Int]): Datagram = random.nextInt(4) match {
+    case 0 => Datagram(code, 0, address, data)
+    case 1 => Datagram(code + 6, random.nextInt(4), address, data)
+    case _ => Datagram(code + 3, model.registers.value("station_address"), address, data)
+  }
+  private def write(address: Int, data: Seq[Int]) = physical(if (chance(95)) 2 else 3, address, data)
+  private def read(address: Int, count: Int)      = physical(1, address, Vector.fill(count)(0))
+
+  // ---- SyncManagers ----
+
+  private def configureManager(): Datagram = {
+    val n    = random.nextInt(p.syncManagers)
+    val base = 0x0800 + 8 * n
+    if (sm(n, "enable") == 1)
+      if (chance(20)) write(base + 6, Seq(if (chance(80)) 0 else random.nextInt(4)))
+      else read(base, 8)
+    else if (chance(85)) {
+      val slot   = (p.ramBytes / p.syncManagers) max 64
+      val start  = RegisterMap.ProcessRamStart + n * slot + random.nextInt(4)
+      val length = if (chance(75)) 1 + random.nextInt(10) else 1 + random.nextInt((slot / 3) min 200)
+      val enable = if (chance(90)) 1 else random.nextInt(4)
+      val mode   = pick(Seq(0, 2, 4, 6)) | random.nextInt(8) << 4
+      write(base, EtherCatFrame.little(start) ++ EtherCatFrame.little(length) ++ Seq(mode, 0, enable, 0))
+    } else {
+      val start = pick(
+        Seq(random.nextInt(0x10000), RegisterMap.ProcessRamStart + p.ramBytes - random.nextInt(24), 0xfff8)
+      )
+      val length = pick(Seq(0, 1, 2, 7, 0xffff, random.nextInt(0x10000), random.nextInt(64)))
+      write(
+        base,
+        EtherCatFrame.little(start) ++ EtherCatFrame.little(length) ++ Seq(random.nextInt(256), 0, 1)
+      )
+    }
+  }
+
+  /** Accesses to one buffer, in one frame: complete, in parts, and beside it. */
+  private def onBuffer(): Seq[Datagram] = {
+    val n      = random.nextInt(p.syncManagers)
+    val byEcat = (sm(n, "control") & 4) != 0
+    Seq.fill(if (chance(60)) 1 else 1 + random.nextInt(4)) {
+      val (start, count) = part(n)
+      if (byEcat == chance(92)) write(start, bytes(count)) else read(start, count)
+    }
+  }
+
+  /** Some bytes of a buffer: where, and how many. */
+  private def part(n: Int): (Int, Int) = {
+    val start  = sm(n, "start")
+    val length = sm(n, "length") min 300
+    val end    = start + sm(n, "length") - 1
+    val split  = random.nextInt(length max 1)
+    val (at, count) = random.nextInt(8) match {
+      case 0 => (start, split)
+      case 1 => (start + split, length - split)
+      case 2 => (end, 1)
+      case 3 => (start + split, 1)
+      case 4 => (start - random.nextInt(3), length + random.nextInt(6))
+      case _ => (start, length)
+    }
+    (at max 0 min 0xffff, count max 1)
+  }
+
+  // ---- FMMUs ----
+
+  private def configureFmmu(): Datagram = {
+    val n    = random.nextInt(p.fmmus)
+    val base = 0x0600 + 16 * n
+    if (chance(10)) write(base + 12, Seq(random.nextInt(2)))
+    else {
+      val usual = chance(85)
+      val start =
+        if (usual) LogicalBase + n * 12L + random.nextInt(6)
+        else pick(Seq(0xfffffff8L, 0xffffffffL, 0L, random.nextInt() & 0xffffffffL))
+      val length = if (usual) 1 + random.nextInt(10) else pick(Seq(0, 1, 0x7fff, 0xffff))
+      val bits   = if (chance(60)) Seq(0, 7) else Seq(random.nextInt(8), random.nextInt(8))
+      val bit    = if (bits == Seq(0, 7) && chance(90)) 0 else random.nextInt(8)
+      val physical =
+        if (p.syncManagers > 0 && chance(60)) sm(random.nextInt(p.syncManagers), "start")
+        else
+          pick(
+            Seq(
+              RegisterMap.ProcessRamStart + random.nextInt(p.ramBytes max 1),
+              RegisterMap.UserRamStart + random.nextInt(128),
+              random.nextInt(0x14),
+              0x0600 + random.nextInt(0x300),
+              0xfffc + random.nextInt(4)
+            )
+          )
+      write(
+        base,
+        (0 until 4).map(i => (start >> 8 * i & 0xff).toInt) ++ EtherCatFrame.little(length) ++ bits ++
+          EtherCatFrame.little(physical) ++ Seq(bit, 1 + random.nextInt(3), if (chance(92)) 1 else 0)
+      )
+    }
+  }
+
+  private def logical(): Datagram = {
+    val n     = random.nextInt(p.fmmus)
+    val start = model.registers.wide(s"fmmu${n}_logical_start")
+    val at    = start + (if (chance(60)) 0 else random.nextInt(6) - 3)
+    val count = if (chance(60)) fmmu(n, "length") min 40 max 1 else 1 + random.nextInt(16)
+    val code  = 10 + random.nextInt(3)
+    Datagram(code, at & 0xffffffffL, bytes(count))
+  }
+
+  // ---- application layer and events ----
+
+  private def application(): Datagram = random.nextInt(6) match {
+    case 0 => write(0x0120, Seq(pick(Seq(1, 2, 3, 4, 8, 0x11, random.nextInt(256)))))
+    case 1 => write(0x0120 + random.nextInt(2), bytes(1 + random.nextInt(2)))
+    case 2 => read(0x0130 + random.nextInt(2), 1 + random.nextInt(6))
+    case 3 => read(0x0110 + random.nextInt(2), 1)
+    case 4 => write(0x0200, bytes(1 + random.nextInt(2)))
+    case _ => read(pick(Seq(0x0120, 0x0204, 0x0210, 0x0220)), 4)
+  }
+
+  // ---- host ----
+
+  /** Something the host does between two frames. */
+  def host(writer: VectorWriter): Unit = random.nextInt(10) match {
+    case 0 => writer.hostRead(0x0120 + random.nextInt(2))
+    case 1 => writer.hostWrite(0x0130 + random.nextInt(2), pick(Seq(1, 2, 4, 8, 0x12, random.nextInt(256))))
+    case 2 => writer.hostWrite(0x0204 + random.nextInt(4), random.nextInt(256))
+    case 3 => writer.hostReadWord(pick(Seq(0x0120, 0x0210, 0x0220, 0x0804, 0x1000, 0x1004)))
+    case _ => if (p.syncManagers > 0) hostOnManager(random.nextInt(p.syncManagers), writer)
+  }
+
+  private def hostOnManager(n: Int, writer: VectorWriter): Unit = {
+    val deactivated = (model.registers.byte(0x0807 + 8 * n) & 1) == 1
+    random.nextInt(10) match {
+      case 0                                       => writer.hostRead(0x0806 + 8 * n)
+      case 1                                       => writer.hostRead(0x0805 + 8 * n)
+      case r if deactivated && r < 5               => writer.hostWrite(0x0807 + 8 * n, 0)
+      case 2 if sm(n, "enable") == 1 && chance(30) => writer.hostWrite(0x0807 + 8 * n, random.nextInt(4))
+      case _ =>
+        val byHost         = (sm(n, "control") & 4) == 0
+        val (start, count) = part(n)
+        val range          = (start until start + (count min 32)).filter(_ <= 0xffff)
+        val whole          = if (count <= 32) range else range :+ (start + count - 1 min 0xffff)
+        val writes         = byHost == chance(92)
+        whole.foreach { a =>
+          if (writes) writer.hostWrite(a, calm(p, a, random.nextInt(256))) else writer.hostRead(a)
+        }
+    }
+  }
+}
+
+object UnitTraffic {
+  private val LogicalBase = 0x00010000L
+
+  /** Not read in random traffic. */
+  val WatchdogStates: Range = 0x0440 to 0x0448
+
+  /** What may be written to `address` in random traffic in place of `byte`, so that no unit starts to count
+    * time: no temporary loops, no watchdogs, no EEPROM commands; and no FMMU that reaches those registers.
+    */
+  def calm(p: EscParams, address: Int, byte: Int): Int = {
+    val inFmmus = address >= 0x0600 && address < 0x0600 + 16 * p.fmmus
+    address match {
+      case 0x0100                                            => byte & 0xfd
+      case a if p.hasWatchdogs && a >= 0x0400 && a <= 0x0421 => 0
+      case 0x0502 | 0x0503 if p.hasSii                       => 0
+      case a if inFmmus && a % 16 == 8                           => byte & 0x7f
+      case a if inFmmus && a % 16 == 9 && byte >= 1 && byte <= 5 => byte | 0x10
+      case _ => byte
+    }
+  }
+
+  /** The same for a whole datagram. */
+  def calm(p: EscParams, d: Datagram): Datagram =
+    if (d.command >= 10 && d.command <= 12) d
+    else {
+      val at = (d.address >> 16 & 0xffff).toInt
+      if (
+        p.hasWatchdogs && at <= WatchdogStates.end && at + d.data.size > WatchdogStates.start && d.command != 2
+      )
+        d.copy(address = d.address ^ (0x0800L << 16)) // no reading of watchdog states
+      else d.copy(data = d.data.zipWithIndex.map { case (b, i) => calm(p, at + i, b) })
+    }
+}
