@@ -31,7 +31,9 @@ class WireRulesSpec extends AnyFlatSpec with ChiselScalatestTester {
         def forward(size: Int)  = frame(Seq(Datagram(7, 0, 0, Seq(0)), Datagram(2, 0, 0x0f80, bytes(size))))
         def backward(size: Int) = frame(Seq(Datagram(2, 0, 0x0f80, bytes(size))))
 
-        for ((delay, there, back) <- Seq((0, 20, 20), (1, 100, 30), (37, 30, 100), (-90, 90, 128), (-3, 1, 90))) {
+        for (
+          (delay, there, back) <- Seq((0, 20, 20), (1, 100, 30), (37, 30, 100), (-90, 90, 128), (-3, 1, 90))
+        ) {
           val (out, in) = (forward(there), backward(back))
           val expected  = Set(model.receive(0, out).get, model.receive(1, in).get)
           val found     = bench.sendTogether((0, 0 max -delay, out), (1, 0 max delay, in))
