@@ -3,7 +3,7 @@ package flyframe
 import java.io.ByteArrayOutputStream
 import java.nio.file.{Files, Path}
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.params.{EscParams, ParamTable, Presets}
+import flyframe.params.{ParamTable, Presets}
 
 /** The command line, and the Verilog it emits. */
 class MainSpec extends AnyFlatSpec {
@@ -61,7 +61,10 @@ class MainSpec extends AnyFlatSpec {
   "What is no number" should "be refused" in refused("--ports", "two")("ports", "two", "whole number")
   "A number beyond 32 bit" should "be refused" in refused("--ramKiB", "4294967297")("ramKiB", "4294967297")
   "A hexadecimal number without digits" should "be refused" in refused("--ports", "0x")("ports", "0x")
-  "An option without its value" should "be refused" in refused("--ports")("ports")
+  "An option without its value" should "be refused" in {
+    val result = run("--list", "--ports")
+    assert(result.code == 2 && result.err == "Missing value after --ports.\n", result.err)
+  }
   "An empty number" should "be refused" in refused("--ports", "")("ports", "whole number")
   "An unknown option" should "be refused" in refused("--portz", 2)("--portz")
   "A name that Verilog does not allow" should "be refused" in {
@@ -84,13 +87,13 @@ class MainSpec extends AnyFlatSpec {
     }
   }
 
-  "Parameters" should "start from the preset, may be hexadecimal, and the last one wins" in inDirectory {
+  "Parameters" should "start from the preset, may be hexadecimal but not octal, and the last one counts" in inDirectory {
     directory =>
       val result = run(
         "--preset",
         "frame-processor",
         "--ports",
-        "1",
+        "01",
         "--escBuild",
         "0x1f",
         "--escRevision",

@@ -1,15 +1,14 @@
 package flyframe.memory
 
 import chiseltest._
-import chiseltest.simulator.VerilatorBackendAnnotation
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.SharedSimulation
 
 /** Rules FP-32 and FP-33: register writes wait for the end of the frame. */
-class WriteLogSpec extends AnyFlatSpec with ChiselScalatestTester {
+class WriteLogSpec extends AnyFlatSpec with SharedSimulation {
   private case class Write(address: Int, mask: Int, data: BigInt)
 
   private class Bench(dut: WriteLog, lanes: Int) {
-    dut.clock.setTimeout(0)
     var replayed: Vector[Write] = Vector.empty
 
     def step(): Unit = {
@@ -49,82 +48,71 @@ class WriteLogSpec extends AnyFlatSpec with ChiselScalatestTester {
   private def writes(lanes: Int, count: Int): Vector[Write] = Vector.fill(count)(
     Write(random.nextInt(4096 / lanes), 1 + random.nextInt((1 << lanes) - 1), BigInt(8 * lanes, random))
   )
-  private def bench(lanes: Int, depth: Int)(run: Bench => Unit): Unit =
-    test(new WriteLog(lanes, depth)).withAnnotations(Seq(VerilatorBackendAnnotation))(dut =>
-      run(new Bench(dut, lanes))
-    )
 
-  for (lanes <- Seq(1, 2, 4)) {
-    s"FP-32: the log of $lanes-byte words" should "play back on commit, in order, each write once" in
-      bench(lanes, 64) { b =>
-        val sent = writes(lanes, 16)
+  // 16 is the smallest depth a parameter set may have, 88 the largest at 25 MHz, 100 no power of two.
+  for ((lanes, depth) <- Seq(1 -> 16, 1 -> 88, 2 -> 100, 4 -> 16)) {
+    def check(name: String)(run: Bench => Unit): (String, WriteLog => Unit) =
+      name -> (dut => run(new Bench(dut, lanes)))
+    together(s"$depth bytes in $lanes-byte words", new WriteLog(lanes, depth))(
+      check("FP-32: the log plays back on commit, in order, each write once") { b =>
+        val sent = writes(lanes, depth / lanes)
         b.frame()
         sent.foreach(b.write)
         b.idle(100)
         assert(b.replayed.isEmpty, "nothing before the frame has ended")
         b.commit()
+        b.idle(depth + 4)
+        assert(b.replayed == sent)
+        b.idle(depth + 4)
+        assert(b.replayed == sent, "nor again")
+      },
+      check("FP-33: the log forgets a frame that does not end well") { b =>
+        b.frame()
+        writes(lanes, 4).foreach(b.write)
+        val sent = writes(lanes, 3)
+        b.frame()
+        sent.foreach(b.write)
+        b.commit()
         b.idle(20)
         assert(b.replayed == sent)
-        b.idle(100)
-        assert(b.replayed == sent, "nor again")
-      }
-
-    s"FP-33: the log of $lanes-byte words" should "forget a frame that does not end well" in bench(
-      lanes,
-      64
-    ) { b =>
-      b.frame()
-      writes(lanes, 5).foreach(b.write)
-      val sent = writes(lanes, 3)
-      b.frame()
-      sent.foreach(b.write)
-      b.commit()
-      b.idle(20)
-      assert(b.replayed == sent)
-      b.frame()
-      b.commit()
-      b.idle(20)
-      assert(b.replayed == sent, "a frame without register writes")
-    }
-
-    // 16 is the smallest depth a parameter set may have, 100 no power of two.
-    for (depth <- Seq(16, 100))
-      s"B-17: a log of $depth bytes in $lanes-byte words" should "be full after that many bytes, until the next frame" in
-        bench(lanes, depth) { b =>
-          val all = (1 << lanes) - 1
-          // Single bytes need the most entries, whole words the most bytes for each.
-          for (mask <- Seq(1, all).distinct) {
-            val bytes = Integer.bitCount(mask)
-            val sent  = writes(lanes, depth / bytes).map(_.copy(mask = mask))
-            b.frame()
-            b.replayed = Vector.empty
-            for (w <- sent) {
-              assert(!b.full)
-              b.write(w)
-            }
-            assert(b.full)
-            b.commit()
-            // The next frame begins 24 slots behind this one and may write 88 slots behind it.
-            b.idle(24)
-            b.frame()
+        b.frame()
+        b.commit()
+        b.idle(20)
+        assert(b.replayed == sent, "a frame without register writes")
+      },
+      check("B-17: the log is full after that many bytes, until the next frame") { b =>
+        // Single bytes need the most entries, whole words the most bytes for each.
+        for (mask <- Seq(1, (1 << lanes) - 1).distinct) {
+          val sent = writes(lanes, depth / Integer.bitCount(mask)).map(_.copy(mask = mask))
+          b.frame()
+          b.replayed = Vector.empty
+          for (w <- sent) {
             assert(!b.full)
-            b.idle(depth)
-            assert(b.replayed == sent)
+            b.write(w)
           }
+          assert(b.full)
+          b.commit()
+          b.idle(24)
+          b.frame()
+          assert(!b.full)
+          b.idle(depth)
+          assert(b.replayed == sent)
         }
-  }
-
-  "The log" should "play on while the next frame starts" in bench(1, 88) { b =>
-    val (one, two) = (writes(1, 88), writes(1, 3))
-    b.frame()
-    one.foreach(b.write)
-    b.commit()
-    b.idle(24)
-    b.frame()
-    b.idle(64) // 25 MHz, where a slot is a cycle: the next register write comes no earlier
-    two.foreach(b.write)
-    b.commit()
-    b.idle(20)
-    assert(b.replayed == one ++ two)
+      },
+      check("FP-32: the log plays on while the next frame starts") { b =>
+        val (one, two) = (writes(lanes, depth / lanes), writes(lanes, 3))
+        b.frame()
+        one.foreach(b.write)
+        b.commit()
+        // The next frame begins 24 slots behind this one and writes 88 slots behind it, at 25 MHz as many cycles.
+        b.idle(24)
+        b.frame()
+        b.idle(64 max depth - 24)
+        two.foreach(b.write)
+        b.commit()
+        b.idle(20)
+        assert(b.replayed == one ++ two)
+      }
+    )
   }
 }

@@ -1,17 +1,14 @@
 package flyframe.registers
 
-import chiseltest._
-import chiseltest.simulator.VerilatorBackendAnnotation
 import org.scalatest.flatspec.AnyFlatSpec
-import scala.util.Try
-import flyframe.{ControllerUnderTest, RtlBench}
+import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
 import flyframe.model._
 import flyframe.params.{EscParams, Presets}
 import flyframe.rules.{Reply, Steps}
 
 /** Every byte of 0x0000 to 0x0FFF, from the bus and from the host, against what [[RegisterMap]] says of it.
   */
-class RegisterWalkSpec extends AnyFlatSpec with ChiselScalatestTester {
+class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
   private val small = Presets.named("cyclone4-min").get.params
   private val sets = Seq(
     small,
@@ -25,23 +22,10 @@ class RegisterWalkSpec extends AnyFlatSpec with ChiselScalatestTester {
     )
   )
 
-  // One simulation per parameter set; each walk reports its own result.
-  for (p <- sets) {
-    lazy val results: Map[String, Try[Unit]] = {
-      var found = Map.empty[String, Try[Unit]]
-      test(new ControllerUnderTest(p)).withAnnotations(Seq(VerilatorBackendAnnotation)) { dut =>
-        val bench = new RtlBench(dut, p)
-        RegisterWalk.all.foreach { case (name, walk) =>
-          bench.reset()
-          found += name -> Try(walk(new RegisterWalk(bench)))
-        }
-      }
-      found
-    }
-    for ((name, _) <- RegisterWalk.all)
-      s"$name [${p.preset}]" should "be as the register map says" in
-        results(name).get
-  }
+  for (p <- sets)
+    together(p.preset, new ControllerUnderTest(p))(RegisterWalk.all.map { case (name, walk) =>
+      name -> { dut: ControllerUnderTest => walk(new RegisterWalk(new RtlBench(dut, p))) }
+    }: _*)
 }
 
 object RegisterWalk {
