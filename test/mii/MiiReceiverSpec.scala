@@ -116,12 +116,17 @@ class MiiReceiverSpec extends AnyFlatSpec with ChiselScalatestTester {
   }
   "B-03: a frame that ends with the SFD" should "be invalid" in {
     val seen = receive(good.take(start))
-    assert(seen.bad && seen.payload == 0 && seen.nibbles == nibbles(good.take(start)) && seen.counts == invalid)
+    assert(
+      seen.bad && seen.payload == 0 && seen.nibbles == nibbles(good.take(start)) && seen.counts == invalid
+    )
   }
   "B-02: RX_ER" should "cut the frame off before the faulty nibble and count every symbol" in {
     for (at <- Seq(1, start - 1, start, start + 1, start + 60, start + 127)) {
       val seen = receive(hit(at))
-      assert(seen.bad && seen.nibbles == nibbles(good.take(at)) && seen.counts == invalidWithRxEr, s"symbol $at")
+      assert(
+        seen.bad && seen.nibbles == nibbles(good.take(at)) && seen.counts == invalidWithRxEr,
+        s"symbol $at"
+      )
     }
     assert(receive(hit(30, 31, 90)).counts == ((1, 0, 3, 0)))
   }

@@ -8,8 +8,8 @@ class MiiTransmitterSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val preamble = Seq(5, 5, 5, 0xd)
   private val data     = Seq(1, 2, 3, 4, 5, 6, 7)
 
-  /** What leaves for a frame of `nibbles`, of which those behind the first `start` are payload; ticks come every
-    * third cycle.
+  /** What leaves for a frame of `nibbles`, of which those behind the first `start` are payload; ticks come
+    * every third cycle.
     */
   private def send(nibbles: Seq[Int], start: Int, bad: Boolean, odd: Boolean, crcGood: Boolean): Seq[Int] = {
     var sent = Vector.empty[Int]

@@ -3,7 +3,7 @@ package flyframe.registers
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
 import flyframe.model._
-import flyframe.params.{EscParams, Presets}
+import flyframe.params.Presets
 import flyframe.rules.{Reply, Steps}
 
 /** Every byte of 0x0000 to 0x0FFF, from the bus and from the host, against what [[RegisterMap]] says of it.
