@@ -1,6 +1,7 @@
 package flyframe
 
-import java.nio.file.{Files, Path, Paths}
+import java.nio.file.{FileSystemException, Files, Path, Paths}
+import scala.util.Try
 import scopt.{OParser, OParserBuilder}
 import flyframe.params.{EscParams, ParamInfo, ParamTable, Preset, Presets}
 
@@ -21,12 +22,10 @@ final case class Request(
 object Main {
   private implicit val readPath: scopt.Read[Path] = scopt.Read.stringRead.map(Paths.get(_))
 
-  private def number(text: String): Int =
-    try Integer.decode(text)
-    catch {
-      case _: NumberFormatException => throw new IllegalArgumentException(s"'$text' is not a whole number")
-    }
-  private implicit val readInt: scopt.Read[Int] = scopt.Read.stringRead.map(number)
+  /** Decimal, or hexadecimal with 0x; a leading 0 does not mean octal. */
+  private def number(text: String): Option[Int] =
+    if (text.toLowerCase.startsWith("0x")) Try(Integer.parseUnsignedInt(text.drop(2), 16)).toOption
+    else text.toIntOption
 
   private val default = Presets.default.params
 
@@ -34,11 +33,15 @@ object Main {
     val builder: OParserBuilder[Request] = OParser.builder[Request]
     import builder._
     val parameters = ParamTable.all.map { i =>
-      opt[Int](i.name)
+      opt[String](i.name)
+        .unbounded() // the last one counts
         .valueName("<n>")
         .text(s"${i.text}; default ${i.show(default)}; range ${i.range}${if (i.unit == "code") ""
           else " " + i.unit}")
-        .action((value, r) => r.copy(overrides = r.overrides :+ (i -> value)))
+        .validate(v =>
+          if (number(v).isDefined) success else failure(s"${i.name} is '$v' but must be a whole number.")
+        )
+        .action((v, r) => r.copy(overrides = r.overrides ++ number(v).map(i -> _)))
     }
     OParser.sequence(
       programName("flyframe"),
@@ -147,7 +150,11 @@ object Main {
                   try { emit(r, sets); 0 }
                   catch {
                     case e: java.io.IOException =>
-                      refuse(s"${r.out} cannot be written (${e.getClass.getSimpleName}).")
+                      val place = e match {
+                        case f: FileSystemException => f.getFile
+                        case _                      => r.out
+                      }
+                      refuse(s"$place cannot be written (${e.getClass.getSimpleName}).")
                   }
               }
           }

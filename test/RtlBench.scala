@@ -2,7 +2,7 @@ package flyframe
 
 import chisel3._
 import chiseltest._
-import flyframe.model.{SentFrame, WireFrame}
+import flyframe.model.{SentFrame, Symbol, WireFrame}
 import flyframe.params.EscParams
 import flyframe.rules.Bench
 
@@ -17,12 +17,16 @@ class ControllerUnderTest(p: EscParams) extends Module {
   val txd     = IO(Output(Vec(p.ports, UInt(4.W))))
   val txTick  = IO(Output(Bool()))
   val loaded  = IO(Input(Bool()))
-  val host    = IO(new memory.HostPort(p.lanes))
+
+  /** `phy_reset_n` of the controller. */
+  val phyResetN = IO(Output(Bool()))
+  val host      = IO(new memory.HostPort(p.lanes))
 
   private val dut = Module(new SlaveController(p))
   dut.phy_clk_ref     := false.B
   dut.pdi_operational.foreach(_ := loaded)
   txTick              := dut.mii_tx_tick
+  phyResetN           := dut.phy_reset_n
   dut.host <> host
   for (y <- 0 until p.ports) {
     dut.mii(y).rx_clk := rxClock(y).asClock
@@ -35,7 +39,7 @@ class ControllerUnderTest(p: EscParams) extends Module {
   }
 }
 
-/** Drives a [[ControllerUnderTest]] with nominal clocks, one frame at a time. */
+/** Drives a [[ControllerUnderTest]] with nominal clocks. */
 class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   private val cycles = p.cyclesPerNibble
   dut.clock.setTimeout(0)
@@ -61,12 +65,17 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     running = Map.empty
   }
 
-  /** One nibble slot with the given symbol at one port. Receive clocks rise in the middle of the slot. */
-  private def slot(port: Int, dv: Boolean, er: Boolean, data: Int): Unit = {
+  /** One nibble slot with the given symbol at one port. */
+  private def slot(port: Int, dv: Boolean, er: Boolean, data: Int): Unit =
+    slot(dv, Map(port -> Symbol(data, er)))
+
+  /** One nibble slot with the given symbols, by port. Receive clocks rise in the middle of the slot. */
+  private def slot(dv: Boolean, symbols: Map[Int, Symbol]): Unit = {
     for (y <- 0 until p.ports) {
-      dut.rxDv(y).poke(dv && y == port)
-      dut.rxEr(y).poke(er && y == port)
-      dut.rxd(y).poke(if (y == port) data else 0)
+      val symbol = symbols.get(y)
+      dut.rxDv(y).poke(dv && symbol.isDefined)
+      dut.rxEr(y).poke(symbol.exists(_.error))
+      dut.rxd(y).poke(symbol.fold(0)(_.nibble))
     }
     for (c <- 0 until cycles) {
       for (y <- 0 until p.ports) dut.rxClock(y).poke(c == cycles / 2)
@@ -103,6 +112,20 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   def setLoaded(loaded: Boolean): Unit = {
     dut.loaded.poke(loaded)
     idle(4)
+  }
+
+  /** Frames at several ports at the same time, each beginning `delay` slots from now: what left, and where,
+    * in the order in which it ended.
+    */
+  def sendTogether(frames: (Int, Int, WireFrame)*): Seq[(Int, SentFrame)] = {
+    finished = Vector.empty
+    for (now <- 0 until frames.map { case (_, delay, frame) => delay + frame.symbols.size }.max)
+      slot(
+        dv = true,
+        frames.flatMap { case (port, delay, frame) => frame.symbols.lift(now - delay).map(port -> _) }.toMap
+      )
+    idle(24 + p.writeLogDepth / cycles + 8)
+    finished
   }
 
   def send(port: Int, frame: WireFrame): Option[(Int, SentFrame)] = {

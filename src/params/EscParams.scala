@@ -235,7 +235,7 @@ object EscParams {
     else
       Seq(
         Option.when(p.writeLogDepth > 88 * p.cyclesPerNibble)(
-          s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 to ${88 * p.cyclesPerNibble} bytes at coreClockMhz ${p.coreClockMhz}."
+          s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 (derived) or 16 to ${88 * p.cyclesPerNibble} bytes at coreClockMhz ${p.coreClockMhz}."
         ),
         Option.when(p.txShift >= p.cyclesPerNibble)(
           s"txShift is ${p.txShift} but must be 0 to ${p.cyclesPerNibble - 1} core cycles at coreClockMhz ${p.coreClockMhz}."

@@ -1,7 +1,7 @@
 package flyframe.params
 
-/** A named parameter set. `note` is printed in the list of presets and in the header of the generated
-  * Verilog.
+/** A named parameter set. `note` is printed in the list of presets and in the header of all Verilog that
+  * reports its identity.
   */
 final case class Preset(params: EscParams, text: String, note: Option[String] = None) {
   def name: String = params.preset
@@ -101,4 +101,10 @@ object Presets {
 
   def named(name: String): Option[Preset] = all.find(_.name == name)
   def default: Preset                     = all(1)
+
+  /** What must be said about a controller with parameters `p`: the note of the preset whose identity it
+    * reports, whatever its own name.
+    */
+  def note(p: EscParams): Option[String] =
+    all.find(preset => preset.note.isDefined && preset.params.escType == p.escType).flatMap(_.note)
 }

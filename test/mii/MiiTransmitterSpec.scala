@@ -1,0 +1,66 @@
+package flyframe.mii
+
+import chiseltest._
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** The transmitter alone: how it ends frames (B-04). */
+class MiiTransmitterSpec extends AnyFlatSpec with ChiselScalatestTester {
+  private val preamble = Seq(5, 5, 5, 0xd)
+  private val data     = Seq(1, 2, 3, 4, 5, 6, 7)
+
+  /** What leaves for a frame of `nibbles`, of which those behind the first `start` are payload; ticks come
+    * every third cycle.
+    */
+  private def send(nibbles: Seq[Int], start: Int, bad: Boolean, odd: Boolean, crcGood: Boolean): Seq[Int] = {
+    var sent = Vector.empty[Int]
+    test(new MiiTransmitter) { dut =>
+      dut.txEn.expect(false)
+      for ((nibble, i) <- (nibbles.map(Option(_)) ++ Seq.fill(5)(None)).zipWithIndex) {
+        val last = i == nibbles.size - 1
+        dut.in.valid.poke(nibble.isDefined)
+        dut.in.payload.poke(nibble.isDefined && i >= start)
+        dut.in.data.poke(nibble.getOrElse(0xa))
+        dut.in.last.poke(last)
+        // Without `last` these mean nothing.
+        dut.in.bad.poke(if (last) bad else i % 2 == 0)
+        dut.in.odd.poke(if (last) odd else i % 3 == 0)
+        dut.in.crcGood.poke(crcGood)
+        for (tick <- Seq(false, true, false)) {
+          val before = (dut.txEn.peek().litToBoolean, dut.txd.peek().litValue)
+          dut.tick.poke(tick)
+          dut.clock.step()
+          val now = (dut.txEn.peek().litToBoolean, dut.txd.peek().litValue)
+          if (!tick) assert(now == before, "pins change with the tick only")
+          else if (now._1) {
+            assert(sent.size == i, "no gap, and no delay beyond the tick")
+            sent :+= now._2.toInt
+          }
+        }
+      }
+      dut.txEn.expect(false)
+    }
+    sent
+  }
+  private def frame(payload: Seq[Int], bad: Boolean, crcGood: Boolean) =
+    send(preamble ++ payload, preamble.size, bad, payload.size % 2 == 1, crcGood)
+
+  "PHY-02: a good frame" should "leave as it is" in
+    assert(frame(data.take(6), bad = false, crcGood = true) == preamble ++ data.take(6))
+  "OP-10: a dribble nibble of a good frame" should "be dropped" in
+    assert(frame(data, bad = false, crcGood = true) == preamble ++ data.take(6))
+
+  "B-04, ERR-07: a bad frame" should "get the extra nibble" in
+    assert(frame(data.take(6), bad = true, crcGood = false) == preamble ++ data.take(6) :+ 0)
+  "B-04, ERR-06: a bad frame whose FCS is right" should "be spoiled and get the extra nibble" in
+    assert(frame(data.take(6), bad = true, crcGood = true) == preamble ++ data.take(5) ++ Seq(6 ^ 0xf, 0))
+  "B-04, ERR-09: a bad frame with an odd nibble" should "leave as it is: it is marked already" in
+    assert(frame(data, bad = true, crcGood = false) == preamble ++ data)
+  "B-04: a bad frame with an odd nibble behind a right FCS" should "get two nibbles" in
+    assert(frame(data, bad = true, crcGood = true) == preamble ++ data ++ Seq(0, 0))
+  "B-04: a bad frame without payload" should "leave as SFD and one nibble" in {
+    for (start <- 1 to 4; crcGood <- Seq(false, true); odd <- Seq(false, true)) {
+      val sent = send(preamble.take(start), start, bad = true, odd, crcGood)
+      assert(sent == Seq.fill(start - 1)(5) ++ Seq(0xd, 0))
+    }
+  }
+}

@@ -1,0 +1,109 @@
+package flyframe.params
+
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** Ranges of the parameters, written down here a second time: a changed range must be meant. */
+class EscParamsSpec extends AnyFlatSpec {
+
+  /** `base`: a clock at which nothing but the range itself limits the parameter. */
+  private case class Limits(inside: Seq[Int], outside: Seq[Int], base: EscParams = EscParams())
+  private def between(low: Int, high: Int) = Limits(Seq(low, high), Seq(low - 1, high + 1))
+  private val limits = Map(
+    "dataBusWidth"           -> Limits(Seq(8, 16, 32), Seq(0, 7, 9, 24, 33, 64)),
+    "maxSubTelegrams"        -> between(1, 128),
+    "nodeIdWidth"            -> between(4, 16),
+    "ports"                  -> between(1, 4),
+    "coreClockMhz"           -> Limits(Seq(25, 50, 100, 125), Seq(0, 24, 75, 101, 126)),
+    "ramKiB"                 -> between(0, 60),
+    "registerWritesPerFrame" -> Limits(Seq(0, 16, 352), Seq(-1, 1, 15, 353)),
+    "txShift"                -> between(0, 4).copy(base = EscParams(coreClockMhz = 125)),
+    "temporaryLoopMs"        -> between(1, 2000),
+    "escType"                -> between(0, 0xff),
+    "escRevision"            -> between(0, 0xff),
+    "escBuild"               -> between(0, 0xffff),
+    "reportedFmmus"          -> between(0, 16),
+    "reportedSyncManagers"   -> between(0, 16),
+    "reportedRamKiB"         -> between(-1, 60),
+    "reportedPorts"          -> between(-1, 0xff),
+    "reportedFeatures"       -> between(-1, 0xffff)
+  )
+
+  "The limits of this test" should "cover every parameter" in
+    assert(limits.keySet == ParamTable.all.map(_.name).toSet)
+
+  for (info <- ParamTable.all; limit <- limits.get(info.name)) {
+    info.name should s"accept ${limit.inside.mkString(", ")}" in {
+      for (value <- limit.inside) {
+        val p = info.set(limit.base, value)
+        assert(info.get(p) == value)
+        assert(EscParams.check(p) == Right(p))
+      }
+    }
+    it should s"refuse ${limit.outside.mkString(", ")} in one sentence" in {
+      for (value <- limit.outside ++ Seq(Int.MinValue, Int.MaxValue)) {
+        val p = info.set(limit.base, value)
+        assert(EscParams.problems(p).size == 1)
+        val sentence = EscParams.check(p).left.toOption.get
+        assert(sentence.startsWith(s"${info.name} is ${info.show(p)} but must be ${info.range}"))
+        assert(sentence.indexOf('.') == sentence.length - 1, sentence)
+      }
+    }
+    it should "be changed alone" in {
+      val changed = info.set(limit.base, limit.inside.last)
+      for (other <- ParamTable.all if other != info) assert(other.get(changed) == other.get(limit.base))
+    }
+  }
+
+  "registerWritesPerFrame" should "be at most 88 per core cycle of a nibble" in {
+    for ((clock, most) <- Seq(25 -> 88, 50 -> 176, 100 -> 352)) {
+      val p = EscParams(coreClockMhz = clock)
+      assert(EscParams.problems(p.copy(registerWritesPerFrame = most)).isEmpty)
+      if (clock < 100)
+        assert(
+          EscParams.problems(p.copy(registerWritesPerFrame = most + 1)) == Seq(
+            s"registerWritesPerFrame is ${most + 1} but must be 0 (derived) or 16 to $most bytes at coreClockMhz $clock."
+          )
+        )
+    }
+  }
+  it should "have a default that fits every core clock" in {
+    for (clock <- Seq(25, 50, 100, 125)) {
+      val p = EscParams(coreClockMhz = clock)
+      assert(EscParams.problems(p).isEmpty)
+      assert(p.writeLogDepth == (64 * clock / 25 min 256))
+    }
+  }
+
+  "txShift" should "stay below the core cycles of a nibble" in {
+    for (clock <- Seq(25, 50, 100, 125)) {
+      val most = clock / 25 - 1
+      val p    = EscParams(coreClockMhz = clock)
+      assert(EscParams.problems(p.copy(txShift = most)).isEmpty)
+      if (most < 4)
+        assert(
+          EscParams.problems(p.copy(txShift = most + 1)) == Seq(
+            s"txShift is ${most + 1} but must be 0 to $most core cycles at coreClockMhz $clock."
+          )
+        )
+    }
+  }
+
+  "Several problems" should "be told one by one" in {
+    assert(
+      EscParams.problems(EscParams(ports = 0, ramKiB = 61)).map(_.takeWhile(_ != ' ')) == Seq(
+        "ports",
+        "ramKiB"
+      )
+    )
+    assert(
+      EscParams.problems(EscParams(coreClockMhz = 25, txShift = 1, registerWritesPerFrame = 100)).size == 2
+    )
+  }
+
+  "Reported values" should "follow the hardware unless given" in {
+    val p = EscParams(ports = 3, ramKiB = 5)
+    assert((p.ramSizeReported, p.portDescriptor, p.features) == ((5, 0x3f, 0x80)))
+    val given = p.copy(reportedRamKiB = 8, reportedPorts = 0x3b, reportedFeatures = 0xfc)
+    assert((given.ramSizeReported, given.portDescriptor, given.features) == ((8, 0x3b, 0xfc)))
+  }
+}

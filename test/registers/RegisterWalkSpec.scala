@@ -1,0 +1,202 @@
+package flyframe.registers
+
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
+import flyframe.model._
+import flyframe.params.Presets
+import flyframe.rules.{Reply, Steps}
+
+/** Every byte of 0x0000 to 0x0FFF, from the bus and from the host, against what [[RegisterMap]] says of it.
+  */
+class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
+  private val small = Presets.named("cyclone4-min").get.params
+  private val sets = Seq(
+    small,
+    small.copy(
+      preset = "wide",
+      dataBusWidth = 32,
+      ports = 4,
+      coreClockMhz = 25,
+      nodeIdWidth = 10,
+      maxSubTelegrams = 100
+    )
+  )
+
+  for (p <- sets)
+    together(p.preset, new ControllerUnderTest(p))(RegisterWalk.all.map { case (name, walk) =>
+      name -> { dut: ControllerUnderTest => walk(new RegisterWalk(new RtlBench(dut, p))) }
+    }: _*)
+}
+
+object RegisterWalk {
+  val all: Seq[(String, RegisterWalk => Unit)] = Seq(
+    "GEN-07, GEN-09: every byte read by the host after reset"                          -> (_.hostReads()),
+    "GEN-04, FP-28: every byte read from the bus after reset, one datagram each"       -> (_.busReads()),
+    "FP-28: every byte read from the bus after reset, in long datagrams"               -> (_.longBusReads()),
+    "FP-28, FP-32, GEN-09: every byte written from the bus with the complement"        -> (_.busWrites()),
+    "PDI-06, GEN-09: every byte written by the host with the complement"               -> (_.hostWrites()),
+    "ERR-10: every byte of an error counter written, which clears its group, no other" -> (_.counterWrites())
+  )
+}
+
+/** The walks. Expectations come from the register map alone, not from the golden model. */
+class RegisterWalk(bench: RtlBench) extends Steps(bench) {
+  private val registers               = RegisterMap(p)
+  private val end                     = RegisterMap.ProcessRamStart
+  private def isUserRam(address: Int) = address >= RegisterMap.UserRamStart
+  private def at(address: Int)        = RegisterMap.at(registers, address)
+  private def hex(address: Int)       = f"0x$address%04x"
+
+  private def access(address: Int, side: Register => Access): Access =
+    if (isUserRam(address)) Access.ReadWrite else at(address).fold[Access](Access.None)(side)
+  private def ecat(address: Int) = access(address, _.ecat)
+  private def pdi(address: Int)  = access(address, _.pdi)
+
+  /** Changes with the loop settings, or moves them. */
+  private def isDlControl(address: Int) = at(address).exists(_.name == "dl_control")
+
+  /** The bits of a byte that belong to a field which `select` picks, taken from the fields' `image`. */
+  private def bits(address: Int, select: Field => Boolean, image: Field => BigInt): Int =
+    at(address).fold(0) { r =>
+      val whole = r.fields.filter(select).map(f => image(f) << f.low).foldLeft(BigInt(0))(_ | _)
+      (whole >> (8 * (address - r.address)) & 0xff).toInt
+    }
+
+  /** After reset, all links up, configuration loaded. */
+  private def initial(address: Int): Int =
+    if (isUserRam(address)) pattern(address)
+    else
+      bits(
+        address,
+        _ => true,
+        f =>
+          f.source match {
+            case Source.Status     => if (f.name.startsWith("loop_closed")) 0 else 1
+            case Source.Counter(_) => 0
+            case _                 => f.reset
+          }
+      )
+
+  /** The bits of a byte that keep what is written. */
+  private def stored(address: Int): Int =
+    if (isUserRam(address)) 0xff
+    else
+      bits(
+        address,
+        f =>
+          f.source match {
+            case Source.Stored(_) => true
+            case _                => false
+          },
+        f => (BigInt(1) << f.width) - 1
+      )
+
+  private def written(address: Int, byte: Int): Int =
+    byte & stored(address) | initial(address) & ~stored(address)
+
+  /** User RAM is undefined at power-on: a pattern without two equal neighbours. */
+  private def pattern(address: Int): Int = (address * 7 + 3) & 0xff
+  private def fillUserRam(): Unit =
+    for (address <- RegisterMap.UserRamStart until end) bench.hostWrite(address, pattern(address))
+
+  /** One frame to port 0; with all loops closed it leaves there again. */
+  private def exchanged(datagrams: Seq[Datagram]): Seq[Reply] = {
+    val (port, sent) = bench.send(0, WireFrame.withFcs(EtherCatFrame(datagrams))).get
+    replies(good(Some(port -> sent), port))
+  }
+  private def several(datagrams: Seq[Datagram]): Seq[Reply] =
+    datagrams.grouped(p.maxSubTelegrams min 100).flatMap(exchanged).toSeq
+
+  /** What every byte of `range` reads from the bus; `filler` where it cannot be read. */
+  private def busRead(range: Seq[Int], filler: Int): Seq[Int] =
+    range.grouped(1400).flatMap(r => read(Aprd, 0, r.head, filler, r.size)).toSeq
+  private def read(command: Int, adp: Int, ado: Int, filler: Int, length: Int): Seq[Int] =
+    exchanged(Seq(Datagram(command, adp, ado, Seq.fill(length)(filler)))).head.data
+
+  def hostReads(): Unit = {
+    fillUserRam()
+    for (address <- 0 until end)
+      assert(bench.hostRead(address) == (if (pdi(address).readable) initial(address) else 0), hex(address))
+  }
+
+  def busReads(): Unit = {
+    fillUserRam()
+    val filler = 0xa6 // no register reads so
+    val found  = several((0 until end).map(a => Datagram(Aprd, 0, a, Seq(filler))))
+    for ((reply, address) <- found.zipWithIndex) {
+      val can = ecat(address).readable
+      assert(reply.workingCounter == (if (can) 1 else 0), hex(address))
+      assert(reply.data == Seq(if (can) initial(address) else filler), hex(address))
+    }
+  }
+
+  def longBusReads(): Unit = {
+    fillUserRam()
+    for (filler <- Seq(0x00, 0xff)) // bytes that cannot be read stay as they were sent
+      for ((byte, address) <- busRead(0 until end, filler).zipWithIndex)
+        assert(byte == (if (ecat(address).readable) initial(address) else filler), hex(address))
+  }
+
+  def busWrites(): Unit = {
+    fillUserRam()
+    def write(address: Int, byte: Int) = Datagram(Apwr, 0, address, Seq(byte))
+    def check(address: Int, reply: Reply): Unit =
+      assert(reply.workingCounter == (if (ecat(address).writable) 1 else 0), hex(address))
+    def after(address: Int) =
+      if (ecat(address).writable) written(address, ~initial(address) & 0xff) else initial(address)
+
+    val (loops, others) = (0 until end).partition(isDlControl)
+    others.grouped(p.maxSubTelegrams min 100).foreach { group =>
+      exchanged(group.map(a => write(a, ~initial(a) & 0xff))).zip(group).foreach { case (reply, a) =>
+        check(a, reply)
+      }
+    }
+    // Loop settings take effect at once, so one byte at a time, and back.
+    for (address <- loops) {
+      check(address, exchanged(Seq(write(address, ~initial(address) & 0xff))).head)
+      assert(read(Aprd, 0, address, 0, 1) == Seq(after(address)), hex(address))
+      check(address, exchanged(Seq(write(address, initial(address)))).head)
+      assert(read(Aprd, 0, address, 0, 1) == Seq(initial(address)), hex(address))
+    }
+    val now = busRead(0 until end, 0)
+    for (address <- others) {
+      assert(now(address) == (if (ecat(address).readable) after(address) else 0), hex(address))
+      if (pdi(address).readable) assert(bench.hostRead(address) == after(address), hex(address))
+    }
+  }
+
+  def hostWrites(): Unit = {
+    fillUserRam()
+    for (address <- 0 until end) bench.hostWrite(address, ~initial(address) & 0xff)
+    val fromBus = busRead(0 until end, 0)
+    for (address <- 0 until end) {
+      val now =
+        if (pdi(address).writable) written(address, ~initial(address) & 0xff) else initial(address)
+      assert(bench.hostRead(address) == (if (pdi(address).readable) now else 0), hex(address))
+      assert(fromBus(address) == (if (ecat(address).readable) now else 0), hex(address))
+    }
+  }
+
+  def counterWrites(): Unit = {
+    val counters = registers.flatMap(r => r.fields.map(r -> _)).collect {
+      case (r, f @ Field(_, _, _, Source.Counter(group), _, _)) => (r.address + f.low / 8, group)
+    }
+    val other = EtherCatFrame(Seq(Datagram(Nop, 0, 0, Seq(0))))
+    val wrong = Fcs.of(other).map(_ ^ 0x10)
+
+    def allCount(): Unit = for (y <- 0 until p.ports) {
+      bench.setLink(y, up = false)
+      bench.setLink(y, up = true)
+      bench.falseCarrier(y, 1)
+      bench.send(y, WireFrame.ofBytes(other ++ wrong))
+      bench.send(y, WireFrame(WireFrame.ofBytes(other ++ wrong).symbols :+ Symbol(0)))
+    }
+    for ((address, group) <- counters) {
+      allCount()
+      for ((a, _) <- counters) assert(bench.hostRead(a) > 0, s"${hex(a)} counts")
+      assert(write(Apwr, 0, address, 0xff).workingCounter == 1)
+      for ((a, g) <- counters)
+        assert((bench.hostRead(a) == 0) == (g == group), s"${hex(a)} after writing ${hex(address)}")
+    }
+  }
+}

@@ -1,0 +1,66 @@
+package flyframe.rules
+
+import chisel3._
+import chiseltest._
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
+import flyframe.model._
+import flyframe.params.{EscParams, Presets}
+
+/** Rules that take more than one frame at a time, or a pin the other rule tests do not see. */
+class WireRulesSpec extends AnyFlatSpec with SharedSimulation {
+  private val small = Presets.named("cyclone4-min").get.params
+  private val sets = Seq(
+    small,
+    small.copy(preset = "wide-25", ports = 4, coreClockMhz = 25, dataBusWidth = 32)
+  )
+
+  for (p <- sets)
+    together(p.preset, new ControllerUnderTest(p))(
+      "GEN-03: frames in both directions at the same time both come out right" -> (bothDirections(_, p)),
+      "PHY-01: phy_reset_n is low exactly while reset is high"                 -> phyReset
+    )
+
+  private val random                   = new scala.util.Random(3)
+  private def bytes(count: Int)        = Seq.fill(count)(random.nextInt(256))
+  private def frame(ds: Seq[Datagram]) = WireFrame.withFcs(EtherCatFrame(ds))
+
+  private def bothDirections(dut: ControllerUnderTest, p: EscParams): Unit = {
+    val bench = new RtlBench(dut, p)
+    val model = new EscModel(p)
+    for (y <- 2 until p.ports) {
+      bench.setLink(y, up = false)
+      model.setLink(y, up = false)
+    }
+    def forward(size: Int) = frame(Seq(Datagram(7, 0, 0, Seq(0)), Datagram(2, 0, 0x0f80, bytes(size))))
+    // The frame on its way back holds a command too, which must not be carried out again.
+    def backward(size: Int) = frame(Seq(Datagram(2, 0, 0x0f80, bytes(size))))
+
+    // `delay`: slots the frame at port 1 begins later than that at port 0.
+    for ((delay, there, back) <- Seq((0, 20, 20), (1, 100, 30), (37, 30, 100), (-90, 90, 128), (-3, 1, 90))) {
+      val (out, in) = (forward(there), backward(back))
+      val expected  = Set(model.receive(0, out).get, model.receive(1, in).get)
+      val found     = bench.sendTogether((0, 0 max -delay, out), (1, 0 max delay, in))
+      assert(found.size == 2 && found.toSet == expected, s"delay $delay")
+      for (address <- 0x0f80 until 0x0f80 + there)
+        assert(bench.hostRead(address) == model.hostRead(address))
+    }
+    assert((0x0300 until 0x0310).forall(bench.hostRead(_) == 0), "no error was counted")
+  }
+
+  private def phyReset(dut: ControllerUnderTest): Unit = {
+    def released = dut.phyResetN.peek().litToBoolean
+    for (_ <- 0 until 2) { // the second time out of operation
+      dut.reset.poke(true.B)
+      for (_ <- 0 until 10) {
+        assert(!released)
+        dut.clock.step()
+      }
+      dut.reset.poke(false.B)
+      for (_ <- 0 until 10) {
+        assert(released)
+        dut.clock.step()
+      }
+    }
+  }
+}
