@@ -192,8 +192,8 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   areas.foreach { port =>
     // In cycle 0 the byte written, in cycle 1 the end of the buffer read, in cycle 4 the beginning of one to be read.
     val readClosed = RegNext(RegNext(byteEnd && readNow && readCloses, false.B), false.B)
-    val closedIndex  = RegEnable(readIndex, at(0))
-    val closedSingle = RegEnable(readSingle, at(0))
+    val closedIndex  = RegEnable(readIndex, tick)
+    val closedSingle = RegEnable(readSingle, tick)
     val writes     = accept && writesArea
     port.access.touch  := writes || opens
     port.access.first  := Mux(writes, writeArea2.first, reading.area.first)

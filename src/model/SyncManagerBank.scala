@@ -20,11 +20,13 @@ class SyncManagerBank(count: Int, registers: ModelRegisters, exists: Int => Bool
   def frameStarts(): Unit            = managers.foreach(_.frameStarts())
   def frameEnds(good: Boolean): Unit = managers.foreach(_.frameEnds(good))
   def activationEvent: Boolean       = changed.contains(true)
-  private def eventsOf(wanted: SyncManagerSettings => Boolean): Int = managers.zipWithIndex.collect {
-    case (m, n) if wanted(m.settings) && (m.writeEvent || m.readEvent) => 1 << n
+
+  /** A written buffer is news for the side that reads, a read one for the side that writes (0x0805[1:0]). */
+  private def eventsFor(side: Side, enabled: SyncManagerSettings => Boolean): Int = managers.zipWithIndex.collect {
+    case (m, n) if enabled(m.settings) && (if (m.settings.writer == side) m.readEvent else m.writeEvent) => 1 << n
   }.sum
-  def alEvents: Int   = eventsOf(_.alEvent)
-  def ecatEvents: Int = eventsOf(_.ecatEvent) & 0xff
+  def alEvents: Int   = eventsFor(Side.Pdi, _.alEvent)
+  def ecatEvents: Int = eventsFor(Side.Ecat, _.ecatEvent) & 0xff
 
   private val Name = "sm(\\d+)_(.*)".r
 
