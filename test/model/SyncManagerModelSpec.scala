@@ -108,7 +108,7 @@ class SyncManagerModelSpec extends AnyFlatSpec {
           }
           if (found) readAt = (readAt + 1) % 3
         }
-      assert(last > 1000)
+      assert(last > 500)
     }
   }
   "SM-15, SM-16: before the first complete write" should "nothing be readable and the status be 3" in {

@@ -3,7 +3,7 @@ package flyframe.model
 import java.io.{OutputStream, PrintStream}
 import scala.util.Random
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.params.EscParams
+import flyframe.params.{EscParams, Presets}
 
 /** Random traffic must get to the states that matter. */
 class UnitTrafficSpec extends AnyFlatSpec {
@@ -56,5 +56,20 @@ class UnitTrafficSpec extends AnyFlatSpec {
         s"logical 12 counts $k"
       )
     for (state <- wanted) assert(seen(state) >= 5, s"too rare: $state")
+  }
+
+  "WD, SII: random traffic for a complete slave" should "keep watchdogs and EEPROM quiet" in {
+    for (name <- Seq("slave", "et1100", "et1200")) {
+      val preset = Presets.named(name).get.params
+      val out    = new java.io.ByteArrayOutputStream
+      FuzzVectors.write(preset, 5, 600, new PrintStream(out))
+      val lines = out.toString.linesIterator.toSeq
+      // The first checkpoint has read all times as 0, and so does the last one.
+      for (address <- Seq(0x0410, 0x0411, 0x0420, 0x0421)) {
+        val reads = lines.filter(_.startsWith(f"R $address%04x"))
+        assert(reads.nonEmpty && reads.forall(_.endsWith(" 00")), name)
+      }
+      assert(!lines.exists(l => UnitTraffic.WatchdogStates.exists(a => l.startsWith(f"R $a%04x"))))
+    }
   }
 }
