@@ -27,7 +27,8 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
     model.setLink(port, up)
   }
 
-  def pdiOperational(on: Boolean): Unit = {
+  /** Without effect where an EEPROM decides it. */
+  def pdiOperational(on: Boolean): Unit = if (!p.hasSii) {
     quiet()
     out.println(s"P ${if (on) 1 else 0}")
     model.pdiOperational = on

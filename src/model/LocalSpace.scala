@@ -122,6 +122,11 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
         may
       }
 
+    override def closings(): () => Unit = {
+      val due = syncManagers.managers.filter(_.takeClosing())
+      () => due.foreach(_.close())
+    }
+
     /** FP-32, FP-35: the frame is over; what it wrote to registers, in order. */
     def end(good: Boolean): Seq[Int] = {
       syncManagers.frameEnds(good)

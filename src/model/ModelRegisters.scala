@@ -22,10 +22,13 @@ class ModelRegisters(p: EscParams, status: String => Int) {
     if (address >= 0 && address < byByte.length) Option(byByte(address)) else None
 
   /** Present value of a field. */
-  def value(name: String): Int                 = values(name).toInt
-  def wide(name: String): Long                 = values(name)
-  def set(name: String, value: Int): Unit      = values(name) = value.toLong
-  def setWide(name: String, value: Long): Unit = values(name) = value
+  def value(name: String): Int            = values(name).toInt
+  def wide(name: String): Long            = values(name)
+  def set(name: String, value: Int): Unit = setWide(name, value.toLong)
+  def setWide(name: String, value: Long): Unit = {
+    require(values.contains(name), s"no field $name")
+    values(name) = value
+  }
 
   /** Counts one, up to 0xFF (ERR-10). */
   def count(name: String, events: Int = 1): Unit = values(name) = (values(name) + events) min 0xffL

@@ -10,6 +10,11 @@ trait AddressSpace {
     * well.
     */
   def write(address: Int, byte: Int): Boolean
+
+  /** What reading has closed since this was asked last; to be carried out when the byte passes for which it
+    * was read.
+    */
+  def closings(): () => Unit = () => ()
 }
 
 /** Settings of the processing unit for one frame. */
@@ -207,7 +212,9 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       }
       readByte(0)
       for (i <- 0 until length if begun(data + i)) {
+        val close = space.closings()
         readByte(i + 1)
+        close()
         if (has(data + i) && write(i, byteIn(data + i))) writeSuccess = true
       }
       val count = (if (readSuccess) 1 else 0) + (if (writeSuccess) writeCounts else 0)

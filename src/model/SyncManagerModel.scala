@@ -49,7 +49,12 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
   private case class Events(written: Boolean, read: Boolean)
 
   /** What this frame has done so far. */
-  private case class FrameState(touched: Boolean = false, first: Boolean = false, closed: Boolean = false)
+  private case class FrameState(
+      touched: Boolean = false,
+      first: Boolean = false,
+      closing: Boolean = false, // the end has been read ahead, its byte has not passed yet (B-55)
+      closed: Boolean = false
+  )
 
   def settings: SyncManagerSettings = now
 
@@ -112,7 +117,12 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
       if (first) begin(write)
       if (last) complete(side, write)
     case Side.Ecat =>
-      inFrame = FrameState(touched = true, inFrame.first || first, inFrame.closed || last)
+      inFrame = FrameState(
+        touched = true,
+        first = inFrame.first || first,
+        closing = inFrame.closing || (last && !write),
+        closed = inFrame.closed || (last && write)
+      )
   }
 
   /** The first byte has been accessed: ends an event. */
@@ -138,12 +148,22 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
   /** A frame begins. */
   def frameStarts(): Unit = inFrame = FrameState()
 
+  /** The end has been read since this was asked last. */
+  def takeClosing(): Boolean = {
+    val due = inFrame.closing
+    inFrame = inFrame.copy(closing = false)
+    due
+  }
+
+  /** The byte of the frame that carries the end has passed. */
+  def close(): Unit = inFrame = inFrame.copy(closed = true)
+
   /** The frame has ended; what it did takes effect, or is forgotten (B-57). */
   def frameEnds(good: Boolean): Unit = {
     val write = now.writer == Side.Ecat
     if (good) {
       if (inFrame.first) begin(write)
-      if (inFrame.closed) complete(Side.Ecat, write)
+      if (inFrame.closed || inFrame.closing) complete(Side.Ecat, write)
     } else if (inFrame.touched) open -= Side.Ecat
     inFrame = FrameState()
   }
