@@ -49,7 +49,7 @@ class LedPins(ports: Int) extends Bundle {
 class SlaveController(p: EscParams) extends Module {
   override def desiredName = p.topName
 
-  val phy_clk_ref     = IO(Input(Bool()))
+  val phy_clk_ref = IO(Input(Bool()))
 
   /** High when the local configuration is loaded: an input, or what the SII interface found. */
   val pdi_operational = Option.when(!p.hasSii)(IO(Input(Bool())))

@@ -22,14 +22,14 @@ class ControllerUnderTest(p: EscParams) extends Module {
   val phyResetN = IO(Output(Bool()))
   val host      = IO(new memory.HostPort(p.lanes))
 
-  val interrupt = IO(Output(Bool()))
+  val irq     = IO(Output(Bool()))
 
   private val dut = Module(new SlaveController(p))
-  interrupt := dut.irq.getOrElse(false.B)
-  dut.phy_clk_ref     := false.B
+  irq             := dut.irq.getOrElse(false.B)
+  dut.phy_clk_ref := false.B
   dut.pdi_operational.foreach(_ := loaded)
-  txTick              := dut.mii_tx_tick
-  phyResetN           := dut.phy_reset_n
+  txTick    := dut.mii_tx_tick
+  phyResetN := dut.phy_reset_n
   dut.host <> host
   for (y <- 0 until p.ports) {
     dut.mii(y).rx_clk := rxClock(y).asClock
@@ -142,7 +142,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   def advanceMs(ms: Int): Unit = idle(ms * 25000)
 
   /** Not connected yet: comes with the RTL of the events. */
-  def interrupt: Boolean = dut.interrupt.peek().litToBoolean
+  def interrupt: Boolean = dut.irq.peek().litToBoolean
 
   /** Symbols with RX_ER outside a frame. */
   def falseCarrier(port: Int, symbols: Int): Unit = {

@@ -4,7 +4,8 @@ import chisel3._
 import chisel3.util._
 import flyframe.params.EscParams
 
-/** AL control and status, and the event requests towards master and host (AL-01 to AL-06, IRQ-01 to IRQ-08). */
+/** AL control and status, and the event requests towards master and host (AL-01 to AL-06, IRQ-01 to IRQ-08).
+  */
 class Application(p: EscParams) extends Module {
 
   /** AL control, AL status as stored; emulation: AL status follows AL control (AL-05). */
@@ -47,7 +48,7 @@ class Application(p: EscParams) extends Module {
 
   /** For the IRQ field of datagrams, and the interrupt to the host. */
   val irqField  = IO(Output(UInt(16.W)))
-  val interrupt = IO(Output(Bool()))
+  val irq       = IO(Output(Bool()))
 
   // Reset of all: no event, AL control open.
   private val controlEvent = RegInit(false.B)
@@ -72,7 +73,16 @@ class Application(p: EscParams) extends Module {
 
   private val forMaster = smEcatEvents.pad(8)(7, 0)
   ecatEvents := Cat(0.U(4.W), forMaster, alEvent, dlEvent, 0.U(2.W))
-  alEvents := Cat(0.U(8.W), smAlEvents.pad(16), 0.U(1.W), watchdog, 0.U(1.W), smChanged.orR, 0.U(3.W), controlEvent)
+  alEvents := Cat(
+    0.U(8.W),
+    smAlEvents.pad(16),
+    0.U(1.W),
+    watchdog,
+    0.U(1.W),
+    smChanged.orR,
+    0.U(3.W),
+    controlEvent
+  )
   irqField  := ecatEvents & ecatMask
-  interrupt := (alEvents & alMask).orR
+  irq := (alEvents & alMask).orR
 }

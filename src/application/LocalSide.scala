@@ -10,8 +10,8 @@ import flyframe.params.EscParams
 import flyframe.sii.SiiController
 import flyframe.syncmanager.SyncManagers
 
-/** Builds what does not lie on the wire path, as far as the parameters ask for it, and connects it with memory and frame
-  * processor: host port, SyncManagers, SII EEPROM, application layer, watchdogs, LEDs.
+/** Builds what does not lie on the wire path, as far as the parameters ask for it, and connects it with
+  * memory and frame processor: host port, SyncManagers, SII EEPROM, application layer, watchdogs, LEDs.
   *
   * A part of [[flyframe.SlaveController]] in a file of its own, not a module.
   */
@@ -46,18 +46,19 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       sequencer.areas <> sms.pdi
       sequencer.ecatActs := sms.ecat.access.touch || sms.ecat.access.close || sms.good || sms.bad
       processor.areas.get <> sms.ecat
-      sms.write := written
-      sms.good  := processor.frameGood
-      sms.bad   := processor.frameBad
-      sms.quiet := !processor.busy && !ShiftRegister(processor.busy, 8, false.B, true.B)
+      sms.write   := written
+      sms.ramOpen := memory.ramOpen
+      sms.good    := processor.frameGood
+      sms.bad     := processor.frameBad
+      sms.quiet   := !processor.busy && !ShiftRegister(processor.busy, 8, false.B, true.B)
       for (n <- 0 until p.syncManagers) {
-        sms.enable(n)                        := memory.value.bool(s"sm${n}_enable")
+        sms.enable(n)                         := memory.value.bool(s"sm${n}_enable")
         memory.guard.uint(s"sm${n}_disabled") := !memory.value.bool(s"sm${n}_enable")
-        status(s"sm${n}_write_event")        := sms.writeEvent(n)
-        status(s"sm${n}_read_event")         := sms.readEvent(n)
-        status(s"sm${n}_mailbox_full")       := sms.full(n)
-        status(s"sm${n}_last_buffer")        := sms.lastBuffer(n)
-        status(s"sm${n}_deactivated")        := sms.deactivated(n)
+        status(s"sm${n}_write_event")         := sms.writeEvent(n)
+        status(s"sm${n}_read_event")          := sms.readEvent(n)
+        status(s"sm${n}_mailbox_full")        := sms.full(n)
+        status(s"sm${n}_last_buffer")         := sms.lastBuffer(n)
+        status(s"sm${n}_deactivated")         := sms.deactivated(n)
       }
   }
 
@@ -92,16 +93,16 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     memory.guard.uint("sii_pdi_may_take")   := (unit.offered || unit.taken) && !unit.forced
     memory.set.load("eeprom_taken").valid   := unit.forced
     memory.set.load("eeprom_taken").bits    := 0.U
-    status("eeprom_write_enable")      := unit.writeEnable
-    status("eeprom_two_address_bytes") := unit.twoByte
-    status("eeprom_command")           := unit.command
-    status("eeprom_checksum_error")    := unit.checksumError
-    status("eeprom_not_loaded")        := unit.notLoaded
-    status("eeprom_command_error")     := unit.commandError
-    status("eeprom_write_error")       := unit.writeError
-    status("eeprom_busy")              := unit.busy
-    siiError  := unit.checksumError || unit.commandError
-    siiLoading := unit.loading
+    status("eeprom_write_enable")           := unit.writeEnable
+    status("eeprom_two_address_bytes")      := unit.twoByte
+    status("eeprom_command")                := unit.command
+    status("eeprom_checksum_error")         := unit.checksumError
+    status("eeprom_not_loaded")             := unit.notLoaded
+    status("eeprom_command_error")          := unit.commandError
+    status("eeprom_write_error")            := unit.writeError
+    status("eeprom_busy")                   := unit.busy
+    siiError                                := unit.checksumError || unit.commandError
+    siiLoading                              := unit.loading
     !unit.notLoaded
   }
   private val siiError   = WireDefault(false.B)
@@ -109,9 +110,9 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   private val noEvents   = WireDefault(0.U(16.W))
 
   // Set by `application`, used by `leds`.
-  private val alChanged        = WireDefault(false.B)
-  private val emulation        = if (p.hasSii) memory.value.bool("device_emulation") else false.B
-  private val watchdogExpired  = WireDefault(false.B)
+  private val alChanged          = WireDefault(false.B)
+  private val emulation          = if (p.hasSii) memory.value.bool("device_emulation") else false.B
+  private val watchdogExpired    = WireDefault(false.B)
   private val pdiWatchdogExpired = WireDefault(false.B)
 
   /** Connects application layer and watchdogs; the result: the events for the IRQ field of datagrams. */
@@ -119,22 +120,22 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     if (!p.hasApplicationLayer) noEvents
     else {
       val unit = Module(new Application(p))
-      unit.alControl        := memory.value.uint("al_control")
-      unit.alStatus         := memory.value.uint("al_status")
-      unit.emulation        := emulation
-      unit.alControlWritten := writes(0x120).valid || writes(0x121).valid
-      unit.alControlRead    := hostReads(0x120) || hostReads(0x121)
-      memory.set.load("al_status").valid      := unit.copyControl
-      memory.set.load("al_status").bits       := unit.alControl
-      memory.guard.uint("al_control_free")    := unit.alControlFree
-      memory.guard.uint("al_status_by_pdi")   := !emulation
-      unit.dlStatus     := dlStatus
-      unit.readDlStatus := processor.readDlStatus
-      unit.readAlStatus := processor.readAlStatus
-      unit.good         := processor.frameGood
-      unit.bad          := processor.frameBad
-      unit.ecatMask     := memory.value.uint("ecat_event_mask")
-      alChanged         := unit.alStatus =/= RegNext(unit.alStatus)
+      unit.alControl                        := memory.value.uint("al_control")
+      unit.alStatus                         := memory.value.uint("al_status")
+      unit.emulation                        := emulation
+      unit.alControlWritten                 := writes(0x120).valid || writes(0x121).valid
+      unit.alControlRead                    := hostReads(0x120) || hostReads(0x121)
+      memory.set.load("al_status").valid    := unit.copyControl
+      memory.set.load("al_status").bits     := unit.alControl
+      memory.guard.uint("al_control_free")  := unit.alControlFree
+      memory.guard.uint("al_status_by_pdi") := !emulation
+      unit.dlStatus                         := dlStatus
+      unit.readDlStatus                     := processor.readDlStatus
+      unit.readAlStatus                     := processor.readAlStatus
+      unit.good                             := processor.frameGood
+      unit.bad                              := processor.frameBad
+      unit.ecatMask                         := memory.value.uint("ecat_event_mask")
+      alChanged                             := unit.alStatus =/= RegNext(unit.alStatus)
 
       syncManagers match {
         case None =>
@@ -146,7 +147,8 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
           unit.smAlEvents   := sms.alEvent.asUInt
           unit.smChanged := VecInit((0 until p.syncManagers).map { n =>
             val address = 0x806 + 8 * n
-            val present = Cat(memory.value.uint(s"sm${n}_repeat_request"), memory.value.uint(s"sm${n}_enable"))
+            val present =
+              Cat(memory.value.uint(s"sm${n}_repeat_request"), memory.value.uint(s"sm${n}_enable"))
             val changed = RegInit(false.B).suggestName(s"sm${n}_changed") // reset: as the register
             when(hostReads(address)) { changed := false.B }
             when(writes(address).valid && writes(address).bits(1, 0) =/= present) { changed := true.B }
@@ -157,18 +159,27 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
 
       // 0x0204, 0x0210, 0x0220 by their fields.
       def mask(name: String) = memory.value.uint(name)
-      val smMask = if (p.syncManagers > 0) mask("sm_mask").pad(16) else 0.U(16.W)
-      unit.alMask := Cat(0.U(8.W), smMask, 0.U(1.W), mask("watchdog_mask"), mask("eeprom_mask"), mask("sm_activation_mask"), 0.U(3.W), mask("al_control_mask"))
-      status("dl_status_event")     := unit.ecatEvents(2)
-      status("al_status_event")     := unit.ecatEvents(3)
-      status("al_control_event")    := unit.alEvents(0)
-      status("sm_activation_event") := unit.alEvents(4)
+      val smMask             = if (p.syncManagers > 0) mask("sm_mask").pad(16) else 0.U(16.W)
+      unit.alMask := Cat(
+        0.U(8.W),
+        smMask,
+        0.U(1.W),
+        mask("watchdog_mask"),
+        mask("eeprom_mask"),
+        mask("sm_activation_mask"),
+        0.U(3.W),
+        mask("al_control_mask")
+      )
+      status("dl_status_event")                    := unit.ecatEvents(2)
+      status("al_status_event")                    := unit.ecatEvents(3)
+      status("al_control_event")                   := unit.alEvents(0)
+      status("sm_activation_event")                := unit.alEvents(4)
       if (p.hasWatchdogs) status("watchdog_event") := unit.alEvents(6)
       if (p.syncManagers > 0) {
         status("sm_ecat_event") := unit.ecatEvents >> 4
         status("sm_al_event")   := unit.alEvents >> 8
       }
-      irq.foreach(_ := unit.interrupt)
+      irq.foreach(_ := unit.irq)
       unit.irqField
     }
 
@@ -189,13 +200,13 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       val trigger     = syncManagers.fold(false.B)(_.trigger)
       val processData = watchdog("watchdog_time_process_data", 0x420, trigger)
       val pdi         = watchdog("watchdog_time_pdi", 0x410, memory.host.ack)
-      status("watchdog_process_data") := processData.running
-      status("watchdog_pdi")          := pdi.running
-      status("pdi_watchdog")          := pdi.running
+      status("watchdog_process_data")                   := processData.running
+      status("watchdog_pdi")                            := pdi.running
+      status("pdi_watchdog")                            := pdi.running
       memory.event.pulse("watchdog_count_process_data") := processData.expired
       memory.event.pulse("watchdog_count_pdi")          := pdi.expired
-      watchdogExpired    := processData.expired
-      pdiWatchdogExpired := pdi.expired
+      watchdogExpired                                   := processData.expired
+      pdiWatchdogExpired                                := pdi.expired
       val event = RegInit(false.B).suggestName("watchdog_event") // reset: no event
       when(hostReads(0x440) || hostReads(0x441)) { event := false.B }
       when(processData.expired) { event := true.B }
@@ -207,7 +218,9 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     val tick = Counter(p.coreClockMhz * 50000).inc()
     val al   = memory.value.uint("al_status")
     val state = MuxLookup(al(3, 0), LedCode.Off.U)(
-      Seq(2 -> LedCode.Blinking, 4 -> LedCode.Single, 8 -> LedCode.On, 3 -> LedCode.Flicker).map { case (s, c) => s.U -> c.U }
+      Seq(2 -> LedCode.Blinking, 4 -> LedCode.Single, 8 -> LedCode.On, 3 -> LedCode.Flicker).map {
+        case (s, c) => s.U -> c.U
+      }
     )
     // Errors that are edges stay until the state changes.
     val latched = RegInit(LedCode.Off.U(4.W)) // reset: no error
@@ -222,14 +235,14 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     def led(name: String, automatic: UInt, address: Int, drop: Bool, pin: Bool): Unit = {
       val control = Module(new LedControl).suggestName(s"led_$name")
       val pattern = Module(new LedPattern).suggestName(s"pattern_$name")
-      control.automatic := automatic
-      control.write     := writes(address)
-      control.drop      := drop
-      pattern.tick      := tick
-      pattern.code      := control.code
+      control.automatic             := automatic
+      control.write                 := writes(address)
+      control.drop                  := drop
+      pattern.tick                  := tick
+      pattern.code                  := control.code
       status(s"${name}_led_code")   := control.code
       status(s"${name}_led_enable") := control.taken
-      pin := pattern.lit
+      pin                           := pattern.lit
     }
     led("run", Mux(siiLoading, LedCode.Flicker.U, state), 0x138, alChanged, pins.run)
     led("err", error, 0x139, error =/= LedCode.Off.U && error =/= RegNext(error), pins.err)

@@ -12,15 +12,16 @@ class Mapped extends Bundle {
   /** Local address of the byte; bit 16: beyond the address space. */
   val address = UInt(17.W)
 
-  /** Bits of the byte that are mapped, and how far they are moved: local bit = logical bit + shift, -7 to 7. */
+  /** Bits of the byte that are mapped, and how far they are moved: local bit = logical bit + shift, -7 to 7.
+    */
   val mask  = UInt(8.W)
   val shift = SInt(4.W)
 }
 
 /** All FMMUs: their configuration (0x0600 on) and the search for the one that maps a logical byte.
   *
-  * The search takes one entry per cycle in banks of eight: `index` counts from 0 to 7, and the result is final three
-  * cycles after the last. The lowest-numbered FMMU of each direction wins (FMMU-05).
+  * The search takes one entry per cycle in banks of eight: `index` counts from 0 to 7, and the result is
+  * final three cycles after the last. The lowest-numbered FMMU of each direction wins (FMMU-05).
   */
 class Fmmus(p: EscParams) extends Module {
   private val n = p.fmmus

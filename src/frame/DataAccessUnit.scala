@@ -5,8 +5,8 @@ import chisel3.util._
 import flyframe.memory.EcatAccess
 import flyframe.mii.NibbleStream
 
-/** What moves the data of a datagram between wire and memory: [[DataAccess]], or with FMMUs and SyncManagers between
-  * them [[TranslatedAccess]].
+/** What moves the data of a datagram between wire and memory: [[DataAccess]], or with FMMUs and SyncManagers
+  * between them [[TranslatedAccess]].
   *
   * @param lanes
   *   bytes per access

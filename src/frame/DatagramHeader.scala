@@ -79,14 +79,14 @@ class DatagramHeader(logical: Boolean) extends Module {
   private val hit       = Mux(Command.byPosition(code), zero, stationMatch || aliasMatch)
   private val broadcast = Command.broadcast(code)
   private val others    = Command.readsOneWritesOthers(code)
-  request.broadcast     := broadcast
+  request.broadcast := broadcast
   private val byFmmu    = if (logical) Command.logical(code) else false.B
   private val addressed = Mux(Command.logical(code), byFmmu, hit || broadcast)
   request.read           := !reserved && addressed && (Command.reads(code) || others)
   request.write          := !reserved && Mux(others, !hit, addressed && Command.writes(code))
   request.logical        := byFmmu
   request.logicalAddress := (if (logical) Cat(address, adp) else 0.U)
-  request.readWrite     := Command.reads(code) && Command.writes(code)
-  request.incrementsAdp := !reserved && Command.incrementsAdp(code)
-  request.address       := address
+  request.readWrite      := Command.reads(code) && Command.writes(code)
+  request.incrementsAdp  := !reserved && Command.incrementsAdp(code)
+  request.address        := address
 }

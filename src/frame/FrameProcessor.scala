@@ -169,7 +169,7 @@ class FrameProcessor(p: EscParams) extends Module {
   private val hadTooMany = part === Part.padding && position.datagram > p.maxSubTelegrams.U
 
   // One cycle later, which nobody minds: counters and log are off the wire path.
-  error         := RegNext(ends && (bad || hadTooMany), false.B)
+  error := RegNext(ends && (bad || hadTooMany), false.B)
   // With SyncManagers the last byte may still be on its way to memory; buffers change hands before registers are written (B-57).
   private val settle = if (p.translates) 5 else 1
   frameGood     := ShiftRegister(ends && !bad, settle, false.B, true.B)

@@ -10,8 +10,8 @@ import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan}
 
 /** Moves the data of a datagram between wire and memory like [[DataAccess]], through FMMUs and SyncManagers.
   *
-  * A byte is on its way for four byte times of eight core cycles and more. The bytes of the datagram follow each other,
-  * so all four work at once, each on its own byte:
+  * A byte is on its way for four byte times of eight core cycles and more. The bytes of the datagram follow
+  * each other, so all four work at once, each on its own byte:
   *
   *   - *map*, three bytes ahead: the FMMUs are searched for the logical address;
   *   - *area*, two bytes ahead: the SyncManagers are searched for the local addresses found;
@@ -25,10 +25,10 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   val registerWrite = IO(Input(Valid(new RegisterWrite(p.lanes))))
   val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
 
-  private val inData   = position.part === Part.data
-  private val inHeader = position.part === Part.header
-  private val active   = step && in.valid && in.payload
-  private val byteEnd  = active && inData && position.high
+  private val inData                     = position.part === Part.data
+  private val inHeader                   = position.part === Part.header
+  private val active                     = step && in.valid && in.payload
+  private val byteEnd                    = active && inData && position.high
   private def headerEnd(byte: Int): Bool = active && inHeader && position.high && position.byte === byte.U
 
   // Byte times.
@@ -46,7 +46,9 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     val exists  = Bool()
     val address = UInt(16.W)
   }
-  private val direct = Reg(UInt(17.W)) // local address without FMMU; one bit more than 16, so that it cannot wrap (B-18)
+  private val direct = Reg(
+    UInt(17.W)
+  ) // local address without FMMU; one bit more than 16, so that it cannot wrap (B-18)
   when(at(2)) { direct := Mux(starting, request.address, direct + 1.U) }
 
   private def local(mapped: Mapped): Local = {
@@ -101,8 +103,8 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
 
   // fetch.
   private class Target extends Bundle {
-    val local = new Local
-    val area  = new AreaHit(p.smIndexBits)
+    val local        = new Local
+    val area         = new AreaHit(p.smIndexBits)
     def single: Bool = area.first && area.last
   }
   private def target(l: Local, a: AreaHit): Target = {
@@ -130,8 +132,10 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     case Some(port) =>
       val view  = port.views(t.area.index)
       val right = view.ecatWrites === writing.B
-      val may   = view.works && (t.single || (right && (view.ecatOpen || (t.area.first && view.ecatMayOpen))))
-      (t.local.exists && (!t.area.hit || may), t.local.exists && t.area.hit && may && right)
+      val hit   = t.area.hit && port.acts(t.local.address)
+      val may = view.works && port.exists(t.local.address) &&
+        (t.single || (right && (view.ecatOpen || (t.area.first && view.ecatMayOpen))))
+      (t.local.exists && (!hit || may), t.local.exists && hit && may && right)
   }
   private def buffer(t: Target, writing: Boolean): UInt = areas match {
     case None => t.local.address.pad(17)
@@ -139,7 +143,7 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
       val view   = port.views(t.area.index)
       val number = if (writing) view.writerBuffer else view.readerBuffer
       val offset = Mux(number(1), t.area.length << 1, Mux(number(0), t.area.length, 0.U))
-      val sum    = t.local.address +& Mux(t.area.hit && !t.single, offset, 0.U)
+      val sum    = t.local.address +& Mux(t.area.hit && port.acts(t.local.address) && !t.single, offset, 0.U)
       Cat(sum(sum.getWidth - 1, 16).orR, sum(15, 0))
   }
 
@@ -167,19 +171,19 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
 
   // move: writing. Asked when all before this byte has been done.
   private val (mayWrite, writesBuffer) = permission(writeTarget, writing = true)
-  private val writeAddress  = RegEnable(buffer(writeTarget, writing = true), at(2))
-  private val writeMay      = RegEnable(mayWrite, at(2))
-  private val writesArea    = RegEnable(writesBuffer, at(2))
-  private val writeArea2    = RegEnable(writeTarget.area, at(2))
-  private val writeSingle   = RegEnable(writeTarget.single, at(2))
-  private val lookUpWrite   = at(3) && inData
-  private val writeArrives  = RegNext(lookUpWrite, false.B)
-  private val writable      = RegEnable(laneOf(memory.writable, lane(writeAddress), 1).asBool, writeArrives)
-  private val toRegister    = writeAddress < RegisterMap.UserRamStart.U
-  private val low           = RegEnable(in.data, step)
-  private val passed        = RegEnable(Cat(in.data, low), byteEnd)
-  private val written       = RegNext(byteEnd && enable && request.write, false.B)
-  private val accept        = written && writeMay && writable && !(toRegister && memory.logFull)
+  private val writeAddress             = RegEnable(buffer(writeTarget, writing = true), at(2))
+  private val writeMay                 = RegEnable(mayWrite, at(2))
+  private val writesArea               = RegEnable(writesBuffer, at(2))
+  private val writeArea2               = RegEnable(writeTarget.area, at(2))
+  private val writeSingle              = RegEnable(writeTarget.single, at(2))
+  private val lookUpWrite              = at(3) && inData
+  private val writeArrives             = RegNext(lookUpWrite, false.B)
+  private val writable   = RegEnable(laneOf(memory.writable, lane(writeAddress), 1).asBool, writeArrives)
+  private val toRegister = writeAddress < RegisterMap.UserRamStart.U
+  private val low        = RegEnable(in.data, step)
+  private val passed     = RegEnable(Cat(in.data, low), byteEnd)
+  private val written    = RegNext(byteEnd && enable && request.write, false.B)
+  private val accept     = written && writeMay && writable && !(toRegister && memory.logFull)
 
   memory.read         := lookUpRead || lookUpWrite
   memory.readAddress  := Mux(lookUpRead, readAddress, writeAddress)
@@ -191,10 +195,10 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
 
   areas.foreach { port =>
     // In cycle 0 the byte written, in cycle 1 the end of the buffer read, in cycle 4 the beginning of one to be read.
-    val readClosed = RegNext(RegNext(byteEnd && readNow && readCloses, false.B), false.B)
+    val readClosed   = RegNext(RegNext(byteEnd && readNow && readCloses, false.B), false.B)
     val closedIndex  = RegEnable(readIndex, tick)
     val closedSingle = RegEnable(readSingle, tick)
-    val writes     = accept && writesArea
+    val writes       = accept && writesArea
     port.access.touch  := writes || opens
     port.access.first  := Mux(writes, writeArea2.first, reading.area.first)
     port.access.single := Mux(writes, writeSingle, Mux(opens, reading.single, closedSingle))

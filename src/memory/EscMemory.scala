@@ -96,7 +96,7 @@ class EscMemory(p: EscParams) extends Module {
   private val unitReads   = unitRead.valid && !ecat.read && !host.req
   private val readAddress = Mux(ecat.read, ecat.readAddress(15, 0), Mux(unitReads, unitRead.bits, host.addr))
   unitRead.ready := !ecat.read && !host.req
-  private val readTarget  = target(readAddress, ecat.read && ecat.readAddress(16))
+  private val readTarget = target(readAddress, ecat.read && ecat.readAddress(16))
   file.readAddress := readAddress(11, laneBits)
   ram.foreach(_.io.readAddress := readTarget.index)
 
@@ -110,15 +110,16 @@ class EscMemory(p: EscParams) extends Module {
   private val ramData      = VecInit(ram.map(_.io.readData)).asUInt
   private val registerData = latched(file.readData)
   private val everyLane    = Fill(lanes, ramHit)
-  private val fromRam      = if (p.hasRegisterRam) FillInterleaved(8, everyLane | latched(file.inRam)) else Fill(8 * lanes, ramHit)
-  private val readData     = (fromRam & ramData) | (~fromRam & Fill(8 * lanes, registerHit) & registerData)
+  private val fromRam =
+    if (p.hasRegisterRam) FillInterleaved(8, everyLane | latched(file.inRam)) else Fill(8 * lanes, ramHit)
+  private val readData = (fromRam & ramData) | (~fromRam & Fill(8 * lanes, registerHit) & registerData)
   ecat.readData := readData
   ecat.readable := everyLane | (Fill(lanes, registerHit) & latched(file.readableByEcat))
   ecat.writable := everyLane | (Fill(lanes, registerHit) & latched(file.writableByEcat))
   private val forHost = FillInterleaved(8, latched(file.readableByPdi))
   host.rdata     := readData & (Fill(8 * lanes, ramHit) | forHost)
   unitData.valid := RegNext(unitReads, false.B)
-  unitData.bits  := VecInit((0 until lanes).map(i => ramData(8 * i + 7, 8 * i)))(
+  unitData.bits := VecInit((0 until lanes).map(i => ramData(8 * i + 7, 8 * i)))(
     if (lanes == 1) 0.U else RegNext(unitRead.bits(laneBits - 1, 0))
   )
 
@@ -136,11 +137,11 @@ class EscMemory(p: EscParams) extends Module {
   commitStarts           := log.replayStarts
 
   // A host write takes two cycles: the first looks up what the host may write, the second writes.
-  private val hostTarget    = target(host.addr, false.B)
-  private val ecatToRam     = ecat.write && ecatTarget.ram
-  private val lookedUp      = RegInit(false.B) // reset: no host access is under way
-  private val hostMay       = latched(file.writableByPdi)
-  private val hostLookUp    = host.req && host.write && !lookedUp && !ecat.read && !host.ack
+  private val hostTarget = target(host.addr, false.B)
+  private val ecatToRam  = ecat.write && ecatTarget.ram
+  private val lookedUp   = RegInit(false.B) // reset: no host access is under way
+  private val hostMay    = latched(file.writableByPdi)
+  private val hostLookUp = host.req && host.write && !lookedUp && !ecat.read && !host.ack
   private val hostWrite =
     lookedUp && Mux(hostTarget.register, !log.replay.valid && !unitWrites, !ecatToRam && !registerToRam)
   private val hostMask      = RegInit(0.U(lanes.W))
@@ -151,9 +152,11 @@ class EscMemory(p: EscParams) extends Module {
   private val mayWrite = Mux(lookUpArrived, hostMay, hostMask)
 
   // After reset every byte of the register RAM is written 0, FMMUs and SyncManagers by their addresses.
-  private lazy val cleared  = if (p.hasRegisterRam) RegInit(0.U(10.W)) else WireDefault(512.U(10.W)) // reset: none yet
-  private lazy val isClear  = cleared(9)
-  private lazy val clearing0 = Mux(cleared(8), Mux(cleared(7), "h500".U, "h800".U) | cleared(6, 0), "h600".U | cleared(7, 0))
+  private lazy val cleared =
+    if (p.hasRegisterRam) RegInit(0.U(10.W)) else WireDefault(512.U(10.W)) // reset: none yet
+  private lazy val isClear = cleared(9)
+  private lazy val clearing0 =
+    Mux(cleared(8), Mux(cleared(7), "h500".U, "h800".U) | cleared(6, 0), "h600".U | cleared(7, 0))
   if (p.hasRegisterRam) when(!isClear) { cleared := cleared + 1.U }
   clearing := !isClear
 
@@ -183,7 +186,8 @@ class EscMemory(p: EscParams) extends Module {
     val mask  = UInt(lanes.W)
     val data  = UInt((8 * lanes).W)
   }
-  private lazy val ramWrite      = if (p.hasRegisterRam) RegInit(0.U.asTypeOf(Valid(new RamWrite))) else 0.U.asTypeOf(Valid(new RamWrite))
+  private lazy val ramWrite =
+    if (p.hasRegisterRam) RegInit(0.U.asTypeOf(Valid(new RamWrite))) else 0.U.asTypeOf(Valid(new RamWrite))
   private lazy val registerToRam = ramWrite.valid && !ecatToRam
   if (p.hasRegisterRam) {
     val registers = RegisterMap(p)
@@ -193,7 +197,8 @@ class EscMemory(p: EscParams) extends Module {
     val area      = at(11, 8) === 6.U || at(11, 7) === (0x800 >> 7).U
     val exists    = area || !isClear || single.map(w => registerWrite.bits.address === w.U).reduce(_ || _)
     // Reserved bits read 0: the bytes of an FMMU that have some.
-    val limits = mine.filter(a => a >> 4 == 0x60).map(a => a -> RegisterMap.ramMask(registers, a)).filter(_._2 != 0xff)
+    val limits =
+      mine.filter(a => a >> 4 == 0x60).map(a => a -> RegisterMap.ramMask(registers, a)).filter(_._2 != 0xff)
     val keep = VecInit((0 until lanes).map { lane =>
       limits.filter(_._1 % lanes == lane).foldLeft(0xff.U(8.W)) { case (mask, (a, bits)) =>
         Mux(at(11, 8) === 6.U && at(3, laneBits) === ((a & 15) / lanes).U, bits.U, mask)

@@ -5,8 +5,8 @@ import chisel3.util._
 import flyframe.params.EscParams
 import flyframe.syncmanager.{AreaPort, AreaScan}
 
-/** Takes the host's accesses to memory through the SyncManagers, byte by byte in ascending order (B-44); those to
-  * registers pass as they are.
+/** Takes the host's accesses to memory through the SyncManagers, byte by byte in ascending order (B-44);
+  * those to registers pass as they are.
   */
 class HostSequencer(p: EscParams) extends Module {
   private val lanes = p.lanes
@@ -20,13 +20,14 @@ class HostSequencer(p: EscParams) extends Module {
 
   private object State extends ChiselEnum {
 
-    /** idle; pass: the access goes through unchanged; scan: the byte's SyncManager is searched; decide: may the byte be
-      * accessed; choose: the buffer; access: at the memory; close: the end of the buffer; next: the next byte.
+    /** idle; pass: the access goes through unchanged; scan: the byte's SyncManager is searched; decide: may
+      * the byte be accessed; choose: the buffer; access: at the memory; close: the end of the buffer; next:
+      * the next byte.
       */
     val idle, pass, scan, decide, choose, access, close, next = Value
   }
   import State._
-  private val state   = RegInit(idle) // reset: no access
+  private val state   = RegInit(idle)   // reset: no access
   private val lane    = Reg(UInt((log2Ceil(lanes) max 1).W))
   private val data    = Reg(UInt((8 * lanes).W))
   private val through = Reg(UInt(16.W)) // address in the buffer
@@ -48,7 +49,9 @@ class HostSequencer(p: EscParams) extends Module {
   private val single = area.first && area.last
   private val right  = view.ecatWrites =/= host.write
   private val may =
-    !area.hit || (view.works && (single || (right && (view.pdiOpen || (area.first && view.pdiMayOpen)))))
+    !area.hit || (view.works && areas.exists(
+      address
+    ) && (single || (right && (view.pdiOpen || (area.first && view.pdiMayOpen)))))
   private val inBuffer = area.hit && right && view.works
   private val number   = Mux(host.write, view.writerBuffer, view.readerBuffer)
   private val offset   = Mux(number(1), area.length << 1, Mux(number(0), area.length, 0.U))
@@ -66,8 +69,12 @@ class HostSequencer(p: EscParams) extends Module {
   memory.req   := state === pass || state === access
   memory.write := host.write
   memory.addr  := Mux(state === pass, host.addr, through)
-  memory.wdata := host.wdata
-  memory.be    := Mux(state === pass, host.be, UIntToOH(lane, lanes))
+  // In its buffer a byte may lie in another lane.
+  private def byteOf(word: UInt, number: UInt) = VecInit((0 until lanes).map(i => word(8 * i + 7, 8 * i)))(number)
+  private val there                            = if (lanes == 1) 0.U else through(log2Ceil(lanes) - 1, 0)
+  private val here                             = if (lanes == 1) 0.U else lane
+  memory.wdata := Mux(state === pass, host.wdata, Fill(lanes, byteOf(host.wdata, here)))
+  memory.be    := Mux(state === pass, host.be, UIntToOH(there, lanes))
   host.rdata   := Mux(state === pass, memory.rdata, data)
   host.ack     := false.B
 
@@ -98,7 +105,7 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(access) {
       when(memory.ack) {
-        data  := data | (memory.rdata & FillInterleaved(8, UIntToOH(lane, lanes)))
+        data  := data | (Fill(lanes, byteOf(memory.rdata, there)) & FillInterleaved(8, UIntToOH(here, lanes)))
         state := close
       }
     }

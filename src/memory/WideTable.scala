@@ -6,8 +6,8 @@ import chisel3.util._
 /** Copies of registers that are looked through one entry per cycle: wide words in block RAM, written byte by
   * byte.
   *
-  * A byte write reads its word, puts the byte in and writes it back, one write per cycle; a word that was changed
-  * in the cycle before is taken from there.
+  * A byte write reads its word, puts the byte in and writes it back, one write per cycle; a word that was
+  * changed in the cycle before is taken from there.
   *
   * @param entries
   *   words

@@ -51,8 +51,8 @@ final case class FmmuModel(
 object FmmuModel {
   private[model] def shifted(byte: Int, by: Int): Int = if (by >= 0) byte << by else byte >> -by
 
-  /** Number `n` as the registers configure it. */
-  def of(registers: ModelRegisters, n: Int): FmmuModel = {
+  /** Number `n` as the registers configure it; not `bitwise`: the bit registers have no effect (B-46). */
+  def of(registers: ModelRegisters, n: Int, bitwise: Boolean): FmmuModel = {
     def value(name: String) = registers.value(s"fmmu${n}_$name")
     FmmuModel(
       active = value("activate") == 1,
@@ -60,10 +60,10 @@ object FmmuModel {
       forWrites = (value("type") & 2) != 0,
       logicalStart = registers.wide(s"fmmu${n}_logical_start"),
       length = value("length"),
-      startBit = value("start_bit"),
-      stopBit = value("stop_bit"),
+      startBit = if (bitwise) value("start_bit") else 0,
+      stopBit = if (bitwise) value("stop_bit") else 7,
       physicalStart = value("physical_start"),
-      physicalBit = value("physical_bit")
+      physicalBit = if (bitwise) value("physical_bit") else 0
     )
   }
 }

@@ -22,9 +22,11 @@ class SyncManagerBank(count: Int, registers: ModelRegisters, exists: Int => Bool
   def activationEvent: Boolean       = changed.contains(true)
 
   /** A written buffer is news for the side that reads, a read one for the side that writes (0x0805[1:0]). */
-  private def eventsFor(side: Side, enabled: SyncManagerSettings => Boolean): Int = managers.zipWithIndex.collect {
-    case (m, n) if enabled(m.settings) && (if (m.settings.writer == side) m.readEvent else m.writeEvent) => 1 << n
-  }.sum
+  private def eventsFor(side: Side, enabled: SyncManagerSettings => Boolean): Int =
+    managers.zipWithIndex.collect {
+      case (m, n) if enabled(m.settings) && (if (m.settings.writer == side) m.readEvent else m.writeEvent) =>
+        1 << n
+    }.sum
   def alEvents: Int   = eventsFor(Side.Pdi, _.alEvent)
   def ecatEvents: Int = eventsFor(Side.Ecat, _.ecatEvent) & 0xff
 

@@ -91,12 +91,13 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
       val buffer =
         if (now.mailbox) 0 else if (write) writing else if (takes) next else reading
       val memory = address + buffer * now.length
-      Option.when((opens || open(side)) && memory <= 0xffff && exists(memory)) {
+      // The byte addressed decides on the access, the one in the buffer on the data (B-52).
+      if ((opens || open(side)) && exists(address)) {
         if (takes) take()
         open += side
         touched(side, write, first, last = address == now.end)
-        memory
-      }
+        Option.when(memory <= 0xffff && exists(memory))(memory)
+      } else None
     }
 
   private def mayOpen(write: Boolean): Boolean =

@@ -16,6 +16,9 @@ class Watchdog(time: () => Int, expired: () => Unit) {
 
   def trigger(): Unit = { running = true; ticks = 0 }
 
+  /** The time was written. */
+  def restart(): Unit = ticks = 0
+
   def tick(count: Long): Unit = if (running && time() != 0) {
     ticks = (ticks + count).min(0x20000).toInt
     if (ticks > time()) { running = false; expired() }
@@ -55,8 +58,8 @@ class WatchdogModel(registers: ModelRegisters) extends ModelUnit {
 
   override def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit =
     register.name match {
-      case "watchdog_time_process_data" => processData.trigger()
-      case "watchdog_time_pdi"          => pdi.trigger()
+      case "watchdog_time_process_data" => processData.restart()
+      case "watchdog_time_pdi"          => pdi.restart()
       case _                            =>
     }
 

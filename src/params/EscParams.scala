@@ -3,7 +3,9 @@ package flyframe.params
 /** All parameters of one EtherCAT slave controller. A value, checked by [[EscParams.problems]]; behaviour is
   * a function of it.
   *
-  * Every field has an entry in [[ParamTable.all]], from which the command line, its help, the checks and the
+  * `fmmuBitwise` is not a choice yet: the RTL maps whole bytes only, the golden model knows both.
+  *
+  * Every other field has an entry in [[ParamTable.all]], from which the command line, its help, the checks and the
   * documentation are made.
   */
 final case class EscParams(
@@ -15,6 +17,7 @@ final case class EscParams(
     coreClockMhz: Int = 100,
     ramKiB: Int = 1,
     fmmus: Int = 0,
+    fmmuBitwise: Boolean = false,
     syncManagers: Int = 0,
     applicationLayer: Int = 0,
     watchdogs: Int = 0,
@@ -43,8 +46,8 @@ final case class EscParams(
   def ramBytes: Int = ramKiB * 1024
 
   /** Bits of a SyncManager's, an FMMU's number. */
-  def smIndexBits: Int   = index(syncManagers)
-  def fmmuIndexBits: Int = index(fmmus)
+  def smIndexBits: Int               = index(syncManagers)
+  def fmmuIndexBits: Int             = index(fmmus)
   private def index(count: Int): Int = if (count > 8) 4 else if (count > 4) 3 else if (count > 2) 2 else 1
 
   /** SyncManagers, FMMUs are looked through in banks of eight. */
@@ -82,7 +85,7 @@ final case class EscParams(
   def portDescriptor: Int = if (reportedPorts >= 0) reportedPorts else (1 << (2 * ports)) - 1
 
   /** Word 0x0008 as reported (GEN-07); derived: bit 7, separate counting of forwarded errors. */
-  def features: Int = if (reportedFeatures >= 0) reportedFeatures else 0x0080
+  def features: Int = if (reportedFeatures >= 0) reportedFeatures else 0x0080 | (if (fmmus > 0 && !fmmuBitwise) 1 else 0)
 
   /** Verilog name of the top module. */
   def topName: String = preset.replaceAll("[^A-Za-z0-9]", "_")
@@ -178,9 +181,9 @@ object ParamTable {
     info("siiClockKhz", "clock of the I2C EEPROM", "kHz", between(10, 1000))(_.siiClockKhz)((p, v) =>
       p.copy(siiClockKhz = v)
     ),
-    info("siiStartUs", "wait between reset and the first access to the EEPROM", "us", between(1, 100000))(_.siiStartUs)(
-      (p, v) => p.copy(siiStartUs = v)
-    ),
+    info("siiStartUs", "wait between reset and the first access to the EEPROM", "us", between(1, 100000))(
+      _.siiStartUs
+    )((p, v) => p.copy(siiStartUs = v)),
     info(
       "registerWritesPerFrame",
       "register bytes one frame may write (0: as many as the core clock can commit, at most 256)",

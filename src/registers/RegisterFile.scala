@@ -43,9 +43,15 @@ class RegisterFile(p: EscParams) extends Module {
   val inRam = IO(Output(UInt(lanes.W)))
 
   /** Conditions under which guarded registers may be written, by name. */
-  val guard = IO(Input(new FieldRecord(SeqMap.from(
-    registers.flatMap(r => r.ecatGuard ++ r.pdiGuard).distinct.map(_ -> Bool())
-  ))))
+  val guard = IO(
+    Input(
+      new FieldRecord(
+        SeqMap.from(
+          registers.flatMap(r => r.ecatGuard ++ r.pdiGuard).distinct.map(_ -> Bool())
+        )
+      )
+    )
+  )
 
   val write        = IO(Input(Bool()))
   val writeAddress = IO(Input(UInt((12 - laneBits).W)))
@@ -143,7 +149,7 @@ class RegisterFile(p: EscParams) extends Module {
       d.readablePdi  := r.pdi.readable.B
       d.writableEcat := may(r.ecat, r.ecatGuard)
       d.writablePdi  := may(r.pdi, r.pdiGuard)
-      a -> d
+      a              -> d
     }
   }.toMap
   private def none = 0.U.asTypeOf(new Decoded)
@@ -163,9 +169,10 @@ class RegisterFile(p: EscParams) extends Module {
       val start      = firsts.map(_.address).min
       val offsetBits = log2Ceil(block.stride)
       val unitBits   = log2Ceil(block.count)
-      val area       = (readAddress >> (offsetBits + unitBits - laneBits)) === (start >> (offsetBits + unitBits)).U
-      val unit       = if (unitBits == 0) 0.U else readAddress(offsetBits + unitBits - laneBits - 1, offsetBits - laneBits)
-      val hit        = area && unit < block.count.U
+      val area = (readAddress >> (offsetBits + unitBits - laneBits)) === (start >> (offsetBits + unitBits)).U
+      val unit =
+        if (unitBits == 0) 0.U else readAddress(offsetBits + unitBits - laneBits - 1, offsetBits - laneBits)
+      val hit = area && unit < block.count.U
       (0 until block.stride >> laneBits).map { w =>
         val offset = if (offsetBits == laneBits) true.B else readAddress(offsetBits - laneBits - 1, 0) === w.U
         val units = VecInit((0 until block.count).map { n =>

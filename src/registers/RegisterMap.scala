@@ -732,8 +732,8 @@ object RegisterMap {
     )
   }
 
-  /** Where the register RAM, 512 bytes, keeps the byte at `address`: FMMUs, then SyncManagers, then the others by the low
-    * seven bits of their address.
+  /** Where the register RAM, 512 bytes, keeps the byte at `address`: FMMUs, then SyncManagers, then the
+    * others by the low seven bits of their address.
     */
   def ramIndex(address: Int): Int =
     if (address >> 8 == 6) address & 0xff
@@ -742,7 +742,12 @@ object RegisterMap {
 
   /** Bits that exist of the byte at `address` in the register RAM. */
   def ramMask(registers: Seq[Register], address: Int): Int = at(registers, address).fold(0) { r =>
-    r.fields.flatMap(f => f.low to f.high).map(_ - 8 * (address - r.address)).filter(b => b >= 0 && b < 8).map(1 << _).sum
+    r.fields
+      .flatMap(f => f.low to f.high)
+      .map(_ - 8 * (address - r.address))
+      .filter(b => b >= 0 && b < 8)
+      .map(1 << _)
+      .sum
   }
 
   /** All registers that exist with parameters `p`, in address order, without overlap. */

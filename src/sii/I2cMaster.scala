@@ -6,8 +6,8 @@ import chisel3.util._
 /** What an I2C master is asked to do next. */
 object I2cCommand extends ChiselEnum {
 
-  /** start: a START, also a repeated one; write: a byte, and look for the acknowledge; read: a byte and give an acknowledge;
-    * readLast: a byte without acknowledge; stop: a STOP.
+  /** start: a START, also a repeated one; write: a byte, and look for the acknowledge; read: a byte and give
+    * an acknowledge; readLast: a byte without acknowledge; stop: a STOP.
     */
   val start, write, read, readLast, stop = Value
 }
@@ -35,15 +35,15 @@ class I2cMaster(quarter: Int) extends Module {
   private val tick  = timer === (quarter - 1).U
   timer := Mux(tick, 0.U, timer + 1.U)
 
-  private val busy    = RegInit(false.B) // reset: lines free
-  private val what    = Reg(I2cCommand())
-  private val phase   = Reg(UInt(2.W))
+  private val busy     = RegInit(false.B) // reset: lines free
+  private val what     = Reg(I2cCommand())
+  private val phase    = Reg(UInt(2.W))
   private val bitsLeft = Reg(UInt(4.W))
-  private val shift   = Reg(UInt(9.W))
-  private val scl     = RegInit(true.B)
-  private val line    = RegInit(true.B)
-  private val isByte  = what =/= I2cCommand.start && what =/= I2cCommand.stop
-  private val end     = busy && tick && phase === 3.U && (!isByte || bitsLeft === 0.U)
+  private val shift    = Reg(UInt(9.W))
+  private val scl      = RegInit(true.B)
+  private val line     = RegInit(true.B)
+  private val isByte   = what =/= I2cCommand.start && what =/= I2cCommand.stop
+  private val end      = busy && tick && phase === 3.U && (!isByte || bitsLeft === 0.U)
 
   command.ready := !busy
   when(command.fire) {

@@ -5,18 +5,24 @@ import chisel3.util._
 import flyframe.memory.UnitWrite
 import flyframe.params.EscParams
 
-/** The configuration area's checksum: CRC-8, x^8 + x^2 + x + 1, from 0xFF, most significant bit first (SII-01). */
+/** The configuration area's checksum: CRC-8, x^8 + x^2 + x + 1, from 0xFF, most significant bit first
+  * (SII-01).
+  */
 object ConfigurationChecksum {
   val Start = 0xff
 
   def next(crc: UInt, byte: UInt): UInt =
-    (7 to 0 by -1).foldLeft(crc) { (c, i) => Mux(c(7) ^ byte(i), (c(6, 0) ## 0.U(1.W)) ^ 7.U, c(6, 0) ## 0.U(1.W)) }
+    (7 to 0 by -1).foldLeft(crc) { (c, i) =>
+      Mux(c(7) ^ byte(i), (c(6, 0) ## 0.U(1.W)) ^ 7.U, c(6, 0) ## 0.U(1.W))
+    }
 }
 
-/** The SII EEPROM interface (0x0500 to 0x050F) and the loading of the configuration after reset (SII-01 to SII-20).
+/** The SII EEPROM interface (0x0500 to 0x050F) and the loading of the configuration after reset (SII-01 to
+  * SII-20).
   *
-  * Bytes move one at a time between the EEPROM and the register RAM, so nothing is buffered here. The configuration area is
-  * first read into scratch bytes of that RAM and copied to the registers when its checksum is right.
+  * Bytes move one at a time between the EEPROM and the register RAM, so nothing is buffered here. The
+  * configuration area is first read into scratch bytes of that RAM and copied to the registers when its
+  * checksum is right.
   */
 class SiiController(p: EscParams) extends Module {
   private object Code {
@@ -69,12 +75,13 @@ class SiiController(p: EscParams) extends Module {
 
   private object State extends ChiselEnum {
 
-    /** boot: waiting after reset; idle; address0 to 2: the word address is fetched; start: START and control byte; high, low:
-      * address bytes; restart: repeated START and control byte; in: bytes come; out: bytes go; put: a byte is stored; fetch: a
-      * byte to write is fetched; stop; judge: a load is checked; copy, place: a configuration byte is fetched, stored.
+    /** boot: waiting after reset; idle; address0 to 2: the word address is fetched; start: START and control
+      * byte; high, low: address bytes; restart: repeated START and control byte; in: bytes come; out: bytes
+      * go; put: a byte is stored; fetch: a byte to write is fetched; stop; judge: a load is checked; copy,
+      * place: a configuration byte is fetched, stored.
       */
-    val boot, idle, address0, address1, address2, start, control, high, low, restart, controlRead, in, put, fetch, out, stop,
-      judge, copy, place = Value
+    val boot, idle, address0, address1, address2, start, control, high, low, restart, controlRead, in, put,
+        fetch, out, stop, judge, copy, place = Value
   }
   import State._
   private val state = RegInit(boot)
@@ -91,8 +98,8 @@ class SiiController(p: EscParams) extends Module {
   private val unloaded = RegInit(true.B)
   private val noAck    = RegInit(false.B)
   private val notMay   = RegInit(false.B)
-  private val isFirst  = RegInit(true.B) // the load after reset
-  private val again    = RegInit(false.B) // second try of a load
+  private val isFirst  = RegInit(true.B)             // the load after reset
+  private val again    = RegInit(false.B)            // second try of a load
 
   private val byteAddress = Reg(UInt(19.W))
   private val count       = Reg(UInt(4.W))
@@ -122,9 +129,9 @@ class SiiController(p: EscParams) extends Module {
 
   // A command acts when its byte is written: byte 0x0502 with the write enable has come before.
   when(writeHigh.valid && state === idle) {
-    val code    = writeHigh.bits(2, 0)
-    val known   = code === Code.Read.U || code === Code.Write.U || code === Code.Reload.U
-    val may     = code =/= Code.Write.U || byHost || enable || (writeLow.valid && writeLow.bits(0))
+    val code  = writeHigh.bits(2, 0)
+    val known = code === Code.Read.U || code === Code.Write.U || code === Code.Reload.U
+    val may   = code =/= Code.Write.U || byHost || enable || (writeLow.valid && writeLow.bits(0))
     running := code
     when(code === Code.Clear.U || known) {
       noAck  := false.B
@@ -262,8 +269,20 @@ class SiiController(p: EscParams) extends Module {
     is(place) {
       // Word 2 belongs to distributed clocks; the alias and some bits only count at the first load (SII-08).
       val target = MuxLookup(count, 0.U(12.W))(
-        Seq(0 -> 0x140, 1 -> 0x141, 2 -> 0x150, 3 -> 0x151, 6 -> 0x152, 7 -> 0x153, 8 -> 0x012, 9 -> 0x013, 10 -> 0x142,
-          11 -> 0x143, 12 -> 0x144, 13 -> 0x102).map { case (i, a) => i.U -> a.U(12.W) }
+        Seq(
+          0  -> 0x140,
+          1  -> 0x141,
+          2  -> 0x150,
+          3  -> 0x151,
+          6  -> 0x152,
+          7  -> 0x153,
+          8  -> 0x012,
+          9  -> 0x013,
+          10 -> 0x142,
+          11 -> 0x143,
+          12 -> 0x144,
+          13 -> 0x102
+        ).map { case (i, a) => i.U -> a.U(12.W) }
       )
       val value = MuxLookup(count, byte)(
         Seq(

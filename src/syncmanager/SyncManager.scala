@@ -46,15 +46,15 @@ class BufferAccess extends Bundle {
 
 /** The buffers of one SyncManager and who holds them (SM-01 to SM-28).
   *
-  * Three buffers: the writer's, the reader's and NEXT; closing a written buffer swaps it with NEXT, opening for
-  * reading swaps with NEXT if that is newer. A mailbox has one buffer, full or empty.
+  * Three buffers: the writer's, the reader's and NEXT; closing a written buffer swaps it with NEXT, opening
+  * for reading swaps with NEXT if that is newer. A mailbox has one buffer, full or empty.
   *
   * What ECAT does in a frame becomes final with its good end (FP-35); the PDI's accesses act at once.
   */
 class SyncManager extends Module {
   val enabled     = IO(Input(Bool()))
   val deactivated = IO(Input(Bool()))
-  val isMailbox     = IO(Input(Bool()))
+  val isMailbox   = IO(Input(Bool()))
   val ecatWrites  = IO(Input(Bool()))
 
   val ecat = IO(Input(new BufferAccess))
@@ -160,8 +160,8 @@ class SyncManager extends Module {
   }
 
   when(!works) {
-    next        := 1.U
-    reader      := 2.U
+    next   := 1.U
+    reader := 2.U
     Seq(newer, anyWritten, ecatOpen, pdiOpen, ecatTouched, ecatBegan, ecatClosed, isWritten, isRead)
       .foreach(_ := false.B)
   }

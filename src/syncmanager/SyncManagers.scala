@@ -4,18 +4,30 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.{RegisterWrite, WideTable}
 import flyframe.params.EscParams
+import flyframe.registers.RegisterMap
 
-/** What an accessing side sees of the SyncManagers: the table of areas, an entry per cycle, and the states. */
+/** What an accessing side sees of the SyncManagers: the table of areas, an entry per cycle, and the states.
+  */
 class AreaPort(p: EscParams) extends Bundle {
   val index = Input(UInt(3.W))
 
-  /** The entries with this number in each bank of eight, asked for in the cycle before; `begins` is the caller's. */
+  /** The entries with this number in each bank of eight, asked for in the cycle before; `begins` is the
+    * caller's.
+    */
   val entries = Output(Vec(p.smBanks, new AreaEntry(p.smIndexBits)))
-  val views = Output(Vec(p.syncManagers, new SyncManagerView))
+  val views   = Output(Vec(p.syncManagers, new SyncManagerView))
+
+  /** Process data RAM is open. */
+  val ramOpen = Output(Bool())
 
   /** An allowed access of this side, in the SyncManager's direction. */
   val access      = Input(new BufferAccess)
   val accessIndex = Input(UInt(p.smIndexBits.W))
+
+  /** SyncManagers act on `address`; there is memory (B-52). */
+  def acts(address: UInt): Bool = address >= RegisterMap.UserRamStart.U
+  def exists(address: UInt): Bool =
+    address < RegisterMap.ProcessRamStart.U || (ramOpen && address < (RegisterMap.ProcessRamStart + p.ramBytes).U)
 }
 
 /** All SyncManagers with their configuration (0x0800 on) and events. */
@@ -25,6 +37,9 @@ class SyncManagers(p: EscParams) extends Module {
   val write = IO(Input(Valid(new RegisterWrite(p.lanes))))
   val ecat  = IO(new AreaPort(p))
   val pdi   = IO(new AreaPort(p))
+
+  /** Process data RAM is open. */
+  val ramOpen = IO(Input(Bool()))
 
   /** End of a frame; no frame is in the processing unit. */
   val good  = IO(Input(Bool()))
@@ -70,6 +85,7 @@ class SyncManagers(p: EscParams) extends Module {
     val view           = views(number(p.smIndexBits - 1, 0))
     table.readIndex(i) := port.index
     port.views         := views
+    port.ramOpen       := ramOpen
     entry.index        := number
     entry.start        := word(15, 0)
     entry.length       := word(31, 16)
@@ -92,7 +108,7 @@ class SyncManagers(p: EscParams) extends Module {
     val sm = Module(new SyncManager).suggestName(s"sm$i")
     sm.enabled     := enable(i)
     sm.deactivated := now
-    sm.isMailbox    := control(1)
+    sm.isMailbox   := control(1)
     sm.ecatWrites  := control(2)
     sm.good        := good
     sm.bad         := bad

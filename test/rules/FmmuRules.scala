@@ -5,6 +5,7 @@ import flyframe.params.EscParams
 /** Logical addressing: rule group FMMU. */
 object FmmuRules extends Rules {
   private def fmmus(p: EscParams) = p.fmmus >= 4 && p.ramKiB >= 1
+  private def bits(p: EscParams)  = fmmus(p) && p.fmmuBitwise
   private def both(p: EscParams)  = fmmus(p) && p.syncManagers >= 2
   private val Read                = 1
   private val Write               = 2
@@ -36,7 +37,7 @@ object FmmuRules extends Rules {
     assert(put(0x061c, 0))
     assert(logical(Lrd, 0x100, 0).workingCounter == 0)
   }
-  rule("FMMU-02: bit i of the run is local bit start + i", fmmus) { s =>
+  rule("FMMU-02: bit i of the run is local bit start + i", bits) { s =>
     import s._
     for ((start, stop, local, length) <- Seq((2, 5, 0, 1), (2, 5, 6, 1), (7, 0, 3, 2), (5, 6, 7, 3))) {
       val count   = (length - 1) * 8 + stop - start + 1
@@ -52,7 +53,7 @@ object FmmuRules extends Rules {
       assert(whole(ones) == (expected | ~mask & ((1L << 8 * length) - 1)))
     }
   }
-  rule("FMMU-03: the vector of 14 bits, at another local address", fmmus) { s =>
+  rule("FMMU-03: the vector of 14 bits, at another local address", bits) { s =>
     import s._
     fmmu(0, 0x00010011L, 3, (3, 0, 1), 0x1001, Read)
     hostPut(0x1001, 0x02, 0x00)
@@ -64,7 +65,7 @@ object FmmuRules extends Rules {
     hostPut(0x1001, 0x01, 0x80) // what is not mapped
     assert(logical(Lrd, 0x00010011L, 0, 0, 0).data == Seq(0, 0, 0))
   }
-  rule("FMMU-02, FMMU-10: a run written across local bytes arrives whole", fmmus) { s =>
+  rule("FMMU-02, FMMU-10: a run written across local bytes arrives whole", bits) { s =>
     import s._
     fmmu(0, 0x00010011L, 3, (3, 0, 1), 0x1001, Write)
     hostPut(0x1000, 0xee, 0xff, 0xff, 0xee)
@@ -73,7 +74,7 @@ object FmmuRules extends Rules {
     val run = (0xa8 | 0x5a << 8 | 1 << 16) >> 3 << 1
     assert(hostGet(0x1000, 4) == Seq(0xee, run & 0xff, run >> 8, 0xee))
   }
-  rule("FMMU-04: start bit 0, stop bit 7 and local bit 0 map whole bytes, all else maps bits", fmmus) { s =>
+  rule("FMMU-04: start bit 0, stop bit 7 and local bit 0 map whole bytes, all else maps bits", bits) { s =>
     import s._
     hostPut(0x1000, 0x00)
     for (
@@ -87,6 +88,14 @@ object FmmuRules extends Rules {
       fmmu(0, 0x100, 1, (start, stop, local), 0x1000, Read)
       assert(logical(Lrd, 0x100, 0xff).data == Seq(expected))
     }
+  }
+  rule("FMMU-04, B-46: without bit-wise mapping the bit registers have no effect", p => fmmus(p) && !p.fmmuBitwise) { s =>
+    import s._
+    hostPut(0x1000, 0x5a, 0xa5)
+    fmmu(0, 0x100, 2, (3, 1, 5), 0x1000, ReadWrite)
+    assert((bench.hostRead(8) & 1) == 1)
+    assert(logical(Lrd, 0x100, 0, 0).data == Seq(0x5a, 0xa5))
+    assert(logical(Lwr, 0x100, 0x12, 0x34).workingCounter == 1 && hostGet(0x1000, 2) == Seq(0x12, 0x34))
   }
   rule("FMMU-05: of several for one byte and direction the lowest number acts", fmmus) { s =>
     import s._
@@ -122,7 +131,7 @@ object FmmuRules extends Rules {
     assert(logical(Lwr, 0x200, 0x12).workingCounter == 1)
     assert(logical(Lrd, 0x100, 0, 0).data == Seq(0x12, 0x12))
   }
-  rule("FMMU-08: byte-wise ones may be adjacent, bit-wise ones need three bytes between", fmmus) { s =>
+  rule("FMMU-08: byte-wise ones may be adjacent, bit-wise ones need three bytes between", bits) { s =>
     import s._
     hostPut(0x1000, 1, 2, 3, 4)
     fmmu(0, 0x100, 2, 0x1002, Read)
@@ -133,7 +142,7 @@ object FmmuRules extends Rules {
     fmmu(1, 0x00010017L, 1, (2, 3, 5), 0x1000, Read)
     assert(logical(Lrd, 0x00010011L, 0, 0, 0, 0, 0, 0, 0).data == Seq(0xf8, 0xff, 1, 0, 0, 0, 0x0c))
   }
-  rule("FMMU-09: bit-wise reading works at any address, registers included", fmmus) { s =>
+  rule("FMMU-09: bit-wise reading works at any address, registers included", bits) { s =>
     import s._
     fmmu(0, 0x100, 1, (4, 7, 0), 0x0004, Read) // number of FMMUs
     assert(logical(Lrd, 0x100, 0x05).data == Seq((p.fmmus & 0xf) << 4 | 5))
@@ -141,7 +150,7 @@ object FmmuRules extends Rules {
     fmmu(0, 0x100, 1, (1, 1, 3), 0x0f80, Read)
     assert(logical(Lrd, 0x100, 0xf0).data == Seq(0xf2))
   }
-  rule("FMMU-09, B-55: bit-wise reading through a SyncManager gets all bits of the last byte", both) { s =>
+  rule("FMMU-09, B-55: bit-wise reading through a SyncManager gets all bits of the last byte", p => bits(p) && both(p)) { s =>
     import s._
     syncManager(0, 0x1000, 2, 0x00)
     fmmu(0, 0x100, 2, (0, 7, 4), 0x1000, Read)
@@ -151,7 +160,7 @@ object FmmuRules extends Rules {
     assert(r.data == Seq(0xca, 0x03, 0x77), "then it is closed")
     assert((bench.hostRead(0x0805) & 2) == 2 && get(0x1001, 1).isEmpty)
   }
-  rule("FMMU-10, B-47: bit-wise writing writes whole bytes, bits not mapped become 0", fmmus) { s =>
+  rule("FMMU-10, B-47: bit-wise writing writes whole bytes, bits not mapped become 0", bits) { s =>
     import s._
     hostPut(0x1000, 0xff, 0xff)
     fmmu(0, 0x100, 1, (2, 4, 3), 0x1000, Write)

@@ -5,15 +5,12 @@ import chiseltest.simulator.VerilatorBackendAnnotation
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Try
 import flyframe.{ControllerUnderTest, RtlBench}
-import flyframe.params.{EscParams, Presets}
+import flyframe.params.Presets
 
 /** All rule tests, on the golden model and on the RTL of several parameter sets. */
 class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val rules =
     FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all
-
-  /** FMMU, SyncManager and AL exist in the RTL. */
-  private val unitsInRtl = true
 
   private def preset(name: String) = Presets.named(name).get.params.copy(temporaryLoopMs = 1)
   private val sets = Seq(
@@ -26,13 +23,24 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
 
   private val units = preset("cyclone4-min")
     .copy(preset = "units", ramKiB = 8, fmmus = 8, syncManagers = 8, applicationLayer = 1)
-  private val unitSets = Seq(units, units.copy(preset = "units-16", watchdogs = 1, leds = 1, dataBusWidth = 32, fmmus = 16, syncManagers = 16, coreClockMhz = 125))
+  private val unitSets = Seq(
+    units,
+    units.copy(
+      preset = "units-16",
+      watchdogs = 1,
+      leds = 1,
+      dataBusWidth = 32,
+      fmmus = 16,
+      syncManagers = 16,
+      coreClockMhz = 125
+    )
+  )
 
-  for (p <- sets ++ unitSets; rule <- rules if rule.needs(p))
+  for (p <- sets ++ unitSets :+ units.copy(preset = "units-bitwise", fmmuBitwise = true); rule <- rules if rule.needs(p))
     s"${rule.name} [model, ${p.preset}]" should "hold" in rule.run(new Steps(new ModelBench(p)))
 
   // One simulation per parameter set; each rule reports its own result.
-  for (p <- sets ++ (if (unitsInRtl) unitSets else Nil)) {
+  for (p <- sets ++ unitSets) {
     val mine = rules.filter(_.needs(p))
     lazy val results: Map[String, Try[Unit]] = {
       var found = Map.empty[String, Try[Unit]]

@@ -76,8 +76,8 @@ object SyncManagerRules extends Rules {
       assert((bench.hostRead(0x0805) & 0x0b) == 0, s"control $control")
       c.write(3, 4)
       assert((bench.hostRead(0x0805) & 0x01) == 1, s"control $control")
-      assert((bench.hostRead(0x0221) & 1) == control >> 2 & 1, "to the side that reads")
-      assert((bench.hostRead(0x0210) >> 4 & 1) == 1 - (control >> 2 & 1))
+      assert((bench.hostRead(0x0221) & 1) == (control >> 2 & 1), "to the side that reads")
+      assert((bench.hostRead(0x0210) >> 4 & 1) == (1 - (control >> 2 & 1)))
       c.read(0, 3)
       assert((bench.hostRead(0x0805) & 0x03) == 0)
       c.read(3, 1)
@@ -261,7 +261,10 @@ object SyncManagerRules extends Rules {
     assert(bench.hostRead(0x0805) == 0)
     assert(put(Area, 5, 6) && hostGet(Area, 2) == Seq(5, 6))
   }
-  rule("SM-21: a complete write raises an event to the reading side, a complete read to the writing side", some) { s =>
+  rule(
+    "SM-21: a complete write raises an event to the reading side, a complete read to the writing side",
+    some
+  ) { s =>
     import s._
     for (control <- directions) {
       val c      = sides(s, control | BothEvents)
