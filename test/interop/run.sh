@@ -70,7 +70,9 @@ run() {
     tshark=$!
     sleep 2
   fi
-  if timeout 600 $program veth-master "$control" "$scenario" "$slaves" "$cycles"; then
+  limit=120
+  [ "$scenario" = cycles ] && limit=900
+  if timeout $limit $program veth-master "$control" "$scenario" "$slaves" "$cycles"; then
     passed=$((passed + 1))
   else
     failed=$((failed + 1))

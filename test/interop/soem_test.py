@@ -57,7 +57,7 @@ def pattern(slave, cycle):
 class Bus:
     def __init__(self):
         t = pysoem.settings.timeouts  # of wall time, and the simulation is slower than that
-        t.ret, t.safe, t.eeprom, t.state = 200_000, 500_000, 5_000_000, 20_000_000
+        t.ret, t.safe, t.eeprom, t.state = 200_000, 500_000, 1_000_000, 20_000_000
         self.simulator = Simulator(CONTROL)
         self.master = pysoem.Master()
         self.master.open(INTERFACE)
