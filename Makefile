@@ -48,7 +48,7 @@ cosim-selftest: tools-sim ## the harness against plain repeaters, without flyfra
 	$(MAKE) -s -f test/cosim/cosim.mk cosim-selftest
 
 interop: tools-sim tools-interop ## real masters (SOEM, ethercrab) on the simulated network: PRESET=cyclone4-min ARGS="--only scan"
-	$(MAKE) -s -f test/cosim/cosim.mk cosim PRESETS="$(PRESETS)"
+	$(MAKE) -s -f test/cosim/cosim.mk cosim PRESETS="$(PRESET)"
 	test/interop/run.sh --preset $(PRESET) $(ARGS)
 
 lint: tools-sim ## verilator -Wall on generated/, and a plain Verilog reader
@@ -86,7 +86,7 @@ tools-interop:
 	@test -x $(VENV)/bin/pip || python3 -m venv $(VENV)
 	@$(VENV)/bin/python -c 'import pysoem' 2>/dev/null || { echo "installing: pysoem"; \
 	  $(VENV)/bin/pip install -q --disable-pip-version-check pysoem==1.1.13; } || echo "Could not install the Python package pysoem."
-	@if cargo --version 2>/dev/null | awk '{ split($$2, v, "."); exit !(v[1] > 1 || v[2] >= 85) }'; then \
+	@if cargo --version 2>/dev/null | awk '{ split($$2, v, "."); ok = v[1] > 1 || v[2] >= 85 } END { exit !ok }'; then \
 	  CARGO_TARGET_DIR=build/interop/cargo cargo build -q --release --locked --manifest-path test/interop/ethercrab-test/Cargo.toml || \
 	    echo "Could not build test/interop/ethercrab-test."; \
 	else echo "ethercrab needs Rust 1.85 or newer (cargo), from https://rustup.rs."; fi
