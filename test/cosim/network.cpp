@@ -4,13 +4,27 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <fstream>
 #include <random>
 
 #include "user_error.h"
 
 namespace {
 constexpr int kMinimumGap = 24;  // nibbles between two frames of the master
+
+// A core that loads its EEPROM itself has done so when the EEPROM has been left alone for kEepromQuiet, or never does.
+constexpr Time kEepromQuiet = 1000 * kUs, kEepromLimit = 50'000 * kUs;
+// An EEPROM within a transfer, but for a very slow clock.
+constexpr Time kEepromSettle = 100 * kUs;
+// Time a host program gets to react before idle time is skipped.
+constexpr double kHostSettleUs = 100;
+
+void saveImage(const std::string& path, const Bytes& data) {
+  std::ofstream file(path, std::ios::binary | std::ios::trunc);
+  file.write(reinterpret_cast<const char*>(data.data()), static_cast<std::streamsize>(data.size()));
+  if (!file.flush()) throw UserError("cannot save the EEPROM image '" + path + "'.");
 }
+}  // namespace
 
 Network::Network(const std::vector<SlaveSpec>& specs, const NetworkOptions& options, OnFrame onFrame) : options_(options) {
   std::mt19937_64 random(options.seed);
@@ -22,6 +36,14 @@ Network::Network(const std::vector<SlaveSpec>& specs, const NetworkOptions& opti
       throw UserError("slave " + std::to_string(i) + " has one port (preset '" + specs[i].preset + "') but is not the last.");
     slaves_.push_back(std::make_unique<Slave>(preset, context_, "slave" + std::to_string(i), specs[i].clockPpm, phase()));
     sim_.add(*slaves_.back());
+    if (!slaves_[i]->takesEeprom()) continue;
+    std::unique_ptr<Eeprom> eeprom;
+    if (specs[i].eeprom) {
+      eeprom = std::make_unique<Eeprom>(*specs[i].eepromChip, *specs[i].eeprom);
+      if (!specs[i].eepromSave.empty())
+        eeprom->onWritten = [path = specs[i].eepromSave](const Eeprom& e) { saveImage(path, e.contents()); };
+    }
+    slaves_[i]->setEeprom(std::move(eeprom));
   }
   Time longest = 0;
   for (size_t i = 0; i < specs.size(); ++i) {
@@ -33,11 +55,17 @@ Network::Network(const std::vector<SlaveSpec>& specs, const NetworkOptions& opti
     }
     longest = std::max(longest, delay(i));
   }
-  card_ = std::make_unique<FrameCollector>([this, onFrame](NibbleFrame& f) { onFrame(f.end / kNs + skippedNs_, f); }, delay(0));
+  card_ = std::make_unique<FrameCollector>([this, onFrame](NibbleFrame& f) {
+    if (!cardCut_) onFrame(f.end / kNs + skippedNs_, f);
+  }, delay(0));
   slaves_[0]->connect(0, *card_);
   master_ = std::make_unique<Sender>(slaves_[0]->receiver(0), 0, phase());
   sim_.add(*master_);
-  settle_ = static_cast<Time>(options.settleUs * kUs) + longest;
+  double settleUs = options.settleUs;
+  for (const SlaveSpec& spec : specs)
+    if (spec.host != "none") settleUs = std::max(settleUs, kHostSettleUs);
+  settle_ = static_cast<Time>(settleUs * kUs) + longest;
+  quietAfter_ = static_cast<Time>(options.settleUs * kUs) + longest;
   if (!options.traceFile.empty()) trace(options.traceFile);
   powerUp(specs);
 }
@@ -73,20 +101,28 @@ void Network::powerUp(const std::vector<SlaveSpec>& specs) {
     if (i + 1 < slaves_.size()) slaves_[i]->setLink(1, true);
   }
   runNs(2000);
-  for (size_t i = 0; i < slaves_.size(); ++i) {
-    bool operational = true;
-    if (specs[i].eeprom) {
-      const std::string problem = eepromProblem(*specs[i].eeprom);
-      operational = problem.empty();
-      if (operational)
-        for (uint16_t k = 0; k < 2; ++k) hostWrite(i, 0x0012 + k, (*specs[i].eeprom)[8 + k]);
-      else
-        std::fprintf(stderr, "warning: the EEPROM image '%s' of slave %zu is not valid, %s: no process data.\n",
-                     specs[i].eepromPath.c_str(), i, problem.c_str());
-    }
-    slaves_[i]->setPdiOperational(operational);
-  }
+  for (size_t i = 0; i < slaves_.size(); ++i) loadEeprom(i, specs[i]);
   runNs(40'000);  // 1000 cycles of the slowest core clock
+  const Time limit = sim_.now() + kEepromLimit;
+  auto loading = [&](const auto& s) { return s->eeprom() && sim_.now() - s->eeprom()->lastActive() < kEepromQuiet; };
+  while (sim_.now() < limit && std::any_of(slaves_.begin(), slaves_.end(), loading)) idleUntil(ns() + 10'000);
+  for (size_t i = 0; i < slaves_.size(); ++i) slaves_[i]->setHost(makeHost(specs[i].host));
+}
+
+// The configuration in the EEPROM: a core with EEPROM pins loads it itself, for others the harness does it as the local host.
+void Network::loadEeprom(size_t slave, const SlaveSpec& spec) {
+  bool operational = true;
+  if (spec.eeprom) {
+    const std::string problem = eepromProblem(*spec.eeprom);
+    const bool valid = problem.empty(), byCore = slaves_[slave]->takesEeprom();
+    operational = valid || byCore;
+    if (valid && !byCore)
+      for (uint16_t k = 0; k < 2; ++k) hostWrite(slave, 0x0012 + k, (*spec.eeprom)[8 + k]);
+    if (!valid)
+      std::fprintf(stderr, "warning: the EEPROM image '%s' of slave %zu is not valid, %s: no process data.\n", spec.eepromPath.c_str(),
+                   slave, problem.c_str());
+  }
+  slaves_[slave]->setPdiOperational(operational);
 }
 
 void Network::hostWrite(size_t slave, uint16_t addr, uint8_t value) {
@@ -105,11 +141,39 @@ int64_t Network::send(const Bytes& frame) {
   return (master_->nextSlot() + static_cast<Time>(nibbles.size() - 1) * kNibble) / kNs + skippedNs_;
 }
 
-bool Network::idle() const {
-  if (master_->backlog() > 0) return false;
+Time Network::quietFor() const {
+  if (master_->backlog() > 0) return 0;
   Time last = master_->lastActive();
   for (auto& s : slaves_) last = std::max(last, s->lastActive());
-  return sim_.now() - last > settle_;
+  return sim_.now() - last;
+}
+
+bool Network::quiet() const { return quietFor() > quietAfter_; }
+
+bool Network::idle() const {
+  if (quietFor() <= settle_) return false;
+  return std::none_of(slaves_.begin(), slaves_.end(), [&](auto& s) {
+    return s->eeprom() && sim_.now() - s->eeprom()->lastActive() < kEepromSettle;
+  });
+}
+
+void Network::idleUntil(int64_t ns) {
+  const Time end = (ns - skippedNs_) * kNs;
+  if (trace_) return sim_.runUntil(end);
+  for (auto& s : slaves_) s->idleUntil(end);
+  master_->skipTo(end);
+  sim_.advance(end);
+}
+
+void Network::setCable(size_t slave, bool whole) {
+  slaves_[slave]->receiver(0).setCut(!whole);
+  slaves_[slave]->setLink(0, whole);
+  if (slave > 0) {
+    slaves_[slave - 1]->receiver(1).setCut(!whole);
+    slaves_[slave - 1]->setLink(1, whole);
+  } else {
+    cardCut_ = !whole;
+  }
 }
 
 void Network::step(int64_t wakeNs) {

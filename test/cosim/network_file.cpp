@@ -6,6 +6,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
+#include "host.h"
 #include "model.h"
 #include "user_error.h"
 
@@ -22,19 +23,37 @@ class SlaveReader {
   SlaveSpec read(const json& object) {
     if (!object.is_object()) bad("is not a JSON object");
     SlaveSpec spec;
+    bool saveInPlace = false;
     for (const auto& [key, value] : object.items()) {
       if (key == "preset") spec.preset = text(key, value);
       else if (key == "eeprom") spec.eepromPath = (folder_ / text(key, value)).string();
+      else if (key == "eeprom_chip") spec.eepromChip = chip(text(key, value));
+      else if (key == "eeprom_save" && value.is_boolean()) saveInPlace = value.get<bool>();
+      else if (key == "eeprom_save") spec.eepromSave = (folder_ / text(key, value)).string();
+      else if (key == "host") spec.host = program(text(key, value));
       else if (key == "cable_ns") spec.cableNs = number(key, value, 0, 1e6);
       else if (key == "clock_ppm") spec.clockPpm = number(key, value, -1000, 1000);
-      else bad("has the unknown key '" + key + "'; known: preset, eeprom, cable_ns, clock_ppm");
+      else bad("has the unknown key '" + key + "'; known: preset, eeprom, eeprom_chip, eeprom_save, host, cable_ns, clock_ppm");
     }
     if (spec.preset.empty()) bad("has no preset");
     findPreset(spec.preset);
-    if (spec.eepromPath.empty()) return spec;
+    if (spec.eepromPath.empty()) {
+      if (spec.eepromChip || saveInPlace || !spec.eepromSave.empty()) bad("says how its EEPROM is, but names no image");
+      return spec;
+    }
     std::ifstream file(spec.eepromPath, std::ios::binary);
     if (!file || std::filesystem::is_directory(spec.eepromPath)) bad("names the EEPROM image '" + spec.eepromPath + "', which cannot be read");
     spec.eeprom.emplace(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+    const size_t size = spec.eeprom->size();
+    const EepromChip* fitting = eepromChipFor(size);
+    if (!spec.eepromChip) spec.eepromChip = fitting;
+    if (!spec.eepromChip) bad("names the EEPROM image '" + spec.eepromPath + "', whose " + std::to_string(size) + " bytes no known chip holds");
+    if (size > spec.eepromChip->bytes)
+      bad("names the EEPROM image '" + spec.eepromPath + "', whose " + std::to_string(size) + " bytes do not fit into the " +
+          std::to_string(spec.eepromChip->bytes) + " of a " + spec.eepromChip->name);
+    if (saveInPlace) spec.eepromSave = spec.eepromPath;
+    if (!spec.eepromSave.empty() && !std::ofstream(spec.eepromSave, std::ios::binary | std::ios::app))
+      bad("wants its EEPROM saved to '" + spec.eepromSave + "', which cannot be written");
     return spec;
   }
 
@@ -43,6 +62,19 @@ class SlaveReader {
   std::string text(const std::string& key, const json& value) const {
     if (!value.is_string()) bad("has " + key + " " + value.dump() + ", but it must be a string");
     return value.get<std::string>();
+  }
+  const EepromChip* chip(const std::string& name) const {
+    const EepromChip* c = findEepromChip(name);
+    if (!c) bad("has the eeprom_chip '" + name + "'; known: 24C16, 24C32");
+    return c;
+  }
+  std::string program(const std::string& name) const {
+    try {
+      makeHost(name);
+    } catch (const UserError&) {
+      bad("has the host program '" + name + "'; known: none, io");
+    }
+    return name;
   }
   double number(const std::string& key, const json& value, double low, double high) const {
     if (!value.is_number() || value.get<double>() < low || value.get<double>() > high)

@@ -5,12 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "eeprom.h"
 #include "ethernet.h"
 
 struct SlaveSpec {
   std::string preset;
   std::optional<Bytes> eeprom;  // image, if one was named
   std::string eepromPath;
+  const EepromChip* eepromChip = nullptr;  // the one that holds the image; with an image never null
+  std::string eepromSave;       // file that gets what the master writes; empty: none
+  std::string host = "none";    // program of the local processor
   double cableNs = 50;          // cable before the slave
   double clockPpm = 0;
 };

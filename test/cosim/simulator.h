@@ -1,6 +1,7 @@
 // The event loop and what moves nibbles: clocked actors, cables, a sender and a collector of frames.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -59,6 +60,8 @@ class Simulator {
   void runUntil(Time end) {
     while (now_ < end) step();
   }
+  // Somebody else has run all actors up to `t`.
+  void advance(Time t) { now_ = std::max(now_, t); }
 
  private:
   std::vector<Actor*> actors_;
@@ -116,6 +119,10 @@ class Sender : public Actor {
   void pushIdle(int nibbles) { queue_.insert(queue_.end(), nibbles, Symbol{}); }
   void setPpm(double ppm) { period_ = periodOf(25, ppm); }
   void shift(Time by) { next += by; }
+  // Leaves out the slots before `t`.
+  void skipTo(Time t) {
+    if (t > next) next += (t - next + period_ - 1) / period_ * period_;
+  }
   Time nextSlot() const { return next; }
   size_t backlog() const { return queue_.size(); }
   // When the last queued symbol was launched; gaps between frames count as queued symbols.

@@ -6,7 +6,7 @@ void Cable::nibble(Time launch, Symbol symbol) {
   // The recovered clock has the sender's period, known once two nibbles have come. A gap (a held clock) is no period.
   if (lastLaunch_ >= 0 && launch - lastLaunch_ < 2 * kNibble) half_ = (launch - lastLaunch_) / 2;
   lastLaunch_ = launch;
-  arrivals_.push_back({launch + delay_, symbol});
+  arrivals_.push_back({launch + delay_, cut_ ? Symbol{} : symbol});
   if (slave_) slave_->next = std::min(slave_->next, nextEdge());
 }
 
@@ -29,25 +29,57 @@ void Slave::eval() {
 
 void Slave::setLink(int port, bool up) { *pins_.ports[port].link = up, unseenLow_ |= 1; }
 void Slave::setReset(bool active) { *pins_.reset = active, unseenLow_ |= 1; }
-void Slave::setPdiOperational(bool on) { *pins_.pdiOperational = on, unseenLow_ |= 1; }
+void Slave::setPdiOperational(bool on) {
+  if (pins_.pdiOperational) *pins_.pdiOperational = on, unseenLow_ |= 1;
+}
 
-void Slave::startHost(uint16_t addr, bool write, uint32_t data, unsigned lanes) {
+void Slave::setHost(std::unique_ptr<Host> host) {
+  hostProgram_ = std::move(host);
+  if (hostProgram_) hostProgram_->attach(*this);
+}
+
+void Slave::setEeprom(std::unique_ptr<Eeprom> eeprom) {
+  eeprom_ = std::move(eeprom);
+  if (pins_.siiTwoByte) *pins_.siiTwoByte = eeprom_ && eeprom_->chip().addressBytes == 2;
+  eepromLines_ = -1;
+  eepromLines(coreNext_);
+  unseenLow_ |= 1;
+}
+
+// Both lines have pull-ups; without a chip nobody but the core pulls.
+void Slave::eepromLines(Time now) {
+  const int lines = (*pins_.siiSclLow ? 1 : 0) | (*pins_.siiSdaLow ? 2 : 0);
+  if (lines == eepromLines_) return;
+  eepromLines_ = lines;
+  const bool scl = !(lines & 1), coreSda = !(lines & 2);
+  // A falling SCL may make the chip change SDA, which is no event for the chip itself.
+  bool sda = coreSda;
+  if (eeprom_) {
+    eeprom_->lines(now, scl, coreSda && !eeprom_->sdaLow());
+    sda = coreSda && !eeprom_->sdaLow();
+    eeprom_->lines(now, scl, sda);
+  }
+  *pins_.siiSda = sda;
+  unseenLow_ |= 1;
+}
+
+void Slave::hostAccess(uint16_t addr, bool write, uint32_t data, unsigned lanes) {
   *pins_.hostAddr = addr & ~(info().lanes() - 1);
   pins_.hostWdata.set(data);
   *pins_.hostBe = lanes;
   *pins_.hostWrite = write;
   *pins_.hostReq = 1;
   unseenLow_ |= 1;
-  host_ = Host::requested;
+  port_ = HostPort::requested;
 }
 
 void Slave::hostWriteByte(uint16_t addr, uint8_t value) {
   int lane = addr & (info().lanes() - 1);
-  startHost(addr, true, uint32_t{value} << (8 * lane), 1u << lane);
+  hostAccess(addr, true, uint32_t{value} << (8 * lane), 1u << lane);
 }
 
 void Slave::hostReadBytes(uint16_t addr, int count) {
-  startHost(addr, false, 0, ((1u << count) - 1) << (addr & (info().lanes() - 1)));
+  hostAccess(addr, false, 0, ((1u << count) - 1) << (addr & (info().lanes() - 1)));
 }
 
 void Slave::schedule() {
@@ -96,25 +128,33 @@ void Slave::step() {
   schedule();
 }
 
+void Slave::idleUntil(Time end) {
+  muted_ = true;
+  while (next < end) step();
+  muted_ = false;
+}
+
 void Slave::coreEdge(Time now) {
   // The host samples acknowledge and data at the edge, that is as they were before it, and changes its pins after it.
   const bool acknowledged = *pins_.hostAck;
-  if (host_ == Host::requested && acknowledged) hostResult_ = pins_.hostRdata.get();
+  if (port_ == HostPort::requested && acknowledged) hostResult_ = pins_.hostRdata.get();
   *pins_.clock = 1;
   eval();
   ++cycles_;
   coreNext_ = now + half_;
-  if (host_ == Host::requested && acknowledged) {
+  if (port_ == HostPort::requested && acknowledged) {
     *pins_.hostReq = 0;
     unseenLow_ |= 1;
-    host_ = Host::recover;
-  } else if (host_ == Host::recover) {
-    host_ = Host::idle;
+    port_ = HostPort::recover;
+  } else if (port_ == HostPort::recover) {
+    port_ = HostPort::idle;
   }
+  if (hostProgram_ && cycles_ >= hostProgram_->wakeAt() && port_ == HostPort::idle) hostProgram_->resume();
+  if (pins_.siiSclLow) eepromLines(now);
   if (!*pins_.txTick) return;
   for (int y = 0; y < ports_; ++y) {
     const Symbol s{*pins_.ports[y].txEn != 0, false, *pins_.ports[y].txd};
     if (s.dv) lastActive_ = now;
-    if (sinks_[y]) sinks_[y]->nibble(now, s);
+    if (sinks_[y] && (s.dv || !muted_)) sinks_[y]->nibble(now, s);
   }
 }

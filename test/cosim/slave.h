@@ -1,10 +1,12 @@
-// One simulated slave: a Verilated preset with its core clock, the receive clocks its PHYs recover, and its host.
+// One simulated slave: a Verilated preset with its core clock, the receive clocks its PHYs recover, its EEPROM and its host.
 #pragma once
 
 #include <array>
 #include <memory>
 #include <string>
 
+#include "eeprom.h"
+#include "host.h"
 #include "model.h"
 #include "simulator.h"
 
@@ -16,6 +18,8 @@ class Cable : public NibbleSink {
  public:
   void nibble(Time launch, Symbol symbol) override;
   void setDelay(Time delay) { delay_ = delay; }
+  // A cut cable carries idle nibbles only.
+  void setCut(bool cut) { cut_ = cut; }
 
  private:
   friend class Slave;
@@ -25,6 +29,7 @@ class Cable : public NibbleSink {
   };
   Slave* slave_ = nullptr;
   Time delay_ = 0;
+  bool cut_ = false;
   Time lastLaunch_ = -1;
   Time half_ = kNibble / 2;
   Time rise_ = kNever;          // the rising edge that follows the last falling one
@@ -55,11 +60,27 @@ class Slave : public Actor {
   // The last time a port sent something.
   Time lastActive() const { return lastActive_; }
 
-  // The local host: one access at a time, `addr` is a byte address, the byte lanes follow from it.
+  // Runs the core alone, without receive clocks and nibbles, until `end`: for times at which nothing is on any wire. EEPROM and
+  // host go on. Much faster than step().
+  void idleUntil(Time end);
+
+  // The host port: one access at a time, `addr` is a byte address, the byte lanes follow from it.
   void hostWriteByte(uint16_t addr, uint8_t value);
   void hostReadBytes(uint16_t addr, int count);  // of one word
-  bool hostBusy() const { return host_ != Host::idle; }
+  // Any lanes of one word; data in their places.
+  void hostAccess(uint16_t addr, bool write, uint32_t data, unsigned lanes);
+  bool hostBusy() const { return port_ != HostPort::idle; }
   uint32_t hostResult() const { return hostResult_; }
+  // The interrupt pin; false if the core has none.
+  bool irq() const { return pins_.irq && *pins_.irq; }
+  // The program that from now on owns the host port; null for none.
+  void setHost(std::unique_ptr<Host> host);
+  Host* host() { return hostProgram_.get(); }
+
+  // The EEPROM at the pins of a core that has such pins.
+  bool takesEeprom() const { return pins_.hasEeprom(); }
+  void setEeprom(std::unique_ptr<Eeprom> eeprom);
+  Eeprom* eeprom() { return eeprom_.get(); }
 
   // Called at each rising edge of a port's receive clock with the symbol sampled there.
   std::function<void(int port, Time, Symbol)> onSample;
@@ -68,9 +89,9 @@ class Slave : public Actor {
 
  private:
   friend class Cable;
-  enum class Host { idle, requested, recover };
+  enum class HostPort { idle, requested, recover };
 
-  void startHost(uint16_t addr, bool write, uint32_t data, unsigned lanes);
+  void eepromLines(Time now);
   void coreEdge(Time now);
   void schedule();
   void eval();
@@ -88,7 +109,10 @@ class Slave : public Actor {
   // Falling edges do nothing in the RTL, so they are evaluated together with the next rising edge of another clock. A clock whose
   // low level the model has not seen yet has its bit set: bit 0 the core clock, bit 1 + y the receive clock of port y.
   unsigned unseenLow_ = 0;
-  bool eager_ = false;
-  Host host_ = Host::idle;
+  bool eager_ = false, muted_ = false;
+  HostPort port_ = HostPort::idle;
   uint32_t hostResult_ = 0;
+  std::unique_ptr<Host> hostProgram_;
+  std::unique_ptr<Eeprom> eeprom_;
+  int eepromLines_ = -1;  // what the core did to the lines: bit 0 SCL low, bit 1 SDA low
 };

@@ -86,12 +86,20 @@ gaps = [b[0] - a[0] - (len(b[1]) + 4 + 8 + 12) * 80 for a, b in zip(out, out[1:]
 check("frames at one time leave with the minimum gap", all(-200 < g < 200 for g in gaps), gaps)
 check("the trace is written without complaint", (OUT / "t.fst").stat().st_size > 1000 and err.count("\n") == 1, err)
 
+(OUT / "huge.bin").write_bytes(bytes(4097))
+(OUT / "large.bin").write_bytes(bytes(4096))
 # --- mistakes: one sentence, exit code 2
 for name, slave, words in [
     ("unknown preset", {"preset": "et9"}, "repeater, repeater-wide"),
     ("unknown key", {"preset": "repeater", "cable": 5}, "unknown key 'cable'"),
     ("bad value", {"preset": "repeater", "cable_ns": -1}, "cable_ns -1"),
     ("missing EEPROM image", {"preset": "repeater", "eeprom": "none.bin"}, "none.bin"),
+    ("EEPROM image for no chip", {"preset": "repeater", "eeprom": "huge.bin"}, "4097 bytes no known chip holds"),
+    ("EEPROM image too large", {"preset": "repeater", "eeprom": "large.bin", "eeprom_chip": "24C16"}, "do not fit into the 2048 of a 24C16"),
+    ("unknown chip", {"preset": "repeater", "eeprom": "large.bin", "eeprom_chip": "24C64"}, "known: 24C16, 24C32"),
+    ("EEPROM that cannot be saved", {"preset": "repeater", "eeprom": "large.bin", "eeprom_save": "none/x"}, "cannot be written"),
+    ("chip without image", {"preset": "repeater", "eeprom_save": True}, "names no image"),
+    ("unknown host program", {"preset": "repeater", "host": "robot"}, "known: none, io"),
 ]:
     bad = network(OUT / "bad.json", slave)
     code, _, err = run("cosim", "--network", bad, "--replay", OUT / "in.pcap", "--out", OUT / "out.pcap")
@@ -168,6 +176,13 @@ ways = json.loads(out_)
 for way in "processing", "forwarding":
     r = ways[way]
     check(f"latency, {way}", r["worst_ns"] == 140 and r["best_ns"] == 100.1 and r["pin_to_pin_worst_ns"] == 160 and r["worst_cycles"] == 14, out_)
+
+# --- flyframe-cosim on a network interface
+own_net = ["unshare", "--user", "--net", "--map-root-user"]
+if subprocess.run([*own_net, "ip", "link", "add", "one", "type", "veth", "peer", "name", "two"], capture_output=True).returncode:
+    print("skipped: the tests on a network interface need unprivileged user namespaces and veth")
+else:
+    check("on a network interface", subprocess.run([*own_net, pathlib.Path(__file__).parent / "live.py", OUT]).returncode == 0)
 
 print(f"{len(failures)} failed" if failures else "all passed")
 sys.exit(1 if failures else 0)

@@ -1,0 +1,107 @@
+#!/bin/sh
+# Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other, in a network
+# namespace of its own. Usage: run.sh [--preset NAME] [--masters "soem ethercrab"] [--only SCENARIO] [--cycles N] [--capture]
+# The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
+here=$(cd "$(dirname "$0")" && pwd)
+root=$(cd "$here/../.." && pwd)
+out=$root/build/interop
+preset=cyclone4-min masters='soem ethercrab' only= cycles=10000 capture=
+while [ $# -gt 0 ]; do
+  case $1 in
+    --preset) preset=$2; shift ;;
+    --masters) masters=$2; shift ;;
+    --only) only=$2; shift ;;
+    --cycles) cycles=$2; shift ;;
+    --capture) capture=yes ;;
+    *) sed -n '2,4s/^# //p' "$0" >&2; exit 2 ;;
+  esac
+  shift
+done
+
+# In a namespace nothing can reach a real network, and no root is needed.
+if [ -z "$FLYFRAME_INTEROP" ]; then
+  if ! unshare --user --net --map-root-user ip link add v0 type veth peer name v1 2>/dev/null; then
+    echo "skipped: interoperability needs unshare, ip (iproute2), unprivileged user namespaces and veth"
+    echo "0 passed, 0 failed, 1 skipped"
+    exit 0
+  fi
+  FLYFRAME_INTEROP=1 exec unshare --user --net --map-root-user "$0" --preset "$preset" --masters "$masters" \
+    ${only:+--only "$only"} --cycles "$cycles" ${capture:+--capture}
+fi
+
+mkdir -p "$out"
+control=$out/control.sock
+passed=0 failed=0 skipped=0
+ip link add veth-master type veth peer name veth-slaves || exit 2
+for name in veth-master veth-slaves; do
+  echo 1 >/proc/sys/net/ipv6/conf/$name/disable_ipv6
+  ip link set "$name" up
+done
+
+# What runs a master; empty if it is not there.
+command_of() {
+  case $1 in
+    soem) "$root/build/tools/venv/bin/python" -c 'import pysoem' 2>/dev/null && echo "$root/build/tools/venv/bin/python $here/soem_test.py" ;;
+    ethercrab) [ -x "$out/cargo/release/ethercrab-test" ] && echo "$out/cargo/release/ethercrab-test" ;;
+    *) echo "No master is called '$1'; known: soem, ethercrab." >&2; exit 2 ;;
+  esac
+}
+
+# scenario SLAVES [options of make_network.py]
+run() {
+  scenario=$1 slaves=$2
+  shift 2
+  [ -z "$only" ] || [ "$only" = "$scenario" ] || return 0
+  echo "--- $master, $scenario, $slaves slaves"
+  net=$out/$scenario-$slaves
+  python3 "$here/make_network.py" "$net" "$slaves" --preset "$preset" "$@" || exit 2
+  rm -f "$out/ready"
+  mkfifo "$out/ready"
+  "$root/build/flyframe-cosim" --network "$net/net.json" --interface veth-slaves --control "$control" >"$out/ready" 2>"$net/$master.log" &
+  cosim=$!
+  if ! read -r line <"$out/ready"; then
+    cat "$net/$master.log"
+    wait $cosim
+    failed=$((failed + 1))
+    return 0
+  fi
+  if [ -n "$capture" ]; then
+    tshark -q -i veth-master -w "$net/$master.pcapng" 2>/dev/null &
+    tshark=$!
+    sleep 2
+  fi
+  limit=120
+  [ "$scenario" = cycles ] && limit=900
+  if timeout $limit $program veth-master "$control" "$scenario" "$slaves" "$cycles"; then
+    passed=$((passed + 1))
+  else
+    failed=$((failed + 1))
+  fi
+  if [ -n "$capture" ]; then
+    sleep 1
+    kill $tshark
+    wait $tshark 2>/dev/null
+  fi
+  kill $cosim
+  wait $cosim
+  sed 's/^/      /' "$net/$master.log" | tail -2
+}
+
+for master in $masters; do
+  program=$(command_of "$master") || exit_code=$?
+  if [ "${exit_code:-0}" = 2 ]; then exit 2; fi
+  exit_code=
+  if [ -z "$program" ]; then
+    echo "skipped: $master is not there (make interop says why)"
+    skipped=$((skipped + 1))
+    continue
+  fi
+  for n in 1 3 5; do run scan $n; done
+  for n in 1 3 5; do run cycles $n; done
+  run cable 3
+  run refuse 3
+  run watchdog 3
+  run eeprom 3 --corrupt 1
+done
+echo "$passed passed, $failed failed, $skipped skipped"
+[ $failed = 0 ]

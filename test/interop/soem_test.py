@@ -1,0 +1,222 @@
+#!/usr/bin/env python3
+"""SOEM (by pysoem) as the master of simulated slaves. Usage: soem_test.py INTERFACE CONTROL-SOCKET SCENARIO SLAVES [CYCLES]
+
+The slaves are those of make_network.py. Prints a line per check; exit code 1 if one is wrong.
+"""
+import contextlib
+import socket
+import struct
+import sys
+import time
+
+import pysoem
+
+from make_network import PRODUCT, REVISION, SIZES, VENDOR
+
+INTERFACE, CONTROL, SCENARIO, SLAVES = *sys.argv[1:4], int(sys.argv[4])
+CYCLES = int(sys.argv[5]) if len(sys.argv) > 5 else 10_000
+FULL_WKC = 3 * SLAVES  # 1 for reading, 2 for writing
+AL_STATUS, AL_STATUS_CODE, DL_STATUS, EEPROM_STATUS = 0x0130, 0x0134, 0x0110, 0x0502
+LAG = 16  # cycles until a slave's inputs show its outputs, at most
+failures = 0
+
+
+class Wrong(Exception):
+    pass
+
+
+def check(name, ok, detail=""):
+    """A check without which the rest makes no sense."""
+    global failures
+    print(("ok    " if ok else "WRONG ") + name + (f": {detail}" if detail != "" and not ok else ""), flush=True)
+    if not ok:
+        failures += 1
+        raise Wrong
+
+
+class Simulator:
+    def __init__(self, path):
+        self.socket = socket.socket(socket.AF_UNIX)
+        self.socket.connect(path)
+        self.lines = self.socket.makefile("rw")
+
+    def ask(self, text):
+        self.lines.write(text + "\n")
+        self.lines.flush()
+        answer = self.lines.readline().strip()
+        if not answer.startswith("ok"):
+            raise RuntimeError(f"'{text}' answered by '{answer}'")
+        return answer[3:]
+
+
+def pattern(slave, cycle):
+    """The outputs of a cycle: the first byte tells which, the others depend on all."""
+    return bytes([cycle & 0xFF] + [(cycle * 37 + slave * 11 + i * (cycle >> 3 | 1)) & 0xFF for i in range(1, SIZES[slave])])
+
+
+class Bus:
+    def __init__(self):
+        t = pysoem.settings.timeouts  # of wall time, and the simulation is slower than that
+        t.ret, t.safe, t.eeprom, t.state = 200_000, 500_000, 1_000_000, 20_000_000
+        self.simulator = Simulator(CONTROL)
+        self.master = pysoem.Master()
+        self.master.open(INTERFACE)
+
+    def close(self):
+        self.master.close()
+
+    def scan(self):
+        count = self.master.config_init()
+        check(f"{SLAVES} slaves are found", count == SLAVES, count)
+
+    def register(self, slave, address, size):
+        return int.from_bytes(self.master.slaves[slave]._fprd(address, size, 500_000), "little")
+
+    def state_of(self, slave):
+        return self.register(slave, AL_STATUS, 2), self.register(slave, AL_STATUS_CODE, 2)
+
+    def safeop(self):
+        self.master.config_map()
+        state = self.master.state_check(pysoem.SAFEOP_STATE, 20_000_000)
+        check("all reach SAFEOP", state == pysoem.SAFEOP_STATE, [self.state_of(i) for i in range(SLAVES)])
+        check("the mapping is that of the EEPROM", [(len(s.output), len(s.input)) for s in self.master.slaves] == [(n, n) for n in SIZES[:SLAVES]])
+        check("the expected working counter is known", self.master.expected_wkc == FULL_WKC, self.master.expected_wkc)
+
+    def op(self):
+        self.exchange()
+        self.request(pysoem.OP_STATE, "OP")
+
+    def request(self, state, name):
+        self.master.state = state
+        self.master.write_state()
+        reached = self.master.state_check(state, 20_000_000)
+        check(f"all reach {name}", reached == state, [self.state_of(i) for i in range(SLAVES)])
+
+    def exchange(self):
+        self.master.send_processdata()
+        return self.master.receive_processdata(500_000)
+
+    def cycle(self, count, wkc=FULL_WKC):
+        """Process data cycles: working counters, and inputs that show the outputs of an earlier cycle, none of them torn."""
+        shown = [None] * SLAVES
+        for c in range(count):
+            for i, s in enumerate(self.master.slaves):
+                s.output = pattern(i, c)
+            got = self.exchange()
+            if got != wkc:
+                check(f"working counter of cycle {c}", False, f"{got} instead of {wkc}")
+            for i, s in enumerate(self.master.slaves):
+                at = next((k for k in range(c, max(c - LAG, -1), -1) if s.input == pattern(i, k)), None)
+                if at is None and c < LAG:
+                    continue  # what was there before
+                if at is None or (shown[i] is not None and at < shown[i]):
+                    check(f"inputs of slave {i} in cycle {c}", False, f"{s.input.hex()} after outputs {pattern(i, c).hex()}")
+                shown[i] = at
+        check(f"{count} cycles with working counter {wkc}, outputs come back as inputs", count < LAG or None not in shown)
+
+
+def scan(bus):
+    bus.scan()
+    for i, s in enumerate(bus.master.slaves):
+        check(f"slave {i}: name", s.name == f"flyframe-io-{i}", s.name)
+        check(f"slave {i}: identity", (s.man, s.id, s.rev) == (VENDOR, PRODUCT, REVISION), (s.man, s.id, s.rev))
+        serial = struct.unpack("<I", s.eeprom_read(0x0E))[0]
+        check(f"slave {i}: serial number", serial == 1000 + i, serial)
+        check(f"slave {i}: alias", bus.register(i, 0x0012, 2) == 0x0100 + i)
+
+
+def cycles(bus):
+    bus.scan()
+    bus.safeop()
+    bus.op()
+    start = time.monotonic()
+    bus.cycle(CYCLES)
+    print(f"      {(time.monotonic() - start) / CYCLES * 1e6:.0f} us per cycle")
+    for state, name in (pysoem.SAFEOP_STATE, "SAFEOP"), (pysoem.PREOP_STATE, "PREOP"), (pysoem.INIT_STATE, "INIT"):
+        bus.request(state, name)
+
+
+def cable(bus):
+    """Cut before the last slave but one, in the middle of the line, and mended."""
+    bus.scan()
+    bus.safeop()
+    bus.op()
+    bus.cycle(50)
+    at = SLAVES // 2
+    bus.simulator.ask(f"cut {at}")
+    bus.simulator.ask("advance 1000")
+    counters = {bus.exchange() for _ in range(50)}
+    check("behind the cut nobody answers, before it all do", counters == {3 * at}, counters)
+    bus.simulator.ask(f"mend {at}")
+    bus.simulator.ask("advance 20000")
+    check("after mending all answer", bus.exchange() == FULL_WKC)
+    recover(bus)
+    bus.cycle(50)
+
+
+def recover(bus):
+    """Slaves whose watchdog has expired get their error acknowledged and go to OP again."""
+    bus.master.read_state()
+    for s in bus.master.slaves:
+        if s.state == pysoem.SAFEOP_STATE + pysoem.STATE_ERROR:
+            s.state = pysoem.SAFEOP_STATE + pysoem.STATE_ACK
+            s.write_state()
+    bus.request(pysoem.SAFEOP_STATE, "SAFEOP")
+    bus.op()
+
+
+def refuse(bus):
+    bus.scan()
+    bus.simulator.ask("host 1 refuse safeop 0x001d")
+    bus.master.config_map()
+    bus.master.state_check(pysoem.SAFEOP_STATE, 1_000_000)
+    bus.master.read_state()
+    states = [(s.state, s.al_status) for s in bus.master.slaves]
+    wanted = [(pysoem.PREOP_STATE + pysoem.STATE_ERROR, 0x001D) if i == 1 else (pysoem.SAFEOP_STATE, 0) for i in range(SLAVES)]
+    check("the refusing slave stays in PREOP, with its AL status code", states == wanted, states)
+    bus.simulator.ask("host 1 accept safeop")
+    s = bus.master.slaves[1]
+    s.state = pysoem.PREOP_STATE + pysoem.STATE_ACK
+    s.write_state()
+    check("the error is acknowledged", s.state_check(pysoem.PREOP_STATE, 20_000_000) == pysoem.PREOP_STATE, bus.state_of(1))
+    s.state = pysoem.SAFEOP_STATE
+    s.write_state()
+    check("then SAFEOP is reached", s.state_check(pysoem.SAFEOP_STATE, 20_000_000) == pysoem.SAFEOP_STATE, bus.state_of(1))
+    bus.op()
+    bus.cycle(50)
+
+
+def watchdog(bus):
+    bus.scan()
+    for s in bus.master.slaves:
+        s.set_watchdog("processdata", 5)
+    bus.safeop()
+    bus.op()
+    bus.cycle(50)
+    bus.simulator.ask("advance 20000")
+    bus.master.read_state()
+    states = [(s.state, s.al_status) for s in bus.master.slaves]
+    check("without process data all fall to SAFEOP, with code 0x001b", states == [(pysoem.SAFEOP_STATE + pysoem.STATE_ERROR, 0x001B)] * SLAVES, states)
+    expired = [bus.register(i, 0x0442, 1) for i in range(SLAVES)]
+    check("the expiry is counted", expired == [1] * SLAVES, expired)
+    recover(bus)
+    bus.cycle(50)
+
+
+def eeprom(bus):
+    """Slave 1 has an EEPROM with a wrong checksum."""
+    bus.scan()
+    loaded = [bus.register(i, DL_STATUS, 2) & 1 for i in range(SLAVES)]
+    check("all but the slave with the corrupt EEPROM have loaded it", loaded == [i != 1 for i in range(SLAVES)], loaded)
+    errors = [bus.register(i, EEPROM_STATUS, 2) >> 11 & 3 for i in range(SLAVES)]
+    check("its EEPROM status tells so", errors == [3 * (i == 1) for i in range(SLAVES)], errors)
+    bus.master.config_map()
+    counters = {bus.exchange() for _ in range(20)}
+    check("it takes no part in process data", counters == {FULL_WKC - 3}, counters)
+
+
+bus = Bus()
+with contextlib.suppress(Wrong):
+    {f.__name__: f for f in (scan, cycles, cable, refuse, watchdog, eeprom)}[SCENARIO](bus)
+bus.close()
+sys.exit(1 if failures else 0)
