@@ -1,11 +1,12 @@
 #!/bin/sh
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other, in a network
 # namespace of its own. Usage: run.sh [--preset NAME] [--masters "soem ethercrab"] [--only SCENARIO] [--cycles N] [--capture]
+# [--simulator FILE]
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 out=$root/build/interop
-preset=cyclone4-min masters='soem ethercrab' only= cycles=10000 capture=
+preset=cyclone4-min masters='soem ethercrab' only= cycles=10000 capture= simulator=$root/build/flyframe-cosim
 while [ $# -gt 0 ]; do
   case $1 in
     --preset) preset=$2; shift ;;
@@ -13,7 +14,8 @@ while [ $# -gt 0 ]; do
     --only) only=$2; shift ;;
     --cycles) cycles=$2; shift ;;
     --capture) capture=yes ;;
-    *) sed -n '2,4s/^# //p' "$0" >&2; exit 2 ;;
+    --simulator) simulator=$2; shift ;;
+    *) sed -n '2,5s/^# //p' "$0" >&2; exit 2 ;;
   esac
   shift
 done
@@ -26,7 +28,7 @@ if [ -z "$FLYFRAME_INTEROP" ]; then
     exit 0
   fi
   FLYFRAME_INTEROP=1 exec unshare --user --net --map-root-user "$0" --preset "$preset" --masters "$masters" \
-    ${only:+--only "$only"} --cycles "$cycles" ${capture:+--capture}
+    ${only:+--only "$only"} --cycles "$cycles" ${capture:+--capture} --simulator "$simulator"
 fi
 
 mkdir -p "$out"
@@ -57,7 +59,7 @@ run() {
   python3 "$here/make_network.py" "$net" "$slaves" --preset "$preset" "$@" || exit 2
   rm -f "$out/ready"
   mkfifo "$out/ready"
-  "$root/build/flyframe-cosim" --network "$net/net.json" --interface veth-slaves --control "$control" >"$out/ready" 2>"$net/$master.log" &
+  "$simulator" --network "$net/net.json" --interface veth-slaves --control "$control" >"$out/ready" 2>"$net/$master.log" &
   cosim=$!
   if ! read -r line <"$out/ready"; then
     cat "$net/$master.log"
