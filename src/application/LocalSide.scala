@@ -79,6 +79,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     unit.writeHigh     := writes(0x503)
     unit.byHost        := memory.registerWriteByHost
     unit.frameStart    := processor.memory.frameStart
+    unit.registersBusy := memory.registersBusy
     unit.offered       := memory.value.bool("eeprom_offered")
     unit.forced        := memory.value.bool("eeprom_force")
     unit.taken         := memory.value.bool("eeprom_taken")

@@ -49,6 +49,9 @@ class EscMemory(p: EscParams) extends Module {
   val unitRead = IO(Flipped(Decoupled(UInt(12.W))))
   val unitData = IO(Output(Valid(UInt(8.W))))
 
+  /** Register writes are on their way. */
+  val registersBusy = IO(Output(Bool()))
+
   /** The register RAM is being cleared after reset. */
   val clearing = IO(Output(Bool()))
 
@@ -111,7 +114,7 @@ class EscMemory(p: EscParams) extends Module {
   private val registerData = latched(file.readData)
   private val everyLane    = Fill(lanes, ramHit)
   private val fromRam =
-    if (p.hasRegisterRam) FillInterleaved(8, everyLane | latched(file.inRam)) else Fill(8 * lanes, ramHit)
+    if (p.hasRegisterRam) FillInterleaved(8, everyLane | (Fill(lanes, registerHit) & latched(file.inRam))) else Fill(8 * lanes, ramHit)
   private val readData = (fromRam & ramData) | (~fromRam & Fill(8 * lanes, registerHit) & registerData)
   ecat.readData := readData
   ecat.readable := everyLane | (Fill(lanes, registerHit) & latched(file.readableByEcat))
@@ -179,6 +182,8 @@ class EscMemory(p: EscParams) extends Module {
   registerWrite.valid := RegNext(nextWrite.valid, false.B)
   registerWrite.bits  := RegNext(nextWrite.bits)
   registerWriteByHost := RegNext(!log.replay.valid && !unitWrites)
+
+  registersBusy := log.busy || log.replay.valid || registerWrite.valid || ramWrite.valid
 
   // Registers in RAM: kept a cycle, so that a byte of a frame comes first.
   private class RamWrite extends Bundle {

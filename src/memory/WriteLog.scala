@@ -60,6 +60,9 @@ class WriteLog(lanes: Int, depth: Int) extends Module {
   /** The writes, when they take effect. */
   val replay = IO(Output(Valid(new RegisterWrite(lanes))))
 
+  /** Entries are still to be played. */
+  val busy = IO(Output(Bool()))
+
   /** A commit begins: the registers still hold what they held during the frame. */
   val replayStarts = IO(Output(Bool()))
 
@@ -94,4 +97,5 @@ class WriteLog(lanes: Int, depth: Int) extends Module {
   replay.valid       := RegNext(reading && !commit, false.B)
   replay.bits        := ram.io.readData.asTypeOf(new RegisterWrite(lanes))
   replayStarts       := commit
+  busy               := reading
 }

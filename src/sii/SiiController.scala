@@ -41,6 +41,9 @@ class SiiController(p: EscParams) extends Module {
   val writeHigh = IO(Input(Valid(UInt(8.W))))
   val byHost    = IO(Input(Bool()))
 
+  /** Register writes are on their way: a command waits for the address that came behind it. */
+  val registersBusy = IO(Input(Bool()))
+
   /** The next frame starts: ECAT's write enable ends (SII-12). */
   val frameStart = IO(Input(Bool()))
 
@@ -75,12 +78,12 @@ class SiiController(p: EscParams) extends Module {
 
   private object State extends ChiselEnum {
 
-    /** boot: waiting after reset; idle; address0 to 2: the word address is fetched; start: START and control
+    /** boot: waiting after reset; idle; settle: the rest of the frame is being written; address0 to 2: the word address is fetched; start: START and control
       * byte; high, low: address bytes; restart: repeated START and control byte; in: bytes come; out: bytes
       * go; put: a byte is stored; fetch: a byte to write is fetched; stop; judge: a load is checked; copy,
       * place: a configuration byte is fetched, stored.
       */
-    val boot, idle, address0, address1, address2, start, control, high, low, restart, controlRead, in, put,
+    val boot, idle, settle, address0, address1, address2, start, control, high, low, restart, controlRead, in, put,
         fetch, out, stop, judge, copy, place = Value
   }
   import State._
@@ -139,7 +142,7 @@ class SiiController(p: EscParams) extends Module {
     }
     when(known && may) {
       again := false.B
-      state := Mux(code === Code.Reload.U, start, address0)
+      state := settle
       when(code === Code.Reload.U) { byteAddress := 0.U }
     }
     when(known && !may) { notMay := true.B }
@@ -203,6 +206,7 @@ class SiiController(p: EscParams) extends Module {
       byteAddress := 0.U
       when(wait0 === (p.coreClockMhz * p.siiStartUs).U) { state := start }
     }
+    is(settle) { when(!registersBusy) { state := Mux(loads, start, address0) } }
     is(address0) {
       fetchFrom(0x504.U, address1)
     }
