@@ -1,8 +1,8 @@
 package flyframe.device
 
-/** What a SyncManager is for. `code` is the type byte of the SII, `esi` the text of the ESI element, `control`
-  * the low nibble of the control byte (0x0804+8n) that the use demands, `default` the whole byte if the device
-  * file gives none.
+/** What a SyncManager is for. `code` is the type byte of the SII, `esi` the text of the ESI element,
+  * `control` the low nibble of the control byte (0x0804+8n) that the use demands, `default` the whole byte if
+  * the device file gives none.
   */
 sealed abstract class SmUse(val code: Int, val name: String, val esi: String, val default: Int) {
   def control: Int     = default & 0x0f
@@ -150,7 +150,8 @@ final case class Mailbox(
 )
 
 /** A way to use distributed clocks. Times in ns; `assignActivate` goes to 0x0980:0x0981. A cycle is
-  * `cycleTime0`, or, if that is 0, the master's cycle times `cycleFactor0`; `cycleFactor1` counts SYNC0 cycles.
+  * `cycleTime0`, or, if that is 0, the master's cycle times `cycleFactor0`; `cycleFactor1` counts SYNC0
+  * cycles.
   */
 final case class DcMode(
     name: String,

@@ -7,7 +7,7 @@ object DeviceCheck {
   private val RamStart      = 0x1000
   private val MailboxBytes  = 16 to 1486 // header and the shortest CoE message; data of one datagram
   private val ReservedA5    = 0xf0b1
-  private val ReservedA6    = 0xfffd // bit 0, area B, is not written by us
+  private val ReservedA6    = 0xfffd     // bit 0, area B, is not written by us
   private val EepromMinimum = 256
 
   private def hex(v: Int): String   = f"0x$v%04x"
@@ -27,7 +27,9 @@ object DeviceCheck {
     * cannot be the device `d`: one sentence per problem. Empty = it can.
     */
   def problems(d: Device, p: EscParams, fmmus: Int, syncManagers: Int): Seq[String] =
-    counts(d, fmmus, syncManagers) ++ configuration(d, p) ++ memory(d, p) ++ mailbox(d, p) ++ processData(d) ++
+    counts(d, fmmus, syncManagers) ++ configuration(d, p) ++ memory(d, p) ++ mailbox(d, p) ++ processData(
+      d
+    ) ++
       clocks(d, p) ++ eeprom(d, p)
 
   /** `d` if a controller can be it, else the first problem. */
@@ -64,7 +66,8 @@ object DeviceCheck {
     val outside = used.flatMap { case (sm, i) =>
       val (first, last) = occupied(sm, p)
       Option.when(first < RamStart || last >= end)(
-        s"SyncManager $i occupies ${hex(first)} to ${hex(last)}${if (sm.use.process) ", three buffers," else ""} but the " +
+        s"SyncManager $i occupies ${hex(first)} to ${hex(last)}${if (sm.use.process) ", three buffers,"
+          else ""} but the " +
           (if (p.ramBytes == 0) "controller has no process data RAM."
            else s"process data RAM is ${hex(RamStart)} to ${hex(end - 1)}.")
       )
@@ -96,7 +99,8 @@ object DeviceCheck {
     val unwanted = Option.when(d.mailbox.isEmpty && managers.nonEmpty)(
       s"SyncManager ${managers.head._2} is used for ${managers.head._1.use.name} but the device has no mailbox."
     )
-    val boot = d.mailbox.flatMap(_.bootstrap).toSeq.flatMap(b => Seq("receive" -> b.receive, "send" -> b.send))
+    val boot =
+      d.mailbox.flatMap(_.bootstrap).toSeq.flatMap(b => Seq("receive" -> b.receive, "send" -> b.send))
     val sizes = (managers.map { case (sm, i) => s"SyncManager $i" -> sm.size } ++
       boot.map { case (n, a) => s"mailbox.bootstrap.$n" -> a.size }).flatMap { case (name, size) =>
       Option.when(!MailboxBytes.contains(size))(
@@ -158,9 +162,10 @@ object DeviceCheck {
     } yield (entry.index, entry.subIndex)
     val twice = repeated(mapped).map { case (i, s) => f"The entry 0x$i%04x:$s%02x is mapped twice." }
     val sizes = d.syncManagers.zipWithIndex.filter(_._1.use.process).flatMap { case (sm, i) =>
-      val bits   = d.pdos.filter(_.syncManager == i).map(_.bits).sum
+      val pdos   = d.pdos.filter(_.syncManager == i)
+      val bits   = pdos.map(_.bits).sum
       val needed = (bits + 7) / 8
-      if (bits == 0) Some(s"SyncManager $i is used for ${sm.use.name} but carries no PDO.")
+      if (pdos.isEmpty) Some(s"SyncManager $i is used for ${sm.use.name} but carries no PDO.")
       else
         Option.when(sm.size != needed)(
           s"SyncManager $i has ${bytes(sm.size)} but its PDOs have $bits bits and need ${bytes(needed)}."

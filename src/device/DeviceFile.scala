@@ -72,14 +72,14 @@ object DeviceFile {
   private final class Fields(path: String, entries: Map[String, ujson.Value]) {
     def get(key: String): Option[Node] =
       entries.get(key).map(new Node(if (path == "device") key else s"$path.$key", _))
-    def apply(key: String): Node       = get(key).getOrElse(refuse(s"$path has no '$key'."))
-    def list(key: String): Seq[Node]   = get(key).map(_.list).getOrElse(Nil)
-    def word(key: String): Int         = get(key).map(_.number(0, U16).toInt).getOrElse(0)
-    def signed(key: String): Int       = get(key).map(_.number(Int.MinValue, Int.MaxValue).toInt).getOrElse(0)
-    def factor(key: String): Int       = get(key).map(_.number(Short.MinValue, Short.MaxValue).toInt).getOrElse(0)
-    def long(key: String): Long        = get(key).map(_.number(0, U32)).getOrElse(0L)
-    def flag(key: String): Boolean     = get(key).exists(_.flag)
-    def text(key: String): String      = apply(key).text(255)
+    def apply(key: String): Node     = get(key).getOrElse(refuse(s"$path has no '$key'."))
+    def list(key: String): Seq[Node] = get(key).map(_.list).getOrElse(Nil)
+    def word(key: String): Int       = get(key).map(_.number(0, U16).toInt).getOrElse(0)
+    def signed(key: String): Int     = get(key).map(_.number(Int.MinValue, Int.MaxValue).toInt).getOrElse(0)
+    def factor(key: String): Int   = get(key).map(_.number(Short.MinValue, Short.MaxValue).toInt).getOrElse(0)
+    def long(key: String): Long    = get(key).map(_.number(0, U32)).getOrElse(0L)
+    def flag(key: String): Boolean = get(key).exists(_.flag)
+    def text(key: String): String  = apply(key).text(255)
     def number(key: String, high: Long): Int = apply(key).number(0, high).toInt
   }
 
@@ -89,7 +89,7 @@ object DeviceFile {
   def parse(json: String): Either[String, Device] =
     try Right(device(new Node("device", ujson.read(json))))
     catch {
-      case e: Refused                       => Left(e.getMessage)
+      case e: Refused                      => Left(e.getMessage)
       case e: ujson.ParsingFailedException => Left(s"The text is not JSON: ${e.getMessage}.")
     }
 

@@ -29,17 +29,21 @@ object DeviceFiles {
 
   /** The SII image in the file `path`, or one sentence. */
   def sii(path: Path): Either[String, SiiImage] =
-    bytes(path, SiiCodec.MaxBytes).flatMap(b => SiiCodec.decode(b.toSeq.map(_ & 0xff))).left.map(s => s"$path: $s")
+    bytes(path, SiiCodec.MaxBytes)
+      .flatMap(b => SiiCodec.decode(b.toSeq.map(_ & 0xff)))
+      .left
+      .map(s => s"$path: $s")
 
   private def bytes(path: Path, most: Int): Either[String, Array[Byte]] =
     try
       if (!Files.isRegularFile(path)) Left("There is no such file.")
-      else if (Files.size(path) > most) Left(s"The file has ${Files.size(path)} bytes; more than $most are not read.")
+      else if (Files.size(path) > most)
+        Left(s"The file has ${Files.size(path)} bytes; more than $most are not read.")
       else Right(Files.readAllBytes(path))
     catch { case e: IOException => Left(s"The file cannot be read (${e.getClass.getSimpleName}).") }
 
-  /** ESI (`NAME.xml`) and SII image (`NAME.sii.bin`) of device `d` on a controller with parameters `p`, or why it
-    * cannot be that device. `fmmus` and `syncManagers`: how many the controller has.
+  /** ESI (`NAME.xml`) and SII image (`NAME.sii.bin`) of device `d` on a controller with parameters `p`, or
+    * why it cannot be that device. `fmmus` and `syncManagers`: how many the controller has.
     */
   def make(
       d: Device,

@@ -115,9 +115,7 @@ object Esi {
   private def mailbox(m: Mailbox): Elem = {
     val protocols = MailboxProtocol.all.filter(m.protocols).map {
       case MailboxProtocol.CoE =>
-        CoeFeature.all.foldLeft(<CoE/>)((e, f) =>
-          e % new UnprefixedAttribute(f.esi, bool(m.coe(f)), Null)
-        )
+        CoeFeature.all.foldLeft(<CoE/>)((e, f) => e % new UnprefixedAttribute(f.esi, bool(m.coe(f)), Null))
       case other => <p/>.copy(label = other.name)
     }
     <Mailbox DataLinkLayer={bool(m.repeat)}>{protocols}</Mailbox>

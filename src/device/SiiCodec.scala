@@ -27,8 +27,10 @@ object SiiCodec {
 
   private def header(h: SiiHeader): Seq[Int] = {
     val configuration = h.configuration.flatMap(le16)
-    val words = Seq.newBuilder[(Int, Int)]
-    def at(address: Int, values: Int*): Unit = words ++= values.zipWithIndex.map { case (v, i) => (address + i, v) }
+    val words         = Seq.newBuilder[(Int, Int)]
+    def at(address: Int, values: Int*): Unit = words ++= values.zipWithIndex.map { case (v, i) =>
+      (address + i, v)
+    }
     at(0x07, h.checksum.getOrElse(checksum(configuration)))
     Seq(h.vendor, h.product, h.revision, h.serial).zipWithIndex.foreach { case (v, i) =>
       at(0x08 + 2 * i, (v & 0xffff).toInt, (v >> 16 & 0xffff).toInt)
@@ -61,7 +63,9 @@ object SiiCodec {
       }
     case SiiDcModes(modes) =>
       modes.flatMap { m =>
-        le32(m.cycleTime0) ++ le32(m.shiftTime0.toLong) ++ le32(m.shiftTime1.toLong) ++ le16(m.cycleFactor1) ++
+        le32(m.cycleTime0) ++ le32(m.shiftTime0.toLong) ++ le32(m.shiftTime1.toLong) ++ le16(
+          m.cycleFactor1
+        ) ++
           le16(m.assignActivate) ++ le16(m.cycleFactor0) ++ Seq(m.name, m.description) ++ m.reserved
       }
     case SiiOther(_, bytes) => bytes
@@ -87,26 +91,27 @@ object SiiCodec {
   private final class Refused(sentence: String) extends Exception(sentence) with NoStackTrace
   private def refuse(sentence: String): Nothing = throw new Refused(sentence)
 
-  /** The contents of `bytes`, one sentence if they are no SII image: too short or long, a wrong checksum, or a
-    * category that goes beyond the image or is broken in itself.
+  /** The contents of `bytes`, one sentence if they are no SII image: too short or long, a wrong checksum, or
+    * a category that goes beyond the image or is broken in itself.
     */
   def decode(bytes: Seq[Int]): Either[String, SiiImage] =
     try Right(image(bytes.toIndexedSeq))
     catch { case e: Refused => Left(e.getMessage) }
 
   private final class Reader(bytes: IndexedSeq[Int], what: String) {
-    private var at       = 0
-    def left: Int        = bytes.size - at
+    private var at = 0
+    def left: Int  = bytes.size - at
     def take(n: Int): IndexedSeq[Int] = {
-      if (n > left) refuse(s"$what is broken: it ends ${n - left} ${if (n - left == 1) "byte" else "bytes"} too early.")
+      if (n > left)
+        refuse(s"$what is broken: it ends ${n - left} ${if (n - left == 1) "byte" else "bytes"} too early.")
       at += n
       bytes.slice(at - n, at)
     }
-    def u8(): Int          = take(1).head
-    def u16(): Int         = u8() | u8() << 8
-    def s16(): Int         = u16().toShort.toInt
-    def u32(): Long        = u16().toLong | u16().toLong << 16
-    def s32(): Int         = u32().toInt
+    def u8(): Int               = take(1).head
+    def u16(): Int              = u8() | u8() << 8
+    def s16(): Int              = u16().toShort.toInt
+    def u32(): Long             = u16().toLong | u16().toLong << 16
+    def s32(): Int              = u32().toInt
     def rest(): IndexedSeq[Int] = take(left)
     def all[A](item: => A): Seq[A] = {
       val items = Seq.newBuilder[A]
@@ -118,12 +123,15 @@ object SiiCodec {
   private def image(bytes: IndexedSeq[Int]): SiiImage = {
     if (bytes.size < HeaderBytes + 2)
       refuse(s"The image has ${bytes.size} bytes but an SII image has at least ${HeaderBytes + 2}.")
-    if (bytes.size > MaxBytes) refuse(s"The image has ${bytes.size} bytes but an SII EEPROM has at most $MaxBytes.")
+    if (bytes.size > MaxBytes)
+      refuse(s"The image has ${bytes.size} bytes but an SII EEPROM has at most $MaxBytes.")
     val head = readHeader(bytes)
     var at   = HeaderBytes
     def word(): Int = {
       if (at + 2 > bytes.size)
-        refuse(f"The image is cut off: it ends at byte 0x${bytes.size}%04x, where a category header should be.")
+        refuse(
+          f"The image is cut off: it ends at byte 0x${bytes.size}%04x, where a category header should be."
+        )
       at += 2
       bytes(at - 2) | bytes(at - 1) << 8
     }
@@ -149,7 +157,9 @@ object SiiCodec {
     val good                 = checksum(bytes.take(14))
     val stored               = word(7)
     if (stored != CheckOff && (stored & 0xff) != good)
-      refuse(f"The checksum is 0x${stored & 0xff}%02x but must be 0x$good%02x: this is no SII image, or a damaged one.")
+      refuse(
+        f"The checksum is 0x${stored & 0xff}%02x but must be 0x$good%02x: this is no SII image, or a damaged one."
+      )
     SiiHeader(
       (0 to 6).map(word),
       Option.when(stored != good)(stored),
@@ -205,9 +215,9 @@ object SiiCodec {
         SiiPdos(
           code == SiiCategory.TxPdo,
           r.all {
-            val index                                  = r.u16()
+            val index                                 = r.u16()
             val Seq(count, syncManager, dcSync, text) = r.take(4)
-            val flags                                  = r.u16()
+            val flags                                 = r.u16()
             SiiPdo(
               index,
               syncManager,

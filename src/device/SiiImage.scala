@@ -9,8 +9,8 @@ object SiiMailbox {
   val none: SiiMailbox = SiiMailbox(0, 0, 0, 0)
 }
 
-/** Words 0x00 to 0x3F of an SII image. `configuration`: words 0 to 6. `checksum`: word 7 as it stands if it is
-  * not simply the checksum, such as 0x88A4, which switches the check off (SII-03). `others`: words of no
+/** Words 0x00 to 0x3F of an SII image. `configuration`: words 0 to 6. `checksum`: word 7 as it stands if it
+  * is not simply the checksum, such as 0x88A4, which switches the check off (SII-03). `others`: words of no
   * meaning here that are not 0, by word address. `sizeKbit`: EEPROM size in Kbit, 1 to 65536.
   */
 final case class SiiHeader(
@@ -42,9 +42,9 @@ final case class SiiStrings(texts: Seq[String], rest: Seq[Int] = Nil) extends Si
   def code: Int = SiiCategory.Strings
 }
 
-/** General. `group`, `image`, `order`, `name`, `groupName`: numbers of strings. `flags`: [0] SafeOp, [1] no LRW,
-  * [2] mailbox repeat. `current`: drawn from the EBUS, mA, negative if fed. `ports`: four bits per port, 1 = MII,
-  * 3 = EBUS. `reserved`: byte 4, `rest`: bytes from 0x12 on.
+/** General. `group`, `image`, `order`, `name`, `groupName`: numbers of strings. `flags`: [0] SafeOp, [1] no
+  * LRW, [2] mailbox repeat. `current`: drawn from the EBUS, mA, negative if fed. `ports`: four bits per port,
+  * 1 = MII, 3 = EBUS. `reserved`: byte 4, `rest`: bytes from 0x12 on.
   */
 final case class SiiGeneral(
     group: Int,
@@ -140,7 +140,8 @@ object SiiCategory {
   }
 }
 
-/** The contents of an SII EEPROM. `bytes`: its length; what is behind the last category is 0xFF but for `tail`.
+/** The contents of an SII EEPROM. `bytes`: its length; what is behind the last category is 0xFF but for
+  * `tail`.
   */
 final case class SiiImage(header: SiiHeader, categories: Seq[SiiCategory], bytes: Int, tail: Seq[Int] = Nil) {
 

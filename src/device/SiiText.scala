@@ -68,7 +68,7 @@ object SiiText {
     case SiiSyncManagers(managers) =>
       managers.zipWithIndex.map { case (s, i) =>
         val use = SmUse.all.find(_.code == s.kind).map(_.name).getOrElse(s"type ${s.kind}")
-        f"SyncManager $i: $use, ${h16(s.start)}, ${s.size} bytes, control 0x${s.control}%02x, enable 0x${s.enable}%02x"
+        f"SyncManager $i: $use, ${h16(s.start)}, ${s.size} ${if (s.size == 1) "byte" else "bytes"}, control 0x${s.control}%02x, enable 0x${s.enable}%02x"
       }
     case SiiPdos(tx, pdos) =>
       pdos.flatMap { p =>
@@ -77,7 +77,8 @@ object SiiText {
           p.entries.map { e =>
             if (e.index == 0) s"  ${e.bits} bit padding"
             else {
-              val kind = DataType.all.find(_.code == e.dataType).map(_.name).getOrElse(f"type 0x${e.dataType}%02x")
+              val kind =
+                DataType.all.find(_.code == e.dataType).map(_.name).getOrElse(f"type 0x${e.dataType}%02x")
               f"  ${h16(e.index)}:${e.subIndex}%02x ${e.bits} bit $kind${quoted(image.text(e.name))}"
             }
           }
