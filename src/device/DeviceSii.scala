@@ -83,7 +83,7 @@ object DeviceSii {
 
   private def categories(d: Device, ports: Int, texts: Seq[String], number: String => Int): Seq[SiiCategory] =
     Seq(SiiStrings(texts), general(d, ports, number)) ++
-      Option.when(d.fmmus.nonEmpty)(SiiFmmus(d.fmmus.map(_.code))) ++
+      Option.when(d.fmmus.nonEmpty)(SiiFmmus(d.fmmus.map(_.code).padTo((d.fmmus.size + 1) / 2 * 2, 0xff))) ++
       Option.when(d.syncManagers.nonEmpty)(SiiSyncManagers(d.syncManagers.map { s =>
         SiiSyncManager(s.start, s.size, s.control, 0, if (s.use == SmUse.Unused) 0 else 1, s.use.code)
       })) ++

@@ -101,7 +101,7 @@ class DeviceSiiSpec extends AnyFlatSpec {
         "order"    -> "EL2889",
         "name"     -> "EL2889 16K. Dig. Ausgang 24V, 0.5A, negativ"
       ),
-      "group"         -> ujson.Obj("type" -> "DigOut", "name" -> "Digitale Ausgangsklemmen (EL2xxx)"),
+      "group"         -> ujson.Obj("type" -> "DigOut", "name" -> "Digitale Ausgangklemmen (EL2xxx)"),
       "configuration" -> ujson.Obj("pdiControl" -> "0x0104", "extendedPdiConfiguration" -> "0x00ff"),
       "syncManagers" -> ujson.Arr(
         ujson.Obj("use" -> "outputs", "start" -> "0x0f00", "control" -> "0x44"),
