@@ -9,6 +9,14 @@ object DeviceFile {
   private final class Refused(sentence: String) extends Exception(sentence) with NoStackTrace
   private def refuse(sentence: String): Nothing = throw new Refused(sentence)
 
+  private val Whole = "-?(0|[1-9][0-9]{0,17}|0[xX][0-9a-fA-F]{1,15})".r
+
+  /** Text of a device file as a sentence can show it. */
+  private def shown(text: String): String = {
+    val line = text.map(c => if (c < ' ') '?' else c)
+    if (line.length > 80) line.take(77) + "..." else line
+  }
+
   private val U8  = 0xffL
   private val U16 = 0xffffL
   private val U32 = 0xffffffffL
@@ -20,7 +28,7 @@ object DeviceFile {
     def fields(allowed: String*): Fields = value match {
       case ujson.Obj(entries) =>
         entries.keys.find(!allowed.contains(_)).foreach { k =>
-          refuse(s"$path has the key '$k' but may only have ${allowed.mkString(", ")}.")
+          refuse(s"$path has the key '${shown(k)}' but may only have ${allowed.mkString(", ")}.")
         }
         new Fields(path, entries.toMap)
       case _ => refuse(s"$path must be an object in braces.")
@@ -32,25 +40,23 @@ object DeviceFile {
     }
 
     def number(low: Long, high: Long): Long = {
-      def wrong(shown: String) = {
-        val range = if (high > 9999) f"0x$low%x to 0x$high%x" else s"$low to $high"
-        refuse(s"$path is $shown but must be a whole number, ${if (low < 0) s"$low to $high" else range}.")
+      def wrong() = {
+        val range = if (low >= 0 && high > 9999) f"0x$low%x to 0x$high%x" else s"$low to $high"
+        refuse(s"$path is ${shown(value.render())} but must be a whole number, $range.")
       }
       val n = value match {
         case ujson.Num(d) if d.isWhole => d.toLong
-        case ujson.Str(s) =>
-          try java.lang.Long.decode(s).longValue
-          catch { case _: NumberFormatException => wrong(s"'$s'") }
-        case other => wrong(other.render())
+        case ujson.Str(s @ Whole(_))   => java.lang.Long.decode(s).longValue
+        case _                         => wrong()
       }
-      if (n < low || n > high) wrong(value.render().replace("\"", "")) else n
+      if (n < low || n > high) wrong() else n
     }
 
     /** Printable ASCII: the SII knows nothing else, and masters refuse it. */
     def text(longest: Int): String = value match {
       case ujson.Str(s) if s.nonEmpty && s.length <= longest && s.forall(c => c >= ' ' && c <= '~') => s
       case other =>
-        refuse(s"$path is ${other.render()} but must be 1 to $longest printable ASCII characters.")
+        refuse(s"$path is ${shown(other.render())} but must be 1 to $longest printable ASCII characters.")
     }
 
     def flag: Boolean = value match {
@@ -59,13 +65,11 @@ object DeviceFile {
     }
 
     def oneOf[A](choices: Seq[A])(name: A => String): A = {
-      val wanted = value match {
-        case ujson.Str(s) => s
-        case other        => other.render()
-      }
       choices
-        .find(name(_) == wanted)
-        .getOrElse(refuse(s"$path is $wanted but must be one of ${choices.map(name).mkString(", ")}."))
+        .find(c => value == ujson.Str(name(c)))
+        .getOrElse(
+          refuse(s"$path is ${shown(value.render())} but must be one of ${choices.map(name).mkString(", ")}.")
+        )
     }
   }
 

@@ -36,7 +36,7 @@ class DeviceCheckSpec extends AnyFlatSpec {
     ("an object for a list", "fmmus must be a list in brackets.", d => d("fmmus") = ujson.Obj()),
     (
       "a number that is none",
-      "rxPdos[0].index is '0x16g0' but must be a whole number, 0x0 to 0xffff.",
+      "rxPdos[0].index is \"0x16g0\" but must be a whole number, 0x0 to 0xffff.",
       d => d("rxPdos")(0)("index") = "0x16g0"
     ),
     (
@@ -71,7 +71,7 @@ class DeviceCheckSpec extends AnyFlatSpec {
     ),
     (
       "an unknown use",
-      "syncManagers[1].use is input but must be one of unused, mailboxOut, mailboxIn, outputs, inputs.",
+      "syncManagers[1].use is \"input\" but must be one of unused, mailboxOut, mailboxIn, outputs, inputs.",
       d => d("syncManagers")(1)("use") = "input"
     ),
     (
@@ -104,6 +104,34 @@ class DeviceCheckSpec extends AnyFlatSpec {
   for ((what, sentence, edit) <- unreadable)
     s"A device file with $what" should "be refused" in
       assert(DeviceFile.parse(json("io")(edit)) == Left(sentence))
+
+  "A number that C would take for octal" should "be refused" in
+    assert(
+      DeviceFile.parse(json("io")(_("product")("code") = "010")) ==
+        Left("product.code is \"010\" but must be a whole number, 0x0 to 0xffffffff.")
+    )
+
+  "10000 damaged device files" should "give a device or one sentence" in {
+    val r     = new scala.util.Random(3)
+    val texts = Seq(DeviceFiles.bundled("io"), DeviceFiles.bundled("mailbox"))
+    val bits  = "{}[]\",:0123456789xae-.\\ \n\u00e4"
+    var read  = 0
+    for (i <- 1 to 10000) {
+      val text = new StringBuilder(texts(i % 2))
+      for (_ <- 0 to r.nextInt(3)) r.nextInt(3) match {
+        case 0 => text.setCharAt(r.nextInt(text.length), bits(r.nextInt(bits.length)))
+        case 1 => text.deleteCharAt(r.nextInt(text.length))
+        case _ => text.insert(r.nextInt(text.length), bits(r.nextInt(bits.length)))
+      }
+      DeviceFile.parse(text.toString) match {
+        case Left(sentence) => assert(sentence.endsWith(".") && !sentence.contains("\n"), text)
+        case Right(d) =>
+          read += 1
+          sentences(d).foreach(s => assert(s.endsWith(".") && !s.contains("\n"), text))
+      }
+    }
+    assert(read > 500 && read < 9500)
+  }
 
   "Text that is not JSON" should "be refused with the place" in {
     for (text <- Seq("", "{", "{\"vendor\": }", "vendor: 1")) {
@@ -198,7 +226,8 @@ class DeviceCheckSpec extends AnyFlatSpec {
     )(d => d("fmmus") = ujson.Arr("outputs")),
     Mistake(
       "DC on a controller without",
-      "The device has dcModes but the controller has no distributed clocks."
+      "The device has dcModes but the controller has no distributed clocks.",
+      p = params.copy(reportedFeatures = 0x0080)
     ) { d =>
       d("dcModes") =
         ujson.Arr(ujson.Obj("name" -> "DC", "description" -> "SYNC0", "assignActivate" -> "0x300"))

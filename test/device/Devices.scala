@@ -5,7 +5,10 @@ import flyframe.params.{EscParams, Presets}
 
 /** What the tests of this folder share. */
 object Devices {
-  val params: EscParams = Presets.named("cyclone4-min").get.params
+
+  /** A small controller: two ports, 1 KiB, 16-bit alias. */
+  val params: EscParams =
+    Presets.named("cyclone4-min").get.params.copy(dataBusWidth = 8, ports = 2, ramKiB = 1, nodeIdWidth = 16)
 
   /** The JSON of a device file that comes with the generator, changed by `edit`. */
   def json(name: String)(edit: ujson.Value => Unit): String = {
@@ -63,7 +66,7 @@ object Devices {
   }
 
   /** Controller for [[full]]. */
-  val fullParams: EscParams = Presets.named("et1100").get.params
+  val fullParams: EscParams = params.copy(ports = 4, ramKiB = 8, reportedFeatures = 0x00fc)
 
   private val images = Paths.get(sys.env.getOrElse("FLYFRAME_SHARED", "../shared")).resolve("captures/sii")
 
