@@ -139,7 +139,7 @@ class DeviceSiiSpec extends AnyFlatSpec {
       if (b.isEmpty) Nil
       else (b(3) -> b.drop(8).grouped(8).take(b(2)).map(_(5)).sum) +: pdos(b.drop(8 + 8 * b(2)))
     val bits = pdos(raw(image, pdoCategory).getOrElse(Nil)).groupMapReduce(_._1)(_._2)(_ + _)
-    raw(image, 41).get.grouped(8).toSeq.zipWithIndex.collect {
+    raw(image, 41).getOrElse(Nil).grouped(8).toSeq.zipWithIndex.collect {
       case (s, i) if s(7) == smType =>
         Mapping(i, s(0) | s(1) << 8, (bits.getOrElse(i, 0) + 7) / 8, raw(image, 40).get.indexOf(fmmuUse))
     }
@@ -150,6 +150,21 @@ class DeviceSiiSpec extends AnyFlatSpec {
       val sm = if (out == 0x1000) 0 else 2
       assert(mapping(image, 51, 3, 1) == Seq(Mapping(sm, out, 4, 0)))
       assert(mapping(image, 50, 4, 2) == Seq(Mapping(sm + 1, in, 4, 1)))
+    }
+  }
+
+  it should "be the device's, for 300 random devices" in {
+    val r = new scala.util.Random(5)
+    for (i <- 1 to 300) {
+      val d = Devices.random(r)
+      assert(DeviceCheck.problems(d, Devices.fullParams, 3, 8) == Nil, s"device $i")
+      val image = bytes(d, 4)
+      def expected(use: SmUse, fmmu: FmmuUse) = d.syncManagers.zipWithIndex.collect {
+        case (s, n) if s.use == use => Mapping(n, s.start, s.size, d.fmmus.indexOf(fmmu))
+      }
+      assert(mapping(image, 51, 3, 1) == expected(SmUse.Outputs, FmmuUse.Outputs), s"device $i")
+      assert(mapping(image, 50, 4, 2) == expected(SmUse.Inputs, FmmuUse.Inputs), s"device $i")
+      assert(SiiCodec.decode(image) == Right(DeviceSii.image(d, 4)), s"device $i")
     }
   }
 

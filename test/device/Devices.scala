@@ -1,6 +1,7 @@
 package flyframe.device
 
 import java.nio.file.{Files, Path, Paths}
+import scala.util.Random
 import flyframe.params.{EscParams, Presets}
 
 /** What the tests of this folder share. */
@@ -62,6 +63,65 @@ object Devices {
         "cycleFactor1"   -> 1,
         "shiftTime1"     -> 2000
       )
+    )
+  }
+
+  /** A random device that fits [[fullParams]]: up to three SyncManagers per direction, any entries. */
+  def random(r: Random): Device = {
+    def name() = {
+      val middle = Seq.fill(r.nextInt(20))(r.between(0x20, 0x7f).toChar).mkString
+      s"a$middle.".replaceAll(" +", " ") // XML readers and writers join spaces
+    }
+    var address = 0x1000
+    var entries = 0
+    def entry() = {
+      entries += 1
+      if (r.nextInt(5) == 0) PdoEntry(0, 0, "", None, r.between(1, 256))
+      else {
+        val t = DataType.all(r.nextInt(DataType.all.size))
+        PdoEntry(0x6000 + entries, r.nextInt(256), name(), Some(t), t.bits)
+      }
+    }
+    def pdos(first: Int, index: Int, managers: Int) = (0 until managers).flatMap { m =>
+      Seq.tabulate(r.between(1, 4)) { i =>
+        Pdo(index + 16 * m + i, name(), first + m, Seq.fill(r.between(1, 8))(entry()))
+      }
+    }
+    val boxed       = if (r.nextBoolean()) Some(Devices.full.mailbox.get) else None
+    val first       = if (boxed.isEmpty) 0 else 2
+    val (outs, ins) = (r.nextInt(4), r.nextInt(4))
+    val (rx, tx)    = (pdos(first, 0x1600, outs), pdos(first + outs, 0x1a00, ins))
+    def manager(use: SmUse, size: Int) = {
+      val at = address
+      address += use.buffers * ((size + 3) / 4 * 4)
+      SyncManager(use, at, size, use.default)
+    }
+    val boxes = boxed.toSeq.flatMap(_ => Seq(manager(SmUse.MailboxOut, 64), manager(SmUse.MailboxIn, 64)))
+    val process = (0 until outs + ins).map { m =>
+      val bits = (rx ++ tx).filter(_.syncManager == first + m).map(_.bits).sum
+      manager(if (m < outs) SmUse.Outputs else SmUse.Inputs, (bits + 7) / 8)
+    }
+    val modes = Seq.fill(r.nextInt(3))(
+      DcMode(name(), name(), r.nextInt(0x10000), r.nextInt(1 << 30).toLong, -1, -5, 2, 7)
+    )
+    Device(
+      Vendor(r.nextInt().toLong & 0xffffffffL, name()),
+      Product(r.nextInt().toLong & 0xffffffffL, r.nextInt().toLong & 0xffffffffL, 1, name(), name()),
+      Group(name(), name()),
+      Configuration(
+        r.nextInt(0x10000),
+        r.nextInt(0x10000),
+        r.nextInt(0x10000),
+        r.nextInt(0x10000),
+        r.nextInt(0x10000)
+      ),
+      8192,
+      boxes ++ process,
+      Seq(FmmuUse.Outputs, FmmuUse.Inputs, FmmuUse.MailboxState).take(if (boxed.isEmpty) 2 else 3),
+      rx,
+      tx,
+      boxed,
+      modes
     )
   }
 

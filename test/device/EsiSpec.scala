@@ -10,6 +10,16 @@ import flyframe.params.EscParams
 class EsiSpec extends AnyFlatSpec {
   private def esi(d: Device, p: EscParams = Devices.params): Elem =
     XML.loadString(Esi.xml(d, p, 8, 8))
+  private val random = {
+    val r = new scala.util.Random(4)
+    Seq.fill(300)(Devices.random(r))
+  }
+
+  /** Devices with their ESI. */
+  private lazy val all =
+    Seq(Devices.io, Devices.mailbox).map(d => d -> esi(d)) ++ (Devices.full +: random).map(d =>
+      d -> esi(d, Devices.fullParams)
+    )
   private val io   = esi(Devices.io)
   private val full = esi(Devices.full, Devices.fullParams)
 
@@ -89,14 +99,14 @@ class EsiSpec extends AnyFlatSpec {
   }
 
   "Elements and attributes" should "be those of the schema, in its order" in {
-    for (e <- Seq(io, esi(Devices.mailbox), full)) conforms(e)
+    for ((_, e) <- all) conforms(e)
   }
 
   "Numbers" should "be written as the schema has them" in {
     val forms = Seq("Id", "Index", "SubIndex", "AssignActivate").map(_ -> "[+-]?[0-9]+|#x[0-9a-fA-F]+") ++
       Seq("BitLen", "ByteSize", "DpramSize", "SmCount", "FmmuCount", "ShiftTimeSync0").map(_ -> "-?[0-9]+") ++
       Seq("ConfigData", "BootStrap").map(_ -> "([0-9A-F]{2})+")
-    for (e <- Seq(io, full); (label, form) <- forms; n <- e \\ label)
+    for ((_, e) <- all; (label, form) <- forms; n <- e \\ label)
       assert(n.text.matches(form), s"$label ${n.text}")
     for (
       e <- Seq(io, full); a <- Seq("ProductCode", "RevisionNo", "StartAddress", "ControlByte", "DefaultSize");
@@ -123,13 +133,13 @@ class EsiSpec extends AnyFlatSpec {
   }
 
   "FMMUs and SyncManagers" should "be those of the SII image" in {
-    for ((d, e) <- Seq(Devices.io -> io, Devices.full -> full)) {
+    for ((d, e) <- all) {
       val image = DeviceSii.image(d, 2)
-      val uses  = image.categories.collectFirst { case SiiFmmus(u) => u }.get
+      val uses  = image.categories.collectFirst { case SiiFmmus(u) => u }.getOrElse(Nil)
       assert(
         texts(device(e), "Fmmu").map(t => FmmuUse.all.find(_.esi == t).get.code) == uses.filter(_ != 0xff)
       )
-      val managers = image.categories.collectFirst { case SiiSyncManagers(m) => m }.get
+      val managers = image.categories.collectFirst { case SiiSyncManagers(m) => m }.getOrElse(Nil)
       val shown    = device(e) \ "Sm"
       assert(shown.size == managers.size)
       for ((s, m) <- shown.zip(managers)) {
@@ -143,7 +153,7 @@ class EsiSpec extends AnyFlatSpec {
   }
 
   "PDOs" should "be those of the SII image" in {
-    for ((d, e) <- Seq(Devices.io -> io, Devices.full -> full)) {
+    for ((d, e) <- all) {
       val image = DeviceSii.image(d, 2)
       for (SiiPdos(tx, pdos) <- image.categories) {
         val shown = device(e) \ (if (tx) "TxPdo" else "RxPdo")
