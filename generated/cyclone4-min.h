@@ -23,11 +23,15 @@
 #define ESC_LOOP_PORT1_SHIFT                     10u
 #define ESC_RX_FIFO_SIZE_MASK                    0x70000u
 #define ESC_RX_FIFO_SIZE_SHIFT                   16u
+#define ESC_DL_CONFIGURATION_MASK                0xF00000u
+#define ESC_DL_CONFIGURATION_SHIFT               20u
 #define ESC_ALIAS_ENABLE_MASK                    0x1000000u
 #define ESC_ALIAS_ENABLE_SHIFT                   24u
 #define ESC_DL_STATUS                            0x0110u /* ESC DL status, 2 byte(s), host: r */
 #define ESC_PDI_OPERATIONAL_MASK                 0x1u
 #define ESC_PDI_OPERATIONAL_SHIFT                0u
+#define ESC_PDI_WATCHDOG_MASK                    0x2u
+#define ESC_PDI_WATCHDOG_SHIFT                   1u
 #define ESC_PHYSICAL_LINK_PORT0_MASK             0x10u
 #define ESC_PHYSICAL_LINK_PORT0_SHIFT            4u
 #define ESC_PHYSICAL_LINK_PORT1_MASK             0x20u

@@ -6,14 +6,20 @@
 //   ports                           2  ports
 //   coreClockMhz                  100  MHz
 //   ramKiB                          1  KiB
+//   fmmus                           0  FMMUs
+//   syncManagers                    0  SyncManagers
+//   applicationLayer                0  switch
+//   watchdogs                       0  switch
+//   leds                            0  switch
+//   sii                             0  code
+//   siiClockKhz                   400  kHz
+//   siiStartUs                    100  us
 //   registerWritesPerFrame          0  bytes
 //   txShift                         0  core cycles
 //   temporaryLoopMs              1000  ms
 //   escType                    0x00f1  code
 //   escRevision                0x0000  code
 //   escBuild                   0x0001  code
-//   reportedFmmus                   0  FMMUs
-//   reportedSyncManagers            0  SyncManagers
 //   reportedRamKiB                 -1  KiB
 //   reportedPorts                  -1  code
 //   reportedFeatures               -1  code
@@ -102,41 +108,41 @@ module RegisterFile(
   reg  [7:0]  bytes_whole_16;
   reg  [7:0]  bytes_whole_17;
   reg  [7:0]  bytes_whole_18;
-  wire [11:0] _selected_T_56 =
-    (readAddress == 12'h0 ? 12'hF1C : 12'h0) | (readAddress == 12'h1 ? 12'hC : 12'h0)
-    | (readAddress == 12'h2 ? 12'h1C : 12'h0) | (readAddress == 12'h3 ? 12'hC : 12'h0)
-    | (readAddress == 12'h4 ? 12'hC : 12'h0) | (readAddress == 12'h5 ? 12'hC : 12'h0)
-    | (readAddress == 12'h6 ? 12'h1C : 12'h0) | (readAddress == 12'h7 ? 12'hFC : 12'h0)
-    | (readAddress == 12'h8 ? 12'h80C : 12'h0) | (readAddress == 12'h9 ? 12'hC : 12'h0)
-    | (readAddress == 12'h10 ? {bytes_whole_8[7:0], 4'hE} : 12'h0)
-    | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 4'hE} : 12'h0)
-    | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 4'hD} : 12'h0)
-    | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 4'hD} : 12'h0)
+  wire [12:0] _selected_T_85 =
+    (readAddress == 12'h0 ? 13'h1E2C : 13'h0) | (readAddress == 12'h1 ? 13'hC : 13'h0)
+    | (readAddress == 12'h2 ? 13'h2C : 13'h0) | (readAddress == 12'h3 ? 13'hC : 13'h0)
+    | (readAddress == 12'h4 ? 13'hC : 13'h0) | (readAddress == 12'h5 ? 13'hC : 13'h0)
+    | (readAddress == 12'h6 ? 13'h2C : 13'h0) | (readAddress == 12'h7 ? 13'h1EC : 13'h0)
+    | (readAddress == 12'h8 ? 13'h100C : 13'h0) | (readAddress == 12'h9 ? 13'hC : 13'h0)
+    | (readAddress == 12'h10 ? {bytes_whole_8[7:0], 5'hE} : 13'h0)
+    | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 5'hE} : 13'h0)
+    | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 5'hD} : 13'h0)
+    | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 5'hD} : 13'h0)
     | (readAddress == 12'h100
-         ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_destroy_non_ethercat, 4'hE}
-         : 12'h0)
-    | (readAddress == 12'h101 ? {4'h0, bytes_whole_parts_loop_port1, bytes_whole_parts_loop_port0, 4'hE} : 12'h0)
-    | (readAddress == 12'h102 ? {5'h0, bytes_whole_parts_rx_fifo_size, 4'hE} : 12'h0)
-    | (readAddress == 12'h103 ? {7'h0, bytes_whole_parts_alias_enable, 4'hE} : 12'h0)
+         ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_destroy_non_ethercat, 5'hE}
+         : 13'h0)
+    | (readAddress == 12'h101 ? {4'h0, bytes_whole_parts_loop_port1, bytes_whole_parts_loop_port0, 5'hE} : 13'h0)
+    | (readAddress == 12'h102 ? {5'h0, bytes_whole_parts_rx_fifo_size, 5'hE} : 13'h0)
+    | (readAddress == 12'h103 ? {7'h0, bytes_whole_parts_alias_enable, 5'hE} : 13'h0)
     | (readAddress == 12'h110
-         ? {2'h0, status_physical_link_port1, status_physical_link_port0, 3'h0, status_pdi_operational, 4'hC}
-         : 12'h0)
+         ? {2'h0, status_physical_link_port1, status_physical_link_port0, 3'h0, status_pdi_operational, 5'hC}
+         : 13'h0)
     | (readAddress == 12'h111
          ? {4'h5,
             status_communication_port1,
             status_loop_closed_port1,
             status_communication_port0,
             status_loop_closed_port0,
-            4'hC}
-         : 12'h0) | (readAddress == 12'h300 ? {bytes_whole_parts_invalid_frame_port0, 4'hE} : 12'h0)
-    | (readAddress == 12'h301 ? {bytes_whole_parts_rx_er_port0, 4'hE} : 12'h0)
-    | (readAddress == 12'h302 ? {bytes_whole_parts_invalid_frame_port1, 4'hE} : 12'h0)
-    | (readAddress == 12'h303 ? {bytes_whole_parts_rx_er_port1, 4'hE} : 12'h0)
-    | (readAddress == 12'h308 ? {bytes_whole_14, 4'hE} : 12'h0)
-    | (readAddress == 12'h309 ? {bytes_whole_15, 4'hE} : 12'h0)
-    | (readAddress == 12'h30C ? {bytes_whole_16, 4'hE} : 12'h0)
-    | (readAddress == 12'h310 ? {bytes_whole_17, 4'hE} : 12'h0)
-    | (readAddress == 12'h311 ? {bytes_whole_18, 4'hE} : 12'h0);
+            5'hC}
+         : 13'h0) | (readAddress == 12'h300 ? {bytes_whole_parts_invalid_frame_port0, 5'hE} : 13'h0)
+    | (readAddress == 12'h301 ? {bytes_whole_parts_rx_er_port0, 5'hE} : 13'h0)
+    | (readAddress == 12'h302 ? {bytes_whole_parts_invalid_frame_port1, 5'hE} : 13'h0)
+    | (readAddress == 12'h303 ? {bytes_whole_parts_rx_er_port1, 5'hE} : 13'h0)
+    | (readAddress == 12'h308 ? {bytes_whole_14, 5'hE} : 13'h0)
+    | (readAddress == 12'h309 ? {bytes_whole_15, 5'hE} : 13'h0)
+    | (readAddress == 12'h30C ? {bytes_whole_16, 5'hE} : 13'h0)
+    | (readAddress == 12'h310 ? {bytes_whole_17, 5'hE} : 13'h0)
+    | (readAddress == 12'h311 ? {bytes_whole_18, 5'hE} : 13'h0);
   wire        _bytes_whole_parts_parts_T_35 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_49 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_clear_T_140 = writeAddress == 12'h300;
@@ -241,11 +247,11 @@ module RegisterFile(
         bytes_whole_18 <= bytes_whole_18 + 8'h1;
     end
   end // always @(posedge)
-  assign readData = _selected_T_56[11:4];
-  assign readableByEcat = _selected_T_56[3];
-  assign readableByPdi = _selected_T_56[2];
-  assign writableByEcat = _selected_T_56[1];
-  assign writableByPdi = _selected_T_56[0];
+  assign readData = _selected_T_85[12:5];
+  assign readableByEcat = _selected_T_85[3];
+  assign readableByPdi = _selected_T_85[2];
+  assign writableByEcat = _selected_T_85[1];
+  assign writableByPdi = _selected_T_85[0];
   assign value_alias_enable = bytes_whole_parts_alias_enable;
   assign value_rx_fifo_size = bytes_whole_parts_rx_fifo_size;
   assign value_loop_port1 = bytes_whole_parts_loop_port1;
@@ -399,6 +405,7 @@ module EscMemory(
   wire [10:0] _ram_0_readAddress;
   wire [7:0]  _ram_0_readData;
   wire [11:0] _file_readAddress;
+  wire        _file_write;
   wire [7:0]  _file_readData;
   wire        _file_readableByEcat;
   wire        _file_readableByPdi;
@@ -409,7 +416,8 @@ module EscMemory(
   reg         registerHit;
   reg         ramHit;
   reg  [7:0]  registerData;
-  wire [7:0]  _host_rdata_T = {8{registerHit}};
+  wire [7:0]  fromRam = {8{ramHit}};
+  wire [7:0]  readData = fromRam & _ram_0_readData | ~fromRam & {8{registerHit}} & registerData;
   reg         ecat_readable_register;
   reg         ecat_writable_register;
   reg         forHost_register;
@@ -427,6 +435,7 @@ module EscMemory(
   reg  [11:0] registerWrite_bits_REG_address;
   reg         registerWrite_bits_REG_mask;
   reg  [7:0]  registerWrite_bits_REG_data;
+  reg         file_write_REG;
   reg         host_ack_REG;
   wire        hostLookUp = host_req & host_write & ~lookedUp & ~ecat_read & ~host_ack_REG;
   wire        _readTarget_T_1 = ecat_read & ecat_readAddress[16];
@@ -447,6 +456,7 @@ module EscMemory(
       hostMask <= 1'h0;
       lookUpArrived <= 1'h0;
       registerWrite_valid_REG <= 1'h0;
+      file_write_REG <= 1'h0;
       host_ack_REG <= 1'h0;
     end
     else begin
@@ -455,10 +465,12 @@ module EscMemory(
         hostMask <= hostMay;
       lookUpArrived <= hostLookUp;
       registerWrite_valid_REG <= _log_replay_valid | hostWrite & hostTarget_register;
+      file_write_REG <= 1'h1;
       host_ack_REG <= host_req & ~host_write & ~ecat_read & ~host_ack_REG | hostWrite;
     end
   end // always @(posedge)
   assign _file_readAddress = readAddress[11:0];
+  assign _file_write = registerWrite_valid_REG & file_write_REG;
   RegisterFile file (
     .clock                       (clock),
     .reset                       (reset),
@@ -468,7 +480,7 @@ module EscMemory(
     .readableByPdi               (_file_readableByPdi),
     .writableByEcat              (_file_writableByEcat),
     .writableByPdi               (_file_writableByPdi),
-    .write                       (registerWrite_valid_REG),
+    .write                       (_file_write),
     .writeAddress                (registerWrite_bits_REG_address),
     .writeMask                   (registerWrite_bits_REG_mask),
     .writeData                   (registerWrite_bits_REG_data),
@@ -542,11 +554,11 @@ module EscMemory(
     .replay_bits_data    (_log_replay_bits_data),
     .replayStarts        (commitStarts)
   );
-  assign ecat_readData = ramHit ? _ram_0_readData : _host_rdata_T & registerData;
+  assign ecat_readData = readData;
   assign ecat_readable = ramHit | registerHit & ecat_readable_register;
   assign ecat_writable = ramHit | registerHit & ecat_writable_register;
   assign host_ack = host_ack_REG;
-  assign host_rdata = ramHit ? _ram_0_readData : _host_rdata_T & registerData & {8{forHost_register}};
+  assign host_rdata = readData & (fromRam | {8{forHost_register}});
   assign registerWrite_valid = registerWrite_valid_REG;
   assign registerWrite_bits_address = registerWrite_bits_REG_address;
   assign registerWrite_bits_mask = registerWrite_bits_REG_mask;
@@ -775,10 +787,14 @@ module DatagramHeader(
   wire        _request_incrementsAdp_T_10 = code == 4'h9;
   wire        broadcast = _request_incrementsAdp_T_8 | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10;
   wire        others = _request_incrementsAdp_T_4 | code == 4'hE;
-  wire        _request_write_T_2 = hit | broadcast;
+  wire        _request_readWrite_T_6 = code == 4'hA;
+  wire        _request_readWrite_T_21 = code == 4'hB;
+  wire        _request_readWrite_T_22 = code == 4'hC;
+  wire        addressed =
+    ~(_request_readWrite_T_6 | _request_readWrite_T_21 | _request_readWrite_T_22) & (hit | broadcast);
   wire        _request_readWrite_T_2 = code == 4'h4;
-  wire        _request_readWrite_T_14 = code == 4'h6;
-  wire        _request_readWrite_T_13 = code == 4'h5;
+  wire        _request_readWrite_T_18 = code == 4'h6;
+  wire        _request_readWrite_T_17 = code == 4'h5;
   wire        _GEN = step & in_valid & position_part == 4'h3;
   wire        _GEN_0 = position_byte == 5'h0;
   wire        _GEN_1 = position_byte == 5'h2 | position_byte == 5'h3;
@@ -803,22 +819,24 @@ module DatagramHeader(
     end
   end // always @(posedge)
   assign request_read =
-    ~reserved & _request_write_T_2
-    & (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_3 | _request_readWrite_T_2 | _request_readWrite_T_14
-       | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_10 | others);
+    ~reserved & addressed
+    & (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_3 | _request_readWrite_T_2 | _request_readWrite_T_18
+       | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_10 | _request_readWrite_T_6 | _request_readWrite_T_22
+       | others);
   assign request_write =
     ~reserved
     & (others
          ? ~hit
-         : _request_write_T_2
-           & (_request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_readWrite_T_13
-              | _request_readWrite_T_14 | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10));
+         : addressed
+           & (_request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_readWrite_T_17
+              | _request_readWrite_T_18 | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10
+              | _request_readWrite_T_21 | _request_readWrite_T_22));
   assign request_broadcast = broadcast;
   assign request_readWrite =
-    (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_3 | _request_readWrite_T_2 | _request_readWrite_T_14
-     | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_10)
-    & (_request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_readWrite_T_13 | _request_readWrite_T_14
-       | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10);
+    (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_3 | _request_readWrite_T_2 | _request_readWrite_T_18
+     | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_10 | _request_readWrite_T_6 | _request_readWrite_T_22)
+    & (_request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_readWrite_T_17 | _request_readWrite_T_18
+       | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10 | _request_readWrite_T_21 | _request_readWrite_T_22);
   assign request_incrementsAdp =
     ~reserved
     & (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_incrementsAdp_T_4
@@ -983,10 +1001,10 @@ module FrameProcessor(
     {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
     ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
     ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
-  wire        _running_T = _parser_position_part != 4'h8;
-  wire        abort = in_payload & _running_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  wire        _busy_T = _parser_position_part != 4'h8;
+  wire        abort = in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
   reg         error_REG;
-  reg         memory_commit_REG;
+  reg         frameGood_r;
   reg         output_valid;
   reg         output_payload;
   reg  [3:0]  output_data;
@@ -995,7 +1013,7 @@ module FrameProcessor(
   reg         output_odd;
   reg         output_crcGood;
   reg         oddChanges;
-  wire        running = _running_T | ~in_payload;
+  wire        running = _busy_T | ~in_payload;
   wire        active = step & in_valid;
   wire        inCounter =
     in_payload & _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
@@ -1051,7 +1069,7 @@ module FrameProcessor(
       oddChanges <= |changes;
     if (reset) begin
       error_REG <= 1'h0;
-      memory_commit_REG <= 1'h0;
+      frameGood_r <= 1'h0;
       output_valid <= 1'h0;
       output_payload <= 1'h0;
       output_data <= 4'h0;
@@ -1062,7 +1080,7 @@ module FrameProcessor(
     end
     else begin
       error_REG <= ends & (bad | _hadTooMany_T & (|(_parser_position_datagram[7:4])));
-      memory_commit_REG <= ends & ~bad;
+      frameGood_r <= ends & ~bad;
       if (step) begin
         output_valid <= in_valid & running;
         output_payload <= in_payload;
@@ -1148,7 +1166,7 @@ module FrameProcessor(
   assign out_bad = output_bad;
   assign out_odd = output_odd;
   assign out_crcGood = output_crcGood & ~(output_odd ? oddChanges : (|changes));
-  assign memory_commit = memory_commit_REG;
+  assign memory_commit = frameGood_r;
   assign error = error_REG;
 endmodule
 
@@ -1708,7 +1726,7 @@ module cyclone4_min(
 );
 
   wire        _memory_value_rx_fifo_size_2;
-  wire        _operational_out;
+  wire        _operational_crossing_out;
   wire        _transmitters_1_in_valid;
   wire        _transmitters_1_in_payload;
   wire [3:0]  _transmitters_1_in_data;
@@ -1877,7 +1895,7 @@ module cyclone4_min(
     .reference (phy_clk_ref),
     .tick      (_slot_tick)
   );
-  assign _memory_ramOpen = _operational_out;
+  assign _memory_ramOpen = _operational_crossing_out;
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
@@ -1885,7 +1903,7 @@ module cyclone4_min(
   assign _memory_status_communication_port0 = _links_crossing_out;
   assign _memory_status_physical_link_port1 = _links_crossing_1_out;
   assign _memory_status_physical_link_port0 = _links_crossing_out;
-  assign _memory_status_pdi_operational = _operational_out;
+  assign _memory_status_pdi_operational = _operational_crossing_out;
   assign _memory_event_lost_link_port1 =
     memory_event_lost_link_port1_REG & ~_links_crossing_1_out & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
   assign _memory_event_lost_link_port0 =
@@ -2169,10 +2187,10 @@ module cyclone4_min(
     .txEn       (mii_1_tx_en),
     .txd        (mii_1_txd)
   );
-  LevelCrossing operational (
+  LevelCrossing operational_crossing (
     .clock (clock),
     .in    (pdi_operational),
-    .out   (_operational_out)
+    .out   (_operational_crossing_out)
   );
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;

@@ -27,11 +27,15 @@
 #define ESC_LOOP_PORT3_SHIFT                     14u
 #define ESC_RX_FIFO_SIZE_MASK                    0x70000u
 #define ESC_RX_FIFO_SIZE_SHIFT                   16u
+#define ESC_DL_CONFIGURATION_MASK                0xF00000u
+#define ESC_DL_CONFIGURATION_SHIFT               20u
 #define ESC_ALIAS_ENABLE_MASK                    0x1000000u
 #define ESC_ALIAS_ENABLE_SHIFT                   24u
 #define ESC_DL_STATUS                            0x0110u /* ESC DL status, 2 byte(s), host: r */
 #define ESC_PDI_OPERATIONAL_MASK                 0x1u
 #define ESC_PDI_OPERATIONAL_SHIFT                0u
+#define ESC_PDI_WATCHDOG_MASK                    0x2u
+#define ESC_PDI_WATCHDOG_SHIFT                   1u
 #define ESC_PHYSICAL_LINK_PORT0_MASK             0x10u
 #define ESC_PHYSICAL_LINK_PORT0_SHIFT            4u
 #define ESC_PHYSICAL_LINK_PORT1_MASK             0x20u
@@ -56,6 +60,63 @@
 #define ESC_LOOP_CLOSED_PORT3_SHIFT              14u
 #define ESC_COMMUNICATION_PORT3_MASK             0x8000u
 #define ESC_COMMUNICATION_PORT3_SHIFT            15u
+#define ESC_AL_CONTROL                           0x0120u /* AL control, 2 byte(s), host: r/ack */
+#define ESC_AL_CONTROL_MASK                      0x7Fu
+#define ESC_AL_CONTROL_SHIFT                     0u
+#define ESC_AL_STATUS                            0x0130u /* AL status, 2 byte(s), host: r/(w) */
+#define ESC_AL_STATUS_MASK                       0x7Fu
+#define ESC_AL_STATUS_SHIFT                      0u
+#define ESC_AL_STATUS_CODE                       0x0134u /* AL status code, 2 byte(s), host: rw */
+#define ESC_RUN_LED_OVERRIDE                     0x0138u /* RUN LED override, 1 byte(s), host: rw */
+#define ESC_RUN_LED_CODE_MASK                    0xFu
+#define ESC_RUN_LED_CODE_SHIFT                   0u
+#define ESC_RUN_LED_ENABLE_MASK                  0x10u
+#define ESC_RUN_LED_ENABLE_SHIFT                 4u
+#define ESC_ERR_LED_OVERRIDE                     0x0139u /* ERR LED override, 1 byte(s), host: rw */
+#define ESC_ERR_LED_CODE_MASK                    0xFu
+#define ESC_ERR_LED_CODE_SHIFT                   0u
+#define ESC_ERR_LED_ENABLE_MASK                  0x10u
+#define ESC_ERR_LED_ENABLE_SHIFT                 4u
+#define ESC_PDI_CONTROL                          0x0140u /* PDI control, 1 byte(s), host: r */
+#define ESC_ESC_CONFIGURATION_A0                 0x0141u /* ESC configuration A0, 1 byte(s), host: r */
+#define ESC_DEVICE_EMULATION_MASK                0x1u
+#define ESC_DEVICE_EMULATION_SHIFT               0u
+#define ESC_ESC_CONFIGURATION_MASK               0xFEu
+#define ESC_ESC_CONFIGURATION_SHIFT              1u
+#define ESC_ESC_CONFIGURATION_A5                 0x0142u /* ESC configuration A5, 2 byte(s), host: r */
+#define ESC_ESC_CONFIGURATION_A6                 0x0144u /* ESC configuration A6, 1 byte(s), host: r */
+#define ESC_PDI_CONFIGURATION                    0x0150u /* PDI configuration, 2 byte(s), host: r */
+#define ESC_EXTENDED_PDI_CONFIGURATION           0x0152u /* Extended PDI configuration, 2 byte(s), host: r */
+#define ESC_ECAT_EVENT_MASK                      0x0200u /* ECAT event mask, 2 byte(s), host: r */
+#define ESC_AL_EVENT_MASK                        0x0204u /* AL event mask, 4 byte(s), host: rw */
+#define ESC_AL_CONTROL_MASK_MASK                 0x1u
+#define ESC_AL_CONTROL_MASK_SHIFT                0u
+#define ESC_SM_ACTIVATION_MASK_MASK              0x10u
+#define ESC_SM_ACTIVATION_MASK_SHIFT             4u
+#define ESC_EEPROM_MASK_MASK                     0x20u
+#define ESC_EEPROM_MASK_SHIFT                    5u
+#define ESC_WATCHDOG_MASK_MASK                   0x40u
+#define ESC_WATCHDOG_MASK_SHIFT                  6u
+#define ESC_SM_MASK_MASK                         0xFF00u
+#define ESC_SM_MASK_SHIFT                        8u
+#define ESC_ECAT_EVENT_REQUEST                   0x0210u /* ECAT event request, 2 byte(s), host: r */
+#define ESC_DL_STATUS_EVENT_MASK                 0x4u
+#define ESC_DL_STATUS_EVENT_SHIFT                2u
+#define ESC_AL_STATUS_EVENT_MASK                 0x8u
+#define ESC_AL_STATUS_EVENT_SHIFT                3u
+#define ESC_SM_ECAT_EVENT_MASK                   0xFF0u
+#define ESC_SM_ECAT_EVENT_SHIFT                  4u
+#define ESC_AL_EVENT_REQUEST                     0x0220u /* AL event request, 4 byte(s), host: r */
+#define ESC_AL_CONTROL_EVENT_MASK                0x1u
+#define ESC_AL_CONTROL_EVENT_SHIFT               0u
+#define ESC_SM_ACTIVATION_EVENT_MASK             0x10u
+#define ESC_SM_ACTIVATION_EVENT_SHIFT            4u
+#define ESC_EEPROM_EVENT_MASK                    0x20u
+#define ESC_EEPROM_EVENT_SHIFT                   5u
+#define ESC_WATCHDOG_EVENT_MASK                  0x40u
+#define ESC_WATCHDOG_EVENT_SHIFT                 6u
+#define ESC_SM_AL_EVENT_MASK                     0xFF00u
+#define ESC_SM_AL_EVENT_SHIFT                    8u
 #define ESC_RX_ERROR_PORT0                       0x0300u /* RX error counter port 0, 2 byte(s), host: r */
 #define ESC_INVALID_FRAME_PORT0_MASK             0xFFu
 #define ESC_INVALID_FRAME_PORT0_SHIFT            0u
@@ -85,6 +146,88 @@
 #define ESC_LOST_LINK_PORT1                      0x0311u /* Lost link counter port 1, 1 byte(s), host: r */
 #define ESC_LOST_LINK_PORT2                      0x0312u /* Lost link counter port 2, 1 byte(s), host: r */
 #define ESC_LOST_LINK_PORT3                      0x0313u /* Lost link counter port 3, 1 byte(s), host: r */
+#define ESC_WATCHDOG_DIVIDER                     0x0400u /* Watchdog divider, 2 byte(s), host: r */
+#define ESC_WATCHDOG_TIME_PDI                    0x0410u /* Watchdog time PDI, 2 byte(s), host: r */
+#define ESC_WATCHDOG_TIME_PROCESS_DATA           0x0420u /* Watchdog time process data, 2 byte(s), host: r */
+#define ESC_WATCHDOG_STATUS_PROCESS_DATA         0x0440u /* Watchdog status process data, 2 byte(s), host: r/ack */
+#define ESC_WATCHDOG_PROCESS_DATA_MASK           0x1u
+#define ESC_WATCHDOG_PROCESS_DATA_SHIFT          0u
+#define ESC_WATCHDOG_COUNT_PROCESS_DATA          0x0442u /* Watchdog counter process data, 1 byte(s), host: r */
+#define ESC_WATCHDOG_COUNT_PDI                   0x0443u /* Watchdog counter PDI, 1 byte(s), host: r */
+#define ESC_WATCHDOG_STATUS_PDI                  0x0448u /* Watchdog status PDI, 1 byte(s), host: r */
+#define ESC_WATCHDOG_PDI_MASK                    0x1u
+#define ESC_WATCHDOG_PDI_SHIFT                   0u
+#define ESC_EEPROM_ECAT_ACCESS                   0x0500u /* EEPROM ECAT access state, 1 byte(s), host: r */
+#define ESC_EEPROM_OFFERED_MASK                  0x1u
+#define ESC_EEPROM_OFFERED_SHIFT                 0u
+#define ESC_EEPROM_FORCE_MASK                    0x2u
+#define ESC_EEPROM_FORCE_SHIFT                   1u
+#define ESC_EEPROM_PDI_ACCESS                    0x0501u /* EEPROM PDI access state, 1 byte(s), host: r/(w) */
+#define ESC_EEPROM_TAKEN_MASK                    0x1u
+#define ESC_EEPROM_TAKEN_SHIFT                   0u
+#define ESC_EEPROM_CONTROL                       0x0502u /* EEPROM control and status, 2 byte(s), host: r/(w) */
+#define ESC_EEPROM_WRITE_ENABLE_MASK             0x1u
+#define ESC_EEPROM_WRITE_ENABLE_SHIFT            0u
+#define ESC_EEPROM_EIGHT_BYTES_MASK              0x40u
+#define ESC_EEPROM_EIGHT_BYTES_SHIFT             6u
+#define ESC_EEPROM_TWO_ADDRESS_BYTES_MASK        0x80u
+#define ESC_EEPROM_TWO_ADDRESS_BYTES_SHIFT       7u
+#define ESC_EEPROM_COMMAND_MASK                  0x700u
+#define ESC_EEPROM_COMMAND_SHIFT                 8u
+#define ESC_EEPROM_CHECKSUM_ERROR_MASK           0x800u
+#define ESC_EEPROM_CHECKSUM_ERROR_SHIFT          11u
+#define ESC_EEPROM_NOT_LOADED_MASK               0x1000u
+#define ESC_EEPROM_NOT_LOADED_SHIFT              12u
+#define ESC_EEPROM_COMMAND_ERROR_MASK            0x2000u
+#define ESC_EEPROM_COMMAND_ERROR_SHIFT           13u
+#define ESC_EEPROM_WRITE_ERROR_MASK              0x4000u
+#define ESC_EEPROM_WRITE_ERROR_SHIFT             14u
+#define ESC_EEPROM_BUSY_MASK                     0x8000u
+#define ESC_EEPROM_BUSY_SHIFT                    15u
+#define ESC_EEPROM_ADDRESS                       0x0504u /* EEPROM address, 4 byte(s), host: r/(w) */
+#define ESC_EEPROM_DATA                          0x0508u /* EEPROM data, 2 byte(s), host: r/(w) */
+#define ESC_EEPROM_DATA_HIGH                     0x050Au /* EEPROM data, further words, 6 byte(s), host: r */
+#define ESC_FMMUN_LOGICAL_START(n)               (0x0600u + 16u * (n)) /* FMMU logical start address, 4 byte(s), host: r */
+#define ESC_FMMUN_LENGTH(n)                      (0x0604u + 16u * (n)) /* FMMU length, 2 byte(s), host: r */
+#define ESC_FMMUN_START_BIT(n)                   (0x0606u + 16u * (n)) /* FMMU logical start bit, 1 byte(s), host: r */
+#define ESC_FMMUN_START_BIT_MASK                 0x7u
+#define ESC_FMMUN_START_BIT_SHIFT                0u
+#define ESC_FMMUN_STOP_BIT(n)                    (0x0607u + 16u * (n)) /* FMMU logical stop bit, 1 byte(s), host: r */
+#define ESC_FMMUN_STOP_BIT_MASK                  0x7u
+#define ESC_FMMUN_STOP_BIT_SHIFT                 0u
+#define ESC_FMMUN_PHYSICAL_START(n)              (0x0608u + 16u * (n)) /* FMMU physical start address, 2 byte(s), host: r */
+#define ESC_FMMUN_PHYSICAL_BIT(n)                (0x060Au + 16u * (n)) /* FMMU physical start bit, 1 byte(s), host: r */
+#define ESC_FMMUN_PHYSICAL_BIT_MASK              0x7u
+#define ESC_FMMUN_PHYSICAL_BIT_SHIFT             0u
+#define ESC_FMMUN_TYPE(n)                        (0x060Bu + 16u * (n)) /* FMMU type, 1 byte(s), host: r */
+#define ESC_FMMUN_TYPE_MASK                      0x3u
+#define ESC_FMMUN_TYPE_SHIFT                     0u
+#define ESC_FMMUN_ACTIVATE(n)                    (0x060Cu + 16u * (n)) /* FMMU activate, 1 byte(s), host: r */
+#define ESC_FMMUN_ACTIVATE_MASK                  0x1u
+#define ESC_FMMUN_ACTIVATE_SHIFT                 0u
+#define ESC_FMMUN_RESERVED(n)                    (0x060Du + 16u * (n)) /* FMMU reserved, 3 byte(s), host: r */
+#define ESC_SMN_START(n)                         (0x0800u + 8u * (n)) /* SyncManager start address, 2 byte(s), host: r */
+#define ESC_SMN_LENGTH(n)                        (0x0802u + 8u * (n)) /* SyncManager length, 2 byte(s), host: r */
+#define ESC_SMN_CONTROL(n)                       (0x0804u + 8u * (n)) /* SyncManager control, 1 byte(s), host: r */
+#define ESC_SMN_STATUS(n)                        (0x0805u + 8u * (n)) /* SyncManager status, 1 byte(s), host: r */
+#define ESC_SMN_WRITE_EVENT_MASK                 0x1u
+#define ESC_SMN_WRITE_EVENT_SHIFT                0u
+#define ESC_SMN_READ_EVENT_MASK                  0x2u
+#define ESC_SMN_READ_EVENT_SHIFT                 1u
+#define ESC_SMN_MAILBOX_FULL_MASK                0x8u
+#define ESC_SMN_MAILBOX_FULL_SHIFT               3u
+#define ESC_SMN_LAST_BUFFER_MASK                 0x30u
+#define ESC_SMN_LAST_BUFFER_SHIFT                4u
+#define ESC_SMN_ACTIVATE(n)                      (0x0806u + 8u * (n)) /* SyncManager activate, 1 byte(s), host: r/ack */
+#define ESC_SMN_ENABLE_MASK                      0x1u
+#define ESC_SMN_ENABLE_SHIFT                     0u
+#define ESC_SMN_REPEAT_REQUEST_MASK              0x2u
+#define ESC_SMN_REPEAT_REQUEST_SHIFT             1u
+#define ESC_SMN_PDI_CONTROL(n)                   (0x0807u + 8u * (n)) /* SyncManager PDI control, 1 byte(s), host: rw */
+#define ESC_SMN_DEACTIVATED_MASK                 0x1u
+#define ESC_SMN_DEACTIVATED_SHIFT                0u
+#define ESC_SMN_REPEAT_ACKNOWLEDGE_MASK          0x2u
+#define ESC_SMN_REPEAT_ACKNOWLEDGE_SHIFT         1u
 
 #define ESC_USER_RAM                             0x0F80u
 #define ESC_PROCESS_RAM                          0x1000u

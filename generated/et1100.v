@@ -7,14 +7,20 @@
 //   ports                           4  ports
 //   coreClockMhz                  100  MHz
 //   ramKiB                          8  KiB
+//   fmmus                           8  FMMUs
+//   syncManagers                    8  SyncManagers
+//   applicationLayer                1  switch
+//   watchdogs                       1  switch
+//   leds                            1  switch
+//   sii                             1  code
+//   siiClockKhz                   400  kHz
+//   siiStartUs                    100  us
 //   registerWritesPerFrame          0  bytes
 //   txShift                         0  core cycles
 //   temporaryLoopMs              1000  ms
 //   escType                    0x0011  code
 //   escRevision                0x0000  code
 //   escBuild                   0x0003  code
-//   reportedFmmus                   8  FMMUs
-//   reportedSyncManagers            8  SyncManagers
 //   reportedRamKiB                 -1  KiB
 //   reportedPorts              0x003b  code
 //   reportedFeatures           0x00fc  code
@@ -51,10 +57,56 @@ module RegisterFile(
   output        readableByPdi,
   output        writableByEcat,
   output        writableByPdi,
+  output        inRam,
+  input         guard_sm7_disabled,
+  input         guard_sm6_disabled,
+  input         guard_sm5_disabled,
+  input         guard_sm4_disabled,
+  input         guard_sm3_disabled,
+  input         guard_sm2_disabled,
+  input         guard_sm1_disabled,
+  input         guard_sm0_disabled,
+  input         guard_sii_pdi_may_write,
+  input         guard_sii_ecat_may_write,
+  input         guard_sii_pdi_may_take,
+  input         guard_al_status_by_pdi,
+  input         guard_al_control_free,
   input         write,
   input  [11:0] writeAddress,
   input         writeMask,
   input  [7:0]  writeData,
+  output        value_sm7_repeat_request,
+  output        value_sm7_enable,
+  output        value_sm6_repeat_request,
+  output        value_sm6_enable,
+  output        value_sm5_repeat_request,
+  output        value_sm5_enable,
+  output        value_sm4_repeat_request,
+  output        value_sm4_enable,
+  output        value_sm3_repeat_request,
+  output        value_sm3_enable,
+  output        value_sm2_repeat_request,
+  output        value_sm2_enable,
+  output        value_sm1_repeat_request,
+  output        value_sm1_enable,
+  output        value_sm0_repeat_request,
+  output        value_sm0_enable,
+  output        value_eeprom_taken,
+  output        value_eeprom_force,
+  output        value_eeprom_offered,
+  output [15:0] value_watchdog_time_process_data,
+  output [15:0] value_watchdog_time_pdi,
+  output [15:0] value_watchdog_divider,
+  output [7:0]  value_sm_mask,
+  output        value_watchdog_mask,
+  output        value_eeprom_mask,
+  output        value_sm_activation_mask,
+  output        value_al_control_mask,
+  output [15:0] value_ecat_event_mask,
+  output [6:0]  value_esc_configuration,
+  output        value_device_emulation,
+  output [6:0]  value_al_status,
+  output [6:0]  value_al_control,
   output        value_alias_enable,
   output [2:0]  value_rx_fifo_size,
   output [1:0]  value_loop_port3,
@@ -65,6 +117,9 @@ module RegisterFile(
   output        value_destroy_non_ethercat,
   output [15:0] value_station_alias,
   output [15:0] value_station_address,
+  input         set_eeprom_taken_valid,
+  input         set_al_status_valid,
+  input  [6:0]  set_al_status_bits,
   input         set_loop_port3_valid,
   input  [1:0]  set_loop_port3_bits,
   input         set_loop_port2_valid,
@@ -74,6 +129,67 @@ module RegisterFile(
   input         set_loop_port0_valid,
   input  [1:0]  set_loop_port0_bits,
   input         set_temporary_use_valid,
+  input         status_sm7_deactivated,
+  input  [1:0]  status_sm7_last_buffer,
+  input         status_sm7_mailbox_full,
+  input         status_sm7_read_event,
+  input         status_sm7_write_event,
+  input         status_sm6_deactivated,
+  input  [1:0]  status_sm6_last_buffer,
+  input         status_sm6_mailbox_full,
+  input         status_sm6_read_event,
+  input         status_sm6_write_event,
+  input         status_sm5_deactivated,
+  input  [1:0]  status_sm5_last_buffer,
+  input         status_sm5_mailbox_full,
+  input         status_sm5_read_event,
+  input         status_sm5_write_event,
+  input         status_sm4_deactivated,
+  input  [1:0]  status_sm4_last_buffer,
+  input         status_sm4_mailbox_full,
+  input         status_sm4_read_event,
+  input         status_sm4_write_event,
+  input         status_sm3_deactivated,
+  input  [1:0]  status_sm3_last_buffer,
+  input         status_sm3_mailbox_full,
+  input         status_sm3_read_event,
+  input         status_sm3_write_event,
+  input         status_sm2_deactivated,
+  input  [1:0]  status_sm2_last_buffer,
+  input         status_sm2_mailbox_full,
+  input         status_sm2_read_event,
+  input         status_sm2_write_event,
+  input         status_sm1_deactivated,
+  input  [1:0]  status_sm1_last_buffer,
+  input         status_sm1_mailbox_full,
+  input         status_sm1_read_event,
+  input         status_sm1_write_event,
+  input         status_sm0_deactivated,
+  input  [1:0]  status_sm0_last_buffer,
+  input         status_sm0_mailbox_full,
+  input         status_sm0_read_event,
+  input         status_sm0_write_event,
+  input         status_eeprom_busy,
+  input         status_eeprom_write_error,
+  input         status_eeprom_command_error,
+  input         status_eeprom_not_loaded,
+  input         status_eeprom_checksum_error,
+  input  [2:0]  status_eeprom_command,
+  input         status_eeprom_two_address_bytes,
+  input         status_eeprom_write_enable,
+  input         status_watchdog_pdi,
+  input         status_watchdog_process_data,
+  input  [7:0]  status_sm_al_event,
+  input         status_watchdog_event,
+  input         status_sm_activation_event,
+  input         status_al_control_event,
+  input  [7:0]  status_sm_ecat_event,
+  input         status_al_status_event,
+  input         status_dl_status_event,
+  input         status_err_led_enable,
+  input  [3:0]  status_err_led_code,
+  input         status_run_led_enable,
+  input  [3:0]  status_run_led_code,
   input         status_communication_port3,
   input         status_loop_closed_port3,
   input         status_communication_port2,
@@ -86,7 +202,10 @@ module RegisterFile(
   input         status_physical_link_port2,
   input         status_physical_link_port1,
   input         status_physical_link_port0,
+  input         status_pdi_watchdog,
   input         status_pdi_operational,
+  input         event_watchdog_count_pdi,
+  input         event_watchdog_count_process_data,
   input         event_lost_link_port3,
   input         event_lost_link_port2,
   input         event_lost_link_port1,
@@ -115,7 +234,18 @@ module RegisterFile(
   reg  [1:0]  bytes_whole_parts_loop_port2;
   reg  [1:0]  bytes_whole_parts_loop_port3;
   reg  [2:0]  bytes_whole_parts_rx_fifo_size;
+  reg  [3:0]  bytes_whole_parts_dl_configuration;
   reg         bytes_whole_parts_alias_enable;
+  reg  [6:0]  bytes_whole_parts_al_control;
+  reg  [6:0]  bytes_whole_parts_al_status;
+  reg         bytes_whole_parts_device_emulation;
+  reg  [6:0]  bytes_whole_parts_esc_configuration;
+  reg  [15:0] bytes_whole_23;
+  reg         bytes_whole_parts_al_control_mask;
+  reg         bytes_whole_parts_sm_activation_mask;
+  reg         bytes_whole_parts_eeprom_mask;
+  reg         bytes_whole_parts_watchdog_mask;
+  reg  [7:0]  bytes_whole_parts_sm_mask;
   reg  [7:0]  bytes_whole_parts_invalid_frame_port0;
   reg  [7:0]  bytes_whole_parts_rx_er_port0;
   reg  [7:0]  bytes_whole_parts_invalid_frame_port1;
@@ -124,45 +254,174 @@ module RegisterFile(
   reg  [7:0]  bytes_whole_parts_rx_er_port2;
   reg  [7:0]  bytes_whole_parts_invalid_frame_port3;
   reg  [7:0]  bytes_whole_parts_rx_er_port3;
-  reg  [7:0]  bytes_whole_16;
-  reg  [7:0]  bytes_whole_17;
-  reg  [7:0]  bytes_whole_18;
-  reg  [7:0]  bytes_whole_19;
-  reg  [7:0]  bytes_whole_20;
-  reg  [7:0]  bytes_whole_21;
-  reg  [7:0]  bytes_whole_22;
-  reg  [7:0]  bytes_whole_23;
-  reg  [7:0]  bytes_whole_24;
-  wire [11:0] _selected_T_72 =
-    (readAddress == 12'h0 ? 12'h11C : 12'h0) | (readAddress == 12'h1 ? 12'hC : 12'h0)
-    | (readAddress == 12'h2 ? 12'h3C : 12'h0) | (readAddress == 12'h3 ? 12'hC : 12'h0)
-    | (readAddress == 12'h4 ? 12'h8C : 12'h0) | (readAddress == 12'h5 ? 12'h8C : 12'h0)
-    | (readAddress == 12'h6 ? 12'h8C : 12'h0) | (readAddress == 12'h7 ? 12'h3BC : 12'h0)
-    | (readAddress == 12'h8 ? 12'hFCC : 12'h0) | (readAddress == 12'h9 ? 12'hC : 12'h0)
-    | (readAddress == 12'h10 ? {bytes_whole_8[7:0], 4'hE} : 12'h0)
-    | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 4'hE} : 12'h0)
-    | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 4'hD} : 12'h0)
-    | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 4'hD} : 12'h0)
+  reg  [7:0]  bytes_whole_31;
+  reg  [7:0]  bytes_whole_32;
+  reg  [7:0]  bytes_whole_33;
+  reg  [7:0]  bytes_whole_34;
+  reg  [7:0]  bytes_whole_35;
+  reg  [7:0]  bytes_whole_36;
+  reg  [7:0]  bytes_whole_37;
+  reg  [7:0]  bytes_whole_38;
+  reg  [7:0]  bytes_whole_39;
+  reg  [15:0] bytes_whole_40;
+  reg  [15:0] bytes_whole_41;
+  reg  [15:0] bytes_whole_42;
+  reg  [7:0]  bytes_whole_44;
+  reg  [7:0]  bytes_whole_45;
+  reg         bytes_whole_parts_eeprom_offered;
+  reg         bytes_whole_parts_eeprom_force;
+  reg         bytes_whole_parts_eeprom_taken;
+  reg         bytes_whole_parts_sm0_enable;
+  reg         bytes_whole_parts_sm0_repeat_request;
+  reg         bytes_whole_parts_sm0_repeat_acknowledge;
+  reg         bytes_whole_parts_sm1_enable;
+  reg         bytes_whole_parts_sm1_repeat_request;
+  reg         bytes_whole_parts_sm1_repeat_acknowledge;
+  reg         bytes_whole_parts_sm2_enable;
+  reg         bytes_whole_parts_sm2_repeat_request;
+  reg         bytes_whole_parts_sm2_repeat_acknowledge;
+  reg         bytes_whole_parts_sm3_enable;
+  reg         bytes_whole_parts_sm3_repeat_request;
+  reg         bytes_whole_parts_sm3_repeat_acknowledge;
+  reg         bytes_whole_parts_sm4_enable;
+  reg         bytes_whole_parts_sm4_repeat_request;
+  reg         bytes_whole_parts_sm4_repeat_acknowledge;
+  reg         bytes_whole_parts_sm5_enable;
+  reg         bytes_whole_parts_sm5_repeat_request;
+  reg         bytes_whole_parts_sm5_repeat_acknowledge;
+  reg         bytes_whole_parts_sm6_enable;
+  reg         bytes_whole_parts_sm6_repeat_request;
+  reg         bytes_whole_parts_sm6_repeat_acknowledge;
+  reg         bytes_whole_parts_sm7_enable;
+  reg         bytes_whole_parts_sm7_repeat_request;
+  reg         bytes_whole_parts_sm7_repeat_acknowledge;
+  wire        ofUnits_hit = readAddress[11:6] == 6'h20;
+  wire        ofUnits_hit_1 = readAddress[11:7] == 5'hC;
+  reg         casez_tmp;
+  always @(*) begin
+    casez (readAddress[5:3])
+      3'b000:
+        casez_tmp = guard_sm0_disabled;
+      3'b001:
+        casez_tmp = guard_sm1_disabled;
+      3'b010:
+        casez_tmp = guard_sm2_disabled;
+      3'b011:
+        casez_tmp = guard_sm3_disabled;
+      3'b100:
+        casez_tmp = guard_sm4_disabled;
+      3'b101:
+        casez_tmp = guard_sm5_disabled;
+      3'b110:
+        casez_tmp = guard_sm6_disabled;
+      default:
+        casez_tmp = guard_sm7_disabled;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_0;
+  always @(*) begin
+    casez (readAddress[5:3])
+      3'b000:
+        casez_tmp_0 =
+          {2'h0, status_sm0_last_buffer, status_sm0_mailbox_full, 1'h0, status_sm0_read_event, status_sm0_write_event};
+      3'b001:
+        casez_tmp_0 =
+          {2'h0, status_sm1_last_buffer, status_sm1_mailbox_full, 1'h0, status_sm1_read_event, status_sm1_write_event};
+      3'b010:
+        casez_tmp_0 =
+          {2'h0, status_sm2_last_buffer, status_sm2_mailbox_full, 1'h0, status_sm2_read_event, status_sm2_write_event};
+      3'b011:
+        casez_tmp_0 =
+          {2'h0, status_sm3_last_buffer, status_sm3_mailbox_full, 1'h0, status_sm3_read_event, status_sm3_write_event};
+      3'b100:
+        casez_tmp_0 =
+          {2'h0, status_sm4_last_buffer, status_sm4_mailbox_full, 1'h0, status_sm4_read_event, status_sm4_write_event};
+      3'b101:
+        casez_tmp_0 =
+          {2'h0, status_sm5_last_buffer, status_sm5_mailbox_full, 1'h0, status_sm5_read_event, status_sm5_write_event};
+      3'b110:
+        casez_tmp_0 =
+          {2'h0, status_sm6_last_buffer, status_sm6_mailbox_full, 1'h0, status_sm6_read_event, status_sm6_write_event};
+      default:
+        casez_tmp_0 =
+          {2'h0, status_sm7_last_buffer, status_sm7_mailbox_full, 1'h0, status_sm7_read_event, status_sm7_write_event};
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_1;
+  always @(*) begin
+    casez (readAddress[5:3])
+      3'b000:
+        casez_tmp_1 = {6'h0, bytes_whole_parts_sm0_repeat_request, bytes_whole_parts_sm0_enable};
+      3'b001:
+        casez_tmp_1 = {6'h0, bytes_whole_parts_sm1_repeat_request, bytes_whole_parts_sm1_enable};
+      3'b010:
+        casez_tmp_1 = {6'h0, bytes_whole_parts_sm2_repeat_request, bytes_whole_parts_sm2_enable};
+      3'b011:
+        casez_tmp_1 = {6'h0, bytes_whole_parts_sm3_repeat_request, bytes_whole_parts_sm3_enable};
+      3'b100:
+        casez_tmp_1 = {6'h0, bytes_whole_parts_sm4_repeat_request, bytes_whole_parts_sm4_enable};
+      3'b101:
+        casez_tmp_1 = {6'h0, bytes_whole_parts_sm5_repeat_request, bytes_whole_parts_sm5_enable};
+      3'b110:
+        casez_tmp_1 = {6'h0, bytes_whole_parts_sm6_repeat_request, bytes_whole_parts_sm6_enable};
+      default:
+        casez_tmp_1 = {6'h0, bytes_whole_parts_sm7_repeat_request, bytes_whole_parts_sm7_enable};
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_2;
+  always @(*) begin
+    casez (readAddress[5:3])
+      3'b000:
+        casez_tmp_2 = {6'h0, bytes_whole_parts_sm0_repeat_acknowledge, status_sm0_deactivated};
+      3'b001:
+        casez_tmp_2 = {6'h0, bytes_whole_parts_sm1_repeat_acknowledge, status_sm1_deactivated};
+      3'b010:
+        casez_tmp_2 = {6'h0, bytes_whole_parts_sm2_repeat_acknowledge, status_sm2_deactivated};
+      3'b011:
+        casez_tmp_2 = {6'h0, bytes_whole_parts_sm3_repeat_acknowledge, status_sm3_deactivated};
+      3'b100:
+        casez_tmp_2 = {6'h0, bytes_whole_parts_sm4_repeat_acknowledge, status_sm4_deactivated};
+      3'b101:
+        casez_tmp_2 = {6'h0, bytes_whole_parts_sm5_repeat_acknowledge, status_sm5_deactivated};
+      3'b110:
+        casez_tmp_2 = {6'h0, bytes_whole_parts_sm6_repeat_acknowledge, status_sm6_deactivated};
+      default:
+        casez_tmp_2 = {6'h0, bytes_whole_parts_sm7_repeat_acknowledge, status_sm7_deactivated};
+    endcase
+  end // always @(*)
+  wire [12:0] _GEN =
+    (readAddress == 12'h0 ? 13'h22C : 13'h0) | (readAddress == 12'h1 ? 13'hC : 13'h0)
+    | (readAddress == 12'h2 ? 13'h6C : 13'h0) | (readAddress == 12'h3 ? 13'hC : 13'h0)
+    | (readAddress == 12'h4 ? 13'h10C : 13'h0) | (readAddress == 12'h5 ? 13'h10C : 13'h0)
+    | (readAddress == 12'h6 ? 13'h10C : 13'h0) | (readAddress == 12'h7 ? 13'h76C : 13'h0)
+    | (readAddress == 12'h8 ? 13'h1F8C : 13'h0) | (readAddress == 12'h9 ? 13'hC : 13'h0)
+    | (readAddress == 12'h10 ? {bytes_whole_8[7:0], 5'hE} : 13'h0)
+    | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 5'hE} : 13'h0)
+    | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 5'hD} : 13'h0)
+    | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 5'hD} : 13'h0)
     | (readAddress == 12'h100
-         ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_destroy_non_ethercat, 4'hE}
-         : 12'h0)
+         ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_destroy_non_ethercat, 5'hE}
+         : 13'h0)
     | (readAddress == 12'h101
          ? {bytes_whole_parts_loop_port3,
             bytes_whole_parts_loop_port2,
             bytes_whole_parts_loop_port1,
             bytes_whole_parts_loop_port0,
-            4'hE}
-         : 12'h0) | (readAddress == 12'h102 ? {5'h0, bytes_whole_parts_rx_fifo_size, 4'hE} : 12'h0)
-    | (readAddress == 12'h103 ? {7'h0, bytes_whole_parts_alias_enable, 4'hE} : 12'h0)
+            5'hE}
+         : 13'h0)
+    | (readAddress == 12'h102
+         ? {bytes_whole_parts_dl_configuration, 1'h0, bytes_whole_parts_rx_fifo_size, 5'hE}
+         : 13'h0) | (readAddress == 12'h103 ? {7'h0, bytes_whole_parts_alias_enable, 5'hE} : 13'h0)
     | (readAddress == 12'h110
          ? {status_physical_link_port3,
             status_physical_link_port2,
             status_physical_link_port1,
             status_physical_link_port0,
-            3'h0,
+            2'h0,
+            status_pdi_watchdog,
             status_pdi_operational,
-            4'hC}
-         : 12'h0)
+            5'hC}
+         : 13'h0)
     | (readAddress == 12'h111
          ? {status_communication_port3,
             status_loop_closed_port3,
@@ -172,26 +431,126 @@ module RegisterFile(
             status_loop_closed_port1,
             status_communication_port0,
             status_loop_closed_port0,
-            4'hC}
-         : 12'h0) | (readAddress == 12'h300 ? {bytes_whole_parts_invalid_frame_port0, 4'hE} : 12'h0)
-    | (readAddress == 12'h301 ? {bytes_whole_parts_rx_er_port0, 4'hE} : 12'h0)
-    | (readAddress == 12'h302 ? {bytes_whole_parts_invalid_frame_port1, 4'hE} : 12'h0)
-    | (readAddress == 12'h303 ? {bytes_whole_parts_rx_er_port1, 4'hE} : 12'h0)
-    | (readAddress == 12'h304 ? {bytes_whole_parts_invalid_frame_port2, 4'hE} : 12'h0)
-    | (readAddress == 12'h305 ? {bytes_whole_parts_rx_er_port2, 4'hE} : 12'h0)
-    | (readAddress == 12'h306 ? {bytes_whole_parts_invalid_frame_port3, 4'hE} : 12'h0)
-    | (readAddress == 12'h307 ? {bytes_whole_parts_rx_er_port3, 4'hE} : 12'h0)
-    | (readAddress == 12'h308 ? {bytes_whole_16, 4'hE} : 12'h0)
-    | (readAddress == 12'h309 ? {bytes_whole_17, 4'hE} : 12'h0)
-    | (readAddress == 12'h30A ? {bytes_whole_18, 4'hE} : 12'h0)
-    | (readAddress == 12'h30B ? {bytes_whole_19, 4'hE} : 12'h0)
-    | (readAddress == 12'h30C ? {bytes_whole_20, 4'hE} : 12'h0)
-    | (readAddress == 12'h310 ? {bytes_whole_21, 4'hE} : 12'h0)
-    | (readAddress == 12'h311 ? {bytes_whole_22, 4'hE} : 12'h0)
-    | (readAddress == 12'h312 ? {bytes_whole_23, 4'hE} : 12'h0)
-    | (readAddress == 12'h313 ? {bytes_whole_24, 4'hE} : 12'h0);
+            5'hC}
+         : 13'h0)
+    | (readAddress == 12'h120 ? {1'h0, bytes_whole_parts_al_control, 3'h3, guard_al_control_free, 1'h0} : 13'h0)
+    | (readAddress == 12'h121 ? {11'h3, guard_al_control_free, 1'h0} : 13'h0)
+    | (readAddress == 12'h130 ? {1'h0, bytes_whole_parts_al_status, 4'h6, guard_al_status_by_pdi} : 13'h0)
+    | (readAddress == 12'h131 ? {12'h6, guard_al_status_by_pdi} : 13'h0) | (readAddress == 12'h134 ? 13'h1D : 13'h0)
+    | (readAddress == 12'h135 ? 13'h1D : 13'h0)
+    | (readAddress == 12'h138 ? {3'h0, status_run_led_enable, status_run_led_code, 5'hF} : 13'h0)
+    | (readAddress == 12'h139 ? {3'h0, status_err_led_enable, status_err_led_code, 5'hF} : 13'h0)
+    | (readAddress == 12'h140 ? 13'h1C : 13'h0)
+    | (readAddress == 12'h141 ? {bytes_whole_parts_esc_configuration, bytes_whole_parts_device_emulation, 5'hC} : 13'h0)
+    | (readAddress == 12'h142 ? 13'h1C : 13'h0) | (readAddress == 12'h143 ? 13'h1C : 13'h0)
+    | (readAddress == 12'h144 ? 13'h1C : 13'h0) | (readAddress == 12'h150 ? 13'h1C : 13'h0)
+    | (readAddress == 12'h151 ? 13'h1C : 13'h0) | (readAddress == 12'h152 ? 13'h1C : 13'h0)
+    | (readAddress == 12'h153 ? 13'h1C : 13'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 5'hE} : 13'h0)
+    | (readAddress == 12'h201 ? {bytes_whole_23[15:8], 5'hE} : 13'h0)
+    | (readAddress == 12'h204
+         ? {1'h0,
+            bytes_whole_parts_watchdog_mask,
+            bytes_whole_parts_eeprom_mask,
+            bytes_whole_parts_sm_activation_mask,
+            3'h0,
+            bytes_whole_parts_al_control_mask,
+            5'hD}
+         : 13'h0) | (readAddress == 12'h205 ? {bytes_whole_parts_sm_mask, 5'hD} : 13'h0)
+    | (readAddress == 12'h206 ? 13'hD : 13'h0) | (readAddress == 12'h207 ? 13'hD : 13'h0)
+    | (readAddress == 12'h210
+         ? {status_sm_ecat_event[3:0], status_al_status_event, status_dl_status_event, 7'hC}
+         : 13'h0) | (readAddress == 12'h211 ? {4'h0, status_sm_ecat_event[7:4], 5'hC} : 13'h0)
+    | (readAddress == 12'h220
+         ? {1'h0, status_watchdog_event, 1'h0, status_sm_activation_event, 3'h0, status_al_control_event, 5'hC}
+         : 13'h0) | (readAddress == 12'h221 ? {status_sm_al_event, 5'hC} : 13'h0)
+    | (readAddress == 12'h222 ? 13'hC : 13'h0) | (readAddress == 12'h223 ? 13'hC : 13'h0)
+    | (readAddress == 12'h300 ? {bytes_whole_parts_invalid_frame_port0, 5'hE} : 13'h0)
+    | (readAddress == 12'h301 ? {bytes_whole_parts_rx_er_port0, 5'hE} : 13'h0)
+    | (readAddress == 12'h302 ? {bytes_whole_parts_invalid_frame_port1, 5'hE} : 13'h0)
+    | (readAddress == 12'h303 ? {bytes_whole_parts_rx_er_port1, 5'hE} : 13'h0)
+    | (readAddress == 12'h304 ? {bytes_whole_parts_invalid_frame_port2, 5'hE} : 13'h0)
+    | (readAddress == 12'h305 ? {bytes_whole_parts_rx_er_port2, 5'hE} : 13'h0)
+    | (readAddress == 12'h306 ? {bytes_whole_parts_invalid_frame_port3, 5'hE} : 13'h0)
+    | (readAddress == 12'h307 ? {bytes_whole_parts_rx_er_port3, 5'hE} : 13'h0)
+    | (readAddress == 12'h308 ? {bytes_whole_31, 5'hE} : 13'h0);
+  wire [12:0] _GEN_0 =
+    (readAddress == 12'h309 ? {bytes_whole_32, 5'hE} : 13'h0)
+    | (readAddress == 12'h30A ? {bytes_whole_33, 5'hE} : 13'h0)
+    | (readAddress == 12'h30B ? {bytes_whole_34, 5'hE} : 13'h0)
+    | (readAddress == 12'h30C ? {bytes_whole_35, 5'hE} : 13'h0)
+    | (readAddress == 12'h310 ? {bytes_whole_36, 5'hE} : 13'h0)
+    | (readAddress == 12'h311 ? {bytes_whole_37, 5'hE} : 13'h0)
+    | (readAddress == 12'h312 ? {bytes_whole_38, 5'hE} : 13'h0)
+    | (readAddress == 12'h313 ? {bytes_whole_39, 5'hE} : 13'h0)
+    | (readAddress == 12'h400 ? {bytes_whole_40[7:0], 5'hE} : 13'h0)
+    | (readAddress == 12'h401 ? {bytes_whole_40[15:8], 5'hE} : 13'h0)
+    | (readAddress == 12'h410 ? {bytes_whole_41[7:0], 5'hE} : 13'h0)
+    | (readAddress == 12'h411 ? {bytes_whole_41[15:8], 5'hE} : 13'h0)
+    | (readAddress == 12'h420 ? {bytes_whole_42[7:0], 5'hE} : 13'h0)
+    | (readAddress == 12'h421 ? {bytes_whole_42[15:8], 5'hE} : 13'h0)
+    | (readAddress == 12'h440 ? {7'h0, status_watchdog_process_data, 5'hC} : 13'h0)
+    | (readAddress == 12'h441 ? 13'hC : 13'h0) | (readAddress == 12'h442 ? {bytes_whole_44, 5'hE} : 13'h0)
+    | (readAddress == 12'h443 ? {bytes_whole_45, 5'hE} : 13'h0)
+    | (readAddress == 12'h448 ? {7'h0, status_watchdog_pdi, 5'hC} : 13'h0)
+    | (readAddress == 12'h500 ? {6'h0, bytes_whole_parts_eeprom_force, bytes_whole_parts_eeprom_offered, 5'hE} : 13'h0)
+    | (readAddress == 12'h501 ? {7'h0, bytes_whole_parts_eeprom_taken, 4'h6, guard_sii_pdi_may_take} : 13'h0)
+    | (readAddress == 12'h502
+         ? {status_eeprom_two_address_bytes,
+            6'h20,
+            status_eeprom_write_enable,
+            3'h3,
+            guard_sii_ecat_may_write,
+            guard_sii_pdi_may_write}
+         : 13'h0)
+    | (readAddress == 12'h503
+         ? {status_eeprom_busy,
+            status_eeprom_write_error,
+            status_eeprom_command_error,
+            status_eeprom_not_loaded,
+            status_eeprom_checksum_error,
+            status_eeprom_command,
+            3'h3,
+            guard_sii_ecat_may_write,
+            guard_sii_pdi_may_write}
+         : 13'h0) | (readAddress == 12'h504 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
+    | (readAddress == 12'h505 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
+    | (readAddress == 12'h506 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
+    | (readAddress == 12'h507 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
+    | (readAddress == 12'h508 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
+    | (readAddress == 12'h509 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
+    | (readAddress == 12'h50A ? 13'h1C : 13'h0) | (readAddress == 12'h50B ? 13'h1C : 13'h0)
+    | (readAddress == 12'h50C ? 13'h1C : 13'h0) | (readAddress == 12'h50D ? 13'h1C : 13'h0)
+    | (readAddress == 12'h50E ? 13'h1C : 13'h0) | (readAddress == 12'h50F ? 13'h1C : 13'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h0 ? {11'h7, casez_tmp, 1'h0} : 13'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h1 ? {11'h7, casez_tmp, 1'h0} : 13'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h2 ? {11'h7, casez_tmp, 1'h0} : 13'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h3 ? {11'h7, casez_tmp, 1'h0} : 13'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h4 ? {11'h7, casez_tmp, 1'h0} : 13'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h5 ? {casez_tmp_0, 5'hC} : 13'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h6 ? {casez_tmp_1, 5'hE} : 13'h0)
+    | (ofUnits_hit & (&(readAddress[2:0])) ? {casez_tmp_2, 5'hD} : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h0 ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h1 ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h2 ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h3 ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h4 ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h5 ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h6 ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h7 ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h8 ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h9 ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'hA ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'hB ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'hC ? 13'h1E : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'hD ? 13'hC : 13'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'hE ? 13'hC : 13'h0)
+    | (ofUnits_hit_1 & (&(readAddress[3:0])) ? 13'hC : 13'h0);
+  wire [12:0] _selected_T_349 = _GEN | _GEN_0;
   wire        _bytes_whole_parts_parts_T_35 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_63 = writeAddress == 12'h101;
+  wire        _bytes_whole_parts_parts_T_77 = writeAddress == 12'h102;
+  wire        _bytes_whole_parts_parts_T_112 = writeAddress == 12'h141;
+  wire        _bytes_whole_parts_parts_T_154 = writeAddress == 12'h204;
   wire        _bytes_whole_parts_clear_T_638 = writeAddress == 12'h300;
   wire        _bytes_whole_parts_clear_T_642 = writeAddress == 12'h301;
   wire        _bytes_whole_parts_clear_T_646 = writeAddress == 12'h302;
@@ -208,6 +567,17 @@ module RegisterFile(
   wire        _bytes_whole_parts_clear_T_757 = writeAddress == 12'h311;
   wire        _bytes_whole_parts_clear_T_761 = writeAddress == 12'h312;
   wire        _bytes_whole_parts_clear_T_765 = writeAddress == 12'h313;
+  wire        _bytes_whole_parts_clear_T_779 = writeAddress == 12'h442;
+  wire        _bytes_whole_parts_clear_T_783 = writeAddress == 12'h443;
+  wire        _bytes_whole_parts_parts_T_217 = writeAddress == 12'h500;
+  wire        _bytes_whole_parts_parts_T_238 = writeAddress == 12'h806;
+  wire        _bytes_whole_parts_parts_T_259 = writeAddress == 12'h80E;
+  wire        _bytes_whole_parts_parts_T_280 = writeAddress == 12'h816;
+  wire        _bytes_whole_parts_parts_T_301 = writeAddress == 12'h81E;
+  wire        _bytes_whole_parts_parts_T_322 = writeAddress == 12'h826;
+  wire        _bytes_whole_parts_parts_T_343 = writeAddress == 12'h82E;
+  wire        _bytes_whole_parts_parts_T_364 = writeAddress == 12'h836;
+  wire        _bytes_whole_parts_parts_T_385 = writeAddress == 12'h83E;
   always @(posedge clock) begin
     if (reset) begin
       bytes_whole_8 <= 16'h0;
@@ -219,7 +589,18 @@ module RegisterFile(
       bytes_whole_parts_loop_port2 <= 2'h0;
       bytes_whole_parts_loop_port3 <= 2'h0;
       bytes_whole_parts_rx_fifo_size <= 3'h7;
+      bytes_whole_parts_dl_configuration <= 4'h0;
       bytes_whole_parts_alias_enable <= 1'h0;
+      bytes_whole_parts_al_control <= 7'h1;
+      bytes_whole_parts_al_status <= 7'h1;
+      bytes_whole_parts_device_emulation <= 1'h0;
+      bytes_whole_parts_esc_configuration <= 7'h79;
+      bytes_whole_23 <= 16'h0;
+      bytes_whole_parts_al_control_mask <= 1'h1;
+      bytes_whole_parts_sm_activation_mask <= 1'h0;
+      bytes_whole_parts_eeprom_mask <= 1'h0;
+      bytes_whole_parts_watchdog_mask <= 1'h0;
+      bytes_whole_parts_sm_mask <= 8'hFF;
       bytes_whole_parts_invalid_frame_port0 <= 8'h0;
       bytes_whole_parts_rx_er_port0 <= 8'h0;
       bytes_whole_parts_invalid_frame_port1 <= 8'h0;
@@ -228,15 +609,47 @@ module RegisterFile(
       bytes_whole_parts_rx_er_port2 <= 8'h0;
       bytes_whole_parts_invalid_frame_port3 <= 8'h0;
       bytes_whole_parts_rx_er_port3 <= 8'h0;
-      bytes_whole_16 <= 8'h0;
-      bytes_whole_17 <= 8'h0;
-      bytes_whole_18 <= 8'h0;
-      bytes_whole_19 <= 8'h0;
-      bytes_whole_20 <= 8'h0;
-      bytes_whole_21 <= 8'h0;
-      bytes_whole_22 <= 8'h0;
-      bytes_whole_23 <= 8'h0;
-      bytes_whole_24 <= 8'h0;
+      bytes_whole_31 <= 8'h0;
+      bytes_whole_32 <= 8'h0;
+      bytes_whole_33 <= 8'h0;
+      bytes_whole_34 <= 8'h0;
+      bytes_whole_35 <= 8'h0;
+      bytes_whole_36 <= 8'h0;
+      bytes_whole_37 <= 8'h0;
+      bytes_whole_38 <= 8'h0;
+      bytes_whole_39 <= 8'h0;
+      bytes_whole_40 <= 16'h9C2;
+      bytes_whole_41 <= 16'h3E8;
+      bytes_whole_42 <= 16'h3E8;
+      bytes_whole_44 <= 8'h0;
+      bytes_whole_45 <= 8'h0;
+      bytes_whole_parts_eeprom_offered <= 1'h0;
+      bytes_whole_parts_eeprom_force <= 1'h0;
+      bytes_whole_parts_eeprom_taken <= 1'h0;
+      bytes_whole_parts_sm0_enable <= 1'h0;
+      bytes_whole_parts_sm0_repeat_request <= 1'h0;
+      bytes_whole_parts_sm0_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_sm1_enable <= 1'h0;
+      bytes_whole_parts_sm1_repeat_request <= 1'h0;
+      bytes_whole_parts_sm1_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_sm2_enable <= 1'h0;
+      bytes_whole_parts_sm2_repeat_request <= 1'h0;
+      bytes_whole_parts_sm2_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_sm3_enable <= 1'h0;
+      bytes_whole_parts_sm3_repeat_request <= 1'h0;
+      bytes_whole_parts_sm3_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_sm4_enable <= 1'h0;
+      bytes_whole_parts_sm4_repeat_request <= 1'h0;
+      bytes_whole_parts_sm4_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_sm5_enable <= 1'h0;
+      bytes_whole_parts_sm5_repeat_request <= 1'h0;
+      bytes_whole_parts_sm5_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_sm6_enable <= 1'h0;
+      bytes_whole_parts_sm6_repeat_request <= 1'h0;
+      bytes_whole_parts_sm6_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_sm7_enable <= 1'h0;
+      bytes_whole_parts_sm7_repeat_request <= 1'h0;
+      bytes_whole_parts_sm7_repeat_acknowledge <= 1'h0;
     end
     else begin
       bytes_whole_8 <=
@@ -266,10 +679,35 @@ module RegisterFile(
         bytes_whole_parts_loop_port3 <= set_loop_port3_bits;
       else if (write & _bytes_whole_parts_parts_T_63 & writeMask)
         bytes_whole_parts_loop_port3 <= writeData[7:6];
-      if (write & writeAddress == 12'h102 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_77 & writeMask)
         bytes_whole_parts_rx_fifo_size <= writeData[2:0];
+      if (write & _bytes_whole_parts_parts_T_77 & writeMask)
+        bytes_whole_parts_dl_configuration <= writeData[7:4];
       if (write & writeAddress == 12'h103 & writeMask)
         bytes_whole_parts_alias_enable <= writeData[0];
+      if (write & writeAddress == 12'h120 & writeMask)
+        bytes_whole_parts_al_control <= writeData[6:0];
+      if (set_al_status_valid)
+        bytes_whole_parts_al_status <= set_al_status_bits;
+      else if (write & writeAddress == 12'h130 & writeMask)
+        bytes_whole_parts_al_status <= writeData[6:0];
+      if (write & _bytes_whole_parts_parts_T_112 & writeMask)
+        bytes_whole_parts_device_emulation <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_112 & writeMask)
+        bytes_whole_parts_esc_configuration <= writeData[7:1];
+      bytes_whole_23 <=
+        {write & writeAddress == 12'h201 & writeMask ? writeData : bytes_whole_23[15:8],
+         write & writeAddress == 12'h200 & writeMask ? writeData : bytes_whole_23[7:0]};
+      if (write & _bytes_whole_parts_parts_T_154 & writeMask)
+        bytes_whole_parts_al_control_mask <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_154 & writeMask)
+        bytes_whole_parts_sm_activation_mask <= writeData[4];
+      if (write & _bytes_whole_parts_parts_T_154 & writeMask)
+        bytes_whole_parts_eeprom_mask <= writeData[5];
+      if (write & _bytes_whole_parts_parts_T_154 & writeMask)
+        bytes_whole_parts_watchdog_mask <= writeData[6];
+      if (write & writeAddress == 12'h205 & writeMask)
+        bytes_whole_parts_sm_mask <= writeData;
       if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
           | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
           | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
@@ -348,67 +786,172 @@ module RegisterFile(
           | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
           | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
           | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_16 <= 8'h0;
-      else if (event_forwarded_error_port0 & bytes_whole_16 != 8'hFF)
-        bytes_whole_16 <= bytes_whole_16 + 8'h1;
+        bytes_whole_31 <= 8'h0;
+      else if (event_forwarded_error_port0 & bytes_whole_31 != 8'hFF)
+        bytes_whole_31 <= bytes_whole_31 + 8'h1;
       if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
           | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
           | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
           | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
           | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
           | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_17 <= 8'h0;
-      else if (event_forwarded_error_port1 & bytes_whole_17 != 8'hFF)
-        bytes_whole_17 <= bytes_whole_17 + 8'h1;
+        bytes_whole_32 <= 8'h0;
+      else if (event_forwarded_error_port1 & bytes_whole_32 != 8'hFF)
+        bytes_whole_32 <= bytes_whole_32 + 8'h1;
       if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
           | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
           | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
           | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
           | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
           | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_18 <= 8'h0;
-      else if (event_forwarded_error_port2 & bytes_whole_18 != 8'hFF)
-        bytes_whole_18 <= bytes_whole_18 + 8'h1;
+        bytes_whole_33 <= 8'h0;
+      else if (event_forwarded_error_port2 & bytes_whole_33 != 8'hFF)
+        bytes_whole_33 <= bytes_whole_33 + 8'h1;
       if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
           | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
           | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
           | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
           | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
           | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_19 <= 8'h0;
-      else if (event_forwarded_error_port3 & bytes_whole_19 != 8'hFF)
-        bytes_whole_19 <= bytes_whole_19 + 8'h1;
+        bytes_whole_34 <= 8'h0;
+      else if (event_forwarded_error_port3 & bytes_whole_34 != 8'hFF)
+        bytes_whole_34 <= bytes_whole_34 + 8'h1;
       if (write & writeAddress == 12'h30C & writeMask)
-        bytes_whole_20 <= 8'h0;
-      else if (event_epu_error & bytes_whole_20 != 8'hFF)
-        bytes_whole_20 <= bytes_whole_20 + 8'h1;
+        bytes_whole_35 <= 8'h0;
+      else if (event_epu_error & bytes_whole_35 != 8'hFF)
+        bytes_whole_35 <= bytes_whole_35 + 8'h1;
       if (write & _bytes_whole_parts_clear_T_753 & writeMask | write & _bytes_whole_parts_clear_T_757 & writeMask
           | write & _bytes_whole_parts_clear_T_761 & writeMask | write & _bytes_whole_parts_clear_T_765 & writeMask)
-        bytes_whole_21 <= 8'h0;
-      else if (event_lost_link_port0 & bytes_whole_21 != 8'hFF)
-        bytes_whole_21 <= bytes_whole_21 + 8'h1;
+        bytes_whole_36 <= 8'h0;
+      else if (event_lost_link_port0 & bytes_whole_36 != 8'hFF)
+        bytes_whole_36 <= bytes_whole_36 + 8'h1;
       if (write & _bytes_whole_parts_clear_T_753 & writeMask | write & _bytes_whole_parts_clear_T_757 & writeMask
           | write & _bytes_whole_parts_clear_T_761 & writeMask | write & _bytes_whole_parts_clear_T_765 & writeMask)
-        bytes_whole_22 <= 8'h0;
-      else if (event_lost_link_port1 & bytes_whole_22 != 8'hFF)
-        bytes_whole_22 <= bytes_whole_22 + 8'h1;
+        bytes_whole_37 <= 8'h0;
+      else if (event_lost_link_port1 & bytes_whole_37 != 8'hFF)
+        bytes_whole_37 <= bytes_whole_37 + 8'h1;
       if (write & _bytes_whole_parts_clear_T_753 & writeMask | write & _bytes_whole_parts_clear_T_757 & writeMask
           | write & _bytes_whole_parts_clear_T_761 & writeMask | write & _bytes_whole_parts_clear_T_765 & writeMask)
-        bytes_whole_23 <= 8'h0;
-      else if (event_lost_link_port2 & bytes_whole_23 != 8'hFF)
-        bytes_whole_23 <= bytes_whole_23 + 8'h1;
+        bytes_whole_38 <= 8'h0;
+      else if (event_lost_link_port2 & bytes_whole_38 != 8'hFF)
+        bytes_whole_38 <= bytes_whole_38 + 8'h1;
       if (write & _bytes_whole_parts_clear_T_753 & writeMask | write & _bytes_whole_parts_clear_T_757 & writeMask
           | write & _bytes_whole_parts_clear_T_761 & writeMask | write & _bytes_whole_parts_clear_T_765 & writeMask)
-        bytes_whole_24 <= 8'h0;
-      else if (event_lost_link_port3 & bytes_whole_24 != 8'hFF)
-        bytes_whole_24 <= bytes_whole_24 + 8'h1;
+        bytes_whole_39 <= 8'h0;
+      else if (event_lost_link_port3 & bytes_whole_39 != 8'hFF)
+        bytes_whole_39 <= bytes_whole_39 + 8'h1;
+      bytes_whole_40 <=
+        {write & writeAddress == 12'h401 & writeMask ? writeData : bytes_whole_40[15:8],
+         write & writeAddress == 12'h400 & writeMask ? writeData : bytes_whole_40[7:0]};
+      bytes_whole_41 <=
+        {write & writeAddress == 12'h411 & writeMask ? writeData : bytes_whole_41[15:8],
+         write & writeAddress == 12'h410 & writeMask ? writeData : bytes_whole_41[7:0]};
+      bytes_whole_42 <=
+        {write & writeAddress == 12'h421 & writeMask ? writeData : bytes_whole_42[15:8],
+         write & writeAddress == 12'h420 & writeMask ? writeData : bytes_whole_42[7:0]};
+      if (write & _bytes_whole_parts_clear_T_779 & writeMask | write & _bytes_whole_parts_clear_T_783 & writeMask)
+        bytes_whole_44 <= 8'h0;
+      else if (event_watchdog_count_process_data & bytes_whole_44 != 8'hFF)
+        bytes_whole_44 <= bytes_whole_44 + 8'h1;
+      if (write & _bytes_whole_parts_clear_T_779 & writeMask | write & _bytes_whole_parts_clear_T_783 & writeMask)
+        bytes_whole_45 <= 8'h0;
+      else if (event_watchdog_count_pdi & bytes_whole_45 != 8'hFF)
+        bytes_whole_45 <= bytes_whole_45 + 8'h1;
+      if (write & _bytes_whole_parts_parts_T_217 & writeMask)
+        bytes_whole_parts_eeprom_offered <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_217 & writeMask)
+        bytes_whole_parts_eeprom_force <= writeData[1];
+      bytes_whole_parts_eeprom_taken <=
+        ~set_eeprom_taken_valid
+        & (write & writeAddress == 12'h501 & writeMask ? writeData[0] : bytes_whole_parts_eeprom_taken);
+      if (write & _bytes_whole_parts_parts_T_238 & writeMask)
+        bytes_whole_parts_sm0_enable <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_238 & writeMask)
+        bytes_whole_parts_sm0_repeat_request <= writeData[1];
+      if (write & writeAddress == 12'h807 & writeMask)
+        bytes_whole_parts_sm0_repeat_acknowledge <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_259 & writeMask)
+        bytes_whole_parts_sm1_enable <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_259 & writeMask)
+        bytes_whole_parts_sm1_repeat_request <= writeData[1];
+      if (write & writeAddress == 12'h80F & writeMask)
+        bytes_whole_parts_sm1_repeat_acknowledge <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_280 & writeMask)
+        bytes_whole_parts_sm2_enable <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_280 & writeMask)
+        bytes_whole_parts_sm2_repeat_request <= writeData[1];
+      if (write & writeAddress == 12'h817 & writeMask)
+        bytes_whole_parts_sm2_repeat_acknowledge <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_301 & writeMask)
+        bytes_whole_parts_sm3_enable <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_301 & writeMask)
+        bytes_whole_parts_sm3_repeat_request <= writeData[1];
+      if (write & writeAddress == 12'h81F & writeMask)
+        bytes_whole_parts_sm3_repeat_acknowledge <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_322 & writeMask)
+        bytes_whole_parts_sm4_enable <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_322 & writeMask)
+        bytes_whole_parts_sm4_repeat_request <= writeData[1];
+      if (write & writeAddress == 12'h827 & writeMask)
+        bytes_whole_parts_sm4_repeat_acknowledge <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_343 & writeMask)
+        bytes_whole_parts_sm5_enable <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_343 & writeMask)
+        bytes_whole_parts_sm5_repeat_request <= writeData[1];
+      if (write & writeAddress == 12'h82F & writeMask)
+        bytes_whole_parts_sm5_repeat_acknowledge <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_364 & writeMask)
+        bytes_whole_parts_sm6_enable <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_364 & writeMask)
+        bytes_whole_parts_sm6_repeat_request <= writeData[1];
+      if (write & writeAddress == 12'h837 & writeMask)
+        bytes_whole_parts_sm6_repeat_acknowledge <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_385 & writeMask)
+        bytes_whole_parts_sm7_enable <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_385 & writeMask)
+        bytes_whole_parts_sm7_repeat_request <= writeData[1];
+      if (write & writeAddress == 12'h83F & writeMask)
+        bytes_whole_parts_sm7_repeat_acknowledge <= writeData[1];
     end
   end // always @(posedge)
-  assign readData = _selected_T_72[11:4];
-  assign readableByEcat = _selected_T_72[3];
-  assign readableByPdi = _selected_T_72[2];
-  assign writableByEcat = _selected_T_72[1];
-  assign writableByPdi = _selected_T_72[0];
+  assign readData = _selected_T_349[12:5];
+  assign readableByEcat = _selected_T_349[3];
+  assign readableByPdi = _selected_T_349[2];
+  assign writableByEcat = _selected_T_349[1];
+  assign writableByPdi = _selected_T_349[0];
+  assign inRam = _selected_T_349[4];
+  assign value_sm7_repeat_request = bytes_whole_parts_sm7_repeat_request;
+  assign value_sm7_enable = bytes_whole_parts_sm7_enable;
+  assign value_sm6_repeat_request = bytes_whole_parts_sm6_repeat_request;
+  assign value_sm6_enable = bytes_whole_parts_sm6_enable;
+  assign value_sm5_repeat_request = bytes_whole_parts_sm5_repeat_request;
+  assign value_sm5_enable = bytes_whole_parts_sm5_enable;
+  assign value_sm4_repeat_request = bytes_whole_parts_sm4_repeat_request;
+  assign value_sm4_enable = bytes_whole_parts_sm4_enable;
+  assign value_sm3_repeat_request = bytes_whole_parts_sm3_repeat_request;
+  assign value_sm3_enable = bytes_whole_parts_sm3_enable;
+  assign value_sm2_repeat_request = bytes_whole_parts_sm2_repeat_request;
+  assign value_sm2_enable = bytes_whole_parts_sm2_enable;
+  assign value_sm1_repeat_request = bytes_whole_parts_sm1_repeat_request;
+  assign value_sm1_enable = bytes_whole_parts_sm1_enable;
+  assign value_sm0_repeat_request = bytes_whole_parts_sm0_repeat_request;
+  assign value_sm0_enable = bytes_whole_parts_sm0_enable;
+  assign value_eeprom_taken = bytes_whole_parts_eeprom_taken;
+  assign value_eeprom_force = bytes_whole_parts_eeprom_force;
+  assign value_eeprom_offered = bytes_whole_parts_eeprom_offered;
+  assign value_watchdog_time_process_data = bytes_whole_42;
+  assign value_watchdog_time_pdi = bytes_whole_41;
+  assign value_watchdog_divider = bytes_whole_40;
+  assign value_sm_mask = bytes_whole_parts_sm_mask;
+  assign value_watchdog_mask = bytes_whole_parts_watchdog_mask;
+  assign value_eeprom_mask = bytes_whole_parts_eeprom_mask;
+  assign value_sm_activation_mask = bytes_whole_parts_sm_activation_mask;
+  assign value_al_control_mask = bytes_whole_parts_al_control_mask;
+  assign value_ecat_event_mask = bytes_whole_23;
+  assign value_esc_configuration = bytes_whole_parts_esc_configuration;
+  assign value_device_emulation = bytes_whole_parts_device_emulation;
+  assign value_al_status = bytes_whole_parts_al_status;
+  assign value_al_control = bytes_whole_parts_al_control;
   assign value_alias_enable = bytes_whole_parts_alias_enable;
   assign value_rx_fifo_size = bytes_whole_parts_rx_fifo_size;
   assign value_loop_port3 = bytes_whole_parts_loop_port3;
@@ -431,7 +974,6 @@ module WriteLog(
   input         frameStart,
   input         write_valid,
   input  [11:0] write_bits_address,
-  input         write_bits_mask,
   input  [7:0]  write_bits_data,
   input         commit,
   output        full,
@@ -439,6 +981,7 @@ module WriteLog(
   output [11:0] replay_bits_address,
   output        replay_bits_mask,
   output [7:0]  replay_bits_data,
+  output        busy,
   output        replayStarts
 );
 
@@ -449,6 +992,7 @@ module WriteLog(
   reg  [8:0]  entries;
   reg  [8:0]  next;
   reg  [8:0]  end_0;
+  wire        reading = next != end_0;
   reg         replay_valid_REG;
   always @(posedge clock) begin
     if (reset) begin
@@ -468,11 +1012,11 @@ module WriteLog(
       end
       else if (~(next == end_0))
         next <= next + 9'h1;
-      replay_valid_REG <= next != end_0 & ~commit;
+      replay_valid_REG <= reading & ~commit;
     end
   end // always @(posedge)
   assign _ram_writeAddress = entries[7:0];
-  assign _ram_writeData = {write_bits_address, write_bits_mask, write_bits_data};
+  assign _ram_writeData = {write_bits_address, 1'h1, write_bits_data};
   assign _ram_readAddress = next[7:0];
   DualPortRam #(
     .ADDRESS_BITS(8),
@@ -491,6 +1035,7 @@ module WriteLog(
   assign replay_bits_address = _ram_readData[20:9];
   assign replay_bits_mask = _ram_readData[8];
   assign replay_bits_data = _ram_readData[7:0];
+  assign busy = reading;
   assign replayStarts = commit;
 endmodule
 
@@ -506,7 +1051,6 @@ module EscMemory(
   output        ecat_logFull,
   input         ecat_write,
   input  [15:0] ecat_writeAddress,
-  input         ecat_writeMask,
   input  [7:0]  ecat_writeData,
   input         ecat_commit,
   input         host_req,
@@ -517,6 +1061,38 @@ module EscMemory(
   output        host_ack,
   output [7:0]  host_rdata,
   input         ramOpen,
+  output        value_sm7_repeat_request,
+  output        value_sm7_enable,
+  output        value_sm6_repeat_request,
+  output        value_sm6_enable,
+  output        value_sm5_repeat_request,
+  output        value_sm5_enable,
+  output        value_sm4_repeat_request,
+  output        value_sm4_enable,
+  output        value_sm3_repeat_request,
+  output        value_sm3_enable,
+  output        value_sm2_repeat_request,
+  output        value_sm2_enable,
+  output        value_sm1_repeat_request,
+  output        value_sm1_enable,
+  output        value_sm0_repeat_request,
+  output        value_sm0_enable,
+  output        value_eeprom_taken,
+  output        value_eeprom_force,
+  output        value_eeprom_offered,
+  output [15:0] value_watchdog_time_process_data,
+  output [15:0] value_watchdog_time_pdi,
+  output [15:0] value_watchdog_divider,
+  output [7:0]  value_sm_mask,
+  output        value_watchdog_mask,
+  output        value_eeprom_mask,
+  output        value_sm_activation_mask,
+  output        value_al_control_mask,
+  output [15:0] value_ecat_event_mask,
+  output [6:0]  value_esc_configuration,
+  output        value_device_emulation,
+  output [6:0]  value_al_status,
+  output [6:0]  value_al_control,
   output        value_alias_enable,
   output [2:0]  value_rx_fifo_size,
   output [1:0]  value_loop_port3,
@@ -527,6 +1103,22 @@ module EscMemory(
   output        value_destroy_non_ethercat,
   output [15:0] value_station_alias,
   output [15:0] value_station_address,
+  input         guard_sm7_disabled,
+  input         guard_sm6_disabled,
+  input         guard_sm5_disabled,
+  input         guard_sm4_disabled,
+  input         guard_sm3_disabled,
+  input         guard_sm2_disabled,
+  input         guard_sm1_disabled,
+  input         guard_sm0_disabled,
+  input         guard_sii_pdi_may_write,
+  input         guard_sii_ecat_may_write,
+  input         guard_sii_pdi_may_take,
+  input         guard_al_status_by_pdi,
+  input         guard_al_control_free,
+  input         set_eeprom_taken_valid,
+  input         set_al_status_valid,
+  input  [6:0]  set_al_status_bits,
   input         set_loop_port3_valid,
   input  [1:0]  set_loop_port3_bits,
   input         set_loop_port2_valid,
@@ -536,6 +1128,67 @@ module EscMemory(
   input         set_loop_port0_valid,
   input  [1:0]  set_loop_port0_bits,
   input         set_temporary_use_valid,
+  input         status_sm7_deactivated,
+  input  [1:0]  status_sm7_last_buffer,
+  input         status_sm7_mailbox_full,
+  input         status_sm7_read_event,
+  input         status_sm7_write_event,
+  input         status_sm6_deactivated,
+  input  [1:0]  status_sm6_last_buffer,
+  input         status_sm6_mailbox_full,
+  input         status_sm6_read_event,
+  input         status_sm6_write_event,
+  input         status_sm5_deactivated,
+  input  [1:0]  status_sm5_last_buffer,
+  input         status_sm5_mailbox_full,
+  input         status_sm5_read_event,
+  input         status_sm5_write_event,
+  input         status_sm4_deactivated,
+  input  [1:0]  status_sm4_last_buffer,
+  input         status_sm4_mailbox_full,
+  input         status_sm4_read_event,
+  input         status_sm4_write_event,
+  input         status_sm3_deactivated,
+  input  [1:0]  status_sm3_last_buffer,
+  input         status_sm3_mailbox_full,
+  input         status_sm3_read_event,
+  input         status_sm3_write_event,
+  input         status_sm2_deactivated,
+  input  [1:0]  status_sm2_last_buffer,
+  input         status_sm2_mailbox_full,
+  input         status_sm2_read_event,
+  input         status_sm2_write_event,
+  input         status_sm1_deactivated,
+  input  [1:0]  status_sm1_last_buffer,
+  input         status_sm1_mailbox_full,
+  input         status_sm1_read_event,
+  input         status_sm1_write_event,
+  input         status_sm0_deactivated,
+  input  [1:0]  status_sm0_last_buffer,
+  input         status_sm0_mailbox_full,
+  input         status_sm0_read_event,
+  input         status_sm0_write_event,
+  input         status_eeprom_busy,
+  input         status_eeprom_write_error,
+  input         status_eeprom_command_error,
+  input         status_eeprom_not_loaded,
+  input         status_eeprom_checksum_error,
+  input  [2:0]  status_eeprom_command,
+  input         status_eeprom_two_address_bytes,
+  input         status_eeprom_write_enable,
+  input         status_watchdog_pdi,
+  input         status_watchdog_process_data,
+  input  [7:0]  status_sm_al_event,
+  input         status_watchdog_event,
+  input         status_sm_activation_event,
+  input         status_al_control_event,
+  input  [7:0]  status_sm_ecat_event,
+  input         status_al_status_event,
+  input         status_dl_status_event,
+  input         status_err_led_enable,
+  input  [3:0]  status_err_led_code,
+  input         status_run_led_enable,
+  input  [3:0]  status_run_led_code,
   input         status_communication_port3,
   input         status_loop_closed_port3,
   input         status_communication_port2,
@@ -548,7 +1201,10 @@ module EscMemory(
   input         status_physical_link_port2,
   input         status_physical_link_port1,
   input         status_physical_link_port0,
+  input         status_pdi_watchdog,
   input         status_pdi_operational,
+  input         event_watchdog_count_pdi,
+  input         event_watchdog_count_process_data,
   input         event_lost_link_port3,
   input         event_lost_link_port2,
   input         event_lost_link_port1,
@@ -569,158 +1225,394 @@ module EscMemory(
   output        registerWrite_valid,
   output [11:0] registerWrite_bits_address,
   output        registerWrite_bits_mask,
+  output [7:0]  registerWrite_bits_data,
+  output        registerWriteByHost,
+  output        unitWrite_ready,
+  input         unitWrite_valid,
+  input  [11:0] unitWrite_bits_address,
+  input  [7:0]  unitWrite_bits_data,
+  output        unitRead_ready,
+  input         unitRead_valid,
+  input  [11:0] unitRead_bits,
+  output        unitData_valid,
+  output [7:0]  unitData_bits,
+  output        registersBusy,
+  output        clearing,
   output        commitStarts
 );
 
+  reg         registerWrite_valid_REG;
+  wire        unitWrite_ready_0;
   wire        _log_write_valid;
   wire [11:0] _log_write_bits_address;
   wire        _log_replay_valid;
   wire [11:0] _log_replay_bits_address;
   wire        _log_replay_bits_mask;
   wire [7:0]  _log_replay_bits_data;
+  wire        _log_busy;
   wire        _ram_0_write;
   wire [13:0] _ram_0_writeAddress;
   wire [7:0]  _ram_0_writeData;
   wire [13:0] _ram_0_readAddress;
   wire [7:0]  _ram_0_readData;
   wire [11:0] _file_readAddress;
+  wire        _file_write;
   wire [7:0]  _file_readData;
   wire        _file_readableByEcat;
   wire        _file_readableByPdi;
   wire        _file_writableByEcat;
   wire        _file_writableByPdi;
-  wire [15:0] readAddress = ecat_read ? ecat_readAddress[15:0] : host_addr;
+  wire        _file_inRam;
+  wire        unitReads = unitRead_valid & ~ecat_read & ~host_req;
+  wire [15:0] readAddress = ecat_read ? ecat_readAddress[15:0] : unitReads ? {4'h0, unitRead_bits} : host_addr;
   wire        readTarget_user = readAddress[15:7] == 9'h1F;
   reg         registerHit;
   reg         ramHit;
   reg  [7:0]  registerData;
-  wire [7:0]  _host_rdata_T = {8{registerHit}};
+  reg         fromRam_register;
+  wire [7:0]  fromRam = {8{ramHit | registerHit & fromRam_register}};
+  wire [7:0]  readData = fromRam & _ram_0_readData | ~fromRam & {8{registerHit}} & registerData;
   reg         ecat_readable_register;
   reg         ecat_writable_register;
   reg         forHost_register;
+  reg         unitData_valid_REG;
   wire        ecatTarget_user = ecat_writeAddress[15:7] == 9'h1F;
   wire        hostTarget_user = host_addr[15:7] == 9'h1F;
-  wire        hostTarget_register = host_addr[15:12] == 4'h0 & ~hostTarget_user;
+  wire        hostTarget_register = ~(|(host_addr[15:12])) & ~hostTarget_user;
   wire        ecatToRam =
     ecat_write & (ecatTarget_user | (|(ecat_writeAddress[15:12])) & {1'h0, ecat_writeAddress} < 17'h3000 & ramOpen);
   reg         lookedUp;
   reg         hostMay;
-  wire        hostWrite = lookedUp & (hostTarget_register ? ~_log_replay_valid : ~ecatToRam);
+  reg  [9:0]  hostWrite_unitWrites_isClear_cleared;
+  wire        hostWrite_unitWrites = unitWrite_ready_0 & unitWrite_valid | ~(hostWrite_unitWrites_isClear_cleared[9]);
+  reg         hostWrite_registerToRam_ramWrite_valid;
+  reg  [13:0] hostWrite_registerToRam_ramWrite_bits_index;
+  reg         hostWrite_registerToRam_ramWrite_bits_mask;
+  reg  [7:0]  hostWrite_registerToRam_ramWrite_bits_data;
+  wire        hostWrite_registerToRam = hostWrite_registerToRam_ramWrite_valid & ~ecatToRam;
+  wire        hostWrite =
+    lookedUp
+    & (hostTarget_register ? ~_log_replay_valid & ~hostWrite_unitWrites : ~ecatToRam & ~hostWrite_registerToRam);
   reg         hostMask;
   reg         lookUpArrived;
-  reg         registerWrite_valid_REG;
+  assign unitWrite_ready_0 =
+    hostWrite_unitWrites_isClear_cleared[9] & ~_log_replay_valid & ~registerWrite_valid_REG
+    & ~hostWrite_registerToRam_ramWrite_valid;
   reg  [11:0] registerWrite_bits_REG_address;
   reg         registerWrite_bits_REG_mask;
   reg  [7:0]  registerWrite_bits_REG_data;
+  reg         registerWriteByHost_REG;
+  reg         file_write_REG;
   reg         host_ack_REG;
   wire        hostLookUp = host_req & host_write & ~lookedUp & ~ecat_read & ~host_ack_REG;
+  wire        _GEN =
+    registerWrite_valid_REG
+    & (registerWrite_bits_REG_address[11:8] == 4'h6 | registerWrite_bits_REG_address[11:7] == 5'h10
+       | ~(hostWrite_unitWrites_isClear_cleared[9]) | registerWrite_bits_REG_address == 12'h134
+       | registerWrite_bits_REG_address == 12'h135 | registerWrite_bits_REG_address == 12'h140
+       | registerWrite_bits_REG_address == 12'h142 | registerWrite_bits_REG_address == 12'h143
+       | registerWrite_bits_REG_address == 12'h144 | registerWrite_bits_REG_address == 12'h150
+       | registerWrite_bits_REG_address == 12'h151 | registerWrite_bits_REG_address == 12'h152
+       | registerWrite_bits_REG_address == 12'h153 | registerWrite_bits_REG_address == 12'h504
+       | registerWrite_bits_REG_address == 12'h505 | registerWrite_bits_REG_address == 12'h506
+       | registerWrite_bits_REG_address == 12'h507 | registerWrite_bits_REG_address == 12'h508
+       | registerWrite_bits_REG_address == 12'h509 | registerWrite_bits_REG_address == 12'h50A
+       | registerWrite_bits_REG_address == 12'h50B | registerWrite_bits_REG_address == 12'h50C
+       | registerWrite_bits_REG_address == 12'h50D | registerWrite_bits_REG_address == 12'h50E
+       | registerWrite_bits_REG_address == 12'h50F);
   wire        _readTarget_T_1 = ecat_read & ecat_readAddress[16];
   always @(posedge clock) begin
-    registerHit <= ~_readTarget_T_1 & readAddress[15:12] == 4'h0 & ~readTarget_user;
+    registerHit <= ~_readTarget_T_1 & ~(|(readAddress[15:12])) & ~readTarget_user;
     ramHit <= ~_readTarget_T_1 & (readTarget_user | (|(readAddress[15:12])) & {1'h0, readAddress} < 17'h3000 & ramOpen);
     registerData <= _file_readData;
+    fromRam_register <= _file_inRam;
     ecat_readable_register <= _file_readableByEcat;
     ecat_writable_register <= _file_writableByEcat;
     forHost_register <= _file_readableByPdi;
     hostMay <= _file_writableByPdi;
-    registerWrite_bits_REG_address <= _log_replay_valid ? _log_replay_bits_address : host_addr[11:0];
+    registerWrite_bits_REG_address <=
+      hostWrite_unitWrites
+        ? (hostWrite_unitWrites_isClear_cleared[9]
+             ? unitWrite_bits_address
+             : hostWrite_unitWrites_isClear_cleared[8]
+                 ? {hostWrite_unitWrites_isClear_cleared[7] ? 5'hA : 5'h10, hostWrite_unitWrites_isClear_cleared[6:0]}
+                 : {4'h6, hostWrite_unitWrites_isClear_cleared[7:0]})
+        : _log_replay_valid ? _log_replay_bits_address : host_addr[11:0];
     registerWrite_bits_REG_mask <=
-      _log_replay_valid ? _log_replay_bits_mask : host_be & (lookUpArrived ? hostMay : hostMask);
-    registerWrite_bits_REG_data <= _log_replay_valid ? _log_replay_bits_data : host_wdata;
+      hostWrite_unitWrites
+      | (_log_replay_valid ? _log_replay_bits_mask : host_be & (lookUpArrived ? hostMay : hostMask));
+    registerWrite_bits_REG_data <=
+      hostWrite_unitWrites
+        ? (hostWrite_unitWrites_isClear_cleared[9] ? unitWrite_bits_data : 8'h0)
+        : _log_replay_valid ? _log_replay_bits_data : host_wdata;
+    registerWriteByHost_REG <= ~_log_replay_valid & ~hostWrite_unitWrites;
     if (reset) begin
+      unitData_valid_REG <= 1'h0;
       lookedUp <= 1'h0;
+      hostWrite_unitWrites_isClear_cleared <= 10'h0;
+      hostWrite_registerToRam_ramWrite_valid <= 1'h0;
+      hostWrite_registerToRam_ramWrite_bits_index <= 14'h0;
+      hostWrite_registerToRam_ramWrite_bits_mask <= 1'h0;
+      hostWrite_registerToRam_ramWrite_bits_data <= 8'h0;
       hostMask <= 1'h0;
       lookUpArrived <= 1'h0;
       registerWrite_valid_REG <= 1'h0;
+      file_write_REG <= 1'h0;
       host_ack_REG <= 1'h0;
     end
     else begin
+      unitData_valid_REG <= unitReads;
       lookedUp <= ~hostWrite & (hostLookUp | lookedUp);
+      if (hostWrite_unitWrites_isClear_cleared[9]) begin
+      end
+      else
+        hostWrite_unitWrites_isClear_cleared <= hostWrite_unitWrites_isClear_cleared + 10'h1;
+      hostWrite_registerToRam_ramWrite_valid <=
+        _GEN | ~hostWrite_registerToRam & hostWrite_registerToRam_ramWrite_valid;
+      if (_GEN) begin
+        hostWrite_registerToRam_ramWrite_bits_index <=
+          {5'h11,
+           registerWrite_bits_REG_address[11:8] == 4'h6
+             ? {1'h0, registerWrite_bits_REG_address[7:0]}
+             : {1'h1, registerWrite_bits_REG_address[11:7] != 5'h10, registerWrite_bits_REG_address[6:0]}};
+        hostWrite_registerToRam_ramWrite_bits_mask <= registerWrite_bits_REG_mask;
+        hostWrite_registerToRam_ramWrite_bits_data <=
+          registerWrite_bits_REG_data
+          & (registerWrite_bits_REG_address[11:8] == 4'h6 & registerWrite_bits_REG_address[3:0] == 4'hC
+               ? 8'h1
+               : registerWrite_bits_REG_address[11:8] == 4'h6 & registerWrite_bits_REG_address[3:0] == 4'hB
+                   ? 8'h3
+                   : registerWrite_bits_REG_address[11:8] == 4'h6 & registerWrite_bits_REG_address[3:0] == 4'hA
+                     | registerWrite_bits_REG_address[11:8] == 4'h6 & registerWrite_bits_REG_address[3:0] == 4'h7
+                     | registerWrite_bits_REG_address[11:8] == 4'h6 & registerWrite_bits_REG_address[3:0] == 4'h6
+                       ? 8'h7
+                       : 8'hFF);
+      end
       if (lookUpArrived)
         hostMask <= hostMay;
       lookUpArrived <= hostLookUp;
-      registerWrite_valid_REG <= _log_replay_valid | hostWrite & hostTarget_register;
+      registerWrite_valid_REG <= _log_replay_valid | hostWrite_unitWrites | hostWrite & hostTarget_register;
+      file_write_REG <= hostWrite_unitWrites_isClear_cleared[9];
       host_ack_REG <= host_req & ~host_write & ~ecat_read & ~host_ack_REG | hostWrite;
     end
   end // always @(posedge)
   assign _file_readAddress = readAddress[11:0];
+  assign _file_write = registerWrite_valid_REG & hostWrite_unitWrites_isClear_cleared[9] & file_write_REG;
   RegisterFile file (
-    .clock                       (clock),
-    .reset                       (reset),
-    .readAddress                 (_file_readAddress),
-    .readData                    (_file_readData),
-    .readableByEcat              (_file_readableByEcat),
-    .readableByPdi               (_file_readableByPdi),
-    .writableByEcat              (_file_writableByEcat),
-    .writableByPdi               (_file_writableByPdi),
-    .write                       (registerWrite_valid_REG),
-    .writeAddress                (registerWrite_bits_REG_address),
-    .writeMask                   (registerWrite_bits_REG_mask),
-    .writeData                   (registerWrite_bits_REG_data),
-    .value_alias_enable          (value_alias_enable),
-    .value_rx_fifo_size          (value_rx_fifo_size),
-    .value_loop_port3            (value_loop_port3),
-    .value_loop_port2            (value_loop_port2),
-    .value_loop_port1            (value_loop_port1),
-    .value_loop_port0            (value_loop_port0),
-    .value_temporary_use         (value_temporary_use),
-    .value_destroy_non_ethercat  (value_destroy_non_ethercat),
-    .value_station_alias         (value_station_alias),
-    .value_station_address       (value_station_address),
-    .set_loop_port3_valid        (set_loop_port3_valid),
-    .set_loop_port3_bits         (set_loop_port3_bits),
-    .set_loop_port2_valid        (set_loop_port2_valid),
-    .set_loop_port2_bits         (set_loop_port2_bits),
-    .set_loop_port1_valid        (set_loop_port1_valid),
-    .set_loop_port1_bits         (set_loop_port1_bits),
-    .set_loop_port0_valid        (set_loop_port0_valid),
-    .set_loop_port0_bits         (set_loop_port0_bits),
-    .set_temporary_use_valid     (set_temporary_use_valid),
-    .status_communication_port3  (status_communication_port3),
-    .status_loop_closed_port3    (status_loop_closed_port3),
-    .status_communication_port2  (status_communication_port2),
-    .status_loop_closed_port2    (status_loop_closed_port2),
-    .status_communication_port1  (status_communication_port1),
-    .status_loop_closed_port1    (status_loop_closed_port1),
-    .status_communication_port0  (status_communication_port0),
-    .status_loop_closed_port0    (status_loop_closed_port0),
-    .status_physical_link_port3  (status_physical_link_port3),
-    .status_physical_link_port2  (status_physical_link_port2),
-    .status_physical_link_port1  (status_physical_link_port1),
-    .status_physical_link_port0  (status_physical_link_port0),
-    .status_pdi_operational      (status_pdi_operational),
-    .event_lost_link_port3       (event_lost_link_port3),
-    .event_lost_link_port2       (event_lost_link_port2),
-    .event_lost_link_port1       (event_lost_link_port1),
-    .event_lost_link_port0       (event_lost_link_port0),
-    .event_epu_error             (event_epu_error),
-    .event_forwarded_error_port3 (event_forwarded_error_port3),
-    .event_forwarded_error_port2 (event_forwarded_error_port2),
-    .event_forwarded_error_port1 (event_forwarded_error_port1),
-    .event_forwarded_error_port0 (event_forwarded_error_port0),
-    .event_rx_er_port3           (event_rx_er_port3),
-    .event_invalid_frame_port3   (event_invalid_frame_port3),
-    .event_rx_er_port2           (event_rx_er_port2),
-    .event_invalid_frame_port2   (event_invalid_frame_port2),
-    .event_rx_er_port1           (event_rx_er_port1),
-    .event_invalid_frame_port1   (event_invalid_frame_port1),
-    .event_rx_er_port0           (event_rx_er_port0),
-    .event_invalid_frame_port0   (event_invalid_frame_port0)
+    .clock                             (clock),
+    .reset                             (reset),
+    .readAddress                       (_file_readAddress),
+    .readData                          (_file_readData),
+    .readableByEcat                    (_file_readableByEcat),
+    .readableByPdi                     (_file_readableByPdi),
+    .writableByEcat                    (_file_writableByEcat),
+    .writableByPdi                     (_file_writableByPdi),
+    .inRam                             (_file_inRam),
+    .guard_sm7_disabled                (guard_sm7_disabled),
+    .guard_sm6_disabled                (guard_sm6_disabled),
+    .guard_sm5_disabled                (guard_sm5_disabled),
+    .guard_sm4_disabled                (guard_sm4_disabled),
+    .guard_sm3_disabled                (guard_sm3_disabled),
+    .guard_sm2_disabled                (guard_sm2_disabled),
+    .guard_sm1_disabled                (guard_sm1_disabled),
+    .guard_sm0_disabled                (guard_sm0_disabled),
+    .guard_sii_pdi_may_write           (guard_sii_pdi_may_write),
+    .guard_sii_ecat_may_write          (guard_sii_ecat_may_write),
+    .guard_sii_pdi_may_take            (guard_sii_pdi_may_take),
+    .guard_al_status_by_pdi            (guard_al_status_by_pdi),
+    .guard_al_control_free             (guard_al_control_free),
+    .write                             (_file_write),
+    .writeAddress                      (registerWrite_bits_REG_address),
+    .writeMask                         (registerWrite_bits_REG_mask),
+    .writeData                         (registerWrite_bits_REG_data),
+    .value_sm7_repeat_request          (value_sm7_repeat_request),
+    .value_sm7_enable                  (value_sm7_enable),
+    .value_sm6_repeat_request          (value_sm6_repeat_request),
+    .value_sm6_enable                  (value_sm6_enable),
+    .value_sm5_repeat_request          (value_sm5_repeat_request),
+    .value_sm5_enable                  (value_sm5_enable),
+    .value_sm4_repeat_request          (value_sm4_repeat_request),
+    .value_sm4_enable                  (value_sm4_enable),
+    .value_sm3_repeat_request          (value_sm3_repeat_request),
+    .value_sm3_enable                  (value_sm3_enable),
+    .value_sm2_repeat_request          (value_sm2_repeat_request),
+    .value_sm2_enable                  (value_sm2_enable),
+    .value_sm1_repeat_request          (value_sm1_repeat_request),
+    .value_sm1_enable                  (value_sm1_enable),
+    .value_sm0_repeat_request          (value_sm0_repeat_request),
+    .value_sm0_enable                  (value_sm0_enable),
+    .value_eeprom_taken                (value_eeprom_taken),
+    .value_eeprom_force                (value_eeprom_force),
+    .value_eeprom_offered              (value_eeprom_offered),
+    .value_watchdog_time_process_data  (value_watchdog_time_process_data),
+    .value_watchdog_time_pdi           (value_watchdog_time_pdi),
+    .value_watchdog_divider            (value_watchdog_divider),
+    .value_sm_mask                     (value_sm_mask),
+    .value_watchdog_mask               (value_watchdog_mask),
+    .value_eeprom_mask                 (value_eeprom_mask),
+    .value_sm_activation_mask          (value_sm_activation_mask),
+    .value_al_control_mask             (value_al_control_mask),
+    .value_ecat_event_mask             (value_ecat_event_mask),
+    .value_esc_configuration           (value_esc_configuration),
+    .value_device_emulation            (value_device_emulation),
+    .value_al_status                   (value_al_status),
+    .value_al_control                  (value_al_control),
+    .value_alias_enable                (value_alias_enable),
+    .value_rx_fifo_size                (value_rx_fifo_size),
+    .value_loop_port3                  (value_loop_port3),
+    .value_loop_port2                  (value_loop_port2),
+    .value_loop_port1                  (value_loop_port1),
+    .value_loop_port0                  (value_loop_port0),
+    .value_temporary_use               (value_temporary_use),
+    .value_destroy_non_ethercat        (value_destroy_non_ethercat),
+    .value_station_alias               (value_station_alias),
+    .value_station_address             (value_station_address),
+    .set_eeprom_taken_valid            (set_eeprom_taken_valid),
+    .set_al_status_valid               (set_al_status_valid),
+    .set_al_status_bits                (set_al_status_bits),
+    .set_loop_port3_valid              (set_loop_port3_valid),
+    .set_loop_port3_bits               (set_loop_port3_bits),
+    .set_loop_port2_valid              (set_loop_port2_valid),
+    .set_loop_port2_bits               (set_loop_port2_bits),
+    .set_loop_port1_valid              (set_loop_port1_valid),
+    .set_loop_port1_bits               (set_loop_port1_bits),
+    .set_loop_port0_valid              (set_loop_port0_valid),
+    .set_loop_port0_bits               (set_loop_port0_bits),
+    .set_temporary_use_valid           (set_temporary_use_valid),
+    .status_sm7_deactivated            (status_sm7_deactivated),
+    .status_sm7_last_buffer            (status_sm7_last_buffer),
+    .status_sm7_mailbox_full           (status_sm7_mailbox_full),
+    .status_sm7_read_event             (status_sm7_read_event),
+    .status_sm7_write_event            (status_sm7_write_event),
+    .status_sm6_deactivated            (status_sm6_deactivated),
+    .status_sm6_last_buffer            (status_sm6_last_buffer),
+    .status_sm6_mailbox_full           (status_sm6_mailbox_full),
+    .status_sm6_read_event             (status_sm6_read_event),
+    .status_sm6_write_event            (status_sm6_write_event),
+    .status_sm5_deactivated            (status_sm5_deactivated),
+    .status_sm5_last_buffer            (status_sm5_last_buffer),
+    .status_sm5_mailbox_full           (status_sm5_mailbox_full),
+    .status_sm5_read_event             (status_sm5_read_event),
+    .status_sm5_write_event            (status_sm5_write_event),
+    .status_sm4_deactivated            (status_sm4_deactivated),
+    .status_sm4_last_buffer            (status_sm4_last_buffer),
+    .status_sm4_mailbox_full           (status_sm4_mailbox_full),
+    .status_sm4_read_event             (status_sm4_read_event),
+    .status_sm4_write_event            (status_sm4_write_event),
+    .status_sm3_deactivated            (status_sm3_deactivated),
+    .status_sm3_last_buffer            (status_sm3_last_buffer),
+    .status_sm3_mailbox_full           (status_sm3_mailbox_full),
+    .status_sm3_read_event             (status_sm3_read_event),
+    .status_sm3_write_event            (status_sm3_write_event),
+    .status_sm2_deactivated            (status_sm2_deactivated),
+    .status_sm2_last_buffer            (status_sm2_last_buffer),
+    .status_sm2_mailbox_full           (status_sm2_mailbox_full),
+    .status_sm2_read_event             (status_sm2_read_event),
+    .status_sm2_write_event            (status_sm2_write_event),
+    .status_sm1_deactivated            (status_sm1_deactivated),
+    .status_sm1_last_buffer            (status_sm1_last_buffer),
+    .status_sm1_mailbox_full           (status_sm1_mailbox_full),
+    .status_sm1_read_event             (status_sm1_read_event),
+    .status_sm1_write_event            (status_sm1_write_event),
+    .status_sm0_deactivated            (status_sm0_deactivated),
+    .status_sm0_last_buffer            (status_sm0_last_buffer),
+    .status_sm0_mailbox_full           (status_sm0_mailbox_full),
+    .status_sm0_read_event             (status_sm0_read_event),
+    .status_sm0_write_event            (status_sm0_write_event),
+    .status_eeprom_busy                (status_eeprom_busy),
+    .status_eeprom_write_error         (status_eeprom_write_error),
+    .status_eeprom_command_error       (status_eeprom_command_error),
+    .status_eeprom_not_loaded          (status_eeprom_not_loaded),
+    .status_eeprom_checksum_error      (status_eeprom_checksum_error),
+    .status_eeprom_command             (status_eeprom_command),
+    .status_eeprom_two_address_bytes   (status_eeprom_two_address_bytes),
+    .status_eeprom_write_enable        (status_eeprom_write_enable),
+    .status_watchdog_pdi               (status_watchdog_pdi),
+    .status_watchdog_process_data      (status_watchdog_process_data),
+    .status_sm_al_event                (status_sm_al_event),
+    .status_watchdog_event             (status_watchdog_event),
+    .status_sm_activation_event        (status_sm_activation_event),
+    .status_al_control_event           (status_al_control_event),
+    .status_sm_ecat_event              (status_sm_ecat_event),
+    .status_al_status_event            (status_al_status_event),
+    .status_dl_status_event            (status_dl_status_event),
+    .status_err_led_enable             (status_err_led_enable),
+    .status_err_led_code               (status_err_led_code),
+    .status_run_led_enable             (status_run_led_enable),
+    .status_run_led_code               (status_run_led_code),
+    .status_communication_port3        (status_communication_port3),
+    .status_loop_closed_port3          (status_loop_closed_port3),
+    .status_communication_port2        (status_communication_port2),
+    .status_loop_closed_port2          (status_loop_closed_port2),
+    .status_communication_port1        (status_communication_port1),
+    .status_loop_closed_port1          (status_loop_closed_port1),
+    .status_communication_port0        (status_communication_port0),
+    .status_loop_closed_port0          (status_loop_closed_port0),
+    .status_physical_link_port3        (status_physical_link_port3),
+    .status_physical_link_port2        (status_physical_link_port2),
+    .status_physical_link_port1        (status_physical_link_port1),
+    .status_physical_link_port0        (status_physical_link_port0),
+    .status_pdi_watchdog               (status_pdi_watchdog),
+    .status_pdi_operational            (status_pdi_operational),
+    .event_watchdog_count_pdi          (event_watchdog_count_pdi),
+    .event_watchdog_count_process_data (event_watchdog_count_process_data),
+    .event_lost_link_port3             (event_lost_link_port3),
+    .event_lost_link_port2             (event_lost_link_port2),
+    .event_lost_link_port1             (event_lost_link_port1),
+    .event_lost_link_port0             (event_lost_link_port0),
+    .event_epu_error                   (event_epu_error),
+    .event_forwarded_error_port3       (event_forwarded_error_port3),
+    .event_forwarded_error_port2       (event_forwarded_error_port2),
+    .event_forwarded_error_port1       (event_forwarded_error_port1),
+    .event_forwarded_error_port0       (event_forwarded_error_port0),
+    .event_rx_er_port3                 (event_rx_er_port3),
+    .event_invalid_frame_port3         (event_invalid_frame_port3),
+    .event_rx_er_port2                 (event_rx_er_port2),
+    .event_invalid_frame_port2         (event_invalid_frame_port2),
+    .event_rx_er_port1                 (event_rx_er_port1),
+    .event_invalid_frame_port1         (event_invalid_frame_port1),
+    .event_rx_er_port0                 (event_rx_er_port0),
+    .event_invalid_frame_port0         (event_invalid_frame_port0)
   );
   assign _ram_0_write =
     ecatToRam
-      ? ecat_writeMask
-      : hostWrite & (hostTarget_user | (|(host_addr[15:12])) & {1'h0, host_addr} < 17'h3000 & ramOpen) & host_be;
+    | (hostWrite_registerToRam
+         ? hostWrite_registerToRam_ramWrite_bits_mask
+         : hostWrite & (hostTarget_user | (|(host_addr[15:12])) & {1'h0, host_addr} < 17'h3000 & ramOpen) & host_be);
   assign _ram_0_writeAddress =
     ecatToRam
-      ? (ecatTarget_user ? {7'h40, ecat_writeAddress[6:0]} : {ecat_writeAddress[13:12] - 2'h1, ecat_writeAddress[11:0]})
-      : hostTarget_user ? {7'h40, host_addr[6:0]} : {host_addr[13:12] - 2'h1, host_addr[11:0]};
-  assign _ram_0_writeData = ecatToRam ? ecat_writeData : host_wdata;
+      ? (ecatTarget_user
+           ? {7'h40, ecat_writeAddress[6:0]}
+           : (|(ecat_writeAddress[15:12]))
+               ? {ecat_writeAddress[13:12] - 2'h1, ecat_writeAddress[11:0]}
+               : {5'h11,
+                  ecat_writeAddress[11:8] == 4'h6
+                    ? {1'h0, ecat_writeAddress[7:0]}
+                    : {1'h1, ecat_writeAddress[11:7] != 5'h10, ecat_writeAddress[6:0]}})
+      : hostWrite_registerToRam
+          ? hostWrite_registerToRam_ramWrite_bits_index
+          : hostTarget_user
+              ? {7'h40, host_addr[6:0]}
+              : (|(host_addr[15:12]))
+                  ? {host_addr[13:12] - 2'h1, host_addr[11:0]}
+                  : {5'h11,
+                     host_addr[11:8] == 4'h6
+                       ? {1'h0, host_addr[7:0]}
+                       : {1'h1, host_addr[11:7] != 5'h10, host_addr[6:0]}};
+  assign _ram_0_writeData =
+    ecatToRam ? ecat_writeData : hostWrite_registerToRam ? hostWrite_registerToRam_ramWrite_bits_data : host_wdata;
   assign _ram_0_readAddress =
-    readTarget_user ? {7'h40, readAddress[6:0]} : {readAddress[13:12] - 2'h1, readAddress[11:0]};
+    readTarget_user
+      ? {7'h40, readAddress[6:0]}
+      : (|(readAddress[15:12]))
+          ? {readAddress[13:12] - 2'h1, readAddress[11:0]}
+          : {5'h11,
+             readAddress[11:8] == 4'h6
+               ? {1'h0, readAddress[7:0]}
+               : {1'h1, readAddress[11:7] != 5'h10, readAddress[6:0]}};
   DualPortRam #(
     .ADDRESS_BITS(14),
-    .DEPTH(8320),
+    .DEPTH(9216),
     .WIDTH(8)
   ) ram_0 (
     .clock        (clock),
@@ -730,7 +1622,7 @@ module EscMemory(
     .readAddress  (_ram_0_readAddress),
     .readData     (_ram_0_readData)
   );
-  assign _log_write_valid = ecat_write & ecat_writeAddress[15:12] == 4'h0 & ~ecatTarget_user;
+  assign _log_write_valid = ecat_write & ~(|(ecat_writeAddress[15:12])) & ~ecatTarget_user;
   assign _log_write_bits_address = ecat_writeAddress[11:0];
   WriteLog log (
     .clock               (clock),
@@ -738,7 +1630,6 @@ module EscMemory(
     .frameStart          (ecat_frameStart),
     .write_valid         (_log_write_valid),
     .write_bits_address  (_log_write_bits_address),
-    .write_bits_mask     (ecat_writeMask),
     .write_bits_data     (ecat_writeData),
     .commit              (ecat_commit),
     .full                (ecat_logFull),
@@ -746,35 +1637,46 @@ module EscMemory(
     .replay_bits_address (_log_replay_bits_address),
     .replay_bits_mask    (_log_replay_bits_mask),
     .replay_bits_data    (_log_replay_bits_data),
+    .busy                (_log_busy),
     .replayStarts        (commitStarts)
   );
-  assign ecat_readData = ramHit ? _ram_0_readData : _host_rdata_T & registerData;
+  assign ecat_readData = readData;
   assign ecat_readable = ramHit | registerHit & ecat_readable_register;
   assign ecat_writable = ramHit | registerHit & ecat_writable_register;
   assign host_ack = host_ack_REG;
-  assign host_rdata = ramHit ? _ram_0_readData : _host_rdata_T & registerData & {8{forHost_register}};
+  assign host_rdata = readData & ({8{ramHit}} | {8{forHost_register}});
   assign registerWrite_valid = registerWrite_valid_REG;
   assign registerWrite_bits_address = registerWrite_bits_REG_address;
   assign registerWrite_bits_mask = registerWrite_bits_REG_mask;
+  assign registerWrite_bits_data = registerWrite_bits_REG_data;
+  assign registerWriteByHost = registerWriteByHost_REG;
+  assign unitWrite_ready = unitWrite_ready_0;
+  assign unitRead_ready = ~ecat_read & ~host_req;
+  assign unitData_valid = unitData_valid_REG;
+  assign unitData_bits = _ram_0_readData;
+  assign registersBusy =
+    _log_busy | _log_replay_valid | registerWrite_valid_REG | hostWrite_registerToRam_ramWrite_valid;
+  assign clearing = ~(hostWrite_unitWrites_isClear_cleared[9]);
 endmodule
 
 module FrameParser(
-  input        clock,
-  input        reset,
-  input        step,
-  input        in_valid,
-  input        in_payload,
-  input  [3:0] in_data,
-  input        in_last,
-  input        abandon,
-  output [3:0] position_part,
-  output [4:0] position_byte,
-  output       position_high,
-  output [5:0] position_frameBytes,
-  output [6:0] position_paddingBytes,
-  output [7:0] position_datagram,
-  output       position_notEtherCat,
-  output       position_checksumCleared
+  input         clock,
+  input         reset,
+  input         step,
+  input         in_valid,
+  input         in_payload,
+  input  [3:0]  in_data,
+  input         in_last,
+  input         abandon,
+  output [3:0]  position_part,
+  output [4:0]  position_byte,
+  output        position_high,
+  output [5:0]  position_frameBytes,
+  output [6:0]  position_paddingBytes,
+  output [10:0] position_dataLeft,
+  output [7:0]  position_datagram,
+  output        position_notEtherCat,
+  output        position_checksumCleared
 );
 
   reg  [3:0]  part;
@@ -911,6 +1813,7 @@ module FrameParser(
   assign position_high = high;
   assign position_frameBytes = frameBytes;
   assign position_paddingBytes = paddingBytes;
+  assign position_dataLeft = length[10:0];
   assign position_datagram = datagram;
   assign position_notEtherCat = high & alien;
   assign position_checksumCleared = cleared;
@@ -932,12 +1835,15 @@ module DatagramHeader(
   output        request_broadcast,
   output        request_readWrite,
   output        request_incrementsAdp,
+  output        request_logical,
+  output [31:0] request_logicalAddress,
   output [15:0] request_address
 );
 
   reg  [3:0]  code;
   reg         reserved;
   reg  [15:0] address;
+  reg  [15:0] adp;
   reg         zero;
   reg         stationMatch;
   reg         aliasMatch;
@@ -981,10 +1887,15 @@ module DatagramHeader(
   wire        _request_incrementsAdp_T_10 = code == 4'h9;
   wire        broadcast = _request_incrementsAdp_T_8 | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10;
   wire        others = _request_incrementsAdp_T_4 | code == 4'hE;
-  wire        _request_write_T_2 = hit | broadcast;
+  wire        _request_readWrite_T_6 = code == 4'hA;
+  wire        _request_readWrite_T_21 = code == 4'hB;
+  wire        _request_readWrite_T_22 = code == 4'hC;
+  wire        byFmmu = _request_readWrite_T_6 | _request_readWrite_T_21 | _request_readWrite_T_22;
+  wire        addressed =
+    _request_readWrite_T_6 | _request_readWrite_T_21 | _request_readWrite_T_22 ? byFmmu : hit | broadcast;
   wire        _request_readWrite_T_2 = code == 4'h4;
-  wire        _request_readWrite_T_14 = code == 4'h6;
-  wire        _request_readWrite_T_13 = code == 4'h5;
+  wire        _request_readWrite_T_18 = code == 4'h6;
+  wire        _request_readWrite_T_17 = code == 4'h5;
   wire        _GEN = step & in_valid & position_part == 4'h3;
   wire        _GEN_0 = position_byte == 5'h0;
   wire        _GEN_1 = position_byte == 5'h2 | position_byte == 5'h3;
@@ -999,6 +1910,10 @@ module DatagramHeader(
     end
     else
       address <= {in_data, address[15:4]};
+    if (~_GEN | _GEN_0 | ~_GEN_1) begin
+    end
+    else
+      adp <= {in_data, adp[15:4]};
     if (_GEN) begin
       zero <= _GEN_0 | ~(_GEN_1 & (|in_data)) & zero;
       stationMatch <= _GEN_0 | (~_GEN_1 | in_data == casez_tmp) & stationMatch;
@@ -1009,30 +1924,312 @@ module DatagramHeader(
     end
   end // always @(posedge)
   assign request_read =
-    ~reserved & _request_write_T_2
-    & (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_3 | _request_readWrite_T_2 | _request_readWrite_T_14
-       | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_10 | others);
+    ~reserved & addressed
+    & (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_3 | _request_readWrite_T_2 | _request_readWrite_T_18
+       | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_10 | _request_readWrite_T_6 | _request_readWrite_T_22
+       | others);
   assign request_write =
     ~reserved
     & (others
          ? ~hit
-         : _request_write_T_2
-           & (_request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_readWrite_T_13
-              | _request_readWrite_T_14 | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10));
+         : addressed
+           & (_request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_readWrite_T_17
+              | _request_readWrite_T_18 | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10
+              | _request_readWrite_T_21 | _request_readWrite_T_22));
   assign request_broadcast = broadcast;
   assign request_readWrite =
-    (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_3 | _request_readWrite_T_2 | _request_readWrite_T_14
-     | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_10)
-    & (_request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_readWrite_T_13 | _request_readWrite_T_14
-       | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10);
+    (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_3 | _request_readWrite_T_2 | _request_readWrite_T_18
+     | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_10 | _request_readWrite_T_6 | _request_readWrite_T_22)
+    & (_request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_readWrite_T_17 | _request_readWrite_T_18
+       | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10 | _request_readWrite_T_21 | _request_readWrite_T_22);
   assign request_incrementsAdp =
     ~reserved
     & (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_incrementsAdp_T_4
        | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10);
+  assign request_logical = byFmmu;
+  assign request_logicalAddress = {address, adp};
   assign request_address = address;
 endmodule
 
-module DataAccess(
+// external module DualPortRam
+
+module WideTable(
+  input         clock,
+  input         reset,
+  input         write,
+  input  [2:0]  writeIndex,
+  input  [3:0]  writeMask,
+  input  [31:0] writeData,
+  input  [2:0]  readIndex_0,
+  output [31:0] readData_0
+);
+
+  wire [2:0]  _rams_0_readAddress;
+  wire [31:0] _rams_0_readData;
+  reg         merging;
+  reg  [2:0]  index;
+  reg  [3:0]  mask;
+  reg  [31:0] data;
+  reg  [31:0] last;
+  reg         again;
+  wire [31:0] merged =
+    {mask[3] ? data[31:24] : again ? last[31:24] : _rams_0_readData[31:24],
+     mask[2] ? data[23:16] : again ? last[23:16] : _rams_0_readData[23:16],
+     mask[1] ? data[15:8] : again ? last[15:8] : _rams_0_readData[15:8],
+     mask[0] ? data[7:0] : again ? last[7:0] : _rams_0_readData[7:0]};
+  always @(posedge clock) begin
+    if (reset) begin
+      merging <= 1'h0;
+      again <= 1'h0;
+    end
+    else begin
+      merging <= write;
+      again <= merging & write & index == writeIndex;
+    end
+    index <= writeIndex;
+    mask <= writeMask;
+    data <= writeData;
+    last <= merged;
+  end // always @(posedge)
+  assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(32)
+  ) rams_0 (
+    .clock        (clock),
+    .write        (merging),
+    .writeAddress (index),
+    .writeData    (merged),
+    .readAddress  (_rams_0_readAddress),
+    .readData     (_rams_0_readData)
+  );
+  assign readData_0 = _rams_0_readData;
+endmodule
+
+module Fmmus(
+  input         clock,
+  input         reset,
+  input         write_valid,
+  input  [11:0] write_bits_address,
+  input         write_bits_mask,
+  input  [7:0]  write_bits_data,
+  input  [2:0]  index,
+  input  [31:0] logical,
+  output        read_hit,
+  output [16:0] read_address,
+  output        writes_hit,
+  output [16:0] writes_address
+);
+
+  wire        _results_table_0_2_write;
+  wire [2:0]  _results_table_0_2_writeIndex;
+  wire [3:0]  _results_table_0_2_writeMask;
+  wire [31:0] _results_table_0_2_writeData;
+  wire [31:0] _results_table_0_2_readData_0;
+  wire        _results_table_0_1_write;
+  wire [2:0]  _results_table_0_1_writeIndex;
+  wire [3:0]  _results_table_0_1_writeMask;
+  wire [31:0] _results_table_0_1_writeData;
+  wire [31:0] _results_table_0_1_readData_0;
+  wire        _results_table_0_0_write;
+  wire [2:0]  _results_table_0_0_writeIndex;
+  wire [3:0]  _results_table_0_0_writeMask;
+  wire [31:0] _results_table_0_0_writeData;
+  wire [31:0] _results_table_0_0_readData_0;
+  wire        hitsArea = write_valid & write_bits_address[11:8] == 4'h6 & write_bits_address[3:2] != 2'h3;
+  wire [7:0]  _GEN = {7'h0, write_bits_mask};
+  wire [7:0]  _GEN_0 = {6'h0, write_bits_address[1:0]};
+  wire [7:0]  _results_table_0_0_writeMask_T_2 = _GEN << _GEN_0;
+  wire [15:0] _results_table_0_2_writeData_T = {2{write_bits_data}};
+  wire [7:0]  _results_table_0_1_writeMask_T_2 = _GEN << _GEN_0;
+  wire [7:0]  _results_table_0_2_writeMask_T_2 = _GEN << _GEN_0;
+  reg         results_active_0_0;
+  reg         results_active_0_1;
+  reg         results_active_0_2;
+  reg         results_active_0_3;
+  reg         results_active_0_4;
+  reg         results_active_0_5;
+  reg         results_active_0_6;
+  reg         results_active_0_7;
+  reg  [2:0]  results_started;
+  reg  [32:0] results_distance;
+  reg  [7:0]  results_stage_typ;
+  reg  [15:0] results_stage_physicalStart;
+  reg  [15:0] results_stage_length;
+  reg         results_takes;
+  reg         casez_tmp;
+  always @(*) begin
+    casez (results_started)
+      3'b000:
+        casez_tmp = results_active_0_0;
+      3'b001:
+        casez_tmp = results_active_0_1;
+      3'b010:
+        casez_tmp = results_active_0_2;
+      3'b011:
+        casez_tmp = results_active_0_3;
+      3'b100:
+        casez_tmp = results_active_0_4;
+      3'b101:
+        casez_tmp = results_active_0_5;
+      3'b110:
+        casez_tmp = results_active_0_6;
+      default:
+        casez_tmp = results_active_0_7;
+    endcase
+  end // always @(*)
+  reg         results_begins;
+  reg         found_0_0_hit;
+  reg  [16:0] found_0_0_address;
+  reg         found_0_1_hit;
+  reg  [16:0] found_0_1_address;
+  wire        results_inside =
+    results_takes & ~(results_distance[32]) & results_distance[31:0] < {16'h0, results_stage_length};
+  wire [16:0] results_physical = {1'h0, results_stage_physicalStart} + {1'h0, results_distance[15:0]};
+  always @(posedge clock) begin
+    if (reset) begin
+      results_active_0_0 <= 1'h0;
+      results_active_0_1 <= 1'h0;
+      results_active_0_2 <= 1'h0;
+      results_active_0_3 <= 1'h0;
+      results_active_0_4 <= 1'h0;
+      results_active_0_5 <= 1'h0;
+      results_active_0_6 <= 1'h0;
+      results_active_0_7 <= 1'h0;
+    end
+    else begin
+      if (write_valid & write_bits_address == 12'h60C & write_bits_mask)
+        results_active_0_0 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h61C & write_bits_mask)
+        results_active_0_1 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h62C & write_bits_mask)
+        results_active_0_2 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h63C & write_bits_mask)
+        results_active_0_3 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h64C & write_bits_mask)
+        results_active_0_4 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h65C & write_bits_mask)
+        results_active_0_5 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h66C & write_bits_mask)
+        results_active_0_6 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h67C & write_bits_mask)
+        results_active_0_7 <= write_bits_data[0];
+    end
+    results_started <= index;
+    results_distance <= {1'h0, logical} - {1'h0, _results_table_0_0_readData_0};
+    results_stage_typ <= _results_table_0_2_readData_0[31:24];
+    results_stage_physicalStart <= _results_table_0_2_readData_0[15:0];
+    results_stage_length <= _results_table_0_1_readData_0[15:0];
+    results_takes <= casez_tmp;
+    results_begins <= results_started == 3'h0;
+    if (results_begins | ~found_0_0_hit) begin
+      found_0_0_hit <= results_inside & results_stage_typ[0];
+      found_0_0_address <= results_physical;
+    end
+    if (results_begins | ~found_0_1_hit) begin
+      found_0_1_hit <= results_inside & results_stage_typ[1];
+      found_0_1_address <= results_physical;
+    end
+  end // always @(posedge)
+  assign _results_table_0_0_write = hitsArea & write_bits_address[3:2] == 2'h0;
+  assign _results_table_0_0_writeIndex = write_bits_address[6:4];
+  assign _results_table_0_0_writeMask = _results_table_0_0_writeMask_T_2[3:0];
+  assign _results_table_0_0_writeData = {2{_results_table_0_2_writeData_T}};
+  WideTable results_table_0_0 (
+    .clock       (clock),
+    .reset       (reset),
+    .write       (_results_table_0_0_write),
+    .writeIndex  (_results_table_0_0_writeIndex),
+    .writeMask   (_results_table_0_0_writeMask),
+    .writeData   (_results_table_0_0_writeData),
+    .readIndex_0 (index),
+    .readData_0  (_results_table_0_0_readData_0)
+  );
+  assign _results_table_0_1_write = hitsArea & write_bits_address[3:2] == 2'h1;
+  assign _results_table_0_1_writeIndex = write_bits_address[6:4];
+  assign _results_table_0_1_writeMask = _results_table_0_1_writeMask_T_2[3:0];
+  assign _results_table_0_1_writeData = {2{_results_table_0_2_writeData_T}};
+  WideTable results_table_0_1 (
+    .clock       (clock),
+    .reset       (reset),
+    .write       (_results_table_0_1_write),
+    .writeIndex  (_results_table_0_1_writeIndex),
+    .writeMask   (_results_table_0_1_writeMask),
+    .writeData   (_results_table_0_1_writeData),
+    .readIndex_0 (index),
+    .readData_0  (_results_table_0_1_readData_0)
+  );
+  assign _results_table_0_2_write = hitsArea & write_bits_address[3:2] == 2'h2;
+  assign _results_table_0_2_writeIndex = write_bits_address[6:4];
+  assign _results_table_0_2_writeMask = _results_table_0_2_writeMask_T_2[3:0];
+  assign _results_table_0_2_writeData = {2{_results_table_0_2_writeData_T}};
+  WideTable results_table_0_2 (
+    .clock       (clock),
+    .reset       (reset),
+    .write       (_results_table_0_2_write),
+    .writeIndex  (_results_table_0_2_writeIndex),
+    .writeMask   (_results_table_0_2_writeMask),
+    .writeData   (_results_table_0_2_writeData),
+    .readIndex_0 (index),
+    .readData_0  (_results_table_0_2_readData_0)
+  );
+  assign read_hit = found_0_0_hit;
+  assign read_address = found_0_0_address;
+  assign writes_hit = found_0_1_hit;
+  assign writes_address = found_0_1_address;
+endmodule
+
+module AreaScan(
+  input         clock,
+  input  [2:0]  entry_index,
+  input  [15:0] entry_start,
+  input  [15:0] entry_length,
+  input         entry_takesPart,
+  input         entry_triple,
+  input         entry_begins,
+  input  [15:0] address,
+  output        result_hit,
+  output [2:0]  result_index,
+  output [15:0] result_length,
+  output        result_first,
+  output        result_last
+);
+
+  reg [2:0]  stage_index;
+  reg [15:0] stage_length;
+  reg        stage_takesPart;
+  reg        stage_begins;
+  reg [16:0] distance;
+  reg [17:0] limitStage;
+  reg        found_hit;
+  reg [2:0]  found_index;
+  reg [15:0] found_length;
+  reg        found_first;
+  reg        found_last;
+  always @(posedge clock) begin
+    stage_index <= entry_index;
+    stage_length <= entry_length;
+    stage_takesPart <= entry_takesPart;
+    stage_begins <= entry_begins;
+    distance <= {1'h0, address} - {1'h0, entry_start};
+    limitStage <= {2'h0, entry_length} + {1'h0, entry_triple ? {entry_length, 1'h0} : 17'h0};
+    if (stage_begins | ~found_hit) begin
+      found_hit <= stage_takesPart & ~(distance[16]) & {2'h0, distance[15:0]} < limitStage;
+      found_index <= stage_index;
+      found_length <= stage_length;
+      found_first <= distance[15:0] == 16'h0;
+      found_last <= distance[15:0] + 16'h1 == stage_length;
+    end
+  end // always @(posedge)
+  assign result_hit = found_hit;
+  assign result_index = found_index;
+  assign result_length = found_length;
+  assign result_first = found_first;
+  assign result_last = found_last;
+endmodule
+
+module TranslatedAccess(
   input         clock,
   input         reset,
   input         step,
@@ -1043,8 +2240,11 @@ module DataAccess(
   input  [3:0]  position_part,
   input  [4:0]  position_byte,
   input         position_high,
+  input  [10:0] position_dataLeft,
   input         request_read,
   input         request_write,
+  input         request_logical,
+  input  [31:0] request_logicalAddress,
   input  [15:0] request_address,
   input         enable,
   output        memory_frameStart,
@@ -1056,67 +2256,573 @@ module DataAccess(
   input         memory_logFull,
   output        memory_write,
   output [15:0] memory_writeAddress,
-  output        memory_writeMask,
   output [7:0]  memory_writeData,
   output [3:0]  readNibble,
   output        readNow,
   output        readSuccess,
-  output        writeSuccess
+  output        writeSuccess,
+  output        readDlStatus,
+  output        readAlStatus,
+  input         registerWrite_valid,
+  input  [11:0] registerWrite_bits_address,
+  input         registerWrite_bits_mask,
+  input  [7:0]  registerWrite_bits_data,
+  output [2:0]  areas_index,
+  input  [2:0]  areas_entries_0_index,
+  input  [15:0] areas_entries_0_start,
+  input  [15:0] areas_entries_0_length,
+  input         areas_entries_0_takesPart,
+  input         areas_entries_0_triple,
+  input         areas_views_0_works,
+  input         areas_views_0_ecatWrites,
+  input         areas_views_0_ecatOpen,
+  input         areas_views_0_ecatMayOpen,
+  input  [1:0]  areas_views_0_writerBuffer,
+  input  [1:0]  areas_views_0_readerBuffer,
+  input         areas_views_1_works,
+  input         areas_views_1_ecatWrites,
+  input         areas_views_1_ecatOpen,
+  input         areas_views_1_ecatMayOpen,
+  input  [1:0]  areas_views_1_writerBuffer,
+  input  [1:0]  areas_views_1_readerBuffer,
+  input         areas_views_2_works,
+  input         areas_views_2_ecatWrites,
+  input         areas_views_2_ecatOpen,
+  input         areas_views_2_ecatMayOpen,
+  input  [1:0]  areas_views_2_writerBuffer,
+  input  [1:0]  areas_views_2_readerBuffer,
+  input         areas_views_3_works,
+  input         areas_views_3_ecatWrites,
+  input         areas_views_3_ecatOpen,
+  input         areas_views_3_ecatMayOpen,
+  input  [1:0]  areas_views_3_writerBuffer,
+  input  [1:0]  areas_views_3_readerBuffer,
+  input         areas_views_4_works,
+  input         areas_views_4_ecatWrites,
+  input         areas_views_4_ecatOpen,
+  input         areas_views_4_ecatMayOpen,
+  input  [1:0]  areas_views_4_writerBuffer,
+  input  [1:0]  areas_views_4_readerBuffer,
+  input         areas_views_5_works,
+  input         areas_views_5_ecatWrites,
+  input         areas_views_5_ecatOpen,
+  input         areas_views_5_ecatMayOpen,
+  input  [1:0]  areas_views_5_writerBuffer,
+  input  [1:0]  areas_views_5_readerBuffer,
+  input         areas_views_6_works,
+  input         areas_views_6_ecatWrites,
+  input         areas_views_6_ecatOpen,
+  input         areas_views_6_ecatMayOpen,
+  input  [1:0]  areas_views_6_writerBuffer,
+  input  [1:0]  areas_views_6_readerBuffer,
+  input         areas_views_7_works,
+  input         areas_views_7_ecatWrites,
+  input         areas_views_7_ecatOpen,
+  input         areas_views_7_ecatMayOpen,
+  input  [1:0]  areas_views_7_writerBuffer,
+  input  [1:0]  areas_views_7_readerBuffer,
+  input         areas_ramOpen,
+  output        areas_access_touch,
+  output        areas_access_first,
+  output        areas_access_close,
+  output        areas_access_single,
+  output [2:0]  areas_accessIndex
 );
 
+  wire        _scan_1_result_hit;
+  wire [2:0]  _scan_1_result_index;
+  wire [15:0] _scan_1_result_length;
+  wire        _scan_1_result_first;
+  wire        _scan_1_result_last;
+  wire        _scan_result_hit;
+  wire [2:0]  _scan_result_index;
+  wire [15:0] _scan_result_length;
+  wire        _scan_result_first;
+  wire        _scan_result_last;
+  wire [2:0]  _fmmus_index;
+  wire        _fmmus_read_hit;
+  wire [16:0] _fmmus_read_address;
+  wire        _fmmus_writes_hit;
+  wire [16:0] _fmmus_writes_address;
   wire        inData = position_part == 4'h4;
   wire        _memory_frameStart_T = step & in_valid;
   wire        active = _memory_frameStart_T & in_payload;
-  reg  [16:0] address;
-  wire        _flush_T = active & inData;
-  wire        byteEnd = _flush_T & position_high;
-  reg         memory_read_REG;
-  reg  [16:0] memory_readAddress_REG;
-  reg         arriving;
-  reg  [7:0]  kept_data;
-  reg         kept_readable;
-  reg         kept_writable;
-  wire        _readNow_output = inData & enable & request_read & kept_readable;
+  wire        byteEnd = active & inData & position_high;
+  reg  [3:0]  cycle;
+  reg         starting;
+  reg  [16:0] direct;
+  reg  [31:0] logical;
+  reg         wrapped;
+  wire        _readAlStatus_T_3 = cycle == 4'h0;
+  reg         past;
+  reg         areaRead_exists;
+  reg  [15:0] areaRead_address;
+  reg         areaWrite_exists;
+  reg  [15:0] areaWrite_address;
+  reg  [2:0]  index;
+  reg         begins;
+  reg         searchedRead_exists;
+  reg  [15:0] searchedRead_address;
+  reg         searchedWrite_exists;
+  reg  [15:0] searchedWrite_address;
+  reg         wanted;
+  reg         casez_tmp;
+  always @(*) begin
+    casez (_scan_result_index)
+      3'b000:
+        casez_tmp = areas_views_0_works;
+      3'b001:
+        casez_tmp = areas_views_1_works;
+      3'b010:
+        casez_tmp = areas_views_2_works;
+      3'b011:
+        casez_tmp = areas_views_3_works;
+      3'b100:
+        casez_tmp = areas_views_4_works;
+      3'b101:
+        casez_tmp = areas_views_5_works;
+      3'b110:
+        casez_tmp = areas_views_6_works;
+      default:
+        casez_tmp = areas_views_7_works;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_0;
+  always @(*) begin
+    casez (_scan_result_index)
+      3'b000:
+        casez_tmp_0 = areas_views_0_ecatWrites;
+      3'b001:
+        casez_tmp_0 = areas_views_1_ecatWrites;
+      3'b010:
+        casez_tmp_0 = areas_views_2_ecatWrites;
+      3'b011:
+        casez_tmp_0 = areas_views_3_ecatWrites;
+      3'b100:
+        casez_tmp_0 = areas_views_4_ecatWrites;
+      3'b101:
+        casez_tmp_0 = areas_views_5_ecatWrites;
+      3'b110:
+        casez_tmp_0 = areas_views_6_ecatWrites;
+      default:
+        casez_tmp_0 = areas_views_7_ecatWrites;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_1;
+  always @(*) begin
+    casez (_scan_result_index)
+      3'b000:
+        casez_tmp_1 = areas_views_0_ecatOpen;
+      3'b001:
+        casez_tmp_1 = areas_views_1_ecatOpen;
+      3'b010:
+        casez_tmp_1 = areas_views_2_ecatOpen;
+      3'b011:
+        casez_tmp_1 = areas_views_3_ecatOpen;
+      3'b100:
+        casez_tmp_1 = areas_views_4_ecatOpen;
+      3'b101:
+        casez_tmp_1 = areas_views_5_ecatOpen;
+      3'b110:
+        casez_tmp_1 = areas_views_6_ecatOpen;
+      default:
+        casez_tmp_1 = areas_views_7_ecatOpen;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_2;
+  always @(*) begin
+    casez (_scan_result_index)
+      3'b000:
+        casez_tmp_2 = areas_views_0_ecatMayOpen;
+      3'b001:
+        casez_tmp_2 = areas_views_1_ecatMayOpen;
+      3'b010:
+        casez_tmp_2 = areas_views_2_ecatMayOpen;
+      3'b011:
+        casez_tmp_2 = areas_views_3_ecatMayOpen;
+      3'b100:
+        casez_tmp_2 = areas_views_4_ecatMayOpen;
+      3'b101:
+        casez_tmp_2 = areas_views_5_ecatMayOpen;
+      3'b110:
+        casez_tmp_2 = areas_views_6_ecatMayOpen;
+      default:
+        casez_tmp_2 = areas_views_7_ecatMayOpen;
+    endcase
+  end // always @(*)
+  wire        hit = _scan_result_hit & searchedRead_address > 16'hF7F;
+  wire        _areas_access_single_T = _scan_result_first & _scan_result_last;
+  wire        may =
+    casez_tmp & (searchedRead_address < 16'h1000 | areas_ramOpen & searchedRead_address < 16'h3000)
+    & (_areas_access_single_T | ~casez_tmp_0 & (casez_tmp_1 | _scan_result_first & casez_tmp_2));
+  wire        readsBuffer = searchedRead_exists & hit & may & ~casez_tmp_0;
+  wire        _fetchedCloses_T_1 = cycle == 4'h4;
+  wire        opens = _fetchedCloses_T_1 & wanted & request_read & readsBuffer;
+  reg  [15:0] fetched_local_address;
+  reg         fetched_area_hit;
+  reg  [2:0]  fetched_area_index;
+  reg  [15:0] fetched_area_length;
+  reg         fetched_area_first;
+  reg         fetched_area_last;
+  reg         writeTarget_local_exists;
+  reg  [15:0] writeTarget_local_address;
+  reg         writeTarget_area_hit;
+  reg  [2:0]  writeTarget_area_index;
+  reg  [15:0] writeTarget_area_length;
+  reg         writeTarget_area_first;
+  reg         writeTarget_area_last;
+  reg         fetchedMay;
+  reg         fetchedCloses;
+  reg  [1:0]  casez_tmp_3;
+  always @(*) begin
+    casez (fetched_area_index)
+      3'b000:
+        casez_tmp_3 = areas_views_0_readerBuffer;
+      3'b001:
+        casez_tmp_3 = areas_views_1_readerBuffer;
+      3'b010:
+        casez_tmp_3 = areas_views_2_readerBuffer;
+      3'b011:
+        casez_tmp_3 = areas_views_3_readerBuffer;
+      3'b100:
+        casez_tmp_3 = areas_views_4_readerBuffer;
+      3'b101:
+        casez_tmp_3 = areas_views_5_readerBuffer;
+      3'b110:
+        casez_tmp_3 = areas_views_6_readerBuffer;
+      default:
+        casez_tmp_3 = areas_views_7_readerBuffer;
+    endcase
+  end // always @(*)
+  reg  [16:0] readAddress;
+  reg         readMay;
+  reg         readCloses;
+  reg  [2:0]  readIndex;
+  reg         readSingle;
+  wire        lookUpRead = _readAlStatus_T_3 & inData;
+  reg         readArrives;
+  reg  [7:0]  readByte;
+  reg         readable;
+  wire        _readNow_output = inData & readMay & readable;
+  reg         casez_tmp_4;
+  always @(*) begin
+    casez (writeTarget_area_index)
+      3'b000:
+        casez_tmp_4 = areas_views_0_works;
+      3'b001:
+        casez_tmp_4 = areas_views_1_works;
+      3'b010:
+        casez_tmp_4 = areas_views_2_works;
+      3'b011:
+        casez_tmp_4 = areas_views_3_works;
+      3'b100:
+        casez_tmp_4 = areas_views_4_works;
+      3'b101:
+        casez_tmp_4 = areas_views_5_works;
+      3'b110:
+        casez_tmp_4 = areas_views_6_works;
+      default:
+        casez_tmp_4 = areas_views_7_works;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_5;
+  always @(*) begin
+    casez (writeTarget_area_index)
+      3'b000:
+        casez_tmp_5 = areas_views_0_ecatWrites;
+      3'b001:
+        casez_tmp_5 = areas_views_1_ecatWrites;
+      3'b010:
+        casez_tmp_5 = areas_views_2_ecatWrites;
+      3'b011:
+        casez_tmp_5 = areas_views_3_ecatWrites;
+      3'b100:
+        casez_tmp_5 = areas_views_4_ecatWrites;
+      3'b101:
+        casez_tmp_5 = areas_views_5_ecatWrites;
+      3'b110:
+        casez_tmp_5 = areas_views_6_ecatWrites;
+      default:
+        casez_tmp_5 = areas_views_7_ecatWrites;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_6;
+  always @(*) begin
+    casez (writeTarget_area_index)
+      3'b000:
+        casez_tmp_6 = areas_views_0_ecatOpen;
+      3'b001:
+        casez_tmp_6 = areas_views_1_ecatOpen;
+      3'b010:
+        casez_tmp_6 = areas_views_2_ecatOpen;
+      3'b011:
+        casez_tmp_6 = areas_views_3_ecatOpen;
+      3'b100:
+        casez_tmp_6 = areas_views_4_ecatOpen;
+      3'b101:
+        casez_tmp_6 = areas_views_5_ecatOpen;
+      3'b110:
+        casez_tmp_6 = areas_views_6_ecatOpen;
+      default:
+        casez_tmp_6 = areas_views_7_ecatOpen;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_7;
+  always @(*) begin
+    casez (writeTarget_area_index)
+      3'b000:
+        casez_tmp_7 = areas_views_0_ecatMayOpen;
+      3'b001:
+        casez_tmp_7 = areas_views_1_ecatMayOpen;
+      3'b010:
+        casez_tmp_7 = areas_views_2_ecatMayOpen;
+      3'b011:
+        casez_tmp_7 = areas_views_3_ecatMayOpen;
+      3'b100:
+        casez_tmp_7 = areas_views_4_ecatMayOpen;
+      3'b101:
+        casez_tmp_7 = areas_views_5_ecatMayOpen;
+      3'b110:
+        casez_tmp_7 = areas_views_6_ecatMayOpen;
+      default:
+        casez_tmp_7 = areas_views_7_ecatMayOpen;
+    endcase
+  end // always @(*)
+  reg  [1:0]  casez_tmp_8;
+  always @(*) begin
+    casez (writeTarget_area_index)
+      3'b000:
+        casez_tmp_8 = areas_views_0_writerBuffer;
+      3'b001:
+        casez_tmp_8 = areas_views_1_writerBuffer;
+      3'b010:
+        casez_tmp_8 = areas_views_2_writerBuffer;
+      3'b011:
+        casez_tmp_8 = areas_views_3_writerBuffer;
+      3'b100:
+        casez_tmp_8 = areas_views_4_writerBuffer;
+      3'b101:
+        casez_tmp_8 = areas_views_5_writerBuffer;
+      3'b110:
+        casez_tmp_8 = areas_views_6_writerBuffer;
+      default:
+        casez_tmp_8 = areas_views_7_writerBuffer;
+    endcase
+  end // always @(*)
+  reg  [16:0] writeAddress;
+  reg         writeMay;
+  reg         writesArea;
+  reg  [2:0]  writeArea2_index;
+  reg         writeArea2_first;
+  reg         writeArea2_last;
+  reg         writeSingle;
+  wire        lookUpWrite = cycle == 4'h3 & inData;
+  reg         writeArrives;
+  reg         writable;
   reg  [3:0]  low;
-  wire        accept = byteEnd & enable & request_write & kept_writable & ~(address < 17'hF80 & memory_logFull);
+  reg  [7:0]  passed;
+  reg         written;
+  wire        accept = written & writeMay & writable & ~(writeAddress < 17'hF80 & memory_logFull);
+  wire        _readAlStatus_T = byteEnd & _readNow_output;
+  reg         readClosed_REG;
+  reg         readClosed;
+  reg  [2:0]  closedIndex;
+  reg         closedSingle;
+  wire        writes = accept & writesArea;
   reg         anyRead;
   reg         anyWrite;
+  reg         readDlStatus_r;
+  reg         readAlStatus_r;
+  wire        _writeAddress_sum_T = writeTarget_local_address > 16'hF7F;
+  wire        hit_1 = writeTarget_area_hit & _writeAddress_sum_T;
+  wire        _writeSingle_T = writeTarget_area_first & writeTarget_area_last;
+  wire        may_1 =
+    casez_tmp_4 & (writeTarget_local_address < 16'h1000 | areas_ramOpen & writeTarget_local_address < 16'h3000)
+    & (_writeSingle_T | casez_tmp_5 & (casez_tmp_6 | writeTarget_area_first & casez_tmp_7));
+  wire [17:0] writeAddress_sum =
+    {2'h0, writeTarget_local_address}
+    + {1'h0,
+       writeTarget_area_hit & _writeAddress_sum_T & ~_writeSingle_T
+         ? (casez_tmp_8[1] ? {writeTarget_area_length, 1'h0} : {1'h0, casez_tmp_8[0] ? writeTarget_area_length : 16'h0})
+         : 17'h0};
   wire        inHeader = position_part == 4'h3;
-  wire [16:0] _ahead_T = address + 17'h1;
-  wire        first = active & inHeader & position_byte == 5'h6 & ~position_high;
-  wire [16:0] _GEN = {1'h0, request_address};
+  wire        _tick_T = active & inHeader;
+  wire        first = _tick_T & position_high & position_byte == 5'h6;
+  wire        tick = byteEnd | _tick_T & position_high & position_byte > 5'h5;
+  wire        _readSingle_T = fetched_area_first & fetched_area_last;
+  wire [17:0] readAddress_sum =
+    {2'h0, fetched_local_address}
+    + {1'h0,
+       fetched_area_hit & fetched_local_address > 16'hF7F & ~_readSingle_T
+         ? (casez_tmp_3[1] ? {fetched_area_length, 1'h0} : {1'h0, casez_tmp_3[0] ? fetched_area_length : 16'h0})
+         : 17'h0};
   always @(posedge clock) begin
-    if (first)
-      address <= _GEN;
-    else if (byteEnd)
-      address <= _ahead_T;
-    memory_read_REG <= first | byteEnd;
-    memory_readAddress_REG <= inHeader ? _GEN : _ahead_T;
-    if (arriving) begin
-      kept_data <= memory_readData;
-      kept_readable <= memory_readable;
-      kept_writable <= memory_writable;
+    if (reset) begin
+      cycle <= 4'hF;
+      index <= 3'h7;
+      begins <= 1'h0;
+      readArrives <= 1'h0;
+      writeArrives <= 1'h0;
+      written <= 1'h0;
+      readClosed_REG <= 1'h0;
+      readClosed <= 1'h0;
     end
+    else begin
+      if (tick)
+        cycle <= 4'h0;
+      else if (cycle != 4'hF)
+        cycle <= cycle + 4'h1;
+      if (cycle == 4'h1)
+        index <= 3'h0;
+      else if (index != 3'h7)
+        index <= index + 3'h1;
+      begins <= index == 3'h0;
+      readArrives <= lookUpRead;
+      writeArrives <= lookUpWrite;
+      written <= byteEnd & enable & request_write;
+      readClosed_REG <= _readAlStatus_T & readCloses;
+      readClosed <= readClosed_REG;
+    end
+    starting <= first | cycle != 4'h2 & starting;
+    if (cycle == 4'h2) begin
+      if (starting)
+        direct <= {1'h0, request_address};
+      else
+        direct <= direct + 17'h1;
+      areaRead_exists <= request_logical ? _fmmus_read_hit & ~past & ~(_fmmus_read_address[16]) : ~(direct[16]);
+      areaRead_address <= request_logical ? _fmmus_read_address[15:0] : direct[15:0];
+      areaWrite_exists <= request_logical ? _fmmus_writes_hit & ~past & ~(_fmmus_writes_address[16]) : ~(direct[16]);
+      areaWrite_address <= request_logical ? _fmmus_writes_address[15:0] : direct[15:0];
+      searchedRead_exists <= areaRead_exists;
+      searchedRead_address <= areaRead_address;
+      searchedWrite_exists <= areaWrite_exists;
+      searchedWrite_address <= areaWrite_address;
+      writeAddress <= {|(writeAddress_sum[17:16]), writeAddress_sum[15:0]};
+      writeMay <= writeTarget_local_exists & (~hit_1 | may_1);
+      writesArea <= writeTarget_local_exists & hit_1 & may_1 & casez_tmp_5;
+      writeArea2_index <= writeTarget_area_index;
+      writeArea2_first <= writeTarget_area_first;
+      writeArea2_last <= writeTarget_area_last;
+      writeSingle <= _writeSingle_T;
+    end
+    if (_readAlStatus_T_3) begin
+      if (starting)
+        logical <= request_logicalAddress;
+      else
+        logical <= logical + 32'h1;
+      wrapped <= ~starting & (wrapped | (&logical));
+      past <= wrapped;
+      readDlStatus_r <= readAddress[16:1] == 16'h88;
+      readAlStatus_r <= readAddress[16:1] == 16'h98;
+    end
+    if (tick) begin
+      wanted <=
+        enable & ~in_last
+        & (inHeader
+             ? position_byte == 5'h8 & (|position_dataLeft) | position_byte == 5'h9 & (|(position_dataLeft[10:1]))
+             : position_dataLeft > 11'h2);
+      readMay <= fetchedMay;
+      readCloses <= fetchedCloses;
+      readIndex <= fetched_area_index;
+      readSingle <= _readSingle_T;
+      closedIndex <= readIndex;
+      closedSingle <= readSingle;
+    end
+    if (_fetchedCloses_T_1) begin
+      fetched_local_address <= searchedRead_address;
+      fetched_area_hit <= _scan_result_hit;
+      fetched_area_index <= _scan_result_index;
+      fetched_area_length <= _scan_result_length;
+      fetched_area_first <= _scan_result_first;
+      fetched_area_last <= _scan_result_last;
+      writeTarget_local_exists <= searchedWrite_exists;
+      writeTarget_local_address <= searchedWrite_address;
+      writeTarget_area_hit <= _scan_1_result_hit;
+      writeTarget_area_index <= _scan_1_result_index;
+      writeTarget_area_length <= _scan_1_result_length;
+      writeTarget_area_first <= _scan_1_result_first;
+      writeTarget_area_last <= _scan_1_result_last;
+      fetchedMay <= searchedRead_exists & (~hit | may) & wanted & request_read;
+      fetchedCloses <= readsBuffer & _scan_result_last;
+    end
+    if (cycle == 4'h5)
+      readAddress <= {|(readAddress_sum[17:16]), readAddress_sum[15:0]};
+    if (readArrives) begin
+      readByte <= memory_readData;
+      readable <= memory_readable;
+    end
+    if (writeArrives)
+      writable <= memory_writable;
     if (step)
       low <= in_data;
-    anyRead <= ~first & (byteEnd & _readNow_output | anyRead);
+    if (byteEnd)
+      passed <= {in_data, low};
+    anyRead <= ~first & (_readAlStatus_T | anyRead);
     anyWrite <= ~first & (accept | anyWrite);
-    if (reset)
-      arriving <= 1'h0;
-    else
-      arriving <= memory_read_REG;
   end // always @(posedge)
+  assign _fmmus_index = cycle[3] ? 3'h7 : cycle[2:0];
+  Fmmus fmmus (
+    .clock              (clock),
+    .reset              (reset),
+    .write_valid        (registerWrite_valid),
+    .write_bits_address (registerWrite_bits_address),
+    .write_bits_mask    (registerWrite_bits_mask),
+    .write_bits_data    (registerWrite_bits_data),
+    .index              (_fmmus_index),
+    .logical            (logical),
+    .read_hit           (_fmmus_read_hit),
+    .read_address       (_fmmus_read_address),
+    .writes_hit         (_fmmus_writes_hit),
+    .writes_address     (_fmmus_writes_address)
+  );
+  AreaScan scan (
+    .clock           (clock),
+    .entry_index     (areas_entries_0_index),
+    .entry_start     (areas_entries_0_start),
+    .entry_length    (areas_entries_0_length),
+    .entry_takesPart (areas_entries_0_takesPart),
+    .entry_triple    (areas_entries_0_triple),
+    .entry_begins    (begins),
+    .address         (areaRead_address),
+    .result_hit      (_scan_result_hit),
+    .result_index    (_scan_result_index),
+    .result_length   (_scan_result_length),
+    .result_first    (_scan_result_first),
+    .result_last     (_scan_result_last)
+  );
+  AreaScan scan_1 (
+    .clock           (clock),
+    .entry_index     (areas_entries_0_index),
+    .entry_start     (areas_entries_0_start),
+    .entry_length    (areas_entries_0_length),
+    .entry_takesPart (areas_entries_0_takesPart),
+    .entry_triple    (areas_entries_0_triple),
+    .entry_begins    (begins),
+    .address         (areaWrite_address),
+    .result_hit      (_scan_1_result_hit),
+    .result_index    (_scan_1_result_index),
+    .result_length   (_scan_1_result_length),
+    .result_first    (_scan_1_result_first),
+    .result_last     (_scan_1_result_last)
+  );
   assign memory_frameStart = _memory_frameStart_T & ~in_payload;
-  assign memory_read = memory_read_REG;
-  assign memory_readAddress = memory_readAddress_REG;
-  assign memory_write = _flush_T & (position_high | in_last) & accept;
-  assign memory_writeAddress = address[15:0];
-  assign memory_writeMask = accept;
-  assign memory_writeData = accept ? {in_data, low} : 8'h0;
-  assign readNibble = position_high ? kept_data[7:4] : kept_data[3:0];
+  assign memory_read = lookUpRead | lookUpWrite;
+  assign memory_readAddress = lookUpRead ? readAddress : writeAddress;
+  assign memory_write = accept;
+  assign memory_writeAddress = writeAddress[15:0];
+  assign memory_writeData = passed;
+  assign readNibble = position_high ? readByte[7:4] : readByte[3:0];
   assign readNow = _readNow_output;
   assign readSuccess = anyRead;
   assign writeSuccess = anyWrite;
+  assign readDlStatus = _readAlStatus_T & readDlStatus_r;
+  assign readAlStatus = _readAlStatus_T & readAlStatus_r;
+  assign areas_index = index;
+  assign areas_access_touch = writes | opens;
+  assign areas_access_first = writes ? writeArea2_first : _scan_result_first;
+  assign areas_access_close = writes & writeArea2_last | readClosed;
+  assign areas_access_single = writes ? writeSingle : opens ? _areas_access_single_T : closedSingle;
+  assign areas_accessIndex = writes ? writeArea2_index : opens ? _scan_result_index : closedIndex;
 endmodule
 
 module FrameProcessor(
@@ -1142,6 +2848,7 @@ module FrameProcessor(
   input         config_aliasEnable,
   input         config_destroyNonEtherCat,
   input         config_circulating,
+  input  [15:0] config_ecatEvents,
   output        memory_frameStart,
   output        memory_read,
   output [16:0] memory_readAddress,
@@ -1151,29 +2858,100 @@ module FrameProcessor(
   input         memory_logFull,
   output        memory_write,
   output [15:0] memory_writeAddress,
-  output        memory_writeMask,
   output [7:0]  memory_writeData,
   output        memory_commit,
-  output        error
+  output        readDlStatus,
+  output        readAlStatus,
+  output        frameGood,
+  output        frameBad,
+  output        busy,
+  output        error,
+  input         registerWrite_valid,
+  input  [11:0] registerWrite_bits_address,
+  input         registerWrite_bits_mask,
+  input  [7:0]  registerWrite_bits_data,
+  output [2:0]  areas_index,
+  input  [2:0]  areas_entries_0_index,
+  input  [15:0] areas_entries_0_start,
+  input  [15:0] areas_entries_0_length,
+  input         areas_entries_0_takesPart,
+  input         areas_entries_0_triple,
+  input         areas_views_0_works,
+  input         areas_views_0_ecatWrites,
+  input         areas_views_0_ecatOpen,
+  input         areas_views_0_ecatMayOpen,
+  input  [1:0]  areas_views_0_writerBuffer,
+  input  [1:0]  areas_views_0_readerBuffer,
+  input         areas_views_1_works,
+  input         areas_views_1_ecatWrites,
+  input         areas_views_1_ecatOpen,
+  input         areas_views_1_ecatMayOpen,
+  input  [1:0]  areas_views_1_writerBuffer,
+  input  [1:0]  areas_views_1_readerBuffer,
+  input         areas_views_2_works,
+  input         areas_views_2_ecatWrites,
+  input         areas_views_2_ecatOpen,
+  input         areas_views_2_ecatMayOpen,
+  input  [1:0]  areas_views_2_writerBuffer,
+  input  [1:0]  areas_views_2_readerBuffer,
+  input         areas_views_3_works,
+  input         areas_views_3_ecatWrites,
+  input         areas_views_3_ecatOpen,
+  input         areas_views_3_ecatMayOpen,
+  input  [1:0]  areas_views_3_writerBuffer,
+  input  [1:0]  areas_views_3_readerBuffer,
+  input         areas_views_4_works,
+  input         areas_views_4_ecatWrites,
+  input         areas_views_4_ecatOpen,
+  input         areas_views_4_ecatMayOpen,
+  input  [1:0]  areas_views_4_writerBuffer,
+  input  [1:0]  areas_views_4_readerBuffer,
+  input         areas_views_5_works,
+  input         areas_views_5_ecatWrites,
+  input         areas_views_5_ecatOpen,
+  input         areas_views_5_ecatMayOpen,
+  input  [1:0]  areas_views_5_writerBuffer,
+  input  [1:0]  areas_views_5_readerBuffer,
+  input         areas_views_6_works,
+  input         areas_views_6_ecatWrites,
+  input         areas_views_6_ecatOpen,
+  input         areas_views_6_ecatMayOpen,
+  input  [1:0]  areas_views_6_writerBuffer,
+  input  [1:0]  areas_views_6_readerBuffer,
+  input         areas_views_7_works,
+  input         areas_views_7_ecatWrites,
+  input         areas_views_7_ecatOpen,
+  input         areas_views_7_ecatMayOpen,
+  input  [1:0]  areas_views_7_writerBuffer,
+  input  [1:0]  areas_views_7_readerBuffer,
+  input         areas_ramOpen,
+  output        areas_access_touch,
+  output        areas_access_first,
+  output        areas_access_close,
+  output        areas_access_single,
+  output [2:0]  areas_accessIndex
 );
 
   wire        tooMany;
-  wire        _access_enable;
-  wire [3:0]  _access_readNibble;
-  wire        _access_readNow;
-  wire        _access_readSuccess;
-  wire        _access_writeSuccess;
+  wire        _translated_enable;
+  wire [3:0]  _translated_readNibble;
+  wire        _translated_readNow;
+  wire        _translated_readSuccess;
+  wire        _translated_writeSuccess;
   wire        _header_request_read;
   wire        _header_request_write;
   wire        _header_request_broadcast;
   wire        _header_request_readWrite;
   wire        _header_request_incrementsAdp;
+  wire        _header_request_logical;
+  wire [31:0] _header_request_logicalAddress;
   wire [15:0] _header_request_address;
   wire [3:0]  _parser_position_part;
   wire [4:0]  _parser_position_byte;
   wire        _parser_position_high;
   wire [5:0]  _parser_position_frameBytes;
   wire [6:0]  _parser_position_paddingBytes;
+  wire [10:0] _parser_position_dataLeft;
   wire [7:0]  _parser_position_datagram;
   wire        _parser_position_notEtherCat;
   wire        _parser_position_checksumCleared;
@@ -1190,9 +2968,32 @@ module FrameProcessor(
     {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
     ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
     ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
-  wire        _running_T = _parser_position_part != 4'h8;
-  wire        abort = in_payload & _running_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  reg  [3:0]  casez_tmp;
+  always @(*) begin
+    casez ({_parser_position_byte[0], _parser_position_high})
+      2'b00:
+        casez_tmp = config_ecatEvents[3:0];
+      2'b01:
+        casez_tmp = config_ecatEvents[7:4];
+      2'b10:
+        casez_tmp = config_ecatEvents[11:8];
+      default:
+        casez_tmp = config_ecatEvents[15:12];
+    endcase
+  end // always @(*)
+  wire        _busy_T = _parser_position_part != 4'h8;
+  wire        abort = in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
   reg         error_REG;
+  reg         frameGood_r;
+  reg         frameGood_r_1;
+  reg         frameGood_r_2;
+  reg         frameGood_r_3;
+  reg         frameGood_r_4;
+  reg         frameBad_r;
+  reg         frameBad_r_1;
+  reg         frameBad_r_2;
+  reg         frameBad_r_3;
+  reg         frameBad_r_4;
   reg         memory_commit_REG;
   reg         output_valid;
   reg         output_payload;
@@ -1202,7 +3003,7 @@ module FrameProcessor(
   reg         output_odd;
   reg         output_crcGood;
   reg         oddChanges;
-  wire        running = _running_T | ~in_payload;
+  wire        running = _busy_T | ~in_payload;
   wire        active = step & in_valid;
   wire        inCounter =
     in_payload & _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
@@ -1212,8 +3013,8 @@ module FrameProcessor(
        _parser_position_high | _parser_position_byte[0]
          ? {2'h0, carry}
          : inCounter
-             ? {2'h0, _access_readSuccess}
-               + {1'h0, _header_request_readWrite ? {_access_writeSuccess, 1'h0} : {1'h0, _access_writeSuccess}}
+             ? {2'h0, _translated_readSuccess}
+               + {1'h0, _header_request_readWrite ? {_translated_writeSuccess, 1'h0} : {1'h0, _translated_writeSuccess}}
              : 3'h1};
   wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire [3:0]  data =
@@ -1230,9 +3031,9 @@ module FrameProcessor(
                        ? {in_data[3], in_data[2:0] | 3'h4}
                        : in_payload & _lengthTop_T & (_parser_position_byte == 5'h8 | _parser_position_byte == 5'h9)
                          & ~tooMany
-                           ? in_data
-                           : _access_readNow
-                               ? _access_readNibble | (_header_request_broadcast ? in_data : 4'h0)
+                           ? in_data | casez_tmp
+                           : _translated_readNow
+                               ? _translated_readNibble | (_header_request_broadcast ? in_data : 4'h0)
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
   wire        ends = active & running & (abort | in_last);
@@ -1258,6 +3059,16 @@ module FrameProcessor(
       oddChanges <= |changes;
     if (reset) begin
       error_REG <= 1'h0;
+      frameGood_r <= 1'h0;
+      frameGood_r_1 <= 1'h0;
+      frameGood_r_2 <= 1'h0;
+      frameGood_r_3 <= 1'h0;
+      frameGood_r_4 <= 1'h0;
+      frameBad_r <= 1'h0;
+      frameBad_r_1 <= 1'h0;
+      frameBad_r_2 <= 1'h0;
+      frameBad_r_3 <= 1'h0;
+      frameBad_r_4 <= 1'h0;
       memory_commit_REG <= 1'h0;
       output_valid <= 1'h0;
       output_payload <= 1'h0;
@@ -1269,7 +3080,17 @@ module FrameProcessor(
     end
     else begin
       error_REG <= ends & (bad | _hadTooMany_T & _parser_position_datagram > 8'h80);
-      memory_commit_REG <= ends & ~bad;
+      frameGood_r <= ends & ~bad;
+      frameGood_r_1 <= frameGood_r;
+      frameGood_r_2 <= frameGood_r_1;
+      frameGood_r_3 <= frameGood_r_2;
+      frameGood_r_4 <= frameGood_r_3;
+      frameBad_r <= ends & bad;
+      frameBad_r_1 <= frameBad_r;
+      frameBad_r_2 <= frameBad_r_1;
+      frameBad_r_3 <= frameBad_r_2;
+      frameBad_r_4 <= frameBad_r_3;
+      memory_commit_REG <= frameGood_r_4;
       if (step) begin
         output_valid <= in_valid & running;
         output_payload <= in_payload;
@@ -1295,59 +3116,130 @@ module FrameProcessor(
     .position_high            (_parser_position_high),
     .position_frameBytes      (_parser_position_frameBytes),
     .position_paddingBytes    (_parser_position_paddingBytes),
+    .position_dataLeft        (_parser_position_dataLeft),
     .position_datagram        (_parser_position_datagram),
     .position_notEtherCat     (_parser_position_notEtherCat),
     .position_checksumCleared (_parser_position_checksumCleared)
   );
   DatagramHeader header (
-    .clock                 (clock),
-    .step                  (step),
-    .in_valid              (in_valid),
-    .in_data               (in_data),
-    .position_part         (_parser_position_part),
-    .position_byte         (_parser_position_byte),
-    .position_high         (_parser_position_high),
-    .stationAddress        (config_stationAddress),
-    .stationAlias          (config_stationAlias),
-    .aliasEnable           (config_aliasEnable),
-    .request_read          (_header_request_read),
-    .request_write         (_header_request_write),
-    .request_broadcast     (_header_request_broadcast),
-    .request_readWrite     (_header_request_readWrite),
-    .request_incrementsAdp (_header_request_incrementsAdp),
-    .request_address       (_header_request_address)
+    .clock                  (clock),
+    .step                   (step),
+    .in_valid               (in_valid),
+    .in_data                (in_data),
+    .position_part          (_parser_position_part),
+    .position_byte          (_parser_position_byte),
+    .position_high          (_parser_position_high),
+    .stationAddress         (config_stationAddress),
+    .stationAlias           (config_stationAlias),
+    .aliasEnable            (config_aliasEnable),
+    .request_read           (_header_request_read),
+    .request_write          (_header_request_write),
+    .request_broadcast      (_header_request_broadcast),
+    .request_readWrite      (_header_request_readWrite),
+    .request_incrementsAdp  (_header_request_incrementsAdp),
+    .request_logical        (_header_request_logical),
+    .request_logicalAddress (_header_request_logicalAddress),
+    .request_address        (_header_request_address)
   );
-  assign _access_enable = ~tooMany;
-  DataAccess access (
-    .clock               (clock),
-    .reset               (reset),
-    .step                (step),
-    .in_valid            (in_valid),
-    .in_payload          (in_payload),
-    .in_data             (in_data),
-    .in_last             (in_last),
-    .position_part       (_parser_position_part),
-    .position_byte       (_parser_position_byte),
-    .position_high       (_parser_position_high),
-    .request_read        (_header_request_read),
-    .request_write       (_header_request_write),
-    .request_address     (_header_request_address),
-    .enable              (_access_enable),
-    .memory_frameStart   (memory_frameStart),
-    .memory_read         (memory_read),
-    .memory_readAddress  (memory_readAddress),
-    .memory_readData     (memory_readData),
-    .memory_readable     (memory_readable),
-    .memory_writable     (memory_writable),
-    .memory_logFull      (memory_logFull),
-    .memory_write        (memory_write),
-    .memory_writeAddress (memory_writeAddress),
-    .memory_writeMask    (memory_writeMask),
-    .memory_writeData    (memory_writeData),
-    .readNibble          (_access_readNibble),
-    .readNow             (_access_readNow),
-    .readSuccess         (_access_readSuccess),
-    .writeSuccess        (_access_writeSuccess)
+  assign _translated_enable = ~tooMany;
+  TranslatedAccess translated (
+    .clock                      (clock),
+    .reset                      (reset),
+    .step                       (step),
+    .in_valid                   (in_valid),
+    .in_payload                 (in_payload),
+    .in_data                    (in_data),
+    .in_last                    (in_last),
+    .position_part              (_parser_position_part),
+    .position_byte              (_parser_position_byte),
+    .position_high              (_parser_position_high),
+    .position_dataLeft          (_parser_position_dataLeft),
+    .request_read               (_header_request_read),
+    .request_write              (_header_request_write),
+    .request_logical            (_header_request_logical),
+    .request_logicalAddress     (_header_request_logicalAddress),
+    .request_address            (_header_request_address),
+    .enable                     (_translated_enable),
+    .memory_frameStart          (memory_frameStart),
+    .memory_read                (memory_read),
+    .memory_readAddress         (memory_readAddress),
+    .memory_readData            (memory_readData),
+    .memory_readable            (memory_readable),
+    .memory_writable            (memory_writable),
+    .memory_logFull             (memory_logFull),
+    .memory_write               (memory_write),
+    .memory_writeAddress        (memory_writeAddress),
+    .memory_writeData           (memory_writeData),
+    .readNibble                 (_translated_readNibble),
+    .readNow                    (_translated_readNow),
+    .readSuccess                (_translated_readSuccess),
+    .writeSuccess               (_translated_writeSuccess),
+    .readDlStatus               (readDlStatus),
+    .readAlStatus               (readAlStatus),
+    .registerWrite_valid        (registerWrite_valid),
+    .registerWrite_bits_address (registerWrite_bits_address),
+    .registerWrite_bits_mask    (registerWrite_bits_mask),
+    .registerWrite_bits_data    (registerWrite_bits_data),
+    .areas_index                (areas_index),
+    .areas_entries_0_index      (areas_entries_0_index),
+    .areas_entries_0_start      (areas_entries_0_start),
+    .areas_entries_0_length     (areas_entries_0_length),
+    .areas_entries_0_takesPart  (areas_entries_0_takesPart),
+    .areas_entries_0_triple     (areas_entries_0_triple),
+    .areas_views_0_works        (areas_views_0_works),
+    .areas_views_0_ecatWrites   (areas_views_0_ecatWrites),
+    .areas_views_0_ecatOpen     (areas_views_0_ecatOpen),
+    .areas_views_0_ecatMayOpen  (areas_views_0_ecatMayOpen),
+    .areas_views_0_writerBuffer (areas_views_0_writerBuffer),
+    .areas_views_0_readerBuffer (areas_views_0_readerBuffer),
+    .areas_views_1_works        (areas_views_1_works),
+    .areas_views_1_ecatWrites   (areas_views_1_ecatWrites),
+    .areas_views_1_ecatOpen     (areas_views_1_ecatOpen),
+    .areas_views_1_ecatMayOpen  (areas_views_1_ecatMayOpen),
+    .areas_views_1_writerBuffer (areas_views_1_writerBuffer),
+    .areas_views_1_readerBuffer (areas_views_1_readerBuffer),
+    .areas_views_2_works        (areas_views_2_works),
+    .areas_views_2_ecatWrites   (areas_views_2_ecatWrites),
+    .areas_views_2_ecatOpen     (areas_views_2_ecatOpen),
+    .areas_views_2_ecatMayOpen  (areas_views_2_ecatMayOpen),
+    .areas_views_2_writerBuffer (areas_views_2_writerBuffer),
+    .areas_views_2_readerBuffer (areas_views_2_readerBuffer),
+    .areas_views_3_works        (areas_views_3_works),
+    .areas_views_3_ecatWrites   (areas_views_3_ecatWrites),
+    .areas_views_3_ecatOpen     (areas_views_3_ecatOpen),
+    .areas_views_3_ecatMayOpen  (areas_views_3_ecatMayOpen),
+    .areas_views_3_writerBuffer (areas_views_3_writerBuffer),
+    .areas_views_3_readerBuffer (areas_views_3_readerBuffer),
+    .areas_views_4_works        (areas_views_4_works),
+    .areas_views_4_ecatWrites   (areas_views_4_ecatWrites),
+    .areas_views_4_ecatOpen     (areas_views_4_ecatOpen),
+    .areas_views_4_ecatMayOpen  (areas_views_4_ecatMayOpen),
+    .areas_views_4_writerBuffer (areas_views_4_writerBuffer),
+    .areas_views_4_readerBuffer (areas_views_4_readerBuffer),
+    .areas_views_5_works        (areas_views_5_works),
+    .areas_views_5_ecatWrites   (areas_views_5_ecatWrites),
+    .areas_views_5_ecatOpen     (areas_views_5_ecatOpen),
+    .areas_views_5_ecatMayOpen  (areas_views_5_ecatMayOpen),
+    .areas_views_5_writerBuffer (areas_views_5_writerBuffer),
+    .areas_views_5_readerBuffer (areas_views_5_readerBuffer),
+    .areas_views_6_works        (areas_views_6_works),
+    .areas_views_6_ecatWrites   (areas_views_6_ecatWrites),
+    .areas_views_6_ecatOpen     (areas_views_6_ecatOpen),
+    .areas_views_6_ecatMayOpen  (areas_views_6_ecatMayOpen),
+    .areas_views_6_writerBuffer (areas_views_6_writerBuffer),
+    .areas_views_6_readerBuffer (areas_views_6_readerBuffer),
+    .areas_views_7_works        (areas_views_7_works),
+    .areas_views_7_ecatWrites   (areas_views_7_ecatWrites),
+    .areas_views_7_ecatOpen     (areas_views_7_ecatOpen),
+    .areas_views_7_ecatMayOpen  (areas_views_7_ecatMayOpen),
+    .areas_views_7_writerBuffer (areas_views_7_writerBuffer),
+    .areas_views_7_readerBuffer (areas_views_7_readerBuffer),
+    .areas_ramOpen              (areas_ramOpen),
+    .areas_access_touch         (areas_access_touch),
+    .areas_access_first         (areas_access_first),
+    .areas_access_close         (areas_access_close),
+    .areas_access_single        (areas_access_single),
+    .areas_accessIndex          (areas_accessIndex)
   );
   assign out_valid = output_valid;
   assign out_payload = output_payload;
@@ -1357,6 +3249,9 @@ module FrameProcessor(
   assign out_odd = output_odd;
   assign out_crcGood = output_crcGood & ~(output_odd ? oddChanges : (|changes));
   assign memory_commit = memory_commit_REG;
+  assign frameGood = frameGood_r_4;
+  assign frameBad = frameBad_r_4;
+  assign busy = _busy_T;
   assign error = error_REG;
 endmodule
 
@@ -1927,11 +3822,2352 @@ module MiiTransmitter(
   assign txd = data;
 endmodule
 
+module WideTable_3(
+  input         clock,
+  input         reset,
+  input         write,
+  input  [2:0]  writeIndex,
+  input  [3:0]  writeMask,
+  input  [31:0] writeData,
+  input  [2:0]  readIndex_0,
+  input  [2:0]  readIndex_1,
+  output [31:0] readData_0,
+  output [31:0] readData_1
+);
+
+  wire [2:0]  _rams_0_readAddress;
+  wire [31:0] _rams_0_readData;
+  reg         merging;
+  reg  [2:0]  index;
+  reg  [3:0]  mask;
+  reg  [31:0] data;
+  reg  [31:0] last;
+  reg         again;
+  wire [31:0] merged =
+    {mask[3] ? data[31:24] : again ? last[31:24] : _rams_0_readData[31:24],
+     mask[2] ? data[23:16] : again ? last[23:16] : _rams_0_readData[23:16],
+     mask[1] ? data[15:8] : again ? last[15:8] : _rams_0_readData[15:8],
+     mask[0] ? data[7:0] : again ? last[7:0] : _rams_0_readData[7:0]};
+  always @(posedge clock) begin
+    if (reset) begin
+      merging <= 1'h0;
+      again <= 1'h0;
+    end
+    else begin
+      merging <= write;
+      again <= merging & write & index == writeIndex;
+    end
+    index <= writeIndex;
+    mask <= writeMask;
+    data <= writeData;
+    last <= merged;
+  end // always @(posedge)
+  assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(32)
+  ) rams_0 (
+    .clock        (clock),
+    .write        (merging),
+    .writeAddress (index),
+    .writeData    (merged),
+    .readAddress  (_rams_0_readAddress),
+    .readData     (_rams_0_readData)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(32)
+  ) rams_1 (
+    .clock        (clock),
+    .write        (merging),
+    .writeAddress (index),
+    .writeData    (merged),
+    .readAddress  (readIndex_1),
+    .readData     (readData_1)
+  );
+  assign readData_0 = _rams_0_readData;
+endmodule
+
+module SyncManager(
+  input        clock,
+  input        reset,
+  input        enabled,
+  input        deactivated,
+  input        isMailbox,
+  input        ecatWrites,
+  input        ecat_touch,
+  input        ecat_first,
+  input        ecat_close,
+  input        ecat_single,
+  input        pdi_touch,
+  input        pdi_first,
+  input        pdi_close,
+  input        pdi_single,
+  input        good,
+  input        bad,
+  output       view_works,
+  output       view_locked,
+  output       view_buffered,
+  output       view_ecatWrites,
+  output       view_ecatOpen,
+  output       view_ecatMayOpen,
+  output       view_pdiOpen,
+  output       view_pdiMayOpen,
+  output [1:0] view_writerBuffer,
+  output [1:0] view_readerBuffer,
+  output       writeEvent,
+  output       readEvent,
+  output [1:0] lastBuffer,
+  output       full,
+  output       written
+);
+
+  wire       works = enabled & ~deactivated;
+  reg  [1:0] next;
+  reg  [1:0] reader;
+  reg        newer;
+  reg        anyWritten;
+  reg        ecatOpen;
+  reg        pdiOpen;
+  reg        ecatTouched;
+  reg        ecatBegan;
+  reg        ecatClosed;
+  reg        ecatSingle;
+  reg        isWritten;
+  reg        isRead;
+  wire [1:0] writer = next ^ ~reader;
+  wire       mayWrite = ~isMailbox | ~newer;
+  wire       mayRead = isMailbox ? newer : anyWritten;
+  wire       _GEN = ~isMailbox & newer;
+  wire       _GEN_0 = ecat_touch & ecat_first & ~ecat_single & ~ecatWrites & _GEN & ~ecatOpen;
+  wire       _GEN_1 = ~_GEN_0 & newer;
+  wire       _GEN_2 = ecatBegan & ecatWrites;
+  wire       _GEN_3 = good & ecatClosed;
+  wire       _GEN_4 = good & ecatClosed & ecatWrites & ~ecatSingle;
+  wire       _GEN_5 = _GEN_3 ? (ecatWrites ? ~ecatSingle | _GEN_1 : ~(isMailbox | _GEN_0) & newer) : _GEN_1;
+  wire       _GEN_6 = pdi_touch & pdi_first;
+  wire       _GEN_7 = _GEN & ~pdiOpen;
+  wire       _GEN_8 = _GEN_6 & ~pdi_single & ecatWrites & _GEN_7;
+  wire       _GEN_9 = ~_GEN_8 & _GEN_5;
+  wire       _GEN_10 = pdi_close & ~ecatWrites;
+  wire       _GEN_11 = ~works | good | bad;
+  always @(posedge clock) begin
+    if (reset) begin
+      next <= 2'h1;
+      reader <= 2'h2;
+      newer <= 1'h0;
+      anyWritten <= 1'h0;
+      ecatOpen <= 1'h0;
+      pdiOpen <= 1'h0;
+      ecatTouched <= 1'h0;
+      ecatBegan <= 1'h0;
+      ecatClosed <= 1'h0;
+      ecatSingle <= 1'h0;
+      isWritten <= 1'h0;
+      isRead <= 1'h0;
+    end
+    else begin
+      if (works) begin
+        if (pdi_close & ~ecatWrites & ~pdi_single & ~isMailbox)
+          next <= writer;
+        else if (_GEN_8)
+          next <= reader;
+        else if (good & ecatClosed & ecatWrites & ~ecatSingle & ~isMailbox)
+          next <= writer;
+        else if (_GEN_0)
+          next <= reader;
+        if (_GEN_6 & ~pdi_single & ecatWrites & _GEN_7 | _GEN_0)
+          reader <= next;
+      end
+      else begin
+        next <= 2'h1;
+        reader <= 2'h2;
+      end
+      newer <= works & (pdi_close ? (ecatWrites ? ~(isMailbox | _GEN_8) & _GEN_5 : ~pdi_single | _GEN_9) : _GEN_9);
+      anyWritten <= works & (_GEN_10 ? ~pdi_single | _GEN_4 | anyWritten : _GEN_4 | anyWritten);
+      ecatOpen <= ~(~works | bad & ecatTouched | _GEN_3) & (ecat_touch & ecat_first & ~ecat_single | ecatOpen);
+      pdiOpen <= ~(~works | pdi_close) & (_GEN_6 & ~pdi_single | pdiOpen);
+      ecatTouched <= ~_GEN_11 & (ecat_touch | ecatTouched);
+      ecatBegan <= ~_GEN_11 & (ecat_touch & ecat_first | ecatBegan);
+      ecatClosed <= ~_GEN_11 & (ecat_close | ecatClosed);
+      if (ecat_touch)
+        ecatSingle <= ecat_single;
+      isWritten <=
+        works
+        & (_GEN_10 | ~(_GEN_6 & ecatWrites)
+           & (good ? ecatClosed & ecatWrites | ~(ecatBegan & ~ecatWrites) & isWritten : isWritten));
+      isRead <=
+        works
+        & (pdi_close & ecatWrites
+           | (_GEN_6
+                ? ecatWrites & ~(good & _GEN_2) & isRead
+                : good ? ecatClosed & ~ecatWrites | ~_GEN_2 & isRead : isRead));
+    end
+  end // always @(posedge)
+  assign view_works = works;
+  assign view_locked = enabled & deactivated;
+  assign view_buffered = ~isMailbox;
+  assign view_ecatWrites = ecatWrites;
+  assign view_ecatOpen = ecatOpen & ~ecatClosed;
+  assign view_ecatMayOpen = (ecatWrites ? mayWrite : mayRead) & ~ecatClosed;
+  assign view_pdiOpen = pdiOpen;
+  assign view_pdiMayOpen = ecatWrites ? mayRead : mayWrite;
+  assign view_writerBuffer = isMailbox ? 2'h0 : writer;
+  assign view_readerBuffer = isMailbox ? 2'h0 : reader;
+  assign writeEvent = isWritten;
+  assign readEvent = isRead;
+  assign lastBuffer = isMailbox ? 2'h0 : anyWritten ? (newer ? next : reader) : 2'h3;
+  assign full = isMailbox & newer;
+  assign written = works & (good & ecatClosed & ecatWrites | pdi_close & ~ecatWrites);
+endmodule
+
+module SyncManagers(
+  input         clock,
+  input         reset,
+  input         write_valid,
+  input  [11:0] write_bits_address,
+  input         write_bits_mask,
+  input  [7:0]  write_bits_data,
+  input  [2:0]  ecat_index,
+  output [2:0]  ecat_entries_0_index,
+  output [15:0] ecat_entries_0_start,
+  output [15:0] ecat_entries_0_length,
+  output        ecat_entries_0_takesPart,
+  output        ecat_entries_0_triple,
+  output        ecat_views_0_works,
+  output        ecat_views_0_ecatWrites,
+  output        ecat_views_0_ecatOpen,
+  output        ecat_views_0_ecatMayOpen,
+  output [1:0]  ecat_views_0_writerBuffer,
+  output [1:0]  ecat_views_0_readerBuffer,
+  output        ecat_views_1_works,
+  output        ecat_views_1_ecatWrites,
+  output        ecat_views_1_ecatOpen,
+  output        ecat_views_1_ecatMayOpen,
+  output [1:0]  ecat_views_1_writerBuffer,
+  output [1:0]  ecat_views_1_readerBuffer,
+  output        ecat_views_2_works,
+  output        ecat_views_2_ecatWrites,
+  output        ecat_views_2_ecatOpen,
+  output        ecat_views_2_ecatMayOpen,
+  output [1:0]  ecat_views_2_writerBuffer,
+  output [1:0]  ecat_views_2_readerBuffer,
+  output        ecat_views_3_works,
+  output        ecat_views_3_ecatWrites,
+  output        ecat_views_3_ecatOpen,
+  output        ecat_views_3_ecatMayOpen,
+  output [1:0]  ecat_views_3_writerBuffer,
+  output [1:0]  ecat_views_3_readerBuffer,
+  output        ecat_views_4_works,
+  output        ecat_views_4_ecatWrites,
+  output        ecat_views_4_ecatOpen,
+  output        ecat_views_4_ecatMayOpen,
+  output [1:0]  ecat_views_4_writerBuffer,
+  output [1:0]  ecat_views_4_readerBuffer,
+  output        ecat_views_5_works,
+  output        ecat_views_5_ecatWrites,
+  output        ecat_views_5_ecatOpen,
+  output        ecat_views_5_ecatMayOpen,
+  output [1:0]  ecat_views_5_writerBuffer,
+  output [1:0]  ecat_views_5_readerBuffer,
+  output        ecat_views_6_works,
+  output        ecat_views_6_ecatWrites,
+  output        ecat_views_6_ecatOpen,
+  output        ecat_views_6_ecatMayOpen,
+  output [1:0]  ecat_views_6_writerBuffer,
+  output [1:0]  ecat_views_6_readerBuffer,
+  output        ecat_views_7_works,
+  output        ecat_views_7_ecatWrites,
+  output        ecat_views_7_ecatOpen,
+  output        ecat_views_7_ecatMayOpen,
+  output [1:0]  ecat_views_7_writerBuffer,
+  output [1:0]  ecat_views_7_readerBuffer,
+  output        ecat_ramOpen,
+  input         ecat_access_touch,
+  input         ecat_access_first,
+  input         ecat_access_close,
+  input         ecat_access_single,
+  input  [2:0]  ecat_accessIndex,
+  input  [2:0]  pdi_index,
+  output [2:0]  pdi_entries_0_index,
+  output [15:0] pdi_entries_0_start,
+  output [15:0] pdi_entries_0_length,
+  output        pdi_entries_0_takesPart,
+  output        pdi_entries_0_triple,
+  output        pdi_views_0_works,
+  output        pdi_views_0_ecatWrites,
+  output        pdi_views_0_pdiOpen,
+  output        pdi_views_0_pdiMayOpen,
+  output [1:0]  pdi_views_0_writerBuffer,
+  output [1:0]  pdi_views_0_readerBuffer,
+  output        pdi_views_1_works,
+  output        pdi_views_1_ecatWrites,
+  output        pdi_views_1_pdiOpen,
+  output        pdi_views_1_pdiMayOpen,
+  output [1:0]  pdi_views_1_writerBuffer,
+  output [1:0]  pdi_views_1_readerBuffer,
+  output        pdi_views_2_works,
+  output        pdi_views_2_ecatWrites,
+  output        pdi_views_2_pdiOpen,
+  output        pdi_views_2_pdiMayOpen,
+  output [1:0]  pdi_views_2_writerBuffer,
+  output [1:0]  pdi_views_2_readerBuffer,
+  output        pdi_views_3_works,
+  output        pdi_views_3_ecatWrites,
+  output        pdi_views_3_pdiOpen,
+  output        pdi_views_3_pdiMayOpen,
+  output [1:0]  pdi_views_3_writerBuffer,
+  output [1:0]  pdi_views_3_readerBuffer,
+  output        pdi_views_4_works,
+  output        pdi_views_4_ecatWrites,
+  output        pdi_views_4_pdiOpen,
+  output        pdi_views_4_pdiMayOpen,
+  output [1:0]  pdi_views_4_writerBuffer,
+  output [1:0]  pdi_views_4_readerBuffer,
+  output        pdi_views_5_works,
+  output        pdi_views_5_ecatWrites,
+  output        pdi_views_5_pdiOpen,
+  output        pdi_views_5_pdiMayOpen,
+  output [1:0]  pdi_views_5_writerBuffer,
+  output [1:0]  pdi_views_5_readerBuffer,
+  output        pdi_views_6_works,
+  output        pdi_views_6_ecatWrites,
+  output        pdi_views_6_pdiOpen,
+  output        pdi_views_6_pdiMayOpen,
+  output [1:0]  pdi_views_6_writerBuffer,
+  output [1:0]  pdi_views_6_readerBuffer,
+  output        pdi_views_7_works,
+  output        pdi_views_7_ecatWrites,
+  output        pdi_views_7_pdiOpen,
+  output        pdi_views_7_pdiMayOpen,
+  output [1:0]  pdi_views_7_writerBuffer,
+  output [1:0]  pdi_views_7_readerBuffer,
+  output        pdi_ramOpen,
+  input         pdi_access_touch,
+  input         pdi_access_first,
+  input         pdi_access_close,
+  input         pdi_access_single,
+  input  [2:0]  pdi_accessIndex,
+  input         ramOpen,
+  input         good,
+  input         bad,
+  input         quiet,
+  input         enable_0,
+  input         enable_1,
+  input         enable_2,
+  input         enable_3,
+  input         enable_4,
+  input         enable_5,
+  input         enable_6,
+  input         enable_7,
+  output        writeEvent_0,
+  output        writeEvent_1,
+  output        writeEvent_2,
+  output        writeEvent_3,
+  output        writeEvent_4,
+  output        writeEvent_5,
+  output        writeEvent_6,
+  output        writeEvent_7,
+  output        readEvent_0,
+  output        readEvent_1,
+  output        readEvent_2,
+  output        readEvent_3,
+  output        readEvent_4,
+  output        readEvent_5,
+  output        readEvent_6,
+  output        readEvent_7,
+  output        full_0,
+  output        full_1,
+  output        full_2,
+  output        full_3,
+  output        full_4,
+  output        full_5,
+  output        full_6,
+  output        full_7,
+  output [1:0]  lastBuffer_0,
+  output [1:0]  lastBuffer_1,
+  output [1:0]  lastBuffer_2,
+  output [1:0]  lastBuffer_3,
+  output [1:0]  lastBuffer_4,
+  output [1:0]  lastBuffer_5,
+  output [1:0]  lastBuffer_6,
+  output [1:0]  lastBuffer_7,
+  output        deactivated_0,
+  output        deactivated_1,
+  output        deactivated_2,
+  output        deactivated_3,
+  output        deactivated_4,
+  output        deactivated_5,
+  output        deactivated_6,
+  output        deactivated_7,
+  output        ecatEvent_0,
+  output        ecatEvent_1,
+  output        ecatEvent_2,
+  output        ecatEvent_3,
+  output        ecatEvent_4,
+  output        ecatEvent_5,
+  output        ecatEvent_6,
+  output        ecatEvent_7,
+  output        alEvent_0,
+  output        alEvent_1,
+  output        alEvent_2,
+  output        alEvent_3,
+  output        alEvent_4,
+  output        alEvent_5,
+  output        alEvent_6,
+  output        alEvent_7,
+  output        trigger
+);
+
+  wire        _triggers_sm7_isMailbox;
+  wire        _triggers_sm7_ecatWrites;
+  wire        _triggers_sm7_ecat_touch;
+  wire        _triggers_sm7_ecat_close;
+  wire        _triggers_sm7_pdi_touch;
+  wire        _triggers_sm7_pdi_close;
+  wire        _triggers_sm7_view_works;
+  wire        _triggers_sm7_view_locked;
+  wire        _triggers_sm7_view_buffered;
+  wire        _triggers_sm7_view_ecatWrites;
+  wire [1:0]  _triggers_sm7_view_writerBuffer;
+  wire [1:0]  _triggers_sm7_view_readerBuffer;
+  wire        _triggers_sm7_writeEvent;
+  wire        _triggers_sm7_readEvent;
+  wire        _triggers_sm7_written;
+  wire        _triggers_sm6_isMailbox;
+  wire        _triggers_sm6_ecatWrites;
+  wire        _triggers_sm6_ecat_touch;
+  wire        _triggers_sm6_ecat_close;
+  wire        _triggers_sm6_pdi_touch;
+  wire        _triggers_sm6_pdi_close;
+  wire        _triggers_sm6_view_works;
+  wire        _triggers_sm6_view_locked;
+  wire        _triggers_sm6_view_buffered;
+  wire        _triggers_sm6_view_ecatWrites;
+  wire [1:0]  _triggers_sm6_view_writerBuffer;
+  wire [1:0]  _triggers_sm6_view_readerBuffer;
+  wire        _triggers_sm6_writeEvent;
+  wire        _triggers_sm6_readEvent;
+  wire        _triggers_sm6_written;
+  wire        _triggers_sm5_isMailbox;
+  wire        _triggers_sm5_ecatWrites;
+  wire        _triggers_sm5_ecat_touch;
+  wire        _triggers_sm5_ecat_close;
+  wire        _triggers_sm5_pdi_touch;
+  wire        _triggers_sm5_pdi_close;
+  wire        _triggers_sm5_view_works;
+  wire        _triggers_sm5_view_locked;
+  wire        _triggers_sm5_view_buffered;
+  wire        _triggers_sm5_view_ecatWrites;
+  wire [1:0]  _triggers_sm5_view_writerBuffer;
+  wire [1:0]  _triggers_sm5_view_readerBuffer;
+  wire        _triggers_sm5_writeEvent;
+  wire        _triggers_sm5_readEvent;
+  wire        _triggers_sm5_written;
+  wire        _triggers_sm4_isMailbox;
+  wire        _triggers_sm4_ecatWrites;
+  wire        _triggers_sm4_ecat_touch;
+  wire        _triggers_sm4_ecat_close;
+  wire        _triggers_sm4_pdi_touch;
+  wire        _triggers_sm4_pdi_close;
+  wire        _triggers_sm4_view_works;
+  wire        _triggers_sm4_view_locked;
+  wire        _triggers_sm4_view_buffered;
+  wire        _triggers_sm4_view_ecatWrites;
+  wire [1:0]  _triggers_sm4_view_writerBuffer;
+  wire [1:0]  _triggers_sm4_view_readerBuffer;
+  wire        _triggers_sm4_writeEvent;
+  wire        _triggers_sm4_readEvent;
+  wire        _triggers_sm4_written;
+  wire        _triggers_sm3_isMailbox;
+  wire        _triggers_sm3_ecatWrites;
+  wire        _triggers_sm3_ecat_touch;
+  wire        _triggers_sm3_ecat_close;
+  wire        _triggers_sm3_pdi_touch;
+  wire        _triggers_sm3_pdi_close;
+  wire        _triggers_sm3_view_works;
+  wire        _triggers_sm3_view_locked;
+  wire        _triggers_sm3_view_buffered;
+  wire        _triggers_sm3_view_ecatWrites;
+  wire [1:0]  _triggers_sm3_view_writerBuffer;
+  wire [1:0]  _triggers_sm3_view_readerBuffer;
+  wire        _triggers_sm3_writeEvent;
+  wire        _triggers_sm3_readEvent;
+  wire        _triggers_sm3_written;
+  wire        _triggers_sm2_isMailbox;
+  wire        _triggers_sm2_ecatWrites;
+  wire        _triggers_sm2_ecat_touch;
+  wire        _triggers_sm2_ecat_close;
+  wire        _triggers_sm2_pdi_touch;
+  wire        _triggers_sm2_pdi_close;
+  wire        _triggers_sm2_view_works;
+  wire        _triggers_sm2_view_locked;
+  wire        _triggers_sm2_view_buffered;
+  wire        _triggers_sm2_view_ecatWrites;
+  wire [1:0]  _triggers_sm2_view_writerBuffer;
+  wire [1:0]  _triggers_sm2_view_readerBuffer;
+  wire        _triggers_sm2_writeEvent;
+  wire        _triggers_sm2_readEvent;
+  wire        _triggers_sm2_written;
+  wire        _triggers_sm1_isMailbox;
+  wire        _triggers_sm1_ecatWrites;
+  wire        _triggers_sm1_ecat_touch;
+  wire        _triggers_sm1_ecat_close;
+  wire        _triggers_sm1_pdi_touch;
+  wire        _triggers_sm1_pdi_close;
+  wire        _triggers_sm1_view_works;
+  wire        _triggers_sm1_view_locked;
+  wire        _triggers_sm1_view_buffered;
+  wire        _triggers_sm1_view_ecatWrites;
+  wire [1:0]  _triggers_sm1_view_writerBuffer;
+  wire [1:0]  _triggers_sm1_view_readerBuffer;
+  wire        _triggers_sm1_writeEvent;
+  wire        _triggers_sm1_readEvent;
+  wire        _triggers_sm1_written;
+  wire        _triggers_sm0_isMailbox;
+  wire        _triggers_sm0_ecatWrites;
+  wire        _triggers_sm0_ecat_touch;
+  wire        _triggers_sm0_ecat_close;
+  wire        _triggers_sm0_pdi_touch;
+  wire        _triggers_sm0_pdi_close;
+  wire        _triggers_sm0_view_works;
+  wire        _triggers_sm0_view_locked;
+  wire        _triggers_sm0_view_buffered;
+  wire        _triggers_sm0_view_ecatWrites;
+  wire [1:0]  _triggers_sm0_view_writerBuffer;
+  wire [1:0]  _triggers_sm0_view_readerBuffer;
+  wire        _triggers_sm0_writeEvent;
+  wire        _triggers_sm0_readEvent;
+  wire        _triggers_sm0_written;
+  wire        _table_0_write;
+  wire [2:0]  _table_0_writeIndex;
+  wire [3:0]  _table_0_writeMask;
+  wire [31:0] _table_0_writeData;
+  wire [31:0] _table_0_readData_0;
+  wire [31:0] _table_0_readData_1;
+  wire [7:0]  _table_0_writeMask_T_2 = {7'h0, write_bits_mask} << write_bits_address[1:0];
+  reg  [2:0]  last;
+  reg         casez_tmp;
+  always @(*) begin
+    casez (last)
+      3'b000:
+        casez_tmp = _triggers_sm0_view_works;
+      3'b001:
+        casez_tmp = _triggers_sm1_view_works;
+      3'b010:
+        casez_tmp = _triggers_sm2_view_works;
+      3'b011:
+        casez_tmp = _triggers_sm3_view_works;
+      3'b100:
+        casez_tmp = _triggers_sm4_view_works;
+      3'b101:
+        casez_tmp = _triggers_sm5_view_works;
+      3'b110:
+        casez_tmp = _triggers_sm6_view_works;
+      default:
+        casez_tmp = _triggers_sm7_view_works;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_0;
+  always @(*) begin
+    casez (last)
+      3'b000:
+        casez_tmp_0 = _triggers_sm0_view_locked;
+      3'b001:
+        casez_tmp_0 = _triggers_sm1_view_locked;
+      3'b010:
+        casez_tmp_0 = _triggers_sm2_view_locked;
+      3'b011:
+        casez_tmp_0 = _triggers_sm3_view_locked;
+      3'b100:
+        casez_tmp_0 = _triggers_sm4_view_locked;
+      3'b101:
+        casez_tmp_0 = _triggers_sm5_view_locked;
+      3'b110:
+        casez_tmp_0 = _triggers_sm6_view_locked;
+      default:
+        casez_tmp_0 = _triggers_sm7_view_locked;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_1;
+  always @(*) begin
+    casez (last)
+      3'b000:
+        casez_tmp_1 = _triggers_sm0_view_buffered;
+      3'b001:
+        casez_tmp_1 = _triggers_sm1_view_buffered;
+      3'b010:
+        casez_tmp_1 = _triggers_sm2_view_buffered;
+      3'b011:
+        casez_tmp_1 = _triggers_sm3_view_buffered;
+      3'b100:
+        casez_tmp_1 = _triggers_sm4_view_buffered;
+      3'b101:
+        casez_tmp_1 = _triggers_sm5_view_buffered;
+      3'b110:
+        casez_tmp_1 = _triggers_sm6_view_buffered;
+      default:
+        casez_tmp_1 = _triggers_sm7_view_buffered;
+    endcase
+  end // always @(*)
+  reg  [2:0]  last_1;
+  reg         casez_tmp_2;
+  always @(*) begin
+    casez (last_1)
+      3'b000:
+        casez_tmp_2 = _triggers_sm0_view_works;
+      3'b001:
+        casez_tmp_2 = _triggers_sm1_view_works;
+      3'b010:
+        casez_tmp_2 = _triggers_sm2_view_works;
+      3'b011:
+        casez_tmp_2 = _triggers_sm3_view_works;
+      3'b100:
+        casez_tmp_2 = _triggers_sm4_view_works;
+      3'b101:
+        casez_tmp_2 = _triggers_sm5_view_works;
+      3'b110:
+        casez_tmp_2 = _triggers_sm6_view_works;
+      default:
+        casez_tmp_2 = _triggers_sm7_view_works;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_3;
+  always @(*) begin
+    casez (last_1)
+      3'b000:
+        casez_tmp_3 = _triggers_sm0_view_locked;
+      3'b001:
+        casez_tmp_3 = _triggers_sm1_view_locked;
+      3'b010:
+        casez_tmp_3 = _triggers_sm2_view_locked;
+      3'b011:
+        casez_tmp_3 = _triggers_sm3_view_locked;
+      3'b100:
+        casez_tmp_3 = _triggers_sm4_view_locked;
+      3'b101:
+        casez_tmp_3 = _triggers_sm5_view_locked;
+      3'b110:
+        casez_tmp_3 = _triggers_sm6_view_locked;
+      default:
+        casez_tmp_3 = _triggers_sm7_view_locked;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_4;
+  always @(*) begin
+    casez (last_1)
+      3'b000:
+        casez_tmp_4 = _triggers_sm0_view_buffered;
+      3'b001:
+        casez_tmp_4 = _triggers_sm1_view_buffered;
+      3'b010:
+        casez_tmp_4 = _triggers_sm2_view_buffered;
+      3'b011:
+        casez_tmp_4 = _triggers_sm3_view_buffered;
+      3'b100:
+        casez_tmp_4 = _triggers_sm4_view_buffered;
+      3'b101:
+        casez_tmp_4 = _triggers_sm5_view_buffered;
+      3'b110:
+        casez_tmp_4 = _triggers_sm6_view_buffered;
+      default:
+        casez_tmp_4 = _triggers_sm7_view_buffered;
+    endcase
+  end // always @(*)
+  reg  [7:0]  triggers_control_0;
+  reg         triggers_deactivate_0;
+  reg         triggers_deactivated_0;
+  wire        _triggers_sm0_ecat_close_T = ecat_accessIndex == 3'h0;
+  wire        _triggers_sm0_pdi_close_T = pdi_accessIndex == 3'h0;
+  reg  [7:0]  triggers_control_1;
+  reg         triggers_deactivate_1;
+  reg         triggers_deactivated_1;
+  wire        _triggers_sm1_ecat_close_T = ecat_accessIndex == 3'h1;
+  wire        _triggers_sm1_pdi_close_T = pdi_accessIndex == 3'h1;
+  reg  [7:0]  triggers_control_2;
+  reg         triggers_deactivate_2;
+  reg         triggers_deactivated_2;
+  wire        _triggers_sm2_ecat_close_T = ecat_accessIndex == 3'h2;
+  wire        _triggers_sm2_pdi_close_T = pdi_accessIndex == 3'h2;
+  reg  [7:0]  triggers_control_3;
+  reg         triggers_deactivate_3;
+  reg         triggers_deactivated_3;
+  wire        _triggers_sm3_ecat_close_T = ecat_accessIndex == 3'h3;
+  wire        _triggers_sm3_pdi_close_T = pdi_accessIndex == 3'h3;
+  reg  [7:0]  triggers_control_4;
+  reg         triggers_deactivate_4;
+  reg         triggers_deactivated_4;
+  wire        _triggers_sm4_ecat_close_T = ecat_accessIndex == 3'h4;
+  wire        _triggers_sm4_pdi_close_T = pdi_accessIndex == 3'h4;
+  reg  [7:0]  triggers_control_5;
+  reg         triggers_deactivate_5;
+  reg         triggers_deactivated_5;
+  wire        _triggers_sm5_ecat_close_T = ecat_accessIndex == 3'h5;
+  wire        _triggers_sm5_pdi_close_T = pdi_accessIndex == 3'h5;
+  reg  [7:0]  triggers_control_6;
+  reg         triggers_deactivate_6;
+  reg         triggers_deactivated_6;
+  wire        _triggers_sm6_ecat_close_T = ecat_accessIndex == 3'h6;
+  wire        _triggers_sm6_pdi_close_T = pdi_accessIndex == 3'h6;
+  reg  [7:0]  triggers_control_7;
+  reg         triggers_deactivate_7;
+  reg         triggers_deactivated_7;
+  always @(posedge clock) begin
+    last <= ecat_index;
+    last_1 <= pdi_index;
+    if (reset) begin
+      triggers_control_0 <= 8'h0;
+      triggers_deactivate_0 <= 1'h0;
+      triggers_deactivated_0 <= 1'h0;
+      triggers_control_1 <= 8'h0;
+      triggers_deactivate_1 <= 1'h0;
+      triggers_deactivated_1 <= 1'h0;
+      triggers_control_2 <= 8'h0;
+      triggers_deactivate_2 <= 1'h0;
+      triggers_deactivated_2 <= 1'h0;
+      triggers_control_3 <= 8'h0;
+      triggers_deactivate_3 <= 1'h0;
+      triggers_deactivated_3 <= 1'h0;
+      triggers_control_4 <= 8'h0;
+      triggers_deactivate_4 <= 1'h0;
+      triggers_deactivated_4 <= 1'h0;
+      triggers_control_5 <= 8'h0;
+      triggers_deactivate_5 <= 1'h0;
+      triggers_deactivated_5 <= 1'h0;
+      triggers_control_6 <= 8'h0;
+      triggers_deactivate_6 <= 1'h0;
+      triggers_deactivated_6 <= 1'h0;
+      triggers_control_7 <= 8'h0;
+      triggers_deactivate_7 <= 1'h0;
+      triggers_deactivated_7 <= 1'h0;
+    end
+    else begin
+      if (write_valid & write_bits_address == 12'h804 & write_bits_mask)
+        triggers_control_0 <= write_bits_data;
+      if (write_valid & write_bits_address == 12'h807 & write_bits_mask)
+        triggers_deactivate_0 <= write_bits_data[0];
+      if (quiet) begin
+        triggers_deactivated_0 <= triggers_deactivate_0;
+        triggers_deactivated_1 <= triggers_deactivate_1;
+        triggers_deactivated_2 <= triggers_deactivate_2;
+        triggers_deactivated_3 <= triggers_deactivate_3;
+        triggers_deactivated_4 <= triggers_deactivate_4;
+        triggers_deactivated_5 <= triggers_deactivate_5;
+        triggers_deactivated_6 <= triggers_deactivate_6;
+        triggers_deactivated_7 <= triggers_deactivate_7;
+      end
+      if (write_valid & write_bits_address == 12'h80C & write_bits_mask)
+        triggers_control_1 <= write_bits_data;
+      if (write_valid & write_bits_address == 12'h80F & write_bits_mask)
+        triggers_deactivate_1 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h814 & write_bits_mask)
+        triggers_control_2 <= write_bits_data;
+      if (write_valid & write_bits_address == 12'h817 & write_bits_mask)
+        triggers_deactivate_2 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h81C & write_bits_mask)
+        triggers_control_3 <= write_bits_data;
+      if (write_valid & write_bits_address == 12'h81F & write_bits_mask)
+        triggers_deactivate_3 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h824 & write_bits_mask)
+        triggers_control_4 <= write_bits_data;
+      if (write_valid & write_bits_address == 12'h827 & write_bits_mask)
+        triggers_deactivate_4 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h82C & write_bits_mask)
+        triggers_control_5 <= write_bits_data;
+      if (write_valid & write_bits_address == 12'h82F & write_bits_mask)
+        triggers_deactivate_5 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h834 & write_bits_mask)
+        triggers_control_6 <= write_bits_data;
+      if (write_valid & write_bits_address == 12'h837 & write_bits_mask)
+        triggers_deactivate_6 <= write_bits_data[0];
+      if (write_valid & write_bits_address == 12'h83C & write_bits_mask)
+        triggers_control_7 <= write_bits_data;
+      if (write_valid & write_bits_address == 12'h83F & write_bits_mask)
+        triggers_deactivate_7 <= write_bits_data[0];
+    end
+  end // always @(posedge)
+  assign _table_0_write =
+    write_valid & write_bits_address[11:7] == 5'h10 & ~(write_bits_address[2]) & ~(write_bits_address[6]);
+  assign _table_0_writeIndex = write_bits_address[5:3];
+  assign _table_0_writeMask = _table_0_writeMask_T_2[3:0];
+  assign _table_0_writeData = {2{{2{write_bits_data}}}};
+  WideTable_3 table_0 (
+    .clock       (clock),
+    .reset       (reset),
+    .write       (_table_0_write),
+    .writeIndex  (_table_0_writeIndex),
+    .writeMask   (_table_0_writeMask),
+    .writeData   (_table_0_writeData),
+    .readIndex_0 (ecat_index),
+    .readIndex_1 (pdi_index),
+    .readData_0  (_table_0_readData_0),
+    .readData_1  (_table_0_readData_1)
+  );
+  assign _triggers_sm0_isMailbox = triggers_control_0[1];
+  assign _triggers_sm0_ecatWrites = triggers_control_0[2];
+  assign _triggers_sm0_ecat_touch = ecat_access_touch & _triggers_sm0_ecat_close_T;
+  assign _triggers_sm0_ecat_close = ecat_access_close & _triggers_sm0_ecat_close_T;
+  assign _triggers_sm0_pdi_touch = pdi_access_touch & _triggers_sm0_pdi_close_T;
+  assign _triggers_sm0_pdi_close = pdi_access_close & _triggers_sm0_pdi_close_T;
+  SyncManager triggers_sm0 (
+    .clock             (clock),
+    .reset             (reset),
+    .enabled           (enable_0),
+    .deactivated       (triggers_deactivated_0),
+    .isMailbox         (_triggers_sm0_isMailbox),
+    .ecatWrites        (_triggers_sm0_ecatWrites),
+    .ecat_touch        (_triggers_sm0_ecat_touch),
+    .ecat_first        (ecat_access_first),
+    .ecat_close        (_triggers_sm0_ecat_close),
+    .ecat_single       (ecat_access_single),
+    .pdi_touch         (_triggers_sm0_pdi_touch),
+    .pdi_first         (pdi_access_first),
+    .pdi_close         (_triggers_sm0_pdi_close),
+    .pdi_single        (pdi_access_single),
+    .good              (good),
+    .bad               (bad),
+    .view_works        (_triggers_sm0_view_works),
+    .view_locked       (_triggers_sm0_view_locked),
+    .view_buffered     (_triggers_sm0_view_buffered),
+    .view_ecatWrites   (_triggers_sm0_view_ecatWrites),
+    .view_ecatOpen     (ecat_views_0_ecatOpen),
+    .view_ecatMayOpen  (ecat_views_0_ecatMayOpen),
+    .view_pdiOpen      (pdi_views_0_pdiOpen),
+    .view_pdiMayOpen   (pdi_views_0_pdiMayOpen),
+    .view_writerBuffer (_triggers_sm0_view_writerBuffer),
+    .view_readerBuffer (_triggers_sm0_view_readerBuffer),
+    .writeEvent        (_triggers_sm0_writeEvent),
+    .readEvent         (_triggers_sm0_readEvent),
+    .lastBuffer        (lastBuffer_0),
+    .full              (full_0),
+    .written           (_triggers_sm0_written)
+  );
+  assign _triggers_sm1_isMailbox = triggers_control_1[1];
+  assign _triggers_sm1_ecatWrites = triggers_control_1[2];
+  assign _triggers_sm1_ecat_touch = ecat_access_touch & _triggers_sm1_ecat_close_T;
+  assign _triggers_sm1_ecat_close = ecat_access_close & _triggers_sm1_ecat_close_T;
+  assign _triggers_sm1_pdi_touch = pdi_access_touch & _triggers_sm1_pdi_close_T;
+  assign _triggers_sm1_pdi_close = pdi_access_close & _triggers_sm1_pdi_close_T;
+  SyncManager triggers_sm1 (
+    .clock             (clock),
+    .reset             (reset),
+    .enabled           (enable_1),
+    .deactivated       (triggers_deactivated_1),
+    .isMailbox         (_triggers_sm1_isMailbox),
+    .ecatWrites        (_triggers_sm1_ecatWrites),
+    .ecat_touch        (_triggers_sm1_ecat_touch),
+    .ecat_first        (ecat_access_first),
+    .ecat_close        (_triggers_sm1_ecat_close),
+    .ecat_single       (ecat_access_single),
+    .pdi_touch         (_triggers_sm1_pdi_touch),
+    .pdi_first         (pdi_access_first),
+    .pdi_close         (_triggers_sm1_pdi_close),
+    .pdi_single        (pdi_access_single),
+    .good              (good),
+    .bad               (bad),
+    .view_works        (_triggers_sm1_view_works),
+    .view_locked       (_triggers_sm1_view_locked),
+    .view_buffered     (_triggers_sm1_view_buffered),
+    .view_ecatWrites   (_triggers_sm1_view_ecatWrites),
+    .view_ecatOpen     (ecat_views_1_ecatOpen),
+    .view_ecatMayOpen  (ecat_views_1_ecatMayOpen),
+    .view_pdiOpen      (pdi_views_1_pdiOpen),
+    .view_pdiMayOpen   (pdi_views_1_pdiMayOpen),
+    .view_writerBuffer (_triggers_sm1_view_writerBuffer),
+    .view_readerBuffer (_triggers_sm1_view_readerBuffer),
+    .writeEvent        (_triggers_sm1_writeEvent),
+    .readEvent         (_triggers_sm1_readEvent),
+    .lastBuffer        (lastBuffer_1),
+    .full              (full_1),
+    .written           (_triggers_sm1_written)
+  );
+  assign _triggers_sm2_isMailbox = triggers_control_2[1];
+  assign _triggers_sm2_ecatWrites = triggers_control_2[2];
+  assign _triggers_sm2_ecat_touch = ecat_access_touch & _triggers_sm2_ecat_close_T;
+  assign _triggers_sm2_ecat_close = ecat_access_close & _triggers_sm2_ecat_close_T;
+  assign _triggers_sm2_pdi_touch = pdi_access_touch & _triggers_sm2_pdi_close_T;
+  assign _triggers_sm2_pdi_close = pdi_access_close & _triggers_sm2_pdi_close_T;
+  SyncManager triggers_sm2 (
+    .clock             (clock),
+    .reset             (reset),
+    .enabled           (enable_2),
+    .deactivated       (triggers_deactivated_2),
+    .isMailbox         (_triggers_sm2_isMailbox),
+    .ecatWrites        (_triggers_sm2_ecatWrites),
+    .ecat_touch        (_triggers_sm2_ecat_touch),
+    .ecat_first        (ecat_access_first),
+    .ecat_close        (_triggers_sm2_ecat_close),
+    .ecat_single       (ecat_access_single),
+    .pdi_touch         (_triggers_sm2_pdi_touch),
+    .pdi_first         (pdi_access_first),
+    .pdi_close         (_triggers_sm2_pdi_close),
+    .pdi_single        (pdi_access_single),
+    .good              (good),
+    .bad               (bad),
+    .view_works        (_triggers_sm2_view_works),
+    .view_locked       (_triggers_sm2_view_locked),
+    .view_buffered     (_triggers_sm2_view_buffered),
+    .view_ecatWrites   (_triggers_sm2_view_ecatWrites),
+    .view_ecatOpen     (ecat_views_2_ecatOpen),
+    .view_ecatMayOpen  (ecat_views_2_ecatMayOpen),
+    .view_pdiOpen      (pdi_views_2_pdiOpen),
+    .view_pdiMayOpen   (pdi_views_2_pdiMayOpen),
+    .view_writerBuffer (_triggers_sm2_view_writerBuffer),
+    .view_readerBuffer (_triggers_sm2_view_readerBuffer),
+    .writeEvent        (_triggers_sm2_writeEvent),
+    .readEvent         (_triggers_sm2_readEvent),
+    .lastBuffer        (lastBuffer_2),
+    .full              (full_2),
+    .written           (_triggers_sm2_written)
+  );
+  assign _triggers_sm3_isMailbox = triggers_control_3[1];
+  assign _triggers_sm3_ecatWrites = triggers_control_3[2];
+  assign _triggers_sm3_ecat_touch = ecat_access_touch & _triggers_sm3_ecat_close_T;
+  assign _triggers_sm3_ecat_close = ecat_access_close & _triggers_sm3_ecat_close_T;
+  assign _triggers_sm3_pdi_touch = pdi_access_touch & _triggers_sm3_pdi_close_T;
+  assign _triggers_sm3_pdi_close = pdi_access_close & _triggers_sm3_pdi_close_T;
+  SyncManager triggers_sm3 (
+    .clock             (clock),
+    .reset             (reset),
+    .enabled           (enable_3),
+    .deactivated       (triggers_deactivated_3),
+    .isMailbox         (_triggers_sm3_isMailbox),
+    .ecatWrites        (_triggers_sm3_ecatWrites),
+    .ecat_touch        (_triggers_sm3_ecat_touch),
+    .ecat_first        (ecat_access_first),
+    .ecat_close        (_triggers_sm3_ecat_close),
+    .ecat_single       (ecat_access_single),
+    .pdi_touch         (_triggers_sm3_pdi_touch),
+    .pdi_first         (pdi_access_first),
+    .pdi_close         (_triggers_sm3_pdi_close),
+    .pdi_single        (pdi_access_single),
+    .good              (good),
+    .bad               (bad),
+    .view_works        (_triggers_sm3_view_works),
+    .view_locked       (_triggers_sm3_view_locked),
+    .view_buffered     (_triggers_sm3_view_buffered),
+    .view_ecatWrites   (_triggers_sm3_view_ecatWrites),
+    .view_ecatOpen     (ecat_views_3_ecatOpen),
+    .view_ecatMayOpen  (ecat_views_3_ecatMayOpen),
+    .view_pdiOpen      (pdi_views_3_pdiOpen),
+    .view_pdiMayOpen   (pdi_views_3_pdiMayOpen),
+    .view_writerBuffer (_triggers_sm3_view_writerBuffer),
+    .view_readerBuffer (_triggers_sm3_view_readerBuffer),
+    .writeEvent        (_triggers_sm3_writeEvent),
+    .readEvent         (_triggers_sm3_readEvent),
+    .lastBuffer        (lastBuffer_3),
+    .full              (full_3),
+    .written           (_triggers_sm3_written)
+  );
+  assign _triggers_sm4_isMailbox = triggers_control_4[1];
+  assign _triggers_sm4_ecatWrites = triggers_control_4[2];
+  assign _triggers_sm4_ecat_touch = ecat_access_touch & _triggers_sm4_ecat_close_T;
+  assign _triggers_sm4_ecat_close = ecat_access_close & _triggers_sm4_ecat_close_T;
+  assign _triggers_sm4_pdi_touch = pdi_access_touch & _triggers_sm4_pdi_close_T;
+  assign _triggers_sm4_pdi_close = pdi_access_close & _triggers_sm4_pdi_close_T;
+  SyncManager triggers_sm4 (
+    .clock             (clock),
+    .reset             (reset),
+    .enabled           (enable_4),
+    .deactivated       (triggers_deactivated_4),
+    .isMailbox         (_triggers_sm4_isMailbox),
+    .ecatWrites        (_triggers_sm4_ecatWrites),
+    .ecat_touch        (_triggers_sm4_ecat_touch),
+    .ecat_first        (ecat_access_first),
+    .ecat_close        (_triggers_sm4_ecat_close),
+    .ecat_single       (ecat_access_single),
+    .pdi_touch         (_triggers_sm4_pdi_touch),
+    .pdi_first         (pdi_access_first),
+    .pdi_close         (_triggers_sm4_pdi_close),
+    .pdi_single        (pdi_access_single),
+    .good              (good),
+    .bad               (bad),
+    .view_works        (_triggers_sm4_view_works),
+    .view_locked       (_triggers_sm4_view_locked),
+    .view_buffered     (_triggers_sm4_view_buffered),
+    .view_ecatWrites   (_triggers_sm4_view_ecatWrites),
+    .view_ecatOpen     (ecat_views_4_ecatOpen),
+    .view_ecatMayOpen  (ecat_views_4_ecatMayOpen),
+    .view_pdiOpen      (pdi_views_4_pdiOpen),
+    .view_pdiMayOpen   (pdi_views_4_pdiMayOpen),
+    .view_writerBuffer (_triggers_sm4_view_writerBuffer),
+    .view_readerBuffer (_triggers_sm4_view_readerBuffer),
+    .writeEvent        (_triggers_sm4_writeEvent),
+    .readEvent         (_triggers_sm4_readEvent),
+    .lastBuffer        (lastBuffer_4),
+    .full              (full_4),
+    .written           (_triggers_sm4_written)
+  );
+  assign _triggers_sm5_isMailbox = triggers_control_5[1];
+  assign _triggers_sm5_ecatWrites = triggers_control_5[2];
+  assign _triggers_sm5_ecat_touch = ecat_access_touch & _triggers_sm5_ecat_close_T;
+  assign _triggers_sm5_ecat_close = ecat_access_close & _triggers_sm5_ecat_close_T;
+  assign _triggers_sm5_pdi_touch = pdi_access_touch & _triggers_sm5_pdi_close_T;
+  assign _triggers_sm5_pdi_close = pdi_access_close & _triggers_sm5_pdi_close_T;
+  SyncManager triggers_sm5 (
+    .clock             (clock),
+    .reset             (reset),
+    .enabled           (enable_5),
+    .deactivated       (triggers_deactivated_5),
+    .isMailbox         (_triggers_sm5_isMailbox),
+    .ecatWrites        (_triggers_sm5_ecatWrites),
+    .ecat_touch        (_triggers_sm5_ecat_touch),
+    .ecat_first        (ecat_access_first),
+    .ecat_close        (_triggers_sm5_ecat_close),
+    .ecat_single       (ecat_access_single),
+    .pdi_touch         (_triggers_sm5_pdi_touch),
+    .pdi_first         (pdi_access_first),
+    .pdi_close         (_triggers_sm5_pdi_close),
+    .pdi_single        (pdi_access_single),
+    .good              (good),
+    .bad               (bad),
+    .view_works        (_triggers_sm5_view_works),
+    .view_locked       (_triggers_sm5_view_locked),
+    .view_buffered     (_triggers_sm5_view_buffered),
+    .view_ecatWrites   (_triggers_sm5_view_ecatWrites),
+    .view_ecatOpen     (ecat_views_5_ecatOpen),
+    .view_ecatMayOpen  (ecat_views_5_ecatMayOpen),
+    .view_pdiOpen      (pdi_views_5_pdiOpen),
+    .view_pdiMayOpen   (pdi_views_5_pdiMayOpen),
+    .view_writerBuffer (_triggers_sm5_view_writerBuffer),
+    .view_readerBuffer (_triggers_sm5_view_readerBuffer),
+    .writeEvent        (_triggers_sm5_writeEvent),
+    .readEvent         (_triggers_sm5_readEvent),
+    .lastBuffer        (lastBuffer_5),
+    .full              (full_5),
+    .written           (_triggers_sm5_written)
+  );
+  assign _triggers_sm6_isMailbox = triggers_control_6[1];
+  assign _triggers_sm6_ecatWrites = triggers_control_6[2];
+  assign _triggers_sm6_ecat_touch = ecat_access_touch & _triggers_sm6_ecat_close_T;
+  assign _triggers_sm6_ecat_close = ecat_access_close & _triggers_sm6_ecat_close_T;
+  assign _triggers_sm6_pdi_touch = pdi_access_touch & _triggers_sm6_pdi_close_T;
+  assign _triggers_sm6_pdi_close = pdi_access_close & _triggers_sm6_pdi_close_T;
+  SyncManager triggers_sm6 (
+    .clock             (clock),
+    .reset             (reset),
+    .enabled           (enable_6),
+    .deactivated       (triggers_deactivated_6),
+    .isMailbox         (_triggers_sm6_isMailbox),
+    .ecatWrites        (_triggers_sm6_ecatWrites),
+    .ecat_touch        (_triggers_sm6_ecat_touch),
+    .ecat_first        (ecat_access_first),
+    .ecat_close        (_triggers_sm6_ecat_close),
+    .ecat_single       (ecat_access_single),
+    .pdi_touch         (_triggers_sm6_pdi_touch),
+    .pdi_first         (pdi_access_first),
+    .pdi_close         (_triggers_sm6_pdi_close),
+    .pdi_single        (pdi_access_single),
+    .good              (good),
+    .bad               (bad),
+    .view_works        (_triggers_sm6_view_works),
+    .view_locked       (_triggers_sm6_view_locked),
+    .view_buffered     (_triggers_sm6_view_buffered),
+    .view_ecatWrites   (_triggers_sm6_view_ecatWrites),
+    .view_ecatOpen     (ecat_views_6_ecatOpen),
+    .view_ecatMayOpen  (ecat_views_6_ecatMayOpen),
+    .view_pdiOpen      (pdi_views_6_pdiOpen),
+    .view_pdiMayOpen   (pdi_views_6_pdiMayOpen),
+    .view_writerBuffer (_triggers_sm6_view_writerBuffer),
+    .view_readerBuffer (_triggers_sm6_view_readerBuffer),
+    .writeEvent        (_triggers_sm6_writeEvent),
+    .readEvent         (_triggers_sm6_readEvent),
+    .lastBuffer        (lastBuffer_6),
+    .full              (full_6),
+    .written           (_triggers_sm6_written)
+  );
+  assign _triggers_sm7_isMailbox = triggers_control_7[1];
+  assign _triggers_sm7_ecatWrites = triggers_control_7[2];
+  assign _triggers_sm7_ecat_touch = ecat_access_touch & (&ecat_accessIndex);
+  assign _triggers_sm7_ecat_close = ecat_access_close & (&ecat_accessIndex);
+  assign _triggers_sm7_pdi_touch = pdi_access_touch & (&pdi_accessIndex);
+  assign _triggers_sm7_pdi_close = pdi_access_close & (&pdi_accessIndex);
+  SyncManager triggers_sm7 (
+    .clock             (clock),
+    .reset             (reset),
+    .enabled           (enable_7),
+    .deactivated       (triggers_deactivated_7),
+    .isMailbox         (_triggers_sm7_isMailbox),
+    .ecatWrites        (_triggers_sm7_ecatWrites),
+    .ecat_touch        (_triggers_sm7_ecat_touch),
+    .ecat_first        (ecat_access_first),
+    .ecat_close        (_triggers_sm7_ecat_close),
+    .ecat_single       (ecat_access_single),
+    .pdi_touch         (_triggers_sm7_pdi_touch),
+    .pdi_first         (pdi_access_first),
+    .pdi_close         (_triggers_sm7_pdi_close),
+    .pdi_single        (pdi_access_single),
+    .good              (good),
+    .bad               (bad),
+    .view_works        (_triggers_sm7_view_works),
+    .view_locked       (_triggers_sm7_view_locked),
+    .view_buffered     (_triggers_sm7_view_buffered),
+    .view_ecatWrites   (_triggers_sm7_view_ecatWrites),
+    .view_ecatOpen     (ecat_views_7_ecatOpen),
+    .view_ecatMayOpen  (ecat_views_7_ecatMayOpen),
+    .view_pdiOpen      (pdi_views_7_pdiOpen),
+    .view_pdiMayOpen   (pdi_views_7_pdiMayOpen),
+    .view_writerBuffer (_triggers_sm7_view_writerBuffer),
+    .view_readerBuffer (_triggers_sm7_view_readerBuffer),
+    .writeEvent        (_triggers_sm7_writeEvent),
+    .readEvent         (_triggers_sm7_readEvent),
+    .lastBuffer        (lastBuffer_7),
+    .full              (full_7),
+    .written           (_triggers_sm7_written)
+  );
+  assign ecat_entries_0_index = last;
+  assign ecat_entries_0_start = _table_0_readData_0[15:0];
+  assign ecat_entries_0_length = _table_0_readData_0[31:16];
+  assign ecat_entries_0_takesPart = casez_tmp | casez_tmp_0;
+  assign ecat_entries_0_triple = casez_tmp_0 & casez_tmp_1;
+  assign ecat_views_0_works = _triggers_sm0_view_works;
+  assign ecat_views_0_ecatWrites = _triggers_sm0_view_ecatWrites;
+  assign ecat_views_0_writerBuffer = _triggers_sm0_view_writerBuffer;
+  assign ecat_views_0_readerBuffer = _triggers_sm0_view_readerBuffer;
+  assign ecat_views_1_works = _triggers_sm1_view_works;
+  assign ecat_views_1_ecatWrites = _triggers_sm1_view_ecatWrites;
+  assign ecat_views_1_writerBuffer = _triggers_sm1_view_writerBuffer;
+  assign ecat_views_1_readerBuffer = _triggers_sm1_view_readerBuffer;
+  assign ecat_views_2_works = _triggers_sm2_view_works;
+  assign ecat_views_2_ecatWrites = _triggers_sm2_view_ecatWrites;
+  assign ecat_views_2_writerBuffer = _triggers_sm2_view_writerBuffer;
+  assign ecat_views_2_readerBuffer = _triggers_sm2_view_readerBuffer;
+  assign ecat_views_3_works = _triggers_sm3_view_works;
+  assign ecat_views_3_ecatWrites = _triggers_sm3_view_ecatWrites;
+  assign ecat_views_3_writerBuffer = _triggers_sm3_view_writerBuffer;
+  assign ecat_views_3_readerBuffer = _triggers_sm3_view_readerBuffer;
+  assign ecat_views_4_works = _triggers_sm4_view_works;
+  assign ecat_views_4_ecatWrites = _triggers_sm4_view_ecatWrites;
+  assign ecat_views_4_writerBuffer = _triggers_sm4_view_writerBuffer;
+  assign ecat_views_4_readerBuffer = _triggers_sm4_view_readerBuffer;
+  assign ecat_views_5_works = _triggers_sm5_view_works;
+  assign ecat_views_5_ecatWrites = _triggers_sm5_view_ecatWrites;
+  assign ecat_views_5_writerBuffer = _triggers_sm5_view_writerBuffer;
+  assign ecat_views_5_readerBuffer = _triggers_sm5_view_readerBuffer;
+  assign ecat_views_6_works = _triggers_sm6_view_works;
+  assign ecat_views_6_ecatWrites = _triggers_sm6_view_ecatWrites;
+  assign ecat_views_6_writerBuffer = _triggers_sm6_view_writerBuffer;
+  assign ecat_views_6_readerBuffer = _triggers_sm6_view_readerBuffer;
+  assign ecat_views_7_works = _triggers_sm7_view_works;
+  assign ecat_views_7_ecatWrites = _triggers_sm7_view_ecatWrites;
+  assign ecat_views_7_writerBuffer = _triggers_sm7_view_writerBuffer;
+  assign ecat_views_7_readerBuffer = _triggers_sm7_view_readerBuffer;
+  assign ecat_ramOpen = ramOpen;
+  assign pdi_entries_0_index = last_1;
+  assign pdi_entries_0_start = _table_0_readData_1[15:0];
+  assign pdi_entries_0_length = _table_0_readData_1[31:16];
+  assign pdi_entries_0_takesPart = casez_tmp_2 | casez_tmp_3;
+  assign pdi_entries_0_triple = casez_tmp_3 & casez_tmp_4;
+  assign pdi_views_0_works = _triggers_sm0_view_works;
+  assign pdi_views_0_ecatWrites = _triggers_sm0_view_ecatWrites;
+  assign pdi_views_0_writerBuffer = _triggers_sm0_view_writerBuffer;
+  assign pdi_views_0_readerBuffer = _triggers_sm0_view_readerBuffer;
+  assign pdi_views_1_works = _triggers_sm1_view_works;
+  assign pdi_views_1_ecatWrites = _triggers_sm1_view_ecatWrites;
+  assign pdi_views_1_writerBuffer = _triggers_sm1_view_writerBuffer;
+  assign pdi_views_1_readerBuffer = _triggers_sm1_view_readerBuffer;
+  assign pdi_views_2_works = _triggers_sm2_view_works;
+  assign pdi_views_2_ecatWrites = _triggers_sm2_view_ecatWrites;
+  assign pdi_views_2_writerBuffer = _triggers_sm2_view_writerBuffer;
+  assign pdi_views_2_readerBuffer = _triggers_sm2_view_readerBuffer;
+  assign pdi_views_3_works = _triggers_sm3_view_works;
+  assign pdi_views_3_ecatWrites = _triggers_sm3_view_ecatWrites;
+  assign pdi_views_3_writerBuffer = _triggers_sm3_view_writerBuffer;
+  assign pdi_views_3_readerBuffer = _triggers_sm3_view_readerBuffer;
+  assign pdi_views_4_works = _triggers_sm4_view_works;
+  assign pdi_views_4_ecatWrites = _triggers_sm4_view_ecatWrites;
+  assign pdi_views_4_writerBuffer = _triggers_sm4_view_writerBuffer;
+  assign pdi_views_4_readerBuffer = _triggers_sm4_view_readerBuffer;
+  assign pdi_views_5_works = _triggers_sm5_view_works;
+  assign pdi_views_5_ecatWrites = _triggers_sm5_view_ecatWrites;
+  assign pdi_views_5_writerBuffer = _triggers_sm5_view_writerBuffer;
+  assign pdi_views_5_readerBuffer = _triggers_sm5_view_readerBuffer;
+  assign pdi_views_6_works = _triggers_sm6_view_works;
+  assign pdi_views_6_ecatWrites = _triggers_sm6_view_ecatWrites;
+  assign pdi_views_6_writerBuffer = _triggers_sm6_view_writerBuffer;
+  assign pdi_views_6_readerBuffer = _triggers_sm6_view_readerBuffer;
+  assign pdi_views_7_works = _triggers_sm7_view_works;
+  assign pdi_views_7_ecatWrites = _triggers_sm7_view_ecatWrites;
+  assign pdi_views_7_writerBuffer = _triggers_sm7_view_writerBuffer;
+  assign pdi_views_7_readerBuffer = _triggers_sm7_view_readerBuffer;
+  assign pdi_ramOpen = ramOpen;
+  assign writeEvent_0 = _triggers_sm0_writeEvent;
+  assign writeEvent_1 = _triggers_sm1_writeEvent;
+  assign writeEvent_2 = _triggers_sm2_writeEvent;
+  assign writeEvent_3 = _triggers_sm3_writeEvent;
+  assign writeEvent_4 = _triggers_sm4_writeEvent;
+  assign writeEvent_5 = _triggers_sm5_writeEvent;
+  assign writeEvent_6 = _triggers_sm6_writeEvent;
+  assign writeEvent_7 = _triggers_sm7_writeEvent;
+  assign readEvent_0 = _triggers_sm0_readEvent;
+  assign readEvent_1 = _triggers_sm1_readEvent;
+  assign readEvent_2 = _triggers_sm2_readEvent;
+  assign readEvent_3 = _triggers_sm3_readEvent;
+  assign readEvent_4 = _triggers_sm4_readEvent;
+  assign readEvent_5 = _triggers_sm5_readEvent;
+  assign readEvent_6 = _triggers_sm6_readEvent;
+  assign readEvent_7 = _triggers_sm7_readEvent;
+  assign deactivated_0 = triggers_deactivated_0;
+  assign deactivated_1 = triggers_deactivated_1;
+  assign deactivated_2 = triggers_deactivated_2;
+  assign deactivated_3 = triggers_deactivated_3;
+  assign deactivated_4 = triggers_deactivated_4;
+  assign deactivated_5 = triggers_deactivated_5;
+  assign deactivated_6 = triggers_deactivated_6;
+  assign deactivated_7 = triggers_deactivated_7;
+  assign ecatEvent_0 =
+    triggers_control_0[4] & (triggers_control_0[2] ? _triggers_sm0_readEvent : _triggers_sm0_writeEvent);
+  assign ecatEvent_1 =
+    triggers_control_1[4] & (triggers_control_1[2] ? _triggers_sm1_readEvent : _triggers_sm1_writeEvent);
+  assign ecatEvent_2 =
+    triggers_control_2[4] & (triggers_control_2[2] ? _triggers_sm2_readEvent : _triggers_sm2_writeEvent);
+  assign ecatEvent_3 =
+    triggers_control_3[4] & (triggers_control_3[2] ? _triggers_sm3_readEvent : _triggers_sm3_writeEvent);
+  assign ecatEvent_4 =
+    triggers_control_4[4] & (triggers_control_4[2] ? _triggers_sm4_readEvent : _triggers_sm4_writeEvent);
+  assign ecatEvent_5 =
+    triggers_control_5[4] & (triggers_control_5[2] ? _triggers_sm5_readEvent : _triggers_sm5_writeEvent);
+  assign ecatEvent_6 =
+    triggers_control_6[4] & (triggers_control_6[2] ? _triggers_sm6_readEvent : _triggers_sm6_writeEvent);
+  assign ecatEvent_7 =
+    triggers_control_7[4] & (triggers_control_7[2] ? _triggers_sm7_readEvent : _triggers_sm7_writeEvent);
+  assign alEvent_0 =
+    triggers_control_0[5] & (triggers_control_0[2] ? _triggers_sm0_writeEvent : _triggers_sm0_readEvent);
+  assign alEvent_1 =
+    triggers_control_1[5] & (triggers_control_1[2] ? _triggers_sm1_writeEvent : _triggers_sm1_readEvent);
+  assign alEvent_2 =
+    triggers_control_2[5] & (triggers_control_2[2] ? _triggers_sm2_writeEvent : _triggers_sm2_readEvent);
+  assign alEvent_3 =
+    triggers_control_3[5] & (triggers_control_3[2] ? _triggers_sm3_writeEvent : _triggers_sm3_readEvent);
+  assign alEvent_4 =
+    triggers_control_4[5] & (triggers_control_4[2] ? _triggers_sm4_writeEvent : _triggers_sm4_readEvent);
+  assign alEvent_5 =
+    triggers_control_5[5] & (triggers_control_5[2] ? _triggers_sm5_writeEvent : _triggers_sm5_readEvent);
+  assign alEvent_6 =
+    triggers_control_6[5] & (triggers_control_6[2] ? _triggers_sm6_writeEvent : _triggers_sm6_readEvent);
+  assign alEvent_7 =
+    triggers_control_7[5] & (triggers_control_7[2] ? _triggers_sm7_writeEvent : _triggers_sm7_readEvent);
+  assign trigger =
+    triggers_control_0[6] & _triggers_sm0_written | triggers_control_1[6] & _triggers_sm1_written
+    | triggers_control_2[6] & _triggers_sm2_written | triggers_control_3[6] & _triggers_sm3_written
+    | triggers_control_4[6] & _triggers_sm4_written | triggers_control_5[6] & _triggers_sm5_written
+    | triggers_control_6[6] & _triggers_sm6_written | triggers_control_7[6] & _triggers_sm7_written;
+endmodule
+
+module HostSequencer(
+  input         clock,
+  input         reset,
+  input         host_req,
+  input         host_write,
+  input  [15:0] host_addr,
+  input  [7:0]  host_wdata,
+  input         host_be,
+  output        host_ack,
+  output [7:0]  host_rdata,
+  output        memory_req,
+  output        memory_write,
+  output [15:0] memory_addr,
+  output [7:0]  memory_wdata,
+  output        memory_be,
+  input         memory_ack,
+  input  [7:0]  memory_rdata,
+  output [2:0]  areas_index,
+  input  [2:0]  areas_entries_0_index,
+  input  [15:0] areas_entries_0_start,
+  input  [15:0] areas_entries_0_length,
+  input         areas_entries_0_takesPart,
+  input         areas_entries_0_triple,
+  input         areas_views_0_works,
+  input         areas_views_0_ecatWrites,
+  input         areas_views_0_pdiOpen,
+  input         areas_views_0_pdiMayOpen,
+  input  [1:0]  areas_views_0_writerBuffer,
+  input  [1:0]  areas_views_0_readerBuffer,
+  input         areas_views_1_works,
+  input         areas_views_1_ecatWrites,
+  input         areas_views_1_pdiOpen,
+  input         areas_views_1_pdiMayOpen,
+  input  [1:0]  areas_views_1_writerBuffer,
+  input  [1:0]  areas_views_1_readerBuffer,
+  input         areas_views_2_works,
+  input         areas_views_2_ecatWrites,
+  input         areas_views_2_pdiOpen,
+  input         areas_views_2_pdiMayOpen,
+  input  [1:0]  areas_views_2_writerBuffer,
+  input  [1:0]  areas_views_2_readerBuffer,
+  input         areas_views_3_works,
+  input         areas_views_3_ecatWrites,
+  input         areas_views_3_pdiOpen,
+  input         areas_views_3_pdiMayOpen,
+  input  [1:0]  areas_views_3_writerBuffer,
+  input  [1:0]  areas_views_3_readerBuffer,
+  input         areas_views_4_works,
+  input         areas_views_4_ecatWrites,
+  input         areas_views_4_pdiOpen,
+  input         areas_views_4_pdiMayOpen,
+  input  [1:0]  areas_views_4_writerBuffer,
+  input  [1:0]  areas_views_4_readerBuffer,
+  input         areas_views_5_works,
+  input         areas_views_5_ecatWrites,
+  input         areas_views_5_pdiOpen,
+  input         areas_views_5_pdiMayOpen,
+  input  [1:0]  areas_views_5_writerBuffer,
+  input  [1:0]  areas_views_5_readerBuffer,
+  input         areas_views_6_works,
+  input         areas_views_6_ecatWrites,
+  input         areas_views_6_pdiOpen,
+  input         areas_views_6_pdiMayOpen,
+  input  [1:0]  areas_views_6_writerBuffer,
+  input  [1:0]  areas_views_6_readerBuffer,
+  input         areas_views_7_works,
+  input         areas_views_7_ecatWrites,
+  input         areas_views_7_pdiOpen,
+  input         areas_views_7_pdiMayOpen,
+  input  [1:0]  areas_views_7_writerBuffer,
+  input  [1:0]  areas_views_7_readerBuffer,
+  input         areas_ramOpen,
+  output        areas_access_touch,
+  output        areas_access_first,
+  output        areas_access_close,
+  output        areas_access_single,
+  output [2:0]  areas_accessIndex,
+  input         ecatActs
+);
+
+  wire        _area_scan_result_hit;
+  wire [2:0]  _area_scan_result_index;
+  wire [15:0] _area_scan_result_length;
+  wire        _area_scan_result_first;
+  wire        _area_scan_result_last;
+  reg  [2:0]  state;
+  reg         lane;
+  reg  [7:0]  data;
+  reg  [15:0] through;
+  reg  [3:0]  count;
+  reg         area_scan_entry_begins_REG;
+  wire        single = _area_scan_result_first & _area_scan_result_last;
+  reg         casez_tmp;
+  always @(*) begin
+    casez (_area_scan_result_index)
+      3'b000:
+        casez_tmp = areas_views_0_works;
+      3'b001:
+        casez_tmp = areas_views_1_works;
+      3'b010:
+        casez_tmp = areas_views_2_works;
+      3'b011:
+        casez_tmp = areas_views_3_works;
+      3'b100:
+        casez_tmp = areas_views_4_works;
+      3'b101:
+        casez_tmp = areas_views_5_works;
+      3'b110:
+        casez_tmp = areas_views_6_works;
+      default:
+        casez_tmp = areas_views_7_works;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_0;
+  always @(*) begin
+    casez (_area_scan_result_index)
+      3'b000:
+        casez_tmp_0 = areas_views_0_ecatWrites;
+      3'b001:
+        casez_tmp_0 = areas_views_1_ecatWrites;
+      3'b010:
+        casez_tmp_0 = areas_views_2_ecatWrites;
+      3'b011:
+        casez_tmp_0 = areas_views_3_ecatWrites;
+      3'b100:
+        casez_tmp_0 = areas_views_4_ecatWrites;
+      3'b101:
+        casez_tmp_0 = areas_views_5_ecatWrites;
+      3'b110:
+        casez_tmp_0 = areas_views_6_ecatWrites;
+      default:
+        casez_tmp_0 = areas_views_7_ecatWrites;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_1;
+  always @(*) begin
+    casez (_area_scan_result_index)
+      3'b000:
+        casez_tmp_1 = areas_views_0_pdiOpen;
+      3'b001:
+        casez_tmp_1 = areas_views_1_pdiOpen;
+      3'b010:
+        casez_tmp_1 = areas_views_2_pdiOpen;
+      3'b011:
+        casez_tmp_1 = areas_views_3_pdiOpen;
+      3'b100:
+        casez_tmp_1 = areas_views_4_pdiOpen;
+      3'b101:
+        casez_tmp_1 = areas_views_5_pdiOpen;
+      3'b110:
+        casez_tmp_1 = areas_views_6_pdiOpen;
+      default:
+        casez_tmp_1 = areas_views_7_pdiOpen;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_2;
+  always @(*) begin
+    casez (_area_scan_result_index)
+      3'b000:
+        casez_tmp_2 = areas_views_0_pdiMayOpen;
+      3'b001:
+        casez_tmp_2 = areas_views_1_pdiMayOpen;
+      3'b010:
+        casez_tmp_2 = areas_views_2_pdiMayOpen;
+      3'b011:
+        casez_tmp_2 = areas_views_3_pdiMayOpen;
+      3'b100:
+        casez_tmp_2 = areas_views_4_pdiMayOpen;
+      3'b101:
+        casez_tmp_2 = areas_views_5_pdiMayOpen;
+      3'b110:
+        casez_tmp_2 = areas_views_6_pdiMayOpen;
+      default:
+        casez_tmp_2 = areas_views_7_pdiMayOpen;
+    endcase
+  end // always @(*)
+  reg  [1:0]  casez_tmp_3;
+  always @(*) begin
+    casez (_area_scan_result_index)
+      3'b000:
+        casez_tmp_3 = areas_views_0_writerBuffer;
+      3'b001:
+        casez_tmp_3 = areas_views_1_writerBuffer;
+      3'b010:
+        casez_tmp_3 = areas_views_2_writerBuffer;
+      3'b011:
+        casez_tmp_3 = areas_views_3_writerBuffer;
+      3'b100:
+        casez_tmp_3 = areas_views_4_writerBuffer;
+      3'b101:
+        casez_tmp_3 = areas_views_5_writerBuffer;
+      3'b110:
+        casez_tmp_3 = areas_views_6_writerBuffer;
+      default:
+        casez_tmp_3 = areas_views_7_writerBuffer;
+    endcase
+  end // always @(*)
+  reg  [1:0]  casez_tmp_4;
+  always @(*) begin
+    casez (_area_scan_result_index)
+      3'b000:
+        casez_tmp_4 = areas_views_0_readerBuffer;
+      3'b001:
+        casez_tmp_4 = areas_views_1_readerBuffer;
+      3'b010:
+        casez_tmp_4 = areas_views_2_readerBuffer;
+      3'b011:
+        casez_tmp_4 = areas_views_3_readerBuffer;
+      3'b100:
+        casez_tmp_4 = areas_views_4_readerBuffer;
+      3'b101:
+        casez_tmp_4 = areas_views_5_readerBuffer;
+      3'b110:
+        casez_tmp_4 = areas_views_6_readerBuffer;
+      default:
+        casez_tmp_4 = areas_views_7_readerBuffer;
+    endcase
+  end // always @(*)
+  wire        right = casez_tmp_0 != host_write;
+  wire        may =
+    ~_area_scan_result_hit | casez_tmp & (host_addr < 16'h1000 | areas_ramOpen & host_addr < 16'h3000)
+    & (single | right & (casez_tmp_1 | _area_scan_result_first & casez_tmp_2));
+  wire        inBuffer = _area_scan_result_hit & right & casez_tmp;
+  wire [1:0]  number = host_write ? casez_tmp_3 : casez_tmp_4;
+  wire [17:0] moved =
+    {2'h0, host_addr}
+    + {1'h0,
+       _area_scan_result_hit & ~single
+         ? (number[1] ? {_area_scan_result_length, 1'h0} : {1'h0, number[0] ? _area_scan_result_length : 16'h0})
+         : 17'h0};
+  wire        _host_rdata_T = state == 3'h1;
+  wire        _GEN = state == 3'h0;
+  wire        _GEN_0 = state == 3'h1;
+  wire        _GEN_1 = state == 3'h2;
+  wire        _GEN_2 = state == 3'h3;
+  wire        _GEN_3 = state == 3'h4;
+  wire        _GEN_4 = state == 3'h5;
+  wire        _GEN_5 = state == 3'h6;
+  wire        _GEN_6 = _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5;
+  reg  [3:0]  casez_tmp_5;
+  always @(*) begin
+    casez (state)
+      3'b000:
+        casez_tmp_5 = 4'h0;
+      3'b001:
+        casez_tmp_5 = count;
+      3'b010:
+        casez_tmp_5 = count + 4'h1;
+      3'b011:
+        casez_tmp_5 = count;
+      3'b100:
+        casez_tmp_5 = count;
+      3'b101:
+        casez_tmp_5 = count;
+      3'b110:
+        casez_tmp_5 = count;
+      default:
+        casez_tmp_5 = _GEN_6 | ~(&state) ? count : 4'h0;
+    endcase
+  end // always @(*)
+  wire        _GEN_7 = _GEN_1 | _GEN_6;
+  reg  [2:0]  casez_tmp_6;
+  always @(*) begin
+    casez (state)
+      3'b000:
+        casez_tmp_6 = host_req ? {1'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1} : state;
+      3'b001:
+        casez_tmp_6 = memory_ack ? 3'h0 : state;
+      3'b010:
+        casez_tmp_6 = host_be ? (count == 4'hA ? 3'h3 : state) : 3'h7;
+      3'b011:
+        casez_tmp_6 = may ? (ecatActs ? state : 3'h4) : 3'h7;
+      3'b100:
+        casez_tmp_6 = {1'h1, |(moved[17:16]), 1'h1};
+      3'b101:
+        casez_tmp_6 = memory_ack ? 3'h6 : state;
+      3'b110:
+        casez_tmp_6 = ecatActs ? state : 3'h7;
+      default:
+        casez_tmp_6 = {1'h0, lane, 1'h0};
+    endcase
+  end // always @(*)
+  always @(posedge clock) begin
+    if (reset)
+      state <= 3'h0;
+    else
+      state <= casez_tmp_6;
+    lane <= ~_GEN & (_GEN_0 | _GEN_7 | ~(&state) ? lane : lane - 1'h1);
+    if (_GEN)
+      data <= 8'h0;
+    else
+      data <= {8{~(_GEN_0 | _GEN_1 | _GEN_2 | _GEN_3)}} & {8{_GEN_4 & memory_ack}} & memory_rdata | data;
+    if (_GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3) begin
+    end
+    else
+      through <= moved[15:0];
+    count <= casez_tmp_5;
+    area_scan_entry_begins_REG <= count == 4'h0;
+  end // always @(posedge)
+  AreaScan area_scan (
+    .clock           (clock),
+    .entry_index     (areas_entries_0_index),
+    .entry_start     (areas_entries_0_start),
+    .entry_length    (areas_entries_0_length),
+    .entry_takesPart (areas_entries_0_takesPart),
+    .entry_triple    (areas_entries_0_triple),
+    .entry_begins    (area_scan_entry_begins_REG),
+    .address         (host_addr),
+    .result_hit      (_area_scan_result_hit),
+    .result_index    (_area_scan_result_index),
+    .result_length   (_area_scan_result_length),
+    .result_first    (_area_scan_result_first),
+    .result_last     (_area_scan_result_last)
+  );
+  assign host_ack = ~_GEN & (_GEN_0 ? memory_ack : ~_GEN_7 & (&state) & ~lane);
+  assign host_rdata = _host_rdata_T ? memory_rdata : data;
+  assign memory_req = _host_rdata_T | state == 3'h5;
+  assign memory_write = host_write;
+  assign memory_addr = _host_rdata_T ? host_addr : through;
+  assign memory_wdata = host_wdata;
+  assign memory_be = ~_host_rdata_T | host_be;
+  assign areas_index = count[3] ? 3'h7 : count[2:0];
+  assign areas_access_touch = ~(_GEN | _GEN_0 | _GEN_1) & _GEN_2 & may & ~ecatActs & inBuffer;
+  assign areas_access_first = _area_scan_result_first;
+  assign areas_access_close =
+    ~(_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4) & _GEN_5 & ~ecatActs & inBuffer & _area_scan_result_last;
+  assign areas_access_single = single;
+  assign areas_accessIndex = _area_scan_result_index;
+endmodule
+
+module I2cMaster(
+  input        clock,
+  input        reset,
+  output       command_ready,
+  input        command_valid,
+  input  [2:0] command_bits,
+  input  [7:0] data,
+  output       done,
+  output [7:0] received,
+  output       acknowledged,
+  output       sclLow,
+  output       sdaLow,
+  input        sda
+);
+
+  reg  [5:0] timer;
+  wire       tick = timer == 6'h3D;
+  reg        busy;
+  reg  [2:0] what;
+  reg  [1:0] phase;
+  reg  [3:0] bitsLeft;
+  reg  [8:0] shift;
+  reg        scl;
+  reg        line;
+  wire       isByte = (|what) & what != 3'h4;
+  wire       _end_T = busy & tick;
+  wire       end_0 = _end_T & (&phase) & (~isByte | bitsLeft == 4'h0);
+  wire       _GEN = phase == 2'h0;
+  wire       _GEN_0 = phase == 2'h1 | scl;
+  wire       _GEN_1 = ~busy & command_valid;
+  wire       _GEN_2 = phase == 2'h2;
+  always @(posedge clock) begin
+    if (reset) begin
+      timer <= 6'h0;
+      busy <= 1'h0;
+      scl <= 1'h1;
+      line <= 1'h1;
+    end
+    else begin
+      if (tick)
+        timer <= 6'h0;
+      else
+        timer <= timer + 6'h1;
+      busy <= ~end_0 & (_GEN_1 | busy);
+      if (_end_T) begin
+        if (isByte) begin
+          scl <= ~(&phase) & _GEN_0;
+          if (_GEN)
+            line <= shift[8];
+        end
+        else begin
+          if (&phase)
+            scl <= |what;
+          else
+            scl <= _GEN_0;
+          if (_GEN_2)
+            line <= |what;
+          else if (_GEN)
+            line <= ~(|what);
+        end
+      end
+    end
+    if (_GEN_1)
+      what <= command_bits;
+    if (_end_T)
+      phase <= phase + 2'h1;
+    else if (_GEN_1)
+      phase <= 2'h0;
+    if (_end_T & isByte & (&phase))
+      bitsLeft <= bitsLeft - 4'h1;
+    else if (_GEN_1)
+      bitsLeft <= 4'h8;
+    if (_end_T & isByte & _GEN_2)
+      shift <= {shift[7:0], sda};
+    else if (_GEN_1)
+      shift <= command_bits == 3'h1 ? {data, 1'h1} : {8'hFF, command_bits == 3'h3};
+  end // always @(posedge)
+  assign command_ready = ~busy;
+  assign done = end_0;
+  assign received = shift[8:1];
+  assign acknowledged = ~(shift[0]);
+  assign sclLow = ~scl;
+  assign sdaLow = ~line;
+endmodule
+
+module SiiController(
+  input         clock,
+  input         reset,
+  input         twoByte,
+  output        sclLow,
+  output        sdaLow,
+  input         sda,
+  input         writeLow_valid,
+  input  [7:0]  writeLow_bits,
+  input         writeHigh_valid,
+  input  [7:0]  writeHigh_bits,
+  input         byHost,
+  input         registersBusy,
+  input         frameStart,
+  input         offered,
+  input         taken,
+  input  [7:0]  configuration,
+  input  [2:0]  fifoSize,
+  input         write_ready,
+  output        write_valid,
+  output [11:0] write_bits_address,
+  output [7:0]  write_bits_data,
+  input         read_ready,
+  output        read_valid,
+  output [11:0] read_bits,
+  input         data_valid,
+  input  [7:0]  data_bits,
+  output        ecatMayWrite,
+  output        pdiMayWrite,
+  output        writeEnable,
+  output [2:0]  command,
+  output        checksumError,
+  output        notLoaded,
+  output        commandError,
+  output        writeError,
+  output        busy,
+  output        loading
+);
+
+  wire        _GEN;
+  wire        _GEN_0;
+  wire [2:0]  _i2c_command_bits;
+  wire [7:0]  _i2c_data;
+  wire        _i2c_command_ready;
+  wire        _i2c_done;
+  wire [7:0]  _i2c_received;
+  wire        _i2c_acknowledged;
+  reg  [4:0]  state;
+  reg         enable;
+  reg  [2:0]  running;
+  reg         badSum;
+  reg         unloaded;
+  reg         noAck;
+  reg         notMay;
+  reg         isFirst;
+  reg         again;
+  reg  [18:0] byteAddress;
+  reg  [3:0]  count;
+  reg  [7:0]  crc;
+  reg  [15:0] sumWord;
+  reg         failed;
+  reg         pending;
+  reg  [7:0]  byte_0;
+  reg  [7:0]  a5Low;
+  wire        loads = running == 3'h4;
+  reg  [13:0] wait0;
+  wire        ownedByPdi = offered | taken;
+  wire        _command_T = state == 5'h1;
+  wire        _loading_T = state != 5'h1;
+  wire        _i2c_command_valid_T_1 = ~_GEN_0 & _GEN & ~pending;
+  wire [2:0]  highBits = twoByte ? byteAddress[18:16] : byteAddress[10:8];
+  wire        lastByte = count == {loads, 3'h7};
+  wire        _GEN_1 = state == 5'h0;
+  wire        _GEN_2 = state == 5'h2;
+  wire        _GEN_3 = state == 5'h3;
+  wire        _GEN_4 = state == 5'h4;
+  wire        _GEN_5 = state == 5'h5;
+  wire        _GEN_6 = state == 5'h6;
+  wire        _GEN_7 = state == 5'h7;
+  wire        _GEN_8 = state == 5'h8;
+  wire        _GEN_9 = state == 5'h9;
+  wire        _GEN_10 = state == 5'hA;
+  wire        _GEN_11 = state == 5'hB;
+  wire        _GEN_12 = state == 5'hC;
+  wire        _GEN_13 = _GEN_3 | _GEN_4 | _GEN_5;
+  assign _GEN_0 = _GEN_1 | _GEN_2 | _GEN_13;
+  wire        _GEN_14 = state == 5'hD;
+  wire [3:0]  _GEN_15 = count | 4'h8;
+  wire        _GEN_16 = state == 5'hE;
+  wire        _GEN_17 = state == 5'hF;
+  wire        _GEN_18 = _GEN_14 | _GEN_16;
+  wire        _GEN_19 = state == 5'h10;
+  wire        _GEN_20 = _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12;
+  wire        _GEN_21 = _GEN_6 | _GEN_20;
+  assign _GEN = _GEN_21 | ~_GEN_18 & (_GEN_17 | _GEN_19);
+  wire        _GEN_22 = _GEN_14 | _GEN_16 | _GEN_17;
+  wire        _GEN_23 = state == 5'h11;
+  wire        _GEN_24 = state == 5'h12;
+  wire        _GEN_25 = _GEN_17 | _GEN_19 | _GEN_23;
+  wire        _GEN_26 = _GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_14;
+  wire        _GEN_27 = _GEN_1 | _GEN_2;
+  wire        read_valid_0 = ~_GEN_27 & (_GEN_13 | ~_GEN_26 & (_GEN_16 | ~_GEN_25 & _GEN_24)) & ~pending;
+  wire        _GEN_28 = _GEN_25 | ~_GEN_24;
+  wire        _GEN_29 = state == 5'h13;
+  reg  [11:0] casez_tmp;
+  always @(*) begin
+    casez (count)
+      4'b0000:
+        casez_tmp = 12'h140;
+      4'b0001:
+        casez_tmp = 12'h141;
+      4'b0010:
+        casez_tmp = 12'h150;
+      4'b0011:
+        casez_tmp = 12'h151;
+      4'b0100:
+        casez_tmp = 12'h0;
+      4'b0101:
+        casez_tmp = 12'h0;
+      4'b0110:
+        casez_tmp = 12'h152;
+      4'b0111:
+        casez_tmp = 12'h153;
+      4'b1000:
+        casez_tmp = 12'h12;
+      4'b1001:
+        casez_tmp = 12'h13;
+      4'b1010:
+        casez_tmp = 12'h142;
+      4'b1011:
+        casez_tmp = 12'h143;
+      4'b1100:
+        casez_tmp = 12'h144;
+      4'b1101:
+        casez_tmp = 12'h102;
+      4'b1110:
+        casez_tmp = 12'h0;
+      default:
+        casez_tmp = 12'h0;
+    endcase
+  end // always @(*)
+  wire        skip = casez_tmp == 12'h0 | (count == 4'h8 | count == 4'h9) & ~isFirst;
+  wire        _GEN_30 = _GEN_16 | _GEN_17 | _GEN_19 | _GEN_23 | _GEN_24;
+  wire        _GEN_31 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_21;
+  wire        write_valid_0 = ~_GEN_31 & (_GEN_14 | ~_GEN_30 & _GEN_29 & ~skip);
+  wire        _GEN_32 = _GEN_30 | ~_GEN_29 | skip;
+  wire        right = ~failed & (sumWord[7:0] == crc | sumWord == 16'h88A4);
+  wire        _GEN_33 =
+    _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
+    | _GEN_14 | _GEN_16 | _GEN_17 | _GEN_19;
+  wire        _GEN_34 = right | ~again;
+  wire        _next_T = count == 4'hD;
+  wire [7:0]  _crc_T_8 = crc[7] ^ _i2c_received[7] ? {crc[6:2], ~(crc[1:0]), 1'h1} : {crc[6:0], 1'h0};
+  wire [7:0]  _crc_T_17 =
+    _crc_T_8[7] ^ _i2c_received[6] ? {_crc_T_8[6:2], ~(_crc_T_8[1:0]), 1'h1} : {_crc_T_8[6:0], 1'h0};
+  wire [7:0]  _crc_T_26 =
+    _crc_T_17[7] ^ _i2c_received[5] ? {_crc_T_17[6:2], ~(_crc_T_17[1:0]), 1'h1} : {_crc_T_17[6:0], 1'h0};
+  wire [7:0]  _crc_T_35 =
+    _crc_T_26[7] ^ _i2c_received[4] ? {_crc_T_26[6:2], ~(_crc_T_26[1:0]), 1'h1} : {_crc_T_26[6:0], 1'h0};
+  wire [7:0]  _crc_T_44 =
+    _crc_T_35[7] ^ _i2c_received[3] ? {_crc_T_35[6:2], ~(_crc_T_35[1:0]), 1'h1} : {_crc_T_35[6:0], 1'h0};
+  wire [7:0]  _crc_T_53 =
+    _crc_T_44[7] ^ _i2c_received[2] ? {_crc_T_44[6:2], ~(_crc_T_44[1:0]), 1'h1} : {_crc_T_44[6:0], 1'h0};
+  wire [7:0]  _crc_T_62 =
+    _crc_T_53[7] ^ _i2c_received[1] ? {_crc_T_53[6:2], ~(_crc_T_53[1:0]), 1'h1} : {_crc_T_53[6:0], 1'h0};
+  wire        _GEN_35 = writeHigh_valid & _command_T;
+  wire        _known_T_3 = writeHigh_bits[2:0] == 3'h4;
+  wire        known = writeHigh_bits[2:0] == 3'h1 | writeHigh_bits[2:0] == 3'h2 | _known_T_3;
+  wire        may = writeHigh_bits[2:0] != 3'h2 | byHost | enable | writeLow_valid & writeLow_bits[0];
+  wire        _GEN_36 = known & may;
+  wire        finished = pending & _i2c_done;
+  wire        _GEN_37 = ~finished & (_i2c_command_ready & _i2c_command_valid_T_1 | pending);
+  wire        _GEN_38 = data_valid & pending;
+  wire        _GEN_39 = _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11;
+  wire        _GEN_40 = write_ready & write_valid_0;
+  wire        _GEN_41 = _GEN_6 | _GEN_39;
+  wire        _GEN_42 = skip | _GEN_40;
+  wire        _GEN_43 = _GEN_29 & _GEN_42;
+  wire        _GEN_44 = _GEN_14 | _GEN_30;
+  wire        _GEN_45 =
+    _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
+    | _GEN_44;
+  wire        _GEN_46 = ~(|(writeHigh_bits[2:0])) | known;
+  wire        _GEN_47 = _GEN_35 & _GEN_36;
+  wire        _GEN_48 = ~known & (|(writeHigh_bits[2:0])) | ~_GEN_46 & noAck;
+  wire        _GEN_49 = _GEN_29 & _GEN_42 & _next_T;
+  wire        _GEN_50 = _GEN_24 | ~_GEN_49;
+  wire        _GEN_51 = _GEN_35 ? _GEN_48 : noAck;
+  wire        _GEN_52 = _GEN_35 & _GEN_36 & _known_T_3;
+  wire        _GEN_53 = finished & ~_i2c_acknowledged;
+  wire        _GEN_54 = _GEN_53 | failed;
+  always @(posedge clock) begin
+    if (reset) begin
+      state <= 5'h0;
+      enable <= 1'h0;
+      running <= 3'h4;
+      badSum <= 1'h0;
+      unloaded <= 1'h1;
+      noAck <= 1'h0;
+      notMay <= 1'h0;
+      isFirst <= 1'h1;
+      again <= 1'h0;
+      wait0 <= 14'h0;
+    end
+    else begin
+      if (_GEN_1) begin
+        if (wait0 == 14'h2710)
+          state <= 5'h6;
+        else if (_GEN_47)
+          state <= 5'h2;
+        wait0 <= wait0 + 14'h1;
+      end
+      else if (_GEN_2) begin
+        if (registersBusy) begin
+          if (_GEN_47)
+            state <= 5'h2;
+        end
+        else
+          state <= {2'h0, loads ? 3'h6 : 3'h3};
+      end
+      else if (_GEN_3) begin
+        if (_GEN_38)
+          state <= 5'h4;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_4) begin
+        if (_GEN_38)
+          state <= 5'h5;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_5) begin
+        if (_GEN_38)
+          state <= 5'h6;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_6) begin
+        if (finished)
+          state <= 5'h7;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_7) begin
+        if (finished)
+          state <= _i2c_acknowledged ? {4'h4, ~twoByte} : 5'h10;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_8) begin
+        if (finished)
+          state <= _i2c_acknowledged ? 5'h9 : 5'h10;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_9) begin
+        if (finished)
+          state <= _i2c_acknowledged ? {2'h1, running == 3'h2, 2'h2} : 5'h10;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_10) begin
+        if (finished)
+          state <= 5'hB;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_11) begin
+        if (finished)
+          state <= _i2c_acknowledged ? 5'hC : 5'h10;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_12) begin
+        if (finished)
+          state <= 5'hD;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_14) begin
+        if (_GEN_40)
+          state <= lastByte ? 5'h10 : 5'hC;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_16) begin
+        if (_GEN_38)
+          state <= 5'hF;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_17) begin
+        if (finished)
+          state <= ~_i2c_acknowledged | count[0] ? 5'h10 : 5'hE;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_19) begin
+        if (finished)
+          state <= {loads, 4'h1};
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_23)
+        state <= right ? 5'h12 : again ? 5'h1 : 5'h6;
+      else if (_GEN_24) begin
+        if (_GEN_38)
+          state <= 5'h13;
+        else if (_GEN_47)
+          state <= 5'h2;
+      end
+      else if (_GEN_43)
+        state <= _next_T ? 5'h1 : 5'h12;
+      else if (_GEN_47)
+        state <= 5'h2;
+      if (writeLow_valid & ~byHost)
+        enable <= writeLow_bits[0];
+      else
+        enable <= ~frameStart & enable;
+      if (_GEN_35) begin
+        running <= writeHigh_bits[2:0];
+        notMay <= known & ~may | ~_GEN_46 & notMay;
+      end
+      if (~_GEN_33) begin
+        if (_GEN_23) begin
+          badSum <= ~(right | ~again | failed) | badSum;
+          isFirst <= _GEN_34 & isFirst;
+        end
+        else begin
+          badSum <= _GEN_50 & badSum;
+          isFirst <= _GEN_50 & isFirst;
+        end
+      end
+      unloaded <= (_GEN_45 | ~_GEN_49) & unloaded;
+      if (_GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
+          | _GEN_22) begin
+        if (_GEN_35)
+          noAck <= _GEN_48;
+      end
+      else if (_GEN_19)
+        noAck <= finished & ~loads & failed | _GEN_51;
+      else
+        noAck <= _GEN_23 & ~_GEN_34 & failed | _GEN_51;
+      again <= ~_GEN_33 & _GEN_23 & ~right & ~again | ~_GEN_47 & again;
+    end
+    if (_GEN_1)
+      byteAddress <= 19'h0;
+    else if (_GEN_2 | _GEN_3) begin
+      if (_GEN_52)
+        byteAddress <= 19'h0;
+    end
+    else if (_GEN_4)
+      byteAddress <= {10'h0, byte_0, 1'h0};
+    else if (_GEN_5)
+      byteAddress <= {2'h0, byte_0, byteAddress[8:0]};
+    else if (_GEN_6 & ~loads)
+      byteAddress <= {byte_0[1:0], byteAddress[16:0]};
+    else if (_GEN_52)
+      byteAddress <= 19'h0;
+    if (~_GEN_0) begin
+      if (_GEN_6) begin
+        count <= 4'h0;
+        crc <= 8'hFF;
+      end
+      else begin
+        if (~_GEN_20) begin
+          if (_GEN_14) begin
+            if (_GEN_40)
+              count <= count + 4'h1;
+          end
+          else if (~_GEN_16) begin
+            if (_GEN_17) begin
+              if (finished)
+                count <= count + 4'h1;
+            end
+            else if (~_GEN_19) begin
+              if (_GEN_23)
+                count <= 4'h0;
+              else if (_GEN_24 | ~_GEN_43) begin
+              end
+              else
+                count <= count + 4'h1;
+            end
+          end
+        end
+        if (_GEN_39 | ~(_GEN_12 & finished & loads & count[3:1] != 3'h7)) begin
+        end
+        else if (_crc_T_62[7] ^ _i2c_received[0])
+          crc <= {_crc_T_62[6:2], ~(_crc_T_62[1:0]), 1'h1};
+        else
+          crc <= {_crc_T_62[6:0], 1'h0};
+      end
+      failed <=
+        ~_GEN_6
+        & (_GEN_7 | _GEN_8 | _GEN_9
+             ? _GEN_54
+             : _GEN_10 ? failed : _GEN_11 ? _GEN_54 : ~_GEN_12 & ~_GEN_18 & _GEN_17 & _GEN_53 | failed);
+    end
+    if (~(_GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_41)) begin
+      if (_GEN_12) begin
+        if (finished & loads & count > 4'hD)
+          sumWord <= {_i2c_received, sumWord[15:8]};
+      end
+      else if (_GEN_44 | ~(_GEN_29 & _GEN_42 & count == 4'hB)) begin
+      end
+      else
+        sumWord <= {13'h0, isFirst ? ~(byte_0[3:1]) : fifoSize};
+    end
+    pending <=
+      ~_GEN_1
+      & (_GEN_2 | ~(_GEN_3 | _GEN_4 | _GEN_5 | ~(_GEN_26 | ~(_GEN_16 | ~_GEN_28)))
+           ? _GEN_37
+           : ~_GEN_38 & (read_ready & read_valid_0 | _GEN_37));
+    if (~_GEN_27) begin
+      if (_GEN_3 | _GEN_4 | _GEN_5) begin
+        if (_GEN_38)
+          byte_0 <= data_bits;
+      end
+      else if (~_GEN_41) begin
+        if (_GEN_12) begin
+          if (finished)
+            byte_0 <= _i2c_received;
+        end
+        else if (~_GEN_14) begin
+          if (_GEN_16) begin
+            if (_GEN_38)
+              byte_0 <= data_bits;
+          end
+          else if (_GEN_25 | ~(_GEN_24 & _GEN_38)) begin
+          end
+          else
+            byte_0 <= data_bits;
+        end
+      end
+    end
+    if (_GEN_45 | ~(_GEN_29 & _GEN_42 & count == 4'hA)) begin
+    end
+    else
+      a5Low <= byte_0;
+  end // always @(posedge)
+  assign _i2c_command_bits =
+    _GEN_0
+      ? 3'h1
+      : _GEN_6
+          ? 3'h0
+          : _GEN_7 | _GEN_8 | _GEN_9
+              ? 3'h1
+              : _GEN_10 ? 3'h0 : _GEN_11 ? 3'h1 : _GEN_12 ? {2'h1, lastByte} : _GEN_22 | ~_GEN_19 ? 3'h1 : 3'h4;
+  assign _i2c_data =
+    _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6
+      ? 8'h0
+      : _GEN_7
+          ? {4'hA, highBits, 1'h0}
+          : _GEN_8
+              ? byteAddress[15:8]
+              : _GEN_9
+                  ? byteAddress[7:0]
+                  : _GEN_10 ? 8'h0 : _GEN_11 ? {4'hA, highBits, 1'h1} : _GEN_12 | _GEN_18 | ~_GEN_17 ? 8'h0 : byte_0;
+  I2cMaster i2c (
+    .clock         (clock),
+    .reset         (reset),
+    .command_ready (_i2c_command_ready),
+    .command_valid (_i2c_command_valid_T_1),
+    .command_bits  (_i2c_command_bits),
+    .data          (_i2c_data),
+    .done          (_i2c_done),
+    .received      (_i2c_received),
+    .acknowledged  (_i2c_acknowledged),
+    .sclLow        (sclLow),
+    .sdaLow        (sdaLow),
+    .sda           (sda)
+  );
+  assign write_valid = write_valid_0;
+  assign write_bits_address =
+    _GEN_31 ? 12'h0 : _GEN_14 ? {1'h0, loads ? {7'h56, count} : {7'h50, _GEN_15}} : _GEN_32 ? 12'h0 : casez_tmp;
+  assign write_bits_data =
+    _GEN_31
+      ? 8'h0
+      : _GEN_14
+          ? byte_0
+          : _GEN_32
+              ? 8'h0
+              : count == 4'hD
+                  ? {a5Low[7:4], 1'h0, sumWord[2:0]}
+                  : count != 4'h1 | isFirst
+                      ? byte_0
+                      : {configuration[7:4], {2'h0, configuration[1], 1'h0} | byte_0[3:0] & 4'hD};
+  assign read_valid = read_valid_0;
+  assign read_bits =
+    _GEN_27
+      ? 12'h0
+      : _GEN_3
+          ? 12'h504
+          : _GEN_4
+              ? 12'h505
+              : _GEN_5 ? 12'h506 : _GEN_26 ? 12'h0 : _GEN_16 ? {8'h50, _GEN_15} : _GEN_28 ? 12'h0 : {8'h56, count};
+  assign ecatMayWrite = ~ownedByPdi & _command_T;
+  assign pdiMayWrite = ownedByPdi & _command_T;
+  assign writeEnable = enable | taken;
+  assign command = _command_T ? 3'h0 : running;
+  assign checksumError = badSum;
+  assign notLoaded = unloaded;
+  assign commandError = noAck;
+  assign writeError = notMay;
+  assign busy = _loading_T;
+  assign loading = isFirst & _loading_T;
+endmodule
+
+module Application(
+  input         clock,
+  input         reset,
+  input  [6:0]  alStatus,
+  input         emulation,
+  input         alControlWritten,
+  input         alControlRead,
+  output        copyControl,
+  output        alControlFree,
+  input  [15:0] dlStatus,
+  input         readDlStatus,
+  input         readAlStatus,
+  input         good,
+  input         bad,
+  input  [7:0]  smEcatEvents,
+  input  [7:0]  smAlEvents,
+  input  [7:0]  smChanged,
+  input         watchdog,
+  input  [15:0] ecatMask,
+  input  [31:0] alMask,
+  output [15:0] ecatEvents,
+  output [31:0] alEvents,
+  output [15:0] irqField,
+  output        irq
+);
+
+  reg         controlEvent;
+  reg         copyControl_REG;
+  reg  [15:0] dlEvent_before;
+  reg         dlEvent_pending;
+  reg         dlEvent;
+  reg  [6:0]  alEvent_before;
+  reg         alEvent_pending;
+  reg         alEvent;
+  wire [15:0] _ecatEvents_output = {4'h0, smEcatEvents, alEvent, dlEvent, 2'h0};
+  wire [15:0] _irq_T = {smAlEvents, 1'h0, watchdog, 1'h0, |smChanged, 3'h0, controlEvent} & alMask[15:0];
+  wire        _alEvent_T = good | bad;
+  always @(posedge clock) begin
+    if (reset) begin
+      controlEvent <= 1'h0;
+      copyControl_REG <= 1'h0;
+      dlEvent_before <= 16'h0;
+      dlEvent_pending <= 1'h0;
+      dlEvent <= 1'h0;
+      alEvent_before <= 7'h1;
+      alEvent_pending <= 1'h0;
+      alEvent <= 1'h0;
+    end
+    else begin
+      controlEvent <= alControlWritten & ~emulation | ~alControlRead & controlEvent;
+      copyControl_REG <= alControlWritten;
+      dlEvent_before <= dlStatus;
+      dlEvent_pending <= ~_alEvent_T & (readDlStatus | dlEvent_pending);
+      dlEvent <= dlStatus != dlEvent_before | ~(good & dlEvent_pending) & dlEvent;
+      alEvent_before <= alStatus;
+      alEvent_pending <= ~_alEvent_T & (readAlStatus | alEvent_pending);
+      alEvent <= alStatus != alEvent_before | ~(good & alEvent_pending) & alEvent;
+    end
+  end // always @(posedge)
+  assign copyControl = copyControl_REG & emulation;
+  assign alControlFree = emulation | ~controlEvent;
+  assign ecatEvents = _ecatEvents_output;
+  assign alEvents = {16'h0, smAlEvents, 1'h0, watchdog, 1'h0, |smChanged, 3'h0, controlEvent};
+  assign irqField = _ecatEvents_output & ecatMask;
+  assign irq = |{_irq_T[15:8], _irq_T[6], _irq_T[4], _irq_T[0]};
+endmodule
+
+module WatchdogDivider(
+  input         clock,
+  input         reset,
+  input  [15:0] divider,
+  output        tick
+);
+
+  reg  [1:0]  slot_value;
+  reg  [16:0] left;
+  wire        end_0 = (&slot_value) & left == 17'h0;
+  always @(posedge clock) begin
+    if (reset) begin
+      slot_value <= 2'h0;
+      left <= 17'h0;
+    end
+    else begin
+      slot_value <= slot_value + 2'h1;
+      if (&slot_value) begin
+        if (end_0)
+          left <= {1'h0, divider} + 17'h1;
+        else
+          left <= left - 17'h1;
+      end
+    end
+  end // always @(posedge)
+  assign tick = end_0;
+endmodule
+
+module Watchdog(
+  input         clock,
+  input         reset,
+  input         tick,
+  input  [15:0] time_0,
+  input         trigger,
+  input         restart,
+  output        running,
+  output        expired
+);
+
+  reg  [15:0] left;
+  reg         alive;
+  wire        _expired_output = alive & tick & left == 16'h0 & (|time_0);
+  always @(posedge clock) begin
+    if (trigger | restart)
+      left <= time_0;
+    else if (tick)
+      left <= left - 16'h1;
+    if (reset)
+      alive <= 1'h0;
+    else
+      alive <= trigger | ~_expired_output & alive;
+  end // always @(posedge)
+  assign running = alive | ~(|time_0);
+  assign expired = _expired_output;
+endmodule
+
+module LedControl(
+  input        clock,
+  input        reset,
+  input  [3:0] automatic_0,
+  input        write_valid,
+  input  [7:0] write_bits,
+  input        drop,
+  output [3:0] code,
+  output       taken
+);
+
+  reg       enable;
+  reg [3:0] wanted;
+  always @(posedge clock) begin
+    if (reset)
+      enable <= 1'h0;
+    else if (write_valid)
+      enable <= write_bits[4];
+    else
+      enable <= ~drop & enable;
+    if (write_valid)
+      wanted <= write_bits[3:0];
+  end // always @(posedge)
+  assign code = enable ? wanted : automatic_0;
+  assign taken = enable;
+endmodule
+
+module LedPattern(
+  input        clock,
+  input        reset,
+  input        tick,
+  input  [3:0] code,
+  output       lit
+);
+
+  reg [6:0] step;
+  reg [3:0] shown;
+  always @(posedge clock) begin
+    if (reset) begin
+      step <= 7'h0;
+      shown <= 4'h0;
+    end
+    else begin
+      if (code == shown) begin
+        if (tick) begin
+          if (step == {code, 3'h0} + 7'hF)
+            step <= 7'h0;
+          else
+            step <= step + 7'h1;
+        end
+      end
+      else
+        step <= 7'h0;
+      shown <= code;
+    end
+  end // always @(posedge)
+  assign lit =
+    code == 4'hE ? ~(step[0]) : code == 4'hD ? ~(step[2]) : (&code) | (|code) & step[6:3] < code & ~(step[2]);
+endmodule
+
 module et1100(
   input         clock,
   input         reset,
   input         phy_clk_ref,
-  input         pdi_operational,
+  output        eeprom_loaded,
   input         mii_0_rx_clk,
   input         mii_0_rx_dv,
   input         mii_0_rx_er,
@@ -1968,11 +6204,133 @@ module et1100(
   input  [7:0]  host_wdata,
   input         host_be,
   output        host_ack,
-  output [7:0]  host_rdata
+  output [7:0]  host_rdata,
+  output        irq,
+  output        sii_scl_low,
+  output        sii_sda_low,
+  input         sii_sda,
+  input         sii_two_byte,
+  output        led_run,
+  output        led_err,
+  output        led_linkact_0,
+  output        led_linkact_1,
+  output        led_linkact_2,
+  output        led_linkact_3
 );
 
   wire        _memory_value_rx_fifo_size_2;
-  wire        _operational_out;
+  wire        _led_err_write_valid;
+  wire        _led_err_drop;
+  wire [3:0]  _led_err_code;
+  wire [3:0]  _led_run_automatic;
+  wire        _led_run_write_valid;
+  wire [3:0]  _led_run_code;
+  wire        _processor_config_ecatEvents_unit_watchdog_pdi_running;
+  wire        _processor_config_ecatEvents_unit_watchdog_pdi_expired;
+  wire        _processor_config_ecatEvents_unit_watchdog_processData_expired;
+  wire        _processor_config_ecatEvents_unit_watchdog_divider_tick;
+  wire        _processor_config_ecatEvents_unit_alControlWritten;
+  wire        _processor_config_ecatEvents_unit_alControlRead;
+  wire [15:0] _processor_config_ecatEvents_unit_dlStatus;
+  wire [7:0]  _processor_config_ecatEvents_unit_smEcatEvents;
+  wire [7:0]  _processor_config_ecatEvents_unit_smAlEvents;
+  wire [7:0]  _processor_config_ecatEvents_unit_smChanged;
+  wire [31:0] _processor_config_ecatEvents_unit_alMask;
+  wire [15:0] _processor_config_ecatEvents_unit_ecatEvents;
+  wire [31:0] _processor_config_ecatEvents_unit_alEvents;
+  wire        _operational_unit_twoByte_crossing_out;
+  wire        _operational_unit_twoByte;
+  wire        _operational_unit_sda;
+  wire        _operational_unit_writeLow_valid;
+  wire        _operational_unit_writeHigh_valid;
+  wire [7:0]  _operational_unit_configuration;
+  wire        _operational_unit_checksumError;
+  wire        _operational_unit_notLoaded;
+  wire        _operational_unit_commandError;
+  wire        _operational_unit_loading;
+  wire        _sequencer_ecatActs;
+  wire        _sequencer_memory_write;
+  wire [15:0] _sequencer_memory_addr;
+  wire        _sequencer_memory_be;
+  wire [2:0]  _syncManagers_pdi_index;
+  wire        _syncManagers_pdi_access_touch;
+  wire        _syncManagers_pdi_access_first;
+  wire        _syncManagers_pdi_access_close;
+  wire        _syncManagers_pdi_access_single;
+  wire [2:0]  _syncManagers_pdi_accessIndex;
+  wire        _syncManagers_ramOpen;
+  wire        _syncManagers_quiet;
+  wire [2:0]  _syncManagers_pdi_entries_0_index;
+  wire [15:0] _syncManagers_pdi_entries_0_start;
+  wire [15:0] _syncManagers_pdi_entries_0_length;
+  wire        _syncManagers_pdi_entries_0_takesPart;
+  wire        _syncManagers_pdi_entries_0_triple;
+  wire        _syncManagers_pdi_views_0_works;
+  wire        _syncManagers_pdi_views_0_ecatWrites;
+  wire        _syncManagers_pdi_views_0_pdiOpen;
+  wire        _syncManagers_pdi_views_0_pdiMayOpen;
+  wire [1:0]  _syncManagers_pdi_views_0_writerBuffer;
+  wire [1:0]  _syncManagers_pdi_views_0_readerBuffer;
+  wire        _syncManagers_pdi_views_1_works;
+  wire        _syncManagers_pdi_views_1_ecatWrites;
+  wire        _syncManagers_pdi_views_1_pdiOpen;
+  wire        _syncManagers_pdi_views_1_pdiMayOpen;
+  wire [1:0]  _syncManagers_pdi_views_1_writerBuffer;
+  wire [1:0]  _syncManagers_pdi_views_1_readerBuffer;
+  wire        _syncManagers_pdi_views_2_works;
+  wire        _syncManagers_pdi_views_2_ecatWrites;
+  wire        _syncManagers_pdi_views_2_pdiOpen;
+  wire        _syncManagers_pdi_views_2_pdiMayOpen;
+  wire [1:0]  _syncManagers_pdi_views_2_writerBuffer;
+  wire [1:0]  _syncManagers_pdi_views_2_readerBuffer;
+  wire        _syncManagers_pdi_views_3_works;
+  wire        _syncManagers_pdi_views_3_ecatWrites;
+  wire        _syncManagers_pdi_views_3_pdiOpen;
+  wire        _syncManagers_pdi_views_3_pdiMayOpen;
+  wire [1:0]  _syncManagers_pdi_views_3_writerBuffer;
+  wire [1:0]  _syncManagers_pdi_views_3_readerBuffer;
+  wire        _syncManagers_pdi_views_4_works;
+  wire        _syncManagers_pdi_views_4_ecatWrites;
+  wire        _syncManagers_pdi_views_4_pdiOpen;
+  wire        _syncManagers_pdi_views_4_pdiMayOpen;
+  wire [1:0]  _syncManagers_pdi_views_4_writerBuffer;
+  wire [1:0]  _syncManagers_pdi_views_4_readerBuffer;
+  wire        _syncManagers_pdi_views_5_works;
+  wire        _syncManagers_pdi_views_5_ecatWrites;
+  wire        _syncManagers_pdi_views_5_pdiOpen;
+  wire        _syncManagers_pdi_views_5_pdiMayOpen;
+  wire [1:0]  _syncManagers_pdi_views_5_writerBuffer;
+  wire [1:0]  _syncManagers_pdi_views_5_readerBuffer;
+  wire        _syncManagers_pdi_views_6_works;
+  wire        _syncManagers_pdi_views_6_ecatWrites;
+  wire        _syncManagers_pdi_views_6_pdiOpen;
+  wire        _syncManagers_pdi_views_6_pdiMayOpen;
+  wire [1:0]  _syncManagers_pdi_views_6_writerBuffer;
+  wire [1:0]  _syncManagers_pdi_views_6_readerBuffer;
+  wire        _syncManagers_pdi_views_7_works;
+  wire        _syncManagers_pdi_views_7_ecatWrites;
+  wire        _syncManagers_pdi_views_7_pdiOpen;
+  wire        _syncManagers_pdi_views_7_pdiMayOpen;
+  wire [1:0]  _syncManagers_pdi_views_7_writerBuffer;
+  wire [1:0]  _syncManagers_pdi_views_7_readerBuffer;
+  wire        _syncManagers_pdi_ramOpen;
+  wire        _syncManagers_ecatEvent_0;
+  wire        _syncManagers_ecatEvent_1;
+  wire        _syncManagers_ecatEvent_2;
+  wire        _syncManagers_ecatEvent_3;
+  wire        _syncManagers_ecatEvent_4;
+  wire        _syncManagers_ecatEvent_5;
+  wire        _syncManagers_ecatEvent_6;
+  wire        _syncManagers_ecatEvent_7;
+  wire        _syncManagers_alEvent_0;
+  wire        _syncManagers_alEvent_1;
+  wire        _syncManagers_alEvent_2;
+  wire        _syncManagers_alEvent_3;
+  wire        _syncManagers_alEvent_4;
+  wire        _syncManagers_alEvent_5;
+  wire        _syncManagers_alEvent_6;
+  wire        _syncManagers_alEvent_7;
+  wire        _syncManagers_trigger;
   wire        _transmitters_3_in_valid;
   wire        _transmitters_3_in_payload;
   wire [3:0]  _transmitters_3_in_data;
@@ -1980,6 +6338,7 @@ module et1100(
   wire        _transmitters_3_in_bad;
   wire        _transmitters_3_in_odd;
   wire        _transmitters_3_in_crcGood;
+  wire        _transmitters_3_txEn;
   wire        _transmitters_2_in_valid;
   wire        _transmitters_2_in_payload;
   wire [3:0]  _transmitters_2_in_data;
@@ -1987,6 +6346,7 @@ module et1100(
   wire        _transmitters_2_in_bad;
   wire        _transmitters_2_in_odd;
   wire        _transmitters_2_in_crcGood;
+  wire        _transmitters_2_txEn;
   wire        _transmitters_1_in_valid;
   wire        _transmitters_1_in_payload;
   wire [3:0]  _transmitters_1_in_data;
@@ -1994,6 +6354,7 @@ module et1100(
   wire        _transmitters_1_in_bad;
   wire        _transmitters_1_in_odd;
   wire        _transmitters_1_in_crcGood;
+  wire        _transmitters_1_txEn;
   wire        _transmitters_0_in_valid;
   wire        _transmitters_0_in_payload;
   wire [3:0]  _transmitters_0_in_data;
@@ -2001,6 +6362,7 @@ module et1100(
   wire        _transmitters_0_in_bad;
   wire        _transmitters_0_in_odd;
   wire        _transmitters_0_in_crcGood;
+  wire        _transmitters_0_txEn;
   wire        _receivers_3_cut;
   wire        _receivers_3_out_valid;
   wire        _receivers_3_out_payload;
@@ -2086,10 +6448,6 @@ module et1100(
   wire        _links_crossing_1_out;
   wire        _links_crossing_out;
   wire        _temporaryLoops_restore;
-  wire        _loops_link_0;
-  wire        _loops_link_1;
-  wire        _loops_link_2;
-  wire        _loops_link_3;
   wire        _loops_settingWritten;
   wire        _loops_goodFrame_0;
   wire        _loops_goodFrame_1;
@@ -2103,6 +6461,10 @@ module et1100(
   wire        _loops_open_1;
   wire        _loops_open_2;
   wire        _loops_open_3;
+  wire        _loops_reportClosed_0;
+  wire        _loops_reportClosed_1;
+  wire        _loops_reportClosed_2;
+  wire        _loops_reportClosed_3;
   wire        _processor_in_valid;
   wire        _processor_in_payload;
   wire [3:0]  _processor_in_data;
@@ -2111,6 +6473,61 @@ module et1100(
   wire        _processor_in_odd;
   wire        _processor_in_crcGood;
   wire        _processor_config_circulating;
+  wire [15:0] _processor_config_ecatEvents;
+  wire [2:0]  _processor_areas_entries_0_index;
+  wire [15:0] _processor_areas_entries_0_start;
+  wire [15:0] _processor_areas_entries_0_length;
+  wire        _processor_areas_entries_0_takesPart;
+  wire        _processor_areas_entries_0_triple;
+  wire        _processor_areas_views_0_works;
+  wire        _processor_areas_views_0_ecatWrites;
+  wire        _processor_areas_views_0_ecatOpen;
+  wire        _processor_areas_views_0_ecatMayOpen;
+  wire [1:0]  _processor_areas_views_0_writerBuffer;
+  wire [1:0]  _processor_areas_views_0_readerBuffer;
+  wire        _processor_areas_views_1_works;
+  wire        _processor_areas_views_1_ecatWrites;
+  wire        _processor_areas_views_1_ecatOpen;
+  wire        _processor_areas_views_1_ecatMayOpen;
+  wire [1:0]  _processor_areas_views_1_writerBuffer;
+  wire [1:0]  _processor_areas_views_1_readerBuffer;
+  wire        _processor_areas_views_2_works;
+  wire        _processor_areas_views_2_ecatWrites;
+  wire        _processor_areas_views_2_ecatOpen;
+  wire        _processor_areas_views_2_ecatMayOpen;
+  wire [1:0]  _processor_areas_views_2_writerBuffer;
+  wire [1:0]  _processor_areas_views_2_readerBuffer;
+  wire        _processor_areas_views_3_works;
+  wire        _processor_areas_views_3_ecatWrites;
+  wire        _processor_areas_views_3_ecatOpen;
+  wire        _processor_areas_views_3_ecatMayOpen;
+  wire [1:0]  _processor_areas_views_3_writerBuffer;
+  wire [1:0]  _processor_areas_views_3_readerBuffer;
+  wire        _processor_areas_views_4_works;
+  wire        _processor_areas_views_4_ecatWrites;
+  wire        _processor_areas_views_4_ecatOpen;
+  wire        _processor_areas_views_4_ecatMayOpen;
+  wire [1:0]  _processor_areas_views_4_writerBuffer;
+  wire [1:0]  _processor_areas_views_4_readerBuffer;
+  wire        _processor_areas_views_5_works;
+  wire        _processor_areas_views_5_ecatWrites;
+  wire        _processor_areas_views_5_ecatOpen;
+  wire        _processor_areas_views_5_ecatMayOpen;
+  wire [1:0]  _processor_areas_views_5_writerBuffer;
+  wire [1:0]  _processor_areas_views_5_readerBuffer;
+  wire        _processor_areas_views_6_works;
+  wire        _processor_areas_views_6_ecatWrites;
+  wire        _processor_areas_views_6_ecatOpen;
+  wire        _processor_areas_views_6_ecatMayOpen;
+  wire [1:0]  _processor_areas_views_6_writerBuffer;
+  wire [1:0]  _processor_areas_views_6_readerBuffer;
+  wire        _processor_areas_views_7_works;
+  wire        _processor_areas_views_7_ecatWrites;
+  wire        _processor_areas_views_7_ecatOpen;
+  wire        _processor_areas_views_7_ecatMayOpen;
+  wire [1:0]  _processor_areas_views_7_writerBuffer;
+  wire [1:0]  _processor_areas_views_7_readerBuffer;
+  wire        _processor_areas_ramOpen;
   wire        _processor_out_valid;
   wire        _processor_out_payload;
   wire [3:0]  _processor_out_data;
@@ -2118,15 +6535,45 @@ module et1100(
   wire        _processor_out_bad;
   wire        _processor_out_odd;
   wire        _processor_out_crcGood;
+  wire        _processor_memory_frameStart;
+  wire        _processor_readDlStatus;
+  wire        _processor_readAlStatus;
+  wire        _processor_frameGood;
+  wire        _processor_frameBad;
+  wire        _processor_busy;
+  wire [2:0]  _processor_areas_index;
+  wire        _processor_areas_access_touch;
+  wire        _processor_areas_access_first;
+  wire        _processor_areas_access_close;
+  wire        _processor_areas_access_single;
+  wire [2:0]  _processor_areas_accessIndex;
   wire        _memory_ecat_frameStart;
   wire        _memory_ecat_read;
   wire [16:0] _memory_ecat_readAddress;
   wire        _memory_ecat_write;
   wire [15:0] _memory_ecat_writeAddress;
-  wire        _memory_ecat_writeMask;
   wire [7:0]  _memory_ecat_writeData;
   wire        _memory_ecat_commit;
+  wire        _memory_host_req;
+  wire        _memory_host_write;
+  wire [15:0] _memory_host_addr;
+  wire [7:0]  _memory_host_wdata;
+  wire        _memory_host_be;
   wire        _memory_ramOpen;
+  wire        _memory_guard_sm7_disabled;
+  wire        _memory_guard_sm6_disabled;
+  wire        _memory_guard_sm5_disabled;
+  wire        _memory_guard_sm4_disabled;
+  wire        _memory_guard_sm3_disabled;
+  wire        _memory_guard_sm2_disabled;
+  wire        _memory_guard_sm1_disabled;
+  wire        _memory_guard_sm0_disabled;
+  wire        _memory_guard_sii_pdi_may_write;
+  wire        _memory_guard_sii_ecat_may_write;
+  wire        _memory_guard_sii_pdi_may_take;
+  wire        _memory_guard_al_status_by_pdi;
+  wire        _memory_guard_al_control_free;
+  wire        _memory_set_al_status_valid;
   wire        _memory_set_loop_port3_valid;
   wire [1:0]  _memory_set_loop_port3_bits;
   wire        _memory_set_loop_port2_valid;
@@ -2136,19 +6583,75 @@ module et1100(
   wire        _memory_set_loop_port0_valid;
   wire [1:0]  _memory_set_loop_port0_bits;
   wire        _memory_set_temporary_use_valid;
-  wire        _memory_status_communication_port3;
+  wire        _memory_status_sm7_deactivated;
+  wire [1:0]  _memory_status_sm7_last_buffer;
+  wire        _memory_status_sm7_mailbox_full;
+  wire        _memory_status_sm7_read_event;
+  wire        _memory_status_sm7_write_event;
+  wire        _memory_status_sm6_deactivated;
+  wire [1:0]  _memory_status_sm6_last_buffer;
+  wire        _memory_status_sm6_mailbox_full;
+  wire        _memory_status_sm6_read_event;
+  wire        _memory_status_sm6_write_event;
+  wire        _memory_status_sm5_deactivated;
+  wire [1:0]  _memory_status_sm5_last_buffer;
+  wire        _memory_status_sm5_mailbox_full;
+  wire        _memory_status_sm5_read_event;
+  wire        _memory_status_sm5_write_event;
+  wire        _memory_status_sm4_deactivated;
+  wire [1:0]  _memory_status_sm4_last_buffer;
+  wire        _memory_status_sm4_mailbox_full;
+  wire        _memory_status_sm4_read_event;
+  wire        _memory_status_sm4_write_event;
+  wire        _memory_status_sm3_deactivated;
+  wire [1:0]  _memory_status_sm3_last_buffer;
+  wire        _memory_status_sm3_mailbox_full;
+  wire        _memory_status_sm3_read_event;
+  wire        _memory_status_sm3_write_event;
+  wire        _memory_status_sm2_deactivated;
+  wire [1:0]  _memory_status_sm2_last_buffer;
+  wire        _memory_status_sm2_mailbox_full;
+  wire        _memory_status_sm2_read_event;
+  wire        _memory_status_sm2_write_event;
+  wire        _memory_status_sm1_deactivated;
+  wire [1:0]  _memory_status_sm1_last_buffer;
+  wire        _memory_status_sm1_mailbox_full;
+  wire        _memory_status_sm1_read_event;
+  wire        _memory_status_sm1_write_event;
+  wire        _memory_status_sm0_deactivated;
+  wire [1:0]  _memory_status_sm0_last_buffer;
+  wire        _memory_status_sm0_mailbox_full;
+  wire        _memory_status_sm0_read_event;
+  wire        _memory_status_sm0_write_event;
+  wire        _memory_status_eeprom_busy;
+  wire        _memory_status_eeprom_write_error;
+  wire        _memory_status_eeprom_command_error;
+  wire        _memory_status_eeprom_not_loaded;
+  wire        _memory_status_eeprom_checksum_error;
+  wire [2:0]  _memory_status_eeprom_command;
+  wire        _memory_status_eeprom_two_address_bytes;
+  wire        _memory_status_eeprom_write_enable;
+  wire        _memory_status_watchdog_pdi;
+  wire        _memory_status_watchdog_process_data;
+  wire [7:0]  _memory_status_sm_al_event;
+  wire        _memory_status_watchdog_event;
+  wire        _memory_status_sm_activation_event;
+  wire        _memory_status_al_control_event;
+  wire [7:0]  _memory_status_sm_ecat_event;
+  wire        _memory_status_al_status_event;
+  wire        _memory_status_dl_status_event;
+  wire        _memory_status_err_led_enable;
+  wire [3:0]  _memory_status_err_led_code;
+  wire        _memory_status_run_led_enable;
+  wire [3:0]  _memory_status_run_led_code;
   wire        _memory_status_loop_closed_port3;
-  wire        _memory_status_communication_port2;
   wire        _memory_status_loop_closed_port2;
-  wire        _memory_status_communication_port1;
   wire        _memory_status_loop_closed_port1;
-  wire        _memory_status_communication_port0;
   wire        _memory_status_loop_closed_port0;
-  wire        _memory_status_physical_link_port3;
-  wire        _memory_status_physical_link_port2;
-  wire        _memory_status_physical_link_port1;
-  wire        _memory_status_physical_link_port0;
+  wire        _memory_status_pdi_watchdog;
   wire        _memory_status_pdi_operational;
+  wire        _memory_event_watchdog_count_pdi;
+  wire        _memory_event_watchdog_count_process_data;
   wire        _memory_event_lost_link_port3;
   wire        _memory_event_lost_link_port2;
   wire        _memory_event_lost_link_port1;
@@ -2166,10 +6669,49 @@ module et1100(
   wire        _memory_event_invalid_frame_port1;
   wire        _memory_event_rx_er_port0;
   wire        _memory_event_invalid_frame_port0;
+  wire        _memory_unitWrite_valid;
+  wire [11:0] _memory_unitWrite_bits_address;
+  wire [7:0]  _memory_unitWrite_bits_data;
+  wire        _memory_unitRead_valid;
+  wire [11:0] _memory_unitRead_bits;
   wire [7:0]  _memory_ecat_readData;
   wire        _memory_ecat_readable;
   wire        _memory_ecat_writable;
   wire        _memory_ecat_logFull;
+  wire        _memory_host_ack;
+  wire [7:0]  _memory_host_rdata;
+  wire        _memory_value_sm7_repeat_request;
+  wire        _memory_value_sm7_enable;
+  wire        _memory_value_sm6_repeat_request;
+  wire        _memory_value_sm6_enable;
+  wire        _memory_value_sm5_repeat_request;
+  wire        _memory_value_sm5_enable;
+  wire        _memory_value_sm4_repeat_request;
+  wire        _memory_value_sm4_enable;
+  wire        _memory_value_sm3_repeat_request;
+  wire        _memory_value_sm3_enable;
+  wire        _memory_value_sm2_repeat_request;
+  wire        _memory_value_sm2_enable;
+  wire        _memory_value_sm1_repeat_request;
+  wire        _memory_value_sm1_enable;
+  wire        _memory_value_sm0_repeat_request;
+  wire        _memory_value_sm0_enable;
+  wire        _memory_value_eeprom_taken;
+  wire        _memory_value_eeprom_force;
+  wire        _memory_value_eeprom_offered;
+  wire [15:0] _memory_value_watchdog_time_process_data;
+  wire [15:0] _memory_value_watchdog_time_pdi;
+  wire [15:0] _memory_value_watchdog_divider;
+  wire [7:0]  _memory_value_sm_mask;
+  wire        _memory_value_watchdog_mask;
+  wire        _memory_value_eeprom_mask;
+  wire        _memory_value_sm_activation_mask;
+  wire        _memory_value_al_control_mask;
+  wire [15:0] _memory_value_ecat_event_mask;
+  wire [6:0]  _memory_value_esc_configuration;
+  wire        _memory_value_device_emulation;
+  wire [6:0]  _memory_value_al_status;
+  wire [6:0]  _memory_value_al_control;
   wire        _memory_value_alias_enable;
   wire [2:0]  _memory_value_rx_fifo_size;
   wire [1:0]  _memory_value_loop_port3;
@@ -2183,10 +6725,22 @@ module et1100(
   wire        _memory_registerWrite_valid;
   wire [11:0] _memory_registerWrite_bits_address;
   wire        _memory_registerWrite_bits_mask;
+  wire [7:0]  _memory_registerWrite_bits_data;
+  wire        _memory_registerWriteByHost;
+  wire        _memory_unitWrite_ready;
+  wire        _memory_unitRead_ready;
+  wire        _memory_unitData_valid;
+  wire [7:0]  _memory_unitData_bits;
+  wire        _memory_registersBusy;
+  wire        _memory_clearing;
   wire        _memory_commitStarts;
   wire        _slot_tick;
   reg         processStep;
   reg         transmitStep;
+  wire        links_0 = _links_crossing_out & ~_memory_clearing;
+  wire        links_1 = _links_crossing_1_out & ~_memory_clearing;
+  wire        links_2 = _links_crossing_2_out & ~_memory_clearing;
+  wire        links_3 = _links_crossing_3_out & ~_memory_clearing;
   assign _memory_value_rx_fifo_size_2 = _memory_value_rx_fifo_size[2];
   reg         receiver_cut_REG;
   reg         receiver_cut_REG_1;
@@ -2214,6 +6768,43 @@ module et1100(
   wire        _processor_in_T_2_odd = _loops_open_2 ? _receivers_2_out_odd : _processor_in_T_1_odd;
   wire        _processor_in_T_2_crcGood = _loops_open_2 ? _receivers_2_out_crcGood : _processor_in_T_1_crcGood;
   reg         mii_tx_tick_r;
+  reg         syncManagers_quiet_r;
+  reg         syncManagers_quiet_r_1;
+  reg         syncManagers_quiet_r_2;
+  reg         syncManagers_quiet_r_3;
+  reg         syncManagers_quiet_r_4;
+  reg         syncManagers_quiet_r_5;
+  reg         syncManagers_quiet_r_6;
+  reg         syncManagers_quiet_r_7;
+  reg  [6:0]  processor_config_ecatEvents_alChanged_REG;
+  wire        alChanged = _memory_value_al_status != processor_config_ecatEvents_alChanged_REG;
+  reg         processor_config_ecatEvents_unit_smChanged_sm0_changed;
+  reg         processor_config_ecatEvents_unit_smChanged_sm1_changed;
+  reg         processor_config_ecatEvents_unit_smChanged_sm2_changed;
+  reg         processor_config_ecatEvents_unit_smChanged_sm3_changed;
+  reg         processor_config_ecatEvents_unit_smChanged_sm4_changed;
+  reg         processor_config_ecatEvents_unit_smChanged_sm5_changed;
+  reg         processor_config_ecatEvents_unit_smChanged_sm6_changed;
+  reg         processor_config_ecatEvents_unit_smChanged_sm7_changed;
+  reg         processor_config_ecatEvents_unit_watchdog_unit_restart_REG;
+  reg         processor_config_ecatEvents_unit_watchdog_unit_restart_REG_1;
+  reg         processor_config_ecatEvents_unit_watchdog_watchdog_event;
+  reg  [22:0] tick_value;
+  wire        tick = tick_value == 23'h4C4B3F;
+  reg  [3:0]  latched;
+  wire [3:0]  error =
+    _operational_unit_checksumError | _operational_unit_commandError
+      ? 4'hE
+      : (|latched) ? latched : {3'h0, _memory_value_al_status[4] & ~_memory_value_device_emulation};
+  reg  [3:0]  REG;
+  reg         seen;
+  reg         dark;
+  reg         seen_1;
+  reg         dark_1;
+  reg         seen_2;
+  reg         dark_2;
+  reg         seen_3;
+  reg         dark_3;
   reg         memory_event_lost_link_port0_REG;
   reg         memory_event_lost_link_port1_REG;
   reg         memory_event_lost_link_port2_REG;
@@ -2226,6 +6817,35 @@ module et1100(
       receiver_cut_REG_1 <= 1'h0;
       receiver_cut_REG_2 <= 1'h0;
       receiver_cut_REG_3 <= 1'h0;
+      syncManagers_quiet_r <= 1'h0;
+      syncManagers_quiet_r_1 <= 1'h0;
+      syncManagers_quiet_r_2 <= 1'h0;
+      syncManagers_quiet_r_3 <= 1'h0;
+      syncManagers_quiet_r_4 <= 1'h0;
+      syncManagers_quiet_r_5 <= 1'h0;
+      syncManagers_quiet_r_6 <= 1'h0;
+      syncManagers_quiet_r_7 <= 1'h0;
+      processor_config_ecatEvents_unit_smChanged_sm0_changed <= 1'h0;
+      processor_config_ecatEvents_unit_smChanged_sm1_changed <= 1'h0;
+      processor_config_ecatEvents_unit_smChanged_sm2_changed <= 1'h0;
+      processor_config_ecatEvents_unit_smChanged_sm3_changed <= 1'h0;
+      processor_config_ecatEvents_unit_smChanged_sm4_changed <= 1'h0;
+      processor_config_ecatEvents_unit_smChanged_sm5_changed <= 1'h0;
+      processor_config_ecatEvents_unit_smChanged_sm6_changed <= 1'h0;
+      processor_config_ecatEvents_unit_smChanged_sm7_changed <= 1'h0;
+      processor_config_ecatEvents_unit_watchdog_unit_restart_REG <= 1'h0;
+      processor_config_ecatEvents_unit_watchdog_unit_restart_REG_1 <= 1'h0;
+      processor_config_ecatEvents_unit_watchdog_watchdog_event <= 1'h0;
+      tick_value <= 23'h0;
+      latched <= 4'h0;
+      seen <= 1'h0;
+      dark <= 1'h0;
+      seen_1 <= 1'h0;
+      dark_1 <= 1'h0;
+      seen_2 <= 1'h0;
+      dark_2 <= 1'h0;
+      seen_3 <= 1'h0;
+      dark_3 <= 1'h0;
       memory_event_lost_link_port0_REG <= 1'h0;
       memory_event_lost_link_port1_REG <= 1'h0;
       memory_event_lost_link_port2_REG <= 1'h0;
@@ -2234,16 +6854,97 @@ module et1100(
     else begin
       processStep <= _slot_tick;
       transmitStep <= processStep;
-      receiver_cut_REG <= _links_crossing_out;
-      receiver_cut_REG_1 <= _links_crossing_1_out;
-      receiver_cut_REG_2 <= _links_crossing_2_out;
-      receiver_cut_REG_3 <= _links_crossing_3_out;
-      memory_event_lost_link_port0_REG <= _links_crossing_out;
-      memory_event_lost_link_port1_REG <= _links_crossing_1_out;
-      memory_event_lost_link_port2_REG <= _links_crossing_2_out;
-      memory_event_lost_link_port3_REG <= _links_crossing_3_out;
+      receiver_cut_REG <= links_0;
+      receiver_cut_REG_1 <= links_1;
+      receiver_cut_REG_2 <= links_2;
+      receiver_cut_REG_3 <= links_3;
+      syncManagers_quiet_r <= _processor_busy;
+      syncManagers_quiet_r_1 <= syncManagers_quiet_r;
+      syncManagers_quiet_r_2 <= syncManagers_quiet_r_1;
+      syncManagers_quiet_r_3 <= syncManagers_quiet_r_2;
+      syncManagers_quiet_r_4 <= syncManagers_quiet_r_3;
+      syncManagers_quiet_r_5 <= syncManagers_quiet_r_4;
+      syncManagers_quiet_r_6 <= syncManagers_quiet_r_5;
+      syncManagers_quiet_r_7 <= syncManagers_quiet_r_6;
+      processor_config_ecatEvents_unit_smChanged_sm0_changed <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h806 & _memory_registerWrite_bits_mask
+        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm0_repeat_request, _memory_value_sm0_enable}
+        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h806 & _sequencer_memory_be)
+        & processor_config_ecatEvents_unit_smChanged_sm0_changed;
+      processor_config_ecatEvents_unit_smChanged_sm1_changed <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h80E & _memory_registerWrite_bits_mask
+        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm1_repeat_request, _memory_value_sm1_enable}
+        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h80E & _sequencer_memory_be)
+        & processor_config_ecatEvents_unit_smChanged_sm1_changed;
+      processor_config_ecatEvents_unit_smChanged_sm2_changed <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h816 & _memory_registerWrite_bits_mask
+        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm2_repeat_request, _memory_value_sm2_enable}
+        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h816 & _sequencer_memory_be)
+        & processor_config_ecatEvents_unit_smChanged_sm2_changed;
+      processor_config_ecatEvents_unit_smChanged_sm3_changed <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h81E & _memory_registerWrite_bits_mask
+        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm3_repeat_request, _memory_value_sm3_enable}
+        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h81E & _sequencer_memory_be)
+        & processor_config_ecatEvents_unit_smChanged_sm3_changed;
+      processor_config_ecatEvents_unit_smChanged_sm4_changed <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h826 & _memory_registerWrite_bits_mask
+        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm4_repeat_request, _memory_value_sm4_enable}
+        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h826 & _sequencer_memory_be)
+        & processor_config_ecatEvents_unit_smChanged_sm4_changed;
+      processor_config_ecatEvents_unit_smChanged_sm5_changed <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h82E & _memory_registerWrite_bits_mask
+        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm5_repeat_request, _memory_value_sm5_enable}
+        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h82E & _sequencer_memory_be)
+        & processor_config_ecatEvents_unit_smChanged_sm5_changed;
+      processor_config_ecatEvents_unit_smChanged_sm6_changed <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h836 & _memory_registerWrite_bits_mask
+        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm6_repeat_request, _memory_value_sm6_enable}
+        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h836 & _sequencer_memory_be)
+        & processor_config_ecatEvents_unit_smChanged_sm6_changed;
+      processor_config_ecatEvents_unit_smChanged_sm7_changed <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h83E & _memory_registerWrite_bits_mask
+        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm7_repeat_request, _memory_value_sm7_enable}
+        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h83E & _sequencer_memory_be)
+        & processor_config_ecatEvents_unit_smChanged_sm7_changed;
+      processor_config_ecatEvents_unit_watchdog_unit_restart_REG <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h420 & _memory_registerWrite_bits_mask
+        | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h421 & _memory_registerWrite_bits_mask;
+      processor_config_ecatEvents_unit_watchdog_unit_restart_REG_1 <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h410 & _memory_registerWrite_bits_mask
+        | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h411 & _memory_registerWrite_bits_mask;
+      processor_config_ecatEvents_unit_watchdog_watchdog_event <=
+        _processor_config_ecatEvents_unit_watchdog_processData_expired
+        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h440 & _sequencer_memory_be
+            | _memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h441 & _sequencer_memory_be)
+        & processor_config_ecatEvents_unit_watchdog_watchdog_event;
+      if (tick) begin
+        tick_value <= 23'h0;
+        dark <= seen & ~dark;
+        dark_1 <= seen_1 & ~dark_1;
+        dark_2 <= seen_2 & ~dark_2;
+        dark_3 <= seen_3 & ~dark_3;
+      end
+      else
+        tick_value <= tick_value + 23'h1;
+      if (_processor_config_ecatEvents_unit_watchdog_pdi_expired)
+        latched <= 4'hF;
+      else if (_processor_config_ecatEvents_unit_watchdog_processData_expired & _memory_value_al_status[3:0] == 4'h8
+               & latched != 4'hF)
+        latched <= 4'h2;
+      else if (alChanged)
+        latched <= 4'h0;
+      seen <= ~_receivers_0_idle | _transmitters_0_txEn | ~tick & seen;
+      seen_1 <= ~_receivers_1_idle | _transmitters_1_txEn | ~tick & seen_1;
+      seen_2 <= ~_receivers_2_idle | _transmitters_2_txEn | ~tick & seen_2;
+      seen_3 <= ~_receivers_3_idle | _transmitters_3_txEn | ~tick & seen_3;
+      memory_event_lost_link_port0_REG <= links_0;
+      memory_event_lost_link_port1_REG <= links_1;
+      memory_event_lost_link_port2_REG <= links_2;
+      memory_event_lost_link_port3_REG <= links_3;
     end
     mii_tx_tick_r <= transmitStep;
+    processor_config_ecatEvents_alChanged_REG <= _memory_value_al_status;
+    REG <= error;
   end // always @(posedge)
   SlotTimer slot (
     .clock     (clock),
@@ -2251,29 +6952,57 @@ module et1100(
     .reference (phy_clk_ref),
     .tick      (_slot_tick)
   );
-  assign _memory_ramOpen = _operational_out;
+  assign _memory_ecat_frameStart = _processor_memory_frameStart;
+  assign _memory_host_write = _sequencer_memory_write;
+  assign _memory_host_addr = _sequencer_memory_addr;
+  assign _memory_host_be = _sequencer_memory_be;
+  assign _memory_ramOpen = ~_operational_unit_notLoaded;
+  assign _memory_guard_sm7_disabled = ~_memory_value_sm7_enable;
+  assign _memory_guard_sm6_disabled = ~_memory_value_sm6_enable;
+  assign _memory_guard_sm5_disabled = ~_memory_value_sm5_enable;
+  assign _memory_guard_sm4_disabled = ~_memory_value_sm4_enable;
+  assign _memory_guard_sm3_disabled = ~_memory_value_sm3_enable;
+  assign _memory_guard_sm2_disabled = ~_memory_value_sm2_enable;
+  assign _memory_guard_sm1_disabled = ~_memory_value_sm1_enable;
+  assign _memory_guard_sm0_disabled = ~_memory_value_sm0_enable;
+  assign _memory_guard_sii_pdi_may_take =
+    (_memory_value_eeprom_offered | _memory_value_eeprom_taken) & ~_memory_value_eeprom_force;
+  assign _memory_guard_al_status_by_pdi = ~_memory_value_device_emulation;
   assign _memory_set_loop_port3_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port2_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
-  assign _memory_status_communication_port3 = _links_crossing_3_out;
-  assign _memory_status_communication_port2 = _links_crossing_2_out;
-  assign _memory_status_communication_port1 = _links_crossing_1_out;
-  assign _memory_status_communication_port0 = _links_crossing_out;
-  assign _memory_status_physical_link_port3 = _links_crossing_3_out;
-  assign _memory_status_physical_link_port2 = _links_crossing_2_out;
-  assign _memory_status_physical_link_port1 = _links_crossing_1_out;
-  assign _memory_status_physical_link_port0 = _links_crossing_out;
-  assign _memory_status_pdi_operational = _operational_out;
+  assign _memory_status_eeprom_command_error = _operational_unit_commandError;
+  assign _memory_status_eeprom_not_loaded = _operational_unit_notLoaded;
+  assign _memory_status_eeprom_checksum_error = _operational_unit_checksumError;
+  assign _memory_status_eeprom_two_address_bytes = _operational_unit_twoByte_crossing_out;
+  assign _memory_status_watchdog_pdi = _processor_config_ecatEvents_unit_watchdog_pdi_running;
+  assign _memory_status_sm_al_event = _processor_config_ecatEvents_unit_alEvents[15:8];
+  assign _memory_status_watchdog_event = _processor_config_ecatEvents_unit_alEvents[6];
+  assign _memory_status_sm_activation_event = _processor_config_ecatEvents_unit_alEvents[4];
+  assign _memory_status_al_control_event = _processor_config_ecatEvents_unit_alEvents[0];
+  assign _memory_status_sm_ecat_event = _processor_config_ecatEvents_unit_ecatEvents[11:4];
+  assign _memory_status_al_status_event = _processor_config_ecatEvents_unit_ecatEvents[3];
+  assign _memory_status_dl_status_event = _processor_config_ecatEvents_unit_ecatEvents[2];
+  assign _memory_status_err_led_code = _led_err_code;
+  assign _memory_status_run_led_code = _led_run_code;
+  assign _memory_status_loop_closed_port3 = _loops_reportClosed_3;
+  assign _memory_status_loop_closed_port2 = _loops_reportClosed_2;
+  assign _memory_status_loop_closed_port1 = _loops_reportClosed_1;
+  assign _memory_status_loop_closed_port0 = _loops_reportClosed_0;
+  assign _memory_status_pdi_watchdog = _processor_config_ecatEvents_unit_watchdog_pdi_running;
+  assign _memory_status_pdi_operational = ~_operational_unit_notLoaded;
+  assign _memory_event_watchdog_count_pdi = _processor_config_ecatEvents_unit_watchdog_pdi_expired;
+  assign _memory_event_watchdog_count_process_data = _processor_config_ecatEvents_unit_watchdog_processData_expired;
   assign _memory_event_lost_link_port3 =
-    memory_event_lost_link_port3_REG & ~_links_crossing_3_out & _loops_open_3 & _memory_value_loop_port3 == 2'h0;
+    memory_event_lost_link_port3_REG & ~links_3 & _loops_open_3 & _memory_value_loop_port3 == 2'h0;
   assign _memory_event_lost_link_port2 =
-    memory_event_lost_link_port2_REG & ~_links_crossing_2_out & _loops_open_2 & _memory_value_loop_port2 == 2'h0;
+    memory_event_lost_link_port2_REG & ~links_2 & _loops_open_2 & _memory_value_loop_port2 == 2'h0;
   assign _memory_event_lost_link_port1 =
-    memory_event_lost_link_port1_REG & ~_links_crossing_1_out & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
+    memory_event_lost_link_port1_REG & ~links_1 & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
   assign _memory_event_lost_link_port0 =
-    memory_event_lost_link_port0_REG & ~_links_crossing_out & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
+    memory_event_lost_link_port0_REG & ~links_0 & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
   assign _memory_event_forwarded_error_port3 = _receivers_3_events_forwardedError & _loops_open_3;
   assign _memory_event_forwarded_error_port2 = _receivers_2_events_forwardedError & _loops_open_2;
   assign _memory_event_forwarded_error_port1 = _receivers_1_events_forwardedError & _loops_open_1;
@@ -2287,81 +7016,205 @@ module et1100(
   assign _memory_event_rx_er_port0 = _receivers_0_events_rxEr & _loops_open_0;
   assign _memory_event_invalid_frame_port0 = _receivers_0_events_invalidFrame & _loops_open_0;
   EscMemory memory (
-    .clock                       (clock),
-    .reset                       (reset),
-    .ecat_frameStart             (_memory_ecat_frameStart),
-    .ecat_read                   (_memory_ecat_read),
-    .ecat_readAddress            (_memory_ecat_readAddress),
-    .ecat_readData               (_memory_ecat_readData),
-    .ecat_readable               (_memory_ecat_readable),
-    .ecat_writable               (_memory_ecat_writable),
-    .ecat_logFull                (_memory_ecat_logFull),
-    .ecat_write                  (_memory_ecat_write),
-    .ecat_writeAddress           (_memory_ecat_writeAddress),
-    .ecat_writeMask              (_memory_ecat_writeMask),
-    .ecat_writeData              (_memory_ecat_writeData),
-    .ecat_commit                 (_memory_ecat_commit),
-    .host_req                    (host_req),
-    .host_write                  (host_write),
-    .host_addr                   (host_addr),
-    .host_wdata                  (host_wdata),
-    .host_be                     (host_be),
-    .host_ack                    (host_ack),
-    .host_rdata                  (host_rdata),
-    .ramOpen                     (_memory_ramOpen),
-    .value_alias_enable          (_memory_value_alias_enable),
-    .value_rx_fifo_size          (_memory_value_rx_fifo_size),
-    .value_loop_port3            (_memory_value_loop_port3),
-    .value_loop_port2            (_memory_value_loop_port2),
-    .value_loop_port1            (_memory_value_loop_port1),
-    .value_loop_port0            (_memory_value_loop_port0),
-    .value_temporary_use         (_memory_value_temporary_use),
-    .value_destroy_non_ethercat  (_memory_value_destroy_non_ethercat),
-    .value_station_alias         (_memory_value_station_alias),
-    .value_station_address       (_memory_value_station_address),
-    .set_loop_port3_valid        (_memory_set_loop_port3_valid),
-    .set_loop_port3_bits         (_memory_set_loop_port3_bits),
-    .set_loop_port2_valid        (_memory_set_loop_port2_valid),
-    .set_loop_port2_bits         (_memory_set_loop_port2_bits),
-    .set_loop_port1_valid        (_memory_set_loop_port1_valid),
-    .set_loop_port1_bits         (_memory_set_loop_port1_bits),
-    .set_loop_port0_valid        (_memory_set_loop_port0_valid),
-    .set_loop_port0_bits         (_memory_set_loop_port0_bits),
-    .set_temporary_use_valid     (_memory_set_temporary_use_valid),
-    .status_communication_port3  (_memory_status_communication_port3),
-    .status_loop_closed_port3    (_memory_status_loop_closed_port3),
-    .status_communication_port2  (_memory_status_communication_port2),
-    .status_loop_closed_port2    (_memory_status_loop_closed_port2),
-    .status_communication_port1  (_memory_status_communication_port1),
-    .status_loop_closed_port1    (_memory_status_loop_closed_port1),
-    .status_communication_port0  (_memory_status_communication_port0),
-    .status_loop_closed_port0    (_memory_status_loop_closed_port0),
-    .status_physical_link_port3  (_memory_status_physical_link_port3),
-    .status_physical_link_port2  (_memory_status_physical_link_port2),
-    .status_physical_link_port1  (_memory_status_physical_link_port1),
-    .status_physical_link_port0  (_memory_status_physical_link_port0),
-    .status_pdi_operational      (_memory_status_pdi_operational),
-    .event_lost_link_port3       (_memory_event_lost_link_port3),
-    .event_lost_link_port2       (_memory_event_lost_link_port2),
-    .event_lost_link_port1       (_memory_event_lost_link_port1),
-    .event_lost_link_port0       (_memory_event_lost_link_port0),
-    .event_epu_error             (_memory_event_epu_error),
-    .event_forwarded_error_port3 (_memory_event_forwarded_error_port3),
-    .event_forwarded_error_port2 (_memory_event_forwarded_error_port2),
-    .event_forwarded_error_port1 (_memory_event_forwarded_error_port1),
-    .event_forwarded_error_port0 (_memory_event_forwarded_error_port0),
-    .event_rx_er_port3           (_memory_event_rx_er_port3),
-    .event_invalid_frame_port3   (_memory_event_invalid_frame_port3),
-    .event_rx_er_port2           (_memory_event_rx_er_port2),
-    .event_invalid_frame_port2   (_memory_event_invalid_frame_port2),
-    .event_rx_er_port1           (_memory_event_rx_er_port1),
-    .event_invalid_frame_port1   (_memory_event_invalid_frame_port1),
-    .event_rx_er_port0           (_memory_event_rx_er_port0),
-    .event_invalid_frame_port0   (_memory_event_invalid_frame_port0),
-    .registerWrite_valid         (_memory_registerWrite_valid),
-    .registerWrite_bits_address  (_memory_registerWrite_bits_address),
-    .registerWrite_bits_mask     (_memory_registerWrite_bits_mask),
-    .commitStarts                (_memory_commitStarts)
+    .clock                             (clock),
+    .reset                             (reset),
+    .ecat_frameStart                   (_memory_ecat_frameStart),
+    .ecat_read                         (_memory_ecat_read),
+    .ecat_readAddress                  (_memory_ecat_readAddress),
+    .ecat_readData                     (_memory_ecat_readData),
+    .ecat_readable                     (_memory_ecat_readable),
+    .ecat_writable                     (_memory_ecat_writable),
+    .ecat_logFull                      (_memory_ecat_logFull),
+    .ecat_write                        (_memory_ecat_write),
+    .ecat_writeAddress                 (_memory_ecat_writeAddress),
+    .ecat_writeData                    (_memory_ecat_writeData),
+    .ecat_commit                       (_memory_ecat_commit),
+    .host_req                          (_memory_host_req),
+    .host_write                        (_memory_host_write),
+    .host_addr                         (_memory_host_addr),
+    .host_wdata                        (_memory_host_wdata),
+    .host_be                           (_memory_host_be),
+    .host_ack                          (_memory_host_ack),
+    .host_rdata                        (_memory_host_rdata),
+    .ramOpen                           (_memory_ramOpen),
+    .value_sm7_repeat_request          (_memory_value_sm7_repeat_request),
+    .value_sm7_enable                  (_memory_value_sm7_enable),
+    .value_sm6_repeat_request          (_memory_value_sm6_repeat_request),
+    .value_sm6_enable                  (_memory_value_sm6_enable),
+    .value_sm5_repeat_request          (_memory_value_sm5_repeat_request),
+    .value_sm5_enable                  (_memory_value_sm5_enable),
+    .value_sm4_repeat_request          (_memory_value_sm4_repeat_request),
+    .value_sm4_enable                  (_memory_value_sm4_enable),
+    .value_sm3_repeat_request          (_memory_value_sm3_repeat_request),
+    .value_sm3_enable                  (_memory_value_sm3_enable),
+    .value_sm2_repeat_request          (_memory_value_sm2_repeat_request),
+    .value_sm2_enable                  (_memory_value_sm2_enable),
+    .value_sm1_repeat_request          (_memory_value_sm1_repeat_request),
+    .value_sm1_enable                  (_memory_value_sm1_enable),
+    .value_sm0_repeat_request          (_memory_value_sm0_repeat_request),
+    .value_sm0_enable                  (_memory_value_sm0_enable),
+    .value_eeprom_taken                (_memory_value_eeprom_taken),
+    .value_eeprom_force                (_memory_value_eeprom_force),
+    .value_eeprom_offered              (_memory_value_eeprom_offered),
+    .value_watchdog_time_process_data  (_memory_value_watchdog_time_process_data),
+    .value_watchdog_time_pdi           (_memory_value_watchdog_time_pdi),
+    .value_watchdog_divider            (_memory_value_watchdog_divider),
+    .value_sm_mask                     (_memory_value_sm_mask),
+    .value_watchdog_mask               (_memory_value_watchdog_mask),
+    .value_eeprom_mask                 (_memory_value_eeprom_mask),
+    .value_sm_activation_mask          (_memory_value_sm_activation_mask),
+    .value_al_control_mask             (_memory_value_al_control_mask),
+    .value_ecat_event_mask             (_memory_value_ecat_event_mask),
+    .value_esc_configuration           (_memory_value_esc_configuration),
+    .value_device_emulation            (_memory_value_device_emulation),
+    .value_al_status                   (_memory_value_al_status),
+    .value_al_control                  (_memory_value_al_control),
+    .value_alias_enable                (_memory_value_alias_enable),
+    .value_rx_fifo_size                (_memory_value_rx_fifo_size),
+    .value_loop_port3                  (_memory_value_loop_port3),
+    .value_loop_port2                  (_memory_value_loop_port2),
+    .value_loop_port1                  (_memory_value_loop_port1),
+    .value_loop_port0                  (_memory_value_loop_port0),
+    .value_temporary_use               (_memory_value_temporary_use),
+    .value_destroy_non_ethercat        (_memory_value_destroy_non_ethercat),
+    .value_station_alias               (_memory_value_station_alias),
+    .value_station_address             (_memory_value_station_address),
+    .guard_sm7_disabled                (_memory_guard_sm7_disabled),
+    .guard_sm6_disabled                (_memory_guard_sm6_disabled),
+    .guard_sm5_disabled                (_memory_guard_sm5_disabled),
+    .guard_sm4_disabled                (_memory_guard_sm4_disabled),
+    .guard_sm3_disabled                (_memory_guard_sm3_disabled),
+    .guard_sm2_disabled                (_memory_guard_sm2_disabled),
+    .guard_sm1_disabled                (_memory_guard_sm1_disabled),
+    .guard_sm0_disabled                (_memory_guard_sm0_disabled),
+    .guard_sii_pdi_may_write           (_memory_guard_sii_pdi_may_write),
+    .guard_sii_ecat_may_write          (_memory_guard_sii_ecat_may_write),
+    .guard_sii_pdi_may_take            (_memory_guard_sii_pdi_may_take),
+    .guard_al_status_by_pdi            (_memory_guard_al_status_by_pdi),
+    .guard_al_control_free             (_memory_guard_al_control_free),
+    .set_eeprom_taken_valid            (_memory_value_eeprom_force),
+    .set_al_status_valid               (_memory_set_al_status_valid),
+    .set_al_status_bits                (_memory_value_al_control),
+    .set_loop_port3_valid              (_memory_set_loop_port3_valid),
+    .set_loop_port3_bits               (_memory_set_loop_port3_bits),
+    .set_loop_port2_valid              (_memory_set_loop_port2_valid),
+    .set_loop_port2_bits               (_memory_set_loop_port2_bits),
+    .set_loop_port1_valid              (_memory_set_loop_port1_valid),
+    .set_loop_port1_bits               (_memory_set_loop_port1_bits),
+    .set_loop_port0_valid              (_memory_set_loop_port0_valid),
+    .set_loop_port0_bits               (_memory_set_loop_port0_bits),
+    .set_temporary_use_valid           (_memory_set_temporary_use_valid),
+    .status_sm7_deactivated            (_memory_status_sm7_deactivated),
+    .status_sm7_last_buffer            (_memory_status_sm7_last_buffer),
+    .status_sm7_mailbox_full           (_memory_status_sm7_mailbox_full),
+    .status_sm7_read_event             (_memory_status_sm7_read_event),
+    .status_sm7_write_event            (_memory_status_sm7_write_event),
+    .status_sm6_deactivated            (_memory_status_sm6_deactivated),
+    .status_sm6_last_buffer            (_memory_status_sm6_last_buffer),
+    .status_sm6_mailbox_full           (_memory_status_sm6_mailbox_full),
+    .status_sm6_read_event             (_memory_status_sm6_read_event),
+    .status_sm6_write_event            (_memory_status_sm6_write_event),
+    .status_sm5_deactivated            (_memory_status_sm5_deactivated),
+    .status_sm5_last_buffer            (_memory_status_sm5_last_buffer),
+    .status_sm5_mailbox_full           (_memory_status_sm5_mailbox_full),
+    .status_sm5_read_event             (_memory_status_sm5_read_event),
+    .status_sm5_write_event            (_memory_status_sm5_write_event),
+    .status_sm4_deactivated            (_memory_status_sm4_deactivated),
+    .status_sm4_last_buffer            (_memory_status_sm4_last_buffer),
+    .status_sm4_mailbox_full           (_memory_status_sm4_mailbox_full),
+    .status_sm4_read_event             (_memory_status_sm4_read_event),
+    .status_sm4_write_event            (_memory_status_sm4_write_event),
+    .status_sm3_deactivated            (_memory_status_sm3_deactivated),
+    .status_sm3_last_buffer            (_memory_status_sm3_last_buffer),
+    .status_sm3_mailbox_full           (_memory_status_sm3_mailbox_full),
+    .status_sm3_read_event             (_memory_status_sm3_read_event),
+    .status_sm3_write_event            (_memory_status_sm3_write_event),
+    .status_sm2_deactivated            (_memory_status_sm2_deactivated),
+    .status_sm2_last_buffer            (_memory_status_sm2_last_buffer),
+    .status_sm2_mailbox_full           (_memory_status_sm2_mailbox_full),
+    .status_sm2_read_event             (_memory_status_sm2_read_event),
+    .status_sm2_write_event            (_memory_status_sm2_write_event),
+    .status_sm1_deactivated            (_memory_status_sm1_deactivated),
+    .status_sm1_last_buffer            (_memory_status_sm1_last_buffer),
+    .status_sm1_mailbox_full           (_memory_status_sm1_mailbox_full),
+    .status_sm1_read_event             (_memory_status_sm1_read_event),
+    .status_sm1_write_event            (_memory_status_sm1_write_event),
+    .status_sm0_deactivated            (_memory_status_sm0_deactivated),
+    .status_sm0_last_buffer            (_memory_status_sm0_last_buffer),
+    .status_sm0_mailbox_full           (_memory_status_sm0_mailbox_full),
+    .status_sm0_read_event             (_memory_status_sm0_read_event),
+    .status_sm0_write_event            (_memory_status_sm0_write_event),
+    .status_eeprom_busy                (_memory_status_eeprom_busy),
+    .status_eeprom_write_error         (_memory_status_eeprom_write_error),
+    .status_eeprom_command_error       (_memory_status_eeprom_command_error),
+    .status_eeprom_not_loaded          (_memory_status_eeprom_not_loaded),
+    .status_eeprom_checksum_error      (_memory_status_eeprom_checksum_error),
+    .status_eeprom_command             (_memory_status_eeprom_command),
+    .status_eeprom_two_address_bytes   (_memory_status_eeprom_two_address_bytes),
+    .status_eeprom_write_enable        (_memory_status_eeprom_write_enable),
+    .status_watchdog_pdi               (_memory_status_watchdog_pdi),
+    .status_watchdog_process_data      (_memory_status_watchdog_process_data),
+    .status_sm_al_event                (_memory_status_sm_al_event),
+    .status_watchdog_event             (_memory_status_watchdog_event),
+    .status_sm_activation_event        (_memory_status_sm_activation_event),
+    .status_al_control_event           (_memory_status_al_control_event),
+    .status_sm_ecat_event              (_memory_status_sm_ecat_event),
+    .status_al_status_event            (_memory_status_al_status_event),
+    .status_dl_status_event            (_memory_status_dl_status_event),
+    .status_err_led_enable             (_memory_status_err_led_enable),
+    .status_err_led_code               (_memory_status_err_led_code),
+    .status_run_led_enable             (_memory_status_run_led_enable),
+    .status_run_led_code               (_memory_status_run_led_code),
+    .status_communication_port3        (links_3),
+    .status_loop_closed_port3          (_memory_status_loop_closed_port3),
+    .status_communication_port2        (links_2),
+    .status_loop_closed_port2          (_memory_status_loop_closed_port2),
+    .status_communication_port1        (links_1),
+    .status_loop_closed_port1          (_memory_status_loop_closed_port1),
+    .status_communication_port0        (links_0),
+    .status_loop_closed_port0          (_memory_status_loop_closed_port0),
+    .status_physical_link_port3        (links_3),
+    .status_physical_link_port2        (links_2),
+    .status_physical_link_port1        (links_1),
+    .status_physical_link_port0        (links_0),
+    .status_pdi_watchdog               (_memory_status_pdi_watchdog),
+    .status_pdi_operational            (_memory_status_pdi_operational),
+    .event_watchdog_count_pdi          (_memory_event_watchdog_count_pdi),
+    .event_watchdog_count_process_data (_memory_event_watchdog_count_process_data),
+    .event_lost_link_port3             (_memory_event_lost_link_port3),
+    .event_lost_link_port2             (_memory_event_lost_link_port2),
+    .event_lost_link_port1             (_memory_event_lost_link_port1),
+    .event_lost_link_port0             (_memory_event_lost_link_port0),
+    .event_epu_error                   (_memory_event_epu_error),
+    .event_forwarded_error_port3       (_memory_event_forwarded_error_port3),
+    .event_forwarded_error_port2       (_memory_event_forwarded_error_port2),
+    .event_forwarded_error_port1       (_memory_event_forwarded_error_port1),
+    .event_forwarded_error_port0       (_memory_event_forwarded_error_port0),
+    .event_rx_er_port3                 (_memory_event_rx_er_port3),
+    .event_invalid_frame_port3         (_memory_event_invalid_frame_port3),
+    .event_rx_er_port2                 (_memory_event_rx_er_port2),
+    .event_invalid_frame_port2         (_memory_event_invalid_frame_port2),
+    .event_rx_er_port1                 (_memory_event_rx_er_port1),
+    .event_invalid_frame_port1         (_memory_event_invalid_frame_port1),
+    .event_rx_er_port0                 (_memory_event_rx_er_port0),
+    .event_invalid_frame_port0         (_memory_event_invalid_frame_port0),
+    .registerWrite_valid               (_memory_registerWrite_valid),
+    .registerWrite_bits_address        (_memory_registerWrite_bits_address),
+    .registerWrite_bits_mask           (_memory_registerWrite_bits_mask),
+    .registerWrite_bits_data           (_memory_registerWrite_bits_data),
+    .registerWriteByHost               (_memory_registerWriteByHost),
+    .unitWrite_ready                   (_memory_unitWrite_ready),
+    .unitWrite_valid                   (_memory_unitWrite_valid),
+    .unitWrite_bits_address            (_memory_unitWrite_bits_address),
+    .unitWrite_bits_data               (_memory_unitWrite_bits_data),
+    .unitRead_ready                    (_memory_unitRead_ready),
+    .unitRead_valid                    (_memory_unitRead_valid),
+    .unitRead_bits                     (_memory_unitRead_bits),
+    .unitData_valid                    (_memory_unitData_valid),
+    .unitData_bits                     (_memory_unitData_bits),
+    .registersBusy                     (_memory_registersBusy),
+    .clearing                          (_memory_clearing),
+    .commitStarts                      (_memory_commitStarts)
   );
   assign _processor_in_valid = _loops_open_0 ? _receivers_0_out_valid : _processor_in_T_2_valid;
   assign _processor_in_payload = _loops_open_0 ? _receivers_0_out_payload : _processor_in_T_2_payload;
@@ -2371,46 +7224,111 @@ module et1100(
   assign _processor_in_odd = _loops_open_0 ? _receivers_0_out_odd : _processor_in_T_2_odd;
   assign _processor_in_crcGood = _loops_open_0 ? _receivers_0_out_crcGood : _processor_in_T_2_crcGood;
   FrameProcessor processor (
-    .clock                     (clock),
-    .reset                     (reset),
-    .step                      (processStep),
-    .in_valid                  (_processor_in_valid),
-    .in_payload                (_processor_in_payload),
-    .in_data                   (_processor_in_data),
-    .in_last                   (_processor_in_last),
-    .in_bad                    (_processor_in_bad),
-    .in_odd                    (_processor_in_odd),
-    .in_crcGood                (_processor_in_crcGood),
-    .out_valid                 (_processor_out_valid),
-    .out_payload               (_processor_out_payload),
-    .out_data                  (_processor_out_data),
-    .out_last                  (_processor_out_last),
-    .out_bad                   (_processor_out_bad),
-    .out_odd                   (_processor_out_odd),
-    .out_crcGood               (_processor_out_crcGood),
-    .config_stationAddress     (_memory_value_station_address),
-    .config_stationAlias       (_memory_value_station_alias),
-    .config_aliasEnable        (_memory_value_alias_enable),
-    .config_destroyNonEtherCat (_memory_value_destroy_non_ethercat),
-    .config_circulating        (_processor_config_circulating),
-    .memory_frameStart         (_memory_ecat_frameStart),
-    .memory_read               (_memory_ecat_read),
-    .memory_readAddress        (_memory_ecat_readAddress),
-    .memory_readData           (_memory_ecat_readData),
-    .memory_readable           (_memory_ecat_readable),
-    .memory_writable           (_memory_ecat_writable),
-    .memory_logFull            (_memory_ecat_logFull),
-    .memory_write              (_memory_ecat_write),
-    .memory_writeAddress       (_memory_ecat_writeAddress),
-    .memory_writeMask          (_memory_ecat_writeMask),
-    .memory_writeData          (_memory_ecat_writeData),
-    .memory_commit             (_memory_ecat_commit),
-    .error                     (_memory_event_epu_error)
+    .clock                      (clock),
+    .reset                      (reset),
+    .step                       (processStep),
+    .in_valid                   (_processor_in_valid),
+    .in_payload                 (_processor_in_payload),
+    .in_data                    (_processor_in_data),
+    .in_last                    (_processor_in_last),
+    .in_bad                     (_processor_in_bad),
+    .in_odd                     (_processor_in_odd),
+    .in_crcGood                 (_processor_in_crcGood),
+    .out_valid                  (_processor_out_valid),
+    .out_payload                (_processor_out_payload),
+    .out_data                   (_processor_out_data),
+    .out_last                   (_processor_out_last),
+    .out_bad                    (_processor_out_bad),
+    .out_odd                    (_processor_out_odd),
+    .out_crcGood                (_processor_out_crcGood),
+    .config_stationAddress      (_memory_value_station_address),
+    .config_stationAlias        (_memory_value_station_alias),
+    .config_aliasEnable         (_memory_value_alias_enable),
+    .config_destroyNonEtherCat  (_memory_value_destroy_non_ethercat),
+    .config_circulating         (_processor_config_circulating),
+    .config_ecatEvents          (_processor_config_ecatEvents),
+    .memory_frameStart          (_processor_memory_frameStart),
+    .memory_read                (_memory_ecat_read),
+    .memory_readAddress         (_memory_ecat_readAddress),
+    .memory_readData            (_memory_ecat_readData),
+    .memory_readable            (_memory_ecat_readable),
+    .memory_writable            (_memory_ecat_writable),
+    .memory_logFull             (_memory_ecat_logFull),
+    .memory_write               (_memory_ecat_write),
+    .memory_writeAddress        (_memory_ecat_writeAddress),
+    .memory_writeData           (_memory_ecat_writeData),
+    .memory_commit              (_memory_ecat_commit),
+    .readDlStatus               (_processor_readDlStatus),
+    .readAlStatus               (_processor_readAlStatus),
+    .frameGood                  (_processor_frameGood),
+    .frameBad                   (_processor_frameBad),
+    .busy                       (_processor_busy),
+    .error                      (_memory_event_epu_error),
+    .registerWrite_valid        (_memory_registerWrite_valid),
+    .registerWrite_bits_address (_memory_registerWrite_bits_address),
+    .registerWrite_bits_mask    (_memory_registerWrite_bits_mask),
+    .registerWrite_bits_data    (_memory_registerWrite_bits_data),
+    .areas_index                (_processor_areas_index),
+    .areas_entries_0_index      (_processor_areas_entries_0_index),
+    .areas_entries_0_start      (_processor_areas_entries_0_start),
+    .areas_entries_0_length     (_processor_areas_entries_0_length),
+    .areas_entries_0_takesPart  (_processor_areas_entries_0_takesPart),
+    .areas_entries_0_triple     (_processor_areas_entries_0_triple),
+    .areas_views_0_works        (_processor_areas_views_0_works),
+    .areas_views_0_ecatWrites   (_processor_areas_views_0_ecatWrites),
+    .areas_views_0_ecatOpen     (_processor_areas_views_0_ecatOpen),
+    .areas_views_0_ecatMayOpen  (_processor_areas_views_0_ecatMayOpen),
+    .areas_views_0_writerBuffer (_processor_areas_views_0_writerBuffer),
+    .areas_views_0_readerBuffer (_processor_areas_views_0_readerBuffer),
+    .areas_views_1_works        (_processor_areas_views_1_works),
+    .areas_views_1_ecatWrites   (_processor_areas_views_1_ecatWrites),
+    .areas_views_1_ecatOpen     (_processor_areas_views_1_ecatOpen),
+    .areas_views_1_ecatMayOpen  (_processor_areas_views_1_ecatMayOpen),
+    .areas_views_1_writerBuffer (_processor_areas_views_1_writerBuffer),
+    .areas_views_1_readerBuffer (_processor_areas_views_1_readerBuffer),
+    .areas_views_2_works        (_processor_areas_views_2_works),
+    .areas_views_2_ecatWrites   (_processor_areas_views_2_ecatWrites),
+    .areas_views_2_ecatOpen     (_processor_areas_views_2_ecatOpen),
+    .areas_views_2_ecatMayOpen  (_processor_areas_views_2_ecatMayOpen),
+    .areas_views_2_writerBuffer (_processor_areas_views_2_writerBuffer),
+    .areas_views_2_readerBuffer (_processor_areas_views_2_readerBuffer),
+    .areas_views_3_works        (_processor_areas_views_3_works),
+    .areas_views_3_ecatWrites   (_processor_areas_views_3_ecatWrites),
+    .areas_views_3_ecatOpen     (_processor_areas_views_3_ecatOpen),
+    .areas_views_3_ecatMayOpen  (_processor_areas_views_3_ecatMayOpen),
+    .areas_views_3_writerBuffer (_processor_areas_views_3_writerBuffer),
+    .areas_views_3_readerBuffer (_processor_areas_views_3_readerBuffer),
+    .areas_views_4_works        (_processor_areas_views_4_works),
+    .areas_views_4_ecatWrites   (_processor_areas_views_4_ecatWrites),
+    .areas_views_4_ecatOpen     (_processor_areas_views_4_ecatOpen),
+    .areas_views_4_ecatMayOpen  (_processor_areas_views_4_ecatMayOpen),
+    .areas_views_4_writerBuffer (_processor_areas_views_4_writerBuffer),
+    .areas_views_4_readerBuffer (_processor_areas_views_4_readerBuffer),
+    .areas_views_5_works        (_processor_areas_views_5_works),
+    .areas_views_5_ecatWrites   (_processor_areas_views_5_ecatWrites),
+    .areas_views_5_ecatOpen     (_processor_areas_views_5_ecatOpen),
+    .areas_views_5_ecatMayOpen  (_processor_areas_views_5_ecatMayOpen),
+    .areas_views_5_writerBuffer (_processor_areas_views_5_writerBuffer),
+    .areas_views_5_readerBuffer (_processor_areas_views_5_readerBuffer),
+    .areas_views_6_works        (_processor_areas_views_6_works),
+    .areas_views_6_ecatWrites   (_processor_areas_views_6_ecatWrites),
+    .areas_views_6_ecatOpen     (_processor_areas_views_6_ecatOpen),
+    .areas_views_6_ecatMayOpen  (_processor_areas_views_6_ecatMayOpen),
+    .areas_views_6_writerBuffer (_processor_areas_views_6_writerBuffer),
+    .areas_views_6_readerBuffer (_processor_areas_views_6_readerBuffer),
+    .areas_views_7_works        (_processor_areas_views_7_works),
+    .areas_views_7_ecatWrites   (_processor_areas_views_7_ecatWrites),
+    .areas_views_7_ecatOpen     (_processor_areas_views_7_ecatOpen),
+    .areas_views_7_ecatMayOpen  (_processor_areas_views_7_ecatMayOpen),
+    .areas_views_7_writerBuffer (_processor_areas_views_7_writerBuffer),
+    .areas_views_7_readerBuffer (_processor_areas_views_7_readerBuffer),
+    .areas_ramOpen              (_processor_areas_ramOpen),
+    .areas_access_touch         (_processor_areas_access_touch),
+    .areas_access_first         (_processor_areas_access_first),
+    .areas_access_close         (_processor_areas_access_close),
+    .areas_access_single        (_processor_areas_access_single),
+    .areas_accessIndex          (_processor_areas_accessIndex)
   );
-  assign _loops_link_0 = _links_crossing_out;
-  assign _loops_link_1 = _links_crossing_1_out;
-  assign _loops_link_2 = _links_crossing_2_out;
-  assign _loops_link_3 = _links_crossing_3_out;
   assign _loops_settingWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
   assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_2_valid;
@@ -2420,10 +7338,10 @@ module et1100(
   LoopControl loops (
     .clock          (clock),
     .reset          (reset),
-    .link_0         (_loops_link_0),
-    .link_1         (_loops_link_1),
-    .link_2         (_loops_link_2),
-    .link_3         (_loops_link_3),
+    .link_0         (links_0),
+    .link_1         (links_1),
+    .link_2         (links_2),
+    .link_3         (links_3),
     .setting_0      (_memory_value_loop_port0),
     .setting_1      (_memory_value_loop_port1),
     .setting_2      (_memory_value_loop_port2),
@@ -2441,10 +7359,10 @@ module et1100(
     .open_1         (_loops_open_1),
     .open_2         (_loops_open_2),
     .open_3         (_loops_open_3),
-    .reportClosed_0 (_memory_status_loop_closed_port0),
-    .reportClosed_1 (_memory_status_loop_closed_port1),
-    .reportClosed_2 (_memory_status_loop_closed_port2),
-    .reportClosed_3 (_memory_status_loop_closed_port3),
+    .reportClosed_0 (_loops_reportClosed_0),
+    .reportClosed_1 (_loops_reportClosed_1),
+    .reportClosed_2 (_loops_reportClosed_2),
+    .reportClosed_3 (_loops_reportClosed_3),
     .circulating    (_processor_config_circulating)
   );
   TemporaryLoops temporaryLoops (
@@ -2498,7 +7416,7 @@ module et1100(
     .read_overflow    (_crossing_read_overflow),
     .read_take        (_crossing_read_take)
   );
-  assign _receivers_0_cut = receiver_cut_REG & ~_links_crossing_out;
+  assign _receivers_0_cut = receiver_cut_REG & ~links_0;
   MiiReceiver receivers_0 (
     .clock                 (clock),
     .reset                 (reset),
@@ -2541,7 +7459,7 @@ module et1100(
     .read_overflow    (_crossing_1_read_overflow),
     .read_take        (_crossing_1_read_take)
   );
-  assign _receivers_1_cut = receiver_cut_REG_1 & ~_links_crossing_1_out;
+  assign _receivers_1_cut = receiver_cut_REG_1 & ~links_1;
   MiiReceiver receivers_1 (
     .clock                 (clock),
     .reset                 (reset),
@@ -2584,7 +7502,7 @@ module et1100(
     .read_overflow    (_crossing_2_read_overflow),
     .read_take        (_crossing_2_read_take)
   );
-  assign _receivers_2_cut = receiver_cut_REG_2 & ~_links_crossing_2_out;
+  assign _receivers_2_cut = receiver_cut_REG_2 & ~links_2;
   MiiReceiver receivers_2 (
     .clock                 (clock),
     .reset                 (reset),
@@ -2627,7 +7545,7 @@ module et1100(
     .read_overflow    (_crossing_3_read_overflow),
     .read_take        (_crossing_3_read_take)
   );
-  assign _receivers_3_cut = receiver_cut_REG_3 & ~_links_crossing_3_out;
+  assign _receivers_3_cut = receiver_cut_REG_3 & ~links_3;
   MiiReceiver receivers_3 (
     .clock                 (clock),
     .reset                 (reset),
@@ -2671,7 +7589,7 @@ module et1100(
     .in_bad     (_transmitters_0_in_bad),
     .in_odd     (_transmitters_0_in_odd),
     .in_crcGood (_transmitters_0_in_crcGood),
-    .txEn       (mii_0_tx_en),
+    .txEn       (_transmitters_0_txEn),
     .txd        (mii_0_txd)
   );
   assign _transmitters_1_in_valid = _loops_open_1 & _processor_in_T_valid;
@@ -2692,7 +7610,7 @@ module et1100(
     .in_bad     (_transmitters_1_in_bad),
     .in_odd     (_transmitters_1_in_odd),
     .in_crcGood (_transmitters_1_in_crcGood),
-    .txEn       (mii_1_tx_en),
+    .txEn       (_transmitters_1_txEn),
     .txd        (mii_1_txd)
   );
   assign _transmitters_2_in_valid = _loops_open_2 & _processor_in_T_1_valid;
@@ -2713,7 +7631,7 @@ module et1100(
     .in_bad     (_transmitters_2_in_bad),
     .in_odd     (_transmitters_2_in_odd),
     .in_crcGood (_transmitters_2_in_crcGood),
-    .txEn       (mii_2_tx_en),
+    .txEn       (_transmitters_2_txEn),
     .txd        (mii_2_txd)
   );
   assign _transmitters_3_in_valid = _loops_open_3 & _processor_out_valid;
@@ -2734,16 +7652,508 @@ module et1100(
     .in_bad     (_transmitters_3_in_bad),
     .in_odd     (_transmitters_3_in_odd),
     .in_crcGood (_transmitters_3_in_crcGood),
-    .txEn       (mii_3_tx_en),
+    .txEn       (_transmitters_3_txEn),
     .txd        (mii_3_txd)
   );
-  LevelCrossing operational (
-    .clock (clock),
-    .in    (pdi_operational),
-    .out   (_operational_out)
+  assign _syncManagers_ramOpen = ~_operational_unit_notLoaded;
+  assign _syncManagers_quiet = ~_processor_busy & ~syncManagers_quiet_r_7;
+  SyncManagers syncManagers (
+    .clock                     (clock),
+    .reset                     (reset),
+    .write_valid               (_memory_registerWrite_valid),
+    .write_bits_address        (_memory_registerWrite_bits_address),
+    .write_bits_mask           (_memory_registerWrite_bits_mask),
+    .write_bits_data           (_memory_registerWrite_bits_data),
+    .ecat_index                (_processor_areas_index),
+    .ecat_entries_0_index      (_processor_areas_entries_0_index),
+    .ecat_entries_0_start      (_processor_areas_entries_0_start),
+    .ecat_entries_0_length     (_processor_areas_entries_0_length),
+    .ecat_entries_0_takesPart  (_processor_areas_entries_0_takesPart),
+    .ecat_entries_0_triple     (_processor_areas_entries_0_triple),
+    .ecat_views_0_works        (_processor_areas_views_0_works),
+    .ecat_views_0_ecatWrites   (_processor_areas_views_0_ecatWrites),
+    .ecat_views_0_ecatOpen     (_processor_areas_views_0_ecatOpen),
+    .ecat_views_0_ecatMayOpen  (_processor_areas_views_0_ecatMayOpen),
+    .ecat_views_0_writerBuffer (_processor_areas_views_0_writerBuffer),
+    .ecat_views_0_readerBuffer (_processor_areas_views_0_readerBuffer),
+    .ecat_views_1_works        (_processor_areas_views_1_works),
+    .ecat_views_1_ecatWrites   (_processor_areas_views_1_ecatWrites),
+    .ecat_views_1_ecatOpen     (_processor_areas_views_1_ecatOpen),
+    .ecat_views_1_ecatMayOpen  (_processor_areas_views_1_ecatMayOpen),
+    .ecat_views_1_writerBuffer (_processor_areas_views_1_writerBuffer),
+    .ecat_views_1_readerBuffer (_processor_areas_views_1_readerBuffer),
+    .ecat_views_2_works        (_processor_areas_views_2_works),
+    .ecat_views_2_ecatWrites   (_processor_areas_views_2_ecatWrites),
+    .ecat_views_2_ecatOpen     (_processor_areas_views_2_ecatOpen),
+    .ecat_views_2_ecatMayOpen  (_processor_areas_views_2_ecatMayOpen),
+    .ecat_views_2_writerBuffer (_processor_areas_views_2_writerBuffer),
+    .ecat_views_2_readerBuffer (_processor_areas_views_2_readerBuffer),
+    .ecat_views_3_works        (_processor_areas_views_3_works),
+    .ecat_views_3_ecatWrites   (_processor_areas_views_3_ecatWrites),
+    .ecat_views_3_ecatOpen     (_processor_areas_views_3_ecatOpen),
+    .ecat_views_3_ecatMayOpen  (_processor_areas_views_3_ecatMayOpen),
+    .ecat_views_3_writerBuffer (_processor_areas_views_3_writerBuffer),
+    .ecat_views_3_readerBuffer (_processor_areas_views_3_readerBuffer),
+    .ecat_views_4_works        (_processor_areas_views_4_works),
+    .ecat_views_4_ecatWrites   (_processor_areas_views_4_ecatWrites),
+    .ecat_views_4_ecatOpen     (_processor_areas_views_4_ecatOpen),
+    .ecat_views_4_ecatMayOpen  (_processor_areas_views_4_ecatMayOpen),
+    .ecat_views_4_writerBuffer (_processor_areas_views_4_writerBuffer),
+    .ecat_views_4_readerBuffer (_processor_areas_views_4_readerBuffer),
+    .ecat_views_5_works        (_processor_areas_views_5_works),
+    .ecat_views_5_ecatWrites   (_processor_areas_views_5_ecatWrites),
+    .ecat_views_5_ecatOpen     (_processor_areas_views_5_ecatOpen),
+    .ecat_views_5_ecatMayOpen  (_processor_areas_views_5_ecatMayOpen),
+    .ecat_views_5_writerBuffer (_processor_areas_views_5_writerBuffer),
+    .ecat_views_5_readerBuffer (_processor_areas_views_5_readerBuffer),
+    .ecat_views_6_works        (_processor_areas_views_6_works),
+    .ecat_views_6_ecatWrites   (_processor_areas_views_6_ecatWrites),
+    .ecat_views_6_ecatOpen     (_processor_areas_views_6_ecatOpen),
+    .ecat_views_6_ecatMayOpen  (_processor_areas_views_6_ecatMayOpen),
+    .ecat_views_6_writerBuffer (_processor_areas_views_6_writerBuffer),
+    .ecat_views_6_readerBuffer (_processor_areas_views_6_readerBuffer),
+    .ecat_views_7_works        (_processor_areas_views_7_works),
+    .ecat_views_7_ecatWrites   (_processor_areas_views_7_ecatWrites),
+    .ecat_views_7_ecatOpen     (_processor_areas_views_7_ecatOpen),
+    .ecat_views_7_ecatMayOpen  (_processor_areas_views_7_ecatMayOpen),
+    .ecat_views_7_writerBuffer (_processor_areas_views_7_writerBuffer),
+    .ecat_views_7_readerBuffer (_processor_areas_views_7_readerBuffer),
+    .ecat_ramOpen              (_processor_areas_ramOpen),
+    .ecat_access_touch         (_processor_areas_access_touch),
+    .ecat_access_first         (_processor_areas_access_first),
+    .ecat_access_close         (_processor_areas_access_close),
+    .ecat_access_single        (_processor_areas_access_single),
+    .ecat_accessIndex          (_processor_areas_accessIndex),
+    .pdi_index                 (_syncManagers_pdi_index),
+    .pdi_entries_0_index       (_syncManagers_pdi_entries_0_index),
+    .pdi_entries_0_start       (_syncManagers_pdi_entries_0_start),
+    .pdi_entries_0_length      (_syncManagers_pdi_entries_0_length),
+    .pdi_entries_0_takesPart   (_syncManagers_pdi_entries_0_takesPart),
+    .pdi_entries_0_triple      (_syncManagers_pdi_entries_0_triple),
+    .pdi_views_0_works         (_syncManagers_pdi_views_0_works),
+    .pdi_views_0_ecatWrites    (_syncManagers_pdi_views_0_ecatWrites),
+    .pdi_views_0_pdiOpen       (_syncManagers_pdi_views_0_pdiOpen),
+    .pdi_views_0_pdiMayOpen    (_syncManagers_pdi_views_0_pdiMayOpen),
+    .pdi_views_0_writerBuffer  (_syncManagers_pdi_views_0_writerBuffer),
+    .pdi_views_0_readerBuffer  (_syncManagers_pdi_views_0_readerBuffer),
+    .pdi_views_1_works         (_syncManagers_pdi_views_1_works),
+    .pdi_views_1_ecatWrites    (_syncManagers_pdi_views_1_ecatWrites),
+    .pdi_views_1_pdiOpen       (_syncManagers_pdi_views_1_pdiOpen),
+    .pdi_views_1_pdiMayOpen    (_syncManagers_pdi_views_1_pdiMayOpen),
+    .pdi_views_1_writerBuffer  (_syncManagers_pdi_views_1_writerBuffer),
+    .pdi_views_1_readerBuffer  (_syncManagers_pdi_views_1_readerBuffer),
+    .pdi_views_2_works         (_syncManagers_pdi_views_2_works),
+    .pdi_views_2_ecatWrites    (_syncManagers_pdi_views_2_ecatWrites),
+    .pdi_views_2_pdiOpen       (_syncManagers_pdi_views_2_pdiOpen),
+    .pdi_views_2_pdiMayOpen    (_syncManagers_pdi_views_2_pdiMayOpen),
+    .pdi_views_2_writerBuffer  (_syncManagers_pdi_views_2_writerBuffer),
+    .pdi_views_2_readerBuffer  (_syncManagers_pdi_views_2_readerBuffer),
+    .pdi_views_3_works         (_syncManagers_pdi_views_3_works),
+    .pdi_views_3_ecatWrites    (_syncManagers_pdi_views_3_ecatWrites),
+    .pdi_views_3_pdiOpen       (_syncManagers_pdi_views_3_pdiOpen),
+    .pdi_views_3_pdiMayOpen    (_syncManagers_pdi_views_3_pdiMayOpen),
+    .pdi_views_3_writerBuffer  (_syncManagers_pdi_views_3_writerBuffer),
+    .pdi_views_3_readerBuffer  (_syncManagers_pdi_views_3_readerBuffer),
+    .pdi_views_4_works         (_syncManagers_pdi_views_4_works),
+    .pdi_views_4_ecatWrites    (_syncManagers_pdi_views_4_ecatWrites),
+    .pdi_views_4_pdiOpen       (_syncManagers_pdi_views_4_pdiOpen),
+    .pdi_views_4_pdiMayOpen    (_syncManagers_pdi_views_4_pdiMayOpen),
+    .pdi_views_4_writerBuffer  (_syncManagers_pdi_views_4_writerBuffer),
+    .pdi_views_4_readerBuffer  (_syncManagers_pdi_views_4_readerBuffer),
+    .pdi_views_5_works         (_syncManagers_pdi_views_5_works),
+    .pdi_views_5_ecatWrites    (_syncManagers_pdi_views_5_ecatWrites),
+    .pdi_views_5_pdiOpen       (_syncManagers_pdi_views_5_pdiOpen),
+    .pdi_views_5_pdiMayOpen    (_syncManagers_pdi_views_5_pdiMayOpen),
+    .pdi_views_5_writerBuffer  (_syncManagers_pdi_views_5_writerBuffer),
+    .pdi_views_5_readerBuffer  (_syncManagers_pdi_views_5_readerBuffer),
+    .pdi_views_6_works         (_syncManagers_pdi_views_6_works),
+    .pdi_views_6_ecatWrites    (_syncManagers_pdi_views_6_ecatWrites),
+    .pdi_views_6_pdiOpen       (_syncManagers_pdi_views_6_pdiOpen),
+    .pdi_views_6_pdiMayOpen    (_syncManagers_pdi_views_6_pdiMayOpen),
+    .pdi_views_6_writerBuffer  (_syncManagers_pdi_views_6_writerBuffer),
+    .pdi_views_6_readerBuffer  (_syncManagers_pdi_views_6_readerBuffer),
+    .pdi_views_7_works         (_syncManagers_pdi_views_7_works),
+    .pdi_views_7_ecatWrites    (_syncManagers_pdi_views_7_ecatWrites),
+    .pdi_views_7_pdiOpen       (_syncManagers_pdi_views_7_pdiOpen),
+    .pdi_views_7_pdiMayOpen    (_syncManagers_pdi_views_7_pdiMayOpen),
+    .pdi_views_7_writerBuffer  (_syncManagers_pdi_views_7_writerBuffer),
+    .pdi_views_7_readerBuffer  (_syncManagers_pdi_views_7_readerBuffer),
+    .pdi_ramOpen               (_syncManagers_pdi_ramOpen),
+    .pdi_access_touch          (_syncManagers_pdi_access_touch),
+    .pdi_access_first          (_syncManagers_pdi_access_first),
+    .pdi_access_close          (_syncManagers_pdi_access_close),
+    .pdi_access_single         (_syncManagers_pdi_access_single),
+    .pdi_accessIndex           (_syncManagers_pdi_accessIndex),
+    .ramOpen                   (_syncManagers_ramOpen),
+    .good                      (_processor_frameGood),
+    .bad                       (_processor_frameBad),
+    .quiet                     (_syncManagers_quiet),
+    .enable_0                  (_memory_value_sm0_enable),
+    .enable_1                  (_memory_value_sm1_enable),
+    .enable_2                  (_memory_value_sm2_enable),
+    .enable_3                  (_memory_value_sm3_enable),
+    .enable_4                  (_memory_value_sm4_enable),
+    .enable_5                  (_memory_value_sm5_enable),
+    .enable_6                  (_memory_value_sm6_enable),
+    .enable_7                  (_memory_value_sm7_enable),
+    .writeEvent_0              (_memory_status_sm0_write_event),
+    .writeEvent_1              (_memory_status_sm1_write_event),
+    .writeEvent_2              (_memory_status_sm2_write_event),
+    .writeEvent_3              (_memory_status_sm3_write_event),
+    .writeEvent_4              (_memory_status_sm4_write_event),
+    .writeEvent_5              (_memory_status_sm5_write_event),
+    .writeEvent_6              (_memory_status_sm6_write_event),
+    .writeEvent_7              (_memory_status_sm7_write_event),
+    .readEvent_0               (_memory_status_sm0_read_event),
+    .readEvent_1               (_memory_status_sm1_read_event),
+    .readEvent_2               (_memory_status_sm2_read_event),
+    .readEvent_3               (_memory_status_sm3_read_event),
+    .readEvent_4               (_memory_status_sm4_read_event),
+    .readEvent_5               (_memory_status_sm5_read_event),
+    .readEvent_6               (_memory_status_sm6_read_event),
+    .readEvent_7               (_memory_status_sm7_read_event),
+    .full_0                    (_memory_status_sm0_mailbox_full),
+    .full_1                    (_memory_status_sm1_mailbox_full),
+    .full_2                    (_memory_status_sm2_mailbox_full),
+    .full_3                    (_memory_status_sm3_mailbox_full),
+    .full_4                    (_memory_status_sm4_mailbox_full),
+    .full_5                    (_memory_status_sm5_mailbox_full),
+    .full_6                    (_memory_status_sm6_mailbox_full),
+    .full_7                    (_memory_status_sm7_mailbox_full),
+    .lastBuffer_0              (_memory_status_sm0_last_buffer),
+    .lastBuffer_1              (_memory_status_sm1_last_buffer),
+    .lastBuffer_2              (_memory_status_sm2_last_buffer),
+    .lastBuffer_3              (_memory_status_sm3_last_buffer),
+    .lastBuffer_4              (_memory_status_sm4_last_buffer),
+    .lastBuffer_5              (_memory_status_sm5_last_buffer),
+    .lastBuffer_6              (_memory_status_sm6_last_buffer),
+    .lastBuffer_7              (_memory_status_sm7_last_buffer),
+    .deactivated_0             (_memory_status_sm0_deactivated),
+    .deactivated_1             (_memory_status_sm1_deactivated),
+    .deactivated_2             (_memory_status_sm2_deactivated),
+    .deactivated_3             (_memory_status_sm3_deactivated),
+    .deactivated_4             (_memory_status_sm4_deactivated),
+    .deactivated_5             (_memory_status_sm5_deactivated),
+    .deactivated_6             (_memory_status_sm6_deactivated),
+    .deactivated_7             (_memory_status_sm7_deactivated),
+    .ecatEvent_0               (_syncManagers_ecatEvent_0),
+    .ecatEvent_1               (_syncManagers_ecatEvent_1),
+    .ecatEvent_2               (_syncManagers_ecatEvent_2),
+    .ecatEvent_3               (_syncManagers_ecatEvent_3),
+    .ecatEvent_4               (_syncManagers_ecatEvent_4),
+    .ecatEvent_5               (_syncManagers_ecatEvent_5),
+    .ecatEvent_6               (_syncManagers_ecatEvent_6),
+    .ecatEvent_7               (_syncManagers_ecatEvent_7),
+    .alEvent_0                 (_syncManagers_alEvent_0),
+    .alEvent_1                 (_syncManagers_alEvent_1),
+    .alEvent_2                 (_syncManagers_alEvent_2),
+    .alEvent_3                 (_syncManagers_alEvent_3),
+    .alEvent_4                 (_syncManagers_alEvent_4),
+    .alEvent_5                 (_syncManagers_alEvent_5),
+    .alEvent_6                 (_syncManagers_alEvent_6),
+    .alEvent_7                 (_syncManagers_alEvent_7),
+    .trigger                   (_syncManagers_trigger)
   );
+  assign _sequencer_ecatActs =
+    _processor_areas_access_touch | _processor_areas_access_close | _processor_frameGood | _processor_frameBad;
+  HostSequencer sequencer (
+    .clock                      (clock),
+    .reset                      (reset),
+    .host_req                   (host_req),
+    .host_write                 (host_write),
+    .host_addr                  (host_addr),
+    .host_wdata                 (host_wdata),
+    .host_be                    (host_be),
+    .host_ack                   (host_ack),
+    .host_rdata                 (host_rdata),
+    .memory_req                 (_memory_host_req),
+    .memory_write               (_sequencer_memory_write),
+    .memory_addr                (_sequencer_memory_addr),
+    .memory_wdata               (_memory_host_wdata),
+    .memory_be                  (_sequencer_memory_be),
+    .memory_ack                 (_memory_host_ack),
+    .memory_rdata               (_memory_host_rdata),
+    .areas_index                (_syncManagers_pdi_index),
+    .areas_entries_0_index      (_syncManagers_pdi_entries_0_index),
+    .areas_entries_0_start      (_syncManagers_pdi_entries_0_start),
+    .areas_entries_0_length     (_syncManagers_pdi_entries_0_length),
+    .areas_entries_0_takesPart  (_syncManagers_pdi_entries_0_takesPart),
+    .areas_entries_0_triple     (_syncManagers_pdi_entries_0_triple),
+    .areas_views_0_works        (_syncManagers_pdi_views_0_works),
+    .areas_views_0_ecatWrites   (_syncManagers_pdi_views_0_ecatWrites),
+    .areas_views_0_pdiOpen      (_syncManagers_pdi_views_0_pdiOpen),
+    .areas_views_0_pdiMayOpen   (_syncManagers_pdi_views_0_pdiMayOpen),
+    .areas_views_0_writerBuffer (_syncManagers_pdi_views_0_writerBuffer),
+    .areas_views_0_readerBuffer (_syncManagers_pdi_views_0_readerBuffer),
+    .areas_views_1_works        (_syncManagers_pdi_views_1_works),
+    .areas_views_1_ecatWrites   (_syncManagers_pdi_views_1_ecatWrites),
+    .areas_views_1_pdiOpen      (_syncManagers_pdi_views_1_pdiOpen),
+    .areas_views_1_pdiMayOpen   (_syncManagers_pdi_views_1_pdiMayOpen),
+    .areas_views_1_writerBuffer (_syncManagers_pdi_views_1_writerBuffer),
+    .areas_views_1_readerBuffer (_syncManagers_pdi_views_1_readerBuffer),
+    .areas_views_2_works        (_syncManagers_pdi_views_2_works),
+    .areas_views_2_ecatWrites   (_syncManagers_pdi_views_2_ecatWrites),
+    .areas_views_2_pdiOpen      (_syncManagers_pdi_views_2_pdiOpen),
+    .areas_views_2_pdiMayOpen   (_syncManagers_pdi_views_2_pdiMayOpen),
+    .areas_views_2_writerBuffer (_syncManagers_pdi_views_2_writerBuffer),
+    .areas_views_2_readerBuffer (_syncManagers_pdi_views_2_readerBuffer),
+    .areas_views_3_works        (_syncManagers_pdi_views_3_works),
+    .areas_views_3_ecatWrites   (_syncManagers_pdi_views_3_ecatWrites),
+    .areas_views_3_pdiOpen      (_syncManagers_pdi_views_3_pdiOpen),
+    .areas_views_3_pdiMayOpen   (_syncManagers_pdi_views_3_pdiMayOpen),
+    .areas_views_3_writerBuffer (_syncManagers_pdi_views_3_writerBuffer),
+    .areas_views_3_readerBuffer (_syncManagers_pdi_views_3_readerBuffer),
+    .areas_views_4_works        (_syncManagers_pdi_views_4_works),
+    .areas_views_4_ecatWrites   (_syncManagers_pdi_views_4_ecatWrites),
+    .areas_views_4_pdiOpen      (_syncManagers_pdi_views_4_pdiOpen),
+    .areas_views_4_pdiMayOpen   (_syncManagers_pdi_views_4_pdiMayOpen),
+    .areas_views_4_writerBuffer (_syncManagers_pdi_views_4_writerBuffer),
+    .areas_views_4_readerBuffer (_syncManagers_pdi_views_4_readerBuffer),
+    .areas_views_5_works        (_syncManagers_pdi_views_5_works),
+    .areas_views_5_ecatWrites   (_syncManagers_pdi_views_5_ecatWrites),
+    .areas_views_5_pdiOpen      (_syncManagers_pdi_views_5_pdiOpen),
+    .areas_views_5_pdiMayOpen   (_syncManagers_pdi_views_5_pdiMayOpen),
+    .areas_views_5_writerBuffer (_syncManagers_pdi_views_5_writerBuffer),
+    .areas_views_5_readerBuffer (_syncManagers_pdi_views_5_readerBuffer),
+    .areas_views_6_works        (_syncManagers_pdi_views_6_works),
+    .areas_views_6_ecatWrites   (_syncManagers_pdi_views_6_ecatWrites),
+    .areas_views_6_pdiOpen      (_syncManagers_pdi_views_6_pdiOpen),
+    .areas_views_6_pdiMayOpen   (_syncManagers_pdi_views_6_pdiMayOpen),
+    .areas_views_6_writerBuffer (_syncManagers_pdi_views_6_writerBuffer),
+    .areas_views_6_readerBuffer (_syncManagers_pdi_views_6_readerBuffer),
+    .areas_views_7_works        (_syncManagers_pdi_views_7_works),
+    .areas_views_7_ecatWrites   (_syncManagers_pdi_views_7_ecatWrites),
+    .areas_views_7_pdiOpen      (_syncManagers_pdi_views_7_pdiOpen),
+    .areas_views_7_pdiMayOpen   (_syncManagers_pdi_views_7_pdiMayOpen),
+    .areas_views_7_writerBuffer (_syncManagers_pdi_views_7_writerBuffer),
+    .areas_views_7_readerBuffer (_syncManagers_pdi_views_7_readerBuffer),
+    .areas_ramOpen              (_syncManagers_pdi_ramOpen),
+    .areas_access_touch         (_syncManagers_pdi_access_touch),
+    .areas_access_first         (_syncManagers_pdi_access_first),
+    .areas_access_close         (_syncManagers_pdi_access_close),
+    .areas_access_single        (_syncManagers_pdi_access_single),
+    .areas_accessIndex          (_syncManagers_pdi_accessIndex),
+    .ecatActs                   (_sequencer_ecatActs)
+  );
+  assign _operational_unit_twoByte = _operational_unit_twoByte_crossing_out;
+  assign _operational_unit_writeLow_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h502 & _memory_registerWrite_bits_mask;
+  assign _operational_unit_writeHigh_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h503 & _memory_registerWrite_bits_mask;
+  assign _operational_unit_configuration = {_memory_value_esc_configuration, _memory_value_device_emulation};
+  SiiController operational_unit (
+    .clock              (clock),
+    .reset              (reset),
+    .twoByte            (_operational_unit_twoByte),
+    .sclLow             (sii_scl_low),
+    .sdaLow             (sii_sda_low),
+    .sda                (_operational_unit_sda),
+    .writeLow_valid     (_operational_unit_writeLow_valid),
+    .writeLow_bits      (_memory_registerWrite_bits_data),
+    .writeHigh_valid    (_operational_unit_writeHigh_valid),
+    .writeHigh_bits     (_memory_registerWrite_bits_data),
+    .byHost             (_memory_registerWriteByHost),
+    .registersBusy      (_memory_registersBusy),
+    .frameStart         (_processor_memory_frameStart),
+    .offered            (_memory_value_eeprom_offered),
+    .taken              (_memory_value_eeprom_taken),
+    .configuration      (_operational_unit_configuration),
+    .fifoSize           (_memory_value_rx_fifo_size),
+    .write_ready        (_memory_unitWrite_ready),
+    .write_valid        (_memory_unitWrite_valid),
+    .write_bits_address (_memory_unitWrite_bits_address),
+    .write_bits_data    (_memory_unitWrite_bits_data),
+    .read_ready         (_memory_unitRead_ready),
+    .read_valid         (_memory_unitRead_valid),
+    .read_bits          (_memory_unitRead_bits),
+    .data_valid         (_memory_unitData_valid),
+    .data_bits          (_memory_unitData_bits),
+    .ecatMayWrite       (_memory_guard_sii_ecat_may_write),
+    .pdiMayWrite        (_memory_guard_sii_pdi_may_write),
+    .writeEnable        (_memory_status_eeprom_write_enable),
+    .command            (_memory_status_eeprom_command),
+    .checksumError      (_operational_unit_checksumError),
+    .notLoaded          (_operational_unit_notLoaded),
+    .commandError       (_operational_unit_commandError),
+    .writeError         (_memory_status_eeprom_write_error),
+    .busy               (_memory_status_eeprom_busy),
+    .loading            (_operational_unit_loading)
+  );
+  LevelCrossing operational_unit_sda_crossing (
+    .clock (clock),
+    .in    (sii_sda),
+    .out   (_operational_unit_sda)
+  );
+  LevelCrossing operational_unit_twoByte_crossing (
+    .clock (clock),
+    .in    (sii_two_byte),
+    .out   (_operational_unit_twoByte_crossing_out)
+  );
+  assign _processor_config_ecatEvents_unit_alControlWritten =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h120 & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h121 & _memory_registerWrite_bits_mask;
+  assign _processor_config_ecatEvents_unit_alControlRead =
+    _memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h120 & _sequencer_memory_be
+    | _memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h121 & _sequencer_memory_be;
+  assign _processor_config_ecatEvents_unit_dlStatus =
+    {1'h0,
+     links_3,
+     _loops_reportClosed_3,
+     links_2,
+     _loops_reportClosed_2,
+     links_1,
+     _loops_reportClosed_1,
+     links_0,
+     _loops_reportClosed_0,
+     links_3,
+     links_2,
+     links_1,
+     links_0,
+     2'h0,
+     ~_operational_unit_notLoaded};
+  assign _processor_config_ecatEvents_unit_smEcatEvents =
+    {_syncManagers_ecatEvent_7,
+     _syncManagers_ecatEvent_6,
+     _syncManagers_ecatEvent_5,
+     _syncManagers_ecatEvent_4,
+     _syncManagers_ecatEvent_3,
+     _syncManagers_ecatEvent_2,
+     _syncManagers_ecatEvent_1,
+     _syncManagers_ecatEvent_0};
+  assign _processor_config_ecatEvents_unit_smAlEvents =
+    {_syncManagers_alEvent_7,
+     _syncManagers_alEvent_6,
+     _syncManagers_alEvent_5,
+     _syncManagers_alEvent_4,
+     _syncManagers_alEvent_3,
+     _syncManagers_alEvent_2,
+     _syncManagers_alEvent_1,
+     _syncManagers_alEvent_0};
+  assign _processor_config_ecatEvents_unit_smChanged =
+    {processor_config_ecatEvents_unit_smChanged_sm7_changed,
+     processor_config_ecatEvents_unit_smChanged_sm6_changed,
+     processor_config_ecatEvents_unit_smChanged_sm5_changed,
+     processor_config_ecatEvents_unit_smChanged_sm4_changed,
+     processor_config_ecatEvents_unit_smChanged_sm3_changed,
+     processor_config_ecatEvents_unit_smChanged_sm2_changed,
+     processor_config_ecatEvents_unit_smChanged_sm1_changed,
+     processor_config_ecatEvents_unit_smChanged_sm0_changed};
+  assign _processor_config_ecatEvents_unit_alMask =
+    {16'h0,
+     _memory_value_sm_mask,
+     1'h0,
+     _memory_value_watchdog_mask,
+     _memory_value_eeprom_mask,
+     _memory_value_sm_activation_mask,
+     3'h0,
+     _memory_value_al_control_mask};
+  Application processor_config_ecatEvents_unit (
+    .clock            (clock),
+    .reset            (reset),
+    .alStatus         (_memory_value_al_status),
+    .emulation        (_memory_value_device_emulation),
+    .alControlWritten (_processor_config_ecatEvents_unit_alControlWritten),
+    .alControlRead    (_processor_config_ecatEvents_unit_alControlRead),
+    .copyControl      (_memory_set_al_status_valid),
+    .alControlFree    (_memory_guard_al_control_free),
+    .dlStatus         (_processor_config_ecatEvents_unit_dlStatus),
+    .readDlStatus     (_processor_readDlStatus),
+    .readAlStatus     (_processor_readAlStatus),
+    .good             (_processor_frameGood),
+    .bad              (_processor_frameBad),
+    .smEcatEvents     (_processor_config_ecatEvents_unit_smEcatEvents),
+    .smAlEvents       (_processor_config_ecatEvents_unit_smAlEvents),
+    .smChanged        (_processor_config_ecatEvents_unit_smChanged),
+    .watchdog         (processor_config_ecatEvents_unit_watchdog_watchdog_event),
+    .ecatMask         (_memory_value_ecat_event_mask),
+    .alMask           (_processor_config_ecatEvents_unit_alMask),
+    .ecatEvents       (_processor_config_ecatEvents_unit_ecatEvents),
+    .alEvents         (_processor_config_ecatEvents_unit_alEvents),
+    .irqField         (_processor_config_ecatEvents),
+    .irq              (irq)
+  );
+  WatchdogDivider processor_config_ecatEvents_unit_watchdog_divider (
+    .clock   (clock),
+    .reset   (reset),
+    .divider (_memory_value_watchdog_divider),
+    .tick    (_processor_config_ecatEvents_unit_watchdog_divider_tick)
+  );
+  Watchdog processor_config_ecatEvents_unit_watchdog_processData (
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (_processor_config_ecatEvents_unit_watchdog_divider_tick),
+    .time_0  (_memory_value_watchdog_time_process_data),
+    .trigger (_syncManagers_trigger),
+    .restart (processor_config_ecatEvents_unit_watchdog_unit_restart_REG),
+    .running (_memory_status_watchdog_process_data),
+    .expired (_processor_config_ecatEvents_unit_watchdog_processData_expired)
+  );
+  Watchdog processor_config_ecatEvents_unit_watchdog_pdi (
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (_processor_config_ecatEvents_unit_watchdog_divider_tick),
+    .time_0  (_memory_value_watchdog_time_pdi),
+    .trigger (_memory_host_ack),
+    .restart (processor_config_ecatEvents_unit_watchdog_unit_restart_REG_1),
+    .running (_processor_config_ecatEvents_unit_watchdog_pdi_running),
+    .expired (_processor_config_ecatEvents_unit_watchdog_pdi_expired)
+  );
+  assign _led_run_automatic =
+    _operational_unit_loading | _memory_value_al_status[3:0] == 4'h3
+      ? 4'hE
+      : _memory_value_al_status[3:0] == 4'h8
+          ? 4'hF
+          : _memory_value_al_status[3:0] == 4'h4 ? 4'h1 : _memory_value_al_status[3:0] == 4'h2 ? 4'hD : 4'h0;
+  assign _led_run_write_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h138 & _memory_registerWrite_bits_mask;
+  LedControl led_run_0 (
+    .clock       (clock),
+    .reset       (reset),
+    .automatic_0 (_led_run_automatic),
+    .write_valid (_led_run_write_valid),
+    .write_bits  (_memory_registerWrite_bits_data),
+    .drop        (alChanged),
+    .code        (_led_run_code),
+    .taken       (_memory_status_run_led_enable)
+  );
+  LedPattern pattern_run (
+    .clock (clock),
+    .reset (reset),
+    .tick  (tick),
+    .code  (_led_run_code),
+    .lit   (led_run)
+  );
+  assign _led_err_write_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h139 & _memory_registerWrite_bits_mask;
+  assign _led_err_drop = (|error) & error != REG;
+  LedControl led_err_0 (
+    .clock       (clock),
+    .reset       (reset),
+    .automatic_0 (error),
+    .write_valid (_led_err_write_valid),
+    .write_bits  (_memory_registerWrite_bits_data),
+    .drop        (_led_err_drop),
+    .code        (_led_err_code),
+    .taken       (_memory_status_err_led_enable)
+  );
+  LedPattern pattern_err (
+    .clock (clock),
+    .reset (reset),
+    .tick  (tick),
+    .code  (_led_err_code),
+    .lit   (led_err)
+  );
+  assign eeprom_loaded = ~_operational_unit_notLoaded;
+  assign mii_0_tx_en = _transmitters_0_txEn;
+  assign mii_1_tx_en = _transmitters_1_txEn;
+  assign mii_2_tx_en = _transmitters_2_txEn;
+  assign mii_3_tx_en = _transmitters_3_txEn;
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
+  assign led_linkact_0 = links_0 & ~dark;
+  assign led_linkact_1 = links_1 & ~dark_1;
+  assign led_linkact_2 = links_2 & ~dark_2;
+  assign led_linkact_3 = links_3 & ~dark_3;
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

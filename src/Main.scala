@@ -1,8 +1,10 @@
 package flyframe
 
+import java.nio.charset.StandardCharsets.UTF_8
 import java.nio.file.{FileSystemException, Files, Path, Paths}
 import scala.util.Try
 import scopt.{OParser, OParserBuilder}
+import flyframe.device.{DeviceFiles, SiiText}
 import flyframe.params.{EscParams, ParamInfo, ParamTable, Preset, Presets}
 
 /** What the command line asks for. */
@@ -13,7 +15,9 @@ final case class Request(
     all: Boolean = false,
     list: Boolean = false,
     out: Path = Paths.get("generated"),
-    docs: Option[Path] = None
+    docs: Option[Path] = None,
+    device: Option[Path] = None,
+    printSii: Option[Path] = None
 )
 
 /** The command line: lists presets and parameters, and emits Verilog. Exit code 0, or 2 with one sentence on
@@ -71,6 +75,14 @@ object Main {
         .valueName("<dir>")
         .text("also write registers.md there")
         .action((v, r) => r.copy(docs = Some(v))),
+      opt[Path]("device")
+        .valueName("<file>")
+        .text("device file for the ESI and SII files; default src/resources/devices/io.json if it fits")
+        .action((v, r) => r.copy(device = Some(v))),
+      opt[Path]("print-sii")
+        .valueName("<file>")
+        .text("print this SII image and emit nothing")
+        .action((v, r) => r.copy(printSii = Some(v))),
       note("\nParameters (defaults are those of the default preset; hexadecimal with 0x):"),
       OParser.sequence(parameters.head, parameters.tail: _*)
     )
@@ -78,8 +90,8 @@ object Main {
 
   /** The parameter sets `request` asks for, or why there is none. */
   def resolve(request: Request): Either[String, Seq[EscParams]] =
-    if (request.all && (request.overrides.nonEmpty || request.name.nonEmpty))
-      Left("--all emits the presets as they are and goes with neither --name nor a parameter.")
+    if (request.all && (request.overrides.nonEmpty || request.name.nonEmpty || request.device.nonEmpty))
+      Left("--all emits the presets as they are and goes with neither --name, --device nor a parameter.")
     else if (request.all) Right(Presets.all.map(_.params))
     else
       for {
@@ -103,14 +115,28 @@ object Main {
   }
 
   /** Writes a file in one step, so that an interruption leaves the old one. */
-  private def write(path: Path, text: String): Unit = {
+  private def write(path: Path, bytes: Array[Byte]): Unit = {
     val fresh = Files.createTempFile(path.toAbsolutePath.getParent, path.getFileName.toString, ".new")
-    Files.writeString(fresh, text)
+    Files.write(fresh, bytes)
     Files.move(fresh, path, java.nio.file.StandardCopyOption.REPLACE_EXISTING)
   }
 
-  private def emit(request: Request, sets: Seq[EscParams]): Unit = {
+  /** A parameter set and its ESI and SII files. */
+  private type Job = (EscParams, Seq[(String, Array[Byte])])
+
+  /** What is to be emitted, all of it checked. */
+  private def jobs(request: Request): Either[String, Seq[Job]] =
+    for {
+      sets   <- resolve(request)
+      device <- request.device.map(DeviceFiles.device(_).map(Option(_))).getOrElse(Right(None))
+      jobs <- sets.foldLeft[Either[String, Seq[Job]]](Right(Nil)) { (done, p) =>
+        for { d <- done; files <- DeviceFiles.of(p, device) } yield d :+ (p -> files)
+      }
+    } yield jobs
+
+  private def emit(request: Request, jobs: Seq[Job]): Unit = {
     // Everything is made before anything is written.
+    val sets = jobs.map(_._1)
     val texts = sets.zipWithIndex.flatMap { case (p, i) =>
       println(s"[${i + 1}/${sets.size}] ${p.preset}: elaborating")
       val base = request.out.resolve(p.preset).toString
@@ -120,9 +146,11 @@ object Main {
         s"$base.json" -> Documents.json(p)
       )
     } ++ request.docs.map(_.resolve("registers.md").toString -> Documents.registers(sets.last))
+    val files = texts.map { case (path, text) => path -> text.getBytes(UTF_8) } ++
+      jobs.flatMap(_._2).map { case (name, bytes) => request.out.resolve(name).toString -> bytes }
     (request.out +: request.docs.toSeq).foreach(d => Files.createDirectories(d))
-    texts.foreach { case (path, text) =>
-      write(Paths.get(path), text)
+    files.foreach { case (path, bytes) =>
+      write(Paths.get(path), bytes)
       println(s"wrote $path")
     }
   }
@@ -143,11 +171,16 @@ object Main {
           parsed match {
             case None              => refuse("The arguments could not be read; --help lists them.")
             case Some(r) if r.list => listPresets(); 0
-            case Some(r) =>
-              resolve(r) match {
+            case Some(r) if r.printSii.nonEmpty =>
+              DeviceFiles.sii(r.printSii.get) match {
                 case Left(sentence) => refuse(sentence)
-                case Right(sets) =>
-                  try { emit(r, sets); 0 }
+                case Right(image)   => print(SiiText.print(image)); 0
+              }
+            case Some(r) =>
+              jobs(r) match {
+                case Left(sentence) => refuse(sentence)
+                case Right(found) =>
+                  try { emit(r, found); 0 }
                   catch {
                     case e: java.io.IOException =>
                       val place = e match {

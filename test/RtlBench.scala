@@ -22,7 +22,7 @@ class ControllerUnderTest(p: EscParams) extends Module {
   val phyResetN = IO(Output(Bool()))
   val host      = IO(new memory.HostPort(p.lanes))
 
-  val irq     = IO(Output(Bool()))
+  val irq = IO(Output(Bool()))
 
   private val dut = Module(new SlaveController(p))
   irq             := dut.irq.getOrElse(false.B)

@@ -47,8 +47,8 @@ class Application(p: EscParams) extends Module {
   val alEvents   = IO(Output(UInt(32.W)))
 
   /** For the IRQ field of datagrams, and the interrupt to the host. */
-  val irqField  = IO(Output(UInt(16.W)))
-  val irq       = IO(Output(Bool()))
+  val irqField = IO(Output(UInt(16.W)))
+  val irq      = IO(Output(Bool()))
 
   // Reset of all: no event, AL control open.
   private val controlEvent = RegInit(false.B)
@@ -83,6 +83,6 @@ class Application(p: EscParams) extends Module {
     0.U(3.W),
     controlEvent
   )
-  irqField  := ecatEvents & ecatMask
-  irq := (alEvents & alMask).orR
+  irqField := ecatEvents & ecatMask
+  irq      := (alEvents & alMask).orR
 }

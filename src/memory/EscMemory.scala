@@ -114,7 +114,8 @@ class EscMemory(p: EscParams) extends Module {
   private val registerData = latched(file.readData)
   private val everyLane    = Fill(lanes, ramHit)
   private val fromRam =
-    if (p.hasRegisterRam) FillInterleaved(8, everyLane | (Fill(lanes, registerHit) & latched(file.inRam))) else Fill(8 * lanes, ramHit)
+    if (p.hasRegisterRam) FillInterleaved(8, everyLane | (Fill(lanes, registerHit) & latched(file.inRam)))
+    else Fill(8 * lanes, ramHit)
   private val readData = (fromRam & ramData) | (~fromRam & Fill(8 * lanes, registerHit) & registerData)
   ecat.readData := readData
   ecat.readable := everyLane | (Fill(lanes, registerHit) & latched(file.readableByEcat))

@@ -70,9 +70,10 @@ class HostSequencer(p: EscParams) extends Module {
   memory.write := host.write
   memory.addr  := Mux(state === pass, host.addr, through)
   // In its buffer a byte may lie in another lane.
-  private def byteOf(word: UInt, number: UInt) = VecInit((0 until lanes).map(i => word(8 * i + 7, 8 * i)))(number)
-  private val there                            = if (lanes == 1) 0.U else through(log2Ceil(lanes) - 1, 0)
-  private val here                             = if (lanes == 1) 0.U else lane
+  private def byteOf(word: UInt, number: UInt) =
+    VecInit((0 until lanes).map(i => word(8 * i + 7, 8 * i)))(number)
+  private val there = if (lanes == 1) 0.U else through(log2Ceil(lanes) - 1, 0)
+  private val here  = if (lanes == 1) 0.U else lane
   memory.wdata := Mux(state === pass, host.wdata, Fill(lanes, byteOf(host.wdata, here)))
   memory.be    := Mux(state === pass, host.be, UIntToOH(there, lanes))
   host.rdata   := Mux(state === pass, memory.rdata, data)

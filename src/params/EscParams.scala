@@ -5,8 +5,8 @@ package flyframe.params
   *
   * `fmmuBitwise` is not a choice yet: the RTL maps whole bytes only, the golden model knows both.
   *
-  * Every other field has an entry in [[ParamTable.all]], from which the command line, its help, the checks and the
-  * documentation are made.
+  * Every other field has an entry in [[ParamTable.all]], from which the command line, its help, the checks
+  * and the documentation are made.
   */
 final case class EscParams(
     preset: String = "custom",
@@ -85,7 +85,8 @@ final case class EscParams(
   def portDescriptor: Int = if (reportedPorts >= 0) reportedPorts else (1 << (2 * ports)) - 1
 
   /** Word 0x0008 as reported (GEN-07); derived: bit 7, separate counting of forwarded errors. */
-  def features: Int = if (reportedFeatures >= 0) reportedFeatures else 0x0080 | (if (fmmus > 0 && !fmmuBitwise) 1 else 0)
+  def features: Int =
+    if (reportedFeatures >= 0) reportedFeatures else 0x0080 | (if (fmmus > 0 && !fmmuBitwise) 1 else 0)
 
   /** Verilog name of the top module. */
   def topName: String = preset.replaceAll("[^A-Za-z0-9]", "_")

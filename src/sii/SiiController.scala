@@ -78,13 +78,13 @@ class SiiController(p: EscParams) extends Module {
 
   private object State extends ChiselEnum {
 
-    /** boot: waiting after reset; idle; settle: the rest of the frame is being written; address0 to 2: the word address is fetched; start: START and control
-      * byte; high, low: address bytes; restart: repeated START and control byte; in: bytes come; out: bytes
-      * go; put: a byte is stored; fetch: a byte to write is fetched; stop; judge: a load is checked; copy,
-      * place: a configuration byte is fetched, stored.
+    /** boot: waiting after reset; idle; settle: the rest of the frame is being written; address0 to 2: the
+      * word address is fetched; start: START and control byte; high, low: address bytes; restart: repeated
+      * START and control byte; in: bytes come; out: bytes go; put: a byte is stored; fetch: a byte to write
+      * is fetched; stop; judge: a load is checked; copy, place: a configuration byte is fetched, stored.
       */
-    val boot, idle, settle, address0, address1, address2, start, control, high, low, restart, controlRead, in, put,
-        fetch, out, stop, judge, copy, place = Value
+    val boot, idle, settle, address0, address1, address2, start, control, high, low, restart, controlRead, in,
+        put, fetch, out, stop, judge, copy, place = Value
   }
   import State._
   private val state = RegInit(boot)

@@ -15,9 +15,9 @@ class FuzzSpec extends AnyFlatSpec {
 
   // Presets, and every core clock with another bus width.
   private val plan: Seq[(EscParams, Int)] = Seq(
-    min                                                                                         -> 50000,
-    min.copy(preset = "four", ports = 4, ramKiB = 8, maxSubTelegrams = 128)                     -> 10000,
-    complete                                                                                    -> 30000,
+    min                                                                     -> 50000,
+    min.copy(preset = "four", ports = 4, ramKiB = 8, maxSubTelegrams = 128) -> 10000,
+    complete                                                                -> 30000,
     complete.copy(
       preset = "complete-125",
       coreClockMhz = 125,
@@ -26,7 +26,15 @@ class FuzzSpec extends AnyFlatSpec {
       syncManagers = 16,
       ports = 3
     ) -> 10000,
-    complete.copy(preset = "complete-3", dataBusWidth = 16, fmmus = 3, syncManagers = 2, ramKiB = 1, watchdogs = 0, leds = 0) -> 10000,
+    complete.copy(
+      preset = "complete-3",
+      dataBusWidth = 16,
+      fmmus = 3,
+      syncManagers = 2,
+      ramKiB = 1,
+      watchdogs = 0,
+      leds = 0
+    )                                                                                           -> 10000,
     preset("frame-processor")                                                                   -> 10000,
     min.copy(preset = "mhz25", coreClockMhz = 25, ports = 3, maxSubTelegrams = 128)             -> 10000,
     min.copy(preset = "mhz25-32", coreClockMhz = 25, dataBusWidth = 32, nodeIdWidth = 12)       -> 5000,

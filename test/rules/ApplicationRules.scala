@@ -116,7 +116,10 @@ object ApplicationRules extends Rules {
     assert(hostGet(0x1001, 3) == Seq(2, 3, 4) && event == 0 && forMaster == 1, "read completely")
     assert(put(0x1000, 5) && forMaster == 0)
   }
-  rule("IRQ-02, B-61: the watchdog event ends with the host's read of 0x0440", p => watchdogs(p) && managers(p)) { s =>
+  rule(
+    "IRQ-02, B-61: the watchdog event ends with the host's read of 0x0440",
+    p => watchdogs(p) && managers(p)
+  ) { s =>
     import s._
     assert(put(0x0420, 10, 0)) // 1 ms
     syncManager(0, 0x1000, 2, 0x44)

@@ -89,7 +89,10 @@ object FmmuRules extends Rules {
       assert(logical(Lrd, 0x100, 0xff).data == Seq(expected))
     }
   }
-  rule("FMMU-04, B-46: without bit-wise mapping the bit registers have no effect", p => fmmus(p) && !p.fmmuBitwise) { s =>
+  rule(
+    "FMMU-04, B-46: without bit-wise mapping the bit registers have no effect",
+    p => fmmus(p) && !p.fmmuBitwise
+  ) { s =>
     import s._
     hostPut(0x1000, 0x5a, 0xa5)
     fmmu(0, 0x100, 2, (3, 1, 5), 0x1000, ReadWrite)
@@ -150,7 +153,10 @@ object FmmuRules extends Rules {
     fmmu(0, 0x100, 1, (1, 1, 3), 0x0f80, Read)
     assert(logical(Lrd, 0x100, 0xf0).data == Seq(0xf2))
   }
-  rule("FMMU-09, B-55: bit-wise reading through a SyncManager gets all bits of the last byte", p => bits(p) && both(p)) { s =>
+  rule(
+    "FMMU-09, B-55: bit-wise reading through a SyncManager gets all bits of the last byte",
+    p => bits(p) && both(p)
+  ) { s =>
     import s._
     syncManager(0, 0x1000, 2, 0x00)
     fmmu(0, 0x100, 2, (0, 7, 4), 0x1000, Read)

@@ -36,7 +36,10 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
     )
   )
 
-  for (p <- sets ++ unitSets :+ units.copy(preset = "units-bitwise", fmmuBitwise = true); rule <- rules if rule.needs(p))
+  for (
+    p <- sets ++ unitSets :+ units.copy(preset = "units-bitwise", fmmuBitwise = true); rule <- rules
+    if rule.needs(p)
+  )
     s"${rule.name} [model, ${p.preset}]" should "hold" in rule.run(new Steps(new ModelBench(p)))
 
   // One simulation per parameter set; each rule reports its own result.

@@ -1,0 +1,62 @@
+package flyframe.device
+
+import java.io.IOException
+import java.nio.charset.StandardCharsets.UTF_8
+import java.nio.file.{Files, Path}
+import flyframe.params.EscParams
+
+/** Files on disk: reads device files and SII images, and makes the ESI and SII files of a controller. */
+object DeviceFiles {
+
+  /** Text of the device file `name` that comes with the generator, `io` or `mailbox`. */
+  def bundled(name: String): String = {
+    val stream = getClass.getResourceAsStream(s"/devices/$name.json")
+    try new String(stream.readAllBytes(), UTF_8)
+    finally stream.close()
+  }
+
+  /** The device of the file `path`, or one sentence. */
+  def device(path: Path): Either[String, Device] =
+    bytes(path, 1 << 20).flatMap(b => DeviceFile.parse(new String(b, UTF_8))).left.map(s => s"$path: $s")
+
+  /** The SII image in the file `path`, or one sentence. */
+  def sii(path: Path): Either[String, SiiImage] =
+    bytes(path, SiiCodec.MaxBytes)
+      .flatMap(b => SiiCodec.decode(b.toSeq.map(_ & 0xff)))
+      .left
+      .map(s => s"$path: $s")
+
+  private def bytes(path: Path, most: Int): Either[String, Array[Byte]] =
+    try
+      if (!Files.isRegularFile(path)) Left("There is no such file.")
+      else if (Files.size(path) > most)
+        Left(s"The file has ${Files.size(path)} bytes; more than $most are not read.")
+      else Right(Files.readAllBytes(path))
+    catch { case e: IOException => Left(s"The file cannot be read (${e.getClass.getSimpleName}).") }
+
+  /** ESI (`NAME.xml`) and SII image (`NAME.sii.bin`) of device `d` on a controller with parameters `p`, or
+    * why it cannot be that device. `fmmus` and `syncManagers`: how many the controller has.
+    */
+  def make(
+      d: Device,
+      p: EscParams,
+      fmmus: Int,
+      syncManagers: Int
+  ): Either[String, Seq[(String, Array[Byte])]] =
+    DeviceCheck.check(d, p, fmmus, syncManagers).map { device =>
+      Seq(
+        s"${p.preset}.xml"     -> Esi.xml(device, p, fmmus, syncManagers).getBytes(UTF_8),
+        s"${p.preset}.sii.bin" -> SiiCodec.encode(DeviceSii.image(device, p.ports)).map(_.toByte).toArray
+      )
+    }
+
+  /** The files of [[make]] for the device the user chose; without one for the bundled `io`, or none if the
+    * controller lacks what that needs.
+    */
+  def of(p: EscParams, chosen: Option[Device]): Either[String, Seq[(String, Array[Byte])]] = chosen match {
+    case Some(d) => make(d, p, p.fmmus, p.syncManagers)
+    case None =>
+      val io = DeviceFile.parse(bundled("io"))
+      Right(io.flatMap(make(_, p, p.fmmus, p.syncManagers)).getOrElse(Nil))
+  }
+}
