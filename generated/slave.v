@@ -1853,9 +1853,10 @@ module Fmmus(
   reg         results_active_0_7;
   reg  [2:0]  results_started;
   reg  [32:0] results_distance;
-  reg  [7:0]  results_stage_typ;
-  reg  [15:0] results_stage_physicalStart;
-  reg  [15:0] results_stage_length;
+  reg  [15:0] results_length;
+  reg  [15:0] results_start;
+  reg         results_forReads;
+  reg         results_forWrites;
   reg         results_takes;
   reg         casez_tmp;
   always @(*) begin
@@ -1879,13 +1880,13 @@ module Fmmus(
     endcase
   end // always @(*)
   reg         results_begins;
-  reg         found_0_0_hit;
-  reg  [16:0] found_0_0_address;
-  reg         found_0_1_hit;
-  reg  [16:0] found_0_1_address;
+  reg         found_read_0_hit;
+  reg  [16:0] found_read_0_address;
+  reg         found_write_0_hit;
+  reg  [16:0] found_write_0_address;
   wire        results_inside =
-    results_takes & ~(results_distance[32]) & results_distance[31:0] < {16'h0, results_stage_length};
-  wire [16:0] results_physical = {1'h0, results_stage_physicalStart} + {1'h0, results_distance[15:0]};
+    results_takes & ~(results_distance[32]) & results_distance[31:0] < {16'h0, results_length};
+  wire [16:0] results_physical = {1'h0, results_start} + {1'h0, results_distance[15:0]};
   always @(posedge clock) begin
     if (reset) begin
       results_active_0_0 <= 1'h0;
@@ -1917,18 +1918,19 @@ module Fmmus(
     end
     results_started <= index;
     results_distance <= {1'h0, logical} - {1'h0, _results_table_0_0_readData_0};
-    results_stage_typ <= _results_table_0_2_readData_0[31:24];
-    results_stage_physicalStart <= _results_table_0_2_readData_0[15:0];
-    results_stage_length <= _results_table_0_1_readData_0[15:0];
+    results_length <= _results_table_0_1_readData_0[15:0];
+    results_start <= _results_table_0_2_readData_0[15:0];
+    results_forReads <= _results_table_0_2_readData_0[24];
+    results_forWrites <= _results_table_0_2_readData_0[25];
     results_takes <= casez_tmp;
     results_begins <= results_started == 3'h0;
-    if (results_begins | ~found_0_0_hit) begin
-      found_0_0_hit <= results_inside & results_stage_typ[0];
-      found_0_0_address <= results_physical;
+    if (results_begins | ~found_read_0_hit) begin
+      found_read_0_hit <= results_inside & results_forReads;
+      found_read_0_address <= results_physical;
     end
-    if (results_begins | ~found_0_1_hit) begin
-      found_0_1_hit <= results_inside & results_stage_typ[1];
-      found_0_1_address <= results_physical;
+    if (results_begins | ~found_write_0_hit) begin
+      found_write_0_hit <= results_inside & results_forWrites;
+      found_write_0_address <= results_physical;
     end
   end // always @(posedge)
   assign _results_table_0_0_write = hitsArea & write_bits_address[3:2] == 2'h0;
@@ -1973,10 +1975,10 @@ module Fmmus(
     .readIndex_0 (index),
     .readData_0  (_results_table_0_2_readData_0)
   );
-  assign read_hit = found_0_0_hit;
-  assign read_address = found_0_0_address;
-  assign writes_hit = found_0_1_hit;
-  assign writes_address = found_0_1_address;
+  assign read_hit = found_read_0_hit;
+  assign read_address = found_read_0_address;
+  assign writes_hit = found_write_0_hit;
+  assign writes_address = found_write_0_address;
 endmodule
 
 module AreaScan(
@@ -1984,8 +1986,8 @@ module AreaScan(
   input  [2:0]  entry_index,
   input  [15:0] entry_start,
   input  [15:0] entry_length,
+  input  [17:0] entry_extent,
   input         entry_takesPart,
-  input         entry_triple,
   input         entry_begins,
   input  [15:0] address,
   output        result_hit,
@@ -1995,30 +1997,31 @@ module AreaScan(
   output        result_last
 );
 
-  reg [2:0]  stage_index;
-  reg [15:0] stage_length;
-  reg        stage_takesPart;
-  reg        stage_begins;
-  reg [16:0] distance;
-  reg [17:0] limitStage;
-  reg        found_hit;
-  reg [2:0]  found_index;
-  reg [15:0] found_length;
-  reg        found_first;
-  reg        found_last;
+  reg  [2:0]  stage_index;
+  reg  [15:0] stage_length;
+  reg  [17:0] stage_extent;
+  reg         stage_takesPart;
+  reg         stage_begins;
+  reg  [16:0] distance;
+  reg         found_hit;
+  reg  [2:0]  found_index;
+  reg  [15:0] found_length;
+  reg         found_first;
+  reg         found_last;
+  wire [18:0] left = {1'h0, stage_extent} - {3'h0, distance[15:0]};
   always @(posedge clock) begin
     stage_index <= entry_index;
     stage_length <= entry_length;
+    stage_extent <= entry_extent;
     stage_takesPart <= entry_takesPart;
     stage_begins <= entry_begins;
     distance <= {1'h0, address} - {1'h0, entry_start};
-    limitStage <= {2'h0, entry_length} + {1'h0, entry_triple ? {entry_length, 1'h0} : 17'h0};
     if (stage_begins | ~found_hit) begin
-      found_hit <= stage_takesPart & ~(distance[16]) & {2'h0, distance[15:0]} < limitStage;
+      found_hit <= stage_takesPart & ~(distance[16]) & ~(left[18]) & (|(left[17:0]));
       found_index <= stage_index;
       found_length <= stage_length;
       found_first <= distance[15:0] == 16'h0;
-      found_last <= distance[15:0] + 16'h1 == stage_length;
+      found_last <= left[17:0] == 18'h1;
     end
   end // always @(posedge)
   assign result_hit = found_hit;
@@ -2070,8 +2073,8 @@ module TranslatedAccess(
   input  [2:0]  areas_entries_0_index,
   input  [15:0] areas_entries_0_start,
   input  [15:0] areas_entries_0_length,
+  input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
-  input         areas_entries_0_triple,
   input         areas_views_0_works,
   input         areas_views_0_ecatWrites,
   input         areas_views_0_ecatOpen,
@@ -2579,8 +2582,8 @@ module TranslatedAccess(
     .entry_index     (areas_entries_0_index),
     .entry_start     (areas_entries_0_start),
     .entry_length    (areas_entries_0_length),
+    .entry_extent    (areas_entries_0_extent),
     .entry_takesPart (areas_entries_0_takesPart),
-    .entry_triple    (areas_entries_0_triple),
     .entry_begins    (begins),
     .address         (areaRead_address),
     .result_hit      (_scan_result_hit),
@@ -2594,8 +2597,8 @@ module TranslatedAccess(
     .entry_index     (areas_entries_0_index),
     .entry_start     (areas_entries_0_start),
     .entry_length    (areas_entries_0_length),
+    .entry_extent    (areas_entries_0_extent),
     .entry_takesPart (areas_entries_0_takesPart),
-    .entry_triple    (areas_entries_0_triple),
     .entry_begins    (begins),
     .address         (areaWrite_address),
     .result_hit      (_scan_1_result_hit),
@@ -2673,8 +2676,8 @@ module FrameProcessor(
   input  [2:0]  areas_entries_0_index,
   input  [15:0] areas_entries_0_start,
   input  [15:0] areas_entries_0_length,
+  input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
-  input         areas_entries_0_triple,
   input         areas_views_0_works,
   input         areas_views_0_ecatWrites,
   input         areas_views_0_ecatOpen,
@@ -2981,8 +2984,8 @@ module FrameProcessor(
     .areas_entries_0_index      (areas_entries_0_index),
     .areas_entries_0_start      (areas_entries_0_start),
     .areas_entries_0_length     (areas_entries_0_length),
+    .areas_entries_0_extent     (areas_entries_0_extent),
     .areas_entries_0_takesPart  (areas_entries_0_takesPart),
-    .areas_entries_0_triple     (areas_entries_0_triple),
     .areas_views_0_works        (areas_views_0_works),
     .areas_views_0_ecatWrites   (areas_views_0_ecatWrites),
     .areas_views_0_ecatOpen     (areas_views_0_ecatOpen),
@@ -3789,8 +3792,8 @@ module SyncManagers(
   output [2:0]  ecat_entries_0_index,
   output [15:0] ecat_entries_0_start,
   output [15:0] ecat_entries_0_length,
+  output [17:0] ecat_entries_0_extent,
   output        ecat_entries_0_takesPart,
-  output        ecat_entries_0_triple,
   output        ecat_views_0_works,
   output        ecat_views_0_ecatWrites,
   output        ecat_views_0_ecatOpen,
@@ -3849,8 +3852,8 @@ module SyncManagers(
   output [2:0]  pdi_entries_0_index,
   output [15:0] pdi_entries_0_start,
   output [15:0] pdi_entries_0_length,
+  output [17:0] pdi_entries_0_extent,
   output        pdi_entries_0_takesPart,
-  output        pdi_entries_0_triple,
   output        pdi_views_0_works,
   output        pdi_views_0_ecatWrites,
   output        pdi_views_0_pdiOpen,
@@ -3976,126 +3979,110 @@ module SyncManagers(
   output        trigger
 );
 
-  wire        _triggers_sm7_isMailbox;
-  wire        _triggers_sm7_ecatWrites;
-  wire        _triggers_sm7_ecat_touch;
-  wire        _triggers_sm7_ecat_close;
-  wire        _triggers_sm7_pdi_touch;
-  wire        _triggers_sm7_pdi_close;
-  wire        _triggers_sm7_view_works;
-  wire        _triggers_sm7_view_locked;
-  wire        _triggers_sm7_view_buffered;
-  wire        _triggers_sm7_view_ecatWrites;
-  wire [1:0]  _triggers_sm7_view_writerBuffer;
-  wire [1:0]  _triggers_sm7_view_readerBuffer;
-  wire        _triggers_sm7_writeEvent;
-  wire        _triggers_sm7_readEvent;
-  wire        _triggers_sm7_written;
-  wire        _triggers_sm6_isMailbox;
-  wire        _triggers_sm6_ecatWrites;
-  wire        _triggers_sm6_ecat_touch;
-  wire        _triggers_sm6_ecat_close;
-  wire        _triggers_sm6_pdi_touch;
-  wire        _triggers_sm6_pdi_close;
-  wire        _triggers_sm6_view_works;
-  wire        _triggers_sm6_view_locked;
-  wire        _triggers_sm6_view_buffered;
-  wire        _triggers_sm6_view_ecatWrites;
-  wire [1:0]  _triggers_sm6_view_writerBuffer;
-  wire [1:0]  _triggers_sm6_view_readerBuffer;
-  wire        _triggers_sm6_writeEvent;
-  wire        _triggers_sm6_readEvent;
-  wire        _triggers_sm6_written;
-  wire        _triggers_sm5_isMailbox;
-  wire        _triggers_sm5_ecatWrites;
-  wire        _triggers_sm5_ecat_touch;
-  wire        _triggers_sm5_ecat_close;
-  wire        _triggers_sm5_pdi_touch;
-  wire        _triggers_sm5_pdi_close;
-  wire        _triggers_sm5_view_works;
-  wire        _triggers_sm5_view_locked;
-  wire        _triggers_sm5_view_buffered;
-  wire        _triggers_sm5_view_ecatWrites;
-  wire [1:0]  _triggers_sm5_view_writerBuffer;
-  wire [1:0]  _triggers_sm5_view_readerBuffer;
-  wire        _triggers_sm5_writeEvent;
-  wire        _triggers_sm5_readEvent;
-  wire        _triggers_sm5_written;
-  wire        _triggers_sm4_isMailbox;
-  wire        _triggers_sm4_ecatWrites;
-  wire        _triggers_sm4_ecat_touch;
-  wire        _triggers_sm4_ecat_close;
-  wire        _triggers_sm4_pdi_touch;
-  wire        _triggers_sm4_pdi_close;
-  wire        _triggers_sm4_view_works;
-  wire        _triggers_sm4_view_locked;
-  wire        _triggers_sm4_view_buffered;
-  wire        _triggers_sm4_view_ecatWrites;
-  wire [1:0]  _triggers_sm4_view_writerBuffer;
-  wire [1:0]  _triggers_sm4_view_readerBuffer;
-  wire        _triggers_sm4_writeEvent;
-  wire        _triggers_sm4_readEvent;
-  wire        _triggers_sm4_written;
-  wire        _triggers_sm3_isMailbox;
-  wire        _triggers_sm3_ecatWrites;
-  wire        _triggers_sm3_ecat_touch;
-  wire        _triggers_sm3_ecat_close;
-  wire        _triggers_sm3_pdi_touch;
-  wire        _triggers_sm3_pdi_close;
-  wire        _triggers_sm3_view_works;
-  wire        _triggers_sm3_view_locked;
-  wire        _triggers_sm3_view_buffered;
-  wire        _triggers_sm3_view_ecatWrites;
-  wire [1:0]  _triggers_sm3_view_writerBuffer;
-  wire [1:0]  _triggers_sm3_view_readerBuffer;
-  wire        _triggers_sm3_writeEvent;
-  wire        _triggers_sm3_readEvent;
-  wire        _triggers_sm3_written;
-  wire        _triggers_sm2_isMailbox;
-  wire        _triggers_sm2_ecatWrites;
-  wire        _triggers_sm2_ecat_touch;
-  wire        _triggers_sm2_ecat_close;
-  wire        _triggers_sm2_pdi_touch;
-  wire        _triggers_sm2_pdi_close;
-  wire        _triggers_sm2_view_works;
-  wire        _triggers_sm2_view_locked;
-  wire        _triggers_sm2_view_buffered;
-  wire        _triggers_sm2_view_ecatWrites;
-  wire [1:0]  _triggers_sm2_view_writerBuffer;
-  wire [1:0]  _triggers_sm2_view_readerBuffer;
-  wire        _triggers_sm2_writeEvent;
-  wire        _triggers_sm2_readEvent;
-  wire        _triggers_sm2_written;
-  wire        _triggers_sm1_isMailbox;
-  wire        _triggers_sm1_ecatWrites;
-  wire        _triggers_sm1_ecat_touch;
-  wire        _triggers_sm1_ecat_close;
-  wire        _triggers_sm1_pdi_touch;
-  wire        _triggers_sm1_pdi_close;
-  wire        _triggers_sm1_view_works;
-  wire        _triggers_sm1_view_locked;
-  wire        _triggers_sm1_view_buffered;
-  wire        _triggers_sm1_view_ecatWrites;
-  wire [1:0]  _triggers_sm1_view_writerBuffer;
-  wire [1:0]  _triggers_sm1_view_readerBuffer;
-  wire        _triggers_sm1_writeEvent;
-  wire        _triggers_sm1_readEvent;
-  wire        _triggers_sm1_written;
-  wire        _triggers_sm0_isMailbox;
-  wire        _triggers_sm0_ecatWrites;
-  wire        _triggers_sm0_ecat_touch;
-  wire        _triggers_sm0_ecat_close;
-  wire        _triggers_sm0_pdi_touch;
-  wire        _triggers_sm0_pdi_close;
-  wire        _triggers_sm0_view_works;
-  wire        _triggers_sm0_view_locked;
-  wire        _triggers_sm0_view_buffered;
-  wire        _triggers_sm0_view_ecatWrites;
-  wire [1:0]  _triggers_sm0_view_writerBuffer;
-  wire [1:0]  _triggers_sm0_view_readerBuffer;
-  wire        _triggers_sm0_writeEvent;
-  wire        _triggers_sm0_readEvent;
-  wire        _triggers_sm0_written;
+  wire        _sm7_ecat_touch;
+  wire        _sm7_ecat_close;
+  wire        _sm7_pdi_touch;
+  wire        _sm7_pdi_close;
+  wire        _sm7_view_works;
+  wire        _sm7_view_locked;
+  wire        _sm7_view_buffered;
+  wire        _sm7_view_ecatWrites;
+  wire [1:0]  _sm7_view_writerBuffer;
+  wire [1:0]  _sm7_view_readerBuffer;
+  wire        _sm7_writeEvent;
+  wire        _sm7_readEvent;
+  wire        _sm7_written;
+  wire        _sm6_ecat_touch;
+  wire        _sm6_ecat_close;
+  wire        _sm6_pdi_touch;
+  wire        _sm6_pdi_close;
+  wire        _sm6_view_works;
+  wire        _sm6_view_locked;
+  wire        _sm6_view_buffered;
+  wire        _sm6_view_ecatWrites;
+  wire [1:0]  _sm6_view_writerBuffer;
+  wire [1:0]  _sm6_view_readerBuffer;
+  wire        _sm6_writeEvent;
+  wire        _sm6_readEvent;
+  wire        _sm6_written;
+  wire        _sm5_ecat_touch;
+  wire        _sm5_ecat_close;
+  wire        _sm5_pdi_touch;
+  wire        _sm5_pdi_close;
+  wire        _sm5_view_works;
+  wire        _sm5_view_locked;
+  wire        _sm5_view_buffered;
+  wire        _sm5_view_ecatWrites;
+  wire [1:0]  _sm5_view_writerBuffer;
+  wire [1:0]  _sm5_view_readerBuffer;
+  wire        _sm5_writeEvent;
+  wire        _sm5_readEvent;
+  wire        _sm5_written;
+  wire        _sm4_ecat_touch;
+  wire        _sm4_ecat_close;
+  wire        _sm4_pdi_touch;
+  wire        _sm4_pdi_close;
+  wire        _sm4_view_works;
+  wire        _sm4_view_locked;
+  wire        _sm4_view_buffered;
+  wire        _sm4_view_ecatWrites;
+  wire [1:0]  _sm4_view_writerBuffer;
+  wire [1:0]  _sm4_view_readerBuffer;
+  wire        _sm4_writeEvent;
+  wire        _sm4_readEvent;
+  wire        _sm4_written;
+  wire        _sm3_ecat_touch;
+  wire        _sm3_ecat_close;
+  wire        _sm3_pdi_touch;
+  wire        _sm3_pdi_close;
+  wire        _sm3_view_works;
+  wire        _sm3_view_locked;
+  wire        _sm3_view_buffered;
+  wire        _sm3_view_ecatWrites;
+  wire [1:0]  _sm3_view_writerBuffer;
+  wire [1:0]  _sm3_view_readerBuffer;
+  wire        _sm3_writeEvent;
+  wire        _sm3_readEvent;
+  wire        _sm3_written;
+  wire        _sm2_ecat_touch;
+  wire        _sm2_ecat_close;
+  wire        _sm2_pdi_touch;
+  wire        _sm2_pdi_close;
+  wire        _sm2_view_works;
+  wire        _sm2_view_locked;
+  wire        _sm2_view_buffered;
+  wire        _sm2_view_ecatWrites;
+  wire [1:0]  _sm2_view_writerBuffer;
+  wire [1:0]  _sm2_view_readerBuffer;
+  wire        _sm2_writeEvent;
+  wire        _sm2_readEvent;
+  wire        _sm2_written;
+  wire        _sm1_ecat_touch;
+  wire        _sm1_ecat_close;
+  wire        _sm1_pdi_touch;
+  wire        _sm1_pdi_close;
+  wire        _sm1_view_works;
+  wire        _sm1_view_locked;
+  wire        _sm1_view_buffered;
+  wire        _sm1_view_ecatWrites;
+  wire [1:0]  _sm1_view_writerBuffer;
+  wire [1:0]  _sm1_view_readerBuffer;
+  wire        _sm1_writeEvent;
+  wire        _sm1_readEvent;
+  wire        _sm1_written;
+  wire        _sm0_ecat_touch;
+  wire        _sm0_ecat_close;
+  wire        _sm0_pdi_touch;
+  wire        _sm0_pdi_close;
+  wire        _sm0_view_works;
+  wire        _sm0_view_locked;
+  wire        _sm0_view_buffered;
+  wire        _sm0_view_ecatWrites;
+  wire [1:0]  _sm0_view_writerBuffer;
+  wire [1:0]  _sm0_view_readerBuffer;
+  wire        _sm0_writeEvent;
+  wire        _sm0_readEvent;
+  wire        _sm0_written;
   wire        _table_0_write;
   wire [2:0]  _table_0_writeIndex;
   wire [3:0]  _table_0_writeMask;
@@ -4108,63 +4095,63 @@ module SyncManagers(
   always @(*) begin
     casez (last)
       3'b000:
-        casez_tmp = _triggers_sm0_view_works;
+        casez_tmp = _sm0_view_works;
       3'b001:
-        casez_tmp = _triggers_sm1_view_works;
+        casez_tmp = _sm1_view_works;
       3'b010:
-        casez_tmp = _triggers_sm2_view_works;
+        casez_tmp = _sm2_view_works;
       3'b011:
-        casez_tmp = _triggers_sm3_view_works;
+        casez_tmp = _sm3_view_works;
       3'b100:
-        casez_tmp = _triggers_sm4_view_works;
+        casez_tmp = _sm4_view_works;
       3'b101:
-        casez_tmp = _triggers_sm5_view_works;
+        casez_tmp = _sm5_view_works;
       3'b110:
-        casez_tmp = _triggers_sm6_view_works;
+        casez_tmp = _sm6_view_works;
       default:
-        casez_tmp = _triggers_sm7_view_works;
+        casez_tmp = _sm7_view_works;
     endcase
   end // always @(*)
   reg         casez_tmp_0;
   always @(*) begin
     casez (last)
       3'b000:
-        casez_tmp_0 = _triggers_sm0_view_locked;
+        casez_tmp_0 = _sm0_view_locked;
       3'b001:
-        casez_tmp_0 = _triggers_sm1_view_locked;
+        casez_tmp_0 = _sm1_view_locked;
       3'b010:
-        casez_tmp_0 = _triggers_sm2_view_locked;
+        casez_tmp_0 = _sm2_view_locked;
       3'b011:
-        casez_tmp_0 = _triggers_sm3_view_locked;
+        casez_tmp_0 = _sm3_view_locked;
       3'b100:
-        casez_tmp_0 = _triggers_sm4_view_locked;
+        casez_tmp_0 = _sm4_view_locked;
       3'b101:
-        casez_tmp_0 = _triggers_sm5_view_locked;
+        casez_tmp_0 = _sm5_view_locked;
       3'b110:
-        casez_tmp_0 = _triggers_sm6_view_locked;
+        casez_tmp_0 = _sm6_view_locked;
       default:
-        casez_tmp_0 = _triggers_sm7_view_locked;
+        casez_tmp_0 = _sm7_view_locked;
     endcase
   end // always @(*)
   reg         casez_tmp_1;
   always @(*) begin
     casez (last)
       3'b000:
-        casez_tmp_1 = _triggers_sm0_view_buffered;
+        casez_tmp_1 = _sm0_view_buffered;
       3'b001:
-        casez_tmp_1 = _triggers_sm1_view_buffered;
+        casez_tmp_1 = _sm1_view_buffered;
       3'b010:
-        casez_tmp_1 = _triggers_sm2_view_buffered;
+        casez_tmp_1 = _sm2_view_buffered;
       3'b011:
-        casez_tmp_1 = _triggers_sm3_view_buffered;
+        casez_tmp_1 = _sm3_view_buffered;
       3'b100:
-        casez_tmp_1 = _triggers_sm4_view_buffered;
+        casez_tmp_1 = _sm4_view_buffered;
       3'b101:
-        casez_tmp_1 = _triggers_sm5_view_buffered;
+        casez_tmp_1 = _sm5_view_buffered;
       3'b110:
-        casez_tmp_1 = _triggers_sm6_view_buffered;
+        casez_tmp_1 = _sm6_view_buffered;
       default:
-        casez_tmp_1 = _triggers_sm7_view_buffered;
+        casez_tmp_1 = _sm7_view_buffered;
     endcase
   end // always @(*)
   reg  [2:0]  last_1;
@@ -4172,175 +4159,311 @@ module SyncManagers(
   always @(*) begin
     casez (last_1)
       3'b000:
-        casez_tmp_2 = _triggers_sm0_view_works;
+        casez_tmp_2 = _sm0_view_works;
       3'b001:
-        casez_tmp_2 = _triggers_sm1_view_works;
+        casez_tmp_2 = _sm1_view_works;
       3'b010:
-        casez_tmp_2 = _triggers_sm2_view_works;
+        casez_tmp_2 = _sm2_view_works;
       3'b011:
-        casez_tmp_2 = _triggers_sm3_view_works;
+        casez_tmp_2 = _sm3_view_works;
       3'b100:
-        casez_tmp_2 = _triggers_sm4_view_works;
+        casez_tmp_2 = _sm4_view_works;
       3'b101:
-        casez_tmp_2 = _triggers_sm5_view_works;
+        casez_tmp_2 = _sm5_view_works;
       3'b110:
-        casez_tmp_2 = _triggers_sm6_view_works;
+        casez_tmp_2 = _sm6_view_works;
       default:
-        casez_tmp_2 = _triggers_sm7_view_works;
+        casez_tmp_2 = _sm7_view_works;
     endcase
   end // always @(*)
   reg         casez_tmp_3;
   always @(*) begin
     casez (last_1)
       3'b000:
-        casez_tmp_3 = _triggers_sm0_view_locked;
+        casez_tmp_3 = _sm0_view_locked;
       3'b001:
-        casez_tmp_3 = _triggers_sm1_view_locked;
+        casez_tmp_3 = _sm1_view_locked;
       3'b010:
-        casez_tmp_3 = _triggers_sm2_view_locked;
+        casez_tmp_3 = _sm2_view_locked;
       3'b011:
-        casez_tmp_3 = _triggers_sm3_view_locked;
+        casez_tmp_3 = _sm3_view_locked;
       3'b100:
-        casez_tmp_3 = _triggers_sm4_view_locked;
+        casez_tmp_3 = _sm4_view_locked;
       3'b101:
-        casez_tmp_3 = _triggers_sm5_view_locked;
+        casez_tmp_3 = _sm5_view_locked;
       3'b110:
-        casez_tmp_3 = _triggers_sm6_view_locked;
+        casez_tmp_3 = _sm6_view_locked;
       default:
-        casez_tmp_3 = _triggers_sm7_view_locked;
+        casez_tmp_3 = _sm7_view_locked;
     endcase
   end // always @(*)
   reg         casez_tmp_4;
   always @(*) begin
     casez (last_1)
       3'b000:
-        casez_tmp_4 = _triggers_sm0_view_buffered;
+        casez_tmp_4 = _sm0_view_buffered;
       3'b001:
-        casez_tmp_4 = _triggers_sm1_view_buffered;
+        casez_tmp_4 = _sm1_view_buffered;
       3'b010:
-        casez_tmp_4 = _triggers_sm2_view_buffered;
+        casez_tmp_4 = _sm2_view_buffered;
       3'b011:
-        casez_tmp_4 = _triggers_sm3_view_buffered;
+        casez_tmp_4 = _sm3_view_buffered;
       3'b100:
-        casez_tmp_4 = _triggers_sm4_view_buffered;
+        casez_tmp_4 = _sm4_view_buffered;
       3'b101:
-        casez_tmp_4 = _triggers_sm5_view_buffered;
+        casez_tmp_4 = _sm5_view_buffered;
       3'b110:
-        casez_tmp_4 = _triggers_sm6_view_buffered;
+        casez_tmp_4 = _sm6_view_buffered;
       default:
-        casez_tmp_4 = _triggers_sm7_view_buffered;
+        casez_tmp_4 = _sm7_view_buffered;
     endcase
   end // always @(*)
-  reg  [7:0]  triggers_control_0;
-  reg         triggers_deactivate_0;
-  reg         triggers_deactivated_0;
-  wire        _triggers_sm0_ecat_close_T = ecat_accessIndex == 3'h0;
-  wire        _triggers_sm0_pdi_close_T = pdi_accessIndex == 3'h0;
-  reg  [7:0]  triggers_control_1;
-  reg         triggers_deactivate_1;
-  reg         triggers_deactivated_1;
-  wire        _triggers_sm1_ecat_close_T = ecat_accessIndex == 3'h1;
-  wire        _triggers_sm1_pdi_close_T = pdi_accessIndex == 3'h1;
-  reg  [7:0]  triggers_control_2;
-  reg         triggers_deactivate_2;
-  reg         triggers_deactivated_2;
-  wire        _triggers_sm2_ecat_close_T = ecat_accessIndex == 3'h2;
-  wire        _triggers_sm2_pdi_close_T = pdi_accessIndex == 3'h2;
-  reg  [7:0]  triggers_control_3;
-  reg         triggers_deactivate_3;
-  reg         triggers_deactivated_3;
-  wire        _triggers_sm3_ecat_close_T = ecat_accessIndex == 3'h3;
-  wire        _triggers_sm3_pdi_close_T = pdi_accessIndex == 3'h3;
-  reg  [7:0]  triggers_control_4;
-  reg         triggers_deactivate_4;
-  reg         triggers_deactivated_4;
-  wire        _triggers_sm4_ecat_close_T = ecat_accessIndex == 3'h4;
-  wire        _triggers_sm4_pdi_close_T = pdi_accessIndex == 3'h4;
-  reg  [7:0]  triggers_control_5;
-  reg         triggers_deactivate_5;
-  reg         triggers_deactivated_5;
-  wire        _triggers_sm5_ecat_close_T = ecat_accessIndex == 3'h5;
-  wire        _triggers_sm5_pdi_close_T = pdi_accessIndex == 3'h5;
-  reg  [7:0]  triggers_control_6;
-  reg         triggers_deactivate_6;
-  reg         triggers_deactivated_6;
-  wire        _triggers_sm6_ecat_close_T = ecat_accessIndex == 3'h6;
-  wire        _triggers_sm6_pdi_close_T = pdi_accessIndex == 3'h6;
-  reg  [7:0]  triggers_control_7;
-  reg         triggers_deactivate_7;
-  reg         triggers_deactivated_7;
+  reg         mailbox_0;
+  reg         ecatWrites_0;
+  reg         ecatEventEnable_0;
+  reg         alEventEnable_0;
+  reg         watchdogTrigger_0;
+  reg         deactivate_0;
+  reg         deactivated_0_0;
+  wire        _sm0_ecat_close_T = ecat_accessIndex == 3'h0;
+  wire        _sm0_pdi_close_T = pdi_accessIndex == 3'h0;
+  reg         mailbox_1;
+  reg         ecatWrites_1;
+  reg         ecatEventEnable_1;
+  reg         alEventEnable_1;
+  reg         watchdogTrigger_1;
+  reg         deactivate_1;
+  reg         deactivated_1_0;
+  wire        _sm1_ecat_close_T = ecat_accessIndex == 3'h1;
+  wire        _sm1_pdi_close_T = pdi_accessIndex == 3'h1;
+  reg         mailbox_2;
+  reg         ecatWrites_2;
+  reg         ecatEventEnable_2;
+  reg         alEventEnable_2;
+  reg         watchdogTrigger_2;
+  reg         deactivate_2;
+  reg         deactivated_2_0;
+  wire        _sm2_ecat_close_T = ecat_accessIndex == 3'h2;
+  wire        _sm2_pdi_close_T = pdi_accessIndex == 3'h2;
+  reg         mailbox_3;
+  reg         ecatWrites_3;
+  reg         ecatEventEnable_3;
+  reg         alEventEnable_3;
+  reg         watchdogTrigger_3;
+  reg         deactivate_3;
+  reg         deactivated_3_0;
+  wire        _sm3_ecat_close_T = ecat_accessIndex == 3'h3;
+  wire        _sm3_pdi_close_T = pdi_accessIndex == 3'h3;
+  reg         mailbox_4;
+  reg         ecatWrites_4;
+  reg         ecatEventEnable_4;
+  reg         alEventEnable_4;
+  reg         watchdogTrigger_4;
+  reg         deactivate_4;
+  reg         deactivated_4_0;
+  wire        _sm4_ecat_close_T = ecat_accessIndex == 3'h4;
+  wire        _sm4_pdi_close_T = pdi_accessIndex == 3'h4;
+  reg         mailbox_5;
+  reg         ecatWrites_5;
+  reg         ecatEventEnable_5;
+  reg         alEventEnable_5;
+  reg         watchdogTrigger_5;
+  reg         deactivate_5;
+  reg         deactivated_5_0;
+  wire        _sm5_ecat_close_T = ecat_accessIndex == 3'h5;
+  wire        _sm5_pdi_close_T = pdi_accessIndex == 3'h5;
+  reg         mailbox_6;
+  reg         ecatWrites_6;
+  reg         ecatEventEnable_6;
+  reg         alEventEnable_6;
+  reg         watchdogTrigger_6;
+  reg         deactivate_6;
+  reg         deactivated_6_0;
+  wire        _sm6_ecat_close_T = ecat_accessIndex == 3'h6;
+  wire        _sm6_pdi_close_T = pdi_accessIndex == 3'h6;
+  reg         mailbox_7;
+  reg         ecatWrites_7;
+  reg         ecatEventEnable_7;
+  reg         alEventEnable_7;
+  reg         watchdogTrigger_7;
+  reg         deactivate_7;
+  reg         deactivated_7_0;
+  wire        _watchEnabled_result_valid_T_4 = write_bits_address == 12'h804;
+  wire        _watchEnabled_result_valid_T_12 = write_bits_address == 12'h80C;
+  wire        _watchEnabled_result_valid_T_20 = write_bits_address == 12'h814;
+  wire        _watchEnabled_result_valid_T_28 = write_bits_address == 12'h81C;
+  wire        _watchEnabled_result_valid_T_36 = write_bits_address == 12'h824;
+  wire        _watchEnabled_result_valid_T_44 = write_bits_address == 12'h82C;
+  wire        _watchEnabled_result_valid_T_52 = write_bits_address == 12'h834;
+  wire        _watchEnabled_result_valid_T_60 = write_bits_address == 12'h83C;
   always @(posedge clock) begin
     last <= ecat_index;
     last_1 <= pdi_index;
     if (reset) begin
-      triggers_control_0 <= 8'h0;
-      triggers_deactivate_0 <= 1'h0;
-      triggers_deactivated_0 <= 1'h0;
-      triggers_control_1 <= 8'h0;
-      triggers_deactivate_1 <= 1'h0;
-      triggers_deactivated_1 <= 1'h0;
-      triggers_control_2 <= 8'h0;
-      triggers_deactivate_2 <= 1'h0;
-      triggers_deactivated_2 <= 1'h0;
-      triggers_control_3 <= 8'h0;
-      triggers_deactivate_3 <= 1'h0;
-      triggers_deactivated_3 <= 1'h0;
-      triggers_control_4 <= 8'h0;
-      triggers_deactivate_4 <= 1'h0;
-      triggers_deactivated_4 <= 1'h0;
-      triggers_control_5 <= 8'h0;
-      triggers_deactivate_5 <= 1'h0;
-      triggers_deactivated_5 <= 1'h0;
-      triggers_control_6 <= 8'h0;
-      triggers_deactivate_6 <= 1'h0;
-      triggers_deactivated_6 <= 1'h0;
-      triggers_control_7 <= 8'h0;
-      triggers_deactivate_7 <= 1'h0;
-      triggers_deactivated_7 <= 1'h0;
+      mailbox_0 <= 1'h0;
+      ecatWrites_0 <= 1'h0;
+      ecatEventEnable_0 <= 1'h0;
+      alEventEnable_0 <= 1'h0;
+      watchdogTrigger_0 <= 1'h0;
+      deactivate_0 <= 1'h0;
+      deactivated_0_0 <= 1'h0;
+      mailbox_1 <= 1'h0;
+      ecatWrites_1 <= 1'h0;
+      ecatEventEnable_1 <= 1'h0;
+      alEventEnable_1 <= 1'h0;
+      watchdogTrigger_1 <= 1'h0;
+      deactivate_1 <= 1'h0;
+      deactivated_1_0 <= 1'h0;
+      mailbox_2 <= 1'h0;
+      ecatWrites_2 <= 1'h0;
+      ecatEventEnable_2 <= 1'h0;
+      alEventEnable_2 <= 1'h0;
+      watchdogTrigger_2 <= 1'h0;
+      deactivate_2 <= 1'h0;
+      deactivated_2_0 <= 1'h0;
+      mailbox_3 <= 1'h0;
+      ecatWrites_3 <= 1'h0;
+      ecatEventEnable_3 <= 1'h0;
+      alEventEnable_3 <= 1'h0;
+      watchdogTrigger_3 <= 1'h0;
+      deactivate_3 <= 1'h0;
+      deactivated_3_0 <= 1'h0;
+      mailbox_4 <= 1'h0;
+      ecatWrites_4 <= 1'h0;
+      ecatEventEnable_4 <= 1'h0;
+      alEventEnable_4 <= 1'h0;
+      watchdogTrigger_4 <= 1'h0;
+      deactivate_4 <= 1'h0;
+      deactivated_4_0 <= 1'h0;
+      mailbox_5 <= 1'h0;
+      ecatWrites_5 <= 1'h0;
+      ecatEventEnable_5 <= 1'h0;
+      alEventEnable_5 <= 1'h0;
+      watchdogTrigger_5 <= 1'h0;
+      deactivate_5 <= 1'h0;
+      deactivated_5_0 <= 1'h0;
+      mailbox_6 <= 1'h0;
+      ecatWrites_6 <= 1'h0;
+      ecatEventEnable_6 <= 1'h0;
+      alEventEnable_6 <= 1'h0;
+      watchdogTrigger_6 <= 1'h0;
+      deactivate_6 <= 1'h0;
+      deactivated_6_0 <= 1'h0;
+      mailbox_7 <= 1'h0;
+      ecatWrites_7 <= 1'h0;
+      ecatEventEnable_7 <= 1'h0;
+      alEventEnable_7 <= 1'h0;
+      watchdogTrigger_7 <= 1'h0;
+      deactivate_7 <= 1'h0;
+      deactivated_7_0 <= 1'h0;
     end
     else begin
-      if (write_valid & write_bits_address == 12'h804 & write_bits_mask)
-        triggers_control_0 <= write_bits_data;
+      if (write_valid & _watchEnabled_result_valid_T_4 & write_bits_mask)
+        mailbox_0 <= write_bits_data[1];
+      if (write_valid & _watchEnabled_result_valid_T_4 & write_bits_mask)
+        ecatWrites_0 <= write_bits_data[2];
+      if (write_valid & _watchEnabled_result_valid_T_4 & write_bits_mask)
+        ecatEventEnable_0 <= write_bits_data[4];
+      if (write_valid & _watchEnabled_result_valid_T_4 & write_bits_mask)
+        alEventEnable_0 <= write_bits_data[5];
+      if (write_valid & _watchEnabled_result_valid_T_4 & write_bits_mask)
+        watchdogTrigger_0 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h807 & write_bits_mask)
-        triggers_deactivate_0 <= write_bits_data[0];
+        deactivate_0 <= write_bits_data[0];
       if (quiet) begin
-        triggers_deactivated_0 <= triggers_deactivate_0;
-        triggers_deactivated_1 <= triggers_deactivate_1;
-        triggers_deactivated_2 <= triggers_deactivate_2;
-        triggers_deactivated_3 <= triggers_deactivate_3;
-        triggers_deactivated_4 <= triggers_deactivate_4;
-        triggers_deactivated_5 <= triggers_deactivate_5;
-        triggers_deactivated_6 <= triggers_deactivate_6;
-        triggers_deactivated_7 <= triggers_deactivate_7;
+        deactivated_0_0 <= deactivate_0;
+        deactivated_1_0 <= deactivate_1;
+        deactivated_2_0 <= deactivate_2;
+        deactivated_3_0 <= deactivate_3;
+        deactivated_4_0 <= deactivate_4;
+        deactivated_5_0 <= deactivate_5;
+        deactivated_6_0 <= deactivate_6;
+        deactivated_7_0 <= deactivate_7;
       end
-      if (write_valid & write_bits_address == 12'h80C & write_bits_mask)
-        triggers_control_1 <= write_bits_data;
+      if (write_valid & _watchEnabled_result_valid_T_12 & write_bits_mask)
+        mailbox_1 <= write_bits_data[1];
+      if (write_valid & _watchEnabled_result_valid_T_12 & write_bits_mask)
+        ecatWrites_1 <= write_bits_data[2];
+      if (write_valid & _watchEnabled_result_valid_T_12 & write_bits_mask)
+        ecatEventEnable_1 <= write_bits_data[4];
+      if (write_valid & _watchEnabled_result_valid_T_12 & write_bits_mask)
+        alEventEnable_1 <= write_bits_data[5];
+      if (write_valid & _watchEnabled_result_valid_T_12 & write_bits_mask)
+        watchdogTrigger_1 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h80F & write_bits_mask)
-        triggers_deactivate_1 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h814 & write_bits_mask)
-        triggers_control_2 <= write_bits_data;
+        deactivate_1 <= write_bits_data[0];
+      if (write_valid & _watchEnabled_result_valid_T_20 & write_bits_mask)
+        mailbox_2 <= write_bits_data[1];
+      if (write_valid & _watchEnabled_result_valid_T_20 & write_bits_mask)
+        ecatWrites_2 <= write_bits_data[2];
+      if (write_valid & _watchEnabled_result_valid_T_20 & write_bits_mask)
+        ecatEventEnable_2 <= write_bits_data[4];
+      if (write_valid & _watchEnabled_result_valid_T_20 & write_bits_mask)
+        alEventEnable_2 <= write_bits_data[5];
+      if (write_valid & _watchEnabled_result_valid_T_20 & write_bits_mask)
+        watchdogTrigger_2 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h817 & write_bits_mask)
-        triggers_deactivate_2 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h81C & write_bits_mask)
-        triggers_control_3 <= write_bits_data;
+        deactivate_2 <= write_bits_data[0];
+      if (write_valid & _watchEnabled_result_valid_T_28 & write_bits_mask)
+        mailbox_3 <= write_bits_data[1];
+      if (write_valid & _watchEnabled_result_valid_T_28 & write_bits_mask)
+        ecatWrites_3 <= write_bits_data[2];
+      if (write_valid & _watchEnabled_result_valid_T_28 & write_bits_mask)
+        ecatEventEnable_3 <= write_bits_data[4];
+      if (write_valid & _watchEnabled_result_valid_T_28 & write_bits_mask)
+        alEventEnable_3 <= write_bits_data[5];
+      if (write_valid & _watchEnabled_result_valid_T_28 & write_bits_mask)
+        watchdogTrigger_3 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h81F & write_bits_mask)
-        triggers_deactivate_3 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h824 & write_bits_mask)
-        triggers_control_4 <= write_bits_data;
+        deactivate_3 <= write_bits_data[0];
+      if (write_valid & _watchEnabled_result_valid_T_36 & write_bits_mask)
+        mailbox_4 <= write_bits_data[1];
+      if (write_valid & _watchEnabled_result_valid_T_36 & write_bits_mask)
+        ecatWrites_4 <= write_bits_data[2];
+      if (write_valid & _watchEnabled_result_valid_T_36 & write_bits_mask)
+        ecatEventEnable_4 <= write_bits_data[4];
+      if (write_valid & _watchEnabled_result_valid_T_36 & write_bits_mask)
+        alEventEnable_4 <= write_bits_data[5];
+      if (write_valid & _watchEnabled_result_valid_T_36 & write_bits_mask)
+        watchdogTrigger_4 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h827 & write_bits_mask)
-        triggers_deactivate_4 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h82C & write_bits_mask)
-        triggers_control_5 <= write_bits_data;
+        deactivate_4 <= write_bits_data[0];
+      if (write_valid & _watchEnabled_result_valid_T_44 & write_bits_mask)
+        mailbox_5 <= write_bits_data[1];
+      if (write_valid & _watchEnabled_result_valid_T_44 & write_bits_mask)
+        ecatWrites_5 <= write_bits_data[2];
+      if (write_valid & _watchEnabled_result_valid_T_44 & write_bits_mask)
+        ecatEventEnable_5 <= write_bits_data[4];
+      if (write_valid & _watchEnabled_result_valid_T_44 & write_bits_mask)
+        alEventEnable_5 <= write_bits_data[5];
+      if (write_valid & _watchEnabled_result_valid_T_44 & write_bits_mask)
+        watchdogTrigger_5 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h82F & write_bits_mask)
-        triggers_deactivate_5 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h834 & write_bits_mask)
-        triggers_control_6 <= write_bits_data;
+        deactivate_5 <= write_bits_data[0];
+      if (write_valid & _watchEnabled_result_valid_T_52 & write_bits_mask)
+        mailbox_6 <= write_bits_data[1];
+      if (write_valid & _watchEnabled_result_valid_T_52 & write_bits_mask)
+        ecatWrites_6 <= write_bits_data[2];
+      if (write_valid & _watchEnabled_result_valid_T_52 & write_bits_mask)
+        ecatEventEnable_6 <= write_bits_data[4];
+      if (write_valid & _watchEnabled_result_valid_T_52 & write_bits_mask)
+        alEventEnable_6 <= write_bits_data[5];
+      if (write_valid & _watchEnabled_result_valid_T_52 & write_bits_mask)
+        watchdogTrigger_6 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h837 & write_bits_mask)
-        triggers_deactivate_6 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h83C & write_bits_mask)
-        triggers_control_7 <= write_bits_data;
+        deactivate_6 <= write_bits_data[0];
+      if (write_valid & _watchEnabled_result_valid_T_60 & write_bits_mask)
+        mailbox_7 <= write_bits_data[1];
+      if (write_valid & _watchEnabled_result_valid_T_60 & write_bits_mask)
+        ecatWrites_7 <= write_bits_data[2];
+      if (write_valid & _watchEnabled_result_valid_T_60 & write_bits_mask)
+        ecatEventEnable_7 <= write_bits_data[4];
+      if (write_valid & _watchEnabled_result_valid_T_60 & write_bits_mask)
+        alEventEnable_7 <= write_bits_data[5];
+      if (write_valid & _watchEnabled_result_valid_T_60 & write_bits_mask)
+        watchdogTrigger_7 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h83F & write_bits_mask)
-        triggers_deactivate_7 <= write_bits_data[0];
+        deactivate_7 <= write_bits_data[0];
     end
   end // always @(posedge)
   assign _table_0_write =
@@ -4360,455 +4483,429 @@ module SyncManagers(
     .readData_0  (_table_0_readData_0),
     .readData_1  (_table_0_readData_1)
   );
-  assign _triggers_sm0_isMailbox = triggers_control_0[1];
-  assign _triggers_sm0_ecatWrites = triggers_control_0[2];
-  assign _triggers_sm0_ecat_touch = ecat_access_touch & _triggers_sm0_ecat_close_T;
-  assign _triggers_sm0_ecat_close = ecat_access_close & _triggers_sm0_ecat_close_T;
-  assign _triggers_sm0_pdi_touch = pdi_access_touch & _triggers_sm0_pdi_close_T;
-  assign _triggers_sm0_pdi_close = pdi_access_close & _triggers_sm0_pdi_close_T;
-  SyncManager triggers_sm0 (
+  assign _sm0_ecat_touch = ecat_access_touch & _sm0_ecat_close_T;
+  assign _sm0_ecat_close = ecat_access_close & _sm0_ecat_close_T;
+  assign _sm0_pdi_touch = pdi_access_touch & _sm0_pdi_close_T;
+  assign _sm0_pdi_close = pdi_access_close & _sm0_pdi_close_T;
+  SyncManager sm0 (
     .clock             (clock),
     .reset             (reset),
     .enabled           (enable_0),
-    .deactivated       (triggers_deactivated_0),
-    .isMailbox         (_triggers_sm0_isMailbox),
-    .ecatWrites        (_triggers_sm0_ecatWrites),
-    .ecat_touch        (_triggers_sm0_ecat_touch),
+    .deactivated       (deactivated_0_0),
+    .isMailbox         (mailbox_0),
+    .ecatWrites        (ecatWrites_0),
+    .ecat_touch        (_sm0_ecat_touch),
     .ecat_first        (ecat_access_first),
-    .ecat_close        (_triggers_sm0_ecat_close),
+    .ecat_close        (_sm0_ecat_close),
     .ecat_single       (ecat_access_single),
-    .pdi_touch         (_triggers_sm0_pdi_touch),
+    .pdi_touch         (_sm0_pdi_touch),
     .pdi_first         (pdi_access_first),
-    .pdi_close         (_triggers_sm0_pdi_close),
+    .pdi_close         (_sm0_pdi_close),
     .pdi_single        (pdi_access_single),
     .good              (good),
     .bad               (bad),
-    .view_works        (_triggers_sm0_view_works),
-    .view_locked       (_triggers_sm0_view_locked),
-    .view_buffered     (_triggers_sm0_view_buffered),
-    .view_ecatWrites   (_triggers_sm0_view_ecatWrites),
+    .view_works        (_sm0_view_works),
+    .view_locked       (_sm0_view_locked),
+    .view_buffered     (_sm0_view_buffered),
+    .view_ecatWrites   (_sm0_view_ecatWrites),
     .view_ecatOpen     (ecat_views_0_ecatOpen),
     .view_ecatMayOpen  (ecat_views_0_ecatMayOpen),
     .view_pdiOpen      (pdi_views_0_pdiOpen),
     .view_pdiMayOpen   (pdi_views_0_pdiMayOpen),
-    .view_writerBuffer (_triggers_sm0_view_writerBuffer),
-    .view_readerBuffer (_triggers_sm0_view_readerBuffer),
-    .writeEvent        (_triggers_sm0_writeEvent),
-    .readEvent         (_triggers_sm0_readEvent),
+    .view_writerBuffer (_sm0_view_writerBuffer),
+    .view_readerBuffer (_sm0_view_readerBuffer),
+    .writeEvent        (_sm0_writeEvent),
+    .readEvent         (_sm0_readEvent),
     .lastBuffer        (lastBuffer_0),
     .full              (full_0),
-    .written           (_triggers_sm0_written)
+    .written           (_sm0_written)
   );
-  assign _triggers_sm1_isMailbox = triggers_control_1[1];
-  assign _triggers_sm1_ecatWrites = triggers_control_1[2];
-  assign _triggers_sm1_ecat_touch = ecat_access_touch & _triggers_sm1_ecat_close_T;
-  assign _triggers_sm1_ecat_close = ecat_access_close & _triggers_sm1_ecat_close_T;
-  assign _triggers_sm1_pdi_touch = pdi_access_touch & _triggers_sm1_pdi_close_T;
-  assign _triggers_sm1_pdi_close = pdi_access_close & _triggers_sm1_pdi_close_T;
-  SyncManager triggers_sm1 (
+  assign _sm1_ecat_touch = ecat_access_touch & _sm1_ecat_close_T;
+  assign _sm1_ecat_close = ecat_access_close & _sm1_ecat_close_T;
+  assign _sm1_pdi_touch = pdi_access_touch & _sm1_pdi_close_T;
+  assign _sm1_pdi_close = pdi_access_close & _sm1_pdi_close_T;
+  SyncManager sm1 (
     .clock             (clock),
     .reset             (reset),
     .enabled           (enable_1),
-    .deactivated       (triggers_deactivated_1),
-    .isMailbox         (_triggers_sm1_isMailbox),
-    .ecatWrites        (_triggers_sm1_ecatWrites),
-    .ecat_touch        (_triggers_sm1_ecat_touch),
+    .deactivated       (deactivated_1_0),
+    .isMailbox         (mailbox_1),
+    .ecatWrites        (ecatWrites_1),
+    .ecat_touch        (_sm1_ecat_touch),
     .ecat_first        (ecat_access_first),
-    .ecat_close        (_triggers_sm1_ecat_close),
+    .ecat_close        (_sm1_ecat_close),
     .ecat_single       (ecat_access_single),
-    .pdi_touch         (_triggers_sm1_pdi_touch),
+    .pdi_touch         (_sm1_pdi_touch),
     .pdi_first         (pdi_access_first),
-    .pdi_close         (_triggers_sm1_pdi_close),
+    .pdi_close         (_sm1_pdi_close),
     .pdi_single        (pdi_access_single),
     .good              (good),
     .bad               (bad),
-    .view_works        (_triggers_sm1_view_works),
-    .view_locked       (_triggers_sm1_view_locked),
-    .view_buffered     (_triggers_sm1_view_buffered),
-    .view_ecatWrites   (_triggers_sm1_view_ecatWrites),
+    .view_works        (_sm1_view_works),
+    .view_locked       (_sm1_view_locked),
+    .view_buffered     (_sm1_view_buffered),
+    .view_ecatWrites   (_sm1_view_ecatWrites),
     .view_ecatOpen     (ecat_views_1_ecatOpen),
     .view_ecatMayOpen  (ecat_views_1_ecatMayOpen),
     .view_pdiOpen      (pdi_views_1_pdiOpen),
     .view_pdiMayOpen   (pdi_views_1_pdiMayOpen),
-    .view_writerBuffer (_triggers_sm1_view_writerBuffer),
-    .view_readerBuffer (_triggers_sm1_view_readerBuffer),
-    .writeEvent        (_triggers_sm1_writeEvent),
-    .readEvent         (_triggers_sm1_readEvent),
+    .view_writerBuffer (_sm1_view_writerBuffer),
+    .view_readerBuffer (_sm1_view_readerBuffer),
+    .writeEvent        (_sm1_writeEvent),
+    .readEvent         (_sm1_readEvent),
     .lastBuffer        (lastBuffer_1),
     .full              (full_1),
-    .written           (_triggers_sm1_written)
+    .written           (_sm1_written)
   );
-  assign _triggers_sm2_isMailbox = triggers_control_2[1];
-  assign _triggers_sm2_ecatWrites = triggers_control_2[2];
-  assign _triggers_sm2_ecat_touch = ecat_access_touch & _triggers_sm2_ecat_close_T;
-  assign _triggers_sm2_ecat_close = ecat_access_close & _triggers_sm2_ecat_close_T;
-  assign _triggers_sm2_pdi_touch = pdi_access_touch & _triggers_sm2_pdi_close_T;
-  assign _triggers_sm2_pdi_close = pdi_access_close & _triggers_sm2_pdi_close_T;
-  SyncManager triggers_sm2 (
+  assign _sm2_ecat_touch = ecat_access_touch & _sm2_ecat_close_T;
+  assign _sm2_ecat_close = ecat_access_close & _sm2_ecat_close_T;
+  assign _sm2_pdi_touch = pdi_access_touch & _sm2_pdi_close_T;
+  assign _sm2_pdi_close = pdi_access_close & _sm2_pdi_close_T;
+  SyncManager sm2 (
     .clock             (clock),
     .reset             (reset),
     .enabled           (enable_2),
-    .deactivated       (triggers_deactivated_2),
-    .isMailbox         (_triggers_sm2_isMailbox),
-    .ecatWrites        (_triggers_sm2_ecatWrites),
-    .ecat_touch        (_triggers_sm2_ecat_touch),
+    .deactivated       (deactivated_2_0),
+    .isMailbox         (mailbox_2),
+    .ecatWrites        (ecatWrites_2),
+    .ecat_touch        (_sm2_ecat_touch),
     .ecat_first        (ecat_access_first),
-    .ecat_close        (_triggers_sm2_ecat_close),
+    .ecat_close        (_sm2_ecat_close),
     .ecat_single       (ecat_access_single),
-    .pdi_touch         (_triggers_sm2_pdi_touch),
+    .pdi_touch         (_sm2_pdi_touch),
     .pdi_first         (pdi_access_first),
-    .pdi_close         (_triggers_sm2_pdi_close),
+    .pdi_close         (_sm2_pdi_close),
     .pdi_single        (pdi_access_single),
     .good              (good),
     .bad               (bad),
-    .view_works        (_triggers_sm2_view_works),
-    .view_locked       (_triggers_sm2_view_locked),
-    .view_buffered     (_triggers_sm2_view_buffered),
-    .view_ecatWrites   (_triggers_sm2_view_ecatWrites),
+    .view_works        (_sm2_view_works),
+    .view_locked       (_sm2_view_locked),
+    .view_buffered     (_sm2_view_buffered),
+    .view_ecatWrites   (_sm2_view_ecatWrites),
     .view_ecatOpen     (ecat_views_2_ecatOpen),
     .view_ecatMayOpen  (ecat_views_2_ecatMayOpen),
     .view_pdiOpen      (pdi_views_2_pdiOpen),
     .view_pdiMayOpen   (pdi_views_2_pdiMayOpen),
-    .view_writerBuffer (_triggers_sm2_view_writerBuffer),
-    .view_readerBuffer (_triggers_sm2_view_readerBuffer),
-    .writeEvent        (_triggers_sm2_writeEvent),
-    .readEvent         (_triggers_sm2_readEvent),
+    .view_writerBuffer (_sm2_view_writerBuffer),
+    .view_readerBuffer (_sm2_view_readerBuffer),
+    .writeEvent        (_sm2_writeEvent),
+    .readEvent         (_sm2_readEvent),
     .lastBuffer        (lastBuffer_2),
     .full              (full_2),
-    .written           (_triggers_sm2_written)
+    .written           (_sm2_written)
   );
-  assign _triggers_sm3_isMailbox = triggers_control_3[1];
-  assign _triggers_sm3_ecatWrites = triggers_control_3[2];
-  assign _triggers_sm3_ecat_touch = ecat_access_touch & _triggers_sm3_ecat_close_T;
-  assign _triggers_sm3_ecat_close = ecat_access_close & _triggers_sm3_ecat_close_T;
-  assign _triggers_sm3_pdi_touch = pdi_access_touch & _triggers_sm3_pdi_close_T;
-  assign _triggers_sm3_pdi_close = pdi_access_close & _triggers_sm3_pdi_close_T;
-  SyncManager triggers_sm3 (
+  assign _sm3_ecat_touch = ecat_access_touch & _sm3_ecat_close_T;
+  assign _sm3_ecat_close = ecat_access_close & _sm3_ecat_close_T;
+  assign _sm3_pdi_touch = pdi_access_touch & _sm3_pdi_close_T;
+  assign _sm3_pdi_close = pdi_access_close & _sm3_pdi_close_T;
+  SyncManager sm3 (
     .clock             (clock),
     .reset             (reset),
     .enabled           (enable_3),
-    .deactivated       (triggers_deactivated_3),
-    .isMailbox         (_triggers_sm3_isMailbox),
-    .ecatWrites        (_triggers_sm3_ecatWrites),
-    .ecat_touch        (_triggers_sm3_ecat_touch),
+    .deactivated       (deactivated_3_0),
+    .isMailbox         (mailbox_3),
+    .ecatWrites        (ecatWrites_3),
+    .ecat_touch        (_sm3_ecat_touch),
     .ecat_first        (ecat_access_first),
-    .ecat_close        (_triggers_sm3_ecat_close),
+    .ecat_close        (_sm3_ecat_close),
     .ecat_single       (ecat_access_single),
-    .pdi_touch         (_triggers_sm3_pdi_touch),
+    .pdi_touch         (_sm3_pdi_touch),
     .pdi_first         (pdi_access_first),
-    .pdi_close         (_triggers_sm3_pdi_close),
+    .pdi_close         (_sm3_pdi_close),
     .pdi_single        (pdi_access_single),
     .good              (good),
     .bad               (bad),
-    .view_works        (_triggers_sm3_view_works),
-    .view_locked       (_triggers_sm3_view_locked),
-    .view_buffered     (_triggers_sm3_view_buffered),
-    .view_ecatWrites   (_triggers_sm3_view_ecatWrites),
+    .view_works        (_sm3_view_works),
+    .view_locked       (_sm3_view_locked),
+    .view_buffered     (_sm3_view_buffered),
+    .view_ecatWrites   (_sm3_view_ecatWrites),
     .view_ecatOpen     (ecat_views_3_ecatOpen),
     .view_ecatMayOpen  (ecat_views_3_ecatMayOpen),
     .view_pdiOpen      (pdi_views_3_pdiOpen),
     .view_pdiMayOpen   (pdi_views_3_pdiMayOpen),
-    .view_writerBuffer (_triggers_sm3_view_writerBuffer),
-    .view_readerBuffer (_triggers_sm3_view_readerBuffer),
-    .writeEvent        (_triggers_sm3_writeEvent),
-    .readEvent         (_triggers_sm3_readEvent),
+    .view_writerBuffer (_sm3_view_writerBuffer),
+    .view_readerBuffer (_sm3_view_readerBuffer),
+    .writeEvent        (_sm3_writeEvent),
+    .readEvent         (_sm3_readEvent),
     .lastBuffer        (lastBuffer_3),
     .full              (full_3),
-    .written           (_triggers_sm3_written)
+    .written           (_sm3_written)
   );
-  assign _triggers_sm4_isMailbox = triggers_control_4[1];
-  assign _triggers_sm4_ecatWrites = triggers_control_4[2];
-  assign _triggers_sm4_ecat_touch = ecat_access_touch & _triggers_sm4_ecat_close_T;
-  assign _triggers_sm4_ecat_close = ecat_access_close & _triggers_sm4_ecat_close_T;
-  assign _triggers_sm4_pdi_touch = pdi_access_touch & _triggers_sm4_pdi_close_T;
-  assign _triggers_sm4_pdi_close = pdi_access_close & _triggers_sm4_pdi_close_T;
-  SyncManager triggers_sm4 (
+  assign _sm4_ecat_touch = ecat_access_touch & _sm4_ecat_close_T;
+  assign _sm4_ecat_close = ecat_access_close & _sm4_ecat_close_T;
+  assign _sm4_pdi_touch = pdi_access_touch & _sm4_pdi_close_T;
+  assign _sm4_pdi_close = pdi_access_close & _sm4_pdi_close_T;
+  SyncManager sm4 (
     .clock             (clock),
     .reset             (reset),
     .enabled           (enable_4),
-    .deactivated       (triggers_deactivated_4),
-    .isMailbox         (_triggers_sm4_isMailbox),
-    .ecatWrites        (_triggers_sm4_ecatWrites),
-    .ecat_touch        (_triggers_sm4_ecat_touch),
+    .deactivated       (deactivated_4_0),
+    .isMailbox         (mailbox_4),
+    .ecatWrites        (ecatWrites_4),
+    .ecat_touch        (_sm4_ecat_touch),
     .ecat_first        (ecat_access_first),
-    .ecat_close        (_triggers_sm4_ecat_close),
+    .ecat_close        (_sm4_ecat_close),
     .ecat_single       (ecat_access_single),
-    .pdi_touch         (_triggers_sm4_pdi_touch),
+    .pdi_touch         (_sm4_pdi_touch),
     .pdi_first         (pdi_access_first),
-    .pdi_close         (_triggers_sm4_pdi_close),
+    .pdi_close         (_sm4_pdi_close),
     .pdi_single        (pdi_access_single),
     .good              (good),
     .bad               (bad),
-    .view_works        (_triggers_sm4_view_works),
-    .view_locked       (_triggers_sm4_view_locked),
-    .view_buffered     (_triggers_sm4_view_buffered),
-    .view_ecatWrites   (_triggers_sm4_view_ecatWrites),
+    .view_works        (_sm4_view_works),
+    .view_locked       (_sm4_view_locked),
+    .view_buffered     (_sm4_view_buffered),
+    .view_ecatWrites   (_sm4_view_ecatWrites),
     .view_ecatOpen     (ecat_views_4_ecatOpen),
     .view_ecatMayOpen  (ecat_views_4_ecatMayOpen),
     .view_pdiOpen      (pdi_views_4_pdiOpen),
     .view_pdiMayOpen   (pdi_views_4_pdiMayOpen),
-    .view_writerBuffer (_triggers_sm4_view_writerBuffer),
-    .view_readerBuffer (_triggers_sm4_view_readerBuffer),
-    .writeEvent        (_triggers_sm4_writeEvent),
-    .readEvent         (_triggers_sm4_readEvent),
+    .view_writerBuffer (_sm4_view_writerBuffer),
+    .view_readerBuffer (_sm4_view_readerBuffer),
+    .writeEvent        (_sm4_writeEvent),
+    .readEvent         (_sm4_readEvent),
     .lastBuffer        (lastBuffer_4),
     .full              (full_4),
-    .written           (_triggers_sm4_written)
+    .written           (_sm4_written)
   );
-  assign _triggers_sm5_isMailbox = triggers_control_5[1];
-  assign _triggers_sm5_ecatWrites = triggers_control_5[2];
-  assign _triggers_sm5_ecat_touch = ecat_access_touch & _triggers_sm5_ecat_close_T;
-  assign _triggers_sm5_ecat_close = ecat_access_close & _triggers_sm5_ecat_close_T;
-  assign _triggers_sm5_pdi_touch = pdi_access_touch & _triggers_sm5_pdi_close_T;
-  assign _triggers_sm5_pdi_close = pdi_access_close & _triggers_sm5_pdi_close_T;
-  SyncManager triggers_sm5 (
+  assign _sm5_ecat_touch = ecat_access_touch & _sm5_ecat_close_T;
+  assign _sm5_ecat_close = ecat_access_close & _sm5_ecat_close_T;
+  assign _sm5_pdi_touch = pdi_access_touch & _sm5_pdi_close_T;
+  assign _sm5_pdi_close = pdi_access_close & _sm5_pdi_close_T;
+  SyncManager sm5 (
     .clock             (clock),
     .reset             (reset),
     .enabled           (enable_5),
-    .deactivated       (triggers_deactivated_5),
-    .isMailbox         (_triggers_sm5_isMailbox),
-    .ecatWrites        (_triggers_sm5_ecatWrites),
-    .ecat_touch        (_triggers_sm5_ecat_touch),
+    .deactivated       (deactivated_5_0),
+    .isMailbox         (mailbox_5),
+    .ecatWrites        (ecatWrites_5),
+    .ecat_touch        (_sm5_ecat_touch),
     .ecat_first        (ecat_access_first),
-    .ecat_close        (_triggers_sm5_ecat_close),
+    .ecat_close        (_sm5_ecat_close),
     .ecat_single       (ecat_access_single),
-    .pdi_touch         (_triggers_sm5_pdi_touch),
+    .pdi_touch         (_sm5_pdi_touch),
     .pdi_first         (pdi_access_first),
-    .pdi_close         (_triggers_sm5_pdi_close),
+    .pdi_close         (_sm5_pdi_close),
     .pdi_single        (pdi_access_single),
     .good              (good),
     .bad               (bad),
-    .view_works        (_triggers_sm5_view_works),
-    .view_locked       (_triggers_sm5_view_locked),
-    .view_buffered     (_triggers_sm5_view_buffered),
-    .view_ecatWrites   (_triggers_sm5_view_ecatWrites),
+    .view_works        (_sm5_view_works),
+    .view_locked       (_sm5_view_locked),
+    .view_buffered     (_sm5_view_buffered),
+    .view_ecatWrites   (_sm5_view_ecatWrites),
     .view_ecatOpen     (ecat_views_5_ecatOpen),
     .view_ecatMayOpen  (ecat_views_5_ecatMayOpen),
     .view_pdiOpen      (pdi_views_5_pdiOpen),
     .view_pdiMayOpen   (pdi_views_5_pdiMayOpen),
-    .view_writerBuffer (_triggers_sm5_view_writerBuffer),
-    .view_readerBuffer (_triggers_sm5_view_readerBuffer),
-    .writeEvent        (_triggers_sm5_writeEvent),
-    .readEvent         (_triggers_sm5_readEvent),
+    .view_writerBuffer (_sm5_view_writerBuffer),
+    .view_readerBuffer (_sm5_view_readerBuffer),
+    .writeEvent        (_sm5_writeEvent),
+    .readEvent         (_sm5_readEvent),
     .lastBuffer        (lastBuffer_5),
     .full              (full_5),
-    .written           (_triggers_sm5_written)
+    .written           (_sm5_written)
   );
-  assign _triggers_sm6_isMailbox = triggers_control_6[1];
-  assign _triggers_sm6_ecatWrites = triggers_control_6[2];
-  assign _triggers_sm6_ecat_touch = ecat_access_touch & _triggers_sm6_ecat_close_T;
-  assign _triggers_sm6_ecat_close = ecat_access_close & _triggers_sm6_ecat_close_T;
-  assign _triggers_sm6_pdi_touch = pdi_access_touch & _triggers_sm6_pdi_close_T;
-  assign _triggers_sm6_pdi_close = pdi_access_close & _triggers_sm6_pdi_close_T;
-  SyncManager triggers_sm6 (
+  assign _sm6_ecat_touch = ecat_access_touch & _sm6_ecat_close_T;
+  assign _sm6_ecat_close = ecat_access_close & _sm6_ecat_close_T;
+  assign _sm6_pdi_touch = pdi_access_touch & _sm6_pdi_close_T;
+  assign _sm6_pdi_close = pdi_access_close & _sm6_pdi_close_T;
+  SyncManager sm6 (
     .clock             (clock),
     .reset             (reset),
     .enabled           (enable_6),
-    .deactivated       (triggers_deactivated_6),
-    .isMailbox         (_triggers_sm6_isMailbox),
-    .ecatWrites        (_triggers_sm6_ecatWrites),
-    .ecat_touch        (_triggers_sm6_ecat_touch),
+    .deactivated       (deactivated_6_0),
+    .isMailbox         (mailbox_6),
+    .ecatWrites        (ecatWrites_6),
+    .ecat_touch        (_sm6_ecat_touch),
     .ecat_first        (ecat_access_first),
-    .ecat_close        (_triggers_sm6_ecat_close),
+    .ecat_close        (_sm6_ecat_close),
     .ecat_single       (ecat_access_single),
-    .pdi_touch         (_triggers_sm6_pdi_touch),
+    .pdi_touch         (_sm6_pdi_touch),
     .pdi_first         (pdi_access_first),
-    .pdi_close         (_triggers_sm6_pdi_close),
+    .pdi_close         (_sm6_pdi_close),
     .pdi_single        (pdi_access_single),
     .good              (good),
     .bad               (bad),
-    .view_works        (_triggers_sm6_view_works),
-    .view_locked       (_triggers_sm6_view_locked),
-    .view_buffered     (_triggers_sm6_view_buffered),
-    .view_ecatWrites   (_triggers_sm6_view_ecatWrites),
+    .view_works        (_sm6_view_works),
+    .view_locked       (_sm6_view_locked),
+    .view_buffered     (_sm6_view_buffered),
+    .view_ecatWrites   (_sm6_view_ecatWrites),
     .view_ecatOpen     (ecat_views_6_ecatOpen),
     .view_ecatMayOpen  (ecat_views_6_ecatMayOpen),
     .view_pdiOpen      (pdi_views_6_pdiOpen),
     .view_pdiMayOpen   (pdi_views_6_pdiMayOpen),
-    .view_writerBuffer (_triggers_sm6_view_writerBuffer),
-    .view_readerBuffer (_triggers_sm6_view_readerBuffer),
-    .writeEvent        (_triggers_sm6_writeEvent),
-    .readEvent         (_triggers_sm6_readEvent),
+    .view_writerBuffer (_sm6_view_writerBuffer),
+    .view_readerBuffer (_sm6_view_readerBuffer),
+    .writeEvent        (_sm6_writeEvent),
+    .readEvent         (_sm6_readEvent),
     .lastBuffer        (lastBuffer_6),
     .full              (full_6),
-    .written           (_triggers_sm6_written)
+    .written           (_sm6_written)
   );
-  assign _triggers_sm7_isMailbox = triggers_control_7[1];
-  assign _triggers_sm7_ecatWrites = triggers_control_7[2];
-  assign _triggers_sm7_ecat_touch = ecat_access_touch & (&ecat_accessIndex);
-  assign _triggers_sm7_ecat_close = ecat_access_close & (&ecat_accessIndex);
-  assign _triggers_sm7_pdi_touch = pdi_access_touch & (&pdi_accessIndex);
-  assign _triggers_sm7_pdi_close = pdi_access_close & (&pdi_accessIndex);
-  SyncManager triggers_sm7 (
+  assign _sm7_ecat_touch = ecat_access_touch & (&ecat_accessIndex);
+  assign _sm7_ecat_close = ecat_access_close & (&ecat_accessIndex);
+  assign _sm7_pdi_touch = pdi_access_touch & (&pdi_accessIndex);
+  assign _sm7_pdi_close = pdi_access_close & (&pdi_accessIndex);
+  SyncManager sm7 (
     .clock             (clock),
     .reset             (reset),
     .enabled           (enable_7),
-    .deactivated       (triggers_deactivated_7),
-    .isMailbox         (_triggers_sm7_isMailbox),
-    .ecatWrites        (_triggers_sm7_ecatWrites),
-    .ecat_touch        (_triggers_sm7_ecat_touch),
+    .deactivated       (deactivated_7_0),
+    .isMailbox         (mailbox_7),
+    .ecatWrites        (ecatWrites_7),
+    .ecat_touch        (_sm7_ecat_touch),
     .ecat_first        (ecat_access_first),
-    .ecat_close        (_triggers_sm7_ecat_close),
+    .ecat_close        (_sm7_ecat_close),
     .ecat_single       (ecat_access_single),
-    .pdi_touch         (_triggers_sm7_pdi_touch),
+    .pdi_touch         (_sm7_pdi_touch),
     .pdi_first         (pdi_access_first),
-    .pdi_close         (_triggers_sm7_pdi_close),
+    .pdi_close         (_sm7_pdi_close),
     .pdi_single        (pdi_access_single),
     .good              (good),
     .bad               (bad),
-    .view_works        (_triggers_sm7_view_works),
-    .view_locked       (_triggers_sm7_view_locked),
-    .view_buffered     (_triggers_sm7_view_buffered),
-    .view_ecatWrites   (_triggers_sm7_view_ecatWrites),
+    .view_works        (_sm7_view_works),
+    .view_locked       (_sm7_view_locked),
+    .view_buffered     (_sm7_view_buffered),
+    .view_ecatWrites   (_sm7_view_ecatWrites),
     .view_ecatOpen     (ecat_views_7_ecatOpen),
     .view_ecatMayOpen  (ecat_views_7_ecatMayOpen),
     .view_pdiOpen      (pdi_views_7_pdiOpen),
     .view_pdiMayOpen   (pdi_views_7_pdiMayOpen),
-    .view_writerBuffer (_triggers_sm7_view_writerBuffer),
-    .view_readerBuffer (_triggers_sm7_view_readerBuffer),
-    .writeEvent        (_triggers_sm7_writeEvent),
-    .readEvent         (_triggers_sm7_readEvent),
+    .view_writerBuffer (_sm7_view_writerBuffer),
+    .view_readerBuffer (_sm7_view_readerBuffer),
+    .writeEvent        (_sm7_writeEvent),
+    .readEvent         (_sm7_readEvent),
     .lastBuffer        (lastBuffer_7),
     .full              (full_7),
-    .written           (_triggers_sm7_written)
+    .written           (_sm7_written)
   );
   assign ecat_entries_0_index = last;
   assign ecat_entries_0_start = _table_0_readData_0[15:0];
   assign ecat_entries_0_length = _table_0_readData_0[31:16];
+  assign ecat_entries_0_extent =
+    {2'h0, _table_0_readData_0[31:16]} + {1'h0, casez_tmp_0 & casez_tmp_1 ? {_table_0_readData_0[31:16], 1'h0} : 17'h0};
   assign ecat_entries_0_takesPart = casez_tmp | casez_tmp_0;
-  assign ecat_entries_0_triple = casez_tmp_0 & casez_tmp_1;
-  assign ecat_views_0_works = _triggers_sm0_view_works;
-  assign ecat_views_0_ecatWrites = _triggers_sm0_view_ecatWrites;
-  assign ecat_views_0_writerBuffer = _triggers_sm0_view_writerBuffer;
-  assign ecat_views_0_readerBuffer = _triggers_sm0_view_readerBuffer;
-  assign ecat_views_1_works = _triggers_sm1_view_works;
-  assign ecat_views_1_ecatWrites = _triggers_sm1_view_ecatWrites;
-  assign ecat_views_1_writerBuffer = _triggers_sm1_view_writerBuffer;
-  assign ecat_views_1_readerBuffer = _triggers_sm1_view_readerBuffer;
-  assign ecat_views_2_works = _triggers_sm2_view_works;
-  assign ecat_views_2_ecatWrites = _triggers_sm2_view_ecatWrites;
-  assign ecat_views_2_writerBuffer = _triggers_sm2_view_writerBuffer;
-  assign ecat_views_2_readerBuffer = _triggers_sm2_view_readerBuffer;
-  assign ecat_views_3_works = _triggers_sm3_view_works;
-  assign ecat_views_3_ecatWrites = _triggers_sm3_view_ecatWrites;
-  assign ecat_views_3_writerBuffer = _triggers_sm3_view_writerBuffer;
-  assign ecat_views_3_readerBuffer = _triggers_sm3_view_readerBuffer;
-  assign ecat_views_4_works = _triggers_sm4_view_works;
-  assign ecat_views_4_ecatWrites = _triggers_sm4_view_ecatWrites;
-  assign ecat_views_4_writerBuffer = _triggers_sm4_view_writerBuffer;
-  assign ecat_views_4_readerBuffer = _triggers_sm4_view_readerBuffer;
-  assign ecat_views_5_works = _triggers_sm5_view_works;
-  assign ecat_views_5_ecatWrites = _triggers_sm5_view_ecatWrites;
-  assign ecat_views_5_writerBuffer = _triggers_sm5_view_writerBuffer;
-  assign ecat_views_5_readerBuffer = _triggers_sm5_view_readerBuffer;
-  assign ecat_views_6_works = _triggers_sm6_view_works;
-  assign ecat_views_6_ecatWrites = _triggers_sm6_view_ecatWrites;
-  assign ecat_views_6_writerBuffer = _triggers_sm6_view_writerBuffer;
-  assign ecat_views_6_readerBuffer = _triggers_sm6_view_readerBuffer;
-  assign ecat_views_7_works = _triggers_sm7_view_works;
-  assign ecat_views_7_ecatWrites = _triggers_sm7_view_ecatWrites;
-  assign ecat_views_7_writerBuffer = _triggers_sm7_view_writerBuffer;
-  assign ecat_views_7_readerBuffer = _triggers_sm7_view_readerBuffer;
+  assign ecat_views_0_works = _sm0_view_works;
+  assign ecat_views_0_ecatWrites = _sm0_view_ecatWrites;
+  assign ecat_views_0_writerBuffer = _sm0_view_writerBuffer;
+  assign ecat_views_0_readerBuffer = _sm0_view_readerBuffer;
+  assign ecat_views_1_works = _sm1_view_works;
+  assign ecat_views_1_ecatWrites = _sm1_view_ecatWrites;
+  assign ecat_views_1_writerBuffer = _sm1_view_writerBuffer;
+  assign ecat_views_1_readerBuffer = _sm1_view_readerBuffer;
+  assign ecat_views_2_works = _sm2_view_works;
+  assign ecat_views_2_ecatWrites = _sm2_view_ecatWrites;
+  assign ecat_views_2_writerBuffer = _sm2_view_writerBuffer;
+  assign ecat_views_2_readerBuffer = _sm2_view_readerBuffer;
+  assign ecat_views_3_works = _sm3_view_works;
+  assign ecat_views_3_ecatWrites = _sm3_view_ecatWrites;
+  assign ecat_views_3_writerBuffer = _sm3_view_writerBuffer;
+  assign ecat_views_3_readerBuffer = _sm3_view_readerBuffer;
+  assign ecat_views_4_works = _sm4_view_works;
+  assign ecat_views_4_ecatWrites = _sm4_view_ecatWrites;
+  assign ecat_views_4_writerBuffer = _sm4_view_writerBuffer;
+  assign ecat_views_4_readerBuffer = _sm4_view_readerBuffer;
+  assign ecat_views_5_works = _sm5_view_works;
+  assign ecat_views_5_ecatWrites = _sm5_view_ecatWrites;
+  assign ecat_views_5_writerBuffer = _sm5_view_writerBuffer;
+  assign ecat_views_5_readerBuffer = _sm5_view_readerBuffer;
+  assign ecat_views_6_works = _sm6_view_works;
+  assign ecat_views_6_ecatWrites = _sm6_view_ecatWrites;
+  assign ecat_views_6_writerBuffer = _sm6_view_writerBuffer;
+  assign ecat_views_6_readerBuffer = _sm6_view_readerBuffer;
+  assign ecat_views_7_works = _sm7_view_works;
+  assign ecat_views_7_ecatWrites = _sm7_view_ecatWrites;
+  assign ecat_views_7_writerBuffer = _sm7_view_writerBuffer;
+  assign ecat_views_7_readerBuffer = _sm7_view_readerBuffer;
   assign ecat_ramOpen = ramOpen;
   assign pdi_entries_0_index = last_1;
   assign pdi_entries_0_start = _table_0_readData_1[15:0];
   assign pdi_entries_0_length = _table_0_readData_1[31:16];
+  assign pdi_entries_0_extent =
+    {2'h0, _table_0_readData_1[31:16]} + {1'h0, casez_tmp_3 & casez_tmp_4 ? {_table_0_readData_1[31:16], 1'h0} : 17'h0};
   assign pdi_entries_0_takesPart = casez_tmp_2 | casez_tmp_3;
-  assign pdi_entries_0_triple = casez_tmp_3 & casez_tmp_4;
-  assign pdi_views_0_works = _triggers_sm0_view_works;
-  assign pdi_views_0_ecatWrites = _triggers_sm0_view_ecatWrites;
-  assign pdi_views_0_writerBuffer = _triggers_sm0_view_writerBuffer;
-  assign pdi_views_0_readerBuffer = _triggers_sm0_view_readerBuffer;
-  assign pdi_views_1_works = _triggers_sm1_view_works;
-  assign pdi_views_1_ecatWrites = _triggers_sm1_view_ecatWrites;
-  assign pdi_views_1_writerBuffer = _triggers_sm1_view_writerBuffer;
-  assign pdi_views_1_readerBuffer = _triggers_sm1_view_readerBuffer;
-  assign pdi_views_2_works = _triggers_sm2_view_works;
-  assign pdi_views_2_ecatWrites = _triggers_sm2_view_ecatWrites;
-  assign pdi_views_2_writerBuffer = _triggers_sm2_view_writerBuffer;
-  assign pdi_views_2_readerBuffer = _triggers_sm2_view_readerBuffer;
-  assign pdi_views_3_works = _triggers_sm3_view_works;
-  assign pdi_views_3_ecatWrites = _triggers_sm3_view_ecatWrites;
-  assign pdi_views_3_writerBuffer = _triggers_sm3_view_writerBuffer;
-  assign pdi_views_3_readerBuffer = _triggers_sm3_view_readerBuffer;
-  assign pdi_views_4_works = _triggers_sm4_view_works;
-  assign pdi_views_4_ecatWrites = _triggers_sm4_view_ecatWrites;
-  assign pdi_views_4_writerBuffer = _triggers_sm4_view_writerBuffer;
-  assign pdi_views_4_readerBuffer = _triggers_sm4_view_readerBuffer;
-  assign pdi_views_5_works = _triggers_sm5_view_works;
-  assign pdi_views_5_ecatWrites = _triggers_sm5_view_ecatWrites;
-  assign pdi_views_5_writerBuffer = _triggers_sm5_view_writerBuffer;
-  assign pdi_views_5_readerBuffer = _triggers_sm5_view_readerBuffer;
-  assign pdi_views_6_works = _triggers_sm6_view_works;
-  assign pdi_views_6_ecatWrites = _triggers_sm6_view_ecatWrites;
-  assign pdi_views_6_writerBuffer = _triggers_sm6_view_writerBuffer;
-  assign pdi_views_6_readerBuffer = _triggers_sm6_view_readerBuffer;
-  assign pdi_views_7_works = _triggers_sm7_view_works;
-  assign pdi_views_7_ecatWrites = _triggers_sm7_view_ecatWrites;
-  assign pdi_views_7_writerBuffer = _triggers_sm7_view_writerBuffer;
-  assign pdi_views_7_readerBuffer = _triggers_sm7_view_readerBuffer;
+  assign pdi_views_0_works = _sm0_view_works;
+  assign pdi_views_0_ecatWrites = _sm0_view_ecatWrites;
+  assign pdi_views_0_writerBuffer = _sm0_view_writerBuffer;
+  assign pdi_views_0_readerBuffer = _sm0_view_readerBuffer;
+  assign pdi_views_1_works = _sm1_view_works;
+  assign pdi_views_1_ecatWrites = _sm1_view_ecatWrites;
+  assign pdi_views_1_writerBuffer = _sm1_view_writerBuffer;
+  assign pdi_views_1_readerBuffer = _sm1_view_readerBuffer;
+  assign pdi_views_2_works = _sm2_view_works;
+  assign pdi_views_2_ecatWrites = _sm2_view_ecatWrites;
+  assign pdi_views_2_writerBuffer = _sm2_view_writerBuffer;
+  assign pdi_views_2_readerBuffer = _sm2_view_readerBuffer;
+  assign pdi_views_3_works = _sm3_view_works;
+  assign pdi_views_3_ecatWrites = _sm3_view_ecatWrites;
+  assign pdi_views_3_writerBuffer = _sm3_view_writerBuffer;
+  assign pdi_views_3_readerBuffer = _sm3_view_readerBuffer;
+  assign pdi_views_4_works = _sm4_view_works;
+  assign pdi_views_4_ecatWrites = _sm4_view_ecatWrites;
+  assign pdi_views_4_writerBuffer = _sm4_view_writerBuffer;
+  assign pdi_views_4_readerBuffer = _sm4_view_readerBuffer;
+  assign pdi_views_5_works = _sm5_view_works;
+  assign pdi_views_5_ecatWrites = _sm5_view_ecatWrites;
+  assign pdi_views_5_writerBuffer = _sm5_view_writerBuffer;
+  assign pdi_views_5_readerBuffer = _sm5_view_readerBuffer;
+  assign pdi_views_6_works = _sm6_view_works;
+  assign pdi_views_6_ecatWrites = _sm6_view_ecatWrites;
+  assign pdi_views_6_writerBuffer = _sm6_view_writerBuffer;
+  assign pdi_views_6_readerBuffer = _sm6_view_readerBuffer;
+  assign pdi_views_7_works = _sm7_view_works;
+  assign pdi_views_7_ecatWrites = _sm7_view_ecatWrites;
+  assign pdi_views_7_writerBuffer = _sm7_view_writerBuffer;
+  assign pdi_views_7_readerBuffer = _sm7_view_readerBuffer;
   assign pdi_ramOpen = ramOpen;
-  assign writeEvent_0 = _triggers_sm0_writeEvent;
-  assign writeEvent_1 = _triggers_sm1_writeEvent;
-  assign writeEvent_2 = _triggers_sm2_writeEvent;
-  assign writeEvent_3 = _triggers_sm3_writeEvent;
-  assign writeEvent_4 = _triggers_sm4_writeEvent;
-  assign writeEvent_5 = _triggers_sm5_writeEvent;
-  assign writeEvent_6 = _triggers_sm6_writeEvent;
-  assign writeEvent_7 = _triggers_sm7_writeEvent;
-  assign readEvent_0 = _triggers_sm0_readEvent;
-  assign readEvent_1 = _triggers_sm1_readEvent;
-  assign readEvent_2 = _triggers_sm2_readEvent;
-  assign readEvent_3 = _triggers_sm3_readEvent;
-  assign readEvent_4 = _triggers_sm4_readEvent;
-  assign readEvent_5 = _triggers_sm5_readEvent;
-  assign readEvent_6 = _triggers_sm6_readEvent;
-  assign readEvent_7 = _triggers_sm7_readEvent;
-  assign deactivated_0 = triggers_deactivated_0;
-  assign deactivated_1 = triggers_deactivated_1;
-  assign deactivated_2 = triggers_deactivated_2;
-  assign deactivated_3 = triggers_deactivated_3;
-  assign deactivated_4 = triggers_deactivated_4;
-  assign deactivated_5 = triggers_deactivated_5;
-  assign deactivated_6 = triggers_deactivated_6;
-  assign deactivated_7 = triggers_deactivated_7;
-  assign ecatEvent_0 =
-    triggers_control_0[4] & (triggers_control_0[2] ? _triggers_sm0_readEvent : _triggers_sm0_writeEvent);
-  assign ecatEvent_1 =
-    triggers_control_1[4] & (triggers_control_1[2] ? _triggers_sm1_readEvent : _triggers_sm1_writeEvent);
-  assign ecatEvent_2 =
-    triggers_control_2[4] & (triggers_control_2[2] ? _triggers_sm2_readEvent : _triggers_sm2_writeEvent);
-  assign ecatEvent_3 =
-    triggers_control_3[4] & (triggers_control_3[2] ? _triggers_sm3_readEvent : _triggers_sm3_writeEvent);
-  assign ecatEvent_4 =
-    triggers_control_4[4] & (triggers_control_4[2] ? _triggers_sm4_readEvent : _triggers_sm4_writeEvent);
-  assign ecatEvent_5 =
-    triggers_control_5[4] & (triggers_control_5[2] ? _triggers_sm5_readEvent : _triggers_sm5_writeEvent);
-  assign ecatEvent_6 =
-    triggers_control_6[4] & (triggers_control_6[2] ? _triggers_sm6_readEvent : _triggers_sm6_writeEvent);
-  assign ecatEvent_7 =
-    triggers_control_7[4] & (triggers_control_7[2] ? _triggers_sm7_readEvent : _triggers_sm7_writeEvent);
-  assign alEvent_0 =
-    triggers_control_0[5] & (triggers_control_0[2] ? _triggers_sm0_writeEvent : _triggers_sm0_readEvent);
-  assign alEvent_1 =
-    triggers_control_1[5] & (triggers_control_1[2] ? _triggers_sm1_writeEvent : _triggers_sm1_readEvent);
-  assign alEvent_2 =
-    triggers_control_2[5] & (triggers_control_2[2] ? _triggers_sm2_writeEvent : _triggers_sm2_readEvent);
-  assign alEvent_3 =
-    triggers_control_3[5] & (triggers_control_3[2] ? _triggers_sm3_writeEvent : _triggers_sm3_readEvent);
-  assign alEvent_4 =
-    triggers_control_4[5] & (triggers_control_4[2] ? _triggers_sm4_writeEvent : _triggers_sm4_readEvent);
-  assign alEvent_5 =
-    triggers_control_5[5] & (triggers_control_5[2] ? _triggers_sm5_writeEvent : _triggers_sm5_readEvent);
-  assign alEvent_6 =
-    triggers_control_6[5] & (triggers_control_6[2] ? _triggers_sm6_writeEvent : _triggers_sm6_readEvent);
-  assign alEvent_7 =
-    triggers_control_7[5] & (triggers_control_7[2] ? _triggers_sm7_writeEvent : _triggers_sm7_readEvent);
+  assign writeEvent_0 = _sm0_writeEvent;
+  assign writeEvent_1 = _sm1_writeEvent;
+  assign writeEvent_2 = _sm2_writeEvent;
+  assign writeEvent_3 = _sm3_writeEvent;
+  assign writeEvent_4 = _sm4_writeEvent;
+  assign writeEvent_5 = _sm5_writeEvent;
+  assign writeEvent_6 = _sm6_writeEvent;
+  assign writeEvent_7 = _sm7_writeEvent;
+  assign readEvent_0 = _sm0_readEvent;
+  assign readEvent_1 = _sm1_readEvent;
+  assign readEvent_2 = _sm2_readEvent;
+  assign readEvent_3 = _sm3_readEvent;
+  assign readEvent_4 = _sm4_readEvent;
+  assign readEvent_5 = _sm5_readEvent;
+  assign readEvent_6 = _sm6_readEvent;
+  assign readEvent_7 = _sm7_readEvent;
+  assign deactivated_0 = deactivated_0_0;
+  assign deactivated_1 = deactivated_1_0;
+  assign deactivated_2 = deactivated_2_0;
+  assign deactivated_3 = deactivated_3_0;
+  assign deactivated_4 = deactivated_4_0;
+  assign deactivated_5 = deactivated_5_0;
+  assign deactivated_6 = deactivated_6_0;
+  assign deactivated_7 = deactivated_7_0;
+  assign ecatEvent_0 = ecatEventEnable_0 & (ecatWrites_0 ? _sm0_readEvent : _sm0_writeEvent);
+  assign ecatEvent_1 = ecatEventEnable_1 & (ecatWrites_1 ? _sm1_readEvent : _sm1_writeEvent);
+  assign ecatEvent_2 = ecatEventEnable_2 & (ecatWrites_2 ? _sm2_readEvent : _sm2_writeEvent);
+  assign ecatEvent_3 = ecatEventEnable_3 & (ecatWrites_3 ? _sm3_readEvent : _sm3_writeEvent);
+  assign ecatEvent_4 = ecatEventEnable_4 & (ecatWrites_4 ? _sm4_readEvent : _sm4_writeEvent);
+  assign ecatEvent_5 = ecatEventEnable_5 & (ecatWrites_5 ? _sm5_readEvent : _sm5_writeEvent);
+  assign ecatEvent_6 = ecatEventEnable_6 & (ecatWrites_6 ? _sm6_readEvent : _sm6_writeEvent);
+  assign ecatEvent_7 = ecatEventEnable_7 & (ecatWrites_7 ? _sm7_readEvent : _sm7_writeEvent);
+  assign alEvent_0 = alEventEnable_0 & (ecatWrites_0 ? _sm0_writeEvent : _sm0_readEvent);
+  assign alEvent_1 = alEventEnable_1 & (ecatWrites_1 ? _sm1_writeEvent : _sm1_readEvent);
+  assign alEvent_2 = alEventEnable_2 & (ecatWrites_2 ? _sm2_writeEvent : _sm2_readEvent);
+  assign alEvent_3 = alEventEnable_3 & (ecatWrites_3 ? _sm3_writeEvent : _sm3_readEvent);
+  assign alEvent_4 = alEventEnable_4 & (ecatWrites_4 ? _sm4_writeEvent : _sm4_readEvent);
+  assign alEvent_5 = alEventEnable_5 & (ecatWrites_5 ? _sm5_writeEvent : _sm5_readEvent);
+  assign alEvent_6 = alEventEnable_6 & (ecatWrites_6 ? _sm6_writeEvent : _sm6_readEvent);
+  assign alEvent_7 = alEventEnable_7 & (ecatWrites_7 ? _sm7_writeEvent : _sm7_readEvent);
   assign trigger =
-    triggers_control_0[6] & _triggers_sm0_written | triggers_control_1[6] & _triggers_sm1_written
-    | triggers_control_2[6] & _triggers_sm2_written | triggers_control_3[6] & _triggers_sm3_written
-    | triggers_control_4[6] & _triggers_sm4_written | triggers_control_5[6] & _triggers_sm5_written
-    | triggers_control_6[6] & _triggers_sm6_written | triggers_control_7[6] & _triggers_sm7_written;
+    |{watchdogTrigger_7 & _sm7_written,
+      watchdogTrigger_6 & _sm6_written,
+      watchdogTrigger_5 & _sm5_written,
+      watchdogTrigger_4 & _sm4_written,
+      watchdogTrigger_3 & _sm3_written,
+      watchdogTrigger_2 & _sm2_written,
+      watchdogTrigger_1 & _sm1_written,
+      watchdogTrigger_0 & _sm0_written};
 endmodule
 
 module HostSequencer(
@@ -4832,8 +4929,8 @@ module HostSequencer(
   input  [2:0]  areas_entries_0_index,
   input  [15:0] areas_entries_0_start,
   input  [15:0] areas_entries_0_length,
+  input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
-  input         areas_entries_0_triple,
   input         areas_views_0_works,
   input         areas_views_0_ecatWrites,
   input         areas_views_0_pdiOpen,
@@ -5115,8 +5212,8 @@ module HostSequencer(
     .entry_index     (areas_entries_0_index),
     .entry_start     (areas_entries_0_start),
     .entry_length    (areas_entries_0_length),
+    .entry_extent    (areas_entries_0_extent),
     .entry_takesPart (areas_entries_0_takesPart),
-    .entry_triple    (areas_entries_0_triple),
     .entry_begins    (area_scan_entry_begins_REG),
     .address         (host_addr),
     .result_hit      (_area_scan_result_hit),
@@ -5234,15 +5331,15 @@ module SiiController(
   output        sdaLow,
   input         sda,
   input         writeLow_valid,
-  input  [7:0]  writeLow_bits,
+  input         writeLow_bits,
   input         writeHigh_valid,
-  input  [7:0]  writeHigh_bits,
+  input  [2:0]  writeHigh_bits,
   input         byHost,
   input         registersBusy,
   input         frameStart,
   input         offered,
   input         taken,
-  input  [7:0]  configuration,
+  input  [4:0]  enhancedLinkDetection,
   input  [2:0]  fifoSize,
   input         write_ready,
   output        write_valid,
@@ -5289,7 +5386,7 @@ module SiiController(
   reg         failed;
   reg         pending;
   reg  [7:0]  byte_0;
-  reg  [7:0]  a5Low;
+  reg  [3:0]  a5Middle;
   wire        loads = running == 3'h4;
   reg  [13:0] wait0;
   wire        ownedByPdi = offered | taken;
@@ -5392,9 +5489,9 @@ module SiiController(
   wire [7:0]  _crc_T_62 =
     _crc_T_53[7] ^ _i2c_received[1] ? {_crc_T_53[6:2], ~(_crc_T_53[1:0]), 1'h1} : {_crc_T_53[6:0], 1'h0};
   wire        _GEN_35 = writeHigh_valid & _command_T;
-  wire        _known_T_3 = writeHigh_bits[2:0] == 3'h4;
-  wire        known = writeHigh_bits[2:0] == 3'h1 | writeHigh_bits[2:0] == 3'h2 | _known_T_3;
-  wire        may = writeHigh_bits[2:0] != 3'h2 | byHost | enable | writeLow_valid & writeLow_bits[0];
+  wire        _known_T_3 = writeHigh_bits == 3'h4;
+  wire        known = writeHigh_bits == 3'h1 | writeHigh_bits == 3'h2 | _known_T_3;
+  wire        may = writeHigh_bits != 3'h2 | byHost | enable | writeLow_valid & writeLow_bits;
   wire        _GEN_36 = known & may;
   wire        finished = pending & _i2c_done;
   wire        _GEN_37 = ~finished & (_i2c_command_ready & _i2c_command_valid_T_1 | pending);
@@ -5408,9 +5505,9 @@ module SiiController(
   wire        _GEN_45 =
     _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
     | _GEN_44;
-  wire        _GEN_46 = ~(|(writeHigh_bits[2:0])) | known;
+  wire        _GEN_46 = ~(|writeHigh_bits) | known;
   wire        _GEN_47 = _GEN_35 & _GEN_36;
-  wire        _GEN_48 = ~known & (|(writeHigh_bits[2:0])) | ~_GEN_46 & noAck;
+  wire        _GEN_48 = ~known & (|writeHigh_bits) | ~_GEN_46 & noAck;
   wire        _GEN_49 = _GEN_29 & _GEN_42 & _next_T;
   wire        _GEN_50 = _GEN_24 | ~_GEN_49;
   wire        _GEN_51 = _GEN_35 ? _GEN_48 : noAck;
@@ -5543,11 +5640,11 @@ module SiiController(
       else if (_GEN_47)
         state <= 5'h2;
       if (writeLow_valid & ~byHost)
-        enable <= writeLow_bits[0];
+        enable <= writeLow_bits;
       else
         enable <= ~frameStart & enable;
       if (_GEN_35) begin
-        running <= writeHigh_bits[2:0];
+        running <= writeHigh_bits;
         notMay <= known & ~may | ~_GEN_46 & notMay;
       end
       if (~_GEN_33) begin
@@ -5665,7 +5762,7 @@ module SiiController(
     if (_GEN_45 | ~(_GEN_29 & _GEN_42 & count == 4'hA)) begin
     end
     else
-      a5Low <= byte_0;
+      a5Middle <= byte_0[7:4];
   end // always @(posedge)
   assign _i2c_command_bits =
     _GEN_0
@@ -5710,10 +5807,10 @@ module SiiController(
           : _GEN_32
               ? 8'h0
               : count == 4'hD
-                  ? {a5Low[7:4], 1'h0, sumWord[2:0]}
+                  ? {a5Middle, 1'h0, sumWord[2:0]}
                   : count != 4'h1 | isFirst
                       ? byte_0
-                      : {configuration[7:4], {2'h0, configuration[1], 1'h0} | byte_0[3:0] & 4'hD};
+                      : {enhancedLinkDetection[4:1], byte_0[3:2], enhancedLinkDetection[0], byte_0[0]};
   assign read_valid = read_valid_0;
   assign read_bits =
     _GEN_27
@@ -5754,7 +5851,7 @@ module Application(
   input  [7:0]  smChanged,
   input         watchdog,
   input  [15:0] ecatMask,
-  input  [31:0] alMask,
+  input  [15:0] alMask,
   output [15:0] ecatEvents,
   output [31:0] alEvents,
   output [15:0] irqField,
@@ -5770,7 +5867,7 @@ module Application(
   reg         alEvent_pending;
   reg         alEvent;
   wire [15:0] _ecatEvents_output = {4'h0, smEcatEvents, alEvent, dlEvent, 2'h0};
-  wire [15:0] _irq_T = {smAlEvents, 1'h0, watchdog, 1'h0, |smChanged, 3'h0, controlEvent} & alMask[15:0];
+  wire [15:0] _GEN = {smAlEvents, 1'h0, watchdog, 1'h0, |smChanged, 3'h0, controlEvent} & alMask;
   wire        _alEvent_T = good | bad;
   always @(posedge clock) begin
     if (reset) begin
@@ -5799,7 +5896,7 @@ module Application(
   assign ecatEvents = _ecatEvents_output;
   assign alEvents = {16'h0, smAlEvents, 1'h0, watchdog, 1'h0, |smChanged, 3'h0, controlEvent};
   assign irqField = _ecatEvents_output & ecatMask;
-  assign irq = |{_irq_T[15:8], _irq_T[6], _irq_T[4], _irq_T[0]};
+  assign irq = |{_GEN[15:8], _GEN[6], _GEN[4], _GEN[0]};
 endmodule
 
 module WatchdogDivider(
@@ -5810,24 +5907,27 @@ module WatchdogDivider(
 );
 
   reg  [1:0]  slot_value;
-  reg  [16:0] left;
-  wire        end_0 = (&slot_value) & left == 17'h0;
+  reg  [15:0] left;
+  reg         begins;
+  wire        _begins_T = left == 16'h0;
   always @(posedge clock) begin
     if (reset) begin
       slot_value <= 2'h0;
-      left <= 17'h0;
+      left <= 16'h0;
+      begins <= 1'h1;
     end
     else begin
       slot_value <= slot_value + 2'h1;
       if (&slot_value) begin
-        if (end_0)
-          left <= {1'h0, divider} + 17'h1;
+        if (begins)
+          left <= divider;
         else
-          left <= left - 17'h1;
+          left <= left - 16'h1;
+        begins <= _begins_T & ~begins;
       end
     end
   end // always @(posedge)
-  assign tick = end_0;
+  assign tick = (&slot_value) & ~begins & _begins_T;
 endmodule
 
 module Watchdog(
@@ -5863,7 +5963,7 @@ module LedControl(
   input        reset,
   input  [3:0] automatic_0,
   input        write_valid,
-  input  [7:0] write_bits,
+  input  [4:0] write_bits,
   input        drop,
   output [3:0] code,
   output       taken
@@ -5959,38 +6059,42 @@ module slave(
 
   wire        _memory_value_rx_fifo_size_2;
   wire        _led_err_write_valid;
+  wire [4:0]  _led_err_write_bits;
   wire        _led_err_drop;
   wire [3:0]  _led_err_code;
   wire [3:0]  _led_run_automatic;
   wire        _led_run_write_valid;
+  wire [4:0]  _led_run_write_bits;
   wire [3:0]  _led_run_code;
-  wire        _processor_config_ecatEvents_unit_watchdog_pdi_running;
-  wire        _processor_config_ecatEvents_unit_watchdog_pdi_expired;
-  wire        _processor_config_ecatEvents_unit_watchdog_processData_expired;
-  wire        _processor_config_ecatEvents_unit_watchdog_divider_tick;
-  wire        _processor_config_ecatEvents_unit_alControlWritten;
-  wire        _processor_config_ecatEvents_unit_alControlRead;
-  wire [15:0] _processor_config_ecatEvents_unit_dlStatus;
-  wire [7:0]  _processor_config_ecatEvents_unit_smEcatEvents;
-  wire [7:0]  _processor_config_ecatEvents_unit_smAlEvents;
-  wire [7:0]  _processor_config_ecatEvents_unit_smChanged;
-  wire [31:0] _processor_config_ecatEvents_unit_alMask;
-  wire [15:0] _processor_config_ecatEvents_unit_ecatEvents;
-  wire [31:0] _processor_config_ecatEvents_unit_alEvents;
-  wire        _operational_unit_twoByte_crossing_out;
-  wire        _operational_unit_twoByte;
-  wire        _operational_unit_sda;
-  wire        _operational_unit_writeLow_valid;
-  wire        _operational_unit_writeHigh_valid;
-  wire [7:0]  _operational_unit_configuration;
-  wire        _operational_unit_checksumError;
-  wire        _operational_unit_notLoaded;
-  wire        _operational_unit_commandError;
-  wire        _operational_unit_loading;
-  wire        _sequencer_ecatActs;
-  wire        _sequencer_memory_write;
-  wire [15:0] _sequencer_memory_addr;
-  wire        _sequencer_memory_be;
+  wire        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
+  wire        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired;
+  wire        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired;
+  wire        _processor_config_ecatEvents_application_watchdog_watchdogDivider_tick;
+  wire        _processor_config_ecatEvents_application_alControlWritten;
+  wire        _processor_config_ecatEvents_application_alControlRead;
+  wire [15:0] _processor_config_ecatEvents_application_dlStatus;
+  wire [7:0]  _processor_config_ecatEvents_application_smEcatEvents;
+  wire [7:0]  _processor_config_ecatEvents_application_smAlEvents;
+  wire [7:0]  _processor_config_ecatEvents_application_smChanged;
+  wire [15:0] _processor_config_ecatEvents_application_alMask;
+  wire [15:0] _processor_config_ecatEvents_application_ecatEvents;
+  wire [31:0] _processor_config_ecatEvents_application_alEvents;
+  wire        _operational_sii_twoByte_crossing_out;
+  wire        _operational_sii_twoByte;
+  wire        _operational_sii_sda;
+  wire        _operational_sii_writeLow_valid;
+  wire        _operational_sii_writeLow_bits;
+  wire        _operational_sii_writeHigh_valid;
+  wire [2:0]  _operational_sii_writeHigh_bits;
+  wire [4:0]  _operational_sii_enhancedLinkDetection;
+  wire        _operational_sii_checksumError;
+  wire        _operational_sii_notLoaded;
+  wire        _operational_sii_commandError;
+  wire        _operational_sii_loading;
+  wire        _hostSequencer_ecatActs;
+  wire        _hostSequencer_memory_write;
+  wire [15:0] _hostSequencer_memory_addr;
+  wire        _hostSequencer_memory_be;
   wire [2:0]  _syncManagers_pdi_index;
   wire        _syncManagers_pdi_access_touch;
   wire        _syncManagers_pdi_access_first;
@@ -6002,8 +6106,8 @@ module slave(
   wire [2:0]  _syncManagers_pdi_entries_0_index;
   wire [15:0] _syncManagers_pdi_entries_0_start;
   wire [15:0] _syncManagers_pdi_entries_0_length;
+  wire [17:0] _syncManagers_pdi_entries_0_extent;
   wire        _syncManagers_pdi_entries_0_takesPart;
-  wire        _syncManagers_pdi_entries_0_triple;
   wire        _syncManagers_pdi_views_0_works;
   wire        _syncManagers_pdi_views_0_ecatWrites;
   wire        _syncManagers_pdi_views_0_pdiOpen;
@@ -6150,8 +6254,8 @@ module slave(
   wire [2:0]  _processor_areas_entries_0_index;
   wire [15:0] _processor_areas_entries_0_start;
   wire [15:0] _processor_areas_entries_0_length;
+  wire [17:0] _processor_areas_entries_0_extent;
   wire        _processor_areas_entries_0_takesPart;
-  wire        _processor_areas_entries_0_triple;
   wire        _processor_areas_views_0_works;
   wire        _processor_areas_views_0_ecatWrites;
   wire        _processor_areas_views_0_ecatOpen;
@@ -6417,22 +6521,22 @@ module slave(
   reg         syncManagers_quiet_r_7;
   reg  [6:0]  processor_config_ecatEvents_alChanged_REG;
   wire        alChanged = _memory_value_al_status != processor_config_ecatEvents_alChanged_REG;
-  reg         processor_config_ecatEvents_unit_smChanged_sm0_changed;
-  reg         processor_config_ecatEvents_unit_smChanged_sm1_changed;
-  reg         processor_config_ecatEvents_unit_smChanged_sm2_changed;
-  reg         processor_config_ecatEvents_unit_smChanged_sm3_changed;
-  reg         processor_config_ecatEvents_unit_smChanged_sm4_changed;
-  reg         processor_config_ecatEvents_unit_smChanged_sm5_changed;
-  reg         processor_config_ecatEvents_unit_smChanged_sm6_changed;
-  reg         processor_config_ecatEvents_unit_smChanged_sm7_changed;
-  reg         processor_config_ecatEvents_unit_watchdog_unit_restart_REG;
-  reg         processor_config_ecatEvents_unit_watchdog_unit_restart_REG_1;
-  reg         processor_config_ecatEvents_unit_watchdog_watchdog_event;
+  reg         processor_config_ecatEvents_application_smChanged_sm0_changed;
+  reg         processor_config_ecatEvents_application_smChanged_sm1_changed;
+  reg         processor_config_ecatEvents_application_smChanged_sm2_changed;
+  reg         processor_config_ecatEvents_application_smChanged_sm3_changed;
+  reg         processor_config_ecatEvents_application_smChanged_sm4_changed;
+  reg         processor_config_ecatEvents_application_smChanged_sm5_changed;
+  reg         processor_config_ecatEvents_application_smChanged_sm6_changed;
+  reg         processor_config_ecatEvents_application_smChanged_sm7_changed;
+  reg         processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG;
+  reg         processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG;
+  reg         processor_config_ecatEvents_application_watchdog_watchdog_event;
   reg  [22:0] tick_value;
   wire        tick = tick_value == 23'h4C4B3F;
   reg  [3:0]  latched;
   wire [3:0]  error =
-    _operational_unit_checksumError | _operational_unit_commandError
+    _operational_sii_checksumError | _operational_sii_commandError
       ? 4'hE
       : (|latched) ? latched : {3'h0, _memory_value_al_status[4] & ~_memory_value_device_emulation};
   reg  [3:0]  REG;
@@ -6456,17 +6560,17 @@ module slave(
       syncManagers_quiet_r_5 <= 1'h0;
       syncManagers_quiet_r_6 <= 1'h0;
       syncManagers_quiet_r_7 <= 1'h0;
-      processor_config_ecatEvents_unit_smChanged_sm0_changed <= 1'h0;
-      processor_config_ecatEvents_unit_smChanged_sm1_changed <= 1'h0;
-      processor_config_ecatEvents_unit_smChanged_sm2_changed <= 1'h0;
-      processor_config_ecatEvents_unit_smChanged_sm3_changed <= 1'h0;
-      processor_config_ecatEvents_unit_smChanged_sm4_changed <= 1'h0;
-      processor_config_ecatEvents_unit_smChanged_sm5_changed <= 1'h0;
-      processor_config_ecatEvents_unit_smChanged_sm6_changed <= 1'h0;
-      processor_config_ecatEvents_unit_smChanged_sm7_changed <= 1'h0;
-      processor_config_ecatEvents_unit_watchdog_unit_restart_REG <= 1'h0;
-      processor_config_ecatEvents_unit_watchdog_unit_restart_REG_1 <= 1'h0;
-      processor_config_ecatEvents_unit_watchdog_watchdog_event <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_sm0_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_sm1_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_sm2_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_sm3_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_sm4_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_sm5_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_sm6_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_sm7_changed <= 1'h0;
+      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG <= 1'h0;
+      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG <= 1'h0;
+      processor_config_ecatEvents_application_watchdog_watchdog_event <= 1'h0;
       tick_value <= 23'h0;
       latched <= 4'h0;
       seen <= 1'h0;
@@ -6489,57 +6593,58 @@ module slave(
       syncManagers_quiet_r_5 <= syncManagers_quiet_r_4;
       syncManagers_quiet_r_6 <= syncManagers_quiet_r_5;
       syncManagers_quiet_r_7 <= syncManagers_quiet_r_6;
-      processor_config_ecatEvents_unit_smChanged_sm0_changed <=
+      processor_config_ecatEvents_application_smChanged_sm0_changed <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h806 & _memory_registerWrite_bits_mask
         & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm0_repeat_request, _memory_value_sm0_enable}
-        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h806 & _sequencer_memory_be)
-        & processor_config_ecatEvents_unit_smChanged_sm0_changed;
-      processor_config_ecatEvents_unit_smChanged_sm1_changed <=
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h806
+            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm0_changed;
+      processor_config_ecatEvents_application_smChanged_sm1_changed <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h80E & _memory_registerWrite_bits_mask
         & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm1_repeat_request, _memory_value_sm1_enable}
-        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h80E & _sequencer_memory_be)
-        & processor_config_ecatEvents_unit_smChanged_sm1_changed;
-      processor_config_ecatEvents_unit_smChanged_sm2_changed <=
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h80E
+            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm1_changed;
+      processor_config_ecatEvents_application_smChanged_sm2_changed <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h816 & _memory_registerWrite_bits_mask
         & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm2_repeat_request, _memory_value_sm2_enable}
-        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h816 & _sequencer_memory_be)
-        & processor_config_ecatEvents_unit_smChanged_sm2_changed;
-      processor_config_ecatEvents_unit_smChanged_sm3_changed <=
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h816
+            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm2_changed;
+      processor_config_ecatEvents_application_smChanged_sm3_changed <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h81E & _memory_registerWrite_bits_mask
         & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm3_repeat_request, _memory_value_sm3_enable}
-        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h81E & _sequencer_memory_be)
-        & processor_config_ecatEvents_unit_smChanged_sm3_changed;
-      processor_config_ecatEvents_unit_smChanged_sm4_changed <=
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h81E
+            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm3_changed;
+      processor_config_ecatEvents_application_smChanged_sm4_changed <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h826 & _memory_registerWrite_bits_mask
         & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm4_repeat_request, _memory_value_sm4_enable}
-        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h826 & _sequencer_memory_be)
-        & processor_config_ecatEvents_unit_smChanged_sm4_changed;
-      processor_config_ecatEvents_unit_smChanged_sm5_changed <=
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h826
+            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm4_changed;
+      processor_config_ecatEvents_application_smChanged_sm5_changed <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h82E & _memory_registerWrite_bits_mask
         & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm5_repeat_request, _memory_value_sm5_enable}
-        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h82E & _sequencer_memory_be)
-        & processor_config_ecatEvents_unit_smChanged_sm5_changed;
-      processor_config_ecatEvents_unit_smChanged_sm6_changed <=
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h82E
+            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm5_changed;
+      processor_config_ecatEvents_application_smChanged_sm6_changed <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h836 & _memory_registerWrite_bits_mask
         & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm6_repeat_request, _memory_value_sm6_enable}
-        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h836 & _sequencer_memory_be)
-        & processor_config_ecatEvents_unit_smChanged_sm6_changed;
-      processor_config_ecatEvents_unit_smChanged_sm7_changed <=
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h836
+            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm6_changed;
+      processor_config_ecatEvents_application_smChanged_sm7_changed <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h83E & _memory_registerWrite_bits_mask
         & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm7_repeat_request, _memory_value_sm7_enable}
-        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h83E & _sequencer_memory_be)
-        & processor_config_ecatEvents_unit_smChanged_sm7_changed;
-      processor_config_ecatEvents_unit_watchdog_unit_restart_REG <=
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h83E
+            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm7_changed;
+      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h420 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h421 & _memory_registerWrite_bits_mask;
-      processor_config_ecatEvents_unit_watchdog_unit_restart_REG_1 <=
+      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h410 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h411 & _memory_registerWrite_bits_mask;
-      processor_config_ecatEvents_unit_watchdog_watchdog_event <=
-        _processor_config_ecatEvents_unit_watchdog_processData_expired
-        | ~(_memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h440 & _sequencer_memory_be
-            | _memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h441 & _sequencer_memory_be)
-        & processor_config_ecatEvents_unit_watchdog_watchdog_event;
+      processor_config_ecatEvents_application_watchdog_watchdog_event <=
+        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h440
+            & _hostSequencer_memory_be | _memory_host_ack & ~_hostSequencer_memory_write
+            & _hostSequencer_memory_addr == 16'h441 & _hostSequencer_memory_be)
+        & processor_config_ecatEvents_application_watchdog_watchdog_event;
       if (tick) begin
         tick_value <= 23'h0;
         dark <= seen & ~dark;
@@ -6547,10 +6652,10 @@ module slave(
       end
       else
         tick_value <= tick_value + 23'h1;
-      if (_processor_config_ecatEvents_unit_watchdog_pdi_expired)
+      if (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
         latched <= 4'hF;
-      else if (_processor_config_ecatEvents_unit_watchdog_processData_expired & _memory_value_al_status[3:0] == 4'h8
-               & latched != 4'hF)
+      else if (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired
+               & _memory_value_al_status[3:0] == 4'h8 & latched != 4'hF)
         latched <= 4'h2;
       else if (alChanged)
         latched <= 4'h0;
@@ -6570,10 +6675,10 @@ module slave(
     .tick      (_slot_tick)
   );
   assign _memory_ecat_frameStart = _processor_memory_frameStart;
-  assign _memory_host_write = _sequencer_memory_write;
-  assign _memory_host_addr = _sequencer_memory_addr;
-  assign _memory_host_be = _sequencer_memory_be;
-  assign _memory_ramOpen = ~_operational_unit_notLoaded;
+  assign _memory_host_write = _hostSequencer_memory_write;
+  assign _memory_host_addr = _hostSequencer_memory_addr;
+  assign _memory_host_be = _hostSequencer_memory_be;
+  assign _memory_ramOpen = ~_operational_sii_notLoaded;
   assign _memory_guard_sm7_disabled = ~_memory_value_sm7_enable;
   assign _memory_guard_sm6_disabled = ~_memory_value_sm6_enable;
   assign _memory_guard_sm5_disabled = ~_memory_value_sm5_enable;
@@ -6588,26 +6693,30 @@ module slave(
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
-  assign _memory_status_eeprom_command_error = _operational_unit_commandError;
-  assign _memory_status_eeprom_not_loaded = _operational_unit_notLoaded;
-  assign _memory_status_eeprom_checksum_error = _operational_unit_checksumError;
-  assign _memory_status_eeprom_two_address_bytes = _operational_unit_twoByte_crossing_out;
-  assign _memory_status_watchdog_pdi = _processor_config_ecatEvents_unit_watchdog_pdi_running;
-  assign _memory_status_sm_al_event = _processor_config_ecatEvents_unit_alEvents[15:8];
-  assign _memory_status_watchdog_event = _processor_config_ecatEvents_unit_alEvents[6];
-  assign _memory_status_sm_activation_event = _processor_config_ecatEvents_unit_alEvents[4];
-  assign _memory_status_al_control_event = _processor_config_ecatEvents_unit_alEvents[0];
-  assign _memory_status_sm_ecat_event = _processor_config_ecatEvents_unit_ecatEvents[11:4];
-  assign _memory_status_al_status_event = _processor_config_ecatEvents_unit_ecatEvents[3];
-  assign _memory_status_dl_status_event = _processor_config_ecatEvents_unit_ecatEvents[2];
+  assign _memory_status_eeprom_command_error = _operational_sii_commandError;
+  assign _memory_status_eeprom_not_loaded = _operational_sii_notLoaded;
+  assign _memory_status_eeprom_checksum_error = _operational_sii_checksumError;
+  assign _memory_status_eeprom_two_address_bytes = _operational_sii_twoByte_crossing_out;
+  assign _memory_status_watchdog_pdi =
+    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
+  assign _memory_status_sm_al_event = _processor_config_ecatEvents_application_alEvents[15:8];
+  assign _memory_status_watchdog_event = _processor_config_ecatEvents_application_alEvents[6];
+  assign _memory_status_sm_activation_event = _processor_config_ecatEvents_application_alEvents[4];
+  assign _memory_status_al_control_event = _processor_config_ecatEvents_application_alEvents[0];
+  assign _memory_status_sm_ecat_event = _processor_config_ecatEvents_application_ecatEvents[11:4];
+  assign _memory_status_al_status_event = _processor_config_ecatEvents_application_ecatEvents[3];
+  assign _memory_status_dl_status_event = _processor_config_ecatEvents_application_ecatEvents[2];
   assign _memory_status_err_led_code = _led_err_code;
   assign _memory_status_run_led_code = _led_run_code;
   assign _memory_status_loop_closed_port1 = _loops_reportClosed_1;
   assign _memory_status_loop_closed_port0 = _loops_reportClosed_0;
-  assign _memory_status_pdi_watchdog = _processor_config_ecatEvents_unit_watchdog_pdi_running;
-  assign _memory_status_pdi_operational = ~_operational_unit_notLoaded;
-  assign _memory_event_watchdog_count_pdi = _processor_config_ecatEvents_unit_watchdog_pdi_expired;
-  assign _memory_event_watchdog_count_process_data = _processor_config_ecatEvents_unit_watchdog_processData_expired;
+  assign _memory_status_pdi_watchdog =
+    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
+  assign _memory_status_pdi_operational = ~_operational_sii_notLoaded;
+  assign _memory_event_watchdog_count_pdi =
+    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired;
+  assign _memory_event_watchdog_count_process_data =
+    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired;
   assign _memory_event_lost_link_port1 =
     memory_event_lost_link_port1_REG & ~links_1 & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
   assign _memory_event_lost_link_port0 =
@@ -6855,8 +6964,8 @@ module slave(
     .areas_entries_0_index      (_processor_areas_entries_0_index),
     .areas_entries_0_start      (_processor_areas_entries_0_start),
     .areas_entries_0_length     (_processor_areas_entries_0_length),
+    .areas_entries_0_extent     (_processor_areas_entries_0_extent),
     .areas_entries_0_takesPart  (_processor_areas_entries_0_takesPart),
-    .areas_entries_0_triple     (_processor_areas_entries_0_triple),
     .areas_views_0_works        (_processor_areas_views_0_works),
     .areas_views_0_ecatWrites   (_processor_areas_views_0_ecatWrites),
     .areas_views_0_ecatOpen     (_processor_areas_views_0_ecatOpen),
@@ -7082,7 +7191,7 @@ module slave(
     .txEn       (_transmitters_1_txEn),
     .txd        (mii_1_txd)
   );
-  assign _syncManagers_ramOpen = ~_operational_unit_notLoaded;
+  assign _syncManagers_ramOpen = ~_operational_sii_notLoaded;
   assign _syncManagers_quiet = ~_processor_busy & ~syncManagers_quiet_r_7;
   SyncManagers syncManagers (
     .clock                     (clock),
@@ -7095,8 +7204,8 @@ module slave(
     .ecat_entries_0_index      (_processor_areas_entries_0_index),
     .ecat_entries_0_start      (_processor_areas_entries_0_start),
     .ecat_entries_0_length     (_processor_areas_entries_0_length),
+    .ecat_entries_0_extent     (_processor_areas_entries_0_extent),
     .ecat_entries_0_takesPart  (_processor_areas_entries_0_takesPart),
-    .ecat_entries_0_triple     (_processor_areas_entries_0_triple),
     .ecat_views_0_works        (_processor_areas_views_0_works),
     .ecat_views_0_ecatWrites   (_processor_areas_views_0_ecatWrites),
     .ecat_views_0_ecatOpen     (_processor_areas_views_0_ecatOpen),
@@ -7155,8 +7264,8 @@ module slave(
     .pdi_entries_0_index       (_syncManagers_pdi_entries_0_index),
     .pdi_entries_0_start       (_syncManagers_pdi_entries_0_start),
     .pdi_entries_0_length      (_syncManagers_pdi_entries_0_length),
+    .pdi_entries_0_extent      (_syncManagers_pdi_entries_0_extent),
     .pdi_entries_0_takesPart   (_syncManagers_pdi_entries_0_takesPart),
-    .pdi_entries_0_triple      (_syncManagers_pdi_entries_0_triple),
     .pdi_views_0_works         (_syncManagers_pdi_views_0_works),
     .pdi_views_0_ecatWrites    (_syncManagers_pdi_views_0_ecatWrites),
     .pdi_views_0_pdiOpen       (_syncManagers_pdi_views_0_pdiOpen),
@@ -7281,9 +7390,9 @@ module slave(
     .alEvent_7                 (_syncManagers_alEvent_7),
     .trigger                   (_syncManagers_trigger)
   );
-  assign _sequencer_ecatActs =
+  assign _hostSequencer_ecatActs =
     _processor_areas_access_touch | _processor_areas_access_close | _processor_frameGood | _processor_frameBad;
-  HostSequencer sequencer (
+  HostSequencer hostSequencer (
     .clock                      (clock),
     .reset                      (reset),
     .host_req                   (host_req),
@@ -7294,18 +7403,18 @@ module slave(
     .host_ack                   (host_ack),
     .host_rdata                 (host_rdata),
     .memory_req                 (_memory_host_req),
-    .memory_write               (_sequencer_memory_write),
-    .memory_addr                (_sequencer_memory_addr),
+    .memory_write               (_hostSequencer_memory_write),
+    .memory_addr                (_hostSequencer_memory_addr),
     .memory_wdata               (_memory_host_wdata),
-    .memory_be                  (_sequencer_memory_be),
+    .memory_be                  (_hostSequencer_memory_be),
     .memory_ack                 (_memory_host_ack),
     .memory_rdata               (_memory_host_rdata),
     .areas_index                (_syncManagers_pdi_index),
     .areas_entries_0_index      (_syncManagers_pdi_entries_0_index),
     .areas_entries_0_start      (_syncManagers_pdi_entries_0_start),
     .areas_entries_0_length     (_syncManagers_pdi_entries_0_length),
+    .areas_entries_0_extent     (_syncManagers_pdi_entries_0_extent),
     .areas_entries_0_takesPart  (_syncManagers_pdi_entries_0_takesPart),
-    .areas_entries_0_triple     (_syncManagers_pdi_entries_0_triple),
     .areas_views_0_works        (_syncManagers_pdi_views_0_works),
     .areas_views_0_ecatWrites   (_syncManagers_pdi_views_0_ecatWrites),
     .areas_views_0_pdiOpen      (_syncManagers_pdi_views_0_pdiOpen),
@@ -7360,69 +7469,73 @@ module slave(
     .areas_access_close         (_syncManagers_pdi_access_close),
     .areas_access_single        (_syncManagers_pdi_access_single),
     .areas_accessIndex          (_syncManagers_pdi_accessIndex),
-    .ecatActs                   (_sequencer_ecatActs)
+    .ecatActs                   (_hostSequencer_ecatActs)
   );
-  assign _operational_unit_twoByte = _operational_unit_twoByte_crossing_out;
-  assign _operational_unit_writeLow_valid =
+  assign _operational_sii_twoByte = _operational_sii_twoByte_crossing_out;
+  assign _operational_sii_writeLow_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h502 & _memory_registerWrite_bits_mask;
-  assign _operational_unit_writeHigh_valid =
+  assign _operational_sii_writeLow_bits = _memory_registerWrite_bits_data[0];
+  assign _operational_sii_writeHigh_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h503 & _memory_registerWrite_bits_mask;
-  assign _operational_unit_configuration = {_memory_value_esc_configuration, _memory_value_device_emulation};
-  SiiController operational_unit (
-    .clock              (clock),
-    .reset              (reset),
-    .twoByte            (_operational_unit_twoByte),
-    .sclLow             (sii_scl_low),
-    .sdaLow             (sii_sda_low),
-    .sda                (_operational_unit_sda),
-    .writeLow_valid     (_operational_unit_writeLow_valid),
-    .writeLow_bits      (_memory_registerWrite_bits_data),
-    .writeHigh_valid    (_operational_unit_writeHigh_valid),
-    .writeHigh_bits     (_memory_registerWrite_bits_data),
-    .byHost             (_memory_registerWriteByHost),
-    .registersBusy      (_memory_registersBusy),
-    .frameStart         (_processor_memory_frameStart),
-    .offered            (_memory_value_eeprom_offered),
-    .taken              (_memory_value_eeprom_taken),
-    .configuration      (_operational_unit_configuration),
-    .fifoSize           (_memory_value_rx_fifo_size),
-    .write_ready        (_memory_unitWrite_ready),
-    .write_valid        (_memory_unitWrite_valid),
-    .write_bits_address (_memory_unitWrite_bits_address),
-    .write_bits_data    (_memory_unitWrite_bits_data),
-    .read_ready         (_memory_unitRead_ready),
-    .read_valid         (_memory_unitRead_valid),
-    .read_bits          (_memory_unitRead_bits),
-    .data_valid         (_memory_unitData_valid),
-    .data_bits          (_memory_unitData_bits),
-    .ecatMayWrite       (_memory_guard_sii_ecat_may_write),
-    .pdiMayWrite        (_memory_guard_sii_pdi_may_write),
-    .writeEnable        (_memory_status_eeprom_write_enable),
-    .command            (_memory_status_eeprom_command),
-    .checksumError      (_operational_unit_checksumError),
-    .notLoaded          (_operational_unit_notLoaded),
-    .commandError       (_operational_unit_commandError),
-    .writeError         (_memory_status_eeprom_write_error),
-    .busy               (_memory_status_eeprom_busy),
-    .loading            (_operational_unit_loading)
+  assign _operational_sii_writeHigh_bits = _memory_registerWrite_bits_data[2:0];
+  assign _operational_sii_enhancedLinkDetection =
+    {_memory_value_esc_configuration[6:3], _memory_value_esc_configuration[0]};
+  SiiController operational_sii (
+    .clock                 (clock),
+    .reset                 (reset),
+    .twoByte               (_operational_sii_twoByte),
+    .sclLow                (sii_scl_low),
+    .sdaLow                (sii_sda_low),
+    .sda                   (_operational_sii_sda),
+    .writeLow_valid        (_operational_sii_writeLow_valid),
+    .writeLow_bits         (_operational_sii_writeLow_bits),
+    .writeHigh_valid       (_operational_sii_writeHigh_valid),
+    .writeHigh_bits        (_operational_sii_writeHigh_bits),
+    .byHost                (_memory_registerWriteByHost),
+    .registersBusy         (_memory_registersBusy),
+    .frameStart            (_processor_memory_frameStart),
+    .offered               (_memory_value_eeprom_offered),
+    .taken                 (_memory_value_eeprom_taken),
+    .enhancedLinkDetection (_operational_sii_enhancedLinkDetection),
+    .fifoSize              (_memory_value_rx_fifo_size),
+    .write_ready           (_memory_unitWrite_ready),
+    .write_valid           (_memory_unitWrite_valid),
+    .write_bits_address    (_memory_unitWrite_bits_address),
+    .write_bits_data       (_memory_unitWrite_bits_data),
+    .read_ready            (_memory_unitRead_ready),
+    .read_valid            (_memory_unitRead_valid),
+    .read_bits             (_memory_unitRead_bits),
+    .data_valid            (_memory_unitData_valid),
+    .data_bits             (_memory_unitData_bits),
+    .ecatMayWrite          (_memory_guard_sii_ecat_may_write),
+    .pdiMayWrite           (_memory_guard_sii_pdi_may_write),
+    .writeEnable           (_memory_status_eeprom_write_enable),
+    .command               (_memory_status_eeprom_command),
+    .checksumError         (_operational_sii_checksumError),
+    .notLoaded             (_operational_sii_notLoaded),
+    .commandError          (_operational_sii_commandError),
+    .writeError            (_memory_status_eeprom_write_error),
+    .busy                  (_memory_status_eeprom_busy),
+    .loading               (_operational_sii_loading)
   );
-  LevelCrossing operational_unit_sda_crossing (
+  LevelCrossing operational_sii_sda_crossing (
     .clock (clock),
     .in    (sii_sda),
-    .out   (_operational_unit_sda)
+    .out   (_operational_sii_sda)
   );
-  LevelCrossing operational_unit_twoByte_crossing (
+  LevelCrossing operational_sii_twoByte_crossing (
     .clock (clock),
     .in    (sii_two_byte),
-    .out   (_operational_unit_twoByte_crossing_out)
+    .out   (_operational_sii_twoByte_crossing_out)
   );
-  assign _processor_config_ecatEvents_unit_alControlWritten =
+  assign _processor_config_ecatEvents_application_alControlWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h120 & _memory_registerWrite_bits_mask
     | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h121 & _memory_registerWrite_bits_mask;
-  assign _processor_config_ecatEvents_unit_alControlRead =
-    _memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h120 & _sequencer_memory_be
-    | _memory_host_ack & ~_sequencer_memory_write & _sequencer_memory_addr == 16'h121 & _sequencer_memory_be;
-  assign _processor_config_ecatEvents_unit_dlStatus =
+  assign _processor_config_ecatEvents_application_alControlRead =
+    _memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h120 & _hostSequencer_memory_be
+    | _memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h121
+    & _hostSequencer_memory_be;
+  assign _processor_config_ecatEvents_application_dlStatus =
     {5'h5,
      links_1,
      _loops_reportClosed_1,
@@ -7432,8 +7545,8 @@ module slave(
      links_1,
      links_0,
      2'h0,
-     ~_operational_unit_notLoaded};
-  assign _processor_config_ecatEvents_unit_smEcatEvents =
+     ~_operational_sii_notLoaded};
+  assign _processor_config_ecatEvents_application_smEcatEvents =
     {_syncManagers_ecatEvent_7,
      _syncManagers_ecatEvent_6,
      _syncManagers_ecatEvent_5,
@@ -7442,7 +7555,7 @@ module slave(
      _syncManagers_ecatEvent_2,
      _syncManagers_ecatEvent_1,
      _syncManagers_ecatEvent_0};
-  assign _processor_config_ecatEvents_unit_smAlEvents =
+  assign _processor_config_ecatEvents_application_smAlEvents =
     {_syncManagers_alEvent_7,
      _syncManagers_alEvent_6,
      _syncManagers_alEvent_5,
@@ -7451,89 +7564,89 @@ module slave(
      _syncManagers_alEvent_2,
      _syncManagers_alEvent_1,
      _syncManagers_alEvent_0};
-  assign _processor_config_ecatEvents_unit_smChanged =
-    {processor_config_ecatEvents_unit_smChanged_sm7_changed,
-     processor_config_ecatEvents_unit_smChanged_sm6_changed,
-     processor_config_ecatEvents_unit_smChanged_sm5_changed,
-     processor_config_ecatEvents_unit_smChanged_sm4_changed,
-     processor_config_ecatEvents_unit_smChanged_sm3_changed,
-     processor_config_ecatEvents_unit_smChanged_sm2_changed,
-     processor_config_ecatEvents_unit_smChanged_sm1_changed,
-     processor_config_ecatEvents_unit_smChanged_sm0_changed};
-  assign _processor_config_ecatEvents_unit_alMask =
-    {16'h0,
-     _memory_value_sm_mask,
+  assign _processor_config_ecatEvents_application_smChanged =
+    {processor_config_ecatEvents_application_smChanged_sm7_changed,
+     processor_config_ecatEvents_application_smChanged_sm6_changed,
+     processor_config_ecatEvents_application_smChanged_sm5_changed,
+     processor_config_ecatEvents_application_smChanged_sm4_changed,
+     processor_config_ecatEvents_application_smChanged_sm3_changed,
+     processor_config_ecatEvents_application_smChanged_sm2_changed,
+     processor_config_ecatEvents_application_smChanged_sm1_changed,
+     processor_config_ecatEvents_application_smChanged_sm0_changed};
+  assign _processor_config_ecatEvents_application_alMask =
+    {_memory_value_sm_mask,
      1'h0,
      _memory_value_watchdog_mask,
      _memory_value_eeprom_mask,
      _memory_value_sm_activation_mask,
      3'h0,
      _memory_value_al_control_mask};
-  Application processor_config_ecatEvents_unit (
+  Application processor_config_ecatEvents_application (
     .clock            (clock),
     .reset            (reset),
     .alStatus         (_memory_value_al_status),
     .emulation        (_memory_value_device_emulation),
-    .alControlWritten (_processor_config_ecatEvents_unit_alControlWritten),
-    .alControlRead    (_processor_config_ecatEvents_unit_alControlRead),
+    .alControlWritten (_processor_config_ecatEvents_application_alControlWritten),
+    .alControlRead    (_processor_config_ecatEvents_application_alControlRead),
     .copyControl      (_memory_set_al_status_valid),
     .alControlFree    (_memory_guard_al_control_free),
-    .dlStatus         (_processor_config_ecatEvents_unit_dlStatus),
+    .dlStatus         (_processor_config_ecatEvents_application_dlStatus),
     .readDlStatus     (_processor_readDlStatus),
     .readAlStatus     (_processor_readAlStatus),
     .good             (_processor_frameGood),
     .bad              (_processor_frameBad),
-    .smEcatEvents     (_processor_config_ecatEvents_unit_smEcatEvents),
-    .smAlEvents       (_processor_config_ecatEvents_unit_smAlEvents),
-    .smChanged        (_processor_config_ecatEvents_unit_smChanged),
-    .watchdog         (processor_config_ecatEvents_unit_watchdog_watchdog_event),
+    .smEcatEvents     (_processor_config_ecatEvents_application_smEcatEvents),
+    .smAlEvents       (_processor_config_ecatEvents_application_smAlEvents),
+    .smChanged        (_processor_config_ecatEvents_application_smChanged),
+    .watchdog         (processor_config_ecatEvents_application_watchdog_watchdog_event),
     .ecatMask         (_memory_value_ecat_event_mask),
-    .alMask           (_processor_config_ecatEvents_unit_alMask),
-    .ecatEvents       (_processor_config_ecatEvents_unit_ecatEvents),
-    .alEvents         (_processor_config_ecatEvents_unit_alEvents),
+    .alMask           (_processor_config_ecatEvents_application_alMask),
+    .ecatEvents       (_processor_config_ecatEvents_application_ecatEvents),
+    .alEvents         (_processor_config_ecatEvents_application_alEvents),
     .irqField         (_processor_config_ecatEvents),
     .irq              (irq)
   );
-  WatchdogDivider processor_config_ecatEvents_unit_watchdog_divider (
+  WatchdogDivider processor_config_ecatEvents_application_watchdog_watchdogDivider (
     .clock   (clock),
     .reset   (reset),
     .divider (_memory_value_watchdog_divider),
-    .tick    (_processor_config_ecatEvents_unit_watchdog_divider_tick)
+    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick)
   );
-  Watchdog processor_config_ecatEvents_unit_watchdog_processData (
+  Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data (
     .clock   (clock),
     .reset   (reset),
-    .tick    (_processor_config_ecatEvents_unit_watchdog_divider_tick),
+    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
     .time_0  (_memory_value_watchdog_time_process_data),
     .trigger (_syncManagers_trigger),
-    .restart (processor_config_ecatEvents_unit_watchdog_unit_restart_REG),
+    .restart (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
     .running (_memory_status_watchdog_process_data),
-    .expired (_processor_config_ecatEvents_unit_watchdog_processData_expired)
+    .expired (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired)
   );
-  Watchdog processor_config_ecatEvents_unit_watchdog_pdi (
+  Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi (
     .clock   (clock),
     .reset   (reset),
-    .tick    (_processor_config_ecatEvents_unit_watchdog_divider_tick),
+    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
     .time_0  (_memory_value_watchdog_time_pdi),
     .trigger (_memory_host_ack),
-    .restart (processor_config_ecatEvents_unit_watchdog_unit_restart_REG_1),
-    .running (_processor_config_ecatEvents_unit_watchdog_pdi_running),
-    .expired (_processor_config_ecatEvents_unit_watchdog_pdi_expired)
+    .restart (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
+    .running (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running),
+    .expired (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
   );
   assign _led_run_automatic =
-    _operational_unit_loading | _memory_value_al_status[3:0] == 4'h3
+    _operational_sii_loading | _memory_value_al_status[3:0] == 4'h3
       ? 4'hE
       : _memory_value_al_status[3:0] == 4'h8
           ? 4'hF
           : _memory_value_al_status[3:0] == 4'h4 ? 4'h1 : _memory_value_al_status[3:0] == 4'h2 ? 4'hD : 4'h0;
   assign _led_run_write_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h138 & _memory_registerWrite_bits_mask;
+  assign _led_run_write_bits = _memory_registerWrite_bits_data[4:0];
   LedControl led_run_0 (
     .clock       (clock),
     .reset       (reset),
     .automatic_0 (_led_run_automatic),
     .write_valid (_led_run_write_valid),
-    .write_bits  (_memory_registerWrite_bits_data),
+    .write_bits  (_led_run_write_bits),
     .drop        (alChanged),
     .code        (_led_run_code),
     .taken       (_memory_status_run_led_enable)
@@ -7547,13 +7660,14 @@ module slave(
   );
   assign _led_err_write_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h139 & _memory_registerWrite_bits_mask;
+  assign _led_err_write_bits = _memory_registerWrite_bits_data[4:0];
   assign _led_err_drop = (|error) & error != REG;
   LedControl led_err_0 (
     .clock       (clock),
     .reset       (reset),
     .automatic_0 (error),
     .write_valid (_led_err_write_valid),
-    .write_bits  (_memory_registerWrite_bits_data),
+    .write_bits  (_led_err_write_bits),
     .drop        (_led_err_drop),
     .code        (_led_err_code),
     .taken       (_memory_status_err_led_enable)
@@ -7565,7 +7679,7 @@ module slave(
     .code  (_led_err_code),
     .lit   (led_err)
   );
-  assign eeprom_loaded = ~_operational_unit_notLoaded;
+  assign eeprom_loaded = ~_operational_sii_notLoaded;
   assign mii_0_tx_en = _transmitters_0_txEn;
   assign mii_1_tx_en = _transmitters_1_txEn;
   assign mii_tx_tick = mii_tx_tick_r;

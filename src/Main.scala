@@ -5,6 +5,7 @@ import java.nio.file.{FileSystemException, Files, Path, Paths}
 import scala.util.Try
 import scopt.{OParser, OParserBuilder}
 import flyframe.device.{DeviceFiles, SiiText}
+import flyframe.registers.RegisterMap
 import flyframe.params.{EscParams, ParamInfo, ParamTable, Preset, Presets}
 
 /** What the command line asks for. */
@@ -145,7 +146,9 @@ object Main {
         s"$base.h"    -> Documents.cHeader(p),
         s"$base.json" -> Documents.json(p)
       )
-    } ++ request.docs.map(_.resolve("registers.md").toString -> Documents.registers(sets.last))
+    } ++ request.docs.map(
+      _.resolve("registers.md").toString -> Documents.registers(sets.maxBy(RegisterMap(_).size))
+    )
     val files = texts.map { case (path, text) => path -> text.getBytes(UTF_8) } ++
       jobs.flatMap(_._2).map { case (name, bytes) => request.out.resolve(name).toString -> bytes }
     (request.out +: request.docs.toSeq).foreach(d => Files.createDirectories(d))

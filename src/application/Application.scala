@@ -39,8 +39,8 @@ class Application(p: EscParams) extends Module {
 
   val ecatMask = IO(Input(UInt(16.W)))
 
-  /** 0x0204 in the layout of 0x0220. */
-  val alMask = IO(Input(UInt(32.W)))
+  /** 0x0204 in the layout of 0x0220, as far as there are events. */
+  val alMask = IO(Input(UInt((8 + p.syncManagers).W)))
 
   /** 0x0210 and 0x0220. */
   val ecatEvents = IO(Output(UInt(16.W)))

@@ -40,7 +40,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   def host(port: HostPort): Unit = syncManagers match {
     case None => memory.host <> port
     case Some(sms) =>
-      val sequencer = Module(new HostSequencer(p))
+      val sequencer = Module(new HostSequencer(p)).suggestName("hostSequencer")
       sequencer.host <> port
       memory.host <> sequencer.memory
       sequencer.areas <> sms.pdi
@@ -64,7 +64,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
 
   /** Connects the EEPROM; the result: configuration is loaded. */
   def sii(pins: SiiPins): Bool = {
-    val unit = Module(new SiiController(p))
+    val unit = Module(new SiiController(p)).suggestName("sii")
     def level(in: Bool) = {
       val crossing = Module(new LevelCrossing)
       crossing.in := in
@@ -75,16 +75,19 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     pins.scl_low := unit.sclLow
     pins.sda_low := unit.sdaLow
 
-    unit.writeLow      := writes(0x502)
-    unit.writeHigh     := writes(0x503)
-    unit.byHost        := memory.registerWriteByHost
-    unit.frameStart    := processor.memory.frameStart
-    unit.registersBusy := memory.registersBusy
-    unit.offered       := memory.value.bool("eeprom_offered")
-    unit.forced        := memory.value.bool("eeprom_force")
-    unit.taken         := memory.value.bool("eeprom_taken")
-    unit.configuration := Cat(memory.value.uint("esc_configuration"), memory.value.uint("device_emulation"))
-    unit.fifoSize      := memory.value.uint("rx_fifo_size")
+    unit.writeLow.valid  := writes(0x502).valid
+    unit.writeLow.bits   := writes(0x502).bits(0)
+    unit.writeHigh.valid := writes(0x503).valid
+    unit.writeHigh.bits  := writes(0x503).bits(2, 0)
+    unit.byHost          := memory.registerWriteByHost
+    unit.frameStart      := processor.memory.frameStart
+    unit.registersBusy   := memory.registersBusy
+    unit.offered         := memory.value.bool("eeprom_offered")
+    unit.forced          := memory.value.bool("eeprom_force")
+    unit.taken           := memory.value.bool("eeprom_taken")
+    val a0 = memory.value.uint("esc_configuration") // bits 7:1
+    unit.enhancedLinkDetection := Cat(a0(6, 3), a0(0))
+    unit.fifoSize              := memory.value.uint("rx_fifo_size")
     memory.unitWrite <> unit.write
     memory.unitRead <> unit.read
     unit.data := memory.unitData
@@ -120,7 +123,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   def application(irq: Option[Bool], dlStatus: UInt): UInt =
     if (!p.hasApplicationLayer) noEvents
     else {
-      val unit = Module(new Application(p))
+      val unit = Module(new Application(p)).suggestName("application")
       unit.alControl                        := memory.value.uint("al_control")
       unit.alStatus                         := memory.value.uint("al_status")
       unit.emulation                        := emulation
@@ -160,9 +163,8 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
 
       // 0x0204, 0x0210, 0x0220 by their fields.
       def mask(name: String) = memory.value.uint(name)
-      val smMask             = if (p.syncManagers > 0) mask("sm_mask").pad(16) else 0.U(16.W)
+      val smMask             = if (p.syncManagers > 0) mask("sm_mask") else 0.U(0.W)
       unit.alMask := Cat(
-        0.U(8.W),
         smMask,
         0.U(1.W),
         mask("watchdog_mask"),
@@ -188,10 +190,10 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   private def watchdogs(dlStatus: UInt): Bool =
     if (!p.hasWatchdogs) false.B
     else {
-      val divider = Module(new WatchdogDivider(p.cyclesPerNibble))
+      val divider = Module(new WatchdogDivider(p.cyclesPerNibble)).suggestName("watchdogDivider")
       divider.divider := memory.value.uint("watchdog_divider")
       def watchdog(time: String, address: Int, trigger: Bool) = {
-        val unit = Module(new Watchdog)
+        val unit = Module(new Watchdog).suggestName(s"watchdog_$time")
         unit.tick    := divider.tick
         unit.time    := memory.value.uint(time)
         unit.trigger := trigger

@@ -32,9 +32,14 @@ class WatchdogDivider(cyclesPerNibble: Int) extends Module {
   val divider = IO(Input(UInt(16.W)))
   val tick    = IO(Output(Bool()))
 
-  private val slot = if (cyclesPerNibble == 1) true.B else Counter(cyclesPerNibble).inc()
-  private val left = RegInit(0.U(17.W)) // reset: any phase will do
-  private val end  = slot && left === 0.U
-  when(slot) { left := Mux(end, divider +& 1.U, left - 1.U) }
+  // From the divider down to 0, and one slot to begin anew.
+  private val slot   = if (cyclesPerNibble == 1) true.B else Counter(cyclesPerNibble).inc()
+  private val left   = RegInit(0.U(16.W)) // reset: any phase will do
+  private val begins = RegInit(true.B)
+  private val end    = slot && !begins && left === 0.U
+  when(slot) {
+    begins := left === 0.U && !begins
+    left   := Mux(begins, divider, left - 1.U)
+  }
   tick := end
 }

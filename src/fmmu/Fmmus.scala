@@ -67,23 +67,24 @@ class Fmmus(p: EscParams) extends Module {
     }
 
     // First stage: distance from the start.
-    val entry    = Cat(tables.reverse.map(_.readData(0))).asTypeOf(new Entry)
-    val started  = RegNext(index)
-    val distance = RegNext(logical -& entry.logicalStart)
-    val stage    = RegNext(entry)
-    val takes    = RegNext(active(started))
-    val begins   = RegNext(started === 0.U)
+    val entry     = Cat(tables.reverse.map(_.readData(0))).asTypeOf(new Entry)
+    val started   = RegNext(index)
+    val distance  = RegNext(logical -& entry.logicalStart)
+    val length    = RegNext(entry.length)
+    val start     = RegNext(entry.physicalStart)
+    val forReads  = RegNext(entry.typ(0))
+    val forWrites = RegNext(entry.typ(1))
+    val takes     = RegNext(active(started))
+    val begins    = RegNext(started === 0.U)
 
     // Second stage: inside? The lowest number wins.
-    val inside   = takes && !distance(32) && distance(31, 0) < stage.length
-    val physical = stage.physicalStart +& distance(15, 0)
-    Seq(0, 1).map { direction =>
-      val found = Reg(new Mapped).suggestName(s"found_${bank}_$direction")
+    val inside   = takes && !distance(32) && distance(31, 0) < length
+    val physical = start +& distance(15, 0)
+    Seq("read" -> forReads, "write" -> forWrites).map { case (direction, enabled) =>
+      val found = Reg(new Mapped).suggestName(s"found_${direction}_$bank")
       when(begins || !found.hit) {
-        found.hit     := inside && stage.typ(direction)
+        found.hit     := inside && enabled
         found.address := physical
-        found.mask    := 0xff.U
-        found.shift   := 0.S
       }
       found
     }

@@ -36,9 +36,9 @@ class SiiController(p: EscParams) extends Module {
   val sdaLow  = IO(Output(Bool()))
   val sda     = IO(Input(Bool()))
 
-  /** A write to byte 0x0502, 0x0503 takes effect; the host wrote it. */
-  val writeLow  = IO(Input(Valid(UInt(8.W))))
-  val writeHigh = IO(Input(Valid(UInt(8.W))))
+  /** The write enable, the command are written; the host does it. */
+  val writeLow  = IO(Input(Valid(Bool())))
+  val writeHigh = IO(Input(Valid(UInt(3.W))))
   val byHost    = IO(Input(Bool()))
 
   /** Register writes are on their way: a command waits for the address that came behind it. */
@@ -53,8 +53,8 @@ class SiiController(p: EscParams) extends Module {
   val taken   = IO(Input(Bool()))
 
   /** Present values of what a load changes only in part. */
-  val configuration = IO(Input(UInt(8.W))) // 0x0141
-  val fifoSize      = IO(Input(UInt(3.W)))
+  val enhancedLinkDetection = IO(Input(UInt(5.W))) // 0x0141[7:4], [1]
+  val fifoSize              = IO(Input(UInt(3.W)))
 
   val write = IO(Decoupled(new UnitWrite))
   val read  = IO(Decoupled(UInt(12.W)))
@@ -109,9 +109,9 @@ class SiiController(p: EscParams) extends Module {
   private val crc         = Reg(UInt(8.W))
   private val sumWord     = Reg(UInt(16.W))
   private val failed      = Reg(Bool())
-  private val pending     = Reg(Bool()) // a command was given to the I2C master
+  private val pending     = Reg(Bool())    // a command was given to the I2C master
   private val byte        = Reg(UInt(8.W))
-  private val a5Low       = Reg(UInt(8.W))
+  private val a5Middle    = Reg(UInt(4.W)) // A5[7:4]
   private val loads       = running === Code.Reload.U
   private val wait0       = RegInit(0.U(log2Ceil(p.coreClockMhz * p.siiStartUs + 1).W))
 
@@ -128,13 +128,13 @@ class SiiController(p: EscParams) extends Module {
   loading       := isFirst && state =/= idle
 
   when(frameStart) { enable := false.B }
-  when(writeLow.valid && !byHost) { enable := writeLow.bits(0) }
+  when(writeLow.valid && !byHost) { enable := writeLow.bits }
 
   // A command acts when its byte is written: byte 0x0502 with the write enable has come before.
   when(writeHigh.valid && state === idle) {
     val code  = writeHigh.bits(2, 0)
     val known = code === Code.Read.U || code === Code.Write.U || code === Code.Reload.U
-    val may   = code =/= Code.Write.U || byHost || enable || (writeLow.valid && writeLow.bits(0))
+    val may   = code =/= Code.Write.U || byHost || enable || (writeLow.valid && writeLow.bits)
     running := code
     when(code === Code.Clear.U || known) {
       noAck  := false.B
@@ -290,8 +290,12 @@ class SiiController(p: EscParams) extends Module {
       )
       val value = MuxLookup(count, byte)(
         Seq(
-          1.U  -> Mux(isFirst, byte, (configuration & "hf2".U) | (byte & "h0d".U)),
-          13.U -> Cat(a5Low(7, 4), 0.U(1.W), sumWord(2, 0))
+          1.U -> Mux(
+            isFirst,
+            byte,
+            Cat(enhancedLinkDetection(4, 1), byte(3, 2), enhancedLinkDetection(0), byte(0))
+          ),
+          13.U -> Cat(a5Middle, 0.U(1.W), sumWord(2, 0))
         )
       )
       val skip = target === 0.U || ((count === 8.U || count === 9.U) && !isFirst)
@@ -299,7 +303,7 @@ class SiiController(p: EscParams) extends Module {
       when(skip) { state := next }.otherwise { store(target, value, next) }
       when(skip || write.fire) {
         count := count + 1.U
-        when(count === 10.U) { a5Low := byte }
+        when(count === 10.U) { a5Middle := byte(7, 4) }
         // From here on the checksum is not needed any more: its place keeps the new RX FIFO size.
         when(count === 11.U) { sumWord := Mux(isFirst, ~byte(3, 1), fifoSize) }
         when(count === 13.U) {

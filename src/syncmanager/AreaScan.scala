@@ -19,9 +19,11 @@ class AreaEntry(indexBits: Int) extends Bundle {
   val start  = UInt(16.W)
   val length = UInt(16.W)
 
-  /** Working or locked; all three buffers count (SM-27). */
+  /** Bytes of the area: one buffer, or all three of a locked one (SM-27). */
+  val extent = UInt(18.W)
+
+  /** Working or locked. */
   val takesPart = Bool()
-  val triple    = Bool()
 
   /** First entry of a scan. */
   val begins = Bool()
@@ -36,21 +38,18 @@ class AreaScan(indexBits: Int) extends Module {
   val address = IO(Input(UInt(16.W)))
   val result  = IO(Output(new AreaHit(indexBits)))
 
-  // The distance from the start, and the length to compare with.
-  private val difference = address -& entry.start // bit 16: below the start
-  private val limit      = entry.length +& Mux(entry.triple, entry.length << 1, 0.U(17.W))
-  private val stage      = RegNext(entry)
-  private val distance   = RegNext(difference)
-  private val limitStage = RegNext(limit.pad(18))
+  private val stage    = RegNext(entry)
+  private val distance = RegNext(address -& entry.start) // bit 16: below the start
+  private val left     = stage.extent -& distance(15, 0) // bytes from here to the end; bit 18: beyond it
 
-  private val inside = stage.takesPart && !distance(16) && distance(15, 0) < limitStage
+  private val inside = stage.takesPart && !distance(16) && !left(18) && left(17, 0) =/= 0.U
   private val found  = Reg(new AreaHit(indexBits))
   when(stage.begins || !found.hit) {
     found.hit    := inside
     found.index  := stage.index
     found.length := stage.length
     found.first  := distance(15, 0) === 0.U
-    found.last   := distance(15, 0) + 1.U === stage.length
+    found.last   := left(17, 0) === 1.U
   }
   result := found
 }

@@ -90,26 +90,31 @@ class SyncManagers(p: EscParams) extends Module {
     entry.start        := word(15, 0)
     entry.length       := word(31, 16)
     entry.takesPart    := exists && (view.works || view.locked)
-    entry.triple       := view.locked && view.buffered
+    entry.extent       := entry.length +& Mux(view.locked && view.buffered, entry.length << 1, 0.U(17.W))
     entry.begins       := false.B
   }
 
-  private val triggers = (0 until n).map { i =>
+  private val triggers = Wire(Vec(n, Bool()))
+  for (i <- 0 until n) {
     def byte(offset: Int): Valid[UInt] = write.bits.byteAt(write.valid, 0x800 + 8 * i + offset)
     // Control bits that act all the time; reset as the register.
-    val control = RegInit(0.U(8.W)).suggestName(s"control_$i")
-    when(byte(4).valid) { control := byte(4).bits }
-    val wanted = RegInit(false.B).suggestName(s"deactivate_$i") // 0x0807[0] as written
-    val now    = RegInit(false.B).suggestName(s"deactivated_$i")
-    when(byte(7).valid) { wanted := byte(7).bits(0) }
-    when(quiet) { now := wanted }
+    def control(bit: Int, name: String): Bool =
+      RegEnable(byte(4).bits(bit), false.B, byte(4).valid).suggestName(s"${name}_$i")
+    val isMailbox    = control(1, "mailbox")
+    val ecatWrites   = control(2, "ecatWrites")
+    val ecatEnable   = control(4, "ecatEventEnable")
+    val alEnable     = control(5, "alEventEnable")
+    val watchEnabled = control(6, "watchdogTrigger")
+    val wanted =
+      RegEnable(byte(7).bits(0), false.B, byte(7).valid).suggestName(s"deactivate_$i") // 0x0807[0] as written
+    val now = RegEnable(wanted, false.B, quiet).suggestName(s"deactivated_$i")
     deactivated(i) := now
 
     val sm = Module(new SyncManager).suggestName(s"sm$i")
     sm.enabled     := enable(i)
     sm.deactivated := now
-    sm.isMailbox   := control(1)
-    sm.ecatWrites  := control(2)
+    sm.isMailbox   := isMailbox
+    sm.ecatWrites  := ecatWrites
     sm.good        := good
     sm.bad         := bad
     for ((side, port) <- Seq(sm.ecat -> ecat, sm.pdi -> pdi)) {
@@ -122,9 +127,9 @@ class SyncManagers(p: EscParams) extends Module {
     readEvent(i)  := sm.readEvent
     full(i)       := sm.full
     lastBuffer(i) := sm.lastBuffer
-    ecatEvent(i)  := control(4) && Mux(control(2), sm.readEvent, sm.writeEvent)
-    alEvent(i)    := control(5) && Mux(control(2), sm.writeEvent, sm.readEvent)
-    control(6) && sm.written
+    ecatEvent(i)  := ecatEnable && Mux(ecatWrites, sm.readEvent, sm.writeEvent)
+    alEvent(i)    := alEnable && Mux(ecatWrites, sm.writeEvent, sm.readEvent)
+    triggers(i)   := watchEnabled && sm.written
   }
-  trigger := triggers.reduce(_ || _)
+  trigger := triggers.asUInt.orR
 }
