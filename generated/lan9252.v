@@ -977,7 +977,15 @@ module EscMemory(
        | registerWrite_bits_REG_address == 12'h509 | registerWrite_bits_REG_address == 12'h50A
        | registerWrite_bits_REG_address == 12'h50B | registerWrite_bits_REG_address == 12'h50C
        | registerWrite_bits_REG_address == 12'h50D | registerWrite_bits_REG_address == 12'h50E
-       | registerWrite_bits_REG_address == 12'h50F);
+       | registerWrite_bits_REG_address == 12'h50F | registerWrite_bits_REG_address == 12'h560
+       | registerWrite_bits_REG_address == 12'h561 | registerWrite_bits_REG_address == 12'h562
+       | registerWrite_bits_REG_address == 12'h563 | registerWrite_bits_REG_address == 12'h564
+       | registerWrite_bits_REG_address == 12'h565 | registerWrite_bits_REG_address == 12'h566
+       | registerWrite_bits_REG_address == 12'h567 | registerWrite_bits_REG_address == 12'h568
+       | registerWrite_bits_REG_address == 12'h569 | registerWrite_bits_REG_address == 12'h56A
+       | registerWrite_bits_REG_address == 12'h56B | registerWrite_bits_REG_address == 12'h56C
+       | registerWrite_bits_REG_address == 12'h56D | registerWrite_bits_REG_address == 12'h56E
+       | registerWrite_bits_REG_address == 12'h56F);
   wire        _readTarget_T_1 = ecat_read & ecat_readAddress[16];
   always @(posedge clock) begin
     registerHit <= ~_readTarget_T_1 & ~(|(readAddress[15:12])) & ~readTarget_user;

@@ -198,7 +198,9 @@ class EscMemory(p: EscParams) extends Module {
   if (p.hasRegisterRam) {
     val registers = RegisterMap(p)
     val mine      = registers.filter(_.inRam).flatMap(_.range)
-    val single    = registers.filter(r => r.inRam && r.block.isEmpty).flatMap(_.range).map(_ / lanes).distinct
+    val scratch   = if (p.hasSii) RegisterMap.SiiScratch else Nil
+    val single =
+      (registers.filter(r => r.inRam && r.block.isEmpty).flatMap(_.range) ++ scratch).map(_ / lanes).distinct
     val at        = registerWrite.bits.byteAddress
     val area      = at(11, 8) === 6.U || at(11, 7) === (0x800 >> 7).U
     val exists    = area || !isClear || single.map(w => registerWrite.bits.address === w.U).reduce(_ || _)

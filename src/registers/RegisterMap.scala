@@ -15,6 +15,11 @@ object RegisterMap {
   /** First byte of process data RAM (GEN-04). */
   val ProcessRamStart = 0x1000
 
+  /** Bytes of the register RAM for the SII unit alone, at addresses without a register: the configuration area
+    * while it is being read.
+    */
+  val SiiScratch = 0x0560 until 0x0570
+
   private def constant(name: String, title: String, address: Int, bytes: Int, value: Int, meaning: String) =
     Register(
       name,

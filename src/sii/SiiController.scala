@@ -4,6 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.UnitWrite
 import flyframe.params.EscParams
+import flyframe.registers.RegisterMap
 
 /** The configuration area's checksum: CRC-8, x^8 + x^2 + x + 1, from 0xFF, most significant bit first
   * (SII-01).
@@ -197,7 +198,7 @@ class SiiController(p: EscParams) extends Module {
   private val highBits    = Mux(twoByte, byteAddress(18, 16), byteAddress(10, 8))
   private val controlByte = Cat("b1010".U(4.W), highBits, 0.U(1.W))
   private val lastByte    = count === Mux(loads, 15.U, 7.U)
-  private val scratch     = 0x560
+  private val scratch     = RegisterMap.SiiScratch.start
 
   switch(state) {
     is(boot) {
