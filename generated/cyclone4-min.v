@@ -266,6 +266,59 @@ endmodule
 
 // external module DualPortRam
 
+module EscRam(
+  input        clock,
+  input        readPlace_process,
+  input  [9:0] readPlace_index,
+  output [7:0] readData,
+  input        writeMask,
+  input        writePlace_process,
+  input  [9:0] writePlace_index,
+  input  [7:0] writeData
+);
+
+  wire       _readData_ram_write;
+  wire [7:0] _readData_ram_readData;
+  wire       _local_ram_write;
+  wire [6:0] _local_ram_writeAddress;
+  wire [6:0] _local_ram_readAddress;
+  wire [7:0] _local_ram_readData;
+  reg        readData_REG;
+  always @(posedge clock)
+    readData_REG <= readPlace_process;
+  assign _local_ram_write = writeMask & ~writePlace_process;
+  assign _local_ram_writeAddress = writePlace_index[6:0];
+  assign _local_ram_readAddress = readPlace_index[6:0];
+  DualPortRam #(
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
+    .WIDTH(8)
+  ) local_ram (
+    .clock        (clock),
+    .write        (_local_ram_write),
+    .writeAddress (_local_ram_writeAddress),
+    .writeData    (writeData),
+    .readAddress  (_local_ram_readAddress),
+    .readData     (_local_ram_readData)
+  );
+  assign _readData_ram_write = writeMask & writePlace_process;
+  DualPortRam #(
+    .ADDRESS_BITS(10),
+    .DEPTH(1024),
+    .WIDTH(8)
+  ) readData_ram (
+    .clock        (clock),
+    .write        (_readData_ram_write),
+    .writeAddress (writePlace_index),
+    .writeData    (writeData),
+    .readAddress  (readPlace_index),
+    .readData     (_readData_ram_readData)
+  );
+  assign readData = readData_REG ? _readData_ram_readData : _local_ram_readData;
+endmodule
+
+// external module DualPortRam
+
 module WriteLog(
   input         clock,
   input         reset,
@@ -393,17 +446,20 @@ module EscMemory(
   output        commitStarts
 );
 
+  wire [3:0]  _readTarget_t_place_process_T;
   wire        _log_write_valid;
   wire [11:0] _log_write_bits_address;
   wire        _log_replay_valid;
   wire [11:0] _log_replay_bits_address;
   wire        _log_replay_bits_mask;
   wire [7:0]  _log_replay_bits_data;
-  wire        _ram_0_write;
-  wire [10:0] _ram_0_writeAddress;
-  wire [7:0]  _ram_0_writeData;
-  wire [10:0] _ram_0_readAddress;
-  wire [7:0]  _ram_0_readData;
+  wire        _ram_readPlace_process;
+  wire [9:0]  _ram_readPlace_index;
+  wire        _ram_writeMask;
+  wire        _ram_writePlace_process;
+  wire [9:0]  _ram_writePlace_index;
+  wire [7:0]  _ram_writeData;
+  wire [7:0]  _ram_readData;
   wire [11:0] _file_readAddress;
   wire        _file_write;
   wire [7:0]  _file_readData;
@@ -412,12 +468,12 @@ module EscMemory(
   wire        _file_writableByEcat;
   wire        _file_writableByPdi;
   wire [15:0] readAddress = ecat_read ? ecat_readAddress[15:0] : host_addr;
-  wire        readTarget_user = readAddress[15:7] == 9'h1F;
+  assign _readTarget_t_place_process_T = readAddress[15:12];
   reg         registerHit;
   reg         ramHit;
   reg  [7:0]  registerData;
   wire [7:0]  fromRam = {8{ramHit}};
-  wire [7:0]  readData = fromRam & _ram_0_readData | ~fromRam & {8{registerHit}} & registerData;
+  wire [7:0]  readData = fromRam & _ram_readData | ~fromRam & {8{registerHit}} & registerData;
   reg         ecat_readable_register;
   reg         ecat_writable_register;
   reg         forHost_register;
@@ -439,9 +495,12 @@ module EscMemory(
   reg         host_ack_REG;
   wire        hostLookUp = host_req & host_write & ~lookedUp & ~ecat_read & ~host_ack_REG;
   wire        _readTarget_T_1 = ecat_read & ecat_readAddress[16];
+  wire        readTarget_user = readAddress[15:7] == 9'h1F;
   always @(posedge clock) begin
-    registerHit <= ~_readTarget_T_1 & readAddress[15:12] == 4'h0 & ~readTarget_user;
-    ramHit <= ~_readTarget_T_1 & (readTarget_user | (|(readAddress[15:12])) & {1'h0, readAddress} < 17'h1400 & ramOpen);
+    registerHit <= ~_readTarget_T_1 & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
+    ramHit <=
+      ~_readTarget_T_1
+      & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress} < 17'h1400 & ramOpen);
     registerData <= _file_readData;
     ecat_readable_register <= _file_readableByEcat;
     ecat_writable_register <= _file_writableByEcat;
@@ -514,27 +573,27 @@ module EscMemory(
     .event_rx_er_port0           (event_rx_er_port0),
     .event_invalid_frame_port0   (event_invalid_frame_port0)
   );
-  assign _ram_0_write =
+  assign _ram_readPlace_process = |_readTarget_t_place_process_T;
+  assign _ram_readPlace_index = (|_readTarget_t_place_process_T) ? readAddress[9:0] : {3'h0, readAddress[6:0]};
+  assign _ram_writeMask =
     ecatToRam
       ? ecat_writeMask
       : hostWrite & (hostTarget_user | (|(host_addr[15:12])) & {1'h0, host_addr} < 17'h1400 & ramOpen) & host_be;
-  assign _ram_0_writeAddress =
+  assign _ram_writePlace_process = ecatToRam ? (|(ecat_writeAddress[15:12])) : (|(host_addr[15:12]));
+  assign _ram_writePlace_index =
     ecatToRam
-      ? (ecatTarget_user ? {4'h8, ecat_writeAddress[6:0]} : ecat_writeAddress[10:0])
-      : hostTarget_user ? {4'h8, host_addr[6:0]} : host_addr[10:0];
-  assign _ram_0_writeData = ecatToRam ? ecat_writeData : host_wdata;
-  assign _ram_0_readAddress = readTarget_user ? {4'h8, readAddress[6:0]} : readAddress[10:0];
-  DualPortRam #(
-    .ADDRESS_BITS(11),
-    .DEPTH(1152),
-    .WIDTH(8)
-  ) ram_0 (
-    .clock        (clock),
-    .write        (_ram_0_write),
-    .writeAddress (_ram_0_writeAddress),
-    .writeData    (_ram_0_writeData),
-    .readAddress  (_ram_0_readAddress),
-    .readData     (_ram_0_readData)
+      ? ((|(ecat_writeAddress[15:12])) ? ecat_writeAddress[9:0] : {3'h0, ecat_writeAddress[6:0]})
+      : (|(host_addr[15:12])) ? host_addr[9:0] : {3'h0, host_addr[6:0]};
+  assign _ram_writeData = ecatToRam ? ecat_writeData : host_wdata;
+  EscRam ram (
+    .clock              (clock),
+    .readPlace_process  (_ram_readPlace_process),
+    .readPlace_index    (_ram_readPlace_index),
+    .readData           (_ram_readData),
+    .writeMask          (_ram_writeMask),
+    .writePlace_process (_ram_writePlace_process),
+    .writePlace_index   (_ram_writePlace_index),
+    .writeData          (_ram_writeData)
   );
   assign _log_write_valid = ecat_write & ecat_writeAddress[15:12] == 4'h0 & ~ecatTarget_user;
   assign _log_write_bits_address = ecat_writeAddress[11:0];

@@ -968,6 +968,59 @@ endmodule
 
 // external module DualPortRam
 
+module EscRam(
+  input         clock,
+  input         readPlace_process,
+  input  [12:0] readPlace_index,
+  output [7:0]  readData,
+  input         writeMask,
+  input         writePlace_process,
+  input  [12:0] writePlace_index,
+  input  [7:0]  writeData
+);
+
+  wire       _readData_ram_write;
+  wire [7:0] _readData_ram_readData;
+  wire       _local_ram_write;
+  wire [9:0] _local_ram_writeAddress;
+  wire [9:0] _local_ram_readAddress;
+  wire [7:0] _local_ram_readData;
+  reg        readData_REG;
+  always @(posedge clock)
+    readData_REG <= readPlace_process;
+  assign _local_ram_write = writeMask & ~writePlace_process;
+  assign _local_ram_writeAddress = writePlace_index[9:0];
+  assign _local_ram_readAddress = readPlace_index[9:0];
+  DualPortRam #(
+    .ADDRESS_BITS(10),
+    .DEPTH(1024),
+    .WIDTH(8)
+  ) local_ram (
+    .clock        (clock),
+    .write        (_local_ram_write),
+    .writeAddress (_local_ram_writeAddress),
+    .writeData    (writeData),
+    .readAddress  (_local_ram_readAddress),
+    .readData     (_local_ram_readData)
+  );
+  assign _readData_ram_write = writeMask & writePlace_process;
+  DualPortRam #(
+    .ADDRESS_BITS(13),
+    .DEPTH(8192),
+    .WIDTH(8)
+  ) readData_ram (
+    .clock        (clock),
+    .write        (_readData_ram_write),
+    .writeAddress (writePlace_index),
+    .writeData    (writeData),
+    .readAddress  (readPlace_index),
+    .readData     (_readData_ram_readData)
+  );
+  assign readData = readData_REG ? _readData_ram_readData : _local_ram_readData;
+endmodule
+
+// external module DualPortRam
+
 module WriteLog(
   input         clock,
   input         reset,
@@ -1243,6 +1296,7 @@ module EscMemory(
 
   reg         registerWrite_valid_REG;
   wire        unitWrite_ready_0;
+  wire [3:0]  _readTarget_t_place_process_T;
   wire        _log_write_valid;
   wire [11:0] _log_write_bits_address;
   wire        _log_replay_valid;
@@ -1250,11 +1304,13 @@ module EscMemory(
   wire        _log_replay_bits_mask;
   wire [7:0]  _log_replay_bits_data;
   wire        _log_busy;
-  wire        _ram_0_write;
-  wire [13:0] _ram_0_writeAddress;
-  wire [7:0]  _ram_0_writeData;
-  wire [13:0] _ram_0_readAddress;
-  wire [7:0]  _ram_0_readData;
+  wire        _ram_readPlace_process;
+  wire [12:0] _ram_readPlace_index;
+  wire        _ram_writeMask;
+  wire        _ram_writePlace_process;
+  wire [12:0] _ram_writePlace_index;
+  wire [7:0]  _ram_writeData;
+  wire [7:0]  _ram_readData;
   wire [11:0] _file_readAddress;
   wire        _file_write;
   wire [7:0]  _file_readData;
@@ -1266,19 +1322,20 @@ module EscMemory(
   wire        unitReads = unitRead_valid & ~ecat_read & ~host_req;
   wire [15:0] readAddress = ecat_read ? ecat_readAddress[15:0] : unitReads ? {4'h0, unitRead_bits} : host_addr;
   wire        readTarget_user = readAddress[15:7] == 9'h1F;
+  assign _readTarget_t_place_process_T = readAddress[15:12];
   reg         registerHit;
   reg         ramHit;
   reg  [7:0]  registerData;
   reg         fromRam_register;
   wire [7:0]  fromRam = {8{ramHit | registerHit & fromRam_register}};
-  wire [7:0]  readData = fromRam & _ram_0_readData | ~fromRam & {8{registerHit}} & registerData;
+  wire [7:0]  readData = fromRam & _ram_readData | ~fromRam & {8{registerHit}} & registerData;
   reg         ecat_readable_register;
   reg         ecat_writable_register;
   reg         forHost_register;
   reg         unitData_valid_REG;
   wire        ecatTarget_user = ecat_writeAddress[15:7] == 9'h1F;
   wire        hostTarget_user = host_addr[15:7] == 9'h1F;
-  wire        hostTarget_register = ~(|(host_addr[15:12])) & ~hostTarget_user;
+  wire        hostTarget_register = host_addr[15:12] == 4'h0 & ~hostTarget_user;
   wire        ecatToRam =
     ecat_write & (ecatTarget_user | (|(ecat_writeAddress[15:12])) & {1'h0, ecat_writeAddress} < 17'h3000 & ramOpen);
   reg         lookedUp;
@@ -1286,7 +1343,7 @@ module EscMemory(
   reg  [9:0]  hostWrite_unitWrites_isClear_cleared;
   wire        hostWrite_unitWrites = unitWrite_ready_0 & unitWrite_valid | ~(hostWrite_unitWrites_isClear_cleared[9]);
   reg         hostWrite_registerToRam_ramWrite_valid;
-  reg  [13:0] hostWrite_registerToRam_ramWrite_bits_index;
+  reg  [12:0] hostWrite_registerToRam_ramWrite_bits_place_index;
   reg         hostWrite_registerToRam_ramWrite_bits_mask;
   reg  [7:0]  hostWrite_registerToRam_ramWrite_bits_data;
   wire        hostWrite_registerToRam = hostWrite_registerToRam_ramWrite_valid & ~ecatToRam;
@@ -1330,8 +1387,10 @@ module EscMemory(
        | registerWrite_bits_REG_address == 12'h56F);
   wire        _readTarget_T_1 = ecat_read & ecat_readAddress[16];
   always @(posedge clock) begin
-    registerHit <= ~_readTarget_T_1 & ~(|(readAddress[15:12])) & ~readTarget_user;
-    ramHit <= ~_readTarget_T_1 & (readTarget_user | (|(readAddress[15:12])) & {1'h0, readAddress} < 17'h3000 & ramOpen);
+    registerHit <= ~_readTarget_T_1 & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
+    ramHit <=
+      ~_readTarget_T_1
+      & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress} < 17'h3000 & ramOpen);
     registerData <= _file_readData;
     fromRam_register <= _file_inRam;
     ecat_readable_register <= _file_readableByEcat;
@@ -1359,7 +1418,7 @@ module EscMemory(
       lookedUp <= 1'h0;
       hostWrite_unitWrites_isClear_cleared <= 10'h0;
       hostWrite_registerToRam_ramWrite_valid <= 1'h0;
-      hostWrite_registerToRam_ramWrite_bits_index <= 14'h0;
+      hostWrite_registerToRam_ramWrite_bits_place_index <= 13'h0;
       hostWrite_registerToRam_ramWrite_bits_mask <= 1'h0;
       hostWrite_registerToRam_ramWrite_bits_data <= 8'h0;
       hostMask <= 1'h0;
@@ -1378,8 +1437,8 @@ module EscMemory(
       hostWrite_registerToRam_ramWrite_valid <=
         _GEN | ~hostWrite_registerToRam & hostWrite_registerToRam_ramWrite_valid;
       if (_GEN) begin
-        hostWrite_registerToRam_ramWrite_bits_index <=
-          {5'h11,
+        hostWrite_registerToRam_ramWrite_bits_place_index <=
+          {4'h1,
            registerWrite_bits_REG_address[11:8] == 4'h6
              ? {1'h0, registerWrite_bits_REG_address[7:0]}
              : {1'h1, registerWrite_bits_REG_address[11:7] != 5'h10, registerWrite_bits_REG_address[6:0]}};
@@ -1582,55 +1641,59 @@ module EscMemory(
     .event_rx_er_port0                 (event_rx_er_port0),
     .event_invalid_frame_port0         (event_invalid_frame_port0)
   );
-  assign _ram_0_write =
+  assign _ram_readPlace_process = |_readTarget_t_place_process_T;
+  assign _ram_readPlace_index =
+    (|_readTarget_t_place_process_T)
+      ? {readAddress[12] - 1'h1, readAddress[11:0]}
+      : {3'h0,
+         readTarget_user
+           ? {3'h0, readAddress[6:0]}
+           : {1'h1,
+              readAddress[11:8] == 4'h6
+                ? {1'h0, readAddress[7:0]}
+                : {1'h1, readAddress[11:7] != 5'h10, readAddress[6:0]}}};
+  assign _ram_writeMask =
     ecatToRam
     | (hostWrite_registerToRam
          ? hostWrite_registerToRam_ramWrite_bits_mask
          : hostWrite & (hostTarget_user | (|(host_addr[15:12])) & {1'h0, host_addr} < 17'h3000 & ramOpen) & host_be);
-  assign _ram_0_writeAddress =
+  assign _ram_writePlace_process =
+    ecatToRam ? (|(ecat_writeAddress[15:12])) : ~hostWrite_registerToRam & (|(host_addr[15:12]));
+  assign _ram_writePlace_index =
     ecatToRam
-      ? (ecatTarget_user
-           ? {7'h40, ecat_writeAddress[6:0]}
-           : (|(ecat_writeAddress[15:12]))
-               ? {ecat_writeAddress[13:12] - 2'h1, ecat_writeAddress[11:0]}
-               : {5'h11,
-                  ecat_writeAddress[11:8] == 4'h6
-                    ? {1'h0, ecat_writeAddress[7:0]}
-                    : {1'h1, ecat_writeAddress[11:7] != 5'h10, ecat_writeAddress[6:0]}})
+      ? ((|(ecat_writeAddress[15:12]))
+           ? {ecat_writeAddress[12] - 1'h1, ecat_writeAddress[11:0]}
+           : {3'h0,
+              ecatTarget_user
+                ? {3'h0, ecat_writeAddress[6:0]}
+                : {1'h1,
+                   ecat_writeAddress[11:8] == 4'h6
+                     ? {1'h0, ecat_writeAddress[7:0]}
+                     : {1'h1, ecat_writeAddress[11:7] != 5'h10, ecat_writeAddress[6:0]}}})
       : hostWrite_registerToRam
-          ? hostWrite_registerToRam_ramWrite_bits_index
-          : hostTarget_user
-              ? {7'h40, host_addr[6:0]}
-              : (|(host_addr[15:12]))
-                  ? {host_addr[13:12] - 2'h1, host_addr[11:0]}
-                  : {5'h11,
-                     host_addr[11:8] == 4'h6
-                       ? {1'h0, host_addr[7:0]}
-                       : {1'h1, host_addr[11:7] != 5'h10, host_addr[6:0]}};
-  assign _ram_0_writeData =
+          ? hostWrite_registerToRam_ramWrite_bits_place_index
+          : (|(host_addr[15:12]))
+              ? {host_addr[12] - 1'h1, host_addr[11:0]}
+              : {3'h0,
+                 hostTarget_user
+                   ? {3'h0, host_addr[6:0]}
+                   : {1'h1,
+                      host_addr[11:8] == 4'h6
+                        ? {1'h0, host_addr[7:0]}
+                        : {1'h1, host_addr[11:7] != 5'h10, host_addr[6:0]}}};
+  assign _ram_writeData =
     ecatToRam ? ecat_writeData : hostWrite_registerToRam ? hostWrite_registerToRam_ramWrite_bits_data : host_wdata;
-  assign _ram_0_readAddress =
-    readTarget_user
-      ? {7'h40, readAddress[6:0]}
-      : (|(readAddress[15:12]))
-          ? {readAddress[13:12] - 2'h1, readAddress[11:0]}
-          : {5'h11,
-             readAddress[11:8] == 4'h6
-               ? {1'h0, readAddress[7:0]}
-               : {1'h1, readAddress[11:7] != 5'h10, readAddress[6:0]}};
-  DualPortRam #(
-    .ADDRESS_BITS(14),
-    .DEPTH(9216),
-    .WIDTH(8)
-  ) ram_0 (
-    .clock        (clock),
-    .write        (_ram_0_write),
-    .writeAddress (_ram_0_writeAddress),
-    .writeData    (_ram_0_writeData),
-    .readAddress  (_ram_0_readAddress),
-    .readData     (_ram_0_readData)
+  EscRam ram (
+    .clock              (clock),
+    .readPlace_process  (_ram_readPlace_process),
+    .readPlace_index    (_ram_readPlace_index),
+    .readData           (_ram_readData),
+    .writeMask          (_ram_writeMask),
+    .writePlace_process (_ram_writePlace_process),
+    .writePlace_index   (_ram_writePlace_index),
+    .writeData          (_ram_writeData)
   );
-  assign _log_write_valid = ecat_write & ~(|(ecat_writeAddress[15:12])) & ~ecatTarget_user;
+  assign _log_write_valid = ecat_write & ecat_writeAddress[15:12] == 4'h0 & ~ecatTarget_user;
   assign _log_write_bits_address = ecat_writeAddress[11:0];
   WriteLog log (
     .clock               (clock),
@@ -1661,7 +1724,7 @@ module EscMemory(
   assign unitWrite_ready = unitWrite_ready_0;
   assign unitRead_ready = ~ecat_read & ~host_req;
   assign unitData_valid = unitData_valid_REG;
-  assign unitData_bits = _ram_0_readData;
+  assign unitData_bits = _ram_readData;
   assign registersBusy =
     _log_busy | _log_replay_valid | registerWrite_valid_REG | hostWrite_registerToRam_ramWrite_valid;
   assign clearing = ~(hostWrite_unitWrites_isClear_cleared[9]);
@@ -2015,6 +2078,115 @@ module WideTable(
   assign readData_0 = _rams_0_readData;
 endmodule
 
+// external module DualPortRam
+
+module WideTable_1(
+  input         clock,
+  input         reset,
+  input         write,
+  input  [2:0]  writeIndex,
+  input  [1:0]  writeMask,
+  input  [15:0] writeData,
+  input  [2:0]  readIndex_0,
+  output [15:0] readData_0
+);
+
+  wire [2:0]  _rams_0_readAddress;
+  wire [15:0] _rams_0_readData;
+  reg         merging;
+  reg  [2:0]  index;
+  reg  [1:0]  mask;
+  reg  [15:0] data;
+  reg  [15:0] last;
+  reg         again;
+  wire [15:0] merged =
+    {mask[1] ? data[15:8] : again ? last[15:8] : _rams_0_readData[15:8],
+     mask[0] ? data[7:0] : again ? last[7:0] : _rams_0_readData[7:0]};
+  always @(posedge clock) begin
+    if (reset) begin
+      merging <= 1'h0;
+      again <= 1'h0;
+    end
+    else begin
+      merging <= write;
+      again <= merging & write & index == writeIndex;
+    end
+    index <= writeIndex;
+    mask <= writeMask;
+    data <= writeData;
+    last <= merged;
+  end // always @(posedge)
+  assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(16)
+  ) rams_0 (
+    .clock        (clock),
+    .write        (merging),
+    .writeAddress (index),
+    .writeData    (merged),
+    .readAddress  (_rams_0_readAddress),
+    .readData     (_rams_0_readData)
+  );
+  assign readData_0 = _rams_0_readData;
+endmodule
+
+// external module DualPortRam
+
+module WideTable_2(
+  input         clock,
+  input         reset,
+  input         write,
+  input  [2:0]  writeIndex,
+  input  [2:0]  writeMask,
+  input  [23:0] writeData,
+  input  [2:0]  readIndex_0,
+  output [23:0] readData_0
+);
+
+  wire [2:0]  _rams_0_readAddress;
+  wire [23:0] _rams_0_readData;
+  reg         merging;
+  reg  [2:0]  index;
+  reg  [2:0]  mask;
+  reg  [23:0] data;
+  reg  [23:0] last;
+  reg         again;
+  wire [23:0] merged =
+    {mask[2] ? data[23:16] : again ? last[23:16] : _rams_0_readData[23:16],
+     mask[1] ? data[15:8] : again ? last[15:8] : _rams_0_readData[15:8],
+     mask[0] ? data[7:0] : again ? last[7:0] : _rams_0_readData[7:0]};
+  always @(posedge clock) begin
+    if (reset) begin
+      merging <= 1'h0;
+      again <= 1'h0;
+    end
+    else begin
+      merging <= write;
+      again <= merging & write & index == writeIndex;
+    end
+    index <= writeIndex;
+    mask <= writeMask;
+    data <= writeData;
+    last <= merged;
+  end // always @(posedge)
+  assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(24)
+  ) rams_0 (
+    .clock        (clock),
+    .write        (merging),
+    .writeAddress (index),
+    .writeData    (merged),
+    .readAddress  (_rams_0_readAddress),
+    .readData     (_rams_0_readData)
+  );
+  assign readData_0 = _rams_0_readData;
+endmodule
+
 module Fmmus(
   input         clock,
   input         reset,
@@ -2032,14 +2204,14 @@ module Fmmus(
 
   wire        _results_table_0_2_write;
   wire [2:0]  _results_table_0_2_writeIndex;
-  wire [3:0]  _results_table_0_2_writeMask;
-  wire [31:0] _results_table_0_2_writeData;
-  wire [31:0] _results_table_0_2_readData_0;
+  wire [2:0]  _results_table_0_2_writeMask;
+  wire [23:0] _results_table_0_2_writeData;
+  wire [23:0] _results_table_0_2_readData_0;
   wire        _results_table_0_1_write;
   wire [2:0]  _results_table_0_1_writeIndex;
-  wire [3:0]  _results_table_0_1_writeMask;
-  wire [31:0] _results_table_0_1_writeData;
-  wire [31:0] _results_table_0_1_readData_0;
+  wire [1:0]  _results_table_0_1_writeMask;
+  wire [15:0] _results_table_0_1_writeData;
+  wire [15:0] _results_table_0_1_readData_0;
   wire        _results_table_0_0_write;
   wire [2:0]  _results_table_0_0_writeIndex;
   wire [3:0]  _results_table_0_0_writeMask;
@@ -2048,10 +2220,9 @@ module Fmmus(
   wire        hitsArea = write_valid & write_bits_address[11:8] == 4'h6 & write_bits_address[3:2] != 2'h3;
   wire [7:0]  _GEN = {7'h0, write_bits_mask};
   wire [7:0]  _GEN_0 = {6'h0, write_bits_address[1:0]};
-  wire [7:0]  _results_table_0_0_writeMask_T_2 = _GEN << _GEN_0;
-  wire [15:0] _results_table_0_2_writeData_T = {2{write_bits_data}};
-  wire [7:0]  _results_table_0_1_writeMask_T_2 = _GEN << _GEN_0;
-  wire [7:0]  _results_table_0_2_writeMask_T_2 = _GEN << _GEN_0;
+  wire [7:0]  _results_mask_T_2 = _GEN << _GEN_0;
+  wire [7:0]  _results_mask_T_5 = _GEN << _GEN_0;
+  wire [7:0]  _results_mask_T_8 = _GEN << _GEN_0;
   reg         results_active_0_0;
   reg         results_active_0_1;
   reg         results_active_0_2;
@@ -2127,10 +2298,10 @@ module Fmmus(
     end
     results_started <= index;
     results_distance <= {1'h0, logical} - {1'h0, _results_table_0_0_readData_0};
-    results_length <= _results_table_0_1_readData_0[15:0];
+    results_length <= _results_table_0_1_readData_0;
     results_start <= _results_table_0_2_readData_0[15:0];
-    results_forReads <= _results_table_0_2_readData_0[24];
-    results_forWrites <= _results_table_0_2_readData_0[25];
+    results_forReads <= _results_table_0_2_readData_0[16];
+    results_forWrites <= _results_table_0_2_readData_0[17];
     results_takes <= casez_tmp;
     results_begins <= results_started == 3'h0;
     if (results_begins | ~found_read_0_hit) begin
@@ -2144,8 +2315,8 @@ module Fmmus(
   end // always @(posedge)
   assign _results_table_0_0_write = hitsArea & write_bits_address[3:2] == 2'h0;
   assign _results_table_0_0_writeIndex = write_bits_address[6:4];
-  assign _results_table_0_0_writeMask = _results_table_0_0_writeMask_T_2[3:0];
-  assign _results_table_0_0_writeData = {2{_results_table_0_2_writeData_T}};
+  assign _results_table_0_0_writeMask = _results_mask_T_2[3:0];
+  assign _results_table_0_0_writeData = {4{write_bits_data}};
   WideTable results_table_0_0 (
     .clock       (clock),
     .reset       (reset),
@@ -2158,9 +2329,9 @@ module Fmmus(
   );
   assign _results_table_0_1_write = hitsArea & write_bits_address[3:2] == 2'h1;
   assign _results_table_0_1_writeIndex = write_bits_address[6:4];
-  assign _results_table_0_1_writeMask = _results_table_0_1_writeMask_T_2[3:0];
-  assign _results_table_0_1_writeData = {2{_results_table_0_2_writeData_T}};
-  WideTable results_table_0_1 (
+  assign _results_table_0_1_writeMask = _results_mask_T_5[1:0];
+  assign _results_table_0_1_writeData = {2{write_bits_data}};
+  WideTable_1 results_table_0_1 (
     .clock       (clock),
     .reset       (reset),
     .write       (_results_table_0_1_write),
@@ -2172,9 +2343,9 @@ module Fmmus(
   );
   assign _results_table_0_2_write = hitsArea & write_bits_address[3:2] == 2'h2;
   assign _results_table_0_2_writeIndex = write_bits_address[6:4];
-  assign _results_table_0_2_writeMask = _results_table_0_2_writeMask_T_2[3:0];
-  assign _results_table_0_2_writeData = {2{_results_table_0_2_writeData_T}};
-  WideTable results_table_0_2 (
+  assign _results_table_0_2_writeMask = {_results_mask_T_8[3], _results_mask_T_8[1:0]};
+  assign _results_table_0_2_writeData = {3{write_bits_data}};
+  WideTable_2 results_table_0_2 (
     .clock       (clock),
     .reset       (reset),
     .write       (_results_table_0_2_write),

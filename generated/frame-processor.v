@@ -264,6 +264,32 @@ endmodule
 
 // external module DualPortRam
 
+module EscRam(
+  input        clock,
+  input  [6:0] readPlace_index,
+  output [7:0] readData,
+  input        writeMask,
+  input        writePlace_process,
+  input  [6:0] writePlace_index,
+  input  [7:0] writeData
+);
+
+  wire _local_ram_write;
+  assign _local_ram_write = writeMask & ~writePlace_process;
+  DualPortRam #(
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
+    .WIDTH(8)
+  ) local_ram (
+    .clock        (clock),
+    .write        (_local_ram_write),
+    .writeAddress (writePlace_index),
+    .writeData    (writeData),
+    .readAddress  (readPlace_index),
+    .readData     (readData)
+  );
+endmodule
+
 // external module DualPortRam
 
 module WriteLog(
@@ -399,11 +425,12 @@ module EscMemory(
   wire [11:0] _log_replay_bits_address;
   wire        _log_replay_bits_mask;
   wire [7:0]  _log_replay_bits_data;
-  wire        _ram_0_write;
-  wire [6:0]  _ram_0_writeAddress;
-  wire [7:0]  _ram_0_writeData;
-  wire [6:0]  _ram_0_readAddress;
-  wire [7:0]  _ram_0_readData;
+  wire [6:0]  _ram_readPlace_index;
+  wire        _ram_writeMask;
+  wire        _ram_writePlace_process;
+  wire [6:0]  _ram_writePlace_index;
+  wire [7:0]  _ram_writeData;
+  wire [7:0]  _ram_readData;
   wire [11:0] _file_readAddress;
   wire        _file_write;
   wire [7:0]  _file_readData;
@@ -412,12 +439,11 @@ module EscMemory(
   wire        _file_writableByEcat;
   wire        _file_writableByPdi;
   wire [15:0] readAddress = ecat_read ? ecat_readAddress[15:0] : host_addr;
-  wire        readTarget_user = readAddress[15:7] == 9'h1F;
   reg         registerHit;
   reg         ramHit;
   reg  [7:0]  registerData;
   wire [7:0]  fromRam = {8{ramHit}};
-  wire [7:0]  readData = fromRam & _ram_0_readData | ~fromRam & {8{registerHit}} & registerData;
+  wire [7:0]  readData = fromRam & _ram_readData | ~fromRam & {8{registerHit}} & registerData;
   reg         ecat_readable_register;
   reg         ecat_writable_register;
   reg         forHost_register;
@@ -439,6 +465,7 @@ module EscMemory(
   reg         host_ack_REG;
   wire        hostLookUp = host_req & host_write & ~lookedUp & ~ecat_read & ~host_ack_REG;
   wire        _readTarget_T_1 = ecat_read & ecat_readAddress[16];
+  wire        readTarget_user = readAddress[15:7] == 9'h1F;
   always @(posedge clock) begin
     registerHit <= ~_readTarget_T_1 & readAddress[15:12] == 4'h0 & ~readTarget_user;
     ramHit <= ~_readTarget_T_1 & (readTarget_user | (|(readAddress[15:12])) & {1'h0, readAddress} < 17'h1000 & ramOpen);
@@ -514,27 +541,25 @@ module EscMemory(
     .event_rx_er_port0           (event_rx_er_port0),
     .event_invalid_frame_port0   (event_invalid_frame_port0)
   );
-  assign _ram_0_write =
+  assign _ram_readPlace_index = (|(readAddress[15:12])) ? readAddress[6:0] : readAddress[6:0];
+  assign _ram_writeMask =
     ecatToRam
       ? ecat_writeMask
       : hostWrite & (hostTarget_user | (|(host_addr[15:12])) & {1'h0, host_addr} < 17'h1000 & ramOpen) & host_be;
-  assign _ram_0_writeAddress =
+  assign _ram_writePlace_process = ecatToRam ? (|(ecat_writeAddress[15:12])) : (|(host_addr[15:12]));
+  assign _ram_writePlace_index =
     ecatToRam
-      ? (ecatTarget_user ? ecat_writeAddress[6:0] : ecat_writeAddress[6:0])
-      : hostTarget_user ? host_addr[6:0] : host_addr[6:0];
-  assign _ram_0_writeData = ecatToRam ? ecat_writeData : host_wdata;
-  assign _ram_0_readAddress = readTarget_user ? readAddress[6:0] : readAddress[6:0];
-  DualPortRam #(
-    .ADDRESS_BITS(7),
-    .DEPTH(128),
-    .WIDTH(8)
-  ) ram_0 (
-    .clock        (clock),
-    .write        (_ram_0_write),
-    .writeAddress (_ram_0_writeAddress),
-    .writeData    (_ram_0_writeData),
-    .readAddress  (_ram_0_readAddress),
-    .readData     (_ram_0_readData)
+      ? ((|(ecat_writeAddress[15:12])) ? ecat_writeAddress[6:0] : ecat_writeAddress[6:0])
+      : (|(host_addr[15:12])) ? host_addr[6:0] : host_addr[6:0];
+  assign _ram_writeData = ecatToRam ? ecat_writeData : host_wdata;
+  EscRam ram (
+    .clock              (clock),
+    .readPlace_index    (_ram_readPlace_index),
+    .readData           (_ram_readData),
+    .writeMask          (_ram_writeMask),
+    .writePlace_process (_ram_writePlace_process),
+    .writePlace_index   (_ram_writePlace_index),
+    .writeData          (_ram_writeData)
   );
   assign _log_write_valid = ecat_write & ecat_writeAddress[15:12] == 4'h0 & ~ecatTarget_user;
   assign _log_write_bits_address = ecat_writeAddress[11:0];

@@ -35,13 +35,10 @@ class Fmmus(p: EscParams) extends Module {
   private val address  = write.bits.byteAddress
   private val hitsArea = write.valid && address(11, 8) === 6.U && address(3, 2) =/= 3.U
 
-  /** An FMMU as its first 12 bytes show it, and whether it is active. */
+  /** An FMMU as the tables hold it, without the bit numbers (B-46). */
   private class Entry extends Bundle {
     val typ           = UInt(8.W)
-    val physicalBit   = UInt(8.W)
     val physicalStart = UInt(16.W)
-    val stopBit       = UInt(8.W)
-    val startBit      = UInt(8.W)
     val length        = UInt(16.W)
     val logicalStart  = UInt(32.W)
   }
@@ -50,13 +47,15 @@ class Fmmus(p: EscParams) extends Module {
     val count = if (p.fmmuBanks == 1) n else if (bank == 0) 8 else n - 8
     val mine  = if (p.fmmuBanks == 1) true.B else address(7) === bank.U
     val unit  = address(6, 4)
-    // Three words of four bytes, each with its own write mask.
-    val tables = Seq.tabulate(3) { part =>
-      val table = Module(new WideTable(count, 4, 1)).suggestName(s"table_${bank}_$part")
+    // Of three words of four bytes those that are used.
+    val tables = Seq(0 to 3, 0 to 1, Seq(0, 1, 3)).zipWithIndex.map { case (used, part) =>
+      val table = Module(new WideTable(count, used.size, copies = 1)).suggestName(s"table_${bank}_$part")
+      val mask  = write.bits.maskIn(4)
+      val data  = write.bits.dataIn(4)
       table.write        := hitsArea && mine && unit < count.U && address(3, 2) === part.U
       table.writeIndex   := unit
-      table.writeMask    := write.bits.maskIn(4)
-      table.writeData    := write.bits.dataIn(4)
+      table.writeMask    := VecInit(used.map(mask(_))).asUInt
+      table.writeData    := VecInit(used.map(i => data(8 * i + 7, 8 * i))).asUInt
       table.readIndex(0) := index
       table
     }

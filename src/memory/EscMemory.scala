@@ -62,26 +62,20 @@ class EscMemory(p: EscParams) extends Module {
   private class Target extends Bundle {
     val register = Bool()
     val ram      = Bool()
-    val index    = UInt(ramIndexBits.W)
+    val place    = new RamPlace(p)
   }
-  // Process data RAM, then at its end user RAM, and half a KiB further the register RAM.
-  private lazy val ramWords     = (p.ramBytes + (if (p.hasRegisterRam) 1024 else 128)) / lanes
-  private lazy val ramIndexBits = log2Ceil(ramWords)
 
   private def target(address: UInt, pastEnd: Bool): Target = {
     val t       = Wire(new Target)
     val user    = address(15, 7) === (RegisterMap.UserRamStart >> 7).U
     val process = address(15, 12) =/= 0.U && address < (RegisterMap.ProcessRamStart + p.ramBytes).U(17.W)
     val processOffset = Cat(address(15, 12) - 1.U, address(11, 0))
-    val inRegisters   = if (p.hasRegisterRam) registerRamOffset(address(11, 0)) else processOffset
-    val offset = Mux(
-      user,
-      p.ramBytes.U | address(6, 0),
-      if (p.hasRegisterRam) Mux(address(15, 12) === 0.U, inRegisters, processOffset) else processOffset
-    )
-    t.register := !pastEnd && address(15, 12) === 0.U && !user
-    t.ram      := !pastEnd && (user || (process && ramOpen))
-    t.index    := (offset >> laneBits)
+    val localOffset =
+      if (p.hasRegisterRam) Mux(user, address(6, 0), registerRamOffset(address(11, 0))) else address(6, 0)
+    t.register      := !pastEnd && address(15, 12) === 0.U && !user
+    t.ram           := !pastEnd && (user || (process && ramOpen))
+    t.place.process := address(15, 12) =/= 0.U
+    t.place.index   := Mux(t.place.process, processOffset, localOffset) >> laneBits
     t
   }
 
@@ -89,10 +83,10 @@ class EscMemory(p: EscParams) extends Module {
   private def registerRamOffset(address: UInt): UInt = {
     val fmmu = address(11, 8) === 6.U
     val sm   = address(11, 7) === (0x800 >> 7).U
-    (p.ramBytes + 512).U | Mux(fmmu, address(7, 0), Cat(1.U(1.W), !sm, address(6, 0)))
+    EscRam.RegisterStart.U | Mux(fmmu, address(7, 0), Cat(1.U(1.W), !sm, address(6, 0)))
   }
 
-  private val ram = Seq.fill(lanes)(DualPortRam(ramWords, 8)(clock))
+  private val ram = Module(new EscRam(p))
 
   // Reading: one address for registers and RAM, answer in the next cycle.
   private val hostRead    = host.req && !host.write && !ecat.read && !host.ack
@@ -101,7 +95,7 @@ class EscMemory(p: EscParams) extends Module {
   unitRead.ready := !ecat.read && !host.req
   private val readTarget = target(readAddress, ecat.read && ecat.readAddress(16))
   file.readAddress := readAddress(11, laneBits)
-  ram.foreach(_.io.readAddress := readTarget.index)
+  ram.readPlace    := readTarget.place
 
   private val registerHit = RegNext(readTarget.register)
   private val ramHit      = RegNext(readTarget.ram)
@@ -110,7 +104,7 @@ class EscMemory(p: EscParams) extends Module {
     register := bits
     register
   }
-  private val ramData      = VecInit(ram.map(_.io.readData)).asUInt
+  private val ramData      = ram.readData
   private val registerData = latched(file.readData)
   private val everyLane    = Fill(lanes, ramHit)
   private val fromRam =
@@ -188,7 +182,7 @@ class EscMemory(p: EscParams) extends Module {
 
   // Registers in RAM: kept a cycle, so that a byte of a frame comes first.
   private class RamWrite extends Bundle {
-    val index = UInt(ramIndexBits.W)
+    val place = new RamPlace(p)
     val mask  = UInt(lanes.W)
     val data  = UInt((8 * lanes).W)
   }
@@ -201,9 +195,9 @@ class EscMemory(p: EscParams) extends Module {
     val scratch   = if (p.hasSii) RegisterMap.SiiScratch else Nil
     val single =
       (registers.filter(r => r.inRam && r.block.isEmpty).flatMap(_.range) ++ scratch).map(_ / lanes).distinct
-    val at        = registerWrite.bits.byteAddress
-    val area      = at(11, 8) === 6.U || at(11, 7) === (0x800 >> 7).U
-    val exists    = area || !isClear || single.map(w => registerWrite.bits.address === w.U).reduce(_ || _)
+    val at     = registerWrite.bits.byteAddress
+    val area   = at(11, 8) === 6.U || at(11, 7) === (0x800 >> 7).U
+    val exists = area || !isClear || single.map(w => registerWrite.bits.address === w.U).reduce(_ || _)
     // Reserved bits read 0: the bytes of an FMMU that have some.
     val limits =
       mine.filter(a => a >> 4 == 0x60).map(a => a -> RegisterMap.ramMask(registers, a)).filter(_._2 != 0xff)
@@ -214,10 +208,11 @@ class EscMemory(p: EscParams) extends Module {
     }).asUInt
     when(registerToRam) { ramWrite.valid := false.B }
     when(registerWrite.valid && exists) {
-      ramWrite.valid      := true.B
-      ramWrite.bits.index := registerRamOffset(at) >> laneBits
-      ramWrite.bits.mask  := registerWrite.bits.mask
-      ramWrite.bits.data  := registerWrite.bits.data & keep
+      ramWrite.valid              := true.B
+      ramWrite.bits.place.process := false.B
+      ramWrite.bits.place.index   := registerRamOffset(at) >> laneBits
+      ramWrite.bits.mask          := registerWrite.bits.mask
+      ramWrite.bits.data          := registerWrite.bits.data & keep
     }
   }
 
@@ -227,13 +222,14 @@ class EscMemory(p: EscParams) extends Module {
   file.writeData    := registerWrite.bits.data
 
   private val hostToRam = hostWrite && hostTarget.ram
-  for ((bank, lane) <- ram.zipWithIndex) {
-    val local = Mux(registerToRam, ramWrite.bits.mask(lane), hostToRam && host.be(lane))
-    val index = Mux(registerToRam, ramWrite.bits.index, hostTarget.index)
-    val data  = Mux(registerToRam, ramWrite.bits.data, host.wdata)
-    bank.io.write        := Mux(ecatToRam, ecat.writeMask(lane), local)
-    bank.io.writeAddress := Mux(ecatToRam, ecatTarget.index, index)
-    bank.io.writeData    := Mux(ecatToRam, ecat.writeData, data)(8 * lane + 7, 8 * lane)
+  when(ecatToRam) {
+    ram.writeMask  := ecat.writeMask
+    ram.writePlace := ecatTarget.place
+    ram.writeData  := ecat.writeData
+  }.otherwise {
+    ram.writeMask  := Mux(registerToRam, ramWrite.bits.mask, Fill(lanes, hostToRam) & host.be)
+    ram.writePlace := Mux(registerToRam, ramWrite.bits.place, hostTarget.place)
+    ram.writeData  := Mux(registerToRam, ramWrite.bits.data, host.wdata)
   }
 
   host.ack := RegNext(hostRead || hostWrite, false.B)

@@ -30,18 +30,18 @@ class WideTable(entries: Int, bytes: Int, copies: Int) extends Module {
   /** One cycle after `readIndex`. */
   val readData = IO(Output(Vec(copies, UInt(width.W))))
 
-  private val merging = RegNext(write, false.B)
-  private val index   = RegNext(writeIndex)
-  private val mask    = RegNext(writeMask)
-  private val data    = RegNext(writeData)
-  private val merged  = Wire(UInt(width.W))
-  private val last    = RegNext(merged)
-  private val again   = RegNext(merging && write && index === writeIndex, false.B)
+  private def byte(word: UInt, number: Int) = word(8 * number + 7, 8 * number)
+  private val merging                       = RegNext(write, false.B)
+  private val index                         = RegNext(writeIndex)
+  private val mask                          = RegNext(writeMask)
+  private val data                          = RegNext(writeData)
+  private val merged                        = Wire(UInt(width.W))
+  private val last                          = RegNext(merged)
+  private val again                         = RegNext(merging && write && index === writeIndex, false.B)
 
   private val rams = Seq.fill(copies)(DualPortRam(entries, width)(clock))
   merged := VecInit((0 until bytes).map { i =>
-    def byte(word: UInt) = word(8 * i + 7, 8 * i)
-    Mux(mask(i), byte(data), Mux(again, byte(last), byte(rams.head.io.readData)))
+    Mux(mask(i), byte(data, i), Mux(again, byte(last, i), byte(rams.head.io.readData, i)))
   }).asUInt
   for ((ram, i) <- rams.zipWithIndex) {
     ram.io.write        := merging

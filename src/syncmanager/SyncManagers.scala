@@ -68,7 +68,7 @@ class SyncManagers(p: EscParams) extends Module {
   private val hitsArea = write.valid && address(11, 7) === (0x800 >> 7).U && !address(2)
   private val views    = Wire(Vec(n, new SyncManagerView))
   private val tables = Seq.tabulate(p.smBanks) { bank =>
-    val table = Module(new WideTable(n min 8, 4, 2)).suggestName(s"table_$bank")
+    val table = Module(new WideTable(n min 8, 4, copies = 2)).suggestName(s"table_$bank")
     table.write      := hitsArea && address(6) === bank.U && address(5, 3) < (n min 8).U
     table.writeIndex := address(5, 3)
     table.writeMask  := write.bits.maskIn(4)

@@ -1,0 +1,47 @@
+package flyframe.memory
+
+import chisel3._
+import chisel3.util._
+import flyframe.params.EscParams
+
+/** A word of [[EscRam]]. */
+class RamPlace(p: EscParams) extends Bundle {
+
+  /** Process data RAM, else user RAM or register RAM. */
+  val process = Bool()
+  val index   = UInt((log2Ceil(p.ramBytes max EscRam.localBytes(p)) - log2Ceil(p.lanes)).W)
+}
+
+/** All block RAM the bus and the host can reach: process data RAM, and a second one for user RAM (its first
+  * 128 bytes) and register RAM (its upper half, 512 bytes). One write port, one read port that answers in the
+  * next cycle.
+  */
+class EscRam(p: EscParams) extends Module {
+  val readPlace  = IO(Input(new RamPlace(p)))
+  val readData   = IO(Output(UInt((8 * p.lanes).W)))
+  val writeMask  = IO(Input(UInt(p.lanes.W)))
+  val writePlace = IO(Input(new RamPlace(p)))
+  val writeData  = IO(Input(UInt((8 * p.lanes).W)))
+
+  private def banks(bytes: Int, process: Boolean): UInt = VecInit((0 until p.lanes).map { lane =>
+    val ram = DualPortRam(bytes / p.lanes, 8)(clock)
+    ram.io.readAddress  := readPlace.index
+    ram.io.write        := writeMask(lane) && writePlace.process === process.B
+    ram.io.writeAddress := writePlace.index
+    ram.io.writeData    := writeData(8 * lane + 7, 8 * lane)
+    ram.io.readData
+  }).asUInt
+
+  private val local = banks(EscRam.localBytes(p), process = false)
+  readData := (if (p.ramBytes == 0) local
+               else Mux(RegNext(readPlace.process), banks(p.ramBytes, process = true), local))
+}
+
+object EscRam {
+
+  /** Size of the RAM for user RAM and, if there is one, register RAM. */
+  def localBytes(p: EscParams): Int = if (p.hasRegisterRam) 1024 else 128
+
+  /** Where the register RAM begins in it. */
+  val RegisterStart = 512
+}
