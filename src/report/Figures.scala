@@ -25,7 +25,8 @@ object Figures {
     val clocks = Points.clocks.map(p =>
       p.coreClockMhz.toString -> ujson.Obj("latency_ns" -> latencyJson(r.latency(p.preset)))
     )
-    val features = Points.variants.map(v => v.title -> areaJson(r.area(v.params.preset)))
+    val features =
+      (Points.variants ++ Points.completeVariants).map(v => v.title -> areaJson(r.area(v.params.preset)))
     val units = Points.presets.map { p =>
       p.preset -> obj(Points.units.map { case (u, _) =>
         u -> areaJson(r.units(p.preset).getOrElse(u, Area()))

@@ -8,8 +8,24 @@ import flyframe.params.EscParams
 /** Elaborates every point of the parameter matrix, for `test/cosim/matrix.sh` to lint. */
 object Matrix {
 
+  /** FMMUs 0, 1, 3, 8, 16 and SyncManagers 0, 2, 4, 8, 16, each with the most and the least of the other
+    * kind.
+    */
+  private val units: Seq[EscParams] =
+    Seq((0, 2), (1, 4), (3, 2), (8, 8), (16, 16), (0, 16), (16, 0)).map { case (fmmus, syncManagers) =>
+      EscParams(
+        preset = s"f${fmmus}_s$syncManagers",
+        ramKiB = 8,
+        fmmus = fmmus,
+        syncManagers = syncManagers,
+        applicationLayer = 1
+      )
+    }
+
   /** The points, in the order they are elaborated. */
-  val points: Seq[EscParams] =
+  val points: Seq[EscParams] = wire ++ units
+
+  private def wire: Seq[EscParams] =
     for {
       width <- Seq(8, 16, 32)
       ports <- Seq(1, 2, 4)

@@ -1,5 +1,7 @@
 package flyframe.report
 
+import flyframe.params.EscParams
+
 /** `docs/report.md`. */
 object Page {
   private def row(cells: String*): String = cells.mkString("| ", " | ", " |\n")
@@ -110,11 +112,11 @@ object Page {
     else s"**The steps do not explain the measurement**: ${wrong.mkString("; ")}."
   }
 
-  private def features(r: Results): String = {
+  private def features(r: Results, base: EscParams, variants: Seq[Variant]): String = {
     val from = r.area(base.preset)
     table(
       Seq("Change", "LUTs", "Registers", "Logic elements", "M9K", "Difference in logic elements"),
-      (Seq(s"none (`${base.preset}`)") ++ cells(from) :+ "") +: Points.variants.map { v =>
+      (Seq(s"none (`${base.preset}`)") ++ cells(from) :+ "") +: variants.map { v =>
         val a   = r.area(v.params.preset)
         val was = v.info.show(base)
         (s"${v.info.name} ${v.value} (was $was)" +: cells(a)) :+ diff(a.logicElements - from.logicElements)
@@ -178,7 +180,11 @@ object Page {
        |
        |`${base.preset}` with one parameter changed.
        |
-       |${block(features(r))}
+       |${block(features(r, base, Points.variants))}
+       |
+       |The same for the complete slave, a row per feature:
+       |
+       |${block(features(r, Points.complete, Points.completeVariants))}
        |![Logic elements with one parameter changed](report-features.svg)
        |
        |## Where the area goes

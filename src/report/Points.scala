@@ -2,9 +2,9 @@ package flyframe.report
 
 import flyframe.params.{EscParams, ParamInfo, ParamTable, Preset, Presets}
 
-/** `cyclone4-min` with one parameter changed; `preset` in `params` is the name of its files. */
-final case class Variant(info: ParamInfo, value: Int, params: EscParams) {
-  def title: String = s"${info.name} $value"
+/** A preset, `base`, with one parameter changed; `preset` in `params` is the name of its files. */
+final case class Variant(base: EscParams, info: ParamInfo, value: Int, params: EscParams) {
+  def title: String = (if (base == Points.base) "" else s"${base.preset}, ") + s"${info.name} $value"
 }
 
 /** What is measured. */
@@ -13,9 +13,12 @@ object Points {
   /** The preset the goals are set for and the variants start from. */
   val base: EscParams = Presets.named("cyclone4-min").map(_.params).get
 
-  private def variant(name: String)(value: Int): Variant = {
+  /** The preset with everything a master needs. */
+  val complete: EscParams = Presets.named("slave").map(_.params).get
+
+  private def variant(base: EscParams, short: String, name: String)(value: Int): Variant = {
     val info = ParamTable.named(name).get
-    Variant(info, value, info.set(base, value).copy(preset = s"min-$name-$value"))
+    Variant(base, info, value, info.set(base, value).copy(preset = s"$short-$name-$value"))
   }
 
   /** One row each in "What a feature costs". */
@@ -26,7 +29,17 @@ object Points {
     "nodeIdWidth"     -> Seq(4, 8),
     "ramKiB"          -> Seq(8),
     "coreClockMhz"    -> Seq(25, 50, 125)
-  ).flatMap { case (name, values) => values.map(variant(name)) }
+  ).flatMap { case (name, values) => values.map(variant(base, "min", name)) }
+
+  /** The same from the complete slave. */
+  val completeVariants: Seq[Variant] = Seq(
+    "fmmus"        -> Seq(0, 3, 16),
+    "syncManagers" -> Seq(2, 4, 16),
+    "watchdogs"    -> Seq(0),
+    "leds"         -> Seq(0),
+    "sii"          -> Seq(0),
+    "dataBusWidth" -> Seq(32)
+  ).flatMap { case (name, values) => values.map(variant(complete, "slave", name)) }
 
   /** The base at every core clock, slowest first. */
   val clocks: Seq[EscParams] =
@@ -35,7 +48,7 @@ object Points {
   val presets: Seq[EscParams] = Presets.all.map { case Preset(p, _, _) => p }
 
   /** Everything that is elaborated. */
-  val all: Seq[EscParams] = presets ++ variants.map(_.params)
+  val all: Seq[EscParams] = presets ++ (variants ++ completeVariants).map(_.params)
 
   /** The units the area is split into, with the modules they consist of, in the order of the wire path. */
   val units: Seq[(String, Set[String])] = Seq(
@@ -43,11 +56,16 @@ object Points {
     "Receivers"                               -> Set("MiiReceiver"),
     "Frame parser"                            -> Set("FrameParser"),
     "Datagram header"                         -> Set("DatagramHeader"),
-    "Data access"                             -> Set("DataAccess"),
+    "Data access"                             -> Set("DataAccess", "TranslatedAccess"),
+    "FMMUs"                                   -> Set("Fmmus"),
+    "SyncManagers"                            -> Set("SyncManagers", "AreaScan"),
     "Frame processor: counters, FCS, verdict" -> Set("FrameProcessor"),
     "Transmitters"                            -> Set("MiiTransmitter"),
     "Register file"                           -> Set("RegisterFile"),
-    "Memory and host port"                    -> Set("EscMemory"),
+    "Memory and host port"                    -> Set("EscMemory", "HostSequencer"),
+    "SII EEPROM"                              -> Set("SiiController"),
+    "AL, events, watchdogs"                   -> Set("Application", "Watchdog", "WatchdogDivider"),
+    "LEDs"                                    -> Set("LedControl", "LedPattern"),
     "Write log"                               -> Set("WriteLog"),
     "Loops and slot timer"                    -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
     "Wire path and glue"                      -> Set.empty

@@ -3,13 +3,23 @@ package flyframe.cosim
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.model.{FuzzVectors, VectorWriter}
 import flyframe.report.Matrix
-import flyframe.rules.{FrameRules, ModelBench, PortRules, Steps}
+import flyframe.rules.{
+  ApplicationRules,
+  FmmuRules,
+  FrameRules,
+  ModelBench,
+  PortRules,
+  Steps,
+  SyncManagerRules
+}
 
 /** Every point of {dataBusWidth 8, 16, 32} x {ports 1, 2, 4} x {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8,
-  * 16}: elaborates, lints clean, and behaves as the model does in all rule tests (which assert on the model)
-  * and in random frames.
+  * 16}, and of FMMUs 0 to 16 x SyncManagers 0 to 16: elaborates, lints clean, and behaves as the model does
+  * in all rule tests (which assert on the model) and in random frames.
   */
 class MatrixSpec extends AnyFlatSpec {
+  private val rules =
+    FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all
   private val harness = new Harness("matrix", Matrix.points)
 
   "All points of the parameter matrix" should "elaborate and lint clean" in {
@@ -20,7 +30,7 @@ class MatrixSpec extends AnyFlatSpec {
   for (p <- Matrix.points) s"Point ${p.preset}" should "pass the rule tests and random frames" in {
     val last = harness.play(s"${p.preset}.vectors") { out =>
       val bench = new ModelBench(p, model => Some(new VectorWriter(p, 1, out, model)))
-      for (rule <- FrameRules.all ++ PortRules.all if rule.needs(p) && !rule.usesTime) {
+      for (rule <- rules if rule.needs(p) && !rule.usesTime) {
         out.println(s"# ${rule.name}")
         bench.reset()
         rule.run(new Steps(bench))
