@@ -57,7 +57,7 @@ class MainSpec extends AnyFlatSpec {
   "Values that do not fit each other" should "be refused" in
     refused("--coreClockMhz", 25, "--txShift", 1)("txShift", "1", "0 to 0", "coreClockMhz 25")
   "An unknown preset" should "be refused" in
-    refused("--preset", "et1200")("et1200", Presets.all.map(_.name).mkString(", "))
+    refused("--preset", "et1201")("et1201", Presets.all.map(_.name).mkString(", "))
   "What is no number" should "be refused" in refused("--ports", "two")("ports", "two", "whole number")
   "A number beyond 32 bit" should "be refused" in refused("--ramKiB", "4294967297")("ramKiB", "4294967297")
   "A hexadecimal number without digits" should "be refused" in refused("--ports", "0x")("ports", "0x")

@@ -8,6 +8,7 @@ class EscParamsSpec extends AnyFlatSpec {
   /** `base`: a clock at which nothing but the range itself limits the parameter. */
   private case class Limits(inside: Seq[Int], outside: Seq[Int], base: EscParams = EscParams())
   private def between(low: Int, high: Int) = Limits(Seq(low, high), Seq(low - 1, high + 1))
+  private val local                        = EscParams(applicationLayer = 1)
   private val limits = Map(
     "dataBusWidth"           -> Limits(Seq(8, 16, 32), Seq(0, 7, 9, 24, 33, 64)),
     "maxSubTelegrams"        -> between(1, 128),
@@ -21,8 +22,14 @@ class EscParamsSpec extends AnyFlatSpec {
     "escType"                -> between(0, 0xff),
     "escRevision"            -> between(0, 0xff),
     "escBuild"               -> between(0, 0xffff),
-    "reportedFmmus"          -> between(0, 16),
-    "reportedSyncManagers"   -> between(0, 16),
+    "fmmus"                  -> between(0, 16),
+    "syncManagers"           -> between(0, 16).copy(base = local),
+    "applicationLayer"       -> between(0, 1),
+    "watchdogs"              -> between(0, 1).copy(base = local),
+    "leds"                   -> between(0, 1).copy(base = local),
+    "sii"                    -> between(0, 1),
+    "siiClockKhz"            -> between(10, 1000),
+    "siiStartUs"             -> between(1, 100000),
     "reportedRamKiB"         -> between(-1, 60),
     "reportedPorts"          -> between(-1, 0xff),
     "reportedFeatures"       -> between(-1, 0xffff)
@@ -86,6 +93,18 @@ class EscParamsSpec extends AnyFlatSpec {
           )
         )
     }
+  }
+
+  "FMMUs and SyncManagers" should "need a core clock of 100 MHz" in {
+    for (clock <- Seq(25, 50, 100, 125); p <- Seq(local.copy(fmmus = 1), local.copy(syncManagers = 1))) {
+      val problems = EscParams.problems(p.copy(coreClockMhz = clock))
+      if (clock >= 100) assert(problems.isEmpty)
+      else assert(problems.size == 1 && problems.head.endsWith(s" is 1 but must be 0 at coreClockMhz $clock."))
+    }
+  }
+  "SyncManagers, watchdogs and LEDs" should "need the application layer" in {
+    for (p <- Seq(EscParams(syncManagers = 1), EscParams(watchdogs = 1), EscParams(leds = 1)))
+      assert(EscParams.problems(p).map(_.split(" is 1 ")(1)) == Seq("but must be 0 if applicationLayer is 0."))
   }
 
   "Several problems" should "be told one by one" in {
