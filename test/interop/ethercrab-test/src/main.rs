@@ -189,7 +189,7 @@ async fn scan(bus: &mut Bus) -> Outcome {
         let identity = s.identity();
         check(&format!("slave {i}: name"), s.name() == format!("flyframe-io-{i}"), s.name())?;
         let triple = (identity.vendor_id, identity.product_id, identity.revision);
-        check(&format!("slave {i}: identity"), triple == IDENTITY, triple)?;
+        check(&format!("slave {i}: identity"), triple == (IDENTITY.0, IDENTITY.1 + i as u32, IDENTITY.2), triple)?;
         check(&format!("slave {i}: serial number"), identity.serial == 1000 + i as u32, identity.serial)?;
         check(&format!("slave {i}: alias"), s.alias_address() == 0x0100 + i as u16, s.alias_address())?;
     }
