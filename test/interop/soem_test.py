@@ -189,7 +189,7 @@ def refuse(bus):
 def watchdog(bus):
     bus.scan()
     for s in bus.master.slaves:
-        s.set_watchdog("processdata", 5)
+        s._fpwr(0x0420, struct.pack("<H", 50), 500_000)  # 5 ms; set_watchdog() has a fixed timeout, too short here
     bus.safeop()
     bus.op()
     bus.cycle(50)
