@@ -10,13 +10,16 @@ COSIM_PROGRAMS  := $(COSIM_OUT)/flyframe-cosim $(COSIM_OUT)/flyframe-fuzz $(COSI
 
 VERILATOR       ?= verilator
 VERILATOR_ROOT  ?= $(shell $(VERILATOR) --getenv VERILATOR_ROOT 2>/dev/null)
+# Waveforms (--trace) cost speed even when none is written: COSIM_TRACE=0 leaves them out.
+COSIM_TRACE     ?= 1
 VERILATOR_FLAGS ?= -O3 --x-assign fast --x-initial fast -Wno-lint -Wno-style
 COSIM_VINC      := $(VERILATOR_ROOT)/include
 # The defines of the runtime must be those of the models: the same switches as verilated.mk sets for --trace-fst.
 COSIM_RTFLAGS   := -O2 -std=gnu++17 -faligned-new -w -I$(COSIM_VINC) -I$(COSIM_VINC)/vltstd \
                    -DVERILATOR=1 -DVM_COVERAGE=0 -DVM_SC=0 -DVM_TRACE=1 -DVM_TRACE_FST=1 -DVM_TRACE_VCD=0
+COSIM_OPT       ?= -O2
 COSIM_CXXFLAGS  ?= -O2 -std=gnu++17 -Wall -Wextra -MMD -MP
-COSIM_INC       := -I$(COSIM_SRC) -isystem $(COSIM_VINC) -DVM_TRACE=1 -DVM_TRACE_FST=1
+COSIM_INC       := -I$(COSIM_SRC) -isystem $(COSIM_VINC) -DVM_TRACE=1 -DVM_TRACE_FST=1 -DCOSIM_TRACE=$(COSIM_TRACE)
 COSIM_RUNTIME   := $(patsubst %,$(COSIM_OBJ)/runtime/%.o,verilated verilated_fst_c verilated_threads)
 
 COSIM_MAINS     := cosim_main fuzz_main latency_main eeprom_test
@@ -42,9 +45,9 @@ $(COSIM_OBJ)/%/source.v: $(GENERATED)/%.v
 	@mkdir -p $(@D); cmp -s $< $@ || cp $< $@
 
 $(COSIM_OBJ)/%/model.a: $(COSIM_OBJ)/%/source.v $(wildcard $(GENERATED)/*.vh)
-	$(VERILATOR) --cc --prefix V$(call cosim_top,$*) --top-module $(call cosim_top,$*) --trace-fst $(VERILATOR_FLAGS) \
+	$(VERILATOR) --cc --prefix V$(call cosim_top,$*) --top-module $(call cosim_top,$*) $(if $(filter 1,$(COSIM_TRACE)),--trace-fst) $(VERILATOR_FLAGS) \
 	  -I$(GENERATED) -Mdir $(@D) $<
-	$(MAKE) -s -C $(@D) -f V$(call cosim_top,$*).mk OPT_FAST="-O2" OPT_SLOW="-O0" V$(call cosim_top,$*)__ALL.a
+	$(MAKE) -s -C $(@D) -f V$(call cosim_top,$*).mk OPT_FAST="$(COSIM_OPT)" OPT_SLOW="-O0" V$(call cosim_top,$*)__ALL.a
 	@mv $(@D)/V$(call cosim_top,$*)__ALL.a $@
 
 $(COSIM_OBJ)/%/adapter.cpp: $(GENERATED)/%.json $(COSIM_OBJ)/%/source.v $(COSIM_SRC)/gen_adapter.py

@@ -30,6 +30,8 @@ binds = "\n".join(
 print(f"""// Made by gen_adapter.py from {preset["preset"]}.json.
 #include <verilated_fst_c.h>
 
+#include <stdexcept>
+
 #include "V{top}.h"
 #include "model.h"
 
@@ -46,7 +48,11 @@ class Adapter : public Model {{
   }}
   ~Adapter() override {{ v.final(); }}
   void eval() override {{ v.eval(); }}
+#if COSIM_TRACE
   void trace(VerilatedFstC& file) override {{ v.trace(&file, 99); }}
+#else
+  void trace(VerilatedFstC&) override {{ throw std::runtime_error("this program is built without waveforms (COSIM_TRACE=0)."); }}
+#endif
 
  private:
   V{top} v;

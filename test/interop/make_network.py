@@ -3,7 +3,8 @@
 
 Usage: make_network.py FOLDER N [--preset NAME] [--corrupt SLAVE]
 
-Slave i has as many bytes of outputs as of inputs, SIZES[i]; its name, alias and serial number tell which one it is.
+Slave i has as many bytes of outputs as of inputs, SIZES[i]; its name, product code, alias and serial number tell which one it is.
+SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read their EEPROMs.
 """
 import argparse
 import json
@@ -38,7 +39,7 @@ def image(i, corrupt):
     size = SIZES[i % len(SIZES)]
     area = struct.pack("<7H", 0x0080, 0, 0, 0, 0x0100 + i, 0, 0)  # PDI: on-chip bus; alias
     head = area + struct.pack("<H", crc8(area) ^ (0x5A if corrupt else 0))
-    head += struct.pack("<4I", VENDOR, PRODUCT, REVISION, 1000 + i)
+    head += struct.pack("<4I", VENDOR, PRODUCT + i, REVISION, 1000 + i)
     head = head.ljust(0x3E * 2, b"\0") + struct.pack("<HH", 15, 1)  # 16 Kbit, version 1
     strings = [f"flyframe-io-{i}".encode(), b"flyframe"]
     general = struct.pack("<BBBBBBBBBBBBHHHH", 2, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x0011, 0).ljust(32, b"\0")

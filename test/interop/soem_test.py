@@ -119,7 +119,7 @@ def scan(bus):
     bus.scan()
     for i, s in enumerate(bus.master.slaves):
         check(f"slave {i}: name", s.name == f"flyframe-io-{i}", s.name)
-        check(f"slave {i}: identity", (s.man, s.id, s.rev) == (VENDOR, PRODUCT, REVISION), (s.man, s.id, s.rev))
+        check(f"slave {i}: identity", (s.man, s.id, s.rev) == (VENDOR, PRODUCT + i, REVISION), (s.man, s.id, s.rev))
         serial = struct.unpack("<I", s.eeprom_read(0x0E, 1_000_000))[0]
         check(f"slave {i}: serial number", serial == 1000 + i, serial)
         check(f"slave {i}: alias", bus.register(i, 0x0012, 2) == 0x0100 + i)
@@ -189,7 +189,7 @@ def refuse(bus):
 def watchdog(bus):
     bus.scan()
     for s in bus.master.slaves:
-        s.set_watchdog("processdata", 5)
+        s._fpwr(0x0420, struct.pack("<H", 50), 500_000)  # 5 ms; set_watchdog() has a fixed timeout, too short here
     bus.safeop()
     bus.op()
     bus.cycle(50)

@@ -189,7 +189,7 @@ async fn scan(bus: &mut Bus) -> Outcome {
         let identity = s.identity();
         check(&format!("slave {i}: name"), s.name() == format!("flyframe-io-{i}"), s.name())?;
         let triple = (identity.vendor_id, identity.product_id, identity.revision);
-        check(&format!("slave {i}: identity"), triple == IDENTITY, triple)?;
+        check(&format!("slave {i}: identity"), triple == (IDENTITY.0, IDENTITY.1 + i as u32, IDENTITY.2), triple)?;
         check(&format!("slave {i}: serial number"), identity.serial == 1000 + i as u32, identity.serial)?;
         check(&format!("slave {i}: alias"), s.alias_address() == 0x0100 + i as u16, s.alias_address())?;
     }
@@ -230,9 +230,12 @@ async fn cable(bus: &mut Bus) -> Outcome {
 }
 
 async fn refuse(bus: &mut Bus) -> Outcome {
-    let group = bus.scan().await?;
+    let group = told("FMMUs", bus.scan().await?.into_pre_op_pdi(bus.master).await)?;
     bus.simulator.ask("host 1 refuse safeop 0x001d")?;
-    check("SAFEOP fails", group.into_safe_op(bus.master).await.is_err(), ())?;
+    // By hand: `into_safe_op` gives up with a frame on its way, whose return ends ethercrab's receiving task.
+    for i in 0..bus.slaves {
+        bus.request(i, SAFEOP, if i == 1 { PREOP | ERROR } else { SAFEOP }).await?;
+    }
     let states = bus.states().await?;
     let wanted: Vec<_> = (0..bus.slaves).map(|i| if i == 1 { (PREOP | ERROR, 0x001d) } else { (SAFEOP, 0) }).collect();
     check("the refusing slave stays in PREOP, with its AL status code", states == wanted, states)?;
@@ -240,7 +243,10 @@ async fn refuse(bus: &mut Bus) -> Outcome {
     bus.request(1, PREOP | ERROR, PREOP).await?;
     bus.request(1, SAFEOP, SAFEOP).await?;
     println!("ok    after an acknowledge SAFEOP is reached");
-    Ok(())
+    let group = told("SAFEOP", group.into_safe_op(bus.master).await)?;
+    told("exchange", group.tx_rx(bus.master).await)?;
+    let group = told("OP", group.into_op(bus.master).await)?;
+    bus.cycle(&group, 50).await
 }
 
 async fn watchdog(bus: &mut Bus) -> Outcome {
