@@ -201,9 +201,9 @@ class EscMemory(p: EscParams) extends Module {
     val scratch   = if (p.hasSii) RegisterMap.SiiScratch else Nil
     val single =
       (registers.filter(r => r.inRam && r.block.isEmpty).flatMap(_.range) ++ scratch).map(_ / lanes).distinct
-    val at        = registerWrite.bits.byteAddress
-    val area      = at(11, 8) === 6.U || at(11, 7) === (0x800 >> 7).U
-    val exists    = area || !isClear || single.map(w => registerWrite.bits.address === w.U).reduce(_ || _)
+    val at     = registerWrite.bits.byteAddress
+    val area   = at(11, 8) === 6.U || at(11, 7) === (0x800 >> 7).U
+    val exists = area || !isClear || single.map(w => registerWrite.bits.address === w.U).reduce(_ || _)
     // Reserved bits read 0: the bytes of an FMMU that have some.
     val limits =
       mine.filter(a => a >> 4 == 0x60).map(a => a -> RegisterMap.ramMask(registers, a)).filter(_._2 != 0xff)

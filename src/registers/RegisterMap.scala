@@ -15,8 +15,8 @@ object RegisterMap {
   /** First byte of process data RAM (GEN-04). */
   val ProcessRamStart = 0x1000
 
-  /** Bytes of the register RAM for the SII unit alone, at addresses without a register: the configuration area
-    * while it is being read.
+  /** Bytes of the register RAM for the SII unit alone, at addresses without a register: the configuration
+    * area while it is being read.
     */
   val SiiScratch = 0x0560 until 0x0570
 

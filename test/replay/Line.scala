@@ -31,10 +31,10 @@ final class Line(size: Int, answers: Seq[Option[RecordedFrame]]) {
   } yield {
     // Every slave has added 1 to the position address of the answer.
     val slaves: Set[Int] = reply.command match {
-      case 1 | 2 | 3     => Set((size - reply.adp) & 0xffff).filter(_ < size)
-      case 4 | 5 | 6     => stations.get(reply.adp).toSet
-      case 7 | 8 | 9     => (0 until size).toSet
-      case _             => Set.empty
+      case 1 | 2 | 3 => Set((size - reply.adp) & 0xffff).filter(_ < size)
+      case 4 | 5 | 6 => stations.get(reply.adp).toSet
+      case 7 | 8 | 9 => (0 until size).toSet
+      case _         => Set.empty
     }
     val addressed = Addressed(frame, number, reply, slaves)
     if (addressed.writes && reply.ado == 0x0010 && reply.length >= 2 && reply.workingCounter > 0) {

@@ -48,7 +48,9 @@ object Recording {
     b.size >= 28 && b(12) == 0x88 && b(13) == 0xa4 && b(15) >> 4 == 1
 
   private def isUdp(b: Seq[Int]): Boolean =
-    b.size >= 44 && b(12) == 8 && b(13) == 0 && b(14) == 0x45 && b(23) == 0x11 && b(36) == 0x88 && b(37) == 0xa4
+    b.size >= 44 && b(12) == 8 && b(13) == 0 && b(14) == 0x45 && b(23) == 0x11 && b(36) == 0x88 && b(
+      37
+    ) == 0xa4
 
   /** The EtherCAT frames of a file, in order. */
   def read(file: Path): Seq[RecordedFrame] = frames(file).filter(isEtherCat).map(RecordedFrame)

@@ -52,15 +52,20 @@ class ReplaySpec extends AnyFlatSpec {
 
   /** Why a byte may differ in these bits. */
   private def byteReason(address: Int, bits: Int): Option[String] = address match {
-    case a if isClock(a)       => Some(Reason.Clocks)
-    case a if isOutput(a)      => Some(Reason.Outputs)
+    case a if isClock(a)        => Some(Reason.Clocks)
+    case a if isOutput(a)       => Some(Reason.Outputs)
     case 0x0502 if bits == 0x10 => Some(Reason.Reserved)
     case 0x0502 if bits == 0x40 => Some(Reason.EightBytes)
     case 0x0110 if bits == 0x04 => Some(Reason.LinkDetection)
-    case _                     => None
+    case _                      => None
   }
 
-  private def compare(d: Addressed, actual: Reply, outputsOnly: Boolean, irqReason: Option[String]): Seq[Difference] = {
+  private def compare(
+      d: Addressed,
+      actual: Reply,
+      outputsOnly: Boolean,
+      irqReason: Option[String]
+  ): Seq[Difference] = {
     val e       = d.reply
     val logical = e.command >= 10 && e.command <= 12
     val clocks  = !logical && isClock(e.ado)
@@ -143,9 +148,11 @@ class ReplaySpec extends AnyFlatSpec {
           case None    => Seq(Difference(s"frame ${d.frame} did not come back", None))
           case Some(a) =>
             // What may be watched is the data, not who answers.
-            val early = polls.get(d).contains(false) && a.datagrams(d.number).workingCounter == d.reply.workingCounter
+            val early =
+              polls.get(d).contains(false) && a.datagrams(d.number).workingCounter == d.reply.workingCounter
             compare(d, a.datagrams(d.number), outputsOnly, irqReason(d)).map { x =>
-              if (early && x.reason.isEmpty && x.text.contains("byte")) x.copy(reason = Some(Reason.Watching)) else x
+              if (early && x.reason.isEmpty && x.text.contains("byte")) x.copy(reason = Some(Reason.Watching))
+              else x
             }
         })
       }
@@ -166,7 +173,13 @@ class ReplaySpec extends AnyFlatSpec {
         if (n > 0) info(s"excepted: $n datagrams, $r")
       }
       val open = differs.flatMap(_._2).filter(_.reason.isEmpty).map(_.text)
-      Files.writeString(folder.resolve(s"$name.differences"), unequal.flatMap(_._2).map(x => s"${x.text}: ${x.reason.getOrElse("no reason")}").mkString("", "\n", "\n"))
+      Files.writeString(
+        folder.resolve(s"$name.differences"),
+        unequal
+          .flatMap(_._2)
+          .map(x => s"${x.text}: ${x.reason.getOrElse("no reason")}")
+          .mkString("", "\n", "\n")
+      )
       assert(equal.nonEmpty)
       assert(actual.zip(expected).forall { case (a, e) => a.isDefined || e.isEmpty }, "frames were lost")
       assert(open.isEmpty, s"${open.size} differences:" + open.take(20).mkString("\n", "\n", "\n"))
@@ -190,7 +203,8 @@ class ReplaySpec extends AnyFlatSpec {
         _.image(0, Map(0 -> 0x0e89)),
         line => {
           val replies = line.mailbox(0, 0x1080).map(_.map(b => f"$b%02x").mkString("\"", "", "\""))
-          s""", "eeprom_chip": "24C32", "host": "io", "host_delay_us": 10000, "host_replies": [${replies.mkString(", ")}]"""
+          s""", "eeprom_chip": "24C32", "host": "io", "host_delay_us": 10000, "host_replies": [${replies
+              .mkString(", ")}]"""
         }
       )
     ),
