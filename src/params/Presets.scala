@@ -92,7 +92,7 @@ object Presets {
         escRevision = 2,
         escBuild = 1,
         reportedPorts = 0x1f,
-        reportedFeatures = 0x00cc
+        reportedFeatures = 0x01cc
       ),
       "two ports, 3 FMMUs, 4 SyncManagers, 4 KiB RAM; no distributed clocks yet",
       replayOnly

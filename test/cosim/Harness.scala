@@ -55,8 +55,8 @@ final class Harness(name: String, sets: Seq[EscParams]) {
     text.linesIterator.toSeq.last
   }
 
-  /** Replays a recording through a network; what the program says. */
-  def replay(network: Path, recording: Path, result: Path): String = {
+  /** Replays a recording through a network; what the program says. Idle time is skipped behind `settleUs`. */
+  def replay(network: Path, recording: Path, result: Path, settleUs: Int = 4): String = {
     build
     run(
       s"$out/flyframe-cosim",
@@ -65,7 +65,9 @@ final class Harness(name: String, sets: Seq[EscParams]) {
       "--replay",
       recording.toString,
       "--out",
-      result.toString
+      result.toString,
+      "--settle-us",
+      settleUs.toString
     )
   }
 }

@@ -92,8 +92,23 @@ uint16_t Host::read16(uint16_t addr) {
   return static_cast<uint16_t>(b[0] | b[1] << 8);
 }
 
-std::unique_ptr<Host> makeHost(const std::string& program) {
-  if (program == "none") return nullptr;
-  if (program == "io") return std::make_unique<IoHost>();
-  throw UserError("no host program is called '" + program + "'; known: none, io.");
+namespace {
+// Does nothing but show that it runs: the PDI watchdog does not expire.
+class AliveHost : public Host {
+ public:
+  ~AliveHost() override { stop(); }
+  std::string command(const std::vector<std::string>&) override { throw UserError("the host program 'alive' knows no commands."); }
+
+ protected:
+  void run() override {
+    for (;; sleepNs(1e6)) read8(0x0000);
+  }
+};
+}  // namespace
+
+std::unique_ptr<Host> makeHost(const HostOptions& options) {
+  if (options.program == "none") return nullptr;
+  if (options.program == "io") return std::make_unique<IoHost>(options);
+  if (options.program == "alive") return std::make_unique<AliveHost>();
+  throw UserError("no host program is called '" + options.program + "'; known: none, io, alive.");
 }

@@ -57,5 +57,12 @@ class Host {
   ucontext_t simulation_, program_;
 };
 
-// The program a network file names: "none" is null. UserError if there is none of that name.
-std::unique_ptr<Host> makeHost(const std::string& program);
+// What a network file says about a slave's host program.
+struct HostOptions {
+  std::string program = "none";
+  double delayUs = 0;          // io: from the master's write to AL control or a mailbox to the answer
+  std::vector<Bytes> replies;  // io: answers to the mailbox messages of the master, in order
+};
+
+// The program of that name: "none" is null. UserError if there is none.
+std::unique_ptr<Host> makeHost(const HostOptions& options);

@@ -10,7 +10,7 @@ namespace {
 constexpr uint16_t kAlControl = 0x0120, kAlStatus = 0x0130, kAlStatusCode = 0x0134;
 constexpr uint16_t kEventMask = 0x0204, kEvent = 0x0220, kWatchdogStatus = 0x0440;
 constexpr uint16_t kSyncManagers = 0x0800;
-constexpr uint32_t kAlEvent = 1u << 0, kWatchdogEvent = 1u << 6;
+constexpr uint32_t kAlEvent = 1u << 0, kWatchdogEvent = 1u << 6, kMailboxEvent = 1u << 8;
 
 constexpr uint16_t kInvalidChange = 0x0011, kUnknownState = 0x0012, kNoBootstrap = 0x0013, kNoValidOutputs = 0x001d, kNoValidInputs = 0x001e,
                    kWatchdog = 0x001b;
@@ -77,7 +77,8 @@ void IoHost::run() {
     if (stopped_ || (!slave().irq() && slave().cycles() < polledAt + pollCycles)) continue;
     polledAt = slave().cycles();
     const uint32_t events = little(read(kEvent, 4));
-    if (events & kAlEvent) control(read16(kAlControl));
+    if (events & kAlEvent) delay(), control(read16(kAlControl));
+    if (events & kMailboxEvent && replied_ < replies_.size()) answerMailbox();
     if (failure_) {
       setStatus(std::min(state_, safeop), *failure_);
       failure_.reset();
@@ -92,6 +93,20 @@ void IoHost::run() {
     if (watched && watchdogRan_ && !running) setStatus(safeop, kWatchdog);
     watchdogRan_ = running;
   }
+}
+
+void IoHost::delay() {
+  if (delayNs_ > 0) sleepNs(delayNs_);
+}
+
+// SyncManager 0 holds a message of the master; the answer goes into SyncManager 1.
+void IoHost::answerMailbox() {
+  auto word = [&](uint16_t address) { return read16(address); };
+  read(word(kSyncManagers), word(kSyncManagers + 2));
+  delay();
+  Bytes reply = replies_[replied_++];
+  reply.resize(word(kSyncManagers + 10));
+  write(word(kSyncManagers + 8), reply);
 }
 
 // What the master wrote to AL control.

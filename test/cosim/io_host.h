@@ -8,6 +8,7 @@
 
 class IoHost : public Host {
  public:
+  explicit IoHost(const HostOptions& options) : delayNs_(options.delayUs * 1000), replies_(options.replies) {}
   ~IoHost() override { stop(); }
   // refuse STATE CODE | accept STATE | fail CODE | stop | start | status; STATE is init, preop, boot, safeop or op.
   std::string command(const std::vector<std::string>& words) override;
@@ -26,12 +27,18 @@ class IoHost : public Host {
   static const char* nameOf(uint8_t state);
 
   void control(uint16_t request);
+  void delay();
+  void answerMailbox();
   uint16_t refusal(State wanted);
   void setStatus(State state, uint16_t code);
   void setEventMask();
   std::optional<SyncManager> findSyncManager(bool masterWrites);
   void writeInputs();
   void readOutputs();
+
+  double delayNs_;
+  std::vector<Bytes> replies_;
+  size_t replied_ = 0;
 
   // What the bench has asked for.
   std::map<State, uint16_t> refused_;

@@ -63,7 +63,7 @@ Network::Network(const std::vector<SlaveSpec>& specs, const NetworkOptions& opti
   sim_.add(*master_);
   double settleUs = options.settleUs;
   for (const SlaveSpec& spec : specs)
-    if (spec.host != "none") settleUs = std::max(settleUs, kHostSettleUs);
+    if (spec.host.program == "io") settleUs = std::max(settleUs, kHostSettleUs);
   settle_ = static_cast<Time>(settleUs * kUs) + longest;
   quietAfter_ = static_cast<Time>(options.settleUs * kUs) + longest;
   if (!options.traceFile.empty()) trace(options.traceFile);

@@ -30,10 +30,12 @@ class SlaveReader {
       else if (key == "eeprom_chip") spec.eepromChip = chip(text(key, value));
       else if (key == "eeprom_save" && value.is_boolean()) saveInPlace = value.get<bool>();
       else if (key == "eeprom_save") spec.eepromSave = (folder_ / text(key, value)).string();
-      else if (key == "host") spec.host = program(text(key, value));
+      else if (key == "host") spec.host.program = program(text(key, value));
+      else if (key == "host_delay_us") spec.host.delayUs = number(key, value, 0, 1e6);
+      else if (key == "host_replies") spec.host.replies = messages(key, value);
       else if (key == "cable_ns") spec.cableNs = number(key, value, 0, 1e6);
       else if (key == "clock_ppm") spec.clockPpm = number(key, value, -1000, 1000);
-      else bad("has the unknown key '" + key + "'; known: preset, eeprom, eeprom_chip, eeprom_save, host, cable_ns, clock_ppm");
+      else bad("has the unknown key '" + key + "'; known: preset, eeprom, eeprom_chip, eeprom_save, host, host_delay_us, host_replies, cable_ns, clock_ppm");
     }
     if (spec.preset.empty()) bad("has no preset");
     findPreset(spec.preset);
@@ -70,11 +72,25 @@ class SlaveReader {
   }
   std::string program(const std::string& name) const {
     try {
-      makeHost(name);
+      makeHost({name, 0, {}});
     } catch (const UserError&) {
-      bad("has the host program '" + name + "'; known: none, io");
+      bad("has the host program '" + name + "'; known: none, io, alive");
     }
     return name;
+  }
+  std::vector<Bytes> messages(const std::string& key, const json& value) const {
+    std::vector<Bytes> all;
+    const char* wrong = ", but it must be a list of strings of hex digits, two per byte";
+    if (!value.is_array()) bad("has " + key + " " + value.dump() + wrong);
+    for (const json& item : value) {
+      const std::string digits = item.is_string() ? item.get<std::string>() : "?";
+      if (digits.size() % 2 || digits.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos)
+        bad("has " + key + " " + item.dump() + wrong);
+      Bytes bytes;
+      for (size_t i = 0; i < digits.size(); i += 2) bytes.push_back(static_cast<uint8_t>(std::stoul(digits.substr(i, 2), nullptr, 16)));
+      all.push_back(bytes);
+    }
+    return all;
   }
   double number(const std::string& key, const json& value, double low, double high) const {
     if (!value.is_number() || value.get<double>() < low || value.get<double>() > high)

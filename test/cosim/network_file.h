@@ -7,6 +7,7 @@
 
 #include "eeprom.h"
 #include "ethernet.h"
+#include "host.h"
 
 struct SlaveSpec {
   std::string preset;
@@ -14,7 +15,7 @@ struct SlaveSpec {
   std::string eepromPath;
   const EepromChip* eepromChip = nullptr;  // the one that holds the image; with an image never null
   std::string eepromSave;       // file that gets what the master writes; empty: none
-  std::string host = "none";    // program of the local processor
+  HostOptions host;             // program of the local processor
   double cableNs = 50;          // cable before the slave
   double clockPpm = 0;
 };

@@ -8,6 +8,9 @@
 #include "user_error.h"
 
 namespace {
+// While nothing is on any wire, time advances by so much at once.
+constexpr int64_t kIdleSliceNs = 10'000;
+
 // A frame that left the master; slaves set bit 1 of the first source address byte.
 bool fromMaster(const RecordedFrame& f) { return f.bytes.size() >= 14 && (f.bytes[6] & 0x02) == 0; }
 }  // namespace
@@ -59,7 +62,10 @@ ReplayResult replay(const std::vector<SlaveSpec>& specs, const NetworkOptions& n
     } else {
       expire(now);
     }
-    network.step(next != frames.end() ? plannedNs() : now);
+    const int64_t wake = next != frames.end() ? plannedNs() : now;
+    const bool skips = networkOptions.skipIdle && network.idle();
+    if (wake > now + 1000 && !skips && network.quiet()) network.idleUntil(std::min(wake, now + kIdleSliceNs));
+    else network.step(wake);
   }
   result.lost += pending.size();
   recordSent(std::numeric_limits<int64_t>::max());

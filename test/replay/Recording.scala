@@ -28,8 +28,8 @@ final case class RecordedFrame(bytes: Seq[Int]) {
 
 object Recording {
 
-  /** The EtherCAT frames of a pcap or pcapng file, in order. */
-  def read(file: Path): Seq[RecordedFrame] = {
+  /** All frames of a pcap or pcapng file, in order. */
+  private def frames(file: Path): Seq[Seq[Int]] = {
     val handle = Pcaps.openOffline(file.toString, TimestampPrecision.NANO)
     try
       Iterator
@@ -40,11 +40,24 @@ object Recording {
         .takeWhile(_.isDefined)
         .flatten
         .map(_.toSeq.map(_ & 0xff))
-        .filter(b => b.size >= 28 && b(12) == 0x88 && b(13) == 0xa4 && b(15) >> 4 == 1)
-        .map(RecordedFrame)
         .toVector
     finally handle.close()
   }
+
+  private def isEtherCat(b: Seq[Int]): Boolean =
+    b.size >= 28 && b(12) == 0x88 && b(13) == 0xa4 && b(15) >> 4 == 1
+
+  private def isUdp(b: Seq[Int]): Boolean =
+    b.size >= 44 && b(12) == 8 && b(13) == 0 && b(14) == 0x45 && b(23) == 0x11 && b(36) == 0x88 && b(
+      37
+    ) == 0xa4
+
+  /** The EtherCAT frames of a file, in order. */
+  def read(file: Path): Seq[RecordedFrame] = frames(file).filter(isEtherCat).map(RecordedFrame)
+
+  /** How many frames of a file, left from the master, are no EtherCAT, plain or in UDP. */
+  def foreign(file: Path): Int =
+    frames(file).count(b => b.size > 14 && !isEtherCat(b) && !isUdp(b) && (b(6) & 2) == 0)
 
   /** For each frame of the master the answer with the same datagrams that comes next among `answers`. */
   def pair(sent: Seq[RecordedFrame], answers: Seq[RecordedFrame]): Seq[Option[RecordedFrame]] = {
