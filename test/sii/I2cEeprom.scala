@@ -50,22 +50,22 @@ class I2cEeprom(val content: Array[Int], twoByte: Boolean) {
   /** The EEPROM pulls the data line low. */
   var pulls = false
 
-  private var cycle           = 0L
-  private var (scl0, sda0)    = (true, true)
-  private var bits            = 0     // clock pulses of this byte
-  private var shift           = 0
-  private var listens         = false // takes bytes
-  private var sends           = false
-  private var acknowledges    = false
-  private var position        = 0     // of the byte in the transfer
-  private var transfers       = 0
-  private var number          = 0     // bytes since the first START of the transfer
-  private var pointer         = 0
-  private var pending         = Vector.empty[Int]
-  private var deafUntil       = 0L
-  private var isOpen          = false // between START and STOP
+  private var cycle            = 0L
+  private var (scl0, sda0)     = (true, true)
+  private var bits             = 0     // clock pulses of this byte
+  private var shift            = 0
+  private var listens          = false // takes bytes
+  private var sends            = false
+  private var acknowledges     = false
+  private var position         = 0     // of the byte in the transfer
+  private var transfers        = 0
+  private var number           = 0     // bytes since the first START of the transfer
+  private var pointer          = 0
+  private var pending          = Vector.empty[Int]
+  private var deafUntil        = 0L
+  private var isOpen           = false // between START and STOP
   private def at(address: Int) = address & (content.length - 1)
-  private val addressBytes    = if (twoByte) 2 else 1
+  private val addressBytes     = if (twoByte) 2 else 1
 
   /** One core cycle with these lines. */
   def step(scl: Boolean, sda: Boolean): Unit = {

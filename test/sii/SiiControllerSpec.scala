@@ -26,7 +26,7 @@ class SiiControllerSpec extends AnyFlatSpec with SharedSimulation {
   private def area(bytes: Seq[Int]): Seq[Int] = bytes ++ Seq(SiiModel.checksum(bytes), 0)
   private val first  = area(Seq(0x80, 0xfe, 0x12, 0x34, 1, 2, 0x56, 0x78, 0x34, 0x12, 0xb7, 0xf5, 0x9a, 0))
   private val second = area(Seq(0x05, 0x05, 0x21, 0x43, 3, 4, 0x65, 0x87, 0x78, 0x56, 0x48, 0x0a, 0xa9, 0))
-  private def spoiled(a: Seq[Int])            = a.updated(14, a(14) ^ 0x10)
+  private def spoiled(a: Seq[Int]) = a.updated(14, a(14) ^ 0x10)
 
   /** How a load of the configuration area looks on the lines. */
   private def transfer(two: Boolean, address: Int, bytes: Seq[Int]): Seq[BusEvent] =
@@ -39,12 +39,12 @@ class SiiControllerSpec extends AnyFlatSpec with SharedSimulation {
 
   // Vectors of SII-02, all of which must be taken as the RTL calculates them.
   private val vectors = Seq(
-    Seq(0x00, 0x0d).padTo(14, 0)                             -> 0x46,
-    Seq(0x04, 0x01, 0, 0, 0, 0, 0x0f).padTo(14, 0)           -> 0xd8,
-    Seq(0x80, 0x03, 0, 0x6e, 0xff, 0, 0xff).padTo(14, 0)     -> 0x22,
-    Seq(0x05, 0x0e, 0x03, 0x06, 0x10, 0x27).padTo(14, 0)     -> 0xd7,
-    Seq.fill(14)(0x00)                                       -> 0x30,
-    Seq.fill(14)(0xff)                                       -> 0xa3
+    Seq(0x00, 0x0d).padTo(14, 0)                         -> 0x46,
+    Seq(0x04, 0x01, 0, 0, 0, 0, 0x0f).padTo(14, 0)       -> 0xd8,
+    Seq(0x80, 0x03, 0, 0x6e, 0xff, 0, 0xff).padTo(14, 0) -> 0x22,
+    Seq(0x05, 0x0e, 0x03, 0x06, 0x10, 0x27).padTo(14, 0) -> 0xd7,
+    Seq.fill(14)(0x00)                                   -> 0x30,
+    Seq.fill(14)(0xff)                                   -> 0xa3
   )
   private val loads =
     vectors.zipWithIndex.flatMap { case ((bytes, sum), i) =>
@@ -105,7 +105,9 @@ class SiiControllerSpec extends AnyFlatSpec with SharedSimulation {
     } ++ one("SII-06: a wrong checksum: two tries, then not loaded, no register changed") { b =>
       b.boot(spoiled(first))
       assert(b.notLoaded && b.checksumError && !b.commandError && b.configuration.isEmpty)
-      assert(b.eeprom.log == transfer(two = false, 0, spoiled(first)) ++ transfer(two = false, 0, spoiled(first)))
+      assert(
+        b.eeprom.log == transfer(two = false, 0, spoiled(first)) ++ transfer(two = false, 0, spoiled(first))
+      )
     } ++ (for (byte <- 0 to 3) yield both(s"SII-06: acknowledge $byte missing once: the second try counts") {
       (b, two) =>
         b.boot(first, two, _.refuses = (t, i) => t == 0 && i == byte)
@@ -286,7 +288,12 @@ class SiiControllerSpec extends AnyFlatSpec with SharedSimulation {
       b.command(1)
       b.finish()
       assert(b.commandError && !b.writeError, s"byte $byte")
-      assert(b.eeprom.log.count(_ == Stop) == 1 && b.eeprom.log.count(_ == Start) == (if (byte == (if (two) 3 else 2)) 2 else 1))
+      assert(
+        b.eeprom.log.count(_ == Stop) == 1 && b.eeprom.log.count(_ == Start) == (if (
+                                                                                   byte == (if (two) 3 else 2)
+                                                                                 ) 2
+                                                                                 else 1)
+      )
       assert(b.eeprom.log.init.last.asInstanceOf[Written].acknowledged == false, "ends with it")
       b.eeprom.refuses = (_, _) => false
       b.command(1)
@@ -324,7 +331,9 @@ class SiiControllerSpec extends AnyFlatSpec with SharedSimulation {
 
   private val transfers = both("SII-14, SII-17, SII-19, B-63: reading") { (b, two) =>
     b.boot(first, two)
-    for (word <- (if (two) Seq(0, 4, 0x7f, 0x80, 0x1234, 0x8000, 0x3fff0) else Seq(0, 4, 0x7f, 0x80, 0x3f0))) {
+    for (
+      word <- (if (two) Seq(0, 4, 0x7f, 0x80, 0x1234, 0x8000, 0x3fff0) else Seq(0, 4, 0x7f, 0x80, 0x3f0))
+    ) {
       b.clearLog()
       b.address(word)
       b.command(1)
@@ -375,7 +384,9 @@ class SiiControllerSpec extends AnyFlatSpec with SharedSimulation {
       }
       for (s <- e.starts) {
         assert(e.rises.forall(r => r > s || s - r >= quarter), "START set up")
-        assert(e.falls.exists(f => f > s && f - s >= quarter) && e.falls.forall(f => f < s || f - s >= quarter))
+        assert(
+          e.falls.exists(f => f > s && f - s >= quarter) && e.falls.forall(f => f < s || f - s >= quarter)
+        )
       }
       for (s <- e.stops) assert(e.rises.forall(r => r > s || s - r >= quarter), "STOP set up")
     },
@@ -393,7 +404,9 @@ class SiiControllerSpec extends AnyFlatSpec with SharedSimulation {
     check(p, s"SII-20: loading begins ${p.siiStartUs} us after reset") { b =>
       b.boot(first)
       val begin = p.siiStartUs * p.coreClockMhz
-      assert(b.eeprom.starts.head >= begin && b.eeprom.starts.head <= begin + 2 * p.coreClockMhz * 1000 / p.siiClockKhz)
+      assert(
+        b.eeprom.starts.head >= begin && b.eeprom.starts.head <= begin + 2 * p.coreClockMhz * 1000 / p.siiClockKhz
+      )
       assert(b.eeprom.falls.head > b.eeprom.starts.head, "the lines are free until then")
     }
   )
@@ -409,10 +422,10 @@ class SiiBench(dut: SiiController, p: EscParams) extends Assertions {
   var eeprom = new I2cEeprom(Array.fill(2048)(0), false)
 
   /** Registers as they are kept, and those a load wrote. */
-  val ram                             = Array.fill(4096)(0)
-  var configuration: Map[Int, Int]    = Map.empty
-  private var asked: Option[Int]      = None
-  private var line: Vector[Boolean]   = Vector(true, true) // crossing of the data line
+  val ram                           = Array.fill(4096)(0)
+  var configuration: Map[Int, Int]  = Map.empty
+  private var asked: Option[Int]    = None
+  private var line: Vector[Boolean] = Vector(true, true) // crossing of the data line
 
   restart()
   def restart(): Unit = {
