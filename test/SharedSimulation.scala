@@ -10,7 +10,7 @@ import scala.util.Try
 trait SharedSimulation extends ChiselScalatestTester { this: AnyFlatSpec =>
 
   /** Every check starts with a reset and reports its own result. */
-  protected def together[M <: Module](title: String, module: => M)(checks: (String, M => Unit)*): Unit = {
+  protected def together[M <: Module](title: String, module: => M)(checks: (String, M => Any)*): Unit = {
     lazy val results: Map[String, Try[Unit]] = {
       var found = Map.empty[String, Try[Unit]]
       test(module).withAnnotations(Seq(VerilatorBackendAnnotation)) { dut =>
@@ -19,7 +19,7 @@ trait SharedSimulation extends ChiselScalatestTester { this: AnyFlatSpec =>
           dut.reset.poke(true.B)
           dut.clock.step(2)
           dut.reset.poke(false.B)
-          found += name -> Try(check(dut))
+          found += name -> Try { check(dut); () }
         }
       }
       found

@@ -57,7 +57,7 @@ class Application(p: EscParams) extends Module {
   alControlFree := emulation || !controlEvent
   copyControl   := RegNext(alControlWritten, false.B) && emulation
 
-  /** Set by a change of `value`, cleared at the good end of a frame that read it. */
+  /** Set by a change of `value`, cleared at the good end of a frame that read it and saw the last change. */
   private def changeEvent(value: UInt, reset: Int, read: Bool): Bool = {
     val before  = RegNext(value, reset.U)
     val pending = RegInit(false.B) // read in this frame
@@ -65,7 +65,10 @@ class Application(p: EscParams) extends Module {
     when(read) { pending := true.B }
     when(good || bad) { pending := false.B }
     when(good && pending) { event := false.B }
-    when(value =/= before) { event := true.B }
+    when(value =/= before) {
+      event   := true.B
+      pending := false.B
+    }
     event
   }
   private val dlEvent = changeEvent(dlStatus, 0, readDlStatus)

@@ -41,9 +41,9 @@ class LedPattern extends Module {
   )
 }
 
-/** One LED register, 0x0138 or 0x0139: shows `automatic` unless overridden. */
+/** One LED register, 0x0138 or 0x0139: shows `automaticCode` unless overridden. */
 class LedControl extends Module {
-  val automatic = IO(Input(UInt(4.W)))
+  val automaticCode = IO(Input(UInt(4.W)))
   val write     = IO(Input(Valid(UInt(5.W))))
 
   /** Ends the override (LED-02, LED-04). */
@@ -58,6 +58,6 @@ class LedControl extends Module {
     enable := write.bits(4)
     wanted := write.bits(3, 0)
   }
-  code  := Mux(enable, wanted, automatic)
+  code  := Mux(enable, wanted, automaticCode)
   taken := enable
 }

@@ -90,7 +90,10 @@ class SiiController(p: EscParams) extends Module {
   import State._
   private val state = RegInit(boot)
 
-  private val i2c = Module(new I2cMaster(p.coreClockMhz * 1000 / p.siiClockKhz / 4 max 1))
+  // Rounded up: the clock may be slower than asked for, never faster.
+  private val i2c = Module(
+    new I2cMaster((p.coreClockMhz * 1000 + 4 * p.siiClockKhz - 1) / (4 * p.siiClockKhz))
+  )
   i2c.sda := sda
   sclLow  := i2c.sclLow
   sdaLow  := i2c.sdaLow

@@ -19,7 +19,14 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
       coreClockMhz = 25,
       nodeIdWidth = 10,
       maxSubTelegrams = 100
-    )
+    ),
+    // Everything but the EEPROM, whose configuration would not be that of the register table.
+    Presets.named("slave").get.params.copy(preset = "complete", sii = 0),
+    Presets
+      .named("slave")
+      .get
+      .params
+      .copy(preset = "complete-wide", sii = 0, dataBusWidth = 32, fmmus = 3, syncManagers = 12, ramKiB = 1)
   )
 
   for (p <- sets)
@@ -71,11 +78,24 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
         _ => true,
         f =>
           f.source match {
-            case Source.Status     => if (f.name.startsWith("loop_closed")) 0 else 1
+            case Source.Status     => if (isHigh(f)) 1 else f.reset
             case Source.Counter(_) => 0
             case _                 => f.reset
           }
       )
+
+  /** Bits of units that are 1 once all links are up, the host has accessed something and the configuration is
+    * loaded; the others read as their reset value.
+    */
+  private def isHigh(f: Field): Boolean =
+    Seq("pdi_operational", "physical_link_port", "communication_port", "pdi_watchdog", "watchdog_pdi")
+      .exists(f.name.startsWith) || (f.name == "dl_status_event" && !linksSeen)
+
+  /** A frame has read DL status, which ends the event of the links (B-42). */
+  private var linksSeen = false
+
+  /** Status bits that show what was written. */
+  private def showsWritten(f: Field): Boolean = f.name.matches("(run|err)_led_.*|sm\\d+_deactivated")
 
   /** The bits of a byte that keep what is written. */
   private def stored(address: Int): Int =
@@ -85,8 +105,8 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
         address,
         f =>
           f.source match {
-            case Source.Stored(_) => true
-            case _                => false
+            case Source.Stored(_) | Source.Ram => true
+            case _                             => showsWritten(f)
           },
         f => (BigInt(1) << f.width) - 1
       )
@@ -125,6 +145,7 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
     val found  = several((0 until end).map(a => Datagram(Aprd, 0, a, Seq(filler))))
     for ((reply, address) <- found.zipWithIndex) {
       val can = ecat(address).readable
+      if (address / (p.maxSubTelegrams min 100) > 0x111 / (p.maxSubTelegrams min 100)) linksSeen = true
       assert(reply.workingCounter == (if (can) 1 else 0), hex(address))
       assert(reply.data == Seq(if (can) initial(address) else filler), hex(address))
     }
@@ -132,24 +153,41 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
 
   def longBusReads(): Unit = {
     fillUserRam()
-    for (filler <- Seq(0x00, 0xff)) // bytes that cannot be read stay as they were sent
+    for (filler <- Seq(0x00, 0xff)) { // bytes that cannot be read stay as they were sent
       for ((byte, address) <- busRead(0 until end, filler).zipWithIndex)
         assert(byte == (if (ecat(address).readable) initial(address) else filler), hex(address))
+      linksSeen = true
+    }
   }
 
   def busWrites(): Unit = {
     fillUserRam()
     def write(address: Int, byte: Int) = Datagram(Apwr, 0, address, Seq(byte))
-    def check(address: Int, reply: Reply): Unit =
-      assert(reply.workingCounter == (if (ecat(address).writable) 1 else 0), hex(address))
+    var closed: Set[String] = Set.empty // guards that earlier frames have closed
+    var refused: Set[Int]   = Set.empty
+    def may(address: Int) = ecat(address).writable && !refused(address)
+    def check(address: Int, reply: Reply): Unit = {
+      if (at(address).flatMap(_.ecatGuard).exists(closed)) refused += address
+      assert(reply.workingCounter == (if (may(address)) 1 else 0), hex(address))
+    }
     def after(address: Int) =
-      if (ecat(address).writable) written(address, ~initial(address) & 0xff) else initial(address)
+      if (may(address)) written(address, ~initial(address) & 0xff) else initial(address) ^ reactions(address)
+
+    /** What the units show after all this. */
+    def reactions(address: Int): Int = bits(
+      address,
+      f => f.name == "al_control_event" || f.name == "sm_activation_event" || f.name.matches("sm\\d+_last_buffer"),
+      f => (BigInt(1) << f.width) - 1 // all are mailboxes now
+    )
 
     val (loops, others) = (0 until end).partition(isDlControl)
     others.grouped(p.maxSubTelegrams min 100).foreach { group =>
       exchanged(group.map(a => write(a, ~initial(a) & 0xff))).zip(group).foreach { case (reply, a) =>
         check(a, reply)
       }
+      for (a <- group; r <- at(a))
+        if (r.name == "al_control" && !refused(a)) closed += "al_control_free"
+        else if (r.name.endsWith("_activate")) closed += r.name.replace("activate", "disabled")
     }
     // Loop settings take effect at once, so one byte at a time, and back.
     for (address <- loops) {
@@ -159,21 +197,26 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
       assert(read(Aprd, 0, address, 0, 1) == Seq(initial(address)), hex(address))
     }
     val now = busRead(0 until end, 0)
-    for (address <- others) {
+    for (address <- others)
       assert(now(address) == (if (ecat(address).readable) after(address) else 0), hex(address))
-      if (pdi(address).readable) assert(bench.hostRead(address) == after(address), hex(address))
-    }
+    linksSeen = true
+    // AL control is read last: that ends its event.
+    for (address <- others.sortBy(a => at(a).exists(r => r.pdi == Access.ReadAcknowledge)) if pdi(address).readable)
+      assert(bench.hostRead(address) == after(address), hex(address))
   }
 
   def hostWrites(): Unit = {
     fillUserRam()
     for (address <- 0 until end) bench.hostWrite(address, ~initial(address) & 0xff)
-    val fromBus = busRead(0 until end, 0)
+    def now(address: Int, alSeen: Boolean) =
+      if (pdi(address).writable) written(address, ~initial(address) & 0xff)
+      else initial(address) ^ bits(address, f => f.name == "al_status_event" && !alSeen, _ => 1)
+    for ((byte, address) <- busRead(0 until end, 0).zipWithIndex)
+      assert(byte == (if (ecat(address).readable) now(address, alSeen = false) else 0), hex(address))
+    linksSeen = true
     for (address <- 0 until end) {
-      val now =
-        if (pdi(address).writable) written(address, ~initial(address) & 0xff) else initial(address)
-      assert(bench.hostRead(address) == (if (pdi(address).readable) now else 0), hex(address))
-      assert(fromBus(address) == (if (ecat(address).readable) now else 0), hex(address))
+      val expected = if (pdi(address).readable) now(address, alSeen = true) else 0
+      assert(bench.hostRead(address) == expected, hex(address))
     }
   }
 
@@ -184,13 +227,23 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
     val other = EtherCatFrame(Seq(Datagram(Nop, 0, 0, Seq(0))))
     val wrong = Fcs.of(other).map(_ ^ 0x10)
 
-    def allCount(): Unit = for (y <- 0 until p.ports) {
-      bench.setLink(y, up = false)
-      bench.setLink(y, up = true)
-      bench.falseCarrier(y, 1)
-      bench.send(y, WireFrame.ofBytes(other ++ wrong))
-      bench.send(y, WireFrame(WireFrame.ofBytes(other ++ wrong).symbols :+ Symbol(0)))
+    def allCount(): Unit = {
+      for (y <- 0 until p.ports) {
+        bench.setLink(y, up = false)
+        bench.setLink(y, up = true)
+        bench.falseCarrier(y, 1)
+        bench.send(y, WireFrame.ofBytes(other ++ wrong))
+        bench.send(y, WireFrame(WireFrame.ofBytes(other ++ wrong).symbols :+ Symbol(0)))
+      }
+      if (p.hasWatchdogs) { // both expire soon after this, and then have time
+        assert(put(0x0400, 0, 0) && put(0x0410, 1, 0) && put(0x0420, 1, 0))
+        bench.hostRead(0)
+        assert(put(0x1000, 1, 2))
+        bench.idle(100)
+        assert(put(0x0400, 0xc2, 0x09) && put(0x0410, 0xff, 0xff) && put(0x0420, 0xff, 0xff))
+      }
     }
+    if (p.hasWatchdogs) syncManager(0, 0x1000, 2, 0x44)
     for ((address, group) <- counters) {
       allCount()
       for ((a, _) <- counters) assert(bench.hostRead(a) > 0, s"${hex(a)} counts")
