@@ -44,7 +44,7 @@ class LedPattern extends Module {
 /** One LED register, 0x0138 or 0x0139: shows `automaticCode` unless overridden. */
 class LedControl extends Module {
   val automaticCode = IO(Input(UInt(4.W)))
-  val write     = IO(Input(Valid(UInt(5.W))))
+  val write         = IO(Input(Valid(UInt(5.W))))
 
   /** Ends the override (LED-02, LED-04). */
   val drop  = IO(Input(Bool()))

@@ -238,7 +238,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     def led(name: String, automatic: UInt, address: Int, drop: Bool, pin: Bool): Unit = {
       val control = Module(new LedControl).suggestName(s"led_$name")
       val pattern = Module(new LedPattern).suggestName(s"pattern_$name")
-      control.automaticCode             := automatic
+      control.automaticCode         := automatic
       control.write                 := writes(address)
       control.drop                  := drop
       pattern.tick                  := tick

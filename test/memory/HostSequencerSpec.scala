@@ -11,9 +11,9 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
   private sealed trait Event
 
   /** An access at the memory behind, of the bytes `mask`. */
-  private case class Memory(write: Boolean, address: Int, mask: Int) extends Event
+  private case class Memory(write: Boolean, address: Int, mask: Int)            extends Event
   private case class Touch(index: Int, first: Boolean, single: Boolean = false) extends Event
-  private case class Close(index: Int) extends Event
+  private case class Close(index: Int)                                          extends Event
 
   private case class Area(
       start: Int,
@@ -28,13 +28,12 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
   )
 
   private class Bench(dut: HostSequencer, p: EscParams) extends Assertions {
-    private val random        = new scala.util.Random(1)
-    val content               = Array.tabulate(0x10000)(a => (a * 7 + (a >> 8) * 13 + 1) & 0xff)
-    var log: Vector[Event]    = Vector.empty
-    private var areas         = Vector.empty[Area]
-    private var lastIndex     = 7
-    private var wait          = 0
-    private var sincePort     = 0
+    private val random          = new scala.util.Random(1)
+    val content                 = Array.tabulate(0x10000)(a => (a * 7 + (a >> 8) * 13 + 1) & 0xff)
+    var log: Vector[Event]      = Vector.empty
+    private var areas           = Vector.empty[Area]
+    private var lastIndex       = 7
+    private var delay           = 0
     var ecatActs: () => Boolean = () => false
 
     dut.host.req.poke(false)
@@ -91,19 +90,20 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
 
       // The memory takes its time, as it may.
       val m = dut.memory
-      if (m.req.peek().litToBoolean && wait == 0) {
+      if (m.req.peek().litToBoolean && delay == 0) {
         val (write, mask) = (m.write.peek().litToBoolean, m.be.peek().litValue.toInt)
         val address       = m.addr.peek().litValue.toInt
         val base          = address / p.lanes * p.lanes
         log :+= Memory(write, base, mask)
         val data = m.wdata.peek().litValue
-        for (i <- 0 until p.lanes if write && (mask >> i & 1) == 1) content(base + i) = (data >> 8 * i & 0xff).toInt
+        for (i <- 0 until p.lanes if write && (mask >> i & 1) == 1)
+          content(base + i) = (data >> 8 * i & 0xff).toInt
         m.rdata.poke((0 until p.lanes).map(i => BigInt(content(base + i)) << 8 * i).sum)
         m.ack.poke(true)
       } else {
         m.ack.poke(false)
         m.rdata.poke(BigInt(8 * p.lanes, random))
-        wait = if (m.req.peek().litToBoolean) wait - 1 else random.nextInt(4)
+        delay = if (m.req.peek().litToBoolean) delay - 1 else random.nextInt(4)
       }
     }
 
@@ -140,8 +140,9 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       access(write = true, address, mask, data.zipWithIndex.map { case (b, i) => BigInt(b) << 8 * i }.sum)
 
     /** One byte, wherever it lies in its word. */
-    def readByte(address: Int): Int              = read(address, 1 << address % p.lanes)(address % p.lanes)
-    def writeByte(address: Int, byte: Int): Unit = write(address, Seq.fill(p.lanes)(byte), 1 << address % p.lanes)
+    def readByte(address: Int): Int = read(address, 1 << address % p.lanes)(address % p.lanes)
+    def writeByte(address: Int, byte: Int): Unit =
+      write(address, Seq.fill(p.lanes)(byte), 1 << address % p.lanes)
     def memory(write: Boolean, address: Int): Event =
       Memory(write, address / p.lanes * p.lanes, 1 << address % p.lanes)
     def random(bound: Int): Int = random.nextInt(bound)
@@ -149,7 +150,8 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
 
   for (lanes <- Seq(1, 2, 4)) {
     val p = EscParams(syncManagers = 3, applicationLayer = 1, ramKiB = 8, dataBusWidth = 8 * lanes)
-    def check(name: String)(run: Bench => Unit): (String, HostSequencer => Unit) = name -> (dut => run(new Bench(dut, p)))
+    def check(name: String)(run: Bench => Unit): (String, HostSequencer => Unit) =
+      name -> (dut => run(new Bench(dut, p)))
     together(s"$lanes-byte words", new HostSequencer(p))(
       check("PDI-06: accesses to registers pass as they are, whatever the SyncManagers cover") { b =>
         b.set(Area(0, 0x4000, ecatWrites = false))
@@ -172,15 +174,20 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
           val before = b.content.clone
           b.write(address, Seq(1, 2, 3, 4).take(lanes), mask)
           for (i <- bytes) before(address + i) = i + 1
-          assert(b.content.sameElements(before) && b.log == bytes.map(i => b.memory(write = true, address + i)))
+          assert(
+            b.content.sameElements(before) && b.log == bytes.map(i => b.memory(write = true, address + i))
+          )
         }
       },
       check("SM-12, B-51: bytes come from and go to the buffer in use, in whatever lane it lies") { b =>
         for (length <- Seq(4, 5, 7); buffer <- 0 to 2; start <- Seq(0x1000, 0x1003)) {
           b.set(Area(start, length, ecatWrites = true, isOpen = true, reader = buffer))
-          for (i <- 1 until length - 1) assert(b.readByte(start + i) == b.content(start + i + buffer * length))
-          assert(b.log.collect { case m: Memory => m } ==
-            (1 until length - 1).map(i => b.memory(write = false, start + i + buffer * length)))
+          for (i <- 1 until length - 1)
+            assert(b.readByte(start + i) == b.content(start + i + buffer * length))
+          assert(
+            b.log.collect { case m: Memory => m } ==
+              (1 until length - 1).map(i => b.memory(write = false, start + i + buffer * length))
+          )
           b.set(Area(start, length, ecatWrites = false, isOpen = true, writer = buffer))
           for (i <- 1 until length - 1) {
             b.writeByte(start + i, 0xc0 + i)
@@ -192,7 +199,17 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
         b.set(Area(0x1001, 3, ecatWrites = true, reader = 1))
         for (i <- 0 until 3) assert(b.readByte(0x1001 + i) == b.content(0x1004 + i))
         def m(i: Int) = b.memory(write = false, 0x1004 + i)
-        assert(b.log == Seq(Touch(0, first = true), m(0), Touch(0, first = false), m(1), Touch(0, first = false), m(2), Close(0)))
+        assert(
+          b.log == Seq(
+            Touch(0, first = true),
+            m(0),
+            Touch(0, first = false),
+            m(1),
+            Touch(0, first = false),
+            m(2),
+            Close(0)
+          )
+        )
         b.set(Area(0x1001, 3, ecatWrites = true, reader = 1))
         assert(b.readByte(0x1002) == 0 && b.readByte(0x1003) == 0 && b.log.isEmpty, "not open")
       },
@@ -203,13 +220,19 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
         assert(b.log.last == Close(1) && b.log.size == 2 * lanes + 1)
       },
       check("B-54, OP-11: wrong direction: nothing moves, nothing is touched, zeros are read") { b =>
-        b.set(Area(0x1000, 8, ecatWrites = true, isOpen = true), Area(0x1008, 8, ecatWrites = false, isOpen = true))
+        b.set(
+          Area(0x1000, 8, ecatWrites = true, isOpen = true),
+          Area(0x1008, 8, ecatWrites = false, isOpen = true)
+        )
         val before = b.content.clone
         for (i <- 0 until 8) { b.writeByte(0x1000 + i, 0x77); assert(b.readByte(0x1008 + i) == 0) }
         assert(b.log.isEmpty && b.content.sameElements(before))
       },
       check("SM-14, SM-19: a buffer that may not be opened: nothing moves") { b =>
-        b.set(Area(0x1000, 8, ecatWrites = true, mayOpen = false), Area(0x1008, 8, ecatWrites = false, mayOpen = false))
+        b.set(
+          Area(0x1000, 8, ecatWrites = true, mayOpen = false),
+          Area(0x1008, 8, ecatWrites = false, mayOpen = false)
+        )
         assert(b.readByte(0x1000) == 0)
         b.writeByte(0x1008, 1)
         assert(b.log.isEmpty)

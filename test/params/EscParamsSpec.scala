@@ -99,12 +99,15 @@ class EscParamsSpec extends AnyFlatSpec {
     for (clock <- Seq(25, 50, 100, 125); p <- Seq(local.copy(fmmus = 1), local.copy(syncManagers = 1))) {
       val problems = EscParams.problems(p.copy(coreClockMhz = clock))
       if (clock >= 100) assert(problems.isEmpty)
-      else assert(problems.size == 1 && problems.head.endsWith(s" is 1 but must be 0 at coreClockMhz $clock."))
+      else
+        assert(problems.size == 1 && problems.head.endsWith(s" is 1 but must be 0 at coreClockMhz $clock."))
     }
   }
   "SyncManagers, watchdogs and LEDs" should "need the application layer" in {
     for (p <- Seq(EscParams(syncManagers = 1), EscParams(watchdogs = 1), EscParams(leds = 1)))
-      assert(EscParams.problems(p).map(_.split(" is 1 ")(1)) == Seq("but must be 0 if applicationLayer is 0."))
+      assert(
+        EscParams.problems(p).map(_.split(" is 1 ")(1)) == Seq("but must be 0 if applicationLayer is 0.")
+      )
   }
 
   "Several problems" should "be told one by one" in {
@@ -122,7 +125,7 @@ class EscParamsSpec extends AnyFlatSpec {
   "Reported values" should "follow the hardware unless given" in {
     val p = EscParams(ports = 3, ramKiB = 5)
     assert((p.ramSizeReported, p.portDescriptor, p.features) == ((5, 0x3f, 0x80)))
-    val given = p.copy(reportedRamKiB = 8, reportedPorts = 0x3b, reportedFeatures = 0xfc)
-    assert((given.ramSizeReported, given.portDescriptor, given.features) == ((8, 0x3b, 0xfc)))
+    val setByUser = p.copy(reportedRamKiB = 8, reportedPorts = 0x3b, reportedFeatures = 0xfc)
+    assert((setByUser.ramSizeReported, setByUser.portDescriptor, setByUser.features) == ((8, 0x3b, 0xfc)))
   }
 }

@@ -163,9 +163,9 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
   def busWrites(): Unit = {
     fillUserRam()
     def write(address: Int, byte: Int) = Datagram(Apwr, 0, address, Seq(byte))
-    var closed: Set[String] = Set.empty // guards that earlier frames have closed
-    var refused: Set[Int]   = Set.empty
-    def may(address: Int) = ecat(address).writable && !refused(address)
+    var closed: Set[String]            = Set.empty // guards that earlier frames have closed
+    var refused: Set[Int]              = Set.empty
+    def may(address: Int)              = ecat(address).writable && !refused(address)
     def check(address: Int, reply: Reply): Unit = {
       if (at(address).flatMap(_.ecatGuard).exists(closed)) refused += address
       assert(reply.workingCounter == (if (may(address)) 1 else 0), hex(address))
@@ -176,7 +176,10 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
     /** What the units show after all this. */
     def reactions(address: Int): Int = bits(
       address,
-      f => f.name == "al_control_event" || f.name == "sm_activation_event" || f.name.matches("sm\\d+_last_buffer"),
+      f =>
+        f.name == "al_control_event" || f.name == "sm_activation_event" || f.name.matches(
+          "sm\\d+_last_buffer"
+        ),
       f => (BigInt(1) << f.width) - 1 // all are mailboxes now
     )
 
@@ -201,7 +204,10 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
       assert(now(address) == (if (ecat(address).readable) after(address) else 0), hex(address))
     linksSeen = true
     // AL control is read last: that ends its event.
-    for (address <- others.sortBy(a => at(a).exists(r => r.pdi == Access.ReadAcknowledge)) if pdi(address).readable)
+    for (
+      address <- others.sortBy(a => at(a).exists(r => r.pdi == Access.ReadAcknowledge))
+      if pdi(address).readable
+    )
       assert(bench.hostRead(address) == after(address), hex(address))
   }
 
