@@ -44,12 +44,12 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       sequencer.host <> port
       memory.host <> sequencer.memory
       sequencer.areas <> sms.pdi
-      sequencer.ecatActs := sms.ecat.access.touch || sms.ecat.access.close || sms.good || sms.bad
       processor.areas.get <> sms.ecat
       sms.write   := written
       sms.ramOpen := memory.ramOpen
       sms.good    := processor.frameGood
       sms.bad     := processor.frameBad
+      processor.buffersSettled.get := sms.settled
       sms.quiet   := !processor.busy && !ShiftRegister(processor.busy, 8, false.B, true.B)
       for (n <- 0 until p.syncManagers) {
         sms.enable(n)                         := memory.value.bool(s"sm${n}_enable")

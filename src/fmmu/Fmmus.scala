@@ -5,17 +5,30 @@ import chisel3.util._
 import flyframe.memory.{RegisterWrite, WideTable}
 import flyframe.params.EscParams
 
-/** Where a logical byte leads, for one direction. */
+/** Where a logical byte leads, for one direction.
+  *
+  * The bits of a run may lie anywhere in the local bytes, so those of one logical byte lie in two neighbouring
+  * local bytes: the one at `address`, and the one before it, which the logical byte before led to.
+  */
 class Mapped extends Bundle {
   val hit = Bool()
 
-  /** Local address of the byte; bit 16: beyond the address space. */
+  /** Local address of the upper of the two bytes; bit 16: beyond the address space. */
   val address = UInt(17.W)
 
-  /** Bits of the byte that are mapped, and how far they are moved: local bit = logical bit + shift, -7 to 7.
-    */
-  val mask  = UInt(8.W)
-  val shift = SInt(4.W)
+  /** The logical byte is the first, the last of the FMMU. */
+  val first = Bool()
+  val last  = Bool()
+
+  /** It is the one before the first: nothing of it is mapped, but the first local byte is needed already. */
+  val early = Bool()
+
+  /** First mapped bit of the first, last one of the last logical byte. */
+  val startBit = UInt(3.W)
+  val stopBit  = UInt(3.W)
+
+  /** Bits from a logical bit to its local bit, modulo 8. */
+  val turn = UInt(3.W)
 }
 
 /** All FMMUs: their configuration (0x0600 on) and the search for the one that maps a logical byte.
@@ -26,36 +39,44 @@ class Mapped extends Bundle {
 class Fmmus(p: EscParams) extends Module {
   private val n = p.fmmus
 
-  val write   = IO(Input(Valid(new RegisterWrite(p.lanes))))
-  val index   = IO(Input(UInt(3.W)))
-  val logical = IO(Input(UInt(32.W)))
-  val read    = IO(Output(new Mapped))
-  val writes  = IO(Output(new Mapped))
+  val write = IO(Input(Valid(new RegisterWrite(p.lanes))))
+  val index = IO(Input(UInt(3.W)))
+
+  /** The logical address *behind* the byte; bit 32: beyond the last one. */
+  val behind = IO(Input(UInt(33.W)))
+  val read   = IO(Output(new Mapped))
+  val writes = IO(Output(new Mapped))
 
   private val address  = write.bits.byteAddress
   private val hitsArea = write.valid && address(11, 8) === 6.U && address(3, 2) =/= 3.U
 
-  /** An FMMU as the tables hold it, without the bit numbers (B-46). */
+  /** Bytes of each group of four that the tables hold: logical start; length and bits; the local side. */
+  private val used = if (p.hasBitwiseFmmus) Seq(0 to 3, 0 to 3, 0 to 3) else Seq(0 to 3, 0 to 1, Seq(0, 1, 3))
+
+  /** An FMMU as the tables hold it; without bit numbers if they have no effect (B-46). */
   private class Entry extends Bundle {
-    val typ           = UInt(8.W)
-    val physicalStart = UInt(16.W)
-    val length        = UInt(16.W)
-    val logicalStart  = UInt(32.W)
+    private val bitWidth = if (p.hasBitwiseFmmus) 8 else 0
+    val typ              = UInt(8.W)
+    val physicalBit      = UInt(bitWidth.W)
+    val physicalStart    = UInt(16.W)
+    val stopBit          = UInt(bitWidth.W)
+    val startBit         = UInt(bitWidth.W)
+    val length           = UInt(16.W)
+    val logicalStart     = UInt(32.W)
   }
 
   private val results = Seq.tabulate(p.fmmuBanks) { bank =>
     val count = if (p.fmmuBanks == 1) n else if (bank == 0) 8 else n - 8
     val mine  = if (p.fmmuBanks == 1) true.B else address(7) === bank.U
     val unit  = address(6, 4)
-    // Of three words of four bytes those that are used.
-    val tables = Seq(0 to 3, 0 to 1, Seq(0, 1, 3)).zipWithIndex.map { case (used, part) =>
-      val table = Module(new WideTable(count, used.size, copies = 1)).suggestName(s"table_${bank}_$part")
+    val tables = used.zipWithIndex.map { case (bytes, part) =>
+      val table = Module(new WideTable(count, bytes.size, copies = 1)).suggestName(s"table_${bank}_$part")
       val mask  = write.bits.maskIn(4)
       val data  = write.bits.dataIn(4)
       table.write        := hitsArea && mine && unit < count.U && address(3, 2) === part.U
       table.writeIndex   := unit
-      table.writeMask    := VecInit(used.map(mask(_))).asUInt
-      table.writeData    := VecInit(used.map(i => data(8 * i + 7, 8 * i))).asUInt
+      table.writeMask    := VecInit(bytes.map(mask(_))).asUInt
+      table.writeData    := VecInit(bytes.map(i => data(8 * i + 7, 8 * i))).asUInt
       table.readIndex(0) := index
       table
     }
@@ -65,10 +86,10 @@ class Fmmus(p: EscParams) extends Module {
       when(byte.valid) { active(i) := byte.bits(0) }
     }
 
-    // First stage: distance from the start.
+    // First stage: distance from the start. -1 is the byte before.
     val entry     = Cat(tables.reverse.map(_.readData(0))).asTypeOf(new Entry)
     val started   = RegNext(index)
-    val distance  = RegNext(logical -& entry.logicalStart)
+    val distance  = RegNext(behind + ~(0.U(1.W) ## entry.logicalStart))
     val length    = RegNext(entry.length)
     val start     = RegNext(entry.physicalStart)
     val forReads  = RegNext(entry.typ(0))
@@ -76,14 +97,30 @@ class Fmmus(p: EscParams) extends Module {
     val takes     = RegNext(active(started))
     val begins    = RegNext(started === 0.U)
 
+    // The bits of a local byte come from above (`upward`) or from below.
+    def bits(number: UInt)  = if (p.hasBitwiseFmmus) number(2, 0) else 0.U(3.W)
+    val startBit            = RegNext(bits(entry.startBit))
+    val stopBit             = RegNext(if (p.hasBitwiseFmmus) bits(entry.stopBit) else 7.U(3.W))
+    val turn                = RegNext(bits(entry.physicalBit) - bits(entry.startBit))
+    val upward              = RegNext(bits(entry.physicalBit) > bits(entry.startBit))
+
     // Second stage: inside? The lowest number wins.
-    val inside   = takes && !distance(32) && distance(31, 0) < length
-    val physical = start +& distance(15, 0)
+    val left     = length +& ~distance(15, 0) // bit 16: none; else the bytes behind this one
+    val isEarly  = distance.andR && upward && length =/= 0.U
+    val inside   = !distance(32) && !distance(31, 16).orR && left(16)
+    val sum      = ((start ## true.B) +& (distance(15, 0) ## upward)) >> 1 // with carry in
+    val physical = (sum(16) && !isEarly) ## sum(15, 0)
     Seq("read" -> forReads, "write" -> forWrites).map { case (direction, enabled) =>
       val found = Reg(new Mapped).suggestName(s"found_${direction}_$bank")
       when(begins || !found.hit) {
-        found.hit     := inside && enabled
-        found.address := physical
+        found.hit      := takes && (inside || isEarly) && enabled
+        found.address  := physical
+        found.first    := distance(15, 0) === 0.U
+        found.last     := !left(15, 0).orR
+        found.early    := isEarly
+        found.startBit := startBit
+        found.stopBit  := stopBit
+        found.turn     := turn
       }
       found
     }

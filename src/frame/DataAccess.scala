@@ -48,7 +48,8 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes)
   private val answer = if (cyclesPerNibble <= 2) Mux(arriving, arrived, kept) else kept
 
   private val readByte = laneOf(answer.data, here, 8)
-  readNow    := inData && enable && request.read && laneOf(answer.readable, here, 1).asBool
+  private val readNow  = inData && enable && request.read && laneOf(answer.readable, here, 1).asBool
+  readMask   := Fill(4, readNow)
   readNibble := Mux(position.high, readByte(7, 4), readByte(3, 0))
 
   // Writing: a byte counts when its high nibble has come.

@@ -19,9 +19,9 @@ abstract class DataAccessUnit(lanes: Int) extends Module {
   val enable   = IO(Input(Bool())) // the datagram is one of those to process
   val memory   = IO(new EcatAccess(lanes))
 
-  /** The nibble read at this place, and whether it replaces or is OR-ed into the one received. */
+  /** The nibble read at this place, and which of its bits replace or are OR-ed into those received. */
   val readNibble = IO(Output(UInt(4.W)))
-  val readNow    = IO(Output(Bool()))
+  val readMask   = IO(Output(UInt(4.W)))
 
   /** Some byte of the datagram so far was read, was written (FP-28). */
   val readSuccess  = IO(Output(Bool()))

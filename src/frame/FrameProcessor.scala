@@ -63,6 +63,9 @@ class FrameProcessor(p: EscParams) extends Module {
   /** Register writes as they take effect, for the FMMUs. */
   val registerWrite = Option.when(p.translates)(IO(Input(Valid(new RegisterWrite(p.lanes)))))
   val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
+
+  /** The buffers of a good frame have changed hands. */
+  val buffersSettled = Option.when(p.syncManagers > 0)(IO(Input(Bool())))
   translated.foreach { t =>
     t.registerWrite := registerWrite.get
     t.areas.foreach(_ <> areas.get)
@@ -138,8 +141,9 @@ class FrameProcessor(p: EscParams) extends Module {
       data := in.data | 4.U
     }.elsewhen(at(Part.header, 8, 9) && !tooMany) {
       data := in.data | irqNibble
-    }.elsewhen(access.readNow) {
-      data := access.readNibble | Mux(header.request.broadcast, in.data, 0.U)
+    }.elsewhen(access.readMask.orR) {
+      data := (access.readNibble & access.readMask) |
+        (in.data & (~access.readMask | Fill(4, header.request.broadcast)))
     }.elsewhen(atFcs) {
       data := in.data ^ changes(3, 0)
     }
@@ -174,7 +178,7 @@ class FrameProcessor(p: EscParams) extends Module {
   private val settle = if (p.translates) 5 else 1
   frameGood     := ShiftRegister(ends && !bad, settle, false.B, true.B)
   frameBad      := ShiftRegister(ends && bad, settle, false.B, true.B)
-  memory.commit := (if (p.translates) RegNext(frameGood, false.B) else frameGood)
+  memory.commit := buffersSettled.getOrElse(if (p.translates) RegNext(frameGood, false.B) else frameGood)
   busy          := part =/= Part.ended
 
   // Control bits have a reset, so that nothing leaves before the first frame.

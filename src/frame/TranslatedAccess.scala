@@ -18,60 +18,101 @@ import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan}
   *   - *fetch*, one byte ahead: the SyncManager is asked, the buffer chosen;
   *   - *move*: the byte is read when its time begins, passes, and is written when it has passed.
   *
-  * The core cycle within a byte time is `cycle`; 0 is the first one after the last nibble of a byte.
+  * All begin a byte before the first one, which may need a local byte that early ([[Mapped.early]]).
+  *
+  * The core cycle within a byte time is `cycle`; 0 is the first one after the last nibble of a byte. The state
+  * of a SyncManager is used in the cycles 1, 2, 3, 5 and 6.
   */
 class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   require(p.cyclesPerNibble >= 4, "eight core cycles per byte")
   val registerWrite = IO(Input(Valid(new RegisterWrite(p.lanes))))
   val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
 
-  private val inData                     = position.part === Part.data
-  private val inHeader                   = position.part === Part.header
-  private val active                     = step && in.valid && in.payload
-  private val byteEnd                    = active && inData && position.high
-  private def headerEnd(byte: Int): Bool = active && inHeader && position.high && position.byte === byte.U
+  private val bitwise  = p.hasBitwiseFmmus
+  private val inData   = position.part === Part.data
+  private val inHeader = position.part === Part.header
+  private val active   = step && in.valid && in.payload
+  private val byteEnd  = active && inData && position.high
 
-  // Byte times.
-  private val first = headerEnd(6)
-  private val tick  = byteEnd || (active && inHeader && position.high && position.byte >= 6.U)
+  // Byte times, the first one after byte 5 of the header.
+  private val tick  = byteEnd || (active && inHeader && position.high && position.byte >= 5.U)
+  private val first = active && inHeader && position.high && position.byte === 5.U
   private val cycle = RegInit(15.U(4.W)) // reset: long after any byte
   when(tick) { cycle := 0.U }.elsewhen(!cycle.andR) { cycle := cycle + 1.U }
   private def at(n: Int): Bool = cycle === n.U
 
-  private val starting = Reg(Bool())
-  when(first) { starting := true.B }.elsewhen(at(2)) { starting := false.B }
+  // How far a byte of the datagram is away, counted in the header: byte 0 is mapped after byte 6 of it.
+  private val isEarly  = inHeader && position.byte <= 6.U
+  private val begins   = inHeader && position.byte <= 7.U
+  private val newFrame = step && in.valid && !in.payload
 
   // map: entries 0 to 7 in cycles 0 to 7, the result is there in cycle 2 of the next byte time.
   private class Local extends Bundle {
     val exists  = Bool()
     val address = UInt(16.W)
   }
-  private val direct = Reg(
-    UInt(17.W)
-  ) // local address without FMMU; one bit more than 16, so that it cannot wrap (B-18)
-  when(at(2)) { direct := Mux(starting, request.address, direct + 1.U) }
+
+  /** Where the bits of a logical byte are, in `address` and the byte before; see [[Mapped]]. */
+  private class Bits extends Bundle {
+    val mask  = UInt(8.W) // mapped bits of the logical byte
+    val turn  = UInt(3.W)
+    val last  = Bool()    // no byte of the FMMU follows
+    val early = Bool()
+
+    /** Places from the local byte before to the logical bit 0. */
+    def shift: UInt = !turn.orR ## turn
+  }
+  private object Bits {
+
+    /** A whole byte. */
+    def whole: Bits = {
+      val b = WireDefault(0.U.asTypeOf(new Bits))
+      b.mask := 0xff.U
+      b.last := true.B
+      b
+    }
+    def of(m: Mapped): Bits = {
+      val b = Wire(new Bits)
+      b.mask := Mux(m.early || !m.hit, 0.U, Mux(m.first, (0xff.U << m.startBit)(7, 0), 0xff.U)) &
+        Mux(m.last, 0xff.U(8.W) >> (~m.stopBit), 0xff.U)
+      b.turn  := m.turn
+      b.last  := m.last
+      b.early := m.early
+      b
+    }
+  }
+
+  private val direct =
+    Reg(UInt(17.W)) // local address without FMMU; one bit more than 16, so that it cannot wrap (B-18)
+  when(at(2)) { direct := Mux(begins, request.address, direct + 1.U) }
 
   private def local(mapped: Mapped): Local = {
     val l = Wire(new Local)
-    l.exists  := Mux(request.logical, mapped.hit && !mapped.address(16), !direct(16))
+    // The upper byte has mapped bits, if it is not the end of a run that ends in the one before.
+    val needed = Mux(
+      begins,
+      mapped.turn.orR && (mapped.early || !mapped.last),
+      mapped.early || !mapped.last || !mapped.turn.orR || (mapped.stopBit +& mapped.turn)(3)
+    )
+    l.exists  := Mux(request.logical, mapped.hit && !mapped.address(16) && needed, !direct(16) && !begins)
     l.address := Mux(request.logical, mapped.address(15, 0), direct(15, 0))
     l
   }
   private val (readMapped, writeMapped) = if (p.fmmus > 0) {
-    val fmmus   = Module(new Fmmus(p))
-    val logical = Reg(UInt(32.W))
-    val wrapped = Reg(Bool()) // past 0xFFFFFFFF
+    val fmmus  = Module(new Fmmus(p))
+    val behind = Reg(UInt(33.W))
+    val past   = Reg(Bool()) // past 0xFFFFFFFF
     when(at(0)) {
-      logical := Mux(starting, request.logicalAddress, logical + 1.U)
-      wrapped := !starting && (wrapped || logical.andR)
+      behind := Mux(isEarly, request.logicalAddress, behind + 1.U)
+      past   := !isEarly && (past || behind(32))
     }
-    fmmus.write   := registerWrite
-    fmmus.index   := Mux(cycle > 7.U, 7.U, cycle(2, 0))
-    fmmus.logical := logical
-    val past = RegEnable(wrapped, at(0))
+    fmmus.write  := registerWrite
+    fmmus.index  := Mux(cycle > 7.U, 7.U, cycle(2, 0))
+    fmmus.behind := behind
+    val mappedPast = RegEnable(past, at(0))
     def existing(m: Mapped) = {
       val limited = WireDefault(m)
-      limited.hit := m.hit && !past
+      limited.hit := m.hit && !mappedPast
       limited
     }
     (existing(fmmus.read), existing(fmmus.writes))
@@ -89,11 +130,11 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
       val index = RegInit(7.U(3.W)) // reset: no search
       when(at(1)) { index := 0.U }.elsewhen(!index.andR) { index := index + 1.U }
       port.index := index
-      val begins = RegNext(index === 0.U, false.B)
+      val scanBegins = RegNext(index === 0.U, false.B)
       def search(address: UInt): AreaHit = AreaScan.lowest(port.entries.map { entry =>
         val scan = Module(new AreaScan(p.smIndexBits))
         scan.entry        := entry
-        scan.entry.begins := begins
+        scan.entry.begins := scanBegins
         scan.address      := address
         scan.result
       })
@@ -117,20 +158,36 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   private val searchedRead  = RegEnable(areaRead, at(2))
   private val searchedWrite = RegEnable(areaWrite, at(2))
 
-  private val wanted = Reg(Bool()) // this byte exists in the datagram, and is one to process
+  private def bits(mapped: Mapped): Bits = {
+    val b = WireDefault(Bits.of(mapped))
+    when(begins) { // not in the datagram itself
+      b.mask  := 0.U
+      b.early := true.B
+    }
+    when(!request.logical) { b := Bits.whole }
+    b
+  }
+  private val areaReadBits      = RegEnable(bits(readMapped), at(2))
+  private val areaWriteBits     = RegEnable(bits(writeMapped), at(2))
+  private val searchedReadBits  = RegEnable(areaReadBits, at(2))
+  private val searchedWriteBits = RegEnable(areaWriteBits, at(2))
+
+  // The byte to be fetched is in the datagram; so is the one behind it, which an early byte is for.
+  private val inDatagram     = Reg(Bool())
+  private val nextInDatagram = Reg(Bool())
   when(tick) {
-    wanted := enable && !in.last && Mux(
-      inHeader,
-      (position.byte === 8.U && position.dataLeft =/= 0.U) || (position.byte === 9.U && position.dataLeft > 1.U),
-      position.dataLeft > 2.U
-    )
+    val ahead = Mux(inHeader, position.byte - 8.U, 2.U)(1, 0) // data bytes that come before; byte 7: -1
+    def more(count: UInt): Bool = position.dataLeft(10, 2).orR || position.dataLeft(1, 0) > count
+    val goesOn = enable && !in.last && (!inHeader || position.byte >= 7.U)
+    inDatagram     := goesOn && !ahead.andR && more(ahead)
+    nextInDatagram := goesOn && Mux(ahead === 2.U, position.dataLeft > 3.U, more(ahead + 1.U))
   }
 
-  /** The side that ECAT is on may touch the byte; in the direction of the SyncManager. */
+  /** ECAT may touch the byte; in the direction of its SyncManager. Uses the state. */
   private def permission(t: Target, writing: Boolean): (Bool, Bool) = areas match {
     case None => (t.local.exists, false.B)
     case Some(port) =>
-      val view  = port.views(t.area.index)
+      val view  = port.view
       val right = view.ecatWrites === writing.B
       val hit   = t.area.hit && port.acts(t.local.address)
       val may = view.works && port.exists(t.local.address) &&
@@ -140,70 +197,126 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   private def buffer(t: Target, writing: Boolean): UInt = areas match {
     case None => t.local.address.pad(17)
     case Some(port) =>
-      val view   = port.views(t.area.index)
-      val number = if (writing) view.writerBuffer else view.readerBuffer
+      val number = if (writing) port.view.writerBuffer else port.view.readerBuffer
       val offset = Mux(number(1), t.area.length << 1, Mux(number(0), t.area.length, 0.U))
       val sum    = t.local.address +& Mux(t.area.hit && port.acts(t.local.address) && !t.single, offset, 0.U)
       Cat(sum(sum.getWidth - 1, 16).orR, sum(15, 0))
   }
 
-  private val reading                = target(searchedRead, readArea)
-  private val (mayRead, readsBuffer) = permission(reading, writing = false)
-  private val opens                  = at(4) && wanted && request.read && readsBuffer
-  private val fetched                = RegEnable(reading, at(4))
+  private val fetched                = RegEnable(target(searchedRead, readArea), at(4))
+  private val fetchedBits            = RegEnable(searchedReadBits, at(4))
+  private val (mayRead, readsBuffer) = permission(fetched, writing = false)
+  private val wanted                 = Mux(fetchedBits.early, nextInDatagram, inDatagram)
+  private val opens                  = at(5) && wanted && request.read && readsBuffer
+  private val fetchedMay             = RegEnable(mayRead && wanted && request.read, at(5))
+  private val fetchedCloses          = RegEnable(readsBuffer && fetched.area.last, at(5))
+  private val readAddress            = RegEnable(buffer(fetched, writing = false), at(6))
   private val writeTarget            = RegEnable(target(searchedWrite, writeArea), at(4))
-  private val fetchedMay             = RegEnable(mayRead && wanted && request.read, at(4))
-  private val fetchedCloses          = RegEnable(readsBuffer && reading.area.last, at(4))
-  private val readAddress            = RegEnable(buffer(fetched, writing = false), at(5))
+  private val writeTargetBits        = RegEnable(searchedWriteBits, at(4))
 
-  // move: reading.
+  // move: reading. The window holds this local byte and the one before.
   private val readMay     = RegEnable(fetchedMay, tick)
   private val readCloses  = RegEnable(fetchedCloses, tick)
   private val readIndex   = RegEnable(fetched.area.index, tick)
   private val readSingle  = RegEnable(fetched.single, tick)
-  private val readLane    = lane(readAddress)
-  private val lookUpRead  = at(0) && inData
+  private val readBits    = RegEnable(fetchedBits, tick)
+  private val lookUpRead  = at(0) && readMay
   private val readArrives = RegNext(lookUpRead, false.B)
-  private val readByte    = RegEnable(laneOf(memory.readData, readLane, 8), readArrives)
-  private val readable    = RegEnable(laneOf(memory.readable, readLane, 1).asBool, readArrives)
-  readNow    := inData && readMay && readable
-  readNibble := Mux(position.high, readByte(7, 4), readByte(3, 0))
+  private val readByte    = RegEnable(laneOf(memory.readData, lane(readAddress), 8), readArrives)
+  private val readable    = RegEnable(laneOf(memory.readable, lane(readAddress), 1).asBool, readArrives)
+  private val isRead      = readMay && readable
+  private val (readValue, readHere) = if (bitwise) {
+    val byteBefore = RegEnable(readByte, tick)
+    val okBefore   = RegEnable(isRead, tick)
+    val value    = ((readByte ## byteBefore) >> readBits.shift)(7, 0)
+    val ok       = ((Fill(8, isRead) ## Fill(8, okBefore)) >> readBits.shift)(7, 0) & readBits.mask
+    (value, ok)
+  } else (readByte, Fill(8, isRead))
+  readMask   := Fill(4, inData) & Mux(position.high, readHere(7, 4), readHere(3, 0))
+  readNibble := Mux(position.high, readValue(7, 4), readValue(3, 0))
 
   // move: writing. Asked when all before this byte has been done.
   private val (mayWrite, writesBuffer) = permission(writeTarget, writing = true)
-  private val writeAddress             = RegEnable(buffer(writeTarget, writing = true), at(2))
-  private val writeMay                 = RegEnable(mayWrite, at(2))
-  private val writesArea               = RegEnable(writesBuffer, at(2))
-  private val writeArea2               = RegEnable(writeTarget.area, at(2))
-  private val writeSingle              = RegEnable(writeTarget.single, at(2))
-  private val lookUpWrite              = at(3) && inData
+  private val writeAddress             = RegEnable(buffer(writeTarget, writing = true), at(3))
+  private val writeMay                 = RegEnable(mayWrite, at(3))
+  private val writesArea               = RegEnable(writesBuffer, at(3))
+  private val writeArea2               = RegEnable(writeTarget.area, at(3))
+  private val writeSingle              = RegEnable(writeTarget.single, at(3))
+  private val writeBits                = RegEnable(writeTargetBits, at(3))
+  private val lookUpWrite              = at(4) && writeMay
   private val writeArrives             = RegNext(lookUpWrite, false.B)
-  private val writable   = RegEnable(laneOf(memory.writable, lane(writeAddress), 1).asBool, writeArrives)
-  private val toRegister = writeAddress < RegisterMap.UserRamStart.U
-  private val low        = RegEnable(in.data, step)
-  private val passed     = RegEnable(Cat(in.data, low), byteEnd)
-  private val written    = RegNext(byteEnd && enable && request.write, false.B)
-  private val accept     = written && writeMay && writable && !(toRegister && memory.logFull)
+  private val writable = RegEnable(laneOf(memory.writable, lane(writeAddress), 1).asBool, writeArrives)
+
+  when(newFrame) { // the last frame may have ended anywhere
+    fetchedMay := false.B
+    readMay    := false.B
+    writeMay   := false.B
+  }
+
+  // The byte has passed: cycle 0 writes the local byte before, whose last bits have come, cycle 1 the upper one, if no more bits
+  // of it are to come.
+  private val low    = RegEnable(in.data, step)
+  private val passed = RegEnable(Cat(in.data, low), byteEnd)
+  private val isLast = RegEnable(Mux(inHeader, position.dataLeft === 0.U, position.dataLeft === 1.U), tick)
+  private val has =
+    RegNext(tick && enable && request.write && (inData || (inHeader && position.byte === 9.U)), false.B)
+  private val hasUpper = RegNext(has, false.B)
+
+  private class Upper extends Bundle { // a local byte that gets bits
+    val address = UInt(17.W)
+    val may     = Bool()
+    val data    = UInt(8.W)
+    val mask    = UInt(8.W)
+  }
+  private val writeData = ((passed & writeBits.mask) << writeBits.shift)(15, 0)
+  private val writeMask = (writeBits.mask << writeBits.shift)(15, 0)
+  private val upper     = Wire(new Upper)
+  upper.address := writeAddress
+  upper.may     := writeMay && writable
+  upper.data    := (if (bitwise) writeData(15, 8) else passed)
+  upper.mask    := (if (bitwise) writeMask(15, 8) else 0xff.U)
+  private val written =
+    if (bitwise) {
+      val upperBefore = RegEnable(upper, hasUpper)
+      val lower  = WireDefault(upperBefore)
+      lower.data := upperBefore.data | writeData(7, 0)
+      lower.mask := upperBefore.mask | writeMask(7, 0)
+      Mux(has, lower, upper)
+    } else upper
+  private val complete =
+    if (bitwise)
+      (has && writeMask(7, 0).orR) ||
+      (hasUpper && writeMask(15, 8).orR && (!writeBits.turn.orR || writeBits.last || isLast))
+    else hasUpper
+  private val toRegister = written.address < RegisterMap.UserRamStart.U
+  private val accept     = complete && written.may && !(toRegister && memory.logFull)
 
   memory.read         := lookUpRead || lookUpWrite
   memory.readAddress  := Mux(lookUpRead, readAddress, writeAddress)
   memory.logByte      := accept && toRegister
   memory.write        := accept
-  memory.writeAddress := writeAddress(15, 0)
-  memory.writeMask    := UIntToOH(lane(writeAddress), p.lanes)
-  memory.writeData    := Fill(p.lanes, passed)
+  memory.writeAddress := written.address(15, 0)
+  memory.writeMask    := UIntToOH(lane(written.address), p.lanes)
+  memory.writeData    := Fill(p.lanes, written.data)
 
+  // The byte addressed decides on the access, not the one in the buffer (B-52).
   areas.foreach { port =>
-    // In cycle 0 the byte written, in cycle 1 the end of the buffer read, in cycle 4 the beginning of one to be read.
-    val readClosed   = RegNext(RegNext(byteEnd && readNow && readCloses, false.B), false.B)
-    val closedIndex  = RegEnable(readIndex, tick)
-    val closedSingle = RegEnable(readSingle, tick)
-    val writes       = accept && writesArea
+    val writes  = hasUpper && writeMay && writesArea && !(writeBits.early && isLast)
+    val closes  = RegEnable(readMay && readCloses, tick) && at(2)
+    val index   = RegEnable(readIndex, tick)
+    val single  = RegEnable(readSingle, tick)
+    val asksFor = Seq(
+      writes                                           -> writeArea2.index,
+      closes                                           -> index,
+      (at(3) && request.write && writeTarget.area.hit) -> writeTarget.area.index,
+      ((at(5) || at(6)) && request.read && fetched.area.hit) -> fetched.area.index
+    )
+    port.request       := asksFor.map(_._1).reduce(_ || _)
+    port.number        := MuxCase(fetched.area.index, asksFor)
     port.access.touch  := writes || opens
-    port.access.first  := Mux(writes, writeArea2.first, reading.area.first)
-    port.access.single := Mux(writes, writeSingle, Mux(opens, reading.single, closedSingle))
-    port.access.close  := (writes && writeArea2.last) || readClosed
-    port.accessIndex   := Mux(writes, writeArea2.index, Mux(opens, reading.area.index, closedIndex))
+    port.access.first  := Mux(writes, writeArea2.first, fetched.area.first)
+    port.access.single := Mux(writes, writeSingle, Mux(opens, fetched.single, single))
+    port.access.close  := (writes && writeArea2.last) || closes
   }
 
   private val anyRead  = Reg(Bool())
@@ -212,14 +325,14 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     anyRead  := false.B
     anyWrite := false.B
   }.otherwise {
-    when(byteEnd && readNow) { anyRead := true.B }
+    when(byteEnd && readHere.orR) { anyRead := true.B }
     when(accept) { anyWrite := true.B }
   }
   readSuccess  := anyRead
-  readDlStatus := byteEnd && readNow && RegEnable(readAddress(16, 1) === (0x0110 >> 1).U, at(0))
-  readAlStatus := byteEnd && readNow && RegEnable(readAddress(16, 1) === (0x0130 >> 1).U, at(0))
+  readDlStatus := tick && isRead && RegEnable(readAddress(16, 1) === (0x0110 >> 1).U, at(0))
+  readAlStatus := tick && isRead && RegEnable(readAddress(16, 1) === (0x0130 >> 1).U, at(0))
   writeSuccess := anyWrite
 
-  memory.frameStart := step && in.valid && !in.payload
+  memory.frameStart := newFrame
   memory.commit     := false.B // the frame processor knows; see there
 }

@@ -15,9 +15,6 @@ class HostSequencer(p: EscParams) extends Module {
   val memory = IO(Flipped(new HostPort(lanes)))
   val areas  = IO(Flipped(new AreaPort(p)))
 
-  /** ECAT acts on the SyncManagers in this cycle (B-58). */
-  val ecatActs = IO(Input(Bool()))
-
   private object State extends ChiselEnum {
 
     /** idle; pass: the access goes through unchanged; scan: the byte's SyncManager is searched; decide: may
@@ -45,7 +42,7 @@ class HostSequencer(p: EscParams) extends Module {
     scan.address      := address
     scan.result
   })
-  private val view   = areas.views(area.index)
+  private val view   = areas.view
   private val single = area.first && area.last
   private val right  = view.ecatWrites =/= host.write
   private val may =
@@ -64,7 +61,8 @@ class HostSequencer(p: EscParams) extends Module {
   areas.access.first  := area.first
   areas.access.single := single
   areas.access.close  := closes
-  areas.accessIndex   := area.index
+  areas.number        := area.index
+  areas.request       := state === decide || state === choose || state === close
 
   memory.req   := state === pass || state === access
   memory.write := host.write
@@ -95,14 +93,14 @@ class HostSequencer(p: EscParams) extends Module {
       when(!enabled) { state := next }.elsewhen(count === 10.U) { state := decide }
     }
     is(decide) {
-      when(!may) { state := next }.elsewhen(!ecatActs) {
-        opens := inBuffer
-        state := choose
+      when(areas.granted) {
+        opens := may && inBuffer
+        state := Mux(may, choose, next)
       }
     }
     is(choose) {
       through := moved(15, 0)
-      state   := Mux(outside, next, access)
+      when(areas.granted) { state := Mux(outside, close, access) }
     }
     is(access) {
       when(memory.ack) {
@@ -111,7 +109,7 @@ class HostSequencer(p: EscParams) extends Module {
       }
     }
     is(close) {
-      when(!ecatActs) {
+      when(areas.granted) {
         closes := inBuffer && area.last
         state  := next
       }

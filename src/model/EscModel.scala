@@ -149,7 +149,7 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
       circulating = !opened(0) && setting(0) <= 1, // LP-14
       ecatEvents = space.ecatEvents,
       maxSubTelegrams = p.maxSubTelegrams,
-      fmmus = (0 until p.fmmus).map(FmmuModel.of(registers, _, p.fmmuBitwise))
+      fmmus = (0 until p.fmmus).map(FmmuModel.of(registers, _, p.hasBitwiseFmmus))
     )
     val done = new ProcessingUnit(settings, frame).process(payload, alreadyBad)
     if (done.bad || done.tooMany) registers.count("epu_error")

@@ -35,6 +35,16 @@ final case class FmmuModel(
   def covers(logical: Long): Boolean =
     active && logical <= 0xffffffffL && logical >= logicalStart && logical < logicalStart + length
 
+  /** Local bits are at other places of their bytes than the logical ones. */
+  def isShifted: Boolean             = physicalBit != startBit
+  def isLast(logical: Long): Boolean = logical == logicalStart + length - 1
+
+  /** The lower local byte of this logical one is asked for a byte time early: it is that of the logical byte
+    * before too, or the bits move up.
+    */
+  def needsEarly(logical: Long): Boolean =
+    isShifted && (logical > logicalStart || physicalBit > startBit)
+
   /** Where the bits of a byte it covers are: none, one or two local bytes, in ascending order. */
   def map(logical: Long): Seq[MappedByte] = {
     val first = 8 * (logical - logicalStart).toInt // number of the byte's bit 0 within the range

@@ -110,17 +110,17 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
           registers.byte(address)
         }
 
-    def write(address: Int, byte: Int): Boolean =
-      if (address >= RegisterMap.UserRamStart) {
-        val to = memoryAddress(Side.Ecat, write = true, address)
-        to.foreach(memory(_) = byte)
-        to.isDefined
-      } else {
-        val may = registers.ecat(address).writable && pending.size < p.writeLogDepth && // B-17
-          allowed(registers.register(address).flatMap(_.ecatGuard))
-        if (may) pending :+= address -> byte
-        may
-      }
+    def claim(address: Int): Option[Int => Boolean] =
+      if (address >= RegisterMap.UserRamStart)
+        memoryAddress(Side.Ecat, write = true, address).map(to => (byte: Int) => { memory(to) = byte; true })
+      else
+        Option.when(
+          registers.ecat(address).writable && allowed(registers.register(address).flatMap(_.ecatGuard))
+        ) { byte =>
+          val may = pending.size < p.writeLogDepth // B-17
+          if (may) pending :+= address -> byte
+          may
+        }
 
     override def closings(): () => Unit = {
       val due = syncManagers.managers.filter(_.takeClosing())

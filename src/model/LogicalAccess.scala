@@ -2,35 +2,57 @@ package flyframe.model
 
 /** Logical addressing within one datagram: FMMUs between the processing unit and the local addresses (FMMU-05
   * to FMMU-13, B-45 to B-48).
+  *
+  * A local byte whose bits lie in two logical bytes is accessed once for both: asked for with the first of
+  * them, written with the last. Byte -1 is the logical byte before the datagram, whose local bits byte 0 may
+  * need.
   */
-class LogicalAccess(fmmus: Seq[FmmuModel], space: AddressSpace) {
+class LogicalAccess(start: Long, length: Int, fmmus: Seq[FmmuModel], space: AddressSpace) {
   private val readers = fmmus.filter(_.forReads)
   private val writers = fmmus.filter(_.forWrites)
 
-  // The local byte written last, as far as it is known: its neighbour brings its other bits (FMMU-02).
-  private var last: Option[(FmmuModel, Int, Int)] = None
+  /** A local byte that the next logical byte has bits of, too. */
+  private case class Open[T](fmmu: FmmuModel, address: Int, found: T)
+  private var reading: Option[Open[Option[Int]]]                    = None
+  private var writing: Option[Open[(Option[Int => Boolean], Int)]] = None
+
+  /** The local bytes that byte `i` asks for: its own, and the first one that byte `i + 1` needs early. */
+  private def asked(among: Seq[FmmuModel], i: Int): Option[(FmmuModel, Seq[MappedByte])] = {
+    val here = if (i < 0) None else among.find(_.covers(start + i))
+    here.map(f => f -> f.map(start + i)).orElse {
+      among
+        .find(f => i + 1 < length && f.covers(start + i + 1) && f.needsEarly(start + i + 1))
+        .map(f => f -> f.map(start + i + 1).take(1))
+    }
+  }
 
   /** The byte to send in place of `received`; None if no bit of it was accessible. */
-  def read(logical: Long): Option[Int => Int] =
-    readers.find(_.covers(logical)).flatMap { fmmu =>
-      val found = for { m <- fmmu.map(logical); value <- space.read(m.address) } yield m -> value
-      Option.when(found.nonEmpty) { received =>
-        found.foldLeft(received) { case (byte, (m, value)) => (byte & ~m.mask) | m.toLogical(value) }
+  def read(i: Int): Option[Int => Int] =
+    asked(readers, i).flatMap { case (fmmu, places) =>
+      val found = places.map { m =>
+        val before = reading.collect { case Open(f, address, value) if (f eq fmmu) && address == m.address => value }
+        m -> before.getOrElse(space.read(m.address))
+      }
+      reading = found.lastOption.map { case (m, value) => Open(fmmu, m.address, value) }
+      val values = if (i >= 0 && fmmu.covers(start + i)) found.collect { case (m, Some(value)) => m -> value } else Nil
+      Option.when(values.nonEmpty) { received =>
+        values.foldLeft(received) { case (byte, (m, value)) => (byte & ~m.mask) | m.toLogical(value) }
       }
     }
 
-  /** True if a byte was accessible. */
-  def write(logical: Long, byte: Int): Boolean =
-    writers.find(_.covers(logical)).fold(false) { fmmu =>
-      val before = last.collect { case (f, address, value) if f eq fmmu => address -> value }
-      last = None
-      fmmu
-        .map(logical)
-        .map { m =>
-          val value = m.toLocal(byte) | before.filter(_._1 == m.address).fold(0)(_._2)
-          last = Some((fmmu, m.address, value))
-          space.write(m.address, value)
-        }
-        .contains(true)
+  /** True if a local byte was written. */
+  def write(i: Int, byte: => Int): Boolean =
+    asked(writers, i).fold(false) { case (fmmu, places) =>
+      val covered = i >= 0 && fmmu.covers(start + i)
+      val bytes = places.map { m =>
+        val before = writing.collect { case Open(f, address, found) if (f eq fmmu) && address == m.address => found }
+        val (claim, value) = before.getOrElse((space.claim(m.address), 0))
+        m -> (claim, if (covered) value | m.toLocal(byte) else value)
+      }
+      // The upper one waits for its other bits, if there are any.
+      val waits = !covered || (fmmu.isShifted && !fmmu.isLast(start + i) && i + 1 < length)
+      val (now, later) = if (waits) (bytes.dropRight(1), bytes.lastOption) else (bytes, None)
+      writing = later.map { case (m, found) => Open(fmmu, m.address, found) }
+      now.map { case (_, (claim, value)) => claim.exists(store => store(value)) }.contains(true)
     }
 }

@@ -9,7 +9,12 @@ trait AddressSpace {
   /** ECAT writes a byte; false if it may not. Memory changes at once, registers when the frame has ended
     * well.
     */
-  def write(address: Int, byte: Int): Boolean
+  def write(address: Int, byte: Int): Boolean = claim(address).exists(store => store(byte))
+
+  /** ECAT wants to write a byte: None if it may not, else what writes it, which gives false if it may not after
+    * all.
+    */
+  def claim(address: Int): Option[Int => Boolean]
 
   /** What reading has closed since this was asked last; to be carried out when the byte passes for which it
     * was read.
@@ -130,7 +135,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         if (circle) putLittle(start + 6, little(start + 6) | Circulating)
         if (mine) {
           if (begun(start + 8)) putLittle(start + 8, little(start + 8) | settings.ecatEvents)
-          if (begun(start + 9)) execute(start, length)
+          if (begun(start + 8)) execute(start, length)
         }
         if (!has(end - 1)) passed(bad = true)
         else if ((little(start + 6) & More) != 0) datagrams(end, index + 1)
@@ -170,26 +175,27 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         start,
         length,
         i =>
-          if (reads) space.read(ado + i).map(v => (received: Int) => if (broadcast) received | v else v)
+          if (i >= 0 && reads) space.read(ado + i).map(v => (received: Int) => if (broadcast) received | v else v)
           else None,
-        (i, byte) => writes && space.write(ado + i, byte),
+        (i, byte) => i >= 0 && writes && space.write(ado + i, byte),
         writeCounts = if (Set(3, 6, 9)(command)) 2 else 1
       )
     }
 
     private def logical(start: Int, length: Int, command: Int): Unit = {
       val address = (little(start + 2) | little(start + 4).toLong << 16) & 0xffffffffL
-      val access  = new LogicalAccess(settings.fmmus, space)
+      val access  = new LogicalAccess(address, length, settings.fmmus, space)
       transfer(
         start,
         length,
-        i => if (command != 11) access.read(address + i) else None,
-        (i, byte) => command != 10 && access.write(address + i, byte),
+        i => if (command != 11) access.read(i) else None,
+        (i, byte) => command != 10 && access.write(i, byte),
         writeCounts = if (command == 12) 2 else 1
       )
     }
 
-    /** All data bytes in the order of time, and the working counter. Reading looks one byte ahead (B-55).
+    /** All data bytes in the order of time, and the working counter. Reading looks one byte ahead (B-55). Byte
+      * -1, the last of the header, is where byte 0 may need something early.
       *
       * @param read
       *   what to make of byte number `i`, if it can be read
@@ -210,8 +216,8 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         put(data + i, change(byteIn(data + i)))
         readSuccess = true
       }
-      readByte(0)
-      for (i <- 0 until length if begun(data + i)) {
+      if (length > 0) readByte(-1)
+      for (i <- -1 until length if length > 0 && begun(data + i)) {
         val close = space.closings()
         readByte(i + 1)
         close()

@@ -3,9 +3,7 @@ package flyframe.params
 /** All parameters of one EtherCAT slave controller. A value, checked by [[EscParams.problems]]; behaviour is
   * a function of it.
   *
-  * `fmmuBitwise` is not a choice yet: the RTL maps whole bytes only, the golden model knows both.
-  *
-  * Every other field has an entry in [[ParamTable.all]], from which the command line, its help, the checks
+  * Every field has an entry in [[ParamTable.all]], from which the command line, its help, the checks
   * and the documentation are made.
   */
 final case class EscParams(
@@ -17,7 +15,7 @@ final case class EscParams(
     coreClockMhz: Int = 100,
     ramKiB: Int = 1,
     fmmus: Int = 0,
-    fmmuBitwise: Boolean = false,
+    fmmuBitwise: Int = 0,
     syncManagers: Int = 0,
     applicationLayer: Int = 0,
     watchdogs: Int = 0,
@@ -54,6 +52,9 @@ final case class EscParams(
   def smBanks: Int   = if (syncManagers > 8) 2 else 1
   def fmmuBanks: Int = if (fmmus > 8) 2 else 1
 
+  /** FMMUs map single bits, not only whole bytes. */
+  def hasBitwiseFmmus: Boolean = fmmus > 0 && fmmuBitwise == 1
+
   /** Frame data pass through FMMUs or SyncManagers. */
   def translates: Boolean = fmmus > 0 || syncManagers > 0
 
@@ -86,7 +87,7 @@ final case class EscParams(
 
   /** Word 0x0008 as reported (GEN-07); derived: bit 7, separate counting of forwarded errors. */
   def features: Int =
-    if (reportedFeatures >= 0) reportedFeatures else 0x0080 | (if (fmmus > 0 && !fmmuBitwise) 1 else 0)
+    if (reportedFeatures >= 0) reportedFeatures else 0x0080 | (if (fmmus > 0 && !hasBitwiseFmmus) 1 else 0)
 
   /** Verilog name of the top module. */
   def topName: String = preset.replaceAll("[^A-Za-z0-9]", "_")
@@ -156,6 +157,9 @@ object ParamTable {
       p.copy(ramKiB = v)
     ),
     info("fmmus", "FMMUs, 0x0600 on", "FMMUs", between(0, 16))(_.fmmus)((p, v) => p.copy(fmmus = v)),
+    info("fmmuBitwise", "1: FMMUs map single bits; 0: whole bytes only", "switch", between(0, 1))(_.fmmuBitwise)((p, v) =>
+      p.copy(fmmuBitwise = v)
+    ),
     info("syncManagers", "SyncManagers, 0x0800 on", "SyncManagers", between(0, 16))(_.syncManagers)((p, v) =>
       p.copy(syncManagers = v)
     ),

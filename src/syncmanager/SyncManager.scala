@@ -2,19 +2,52 @@ package flyframe.syncmanager
 
 import chisel3._
 
-/** What the rest of the controller may know of a SyncManager's state. */
-class SyncManagerView extends Bundle {
+/** What one SyncManager remembers from one access to the next. */
+class SyncManagerState extends Bundle {
+
+  /** The buffer in the middle, and that of the reader; the third is the writer's. */
+  val next   = UInt(2.W)
+  val reader = UInt(2.W)
+
+  /** NEXT is newer than the reader's buffer; mailbox: full. */
+  val newer      = Bool()
+  val anyWritten = Bool()
+  val ecatOpen   = Bool()
+  val pdiOpen    = Bool()
+
+  /** What ECAT did in this frame: accessed any byte, the first, the last. */
+  val touched = Bool()
+  val began   = Bool()
+  val closed  = Bool()
+
+  def writer: UInt = ~(next ^ reader)
+}
+
+object SyncManagerState {
+
+  /** As after reset, and whenever work starts or stops (B-50). */
+  def start: SyncManagerState = {
+    val s = WireDefault(0.U.asTypeOf(new SyncManagerState))
+    s.next   := 1.U
+    s.reader := 2.U
+    s
+  }
+}
+
+/** How a SyncManager is configured; steady while it works. */
+class SyncManagerSettings extends Bundle {
 
   /** Enabled and not deactivated. */
-  val works = Bool()
-
-  /** Enabled and deactivated: the whole area is locked (SM-27). */
-  val locked = Bool()
-
-  /** Three buffers; else a mailbox (B-50). */
-  val buffered = Bool()
+  val works     = Bool()
+  val isMailbox = Bool()
 
   /** ECAT writes and the PDI reads; else the other way round. */
+  val ecatWrites = Bool()
+}
+
+/** What an accessing side may know of a SyncManager. */
+class SyncManagerView extends Bundle {
+  val works      = Bool()
   val ecatWrites = Bool()
 
   /** The side may access every byte; the first byte. */
@@ -44,144 +77,95 @@ class BufferAccess extends Bundle {
   val single = Bool()
 }
 
-/** The buffers of one SyncManager and who holds them (SM-01 to SM-28).
+/** The logic of a SyncManager (SM-01 to SM-28): from its state and what happens, the state after. One is
+  * shared by all SyncManagers, as they act one after the other.
   *
   * Three buffers: the writer's, the reader's and NEXT; closing a written buffer swaps it with NEXT, opening
   * for reading swaps with NEXT if that is newer. A mailbox has one buffer, full or empty.
   *
-  * What ECAT does in a frame becomes final with its good end (FP-35); the PDI's accesses act at once.
+  * What ECAT does in a frame becomes final with its good end (FP-35); the PDI's accesses act at once. At most
+  * one of `ecat`, `pdi`, `good` and `bad` in a cycle.
   */
 class SyncManager extends Module {
-  val enabled     = IO(Input(Bool()))
-  val deactivated = IO(Input(Bool()))
-  val isMailbox   = IO(Input(Bool()))
-  val ecatWrites  = IO(Input(Bool()))
+  val state    = IO(Input(new SyncManagerState))
+  val settings = IO(Input(new SyncManagerSettings))
 
   val ecat = IO(Input(new BufferAccess))
+  val pdi  = IO(Input(new BufferAccess))
 
-  /** Never in the same cycle as an access or a frame end of ECAT (B-58). */
-  val pdi = IO(Input(new BufferAccess))
-
-  /** The frame ends, well or badly. */
+  /** The frame has ended, well or badly. */
   val good = IO(Input(Bool()))
   val bad  = IO(Input(Bool()))
 
-  val view = IO(Output(new SyncManagerView))
+  val after = IO(Output(new SyncManagerState))
+  val view  = IO(Output(new SyncManagerView))
 
-  /** 0x0805[0] and [1]. */
-  val writeEvent = IO(Output(Bool()))
-  val readEvent  = IO(Output(Bool()))
+  /** Events: a buffer has been written, has been read; they rise, they end; rising comes last (B-57). */
+  val writeEvent    = IO(Output(Bool()))
+  val readEvent     = IO(Output(Bool()))
+  val writeEventEnd = IO(Output(Bool()))
+  val readEventEnd  = IO(Output(Bool()))
 
-  /** 0x0805[5:4]. */
-  val lastBuffer = IO(Output(UInt(2.W)))
+  private val isMailbox  = settings.isMailbox
+  private val buffered   = !isMailbox
+  private val ecatWrites = settings.ecatWrites
 
-  /** 0x0805[3]. */
-  val full = IO(Output(Bool()))
+  after         := state
+  writeEvent    := false.B
+  readEvent     := false.B
+  writeEventEnd := false.B
+  readEventEnd  := false.B
 
-  /** A buffer has been written completely, for the watchdog (SM-22). */
-  val written = IO(Output(Bool()))
-
-  private val works    = enabled && !deactivated
-  private val buffered = !isMailbox
-
-  // Reset of all: the state at the start of work (B-50).
-  private val next        = RegInit(1.U(2.W))
-  private val reader      = RegInit(2.U(2.W))
-  private val newer       = RegInit(false.B) // NEXT is newer than the reader's; mailbox: full
-  private val anyWritten  = RegInit(false.B)
-  private val ecatOpen    = RegInit(false.B)
-  private val pdiOpen     = RegInit(false.B)
-  private val ecatTouched = RegInit(false.B) // in this frame
-  private val ecatBegan   = RegInit(false.B) // the first byte, in this frame
-  private val ecatClosed  = RegInit(false.B) // the last byte, in this frame
-  private val ecatSingle  = RegInit(false.B)
-  private val isWritten   = RegInit(false.B)
-  private val isRead      = RegInit(false.B)
-  private val writer      = ~(next ^ reader)
-
-  private def opensForReading(open: Bool): Unit = when(buffered && newer && !open) {
-    reader := next
-    next   := reader
-    newer  := false.B
+  // What writer and reader do, whichever side they are on.
+  private val ecatOpens  = ecat.touch && ecat.first
+  private val pdiOpens   = pdi.touch && pdi.first
+  private val ecatCloses = good && state.closed
+  private val readerTakes = buffered && state.newer &&
+    Mux(
+      ecatWrites,
+      pdiOpens && !pdi.single && !state.pdiOpen,
+      ecatOpens && !ecat.single && !state.ecatOpen
+    )
+  // The PDI's buffer may have been taken from it meanwhile. A buffer of one byte is never open.
+  private val pdiCloses  = pdi.close && (pdi.single || state.pdiOpen)
+  private val writerDone = Mux(ecatWrites, ecatCloses, pdiCloses)
+  private val readerDone = Mux(ecatWrites, pdiCloses, ecatCloses)
+  private val single     = Mux(good, !state.ecatOpen, pdi.single)
+  when(readerTakes) {
+    after.reader := state.next
+    after.next   := state.reader
+    after.newer  := false.B
   }
-  private def completes(byWriter: Bool, single: Bool): Unit = {
-    when(byWriter) {
-      isWritten := true.B
-      when(!single) {
-        newer      := true.B
-        anyWritten := true.B
-        when(buffered) { next := writer }
-      }
-    }.otherwise {
-      isRead := true.B
-      when(isMailbox) { newer := false.B }
-    }
+  when(writerDone && !single) {
+    after.newer      := true.B
+    after.anyWritten := true.B
+    when(buffered) { after.next := state.writer }
   }
+  when(readerDone && isMailbox) { after.newer := false.B }
+  writeEvent := writerDone
+  readEvent  := readerDone
 
-  // ECAT.
-  when(ecat.touch) {
-    ecatTouched := true.B
-    ecatSingle  := ecat.single
-    when(ecat.first) {
-      ecatBegan := true.B
-      when(!ecat.single) {
-        ecatOpen := true.B
-        when(!ecatWrites) { opensForReading(ecatOpen) }
-      }
-    }
-  }
-  when(ecat.close) { ecatClosed := true.B }
-  when(good) {
-    when(ecatBegan && ecatWrites) { isRead := false.B }
-    when(ecatBegan && !ecatWrites) { isWritten := false.B }
-    when(ecatClosed) {
-      ecatOpen := false.B
-      completes(ecatWrites, ecatSingle)
-    }
-  }
-  when(bad && ecatTouched) { ecatOpen := false.B }
-  when(good || bad) {
-    ecatTouched := false.B
-    ecatBegan   := false.B
-    ecatClosed  := false.B
-  }
+  // Beginning a buffer ends the event of the other side's last one.
+  private val ecatBegins = good && state.began
+  writeEventEnd := Mux(ecatWrites, pdiOpens, ecatBegins)
+  readEventEnd  := Mux(ecatWrites, ecatBegins, pdiOpens)
 
-  // PDI.
-  when(pdi.touch && pdi.first) {
-    when(ecatWrites) { isWritten := false.B }.otherwise { isRead := false.B }
-    when(!pdi.single) {
-      pdiOpen := true.B
-      when(ecatWrites) { opensForReading(pdiOpen) }
-    }
-  }
-  when(pdi.close) {
-    pdiOpen := false.B
-    completes(!ecatWrites, pdi.single)
-  }
+  when(ecatOpens && !ecat.single) { after.ecatOpen := true.B }
+  when(ecatCloses || (bad && state.touched)) { after.ecatOpen := false.B }
+  when(pdiOpens && !pdi.single) { after.pdiOpen := true.B }
+  when(pdiCloses) { after.pdiOpen := false.B }
+  after.touched := (state.touched || ecat.touch) && !good && !bad
+  after.began   := (state.began || ecatOpens) && !good && !bad
+  after.closed  := (state.closed || ecat.close) && !good && !bad
 
-  when(!works) {
-    next   := 1.U
-    reader := 2.U
-    Seq(newer, anyWritten, ecatOpen, pdiOpen, ecatTouched, ecatBegan, ecatClosed, isWritten, isRead)
-      .foreach(_ := false.B)
-  }
-
-  private val mayWrite = buffered || !newer
-  private val mayRead  = Mux(buffered, anyWritten, newer)
-  view.works        := works
-  view.locked       := enabled && deactivated
-  view.buffered     := buffered
+  private val mayWrite = buffered || !state.newer
+  private val mayRead  = Mux(buffered, state.anyWritten, state.newer)
+  view.works        := settings.works
   view.ecatWrites   := ecatWrites
-  view.ecatOpen     := ecatOpen && !ecatClosed
-  view.ecatMayOpen  := Mux(ecatWrites, mayWrite, mayRead) && !ecatClosed
-  view.pdiOpen      := pdiOpen
+  view.ecatOpen     := state.ecatOpen && !state.closed
+  view.ecatMayOpen  := Mux(ecatWrites, mayWrite, mayRead) && !state.closed
+  view.pdiOpen      := state.pdiOpen
   view.pdiMayOpen   := Mux(ecatWrites, mayRead, mayWrite)
-  view.writerBuffer := Mux(buffered, writer, 0.U)
-  view.readerBuffer := Mux(buffered, reader, 0.U)
-
-  writeEvent := isWritten
-  readEvent  := isRead
-  lastBuffer := Mux(buffered, Mux(anyWritten, Mux(newer, next, reader), 3.U), 0.U)
-  full       := isMailbox && newer
-  written    := works && ((good && ecatClosed && ecatWrites) || (pdi.close && !ecatWrites))
+  view.writerBuffer := Mux(buffered, state.writer, 0.U)
+  view.readerBuffer := Mux(buffered, state.reader, 0.U)
 }

@@ -6,7 +6,8 @@ import flyframe.memory.{RegisterWrite, WideTable}
 import flyframe.params.EscParams
 import flyframe.registers.RegisterMap
 
-/** What an accessing side sees of the SyncManagers: the table of areas, an entry per cycle, and the states.
+/** What an accessing side sees of the SyncManagers: the table of areas, an entry per cycle, and one state at a
+  * time.
   */
 class AreaPort(p: EscParams) extends Bundle {
   val index = Input(UInt(3.W))
@@ -15,14 +16,20 @@ class AreaPort(p: EscParams) extends Bundle {
     * caller's.
     */
   val entries = Output(Vec(p.smBanks, new AreaEntry(p.smIndexBits)))
-  val views   = Output(Vec(p.syncManagers, new SyncManagerView))
+
+  /** Asks for `view`, or for `access`, of SyncManager `number`. Granted to ECAT always, to the PDI if `granted`
+    * is set, in the same cycle (B-58).
+    */
+  val request = Input(Bool())
+  val granted = Output(Bool())
+  val number  = Input(UInt(p.smIndexBits.W))
+  val view    = Output(new SyncManagerView)
+
+  /** An allowed access of this side, in the SyncManager's direction. */
+  val access = Input(new BufferAccess)
 
   /** Process data RAM is open. */
   val ramOpen = Output(Bool())
-
-  /** An allowed access of this side, in the SyncManager's direction. */
-  val access      = Input(new BufferAccess)
-  val accessIndex = Input(UInt(p.smIndexBits.W))
 
   /** SyncManagers act on `address`; there is memory (B-52). */
   def acts(address: UInt): Bool = address >= RegisterMap.UserRamStart.U
@@ -46,6 +53,9 @@ class SyncManagers(p: EscParams) extends Module {
   val bad   = IO(Input(Bool()))
   val quiet = IO(Input(Bool()))
 
+  /** All buffers the good frame has closed have changed hands: one pulse. */
+  val settled = IO(Output(Bool()))
+
   /** 0x0806[0] of each. */
   val enable = IO(Input(Vec(n, Bool())))
 
@@ -66,7 +76,6 @@ class SyncManagers(p: EscParams) extends Module {
   // The table of start and length.
   private val address  = write.bits.byteAddress
   private val hitsArea = write.valid && address(11, 7) === (0x800 >> 7).U && !address(2)
-  private val views    = Wire(Vec(n, new SyncManagerView))
   private val tables = Seq.tabulate(p.smBanks) { bank =>
     val table = Module(new WideTable(n min 8, 4, copies = 2)).suggestName(s"table_$bank")
     table.write      := hitsArea && address(6) === bank.U && address(5, 3) < (n min 8).U
@@ -76,60 +85,105 @@ class SyncManagers(p: EscParams) extends Module {
     table
   }
 
+  // The end of a frame is carried out for one after the other; then registers may be written.
+  private val walking = RegInit(false.B) // reset: no frame
+  private val wasGood = Reg(Bool())
+  private val walk    = Reg(UInt(p.smIndexBits.W))
+  private val walked  = walking && walk === (n - 1).U
+  when(good || bad) {
+    walking := true.B
+    wasGood := good
+    walk    := 0.U
+  }.elsewhen(walking) {
+    walk    := walk + 1.U
+    walking := !walked
+  }
+  settled := RegNext(walked && wasGood, false.B)
+
+  // Control bits of each that act all the time; reset as the registers.
+  private class Control extends Bundle {
+    val watchdogTrigger = Bool()
+    val alEvent         = Bool()
+    val ecatEvent       = Bool()
+    val reserved        = Bool()
+    val ecatWrites      = Bool()
+    val isMailbox       = Bool()
+  }
+  private def byte(i: Int, offset: Int): Valid[UInt] = write.bits.byteAt(write.valid, 0x800 + 8 * i + offset)
+  private val control = VecInit((0 until n).map { i =>
+    val value = RegEnable(byte(i, 4).bits(6, 1), 0.U(6.W), byte(i, 4).valid).suggestName(s"control_$i")
+    value.asTypeOf(new Control)
+  })
+  private val wantsOff = (0 until n).map { i => // 0x0807[0] as written
+    RegEnable(byte(i, 7).bits(0), false.B, byte(i, 7).valid).suggestName(s"deactivate_$i")
+  }
+  private val isOff = wantsOff.zipWithIndex.map { case (w, i) =>
+    RegEnable(w, false.B, quiet && !walking).suggestName(s"deactivated_$i")
+  }
+  private val works  = VecInit((0 until n).map(i => enable(i) && !isOff(i)))
+  private val locked = VecInit((0 until n).map(i => enable(i) && isOff(i)))
+  deactivated := VecInit(isOff)
+
   for ((port, i) <- Seq(ecat, pdi).zipWithIndex; bank <- 0 until p.smBanks) {
     val (table, entry) = (tables(bank), port.entries(bank))
     val word           = table.readData(i)
     val last           = RegNext(port.index)
     val number         = if (p.smBanks == 1) last else Cat(bank.U(1.W), last)
     val exists         = number < n.U
-    val view           = views(number(p.smIndexBits - 1, 0))
+    val chosen         = number(p.smIndexBits - 1, 0)
+    val threefold      = locked(chosen) && !control(chosen).isMailbox
     table.readIndex(i) := port.index
-    port.views         := views
     port.ramOpen       := ramOpen
     entry.index        := number
     entry.start        := word(15, 0)
     entry.length       := word(31, 16)
-    entry.takesPart    := exists && (view.works || view.locked)
-    entry.extent       := entry.length +& Mux(view.locked && view.buffered, entry.length << 1, 0.U(17.W))
+    entry.takesPart    := exists && enable(chosen)
+    entry.extent       := entry.length +& Mux(threefold, entry.length << 1, 0.U(17.W))
     entry.begins       := false.B
   }
 
-  private val triggers = Wire(Vec(n, Bool()))
-  for (i <- 0 until n) {
-    def byte(offset: Int): Valid[UInt] = write.bits.byteAt(write.valid, 0x800 + 8 * i + offset)
-    // Control bits that act all the time; reset as the register.
-    def control(bit: Int, name: String): Bool =
-      RegEnable(byte(4).bits(bit), false.B, byte(4).valid).suggestName(s"${name}_$i")
-    val isMailbox    = control(1, "mailbox")
-    val ecatWrites   = control(2, "ecatWrites")
-    val ecatEnable   = control(4, "ecatEventEnable")
-    val alEnable     = control(5, "alEventEnable")
-    val watchEnabled = control(6, "watchdogTrigger")
-    val wanted =
-      RegEnable(byte(7).bits(0), false.B, byte(7).valid).suggestName(s"deactivate_$i") // 0x0807[0] as written
-    val now = RegEnable(wanted, false.B, quiet).suggestName(s"deactivated_$i")
-    deactivated(i) := now
+  // The state of each, and the logic, which is there once.
+  private val states = Seq.tabulate(n)(i => RegInit(SyncManagerState.start).suggestName(s"state_$i"))
+  private val number = Mux(walking, walk, Mux(ecat.request, ecat.number, pdi.number))
+  private val logic  = Module(new SyncManager)
+  ecat.granted := true.B
+  pdi.granted  := !walking && !ecat.request && !good && !bad
 
-    val sm = Module(new SyncManager).suggestName(s"sm$i")
-    sm.enabled     := enable(i)
-    sm.deactivated := now
-    sm.isMailbox   := isMailbox
-    sm.ecatWrites  := ecatWrites
-    sm.good        := good
-    sm.bad         := bad
-    for ((side, port) <- Seq(sm.ecat -> ecat, sm.pdi -> pdi)) {
-      side       := port.access
-      side.touch := port.access.touch && port.accessIndex === i.U
-      side.close := port.access.close && port.accessIndex === i.U
-    }
-    views(i)      := sm.view
-    writeEvent(i) := sm.writeEvent
-    readEvent(i)  := sm.readEvent
-    full(i)       := sm.full
-    lastBuffer(i) := sm.lastBuffer
-    ecatEvent(i)  := ecatEnable && Mux(ecatWrites, sm.readEvent, sm.writeEvent)
-    alEvent(i)    := alEnable && Mux(ecatWrites, sm.writeEvent, sm.readEvent)
-    triggers(i)   := watchEnabled && sm.written
+  logic.state               := VecInit(states)(number)
+  logic.settings.works      := works(number)
+  logic.settings.isMailbox  := control(number).isMailbox
+  logic.settings.ecatWrites := control(number).ecatWrites
+  logic.good                := walking && wasGood
+  logic.bad                 := walking && !wasGood
+  for ((port, access, now) <- Seq((ecat, logic.ecat, ecat.request), (pdi, logic.pdi, pdi.request && pdi.granted))) {
+    access       := port.access
+    access.touch := port.access.touch && now
+    access.close := port.access.close && now
+    port.view    := logic.view
   }
-  trigger := triggers.asUInt.orR
+  private val acts = walking || ecat.request || pdi.request
+  for (i <- 0 until n) {
+    val mine = acts && number === i.U
+    when(mine) { states(i) := logic.after }
+    when(!works(i)) { states(i) := SyncManagerState.start }
+
+    // Reset: no event.
+    def event(begin: Bool, end: Bool, name: String): Bool = {
+      val flag = RegInit(false.B).suggestName(s"${name}_$i")
+      when(mine && end) { flag := false.B }
+      when(mine && begin) { flag := true.B }
+      when(!works(i)) { flag := false.B }
+      flag
+    }
+    writeEvent(i) := event(logic.writeEvent, logic.writeEventEnd, "isWritten")
+    readEvent(i)  := event(logic.readEvent, logic.readEventEnd, "isRead")
+    ecatEvent(i)  := control(i).ecatEvent && Mux(control(i).ecatWrites, readEvent(i), writeEvent(i))
+    alEvent(i)    := control(i).alEvent && Mux(control(i).ecatWrites, writeEvent(i), readEvent(i))
+
+    val s          = states(i)
+    val bufferLast = Mux(s.anyWritten, Mux(s.newer, s.next, s.reader), 3.U)
+    full(i)       := control(i).isMailbox && s.newer
+    lastBuffer(i) := Mux(control(i).isMailbox, 0.U, bufferLast)
+  }
+  trigger := acts && works(number) && logic.writeEvent && control(number).watchdogTrigger
 }

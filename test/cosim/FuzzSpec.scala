@@ -30,6 +30,7 @@ class FuzzSpec extends AnyFlatSpec {
       preset = "complete-3",
       dataBusWidth = 16,
       fmmus = 3,
+      fmmuBitwise = 0,
       syncManagers = 2,
       ramKiB = 1,
       watchdogs = 0,

@@ -5,7 +5,7 @@ import flyframe.params.EscParams
 /** Logical addressing: rule group FMMU. */
 object FmmuRules extends Rules {
   private def fmmus(p: EscParams) = p.fmmus >= 4 && p.ramKiB >= 1
-  private def bits(p: EscParams)  = fmmus(p) && p.fmmuBitwise
+  private def bits(p: EscParams)  = fmmus(p) && p.hasBitwiseFmmus
   private def both(p: EscParams)  = fmmus(p) && p.syncManagers >= 2
   private val Read                = 1
   private val Write               = 2
@@ -91,7 +91,7 @@ object FmmuRules extends Rules {
   }
   rule(
     "FMMU-04, B-46: without bit-wise mapping the bit registers have no effect",
-    p => fmmus(p) && !p.fmmuBitwise
+    p => fmmus(p) && !p.hasBitwiseFmmus
   ) { s =>
     import s._
     hostPut(0x1000, 0x5a, 0xa5)

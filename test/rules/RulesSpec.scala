@@ -22,7 +22,7 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
   )
 
   private val units = preset("cyclone4-min")
-    .copy(preset = "units", ramKiB = 8, fmmus = 8, syncManagers = 8, applicationLayer = 1)
+    .copy(preset = "units", ramKiB = 8, fmmus = 8, fmmuBitwise = 1, syncManagers = 8, applicationLayer = 1)
   private val unitSets = Seq(
     units,
     units.copy(
@@ -31,13 +31,14 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
       leds = 1,
       dataBusWidth = 32,
       fmmus = 16,
+      fmmuBitwise = 0,
       syncManagers = 16,
       coreClockMhz = 125
     )
   )
 
   for (
-    p <- sets ++ unitSets :+ units.copy(preset = "units-bitwise", fmmuBitwise = true); rule <- rules
+    p <- sets ++ unitSets; rule <- rules
     if rule.needs(p)
   )
     s"${rule.name} [model, ${p.preset}]" should "hold" in rule.run(new Steps(new ModelBench(p)))
