@@ -105,7 +105,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     status("eeprom_command_error")          := unit.commandError
     status("eeprom_write_error")            := unit.writeError
     status("eeprom_busy")                   := unit.busy
-    siiError                                := unit.checksumError || unit.commandError
+    siiError                                := unit.loadFailed
     siiLoading                              := unit.loading
     !unit.notLoaded
   }
