@@ -195,10 +195,11 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
 
   areas.foreach { port =>
     // In cycle 0 the byte written, in cycle 1 the end of the buffer read, in cycle 4 the beginning of one to be read.
-    val readClosed   = RegNext(RegNext(byteEnd && readNow && readCloses, false.B), false.B)
+    // Whether the buffer in use has memory there does not matter (B-52).
+    val readClosed   = RegNext(RegNext(byteEnd && readMay && readCloses, false.B), false.B)
     val closedIndex  = RegEnable(readIndex, tick)
     val closedSingle = RegEnable(readSingle, tick)
-    val writes       = accept && writesArea
+    val writes       = written && writeMay && writesArea
     port.access.touch  := writes || opens
     port.access.first  := Mux(writes, writeArea2.first, reading.area.first)
     port.access.single := Mux(writes, writeSingle, Mux(opens, reading.single, closedSingle))

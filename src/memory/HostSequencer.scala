@@ -102,7 +102,7 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(choose) {
       through := moved(15, 0)
-      state   := Mux(outside, next, access)
+      state   := Mux(outside, close, access)
     }
     is(access) {
       when(memory.ack) {

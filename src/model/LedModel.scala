@@ -42,11 +42,11 @@ class LedModel(registers: ModelRegisters, emulation: () => Boolean, loadFailed: 
   def watchdogExpired(counter: String): Unit = {
     if (counter == "watchdog_count_pdi") expired = 15
     else if ((lastStatus & 0xf) == 8 && expired != 15) expired = 2
-    watchError()
+    watch()
   }
 
-  /** Another error ends the override (LED-04). */
-  private def watchError(): Unit = {
+  /** Something may have changed: another error ends the override (LED-04). */
+  def watch(): Unit = {
     if (error != 0 && error != lastError) overridden -= "err"
     lastError = error
   }
@@ -62,6 +62,6 @@ class LedModel(registers: ModelRegisters, emulation: () => Boolean, loadFailed: 
       expired = 0
     }
     lastStatus = status
-    watchError()
+    watch()
   }
 }

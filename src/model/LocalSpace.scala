@@ -95,8 +95,11 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
     watch()
   }
 
-  /** Something may have changed DL status. */
-  def watch(): Unit = application.foreach(_.watchDlStatus())
+  /** Something may have changed DL status, or be an error. */
+  def watch(): Unit = {
+    application.foreach(_.watchDlStatus())
+    leds.foreach(_.watch())
+  }
 
   // ---- ECAT ----
 

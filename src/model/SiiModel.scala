@@ -110,7 +110,7 @@ class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () =>
       registers.set("extended_pdi_configuration", word(3))
       registers.set("esc_configuration_a5", word(5))
       registers.set("dl_configuration", word(5) >> 4 & 0xf)
-      registers.set("rx_fifo_size", ~(word(5) >> 9) & 7) // LP-12
+      if (first) registers.set("rx_fifo_size", ~(word(5) >> 9) & 7) // LP-12
       registers.set("esc_configuration_a6", word(6) & 0xff)
       val a0  = word(0) >> 8
       val old = registers.value("esc_configuration") << 1

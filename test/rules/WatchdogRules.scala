@@ -68,7 +68,9 @@ object WatchdogRules extends Rules {
   rule("WD-09, ERR-10: the watchdog counters stop at 0xFF; a write clears both", some) { s =>
     import s._
     times(s, pdi = 1, processData = 1)
-    assert(put(0x0400, 0, 0) && put(0x1000, 1, 2)) // ticks of 80 ns
+    assert(put(0x0400, 0, 0)) // ticks of 80 ns, from the next tick on
+    bench.advanceMs(1)
+    assert(put(0x0442, 0) && put(0x1000, 1, 2))
     bench.advanceUs(1)
     for (n <- 1 to 260) {
       bench.hostRead(0)
