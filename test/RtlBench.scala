@@ -4,7 +4,8 @@ import chisel3._
 import chiseltest._
 import flyframe.model.{SentFrame, Symbol, WireFrame}
 import flyframe.params.EscParams
-import flyframe.rules.Bench
+import flyframe.rules.{Bench, EepromImage}
+import flyframe.sii.I2cEeprom
 
 /** The controller with its receive clocks as plain inputs, as chiseltest needs them. */
 class ControllerUnderTest(p: EscParams) extends Module {
@@ -24,6 +25,11 @@ class ControllerUnderTest(p: EscParams) extends Module {
 
   val irq = IO(Output(Bool()))
 
+  /** The controller's, where it has them. */
+  val sii          = Option.when(p.hasSii)(IO(new SiiPins))
+  val eepromLoaded = Option.when(p.hasSii)(IO(Output(Bool())))
+  val led          = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
+
   private val dut = Module(new SlaveController(p))
   irq             := dut.irq.getOrElse(false.B)
   dut.phy_clk_ref := false.B
@@ -31,6 +37,9 @@ class ControllerUnderTest(p: EscParams) extends Module {
   txTick    := dut.mii_tx_tick
   phyResetN := dut.phy_reset_n
   dut.host <> host
+  sii.foreach(dut.sii.get <> _)
+  eepromLoaded.foreach(_ := dut.eeprom_loaded.get)
+  led.foreach(_ := dut.led.get)
   for (y <- 0 until p.ports) {
     dut.mii(y).rx_clk := rxClock(y).asClock
     dut.mii(y).rx_dv  := rxDv(y)
@@ -49,11 +58,23 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   private var cycle    = 0L
   private var running  = Map.empty[Int, Vector[Int]] // nibbles of the frame that is leaving a port
   private var finished = Vector.empty[(Int, SentFrame)]
+  private var eeprom   = Option.empty[I2cEeprom]
 
   reset()
 
-  /** Back to the state after power-on, all links up. */
-  def reset(): Unit = {
+  /** Back to the state after power-on, all links up; an EEPROM holds zeros with a right checksum. */
+  def reset(): Unit = if (p.hasSii) {
+    powerOn(EepromImage())
+    while ((hostRead(0x0503) & 0x80) != 0) idle(100)
+  } else restart()
+
+  def powerOn(image: Seq[Int]): Unit = {
+    eeprom = Some(new I2cEeprom(image.toArray, twoByte = image.size > 2048))
+    dut.sii.get.two_byte.poke(image.size > 2048)
+    restart()
+  }
+
+  private def restart(): Unit = {
     for (y <- 0 until p.ports) {
       dut.link(y).poke(true)
       dut.rxDv(y).poke(false)
@@ -89,6 +110,11 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   }
 
   private def step(): Unit = {
+    for (e <- eeprom; pins <- dut.sii) {
+      val sda = !pins.sda_low.peek().litToBoolean
+      e.step(!pins.scl_low.peek().litToBoolean, sda && !e.pulls)
+      pins.sda.poke(sda && !e.pulls)
+    }
     dut.clock.step()
     cycle += 1
     if (dut.txTick.peek().litToBoolean)
@@ -139,9 +165,13 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     finished.headOption
   }
 
-  def advanceMs(ms: Int): Unit = idle(ms * 25000)
+  /** The receive clocks rest meanwhile, which saves time. */
+  def advanceMs(ms: Int): Unit = {
+    dut.clock.step(ms * 25000 * cycles)
+    idle(8)
+  }
+  def advanceUs(us: Int): Unit = idle(us * 25)
 
-  /** Not connected yet: comes with the RTL of the events. */
   def interrupt: Boolean = dut.irq.peek().litToBoolean
 
   /** Symbols with RX_ER outside a frame. */

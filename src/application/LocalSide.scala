@@ -105,7 +105,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     status("eeprom_command_error")          := unit.commandError
     status("eeprom_write_error")            := unit.writeError
     status("eeprom_busy")                   := unit.busy
-    siiError                                := unit.checksumError || unit.commandError
+    siiError                                := unit.loadFailed
     siiLoading                              := unit.loading
     !unit.notLoaded
   }
@@ -194,10 +194,10 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       divider.divider := memory.value.uint("watchdog_divider")
       def watchdog(time: String, address: Int, trigger: Bool) = {
         val unit = Module(new Watchdog).suggestName(s"watchdog_$time")
-        unit.tick    := divider.tick
-        unit.time    := memory.value.uint(time)
-        unit.trigger := trigger
-        unit.restart := RegNext(writes(address).valid || writes(address + 1).valid, false.B)
+        unit.tick      := divider.tick
+        unit.timeTicks := memory.value.uint(time)
+        unit.trigger   := trigger
+        unit.restart   := RegNext(writes(address).valid || writes(address + 1).valid, false.B)
         unit
       }
       val trigger     = syncManagers.fold(false.B)(_.trigger)

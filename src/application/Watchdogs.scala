@@ -3,11 +3,13 @@ package flyframe.application
 import chisel3._
 import chisel3.util._
 
-/** A watchdog: counts ticks from its last trigger and expires at tick `time` + 1 (WD-02, B-61). */
+/** A watchdog: counts ticks from its last trigger and expires at tick `timeTicks` + 1 (WD-02, B-61). */
 class Watchdog extends Module {
-  val tick    = IO(Input(Bool()))
-  val time    = IO(Input(UInt(16.W)))
-  val trigger = IO(Input(Bool()))
+  val tick = IO(Input(Bool()))
+
+  /** Watchdog time in ticks; 0: off. Not `time`, which Verilog has for itself. */
+  val timeTicks = IO(Input(UInt(16.W)))
+  val trigger   = IO(Input(Bool()))
 
   /** The time was written. */
   val restart = IO(Input(Bool()))
@@ -18,12 +20,12 @@ class Watchdog extends Module {
 
   private val left  = Reg(UInt(16.W))
   private val alive = RegInit(false.B) // reset: expired until the first trigger (B-61)
-  private val off   = time === 0.U
+  private val off   = timeTicks === 0.U
   expired := alive && tick && left === 0.U && !off
   when(tick) { left := left - 1.U }
   when(expired) { alive := false.B }
   when(trigger) { alive := true.B }
-  when(trigger || restart) { left := time }
+  when(trigger || restart) { left := timeTicks }
   running := alive || off
 }
 

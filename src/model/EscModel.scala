@@ -85,6 +85,12 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
     advanceLoops(ms)
   }
 
+  /** The same for times too short to matter to loop settings. */
+  def advanceUs(us: Int): Unit = {
+    space.watchdogs.foreach(_.advance(us * 25L))
+    space.watch()
+  }
+
   private def advanceLoops(ms: Int): Unit = temporary.foreach { case (former, left) =>
     if (ms < left) temporary = Some(former -> (left - ms))
     else {

@@ -19,7 +19,9 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
 
   private def emulation = p.hasSii && registers.value("device_emulation") == 1
 
-  val watchdogs: Option[WatchdogModel] = Option.when(p.hasWatchdogs)(new WatchdogModel(registers))
+  val watchdogs: Option[WatchdogModel] = Option.when(p.hasWatchdogs)(
+    new WatchdogModel(registers, watchdog => leds.foreach(_.watchdogExpired(watchdog)))
+  )
   val application: Option[ApplicationModel] = Option.when(p.hasApplicationLayer)(
     new ApplicationModel(
       registers,
@@ -29,8 +31,11 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
   )
   val syncManagers: SyncManagerBank =
     new SyncManagerBank(p.syncManagers, registers, isMemory, () => watchdogs.foreach(_.processData.trigger()))
-  private val sii  = Option.when(p.hasSii)(new SiiModel(registers, eeprom, () => pdiOperational))
-  private val leds = Option.when(p.hasLeds)(new LedModel(registers))
+  private val sii = Option.when(p.hasSii)(
+    new SiiModel(registers, eeprom, () => pdiOperational, () => pdiOperational = true)
+  )
+  private val leds =
+    Option.when(p.hasLeds)(new LedModel(registers, () => emulation, () => sii.exists(_.loadFailed)))
 
   private val units: Seq[ModelUnit] = watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ leds
 
@@ -90,8 +95,11 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
     watch()
   }
 
-  /** Something may have changed DL status. */
-  def watch(): Unit = application.foreach(_.watchDlStatus())
+  /** Something may have changed DL status, or be an error. */
+  def watch(): Unit = {
+    application.foreach(_.watchDlStatus())
+    leds.foreach(_.watch())
+  }
 
   // ---- ECAT ----
 

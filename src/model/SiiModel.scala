@@ -2,17 +2,22 @@ package flyframe.model
 
 import flyframe.registers.Register
 
-/** The SII interface (SII-10 to SII-15, B-63 to B-66), without time: a command is done when it is written.
+/** The SII interface (SII-10 to SII-15, B-63 to B-66), without time: a command is done when it starts.
   *
   * @param image
   *   content of the EEPROM, bytes; None: nobody acknowledges
+  * @param loads
+  *   called after a good reload
   */
-class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () => Boolean) extends ModelUnit {
+class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () => Boolean, loads: () => Unit)
+    extends ModelUnit {
   private val content       = image.map(_.toArray)
   private var writeEnable   = false
   private var checksumError = false
   private var commandError  = false
   private var writeError    = false
+  private var failed        = false             // the last load
+  private var waiting       = Option.empty[Int] // command of the frame that is ending
 
   private def word(i: Int): Int = content.fold(0)(c => c(2 * i) | c(2 * i + 1) << 8)
   private def offered           = registers.value("eeprom_offered") == 1
@@ -20,7 +25,7 @@ class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () =>
 
   override def status(field: String): Option[Int] = {
     val set = field match {
-      case "eeprom_write_enable"      => Some(false) // clears itself at the end of the frame
+      case "eeprom_write_enable"      => Some(taken) // of ECAT: clears itself at the end of the frame
       case "eeprom_two_address_bytes" => Some(content.exists(_.length > 2048))
       case "eeprom_command"           => Some(false)
       case "eeprom_checksum_error"    => Some(checksumError)
@@ -36,29 +41,47 @@ class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () =>
   override def guard(name: String): Option[Boolean] = name match {
     case "sii_ecat_may_write" => Some(!offered && !taken)
     case "sii_pdi_may_write"  => Some(offered || taken)
-    case "sii_pdi_may_take"   => Some(offered)
+    case "sii_pdi_may_take"   => Some((offered || taken) && registers.value("eeprom_force") == 0)
     case _                    => None
   }
 
   override def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit = address match {
     case 0x0500 if (byte & 2) != 0 => registers.set("eeprom_taken", 0)
-    case 0x0502                    => writeEnable = (byte & 1) == 1
-    case 0x0503                    => command(byte & 7, mayWrite = byHost || writeEnable)
+    case 0x0502 if !byHost         => writeEnable = (byte & 1) == 1
+    case 0x0503                    => command(byte & 7, byHost)
     case _                         =>
   }
 
-  /** The frame has ended: write enable was for its commands only. */
-  def frameEnds(): Unit = writeEnable = false
+  /** The last load found no configuration, for the ERR LED. */
+  def loadFailed: Boolean = failed
 
-  private def command(code: Int, mayWrite: Boolean): Unit = {
-    commandError = false
-    writeError = false
-    code match {
-      case 0              =>
-      case 2 if !mayWrite => writeError = true
-      case 1 | 2 | 4      => content.fold { commandError = true }(c => execute(code, c))
-      case _              => commandError = true
+  /** The register writes of a frame are done: its command sees them all (SII-13), and write enable was for
+    * its commands only.
+    */
+  def frameEnds(): Unit = {
+    waiting.foreach(start)
+    waiting = None
+    writeEnable = false
+  }
+
+  private def command(code: Int, byHost: Boolean): Unit = if (waiting.isEmpty) {
+    if (Seq(0, 1, 2, 4).contains(code)) {
+      commandError = false
+      writeError = false
     }
+    code match {
+      case 0                            =>
+      case 2 if !byHost && !writeEnable => writeError = true
+      case 1 | 2 | 4                    => if (byHost) start(code) else waiting = Some(code)
+      case _                            => commandError = true
+    }
+  }
+
+  private def start(code: Int): Unit = content match {
+    case Some(c) => execute(code, c)
+    case None =>
+      commandError = true
+      failed |= code == 4
   }
 
   private def execute(code: Int, bytes: Array[Int]): Unit = {
@@ -73,7 +96,7 @@ class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () =>
         val data = registers.value("eeprom_data")
         bytes(at) = data & 0xff
         bytes((at + 1) % bytes.length) = data >> 8
-      case _ => load(first = false)
+      case _ => if (load(first = false)) loads()
     }
   }
 
@@ -87,7 +110,7 @@ class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () =>
       registers.set("extended_pdi_configuration", word(3))
       registers.set("esc_configuration_a5", word(5))
       registers.set("dl_configuration", word(5) >> 4 & 0xf)
-      registers.set("rx_fifo_size", ~(word(5) >> 9) & 7) // LP-12
+      if (first) registers.set("rx_fifo_size", ~(word(5) >> 9) & 7) // LP-12
       registers.set("esc_configuration_a6", word(6) & 0xff)
       val a0  = word(0) >> 8
       val old = registers.value("esc_configuration") << 1
@@ -96,6 +119,7 @@ class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () =>
       registers.set("device_emulation", a0 & 1)
       registers.set("esc_configuration", (if (first) a0 else (old & 0xf2) | (a0 & 0x0c)) >> 1)
     }
+    failed = checksumError
     !checksumError
   }
 }

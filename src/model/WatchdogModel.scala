@@ -25,17 +25,26 @@ class Watchdog(time: () => Int, expired: () => Unit) {
   }
 }
 
-/** Both watchdogs with divider and registers (WD-01 to WD-09). */
-class WatchdogModel(registers: ModelRegisters) extends ModelUnit {
+/** Both watchdogs with divider and registers (WD-01 to WD-09).
+  *
+  * @param expired
+  *   called when one expires, by the name of its counter
+  */
+class WatchdogModel(registers: ModelRegisters, expired: String => Unit = _ => ()) extends ModelUnit {
   private var phase = 0L // of the divider, in units of 40 ns
   private var event = false
 
   val processData: Watchdog = new Watchdog(
     () => registers.value("watchdog_time_process_data"),
-    () => { event = true; registers.count("watchdog_count_process_data") }
+    () => { event = true; expires("watchdog_count_process_data") }
   )
   val pdi: Watchdog =
-    new Watchdog(() => registers.value("watchdog_time_pdi"), () => registers.count("watchdog_count_pdi"))
+    new Watchdog(() => registers.value("watchdog_time_pdi"), () => expires("watchdog_count_pdi"))
+
+  private def expires(counter: String): Unit = {
+    registers.count(counter)
+    expired(counter)
+  }
 
   /** Lets `slots` times 40 ns pass. */
   def advance(slots: Long): Unit = {

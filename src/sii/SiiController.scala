@@ -74,6 +74,9 @@ class SiiController(p: EscParams) extends Module {
   val writeError    = IO(Output(Bool()))
   val busy          = IO(Output(Bool()))
 
+  /** The last load found no configuration, for the ERR LED. */
+  val loadFailed = IO(Output(Bool()))
+
   /** The first load is under way, for the RUN LED. */
   val loading = IO(Output(Bool()))
 
@@ -107,6 +110,7 @@ class SiiController(p: EscParams) extends Module {
   private val notMay   = RegInit(false.B)
   private val isFirst  = RegInit(true.B)             // the load after reset
   private val again    = RegInit(false.B)            // second try of a load
+  private val lost     = RegInit(false.B)            // the last load failed
 
   private val byteAddress = Reg(UInt(19.W))
   private val count       = Reg(UInt(4.W))
@@ -129,6 +133,7 @@ class SiiController(p: EscParams) extends Module {
   commandError  := noAck
   writeError    := notMay
   busy          := state =/= idle
+  loadFailed    := lost
   loading       := isFirst && state =/= idle
 
   when(frameStart) { enable := false.B }
@@ -270,6 +275,7 @@ class SiiController(p: EscParams) extends Module {
       }.otherwise {
         when(failed) { noAck := true.B }.otherwise { badSum := true.B }
         isFirst := false.B
+        lost    := true.B
         state   := idle
       }
     }
@@ -314,6 +320,7 @@ class SiiController(p: EscParams) extends Module {
           isFirst  := false.B
           unloaded := false.B
           badSum   := false.B
+          lost     := false.B
         }
       }
     }

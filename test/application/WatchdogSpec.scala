@@ -67,7 +67,7 @@ class WatchdogSpec extends AnyFlatSpec with SharedSimulation {
       dut.restart.poke(false)
       expired
     }
-    def time(ticks: Int): Unit = dut.time.poke(ticks)
+    def time(ticks: Int): Unit = dut.timeTicks.poke(ticks)
     def running: Boolean       = dut.running.peek().litToBoolean
 
     /** Ticks until it expires, with idle cycles between; none within `limit`. */

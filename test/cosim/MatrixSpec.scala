@@ -7,6 +7,7 @@ import flyframe.rules.{
   ApplicationRules,
   FmmuRules,
   FrameRules,
+  LedRules,
   ModelBench,
   PortRules,
   Steps,
@@ -19,7 +20,7 @@ import flyframe.rules.{
   */
 class MatrixSpec extends AnyFlatSpec {
   private val rules =
-    FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all
+    FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all ++ LedRules.all
   private val harness = new Harness("matrix", Matrix.points)
 
   "All points of the parameter matrix" should "elaborate and lint clean" in {

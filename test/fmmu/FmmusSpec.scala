@@ -125,7 +125,6 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
         for (n       <- 0 until p.fmmus) b.set(n, e.copy(logical = 0x3000 + 0x100 * n))
         for (address <- Seq(0x500, 0x50c, 0x5ff, 0x60d, 0x60e, 0x60f, 0x700, 0x70c, 0x800, 0xe00))
           b.writeElsewhere(address)
-        if (p.fmmus < 16) for (i <- 0 to 12) b.writeElsewhere(0x600 + 16 * p.fmmus + i)
         for (n <- 0 until p.fmmus; i <- -1L to 8L) b.check(0x3000 + 0x100 * n + i)
       },
       check("FMMU-01 to FMMU-05: random") { b =>

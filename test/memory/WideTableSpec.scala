@@ -11,9 +11,10 @@ class WideTableSpec extends AnyFlatSpec with SharedSimulation {
 
   /** A word as it has been since a cycle: history of the model. */
   private class Bench(dut: WideTable, entries: Int, bytes: Int, copies: Int) {
-    private val random = new scala.util.Random(entries * 16 + bytes)
-    private val now    = Array.fill(entries)(BigInt(0)) // when all writes are done
-    private var cycle  = 0L
+    private val random  = new scala.util.Random(entries * 16 + bytes)
+    private val now     = Array.fill(entries)(BigInt(0)) // when all writes are done
+    private var cycle   = 0L
+    private var isKnown = false                          // RAM is undefined until it has been written
 
     /** For each word the last three values with the cycle they were given. */
     private val history                         = Array.fill(entries)(Vector((-9L, BigInt(0))))
@@ -21,7 +22,7 @@ class WideTableSpec extends AnyFlatSpec with SharedSimulation {
 
     def step(write: Option[(Int, Int, BigInt)], reads: Seq[Int]): Unit = {
       // Answers to the reads of the cycle before.
-      for ((port, index, taken) <- asked if !taken) {
+      for ((port, index, taken) <- asked if !taken && isKnown) {
         val found = dut.readData(port).peek().litValue
         // A write takes effect two cycles later; what is read meanwhile is the old word or the new one.
         val (settled, fresh) = history(index).partition(_._1 < cycle - 3)
@@ -51,6 +52,7 @@ class WideTableSpec extends AnyFlatSpec with SharedSimulation {
     def clear(): Unit = {
       for (i <- 0 until entries) step(Some((i, (1 << bytes) - 1, BigInt(0))), Seq.fill(copies)(i))
       for (_ <- 0 until 4) step(None, reads)
+      isKnown = true
     }
 
     def verify(): Unit = {

@@ -65,6 +65,10 @@ class ApplicationModelSpec extends AnyFlatSpec {
     assert(m.hostRead(0x0448) == 1 && m.hostRead(0x0440) == 0, "every host access triggers")
     assert(write(m, 0x0420, 10, 0))
     m.advanceMs(2)
+    assert(m.hostRead(0x0442) == 0 && m.hostRead(0x0440) == 0, "B-61: never triggered, never expired")
+    assert(write(m, 0x0800, 0x00, 0x10, 2, 0, 0x44, 0, 1) && write(m, 0x1000, 1, 2))
+    assert(m.hostRead(0x0440) == 1)
+    m.advanceMs(2)
     assert(m.hostRead(0x0442) == 1 && (m.hostRead(0x0220) & 0x40) == 0x40)
     m.hostRead(0x0440)
     assert((m.hostRead(0x0220) & 0x40) == 0)
@@ -100,9 +104,7 @@ class ApplicationModelSpec extends AnyFlatSpec {
   }
   "SII-12 to SII-15: commands" should "read, write with enable, and report errors" in {
     val m = new EscModel(p, Some(image()))
-    assert(write(m, 0x0502, 0, 1, 0x10, 0, 0, 0))
-    // Address first, then the command: here the command came first and read word 0.
-    assert(write(m, 0x0502, 0, 1))
+    assert(write(m, 0x0502, 0, 1, 0x10, 0, 0, 0), "command and address in one frame")
     assert((0 to 7).map(i => m.hostRead(0x0508 + i)) == (0x20 to 0x27))
     assert(write(m, 0x0508, 0xaa, 0x55) && write(m, 0x0502, 0, 2))
     assert((m.hostRead(0x0503) & 0x40) == 0x40, "no write enable")

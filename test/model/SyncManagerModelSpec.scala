@@ -173,12 +173,17 @@ class SyncManagerModelSpec extends AnyFlatSpec {
     assert(b.frame(write = false, b.all) == b.denied && b.access(Pdi, write = true, b.all) == b.denied)
     assert(b.sm.mailboxFull)
   }
-  "B-52: buffers beyond the RAM" should "be absent, and never close if their last byte is" in {
+  "B-52: a buffer beyond the RAM" should "have no data there, but be opened and closed all the same" in {
     val b = new Bench(0x04, limit = Start + 10) // buffer 2 has two bytes only
     assert(b.frame(write = true, b.all) == b.buffer(0))
     assert(b.access(Pdi, write = false, b.all) == b.buffer(0))
     assert(b.frame(write = true, b.all) == b.buffer(1))
     assert(b.frame(write = true, b.all) == Seq(Some(2), Some(2), None, None))
-    assert(b.sm.lastBuffer == 1)
+    assert(b.sm.lastBuffer == 2)
+  }
+  "B-52: a first buffer beyond the RAM" should "never close" in {
+    val b = new Bench(0x04, limit = Start + 3)
+    assert(b.frame(write = true, b.all) == Seq(Some(0), Some(0), Some(0), None))
+    assert(b.sm.lastBuffer == 3)
   }
 }

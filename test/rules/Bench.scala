@@ -19,6 +19,18 @@ trait Bench {
   /** The level of the interrupt to the host. */
   def interrupt: Boolean
   def advanceMs(ms: Int): Unit
+  def advanceUs(us: Int): Unit
+
+  /** Power-on with an EEPROM of this content; the RTL has not loaded it yet ([[Steps.eepromDone]]). */
+  def powerOn(image: Seq[Int]): Unit
+}
+
+/** The content of an EEPROM of 2 KiB: the words 0 to 6 as given, a right checksum, and a pattern. */
+object EepromImage {
+  def apply(words: Int*): Seq[Int] = {
+    val area = words.padTo(7, 0).flatMap(EtherCatFrame.little)
+    (area :+ SiiModel.checksum(area) :+ 0) ++ (16 until 2048).map(i => i * 7 + (i >> 8) & 0xff)
+  }
 }
 
 /** The golden model; with a writer, everything done is recorded for the RTL. */
@@ -41,6 +53,11 @@ class ModelBench(val p: EscParams, writer: EscModel => Option[VectorWriter] = _ 
     record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
   def interrupt: Boolean       = model.interrupt
   def advanceMs(ms: Int): Unit = model.advanceMs(ms)
+  def advanceUs(us: Int): Unit = model.advanceUs(us)
+  def powerOn(image: Seq[Int]): Unit = {
+    model = new EscModel(p, Some(image))
+    record = None
+  }
 }
 
 /** One rule test: `name` begins with the IDs of the rules it proves; `needs` tells the parameter sets it
@@ -174,6 +191,15 @@ class Steps(val bench: Bench) extends org.scalatest.Assertions {
     assert(put(0x0806 + 8 * n, 0))
     val content = EtherCatFrame.little(start) ++ EtherCatFrame.little(length) ++ Seq(control, 0, 1)
     assert(put(0x0800 + 8 * n, content: _*))
+  }
+
+  /** Waits for the EEPROM interface. */
+  def eepromDone(): Unit = {
+    var left = 100000
+    while ((bench.hostRead(0x0503) & 0x80) != 0) {
+      left -= 1
+      assert(left > 0, "the EEPROM stays busy")
+    }
   }
 
   // Command codes of section 5.

@@ -5,12 +5,13 @@ import chiseltest.simulator.VerilatorBackendAnnotation
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Try
 import flyframe.{ControllerUnderTest, RtlBench}
-import flyframe.params.Presets
+import flyframe.params.{EscParams, Presets}
 
 /** All rule tests, on the golden model and on the RTL of several parameter sets. */
 class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val rules =
-    FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all
+    FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all ++
+      WatchdogRules.all ++ LedRules.all
 
   private def preset(name: String) = Presets.named(name).get.params.copy(temporaryLoopMs = 1)
   private val sets = Seq(
@@ -37,15 +38,39 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
     )
   )
 
+  // With an EEPROM only the rules that speak of it: its load takes time after every reset.
+  private val eeprom = preset("cyclone4-min").copy(
+    preset = "eeprom-25",
+    coreClockMhz = 25,
+    applicationLayer = 1,
+    leds = 1,
+    sii = 1,
+    siiClockKhz = 1000,
+    siiStartUs = 1
+  )
+  private val eepromSets = Seq(
+    eeprom,
+    eeprom.copy(
+      preset = "eeprom-100",
+      coreClockMhz = 100,
+      dataBusWidth = 32,
+      ramKiB = 8,
+      fmmus = 8,
+      syncManagers = 8,
+      watchdogs = 1
+    )
+  )
+  private def rulesFor(p: EscParams) = (if (p.hasSii) EepromRules.all else rules).filter(_.needs(p))
+
   for (
-    p <- sets ++ unitSets; rule <- rules
-    if rule.needs(p)
+    p    <- sets ++ unitSets ++ eepromSets;
+    rule <- rulesFor(p)
   )
     s"${rule.name} [model, ${p.preset}]" should "hold" in rule.run(new Steps(new ModelBench(p)))
 
   // One simulation per parameter set; each rule reports its own result.
-  for (p <- sets ++ unitSets) {
-    val mine = rules.filter(_.needs(p))
+  for (p <- sets ++ unitSets ++ eepromSets) {
+    val mine = rulesFor(p)
     lazy val results: Map[String, Try[Unit]] = {
       var found = Map.empty[String, Try[Unit]]
       test(new ControllerUnderTest(p)).withAnnotations(Seq(VerilatorBackendAnnotation)) { dut =>

@@ -451,4 +451,50 @@ object SyncManagerRules extends Rules {
     assert(get(Area + 1, 1).isEmpty, "touched, closed")
     assert(get(Area, 4).contains(Seq(1, 2, 3, 4)))
   }
+  rule("B-52: a SyncManager whose first buffer ends beyond the RAM never closes", some) { s =>
+    import s._
+    val end = 0x1000 + p.ramBytes
+    for (control <- Seq(EcatBuffer, EcatMailbox)) {
+      syncManager(0, end - 2, 4, control | BothEvents)
+      val before = bench.hostRead(0x0805)
+      assert(put(end - 2, 1, 2, 3, 4), "two bytes of it exist")
+      assert(!put(end, 3) && !put(end, 3, 4))
+      assert(bench.hostRead(0x0805) == before && (bench.hostRead(0x0221) & 1) == 0)
+      assert(hostGet(end - 2, 4) == Seq(0, 0, 0, 0), "not complete")
+    }
+    for (control <- Seq(PdiBuffer, PdiMailbox)) {
+      syncManager(0, end - 2, 4, control)
+      hostPut(end - 2, 1, 2, 3, 4)
+      assert(get(end - 2, 4).isEmpty)
+    }
+    syncManager(0, end, 4, EcatMailbox)
+    assert(!put(end, 1, 2, 3, 4), "no byte exists")
+    syncManager(0, 0xfffe, 4, EcatMailbox)
+    assert(!put(0xfffe, 1, 2, 3, 4))
+    assert(put(0x1000, 1) && bench.hostRead(0x1000) == 1, "the others are not harmed")
+  }
+  rule("B-52: bytes of buffers 1 and 2 beyond the RAM have no data, all else goes its way", some) { s =>
+    val end = 0x1000 + s.p.ramBytes
+    for (control <- Seq(EcatBuffer, PdiBuffer); start <- Seq(end - 6, end - 5, end - 4)) {
+      val inSecond = end - start - 4 // bytes of buffer 1 that exist
+      def there(b: Int, data: Int*) = data.zipWithIndex.map { case (d, i) =>
+        if (b == 0 || (b == 1 && i < inSecond)) d else 0
+      }
+      s.syncManager(0, start, 4, control)
+      val c = new Sides(s, control, start, 4)
+      for ((buffer, n) <- Seq(0, 1, 2, 0).zipWithIndex) {
+        val data = Seq(n + 1, n + 2, n + 3, n + 4)
+        c.write(0, data: _*)
+        assert((s.bench.hostRead(0x0805) >> 4) == buffer, s"write $n")
+        assert(c.read(0, 4) == there(buffer, data: _*), s"buffer $buffer")
+      }
+    }
+  }
+  rule("B-52: a write that finds no byte of its buffer does not count", some) { s =>
+    import s._
+    val start = 0x1000 + p.ramBytes - 4
+    syncManager(0, start, 4, EcatBuffer)
+    assert(put(start, 1, 2, 3, 4) && hostGet(start, 4) == Seq(1, 2, 3, 4))
+    assert(!put(start, 5, 6, 7, 8))
+  }
 }
