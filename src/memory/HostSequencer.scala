@@ -96,7 +96,7 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(decide) {
       when(!may) { state := next }.elsewhen(!ecatActs) {
-        opens := inBuffer
+        opens := inBuffer && !single
         state := choose
       }
     }
@@ -112,6 +112,7 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(close) {
       when(!ecatActs) {
+        opens  := inBuffer && single // begins and ends at once (B-53, B-58)
         closes := inBuffer && area.last
         state  := next
       }
