@@ -18,6 +18,9 @@ class HostSequencer(p: EscParams) extends Module {
   /** ECAT acts on the SyncManagers in this cycle (B-58). */
   val ecatActs = IO(Input(Bool()))
 
+  /** No access is under way. */
+  val quiet = IO(Output(Bool()))
+
   private object State extends ChiselEnum {
 
     /** idle; pass: the access goes through unchanged; scan: the byte's SyncManager is searched; decide: may
@@ -28,6 +31,7 @@ class HostSequencer(p: EscParams) extends Module {
   }
   import State._
   private val state   = RegInit(idle)   // reset: no access
+  quiet := state === idle
   private val lane    = Reg(UInt((log2Ceil(lanes) max 1).W))
   private val data    = Reg(UInt((8 * lanes).W))
   private val through = Reg(UInt(16.W)) // address in the buffer
@@ -48,14 +52,14 @@ class HostSequencer(p: EscParams) extends Module {
   private val view   = areas.views(area.index)
   private val single = area.first && area.last
   private val right  = view.ecatWrites =/= host.write
-  private val may =
-    !area.hit || (view.works && areas.exists(
-      address
-    ) && (single || (right && (view.pdiOpen || (area.first && view.pdiMayOpen)))))
+  // Since the search it may have been switched off: plain memory again (SM-28).
+  private val plain = !area.hit || (!view.works && !view.locked)
+  private val may = plain || (view.works && areas.exists(address) &&
+    (single || (right && (view.pdiOpen || (area.first && view.pdiMayOpen)))))
   private val inBuffer = area.hit && right && view.works
   private val number   = Mux(host.write, view.writerBuffer, view.readerBuffer)
   private val offset   = Mux(number(1), area.length << 1, Mux(number(0), area.length, 0.U))
-  private val moved    = address +& Mux(area.hit && !single, offset, 0.U)
+  private val moved    = address +& Mux(!plain && !single, offset, 0.U)
   private val outside  = moved(moved.getWidth - 1, 16).orR
 
   private val opens  = WireDefault(false.B)

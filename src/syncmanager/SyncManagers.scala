@@ -41,7 +41,7 @@ class SyncManagers(p: EscParams) extends Module {
   /** Process data RAM is open. */
   val ramOpen = IO(Input(Bool()))
 
-  /** End of a frame; no frame is in the processing unit. */
+  /** End of a frame; no frame is in the processing unit, and no access of the host under way (B-59). */
   val good  = IO(Input(Bool()))
   val bad   = IO(Input(Bool()))
   val quiet = IO(Input(Bool()))

@@ -12,6 +12,8 @@ constexpr size_t kHeader = 10;
 constexpr int kBefore = 12, kAfter = 4;
 // From the last nibble to the end of the frame, to the first and last register write.
 constexpr int kEnd = 10, kCommit = 24;
+// To the end of a host access that was under way: start, and so much per byte of a word.
+constexpr int kRest = 12, kHostByte = 30;
 }  // namespace
 
 Datagram physical(bool read, bool write, unsigned address, Bytes data) {
@@ -62,8 +64,9 @@ Frame::Frame(std::vector<Datagram> datagrams, Fault fault, unsigned where) : dat
   while (16 + nibbles_ < symbols_.size() && !symbols_[16 + nibbles_].error) ++nibbles_;
 }
 
-void Frame::finish(const Returned& back, int perNibble, uint64_t firstStep, const std::function<unsigned(unsigned)>& managersAt, History& actions) {
+void Frame::finish(const Core& core, uint64_t firstStep, const std::function<unsigned(unsigned)>& managersAt, History& actions) {
   using Kind = Action::Kind;
+  const Returned& back = core.returned();
   const size_t first = actions.size();
   const auto time = [&](size_t nibble) { return back.times[std::min(nibble, nibbles_ - 1)]; };
   // The last nibble of a bad frame may have been inverted.
@@ -74,7 +77,7 @@ void Frame::finish(const Returned& back, int perNibble, uint64_t firstStep, cons
   History commits;
 
   // It is in the processing unit from its preamble on: 16 nibbles.
-  const uint64_t starts = time(0) - 16 * perNibble;
+  const uint64_t starts = time(0) - 16 * core.perNibble();
   actions.push_back({Kind::frameStarts, starts - kBefore, starts + kAfter, 0, 0, -1, 0x1ff, firstStep});
   uint64_t step = firstStep;
   for (Datagram& d : datagrams_) {
@@ -115,14 +118,16 @@ void Frame::finish(const Returned& back, int perNibble, uint64_t firstStep, cons
   }
   const uint64_t ends = time(nibbles_ - 1);
   actions.push_back({Kind::frameEnds, ends - kBefore, ends + kEnd, good(), 0, -1, touched, step});
-  last_ = ends + kEnd;
+  last_ = ends + kCommit + commits.size();
+  // The slave comes to rest (B-59) before, between or after its register writes.
+  const uint64_t rests = std::max(ends + kRest + core.lanes() * kHostByte, last_);
   for (Action& c : commits) {
-    last_ = ends + kCommit + commits.size();
+    actions.push_back({Kind::perhapsQuiet, ends - kBefore, rests, 0, 0, -1, 0x1ff, step});
     c.from = ends - kBefore, c.to = last_;
     actions.push_back(c);
   }
-  last_ = std::max<uint64_t>(last_, ends + kCommit);
-  actions.push_back({Kind::quiet, ends - kBefore, last_, 0, 0, -1, 0x1ff, step});
+  actions.push_back({Kind::quiet, ends - kBefore, rests, 0, 0, -1, 0x1ff, step});
+  last_ = rests;
   // The times of an action are no earlier than those of the one before it.
   for (size_t i = first + 1; i < actions.size(); ++i) actions[i].from = std::max(actions[i].from, actions[i - 1].from);
 }

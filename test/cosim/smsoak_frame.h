@@ -39,8 +39,8 @@ class Frame {
   bool good() const { return fault_ == Fault::none; }
   // Nibbles behind the SFD that are processed.
   size_t processed() const { return nibbles_; }
-  // Fills in what came back, and appends what it did. `firstStep`: number of the first datagram; `managersAt`: whose memory.
-  void finish(const Returned& returned, int perNibble, uint64_t firstStep, const std::function<unsigned(unsigned)>& managersAt, History& actions);
+  // Fills in what the core has returned, and appends what it did. `firstStep`: number of the first datagram; `managersAt`: whose memory.
+  void finish(const Core& core, uint64_t firstStep, const std::function<unsigned(unsigned)>& managersAt, History& actions);
   // The last cycle in which the frame may have an effect.
   uint64_t last() const { return last_; }
 

@@ -18,18 +18,13 @@ std::string mismatch(const Action& a, const char* what, int expected) {
 
 // Does `a` to the world; false if the model's answer is another.
 bool act(World& w, const Action& a, std::string& why) {
-  static const char* const watch = getenv("WATCH"); //DBG
-  if (watch && a.managers & 1u << atoi(watch) && a.kind != Action::Kind::irqNibble && a.kind != Action::Kind::interrupt && a.from > atoi(getenv("SINCE"))) { //DBG
-    std::printf("%llu-%llu kind %d %04x v %02x r %d | ", (unsigned long long)a.from, (unsigned long long)a.to, (int)a.kind, a.address, a.value, a.result); //DBG
-    const SyncManager& s = w.sm[atoi(watch)]; //DBG
-    std::printf("start %04x len %d ctl %02x en %d deact %d st %02x w%d n%d r%d newer %d eo %d po %d t%d c%d\n", s.start, s.length, s.control, s.enable, s.deactivated, s.status(), s.writer, s.next, s.reader, s.newer, s.ecatOpen, s.pdiOpen, s.touched, s.closed); //DBG
-  } //DBG
   using Kind = Action::Kind;
   const char* what = "";
   int expected = a.result;
   switch (a.kind) {
     case Kind::frameStarts: w.frameStarts(); break;
     case Kind::frameEnds: w.frameEnds(a.address); break;
+    case Kind::perhapsQuiet:
     case Kind::quiet: w.becomesQuiet(); break;
     case Kind::read: {
       what = "bus read of";
@@ -78,13 +73,14 @@ bool act(World& w, const Action& a, std::string& why) {
       break;
   }
   if (a.result < 0 || expected == a.result) return true;
-  if (why.size() < 2000) why += (why.empty() ? "" : "\n") + mismatch(a, what, expected);
+  // The last ones tell most.
+  why = mismatch(a, what, expected) + (why.empty() ? "" : "\n") + why.substr(0, 600);
   return false;
 }
 
 // What happened around the mismatch, for whoever looks for the reason.
 std::string around(const History& bus, const History& host, uint64_t from, uint64_t to) {
-  static const char* const names[] = {"frame starts", "read", "write", "IRQ nibble", "counter", "frame ends", "commit", "quiet",
+  static const char* const names[] = {"frame starts", "read", "write", "IRQ nibble", "counter", "frame ends", "commit", "perhaps quiet", "quiet",
                                       "read", "write", "interrupt"};
   std::string text;
   for (const auto* history : {&bus, &host})
@@ -126,7 +122,6 @@ bool merge(std::vector<World>& worlds, const History& bus, const History& host, 
   for (const World& w : worlds) add(orders, 0, w);
   for (size_t done = 0; done < bus.size() + host.size(); ++done) {
     next.clear();
-    why.clear();
     for (Order& o : orders) {
       const size_t i = o.bus, j = done - i;
       bool byBus = i < bus.size() && (j == host.size() || bus[i].from <= host[j].to);
@@ -135,6 +130,7 @@ bool merge(std::vector<World>& worlds, const History& bus, const History& host, 
         if (commutes(bus[i], host, j)) byHost = false;
         else if (commutes(host[j], bus, i)) byBus = false;
       }
+      if (byBus && bus[i].kind == Action::Kind::perhapsQuiet) add(next, i + 1, o.world);
       if (byBus && byHost) {
         World copy = o.world;
         if (act(copy, bus[i], why)) add(next, i + 1, copy);

@@ -13,7 +13,8 @@ namespace smsoak {
 struct Action {
   enum class Kind : uint8_t {
     // Bus.
-    frameStarts, read, write, irqNibble, counter, frameEnds, commit, quiet,
+    frameStarts, read, write, irqNibble, counter, frameEnds, commit,
+    perhapsQuiet, quiet,  // by now; now, or before
     // Host.
     hostRead, hostWrite, interrupt,
   };

@@ -60,7 +60,7 @@ class Soak {
     }
     if (core_.returned().nibbles.size() < frame.processed()) return fail("the frame came back too short");
     History bus;
-    frame.finish(core_.returned(), core_.perNibble(), busSteps_, [this](unsigned a) { return slots_.managersAt(a); }, bus);
+    frame.finish(core_, busSteps_, [this](unsigned a) { return slots_.managersAt(a); }, bus);
     busSteps_ += frame.datagrams().size();
     // The smallest gap is 24 nibbles; now and then a longer one.
     const uint64_t gap = end + core_.perNibble() * 24 + (random_.once(8) ? random_.below(2000) : random_.below(4));
