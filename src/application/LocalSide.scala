@@ -50,7 +50,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       sms.good    := processor.frameGood
       sms.bad     := processor.frameBad
       processor.buffersSettled.get := sms.settled
-      sms.quiet   := !processor.busy && !ShiftRegister(processor.busy, 8, false.B, true.B)
+      sms.quiet   := sequencer.quiet && !processor.busy && !ShiftRegister(processor.busy, 8, false.B, true.B)
       for (n <- 0 until p.syncManagers) {
         sms.enable(n)                         := memory.value.bool(s"sm${n}_enable")
         memory.guard.uint(s"sm${n}_disabled") := !memory.value.bool(s"sm${n}_enable")

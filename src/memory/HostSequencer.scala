@@ -15,6 +15,9 @@ class HostSequencer(p: EscParams) extends Module {
   val memory = IO(Flipped(new HostPort(lanes)))
   val areas  = IO(Flipped(new AreaPort(p)))
 
+  /** No access is under way. */
+  val quiet = IO(Output(Bool()))
+
   private object State extends ChiselEnum {
 
     /** idle; pass: the access goes through unchanged; scan: the byte's SyncManager is searched; decide: may
@@ -25,6 +28,7 @@ class HostSequencer(p: EscParams) extends Module {
   }
   import State._
   private val state   = RegInit(idle)   // reset: no access
+  quiet := state === idle
   private val lane    = Reg(UInt((log2Ceil(lanes) max 1).W))
   private val data    = Reg(UInt((8 * lanes).W))
   private val through = Reg(UInt(16.W)) // address in the buffer
@@ -39,20 +43,22 @@ class HostSequencer(p: EscParams) extends Module {
     val scan = Module(new AreaScan(p.smIndexBits))
     scan.entry        := entry
     scan.entry.begins := RegNext(count === 0.U)
-    scan.address      := address
+    // What is switched on behind the search has no part in this access.
+    scan.entry.takesPart := entry.takesPart && count < 9.U
+    scan.address         := address
     scan.result
   })
   private val view   = areas.view
   private val single = area.first && area.last
   private val right  = view.ecatWrites =/= host.write
-  private val may =
-    !area.hit || (view.works && areas.exists(
-      address
-    ) && (single || (right && (view.pdiOpen || (area.first && view.pdiMayOpen)))))
+  // Since the search it may have been switched off: plain memory again (SM-28).
+  private val plain = !area.hit || (!view.works && !view.locked)
+  private val may = plain || (view.works && areas.exists(address) &&
+    (single || (right && (view.pdiOpen || (area.first && view.pdiMayOpen)))))
   private val inBuffer = area.hit && right && view.works
   private val number   = Mux(host.write, view.writerBuffer, view.readerBuffer)
   private val offset   = Mux(number(1), area.length << 1, Mux(number(0), area.length, 0.U))
-  private val moved    = address +& Mux(area.hit && !single, offset, 0.U)
+  private val moved    = address +& Mux(!plain && !single, offset, 0.U)
   private val outside  = moved(moved.getWidth - 1, 16).orR
 
   private val opens  = WireDefault(false.B)
@@ -94,7 +100,7 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(decide) {
       when(areas.granted) {
-        opens := may && inBuffer
+        opens := may && inBuffer && !single
         state := Mux(may, choose, next)
       }
     }
@@ -110,6 +116,7 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(close) {
       when(areas.granted) {
+        opens  := inBuffer && single // begins and ends at once (B-53, B-58)
         closes := inBuffer && area.last
         state  := next
       }

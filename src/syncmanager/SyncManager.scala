@@ -38,7 +38,10 @@ object SyncManagerState {
 class SyncManagerSettings extends Bundle {
 
   /** Enabled and not deactivated. */
-  val works     = Bool()
+  val works = Bool()
+
+  /** Enabled and deactivated: the whole area is locked (SM-27). */
+  val locked    = Bool()
   val isMailbox = Bool()
 
   /** ECAT writes and the PDI reads; else the other way round. */
@@ -48,6 +51,7 @@ class SyncManagerSettings extends Bundle {
 /** What an accessing side may know of a SyncManager. */
 class SyncManagerView extends Bundle {
   val works      = Bool()
+  val locked     = Bool()
   val ecatWrites = Bool()
 
   /** The side may access every byte; the first byte. */
@@ -161,6 +165,7 @@ class SyncManager extends Module {
   private val mayWrite = buffered || !state.newer
   private val mayRead  = Mux(buffered, state.anyWritten, state.newer)
   view.works        := settings.works
+  view.locked       := settings.locked
   view.ecatWrites   := ecatWrites
   view.ecatOpen     := state.ecatOpen && !state.closed
   view.ecatMayOpen  := Mux(ecatWrites, mayWrite, mayRead) && !state.closed

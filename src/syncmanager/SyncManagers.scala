@@ -48,7 +48,7 @@ class SyncManagers(p: EscParams) extends Module {
   /** Process data RAM is open. */
   val ramOpen = IO(Input(Bool()))
 
-  /** End of a frame; no frame is in the processing unit. */
+  /** End of a frame; no frame is in the processing unit, and no access of the host under way (B-59). */
   val good  = IO(Input(Bool()))
   val bad   = IO(Input(Bool()))
   val quiet = IO(Input(Bool()))
@@ -151,6 +151,7 @@ class SyncManagers(p: EscParams) extends Module {
 
   logic.state               := VecInit(states)(number)
   logic.settings.works      := works(number)
+  logic.settings.locked     := locked(number)
   logic.settings.isMailbox  := control(number).isMailbox
   logic.settings.ecatWrites := control(number).ecatWrites
   logic.good                := walking && wasGood

@@ -23,7 +23,8 @@ COSIM_INC       := -I$(COSIM_SRC) -isystem $(COSIM_VINC) -DVM_TRACE=1 -DVM_TRACE
 COSIM_RUNTIME   := $(patsubst %,$(COSIM_OBJ)/runtime/%.o,verilated verilated_fst_c verilated_threads)
 
 COSIM_MAINS     := cosim_main fuzz_main latency_main eeprom_test
-COSIM_COMMON    := $(filter-out $(COSIM_MAINS),$(basename $(notdir $(wildcard $(COSIM_SRC)/*.cpp))))
+COSIM_SMSOAK    := $(filter smsoak%,$(basename $(notdir $(wildcard $(COSIM_SRC)/*.cpp))))
+COSIM_COMMON    := $(filter-out $(COSIM_MAINS) $(COSIM_SMSOAK),$(basename $(notdir $(wildcard $(COSIM_SRC)/*.cpp))))
 COSIM_OBJS      := $(patsubst %,$(COSIM_OBJ)/%.o,$(COSIM_COMMON))
 COSIM_ADAPTERS  := $(patsubst %,$(COSIM_OBJ)/%/adapter.o,$(PRESETS))
 COSIM_MODELS    := $(patsubst %,$(COSIM_OBJ)/%/model.a,$(PRESETS))
@@ -35,6 +36,10 @@ cosim: $(COSIM_PROGRAMS)
 
 $(COSIM_OUT)/flyframe-%: $(COSIM_OBJ)/%_main.o $(COSIM_OBJS) $(COSIM_ADAPTERS) $(COSIM_MODELS) $(COSIM_RUNTIME) $(COSIM_OBJ)/presets
 	$(CXX) -o $@ $(filter %.o %.a,$^) -lpcap -lz -pthread
+
+# SyncManagers between bus and host; more than these two files of the harness it does not need.
+$(COSIM_OUT)/flyframe-smsoak: $(patsubst %,$(COSIM_OBJ)/%.o,$(COSIM_SMSOAK) model ethernet) $(COSIM_ADAPTERS) $(COSIM_MODELS) $(COSIM_RUNTIME) $(COSIM_OBJ)/presets
+	$(CXX) -o $@ $(filter %.o %.a,$^) -lz -pthread
 
 # Changes only with the list of presets, so that the programs are linked again then.
 $(COSIM_OBJ)/presets: cosim-force

@@ -54,6 +54,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       val a    = areas.lift(n)
       val view = dut.areas.view
       view.works.poke(a.exists(_.works))
+      view.locked.poke(a.exists(!_.works))
       view.ecatWrites.poke(a.exists(_.ecatWrites))
       view.pdiOpen.poke(isOpen.lift(n).contains(true))
       view.pdiMayOpen.poke(a.exists(_.mayOpen))
@@ -258,7 +259,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       check("B-53: one byte is plain memory in both directions, with events in one") { b =>
         b.set(Area(0x1002, 1, ecatWrites = true, reader = 2, mayOpen = false))
         assert(b.readByte(0x1002) == b.content(0x1002))
-        assert(b.log == Seq(Touch(0, first = true, single = true), b.memory(write = false, 0x1002), Close(0)))
+        assert(b.log == Seq(b.memory(write = false, 0x1002), Touch(0, first = true, single = true), Close(0)))
         b.writeByte(0x1002, 0x99)
         assert(b.content(0x1002) == 0x99 && b.log.drop(3) == Seq(b.memory(write = true, 0x1002)))
       },
