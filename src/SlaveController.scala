@@ -67,7 +67,7 @@ class SlaveController(p: EscParams) extends Module {
   val irq = Option.when(p.hasApplicationLayer)(IO(Output(Bool())))
 
   /** I2C EEPROM: 1 pulls a line low; high while the EEPROM has two address bytes. */
-  val sii = Option.when(p.hasSii)(IO(new SiiPins))
+  val sii = Option.when(p.hasI2c)(IO(new SiiPins))
 
   /** LEDs, high = lit. */
   val led = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
@@ -146,7 +146,7 @@ class SlaveController(p: EscParams) extends Module {
       val crossing = Module(new LevelCrossing)
       crossing.in := pin
       crossing.out
-    case None => local.sii(sii.get)
+    case None => local.sii(sii)
   }
   memory.ramOpen := operational
   eeprom_loaded.foreach(_ := operational)

@@ -26,7 +26,7 @@ class ControllerUnderTest(p: EscParams) extends Module {
   val irq = IO(Output(Bool()))
 
   /** The controller's, where it has them. */
-  val sii          = Option.when(p.hasSii)(IO(new SiiPins))
+  val sii          = Option.when(p.hasI2c)(IO(new SiiPins))
   val eepromLoaded = Option.when(p.hasSii)(IO(Output(Bool())))
   val led          = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
 
@@ -63,7 +63,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   reset()
 
   /** Back to the state after power-on, all links up; an EEPROM holds zeros with a right checksum. */
-  def reset(): Unit = if (p.hasSii) {
+  def reset(): Unit = if (p.hasI2c) {
     powerOn(EepromImage())
     while ((hostRead(0x0503) & 0x80) != 0) idle(100)
   } else restart()

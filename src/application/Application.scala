@@ -37,6 +37,9 @@ class Application(p: EscParams) extends Module {
   val smChanged    = IO(Input(UInt(p.syncManagers.W)))
   val watchdog     = IO(Input(Bool()))
 
+  /** An EEPROM command waits for the host (SII-21). */
+  val eeprom = IO(Input(Bool()))
+
   val ecatMask = IO(Input(UInt(16.W)))
 
   /** 0x0204 in the layout of 0x0220, as far as there are events. */
@@ -81,7 +84,7 @@ class Application(p: EscParams) extends Module {
     smAlEvents.pad(16),
     0.U(1.W),
     watchdog,
-    0.U(1.W),
+    eeprom,
     smChanged.orR,
     0.U(3.W),
     controlEvent

@@ -63,22 +63,25 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   }
 
   /** Connects the EEPROM; the result: configuration is loaded. */
-  def sii(pins: SiiPins): Bool = {
+  def sii(pins: Option[SiiPins]): Bool = {
     val unit = Module(new SiiController(p)).suggestName("sii")
     def level(in: Bool) = {
       val crossing = Module(new LevelCrossing)
       crossing.in := in
       crossing.out
     }
-    unit.sda     := level(pins.sda)
-    unit.twoByte := level(pins.two_byte)
-    pins.scl_low := unit.sclLow
-    pins.sda_low := unit.sdaLow
+    for (eeprom <- pins; lines <- unit.lines) {
+      lines.sda      := level(eeprom.sda)
+      lines.twoByte  := level(eeprom.two_byte)
+      eeprom.scl_low := lines.sclLow
+      eeprom.sda_low := lines.sdaLow
+      status("eeprom_two_address_bytes") := lines.twoByte
+    }
 
     unit.writeLow.valid  := writes(0x502).valid
     unit.writeLow.bits   := writes(0x502).bits(0)
     unit.writeHigh.valid := writes(0x503).valid
-    unit.writeHigh.bits  := writes(0x503).bits(2, 0)
+    unit.writeHigh.bits  := writes(0x503).bits(5, 0)
     unit.byHost          := memory.registerWriteByHost
     unit.frameStart      := processor.memory.frameStart
     unit.registersBusy   := memory.registersBusy
@@ -94,11 +97,13 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
 
     memory.guard.uint("sii_ecat_may_write") := unit.ecatMayWrite
     memory.guard.uint("sii_pdi_may_write")  := unit.pdiMayWrite
+    memory.guard.uint("sii_pdi_may_answer") := unit.pdiMayWrite || unit.waits
+    if (p.hasEmulation && p.hasApplicationLayer) status("eeprom_event") := unit.waits
+    siiWaits                                := unit.waits
     memory.guard.uint("sii_pdi_may_take")   := (unit.offered || unit.taken) && !unit.forced
     memory.set.load("eeprom_taken").valid   := unit.forced
     memory.set.load("eeprom_taken").bits    := 0.U
     status("eeprom_write_enable")           := unit.writeEnable
-    status("eeprom_two_address_bytes")      := unit.twoByte
     status("eeprom_command")                := unit.command
     status("eeprom_checksum_error")         := unit.checksumError
     status("eeprom_not_loaded")             := unit.notLoaded
@@ -111,6 +116,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   }
   private val siiError   = WireDefault(false.B)
   private val siiLoading = WireDefault(false.B)
+  private val siiWaits   = WireDefault(false.B)
   private val noEvents   = WireDefault(0.U(16.W))
 
   // Set by `application`, used by `leds`.
@@ -160,6 +166,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
           }).asUInt
       }
       unit.watchdog := watchdogs(dlStatus)
+      unit.eeprom   := siiWaits
 
       // 0x0204, 0x0210, 0x0220 by their fields.
       def mask(name: String) = memory.value.uint(name)

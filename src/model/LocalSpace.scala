@@ -32,14 +32,15 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
   val syncManagers: SyncManagerBank =
     new SyncManagerBank(p.syncManagers, registers, isMemory, () => watchdogs.foreach(_.processData.trigger()))
   private val sii = Option.when(p.hasSii)(
-    new SiiModel(registers, eeprom, () => pdiOperational, () => pdiOperational = true)
+    new SiiModel(registers, eeprom, p.hasEmulation, () => pdiOperational, () => pdiOperational = true)
   )
   private val leds =
     Option.when(p.hasLeds)(new LedModel(registers, () => emulation, () => sii.exists(_.loadFailed)))
 
   private val units: Seq[ModelUnit] = watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ leds
 
-  if (eeprom.isDefined) sii.foreach(s => pdiOperational = s.load(first = true))
+  if (p.hasEmulation) pdiOperational = false
+  else if (eeprom.isDefined) sii.foreach(s => pdiOperational = s.loadFirst())
 
   private def status(field: String): Int = units.iterator
     .map(_.status(field))

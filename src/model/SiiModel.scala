@@ -6,11 +6,18 @@ import flyframe.registers.Register
   *
   * @param image
   *   content of the EEPROM, bytes; None: nobody acknowledges
+  * @param emulated
+  *   the host answers the commands (SII-21 to SII-24)
   * @param loads
   *   called after a good reload
   */
-class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () => Boolean, loads: () => Unit)
-    extends ModelUnit {
+class SiiModel(
+    registers: ModelRegisters,
+    image: Option[Seq[Int]],
+    emulated: Boolean,
+    loaded: () => Boolean,
+    loads: () => Unit
+) extends ModelUnit {
   private val content       = image.map(_.toArray)
   private var writeEnable   = false
   private var checksumError = false
@@ -19,28 +26,37 @@ class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () =>
   private var failed        = false             // the last load
   private var waiting       = Option.empty[Int] // command of the frame that is ending
 
-  private def word(i: Int): Int = content.fold(0)(c => c(2 * i) | c(2 * i + 1) << 8)
-  private def offered           = registers.value("eeprom_offered") == 1
-  private def taken             = registers.value("eeprom_taken") == 1
+  // Emulation: the command the host is to answer, and of a load what it has answered.
+  private var served  = Option.empty[Int]
+  private var area    = Vector.empty[Int]
+  private var again   = false
+  private var isFirst = true
+
+  private def offered = registers.value("eeprom_offered") == 1
+  private def taken   = registers.value("eeprom_taken") == 1
+
+  if (emulated) serve(4)
 
   override def status(field: String): Option[Int] = {
     val set = field match {
+      case "eeprom_command"           => return Some(served.getOrElse(0))
       case "eeprom_write_enable"      => Some(taken) // of ECAT: clears itself at the end of the frame
       case "eeprom_two_address_bytes" => Some(content.exists(_.length > 2048))
-      case "eeprom_command"           => Some(false)
       case "eeprom_checksum_error"    => Some(checksumError)
       case "eeprom_not_loaded"        => Some(!loaded())
       case "eeprom_command_error"     => Some(commandError)
       case "eeprom_write_error"       => Some(writeError)
-      case "eeprom_busy"              => Some(false)
+      case "eeprom_busy"              => Some(served.isDefined)
+      case "eeprom_event"             => Some(served.isDefined)
       case _                          => None
     }
     set.map(if (_) 1 else 0)
   }
 
   override def guard(name: String): Option[Boolean] = name match {
-    case "sii_ecat_may_write" => Some(!offered && !taken)
-    case "sii_pdi_may_write"  => Some(offered || taken)
+    case "sii_ecat_may_write" => Some(!offered && !taken && served.isEmpty)
+    case "sii_pdi_may_write"  => Some((offered || taken) && served.isEmpty)
+    case "sii_pdi_may_answer" => Some(offered || taken || served.isDefined)
     case "sii_pdi_may_take"   => Some((offered || taken) && registers.value("eeprom_force") == 0)
     case _                    => None
   }
@@ -48,6 +64,7 @@ class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () =>
   override def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit = address match {
     case 0x0500 if (byte & 2) != 0 => registers.set("eeprom_taken", 0)
     case 0x0502 if !byHost         => writeEnable = (byte & 1) == 1
+    case 0x0503 if served.nonEmpty => if (byHost && served.contains(byte & 7)) answered((byte & 0x20) != 0)
     case 0x0503                    => command(byte & 7, byHost)
     case _                         =>
   }
@@ -78,6 +95,9 @@ class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () =>
   }
 
   private def start(code: Int): Unit = content match {
+    case _ if emulated =>
+      again = false
+      serve(code)
     case Some(c) => execute(code, c)
     case None =>
       commandError = true
@@ -96,14 +116,51 @@ class SiiModel(registers: ModelRegisters, image: Option[Seq[Int]], loaded: () =>
         val data = registers.value("eeprom_data")
         bytes(at) = data & 0xff
         bytes((at + 1) % bytes.length) = data >> 8
-      case _ => if (load(first = false)) loads()
+      case _ => if (load(bytes.toSeq, first = false)) loads()
     }
   }
 
+  /** A command waits for the host; a load asks for words 0 to 3, then for 4 to 7. */
+  private def serve(code: Int): Unit = {
+    served = Some(code)
+    if (code == 4) {
+      area = Vector.empty
+      registers.setWide("eeprom_address", 0)
+    }
+  }
+
+  /** The host has carried out the command, or could not. */
+  private def answered(failure: Boolean): Unit = if (!served.contains(4)) {
+    commandError = failure
+    served = None
+  } else {
+    def data(name: String, bytes: Int) = (0 until bytes).map(i => (registers.wide(name) >> 8 * i & 0xff).toInt)
+    if (!failure) area ++= data("eeprom_data", 2) ++ data("eeprom_data_high", 6)
+    if (!failure && area.size < 16) registers.setWide("eeprom_address", 4)
+    else {
+      served = None
+      if (!failure && load(area, isFirst)) {
+        isFirst = false
+        loads()
+      } else if (!again) {
+        again = true
+        checksumError = false
+        serve(4)
+      } else {
+        isFirst = false
+        failed = true
+        if (failure) commandError = true
+      }
+    }
+  }
+
+  /** The load after reset. */
+  def loadFirst(): Boolean = content.exists(c => load(c.toSeq, first = true))
+
   /** Takes the configuration area into the registers (SII-07, SII-08); false if its checksum is wrong. */
-  def load(first: Boolean): Boolean = {
-    checksumError = SiiModel.checksum(content.fold(Seq.empty[Int])(_.toSeq.take(14))) != (word(7) & 0xff) &&
-      word(7) != 0x88a4
+  private def load(bytes: Seq[Int], first: Boolean): Boolean = {
+    def word(i: Int) = bytes(2 * i) | bytes(2 * i + 1) << 8
+    checksumError = SiiModel.checksum(bytes.take(14)) != (word(7) & 0xff) && word(7) != 0x88a4
     if (!checksumError) {
       registers.set("pdi_type", word(0) & 0xff)
       registers.set("pdi_configuration", word(1))

@@ -67,8 +67,10 @@ final case class EscParams(
   /** RUN, ERR and link/activity LED outputs are built. */
   def hasLeds: Boolean = leds == 1
 
-  /** The SII interface is built: an I2C EEPROM. */
-  def hasSii: Boolean = sii == 1
+  /** The SII interface is built: with an I2C EEPROM, or with one that the host emulates (SII-21). */
+  def hasSii: Boolean       = sii > 0
+  def hasI2c: Boolean       = sii == 1
+  def hasEmulation: Boolean = sii == 2
 
   /** Some registers live in block RAM: 512 bytes behind user RAM. */
   def hasRegisterRam: Boolean = fmmus > 0 || syncManagers > 0 || hasApplicationLayer || hasSii
@@ -179,9 +181,9 @@ object ParamTable {
     ),
     info(
       "sii",
-      "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM",
+      "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM; 2 emulated by the host",
       "code",
-      between(0, 1)
+      between(0, 2)
     )(_.sii)((p, v) => p.copy(sii = v)),
     info("siiClockKhz", "clock of the I2C EEPROM", "kHz", between(10, 1000))(_.siiClockKhz)((p, v) =>
       p.copy(siiClockKhz = v)

@@ -377,8 +377,8 @@ object RegisterMap {
             "eeprom_event",
             5,
             5,
-            Constant,
-            "1: an EEPROM command waits for the PDI; EEPROM emulation is not built"
+            if (p.hasEmulation) Status else Constant,
+            "1: an EEPROM command waits for the PDI (SII-21)"
           ),
           field(
             "watchdog_event",
@@ -474,10 +474,12 @@ object RegisterMap {
     )
   }
 
-  private val sii = {
+  private def sii(p: EscParams) = {
     def configuration(name: String, title: String, address: Int, bytes: Int, fields: Field*) =
       Register(name, title, address, bytes, Read, Read, "SII-07", fields)
     val (byEcat, byPdi) = (Some("sii_ecat_may_write"), Some("sii_pdi_may_write"))
+    // A host that emulates the EEPROM answers in these.
+    val answers = Some("sii_pdi_may_answer")
     Seq(
       configuration("pdi_control", "PDI control", 0x0140, 1, field("pdi_type", 7, 0, Ram, "EEPROM A0[7:0]")),
       configuration(
@@ -557,8 +559,15 @@ object RegisterMap {
         "SII-12 to SII-15",
         Seq(
           field("eeprom_write_enable", 0, 0, Status, "1: ECAT may write the EEPROM in this frame"),
+          field("eeprom_emulated", 5, 5, Constant, "1: emulated by the host (SII-21)", if (p.hasEmulation) 1 else 0),
           field("eeprom_eight_bytes", 6, 6, Constant, "1: a read command reads 8 bytes", 1),
-          field("eeprom_two_address_bytes", 7, 7, Status, "1: EEPROM with two address bytes (SII-16)"),
+          field(
+            "eeprom_two_address_bytes",
+            7,
+            7,
+            if (p.hasI2c) Status else Constant,
+            "1: EEPROM with two address bytes (SII-16)"
+          ),
           field(
             "eeprom_command",
             10,
@@ -579,7 +588,7 @@ object RegisterMap {
           field("eeprom_busy", 15, 15, Status, "1: busy")
         ),
         byEcat,
-        byPdi
+        answers
       ),
       Register(
         "eeprom_address",
@@ -603,7 +612,7 @@ object RegisterMap {
         "SII-12, SII-14",
         Seq(field("eeprom_data", 15, 0, Ram, "Word to write, or first word read")),
         byEcat,
-        byPdi
+        answers
       ),
       Register(
         "eeprom_data_high",
@@ -611,9 +620,10 @@ object RegisterMap {
         0x050a,
         6,
         Read,
-        Read,
+        if (p.hasEmulation) ReadGuardedWrite else Read,
         "SII-14",
-        Seq(field("eeprom_data_high", 47, 0, Ram, "Second to fourth word read"))
+        Seq(field("eeprom_data_high", 47, 0, Ram, "Second to fourth word read")),
+        pdiGuard = Option.when(p.hasEmulation)(answers.get)
       )
     )
   }
@@ -762,7 +772,7 @@ object RegisterMap {
         (if (p.hasApplicationLayer) applicationLayer ++ events(p) else Nil) ++
         (if (p.hasWatchdogs) watchdogs else Nil) ++
         (if (p.hasLeds) leds else Nil) ++
-        (if (p.hasSii) sii else Nil) ++
+        (if (p.hasSii) sii(p) else Nil) ++
         (0 until p.fmmus).flatMap(fmmu(p, _)) ++
         (0 until p.syncManagers).flatMap(syncManager(p, _))).sortBy(_.address)
     registers.zip(registers.drop(1)).foreach { case (a, b) =>

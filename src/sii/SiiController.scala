@@ -18,6 +18,14 @@ object ConfigurationChecksum {
     }
 }
 
+/** The lines of the I2C EEPROM, synchronous. */
+class SiiLines extends Bundle {
+  val twoByte = Input(Bool()) // strap, SII-16
+  val sclLow  = Output(Bool())
+  val sdaLow  = Output(Bool())
+  val sda     = Input(Bool())
+}
+
 /** The SII EEPROM interface (0x0500 to 0x050F) and the loading of the configuration after reset (SII-01 to
   * SII-20).
   *
@@ -32,14 +40,15 @@ class SiiController(p: EscParams) extends Module {
     val Write  = 2
     val Reload = 4
   }
-  val twoByte = IO(Input(Bool())) // strap, SII-16
-  val sclLow  = IO(Output(Bool()))
-  val sdaLow  = IO(Output(Bool()))
-  val sda     = IO(Input(Bool()))
 
-  /** The write enable, the command are written; the host does it. */
+  /** The I2C EEPROM, if it is not emulated. */
+  val lines = Option.when(p.hasI2c)(IO(new SiiLines))
+
+  /** The write enable; command in bits 2:0 and, of a host that emulates, failure in bit 5 are written; the host
+    * does it.
+    */
   val writeLow  = IO(Input(Valid(Bool())))
-  val writeHigh = IO(Input(Valid(UInt(3.W))))
+  val writeHigh = IO(Input(Valid(UInt(6.W))))
   val byHost    = IO(Input(Bool()))
 
   /** Register writes are on their way: a command waits for the address that came behind it. */
@@ -74,6 +83,9 @@ class SiiController(p: EscParams) extends Module {
   val writeError    = IO(Output(Bool()))
   val busy          = IO(Output(Bool()))
 
+  /** A command waits for the host to carry it out (SII-21). */
+  val waits = IO(Output(Bool()))
+
   /** The last load found no configuration, for the ERR LED. */
   val loadFailed = IO(Output(Bool()))
 
@@ -86,20 +98,14 @@ class SiiController(p: EscParams) extends Module {
       * word address is fetched; start: START and control byte; high, low: address bytes; restart: repeated
       * START and control byte; in: bytes come; out: bytes go; put: a byte is stored; fetch: a byte to write
       * is fetched; stop; judge: a load is checked; copy, place: a configuration byte is fetched, stored.
+      * Emulated: point: the address of a load is stored; serve: the host carries out the command; take: a
+      * byte it has left is fetched.
       */
     val boot, idle, settle, address0, address1, address2, start, control, high, low, restart, controlRead, in,
-        put, fetch, out, stop, judge, copy, place = Value
+        put, fetch, out, stop, judge, copy, place, point, serve, take = Value
   }
   import State._
   private val state = RegInit(boot)
-
-  // Rounded up: the clock may be slower than asked for, never faster.
-  private val i2c = Module(
-    new I2cMaster((p.coreClockMhz * 1000 + 4 * p.siiClockKhz - 1) / (4 * p.siiClockKhz))
-  )
-  i2c.sda := sda
-  sclLow  := i2c.sclLow
-  sdaLow  := i2c.sdaLow
 
   // Status, reset as the register table says: not loaded yet.
   private val enable   = RegInit(false.B)
@@ -127,6 +133,7 @@ class SiiController(p: EscParams) extends Module {
   ecatMayWrite  := !ownedByPdi && state === idle
   pdiMayWrite   := ownedByPdi && state === idle
   writeEnable   := enable || taken
+  waits         := state === serve
   command       := Mux(state === idle, 0.U, running)
   checksumError := badSum
   notLoaded     := unloaded
@@ -151,6 +158,7 @@ class SiiController(p: EscParams) extends Module {
     }
     when(known && may) {
       again := false.B
+      count := 0.U
       state := settle
       when(code === Code.Reload.U) { byteAddress := 0.U }
     }
@@ -158,30 +166,6 @@ class SiiController(p: EscParams) extends Module {
     when(!known && code =/= Code.Clear.U) { noAck := true.B }
   }
 
-  // The I2C master: one command per state, some with a byte.
-  private val asks     = WireDefault(false.B)
-  private val what     = WireDefault(I2cCommand.write)
-  private val give     = WireDefault(0.U(8.W))
-  private val finished = pending && i2c.done
-  i2c.command.valid := asks && !pending
-  i2c.command.bits  := what
-  i2c.data          := give
-  when(i2c.command.fire) { pending := true.B }
-  when(finished) { pending := false.B }
-
-  /** Do `command`, then go to `next`; a byte that is not acknowledged ends the transfer. */
-  private def transfer(command: I2cCommand.Type, next: State.Type, value: UInt = 0.U): Unit = {
-    asks := true.B
-    what := command
-    give := value
-    when(finished) {
-      state := next
-      when((command === I2cCommand.write) && !i2c.acknowledged) {
-        failed := true.B
-        state  := stop
-      }
-    }
-  }
   private def fetchFrom(address: UInt, next: State.Type): Unit = {
     read.valid := !pending
     read.bits  := address
@@ -203,66 +187,27 @@ class SiiController(p: EscParams) extends Module {
   write.valid := false.B
   write.bits  := 0.U.asTypeOf(new UnitWrite)
 
-  private val highBits    = Mux(twoByte, byteAddress(18, 16), byteAddress(10, 8))
-  private val controlByte = Cat("b1010".U(4.W), highBits, 0.U(1.W))
-  private val lastByte    = count === Mux(loads, 15.U, 7.U)
-  private val scratch     = RegisterMap.SiiScratch.start
+  private val lastByte = count === Mux(loads, 15.U, 7.U)
+  private val scratch  = RegisterMap.SiiScratch.start
+  private val first    = if (p.hasI2c) start else point // of a load
 
   switch(state) {
     is(boot) {
       wait0       := wait0 + 1.U
       pending     := false.B
       byteAddress := 0.U
-      when(wait0 === (p.coreClockMhz * p.siiStartUs).U) { state := start }
+      count       := 0.U
+      when(wait0 === (p.coreClockMhz * p.siiStartUs).U) { state := first }
     }
-    is(settle) { when(!registersBusy) { state := Mux(loads, start, address0) } }
-    is(address0) {
-      fetchFrom(0x504.U, address1)
-    }
-    is(address1) {
-      byteAddress := byte << 1
-      fetchFrom(0x505.U, address2)
-    }
-    is(address2) {
-      byteAddress := Cat(byte, byteAddress(8, 0))
-      fetchFrom(0x506.U, start)
-    }
-    is(start) {
-      when(!loads) { byteAddress := Cat(byte(1, 0), byteAddress(16, 0)) }
-      count  := 0.U
-      failed := false.B
-      crc    := ConfigurationChecksum.Start.U
-      transfer(I2cCommand.start, control)
-    }
-    is(control) { transfer(I2cCommand.write, Mux(twoByte, high, low), controlByte) }
-    is(high) { transfer(I2cCommand.write, low, byteAddress(15, 8)) }
-    is(low) { transfer(I2cCommand.write, Mux(running === Code.Write.U, fetch, restart), byteAddress(7, 0)) }
-    is(restart) { transfer(I2cCommand.start, controlRead) }
-    is(controlRead) { transfer(I2cCommand.write, in, controlByte | 1.U) }
-    is(in) {
-      transfer(Mux(lastByte, I2cCommand.readLast, I2cCommand.read), put)
-      when(finished) {
-        byte := i2c.received
-        when(loads) {
-          when(count < 14.U) { crc := ConfigurationChecksum.next(crc, i2c.received) }
-          when(count >= 14.U) { sumWord := Cat(i2c.received, sumWord(15, 8)) }
-        }
-      }
-    }
+    is(settle) { when(!registersBusy) { state := Mux(loads, first, if (p.hasI2c) address0 else serve) } }
     is(put) {
-      store(Mux(loads, scratch.U | count, 0x508.U | count), byte, Mux(lastByte, stop, in))
-      when(write.fire) { count := count + 1.U }
-    }
-    is(fetch) { fetchFrom(0x508.U | count, out) }
-    is(out) {
-      transfer(I2cCommand.write, Mux(count(0), stop, fetch), byte)
-      when(finished) { count := count + 1.U }
-    }
-    is(stop) {
-      asks := true.B
-      what := I2cCommand.stop
-      when(finished) { state := Mux(loads, judge, idle) }
-      when(finished && !loads && failed) { noAck := true.B }
+      store(Mux(loads, scratch.U | count, 0x508.U | count), byte, if (p.hasI2c) Mux(lastByte, stop, in) else take)
+      when(write.fire) {
+        count := count + 1.U
+        when(count < 14.U) { crc := ConfigurationChecksum.next(crc, byte) }
+        when(count >= 14.U) { sumWord := Cat(byte, sumWord(15, 8)) }
+        if (p.hasEmulation) when(count(2, 0).andR) { state := Mux(count(3), judge, point) }
+      }
     }
     is(judge) {
       val right = !failed && (sumWord(7, 0) === crc || sumWord === 0x88a4.U) // SII-03
@@ -271,7 +216,7 @@ class SiiController(p: EscParams) extends Module {
         state := copy
       }.elsewhen(!again) { // SII-06: one more try
         again := true.B
-        state := start
+        state := first
       }.otherwise {
         when(failed) { noAck := true.B }.otherwise { badSum := true.B }
         isFirst := false.B
@@ -322,6 +267,114 @@ class SiiController(p: EscParams) extends Module {
           badSum   := false.B
           lost     := false.B
         }
+      }
+    }
+  }
+
+  if (p.hasI2c) i2cEeprom() else emulation()
+
+  /** The host is the EEPROM: it answers commands with what it writes to 0x0508 and then to 0x0503 (SII-21 to
+    * SII-24). A load takes it twice, for words 0 and 4.
+    */
+  private def emulation(): Unit = switch(state) {
+    is(point) {
+      // count(3): the second half; count(1, 0): byte of the address.
+      crc := Mux(count(3), crc, ConfigurationChecksum.Start.U)
+      store(0x504.U | count(1, 0), Mux(count(1, 0) === 0.U && count(3), 4.U, 0.U), point)
+      when(write.fire) {
+        count := count + 1.U
+        when(count(1, 0).andR) {
+          count := count & 8.U
+          state := serve
+        }
+      }
+    }
+    is(serve) {
+      when(writeHigh.valid && byHost && writeHigh.bits(2, 0) === running) {
+        failed := writeHigh.bits(5)
+        state  := Mux(!loads, idle, Mux(writeHigh.bits(5), judge, take))
+        when(!loads && writeHigh.bits(5)) { noAck := true.B }
+      }
+    }
+    is(take) { fetchFrom(0x508.U | count(2, 0), put) }
+  }
+
+  /** The I2C master: one command per state, some with a byte (SII-18, SII-19). */
+  private def i2cEeprom(): Unit = {
+    // Rounded up: the clock may be slower than asked for, never faster.
+    val i2c = Module(new I2cMaster((p.coreClockMhz * 1000 + 4 * p.siiClockKhz - 1) / (4 * p.siiClockKhz)))
+    i2c.suggestName("i2c")
+    i2c.sda          := lines.get.sda
+    lines.get.sclLow := i2c.sclLow
+    lines.get.sdaLow := i2c.sdaLow
+
+    val asks     = WireDefault(false.B)
+    val what     = WireDefault(I2cCommand.write)
+    val give     = WireDefault(0.U(8.W))
+    val finished = pending && i2c.done
+    i2c.command.valid := asks && !pending
+    i2c.command.bits  := what
+    i2c.data          := give
+    when(i2c.command.fire) { pending := true.B }
+    when(finished) { pending := false.B }
+
+    /** Do `command`, then go to `next`; a byte that is not acknowledged ends the transfer. */
+    def transfer(command: I2cCommand.Type, next: State.Type, value: UInt = 0.U): Unit = {
+      asks := true.B
+      what := command
+      give := value
+      when(finished) {
+        state := next
+        when((command === I2cCommand.write) && !i2c.acknowledged) {
+          failed := true.B
+          state  := stop
+        }
+      }
+    }
+    val twoByte     = lines.get.twoByte
+    val highBits    = Mux(twoByte, byteAddress(18, 16), byteAddress(10, 8))
+    val controlByte = Cat("b1010".U(4.W), highBits, 0.U(1.W))
+
+    switch(state) {
+      is(address0) {
+        fetchFrom(0x504.U, address1)
+      }
+      is(address1) {
+        byteAddress := byte << 1
+        fetchFrom(0x505.U, address2)
+      }
+      is(address2) {
+        byteAddress := Cat(byte, byteAddress(8, 0))
+        fetchFrom(0x506.U, start)
+      }
+      is(start) {
+        when(!loads) { byteAddress := Cat(byte(1, 0), byteAddress(16, 0)) }
+        count  := 0.U
+        failed := false.B
+        crc    := ConfigurationChecksum.Start.U
+        transfer(I2cCommand.start, control)
+      }
+      is(control) { transfer(I2cCommand.write, Mux(twoByte, high, low), controlByte) }
+      is(high) { transfer(I2cCommand.write, low, byteAddress(15, 8)) }
+      is(low) { transfer(I2cCommand.write, Mux(running === Code.Write.U, fetch, restart), byteAddress(7, 0)) }
+      is(restart) { transfer(I2cCommand.start, controlRead) }
+      is(controlRead) { transfer(I2cCommand.write, in, controlByte | 1.U) }
+      is(in) {
+        transfer(Mux(lastByte, I2cCommand.readLast, I2cCommand.read), put)
+        when(finished) {
+          byte := i2c.received
+        }
+      }
+      is(fetch) { fetchFrom(0x508.U | count, out) }
+      is(out) {
+        transfer(I2cCommand.write, Mux(count(0), stop, fetch), byte)
+        when(finished) { count := count + 1.U }
+      }
+      is(stop) {
+        asks := true.B
+        what := I2cCommand.stop
+        when(finished) { state := Mux(loads, judge, idle) }
+        when(finished && !loads && failed) { noAck := true.B }
       }
     }
   }
