@@ -180,7 +180,7 @@ object EepromRules extends Rules {
     for (state <- Seq(2, 4, 0x18, 1)) {
       assert(put(0x0120, state))
       assert(get(0x0130, 1).contains(Seq(state)))
-      if (p.hasLeds) assert(bench.hostRead(0x0139) == 0, "LED-03: no error LED with emulation")
+      if (p.hasLeds) assert(bench.hostRead(0x0139) == 0, "no error LED (LED-03)")
     }
     assert((bench.hostRead(0x0220) & 1) == 0 && put(0x0120, 2) && put(0x0120, 4), "it stays open")
     bench.hostWrite(0x0130, 8)

@@ -146,7 +146,7 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       val (writer, reader) = if (direction == 4) (Side.Ecat, Side.Pdi) else (Side.Pdi, Side.Ecat)
       def end(b: Bench)    = b.frame(good = true)
       Seq(
-        check(s"SM-11 to SM-15, B-54: three buffers, $text: the reader gets the newest", direction) { b =>
+        check(s"SM-12 to SM-15, B-54: three buffers, $text: the reader gets the newest", direction) { b =>
           assert(b.all(reader, write = false).forall(_.isEmpty), "nothing written yet")
           for (n <- 0 until 5) {
             assert(b.all(writer, write = true).forall(_.isDefined))
