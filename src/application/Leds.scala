@@ -61,3 +61,23 @@ class LedControl extends Module {
   code  := Mux(enable, wanted, automaticCode)
   taken := enable
 }
+
+/** The LINKACT LED of a port (LED-06): lit with a link, dark for every other step of 50 ms while frames pass.
+  */
+class LinkActivity extends Module {
+
+  /** Every 50 ms. */
+  val tick    = IO(Input(Bool()))
+  val link    = IO(Input(Bool()))
+  val traffic = IO(Input(Bool()))
+  val lit     = IO(Output(Bool()))
+
+  private val seen = RegInit(false.B) // reset: no traffic
+  private val dark = RegInit(false.B)
+  when(tick) {
+    dark := seen && !dark
+    seen := false.B
+  }
+  when(traffic) { seen := true.B }
+  lit := link && !dark
+}

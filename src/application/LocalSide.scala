@@ -257,15 +257,11 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     led("run", Mux(siiLoading, LedCode.Flicker.U, state), 0x138, alChanged, pins.run)
     led("err", error, 0x139, error =/= LedCode.Off.U && error =/= RegNext(error), pins.err)
     for (((pin, link), traffic) <- pins.linkact.zip(links).zip(active)) {
-      // Dark for one step of 50 ms in two while there is traffic.
-      val seen = RegInit(false.B) // reset: no traffic
-      val dark = RegInit(false.B)
-      when(tick) {
-        dark := seen && !dark
-        seen := false.B
-      }
-      when(traffic) { seen := true.B }
-      pin := link && !dark
+      val unit = Module(new LinkActivity)
+      unit.tick    := tick
+      unit.link    := link
+      unit.traffic := traffic
+      pin          := unit.lit
     }
   }
 }

@@ -143,4 +143,38 @@ class LedSpec extends AnyFlatSpec with SharedSimulation {
       shows(dut, 2, taken = true)
     }
   )
+
+  private class Link(dut: LinkActivity) {
+    dut.link.poke(true)
+    dut.traffic.poke(false)
+
+    /** Light in each step of four cycles, frames passing as `busy` says of step and cycle. */
+    def watch(count: Int, busy: (Int, Int) => Boolean): Seq[Boolean] = (0 until count).map { i =>
+      val lit = (0 until 4).map { c =>
+        dut.tick.poke(c == 3)
+        dut.traffic.poke(busy(i, c))
+        val now = dut.lit.peek().litToBoolean
+        dut.clock.step()
+        now
+      }
+      assert(lit.distinct.size == 1, "changes with a step only")
+      lit.head
+    }
+  }
+  together("link", new LinkActivity)(
+    "LED-06: dark without link, lit with it" -> { dut: LinkActivity =>
+      val l = new Link(dut)
+      assert(l.watch(5, (_, _) => false) == Seq.fill(5)(true))
+      dut.link.poke(false)
+      assert(l.watch(5, (i, _) => i > 1) == Seq.fill(5)(false))
+    },
+    "LED-06: one frame: dark for one step; frames: every other step" -> { dut: LinkActivity =>
+      val l = new Link(dut)
+      for (cycle <- 0 until 4) {
+        val dark = if (cycle == 3) 5 else 4 // a frame together with the tick belongs to the next step
+        assert(l.watch(8, (i, c) => i == 3 && c == cycle) == (0 until 8).map(_ != dark), s"cycle $cycle")
+      }
+      assert(l.watch(12, (_, _) => true) == (0 until 12).map(_ % 2 == 0))
+    }
+  )
 }

@@ -61,6 +61,11 @@ class CommandLineSpec extends AnyFlatSpec {
       file("broken.json", "{".map(_.toInt)),
       file("many.json", Devices.json("io")(_("fmmus") = Seq.fill(17)("unused")).map(_.toInt)),
       file("beyond.json", Devices.json("io")(_("syncManagers")(0)("start") = "0xfff8").map(_.toInt)),
+      // Two PDOs with the same entry.
+      file(
+        "overlap.json",
+        Devices.json("io")(d => d("txPdos")(0)("entries") = d("rxPdos")(0)("entries")).map(_.toInt)
+      ),
       Files.createTempDirectory("flyframe").resolve("absent.json")
     )
     for (path <- wrong) {

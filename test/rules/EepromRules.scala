@@ -7,7 +7,7 @@ import flyframe.params.EscParams
   * decides. Not part of the parameter matrix, whose vectors know no EEPROM.
   */
 object EepromRules extends Rules {
-  private def all(p: EscParams)  = p.hasSii && p.hasApplicationLayer && p.ramKiB >= 1
+  private def all(p: EscParams)  = p.hasI2c && p.hasApplicationLayer && p.ramKiB >= 1
   private def leds(p: EscParams) = all(p) && p.hasLeds
 
   private val First  = EepromImage(0x0c80, 0x3412, 0x5555, 0x7856, 0x0234, 0x0ab0, 0x009a)
@@ -180,7 +180,7 @@ object EepromRules extends Rules {
     for (state <- Seq(2, 4, 0x18, 1)) {
       assert(put(0x0120, state))
       assert(get(0x0130, 1).contains(Seq(state)))
-      if (p.hasLeds) assert(bench.hostRead(0x0139) == 0, "LED-03: no error LED with emulation")
+      if (p.hasLeds) assert(bench.hostRead(0x0139) == 0, "no error LED (LED-03)")
     }
     assert((bench.hostRead(0x0220) & 1) == 0 && put(0x0120, 2) && put(0x0120, 4), "it stays open")
     bench.hostWrite(0x0130, 8)

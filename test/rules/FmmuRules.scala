@@ -224,7 +224,7 @@ object FmmuRules extends Rules {
     assert(logical(Lrw, 0x100, 1, 2).workingCounter == 2)
     assert(logical(Lrw, 0x101, 1, 2).workingCounter == 3)
   }
-  rule("FMMU-14: memory is reached directly, by SyncManager, by FMMU, and by both", both) { s =>
+  rule("FMMU-14, SYS-06: memory is reached directly, by SyncManager, by FMMU, and by both", both) { s =>
     import s._
     assert(put(0x1080, 0x11) && bench.hostRead(0x1080) == 0x11)
     fmmu(0, 0x100, 1, 0x1080, ReadWrite)

@@ -309,7 +309,10 @@ object FrameRules extends Rules {
     assert(write(Apwr, 0, 0x0f7f, 1, 2).workingCounter == 1)
     assert(write(Aprw, 0, 0x0000, 1).workingCounter == 1) // readable, not writable
   }
-  rule("FP-31, SII-09: process data RAM is closed until the EEPROM is loaded, user RAM is not", ram) { s =>
+  rule(
+    "FP-31, SII-09, PDI-04, PDI-08: process data RAM is closed until the EEPROM is loaded, user RAM is not",
+    ram
+  ) { s =>
     import s._
     bench.hostWrite(Ram, 0x11)
     bench.setLoaded(false)

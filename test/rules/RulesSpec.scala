@@ -60,16 +60,21 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
       watchdogs = 1
     )
   )
-  private def rulesFor(p: EscParams) = (if (p.hasSii) EepromRules.all else rules).filter(_.needs(p))
+  private val emulated = Seq(
+    eeprom.copy(preset = "emulation-25", sii = 2),
+    units.copy(preset = "emulation-100", sii = 2, siiStartUs = 1, dataBusWidth = 16)
+  )
+  private def rulesFor(p: EscParams) =
+    (if (p.hasEmulation) EmulationRules.all else if (p.hasI2c) EepromRules.all else rules).filter(_.needs(p))
 
   for (
-    p    <- sets ++ unitSets ++ eepromSets;
+    p    <- sets ++ unitSets ++ eepromSets ++ emulated;
     rule <- rulesFor(p)
   )
     s"${rule.name} [model, ${p.preset}]" should "hold" in rule.run(new Steps(new ModelBench(p)))
 
   // One simulation per parameter set; each rule reports its own result.
-  for (p <- sets ++ unitSets ++ eepromSets) {
+  for (p <- sets ++ unitSets ++ eepromSets ++ emulated) {
     val mine = rulesFor(p)
     lazy val results: Map[String, Try[Unit]] = {
       var found = Map.empty[String, Try[Unit]]

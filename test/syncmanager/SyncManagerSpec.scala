@@ -1,0 +1,270 @@
+package flyframe.syncmanager
+
+import chiseltest._
+import org.scalatest.Assertions
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.SharedSimulation
+import flyframe.params.EscParams
+import flyframe.model.{Side, SyncManagerModel, SyncManagerSettings}
+
+/** The buffers of one SyncManager against the golden model, and its corners (SM-01 to SM-28, B-50 to B-58).
+  */
+class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
+
+  private val p      = EscParams(syncManagers = 2, applicationLayer = 1, ramKiB = 8)
+  private val Number = 1 // of two
+
+  /** The accessing sides as frame processor and host sequencer are, and the model beside. */
+  private class Bench(dut: SyncManagers, control: Int, val length: Int) extends Assertions {
+    private val start               = 0x1000
+    private var modelTriggers       = 0
+    private var triggers            = 0
+    private val model               = new SyncManagerModel(_ => true, () => modelTriggers += 1)
+    private val mailbox             = (control & 2) != 0
+    val ecatWrites: Boolean         = (control & 4) != 0
+    private def settings            = SyncManagerSettings(start, length, control | 0x40, enabled, deactivated)
+    private var enabled             = false
+    private var deactivated         = false
+    private val single              = length == 1
+    private def is(b: chisel3.Bool) = b.peek().litToBoolean
+
+    for (port <- Seq(dut.ecat, dut.pdi)) {
+      port.index.poke(0)
+      port.request.poke(false)
+      port.number.poke(Number)
+      port.access.touch.poke(false)
+      port.access.close.poke(false)
+      port.access.first.poke(false)
+      port.access.single.poke(single)
+    }
+    dut.enable.foreach(_.poke(false))
+    dut.ramOpen.poke(true)
+    dut.quiet.poke(true)
+    dut.good.poke(false)
+    dut.bad.poke(false)
+    write(4, control | 0x40)
+    works(enable = false, deactivate = false)
+
+    private def step(): Unit = { if (is(dut.trigger)) triggers += 1; dut.clock.step() }
+
+    private def write(offset: Int, byte: Int): Unit = {
+      dut.write.valid.poke(true)
+      dut.write.bits.address.poke(0x800 + 8 * Number + offset)
+      dut.write.bits.mask.poke(1)
+      dut.write.bits.data.poke(byte)
+      dut.clock.step()
+      dut.write.valid.poke(false)
+    }
+    private def port(side: Side) = if (side == Side.Ecat) dut.ecat else dut.pdi
+
+    /** What the side sees in this cycle. */
+    private def look[T](side: Side)(see: SyncManagerView => T): T = {
+      port(side).request.poke(true)
+      assert(is(port(side).granted))
+      val seen = see(port(side).view)
+      port(side).request.poke(false)
+      seen
+    }
+
+    def works(enable: Boolean, deactivate: Boolean): Unit = {
+      enabled = enable; deactivated = deactivate
+      dut.enable(Number).poke(enabled)
+      write(7, if (deactivated) 1 else 0)
+      model.configure(settings)
+      step(); step()
+      compare("works")
+    }
+    def compare(what: => String): Unit = {
+      assert(is(dut.writeEvent(Number)) == model.writeEvent, s"write event after $what")
+      assert(is(dut.readEvent(Number)) == model.readEvent, s"read event after $what")
+      assert(is(dut.full(Number)) == (model.mailboxFull && mailbox), s"full after $what")
+      assert(dut.lastBuffer(Number).peek().litValue == model.lastBuffer, s"last buffer after $what")
+      assert(triggers == modelTriggers, s"watchdog after $what")
+      for (side <- Seq(Side.Ecat, Side.Pdi)) look(side) { view =>
+        assert(is(view.works) == (enabled && !deactivated) && is(view.locked) == (enabled && deactivated))
+      }
+      assert(dut.writeEvent.head.peek().litValue == 0 && dut.lastBuffer.head.peek().litValue == 3, "the other one")
+    }
+
+    /** An access to byte `offset`: the byte of the area it leads to, if it is allowed. */
+    def access(side: Side, write: Boolean, offset: Int): Option[Int] = {
+      val byEcat = side == Side.Ecat
+      val first  = offset == 0
+      val last   = offset == length - 1
+      val (right, may) = look(side) { view =>
+        val right = is(view.ecatWrites) == (byEcat == write)
+        val (open, mayOpen) =
+          if (byEcat) (is(view.ecatOpen), is(view.ecatMayOpen)) else (is(view.pdiOpen), is(view.pdiMayOpen))
+        (right, is(view.works) && (single || (right && (open || (first && mayOpen)))))
+      }
+      val expected = model.access(side, write, start + offset)
+      def act(touch: Boolean, close: Boolean): Unit = {
+        val p = port(side)
+        p.request.poke(true)
+        p.access.touch.poke(touch)
+        p.access.first.poke(first)
+        p.access.close.poke(close)
+        step()
+        p.request.poke(false)
+        p.access.touch.poke(false)
+        p.access.close.poke(false)
+      }
+      def buffer = look(side)(view => (if (write) view.writerBuffer else view.readerBuffer).peek().litValue.toInt)
+      // A write of ECAT touches and closes when it has passed; the others open first and close later.
+      val found = Option
+        .when(may) {
+          if (byEcat && write) {
+            val number = buffer
+            if (right) act(touch = true, close = last)
+            number
+          } else {
+            if (right && (byEcat || !single)) act(touch = true, close = false)
+            val number = buffer
+            step()
+            if (right && last) act(touch = !byEcat && single, close = true)
+            number
+          }
+        }
+        .map(n => offset + (if (single) 0 else n * length))
+      if (byEcat && model.takeClosing()) model.close()
+      assert(found == expected.map(_ - start), s"$side ${if (write) "writes" else "reads"} byte $offset")
+      compare(s"$side byte $offset")
+      found
+    }
+    def frame(good: Boolean): Unit = {
+      val end = if (good) dut.good else dut.bad
+      end.poke(true)
+      step()
+      end.poke(false)
+      var settled = 0
+      for (_ <- 0 until 4) {
+        step()
+        if (is(dut.settled)) settled += 1
+      }
+      assert(settled == (if (good) 1 else 0))
+      model.frameEnds(good)
+      compare(s"frame, good: $good")
+    }
+    def all(side: Side, write: Boolean): Seq[Option[Int]] = (0 until length).map(access(side, write, _))
+  }
+
+  private def check(name: String, control: Int, length: Int = 4)(
+      run: Bench => Unit
+  ): (String, SyncManagers => Unit) =
+    name -> { dut =>
+      val b = new Bench(dut, control, length)
+      b.works(enable = true, deactivate = false)
+      run(b)
+    }
+  private val sides = Seq(0x04 -> "ECAT writes", 0x00 -> "PDI writes")
+
+  private def random(seed: Int, accesses: Int)(b: Bench): Unit = {
+    val random = new scala.util.Random(seed)
+    var at     = Map[Side, Int](Side.Ecat -> 0, Side.Pdi -> 0)
+    for (n <- 0 until accesses) random.nextInt(100) match {
+      case 0           => b.works(enable = random.nextBoolean(), deactivate = random.nextInt(3) == 0)
+      case 1 | 2       => b.works(enable = true, deactivate = false)
+      case r if r < 15 => b.frame(good = random.nextInt(4) > 0)
+      case _ =>
+        val side  = if (random.nextBoolean()) Side.Ecat else Side.Pdi
+        val right = random.nextInt(10) > 0
+        val write = ((side == Side.Ecat) == b.ecatWrites) == right
+        // Mostly one byte after the other, sometimes anywhere, often the ends.
+        val offset = random.nextInt(8) match {
+          case 0 => random.nextInt(b.length)
+          case 1 => 0
+          case 2 => b.length - 1
+          case _ => at(side)
+        }
+        at += side -> (offset + 1) % b.length
+        b.access(side, write, offset)
+    }
+  }
+
+  together("SyncManager", new SyncManagers(p))(
+    sides.flatMap { case (direction, text) =>
+      val (writer, reader) = if (direction == 4) (Side.Ecat, Side.Pdi) else (Side.Pdi, Side.Ecat)
+      def end(b: Bench)    = b.frame(good = true)
+      Seq(
+        check(s"SM-12 to SM-15, B-54: three buffers, $text: the reader gets the newest", direction) { b =>
+          assert(b.all(reader, write = false).forall(_.isEmpty), "nothing written yet")
+          for (n <- 0 until 5) {
+            assert(b.all(writer, write = true).forall(_.isDefined))
+            end(b)
+            if (n % 2 == 0) { b.all(writer, write = true); end(b) }
+            assert(b.all(reader, write = false).forall(_.isDefined))
+            end(b)
+          }
+        },
+        check(s"SM-16 to SM-20, B-54: mailbox, $text: full until it is read", direction | 2) { b =>
+          for (_ <- 0 until 3) {
+            assert(b.all(reader, write = false).forall(_.isEmpty), "empty")
+            assert(b.all(writer, write = true) == (0 until 4).map(Some(_)))
+            end(b)
+            assert(b.all(writer, write = true).forall(_.isEmpty), "full")
+            assert(b.all(reader, write = false) == (0 until 4).map(Some(_)))
+            end(b)
+          }
+        },
+        check(s"SM-01, B-54: $text: only the first byte opens", direction) { b =>
+          for (i <- Seq(3, 1, 2)) assert(b.access(writer, write = true, i).isEmpty)
+          assert(b.access(writer, write = true, 0).isDefined)
+          for (i <- Seq(3, 1, 2))
+            assert(b.access(writer, write = true, i).isDefined == (i == 3), "the last byte closes")
+          end(b)
+        },
+        check(s"SM-05, OP-11: $text: the wrong direction is denied", direction) { b =>
+          b.all(writer, write = true); end(b)
+          assert(b.all(writer, write = false).forall(_.isEmpty))
+          assert(b.all(reader, write = true).forall(_.isEmpty))
+          end(b)
+        },
+        check(s"B-53: one byte, $text: plain memory with events", direction, length = 1) { b =>
+          for (side <- Seq(writer, reader); write <- Seq(true, false)) {
+            assert(b.access(side, write, 0).contains(0))
+            end(b)
+          }
+        },
+        check(s"SM-01 to SM-28: three buffers, $text: random accesses of both sides", direction)(
+          random(1, 4000)
+        ),
+        check(s"SM-01 to SM-28: mailbox, $text: random accesses of both sides", direction | 2)(
+          random(2, 4000)
+        ),
+        check(s"B-53: one byte, $text: random accesses of both sides", direction, 1)(random(3, 1000)),
+        check(s"B-53: mailbox of one byte, $text: random accesses", direction | 2, 1)(random(4, 1000)),
+        check(s"SM-01 to SM-28: two bytes, $text: random accesses of both sides", direction, 2)(
+          random(5, 2000)
+        )
+      )
+    } ++ Seq(
+      check("SM-04, B-56: nothing more in the frame that closed the buffer", 0x04) { b =>
+        b.all(Side.Ecat, write = true)
+        for (i <- 0 until 4) assert(b.access(Side.Ecat, write = true, i).isEmpty)
+        b.frame(good = true)
+        assert(b.access(Side.Ecat, write = true, 0).isDefined)
+        b.frame(good = true)
+      },
+      check("FP-35, B-57: a bad frame hands nothing over, and its buffer must be opened anew", 0x04) { b =>
+        b.all(Side.Ecat, write = true)
+        b.frame(good = false)
+        assert(b.access(Side.Pdi, write = false, 0).isEmpty)
+        assert(b.access(Side.Ecat, write = true, 1).isEmpty)
+        b.frame(good = true)
+      },
+      check(
+        "SM-03: a buffer stays open from frame to frame, and through bad ones that do not touch it",
+        0x04
+      ) { b =>
+        b.access(Side.Ecat, write = true, 0)
+        b.frame(good = true)
+        b.frame(good = false)
+        assert(b.access(Side.Ecat, write = true, 1).isDefined)
+        b.frame(good = true)
+        assert(b.access(Side.Ecat, write = true, 3).isDefined)
+        b.frame(good = true)
+        assert(b.access(Side.Pdi, write = false, 0).isDefined)
+      }
+    ): _*
+  )
+}
