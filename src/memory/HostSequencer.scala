@@ -46,6 +46,8 @@ class HostSequencer(p: EscParams) extends Module {
     val scan = Module(new AreaScan(p.smIndexBits))
     scan.entry        := entry
     scan.entry.begins := RegNext(count === 0.U)
+    // What is switched on behind the search has no part in this access.
+    scan.entry.takesPart := entry.takesPart && count < 9.U
     scan.address      := address
     scan.result
   })
@@ -117,7 +119,7 @@ class HostSequencer(p: EscParams) extends Module {
     is(close) {
       when(!ecatActs) {
         opens  := inBuffer && single // begins and ends at once (B-53, B-58)
-        closes := inBuffer && area.last
+        closes := inBuffer && area.last && (single || view.pdiOpen) // unless it was reset meanwhile
         state  := next
       }
     }
