@@ -30,7 +30,7 @@ class HostSequencer(p: EscParams) extends Module {
     val idle, pass, scan, decide, choose, access, close, next = Value
   }
   import State._
-  private val state   = RegInit(idle)   // reset: no access
+  private val state = RegInit(idle) // reset: no access
   quiet := state === idle
   private val lane    = Reg(UInt((log2Ceil(lanes) max 1).W))
   private val data    = Reg(UInt((8 * lanes).W))
@@ -48,7 +48,7 @@ class HostSequencer(p: EscParams) extends Module {
     scan.entry.begins := RegNext(count === 0.U)
     // What is switched on behind the search has no part in this access.
     scan.entry.takesPart := entry.takesPart && count < 9.U
-    scan.address      := address
+    scan.address         := address
     scan.result
   })
   private val view   = areas.views(area.index)
@@ -118,7 +118,7 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(close) {
       when(!ecatActs) {
-        opens  := inBuffer && single // begins and ends at once (B-53, B-58)
+        opens  := inBuffer && single                                // begins and ends at once (B-53, B-58)
         closes := inBuffer && area.last && (single || view.pdiOpen) // unless it was reset meanwhile
         state  := next
       }

@@ -107,6 +107,21 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       }
     }
 
+    /** Called with the number of each cycle of an access. */
+    var during: Int => Unit = _ => ()
+
+    /** The first SyncManager is switched off (SM-28), on; the table knows at once. */
+    def switch(on: Boolean, area: Area): Unit = {
+      areas = if (on) Vector(area) else Vector.empty
+      dut.areas.views(0).works.poke(on)
+      dut.areas.views(0).locked.poke(false)
+      if (!on) { // the state is that of reset
+        dut.areas.views(0).pdiOpen.poke(false)
+        dut.areas.views(0).readerBuffer.poke(2)
+      }
+    }
+    def quiet: Boolean = dut.quiet.peek().litToBoolean
+
     private def access(write: Boolean, address: Int, mask: Int, data: BigInt): BigInt = {
       val h = dut.host
       h.req.poke(true)
@@ -118,6 +133,8 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       step()
       while (!h.ack.peek().litToBoolean) {
         assert(waited < 400, "no answer")
+        during(waited)
+        assert(!quiet || waited == 0, "B-59")
         dut.clock.step()
         step()
         waited += 1
@@ -216,7 +233,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       check("B-44: a wide access to a whole buffer opens it, touches every byte and closes") { b =>
         b.set(Area(0x1000 - lanes, lanes, ecatWrites = true), Area(0x1000, lanes, ecatWrites = true))
         b.read(0x1000)
-        assert(b.log.head == Touch(1, first = true, single = lanes == 1))
+        assert(b.log.contains(Touch(1, first = true, single = lanes == 1)))
         assert(b.log.last == Close(1) && b.log.size == 2 * lanes + 1)
       },
       check("B-54, OP-11: wrong direction: nothing moves, nothing is touched, zeros are read") { b =>
@@ -254,7 +271,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       check("B-53: one byte is plain memory in both directions, with events in one") { b =>
         b.set(Area(0x1002, 1, ecatWrites = true, reader = 2, mayOpen = false))
         assert(b.readByte(0x1002) == b.content(0x1002))
-        assert(b.log == Seq(Touch(0, first = true, single = true), b.memory(write = false, 0x1002), Close(0)))
+        assert(b.log == Seq(b.memory(write = false, 0x1002), Touch(0, first = true, single = true), Close(0)))
         b.writeByte(0x1002, 0x99)
         assert(b.content(0x1002) == 0x99 && b.log.drop(3) == Seq(b.memory(write = true, 0x1002)))
       },
@@ -269,6 +286,25 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
         b.open(ram = true)
         b.set(Area(0x2ffe, 0xd002, ecatWrites = true, reader = 1))
         assert(b.readByte(0x2ffe) == 0 && b.log == Seq(Touch(0, first = true)))
+      },
+      check("SM-28: switched off at any moment of a read: the byte of the buffer, or of plain memory") { b =>
+        val area = Area(0x1000, 4, ecatWrites = true, isOpen = true, reader = 1)
+        for (moment <- 0 until 18 * lanes; offset <- Seq(1, 3)) {
+          b.set(area)
+          b.during = n => if (n == moment) b.switch(on = false, area)
+          val found = b.readByte(0x1000 + offset)
+          assert(Set(b.content(0x1000 + offset), b.content(0x1004 + offset))(found), s"moment $moment")
+        }
+      },
+      check("B-50: switched on at any moment of a write: nothing is closed that was not opened") { b =>
+        val area = Area(0x1000, 4, ecatWrites = false, writer = 0)
+        for (moment <- 0 until 18 * lanes) {
+          b.set(area)
+          b.switch(on = false, area)
+          b.during = n => if (n == moment) b.switch(on = true, area)
+          b.writeByte(0x1003, 0x99)
+          assert(!b.log.contains(Close(0)), s"moment $moment")
+        }
       },
       check("B-58: the host's touching and closing keep out of ECAT's way") { b =>
         var n = 0
