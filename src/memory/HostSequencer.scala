@@ -27,7 +27,7 @@ class HostSequencer(p: EscParams) extends Module {
     val idle, pass, scan, decide, choose, access, close, next = Value
   }
   import State._
-  private val state   = RegInit(idle)   // reset: no access
+  private val state = RegInit(idle) // reset: no access
   quiet := state === idle
   private val lane    = Reg(UInt((log2Ceil(lanes) max 1).W))
   private val data    = Reg(UInt((8 * lanes).W))
@@ -117,7 +117,7 @@ class HostSequencer(p: EscParams) extends Module {
     is(close) {
       when(areas.granted) {
         opens  := inBuffer && single // begins and ends at once (B-53, B-58)
-        closes := inBuffer && area.last
+        closes := inBuffer && area.last && (single || view.pdiOpen) // unless it was reset meanwhile
         state  := next
       }
     }

@@ -130,11 +130,9 @@ class SyncManager extends Module {
       pdiOpens && !pdi.single && !state.pdiOpen,
       ecatOpens && !ecat.single && !state.ecatOpen
     )
-  // The PDI's buffer may have been taken from it meanwhile. A buffer of one byte is never open.
-  private val pdiCloses  = pdi.close && (pdi.single || state.pdiOpen)
-  private val writerDone = Mux(ecatWrites, ecatCloses, pdiCloses)
-  private val readerDone = Mux(ecatWrites, pdiCloses, ecatCloses)
-  private val single     = Mux(good, !state.ecatOpen, pdi.single)
+  private val writerDone = Mux(ecatWrites, ecatCloses, pdi.close)
+  private val readerDone = Mux(ecatWrites, pdi.close, ecatCloses)
+  private val single     = Mux(good, !state.ecatOpen, pdi.single) // a buffer of one byte is never open
   when(readerTakes) {
     after.reader := state.next
     after.next   := state.reader
@@ -157,7 +155,7 @@ class SyncManager extends Module {
   when(ecatOpens && !ecat.single) { after.ecatOpen := true.B }
   when(ecatCloses || (bad && state.touched)) { after.ecatOpen := false.B }
   when(pdiOpens && !pdi.single) { after.pdiOpen := true.B }
-  when(pdiCloses) { after.pdiOpen := false.B }
+  when(pdi.close) { after.pdiOpen := false.B }
   after.touched := (state.touched || ecat.touch) && !good && !bad
   after.began   := (state.began || ecatOpens) && !good && !bad
   after.closed  := (state.closed || ecat.close) && !good && !bad

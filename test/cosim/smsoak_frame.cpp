@@ -12,8 +12,8 @@ constexpr size_t kHeader = 10;
 constexpr int kBefore = 12, kAfter = 4;
 // From the last nibble to the end of the frame, to the first and last register write.
 constexpr int kEnd = 10, kCommit = 24;
-// To the end of a host access that was under way: start, and so much per byte of a word.
-constexpr int kRest = 12, kHostByte = 30;
+// To the end of a host access that is under way, per byte of a word.
+constexpr int kHostByte = 24;
 }  // namespace
 
 Datagram physical(bool read, bool write, unsigned address, Bytes data) {
@@ -120,7 +120,7 @@ void Frame::finish(const Core& core, uint64_t firstStep, const std::function<uns
   actions.push_back({Kind::frameEnds, ends - kBefore, ends + kEnd, good(), 0, -1, touched, step});
   last_ = ends + kCommit + commits.size();
   // The slave comes to rest (B-59) before, between or after its register writes.
-  const uint64_t rests = std::max(ends + kRest + core.lanes() * kHostByte, last_);
+  const uint64_t rests = last_ + core.lanes() * kHostByte;
   for (Action& c : commits) {
     actions.push_back({Kind::perhapsQuiet, ends - kBefore, rests, 0, 0, -1, 0x1ff, step});
     c.from = ends - kBefore, c.to = last_;

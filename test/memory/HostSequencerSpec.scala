@@ -61,7 +61,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       view.ecatOpen.poke(false)
       view.ecatMayOpen.poke(false)
       view.writerBuffer.poke(a.fold(0)(_.writer))
-      view.readerBuffer.poke(a.fold(0)(_.reader))
+      view.readerBuffer.poke(a.fold(2)(_.reader))
     }
     def open(ram: Boolean): Unit = dut.areas.ramOpen.poke(ram)
 
@@ -112,6 +112,16 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       }
     }
 
+    /** Called with the number of each cycle of an access. */
+    var during: Int => Unit = _ => ()
+
+    /** The first SyncManager is switched off (SM-28), on; the table knows at once. */
+    def switch(on: Boolean, area: Area): Unit = {
+      areas = if (on) Vector(area) else Vector.empty
+      isOpen = Vector(false) // the state is that of reset
+    }
+    def quiet: Boolean = dut.quiet.peek().litToBoolean
+
     private def access(write: Boolean, address: Int, mask: Int, data: BigInt): BigInt = {
       val h = dut.host
       h.req.poke(true)
@@ -123,6 +133,8 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       step()
       while (!h.ack.peek().litToBoolean) {
         assert(waited < 400, "no answer")
+        during(waited)
+        assert(!quiet || waited == 0, "B-59")
         dut.clock.step()
         step()
         waited += 1
@@ -221,7 +233,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       check("B-44: a wide access to a whole buffer opens it, touches every byte and closes") { b =>
         b.set(Area(0x1000 - lanes, lanes, ecatWrites = true), Area(0x1000, lanes, ecatWrites = true))
         b.read(0x1000)
-        assert(b.log.head == Touch(1, first = true, single = lanes == 1))
+        assert(b.log.contains(Touch(1, first = true, single = lanes == 1)))
         assert(b.log.last == Close(1) && b.log.size == 2 * lanes + 1)
       },
       check("B-54, OP-11: wrong direction: nothing moves, nothing is touched, zeros are read") { b =>
@@ -274,6 +286,25 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
         b.open(ram = true)
         b.set(Area(0x2ffe, 0xd002, ecatWrites = true, reader = 1))
         assert(b.readByte(0x2ffe) == 0 && b.log == Seq(Touch(0, first = true)))
+      },
+      check("SM-28: switched off at any moment of a read: the byte of the buffer, or of plain memory") { b =>
+        val area = Area(0x1000, 4, ecatWrites = true, isOpen = true, reader = 1)
+        for (moment <- 0 until 18 * lanes; offset <- Seq(1, 3)) {
+          b.set(area)
+          b.during = n => if (n == moment) b.switch(on = false, area)
+          val found = b.readByte(0x1000 + offset)
+          assert(Set(b.content(0x1000 + offset), b.content(0x1004 + offset))(found), s"moment $moment")
+        }
+      },
+      check("B-50: switched on at any moment of a write: nothing is closed that was not opened") { b =>
+        val area = Area(0x1000, 4, ecatWrites = false, writer = 0)
+        for (moment <- 0 until 18 * lanes) {
+          b.set(area)
+          b.switch(on = false, area)
+          b.during = n => if (n == moment) b.switch(on = true, area)
+          b.writeByte(0x1003, 0x99)
+          assert(!b.log.contains(Close(0)), s"moment $moment")
+        }
       },
       check("B-58: the host's touching and closing keep out of ECAT's way") { b =>
         var n = 0

@@ -433,8 +433,8 @@ class SiiBench(dut: SiiController, p: EscParams) extends Assertions {
     configuration = Map.empty
     line = Vector(true, true)
     asked = None
-    dut.sda.poke(true)
-    dut.twoByte.poke(false)
+    dut.lines.get.sda.poke(true)
+    dut.lines.get.twoByte.poke(false)
     dut.writeLow.valid.poke(false)
     dut.writeHigh.valid.poke(false)
     dut.byHost.poke(false)
@@ -453,11 +453,11 @@ class SiiBench(dut: SiiController, p: EscParams) extends Assertions {
 
   /** One core cycle. */
   def step(): Unit = {
-    val scl = !dut.sclLow.peek().litToBoolean
-    val sda = !dut.sdaLow.peek().litToBoolean
+    val scl = !dut.lines.get.sclLow.peek().litToBoolean
+    val sda = !dut.lines.get.sdaLow.peek().litToBoolean
     eeprom.step(scl, sda && !eeprom.pulls)
     line = line.tail :+ (sda && !eeprom.pulls)
-    dut.sda.poke(line.head)
+    dut.lines.get.sda.poke(line.head)
 
     dut.data.valid.poke(asked.isDefined)
     dut.data.bits.poke(asked.fold(0xee)(ram))
@@ -501,7 +501,7 @@ class SiiBench(dut: SiiController, p: EscParams) extends Assertions {
   def boot(start: Seq[Int], two: Boolean = false, set: I2cEeprom => Unit = _ => ()): Unit = {
     eeprom = new I2cEeprom(memory(start, two), two)
     set(eeprom)
-    dut.twoByte.poke(two)
+    dut.lines.get.twoByte.poke(two)
     finish()
   }
   def replace(start: Seq[Int]): Unit = start.copyToArray(eeprom.content)
