@@ -72,6 +72,10 @@ class SlaveController(p: EscParams) extends Module {
   /** LEDs, high = lit. */
   val led = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
 
+  /** Digital outputs: their levels, and whether they are driven (SM-26). */
+  val digital_output        = Option.when(p.digitalOutputs > 0)(IO(Output(UInt((8 * p.digitalOutputs).W))))
+  val digital_output_driven = Option.when(p.digitalOutputs > 0)(IO(Output(Bool())))
+
   private val portNumbers = 0 until p.ports
   private val ready       = Wire(Bool()) // register RAM cleared after reset: frames may come
   phy_reset_n := !reset.asBool
@@ -154,6 +158,8 @@ class SlaveController(p: EscParams) extends Module {
     if (y < p.ports) Seq(links(y), loops.reportClosed(y)) else Seq(false.B, true.B)
   } ++ (3 to 0 by -1).map(y => if (y < p.ports) links(y) else false.B) ++ Seq(false.B, false.B, operational))
   processor.config.ecatEvents := local.application(irq, dlStatus)
+  digital_output.foreach(_ := value.uint("digital_output"))
+  digital_output_driven.foreach(_ := operational && local.processDataRuns)
   led.foreach(local.leds(_, links, receivers.zip(transmitters).map { case (r, t) => !r.idle || t.txEn }))
 
   // Loop control.

@@ -30,6 +30,9 @@ class ControllerUnderTest(p: EscParams) extends Module {
   val eepromLoaded = Option.when(p.hasSii)(IO(Output(Bool())))
   val led          = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
 
+  val outputs       = Option.when(p.digitalOutputs > 0)(IO(Output(UInt((8 * p.digitalOutputs).W))))
+  val outputsDriven = Option.when(p.digitalOutputs > 0)(IO(Output(Bool())))
+
   private val dut = Module(new SlaveController(p))
   irq             := dut.irq.getOrElse(false.B)
   dut.phy_clk_ref := false.B
@@ -40,6 +43,8 @@ class ControllerUnderTest(p: EscParams) extends Module {
   sii.foreach(dut.sii.get <> _)
   eepromLoaded.foreach(_ := dut.eeprom_loaded.get)
   led.foreach(_ := dut.led.get)
+  outputs.foreach(_ := dut.digital_output.get)
+  outputsDriven.foreach(_ := dut.digital_output_driven.get)
   for (y <- 0 until p.ports) {
     dut.mii(y).rx_clk := rxClock(y).asClock
     dut.mii(y).rx_dv  := rxDv(y)
@@ -172,6 +177,8 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   }
   def advanceUs(us: Int): Unit = idle(us * 25)
 
+  def outputs: Option[Int] =
+    Option.when(dut.outputsDriven.get.peek().litToBoolean)(dut.outputs.get.peek().litValue.toInt)
   def interrupt: Boolean = dut.irq.peek().litToBoolean
 
   /** Symbols with RX_ER outside a frame. */

@@ -125,6 +125,9 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   private val watchdogExpired    = WireDefault(false.B)
   private val pdiWatchdogExpired = WireDefault(false.B)
 
+  /** The process data watchdog has not expired. */
+  val processDataRuns: Bool = WireDefault(true.B)
+
   /** Connects application layer and watchdogs; the result: the events for the IRQ field of datagrams. */
   def application(irq: Option[Bool], dlStatus: UInt): UInt =
     if (!p.hasApplicationLayer) noEvents
@@ -216,6 +219,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       memory.event.pulse("watchdog_count_process_data") := processData.expired
       memory.event.pulse("watchdog_count_pdi")          := pdi.expired
       watchdogExpired                                   := processData.expired
+      processDataRuns                                   := processData.running
       pdiWatchdogExpired                                := pdi.expired
       val event = RegInit(false.B).suggestName("watchdog_event") // reset: no event
       when(hostReads(0x440) || hostReads(0x441)) { event := false.B }

@@ -39,7 +39,7 @@ class Mapped extends Bundle {
 class Fmmus(p: EscParams) extends Module {
   private val n = p.fmmus
 
-  val write = IO(Input(Valid(new RegisterWrite(p.lanes))))
+  val write = IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites))))
   val index = IO(Input(UInt(3.W)))
 
   /** The logical address *behind* the byte; bit 32: beyond the last one. */

@@ -72,6 +72,7 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes)
   memory.writeAddress := address(15, 0)
   memory.writeMask    := wordMask
   memory.writeData    := wordData
+  memory.writeBits    := 0xff.U
   if (lanes > 1) {
     when(flush) { gatheredMask := 0.U }.elsewhen(accept) { gatheredMask := wordMask }
     when(accept) { gatheredData := wordData }

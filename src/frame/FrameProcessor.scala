@@ -61,7 +61,7 @@ class FrameProcessor(p: EscParams) extends Module {
   private val access     = translated.getOrElse(Module(new DataAccess(p.lanes, p.cyclesPerNibble)))
 
   /** Register writes as they take effect, for the FMMUs. */
-  val registerWrite = Option.when(p.translates)(IO(Input(Valid(new RegisterWrite(p.lanes)))))
+  val registerWrite = Option.when(p.translates)(IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites)))))
   val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
 
   /** The buffers of a good frame have changed hands. */

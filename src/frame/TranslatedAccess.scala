@@ -25,7 +25,7 @@ import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan}
   */
 class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   require(p.cyclesPerNibble >= 4, "eight core cycles per byte")
-  val registerWrite = IO(Input(Valid(new RegisterWrite(p.lanes))))
+  val registerWrite = IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites))))
   val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
 
   private val bitwise  = p.hasBitwiseFmmus
@@ -298,6 +298,7 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   memory.writeAddress := written.address(15, 0)
   memory.writeMask    := UIntToOH(lane(written.address), p.lanes)
   memory.writeData    := Fill(p.lanes, written.data)
+  memory.writeBits    := written.mask
 
   // The byte addressed decides on the access, not the one in the buffer (B-52).
   areas.foreach { port =>

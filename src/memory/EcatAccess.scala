@@ -36,6 +36,9 @@ class EcatAccess(lanes: Int) extends Bundle {
   val writeMask    = Output(UInt(lanes.W))
   val writeData    = Output(UInt((8 * lanes).W))
 
+  /** Bits of each byte that are written, where that is possible (FMMU-10); else all. */
+  val writeBits = Output(UInt(8.W))
+
   /** The frame ended without error: let its register writes take effect. */
   val commit = Output(Bool())
 }

@@ -37,7 +37,7 @@ class EscMemory(p: EscParams) extends Module {
   /** A register write of a frame or the host takes effect in this cycle; for units that react to the writing
     * itself.
     */
-  val registerWrite = IO(Output(Valid(new RegisterWrite(lanes))))
+  val registerWrite = IO(Output(Valid(new RegisterWrite(lanes, p.hasBitWrites))))
 
   /** That write comes from the host. */
   val registerWriteByHost = IO(Output(Bool()))
@@ -122,7 +122,7 @@ class EscMemory(p: EscParams) extends Module {
   )
 
   // Register writes: those of frames from the log, then the host's.
-  private val log        = Module(new WriteLog(lanes, p.writeLogDepth))
+  private val log        = Module(new WriteLog(lanes, p.writeLogDepth, p.hasBitWrites))
   private val ecatTarget = target(ecat.writeAddress, false.B)
   log.frameStart         := ecat.frameStart
   log.commit             := ecat.commit
@@ -131,6 +131,7 @@ class EscMemory(p: EscParams) extends Module {
   log.write.bits.address := ecat.writeAddress(11, laneBits)
   log.write.bits.mask    := ecat.writeMask
   log.write.bits.data    := ecat.writeData
+  log.write.bits.bits    := Fill(lanes, ecat.writeBits)
   ecat.logFull           := log.full
   commitStarts           := log.replayStarts
 
@@ -160,10 +161,11 @@ class EscMemory(p: EscParams) extends Module {
 
   // One register between the log's block RAM, which is slow to answer, and the decode of the registers.
   private lazy val unitWrites = unitWrite.fire || !isClear
-  private val nextWrite       = Wire(Valid(new RegisterWrite(lanes)))
+  private val nextWrite       = Wire(Valid(new RegisterWrite(lanes, p.hasBitWrites)))
   unitWrite.ready := isClear && !log.replay.valid && !registerWrite.valid && !ramWrite.valid
   nextWrite.valid := log.replay.valid || unitWrites || (hostWrite && hostTarget.register)
   nextWrite.bits  := log.replay.bits
+  when(!log.replay.valid) { nextWrite.bits.bits := Fill(8 * lanes, true.B) }
   when(unitWrites) {
     val address = Mux(isClear, unitWrite.bits.address, clearing0)
     nextWrite.bits.address := address >> laneBits
@@ -220,6 +222,7 @@ class EscMemory(p: EscParams) extends Module {
   file.writeAddress := registerWrite.bits.address
   file.writeMask    := registerWrite.bits.mask
   file.writeData    := registerWrite.bits.data
+  file.writeBits.foreach(_ := registerWrite.bits.bits)
 
   private val hostToRam = hostWrite && hostTarget.ram
   when(ecatToRam) {

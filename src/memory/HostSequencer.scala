@@ -88,7 +88,7 @@ class HostSequencer(p: EscParams) extends Module {
       lane  := 0.U
       count := 0.U
       data  := 0.U
-      when(host.req) { state := Mux(host.addr >= 0xf80.U, scan, pass) }
+      when(host.req) { state := Mux(areas.acts(host.addr), scan, pass) }
     }
     is(pass) {
       host.ack := memory.ack

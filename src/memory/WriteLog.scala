@@ -3,11 +3,16 @@ package flyframe.memory
 import chisel3._
 import chisel3.util._
 
-/** One logged register write: a word address, the bytes of it that are written, and the word. */
-class RegisterWrite(lanes: Int) extends Bundle {
+/** One logged register write: a word address, the bytes of it that are written, and the word.
+  *
+  * @param bitWrites
+  *   some registers are written bit by bit
+  */
+class RegisterWrite(lanes: Int, bitWrites: Boolean) extends Bundle {
   val address = UInt((12 - log2Ceil(lanes)).W) // word address
   val mask    = UInt(lanes.W)
   val data    = UInt((8 * lanes).W)
+  val bits    = UInt((if (bitWrites) 8 * lanes else 0).W)
 
   /** Address of the first byte. */
   def byteAddress: UInt = Cat(address, 0.U(log2Ceil(lanes).W))
@@ -45,10 +50,12 @@ class UnitWrite extends Bundle {
   *   bytes per word
   * @param depth
   *   most register bytes of one frame
+  * @param bitWrites
+  *   see [[RegisterWrite]]
   */
-class WriteLog(lanes: Int, depth: Int) extends Module {
+class WriteLog(lanes: Int, depth: Int, bitWrites: Boolean = false) extends Module {
   val frameStart = IO(Input(Bool()))
-  val write      = IO(Input(Valid(new RegisterWrite(lanes))))
+  val write      = IO(Input(Valid(new RegisterWrite(lanes, bitWrites))))
   val commit     = IO(Input(Bool()))
 
   /** A register byte was accepted. */
@@ -58,7 +65,7 @@ class WriteLog(lanes: Int, depth: Int) extends Module {
   val full = IO(Output(Bool()))
 
   /** The writes, when they take effect. */
-  val replay = IO(Output(Valid(new RegisterWrite(lanes))))
+  val replay = IO(Output(Valid(new RegisterWrite(lanes, bitWrites))))
 
   /** Entries are still to be played. */
   val busy = IO(Output(Bool()))
@@ -95,7 +102,7 @@ class WriteLog(lanes: Int, depth: Int) extends Module {
   }
   ram.io.readAddress := inLog(next)
   replay.valid       := RegNext(reading && !commit, false.B)
-  replay.bits        := ram.io.readData.asTypeOf(new RegisterWrite(lanes))
+  replay.bits        := ram.io.readData.asTypeOf(new RegisterWrite(lanes, bitWrites))
   replayStarts       := commit
   busy               := reading
 }

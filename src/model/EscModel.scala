@@ -85,6 +85,9 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
     advanceLoops(ms)
   }
 
+  /** The levels of the digital outputs, while they are driven (SM-26). */
+  def outputs: Option[Int] = space.outputs
+
   /** The same for times too short to matter to loop settings. */
   def advanceUs(us: Int): Unit = {
     space.watchdogs.foreach(_.advance(us * 25L))

@@ -30,7 +30,7 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
     )
   )
   val syncManagers: SyncManagerBank =
-    new SyncManagerBank(p.syncManagers, registers, isMemory, () => watchdogs.foreach(_.processData.trigger()))
+    new SyncManagerBank(p.syncManagers, registers, a => isMemory(a) || isOutput(a), () => watchdogs.foreach(_.processData.trigger()))
   private val sii = Option.when(p.hasSii)(
     new SiiModel(registers, eeprom, p.hasEmulation, () => pdiOperational, () => pdiOperational = true)
   )
@@ -55,17 +55,23 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
     (address >= RegisterMap.UserRamStart && address < RegisterMap.ProcessRamStart) ||
       (pdiOperational && address >= RegisterMap.ProcessRamStart && address < RegisterMap.ProcessRamStart + p.ramBytes)
 
-  /** Where an access to an address behind the registers goes; None: nowhere, or it is denied. */
-  private def memoryAddress(side: Side, write: Boolean, address: Int): Option[Int] =
+  /** Digital outputs are the one register that SyncManagers act on (SM-26). */
+  private def isOutput(address: Int): Boolean =
+    p.digitalOutputs > 0 && address >= RegisterMap.DigitalOutputs && address < RegisterMap.DigitalOutputs + 4
+  private def isManaged(address: Int): Boolean = address >= RegisterMap.firstManaged(p)
+
+  /** Where an access leads after the SyncManagers: an address, or nowhere if it is denied or absent. */
+  private def passed(side: Side, write: Boolean, address: Int): Option[Int] =
     if (address > 0xffff) None
+    else if (!isManaged(address)) Some(address)
     else
       syncManagers.owner(address) match {
         case Some(manager) => manager.access(side, write, address)
-        case None          => Option.when(isMemory(address))(address)
+        case None          => Option.when(isMemory(address) || isOutput(address))(address)
       }
 
-  private def store(address: Int, byte: Int, byHost: Boolean): Unit = {
-    registers.write(address, byte)
+  private def store(address: Int, byte: Int, bits: Int, byHost: Boolean): Unit = {
+    registers.write(address, byte, bits)
     registers.register(address).foreach(r => units.foreach(_.written(r, address, byte, byHost)))
   }
 
@@ -74,25 +80,26 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
   /** A byte as the host reads it, with what reading does; 0 where nothing is, or if it is denied. */
   def hostRead(address: Int): Int = {
     watchdogs.foreach(_.pdi.trigger())
-    val value =
-      if (address >= RegisterMap.UserRamStart)
-        memoryAddress(Side.Pdi, write = false, address).fold(0)(memory(_))
-      else if (!registers.pdi(address).readable) 0
+    val value = passed(Side.Pdi, write = false, address).fold(0) { at =>
+      if (isMemory(at)) memory(at)
+      else if (!registers.pdi(at).readable) 0
       else {
-        val byte = registers.byte(address)
-        registers.register(address).foreach(r => units.foreach(_.readByHost(r)))
+        val byte = registers.byte(at)
+        registers.register(at).foreach(r => units.foreach(_.readByHost(r)))
         byte
       }
+    }
     watch()
     value
   }
 
   def hostWrite(address: Int, byte: Int): Unit = {
     watchdogs.foreach(_.pdi.trigger())
-    if (address >= RegisterMap.UserRamStart)
-      memoryAddress(Side.Pdi, write = true, address).foreach(memory(_) = byte)
-    else if (registers.pdi(address).writable && allowed(registers.register(address).flatMap(_.pdiGuard)))
-      store(address, byte, byHost = true)
+    passed(Side.Pdi, write = true, address).foreach { at =>
+      if (isMemory(at)) memory(at) = byte
+      else if (registers.pdi(at).writable && allowed(registers.register(at).flatMap(_.pdiGuard)))
+        store(at, byte, 0xff, byHost = true)
+    }
     watch()
   }
 
@@ -106,30 +113,30 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
 
   /** The frame that now enters the processing unit. */
   class Frame extends AddressSpace {
-    private var pending = Vector.empty[(Int, Int)]
+    private var pending = Vector.empty[(Int, Int, Int)]
     private var read    = Set.empty[Int]
     syncManagers.frameStarts()
 
-    def read(address: Int): Option[Int] =
-      if (address >= RegisterMap.UserRamStart)
-        memoryAddress(Side.Ecat, write = false, address).map(memory(_))
+    def read(address: Int): Option[Int] = passed(Side.Ecat, write = false, address).flatMap { at =>
+      if (isMemory(at)) Some(memory(at))
       else
-        Option.when(registers.ecat(address).readable) {
-          read += address
-          registers.byte(address)
+        Option.when(registers.ecat(at).readable) {
+          read += at
+          registers.byte(at)
         }
+    }
 
-    def claim(address: Int): Option[Int => Boolean] =
-      if (address >= RegisterMap.UserRamStart)
-        memoryAddress(Side.Ecat, write = true, address).map(to => (byte: Int) => { memory(to) = byte; true })
-      else
-        Option.when(
-          registers.ecat(address).writable && allowed(registers.register(address).flatMap(_.ecatGuard))
-        ) { byte =>
-          val may = pending.size < p.writeLogDepth // B-17
-          if (may) pending :+= address -> byte
-          may
-        }
+    def claim(address: Int): Option[(Int, Int) => Boolean] =
+      passed(Side.Ecat, write = true, address).flatMap { at =>
+        if (isMemory(at)) Some((byte, _) => { memory(at) = byte; true })
+        else
+          Option.when(registers.ecat(at).writable && allowed(registers.register(at).flatMap(_.ecatGuard))) {
+            (byte: Int, bits: Int) =>
+              val may = pending.size < p.writeLogDepth // B-17
+              if (may) pending :+= (at, byte, if (isOutput(at)) bits else 0xff)
+              may
+          }
+      }
 
     override def closings(): () => Unit = {
       val due = syncManagers.managers.filter(_.takeClosing())
@@ -142,12 +149,16 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
       if (!good) Nil
       else {
         read.flatMap(registers.register(_)).foreach(r => units.foreach(_.readByEcat(r)))
-        pending.foreach { case (address, byte) => store(address, byte, byHost = false) }
+        pending.foreach { case (address, byte, bits) => store(address, byte, bits, byHost = false) }
         sii.foreach(_.frameEnds())
         pending.map(_._1)
       }
     }
   }
+
+  /** Digital outputs are driven while the process data watchdog runs (SM-26, WD-05). */
+  def outputs: Option[Int] =
+    Option.when(pdiOperational && watchdogs.forall(_.processData.running))(registers.value("digital_output"))
 
   /** What goes into the IRQ field of datagrams (B-43). */
   def ecatEvents: Int = if (p.hasApplicationLayer) word(0x0210) & word(0x0200) else 0

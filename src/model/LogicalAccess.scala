@@ -14,7 +14,14 @@ class LogicalAccess(start: Long, length: Int, fmmus: Seq[FmmuModel], space: Addr
   /** A local byte that the next logical byte has bits of, too. */
   private case class Open[T](fmmu: FmmuModel, address: Int, found: T)
   private var reading: Option[Open[Option[Int]]]                    = None
-  private var writing: Option[Open[(Option[Int => Boolean], Int)]] = None
+  private var writing: Option[Open[Collected]]   = None
+
+  /** Bits of a local byte that have come, and what stores them. */
+  private case class Collected(claim: Option[(Int, Int) => Boolean], value: Int = 0, bits: Int = 0) {
+    def and(m: MappedByte, byte: Int): Collected =
+      copy(value = value | m.toLocal(byte), bits = bits | m.toLocal(0xff))
+    def store(): Boolean = claim.exists(_(value, bits))
+  }
 
   /** The local bytes that byte `i` asks for: its own, and the first one that byte `i + 1` needs early. */
   private def asked(among: Seq[FmmuModel], i: Int): Option[(FmmuModel, Seq[MappedByte])] = {
@@ -46,13 +53,13 @@ class LogicalAccess(start: Long, length: Int, fmmus: Seq[FmmuModel], space: Addr
       val covered = i >= 0 && fmmu.covers(start + i)
       val bytes = places.map { m =>
         val before = writing.collect { case Open(f, address, found) if (f eq fmmu) && address == m.address => found }
-        val (claim, value) = before.getOrElse((space.claim(m.address), 0))
-        m -> (claim, if (covered) value | m.toLocal(byte) else value)
+        val collected = before.getOrElse(Collected(space.claim(m.address)))
+        m -> (if (covered) collected.and(m, byte) else collected)
       }
       // The upper one waits for its other bits, if there are any.
       val waits = !covered || (fmmu.isShifted && !fmmu.isLast(start + i) && i + 1 < length)
       val (now, later) = if (waits) (bytes.dropRight(1), bytes.lastOption) else (bytes, None)
       writing = later.map { case (m, found) => Open(fmmu, m.address, found) }
-      now.map { case (_, (claim, value)) => claim.exists(store => store(value)) }.contains(true)
+      now.map { case (_, collected) => collected.store() }.contains(true)
     }
 }

@@ -42,16 +42,16 @@ class ModelRegisters(p: EscParams, status: String => Int) {
     (whole >> (8 * (address - r.address)) & 0xff).toInt
   }
 
-  /** A write takes effect. */
-  def write(address: Int, byte: Int): Unit = register(address).foreach { r =>
+  /** A write takes effect, for the bits in `mask` of the byte. */
+  def write(address: Int, byte: Int, mask: Int = 0xff): Unit = register(address).foreach { r =>
     val first = 8 * (address - r.address) // lowest bit of this byte in the register
     r.fields.foreach { f =>
       f.source match {
         case Source.Stored(_) | Source.Ram =>
-          for (bit <- f.low to f.high if bit >= first && bit < first + 8) {
-            val mask = 1L << (bit - f.low)
+          for (bit <- f.low to f.high if bit >= first && bit < first + 8 && (mask >> (bit - first) & 1) == 1) {
+            val here = 1L << (bit - f.low)
             val one  = (byte >> (bit - first) & 1) == 1
-            values(f.name) = if (one) values(f.name) | mask else values(f.name) & ~mask
+            values(f.name) = if (one) values(f.name) | here else values(f.name) & ~here
           }
         case Source.Counter(group) => clear(group)
         case _                     =>

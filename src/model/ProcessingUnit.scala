@@ -9,12 +9,12 @@ trait AddressSpace {
   /** ECAT writes a byte; false if it may not. Memory changes at once, registers when the frame has ended
     * well.
     */
-  def write(address: Int, byte: Int): Boolean = claim(address).exists(store => store(byte))
+  def write(address: Int, byte: Int): Boolean = claim(address).exists(store => store(byte, 0xff))
 
-  /** ECAT wants to write a byte: None if it may not, else what writes it, which gives false if it may not after
-    * all.
+  /** ECAT wants to write a byte: None if it may not, else what writes it, given the byte and the bits of it
+    * that count (FMMU-10). That gives false if it may not after all.
     */
-  def claim(address: Int): Option[Int => Boolean]
+  def claim(address: Int): Option[(Int, Int) => Boolean]
 
   /** What reading has closed since this was asked last; to be carried out when the byte passes for which it
     * was read.

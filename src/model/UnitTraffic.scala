@@ -59,7 +59,12 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
       write(base, EtherCatFrame.little(start) ++ EtherCatFrame.little(length) ++ Seq(mode, 0, enable, 0))
     } else {
       val start = pick(
-        Seq(random.nextInt(0x10000), RegisterMap.ProcessRamStart + p.ramBytes - random.nextInt(24), 0xfff8)
+        Seq(
+          random.nextInt(0x10000),
+          RegisterMap.ProcessRamStart + p.ramBytes - random.nextInt(24),
+          RegisterMap.DigitalOutputs + random.nextInt(5),
+          0xfff8
+        )
       )
       val length = pick(Seq(0, 1, 2, 7, 0xffff, random.nextInt(0x10000), random.nextInt(64)))
       write(
@@ -117,6 +122,7 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
             Seq(
               RegisterMap.ProcessRamStart + random.nextInt(p.ramBytes max 1),
               RegisterMap.UserRamStart + random.nextInt(128),
+              RegisterMap.DigitalOutputs + random.nextInt(5),
               random.nextInt(0x14),
               0x0600 + random.nextInt(0x300),
               0xfffc + random.nextInt(4)

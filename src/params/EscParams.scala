@@ -20,6 +20,7 @@ final case class EscParams(
     applicationLayer: Int = 0,
     watchdogs: Int = 0,
     leds: Int = 0,
+    digitalOutputs: Int = 0,
     sii: Int = 0,
     siiClockKhz: Int = 400,
     siiStartUs: Int = 100,
@@ -66,6 +67,9 @@ final case class EscParams(
 
   /** RUN, ERR and link/activity LED outputs are built. */
   def hasLeds: Boolean = leds == 1
+
+  /** Some registers are written bit by bit (FMMU-10). */
+  def hasBitWrites: Boolean = hasBitwiseFmmus && digitalOutputs > 0
 
   /** The SII interface is built: with an I2C EEPROM, or with one that the host emulates (SII-21). */
   def hasSii: Boolean       = sii > 0
@@ -179,6 +183,12 @@ object ParamTable {
     info("leds", "1: outputs for RUN, ERR and link/activity LEDs", "switch", between(0, 1))(_.leds)((p, v) =>
       p.copy(leds = v)
     ),
+    info(
+      "digitalOutputs",
+      "digital outputs behind a bus-driven register, 0x0F00 on, driven while the process data watchdog runs",
+      "bytes",
+      between(0, 4)
+    )(_.digitalOutputs)((p, v) => p.copy(digitalOutputs = v)),
     info(
       "sii",
       "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM; 2 emulated by the host",

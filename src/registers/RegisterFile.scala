@@ -58,6 +58,9 @@ class RegisterFile(p: EscParams) extends Module {
   val writeMask    = IO(Input(UInt(lanes.W)))
   val writeData    = IO(Input(UInt((8 * lanes).W)))
 
+  /** Bits that are written, where there are registers that are written bit by bit (FMMU-10). */
+  val writeBits = Option.when(p.hasBitWrites)(IO(Input(UInt((8 * lanes).W))))
+
   /** Present values of the stored fields. */
   val value = IO(Output(record { case f @ Field(_, _, _, Source.Stored(_), _, _) => UInt(f.width.W) }))
 
@@ -74,9 +77,17 @@ class RegisterFile(p: EscParams) extends Module {
   private def writes(byteAddress: Int): Bool =
     write && writeAddress === (byteAddress >> laneBits).U && writeMask(byteAddress % lanes)
 
-  private def writtenByte(byteAddress: Int): UInt = {
+  private def ofLane(word: UInt, byteAddress: Int): UInt = {
     val lane = byteAddress % lanes
-    writeData(8 * lane + 7, 8 * lane)
+    word(8 * lane + 7, 8 * lane)
+  }
+
+  /** The byte to store in place of `old`. */
+  private def writtenByte(byteAddress: Int, old: UInt): UInt = writeBits match {
+    case Some(bits) if byteAddress >= RegisterMap.DigitalOutputs =>
+      val mask = ofLane(bits, byteAddress)
+      (ofLane(writeData, byteAddress) & mask) | (old & ~mask)
+    case _ => ofLane(writeData, byteAddress)
   }
 
   private def storage(register: Register, field: Field): UInt = {
@@ -85,11 +96,9 @@ class RegisterFile(p: EscParams) extends Module {
     val parts = (field.low / 8 to field.high / 8).map { byte =>
       val (high, low) = (field.high min 8 * byte + 7, field.low max 8 * byte)
       val address     = register.address + byte
-      Mux(
-        writes(address),
-        writtenByte(address)(high - 8 * byte, low - 8 * byte),
-        flipFlops(high - field.low, low - field.low)
-      )
+      val old         = flipFlops(high - field.low, low - field.low)
+      val oldByte     = (old << (low - 8 * byte)).pad(8)(7, 0)
+      Mux(writes(address), writtenByte(address, oldByte)(high - 8 * byte, low - 8 * byte), old)
     }
     flipFlops := Cat(parts.reverse)
     field.source match {

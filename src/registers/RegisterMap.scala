@@ -12,6 +12,12 @@ object RegisterMap {
   /** First byte of user RAM (GEN-04). */
   val UserRamStart = 0x0f80
 
+  /** Digital outputs: the one register that SyncManagers act on and that is written bit by bit. */
+  val DigitalOutputs = 0x0f00
+
+  /** First address that SyncManagers act on (B-52). */
+  def firstManaged(p: EscParams): Int = if (p.digitalOutputs > 0) DigitalOutputs else UserRamStart
+
   /** First byte of process data RAM (GEN-04). */
   val ProcessRamStart = 0x1000
 
@@ -628,6 +634,25 @@ object RegisterMap {
     )
   }
 
+  private def digitalOutputs(p: EscParams) = Register(
+    "digital_output",
+    "Digital I/O output data",
+    DigitalOutputs,
+    4,
+    ReadWrite,
+    Read,
+    "SM-26, PDI-11",
+    Seq(
+      field(
+        "digital_output",
+        8 * p.digitalOutputs - 1,
+        0,
+        Stored(),
+        "Outputs, driven while the process data watchdog runs; single bits can be written through an FMMU"
+      )
+    )
+  )
+
   private def fmmu(p: EscParams, n: Int) = {
     def part(name: String, title: String, offset: Int, bytes: Int, bits: Int, meaning: String) = Register(
       s"fmmu${n}_$name",
@@ -773,6 +798,7 @@ object RegisterMap {
         (if (p.hasWatchdogs) watchdogs else Nil) ++
         (if (p.hasLeds) leds else Nil) ++
         (if (p.hasSii) sii(p) else Nil) ++
+        (if (p.digitalOutputs > 0) Seq(digitalOutputs(p)) else Nil) ++
         (0 until p.fmmus).flatMap(fmmu(p, _)) ++
         (0 until p.syncManagers).flatMap(syncManager(p, _))).sortBy(_.address)
     registers.zip(registers.drop(1)).foreach { case (a, b) =>

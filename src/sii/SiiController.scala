@@ -134,7 +134,8 @@ class SiiController(p: EscParams) extends Module {
   pdiMayWrite   := ownedByPdi && state === idle
   writeEnable   := enable || taken
   waits         := state === serve
-  command       := Mux(state === idle, 0.U, running)
+  // A host that looks whether there is something to do must not see a command too early.
+  command       := Mux(if (p.hasEmulation) waits else busy, running, 0.U)
   checksumError := badSum
   notLoaded     := unloaded
   commandError  := noAck

@@ -32,16 +32,19 @@ class AreaPort(p: EscParams) extends Bundle {
   val ramOpen = Output(Bool())
 
   /** SyncManagers act on `address`; there is memory (B-52). */
-  def acts(address: UInt): Bool = address >= RegisterMap.UserRamStart.U
-  def exists(address: UInt): Bool =
-    address < RegisterMap.ProcessRamStart.U || (ramOpen && address < (RegisterMap.ProcessRamStart + p.ramBytes).U)
+  def acts(address: UInt): Bool = address >= RegisterMap.firstManaged(p).U
+  def exists(address: UInt): Bool = Mux(
+    address < RegisterMap.ProcessRamStart.U,
+    address(7) || (p.digitalOutputs > 0).B && !address(6, 2).orR, // user RAM; digital outputs
+    ramOpen && address < (RegisterMap.ProcessRamStart + p.ramBytes).U
+  )
 }
 
 /** All SyncManagers with their configuration (0x0800 on) and events. */
 class SyncManagers(p: EscParams) extends Module {
   private val n = p.syncManagers
 
-  val write = IO(Input(Valid(new RegisterWrite(p.lanes))))
+  val write = IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites))))
   val ecat  = IO(new AreaPort(p))
   val pdi   = IO(new AreaPort(p))
 

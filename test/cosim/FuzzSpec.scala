@@ -11,7 +11,7 @@ class FuzzSpec extends AnyFlatSpec {
   private val min                             = preset("cyclone4-min")
 
   // The EEPROM's answers take time, which the model does not know: the RAM is opened by pin.
-  private val complete = preset("slave").copy(preset = "complete", sii = 0)
+  private val complete = preset("slave").copy(preset = "complete", sii = 0, digitalOutputs = 4)
 
   // Presets, and every core clock with another bus width.
   private val plan: Seq[(EscParams, Int)] = Seq(
@@ -24,6 +24,7 @@ class FuzzSpec extends AnyFlatSpec {
       dataBusWidth = 32,
       fmmus = 16,
       syncManagers = 16,
+      digitalOutputs = 2,
       ports = 3
     ) -> 10000,
     complete.copy(
@@ -31,6 +32,7 @@ class FuzzSpec extends AnyFlatSpec {
       dataBusWidth = 16,
       fmmus = 3,
       fmmuBitwise = 0,
+      digitalOutputs = 3,
       syncManagers = 2,
       ramKiB = 1,
       watchdogs = 0,

@@ -14,7 +14,7 @@ class FmmuModelSpec extends AnyFlatSpec {
     val content: Array[Int]         = Array.fill(0x10000)(0)
     var written: Vector[(Int, Int)] = Vector.empty
     def read(address: Int)          = Option.when(address < limit)(content(address))
-    def claim(address: Int) = Option.when(address < limit) { byte =>
+    def claim(address: Int) = Option.when(address < limit) { (byte: Int, _: Int) =>
       content(address) = byte
       written :+= address -> byte
       true

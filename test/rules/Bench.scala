@@ -18,6 +18,9 @@ trait Bench {
 
   /** The level of the interrupt to the host. */
   def interrupt: Boolean
+
+  /** The levels of the digital outputs, while they are driven. */
+  def outputs: Option[Int]
   def advanceMs(ms: Int): Unit
   def advanceUs(us: Int): Unit
 
@@ -52,6 +55,7 @@ class ModelBench(val p: EscParams, writer: EscModel => Option[VectorWriter] = _ 
   def hostWrite(address: Int, byte: Int): Unit =
     record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
   def interrupt: Boolean       = model.interrupt
+  def outputs: Option[Int]     = model.outputs
   def advanceMs(ms: Int): Unit = model.advanceMs(ms)
   def advanceUs(us: Int): Unit = model.advanceUs(us)
   def powerOn(image: Seq[Int]): Unit = {

@@ -11,7 +11,6 @@ class CoverageSpec extends AnyFlatSpec {
     Seq("FMMU", "SM", "AL", "SII", "WD", "IRQ", "LED", "GEN", "FP", "LP", "ERR", "PHY", "PDI", "SYS")
 
   private def optional(what: String) = s"optional, not built: $what"
-  private val emulation              = "EEPROM emulation by the host is not built yet"
   private val exceptions: Map[String, String] = Map(
     "SM-11"  -> "[VW] only: here buffers lie `length` apart, whatever the width (SM-10)",
     "SM-23"  -> "time stamps of distributed clocks, which are not built",
@@ -24,11 +23,7 @@ class CoverageSpec extends AnyFlatSpec {
     "SM-36"  -> optional("acknowledge by write"),
     "SM-37"  -> optional("acknowledge by write"),
     "SM-38"  -> optional("acknowledge by write"),
-    "SII-21" -> emulation,
-    "SII-22" -> emulation,
-    "SII-23" -> emulation,
-    "SII-24" -> emulation,
-    "SII-25" -> emulation,
+    "SII-22" -> "32-bit data only: here a read gives eight bytes (SII-23)",
     "WD-08"  -> "there is one PDI",
     "IRQ-04" -> "SYNC of distributed clocks, which are not built",
     "LED-05" -> "no STATE LED: RUN and ERR have a pin each",
@@ -38,7 +33,6 @@ class CoverageSpec extends AnyFlatSpec {
     "PDI-07" -> "a figure of other controllers, which the host port does not promise",
     "PDI-09" -> optional("acknowledge by write"),
     "PDI-10" -> "no general purpose inputs and outputs",
-    "PDI-11" -> "digital outputs at 0x0F00 are not built yet",
     "PDI-12" -> optional("private RAM"),
     "SYS-02" -> optional("register write protection"),
     "SYS-03" -> optional("ESC write protection"),

@@ -18,11 +18,11 @@ object EmulationRules extends Rules {
   /** What the host is asked for: command and word address. */
   private def asked(s: Steps): (Int, Int) = {
     var left = 1000
-    while ((control(s) & 0x8000) == 0) {
+    while (!event(s)) {
       left -= 1
       assert(left > 0, "no command")
     }
-    assert(event(s))
+    assert((control(s) & 0x8000) != 0, "busy")
     (control(s) >> 8 & 7, s.word(0x0504))
   }
 

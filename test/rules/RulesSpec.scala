@@ -11,7 +11,7 @@ import flyframe.params.{EscParams, Presets}
 class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val rules =
     FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all ++
-      WatchdogRules.all ++ LedRules.all
+      WatchdogRules.all ++ LedRules.all ++ OutputRules.all
 
   private def preset(name: String) = Presets.named(name).get.params.copy(temporaryLoopMs = 1)
   private val sets = Seq(
@@ -23,7 +23,7 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
   )
 
   private val units = preset("cyclone4-min")
-    .copy(preset = "units", ramKiB = 8, fmmus = 8, fmmuBitwise = 1, syncManagers = 8, applicationLayer = 1)
+    .copy(preset = "units", ramKiB = 8, fmmus = 8, fmmuBitwise = 1, syncManagers = 8, applicationLayer = 1, watchdogs = 1, digitalOutputs = 4)
   private val unitSets = Seq(
     units,
     units.copy(
