@@ -2284,15 +2284,16 @@ module TranslatedAccess(
   reg  [3:0]  low;
   reg  [7:0]  passed;
   reg         written;
-  wire        accept = written & writeMay & writable & ~(writeAddress < 17'hF80 & memory_logFull);
-  wire        _readAlStatus_T = byteEnd & _readNow_output;
+  wire        _writes_T = written & writeMay;
+  wire        accept = _writes_T & writable & ~(writeAddress < 17'hF80 & memory_logFull);
   reg         readClosed_REG;
   reg         readClosed;
   reg  [1:0]  closedIndex;
   reg         closedSingle;
-  wire        writes = accept & writesArea;
+  wire        writes = _writes_T & writesArea;
   reg         anyRead;
   reg         anyWrite;
+  wire        _readAlStatus_T = byteEnd & _readNow_output;
   reg         readDlStatus_r;
   reg         readAlStatus_r;
   wire        _writeAddress_sum_T = writeTarget_local_address > 16'hF7F;
@@ -2342,7 +2343,7 @@ module TranslatedAccess(
       readArrives <= lookUpRead;
       writeArrives <= lookUpWrite;
       written <= byteEnd & enable & request_write;
-      readClosed_REG <= _readAlStatus_T & readCloses;
+      readClosed_REG <= byteEnd & readMay & readCloses;
       readClosed <= readClosed_REG;
     end
     starting <= first | cycle != 4'h2 & starting;
@@ -2419,7 +2420,7 @@ module TranslatedAccess(
       low <= in_data;
     if (byteEnd)
       passed <= {in_data, low};
-    anyRead <= ~first & (_readAlStatus_T | anyRead);
+    anyRead <= ~first & (byteEnd & _readNow_output | anyRead);
     anyWrite <= ~first & (accept | anyWrite);
   end // always @(posedge)
   assign _fmmus_index = cycle[3] ? 3'h7 : cycle[2:0];
@@ -4426,7 +4427,7 @@ module HostSequencer(
       3'b011:
         casez_tmp_6 = may ? (ecatActs ? state : 3'h4) : 3'h7;
       3'b100:
-        casez_tmp_6 = {1'h1, |(moved[17:16]), 1'h1};
+        casez_tmp_6 = (|(moved[17:16])) ? 3'h6 : 3'h5;
       3'b101:
         casez_tmp_6 = memory_ack ? 3'h6 : state;
       3'b110:
@@ -4499,7 +4500,7 @@ module I2cMaster(
 );
 
   reg  [5:0] timer;
-  wire       tick = timer == 6'h3D;
+  wire       tick = timer == 6'h3E;
   reg        busy;
   reg  [2:0] what;
   reg  [1:0] phase;
@@ -4604,6 +4605,7 @@ module SiiController(
   output        commandError,
   output        writeError,
   output        busy,
+  output        loadFailed,
   output        loading
 );
 
@@ -4624,6 +4626,7 @@ module SiiController(
   reg         notMay;
   reg         isFirst;
   reg         again;
+  reg         lost;
   reg  [18:0] byteAddress;
   reg  [3:0]  count;
   reg  [7:0]  crc;
@@ -4770,6 +4773,7 @@ module SiiController(
       notMay <= 1'h0;
       isFirst <= 1'h1;
       again <= 1'h0;
+      lost <= 1'h0;
       wait0 <= 14'h0;
     end
     else begin
@@ -4896,10 +4900,12 @@ module SiiController(
         if (_GEN_23) begin
           badSum <= ~(right | ~again | failed) | badSum;
           isFirst <= _GEN_34 & isFirst;
+          lost <= ~_GEN_34 | lost;
         end
         else begin
           badSum <= _GEN_50 & badSum;
           isFirst <= _GEN_50 & isFirst;
+          lost <= _GEN_50 & lost;
         end
       end
       unloaded <= (_GEN_45 | ~_GEN_49) & unloaded;
@@ -5074,6 +5080,7 @@ module SiiController(
   assign commandError = noAck;
   assign writeError = notMay;
   assign busy = _loading_T;
+  assign loadFailed = lost;
   assign loading = isFirst & _loading_T;
 endmodule
 
@@ -5114,6 +5121,8 @@ module Application(
   wire [15:0] _ecatEvents_output = {8'h0, smEcatEvents, alEvent, dlEvent, 2'h0};
   wire [11:0] _GEN = {smAlEvents, 1'h0, watchdog, 1'h0, |smChanged, 3'h0, controlEvent} & alMask;
   wire        _alEvent_T = good | bad;
+  wire        _GEN_0 = dlStatus == dlEvent_before;
+  wire        _GEN_1 = alStatus == alEvent_before;
   always @(posedge clock) begin
     if (reset) begin
       controlEvent <= 1'h0;
@@ -5129,11 +5138,11 @@ module Application(
       controlEvent <= alControlWritten & ~emulation | ~alControlRead & controlEvent;
       copyControl_REG <= alControlWritten;
       dlEvent_before <= dlStatus;
-      dlEvent_pending <= ~_alEvent_T & (readDlStatus | dlEvent_pending);
-      dlEvent <= dlStatus != dlEvent_before | ~(good & dlEvent_pending) & dlEvent;
+      dlEvent_pending <= _GEN_0 & ~_alEvent_T & (readDlStatus | dlEvent_pending);
+      dlEvent <= ~_GEN_0 | ~(good & dlEvent_pending) & dlEvent;
       alEvent_before <= alStatus;
-      alEvent_pending <= ~_alEvent_T & (readAlStatus | alEvent_pending);
-      alEvent <= alStatus != alEvent_before | ~(good & alEvent_pending) & alEvent;
+      alEvent_pending <= _GEN_1 & ~_alEvent_T & (readAlStatus | alEvent_pending);
+      alEvent <= ~_GEN_1 | ~(good & alEvent_pending) & alEvent;
     end
   end // always @(posedge)
   assign copyControl = copyControl_REG & emulation;
@@ -5179,7 +5188,7 @@ module Watchdog(
   input         clock,
   input         reset,
   input         tick,
-  input  [15:0] time_0,
+  input  [15:0] timeTicks,
   input         trigger,
   input         restart,
   output        running,
@@ -5188,10 +5197,10 @@ module Watchdog(
 
   reg  [15:0] left;
   reg         alive;
-  wire        _expired_output = alive & tick & left == 16'h0 & (|time_0);
+  wire        _expired_output = alive & tick & left == 16'h0 & (|timeTicks);
   always @(posedge clock) begin
     if (trigger | restart)
-      left <= time_0;
+      left <= timeTicks;
     else if (tick)
       left <= left - 16'h1;
     if (reset)
@@ -5199,14 +5208,14 @@ module Watchdog(
     else
       alive <= trigger | ~_expired_output & alive;
   end // always @(posedge)
-  assign running = alive | ~(|time_0);
+  assign running = alive | ~(|timeTicks);
   assign expired = _expired_output;
 endmodule
 
 module LedControl(
   input        clock,
   input        reset,
-  input  [3:0] automatic_0,
+  input  [3:0] automaticCode,
   input        write_valid,
   input  [4:0] write_bits,
   input        drop,
@@ -5226,7 +5235,7 @@ module LedControl(
     if (write_valid)
       wanted <= write_bits[3:0];
   end // always @(posedge)
-  assign code = enable ? wanted : automatic_0;
+  assign code = enable ? wanted : automaticCode;
   assign taken = enable;
 endmodule
 
@@ -5261,6 +5270,31 @@ module LedPattern(
   end // always @(posedge)
   assign lit =
     code == 4'hE ? ~(step[0]) : code == 4'hD ? ~(step[2]) : (&code) | (|code) & step[6:3] < code & ~(step[2]);
+endmodule
+
+module LinkActivity(
+  input  clock,
+  input  reset,
+  input  tick,
+  input  link,
+  input  traffic,
+  output lit
+);
+
+  reg seen;
+  reg dark;
+  always @(posedge clock) begin
+    if (reset) begin
+      seen <= 1'h0;
+      dark <= 1'h0;
+    end
+    else begin
+      seen <= traffic | ~tick & seen;
+      if (tick)
+        dark <= seen & ~dark;
+    end
+  end // always @(posedge)
+  assign lit = link & ~dark;
 endmodule
 
 module et1200(
@@ -5303,11 +5337,13 @@ module et1200(
 );
 
   wire        _memory_value_rx_fifo_size_2;
+  wire        _unit_1_traffic;
+  wire        _unit_traffic;
   wire        _led_err_write_valid;
   wire [4:0]  _led_err_write_bits;
   wire        _led_err_drop;
   wire [3:0]  _led_err_code;
-  wire [3:0]  _led_run_automatic;
+  wire [3:0]  _led_run_automaticCode;
   wire        _led_run_write_valid;
   wire [4:0]  _led_run_write_bits;
   wire [3:0]  _led_run_code;
@@ -5332,9 +5368,8 @@ module et1200(
   wire        _operational_sii_writeHigh_valid;
   wire [2:0]  _operational_sii_writeHigh_bits;
   wire [4:0]  _operational_sii_enhancedLinkDetection;
-  wire        _operational_sii_checksumError;
   wire        _operational_sii_notLoaded;
-  wire        _operational_sii_commandError;
+  wire        _operational_sii_loadFailed;
   wire        _operational_sii_loading;
   wire        _hostSequencer_ecatActs;
   wire        _hostSequencer_memory_write;
@@ -5689,14 +5724,10 @@ module et1200(
   wire        tick = tick_value == 23'h4C4B3F;
   reg  [3:0]  latched;
   wire [3:0]  error =
-    _operational_sii_checksumError | _operational_sii_commandError
+    _operational_sii_loadFailed
       ? 4'hE
       : (|latched) ? latched : {3'h0, _memory_value_al_status[4] & ~_memory_value_device_emulation};
   reg  [3:0]  REG;
-  reg         seen;
-  reg         dark;
-  reg         seen_1;
-  reg         dark_1;
   reg         memory_event_lost_link_port0_REG;
   reg         memory_event_lost_link_port1_REG;
   always @(posedge clock) begin
@@ -5722,10 +5753,6 @@ module et1200(
       processor_config_ecatEvents_application_watchdog_watchdog_event <= 1'h0;
       tick_value <= 23'h0;
       latched <= 4'h0;
-      seen <= 1'h0;
-      dark <= 1'h0;
-      seen_1 <= 1'h0;
-      dark_1 <= 1'h0;
       memory_event_lost_link_port0_REG <= 1'h0;
       memory_event_lost_link_port1_REG <= 1'h0;
     end
@@ -5774,11 +5801,8 @@ module et1200(
             & _hostSequencer_memory_be | _memory_host_ack & ~_hostSequencer_memory_write
             & _hostSequencer_memory_addr == 16'h441 & _hostSequencer_memory_be)
         & processor_config_ecatEvents_application_watchdog_watchdog_event;
-      if (tick) begin
+      if (tick)
         tick_value <= 23'h0;
-        dark <= seen & ~dark;
-        dark_1 <= seen_1 & ~dark_1;
-      end
       else
         tick_value <= tick_value + 23'h1;
       if (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
@@ -5788,8 +5812,6 @@ module et1200(
         latched <= 4'h2;
       else if (alChanged)
         latched <= 4'h0;
-      seen <= ~_receivers_0_idle | _transmitters_0_txEn | ~tick & seen;
-      seen_1 <= ~_receivers_1_idle | _transmitters_1_txEn | ~tick & seen_1;
       memory_event_lost_link_port0_REG <= links_0;
       memory_event_lost_link_port1_REG <= links_1;
     end
@@ -5818,9 +5840,7 @@ module et1200(
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
-  assign _memory_status_eeprom_command_error = _operational_sii_commandError;
   assign _memory_status_eeprom_not_loaded = _operational_sii_notLoaded;
-  assign _memory_status_eeprom_checksum_error = _operational_sii_checksumError;
   assign _memory_status_eeprom_two_address_bytes = _operational_sii_twoByte_crossing_out;
   assign _memory_status_watchdog_pdi =
     _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
@@ -6476,11 +6496,12 @@ module et1200(
     .pdiMayWrite           (_memory_guard_sii_pdi_may_write),
     .writeEnable           (_memory_status_eeprom_write_enable),
     .command               (_memory_status_eeprom_command),
-    .checksumError         (_operational_sii_checksumError),
+    .checksumError         (_memory_status_eeprom_checksum_error),
     .notLoaded             (_operational_sii_notLoaded),
-    .commandError          (_operational_sii_commandError),
+    .commandError          (_memory_status_eeprom_command_error),
     .writeError            (_memory_status_eeprom_write_error),
     .busy                  (_memory_status_eeprom_busy),
+    .loadFailed            (_operational_sii_loadFailed),
     .loading               (_operational_sii_loading)
   );
   LevelCrossing operational_sii_sda_crossing (
@@ -6560,26 +6581,26 @@ module et1200(
     .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick)
   );
   Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data (
-    .clock   (clock),
-    .reset   (reset),
-    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
-    .time_0  (_memory_value_watchdog_time_process_data),
-    .trigger (_syncManagers_trigger),
-    .restart (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
-    .running (_memory_status_watchdog_process_data),
-    .expired (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired)
+    .clock     (clock),
+    .reset     (reset),
+    .tick      (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
+    .timeTicks (_memory_value_watchdog_time_process_data),
+    .trigger   (_syncManagers_trigger),
+    .restart   (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
+    .running   (_memory_status_watchdog_process_data),
+    .expired   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired)
   );
   Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi (
-    .clock   (clock),
-    .reset   (reset),
-    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
-    .time_0  (_memory_value_watchdog_time_pdi),
-    .trigger (_memory_host_ack),
-    .restart (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
-    .running (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running),
-    .expired (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
+    .clock     (clock),
+    .reset     (reset),
+    .tick      (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
+    .timeTicks (_memory_value_watchdog_time_pdi),
+    .trigger   (_memory_host_ack),
+    .restart   (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
+    .running   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running),
+    .expired   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
   );
-  assign _led_run_automatic =
+  assign _led_run_automaticCode =
     _operational_sii_loading | _memory_value_al_status[3:0] == 4'h3
       ? 4'hE
       : _memory_value_al_status[3:0] == 4'h8
@@ -6589,14 +6610,14 @@ module et1200(
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h138 & _memory_registerWrite_bits_mask;
   assign _led_run_write_bits = _memory_registerWrite_bits_data[4:0];
   LedControl led_run_0 (
-    .clock       (clock),
-    .reset       (reset),
-    .automatic_0 (_led_run_automatic),
-    .write_valid (_led_run_write_valid),
-    .write_bits  (_led_run_write_bits),
-    .drop        (alChanged),
-    .code        (_led_run_code),
-    .taken       (_memory_status_run_led_enable)
+    .clock         (clock),
+    .reset         (reset),
+    .automaticCode (_led_run_automaticCode),
+    .write_valid   (_led_run_write_valid),
+    .write_bits    (_led_run_write_bits),
+    .drop          (alChanged),
+    .code          (_led_run_code),
+    .taken         (_memory_status_run_led_enable)
   );
   LedPattern pattern_run (
     .clock (clock),
@@ -6610,14 +6631,14 @@ module et1200(
   assign _led_err_write_bits = _memory_registerWrite_bits_data[4:0];
   assign _led_err_drop = (|error) & error != REG;
   LedControl led_err_0 (
-    .clock       (clock),
-    .reset       (reset),
-    .automatic_0 (error),
-    .write_valid (_led_err_write_valid),
-    .write_bits  (_led_err_write_bits),
-    .drop        (_led_err_drop),
-    .code        (_led_err_code),
-    .taken       (_memory_status_err_led_enable)
+    .clock         (clock),
+    .reset         (reset),
+    .automaticCode (error),
+    .write_valid   (_led_err_write_valid),
+    .write_bits    (_led_err_write_bits),
+    .drop          (_led_err_drop),
+    .code          (_led_err_code),
+    .taken         (_memory_status_err_led_enable)
   );
   LedPattern pattern_err (
     .clock (clock),
@@ -6626,13 +6647,29 @@ module et1200(
     .code  (_led_err_code),
     .lit   (led_err)
   );
+  assign _unit_traffic = ~_receivers_0_idle | _transmitters_0_txEn;
+  LinkActivity unit (
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (tick),
+    .link    (links_0),
+    .traffic (_unit_traffic),
+    .lit     (led_linkact_0)
+  );
+  assign _unit_1_traffic = ~_receivers_1_idle | _transmitters_1_txEn;
+  LinkActivity unit_1 (
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (tick),
+    .link    (links_1),
+    .traffic (_unit_1_traffic),
+    .lit     (led_linkact_1)
+  );
   assign eeprom_loaded = ~_operational_sii_notLoaded;
   assign mii_0_tx_en = _transmitters_0_txEn;
   assign mii_1_tx_en = _transmitters_1_txEn;
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
-  assign led_linkact_0 = links_0 & ~dark;
-  assign led_linkact_1 = links_1 & ~dark_1;
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

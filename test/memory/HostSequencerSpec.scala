@@ -165,6 +165,17 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
     def random(bound: Int): Int = random.nextInt(bound)
   }
 
+  private val large = EscParams(syncManagers = 3, applicationLayer = 1, ramKiB = 60)
+  together("60 KiB", new HostSequencer(large))(
+    "B-52: a buffer that ends beyond the address space is closed there, without data" -> {
+      dut: HostSequencer =>
+        val b = new Bench(dut, large)
+        b.set(Area(0x1000, 0x6000, ecatWrites = true, isOpen = true, reader = 2))
+        assert(b.readByte(0x3fff) == b.content(0xffff) && b.readByte(0x4000) == 0)
+        assert(b.readByte(0x6fff) == 0 && b.log.last == Close(0))
+    }
+  )
+
   for (lanes <- Seq(1, 2, 4)) {
     val p = EscParams(syncManagers = 3, applicationLayer = 1, ramKiB = 8, dataBusWidth = 8 * lanes)
     def check(name: String)(run: Bench => Unit): (String, HostSequencer => Unit) =

@@ -129,11 +129,12 @@ object EepromRules extends Rules {
     assert(put(0x0508, 0xaa, 0x55))
     command(s, Write, 0x20)
     assert(status(s) == 0x4000 && content == before)
-    assert(put(0x0502, 1) && put(0x0508, 0xaa, 0x55))
-    command(s, Write, 0x20)
+    assert(put(0x0508, 0xaa, 0x55) && put(0x0502, 1) && put(0x0503, Write))
+    eepromDone()
     assert(status(s) == 0x4000 && content == before, "enable of another frame")
     assert(put(0x0508, 0xaa, 0x55))
-    command(s, Write, 0x20, enable = 1)
+    exchange(Datagram(Apwr, 0, 0x0502, Seq(1)), Datagram(Apwr, 0, 0x0503, Seq(Write)))
+    eepromDone()
     assert(status(s) == 0 && content == Seq(0xaa, 0x55))
   }
   rule("SII-13, SII-15: invalid commands are an error until command 0 or a valid one", all) { s =>
