@@ -82,8 +82,10 @@ if [ -n "$master" ]; then
   done
   for n in 1 3 5; do run scan $n; done
   for n in 1 3 5; do run cycles $n; done
-  [ "$master" = soem ] && run overlap 3
-  run lrd_lwr 3 --no-lrw
+  if [ "$master" = soem ]; then # ethercrab knows one layout only
+    run overlap 3
+    run lrd_lwr 3 --no-lrw
+  fi
   run cable 3
   run refuse 3
   run watchdog 3

@@ -251,6 +251,7 @@ def eeprom(bus):
     s = bus.master.slaves[1]
     area = b"".join(s.eeprom_read(word, 1_000_000)[:2] for word in range(7))
     s.eeprom_write(7, bytes([crc8(area), 0]), 1_000_000)
+    bus.simulator.ask("advance 6000")  # the chip answers nothing while it writes
     s._fpwr(EEPROM_STATUS, struct.pack("<H", 0x0400), 500_000)  # reload
     bus.simulator.ask("advance 1000")
     status = bus.register(1, EEPROM_STATUS, 2), bus.register(1, DL_STATUS, 2) & 1
