@@ -25,7 +25,7 @@ done
 command_of() {
   case $1 in
     soem) "$root/build/tools/venv/bin/python" -c 'import pysoem' 2>/dev/null && echo "$root/build/tools/venv/bin/python $here/soem_test.py" ;;
-    ethercrab) [ -x "$out/cargo/release/ethercrab-test" ] && echo "$out/cargo/release/ethercrab-test" ;;
+    ethercrab) [ -x "$out/ethercrab-test" ] && echo "$out/ethercrab-test" ;;
     *) echo "No master is called '$1'; known: soem, ethercrab." >&2; exit 2 ;;
   esac
 }
@@ -53,8 +53,8 @@ run() {
     tshark=$!
     sleep 2
   fi
-  limit=300
-  [ "$scenario" = cycles ] && limit=1200
+  limit=600
+  [ "$scenario" = cycles ] && limit=1800
   begin=$(date +%s)
   if timeout $limit $program veth-master "$net/control.sock" "$scenario" "$slaves" "$cycles"; then
     passed=$((passed + 1))
@@ -123,5 +123,9 @@ for master in $running; do
     failed=$((failed + 1)) # the script ended early
   fi
 done
+if [ "$passed$failed$skipped" = 000 ]; then
+  echo "Nothing to run. Scenarios: scan, cycles, cable, refuse, watchdog, eeprom; only with soem: overlap, lrd_lwr." >&2
+  exit 2
+fi
 echo "$passed passed, $failed failed, $skipped skipped"
 [ $failed = 0 ]

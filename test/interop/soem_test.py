@@ -19,6 +19,8 @@ FULL_WKC = 3 * SLAVES  # 1 for reading, 2 for writing
 AL_STATUS, AL_STATUS_CODE, DL_STATUS, EEPROM_STATUS = 0x0130, 0x0134, 0x0110, 0x0502
 PORT_1 = 1 << 5 | 3 << 10  # DL status: link, loop closed, communication
 SAFEOP_ERROR = pysoem.SAFEOP_STATE + pysoem.STATE_ERROR
+# Time-outs in us of wall time; the simulation is slower than that, and the machine may be busy.
+FRAME, EEPROM, STATE = 10_000_000, 20_000_000, 60_000_000
 LAG = 16  # cycles until a slave's inputs show its outputs, at most
 failures = 0
 
@@ -64,8 +66,9 @@ def looped(slave, cycle):
 
 class Bus:
     def __init__(self):
-        t = pysoem.settings.timeouts  # of wall time, and the simulation is slower than that
-        t.ret, t.safe, t.eeprom, t.state = 200_000, 500_000, 1_000_000, 20_000_000
+        t = pysoem.settings.timeouts
+        t.ret = t.safe = FRAME
+        t.eeprom, t.state = EEPROM, STATE
         self.simulator = Simulator(CONTROL)
         self.overlap = False
         self.master = pysoem.Master()
@@ -79,16 +82,21 @@ class Bus:
         check(f"{SLAVES} slaves are found", count == SLAVES, count)
 
     def register(self, slave, address, size):
-        return int.from_bytes(self.master.slaves[slave]._fprd(address, size, 500_000), "little")
+        return int.from_bytes(self.master.slaves[slave]._fprd(address, size, FRAME), "little")
 
     def state_of(self, slave):
         return self.register(slave, AL_STATUS, 2), self.register(slave, AL_STATUS_CODE, 2)
 
+    def states(self):
+        self.master.read_state()
+        return [(s.state, s.al_status) for s in self.master.slaves]
+
     def safeop(self):
         (self.master.config_overlap_map if self.overlap else self.master.config_map)()
-        state = self.master.state_check(pysoem.SAFEOP_STATE, 20_000_000)
+        state = self.master.state_check(pysoem.SAFEOP_STATE, STATE)
         check("all reach SAFEOP", state == pysoem.SAFEOP_STATE, [self.state_of(i) for i in range(SLAVES)])
-        check("the mapping is that of the EEPROM", [(len(s.output), len(s.input)) for s in self.master.slaves] == SIZES[:SLAVES])
+        sizes = [(len(s.output), len(s.input)) for s in self.master.slaves]
+        check("the mapping is that of the EEPROM", sizes == SIZES[:SLAVES], sizes)
         check("the expected working counter is known", self.master.expected_wkc == FULL_WKC, self.master.expected_wkc)
 
     def op(self):
@@ -98,12 +106,12 @@ class Bus:
     def request(self, state, name):
         self.master.state = state
         self.master.write_state()
-        reached = self.master.state_check(state, 20_000_000)
+        reached = self.master.state_check(state, STATE)
         check(f"all reach {name}", reached == state, [self.state_of(i) for i in range(SLAVES)])
 
     def exchange(self):
         (self.master.send_overlap_processdata if self.overlap else self.master.send_processdata)()
-        return self.master.receive_processdata(500_000)
+        return self.master.receive_processdata(FRAME)
 
     def cycle(self, count, wkc=FULL_WKC):
         """Process data cycles: working counters, and inputs that show the outputs of an earlier cycle, none of them torn."""
@@ -129,7 +137,7 @@ def scan(bus):
     for i, s in enumerate(bus.master.slaves):
         check(f"slave {i}: name", s.name == f"flyframe-io-{i}", s.name)
         check(f"slave {i}: identity", (s.man, s.id, s.rev) == (VENDOR, PRODUCT + i, REVISION), (s.man, s.id, s.rev))
-        serial = struct.unpack("<I", s.eeprom_read(0x0E, 1_000_000))[0]
+        serial = struct.unpack("<I", s.eeprom_read(0x0E, EEPROM))[0]
         check(f"slave {i}: serial number", serial == 1000 + i, serial)
         check(f"slave {i}: alias", bus.register(i, 0x0012, 2) == 0x0100 + i)
 
@@ -187,7 +195,7 @@ def cable(bus):
 
 def short_watchdogs(bus):
     for s in bus.master.slaves:
-        s._fpwr(0x0420, struct.pack("<H", 50), 500_000)  # 5 ms; set_watchdog() has a fixed timeout, too short here
+        s._fpwr(0x0420, struct.pack("<H", 50), FRAME)  # 5 ms; set_watchdog() has a fixed timeout, too short here
 
 
 def recover(bus):
@@ -205,19 +213,19 @@ def refuse(bus):
     bus.scan()
     bus.simulator.ask("host 1 refuse safeop 0x001d")
     bus.master.config_map()
-    bus.master.state_check(pysoem.SAFEOP_STATE, 1_000_000)
-    bus.master.read_state()
-    states = [(s.state, s.al_status) for s in bus.master.slaves]
     wanted = [(pysoem.PREOP_STATE + pysoem.STATE_ERROR, 0x001D) if i == 1 else (pysoem.SAFEOP_STATE, 0) for i in range(SLAVES)]
+    end = time.monotonic() + STATE * 1e-6
+    while (states := bus.states()) != wanted and time.monotonic() < end:
+        pass
     check("the refusing slave stays in PREOP, with its AL status code", states == wanted, states)
     bus.simulator.ask("host 1 accept safeop")
     s = bus.master.slaves[1]
     s.state = pysoem.PREOP_STATE + pysoem.STATE_ACK
     s.write_state()
-    check("the error is acknowledged", s.state_check(pysoem.PREOP_STATE, 20_000_000) == pysoem.PREOP_STATE, bus.state_of(1))
+    check("the error is acknowledged", s.state_check(pysoem.PREOP_STATE, STATE) == pysoem.PREOP_STATE, bus.state_of(1))
     s.state = pysoem.SAFEOP_STATE
     s.write_state()
-    check("then SAFEOP is reached", s.state_check(pysoem.SAFEOP_STATE, 20_000_000) == pysoem.SAFEOP_STATE, bus.state_of(1))
+    check("then SAFEOP is reached", s.state_check(pysoem.SAFEOP_STATE, STATE) == pysoem.SAFEOP_STATE, bus.state_of(1))
     bus.op()
     bus.cycle(50)
 
@@ -229,8 +237,7 @@ def watchdog(bus):
     bus.op()
     bus.cycle(50)
     bus.simulator.ask("advance 20000")
-    bus.master.read_state()
-    states = [(s.state, s.al_status) for s in bus.master.slaves]
+    states = bus.states()
     check("without process data all fall to SAFEOP, with code 0x001b", states == [(SAFEOP_ERROR, 0x001B)] * SLAVES, states)
     expired = [bus.register(i, 0x0442, 1) for i in range(SLAVES)]
     check("the expiry is counted", expired == [1] * SLAVES, expired)
@@ -249,10 +256,10 @@ def eeprom(bus):
     counters = {bus.exchange() for _ in range(20)}
     check("it takes no part in process data", counters == {FULL_WKC - 3}, counters)
     s = bus.master.slaves[1]
-    area = b"".join(s.eeprom_read(word, 1_000_000)[:2] for word in range(7))
-    s.eeprom_write(7, bytes([crc8(area), 0]), 1_000_000)
+    area = b"".join(s.eeprom_read(word, EEPROM)[:2] for word in range(7))
+    s.eeprom_write(7, bytes([crc8(area), 0]), EEPROM)
     bus.simulator.ask("advance 6000")  # the chip answers nothing while it writes
-    s._fpwr(EEPROM_STATUS, struct.pack("<H", 0x0400), 500_000)  # reload
+    s._fpwr(EEPROM_STATUS, struct.pack("<H", 0x0400), FRAME)  # reload
     bus.simulator.ask("advance 1000")
     status = bus.register(1, EEPROM_STATUS, 2), bus.register(1, DL_STATUS, 2) & 1
     check("with the checksum repaired it loads", (status[0] & 0x9800, status[1]) == (0, 1), status)

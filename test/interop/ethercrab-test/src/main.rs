@@ -83,11 +83,11 @@ struct Bus {
 impl Bus {
     fn new(interface: &str, control: &str, slaves: usize) -> Result<Self, String> {
         let (tx, rx, pdus) = STORAGE.try_split().map_err(|_| "the PDU storage is taken")?;
-        // Timeouts are of wall time, and the simulation is slower than that.
+        // Timeouts are of wall time; the simulation is slower than that, and the machine may be busy.
         let timeouts = Timeouts {
-            state_transition: Duration::from_secs(20),
-            pdu: Duration::from_millis(1000),
-            eeprom: Duration::from_secs(5),
+            state_transition: Duration::from_secs(60),
+            pdu: Duration::from_secs(10),
+            eeprom: Duration::from_secs(20),
             ..Default::default()
         };
         let config = MainDeviceConfig { dc_static_sync_iterations: 0, ..Default::default() };
@@ -182,7 +182,7 @@ impl Bus {
         self.set_register(slave, 0x0120, control).await?;
         let begin = Instant::now();
         while self.register(slave, 0x0130).await? != state {
-            if begin.elapsed() > Duration::from_secs(20) {
+            if begin.elapsed() > Duration::from_secs(60) {
                 return Err(format!("slave {slave} does not reach state {state}: {:x?}", self.states().await?));
             }
         }
