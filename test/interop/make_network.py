@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Writes a network file of N slaves with an EEPROM image each, all for the host program "io" of flyframe-cosim.
 
-Usage: make_network.py FOLDER N [--preset NAME] [--corrupt SLAVE]
+Usage: make_network.py FOLDER N [--preset NAME] [--corrupt SLAVE] [--no-lrw]
 
-Slave i has as many bytes of outputs as of inputs, SIZES[i]; its name, product code, alias and serial number tell which one it is.
+Slave i has SIZES[i] bytes of outputs and inputs; its name, product code, alias and serial number tell which one it is.
 SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read their EEPROMs.
 """
 import argparse
@@ -11,7 +11,7 @@ import json
 import pathlib
 import struct
 
-SIZES = [8, 3, 4, 2, 16]
+SIZES = [(8, 8), (3, 5), (4, 2), (1, 1), (16, 16)]
 VENDOR, PRODUCT, REVISION = 0xF1F1F1F1, 0x00F1_0001, 0x0001_0002  # for tests only, nobody's
 OUTPUTS, INPUTS = 0x1000, 0x1100  # three buffers each; in 1 KiB of RAM
 
@@ -35,18 +35,19 @@ def pdo(index, sync_manager, first_object, size):
     return struct.pack("<HBBBBH", index, size, sync_manager, 0, 0, 0) + entries
 
 
-def image(i, corrupt):
-    size = SIZES[i % len(SIZES)]
+def image(i, corrupt, no_lrw):
+    outputs, inputs = SIZES[i % len(SIZES)]
     area = struct.pack("<7H", 0x0080, 0, 0, 0, 0x0100 + i, 0, 0)  # PDI: on-chip bus; alias
     head = area + struct.pack("<H", crc8(area) ^ (0x5A if corrupt else 0))
     head += struct.pack("<4I", VENDOR, PRODUCT + i, REVISION, 1000 + i)
     head = head.ljust(0x3E * 2, b"\0") + struct.pack("<HH", 15, 1)  # 16 Kbit, version 1
     strings = [f"flyframe-io-{i}".encode(), b"flyframe"]
-    general = struct.pack("<BBBBBBBBBBBBHHHH", 2, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x0011, 0).ljust(32, b"\0")
-    managers = struct.pack("<HHBBBB", OUTPUTS, size, 0x64, 0, 1, 3) + struct.pack("<HHBBBB", INPUTS, size, 0x20, 0, 1, 4)
+    flags = 2 if no_lrw else 0
+    general = struct.pack("<BBBBBBBBBBBBHHHH", 2, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, flags, 0, 0, 0x0011, 0).ljust(32, b"\0")
+    managers = struct.pack("<HHBBBB", OUTPUTS, outputs, 0x64, 0, 1, 3) + struct.pack("<HHBBBB", INPUTS, inputs, 0x20, 0, 1, 4)
     body = category(10, bytes([len(strings)]) + b"".join(bytes([len(s)]) + s for s in strings))
     body += category(30, general) + category(40, bytes([1, 2])) + category(41, managers)
-    body += category(50, pdo(0x1A00, 1, 0x6000, size)) + category(51, pdo(0x1600, 0, 0x7000, size))
+    body += category(50, pdo(0x1A00, 1, 0x6000, inputs)) + category(51, pdo(0x1600, 0, 0x7000, outputs))
     return (head + body + b"\xff\xff").ljust(2048, b"\xff")
 
 
@@ -54,12 +55,13 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("slaves", type=int)
-    parser.add_argument("--preset", default="cyclone4-min")
+    parser.add_argument("--preset", default="slave")
     parser.add_argument("--corrupt", type=int, help="this slave's EEPROM has a wrong checksum")
+    parser.add_argument("--no-lrw", action="store_true", help="the EEPROMs say that LRW must not be used")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     slaves = []
     for i in range(args.slaves):
-        (args.folder / f"{i}.bin").write_bytes(image(i, i == args.corrupt))
+        (args.folder / f"{i}.bin").write_bytes(image(i, i == args.corrupt, args.no_lrw))
         slaves.append({"preset": args.preset, "eeprom": f"{i}.bin", "host": "io", "clock_ppm": 30 * (-1) ** i})
     (args.folder / "net.json").write_text(json.dumps({"slaves": slaves}, indent=1))

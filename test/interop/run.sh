@@ -1,12 +1,12 @@
 #!/bin/sh
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other, in a network
-# namespace of its own. Usage: run.sh [--preset NAME] [--masters "soem ethercrab"] [--only SCENARIO] [--cycles N] [--capture]
-# [--simulator FILE]
+# namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME] [--masters "soem ethercrab"]
+# [--only SCENARIO] [--cycles N] [--capture] [--simulator FILE]
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 out=$root/build/interop
-preset=cyclone4-min masters='soem ethercrab' only= cycles=10000 capture= simulator=$root/build/flyframe-cosim
+preset=slave masters='soem ethercrab' only= cycles=10000 capture= simulator=$out/flyframe-cosim master=
 while [ $# -gt 0 ]; do
   case $1 in
     --preset) preset=$2; shift ;;
@@ -15,36 +15,17 @@ while [ $# -gt 0 ]; do
     --cycles) cycles=$2; shift ;;
     --capture) capture=yes ;;
     --simulator) simulator=$2; shift ;;
+    --in-namespace) master=$2; shift ;; # this script's own
     *) sed -n '2,5s/^# //p' "$0" >&2; exit 2 ;;
   esac
   shift
-done
-
-# In a namespace nothing can reach a real network, and no root is needed.
-if [ -z "$FLYFRAME_INTEROP" ]; then
-  if ! unshare --user --net --map-root-user ip link add v0 type veth peer name v1 2>/dev/null; then
-    echo "skipped: interoperability needs unshare, ip (iproute2), unprivileged user namespaces and veth"
-    echo "0 passed, 0 failed, 1 skipped"
-    exit 0
-  fi
-  FLYFRAME_INTEROP=1 exec unshare --user --net --map-root-user "$0" --preset "$preset" --masters "$masters" \
-    ${only:+--only "$only"} --cycles "$cycles" ${capture:+--capture} --simulator "$simulator"
-fi
-
-mkdir -p "$out"
-control=$out/control.sock
-passed=0 failed=0 skipped=0
-ip link add veth-master type veth peer name veth-slaves || exit 2
-for name in veth-master veth-slaves; do
-  echo 1 >/proc/sys/net/ipv6/conf/$name/disable_ipv6
-  ip link set "$name" up
 done
 
 # What runs a master; empty if it is not there.
 command_of() {
   case $1 in
     soem) "$root/build/tools/venv/bin/python" -c 'import pysoem' 2>/dev/null && echo "$root/build/tools/venv/bin/python $here/soem_test.py" ;;
-    ethercrab) [ -x "$out/cargo/release/ethercrab-test" ] && echo "$out/cargo/release/ethercrab-test" ;;
+    ethercrab) [ -x "$out/ethercrab-test" ] && echo "$out/ethercrab-test" ;;
     *) echo "No master is called '$1'; known: soem, ethercrab." >&2; exit 2 ;;
   esac
 }
@@ -54,31 +35,33 @@ run() {
   scenario=$1 slaves=$2
   shift 2
   [ -z "$only" ] || [ "$only" = "$scenario" ] || return 0
-  echo "--- $master, $scenario, $slaves slaves"
-  net=$out/$scenario-$slaves
+  echo "--- $scenario, $slaves slaves"
+  net=$out/$master/$scenario-$slaves
   python3 "$here/make_network.py" "$net" "$slaves" --preset "$preset" "$@" || exit 2
-  rm -f "$out/ready"
-  mkfifo "$out/ready"
-  "$simulator" --network "$net/net.json" --interface veth-slaves --control "$control" >"$out/ready" 2>"$net/$master.log" &
+  rm -f "$net/ready"
+  mkfifo "$net/ready"
+  "$simulator" --network "$net/net.json" --interface veth-slaves --control "$net/control.sock" >"$net/ready" 2>"$net/log" &
   cosim=$!
-  if ! read -r line <"$out/ready"; then
-    cat "$net/$master.log"
+  if ! read -r line <"$net/ready"; then
+    cat "$net/log"
     wait $cosim
     failed=$((failed + 1))
     return 0
   fi
   if [ -n "$capture" ]; then
-    tshark -q -i veth-master -w "$net/$master.pcapng" 2>/dev/null &
+    tshark -q -i veth-master -w "$net/frames.pcapng" 2>/dev/null &
     tshark=$!
     sleep 2
   fi
-  limit=120
-  [ "$scenario" = cycles ] && limit=900
-  if timeout $limit $program veth-master "$control" "$scenario" "$slaves" "$cycles"; then
+  limit=600
+  [ "$scenario" = cycles ] && limit=1800
+  begin=$(date +%s)
+  if timeout $limit $program veth-master "$net/control.sock" "$scenario" "$slaves" "$cycles"; then
     passed=$((passed + 1))
   else
     failed=$((failed + 1))
   fi
+  echo "      took $(($(date +%s) - begin)) s"
   if [ -n "$capture" ]; then
     sleep 1
     kill $tshark
@@ -86,24 +69,63 @@ run() {
   fi
   kill $cosim
   wait $cosim
-  sed 's/^/      /' "$net/$master.log" | tail -2
+  sed 's/^/      /' "$net/log" | tail -2
 }
 
+if [ -n "$master" ]; then
+  program=$(command_of "$master")
+  passed=0 failed=0
+  ip link add veth-master type veth peer name veth-slaves || exit 2
+  for name in veth-master veth-slaves; do
+    echo 1 >/proc/sys/net/ipv6/conf/$name/disable_ipv6
+    ip link set "$name" up
+  done
+  for n in 1 3 5; do run scan $n; done
+  for n in 1 3 5; do run cycles $n; done
+  if [ "$master" = soem ]; then # ethercrab knows one layout only
+    run overlap 3
+    run lrd_lwr 3 --no-lrw
+  fi
+  run cable 3
+  run refuse 3
+  run watchdog 3
+  run eeprom 3 --corrupt 1
+  echo "$passed $failed" >"$out/$master/result"
+  exit 0
+fi
+
+# In a namespace nothing can reach a real network, and no root is needed.
+if ! unshare --user --net --map-root-user ip link add v0 type veth peer name v1 2>/dev/null; then
+  echo "skipped: interoperability needs unshare, ip (iproute2), unprivileged user namespaces and veth"
+  echo "0 passed, 0 failed, 1 skipped"
+  exit 0
+fi
+passed=0 failed=0 skipped=0 running=
 for master in $masters; do
-  program=$(command_of "$master") || exit_code=$?
-  if [ "${exit_code:-0}" = 2 ]; then exit 2; fi
-  exit_code=
+  program=$(command_of "$master")
+  [ $? = 2 ] && exit 2
   if [ -z "$program" ]; then
     echo "skipped: $master is not there (make interop says why)"
     skipped=$((skipped + 1))
     continue
   fi
-  for n in 1 3 5; do run scan $n; done
-  for n in 1 3 5; do run cycles $n; done
-  run cable 3
-  run refuse 3
-  run watchdog 3
-  run eeprom 3 --corrupt 1
+  mkdir -p "$out/$master"
+  rm -f "$out/$master/result"
+  unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" ${only:+--only "$only"} \
+    --cycles "$cycles" ${capture:+--capture} --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
+  running="$running $master"
 done
+wait
+for master in $running; do
+  if read -r p f <"$out/$master/result"; then
+    passed=$((passed + p)) failed=$((failed + f))
+  else
+    failed=$((failed + 1)) # the script ended early
+  fi
+done
+if [ "$passed$failed$skipped" = 000 ]; then
+  echo "Nothing to run. Scenarios: scan, cycles, cable, refuse, watchdog, eeprom; only with soem: overlap, lrd_lwr." >&2
+  exit 2
+fi
 echo "$passed passed, $failed failed, $skipped skipped"
 [ $failed = 0 ]

@@ -11,12 +11,16 @@ import time
 
 import pysoem
 
-from make_network import PRODUCT, REVISION, SIZES, VENDOR
+from make_network import PRODUCT, REVISION, SIZES, VENDOR, crc8
 
 INTERFACE, CONTROL, SCENARIO, SLAVES = *sys.argv[1:4], int(sys.argv[4])
 CYCLES = int(sys.argv[5]) if len(sys.argv) > 5 else 10_000
 FULL_WKC = 3 * SLAVES  # 1 for reading, 2 for writing
 AL_STATUS, AL_STATUS_CODE, DL_STATUS, EEPROM_STATUS = 0x0130, 0x0134, 0x0110, 0x0502
+PORT_1 = 1 << 5 | 3 << 10  # DL status: link, loop closed, communication
+SAFEOP_ERROR = pysoem.SAFEOP_STATE + pysoem.STATE_ERROR
+# Time-outs in us of wall time; the simulation is slower than that, and the machine may be busy.
+FRAME, EEPROM, STATE = 10_000_000, 20_000_000, 60_000_000
 LAG = 16  # cycles until a slave's inputs show its outputs, at most
 failures = 0
 
@@ -51,14 +55,22 @@ class Simulator:
 
 def pattern(slave, cycle):
     """The outputs of a cycle: the first byte tells which, the others depend on all."""
-    return bytes([cycle & 0xFF] + [(cycle * 37 + slave * 11 + i * (cycle >> 3 | 1)) & 0xFF for i in range(1, SIZES[slave])])
+    return bytes([cycle & 0xFF] + [(cycle * 37 + slave * 11 + i * (cycle >> 3 | 1)) & 0xFF for i in range(1, SIZES[slave][0])])
+
+
+def looped(slave, cycle):
+    """These outputs as the host program returns them."""
+    size = SIZES[slave][1]
+    return pattern(slave, cycle)[:size].ljust(size, b"\0")
 
 
 class Bus:
     def __init__(self):
-        t = pysoem.settings.timeouts  # of wall time, and the simulation is slower than that
-        t.ret, t.safe, t.eeprom, t.state = 200_000, 500_000, 1_000_000, 20_000_000
+        t = pysoem.settings.timeouts
+        t.ret = t.safe = FRAME
+        t.eeprom, t.state = EEPROM, STATE
         self.simulator = Simulator(CONTROL)
+        self.overlap = False
         self.master = pysoem.Master()
         self.master.open(INTERFACE)
 
@@ -70,16 +82,21 @@ class Bus:
         check(f"{SLAVES} slaves are found", count == SLAVES, count)
 
     def register(self, slave, address, size):
-        return int.from_bytes(self.master.slaves[slave]._fprd(address, size, 500_000), "little")
+        return int.from_bytes(self.master.slaves[slave]._fprd(address, size, FRAME), "little")
 
     def state_of(self, slave):
         return self.register(slave, AL_STATUS, 2), self.register(slave, AL_STATUS_CODE, 2)
 
+    def states(self):
+        self.master.read_state()
+        return [(s.state, s.al_status) for s in self.master.slaves]
+
     def safeop(self):
-        self.master.config_map()
-        state = self.master.state_check(pysoem.SAFEOP_STATE, 20_000_000)
+        (self.master.config_overlap_map if self.overlap else self.master.config_map)()
+        state = self.master.state_check(pysoem.SAFEOP_STATE, STATE)
         check("all reach SAFEOP", state == pysoem.SAFEOP_STATE, [self.state_of(i) for i in range(SLAVES)])
-        check("the mapping is that of the EEPROM", [(len(s.output), len(s.input)) for s in self.master.slaves] == [(n, n) for n in SIZES[:SLAVES]])
+        sizes = [(len(s.output), len(s.input)) for s in self.master.slaves]
+        check("the mapping is that of the EEPROM", sizes == SIZES[:SLAVES], sizes)
         check("the expected working counter is known", self.master.expected_wkc == FULL_WKC, self.master.expected_wkc)
 
     def op(self):
@@ -89,12 +106,12 @@ class Bus:
     def request(self, state, name):
         self.master.state = state
         self.master.write_state()
-        reached = self.master.state_check(state, 20_000_000)
+        reached = self.master.state_check(state, STATE)
         check(f"all reach {name}", reached == state, [self.state_of(i) for i in range(SLAVES)])
 
     def exchange(self):
-        self.master.send_processdata()
-        return self.master.receive_processdata(500_000)
+        (self.master.send_overlap_processdata if self.overlap else self.master.send_processdata)()
+        return self.master.receive_processdata(FRAME)
 
     def cycle(self, count, wkc=FULL_WKC):
         """Process data cycles: working counters, and inputs that show the outputs of an earlier cycle, none of them torn."""
@@ -106,7 +123,7 @@ class Bus:
             if got != wkc:
                 check(f"working counter of cycle {c}", False, f"{got} instead of {wkc}")
             for i, s in enumerate(self.master.slaves):
-                at = next((k for k in range(c, max(c - LAG, -1), -1) if s.input == pattern(i, k)), None)
+                at = next((k for k in range(c, max(c - LAG, -1), -1) if s.input == looped(i, k)), None)
                 if at is None and c < LAG:
                     continue  # what was there before
                 if at is None or (shown[i] is not None and at < shown[i]):
@@ -120,45 +137,72 @@ def scan(bus):
     for i, s in enumerate(bus.master.slaves):
         check(f"slave {i}: name", s.name == f"flyframe-io-{i}", s.name)
         check(f"slave {i}: identity", (s.man, s.id, s.rev) == (VENDOR, PRODUCT + i, REVISION), (s.man, s.id, s.rev))
-        serial = struct.unpack("<I", s.eeprom_read(0x0E, 1_000_000))[0]
+        serial = struct.unpack("<I", s.eeprom_read(0x0E, EEPROM))[0]
         check(f"slave {i}: serial number", serial == 1000 + i, serial)
         check(f"slave {i}: alias", bus.register(i, 0x0012, 2) == 0x0100 + i)
 
 
-def cycles(bus):
+def cycles(bus, count=CYCLES):
     bus.scan()
     bus.safeop()
     bus.op()
     start = time.monotonic()
-    bus.cycle(CYCLES)
-    print(f"      {(time.monotonic() - start) / CYCLES * 1e6:.0f} us per cycle")
+    bus.cycle(count)
+    print(f"      {(time.monotonic() - start) / count * 1e6:.0f} us per cycle")
     for state, name in (pysoem.SAFEOP_STATE, "SAFEOP"), (pysoem.PREOP_STATE, "PREOP"), (pysoem.INIT_STATE, "INIT"):
         bus.request(state, name)
 
 
+def overlap(bus):
+    """Inputs and outputs of a slave at the same logical addresses; `cycles` has all outputs, then all inputs."""
+    bus.overlap = True
+    cycles(bus, CYCLES // 5)
+
+
+def lrd_lwr(bus):
+    """The EEPROMs forbid LRW: inputs by LRD, outputs by LWR."""
+    cycles(bus, CYCLES // 5)
+
+
 def cable(bus):
-    """Cut before the last slave but one, in the middle of the line, and mended."""
+    """Cut in the middle of the line for longer than the watchdog, and mended."""
     bus.scan()
+    short_watchdogs(bus)
     bus.safeop()
     bus.op()
     bus.cycle(50)
     at = SLAVES // 2
+    port = lambda: bus.register(at - 1, DL_STATUS, 2) & PORT_1
+    check("DL status of the slave before it: port 1 is open and communicates", port() == 1 << 5 | 2 << 10, port())
     bus.simulator.ask(f"cut {at}")
-    bus.simulator.ask("advance 1000")
-    counters = {bus.exchange() for _ in range(50)}
+    counters = set()
+    for _ in range(30):
+        counters.add(bus.exchange())
+        bus.simulator.ask("advance 300")
     check("behind the cut nobody answers, before it all do", counters == {3 * at}, counters)
+    check("DL status of the slave before it: port 1 has no link and is closed", port() == 1 << 10, port())
+    check("the lost link is counted", bus.register(at - 1, 0x0311, 1) == 1)
     bus.simulator.ask(f"mend {at}")
-    bus.simulator.ask("advance 20000")
+    bus.simulator.ask("advance 100")
     check("after mending all answer", bus.exchange() == FULL_WKC)
+    check("DL status of the slave before it: port 1 is open again", port() == 1 << 5 | 2 << 10, port())
+    states = [bus.state_of(i) for i in range(SLAVES)]
+    wanted = [(pysoem.OP_STATE, 0) if i < at else (SAFEOP_ERROR, 0x001B) for i in range(SLAVES)]
+    check("those behind it are in SAFEOP by their watchdogs, the others still in OP", states == wanted, states)
     recover(bus)
     bus.cycle(50)
+
+
+def short_watchdogs(bus):
+    for s in bus.master.slaves:
+        s._fpwr(0x0420, struct.pack("<H", 50), FRAME)  # 5 ms; set_watchdog() has a fixed timeout, too short here
 
 
 def recover(bus):
     """Slaves whose watchdog has expired get their error acknowledged and go to OP again."""
     bus.master.read_state()
     for s in bus.master.slaves:
-        if s.state == pysoem.SAFEOP_STATE + pysoem.STATE_ERROR:
+        if s.state == SAFEOP_ERROR:
             s.state = pysoem.SAFEOP_STATE + pysoem.STATE_ACK
             s.write_state()
     bus.request(pysoem.SAFEOP_STATE, "SAFEOP")
@@ -169,34 +213,32 @@ def refuse(bus):
     bus.scan()
     bus.simulator.ask("host 1 refuse safeop 0x001d")
     bus.master.config_map()
-    bus.master.state_check(pysoem.SAFEOP_STATE, 1_000_000)
-    bus.master.read_state()
-    states = [(s.state, s.al_status) for s in bus.master.slaves]
     wanted = [(pysoem.PREOP_STATE + pysoem.STATE_ERROR, 0x001D) if i == 1 else (pysoem.SAFEOP_STATE, 0) for i in range(SLAVES)]
+    end = time.monotonic() + STATE * 1e-6
+    while (states := bus.states()) != wanted and time.monotonic() < end:
+        pass
     check("the refusing slave stays in PREOP, with its AL status code", states == wanted, states)
     bus.simulator.ask("host 1 accept safeop")
     s = bus.master.slaves[1]
     s.state = pysoem.PREOP_STATE + pysoem.STATE_ACK
     s.write_state()
-    check("the error is acknowledged", s.state_check(pysoem.PREOP_STATE, 20_000_000) == pysoem.PREOP_STATE, bus.state_of(1))
+    check("the error is acknowledged", s.state_check(pysoem.PREOP_STATE, STATE) == pysoem.PREOP_STATE, bus.state_of(1))
     s.state = pysoem.SAFEOP_STATE
     s.write_state()
-    check("then SAFEOP is reached", s.state_check(pysoem.SAFEOP_STATE, 20_000_000) == pysoem.SAFEOP_STATE, bus.state_of(1))
+    check("then SAFEOP is reached", s.state_check(pysoem.SAFEOP_STATE, STATE) == pysoem.SAFEOP_STATE, bus.state_of(1))
     bus.op()
     bus.cycle(50)
 
 
 def watchdog(bus):
     bus.scan()
-    for s in bus.master.slaves:
-        s._fpwr(0x0420, struct.pack("<H", 50), 500_000)  # 5 ms; set_watchdog() has a fixed timeout, too short here
+    short_watchdogs(bus)
     bus.safeop()
     bus.op()
     bus.cycle(50)
     bus.simulator.ask("advance 20000")
-    bus.master.read_state()
-    states = [(s.state, s.al_status) for s in bus.master.slaves]
-    check("without process data all fall to SAFEOP, with code 0x001b", states == [(pysoem.SAFEOP_STATE + pysoem.STATE_ERROR, 0x001B)] * SLAVES, states)
+    states = bus.states()
+    check("without process data all fall to SAFEOP, with code 0x001b", states == [(SAFEOP_ERROR, 0x001B)] * SLAVES, states)
     expired = [bus.register(i, 0x0442, 1) for i in range(SLAVES)]
     check("the expiry is counted", expired == [1] * SLAVES, expired)
     recover(bus)
@@ -204,7 +246,7 @@ def watchdog(bus):
 
 
 def eeprom(bus):
-    """Slave 1 has an EEPROM with a wrong checksum."""
+    """Slave 1 has an EEPROM with a wrong checksum, which the master then repairs."""
     bus.scan()
     loaded = [bus.register(i, DL_STATUS, 2) & 1 for i in range(SLAVES)]
     check("all but the slave with the corrupt EEPROM have loaded it", loaded == [i != 1 for i in range(SLAVES)], loaded)
@@ -213,10 +255,23 @@ def eeprom(bus):
     bus.master.config_map()
     counters = {bus.exchange() for _ in range(20)}
     check("it takes no part in process data", counters == {FULL_WKC - 3}, counters)
+    s = bus.master.slaves[1]
+    area = b"".join(s.eeprom_read(word, EEPROM)[:2] for word in range(7))
+    s.eeprom_write(7, bytes([crc8(area), 0]), EEPROM)
+    bus.simulator.ask("advance 6000")  # the chip answers nothing while it writes
+    s._fpwr(EEPROM_STATUS, struct.pack("<H", 0x0400), FRAME)  # reload
+    bus.simulator.ask("advance 1000")
+    status = bus.register(1, EEPROM_STATUS, 2), bus.register(1, DL_STATUS, 2) & 1
+    check("with the checksum repaired it loads", (status[0] & 0x9800, status[1]) == (0, 1), status)
+    bus.request(pysoem.INIT_STATE, "INIT")
+    bus.scan()
+    bus.safeop()
+    bus.op()
+    bus.cycle(50)
 
 
 bus = Bus()
 with contextlib.suppress(Wrong):
-    {f.__name__: f for f in (scan, cycles, cable, refuse, watchdog, eeprom)}[SCENARIO](bus)
+    {f.__name__: f for f in (scan, cycles, overlap, lrd_lwr, cable, refuse, watchdog, eeprom)}[SCENARIO](bus)
 bus.close()
 sys.exit(1 if failures else 0)

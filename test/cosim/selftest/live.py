@@ -58,7 +58,7 @@ def told(name, words, *args):
 
 line = [{"preset": "repeater"}, {"preset": "repeater-wide", "clock_ppm": 100}, {"preset": "repeater", "clock_ppm": -100, "host": "io"}]
 (OUT / "live.json").write_text(json.dumps({"slaves": line}))
-told("a missing interface is told", "'none'", "none")
+told("a missing interface is told", "there is no network interface 'none'.", "none")
 told("an interface that is down is told", "is down")
 ip("link", "set", "veth-slaves", "up")
 r = subprocess.run(["setpriv", "--bounding-set", "-net_raw", "--inh-caps", "-net_raw", *cosim()], capture_output=True, text=True)

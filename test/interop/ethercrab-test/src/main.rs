@@ -13,7 +13,8 @@ const MAX_SLAVES: usize = 8;
 const PDI_BYTES: usize = 128;
 static STORAGE: PduStorage<16, { PduStorage::element_size(1100) }> = PduStorage::new();
 
-const SIZES: [usize; 5] = [8, 3, 4, 2, 16];
+/// Bytes of outputs and inputs.
+const SIZES: [(usize, usize); 5] = [(8, 8), (3, 5), (4, 2), (1, 1), (16, 16)];
 const IDENTITY: (u32, u32, u32) = (0xF1F1_F1F1, 0x00F1_0001, 0x0001_0002);
 const FIRST_ADDRESS: u16 = 0x1000;
 /// Cycles until a slave's inputs show its outputs, at most.
@@ -24,6 +25,11 @@ const PREOP: u16 = 2;
 const SAFEOP: u16 = 4;
 const OP: u16 = 8;
 const ERROR: u16 = 0x10;
+
+/// DL status: link, loop closed and communication of port 1.
+const PORT_1: u16 = 1 << 5 | 3 << 10;
+const PORT_1_OPEN: u16 = 1 << 5 | 2 << 10;
+const PORT_1_CLOSED: u16 = 1 << 10;
 
 type Group<S> = SubDeviceGroup<MAX_SLAVES, PDI_BYTES, ethercrab::DefaultLock, S>;
 type Outcome = Result<(), String>;
@@ -56,9 +62,16 @@ impl Simulator {
 
 /// The outputs of a cycle: the first byte tells which, the others depend on all.
 fn pattern(slave: usize, cycle: usize) -> Vec<u8> {
-    (0..SIZES[slave])
+    (0..SIZES[slave].0)
         .map(|i| if i == 0 { cycle as u8 } else { (cycle * 37 + slave * 11 + i * (cycle >> 3 | 1)) as u8 })
         .collect()
+}
+
+/// These outputs as the host program returns them.
+fn looped(slave: usize, cycle: usize) -> Vec<u8> {
+    let mut bytes = pattern(slave, cycle);
+    bytes.resize(SIZES[slave].1, 0);
+    bytes
 }
 
 struct Bus {
@@ -70,11 +83,11 @@ struct Bus {
 impl Bus {
     fn new(interface: &str, control: &str, slaves: usize) -> Result<Self, String> {
         let (tx, rx, pdus) = STORAGE.try_split().map_err(|_| "the PDU storage is taken")?;
-        // Timeouts are of wall time, and the simulation is slower than that.
+        // Timeouts are of wall time; the simulation is slower than that, and the machine may be busy.
         let timeouts = Timeouts {
-            state_transition: Duration::from_secs(20),
-            pdu: Duration::from_millis(1000),
-            eeprom: Duration::from_secs(5),
+            state_transition: Duration::from_secs(60),
+            pdu: Duration::from_secs(10),
+            eeprom: Duration::from_secs(20),
             ..Default::default()
         };
         let config = MainDeviceConfig { dc_static_sync_iterations: 0, ..Default::default() };
@@ -99,8 +112,7 @@ impl Bus {
         let group = told("SAFEOP", self.scan().await?.into_safe_op(self.master).await)?;
         println!("ok    all reach SAFEOP");
         let sizes: Vec<_> = group.iter(self.master).map(|s| (s.outputs_raw().len(), s.inputs_raw().len())).collect();
-        let wanted: Vec<_> = SIZES[..self.slaves].iter().map(|&n| (n, n)).collect();
-        check("the mapping is that of the EEPROM", sizes == wanted, sizes)?;
+        check("the mapping is that of the EEPROM", sizes == SIZES[..self.slaves], sizes)?;
         told("exchange", group.tx_rx(self.master).await)?;
         let group = told("OP", group.into_op(self.master).await)?;
         println!("ok    all reach OP");
@@ -125,7 +137,7 @@ impl Bus {
             }
             for (i, s) in group.iter(self.master).enumerate() {
                 let inputs = s.inputs_raw();
-                let at = (c.saturating_sub(LAG - 1)..=c).rev().find(|&k| inputs[..] == pattern(i, k)[..]);
+                let at = (c.saturating_sub(LAG - 1)..=c).rev().find(|&k| inputs[..] == looped(i, k)[..]);
                 if at.is_none() && c < LAG {
                     continue; // what was there before
                 }
@@ -149,6 +161,13 @@ impl Bus {
         told(&format!("register {address:#06x} of slave {slave}"), sent)
     }
 
+    async fn short_watchdogs(&self) -> Outcome {
+        for i in 0..self.slaves {
+            self.set_register(i, 0x0420, 50).await?; // 5 ms
+        }
+        Ok(())
+    }
+
     /// AL status and AL status code of all slaves.
     async fn states(&self) -> Result<Vec<(u16, u16)>, String> {
         let mut states = Vec::new();
@@ -163,7 +182,7 @@ impl Bus {
         self.set_register(slave, 0x0120, control).await?;
         let begin = Instant::now();
         while self.register(slave, 0x0130).await? != state {
-            if begin.elapsed() > Duration::from_secs(20) {
+            if begin.elapsed() > Duration::from_secs(60) {
                 return Err(format!("slave {slave} does not reach state {state}: {:x?}", self.states().await?));
             }
         }
@@ -208,23 +227,32 @@ async fn cycles(bus: &mut Bus, count: usize) -> Outcome {
     check("all are back in INIT", states == vec![(INIT, 0); bus.slaves], states)
 }
 
+/// Cut in the middle of the line for longer than the watchdog, and mended.
 async fn cable(bus: &mut Bus) -> Outcome {
     let group = bus.to_op().await?;
+    bus.short_watchdogs().await?;
     bus.cycle(&group, 50).await?;
     let at = bus.slaves / 2;
+    let port = bus.register(at - 1, 0x0110).await? & PORT_1;
+    check("DL status of the slave before it: port 1 is open and communicates", port == PORT_1_OPEN, port)?;
     bus.simulator.ask(&format!("cut {at}"))?;
-    bus.simulator.ask("advance 1000")?;
-    for _ in 0..50 {
+    for _ in 0..30 {
         let wkc = bus.exchange(&group).await?;
         if wkc != 3 * at as u16 {
             return Err(format!("with a cut before slave {at} the working counter is {wkc}"));
         }
+        bus.simulator.ask("advance 300")?;
     }
     println!("ok    behind the cut nobody answers, before it all do");
+    let port = bus.register(at - 1, 0x0110).await? & PORT_1;
+    check("DL status of the slave before it: port 1 has no link and is closed", port == PORT_1_CLOSED, port)?;
     bus.simulator.ask(&format!("mend {at}"))?;
-    bus.simulator.ask("advance 20000")?;
+    bus.simulator.ask("advance 100")?;
     let wkc = bus.exchange(&group).await?;
     check("after mending all answer", wkc == bus.full_wkc(), wkc)?;
+    let states = bus.states().await?;
+    let wanted: Vec<_> = (0..bus.slaves).map(|i| if i < at { (OP, 0) } else { (SAFEOP | ERROR, 0x001b) }).collect();
+    check("those behind it are in SAFEOP by their watchdogs, the others still in OP", states == wanted, states)?;
     bus.recover(&group).await?;
     bus.cycle(&group, 50).await
 }
@@ -251,9 +279,7 @@ async fn refuse(bus: &mut Bus) -> Outcome {
 
 async fn watchdog(bus: &mut Bus) -> Outcome {
     let group = bus.to_op().await?;
-    for i in 0..bus.slaves {
-        bus.set_register(i, 0x0420, 50).await?; // 5 ms
-    }
+    bus.short_watchdogs().await?;
     bus.cycle(&group, 50).await?;
     bus.simulator.ask("advance 20000")?;
     let states = bus.states().await?;
@@ -264,14 +290,16 @@ async fn watchdog(bus: &mut Bus) -> Outcome {
 
 /// Slave 1 has an EEPROM with a wrong checksum.
 async fn eeprom(bus: &mut Bus) -> Outcome {
-    bus.scan().await?;
+    let group = bus.scan().await?;
     for i in 0..bus.slaves {
         let loaded = bus.register(i, 0x0110).await? & 1;
         check(&format!("slave {i}: the DL status tells whether the EEPROM is valid"), loaded == u16::from(i != 1), loaded)?;
         let errors = bus.register(i, 0x0502).await? >> 11 & 3;
         check(&format!("slave {i}: so does the EEPROM status"), errors == if i == 1 { 3 } else { 0 }, errors)?;
     }
-    Ok(())
+    let group = told("SAFEOP", group.into_safe_op(bus.master).await)?;
+    let wkc = told("exchange", group.tx_rx(bus.master).await)?.working_counter;
+    check("it takes no part in process data", wkc == bus.full_wkc() - 3, wkc)
 }
 
 fn main() {
