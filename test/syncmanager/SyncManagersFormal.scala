@@ -182,7 +182,7 @@ class SyncManagersProof extends Module {
 }
 
 class SyncManagersFormal extends AnyFlatSpec with ChiselScalatestTester with Formal {
-  private val cycles = 24
+  private val cycles = 20
 
   "SM-12 to SM-20" should s"hold for two SyncManagers in any modes, over $cycles cycles of any accesses" in {
     assume(Engines.present, Engines.missing)
