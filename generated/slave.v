@@ -4034,48 +4034,56 @@ module SyncManagers(
   output [17:0] pdi_entries_0_extent,
   output        pdi_entries_0_takesPart,
   output        pdi_views_0_works,
+  output        pdi_views_0_locked,
   output        pdi_views_0_ecatWrites,
   output        pdi_views_0_pdiOpen,
   output        pdi_views_0_pdiMayOpen,
   output [1:0]  pdi_views_0_writerBuffer,
   output [1:0]  pdi_views_0_readerBuffer,
   output        pdi_views_1_works,
+  output        pdi_views_1_locked,
   output        pdi_views_1_ecatWrites,
   output        pdi_views_1_pdiOpen,
   output        pdi_views_1_pdiMayOpen,
   output [1:0]  pdi_views_1_writerBuffer,
   output [1:0]  pdi_views_1_readerBuffer,
   output        pdi_views_2_works,
+  output        pdi_views_2_locked,
   output        pdi_views_2_ecatWrites,
   output        pdi_views_2_pdiOpen,
   output        pdi_views_2_pdiMayOpen,
   output [1:0]  pdi_views_2_writerBuffer,
   output [1:0]  pdi_views_2_readerBuffer,
   output        pdi_views_3_works,
+  output        pdi_views_3_locked,
   output        pdi_views_3_ecatWrites,
   output        pdi_views_3_pdiOpen,
   output        pdi_views_3_pdiMayOpen,
   output [1:0]  pdi_views_3_writerBuffer,
   output [1:0]  pdi_views_3_readerBuffer,
   output        pdi_views_4_works,
+  output        pdi_views_4_locked,
   output        pdi_views_4_ecatWrites,
   output        pdi_views_4_pdiOpen,
   output        pdi_views_4_pdiMayOpen,
   output [1:0]  pdi_views_4_writerBuffer,
   output [1:0]  pdi_views_4_readerBuffer,
   output        pdi_views_5_works,
+  output        pdi_views_5_locked,
   output        pdi_views_5_ecatWrites,
   output        pdi_views_5_pdiOpen,
   output        pdi_views_5_pdiMayOpen,
   output [1:0]  pdi_views_5_writerBuffer,
   output [1:0]  pdi_views_5_readerBuffer,
   output        pdi_views_6_works,
+  output        pdi_views_6_locked,
   output        pdi_views_6_ecatWrites,
   output        pdi_views_6_pdiOpen,
   output        pdi_views_6_pdiMayOpen,
   output [1:0]  pdi_views_6_writerBuffer,
   output [1:0]  pdi_views_6_readerBuffer,
   output        pdi_views_7_works,
+  output        pdi_views_7_locked,
   output        pdi_views_7_ecatWrites,
   output        pdi_views_7_pdiOpen,
   output        pdi_views_7_pdiMayOpen,
@@ -5004,34 +5012,42 @@ module SyncManagers(
     {2'h0, _table_0_readData_1[31:16]} + {1'h0, casez_tmp_3 & casez_tmp_4 ? {_table_0_readData_1[31:16], 1'h0} : 17'h0};
   assign pdi_entries_0_takesPart = casez_tmp_2 | casez_tmp_3;
   assign pdi_views_0_works = _sm0_view_works;
+  assign pdi_views_0_locked = _sm0_view_locked;
   assign pdi_views_0_ecatWrites = _sm0_view_ecatWrites;
   assign pdi_views_0_writerBuffer = _sm0_view_writerBuffer;
   assign pdi_views_0_readerBuffer = _sm0_view_readerBuffer;
   assign pdi_views_1_works = _sm1_view_works;
+  assign pdi_views_1_locked = _sm1_view_locked;
   assign pdi_views_1_ecatWrites = _sm1_view_ecatWrites;
   assign pdi_views_1_writerBuffer = _sm1_view_writerBuffer;
   assign pdi_views_1_readerBuffer = _sm1_view_readerBuffer;
   assign pdi_views_2_works = _sm2_view_works;
+  assign pdi_views_2_locked = _sm2_view_locked;
   assign pdi_views_2_ecatWrites = _sm2_view_ecatWrites;
   assign pdi_views_2_writerBuffer = _sm2_view_writerBuffer;
   assign pdi_views_2_readerBuffer = _sm2_view_readerBuffer;
   assign pdi_views_3_works = _sm3_view_works;
+  assign pdi_views_3_locked = _sm3_view_locked;
   assign pdi_views_3_ecatWrites = _sm3_view_ecatWrites;
   assign pdi_views_3_writerBuffer = _sm3_view_writerBuffer;
   assign pdi_views_3_readerBuffer = _sm3_view_readerBuffer;
   assign pdi_views_4_works = _sm4_view_works;
+  assign pdi_views_4_locked = _sm4_view_locked;
   assign pdi_views_4_ecatWrites = _sm4_view_ecatWrites;
   assign pdi_views_4_writerBuffer = _sm4_view_writerBuffer;
   assign pdi_views_4_readerBuffer = _sm4_view_readerBuffer;
   assign pdi_views_5_works = _sm5_view_works;
+  assign pdi_views_5_locked = _sm5_view_locked;
   assign pdi_views_5_ecatWrites = _sm5_view_ecatWrites;
   assign pdi_views_5_writerBuffer = _sm5_view_writerBuffer;
   assign pdi_views_5_readerBuffer = _sm5_view_readerBuffer;
   assign pdi_views_6_works = _sm6_view_works;
+  assign pdi_views_6_locked = _sm6_view_locked;
   assign pdi_views_6_ecatWrites = _sm6_view_ecatWrites;
   assign pdi_views_6_writerBuffer = _sm6_view_writerBuffer;
   assign pdi_views_6_readerBuffer = _sm6_view_readerBuffer;
   assign pdi_views_7_works = _sm7_view_works;
+  assign pdi_views_7_locked = _sm7_view_locked;
   assign pdi_views_7_ecatWrites = _sm7_view_ecatWrites;
   assign pdi_views_7_writerBuffer = _sm7_view_writerBuffer;
   assign pdi_views_7_readerBuffer = _sm7_view_readerBuffer;
@@ -5111,48 +5127,56 @@ module HostSequencer(
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
   input         areas_views_0_works,
+  input         areas_views_0_locked,
   input         areas_views_0_ecatWrites,
   input         areas_views_0_pdiOpen,
   input         areas_views_0_pdiMayOpen,
   input  [1:0]  areas_views_0_writerBuffer,
   input  [1:0]  areas_views_0_readerBuffer,
   input         areas_views_1_works,
+  input         areas_views_1_locked,
   input         areas_views_1_ecatWrites,
   input         areas_views_1_pdiOpen,
   input         areas_views_1_pdiMayOpen,
   input  [1:0]  areas_views_1_writerBuffer,
   input  [1:0]  areas_views_1_readerBuffer,
   input         areas_views_2_works,
+  input         areas_views_2_locked,
   input         areas_views_2_ecatWrites,
   input         areas_views_2_pdiOpen,
   input         areas_views_2_pdiMayOpen,
   input  [1:0]  areas_views_2_writerBuffer,
   input  [1:0]  areas_views_2_readerBuffer,
   input         areas_views_3_works,
+  input         areas_views_3_locked,
   input         areas_views_3_ecatWrites,
   input         areas_views_3_pdiOpen,
   input         areas_views_3_pdiMayOpen,
   input  [1:0]  areas_views_3_writerBuffer,
   input  [1:0]  areas_views_3_readerBuffer,
   input         areas_views_4_works,
+  input         areas_views_4_locked,
   input         areas_views_4_ecatWrites,
   input         areas_views_4_pdiOpen,
   input         areas_views_4_pdiMayOpen,
   input  [1:0]  areas_views_4_writerBuffer,
   input  [1:0]  areas_views_4_readerBuffer,
   input         areas_views_5_works,
+  input         areas_views_5_locked,
   input         areas_views_5_ecatWrites,
   input         areas_views_5_pdiOpen,
   input         areas_views_5_pdiMayOpen,
   input  [1:0]  areas_views_5_writerBuffer,
   input  [1:0]  areas_views_5_readerBuffer,
   input         areas_views_6_works,
+  input         areas_views_6_locked,
   input         areas_views_6_ecatWrites,
   input         areas_views_6_pdiOpen,
   input         areas_views_6_pdiMayOpen,
   input  [1:0]  areas_views_6_writerBuffer,
   input  [1:0]  areas_views_6_readerBuffer,
   input         areas_views_7_works,
+  input         areas_views_7_locked,
   input         areas_views_7_ecatWrites,
   input         areas_views_7_pdiOpen,
   input         areas_views_7_pdiMayOpen,
@@ -5164,9 +5188,11 @@ module HostSequencer(
   output        areas_access_close,
   output        areas_access_single,
   output [2:0]  areas_accessIndex,
-  input         ecatActs
+  input         ecatActs,
+  output        quiet
 );
 
+  wire        _area_scan_entry_takesPart;
   wire        _area_scan_result_hit;
   wire [2:0]  _area_scan_result_index;
   wire [15:0] _area_scan_result_length;
@@ -5204,195 +5230,225 @@ module HostSequencer(
   always @(*) begin
     casez (_area_scan_result_index)
       3'b000:
-        casez_tmp_0 = areas_views_0_ecatWrites;
+        casez_tmp_0 = areas_views_0_locked;
       3'b001:
-        casez_tmp_0 = areas_views_1_ecatWrites;
+        casez_tmp_0 = areas_views_1_locked;
       3'b010:
-        casez_tmp_0 = areas_views_2_ecatWrites;
+        casez_tmp_0 = areas_views_2_locked;
       3'b011:
-        casez_tmp_0 = areas_views_3_ecatWrites;
+        casez_tmp_0 = areas_views_3_locked;
       3'b100:
-        casez_tmp_0 = areas_views_4_ecatWrites;
+        casez_tmp_0 = areas_views_4_locked;
       3'b101:
-        casez_tmp_0 = areas_views_5_ecatWrites;
+        casez_tmp_0 = areas_views_5_locked;
       3'b110:
-        casez_tmp_0 = areas_views_6_ecatWrites;
+        casez_tmp_0 = areas_views_6_locked;
       default:
-        casez_tmp_0 = areas_views_7_ecatWrites;
+        casez_tmp_0 = areas_views_7_locked;
     endcase
   end // always @(*)
   reg         casez_tmp_1;
   always @(*) begin
     casez (_area_scan_result_index)
       3'b000:
-        casez_tmp_1 = areas_views_0_pdiOpen;
+        casez_tmp_1 = areas_views_0_ecatWrites;
       3'b001:
-        casez_tmp_1 = areas_views_1_pdiOpen;
+        casez_tmp_1 = areas_views_1_ecatWrites;
       3'b010:
-        casez_tmp_1 = areas_views_2_pdiOpen;
+        casez_tmp_1 = areas_views_2_ecatWrites;
       3'b011:
-        casez_tmp_1 = areas_views_3_pdiOpen;
+        casez_tmp_1 = areas_views_3_ecatWrites;
       3'b100:
-        casez_tmp_1 = areas_views_4_pdiOpen;
+        casez_tmp_1 = areas_views_4_ecatWrites;
       3'b101:
-        casez_tmp_1 = areas_views_5_pdiOpen;
+        casez_tmp_1 = areas_views_5_ecatWrites;
       3'b110:
-        casez_tmp_1 = areas_views_6_pdiOpen;
+        casez_tmp_1 = areas_views_6_ecatWrites;
       default:
-        casez_tmp_1 = areas_views_7_pdiOpen;
+        casez_tmp_1 = areas_views_7_ecatWrites;
     endcase
   end // always @(*)
   reg         casez_tmp_2;
   always @(*) begin
     casez (_area_scan_result_index)
       3'b000:
-        casez_tmp_2 = areas_views_0_pdiMayOpen;
+        casez_tmp_2 = areas_views_0_pdiOpen;
       3'b001:
-        casez_tmp_2 = areas_views_1_pdiMayOpen;
+        casez_tmp_2 = areas_views_1_pdiOpen;
       3'b010:
-        casez_tmp_2 = areas_views_2_pdiMayOpen;
+        casez_tmp_2 = areas_views_2_pdiOpen;
       3'b011:
-        casez_tmp_2 = areas_views_3_pdiMayOpen;
+        casez_tmp_2 = areas_views_3_pdiOpen;
       3'b100:
-        casez_tmp_2 = areas_views_4_pdiMayOpen;
+        casez_tmp_2 = areas_views_4_pdiOpen;
       3'b101:
-        casez_tmp_2 = areas_views_5_pdiMayOpen;
+        casez_tmp_2 = areas_views_5_pdiOpen;
       3'b110:
-        casez_tmp_2 = areas_views_6_pdiMayOpen;
+        casez_tmp_2 = areas_views_6_pdiOpen;
       default:
-        casez_tmp_2 = areas_views_7_pdiMayOpen;
+        casez_tmp_2 = areas_views_7_pdiOpen;
     endcase
   end // always @(*)
-  reg  [1:0]  casez_tmp_3;
+  reg         casez_tmp_3;
   always @(*) begin
     casez (_area_scan_result_index)
       3'b000:
-        casez_tmp_3 = areas_views_0_writerBuffer;
+        casez_tmp_3 = areas_views_0_pdiMayOpen;
       3'b001:
-        casez_tmp_3 = areas_views_1_writerBuffer;
+        casez_tmp_3 = areas_views_1_pdiMayOpen;
       3'b010:
-        casez_tmp_3 = areas_views_2_writerBuffer;
+        casez_tmp_3 = areas_views_2_pdiMayOpen;
       3'b011:
-        casez_tmp_3 = areas_views_3_writerBuffer;
+        casez_tmp_3 = areas_views_3_pdiMayOpen;
       3'b100:
-        casez_tmp_3 = areas_views_4_writerBuffer;
+        casez_tmp_3 = areas_views_4_pdiMayOpen;
       3'b101:
-        casez_tmp_3 = areas_views_5_writerBuffer;
+        casez_tmp_3 = areas_views_5_pdiMayOpen;
       3'b110:
-        casez_tmp_3 = areas_views_6_writerBuffer;
+        casez_tmp_3 = areas_views_6_pdiMayOpen;
       default:
-        casez_tmp_3 = areas_views_7_writerBuffer;
+        casez_tmp_3 = areas_views_7_pdiMayOpen;
     endcase
   end // always @(*)
   reg  [1:0]  casez_tmp_4;
   always @(*) begin
     casez (_area_scan_result_index)
       3'b000:
-        casez_tmp_4 = areas_views_0_readerBuffer;
+        casez_tmp_4 = areas_views_0_writerBuffer;
       3'b001:
-        casez_tmp_4 = areas_views_1_readerBuffer;
+        casez_tmp_4 = areas_views_1_writerBuffer;
       3'b010:
-        casez_tmp_4 = areas_views_2_readerBuffer;
+        casez_tmp_4 = areas_views_2_writerBuffer;
       3'b011:
-        casez_tmp_4 = areas_views_3_readerBuffer;
+        casez_tmp_4 = areas_views_3_writerBuffer;
       3'b100:
-        casez_tmp_4 = areas_views_4_readerBuffer;
+        casez_tmp_4 = areas_views_4_writerBuffer;
       3'b101:
-        casez_tmp_4 = areas_views_5_readerBuffer;
+        casez_tmp_4 = areas_views_5_writerBuffer;
       3'b110:
-        casez_tmp_4 = areas_views_6_readerBuffer;
+        casez_tmp_4 = areas_views_6_writerBuffer;
       default:
-        casez_tmp_4 = areas_views_7_readerBuffer;
+        casez_tmp_4 = areas_views_7_writerBuffer;
     endcase
   end // always @(*)
-  wire        right = casez_tmp_0 != host_write;
+  reg  [1:0]  casez_tmp_5;
+  always @(*) begin
+    casez (_area_scan_result_index)
+      3'b000:
+        casez_tmp_5 = areas_views_0_readerBuffer;
+      3'b001:
+        casez_tmp_5 = areas_views_1_readerBuffer;
+      3'b010:
+        casez_tmp_5 = areas_views_2_readerBuffer;
+      3'b011:
+        casez_tmp_5 = areas_views_3_readerBuffer;
+      3'b100:
+        casez_tmp_5 = areas_views_4_readerBuffer;
+      3'b101:
+        casez_tmp_5 = areas_views_5_readerBuffer;
+      3'b110:
+        casez_tmp_5 = areas_views_6_readerBuffer;
+      default:
+        casez_tmp_5 = areas_views_7_readerBuffer;
+    endcase
+  end // always @(*)
+  wire        right = casez_tmp_1 != host_write;
+  wire        plain = ~_area_scan_result_hit | ~casez_tmp & ~casez_tmp_0;
   wire        may =
-    ~_area_scan_result_hit | casez_tmp & (host_addr < 16'h1000 | areas_ramOpen & host_addr < 16'h3000)
-    & (single | right & (casez_tmp_1 | _area_scan_result_first & casez_tmp_2));
+    plain | casez_tmp & (host_addr < 16'h1000 | areas_ramOpen & host_addr < 16'h3000)
+    & (single | right & (casez_tmp_2 | _area_scan_result_first & casez_tmp_3));
   wire        inBuffer = _area_scan_result_hit & right & casez_tmp;
-  wire [1:0]  number = host_write ? casez_tmp_3 : casez_tmp_4;
+  wire [1:0]  number = host_write ? casez_tmp_4 : casez_tmp_5;
   wire [17:0] moved =
     {2'h0, host_addr}
     + {1'h0,
-       _area_scan_result_hit & ~single
-         ? (number[1] ? {_area_scan_result_length, 1'h0} : {1'h0, number[0] ? _area_scan_result_length : 16'h0})
-         : 17'h0};
+       plain | single
+         ? 17'h0
+         : number[1] ? {_area_scan_result_length, 1'h0} : {1'h0, number[0] ? _area_scan_result_length : 16'h0}};
   wire        _host_rdata_T = state == 3'h1;
-  wire        _GEN = state == 3'h0;
-  wire        _GEN_0 = state == 3'h1;
-  wire        _GEN_1 = state == 3'h2;
-  wire        _GEN_2 = state == 3'h3;
-  wire        _GEN_3 = state == 3'h4;
-  wire        _GEN_4 = state == 3'h5;
-  wire        _GEN_5 = state == 3'h6;
-  wire        _GEN_6 = _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5;
-  reg  [3:0]  casez_tmp_5;
+  wire        _GEN = state == 3'h1;
+  wire        _GEN_0 = state == 3'h2;
+  wire        _GEN_1 = state == 3'h3;
+  wire        _GEN_2 = state == 3'h4;
+  wire        _GEN_3 = state == 3'h5;
+  wire        _GEN_4 = state == 3'h6;
+  wire        _GEN_5 = _GEN_4 & ~ecatActs;
+  wire        _GEN_6 = _GEN_2 | _GEN_3;
+  wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
+  reg  [3:0]  casez_tmp_6;
+  wire [3:0]  _GEN_8 = _GEN_7 | ~(&state) ? count : 4'h0;
   always @(*) begin
     casez (state)
       3'b000:
-        casez_tmp_5 = 4'h0;
+        casez_tmp_6 = _GEN_8;
       3'b001:
-        casez_tmp_5 = count;
+        casez_tmp_6 = count;
       3'b010:
-        casez_tmp_5 = count + 4'h1;
+        casez_tmp_6 = count + 4'h1;
       3'b011:
-        casez_tmp_5 = count;
+        casez_tmp_6 = count;
       3'b100:
-        casez_tmp_5 = count;
+        casez_tmp_6 = count;
       3'b101:
-        casez_tmp_5 = count;
+        casez_tmp_6 = count;
       3'b110:
-        casez_tmp_5 = count;
+        casez_tmp_6 = count;
       default:
-        casez_tmp_5 = _GEN_6 | ~(&state) ? count : 4'h0;
+        casez_tmp_6 = _GEN_8;
     endcase
   end // always @(*)
-  wire        _GEN_7 = _GEN_1 | _GEN_6;
-  reg  [2:0]  casez_tmp_6;
+  wire        _GEN_9 = _GEN_0 | _GEN_7;
+  reg  [2:0]  casez_tmp_7;
   always @(*) begin
     casez (state)
       3'b000:
-        casez_tmp_6 = host_req ? {1'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1} : state;
+        casez_tmp_7 = state;
       3'b001:
-        casez_tmp_6 = memory_ack ? 3'h0 : state;
+        casez_tmp_7 = memory_ack ? 3'h0 : state;
       3'b010:
-        casez_tmp_6 = host_be ? (count == 4'hA ? 3'h3 : state) : 3'h7;
+        casez_tmp_7 = host_be ? (count == 4'hA ? 3'h3 : state) : 3'h7;
       3'b011:
-        casez_tmp_6 = may ? (ecatActs ? state : 3'h4) : 3'h7;
+        casez_tmp_7 = may ? (ecatActs ? state : 3'h4) : 3'h7;
       3'b100:
-        casez_tmp_6 = {1'h1, |(moved[17:16]), 1'h1};
+        casez_tmp_7 = {1'h1, |(moved[17:16]), 1'h1};
       3'b101:
-        casez_tmp_6 = memory_ack ? 3'h6 : state;
+        casez_tmp_7 = memory_ack ? 3'h6 : state;
       3'b110:
-        casez_tmp_6 = ecatActs ? state : 3'h7;
+        casez_tmp_7 = ecatActs ? state : 3'h7;
       default:
-        casez_tmp_6 = {1'h0, lane, 1'h0};
+        casez_tmp_7 = {1'h0, lane, 1'h0};
     endcase
   end // always @(*)
   always @(posedge clock) begin
     if (reset)
       state <= 3'h0;
-    else
-      state <= casez_tmp_6;
-    lane <= ~_GEN & (_GEN_0 | _GEN_7 | ~(&state) ? lane : lane - 1'h1);
-    if (_GEN)
+    else if (|state)
+      state <= casez_tmp_7;
+    else if (host_req)
+      state <= {1'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1};
+    lane <= (|state) & (_GEN | _GEN_9 | ~(&state) ? lane : lane - 1'h1);
+    if (|state) begin
+      data <= {8{~(_GEN | _GEN_0 | _GEN_1 | _GEN_2)}} & {8{_GEN_3 & memory_ack}} & memory_rdata | data;
+      count <= casez_tmp_6;
+    end
+    else begin
       data <= 8'h0;
-    else
-      data <= {8{~(_GEN_0 | _GEN_1 | _GEN_2 | _GEN_3)}} & {8{_GEN_4 & memory_ack}} & memory_rdata | data;
-    if (_GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3) begin
+      count <= 4'h0;
+    end
+    if (~(|state) | _GEN | _GEN_0 | _GEN_1 | ~_GEN_2) begin
     end
     else
       through <= moved[15:0];
-    count <= casez_tmp_5;
     area_scan_entry_begins_REG <= count == 4'h0;
   end // always @(posedge)
+  assign _area_scan_entry_takesPart = areas_entries_0_takesPart & count < 4'h9;
   AreaScan area_scan (
     .clock           (clock),
     .entry_index     (areas_entries_0_index),
     .entry_start     (areas_entries_0_start),
     .entry_length    (areas_entries_0_length),
     .entry_extent    (areas_entries_0_extent),
-    .entry_takesPart (areas_entries_0_takesPart),
+    .entry_takesPart (_area_scan_entry_takesPart),
     .entry_begins    (area_scan_entry_begins_REG),
     .address         (host_addr),
     .result_hit      (_area_scan_result_hit),
@@ -5401,7 +5457,7 @@ module HostSequencer(
     .result_first    (_area_scan_result_first),
     .result_last     (_area_scan_result_last)
   );
-  assign host_ack = ~_GEN & (_GEN_0 ? memory_ack : ~_GEN_7 & (&state) & ~lane);
+  assign host_ack = (|state) & (_GEN ? memory_ack : ~_GEN_9 & (&state) & ~lane);
   assign host_rdata = _host_rdata_T ? memory_rdata : data;
   assign memory_req = _host_rdata_T | state == 3'h5;
   assign memory_write = host_write;
@@ -5409,12 +5465,16 @@ module HostSequencer(
   assign memory_wdata = host_wdata;
   assign memory_be = ~_host_rdata_T | host_be;
   assign areas_index = count[3] ? 3'h7 : count[2:0];
-  assign areas_access_touch = ~(_GEN | _GEN_0 | _GEN_1) & _GEN_2 & may & ~ecatActs & inBuffer;
+  assign areas_access_touch =
+    ~(~(|state) | _GEN | _GEN_0)
+    & (_GEN_1 ? may & ~ecatActs & inBuffer & ~single : ~_GEN_6 & _GEN_5 & inBuffer & single);
   assign areas_access_first = _area_scan_result_first;
   assign areas_access_close =
-    ~(_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4) & _GEN_5 & ~ecatActs & inBuffer & _area_scan_result_last;
+    ~(~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_6) & _GEN_5 & inBuffer & _area_scan_result_last
+    & (single | casez_tmp_2);
   assign areas_access_single = single;
   assign areas_accessIndex = _area_scan_result_index;
+  assign quiet = ~(|state);
 endmodule
 
 module I2cMaster(
@@ -5433,7 +5493,7 @@ module I2cMaster(
 );
 
   reg  [5:0] timer;
-  wire       tick = timer == 6'h3D;
+  wire       tick = timer == 6'h3E;
   reg        busy;
   reg  [2:0] what;
   reg  [1:0] phase;
@@ -6048,6 +6108,8 @@ module Application(
   wire [15:0] _ecatEvents_output = {4'h0, smEcatEvents, alEvent, dlEvent, 2'h0};
   wire [15:0] _GEN = {smAlEvents, 1'h0, watchdog, 1'h0, |smChanged, 3'h0, controlEvent} & alMask;
   wire        _alEvent_T = good | bad;
+  wire        _GEN_0 = dlStatus == dlEvent_before;
+  wire        _GEN_1 = alStatus == alEvent_before;
   always @(posedge clock) begin
     if (reset) begin
       controlEvent <= 1'h0;
@@ -6063,11 +6125,11 @@ module Application(
       controlEvent <= alControlWritten & ~emulation | ~alControlRead & controlEvent;
       copyControl_REG <= alControlWritten;
       dlEvent_before <= dlStatus;
-      dlEvent_pending <= ~_alEvent_T & (readDlStatus | dlEvent_pending);
-      dlEvent <= dlStatus != dlEvent_before | ~(good & dlEvent_pending) & dlEvent;
+      dlEvent_pending <= _GEN_0 & ~_alEvent_T & (readDlStatus | dlEvent_pending);
+      dlEvent <= ~_GEN_0 | ~(good & dlEvent_pending) & dlEvent;
       alEvent_before <= alStatus;
-      alEvent_pending <= ~_alEvent_T & (readAlStatus | alEvent_pending);
-      alEvent <= alStatus != alEvent_before | ~(good & alEvent_pending) & alEvent;
+      alEvent_pending <= _GEN_1 & ~_alEvent_T & (readAlStatus | alEvent_pending);
+      alEvent <= ~_GEN_1 | ~(good & alEvent_pending) & alEvent;
     end
   end // always @(posedge)
   assign copyControl = copyControl_REG & emulation;
@@ -6140,7 +6202,7 @@ endmodule
 module LedControl(
   input        clock,
   input        reset,
-  input  [3:0] automatic_0,
+  input  [3:0] automaticCode,
   input        write_valid,
   input  [4:0] write_bits,
   input        drop,
@@ -6160,7 +6222,7 @@ module LedControl(
     if (write_valid)
       wanted <= write_bits[3:0];
   end // always @(posedge)
-  assign code = enable ? wanted : automatic_0;
+  assign code = enable ? wanted : automaticCode;
   assign taken = enable;
 endmodule
 
@@ -6241,7 +6303,7 @@ module slave(
   wire [4:0]  _led_err_write_bits;
   wire        _led_err_drop;
   wire [3:0]  _led_err_code;
-  wire [3:0]  _led_run_automatic;
+  wire [3:0]  _led_run_automaticCode;
   wire        _led_run_write_valid;
   wire [4:0]  _led_run_write_bits;
   wire [3:0]  _led_run_code;
@@ -6274,6 +6336,7 @@ module slave(
   wire        _hostSequencer_memory_write;
   wire [15:0] _hostSequencer_memory_addr;
   wire        _hostSequencer_memory_be;
+  wire        _hostSequencer_quiet;
   wire [2:0]  _syncManagers_pdi_index;
   wire        _syncManagers_pdi_access_touch;
   wire        _syncManagers_pdi_access_first;
@@ -6288,48 +6351,56 @@ module slave(
   wire [17:0] _syncManagers_pdi_entries_0_extent;
   wire        _syncManagers_pdi_entries_0_takesPart;
   wire        _syncManagers_pdi_views_0_works;
+  wire        _syncManagers_pdi_views_0_locked;
   wire        _syncManagers_pdi_views_0_ecatWrites;
   wire        _syncManagers_pdi_views_0_pdiOpen;
   wire        _syncManagers_pdi_views_0_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_0_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_0_readerBuffer;
   wire        _syncManagers_pdi_views_1_works;
+  wire        _syncManagers_pdi_views_1_locked;
   wire        _syncManagers_pdi_views_1_ecatWrites;
   wire        _syncManagers_pdi_views_1_pdiOpen;
   wire        _syncManagers_pdi_views_1_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_1_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_1_readerBuffer;
   wire        _syncManagers_pdi_views_2_works;
+  wire        _syncManagers_pdi_views_2_locked;
   wire        _syncManagers_pdi_views_2_ecatWrites;
   wire        _syncManagers_pdi_views_2_pdiOpen;
   wire        _syncManagers_pdi_views_2_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_2_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_2_readerBuffer;
   wire        _syncManagers_pdi_views_3_works;
+  wire        _syncManagers_pdi_views_3_locked;
   wire        _syncManagers_pdi_views_3_ecatWrites;
   wire        _syncManagers_pdi_views_3_pdiOpen;
   wire        _syncManagers_pdi_views_3_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_3_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_3_readerBuffer;
   wire        _syncManagers_pdi_views_4_works;
+  wire        _syncManagers_pdi_views_4_locked;
   wire        _syncManagers_pdi_views_4_ecatWrites;
   wire        _syncManagers_pdi_views_4_pdiOpen;
   wire        _syncManagers_pdi_views_4_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_4_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_4_readerBuffer;
   wire        _syncManagers_pdi_views_5_works;
+  wire        _syncManagers_pdi_views_5_locked;
   wire        _syncManagers_pdi_views_5_ecatWrites;
   wire        _syncManagers_pdi_views_5_pdiOpen;
   wire        _syncManagers_pdi_views_5_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_5_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_5_readerBuffer;
   wire        _syncManagers_pdi_views_6_works;
+  wire        _syncManagers_pdi_views_6_locked;
   wire        _syncManagers_pdi_views_6_ecatWrites;
   wire        _syncManagers_pdi_views_6_pdiOpen;
   wire        _syncManagers_pdi_views_6_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_6_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_6_readerBuffer;
   wire        _syncManagers_pdi_views_7_works;
+  wire        _syncManagers_pdi_views_7_locked;
   wire        _syncManagers_pdi_views_7_ecatWrites;
   wire        _syncManagers_pdi_views_7_pdiOpen;
   wire        _syncManagers_pdi_views_7_pdiMayOpen;
@@ -7371,7 +7442,7 @@ module slave(
     .txd        (mii_1_txd)
   );
   assign _syncManagers_ramOpen = ~_operational_sii_notLoaded;
-  assign _syncManagers_quiet = ~_processor_busy & ~syncManagers_quiet_r_7;
+  assign _syncManagers_quiet = _hostSequencer_quiet & ~_processor_busy & ~syncManagers_quiet_r_7;
   SyncManagers syncManagers (
     .clock                     (clock),
     .reset                     (reset),
@@ -7446,48 +7517,56 @@ module slave(
     .pdi_entries_0_extent      (_syncManagers_pdi_entries_0_extent),
     .pdi_entries_0_takesPart   (_syncManagers_pdi_entries_0_takesPart),
     .pdi_views_0_works         (_syncManagers_pdi_views_0_works),
+    .pdi_views_0_locked        (_syncManagers_pdi_views_0_locked),
     .pdi_views_0_ecatWrites    (_syncManagers_pdi_views_0_ecatWrites),
     .pdi_views_0_pdiOpen       (_syncManagers_pdi_views_0_pdiOpen),
     .pdi_views_0_pdiMayOpen    (_syncManagers_pdi_views_0_pdiMayOpen),
     .pdi_views_0_writerBuffer  (_syncManagers_pdi_views_0_writerBuffer),
     .pdi_views_0_readerBuffer  (_syncManagers_pdi_views_0_readerBuffer),
     .pdi_views_1_works         (_syncManagers_pdi_views_1_works),
+    .pdi_views_1_locked        (_syncManagers_pdi_views_1_locked),
     .pdi_views_1_ecatWrites    (_syncManagers_pdi_views_1_ecatWrites),
     .pdi_views_1_pdiOpen       (_syncManagers_pdi_views_1_pdiOpen),
     .pdi_views_1_pdiMayOpen    (_syncManagers_pdi_views_1_pdiMayOpen),
     .pdi_views_1_writerBuffer  (_syncManagers_pdi_views_1_writerBuffer),
     .pdi_views_1_readerBuffer  (_syncManagers_pdi_views_1_readerBuffer),
     .pdi_views_2_works         (_syncManagers_pdi_views_2_works),
+    .pdi_views_2_locked        (_syncManagers_pdi_views_2_locked),
     .pdi_views_2_ecatWrites    (_syncManagers_pdi_views_2_ecatWrites),
     .pdi_views_2_pdiOpen       (_syncManagers_pdi_views_2_pdiOpen),
     .pdi_views_2_pdiMayOpen    (_syncManagers_pdi_views_2_pdiMayOpen),
     .pdi_views_2_writerBuffer  (_syncManagers_pdi_views_2_writerBuffer),
     .pdi_views_2_readerBuffer  (_syncManagers_pdi_views_2_readerBuffer),
     .pdi_views_3_works         (_syncManagers_pdi_views_3_works),
+    .pdi_views_3_locked        (_syncManagers_pdi_views_3_locked),
     .pdi_views_3_ecatWrites    (_syncManagers_pdi_views_3_ecatWrites),
     .pdi_views_3_pdiOpen       (_syncManagers_pdi_views_3_pdiOpen),
     .pdi_views_3_pdiMayOpen    (_syncManagers_pdi_views_3_pdiMayOpen),
     .pdi_views_3_writerBuffer  (_syncManagers_pdi_views_3_writerBuffer),
     .pdi_views_3_readerBuffer  (_syncManagers_pdi_views_3_readerBuffer),
     .pdi_views_4_works         (_syncManagers_pdi_views_4_works),
+    .pdi_views_4_locked        (_syncManagers_pdi_views_4_locked),
     .pdi_views_4_ecatWrites    (_syncManagers_pdi_views_4_ecatWrites),
     .pdi_views_4_pdiOpen       (_syncManagers_pdi_views_4_pdiOpen),
     .pdi_views_4_pdiMayOpen    (_syncManagers_pdi_views_4_pdiMayOpen),
     .pdi_views_4_writerBuffer  (_syncManagers_pdi_views_4_writerBuffer),
     .pdi_views_4_readerBuffer  (_syncManagers_pdi_views_4_readerBuffer),
     .pdi_views_5_works         (_syncManagers_pdi_views_5_works),
+    .pdi_views_5_locked        (_syncManagers_pdi_views_5_locked),
     .pdi_views_5_ecatWrites    (_syncManagers_pdi_views_5_ecatWrites),
     .pdi_views_5_pdiOpen       (_syncManagers_pdi_views_5_pdiOpen),
     .pdi_views_5_pdiMayOpen    (_syncManagers_pdi_views_5_pdiMayOpen),
     .pdi_views_5_writerBuffer  (_syncManagers_pdi_views_5_writerBuffer),
     .pdi_views_5_readerBuffer  (_syncManagers_pdi_views_5_readerBuffer),
     .pdi_views_6_works         (_syncManagers_pdi_views_6_works),
+    .pdi_views_6_locked        (_syncManagers_pdi_views_6_locked),
     .pdi_views_6_ecatWrites    (_syncManagers_pdi_views_6_ecatWrites),
     .pdi_views_6_pdiOpen       (_syncManagers_pdi_views_6_pdiOpen),
     .pdi_views_6_pdiMayOpen    (_syncManagers_pdi_views_6_pdiMayOpen),
     .pdi_views_6_writerBuffer  (_syncManagers_pdi_views_6_writerBuffer),
     .pdi_views_6_readerBuffer  (_syncManagers_pdi_views_6_readerBuffer),
     .pdi_views_7_works         (_syncManagers_pdi_views_7_works),
+    .pdi_views_7_locked        (_syncManagers_pdi_views_7_locked),
     .pdi_views_7_ecatWrites    (_syncManagers_pdi_views_7_ecatWrites),
     .pdi_views_7_pdiOpen       (_syncManagers_pdi_views_7_pdiOpen),
     .pdi_views_7_pdiMayOpen    (_syncManagers_pdi_views_7_pdiMayOpen),
@@ -7595,48 +7674,56 @@ module slave(
     .areas_entries_0_extent     (_syncManagers_pdi_entries_0_extent),
     .areas_entries_0_takesPart  (_syncManagers_pdi_entries_0_takesPart),
     .areas_views_0_works        (_syncManagers_pdi_views_0_works),
+    .areas_views_0_locked       (_syncManagers_pdi_views_0_locked),
     .areas_views_0_ecatWrites   (_syncManagers_pdi_views_0_ecatWrites),
     .areas_views_0_pdiOpen      (_syncManagers_pdi_views_0_pdiOpen),
     .areas_views_0_pdiMayOpen   (_syncManagers_pdi_views_0_pdiMayOpen),
     .areas_views_0_writerBuffer (_syncManagers_pdi_views_0_writerBuffer),
     .areas_views_0_readerBuffer (_syncManagers_pdi_views_0_readerBuffer),
     .areas_views_1_works        (_syncManagers_pdi_views_1_works),
+    .areas_views_1_locked       (_syncManagers_pdi_views_1_locked),
     .areas_views_1_ecatWrites   (_syncManagers_pdi_views_1_ecatWrites),
     .areas_views_1_pdiOpen      (_syncManagers_pdi_views_1_pdiOpen),
     .areas_views_1_pdiMayOpen   (_syncManagers_pdi_views_1_pdiMayOpen),
     .areas_views_1_writerBuffer (_syncManagers_pdi_views_1_writerBuffer),
     .areas_views_1_readerBuffer (_syncManagers_pdi_views_1_readerBuffer),
     .areas_views_2_works        (_syncManagers_pdi_views_2_works),
+    .areas_views_2_locked       (_syncManagers_pdi_views_2_locked),
     .areas_views_2_ecatWrites   (_syncManagers_pdi_views_2_ecatWrites),
     .areas_views_2_pdiOpen      (_syncManagers_pdi_views_2_pdiOpen),
     .areas_views_2_pdiMayOpen   (_syncManagers_pdi_views_2_pdiMayOpen),
     .areas_views_2_writerBuffer (_syncManagers_pdi_views_2_writerBuffer),
     .areas_views_2_readerBuffer (_syncManagers_pdi_views_2_readerBuffer),
     .areas_views_3_works        (_syncManagers_pdi_views_3_works),
+    .areas_views_3_locked       (_syncManagers_pdi_views_3_locked),
     .areas_views_3_ecatWrites   (_syncManagers_pdi_views_3_ecatWrites),
     .areas_views_3_pdiOpen      (_syncManagers_pdi_views_3_pdiOpen),
     .areas_views_3_pdiMayOpen   (_syncManagers_pdi_views_3_pdiMayOpen),
     .areas_views_3_writerBuffer (_syncManagers_pdi_views_3_writerBuffer),
     .areas_views_3_readerBuffer (_syncManagers_pdi_views_3_readerBuffer),
     .areas_views_4_works        (_syncManagers_pdi_views_4_works),
+    .areas_views_4_locked       (_syncManagers_pdi_views_4_locked),
     .areas_views_4_ecatWrites   (_syncManagers_pdi_views_4_ecatWrites),
     .areas_views_4_pdiOpen      (_syncManagers_pdi_views_4_pdiOpen),
     .areas_views_4_pdiMayOpen   (_syncManagers_pdi_views_4_pdiMayOpen),
     .areas_views_4_writerBuffer (_syncManagers_pdi_views_4_writerBuffer),
     .areas_views_4_readerBuffer (_syncManagers_pdi_views_4_readerBuffer),
     .areas_views_5_works        (_syncManagers_pdi_views_5_works),
+    .areas_views_5_locked       (_syncManagers_pdi_views_5_locked),
     .areas_views_5_ecatWrites   (_syncManagers_pdi_views_5_ecatWrites),
     .areas_views_5_pdiOpen      (_syncManagers_pdi_views_5_pdiOpen),
     .areas_views_5_pdiMayOpen   (_syncManagers_pdi_views_5_pdiMayOpen),
     .areas_views_5_writerBuffer (_syncManagers_pdi_views_5_writerBuffer),
     .areas_views_5_readerBuffer (_syncManagers_pdi_views_5_readerBuffer),
     .areas_views_6_works        (_syncManagers_pdi_views_6_works),
+    .areas_views_6_locked       (_syncManagers_pdi_views_6_locked),
     .areas_views_6_ecatWrites   (_syncManagers_pdi_views_6_ecatWrites),
     .areas_views_6_pdiOpen      (_syncManagers_pdi_views_6_pdiOpen),
     .areas_views_6_pdiMayOpen   (_syncManagers_pdi_views_6_pdiMayOpen),
     .areas_views_6_writerBuffer (_syncManagers_pdi_views_6_writerBuffer),
     .areas_views_6_readerBuffer (_syncManagers_pdi_views_6_readerBuffer),
     .areas_views_7_works        (_syncManagers_pdi_views_7_works),
+    .areas_views_7_locked       (_syncManagers_pdi_views_7_locked),
     .areas_views_7_ecatWrites   (_syncManagers_pdi_views_7_ecatWrites),
     .areas_views_7_pdiOpen      (_syncManagers_pdi_views_7_pdiOpen),
     .areas_views_7_pdiMayOpen   (_syncManagers_pdi_views_7_pdiMayOpen),
@@ -7648,7 +7735,8 @@ module slave(
     .areas_access_close         (_syncManagers_pdi_access_close),
     .areas_access_single        (_syncManagers_pdi_access_single),
     .areas_accessIndex          (_syncManagers_pdi_accessIndex),
-    .ecatActs                   (_hostSequencer_ecatActs)
+    .ecatActs                   (_hostSequencer_ecatActs),
+    .quiet                      (_hostSequencer_quiet)
   );
   assign _operational_sii_twoByte = _operational_sii_twoByte_crossing_out;
   assign _operational_sii_writeLow_valid =
@@ -7811,7 +7899,7 @@ module slave(
     .running (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running),
     .expired (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
   );
-  assign _led_run_automatic =
+  assign _led_run_automaticCode =
     _operational_sii_loading | _memory_value_al_status[3:0] == 4'h3
       ? 4'hE
       : _memory_value_al_status[3:0] == 4'h8
@@ -7821,14 +7909,14 @@ module slave(
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h138 & _memory_registerWrite_bits_mask;
   assign _led_run_write_bits = _memory_registerWrite_bits_data[4:0];
   LedControl led_run_0 (
-    .clock       (clock),
-    .reset       (reset),
-    .automatic_0 (_led_run_automatic),
-    .write_valid (_led_run_write_valid),
-    .write_bits  (_led_run_write_bits),
-    .drop        (alChanged),
-    .code        (_led_run_code),
-    .taken       (_memory_status_run_led_enable)
+    .clock         (clock),
+    .reset         (reset),
+    .automaticCode (_led_run_automaticCode),
+    .write_valid   (_led_run_write_valid),
+    .write_bits    (_led_run_write_bits),
+    .drop          (alChanged),
+    .code          (_led_run_code),
+    .taken         (_memory_status_run_led_enable)
   );
   LedPattern pattern_run (
     .clock (clock),
@@ -7842,14 +7930,14 @@ module slave(
   assign _led_err_write_bits = _memory_registerWrite_bits_data[4:0];
   assign _led_err_drop = (|error) & error != REG;
   LedControl led_err_0 (
-    .clock       (clock),
-    .reset       (reset),
-    .automatic_0 (error),
-    .write_valid (_led_err_write_valid),
-    .write_bits  (_led_err_write_bits),
-    .drop        (_led_err_drop),
-    .code        (_led_err_code),
-    .taken       (_memory_status_err_led_enable)
+    .clock         (clock),
+    .reset         (reset),
+    .automaticCode (error),
+    .write_valid   (_led_err_write_valid),
+    .write_bits    (_led_err_write_bits),
+    .drop          (_led_err_drop),
+    .code          (_led_err_code),
+    .taken         (_memory_status_err_led_enable)
   );
   LedPattern pattern_err (
     .clock (clock),

@@ -48,10 +48,10 @@ class SyncManagersProof extends Module {
   private val locked  = RegInit(0.U(n.W))
 
   // Bus: an end that has been read ahead is still to come; what the frame has touched.
-  private val ending  = RegInit(0.U(n.W))
-  private val touched = RegInit(0.U(n.W))
-  private val closed  = RegInit(0.U(n.W))
-  private val begun   = RegInit(0.U(n.W))
+  private val ending                                         = RegInit(0.U(n.W))
+  private val touched                                        = RegInit(0.U(n.W))
+  private val closed                                         = RegInit(0.U(n.W))
+  private val begun                                          = RegInit(0.U(n.W))
   private def set(bits: UInt, index: UInt, when: Bool): UInt = bits | Mux(when, UIntToOH(index, n), 0.U)
 
   private val good      = goodEnd && ending === 0.U
@@ -79,7 +79,8 @@ class SyncManagersProof extends Module {
   private val hostView  = views(pdi.index)
   private val hostTouch = pdi.touch && !busActs && !hostEnds && hostView.works &&
     (hostView.pdiOpen || (pdi.first && hostView.pdiMayOpen))
-  private val hostClose = pdi.close && !busActs && hostEnds && views(hostIndex).works && views(hostIndex).pdiOpen
+  private val hostClose =
+    pdi.close && !busActs && hostEnds && views(hostIndex).works && views(hostIndex).pdiOpen
   when(hostTouch) {
     hostEnds  := pdi.last && !pdi.first
     hostIndex := pdi.index
