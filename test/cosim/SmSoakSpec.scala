@@ -29,7 +29,7 @@ object SmSoak {
   // Host words of four bytes, each byte an access of its own to the SyncManagers; another core clock.
   private val wide = small.copy(preset = "smsoak-wide", dataBusWidth = 32, coreClockMhz = 125)
 
-  val plan: Seq[(EscParams, Long)] = Seq(small -> 8000000L, wide -> 2000000L)
+  val plan: Seq[(EscParams, Long)] = Seq(small -> 9500000L, wide -> 500000L)
   lazy val harness                 = new Harness("smsoak", plan.map(_._1))
 
   /** Builds the program. */
