@@ -3,6 +3,8 @@ ARGS   ?=
 PRESET ?= cyclone4-min
 FRAMES ?= 100000
 SEED   ?= 1
+STEPS  ?= 10000000
+SET    ?= smsoak
 PRESETS ?= cyclone4-min et1100 frame-processor
 
 # sbt if it is installed, else its launcher, a Maven artifact.
@@ -12,7 +14,7 @@ SBT_DEP  := $(if $(shell command -v sbt),,$(LAUNCHER))
 TOOLS    := .ci/install-tools
 VENV     := build/tools/venv
 
-.PHONY: help verilog generated check-generated test fuzz cosim cosim-selftest interop lint matrix format check-format report \
+.PHONY: help verilog generated check-generated test fuzz smsoak cosim cosim-selftest interop lint matrix format check-format report \
         clean tools-sim tools-test tools-report tools-interop
 
 help: ## this text
@@ -40,6 +42,10 @@ fuzz: $(SBT_DEP) tools-sim ## random frames: FRAMES=1000000 SEED=7 PRESET=cyclon
 	$(MAKE) -s -f test/cosim/cosim.mk cosim COSIM_OUT=build/fuzz-$(PRESET) PRESETS=$(PRESET)
 	$(SBT) "runMain flyframe.model.FuzzVectors --preset $(PRESET) --seed $(SEED) --frames $(FRAMES) --out build/fuzz.vectors"
 	build/fuzz-$(PRESET)/flyframe-fuzz --vectors build/fuzz.vectors
+
+smsoak: $(SBT_DEP) tools-sim ## SyncManagers between bus and host at random: STEPS=10000000 SEED=1 SET=smsoak-wide
+	$(SBT) "Test / runMain flyframe.cosim.SmSoak"
+	build/smsoak/flyframe-smsoak --preset $(SET) --steps $(STEPS) --seed $(SEED)
 
 cosim: tools-sim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency
 	$(MAKE) -s -f test/cosim/cosim.mk cosim PRESETS="$(PRESETS)"

@@ -2603,16 +2603,15 @@ module TranslatedAccess(
   reg  [3:0]  low;
   reg  [7:0]  passed;
   reg         written;
-  wire        _writes_T = written & writeMay;
-  wire        accept = _writes_T & writable & ~(writeAddress < 17'hF80 & memory_logFull);
+  wire        accept = written & writeMay & writable & ~(writeAddress < 17'hF80 & memory_logFull);
+  wire        _readAlStatus_T = byteEnd & _readNow_output;
   reg         readClosed_REG;
   reg         readClosed;
   reg  [2:0]  closedIndex;
   reg         closedSingle;
-  wire        writes = _writes_T & writesArea;
+  wire        writes = accept & writesArea;
   reg         anyRead;
   reg         anyWrite;
-  wire        _readAlStatus_T = byteEnd & _readNow_output;
   reg         readDlStatus_r;
   reg         readAlStatus_r;
   wire        _writeAddress_sum_T = writeTarget_local_address > 16'hF7F;
@@ -2662,7 +2661,7 @@ module TranslatedAccess(
       readArrives <= lookUpRead;
       writeArrives <= lookUpWrite;
       written <= byteEnd & enable & request_write;
-      readClosed_REG <= byteEnd & readMay & readCloses;
+      readClosed_REG <= _readAlStatus_T & readCloses;
       readClosed <= readClosed_REG;
     end
     starting <= first | cycle != 4'h2 & starting;
@@ -2739,7 +2738,7 @@ module TranslatedAccess(
       low <= in_data;
     if (byteEnd)
       passed <= {in_data, low};
-    anyRead <= ~first & (byteEnd & _readNow_output | anyRead);
+    anyRead <= ~first & (_readAlStatus_T | anyRead);
     anyWrite <= ~first & (accept | anyWrite);
   end // always @(posedge)
   assign _fmmus_index = cycle[3] ? 3'h7 : cycle[2:0];
@@ -4035,48 +4034,56 @@ module SyncManagers(
   output [17:0] pdi_entries_0_extent,
   output        pdi_entries_0_takesPart,
   output        pdi_views_0_works,
+  output        pdi_views_0_locked,
   output        pdi_views_0_ecatWrites,
   output        pdi_views_0_pdiOpen,
   output        pdi_views_0_pdiMayOpen,
   output [1:0]  pdi_views_0_writerBuffer,
   output [1:0]  pdi_views_0_readerBuffer,
   output        pdi_views_1_works,
+  output        pdi_views_1_locked,
   output        pdi_views_1_ecatWrites,
   output        pdi_views_1_pdiOpen,
   output        pdi_views_1_pdiMayOpen,
   output [1:0]  pdi_views_1_writerBuffer,
   output [1:0]  pdi_views_1_readerBuffer,
   output        pdi_views_2_works,
+  output        pdi_views_2_locked,
   output        pdi_views_2_ecatWrites,
   output        pdi_views_2_pdiOpen,
   output        pdi_views_2_pdiMayOpen,
   output [1:0]  pdi_views_2_writerBuffer,
   output [1:0]  pdi_views_2_readerBuffer,
   output        pdi_views_3_works,
+  output        pdi_views_3_locked,
   output        pdi_views_3_ecatWrites,
   output        pdi_views_3_pdiOpen,
   output        pdi_views_3_pdiMayOpen,
   output [1:0]  pdi_views_3_writerBuffer,
   output [1:0]  pdi_views_3_readerBuffer,
   output        pdi_views_4_works,
+  output        pdi_views_4_locked,
   output        pdi_views_4_ecatWrites,
   output        pdi_views_4_pdiOpen,
   output        pdi_views_4_pdiMayOpen,
   output [1:0]  pdi_views_4_writerBuffer,
   output [1:0]  pdi_views_4_readerBuffer,
   output        pdi_views_5_works,
+  output        pdi_views_5_locked,
   output        pdi_views_5_ecatWrites,
   output        pdi_views_5_pdiOpen,
   output        pdi_views_5_pdiMayOpen,
   output [1:0]  pdi_views_5_writerBuffer,
   output [1:0]  pdi_views_5_readerBuffer,
   output        pdi_views_6_works,
+  output        pdi_views_6_locked,
   output        pdi_views_6_ecatWrites,
   output        pdi_views_6_pdiOpen,
   output        pdi_views_6_pdiMayOpen,
   output [1:0]  pdi_views_6_writerBuffer,
   output [1:0]  pdi_views_6_readerBuffer,
   output        pdi_views_7_works,
+  output        pdi_views_7_locked,
   output        pdi_views_7_ecatWrites,
   output        pdi_views_7_pdiOpen,
   output        pdi_views_7_pdiMayOpen,
@@ -5005,34 +5012,42 @@ module SyncManagers(
     {2'h0, _table_0_readData_1[31:16]} + {1'h0, casez_tmp_3 & casez_tmp_4 ? {_table_0_readData_1[31:16], 1'h0} : 17'h0};
   assign pdi_entries_0_takesPart = casez_tmp_2 | casez_tmp_3;
   assign pdi_views_0_works = _sm0_view_works;
+  assign pdi_views_0_locked = _sm0_view_locked;
   assign pdi_views_0_ecatWrites = _sm0_view_ecatWrites;
   assign pdi_views_0_writerBuffer = _sm0_view_writerBuffer;
   assign pdi_views_0_readerBuffer = _sm0_view_readerBuffer;
   assign pdi_views_1_works = _sm1_view_works;
+  assign pdi_views_1_locked = _sm1_view_locked;
   assign pdi_views_1_ecatWrites = _sm1_view_ecatWrites;
   assign pdi_views_1_writerBuffer = _sm1_view_writerBuffer;
   assign pdi_views_1_readerBuffer = _sm1_view_readerBuffer;
   assign pdi_views_2_works = _sm2_view_works;
+  assign pdi_views_2_locked = _sm2_view_locked;
   assign pdi_views_2_ecatWrites = _sm2_view_ecatWrites;
   assign pdi_views_2_writerBuffer = _sm2_view_writerBuffer;
   assign pdi_views_2_readerBuffer = _sm2_view_readerBuffer;
   assign pdi_views_3_works = _sm3_view_works;
+  assign pdi_views_3_locked = _sm3_view_locked;
   assign pdi_views_3_ecatWrites = _sm3_view_ecatWrites;
   assign pdi_views_3_writerBuffer = _sm3_view_writerBuffer;
   assign pdi_views_3_readerBuffer = _sm3_view_readerBuffer;
   assign pdi_views_4_works = _sm4_view_works;
+  assign pdi_views_4_locked = _sm4_view_locked;
   assign pdi_views_4_ecatWrites = _sm4_view_ecatWrites;
   assign pdi_views_4_writerBuffer = _sm4_view_writerBuffer;
   assign pdi_views_4_readerBuffer = _sm4_view_readerBuffer;
   assign pdi_views_5_works = _sm5_view_works;
+  assign pdi_views_5_locked = _sm5_view_locked;
   assign pdi_views_5_ecatWrites = _sm5_view_ecatWrites;
   assign pdi_views_5_writerBuffer = _sm5_view_writerBuffer;
   assign pdi_views_5_readerBuffer = _sm5_view_readerBuffer;
   assign pdi_views_6_works = _sm6_view_works;
+  assign pdi_views_6_locked = _sm6_view_locked;
   assign pdi_views_6_ecatWrites = _sm6_view_ecatWrites;
   assign pdi_views_6_writerBuffer = _sm6_view_writerBuffer;
   assign pdi_views_6_readerBuffer = _sm6_view_readerBuffer;
   assign pdi_views_7_works = _sm7_view_works;
+  assign pdi_views_7_locked = _sm7_view_locked;
   assign pdi_views_7_ecatWrites = _sm7_view_ecatWrites;
   assign pdi_views_7_writerBuffer = _sm7_view_writerBuffer;
   assign pdi_views_7_readerBuffer = _sm7_view_readerBuffer;
@@ -5112,48 +5127,56 @@ module HostSequencer(
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
   input         areas_views_0_works,
+  input         areas_views_0_locked,
   input         areas_views_0_ecatWrites,
   input         areas_views_0_pdiOpen,
   input         areas_views_0_pdiMayOpen,
   input  [1:0]  areas_views_0_writerBuffer,
   input  [1:0]  areas_views_0_readerBuffer,
   input         areas_views_1_works,
+  input         areas_views_1_locked,
   input         areas_views_1_ecatWrites,
   input         areas_views_1_pdiOpen,
   input         areas_views_1_pdiMayOpen,
   input  [1:0]  areas_views_1_writerBuffer,
   input  [1:0]  areas_views_1_readerBuffer,
   input         areas_views_2_works,
+  input         areas_views_2_locked,
   input         areas_views_2_ecatWrites,
   input         areas_views_2_pdiOpen,
   input         areas_views_2_pdiMayOpen,
   input  [1:0]  areas_views_2_writerBuffer,
   input  [1:0]  areas_views_2_readerBuffer,
   input         areas_views_3_works,
+  input         areas_views_3_locked,
   input         areas_views_3_ecatWrites,
   input         areas_views_3_pdiOpen,
   input         areas_views_3_pdiMayOpen,
   input  [1:0]  areas_views_3_writerBuffer,
   input  [1:0]  areas_views_3_readerBuffer,
   input         areas_views_4_works,
+  input         areas_views_4_locked,
   input         areas_views_4_ecatWrites,
   input         areas_views_4_pdiOpen,
   input         areas_views_4_pdiMayOpen,
   input  [1:0]  areas_views_4_writerBuffer,
   input  [1:0]  areas_views_4_readerBuffer,
   input         areas_views_5_works,
+  input         areas_views_5_locked,
   input         areas_views_5_ecatWrites,
   input         areas_views_5_pdiOpen,
   input         areas_views_5_pdiMayOpen,
   input  [1:0]  areas_views_5_writerBuffer,
   input  [1:0]  areas_views_5_readerBuffer,
   input         areas_views_6_works,
+  input         areas_views_6_locked,
   input         areas_views_6_ecatWrites,
   input         areas_views_6_pdiOpen,
   input         areas_views_6_pdiMayOpen,
   input  [1:0]  areas_views_6_writerBuffer,
   input  [1:0]  areas_views_6_readerBuffer,
   input         areas_views_7_works,
+  input         areas_views_7_locked,
   input         areas_views_7_ecatWrites,
   input         areas_views_7_pdiOpen,
   input         areas_views_7_pdiMayOpen,
@@ -5165,9 +5188,11 @@ module HostSequencer(
   output        areas_access_close,
   output        areas_access_single,
   output [2:0]  areas_accessIndex,
-  input         ecatActs
+  input         ecatActs,
+  output        quiet
 );
 
+  wire        _area_scan_entry_takesPart;
   wire        _area_scan_result_hit;
   wire [2:0]  _area_scan_result_index;
   wire [15:0] _area_scan_result_length;
@@ -5205,195 +5230,225 @@ module HostSequencer(
   always @(*) begin
     casez (_area_scan_result_index)
       3'b000:
-        casez_tmp_0 = areas_views_0_ecatWrites;
+        casez_tmp_0 = areas_views_0_locked;
       3'b001:
-        casez_tmp_0 = areas_views_1_ecatWrites;
+        casez_tmp_0 = areas_views_1_locked;
       3'b010:
-        casez_tmp_0 = areas_views_2_ecatWrites;
+        casez_tmp_0 = areas_views_2_locked;
       3'b011:
-        casez_tmp_0 = areas_views_3_ecatWrites;
+        casez_tmp_0 = areas_views_3_locked;
       3'b100:
-        casez_tmp_0 = areas_views_4_ecatWrites;
+        casez_tmp_0 = areas_views_4_locked;
       3'b101:
-        casez_tmp_0 = areas_views_5_ecatWrites;
+        casez_tmp_0 = areas_views_5_locked;
       3'b110:
-        casez_tmp_0 = areas_views_6_ecatWrites;
+        casez_tmp_0 = areas_views_6_locked;
       default:
-        casez_tmp_0 = areas_views_7_ecatWrites;
+        casez_tmp_0 = areas_views_7_locked;
     endcase
   end // always @(*)
   reg         casez_tmp_1;
   always @(*) begin
     casez (_area_scan_result_index)
       3'b000:
-        casez_tmp_1 = areas_views_0_pdiOpen;
+        casez_tmp_1 = areas_views_0_ecatWrites;
       3'b001:
-        casez_tmp_1 = areas_views_1_pdiOpen;
+        casez_tmp_1 = areas_views_1_ecatWrites;
       3'b010:
-        casez_tmp_1 = areas_views_2_pdiOpen;
+        casez_tmp_1 = areas_views_2_ecatWrites;
       3'b011:
-        casez_tmp_1 = areas_views_3_pdiOpen;
+        casez_tmp_1 = areas_views_3_ecatWrites;
       3'b100:
-        casez_tmp_1 = areas_views_4_pdiOpen;
+        casez_tmp_1 = areas_views_4_ecatWrites;
       3'b101:
-        casez_tmp_1 = areas_views_5_pdiOpen;
+        casez_tmp_1 = areas_views_5_ecatWrites;
       3'b110:
-        casez_tmp_1 = areas_views_6_pdiOpen;
+        casez_tmp_1 = areas_views_6_ecatWrites;
       default:
-        casez_tmp_1 = areas_views_7_pdiOpen;
+        casez_tmp_1 = areas_views_7_ecatWrites;
     endcase
   end // always @(*)
   reg         casez_tmp_2;
   always @(*) begin
     casez (_area_scan_result_index)
       3'b000:
-        casez_tmp_2 = areas_views_0_pdiMayOpen;
+        casez_tmp_2 = areas_views_0_pdiOpen;
       3'b001:
-        casez_tmp_2 = areas_views_1_pdiMayOpen;
+        casez_tmp_2 = areas_views_1_pdiOpen;
       3'b010:
-        casez_tmp_2 = areas_views_2_pdiMayOpen;
+        casez_tmp_2 = areas_views_2_pdiOpen;
       3'b011:
-        casez_tmp_2 = areas_views_3_pdiMayOpen;
+        casez_tmp_2 = areas_views_3_pdiOpen;
       3'b100:
-        casez_tmp_2 = areas_views_4_pdiMayOpen;
+        casez_tmp_2 = areas_views_4_pdiOpen;
       3'b101:
-        casez_tmp_2 = areas_views_5_pdiMayOpen;
+        casez_tmp_2 = areas_views_5_pdiOpen;
       3'b110:
-        casez_tmp_2 = areas_views_6_pdiMayOpen;
+        casez_tmp_2 = areas_views_6_pdiOpen;
       default:
-        casez_tmp_2 = areas_views_7_pdiMayOpen;
+        casez_tmp_2 = areas_views_7_pdiOpen;
     endcase
   end // always @(*)
-  reg  [1:0]  casez_tmp_3;
+  reg         casez_tmp_3;
   always @(*) begin
     casez (_area_scan_result_index)
       3'b000:
-        casez_tmp_3 = areas_views_0_writerBuffer;
+        casez_tmp_3 = areas_views_0_pdiMayOpen;
       3'b001:
-        casez_tmp_3 = areas_views_1_writerBuffer;
+        casez_tmp_3 = areas_views_1_pdiMayOpen;
       3'b010:
-        casez_tmp_3 = areas_views_2_writerBuffer;
+        casez_tmp_3 = areas_views_2_pdiMayOpen;
       3'b011:
-        casez_tmp_3 = areas_views_3_writerBuffer;
+        casez_tmp_3 = areas_views_3_pdiMayOpen;
       3'b100:
-        casez_tmp_3 = areas_views_4_writerBuffer;
+        casez_tmp_3 = areas_views_4_pdiMayOpen;
       3'b101:
-        casez_tmp_3 = areas_views_5_writerBuffer;
+        casez_tmp_3 = areas_views_5_pdiMayOpen;
       3'b110:
-        casez_tmp_3 = areas_views_6_writerBuffer;
+        casez_tmp_3 = areas_views_6_pdiMayOpen;
       default:
-        casez_tmp_3 = areas_views_7_writerBuffer;
+        casez_tmp_3 = areas_views_7_pdiMayOpen;
     endcase
   end // always @(*)
   reg  [1:0]  casez_tmp_4;
   always @(*) begin
     casez (_area_scan_result_index)
       3'b000:
-        casez_tmp_4 = areas_views_0_readerBuffer;
+        casez_tmp_4 = areas_views_0_writerBuffer;
       3'b001:
-        casez_tmp_4 = areas_views_1_readerBuffer;
+        casez_tmp_4 = areas_views_1_writerBuffer;
       3'b010:
-        casez_tmp_4 = areas_views_2_readerBuffer;
+        casez_tmp_4 = areas_views_2_writerBuffer;
       3'b011:
-        casez_tmp_4 = areas_views_3_readerBuffer;
+        casez_tmp_4 = areas_views_3_writerBuffer;
       3'b100:
-        casez_tmp_4 = areas_views_4_readerBuffer;
+        casez_tmp_4 = areas_views_4_writerBuffer;
       3'b101:
-        casez_tmp_4 = areas_views_5_readerBuffer;
+        casez_tmp_4 = areas_views_5_writerBuffer;
       3'b110:
-        casez_tmp_4 = areas_views_6_readerBuffer;
+        casez_tmp_4 = areas_views_6_writerBuffer;
       default:
-        casez_tmp_4 = areas_views_7_readerBuffer;
+        casez_tmp_4 = areas_views_7_writerBuffer;
     endcase
   end // always @(*)
-  wire        right = casez_tmp_0 != host_write;
+  reg  [1:0]  casez_tmp_5;
+  always @(*) begin
+    casez (_area_scan_result_index)
+      3'b000:
+        casez_tmp_5 = areas_views_0_readerBuffer;
+      3'b001:
+        casez_tmp_5 = areas_views_1_readerBuffer;
+      3'b010:
+        casez_tmp_5 = areas_views_2_readerBuffer;
+      3'b011:
+        casez_tmp_5 = areas_views_3_readerBuffer;
+      3'b100:
+        casez_tmp_5 = areas_views_4_readerBuffer;
+      3'b101:
+        casez_tmp_5 = areas_views_5_readerBuffer;
+      3'b110:
+        casez_tmp_5 = areas_views_6_readerBuffer;
+      default:
+        casez_tmp_5 = areas_views_7_readerBuffer;
+    endcase
+  end // always @(*)
+  wire        right = casez_tmp_1 != host_write;
+  wire        plain = ~_area_scan_result_hit | ~casez_tmp & ~casez_tmp_0;
   wire        may =
-    ~_area_scan_result_hit | casez_tmp & (host_addr < 16'h1000 | areas_ramOpen & host_addr < 16'h3000)
-    & (single | right & (casez_tmp_1 | _area_scan_result_first & casez_tmp_2));
+    plain | casez_tmp & (host_addr < 16'h1000 | areas_ramOpen & host_addr < 16'h3000)
+    & (single | right & (casez_tmp_2 | _area_scan_result_first & casez_tmp_3));
   wire        inBuffer = _area_scan_result_hit & right & casez_tmp;
-  wire [1:0]  number = host_write ? casez_tmp_3 : casez_tmp_4;
+  wire [1:0]  number = host_write ? casez_tmp_4 : casez_tmp_5;
   wire [17:0] moved =
     {2'h0, host_addr}
     + {1'h0,
-       _area_scan_result_hit & ~single
-         ? (number[1] ? {_area_scan_result_length, 1'h0} : {1'h0, number[0] ? _area_scan_result_length : 16'h0})
-         : 17'h0};
+       plain | single
+         ? 17'h0
+         : number[1] ? {_area_scan_result_length, 1'h0} : {1'h0, number[0] ? _area_scan_result_length : 16'h0}};
   wire        _host_rdata_T = state == 3'h1;
-  wire        _GEN = state == 3'h0;
-  wire        _GEN_0 = state == 3'h1;
-  wire        _GEN_1 = state == 3'h2;
-  wire        _GEN_2 = state == 3'h3;
-  wire        _GEN_3 = state == 3'h4;
-  wire        _GEN_4 = state == 3'h5;
-  wire        _GEN_5 = state == 3'h6;
-  wire        _GEN_6 = _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5;
-  reg  [3:0]  casez_tmp_5;
+  wire        _GEN = state == 3'h1;
+  wire        _GEN_0 = state == 3'h2;
+  wire        _GEN_1 = state == 3'h3;
+  wire        _GEN_2 = state == 3'h4;
+  wire        _GEN_3 = state == 3'h5;
+  wire        _GEN_4 = state == 3'h6;
+  wire        _GEN_5 = _GEN_4 & ~ecatActs;
+  wire        _GEN_6 = _GEN_2 | _GEN_3;
+  wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
+  reg  [3:0]  casez_tmp_6;
+  wire [3:0]  _GEN_8 = _GEN_7 | ~(&state) ? count : 4'h0;
   always @(*) begin
     casez (state)
       3'b000:
-        casez_tmp_5 = 4'h0;
+        casez_tmp_6 = _GEN_8;
       3'b001:
-        casez_tmp_5 = count;
+        casez_tmp_6 = count;
       3'b010:
-        casez_tmp_5 = count + 4'h1;
+        casez_tmp_6 = count + 4'h1;
       3'b011:
-        casez_tmp_5 = count;
+        casez_tmp_6 = count;
       3'b100:
-        casez_tmp_5 = count;
+        casez_tmp_6 = count;
       3'b101:
-        casez_tmp_5 = count;
+        casez_tmp_6 = count;
       3'b110:
-        casez_tmp_5 = count;
+        casez_tmp_6 = count;
       default:
-        casez_tmp_5 = _GEN_6 | ~(&state) ? count : 4'h0;
+        casez_tmp_6 = _GEN_8;
     endcase
   end // always @(*)
-  wire        _GEN_7 = _GEN_1 | _GEN_6;
-  reg  [2:0]  casez_tmp_6;
+  wire        _GEN_9 = _GEN_0 | _GEN_7;
+  reg  [2:0]  casez_tmp_7;
   always @(*) begin
     casez (state)
       3'b000:
-        casez_tmp_6 = host_req ? {1'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1} : state;
+        casez_tmp_7 = state;
       3'b001:
-        casez_tmp_6 = memory_ack ? 3'h0 : state;
+        casez_tmp_7 = memory_ack ? 3'h0 : state;
       3'b010:
-        casez_tmp_6 = host_be ? (count == 4'hA ? 3'h3 : state) : 3'h7;
+        casez_tmp_7 = host_be ? (count == 4'hA ? 3'h3 : state) : 3'h7;
       3'b011:
-        casez_tmp_6 = may ? (ecatActs ? state : 3'h4) : 3'h7;
+        casez_tmp_7 = may ? (ecatActs ? state : 3'h4) : 3'h7;
       3'b100:
-        casez_tmp_6 = (|(moved[17:16])) ? 3'h6 : 3'h5;
+        casez_tmp_7 = {1'h1, |(moved[17:16]), 1'h1};
       3'b101:
-        casez_tmp_6 = memory_ack ? 3'h6 : state;
+        casez_tmp_7 = memory_ack ? 3'h6 : state;
       3'b110:
-        casez_tmp_6 = ecatActs ? state : 3'h7;
+        casez_tmp_7 = ecatActs ? state : 3'h7;
       default:
-        casez_tmp_6 = {1'h0, lane, 1'h0};
+        casez_tmp_7 = {1'h0, lane, 1'h0};
     endcase
   end // always @(*)
   always @(posedge clock) begin
     if (reset)
       state <= 3'h0;
-    else
-      state <= casez_tmp_6;
-    lane <= ~_GEN & (_GEN_0 | _GEN_7 | ~(&state) ? lane : lane - 1'h1);
-    if (_GEN)
+    else if (|state)
+      state <= casez_tmp_7;
+    else if (host_req)
+      state <= {1'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1};
+    lane <= (|state) & (_GEN | _GEN_9 | ~(&state) ? lane : lane - 1'h1);
+    if (|state) begin
+      data <= {8{~(_GEN | _GEN_0 | _GEN_1 | _GEN_2)}} & {8{_GEN_3 & memory_ack}} & memory_rdata | data;
+      count <= casez_tmp_6;
+    end
+    else begin
       data <= 8'h0;
-    else
-      data <= {8{~(_GEN_0 | _GEN_1 | _GEN_2 | _GEN_3)}} & {8{_GEN_4 & memory_ack}} & memory_rdata | data;
-    if (_GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3) begin
+      count <= 4'h0;
+    end
+    if (~(|state) | _GEN | _GEN_0 | _GEN_1 | ~_GEN_2) begin
     end
     else
       through <= moved[15:0];
-    count <= casez_tmp_5;
     area_scan_entry_begins_REG <= count == 4'h0;
   end // always @(posedge)
+  assign _area_scan_entry_takesPart = areas_entries_0_takesPart & count < 4'h9;
   AreaScan area_scan (
     .clock           (clock),
     .entry_index     (areas_entries_0_index),
     .entry_start     (areas_entries_0_start),
     .entry_length    (areas_entries_0_length),
     .entry_extent    (areas_entries_0_extent),
-    .entry_takesPart (areas_entries_0_takesPart),
+    .entry_takesPart (_area_scan_entry_takesPart),
     .entry_begins    (area_scan_entry_begins_REG),
     .address         (host_addr),
     .result_hit      (_area_scan_result_hit),
@@ -5402,7 +5457,7 @@ module HostSequencer(
     .result_first    (_area_scan_result_first),
     .result_last     (_area_scan_result_last)
   );
-  assign host_ack = ~_GEN & (_GEN_0 ? memory_ack : ~_GEN_7 & (&state) & ~lane);
+  assign host_ack = (|state) & (_GEN ? memory_ack : ~_GEN_9 & (&state) & ~lane);
   assign host_rdata = _host_rdata_T ? memory_rdata : data;
   assign memory_req = _host_rdata_T | state == 3'h5;
   assign memory_write = host_write;
@@ -5410,12 +5465,16 @@ module HostSequencer(
   assign memory_wdata = host_wdata;
   assign memory_be = ~_host_rdata_T | host_be;
   assign areas_index = count[3] ? 3'h7 : count[2:0];
-  assign areas_access_touch = ~(_GEN | _GEN_0 | _GEN_1) & _GEN_2 & may & ~ecatActs & inBuffer;
+  assign areas_access_touch =
+    ~(~(|state) | _GEN | _GEN_0)
+    & (_GEN_1 ? may & ~ecatActs & inBuffer & ~single : ~_GEN_6 & _GEN_5 & inBuffer & single);
   assign areas_access_first = _area_scan_result_first;
   assign areas_access_close =
-    ~(_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4) & _GEN_5 & ~ecatActs & inBuffer & _area_scan_result_last;
+    ~(~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_6) & _GEN_5 & inBuffer & _area_scan_result_last
+    & (single | casez_tmp_2);
   assign areas_access_single = single;
   assign areas_accessIndex = _area_scan_result_index;
+  assign quiet = ~(|state);
 endmodule
 
 module I2cMaster(
@@ -5539,7 +5598,6 @@ module SiiController(
   output        commandError,
   output        writeError,
   output        busy,
-  output        loadFailed,
   output        loading
 );
 
@@ -5560,7 +5618,6 @@ module SiiController(
   reg         notMay;
   reg         isFirst;
   reg         again;
-  reg         lost;
   reg  [18:0] byteAddress;
   reg  [3:0]  count;
   reg  [7:0]  crc;
@@ -5707,7 +5764,6 @@ module SiiController(
       notMay <= 1'h0;
       isFirst <= 1'h1;
       again <= 1'h0;
-      lost <= 1'h0;
       wait0 <= 14'h0;
     end
     else begin
@@ -5834,12 +5890,10 @@ module SiiController(
         if (_GEN_23) begin
           badSum <= ~(right | ~again | failed) | badSum;
           isFirst <= _GEN_34 & isFirst;
-          lost <= ~_GEN_34 | lost;
         end
         else begin
           badSum <= _GEN_50 & badSum;
           isFirst <= _GEN_50 & isFirst;
-          lost <= _GEN_50 & lost;
         end
       end
       unloaded <= (_GEN_45 | ~_GEN_49) & unloaded;
@@ -6014,7 +6068,6 @@ module SiiController(
   assign commandError = noAck;
   assign writeError = notMay;
   assign busy = _loading_T;
-  assign loadFailed = lost;
   assign loading = isFirst & _loading_T;
 endmodule
 
@@ -6122,7 +6175,7 @@ module Watchdog(
   input         clock,
   input         reset,
   input         tick,
-  input  [15:0] timeTicks,
+  input  [15:0] time_0,
   input         trigger,
   input         restart,
   output        running,
@@ -6131,10 +6184,10 @@ module Watchdog(
 
   reg  [15:0] left;
   reg         alive;
-  wire        _expired_output = alive & tick & left == 16'h0 & (|timeTicks);
+  wire        _expired_output = alive & tick & left == 16'h0 & (|time_0);
   always @(posedge clock) begin
     if (trigger | restart)
-      left <= timeTicks;
+      left <= time_0;
     else if (tick)
       left <= left - 16'h1;
     if (reset)
@@ -6142,7 +6195,7 @@ module Watchdog(
     else
       alive <= trigger | ~_expired_output & alive;
   end // always @(posedge)
-  assign running = alive | ~(|timeTicks);
+  assign running = alive | ~(|time_0);
   assign expired = _expired_output;
 endmodule
 
@@ -6206,31 +6259,6 @@ module LedPattern(
     code == 4'hE ? ~(step[0]) : code == 4'hD ? ~(step[2]) : (&code) | (|code) & step[6:3] < code & ~(step[2]);
 endmodule
 
-module LinkActivity(
-  input  clock,
-  input  reset,
-  input  tick,
-  input  link,
-  input  traffic,
-  output lit
-);
-
-  reg seen;
-  reg dark;
-  always @(posedge clock) begin
-    if (reset) begin
-      seen <= 1'h0;
-      dark <= 1'h0;
-    end
-    else begin
-      seen <= traffic | ~tick & seen;
-      if (tick)
-        dark <= seen & ~dark;
-    end
-  end // always @(posedge)
-  assign lit = link & ~dark;
-endmodule
-
 module slave(
   input         clock,
   input         reset,
@@ -6271,8 +6299,6 @@ module slave(
 );
 
   wire        _memory_value_rx_fifo_size_2;
-  wire        _unit_1_traffic;
-  wire        _unit_traffic;
   wire        _led_err_write_valid;
   wire [4:0]  _led_err_write_bits;
   wire        _led_err_drop;
@@ -6302,13 +6328,15 @@ module slave(
   wire        _operational_sii_writeHigh_valid;
   wire [2:0]  _operational_sii_writeHigh_bits;
   wire [4:0]  _operational_sii_enhancedLinkDetection;
+  wire        _operational_sii_checksumError;
   wire        _operational_sii_notLoaded;
-  wire        _operational_sii_loadFailed;
+  wire        _operational_sii_commandError;
   wire        _operational_sii_loading;
   wire        _hostSequencer_ecatActs;
   wire        _hostSequencer_memory_write;
   wire [15:0] _hostSequencer_memory_addr;
   wire        _hostSequencer_memory_be;
+  wire        _hostSequencer_quiet;
   wire [2:0]  _syncManagers_pdi_index;
   wire        _syncManagers_pdi_access_touch;
   wire        _syncManagers_pdi_access_first;
@@ -6323,48 +6351,56 @@ module slave(
   wire [17:0] _syncManagers_pdi_entries_0_extent;
   wire        _syncManagers_pdi_entries_0_takesPart;
   wire        _syncManagers_pdi_views_0_works;
+  wire        _syncManagers_pdi_views_0_locked;
   wire        _syncManagers_pdi_views_0_ecatWrites;
   wire        _syncManagers_pdi_views_0_pdiOpen;
   wire        _syncManagers_pdi_views_0_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_0_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_0_readerBuffer;
   wire        _syncManagers_pdi_views_1_works;
+  wire        _syncManagers_pdi_views_1_locked;
   wire        _syncManagers_pdi_views_1_ecatWrites;
   wire        _syncManagers_pdi_views_1_pdiOpen;
   wire        _syncManagers_pdi_views_1_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_1_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_1_readerBuffer;
   wire        _syncManagers_pdi_views_2_works;
+  wire        _syncManagers_pdi_views_2_locked;
   wire        _syncManagers_pdi_views_2_ecatWrites;
   wire        _syncManagers_pdi_views_2_pdiOpen;
   wire        _syncManagers_pdi_views_2_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_2_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_2_readerBuffer;
   wire        _syncManagers_pdi_views_3_works;
+  wire        _syncManagers_pdi_views_3_locked;
   wire        _syncManagers_pdi_views_3_ecatWrites;
   wire        _syncManagers_pdi_views_3_pdiOpen;
   wire        _syncManagers_pdi_views_3_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_3_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_3_readerBuffer;
   wire        _syncManagers_pdi_views_4_works;
+  wire        _syncManagers_pdi_views_4_locked;
   wire        _syncManagers_pdi_views_4_ecatWrites;
   wire        _syncManagers_pdi_views_4_pdiOpen;
   wire        _syncManagers_pdi_views_4_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_4_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_4_readerBuffer;
   wire        _syncManagers_pdi_views_5_works;
+  wire        _syncManagers_pdi_views_5_locked;
   wire        _syncManagers_pdi_views_5_ecatWrites;
   wire        _syncManagers_pdi_views_5_pdiOpen;
   wire        _syncManagers_pdi_views_5_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_5_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_5_readerBuffer;
   wire        _syncManagers_pdi_views_6_works;
+  wire        _syncManagers_pdi_views_6_locked;
   wire        _syncManagers_pdi_views_6_ecatWrites;
   wire        _syncManagers_pdi_views_6_pdiOpen;
   wire        _syncManagers_pdi_views_6_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_views_6_writerBuffer;
   wire [1:0]  _syncManagers_pdi_views_6_readerBuffer;
   wire        _syncManagers_pdi_views_7_works;
+  wire        _syncManagers_pdi_views_7_locked;
   wire        _syncManagers_pdi_views_7_ecatWrites;
   wire        _syncManagers_pdi_views_7_pdiOpen;
   wire        _syncManagers_pdi_views_7_pdiMayOpen;
@@ -6750,10 +6786,14 @@ module slave(
   wire        tick = tick_value == 23'h4C4B3F;
   reg  [3:0]  latched;
   wire [3:0]  error =
-    _operational_sii_loadFailed
+    _operational_sii_checksumError | _operational_sii_commandError
       ? 4'hE
       : (|latched) ? latched : {3'h0, _memory_value_al_status[4] & ~_memory_value_device_emulation};
   reg  [3:0]  REG;
+  reg         seen;
+  reg         dark;
+  reg         seen_1;
+  reg         dark_1;
   reg         memory_event_lost_link_port0_REG;
   reg         memory_event_lost_link_port1_REG;
   always @(posedge clock) begin
@@ -6783,6 +6823,10 @@ module slave(
       processor_config_ecatEvents_application_watchdog_watchdog_event <= 1'h0;
       tick_value <= 23'h0;
       latched <= 4'h0;
+      seen <= 1'h0;
+      dark <= 1'h0;
+      seen_1 <= 1'h0;
+      dark_1 <= 1'h0;
       memory_event_lost_link_port0_REG <= 1'h0;
       memory_event_lost_link_port1_REG <= 1'h0;
     end
@@ -6851,8 +6895,11 @@ module slave(
             & _hostSequencer_memory_be | _memory_host_ack & ~_hostSequencer_memory_write
             & _hostSequencer_memory_addr == 16'h441 & _hostSequencer_memory_be)
         & processor_config_ecatEvents_application_watchdog_watchdog_event;
-      if (tick)
+      if (tick) begin
         tick_value <= 23'h0;
+        dark <= seen & ~dark;
+        dark_1 <= seen_1 & ~dark_1;
+      end
       else
         tick_value <= tick_value + 23'h1;
       if (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
@@ -6862,6 +6909,8 @@ module slave(
         latched <= 4'h2;
       else if (alChanged)
         latched <= 4'h0;
+      seen <= ~_receivers_0_idle | _transmitters_0_txEn | ~tick & seen;
+      seen_1 <= ~_receivers_1_idle | _transmitters_1_txEn | ~tick & seen_1;
       memory_event_lost_link_port0_REG <= links_0;
       memory_event_lost_link_port1_REG <= links_1;
     end
@@ -6894,7 +6943,9 @@ module slave(
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
+  assign _memory_status_eeprom_command_error = _operational_sii_commandError;
   assign _memory_status_eeprom_not_loaded = _operational_sii_notLoaded;
+  assign _memory_status_eeprom_checksum_error = _operational_sii_checksumError;
   assign _memory_status_eeprom_two_address_bytes = _operational_sii_twoByte_crossing_out;
   assign _memory_status_watchdog_pdi =
     _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
@@ -7391,7 +7442,7 @@ module slave(
     .txd        (mii_1_txd)
   );
   assign _syncManagers_ramOpen = ~_operational_sii_notLoaded;
-  assign _syncManagers_quiet = ~_processor_busy & ~syncManagers_quiet_r_7;
+  assign _syncManagers_quiet = _hostSequencer_quiet & ~_processor_busy & ~syncManagers_quiet_r_7;
   SyncManagers syncManagers (
     .clock                     (clock),
     .reset                     (reset),
@@ -7466,48 +7517,56 @@ module slave(
     .pdi_entries_0_extent      (_syncManagers_pdi_entries_0_extent),
     .pdi_entries_0_takesPart   (_syncManagers_pdi_entries_0_takesPart),
     .pdi_views_0_works         (_syncManagers_pdi_views_0_works),
+    .pdi_views_0_locked        (_syncManagers_pdi_views_0_locked),
     .pdi_views_0_ecatWrites    (_syncManagers_pdi_views_0_ecatWrites),
     .pdi_views_0_pdiOpen       (_syncManagers_pdi_views_0_pdiOpen),
     .pdi_views_0_pdiMayOpen    (_syncManagers_pdi_views_0_pdiMayOpen),
     .pdi_views_0_writerBuffer  (_syncManagers_pdi_views_0_writerBuffer),
     .pdi_views_0_readerBuffer  (_syncManagers_pdi_views_0_readerBuffer),
     .pdi_views_1_works         (_syncManagers_pdi_views_1_works),
+    .pdi_views_1_locked        (_syncManagers_pdi_views_1_locked),
     .pdi_views_1_ecatWrites    (_syncManagers_pdi_views_1_ecatWrites),
     .pdi_views_1_pdiOpen       (_syncManagers_pdi_views_1_pdiOpen),
     .pdi_views_1_pdiMayOpen    (_syncManagers_pdi_views_1_pdiMayOpen),
     .pdi_views_1_writerBuffer  (_syncManagers_pdi_views_1_writerBuffer),
     .pdi_views_1_readerBuffer  (_syncManagers_pdi_views_1_readerBuffer),
     .pdi_views_2_works         (_syncManagers_pdi_views_2_works),
+    .pdi_views_2_locked        (_syncManagers_pdi_views_2_locked),
     .pdi_views_2_ecatWrites    (_syncManagers_pdi_views_2_ecatWrites),
     .pdi_views_2_pdiOpen       (_syncManagers_pdi_views_2_pdiOpen),
     .pdi_views_2_pdiMayOpen    (_syncManagers_pdi_views_2_pdiMayOpen),
     .pdi_views_2_writerBuffer  (_syncManagers_pdi_views_2_writerBuffer),
     .pdi_views_2_readerBuffer  (_syncManagers_pdi_views_2_readerBuffer),
     .pdi_views_3_works         (_syncManagers_pdi_views_3_works),
+    .pdi_views_3_locked        (_syncManagers_pdi_views_3_locked),
     .pdi_views_3_ecatWrites    (_syncManagers_pdi_views_3_ecatWrites),
     .pdi_views_3_pdiOpen       (_syncManagers_pdi_views_3_pdiOpen),
     .pdi_views_3_pdiMayOpen    (_syncManagers_pdi_views_3_pdiMayOpen),
     .pdi_views_3_writerBuffer  (_syncManagers_pdi_views_3_writerBuffer),
     .pdi_views_3_readerBuffer  (_syncManagers_pdi_views_3_readerBuffer),
     .pdi_views_4_works         (_syncManagers_pdi_views_4_works),
+    .pdi_views_4_locked        (_syncManagers_pdi_views_4_locked),
     .pdi_views_4_ecatWrites    (_syncManagers_pdi_views_4_ecatWrites),
     .pdi_views_4_pdiOpen       (_syncManagers_pdi_views_4_pdiOpen),
     .pdi_views_4_pdiMayOpen    (_syncManagers_pdi_views_4_pdiMayOpen),
     .pdi_views_4_writerBuffer  (_syncManagers_pdi_views_4_writerBuffer),
     .pdi_views_4_readerBuffer  (_syncManagers_pdi_views_4_readerBuffer),
     .pdi_views_5_works         (_syncManagers_pdi_views_5_works),
+    .pdi_views_5_locked        (_syncManagers_pdi_views_5_locked),
     .pdi_views_5_ecatWrites    (_syncManagers_pdi_views_5_ecatWrites),
     .pdi_views_5_pdiOpen       (_syncManagers_pdi_views_5_pdiOpen),
     .pdi_views_5_pdiMayOpen    (_syncManagers_pdi_views_5_pdiMayOpen),
     .pdi_views_5_writerBuffer  (_syncManagers_pdi_views_5_writerBuffer),
     .pdi_views_5_readerBuffer  (_syncManagers_pdi_views_5_readerBuffer),
     .pdi_views_6_works         (_syncManagers_pdi_views_6_works),
+    .pdi_views_6_locked        (_syncManagers_pdi_views_6_locked),
     .pdi_views_6_ecatWrites    (_syncManagers_pdi_views_6_ecatWrites),
     .pdi_views_6_pdiOpen       (_syncManagers_pdi_views_6_pdiOpen),
     .pdi_views_6_pdiMayOpen    (_syncManagers_pdi_views_6_pdiMayOpen),
     .pdi_views_6_writerBuffer  (_syncManagers_pdi_views_6_writerBuffer),
     .pdi_views_6_readerBuffer  (_syncManagers_pdi_views_6_readerBuffer),
     .pdi_views_7_works         (_syncManagers_pdi_views_7_works),
+    .pdi_views_7_locked        (_syncManagers_pdi_views_7_locked),
     .pdi_views_7_ecatWrites    (_syncManagers_pdi_views_7_ecatWrites),
     .pdi_views_7_pdiOpen       (_syncManagers_pdi_views_7_pdiOpen),
     .pdi_views_7_pdiMayOpen    (_syncManagers_pdi_views_7_pdiMayOpen),
@@ -7615,48 +7674,56 @@ module slave(
     .areas_entries_0_extent     (_syncManagers_pdi_entries_0_extent),
     .areas_entries_0_takesPart  (_syncManagers_pdi_entries_0_takesPart),
     .areas_views_0_works        (_syncManagers_pdi_views_0_works),
+    .areas_views_0_locked       (_syncManagers_pdi_views_0_locked),
     .areas_views_0_ecatWrites   (_syncManagers_pdi_views_0_ecatWrites),
     .areas_views_0_pdiOpen      (_syncManagers_pdi_views_0_pdiOpen),
     .areas_views_0_pdiMayOpen   (_syncManagers_pdi_views_0_pdiMayOpen),
     .areas_views_0_writerBuffer (_syncManagers_pdi_views_0_writerBuffer),
     .areas_views_0_readerBuffer (_syncManagers_pdi_views_0_readerBuffer),
     .areas_views_1_works        (_syncManagers_pdi_views_1_works),
+    .areas_views_1_locked       (_syncManagers_pdi_views_1_locked),
     .areas_views_1_ecatWrites   (_syncManagers_pdi_views_1_ecatWrites),
     .areas_views_1_pdiOpen      (_syncManagers_pdi_views_1_pdiOpen),
     .areas_views_1_pdiMayOpen   (_syncManagers_pdi_views_1_pdiMayOpen),
     .areas_views_1_writerBuffer (_syncManagers_pdi_views_1_writerBuffer),
     .areas_views_1_readerBuffer (_syncManagers_pdi_views_1_readerBuffer),
     .areas_views_2_works        (_syncManagers_pdi_views_2_works),
+    .areas_views_2_locked       (_syncManagers_pdi_views_2_locked),
     .areas_views_2_ecatWrites   (_syncManagers_pdi_views_2_ecatWrites),
     .areas_views_2_pdiOpen      (_syncManagers_pdi_views_2_pdiOpen),
     .areas_views_2_pdiMayOpen   (_syncManagers_pdi_views_2_pdiMayOpen),
     .areas_views_2_writerBuffer (_syncManagers_pdi_views_2_writerBuffer),
     .areas_views_2_readerBuffer (_syncManagers_pdi_views_2_readerBuffer),
     .areas_views_3_works        (_syncManagers_pdi_views_3_works),
+    .areas_views_3_locked       (_syncManagers_pdi_views_3_locked),
     .areas_views_3_ecatWrites   (_syncManagers_pdi_views_3_ecatWrites),
     .areas_views_3_pdiOpen      (_syncManagers_pdi_views_3_pdiOpen),
     .areas_views_3_pdiMayOpen   (_syncManagers_pdi_views_3_pdiMayOpen),
     .areas_views_3_writerBuffer (_syncManagers_pdi_views_3_writerBuffer),
     .areas_views_3_readerBuffer (_syncManagers_pdi_views_3_readerBuffer),
     .areas_views_4_works        (_syncManagers_pdi_views_4_works),
+    .areas_views_4_locked       (_syncManagers_pdi_views_4_locked),
     .areas_views_4_ecatWrites   (_syncManagers_pdi_views_4_ecatWrites),
     .areas_views_4_pdiOpen      (_syncManagers_pdi_views_4_pdiOpen),
     .areas_views_4_pdiMayOpen   (_syncManagers_pdi_views_4_pdiMayOpen),
     .areas_views_4_writerBuffer (_syncManagers_pdi_views_4_writerBuffer),
     .areas_views_4_readerBuffer (_syncManagers_pdi_views_4_readerBuffer),
     .areas_views_5_works        (_syncManagers_pdi_views_5_works),
+    .areas_views_5_locked       (_syncManagers_pdi_views_5_locked),
     .areas_views_5_ecatWrites   (_syncManagers_pdi_views_5_ecatWrites),
     .areas_views_5_pdiOpen      (_syncManagers_pdi_views_5_pdiOpen),
     .areas_views_5_pdiMayOpen   (_syncManagers_pdi_views_5_pdiMayOpen),
     .areas_views_5_writerBuffer (_syncManagers_pdi_views_5_writerBuffer),
     .areas_views_5_readerBuffer (_syncManagers_pdi_views_5_readerBuffer),
     .areas_views_6_works        (_syncManagers_pdi_views_6_works),
+    .areas_views_6_locked       (_syncManagers_pdi_views_6_locked),
     .areas_views_6_ecatWrites   (_syncManagers_pdi_views_6_ecatWrites),
     .areas_views_6_pdiOpen      (_syncManagers_pdi_views_6_pdiOpen),
     .areas_views_6_pdiMayOpen   (_syncManagers_pdi_views_6_pdiMayOpen),
     .areas_views_6_writerBuffer (_syncManagers_pdi_views_6_writerBuffer),
     .areas_views_6_readerBuffer (_syncManagers_pdi_views_6_readerBuffer),
     .areas_views_7_works        (_syncManagers_pdi_views_7_works),
+    .areas_views_7_locked       (_syncManagers_pdi_views_7_locked),
     .areas_views_7_ecatWrites   (_syncManagers_pdi_views_7_ecatWrites),
     .areas_views_7_pdiOpen      (_syncManagers_pdi_views_7_pdiOpen),
     .areas_views_7_pdiMayOpen   (_syncManagers_pdi_views_7_pdiMayOpen),
@@ -7668,7 +7735,8 @@ module slave(
     .areas_access_close         (_syncManagers_pdi_access_close),
     .areas_access_single        (_syncManagers_pdi_access_single),
     .areas_accessIndex          (_syncManagers_pdi_accessIndex),
-    .ecatActs                   (_hostSequencer_ecatActs)
+    .ecatActs                   (_hostSequencer_ecatActs),
+    .quiet                      (_hostSequencer_quiet)
   );
   assign _operational_sii_twoByte = _operational_sii_twoByte_crossing_out;
   assign _operational_sii_writeLow_valid =
@@ -7710,12 +7778,11 @@ module slave(
     .pdiMayWrite           (_memory_guard_sii_pdi_may_write),
     .writeEnable           (_memory_status_eeprom_write_enable),
     .command               (_memory_status_eeprom_command),
-    .checksumError         (_memory_status_eeprom_checksum_error),
+    .checksumError         (_operational_sii_checksumError),
     .notLoaded             (_operational_sii_notLoaded),
-    .commandError          (_memory_status_eeprom_command_error),
+    .commandError          (_operational_sii_commandError),
     .writeError            (_memory_status_eeprom_write_error),
     .busy                  (_memory_status_eeprom_busy),
-    .loadFailed            (_operational_sii_loadFailed),
     .loading               (_operational_sii_loading)
   );
   LevelCrossing operational_sii_sda_crossing (
@@ -7813,24 +7880,24 @@ module slave(
     .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick)
   );
   Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data (
-    .clock     (clock),
-    .reset     (reset),
-    .tick      (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
-    .timeTicks (_memory_value_watchdog_time_process_data),
-    .trigger   (_syncManagers_trigger),
-    .restart   (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
-    .running   (_memory_status_watchdog_process_data),
-    .expired   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired)
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
+    .time_0  (_memory_value_watchdog_time_process_data),
+    .trigger (_syncManagers_trigger),
+    .restart (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
+    .running (_memory_status_watchdog_process_data),
+    .expired (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired)
   );
   Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi (
-    .clock     (clock),
-    .reset     (reset),
-    .tick      (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
-    .timeTicks (_memory_value_watchdog_time_pdi),
-    .trigger   (_memory_host_ack),
-    .restart   (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
-    .running   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running),
-    .expired   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
+    .time_0  (_memory_value_watchdog_time_pdi),
+    .trigger (_memory_host_ack),
+    .restart (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
+    .running (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running),
+    .expired (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
   );
   assign _led_run_automaticCode =
     _operational_sii_loading | _memory_value_al_status[3:0] == 4'h3
@@ -7879,29 +7946,13 @@ module slave(
     .code  (_led_err_code),
     .lit   (led_err)
   );
-  assign _unit_traffic = ~_receivers_0_idle | _transmitters_0_txEn;
-  LinkActivity unit (
-    .clock   (clock),
-    .reset   (reset),
-    .tick    (tick),
-    .link    (links_0),
-    .traffic (_unit_traffic),
-    .lit     (led_linkact_0)
-  );
-  assign _unit_1_traffic = ~_receivers_1_idle | _transmitters_1_txEn;
-  LinkActivity unit_1 (
-    .clock   (clock),
-    .reset   (reset),
-    .tick    (tick),
-    .link    (links_1),
-    .traffic (_unit_1_traffic),
-    .lit     (led_linkact_1)
-  );
   assign eeprom_loaded = ~_operational_sii_notLoaded;
   assign mii_0_tx_en = _transmitters_0_txEn;
   assign mii_1_tx_en = _transmitters_1_txEn;
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
+  assign led_linkact_0 = links_0 & ~dark;
+  assign led_linkact_1 = links_1 & ~dark_1;
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

@@ -158,7 +158,7 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
 
   /** Digital outputs are driven while the process data watchdog runs (SM-26, WD-05). */
   def outputs: Option[Int] =
-    Option.when(pdiOperational && watchdogs.forall(_.processData.running))(registers.value("digital_output"))
+    Option.when(pdiOperational && watchdogs.forall(_.processData.alive))(registers.value("digital_output"))
 
   /** What goes into the IRQ field of datagrams (B-43). */
   def ecatEvents: Int = if (p.hasApplicationLayer) word(0x0210) & word(0x0200) else 0

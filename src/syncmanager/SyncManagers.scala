@@ -88,20 +88,7 @@ class SyncManagers(p: EscParams) extends Module {
     table
   }
 
-  // The end of a frame is carried out for one after the other; then registers may be written.
-  private val walking = RegInit(false.B) // reset: no frame
-  private val wasGood = Reg(Bool())
-  private val walk    = Reg(UInt(p.smIndexBits.W))
-  private val walked  = walking && walk === (n - 1).U
-  when(good || bad) {
-    walking := true.B
-    wasGood := good
-    walk    := 0.U
-  }.elsewhen(walking) {
-    walk    := walk + 1.U
-    walking := !walked
-  }
-  settled := RegNext(walked && wasGood, false.B)
+  private val states = Module(new SyncManagerStates(n))
 
   // Control bits of each that act all the time; reset as the registers.
   private class Control extends Bundle {
@@ -121,7 +108,7 @@ class SyncManagers(p: EscParams) extends Module {
     RegEnable(byte(i, 7).bits(0), false.B, byte(i, 7).valid).suggestName(s"deactivate_$i")
   }
   private val isOff = wantsOff.zipWithIndex.map { case (w, i) =>
-    RegEnable(w, false.B, quiet && !walking).suggestName(s"deactivated_$i")
+    RegEnable(w, false.B, quiet && !states.walking).suggestName(s"deactivated_$i")
   }
   private val works  = VecInit((0 until n).map(i => enable(i) && !isOff(i)))
   private val locked = VecInit((0 until n).map(i => enable(i) && isOff(i)))
@@ -145,49 +132,32 @@ class SyncManagers(p: EscParams) extends Module {
     entry.begins       := false.B
   }
 
-  // The state of each, and the logic, which is there once.
-  private val states = Seq.tabulate(n)(i => RegInit(SyncManagerState.start).suggestName(s"state_$i"))
-  private val number = Mux(walking, walk, Mux(ecat.request, ecat.number, pdi.number))
-  private val logic  = Module(new SyncManager)
-  ecat.granted := true.B
-  pdi.granted  := !walking && !ecat.request && !good && !bad
-
-  logic.state               := VecInit(states)(number)
-  logic.settings.works      := works(number)
-  logic.settings.locked     := locked(number)
-  logic.settings.isMailbox  := control(number).isMailbox
-  logic.settings.ecatWrites := control(number).ecatWrites
-  logic.good                := walking && wasGood
-  logic.bad                 := walking && !wasGood
-  for ((port, access, now) <- Seq((ecat, logic.ecat, ecat.request), (pdi, logic.pdi, pdi.request && pdi.granted))) {
-    access       := port.access
-    access.touch := port.access.touch && now
-    access.close := port.access.close && now
-    port.view    := logic.view
-  }
-  private val acts = walking || ecat.request || pdi.request
   for (i <- 0 until n) {
-    val mine = acts && number === i.U
-    when(mine) { states(i) := logic.after }
-    when(!works(i)) { states(i) := SyncManagerState.start }
+    val settings = states.settings(i)
+    settings.works      := works(i)
+    settings.locked     := locked(i)
+    settings.isMailbox  := control(i).isMailbox
+    settings.ecatWrites := control(i).ecatWrites
 
-    // Reset: no event.
-    def event(begin: Bool, end: Bool, name: String): Bool = {
-      val flag = RegInit(false.B).suggestName(s"${name}_$i")
-      when(mine && end) { flag := false.B }
-      when(mine && begin) { flag := true.B }
-      when(!works(i)) { flag := false.B }
-      flag
-    }
-    writeEvent(i) := event(logic.writeEvent, logic.writeEventEnd, "isWritten")
-    readEvent(i)  := event(logic.readEvent, logic.readEventEnd, "isRead")
-    ecatEvent(i)  := control(i).ecatEvent && Mux(control(i).ecatWrites, readEvent(i), writeEvent(i))
-    alEvent(i)    := control(i).alEvent && Mux(control(i).ecatWrites, writeEvent(i), readEvent(i))
-
-    val s          = states(i)
+    val s          = states.states(i)
     val bufferLast = Mux(s.anyWritten, Mux(s.newer, s.next, s.reader), 3.U)
     full(i)       := control(i).isMailbox && s.newer
     lastBuffer(i) := Mux(control(i).isMailbox, 0.U, bufferLast)
+    ecatEvent(i)  := control(i).ecatEvent && Mux(control(i).ecatWrites, readEvent(i), writeEvent(i))
+    alEvent(i)    := control(i).alEvent && Mux(control(i).ecatWrites, writeEvent(i), readEvent(i))
   }
-  trigger := acts && works(number) && logic.writeEvent && control(number).watchdogTrigger
+  writeEvent := states.writeEvent
+  readEvent  := states.readEvent
+  trigger    := states.written.valid && control(states.written.bits).watchdogTrigger
+  settled    := states.settled
+
+  states.good := good
+  states.bad  := bad
+  for ((port, side) <- Seq(ecat -> states.ecat, pdi -> states.pdi)) {
+    side.request := port.request
+    side.number  := port.number
+    side.access  := port.access
+    port.granted := side.granted
+    port.view    := side.view
+  }
 }

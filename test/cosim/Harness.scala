@@ -20,24 +20,22 @@ final class Harness(name: String, sets: Seq[EscParams]) {
     text.toString
   }
 
-  /** Emits and builds what has changed. */
-  lazy val build: Unit = {
+  private def emit(): Unit = {
     Files.createDirectories(verilog)
     for (p <- sets; (suffix, text) <- Seq("v" -> Emit.verilog(p), "json" -> Documents.json(p))) {
       val file = verilog.resolve(s"${p.preset}.$suffix")
       if (!Files.exists(file) || Files.readString(file) != text) Files.writeString(file, text)
     }
-    run(
-      "make",
-      "-s",
-      "-j2",
-      "-f",
-      "test/cosim/cosim.mk",
-      "cosim",
-      s"GENERATED=$verilog",
-      s"COSIM_OUT=$out",
-      s"PRESETS=${sets.map(_.preset).mkString(" ")}"
-    )
+  }
+  private def make(target: String, settings: String*): Unit = {
+    val fixed = Seq(s"GENERATED=$verilog", s"COSIM_OUT=$out", s"PRESETS=${sets.map(_.preset).mkString(" ")}")
+    run(Seq("make", "-s", "-j2", "-f", "test/cosim/cosim.mk", target) ++ fixed ++ settings: _*)
+  }
+
+  /** Emits and builds what has changed. */
+  lazy val build: Unit = {
+    emit()
+    make("cosim")
   }
 
   /** Lints what `build` has emitted. */
@@ -69,5 +67,15 @@ final class Harness(name: String, sets: Seq[EscParams]) {
       "--settle-us",
       settleUs.toString
     )
+  }
+
+  /** Random accesses of bus and host to the SyncManagers of one of the sets; what the program says. */
+  def soak(set: EscParams, steps: Long, seed: Long): String = {
+    soakProgram
+    run(s"$out/flyframe-smsoak", "--preset", set.preset, "--steps", s"$steps", "--seed", s"$seed")
+  }
+  lazy val soakProgram: Unit = {
+    emit()
+    make(s"$out/flyframe-smsoak", "COSIM_TRACE=0")
   }
 }

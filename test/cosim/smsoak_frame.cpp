@@ -121,9 +121,11 @@ void Frame::finish(const Core& core, uint64_t firstStep, const std::function<uns
   last_ = ends + kCommit + commits.size();
   // The slave comes to rest (B-59) before, between or after its register writes.
   const uint64_t rests = last_ + core.lanes() * kHostByte;
-  for (Action& c : commits) {
-    actions.push_back({Kind::perhapsQuiet, ends - kBefore, rests, 0, 0, -1, 0x1ff, step});
-    c.from = ends - kBefore, c.to = last_;
+  // One word a cycle, after the other.
+  for (size_t i = 0; i < commits.size(); ++i) {
+    Action& c = commits[i];
+    c.from = ends + i / core.lanes(), c.to = ends + kCommit + i;
+    actions.push_back({Kind::perhapsQuiet, c.from, rests, 0, 0, -1, 0x1ff, step});
     actions.push_back(c);
   }
   actions.push_back({Kind::quiet, ends - kBefore, rests, 0, 0, -1, 0x1ff, step});

@@ -10,8 +10,8 @@ constexpr size_t kMaxOrders = 20000;
 
 std::string mismatch(const Action& a, const char* what, int expected) {
   char text[200];
-  std::snprintf(text, sizeof text, "step %llu, cycles %llu to %llu: %s 0x%04x is 0x%02x, the model says 0x%02x",
-                static_cast<unsigned long long>(a.step), static_cast<unsigned long long>(a.from),
+  std::snprintf(text, sizeof text, "%s step %llu, cycles %llu to %llu: %s 0x%04x is 0x%02x, the model says 0x%02x",
+                a.kind >= Action::Kind::hostRead ? "host" : "bus", static_cast<unsigned long long>(a.step), static_cast<unsigned long long>(a.from),
                 static_cast<unsigned long long>(a.to), what, a.address, a.result, expected);
   return text;
 }

@@ -51,7 +51,10 @@ void Host::end() {
     const auto value = static_cast<uint8_t>(core_.data() >> 8 * lane);
     const bool events = b.address >= kAlEvents && b.address < kAlEvents + 4;
     const unsigned managers = events ? 0xff : isSmRegister(b.address) ? 1u << managerOf(b.address) : slots_.managersAt(b.address);
-    history_.push_back({b.write ? Action::Kind::hostWrite : Action::Kind::hostRead, from_, to, static_cast<uint16_t>(b.address), b.value,
+    // The bytes of a word come one after the other; each is searched among 8 SyncManagers, one a cycle.
+    const bool searched = b.address >= kRamStart;
+    const uint64_t before = searched ? 8 * (&b - access_.data()) : 0, behind = searched ? 8 * (access_.size() - 1) - before : 0;
+    history_.push_back({b.write ? Action::Kind::hostWrite : Action::Kind::hostRead, from_ + before, to - behind, static_cast<uint16_t>(b.address), b.value,
                         b.write ? -1 : value, managers, steps_});
     result(b, value);
   }

@@ -29,9 +29,11 @@ class Soak {
   }
   uint64_t steps() const { return busSteps_ + host_.steps(); }
   void summary(double seconds) const {
-    std::printf("steps %" PRIu64 " (bus %" PRIu64 ", host %" PRIu64 "), frames %" PRIu64 " (%" PRIu64 " broken), core cycles %" PRIu64
+    uint64_t messages = 0;
+    for (unsigned n = 0; n < kSms; ++n) messages += slots_[n].stamps.messagesRead();
+    std::printf("steps %" PRIu64 " (bus %" PRIu64 ", host %" PRIu64 "), frames %" PRIu64 " (%" PRIu64 " broken), whole messages read %" PRIu64 ", core cycles %" PRIu64
                 ", most orders %zu, %.0f s, %.0f steps/s\n",
-                steps(), busSteps_, host_.steps(), frames_, broken_, core_.now(), mostOrders_, seconds,
+                steps(), busSteps_, host_.steps(), frames_, broken_, messages, core_.now(), mostOrders_, seconds,
                 static_cast<double>(steps()) / seconds);
   }
   const std::string& why() const { return why_; }

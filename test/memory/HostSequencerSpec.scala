@@ -68,8 +68,8 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
     private def step(): Unit = {
       // The table answers in the cycle after.
       val entry = dut.areas.entries(0)
-      val area  = areas.lift(lastIndex)
-      entry.index.poke(lastIndex min 3)
+      val area  = if (atTheEnd) areas.headOption.filter(_ => lastIndex == 7) else areas.lift(lastIndex)
+      entry.index.poke(if (atTheEnd) 0 else lastIndex min 3)
       entry.start.poke(area.fold(0)(_.start))
       entry.length.poke(area.fold(0)(_.length))
       entry.extent.poke(area.fold(0)(a => a.length * a.buffers))
@@ -111,6 +111,9 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
         delay = if (m.req.peek().litToBoolean) delay - 1 else random.nextInt(4)
       }
     }
+
+    /** The first SyncManager stands in the last entry of the table. */
+    var atTheEnd = false
 
     /** Called with the number of each cycle of an access. */
     var during: Int => Unit = _ => ()
@@ -311,6 +314,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
         val area = Area(0x1000, 4, ecatWrites = false, writer = 0)
         for (moment <- 0 until 18 * lanes) {
           b.set(area)
+          b.atTheEnd = true
           b.switch(on = false, area)
           b.during = n => if (n == moment) b.switch(on = true, area)
           b.writeByte(0x1003, 0x99)

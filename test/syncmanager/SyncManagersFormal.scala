@@ -1,0 +1,208 @@
+package flyframe.syncmanager
+
+import chisel3._
+import chisel3.util._
+import chiseltest._
+import chiseltest.formal._
+import chiseltest.formal.backends.Engines
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** Two SyncManagers, each of any mode and direction, between a bus and a host of which the solver chooses
+  * every step: which SyncManager, first, last or other byte, when a frame ends and how, when one is switched
+  * off and on.
+  *
+  * Both sides ask the views before they access, as frame processor and host sequencer do; what is denied has
+  * no effect. A buffer is two bytes or longer. A byte read is accessed in one cycle, its end in a later one;
+  * a byte written by ECAT in one.
+  */
+class SyncManagersProof extends Module {
+  private val n = 2
+
+  /** What one side does in this cycle. */
+  private class Step extends Bundle {
+    val index = UInt(1.W)
+    val touch = Bool()
+    val first = Bool()
+    val last  = Bool()
+    val close = Bool()
+  }
+  private val ecat        = IO(Input(new Step))
+  private val pdi         = IO(Input(new Step))
+  private val goodEnd     = IO(Input(Bool()))
+  private val badEnd      = IO(Input(Bool()))
+  private val wantEnabled = IO(Input(UInt(n.W)))
+  private val wantLocked  = IO(Input(UInt(n.W)))
+  private val modes       = IO(Input(UInt(n.W)))
+  private val directions  = IO(Input(UInt(n.W)))
+
+  // Mode and direction are the same all the time.
+  private val started = RegInit(false.B)
+  started := true.B
+  private def steady(value: UInt): UInt = Mux(started, RegEnable(value, !started), value)
+  private val isMailbox                 = steady(modes)
+  private val ecatWrites                = steady(directions)
+
+  private val dut   = Module(new SyncManagerStates(n))
+  private val views = VecInit(dut.states.zip(dut.settings).map { case (state, settings) =>
+    val look = Module(new SyncManager) // what the one in `dut` would show
+    look.state    := state
+    look.settings := settings
+    look.good     := false.B
+    look.bad      := false.B
+    for (side <- Seq(look.ecat, look.pdi)) side := 0.U.asTypeOf(new BufferAccess)
+    look.view
+  })
+  private val enabled = RegInit(0.U(n.W))
+  private val locked  = RegInit(0.U(n.W))
+
+  // Bus: an end that has been read ahead is still to come; what the frame has touched.
+  private val ending                                         = RegInit(0.U(n.W))
+  private val touched                                        = RegInit(0.U(n.W))
+  private val closed                                         = RegInit(0.U(n.W))
+  private val begun                                          = RegInit(0.U(n.W))
+  private def set(bits: UInt, index: UInt, when: Bool): UInt = bits | Mux(when, UIntToOH(index, n), 0.U)
+
+  // A frame ends for one SyncManager after the other.
+  private val ends      = RegInit(0.U(n.W))
+  private val wasGood   = Reg(Bool())
+  private val good      = goodEnd && ending === 0.U && !ends.orR
+  private val bad       = badEnd && !good && !ends.orR
+  private val frameEnd  = good || bad || ends.orR
+  ends := Mux(good || bad, 1.U, ends << 1)
+  when(good || bad) { wasGood := good }
+  private val busView   = views(ecat.index)
+  private val busWrites = ecatWrites(ecat.index)
+  private val busTouch = ecat.touch && !frameEnd && busView.works && !ending(ecat.index) &&
+    (busView.ecatOpen || (ecat.first && busView.ecatMayOpen))
+  private val busLast  = ecat.last && !ecat.first
+  private val busClose = !frameEnd && Mux(busTouch, busWrites && busLast, ecat.close && ending(ecat.index))
+  private val busActs  = busTouch || busClose || frameEnd
+  ending := ~ends & set(ending, ecat.index, busTouch && !busWrites && busLast) &
+    ~set(0.U(n.W), ecat.index, busClose)
+  touched := ~ends & set(touched, ecat.index, busTouch)
+  begun   := ~ends & set(begun, ecat.index, busTouch && ecat.first)
+  closed  := ~ends & set(closed, ecat.index, busClose)
+
+  // Host: the end of the byte it has accessed is still to come.
+  private val hostEnds  = RegInit(false.B)
+  private val hostIndex = Reg(UInt(1.W))
+  private val hostView  = views(pdi.index)
+  private val hostTouch = pdi.touch && !busActs && !hostEnds && hostView.works &&
+    (hostView.pdiOpen || (pdi.first && hostView.pdiMayOpen))
+  private val hostClose =
+    pdi.close && !busActs && hostEnds && views(hostIndex).works && views(hostIndex).pdiOpen
+  when(hostTouch) {
+    hostEnds  := pdi.last && !pdi.first
+    hostIndex := pdi.index
+  }.elsewhen(pdi.close && !busActs) { hostEnds := false.B }
+
+  // Switched off and on between frames; locked between accesses of the host too (B-59).
+  private val resting = touched === 0.U && !busActs
+  when(resting) { enabled := wantEnabled }
+  when(resting && !hostTouch && !hostEnds) { locked := wantLocked }
+
+  dut.good := good
+  dut.bad  := bad
+  private def connect(port: StatePort, index: UInt, touch: Bool, first: Bool, close: Bool): Unit = {
+    port.request       := touch || close
+    port.number        := index
+    port.access.touch  := touch
+    port.access.first  := first
+    port.access.close  := close
+    port.access.single := false.B
+  }
+  connect(dut.ecat, ecat.index, busTouch, ecat.first, busClose)
+  connect(dut.pdi, Mux(hostClose, hostIndex, pdi.index), hostTouch, pdi.first, hostClose)
+  when(hostTouch || hostClose) { assert(dut.pdi.granted, "the host may act") }
+
+  for (i <- 0 until n) {
+    dut.settings(i).works      := enabled(i) && !locked(i)
+    dut.settings(i).locked     := enabled(i) && locked(i)
+    dut.settings(i).isMailbox  := isMailbox(i)
+    dut.settings(i).ecatWrites := ecatWrites(i)
+    val bus   = busTouch && ecat.index === i.U
+    val host  = hostTouch && pdi.index === i.U
+    val busC  = busClose && ecat.index === i.U
+    val hostC = hostClose && hostIndex === i.U
+
+    // What has happened, seen from outside.
+    val view      = views(i)
+    val good      = ends(i) && wasGood
+    val bad       = ends(i) && !wasGood
+    val buffered  = !isMailbox(i)
+    val byEcat    = ecatWrites(i)
+    val busDone   = good && closed(i)
+    val wrote     = Mux(byEcat, busDone, hostC)
+    val hasRead   = Mux(byEcat, hostC, busDone)
+    val busBegan  = good && begun(i)
+    val hostBegan = host && pdi.first
+    val opens     = Mux(byEcat, host && pdi.first, bus && ecat.first)
+    val lets      = Mux(byEcat, hostC, busDone || (bad && touched(i)))
+
+    val anyWritten = RegInit(false.B)
+    val complete   = Reg(UInt(2.W)) // the buffer written last
+    val full       = RegInit(false.B)
+    val reading    = RegInit(false.B)
+    val held       = Reg(UInt(2.W)) // the buffer the reader has
+    val writeEvent = RegInit(false.B)
+    val readEvent  = RegInit(false.B)
+    when(opens && !reading) {
+      reading := true.B
+      held    := complete
+      assert(Mux(buffered, anyWritten, full), "opened for reading with nothing to read")
+    }
+    when(lets) { reading := false.B }
+    when(Mux(byEcat, hostBegan, busBegan)) { writeEvent := false.B }
+    when(Mux(byEcat, busBegan, hostBegan)) { readEvent := false.B }
+    when(wrote) {
+      anyWritten := true.B
+      complete   := view.writerBuffer
+      full       := true.B
+      writeEvent := true.B
+      when(!buffered) { assert(!full, "a message is overwritten, lost") }
+    }
+    when(hasRead) {
+      full      := false.B
+      readEvent := true.B
+      when(!buffered) { assert(full, "a message is read twice") }
+    }
+    when(!view.works) {
+      Seq(anyWritten, full, reading, writeEvent, readEvent).foreach(_ := false.B)
+    }
+
+    // Three buffers, the third one between the two.
+    when(buffered) {
+      assert(view.writerBuffer =/= view.readerBuffer, "writer and reader have the same buffer")
+      assert(view.writerBuffer =/= 3.U && view.readerBuffer =/= 3.U, "a buffer that does not exist")
+    }
+    when(view.works && buffered) {
+      when(reading) {
+        assert(view.readerBuffer === held, "the reader has not the newest buffer, or loses it")
+        assert(view.writerBuffer =/= held, "the reader's buffer is written")
+      }
+      when(anyWritten) { assert(view.writerBuffer =/= complete, "the newest buffer is written") }
+      when(anyWritten && dut.states(i).newer) { assert(dut.states(i).next === complete, "NEXT is the newest") }
+    }
+    when(view.works) {
+      assert(buffered || dut.states(i).newer === full, "mailbox full in the status")
+      assert(dut.writeEvent(i) === writeEvent && dut.readEvent(i) === readEvent, "events")
+      assert((dut.written.valid && dut.written.bits === i.U) === wrote, "a complete write, for the watchdog")
+    }
+
+    // Nobody acts on this one: it stays as it is, whatever happens to the other.
+    val untouched = started && !bus && !busC && !host && !hostC && !(ends(i) && touched(i))
+    val state     = Cat(view.asUInt, dut.writeEvent(i), dut.readEvent(i), dut.states(i).asUInt)
+    when(RegNext(untouched && view.works, false.B) && view.works) {
+      assert(state === RegNext(state), "changes by what concerns another")
+    }
+  }
+}
+
+class SyncManagersFormal extends AnyFlatSpec with ChiselScalatestTester with Formal {
+  private val cycles = 20
+
+  "SM-12 to SM-20" should s"hold for two SyncManagers in any modes, over $cycles cycles of any accesses" in {
+    assume(Engines.present, Engines.missing)
+    verify(new SyncManagersProof, Seq(BoundedCheck(cycles), Engines.boolector))
+  }
+}
