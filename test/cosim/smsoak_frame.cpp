@@ -121,10 +121,10 @@ void Frame::finish(const Core& core, uint64_t firstStep, const std::function<uns
   last_ = ends + kCommit + commits.size();
   // The slave comes to rest (B-59) before, between or after its register writes.
   const uint64_t rests = last_ + core.lanes() * kHostByte;
-  // One word a cycle, after the other.
+  // A byte a cycle, one after the other; refused ones take no time.
   for (size_t i = 0; i < commits.size(); ++i) {
     Action& c = commits[i];
-    c.from = ends + i / core.lanes(), c.to = ends + kCommit + i;
+    c.from = ends, c.to = ends + kCommit + i;
     actions.push_back({Kind::perhapsQuiet, c.from, rests, 0, 0, -1, 0x1ff, step});
     actions.push_back(c);
   }

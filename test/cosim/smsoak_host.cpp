@@ -96,7 +96,9 @@ void Host::plan(unsigned n) {
     else add(n, false, kRegister + 8 * n + offsets[random_.below(7)]);
     return;
   }
-  if (s.orderly) planOrderly(n);
+  // While all areas move it only looks: what a write has met there would be uncertain in too many ways.
+  if (slots_.moving) add(n, false, s.start + random_.below(s.room));
+  else if (s.orderly) planOrderly(n);
   else planWild(n);
 }
 
