@@ -85,6 +85,9 @@ final case class EscParams(
   def writeLogDepth: Int =
     if (registerWritesPerFrame > 0) registerWritesPerFrame else (64 * cyclesPerNibble) min 256
 
+  /** The longest log that can be committed in time; SyncManagers come before it, one per cycle. */
+  def longestWriteLog: Int = 88 * cyclesPerNibble - (if (syncManagers > 0) 24 else 0)
+
   /** Byte 0x0006 as reported, KiB. */
   def ramSizeReported: Int = if (reportedRamKiB >= 0) reportedRamKiB else ramKiB
 
@@ -254,8 +257,8 @@ object EscParams {
     if (single.nonEmpty) single
     else
       Seq(
-        Option.when(p.writeLogDepth > 88 * p.cyclesPerNibble)(
-          s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 (derived) or 16 to ${88 * p.cyclesPerNibble} bytes at coreClockMhz ${p.coreClockMhz}."
+        Option.when(p.writeLogDepth > p.longestWriteLog)(
+          s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 (derived) or 16 to ${p.longestWriteLog} bytes at coreClockMhz ${p.coreClockMhz}."
         ),
         Option.when(p.txShift >= p.cyclesPerNibble)(
           s"txShift is ${p.txShift} but must be 0 to ${p.cyclesPerNibble - 1} core cycles at coreClockMhz ${p.coreClockMhz}."

@@ -27,7 +27,9 @@ class EscParamsSpec extends AnyFlatSpec {
     "applicationLayer"       -> between(0, 1),
     "watchdogs"              -> between(0, 1).copy(base = local),
     "leds"                   -> between(0, 1).copy(base = local),
-    "sii"                    -> between(0, 1),
+    "fmmuBitwise"            -> between(0, 1),
+    "digitalOutputs"         -> between(0, 4),
+    "sii"                    -> between(0, 2),
     "siiClockKhz"            -> between(10, 1000),
     "siiStartUs"             -> between(1, 100000),
     "reportedRamKiB"         -> between(-1, 60),
@@ -72,6 +74,11 @@ class EscParamsSpec extends AnyFlatSpec {
           )
         )
     }
+  }
+  it should "leave SyncManagers time to change buffers before" in {
+    val most = EscParams(syncManagers = 16, applicationLayer = 1, registerWritesPerFrame = 328)
+    assert(EscParams.problems(most).isEmpty)
+    assert(EscParams.problems(most.copy(registerWritesPerFrame = 329)).size == 1)
   }
   it should "have a default that fits every core clock" in {
     for (clock <- Seq(25, 50, 100, 125)) {

@@ -238,7 +238,7 @@ object FmmuRules extends Rules {
     fmmu(0, 0x100, 2, 0x0010, ReadWrite)
     assert(logical(Lrw, 0x100, 0x34, 0x02).workingCounter == 3)
     assert(word(0x0010) == (0x0234 & (1 << p.nodeIdWidth) - 1))
-    fmmu(0, 0x100, 2, 0x0f00, ReadWrite)
+    fmmu(0, 0x100, 2, 0x0e80, ReadWrite)
     assert(logical(Lrw, 0x100, 1, 2).workingCounter == 0)
   }
   rule("FMMU-01, FP-32: configuration takes effect after the frame", fmmus) { s =>
