@@ -5144,6 +5144,7 @@ module Application(
 );
 
   reg         controlEvent;
+  reg         REG;
   reg         copyControl_REG;
   reg  [15:0] dlEvent_before;
   reg         dlEvent_pending;
@@ -5159,6 +5160,7 @@ module Application(
   always @(posedge clock) begin
     if (reset) begin
       controlEvent <= 1'h0;
+      REG <= 1'h0;
       copyControl_REG <= 1'h0;
       dlEvent_before <= 16'h0;
       dlEvent_pending <= 1'h0;
@@ -5168,7 +5170,8 @@ module Application(
       alEvent <= 1'h0;
     end
     else begin
-      controlEvent <= alControlWritten & ~emulation | ~alControlRead & controlEvent;
+      controlEvent <= alControlWritten & ~emulation | ~(alControlRead & ~REG) & controlEvent;
+      REG <= alControlWritten;
       copyControl_REG <= alControlWritten;
       dlEvent_before <= dlStatus;
       dlEvent_pending <= _GEN_0 & ~_alEvent_T & (readDlStatus | dlEvent_pending);
@@ -5726,9 +5729,13 @@ module et1200(
   reg  [6:0]  processor_config_ecatEvents_alChanged_REG;
   wire        alChanged = _memory_value_al_status != processor_config_ecatEvents_alChanged_REG;
   reg         processor_config_ecatEvents_application_smChanged_sm0_changed;
+  reg         processor_config_ecatEvents_application_smChanged_REG;
   reg         processor_config_ecatEvents_application_smChanged_sm1_changed;
+  reg         processor_config_ecatEvents_application_smChanged_REG_1;
   reg         processor_config_ecatEvents_application_smChanged_sm2_changed;
+  reg         processor_config_ecatEvents_application_smChanged_REG_2;
   reg         processor_config_ecatEvents_application_smChanged_sm3_changed;
+  reg         processor_config_ecatEvents_application_smChanged_REG_3;
   reg         processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG;
   reg         processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG;
   reg         processor_config_ecatEvents_application_watchdog_watchdog_event;
@@ -5746,6 +5753,18 @@ module et1200(
   reg         dark_1;
   reg         memory_event_lost_link_port0_REG;
   reg         memory_event_lost_link_port1_REG;
+  wire        processor_config_ecatEvents_application_smChanged_changes =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h806 & _memory_registerWrite_bits_mask
+    & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm0_repeat_request, _memory_value_sm0_enable};
+  wire        processor_config_ecatEvents_application_smChanged_changes_1 =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h80E & _memory_registerWrite_bits_mask
+    & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm1_repeat_request, _memory_value_sm1_enable};
+  wire        processor_config_ecatEvents_application_smChanged_changes_2 =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h816 & _memory_registerWrite_bits_mask
+    & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm2_repeat_request, _memory_value_sm2_enable};
+  wire        processor_config_ecatEvents_application_smChanged_changes_3 =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h81E & _memory_registerWrite_bits_mask
+    & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm3_repeat_request, _memory_value_sm3_enable};
   always @(posedge clock) begin
     if (reset) begin
       processStep <= 1'h0;
@@ -5761,9 +5780,13 @@ module et1200(
       syncManagers_quiet_r_6 <= 1'h0;
       syncManagers_quiet_r_7 <= 1'h0;
       processor_config_ecatEvents_application_smChanged_sm0_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_REG <= 1'h0;
       processor_config_ecatEvents_application_smChanged_sm1_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_REG_1 <= 1'h0;
       processor_config_ecatEvents_application_smChanged_sm2_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_REG_2 <= 1'h0;
       processor_config_ecatEvents_application_smChanged_sm3_changed <= 1'h0;
+      processor_config_ecatEvents_application_smChanged_REG_3 <= 1'h0;
       processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG <= 1'h0;
       processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG <= 1'h0;
       processor_config_ecatEvents_application_watchdog_watchdog_event <= 1'h0;
@@ -5790,25 +5813,33 @@ module et1200(
       syncManagers_quiet_r_6 <= syncManagers_quiet_r_5;
       syncManagers_quiet_r_7 <= syncManagers_quiet_r_6;
       processor_config_ecatEvents_application_smChanged_sm0_changed <=
-        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h806 & _memory_registerWrite_bits_mask
-        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm0_repeat_request, _memory_value_sm0_enable}
+        processor_config_ecatEvents_application_smChanged_changes
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h806
-            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm0_changed;
+            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG)
+        & processor_config_ecatEvents_application_smChanged_sm0_changed;
+      processor_config_ecatEvents_application_smChanged_REG <=
+        processor_config_ecatEvents_application_smChanged_changes;
       processor_config_ecatEvents_application_smChanged_sm1_changed <=
-        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h80E & _memory_registerWrite_bits_mask
-        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm1_repeat_request, _memory_value_sm1_enable}
+        processor_config_ecatEvents_application_smChanged_changes_1
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h80E
-            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm1_changed;
+            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_1)
+        & processor_config_ecatEvents_application_smChanged_sm1_changed;
+      processor_config_ecatEvents_application_smChanged_REG_1 <=
+        processor_config_ecatEvents_application_smChanged_changes_1;
       processor_config_ecatEvents_application_smChanged_sm2_changed <=
-        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h816 & _memory_registerWrite_bits_mask
-        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm2_repeat_request, _memory_value_sm2_enable}
+        processor_config_ecatEvents_application_smChanged_changes_2
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h816
-            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm2_changed;
+            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_2)
+        & processor_config_ecatEvents_application_smChanged_sm2_changed;
+      processor_config_ecatEvents_application_smChanged_REG_2 <=
+        processor_config_ecatEvents_application_smChanged_changes_2;
       processor_config_ecatEvents_application_smChanged_sm3_changed <=
-        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h81E & _memory_registerWrite_bits_mask
-        & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm3_repeat_request, _memory_value_sm3_enable}
+        processor_config_ecatEvents_application_smChanged_changes_3
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h81E
-            & _hostSequencer_memory_be) & processor_config_ecatEvents_application_smChanged_sm3_changed;
+            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_3)
+        & processor_config_ecatEvents_application_smChanged_sm3_changed;
+      processor_config_ecatEvents_application_smChanged_REG_3 <=
+        processor_config_ecatEvents_application_smChanged_changes_3;
       processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h420 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h421 & _memory_registerWrite_bits_mask;

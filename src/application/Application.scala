@@ -55,7 +55,8 @@ class Application(p: EscParams) extends Module {
 
   // Reset of all: no event, AL control open.
   private val controlEvent = RegInit(false.B)
-  when(alControlRead) { controlEvent := false.B }
+  // A read is acknowledged a cycle late: what was written in between it has not seen.
+  when(alControlRead && !RegNext(alControlWritten, false.B)) { controlEvent := false.B }
   when(alControlWritten && !emulation) { controlEvent := true.B }
   alControlFree := emulation || !controlEvent
   copyControl   := RegNext(alControlWritten, false.B) && emulation

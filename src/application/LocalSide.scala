@@ -163,8 +163,10 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
             val present =
               Cat(memory.value.uint(s"sm${n}_repeat_request"), memory.value.uint(s"sm${n}_enable"))
             val changed = RegInit(false.B).suggestName(s"sm${n}_changed") // reset: as the register
-            when(hostReads(address)) { changed := false.B }
-            when(writes(address).valid && writes(address).bits(1, 0) =/= present) { changed := true.B }
+            val changes = writes(address).valid && writes(address).bits(1, 0) =/= present
+            // A read is acknowledged a cycle late: a change in between it has not seen.
+            when(hostReads(address) && !RegNext(changes, false.B)) { changed := false.B }
+            when(changes) { changed := true.B }
             changed
           }).asUInt
       }
