@@ -8,10 +8,12 @@
 //   coreClockMhz                  100  MHz
 //   ramKiB                          8  KiB
 //   fmmus                           8  FMMUs
+//   fmmuBitwise                     1  switch
 //   syncManagers                    8  SyncManagers
 //   applicationLayer                1  switch
 //   watchdogs                       1  switch
 //   leds                            1  switch
+//   digitalOutputs                  0  bytes
 //   sii                             1  code
 //   siiClockKhz                   400  kHz
 //   siiStartUs                    100  us
@@ -67,6 +69,7 @@ module RegisterFile(
   input         guard_sm1_disabled,
   input         guard_sm0_disabled,
   input         guard_sii_pdi_may_write,
+  input         guard_sii_pdi_may_answer,
   input         guard_sii_ecat_may_write,
   input         guard_sii_pdi_may_take,
   input         guard_al_status_by_pdi,
@@ -227,7 +230,7 @@ module RegisterFile(
 
   reg  [15:0] bytes_whole_8;
   reg  [15:0] bytes_whole_9;
-  reg         bytes_whole_parts_destroy_non_ethercat;
+  reg         bytes_whole_parts_parts_old_4;
   reg         bytes_whole_parts_temporary_use;
   reg  [1:0]  bytes_whole_parts_loop_port0;
   reg  [1:0]  bytes_whole_parts_loop_port1;
@@ -241,8 +244,8 @@ module RegisterFile(
   reg         bytes_whole_parts_device_emulation;
   reg  [6:0]  bytes_whole_parts_esc_configuration;
   reg  [15:0] bytes_whole_23;
-  reg         bytes_whole_parts_al_control_mask;
-  reg         bytes_whole_parts_sm_activation_mask;
+  reg         bytes_whole_parts_parts_old_19;
+  reg         bytes_whole_parts_parts_old_20;
   reg         bytes_whole_parts_eeprom_mask;
   reg         bytes_whole_parts_watchdog_mask;
   reg  [7:0]  bytes_whole_parts_sm_mask;
@@ -272,29 +275,29 @@ module RegisterFile(
   reg         bytes_whole_parts_eeprom_force;
   reg         bytes_whole_parts_eeprom_taken;
   reg         bytes_whole_parts_sm0_enable;
-  reg         bytes_whole_parts_sm0_repeat_request;
-  reg         bytes_whole_parts_sm0_repeat_acknowledge;
+  reg         bytes_whole_parts_parts_old_34;
+  reg         bytes_whole_parts_parts_old_35;
   reg         bytes_whole_parts_sm1_enable;
-  reg         bytes_whole_parts_sm1_repeat_request;
-  reg         bytes_whole_parts_sm1_repeat_acknowledge;
+  reg         bytes_whole_parts_parts_old_37;
+  reg         bytes_whole_parts_parts_old_38;
   reg         bytes_whole_parts_sm2_enable;
-  reg         bytes_whole_parts_sm2_repeat_request;
-  reg         bytes_whole_parts_sm2_repeat_acknowledge;
+  reg         bytes_whole_parts_parts_old_40;
+  reg         bytes_whole_parts_parts_old_41;
   reg         bytes_whole_parts_sm3_enable;
-  reg         bytes_whole_parts_sm3_repeat_request;
-  reg         bytes_whole_parts_sm3_repeat_acknowledge;
+  reg         bytes_whole_parts_parts_old_43;
+  reg         bytes_whole_parts_parts_old_44;
   reg         bytes_whole_parts_sm4_enable;
-  reg         bytes_whole_parts_sm4_repeat_request;
-  reg         bytes_whole_parts_sm4_repeat_acknowledge;
+  reg         bytes_whole_parts_parts_old_46;
+  reg         bytes_whole_parts_parts_old_47;
   reg         bytes_whole_parts_sm5_enable;
-  reg         bytes_whole_parts_sm5_repeat_request;
-  reg         bytes_whole_parts_sm5_repeat_acknowledge;
+  reg         bytes_whole_parts_parts_old_49;
+  reg         bytes_whole_parts_parts_old_50;
   reg         bytes_whole_parts_sm6_enable;
-  reg         bytes_whole_parts_sm6_repeat_request;
-  reg         bytes_whole_parts_sm6_repeat_acknowledge;
+  reg         bytes_whole_parts_parts_old_52;
+  reg         bytes_whole_parts_parts_old_53;
   reg         bytes_whole_parts_sm7_enable;
-  reg         bytes_whole_parts_sm7_repeat_request;
-  reg         bytes_whole_parts_sm7_repeat_acknowledge;
+  reg         bytes_whole_parts_parts_old_55;
+  reg         bytes_whole_parts_parts_old_56;
   wire        ofUnits_hit = readAddress[11:6] == 6'h20;
   wire        ofUnits_hit_1 = readAddress[11:7] == 5'hC;
   reg         casez_tmp;
@@ -351,42 +354,42 @@ module RegisterFile(
   always @(*) begin
     casez (readAddress[5:3])
       3'b000:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_sm0_repeat_request, bytes_whole_parts_sm0_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_34, bytes_whole_parts_sm0_enable};
       3'b001:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_sm1_repeat_request, bytes_whole_parts_sm1_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_37, bytes_whole_parts_sm1_enable};
       3'b010:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_sm2_repeat_request, bytes_whole_parts_sm2_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_40, bytes_whole_parts_sm2_enable};
       3'b011:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_sm3_repeat_request, bytes_whole_parts_sm3_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_43, bytes_whole_parts_sm3_enable};
       3'b100:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_sm4_repeat_request, bytes_whole_parts_sm4_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_46, bytes_whole_parts_sm4_enable};
       3'b101:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_sm5_repeat_request, bytes_whole_parts_sm5_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_49, bytes_whole_parts_sm5_enable};
       3'b110:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_sm6_repeat_request, bytes_whole_parts_sm6_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_52, bytes_whole_parts_sm6_enable};
       default:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_sm7_repeat_request, bytes_whole_parts_sm7_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_55, bytes_whole_parts_sm7_enable};
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_2;
   always @(*) begin
     casez (readAddress[5:3])
       3'b000:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_sm0_repeat_acknowledge, status_sm0_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_35, status_sm0_deactivated};
       3'b001:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_sm1_repeat_acknowledge, status_sm1_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_38, status_sm1_deactivated};
       3'b010:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_sm2_repeat_acknowledge, status_sm2_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_41, status_sm2_deactivated};
       3'b011:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_sm3_repeat_acknowledge, status_sm3_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_44, status_sm3_deactivated};
       3'b100:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_sm4_repeat_acknowledge, status_sm4_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_47, status_sm4_deactivated};
       3'b101:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_sm5_repeat_acknowledge, status_sm5_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_50, status_sm5_deactivated};
       3'b110:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_sm6_repeat_acknowledge, status_sm6_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_53, status_sm6_deactivated};
       default:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_sm7_repeat_acknowledge, status_sm7_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_56, status_sm7_deactivated};
     endcase
   end // always @(*)
   wire [12:0] _GEN =
@@ -399,9 +402,7 @@ module RegisterFile(
     | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 5'hE} : 13'h0)
     | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 5'hD} : 13'h0)
     | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 5'hD} : 13'h0)
-    | (readAddress == 12'h100
-         ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_destroy_non_ethercat, 5'hE}
-         : 13'h0)
+    | (readAddress == 12'h100 ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_parts_old_4, 5'hE} : 13'h0)
     | (readAddress == 12'h101
          ? {bytes_whole_parts_loop_port3,
             bytes_whole_parts_loop_port2,
@@ -451,9 +452,9 @@ module RegisterFile(
          ? {1'h0,
             bytes_whole_parts_watchdog_mask,
             bytes_whole_parts_eeprom_mask,
-            bytes_whole_parts_sm_activation_mask,
+            bytes_whole_parts_parts_old_20,
             3'h0,
-            bytes_whole_parts_al_control_mask,
+            bytes_whole_parts_parts_old_19,
             5'hD}
          : 13'h0) | (readAddress == 12'h205 ? {bytes_whole_parts_sm_mask, 5'hD} : 13'h0)
     | (readAddress == 12'h206 ? 13'hD : 13'h0) | (readAddress == 12'h207 ? 13'hD : 13'h0)
@@ -500,7 +501,7 @@ module RegisterFile(
             status_eeprom_write_enable,
             3'h3,
             guard_sii_ecat_may_write,
-            guard_sii_pdi_may_write}
+            guard_sii_pdi_may_answer}
          : 13'h0)
     | (readAddress == 12'h503
          ? {status_eeprom_busy,
@@ -511,13 +512,13 @@ module RegisterFile(
             status_eeprom_command,
             3'h3,
             guard_sii_ecat_may_write,
-            guard_sii_pdi_may_write}
+            guard_sii_pdi_may_answer}
          : 13'h0) | (readAddress == 12'h504 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
     | (readAddress == 12'h505 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
     | (readAddress == 12'h506 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
     | (readAddress == 12'h507 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
-    | (readAddress == 12'h508 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
-    | (readAddress == 12'h509 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
+    | (readAddress == 12'h508 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 13'h0)
+    | (readAddress == 12'h509 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 13'h0)
     | (readAddress == 12'h50A ? 13'h1C : 13'h0) | (readAddress == 12'h50B ? 13'h1C : 13'h0)
     | (readAddress == 12'h50C ? 13'h1C : 13'h0) | (readAddress == 12'h50D ? 13'h1C : 13'h0)
     | (readAddress == 12'h50E ? 13'h1C : 13'h0) | (readAddress == 12'h50F ? 13'h1C : 13'h0)
@@ -546,11 +547,11 @@ module RegisterFile(
     | (ofUnits_hit_1 & readAddress[3:0] == 4'hE ? 13'hC : 13'h0)
     | (ofUnits_hit_1 & (&(readAddress[3:0])) ? 13'hC : 13'h0);
   wire [12:0] _selected_T_349 = _GEN | _GEN_0;
-  wire        _bytes_whole_parts_parts_T_35 = writeAddress == 12'h100;
-  wire        _bytes_whole_parts_parts_T_63 = writeAddress == 12'h101;
-  wire        _bytes_whole_parts_parts_T_77 = writeAddress == 12'h102;
-  wire        _bytes_whole_parts_parts_T_112 = writeAddress == 12'h141;
-  wire        _bytes_whole_parts_parts_T_154 = writeAddress == 12'h204;
+  wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
+  wire        _bytes_whole_parts_parts_T_54 = writeAddress == 12'h101;
+  wire        _bytes_whole_parts_parts_T_66 = writeAddress == 12'h102;
+  wire        _bytes_whole_parts_parts_T_96 = writeAddress == 12'h141;
+  wire        _bytes_whole_parts_parts_T_132 = writeAddress == 12'h204;
   wire        _bytes_whole_parts_clear_T_638 = writeAddress == 12'h300;
   wire        _bytes_whole_parts_clear_T_642 = writeAddress == 12'h301;
   wire        _bytes_whole_parts_clear_T_646 = writeAddress == 12'h302;
@@ -569,20 +570,20 @@ module RegisterFile(
   wire        _bytes_whole_parts_clear_T_765 = writeAddress == 12'h313;
   wire        _bytes_whole_parts_clear_T_779 = writeAddress == 12'h442;
   wire        _bytes_whole_parts_clear_T_783 = writeAddress == 12'h443;
-  wire        _bytes_whole_parts_parts_T_217 = writeAddress == 12'h500;
-  wire        _bytes_whole_parts_parts_T_238 = writeAddress == 12'h806;
-  wire        _bytes_whole_parts_parts_T_259 = writeAddress == 12'h80E;
-  wire        _bytes_whole_parts_parts_T_280 = writeAddress == 12'h816;
-  wire        _bytes_whole_parts_parts_T_301 = writeAddress == 12'h81E;
-  wire        _bytes_whole_parts_parts_T_322 = writeAddress == 12'h826;
-  wire        _bytes_whole_parts_parts_T_343 = writeAddress == 12'h82E;
-  wire        _bytes_whole_parts_parts_T_364 = writeAddress == 12'h836;
-  wire        _bytes_whole_parts_parts_T_385 = writeAddress == 12'h83E;
+  wire        _bytes_whole_parts_parts_T_186 = writeAddress == 12'h500;
+  wire        _bytes_whole_parts_parts_T_204 = writeAddress == 12'h806;
+  wire        _bytes_whole_parts_parts_T_222 = writeAddress == 12'h80E;
+  wire        _bytes_whole_parts_parts_T_240 = writeAddress == 12'h816;
+  wire        _bytes_whole_parts_parts_T_258 = writeAddress == 12'h81E;
+  wire        _bytes_whole_parts_parts_T_276 = writeAddress == 12'h826;
+  wire        _bytes_whole_parts_parts_T_294 = writeAddress == 12'h82E;
+  wire        _bytes_whole_parts_parts_T_312 = writeAddress == 12'h836;
+  wire        _bytes_whole_parts_parts_T_330 = writeAddress == 12'h83E;
   always @(posedge clock) begin
     if (reset) begin
       bytes_whole_8 <= 16'h0;
       bytes_whole_9 <= 16'h0;
-      bytes_whole_parts_destroy_non_ethercat <= 1'h1;
+      bytes_whole_parts_parts_old_4 <= 1'h1;
       bytes_whole_parts_temporary_use <= 1'h0;
       bytes_whole_parts_loop_port0 <= 2'h0;
       bytes_whole_parts_loop_port1 <= 2'h0;
@@ -596,8 +597,8 @@ module RegisterFile(
       bytes_whole_parts_device_emulation <= 1'h0;
       bytes_whole_parts_esc_configuration <= 7'h79;
       bytes_whole_23 <= 16'h0;
-      bytes_whole_parts_al_control_mask <= 1'h1;
-      bytes_whole_parts_sm_activation_mask <= 1'h0;
+      bytes_whole_parts_parts_old_19 <= 1'h1;
+      bytes_whole_parts_parts_old_20 <= 1'h0;
       bytes_whole_parts_eeprom_mask <= 1'h0;
       bytes_whole_parts_watchdog_mask <= 1'h0;
       bytes_whole_parts_sm_mask <= 8'hFF;
@@ -627,29 +628,29 @@ module RegisterFile(
       bytes_whole_parts_eeprom_force <= 1'h0;
       bytes_whole_parts_eeprom_taken <= 1'h0;
       bytes_whole_parts_sm0_enable <= 1'h0;
-      bytes_whole_parts_sm0_repeat_request <= 1'h0;
-      bytes_whole_parts_sm0_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_parts_old_34 <= 1'h0;
+      bytes_whole_parts_parts_old_35 <= 1'h0;
       bytes_whole_parts_sm1_enable <= 1'h0;
-      bytes_whole_parts_sm1_repeat_request <= 1'h0;
-      bytes_whole_parts_sm1_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_parts_old_37 <= 1'h0;
+      bytes_whole_parts_parts_old_38 <= 1'h0;
       bytes_whole_parts_sm2_enable <= 1'h0;
-      bytes_whole_parts_sm2_repeat_request <= 1'h0;
-      bytes_whole_parts_sm2_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_parts_old_40 <= 1'h0;
+      bytes_whole_parts_parts_old_41 <= 1'h0;
       bytes_whole_parts_sm3_enable <= 1'h0;
-      bytes_whole_parts_sm3_repeat_request <= 1'h0;
-      bytes_whole_parts_sm3_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_parts_old_43 <= 1'h0;
+      bytes_whole_parts_parts_old_44 <= 1'h0;
       bytes_whole_parts_sm4_enable <= 1'h0;
-      bytes_whole_parts_sm4_repeat_request <= 1'h0;
-      bytes_whole_parts_sm4_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_parts_old_46 <= 1'h0;
+      bytes_whole_parts_parts_old_47 <= 1'h0;
       bytes_whole_parts_sm5_enable <= 1'h0;
-      bytes_whole_parts_sm5_repeat_request <= 1'h0;
-      bytes_whole_parts_sm5_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_parts_old_49 <= 1'h0;
+      bytes_whole_parts_parts_old_50 <= 1'h0;
       bytes_whole_parts_sm6_enable <= 1'h0;
-      bytes_whole_parts_sm6_repeat_request <= 1'h0;
-      bytes_whole_parts_sm6_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_parts_old_52 <= 1'h0;
+      bytes_whole_parts_parts_old_53 <= 1'h0;
       bytes_whole_parts_sm7_enable <= 1'h0;
-      bytes_whole_parts_sm7_repeat_request <= 1'h0;
-      bytes_whole_parts_sm7_repeat_acknowledge <= 1'h0;
+      bytes_whole_parts_parts_old_55 <= 1'h0;
+      bytes_whole_parts_parts_old_56 <= 1'h0;
     end
     else begin
       bytes_whole_8 <=
@@ -658,30 +659,30 @@ module RegisterFile(
       bytes_whole_9 <=
         {write & writeAddress == 12'h13 & writeMask ? writeData : bytes_whole_9[15:8],
          write & writeAddress == 12'h12 & writeMask ? writeData : bytes_whole_9[7:0]};
-      if (write & _bytes_whole_parts_parts_T_35 & writeMask)
-        bytes_whole_parts_destroy_non_ethercat <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_30 & writeMask)
+        bytes_whole_parts_parts_old_4 <= writeData[0];
       bytes_whole_parts_temporary_use <=
         ~set_temporary_use_valid
-        & (write & _bytes_whole_parts_parts_T_35 & writeMask ? writeData[1] : bytes_whole_parts_temporary_use);
+        & (write & _bytes_whole_parts_parts_T_30 & writeMask ? writeData[1] : bytes_whole_parts_temporary_use);
       if (set_loop_port0_valid)
         bytes_whole_parts_loop_port0 <= set_loop_port0_bits;
-      else if (write & _bytes_whole_parts_parts_T_63 & writeMask)
+      else if (write & _bytes_whole_parts_parts_T_54 & writeMask)
         bytes_whole_parts_loop_port0 <= writeData[1:0];
       if (set_loop_port1_valid)
         bytes_whole_parts_loop_port1 <= set_loop_port1_bits;
-      else if (write & _bytes_whole_parts_parts_T_63 & writeMask)
+      else if (write & _bytes_whole_parts_parts_T_54 & writeMask)
         bytes_whole_parts_loop_port1 <= writeData[3:2];
       if (set_loop_port2_valid)
         bytes_whole_parts_loop_port2 <= set_loop_port2_bits;
-      else if (write & _bytes_whole_parts_parts_T_63 & writeMask)
+      else if (write & _bytes_whole_parts_parts_T_54 & writeMask)
         bytes_whole_parts_loop_port2 <= writeData[5:4];
       if (set_loop_port3_valid)
         bytes_whole_parts_loop_port3 <= set_loop_port3_bits;
-      else if (write & _bytes_whole_parts_parts_T_63 & writeMask)
+      else if (write & _bytes_whole_parts_parts_T_54 & writeMask)
         bytes_whole_parts_loop_port3 <= writeData[7:6];
-      if (write & _bytes_whole_parts_parts_T_77 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_66 & writeMask)
         bytes_whole_parts_rx_fifo_size <= writeData[2:0];
-      if (write & _bytes_whole_parts_parts_T_77 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_66 & writeMask)
         bytes_whole_parts_dl_configuration <= writeData[7:4];
       if (write & writeAddress == 12'h103 & writeMask)
         bytes_whole_parts_alias_enable <= writeData[0];
@@ -691,20 +692,20 @@ module RegisterFile(
         bytes_whole_parts_al_status <= set_al_status_bits;
       else if (write & writeAddress == 12'h130 & writeMask)
         bytes_whole_parts_al_status <= writeData[6:0];
-      if (write & _bytes_whole_parts_parts_T_112 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_96 & writeMask)
         bytes_whole_parts_device_emulation <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_112 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_96 & writeMask)
         bytes_whole_parts_esc_configuration <= writeData[7:1];
       bytes_whole_23 <=
         {write & writeAddress == 12'h201 & writeMask ? writeData : bytes_whole_23[15:8],
          write & writeAddress == 12'h200 & writeMask ? writeData : bytes_whole_23[7:0]};
-      if (write & _bytes_whole_parts_parts_T_154 & writeMask)
-        bytes_whole_parts_al_control_mask <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_154 & writeMask)
-        bytes_whole_parts_sm_activation_mask <= writeData[4];
-      if (write & _bytes_whole_parts_parts_T_154 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_132 & writeMask)
+        bytes_whole_parts_parts_old_19 <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_132 & writeMask)
+        bytes_whole_parts_parts_old_20 <= writeData[4];
+      if (write & _bytes_whole_parts_parts_T_132 & writeMask)
         bytes_whole_parts_eeprom_mask <= writeData[5];
-      if (write & _bytes_whole_parts_parts_T_154 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_132 & writeMask)
         bytes_whole_parts_watchdog_mask <= writeData[6];
       if (write & writeAddress == 12'h205 & writeMask)
         bytes_whole_parts_sm_mask <= writeData;
@@ -857,61 +858,61 @@ module RegisterFile(
         bytes_whole_45 <= 8'h0;
       else if (event_watchdog_count_pdi & bytes_whole_45 != 8'hFF)
         bytes_whole_45 <= bytes_whole_45 + 8'h1;
-      if (write & _bytes_whole_parts_parts_T_217 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_186 & writeMask)
         bytes_whole_parts_eeprom_offered <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_217 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_186 & writeMask)
         bytes_whole_parts_eeprom_force <= writeData[1];
       bytes_whole_parts_eeprom_taken <=
         ~set_eeprom_taken_valid
         & (write & writeAddress == 12'h501 & writeMask ? writeData[0] : bytes_whole_parts_eeprom_taken);
-      if (write & _bytes_whole_parts_parts_T_238 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_204 & writeMask)
         bytes_whole_parts_sm0_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_238 & writeMask)
-        bytes_whole_parts_sm0_repeat_request <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_204 & writeMask)
+        bytes_whole_parts_parts_old_34 <= writeData[1];
       if (write & writeAddress == 12'h807 & writeMask)
-        bytes_whole_parts_sm0_repeat_acknowledge <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_259 & writeMask)
+        bytes_whole_parts_parts_old_35 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_222 & writeMask)
         bytes_whole_parts_sm1_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_259 & writeMask)
-        bytes_whole_parts_sm1_repeat_request <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_222 & writeMask)
+        bytes_whole_parts_parts_old_37 <= writeData[1];
       if (write & writeAddress == 12'h80F & writeMask)
-        bytes_whole_parts_sm1_repeat_acknowledge <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_280 & writeMask)
+        bytes_whole_parts_parts_old_38 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_240 & writeMask)
         bytes_whole_parts_sm2_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_280 & writeMask)
-        bytes_whole_parts_sm2_repeat_request <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_240 & writeMask)
+        bytes_whole_parts_parts_old_40 <= writeData[1];
       if (write & writeAddress == 12'h817 & writeMask)
-        bytes_whole_parts_sm2_repeat_acknowledge <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_301 & writeMask)
+        bytes_whole_parts_parts_old_41 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_258 & writeMask)
         bytes_whole_parts_sm3_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_301 & writeMask)
-        bytes_whole_parts_sm3_repeat_request <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_258 & writeMask)
+        bytes_whole_parts_parts_old_43 <= writeData[1];
       if (write & writeAddress == 12'h81F & writeMask)
-        bytes_whole_parts_sm3_repeat_acknowledge <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_322 & writeMask)
+        bytes_whole_parts_parts_old_44 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_276 & writeMask)
         bytes_whole_parts_sm4_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_322 & writeMask)
-        bytes_whole_parts_sm4_repeat_request <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_276 & writeMask)
+        bytes_whole_parts_parts_old_46 <= writeData[1];
       if (write & writeAddress == 12'h827 & writeMask)
-        bytes_whole_parts_sm4_repeat_acknowledge <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_343 & writeMask)
+        bytes_whole_parts_parts_old_47 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_294 & writeMask)
         bytes_whole_parts_sm5_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_343 & writeMask)
-        bytes_whole_parts_sm5_repeat_request <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_294 & writeMask)
+        bytes_whole_parts_parts_old_49 <= writeData[1];
       if (write & writeAddress == 12'h82F & writeMask)
-        bytes_whole_parts_sm5_repeat_acknowledge <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_364 & writeMask)
+        bytes_whole_parts_parts_old_50 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_312 & writeMask)
         bytes_whole_parts_sm6_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_364 & writeMask)
-        bytes_whole_parts_sm6_repeat_request <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_312 & writeMask)
+        bytes_whole_parts_parts_old_52 <= writeData[1];
       if (write & writeAddress == 12'h837 & writeMask)
-        bytes_whole_parts_sm6_repeat_acknowledge <= writeData[1];
-      if (write & _bytes_whole_parts_parts_T_385 & writeMask)
+        bytes_whole_parts_parts_old_53 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_330 & writeMask)
         bytes_whole_parts_sm7_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_385 & writeMask)
-        bytes_whole_parts_sm7_repeat_request <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_330 & writeMask)
+        bytes_whole_parts_parts_old_55 <= writeData[1];
       if (write & writeAddress == 12'h83F & writeMask)
-        bytes_whole_parts_sm7_repeat_acknowledge <= writeData[1];
+        bytes_whole_parts_parts_old_56 <= writeData[1];
     end
   end // always @(posedge)
   assign readData = _selected_T_349[12:5];
@@ -920,21 +921,21 @@ module RegisterFile(
   assign writableByEcat = _selected_T_349[1];
   assign writableByPdi = _selected_T_349[0];
   assign inRam = _selected_T_349[4];
-  assign value_sm7_repeat_request = bytes_whole_parts_sm7_repeat_request;
+  assign value_sm7_repeat_request = bytes_whole_parts_parts_old_55;
   assign value_sm7_enable = bytes_whole_parts_sm7_enable;
-  assign value_sm6_repeat_request = bytes_whole_parts_sm6_repeat_request;
+  assign value_sm6_repeat_request = bytes_whole_parts_parts_old_52;
   assign value_sm6_enable = bytes_whole_parts_sm6_enable;
-  assign value_sm5_repeat_request = bytes_whole_parts_sm5_repeat_request;
+  assign value_sm5_repeat_request = bytes_whole_parts_parts_old_49;
   assign value_sm5_enable = bytes_whole_parts_sm5_enable;
-  assign value_sm4_repeat_request = bytes_whole_parts_sm4_repeat_request;
+  assign value_sm4_repeat_request = bytes_whole_parts_parts_old_46;
   assign value_sm4_enable = bytes_whole_parts_sm4_enable;
-  assign value_sm3_repeat_request = bytes_whole_parts_sm3_repeat_request;
+  assign value_sm3_repeat_request = bytes_whole_parts_parts_old_43;
   assign value_sm3_enable = bytes_whole_parts_sm3_enable;
-  assign value_sm2_repeat_request = bytes_whole_parts_sm2_repeat_request;
+  assign value_sm2_repeat_request = bytes_whole_parts_parts_old_40;
   assign value_sm2_enable = bytes_whole_parts_sm2_enable;
-  assign value_sm1_repeat_request = bytes_whole_parts_sm1_repeat_request;
+  assign value_sm1_repeat_request = bytes_whole_parts_parts_old_37;
   assign value_sm1_enable = bytes_whole_parts_sm1_enable;
-  assign value_sm0_repeat_request = bytes_whole_parts_sm0_repeat_request;
+  assign value_sm0_repeat_request = bytes_whole_parts_parts_old_34;
   assign value_sm0_enable = bytes_whole_parts_sm0_enable;
   assign value_eeprom_taken = bytes_whole_parts_eeprom_taken;
   assign value_eeprom_force = bytes_whole_parts_eeprom_force;
@@ -945,8 +946,8 @@ module RegisterFile(
   assign value_sm_mask = bytes_whole_parts_sm_mask;
   assign value_watchdog_mask = bytes_whole_parts_watchdog_mask;
   assign value_eeprom_mask = bytes_whole_parts_eeprom_mask;
-  assign value_sm_activation_mask = bytes_whole_parts_sm_activation_mask;
-  assign value_al_control_mask = bytes_whole_parts_al_control_mask;
+  assign value_sm_activation_mask = bytes_whole_parts_parts_old_20;
+  assign value_al_control_mask = bytes_whole_parts_parts_old_19;
   assign value_ecat_event_mask = bytes_whole_23;
   assign value_esc_configuration = bytes_whole_parts_esc_configuration;
   assign value_device_emulation = bytes_whole_parts_device_emulation;
@@ -959,7 +960,7 @@ module RegisterFile(
   assign value_loop_port1 = bytes_whole_parts_loop_port1;
   assign value_loop_port0 = bytes_whole_parts_loop_port0;
   assign value_temporary_use = bytes_whole_parts_temporary_use;
-  assign value_destroy_non_ethercat = bytes_whole_parts_destroy_non_ethercat;
+  assign value_destroy_non_ethercat = bytes_whole_parts_parts_old_4;
   assign value_station_alias = bytes_whole_9;
   assign value_station_address = bytes_whole_8;
 endmodule
@@ -1165,6 +1166,7 @@ module EscMemory(
   input         guard_sm1_disabled,
   input         guard_sm0_disabled,
   input         guard_sii_pdi_may_write,
+  input         guard_sii_pdi_may_answer,
   input         guard_sii_ecat_may_write,
   input         guard_sii_pdi_may_take,
   input         guard_al_status_by_pdi,
@@ -1484,6 +1486,7 @@ module EscMemory(
     .guard_sm1_disabled                (guard_sm1_disabled),
     .guard_sm0_disabled                (guard_sm0_disabled),
     .guard_sii_pdi_may_write           (guard_sii_pdi_may_write),
+    .guard_sii_pdi_may_answer          (guard_sii_pdi_may_answer),
     .guard_sii_ecat_may_write          (guard_sii_ecat_may_write),
     .guard_sii_pdi_may_take            (guard_sii_pdi_may_take),
     .guard_al_status_by_pdi            (guard_al_status_by_pdi),
@@ -2078,115 +2081,6 @@ module WideTable(
   assign readData_0 = _rams_0_readData;
 endmodule
 
-// external module DualPortRam
-
-module WideTable_1(
-  input         clock,
-  input         reset,
-  input         write,
-  input  [2:0]  writeIndex,
-  input  [1:0]  writeMask,
-  input  [15:0] writeData,
-  input  [2:0]  readIndex_0,
-  output [15:0] readData_0
-);
-
-  wire [2:0]  _rams_0_readAddress;
-  wire [15:0] _rams_0_readData;
-  reg         merging;
-  reg  [2:0]  index;
-  reg  [1:0]  mask;
-  reg  [15:0] data;
-  reg  [15:0] last;
-  reg         again;
-  wire [15:0] merged =
-    {mask[1] ? data[15:8] : again ? last[15:8] : _rams_0_readData[15:8],
-     mask[0] ? data[7:0] : again ? last[7:0] : _rams_0_readData[7:0]};
-  always @(posedge clock) begin
-    if (reset) begin
-      merging <= 1'h0;
-      again <= 1'h0;
-    end
-    else begin
-      merging <= write;
-      again <= merging & write & index == writeIndex;
-    end
-    index <= writeIndex;
-    mask <= writeMask;
-    data <= writeData;
-    last <= merged;
-  end // always @(posedge)
-  assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
-  DualPortRam #(
-    .ADDRESS_BITS(3),
-    .DEPTH(8),
-    .WIDTH(16)
-  ) rams_0 (
-    .clock        (clock),
-    .write        (merging),
-    .writeAddress (index),
-    .writeData    (merged),
-    .readAddress  (_rams_0_readAddress),
-    .readData     (_rams_0_readData)
-  );
-  assign readData_0 = _rams_0_readData;
-endmodule
-
-// external module DualPortRam
-
-module WideTable_2(
-  input         clock,
-  input         reset,
-  input         write,
-  input  [2:0]  writeIndex,
-  input  [2:0]  writeMask,
-  input  [23:0] writeData,
-  input  [2:0]  readIndex_0,
-  output [23:0] readData_0
-);
-
-  wire [2:0]  _rams_0_readAddress;
-  wire [23:0] _rams_0_readData;
-  reg         merging;
-  reg  [2:0]  index;
-  reg  [2:0]  mask;
-  reg  [23:0] data;
-  reg  [23:0] last;
-  reg         again;
-  wire [23:0] merged =
-    {mask[2] ? data[23:16] : again ? last[23:16] : _rams_0_readData[23:16],
-     mask[1] ? data[15:8] : again ? last[15:8] : _rams_0_readData[15:8],
-     mask[0] ? data[7:0] : again ? last[7:0] : _rams_0_readData[7:0]};
-  always @(posedge clock) begin
-    if (reset) begin
-      merging <= 1'h0;
-      again <= 1'h0;
-    end
-    else begin
-      merging <= write;
-      again <= merging & write & index == writeIndex;
-    end
-    index <= writeIndex;
-    mask <= writeMask;
-    data <= writeData;
-    last <= merged;
-  end // always @(posedge)
-  assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
-  DualPortRam #(
-    .ADDRESS_BITS(3),
-    .DEPTH(8),
-    .WIDTH(24)
-  ) rams_0 (
-    .clock        (clock),
-    .write        (merging),
-    .writeAddress (index),
-    .writeData    (merged),
-    .readAddress  (_rams_0_readAddress),
-    .readData     (_rams_0_readData)
-  );
-  assign readData_0 = _rams_0_readData;
-endmodule
-
 module Fmmus(
   input         clock,
   input         reset,
@@ -2195,23 +2089,35 @@ module Fmmus(
   input         write_bits_mask,
   input  [7:0]  write_bits_data,
   input  [2:0]  index,
-  input  [31:0] logical,
+  input  [32:0] behind,
   output        read_hit,
   output [16:0] read_address,
+  output        read_first,
+  output        read_last,
+  output        read_early,
+  output [2:0]  read_startBit,
+  output [2:0]  read_stopBit,
+  output [2:0]  read_turn,
   output        writes_hit,
-  output [16:0] writes_address
+  output [16:0] writes_address,
+  output        writes_first,
+  output        writes_last,
+  output        writes_early,
+  output [2:0]  writes_startBit,
+  output [2:0]  writes_stopBit,
+  output [2:0]  writes_turn
 );
 
   wire        _results_table_0_2_write;
   wire [2:0]  _results_table_0_2_writeIndex;
-  wire [2:0]  _results_table_0_2_writeMask;
-  wire [23:0] _results_table_0_2_writeData;
-  wire [23:0] _results_table_0_2_readData_0;
+  wire [3:0]  _results_table_0_2_writeMask;
+  wire [31:0] _results_table_0_2_writeData;
+  wire [31:0] _results_table_0_2_readData_0;
   wire        _results_table_0_1_write;
   wire [2:0]  _results_table_0_1_writeIndex;
-  wire [1:0]  _results_table_0_1_writeMask;
-  wire [15:0] _results_table_0_1_writeData;
-  wire [15:0] _results_table_0_1_readData_0;
+  wire [3:0]  _results_table_0_1_writeMask;
+  wire [31:0] _results_table_0_1_writeData;
+  wire [31:0] _results_table_0_1_readData_0;
   wire        _results_table_0_0_write;
   wire [2:0]  _results_table_0_0_writeIndex;
   wire [3:0]  _results_table_0_0_writeMask;
@@ -2260,13 +2166,31 @@ module Fmmus(
     endcase
   end // always @(*)
   reg         results_begins;
+  reg  [2:0]  results_startBit;
+  reg  [2:0]  results_stopBit;
+  reg  [2:0]  results_turn;
+  reg         results_upward;
   reg         found_read_0_hit;
   reg  [16:0] found_read_0_address;
+  reg         found_read_0_first;
+  reg         found_read_0_last;
+  reg         found_read_0_early;
+  reg  [2:0]  found_read_0_startBit;
+  reg  [2:0]  found_read_0_stopBit;
+  reg  [2:0]  found_read_0_turn;
   reg         found_write_0_hit;
   reg  [16:0] found_write_0_address;
-  wire        results_inside =
-    results_takes & ~(results_distance[32]) & results_distance[31:0] < {16'h0, results_length};
-  wire [16:0] results_physical = {1'h0, results_start} + {1'h0, results_distance[15:0]};
+  reg         found_write_0_first;
+  reg         found_write_0_last;
+  reg         found_write_0_early;
+  reg  [2:0]  found_write_0_startBit;
+  reg  [2:0]  found_write_0_stopBit;
+  reg  [2:0]  found_write_0_turn;
+  wire [16:0] results_left = {1'h0, results_length} + {1'h0, ~(results_distance[15:0])};
+  wire        results_isEarly = (&results_distance) & results_upward & (|results_length);
+  wire        results_inside = ~(results_distance[32]) & results_distance[31:16] == 16'h0 & results_left[16];
+  wire [17:0] _results_sum_T_3 = {1'h0, results_start, 1'h1} + {1'h0, results_distance[15:0], results_upward};
+  wire [16:0] results_physical = {_results_sum_T_3[17] & ~results_isEarly, _results_sum_T_3[16:1]};
   always @(posedge clock) begin
     if (reset) begin
       results_active_0_0 <= 1'h0;
@@ -2297,20 +2221,36 @@ module Fmmus(
         results_active_0_7 <= write_bits_data[0];
     end
     results_started <= index;
-    results_distance <= {1'h0, logical} - {1'h0, _results_table_0_0_readData_0};
-    results_length <= _results_table_0_1_readData_0;
+    results_distance <= behind + {1'h1, ~_results_table_0_0_readData_0};
+    results_length <= _results_table_0_1_readData_0[15:0];
     results_start <= _results_table_0_2_readData_0[15:0];
-    results_forReads <= _results_table_0_2_readData_0[16];
-    results_forWrites <= _results_table_0_2_readData_0[17];
+    results_forReads <= _results_table_0_2_readData_0[24];
+    results_forWrites <= _results_table_0_2_readData_0[25];
     results_takes <= casez_tmp;
     results_begins <= results_started == 3'h0;
+    results_startBit <= _results_table_0_1_readData_0[18:16];
+    results_stopBit <= _results_table_0_1_readData_0[26:24];
+    results_turn <= _results_table_0_2_readData_0[18:16] - _results_table_0_1_readData_0[18:16];
+    results_upward <= _results_table_0_2_readData_0[18:16] > _results_table_0_1_readData_0[18:16];
     if (results_begins | ~found_read_0_hit) begin
-      found_read_0_hit <= results_inside & results_forReads;
+      found_read_0_hit <= results_takes & (results_inside | results_isEarly) & results_forReads;
       found_read_0_address <= results_physical;
+      found_read_0_first <= ~(|(results_distance[15:0]));
+      found_read_0_last <= results_left[15:0] == 16'h0;
+      found_read_0_early <= results_isEarly;
+      found_read_0_startBit <= results_startBit;
+      found_read_0_stopBit <= results_stopBit;
+      found_read_0_turn <= results_turn;
     end
     if (results_begins | ~found_write_0_hit) begin
-      found_write_0_hit <= results_inside & results_forWrites;
+      found_write_0_hit <= results_takes & (results_inside | results_isEarly) & results_forWrites;
       found_write_0_address <= results_physical;
+      found_write_0_first <= ~(|(results_distance[15:0]));
+      found_write_0_last <= results_left[15:0] == 16'h0;
+      found_write_0_early <= results_isEarly;
+      found_write_0_startBit <= results_startBit;
+      found_write_0_stopBit <= results_stopBit;
+      found_write_0_turn <= results_turn;
     end
   end // always @(posedge)
   assign _results_table_0_0_write = hitsArea & write_bits_address[3:2] == 2'h0;
@@ -2329,9 +2269,9 @@ module Fmmus(
   );
   assign _results_table_0_1_write = hitsArea & write_bits_address[3:2] == 2'h1;
   assign _results_table_0_1_writeIndex = write_bits_address[6:4];
-  assign _results_table_0_1_writeMask = _results_mask_T_5[1:0];
-  assign _results_table_0_1_writeData = {2{write_bits_data}};
-  WideTable_1 results_table_0_1 (
+  assign _results_table_0_1_writeMask = _results_mask_T_5[3:0];
+  assign _results_table_0_1_writeData = {4{write_bits_data}};
+  WideTable results_table_0_1 (
     .clock       (clock),
     .reset       (reset),
     .write       (_results_table_0_1_write),
@@ -2343,9 +2283,9 @@ module Fmmus(
   );
   assign _results_table_0_2_write = hitsArea & write_bits_address[3:2] == 2'h2;
   assign _results_table_0_2_writeIndex = write_bits_address[6:4];
-  assign _results_table_0_2_writeMask = {_results_mask_T_8[3], _results_mask_T_8[1:0]};
-  assign _results_table_0_2_writeData = {3{write_bits_data}};
-  WideTable_2 results_table_0_2 (
+  assign _results_table_0_2_writeMask = _results_mask_T_8[3:0];
+  assign _results_table_0_2_writeData = {4{write_bits_data}};
+  WideTable results_table_0_2 (
     .clock       (clock),
     .reset       (reset),
     .write       (_results_table_0_2_write),
@@ -2357,8 +2297,20 @@ module Fmmus(
   );
   assign read_hit = found_read_0_hit;
   assign read_address = found_read_0_address;
+  assign read_first = found_read_0_first;
+  assign read_last = found_read_0_last;
+  assign read_early = found_read_0_early;
+  assign read_startBit = found_read_0_startBit;
+  assign read_stopBit = found_read_0_stopBit;
+  assign read_turn = found_read_0_turn;
   assign writes_hit = found_write_0_hit;
   assign writes_address = found_write_0_address;
+  assign writes_first = found_write_0_first;
+  assign writes_last = found_write_0_last;
+  assign writes_early = found_write_0_early;
+  assign writes_startBit = found_write_0_startBit;
+  assign writes_stopBit = found_write_0_stopBit;
+  assign writes_turn = found_write_0_turn;
 endmodule
 
 module AreaScan(
@@ -2440,7 +2392,7 @@ module TranslatedAccess(
   output [15:0] memory_writeAddress,
   output [7:0]  memory_writeData,
   output [3:0]  readNibble,
-  output        readNow,
+  output [3:0]  readMask,
   output        readSuccess,
   output        writeSuccess,
   output        readDlStatus,
@@ -2455,60 +2407,19 @@ module TranslatedAccess(
   input  [15:0] areas_entries_0_length,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
-  input         areas_views_0_works,
-  input         areas_views_0_ecatWrites,
-  input         areas_views_0_ecatOpen,
-  input         areas_views_0_ecatMayOpen,
-  input  [1:0]  areas_views_0_writerBuffer,
-  input  [1:0]  areas_views_0_readerBuffer,
-  input         areas_views_1_works,
-  input         areas_views_1_ecatWrites,
-  input         areas_views_1_ecatOpen,
-  input         areas_views_1_ecatMayOpen,
-  input  [1:0]  areas_views_1_writerBuffer,
-  input  [1:0]  areas_views_1_readerBuffer,
-  input         areas_views_2_works,
-  input         areas_views_2_ecatWrites,
-  input         areas_views_2_ecatOpen,
-  input         areas_views_2_ecatMayOpen,
-  input  [1:0]  areas_views_2_writerBuffer,
-  input  [1:0]  areas_views_2_readerBuffer,
-  input         areas_views_3_works,
-  input         areas_views_3_ecatWrites,
-  input         areas_views_3_ecatOpen,
-  input         areas_views_3_ecatMayOpen,
-  input  [1:0]  areas_views_3_writerBuffer,
-  input  [1:0]  areas_views_3_readerBuffer,
-  input         areas_views_4_works,
-  input         areas_views_4_ecatWrites,
-  input         areas_views_4_ecatOpen,
-  input         areas_views_4_ecatMayOpen,
-  input  [1:0]  areas_views_4_writerBuffer,
-  input  [1:0]  areas_views_4_readerBuffer,
-  input         areas_views_5_works,
-  input         areas_views_5_ecatWrites,
-  input         areas_views_5_ecatOpen,
-  input         areas_views_5_ecatMayOpen,
-  input  [1:0]  areas_views_5_writerBuffer,
-  input  [1:0]  areas_views_5_readerBuffer,
-  input         areas_views_6_works,
-  input         areas_views_6_ecatWrites,
-  input         areas_views_6_ecatOpen,
-  input         areas_views_6_ecatMayOpen,
-  input  [1:0]  areas_views_6_writerBuffer,
-  input  [1:0]  areas_views_6_readerBuffer,
-  input         areas_views_7_works,
-  input         areas_views_7_ecatWrites,
-  input         areas_views_7_ecatOpen,
-  input         areas_views_7_ecatMayOpen,
-  input  [1:0]  areas_views_7_writerBuffer,
-  input  [1:0]  areas_views_7_readerBuffer,
-  input         areas_ramOpen,
+  output        areas_request,
+  output [2:0]  areas_number,
+  input         areas_view_works,
+  input         areas_view_ecatWrites,
+  input         areas_view_ecatOpen,
+  input         areas_view_ecatMayOpen,
+  input  [1:0]  areas_view_writerBuffer,
+  input  [1:0]  areas_view_readerBuffer,
   output        areas_access_touch,
   output        areas_access_first,
   output        areas_access_close,
   output        areas_access_single,
-  output [2:0]  areas_accessIndex
+  input         areas_ramOpen
 );
 
   wire        _scan_1_result_hit;
@@ -2524,128 +2435,88 @@ module TranslatedAccess(
   wire [2:0]  _fmmus_index;
   wire        _fmmus_read_hit;
   wire [16:0] _fmmus_read_address;
+  wire        _fmmus_read_first;
+  wire        _fmmus_read_last;
+  wire        _fmmus_read_early;
+  wire [2:0]  _fmmus_read_startBit;
+  wire [2:0]  _fmmus_read_stopBit;
+  wire [2:0]  _fmmus_read_turn;
   wire        _fmmus_writes_hit;
   wire [16:0] _fmmus_writes_address;
+  wire        _fmmus_writes_first;
+  wire        _fmmus_writes_last;
+  wire        _fmmus_writes_early;
+  wire [2:0]  _fmmus_writes_startBit;
+  wire [2:0]  _fmmus_writes_stopBit;
+  wire [2:0]  _fmmus_writes_turn;
   wire        inData = position_part == 4'h4;
-  wire        _memory_frameStart_T = step & in_valid;
-  wire        active = _memory_frameStart_T & in_payload;
+  wire        inHeader = position_part == 4'h3;
+  wire        _newFrame_T = step & in_valid;
+  wire        active = _newFrame_T & in_payload;
   wire        byteEnd = active & inData & position_high;
+  wire        _first_T = active & inHeader;
+  wire        tick = byteEnd | _first_T & position_high & position_byte > 5'h4;
   reg  [3:0]  cycle;
-  reg         starting;
+  wire        newFrame = _newFrame_T & ~in_payload;
   reg  [16:0] direct;
-  reg  [31:0] logical;
-  reg         wrapped;
-  wire        _readAlStatus_T_3 = cycle == 4'h0;
+  wire        _closes_T_1 = cycle == 4'h2;
+  reg  [32:0] behind;
   reg         past;
+  wire        _readAlStatus_T_3 = cycle == 4'h0;
+  reg         mappedPast;
   reg         areaRead_exists;
   reg  [15:0] areaRead_address;
   reg         areaWrite_exists;
   reg  [15:0] areaWrite_address;
   reg  [2:0]  index;
-  reg         begins;
+  reg         scanBegins;
   reg         searchedRead_exists;
   reg  [15:0] searchedRead_address;
   reg         searchedWrite_exists;
   reg  [15:0] searchedWrite_address;
-  reg         wanted;
-  reg         casez_tmp;
-  always @(*) begin
-    casez (_scan_result_index)
-      3'b000:
-        casez_tmp = areas_views_0_works;
-      3'b001:
-        casez_tmp = areas_views_1_works;
-      3'b010:
-        casez_tmp = areas_views_2_works;
-      3'b011:
-        casez_tmp = areas_views_3_works;
-      3'b100:
-        casez_tmp = areas_views_4_works;
-      3'b101:
-        casez_tmp = areas_views_5_works;
-      3'b110:
-        casez_tmp = areas_views_6_works;
-      default:
-        casez_tmp = areas_views_7_works;
-    endcase
-  end // always @(*)
-  reg         casez_tmp_0;
-  always @(*) begin
-    casez (_scan_result_index)
-      3'b000:
-        casez_tmp_0 = areas_views_0_ecatWrites;
-      3'b001:
-        casez_tmp_0 = areas_views_1_ecatWrites;
-      3'b010:
-        casez_tmp_0 = areas_views_2_ecatWrites;
-      3'b011:
-        casez_tmp_0 = areas_views_3_ecatWrites;
-      3'b100:
-        casez_tmp_0 = areas_views_4_ecatWrites;
-      3'b101:
-        casez_tmp_0 = areas_views_5_ecatWrites;
-      3'b110:
-        casez_tmp_0 = areas_views_6_ecatWrites;
-      default:
-        casez_tmp_0 = areas_views_7_ecatWrites;
-    endcase
-  end // always @(*)
-  reg         casez_tmp_1;
-  always @(*) begin
-    casez (_scan_result_index)
-      3'b000:
-        casez_tmp_1 = areas_views_0_ecatOpen;
-      3'b001:
-        casez_tmp_1 = areas_views_1_ecatOpen;
-      3'b010:
-        casez_tmp_1 = areas_views_2_ecatOpen;
-      3'b011:
-        casez_tmp_1 = areas_views_3_ecatOpen;
-      3'b100:
-        casez_tmp_1 = areas_views_4_ecatOpen;
-      3'b101:
-        casez_tmp_1 = areas_views_5_ecatOpen;
-      3'b110:
-        casez_tmp_1 = areas_views_6_ecatOpen;
-      default:
-        casez_tmp_1 = areas_views_7_ecatOpen;
-    endcase
-  end // always @(*)
-  reg         casez_tmp_2;
-  always @(*) begin
-    casez (_scan_result_index)
-      3'b000:
-        casez_tmp_2 = areas_views_0_ecatMayOpen;
-      3'b001:
-        casez_tmp_2 = areas_views_1_ecatMayOpen;
-      3'b010:
-        casez_tmp_2 = areas_views_2_ecatMayOpen;
-      3'b011:
-        casez_tmp_2 = areas_views_3_ecatMayOpen;
-      3'b100:
-        casez_tmp_2 = areas_views_4_ecatMayOpen;
-      3'b101:
-        casez_tmp_2 = areas_views_5_ecatMayOpen;
-      3'b110:
-        casez_tmp_2 = areas_views_6_ecatMayOpen;
-      default:
-        casez_tmp_2 = areas_views_7_ecatMayOpen;
-    endcase
-  end // always @(*)
-  wire        hit = _scan_result_hit & searchedRead_address > 16'hF7F;
-  wire        _areas_access_single_T = _scan_result_first & _scan_result_last;
-  wire        may =
-    casez_tmp & (searchedRead_address < 16'h1000 | areas_ramOpen & searchedRead_address < 16'h3000)
-    & (_areas_access_single_T | ~casez_tmp_0 & (casez_tmp_1 | _scan_result_first & casez_tmp_2));
-  wire        readsBuffer = searchedRead_exists & hit & may & ~casez_tmp_0;
-  wire        _fetchedCloses_T_1 = cycle == 4'h4;
-  wire        opens = _fetchedCloses_T_1 & wanted & request_read & readsBuffer;
+  reg  [7:0]  areaReadBits_mask;
+  reg  [2:0]  areaReadBits_turn;
+  reg         areaReadBits_early;
+  reg  [7:0]  areaWriteBits_mask;
+  reg  [2:0]  areaWriteBits_turn;
+  reg         areaWriteBits_last;
+  reg         areaWriteBits_early;
+  reg  [7:0]  searchedReadBits_mask;
+  reg  [2:0]  searchedReadBits_turn;
+  reg         searchedReadBits_early;
+  reg  [7:0]  searchedWriteBits_mask;
+  reg  [2:0]  searchedWriteBits_turn;
+  reg         searchedWriteBits_last;
+  reg         searchedWriteBits_early;
+  reg         inDatagram;
+  reg         nextInDatagram;
+  wire        _lookUpWrite_T = cycle == 4'h4;
+  reg         fetched_local_exists;
   reg  [15:0] fetched_local_address;
   reg         fetched_area_hit;
   reg  [2:0]  fetched_area_index;
   reg  [15:0] fetched_area_length;
   reg         fetched_area_first;
   reg         fetched_area_last;
+  reg  [7:0]  fetchedBits_mask;
+  reg  [2:0]  fetchedBits_turn;
+  reg         fetchedBits_early;
+  wire        _readAddress_sum_T = fetched_local_address > 16'hF7F;
+  wire        hit = fetched_area_hit & _readAddress_sum_T;
+  wire        _areas_access_single_T = fetched_area_first & fetched_area_last;
+  wire        may =
+    areas_view_works
+    & (fetched_local_address < 16'h1000 ? fetched_local_address[7] : areas_ramOpen & fetched_local_address < 16'h3000)
+    & (_areas_access_single_T | ~areas_view_ecatWrites
+       & (areas_view_ecatOpen | fetched_area_first & areas_view_ecatMayOpen));
+  wire        readsBuffer = fetched_local_exists & hit & may & ~areas_view_ecatWrites;
+  wire        wanted = fetchedBits_early ? nextInDatagram : inDatagram;
+  wire        _asksFor_T_2 = cycle == 4'h5;
+  wire        opens = _asksFor_T_2 & wanted & request_read & readsBuffer;
+  reg         fetchedMay;
+  reg         fetchedCloses;
+  wire        _asksFor_T_3 = cycle == 4'h6;
+  reg  [16:0] readAddress;
   reg         writeTarget_local_exists;
   reg  [15:0] writeTarget_local_address;
   reg         writeTarget_area_hit;
@@ -2653,144 +2524,26 @@ module TranslatedAccess(
   reg  [15:0] writeTarget_area_length;
   reg         writeTarget_area_first;
   reg         writeTarget_area_last;
-  reg         fetchedMay;
-  reg         fetchedCloses;
-  reg  [1:0]  casez_tmp_3;
-  always @(*) begin
-    casez (fetched_area_index)
-      3'b000:
-        casez_tmp_3 = areas_views_0_readerBuffer;
-      3'b001:
-        casez_tmp_3 = areas_views_1_readerBuffer;
-      3'b010:
-        casez_tmp_3 = areas_views_2_readerBuffer;
-      3'b011:
-        casez_tmp_3 = areas_views_3_readerBuffer;
-      3'b100:
-        casez_tmp_3 = areas_views_4_readerBuffer;
-      3'b101:
-        casez_tmp_3 = areas_views_5_readerBuffer;
-      3'b110:
-        casez_tmp_3 = areas_views_6_readerBuffer;
-      default:
-        casez_tmp_3 = areas_views_7_readerBuffer;
-    endcase
-  end // always @(*)
-  reg  [16:0] readAddress;
+  reg  [7:0]  writeTargetBits_mask;
+  reg  [2:0]  writeTargetBits_turn;
+  reg         writeTargetBits_last;
+  reg         writeTargetBits_early;
   reg         readMay;
   reg         readCloses;
   reg  [2:0]  readIndex;
   reg         readSingle;
-  wire        lookUpRead = _readAlStatus_T_3 & inData;
+  reg  [7:0]  readBits_mask;
+  reg  [2:0]  readBits_turn;
+  wire        lookUpRead = _readAlStatus_T_3 & readMay;
   reg         readArrives;
   reg  [7:0]  readByte;
   reg         readable;
-  wire        _readNow_output = inData & readMay & readable;
-  reg         casez_tmp_4;
-  always @(*) begin
-    casez (writeTarget_area_index)
-      3'b000:
-        casez_tmp_4 = areas_views_0_works;
-      3'b001:
-        casez_tmp_4 = areas_views_1_works;
-      3'b010:
-        casez_tmp_4 = areas_views_2_works;
-      3'b011:
-        casez_tmp_4 = areas_views_3_works;
-      3'b100:
-        casez_tmp_4 = areas_views_4_works;
-      3'b101:
-        casez_tmp_4 = areas_views_5_works;
-      3'b110:
-        casez_tmp_4 = areas_views_6_works;
-      default:
-        casez_tmp_4 = areas_views_7_works;
-    endcase
-  end // always @(*)
-  reg         casez_tmp_5;
-  always @(*) begin
-    casez (writeTarget_area_index)
-      3'b000:
-        casez_tmp_5 = areas_views_0_ecatWrites;
-      3'b001:
-        casez_tmp_5 = areas_views_1_ecatWrites;
-      3'b010:
-        casez_tmp_5 = areas_views_2_ecatWrites;
-      3'b011:
-        casez_tmp_5 = areas_views_3_ecatWrites;
-      3'b100:
-        casez_tmp_5 = areas_views_4_ecatWrites;
-      3'b101:
-        casez_tmp_5 = areas_views_5_ecatWrites;
-      3'b110:
-        casez_tmp_5 = areas_views_6_ecatWrites;
-      default:
-        casez_tmp_5 = areas_views_7_ecatWrites;
-    endcase
-  end // always @(*)
-  reg         casez_tmp_6;
-  always @(*) begin
-    casez (writeTarget_area_index)
-      3'b000:
-        casez_tmp_6 = areas_views_0_ecatOpen;
-      3'b001:
-        casez_tmp_6 = areas_views_1_ecatOpen;
-      3'b010:
-        casez_tmp_6 = areas_views_2_ecatOpen;
-      3'b011:
-        casez_tmp_6 = areas_views_3_ecatOpen;
-      3'b100:
-        casez_tmp_6 = areas_views_4_ecatOpen;
-      3'b101:
-        casez_tmp_6 = areas_views_5_ecatOpen;
-      3'b110:
-        casez_tmp_6 = areas_views_6_ecatOpen;
-      default:
-        casez_tmp_6 = areas_views_7_ecatOpen;
-    endcase
-  end // always @(*)
-  reg         casez_tmp_7;
-  always @(*) begin
-    casez (writeTarget_area_index)
-      3'b000:
-        casez_tmp_7 = areas_views_0_ecatMayOpen;
-      3'b001:
-        casez_tmp_7 = areas_views_1_ecatMayOpen;
-      3'b010:
-        casez_tmp_7 = areas_views_2_ecatMayOpen;
-      3'b011:
-        casez_tmp_7 = areas_views_3_ecatMayOpen;
-      3'b100:
-        casez_tmp_7 = areas_views_4_ecatMayOpen;
-      3'b101:
-        casez_tmp_7 = areas_views_5_ecatMayOpen;
-      3'b110:
-        casez_tmp_7 = areas_views_6_ecatMayOpen;
-      default:
-        casez_tmp_7 = areas_views_7_ecatMayOpen;
-    endcase
-  end // always @(*)
-  reg  [1:0]  casez_tmp_8;
-  always @(*) begin
-    casez (writeTarget_area_index)
-      3'b000:
-        casez_tmp_8 = areas_views_0_writerBuffer;
-      3'b001:
-        casez_tmp_8 = areas_views_1_writerBuffer;
-      3'b010:
-        casez_tmp_8 = areas_views_2_writerBuffer;
-      3'b011:
-        casez_tmp_8 = areas_views_3_writerBuffer;
-      3'b100:
-        casez_tmp_8 = areas_views_4_writerBuffer;
-      3'b101:
-        casez_tmp_8 = areas_views_5_writerBuffer;
-      3'b110:
-        casez_tmp_8 = areas_views_6_writerBuffer;
-      default:
-        casez_tmp_8 = areas_views_7_writerBuffer;
-    endcase
-  end // always @(*)
+  wire        isRead = readMay & readable;
+  reg  [7:0]  byteBefore;
+  reg         okBefore;
+  wire [15:0] _value_T_4 = {readByte, byteBefore} >> {12'h0, ~(|readBits_turn), readBits_turn};
+  wire [15:0] _ok_T_6 = {{8{isRead}}, {8{okBefore}}} >> {12'h0, ~(|readBits_turn), readBits_turn};
+  wire        _asksFor_T = cycle == 4'h3;
   reg  [16:0] writeAddress;
   reg         writeMay;
   reg         writesArea;
@@ -2798,56 +2551,86 @@ module TranslatedAccess(
   reg         writeArea2_first;
   reg         writeArea2_last;
   reg         writeSingle;
-  wire        lookUpWrite = cycle == 4'h3 & inData;
+  reg  [7:0]  writeBits_mask;
+  reg  [2:0]  writeBits_turn;
+  reg         writeBits_last;
+  reg         writeBits_early;
+  wire        lookUpWrite = _lookUpWrite_T & writeMay;
   reg         writeArrives;
   reg         writable;
   reg  [3:0]  low;
   reg  [7:0]  passed;
-  reg         written;
-  wire        accept = written & writeMay & writable & ~(writeAddress < 17'hF80 & memory_logFull);
-  wire        _readAlStatus_T = byteEnd & _readNow_output;
-  reg         readClosed_REG;
-  reg         readClosed;
-  reg  [2:0]  closedIndex;
-  reg         closedSingle;
-  wire        writes = accept & writesArea;
+  reg         isLast;
+  reg         has;
+  reg         hasUpper;
+  wire [22:0] _writeData_T_4 = {15'h0, passed & writeBits_mask} << {19'h0, ~(|writeBits_turn), writeBits_turn};
+  wire [22:0] _writeMask_T_3 = {15'h0, writeBits_mask} << {19'h0, ~(|writeBits_turn), writeBits_turn};
+  wire        upper_may = writeMay & writable;
+  reg  [16:0] written_upperBefore_address;
+  reg         written_upperBefore_may;
+  reg  [7:0]  written_upperBefore_data;
+  wire [16:0] written_address = has ? written_upperBefore_address : writeAddress;
+  wire        accept =
+    (has & (|(_writeMask_T_3[7:0])) | hasUpper & (|(_writeMask_T_3[15:8]))
+     & (~(|writeBits_turn) | writeBits_last | isLast)) & (has ? written_upperBefore_may : upper_may)
+    & ~(written_address < 17'hF80 & memory_logFull);
+  wire        writes = hasUpper & writeMay & writesArea & ~(writeBits_early & isLast);
+  reg         closes_r;
+  wire        closes = closes_r & _closes_T_1;
+  reg  [2:0]  index_1;
+  reg         single;
+  wire        asksFor_2_1 = _asksFor_T & request_write & writeTarget_area_hit;
   reg         anyRead;
   reg         anyWrite;
+  wire        _readAlStatus_T = tick & isRead;
   reg         readDlStatus_r;
   reg         readAlStatus_r;
+  wire        begins = inHeader & position_byte < 5'h8;
+  wire        readMapped_hit = _fmmus_read_hit & ~mappedPast;
+  wire        writeMapped_hit = _fmmus_writes_hit & ~mappedPast;
+  wire [3:0]  _areaRead_needed_T_9 = {1'h0, _fmmus_read_stopBit} + {1'h0, _fmmus_read_turn};
+  wire [3:0]  _areaWrite_needed_T_9 = {1'h0, _fmmus_writes_stopBit} + {1'h0, _fmmus_writes_turn};
+  wire [14:0] _areaReadBits_b_b_mask_T_2 = 15'hFF << _fmmus_read_startBit;
+  wire [14:0] _areaWriteBits_b_b_mask_T_2 = 15'hFF << _fmmus_writes_startBit;
+  wire        isEarly = inHeader & position_byte < 5'h7;
+  wire [1:0]  _ahead_T_2 = inHeader ? position_byte[1:0] : 2'h2;
+  wire        goesOn = enable & ~in_last & (~inHeader | position_byte > 5'h6);
+  wire [17:0] readAddress_sum =
+    {2'h0, fetched_local_address}
+    + {1'h0,
+       fetched_area_hit & _readAddress_sum_T & ~_areas_access_single_T
+         ? (areas_view_readerBuffer[1]
+              ? {fetched_area_length, 1'h0}
+              : {1'h0, areas_view_readerBuffer[0] ? fetched_area_length : 16'h0})
+         : 17'h0};
+  wire        first = _first_T & position_high & position_byte == 5'h5;
   wire        _writeAddress_sum_T = writeTarget_local_address > 16'hF7F;
   wire        hit_1 = writeTarget_area_hit & _writeAddress_sum_T;
   wire        _writeSingle_T = writeTarget_area_first & writeTarget_area_last;
   wire        may_1 =
-    casez_tmp_4 & (writeTarget_local_address < 16'h1000 | areas_ramOpen & writeTarget_local_address < 16'h3000)
-    & (_writeSingle_T | casez_tmp_5 & (casez_tmp_6 | writeTarget_area_first & casez_tmp_7));
+    areas_view_works
+    & (writeTarget_local_address < 16'h1000
+         ? writeTarget_local_address[7]
+         : areas_ramOpen & writeTarget_local_address < 16'h3000)
+    & (_writeSingle_T | areas_view_ecatWrites
+       & (areas_view_ecatOpen | writeTarget_area_first & areas_view_ecatMayOpen));
   wire [17:0] writeAddress_sum =
     {2'h0, writeTarget_local_address}
     + {1'h0,
        writeTarget_area_hit & _writeAddress_sum_T & ~_writeSingle_T
-         ? (casez_tmp_8[1] ? {writeTarget_area_length, 1'h0} : {1'h0, casez_tmp_8[0] ? writeTarget_area_length : 16'h0})
-         : 17'h0};
-  wire        inHeader = position_part == 4'h3;
-  wire        _tick_T = active & inHeader;
-  wire        first = _tick_T & position_high & position_byte == 5'h6;
-  wire        tick = byteEnd | _tick_T & position_high & position_byte > 5'h5;
-  wire        _readSingle_T = fetched_area_first & fetched_area_last;
-  wire [17:0] readAddress_sum =
-    {2'h0, fetched_local_address}
-    + {1'h0,
-       fetched_area_hit & fetched_local_address > 16'hF7F & ~_readSingle_T
-         ? (casez_tmp_3[1] ? {fetched_area_length, 1'h0} : {1'h0, casez_tmp_3[0] ? fetched_area_length : 16'h0})
+         ? (areas_view_writerBuffer[1]
+              ? {writeTarget_area_length, 1'h0}
+              : {1'h0, areas_view_writerBuffer[0] ? writeTarget_area_length : 16'h0})
          : 17'h0};
   always @(posedge clock) begin
     if (reset) begin
       cycle <= 4'hF;
       index <= 3'h7;
-      begins <= 1'h0;
+      scanBegins <= 1'h0;
       readArrives <= 1'h0;
       writeArrives <= 1'h0;
-      written <= 1'h0;
-      readClosed_REG <= 1'h0;
-      readClosed <= 1'h0;
+      has <= 1'h0;
+      hasUpper <= 1'h0;
     end
     else begin
       if (tick)
@@ -2858,65 +2641,108 @@ module TranslatedAccess(
         index <= 3'h0;
       else if (index != 3'h7)
         index <= index + 3'h1;
-      begins <= index == 3'h0;
+      scanBegins <= index == 3'h0;
       readArrives <= lookUpRead;
       writeArrives <= lookUpWrite;
-      written <= byteEnd & enable & request_write;
-      readClosed_REG <= _readAlStatus_T & readCloses;
-      readClosed <= readClosed_REG;
+      has <= tick & enable & request_write & (inData | inHeader & position_byte == 5'h9);
+      hasUpper <= has;
     end
-    starting <= first | cycle != 4'h2 & starting;
-    if (cycle == 4'h2) begin
-      if (starting)
+    if (_closes_T_1) begin
+      if (begins)
         direct <= {1'h0, request_address};
       else
         direct <= direct + 17'h1;
-      areaRead_exists <= request_logical ? _fmmus_read_hit & ~past & ~(_fmmus_read_address[16]) : ~(direct[16]);
+      areaRead_exists <=
+        request_logical
+          ? readMapped_hit & ~(_fmmus_read_address[16])
+            & (begins
+                 ? (|_fmmus_read_turn) & (_fmmus_read_early | ~_fmmus_read_last)
+                 : _fmmus_read_early | ~_fmmus_read_last | ~(|_fmmus_read_turn) | _areaRead_needed_T_9[3])
+          : ~(direct[16]) & ~begins;
       areaRead_address <= request_logical ? _fmmus_read_address[15:0] : direct[15:0];
-      areaWrite_exists <= request_logical ? _fmmus_writes_hit & ~past & ~(_fmmus_writes_address[16]) : ~(direct[16]);
+      areaWrite_exists <=
+        request_logical
+          ? writeMapped_hit & ~(_fmmus_writes_address[16])
+            & (begins
+                 ? (|_fmmus_writes_turn) & (_fmmus_writes_early | ~_fmmus_writes_last)
+                 : _fmmus_writes_early | ~_fmmus_writes_last | ~(|_fmmus_writes_turn) | _areaWrite_needed_T_9[3])
+          : ~(direct[16]) & ~begins;
       areaWrite_address <= request_logical ? _fmmus_writes_address[15:0] : direct[15:0];
       searchedRead_exists <= areaRead_exists;
       searchedRead_address <= areaRead_address;
       searchedWrite_exists <= areaWrite_exists;
       searchedWrite_address <= areaWrite_address;
-      writeAddress <= {|(writeAddress_sum[17:16]), writeAddress_sum[15:0]};
-      writeMay <= writeTarget_local_exists & (~hit_1 | may_1);
-      writesArea <= writeTarget_local_exists & hit_1 & may_1 & casez_tmp_5;
-      writeArea2_index <= writeTarget_area_index;
-      writeArea2_first <= writeTarget_area_first;
-      writeArea2_last <= writeTarget_area_last;
-      writeSingle <= _writeSingle_T;
+      areaReadBits_mask <=
+        request_logical
+          ? (begins
+               ? 8'h0
+               : (_fmmus_read_early | ~readMapped_hit
+                    ? 8'h0
+                    : _fmmus_read_first ? _areaReadBits_b_b_mask_T_2[7:0] : 8'hFF)
+                 & (_fmmus_read_last ? 8'hFF >> ~_fmmus_read_stopBit : 8'hFF))
+          : 8'hFF;
+      areaReadBits_turn <= request_logical ? _fmmus_read_turn : 3'h0;
+      areaReadBits_early <= request_logical & (begins | _fmmus_read_early);
+      areaWriteBits_mask <=
+        request_logical
+          ? (begins
+               ? 8'h0
+               : (_fmmus_writes_early | ~writeMapped_hit
+                    ? 8'h0
+                    : _fmmus_writes_first ? _areaWriteBits_b_b_mask_T_2[7:0] : 8'hFF)
+                 & (_fmmus_writes_last ? 8'hFF >> ~_fmmus_writes_stopBit : 8'hFF))
+          : 8'hFF;
+      areaWriteBits_turn <= request_logical ? _fmmus_writes_turn : 3'h0;
+      areaWriteBits_last <= ~request_logical | _fmmus_writes_last;
+      areaWriteBits_early <= request_logical & (begins | _fmmus_writes_early);
+      searchedReadBits_mask <= areaReadBits_mask;
+      searchedReadBits_turn <= areaReadBits_turn;
+      searchedReadBits_early <= areaReadBits_early;
+      searchedWriteBits_mask <= areaWriteBits_mask;
+      searchedWriteBits_turn <= areaWriteBits_turn;
+      searchedWriteBits_last <= areaWriteBits_last;
+      searchedWriteBits_early <= areaWriteBits_early;
     end
     if (_readAlStatus_T_3) begin
-      if (starting)
-        logical <= request_logicalAddress;
+      if (isEarly)
+        behind <= {1'h0, request_logicalAddress};
       else
-        logical <= logical + 32'h1;
-      wrapped <= ~starting & (wrapped | (&logical));
-      past <= wrapped;
+        behind <= behind + 33'h1;
+      past <= ~isEarly & (past | behind[32]);
+      mappedPast <= past;
       readDlStatus_r <= readAddress[16:1] == 16'h88;
       readAlStatus_r <= readAddress[16:1] == 16'h98;
     end
     if (tick) begin
-      wanted <=
-        enable & ~in_last
-        & (inHeader
-             ? position_byte == 5'h8 & (|position_dataLeft) | position_byte == 5'h9 & (|(position_dataLeft[10:1]))
-             : position_dataLeft > 11'h2);
-      readMay <= fetchedMay;
+      inDatagram <= goesOn & _ahead_T_2 != 2'h3 & ((|(position_dataLeft[10:2])) | position_dataLeft[1:0] > _ahead_T_2);
+      nextInDatagram <=
+        goesOn
+        & (_ahead_T_2 == 2'h2
+             ? (|(position_dataLeft[10:2]))
+             : (|(position_dataLeft[10:2])) | position_dataLeft[1:0] > _ahead_T_2 + 2'h1);
       readCloses <= fetchedCloses;
       readIndex <= fetched_area_index;
-      readSingle <= _readSingle_T;
-      closedIndex <= readIndex;
-      closedSingle <= readSingle;
+      readSingle <= _areas_access_single_T;
+      readBits_mask <= fetchedBits_mask;
+      readBits_turn <= fetchedBits_turn;
+      byteBefore <= readByte;
+      okBefore <= isRead;
+      isLast <= inHeader ? position_dataLeft == 11'h0 : position_dataLeft == 11'h1;
+      closes_r <= readMay & readCloses;
+      index_1 <= readIndex;
+      single <= readSingle;
     end
-    if (_fetchedCloses_T_1) begin
+    if (_lookUpWrite_T) begin
+      fetched_local_exists <= searchedRead_exists;
       fetched_local_address <= searchedRead_address;
       fetched_area_hit <= _scan_result_hit;
       fetched_area_index <= _scan_result_index;
       fetched_area_length <= _scan_result_length;
       fetched_area_first <= _scan_result_first;
       fetched_area_last <= _scan_result_last;
+      fetchedBits_mask <= searchedReadBits_mask;
+      fetchedBits_turn <= searchedReadBits_turn;
+      fetchedBits_early <= searchedReadBits_early;
       writeTarget_local_exists <= searchedWrite_exists;
       writeTarget_local_address <= searchedWrite_address;
       writeTarget_area_hit <= _scan_1_result_hit;
@@ -2924,22 +2750,46 @@ module TranslatedAccess(
       writeTarget_area_length <= _scan_1_result_length;
       writeTarget_area_first <= _scan_1_result_first;
       writeTarget_area_last <= _scan_1_result_last;
-      fetchedMay <= searchedRead_exists & (~hit | may) & wanted & request_read;
-      fetchedCloses <= readsBuffer & _scan_result_last;
+      writeTargetBits_mask <= searchedWriteBits_mask;
+      writeTargetBits_turn <= searchedWriteBits_turn;
+      writeTargetBits_last <= searchedWriteBits_last;
+      writeTargetBits_early <= searchedWriteBits_early;
     end
-    if (cycle == 4'h5)
+    fetchedMay <= ~newFrame & (_asksFor_T_2 ? fetched_local_exists & (~hit | may) & wanted & request_read : fetchedMay);
+    if (_asksFor_T_2)
+      fetchedCloses <= readsBuffer & fetched_area_last;
+    if (_asksFor_T_3)
       readAddress <= {|(readAddress_sum[17:16]), readAddress_sum[15:0]};
+    readMay <= ~newFrame & (tick ? fetchedMay : readMay);
     if (readArrives) begin
       readByte <= memory_readData;
       readable <= memory_readable;
     end
+    if (_asksFor_T) begin
+      writeAddress <= {|(writeAddress_sum[17:16]), writeAddress_sum[15:0]};
+      writesArea <= writeTarget_local_exists & hit_1 & may_1 & areas_view_ecatWrites;
+      writeArea2_index <= writeTarget_area_index;
+      writeArea2_first <= writeTarget_area_first;
+      writeArea2_last <= writeTarget_area_last;
+      writeSingle <= _writeSingle_T;
+      writeBits_mask <= writeTargetBits_mask;
+      writeBits_turn <= writeTargetBits_turn;
+      writeBits_last <= writeTargetBits_last;
+      writeBits_early <= writeTargetBits_early;
+    end
+    writeMay <= ~newFrame & (_asksFor_T ? writeTarget_local_exists & (~hit_1 | may_1) : writeMay);
     if (writeArrives)
       writable <= memory_writable;
     if (step)
       low <= in_data;
     if (byteEnd)
       passed <= {in_data, low};
-    anyRead <= ~first & (_readAlStatus_T | anyRead);
+    if (hasUpper) begin
+      written_upperBefore_address <= writeAddress;
+      written_upperBefore_may <= upper_may;
+      written_upperBefore_data <= _writeData_T_4[15:8];
+    end
+    anyRead <= ~first & (byteEnd & (|(_ok_T_6[7:0] & readBits_mask)) | anyRead);
     anyWrite <= ~first & (accept | anyWrite);
   end // always @(posedge)
   assign _fmmus_index = cycle[3] ? 3'h7 : cycle[2:0];
@@ -2951,11 +2801,23 @@ module TranslatedAccess(
     .write_bits_mask    (registerWrite_bits_mask),
     .write_bits_data    (registerWrite_bits_data),
     .index              (_fmmus_index),
-    .logical            (logical),
+    .behind             (behind),
     .read_hit           (_fmmus_read_hit),
     .read_address       (_fmmus_read_address),
+    .read_first         (_fmmus_read_first),
+    .read_last          (_fmmus_read_last),
+    .read_early         (_fmmus_read_early),
+    .read_startBit      (_fmmus_read_startBit),
+    .read_stopBit       (_fmmus_read_stopBit),
+    .read_turn          (_fmmus_read_turn),
     .writes_hit         (_fmmus_writes_hit),
-    .writes_address     (_fmmus_writes_address)
+    .writes_address     (_fmmus_writes_address),
+    .writes_first       (_fmmus_writes_first),
+    .writes_last        (_fmmus_writes_last),
+    .writes_early       (_fmmus_writes_early),
+    .writes_startBit    (_fmmus_writes_startBit),
+    .writes_stopBit     (_fmmus_writes_stopBit),
+    .writes_turn        (_fmmus_writes_turn)
   );
   AreaScan scan (
     .clock           (clock),
@@ -2964,7 +2826,7 @@ module TranslatedAccess(
     .entry_length    (areas_entries_0_length),
     .entry_extent    (areas_entries_0_extent),
     .entry_takesPart (areas_entries_0_takesPart),
-    .entry_begins    (begins),
+    .entry_begins    (scanBegins),
     .address         (areaRead_address),
     .result_hit      (_scan_result_hit),
     .result_index    (_scan_result_index),
@@ -2979,7 +2841,7 @@ module TranslatedAccess(
     .entry_length    (areas_entries_0_length),
     .entry_extent    (areas_entries_0_extent),
     .entry_takesPart (areas_entries_0_takesPart),
-    .entry_begins    (begins),
+    .entry_begins    (scanBegins),
     .address         (areaWrite_address),
     .result_hit      (_scan_1_result_hit),
     .result_index    (_scan_1_result_index),
@@ -2987,24 +2849,28 @@ module TranslatedAccess(
     .result_first    (_scan_1_result_first),
     .result_last     (_scan_1_result_last)
   );
-  assign memory_frameStart = _memory_frameStart_T & ~in_payload;
+  assign memory_frameStart = newFrame;
   assign memory_read = lookUpRead | lookUpWrite;
   assign memory_readAddress = lookUpRead ? readAddress : writeAddress;
   assign memory_write = accept;
-  assign memory_writeAddress = writeAddress[15:0];
-  assign memory_writeData = passed;
-  assign readNibble = position_high ? readByte[7:4] : readByte[3:0];
-  assign readNow = _readNow_output;
+  assign memory_writeAddress = written_address[15:0];
+  assign memory_writeData = has ? written_upperBefore_data | _writeData_T_4[7:0] : _writeData_T_4[15:8];
+  assign readNibble = position_high ? _value_T_4[7:4] : _value_T_4[3:0];
+  assign readMask =
+    {4{inData}} & (position_high ? _ok_T_6[7:4] & readBits_mask[7:4] : _ok_T_6[3:0] & readBits_mask[3:0]);
   assign readSuccess = anyRead;
   assign writeSuccess = anyWrite;
   assign readDlStatus = _readAlStatus_T & readDlStatus_r;
   assign readAlStatus = _readAlStatus_T & readAlStatus_r;
   assign areas_index = index;
+  assign areas_request =
+    writes | closes | asksFor_2_1 | (_asksFor_T_2 | _asksFor_T_3) & request_read & fetched_area_hit;
+  assign areas_number =
+    writes ? writeArea2_index : closes ? index_1 : asksFor_2_1 ? writeTarget_area_index : fetched_area_index;
   assign areas_access_touch = writes | opens;
-  assign areas_access_first = writes ? writeArea2_first : _scan_result_first;
-  assign areas_access_close = writes & writeArea2_last | readClosed;
-  assign areas_access_single = writes ? writeSingle : opens ? _areas_access_single_T : closedSingle;
-  assign areas_accessIndex = writes ? writeArea2_index : opens ? _scan_result_index : closedIndex;
+  assign areas_access_first = writes ? writeArea2_first : fetched_area_first;
+  assign areas_access_close = writes & writeArea2_last | closes;
+  assign areas_access_single = writes ? writeSingle : opens ? _areas_access_single_T : single;
 endmodule
 
 module FrameProcessor(
@@ -3058,66 +2924,26 @@ module FrameProcessor(
   input  [15:0] areas_entries_0_length,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
-  input         areas_views_0_works,
-  input         areas_views_0_ecatWrites,
-  input         areas_views_0_ecatOpen,
-  input         areas_views_0_ecatMayOpen,
-  input  [1:0]  areas_views_0_writerBuffer,
-  input  [1:0]  areas_views_0_readerBuffer,
-  input         areas_views_1_works,
-  input         areas_views_1_ecatWrites,
-  input         areas_views_1_ecatOpen,
-  input         areas_views_1_ecatMayOpen,
-  input  [1:0]  areas_views_1_writerBuffer,
-  input  [1:0]  areas_views_1_readerBuffer,
-  input         areas_views_2_works,
-  input         areas_views_2_ecatWrites,
-  input         areas_views_2_ecatOpen,
-  input         areas_views_2_ecatMayOpen,
-  input  [1:0]  areas_views_2_writerBuffer,
-  input  [1:0]  areas_views_2_readerBuffer,
-  input         areas_views_3_works,
-  input         areas_views_3_ecatWrites,
-  input         areas_views_3_ecatOpen,
-  input         areas_views_3_ecatMayOpen,
-  input  [1:0]  areas_views_3_writerBuffer,
-  input  [1:0]  areas_views_3_readerBuffer,
-  input         areas_views_4_works,
-  input         areas_views_4_ecatWrites,
-  input         areas_views_4_ecatOpen,
-  input         areas_views_4_ecatMayOpen,
-  input  [1:0]  areas_views_4_writerBuffer,
-  input  [1:0]  areas_views_4_readerBuffer,
-  input         areas_views_5_works,
-  input         areas_views_5_ecatWrites,
-  input         areas_views_5_ecatOpen,
-  input         areas_views_5_ecatMayOpen,
-  input  [1:0]  areas_views_5_writerBuffer,
-  input  [1:0]  areas_views_5_readerBuffer,
-  input         areas_views_6_works,
-  input         areas_views_6_ecatWrites,
-  input         areas_views_6_ecatOpen,
-  input         areas_views_6_ecatMayOpen,
-  input  [1:0]  areas_views_6_writerBuffer,
-  input  [1:0]  areas_views_6_readerBuffer,
-  input         areas_views_7_works,
-  input         areas_views_7_ecatWrites,
-  input         areas_views_7_ecatOpen,
-  input         areas_views_7_ecatMayOpen,
-  input  [1:0]  areas_views_7_writerBuffer,
-  input  [1:0]  areas_views_7_readerBuffer,
-  input         areas_ramOpen,
+  output        areas_request,
+  output [2:0]  areas_number,
+  input         areas_view_works,
+  input         areas_view_ecatWrites,
+  input         areas_view_ecatOpen,
+  input         areas_view_ecatMayOpen,
+  input  [1:0]  areas_view_writerBuffer,
+  input  [1:0]  areas_view_readerBuffer,
   output        areas_access_touch,
   output        areas_access_first,
   output        areas_access_close,
   output        areas_access_single,
-  output [2:0]  areas_accessIndex
+  input         areas_ramOpen,
+  input         buffersSettled
 );
 
   wire        tooMany;
   wire        _translated_enable;
   wire [3:0]  _translated_readNibble;
-  wire        _translated_readNow;
+  wire [3:0]  _translated_readMask;
   wire        _translated_readSuccess;
   wire        _translated_writeSuccess;
   wire        _header_request_read;
@@ -3176,7 +3002,6 @@ module FrameProcessor(
   reg         frameBad_r_2;
   reg         frameBad_r_3;
   reg         frameBad_r_4;
-  reg         memory_commit_REG;
   reg         output_valid;
   reg         output_payload;
   reg  [3:0]  output_data;
@@ -3214,8 +3039,9 @@ module FrameProcessor(
                        : in_payload & _lengthTop_T & (_parser_position_byte == 5'h8 | _parser_position_byte == 5'h9)
                          & ~tooMany
                            ? in_data | casez_tmp
-                           : _translated_readNow
-                               ? _translated_readNibble | (_header_request_broadcast ? in_data : 4'h0)
+                           : (|_translated_readMask)
+                               ? _translated_readNibble & _translated_readMask | in_data
+                                 & (~_translated_readMask | {4{_header_request_broadcast}})
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
   wire        ends = active & running & (abort | in_last);
@@ -3251,7 +3077,6 @@ module FrameProcessor(
       frameBad_r_2 <= 1'h0;
       frameBad_r_3 <= 1'h0;
       frameBad_r_4 <= 1'h0;
-      memory_commit_REG <= 1'h0;
       output_valid <= 1'h0;
       output_payload <= 1'h0;
       output_data <= 4'h0;
@@ -3272,7 +3097,6 @@ module FrameProcessor(
       frameBad_r_2 <= frameBad_r_1;
       frameBad_r_3 <= frameBad_r_2;
       frameBad_r_4 <= frameBad_r_3;
-      memory_commit_REG <= frameGood_r_4;
       if (step) begin
         output_valid <= in_valid & running;
         output_payload <= in_payload;
@@ -3353,7 +3177,7 @@ module FrameProcessor(
     .memory_writeAddress        (memory_writeAddress),
     .memory_writeData           (memory_writeData),
     .readNibble                 (_translated_readNibble),
-    .readNow                    (_translated_readNow),
+    .readMask                   (_translated_readMask),
     .readSuccess                (_translated_readSuccess),
     .writeSuccess               (_translated_writeSuccess),
     .readDlStatus               (readDlStatus),
@@ -3368,60 +3192,19 @@ module FrameProcessor(
     .areas_entries_0_length     (areas_entries_0_length),
     .areas_entries_0_extent     (areas_entries_0_extent),
     .areas_entries_0_takesPart  (areas_entries_0_takesPart),
-    .areas_views_0_works        (areas_views_0_works),
-    .areas_views_0_ecatWrites   (areas_views_0_ecatWrites),
-    .areas_views_0_ecatOpen     (areas_views_0_ecatOpen),
-    .areas_views_0_ecatMayOpen  (areas_views_0_ecatMayOpen),
-    .areas_views_0_writerBuffer (areas_views_0_writerBuffer),
-    .areas_views_0_readerBuffer (areas_views_0_readerBuffer),
-    .areas_views_1_works        (areas_views_1_works),
-    .areas_views_1_ecatWrites   (areas_views_1_ecatWrites),
-    .areas_views_1_ecatOpen     (areas_views_1_ecatOpen),
-    .areas_views_1_ecatMayOpen  (areas_views_1_ecatMayOpen),
-    .areas_views_1_writerBuffer (areas_views_1_writerBuffer),
-    .areas_views_1_readerBuffer (areas_views_1_readerBuffer),
-    .areas_views_2_works        (areas_views_2_works),
-    .areas_views_2_ecatWrites   (areas_views_2_ecatWrites),
-    .areas_views_2_ecatOpen     (areas_views_2_ecatOpen),
-    .areas_views_2_ecatMayOpen  (areas_views_2_ecatMayOpen),
-    .areas_views_2_writerBuffer (areas_views_2_writerBuffer),
-    .areas_views_2_readerBuffer (areas_views_2_readerBuffer),
-    .areas_views_3_works        (areas_views_3_works),
-    .areas_views_3_ecatWrites   (areas_views_3_ecatWrites),
-    .areas_views_3_ecatOpen     (areas_views_3_ecatOpen),
-    .areas_views_3_ecatMayOpen  (areas_views_3_ecatMayOpen),
-    .areas_views_3_writerBuffer (areas_views_3_writerBuffer),
-    .areas_views_3_readerBuffer (areas_views_3_readerBuffer),
-    .areas_views_4_works        (areas_views_4_works),
-    .areas_views_4_ecatWrites   (areas_views_4_ecatWrites),
-    .areas_views_4_ecatOpen     (areas_views_4_ecatOpen),
-    .areas_views_4_ecatMayOpen  (areas_views_4_ecatMayOpen),
-    .areas_views_4_writerBuffer (areas_views_4_writerBuffer),
-    .areas_views_4_readerBuffer (areas_views_4_readerBuffer),
-    .areas_views_5_works        (areas_views_5_works),
-    .areas_views_5_ecatWrites   (areas_views_5_ecatWrites),
-    .areas_views_5_ecatOpen     (areas_views_5_ecatOpen),
-    .areas_views_5_ecatMayOpen  (areas_views_5_ecatMayOpen),
-    .areas_views_5_writerBuffer (areas_views_5_writerBuffer),
-    .areas_views_5_readerBuffer (areas_views_5_readerBuffer),
-    .areas_views_6_works        (areas_views_6_works),
-    .areas_views_6_ecatWrites   (areas_views_6_ecatWrites),
-    .areas_views_6_ecatOpen     (areas_views_6_ecatOpen),
-    .areas_views_6_ecatMayOpen  (areas_views_6_ecatMayOpen),
-    .areas_views_6_writerBuffer (areas_views_6_writerBuffer),
-    .areas_views_6_readerBuffer (areas_views_6_readerBuffer),
-    .areas_views_7_works        (areas_views_7_works),
-    .areas_views_7_ecatWrites   (areas_views_7_ecatWrites),
-    .areas_views_7_ecatOpen     (areas_views_7_ecatOpen),
-    .areas_views_7_ecatMayOpen  (areas_views_7_ecatMayOpen),
-    .areas_views_7_writerBuffer (areas_views_7_writerBuffer),
-    .areas_views_7_readerBuffer (areas_views_7_readerBuffer),
-    .areas_ramOpen              (areas_ramOpen),
+    .areas_request              (areas_request),
+    .areas_number               (areas_number),
+    .areas_view_works           (areas_view_works),
+    .areas_view_ecatWrites      (areas_view_ecatWrites),
+    .areas_view_ecatOpen        (areas_view_ecatOpen),
+    .areas_view_ecatMayOpen     (areas_view_ecatMayOpen),
+    .areas_view_writerBuffer    (areas_view_writerBuffer),
+    .areas_view_readerBuffer    (areas_view_readerBuffer),
     .areas_access_touch         (areas_access_touch),
     .areas_access_first         (areas_access_first),
     .areas_access_close         (areas_access_close),
     .areas_access_single        (areas_access_single),
-    .areas_accessIndex          (areas_accessIndex)
+    .areas_ramOpen              (areas_ramOpen)
   );
   assign out_valid = output_valid;
   assign out_payload = output_payload;
@@ -3430,7 +3213,7 @@ module FrameProcessor(
   assign out_bad = output_bad;
   assign out_odd = output_odd;
   assign out_crcGood = output_crcGood & ~(output_odd ? oddChanges : (|changes));
-  assign memory_commit = memory_commit_REG;
+  assign memory_commit = buffersSettled;
   assign frameGood = frameGood_r_4;
   assign frameBad = frameBad_r_4;
   assign busy = _busy_T;
@@ -4073,12 +3856,19 @@ module WideTable_3(
 endmodule
 
 module SyncManager(
-  input        clock,
-  input        reset,
-  input        enabled,
-  input        deactivated,
-  input        isMailbox,
-  input        ecatWrites,
+  input  [1:0] state_next,
+  input  [1:0] state_reader,
+  input        state_newer,
+  input        state_anyWritten,
+  input        state_ecatOpen,
+  input        state_pdiOpen,
+  input        state_touched,
+  input        state_began,
+  input        state_closed,
+  input        settings_works,
+  input        settings_locked,
+  input        settings_isMailbox,
+  input        settings_ecatWrites,
   input        ecat_touch,
   input        ecat_first,
   input        ecat_close,
@@ -4089,9 +3879,17 @@ module SyncManager(
   input        pdi_single,
   input        good,
   input        bad,
+  output [1:0] after_next,
+  output [1:0] after_reader,
+  output       after_newer,
+  output       after_anyWritten,
+  output       after_ecatOpen,
+  output       after_pdiOpen,
+  output       after_touched,
+  output       after_began,
+  output       after_closed,
   output       view_works,
   output       view_locked,
-  output       view_buffered,
   output       view_ecatWrites,
   output       view_ecatOpen,
   output       view_ecatMayOpen,
@@ -4101,108 +3899,952 @@ module SyncManager(
   output [1:0] view_readerBuffer,
   output       writeEvent,
   output       readEvent,
-  output [1:0] lastBuffer,
-  output       full,
-  output       written
+  output       writeEventEnd,
+  output       readEventEnd
 );
 
-  wire       works = enabled & ~deactivated;
-  reg  [1:0] next;
-  reg  [1:0] reader;
-  reg        newer;
-  reg        anyWritten;
-  reg        ecatOpen;
-  reg        pdiOpen;
-  reg        ecatTouched;
-  reg        ecatBegan;
-  reg        ecatClosed;
-  reg        ecatSingle;
-  reg        isWritten;
-  reg        isRead;
-  wire [1:0] writer = next ^ ~reader;
-  wire       mayWrite = ~isMailbox | ~newer;
-  wire       mayRead = isMailbox ? newer : anyWritten;
-  wire       _GEN = ~isMailbox & newer;
-  wire       _GEN_0 = ecat_touch & ecat_first & ~ecat_single & ~ecatWrites & _GEN & ~ecatOpen;
-  wire       _GEN_1 = ~_GEN_0 & newer;
-  wire       _GEN_2 = ecatBegan & ecatWrites;
-  wire       _GEN_3 = good & ecatClosed;
-  wire       _GEN_4 = good & ecatClosed & ecatWrites & ~ecatSingle;
-  wire       _GEN_5 = _GEN_3 ? (ecatWrites ? ~ecatSingle | _GEN_1 : ~(isMailbox | _GEN_0) & newer) : _GEN_1;
-  wire       _GEN_6 = pdi_touch & pdi_first;
-  wire       _GEN_7 = _GEN & ~pdiOpen;
-  wire       _GEN_8 = _GEN_6 & ~pdi_single & ecatWrites & _GEN_7;
-  wire       _GEN_9 = ~_GEN_8 & _GEN_5;
-  wire       _GEN_10 = pdi_close & ~ecatWrites;
-  wire       _GEN_11 = ~works | good | bad;
+  wire ecatOpens = ecat_touch & ecat_first;
+  wire pdiOpens = pdi_touch & pdi_first;
+  wire ecatCloses = good & state_closed;
+  wire readerTakes =
+    ~settings_isMailbox & state_newer
+    & (settings_ecatWrites ? pdiOpens & ~pdi_single & ~state_pdiOpen : ecatOpens & ~ecat_single & ~state_ecatOpen);
+  wire writerDone = settings_ecatWrites ? ecatCloses : pdi_close;
+  wire readerDone = settings_ecatWrites ? pdi_close : ecatCloses;
+  wire _GEN = writerDone & ~(good ? ~state_ecatOpen : pdi_single);
+  wire ecatBegins = good & state_began;
+  wire mayWrite = ~settings_isMailbox | ~state_newer;
+  wire mayRead = settings_isMailbox ? state_newer : state_anyWritten;
+  assign after_next = _GEN & ~settings_isMailbox ? state_next ^ ~state_reader : readerTakes ? state_reader : state_next;
+  assign after_reader = readerTakes ? state_next : state_reader;
+  assign after_newer = ~(readerDone & settings_isMailbox) & (_GEN | ~readerTakes & state_newer);
+  assign after_anyWritten = _GEN | state_anyWritten;
+  assign after_ecatOpen = ~(ecatCloses | bad & state_touched) & (ecatOpens & ~ecat_single | state_ecatOpen);
+  assign after_pdiOpen = ~pdi_close & (pdiOpens & ~pdi_single | state_pdiOpen);
+  assign after_touched = (state_touched | ecat_touch) & ~good & ~bad;
+  assign after_began = (state_began | ecatOpens) & ~good & ~bad;
+  assign after_closed = (state_closed | ecat_close) & ~good & ~bad;
+  assign view_works = settings_works;
+  assign view_locked = settings_locked;
+  assign view_ecatWrites = settings_ecatWrites;
+  assign view_ecatOpen = state_ecatOpen & ~state_closed;
+  assign view_ecatMayOpen = (settings_ecatWrites ? mayWrite : mayRead) & ~state_closed;
+  assign view_pdiOpen = state_pdiOpen;
+  assign view_pdiMayOpen = settings_ecatWrites ? mayRead : mayWrite;
+  assign view_writerBuffer = settings_isMailbox ? 2'h0 : state_next ^ ~state_reader;
+  assign view_readerBuffer = settings_isMailbox ? 2'h0 : state_reader;
+  assign writeEvent = writerDone;
+  assign readEvent = readerDone;
+  assign writeEventEnd = settings_ecatWrites ? pdiOpens : ecatBegins;
+  assign readEventEnd = settings_ecatWrites ? ecatBegins : pdiOpens;
+endmodule
+
+module SyncManagerStates(
+  input        clock,
+  input        reset,
+  input        settings_0_works,
+  input        settings_0_locked,
+  input        settings_0_isMailbox,
+  input        settings_0_ecatWrites,
+  input        settings_1_works,
+  input        settings_1_locked,
+  input        settings_1_isMailbox,
+  input        settings_1_ecatWrites,
+  input        settings_2_works,
+  input        settings_2_locked,
+  input        settings_2_isMailbox,
+  input        settings_2_ecatWrites,
+  input        settings_3_works,
+  input        settings_3_locked,
+  input        settings_3_isMailbox,
+  input        settings_3_ecatWrites,
+  input        settings_4_works,
+  input        settings_4_locked,
+  input        settings_4_isMailbox,
+  input        settings_4_ecatWrites,
+  input        settings_5_works,
+  input        settings_5_locked,
+  input        settings_5_isMailbox,
+  input        settings_5_ecatWrites,
+  input        settings_6_works,
+  input        settings_6_locked,
+  input        settings_6_isMailbox,
+  input        settings_6_ecatWrites,
+  input        settings_7_works,
+  input        settings_7_locked,
+  input        settings_7_isMailbox,
+  input        settings_7_ecatWrites,
+  input        ecat_request,
+  input  [2:0] ecat_number,
+  output       ecat_view_works,
+  output       ecat_view_ecatWrites,
+  output       ecat_view_ecatOpen,
+  output       ecat_view_ecatMayOpen,
+  output [1:0] ecat_view_writerBuffer,
+  output [1:0] ecat_view_readerBuffer,
+  input        ecat_access_touch,
+  input        ecat_access_first,
+  input        ecat_access_close,
+  input        ecat_access_single,
+  input        pdi_request,
+  output       pdi_granted,
+  input  [2:0] pdi_number,
+  output       pdi_view_works,
+  output       pdi_view_locked,
+  output       pdi_view_ecatWrites,
+  output       pdi_view_pdiOpen,
+  output       pdi_view_pdiMayOpen,
+  output [1:0] pdi_view_writerBuffer,
+  output [1:0] pdi_view_readerBuffer,
+  input        pdi_access_touch,
+  input        pdi_access_first,
+  input        pdi_access_close,
+  input        pdi_access_single,
+  input        good,
+  input        bad,
+  output       walking,
+  output       settled,
+  output [1:0] states_0_next,
+  output [1:0] states_0_reader,
+  output       states_0_newer,
+  output       states_0_anyWritten,
+  output [1:0] states_1_next,
+  output [1:0] states_1_reader,
+  output       states_1_newer,
+  output       states_1_anyWritten,
+  output [1:0] states_2_next,
+  output [1:0] states_2_reader,
+  output       states_2_newer,
+  output       states_2_anyWritten,
+  output [1:0] states_3_next,
+  output [1:0] states_3_reader,
+  output       states_3_newer,
+  output       states_3_anyWritten,
+  output [1:0] states_4_next,
+  output [1:0] states_4_reader,
+  output       states_4_newer,
+  output       states_4_anyWritten,
+  output [1:0] states_5_next,
+  output [1:0] states_5_reader,
+  output       states_5_newer,
+  output       states_5_anyWritten,
+  output [1:0] states_6_next,
+  output [1:0] states_6_reader,
+  output       states_6_newer,
+  output       states_6_anyWritten,
+  output [1:0] states_7_next,
+  output [1:0] states_7_reader,
+  output       states_7_newer,
+  output       states_7_anyWritten,
+  output       writeEvent_0,
+  output       writeEvent_1,
+  output       writeEvent_2,
+  output       writeEvent_3,
+  output       writeEvent_4,
+  output       writeEvent_5,
+  output       writeEvent_6,
+  output       writeEvent_7,
+  output       readEvent_0,
+  output       readEvent_1,
+  output       readEvent_2,
+  output       readEvent_3,
+  output       readEvent_4,
+  output       readEvent_5,
+  output       readEvent_6,
+  output       readEvent_7,
+  output       written_valid,
+  output [2:0] written_bits
+);
+
+  reg        state_7_closed;
+  reg        state_7_began;
+  reg        state_7_touched;
+  reg        state_7_pdiOpen;
+  reg        state_7_ecatOpen;
+  reg        state_7_anyWritten;
+  reg        state_7_newer;
+  reg  [1:0] state_7_reader;
+  reg  [1:0] state_7_next;
+  reg        state_6_closed;
+  reg        state_6_began;
+  reg        state_6_touched;
+  reg        state_6_pdiOpen;
+  reg        state_6_ecatOpen;
+  reg        state_6_anyWritten;
+  reg        state_6_newer;
+  reg  [1:0] state_6_reader;
+  reg  [1:0] state_6_next;
+  reg        state_5_closed;
+  reg        state_5_began;
+  reg        state_5_touched;
+  reg        state_5_pdiOpen;
+  reg        state_5_ecatOpen;
+  reg        state_5_anyWritten;
+  reg        state_5_newer;
+  reg  [1:0] state_5_reader;
+  reg  [1:0] state_5_next;
+  reg        state_4_closed;
+  reg        state_4_began;
+  reg        state_4_touched;
+  reg        state_4_pdiOpen;
+  reg        state_4_ecatOpen;
+  reg        state_4_anyWritten;
+  reg        state_4_newer;
+  reg  [1:0] state_4_reader;
+  reg  [1:0] state_4_next;
+  reg        state_3_closed;
+  reg        state_3_began;
+  reg        state_3_touched;
+  reg        state_3_pdiOpen;
+  reg        state_3_ecatOpen;
+  reg        state_3_anyWritten;
+  reg        state_3_newer;
+  reg  [1:0] state_3_reader;
+  reg  [1:0] state_3_next;
+  reg        state_2_closed;
+  reg        state_2_began;
+  reg        state_2_touched;
+  reg        state_2_pdiOpen;
+  reg        state_2_ecatOpen;
+  reg        state_2_anyWritten;
+  reg        state_2_newer;
+  reg  [1:0] state_2_reader;
+  reg  [1:0] state_2_next;
+  reg        state_1_closed;
+  reg        state_1_began;
+  reg        state_1_touched;
+  reg        state_1_pdiOpen;
+  reg        state_1_ecatOpen;
+  reg        state_1_anyWritten;
+  reg        state_1_newer;
+  reg  [1:0] state_1_reader;
+  reg  [1:0] state_1_next;
+  reg        state_0_closed;
+  reg        state_0_began;
+  reg        state_0_touched;
+  reg        state_0_pdiOpen;
+  reg        state_0_ecatOpen;
+  reg        state_0_anyWritten;
+  reg        state_0_newer;
+  reg  [1:0] state_0_reader;
+  reg  [1:0] state_0_next;
+  wire       _logic_ecat_touch;
+  wire       _logic_ecat_close;
+  wire       _logic_pdi_touch;
+  wire       _logic_pdi_close;
+  wire       _logic_good;
+  wire       _logic_bad;
+  wire [1:0] _logic_after_next;
+  wire [1:0] _logic_after_reader;
+  wire       _logic_after_newer;
+  wire       _logic_after_anyWritten;
+  wire       _logic_after_ecatOpen;
+  wire       _logic_after_pdiOpen;
+  wire       _logic_after_touched;
+  wire       _logic_after_began;
+  wire       _logic_after_closed;
+  wire       _logic_view_works;
+  wire       _logic_view_ecatWrites;
+  wire [1:0] _logic_view_writerBuffer;
+  wire [1:0] _logic_view_readerBuffer;
+  wire       _logic_writeEvent;
+  wire       _logic_readEvent;
+  wire       _logic_writeEventEnd;
+  wire       _logic_readEventEnd;
+  reg        walks;
+  reg        wasGood;
+  reg  [2:0] walk;
+  wire       _walking_output = walks | good | bad;
+  reg        settled_REG;
+  wire [2:0] number = walks ? walk : ecat_request ? ecat_number : pdi_number;
+  wire       pdi_granted_0 = ~_walking_output & ~ecat_request;
+  wire       now_1 = pdi_request & pdi_granted_0;
+  wire       acts = walks | ecat_request | now_1;
+  reg  [1:0] casez_tmp;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp = state_0_next;
+      3'b001:
+        casez_tmp = state_1_next;
+      3'b010:
+        casez_tmp = state_2_next;
+      3'b011:
+        casez_tmp = state_3_next;
+      3'b100:
+        casez_tmp = state_4_next;
+      3'b101:
+        casez_tmp = state_5_next;
+      3'b110:
+        casez_tmp = state_6_next;
+      default:
+        casez_tmp = state_7_next;
+    endcase
+  end // always @(*)
+  reg  [1:0] casez_tmp_0;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_0 = state_0_reader;
+      3'b001:
+        casez_tmp_0 = state_1_reader;
+      3'b010:
+        casez_tmp_0 = state_2_reader;
+      3'b011:
+        casez_tmp_0 = state_3_reader;
+      3'b100:
+        casez_tmp_0 = state_4_reader;
+      3'b101:
+        casez_tmp_0 = state_5_reader;
+      3'b110:
+        casez_tmp_0 = state_6_reader;
+      default:
+        casez_tmp_0 = state_7_reader;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_1;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_1 = state_0_newer;
+      3'b001:
+        casez_tmp_1 = state_1_newer;
+      3'b010:
+        casez_tmp_1 = state_2_newer;
+      3'b011:
+        casez_tmp_1 = state_3_newer;
+      3'b100:
+        casez_tmp_1 = state_4_newer;
+      3'b101:
+        casez_tmp_1 = state_5_newer;
+      3'b110:
+        casez_tmp_1 = state_6_newer;
+      default:
+        casez_tmp_1 = state_7_newer;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_2;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_2 = state_0_anyWritten;
+      3'b001:
+        casez_tmp_2 = state_1_anyWritten;
+      3'b010:
+        casez_tmp_2 = state_2_anyWritten;
+      3'b011:
+        casez_tmp_2 = state_3_anyWritten;
+      3'b100:
+        casez_tmp_2 = state_4_anyWritten;
+      3'b101:
+        casez_tmp_2 = state_5_anyWritten;
+      3'b110:
+        casez_tmp_2 = state_6_anyWritten;
+      default:
+        casez_tmp_2 = state_7_anyWritten;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_3;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_3 = state_0_ecatOpen;
+      3'b001:
+        casez_tmp_3 = state_1_ecatOpen;
+      3'b010:
+        casez_tmp_3 = state_2_ecatOpen;
+      3'b011:
+        casez_tmp_3 = state_3_ecatOpen;
+      3'b100:
+        casez_tmp_3 = state_4_ecatOpen;
+      3'b101:
+        casez_tmp_3 = state_5_ecatOpen;
+      3'b110:
+        casez_tmp_3 = state_6_ecatOpen;
+      default:
+        casez_tmp_3 = state_7_ecatOpen;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_4;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_4 = state_0_pdiOpen;
+      3'b001:
+        casez_tmp_4 = state_1_pdiOpen;
+      3'b010:
+        casez_tmp_4 = state_2_pdiOpen;
+      3'b011:
+        casez_tmp_4 = state_3_pdiOpen;
+      3'b100:
+        casez_tmp_4 = state_4_pdiOpen;
+      3'b101:
+        casez_tmp_4 = state_5_pdiOpen;
+      3'b110:
+        casez_tmp_4 = state_6_pdiOpen;
+      default:
+        casez_tmp_4 = state_7_pdiOpen;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_5;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_5 = state_0_touched;
+      3'b001:
+        casez_tmp_5 = state_1_touched;
+      3'b010:
+        casez_tmp_5 = state_2_touched;
+      3'b011:
+        casez_tmp_5 = state_3_touched;
+      3'b100:
+        casez_tmp_5 = state_4_touched;
+      3'b101:
+        casez_tmp_5 = state_5_touched;
+      3'b110:
+        casez_tmp_5 = state_6_touched;
+      default:
+        casez_tmp_5 = state_7_touched;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_6;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_6 = state_0_began;
+      3'b001:
+        casez_tmp_6 = state_1_began;
+      3'b010:
+        casez_tmp_6 = state_2_began;
+      3'b011:
+        casez_tmp_6 = state_3_began;
+      3'b100:
+        casez_tmp_6 = state_4_began;
+      3'b101:
+        casez_tmp_6 = state_5_began;
+      3'b110:
+        casez_tmp_6 = state_6_began;
+      default:
+        casez_tmp_6 = state_7_began;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_7;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_7 = state_0_closed;
+      3'b001:
+        casez_tmp_7 = state_1_closed;
+      3'b010:
+        casez_tmp_7 = state_2_closed;
+      3'b011:
+        casez_tmp_7 = state_3_closed;
+      3'b100:
+        casez_tmp_7 = state_4_closed;
+      3'b101:
+        casez_tmp_7 = state_5_closed;
+      3'b110:
+        casez_tmp_7 = state_6_closed;
+      default:
+        casez_tmp_7 = state_7_closed;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_8;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_8 = settings_0_works;
+      3'b001:
+        casez_tmp_8 = settings_1_works;
+      3'b010:
+        casez_tmp_8 = settings_2_works;
+      3'b011:
+        casez_tmp_8 = settings_3_works;
+      3'b100:
+        casez_tmp_8 = settings_4_works;
+      3'b101:
+        casez_tmp_8 = settings_5_works;
+      3'b110:
+        casez_tmp_8 = settings_6_works;
+      default:
+        casez_tmp_8 = settings_7_works;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_9;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_9 = settings_0_locked;
+      3'b001:
+        casez_tmp_9 = settings_1_locked;
+      3'b010:
+        casez_tmp_9 = settings_2_locked;
+      3'b011:
+        casez_tmp_9 = settings_3_locked;
+      3'b100:
+        casez_tmp_9 = settings_4_locked;
+      3'b101:
+        casez_tmp_9 = settings_5_locked;
+      3'b110:
+        casez_tmp_9 = settings_6_locked;
+      default:
+        casez_tmp_9 = settings_7_locked;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_10;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_10 = settings_0_isMailbox;
+      3'b001:
+        casez_tmp_10 = settings_1_isMailbox;
+      3'b010:
+        casez_tmp_10 = settings_2_isMailbox;
+      3'b011:
+        casez_tmp_10 = settings_3_isMailbox;
+      3'b100:
+        casez_tmp_10 = settings_4_isMailbox;
+      3'b101:
+        casez_tmp_10 = settings_5_isMailbox;
+      3'b110:
+        casez_tmp_10 = settings_6_isMailbox;
+      default:
+        casez_tmp_10 = settings_7_isMailbox;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_11;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_11 = settings_0_ecatWrites;
+      3'b001:
+        casez_tmp_11 = settings_1_ecatWrites;
+      3'b010:
+        casez_tmp_11 = settings_2_ecatWrites;
+      3'b011:
+        casez_tmp_11 = settings_3_ecatWrites;
+      3'b100:
+        casez_tmp_11 = settings_4_ecatWrites;
+      3'b101:
+        casez_tmp_11 = settings_5_ecatWrites;
+      3'b110:
+        casez_tmp_11 = settings_6_ecatWrites;
+      default:
+        casez_tmp_11 = settings_7_ecatWrites;
+    endcase
+  end // always @(*)
+  reg        writeEvent_0_isWritten_0;
+  reg        readEvent_0_isRead_0;
+  reg        writeEvent_1_isWritten_1;
+  reg        readEvent_1_isRead_1;
+  reg        writeEvent_2_isWritten_2;
+  reg        readEvent_2_isRead_2;
+  reg        writeEvent_3_isWritten_3;
+  reg        readEvent_3_isRead_3;
+  reg        writeEvent_4_isWritten_4;
+  reg        readEvent_4_isRead_4;
+  reg        writeEvent_5_isWritten_5;
+  reg        readEvent_5_isRead_5;
+  reg        writeEvent_6_isWritten_6;
+  reg        readEvent_6_isRead_6;
+  reg        writeEvent_7_isWritten_7;
+  reg        readEvent_7_isRead_7;
+  wire       isLast = walks & (&walk);
+  wire       mine = acts & number == 3'h0;
+  wire       mine_1 = acts & number == 3'h1;
+  wire       mine_2 = acts & number == 3'h2;
+  wire       mine_3 = acts & number == 3'h3;
+  wire       mine_4 = acts & number == 3'h4;
+  wire       mine_5 = acts & number == 3'h5;
+  wire       mine_6 = acts & number == 3'h6;
+  wire       mine_7 = acts & (&number);
+  wire       _GEN = good | bad;
   always @(posedge clock) begin
     if (reset) begin
-      next <= 2'h1;
-      reader <= 2'h2;
-      newer <= 1'h0;
-      anyWritten <= 1'h0;
-      ecatOpen <= 1'h0;
-      pdiOpen <= 1'h0;
-      ecatTouched <= 1'h0;
-      ecatBegan <= 1'h0;
-      ecatClosed <= 1'h0;
-      ecatSingle <= 1'h0;
-      isWritten <= 1'h0;
-      isRead <= 1'h0;
+      walks <= 1'h0;
+      settled_REG <= 1'h0;
+      state_0_next <= 2'h1;
+      state_0_reader <= 2'h2;
+      state_0_newer <= 1'h0;
+      state_0_anyWritten <= 1'h0;
+      state_0_ecatOpen <= 1'h0;
+      state_0_pdiOpen <= 1'h0;
+      state_0_touched <= 1'h0;
+      state_0_began <= 1'h0;
+      state_0_closed <= 1'h0;
+      writeEvent_0_isWritten_0 <= 1'h0;
+      readEvent_0_isRead_0 <= 1'h0;
+      state_1_next <= 2'h1;
+      state_1_reader <= 2'h2;
+      state_1_newer <= 1'h0;
+      state_1_anyWritten <= 1'h0;
+      state_1_ecatOpen <= 1'h0;
+      state_1_pdiOpen <= 1'h0;
+      state_1_touched <= 1'h0;
+      state_1_began <= 1'h0;
+      state_1_closed <= 1'h0;
+      writeEvent_1_isWritten_1 <= 1'h0;
+      readEvent_1_isRead_1 <= 1'h0;
+      state_2_next <= 2'h1;
+      state_2_reader <= 2'h2;
+      state_2_newer <= 1'h0;
+      state_2_anyWritten <= 1'h0;
+      state_2_ecatOpen <= 1'h0;
+      state_2_pdiOpen <= 1'h0;
+      state_2_touched <= 1'h0;
+      state_2_began <= 1'h0;
+      state_2_closed <= 1'h0;
+      writeEvent_2_isWritten_2 <= 1'h0;
+      readEvent_2_isRead_2 <= 1'h0;
+      state_3_next <= 2'h1;
+      state_3_reader <= 2'h2;
+      state_3_newer <= 1'h0;
+      state_3_anyWritten <= 1'h0;
+      state_3_ecatOpen <= 1'h0;
+      state_3_pdiOpen <= 1'h0;
+      state_3_touched <= 1'h0;
+      state_3_began <= 1'h0;
+      state_3_closed <= 1'h0;
+      writeEvent_3_isWritten_3 <= 1'h0;
+      readEvent_3_isRead_3 <= 1'h0;
+      state_4_next <= 2'h1;
+      state_4_reader <= 2'h2;
+      state_4_newer <= 1'h0;
+      state_4_anyWritten <= 1'h0;
+      state_4_ecatOpen <= 1'h0;
+      state_4_pdiOpen <= 1'h0;
+      state_4_touched <= 1'h0;
+      state_4_began <= 1'h0;
+      state_4_closed <= 1'h0;
+      writeEvent_4_isWritten_4 <= 1'h0;
+      readEvent_4_isRead_4 <= 1'h0;
+      state_5_next <= 2'h1;
+      state_5_reader <= 2'h2;
+      state_5_newer <= 1'h0;
+      state_5_anyWritten <= 1'h0;
+      state_5_ecatOpen <= 1'h0;
+      state_5_pdiOpen <= 1'h0;
+      state_5_touched <= 1'h0;
+      state_5_began <= 1'h0;
+      state_5_closed <= 1'h0;
+      writeEvent_5_isWritten_5 <= 1'h0;
+      readEvent_5_isRead_5 <= 1'h0;
+      state_6_next <= 2'h1;
+      state_6_reader <= 2'h2;
+      state_6_newer <= 1'h0;
+      state_6_anyWritten <= 1'h0;
+      state_6_ecatOpen <= 1'h0;
+      state_6_pdiOpen <= 1'h0;
+      state_6_touched <= 1'h0;
+      state_6_began <= 1'h0;
+      state_6_closed <= 1'h0;
+      writeEvent_6_isWritten_6 <= 1'h0;
+      readEvent_6_isRead_6 <= 1'h0;
+      state_7_next <= 2'h1;
+      state_7_reader <= 2'h2;
+      state_7_newer <= 1'h0;
+      state_7_anyWritten <= 1'h0;
+      state_7_ecatOpen <= 1'h0;
+      state_7_pdiOpen <= 1'h0;
+      state_7_touched <= 1'h0;
+      state_7_began <= 1'h0;
+      state_7_closed <= 1'h0;
+      writeEvent_7_isWritten_7 <= 1'h0;
+      readEvent_7_isRead_7 <= 1'h0;
     end
     else begin
-      if (works) begin
-        if (pdi_close & ~ecatWrites & ~pdi_single & ~isMailbox)
-          next <= writer;
-        else if (_GEN_8)
-          next <= reader;
-        else if (good & ecatClosed & ecatWrites & ~ecatSingle & ~isMailbox)
-          next <= writer;
-        else if (_GEN_0)
-          next <= reader;
-        if (_GEN_6 & ~pdi_single & ecatWrites & _GEN_7 | _GEN_0)
-          reader <= next;
+      walks <= _GEN | (walks ? ~isLast : walks);
+      settled_REG <= isLast & wasGood;
+      if (settings_0_works) begin
+        if (mine) begin
+          state_0_next <= _logic_after_next;
+          state_0_reader <= _logic_after_reader;
+        end
       end
       else begin
-        next <= 2'h1;
-        reader <= 2'h2;
+        state_0_next <= 2'h1;
+        state_0_reader <= 2'h2;
       end
-      newer <= works & (pdi_close ? (ecatWrites ? ~(isMailbox | _GEN_8) & _GEN_5 : ~pdi_single | _GEN_9) : _GEN_9);
-      anyWritten <= works & (_GEN_10 ? ~pdi_single | _GEN_4 | anyWritten : _GEN_4 | anyWritten);
-      ecatOpen <= ~(~works | bad & ecatTouched | _GEN_3) & (ecat_touch & ecat_first & ~ecat_single | ecatOpen);
-      pdiOpen <= ~(~works | pdi_close) & (_GEN_6 & ~pdi_single | pdiOpen);
-      ecatTouched <= ~_GEN_11 & (ecat_touch | ecatTouched);
-      ecatBegan <= ~_GEN_11 & (ecat_touch & ecat_first | ecatBegan);
-      ecatClosed <= ~_GEN_11 & (ecat_close | ecatClosed);
-      if (ecat_touch)
-        ecatSingle <= ecat_single;
-      isWritten <=
-        works
-        & (_GEN_10 | ~(_GEN_6 & ecatWrites)
-           & (good ? ecatClosed & ecatWrites | ~(ecatBegan & ~ecatWrites) & isWritten : isWritten));
-      isRead <=
-        works
-        & (pdi_close & ecatWrites
-           | (_GEN_6
-                ? ecatWrites & ~(good & _GEN_2) & isRead
-                : good ? ecatClosed & ~ecatWrites | ~_GEN_2 & isRead : isRead));
+      state_0_newer <= settings_0_works & (mine ? _logic_after_newer : state_0_newer);
+      state_0_anyWritten <= settings_0_works & (mine ? _logic_after_anyWritten : state_0_anyWritten);
+      state_0_ecatOpen <= settings_0_works & (mine ? _logic_after_ecatOpen : state_0_ecatOpen);
+      state_0_pdiOpen <= settings_0_works & (mine ? _logic_after_pdiOpen : state_0_pdiOpen);
+      state_0_touched <= settings_0_works & (mine ? _logic_after_touched : state_0_touched);
+      state_0_began <= settings_0_works & (mine ? _logic_after_began : state_0_began);
+      state_0_closed <= settings_0_works & (mine ? _logic_after_closed : state_0_closed);
+      writeEvent_0_isWritten_0 <=
+        settings_0_works & (mine & _logic_writeEvent | ~(mine & _logic_writeEventEnd) & writeEvent_0_isWritten_0);
+      readEvent_0_isRead_0 <=
+        settings_0_works & (mine & _logic_readEvent | ~(mine & _logic_readEventEnd) & readEvent_0_isRead_0);
+      if (settings_1_works) begin
+        if (mine_1) begin
+          state_1_next <= _logic_after_next;
+          state_1_reader <= _logic_after_reader;
+        end
+      end
+      else begin
+        state_1_next <= 2'h1;
+        state_1_reader <= 2'h2;
+      end
+      state_1_newer <= settings_1_works & (mine_1 ? _logic_after_newer : state_1_newer);
+      state_1_anyWritten <= settings_1_works & (mine_1 ? _logic_after_anyWritten : state_1_anyWritten);
+      state_1_ecatOpen <= settings_1_works & (mine_1 ? _logic_after_ecatOpen : state_1_ecatOpen);
+      state_1_pdiOpen <= settings_1_works & (mine_1 ? _logic_after_pdiOpen : state_1_pdiOpen);
+      state_1_touched <= settings_1_works & (mine_1 ? _logic_after_touched : state_1_touched);
+      state_1_began <= settings_1_works & (mine_1 ? _logic_after_began : state_1_began);
+      state_1_closed <= settings_1_works & (mine_1 ? _logic_after_closed : state_1_closed);
+      writeEvent_1_isWritten_1 <=
+        settings_1_works & (mine_1 & _logic_writeEvent | ~(mine_1 & _logic_writeEventEnd) & writeEvent_1_isWritten_1);
+      readEvent_1_isRead_1 <=
+        settings_1_works & (mine_1 & _logic_readEvent | ~(mine_1 & _logic_readEventEnd) & readEvent_1_isRead_1);
+      if (settings_2_works) begin
+        if (mine_2) begin
+          state_2_next <= _logic_after_next;
+          state_2_reader <= _logic_after_reader;
+        end
+      end
+      else begin
+        state_2_next <= 2'h1;
+        state_2_reader <= 2'h2;
+      end
+      state_2_newer <= settings_2_works & (mine_2 ? _logic_after_newer : state_2_newer);
+      state_2_anyWritten <= settings_2_works & (mine_2 ? _logic_after_anyWritten : state_2_anyWritten);
+      state_2_ecatOpen <= settings_2_works & (mine_2 ? _logic_after_ecatOpen : state_2_ecatOpen);
+      state_2_pdiOpen <= settings_2_works & (mine_2 ? _logic_after_pdiOpen : state_2_pdiOpen);
+      state_2_touched <= settings_2_works & (mine_2 ? _logic_after_touched : state_2_touched);
+      state_2_began <= settings_2_works & (mine_2 ? _logic_after_began : state_2_began);
+      state_2_closed <= settings_2_works & (mine_2 ? _logic_after_closed : state_2_closed);
+      writeEvent_2_isWritten_2 <=
+        settings_2_works & (mine_2 & _logic_writeEvent | ~(mine_2 & _logic_writeEventEnd) & writeEvent_2_isWritten_2);
+      readEvent_2_isRead_2 <=
+        settings_2_works & (mine_2 & _logic_readEvent | ~(mine_2 & _logic_readEventEnd) & readEvent_2_isRead_2);
+      if (settings_3_works) begin
+        if (mine_3) begin
+          state_3_next <= _logic_after_next;
+          state_3_reader <= _logic_after_reader;
+        end
+      end
+      else begin
+        state_3_next <= 2'h1;
+        state_3_reader <= 2'h2;
+      end
+      state_3_newer <= settings_3_works & (mine_3 ? _logic_after_newer : state_3_newer);
+      state_3_anyWritten <= settings_3_works & (mine_3 ? _logic_after_anyWritten : state_3_anyWritten);
+      state_3_ecatOpen <= settings_3_works & (mine_3 ? _logic_after_ecatOpen : state_3_ecatOpen);
+      state_3_pdiOpen <= settings_3_works & (mine_3 ? _logic_after_pdiOpen : state_3_pdiOpen);
+      state_3_touched <= settings_3_works & (mine_3 ? _logic_after_touched : state_3_touched);
+      state_3_began <= settings_3_works & (mine_3 ? _logic_after_began : state_3_began);
+      state_3_closed <= settings_3_works & (mine_3 ? _logic_after_closed : state_3_closed);
+      writeEvent_3_isWritten_3 <=
+        settings_3_works & (mine_3 & _logic_writeEvent | ~(mine_3 & _logic_writeEventEnd) & writeEvent_3_isWritten_3);
+      readEvent_3_isRead_3 <=
+        settings_3_works & (mine_3 & _logic_readEvent | ~(mine_3 & _logic_readEventEnd) & readEvent_3_isRead_3);
+      if (settings_4_works) begin
+        if (mine_4) begin
+          state_4_next <= _logic_after_next;
+          state_4_reader <= _logic_after_reader;
+        end
+      end
+      else begin
+        state_4_next <= 2'h1;
+        state_4_reader <= 2'h2;
+      end
+      state_4_newer <= settings_4_works & (mine_4 ? _logic_after_newer : state_4_newer);
+      state_4_anyWritten <= settings_4_works & (mine_4 ? _logic_after_anyWritten : state_4_anyWritten);
+      state_4_ecatOpen <= settings_4_works & (mine_4 ? _logic_after_ecatOpen : state_4_ecatOpen);
+      state_4_pdiOpen <= settings_4_works & (mine_4 ? _logic_after_pdiOpen : state_4_pdiOpen);
+      state_4_touched <= settings_4_works & (mine_4 ? _logic_after_touched : state_4_touched);
+      state_4_began <= settings_4_works & (mine_4 ? _logic_after_began : state_4_began);
+      state_4_closed <= settings_4_works & (mine_4 ? _logic_after_closed : state_4_closed);
+      writeEvent_4_isWritten_4 <=
+        settings_4_works & (mine_4 & _logic_writeEvent | ~(mine_4 & _logic_writeEventEnd) & writeEvent_4_isWritten_4);
+      readEvent_4_isRead_4 <=
+        settings_4_works & (mine_4 & _logic_readEvent | ~(mine_4 & _logic_readEventEnd) & readEvent_4_isRead_4);
+      if (settings_5_works) begin
+        if (mine_5) begin
+          state_5_next <= _logic_after_next;
+          state_5_reader <= _logic_after_reader;
+        end
+      end
+      else begin
+        state_5_next <= 2'h1;
+        state_5_reader <= 2'h2;
+      end
+      state_5_newer <= settings_5_works & (mine_5 ? _logic_after_newer : state_5_newer);
+      state_5_anyWritten <= settings_5_works & (mine_5 ? _logic_after_anyWritten : state_5_anyWritten);
+      state_5_ecatOpen <= settings_5_works & (mine_5 ? _logic_after_ecatOpen : state_5_ecatOpen);
+      state_5_pdiOpen <= settings_5_works & (mine_5 ? _logic_after_pdiOpen : state_5_pdiOpen);
+      state_5_touched <= settings_5_works & (mine_5 ? _logic_after_touched : state_5_touched);
+      state_5_began <= settings_5_works & (mine_5 ? _logic_after_began : state_5_began);
+      state_5_closed <= settings_5_works & (mine_5 ? _logic_after_closed : state_5_closed);
+      writeEvent_5_isWritten_5 <=
+        settings_5_works & (mine_5 & _logic_writeEvent | ~(mine_5 & _logic_writeEventEnd) & writeEvent_5_isWritten_5);
+      readEvent_5_isRead_5 <=
+        settings_5_works & (mine_5 & _logic_readEvent | ~(mine_5 & _logic_readEventEnd) & readEvent_5_isRead_5);
+      if (settings_6_works) begin
+        if (mine_6) begin
+          state_6_next <= _logic_after_next;
+          state_6_reader <= _logic_after_reader;
+        end
+      end
+      else begin
+        state_6_next <= 2'h1;
+        state_6_reader <= 2'h2;
+      end
+      state_6_newer <= settings_6_works & (mine_6 ? _logic_after_newer : state_6_newer);
+      state_6_anyWritten <= settings_6_works & (mine_6 ? _logic_after_anyWritten : state_6_anyWritten);
+      state_6_ecatOpen <= settings_6_works & (mine_6 ? _logic_after_ecatOpen : state_6_ecatOpen);
+      state_6_pdiOpen <= settings_6_works & (mine_6 ? _logic_after_pdiOpen : state_6_pdiOpen);
+      state_6_touched <= settings_6_works & (mine_6 ? _logic_after_touched : state_6_touched);
+      state_6_began <= settings_6_works & (mine_6 ? _logic_after_began : state_6_began);
+      state_6_closed <= settings_6_works & (mine_6 ? _logic_after_closed : state_6_closed);
+      writeEvent_6_isWritten_6 <=
+        settings_6_works & (mine_6 & _logic_writeEvent | ~(mine_6 & _logic_writeEventEnd) & writeEvent_6_isWritten_6);
+      readEvent_6_isRead_6 <=
+        settings_6_works & (mine_6 & _logic_readEvent | ~(mine_6 & _logic_readEventEnd) & readEvent_6_isRead_6);
+      if (settings_7_works) begin
+        if (mine_7) begin
+          state_7_next <= _logic_after_next;
+          state_7_reader <= _logic_after_reader;
+        end
+      end
+      else begin
+        state_7_next <= 2'h1;
+        state_7_reader <= 2'h2;
+      end
+      state_7_newer <= settings_7_works & (mine_7 ? _logic_after_newer : state_7_newer);
+      state_7_anyWritten <= settings_7_works & (mine_7 ? _logic_after_anyWritten : state_7_anyWritten);
+      state_7_ecatOpen <= settings_7_works & (mine_7 ? _logic_after_ecatOpen : state_7_ecatOpen);
+      state_7_pdiOpen <= settings_7_works & (mine_7 ? _logic_after_pdiOpen : state_7_pdiOpen);
+      state_7_touched <= settings_7_works & (mine_7 ? _logic_after_touched : state_7_touched);
+      state_7_began <= settings_7_works & (mine_7 ? _logic_after_began : state_7_began);
+      state_7_closed <= settings_7_works & (mine_7 ? _logic_after_closed : state_7_closed);
+      writeEvent_7_isWritten_7 <=
+        settings_7_works & (mine_7 & _logic_writeEvent | ~(mine_7 & _logic_writeEventEnd) & writeEvent_7_isWritten_7);
+      readEvent_7_isRead_7 <=
+        settings_7_works & (mine_7 & _logic_readEvent | ~(mine_7 & _logic_readEventEnd) & readEvent_7_isRead_7);
     end
+    if (_GEN) begin
+      wasGood <= good;
+      walk <= 3'h0;
+    end
+    else if (walks)
+      walk <= walk + 3'h1;
   end // always @(posedge)
-  assign view_works = works;
-  assign view_locked = enabled & deactivated;
-  assign view_buffered = ~isMailbox;
-  assign view_ecatWrites = ecatWrites;
-  assign view_ecatOpen = ecatOpen & ~ecatClosed;
-  assign view_ecatMayOpen = (ecatWrites ? mayWrite : mayRead) & ~ecatClosed;
-  assign view_pdiOpen = pdiOpen;
-  assign view_pdiMayOpen = ecatWrites ? mayRead : mayWrite;
-  assign view_writerBuffer = isMailbox ? 2'h0 : writer;
-  assign view_readerBuffer = isMailbox ? 2'h0 : reader;
-  assign writeEvent = isWritten;
-  assign readEvent = isRead;
-  assign lastBuffer = isMailbox ? 2'h0 : anyWritten ? (newer ? next : reader) : 2'h3;
-  assign full = isMailbox & newer;
-  assign written = works & (good & ecatClosed & ecatWrites | pdi_close & ~ecatWrites);
+  assign _logic_ecat_touch = ecat_access_touch & ecat_request;
+  assign _logic_ecat_close = ecat_access_close & ecat_request;
+  assign _logic_pdi_touch = pdi_access_touch & now_1;
+  assign _logic_pdi_close = pdi_access_close & now_1;
+  assign _logic_good = walks & wasGood;
+  assign _logic_bad = walks & ~wasGood;
+  SyncManager logic_0 (
+    .state_next          (casez_tmp),
+    .state_reader        (casez_tmp_0),
+    .state_newer         (casez_tmp_1),
+    .state_anyWritten    (casez_tmp_2),
+    .state_ecatOpen      (casez_tmp_3),
+    .state_pdiOpen       (casez_tmp_4),
+    .state_touched       (casez_tmp_5),
+    .state_began         (casez_tmp_6),
+    .state_closed        (casez_tmp_7),
+    .settings_works      (casez_tmp_8),
+    .settings_locked     (casez_tmp_9),
+    .settings_isMailbox  (casez_tmp_10),
+    .settings_ecatWrites (casez_tmp_11),
+    .ecat_touch          (_logic_ecat_touch),
+    .ecat_first          (ecat_access_first),
+    .ecat_close          (_logic_ecat_close),
+    .ecat_single         (ecat_access_single),
+    .pdi_touch           (_logic_pdi_touch),
+    .pdi_first           (pdi_access_first),
+    .pdi_close           (_logic_pdi_close),
+    .pdi_single          (pdi_access_single),
+    .good                (_logic_good),
+    .bad                 (_logic_bad),
+    .after_next          (_logic_after_next),
+    .after_reader        (_logic_after_reader),
+    .after_newer         (_logic_after_newer),
+    .after_anyWritten    (_logic_after_anyWritten),
+    .after_ecatOpen      (_logic_after_ecatOpen),
+    .after_pdiOpen       (_logic_after_pdiOpen),
+    .after_touched       (_logic_after_touched),
+    .after_began         (_logic_after_began),
+    .after_closed        (_logic_after_closed),
+    .view_works          (_logic_view_works),
+    .view_locked         (pdi_view_locked),
+    .view_ecatWrites     (_logic_view_ecatWrites),
+    .view_ecatOpen       (ecat_view_ecatOpen),
+    .view_ecatMayOpen    (ecat_view_ecatMayOpen),
+    .view_pdiOpen        (pdi_view_pdiOpen),
+    .view_pdiMayOpen     (pdi_view_pdiMayOpen),
+    .view_writerBuffer   (_logic_view_writerBuffer),
+    .view_readerBuffer   (_logic_view_readerBuffer),
+    .writeEvent          (_logic_writeEvent),
+    .readEvent           (_logic_readEvent),
+    .writeEventEnd       (_logic_writeEventEnd),
+    .readEventEnd        (_logic_readEventEnd)
+  );
+  assign ecat_view_works = _logic_view_works;
+  assign ecat_view_ecatWrites = _logic_view_ecatWrites;
+  assign ecat_view_writerBuffer = _logic_view_writerBuffer;
+  assign ecat_view_readerBuffer = _logic_view_readerBuffer;
+  assign pdi_granted = pdi_granted_0;
+  assign pdi_view_works = _logic_view_works;
+  assign pdi_view_ecatWrites = _logic_view_ecatWrites;
+  assign pdi_view_writerBuffer = _logic_view_writerBuffer;
+  assign pdi_view_readerBuffer = _logic_view_readerBuffer;
+  assign walking = _walking_output;
+  assign settled = settled_REG;
+  assign states_0_next = state_0_next;
+  assign states_0_reader = state_0_reader;
+  assign states_0_newer = state_0_newer;
+  assign states_0_anyWritten = state_0_anyWritten;
+  assign states_1_next = state_1_next;
+  assign states_1_reader = state_1_reader;
+  assign states_1_newer = state_1_newer;
+  assign states_1_anyWritten = state_1_anyWritten;
+  assign states_2_next = state_2_next;
+  assign states_2_reader = state_2_reader;
+  assign states_2_newer = state_2_newer;
+  assign states_2_anyWritten = state_2_anyWritten;
+  assign states_3_next = state_3_next;
+  assign states_3_reader = state_3_reader;
+  assign states_3_newer = state_3_newer;
+  assign states_3_anyWritten = state_3_anyWritten;
+  assign states_4_next = state_4_next;
+  assign states_4_reader = state_4_reader;
+  assign states_4_newer = state_4_newer;
+  assign states_4_anyWritten = state_4_anyWritten;
+  assign states_5_next = state_5_next;
+  assign states_5_reader = state_5_reader;
+  assign states_5_newer = state_5_newer;
+  assign states_5_anyWritten = state_5_anyWritten;
+  assign states_6_next = state_6_next;
+  assign states_6_reader = state_6_reader;
+  assign states_6_newer = state_6_newer;
+  assign states_6_anyWritten = state_6_anyWritten;
+  assign states_7_next = state_7_next;
+  assign states_7_reader = state_7_reader;
+  assign states_7_newer = state_7_newer;
+  assign states_7_anyWritten = state_7_anyWritten;
+  assign writeEvent_0 = writeEvent_0_isWritten_0;
+  assign writeEvent_1 = writeEvent_1_isWritten_1;
+  assign writeEvent_2 = writeEvent_2_isWritten_2;
+  assign writeEvent_3 = writeEvent_3_isWritten_3;
+  assign writeEvent_4 = writeEvent_4_isWritten_4;
+  assign writeEvent_5 = writeEvent_5_isWritten_5;
+  assign writeEvent_6 = writeEvent_6_isWritten_6;
+  assign writeEvent_7 = writeEvent_7_isWritten_7;
+  assign readEvent_0 = readEvent_0_isRead_0;
+  assign readEvent_1 = readEvent_1_isRead_1;
+  assign readEvent_2 = readEvent_2_isRead_2;
+  assign readEvent_3 = readEvent_3_isRead_3;
+  assign readEvent_4 = readEvent_4_isRead_4;
+  assign readEvent_5 = readEvent_5_isRead_5;
+  assign readEvent_6 = readEvent_6_isRead_6;
+  assign readEvent_7 = readEvent_7_isRead_7;
+  assign written_valid = acts & casez_tmp_8 & _logic_writeEvent;
+  assign written_bits = number;
 endmodule
 
 module SyncManagers(
@@ -4218,132 +4860,45 @@ module SyncManagers(
   output [15:0] ecat_entries_0_length,
   output [17:0] ecat_entries_0_extent,
   output        ecat_entries_0_takesPart,
-  output        ecat_views_0_works,
-  output        ecat_views_0_ecatWrites,
-  output        ecat_views_0_ecatOpen,
-  output        ecat_views_0_ecatMayOpen,
-  output [1:0]  ecat_views_0_writerBuffer,
-  output [1:0]  ecat_views_0_readerBuffer,
-  output        ecat_views_1_works,
-  output        ecat_views_1_ecatWrites,
-  output        ecat_views_1_ecatOpen,
-  output        ecat_views_1_ecatMayOpen,
-  output [1:0]  ecat_views_1_writerBuffer,
-  output [1:0]  ecat_views_1_readerBuffer,
-  output        ecat_views_2_works,
-  output        ecat_views_2_ecatWrites,
-  output        ecat_views_2_ecatOpen,
-  output        ecat_views_2_ecatMayOpen,
-  output [1:0]  ecat_views_2_writerBuffer,
-  output [1:0]  ecat_views_2_readerBuffer,
-  output        ecat_views_3_works,
-  output        ecat_views_3_ecatWrites,
-  output        ecat_views_3_ecatOpen,
-  output        ecat_views_3_ecatMayOpen,
-  output [1:0]  ecat_views_3_writerBuffer,
-  output [1:0]  ecat_views_3_readerBuffer,
-  output        ecat_views_4_works,
-  output        ecat_views_4_ecatWrites,
-  output        ecat_views_4_ecatOpen,
-  output        ecat_views_4_ecatMayOpen,
-  output [1:0]  ecat_views_4_writerBuffer,
-  output [1:0]  ecat_views_4_readerBuffer,
-  output        ecat_views_5_works,
-  output        ecat_views_5_ecatWrites,
-  output        ecat_views_5_ecatOpen,
-  output        ecat_views_5_ecatMayOpen,
-  output [1:0]  ecat_views_5_writerBuffer,
-  output [1:0]  ecat_views_5_readerBuffer,
-  output        ecat_views_6_works,
-  output        ecat_views_6_ecatWrites,
-  output        ecat_views_6_ecatOpen,
-  output        ecat_views_6_ecatMayOpen,
-  output [1:0]  ecat_views_6_writerBuffer,
-  output [1:0]  ecat_views_6_readerBuffer,
-  output        ecat_views_7_works,
-  output        ecat_views_7_ecatWrites,
-  output        ecat_views_7_ecatOpen,
-  output        ecat_views_7_ecatMayOpen,
-  output [1:0]  ecat_views_7_writerBuffer,
-  output [1:0]  ecat_views_7_readerBuffer,
-  output        ecat_ramOpen,
+  input         ecat_request,
+  input  [2:0]  ecat_number,
+  output        ecat_view_works,
+  output        ecat_view_ecatWrites,
+  output        ecat_view_ecatOpen,
+  output        ecat_view_ecatMayOpen,
+  output [1:0]  ecat_view_writerBuffer,
+  output [1:0]  ecat_view_readerBuffer,
   input         ecat_access_touch,
   input         ecat_access_first,
   input         ecat_access_close,
   input         ecat_access_single,
-  input  [2:0]  ecat_accessIndex,
+  output        ecat_ramOpen,
   input  [2:0]  pdi_index,
   output [2:0]  pdi_entries_0_index,
   output [15:0] pdi_entries_0_start,
   output [15:0] pdi_entries_0_length,
   output [17:0] pdi_entries_0_extent,
   output        pdi_entries_0_takesPart,
-  output        pdi_views_0_works,
-  output        pdi_views_0_locked,
-  output        pdi_views_0_ecatWrites,
-  output        pdi_views_0_pdiOpen,
-  output        pdi_views_0_pdiMayOpen,
-  output [1:0]  pdi_views_0_writerBuffer,
-  output [1:0]  pdi_views_0_readerBuffer,
-  output        pdi_views_1_works,
-  output        pdi_views_1_locked,
-  output        pdi_views_1_ecatWrites,
-  output        pdi_views_1_pdiOpen,
-  output        pdi_views_1_pdiMayOpen,
-  output [1:0]  pdi_views_1_writerBuffer,
-  output [1:0]  pdi_views_1_readerBuffer,
-  output        pdi_views_2_works,
-  output        pdi_views_2_locked,
-  output        pdi_views_2_ecatWrites,
-  output        pdi_views_2_pdiOpen,
-  output        pdi_views_2_pdiMayOpen,
-  output [1:0]  pdi_views_2_writerBuffer,
-  output [1:0]  pdi_views_2_readerBuffer,
-  output        pdi_views_3_works,
-  output        pdi_views_3_locked,
-  output        pdi_views_3_ecatWrites,
-  output        pdi_views_3_pdiOpen,
-  output        pdi_views_3_pdiMayOpen,
-  output [1:0]  pdi_views_3_writerBuffer,
-  output [1:0]  pdi_views_3_readerBuffer,
-  output        pdi_views_4_works,
-  output        pdi_views_4_locked,
-  output        pdi_views_4_ecatWrites,
-  output        pdi_views_4_pdiOpen,
-  output        pdi_views_4_pdiMayOpen,
-  output [1:0]  pdi_views_4_writerBuffer,
-  output [1:0]  pdi_views_4_readerBuffer,
-  output        pdi_views_5_works,
-  output        pdi_views_5_locked,
-  output        pdi_views_5_ecatWrites,
-  output        pdi_views_5_pdiOpen,
-  output        pdi_views_5_pdiMayOpen,
-  output [1:0]  pdi_views_5_writerBuffer,
-  output [1:0]  pdi_views_5_readerBuffer,
-  output        pdi_views_6_works,
-  output        pdi_views_6_locked,
-  output        pdi_views_6_ecatWrites,
-  output        pdi_views_6_pdiOpen,
-  output        pdi_views_6_pdiMayOpen,
-  output [1:0]  pdi_views_6_writerBuffer,
-  output [1:0]  pdi_views_6_readerBuffer,
-  output        pdi_views_7_works,
-  output        pdi_views_7_locked,
-  output        pdi_views_7_ecatWrites,
-  output        pdi_views_7_pdiOpen,
-  output        pdi_views_7_pdiMayOpen,
-  output [1:0]  pdi_views_7_writerBuffer,
-  output [1:0]  pdi_views_7_readerBuffer,
-  output        pdi_ramOpen,
+  input         pdi_request,
+  output        pdi_granted,
+  input  [2:0]  pdi_number,
+  output        pdi_view_works,
+  output        pdi_view_locked,
+  output        pdi_view_ecatWrites,
+  output        pdi_view_pdiOpen,
+  output        pdi_view_pdiMayOpen,
+  output [1:0]  pdi_view_writerBuffer,
+  output [1:0]  pdi_view_readerBuffer,
   input         pdi_access_touch,
   input         pdi_access_first,
   input         pdi_access_close,
   input         pdi_access_single,
-  input  [2:0]  pdi_accessIndex,
+  output        pdi_ramOpen,
   input         ramOpen,
   input         good,
   input         bad,
   input         quiet,
+  output        settled,
   input         enable_0,
   input         enable_1,
   input         enable_2,
@@ -4411,110 +4966,81 @@ module SyncManagers(
   output        trigger
 );
 
-  wire        _sm7_ecat_touch;
-  wire        _sm7_ecat_close;
-  wire        _sm7_pdi_touch;
-  wire        _sm7_pdi_close;
-  wire        _sm7_view_works;
-  wire        _sm7_view_locked;
-  wire        _sm7_view_buffered;
-  wire        _sm7_view_ecatWrites;
-  wire [1:0]  _sm7_view_writerBuffer;
-  wire [1:0]  _sm7_view_readerBuffer;
-  wire        _sm7_writeEvent;
-  wire        _sm7_readEvent;
-  wire        _sm7_written;
-  wire        _sm6_ecat_touch;
-  wire        _sm6_ecat_close;
-  wire        _sm6_pdi_touch;
-  wire        _sm6_pdi_close;
-  wire        _sm6_view_works;
-  wire        _sm6_view_locked;
-  wire        _sm6_view_buffered;
-  wire        _sm6_view_ecatWrites;
-  wire [1:0]  _sm6_view_writerBuffer;
-  wire [1:0]  _sm6_view_readerBuffer;
-  wire        _sm6_writeEvent;
-  wire        _sm6_readEvent;
-  wire        _sm6_written;
-  wire        _sm5_ecat_touch;
-  wire        _sm5_ecat_close;
-  wire        _sm5_pdi_touch;
-  wire        _sm5_pdi_close;
-  wire        _sm5_view_works;
-  wire        _sm5_view_locked;
-  wire        _sm5_view_buffered;
-  wire        _sm5_view_ecatWrites;
-  wire [1:0]  _sm5_view_writerBuffer;
-  wire [1:0]  _sm5_view_readerBuffer;
-  wire        _sm5_writeEvent;
-  wire        _sm5_readEvent;
-  wire        _sm5_written;
-  wire        _sm4_ecat_touch;
-  wire        _sm4_ecat_close;
-  wire        _sm4_pdi_touch;
-  wire        _sm4_pdi_close;
-  wire        _sm4_view_works;
-  wire        _sm4_view_locked;
-  wire        _sm4_view_buffered;
-  wire        _sm4_view_ecatWrites;
-  wire [1:0]  _sm4_view_writerBuffer;
-  wire [1:0]  _sm4_view_readerBuffer;
-  wire        _sm4_writeEvent;
-  wire        _sm4_readEvent;
-  wire        _sm4_written;
-  wire        _sm3_ecat_touch;
-  wire        _sm3_ecat_close;
-  wire        _sm3_pdi_touch;
-  wire        _sm3_pdi_close;
-  wire        _sm3_view_works;
-  wire        _sm3_view_locked;
-  wire        _sm3_view_buffered;
-  wire        _sm3_view_ecatWrites;
-  wire [1:0]  _sm3_view_writerBuffer;
-  wire [1:0]  _sm3_view_readerBuffer;
-  wire        _sm3_writeEvent;
-  wire        _sm3_readEvent;
-  wire        _sm3_written;
-  wire        _sm2_ecat_touch;
-  wire        _sm2_ecat_close;
-  wire        _sm2_pdi_touch;
-  wire        _sm2_pdi_close;
-  wire        _sm2_view_works;
-  wire        _sm2_view_locked;
-  wire        _sm2_view_buffered;
-  wire        _sm2_view_ecatWrites;
-  wire [1:0]  _sm2_view_writerBuffer;
-  wire [1:0]  _sm2_view_readerBuffer;
-  wire        _sm2_writeEvent;
-  wire        _sm2_readEvent;
-  wire        _sm2_written;
-  wire        _sm1_ecat_touch;
-  wire        _sm1_ecat_close;
-  wire        _sm1_pdi_touch;
-  wire        _sm1_pdi_close;
-  wire        _sm1_view_works;
-  wire        _sm1_view_locked;
-  wire        _sm1_view_buffered;
-  wire        _sm1_view_ecatWrites;
-  wire [1:0]  _sm1_view_writerBuffer;
-  wire [1:0]  _sm1_view_readerBuffer;
-  wire        _sm1_writeEvent;
-  wire        _sm1_readEvent;
-  wire        _sm1_written;
-  wire        _sm0_ecat_touch;
-  wire        _sm0_ecat_close;
-  wire        _sm0_pdi_touch;
-  wire        _sm0_pdi_close;
-  wire        _sm0_view_works;
-  wire        _sm0_view_locked;
-  wire        _sm0_view_buffered;
-  wire        _sm0_view_ecatWrites;
-  wire [1:0]  _sm0_view_writerBuffer;
-  wire [1:0]  _sm0_view_readerBuffer;
-  wire        _sm0_writeEvent;
-  wire        _sm0_readEvent;
-  wire        _sm0_written;
+  wire        _states_settings_0_works;
+  wire        _states_settings_0_isMailbox;
+  wire        _states_settings_0_ecatWrites;
+  wire        _states_settings_1_works;
+  wire        _states_settings_1_isMailbox;
+  wire        _states_settings_1_ecatWrites;
+  wire        _states_settings_2_works;
+  wire        _states_settings_2_isMailbox;
+  wire        _states_settings_2_ecatWrites;
+  wire        _states_settings_3_works;
+  wire        _states_settings_3_isMailbox;
+  wire        _states_settings_3_ecatWrites;
+  wire        _states_settings_4_works;
+  wire        _states_settings_4_isMailbox;
+  wire        _states_settings_4_ecatWrites;
+  wire        _states_settings_5_works;
+  wire        _states_settings_5_isMailbox;
+  wire        _states_settings_5_ecatWrites;
+  wire        _states_settings_6_works;
+  wire        _states_settings_6_isMailbox;
+  wire        _states_settings_6_ecatWrites;
+  wire        _states_settings_7_works;
+  wire        _states_settings_7_isMailbox;
+  wire        _states_settings_7_ecatWrites;
+  wire        _states_walking;
+  wire [1:0]  _states_states_0_next;
+  wire [1:0]  _states_states_0_reader;
+  wire        _states_states_0_newer;
+  wire        _states_states_0_anyWritten;
+  wire [1:0]  _states_states_1_next;
+  wire [1:0]  _states_states_1_reader;
+  wire        _states_states_1_newer;
+  wire        _states_states_1_anyWritten;
+  wire [1:0]  _states_states_2_next;
+  wire [1:0]  _states_states_2_reader;
+  wire        _states_states_2_newer;
+  wire        _states_states_2_anyWritten;
+  wire [1:0]  _states_states_3_next;
+  wire [1:0]  _states_states_3_reader;
+  wire        _states_states_3_newer;
+  wire        _states_states_3_anyWritten;
+  wire [1:0]  _states_states_4_next;
+  wire [1:0]  _states_states_4_reader;
+  wire        _states_states_4_newer;
+  wire        _states_states_4_anyWritten;
+  wire [1:0]  _states_states_5_next;
+  wire [1:0]  _states_states_5_reader;
+  wire        _states_states_5_newer;
+  wire        _states_states_5_anyWritten;
+  wire [1:0]  _states_states_6_next;
+  wire [1:0]  _states_states_6_reader;
+  wire        _states_states_6_newer;
+  wire        _states_states_6_anyWritten;
+  wire [1:0]  _states_states_7_next;
+  wire [1:0]  _states_states_7_reader;
+  wire        _states_states_7_newer;
+  wire        _states_states_7_anyWritten;
+  wire        _states_writeEvent_0;
+  wire        _states_writeEvent_1;
+  wire        _states_writeEvent_2;
+  wire        _states_writeEvent_3;
+  wire        _states_writeEvent_4;
+  wire        _states_writeEvent_5;
+  wire        _states_writeEvent_6;
+  wire        _states_writeEvent_7;
+  wire        _states_readEvent_0;
+  wire        _states_readEvent_1;
+  wire        _states_readEvent_2;
+  wire        _states_readEvent_3;
+  wire        _states_readEvent_4;
+  wire        _states_readEvent_5;
+  wire        _states_readEvent_6;
+  wire        _states_readEvent_7;
+  wire        _states_written_valid;
+  wire [2:0]  _states_written_bits;
   wire        _table_0_write;
   wire [2:0]  _table_0_writeIndex;
   wire [3:0]  _table_0_writeMask;
@@ -4522,68 +5048,100 @@ module SyncManagers(
   wire [31:0] _table_0_readData_0;
   wire [31:0] _table_0_readData_1;
   wire [7:0]  _table_0_writeMask_T_2 = {7'h0, write_bits_mask} << write_bits_address[1:0];
+  reg  [4:0]  control_control_0;
+  reg  [4:0]  control_control_1;
+  reg  [4:0]  control_control_2;
+  reg  [4:0]  control_control_3;
+  reg  [4:0]  control_control_4;
+  reg  [4:0]  control_control_5;
+  reg  [4:0]  control_control_6;
+  reg  [4:0]  control_control_7;
+  reg         deactivate_0;
+  reg         deactivate_1;
+  reg         deactivate_2;
+  reg         deactivate_3;
+  reg         deactivate_4;
+  reg         deactivate_5;
+  reg         deactivate_6;
+  reg         deactivate_7;
+  reg         deactivated_0_0;
+  reg         deactivated_1_0;
+  reg         deactivated_2_0;
+  reg         deactivated_3_0;
+  reg         deactivated_4_0;
+  reg         deactivated_5_0;
+  reg         deactivated_6_0;
+  reg         deactivated_7_0;
+  wire        locked_0 = enable_0 & deactivated_0_0;
+  wire        locked_1 = enable_1 & deactivated_1_0;
+  wire        locked_2 = enable_2 & deactivated_2_0;
+  wire        locked_3 = enable_3 & deactivated_3_0;
+  wire        locked_4 = enable_4 & deactivated_4_0;
+  wire        locked_5 = enable_5 & deactivated_5_0;
+  wire        locked_6 = enable_6 & deactivated_6_0;
+  wire        locked_7 = enable_7 & deactivated_7_0;
   reg  [2:0]  last;
   reg         casez_tmp;
   always @(*) begin
     casez (last)
       3'b000:
-        casez_tmp = _sm0_view_works;
+        casez_tmp = control_control_0[0];
       3'b001:
-        casez_tmp = _sm1_view_works;
+        casez_tmp = control_control_1[0];
       3'b010:
-        casez_tmp = _sm2_view_works;
+        casez_tmp = control_control_2[0];
       3'b011:
-        casez_tmp = _sm3_view_works;
+        casez_tmp = control_control_3[0];
       3'b100:
-        casez_tmp = _sm4_view_works;
+        casez_tmp = control_control_4[0];
       3'b101:
-        casez_tmp = _sm5_view_works;
+        casez_tmp = control_control_5[0];
       3'b110:
-        casez_tmp = _sm6_view_works;
+        casez_tmp = control_control_6[0];
       default:
-        casez_tmp = _sm7_view_works;
+        casez_tmp = control_control_7[0];
     endcase
   end // always @(*)
   reg         casez_tmp_0;
   always @(*) begin
     casez (last)
       3'b000:
-        casez_tmp_0 = _sm0_view_locked;
+        casez_tmp_0 = locked_0;
       3'b001:
-        casez_tmp_0 = _sm1_view_locked;
+        casez_tmp_0 = locked_1;
       3'b010:
-        casez_tmp_0 = _sm2_view_locked;
+        casez_tmp_0 = locked_2;
       3'b011:
-        casez_tmp_0 = _sm3_view_locked;
+        casez_tmp_0 = locked_3;
       3'b100:
-        casez_tmp_0 = _sm4_view_locked;
+        casez_tmp_0 = locked_4;
       3'b101:
-        casez_tmp_0 = _sm5_view_locked;
+        casez_tmp_0 = locked_5;
       3'b110:
-        casez_tmp_0 = _sm6_view_locked;
+        casez_tmp_0 = locked_6;
       default:
-        casez_tmp_0 = _sm7_view_locked;
+        casez_tmp_0 = locked_7;
     endcase
   end // always @(*)
   reg         casez_tmp_1;
   always @(*) begin
     casez (last)
       3'b000:
-        casez_tmp_1 = _sm0_view_buffered;
+        casez_tmp_1 = enable_0;
       3'b001:
-        casez_tmp_1 = _sm1_view_buffered;
+        casez_tmp_1 = enable_1;
       3'b010:
-        casez_tmp_1 = _sm2_view_buffered;
+        casez_tmp_1 = enable_2;
       3'b011:
-        casez_tmp_1 = _sm3_view_buffered;
+        casez_tmp_1 = enable_3;
       3'b100:
-        casez_tmp_1 = _sm4_view_buffered;
+        casez_tmp_1 = enable_4;
       3'b101:
-        casez_tmp_1 = _sm5_view_buffered;
+        casez_tmp_1 = enable_5;
       3'b110:
-        casez_tmp_1 = _sm6_view_buffered;
+        casez_tmp_1 = enable_6;
       default:
-        casez_tmp_1 = _sm7_view_buffered;
+        casez_tmp_1 = enable_7;
     endcase
   end // always @(*)
   reg  [2:0]  last_1;
@@ -4591,312 +5149,165 @@ module SyncManagers(
   always @(*) begin
     casez (last_1)
       3'b000:
-        casez_tmp_2 = _sm0_view_works;
+        casez_tmp_2 = control_control_0[0];
       3'b001:
-        casez_tmp_2 = _sm1_view_works;
+        casez_tmp_2 = control_control_1[0];
       3'b010:
-        casez_tmp_2 = _sm2_view_works;
+        casez_tmp_2 = control_control_2[0];
       3'b011:
-        casez_tmp_2 = _sm3_view_works;
+        casez_tmp_2 = control_control_3[0];
       3'b100:
-        casez_tmp_2 = _sm4_view_works;
+        casez_tmp_2 = control_control_4[0];
       3'b101:
-        casez_tmp_2 = _sm5_view_works;
+        casez_tmp_2 = control_control_5[0];
       3'b110:
-        casez_tmp_2 = _sm6_view_works;
+        casez_tmp_2 = control_control_6[0];
       default:
-        casez_tmp_2 = _sm7_view_works;
+        casez_tmp_2 = control_control_7[0];
     endcase
   end // always @(*)
   reg         casez_tmp_3;
   always @(*) begin
     casez (last_1)
       3'b000:
-        casez_tmp_3 = _sm0_view_locked;
+        casez_tmp_3 = locked_0;
       3'b001:
-        casez_tmp_3 = _sm1_view_locked;
+        casez_tmp_3 = locked_1;
       3'b010:
-        casez_tmp_3 = _sm2_view_locked;
+        casez_tmp_3 = locked_2;
       3'b011:
-        casez_tmp_3 = _sm3_view_locked;
+        casez_tmp_3 = locked_3;
       3'b100:
-        casez_tmp_3 = _sm4_view_locked;
+        casez_tmp_3 = locked_4;
       3'b101:
-        casez_tmp_3 = _sm5_view_locked;
+        casez_tmp_3 = locked_5;
       3'b110:
-        casez_tmp_3 = _sm6_view_locked;
+        casez_tmp_3 = locked_6;
       default:
-        casez_tmp_3 = _sm7_view_locked;
+        casez_tmp_3 = locked_7;
     endcase
   end // always @(*)
   reg         casez_tmp_4;
   always @(*) begin
     casez (last_1)
       3'b000:
-        casez_tmp_4 = _sm0_view_buffered;
+        casez_tmp_4 = enable_0;
       3'b001:
-        casez_tmp_4 = _sm1_view_buffered;
+        casez_tmp_4 = enable_1;
       3'b010:
-        casez_tmp_4 = _sm2_view_buffered;
+        casez_tmp_4 = enable_2;
       3'b011:
-        casez_tmp_4 = _sm3_view_buffered;
+        casez_tmp_4 = enable_3;
       3'b100:
-        casez_tmp_4 = _sm4_view_buffered;
+        casez_tmp_4 = enable_4;
       3'b101:
-        casez_tmp_4 = _sm5_view_buffered;
+        casez_tmp_4 = enable_5;
       3'b110:
-        casez_tmp_4 = _sm6_view_buffered;
+        casez_tmp_4 = enable_6;
       default:
-        casez_tmp_4 = _sm7_view_buffered;
+        casez_tmp_4 = enable_7;
     endcase
   end // always @(*)
-  reg         mailbox_0;
-  reg         ecatWrites_0;
-  reg         ecatEventEnable_0;
-  reg         alEventEnable_0;
-  reg         watchdogTrigger_0;
-  reg         deactivate_0;
-  reg         deactivated_0_0;
-  wire        _sm0_ecat_close_T = ecat_accessIndex == 3'h0;
-  wire        _sm0_pdi_close_T = pdi_accessIndex == 3'h0;
-  reg         mailbox_1;
-  reg         ecatWrites_1;
-  reg         ecatEventEnable_1;
-  reg         alEventEnable_1;
-  reg         watchdogTrigger_1;
-  reg         deactivate_1;
-  reg         deactivated_1_0;
-  wire        _sm1_ecat_close_T = ecat_accessIndex == 3'h1;
-  wire        _sm1_pdi_close_T = pdi_accessIndex == 3'h1;
-  reg         mailbox_2;
-  reg         ecatWrites_2;
-  reg         ecatEventEnable_2;
-  reg         alEventEnable_2;
-  reg         watchdogTrigger_2;
-  reg         deactivate_2;
-  reg         deactivated_2_0;
-  wire        _sm2_ecat_close_T = ecat_accessIndex == 3'h2;
-  wire        _sm2_pdi_close_T = pdi_accessIndex == 3'h2;
-  reg         mailbox_3;
-  reg         ecatWrites_3;
-  reg         ecatEventEnable_3;
-  reg         alEventEnable_3;
-  reg         watchdogTrigger_3;
-  reg         deactivate_3;
-  reg         deactivated_3_0;
-  wire        _sm3_ecat_close_T = ecat_accessIndex == 3'h3;
-  wire        _sm3_pdi_close_T = pdi_accessIndex == 3'h3;
-  reg         mailbox_4;
-  reg         ecatWrites_4;
-  reg         ecatEventEnable_4;
-  reg         alEventEnable_4;
-  reg         watchdogTrigger_4;
-  reg         deactivate_4;
-  reg         deactivated_4_0;
-  wire        _sm4_ecat_close_T = ecat_accessIndex == 3'h4;
-  wire        _sm4_pdi_close_T = pdi_accessIndex == 3'h4;
-  reg         mailbox_5;
-  reg         ecatWrites_5;
-  reg         ecatEventEnable_5;
-  reg         alEventEnable_5;
-  reg         watchdogTrigger_5;
-  reg         deactivate_5;
-  reg         deactivated_5_0;
-  wire        _sm5_ecat_close_T = ecat_accessIndex == 3'h5;
-  wire        _sm5_pdi_close_T = pdi_accessIndex == 3'h5;
-  reg         mailbox_6;
-  reg         ecatWrites_6;
-  reg         ecatEventEnable_6;
-  reg         alEventEnable_6;
-  reg         watchdogTrigger_6;
-  reg         deactivate_6;
-  reg         deactivated_6_0;
-  wire        _sm6_ecat_close_T = ecat_accessIndex == 3'h6;
-  wire        _sm6_pdi_close_T = pdi_accessIndex == 3'h6;
-  reg         mailbox_7;
-  reg         ecatWrites_7;
-  reg         ecatEventEnable_7;
-  reg         alEventEnable_7;
-  reg         watchdogTrigger_7;
-  reg         deactivate_7;
-  reg         deactivated_7_0;
-  wire        _watchEnabled_result_valid_T_4 = write_bits_address == 12'h804;
-  wire        _watchEnabled_result_valid_T_12 = write_bits_address == 12'h80C;
-  wire        _watchEnabled_result_valid_T_20 = write_bits_address == 12'h814;
-  wire        _watchEnabled_result_valid_T_28 = write_bits_address == 12'h81C;
-  wire        _watchEnabled_result_valid_T_36 = write_bits_address == 12'h824;
-  wire        _watchEnabled_result_valid_T_44 = write_bits_address == 12'h82C;
-  wire        _watchEnabled_result_valid_T_52 = write_bits_address == 12'h834;
-  wire        _watchEnabled_result_valid_T_60 = write_bits_address == 12'h83C;
+  reg         casez_tmp_5;
+  always @(*) begin
+    casez (_states_written_bits)
+      3'b000:
+        casez_tmp_5 = control_control_0[4];
+      3'b001:
+        casez_tmp_5 = control_control_1[4];
+      3'b010:
+        casez_tmp_5 = control_control_2[4];
+      3'b011:
+        casez_tmp_5 = control_control_3[4];
+      3'b100:
+        casez_tmp_5 = control_control_4[4];
+      3'b101:
+        casez_tmp_5 = control_control_5[4];
+      3'b110:
+        casez_tmp_5 = control_control_6[4];
+      default:
+        casez_tmp_5 = control_control_7[4];
+    endcase
+  end // always @(*)
   always @(posedge clock) begin
-    last <= ecat_index;
-    last_1 <= pdi_index;
     if (reset) begin
-      mailbox_0 <= 1'h0;
-      ecatWrites_0 <= 1'h0;
-      ecatEventEnable_0 <= 1'h0;
-      alEventEnable_0 <= 1'h0;
-      watchdogTrigger_0 <= 1'h0;
+      control_control_0 <= 5'h0;
+      control_control_1 <= 5'h0;
+      control_control_2 <= 5'h0;
+      control_control_3 <= 5'h0;
+      control_control_4 <= 5'h0;
+      control_control_5 <= 5'h0;
+      control_control_6 <= 5'h0;
+      control_control_7 <= 5'h0;
       deactivate_0 <= 1'h0;
-      deactivated_0_0 <= 1'h0;
-      mailbox_1 <= 1'h0;
-      ecatWrites_1 <= 1'h0;
-      ecatEventEnable_1 <= 1'h0;
-      alEventEnable_1 <= 1'h0;
-      watchdogTrigger_1 <= 1'h0;
       deactivate_1 <= 1'h0;
-      deactivated_1_0 <= 1'h0;
-      mailbox_2 <= 1'h0;
-      ecatWrites_2 <= 1'h0;
-      ecatEventEnable_2 <= 1'h0;
-      alEventEnable_2 <= 1'h0;
-      watchdogTrigger_2 <= 1'h0;
       deactivate_2 <= 1'h0;
-      deactivated_2_0 <= 1'h0;
-      mailbox_3 <= 1'h0;
-      ecatWrites_3 <= 1'h0;
-      ecatEventEnable_3 <= 1'h0;
-      alEventEnable_3 <= 1'h0;
-      watchdogTrigger_3 <= 1'h0;
       deactivate_3 <= 1'h0;
-      deactivated_3_0 <= 1'h0;
-      mailbox_4 <= 1'h0;
-      ecatWrites_4 <= 1'h0;
-      ecatEventEnable_4 <= 1'h0;
-      alEventEnable_4 <= 1'h0;
-      watchdogTrigger_4 <= 1'h0;
       deactivate_4 <= 1'h0;
-      deactivated_4_0 <= 1'h0;
-      mailbox_5 <= 1'h0;
-      ecatWrites_5 <= 1'h0;
-      ecatEventEnable_5 <= 1'h0;
-      alEventEnable_5 <= 1'h0;
-      watchdogTrigger_5 <= 1'h0;
       deactivate_5 <= 1'h0;
-      deactivated_5_0 <= 1'h0;
-      mailbox_6 <= 1'h0;
-      ecatWrites_6 <= 1'h0;
-      ecatEventEnable_6 <= 1'h0;
-      alEventEnable_6 <= 1'h0;
-      watchdogTrigger_6 <= 1'h0;
       deactivate_6 <= 1'h0;
-      deactivated_6_0 <= 1'h0;
-      mailbox_7 <= 1'h0;
-      ecatWrites_7 <= 1'h0;
-      ecatEventEnable_7 <= 1'h0;
-      alEventEnable_7 <= 1'h0;
-      watchdogTrigger_7 <= 1'h0;
       deactivate_7 <= 1'h0;
+      deactivated_0_0 <= 1'h0;
+      deactivated_1_0 <= 1'h0;
+      deactivated_2_0 <= 1'h0;
+      deactivated_3_0 <= 1'h0;
+      deactivated_4_0 <= 1'h0;
+      deactivated_5_0 <= 1'h0;
+      deactivated_6_0 <= 1'h0;
       deactivated_7_0 <= 1'h0;
     end
     else begin
-      if (write_valid & _watchEnabled_result_valid_T_4 & write_bits_mask)
-        mailbox_0 <= write_bits_data[1];
-      if (write_valid & _watchEnabled_result_valid_T_4 & write_bits_mask)
-        ecatWrites_0 <= write_bits_data[2];
-      if (write_valid & _watchEnabled_result_valid_T_4 & write_bits_mask)
-        ecatEventEnable_0 <= write_bits_data[4];
-      if (write_valid & _watchEnabled_result_valid_T_4 & write_bits_mask)
-        alEventEnable_0 <= write_bits_data[5];
-      if (write_valid & _watchEnabled_result_valid_T_4 & write_bits_mask)
-        watchdogTrigger_0 <= write_bits_data[6];
+      if (write_valid & write_bits_address == 12'h804 & write_bits_mask)
+        control_control_0 <= {write_bits_data[6:4], write_bits_data[2:1]};
+      if (write_valid & write_bits_address == 12'h80C & write_bits_mask)
+        control_control_1 <= {write_bits_data[6:4], write_bits_data[2:1]};
+      if (write_valid & write_bits_address == 12'h814 & write_bits_mask)
+        control_control_2 <= {write_bits_data[6:4], write_bits_data[2:1]};
+      if (write_valid & write_bits_address == 12'h81C & write_bits_mask)
+        control_control_3 <= {write_bits_data[6:4], write_bits_data[2:1]};
+      if (write_valid & write_bits_address == 12'h824 & write_bits_mask)
+        control_control_4 <= {write_bits_data[6:4], write_bits_data[2:1]};
+      if (write_valid & write_bits_address == 12'h82C & write_bits_mask)
+        control_control_5 <= {write_bits_data[6:4], write_bits_data[2:1]};
+      if (write_valid & write_bits_address == 12'h834 & write_bits_mask)
+        control_control_6 <= {write_bits_data[6:4], write_bits_data[2:1]};
+      if (write_valid & write_bits_address == 12'h83C & write_bits_mask)
+        control_control_7 <= {write_bits_data[6:4], write_bits_data[2:1]};
       if (write_valid & write_bits_address == 12'h807 & write_bits_mask)
         deactivate_0 <= write_bits_data[0];
-      if (quiet) begin
-        deactivated_0_0 <= deactivate_0;
-        deactivated_1_0 <= deactivate_1;
-        deactivated_2_0 <= deactivate_2;
-        deactivated_3_0 <= deactivate_3;
-        deactivated_4_0 <= deactivate_4;
-        deactivated_5_0 <= deactivate_5;
-        deactivated_6_0 <= deactivate_6;
-        deactivated_7_0 <= deactivate_7;
-      end
-      if (write_valid & _watchEnabled_result_valid_T_12 & write_bits_mask)
-        mailbox_1 <= write_bits_data[1];
-      if (write_valid & _watchEnabled_result_valid_T_12 & write_bits_mask)
-        ecatWrites_1 <= write_bits_data[2];
-      if (write_valid & _watchEnabled_result_valid_T_12 & write_bits_mask)
-        ecatEventEnable_1 <= write_bits_data[4];
-      if (write_valid & _watchEnabled_result_valid_T_12 & write_bits_mask)
-        alEventEnable_1 <= write_bits_data[5];
-      if (write_valid & _watchEnabled_result_valid_T_12 & write_bits_mask)
-        watchdogTrigger_1 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h80F & write_bits_mask)
         deactivate_1 <= write_bits_data[0];
-      if (write_valid & _watchEnabled_result_valid_T_20 & write_bits_mask)
-        mailbox_2 <= write_bits_data[1];
-      if (write_valid & _watchEnabled_result_valid_T_20 & write_bits_mask)
-        ecatWrites_2 <= write_bits_data[2];
-      if (write_valid & _watchEnabled_result_valid_T_20 & write_bits_mask)
-        ecatEventEnable_2 <= write_bits_data[4];
-      if (write_valid & _watchEnabled_result_valid_T_20 & write_bits_mask)
-        alEventEnable_2 <= write_bits_data[5];
-      if (write_valid & _watchEnabled_result_valid_T_20 & write_bits_mask)
-        watchdogTrigger_2 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h817 & write_bits_mask)
         deactivate_2 <= write_bits_data[0];
-      if (write_valid & _watchEnabled_result_valid_T_28 & write_bits_mask)
-        mailbox_3 <= write_bits_data[1];
-      if (write_valid & _watchEnabled_result_valid_T_28 & write_bits_mask)
-        ecatWrites_3 <= write_bits_data[2];
-      if (write_valid & _watchEnabled_result_valid_T_28 & write_bits_mask)
-        ecatEventEnable_3 <= write_bits_data[4];
-      if (write_valid & _watchEnabled_result_valid_T_28 & write_bits_mask)
-        alEventEnable_3 <= write_bits_data[5];
-      if (write_valid & _watchEnabled_result_valid_T_28 & write_bits_mask)
-        watchdogTrigger_3 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h81F & write_bits_mask)
         deactivate_3 <= write_bits_data[0];
-      if (write_valid & _watchEnabled_result_valid_T_36 & write_bits_mask)
-        mailbox_4 <= write_bits_data[1];
-      if (write_valid & _watchEnabled_result_valid_T_36 & write_bits_mask)
-        ecatWrites_4 <= write_bits_data[2];
-      if (write_valid & _watchEnabled_result_valid_T_36 & write_bits_mask)
-        ecatEventEnable_4 <= write_bits_data[4];
-      if (write_valid & _watchEnabled_result_valid_T_36 & write_bits_mask)
-        alEventEnable_4 <= write_bits_data[5];
-      if (write_valid & _watchEnabled_result_valid_T_36 & write_bits_mask)
-        watchdogTrigger_4 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h827 & write_bits_mask)
         deactivate_4 <= write_bits_data[0];
-      if (write_valid & _watchEnabled_result_valid_T_44 & write_bits_mask)
-        mailbox_5 <= write_bits_data[1];
-      if (write_valid & _watchEnabled_result_valid_T_44 & write_bits_mask)
-        ecatWrites_5 <= write_bits_data[2];
-      if (write_valid & _watchEnabled_result_valid_T_44 & write_bits_mask)
-        ecatEventEnable_5 <= write_bits_data[4];
-      if (write_valid & _watchEnabled_result_valid_T_44 & write_bits_mask)
-        alEventEnable_5 <= write_bits_data[5];
-      if (write_valid & _watchEnabled_result_valid_T_44 & write_bits_mask)
-        watchdogTrigger_5 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h82F & write_bits_mask)
         deactivate_5 <= write_bits_data[0];
-      if (write_valid & _watchEnabled_result_valid_T_52 & write_bits_mask)
-        mailbox_6 <= write_bits_data[1];
-      if (write_valid & _watchEnabled_result_valid_T_52 & write_bits_mask)
-        ecatWrites_6 <= write_bits_data[2];
-      if (write_valid & _watchEnabled_result_valid_T_52 & write_bits_mask)
-        ecatEventEnable_6 <= write_bits_data[4];
-      if (write_valid & _watchEnabled_result_valid_T_52 & write_bits_mask)
-        alEventEnable_6 <= write_bits_data[5];
-      if (write_valid & _watchEnabled_result_valid_T_52 & write_bits_mask)
-        watchdogTrigger_6 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h837 & write_bits_mask)
         deactivate_6 <= write_bits_data[0];
-      if (write_valid & _watchEnabled_result_valid_T_60 & write_bits_mask)
-        mailbox_7 <= write_bits_data[1];
-      if (write_valid & _watchEnabled_result_valid_T_60 & write_bits_mask)
-        ecatWrites_7 <= write_bits_data[2];
-      if (write_valid & _watchEnabled_result_valid_T_60 & write_bits_mask)
-        ecatEventEnable_7 <= write_bits_data[4];
-      if (write_valid & _watchEnabled_result_valid_T_60 & write_bits_mask)
-        alEventEnable_7 <= write_bits_data[5];
-      if (write_valid & _watchEnabled_result_valid_T_60 & write_bits_mask)
-        watchdogTrigger_7 <= write_bits_data[6];
       if (write_valid & write_bits_address == 12'h83F & write_bits_mask)
         deactivate_7 <= write_bits_data[0];
+      if (quiet & ~_states_walking)
+        deactivated_0_0 <= deactivate_0;
+      if (quiet & ~_states_walking)
+        deactivated_1_0 <= deactivate_1;
+      if (quiet & ~_states_walking)
+        deactivated_2_0 <= deactivate_2;
+      if (quiet & ~_states_walking)
+        deactivated_3_0 <= deactivate_3;
+      if (quiet & ~_states_walking)
+        deactivated_4_0 <= deactivate_4;
+      if (quiet & ~_states_walking)
+        deactivated_5_0 <= deactivate_5;
+      if (quiet & ~_states_walking)
+        deactivated_6_0 <= deactivate_6;
+      if (quiet & ~_states_walking)
+        deactivated_7_0 <= deactivate_7;
     end
+    last <= ecat_index;
+    last_1 <= pdi_index;
   end // always @(posedge)
   assign _table_0_write =
     write_valid & write_bits_address[11:7] == 5'h10 & ~(write_bits_address[2]) & ~(write_bits_address[6]);
@@ -4915,404 +5326,217 @@ module SyncManagers(
     .readData_0  (_table_0_readData_0),
     .readData_1  (_table_0_readData_1)
   );
-  assign _sm0_ecat_touch = ecat_access_touch & _sm0_ecat_close_T;
-  assign _sm0_ecat_close = ecat_access_close & _sm0_ecat_close_T;
-  assign _sm0_pdi_touch = pdi_access_touch & _sm0_pdi_close_T;
-  assign _sm0_pdi_close = pdi_access_close & _sm0_pdi_close_T;
-  SyncManager sm0 (
-    .clock             (clock),
-    .reset             (reset),
-    .enabled           (enable_0),
-    .deactivated       (deactivated_0_0),
-    .isMailbox         (mailbox_0),
-    .ecatWrites        (ecatWrites_0),
-    .ecat_touch        (_sm0_ecat_touch),
-    .ecat_first        (ecat_access_first),
-    .ecat_close        (_sm0_ecat_close),
-    .ecat_single       (ecat_access_single),
-    .pdi_touch         (_sm0_pdi_touch),
-    .pdi_first         (pdi_access_first),
-    .pdi_close         (_sm0_pdi_close),
-    .pdi_single        (pdi_access_single),
-    .good              (good),
-    .bad               (bad),
-    .view_works        (_sm0_view_works),
-    .view_locked       (_sm0_view_locked),
-    .view_buffered     (_sm0_view_buffered),
-    .view_ecatWrites   (_sm0_view_ecatWrites),
-    .view_ecatOpen     (ecat_views_0_ecatOpen),
-    .view_ecatMayOpen  (ecat_views_0_ecatMayOpen),
-    .view_pdiOpen      (pdi_views_0_pdiOpen),
-    .view_pdiMayOpen   (pdi_views_0_pdiMayOpen),
-    .view_writerBuffer (_sm0_view_writerBuffer),
-    .view_readerBuffer (_sm0_view_readerBuffer),
-    .writeEvent        (_sm0_writeEvent),
-    .readEvent         (_sm0_readEvent),
-    .lastBuffer        (lastBuffer_0),
-    .full              (full_0),
-    .written           (_sm0_written)
-  );
-  assign _sm1_ecat_touch = ecat_access_touch & _sm1_ecat_close_T;
-  assign _sm1_ecat_close = ecat_access_close & _sm1_ecat_close_T;
-  assign _sm1_pdi_touch = pdi_access_touch & _sm1_pdi_close_T;
-  assign _sm1_pdi_close = pdi_access_close & _sm1_pdi_close_T;
-  SyncManager sm1 (
-    .clock             (clock),
-    .reset             (reset),
-    .enabled           (enable_1),
-    .deactivated       (deactivated_1_0),
-    .isMailbox         (mailbox_1),
-    .ecatWrites        (ecatWrites_1),
-    .ecat_touch        (_sm1_ecat_touch),
-    .ecat_first        (ecat_access_first),
-    .ecat_close        (_sm1_ecat_close),
-    .ecat_single       (ecat_access_single),
-    .pdi_touch         (_sm1_pdi_touch),
-    .pdi_first         (pdi_access_first),
-    .pdi_close         (_sm1_pdi_close),
-    .pdi_single        (pdi_access_single),
-    .good              (good),
-    .bad               (bad),
-    .view_works        (_sm1_view_works),
-    .view_locked       (_sm1_view_locked),
-    .view_buffered     (_sm1_view_buffered),
-    .view_ecatWrites   (_sm1_view_ecatWrites),
-    .view_ecatOpen     (ecat_views_1_ecatOpen),
-    .view_ecatMayOpen  (ecat_views_1_ecatMayOpen),
-    .view_pdiOpen      (pdi_views_1_pdiOpen),
-    .view_pdiMayOpen   (pdi_views_1_pdiMayOpen),
-    .view_writerBuffer (_sm1_view_writerBuffer),
-    .view_readerBuffer (_sm1_view_readerBuffer),
-    .writeEvent        (_sm1_writeEvent),
-    .readEvent         (_sm1_readEvent),
-    .lastBuffer        (lastBuffer_1),
-    .full              (full_1),
-    .written           (_sm1_written)
-  );
-  assign _sm2_ecat_touch = ecat_access_touch & _sm2_ecat_close_T;
-  assign _sm2_ecat_close = ecat_access_close & _sm2_ecat_close_T;
-  assign _sm2_pdi_touch = pdi_access_touch & _sm2_pdi_close_T;
-  assign _sm2_pdi_close = pdi_access_close & _sm2_pdi_close_T;
-  SyncManager sm2 (
-    .clock             (clock),
-    .reset             (reset),
-    .enabled           (enable_2),
-    .deactivated       (deactivated_2_0),
-    .isMailbox         (mailbox_2),
-    .ecatWrites        (ecatWrites_2),
-    .ecat_touch        (_sm2_ecat_touch),
-    .ecat_first        (ecat_access_first),
-    .ecat_close        (_sm2_ecat_close),
-    .ecat_single       (ecat_access_single),
-    .pdi_touch         (_sm2_pdi_touch),
-    .pdi_first         (pdi_access_first),
-    .pdi_close         (_sm2_pdi_close),
-    .pdi_single        (pdi_access_single),
-    .good              (good),
-    .bad               (bad),
-    .view_works        (_sm2_view_works),
-    .view_locked       (_sm2_view_locked),
-    .view_buffered     (_sm2_view_buffered),
-    .view_ecatWrites   (_sm2_view_ecatWrites),
-    .view_ecatOpen     (ecat_views_2_ecatOpen),
-    .view_ecatMayOpen  (ecat_views_2_ecatMayOpen),
-    .view_pdiOpen      (pdi_views_2_pdiOpen),
-    .view_pdiMayOpen   (pdi_views_2_pdiMayOpen),
-    .view_writerBuffer (_sm2_view_writerBuffer),
-    .view_readerBuffer (_sm2_view_readerBuffer),
-    .writeEvent        (_sm2_writeEvent),
-    .readEvent         (_sm2_readEvent),
-    .lastBuffer        (lastBuffer_2),
-    .full              (full_2),
-    .written           (_sm2_written)
-  );
-  assign _sm3_ecat_touch = ecat_access_touch & _sm3_ecat_close_T;
-  assign _sm3_ecat_close = ecat_access_close & _sm3_ecat_close_T;
-  assign _sm3_pdi_touch = pdi_access_touch & _sm3_pdi_close_T;
-  assign _sm3_pdi_close = pdi_access_close & _sm3_pdi_close_T;
-  SyncManager sm3 (
-    .clock             (clock),
-    .reset             (reset),
-    .enabled           (enable_3),
-    .deactivated       (deactivated_3_0),
-    .isMailbox         (mailbox_3),
-    .ecatWrites        (ecatWrites_3),
-    .ecat_touch        (_sm3_ecat_touch),
-    .ecat_first        (ecat_access_first),
-    .ecat_close        (_sm3_ecat_close),
-    .ecat_single       (ecat_access_single),
-    .pdi_touch         (_sm3_pdi_touch),
-    .pdi_first         (pdi_access_first),
-    .pdi_close         (_sm3_pdi_close),
-    .pdi_single        (pdi_access_single),
-    .good              (good),
-    .bad               (bad),
-    .view_works        (_sm3_view_works),
-    .view_locked       (_sm3_view_locked),
-    .view_buffered     (_sm3_view_buffered),
-    .view_ecatWrites   (_sm3_view_ecatWrites),
-    .view_ecatOpen     (ecat_views_3_ecatOpen),
-    .view_ecatMayOpen  (ecat_views_3_ecatMayOpen),
-    .view_pdiOpen      (pdi_views_3_pdiOpen),
-    .view_pdiMayOpen   (pdi_views_3_pdiMayOpen),
-    .view_writerBuffer (_sm3_view_writerBuffer),
-    .view_readerBuffer (_sm3_view_readerBuffer),
-    .writeEvent        (_sm3_writeEvent),
-    .readEvent         (_sm3_readEvent),
-    .lastBuffer        (lastBuffer_3),
-    .full              (full_3),
-    .written           (_sm3_written)
-  );
-  assign _sm4_ecat_touch = ecat_access_touch & _sm4_ecat_close_T;
-  assign _sm4_ecat_close = ecat_access_close & _sm4_ecat_close_T;
-  assign _sm4_pdi_touch = pdi_access_touch & _sm4_pdi_close_T;
-  assign _sm4_pdi_close = pdi_access_close & _sm4_pdi_close_T;
-  SyncManager sm4 (
-    .clock             (clock),
-    .reset             (reset),
-    .enabled           (enable_4),
-    .deactivated       (deactivated_4_0),
-    .isMailbox         (mailbox_4),
-    .ecatWrites        (ecatWrites_4),
-    .ecat_touch        (_sm4_ecat_touch),
-    .ecat_first        (ecat_access_first),
-    .ecat_close        (_sm4_ecat_close),
-    .ecat_single       (ecat_access_single),
-    .pdi_touch         (_sm4_pdi_touch),
-    .pdi_first         (pdi_access_first),
-    .pdi_close         (_sm4_pdi_close),
-    .pdi_single        (pdi_access_single),
-    .good              (good),
-    .bad               (bad),
-    .view_works        (_sm4_view_works),
-    .view_locked       (_sm4_view_locked),
-    .view_buffered     (_sm4_view_buffered),
-    .view_ecatWrites   (_sm4_view_ecatWrites),
-    .view_ecatOpen     (ecat_views_4_ecatOpen),
-    .view_ecatMayOpen  (ecat_views_4_ecatMayOpen),
-    .view_pdiOpen      (pdi_views_4_pdiOpen),
-    .view_pdiMayOpen   (pdi_views_4_pdiMayOpen),
-    .view_writerBuffer (_sm4_view_writerBuffer),
-    .view_readerBuffer (_sm4_view_readerBuffer),
-    .writeEvent        (_sm4_writeEvent),
-    .readEvent         (_sm4_readEvent),
-    .lastBuffer        (lastBuffer_4),
-    .full              (full_4),
-    .written           (_sm4_written)
-  );
-  assign _sm5_ecat_touch = ecat_access_touch & _sm5_ecat_close_T;
-  assign _sm5_ecat_close = ecat_access_close & _sm5_ecat_close_T;
-  assign _sm5_pdi_touch = pdi_access_touch & _sm5_pdi_close_T;
-  assign _sm5_pdi_close = pdi_access_close & _sm5_pdi_close_T;
-  SyncManager sm5 (
-    .clock             (clock),
-    .reset             (reset),
-    .enabled           (enable_5),
-    .deactivated       (deactivated_5_0),
-    .isMailbox         (mailbox_5),
-    .ecatWrites        (ecatWrites_5),
-    .ecat_touch        (_sm5_ecat_touch),
-    .ecat_first        (ecat_access_first),
-    .ecat_close        (_sm5_ecat_close),
-    .ecat_single       (ecat_access_single),
-    .pdi_touch         (_sm5_pdi_touch),
-    .pdi_first         (pdi_access_first),
-    .pdi_close         (_sm5_pdi_close),
-    .pdi_single        (pdi_access_single),
-    .good              (good),
-    .bad               (bad),
-    .view_works        (_sm5_view_works),
-    .view_locked       (_sm5_view_locked),
-    .view_buffered     (_sm5_view_buffered),
-    .view_ecatWrites   (_sm5_view_ecatWrites),
-    .view_ecatOpen     (ecat_views_5_ecatOpen),
-    .view_ecatMayOpen  (ecat_views_5_ecatMayOpen),
-    .view_pdiOpen      (pdi_views_5_pdiOpen),
-    .view_pdiMayOpen   (pdi_views_5_pdiMayOpen),
-    .view_writerBuffer (_sm5_view_writerBuffer),
-    .view_readerBuffer (_sm5_view_readerBuffer),
-    .writeEvent        (_sm5_writeEvent),
-    .readEvent         (_sm5_readEvent),
-    .lastBuffer        (lastBuffer_5),
-    .full              (full_5),
-    .written           (_sm5_written)
-  );
-  assign _sm6_ecat_touch = ecat_access_touch & _sm6_ecat_close_T;
-  assign _sm6_ecat_close = ecat_access_close & _sm6_ecat_close_T;
-  assign _sm6_pdi_touch = pdi_access_touch & _sm6_pdi_close_T;
-  assign _sm6_pdi_close = pdi_access_close & _sm6_pdi_close_T;
-  SyncManager sm6 (
-    .clock             (clock),
-    .reset             (reset),
-    .enabled           (enable_6),
-    .deactivated       (deactivated_6_0),
-    .isMailbox         (mailbox_6),
-    .ecatWrites        (ecatWrites_6),
-    .ecat_touch        (_sm6_ecat_touch),
-    .ecat_first        (ecat_access_first),
-    .ecat_close        (_sm6_ecat_close),
-    .ecat_single       (ecat_access_single),
-    .pdi_touch         (_sm6_pdi_touch),
-    .pdi_first         (pdi_access_first),
-    .pdi_close         (_sm6_pdi_close),
-    .pdi_single        (pdi_access_single),
-    .good              (good),
-    .bad               (bad),
-    .view_works        (_sm6_view_works),
-    .view_locked       (_sm6_view_locked),
-    .view_buffered     (_sm6_view_buffered),
-    .view_ecatWrites   (_sm6_view_ecatWrites),
-    .view_ecatOpen     (ecat_views_6_ecatOpen),
-    .view_ecatMayOpen  (ecat_views_6_ecatMayOpen),
-    .view_pdiOpen      (pdi_views_6_pdiOpen),
-    .view_pdiMayOpen   (pdi_views_6_pdiMayOpen),
-    .view_writerBuffer (_sm6_view_writerBuffer),
-    .view_readerBuffer (_sm6_view_readerBuffer),
-    .writeEvent        (_sm6_writeEvent),
-    .readEvent         (_sm6_readEvent),
-    .lastBuffer        (lastBuffer_6),
-    .full              (full_6),
-    .written           (_sm6_written)
-  );
-  assign _sm7_ecat_touch = ecat_access_touch & (&ecat_accessIndex);
-  assign _sm7_ecat_close = ecat_access_close & (&ecat_accessIndex);
-  assign _sm7_pdi_touch = pdi_access_touch & (&pdi_accessIndex);
-  assign _sm7_pdi_close = pdi_access_close & (&pdi_accessIndex);
-  SyncManager sm7 (
-    .clock             (clock),
-    .reset             (reset),
-    .enabled           (enable_7),
-    .deactivated       (deactivated_7_0),
-    .isMailbox         (mailbox_7),
-    .ecatWrites        (ecatWrites_7),
-    .ecat_touch        (_sm7_ecat_touch),
-    .ecat_first        (ecat_access_first),
-    .ecat_close        (_sm7_ecat_close),
-    .ecat_single       (ecat_access_single),
-    .pdi_touch         (_sm7_pdi_touch),
-    .pdi_first         (pdi_access_first),
-    .pdi_close         (_sm7_pdi_close),
-    .pdi_single        (pdi_access_single),
-    .good              (good),
-    .bad               (bad),
-    .view_works        (_sm7_view_works),
-    .view_locked       (_sm7_view_locked),
-    .view_buffered     (_sm7_view_buffered),
-    .view_ecatWrites   (_sm7_view_ecatWrites),
-    .view_ecatOpen     (ecat_views_7_ecatOpen),
-    .view_ecatMayOpen  (ecat_views_7_ecatMayOpen),
-    .view_pdiOpen      (pdi_views_7_pdiOpen),
-    .view_pdiMayOpen   (pdi_views_7_pdiMayOpen),
-    .view_writerBuffer (_sm7_view_writerBuffer),
-    .view_readerBuffer (_sm7_view_readerBuffer),
-    .writeEvent        (_sm7_writeEvent),
-    .readEvent         (_sm7_readEvent),
-    .lastBuffer        (lastBuffer_7),
-    .full              (full_7),
-    .written           (_sm7_written)
+  assign _states_settings_0_works = enable_0 & ~deactivated_0_0;
+  assign _states_settings_0_isMailbox = control_control_0[0];
+  assign _states_settings_0_ecatWrites = control_control_0[1];
+  assign _states_settings_1_works = enable_1 & ~deactivated_1_0;
+  assign _states_settings_1_isMailbox = control_control_1[0];
+  assign _states_settings_1_ecatWrites = control_control_1[1];
+  assign _states_settings_2_works = enable_2 & ~deactivated_2_0;
+  assign _states_settings_2_isMailbox = control_control_2[0];
+  assign _states_settings_2_ecatWrites = control_control_2[1];
+  assign _states_settings_3_works = enable_3 & ~deactivated_3_0;
+  assign _states_settings_3_isMailbox = control_control_3[0];
+  assign _states_settings_3_ecatWrites = control_control_3[1];
+  assign _states_settings_4_works = enable_4 & ~deactivated_4_0;
+  assign _states_settings_4_isMailbox = control_control_4[0];
+  assign _states_settings_4_ecatWrites = control_control_4[1];
+  assign _states_settings_5_works = enable_5 & ~deactivated_5_0;
+  assign _states_settings_5_isMailbox = control_control_5[0];
+  assign _states_settings_5_ecatWrites = control_control_5[1];
+  assign _states_settings_6_works = enable_6 & ~deactivated_6_0;
+  assign _states_settings_6_isMailbox = control_control_6[0];
+  assign _states_settings_6_ecatWrites = control_control_6[1];
+  assign _states_settings_7_works = enable_7 & ~deactivated_7_0;
+  assign _states_settings_7_isMailbox = control_control_7[0];
+  assign _states_settings_7_ecatWrites = control_control_7[1];
+  SyncManagerStates states (
+    .clock                  (clock),
+    .reset                  (reset),
+    .settings_0_works       (_states_settings_0_works),
+    .settings_0_locked      (locked_0),
+    .settings_0_isMailbox   (_states_settings_0_isMailbox),
+    .settings_0_ecatWrites  (_states_settings_0_ecatWrites),
+    .settings_1_works       (_states_settings_1_works),
+    .settings_1_locked      (locked_1),
+    .settings_1_isMailbox   (_states_settings_1_isMailbox),
+    .settings_1_ecatWrites  (_states_settings_1_ecatWrites),
+    .settings_2_works       (_states_settings_2_works),
+    .settings_2_locked      (locked_2),
+    .settings_2_isMailbox   (_states_settings_2_isMailbox),
+    .settings_2_ecatWrites  (_states_settings_2_ecatWrites),
+    .settings_3_works       (_states_settings_3_works),
+    .settings_3_locked      (locked_3),
+    .settings_3_isMailbox   (_states_settings_3_isMailbox),
+    .settings_3_ecatWrites  (_states_settings_3_ecatWrites),
+    .settings_4_works       (_states_settings_4_works),
+    .settings_4_locked      (locked_4),
+    .settings_4_isMailbox   (_states_settings_4_isMailbox),
+    .settings_4_ecatWrites  (_states_settings_4_ecatWrites),
+    .settings_5_works       (_states_settings_5_works),
+    .settings_5_locked      (locked_5),
+    .settings_5_isMailbox   (_states_settings_5_isMailbox),
+    .settings_5_ecatWrites  (_states_settings_5_ecatWrites),
+    .settings_6_works       (_states_settings_6_works),
+    .settings_6_locked      (locked_6),
+    .settings_6_isMailbox   (_states_settings_6_isMailbox),
+    .settings_6_ecatWrites  (_states_settings_6_ecatWrites),
+    .settings_7_works       (_states_settings_7_works),
+    .settings_7_locked      (locked_7),
+    .settings_7_isMailbox   (_states_settings_7_isMailbox),
+    .settings_7_ecatWrites  (_states_settings_7_ecatWrites),
+    .ecat_request           (ecat_request),
+    .ecat_number            (ecat_number),
+    .ecat_view_works        (ecat_view_works),
+    .ecat_view_ecatWrites   (ecat_view_ecatWrites),
+    .ecat_view_ecatOpen     (ecat_view_ecatOpen),
+    .ecat_view_ecatMayOpen  (ecat_view_ecatMayOpen),
+    .ecat_view_writerBuffer (ecat_view_writerBuffer),
+    .ecat_view_readerBuffer (ecat_view_readerBuffer),
+    .ecat_access_touch      (ecat_access_touch),
+    .ecat_access_first      (ecat_access_first),
+    .ecat_access_close      (ecat_access_close),
+    .ecat_access_single     (ecat_access_single),
+    .pdi_request            (pdi_request),
+    .pdi_granted            (pdi_granted),
+    .pdi_number             (pdi_number),
+    .pdi_view_works         (pdi_view_works),
+    .pdi_view_locked        (pdi_view_locked),
+    .pdi_view_ecatWrites    (pdi_view_ecatWrites),
+    .pdi_view_pdiOpen       (pdi_view_pdiOpen),
+    .pdi_view_pdiMayOpen    (pdi_view_pdiMayOpen),
+    .pdi_view_writerBuffer  (pdi_view_writerBuffer),
+    .pdi_view_readerBuffer  (pdi_view_readerBuffer),
+    .pdi_access_touch       (pdi_access_touch),
+    .pdi_access_first       (pdi_access_first),
+    .pdi_access_close       (pdi_access_close),
+    .pdi_access_single      (pdi_access_single),
+    .good                   (good),
+    .bad                    (bad),
+    .walking                (_states_walking),
+    .settled                (settled),
+    .states_0_next          (_states_states_0_next),
+    .states_0_reader        (_states_states_0_reader),
+    .states_0_newer         (_states_states_0_newer),
+    .states_0_anyWritten    (_states_states_0_anyWritten),
+    .states_1_next          (_states_states_1_next),
+    .states_1_reader        (_states_states_1_reader),
+    .states_1_newer         (_states_states_1_newer),
+    .states_1_anyWritten    (_states_states_1_anyWritten),
+    .states_2_next          (_states_states_2_next),
+    .states_2_reader        (_states_states_2_reader),
+    .states_2_newer         (_states_states_2_newer),
+    .states_2_anyWritten    (_states_states_2_anyWritten),
+    .states_3_next          (_states_states_3_next),
+    .states_3_reader        (_states_states_3_reader),
+    .states_3_newer         (_states_states_3_newer),
+    .states_3_anyWritten    (_states_states_3_anyWritten),
+    .states_4_next          (_states_states_4_next),
+    .states_4_reader        (_states_states_4_reader),
+    .states_4_newer         (_states_states_4_newer),
+    .states_4_anyWritten    (_states_states_4_anyWritten),
+    .states_5_next          (_states_states_5_next),
+    .states_5_reader        (_states_states_5_reader),
+    .states_5_newer         (_states_states_5_newer),
+    .states_5_anyWritten    (_states_states_5_anyWritten),
+    .states_6_next          (_states_states_6_next),
+    .states_6_reader        (_states_states_6_reader),
+    .states_6_newer         (_states_states_6_newer),
+    .states_6_anyWritten    (_states_states_6_anyWritten),
+    .states_7_next          (_states_states_7_next),
+    .states_7_reader        (_states_states_7_reader),
+    .states_7_newer         (_states_states_7_newer),
+    .states_7_anyWritten    (_states_states_7_anyWritten),
+    .writeEvent_0           (_states_writeEvent_0),
+    .writeEvent_1           (_states_writeEvent_1),
+    .writeEvent_2           (_states_writeEvent_2),
+    .writeEvent_3           (_states_writeEvent_3),
+    .writeEvent_4           (_states_writeEvent_4),
+    .writeEvent_5           (_states_writeEvent_5),
+    .writeEvent_6           (_states_writeEvent_6),
+    .writeEvent_7           (_states_writeEvent_7),
+    .readEvent_0            (_states_readEvent_0),
+    .readEvent_1            (_states_readEvent_1),
+    .readEvent_2            (_states_readEvent_2),
+    .readEvent_3            (_states_readEvent_3),
+    .readEvent_4            (_states_readEvent_4),
+    .readEvent_5            (_states_readEvent_5),
+    .readEvent_6            (_states_readEvent_6),
+    .readEvent_7            (_states_readEvent_7),
+    .written_valid          (_states_written_valid),
+    .written_bits           (_states_written_bits)
   );
   assign ecat_entries_0_index = last;
   assign ecat_entries_0_start = _table_0_readData_0[15:0];
   assign ecat_entries_0_length = _table_0_readData_0[31:16];
   assign ecat_entries_0_extent =
-    {2'h0, _table_0_readData_0[31:16]} + {1'h0, casez_tmp_0 & casez_tmp_1 ? {_table_0_readData_0[31:16], 1'h0} : 17'h0};
-  assign ecat_entries_0_takesPart = casez_tmp | casez_tmp_0;
-  assign ecat_views_0_works = _sm0_view_works;
-  assign ecat_views_0_ecatWrites = _sm0_view_ecatWrites;
-  assign ecat_views_0_writerBuffer = _sm0_view_writerBuffer;
-  assign ecat_views_0_readerBuffer = _sm0_view_readerBuffer;
-  assign ecat_views_1_works = _sm1_view_works;
-  assign ecat_views_1_ecatWrites = _sm1_view_ecatWrites;
-  assign ecat_views_1_writerBuffer = _sm1_view_writerBuffer;
-  assign ecat_views_1_readerBuffer = _sm1_view_readerBuffer;
-  assign ecat_views_2_works = _sm2_view_works;
-  assign ecat_views_2_ecatWrites = _sm2_view_ecatWrites;
-  assign ecat_views_2_writerBuffer = _sm2_view_writerBuffer;
-  assign ecat_views_2_readerBuffer = _sm2_view_readerBuffer;
-  assign ecat_views_3_works = _sm3_view_works;
-  assign ecat_views_3_ecatWrites = _sm3_view_ecatWrites;
-  assign ecat_views_3_writerBuffer = _sm3_view_writerBuffer;
-  assign ecat_views_3_readerBuffer = _sm3_view_readerBuffer;
-  assign ecat_views_4_works = _sm4_view_works;
-  assign ecat_views_4_ecatWrites = _sm4_view_ecatWrites;
-  assign ecat_views_4_writerBuffer = _sm4_view_writerBuffer;
-  assign ecat_views_4_readerBuffer = _sm4_view_readerBuffer;
-  assign ecat_views_5_works = _sm5_view_works;
-  assign ecat_views_5_ecatWrites = _sm5_view_ecatWrites;
-  assign ecat_views_5_writerBuffer = _sm5_view_writerBuffer;
-  assign ecat_views_5_readerBuffer = _sm5_view_readerBuffer;
-  assign ecat_views_6_works = _sm6_view_works;
-  assign ecat_views_6_ecatWrites = _sm6_view_ecatWrites;
-  assign ecat_views_6_writerBuffer = _sm6_view_writerBuffer;
-  assign ecat_views_6_readerBuffer = _sm6_view_readerBuffer;
-  assign ecat_views_7_works = _sm7_view_works;
-  assign ecat_views_7_ecatWrites = _sm7_view_ecatWrites;
-  assign ecat_views_7_writerBuffer = _sm7_view_writerBuffer;
-  assign ecat_views_7_readerBuffer = _sm7_view_readerBuffer;
+    {2'h0, _table_0_readData_0[31:16]} + {1'h0, casez_tmp_0 & ~casez_tmp ? {_table_0_readData_0[31:16], 1'h0} : 17'h0};
+  assign ecat_entries_0_takesPart = casez_tmp_1;
   assign ecat_ramOpen = ramOpen;
   assign pdi_entries_0_index = last_1;
   assign pdi_entries_0_start = _table_0_readData_1[15:0];
   assign pdi_entries_0_length = _table_0_readData_1[31:16];
   assign pdi_entries_0_extent =
-    {2'h0, _table_0_readData_1[31:16]} + {1'h0, casez_tmp_3 & casez_tmp_4 ? {_table_0_readData_1[31:16], 1'h0} : 17'h0};
-  assign pdi_entries_0_takesPart = casez_tmp_2 | casez_tmp_3;
-  assign pdi_views_0_works = _sm0_view_works;
-  assign pdi_views_0_locked = _sm0_view_locked;
-  assign pdi_views_0_ecatWrites = _sm0_view_ecatWrites;
-  assign pdi_views_0_writerBuffer = _sm0_view_writerBuffer;
-  assign pdi_views_0_readerBuffer = _sm0_view_readerBuffer;
-  assign pdi_views_1_works = _sm1_view_works;
-  assign pdi_views_1_locked = _sm1_view_locked;
-  assign pdi_views_1_ecatWrites = _sm1_view_ecatWrites;
-  assign pdi_views_1_writerBuffer = _sm1_view_writerBuffer;
-  assign pdi_views_1_readerBuffer = _sm1_view_readerBuffer;
-  assign pdi_views_2_works = _sm2_view_works;
-  assign pdi_views_2_locked = _sm2_view_locked;
-  assign pdi_views_2_ecatWrites = _sm2_view_ecatWrites;
-  assign pdi_views_2_writerBuffer = _sm2_view_writerBuffer;
-  assign pdi_views_2_readerBuffer = _sm2_view_readerBuffer;
-  assign pdi_views_3_works = _sm3_view_works;
-  assign pdi_views_3_locked = _sm3_view_locked;
-  assign pdi_views_3_ecatWrites = _sm3_view_ecatWrites;
-  assign pdi_views_3_writerBuffer = _sm3_view_writerBuffer;
-  assign pdi_views_3_readerBuffer = _sm3_view_readerBuffer;
-  assign pdi_views_4_works = _sm4_view_works;
-  assign pdi_views_4_locked = _sm4_view_locked;
-  assign pdi_views_4_ecatWrites = _sm4_view_ecatWrites;
-  assign pdi_views_4_writerBuffer = _sm4_view_writerBuffer;
-  assign pdi_views_4_readerBuffer = _sm4_view_readerBuffer;
-  assign pdi_views_5_works = _sm5_view_works;
-  assign pdi_views_5_locked = _sm5_view_locked;
-  assign pdi_views_5_ecatWrites = _sm5_view_ecatWrites;
-  assign pdi_views_5_writerBuffer = _sm5_view_writerBuffer;
-  assign pdi_views_5_readerBuffer = _sm5_view_readerBuffer;
-  assign pdi_views_6_works = _sm6_view_works;
-  assign pdi_views_6_locked = _sm6_view_locked;
-  assign pdi_views_6_ecatWrites = _sm6_view_ecatWrites;
-  assign pdi_views_6_writerBuffer = _sm6_view_writerBuffer;
-  assign pdi_views_6_readerBuffer = _sm6_view_readerBuffer;
-  assign pdi_views_7_works = _sm7_view_works;
-  assign pdi_views_7_locked = _sm7_view_locked;
-  assign pdi_views_7_ecatWrites = _sm7_view_ecatWrites;
-  assign pdi_views_7_writerBuffer = _sm7_view_writerBuffer;
-  assign pdi_views_7_readerBuffer = _sm7_view_readerBuffer;
+    {2'h0, _table_0_readData_1[31:16]}
+    + {1'h0, casez_tmp_3 & ~casez_tmp_2 ? {_table_0_readData_1[31:16], 1'h0} : 17'h0};
+  assign pdi_entries_0_takesPart = casez_tmp_4;
   assign pdi_ramOpen = ramOpen;
-  assign writeEvent_0 = _sm0_writeEvent;
-  assign writeEvent_1 = _sm1_writeEvent;
-  assign writeEvent_2 = _sm2_writeEvent;
-  assign writeEvent_3 = _sm3_writeEvent;
-  assign writeEvent_4 = _sm4_writeEvent;
-  assign writeEvent_5 = _sm5_writeEvent;
-  assign writeEvent_6 = _sm6_writeEvent;
-  assign writeEvent_7 = _sm7_writeEvent;
-  assign readEvent_0 = _sm0_readEvent;
-  assign readEvent_1 = _sm1_readEvent;
-  assign readEvent_2 = _sm2_readEvent;
-  assign readEvent_3 = _sm3_readEvent;
-  assign readEvent_4 = _sm4_readEvent;
-  assign readEvent_5 = _sm5_readEvent;
-  assign readEvent_6 = _sm6_readEvent;
-  assign readEvent_7 = _sm7_readEvent;
+  assign writeEvent_0 = _states_writeEvent_0;
+  assign writeEvent_1 = _states_writeEvent_1;
+  assign writeEvent_2 = _states_writeEvent_2;
+  assign writeEvent_3 = _states_writeEvent_3;
+  assign writeEvent_4 = _states_writeEvent_4;
+  assign writeEvent_5 = _states_writeEvent_5;
+  assign writeEvent_6 = _states_writeEvent_6;
+  assign writeEvent_7 = _states_writeEvent_7;
+  assign readEvent_0 = _states_readEvent_0;
+  assign readEvent_1 = _states_readEvent_1;
+  assign readEvent_2 = _states_readEvent_2;
+  assign readEvent_3 = _states_readEvent_3;
+  assign readEvent_4 = _states_readEvent_4;
+  assign readEvent_5 = _states_readEvent_5;
+  assign readEvent_6 = _states_readEvent_6;
+  assign readEvent_7 = _states_readEvent_7;
+  assign full_0 = control_control_0[0] & _states_states_0_newer;
+  assign full_1 = control_control_1[0] & _states_states_1_newer;
+  assign full_2 = control_control_2[0] & _states_states_2_newer;
+  assign full_3 = control_control_3[0] & _states_states_3_newer;
+  assign full_4 = control_control_4[0] & _states_states_4_newer;
+  assign full_5 = control_control_5[0] & _states_states_5_newer;
+  assign full_6 = control_control_6[0] & _states_states_6_newer;
+  assign full_7 = control_control_7[0] & _states_states_7_newer;
+  assign lastBuffer_0 =
+    control_control_0[0]
+      ? 2'h0
+      : _states_states_0_anyWritten ? (_states_states_0_newer ? _states_states_0_next : _states_states_0_reader) : 2'h3;
+  assign lastBuffer_1 =
+    control_control_1[0]
+      ? 2'h0
+      : _states_states_1_anyWritten ? (_states_states_1_newer ? _states_states_1_next : _states_states_1_reader) : 2'h3;
+  assign lastBuffer_2 =
+    control_control_2[0]
+      ? 2'h0
+      : _states_states_2_anyWritten ? (_states_states_2_newer ? _states_states_2_next : _states_states_2_reader) : 2'h3;
+  assign lastBuffer_3 =
+    control_control_3[0]
+      ? 2'h0
+      : _states_states_3_anyWritten ? (_states_states_3_newer ? _states_states_3_next : _states_states_3_reader) : 2'h3;
+  assign lastBuffer_4 =
+    control_control_4[0]
+      ? 2'h0
+      : _states_states_4_anyWritten ? (_states_states_4_newer ? _states_states_4_next : _states_states_4_reader) : 2'h3;
+  assign lastBuffer_5 =
+    control_control_5[0]
+      ? 2'h0
+      : _states_states_5_anyWritten ? (_states_states_5_newer ? _states_states_5_next : _states_states_5_reader) : 2'h3;
+  assign lastBuffer_6 =
+    control_control_6[0]
+      ? 2'h0
+      : _states_states_6_anyWritten ? (_states_states_6_newer ? _states_states_6_next : _states_states_6_reader) : 2'h3;
+  assign lastBuffer_7 =
+    control_control_7[0]
+      ? 2'h0
+      : _states_states_7_anyWritten ? (_states_states_7_newer ? _states_states_7_next : _states_states_7_reader) : 2'h3;
   assign deactivated_0 = deactivated_0_0;
   assign deactivated_1 = deactivated_1_0;
   assign deactivated_2 = deactivated_2_0;
@@ -5321,31 +5545,23 @@ module SyncManagers(
   assign deactivated_5 = deactivated_5_0;
   assign deactivated_6 = deactivated_6_0;
   assign deactivated_7 = deactivated_7_0;
-  assign ecatEvent_0 = ecatEventEnable_0 & (ecatWrites_0 ? _sm0_readEvent : _sm0_writeEvent);
-  assign ecatEvent_1 = ecatEventEnable_1 & (ecatWrites_1 ? _sm1_readEvent : _sm1_writeEvent);
-  assign ecatEvent_2 = ecatEventEnable_2 & (ecatWrites_2 ? _sm2_readEvent : _sm2_writeEvent);
-  assign ecatEvent_3 = ecatEventEnable_3 & (ecatWrites_3 ? _sm3_readEvent : _sm3_writeEvent);
-  assign ecatEvent_4 = ecatEventEnable_4 & (ecatWrites_4 ? _sm4_readEvent : _sm4_writeEvent);
-  assign ecatEvent_5 = ecatEventEnable_5 & (ecatWrites_5 ? _sm5_readEvent : _sm5_writeEvent);
-  assign ecatEvent_6 = ecatEventEnable_6 & (ecatWrites_6 ? _sm6_readEvent : _sm6_writeEvent);
-  assign ecatEvent_7 = ecatEventEnable_7 & (ecatWrites_7 ? _sm7_readEvent : _sm7_writeEvent);
-  assign alEvent_0 = alEventEnable_0 & (ecatWrites_0 ? _sm0_writeEvent : _sm0_readEvent);
-  assign alEvent_1 = alEventEnable_1 & (ecatWrites_1 ? _sm1_writeEvent : _sm1_readEvent);
-  assign alEvent_2 = alEventEnable_2 & (ecatWrites_2 ? _sm2_writeEvent : _sm2_readEvent);
-  assign alEvent_3 = alEventEnable_3 & (ecatWrites_3 ? _sm3_writeEvent : _sm3_readEvent);
-  assign alEvent_4 = alEventEnable_4 & (ecatWrites_4 ? _sm4_writeEvent : _sm4_readEvent);
-  assign alEvent_5 = alEventEnable_5 & (ecatWrites_5 ? _sm5_writeEvent : _sm5_readEvent);
-  assign alEvent_6 = alEventEnable_6 & (ecatWrites_6 ? _sm6_writeEvent : _sm6_readEvent);
-  assign alEvent_7 = alEventEnable_7 & (ecatWrites_7 ? _sm7_writeEvent : _sm7_readEvent);
-  assign trigger =
-    |{watchdogTrigger_7 & _sm7_written,
-      watchdogTrigger_6 & _sm6_written,
-      watchdogTrigger_5 & _sm5_written,
-      watchdogTrigger_4 & _sm4_written,
-      watchdogTrigger_3 & _sm3_written,
-      watchdogTrigger_2 & _sm2_written,
-      watchdogTrigger_1 & _sm1_written,
-      watchdogTrigger_0 & _sm0_written};
+  assign ecatEvent_0 = control_control_0[2] & (control_control_0[1] ? _states_readEvent_0 : _states_writeEvent_0);
+  assign ecatEvent_1 = control_control_1[2] & (control_control_1[1] ? _states_readEvent_1 : _states_writeEvent_1);
+  assign ecatEvent_2 = control_control_2[2] & (control_control_2[1] ? _states_readEvent_2 : _states_writeEvent_2);
+  assign ecatEvent_3 = control_control_3[2] & (control_control_3[1] ? _states_readEvent_3 : _states_writeEvent_3);
+  assign ecatEvent_4 = control_control_4[2] & (control_control_4[1] ? _states_readEvent_4 : _states_writeEvent_4);
+  assign ecatEvent_5 = control_control_5[2] & (control_control_5[1] ? _states_readEvent_5 : _states_writeEvent_5);
+  assign ecatEvent_6 = control_control_6[2] & (control_control_6[1] ? _states_readEvent_6 : _states_writeEvent_6);
+  assign ecatEvent_7 = control_control_7[2] & (control_control_7[1] ? _states_readEvent_7 : _states_writeEvent_7);
+  assign alEvent_0 = control_control_0[3] & (control_control_0[1] ? _states_writeEvent_0 : _states_readEvent_0);
+  assign alEvent_1 = control_control_1[3] & (control_control_1[1] ? _states_writeEvent_1 : _states_readEvent_1);
+  assign alEvent_2 = control_control_2[3] & (control_control_2[1] ? _states_writeEvent_2 : _states_readEvent_2);
+  assign alEvent_3 = control_control_3[3] & (control_control_3[1] ? _states_writeEvent_3 : _states_readEvent_3);
+  assign alEvent_4 = control_control_4[3] & (control_control_4[1] ? _states_writeEvent_4 : _states_readEvent_4);
+  assign alEvent_5 = control_control_5[3] & (control_control_5[1] ? _states_writeEvent_5 : _states_readEvent_5);
+  assign alEvent_6 = control_control_6[3] & (control_control_6[1] ? _states_writeEvent_6 : _states_readEvent_6);
+  assign alEvent_7 = control_control_7[3] & (control_control_7[1] ? _states_writeEvent_7 : _states_readEvent_7);
+  assign trigger = _states_written_valid & casez_tmp_5;
 endmodule
 
 module HostSequencer(
@@ -5371,75 +5587,26 @@ module HostSequencer(
   input  [15:0] areas_entries_0_length,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
-  input         areas_views_0_works,
-  input         areas_views_0_locked,
-  input         areas_views_0_ecatWrites,
-  input         areas_views_0_pdiOpen,
-  input         areas_views_0_pdiMayOpen,
-  input  [1:0]  areas_views_0_writerBuffer,
-  input  [1:0]  areas_views_0_readerBuffer,
-  input         areas_views_1_works,
-  input         areas_views_1_locked,
-  input         areas_views_1_ecatWrites,
-  input         areas_views_1_pdiOpen,
-  input         areas_views_1_pdiMayOpen,
-  input  [1:0]  areas_views_1_writerBuffer,
-  input  [1:0]  areas_views_1_readerBuffer,
-  input         areas_views_2_works,
-  input         areas_views_2_locked,
-  input         areas_views_2_ecatWrites,
-  input         areas_views_2_pdiOpen,
-  input         areas_views_2_pdiMayOpen,
-  input  [1:0]  areas_views_2_writerBuffer,
-  input  [1:0]  areas_views_2_readerBuffer,
-  input         areas_views_3_works,
-  input         areas_views_3_locked,
-  input         areas_views_3_ecatWrites,
-  input         areas_views_3_pdiOpen,
-  input         areas_views_3_pdiMayOpen,
-  input  [1:0]  areas_views_3_writerBuffer,
-  input  [1:0]  areas_views_3_readerBuffer,
-  input         areas_views_4_works,
-  input         areas_views_4_locked,
-  input         areas_views_4_ecatWrites,
-  input         areas_views_4_pdiOpen,
-  input         areas_views_4_pdiMayOpen,
-  input  [1:0]  areas_views_4_writerBuffer,
-  input  [1:0]  areas_views_4_readerBuffer,
-  input         areas_views_5_works,
-  input         areas_views_5_locked,
-  input         areas_views_5_ecatWrites,
-  input         areas_views_5_pdiOpen,
-  input         areas_views_5_pdiMayOpen,
-  input  [1:0]  areas_views_5_writerBuffer,
-  input  [1:0]  areas_views_5_readerBuffer,
-  input         areas_views_6_works,
-  input         areas_views_6_locked,
-  input         areas_views_6_ecatWrites,
-  input         areas_views_6_pdiOpen,
-  input         areas_views_6_pdiMayOpen,
-  input  [1:0]  areas_views_6_writerBuffer,
-  input  [1:0]  areas_views_6_readerBuffer,
-  input         areas_views_7_works,
-  input         areas_views_7_locked,
-  input         areas_views_7_ecatWrites,
-  input         areas_views_7_pdiOpen,
-  input         areas_views_7_pdiMayOpen,
-  input  [1:0]  areas_views_7_writerBuffer,
-  input  [1:0]  areas_views_7_readerBuffer,
-  input         areas_ramOpen,
+  output        areas_request,
+  input         areas_granted,
+  output [2:0]  areas_number,
+  input         areas_view_works,
+  input         areas_view_locked,
+  input         areas_view_ecatWrites,
+  input         areas_view_pdiOpen,
+  input         areas_view_pdiMayOpen,
+  input  [1:0]  areas_view_writerBuffer,
+  input  [1:0]  areas_view_readerBuffer,
   output        areas_access_touch,
   output        areas_access_first,
   output        areas_access_close,
   output        areas_access_single,
-  output [2:0]  areas_accessIndex,
-  input         ecatActs,
+  input         areas_ramOpen,
   output        quiet
 );
 
   wire        _area_scan_entry_takesPart;
   wire        _area_scan_result_hit;
-  wire [2:0]  _area_scan_result_index;
   wire [15:0] _area_scan_result_length;
   wire        _area_scan_result_first;
   wire        _area_scan_result_last;
@@ -5450,160 +5617,13 @@ module HostSequencer(
   reg  [3:0]  count;
   reg         area_scan_entry_begins_REG;
   wire        single = _area_scan_result_first & _area_scan_result_last;
-  reg         casez_tmp;
-  always @(*) begin
-    casez (_area_scan_result_index)
-      3'b000:
-        casez_tmp = areas_views_0_works;
-      3'b001:
-        casez_tmp = areas_views_1_works;
-      3'b010:
-        casez_tmp = areas_views_2_works;
-      3'b011:
-        casez_tmp = areas_views_3_works;
-      3'b100:
-        casez_tmp = areas_views_4_works;
-      3'b101:
-        casez_tmp = areas_views_5_works;
-      3'b110:
-        casez_tmp = areas_views_6_works;
-      default:
-        casez_tmp = areas_views_7_works;
-    endcase
-  end // always @(*)
-  reg         casez_tmp_0;
-  always @(*) begin
-    casez (_area_scan_result_index)
-      3'b000:
-        casez_tmp_0 = areas_views_0_locked;
-      3'b001:
-        casez_tmp_0 = areas_views_1_locked;
-      3'b010:
-        casez_tmp_0 = areas_views_2_locked;
-      3'b011:
-        casez_tmp_0 = areas_views_3_locked;
-      3'b100:
-        casez_tmp_0 = areas_views_4_locked;
-      3'b101:
-        casez_tmp_0 = areas_views_5_locked;
-      3'b110:
-        casez_tmp_0 = areas_views_6_locked;
-      default:
-        casez_tmp_0 = areas_views_7_locked;
-    endcase
-  end // always @(*)
-  reg         casez_tmp_1;
-  always @(*) begin
-    casez (_area_scan_result_index)
-      3'b000:
-        casez_tmp_1 = areas_views_0_ecatWrites;
-      3'b001:
-        casez_tmp_1 = areas_views_1_ecatWrites;
-      3'b010:
-        casez_tmp_1 = areas_views_2_ecatWrites;
-      3'b011:
-        casez_tmp_1 = areas_views_3_ecatWrites;
-      3'b100:
-        casez_tmp_1 = areas_views_4_ecatWrites;
-      3'b101:
-        casez_tmp_1 = areas_views_5_ecatWrites;
-      3'b110:
-        casez_tmp_1 = areas_views_6_ecatWrites;
-      default:
-        casez_tmp_1 = areas_views_7_ecatWrites;
-    endcase
-  end // always @(*)
-  reg         casez_tmp_2;
-  always @(*) begin
-    casez (_area_scan_result_index)
-      3'b000:
-        casez_tmp_2 = areas_views_0_pdiOpen;
-      3'b001:
-        casez_tmp_2 = areas_views_1_pdiOpen;
-      3'b010:
-        casez_tmp_2 = areas_views_2_pdiOpen;
-      3'b011:
-        casez_tmp_2 = areas_views_3_pdiOpen;
-      3'b100:
-        casez_tmp_2 = areas_views_4_pdiOpen;
-      3'b101:
-        casez_tmp_2 = areas_views_5_pdiOpen;
-      3'b110:
-        casez_tmp_2 = areas_views_6_pdiOpen;
-      default:
-        casez_tmp_2 = areas_views_7_pdiOpen;
-    endcase
-  end // always @(*)
-  reg         casez_tmp_3;
-  always @(*) begin
-    casez (_area_scan_result_index)
-      3'b000:
-        casez_tmp_3 = areas_views_0_pdiMayOpen;
-      3'b001:
-        casez_tmp_3 = areas_views_1_pdiMayOpen;
-      3'b010:
-        casez_tmp_3 = areas_views_2_pdiMayOpen;
-      3'b011:
-        casez_tmp_3 = areas_views_3_pdiMayOpen;
-      3'b100:
-        casez_tmp_3 = areas_views_4_pdiMayOpen;
-      3'b101:
-        casez_tmp_3 = areas_views_5_pdiMayOpen;
-      3'b110:
-        casez_tmp_3 = areas_views_6_pdiMayOpen;
-      default:
-        casez_tmp_3 = areas_views_7_pdiMayOpen;
-    endcase
-  end // always @(*)
-  reg  [1:0]  casez_tmp_4;
-  always @(*) begin
-    casez (_area_scan_result_index)
-      3'b000:
-        casez_tmp_4 = areas_views_0_writerBuffer;
-      3'b001:
-        casez_tmp_4 = areas_views_1_writerBuffer;
-      3'b010:
-        casez_tmp_4 = areas_views_2_writerBuffer;
-      3'b011:
-        casez_tmp_4 = areas_views_3_writerBuffer;
-      3'b100:
-        casez_tmp_4 = areas_views_4_writerBuffer;
-      3'b101:
-        casez_tmp_4 = areas_views_5_writerBuffer;
-      3'b110:
-        casez_tmp_4 = areas_views_6_writerBuffer;
-      default:
-        casez_tmp_4 = areas_views_7_writerBuffer;
-    endcase
-  end // always @(*)
-  reg  [1:0]  casez_tmp_5;
-  always @(*) begin
-    casez (_area_scan_result_index)
-      3'b000:
-        casez_tmp_5 = areas_views_0_readerBuffer;
-      3'b001:
-        casez_tmp_5 = areas_views_1_readerBuffer;
-      3'b010:
-        casez_tmp_5 = areas_views_2_readerBuffer;
-      3'b011:
-        casez_tmp_5 = areas_views_3_readerBuffer;
-      3'b100:
-        casez_tmp_5 = areas_views_4_readerBuffer;
-      3'b101:
-        casez_tmp_5 = areas_views_5_readerBuffer;
-      3'b110:
-        casez_tmp_5 = areas_views_6_readerBuffer;
-      default:
-        casez_tmp_5 = areas_views_7_readerBuffer;
-    endcase
-  end // always @(*)
-  wire        right = casez_tmp_1 != host_write;
-  wire        plain = ~_area_scan_result_hit | ~casez_tmp & ~casez_tmp_0;
+  wire        right = areas_view_ecatWrites != host_write;
+  wire        plain = ~_area_scan_result_hit | ~areas_view_works & ~areas_view_locked;
   wire        may =
-    plain | casez_tmp & (host_addr < 16'h1000 | areas_ramOpen & host_addr < 16'h3000)
-    & (single | right & (casez_tmp_2 | _area_scan_result_first & casez_tmp_3));
-  wire        inBuffer = _area_scan_result_hit & right & casez_tmp;
-  wire [1:0]  number = host_write ? casez_tmp_4 : casez_tmp_5;
+    plain | areas_view_works & (host_addr < 16'h1000 ? host_addr[7] : areas_ramOpen & host_addr < 16'h3000)
+    & (single | right & (areas_view_pdiOpen | _area_scan_result_first & areas_view_pdiMayOpen));
+  wire        inBuffer = _area_scan_result_hit & right & areas_view_works;
+  wire [1:0]  number = host_write ? areas_view_writerBuffer : areas_view_readerBuffer;
   wire [17:0] moved =
     {2'h0, host_addr}
     + {1'h0,
@@ -5617,64 +5637,64 @@ module HostSequencer(
   wire        _GEN_2 = state == 3'h4;
   wire        _GEN_3 = state == 3'h5;
   wire        _GEN_4 = state == 3'h6;
-  wire        _GEN_5 = _GEN_4 & ~ecatActs;
+  wire        _GEN_5 = _GEN_4 & areas_granted;
   wire        _GEN_6 = _GEN_2 | _GEN_3;
   wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
-  reg  [3:0]  casez_tmp_6;
+  reg  [3:0]  casez_tmp;
   wire [3:0]  _GEN_8 = _GEN_7 | ~(&state) ? count : 4'h0;
   always @(*) begin
     casez (state)
       3'b000:
-        casez_tmp_6 = _GEN_8;
+        casez_tmp = _GEN_8;
       3'b001:
-        casez_tmp_6 = count;
+        casez_tmp = count;
       3'b010:
-        casez_tmp_6 = count + 4'h1;
+        casez_tmp = count + 4'h1;
       3'b011:
-        casez_tmp_6 = count;
+        casez_tmp = count;
       3'b100:
-        casez_tmp_6 = count;
+        casez_tmp = count;
       3'b101:
-        casez_tmp_6 = count;
+        casez_tmp = count;
       3'b110:
-        casez_tmp_6 = count;
+        casez_tmp = count;
       default:
-        casez_tmp_6 = _GEN_8;
+        casez_tmp = _GEN_8;
     endcase
   end // always @(*)
   wire        _GEN_9 = _GEN_0 | _GEN_7;
-  reg  [2:0]  casez_tmp_7;
+  reg  [2:0]  casez_tmp_0;
   always @(*) begin
     casez (state)
       3'b000:
-        casez_tmp_7 = state;
+        casez_tmp_0 = state;
       3'b001:
-        casez_tmp_7 = memory_ack ? 3'h0 : state;
+        casez_tmp_0 = memory_ack ? 3'h0 : state;
       3'b010:
-        casez_tmp_7 = host_be ? (count == 4'hA ? 3'h3 : state) : 3'h7;
+        casez_tmp_0 = host_be ? (count == 4'hA ? 3'h3 : state) : 3'h7;
       3'b011:
-        casez_tmp_7 = may ? (ecatActs ? state : 3'h4) : 3'h7;
+        casez_tmp_0 = areas_granted ? (may ? 3'h4 : 3'h7) : state;
       3'b100:
-        casez_tmp_7 = {1'h1, |(moved[17:16]), 1'h1};
+        casez_tmp_0 = areas_granted ? ((|(moved[17:16])) ? 3'h6 : 3'h5) : state;
       3'b101:
-        casez_tmp_7 = memory_ack ? 3'h6 : state;
+        casez_tmp_0 = memory_ack ? 3'h6 : state;
       3'b110:
-        casez_tmp_7 = ecatActs ? state : 3'h7;
+        casez_tmp_0 = areas_granted ? 3'h7 : state;
       default:
-        casez_tmp_7 = {1'h0, lane, 1'h0};
+        casez_tmp_0 = {1'h0, lane, 1'h0};
     endcase
   end // always @(*)
   always @(posedge clock) begin
     if (reset)
       state <= 3'h0;
     else if (|state)
-      state <= casez_tmp_7;
+      state <= casez_tmp_0;
     else if (host_req)
       state <= {1'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1};
     lane <= (|state) & (_GEN | _GEN_9 | ~(&state) ? lane : lane - 1'h1);
     if (|state) begin
       data <= {8{~(_GEN | _GEN_0 | _GEN_1 | _GEN_2)}} & {8{_GEN_3 & memory_ack}} & memory_rdata | data;
-      count <= casez_tmp_6;
+      count <= casez_tmp;
     end
     else begin
       data <= 8'h0;
@@ -5697,7 +5717,7 @@ module HostSequencer(
     .entry_begins    (area_scan_entry_begins_REG),
     .address         (host_addr),
     .result_hit      (_area_scan_result_hit),
-    .result_index    (_area_scan_result_index),
+    .result_index    (areas_number),
     .result_length   (_area_scan_result_length),
     .result_first    (_area_scan_result_first),
     .result_last     (_area_scan_result_last)
@@ -5710,15 +5730,15 @@ module HostSequencer(
   assign memory_wdata = host_wdata;
   assign memory_be = ~_host_rdata_T | host_be;
   assign areas_index = count[3] ? 3'h7 : count[2:0];
+  assign areas_request = state == 3'h3 | state == 3'h4 | state == 3'h6;
   assign areas_access_touch =
     ~(~(|state) | _GEN | _GEN_0)
-    & (_GEN_1 ? may & ~ecatActs & inBuffer & ~single : ~_GEN_6 & _GEN_5 & inBuffer & single);
+    & (_GEN_1 ? areas_granted & may & inBuffer & ~single : ~_GEN_6 & _GEN_5 & inBuffer & single);
   assign areas_access_first = _area_scan_result_first;
   assign areas_access_close =
     ~(~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_6) & _GEN_5 & inBuffer & _area_scan_result_last
-    & (single | casez_tmp_2);
+    & (single | areas_view_pdiOpen);
   assign areas_access_single = single;
-  assign areas_accessIndex = _area_scan_result_index;
   assign quiet = ~(|state);
 endmodule
 
@@ -5810,10 +5830,10 @@ endmodule
 module SiiController(
   input         clock,
   input         reset,
-  input         twoByte,
-  output        sclLow,
-  output        sdaLow,
-  input         sda,
+  input         lines_twoByte,
+  output        lines_sclLow,
+  output        lines_sdaLow,
+  input         lines_sda,
   input         writeLow_valid,
   input         writeLow_bits,
   input         writeHigh_valid,
@@ -5843,11 +5863,14 @@ module SiiController(
   output        commandError,
   output        writeError,
   output        busy,
+  output        waits,
+  output        loadFailed,
   output        loading
 );
 
   wire        _GEN;
   wire        _GEN_0;
+  wire        _busy_output;
   wire [2:0]  _i2c_command_bits;
   wire [7:0]  _i2c_data;
   wire        _i2c_command_ready;
@@ -5863,6 +5886,7 @@ module SiiController(
   reg         notMay;
   reg         isFirst;
   reg         again;
+  reg         lost;
   reg  [18:0] byteAddress;
   reg  [3:0]  count;
   reg  [7:0]  crc;
@@ -5874,43 +5898,19 @@ module SiiController(
   wire        loads = running == 3'h4;
   reg  [13:0] wait0;
   wire        ownedByPdi = offered | taken;
-  wire        _command_T = state == 5'h1;
-  wire        _loading_T = state != 5'h1;
-  wire        _i2c_command_valid_T_1 = ~_GEN_0 & _GEN & ~pending;
-  wire [2:0]  highBits = twoByte ? byteAddress[18:16] : byteAddress[10:8];
+  wire        _pdiMayWrite_T = state == 5'h1;
+  assign _busy_output = state != 5'h1;
   wire        lastByte = count == {loads, 3'h7};
   wire        _GEN_1 = state == 5'h0;
   wire        _GEN_2 = state == 5'h2;
-  wire        _GEN_3 = state == 5'h3;
-  wire        _GEN_4 = state == 5'h4;
-  wire        _GEN_5 = state == 5'h5;
-  wire        _GEN_6 = state == 5'h6;
-  wire        _GEN_7 = state == 5'h7;
-  wire        _GEN_8 = state == 5'h8;
-  wire        _GEN_9 = state == 5'h9;
-  wire        _GEN_10 = state == 5'hA;
-  wire        _GEN_11 = state == 5'hB;
-  wire        _GEN_12 = state == 5'hC;
-  wire        _GEN_13 = _GEN_3 | _GEN_4 | _GEN_5;
-  assign _GEN_0 = _GEN_1 | _GEN_2 | _GEN_13;
-  wire        _GEN_14 = state == 5'hD;
-  wire [3:0]  _GEN_15 = count | 4'h8;
-  wire        _GEN_16 = state == 5'hE;
-  wire        _GEN_17 = state == 5'hF;
-  wire        _GEN_18 = _GEN_14 | _GEN_16;
-  wire        _GEN_19 = state == 5'h10;
-  wire        _GEN_20 = _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12;
-  wire        _GEN_21 = _GEN_6 | _GEN_20;
-  assign _GEN = _GEN_21 | ~_GEN_18 & (_GEN_17 | _GEN_19);
-  wire        _GEN_22 = _GEN_14 | _GEN_16 | _GEN_17;
-  wire        _GEN_23 = state == 5'h11;
-  wire        _GEN_24 = state == 5'h12;
-  wire        _GEN_25 = _GEN_17 | _GEN_19 | _GEN_23;
-  wire        _GEN_26 = _GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_14;
-  wire        _GEN_27 = _GEN_1 | _GEN_2;
-  wire        read_valid_0 = ~_GEN_27 & (_GEN_13 | ~_GEN_26 & (_GEN_16 | ~_GEN_25 & _GEN_24)) & ~pending;
-  wire        _GEN_28 = _GEN_25 | ~_GEN_24;
-  wire        _GEN_29 = state == 5'h13;
+  wire        _GEN_3 = state == 5'hD;
+  wire [3:0]  _GEN_4 = count | 4'h8;
+  wire        _GEN_5 = _GEN_1 | _GEN_2;
+  wire        _GEN_6 = state == 5'h11;
+  wire        _GEN_7 = state == 5'h12;
+  wire        _GEN_8 = _GEN_2 | _GEN_3 | _GEN_6;
+  wire        _GEN_9 = _GEN_1 | _GEN_8;
+  wire        _GEN_10 = state == 5'h13;
   reg  [11:0] casez_tmp;
   always @(*) begin
     casez (count)
@@ -5949,53 +5949,73 @@ module SiiController(
     endcase
   end // always @(*)
   wire        skip = casez_tmp == 12'h0 | (count == 4'h8 | count == 4'h9) & ~isFirst;
-  wire        _GEN_30 = _GEN_16 | _GEN_17 | _GEN_19 | _GEN_23 | _GEN_24;
-  wire        _GEN_31 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_21;
-  wire        write_valid_0 = ~_GEN_31 & (_GEN_14 | ~_GEN_30 & _GEN_29 & ~skip);
-  wire        _GEN_32 = _GEN_30 | ~_GEN_29 | skip;
+  wire        _GEN_11 = _GEN_6 | _GEN_7;
+  wire        write_valid_0 = ~_GEN_5 & (_GEN_3 | ~_GEN_11 & _GEN_10 & ~skip);
+  wire        _GEN_12 = _GEN_11 | ~_GEN_10 | skip;
+  wire        _i2c_command_valid_T_1 = _GEN & _GEN_0 & ~pending;
+  wire [2:0]  highBits = lines_twoByte ? byteAddress[18:16] : byteAddress[10:8];
+  wire        _GEN_13 = state == 5'h3;
+  wire        _GEN_14 = state == 5'h4;
+  wire        _GEN_15 = state == 5'h5;
+  wire        _GEN_16 = state == 5'h6;
+  wire        _GEN_17 = _GEN_13 | _GEN_14 | _GEN_15;
+  wire        _GEN_18 = state == 5'h7;
+  wire        _GEN_19 = state == 5'h8;
+  wire        _GEN_20 = state == 5'h9;
+  wire        _GEN_21 = state == 5'hA;
+  wire        _GEN_22 = state == 5'hB;
+  wire        _GEN_23 = state == 5'hC;
+  wire        _GEN_24 = state == 5'hE;
+  wire        _GEN_25 = _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22 | _GEN_23;
+  wire        _GEN_26 = _GEN_25 | ~_GEN_24;
+  wire        read_valid_0 = _GEN_17 | ~_GEN_26 ? ~pending : ~_GEN_9 & _GEN_7 & ~pending;
+  wire        _GEN_27 = state == 5'hF;
+  wire        _GEN_28 = _GEN_23 | _GEN_24;
+  wire        _GEN_29 = state == 5'h10;
+  assign _GEN_0 = _GEN_25 | ~_GEN_24 & (_GEN_27 | _GEN_29);
+  assign _GEN = ~_GEN_17;
+  wire        _GEN_30 = _GEN_24 | _GEN_27;
+  wire        _GEN_31 = wait0 == 14'h2710;
+  wire [4:0]  _GEN_32 = {2'h0, loads ? 3'h6 : 3'h3};
+  wire [4:0]  _GEN_33 = lastByte ? 5'h10 : 5'hC;
   wire        right = ~failed & (sumWord[7:0] == crc | sumWord == 16'h88A4);
-  wire        _GEN_33 =
-    _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
-    | _GEN_14 | _GEN_16 | _GEN_17 | _GEN_19;
-  wire        _GEN_34 = right | ~again;
+  wire        _GEN_34 = _GEN_1 | _GEN_2 | _GEN_3;
+  wire        _GEN_35 = right | ~again;
+  wire [4:0]  _GEN_36 = right ? 5'h12 : again ? 5'h1 : 5'h6;
   wire        _next_T = count == 4'hD;
-  wire [7:0]  _crc_T_8 = crc[7] ^ _i2c_received[7] ? {crc[6:2], ~(crc[1:0]), 1'h1} : {crc[6:0], 1'h0};
-  wire [7:0]  _crc_T_17 =
-    _crc_T_8[7] ^ _i2c_received[6] ? {_crc_T_8[6:2], ~(_crc_T_8[1:0]), 1'h1} : {_crc_T_8[6:0], 1'h0};
-  wire [7:0]  _crc_T_26 =
-    _crc_T_17[7] ^ _i2c_received[5] ? {_crc_T_17[6:2], ~(_crc_T_17[1:0]), 1'h1} : {_crc_T_17[6:0], 1'h0};
-  wire [7:0]  _crc_T_35 =
-    _crc_T_26[7] ^ _i2c_received[4] ? {_crc_T_26[6:2], ~(_crc_T_26[1:0]), 1'h1} : {_crc_T_26[6:0], 1'h0};
-  wire [7:0]  _crc_T_44 =
-    _crc_T_35[7] ^ _i2c_received[3] ? {_crc_T_35[6:2], ~(_crc_T_35[1:0]), 1'h1} : {_crc_T_35[6:0], 1'h0};
-  wire [7:0]  _crc_T_53 =
-    _crc_T_44[7] ^ _i2c_received[2] ? {_crc_T_44[6:2], ~(_crc_T_44[1:0]), 1'h1} : {_crc_T_44[6:0], 1'h0};
-  wire [7:0]  _crc_T_62 =
-    _crc_T_53[7] ^ _i2c_received[1] ? {_crc_T_53[6:2], ~(_crc_T_53[1:0]), 1'h1} : {_crc_T_53[6:0], 1'h0};
-  wire        _GEN_35 = writeHigh_valid & _command_T;
+  wire [4:0]  next = _next_T ? 5'h1 : 5'h12;
+  wire [7:0]  _crc_T_8 = crc[7] ^ byte_0[7] ? {crc[6:2], ~(crc[1:0]), 1'h1} : {crc[6:0], 1'h0};
+  wire [7:0]  _crc_T_17 = _crc_T_8[7] ^ byte_0[6] ? {_crc_T_8[6:2], ~(_crc_T_8[1:0]), 1'h1} : {_crc_T_8[6:0], 1'h0};
+  wire [7:0]  _crc_T_26 = _crc_T_17[7] ^ byte_0[5] ? {_crc_T_17[6:2], ~(_crc_T_17[1:0]), 1'h1} : {_crc_T_17[6:0], 1'h0};
+  wire [7:0]  _crc_T_35 = _crc_T_26[7] ^ byte_0[4] ? {_crc_T_26[6:2], ~(_crc_T_26[1:0]), 1'h1} : {_crc_T_26[6:0], 1'h0};
+  wire [7:0]  _crc_T_44 = _crc_T_35[7] ^ byte_0[3] ? {_crc_T_35[6:2], ~(_crc_T_35[1:0]), 1'h1} : {_crc_T_35[6:0], 1'h0};
+  wire [7:0]  _crc_T_53 = _crc_T_44[7] ^ byte_0[2] ? {_crc_T_44[6:2], ~(_crc_T_44[1:0]), 1'h1} : {_crc_T_44[6:0], 1'h0};
+  wire [7:0]  _crc_T_62 = _crc_T_53[7] ^ byte_0[1] ? {_crc_T_53[6:2], ~(_crc_T_53[1:0]), 1'h1} : {_crc_T_53[6:0], 1'h0};
+  wire        _GEN_37 = writeHigh_valid & _pdiMayWrite_T;
   wire        _known_T_3 = writeHigh_bits == 3'h4;
   wire        known = writeHigh_bits == 3'h1 | writeHigh_bits == 3'h2 | _known_T_3;
   wire        may = writeHigh_bits != 3'h2 | byHost | enable | writeLow_valid & writeLow_bits;
-  wire        _GEN_36 = known & may;
+  wire        _GEN_38 = known & may;
+  wire        _GEN_39 = _GEN_37 & _GEN_38;
+  wire        _GEN_40 = _GEN_1 | _GEN_37 & _GEN_38 & _known_T_3;
+  wire        _GEN_41 = write_ready & write_valid_0;
+  wire [3:0]  _count_T = count + 4'h1;
+  wire        _GEN_42 = read_ready & read_valid_0;
+  wire        _GEN_43 = data_valid & pending;
+  wire        _GEN_44 = _GEN_9 | ~(_GEN_7 & _GEN_43);
+  wire        _GEN_45 = skip | _GEN_41;
+  wire        _GEN_46 = _GEN_10 & _GEN_45;
+  wire [3:0]  _count_T_2 = count + 4'h1;
+  wire        _GEN_47 = _GEN_7 | ~_GEN_46;
+  wire        _GEN_48 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_11;
   wire        finished = pending & _i2c_done;
-  wire        _GEN_37 = ~finished & (_i2c_command_ready & _i2c_command_valid_T_1 | pending);
-  wire        _GEN_38 = data_valid & pending;
-  wire        _GEN_39 = _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11;
-  wire        _GEN_40 = write_ready & write_valid_0;
-  wire        _GEN_41 = _GEN_6 | _GEN_39;
-  wire        _GEN_42 = skip | _GEN_40;
-  wire        _GEN_43 = _GEN_29 & _GEN_42;
-  wire        _GEN_44 = _GEN_14 | _GEN_30;
-  wire        _GEN_45 =
-    _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
-    | _GEN_44;
-  wire        _GEN_46 = ~(|writeHigh_bits) | known;
-  wire        _GEN_47 = _GEN_35 & _GEN_36;
-  wire        _GEN_48 = ~known & (|writeHigh_bits) | ~_GEN_46 & noAck;
-  wire        _GEN_49 = _GEN_29 & _GEN_42 & _next_T;
-  wire        _GEN_50 = _GEN_24 | ~_GEN_49;
-  wire        _GEN_51 = _GEN_35 ? _GEN_48 : noAck;
-  wire        _GEN_52 = _GEN_35 & _GEN_36 & _known_T_3;
+  wire        _GEN_49 =
+    ~finished
+    & (_i2c_command_ready & _i2c_command_valid_T_1 | ~_GEN_1
+       & (_GEN_8 | ~_GEN_7 ? pending : ~_GEN_43 & (_GEN_42 | pending)));
+  wire        _GEN_50 = ~(|writeHigh_bits) | known;
+  wire        _GEN_51 = _GEN_10 & _GEN_45 & _next_T;
+  wire        _GEN_52 = _GEN_7 | ~_GEN_51;
   wire        _GEN_53 = finished & ~_i2c_acknowledged;
   wire        _GEN_54 = _GEN_53 | failed;
   always @(posedge clock) begin
@@ -6009,263 +6029,639 @@ module SiiController(
       notMay <= 1'h0;
       isFirst <= 1'h1;
       again <= 1'h0;
+      lost <= 1'h0;
       wait0 <= 14'h0;
     end
     else begin
-      if (_GEN_1) begin
-        if (wait0 == 14'h2710)
-          state <= 5'h6;
-        else if (_GEN_47)
-          state <= 5'h2;
-        wait0 <= wait0 + 14'h1;
-      end
-      else if (_GEN_2) begin
-        if (registersBusy) begin
-          if (_GEN_47)
+      if (_GEN_13) begin
+        if (_GEN_43)
+          state <= 5'h4;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
             state <= 5'h2;
         end
-        else
-          state <= {2'h0, loads ? 3'h6 : 3'h3};
-      end
-      else if (_GEN_3) begin
-        if (_GEN_38)
-          state <= 5'h4;
-        else if (_GEN_47)
-          state <= 5'h2;
-      end
-      else if (_GEN_4) begin
-        if (_GEN_38)
-          state <= 5'h5;
-        else if (_GEN_47)
-          state <= 5'h2;
-      end
-      else if (_GEN_5) begin
-        if (_GEN_38)
-          state <= 5'h6;
-        else if (_GEN_47)
-          state <= 5'h2;
-      end
-      else if (_GEN_6) begin
-        if (finished)
-          state <= 5'h7;
-        else if (_GEN_47)
-          state <= 5'h2;
-      end
-      else if (_GEN_7) begin
-        if (finished)
-          state <= _i2c_acknowledged ? {4'h4, ~twoByte} : 5'h10;
-        else if (_GEN_47)
-          state <= 5'h2;
-      end
-      else if (_GEN_8) begin
-        if (finished)
-          state <= _i2c_acknowledged ? 5'h9 : 5'h10;
-        else if (_GEN_47)
-          state <= 5'h2;
-      end
-      else if (_GEN_9) begin
-        if (finished)
-          state <= _i2c_acknowledged ? {2'h1, running == 3'h2, 2'h2} : 5'h10;
-        else if (_GEN_47)
-          state <= 5'h2;
-      end
-      else if (_GEN_10) begin
-        if (finished)
-          state <= 5'hB;
-        else if (_GEN_47)
-          state <= 5'h2;
-      end
-      else if (_GEN_11) begin
-        if (finished)
-          state <= _i2c_acknowledged ? 5'hC : 5'h10;
-        else if (_GEN_47)
-          state <= 5'h2;
-      end
-      else if (_GEN_12) begin
-        if (finished)
-          state <= 5'hD;
-        else if (_GEN_47)
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
           state <= 5'h2;
       end
       else if (_GEN_14) begin
-        if (_GEN_40)
-          state <= lastByte ? 5'h10 : 5'hC;
-        else if (_GEN_47)
+        if (_GEN_43)
+          state <= 5'h5;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
+          state <= 5'h2;
+      end
+      else if (_GEN_15) begin
+        if (_GEN_43)
+          state <= 5'h6;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
           state <= 5'h2;
       end
       else if (_GEN_16) begin
-        if (_GEN_38)
-          state <= 5'hF;
-        else if (_GEN_47)
+        if (finished)
+          state <= 5'h7;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
           state <= 5'h2;
       end
-      else if (_GEN_17) begin
+      else if (_GEN_18) begin
         if (finished)
-          state <= ~_i2c_acknowledged | count[0] ? 5'h10 : 5'hE;
-        else if (_GEN_47)
+          state <= _i2c_acknowledged ? {4'h4, ~lines_twoByte} : 5'h10;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
           state <= 5'h2;
       end
       else if (_GEN_19) begin
         if (finished)
-          state <= {loads, 4'h1};
-        else if (_GEN_47)
+          state <= _i2c_acknowledged ? 5'h9 : 5'h10;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
           state <= 5'h2;
       end
-      else if (_GEN_23)
-        state <= right ? 5'h12 : again ? 5'h1 : 5'h6;
+      else if (_GEN_20) begin
+        if (finished)
+          state <= _i2c_acknowledged ? {2'h1, running == 3'h2, 2'h2} : 5'h10;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
+          state <= 5'h2;
+      end
+      else if (_GEN_21) begin
+        if (finished)
+          state <= 5'hB;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
+          state <= 5'h2;
+      end
+      else if (_GEN_22) begin
+        if (finished)
+          state <= _i2c_acknowledged ? 5'hC : 5'h10;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
+          state <= 5'h2;
+      end
+      else if (_GEN_23) begin
+        if (finished)
+          state <= 5'hD;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
+          state <= 5'h2;
+      end
       else if (_GEN_24) begin
-        if (_GEN_38)
-          state <= 5'h13;
-        else if (_GEN_47)
+        if (_GEN_43)
+          state <= 5'hF;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
           state <= 5'h2;
       end
-      else if (_GEN_43)
-        state <= _next_T ? 5'h1 : 5'h12;
-      else if (_GEN_47)
+      else if (_GEN_27) begin
+        if (finished)
+          state <= ~_i2c_acknowledged | count[0] ? 5'h10 : 5'hE;
+        else if (_GEN_1) begin
+          if (_GEN_31)
+            state <= 5'h6;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_2) begin
+          if (registersBusy) begin
+            if (_GEN_39)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_32;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            state <= _GEN_33;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_6)
+          state <= _GEN_36;
+        else if (_GEN_7) begin
+          if (_GEN_43)
+            state <= 5'h13;
+          else if (_GEN_39)
+            state <= 5'h2;
+        end
+        else if (_GEN_46)
+          state <= next;
+        else if (_GEN_39)
+          state <= 5'h2;
+      end
+      else if (_GEN_29 & finished)
+        state <= {loads, 4'h1};
+      else if (_GEN_1) begin
+        if (_GEN_31)
+          state <= 5'h6;
+        else if (_GEN_39)
+          state <= 5'h2;
+      end
+      else if (_GEN_2) begin
+        if (registersBusy) begin
+          if (_GEN_39)
+            state <= 5'h2;
+        end
+        else
+          state <= _GEN_32;
+      end
+      else if (_GEN_3) begin
+        if (_GEN_41)
+          state <= _GEN_33;
+        else if (_GEN_39)
+          state <= 5'h2;
+      end
+      else if (_GEN_6)
+        state <= _GEN_36;
+      else if (_GEN_7) begin
+        if (_GEN_43)
+          state <= 5'h13;
+        else if (_GEN_39)
+          state <= 5'h2;
+      end
+      else if (_GEN_46)
+        state <= next;
+      else if (_GEN_39)
         state <= 5'h2;
       if (writeLow_valid & ~byHost)
         enable <= writeLow_bits;
       else
         enable <= ~frameStart & enable;
-      if (_GEN_35) begin
+      if (_GEN_37) begin
         running <= writeHigh_bits;
-        notMay <= known & ~may | ~_GEN_46 & notMay;
+        notMay <= known & ~may | ~_GEN_50 & notMay;
       end
-      if (~_GEN_33) begin
-        if (_GEN_23) begin
+      if (~_GEN_34) begin
+        if (_GEN_6) begin
           badSum <= ~(right | ~again | failed) | badSum;
-          isFirst <= _GEN_34 & isFirst;
+          isFirst <= _GEN_35 & isFirst;
+          lost <= ~_GEN_35 | lost;
         end
         else begin
-          badSum <= _GEN_50 & badSum;
-          isFirst <= _GEN_50 & isFirst;
+          badSum <= _GEN_52 & badSum;
+          isFirst <= _GEN_52 & isFirst;
+          lost <= _GEN_52 & lost;
         end
       end
-      unloaded <= (_GEN_45 | ~_GEN_49) & unloaded;
-      if (_GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_7 | _GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_12
-          | _GEN_22) begin
-        if (_GEN_35)
-          noAck <= _GEN_48;
-      end
-      else if (_GEN_19)
-        noAck <= finished & ~loads & failed | _GEN_51;
-      else
-        noAck <= _GEN_23 & ~_GEN_34 & failed | _GEN_51;
-      again <= ~_GEN_33 & _GEN_23 & ~right & ~again | ~_GEN_47 & again;
+      unloaded <= (_GEN_48 | ~_GEN_51) & unloaded;
+      noAck <=
+        ~(_GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22 | _GEN_23 | _GEN_30)
+        & _GEN_29 & finished & ~loads & failed | ~_GEN_34 & _GEN_6 & ~_GEN_35 & failed
+        | (_GEN_37 ? ~known & (|writeHigh_bits) | ~_GEN_50 & noAck : noAck);
+      again <= ~_GEN_34 & _GEN_6 & ~right & ~again | ~_GEN_39 & again;
+      if (_GEN_1)
+        wait0 <= wait0 + 14'h1;
     end
-    if (_GEN_1)
-      byteAddress <= 19'h0;
-    else if (_GEN_2 | _GEN_3) begin
-      if (_GEN_52)
+    if (_GEN_13) begin
+      if (_GEN_40)
         byteAddress <= 19'h0;
     end
-    else if (_GEN_4)
+    else if (_GEN_14)
       byteAddress <= {10'h0, byte_0, 1'h0};
-    else if (_GEN_5)
+    else if (_GEN_15)
       byteAddress <= {2'h0, byte_0, byteAddress[8:0]};
-    else if (_GEN_6 & ~loads)
+    else if (_GEN_16 & ~loads)
       byteAddress <= {byte_0[1:0], byteAddress[16:0]};
-    else if (_GEN_52)
+    else if (_GEN_40)
       byteAddress <= 19'h0;
-    if (~_GEN_0) begin
-      if (_GEN_6) begin
+    if (_GEN_17) begin
+      if (_GEN_1)
         count <= 4'h0;
-        crc <= 8'hFF;
+      else if (_GEN_2) begin
+        if (_GEN_39)
+          count <= 4'h0;
       end
-      else begin
-        if (~_GEN_20) begin
-          if (_GEN_14) begin
-            if (_GEN_40)
-              count <= count + 4'h1;
-          end
-          else if (~_GEN_16) begin
-            if (_GEN_17) begin
-              if (finished)
-                count <= count + 4'h1;
-            end
-            else if (~_GEN_19) begin
-              if (_GEN_23)
-                count <= 4'h0;
-              else if (_GEN_24 | ~_GEN_43) begin
-              end
-              else
-                count <= count + 4'h1;
-            end
-          end
-        end
-        if (_GEN_39 | ~(_GEN_12 & finished & loads & count[3:1] != 3'h7)) begin
-        end
-        else if (_crc_T_62[7] ^ _i2c_received[0])
-          crc <= {_crc_T_62[6:2], ~(_crc_T_62[1:0]), 1'h1};
-        else
-          crc <= {_crc_T_62[6:0], 1'h0};
+      else if (_GEN_3) begin
+        if (_GEN_41)
+          count <= _count_T;
+        else if (_GEN_39)
+          count <= 4'h0;
       end
-      failed <=
-        ~_GEN_6
-        & (_GEN_7 | _GEN_8 | _GEN_9
-             ? _GEN_54
-             : _GEN_10 ? failed : _GEN_11 ? _GEN_54 : ~_GEN_12 & ~_GEN_18 & _GEN_17 & _GEN_53 | failed);
+      else if (_GEN_6)
+        count <= 4'h0;
+      else if (_GEN_47) begin
+        if (_GEN_39)
+          count <= 4'h0;
+      end
+      else
+        count <= _count_T_2;
     end
-    if (~(_GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_41)) begin
-      if (_GEN_12) begin
-        if (finished & loads & count > 4'hD)
-          sumWord <= {_i2c_received, sumWord[15:8]};
+    else begin
+      if (_GEN_16)
+        count <= 4'h0;
+      else if (_GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22 | _GEN_28 | ~(_GEN_27 & finished)) begin
+        if (_GEN_1)
+          count <= 4'h0;
+        else if (_GEN_2) begin
+          if (_GEN_39)
+            count <= 4'h0;
+        end
+        else if (_GEN_3) begin
+          if (_GEN_41)
+            count <= _count_T;
+          else if (_GEN_39)
+            count <= 4'h0;
+        end
+        else if (_GEN_6)
+          count <= 4'h0;
+        else if (_GEN_47) begin
+          if (_GEN_39)
+            count <= 4'h0;
+        end
+        else
+          count <= _count_T_2;
       end
-      else if (_GEN_44 | ~(_GEN_29 & _GEN_42 & count == 4'hB)) begin
+      else
+        count <= count + 4'h1;
+      failed <=
+        ~_GEN_16
+        & (_GEN_18 | _GEN_19 | _GEN_20
+             ? _GEN_54
+             : _GEN_21 ? failed : _GEN_22 ? _GEN_54 : ~_GEN_23 & ~_GEN_24 & _GEN_27 & _GEN_53 | failed);
+    end
+    if (_GEN_17 | ~_GEN_16) begin
+      if (_GEN_5 | ~(_GEN_3 & _GEN_41 & count[3:1] != 3'h7)) begin
+      end
+      else if (_crc_T_62[7] ^ byte_0[0])
+        crc <= {_crc_T_62[6:2], ~(_crc_T_62[1:0]), 1'h1};
+      else
+        crc <= {_crc_T_62[6:0], 1'h0};
+    end
+    else
+      crc <= 8'hFF;
+    if (~_GEN_5) begin
+      if (_GEN_3) begin
+        if (_GEN_41 & count > 4'hD)
+          sumWord <= {byte_0, sumWord[15:8]};
+      end
+      else if (_GEN_11 | ~(_GEN_10 & _GEN_45 & count == 4'hB)) begin
       end
       else
         sumWord <= {13'h0, isFirst ? ~(byte_0[3:1]) : fifoSize};
     end
-    pending <=
-      ~_GEN_1
-      & (_GEN_2 | ~(_GEN_3 | _GEN_4 | _GEN_5 | ~(_GEN_26 | ~(_GEN_16 | ~_GEN_28)))
-           ? _GEN_37
-           : ~_GEN_38 & (read_ready & read_valid_0 | _GEN_37));
-    if (~_GEN_27) begin
-      if (_GEN_3 | _GEN_4 | _GEN_5) begin
-        if (_GEN_38)
-          byte_0 <= data_bits;
-      end
-      else if (~_GEN_41) begin
-        if (_GEN_12) begin
-          if (finished)
-            byte_0 <= _i2c_received;
-        end
-        else if (~_GEN_14) begin
-          if (_GEN_16) begin
-            if (_GEN_38)
-              byte_0 <= data_bits;
-          end
-          else if (_GEN_25 | ~(_GEN_24 & _GEN_38)) begin
-          end
-          else
-            byte_0 <= data_bits;
-        end
-      end
+    if (_GEN_13 | _GEN_14 | _GEN_15 | ~_GEN_26)
+      pending <= ~_GEN_43 & (_GEN_42 | _GEN_49);
+    else
+      pending <= _GEN_49;
+    if (_GEN_13 | _GEN_14 | _GEN_15) begin
+      if (_GEN_43 | ~_GEN_44)
+        byte_0 <= data_bits;
     end
-    if (_GEN_45 | ~(_GEN_29 & _GEN_42 & count == 4'hA)) begin
+    else if (_GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22) begin
+      if (_GEN_44) begin
+      end
+      else
+        byte_0 <= data_bits;
+    end
+    else if (_GEN_23) begin
+      if (finished)
+        byte_0 <= _i2c_received;
+      else if (_GEN_44) begin
+      end
+      else
+        byte_0 <= data_bits;
+    end
+    else if (_GEN_24 & _GEN_43 | ~_GEN_44)
+      byte_0 <= data_bits;
+    if (_GEN_48 | ~(_GEN_10 & _GEN_45 & count == 4'hA)) begin
     end
     else
       a5Middle <= byte_0[7:4];
   end // always @(posedge)
   assign _i2c_command_bits =
-    _GEN_0
+    _GEN_17
       ? 3'h1
-      : _GEN_6
+      : _GEN_16
           ? 3'h0
-          : _GEN_7 | _GEN_8 | _GEN_9
+          : _GEN_18 | _GEN_19 | _GEN_20
               ? 3'h1
-              : _GEN_10 ? 3'h0 : _GEN_11 ? 3'h1 : _GEN_12 ? {2'h1, lastByte} : _GEN_22 | ~_GEN_19 ? 3'h1 : 3'h4;
+              : _GEN_21 ? 3'h0 : _GEN_22 ? 3'h1 : _GEN_23 ? {2'h1, lastByte} : _GEN_30 | ~_GEN_29 ? 3'h1 : 3'h4;
   assign _i2c_data =
-    _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6
+    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16
       ? 8'h0
-      : _GEN_7
+      : _GEN_18
           ? {4'hA, highBits, 1'h0}
-          : _GEN_8
+          : _GEN_19
               ? byteAddress[15:8]
-              : _GEN_9
+              : _GEN_20
                   ? byteAddress[7:0]
-                  : _GEN_10 ? 8'h0 : _GEN_11 ? {4'hA, highBits, 1'h1} : _GEN_12 | _GEN_18 | ~_GEN_17 ? 8'h0 : byte_0;
+                  : _GEN_21 ? 8'h0 : _GEN_22 ? {4'hA, highBits, 1'h1} : _GEN_28 | ~_GEN_27 ? 8'h0 : byte_0;
   I2cMaster i2c (
     .clock         (clock),
     .reset         (reset),
@@ -6276,19 +6672,19 @@ module SiiController(
     .done          (_i2c_done),
     .received      (_i2c_received),
     .acknowledged  (_i2c_acknowledged),
-    .sclLow        (sclLow),
-    .sdaLow        (sdaLow),
-    .sda           (sda)
+    .sclLow        (lines_sclLow),
+    .sdaLow        (lines_sdaLow),
+    .sda           (lines_sda)
   );
   assign write_valid = write_valid_0;
   assign write_bits_address =
-    _GEN_31 ? 12'h0 : _GEN_14 ? {1'h0, loads ? {7'h56, count} : {7'h50, _GEN_15}} : _GEN_32 ? 12'h0 : casez_tmp;
+    _GEN_5 ? 12'h0 : _GEN_3 ? {1'h0, loads ? {7'h56, count} : {7'h50, _GEN_4}} : _GEN_12 ? 12'h0 : casez_tmp;
   assign write_bits_data =
-    _GEN_31
+    _GEN_5
       ? 8'h0
-      : _GEN_14
+      : _GEN_3
           ? byte_0
-          : _GEN_32
+          : _GEN_12
               ? 8'h0
               : count == 4'hD
                   ? {a5Middle, 1'h0, sumWord[2:0]}
@@ -6297,23 +6693,21 @@ module SiiController(
                       : {enhancedLinkDetection[4:1], byte_0[3:2], enhancedLinkDetection[0], byte_0[0]};
   assign read_valid = read_valid_0;
   assign read_bits =
-    _GEN_27
-      ? 12'h0
-      : _GEN_3
-          ? 12'h504
-          : _GEN_4
-              ? 12'h505
-              : _GEN_5 ? 12'h506 : _GEN_26 ? 12'h0 : _GEN_16 ? {8'h50, _GEN_15} : _GEN_28 ? 12'h0 : {8'h56, count};
-  assign ecatMayWrite = ~ownedByPdi & _command_T;
-  assign pdiMayWrite = ownedByPdi & _command_T;
+    _GEN_13
+      ? 12'h504
+      : _GEN_14 ? 12'h505 : _GEN_15 ? 12'h506 : _GEN_26 ? (_GEN_9 | ~_GEN_7 ? 12'h0 : {8'h56, count}) : {8'h50, _GEN_4};
+  assign ecatMayWrite = ~ownedByPdi & _pdiMayWrite_T;
+  assign pdiMayWrite = ownedByPdi & _pdiMayWrite_T;
   assign writeEnable = enable | taken;
-  assign command = _command_T ? 3'h0 : running;
+  assign command = _busy_output ? running : 3'h0;
   assign checksumError = badSum;
   assign notLoaded = unloaded;
   assign commandError = noAck;
   assign writeError = notMay;
-  assign busy = _loading_T;
-  assign loading = isFirst & _loading_T;
+  assign busy = _busy_output;
+  assign waits = state == 5'h15;
+  assign loadFailed = lost;
+  assign loading = isFirst & _busy_output;
 endmodule
 
 module Application(
@@ -6334,6 +6728,7 @@ module Application(
   input  [7:0]  smAlEvents,
   input  [7:0]  smChanged,
   input         watchdog,
+  input         eeprom,
   input  [15:0] ecatMask,
   input  [15:0] alMask,
   output [15:0] ecatEvents,
@@ -6352,7 +6747,7 @@ module Application(
   reg         alEvent_pending;
   reg         alEvent;
   wire [15:0] _ecatEvents_output = {4'h0, smEcatEvents, alEvent, dlEvent, 2'h0};
-  wire [15:0] _GEN = {smAlEvents, 1'h0, watchdog, 1'h0, |smChanged, 3'h0, controlEvent} & alMask;
+  wire [15:0] _GEN = {smAlEvents, 1'h0, watchdog, eeprom, |smChanged, 3'h0, controlEvent} & alMask;
   wire        _alEvent_T = good | bad;
   wire        _GEN_0 = dlStatus == dlEvent_before;
   wire        _GEN_1 = alStatus == alEvent_before;
@@ -6383,9 +6778,9 @@ module Application(
   assign copyControl = copyControl_REG & emulation;
   assign alControlFree = emulation | ~controlEvent;
   assign ecatEvents = _ecatEvents_output;
-  assign alEvents = {16'h0, smAlEvents, 1'h0, watchdog, 1'h0, |smChanged, 3'h0, controlEvent};
+  assign alEvents = {16'h0, smAlEvents, 1'h0, watchdog, eeprom, |smChanged, 3'h0, controlEvent};
   assign irqField = _ecatEvents_output & ecatMask;
-  assign irq = |{_GEN[15:8], _GEN[6], _GEN[4], _GEN[0]};
+  assign irq = |{_GEN[15:8], _GEN[6:4], _GEN[0]};
 endmodule
 
 module WatchdogDivider(
@@ -6423,7 +6818,7 @@ module Watchdog(
   input         clock,
   input         reset,
   input         tick,
-  input  [15:0] time_0,
+  input  [15:0] timeTicks,
   input         trigger,
   input         restart,
   output        running,
@@ -6432,10 +6827,10 @@ module Watchdog(
 
   reg  [15:0] left;
   reg         alive;
-  wire        _expired_output = alive & tick & left == 16'h0 & (|time_0);
+  wire        _expired_output = alive & tick & left == 16'h0 & (|timeTicks);
   always @(posedge clock) begin
     if (trigger | restart)
-      left <= time_0;
+      left <= timeTicks;
     else if (tick)
       left <= left - 16'h1;
     if (reset)
@@ -6443,7 +6838,7 @@ module Watchdog(
     else
       alive <= trigger | ~_expired_output & alive;
   end // always @(posedge)
-  assign running = alive | ~(|time_0);
+  assign running = alive | ~(|timeTicks);
   assign expired = _expired_output;
 endmodule
 
@@ -6507,6 +6902,31 @@ module LedPattern(
     code == 4'hE ? ~(step[0]) : code == 4'hD ? ~(step[2]) : (&code) | (|code) & step[6:3] < code & ~(step[2]);
 endmodule
 
+module LinkActivity(
+  input  clock,
+  input  reset,
+  input  tick,
+  input  link,
+  input  traffic,
+  output lit
+);
+
+  reg seen;
+  reg dark;
+  always @(posedge clock) begin
+    if (reset) begin
+      seen <= 1'h0;
+      dark <= 1'h0;
+    end
+    else begin
+      seen <= traffic | ~tick & seen;
+      if (tick)
+        dark <= seen & ~dark;
+    end
+  end // always @(posedge)
+  assign lit = link & ~dark;
+endmodule
+
 module et1100(
   input         clock,
   input         reset,
@@ -6563,6 +6983,10 @@ module et1100(
 );
 
   wire        _memory_value_rx_fifo_size_2;
+  wire        _unit_3_traffic;
+  wire        _unit_2_traffic;
+  wire        _unit_1_traffic;
+  wire        _unit_traffic;
   wire        _led_err_write_valid;
   wire [4:0]  _led_err_write_bits;
   wire        _led_err_drop;
@@ -6584,29 +7008,30 @@ module et1100(
   wire [15:0] _processor_config_ecatEvents_application_alMask;
   wire [15:0] _processor_config_ecatEvents_application_ecatEvents;
   wire [31:0] _processor_config_ecatEvents_application_alEvents;
-  wire        _operational_sii_twoByte_crossing_out;
-  wire        _operational_sii_twoByte;
-  wire        _operational_sii_sda;
+  wire        _operational_sii_lines_twoByte_crossing_out;
+  wire        _operational_sii_lines_twoByte;
+  wire        _operational_sii_lines_sda;
   wire        _operational_sii_writeLow_valid;
   wire        _operational_sii_writeLow_bits;
   wire        _operational_sii_writeHigh_valid;
   wire [2:0]  _operational_sii_writeHigh_bits;
   wire [4:0]  _operational_sii_enhancedLinkDetection;
-  wire        _operational_sii_checksumError;
+  wire        _operational_sii_pdiMayWrite;
   wire        _operational_sii_notLoaded;
-  wire        _operational_sii_commandError;
+  wire        _operational_sii_waits;
+  wire        _operational_sii_loadFailed;
   wire        _operational_sii_loading;
-  wire        _hostSequencer_ecatActs;
   wire        _hostSequencer_memory_write;
   wire [15:0] _hostSequencer_memory_addr;
   wire        _hostSequencer_memory_be;
   wire        _hostSequencer_quiet;
   wire [2:0]  _syncManagers_pdi_index;
+  wire        _syncManagers_pdi_request;
+  wire [2:0]  _syncManagers_pdi_number;
   wire        _syncManagers_pdi_access_touch;
   wire        _syncManagers_pdi_access_first;
   wire        _syncManagers_pdi_access_close;
   wire        _syncManagers_pdi_access_single;
-  wire [2:0]  _syncManagers_pdi_accessIndex;
   wire        _syncManagers_ramOpen;
   wire        _syncManagers_quiet;
   wire [2:0]  _syncManagers_pdi_entries_0_index;
@@ -6614,62 +7039,14 @@ module et1100(
   wire [15:0] _syncManagers_pdi_entries_0_length;
   wire [17:0] _syncManagers_pdi_entries_0_extent;
   wire        _syncManagers_pdi_entries_0_takesPart;
-  wire        _syncManagers_pdi_views_0_works;
-  wire        _syncManagers_pdi_views_0_locked;
-  wire        _syncManagers_pdi_views_0_ecatWrites;
-  wire        _syncManagers_pdi_views_0_pdiOpen;
-  wire        _syncManagers_pdi_views_0_pdiMayOpen;
-  wire [1:0]  _syncManagers_pdi_views_0_writerBuffer;
-  wire [1:0]  _syncManagers_pdi_views_0_readerBuffer;
-  wire        _syncManagers_pdi_views_1_works;
-  wire        _syncManagers_pdi_views_1_locked;
-  wire        _syncManagers_pdi_views_1_ecatWrites;
-  wire        _syncManagers_pdi_views_1_pdiOpen;
-  wire        _syncManagers_pdi_views_1_pdiMayOpen;
-  wire [1:0]  _syncManagers_pdi_views_1_writerBuffer;
-  wire [1:0]  _syncManagers_pdi_views_1_readerBuffer;
-  wire        _syncManagers_pdi_views_2_works;
-  wire        _syncManagers_pdi_views_2_locked;
-  wire        _syncManagers_pdi_views_2_ecatWrites;
-  wire        _syncManagers_pdi_views_2_pdiOpen;
-  wire        _syncManagers_pdi_views_2_pdiMayOpen;
-  wire [1:0]  _syncManagers_pdi_views_2_writerBuffer;
-  wire [1:0]  _syncManagers_pdi_views_2_readerBuffer;
-  wire        _syncManagers_pdi_views_3_works;
-  wire        _syncManagers_pdi_views_3_locked;
-  wire        _syncManagers_pdi_views_3_ecatWrites;
-  wire        _syncManagers_pdi_views_3_pdiOpen;
-  wire        _syncManagers_pdi_views_3_pdiMayOpen;
-  wire [1:0]  _syncManagers_pdi_views_3_writerBuffer;
-  wire [1:0]  _syncManagers_pdi_views_3_readerBuffer;
-  wire        _syncManagers_pdi_views_4_works;
-  wire        _syncManagers_pdi_views_4_locked;
-  wire        _syncManagers_pdi_views_4_ecatWrites;
-  wire        _syncManagers_pdi_views_4_pdiOpen;
-  wire        _syncManagers_pdi_views_4_pdiMayOpen;
-  wire [1:0]  _syncManagers_pdi_views_4_writerBuffer;
-  wire [1:0]  _syncManagers_pdi_views_4_readerBuffer;
-  wire        _syncManagers_pdi_views_5_works;
-  wire        _syncManagers_pdi_views_5_locked;
-  wire        _syncManagers_pdi_views_5_ecatWrites;
-  wire        _syncManagers_pdi_views_5_pdiOpen;
-  wire        _syncManagers_pdi_views_5_pdiMayOpen;
-  wire [1:0]  _syncManagers_pdi_views_5_writerBuffer;
-  wire [1:0]  _syncManagers_pdi_views_5_readerBuffer;
-  wire        _syncManagers_pdi_views_6_works;
-  wire        _syncManagers_pdi_views_6_locked;
-  wire        _syncManagers_pdi_views_6_ecatWrites;
-  wire        _syncManagers_pdi_views_6_pdiOpen;
-  wire        _syncManagers_pdi_views_6_pdiMayOpen;
-  wire [1:0]  _syncManagers_pdi_views_6_writerBuffer;
-  wire [1:0]  _syncManagers_pdi_views_6_readerBuffer;
-  wire        _syncManagers_pdi_views_7_works;
-  wire        _syncManagers_pdi_views_7_locked;
-  wire        _syncManagers_pdi_views_7_ecatWrites;
-  wire        _syncManagers_pdi_views_7_pdiOpen;
-  wire        _syncManagers_pdi_views_7_pdiMayOpen;
-  wire [1:0]  _syncManagers_pdi_views_7_writerBuffer;
-  wire [1:0]  _syncManagers_pdi_views_7_readerBuffer;
+  wire        _syncManagers_pdi_granted;
+  wire        _syncManagers_pdi_view_works;
+  wire        _syncManagers_pdi_view_locked;
+  wire        _syncManagers_pdi_view_ecatWrites;
+  wire        _syncManagers_pdi_view_pdiOpen;
+  wire        _syncManagers_pdi_view_pdiMayOpen;
+  wire [1:0]  _syncManagers_pdi_view_writerBuffer;
+  wire [1:0]  _syncManagers_pdi_view_readerBuffer;
   wire        _syncManagers_pdi_ramOpen;
   wire        _syncManagers_ecatEvent_0;
   wire        _syncManagers_ecatEvent_1;
@@ -6836,55 +7213,14 @@ module et1100(
   wire [15:0] _processor_areas_entries_0_length;
   wire [17:0] _processor_areas_entries_0_extent;
   wire        _processor_areas_entries_0_takesPart;
-  wire        _processor_areas_views_0_works;
-  wire        _processor_areas_views_0_ecatWrites;
-  wire        _processor_areas_views_0_ecatOpen;
-  wire        _processor_areas_views_0_ecatMayOpen;
-  wire [1:0]  _processor_areas_views_0_writerBuffer;
-  wire [1:0]  _processor_areas_views_0_readerBuffer;
-  wire        _processor_areas_views_1_works;
-  wire        _processor_areas_views_1_ecatWrites;
-  wire        _processor_areas_views_1_ecatOpen;
-  wire        _processor_areas_views_1_ecatMayOpen;
-  wire [1:0]  _processor_areas_views_1_writerBuffer;
-  wire [1:0]  _processor_areas_views_1_readerBuffer;
-  wire        _processor_areas_views_2_works;
-  wire        _processor_areas_views_2_ecatWrites;
-  wire        _processor_areas_views_2_ecatOpen;
-  wire        _processor_areas_views_2_ecatMayOpen;
-  wire [1:0]  _processor_areas_views_2_writerBuffer;
-  wire [1:0]  _processor_areas_views_2_readerBuffer;
-  wire        _processor_areas_views_3_works;
-  wire        _processor_areas_views_3_ecatWrites;
-  wire        _processor_areas_views_3_ecatOpen;
-  wire        _processor_areas_views_3_ecatMayOpen;
-  wire [1:0]  _processor_areas_views_3_writerBuffer;
-  wire [1:0]  _processor_areas_views_3_readerBuffer;
-  wire        _processor_areas_views_4_works;
-  wire        _processor_areas_views_4_ecatWrites;
-  wire        _processor_areas_views_4_ecatOpen;
-  wire        _processor_areas_views_4_ecatMayOpen;
-  wire [1:0]  _processor_areas_views_4_writerBuffer;
-  wire [1:0]  _processor_areas_views_4_readerBuffer;
-  wire        _processor_areas_views_5_works;
-  wire        _processor_areas_views_5_ecatWrites;
-  wire        _processor_areas_views_5_ecatOpen;
-  wire        _processor_areas_views_5_ecatMayOpen;
-  wire [1:0]  _processor_areas_views_5_writerBuffer;
-  wire [1:0]  _processor_areas_views_5_readerBuffer;
-  wire        _processor_areas_views_6_works;
-  wire        _processor_areas_views_6_ecatWrites;
-  wire        _processor_areas_views_6_ecatOpen;
-  wire        _processor_areas_views_6_ecatMayOpen;
-  wire [1:0]  _processor_areas_views_6_writerBuffer;
-  wire [1:0]  _processor_areas_views_6_readerBuffer;
-  wire        _processor_areas_views_7_works;
-  wire        _processor_areas_views_7_ecatWrites;
-  wire        _processor_areas_views_7_ecatOpen;
-  wire        _processor_areas_views_7_ecatMayOpen;
-  wire [1:0]  _processor_areas_views_7_writerBuffer;
-  wire [1:0]  _processor_areas_views_7_readerBuffer;
+  wire        _processor_areas_view_works;
+  wire        _processor_areas_view_ecatWrites;
+  wire        _processor_areas_view_ecatOpen;
+  wire        _processor_areas_view_ecatMayOpen;
+  wire [1:0]  _processor_areas_view_writerBuffer;
+  wire [1:0]  _processor_areas_view_readerBuffer;
   wire        _processor_areas_ramOpen;
+  wire        _processor_buffersSettled;
   wire        _processor_out_valid;
   wire        _processor_out_payload;
   wire [3:0]  _processor_out_data;
@@ -6899,11 +7235,12 @@ module et1100(
   wire        _processor_frameBad;
   wire        _processor_busy;
   wire [2:0]  _processor_areas_index;
+  wire        _processor_areas_request;
+  wire [2:0]  _processor_areas_number;
   wire        _processor_areas_access_touch;
   wire        _processor_areas_access_first;
   wire        _processor_areas_access_close;
   wire        _processor_areas_access_single;
-  wire [2:0]  _processor_areas_accessIndex;
   wire        _memory_ecat_frameStart;
   wire        _memory_ecat_read;
   wire [16:0] _memory_ecat_readAddress;
@@ -6926,6 +7263,7 @@ module et1100(
   wire        _memory_guard_sm1_disabled;
   wire        _memory_guard_sm0_disabled;
   wire        _memory_guard_sii_pdi_may_write;
+  wire        _memory_guard_sii_pdi_may_answer;
   wire        _memory_guard_sii_ecat_may_write;
   wire        _memory_guard_sii_pdi_may_take;
   wire        _memory_guard_al_status_by_pdi;
@@ -7158,18 +7496,10 @@ module et1100(
   wire        tick = tick_value == 23'h4C4B3F;
   reg  [3:0]  latched;
   wire [3:0]  error =
-    _operational_sii_checksumError | _operational_sii_commandError
+    _operational_sii_loadFailed
       ? 4'hE
       : (|latched) ? latched : {3'h0, _memory_value_al_status[4] & ~_memory_value_device_emulation};
   reg  [3:0]  REG;
-  reg         seen;
-  reg         dark;
-  reg         seen_1;
-  reg         dark_1;
-  reg         seen_2;
-  reg         dark_2;
-  reg         seen_3;
-  reg         dark_3;
   reg         memory_event_lost_link_port0_REG;
   reg         memory_event_lost_link_port1_REG;
   reg         memory_event_lost_link_port2_REG;
@@ -7235,14 +7565,6 @@ module et1100(
       processor_config_ecatEvents_application_watchdog_watchdog_event <= 1'h0;
       tick_value <= 23'h0;
       latched <= 4'h0;
-      seen <= 1'h0;
-      dark <= 1'h0;
-      seen_1 <= 1'h0;
-      dark_1 <= 1'h0;
-      seen_2 <= 1'h0;
-      dark_2 <= 1'h0;
-      seen_3 <= 1'h0;
-      dark_3 <= 1'h0;
       memory_event_lost_link_port0_REG <= 1'h0;
       memory_event_lost_link_port1_REG <= 1'h0;
       memory_event_lost_link_port2_REG <= 1'h0;
@@ -7331,13 +7653,8 @@ module et1100(
             & _hostSequencer_memory_be | _memory_host_ack & ~_hostSequencer_memory_write
             & _hostSequencer_memory_addr == 16'h441 & _hostSequencer_memory_be)
         & processor_config_ecatEvents_application_watchdog_watchdog_event;
-      if (tick) begin
+      if (tick)
         tick_value <= 23'h0;
-        dark <= seen & ~dark;
-        dark_1 <= seen_1 & ~dark_1;
-        dark_2 <= seen_2 & ~dark_2;
-        dark_3 <= seen_3 & ~dark_3;
-      end
       else
         tick_value <= tick_value + 23'h1;
       if (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
@@ -7347,10 +7664,6 @@ module et1100(
         latched <= 4'h2;
       else if (alChanged)
         latched <= 4'h0;
-      seen <= ~_receivers_0_idle | _transmitters_0_txEn | ~tick & seen;
-      seen_1 <= ~_receivers_1_idle | _transmitters_1_txEn | ~tick & seen_1;
-      seen_2 <= ~_receivers_2_idle | _transmitters_2_txEn | ~tick & seen_2;
-      seen_3 <= ~_receivers_3_idle | _transmitters_3_txEn | ~tick & seen_3;
       memory_event_lost_link_port0_REG <= links_0;
       memory_event_lost_link_port1_REG <= links_1;
       memory_event_lost_link_port2_REG <= links_2;
@@ -7379,6 +7692,8 @@ module et1100(
   assign _memory_guard_sm2_disabled = ~_memory_value_sm2_enable;
   assign _memory_guard_sm1_disabled = ~_memory_value_sm1_enable;
   assign _memory_guard_sm0_disabled = ~_memory_value_sm0_enable;
+  assign _memory_guard_sii_pdi_may_write = _operational_sii_pdiMayWrite;
+  assign _memory_guard_sii_pdi_may_answer = _operational_sii_pdiMayWrite | _operational_sii_waits;
   assign _memory_guard_sii_pdi_may_take =
     (_memory_value_eeprom_offered | _memory_value_eeprom_taken) & ~_memory_value_eeprom_force;
   assign _memory_guard_al_status_by_pdi = ~_memory_value_device_emulation;
@@ -7387,10 +7702,8 @@ module et1100(
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
-  assign _memory_status_eeprom_command_error = _operational_sii_commandError;
   assign _memory_status_eeprom_not_loaded = _operational_sii_notLoaded;
-  assign _memory_status_eeprom_checksum_error = _operational_sii_checksumError;
-  assign _memory_status_eeprom_two_address_bytes = _operational_sii_twoByte_crossing_out;
+  assign _memory_status_eeprom_two_address_bytes = _operational_sii_lines_twoByte_crossing_out;
   assign _memory_status_watchdog_pdi =
     _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
   assign _memory_status_sm_al_event = _processor_config_ecatEvents_application_alEvents[15:8];
@@ -7506,6 +7819,7 @@ module et1100(
     .guard_sm1_disabled                (_memory_guard_sm1_disabled),
     .guard_sm0_disabled                (_memory_guard_sm0_disabled),
     .guard_sii_pdi_may_write           (_memory_guard_sii_pdi_may_write),
+    .guard_sii_pdi_may_answer          (_memory_guard_sii_pdi_may_answer),
     .guard_sii_ecat_may_write          (_memory_guard_sii_ecat_may_write),
     .guard_sii_pdi_may_take            (_memory_guard_sii_pdi_may_take),
     .guard_al_status_by_pdi            (_memory_guard_al_status_by_pdi),
@@ -7692,60 +8006,20 @@ module et1100(
     .areas_entries_0_length     (_processor_areas_entries_0_length),
     .areas_entries_0_extent     (_processor_areas_entries_0_extent),
     .areas_entries_0_takesPart  (_processor_areas_entries_0_takesPart),
-    .areas_views_0_works        (_processor_areas_views_0_works),
-    .areas_views_0_ecatWrites   (_processor_areas_views_0_ecatWrites),
-    .areas_views_0_ecatOpen     (_processor_areas_views_0_ecatOpen),
-    .areas_views_0_ecatMayOpen  (_processor_areas_views_0_ecatMayOpen),
-    .areas_views_0_writerBuffer (_processor_areas_views_0_writerBuffer),
-    .areas_views_0_readerBuffer (_processor_areas_views_0_readerBuffer),
-    .areas_views_1_works        (_processor_areas_views_1_works),
-    .areas_views_1_ecatWrites   (_processor_areas_views_1_ecatWrites),
-    .areas_views_1_ecatOpen     (_processor_areas_views_1_ecatOpen),
-    .areas_views_1_ecatMayOpen  (_processor_areas_views_1_ecatMayOpen),
-    .areas_views_1_writerBuffer (_processor_areas_views_1_writerBuffer),
-    .areas_views_1_readerBuffer (_processor_areas_views_1_readerBuffer),
-    .areas_views_2_works        (_processor_areas_views_2_works),
-    .areas_views_2_ecatWrites   (_processor_areas_views_2_ecatWrites),
-    .areas_views_2_ecatOpen     (_processor_areas_views_2_ecatOpen),
-    .areas_views_2_ecatMayOpen  (_processor_areas_views_2_ecatMayOpen),
-    .areas_views_2_writerBuffer (_processor_areas_views_2_writerBuffer),
-    .areas_views_2_readerBuffer (_processor_areas_views_2_readerBuffer),
-    .areas_views_3_works        (_processor_areas_views_3_works),
-    .areas_views_3_ecatWrites   (_processor_areas_views_3_ecatWrites),
-    .areas_views_3_ecatOpen     (_processor_areas_views_3_ecatOpen),
-    .areas_views_3_ecatMayOpen  (_processor_areas_views_3_ecatMayOpen),
-    .areas_views_3_writerBuffer (_processor_areas_views_3_writerBuffer),
-    .areas_views_3_readerBuffer (_processor_areas_views_3_readerBuffer),
-    .areas_views_4_works        (_processor_areas_views_4_works),
-    .areas_views_4_ecatWrites   (_processor_areas_views_4_ecatWrites),
-    .areas_views_4_ecatOpen     (_processor_areas_views_4_ecatOpen),
-    .areas_views_4_ecatMayOpen  (_processor_areas_views_4_ecatMayOpen),
-    .areas_views_4_writerBuffer (_processor_areas_views_4_writerBuffer),
-    .areas_views_4_readerBuffer (_processor_areas_views_4_readerBuffer),
-    .areas_views_5_works        (_processor_areas_views_5_works),
-    .areas_views_5_ecatWrites   (_processor_areas_views_5_ecatWrites),
-    .areas_views_5_ecatOpen     (_processor_areas_views_5_ecatOpen),
-    .areas_views_5_ecatMayOpen  (_processor_areas_views_5_ecatMayOpen),
-    .areas_views_5_writerBuffer (_processor_areas_views_5_writerBuffer),
-    .areas_views_5_readerBuffer (_processor_areas_views_5_readerBuffer),
-    .areas_views_6_works        (_processor_areas_views_6_works),
-    .areas_views_6_ecatWrites   (_processor_areas_views_6_ecatWrites),
-    .areas_views_6_ecatOpen     (_processor_areas_views_6_ecatOpen),
-    .areas_views_6_ecatMayOpen  (_processor_areas_views_6_ecatMayOpen),
-    .areas_views_6_writerBuffer (_processor_areas_views_6_writerBuffer),
-    .areas_views_6_readerBuffer (_processor_areas_views_6_readerBuffer),
-    .areas_views_7_works        (_processor_areas_views_7_works),
-    .areas_views_7_ecatWrites   (_processor_areas_views_7_ecatWrites),
-    .areas_views_7_ecatOpen     (_processor_areas_views_7_ecatOpen),
-    .areas_views_7_ecatMayOpen  (_processor_areas_views_7_ecatMayOpen),
-    .areas_views_7_writerBuffer (_processor_areas_views_7_writerBuffer),
-    .areas_views_7_readerBuffer (_processor_areas_views_7_readerBuffer),
-    .areas_ramOpen              (_processor_areas_ramOpen),
+    .areas_request              (_processor_areas_request),
+    .areas_number               (_processor_areas_number),
+    .areas_view_works           (_processor_areas_view_works),
+    .areas_view_ecatWrites      (_processor_areas_view_ecatWrites),
+    .areas_view_ecatOpen        (_processor_areas_view_ecatOpen),
+    .areas_view_ecatMayOpen     (_processor_areas_view_ecatMayOpen),
+    .areas_view_writerBuffer    (_processor_areas_view_writerBuffer),
+    .areas_view_readerBuffer    (_processor_areas_view_readerBuffer),
     .areas_access_touch         (_processor_areas_access_touch),
     .areas_access_first         (_processor_areas_access_first),
     .areas_access_close         (_processor_areas_access_close),
     .areas_access_single        (_processor_areas_access_single),
-    .areas_accessIndex          (_processor_areas_accessIndex)
+    .areas_ramOpen              (_processor_areas_ramOpen),
+    .buffersSettled             (_processor_buffersSettled)
   );
   assign _loops_settingWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
@@ -8076,301 +8350,164 @@ module et1100(
   assign _syncManagers_ramOpen = ~_operational_sii_notLoaded;
   assign _syncManagers_quiet = _hostSequencer_quiet & ~_processor_busy & ~syncManagers_quiet_r_7;
   SyncManagers syncManagers (
+    .clock                    (clock),
+    .reset                    (reset),
+    .write_valid              (_memory_registerWrite_valid),
+    .write_bits_address       (_memory_registerWrite_bits_address),
+    .write_bits_mask          (_memory_registerWrite_bits_mask),
+    .write_bits_data          (_memory_registerWrite_bits_data),
+    .ecat_index               (_processor_areas_index),
+    .ecat_entries_0_index     (_processor_areas_entries_0_index),
+    .ecat_entries_0_start     (_processor_areas_entries_0_start),
+    .ecat_entries_0_length    (_processor_areas_entries_0_length),
+    .ecat_entries_0_extent    (_processor_areas_entries_0_extent),
+    .ecat_entries_0_takesPart (_processor_areas_entries_0_takesPart),
+    .ecat_request             (_processor_areas_request),
+    .ecat_number              (_processor_areas_number),
+    .ecat_view_works          (_processor_areas_view_works),
+    .ecat_view_ecatWrites     (_processor_areas_view_ecatWrites),
+    .ecat_view_ecatOpen       (_processor_areas_view_ecatOpen),
+    .ecat_view_ecatMayOpen    (_processor_areas_view_ecatMayOpen),
+    .ecat_view_writerBuffer   (_processor_areas_view_writerBuffer),
+    .ecat_view_readerBuffer   (_processor_areas_view_readerBuffer),
+    .ecat_access_touch        (_processor_areas_access_touch),
+    .ecat_access_first        (_processor_areas_access_first),
+    .ecat_access_close        (_processor_areas_access_close),
+    .ecat_access_single       (_processor_areas_access_single),
+    .ecat_ramOpen             (_processor_areas_ramOpen),
+    .pdi_index                (_syncManagers_pdi_index),
+    .pdi_entries_0_index      (_syncManagers_pdi_entries_0_index),
+    .pdi_entries_0_start      (_syncManagers_pdi_entries_0_start),
+    .pdi_entries_0_length     (_syncManagers_pdi_entries_0_length),
+    .pdi_entries_0_extent     (_syncManagers_pdi_entries_0_extent),
+    .pdi_entries_0_takesPart  (_syncManagers_pdi_entries_0_takesPart),
+    .pdi_request              (_syncManagers_pdi_request),
+    .pdi_granted              (_syncManagers_pdi_granted),
+    .pdi_number               (_syncManagers_pdi_number),
+    .pdi_view_works           (_syncManagers_pdi_view_works),
+    .pdi_view_locked          (_syncManagers_pdi_view_locked),
+    .pdi_view_ecatWrites      (_syncManagers_pdi_view_ecatWrites),
+    .pdi_view_pdiOpen         (_syncManagers_pdi_view_pdiOpen),
+    .pdi_view_pdiMayOpen      (_syncManagers_pdi_view_pdiMayOpen),
+    .pdi_view_writerBuffer    (_syncManagers_pdi_view_writerBuffer),
+    .pdi_view_readerBuffer    (_syncManagers_pdi_view_readerBuffer),
+    .pdi_access_touch         (_syncManagers_pdi_access_touch),
+    .pdi_access_first         (_syncManagers_pdi_access_first),
+    .pdi_access_close         (_syncManagers_pdi_access_close),
+    .pdi_access_single        (_syncManagers_pdi_access_single),
+    .pdi_ramOpen              (_syncManagers_pdi_ramOpen),
+    .ramOpen                  (_syncManagers_ramOpen),
+    .good                     (_processor_frameGood),
+    .bad                      (_processor_frameBad),
+    .quiet                    (_syncManagers_quiet),
+    .settled                  (_processor_buffersSettled),
+    .enable_0                 (_memory_value_sm0_enable),
+    .enable_1                 (_memory_value_sm1_enable),
+    .enable_2                 (_memory_value_sm2_enable),
+    .enable_3                 (_memory_value_sm3_enable),
+    .enable_4                 (_memory_value_sm4_enable),
+    .enable_5                 (_memory_value_sm5_enable),
+    .enable_6                 (_memory_value_sm6_enable),
+    .enable_7                 (_memory_value_sm7_enable),
+    .writeEvent_0             (_memory_status_sm0_write_event),
+    .writeEvent_1             (_memory_status_sm1_write_event),
+    .writeEvent_2             (_memory_status_sm2_write_event),
+    .writeEvent_3             (_memory_status_sm3_write_event),
+    .writeEvent_4             (_memory_status_sm4_write_event),
+    .writeEvent_5             (_memory_status_sm5_write_event),
+    .writeEvent_6             (_memory_status_sm6_write_event),
+    .writeEvent_7             (_memory_status_sm7_write_event),
+    .readEvent_0              (_memory_status_sm0_read_event),
+    .readEvent_1              (_memory_status_sm1_read_event),
+    .readEvent_2              (_memory_status_sm2_read_event),
+    .readEvent_3              (_memory_status_sm3_read_event),
+    .readEvent_4              (_memory_status_sm4_read_event),
+    .readEvent_5              (_memory_status_sm5_read_event),
+    .readEvent_6              (_memory_status_sm6_read_event),
+    .readEvent_7              (_memory_status_sm7_read_event),
+    .full_0                   (_memory_status_sm0_mailbox_full),
+    .full_1                   (_memory_status_sm1_mailbox_full),
+    .full_2                   (_memory_status_sm2_mailbox_full),
+    .full_3                   (_memory_status_sm3_mailbox_full),
+    .full_4                   (_memory_status_sm4_mailbox_full),
+    .full_5                   (_memory_status_sm5_mailbox_full),
+    .full_6                   (_memory_status_sm6_mailbox_full),
+    .full_7                   (_memory_status_sm7_mailbox_full),
+    .lastBuffer_0             (_memory_status_sm0_last_buffer),
+    .lastBuffer_1             (_memory_status_sm1_last_buffer),
+    .lastBuffer_2             (_memory_status_sm2_last_buffer),
+    .lastBuffer_3             (_memory_status_sm3_last_buffer),
+    .lastBuffer_4             (_memory_status_sm4_last_buffer),
+    .lastBuffer_5             (_memory_status_sm5_last_buffer),
+    .lastBuffer_6             (_memory_status_sm6_last_buffer),
+    .lastBuffer_7             (_memory_status_sm7_last_buffer),
+    .deactivated_0            (_memory_status_sm0_deactivated),
+    .deactivated_1            (_memory_status_sm1_deactivated),
+    .deactivated_2            (_memory_status_sm2_deactivated),
+    .deactivated_3            (_memory_status_sm3_deactivated),
+    .deactivated_4            (_memory_status_sm4_deactivated),
+    .deactivated_5            (_memory_status_sm5_deactivated),
+    .deactivated_6            (_memory_status_sm6_deactivated),
+    .deactivated_7            (_memory_status_sm7_deactivated),
+    .ecatEvent_0              (_syncManagers_ecatEvent_0),
+    .ecatEvent_1              (_syncManagers_ecatEvent_1),
+    .ecatEvent_2              (_syncManagers_ecatEvent_2),
+    .ecatEvent_3              (_syncManagers_ecatEvent_3),
+    .ecatEvent_4              (_syncManagers_ecatEvent_4),
+    .ecatEvent_5              (_syncManagers_ecatEvent_5),
+    .ecatEvent_6              (_syncManagers_ecatEvent_6),
+    .ecatEvent_7              (_syncManagers_ecatEvent_7),
+    .alEvent_0                (_syncManagers_alEvent_0),
+    .alEvent_1                (_syncManagers_alEvent_1),
+    .alEvent_2                (_syncManagers_alEvent_2),
+    .alEvent_3                (_syncManagers_alEvent_3),
+    .alEvent_4                (_syncManagers_alEvent_4),
+    .alEvent_5                (_syncManagers_alEvent_5),
+    .alEvent_6                (_syncManagers_alEvent_6),
+    .alEvent_7                (_syncManagers_alEvent_7),
+    .trigger                  (_syncManagers_trigger)
+  );
+  HostSequencer hostSequencer (
     .clock                     (clock),
     .reset                     (reset),
-    .write_valid               (_memory_registerWrite_valid),
-    .write_bits_address        (_memory_registerWrite_bits_address),
-    .write_bits_mask           (_memory_registerWrite_bits_mask),
-    .write_bits_data           (_memory_registerWrite_bits_data),
-    .ecat_index                (_processor_areas_index),
-    .ecat_entries_0_index      (_processor_areas_entries_0_index),
-    .ecat_entries_0_start      (_processor_areas_entries_0_start),
-    .ecat_entries_0_length     (_processor_areas_entries_0_length),
-    .ecat_entries_0_extent     (_processor_areas_entries_0_extent),
-    .ecat_entries_0_takesPart  (_processor_areas_entries_0_takesPart),
-    .ecat_views_0_works        (_processor_areas_views_0_works),
-    .ecat_views_0_ecatWrites   (_processor_areas_views_0_ecatWrites),
-    .ecat_views_0_ecatOpen     (_processor_areas_views_0_ecatOpen),
-    .ecat_views_0_ecatMayOpen  (_processor_areas_views_0_ecatMayOpen),
-    .ecat_views_0_writerBuffer (_processor_areas_views_0_writerBuffer),
-    .ecat_views_0_readerBuffer (_processor_areas_views_0_readerBuffer),
-    .ecat_views_1_works        (_processor_areas_views_1_works),
-    .ecat_views_1_ecatWrites   (_processor_areas_views_1_ecatWrites),
-    .ecat_views_1_ecatOpen     (_processor_areas_views_1_ecatOpen),
-    .ecat_views_1_ecatMayOpen  (_processor_areas_views_1_ecatMayOpen),
-    .ecat_views_1_writerBuffer (_processor_areas_views_1_writerBuffer),
-    .ecat_views_1_readerBuffer (_processor_areas_views_1_readerBuffer),
-    .ecat_views_2_works        (_processor_areas_views_2_works),
-    .ecat_views_2_ecatWrites   (_processor_areas_views_2_ecatWrites),
-    .ecat_views_2_ecatOpen     (_processor_areas_views_2_ecatOpen),
-    .ecat_views_2_ecatMayOpen  (_processor_areas_views_2_ecatMayOpen),
-    .ecat_views_2_writerBuffer (_processor_areas_views_2_writerBuffer),
-    .ecat_views_2_readerBuffer (_processor_areas_views_2_readerBuffer),
-    .ecat_views_3_works        (_processor_areas_views_3_works),
-    .ecat_views_3_ecatWrites   (_processor_areas_views_3_ecatWrites),
-    .ecat_views_3_ecatOpen     (_processor_areas_views_3_ecatOpen),
-    .ecat_views_3_ecatMayOpen  (_processor_areas_views_3_ecatMayOpen),
-    .ecat_views_3_writerBuffer (_processor_areas_views_3_writerBuffer),
-    .ecat_views_3_readerBuffer (_processor_areas_views_3_readerBuffer),
-    .ecat_views_4_works        (_processor_areas_views_4_works),
-    .ecat_views_4_ecatWrites   (_processor_areas_views_4_ecatWrites),
-    .ecat_views_4_ecatOpen     (_processor_areas_views_4_ecatOpen),
-    .ecat_views_4_ecatMayOpen  (_processor_areas_views_4_ecatMayOpen),
-    .ecat_views_4_writerBuffer (_processor_areas_views_4_writerBuffer),
-    .ecat_views_4_readerBuffer (_processor_areas_views_4_readerBuffer),
-    .ecat_views_5_works        (_processor_areas_views_5_works),
-    .ecat_views_5_ecatWrites   (_processor_areas_views_5_ecatWrites),
-    .ecat_views_5_ecatOpen     (_processor_areas_views_5_ecatOpen),
-    .ecat_views_5_ecatMayOpen  (_processor_areas_views_5_ecatMayOpen),
-    .ecat_views_5_writerBuffer (_processor_areas_views_5_writerBuffer),
-    .ecat_views_5_readerBuffer (_processor_areas_views_5_readerBuffer),
-    .ecat_views_6_works        (_processor_areas_views_6_works),
-    .ecat_views_6_ecatWrites   (_processor_areas_views_6_ecatWrites),
-    .ecat_views_6_ecatOpen     (_processor_areas_views_6_ecatOpen),
-    .ecat_views_6_ecatMayOpen  (_processor_areas_views_6_ecatMayOpen),
-    .ecat_views_6_writerBuffer (_processor_areas_views_6_writerBuffer),
-    .ecat_views_6_readerBuffer (_processor_areas_views_6_readerBuffer),
-    .ecat_views_7_works        (_processor_areas_views_7_works),
-    .ecat_views_7_ecatWrites   (_processor_areas_views_7_ecatWrites),
-    .ecat_views_7_ecatOpen     (_processor_areas_views_7_ecatOpen),
-    .ecat_views_7_ecatMayOpen  (_processor_areas_views_7_ecatMayOpen),
-    .ecat_views_7_writerBuffer (_processor_areas_views_7_writerBuffer),
-    .ecat_views_7_readerBuffer (_processor_areas_views_7_readerBuffer),
-    .ecat_ramOpen              (_processor_areas_ramOpen),
-    .ecat_access_touch         (_processor_areas_access_touch),
-    .ecat_access_first         (_processor_areas_access_first),
-    .ecat_access_close         (_processor_areas_access_close),
-    .ecat_access_single        (_processor_areas_access_single),
-    .ecat_accessIndex          (_processor_areas_accessIndex),
-    .pdi_index                 (_syncManagers_pdi_index),
-    .pdi_entries_0_index       (_syncManagers_pdi_entries_0_index),
-    .pdi_entries_0_start       (_syncManagers_pdi_entries_0_start),
-    .pdi_entries_0_length      (_syncManagers_pdi_entries_0_length),
-    .pdi_entries_0_extent      (_syncManagers_pdi_entries_0_extent),
-    .pdi_entries_0_takesPart   (_syncManagers_pdi_entries_0_takesPart),
-    .pdi_views_0_works         (_syncManagers_pdi_views_0_works),
-    .pdi_views_0_locked        (_syncManagers_pdi_views_0_locked),
-    .pdi_views_0_ecatWrites    (_syncManagers_pdi_views_0_ecatWrites),
-    .pdi_views_0_pdiOpen       (_syncManagers_pdi_views_0_pdiOpen),
-    .pdi_views_0_pdiMayOpen    (_syncManagers_pdi_views_0_pdiMayOpen),
-    .pdi_views_0_writerBuffer  (_syncManagers_pdi_views_0_writerBuffer),
-    .pdi_views_0_readerBuffer  (_syncManagers_pdi_views_0_readerBuffer),
-    .pdi_views_1_works         (_syncManagers_pdi_views_1_works),
-    .pdi_views_1_locked        (_syncManagers_pdi_views_1_locked),
-    .pdi_views_1_ecatWrites    (_syncManagers_pdi_views_1_ecatWrites),
-    .pdi_views_1_pdiOpen       (_syncManagers_pdi_views_1_pdiOpen),
-    .pdi_views_1_pdiMayOpen    (_syncManagers_pdi_views_1_pdiMayOpen),
-    .pdi_views_1_writerBuffer  (_syncManagers_pdi_views_1_writerBuffer),
-    .pdi_views_1_readerBuffer  (_syncManagers_pdi_views_1_readerBuffer),
-    .pdi_views_2_works         (_syncManagers_pdi_views_2_works),
-    .pdi_views_2_locked        (_syncManagers_pdi_views_2_locked),
-    .pdi_views_2_ecatWrites    (_syncManagers_pdi_views_2_ecatWrites),
-    .pdi_views_2_pdiOpen       (_syncManagers_pdi_views_2_pdiOpen),
-    .pdi_views_2_pdiMayOpen    (_syncManagers_pdi_views_2_pdiMayOpen),
-    .pdi_views_2_writerBuffer  (_syncManagers_pdi_views_2_writerBuffer),
-    .pdi_views_2_readerBuffer  (_syncManagers_pdi_views_2_readerBuffer),
-    .pdi_views_3_works         (_syncManagers_pdi_views_3_works),
-    .pdi_views_3_locked        (_syncManagers_pdi_views_3_locked),
-    .pdi_views_3_ecatWrites    (_syncManagers_pdi_views_3_ecatWrites),
-    .pdi_views_3_pdiOpen       (_syncManagers_pdi_views_3_pdiOpen),
-    .pdi_views_3_pdiMayOpen    (_syncManagers_pdi_views_3_pdiMayOpen),
-    .pdi_views_3_writerBuffer  (_syncManagers_pdi_views_3_writerBuffer),
-    .pdi_views_3_readerBuffer  (_syncManagers_pdi_views_3_readerBuffer),
-    .pdi_views_4_works         (_syncManagers_pdi_views_4_works),
-    .pdi_views_4_locked        (_syncManagers_pdi_views_4_locked),
-    .pdi_views_4_ecatWrites    (_syncManagers_pdi_views_4_ecatWrites),
-    .pdi_views_4_pdiOpen       (_syncManagers_pdi_views_4_pdiOpen),
-    .pdi_views_4_pdiMayOpen    (_syncManagers_pdi_views_4_pdiMayOpen),
-    .pdi_views_4_writerBuffer  (_syncManagers_pdi_views_4_writerBuffer),
-    .pdi_views_4_readerBuffer  (_syncManagers_pdi_views_4_readerBuffer),
-    .pdi_views_5_works         (_syncManagers_pdi_views_5_works),
-    .pdi_views_5_locked        (_syncManagers_pdi_views_5_locked),
-    .pdi_views_5_ecatWrites    (_syncManagers_pdi_views_5_ecatWrites),
-    .pdi_views_5_pdiOpen       (_syncManagers_pdi_views_5_pdiOpen),
-    .pdi_views_5_pdiMayOpen    (_syncManagers_pdi_views_5_pdiMayOpen),
-    .pdi_views_5_writerBuffer  (_syncManagers_pdi_views_5_writerBuffer),
-    .pdi_views_5_readerBuffer  (_syncManagers_pdi_views_5_readerBuffer),
-    .pdi_views_6_works         (_syncManagers_pdi_views_6_works),
-    .pdi_views_6_locked        (_syncManagers_pdi_views_6_locked),
-    .pdi_views_6_ecatWrites    (_syncManagers_pdi_views_6_ecatWrites),
-    .pdi_views_6_pdiOpen       (_syncManagers_pdi_views_6_pdiOpen),
-    .pdi_views_6_pdiMayOpen    (_syncManagers_pdi_views_6_pdiMayOpen),
-    .pdi_views_6_writerBuffer  (_syncManagers_pdi_views_6_writerBuffer),
-    .pdi_views_6_readerBuffer  (_syncManagers_pdi_views_6_readerBuffer),
-    .pdi_views_7_works         (_syncManagers_pdi_views_7_works),
-    .pdi_views_7_locked        (_syncManagers_pdi_views_7_locked),
-    .pdi_views_7_ecatWrites    (_syncManagers_pdi_views_7_ecatWrites),
-    .pdi_views_7_pdiOpen       (_syncManagers_pdi_views_7_pdiOpen),
-    .pdi_views_7_pdiMayOpen    (_syncManagers_pdi_views_7_pdiMayOpen),
-    .pdi_views_7_writerBuffer  (_syncManagers_pdi_views_7_writerBuffer),
-    .pdi_views_7_readerBuffer  (_syncManagers_pdi_views_7_readerBuffer),
-    .pdi_ramOpen               (_syncManagers_pdi_ramOpen),
-    .pdi_access_touch          (_syncManagers_pdi_access_touch),
-    .pdi_access_first          (_syncManagers_pdi_access_first),
-    .pdi_access_close          (_syncManagers_pdi_access_close),
-    .pdi_access_single         (_syncManagers_pdi_access_single),
-    .pdi_accessIndex           (_syncManagers_pdi_accessIndex),
-    .ramOpen                   (_syncManagers_ramOpen),
-    .good                      (_processor_frameGood),
-    .bad                       (_processor_frameBad),
-    .quiet                     (_syncManagers_quiet),
-    .enable_0                  (_memory_value_sm0_enable),
-    .enable_1                  (_memory_value_sm1_enable),
-    .enable_2                  (_memory_value_sm2_enable),
-    .enable_3                  (_memory_value_sm3_enable),
-    .enable_4                  (_memory_value_sm4_enable),
-    .enable_5                  (_memory_value_sm5_enable),
-    .enable_6                  (_memory_value_sm6_enable),
-    .enable_7                  (_memory_value_sm7_enable),
-    .writeEvent_0              (_memory_status_sm0_write_event),
-    .writeEvent_1              (_memory_status_sm1_write_event),
-    .writeEvent_2              (_memory_status_sm2_write_event),
-    .writeEvent_3              (_memory_status_sm3_write_event),
-    .writeEvent_4              (_memory_status_sm4_write_event),
-    .writeEvent_5              (_memory_status_sm5_write_event),
-    .writeEvent_6              (_memory_status_sm6_write_event),
-    .writeEvent_7              (_memory_status_sm7_write_event),
-    .readEvent_0               (_memory_status_sm0_read_event),
-    .readEvent_1               (_memory_status_sm1_read_event),
-    .readEvent_2               (_memory_status_sm2_read_event),
-    .readEvent_3               (_memory_status_sm3_read_event),
-    .readEvent_4               (_memory_status_sm4_read_event),
-    .readEvent_5               (_memory_status_sm5_read_event),
-    .readEvent_6               (_memory_status_sm6_read_event),
-    .readEvent_7               (_memory_status_sm7_read_event),
-    .full_0                    (_memory_status_sm0_mailbox_full),
-    .full_1                    (_memory_status_sm1_mailbox_full),
-    .full_2                    (_memory_status_sm2_mailbox_full),
-    .full_3                    (_memory_status_sm3_mailbox_full),
-    .full_4                    (_memory_status_sm4_mailbox_full),
-    .full_5                    (_memory_status_sm5_mailbox_full),
-    .full_6                    (_memory_status_sm6_mailbox_full),
-    .full_7                    (_memory_status_sm7_mailbox_full),
-    .lastBuffer_0              (_memory_status_sm0_last_buffer),
-    .lastBuffer_1              (_memory_status_sm1_last_buffer),
-    .lastBuffer_2              (_memory_status_sm2_last_buffer),
-    .lastBuffer_3              (_memory_status_sm3_last_buffer),
-    .lastBuffer_4              (_memory_status_sm4_last_buffer),
-    .lastBuffer_5              (_memory_status_sm5_last_buffer),
-    .lastBuffer_6              (_memory_status_sm6_last_buffer),
-    .lastBuffer_7              (_memory_status_sm7_last_buffer),
-    .deactivated_0             (_memory_status_sm0_deactivated),
-    .deactivated_1             (_memory_status_sm1_deactivated),
-    .deactivated_2             (_memory_status_sm2_deactivated),
-    .deactivated_3             (_memory_status_sm3_deactivated),
-    .deactivated_4             (_memory_status_sm4_deactivated),
-    .deactivated_5             (_memory_status_sm5_deactivated),
-    .deactivated_6             (_memory_status_sm6_deactivated),
-    .deactivated_7             (_memory_status_sm7_deactivated),
-    .ecatEvent_0               (_syncManagers_ecatEvent_0),
-    .ecatEvent_1               (_syncManagers_ecatEvent_1),
-    .ecatEvent_2               (_syncManagers_ecatEvent_2),
-    .ecatEvent_3               (_syncManagers_ecatEvent_3),
-    .ecatEvent_4               (_syncManagers_ecatEvent_4),
-    .ecatEvent_5               (_syncManagers_ecatEvent_5),
-    .ecatEvent_6               (_syncManagers_ecatEvent_6),
-    .ecatEvent_7               (_syncManagers_ecatEvent_7),
-    .alEvent_0                 (_syncManagers_alEvent_0),
-    .alEvent_1                 (_syncManagers_alEvent_1),
-    .alEvent_2                 (_syncManagers_alEvent_2),
-    .alEvent_3                 (_syncManagers_alEvent_3),
-    .alEvent_4                 (_syncManagers_alEvent_4),
-    .alEvent_5                 (_syncManagers_alEvent_5),
-    .alEvent_6                 (_syncManagers_alEvent_6),
-    .alEvent_7                 (_syncManagers_alEvent_7),
-    .trigger                   (_syncManagers_trigger)
+    .host_req                  (host_req),
+    .host_write                (host_write),
+    .host_addr                 (host_addr),
+    .host_wdata                (host_wdata),
+    .host_be                   (host_be),
+    .host_ack                  (host_ack),
+    .host_rdata                (host_rdata),
+    .memory_req                (_memory_host_req),
+    .memory_write              (_hostSequencer_memory_write),
+    .memory_addr               (_hostSequencer_memory_addr),
+    .memory_wdata              (_memory_host_wdata),
+    .memory_be                 (_hostSequencer_memory_be),
+    .memory_ack                (_memory_host_ack),
+    .memory_rdata              (_memory_host_rdata),
+    .areas_index               (_syncManagers_pdi_index),
+    .areas_entries_0_index     (_syncManagers_pdi_entries_0_index),
+    .areas_entries_0_start     (_syncManagers_pdi_entries_0_start),
+    .areas_entries_0_length    (_syncManagers_pdi_entries_0_length),
+    .areas_entries_0_extent    (_syncManagers_pdi_entries_0_extent),
+    .areas_entries_0_takesPart (_syncManagers_pdi_entries_0_takesPart),
+    .areas_request             (_syncManagers_pdi_request),
+    .areas_granted             (_syncManagers_pdi_granted),
+    .areas_number              (_syncManagers_pdi_number),
+    .areas_view_works          (_syncManagers_pdi_view_works),
+    .areas_view_locked         (_syncManagers_pdi_view_locked),
+    .areas_view_ecatWrites     (_syncManagers_pdi_view_ecatWrites),
+    .areas_view_pdiOpen        (_syncManagers_pdi_view_pdiOpen),
+    .areas_view_pdiMayOpen     (_syncManagers_pdi_view_pdiMayOpen),
+    .areas_view_writerBuffer   (_syncManagers_pdi_view_writerBuffer),
+    .areas_view_readerBuffer   (_syncManagers_pdi_view_readerBuffer),
+    .areas_access_touch        (_syncManagers_pdi_access_touch),
+    .areas_access_first        (_syncManagers_pdi_access_first),
+    .areas_access_close        (_syncManagers_pdi_access_close),
+    .areas_access_single       (_syncManagers_pdi_access_single),
+    .areas_ramOpen             (_syncManagers_pdi_ramOpen),
+    .quiet                     (_hostSequencer_quiet)
   );
-  assign _hostSequencer_ecatActs =
-    _processor_areas_access_touch | _processor_areas_access_close | _processor_frameGood | _processor_frameBad;
-  HostSequencer hostSequencer (
-    .clock                      (clock),
-    .reset                      (reset),
-    .host_req                   (host_req),
-    .host_write                 (host_write),
-    .host_addr                  (host_addr),
-    .host_wdata                 (host_wdata),
-    .host_be                    (host_be),
-    .host_ack                   (host_ack),
-    .host_rdata                 (host_rdata),
-    .memory_req                 (_memory_host_req),
-    .memory_write               (_hostSequencer_memory_write),
-    .memory_addr                (_hostSequencer_memory_addr),
-    .memory_wdata               (_memory_host_wdata),
-    .memory_be                  (_hostSequencer_memory_be),
-    .memory_ack                 (_memory_host_ack),
-    .memory_rdata               (_memory_host_rdata),
-    .areas_index                (_syncManagers_pdi_index),
-    .areas_entries_0_index      (_syncManagers_pdi_entries_0_index),
-    .areas_entries_0_start      (_syncManagers_pdi_entries_0_start),
-    .areas_entries_0_length     (_syncManagers_pdi_entries_0_length),
-    .areas_entries_0_extent     (_syncManagers_pdi_entries_0_extent),
-    .areas_entries_0_takesPart  (_syncManagers_pdi_entries_0_takesPart),
-    .areas_views_0_works        (_syncManagers_pdi_views_0_works),
-    .areas_views_0_locked       (_syncManagers_pdi_views_0_locked),
-    .areas_views_0_ecatWrites   (_syncManagers_pdi_views_0_ecatWrites),
-    .areas_views_0_pdiOpen      (_syncManagers_pdi_views_0_pdiOpen),
-    .areas_views_0_pdiMayOpen   (_syncManagers_pdi_views_0_pdiMayOpen),
-    .areas_views_0_writerBuffer (_syncManagers_pdi_views_0_writerBuffer),
-    .areas_views_0_readerBuffer (_syncManagers_pdi_views_0_readerBuffer),
-    .areas_views_1_works        (_syncManagers_pdi_views_1_works),
-    .areas_views_1_locked       (_syncManagers_pdi_views_1_locked),
-    .areas_views_1_ecatWrites   (_syncManagers_pdi_views_1_ecatWrites),
-    .areas_views_1_pdiOpen      (_syncManagers_pdi_views_1_pdiOpen),
-    .areas_views_1_pdiMayOpen   (_syncManagers_pdi_views_1_pdiMayOpen),
-    .areas_views_1_writerBuffer (_syncManagers_pdi_views_1_writerBuffer),
-    .areas_views_1_readerBuffer (_syncManagers_pdi_views_1_readerBuffer),
-    .areas_views_2_works        (_syncManagers_pdi_views_2_works),
-    .areas_views_2_locked       (_syncManagers_pdi_views_2_locked),
-    .areas_views_2_ecatWrites   (_syncManagers_pdi_views_2_ecatWrites),
-    .areas_views_2_pdiOpen      (_syncManagers_pdi_views_2_pdiOpen),
-    .areas_views_2_pdiMayOpen   (_syncManagers_pdi_views_2_pdiMayOpen),
-    .areas_views_2_writerBuffer (_syncManagers_pdi_views_2_writerBuffer),
-    .areas_views_2_readerBuffer (_syncManagers_pdi_views_2_readerBuffer),
-    .areas_views_3_works        (_syncManagers_pdi_views_3_works),
-    .areas_views_3_locked       (_syncManagers_pdi_views_3_locked),
-    .areas_views_3_ecatWrites   (_syncManagers_pdi_views_3_ecatWrites),
-    .areas_views_3_pdiOpen      (_syncManagers_pdi_views_3_pdiOpen),
-    .areas_views_3_pdiMayOpen   (_syncManagers_pdi_views_3_pdiMayOpen),
-    .areas_views_3_writerBuffer (_syncManagers_pdi_views_3_writerBuffer),
-    .areas_views_3_readerBuffer (_syncManagers_pdi_views_3_readerBuffer),
-    .areas_views_4_works        (_syncManagers_pdi_views_4_works),
-    .areas_views_4_locked       (_syncManagers_pdi_views_4_locked),
-    .areas_views_4_ecatWrites   (_syncManagers_pdi_views_4_ecatWrites),
-    .areas_views_4_pdiOpen      (_syncManagers_pdi_views_4_pdiOpen),
-    .areas_views_4_pdiMayOpen   (_syncManagers_pdi_views_4_pdiMayOpen),
-    .areas_views_4_writerBuffer (_syncManagers_pdi_views_4_writerBuffer),
-    .areas_views_4_readerBuffer (_syncManagers_pdi_views_4_readerBuffer),
-    .areas_views_5_works        (_syncManagers_pdi_views_5_works),
-    .areas_views_5_locked       (_syncManagers_pdi_views_5_locked),
-    .areas_views_5_ecatWrites   (_syncManagers_pdi_views_5_ecatWrites),
-    .areas_views_5_pdiOpen      (_syncManagers_pdi_views_5_pdiOpen),
-    .areas_views_5_pdiMayOpen   (_syncManagers_pdi_views_5_pdiMayOpen),
-    .areas_views_5_writerBuffer (_syncManagers_pdi_views_5_writerBuffer),
-    .areas_views_5_readerBuffer (_syncManagers_pdi_views_5_readerBuffer),
-    .areas_views_6_works        (_syncManagers_pdi_views_6_works),
-    .areas_views_6_locked       (_syncManagers_pdi_views_6_locked),
-    .areas_views_6_ecatWrites   (_syncManagers_pdi_views_6_ecatWrites),
-    .areas_views_6_pdiOpen      (_syncManagers_pdi_views_6_pdiOpen),
-    .areas_views_6_pdiMayOpen   (_syncManagers_pdi_views_6_pdiMayOpen),
-    .areas_views_6_writerBuffer (_syncManagers_pdi_views_6_writerBuffer),
-    .areas_views_6_readerBuffer (_syncManagers_pdi_views_6_readerBuffer),
-    .areas_views_7_works        (_syncManagers_pdi_views_7_works),
-    .areas_views_7_locked       (_syncManagers_pdi_views_7_locked),
-    .areas_views_7_ecatWrites   (_syncManagers_pdi_views_7_ecatWrites),
-    .areas_views_7_pdiOpen      (_syncManagers_pdi_views_7_pdiOpen),
-    .areas_views_7_pdiMayOpen   (_syncManagers_pdi_views_7_pdiMayOpen),
-    .areas_views_7_writerBuffer (_syncManagers_pdi_views_7_writerBuffer),
-    .areas_views_7_readerBuffer (_syncManagers_pdi_views_7_readerBuffer),
-    .areas_ramOpen              (_syncManagers_pdi_ramOpen),
-    .areas_access_touch         (_syncManagers_pdi_access_touch),
-    .areas_access_first         (_syncManagers_pdi_access_first),
-    .areas_access_close         (_syncManagers_pdi_access_close),
-    .areas_access_single        (_syncManagers_pdi_access_single),
-    .areas_accessIndex          (_syncManagers_pdi_accessIndex),
-    .ecatActs                   (_hostSequencer_ecatActs),
-    .quiet                      (_hostSequencer_quiet)
-  );
-  assign _operational_sii_twoByte = _operational_sii_twoByte_crossing_out;
+  assign _operational_sii_lines_twoByte = _operational_sii_lines_twoByte_crossing_out;
   assign _operational_sii_writeLow_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h502 & _memory_registerWrite_bits_mask;
   assign _operational_sii_writeLow_bits = _memory_registerWrite_bits_data[0];
@@ -8382,10 +8519,10 @@ module et1100(
   SiiController operational_sii (
     .clock                 (clock),
     .reset                 (reset),
-    .twoByte               (_operational_sii_twoByte),
-    .sclLow                (sii_scl_low),
-    .sdaLow                (sii_sda_low),
-    .sda                   (_operational_sii_sda),
+    .lines_twoByte         (_operational_sii_lines_twoByte),
+    .lines_sclLow          (sii_scl_low),
+    .lines_sdaLow          (sii_sda_low),
+    .lines_sda             (_operational_sii_lines_sda),
     .writeLow_valid        (_operational_sii_writeLow_valid),
     .writeLow_bits         (_operational_sii_writeLow_bits),
     .writeHigh_valid       (_operational_sii_writeHigh_valid),
@@ -8407,25 +8544,27 @@ module et1100(
     .data_valid            (_memory_unitData_valid),
     .data_bits             (_memory_unitData_bits),
     .ecatMayWrite          (_memory_guard_sii_ecat_may_write),
-    .pdiMayWrite           (_memory_guard_sii_pdi_may_write),
+    .pdiMayWrite           (_operational_sii_pdiMayWrite),
     .writeEnable           (_memory_status_eeprom_write_enable),
     .command               (_memory_status_eeprom_command),
-    .checksumError         (_operational_sii_checksumError),
+    .checksumError         (_memory_status_eeprom_checksum_error),
     .notLoaded             (_operational_sii_notLoaded),
-    .commandError          (_operational_sii_commandError),
+    .commandError          (_memory_status_eeprom_command_error),
     .writeError            (_memory_status_eeprom_write_error),
     .busy                  (_memory_status_eeprom_busy),
+    .waits                 (_operational_sii_waits),
+    .loadFailed            (_operational_sii_loadFailed),
     .loading               (_operational_sii_loading)
   );
-  LevelCrossing operational_sii_sda_crossing (
+  LevelCrossing operational_sii_lines_sda_crossing (
     .clock (clock),
     .in    (sii_sda),
-    .out   (_operational_sii_sda)
+    .out   (_operational_sii_lines_sda)
   );
-  LevelCrossing operational_sii_twoByte_crossing (
+  LevelCrossing operational_sii_lines_twoByte_crossing (
     .clock (clock),
     .in    (sii_two_byte),
-    .out   (_operational_sii_twoByte_crossing_out)
+    .out   (_operational_sii_lines_twoByte_crossing_out)
   );
   assign _processor_config_ecatEvents_application_alControlWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h120 & _memory_registerWrite_bits_mask
@@ -8503,6 +8642,7 @@ module et1100(
     .smAlEvents       (_processor_config_ecatEvents_application_smAlEvents),
     .smChanged        (_processor_config_ecatEvents_application_smChanged),
     .watchdog         (processor_config_ecatEvents_application_watchdog_watchdog_event),
+    .eeprom           (_operational_sii_waits),
     .ecatMask         (_memory_value_ecat_event_mask),
     .alMask           (_processor_config_ecatEvents_application_alMask),
     .ecatEvents       (_processor_config_ecatEvents_application_ecatEvents),
@@ -8517,24 +8657,24 @@ module et1100(
     .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick)
   );
   Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data (
-    .clock   (clock),
-    .reset   (reset),
-    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
-    .time_0  (_memory_value_watchdog_time_process_data),
-    .trigger (_syncManagers_trigger),
-    .restart (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
-    .running (_memory_status_watchdog_process_data),
-    .expired (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired)
+    .clock     (clock),
+    .reset     (reset),
+    .tick      (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
+    .timeTicks (_memory_value_watchdog_time_process_data),
+    .trigger   (_syncManagers_trigger),
+    .restart   (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
+    .running   (_memory_status_watchdog_process_data),
+    .expired   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired)
   );
   Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi (
-    .clock   (clock),
-    .reset   (reset),
-    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
-    .time_0  (_memory_value_watchdog_time_pdi),
-    .trigger (_memory_host_ack),
-    .restart (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
-    .running (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running),
-    .expired (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
+    .clock     (clock),
+    .reset     (reset),
+    .tick      (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
+    .timeTicks (_memory_value_watchdog_time_pdi),
+    .trigger   (_memory_host_ack),
+    .restart   (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
+    .running   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running),
+    .expired   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
   );
   assign _led_run_automaticCode =
     _operational_sii_loading | _memory_value_al_status[3:0] == 4'h3
@@ -8583,6 +8723,42 @@ module et1100(
     .code  (_led_err_code),
     .lit   (led_err)
   );
+  assign _unit_traffic = ~_receivers_0_idle | _transmitters_0_txEn;
+  LinkActivity unit (
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (tick),
+    .link    (links_0),
+    .traffic (_unit_traffic),
+    .lit     (led_linkact_0)
+  );
+  assign _unit_1_traffic = ~_receivers_1_idle | _transmitters_1_txEn;
+  LinkActivity unit_1 (
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (tick),
+    .link    (links_1),
+    .traffic (_unit_1_traffic),
+    .lit     (led_linkact_1)
+  );
+  assign _unit_2_traffic = ~_receivers_2_idle | _transmitters_2_txEn;
+  LinkActivity unit_2 (
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (tick),
+    .link    (links_2),
+    .traffic (_unit_2_traffic),
+    .lit     (led_linkact_2)
+  );
+  assign _unit_3_traffic = ~_receivers_3_idle | _transmitters_3_txEn;
+  LinkActivity unit_3 (
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (tick),
+    .link    (links_3),
+    .traffic (_unit_3_traffic),
+    .lit     (led_linkact_3)
+  );
   assign eeprom_loaded = ~_operational_sii_notLoaded;
   assign mii_0_tx_en = _transmitters_0_txEn;
   assign mii_1_tx_en = _transmitters_1_txEn;
@@ -8590,10 +8766,6 @@ module et1100(
   assign mii_3_tx_en = _transmitters_3_txEn;
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
-  assign led_linkact_0 = links_0 & ~dark;
-  assign led_linkact_1 = links_1 & ~dark_1;
-  assign led_linkact_2 = links_2 & ~dark_2;
-  assign led_linkact_3 = links_3 & ~dark_3;
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

@@ -7,10 +7,12 @@
 //   coreClockMhz                  100  MHz
 //   ramKiB                          0  KiB
 //   fmmus                           0  FMMUs
+//   fmmuBitwise                     0  switch
 //   syncManagers                    0  SyncManagers
 //   applicationLayer                0  switch
 //   watchdogs                       0  switch
 //   leds                            0  switch
+//   digitalOutputs                  0  bytes
 //   sii                             0  code
 //   siiClockKhz                   400  kHz
 //   siiStartUs                    100  us
@@ -93,11 +95,11 @@ module RegisterFile(
 
   reg  [15:0] bytes_whole_8;
   reg  [15:0] bytes_whole_9;
-  reg         bytes_whole_parts_destroy_non_ethercat;
+  reg         bytes_whole_parts_parts_old_4;
   reg         bytes_whole_parts_temporary_use;
   reg  [1:0]  bytes_whole_parts_loop_port0;
   reg  [1:0]  bytes_whole_parts_loop_port1;
-  reg  [2:0]  bytes_whole_parts_rx_fifo_size;
+  reg  [2:0]  bytes_whole_parts_parts_old_8;
   reg         bytes_whole_parts_alias_enable;
   reg  [7:0]  bytes_whole_parts_invalid_frame_port0;
   reg  [7:0]  bytes_whole_parts_rx_er_port0;
@@ -118,11 +120,9 @@ module RegisterFile(
     | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 5'hE} : 13'h0)
     | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 5'hD} : 13'h0)
     | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 5'hD} : 13'h0)
-    | (readAddress == 12'h100
-         ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_destroy_non_ethercat, 5'hE}
-         : 13'h0)
+    | (readAddress == 12'h100 ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_parts_old_4, 5'hE} : 13'h0)
     | (readAddress == 12'h101 ? {4'h0, bytes_whole_parts_loop_port1, bytes_whole_parts_loop_port0, 5'hE} : 13'h0)
-    | (readAddress == 12'h102 ? {5'h0, bytes_whole_parts_rx_fifo_size, 5'hE} : 13'h0)
+    | (readAddress == 12'h102 ? {5'h0, bytes_whole_parts_parts_old_8, 5'hE} : 13'h0)
     | (readAddress == 12'h103 ? {7'h0, bytes_whole_parts_alias_enable, 5'hE} : 13'h0)
     | (readAddress == 12'h110
          ? {2'h0, status_physical_link_port1, status_physical_link_port0, 3'h0, status_pdi_operational, 5'hC}
@@ -143,8 +143,8 @@ module RegisterFile(
     | (readAddress == 12'h30C ? {bytes_whole_16, 5'hE} : 13'h0)
     | (readAddress == 12'h310 ? {bytes_whole_17, 5'hE} : 13'h0)
     | (readAddress == 12'h311 ? {bytes_whole_18, 5'hE} : 13'h0);
-  wire        _bytes_whole_parts_parts_T_35 = writeAddress == 12'h100;
-  wire        _bytes_whole_parts_parts_T_49 = writeAddress == 12'h101;
+  wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
+  wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_clear_T_140 = writeAddress == 12'h300;
   wire        _bytes_whole_parts_clear_T_144 = writeAddress == 12'h301;
   wire        _bytes_whole_parts_clear_T_148 = writeAddress == 12'h302;
@@ -157,11 +157,11 @@ module RegisterFile(
     if (reset) begin
       bytes_whole_8 <= 16'h0;
       bytes_whole_9 <= 16'h0;
-      bytes_whole_parts_destroy_non_ethercat <= 1'h1;
+      bytes_whole_parts_parts_old_4 <= 1'h1;
       bytes_whole_parts_temporary_use <= 1'h0;
       bytes_whole_parts_loop_port0 <= 2'h0;
       bytes_whole_parts_loop_port1 <= 2'h0;
-      bytes_whole_parts_rx_fifo_size <= 3'h7;
+      bytes_whole_parts_parts_old_8 <= 3'h7;
       bytes_whole_parts_alias_enable <= 1'h0;
       bytes_whole_parts_invalid_frame_port0 <= 8'h0;
       bytes_whole_parts_rx_er_port0 <= 8'h0;
@@ -180,21 +180,21 @@ module RegisterFile(
       bytes_whole_9 <=
         {write & writeAddress == 12'h13 & writeMask ? writeData : bytes_whole_9[15:8],
          write & writeAddress == 12'h12 & writeMask ? writeData : bytes_whole_9[7:0]};
-      if (write & _bytes_whole_parts_parts_T_35 & writeMask)
-        bytes_whole_parts_destroy_non_ethercat <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_30 & writeMask)
+        bytes_whole_parts_parts_old_4 <= writeData[0];
       bytes_whole_parts_temporary_use <=
         ~set_temporary_use_valid
-        & (write & _bytes_whole_parts_parts_T_35 & writeMask ? writeData[1] : bytes_whole_parts_temporary_use);
+        & (write & _bytes_whole_parts_parts_T_30 & writeMask ? writeData[1] : bytes_whole_parts_temporary_use);
       if (set_loop_port0_valid)
         bytes_whole_parts_loop_port0 <= set_loop_port0_bits;
-      else if (write & _bytes_whole_parts_parts_T_49 & writeMask)
+      else if (write & _bytes_whole_parts_parts_T_42 & writeMask)
         bytes_whole_parts_loop_port0 <= writeData[1:0];
       if (set_loop_port1_valid)
         bytes_whole_parts_loop_port1 <= set_loop_port1_bits;
-      else if (write & _bytes_whole_parts_parts_T_49 & writeMask)
+      else if (write & _bytes_whole_parts_parts_T_42 & writeMask)
         bytes_whole_parts_loop_port1 <= writeData[3:2];
       if (write & writeAddress == 12'h102 & writeMask)
-        bytes_whole_parts_rx_fifo_size <= writeData[2:0];
+        bytes_whole_parts_parts_old_8 <= writeData[2:0];
       if (write & writeAddress == 12'h103 & writeMask)
         bytes_whole_parts_alias_enable <= writeData[0];
       if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
@@ -253,11 +253,11 @@ module RegisterFile(
   assign writableByEcat = _selected_T_85[1];
   assign writableByPdi = _selected_T_85[0];
   assign value_alias_enable = bytes_whole_parts_alias_enable;
-  assign value_rx_fifo_size = bytes_whole_parts_rx_fifo_size;
+  assign value_rx_fifo_size = bytes_whole_parts_parts_old_8;
   assign value_loop_port1 = bytes_whole_parts_loop_port1;
   assign value_loop_port0 = bytes_whole_parts_loop_port0;
   assign value_temporary_use = bytes_whole_parts_temporary_use;
-  assign value_destroy_non_ethercat = bytes_whole_parts_destroy_non_ethercat;
+  assign value_destroy_non_ethercat = bytes_whole_parts_parts_old_4;
   assign value_station_alias = bytes_whole_9;
   assign value_station_address = bytes_whole_8;
 endmodule
@@ -896,7 +896,7 @@ module DataAccess(
   output        memory_writeMask,
   output [7:0]  memory_writeData,
   output [3:0]  readNibble,
-  output        readNow,
+  output [3:0]  readMask,
   output        readSuccess,
   output        writeSuccess
 );
@@ -913,7 +913,7 @@ module DataAccess(
   reg  [7:0]  kept_data;
   reg         kept_readable;
   reg         kept_writable;
-  wire        _readNow_output = inData & enable & request_read & kept_readable;
+  wire        readNow = inData & enable & request_read & kept_readable;
   reg  [3:0]  low;
   wire        accept = byteEnd & enable & request_write & kept_writable & ~(address < 17'hF80 & memory_logFull);
   reg         anyRead;
@@ -936,7 +936,7 @@ module DataAccess(
     end
     if (step)
       low <= in_data;
-    anyRead <= ~first & (byteEnd & _readNow_output | anyRead);
+    anyRead <= ~first & (byteEnd & readNow | anyRead);
     anyWrite <= ~first & (accept | anyWrite);
     if (reset)
       arriving <= 1'h0;
@@ -951,7 +951,7 @@ module DataAccess(
   assign memory_writeMask = accept;
   assign memory_writeData = accept ? {in_data, low} : 8'h0;
   assign readNibble = position_high ? kept_data[7:4] : kept_data[3:0];
-  assign readNow = _readNow_output;
+  assign readMask = {4{readNow}};
   assign readSuccess = anyRead;
   assign writeSuccess = anyWrite;
 endmodule
@@ -995,7 +995,7 @@ module FrameProcessor(
 );
 
   wire [3:0]  _access_readNibble;
-  wire        _access_readNow;
+  wire [3:0]  _access_readMask;
   wire        _access_readSuccess;
   wire        _access_writeSuccess;
   wire        _header_request_read;
@@ -1067,8 +1067,9 @@ module FrameProcessor(
                        : in_payload & _lengthTop_T & (_parser_position_byte == 5'h8 | _parser_position_byte == 5'h9)
                          & _circulate_T_1
                            ? in_data
-                           : _access_readNow
-                               ? _access_readNibble | (_header_request_broadcast ? in_data : 4'h0)
+                           : (|_access_readMask)
+                               ? _access_readNibble & _access_readMask | in_data
+                                 & (~_access_readMask | {4{_header_request_broadcast}})
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
   wire        ends = active & running & (abort | in_last);
@@ -1180,7 +1181,7 @@ module FrameProcessor(
     .memory_writeMask    (memory_writeMask),
     .memory_writeData    (memory_writeData),
     .readNibble          (_access_readNibble),
-    .readNow             (_access_readNow),
+    .readMask            (_access_readMask),
     .readSuccess         (_access_readSuccess),
     .writeSuccess        (_access_writeSuccess)
   );

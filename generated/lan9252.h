@@ -150,6 +150,8 @@
 #define ESC_EEPROM_CONTROL                       0x0502u /* EEPROM control and status, 2 byte(s), host: r/(w) */
 #define ESC_EEPROM_WRITE_ENABLE_MASK             0x1u
 #define ESC_EEPROM_WRITE_ENABLE_SHIFT            0u
+#define ESC_EEPROM_EMULATED_MASK                 0x20u
+#define ESC_EEPROM_EMULATED_SHIFT                5u
 #define ESC_EEPROM_EIGHT_BYTES_MASK              0x40u
 #define ESC_EEPROM_EIGHT_BYTES_SHIFT             6u
 #define ESC_EEPROM_TWO_ADDRESS_BYTES_MASK        0x80u

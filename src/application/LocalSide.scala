@@ -45,12 +45,12 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       memory.host <> sequencer.memory
       sequencer.areas <> sms.pdi
       processor.areas.get <> sms.ecat
-      sms.write   := written
-      sms.ramOpen := memory.ramOpen
-      sms.good    := processor.frameGood
-      sms.bad     := processor.frameBad
+      sms.write                    := written
+      sms.ramOpen                  := memory.ramOpen
+      sms.good                     := processor.frameGood
+      sms.bad                      := processor.frameBad
       processor.buffersSettled.get := sms.settled
-      sms.quiet   := sequencer.quiet && !processor.busy && !ShiftRegister(processor.busy, 8, false.B, true.B)
+      sms.quiet := sequencer.quiet && !processor.busy && !ShiftRegister(processor.busy, 8, false.B, true.B)
       for (n <- 0 until p.syncManagers) {
         sms.enable(n)                         := memory.value.bool(s"sm${n}_enable")
         memory.guard.uint(s"sm${n}_disabled") := !memory.value.bool(s"sm${n}_enable")
@@ -71,23 +71,24 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       crossing.out
     }
     for (eeprom <- pins; lines <- unit.lines) {
-      lines.sda      := level(eeprom.sda)
-      lines.twoByte  := level(eeprom.two_byte)
-      eeprom.scl_low := lines.sclLow
-      eeprom.sda_low := lines.sdaLow
+      lines.sda                          := level(eeprom.sda)
+      lines.twoByte                      := level(eeprom.two_byte)
+      eeprom.scl_low                     := lines.sclLow
+      eeprom.sda_low                     := lines.sdaLow
       status("eeprom_two_address_bytes") := lines.twoByte
     }
 
     unit.writeLow.valid  := writes(0x502).valid
     unit.writeLow.bits   := writes(0x502).bits(0)
     unit.writeHigh.valid := writes(0x503).valid
-    unit.writeHigh.bits  := writes(0x503).bits(5, 0)
-    unit.byHost          := memory.registerWriteByHost
-    unit.frameStart      := processor.memory.frameStart
-    unit.registersBusy   := memory.registersBusy
-    unit.offered         := memory.value.bool("eeprom_offered")
-    unit.forced          := memory.value.bool("eeprom_force")
-    unit.taken           := memory.value.bool("eeprom_taken")
+    unit.writeHigh.bits  := writes(0x503).bits(2, 0)
+    unit.failure.foreach(_ := writes(0x503).bits(5))
+    unit.byHost        := memory.registerWriteByHost
+    unit.frameStart    := processor.memory.frameStart
+    unit.registersBusy := memory.registersBusy
+    unit.offered       := memory.value.bool("eeprom_offered")
+    unit.forced        := memory.value.bool("eeprom_force")
+    unit.taken         := memory.value.bool("eeprom_taken")
     val a0 = memory.value.uint("esc_configuration") // bits 7:1
     unit.enhancedLinkDetection := Cat(a0(6, 3), a0(0))
     unit.fifoSize              := memory.value.uint("rx_fifo_size")
@@ -95,23 +96,23 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     memory.unitRead <> unit.read
     unit.data := memory.unitData
 
-    memory.guard.uint("sii_ecat_may_write") := unit.ecatMayWrite
-    memory.guard.uint("sii_pdi_may_write")  := unit.pdiMayWrite
-    memory.guard.uint("sii_pdi_may_answer") := unit.pdiMayWrite || unit.waits
+    memory.guard.uint("sii_ecat_may_write")                             := unit.ecatMayWrite
+    memory.guard.uint("sii_pdi_may_write")                              := unit.pdiMayWrite
+    memory.guard.uint("sii_pdi_may_answer")                             := unit.pdiMayWrite || unit.waits
     if (p.hasEmulation && p.hasApplicationLayer) status("eeprom_event") := unit.waits
-    siiWaits                                := unit.waits
-    memory.guard.uint("sii_pdi_may_take")   := (unit.offered || unit.taken) && !unit.forced
-    memory.set.load("eeprom_taken").valid   := unit.forced
-    memory.set.load("eeprom_taken").bits    := 0.U
-    status("eeprom_write_enable")           := unit.writeEnable
-    status("eeprom_command")                := unit.command
-    status("eeprom_checksum_error")         := unit.checksumError
-    status("eeprom_not_loaded")             := unit.notLoaded
-    status("eeprom_command_error")          := unit.commandError
-    status("eeprom_write_error")            := unit.writeError
-    status("eeprom_busy")                   := unit.busy
-    siiError                                := unit.loadFailed
-    siiLoading                              := unit.loading
+    siiWaits                                                            := unit.waits
+    memory.guard.uint("sii_pdi_may_take") := (unit.offered || unit.taken) && !unit.forced
+    memory.set.load("eeprom_taken").valid := unit.forced
+    memory.set.load("eeprom_taken").bits  := 0.U
+    status("eeprom_write_enable")         := unit.writeEnable
+    status("eeprom_command")              := unit.command
+    status("eeprom_checksum_error")       := unit.checksumError
+    status("eeprom_not_loaded")           := unit.notLoaded
+    status("eeprom_command_error")        := unit.commandError
+    status("eeprom_write_error")          := unit.writeError
+    status("eeprom_busy")                 := unit.busy
+    siiError                              := unit.loadFailed
+    siiLoading                            := unit.loading
     !unit.notLoaded
   }
   private val siiError   = WireDefault(false.B)

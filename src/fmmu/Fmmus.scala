@@ -7,8 +7,9 @@ import flyframe.params.EscParams
 
 /** Where a logical byte leads, for one direction.
   *
-  * The bits of a run may lie anywhere in the local bytes, so those of one logical byte lie in two neighbouring
-  * local bytes: the one at `address`, and the one before it, which the logical byte before led to.
+  * The bits of a run may lie anywhere in the local bytes, so those of one logical byte lie in two
+  * neighbouring local bytes: the one at `address`, and the one before it, which the logical byte before led
+  * to.
   */
 class Mapped extends Bundle {
   val hit = Bool()
@@ -98,16 +99,16 @@ class Fmmus(p: EscParams) extends Module {
     val begins    = RegNext(started === 0.U)
 
     // The bits of a local byte come from above (`upward`) or from below.
-    def bits(number: UInt)  = if (p.hasBitwiseFmmus) number(2, 0) else 0.U(3.W)
-    val startBit            = RegNext(bits(entry.startBit))
-    val stopBit             = RegNext(if (p.hasBitwiseFmmus) bits(entry.stopBit) else 7.U(3.W))
-    val turn                = RegNext(bits(entry.physicalBit) - bits(entry.startBit))
-    val upward              = RegNext(bits(entry.physicalBit) > bits(entry.startBit))
+    def bits(number: UInt) = if (p.hasBitwiseFmmus) number(2, 0) else 0.U(3.W)
+    val startBit           = RegNext(bits(entry.startBit))
+    val stopBit            = RegNext(if (p.hasBitwiseFmmus) bits(entry.stopBit) else 7.U(3.W))
+    val turn               = RegNext(bits(entry.physicalBit) - bits(entry.startBit))
+    val upward             = RegNext(bits(entry.physicalBit) > bits(entry.startBit))
 
     // Second stage: inside? The lowest number wins.
-    val left     = length +& ~distance(15, 0) // bit 16: none; else the bytes behind this one
-    val isEarly  = distance.andR && upward && length =/= 0.U
-    val inside   = !distance(32) && !distance(31, 16).orR && left(16)
+    val left    = length +& ~distance(15, 0) // bit 16: none; else the bytes behind this one
+    val isEarly = distance.andR && upward && length =/= 0.U
+    val inside  = !distance(32) && !distance(31, 16).orR && left(16)
     val sum      = ((start ## true.B) +& (distance(15, 0) ## upward)) >> 1 // with carry in
     val physical = (sum(16) && !isEarly) ## sum(15, 0)
     Seq("read" -> forReads, "write" -> forWrites).map { case (direction, enabled) =>

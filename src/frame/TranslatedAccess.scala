@@ -20,8 +20,8 @@ import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan}
   *
   * All begin a byte before the first one, which may need a local byte that early ([[Mapped.early]]).
   *
-  * The core cycle within a byte time is `cycle`; 0 is the first one after the last nibble of a byte. The state
-  * of a SyncManager is used in the cycles 1, 2, 3, 5 and 6.
+  * The core cycle within a byte time is `cycle`; 0 is the first one after the last nibble of a byte. The
+  * state of a SyncManager is used in the cycles 1, 2, 3, 5 and 6.
   */
 class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   require(p.cyclesPerNibble >= 4, "eight core cycles per byte")
@@ -178,7 +178,7 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   when(tick) {
     val ahead = Mux(inHeader, position.byte - 8.U, 2.U)(1, 0) // data bytes that come before; byte 7: -1
     def more(count: UInt): Bool = position.dataLeft(10, 2).orR || position.dataLeft(1, 0) > count
-    val goesOn = enable && !in.last && (!inHeader || position.byte >= 7.U)
+    val goesOn                  = enable && !in.last && (!inHeader || position.byte >= 7.U)
     inDatagram     := goesOn && !ahead.andR && more(ahead)
     nextInDatagram := goesOn && Mux(ahead === 2.U, position.dataLeft > 3.U, more(ahead + 1.U))
   }
@@ -228,8 +228,8 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   private val (readValue, readHere) = if (bitwise) {
     val byteBefore = RegEnable(readByte, tick)
     val okBefore   = RegEnable(isRead, tick)
-    val value    = ((readByte ## byteBefore) >> readBits.shift)(7, 0)
-    val ok       = ((Fill(8, isRead) ## Fill(8, okBefore)) >> readBits.shift)(7, 0) & readBits.mask
+    val value      = ((readByte ## byteBefore) >> readBits.shift)(7, 0)
+    val ok         = ((Fill(8, isRead) ## Fill(8, okBefore)) >> readBits.shift)(7, 0) & readBits.mask
     (value, ok)
   } else (readByte, Fill(8, isRead))
   readMask   := Fill(4, inData) & Mux(position.high, readHere(7, 4), readHere(3, 0))
@@ -278,7 +278,7 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   private val written =
     if (bitwise) {
       val upperBefore = RegEnable(upper, hasUpper)
-      val lower  = WireDefault(upperBefore)
+      val lower       = WireDefault(upperBefore)
       lower.data := upperBefore.data | writeData(7, 0)
       lower.mask := upperBefore.mask | writeMask(7, 0)
       Mux(has, lower, upper)
@@ -302,14 +302,14 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
 
   // The byte addressed decides on the access, not the one in the buffer (B-52).
   areas.foreach { port =>
-    val writes  = hasUpper && writeMay && writesArea && !(writeBits.early && isLast)
-    val closes  = RegEnable(readMay && readCloses, tick) && at(2)
-    val index   = RegEnable(readIndex, tick)
-    val single  = RegEnable(readSingle, tick)
+    val writes = hasUpper && writeMay && writesArea && !(writeBits.early && isLast)
+    val closes = RegEnable(readMay && readCloses, tick) && at(2)
+    val index  = RegEnable(readIndex, tick)
+    val single = RegEnable(readSingle, tick)
     val asksFor = Seq(
-      writes                                           -> writeArea2.index,
-      closes                                           -> index,
-      (at(3) && request.write && writeTarget.area.hit) -> writeTarget.area.index,
+      writes                                                 -> writeArea2.index,
+      closes                                                 -> index,
+      (at(3) && request.write && writeTarget.area.hit)       -> writeTarget.area.index,
       ((at(5) || at(6)) && request.read && fetched.area.hit) -> fetched.area.index
     )
     port.request       := asksFor.map(_._1).reduce(_ || _)

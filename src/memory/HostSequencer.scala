@@ -116,7 +116,7 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(close) {
       when(areas.granted) {
-        opens  := inBuffer && single // begins and ends at once (B-53, B-58)
+        opens  := inBuffer && single                                // begins and ends at once (B-53, B-58)
         closes := inBuffer && area.last && (single || view.pdiOpen) // unless it was reset meanwhile
         state  := next
       }

@@ -30,7 +30,12 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
     )
   )
   val syncManagers: SyncManagerBank =
-    new SyncManagerBank(p.syncManagers, registers, a => isMemory(a) || isOutput(a), () => watchdogs.foreach(_.processData.trigger()))
+    new SyncManagerBank(
+      p.syncManagers,
+      registers,
+      a => isMemory(a) || isOutput(a),
+      () => watchdogs.foreach(_.processData.trigger())
+    )
   private val sii = Option.when(p.hasSii)(
     new SiiModel(registers, eeprom, p.hasEmulation, () => pdiOperational, () => pdiOperational = true)
   )

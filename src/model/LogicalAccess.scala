@@ -13,7 +13,7 @@ class LogicalAccess(start: Long, length: Int, fmmus: Seq[FmmuModel], space: Addr
 
   /** A local byte that the next logical byte has bits of, too. */
   private case class Open[T](fmmu: FmmuModel, address: Int, found: T)
-  private var reading: Option[Open[Option[Int]]]                    = None
+  private var reading: Option[Open[Option[Int]]] = None
   private var writing: Option[Open[Collected]]   = None
 
   /** Bits of a local byte that have come, and what stores them. */
@@ -37,11 +37,14 @@ class LogicalAccess(start: Long, length: Int, fmmus: Seq[FmmuModel], space: Addr
   def read(i: Int): Option[Int => Int] =
     asked(readers, i).flatMap { case (fmmu, places) =>
       val found = places.map { m =>
-        val before = reading.collect { case Open(f, address, value) if (f eq fmmu) && address == m.address => value }
+        val before = reading.collect {
+          case Open(f, address, value) if (f eq fmmu) && address == m.address => value
+        }
         m -> before.getOrElse(space.read(m.address))
       }
       reading = found.lastOption.map { case (m, value) => Open(fmmu, m.address, value) }
-      val values = if (i >= 0 && fmmu.covers(start + i)) found.collect { case (m, Some(value)) => m -> value } else Nil
+      val values = if (i >= 0 && fmmu.covers(start + i)) found.collect { case (m, Some(value)) => m -> value }
+      else Nil
       Option.when(values.nonEmpty) { received =>
         values.foldLeft(received) { case (byte, (m, value)) => (byte & ~m.mask) | m.toLogical(value) }
       }
@@ -52,12 +55,14 @@ class LogicalAccess(start: Long, length: Int, fmmus: Seq[FmmuModel], space: Addr
     asked(writers, i).fold(false) { case (fmmu, places) =>
       val covered = i >= 0 && fmmu.covers(start + i)
       val bytes = places.map { m =>
-        val before = writing.collect { case Open(f, address, found) if (f eq fmmu) && address == m.address => found }
+        val before = writing.collect {
+          case Open(f, address, found) if (f eq fmmu) && address == m.address => found
+        }
         val collected = before.getOrElse(Collected(space.claim(m.address)))
         m -> (if (covered) collected.and(m, byte) else collected)
       }
       // The upper one waits for its other bits, if there are any.
-      val waits = !covered || (fmmu.isShifted && !fmmu.isLast(start + i) && i + 1 < length)
+      val waits        = !covered || (fmmu.isShifted && !fmmu.isLast(start + i) && i + 1 < length)
       val (now, later) = if (waits) (bytes.dropRight(1), bytes.lastOption) else (bytes, None)
       writing = later.map { case (m, found) => Open(fmmu, m.address, found) }
       now.map { case (_, collected) => collected.store() }.contains(true)

@@ -48,7 +48,9 @@ class ModelRegisters(p: EscParams, status: String => Int) {
     r.fields.foreach { f =>
       f.source match {
         case Source.Stored(_) | Source.Ram =>
-          for (bit <- f.low to f.high if bit >= first && bit < first + 8 && (mask >> (bit - first) & 1) == 1) {
+          for (
+            bit <- f.low to f.high if bit >= first && bit < first + 8 && (mask >> (bit - first) & 1) == 1
+          ) {
             val here = 1L << (bit - f.low)
             val one  = (byte >> (bit - first) & 1) == 1
             values(f.name) = if (one) values(f.name) | here else values(f.name) & ~here

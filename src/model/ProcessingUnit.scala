@@ -175,7 +175,8 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         start,
         length,
         i =>
-          if (i >= 0 && reads) space.read(ado + i).map(v => (received: Int) => if (broadcast) received | v else v)
+          if (i >= 0 && reads)
+            space.read(ado + i).map(v => (received: Int) => if (broadcast) received | v else v)
           else None,
         (i, byte) => i >= 0 && writes && space.write(ado + i, byte),
         writeCounts = if (Set(3, 6, 9)(command)) 2 else 1
@@ -194,8 +195,8 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       )
     }
 
-    /** All data bytes in the order of time, and the working counter. Reading looks one byte ahead (B-55). Byte
-      * -1, the last of the header, is where byte 0 may need something early.
+    /** All data bytes in the order of time, and the working counter. Reading looks one byte ahead (B-55).
+      * Byte -1, the last of the header, is where byte 0 may need something early.
       *
       * @param read
       *   what to make of byte number `i`, if it can be read

@@ -134,7 +134,8 @@ class SiiModel(
     commandError = failure
     served = None
   } else {
-    def data(name: String, bytes: Int) = (0 until bytes).map(i => (registers.wide(name) >> 8 * i & 0xff).toInt)
+    def data(name: String, bytes: Int) =
+      (0 until bytes).map(i => (registers.wide(name) >> 8 * i & 0xff).toInt)
     if (!failure) area ++= data("eeprom_data", 2) ++ data("eeprom_data_high", 6)
     if (!failure && area.size < 16) registers.setWide("eeprom_address", 4)
     else {

@@ -198,16 +198,16 @@ object UnitTraffic {
     val n   = (address - 0x0600) / 16
     val odd = n % 2 == 1
     address % 16 match {
-      case 0 if odd  => Some(_ & 0x3f)
-      case 1 if odd  => Some(_ => n)
-      case 2 if odd  => Some(_ => 0x11)
-      case 3 if odd  => Some(_ => 0x55)
-      case 4 if odd  => Some(_ & 0x3f | 2)
-      case 5 if odd  => Some(_ => 0)
-      case 3         => Some(b => if (b == 0x55) 0x54 else b)
-      case 6 | 10    => Some(b => if (odd) b else 0)
-      case 7         => Some(b => if (odd) b else 7)
-      case _         => None
+      case 0 if odd => Some(_ & 0x3f)
+      case 1 if odd => Some(_ => n)
+      case 2 if odd => Some(_ => 0x11)
+      case 3 if odd => Some(_ => 0x55)
+      case 4 if odd => Some(_ & 0x3f | 2)
+      case 5 if odd => Some(_ => 0)
+      case 3        => Some(b => if (b == 0x55) 0x54 else b)
+      case 6 | 10   => Some(b => if (odd) b else 0)
+      case 7        => Some(b => if (odd) b else 7)
+      case _        => None
     }
   }
 
@@ -217,9 +217,9 @@ object UnitTraffic {
   def calm(p: EscParams, address: Int, byte: Int): Int = {
     val inFmmus = address >= 0x0600 && address < 0x0600 + 16 * p.fmmus
     address match {
-      case 0x0100                                            => byte & 0xfd
-      case a if p.hasWatchdogs && a >= 0x0400 && a <= 0x0421 => 0
-      case 0x0502 | 0x0503 if p.hasSii                       => 0
+      case 0x0100                                                  => byte & 0xfd
+      case a if p.hasWatchdogs && a >= 0x0400 && a <= 0x0421       => 0
+      case 0x0502 | 0x0503 if p.hasSii                             => 0
       case a if inFmmus && p.hasBitwiseFmmus && apart(a).isDefined => apart(a).get(byte)
       case a if inFmmus && a % 16 == 8                           => byte & 0x7f
       case a if inFmmus && a % 16 == 9 && byte >= 1 && byte <= 5 => byte | 0x10

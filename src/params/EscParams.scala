@@ -3,8 +3,8 @@ package flyframe.params
 /** All parameters of one EtherCAT slave controller. A value, checked by [[EscParams.problems]]; behaviour is
   * a function of it.
   *
-  * Every field has an entry in [[ParamTable.all]], from which the command line, its help, the checks
-  * and the documentation are made.
+  * Every field has an entry in [[ParamTable.all]], from which the command line, its help, the checks and the
+  * documentation are made.
   */
 final case class EscParams(
     preset: String = "custom",
@@ -166,9 +166,9 @@ object ParamTable {
       p.copy(ramKiB = v)
     ),
     info("fmmus", "FMMUs, 0x0600 on", "FMMUs", between(0, 16))(_.fmmus)((p, v) => p.copy(fmmus = v)),
-    info("fmmuBitwise", "1: FMMUs map single bits; 0: whole bytes only", "switch", between(0, 1))(_.fmmuBitwise)((p, v) =>
-      p.copy(fmmuBitwise = v)
-    ),
+    info("fmmuBitwise", "1: FMMUs map single bits; 0: whole bytes only", "switch", between(0, 1))(
+      _.fmmuBitwise
+    )((p, v) => p.copy(fmmuBitwise = v)),
     info("syncManagers", "SyncManagers, 0x0800 on", "SyncManagers", between(0, 16))(_.syncManagers)((p, v) =>
       p.copy(syncManagers = v)
     ),

@@ -565,7 +565,14 @@ object RegisterMap {
         "SII-12 to SII-15",
         Seq(
           field("eeprom_write_enable", 0, 0, Status, "1: ECAT may write the EEPROM in this frame"),
-          field("eeprom_emulated", 5, 5, Constant, "1: emulated by the host (SII-21)", if (p.hasEmulation) 1 else 0),
+          field(
+            "eeprom_emulated",
+            5,
+            5,
+            Constant,
+            "1: emulated by the host (SII-21)",
+            if (p.hasEmulation) 1 else 0
+          ),
           field("eeprom_eight_bytes", 6, 6, Constant, "1: a read command reads 8 bytes", 1),
           field(
             "eeprom_two_address_bytes",

@@ -44,11 +44,10 @@ class SiiController(p: EscParams) extends Module {
   /** The I2C EEPROM, if it is not emulated. */
   val lines = Option.when(p.hasI2c)(IO(new SiiLines))
 
-  /** The write enable; command in bits 2:0 and, of a host that emulates, failure in bit 5 are written; the host
-    * does it.
-    */
+  /** The write enable, the command are written; the host does it, and says that it has failed (SII-21). */
   val writeLow  = IO(Input(Valid(Bool())))
-  val writeHigh = IO(Input(Valid(UInt(6.W))))
+  val writeHigh = IO(Input(Valid(UInt(3.W))))
+  val failure   = Option.when(p.hasEmulation)(IO(Input(Bool())))
   val byHost    = IO(Input(Bool()))
 
   /** Register writes are on their way: a command waits for the address that came behind it. */
@@ -130,10 +129,10 @@ class SiiController(p: EscParams) extends Module {
   private val wait0       = RegInit(0.U(log2Ceil(p.coreClockMhz * p.siiStartUs + 1).W))
 
   private val ownedByPdi = offered || taken
-  ecatMayWrite  := !ownedByPdi && state === idle
-  pdiMayWrite   := ownedByPdi && state === idle
-  writeEnable   := enable || taken
-  waits         := state === serve
+  ecatMayWrite := !ownedByPdi && state === idle
+  pdiMayWrite  := ownedByPdi && state === idle
+  writeEnable  := enable || taken
+  waits        := state === serve
   // A host that looks whether there is something to do must not see a command too early.
   command       := Mux(if (p.hasEmulation) waits else busy, running, 0.U)
   checksumError := badSum
@@ -149,7 +148,7 @@ class SiiController(p: EscParams) extends Module {
 
   // A command acts when its byte is written: byte 0x0502 with the write enable has come before.
   when(writeHigh.valid && state === idle) {
-    val code  = writeHigh.bits(2, 0)
+    val code  = writeHigh.bits
     val known = code === Code.Read.U || code === Code.Write.U || code === Code.Reload.U
     val may   = code =/= Code.Write.U || byHost || enable || (writeLow.valid && writeLow.bits)
     running := code
@@ -202,7 +201,11 @@ class SiiController(p: EscParams) extends Module {
     }
     is(settle) { when(!registersBusy) { state := Mux(loads, first, if (p.hasI2c) address0 else serve) } }
     is(put) {
-      store(Mux(loads, scratch.U | count, 0x508.U | count), byte, if (p.hasI2c) Mux(lastByte, stop, in) else take)
+      store(
+        Mux(loads, scratch.U | count, 0x508.U | count),
+        byte,
+        if (p.hasI2c) Mux(lastByte, stop, in) else take
+      )
       when(write.fire) {
         count := count + 1.U
         when(count < 14.U) { crc := ConfigurationChecksum.next(crc, byte) }
@@ -291,10 +294,10 @@ class SiiController(p: EscParams) extends Module {
       }
     }
     is(serve) {
-      when(writeHigh.valid && byHost && writeHigh.bits(2, 0) === running) {
-        failed := writeHigh.bits(5)
-        state  := Mux(!loads, idle, Mux(writeHigh.bits(5), judge, take))
-        when(!loads && writeHigh.bits(5)) { noAck := true.B }
+      when(writeHigh.valid && byHost && writeHigh.bits === running) {
+        failed := failure.get
+        state  := Mux(!loads, idle, Mux(failure.get, judge, take))
+        when(!loads && failure.get) { noAck := true.B }
       }
     }
     is(take) { fetchFrom(0x508.U | count(2, 0), put) }

@@ -10,8 +10,8 @@ import chisel3.util._
   */
 class StatePort(indexBits: Int) extends Bundle {
 
-  /** Asks for `view`, or for `access`, of SyncManager `number`. Granted to ECAT always, to the PDI if `granted`
-    * is set, in the same cycle (B-58).
+  /** Asks for `view`, or for `access`, of SyncManager `number`. Granted to ECAT always, to the PDI if
+    * `granted` is set, in the same cycle (B-58).
     */
   val request = Input(Bool())
   val granted = Output(Bool())

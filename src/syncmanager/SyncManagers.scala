@@ -6,8 +6,8 @@ import flyframe.memory.{RegisterWrite, WideTable}
 import flyframe.params.EscParams
 import flyframe.registers.RegisterMap
 
-/** What an accessing side sees of the SyncManagers: the table of areas, an entry per cycle, and one state at a
-  * time.
+/** What an accessing side sees of the SyncManagers: the table of areas, an entry per cycle, and one state at
+  * a time.
   */
 class AreaPort(p: EscParams) extends Bundle {
   val index = Input(UInt(3.W))
@@ -17,8 +17,8 @@ class AreaPort(p: EscParams) extends Bundle {
     */
   val entries = Output(Vec(p.smBanks, new AreaEntry(p.smIndexBits)))
 
-  /** Asks for `view`, or for `access`, of SyncManager `number`. Granted to ECAT always, to the PDI if `granted`
-    * is set, in the same cycle (B-58).
+  /** Asks for `view`, or for `access`, of SyncManager `number`. Granted to ECAT always, to the PDI if
+    * `granted` is set, in the same cycle (B-58).
     */
   val request = Input(Bool())
   val granted = Output(Bool())
@@ -95,13 +95,13 @@ class SyncManagers(p: EscParams) extends Module {
     val watchdogTrigger = Bool()
     val alEvent         = Bool()
     val ecatEvent       = Bool()
-    val reserved        = Bool()
     val ecatWrites      = Bool()
     val isMailbox       = Bool()
   }
   private def byte(i: Int, offset: Int): Valid[UInt] = write.bits.byteAt(write.valid, 0x800 + 8 * i + offset)
   private val control = VecInit((0 until n).map { i =>
-    val value = RegEnable(byte(i, 4).bits(6, 1), 0.U(6.W), byte(i, 4).valid).suggestName(s"control_$i")
+    val value = RegEnable(byte(i, 4).bits(6, 4) ## byte(i, 4).bits(2, 1), 0.U(5.W), byte(i, 4).valid)
+      .suggestName(s"control_$i")
     value.asTypeOf(new Control)
   })
   private val wantsOff = (0 until n).map { i => // 0x0807[0] as written

@@ -69,7 +69,7 @@ class FmmuModelSpec extends AnyFlatSpec {
   }
   "FMMU-06: reading and writing" should "use their own FMMUs" in {
     val memory = new Memory
-    val both = access(memory, Seq(bytewise(0, 1, 0x1000, 1), bytewise(0, 1, 0x2000, 2)))
+    val both   = access(memory, Seq(bytewise(0, 1, 0x1000, 1), bytewise(0, 1, 0x2000, 2)))
     assert(both.write(0, 0x33) && memory.written == Seq(0x2000 -> 0x33))
     assert(both.read(0).map(_(0xff)).contains(0))
   }

@@ -55,7 +55,8 @@ class UnitTrafficSpec extends AnyFlatSpec {
       Seq("IRQ field", "logical 10 counts 1", "logical 11 counts 1") ++ (0 to 3).map(k =>
         s"logical 12 counts $k"
       )
-    for (state <- wanted) assert(seen(state) >= 5, s"too rare: $state")
+    // DL status changes only once, at the start, and the master soon reads it.
+    for (state <- wanted) assert(seen(state) >= (if (state == "ECAT event 2") 1 else 5), s"too rare: $state")
   }
 
   "WD, SII: random traffic for a complete slave" should "keep watchdogs and EEPROM quiet" in {

@@ -17,8 +17,8 @@ class ReplaySpec extends AnyFlatSpec {
   // The slaves of the recordings use two ports.
   private val ek1100  = Presets.named("et1100").get.params.copy(preset = "ek1100", ports = 2)
   private val el1004  = Presets.named("et1200").get.params.copy(preset = "el1004")
-  private val el2828  = el1004.copy(preset = "el2828")
-  private val el2889  = el1004.copy(preset = "el2889", reportedFeatures = 0x00fc)
+  private val el2828  = el1004.copy(preset = "el2828", digitalOutputs = 4)
+  private val el2889  = el2828.copy(preset = "el2889", reportedFeatures = 0x00fc)
   private val lan9252 = Presets.named("lan9252").get.params
   private val harness = new Harness("replay", Seq(ek1100, el2828, el2889, el1004, lan9252))
 
@@ -34,26 +34,23 @@ class ReplaySpec extends AnyFlatSpec {
   private object Reason {
     val Clocks   = "distributed clocks are not built"
     val Watching = "a watcher of something slow, before what it waits for"
-    val Outputs  = "digital outputs (0x0F00) are not built"
     val Reserved = "0x0502[4]: a reserved bit"
     val EightBytes =
       "0x0502[6]: EEPROM reads return eight bytes, the LAN9252's four"
     val LinkDetection = "0x0110[2]: enhanced link detection is not built"
     val Mask          = "IRQ field: 0x0200 had been set before the recording began"
     val Outside       = "IRQ field: DL status changed from outside, a link or the PDI watchdog"
-    val all           = Seq(Clocks, Watching, Outputs, Reserved, EightBytes, LinkDetection, Mask, Outside)
+    val all           = Seq(Clocks, Watching, Reserved, EightBytes, LinkDetection, Mask, Outside)
   }
 
   /** What differs in one datagram, with the reason if one is listed. */
   private case class Difference(text: String, reason: Option[String])
 
-  private def isClock(address: Int): Boolean  = address >= 0x0900 && address <= 0x09ff
-  private def isOutput(address: Int): Boolean = address >= 0x0f00 && address <= 0x0f03
+  private def isClock(address: Int): Boolean = address >= 0x0900 && address <= 0x09ff
 
   /** Why a byte may differ in these bits. */
   private def byteReason(address: Int, bits: Int): Option[String] = address match {
     case a if isClock(a)        => Some(Reason.Clocks)
-    case a if isOutput(a)       => Some(Reason.Outputs)
     case 0x0502 if bits == 0x10 => Some(Reason.Reserved)
     case 0x0502 if bits == 0x40 => Some(Reason.EightBytes)
     case 0x0110 if bits == 0x04 => Some(Reason.LinkDetection)
@@ -63,14 +60,12 @@ class ReplaySpec extends AnyFlatSpec {
   private def compare(
       d: Addressed,
       actual: Reply,
-      outputsOnly: Boolean,
       irqReason: Option[String]
   ): Seq[Difference] = {
     val e       = d.reply
     val logical = e.command >= 10 && e.command <= 12
     val clocks  = !logical && isClock(e.ado)
-    val outputs = (logical && outputsOnly) || (!logical && isOutput(e.ado))
-    val whole   = if (clocks) Some(Reason.Clocks) else if (outputs) Some(Reason.Outputs) else None
+    val whole   = Option.when(clocks)(Reason.Clocks)
     val where   = f"frame ${d.frame} command ${e.command} ADP 0x${e.adp}%04x ADO 0x${e.ado}%04x: "
     val frame = Seq(
       Option.when(e.adp != actual.adp)(Difference(where + f"ADP is 0x${actual.adp}%04x", None)),
@@ -116,13 +111,12 @@ class ReplaySpec extends AnyFlatSpec {
       .distinct
   }
 
-  /** `outputsOnly`: all process data are digital outputs. `outsideEvent`: frames with an event in their IRQ
-    * field whose cause is not in the recording. `settleUs`: idle time longer than that is skipped.
+  /** `outsideEvent`: frames with an event in their IRQ field whose cause is not in the recording. `settleUs`:
+    * idle time longer than that is skipped.
     */
   private def replay(
       name: String,
       members: Seq[Member],
-      outputsOnly: Boolean = false,
       outsideEvent: Range = 0 until 0,
       settleUs: Int = 4
   ): Unit =
@@ -150,7 +144,7 @@ class ReplaySpec extends AnyFlatSpec {
             // What may be watched is the data, not who answers.
             val early =
               polls.get(d).contains(false) && a.datagrams(d.number).workingCounter == d.reply.workingCounter
-            compare(d, a.datagrams(d.number), outputsOnly, irqReason(d)).map { x =>
+            compare(d, a.datagrams(d.number), irqReason(d)).map { x =>
               if (early && x.reason.isEmpty && x.text.contains("byte")) x.copy(reason = Some(Reason.Watching))
               else x
             }
@@ -215,8 +209,8 @@ class ReplaySpec extends AnyFlatSpec {
     Member(el2828, _ => file("el2828.bin"), io),
     Member(el2889, _ => file("el2889.bin"), io)
   )
-  replay("replay-ek1100-el2828-el2889", three, outputsOnly = true)
-  replay("replay-dc", three, outputsOnly = true)
+  replay("replay-ek1100-el2828-el2889", three)
+  replay("replay-dc", three)
   replay(
     "twincat-scan-boxes",
     Seq(

@@ -50,7 +50,10 @@ object EmulationRules extends Rules {
   private def command(s: Steps, code: Int, address: Int = 0, enable: Int = 0): Boolean =
     s.put(0x0502, enable, code, address & 0xff, address >> 8, 0, 0)
 
-  rule("SII-21, SII-23, SII-05: after reset the host gives words 0 to 7, which configure and open the RAM", all) { s =>
+  rule(
+    "SII-21, SII-23, SII-05: after reset the host gives words 0 to 7, which configure and open the RAM",
+    all
+  ) { s =>
     import s._
     assert(asked(s) == ((Reload, 0)))
     assert((control(s) & 0x20) != 0, "0x0502[5]: emulation")

@@ -5,7 +5,8 @@ import flyframe.params.EscParams
 
 /** Digital outputs at 0x0F00: SM-26, PDI-11, and the one register that FMMUs write bit by bit. */
 object OutputRules extends Rules {
-  private def some(p: EscParams) = p.digitalOutputs == 4 && p.hasWatchdogs && p.syncManagers >= 1 && p.ramKiB >= 1
+  private def some(p: EscParams) =
+    p.digitalOutputs == 4 && p.hasWatchdogs && p.syncManagers >= 1 && p.ramKiB >= 1
   private def bits(p: EscParams) = some(p) && p.hasBitwiseFmmus
   private val Write              = 2
 

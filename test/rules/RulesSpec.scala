@@ -23,7 +23,16 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
   )
 
   private val units = preset("cyclone4-min")
-    .copy(preset = "units", ramKiB = 8, fmmus = 8, fmmuBitwise = 1, syncManagers = 8, applicationLayer = 1, watchdogs = 1, digitalOutputs = 4)
+    .copy(
+      preset = "units",
+      ramKiB = 8,
+      fmmus = 8,
+      fmmuBitwise = 1,
+      syncManagers = 8,
+      applicationLayer = 1,
+      watchdogs = 1,
+      digitalOutputs = 4
+    )
   private val unitSets = Seq(
     units,
     units.copy(

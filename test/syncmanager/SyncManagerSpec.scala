@@ -83,7 +83,10 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       for (side <- Seq(Side.Ecat, Side.Pdi)) look(side) { view =>
         assert(is(view.works) == (enabled && !deactivated) && is(view.locked) == (enabled && deactivated))
       }
-      assert(dut.writeEvent.head.peek().litValue == 0 && dut.lastBuffer.head.peek().litValue == 3, "the other one")
+      assert(
+        dut.writeEvent.head.peek().litValue == 0 && dut.lastBuffer.head.peek().litValue == 3,
+        "the other one"
+      )
     }
 
     /** An access to byte `offset`: the byte of the area it leads to, if it is allowed. */
@@ -109,7 +112,8 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
         p.access.touch.poke(false)
         p.access.close.poke(false)
       }
-      def buffer = look(side)(view => (if (write) view.writerBuffer else view.readerBuffer).peek().litValue.toInt)
+      def buffer =
+        look(side)(view => (if (write) view.writerBuffer else view.readerBuffer).peek().litValue.toInt)
       // A write of ECAT touches and closes when it has passed; the others open first and close later.
       val found = Option
         .when(may) {

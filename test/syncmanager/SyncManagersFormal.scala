@@ -42,7 +42,7 @@ class SyncManagersProof extends Module {
   private val isMailbox                 = steady(modes)
   private val ecatWrites                = steady(directions)
 
-  private val dut   = Module(new SyncManagerStates(n))
+  private val dut = Module(new SyncManagerStates(n))
   private val views = VecInit(dut.states.zip(dut.settings).map { case (state, settings) =>
     val look = Module(new SyncManager) // what the one in `dut` would show
     look.state    := state
@@ -63,11 +63,11 @@ class SyncManagersProof extends Module {
   private def set(bits: UInt, index: UInt, when: Bool): UInt = bits | Mux(when, UIntToOH(index, n), 0.U)
 
   // A frame ends for one SyncManager after the other.
-  private val ends      = RegInit(0.U(n.W))
-  private val wasGood   = Reg(Bool())
-  private val good      = goodEnd && ending === 0.U && !ends.orR
-  private val bad       = badEnd && !good && !ends.orR
-  private val frameEnd  = good || bad || ends.orR
+  private val ends     = RegInit(0.U(n.W))
+  private val wasGood  = Reg(Bool())
+  private val good     = goodEnd && ending === 0.U && !ends.orR
+  private val bad      = badEnd && !good && !ends.orR
+  private val frameEnd = good || bad || ends.orR
   ends := Mux(good || bad, 1.U, ends << 1)
   when(good || bad) { wasGood := good }
   private val busView   = views(ecat.index)
@@ -181,7 +181,9 @@ class SyncManagersProof extends Module {
         assert(view.writerBuffer =/= held, "the reader's buffer is written")
       }
       when(anyWritten) { assert(view.writerBuffer =/= complete, "the newest buffer is written") }
-      when(anyWritten && dut.states(i).newer) { assert(dut.states(i).next === complete, "NEXT is the newest") }
+      when(anyWritten && dut.states(i).newer) {
+        assert(dut.states(i).next === complete, "NEXT is the newest")
+      }
     }
     when(view.works) {
       assert(buffered || dut.states(i).newer === full, "mailbox full in the status")
