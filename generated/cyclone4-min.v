@@ -333,6 +333,7 @@ module WriteLog(
   output [11:0] replay_bits_address,
   output        replay_bits_mask,
   output [7:0]  replay_bits_data,
+  output        busy,
   output        replayStarts
 );
 
@@ -343,6 +344,7 @@ module WriteLog(
   reg  [8:0]  entries;
   reg  [8:0]  next;
   reg  [8:0]  end_0;
+  wire        reading = next != end_0;
   reg         replay_valid_REG;
   always @(posedge clock) begin
     if (reset) begin
@@ -362,7 +364,7 @@ module WriteLog(
       end
       else if (~(next == end_0))
         next <= next + 9'h1;
-      replay_valid_REG <= next != end_0 & ~commit;
+      replay_valid_REG <= reading & ~commit;
     end
   end // always @(posedge)
   assign _ram_writeAddress = entries[7:0];
@@ -385,6 +387,7 @@ module WriteLog(
   assign replay_bits_address = _ram_readData[20:9];
   assign replay_bits_mask = _ram_readData[8];
   assign replay_bits_data = _ram_readData[7:0];
+  assign busy = reading;
   assign replayStarts = commit;
 endmodule
 
@@ -443,6 +446,7 @@ module EscMemory(
   output        registerWrite_valid,
   output [11:0] registerWrite_bits_address,
   output        registerWrite_bits_mask,
+  output        registersBusy,
   output        commitStarts
 );
 
@@ -453,6 +457,7 @@ module EscMemory(
   wire [11:0] _log_replay_bits_address;
   wire        _log_replay_bits_mask;
   wire [7:0]  _log_replay_bits_data;
+  wire        _log_busy;
   wire        _ram_readPlace_process;
   wire [9:0]  _ram_readPlace_index;
   wire        _ram_writeMask;
@@ -611,6 +616,7 @@ module EscMemory(
     .replay_bits_address (_log_replay_bits_address),
     .replay_bits_mask    (_log_replay_bits_mask),
     .replay_bits_data    (_log_replay_bits_data),
+    .busy                (_log_busy),
     .replayStarts        (commitStarts)
   );
   assign ecat_readData = readData;
@@ -621,6 +627,7 @@ module EscMemory(
   assign registerWrite_valid = registerWrite_valid_REG;
   assign registerWrite_bits_address = registerWrite_bits_REG_address;
   assign registerWrite_bits_mask = registerWrite_bits_REG_mask;
+  assign registersBusy = _log_busy | _log_replay_valid | registerWrite_valid_REG;
 endmodule
 
 module FrameParser(
@@ -1913,6 +1920,7 @@ module cyclone4_min(
   wire        _memory_registerWrite_valid;
   wire [11:0] _memory_registerWrite_bits_address;
   wire        _memory_registerWrite_bits_mask;
+  wire        _memory_registersBusy;
   wire        _memory_commitStarts;
   wire        _slot_tick;
   reg         processStep;
@@ -2029,6 +2037,7 @@ module cyclone4_min(
     .registerWrite_valid         (_memory_registerWrite_valid),
     .registerWrite_bits_address  (_memory_registerWrite_bits_address),
     .registerWrite_bits_mask     (_memory_registerWrite_bits_mask),
+    .registersBusy               (_memory_registersBusy),
     .commitStarts                (_memory_commitStarts)
   );
   assign _processor_in_valid = _loops_open_0 ? _receivers_0_out_valid : _processor_in_T_valid;
@@ -2079,8 +2088,8 @@ module cyclone4_min(
   assign _loops_link_1 = _links_crossing_1_out;
   assign _loops_settingWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
-  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_valid;
-  assign _loops_quiet_1 = _receivers_1_idle & ~_processor_out_valid;
+  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_valid & ~_memory_registersBusy;
+  assign _loops_quiet_1 = _receivers_1_idle & ~_processor_out_valid & ~_memory_registersBusy;
   LoopControl loops (
     .clock          (clock),
     .reset          (reset),

@@ -4092,6 +4092,7 @@ module SyncManagers(
   input         pdi_access_first,
   input         pdi_access_close,
   input         pdi_access_single,
+  output        pdi_changing,
   output        pdi_ramOpen,
   input         ramOpen,
   input         good,
@@ -4456,6 +4457,7 @@ module SyncManagers(
     {2'h0, _table_0_readData_1[31:16]}
     + {1'h0, casez_tmp_3 & ~casez_tmp_2 ? {_table_0_readData_1[31:16], 1'h0} : 17'h0};
   assign pdi_entries_0_takesPart = ~(last_1[2]) & casez_tmp_4;
+  assign pdi_changing = _states_walking;
   assign pdi_ramOpen = ramOpen;
   assign writeEvent_0 = _states_writeEvent_0;
   assign writeEvent_1 = _states_writeEvent_1;
@@ -4537,6 +4539,7 @@ module HostSequencer(
   output        areas_access_first,
   output        areas_access_close,
   output        areas_access_single,
+  input         areas_changing,
   input         areas_ramOpen,
   output        quiet
 );
@@ -4660,7 +4663,7 @@ module HostSequencer(
   );
   assign host_ack = (|state) & (_GEN ? memory_ack : ~_GEN_9 & (&state) & ~lane);
   assign host_rdata = _host_rdata_T ? memory_rdata : data;
-  assign memory_req = _host_rdata_T | state == 3'h5;
+  assign memory_req = _host_rdata_T & (host_write | ~areas_changing) | state == 3'h5;
   assign memory_write = host_write;
   assign memory_addr = _host_rdata_T ? host_addr : through;
   assign memory_wdata = host_wdata;
@@ -5965,6 +5968,7 @@ module et1200(
   wire        _syncManagers_pdi_view_pdiMayOpen;
   wire [1:0]  _syncManagers_pdi_view_writerBuffer;
   wire [1:0]  _syncManagers_pdi_view_readerBuffer;
+  wire        _syncManagers_pdi_changing;
   wire        _syncManagers_pdi_ramOpen;
   wire        _syncManagers_ecatEvent_0;
   wire        _syncManagers_ecatEvent_1;
@@ -6665,8 +6669,8 @@ module et1200(
   );
   assign _loops_settingWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
-  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_valid;
-  assign _loops_quiet_1 = _receivers_1_idle & ~_processor_out_valid;
+  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_valid & ~_memory_registersBusy;
+  assign _loops_quiet_1 = _receivers_1_idle & ~_processor_out_valid & ~_memory_registersBusy;
   LoopControl loops (
     .clock          (clock),
     .reset          (reset),
@@ -6881,6 +6885,7 @@ module et1200(
     .pdi_access_first         (_syncManagers_pdi_access_first),
     .pdi_access_close         (_syncManagers_pdi_access_close),
     .pdi_access_single        (_syncManagers_pdi_access_single),
+    .pdi_changing             (_syncManagers_pdi_changing),
     .pdi_ramOpen              (_syncManagers_pdi_ramOpen),
     .ramOpen                  (_syncManagers_ramOpen),
     .good                     (_processor_frameGood),
@@ -6958,6 +6963,7 @@ module et1200(
     .areas_access_first        (_syncManagers_pdi_access_first),
     .areas_access_close        (_syncManagers_pdi_access_close),
     .areas_access_single       (_syncManagers_pdi_access_single),
+    .areas_changing            (_syncManagers_pdi_changing),
     .areas_ramOpen             (_syncManagers_pdi_ramOpen),
     .quiet                     (_hostSequencer_quiet)
   );

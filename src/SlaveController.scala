@@ -119,7 +119,8 @@ class SlaveController(p: EscParams) extends Module {
   private def through(number: Int, stream: NibbleStream): NibbleStream = {
     val open = loops.open(number)
     transmitters(number).in := Mux(open, stream, NibbleStream.idle)
-    loops.quiet(number)     := receivers(number).idle && !stream.valid
+    // All register writes of a frame first, so that no loop moves to and fro.
+    loops.quiet(number) := receivers(number).idle && !stream.valid && !memory.registersBusy
     Mux(open, receivers(number).out, stream)
   }
   private val order = Seq(3, 1, 2, 0).filter(_ < p.ports)

@@ -70,7 +70,8 @@ class HostSequencer(p: EscParams) extends Module {
   areas.number        := area.index
   areas.request       := state === decide || state === choose || state === close
 
-  memory.req   := state === pass || state === access
+  // Registers are read before or after the end of a frame, not half way (B-57).
+  memory.req   := (state === pass && (host.write || !areas.changing)) || state === access
   memory.write := host.write
   memory.addr  := Mux(state === pass, host.addr, through)
   // In its buffer a byte may lie in another lane.

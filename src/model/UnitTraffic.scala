@@ -217,7 +217,9 @@ object UnitTraffic {
   def calm(p: EscParams, address: Int, byte: Int): Int = {
     val inFmmus = address >= 0x0600 && address < 0x0600 + 16 * p.fmmus
     address match {
-      case 0x0100                                                  => byte & 0xfd
+      case 0x0100 => byte & 0xfd
+      // Frames of 2 KiB, clocks 100 ppm apart: no small RX FIFO (LP-12).
+      case 0x0102                                                  => byte | 4
       case a if p.hasWatchdogs && a >= 0x0400 && a <= 0x0421       => 0
       case 0x0502 | 0x0503 if p.hasSii                             => 0
       case a if inFmmus && p.hasBitwiseFmmus && apart(a).isDefined => apart(a).get(byte)

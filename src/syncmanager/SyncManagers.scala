@@ -28,6 +28,9 @@ class AreaPort(p: EscParams) extends Bundle {
   /** An allowed access of this side, in the SyncManager's direction. */
   val access = Input(new BufferAccess)
 
+  /** The end of a frame is being carried out. */
+  val changing = Output(Bool())
+
   /** Process data RAM is open. */
   val ramOpen = Output(Bool())
 
@@ -154,10 +157,11 @@ class SyncManagers(p: EscParams) extends Module {
   states.good := good
   states.bad  := bad
   for ((port, side) <- Seq(ecat -> states.ecat, pdi -> states.pdi)) {
-    side.request := port.request
-    side.number  := port.number
-    side.access  := port.access
-    port.granted := side.granted
-    port.view    := side.view
+    side.request  := port.request
+    side.number   := port.number
+    side.access   := port.access
+    port.granted  := side.granted
+    port.changing := states.walking
+    port.view     := side.view
   }
 }

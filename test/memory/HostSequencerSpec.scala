@@ -40,6 +40,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
     dut.host.req.poke(false)
     dut.memory.ack.poke(false)
     dut.areas.ramOpen.poke(true)
+    dut.areas.changing.poke(false)
     set()
 
     def set(now: Area*): Unit = {
