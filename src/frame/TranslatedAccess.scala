@@ -3,7 +3,7 @@ package flyframe.frame
 import chisel3._
 import chisel3.util._
 import flyframe.fmmu.{Fmmus, Mapped}
-import flyframe.memory.RegisterWrite
+import flyframe.memory.{EscMemory, RegisterWrite}
 import flyframe.params.EscParams
 import flyframe.registers.RegisterMap
 import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan}
@@ -21,7 +21,7 @@ import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan}
   * All begin a byte before the first one, which may need a local byte that early ([[Mapped.early]]).
   *
   * The core cycle within a byte time is `cycle`; 0 is the first one after the last nibble of a byte. The
-  * state of a SyncManager is used in the cycles 1, 2, 3, 5 and 6.
+  * state of SyncManagers is asked for and changed in the cycles 0, 1, 2 and 4, with the answer two cycles later.
   */
 class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   require(p.cyclesPerNibble >= 4, "eight core cycles per byte")
@@ -183,36 +183,45 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     nextInDatagram := goesOn && Mux(ahead === 2.U, position.dataLeft > 3.U, more(ahead + 1.U))
   }
 
-  /** ECAT may touch the byte; in the direction of its SyncManager. Uses the state. */
-  private def permission(t: Target, writing: Boolean): (Bool, Bool) = areas match {
+  /** The byte belongs to a SyncManager; there is memory for it. */
+  private def managed(t: Target): Bool = areas.fold(false.B)(port => t.area.hit && port.acts(t.local.address))
+  private def inMemory(t: Target): Bool =
+    t.local.exists && areas.fold(true.B)(port => port.exists(t.local.address))
+
+  /** ECAT may access the byte; in the direction of its SyncManager. While the answer is there. */
+  private def permission(t: Target): (Bool, Bool) = areas match {
     case None => (t.local.exists, false.B)
     case Some(port) =>
-      val view  = port.view
-      val right = view.ecatWrites === writing.B
-      val hit   = t.area.hit && port.acts(t.local.address)
-      val may = view.works && port.exists(t.local.address) &&
-        (t.single || (right && (view.ecatOpen || (t.area.first && view.ecatMayOpen))))
-      (t.local.exists && (!hit || may), t.local.exists && hit && may && right)
+      val mine = managed(t)
+      (
+        t.local.exists && (!mine || (inMemory(t) && port.answer.allowed)),
+        mine && inMemory(t) && port.answer.inBuffer
+      )
   }
-  private def buffer(t: Target, writing: Boolean): UInt = areas match {
+  private def buffer(t: Target): UInt = areas match {
     case None => t.local.address.pad(17)
     case Some(port) =>
-      val number = if (writing) port.view.writerBuffer else port.view.readerBuffer
+      val number = port.answer.buffer
       val offset = Mux(number(1), t.area.length << 1, Mux(number(0), t.area.length, 0.U))
-      val sum    = t.local.address +& Mux(t.area.hit && port.acts(t.local.address) && !t.single, offset, 0.U)
+      val sum    = t.local.address +& Mux(managed(t) && !t.single, offset, 0.U)
       Cat(sum(sum.getWidth - 1, 16).orR, sum(15, 0))
   }
 
-  private val fetched                = RegEnable(target(searchedRead, readArea), at(4))
+  // Reading: asked in cycle 4, answered in 6.
+  private val reading                = target(searchedRead, readArea)
+  private val wanted                 = Mux(searchedReadBits.early, nextInDatagram, inDatagram)
+  private val fetched                = RegEnable(reading, at(4))
   private val fetchedBits            = RegEnable(searchedReadBits, at(4))
-  private val (mayRead, readsBuffer) = permission(fetched, writing = false)
-  private val wanted                 = Mux(fetchedBits.early, nextInDatagram, inDatagram)
-  private val opens                  = at(5) && wanted && request.read && readsBuffer
-  private val fetchedMay             = RegEnable(mayRead && wanted && request.read, at(5))
-  private val fetchedCloses          = RegEnable(readsBuffer && fetched.area.last, at(5))
-  private val readAddress            = RegEnable(buffer(fetched, writing = false), at(6))
+  private val fetchedWanted          = RegEnable(wanted && request.read, at(4))
+  private val (mayRead, readsBuffer) = permission(fetched)
+  private val fetchedMay             = RegEnable(mayRead && fetchedWanted, at(6))
+  private val fetchedCloses          = RegEnable(readsBuffer && fetched.area.last, at(6))
+  private val readAddress            = RegEnable(buffer(fetched), at(6))
   private val writeTarget            = RegEnable(target(searchedWrite, writeArea), at(4))
   private val writeTargetBits        = RegEnable(searchedWriteBits, at(4))
+
+  private def arrives(lookUp: Bool): Bool =
+    ShiftRegister(lookUp, EscMemory.readCycles(p), false.B, true.B)
 
   // move: reading. The window holds this local byte and the one before.
   private val readMay     = RegEnable(fetchedMay, tick)
@@ -221,7 +230,7 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   private val readSingle  = RegEnable(fetched.single, tick)
   private val readBits    = RegEnable(fetchedBits, tick)
   private val lookUpRead  = at(0) && readMay
-  private val readArrives = RegNext(lookUpRead, false.B)
+  private val readArrives = arrives(lookUpRead)
   private val readByte    = RegEnable(laneOf(memory.readData, lane(readAddress), 8), readArrives)
   private val readable    = RegEnable(laneOf(memory.readable, lane(readAddress), 1).asBool, readArrives)
   private val isRead      = readMay && readable
@@ -235,16 +244,16 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   readMask   := Fill(4, inData) & Mux(position.high, readHere(7, 4), readHere(3, 0))
   readNibble := Mux(position.high, readValue(7, 4), readValue(3, 0))
 
-  // move: writing. Asked when all before this byte has been done.
-  private val (mayWrite, writesBuffer) = permission(writeTarget, writing = true)
-  private val writeAddress             = RegEnable(buffer(writeTarget, writing = true), at(3))
-  private val writeMay                 = RegEnable(mayWrite, at(3))
-  private val writesArea               = RegEnable(writesBuffer, at(3))
-  private val writeArea2               = RegEnable(writeTarget.area, at(3))
-  private val writeSingle              = RegEnable(writeTarget.single, at(3))
-  private val writeBits                = RegEnable(writeTargetBits, at(3))
-  private val lookUpWrite              = at(4) && writeMay
-  private val writeArrives             = RegNext(lookUpWrite, false.B)
+  // move: writing. Asked in cycle 2, when all before this byte has been done, answered in 4.
+  private val (mayWrite, writesBuffer) = permission(writeTarget)
+  private val writeAddress             = RegEnable(buffer(writeTarget), at(4))
+  private val writeMay                 = RegEnable(mayWrite, at(4))
+  private val writesArea               = RegEnable(writesBuffer, at(4))
+  private val writeArea2               = RegEnable(writeTarget.area, at(4))
+  private val writeSingle              = RegEnable(writeTarget.single, at(4))
+  private val writeBits                = RegEnable(writeTargetBits, at(4))
+  private val lookUpWrite              = at(5) && writeMay
+  private val writeArrives             = arrives(lookUpWrite)
   private val writable = RegEnable(laneOf(memory.writable, lane(writeAddress), 1).asBool, writeArrives)
 
   when(newFrame) { // the last frame may have ended anywhere
@@ -302,22 +311,29 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
 
   // The byte addressed decides on the access, not the one in the buffer (B-52).
   areas.foreach { port =>
+    val closes = RegEnable(readMay && readCloses, tick) && at(0)
     val writes = hasUpper && writeMay && writesArea && !(writeBits.early && isLast)
-    val closes = RegEnable(readMay && readCloses, tick) && at(2)
-    val index  = RegEnable(readIndex, tick)
     val single = RegEnable(readSingle, tick)
-    val asksFor = Seq(
-      writes                                                 -> writeArea2.index,
-      closes                                                 -> index,
-      (at(3) && request.write && writeTarget.area.hit)       -> writeTarget.area.index,
-      ((at(5) || at(6)) && request.read && fetched.area.hit) -> fetched.area.index
+    val asks   = at(2) && request.write && managed(writeTarget)
+    val opens  = at(4) && wanted && request.read && managed(reading) && inMemory(reading)
+    port.request := closes || writes || asks || opens
+    port.number := Mux1H(
+      Seq(
+        at(0) -> RegEnable(readIndex, tick),
+        at(1) -> writeArea2.index,
+        at(2) -> writeTarget.area.index,
+        at(4) -> reading.area.index
+      )
     )
-    port.request       := asksFor.map(_._1).reduce(_ || _)
-    port.number        := MuxCase(fetched.area.index, asksFor)
-    port.access.touch  := writes || opens
-    port.access.first  := Mux(writes, writeArea2.first, fetched.area.first)
-    port.access.single := Mux(writes, writeSingle, Mux(opens, fetched.single, single))
-    port.access.close  := (writes && writeArea2.last) || closes
+    port.access.first := Mux1H(
+      Seq(at(1) -> writeArea2.first, at(2) -> writeTarget.area.first, at(4) -> reading.area.first)
+    )
+    port.access.single := Mux1H(
+      Seq(at(0) -> single, at(1) -> writeSingle, at(2) -> writeTarget.single, at(4) -> reading.single)
+    )
+    port.access.write := at(1) || at(2)
+    port.access.touch := writes || opens
+    port.access.close := closes || (writes && writeArea2.last)
   }
 
   private val anyRead  = Reg(Bool())

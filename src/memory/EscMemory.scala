@@ -88,12 +88,20 @@ class EscMemory(p: EscParams) extends Module {
 
   private val ram = Module(new EscRam(p))
 
-  // Reading: one address for registers and RAM, answer in the next cycle.
-  private val hostRead    = host.req && !host.write && !ecat.read && !host.ack
-  private val unitReads   = unitRead.valid && !ecat.read && !host.req
-  private val readAddress = Mux(ecat.read, ecat.readAddress(15, 0), Mux(unitReads, unitRead.bits, host.addr))
-  unitRead.ready := !ecat.read && !host.req
-  private val readTarget = target(readAddress, ecat.read && ecat.readAddress(16))
+  // Reading: one address for registers and RAM. With many registers the choice of the address takes a cycle of its own.
+  private def chosen[T <: Data](request: T): T = if (EscMemory.readCycles(p) == 2) RegNext(request) else request
+  private val hostReading = WireDefault(false.B) // a read of the host has been chosen
+  private val hostRead    = host.req && !host.write && !ecat.read && !host.ack && !hostReading
+  private val unitWaits   = RegInit(false.B)     // reset: no request
+  private val unitAddress = RegEnable(unitRead.bits, unitRead.fire)
+  private val unitReads   = unitWaits && !ecat.read && !host.req
+  unitRead.ready := !unitWaits
+  when(unitReads) { unitWaits := false.B }
+  when(unitRead.fire) { unitWaits := true.B }
+  private val readAddress = chosen(
+    Mux(ecat.read, ecat.readAddress, Mux(unitReads, unitAddress, host.addr))
+  )
+  private val readTarget = target(readAddress(15, 0), readAddress(16))
   file.readAddress := readAddress(11, laneBits)
   ram.readPlace    := readTarget.place
 
@@ -116,9 +124,9 @@ class EscMemory(p: EscParams) extends Module {
   ecat.writable := everyLane | (Fill(lanes, registerHit) & latched(file.writableByEcat))
   private val forHost = FillInterleaved(8, latched(file.readableByPdi))
   host.rdata     := readData & (Fill(8 * lanes, ramHit) | forHost)
-  unitData.valid := RegNext(unitReads, false.B)
+  unitData.valid := RegNext(chosen(unitReads), false.B)
   unitData.bits := VecInit((0 until lanes).map(i => ramData(8 * i + 7, 8 * i)))(
-    if (lanes == 1) 0.U else RegNext(unitRead.bits(laneBits - 1, 0))
+    if (lanes == 1) 0.U else RegNext(chosen(unitAddress(laneBits - 1, 0)))
   )
 
   // Register writes: those of frames from the log, then the host's.
@@ -135,20 +143,24 @@ class EscMemory(p: EscParams) extends Module {
   ecat.logFull           := log.full
   commitStarts           := log.replayStarts
 
-  // A host write takes two cycles: the first looks up what the host may write, the second writes.
+  // A host write looks up what the host may write, then writes.
   private val hostTarget = target(host.addr, false.B)
   private val ecatToRam  = ecat.write && ecatTarget.ram
-  private val lookedUp   = RegInit(false.B) // reset: no host access is under way
+  private val looksUp    = RegInit(false.B) // a look-up is under way or done; reset: none
+  private val known      = RegInit(false.B) // what the host may write is known; reset: not
+  private val hostLookUp = host.req && host.write && !looksUp && !ecat.read && !host.ack
+  private val arrives    = RegNext(chosen(hostLookUp), false.B)
   private val hostMay    = latched(file.writableByPdi)
-  private val hostLookUp = host.req && host.write && !lookedUp && !ecat.read && !host.ack
-  private val hostWrite =
-    lookedUp && Mux(hostTarget.register, !log.replay.valid && !unitWrites, !ecatToRam && !registerToRam)
-  private val hostMask      = RegInit(0.U(lanes.W))
-  private val lookUpArrived = RegNext(hostLookUp, false.B)
-  when(hostLookUp) { lookedUp := true.B }
-  when(hostWrite) { lookedUp := false.B }
-  when(lookUpArrived) { hostMask := hostMay }
-  private val mayWrite = Mux(lookUpArrived, hostMay, hostMask)
+  private val hostMask   = RegEnable(hostMay, 0.U, arrives)
+  private val mayWrite   = Mux(arrives, hostMay, hostMask)
+  private val hostWrite = (arrives || known) &&
+    Mux(hostTarget.register, !log.replay.valid && !unitWrites, !ecatToRam && !registerToRam)
+  when(hostLookUp) { looksUp := true.B }
+  when(arrives) { known := true.B }
+  when(hostWrite) {
+    looksUp := false.B
+    known   := false.B
+  }
 
   // After reset every byte of the register RAM is written 0, FMMUs and SyncManagers by their addresses.
   private lazy val cleared =
@@ -235,5 +247,13 @@ class EscMemory(p: EscParams) extends Module {
     ram.writeData  := Mux(registerToRam, ramWrite.bits.data, host.wdata)
   }
 
-  host.ack := RegNext(hostRead || hostWrite, false.B)
+  private val hostReadChosen = chosen(hostRead)
+  if (EscMemory.readCycles(p) == 2) hostReading := hostReadChosen
+  host.ack := RegNext(hostReadChosen || hostWrite, false.B)
+}
+
+object EscMemory {
+
+  /** Cycles from a read to its answer. */
+  def readCycles(p: EscParams): Int = if (p.translates) 2 else 1
 }

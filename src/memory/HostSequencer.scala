@@ -20,18 +20,18 @@ class HostSequencer(p: EscParams) extends Module {
 
   private object State extends ChiselEnum {
 
-    /** idle; pass: the access goes through unchanged; scan: the byte's SyncManager is searched; decide: may
-      * the byte be accessed; choose: the buffer; access: at the memory; close: the end of the buffer; next:
-      * the next byte.
+    /** idle; pass: the access goes through unchanged; scan: the byte's SyncManager is searched; ask: may the
+      * byte be accessed; answer: there it comes; choose: the buffer; access: at the memory; close: the end of
+      * the buffer; next: the next byte.
       */
-    val idle, pass, scan, decide, choose, access, close, next = Value
+    val idle, pass, scan, ask, answer, choose, access, close, next = Value
   }
   import State._
   private val state = RegInit(idle) // reset: no access
   quiet := state === idle
   private val lane    = Reg(UInt((log2Ceil(lanes) max 1).W))
   private val data    = Reg(UInt((8 * lanes).W))
-  private val through = Reg(UInt(16.W)) // address in the buffer
+  private val through = Reg(UInt(18.W)) // address in the buffer
   private val count   = Reg(UInt(4.W))
 
   private val address = Cat(host.addr >> log2Ceil(lanes), if (lanes == 1) 0.U(0.W) else lane)
@@ -48,32 +48,30 @@ class HostSequencer(p: EscParams) extends Module {
     scan.address         := address
     scan.result
   })
-  private val view   = areas.view
   private val single = area.first && area.last
-  private val right  = view.ecatWrites =/= host.write
+  private val exists = areas.exists(address)
   // Since the search it may have been switched off: plain memory again (SM-28).
-  private val plain = !area.hit || (!view.works && !view.locked)
-  private val may = plain || (view.works && areas.exists(address) &&
-    (single || (right && (view.pdiOpen || (area.first && view.pdiMayOpen)))))
-  private val inBuffer = area.hit && right && view.works
-  private val number   = Mux(host.write, view.writerBuffer, view.readerBuffer)
+  private val plain    = !area.hit || (!areas.answer.works && !areas.answer.locked)
+  private val may      = plain || (exists && areas.answer.allowed)
+  private val number   = areas.answer.buffer
   private val offset   = Mux(number(1), area.length << 1, Mux(number(0), area.length, 0.U))
-  private val moved    = address +& Mux(!plain && !single, offset, 0.U)
-  private val outside  = moved(moved.getWidth - 1, 16).orR
+  private val inBuffer = Reg(Bool()) // in the direction of its SyncManager
+  private val outside  = through(17, 16).orR
 
-  private val opens  = WireDefault(false.B)
-  private val closes = WireDefault(false.B)
-  areas.access.touch  := opens
+  // A buffer of one byte begins and ends at once (B-53, B-58).
+  areas.number        := area.index
+  areas.request       := (state === ask && area.hit) || (state === close && inBuffer)
+  areas.access.write  := host.write
+  areas.access.touch  := exists && (state === ask) =/= single
   areas.access.first  := area.first
   areas.access.single := single
-  areas.access.close  := closes
-  areas.number        := area.index
-  areas.request       := state === decide || state === choose || state === close
+  areas.access.close  := state === close && area.last
 
   // Registers are read before or after the end of a frame, not half way (B-57).
-  memory.req   := (state === pass && (host.write || !areas.changing)) || state === access
+  memory.req   := (state === pass && (host.write || !areas.changing)) ||
+    (state === access && !outside)
   memory.write := host.write
-  memory.addr  := Mux(state === pass, host.addr, through)
+  memory.addr  := Mux(state === pass, host.addr, through(15, 0))
   // In its buffer a byte may lie in another lane.
   private def byteOf(word: UInt, number: UInt) =
     VecInit((0 until lanes).map(i => word(8 * i + 7, 8 * i)))(number)
@@ -97,31 +95,24 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(scan) {
       count := count + 1.U
-      when(!enabled) { state := next }.elsewhen(count === 10.U) { state := decide }
+      when(!enabled) { state := next }.elsewhen(count === 10.U) { state := ask }
     }
-    is(decide) {
-      when(areas.granted) {
-        opens := may && inBuffer && !single
-        state := Mux(may, choose, next)
-      }
+    is(ask) {
+      when(!area.hit) { state := choose }.elsewhen(areas.granted) { state := answer }
     }
+    is(answer) { state := choose }
     is(choose) {
-      through := moved(15, 0)
-      when(areas.granted) { state := Mux(outside, close, access) }
+      inBuffer := area.hit && exists && areas.answer.inBuffer
+      through  := address +& Mux(!plain && !single, offset, 0.U)
+      state    := Mux(may, access, next)
     }
     is(access) {
       when(memory.ack) {
-        data  := data | (Fill(lanes, byteOf(memory.rdata, there)) & FillInterleaved(8, UIntToOH(here, lanes)))
-        state := close
+        data := data | (Fill(lanes, byteOf(memory.rdata, there)) & FillInterleaved(8, UIntToOH(here, lanes)))
       }
+      when(memory.ack || outside) { state := close }
     }
-    is(close) {
-      when(areas.granted) {
-        opens  := inBuffer && single                                // begins and ends at once (B-53, B-58)
-        closes := inBuffer && area.last && (single || view.pdiOpen) // unless it was reset meanwhile
-        state  := next
-      }
-    }
+    is(close) { when(!inBuffer || areas.granted) { state := next } }
     is(next) {
       count := 0.U
       lane  := lane + 1.U

@@ -48,37 +48,38 @@ class SyncManagerSettings extends Bundle {
   val ecatWrites = Bool()
 }
 
-/** What an accessing side may know of a SyncManager. */
-class SyncManagerView extends Bundle {
-  val works      = Bool()
-  val locked     = Bool()
-  val ecatWrites = Bool()
-
-  /** The side may access every byte; the first byte. */
-  val ecatOpen    = Bool()
-  val ecatMayOpen = Bool()
-  val pdiOpen     = Bool()
-  val pdiMayOpen  = Bool()
-
-  /** Number of the buffer the writer, the reader uses. */
-  val writerBuffer = UInt(2.W)
-  val readerBuffer = UInt(2.W)
-}
-
-/** One side's allowed access to a byte of the buffer, in the direction of the SyncManager. */
+/** An access of one side to a byte of a SyncManager's area. What is not allowed has no effect. */
 class BufferAccess extends Bundle {
 
-  /** A byte is accessed. */
+  /** The side writes; else it reads. */
+  val write = Bool()
+
+  /** A byte is accessed. Not set, nothing changes: a question, whether it may be. */
   val touch = Bool()
 
   /** It is the first byte (SM-01). */
   val first = Bool()
 
-  /** The last byte is accessed (SM-03). */
+  /** The access to the last byte ends (SM-03). */
   val close = Bool()
 
   /** The buffer is one byte long: events, but no exchange (B-53). */
   val single = Bool()
+}
+
+/** What becomes of an access. */
+class BufferAnswer extends Bundle {
+
+  /** The byte may be accessed. */
+  val allowed = Bool()
+
+  /** It may, in the direction of the SyncManager. */
+  val inBuffer = Bool()
+
+  /** Number of the buffer, for such an access. */
+  val buffer = UInt(2.W)
+  val works  = Bool()
+  val locked = Bool()
 }
 
 /** The logic of a SyncManager (SM-01 to SM-28): from its state and what happens, the state after. One is
@@ -88,21 +89,22 @@ class BufferAccess extends Bundle {
   * for reading swaps with NEXT if that is newer. A mailbox has one buffer, full or empty.
   *
   * What ECAT does in a frame becomes final with its good end (FP-35); the PDI's accesses act at once. At most
-  * one of `ecat`, `pdi`, `good` and `bad` in a cycle.
+  * one of an access, `good` and `bad` in a cycle.
   */
 class SyncManager extends Module {
   val state    = IO(Input(new SyncManagerState))
   val settings = IO(Input(new SyncManagerSettings))
 
-  val ecat = IO(Input(new BufferAccess))
-  val pdi  = IO(Input(new BufferAccess))
+  /** An access, by the PDI or by ECAT. */
+  val access = IO(Input(new BufferAccess))
+  val byPdi  = IO(Input(Bool()))
 
   /** The frame has ended, well or badly. */
   val good = IO(Input(Bool()))
   val bad  = IO(Input(Bool()))
 
-  val after = IO(Output(new SyncManagerState))
-  val view  = IO(Output(new SyncManagerView))
+  val after  = IO(Output(new SyncManagerState))
+  val answer = IO(Output(new BufferAnswer))
 
   /** Events: a buffer has been written, has been read; they rise, they end; rising comes last (B-57). */
   val writeEvent    = IO(Output(Bool()))
@@ -110,65 +112,60 @@ class SyncManager extends Module {
   val writeEventEnd = IO(Output(Bool()))
   val readEventEnd  = IO(Output(Bool()))
 
-  private val isMailbox  = settings.isMailbox
-  private val buffered   = !isMailbox
+  private val buffered   = !settings.isMailbox
   private val ecatWrites = settings.ecatWrites
+  private val single     = access.single
+
+  // May it be accessed? After the end no more in this frame (SM-04).
+  private val right    = (ecatWrites =/= byPdi) === access.write
+  private val open     = Mux(byPdi, state.pdiOpen, state.ecatOpen && !state.closed)
+  private val mayWrite = buffered || !state.newer
+  private val mayRead  = Mux(buffered, state.anyWritten, state.newer)
+  private val mayOpen  = Mux(access.write, mayWrite, mayRead) && (byPdi || !state.closed)
+  private val inBuffer = settings.works && right && (single || open || (access.first && mayOpen))
+  private val takes    = buffered && state.newer && !open // a reader that opens gets NEXT
+  answer.allowed  := inBuffer || (settings.works && single)
+  answer.inBuffer := inBuffer
+  answer.buffer := Mux(buffered, Mux(access.write, state.writer, Mux(takes, state.next, state.reader)), 0.U)
+  answer.works  := settings.works
+  answer.locked := settings.locked
+
+  // What happens, by side.
+  private val touches   = access.touch && inBuffer
+  private val begins    = touches && access.first
+  private val closes    = access.close && settings.works && right && (single || open)
+  private val ecatBegan = good && state.began
+  private val pdiBegan  = begins && byPdi
+  private val ecatDone  = good && state.closed
+  private val pdiDone   = closes && byPdi
 
   after         := state
-  writeEvent    := false.B
-  readEvent     := false.B
-  writeEventEnd := false.B
-  readEventEnd  := false.B
+  after.touched := (state.touched || (touches && !byPdi)) && !good && !bad
+  after.began   := (state.began || (begins && !byPdi)) && !good && !bad
+  after.closed  := (state.closed || (closes && !byPdi)) && !good && !bad
+  when(begins && !single) { when(byPdi) { after.pdiOpen := true.B }.otherwise { after.ecatOpen := true.B } }
+  when(ecatDone || (bad && state.touched)) { after.ecatOpen := false.B }
+  when(pdiDone) { after.pdiOpen := false.B }
 
-  // What writer and reader do, whichever side they are on.
-  private val ecatOpens  = ecat.touch && ecat.first
-  private val pdiOpens   = pdi.touch && pdi.first
-  private val ecatCloses = good && state.closed
-  private val readerTakes = buffered && state.newer &&
-    Mux(
-      ecatWrites,
-      pdiOpens && !pdi.single && !state.pdiOpen,
-      ecatOpens && !ecat.single && !state.ecatOpen
-    )
-  private val writerDone = Mux(ecatWrites, ecatCloses, pdi.close)
-  private val readerDone = Mux(ecatWrites, pdi.close, ecatCloses)
-  private val single     = Mux(good, !state.ecatOpen, pdi.single) // a buffer of one byte is never open
-  when(readerTakes) {
+  // The same by task.
+  private val writerDone = Mux(ecatWrites, ecatDone, pdiDone)
+  private val readerDone = Mux(ecatWrites, pdiDone, ecatDone)
+  private val exchanges  = Mux(good, state.ecatOpen, !single) // a buffer of one byte is never open
+  when(begins && !access.write && !single && takes) {
     after.reader := state.next
     after.next   := state.reader
     after.newer  := false.B
   }
-  when(writerDone && !single) {
+  when(writerDone && exchanges) {
     after.newer      := true.B
     after.anyWritten := true.B
     when(buffered) { after.next := state.writer }
   }
-  when(readerDone && isMailbox) { after.newer := false.B }
-  writeEvent := writerDone
-  readEvent  := readerDone
+  when(readerDone && !buffered) { after.newer := false.B }
 
   // Beginning a buffer ends the event of the other side's last one.
-  private val ecatBegins = good && state.began
-  writeEventEnd := Mux(ecatWrites, pdiOpens, ecatBegins)
-  readEventEnd  := Mux(ecatWrites, ecatBegins, pdiOpens)
-
-  when(ecatOpens && !ecat.single) { after.ecatOpen := true.B }
-  when(ecatCloses || (bad && state.touched)) { after.ecatOpen := false.B }
-  when(pdiOpens && !pdi.single) { after.pdiOpen := true.B }
-  when(pdi.close) { after.pdiOpen := false.B }
-  after.touched := (state.touched || ecat.touch) && !good && !bad
-  after.began   := (state.began || ecatOpens) && !good && !bad
-  after.closed  := (state.closed || ecat.close) && !good && !bad
-
-  private val mayWrite = buffered || !state.newer
-  private val mayRead  = Mux(buffered, state.anyWritten, state.newer)
-  view.works        := settings.works
-  view.locked       := settings.locked
-  view.ecatWrites   := ecatWrites
-  view.ecatOpen     := state.ecatOpen && !state.closed
-  view.ecatMayOpen  := Mux(ecatWrites, mayWrite, mayRead) && !state.closed
-  view.pdiOpen      := state.pdiOpen
-  view.pdiMayOpen   := Mux(ecatWrites, mayRead, mayWrite)
-  view.writerBuffer := Mux(buffered, state.writer, 0.U)
-  view.readerBuffer := Mux(buffered, state.reader, 0.U)
+  writeEvent    := writerDone
+  readEvent     := readerDone
+  writeEventEnd := Mux(ecatWrites, pdiBegan, ecatBegan)
+  readEventEnd  := Mux(ecatWrites, ecatBegan, pdiBegan)
 }

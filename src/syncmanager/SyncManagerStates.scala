@@ -3,27 +3,25 @@ package flyframe.syncmanager
 import chisel3._
 import chisel3.util._
 
-/** How one side asks for the state of a SyncManager, and accesses its buffer.
+/** How one side accesses buffers.
   *
   * @param indexBits
   *   bits of a SyncManager's number
   */
 class StatePort(indexBits: Int) extends Bundle {
 
-  /** Asks for `view`, or for `access`, of SyncManager `number`. Granted to ECAT always, to the PDI if
-    * `granted` is set, in the same cycle (B-58).
+  /** An access to the area of SyncManager `number`. Granted to ECAT always, to the PDI if `granted` is set in the
+    * same cycle (B-58). It acts in the next cycle; `answer` is there in the one after, for that cycle only.
     */
   val request = Input(Bool())
   val granted = Output(Bool())
   val number  = Input(UInt(indexBits.W))
-  val view    = Output(new SyncManagerView)
-
-  /** An allowed access of this side, in the SyncManager's direction. */
-  val access = Input(new BufferAccess)
+  val access  = Input(new BufferAccess)
+  val answer  = Output(new BufferAnswer)
 }
 
-/** The states and events of all SyncManagers. In each cycle one of them is at work with the logic they share:
-  * for the end of a frame one after the other, else for ECAT, else for the PDI.
+/** What happens to the SyncManagers, one after the other: the ends of frames, else ECAT's accesses, else the
+  * PDI's. Two steps, so that neither is long: choose, then act.
   */
 class SyncManagerStates(n: Int) extends Module {
   private val indexBits = log2Ceil(n) max 1
@@ -40,12 +38,16 @@ class SyncManagerStates(n: Int) extends Module {
   val walking = IO(Output(Bool()))
   val settled = IO(Output(Bool()))
 
-  val states     = IO(Output(Vec(n, new SyncManagerState)))
-  val writeEvent = IO(Output(Vec(n, Bool())))
-  val readEvent  = IO(Output(Vec(n, Bool())))
-
-  /** A buffer has been written completely: that of this SyncManager. */
-  val written = IO(Output(Valid(UInt(indexBits.W))))
+  private val bank = Module(new SyncManagerBank(n))
+  val states       = IO(chiselTypeOf(bank.states))
+  val writeEvent   = IO(chiselTypeOf(bank.writeEvent))
+  val readEvent    = IO(chiselTypeOf(bank.readEvent))
+  val written      = IO(chiselTypeOf(bank.written))
+  states        := bank.states
+  writeEvent    := bank.writeEvent
+  readEvent     := bank.readEvent
+  written       := bank.written
+  bank.settings := settings
 
   private val walks   = RegInit(false.B) // reset: no frame
   private val wasGood = Reg(Bool())
@@ -59,26 +61,60 @@ class SyncManagerStates(n: Int) extends Module {
     walk  := walk + 1.U
     walks := !isLast
   }
-  walking := walks || good || bad
-  settled := RegNext(isLast && wasGood, false.B)
+  walking := walks || good || bad || RegNext(walks, false.B)
+  settled := ShiftRegister(isLast && wasGood, 2, false.B, true.B)
 
-  private val number = Mux(walks, walk, Mux(ecat.request, ecat.number, pdi.number))
-  private val logic  = Module(new SyncManager)
   ecat.granted := true.B
-  pdi.granted  := !walking && !ecat.request
-  private val acts = walks || ecat.request || (pdi.request && pdi.granted)
+  pdi.granted  := !walks && !good && !bad && !ecat.request
+  private val accesses = (ecat.request || (pdi.request && pdi.granted)) && !walks
+  bank.acts   := RegNext(walks || accesses, false.B)
+  bank.number := RegNext(Mux(walks, walk, Mux(ecat.request, ecat.number, pdi.number)))
+  bank.byPdi  := RegNext(!ecat.request)
+  bank.good   := RegNext(walks && wasGood, false.B)
+  bank.bad    := RegNext(walks && !wasGood, false.B)
+  bank.access := {
+    val access = WireDefault(Mux(ecat.request, ecat.access, pdi.access))
+    when(!accesses) {
+      access.touch := false.B
+      access.close := false.B
+    }
+    RegNext(access)
+  }
+  private val answer = RegNext(bank.answer)
+  ecat.answer := answer
+  pdi.answer  := answer
+}
 
+/** The states and events of all SyncManagers, and the logic they share: one of them acts in a cycle. */
+class SyncManagerBank(n: Int) extends Module {
+  private val indexBits = log2Ceil(n) max 1
+
+  val settings = IO(Input(Vec(n, new SyncManagerSettings)))
+
+  /** Something happens to SyncManager `number`: an access, or the end of a frame. */
+  val acts   = IO(Input(Bool()))
+  val number = IO(Input(UInt(indexBits.W)))
+  val access = IO(Input(new BufferAccess))
+  val byPdi  = IO(Input(Bool()))
+  val good   = IO(Input(Bool()))
+  val bad    = IO(Input(Bool()))
+  val answer = IO(Output(new BufferAnswer))
+
+  val states     = IO(Output(Vec(n, new SyncManagerState)))
+  val writeEvent = IO(Output(Vec(n, Bool())))
+  val readEvent  = IO(Output(Vec(n, Bool())))
+
+  /** A buffer has been written completely: that of this SyncManager. */
+  val written = IO(Output(Valid(UInt(indexBits.W))))
+
+  private val logic = Module(new SyncManager)
   logic.state    := states(number)
   logic.settings := settings(number)
-  logic.good     := walks && wasGood
-  logic.bad      := walks && !wasGood
-  for ((port, access) <- Seq(ecat -> logic.ecat, pdi -> logic.pdi)) {
-    val now = port.request && port.granted
-    access       := port.access
-    access.touch := port.access.touch && now
-    access.close := port.access.close && now
-    port.view    := logic.view
-  }
+  logic.access   := access
+  logic.byPdi    := byPdi
+  logic.good     := good
+  logic.bad      := bad
+  answer         := logic.answer
 
   for (i <- 0 until n) {
     val mine  = acts && number === i.U

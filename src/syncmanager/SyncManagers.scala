@@ -17,16 +17,12 @@ class AreaPort(p: EscParams) extends Bundle {
     */
   val entries = Output(Vec(p.smBanks, new AreaEntry(p.smIndexBits)))
 
-  /** Asks for `view`, or for `access`, of SyncManager `number`. Granted to ECAT always, to the PDI if
-    * `granted` is set, in the same cycle (B-58).
-    */
+  /** An access, see [[StatePort]]. */
   val request = Input(Bool())
   val granted = Output(Bool())
   val number  = Input(UInt(p.smIndexBits.W))
-  val view    = Output(new SyncManagerView)
-
-  /** An allowed access of this side, in the SyncManager's direction. */
-  val access = Input(new BufferAccess)
+  val access  = Input(new BufferAccess)
+  val answer  = Output(new BufferAnswer)
 
   /** The end of a frame is being carried out. */
   val changing = Output(Bool())
@@ -162,6 +158,6 @@ class SyncManagers(p: EscParams) extends Module {
     side.access   := port.access
     port.granted  := side.granted
     port.changing := states.walking
-    port.view     := side.view
+    port.answer   := side.answer
   }
 }

@@ -49,20 +49,36 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       log = Vector.empty
     }
 
-    /** The state of the SyncManager asked for. */
-    private def show(): Unit = {
-      val n    = dut.areas.number.peek().litValue.toInt
-      val a    = areas.lift(n)
-      val view = dut.areas.view
-      view.works.poke(a.exists(_.works))
-      view.locked.poke(a.exists(!_.works))
-      view.ecatWrites.poke(a.exists(_.ecatWrites))
-      view.pdiOpen.poke(isOpen.lift(n).contains(true))
-      view.pdiMayOpen.poke(a.exists(_.mayOpen))
-      view.ecatOpen.poke(false)
-      view.ecatMayOpen.poke(false)
-      view.writerBuffer.poke(a.fold(0)(_.writer))
-      view.readerBuffer.poke(a.fold(2)(_.reader))
+    // What was asked in the cycle before acts in this one; the answer is there in the next.
+    private var asked  = Option.empty[(Int, Boolean, Boolean, Boolean, Boolean, Boolean)]
+    private var answer = Option.empty[(Boolean, Boolean, Boolean, Boolean, Int)]
+
+    private def act(): Unit = {
+      val port                                         = dut.areas.answer
+      def any                                          = random.nextBoolean() // the answer is there for its cycle only
+      val (allowed, inBuffer, works, locked, buffer) = answer.getOrElse((any, any, any, any, random.nextInt(3)))
+      port.allowed.poke(allowed)
+      port.inBuffer.poke(inBuffer)
+      port.works.poke(works)
+      port.locked.poke(locked)
+      port.buffer.poke(buffer)
+      answer = asked.map { case (n, write, touch, first, close, single) =>
+        val a        = areas.lift(n)
+        val works    = a.exists(_.works)
+        val right    = works && a.exists(_.ecatWrites != write)
+        val inBuffer = right && (single || isOpen(n) || (first && a.exists(_.mayOpen)))
+        val buffer   = a.fold(2)(x => if (write) x.writer else x.reader)
+        if (touch && inBuffer) {
+          log :+= Touch(n, first, single)
+          if (first && !single) isOpen = isOpen.updated(n, true)
+        }
+        if (close && right && (single || isOpen(n))) {
+          log :+= Close(n)
+          isOpen = isOpen.updated(n, false)
+        }
+        (inBuffer || (works && single), inBuffer, works, a.exists(!_.works), buffer)
+      }
+      asked = None
     }
     def open(ram: Boolean): Unit = dut.areas.ramOpen.poke(ram)
 
@@ -77,22 +93,21 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       entry.takesPart.poke(area.isDefined)
       lastIndex = dut.areas.index.peek().litValue.toInt
 
+      act()
       val acts = ecatActs()
       dut.areas.granted.poke(!acts)
-      show()
       val access = dut.areas.access
-      val index  = dut.areas.number.peek().litValue.toInt
-      if (access.touch.peek().litToBoolean) {
-        assert(!acts, "B-58")
-        log :+= Touch(index, access.first.peek().litToBoolean, access.single.peek().litToBoolean)
-        if (access.first.peek().litToBoolean && !access.single.peek().litToBoolean)
-          isOpen = isOpen.updated(index, true)
-      }
-      if (access.close.peek().litToBoolean) {
-        assert(!acts, "B-58")
-        log :+= Close(index)
-        isOpen = isOpen.updated(index, false)
-      }
+      if (dut.areas.request.peek().litToBoolean && !acts)
+        asked = Some(
+          (
+            dut.areas.number.peek().litValue.toInt,
+            access.write.peek().litToBoolean,
+            access.touch.peek().litToBoolean,
+            access.first.peek().litToBoolean,
+            access.close.peek().litToBoolean,
+            access.single.peek().litToBoolean
+          )
+        )
 
       // The memory takes its time, as it may.
       val m = dut.memory

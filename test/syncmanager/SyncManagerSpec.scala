@@ -14,6 +14,8 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
   private val p      = EscParams(syncManagers = 2, applicationLayer = 1, ramKiB = 8)
   private val Number = 1 // of two
 
+  private case class Answer(allowed: Boolean, inBuffer: Boolean, buffer: Int, works: Boolean, locked: Boolean)
+
   /** The accessing sides as frame processor and host sequencer are, and the model beside. */
   private class Bench(dut: SyncManagers, control: Int, val length: Int) extends Assertions {
     private val start               = 0x1000
@@ -35,6 +37,7 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       port.access.touch.poke(false)
       port.access.close.poke(false)
       port.access.first.poke(false)
+      port.access.write.poke(false)
       port.access.single.poke(single)
     }
     dut.enable.foreach(_.poke(false))
@@ -57,13 +60,22 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
     }
     private def port(side: Side) = if (side == Side.Ecat) dut.ecat else dut.pdi
 
-    /** What the side sees in this cycle. */
-    private def look[T](side: Side)(see: SyncManagerView => T): T = {
-      port(side).request.poke(true)
-      assert(is(port(side).granted))
-      val seen = see(port(side).view)
-      port(side).request.poke(false)
-      seen
+    /** One access of a side: what it is told two cycles later. */
+    private def ask(side: Side, write: Boolean, first: Boolean, touch: Boolean, close: Boolean): Answer = {
+      val to = port(side)
+      to.request.poke(true)
+      assert(is(to.granted))
+      to.access.write.poke(write)
+      to.access.first.poke(first)
+      to.access.touch.poke(touch)
+      to.access.close.poke(close)
+      step()
+      to.request.poke(false)
+      to.access.touch.poke(false)
+      to.access.close.poke(false)
+      step()
+      val a = to.answer
+      Answer(is(a.allowed), is(a.inBuffer), a.buffer.peek().litValue.toInt, is(a.works), is(a.locked))
     }
 
     def works(enable: Boolean, deactivate: Boolean): Unit = {
@@ -80,8 +92,9 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       assert(is(dut.full(Number)) == (model.mailboxFull && mailbox), s"full after $what")
       assert(dut.lastBuffer(Number).peek().litValue == model.lastBuffer, s"last buffer after $what")
       assert(triggers == modelTriggers, s"watchdog after $what")
-      for (side <- Seq(Side.Ecat, Side.Pdi)) look(side) { view =>
-        assert(is(view.works) == (enabled && !deactivated) && is(view.locked) == (enabled && deactivated))
+      for (side <- Seq(Side.Ecat, Side.Pdi)) {
+        val a = ask(side, write = true, first = false, touch = false, close = false)
+        assert(a.works == (enabled && !deactivated) && a.locked == (enabled && deactivated))
       }
       assert(
         dut.writeEvent.head.peek().litValue == 0 && dut.lastBuffer.head.peek().litValue == 3,
@@ -91,46 +104,16 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
 
     /** An access to byte `offset`: the byte of the area it leads to, if it is allowed. */
     def access(side: Side, write: Boolean, offset: Int): Option[Int] = {
-      val byEcat = side == Side.Ecat
-      val first  = offset == 0
-      val last   = offset == length - 1
-      val (right, may) = look(side) { view =>
-        val right = is(view.ecatWrites) == (byEcat == write)
-        val (open, mayOpen) =
-          if (byEcat) (is(view.ecatOpen), is(view.ecatMayOpen)) else (is(view.pdiOpen), is(view.pdiMayOpen))
-        (right, is(view.works) && (single || (right && (open || (first && mayOpen)))))
-      }
+      val byEcat   = side == Side.Ecat
+      val first    = offset == 0
+      val last     = offset == length - 1
       val expected = model.access(side, write, start + offset)
-      def act(touch: Boolean, close: Boolean): Unit = {
-        val p = port(side)
-        p.request.poke(true)
-        p.access.touch.poke(touch)
-        p.access.first.poke(first)
-        p.access.close.poke(close)
-        step()
-        p.request.poke(false)
-        p.access.touch.poke(false)
-        p.access.close.poke(false)
-      }
-      def buffer =
-        look(side)(view => (if (write) view.writerBuffer else view.readerBuffer).peek().litValue.toInt)
-      // A write of ECAT touches and closes when it has passed; the others open first and close later.
-      val found = Option
-        .when(may) {
-          if (byEcat && write) {
-            val number = buffer
-            if (right) act(touch = true, close = last)
-            number
-          } else {
-            if (right && (byEcat || !single)) act(touch = true, close = false)
-            val number = buffer
-            step()
-            if (right && last) act(touch = !byEcat && single, close = true)
-            number
-          }
-        }
-        .map(n => offset + (if (single) 0 else n * length))
+      // A write of ECAT asks first, and touches and closes when it has passed; the others open first and close later.
+      val asksOnly = if (byEcat) write else single
+      val answer   = ask(side, write, first, touch = !asksOnly, close = false)
+      if (answer.inBuffer && (last || asksOnly)) ask(side, write, first, touch = asksOnly, close = last)
       if (byEcat && model.takeClosing()) model.close()
+      val found = Option.when(answer.allowed)(offset + (if (single) 0 else answer.buffer * length))
       assert(found == expected.map(_ - start), s"$side ${if (write) "writes" else "reads"} byte $offset")
       compare(s"$side byte $offset")
       found
@@ -141,7 +124,7 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       step()
       end.poke(false)
       var settled = 0
-      for (_ <- 0 until 4) {
+      for (_ <- 0 until 6) {
         step()
         if (is(dut.settled)) settled += 1
       }

@@ -42,16 +42,7 @@ class SyncManagersProof extends Module {
   private val isMailbox                 = steady(modes)
   private val ecatWrites                = steady(directions)
 
-  private val dut = Module(new SyncManagerStates(n))
-  private val views = VecInit(dut.states.zip(dut.settings).map { case (state, settings) =>
-    val look = Module(new SyncManager) // what the one in `dut` would show
-    look.state    := state
-    look.settings := settings
-    look.good     := false.B
-    look.bad      := false.B
-    for (side <- Seq(look.ecat, look.pdi)) side := 0.U.asTypeOf(new BufferAccess)
-    look.view
-  })
+  private val dut     = Module(new SyncManagerBank(n))
   private val enabled = RegInit(0.U(n.W))
   private val locked  = RegInit(0.U(n.W))
 
@@ -70,13 +61,13 @@ class SyncManagersProof extends Module {
   private val frameEnd = good || bad || ends.orR
   ends := Mux(good || bad, 1.U, ends << 1)
   when(good || bad) { wasGood := good }
-  private val busView   = views(ecat.index)
   private val busWrites = ecatWrites(ecat.index)
-  private val busTouch = ecat.touch && !frameEnd && busView.works && !ending(ecat.index) &&
-    (busView.ecatOpen || (ecat.first && busView.ecatMayOpen))
+  private val busAsks   = ecat.touch && !frameEnd && !ending(ecat.index)
+  private val busTouch  = busAsks && dut.answer.inBuffer
   private val busLast  = ecat.last && !ecat.first
-  private val busClose = !frameEnd && Mux(busTouch, busWrites && busLast, ecat.close && ending(ecat.index))
-  private val busActs  = busTouch || busClose || frameEnd
+  private val busCloses = !frameEnd && !busAsks && ecat.close && ending(ecat.index)
+  private val busClose  = busCloses || (busTouch && busWrites && busLast)
+  private val busActs  = busAsks || busCloses || frameEnd
   ending := ~ends & set(ending, ecat.index, busTouch && !busWrites && busLast) &
     ~set(0.U(n.W), ecat.index, busClose)
   touched := ~ends & set(touched, ecat.index, busTouch)
@@ -86,11 +77,9 @@ class SyncManagersProof extends Module {
   // Host: the end of the byte it has accessed is still to come.
   private val hostEnds  = RegInit(false.B)
   private val hostIndex = Reg(UInt(1.W))
-  private val hostView  = views(pdi.index)
-  private val hostTouch = pdi.touch && !busActs && !hostEnds && hostView.works &&
-    (hostView.pdiOpen || (pdi.first && hostView.pdiMayOpen))
-  private val hostClose =
-    pdi.close && !busActs && hostEnds && views(hostIndex).works && views(hostIndex).pdiOpen
+  private val hostAsks  = pdi.touch && !busActs && !hostEnds
+  private val hostTouch = hostAsks && dut.answer.inBuffer
+  private val hostClose = pdi.close && !busActs && hostEnds && dut.states(hostIndex).pdiOpen
   when(hostTouch) {
     hostEnds  := pdi.last && !pdi.first
     hostIndex := pdi.index
@@ -101,19 +90,16 @@ class SyncManagersProof extends Module {
   when(resting) { enabled := wantEnabled }
   when(resting && !hostTouch && !hostEnds) { locked := wantLocked }
 
-  dut.good := good
-  dut.bad  := bad
-  private def connect(port: StatePort, index: UInt, touch: Bool, first: Bool, close: Bool): Unit = {
-    port.request       := touch || close
-    port.number        := index
-    port.access.touch  := touch
-    port.access.first  := first
-    port.access.close  := close
-    port.access.single := false.B
-  }
-  connect(dut.ecat, ecat.index, busTouch, ecat.first, busClose)
-  connect(dut.pdi, Mux(hostClose, hostIndex, pdi.index), hostTouch, pdi.first, hostClose)
-  when(hostTouch || hostClose) { assert(dut.pdi.granted, "the host may act") }
+  dut.good          := ends.orR && wasGood
+  dut.bad           := ends.orR && !wasGood
+  dut.acts          := busActs && !(good || bad) || hostAsks || hostClose
+  dut.number        := Mux(ends.orR, ends(1), Mux(busActs, ecat.index, Mux(hostClose, hostIndex, pdi.index)))
+  dut.byPdi         := !busActs
+  dut.access.write  := dut.byPdi =/= ecatWrites(dut.number) // the side's own direction
+  dut.access.touch  := busAsks || hostAsks
+  dut.access.first  := Mux(busActs, ecat.first, pdi.first)
+  dut.access.close  := Mux(busAsks, busWrites && busLast, busCloses || hostClose)
+  dut.access.single := false.B
 
   for (i <- 0 until n) {
     dut.settings(i).works      := enabled(i) && !locked(i)
@@ -126,10 +112,12 @@ class SyncManagersProof extends Module {
     val hostC = hostClose && hostIndex === i.U
 
     // What has happened, seen from outside.
-    val view      = views(i)
+    val works     = dut.settings(i).works
     val good      = ends(i) && wasGood
     val bad       = ends(i) && !wasGood
     val buffered  = !isMailbox(i)
+    val writer    = dut.states(i).writer
+    val reader    = dut.states(i).reader
     val byEcat    = ecatWrites(i)
     val busDone   = good && closed(i)
     val wrote     = Mux(byEcat, busDone, hostC)
@@ -156,7 +144,7 @@ class SyncManagersProof extends Module {
     when(Mux(byEcat, busBegan, hostBegan)) { readEvent := false.B }
     when(wrote) {
       anyWritten := true.B
-      complete   := view.writerBuffer
+      complete   := writer
       full       := true.B
       writeEvent := true.B
       when(!buffered) { assert(!full, "a message is overwritten, lost") }
@@ -166,26 +154,26 @@ class SyncManagersProof extends Module {
       readEvent := true.B
       when(!buffered) { assert(full, "a message is read twice") }
     }
-    when(!view.works) {
+    when(!works) {
       Seq(anyWritten, full, reading, writeEvent, readEvent).foreach(_ := false.B)
     }
 
     // Three buffers, the third one between the two.
     when(buffered) {
-      assert(view.writerBuffer =/= view.readerBuffer, "writer and reader have the same buffer")
-      assert(view.writerBuffer =/= 3.U && view.readerBuffer =/= 3.U, "a buffer that does not exist")
+      assert(writer =/= reader, "writer and reader have the same buffer")
+      assert(writer =/= 3.U && reader =/= 3.U, "a buffer that does not exist")
     }
-    when(view.works && buffered) {
+    when(works && buffered) {
       when(reading) {
-        assert(view.readerBuffer === held, "the reader has not the newest buffer, or loses it")
-        assert(view.writerBuffer =/= held, "the reader's buffer is written")
+        assert(reader === held, "the reader has not the newest buffer, or loses it")
+        assert(writer =/= held, "the reader's buffer is written")
       }
-      when(anyWritten) { assert(view.writerBuffer =/= complete, "the newest buffer is written") }
+      when(anyWritten) { assert(writer =/= complete, "the newest buffer is written") }
       when(anyWritten && dut.states(i).newer) {
         assert(dut.states(i).next === complete, "NEXT is the newest")
       }
     }
-    when(view.works) {
+    when(works) {
       assert(buffered || dut.states(i).newer === full, "mailbox full in the status")
       assert(dut.writeEvent(i) === writeEvent && dut.readEvent(i) === readEvent, "events")
       assert((dut.written.valid && dut.written.bits === i.U) === wrote, "a complete write, for the watchdog")
@@ -193,8 +181,8 @@ class SyncManagersProof extends Module {
 
     // Nobody acts on this one: it stays as it is, whatever happens to the other.
     val untouched = started && !bus && !busC && !host && !hostC && !(ends(i) && touched(i))
-    val state     = Cat(view.asUInt, dut.writeEvent(i), dut.readEvent(i), dut.states(i).asUInt)
-    when(RegNext(untouched && view.works, false.B) && view.works) {
+    val state     = Cat(dut.writeEvent(i), dut.readEvent(i), dut.states(i).asUInt)
+    when(RegNext(untouched && works, false.B) && works) {
       assert(state === RegNext(state), "changes by what concerns another")
     }
   }
