@@ -144,7 +144,10 @@ class EscMemory(p: EscParams) extends Module {
   commitStarts           := log.replayStarts
 
   // A host write looks up what the host may write, then writes.
-  private val hostTarget = target(host.addr, false.B)
+  // The host holds all of it until it is done.
+  private def held(signal: UInt): UInt = if (EscMemory.readCycles(p) == 2) RegNext(signal) else signal
+  private val (hostAddress, hostData, hostLanes) = (held(host.addr), held(host.wdata), held(host.be))
+  private val hostTarget                         = target(hostAddress, false.B)
   private val ecatToRam  = ecat.write && ecatTarget.ram
   private val looksUp    = RegInit(false.B) // a look-up is under way or done; reset: none
   private val known      = RegInit(false.B) // what the host may write is known; reset: not
@@ -184,9 +187,9 @@ class EscMemory(p: EscParams) extends Module {
     nextWrite.bits.mask    := (if (lanes == 1) 1.U else UIntToOH(address(laneBits - 1, 0), lanes))
     nextWrite.bits.data    := Mux(isClear, Fill(lanes, unitWrite.bits.data), 0.U)
   }.elsewhen(!log.replay.valid) {
-    nextWrite.bits.address := host.addr(11, laneBits)
-    nextWrite.bits.mask    := host.be & mayWrite
-    nextWrite.bits.data    := host.wdata
+    nextWrite.bits.address := hostAddress(11, laneBits)
+    nextWrite.bits.mask    := hostLanes & mayWrite
+    nextWrite.bits.data    := hostData
   }
   registerWrite.valid := RegNext(nextWrite.valid, false.B)
   registerWrite.bits  := RegNext(nextWrite.bits)
@@ -242,9 +245,9 @@ class EscMemory(p: EscParams) extends Module {
     ram.writePlace := ecatTarget.place
     ram.writeData  := ecat.writeData
   }.otherwise {
-    ram.writeMask  := Mux(registerToRam, ramWrite.bits.mask, Fill(lanes, hostToRam) & host.be)
+    ram.writeMask  := Mux(registerToRam, ramWrite.bits.mask, Fill(lanes, hostToRam) & hostLanes)
     ram.writePlace := Mux(registerToRam, ramWrite.bits.place, hostTarget.place)
-    ram.writeData  := Mux(registerToRam, ramWrite.bits.data, host.wdata)
+    ram.writeData  := Mux(registerToRam, ramWrite.bits.data, hostData)
   }
 
   private val hostReadChosen = chosen(hostRead)
