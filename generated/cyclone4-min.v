@@ -1936,6 +1936,8 @@ module cyclone4_min(
   wire        _processor_in_T_odd = _loops_open_1 ? _receivers_1_out_odd : _processor_out_odd;
   wire        _processor_in_T_crcGood = _loops_open_1 ? _receivers_1_out_crcGood : _processor_out_crcGood;
   reg         mii_tx_tick_r;
+  reg  [1:0]  loops_setting_0_r;
+  reg  [1:0]  loops_setting_1_r;
   reg         memory_event_lost_link_port0_REG;
   reg         memory_event_lost_link_port1_REG;
   always @(posedge clock) begin
@@ -1944,6 +1946,8 @@ module cyclone4_min(
       transmitStep <= 1'h0;
       receiver_cut_REG <= 1'h0;
       receiver_cut_REG_1 <= 1'h0;
+      loops_setting_0_r <= 2'h0;
+      loops_setting_1_r <= 2'h0;
       memory_event_lost_link_port0_REG <= 1'h0;
       memory_event_lost_link_port1_REG <= 1'h0;
     end
@@ -1952,6 +1956,12 @@ module cyclone4_min(
       transmitStep <= processStep;
       receiver_cut_REG <= _links_crossing_out;
       receiver_cut_REG_1 <= _links_crossing_1_out;
+      if (_memory_registersBusy) begin
+      end
+      else begin
+        loops_setting_0_r <= _memory_value_loop_port0;
+        loops_setting_1_r <= _memory_value_loop_port1;
+      end
       memory_event_lost_link_port0_REG <= _links_crossing_out;
       memory_event_lost_link_port1_REG <= _links_crossing_1_out;
     end
@@ -2088,15 +2098,15 @@ module cyclone4_min(
   assign _loops_link_1 = _links_crossing_1_out;
   assign _loops_settingWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
-  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_valid & ~_memory_registersBusy;
-  assign _loops_quiet_1 = _receivers_1_idle & ~_processor_out_valid & ~_memory_registersBusy;
+  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_valid;
+  assign _loops_quiet_1 = _receivers_1_idle & ~_processor_out_valid;
   LoopControl loops (
     .clock          (clock),
     .reset          (reset),
     .link_0         (_loops_link_0),
     .link_1         (_loops_link_1),
-    .setting_0      (_memory_value_loop_port0),
-    .setting_1      (_memory_value_loop_port1),
+    .setting_0      (loops_setting_0_r),
+    .setting_1      (loops_setting_1_r),
     .settingWritten (_loops_settingWritten),
     .goodFrame_0    (_loops_goodFrame_0),
     .goodFrame_1    (_loops_goodFrame_1),

@@ -2187,6 +2187,7 @@ module Fmmus(
   reg  [2:0]  found_write_0_stopBit;
   reg  [2:0]  found_write_0_turn;
   wire [16:0] results_left = {1'h0, results_length} + {1'h0, ~(results_distance[15:0])};
+  wire        results_isLast = results_left[15:0] == 16'h0;
   wire        results_isEarly = (&results_distance) & results_upward & (|results_length);
   wire        results_inside = ~(results_distance[32]) & results_distance[31:16] == 16'h0 & results_left[16];
   wire [17:0] _results_sum_T_3 = {1'h0, results_start, 1'h1} + {1'h0, results_distance[15:0], results_upward};
@@ -2236,7 +2237,7 @@ module Fmmus(
       found_read_0_hit <= results_takes & (results_inside | results_isEarly) & results_forReads;
       found_read_0_address <= results_physical;
       found_read_0_first <= ~(|(results_distance[15:0]));
-      found_read_0_last <= results_left[15:0] == 16'h0;
+      found_read_0_last <= results_isLast;
       found_read_0_early <= results_isEarly;
       found_read_0_startBit <= results_startBit;
       found_read_0_stopBit <= results_stopBit;
@@ -2246,7 +2247,7 @@ module Fmmus(
       found_write_0_hit <= results_takes & (results_inside | results_isEarly) & results_forWrites;
       found_write_0_address <= results_physical;
       found_write_0_first <= ~(|(results_distance[15:0]));
-      found_write_0_last <= results_left[15:0] == 16'h0;
+      found_write_0_last <= results_isLast;
       found_write_0_early <= results_isEarly;
       found_write_0_startBit <= results_startBit;
       found_write_0_stopBit <= results_stopBit;
@@ -5049,14 +5050,14 @@ module SyncManagers(
   wire [31:0] _table_0_readData_0;
   wire [31:0] _table_0_readData_1;
   wire [7:0]  _table_0_writeMask_T_2 = {7'h0, write_bits_mask} << write_bits_address[1:0];
-  reg  [4:0]  control_control_0;
-  reg  [4:0]  control_control_1;
-  reg  [4:0]  control_control_2;
-  reg  [4:0]  control_control_3;
-  reg  [4:0]  control_control_4;
-  reg  [4:0]  control_control_5;
-  reg  [4:0]  control_control_6;
-  reg  [4:0]  control_control_7;
+  reg  [3:0]  control_control_0;
+  reg  [3:0]  control_control_1;
+  reg  [3:0]  control_control_2;
+  reg  [3:0]  control_control_3;
+  reg  [3:0]  control_control_4;
+  reg  [3:0]  control_control_5;
+  reg  [3:0]  control_control_6;
+  reg  [3:0]  control_control_7;
   reg         deactivate_0;
   reg         deactivate_1;
   reg         deactivate_2;
@@ -5209,37 +5210,53 @@ module SyncManagers(
         casez_tmp_4 = enable_7;
     endcase
   end // always @(*)
+  reg         trigger_watchdogTrigger_watchdogTrigger_0;
+  reg         trigger_watchdogTrigger_watchdogTrigger_1;
+  reg         trigger_watchdogTrigger_watchdogTrigger_2;
+  reg         trigger_watchdogTrigger_watchdogTrigger_3;
+  reg         trigger_watchdogTrigger_watchdogTrigger_4;
+  reg         trigger_watchdogTrigger_watchdogTrigger_5;
+  reg         trigger_watchdogTrigger_watchdogTrigger_6;
+  reg         trigger_watchdogTrigger_watchdogTrigger_7;
   reg         casez_tmp_5;
   always @(*) begin
     casez (_states_written_bits)
       3'b000:
-        casez_tmp_5 = control_control_0[4];
+        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_0;
       3'b001:
-        casez_tmp_5 = control_control_1[4];
+        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_1;
       3'b010:
-        casez_tmp_5 = control_control_2[4];
+        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_2;
       3'b011:
-        casez_tmp_5 = control_control_3[4];
+        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_3;
       3'b100:
-        casez_tmp_5 = control_control_4[4];
+        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_4;
       3'b101:
-        casez_tmp_5 = control_control_5[4];
+        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_5;
       3'b110:
-        casez_tmp_5 = control_control_6[4];
+        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_6;
       default:
-        casez_tmp_5 = control_control_7[4];
+        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_7;
     endcase
   end // always @(*)
+  wire        _trigger_watchdogTrigger_result_valid_T_4 = write_bits_address == 12'h804;
+  wire        _trigger_watchdogTrigger_result_valid_T_12 = write_bits_address == 12'h80C;
+  wire        _trigger_watchdogTrigger_result_valid_T_20 = write_bits_address == 12'h814;
+  wire        _trigger_watchdogTrigger_result_valid_T_28 = write_bits_address == 12'h81C;
+  wire        _trigger_watchdogTrigger_result_valid_T_36 = write_bits_address == 12'h824;
+  wire        _trigger_watchdogTrigger_result_valid_T_44 = write_bits_address == 12'h82C;
+  wire        _trigger_watchdogTrigger_result_valid_T_52 = write_bits_address == 12'h834;
+  wire        _trigger_watchdogTrigger_result_valid_T_60 = write_bits_address == 12'h83C;
   always @(posedge clock) begin
     if (reset) begin
-      control_control_0 <= 5'h0;
-      control_control_1 <= 5'h0;
-      control_control_2 <= 5'h0;
-      control_control_3 <= 5'h0;
-      control_control_4 <= 5'h0;
-      control_control_5 <= 5'h0;
-      control_control_6 <= 5'h0;
-      control_control_7 <= 5'h0;
+      control_control_0 <= 4'h0;
+      control_control_1 <= 4'h0;
+      control_control_2 <= 4'h0;
+      control_control_3 <= 4'h0;
+      control_control_4 <= 4'h0;
+      control_control_5 <= 4'h0;
+      control_control_6 <= 4'h0;
+      control_control_7 <= 4'h0;
       deactivate_0 <= 1'h0;
       deactivate_1 <= 1'h0;
       deactivate_2 <= 1'h0;
@@ -5256,24 +5273,32 @@ module SyncManagers(
       deactivated_5_0 <= 1'h0;
       deactivated_6_0 <= 1'h0;
       deactivated_7_0 <= 1'h0;
+      trigger_watchdogTrigger_watchdogTrigger_0 <= 1'h0;
+      trigger_watchdogTrigger_watchdogTrigger_1 <= 1'h0;
+      trigger_watchdogTrigger_watchdogTrigger_2 <= 1'h0;
+      trigger_watchdogTrigger_watchdogTrigger_3 <= 1'h0;
+      trigger_watchdogTrigger_watchdogTrigger_4 <= 1'h0;
+      trigger_watchdogTrigger_watchdogTrigger_5 <= 1'h0;
+      trigger_watchdogTrigger_watchdogTrigger_6 <= 1'h0;
+      trigger_watchdogTrigger_watchdogTrigger_7 <= 1'h0;
     end
     else begin
-      if (write_valid & write_bits_address == 12'h804 & write_bits_mask)
-        control_control_0 <= {write_bits_data[6:4], write_bits_data[2:1]};
-      if (write_valid & write_bits_address == 12'h80C & write_bits_mask)
-        control_control_1 <= {write_bits_data[6:4], write_bits_data[2:1]};
-      if (write_valid & write_bits_address == 12'h814 & write_bits_mask)
-        control_control_2 <= {write_bits_data[6:4], write_bits_data[2:1]};
-      if (write_valid & write_bits_address == 12'h81C & write_bits_mask)
-        control_control_3 <= {write_bits_data[6:4], write_bits_data[2:1]};
-      if (write_valid & write_bits_address == 12'h824 & write_bits_mask)
-        control_control_4 <= {write_bits_data[6:4], write_bits_data[2:1]};
-      if (write_valid & write_bits_address == 12'h82C & write_bits_mask)
-        control_control_5 <= {write_bits_data[6:4], write_bits_data[2:1]};
-      if (write_valid & write_bits_address == 12'h834 & write_bits_mask)
-        control_control_6 <= {write_bits_data[6:4], write_bits_data[2:1]};
-      if (write_valid & write_bits_address == 12'h83C & write_bits_mask)
-        control_control_7 <= {write_bits_data[6:4], write_bits_data[2:1]};
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_4 & write_bits_mask)
+        control_control_0 <= {write_bits_data[5:4], write_bits_data[2:1]};
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_12 & write_bits_mask)
+        control_control_1 <= {write_bits_data[5:4], write_bits_data[2:1]};
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_20 & write_bits_mask)
+        control_control_2 <= {write_bits_data[5:4], write_bits_data[2:1]};
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_28 & write_bits_mask)
+        control_control_3 <= {write_bits_data[5:4], write_bits_data[2:1]};
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_36 & write_bits_mask)
+        control_control_4 <= {write_bits_data[5:4], write_bits_data[2:1]};
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_44 & write_bits_mask)
+        control_control_5 <= {write_bits_data[5:4], write_bits_data[2:1]};
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_52 & write_bits_mask)
+        control_control_6 <= {write_bits_data[5:4], write_bits_data[2:1]};
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_60 & write_bits_mask)
+        control_control_7 <= {write_bits_data[5:4], write_bits_data[2:1]};
       if (write_valid & write_bits_address == 12'h807 & write_bits_mask)
         deactivate_0 <= write_bits_data[0];
       if (write_valid & write_bits_address == 12'h80F & write_bits_mask)
@@ -5306,6 +5331,22 @@ module SyncManagers(
         deactivated_6_0 <= deactivate_6;
       if (quiet & ~_states_walking)
         deactivated_7_0 <= deactivate_7;
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_4 & write_bits_mask)
+        trigger_watchdogTrigger_watchdogTrigger_0 <= write_bits_data[6];
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_12 & write_bits_mask)
+        trigger_watchdogTrigger_watchdogTrigger_1 <= write_bits_data[6];
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_20 & write_bits_mask)
+        trigger_watchdogTrigger_watchdogTrigger_2 <= write_bits_data[6];
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_28 & write_bits_mask)
+        trigger_watchdogTrigger_watchdogTrigger_3 <= write_bits_data[6];
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_36 & write_bits_mask)
+        trigger_watchdogTrigger_watchdogTrigger_4 <= write_bits_data[6];
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_44 & write_bits_mask)
+        trigger_watchdogTrigger_watchdogTrigger_5 <= write_bits_data[6];
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_52 & write_bits_mask)
+        trigger_watchdogTrigger_watchdogTrigger_6 <= write_bits_data[6];
+      if (write_valid & _trigger_watchdogTrigger_result_valid_T_60 & write_bits_mask)
+        trigger_watchdogTrigger_watchdogTrigger_7 <= write_bits_data[6];
     end
     last <= ecat_index;
     last_1 <= pdi_index;
@@ -7504,6 +7545,10 @@ module et1100(
       ? 4'hE
       : (|latched) ? latched : {3'h0, _memory_value_al_status[4] & ~_memory_value_device_emulation};
   reg  [3:0]  REG;
+  reg  [1:0]  loops_setting_0_r;
+  reg  [1:0]  loops_setting_1_r;
+  reg  [1:0]  loops_setting_2_r;
+  reg  [1:0]  loops_setting_3_r;
   reg         memory_event_lost_link_port0_REG;
   reg         memory_event_lost_link_port1_REG;
   reg         memory_event_lost_link_port2_REG;
@@ -7569,6 +7614,10 @@ module et1100(
       processor_config_ecatEvents_application_watchdog_watchdog_event <= 1'h0;
       tick_value <= 23'h0;
       latched <= 4'h0;
+      loops_setting_0_r <= 2'h0;
+      loops_setting_1_r <= 2'h0;
+      loops_setting_2_r <= 2'h0;
+      loops_setting_3_r <= 2'h0;
       memory_event_lost_link_port0_REG <= 1'h0;
       memory_event_lost_link_port1_REG <= 1'h0;
       memory_event_lost_link_port2_REG <= 1'h0;
@@ -7668,6 +7717,14 @@ module et1100(
         latched <= 4'h2;
       else if (alChanged)
         latched <= 4'h0;
+      if (_memory_registersBusy) begin
+      end
+      else begin
+        loops_setting_0_r <= _memory_value_loop_port0;
+        loops_setting_1_r <= _memory_value_loop_port1;
+        loops_setting_2_r <= _memory_value_loop_port2;
+        loops_setting_3_r <= _memory_value_loop_port3;
+      end
       memory_event_lost_link_port0_REG <= links_0;
       memory_event_lost_link_port1_REG <= links_1;
       memory_event_lost_link_port2_REG <= links_2;
@@ -8027,10 +8084,10 @@ module et1100(
   );
   assign _loops_settingWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
-  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_2_valid & ~_memory_registersBusy;
-  assign _loops_quiet_1 = _receivers_1_idle & ~_processor_in_T_valid & ~_memory_registersBusy;
-  assign _loops_quiet_2 = _receivers_2_idle & ~_processor_in_T_1_valid & ~_memory_registersBusy;
-  assign _loops_quiet_3 = _receivers_3_idle & ~_processor_out_valid & ~_memory_registersBusy;
+  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_2_valid;
+  assign _loops_quiet_1 = _receivers_1_idle & ~_processor_in_T_valid;
+  assign _loops_quiet_2 = _receivers_2_idle & ~_processor_in_T_1_valid;
+  assign _loops_quiet_3 = _receivers_3_idle & ~_processor_out_valid;
   LoopControl loops (
     .clock          (clock),
     .reset          (reset),
@@ -8038,10 +8095,10 @@ module et1100(
     .link_1         (links_1),
     .link_2         (links_2),
     .link_3         (links_3),
-    .setting_0      (_memory_value_loop_port0),
-    .setting_1      (_memory_value_loop_port1),
-    .setting_2      (_memory_value_loop_port2),
-    .setting_3      (_memory_value_loop_port3),
+    .setting_0      (loops_setting_0_r),
+    .setting_1      (loops_setting_1_r),
+    .setting_2      (loops_setting_2_r),
+    .setting_3      (loops_setting_3_r),
     .settingWritten (_loops_settingWritten),
     .goodFrame_0    (_loops_goodFrame_0),
     .goodFrame_1    (_loops_goodFrame_1),

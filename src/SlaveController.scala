@@ -119,8 +119,7 @@ class SlaveController(p: EscParams) extends Module {
   private def through(number: Int, stream: NibbleStream): NibbleStream = {
     val open = loops.open(number)
     transmitters(number).in := Mux(open, stream, NibbleStream.idle)
-    // All register writes of a frame first, so that no loop moves to and fro.
-    loops.quiet(number) := receivers(number).idle && !stream.valid && !memory.registersBusy
+    loops.quiet(number)     := receivers(number).idle && !stream.valid
     Mux(open, receivers(number).out, stream)
   }
   private val order = Seq(3, 1, 2, 0).filter(_ < p.ports)
@@ -175,8 +174,9 @@ class SlaveController(p: EscParams) extends Module {
   memory.set.load("temporary_use").valid := temporaryLoops.restore
   memory.set.load("temporary_use").bits  := 0.U
   for (y <- portNumbers) {
-    loops.link(y)                         := links(y)
-    loops.setting(y)                      := setting(y)
+    loops.link(y) := links(y)
+    // Not before all register writes of a frame are done, so that no loop moves to and fro. Reset: as the register.
+    loops.setting(y)                      := RegEnable(setting(y), 0.U, !memory.registersBusy)
     loops.goodFrame(y)                    := receivers(y).events.goodFrame
     temporaryLoops.setting(y)             := setting(y)
     memory.set.load(s"loop_port$y").valid := temporaryLoops.restore

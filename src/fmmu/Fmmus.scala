@@ -106,9 +106,11 @@ class Fmmus(p: EscParams) extends Module {
     val upward             = RegNext(bits(entry.physicalBit) > bits(entry.startBit))
 
     // Second stage: inside? The lowest number wins.
-    val left    = length +& ~distance(15, 0) // bit 16: none; else the bytes behind this one
+    val left    = length +& ~distance(15, 0) // bytes behind this one; bit 16 not set: beyond the end
+    val within  = if (p.hasBitwiseFmmus) left(16) else distance(15, 0) < length
+    val isLast  = if (p.hasBitwiseFmmus) !left(15, 0).orR else false.B
     val isEarly = distance.andR && upward && length =/= 0.U
-    val inside  = !distance(32) && !distance(31, 16).orR && left(16)
+    val inside  = !distance(32) && !distance(31, 16).orR && within
     val sum      = ((start ## true.B) +& (distance(15, 0) ## upward)) >> 1 // with carry in
     val physical = (sum(16) && !isEarly) ## sum(15, 0)
     Seq("read" -> forReads, "write" -> forWrites).map { case (direction, enabled) =>
@@ -117,7 +119,7 @@ class Fmmus(p: EscParams) extends Module {
         found.hit      := takes && (inside || isEarly) && enabled
         found.address  := physical
         found.first    := distance(15, 0) === 0.U
-        found.last     := !left(15, 0).orR
+        found.last     := isLast
         found.early    := isEarly
         found.startBit := startBit
         found.stopBit  := stopBit

@@ -22,8 +22,23 @@ object Matrix {
       )
     }
 
+  /** All there is, in both ways to keep the configuration. */
+  private val complete: Seq[EscParams] = Seq(
+    EscParams(preset = "all_i2c", fmmus = 8, syncManagers = 8, sii = 1),
+    EscParams(
+      preset = "all_emulated",
+      fmmus = 16,
+      syncManagers = 16,
+      sii = 2,
+      dataBusWidth = 32,
+      coreClockMhz = 125
+    )
+  ).map(
+    _.copy(ramKiB = 8, fmmuBitwise = 1, applicationLayer = 1, watchdogs = 1, leds = 1, digitalOutputs = 4)
+  )
+
   /** The points, in the order they are elaborated. */
-  val points: Seq[EscParams] = wire ++ units
+  val points: Seq[EscParams] = wire ++ units ++ complete
 
   private def wire: Seq[EscParams] =
     for {

@@ -91,17 +91,19 @@ class SyncManagers(p: EscParams) extends Module {
 
   // Control bits of each that act all the time; reset as the registers.
   private class Control extends Bundle {
-    val watchdogTrigger = Bool()
-    val alEvent         = Bool()
-    val ecatEvent       = Bool()
-    val ecatWrites      = Bool()
-    val isMailbox       = Bool()
+    val alEvent    = Bool()
+    val ecatEvent  = Bool()
+    val ecatWrites = Bool()
+    val isMailbox  = Bool()
   }
   private def byte(i: Int, offset: Int): Valid[UInt] = write.bits.byteAt(write.valid, 0x800 + 8 * i + offset)
   private val control = VecInit((0 until n).map { i =>
-    val value = RegEnable(byte(i, 4).bits(6, 4) ## byte(i, 4).bits(2, 1), 0.U(5.W), byte(i, 4).valid)
-      .suggestName(s"control_$i")
+    val bits  = byte(i, 4).bits
+    val value = RegEnable(bits(5, 4) ## bits(2, 1), 0.U(4.W), byte(i, 4).valid).suggestName(s"control_$i")
     value.asTypeOf(new Control)
+  })
+  private lazy val watchdogTrigger = VecInit((0 until n).map { i =>
+    RegEnable(byte(i, 4).bits(6), false.B, byte(i, 4).valid).suggestName(s"watchdogTrigger_$i")
   })
   private val wantsOff = (0 until n).map { i => // 0x0807[0] as written
     RegEnable(byte(i, 7).bits(0), false.B, byte(i, 7).valid).suggestName(s"deactivate_$i")
@@ -147,8 +149,8 @@ class SyncManagers(p: EscParams) extends Module {
   }
   writeEvent := states.writeEvent
   readEvent  := states.readEvent
-  trigger    := states.written.valid && control(states.written.bits).watchdogTrigger
-  settled    := states.settled
+  trigger := states.written.valid && (if (p.hasWatchdogs) watchdogTrigger(states.written.bits) else false.B)
+  settled := states.settled
 
   states.good := good
   states.bad  := bad

@@ -11,7 +11,7 @@ import flyframe.model.{Side, SyncManagerModel, SyncManagerSettings}
   */
 class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
 
-  private val p      = EscParams(syncManagers = 2, applicationLayer = 1, ramKiB = 8)
+  private val p      = EscParams(syncManagers = 2, applicationLayer = 1, watchdogs = 1, ramKiB = 8)
   private val Number = 1 // of two
 
   private case class Answer(allowed: Boolean, inBuffer: Boolean, buffer: Int, works: Boolean, locked: Boolean)
