@@ -11,7 +11,7 @@ constexpr size_t kHeader = 10;
 // A nibble is processed some cycles before it leaves; what it causes happens a few cycles around that.
 constexpr int kBefore = 12, kAfter = 4;
 // From the last nibble to the end of the frame, to the first and last register write.
-constexpr int kEnd = 10, kCommit = 24;
+constexpr int kEnd = 12, kCommit = 24;
 // To the end of a host access that is under way, per byte of a word.
 constexpr int kHostByte = 24;
 }  // namespace
