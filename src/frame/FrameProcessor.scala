@@ -98,17 +98,21 @@ class FrameProcessor(p: EscParams) extends Module {
   private val destroy = Reg(Bool())
   when(active && !in.payload) { destroy := config.destroyNonEtherCat }
 
+  // Only for a nibble of the payload, which is looked at late: it comes through the choice of the port.
   private def at(where: Part.Type, bytes: Int*): Bool =
-    in.payload && part === where && bytes.map(position.byte === _.U).reduce(_ || _)
+    part === where && bytes.map(position.byte === _.U).reduce(_ || _)
 
   // ADP + 1 and working counter + increment: one nibble adder with carry.
-  private val carry       = Reg(Bool())
-  private val inAdp       = at(Part.header, 2, 3) && header.request.incrementsAdp && !tooMany
+  private val carry = Reg(Bool())
+  // Known since the command byte, long before they are needed.
+  private val increments  = RegNext(header.request.incrementsAdp)
+  private val readWrite   = RegNext(header.request.readWrite)
+  private val inAdp       = at(Part.header, 2, 3) && increments && !tooMany
   private val inCounter   = at(Part.counter, 0, 1)
   private val firstNibble = !position.high && !position.byte(0)
   private val increment = Mux(
     inCounter,
-    access.readSuccess +& Mux(header.request.readWrite, access.writeSuccess << 1, access.writeSuccess),
+    access.readSuccess +& Mux(readWrite, access.writeSuccess << 1, access.writeSuccess),
     1.U(2.W)
   )
   private val sum = in.data +& Mux(firstNibble, increment, carry.asUInt)

@@ -21,7 +21,8 @@ import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan}
   * All begin a byte before the first one, which may need a local byte that early ([[Mapped.early]]).
   *
   * The core cycle within a byte time is `cycle`; 0 is the first one after the last nibble of a byte. The
-  * state of SyncManagers is asked for and changed in the cycles 0, 1, 2 and 4, with the answer two cycles later.
+  * state of SyncManagers is asked for and changed in the cycles 0, 1, 2 and 4, with the answer two cycles
+  * later.
   */
 class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   require(p.cyclesPerNibble >= 4, "eight core cycles per byte")
@@ -143,20 +144,33 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   }
 
   // fetch.
-  private class Target extends Bundle {
-    val local        = new Local
-    val area         = new AreaHit(p.smIndexBits)
-    def single: Bool = area.first && area.last
+  private class Searched extends Bundle {
+    val local     = new Local
+    val inManaged = Bool() // where SyncManagers act
+    val inMemory  = Bool() // there is memory for it
   }
-  private def target(l: Local, a: AreaHit): Target = {
+  private def searched(l: Local): Searched = {
+    val s = Wire(new Searched)
+    s.local     := l
+    s.inManaged := areas.fold(false.B)(_.acts(l.address))
+    s.inMemory  := l.exists && areas.fold(true.B)(_.exists(l.address))
+    s
+  }
+  private class Target extends Bundle {
+    val byte          = new Searched
+    val area          = new AreaHit(p.smIndexBits)
+    def single: Bool  = area.first && area.last
+    def managed: Bool = area.hit && byte.inManaged // it belongs to a SyncManager
+  }
+  private def target(s: Searched, a: AreaHit): Target = {
     val t = Wire(new Target)
-    t.local := l
-    t.area  := a
+    t.byte := s
+    t.area := a
     t
   }
   // The address in the area's first buffer has moved on since the search: keep that of the byte.
-  private val searchedRead  = RegEnable(areaRead, at(2))
-  private val searchedWrite = RegEnable(areaWrite, at(2))
+  private val searchedRead  = RegEnable(searched(areaRead), at(2))
+  private val searchedWrite = RegEnable(searched(areaWrite), at(2))
 
   private def bits(mapped: Mapped): Bits = {
     val b = WireDefault(Bits.of(mapped))
@@ -183,27 +197,21 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     nextInDatagram := goesOn && Mux(ahead === 2.U, position.dataLeft > 3.U, more(ahead + 1.U))
   }
 
-  /** The byte belongs to a SyncManager; there is memory for it. */
-  private def managed(t: Target): Bool = areas.fold(false.B)(port => t.area.hit && port.acts(t.local.address))
-  private def inMemory(t: Target): Bool =
-    t.local.exists && areas.fold(true.B)(port => port.exists(t.local.address))
-
   /** ECAT may access the byte; in the direction of its SyncManager. While the answer is there. */
   private def permission(t: Target): (Bool, Bool) = areas match {
-    case None => (t.local.exists, false.B)
+    case None => (t.byte.local.exists, false.B)
     case Some(port) =>
-      val mine = managed(t)
       (
-        t.local.exists && (!mine || (inMemory(t) && port.answer.allowed)),
-        mine && inMemory(t) && port.answer.inBuffer
+        t.byte.local.exists && (!t.managed || (t.byte.inMemory && port.answer.allowed)),
+        t.managed && t.byte.inMemory && port.answer.inBuffer
       )
   }
   private def buffer(t: Target): UInt = areas match {
-    case None => t.local.address.pad(17)
+    case None => t.byte.local.address.pad(17)
     case Some(port) =>
       val number = port.answer.buffer
       val offset = Mux(number(1), t.area.length << 1, Mux(number(0), t.area.length, 0.U))
-      val sum    = t.local.address +& Mux(managed(t) && !t.single, offset, 0.U)
+      val sum    = t.byte.local.address +& Mux(t.managed && !t.single, offset, 0.U)
       Cat(sum(sum.getWidth - 1, 16).orR, sum(15, 0))
   }
 
@@ -314,8 +322,9 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     val closes = RegEnable(readMay && readCloses, tick) && at(0)
     val writes = hasUpper && writeMay && writesArea && !(writeBits.early && isLast)
     val single = RegEnable(readSingle, tick)
-    val asks   = at(2) && request.write && managed(writeTarget)
-    val opens  = at(4) && wanted && request.read && managed(reading) && inMemory(reading)
+    val asks   = at(2) && request.write && writeTarget.managed
+    val opens  = at(4) && wanted && request.read && reading.managed && reading.byte.inMemory
+    port.turn    := at(0) || at(1) || at(2) || at(4)
     port.request := closes || writes || asks || opens
     port.number := Mux1H(
       Seq(

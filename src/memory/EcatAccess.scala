@@ -6,8 +6,8 @@ import chisel3._
   * byte addresses, the bits within the word ignored. Bit 16 of an address set = past the end of the address
   * space.
   *
-  * A read answers in the cycle after `read`, or one later (`EscMemory.readCycles`). Writes to memory act at once, writes to registers go to the
-  * write log and act after `commit` (FP-32 to FP-34).
+  * A read answers in the cycle after `read`, or one later (`EscMemory.readCycles`). Writes to memory act at
+  * once, writes to registers go to the write log and act after `commit` (FP-32 to FP-34).
   *
   * @param lanes
   *   bytes per word: 1, 2 or 4

@@ -88,9 +88,13 @@ class EscMemory(p: EscParams) extends Module {
 
   private val ram = Module(new EscRam(p))
 
+  // What the host says it holds until it is done, what it reads may come a cycle later: with many registers.
+  private def held(signal: UInt): UInt = if (twoCycles) RegNext(signal) else signal
+
   // Reading: one address for registers and RAM. With many registers the choice of the address takes a cycle of its own.
-  private def chosen[T <: Data](request: T): T = if (EscMemory.readCycles(p) == 2) RegNext(request) else request
-  private val hostReading = WireDefault(false.B) // a read of the host has been chosen
+  private val twoCycles                        = EscMemory.readCycles(p) == 2
+  private def chosen[T <: Data](request: T): T = if (twoCycles) RegNext(request) else request
+  private val hostReading = WireDefault(false.B) // a read of the host has been chosen and is not done
   private val hostRead    = host.req && !host.write && !ecat.read && !host.ack && !hostReading
   private val unitWaits   = RegInit(false.B)     // reset: no request
   private val unitAddress = RegEnable(unitRead.bits, unitRead.fire)
@@ -105,25 +109,28 @@ class EscMemory(p: EscParams) extends Module {
   file.readAddress := readAddress(11, laneBits)
   ram.readPlace    := readTarget.place
 
-  private val registerHit = RegNext(readTarget.register)
-  private val ramHit      = RegNext(readTarget.ram)
+  // All but the RAM's answer, which comes late, is ready at the end of this cycle.
   private def latched(bits: UInt) = {
     val register = Reg(chiselTypeOf(bits))
     register := bits
     register
   }
+  private val ramHit       = RegNext(readTarget.ram)
+  private val registerHit  = RegNext(readTarget.register)
   private val ramData      = ram.readData
-  private val registerData = latched(file.readData)
   private val everyLane    = Fill(lanes, ramHit)
-  private val fromRam =
-    if (p.hasRegisterRam) FillInterleaved(8, everyLane | (Fill(lanes, registerHit) & latched(file.inRam)))
-    else Fill(8 * lanes, ramHit)
-  private val readData = (fromRam & ramData) | (~fromRam & Fill(8 * lanes, registerHit) & registerData)
+  private val inRegisters  = Fill(lanes, readTarget.register)
+  private val registerData = latched(FillInterleaved(8, inRegisters) & file.readData)
+  private val fromRam = latched(
+    Fill(lanes, readTarget.ram) | (if (p.hasRegisterRam) inRegisters & file.inRam else 0.U)
+  )
+  private val readData = (FillInterleaved(8, fromRam) & ramData) | registerData
   ecat.readData := readData
   ecat.readable := everyLane | (Fill(lanes, registerHit) & latched(file.readableByEcat))
   ecat.writable := everyLane | (Fill(lanes, registerHit) & latched(file.writableByEcat))
-  private val forHost = FillInterleaved(8, latched(file.readableByPdi))
-  host.rdata     := readData & (Fill(8 * lanes, ramHit) | forHost)
+  private val forHost = Wire(UInt(lanes.W))
+  forHost        := held(everyLane | latched(file.readableByPdi))
+  host.rdata     := held(readData) & FillInterleaved(8, forHost)
   unitData.valid := RegNext(chosen(unitReads), false.B)
   unitData.bits := VecInit((0 until lanes).map(i => ramData(8 * i + 7, 8 * i)))(
     if (lanes == 1) 0.U else RegNext(chosen(unitAddress(laneBits - 1, 0)))
@@ -144,11 +151,9 @@ class EscMemory(p: EscParams) extends Module {
   commitStarts           := log.replayStarts
 
   // A host write looks up what the host may write, then writes.
-  // The host holds all of it until it is done.
-  private def held(signal: UInt): UInt = if (EscMemory.readCycles(p) == 2) RegNext(signal) else signal
   private val (hostAddress, hostData, hostLanes) = (held(host.addr), held(host.wdata), held(host.be))
   private val hostTarget                         = target(hostAddress, false.B)
-  private val ecatToRam  = ecat.write && ecatTarget.ram
+  private val ecatToRam                          = ecat.write && ecatTarget.ram
   private val looksUp    = RegInit(false.B) // a look-up is under way or done; reset: none
   private val known      = RegInit(false.B) // what the host may write is known; reset: not
   private val hostLookUp = host.req && host.write && !looksUp && !ecat.read && !host.ack
@@ -251,8 +256,9 @@ class EscMemory(p: EscParams) extends Module {
   }
 
   private val hostReadChosen = chosen(hostRead)
-  if (EscMemory.readCycles(p) == 2) hostReading := hostReadChosen
-  host.ack := RegNext(hostReadChosen || hostWrite, false.B)
+  private val hostReadDone   = if (twoCycles) RegNext(hostReadChosen, false.B) else hostReadChosen
+  if (twoCycles) hostReading := hostReadChosen || hostReadDone
+  host.ack                   := RegNext(hostReadDone || hostWrite, false.B)
 }
 
 object EscMemory {

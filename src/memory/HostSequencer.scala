@@ -61,6 +61,7 @@ class HostSequencer(p: EscParams) extends Module {
   // A buffer of one byte begins and ends at once (B-53, B-58).
   areas.number        := area.index
   areas.request       := (state === ask && area.hit) || (state === close && inBuffer)
+  areas.turn          := areas.request
   areas.access.write  := host.write
   areas.access.touch  := exists && (state === ask) =/= single
   areas.access.first  := area.first
@@ -68,7 +69,7 @@ class HostSequencer(p: EscParams) extends Module {
   areas.access.close  := state === close && area.last
 
   // Registers are read before or after the end of a frame, not half way (B-57).
-  memory.req   := (state === pass && (host.write || !areas.changing)) ||
+  memory.req := (state === pass && (host.write || !areas.changing)) ||
     (state === access && !outside)
   memory.write := host.write
   memory.addr  := Mux(state === pass, host.addr, through(15, 0))

@@ -126,9 +126,9 @@ class SyncManager extends Module {
   private val takes    = buffered && state.newer && !open // a reader that opens gets NEXT
   answer.allowed  := inBuffer || (settings.works && single)
   answer.inBuffer := inBuffer
-  answer.buffer := Mux(buffered, Mux(access.write, state.writer, Mux(takes, state.next, state.reader)), 0.U)
-  answer.works  := settings.works
-  answer.locked := settings.locked
+  answer.buffer   := Mux(buffered, Mux(access.write, state.writer, Mux(takes, state.next, state.reader)), 0.U)
+  answer.works    := settings.works
+  answer.locked   := settings.locked
 
   // What happens, by side.
   private val touches   = access.touch && inBuffer

@@ -10,8 +10,12 @@ import chisel3.util._
   */
 class StatePort(indexBits: Int) extends Bundle {
 
-  /** An access to the area of SyncManager `number`. Granted to ECAT always, to the PDI if `granted` is set in the
-    * same cycle (B-58). It acts in the next cycle; `answer` is there in the one after, for that cycle only.
+  /** The side may make a request in this cycle; ECAT keeps the PDI away. */
+  val turn = Input(Bool())
+
+  /** An access to the area of SyncManager `number`. Granted to ECAT always, to the PDI if `granted` is set in
+    * the same cycle (B-58). It acts in the next cycle; `answer` is there in the one after, for that cycle
+    * only.
     */
   val request = Input(Bool())
   val granted = Output(Bool())
@@ -43,11 +47,11 @@ class SyncManagerStates(n: Int) extends Module {
   val writeEvent   = IO(chiselTypeOf(bank.writeEvent))
   val readEvent    = IO(chiselTypeOf(bank.readEvent))
   val written      = IO(chiselTypeOf(bank.written))
-  states        := bank.states
-  writeEvent    := bank.writeEvent
-  readEvent     := bank.readEvent
-  written       := bank.written
-  bank.settings := settings
+  states     := bank.states
+  writeEvent := bank.writeEvent
+  readEvent  := bank.readEvent
+  written    := bank.written
+  bank.works := VecInit(settings.map(_.works))
 
   private val walks   = RegInit(false.B) // reset: no frame
   private val wasGood = Reg(Bool())
@@ -65,15 +69,20 @@ class SyncManagerStates(n: Int) extends Module {
   settled := ShiftRegister(isLast && wasGood, 2, false.B, true.B)
 
   ecat.granted := true.B
-  pdi.granted  := !walks && !good && !bad && !ecat.request
+  pdi.granted  := !walks && !good && !bad && !ecat.turn
   private val accesses = (ecat.request || (pdi.request && pdi.granted)) && !walks
-  bank.acts   := RegNext(walks || accesses, false.B)
-  bank.number := RegNext(Mux(walks, walk, Mux(ecat.request, ecat.number, pdi.number)))
-  bank.byPdi  := RegNext(!ecat.request)
+  bank.acts := RegNext(walks || accesses, false.B)
+  private val number = Mux(walks, walk, Mux(ecat.turn, ecat.number, pdi.number))
+  bank.number := RegNext(number)
+  // A cycle old; of the state, what happened in that cycle is added. The configuration changes only while the SyncManager does
+  // not work, and that clears its state at once.
+  bank.chosen := RegNext(settings(number))
+  bank.state  := RegNext(Mux(bank.acts && bank.number === number, bank.after, bank.states(number)))
+  bank.byPdi  := RegNext(!ecat.turn)
   bank.good   := RegNext(walks && wasGood, false.B)
   bank.bad    := RegNext(walks && !wasGood, false.B)
   bank.access := {
-    val access = WireDefault(Mux(ecat.request, ecat.access, pdi.access))
+    val access = WireDefault(Mux(ecat.turn, ecat.access, pdi.access))
     when(!accesses) {
       access.touch := false.B
       access.close := false.B
@@ -89,11 +98,15 @@ class SyncManagerStates(n: Int) extends Module {
 class SyncManagerBank(n: Int) extends Module {
   private val indexBits = log2Ceil(n) max 1
 
-  val settings = IO(Input(Vec(n, new SyncManagerSettings)))
+  /** Each: enabled and not deactivated. */
+  val works = IO(Input(Vec(n, Bool())))
 
   /** Something happens to SyncManager `number`: an access, or the end of a frame. */
   val acts   = IO(Input(Bool()))
   val number = IO(Input(UInt(indexBits.W)))
+  val chosen = IO(Input(new SyncManagerSettings)) // of that one
+  val state  = IO(Input(new SyncManagerState))    // of that one
+  val after  = IO(Output(new SyncManagerState))   // and what becomes of it
   val access = IO(Input(new BufferAccess))
   val byPdi  = IO(Input(Bool()))
   val good   = IO(Input(Bool()))
@@ -108,33 +121,33 @@ class SyncManagerBank(n: Int) extends Module {
   val written = IO(Output(Valid(UInt(indexBits.W))))
 
   private val logic = Module(new SyncManager)
-  logic.state    := states(number)
-  logic.settings := settings(number)
+  logic.state    := state
+  logic.settings := chosen
   logic.access   := access
   logic.byPdi    := byPdi
   logic.good     := good
   logic.bad      := bad
+  after          := logic.after
   answer         := logic.answer
 
   for (i <- 0 until n) {
-    val mine  = acts && number === i.U
-    val works = settings(i).works
-    val state = RegInit(SyncManagerState.start).suggestName(s"state_$i")
-    when(mine) { state := logic.after }
-    when(!works) { state := SyncManagerState.start }
-    states(i) := state
+    val mine = acts && number === i.U
+    val own  = RegInit(SyncManagerState.start).suggestName(s"state_$i")
+    when(mine) { own := logic.after }
+    when(!works(i)) { own := SyncManagerState.start }
+    states(i) := own
 
     // Reset: no event.
     def event(begin: Bool, end: Bool, name: String): Bool = {
       val flag = RegInit(false.B).suggestName(s"${name}_$i")
       when(mine && end) { flag := false.B }
       when(mine && begin) { flag := true.B }
-      when(!works) { flag := false.B }
+      when(!works(i)) { flag := false.B }
       flag
     }
     writeEvent(i) := event(logic.writeEvent, logic.writeEventEnd, "isWritten")
     readEvent(i)  := event(logic.readEvent, logic.readEventEnd, "isRead")
   }
-  written.valid := acts && settings(number).works && logic.writeEvent
+  written.valid := acts && chosen.works && logic.writeEvent
   written.bits  := number
 }

@@ -18,6 +18,7 @@ class AreaPort(p: EscParams) extends Bundle {
   val entries = Output(Vec(p.smBanks, new AreaEntry(p.smIndexBits)))
 
   /** An access, see [[StatePort]]. */
+  val turn    = Input(Bool())
   val request = Input(Bool())
   val granted = Output(Bool())
   val number  = Input(UInt(p.smIndexBits.W))
@@ -155,6 +156,7 @@ class SyncManagers(p: EscParams) extends Module {
   states.good := good
   states.bad  := bad
   for ((port, side) <- Seq(ecat -> states.ecat, pdi -> states.pdi)) {
+    side.turn     := port.turn
     side.request  := port.request
     side.number   := port.number
     side.access   := port.access

@@ -54,9 +54,10 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
     private var answer = Option.empty[(Boolean, Boolean, Boolean, Boolean, Int)]
 
     private def act(): Unit = {
-      val port                                         = dut.areas.answer
-      def any                                          = random.nextBoolean() // the answer is there for its cycle only
-      val (allowed, inBuffer, works, locked, buffer) = answer.getOrElse((any, any, any, any, random.nextInt(3)))
+      val port = dut.areas.answer
+      def any  = random.nextBoolean() // the answer is there for its cycle only
+      val (allowed, inBuffer, works, locked, buffer) =
+        answer.getOrElse((any, any, any, any, random.nextInt(3)))
       port.allowed.poke(allowed)
       port.inBuffer.poke(inBuffer)
       port.works.poke(works)

@@ -32,6 +32,7 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
 
     for (port <- Seq(dut.ecat, dut.pdi)) {
       port.index.poke(0)
+      port.turn.poke(false)
       port.request.poke(false)
       port.number.poke(Number)
       port.access.touch.poke(false)
@@ -63,6 +64,7 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
     /** One access of a side: what it is told two cycles later. */
     private def ask(side: Side, write: Boolean, first: Boolean, touch: Boolean, close: Boolean): Answer = {
       val to = port(side)
+      to.turn.poke(true)
       to.request.poke(true)
       assert(is(to.granted))
       to.access.write.poke(write)
@@ -70,6 +72,7 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       to.access.touch.poke(touch)
       to.access.close.poke(close)
       step()
+      to.turn.poke(false)
       to.request.poke(false)
       to.access.touch.poke(false)
       to.access.close.poke(false)

@@ -64,10 +64,10 @@ class SyncManagersProof extends Module {
   private val busWrites = ecatWrites(ecat.index)
   private val busAsks   = ecat.touch && !frameEnd && !ending(ecat.index)
   private val busTouch  = busAsks && dut.answer.inBuffer
-  private val busLast  = ecat.last && !ecat.first
+  private val busLast   = ecat.last && !ecat.first
   private val busCloses = !frameEnd && !busAsks && ecat.close && ending(ecat.index)
   private val busClose  = busCloses || (busTouch && busWrites && busLast)
-  private val busActs  = busAsks || busCloses || frameEnd
+  private val busActs   = busAsks || busCloses || frameEnd
   ending := ~ends & set(ending, ecat.index, busTouch && !busWrites && busLast) &
     ~set(0.U(n.W), ecat.index, busClose)
   touched := ~ends & set(touched, ecat.index, busTouch)
@@ -101,18 +101,24 @@ class SyncManagersProof extends Module {
   dut.access.close  := Mux(busAsks, busWrites && busLast, busCloses || hostClose)
   dut.access.single := false.B
 
+  dut.state := dut.states(
+    dut.number
+  ) // SyncManagerStates reads it a cycle before and adds what happens in that
+  private def works(i: UInt): Bool = enabled(i) && !locked(i)
+  dut.chosen.works      := works(dut.number)
+  dut.chosen.locked     := enabled(dut.number) && locked(dut.number)
+  dut.chosen.isMailbox  := isMailbox(dut.number)
+  dut.chosen.ecatWrites := ecatWrites(dut.number)
+
   for (i <- 0 until n) {
-    dut.settings(i).works      := enabled(i) && !locked(i)
-    dut.settings(i).locked     := enabled(i) && locked(i)
-    dut.settings(i).isMailbox  := isMailbox(i)
-    dut.settings(i).ecatWrites := ecatWrites(i)
+    dut.works(i) := works(i.U)
     val bus   = busTouch && ecat.index === i.U
     val host  = hostTouch && pdi.index === i.U
     val busC  = busClose && ecat.index === i.U
     val hostC = hostClose && hostIndex === i.U
 
     // What has happened, seen from outside.
-    val works     = dut.settings(i).works
+    val working   = works(i.U)
     val good      = ends(i) && wasGood
     val bad       = ends(i) && !wasGood
     val buffered  = !isMailbox(i)
@@ -154,7 +160,7 @@ class SyncManagersProof extends Module {
       readEvent := true.B
       when(!buffered) { assert(full, "a message is read twice") }
     }
-    when(!works) {
+    when(!working) {
       Seq(anyWritten, full, reading, writeEvent, readEvent).foreach(_ := false.B)
     }
 
@@ -163,7 +169,7 @@ class SyncManagersProof extends Module {
       assert(writer =/= reader, "writer and reader have the same buffer")
       assert(writer =/= 3.U && reader =/= 3.U, "a buffer that does not exist")
     }
-    when(works && buffered) {
+    when(working && buffered) {
       when(reading) {
         assert(reader === held, "the reader has not the newest buffer, or loses it")
         assert(writer =/= held, "the reader's buffer is written")
@@ -173,7 +179,7 @@ class SyncManagersProof extends Module {
         assert(dut.states(i).next === complete, "NEXT is the newest")
       }
     }
-    when(works) {
+    when(working) {
       assert(buffered || dut.states(i).newer === full, "mailbox full in the status")
       assert(dut.writeEvent(i) === writeEvent && dut.readEvent(i) === readEvent, "events")
       assert((dut.written.valid && dut.written.bits === i.U) === wrote, "a complete write, for the watchdog")
@@ -182,7 +188,7 @@ class SyncManagersProof extends Module {
     // Nobody acts on this one: it stays as it is, whatever happens to the other.
     val untouched = started && !bus && !busC && !host && !hostC && !(ends(i) && touched(i))
     val state     = Cat(dut.writeEvent(i), dut.readEvent(i), dut.states(i).asUInt)
-    when(RegNext(untouched && works, false.B) && works) {
+    when(RegNext(untouched && working, false.B) && working) {
       assert(state === RegNext(state), "changes by what concerns another")
     }
   }
