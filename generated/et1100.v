@@ -1321,27 +1321,37 @@ module EscMemory(
   wire        _file_writableByEcat;
   wire        _file_writableByPdi;
   wire        _file_inRam;
-  wire        unitReads = unitRead_valid & ~ecat_read & ~host_req;
-  wire [15:0] readAddress = ecat_read ? ecat_readAddress[15:0] : unitReads ? {4'h0, unitRead_bits} : host_addr;
+  reg         unitWaits;
+  reg  [11:0] unitAddress;
+  reg  [16:0] readAddress;
   wire        readTarget_user = readAddress[15:7] == 9'h1F;
   assign _readTarget_t_place_process_T = readAddress[15:12];
-  reg         registerHit;
   reg         ramHit;
+  reg         registerHit;
   reg  [7:0]  registerData;
-  reg         fromRam_register;
-  wire [7:0]  fromRam = {8{ramHit | registerHit & fromRam_register}};
-  wire [7:0]  readData = fromRam & _ram_readData | ~fromRam & {8{registerHit}} & registerData;
+  reg         fromRam;
+  wire [7:0]  readData = {8{fromRam}} & _ram_readData | registerData;
   reg         ecat_readable_register;
   reg         ecat_writable_register;
   reg         forHost_register;
+  reg         forHost_REG;
+  reg  [7:0]  host_rdata_REG;
   reg         unitData_valid_REG;
+  reg         unitData_valid_REG_1;
   wire        ecatTarget_user = ecat_writeAddress[15:7] == 9'h1F;
-  wire        hostTarget_user = host_addr[15:7] == 9'h1F;
-  wire        hostTarget_register = host_addr[15:12] == 4'h0 & ~hostTarget_user;
+  reg  [15:0] hostAddress;
+  reg  [7:0]  hostData;
+  reg         hostLanes;
+  wire        hostTarget_user = hostAddress[15:7] == 9'h1F;
+  wire        hostTarget_register = hostAddress[15:12] == 4'h0 & ~hostTarget_user;
   wire        ecatToRam =
     ecat_write & (ecatTarget_user | (|(ecat_writeAddress[15:12])) & {1'h0, ecat_writeAddress} < 17'h3000 & ramOpen);
-  reg         lookedUp;
+  reg         looksUp;
+  reg         known;
+  reg         arrives_REG;
+  reg         arrives;
   reg         hostMay;
+  reg         hostMask;
   reg  [9:0]  hostWrite_unitWrites_isClear_cleared;
   wire        hostWrite_unitWrites = unitWrite_ready_0 & unitWrite_valid | ~(hostWrite_unitWrites_isClear_cleared[9]);
   reg         hostWrite_registerToRam_ramWrite_valid;
@@ -1350,10 +1360,8 @@ module EscMemory(
   reg  [7:0]  hostWrite_registerToRam_ramWrite_bits_data;
   wire        hostWrite_registerToRam = hostWrite_registerToRam_ramWrite_valid & ~ecatToRam;
   wire        hostWrite =
-    lookedUp
+    (arrives | known)
     & (hostTarget_register ? ~_log_replay_valid & ~hostWrite_unitWrites : ~ecatToRam & ~hostWrite_registerToRam);
-  reg         hostMask;
-  reg         lookUpArrived;
   assign unitWrite_ready_0 =
     hostWrite_unitWrites_isClear_cleared[9] & ~_log_replay_valid & ~registerWrite_valid_REG
     & ~hostWrite_registerToRam_ramWrite_valid;
@@ -1362,8 +1370,9 @@ module EscMemory(
   reg  [7:0]  registerWrite_bits_REG_data;
   reg         registerWriteByHost_REG;
   reg         file_write_REG;
+  reg         hostReadChosen;
+  reg         hostReadDone;
   reg         host_ack_REG;
-  wire        hostLookUp = host_req & host_write & ~lookedUp & ~ecat_read & ~host_ack_REG;
   wire        _GEN =
     registerWrite_valid_REG
     & (registerWrite_bits_REG_address[11:8] == 4'h6 | registerWrite_bits_REG_address[11:7] == 5'h10
@@ -1387,51 +1396,39 @@ module EscMemory(
        | registerWrite_bits_REG_address == 12'h56B | registerWrite_bits_REG_address == 12'h56C
        | registerWrite_bits_REG_address == 12'h56D | registerWrite_bits_REG_address == 12'h56E
        | registerWrite_bits_REG_address == 12'h56F);
-  wire        _readTarget_T_1 = ecat_read & ecat_readAddress[16];
+  wire        _unitAddress_T = ~unitWaits & unitRead_valid;
+  wire        unitReads = unitWaits & ~ecat_read & ~host_req;
+  wire        readTarget_register = ~(readAddress[16]) & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
+  wire        readTarget_ram =
+    ~(readAddress[16])
+    & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress[15:0]} < 17'h3000 & ramOpen);
+  wire        hostLookUp = host_req & host_write & ~looksUp & ~ecat_read & ~host_ack_REG;
   always @(posedge clock) begin
-    registerHit <= ~_readTarget_T_1 & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
-    ramHit <=
-      ~_readTarget_T_1
-      & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress} < 17'h3000 & ramOpen);
-    registerData <= _file_readData;
-    fromRam_register <= _file_inRam;
-    ecat_readable_register <= _file_readableByEcat;
-    ecat_writable_register <= _file_writableByEcat;
-    forHost_register <= _file_readableByPdi;
-    hostMay <= _file_writableByPdi;
-    registerWrite_bits_REG_address <=
-      hostWrite_unitWrites
-        ? (hostWrite_unitWrites_isClear_cleared[9]
-             ? unitWrite_bits_address
-             : hostWrite_unitWrites_isClear_cleared[8]
-                 ? {hostWrite_unitWrites_isClear_cleared[7] ? 5'hA : 5'h10, hostWrite_unitWrites_isClear_cleared[6:0]}
-                 : {4'h6, hostWrite_unitWrites_isClear_cleared[7:0]})
-        : _log_replay_valid ? _log_replay_bits_address : host_addr[11:0];
-    registerWrite_bits_REG_mask <=
-      hostWrite_unitWrites
-      | (_log_replay_valid ? _log_replay_bits_mask : host_be & (lookUpArrived ? hostMay : hostMask));
-    registerWrite_bits_REG_data <=
-      hostWrite_unitWrites
-        ? (hostWrite_unitWrites_isClear_cleared[9] ? unitWrite_bits_data : 8'h0)
-        : _log_replay_valid ? _log_replay_bits_data : host_wdata;
-    registerWriteByHost_REG <= ~_log_replay_valid & ~hostWrite_unitWrites;
     if (reset) begin
-      unitData_valid_REG <= 1'h0;
-      lookedUp <= 1'h0;
+      unitWaits <= 1'h0;
+      unitData_valid_REG_1 <= 1'h0;
+      looksUp <= 1'h0;
+      known <= 1'h0;
+      arrives <= 1'h0;
+      hostMask <= 1'h0;
       hostWrite_unitWrites_isClear_cleared <= 10'h0;
       hostWrite_registerToRam_ramWrite_valid <= 1'h0;
       hostWrite_registerToRam_ramWrite_bits_place_index <= 13'h0;
       hostWrite_registerToRam_ramWrite_bits_mask <= 1'h0;
       hostWrite_registerToRam_ramWrite_bits_data <= 8'h0;
-      hostMask <= 1'h0;
-      lookUpArrived <= 1'h0;
       registerWrite_valid_REG <= 1'h0;
       file_write_REG <= 1'h0;
+      hostReadDone <= 1'h0;
       host_ack_REG <= 1'h0;
     end
     else begin
-      unitData_valid_REG <= unitReads;
-      lookedUp <= ~hostWrite & (hostLookUp | lookedUp);
+      unitWaits <= _unitAddress_T | ~unitReads & unitWaits;
+      unitData_valid_REG_1 <= unitData_valid_REG;
+      looksUp <= ~hostWrite & (hostLookUp | looksUp);
+      known <= ~hostWrite & (arrives | known);
+      arrives <= arrives_REG;
+      if (arrives)
+        hostMask <= hostMay;
       if (hostWrite_unitWrites_isClear_cleared[9]) begin
       end
       else
@@ -1457,13 +1454,45 @@ module EscMemory(
                        ? 8'h7
                        : 8'hFF);
       end
-      if (lookUpArrived)
-        hostMask <= hostMay;
-      lookUpArrived <= hostLookUp;
       registerWrite_valid_REG <= _log_replay_valid | hostWrite_unitWrites | hostWrite & hostTarget_register;
       file_write_REG <= hostWrite_unitWrites_isClear_cleared[9];
-      host_ack_REG <= host_req & ~host_write & ~ecat_read & ~host_ack_REG | hostWrite;
+      hostReadDone <= hostReadChosen;
+      host_ack_REG <= hostReadDone | hostWrite;
     end
+    if (_unitAddress_T)
+      unitAddress <= unitRead_bits;
+    readAddress <= ecat_read ? ecat_readAddress : {1'h0, unitReads ? {4'h0, unitAddress} : host_addr};
+    ramHit <= readTarget_ram;
+    registerHit <= readTarget_register;
+    registerData <= {8{readTarget_register}} & _file_readData;
+    fromRam <= readTarget_ram | readTarget_register & _file_inRam;
+    ecat_readable_register <= _file_readableByEcat;
+    ecat_writable_register <= _file_writableByEcat;
+    forHost_register <= _file_readableByPdi;
+    forHost_REG <= ramHit | forHost_register;
+    host_rdata_REG <= readData;
+    unitData_valid_REG <= unitReads;
+    hostAddress <= host_addr;
+    hostData <= host_wdata;
+    hostLanes <= host_be;
+    arrives_REG <= hostLookUp;
+    hostMay <= _file_writableByPdi;
+    registerWrite_bits_REG_address <=
+      hostWrite_unitWrites
+        ? (hostWrite_unitWrites_isClear_cleared[9]
+             ? unitWrite_bits_address
+             : hostWrite_unitWrites_isClear_cleared[8]
+                 ? {hostWrite_unitWrites_isClear_cleared[7] ? 5'hA : 5'h10, hostWrite_unitWrites_isClear_cleared[6:0]}
+                 : {4'h6, hostWrite_unitWrites_isClear_cleared[7:0]})
+        : _log_replay_valid ? _log_replay_bits_address : hostAddress[11:0];
+    registerWrite_bits_REG_mask <=
+      hostWrite_unitWrites | (_log_replay_valid ? _log_replay_bits_mask : hostLanes & (arrives ? hostMay : hostMask));
+    registerWrite_bits_REG_data <=
+      hostWrite_unitWrites
+        ? (hostWrite_unitWrites_isClear_cleared[9] ? unitWrite_bits_data : 8'h0)
+        : _log_replay_valid ? _log_replay_bits_data : hostData;
+    registerWriteByHost_REG <= ~_log_replay_valid & ~hostWrite_unitWrites;
+    hostReadChosen <= host_req & ~host_write & ~ecat_read & ~host_ack_REG & ~(hostReadChosen | hostReadDone);
   end // always @(posedge)
   assign _file_readAddress = readAddress[11:0];
   assign _file_write = registerWrite_valid_REG & hostWrite_unitWrites_isClear_cleared[9] & file_write_REG;
@@ -1659,9 +1688,10 @@ module EscMemory(
     ecatToRam
     | (hostWrite_registerToRam
          ? hostWrite_registerToRam_ramWrite_bits_mask
-         : hostWrite & (hostTarget_user | (|(host_addr[15:12])) & {1'h0, host_addr} < 17'h3000 & ramOpen) & host_be);
+         : hostWrite & (hostTarget_user | (|(hostAddress[15:12])) & {1'h0, hostAddress} < 17'h3000 & ramOpen)
+           & hostLanes);
   assign _ram_writePlace_process =
-    ecatToRam ? (|(ecat_writeAddress[15:12])) : ~hostWrite_registerToRam & (|(host_addr[15:12]));
+    ecatToRam ? (|(ecat_writeAddress[15:12])) : ~hostWrite_registerToRam & (|(hostAddress[15:12]));
   assign _ram_writePlace_index =
     ecatToRam
       ? ((|(ecat_writeAddress[15:12]))
@@ -1675,17 +1705,17 @@ module EscMemory(
                      : {1'h1, ecat_writeAddress[11:7] != 5'h10, ecat_writeAddress[6:0]}}})
       : hostWrite_registerToRam
           ? hostWrite_registerToRam_ramWrite_bits_place_index
-          : (|(host_addr[15:12]))
-              ? {host_addr[12] - 1'h1, host_addr[11:0]}
+          : (|(hostAddress[15:12]))
+              ? {hostAddress[12] - 1'h1, hostAddress[11:0]}
               : {3'h0,
                  hostTarget_user
-                   ? {3'h0, host_addr[6:0]}
+                   ? {3'h0, hostAddress[6:0]}
                    : {1'h1,
-                      host_addr[11:8] == 4'h6
-                        ? {1'h0, host_addr[7:0]}
-                        : {1'h1, host_addr[11:7] != 5'h10, host_addr[6:0]}}};
+                      hostAddress[11:8] == 4'h6
+                        ? {1'h0, hostAddress[7:0]}
+                        : {1'h1, hostAddress[11:7] != 5'h10, hostAddress[6:0]}}};
   assign _ram_writeData =
-    ecatToRam ? ecat_writeData : hostWrite_registerToRam ? hostWrite_registerToRam_ramWrite_bits_data : host_wdata;
+    ecatToRam ? ecat_writeData : hostWrite_registerToRam ? hostWrite_registerToRam_ramWrite_bits_data : hostData;
   EscRam ram (
     .clock              (clock),
     .readPlace_process  (_ram_readPlace_process),
@@ -1718,15 +1748,15 @@ module EscMemory(
   assign ecat_readable = ramHit | registerHit & ecat_readable_register;
   assign ecat_writable = ramHit | registerHit & ecat_writable_register;
   assign host_ack = host_ack_REG;
-  assign host_rdata = readData & ({8{ramHit}} | {8{forHost_register}});
+  assign host_rdata = host_rdata_REG & {8{forHost_REG}};
   assign registerWrite_valid = registerWrite_valid_REG;
   assign registerWrite_bits_address = registerWrite_bits_REG_address;
   assign registerWrite_bits_mask = registerWrite_bits_REG_mask;
   assign registerWrite_bits_data = registerWrite_bits_REG_data;
   assign registerWriteByHost = registerWriteByHost_REG;
   assign unitWrite_ready = unitWrite_ready_0;
-  assign unitRead_ready = ~ecat_read & ~host_req;
-  assign unitData_valid = unitData_valid_REG;
+  assign unitRead_ready = ~unitWaits;
+  assign unitData_valid = unitData_valid_REG_1;
   assign unitData_bits = _ram_readData;
   assign registersBusy =
     _log_busy | _log_replay_valid | registerWrite_valid_REG | hostWrite_registerToRam_ramWrite_valid;
@@ -2408,18 +2438,17 @@ module TranslatedAccess(
   input  [15:0] areas_entries_0_length,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
+  output        areas_turn,
   output        areas_request,
   output [2:0]  areas_number,
-  input         areas_view_works,
-  input         areas_view_ecatWrites,
-  input         areas_view_ecatOpen,
-  input         areas_view_ecatMayOpen,
-  input  [1:0]  areas_view_writerBuffer,
-  input  [1:0]  areas_view_readerBuffer,
+  output        areas_access_write,
   output        areas_access_touch,
   output        areas_access_first,
   output        areas_access_close,
   output        areas_access_single,
+  input         areas_answer_allowed,
+  input         areas_answer_inBuffer,
+  input  [1:0]  areas_answer_buffer,
   input         areas_ramOpen
 );
 
@@ -2460,7 +2489,7 @@ module TranslatedAccess(
   reg  [3:0]  cycle;
   wire        newFrame = _newFrame_T & ~in_payload;
   reg  [16:0] direct;
-  wire        _closes_T_1 = cycle == 4'h2;
+  wire        _areas_access_write_T_1 = cycle == 4'h2;
   reg  [32:0] behind;
   reg         past;
   wire        _readAlStatus_T_3 = cycle == 4'h0;
@@ -2470,11 +2499,16 @@ module TranslatedAccess(
   reg         areaWrite_exists;
   reg  [15:0] areaWrite_address;
   reg  [2:0]  index;
+  wire        _areas_access_write_T = cycle == 4'h1;
   reg         scanBegins;
-  reg         searchedRead_exists;
-  reg  [15:0] searchedRead_address;
-  reg         searchedWrite_exists;
-  reg  [15:0] searchedWrite_address;
+  reg         searchedRead_local_exists;
+  reg  [15:0] searchedRead_local_address;
+  reg         searchedRead_inManaged;
+  reg         searchedRead_inMemory;
+  reg         searchedWrite_local_exists;
+  reg  [15:0] searchedWrite_local_address;
+  reg         searchedWrite_inManaged;
+  reg         searchedWrite_inMemory;
   reg  [7:0]  areaReadBits_mask;
   reg  [2:0]  areaReadBits_turn;
   reg         areaReadBits_early;
@@ -2491,9 +2525,12 @@ module TranslatedAccess(
   reg         searchedWriteBits_early;
   reg         inDatagram;
   reg         nextInDatagram;
-  wire        _lookUpWrite_T = cycle == 4'h4;
-  reg         fetched_local_exists;
-  reg  [15:0] fetched_local_address;
+  wire        wanted = searchedReadBits_early ? nextInDatagram : inDatagram;
+  wire        _areas_access_single_T_4 = cycle == 4'h4;
+  reg         fetched_byte_local_exists;
+  reg  [15:0] fetched_byte_local_address;
+  reg         fetched_byte_inManaged;
+  reg         fetched_byte_inMemory;
   reg         fetched_area_hit;
   reg  [2:0]  fetched_area_index;
   reg  [15:0] fetched_area_length;
@@ -2501,25 +2538,14 @@ module TranslatedAccess(
   reg         fetched_area_last;
   reg  [7:0]  fetchedBits_mask;
   reg  [2:0]  fetchedBits_turn;
-  reg         fetchedBits_early;
-  wire        _readAddress_sum_T = fetched_local_address > 16'hF7F;
-  wire        hit = fetched_area_hit & _readAddress_sum_T;
-  wire        _areas_access_single_T = fetched_area_first & fetched_area_last;
-  wire        may =
-    areas_view_works
-    & (fetched_local_address < 16'h1000 ? fetched_local_address[7] : areas_ramOpen & fetched_local_address < 16'h3000)
-    & (_areas_access_single_T | ~areas_view_ecatWrites
-       & (areas_view_ecatOpen | fetched_area_first & areas_view_ecatMayOpen));
-  wire        readsBuffer = fetched_local_exists & hit & may & ~areas_view_ecatWrites;
-  wire        wanted = fetchedBits_early ? nextInDatagram : inDatagram;
-  wire        _asksFor_T_2 = cycle == 4'h5;
-  wire        opens = _asksFor_T_2 & wanted & request_read & readsBuffer;
+  reg         fetchedWanted;
   reg         fetchedMay;
   reg         fetchedCloses;
-  wire        _asksFor_T_3 = cycle == 4'h6;
   reg  [16:0] readAddress;
-  reg         writeTarget_local_exists;
-  reg  [15:0] writeTarget_local_address;
+  reg         writeTarget_byte_local_exists;
+  reg  [15:0] writeTarget_byte_local_address;
+  reg         writeTarget_byte_inManaged;
+  reg         writeTarget_byte_inMemory;
   reg         writeTarget_area_hit;
   reg  [2:0]  writeTarget_area_index;
   reg  [15:0] writeTarget_area_length;
@@ -2536,6 +2562,7 @@ module TranslatedAccess(
   reg  [7:0]  readBits_mask;
   reg  [2:0]  readBits_turn;
   wire        lookUpRead = _readAlStatus_T_3 & readMay;
+  reg         readArrives_r;
   reg         readArrives;
   reg  [7:0]  readByte;
   reg         readable;
@@ -2544,7 +2571,8 @@ module TranslatedAccess(
   reg         okBefore;
   wire [15:0] _value_T_4 = {readByte, byteBefore} >> {12'h0, ~(|readBits_turn), readBits_turn};
   wire [15:0] _ok_T_6 = {{8{isRead}}, {8{okBefore}}} >> {12'h0, ~(|readBits_turn), readBits_turn};
-  wire        _asksFor_T = cycle == 4'h3;
+  wire        _asks_T_2 = writeTarget_area_hit & writeTarget_byte_inManaged;
+  wire        _areas_access_single_T_3 = writeTarget_area_first & writeTarget_area_last;
   reg  [16:0] writeAddress;
   reg         writeMay;
   reg         writesArea;
@@ -2556,7 +2584,8 @@ module TranslatedAccess(
   reg  [2:0]  writeBits_turn;
   reg         writeBits_last;
   reg         writeBits_early;
-  wire        lookUpWrite = _lookUpWrite_T & writeMay;
+  wire        lookUpWrite = cycle == 4'h5 & writeMay;
+  reg         writeArrives_r;
   reg         writeArrives;
   reg         writable;
   reg  [3:0]  low;
@@ -2575,12 +2604,14 @@ module TranslatedAccess(
     (has & (|(_writeMask_T_3[7:0])) | hasUpper & (|(_writeMask_T_3[15:8]))
      & (~(|writeBits_turn) | writeBits_last | isLast)) & (has ? written_upperBefore_may : upper_may)
     & ~(written_address < 17'hF80 & memory_logFull);
-  wire        writes = hasUpper & writeMay & writesArea & ~(writeBits_early & isLast);
   reg         closes_r;
-  wire        closes = closes_r & _closes_T_1;
-  reg  [2:0]  index_1;
+  wire        closes = closes_r & _readAlStatus_T_3;
+  wire        writes = hasUpper & writeMay & writesArea & ~(writeBits_early & isLast);
   reg         single;
-  wire        asksFor_2_1 = _asksFor_T & request_write & writeTarget_area_hit;
+  wire        opens =
+    _areas_access_single_T_4 & wanted & request_read & _scan_result_hit & searchedRead_inManaged
+    & searchedRead_inMemory;
+  reg  [2:0]  areas_number_r;
   reg         anyRead;
   reg         anyWrite;
   wire        _readAlStatus_T = tick & isRead;
@@ -2596,39 +2627,34 @@ module TranslatedAccess(
   wire        isEarly = inHeader & position_byte < 5'h7;
   wire [1:0]  _ahead_T_2 = inHeader ? position_byte[1:0] : 2'h2;
   wire        goesOn = enable & ~in_last & (~inHeader | position_byte > 5'h6);
-  wire [17:0] readAddress_sum =
-    {2'h0, fetched_local_address}
-    + {1'h0,
-       fetched_area_hit & _readAddress_sum_T & ~_areas_access_single_T
-         ? (areas_view_readerBuffer[1]
-              ? {fetched_area_length, 1'h0}
-              : {1'h0, areas_view_readerBuffer[0] ? fetched_area_length : 16'h0})
-         : 17'h0};
   wire        first = _first_T & position_high & position_byte == 5'h5;
-  wire        _writeAddress_sum_T = writeTarget_local_address > 16'hF7F;
-  wire        hit_1 = writeTarget_area_hit & _writeAddress_sum_T;
-  wire        _writeSingle_T = writeTarget_area_first & writeTarget_area_last;
-  wire        may_1 =
-    areas_view_works
-    & (writeTarget_local_address < 16'h1000
-         ? writeTarget_local_address[7]
-         : areas_ramOpen & writeTarget_local_address < 16'h3000)
-    & (_writeSingle_T | areas_view_ecatWrites
-       & (areas_view_ecatOpen | writeTarget_area_first & areas_view_ecatMayOpen));
+  wire        _readAddress_sum_T = fetched_area_hit & fetched_byte_inManaged;
+  wire        _readAddress_T_4 = cycle == 4'h6;
+  wire        _readSingle_T = fetched_area_first & fetched_area_last;
   wire [17:0] writeAddress_sum =
-    {2'h0, writeTarget_local_address}
+    {2'h0, writeTarget_byte_local_address}
     + {1'h0,
-       writeTarget_area_hit & _writeAddress_sum_T & ~_writeSingle_T
-         ? (areas_view_writerBuffer[1]
+       _asks_T_2 & ~_areas_access_single_T_3
+         ? (areas_answer_buffer[1]
               ? {writeTarget_area_length, 1'h0}
-              : {1'h0, areas_view_writerBuffer[0] ? writeTarget_area_length : 16'h0})
+              : {1'h0, areas_answer_buffer[0] ? writeTarget_area_length : 16'h0})
+         : 17'h0};
+  wire [17:0] readAddress_sum =
+    {2'h0, fetched_byte_local_address}
+    + {1'h0,
+       _readAddress_sum_T & ~_readSingle_T
+         ? (areas_answer_buffer[1]
+              ? {fetched_area_length, 1'h0}
+              : {1'h0, areas_answer_buffer[0] ? fetched_area_length : 16'h0})
          : 17'h0};
   always @(posedge clock) begin
     if (reset) begin
       cycle <= 4'hF;
       index <= 3'h7;
       scanBegins <= 1'h0;
+      readArrives_r <= 1'h0;
       readArrives <= 1'h0;
+      writeArrives_r <= 1'h0;
       writeArrives <= 1'h0;
       has <= 1'h0;
       hasUpper <= 1'h0;
@@ -2638,17 +2664,19 @@ module TranslatedAccess(
         cycle <= 4'h0;
       else if (cycle != 4'hF)
         cycle <= cycle + 4'h1;
-      if (cycle == 4'h1)
+      if (_areas_access_write_T)
         index <= 3'h0;
       else if (index != 3'h7)
         index <= index + 3'h1;
       scanBegins <= index == 3'h0;
-      readArrives <= lookUpRead;
-      writeArrives <= lookUpWrite;
+      readArrives_r <= lookUpRead;
+      readArrives <= readArrives_r;
+      writeArrives_r <= lookUpWrite;
+      writeArrives <= writeArrives_r;
       has <= tick & enable & request_write & (inData | inHeader & position_byte == 5'h9);
       hasUpper <= has;
     end
-    if (_closes_T_1) begin
+    if (_areas_access_write_T_1) begin
       if (begins)
         direct <= {1'h0, request_address};
       else
@@ -2669,10 +2697,18 @@ module TranslatedAccess(
                  : _fmmus_writes_early | ~_fmmus_writes_last | ~(|_fmmus_writes_turn) | _areaWrite_needed_T_9[3])
           : ~(direct[16]) & ~begins;
       areaWrite_address <= request_logical ? _fmmus_writes_address[15:0] : direct[15:0];
-      searchedRead_exists <= areaRead_exists;
-      searchedRead_address <= areaRead_address;
-      searchedWrite_exists <= areaWrite_exists;
-      searchedWrite_address <= areaWrite_address;
+      searchedRead_local_exists <= areaRead_exists;
+      searchedRead_local_address <= areaRead_address;
+      searchedRead_inManaged <= areaRead_address > 16'hF7F;
+      searchedRead_inMemory <=
+        areaRead_exists
+        & (areaRead_address < 16'h1000 ? areaRead_address[7] : areas_ramOpen & areaRead_address < 16'h3000);
+      searchedWrite_local_exists <= areaWrite_exists;
+      searchedWrite_local_address <= areaWrite_address;
+      searchedWrite_inManaged <= areaWrite_address > 16'hF7F;
+      searchedWrite_inMemory <=
+        areaWrite_exists
+        & (areaWrite_address < 16'h1000 ? areaWrite_address[7] : areas_ramOpen & areaWrite_address < 16'h3000);
       areaReadBits_mask <=
         request_logical
           ? (begins
@@ -2723,19 +2759,21 @@ module TranslatedAccess(
              : (|(position_dataLeft[10:2])) | position_dataLeft[1:0] > _ahead_T_2 + 2'h1);
       readCloses <= fetchedCloses;
       readIndex <= fetched_area_index;
-      readSingle <= _areas_access_single_T;
+      readSingle <= _readSingle_T;
       readBits_mask <= fetchedBits_mask;
       readBits_turn <= fetchedBits_turn;
       byteBefore <= readByte;
       okBefore <= isRead;
       isLast <= inHeader ? position_dataLeft == 11'h0 : position_dataLeft == 11'h1;
       closes_r <= readMay & readCloses;
-      index_1 <= readIndex;
       single <= readSingle;
+      areas_number_r <= readIndex;
     end
-    if (_lookUpWrite_T) begin
-      fetched_local_exists <= searchedRead_exists;
-      fetched_local_address <= searchedRead_address;
+    if (_areas_access_single_T_4) begin
+      fetched_byte_local_exists <= searchedRead_local_exists;
+      fetched_byte_local_address <= searchedRead_local_address;
+      fetched_byte_inManaged <= searchedRead_inManaged;
+      fetched_byte_inMemory <= searchedRead_inMemory;
       fetched_area_hit <= _scan_result_hit;
       fetched_area_index <= _scan_result_index;
       fetched_area_length <= _scan_result_length;
@@ -2743,9 +2781,11 @@ module TranslatedAccess(
       fetched_area_last <= _scan_result_last;
       fetchedBits_mask <= searchedReadBits_mask;
       fetchedBits_turn <= searchedReadBits_turn;
-      fetchedBits_early <= searchedReadBits_early;
-      writeTarget_local_exists <= searchedWrite_exists;
-      writeTarget_local_address <= searchedWrite_address;
+      fetchedWanted <= wanted & request_read;
+      writeTarget_byte_local_exists <= searchedWrite_local_exists;
+      writeTarget_byte_local_address <= searchedWrite_local_address;
+      writeTarget_byte_inManaged <= searchedWrite_inManaged;
+      writeTarget_byte_inMemory <= searchedWrite_inMemory;
       writeTarget_area_hit <= _scan_1_result_hit;
       writeTarget_area_index <= _scan_1_result_index;
       writeTarget_area_length <= _scan_1_result_length;
@@ -2755,30 +2795,37 @@ module TranslatedAccess(
       writeTargetBits_turn <= searchedWriteBits_turn;
       writeTargetBits_last <= searchedWriteBits_last;
       writeTargetBits_early <= searchedWriteBits_early;
-    end
-    fetchedMay <= ~newFrame & (_asksFor_T_2 ? fetched_local_exists & (~hit | may) & wanted & request_read : fetchedMay);
-    if (_asksFor_T_2)
-      fetchedCloses <= readsBuffer & fetched_area_last;
-    if (_asksFor_T_3)
-      readAddress <= {|(readAddress_sum[17:16]), readAddress_sum[15:0]};
-    readMay <= ~newFrame & (tick ? fetchedMay : readMay);
-    if (readArrives) begin
-      readByte <= memory_readData;
-      readable <= memory_readable;
-    end
-    if (_asksFor_T) begin
       writeAddress <= {|(writeAddress_sum[17:16]), writeAddress_sum[15:0]};
-      writesArea <= writeTarget_local_exists & hit_1 & may_1 & areas_view_ecatWrites;
+      writesArea <= _asks_T_2 & writeTarget_byte_inMemory & areas_answer_inBuffer;
       writeArea2_index <= writeTarget_area_index;
       writeArea2_first <= writeTarget_area_first;
       writeArea2_last <= writeTarget_area_last;
-      writeSingle <= _writeSingle_T;
+      writeSingle <= _areas_access_single_T_3;
       writeBits_mask <= writeTargetBits_mask;
       writeBits_turn <= writeTargetBits_turn;
       writeBits_last <= writeTargetBits_last;
       writeBits_early <= writeTargetBits_early;
     end
-    writeMay <= ~newFrame & (_asksFor_T ? writeTarget_local_exists & (~hit_1 | may_1) : writeMay);
+    fetchedMay <=
+      ~newFrame
+      & (_readAddress_T_4
+           ? fetched_byte_local_exists & (~_readAddress_sum_T | fetched_byte_inMemory & areas_answer_allowed)
+             & fetchedWanted
+           : fetchedMay);
+    if (_readAddress_T_4) begin
+      fetchedCloses <= _readAddress_sum_T & fetched_byte_inMemory & areas_answer_inBuffer & fetched_area_last;
+      readAddress <= {|(readAddress_sum[17:16]), readAddress_sum[15:0]};
+    end
+    readMay <= ~newFrame & (tick ? fetchedMay : readMay);
+    if (readArrives) begin
+      readByte <= memory_readData;
+      readable <= memory_readable;
+    end
+    writeMay <=
+      ~newFrame
+      & (_areas_access_single_T_4
+           ? writeTarget_byte_local_exists & (~_asks_T_2 | writeTarget_byte_inMemory & areas_answer_allowed)
+           : writeMay);
     if (writeArrives)
       writable <= memory_writable;
     if (step)
@@ -2864,14 +2911,21 @@ module TranslatedAccess(
   assign readDlStatus = _readAlStatus_T & readDlStatus_r;
   assign readAlStatus = _readAlStatus_T & readAlStatus_r;
   assign areas_index = index;
-  assign areas_request =
-    writes | closes | asksFor_2_1 | (_asksFor_T_2 | _asksFor_T_3) & request_read & fetched_area_hit;
+  assign areas_turn = _readAlStatus_T_3 | _areas_access_write_T | _areas_access_write_T_1 | _areas_access_single_T_4;
+  assign areas_request = closes | writes | _areas_access_write_T_1 & request_write & _asks_T_2 | opens;
   assign areas_number =
-    writes ? writeArea2_index : closes ? index_1 : asksFor_2_1 ? writeTarget_area_index : fetched_area_index;
+    (_readAlStatus_T_3 ? areas_number_r : 3'h0) | (_areas_access_write_T ? writeArea2_index : 3'h0)
+    | (_areas_access_write_T_1 ? writeTarget_area_index : 3'h0)
+    | (_areas_access_single_T_4 ? _scan_result_index : 3'h0);
+  assign areas_access_write = _areas_access_write_T | _areas_access_write_T_1;
   assign areas_access_touch = writes | opens;
-  assign areas_access_first = writes ? writeArea2_first : fetched_area_first;
-  assign areas_access_close = writes & writeArea2_last | closes;
-  assign areas_access_single = writes ? writeSingle : opens ? _areas_access_single_T : single;
+  assign areas_access_first =
+    _areas_access_write_T & writeArea2_first | _areas_access_write_T_1 & writeTarget_area_first
+    | _areas_access_single_T_4 & _scan_result_first;
+  assign areas_access_close = closes | writes & writeArea2_last;
+  assign areas_access_single =
+    _readAlStatus_T_3 & single | _areas_access_write_T & writeSingle | _areas_access_write_T_1
+    & _areas_access_single_T_3 | _areas_access_single_T_4 & _scan_result_first & _scan_result_last;
 endmodule
 
 module FrameProcessor(
@@ -2925,18 +2979,17 @@ module FrameProcessor(
   input  [15:0] areas_entries_0_length,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
+  output        areas_turn,
   output        areas_request,
   output [2:0]  areas_number,
-  input         areas_view_works,
-  input         areas_view_ecatWrites,
-  input         areas_view_ecatOpen,
-  input         areas_view_ecatMayOpen,
-  input  [1:0]  areas_view_writerBuffer,
-  input  [1:0]  areas_view_readerBuffer,
+  output        areas_access_write,
   output        areas_access_touch,
   output        areas_access_first,
   output        areas_access_close,
   output        areas_access_single,
+  input         areas_answer_allowed,
+  input         areas_answer_inBuffer,
+  input  [1:0]  areas_answer_buffer,
   input         areas_ramOpen,
   input         buffersSettled
 );
@@ -2967,9 +3020,11 @@ module FrameProcessor(
   assign tooMany = _parser_position_datagram[7];
   reg         destroy;
   reg         carry;
+  reg         increments;
+  reg         readWrite;
   wire        _lengthTop_T = _parser_position_part == 4'h3;
   wire        circulate =
-    in_payload & _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & ~tooMany;
+    _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & ~tooMany;
   reg  [31:0] changesBefore;
   reg  [3:0]  lastChange;
   wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
@@ -3014,7 +3069,7 @@ module FrameProcessor(
   wire        running = _busy_T | ~in_payload;
   wire        active = step & in_valid;
   wire        inCounter =
-    in_payload & _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
+    _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
   wire [4:0]  sum =
     {1'h0, in_data}
     + {2'h0,
@@ -3022,23 +3077,21 @@ module FrameProcessor(
          ? {2'h0, carry}
          : inCounter
              ? {2'h0, _translated_readSuccess}
-               + {1'h0, _header_request_readWrite ? {_translated_writeSuccess, 1'h0} : {1'h0, _translated_writeSuccess}}
+               + {1'h0, readWrite ? {_translated_writeSuccess, 1'h0} : {1'h0, _translated_writeSuccess}}
              : 3'h1};
   wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire [3:0]  data =
     in_payload
-      ? (in_payload & _parser_position_part == 4'h0 & _parser_position_byte == 5'h6 & ~_parser_position_high & destroy
+      ? (_parser_position_part == 4'h0 & _parser_position_byte == 5'h6 & ~_parser_position_high & destroy
            ? {in_data[3:2], in_data[1:0] | 2'h2}
-           : in_payload & _parser_position_part == 4'h1
-             & (_parser_position_byte == 5'h1A | _parser_position_byte == 5'h1B)
+           : _parser_position_part == 4'h1 & (_parser_position_byte == 5'h1A | _parser_position_byte == 5'h1B)
                ? 4'h0
-               : in_payload & _lengthTop_T & (_parser_position_byte == 5'h2 | _parser_position_byte == 5'h3)
-                 & _header_request_incrementsAdp & ~tooMany | inCounter
+               : _lengthTop_T & (_parser_position_byte == 5'h2 | _parser_position_byte == 5'h3) & increments & ~tooMany
+                 | inCounter
                    ? sum[3:0]
                    : circulate
                        ? {in_data[3], in_data[2:0] | 3'h4}
-                       : in_payload & _lengthTop_T & (_parser_position_byte == 5'h8 | _parser_position_byte == 5'h9)
-                         & ~tooMany
+                       : _lengthTop_T & (_parser_position_byte == 5'h8 | _parser_position_byte == 5'h9) & ~tooMany
                            ? in_data | casez_tmp
                            : (|_translated_readMask)
                                ? _translated_readNibble & _translated_readMask | in_data
@@ -3064,6 +3117,8 @@ module FrameProcessor(
         changesBefore <= 32'h0;
       lastChange <= in_payload ? in_data ^ data : 4'h0;
     end
+    increments <= _header_request_incrementsAdp;
+    readWrite <= _header_request_readWrite;
     if (step)
       oddChanges <= |changes;
     if (reset) begin
@@ -3193,18 +3248,17 @@ module FrameProcessor(
     .areas_entries_0_length     (areas_entries_0_length),
     .areas_entries_0_extent     (areas_entries_0_extent),
     .areas_entries_0_takesPart  (areas_entries_0_takesPart),
+    .areas_turn                 (areas_turn),
     .areas_request              (areas_request),
     .areas_number               (areas_number),
-    .areas_view_works           (areas_view_works),
-    .areas_view_ecatWrites      (areas_view_ecatWrites),
-    .areas_view_ecatOpen        (areas_view_ecatOpen),
-    .areas_view_ecatMayOpen     (areas_view_ecatMayOpen),
-    .areas_view_writerBuffer    (areas_view_writerBuffer),
-    .areas_view_readerBuffer    (areas_view_readerBuffer),
+    .areas_access_write         (areas_access_write),
     .areas_access_touch         (areas_access_touch),
     .areas_access_first         (areas_access_first),
     .areas_access_close         (areas_access_close),
     .areas_access_single        (areas_access_single),
+    .areas_answer_allowed       (areas_answer_allowed),
+    .areas_answer_inBuffer      (areas_answer_inBuffer),
+    .areas_answer_buffer        (areas_answer_buffer),
     .areas_ramOpen              (areas_ramOpen)
   );
   assign out_valid = output_valid;
@@ -3870,14 +3924,12 @@ module SyncManager(
   input        settings_locked,
   input        settings_isMailbox,
   input        settings_ecatWrites,
-  input        ecat_touch,
-  input        ecat_first,
-  input        ecat_close,
-  input        ecat_single,
-  input        pdi_touch,
-  input        pdi_first,
-  input        pdi_close,
-  input        pdi_single,
+  input        access_write,
+  input        access_touch,
+  input        access_first,
+  input        access_close,
+  input        access_single,
+  input        byPdi,
   input        good,
   input        bad,
   output [1:0] after_next,
@@ -3889,154 +3941,179 @@ module SyncManager(
   output       after_touched,
   output       after_began,
   output       after_closed,
-  output       view_works,
-  output       view_locked,
-  output       view_ecatWrites,
-  output       view_ecatOpen,
-  output       view_ecatMayOpen,
-  output       view_pdiOpen,
-  output       view_pdiMayOpen,
-  output [1:0] view_writerBuffer,
-  output [1:0] view_readerBuffer,
+  output       answer_allowed,
+  output       answer_inBuffer,
+  output [1:0] answer_buffer,
+  output       answer_works,
+  output       answer_locked,
   output       writeEvent,
   output       readEvent,
   output       writeEventEnd,
   output       readEventEnd
 );
 
-  wire ecatOpens = ecat_touch & ecat_first;
-  wire pdiOpens = pdi_touch & pdi_first;
-  wire ecatCloses = good & state_closed;
-  wire readerTakes =
-    ~settings_isMailbox & state_newer
-    & (settings_ecatWrites ? pdiOpens & ~pdi_single & ~state_pdiOpen : ecatOpens & ~ecat_single & ~state_ecatOpen);
-  wire writerDone = settings_ecatWrites ? ecatCloses : pdi_close;
-  wire readerDone = settings_ecatWrites ? pdi_close : ecatCloses;
-  wire _GEN = writerDone & ~(good ? ~state_ecatOpen : pdi_single);
-  wire ecatBegins = good & state_began;
-  wire mayWrite = ~settings_isMailbox | ~state_newer;
-  wire mayRead = settings_isMailbox ? state_newer : state_anyWritten;
-  assign after_next = _GEN & ~settings_isMailbox ? state_next ^ ~state_reader : readerTakes ? state_reader : state_next;
-  assign after_reader = readerTakes ? state_next : state_reader;
-  assign after_newer = ~(readerDone & settings_isMailbox) & (_GEN | ~readerTakes & state_newer);
-  assign after_anyWritten = _GEN | state_anyWritten;
-  assign after_ecatOpen = ~(ecatCloses | bad & state_touched) & (ecatOpens & ~ecat_single | state_ecatOpen);
-  assign after_pdiOpen = ~pdi_close & (pdiOpens & ~pdi_single | state_pdiOpen);
-  assign after_touched = (state_touched | ecat_touch) & ~good & ~bad;
-  assign after_began = (state_began | ecatOpens) & ~good & ~bad;
-  assign after_closed = (state_closed | ecat_close) & ~good & ~bad;
-  assign view_works = settings_works;
-  assign view_locked = settings_locked;
-  assign view_ecatWrites = settings_ecatWrites;
-  assign view_ecatOpen = state_ecatOpen & ~state_closed;
-  assign view_ecatMayOpen = (settings_ecatWrites ? mayWrite : mayRead) & ~state_closed;
-  assign view_pdiOpen = state_pdiOpen;
-  assign view_pdiMayOpen = settings_ecatWrites ? mayRead : mayWrite;
-  assign view_writerBuffer = settings_isMailbox ? 2'h0 : state_next ^ ~state_reader;
-  assign view_readerBuffer = settings_isMailbox ? 2'h0 : state_reader;
+  wire       right = settings_ecatWrites != byPdi == access_write;
+  wire       open = byPdi ? state_pdiOpen : state_ecatOpen & ~state_closed;
+  wire       _closes_T_2 = access_single | open;
+  wire       inBuffer =
+    settings_works & right
+    & (_closes_T_2 | access_first
+       & (access_write ? ~settings_isMailbox | ~state_newer : settings_isMailbox ? state_newer : state_anyWritten)
+       & (byPdi | ~state_closed));
+  wire       takes = ~settings_isMailbox & state_newer & ~open;
+  wire [1:0] _after_next_T = state_next ^ state_reader;
+  wire       touches = access_touch & inBuffer;
+  wire       begins = touches & access_first;
+  wire       closes = access_close & settings_works & right & _closes_T_2;
+  wire       ecatBegan = good & state_began;
+  wire       pdiBegan = begins & byPdi;
+  wire       ecatDone = good & state_closed;
+  wire       pdiDone = closes & byPdi;
+  wire       _GEN = begins & ~access_single;
+  wire       writerDone = settings_ecatWrites ? ecatDone : pdiDone;
+  wire       readerDone = settings_ecatWrites ? pdiDone : ecatDone;
+  wire       _GEN_0 = begins & ~access_write & ~access_single & takes;
+  wire       _GEN_1 = writerDone & (good ? state_ecatOpen : ~access_single);
+  assign after_next = _GEN_1 & ~settings_isMailbox ? ~_after_next_T : _GEN_0 ? state_reader : state_next;
+  assign after_reader = _GEN_0 ? state_next : state_reader;
+  assign after_newer = ~(readerDone & settings_isMailbox) & (_GEN_1 | ~_GEN_0 & state_newer);
+  assign after_anyWritten = _GEN_1 | state_anyWritten;
+  assign after_ecatOpen = ~(ecatDone | bad & state_touched) & (_GEN & ~byPdi | state_ecatOpen);
+  assign after_pdiOpen = ~pdiDone & (_GEN & byPdi | state_pdiOpen);
+  assign after_touched = (state_touched | touches & ~byPdi) & ~good & ~bad;
+  assign after_began = (state_began | begins & ~byPdi) & ~good & ~bad;
+  assign after_closed = (state_closed | closes & ~byPdi) & ~good & ~bad;
+  assign answer_allowed = inBuffer | settings_works & access_single;
+  assign answer_inBuffer = inBuffer;
+  assign answer_buffer = settings_isMailbox ? 2'h0 : access_write ? ~_after_next_T : takes ? state_next : state_reader;
+  assign answer_works = settings_works;
+  assign answer_locked = settings_locked;
   assign writeEvent = writerDone;
   assign readEvent = readerDone;
-  assign writeEventEnd = settings_ecatWrites ? pdiOpens : ecatBegins;
-  assign readEventEnd = settings_ecatWrites ? ecatBegins : pdiOpens;
+  assign writeEventEnd = settings_ecatWrites ? pdiBegan : ecatBegan;
+  assign readEventEnd = settings_ecatWrites ? ecatBegan : pdiBegan;
 endmodule
 
-module SyncManagerStates(
+module SyncManagerBank(
   input        clock,
   input        reset,
-  input        settings_0_works,
-  input        settings_0_locked,
-  input        settings_0_isMailbox,
-  input        settings_0_ecatWrites,
-  input        settings_1_works,
-  input        settings_1_locked,
-  input        settings_1_isMailbox,
-  input        settings_1_ecatWrites,
-  input        settings_2_works,
-  input        settings_2_locked,
-  input        settings_2_isMailbox,
-  input        settings_2_ecatWrites,
-  input        settings_3_works,
-  input        settings_3_locked,
-  input        settings_3_isMailbox,
-  input        settings_3_ecatWrites,
-  input        settings_4_works,
-  input        settings_4_locked,
-  input        settings_4_isMailbox,
-  input        settings_4_ecatWrites,
-  input        settings_5_works,
-  input        settings_5_locked,
-  input        settings_5_isMailbox,
-  input        settings_5_ecatWrites,
-  input        settings_6_works,
-  input        settings_6_locked,
-  input        settings_6_isMailbox,
-  input        settings_6_ecatWrites,
-  input        settings_7_works,
-  input        settings_7_locked,
-  input        settings_7_isMailbox,
-  input        settings_7_ecatWrites,
-  input        ecat_request,
-  input  [2:0] ecat_number,
-  output       ecat_view_works,
-  output       ecat_view_ecatWrites,
-  output       ecat_view_ecatOpen,
-  output       ecat_view_ecatMayOpen,
-  output [1:0] ecat_view_writerBuffer,
-  output [1:0] ecat_view_readerBuffer,
-  input        ecat_access_touch,
-  input        ecat_access_first,
-  input        ecat_access_close,
-  input        ecat_access_single,
-  input        pdi_request,
-  output       pdi_granted,
-  input  [2:0] pdi_number,
-  output       pdi_view_works,
-  output       pdi_view_locked,
-  output       pdi_view_ecatWrites,
-  output       pdi_view_pdiOpen,
-  output       pdi_view_pdiMayOpen,
-  output [1:0] pdi_view_writerBuffer,
-  output [1:0] pdi_view_readerBuffer,
-  input        pdi_access_touch,
-  input        pdi_access_first,
-  input        pdi_access_close,
-  input        pdi_access_single,
+  input        works_0,
+  input        works_1,
+  input        works_2,
+  input        works_3,
+  input        works_4,
+  input        works_5,
+  input        works_6,
+  input        works_7,
+  input        acts,
+  input  [2:0] number,
+  input        chosen_works,
+  input        chosen_locked,
+  input        chosen_isMailbox,
+  input        chosen_ecatWrites,
+  input  [1:0] state_next,
+  input  [1:0] state_reader,
+  input        state_newer,
+  input        state_anyWritten,
+  input        state_ecatOpen,
+  input        state_pdiOpen,
+  input        state_touched,
+  input        state_began,
+  input        state_closed,
+  output [1:0] after_next,
+  output [1:0] after_reader,
+  output       after_newer,
+  output       after_anyWritten,
+  output       after_ecatOpen,
+  output       after_pdiOpen,
+  output       after_touched,
+  output       after_began,
+  output       after_closed,
+  input        access_write,
+  input        access_touch,
+  input        access_first,
+  input        access_close,
+  input        access_single,
+  input        byPdi,
   input        good,
   input        bad,
-  output       walking,
-  output       settled,
+  output       answer_allowed,
+  output       answer_inBuffer,
+  output [1:0] answer_buffer,
+  output       answer_works,
+  output       answer_locked,
   output [1:0] states_0_next,
   output [1:0] states_0_reader,
   output       states_0_newer,
   output       states_0_anyWritten,
+  output       states_0_ecatOpen,
+  output       states_0_pdiOpen,
+  output       states_0_touched,
+  output       states_0_began,
+  output       states_0_closed,
   output [1:0] states_1_next,
   output [1:0] states_1_reader,
   output       states_1_newer,
   output       states_1_anyWritten,
+  output       states_1_ecatOpen,
+  output       states_1_pdiOpen,
+  output       states_1_touched,
+  output       states_1_began,
+  output       states_1_closed,
   output [1:0] states_2_next,
   output [1:0] states_2_reader,
   output       states_2_newer,
   output       states_2_anyWritten,
+  output       states_2_ecatOpen,
+  output       states_2_pdiOpen,
+  output       states_2_touched,
+  output       states_2_began,
+  output       states_2_closed,
   output [1:0] states_3_next,
   output [1:0] states_3_reader,
   output       states_3_newer,
   output       states_3_anyWritten,
+  output       states_3_ecatOpen,
+  output       states_3_pdiOpen,
+  output       states_3_touched,
+  output       states_3_began,
+  output       states_3_closed,
   output [1:0] states_4_next,
   output [1:0] states_4_reader,
   output       states_4_newer,
   output       states_4_anyWritten,
+  output       states_4_ecatOpen,
+  output       states_4_pdiOpen,
+  output       states_4_touched,
+  output       states_4_began,
+  output       states_4_closed,
   output [1:0] states_5_next,
   output [1:0] states_5_reader,
   output       states_5_newer,
   output       states_5_anyWritten,
+  output       states_5_ecatOpen,
+  output       states_5_pdiOpen,
+  output       states_5_touched,
+  output       states_5_began,
+  output       states_5_closed,
   output [1:0] states_6_next,
   output [1:0] states_6_reader,
   output       states_6_newer,
   output       states_6_anyWritten,
+  output       states_6_ecatOpen,
+  output       states_6_pdiOpen,
+  output       states_6_touched,
+  output       states_6_began,
+  output       states_6_closed,
   output [1:0] states_7_next,
   output [1:0] states_7_reader,
   output       states_7_newer,
   output       states_7_anyWritten,
+  output       states_7_ecatOpen,
+  output       states_7_pdiOpen,
+  output       states_7_touched,
+  output       states_7_began,
+  output       states_7_closed,
   output       writeEvent_0,
   output       writeEvent_1,
   output       writeEvent_2,
@@ -4057,84 +4134,6 @@ module SyncManagerStates(
   output [2:0] written_bits
 );
 
-  reg        state_7_closed;
-  reg        state_7_began;
-  reg        state_7_touched;
-  reg        state_7_pdiOpen;
-  reg        state_7_ecatOpen;
-  reg        state_7_anyWritten;
-  reg        state_7_newer;
-  reg  [1:0] state_7_reader;
-  reg  [1:0] state_7_next;
-  reg        state_6_closed;
-  reg        state_6_began;
-  reg        state_6_touched;
-  reg        state_6_pdiOpen;
-  reg        state_6_ecatOpen;
-  reg        state_6_anyWritten;
-  reg        state_6_newer;
-  reg  [1:0] state_6_reader;
-  reg  [1:0] state_6_next;
-  reg        state_5_closed;
-  reg        state_5_began;
-  reg        state_5_touched;
-  reg        state_5_pdiOpen;
-  reg        state_5_ecatOpen;
-  reg        state_5_anyWritten;
-  reg        state_5_newer;
-  reg  [1:0] state_5_reader;
-  reg  [1:0] state_5_next;
-  reg        state_4_closed;
-  reg        state_4_began;
-  reg        state_4_touched;
-  reg        state_4_pdiOpen;
-  reg        state_4_ecatOpen;
-  reg        state_4_anyWritten;
-  reg        state_4_newer;
-  reg  [1:0] state_4_reader;
-  reg  [1:0] state_4_next;
-  reg        state_3_closed;
-  reg        state_3_began;
-  reg        state_3_touched;
-  reg        state_3_pdiOpen;
-  reg        state_3_ecatOpen;
-  reg        state_3_anyWritten;
-  reg        state_3_newer;
-  reg  [1:0] state_3_reader;
-  reg  [1:0] state_3_next;
-  reg        state_2_closed;
-  reg        state_2_began;
-  reg        state_2_touched;
-  reg        state_2_pdiOpen;
-  reg        state_2_ecatOpen;
-  reg        state_2_anyWritten;
-  reg        state_2_newer;
-  reg  [1:0] state_2_reader;
-  reg  [1:0] state_2_next;
-  reg        state_1_closed;
-  reg        state_1_began;
-  reg        state_1_touched;
-  reg        state_1_pdiOpen;
-  reg        state_1_ecatOpen;
-  reg        state_1_anyWritten;
-  reg        state_1_newer;
-  reg  [1:0] state_1_reader;
-  reg  [1:0] state_1_next;
-  reg        state_0_closed;
-  reg        state_0_began;
-  reg        state_0_touched;
-  reg        state_0_pdiOpen;
-  reg        state_0_ecatOpen;
-  reg        state_0_anyWritten;
-  reg        state_0_newer;
-  reg  [1:0] state_0_reader;
-  reg  [1:0] state_0_next;
-  wire       _logic_ecat_touch;
-  wire       _logic_ecat_close;
-  wire       _logic_pdi_touch;
-  wire       _logic_pdi_close;
-  wire       _logic_good;
-  wire       _logic_bad;
   wire [1:0] _logic_after_next;
   wire [1:0] _logic_after_reader;
   wire       _logic_after_newer;
@@ -4144,313 +4143,98 @@ module SyncManagerStates(
   wire       _logic_after_touched;
   wire       _logic_after_began;
   wire       _logic_after_closed;
-  wire       _logic_view_works;
-  wire       _logic_view_ecatWrites;
-  wire [1:0] _logic_view_writerBuffer;
-  wire [1:0] _logic_view_readerBuffer;
   wire       _logic_writeEvent;
   wire       _logic_readEvent;
   wire       _logic_writeEventEnd;
   wire       _logic_readEventEnd;
-  reg        walks;
-  reg        wasGood;
-  reg  [2:0] walk;
-  wire       _walking_output = walks | good | bad;
-  reg        settled_REG;
-  wire [2:0] number = walks ? walk : ecat_request ? ecat_number : pdi_number;
-  wire       pdi_granted_0 = ~_walking_output & ~ecat_request;
-  wire       now_1 = pdi_request & pdi_granted_0;
-  wire       acts = walks | ecat_request | now_1;
-  reg  [1:0] casez_tmp;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp = state_0_next;
-      3'b001:
-        casez_tmp = state_1_next;
-      3'b010:
-        casez_tmp = state_2_next;
-      3'b011:
-        casez_tmp = state_3_next;
-      3'b100:
-        casez_tmp = state_4_next;
-      3'b101:
-        casez_tmp = state_5_next;
-      3'b110:
-        casez_tmp = state_6_next;
-      default:
-        casez_tmp = state_7_next;
-    endcase
-  end // always @(*)
-  reg  [1:0] casez_tmp_0;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_0 = state_0_reader;
-      3'b001:
-        casez_tmp_0 = state_1_reader;
-      3'b010:
-        casez_tmp_0 = state_2_reader;
-      3'b011:
-        casez_tmp_0 = state_3_reader;
-      3'b100:
-        casez_tmp_0 = state_4_reader;
-      3'b101:
-        casez_tmp_0 = state_5_reader;
-      3'b110:
-        casez_tmp_0 = state_6_reader;
-      default:
-        casez_tmp_0 = state_7_reader;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_1;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_1 = state_0_newer;
-      3'b001:
-        casez_tmp_1 = state_1_newer;
-      3'b010:
-        casez_tmp_1 = state_2_newer;
-      3'b011:
-        casez_tmp_1 = state_3_newer;
-      3'b100:
-        casez_tmp_1 = state_4_newer;
-      3'b101:
-        casez_tmp_1 = state_5_newer;
-      3'b110:
-        casez_tmp_1 = state_6_newer;
-      default:
-        casez_tmp_1 = state_7_newer;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_2;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_2 = state_0_anyWritten;
-      3'b001:
-        casez_tmp_2 = state_1_anyWritten;
-      3'b010:
-        casez_tmp_2 = state_2_anyWritten;
-      3'b011:
-        casez_tmp_2 = state_3_anyWritten;
-      3'b100:
-        casez_tmp_2 = state_4_anyWritten;
-      3'b101:
-        casez_tmp_2 = state_5_anyWritten;
-      3'b110:
-        casez_tmp_2 = state_6_anyWritten;
-      default:
-        casez_tmp_2 = state_7_anyWritten;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_3;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_3 = state_0_ecatOpen;
-      3'b001:
-        casez_tmp_3 = state_1_ecatOpen;
-      3'b010:
-        casez_tmp_3 = state_2_ecatOpen;
-      3'b011:
-        casez_tmp_3 = state_3_ecatOpen;
-      3'b100:
-        casez_tmp_3 = state_4_ecatOpen;
-      3'b101:
-        casez_tmp_3 = state_5_ecatOpen;
-      3'b110:
-        casez_tmp_3 = state_6_ecatOpen;
-      default:
-        casez_tmp_3 = state_7_ecatOpen;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_4;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_4 = state_0_pdiOpen;
-      3'b001:
-        casez_tmp_4 = state_1_pdiOpen;
-      3'b010:
-        casez_tmp_4 = state_2_pdiOpen;
-      3'b011:
-        casez_tmp_4 = state_3_pdiOpen;
-      3'b100:
-        casez_tmp_4 = state_4_pdiOpen;
-      3'b101:
-        casez_tmp_4 = state_5_pdiOpen;
-      3'b110:
-        casez_tmp_4 = state_6_pdiOpen;
-      default:
-        casez_tmp_4 = state_7_pdiOpen;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_5;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_5 = state_0_touched;
-      3'b001:
-        casez_tmp_5 = state_1_touched;
-      3'b010:
-        casez_tmp_5 = state_2_touched;
-      3'b011:
-        casez_tmp_5 = state_3_touched;
-      3'b100:
-        casez_tmp_5 = state_4_touched;
-      3'b101:
-        casez_tmp_5 = state_5_touched;
-      3'b110:
-        casez_tmp_5 = state_6_touched;
-      default:
-        casez_tmp_5 = state_7_touched;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_6;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_6 = state_0_began;
-      3'b001:
-        casez_tmp_6 = state_1_began;
-      3'b010:
-        casez_tmp_6 = state_2_began;
-      3'b011:
-        casez_tmp_6 = state_3_began;
-      3'b100:
-        casez_tmp_6 = state_4_began;
-      3'b101:
-        casez_tmp_6 = state_5_began;
-      3'b110:
-        casez_tmp_6 = state_6_began;
-      default:
-        casez_tmp_6 = state_7_began;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_7;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_7 = state_0_closed;
-      3'b001:
-        casez_tmp_7 = state_1_closed;
-      3'b010:
-        casez_tmp_7 = state_2_closed;
-      3'b011:
-        casez_tmp_7 = state_3_closed;
-      3'b100:
-        casez_tmp_7 = state_4_closed;
-      3'b101:
-        casez_tmp_7 = state_5_closed;
-      3'b110:
-        casez_tmp_7 = state_6_closed;
-      default:
-        casez_tmp_7 = state_7_closed;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_8;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_8 = settings_0_works;
-      3'b001:
-        casez_tmp_8 = settings_1_works;
-      3'b010:
-        casez_tmp_8 = settings_2_works;
-      3'b011:
-        casez_tmp_8 = settings_3_works;
-      3'b100:
-        casez_tmp_8 = settings_4_works;
-      3'b101:
-        casez_tmp_8 = settings_5_works;
-      3'b110:
-        casez_tmp_8 = settings_6_works;
-      default:
-        casez_tmp_8 = settings_7_works;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_9;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_9 = settings_0_locked;
-      3'b001:
-        casez_tmp_9 = settings_1_locked;
-      3'b010:
-        casez_tmp_9 = settings_2_locked;
-      3'b011:
-        casez_tmp_9 = settings_3_locked;
-      3'b100:
-        casez_tmp_9 = settings_4_locked;
-      3'b101:
-        casez_tmp_9 = settings_5_locked;
-      3'b110:
-        casez_tmp_9 = settings_6_locked;
-      default:
-        casez_tmp_9 = settings_7_locked;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_10;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_10 = settings_0_isMailbox;
-      3'b001:
-        casez_tmp_10 = settings_1_isMailbox;
-      3'b010:
-        casez_tmp_10 = settings_2_isMailbox;
-      3'b011:
-        casez_tmp_10 = settings_3_isMailbox;
-      3'b100:
-        casez_tmp_10 = settings_4_isMailbox;
-      3'b101:
-        casez_tmp_10 = settings_5_isMailbox;
-      3'b110:
-        casez_tmp_10 = settings_6_isMailbox;
-      default:
-        casez_tmp_10 = settings_7_isMailbox;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_11;
-  always @(*) begin
-    casez (number)
-      3'b000:
-        casez_tmp_11 = settings_0_ecatWrites;
-      3'b001:
-        casez_tmp_11 = settings_1_ecatWrites;
-      3'b010:
-        casez_tmp_11 = settings_2_ecatWrites;
-      3'b011:
-        casez_tmp_11 = settings_3_ecatWrites;
-      3'b100:
-        casez_tmp_11 = settings_4_ecatWrites;
-      3'b101:
-        casez_tmp_11 = settings_5_ecatWrites;
-      3'b110:
-        casez_tmp_11 = settings_6_ecatWrites;
-      default:
-        casez_tmp_11 = settings_7_ecatWrites;
-    endcase
-  end // always @(*)
+  reg  [1:0] state_0_next;
+  reg  [1:0] state_0_reader;
+  reg        state_0_newer;
+  reg        state_0_anyWritten;
+  reg        state_0_ecatOpen;
+  reg        state_0_pdiOpen;
+  reg        state_0_touched;
+  reg        state_0_began;
+  reg        state_0_closed;
   reg        writeEvent_0_isWritten_0;
   reg        readEvent_0_isRead_0;
+  reg  [1:0] state_1_next;
+  reg  [1:0] state_1_reader;
+  reg        state_1_newer;
+  reg        state_1_anyWritten;
+  reg        state_1_ecatOpen;
+  reg        state_1_pdiOpen;
+  reg        state_1_touched;
+  reg        state_1_began;
+  reg        state_1_closed;
   reg        writeEvent_1_isWritten_1;
   reg        readEvent_1_isRead_1;
+  reg  [1:0] state_2_next;
+  reg  [1:0] state_2_reader;
+  reg        state_2_newer;
+  reg        state_2_anyWritten;
+  reg        state_2_ecatOpen;
+  reg        state_2_pdiOpen;
+  reg        state_2_touched;
+  reg        state_2_began;
+  reg        state_2_closed;
   reg        writeEvent_2_isWritten_2;
   reg        readEvent_2_isRead_2;
+  reg  [1:0] state_3_next;
+  reg  [1:0] state_3_reader;
+  reg        state_3_newer;
+  reg        state_3_anyWritten;
+  reg        state_3_ecatOpen;
+  reg        state_3_pdiOpen;
+  reg        state_3_touched;
+  reg        state_3_began;
+  reg        state_3_closed;
   reg        writeEvent_3_isWritten_3;
   reg        readEvent_3_isRead_3;
+  reg  [1:0] state_4_next;
+  reg  [1:0] state_4_reader;
+  reg        state_4_newer;
+  reg        state_4_anyWritten;
+  reg        state_4_ecatOpen;
+  reg        state_4_pdiOpen;
+  reg        state_4_touched;
+  reg        state_4_began;
+  reg        state_4_closed;
   reg        writeEvent_4_isWritten_4;
   reg        readEvent_4_isRead_4;
+  reg  [1:0] state_5_next;
+  reg  [1:0] state_5_reader;
+  reg        state_5_newer;
+  reg        state_5_anyWritten;
+  reg        state_5_ecatOpen;
+  reg        state_5_pdiOpen;
+  reg        state_5_touched;
+  reg        state_5_began;
+  reg        state_5_closed;
   reg        writeEvent_5_isWritten_5;
   reg        readEvent_5_isRead_5;
+  reg  [1:0] state_6_next;
+  reg  [1:0] state_6_reader;
+  reg        state_6_newer;
+  reg        state_6_anyWritten;
+  reg        state_6_ecatOpen;
+  reg        state_6_pdiOpen;
+  reg        state_6_touched;
+  reg        state_6_began;
+  reg        state_6_closed;
   reg        writeEvent_6_isWritten_6;
   reg        readEvent_6_isRead_6;
+  reg  [1:0] state_7_next;
+  reg  [1:0] state_7_reader;
+  reg        state_7_newer;
+  reg        state_7_anyWritten;
+  reg        state_7_ecatOpen;
+  reg        state_7_pdiOpen;
+  reg        state_7_touched;
+  reg        state_7_began;
+  reg        state_7_closed;
   reg        writeEvent_7_isWritten_7;
   reg        readEvent_7_isRead_7;
-  wire       isLast = walks & (&walk);
   wire       mine = acts & number == 3'h0;
   wire       mine_1 = acts & number == 3'h1;
   wire       mine_2 = acts & number == 3'h2;
@@ -4459,11 +4243,8 @@ module SyncManagerStates(
   wire       mine_5 = acts & number == 3'h5;
   wire       mine_6 = acts & number == 3'h6;
   wire       mine_7 = acts & (&number);
-  wire       _GEN = good | bad;
   always @(posedge clock) begin
     if (reset) begin
-      walks <= 1'h0;
-      settled_REG <= 1'h0;
       state_0_next <= 2'h1;
       state_0_reader <= 2'h2;
       state_0_newer <= 1'h0;
@@ -4554,9 +4335,7 @@ module SyncManagerStates(
       readEvent_7_isRead_7 <= 1'h0;
     end
     else begin
-      walks <= _GEN | (walks ? ~isLast : walks);
-      settled_REG <= isLast & wasGood;
-      if (settings_0_works) begin
+      if (works_0) begin
         if (mine) begin
           state_0_next <= _logic_after_next;
           state_0_reader <= _logic_after_reader;
@@ -4566,18 +4345,18 @@ module SyncManagerStates(
         state_0_next <= 2'h1;
         state_0_reader <= 2'h2;
       end
-      state_0_newer <= settings_0_works & (mine ? _logic_after_newer : state_0_newer);
-      state_0_anyWritten <= settings_0_works & (mine ? _logic_after_anyWritten : state_0_anyWritten);
-      state_0_ecatOpen <= settings_0_works & (mine ? _logic_after_ecatOpen : state_0_ecatOpen);
-      state_0_pdiOpen <= settings_0_works & (mine ? _logic_after_pdiOpen : state_0_pdiOpen);
-      state_0_touched <= settings_0_works & (mine ? _logic_after_touched : state_0_touched);
-      state_0_began <= settings_0_works & (mine ? _logic_after_began : state_0_began);
-      state_0_closed <= settings_0_works & (mine ? _logic_after_closed : state_0_closed);
+      state_0_newer <= works_0 & (mine ? _logic_after_newer : state_0_newer);
+      state_0_anyWritten <= works_0 & (mine ? _logic_after_anyWritten : state_0_anyWritten);
+      state_0_ecatOpen <= works_0 & (mine ? _logic_after_ecatOpen : state_0_ecatOpen);
+      state_0_pdiOpen <= works_0 & (mine ? _logic_after_pdiOpen : state_0_pdiOpen);
+      state_0_touched <= works_0 & (mine ? _logic_after_touched : state_0_touched);
+      state_0_began <= works_0 & (mine ? _logic_after_began : state_0_began);
+      state_0_closed <= works_0 & (mine ? _logic_after_closed : state_0_closed);
       writeEvent_0_isWritten_0 <=
-        settings_0_works & (mine & _logic_writeEvent | ~(mine & _logic_writeEventEnd) & writeEvent_0_isWritten_0);
+        works_0 & (mine & _logic_writeEvent | ~(mine & _logic_writeEventEnd) & writeEvent_0_isWritten_0);
       readEvent_0_isRead_0 <=
-        settings_0_works & (mine & _logic_readEvent | ~(mine & _logic_readEventEnd) & readEvent_0_isRead_0);
-      if (settings_1_works) begin
+        works_0 & (mine & _logic_readEvent | ~(mine & _logic_readEventEnd) & readEvent_0_isRead_0);
+      if (works_1) begin
         if (mine_1) begin
           state_1_next <= _logic_after_next;
           state_1_reader <= _logic_after_reader;
@@ -4587,18 +4366,18 @@ module SyncManagerStates(
         state_1_next <= 2'h1;
         state_1_reader <= 2'h2;
       end
-      state_1_newer <= settings_1_works & (mine_1 ? _logic_after_newer : state_1_newer);
-      state_1_anyWritten <= settings_1_works & (mine_1 ? _logic_after_anyWritten : state_1_anyWritten);
-      state_1_ecatOpen <= settings_1_works & (mine_1 ? _logic_after_ecatOpen : state_1_ecatOpen);
-      state_1_pdiOpen <= settings_1_works & (mine_1 ? _logic_after_pdiOpen : state_1_pdiOpen);
-      state_1_touched <= settings_1_works & (mine_1 ? _logic_after_touched : state_1_touched);
-      state_1_began <= settings_1_works & (mine_1 ? _logic_after_began : state_1_began);
-      state_1_closed <= settings_1_works & (mine_1 ? _logic_after_closed : state_1_closed);
+      state_1_newer <= works_1 & (mine_1 ? _logic_after_newer : state_1_newer);
+      state_1_anyWritten <= works_1 & (mine_1 ? _logic_after_anyWritten : state_1_anyWritten);
+      state_1_ecatOpen <= works_1 & (mine_1 ? _logic_after_ecatOpen : state_1_ecatOpen);
+      state_1_pdiOpen <= works_1 & (mine_1 ? _logic_after_pdiOpen : state_1_pdiOpen);
+      state_1_touched <= works_1 & (mine_1 ? _logic_after_touched : state_1_touched);
+      state_1_began <= works_1 & (mine_1 ? _logic_after_began : state_1_began);
+      state_1_closed <= works_1 & (mine_1 ? _logic_after_closed : state_1_closed);
       writeEvent_1_isWritten_1 <=
-        settings_1_works & (mine_1 & _logic_writeEvent | ~(mine_1 & _logic_writeEventEnd) & writeEvent_1_isWritten_1);
+        works_1 & (mine_1 & _logic_writeEvent | ~(mine_1 & _logic_writeEventEnd) & writeEvent_1_isWritten_1);
       readEvent_1_isRead_1 <=
-        settings_1_works & (mine_1 & _logic_readEvent | ~(mine_1 & _logic_readEventEnd) & readEvent_1_isRead_1);
-      if (settings_2_works) begin
+        works_1 & (mine_1 & _logic_readEvent | ~(mine_1 & _logic_readEventEnd) & readEvent_1_isRead_1);
+      if (works_2) begin
         if (mine_2) begin
           state_2_next <= _logic_after_next;
           state_2_reader <= _logic_after_reader;
@@ -4608,18 +4387,18 @@ module SyncManagerStates(
         state_2_next <= 2'h1;
         state_2_reader <= 2'h2;
       end
-      state_2_newer <= settings_2_works & (mine_2 ? _logic_after_newer : state_2_newer);
-      state_2_anyWritten <= settings_2_works & (mine_2 ? _logic_after_anyWritten : state_2_anyWritten);
-      state_2_ecatOpen <= settings_2_works & (mine_2 ? _logic_after_ecatOpen : state_2_ecatOpen);
-      state_2_pdiOpen <= settings_2_works & (mine_2 ? _logic_after_pdiOpen : state_2_pdiOpen);
-      state_2_touched <= settings_2_works & (mine_2 ? _logic_after_touched : state_2_touched);
-      state_2_began <= settings_2_works & (mine_2 ? _logic_after_began : state_2_began);
-      state_2_closed <= settings_2_works & (mine_2 ? _logic_after_closed : state_2_closed);
+      state_2_newer <= works_2 & (mine_2 ? _logic_after_newer : state_2_newer);
+      state_2_anyWritten <= works_2 & (mine_2 ? _logic_after_anyWritten : state_2_anyWritten);
+      state_2_ecatOpen <= works_2 & (mine_2 ? _logic_after_ecatOpen : state_2_ecatOpen);
+      state_2_pdiOpen <= works_2 & (mine_2 ? _logic_after_pdiOpen : state_2_pdiOpen);
+      state_2_touched <= works_2 & (mine_2 ? _logic_after_touched : state_2_touched);
+      state_2_began <= works_2 & (mine_2 ? _logic_after_began : state_2_began);
+      state_2_closed <= works_2 & (mine_2 ? _logic_after_closed : state_2_closed);
       writeEvent_2_isWritten_2 <=
-        settings_2_works & (mine_2 & _logic_writeEvent | ~(mine_2 & _logic_writeEventEnd) & writeEvent_2_isWritten_2);
+        works_2 & (mine_2 & _logic_writeEvent | ~(mine_2 & _logic_writeEventEnd) & writeEvent_2_isWritten_2);
       readEvent_2_isRead_2 <=
-        settings_2_works & (mine_2 & _logic_readEvent | ~(mine_2 & _logic_readEventEnd) & readEvent_2_isRead_2);
-      if (settings_3_works) begin
+        works_2 & (mine_2 & _logic_readEvent | ~(mine_2 & _logic_readEventEnd) & readEvent_2_isRead_2);
+      if (works_3) begin
         if (mine_3) begin
           state_3_next <= _logic_after_next;
           state_3_reader <= _logic_after_reader;
@@ -4629,18 +4408,18 @@ module SyncManagerStates(
         state_3_next <= 2'h1;
         state_3_reader <= 2'h2;
       end
-      state_3_newer <= settings_3_works & (mine_3 ? _logic_after_newer : state_3_newer);
-      state_3_anyWritten <= settings_3_works & (mine_3 ? _logic_after_anyWritten : state_3_anyWritten);
-      state_3_ecatOpen <= settings_3_works & (mine_3 ? _logic_after_ecatOpen : state_3_ecatOpen);
-      state_3_pdiOpen <= settings_3_works & (mine_3 ? _logic_after_pdiOpen : state_3_pdiOpen);
-      state_3_touched <= settings_3_works & (mine_3 ? _logic_after_touched : state_3_touched);
-      state_3_began <= settings_3_works & (mine_3 ? _logic_after_began : state_3_began);
-      state_3_closed <= settings_3_works & (mine_3 ? _logic_after_closed : state_3_closed);
+      state_3_newer <= works_3 & (mine_3 ? _logic_after_newer : state_3_newer);
+      state_3_anyWritten <= works_3 & (mine_3 ? _logic_after_anyWritten : state_3_anyWritten);
+      state_3_ecatOpen <= works_3 & (mine_3 ? _logic_after_ecatOpen : state_3_ecatOpen);
+      state_3_pdiOpen <= works_3 & (mine_3 ? _logic_after_pdiOpen : state_3_pdiOpen);
+      state_3_touched <= works_3 & (mine_3 ? _logic_after_touched : state_3_touched);
+      state_3_began <= works_3 & (mine_3 ? _logic_after_began : state_3_began);
+      state_3_closed <= works_3 & (mine_3 ? _logic_after_closed : state_3_closed);
       writeEvent_3_isWritten_3 <=
-        settings_3_works & (mine_3 & _logic_writeEvent | ~(mine_3 & _logic_writeEventEnd) & writeEvent_3_isWritten_3);
+        works_3 & (mine_3 & _logic_writeEvent | ~(mine_3 & _logic_writeEventEnd) & writeEvent_3_isWritten_3);
       readEvent_3_isRead_3 <=
-        settings_3_works & (mine_3 & _logic_readEvent | ~(mine_3 & _logic_readEventEnd) & readEvent_3_isRead_3);
-      if (settings_4_works) begin
+        works_3 & (mine_3 & _logic_readEvent | ~(mine_3 & _logic_readEventEnd) & readEvent_3_isRead_3);
+      if (works_4) begin
         if (mine_4) begin
           state_4_next <= _logic_after_next;
           state_4_reader <= _logic_after_reader;
@@ -4650,18 +4429,18 @@ module SyncManagerStates(
         state_4_next <= 2'h1;
         state_4_reader <= 2'h2;
       end
-      state_4_newer <= settings_4_works & (mine_4 ? _logic_after_newer : state_4_newer);
-      state_4_anyWritten <= settings_4_works & (mine_4 ? _logic_after_anyWritten : state_4_anyWritten);
-      state_4_ecatOpen <= settings_4_works & (mine_4 ? _logic_after_ecatOpen : state_4_ecatOpen);
-      state_4_pdiOpen <= settings_4_works & (mine_4 ? _logic_after_pdiOpen : state_4_pdiOpen);
-      state_4_touched <= settings_4_works & (mine_4 ? _logic_after_touched : state_4_touched);
-      state_4_began <= settings_4_works & (mine_4 ? _logic_after_began : state_4_began);
-      state_4_closed <= settings_4_works & (mine_4 ? _logic_after_closed : state_4_closed);
+      state_4_newer <= works_4 & (mine_4 ? _logic_after_newer : state_4_newer);
+      state_4_anyWritten <= works_4 & (mine_4 ? _logic_after_anyWritten : state_4_anyWritten);
+      state_4_ecatOpen <= works_4 & (mine_4 ? _logic_after_ecatOpen : state_4_ecatOpen);
+      state_4_pdiOpen <= works_4 & (mine_4 ? _logic_after_pdiOpen : state_4_pdiOpen);
+      state_4_touched <= works_4 & (mine_4 ? _logic_after_touched : state_4_touched);
+      state_4_began <= works_4 & (mine_4 ? _logic_after_began : state_4_began);
+      state_4_closed <= works_4 & (mine_4 ? _logic_after_closed : state_4_closed);
       writeEvent_4_isWritten_4 <=
-        settings_4_works & (mine_4 & _logic_writeEvent | ~(mine_4 & _logic_writeEventEnd) & writeEvent_4_isWritten_4);
+        works_4 & (mine_4 & _logic_writeEvent | ~(mine_4 & _logic_writeEventEnd) & writeEvent_4_isWritten_4);
       readEvent_4_isRead_4 <=
-        settings_4_works & (mine_4 & _logic_readEvent | ~(mine_4 & _logic_readEventEnd) & readEvent_4_isRead_4);
-      if (settings_5_works) begin
+        works_4 & (mine_4 & _logic_readEvent | ~(mine_4 & _logic_readEventEnd) & readEvent_4_isRead_4);
+      if (works_5) begin
         if (mine_5) begin
           state_5_next <= _logic_after_next;
           state_5_reader <= _logic_after_reader;
@@ -4671,18 +4450,18 @@ module SyncManagerStates(
         state_5_next <= 2'h1;
         state_5_reader <= 2'h2;
       end
-      state_5_newer <= settings_5_works & (mine_5 ? _logic_after_newer : state_5_newer);
-      state_5_anyWritten <= settings_5_works & (mine_5 ? _logic_after_anyWritten : state_5_anyWritten);
-      state_5_ecatOpen <= settings_5_works & (mine_5 ? _logic_after_ecatOpen : state_5_ecatOpen);
-      state_5_pdiOpen <= settings_5_works & (mine_5 ? _logic_after_pdiOpen : state_5_pdiOpen);
-      state_5_touched <= settings_5_works & (mine_5 ? _logic_after_touched : state_5_touched);
-      state_5_began <= settings_5_works & (mine_5 ? _logic_after_began : state_5_began);
-      state_5_closed <= settings_5_works & (mine_5 ? _logic_after_closed : state_5_closed);
+      state_5_newer <= works_5 & (mine_5 ? _logic_after_newer : state_5_newer);
+      state_5_anyWritten <= works_5 & (mine_5 ? _logic_after_anyWritten : state_5_anyWritten);
+      state_5_ecatOpen <= works_5 & (mine_5 ? _logic_after_ecatOpen : state_5_ecatOpen);
+      state_5_pdiOpen <= works_5 & (mine_5 ? _logic_after_pdiOpen : state_5_pdiOpen);
+      state_5_touched <= works_5 & (mine_5 ? _logic_after_touched : state_5_touched);
+      state_5_began <= works_5 & (mine_5 ? _logic_after_began : state_5_began);
+      state_5_closed <= works_5 & (mine_5 ? _logic_after_closed : state_5_closed);
       writeEvent_5_isWritten_5 <=
-        settings_5_works & (mine_5 & _logic_writeEvent | ~(mine_5 & _logic_writeEventEnd) & writeEvent_5_isWritten_5);
+        works_5 & (mine_5 & _logic_writeEvent | ~(mine_5 & _logic_writeEventEnd) & writeEvent_5_isWritten_5);
       readEvent_5_isRead_5 <=
-        settings_5_works & (mine_5 & _logic_readEvent | ~(mine_5 & _logic_readEventEnd) & readEvent_5_isRead_5);
-      if (settings_6_works) begin
+        works_5 & (mine_5 & _logic_readEvent | ~(mine_5 & _logic_readEventEnd) & readEvent_5_isRead_5);
+      if (works_6) begin
         if (mine_6) begin
           state_6_next <= _logic_after_next;
           state_6_reader <= _logic_after_reader;
@@ -4692,18 +4471,18 @@ module SyncManagerStates(
         state_6_next <= 2'h1;
         state_6_reader <= 2'h2;
       end
-      state_6_newer <= settings_6_works & (mine_6 ? _logic_after_newer : state_6_newer);
-      state_6_anyWritten <= settings_6_works & (mine_6 ? _logic_after_anyWritten : state_6_anyWritten);
-      state_6_ecatOpen <= settings_6_works & (mine_6 ? _logic_after_ecatOpen : state_6_ecatOpen);
-      state_6_pdiOpen <= settings_6_works & (mine_6 ? _logic_after_pdiOpen : state_6_pdiOpen);
-      state_6_touched <= settings_6_works & (mine_6 ? _logic_after_touched : state_6_touched);
-      state_6_began <= settings_6_works & (mine_6 ? _logic_after_began : state_6_began);
-      state_6_closed <= settings_6_works & (mine_6 ? _logic_after_closed : state_6_closed);
+      state_6_newer <= works_6 & (mine_6 ? _logic_after_newer : state_6_newer);
+      state_6_anyWritten <= works_6 & (mine_6 ? _logic_after_anyWritten : state_6_anyWritten);
+      state_6_ecatOpen <= works_6 & (mine_6 ? _logic_after_ecatOpen : state_6_ecatOpen);
+      state_6_pdiOpen <= works_6 & (mine_6 ? _logic_after_pdiOpen : state_6_pdiOpen);
+      state_6_touched <= works_6 & (mine_6 ? _logic_after_touched : state_6_touched);
+      state_6_began <= works_6 & (mine_6 ? _logic_after_began : state_6_began);
+      state_6_closed <= works_6 & (mine_6 ? _logic_after_closed : state_6_closed);
       writeEvent_6_isWritten_6 <=
-        settings_6_works & (mine_6 & _logic_writeEvent | ~(mine_6 & _logic_writeEventEnd) & writeEvent_6_isWritten_6);
+        works_6 & (mine_6 & _logic_writeEvent | ~(mine_6 & _logic_writeEventEnd) & writeEvent_6_isWritten_6);
       readEvent_6_isRead_6 <=
-        settings_6_works & (mine_6 & _logic_readEvent | ~(mine_6 & _logic_readEventEnd) & readEvent_6_isRead_6);
-      if (settings_7_works) begin
+        works_6 & (mine_6 & _logic_readEvent | ~(mine_6 & _logic_readEventEnd) & readEvent_6_isRead_6);
+      if (works_7) begin
         if (mine_7) begin
           state_7_next <= _logic_after_next;
           state_7_reader <= _logic_after_reader;
@@ -4713,55 +4492,41 @@ module SyncManagerStates(
         state_7_next <= 2'h1;
         state_7_reader <= 2'h2;
       end
-      state_7_newer <= settings_7_works & (mine_7 ? _logic_after_newer : state_7_newer);
-      state_7_anyWritten <= settings_7_works & (mine_7 ? _logic_after_anyWritten : state_7_anyWritten);
-      state_7_ecatOpen <= settings_7_works & (mine_7 ? _logic_after_ecatOpen : state_7_ecatOpen);
-      state_7_pdiOpen <= settings_7_works & (mine_7 ? _logic_after_pdiOpen : state_7_pdiOpen);
-      state_7_touched <= settings_7_works & (mine_7 ? _logic_after_touched : state_7_touched);
-      state_7_began <= settings_7_works & (mine_7 ? _logic_after_began : state_7_began);
-      state_7_closed <= settings_7_works & (mine_7 ? _logic_after_closed : state_7_closed);
+      state_7_newer <= works_7 & (mine_7 ? _logic_after_newer : state_7_newer);
+      state_7_anyWritten <= works_7 & (mine_7 ? _logic_after_anyWritten : state_7_anyWritten);
+      state_7_ecatOpen <= works_7 & (mine_7 ? _logic_after_ecatOpen : state_7_ecatOpen);
+      state_7_pdiOpen <= works_7 & (mine_7 ? _logic_after_pdiOpen : state_7_pdiOpen);
+      state_7_touched <= works_7 & (mine_7 ? _logic_after_touched : state_7_touched);
+      state_7_began <= works_7 & (mine_7 ? _logic_after_began : state_7_began);
+      state_7_closed <= works_7 & (mine_7 ? _logic_after_closed : state_7_closed);
       writeEvent_7_isWritten_7 <=
-        settings_7_works & (mine_7 & _logic_writeEvent | ~(mine_7 & _logic_writeEventEnd) & writeEvent_7_isWritten_7);
+        works_7 & (mine_7 & _logic_writeEvent | ~(mine_7 & _logic_writeEventEnd) & writeEvent_7_isWritten_7);
       readEvent_7_isRead_7 <=
-        settings_7_works & (mine_7 & _logic_readEvent | ~(mine_7 & _logic_readEventEnd) & readEvent_7_isRead_7);
+        works_7 & (mine_7 & _logic_readEvent | ~(mine_7 & _logic_readEventEnd) & readEvent_7_isRead_7);
     end
-    if (_GEN) begin
-      wasGood <= good;
-      walk <= 3'h0;
-    end
-    else if (walks)
-      walk <= walk + 3'h1;
   end // always @(posedge)
-  assign _logic_ecat_touch = ecat_access_touch & ecat_request;
-  assign _logic_ecat_close = ecat_access_close & ecat_request;
-  assign _logic_pdi_touch = pdi_access_touch & now_1;
-  assign _logic_pdi_close = pdi_access_close & now_1;
-  assign _logic_good = walks & wasGood;
-  assign _logic_bad = walks & ~wasGood;
   SyncManager logic_0 (
-    .state_next          (casez_tmp),
-    .state_reader        (casez_tmp_0),
-    .state_newer         (casez_tmp_1),
-    .state_anyWritten    (casez_tmp_2),
-    .state_ecatOpen      (casez_tmp_3),
-    .state_pdiOpen       (casez_tmp_4),
-    .state_touched       (casez_tmp_5),
-    .state_began         (casez_tmp_6),
-    .state_closed        (casez_tmp_7),
-    .settings_works      (casez_tmp_8),
-    .settings_locked     (casez_tmp_9),
-    .settings_isMailbox  (casez_tmp_10),
-    .settings_ecatWrites (casez_tmp_11),
-    .ecat_touch          (_logic_ecat_touch),
-    .ecat_first          (ecat_access_first),
-    .ecat_close          (_logic_ecat_close),
-    .ecat_single         (ecat_access_single),
-    .pdi_touch           (_logic_pdi_touch),
-    .pdi_first           (pdi_access_first),
-    .pdi_close           (_logic_pdi_close),
-    .pdi_single          (pdi_access_single),
-    .good                (_logic_good),
-    .bad                 (_logic_bad),
+    .state_next          (state_next),
+    .state_reader        (state_reader),
+    .state_newer         (state_newer),
+    .state_anyWritten    (state_anyWritten),
+    .state_ecatOpen      (state_ecatOpen),
+    .state_pdiOpen       (state_pdiOpen),
+    .state_touched       (state_touched),
+    .state_began         (state_began),
+    .state_closed        (state_closed),
+    .settings_works      (chosen_works),
+    .settings_locked     (chosen_locked),
+    .settings_isMailbox  (chosen_isMailbox),
+    .settings_ecatWrites (chosen_ecatWrites),
+    .access_write        (access_write),
+    .access_touch        (access_touch),
+    .access_first        (access_first),
+    .access_close        (access_close),
+    .access_single       (access_single),
+    .byPdi               (byPdi),
+    .good                (good),
+    .bad                 (bad),
     .after_next          (_logic_after_next),
     .after_reader        (_logic_after_reader),
     .after_newer         (_logic_after_newer),
@@ -4771,63 +4536,97 @@ module SyncManagerStates(
     .after_touched       (_logic_after_touched),
     .after_began         (_logic_after_began),
     .after_closed        (_logic_after_closed),
-    .view_works          (_logic_view_works),
-    .view_locked         (pdi_view_locked),
-    .view_ecatWrites     (_logic_view_ecatWrites),
-    .view_ecatOpen       (ecat_view_ecatOpen),
-    .view_ecatMayOpen    (ecat_view_ecatMayOpen),
-    .view_pdiOpen        (pdi_view_pdiOpen),
-    .view_pdiMayOpen     (pdi_view_pdiMayOpen),
-    .view_writerBuffer   (_logic_view_writerBuffer),
-    .view_readerBuffer   (_logic_view_readerBuffer),
+    .answer_allowed      (answer_allowed),
+    .answer_inBuffer     (answer_inBuffer),
+    .answer_buffer       (answer_buffer),
+    .answer_works        (answer_works),
+    .answer_locked       (answer_locked),
     .writeEvent          (_logic_writeEvent),
     .readEvent           (_logic_readEvent),
     .writeEventEnd       (_logic_writeEventEnd),
     .readEventEnd        (_logic_readEventEnd)
   );
-  assign ecat_view_works = _logic_view_works;
-  assign ecat_view_ecatWrites = _logic_view_ecatWrites;
-  assign ecat_view_writerBuffer = _logic_view_writerBuffer;
-  assign ecat_view_readerBuffer = _logic_view_readerBuffer;
-  assign pdi_granted = pdi_granted_0;
-  assign pdi_view_works = _logic_view_works;
-  assign pdi_view_ecatWrites = _logic_view_ecatWrites;
-  assign pdi_view_writerBuffer = _logic_view_writerBuffer;
-  assign pdi_view_readerBuffer = _logic_view_readerBuffer;
-  assign walking = _walking_output;
-  assign settled = settled_REG;
+  assign after_next = _logic_after_next;
+  assign after_reader = _logic_after_reader;
+  assign after_newer = _logic_after_newer;
+  assign after_anyWritten = _logic_after_anyWritten;
+  assign after_ecatOpen = _logic_after_ecatOpen;
+  assign after_pdiOpen = _logic_after_pdiOpen;
+  assign after_touched = _logic_after_touched;
+  assign after_began = _logic_after_began;
+  assign after_closed = _logic_after_closed;
   assign states_0_next = state_0_next;
   assign states_0_reader = state_0_reader;
   assign states_0_newer = state_0_newer;
   assign states_0_anyWritten = state_0_anyWritten;
+  assign states_0_ecatOpen = state_0_ecatOpen;
+  assign states_0_pdiOpen = state_0_pdiOpen;
+  assign states_0_touched = state_0_touched;
+  assign states_0_began = state_0_began;
+  assign states_0_closed = state_0_closed;
   assign states_1_next = state_1_next;
   assign states_1_reader = state_1_reader;
   assign states_1_newer = state_1_newer;
   assign states_1_anyWritten = state_1_anyWritten;
+  assign states_1_ecatOpen = state_1_ecatOpen;
+  assign states_1_pdiOpen = state_1_pdiOpen;
+  assign states_1_touched = state_1_touched;
+  assign states_1_began = state_1_began;
+  assign states_1_closed = state_1_closed;
   assign states_2_next = state_2_next;
   assign states_2_reader = state_2_reader;
   assign states_2_newer = state_2_newer;
   assign states_2_anyWritten = state_2_anyWritten;
+  assign states_2_ecatOpen = state_2_ecatOpen;
+  assign states_2_pdiOpen = state_2_pdiOpen;
+  assign states_2_touched = state_2_touched;
+  assign states_2_began = state_2_began;
+  assign states_2_closed = state_2_closed;
   assign states_3_next = state_3_next;
   assign states_3_reader = state_3_reader;
   assign states_3_newer = state_3_newer;
   assign states_3_anyWritten = state_3_anyWritten;
+  assign states_3_ecatOpen = state_3_ecatOpen;
+  assign states_3_pdiOpen = state_3_pdiOpen;
+  assign states_3_touched = state_3_touched;
+  assign states_3_began = state_3_began;
+  assign states_3_closed = state_3_closed;
   assign states_4_next = state_4_next;
   assign states_4_reader = state_4_reader;
   assign states_4_newer = state_4_newer;
   assign states_4_anyWritten = state_4_anyWritten;
+  assign states_4_ecatOpen = state_4_ecatOpen;
+  assign states_4_pdiOpen = state_4_pdiOpen;
+  assign states_4_touched = state_4_touched;
+  assign states_4_began = state_4_began;
+  assign states_4_closed = state_4_closed;
   assign states_5_next = state_5_next;
   assign states_5_reader = state_5_reader;
   assign states_5_newer = state_5_newer;
   assign states_5_anyWritten = state_5_anyWritten;
+  assign states_5_ecatOpen = state_5_ecatOpen;
+  assign states_5_pdiOpen = state_5_pdiOpen;
+  assign states_5_touched = state_5_touched;
+  assign states_5_began = state_5_began;
+  assign states_5_closed = state_5_closed;
   assign states_6_next = state_6_next;
   assign states_6_reader = state_6_reader;
   assign states_6_newer = state_6_newer;
   assign states_6_anyWritten = state_6_anyWritten;
+  assign states_6_ecatOpen = state_6_ecatOpen;
+  assign states_6_pdiOpen = state_6_pdiOpen;
+  assign states_6_touched = state_6_touched;
+  assign states_6_began = state_6_began;
+  assign states_6_closed = state_6_closed;
   assign states_7_next = state_7_next;
   assign states_7_reader = state_7_reader;
   assign states_7_newer = state_7_newer;
   assign states_7_anyWritten = state_7_anyWritten;
+  assign states_7_ecatOpen = state_7_ecatOpen;
+  assign states_7_pdiOpen = state_7_pdiOpen;
+  assign states_7_touched = state_7_touched;
+  assign states_7_began = state_7_began;
+  assign states_7_closed = state_7_closed;
   assign writeEvent_0 = writeEvent_0_isWritten_0;
   assign writeEvent_1 = writeEvent_1_isWritten_1;
   assign writeEvent_2 = writeEvent_2_isWritten_2;
@@ -4844,8 +4643,757 @@ module SyncManagerStates(
   assign readEvent_5 = readEvent_5_isRead_5;
   assign readEvent_6 = readEvent_6_isRead_6;
   assign readEvent_7 = readEvent_7_isRead_7;
-  assign written_valid = acts & casez_tmp_8 & _logic_writeEvent;
+  assign written_valid = acts & chosen_works & _logic_writeEvent;
   assign written_bits = number;
+endmodule
+
+module SyncManagerStates(
+  input        clock,
+  input        reset,
+  input        settings_0_works,
+  input        settings_0_locked,
+  input        settings_0_isMailbox,
+  input        settings_0_ecatWrites,
+  input        settings_1_works,
+  input        settings_1_locked,
+  input        settings_1_isMailbox,
+  input        settings_1_ecatWrites,
+  input        settings_2_works,
+  input        settings_2_locked,
+  input        settings_2_isMailbox,
+  input        settings_2_ecatWrites,
+  input        settings_3_works,
+  input        settings_3_locked,
+  input        settings_3_isMailbox,
+  input        settings_3_ecatWrites,
+  input        settings_4_works,
+  input        settings_4_locked,
+  input        settings_4_isMailbox,
+  input        settings_4_ecatWrites,
+  input        settings_5_works,
+  input        settings_5_locked,
+  input        settings_5_isMailbox,
+  input        settings_5_ecatWrites,
+  input        settings_6_works,
+  input        settings_6_locked,
+  input        settings_6_isMailbox,
+  input        settings_6_ecatWrites,
+  input        settings_7_works,
+  input        settings_7_locked,
+  input        settings_7_isMailbox,
+  input        settings_7_ecatWrites,
+  input        ecat_turn,
+  input        ecat_request,
+  input  [2:0] ecat_number,
+  input        ecat_access_write,
+  input        ecat_access_touch,
+  input        ecat_access_first,
+  input        ecat_access_close,
+  input        ecat_access_single,
+  output       ecat_answer_allowed,
+  output       ecat_answer_inBuffer,
+  output [1:0] ecat_answer_buffer,
+  input        pdi_request,
+  output       pdi_granted,
+  input  [2:0] pdi_number,
+  input        pdi_access_write,
+  input        pdi_access_touch,
+  input        pdi_access_first,
+  input        pdi_access_close,
+  input        pdi_access_single,
+  output       pdi_answer_allowed,
+  output       pdi_answer_inBuffer,
+  output [1:0] pdi_answer_buffer,
+  output       pdi_answer_works,
+  output       pdi_answer_locked,
+  input        good,
+  input        bad,
+  output       walking,
+  output       settled,
+  output [1:0] states_0_next,
+  output [1:0] states_0_reader,
+  output       states_0_newer,
+  output       states_0_anyWritten,
+  output [1:0] states_1_next,
+  output [1:0] states_1_reader,
+  output       states_1_newer,
+  output       states_1_anyWritten,
+  output [1:0] states_2_next,
+  output [1:0] states_2_reader,
+  output       states_2_newer,
+  output       states_2_anyWritten,
+  output [1:0] states_3_next,
+  output [1:0] states_3_reader,
+  output       states_3_newer,
+  output       states_3_anyWritten,
+  output [1:0] states_4_next,
+  output [1:0] states_4_reader,
+  output       states_4_newer,
+  output       states_4_anyWritten,
+  output [1:0] states_5_next,
+  output [1:0] states_5_reader,
+  output       states_5_newer,
+  output       states_5_anyWritten,
+  output [1:0] states_6_next,
+  output [1:0] states_6_reader,
+  output       states_6_newer,
+  output       states_6_anyWritten,
+  output [1:0] states_7_next,
+  output [1:0] states_7_reader,
+  output       states_7_newer,
+  output       states_7_anyWritten,
+  output       writeEvent_0,
+  output       writeEvent_1,
+  output       writeEvent_2,
+  output       writeEvent_3,
+  output       writeEvent_4,
+  output       writeEvent_5,
+  output       writeEvent_6,
+  output       writeEvent_7,
+  output       readEvent_0,
+  output       readEvent_1,
+  output       readEvent_2,
+  output       readEvent_3,
+  output       readEvent_4,
+  output       readEvent_5,
+  output       readEvent_6,
+  output       readEvent_7,
+  output       written_valid,
+  output [2:0] written_bits
+);
+
+  wire [1:0] _bank_after_next;
+  wire [1:0] _bank_after_reader;
+  wire       _bank_after_newer;
+  wire       _bank_after_anyWritten;
+  wire       _bank_after_ecatOpen;
+  wire       _bank_after_pdiOpen;
+  wire       _bank_after_touched;
+  wire       _bank_after_began;
+  wire       _bank_after_closed;
+  wire       _bank_answer_allowed;
+  wire       _bank_answer_inBuffer;
+  wire [1:0] _bank_answer_buffer;
+  wire       _bank_answer_works;
+  wire       _bank_answer_locked;
+  wire [1:0] _bank_states_0_next;
+  wire [1:0] _bank_states_0_reader;
+  wire       _bank_states_0_newer;
+  wire       _bank_states_0_anyWritten;
+  wire       _bank_states_0_ecatOpen;
+  wire       _bank_states_0_pdiOpen;
+  wire       _bank_states_0_touched;
+  wire       _bank_states_0_began;
+  wire       _bank_states_0_closed;
+  wire [1:0] _bank_states_1_next;
+  wire [1:0] _bank_states_1_reader;
+  wire       _bank_states_1_newer;
+  wire       _bank_states_1_anyWritten;
+  wire       _bank_states_1_ecatOpen;
+  wire       _bank_states_1_pdiOpen;
+  wire       _bank_states_1_touched;
+  wire       _bank_states_1_began;
+  wire       _bank_states_1_closed;
+  wire [1:0] _bank_states_2_next;
+  wire [1:0] _bank_states_2_reader;
+  wire       _bank_states_2_newer;
+  wire       _bank_states_2_anyWritten;
+  wire       _bank_states_2_ecatOpen;
+  wire       _bank_states_2_pdiOpen;
+  wire       _bank_states_2_touched;
+  wire       _bank_states_2_began;
+  wire       _bank_states_2_closed;
+  wire [1:0] _bank_states_3_next;
+  wire [1:0] _bank_states_3_reader;
+  wire       _bank_states_3_newer;
+  wire       _bank_states_3_anyWritten;
+  wire       _bank_states_3_ecatOpen;
+  wire       _bank_states_3_pdiOpen;
+  wire       _bank_states_3_touched;
+  wire       _bank_states_3_began;
+  wire       _bank_states_3_closed;
+  wire [1:0] _bank_states_4_next;
+  wire [1:0] _bank_states_4_reader;
+  wire       _bank_states_4_newer;
+  wire       _bank_states_4_anyWritten;
+  wire       _bank_states_4_ecatOpen;
+  wire       _bank_states_4_pdiOpen;
+  wire       _bank_states_4_touched;
+  wire       _bank_states_4_began;
+  wire       _bank_states_4_closed;
+  wire [1:0] _bank_states_5_next;
+  wire [1:0] _bank_states_5_reader;
+  wire       _bank_states_5_newer;
+  wire       _bank_states_5_anyWritten;
+  wire       _bank_states_5_ecatOpen;
+  wire       _bank_states_5_pdiOpen;
+  wire       _bank_states_5_touched;
+  wire       _bank_states_5_began;
+  wire       _bank_states_5_closed;
+  wire [1:0] _bank_states_6_next;
+  wire [1:0] _bank_states_6_reader;
+  wire       _bank_states_6_newer;
+  wire       _bank_states_6_anyWritten;
+  wire       _bank_states_6_ecatOpen;
+  wire       _bank_states_6_pdiOpen;
+  wire       _bank_states_6_touched;
+  wire       _bank_states_6_began;
+  wire       _bank_states_6_closed;
+  wire [1:0] _bank_states_7_next;
+  wire [1:0] _bank_states_7_reader;
+  wire       _bank_states_7_newer;
+  wire       _bank_states_7_anyWritten;
+  wire       _bank_states_7_ecatOpen;
+  wire       _bank_states_7_pdiOpen;
+  wire       _bank_states_7_touched;
+  wire       _bank_states_7_began;
+  wire       _bank_states_7_closed;
+  reg        walks;
+  reg        wasGood;
+  reg  [2:0] walk;
+  reg        walking_REG;
+  reg        settled_r;
+  reg        settled_r_1;
+  wire       pdi_granted_0 = ~walks & ~good & ~bad & ~ecat_turn;
+  reg        bank_acts_REG;
+  wire [2:0] number = walks ? walk : ecat_turn ? ecat_number : pdi_number;
+  reg  [2:0] bank_number_REG;
+  reg        bank_chosen_REG_works;
+  reg        bank_chosen_REG_locked;
+  reg        bank_chosen_REG_isMailbox;
+  reg        bank_chosen_REG_ecatWrites;
+  reg        casez_tmp;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp = settings_0_works;
+      3'b001:
+        casez_tmp = settings_1_works;
+      3'b010:
+        casez_tmp = settings_2_works;
+      3'b011:
+        casez_tmp = settings_3_works;
+      3'b100:
+        casez_tmp = settings_4_works;
+      3'b101:
+        casez_tmp = settings_5_works;
+      3'b110:
+        casez_tmp = settings_6_works;
+      default:
+        casez_tmp = settings_7_works;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_0;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_0 = settings_0_locked;
+      3'b001:
+        casez_tmp_0 = settings_1_locked;
+      3'b010:
+        casez_tmp_0 = settings_2_locked;
+      3'b011:
+        casez_tmp_0 = settings_3_locked;
+      3'b100:
+        casez_tmp_0 = settings_4_locked;
+      3'b101:
+        casez_tmp_0 = settings_5_locked;
+      3'b110:
+        casez_tmp_0 = settings_6_locked;
+      default:
+        casez_tmp_0 = settings_7_locked;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_1;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_1 = settings_0_isMailbox;
+      3'b001:
+        casez_tmp_1 = settings_1_isMailbox;
+      3'b010:
+        casez_tmp_1 = settings_2_isMailbox;
+      3'b011:
+        casez_tmp_1 = settings_3_isMailbox;
+      3'b100:
+        casez_tmp_1 = settings_4_isMailbox;
+      3'b101:
+        casez_tmp_1 = settings_5_isMailbox;
+      3'b110:
+        casez_tmp_1 = settings_6_isMailbox;
+      default:
+        casez_tmp_1 = settings_7_isMailbox;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_2;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_2 = settings_0_ecatWrites;
+      3'b001:
+        casez_tmp_2 = settings_1_ecatWrites;
+      3'b010:
+        casez_tmp_2 = settings_2_ecatWrites;
+      3'b011:
+        casez_tmp_2 = settings_3_ecatWrites;
+      3'b100:
+        casez_tmp_2 = settings_4_ecatWrites;
+      3'b101:
+        casez_tmp_2 = settings_5_ecatWrites;
+      3'b110:
+        casez_tmp_2 = settings_6_ecatWrites;
+      default:
+        casez_tmp_2 = settings_7_ecatWrites;
+    endcase
+  end // always @(*)
+  reg  [1:0] casez_tmp_3;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_3 = _bank_states_0_next;
+      3'b001:
+        casez_tmp_3 = _bank_states_1_next;
+      3'b010:
+        casez_tmp_3 = _bank_states_2_next;
+      3'b011:
+        casez_tmp_3 = _bank_states_3_next;
+      3'b100:
+        casez_tmp_3 = _bank_states_4_next;
+      3'b101:
+        casez_tmp_3 = _bank_states_5_next;
+      3'b110:
+        casez_tmp_3 = _bank_states_6_next;
+      default:
+        casez_tmp_3 = _bank_states_7_next;
+    endcase
+  end // always @(*)
+  reg  [1:0] casez_tmp_4;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_4 = _bank_states_0_reader;
+      3'b001:
+        casez_tmp_4 = _bank_states_1_reader;
+      3'b010:
+        casez_tmp_4 = _bank_states_2_reader;
+      3'b011:
+        casez_tmp_4 = _bank_states_3_reader;
+      3'b100:
+        casez_tmp_4 = _bank_states_4_reader;
+      3'b101:
+        casez_tmp_4 = _bank_states_5_reader;
+      3'b110:
+        casez_tmp_4 = _bank_states_6_reader;
+      default:
+        casez_tmp_4 = _bank_states_7_reader;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_5;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_5 = _bank_states_0_newer;
+      3'b001:
+        casez_tmp_5 = _bank_states_1_newer;
+      3'b010:
+        casez_tmp_5 = _bank_states_2_newer;
+      3'b011:
+        casez_tmp_5 = _bank_states_3_newer;
+      3'b100:
+        casez_tmp_5 = _bank_states_4_newer;
+      3'b101:
+        casez_tmp_5 = _bank_states_5_newer;
+      3'b110:
+        casez_tmp_5 = _bank_states_6_newer;
+      default:
+        casez_tmp_5 = _bank_states_7_newer;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_6;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_6 = _bank_states_0_anyWritten;
+      3'b001:
+        casez_tmp_6 = _bank_states_1_anyWritten;
+      3'b010:
+        casez_tmp_6 = _bank_states_2_anyWritten;
+      3'b011:
+        casez_tmp_6 = _bank_states_3_anyWritten;
+      3'b100:
+        casez_tmp_6 = _bank_states_4_anyWritten;
+      3'b101:
+        casez_tmp_6 = _bank_states_5_anyWritten;
+      3'b110:
+        casez_tmp_6 = _bank_states_6_anyWritten;
+      default:
+        casez_tmp_6 = _bank_states_7_anyWritten;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_7;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_7 = _bank_states_0_ecatOpen;
+      3'b001:
+        casez_tmp_7 = _bank_states_1_ecatOpen;
+      3'b010:
+        casez_tmp_7 = _bank_states_2_ecatOpen;
+      3'b011:
+        casez_tmp_7 = _bank_states_3_ecatOpen;
+      3'b100:
+        casez_tmp_7 = _bank_states_4_ecatOpen;
+      3'b101:
+        casez_tmp_7 = _bank_states_5_ecatOpen;
+      3'b110:
+        casez_tmp_7 = _bank_states_6_ecatOpen;
+      default:
+        casez_tmp_7 = _bank_states_7_ecatOpen;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_8;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_8 = _bank_states_0_pdiOpen;
+      3'b001:
+        casez_tmp_8 = _bank_states_1_pdiOpen;
+      3'b010:
+        casez_tmp_8 = _bank_states_2_pdiOpen;
+      3'b011:
+        casez_tmp_8 = _bank_states_3_pdiOpen;
+      3'b100:
+        casez_tmp_8 = _bank_states_4_pdiOpen;
+      3'b101:
+        casez_tmp_8 = _bank_states_5_pdiOpen;
+      3'b110:
+        casez_tmp_8 = _bank_states_6_pdiOpen;
+      default:
+        casez_tmp_8 = _bank_states_7_pdiOpen;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_9;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_9 = _bank_states_0_touched;
+      3'b001:
+        casez_tmp_9 = _bank_states_1_touched;
+      3'b010:
+        casez_tmp_9 = _bank_states_2_touched;
+      3'b011:
+        casez_tmp_9 = _bank_states_3_touched;
+      3'b100:
+        casez_tmp_9 = _bank_states_4_touched;
+      3'b101:
+        casez_tmp_9 = _bank_states_5_touched;
+      3'b110:
+        casez_tmp_9 = _bank_states_6_touched;
+      default:
+        casez_tmp_9 = _bank_states_7_touched;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_10;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_10 = _bank_states_0_began;
+      3'b001:
+        casez_tmp_10 = _bank_states_1_began;
+      3'b010:
+        casez_tmp_10 = _bank_states_2_began;
+      3'b011:
+        casez_tmp_10 = _bank_states_3_began;
+      3'b100:
+        casez_tmp_10 = _bank_states_4_began;
+      3'b101:
+        casez_tmp_10 = _bank_states_5_began;
+      3'b110:
+        casez_tmp_10 = _bank_states_6_began;
+      default:
+        casez_tmp_10 = _bank_states_7_began;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_11;
+  always @(*) begin
+    casez (number)
+      3'b000:
+        casez_tmp_11 = _bank_states_0_closed;
+      3'b001:
+        casez_tmp_11 = _bank_states_1_closed;
+      3'b010:
+        casez_tmp_11 = _bank_states_2_closed;
+      3'b011:
+        casez_tmp_11 = _bank_states_3_closed;
+      3'b100:
+        casez_tmp_11 = _bank_states_4_closed;
+      3'b101:
+        casez_tmp_11 = _bank_states_5_closed;
+      3'b110:
+        casez_tmp_11 = _bank_states_6_closed;
+      default:
+        casez_tmp_11 = _bank_states_7_closed;
+    endcase
+  end // always @(*)
+  reg  [1:0] bank_state_REG_next;
+  reg  [1:0] bank_state_REG_reader;
+  reg        bank_state_REG_newer;
+  reg        bank_state_REG_anyWritten;
+  reg        bank_state_REG_ecatOpen;
+  reg        bank_state_REG_pdiOpen;
+  reg        bank_state_REG_touched;
+  reg        bank_state_REG_began;
+  reg        bank_state_REG_closed;
+  reg        bank_byPdi_REG;
+  reg        bank_good_REG;
+  reg        bank_bad_REG;
+  reg        bank_access_REG_write;
+  reg        bank_access_REG_touch;
+  reg        bank_access_REG_first;
+  reg        bank_access_REG_close;
+  reg        bank_access_REG_single;
+  reg        answer_allowed;
+  reg        answer_inBuffer;
+  reg  [1:0] answer_buffer;
+  reg        answer_works;
+  reg        answer_locked;
+  wire       isLast = walks & (&walk);
+  wire       _GEN = good | bad;
+  wire       accesses = (ecat_request | pdi_request & pdi_granted_0) & ~walks;
+  wire       _bank_state_T_1 = bank_acts_REG & bank_number_REG == number;
+  always @(posedge clock) begin
+    if (reset) begin
+      walks <= 1'h0;
+      walking_REG <= 1'h0;
+      settled_r <= 1'h0;
+      settled_r_1 <= 1'h0;
+      bank_acts_REG <= 1'h0;
+      bank_good_REG <= 1'h0;
+      bank_bad_REG <= 1'h0;
+    end
+    else begin
+      walks <= _GEN | (walks ? ~isLast : walks);
+      walking_REG <= walks;
+      settled_r <= isLast & wasGood;
+      settled_r_1 <= settled_r;
+      bank_acts_REG <= walks | accesses;
+      bank_good_REG <= walks & wasGood;
+      bank_bad_REG <= walks & ~wasGood;
+    end
+    if (_GEN) begin
+      wasGood <= good;
+      walk <= 3'h0;
+    end
+    else if (walks)
+      walk <= walk + 3'h1;
+    bank_number_REG <= number;
+    bank_chosen_REG_works <= casez_tmp;
+    bank_chosen_REG_locked <= casez_tmp_0;
+    bank_chosen_REG_isMailbox <= casez_tmp_1;
+    bank_chosen_REG_ecatWrites <= casez_tmp_2;
+    bank_state_REG_next <= _bank_state_T_1 ? _bank_after_next : casez_tmp_3;
+    bank_state_REG_reader <= _bank_state_T_1 ? _bank_after_reader : casez_tmp_4;
+    bank_state_REG_newer <= _bank_state_T_1 ? _bank_after_newer : casez_tmp_5;
+    bank_state_REG_anyWritten <= _bank_state_T_1 ? _bank_after_anyWritten : casez_tmp_6;
+    bank_state_REG_ecatOpen <= _bank_state_T_1 ? _bank_after_ecatOpen : casez_tmp_7;
+    bank_state_REG_pdiOpen <= _bank_state_T_1 ? _bank_after_pdiOpen : casez_tmp_8;
+    bank_state_REG_touched <= _bank_state_T_1 ? _bank_after_touched : casez_tmp_9;
+    bank_state_REG_began <= _bank_state_T_1 ? _bank_after_began : casez_tmp_10;
+    bank_state_REG_closed <= _bank_state_T_1 ? _bank_after_closed : casez_tmp_11;
+    bank_byPdi_REG <= ~ecat_turn;
+    bank_access_REG_write <= ecat_turn ? ecat_access_write : pdi_access_write;
+    bank_access_REG_touch <= accesses & (ecat_turn ? ecat_access_touch : pdi_access_touch);
+    bank_access_REG_first <= ecat_turn ? ecat_access_first : pdi_access_first;
+    bank_access_REG_close <= accesses & (ecat_turn ? ecat_access_close : pdi_access_close);
+    bank_access_REG_single <= ecat_turn ? ecat_access_single : pdi_access_single;
+    answer_allowed <= _bank_answer_allowed;
+    answer_inBuffer <= _bank_answer_inBuffer;
+    answer_buffer <= _bank_answer_buffer;
+    answer_works <= _bank_answer_works;
+    answer_locked <= _bank_answer_locked;
+  end // always @(posedge)
+  SyncManagerBank bank (
+    .clock               (clock),
+    .reset               (reset),
+    .works_0             (settings_0_works),
+    .works_1             (settings_1_works),
+    .works_2             (settings_2_works),
+    .works_3             (settings_3_works),
+    .works_4             (settings_4_works),
+    .works_5             (settings_5_works),
+    .works_6             (settings_6_works),
+    .works_7             (settings_7_works),
+    .acts                (bank_acts_REG),
+    .number              (bank_number_REG),
+    .chosen_works        (bank_chosen_REG_works),
+    .chosen_locked       (bank_chosen_REG_locked),
+    .chosen_isMailbox    (bank_chosen_REG_isMailbox),
+    .chosen_ecatWrites   (bank_chosen_REG_ecatWrites),
+    .state_next          (bank_state_REG_next),
+    .state_reader        (bank_state_REG_reader),
+    .state_newer         (bank_state_REG_newer),
+    .state_anyWritten    (bank_state_REG_anyWritten),
+    .state_ecatOpen      (bank_state_REG_ecatOpen),
+    .state_pdiOpen       (bank_state_REG_pdiOpen),
+    .state_touched       (bank_state_REG_touched),
+    .state_began         (bank_state_REG_began),
+    .state_closed        (bank_state_REG_closed),
+    .after_next          (_bank_after_next),
+    .after_reader        (_bank_after_reader),
+    .after_newer         (_bank_after_newer),
+    .after_anyWritten    (_bank_after_anyWritten),
+    .after_ecatOpen      (_bank_after_ecatOpen),
+    .after_pdiOpen       (_bank_after_pdiOpen),
+    .after_touched       (_bank_after_touched),
+    .after_began         (_bank_after_began),
+    .after_closed        (_bank_after_closed),
+    .access_write        (bank_access_REG_write),
+    .access_touch        (bank_access_REG_touch),
+    .access_first        (bank_access_REG_first),
+    .access_close        (bank_access_REG_close),
+    .access_single       (bank_access_REG_single),
+    .byPdi               (bank_byPdi_REG),
+    .good                (bank_good_REG),
+    .bad                 (bank_bad_REG),
+    .answer_allowed      (_bank_answer_allowed),
+    .answer_inBuffer     (_bank_answer_inBuffer),
+    .answer_buffer       (_bank_answer_buffer),
+    .answer_works        (_bank_answer_works),
+    .answer_locked       (_bank_answer_locked),
+    .states_0_next       (_bank_states_0_next),
+    .states_0_reader     (_bank_states_0_reader),
+    .states_0_newer      (_bank_states_0_newer),
+    .states_0_anyWritten (_bank_states_0_anyWritten),
+    .states_0_ecatOpen   (_bank_states_0_ecatOpen),
+    .states_0_pdiOpen    (_bank_states_0_pdiOpen),
+    .states_0_touched    (_bank_states_0_touched),
+    .states_0_began      (_bank_states_0_began),
+    .states_0_closed     (_bank_states_0_closed),
+    .states_1_next       (_bank_states_1_next),
+    .states_1_reader     (_bank_states_1_reader),
+    .states_1_newer      (_bank_states_1_newer),
+    .states_1_anyWritten (_bank_states_1_anyWritten),
+    .states_1_ecatOpen   (_bank_states_1_ecatOpen),
+    .states_1_pdiOpen    (_bank_states_1_pdiOpen),
+    .states_1_touched    (_bank_states_1_touched),
+    .states_1_began      (_bank_states_1_began),
+    .states_1_closed     (_bank_states_1_closed),
+    .states_2_next       (_bank_states_2_next),
+    .states_2_reader     (_bank_states_2_reader),
+    .states_2_newer      (_bank_states_2_newer),
+    .states_2_anyWritten (_bank_states_2_anyWritten),
+    .states_2_ecatOpen   (_bank_states_2_ecatOpen),
+    .states_2_pdiOpen    (_bank_states_2_pdiOpen),
+    .states_2_touched    (_bank_states_2_touched),
+    .states_2_began      (_bank_states_2_began),
+    .states_2_closed     (_bank_states_2_closed),
+    .states_3_next       (_bank_states_3_next),
+    .states_3_reader     (_bank_states_3_reader),
+    .states_3_newer      (_bank_states_3_newer),
+    .states_3_anyWritten (_bank_states_3_anyWritten),
+    .states_3_ecatOpen   (_bank_states_3_ecatOpen),
+    .states_3_pdiOpen    (_bank_states_3_pdiOpen),
+    .states_3_touched    (_bank_states_3_touched),
+    .states_3_began      (_bank_states_3_began),
+    .states_3_closed     (_bank_states_3_closed),
+    .states_4_next       (_bank_states_4_next),
+    .states_4_reader     (_bank_states_4_reader),
+    .states_4_newer      (_bank_states_4_newer),
+    .states_4_anyWritten (_bank_states_4_anyWritten),
+    .states_4_ecatOpen   (_bank_states_4_ecatOpen),
+    .states_4_pdiOpen    (_bank_states_4_pdiOpen),
+    .states_4_touched    (_bank_states_4_touched),
+    .states_4_began      (_bank_states_4_began),
+    .states_4_closed     (_bank_states_4_closed),
+    .states_5_next       (_bank_states_5_next),
+    .states_5_reader     (_bank_states_5_reader),
+    .states_5_newer      (_bank_states_5_newer),
+    .states_5_anyWritten (_bank_states_5_anyWritten),
+    .states_5_ecatOpen   (_bank_states_5_ecatOpen),
+    .states_5_pdiOpen    (_bank_states_5_pdiOpen),
+    .states_5_touched    (_bank_states_5_touched),
+    .states_5_began      (_bank_states_5_began),
+    .states_5_closed     (_bank_states_5_closed),
+    .states_6_next       (_bank_states_6_next),
+    .states_6_reader     (_bank_states_6_reader),
+    .states_6_newer      (_bank_states_6_newer),
+    .states_6_anyWritten (_bank_states_6_anyWritten),
+    .states_6_ecatOpen   (_bank_states_6_ecatOpen),
+    .states_6_pdiOpen    (_bank_states_6_pdiOpen),
+    .states_6_touched    (_bank_states_6_touched),
+    .states_6_began      (_bank_states_6_began),
+    .states_6_closed     (_bank_states_6_closed),
+    .states_7_next       (_bank_states_7_next),
+    .states_7_reader     (_bank_states_7_reader),
+    .states_7_newer      (_bank_states_7_newer),
+    .states_7_anyWritten (_bank_states_7_anyWritten),
+    .states_7_ecatOpen   (_bank_states_7_ecatOpen),
+    .states_7_pdiOpen    (_bank_states_7_pdiOpen),
+    .states_7_touched    (_bank_states_7_touched),
+    .states_7_began      (_bank_states_7_began),
+    .states_7_closed     (_bank_states_7_closed),
+    .writeEvent_0        (writeEvent_0),
+    .writeEvent_1        (writeEvent_1),
+    .writeEvent_2        (writeEvent_2),
+    .writeEvent_3        (writeEvent_3),
+    .writeEvent_4        (writeEvent_4),
+    .writeEvent_5        (writeEvent_5),
+    .writeEvent_6        (writeEvent_6),
+    .writeEvent_7        (writeEvent_7),
+    .readEvent_0         (readEvent_0),
+    .readEvent_1         (readEvent_1),
+    .readEvent_2         (readEvent_2),
+    .readEvent_3         (readEvent_3),
+    .readEvent_4         (readEvent_4),
+    .readEvent_5         (readEvent_5),
+    .readEvent_6         (readEvent_6),
+    .readEvent_7         (readEvent_7),
+    .written_valid       (written_valid),
+    .written_bits        (written_bits)
+  );
+  assign ecat_answer_allowed = answer_allowed;
+  assign ecat_answer_inBuffer = answer_inBuffer;
+  assign ecat_answer_buffer = answer_buffer;
+  assign pdi_granted = pdi_granted_0;
+  assign pdi_answer_allowed = answer_allowed;
+  assign pdi_answer_inBuffer = answer_inBuffer;
+  assign pdi_answer_buffer = answer_buffer;
+  assign pdi_answer_works = answer_works;
+  assign pdi_answer_locked = answer_locked;
+  assign walking = walks | good | bad | walking_REG;
+  assign settled = settled_r_1;
+  assign states_0_next = _bank_states_0_next;
+  assign states_0_reader = _bank_states_0_reader;
+  assign states_0_newer = _bank_states_0_newer;
+  assign states_0_anyWritten = _bank_states_0_anyWritten;
+  assign states_1_next = _bank_states_1_next;
+  assign states_1_reader = _bank_states_1_reader;
+  assign states_1_newer = _bank_states_1_newer;
+  assign states_1_anyWritten = _bank_states_1_anyWritten;
+  assign states_2_next = _bank_states_2_next;
+  assign states_2_reader = _bank_states_2_reader;
+  assign states_2_newer = _bank_states_2_newer;
+  assign states_2_anyWritten = _bank_states_2_anyWritten;
+  assign states_3_next = _bank_states_3_next;
+  assign states_3_reader = _bank_states_3_reader;
+  assign states_3_newer = _bank_states_3_newer;
+  assign states_3_anyWritten = _bank_states_3_anyWritten;
+  assign states_4_next = _bank_states_4_next;
+  assign states_4_reader = _bank_states_4_reader;
+  assign states_4_newer = _bank_states_4_newer;
+  assign states_4_anyWritten = _bank_states_4_anyWritten;
+  assign states_5_next = _bank_states_5_next;
+  assign states_5_reader = _bank_states_5_reader;
+  assign states_5_newer = _bank_states_5_newer;
+  assign states_5_anyWritten = _bank_states_5_anyWritten;
+  assign states_6_next = _bank_states_6_next;
+  assign states_6_reader = _bank_states_6_reader;
+  assign states_6_newer = _bank_states_6_newer;
+  assign states_6_anyWritten = _bank_states_6_anyWritten;
+  assign states_7_next = _bank_states_7_next;
+  assign states_7_reader = _bank_states_7_reader;
+  assign states_7_newer = _bank_states_7_newer;
+  assign states_7_anyWritten = _bank_states_7_anyWritten;
 endmodule
 
 module SyncManagers(
@@ -4861,18 +5409,17 @@ module SyncManagers(
   output [15:0] ecat_entries_0_length,
   output [17:0] ecat_entries_0_extent,
   output        ecat_entries_0_takesPart,
+  input         ecat_turn,
   input         ecat_request,
   input  [2:0]  ecat_number,
-  output        ecat_view_works,
-  output        ecat_view_ecatWrites,
-  output        ecat_view_ecatOpen,
-  output        ecat_view_ecatMayOpen,
-  output [1:0]  ecat_view_writerBuffer,
-  output [1:0]  ecat_view_readerBuffer,
+  input         ecat_access_write,
   input         ecat_access_touch,
   input         ecat_access_first,
   input         ecat_access_close,
   input         ecat_access_single,
+  output        ecat_answer_allowed,
+  output        ecat_answer_inBuffer,
+  output [1:0]  ecat_answer_buffer,
   output        ecat_ramOpen,
   input  [2:0]  pdi_index,
   output [2:0]  pdi_entries_0_index,
@@ -4883,17 +5430,16 @@ module SyncManagers(
   input         pdi_request,
   output        pdi_granted,
   input  [2:0]  pdi_number,
-  output        pdi_view_works,
-  output        pdi_view_locked,
-  output        pdi_view_ecatWrites,
-  output        pdi_view_pdiOpen,
-  output        pdi_view_pdiMayOpen,
-  output [1:0]  pdi_view_writerBuffer,
-  output [1:0]  pdi_view_readerBuffer,
+  input         pdi_access_write,
   input         pdi_access_touch,
   input         pdi_access_first,
   input         pdi_access_close,
   input         pdi_access_single,
+  output        pdi_answer_allowed,
+  output        pdi_answer_inBuffer,
+  output [1:0]  pdi_answer_buffer,
+  output        pdi_answer_works,
+  output        pdi_answer_locked,
   output        pdi_changing,
   output        pdi_ramOpen,
   input         ramOpen,
@@ -5393,120 +5939,118 @@ module SyncManagers(
   assign _states_settings_7_isMailbox = control_control_7[0];
   assign _states_settings_7_ecatWrites = control_control_7[1];
   SyncManagerStates states (
-    .clock                  (clock),
-    .reset                  (reset),
-    .settings_0_works       (_states_settings_0_works),
-    .settings_0_locked      (locked_0),
-    .settings_0_isMailbox   (_states_settings_0_isMailbox),
-    .settings_0_ecatWrites  (_states_settings_0_ecatWrites),
-    .settings_1_works       (_states_settings_1_works),
-    .settings_1_locked      (locked_1),
-    .settings_1_isMailbox   (_states_settings_1_isMailbox),
-    .settings_1_ecatWrites  (_states_settings_1_ecatWrites),
-    .settings_2_works       (_states_settings_2_works),
-    .settings_2_locked      (locked_2),
-    .settings_2_isMailbox   (_states_settings_2_isMailbox),
-    .settings_2_ecatWrites  (_states_settings_2_ecatWrites),
-    .settings_3_works       (_states_settings_3_works),
-    .settings_3_locked      (locked_3),
-    .settings_3_isMailbox   (_states_settings_3_isMailbox),
-    .settings_3_ecatWrites  (_states_settings_3_ecatWrites),
-    .settings_4_works       (_states_settings_4_works),
-    .settings_4_locked      (locked_4),
-    .settings_4_isMailbox   (_states_settings_4_isMailbox),
-    .settings_4_ecatWrites  (_states_settings_4_ecatWrites),
-    .settings_5_works       (_states_settings_5_works),
-    .settings_5_locked      (locked_5),
-    .settings_5_isMailbox   (_states_settings_5_isMailbox),
-    .settings_5_ecatWrites  (_states_settings_5_ecatWrites),
-    .settings_6_works       (_states_settings_6_works),
-    .settings_6_locked      (locked_6),
-    .settings_6_isMailbox   (_states_settings_6_isMailbox),
-    .settings_6_ecatWrites  (_states_settings_6_ecatWrites),
-    .settings_7_works       (_states_settings_7_works),
-    .settings_7_locked      (locked_7),
-    .settings_7_isMailbox   (_states_settings_7_isMailbox),
-    .settings_7_ecatWrites  (_states_settings_7_ecatWrites),
-    .ecat_request           (ecat_request),
-    .ecat_number            (ecat_number),
-    .ecat_view_works        (ecat_view_works),
-    .ecat_view_ecatWrites   (ecat_view_ecatWrites),
-    .ecat_view_ecatOpen     (ecat_view_ecatOpen),
-    .ecat_view_ecatMayOpen  (ecat_view_ecatMayOpen),
-    .ecat_view_writerBuffer (ecat_view_writerBuffer),
-    .ecat_view_readerBuffer (ecat_view_readerBuffer),
-    .ecat_access_touch      (ecat_access_touch),
-    .ecat_access_first      (ecat_access_first),
-    .ecat_access_close      (ecat_access_close),
-    .ecat_access_single     (ecat_access_single),
-    .pdi_request            (pdi_request),
-    .pdi_granted            (pdi_granted),
-    .pdi_number             (pdi_number),
-    .pdi_view_works         (pdi_view_works),
-    .pdi_view_locked        (pdi_view_locked),
-    .pdi_view_ecatWrites    (pdi_view_ecatWrites),
-    .pdi_view_pdiOpen       (pdi_view_pdiOpen),
-    .pdi_view_pdiMayOpen    (pdi_view_pdiMayOpen),
-    .pdi_view_writerBuffer  (pdi_view_writerBuffer),
-    .pdi_view_readerBuffer  (pdi_view_readerBuffer),
-    .pdi_access_touch       (pdi_access_touch),
-    .pdi_access_first       (pdi_access_first),
-    .pdi_access_close       (pdi_access_close),
-    .pdi_access_single      (pdi_access_single),
-    .good                   (good),
-    .bad                    (bad),
-    .walking                (_states_walking),
-    .settled                (settled),
-    .states_0_next          (_states_states_0_next),
-    .states_0_reader        (_states_states_0_reader),
-    .states_0_newer         (_states_states_0_newer),
-    .states_0_anyWritten    (_states_states_0_anyWritten),
-    .states_1_next          (_states_states_1_next),
-    .states_1_reader        (_states_states_1_reader),
-    .states_1_newer         (_states_states_1_newer),
-    .states_1_anyWritten    (_states_states_1_anyWritten),
-    .states_2_next          (_states_states_2_next),
-    .states_2_reader        (_states_states_2_reader),
-    .states_2_newer         (_states_states_2_newer),
-    .states_2_anyWritten    (_states_states_2_anyWritten),
-    .states_3_next          (_states_states_3_next),
-    .states_3_reader        (_states_states_3_reader),
-    .states_3_newer         (_states_states_3_newer),
-    .states_3_anyWritten    (_states_states_3_anyWritten),
-    .states_4_next          (_states_states_4_next),
-    .states_4_reader        (_states_states_4_reader),
-    .states_4_newer         (_states_states_4_newer),
-    .states_4_anyWritten    (_states_states_4_anyWritten),
-    .states_5_next          (_states_states_5_next),
-    .states_5_reader        (_states_states_5_reader),
-    .states_5_newer         (_states_states_5_newer),
-    .states_5_anyWritten    (_states_states_5_anyWritten),
-    .states_6_next          (_states_states_6_next),
-    .states_6_reader        (_states_states_6_reader),
-    .states_6_newer         (_states_states_6_newer),
-    .states_6_anyWritten    (_states_states_6_anyWritten),
-    .states_7_next          (_states_states_7_next),
-    .states_7_reader        (_states_states_7_reader),
-    .states_7_newer         (_states_states_7_newer),
-    .states_7_anyWritten    (_states_states_7_anyWritten),
-    .writeEvent_0           (_states_writeEvent_0),
-    .writeEvent_1           (_states_writeEvent_1),
-    .writeEvent_2           (_states_writeEvent_2),
-    .writeEvent_3           (_states_writeEvent_3),
-    .writeEvent_4           (_states_writeEvent_4),
-    .writeEvent_5           (_states_writeEvent_5),
-    .writeEvent_6           (_states_writeEvent_6),
-    .writeEvent_7           (_states_writeEvent_7),
-    .readEvent_0            (_states_readEvent_0),
-    .readEvent_1            (_states_readEvent_1),
-    .readEvent_2            (_states_readEvent_2),
-    .readEvent_3            (_states_readEvent_3),
-    .readEvent_4            (_states_readEvent_4),
-    .readEvent_5            (_states_readEvent_5),
-    .readEvent_6            (_states_readEvent_6),
-    .readEvent_7            (_states_readEvent_7),
-    .written_valid          (_states_written_valid),
-    .written_bits           (_states_written_bits)
+    .clock                 (clock),
+    .reset                 (reset),
+    .settings_0_works      (_states_settings_0_works),
+    .settings_0_locked     (locked_0),
+    .settings_0_isMailbox  (_states_settings_0_isMailbox),
+    .settings_0_ecatWrites (_states_settings_0_ecatWrites),
+    .settings_1_works      (_states_settings_1_works),
+    .settings_1_locked     (locked_1),
+    .settings_1_isMailbox  (_states_settings_1_isMailbox),
+    .settings_1_ecatWrites (_states_settings_1_ecatWrites),
+    .settings_2_works      (_states_settings_2_works),
+    .settings_2_locked     (locked_2),
+    .settings_2_isMailbox  (_states_settings_2_isMailbox),
+    .settings_2_ecatWrites (_states_settings_2_ecatWrites),
+    .settings_3_works      (_states_settings_3_works),
+    .settings_3_locked     (locked_3),
+    .settings_3_isMailbox  (_states_settings_3_isMailbox),
+    .settings_3_ecatWrites (_states_settings_3_ecatWrites),
+    .settings_4_works      (_states_settings_4_works),
+    .settings_4_locked     (locked_4),
+    .settings_4_isMailbox  (_states_settings_4_isMailbox),
+    .settings_4_ecatWrites (_states_settings_4_ecatWrites),
+    .settings_5_works      (_states_settings_5_works),
+    .settings_5_locked     (locked_5),
+    .settings_5_isMailbox  (_states_settings_5_isMailbox),
+    .settings_5_ecatWrites (_states_settings_5_ecatWrites),
+    .settings_6_works      (_states_settings_6_works),
+    .settings_6_locked     (locked_6),
+    .settings_6_isMailbox  (_states_settings_6_isMailbox),
+    .settings_6_ecatWrites (_states_settings_6_ecatWrites),
+    .settings_7_works      (_states_settings_7_works),
+    .settings_7_locked     (locked_7),
+    .settings_7_isMailbox  (_states_settings_7_isMailbox),
+    .settings_7_ecatWrites (_states_settings_7_ecatWrites),
+    .ecat_turn             (ecat_turn),
+    .ecat_request          (ecat_request),
+    .ecat_number           (ecat_number),
+    .ecat_access_write     (ecat_access_write),
+    .ecat_access_touch     (ecat_access_touch),
+    .ecat_access_first     (ecat_access_first),
+    .ecat_access_close     (ecat_access_close),
+    .ecat_access_single    (ecat_access_single),
+    .ecat_answer_allowed   (ecat_answer_allowed),
+    .ecat_answer_inBuffer  (ecat_answer_inBuffer),
+    .ecat_answer_buffer    (ecat_answer_buffer),
+    .pdi_request           (pdi_request),
+    .pdi_granted           (pdi_granted),
+    .pdi_number            (pdi_number),
+    .pdi_access_write      (pdi_access_write),
+    .pdi_access_touch      (pdi_access_touch),
+    .pdi_access_first      (pdi_access_first),
+    .pdi_access_close      (pdi_access_close),
+    .pdi_access_single     (pdi_access_single),
+    .pdi_answer_allowed    (pdi_answer_allowed),
+    .pdi_answer_inBuffer   (pdi_answer_inBuffer),
+    .pdi_answer_buffer     (pdi_answer_buffer),
+    .pdi_answer_works      (pdi_answer_works),
+    .pdi_answer_locked     (pdi_answer_locked),
+    .good                  (good),
+    .bad                   (bad),
+    .walking               (_states_walking),
+    .settled               (settled),
+    .states_0_next         (_states_states_0_next),
+    .states_0_reader       (_states_states_0_reader),
+    .states_0_newer        (_states_states_0_newer),
+    .states_0_anyWritten   (_states_states_0_anyWritten),
+    .states_1_next         (_states_states_1_next),
+    .states_1_reader       (_states_states_1_reader),
+    .states_1_newer        (_states_states_1_newer),
+    .states_1_anyWritten   (_states_states_1_anyWritten),
+    .states_2_next         (_states_states_2_next),
+    .states_2_reader       (_states_states_2_reader),
+    .states_2_newer        (_states_states_2_newer),
+    .states_2_anyWritten   (_states_states_2_anyWritten),
+    .states_3_next         (_states_states_3_next),
+    .states_3_reader       (_states_states_3_reader),
+    .states_3_newer        (_states_states_3_newer),
+    .states_3_anyWritten   (_states_states_3_anyWritten),
+    .states_4_next         (_states_states_4_next),
+    .states_4_reader       (_states_states_4_reader),
+    .states_4_newer        (_states_states_4_newer),
+    .states_4_anyWritten   (_states_states_4_anyWritten),
+    .states_5_next         (_states_states_5_next),
+    .states_5_reader       (_states_states_5_reader),
+    .states_5_newer        (_states_states_5_newer),
+    .states_5_anyWritten   (_states_states_5_anyWritten),
+    .states_6_next         (_states_states_6_next),
+    .states_6_reader       (_states_states_6_reader),
+    .states_6_newer        (_states_states_6_newer),
+    .states_6_anyWritten   (_states_states_6_anyWritten),
+    .states_7_next         (_states_states_7_next),
+    .states_7_reader       (_states_states_7_reader),
+    .states_7_newer        (_states_states_7_newer),
+    .states_7_anyWritten   (_states_states_7_anyWritten),
+    .writeEvent_0          (_states_writeEvent_0),
+    .writeEvent_1          (_states_writeEvent_1),
+    .writeEvent_2          (_states_writeEvent_2),
+    .writeEvent_3          (_states_writeEvent_3),
+    .writeEvent_4          (_states_writeEvent_4),
+    .writeEvent_5          (_states_writeEvent_5),
+    .writeEvent_6          (_states_writeEvent_6),
+    .writeEvent_7          (_states_writeEvent_7),
+    .readEvent_0           (_states_readEvent_0),
+    .readEvent_1           (_states_readEvent_1),
+    .readEvent_2           (_states_readEvent_2),
+    .readEvent_3           (_states_readEvent_3),
+    .readEvent_4           (_states_readEvent_4),
+    .readEvent_5           (_states_readEvent_5),
+    .readEvent_6           (_states_readEvent_6),
+    .readEvent_7           (_states_readEvent_7),
+    .written_valid         (_states_written_valid),
+    .written_bits          (_states_written_bits)
   );
   assign ecat_entries_0_index = last;
   assign ecat_entries_0_start = _table_0_readData_0[15:0];
@@ -5633,17 +6177,16 @@ module HostSequencer(
   output        areas_request,
   input         areas_granted,
   output [2:0]  areas_number,
-  input         areas_view_works,
-  input         areas_view_locked,
-  input         areas_view_ecatWrites,
-  input         areas_view_pdiOpen,
-  input         areas_view_pdiMayOpen,
-  input  [1:0]  areas_view_writerBuffer,
-  input  [1:0]  areas_view_readerBuffer,
+  output        areas_access_write,
   output        areas_access_touch,
   output        areas_access_first,
   output        areas_access_close,
   output        areas_access_single,
+  input         areas_answer_allowed,
+  input         areas_answer_inBuffer,
+  input  [1:0]  areas_answer_buffer,
+  input         areas_answer_works,
+  input         areas_answer_locked,
   input         areas_changing,
   input         areas_ramOpen,
   output        quiet
@@ -5654,101 +6197,103 @@ module HostSequencer(
   wire [15:0] _area_scan_result_length;
   wire        _area_scan_result_first;
   wire        _area_scan_result_last;
-  reg  [2:0]  state;
+  reg  [3:0]  state;
   reg         lane;
   reg  [7:0]  data;
-  reg  [15:0] through;
+  reg  [17:0] through;
   reg  [3:0]  count;
   reg         area_scan_entry_begins_REG;
   wire        single = _area_scan_result_first & _area_scan_result_last;
-  wire        right = areas_view_ecatWrites != host_write;
-  wire        plain = ~_area_scan_result_hit | ~areas_view_works & ~areas_view_locked;
-  wire        may =
-    plain | areas_view_works & (host_addr < 16'h1000 ? host_addr[7] : areas_ramOpen & host_addr < 16'h3000)
-    & (single | right & (areas_view_pdiOpen | _area_scan_result_first & areas_view_pdiMayOpen));
-  wire        inBuffer = _area_scan_result_hit & right & areas_view_works;
-  wire [1:0]  number = host_write ? areas_view_writerBuffer : areas_view_readerBuffer;
-  wire [17:0] moved =
-    {2'h0, host_addr}
-    + {1'h0,
-       plain | single
-         ? 17'h0
-         : number[1] ? {_area_scan_result_length, 1'h0} : {1'h0, number[0] ? _area_scan_result_length : 16'h0}};
-  wire        _host_rdata_T = state == 3'h1;
-  wire        _GEN = state == 3'h1;
-  wire        _GEN_0 = state == 3'h2;
-  wire        _GEN_1 = state == 3'h3;
-  wire        _GEN_2 = state == 3'h4;
-  wire        _GEN_3 = state == 3'h5;
-  wire        _GEN_4 = state == 3'h6;
-  wire        _GEN_5 = _GEN_4 & areas_granted;
-  wire        _GEN_6 = _GEN_2 | _GEN_3;
-  wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
-  reg  [3:0]  casez_tmp;
-  wire [3:0]  _GEN_8 = _GEN_7 | ~(&state) ? count : 4'h0;
-  always @(*) begin
-    casez (state)
-      3'b000:
-        casez_tmp = _GEN_8;
-      3'b001:
-        casez_tmp = count;
-      3'b010:
-        casez_tmp = count + 4'h1;
-      3'b011:
-        casez_tmp = count;
-      3'b100:
-        casez_tmp = count;
-      3'b101:
-        casez_tmp = count;
-      3'b110:
-        casez_tmp = count;
-      default:
-        casez_tmp = _GEN_8;
-    endcase
-  end // always @(*)
-  wire        _GEN_9 = _GEN_0 | _GEN_7;
-  reg  [2:0]  casez_tmp_0;
-  always @(*) begin
-    casez (state)
-      3'b000:
-        casez_tmp_0 = state;
-      3'b001:
-        casez_tmp_0 = memory_ack ? 3'h0 : state;
-      3'b010:
-        casez_tmp_0 = host_be ? (count == 4'hA ? 3'h3 : state) : 3'h7;
-      3'b011:
-        casez_tmp_0 = areas_granted ? (may ? 3'h4 : 3'h7) : state;
-      3'b100:
-        casez_tmp_0 = areas_granted ? ((|(moved[17:16])) ? 3'h6 : 3'h5) : state;
-      3'b101:
-        casez_tmp_0 = memory_ack ? 3'h6 : state;
-      3'b110:
-        casez_tmp_0 = areas_granted ? 3'h7 : state;
-      default:
-        casez_tmp_0 = {1'h0, lane, 1'h0};
-    endcase
-  end // always @(*)
+  wire        exists = host_addr < 16'h1000 ? host_addr[7] : areas_ramOpen & host_addr < 16'h3000;
+  reg         inBuffer;
+  wire        _areas_access_touch_T = state == 4'h3;
+  wire        _areas_access_close_T = state == 4'h7;
+  wire        _host_rdata_T = state == 4'h1;
+  wire        _GEN = state == 4'h1;
+  wire        _GEN_0 = state == 4'h2;
+  wire        _GEN_1 = state == 4'h3;
+  wire        _GEN_2 = state == 4'h4;
+  wire        _GEN_3 = state == 4'h5;
+  wire        _GEN_4 = state == 4'h6;
+  wire        _GEN_5 = state == 4'h7;
+  wire        _GEN_6 = state == 4'h8;
+  wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5;
+  wire        _GEN_8 = _GEN_0 | _GEN_7;
+  wire        plain = ~_area_scan_result_hit | ~areas_answer_works & ~areas_answer_locked;
+  wire        _GEN_9 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
   always @(posedge clock) begin
     if (reset)
-      state <= 3'h0;
-    else if (|state)
-      state <= casez_tmp_0;
+      state <= 4'h0;
+    else if (|state) begin
+      if (_GEN) begin
+        if (memory_ack)
+          state <= 4'h0;
+      end
+      else if (_GEN_0) begin
+        if (host_be) begin
+          if (count == 4'hA)
+            state <= 4'h3;
+        end
+        else
+          state <= 4'h8;
+      end
+      else if (_GEN_1) begin
+        if (_area_scan_result_hit) begin
+          if (areas_granted)
+            state <= 4'h4;
+        end
+        else
+          state <= 4'h5;
+      end
+      else if (_GEN_2)
+        state <= 4'h5;
+      else if (_GEN_3)
+        state <= plain | exists & areas_answer_allowed ? 4'h6 : 4'h8;
+      else if (_GEN_4) begin
+        if (memory_ack | (|(through[17:16])))
+          state <= 4'h7;
+      end
+      else if (_GEN_5) begin
+        if (~inBuffer | areas_granted)
+          state <= 4'h8;
+      end
+      else if (_GEN_6)
+        state <= {2'h0, lane, 1'h0};
+    end
     else if (host_req)
-      state <= {1'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1};
-    lane <= (|state) & (_GEN | _GEN_9 | ~(&state) ? lane : lane - 1'h1);
+      state <= {2'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1};
+    lane <= (|state) & (_GEN | _GEN_8 | ~_GEN_6 ? lane : lane - 1'h1);
     if (|state) begin
-      data <= {8{~(_GEN | _GEN_0 | _GEN_1 | _GEN_2)}} & {8{_GEN_3 & memory_ack}} & memory_rdata | data;
-      count <= casez_tmp;
+      data <= {8{~(_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3)}} & {8{_GEN_4 & memory_ack}} & memory_rdata | data;
+      if (~_GEN) begin
+        if (_GEN_0)
+          count <= count + 4'h1;
+        else if (_GEN_7 | ~_GEN_6) begin
+        end
+        else
+          count <= 4'h0;
+      end
     end
     else begin
       data <= 8'h0;
       count <= 4'h0;
     end
-    if (~(|state) | _GEN | _GEN_0 | _GEN_1 | ~_GEN_2) begin
+    if (_GEN_9) begin
     end
     else
-      through <= moved[15:0];
+      through <=
+        {2'h0, host_addr}
+        + {1'h0,
+           plain | single
+             ? 17'h0
+             : areas_answer_buffer[1]
+                 ? {_area_scan_result_length, 1'h0}
+                 : {1'h0, areas_answer_buffer[0] ? _area_scan_result_length : 16'h0}};
     area_scan_entry_begins_REG <= count == 4'h0;
+    if (_GEN_9) begin
+    end
+    else
+      inBuffer <= _area_scan_result_hit & exists & areas_answer_inBuffer;
   end // always @(posedge)
   assign _area_scan_entry_takesPart = areas_entries_0_takesPart & count < 4'h9;
   AreaScan area_scan (
@@ -5766,22 +6311,19 @@ module HostSequencer(
     .result_first    (_area_scan_result_first),
     .result_last     (_area_scan_result_last)
   );
-  assign host_ack = (|state) & (_GEN ? memory_ack : ~_GEN_9 & (&state) & ~lane);
+  assign host_ack = (|state) & (_GEN ? memory_ack : ~_GEN_8 & _GEN_6 & ~lane);
   assign host_rdata = _host_rdata_T ? memory_rdata : data;
-  assign memory_req = _host_rdata_T & (host_write | ~areas_changing) | state == 3'h5;
+  assign memory_req = _host_rdata_T & (host_write | ~areas_changing) | state == 4'h6 & ~(|(through[17:16]));
   assign memory_write = host_write;
-  assign memory_addr = _host_rdata_T ? host_addr : through;
+  assign memory_addr = _host_rdata_T ? host_addr : through[15:0];
   assign memory_wdata = host_wdata;
   assign memory_be = ~_host_rdata_T | host_be;
   assign areas_index = count[3] ? 3'h7 : count[2:0];
-  assign areas_request = state == 3'h3 | state == 3'h4 | state == 3'h6;
-  assign areas_access_touch =
-    ~(~(|state) | _GEN | _GEN_0)
-    & (_GEN_1 ? areas_granted & may & inBuffer & ~single : ~_GEN_6 & _GEN_5 & inBuffer & single);
+  assign areas_request = _areas_access_touch_T & _area_scan_result_hit | _areas_access_close_T & inBuffer;
+  assign areas_access_write = host_write;
+  assign areas_access_touch = exists & _areas_access_touch_T != single;
   assign areas_access_first = _area_scan_result_first;
-  assign areas_access_close =
-    ~(~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_6) & _GEN_5 & inBuffer & _area_scan_result_last
-    & (single | areas_view_pdiOpen);
+  assign areas_access_close = _areas_access_close_T & _area_scan_result_last;
   assign areas_access_single = single;
   assign quiet = ~(|state);
 endmodule
@@ -7072,6 +7614,7 @@ module et1100(
   wire [2:0]  _syncManagers_pdi_index;
   wire        _syncManagers_pdi_request;
   wire [2:0]  _syncManagers_pdi_number;
+  wire        _syncManagers_pdi_access_write;
   wire        _syncManagers_pdi_access_touch;
   wire        _syncManagers_pdi_access_first;
   wire        _syncManagers_pdi_access_close;
@@ -7084,13 +7627,11 @@ module et1100(
   wire [17:0] _syncManagers_pdi_entries_0_extent;
   wire        _syncManagers_pdi_entries_0_takesPart;
   wire        _syncManagers_pdi_granted;
-  wire        _syncManagers_pdi_view_works;
-  wire        _syncManagers_pdi_view_locked;
-  wire        _syncManagers_pdi_view_ecatWrites;
-  wire        _syncManagers_pdi_view_pdiOpen;
-  wire        _syncManagers_pdi_view_pdiMayOpen;
-  wire [1:0]  _syncManagers_pdi_view_writerBuffer;
-  wire [1:0]  _syncManagers_pdi_view_readerBuffer;
+  wire        _syncManagers_pdi_answer_allowed;
+  wire        _syncManagers_pdi_answer_inBuffer;
+  wire [1:0]  _syncManagers_pdi_answer_buffer;
+  wire        _syncManagers_pdi_answer_works;
+  wire        _syncManagers_pdi_answer_locked;
   wire        _syncManagers_pdi_changing;
   wire        _syncManagers_pdi_ramOpen;
   wire        _syncManagers_ecatEvent_0;
@@ -7258,12 +7799,9 @@ module et1100(
   wire [15:0] _processor_areas_entries_0_length;
   wire [17:0] _processor_areas_entries_0_extent;
   wire        _processor_areas_entries_0_takesPart;
-  wire        _processor_areas_view_works;
-  wire        _processor_areas_view_ecatWrites;
-  wire        _processor_areas_view_ecatOpen;
-  wire        _processor_areas_view_ecatMayOpen;
-  wire [1:0]  _processor_areas_view_writerBuffer;
-  wire [1:0]  _processor_areas_view_readerBuffer;
+  wire        _processor_areas_answer_allowed;
+  wire        _processor_areas_answer_inBuffer;
+  wire [1:0]  _processor_areas_answer_buffer;
   wire        _processor_areas_ramOpen;
   wire        _processor_buffersSettled;
   wire        _processor_out_valid;
@@ -7280,8 +7818,10 @@ module et1100(
   wire        _processor_frameBad;
   wire        _processor_busy;
   wire [2:0]  _processor_areas_index;
+  wire        _processor_areas_turn;
   wire        _processor_areas_request;
   wire [2:0]  _processor_areas_number;
+  wire        _processor_areas_access_write;
   wire        _processor_areas_access_touch;
   wire        _processor_areas_access_first;
   wire        _processor_areas_access_close;
@@ -8067,18 +8607,17 @@ module et1100(
     .areas_entries_0_length     (_processor_areas_entries_0_length),
     .areas_entries_0_extent     (_processor_areas_entries_0_extent),
     .areas_entries_0_takesPart  (_processor_areas_entries_0_takesPart),
+    .areas_turn                 (_processor_areas_turn),
     .areas_request              (_processor_areas_request),
     .areas_number               (_processor_areas_number),
-    .areas_view_works           (_processor_areas_view_works),
-    .areas_view_ecatWrites      (_processor_areas_view_ecatWrites),
-    .areas_view_ecatOpen        (_processor_areas_view_ecatOpen),
-    .areas_view_ecatMayOpen     (_processor_areas_view_ecatMayOpen),
-    .areas_view_writerBuffer    (_processor_areas_view_writerBuffer),
-    .areas_view_readerBuffer    (_processor_areas_view_readerBuffer),
+    .areas_access_write         (_processor_areas_access_write),
     .areas_access_touch         (_processor_areas_access_touch),
     .areas_access_first         (_processor_areas_access_first),
     .areas_access_close         (_processor_areas_access_close),
     .areas_access_single        (_processor_areas_access_single),
+    .areas_answer_allowed       (_processor_areas_answer_allowed),
+    .areas_answer_inBuffer      (_processor_areas_answer_inBuffer),
+    .areas_answer_buffer        (_processor_areas_answer_buffer),
     .areas_ramOpen              (_processor_areas_ramOpen),
     .buffersSettled             (_processor_buffersSettled)
   );
@@ -8423,18 +8962,17 @@ module et1100(
     .ecat_entries_0_length    (_processor_areas_entries_0_length),
     .ecat_entries_0_extent    (_processor_areas_entries_0_extent),
     .ecat_entries_0_takesPart (_processor_areas_entries_0_takesPart),
+    .ecat_turn                (_processor_areas_turn),
     .ecat_request             (_processor_areas_request),
     .ecat_number              (_processor_areas_number),
-    .ecat_view_works          (_processor_areas_view_works),
-    .ecat_view_ecatWrites     (_processor_areas_view_ecatWrites),
-    .ecat_view_ecatOpen       (_processor_areas_view_ecatOpen),
-    .ecat_view_ecatMayOpen    (_processor_areas_view_ecatMayOpen),
-    .ecat_view_writerBuffer   (_processor_areas_view_writerBuffer),
-    .ecat_view_readerBuffer   (_processor_areas_view_readerBuffer),
+    .ecat_access_write        (_processor_areas_access_write),
     .ecat_access_touch        (_processor_areas_access_touch),
     .ecat_access_first        (_processor_areas_access_first),
     .ecat_access_close        (_processor_areas_access_close),
     .ecat_access_single       (_processor_areas_access_single),
+    .ecat_answer_allowed      (_processor_areas_answer_allowed),
+    .ecat_answer_inBuffer     (_processor_areas_answer_inBuffer),
+    .ecat_answer_buffer       (_processor_areas_answer_buffer),
     .ecat_ramOpen             (_processor_areas_ramOpen),
     .pdi_index                (_syncManagers_pdi_index),
     .pdi_entries_0_index      (_syncManagers_pdi_entries_0_index),
@@ -8445,17 +8983,16 @@ module et1100(
     .pdi_request              (_syncManagers_pdi_request),
     .pdi_granted              (_syncManagers_pdi_granted),
     .pdi_number               (_syncManagers_pdi_number),
-    .pdi_view_works           (_syncManagers_pdi_view_works),
-    .pdi_view_locked          (_syncManagers_pdi_view_locked),
-    .pdi_view_ecatWrites      (_syncManagers_pdi_view_ecatWrites),
-    .pdi_view_pdiOpen         (_syncManagers_pdi_view_pdiOpen),
-    .pdi_view_pdiMayOpen      (_syncManagers_pdi_view_pdiMayOpen),
-    .pdi_view_writerBuffer    (_syncManagers_pdi_view_writerBuffer),
-    .pdi_view_readerBuffer    (_syncManagers_pdi_view_readerBuffer),
+    .pdi_access_write         (_syncManagers_pdi_access_write),
     .pdi_access_touch         (_syncManagers_pdi_access_touch),
     .pdi_access_first         (_syncManagers_pdi_access_first),
     .pdi_access_close         (_syncManagers_pdi_access_close),
     .pdi_access_single        (_syncManagers_pdi_access_single),
+    .pdi_answer_allowed       (_syncManagers_pdi_answer_allowed),
+    .pdi_answer_inBuffer      (_syncManagers_pdi_answer_inBuffer),
+    .pdi_answer_buffer        (_syncManagers_pdi_answer_buffer),
+    .pdi_answer_works         (_syncManagers_pdi_answer_works),
+    .pdi_answer_locked        (_syncManagers_pdi_answer_locked),
     .pdi_changing             (_syncManagers_pdi_changing),
     .pdi_ramOpen              (_syncManagers_pdi_ramOpen),
     .ramOpen                  (_syncManagers_ramOpen),
@@ -8555,17 +9092,16 @@ module et1100(
     .areas_request             (_syncManagers_pdi_request),
     .areas_granted             (_syncManagers_pdi_granted),
     .areas_number              (_syncManagers_pdi_number),
-    .areas_view_works          (_syncManagers_pdi_view_works),
-    .areas_view_locked         (_syncManagers_pdi_view_locked),
-    .areas_view_ecatWrites     (_syncManagers_pdi_view_ecatWrites),
-    .areas_view_pdiOpen        (_syncManagers_pdi_view_pdiOpen),
-    .areas_view_pdiMayOpen     (_syncManagers_pdi_view_pdiMayOpen),
-    .areas_view_writerBuffer   (_syncManagers_pdi_view_writerBuffer),
-    .areas_view_readerBuffer   (_syncManagers_pdi_view_readerBuffer),
+    .areas_access_write        (_syncManagers_pdi_access_write),
     .areas_access_touch        (_syncManagers_pdi_access_touch),
     .areas_access_first        (_syncManagers_pdi_access_first),
     .areas_access_close        (_syncManagers_pdi_access_close),
     .areas_access_single       (_syncManagers_pdi_access_single),
+    .areas_answer_allowed      (_syncManagers_pdi_answer_allowed),
+    .areas_answer_inBuffer     (_syncManagers_pdi_answer_inBuffer),
+    .areas_answer_buffer       (_syncManagers_pdi_answer_buffer),
+    .areas_answer_works        (_syncManagers_pdi_answer_works),
+    .areas_answer_locked       (_syncManagers_pdi_answer_locked),
     .areas_changing            (_syncManagers_pdi_changing),
     .areas_ramOpen             (_syncManagers_pdi_ramOpen),
     .quiet                     (_hostSequencer_quiet)

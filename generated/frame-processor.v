@@ -443,12 +443,13 @@ module EscMemory(
   wire        _file_readableByPdi;
   wire        _file_writableByEcat;
   wire        _file_writableByPdi;
-  wire [15:0] readAddress = ecat_read ? ecat_readAddress[15:0] : host_addr;
-  reg         registerHit;
+  wire [16:0] _GEN = {1'h0, host_addr};
+  wire [16:0] readAddress = ecat_read ? ecat_readAddress : _GEN;
   reg         ramHit;
+  reg         registerHit;
   reg  [7:0]  registerData;
-  wire [7:0]  fromRam = {8{ramHit}};
-  wire [7:0]  readData = fromRam & _ram_readData | ~fromRam & {8{registerHit}} & registerData;
+  reg         fromRam;
+  wire [7:0]  readData = {8{fromRam}} & _ram_readData | registerData;
   reg         ecat_readable_register;
   reg         ecat_writable_register;
   reg         forHost_register;
@@ -457,45 +458,50 @@ module EscMemory(
   wire        hostTarget_register = host_addr[15:12] == 4'h0 & ~hostTarget_user;
   wire        ecatToRam =
     ecat_write & (ecatTarget_user | (|(ecat_writeAddress[15:12])) & {1'h0, ecat_writeAddress} < 17'h1000 & ramOpen);
-  reg         lookedUp;
+  reg         looksUp;
+  reg         known;
+  reg         arrives;
   reg         hostMay;
-  wire        hostWrite = lookedUp & (hostTarget_register ? ~_log_replay_valid : ~ecatToRam);
   reg         hostMask;
-  reg         lookUpArrived;
+  wire        hostWrite = (arrives | known) & (hostTarget_register ? ~_log_replay_valid : ~ecatToRam);
   reg         registerWrite_valid_REG;
   reg  [11:0] registerWrite_bits_REG_address;
   reg         registerWrite_bits_REG_mask;
   reg  [7:0]  registerWrite_bits_REG_data;
   reg         file_write_REG;
   reg         host_ack_REG;
-  wire        hostLookUp = host_req & host_write & ~lookedUp & ~ecat_read & ~host_ack_REG;
-  wire        _readTarget_T_1 = ecat_read & ecat_readAddress[16];
+  wire        hostLookUp = host_req & host_write & ~looksUp & ~ecat_read & ~host_ack_REG;
   wire        readTarget_user = readAddress[15:7] == 9'h1F;
+  wire        readTarget_register = ~(readAddress[16]) & readAddress[15:12] == 4'h0 & ~readTarget_user;
+  wire        readTarget_ram =
+    ~(readAddress[16]) & (readTarget_user | (|(readAddress[15:12])) & {1'h0, readAddress[15:0]} < 17'h1000 & ramOpen);
   always @(posedge clock) begin
-    registerHit <= ~_readTarget_T_1 & readAddress[15:12] == 4'h0 & ~readTarget_user;
-    ramHit <= ~_readTarget_T_1 & (readTarget_user | (|(readAddress[15:12])) & {1'h0, readAddress} < 17'h1000 & ramOpen);
-    registerData <= _file_readData;
+    ramHit <= readTarget_ram;
+    registerHit <= readTarget_register;
+    registerData <= {8{readTarget_register}} & _file_readData;
+    fromRam <= readTarget_ram;
     ecat_readable_register <= _file_readableByEcat;
     ecat_writable_register <= _file_writableByEcat;
     forHost_register <= _file_readableByPdi;
     hostMay <= _file_writableByPdi;
     registerWrite_bits_REG_address <= _log_replay_valid ? _log_replay_bits_address : host_addr[11:0];
-    registerWrite_bits_REG_mask <=
-      _log_replay_valid ? _log_replay_bits_mask : host_be & (lookUpArrived ? hostMay : hostMask);
+    registerWrite_bits_REG_mask <= _log_replay_valid ? _log_replay_bits_mask : host_be & (arrives ? hostMay : hostMask);
     registerWrite_bits_REG_data <= _log_replay_valid ? _log_replay_bits_data : host_wdata;
     if (reset) begin
-      lookedUp <= 1'h0;
+      looksUp <= 1'h0;
+      known <= 1'h0;
+      arrives <= 1'h0;
       hostMask <= 1'h0;
-      lookUpArrived <= 1'h0;
       registerWrite_valid_REG <= 1'h0;
       file_write_REG <= 1'h0;
       host_ack_REG <= 1'h0;
     end
     else begin
-      lookedUp <= ~hostWrite & (hostLookUp | lookedUp);
-      if (lookUpArrived)
+      looksUp <= ~hostWrite & (hostLookUp | looksUp);
+      known <= ~hostWrite & (arrives | known);
+      arrives <= hostLookUp;
+      if (arrives)
         hostMask <= hostMay;
-      lookUpArrived <= hostLookUp;
       registerWrite_valid_REG <= _log_replay_valid | hostWrite & hostTarget_register;
       file_write_REG <= 1'h1;
       host_ack_REG <= host_req & ~host_write & ~ecat_read & ~host_ack_REG | hostWrite;
@@ -550,7 +556,7 @@ module EscMemory(
   assign _ram_writeMask =
     ecatToRam
       ? ecat_writeMask
-      : hostWrite & (hostTarget_user | (|(host_addr[15:12])) & {1'h0, host_addr} < 17'h1000 & ramOpen) & host_be;
+      : hostWrite & (hostTarget_user | (|(host_addr[15:12])) & _GEN < 17'h1000 & ramOpen) & host_be;
   assign _ram_writePlace_process = ecatToRam ? (|(ecat_writeAddress[15:12])) : (|(host_addr[15:12]));
   assign _ram_writePlace_index =
     ecatToRam
@@ -589,7 +595,7 @@ module EscMemory(
   assign ecat_readable = ramHit | registerHit & ecat_readable_register;
   assign ecat_writable = ramHit | registerHit & ecat_writable_register;
   assign host_ack = host_ack_REG;
-  assign host_rdata = readData & (fromRam | {8{forHost_register}});
+  assign host_rdata = readData & {8{ramHit | forHost_register}};
   assign registerWrite_valid = registerWrite_valid_REG;
   assign registerWrite_bits_address = registerWrite_bits_REG_address;
   assign registerWrite_bits_mask = registerWrite_bits_REG_mask;
@@ -1022,10 +1028,11 @@ module FrameProcessor(
   wire        _circulate_T_1 = _parser_position_datagram < 8'hF;
   reg         destroy;
   reg         carry;
+  reg         increments;
+  reg         readWrite;
   wire        _lengthTop_T = _parser_position_part == 4'h3;
   wire        circulate =
-    in_payload & _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating
-    & _circulate_T_1;
+    _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & _circulate_T_1;
   reg  [31:0] changesBefore;
   reg  [3:0]  lastChange;
   wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
@@ -1048,7 +1055,7 @@ module FrameProcessor(
   wire        running = _busy_T | ~in_payload;
   wire        active = step & in_valid;
   wire        inCounter =
-    in_payload & _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
+    _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
   wire [4:0]  sum =
     {1'h0, in_data}
     + {2'h0,
@@ -1056,23 +1063,21 @@ module FrameProcessor(
          ? {2'h0, carry}
          : inCounter
              ? {2'h0, _access_readSuccess}
-               + {1'h0, _header_request_readWrite ? {_access_writeSuccess, 1'h0} : {1'h0, _access_writeSuccess}}
+               + {1'h0, readWrite ? {_access_writeSuccess, 1'h0} : {1'h0, _access_writeSuccess}}
              : 3'h1};
   wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire [3:0]  data =
     in_payload
-      ? (in_payload & _parser_position_part == 4'h0 & _parser_position_byte == 5'h6 & ~_parser_position_high & destroy
+      ? (_parser_position_part == 4'h0 & _parser_position_byte == 5'h6 & ~_parser_position_high & destroy
            ? {in_data[3:2], in_data[1:0] | 2'h2}
-           : in_payload & _parser_position_part == 4'h1
-             & (_parser_position_byte == 5'h1A | _parser_position_byte == 5'h1B)
+           : _parser_position_part == 4'h1 & (_parser_position_byte == 5'h1A | _parser_position_byte == 5'h1B)
                ? 4'h0
-               : in_payload & _lengthTop_T & (_parser_position_byte == 5'h2 | _parser_position_byte == 5'h3)
-                 & _header_request_incrementsAdp & _circulate_T_1 | inCounter
+               : _lengthTop_T & (_parser_position_byte == 5'h2 | _parser_position_byte == 5'h3) & increments
+                 & _circulate_T_1 | inCounter
                    ? sum[3:0]
                    : circulate
                        ? {in_data[3], in_data[2:0] | 3'h4}
-                       : in_payload & _lengthTop_T & (_parser_position_byte == 5'h8 | _parser_position_byte == 5'h9)
-                         & _circulate_T_1
+                       : _lengthTop_T & (_parser_position_byte == 5'h8 | _parser_position_byte == 5'h9) & _circulate_T_1
                            ? in_data
                            : (|_access_readMask)
                                ? _access_readNibble & _access_readMask | in_data
@@ -1098,6 +1103,8 @@ module FrameProcessor(
         changesBefore <= 32'h0;
       lastChange <= in_payload ? in_data ^ data : 4'h0;
     end
+    increments <= _header_request_incrementsAdp;
+    readWrite <= _header_request_readWrite;
     if (step)
       oddChanges <= |changes;
     if (reset) begin
