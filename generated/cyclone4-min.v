@@ -13,6 +13,7 @@
 //   watchdogs                       0  switch
 //   leds                            0  switch
 //   digitalOutputs                  0  bytes
+//   alarm                           0  switch
 //   sii                             0  code
 //   siiClockKhz                   400  kHz
 //   siiStartUs                    100  us

@@ -14,6 +14,7 @@
 //   watchdogs                       1  switch
 //   leds                            1  switch
 //   digitalOutputs                  0  bytes
+//   alarm                           0  switch
 //   sii                             1  code
 //   siiClockKhz                   400  kHz
 //   siiStartUs                    100  us
@@ -7581,19 +7582,19 @@ module et1100(
   wire        _led_run_write_valid;
   wire [4:0]  _led_run_write_bits;
   wire [3:0]  _led_run_code;
-  wire        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
-  wire        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired;
-  wire        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired;
-  wire        _processor_config_ecatEvents_application_watchdog_watchdogDivider_tick;
-  wire        _processor_config_ecatEvents_application_alControlWritten;
-  wire        _processor_config_ecatEvents_application_alControlRead;
-  wire [15:0] _processor_config_ecatEvents_application_dlStatus;
-  wire [7:0]  _processor_config_ecatEvents_application_smEcatEvents;
-  wire [7:0]  _processor_config_ecatEvents_application_smAlEvents;
-  wire [7:0]  _processor_config_ecatEvents_application_smChanged;
-  wire [15:0] _processor_config_ecatEvents_application_alMask;
-  wire [15:0] _processor_config_ecatEvents_application_ecatEvents;
-  wire [31:0] _processor_config_ecatEvents_application_alEvents;
+  wire        _application_watchdog_watchdog_watchdog_time_pdi_running;
+  wire        _application_watchdog_watchdog_watchdog_time_pdi_expired;
+  wire        _application_watchdog_watchdog_watchdog_time_process_data_expired;
+  wire        _application_watchdog_watchdogDivider_tick;
+  wire        _application_alControlWritten;
+  wire        _application_alControlRead;
+  wire [15:0] _application_dlStatus;
+  wire [7:0]  _application_smEcatEvents;
+  wire [7:0]  _application_smAlEvents;
+  wire [7:0]  _application_smChanged;
+  wire [15:0] _application_alMask;
+  wire [15:0] _application_ecatEvents;
+  wire [31:0] _application_alEvents;
   wire        _operational_sii_lines_twoByte_crossing_out;
   wire        _operational_sii_lines_twoByte;
   wire        _operational_sii_lines_sda;
@@ -8056,27 +8057,27 @@ module et1100(
   reg         syncManagers_quiet_r_5;
   reg         syncManagers_quiet_r_6;
   reg         syncManagers_quiet_r_7;
-  reg  [6:0]  processor_config_ecatEvents_alChanged_REG;
-  wire        alChanged = _memory_value_al_status != processor_config_ecatEvents_alChanged_REG;
-  reg         processor_config_ecatEvents_application_smChanged_sm0_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG;
-  reg         processor_config_ecatEvents_application_smChanged_sm1_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG_1;
-  reg         processor_config_ecatEvents_application_smChanged_sm2_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG_2;
-  reg         processor_config_ecatEvents_application_smChanged_sm3_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG_3;
-  reg         processor_config_ecatEvents_application_smChanged_sm4_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG_4;
-  reg         processor_config_ecatEvents_application_smChanged_sm5_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG_5;
-  reg         processor_config_ecatEvents_application_smChanged_sm6_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG_6;
-  reg         processor_config_ecatEvents_application_smChanged_sm7_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG_7;
-  reg         processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG;
-  reg         processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG;
-  reg         processor_config_ecatEvents_application_watchdog_watchdog_event;
+  reg  [6:0]  alChanged_REG;
+  wire        alChanged = _memory_value_al_status != alChanged_REG;
+  reg         application_smChanged_sm0_changed;
+  reg         application_smChanged_REG;
+  reg         application_smChanged_sm1_changed;
+  reg         application_smChanged_REG_1;
+  reg         application_smChanged_sm2_changed;
+  reg         application_smChanged_REG_2;
+  reg         application_smChanged_sm3_changed;
+  reg         application_smChanged_REG_3;
+  reg         application_smChanged_sm4_changed;
+  reg         application_smChanged_REG_4;
+  reg         application_smChanged_sm5_changed;
+  reg         application_smChanged_REG_5;
+  reg         application_smChanged_sm6_changed;
+  reg         application_smChanged_REG_6;
+  reg         application_smChanged_sm7_changed;
+  reg         application_smChanged_REG_7;
+  reg         application_watchdog_watchdog_watchdog_time_process_data_restart_REG;
+  reg         application_watchdog_watchdog_watchdog_time_pdi_restart_REG;
+  reg         application_watchdog_watchdog_event;
   reg  [22:0] tick_value;
   wire        tick = tick_value == 23'h4C4B3F;
   reg  [3:0]  latched;
@@ -8093,28 +8094,28 @@ module et1100(
   reg         memory_event_lost_link_port1_REG;
   reg         memory_event_lost_link_port2_REG;
   reg         memory_event_lost_link_port3_REG;
-  wire        processor_config_ecatEvents_application_smChanged_changes =
+  wire        application_smChanged_changes =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h806 & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm0_repeat_request, _memory_value_sm0_enable};
-  wire        processor_config_ecatEvents_application_smChanged_changes_1 =
+  wire        application_smChanged_changes_1 =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h80E & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm1_repeat_request, _memory_value_sm1_enable};
-  wire        processor_config_ecatEvents_application_smChanged_changes_2 =
+  wire        application_smChanged_changes_2 =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h816 & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm2_repeat_request, _memory_value_sm2_enable};
-  wire        processor_config_ecatEvents_application_smChanged_changes_3 =
+  wire        application_smChanged_changes_3 =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h81E & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm3_repeat_request, _memory_value_sm3_enable};
-  wire        processor_config_ecatEvents_application_smChanged_changes_4 =
+  wire        application_smChanged_changes_4 =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h826 & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm4_repeat_request, _memory_value_sm4_enable};
-  wire        processor_config_ecatEvents_application_smChanged_changes_5 =
+  wire        application_smChanged_changes_5 =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h82E & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm5_repeat_request, _memory_value_sm5_enable};
-  wire        processor_config_ecatEvents_application_smChanged_changes_6 =
+  wire        application_smChanged_changes_6 =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h836 & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm6_repeat_request, _memory_value_sm6_enable};
-  wire        processor_config_ecatEvents_application_smChanged_changes_7 =
+  wire        application_smChanged_changes_7 =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h83E & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm7_repeat_request, _memory_value_sm7_enable};
   always @(posedge clock) begin
@@ -8133,25 +8134,25 @@ module et1100(
       syncManagers_quiet_r_5 <= 1'h0;
       syncManagers_quiet_r_6 <= 1'h0;
       syncManagers_quiet_r_7 <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm0_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm1_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG_1 <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm2_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG_2 <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm3_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG_3 <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm4_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG_4 <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm5_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG_5 <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm6_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG_6 <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm7_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG_7 <= 1'h0;
-      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG <= 1'h0;
-      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG <= 1'h0;
-      processor_config_ecatEvents_application_watchdog_watchdog_event <= 1'h0;
+      application_smChanged_sm0_changed <= 1'h0;
+      application_smChanged_REG <= 1'h0;
+      application_smChanged_sm1_changed <= 1'h0;
+      application_smChanged_REG_1 <= 1'h0;
+      application_smChanged_sm2_changed <= 1'h0;
+      application_smChanged_REG_2 <= 1'h0;
+      application_smChanged_sm3_changed <= 1'h0;
+      application_smChanged_REG_3 <= 1'h0;
+      application_smChanged_sm4_changed <= 1'h0;
+      application_smChanged_REG_4 <= 1'h0;
+      application_smChanged_sm5_changed <= 1'h0;
+      application_smChanged_REG_5 <= 1'h0;
+      application_smChanged_sm6_changed <= 1'h0;
+      application_smChanged_REG_6 <= 1'h0;
+      application_smChanged_sm7_changed <= 1'h0;
+      application_smChanged_REG_7 <= 1'h0;
+      application_watchdog_watchdog_watchdog_time_process_data_restart_REG <= 1'h0;
+      application_watchdog_watchdog_watchdog_time_pdi_restart_REG <= 1'h0;
+      application_watchdog_watchdog_event <= 1'h0;
       tick_value <= 23'h0;
       latched <= 4'h0;
       loops_setting_0_r <= 2'h0;
@@ -8178,82 +8179,65 @@ module et1100(
       syncManagers_quiet_r_5 <= syncManagers_quiet_r_4;
       syncManagers_quiet_r_6 <= syncManagers_quiet_r_5;
       syncManagers_quiet_r_7 <= syncManagers_quiet_r_6;
-      processor_config_ecatEvents_application_smChanged_sm0_changed <=
-        processor_config_ecatEvents_application_smChanged_changes
+      application_smChanged_sm0_changed <=
+        application_smChanged_changes
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h806
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG)
-        & processor_config_ecatEvents_application_smChanged_sm0_changed;
-      processor_config_ecatEvents_application_smChanged_REG <=
-        processor_config_ecatEvents_application_smChanged_changes;
-      processor_config_ecatEvents_application_smChanged_sm1_changed <=
-        processor_config_ecatEvents_application_smChanged_changes_1
+            & _hostSequencer_memory_be & ~application_smChanged_REG) & application_smChanged_sm0_changed;
+      application_smChanged_REG <= application_smChanged_changes;
+      application_smChanged_sm1_changed <=
+        application_smChanged_changes_1
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h80E
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_1)
-        & processor_config_ecatEvents_application_smChanged_sm1_changed;
-      processor_config_ecatEvents_application_smChanged_REG_1 <=
-        processor_config_ecatEvents_application_smChanged_changes_1;
-      processor_config_ecatEvents_application_smChanged_sm2_changed <=
-        processor_config_ecatEvents_application_smChanged_changes_2
+            & _hostSequencer_memory_be & ~application_smChanged_REG_1) & application_smChanged_sm1_changed;
+      application_smChanged_REG_1 <= application_smChanged_changes_1;
+      application_smChanged_sm2_changed <=
+        application_smChanged_changes_2
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h816
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_2)
-        & processor_config_ecatEvents_application_smChanged_sm2_changed;
-      processor_config_ecatEvents_application_smChanged_REG_2 <=
-        processor_config_ecatEvents_application_smChanged_changes_2;
-      processor_config_ecatEvents_application_smChanged_sm3_changed <=
-        processor_config_ecatEvents_application_smChanged_changes_3
+            & _hostSequencer_memory_be & ~application_smChanged_REG_2) & application_smChanged_sm2_changed;
+      application_smChanged_REG_2 <= application_smChanged_changes_2;
+      application_smChanged_sm3_changed <=
+        application_smChanged_changes_3
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h81E
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_3)
-        & processor_config_ecatEvents_application_smChanged_sm3_changed;
-      processor_config_ecatEvents_application_smChanged_REG_3 <=
-        processor_config_ecatEvents_application_smChanged_changes_3;
-      processor_config_ecatEvents_application_smChanged_sm4_changed <=
-        processor_config_ecatEvents_application_smChanged_changes_4
+            & _hostSequencer_memory_be & ~application_smChanged_REG_3) & application_smChanged_sm3_changed;
+      application_smChanged_REG_3 <= application_smChanged_changes_3;
+      application_smChanged_sm4_changed <=
+        application_smChanged_changes_4
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h826
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_4)
-        & processor_config_ecatEvents_application_smChanged_sm4_changed;
-      processor_config_ecatEvents_application_smChanged_REG_4 <=
-        processor_config_ecatEvents_application_smChanged_changes_4;
-      processor_config_ecatEvents_application_smChanged_sm5_changed <=
-        processor_config_ecatEvents_application_smChanged_changes_5
+            & _hostSequencer_memory_be & ~application_smChanged_REG_4) & application_smChanged_sm4_changed;
+      application_smChanged_REG_4 <= application_smChanged_changes_4;
+      application_smChanged_sm5_changed <=
+        application_smChanged_changes_5
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h82E
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_5)
-        & processor_config_ecatEvents_application_smChanged_sm5_changed;
-      processor_config_ecatEvents_application_smChanged_REG_5 <=
-        processor_config_ecatEvents_application_smChanged_changes_5;
-      processor_config_ecatEvents_application_smChanged_sm6_changed <=
-        processor_config_ecatEvents_application_smChanged_changes_6
+            & _hostSequencer_memory_be & ~application_smChanged_REG_5) & application_smChanged_sm5_changed;
+      application_smChanged_REG_5 <= application_smChanged_changes_5;
+      application_smChanged_sm6_changed <=
+        application_smChanged_changes_6
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h836
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_6)
-        & processor_config_ecatEvents_application_smChanged_sm6_changed;
-      processor_config_ecatEvents_application_smChanged_REG_6 <=
-        processor_config_ecatEvents_application_smChanged_changes_6;
-      processor_config_ecatEvents_application_smChanged_sm7_changed <=
-        processor_config_ecatEvents_application_smChanged_changes_7
+            & _hostSequencer_memory_be & ~application_smChanged_REG_6) & application_smChanged_sm6_changed;
+      application_smChanged_REG_6 <= application_smChanged_changes_6;
+      application_smChanged_sm7_changed <=
+        application_smChanged_changes_7
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h83E
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_7)
-        & processor_config_ecatEvents_application_smChanged_sm7_changed;
-      processor_config_ecatEvents_application_smChanged_REG_7 <=
-        processor_config_ecatEvents_application_smChanged_changes_7;
-      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG <=
+            & _hostSequencer_memory_be & ~application_smChanged_REG_7) & application_smChanged_sm7_changed;
+      application_smChanged_REG_7 <= application_smChanged_changes_7;
+      application_watchdog_watchdog_watchdog_time_process_data_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h420 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h421 & _memory_registerWrite_bits_mask;
-      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG <=
+      application_watchdog_watchdog_watchdog_time_pdi_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h410 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h411 & _memory_registerWrite_bits_mask;
-      processor_config_ecatEvents_application_watchdog_watchdog_event <=
-        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired
+      application_watchdog_watchdog_event <=
+        _application_watchdog_watchdog_watchdog_time_process_data_expired
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h440
             & _hostSequencer_memory_be | _memory_host_ack & ~_hostSequencer_memory_write
-            & _hostSequencer_memory_addr == 16'h441 & _hostSequencer_memory_be)
-        & processor_config_ecatEvents_application_watchdog_watchdog_event;
+            & _hostSequencer_memory_addr == 16'h441 & _hostSequencer_memory_be) & application_watchdog_watchdog_event;
       if (tick)
         tick_value <= 23'h0;
       else
         tick_value <= tick_value + 23'h1;
-      if (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
+      if (_application_watchdog_watchdog_watchdog_time_pdi_expired)
         latched <= 4'hF;
-      else if (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired
-               & _memory_value_al_status[3:0] == 4'h8 & latched != 4'hF)
+      else if (_application_watchdog_watchdog_watchdog_time_process_data_expired & _memory_value_al_status[3:0] == 4'h8
+               & latched != 4'hF)
         latched <= 4'h2;
       else if (alChanged)
         latched <= 4'h0;
@@ -8271,7 +8255,7 @@ module et1100(
       memory_event_lost_link_port3_REG <= links_3;
     end
     mii_tx_tick_r <= transmitStep;
-    processor_config_ecatEvents_alChanged_REG <= _memory_value_al_status;
+    alChanged_REG <= _memory_value_al_status;
     REG <= error;
   end // always @(posedge)
   SlotTimer slot (
@@ -8305,28 +8289,24 @@ module et1100(
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
   assign _memory_status_eeprom_not_loaded = _operational_sii_notLoaded;
   assign _memory_status_eeprom_two_address_bytes = _operational_sii_lines_twoByte_crossing_out;
-  assign _memory_status_watchdog_pdi =
-    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
-  assign _memory_status_sm_al_event = _processor_config_ecatEvents_application_alEvents[15:8];
-  assign _memory_status_watchdog_event = _processor_config_ecatEvents_application_alEvents[6];
-  assign _memory_status_sm_activation_event = _processor_config_ecatEvents_application_alEvents[4];
-  assign _memory_status_al_control_event = _processor_config_ecatEvents_application_alEvents[0];
-  assign _memory_status_sm_ecat_event = _processor_config_ecatEvents_application_ecatEvents[11:4];
-  assign _memory_status_al_status_event = _processor_config_ecatEvents_application_ecatEvents[3];
-  assign _memory_status_dl_status_event = _processor_config_ecatEvents_application_ecatEvents[2];
+  assign _memory_status_watchdog_pdi = _application_watchdog_watchdog_watchdog_time_pdi_running;
+  assign _memory_status_sm_al_event = _application_alEvents[15:8];
+  assign _memory_status_watchdog_event = _application_alEvents[6];
+  assign _memory_status_sm_activation_event = _application_alEvents[4];
+  assign _memory_status_al_control_event = _application_alEvents[0];
+  assign _memory_status_sm_ecat_event = _application_ecatEvents[11:4];
+  assign _memory_status_al_status_event = _application_ecatEvents[3];
+  assign _memory_status_dl_status_event = _application_ecatEvents[2];
   assign _memory_status_err_led_code = _led_err_code;
   assign _memory_status_run_led_code = _led_run_code;
   assign _memory_status_loop_closed_port3 = _loops_reportClosed_3;
   assign _memory_status_loop_closed_port2 = _loops_reportClosed_2;
   assign _memory_status_loop_closed_port1 = _loops_reportClosed_1;
   assign _memory_status_loop_closed_port0 = _loops_reportClosed_0;
-  assign _memory_status_pdi_watchdog =
-    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
+  assign _memory_status_pdi_watchdog = _application_watchdog_watchdog_watchdog_time_pdi_running;
   assign _memory_status_pdi_operational = ~_operational_sii_notLoaded;
-  assign _memory_event_watchdog_count_pdi =
-    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired;
-  assign _memory_event_watchdog_count_process_data =
-    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired;
+  assign _memory_event_watchdog_count_pdi = _application_watchdog_watchdog_watchdog_time_pdi_expired;
+  assign _memory_event_watchdog_count_process_data = _application_watchdog_watchdog_watchdog_time_process_data_expired;
   assign _memory_event_lost_link_port3 =
     memory_event_lost_link_port3_REG & ~links_3 & _loops_open_3 & _memory_value_loop_port3 == 2'h0;
   assign _memory_event_lost_link_port2 =
@@ -9165,14 +9145,14 @@ module et1100(
     .in    (sii_two_byte),
     .out   (_operational_sii_lines_twoByte_crossing_out)
   );
-  assign _processor_config_ecatEvents_application_alControlWritten =
+  assign _application_alControlWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h120 & _memory_registerWrite_bits_mask
     | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h121 & _memory_registerWrite_bits_mask;
-  assign _processor_config_ecatEvents_application_alControlRead =
+  assign _application_alControlRead =
     _memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h120 & _hostSequencer_memory_be
     | _memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h121
     & _hostSequencer_memory_be;
-  assign _processor_config_ecatEvents_application_dlStatus =
+  assign _application_dlStatus =
     {1'h0,
      links_3,
      _loops_reportClosed_3,
@@ -9188,7 +9168,7 @@ module et1100(
      links_0,
      2'h0,
      ~_operational_sii_notLoaded};
-  assign _processor_config_ecatEvents_application_smEcatEvents =
+  assign _application_smEcatEvents =
     {_syncManagers_ecatEvent_7,
      _syncManagers_ecatEvent_6,
      _syncManagers_ecatEvent_5,
@@ -9197,7 +9177,7 @@ module et1100(
      _syncManagers_ecatEvent_2,
      _syncManagers_ecatEvent_1,
      _syncManagers_ecatEvent_0};
-  assign _processor_config_ecatEvents_application_smAlEvents =
+  assign _application_smAlEvents =
     {_syncManagers_alEvent_7,
      _syncManagers_alEvent_6,
      _syncManagers_alEvent_5,
@@ -9206,16 +9186,16 @@ module et1100(
      _syncManagers_alEvent_2,
      _syncManagers_alEvent_1,
      _syncManagers_alEvent_0};
-  assign _processor_config_ecatEvents_application_smChanged =
-    {processor_config_ecatEvents_application_smChanged_sm7_changed,
-     processor_config_ecatEvents_application_smChanged_sm6_changed,
-     processor_config_ecatEvents_application_smChanged_sm5_changed,
-     processor_config_ecatEvents_application_smChanged_sm4_changed,
-     processor_config_ecatEvents_application_smChanged_sm3_changed,
-     processor_config_ecatEvents_application_smChanged_sm2_changed,
-     processor_config_ecatEvents_application_smChanged_sm1_changed,
-     processor_config_ecatEvents_application_smChanged_sm0_changed};
-  assign _processor_config_ecatEvents_application_alMask =
+  assign _application_smChanged =
+    {application_smChanged_sm7_changed,
+     application_smChanged_sm6_changed,
+     application_smChanged_sm5_changed,
+     application_smChanged_sm4_changed,
+     application_smChanged_sm3_changed,
+     application_smChanged_sm2_changed,
+     application_smChanged_sm1_changed,
+     application_smChanged_sm0_changed};
+  assign _application_alMask =
     {_memory_value_sm_mask,
      1'h0,
      _memory_value_watchdog_mask,
@@ -9223,57 +9203,57 @@ module et1100(
      _memory_value_sm_activation_mask,
      3'h0,
      _memory_value_al_control_mask};
-  Application processor_config_ecatEvents_application (
+  Application application (
     .clock            (clock),
     .reset            (reset),
     .alStatus         (_memory_value_al_status),
     .emulation        (_memory_value_device_emulation),
-    .alControlWritten (_processor_config_ecatEvents_application_alControlWritten),
-    .alControlRead    (_processor_config_ecatEvents_application_alControlRead),
+    .alControlWritten (_application_alControlWritten),
+    .alControlRead    (_application_alControlRead),
     .copyControl      (_memory_set_al_status_valid),
     .alControlFree    (_memory_guard_al_control_free),
-    .dlStatus         (_processor_config_ecatEvents_application_dlStatus),
+    .dlStatus         (_application_dlStatus),
     .readDlStatus     (_processor_readDlStatus),
     .readAlStatus     (_processor_readAlStatus),
     .good             (_processor_frameGood),
     .bad              (_processor_frameBad),
-    .smEcatEvents     (_processor_config_ecatEvents_application_smEcatEvents),
-    .smAlEvents       (_processor_config_ecatEvents_application_smAlEvents),
-    .smChanged        (_processor_config_ecatEvents_application_smChanged),
-    .watchdog         (processor_config_ecatEvents_application_watchdog_watchdog_event),
+    .smEcatEvents     (_application_smEcatEvents),
+    .smAlEvents       (_application_smAlEvents),
+    .smChanged        (_application_smChanged),
+    .watchdog         (application_watchdog_watchdog_event),
     .eeprom           (_operational_sii_waits),
     .ecatMask         (_memory_value_ecat_event_mask),
-    .alMask           (_processor_config_ecatEvents_application_alMask),
-    .ecatEvents       (_processor_config_ecatEvents_application_ecatEvents),
-    .alEvents         (_processor_config_ecatEvents_application_alEvents),
+    .alMask           (_application_alMask),
+    .ecatEvents       (_application_ecatEvents),
+    .alEvents         (_application_alEvents),
     .irqField         (_processor_config_ecatEvents),
     .irq              (irq)
   );
-  WatchdogDivider processor_config_ecatEvents_application_watchdog_watchdogDivider (
+  WatchdogDivider application_watchdog_watchdogDivider (
     .clock   (clock),
     .reset   (reset),
     .divider (_memory_value_watchdog_divider),
-    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick)
+    .tick    (_application_watchdog_watchdogDivider_tick)
   );
-  Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data (
+  Watchdog application_watchdog_watchdog_watchdog_time_process_data (
     .clock     (clock),
     .reset     (reset),
-    .tick      (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
+    .tick      (_application_watchdog_watchdogDivider_tick),
     .timeTicks (_memory_value_watchdog_time_process_data),
     .trigger   (_syncManagers_trigger),
-    .restart   (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
+    .restart   (application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
     .running   (_memory_status_watchdog_process_data),
-    .expired   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired)
+    .expired   (_application_watchdog_watchdog_watchdog_time_process_data_expired)
   );
-  Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi (
+  Watchdog application_watchdog_watchdog_watchdog_time_pdi (
     .clock     (clock),
     .reset     (reset),
-    .tick      (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
+    .tick      (_application_watchdog_watchdogDivider_tick),
     .timeTicks (_memory_value_watchdog_time_pdi),
     .trigger   (_memory_host_ack),
-    .restart   (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
-    .running   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running),
-    .expired   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
+    .restart   (application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
+    .running   (_application_watchdog_watchdog_watchdog_time_pdi_running),
+    .expired   (_application_watchdog_watchdog_watchdog_time_pdi_expired)
   );
   assign _led_run_automaticCode =
     _operational_sii_loading | _memory_value_al_status[3:0] == 4'h3

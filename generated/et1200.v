@@ -14,6 +14,7 @@
 //   watchdogs                       1  switch
 //   leds                            1  switch
 //   digitalOutputs                  0  bytes
+//   alarm                           0  switch
 //   sii                             1  code
 //   siiClockKhz                   400  kHz
 //   siiStartUs                    100  us
@@ -6311,19 +6312,19 @@ module et1200(
   wire        _led_run_write_valid;
   wire [4:0]  _led_run_write_bits;
   wire [3:0]  _led_run_code;
-  wire        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
-  wire        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired;
-  wire        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired;
-  wire        _processor_config_ecatEvents_application_watchdog_watchdogDivider_tick;
-  wire        _processor_config_ecatEvents_application_alControlWritten;
-  wire        _processor_config_ecatEvents_application_alControlRead;
-  wire [15:0] _processor_config_ecatEvents_application_dlStatus;
-  wire [3:0]  _processor_config_ecatEvents_application_smEcatEvents;
-  wire [3:0]  _processor_config_ecatEvents_application_smAlEvents;
-  wire [3:0]  _processor_config_ecatEvents_application_smChanged;
-  wire [11:0] _processor_config_ecatEvents_application_alMask;
-  wire [15:0] _processor_config_ecatEvents_application_ecatEvents;
-  wire [31:0] _processor_config_ecatEvents_application_alEvents;
+  wire        _application_watchdog_watchdog_watchdog_time_pdi_running;
+  wire        _application_watchdog_watchdog_watchdog_time_pdi_expired;
+  wire        _application_watchdog_watchdog_watchdog_time_process_data_expired;
+  wire        _application_watchdog_watchdogDivider_tick;
+  wire        _application_alControlWritten;
+  wire        _application_alControlRead;
+  wire [15:0] _application_dlStatus;
+  wire [3:0]  _application_smEcatEvents;
+  wire [3:0]  _application_smAlEvents;
+  wire [3:0]  _application_smChanged;
+  wire [11:0] _application_alMask;
+  wire [15:0] _application_ecatEvents;
+  wire [31:0] _application_alEvents;
   wire        _operational_sii_lines_twoByte_crossing_out;
   wire        _operational_sii_lines_twoByte;
   wire        _operational_sii_lines_sda;
@@ -6646,19 +6647,19 @@ module et1200(
   reg         syncManagers_quiet_r_5;
   reg         syncManagers_quiet_r_6;
   reg         syncManagers_quiet_r_7;
-  reg  [6:0]  processor_config_ecatEvents_alChanged_REG;
-  wire        alChanged = _memory_value_al_status != processor_config_ecatEvents_alChanged_REG;
-  reg         processor_config_ecatEvents_application_smChanged_sm0_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG;
-  reg         processor_config_ecatEvents_application_smChanged_sm1_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG_1;
-  reg         processor_config_ecatEvents_application_smChanged_sm2_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG_2;
-  reg         processor_config_ecatEvents_application_smChanged_sm3_changed;
-  reg         processor_config_ecatEvents_application_smChanged_REG_3;
-  reg         processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG;
-  reg         processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG;
-  reg         processor_config_ecatEvents_application_watchdog_watchdog_event;
+  reg  [6:0]  alChanged_REG;
+  wire        alChanged = _memory_value_al_status != alChanged_REG;
+  reg         application_smChanged_sm0_changed;
+  reg         application_smChanged_REG;
+  reg         application_smChanged_sm1_changed;
+  reg         application_smChanged_REG_1;
+  reg         application_smChanged_sm2_changed;
+  reg         application_smChanged_REG_2;
+  reg         application_smChanged_sm3_changed;
+  reg         application_smChanged_REG_3;
+  reg         application_watchdog_watchdog_watchdog_time_process_data_restart_REG;
+  reg         application_watchdog_watchdog_watchdog_time_pdi_restart_REG;
+  reg         application_watchdog_watchdog_event;
   reg  [22:0] tick_value;
   wire        tick = tick_value == 23'h4C4B3F;
   reg  [3:0]  latched;
@@ -6671,16 +6672,16 @@ module et1200(
   reg  [1:0]  loops_setting_1_r;
   reg         memory_event_lost_link_port0_REG;
   reg         memory_event_lost_link_port1_REG;
-  wire        processor_config_ecatEvents_application_smChanged_changes =
+  wire        application_smChanged_changes =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h806 & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm0_repeat_request, _memory_value_sm0_enable};
-  wire        processor_config_ecatEvents_application_smChanged_changes_1 =
+  wire        application_smChanged_changes_1 =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h80E & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm1_repeat_request, _memory_value_sm1_enable};
-  wire        processor_config_ecatEvents_application_smChanged_changes_2 =
+  wire        application_smChanged_changes_2 =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h816 & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm2_repeat_request, _memory_value_sm2_enable};
-  wire        processor_config_ecatEvents_application_smChanged_changes_3 =
+  wire        application_smChanged_changes_3 =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h81E & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm3_repeat_request, _memory_value_sm3_enable};
   always @(posedge clock) begin
@@ -6697,17 +6698,17 @@ module et1200(
       syncManagers_quiet_r_5 <= 1'h0;
       syncManagers_quiet_r_6 <= 1'h0;
       syncManagers_quiet_r_7 <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm0_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm1_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG_1 <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm2_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG_2 <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_sm3_changed <= 1'h0;
-      processor_config_ecatEvents_application_smChanged_REG_3 <= 1'h0;
-      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG <= 1'h0;
-      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG <= 1'h0;
-      processor_config_ecatEvents_application_watchdog_watchdog_event <= 1'h0;
+      application_smChanged_sm0_changed <= 1'h0;
+      application_smChanged_REG <= 1'h0;
+      application_smChanged_sm1_changed <= 1'h0;
+      application_smChanged_REG_1 <= 1'h0;
+      application_smChanged_sm2_changed <= 1'h0;
+      application_smChanged_REG_2 <= 1'h0;
+      application_smChanged_sm3_changed <= 1'h0;
+      application_smChanged_REG_3 <= 1'h0;
+      application_watchdog_watchdog_watchdog_time_process_data_restart_REG <= 1'h0;
+      application_watchdog_watchdog_watchdog_time_pdi_restart_REG <= 1'h0;
+      application_watchdog_watchdog_event <= 1'h0;
       tick_value <= 23'h0;
       latched <= 4'h0;
       loops_setting_0_r <= 2'h0;
@@ -6728,54 +6729,45 @@ module et1200(
       syncManagers_quiet_r_5 <= syncManagers_quiet_r_4;
       syncManagers_quiet_r_6 <= syncManagers_quiet_r_5;
       syncManagers_quiet_r_7 <= syncManagers_quiet_r_6;
-      processor_config_ecatEvents_application_smChanged_sm0_changed <=
-        processor_config_ecatEvents_application_smChanged_changes
+      application_smChanged_sm0_changed <=
+        application_smChanged_changes
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h806
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG)
-        & processor_config_ecatEvents_application_smChanged_sm0_changed;
-      processor_config_ecatEvents_application_smChanged_REG <=
-        processor_config_ecatEvents_application_smChanged_changes;
-      processor_config_ecatEvents_application_smChanged_sm1_changed <=
-        processor_config_ecatEvents_application_smChanged_changes_1
+            & _hostSequencer_memory_be & ~application_smChanged_REG) & application_smChanged_sm0_changed;
+      application_smChanged_REG <= application_smChanged_changes;
+      application_smChanged_sm1_changed <=
+        application_smChanged_changes_1
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h80E
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_1)
-        & processor_config_ecatEvents_application_smChanged_sm1_changed;
-      processor_config_ecatEvents_application_smChanged_REG_1 <=
-        processor_config_ecatEvents_application_smChanged_changes_1;
-      processor_config_ecatEvents_application_smChanged_sm2_changed <=
-        processor_config_ecatEvents_application_smChanged_changes_2
+            & _hostSequencer_memory_be & ~application_smChanged_REG_1) & application_smChanged_sm1_changed;
+      application_smChanged_REG_1 <= application_smChanged_changes_1;
+      application_smChanged_sm2_changed <=
+        application_smChanged_changes_2
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h816
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_2)
-        & processor_config_ecatEvents_application_smChanged_sm2_changed;
-      processor_config_ecatEvents_application_smChanged_REG_2 <=
-        processor_config_ecatEvents_application_smChanged_changes_2;
-      processor_config_ecatEvents_application_smChanged_sm3_changed <=
-        processor_config_ecatEvents_application_smChanged_changes_3
+            & _hostSequencer_memory_be & ~application_smChanged_REG_2) & application_smChanged_sm2_changed;
+      application_smChanged_REG_2 <= application_smChanged_changes_2;
+      application_smChanged_sm3_changed <=
+        application_smChanged_changes_3
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h81E
-            & _hostSequencer_memory_be & ~processor_config_ecatEvents_application_smChanged_REG_3)
-        & processor_config_ecatEvents_application_smChanged_sm3_changed;
-      processor_config_ecatEvents_application_smChanged_REG_3 <=
-        processor_config_ecatEvents_application_smChanged_changes_3;
-      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG <=
+            & _hostSequencer_memory_be & ~application_smChanged_REG_3) & application_smChanged_sm3_changed;
+      application_smChanged_REG_3 <= application_smChanged_changes_3;
+      application_watchdog_watchdog_watchdog_time_process_data_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h420 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h421 & _memory_registerWrite_bits_mask;
-      processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG <=
+      application_watchdog_watchdog_watchdog_time_pdi_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h410 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h411 & _memory_registerWrite_bits_mask;
-      processor_config_ecatEvents_application_watchdog_watchdog_event <=
-        _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired
+      application_watchdog_watchdog_event <=
+        _application_watchdog_watchdog_watchdog_time_process_data_expired
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h440
             & _hostSequencer_memory_be | _memory_host_ack & ~_hostSequencer_memory_write
-            & _hostSequencer_memory_addr == 16'h441 & _hostSequencer_memory_be)
-        & processor_config_ecatEvents_application_watchdog_watchdog_event;
+            & _hostSequencer_memory_addr == 16'h441 & _hostSequencer_memory_be) & application_watchdog_watchdog_event;
       if (tick)
         tick_value <= 23'h0;
       else
         tick_value <= tick_value + 23'h1;
-      if (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
+      if (_application_watchdog_watchdog_watchdog_time_pdi_expired)
         latched <= 4'hF;
-      else if (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired
-               & _memory_value_al_status[3:0] == 4'h8 & latched != 4'hF)
+      else if (_application_watchdog_watchdog_watchdog_time_process_data_expired & _memory_value_al_status[3:0] == 4'h8
+               & latched != 4'hF)
         latched <= 4'h2;
       else if (alChanged)
         latched <= 4'h0;
@@ -6789,7 +6781,7 @@ module et1200(
       memory_event_lost_link_port1_REG <= links_1;
     end
     mii_tx_tick_r <= transmitStep;
-    processor_config_ecatEvents_alChanged_REG <= _memory_value_al_status;
+    alChanged_REG <= _memory_value_al_status;
     REG <= error;
   end // always @(posedge)
   SlotTimer slot (
@@ -6817,26 +6809,22 @@ module et1200(
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
   assign _memory_status_eeprom_not_loaded = _operational_sii_notLoaded;
   assign _memory_status_eeprom_two_address_bytes = _operational_sii_lines_twoByte_crossing_out;
-  assign _memory_status_watchdog_pdi =
-    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
-  assign _memory_status_sm_al_event = _processor_config_ecatEvents_application_alEvents[11:8];
-  assign _memory_status_watchdog_event = _processor_config_ecatEvents_application_alEvents[6];
-  assign _memory_status_sm_activation_event = _processor_config_ecatEvents_application_alEvents[4];
-  assign _memory_status_al_control_event = _processor_config_ecatEvents_application_alEvents[0];
-  assign _memory_status_sm_ecat_event = _processor_config_ecatEvents_application_ecatEvents[7:4];
-  assign _memory_status_al_status_event = _processor_config_ecatEvents_application_ecatEvents[3];
-  assign _memory_status_dl_status_event = _processor_config_ecatEvents_application_ecatEvents[2];
+  assign _memory_status_watchdog_pdi = _application_watchdog_watchdog_watchdog_time_pdi_running;
+  assign _memory_status_sm_al_event = _application_alEvents[11:8];
+  assign _memory_status_watchdog_event = _application_alEvents[6];
+  assign _memory_status_sm_activation_event = _application_alEvents[4];
+  assign _memory_status_al_control_event = _application_alEvents[0];
+  assign _memory_status_sm_ecat_event = _application_ecatEvents[7:4];
+  assign _memory_status_al_status_event = _application_ecatEvents[3];
+  assign _memory_status_dl_status_event = _application_ecatEvents[2];
   assign _memory_status_err_led_code = _led_err_code;
   assign _memory_status_run_led_code = _led_run_code;
   assign _memory_status_loop_closed_port1 = _loops_reportClosed_1;
   assign _memory_status_loop_closed_port0 = _loops_reportClosed_0;
-  assign _memory_status_pdi_watchdog =
-    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running;
+  assign _memory_status_pdi_watchdog = _application_watchdog_watchdog_watchdog_time_pdi_running;
   assign _memory_status_pdi_operational = ~_operational_sii_notLoaded;
-  assign _memory_event_watchdog_count_pdi =
-    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired;
-  assign _memory_event_watchdog_count_process_data =
-    _processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired;
+  assign _memory_event_watchdog_count_pdi = _application_watchdog_watchdog_watchdog_time_pdi_expired;
+  assign _memory_event_watchdog_count_process_data = _application_watchdog_watchdog_watchdog_time_process_data_expired;
   assign _memory_event_lost_link_port1 =
     memory_event_lost_link_port1_REG & ~links_1 & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
   assign _memory_event_lost_link_port0 =
@@ -7425,14 +7413,14 @@ module et1200(
     .in    (sii_two_byte),
     .out   (_operational_sii_lines_twoByte_crossing_out)
   );
-  assign _processor_config_ecatEvents_application_alControlWritten =
+  assign _application_alControlWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h120 & _memory_registerWrite_bits_mask
     | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h121 & _memory_registerWrite_bits_mask;
-  assign _processor_config_ecatEvents_application_alControlRead =
+  assign _application_alControlRead =
     _memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h120 & _hostSequencer_memory_be
     | _memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h121
     & _hostSequencer_memory_be;
-  assign _processor_config_ecatEvents_application_dlStatus =
+  assign _application_dlStatus =
     {5'h5,
      links_1,
      _loops_reportClosed_1,
@@ -7443,16 +7431,16 @@ module et1200(
      links_0,
      2'h0,
      ~_operational_sii_notLoaded};
-  assign _processor_config_ecatEvents_application_smEcatEvents =
+  assign _application_smEcatEvents =
     {_syncManagers_ecatEvent_3, _syncManagers_ecatEvent_2, _syncManagers_ecatEvent_1, _syncManagers_ecatEvent_0};
-  assign _processor_config_ecatEvents_application_smAlEvents =
+  assign _application_smAlEvents =
     {_syncManagers_alEvent_3, _syncManagers_alEvent_2, _syncManagers_alEvent_1, _syncManagers_alEvent_0};
-  assign _processor_config_ecatEvents_application_smChanged =
-    {processor_config_ecatEvents_application_smChanged_sm3_changed,
-     processor_config_ecatEvents_application_smChanged_sm2_changed,
-     processor_config_ecatEvents_application_smChanged_sm1_changed,
-     processor_config_ecatEvents_application_smChanged_sm0_changed};
-  assign _processor_config_ecatEvents_application_alMask =
+  assign _application_smChanged =
+    {application_smChanged_sm3_changed,
+     application_smChanged_sm2_changed,
+     application_smChanged_sm1_changed,
+     application_smChanged_sm0_changed};
+  assign _application_alMask =
     {_memory_value_sm_mask,
      1'h0,
      _memory_value_watchdog_mask,
@@ -7460,57 +7448,57 @@ module et1200(
      _memory_value_sm_activation_mask,
      3'h0,
      _memory_value_al_control_mask};
-  Application processor_config_ecatEvents_application (
+  Application application (
     .clock            (clock),
     .reset            (reset),
     .alStatus         (_memory_value_al_status),
     .emulation        (_memory_value_device_emulation),
-    .alControlWritten (_processor_config_ecatEvents_application_alControlWritten),
-    .alControlRead    (_processor_config_ecatEvents_application_alControlRead),
+    .alControlWritten (_application_alControlWritten),
+    .alControlRead    (_application_alControlRead),
     .copyControl      (_memory_set_al_status_valid),
     .alControlFree    (_memory_guard_al_control_free),
-    .dlStatus         (_processor_config_ecatEvents_application_dlStatus),
+    .dlStatus         (_application_dlStatus),
     .readDlStatus     (_processor_readDlStatus),
     .readAlStatus     (_processor_readAlStatus),
     .good             (_processor_frameGood),
     .bad              (_processor_frameBad),
-    .smEcatEvents     (_processor_config_ecatEvents_application_smEcatEvents),
-    .smAlEvents       (_processor_config_ecatEvents_application_smAlEvents),
-    .smChanged        (_processor_config_ecatEvents_application_smChanged),
-    .watchdog         (processor_config_ecatEvents_application_watchdog_watchdog_event),
+    .smEcatEvents     (_application_smEcatEvents),
+    .smAlEvents       (_application_smAlEvents),
+    .smChanged        (_application_smChanged),
+    .watchdog         (application_watchdog_watchdog_event),
     .eeprom           (_operational_sii_waits),
     .ecatMask         (_memory_value_ecat_event_mask),
-    .alMask           (_processor_config_ecatEvents_application_alMask),
-    .ecatEvents       (_processor_config_ecatEvents_application_ecatEvents),
-    .alEvents         (_processor_config_ecatEvents_application_alEvents),
+    .alMask           (_application_alMask),
+    .ecatEvents       (_application_ecatEvents),
+    .alEvents         (_application_alEvents),
     .irqField         (_processor_config_ecatEvents),
     .irq              (irq)
   );
-  WatchdogDivider processor_config_ecatEvents_application_watchdog_watchdogDivider (
+  WatchdogDivider application_watchdog_watchdogDivider (
     .clock   (clock),
     .reset   (reset),
     .divider (_memory_value_watchdog_divider),
-    .tick    (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick)
+    .tick    (_application_watchdog_watchdogDivider_tick)
   );
-  Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data (
+  Watchdog application_watchdog_watchdog_watchdog_time_process_data (
     .clock     (clock),
     .reset     (reset),
-    .tick      (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
+    .tick      (_application_watchdog_watchdogDivider_tick),
     .timeTicks (_memory_value_watchdog_time_process_data),
     .trigger   (_syncManagers_trigger),
-    .restart   (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
+    .restart   (application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
     .running   (_memory_status_watchdog_process_data),
-    .expired   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_process_data_expired)
+    .expired   (_application_watchdog_watchdog_watchdog_time_process_data_expired)
   );
-  Watchdog processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi (
+  Watchdog application_watchdog_watchdog_watchdog_time_pdi (
     .clock     (clock),
     .reset     (reset),
-    .tick      (_processor_config_ecatEvents_application_watchdog_watchdogDivider_tick),
+    .tick      (_application_watchdog_watchdogDivider_tick),
     .timeTicks (_memory_value_watchdog_time_pdi),
     .trigger   (_memory_host_ack),
-    .restart   (processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
-    .running   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_running),
-    .expired   (_processor_config_ecatEvents_application_watchdog_watchdog_watchdog_time_pdi_expired)
+    .restart   (application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
+    .running   (_application_watchdog_watchdog_watchdog_time_pdi_running),
+    .expired   (_application_watchdog_watchdog_watchdog_time_pdi_expired)
   );
   assign _led_run_automaticCode =
     _operational_sii_loading | _memory_value_al_status[3:0] == 4'h3

@@ -2,6 +2,7 @@ package flyframe
 
 import chisel3._
 import chisel3.util._
+import flyframe.alarm.{AlarmPins, AlarmUnit, DatagramAppender}
 import flyframe.application.LocalSide
 import flyframe.clocks.{LevelCrossing, MiiRxCrossing}
 import flyframe.frame.FrameProcessor
@@ -64,7 +65,7 @@ class SlaveController(p: EscParams) extends Module {
   val host        = IO(new HostPort(p.lanes))
 
   /** Interrupt to the host, a level (IRQ-01). */
-  val irq = Option.when(p.hasApplicationLayer)(IO(Output(Bool())))
+  val irq = Option.when(p.hasApplicationLayer || p.hasAlarm)(IO(Output(Bool())))
 
   /** I2C EEPROM: 1 pulls a line low; high while the EEPROM has two address bytes. */
   val sii = Option.when(p.hasI2c)(IO(new SiiPins))
@@ -75,6 +76,9 @@ class SlaveController(p: EscParams) extends Module {
   /** Digital outputs: their levels, and whether they are driven (SM-26). */
   val digital_output        = Option.when(p.digitalOutputs > 0)(IO(Output(UInt((8 * p.digitalOutputs).W))))
   val digital_output_driven = Option.when(p.digitalOutputs > 0)(IO(Output(Bool())))
+
+  /** Smoke detector, buzzer and lamp. */
+  val alarm = Option.when(p.hasAlarm)(IO(new AlarmPins))
 
   private val portNumbers = 0 until p.ports
   private val ready       = Wire(Bool()) // register RAM cleared after reset: frames may come
@@ -124,7 +128,16 @@ class SlaveController(p: EscParams) extends Module {
   }
   private val order = Seq(3, 1, 2, 0).filter(_ < p.ports)
   processor.step := processStep
-  processor.in   := order.foldLeft(processor.out)((stream, number) => through(number, stream))
+  // Behind the processing unit frames may get a datagram of this slave (AP-01).
+  private val appender =
+    Option.when(p.hasAlarm)(Module(new DatagramAppender(AlarmUnit.DatagramBytes, p.maxSubTelegrams)))
+  appender.foreach { a =>
+    a.step     := processStep
+    a.in       := processor.out
+    a.position := processor.outPosition.get
+  }
+  private val processed = appender.fold(processor.out)(_.out)
+  processor.in := order.foldLeft(processed)((stream, number) => through(number, stream))
 
   for ((port, transmitter) <- mii.zip(transmitters)) {
     transmitter.tick := transmitStep
@@ -157,7 +170,10 @@ class SlaveController(p: EscParams) extends Module {
   private val dlStatus = Cat((3 to 0 by -1).flatMap { y =>
     if (y < p.ports) Seq(links(y), loops.reportClosed(y)) else Seq(false.B, true.B)
   } ++ (3 to 0 by -1).map(y => if (y < p.ports) links(y) else false.B) ++ Seq(false.B, false.B, operational))
-  processor.config.ecatEvents := local.application(irq, dlStatus)
+  private val events = local.application(dlStatus)
+  processor.config.ecatEvents := events.irqField
+  private val messages = alarm.zip(appender).map { case (pins, a) => local.alarm(pins, a) }
+  irq.foreach(_ := events.irq || messages.getOrElse(false.B))
   digital_output.foreach(_ := value.uint("digital_output"))
   digital_output_driven.foreach(_ := operational && local.processDataRuns)
   led.foreach(local.leds(_, links, receivers.zip(transmitters).map { case (r, t) => !r.idle || t.txEn }))

@@ -33,7 +33,11 @@ class ControllerUnderTest(p: EscParams) extends Module {
   val outputs       = Option.when(p.digitalOutputs > 0)(IO(Output(UInt((8 * p.digitalOutputs).W))))
   val outputsDriven = Option.when(p.digitalOutputs > 0)(IO(Output(Bool())))
 
+  /** The comparators of the smoke detector's current. */
+  val current = Option.when(p.hasAlarm)(IO(Input(UInt(3.W))))
+
   private val dut = Module(new SlaveController(p))
+  current.foreach(dut.alarm.get.current := _)
   irq             := dut.irq.getOrElse(false.B)
   dut.phy_clk_ref := false.B
   dut.pdi_operational.foreach(_ := loaded)
@@ -165,7 +169,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   def send(port: Int, frame: WireFrame): Option[(Int, SentFrame)] = {
     finished = Vector.empty
     frame.symbols.foreach(s => slot(port, dv = true, s.error, s.nibble))
-    idle(24 + p.writeLogDepth / cycles + 8)
+    idle(24 + p.writeLogDepth / cycles + 8 + (if (p.hasAlarm) 64 else 0))
     assert(finished.size <= 1, s"one frame in, ${finished.size} frames out")
     finished.headOption
   }
@@ -177,6 +181,9 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   }
   def advanceUs(us: Int): Unit = idle(us * 25)
 
+  /** No current at all is an open line. */
+  def setLine(state: Int): Unit =
+    dut.current.foreach(_.poke(Map(1 -> 1, 2 -> 3, 3 -> 0, 4 -> 7)(state)))
   def outputs: Option[Int] =
     Option.when(dut.outputsDriven.get.peek().litToBoolean)(dut.outputs.get.peek().litValue.toInt)
   def interrupt: Boolean = dut.irq.peek().litToBoolean

@@ -3,6 +3,7 @@ package flyframe.application
 import chisel3._
 import chisel3.util._
 import flyframe.{LedPins, SiiPins}
+import flyframe.alarm.{AlarmPins, AlarmUnit, DatagramAppender}
 import flyframe.clocks.LevelCrossing
 import flyframe.frame.FrameProcessor
 import flyframe.memory.{EscMemory, HostPort, HostSequencer}
@@ -118,7 +119,6 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   private val siiError   = WireDefault(false.B)
   private val siiLoading = WireDefault(false.B)
   private val siiWaits   = WireDefault(false.B)
-  private val noEvents   = WireDefault(0.U(16.W))
 
   // Set by `application`, used by `leds`.
   private val alChanged          = WireDefault(false.B)
@@ -129,9 +129,11 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   /** The process data watchdog has not expired. */
   val processDataRuns: Bool = WireDefault(true.B)
 
-  /** Connects application layer and watchdogs; the result: the events for the IRQ field of datagrams. */
-  def application(irq: Option[Bool], dlStatus: UInt): UInt =
-    if (!p.hasApplicationLayer) noEvents
+  /** Connects application layer and watchdogs; the result: events for the IRQ field of datagrams and the
+    * host.
+    */
+  def application(dlStatus: UInt): LocalSide.Events =
+    if (!p.hasApplicationLayer) LocalSide.Events(0.U(16.W), false.B)
     else {
       val unit = Module(new Application(p)).suggestName("application")
       unit.alControl                        := memory.value.uint("al_control")
@@ -195,9 +197,51 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
         status("sm_ecat_event") := unit.ecatEvents >> 4
         status("sm_al_event")   := unit.alEvents >> 8
       }
-      irq.foreach(_ := unit.irq)
-      unit.irqField
+      LocalSide.Events(unit.irqField, unit.irq)
     }
+
+  /** Connects the smoke detector and the reports of its events; the result: a message waits for the host. */
+  def alarm(pins: AlarmPins, appender: DatagramAppender): Bool = {
+    val unit  = Module(new AlarmUnit(p)).suggestName("alarmUnit")
+    val value = memory.value
+    unit.pins <> pins
+    unit.detect            := value.bool("detector_enable")
+    unit.report            := value.bool("alarm_report")
+    unit.debounce          := value.uint("detector_debounce")
+    unit.offTime           := value.uint("detector_off_time")
+    unit.epoch             := value.uint("alarm_epoch")
+    unit.node              := value.uint("station_alias")
+    unit.acknowledge.valid := RegNext(writes(0xe8b).valid, false.B) // both bytes are there
+    unit.acknowledge.bits  := value.uint("alarm_acknowledge")
+    for ((name, action) <- Seq("alarm_clear" -> unit.clear, "detector_restart" -> unit.restart)) {
+      action                      := value.bool(name)
+      memory.set.load(name).valid := value.bool(name)
+      memory.set.load(name).bits  := 0.U
+    }
+    appender.pending  := unit.pending
+    appender.datagram := unit.datagram
+    unit.busy         := appender.busy
+
+    status("alarm_sequence")     := unit.record.bits(15, 0)
+    status("alarm_state")        := unit.record.bits(23, 16)
+    status("alarm_record_epoch") := unit.record.bits(31, 24)
+    status("alarm_time")         := unit.record.bits(63, 32)
+    status("alarm_events")       := unit.queued
+    status("detector_state")     := unit.state
+    status("detector_supply")    := pins.supply
+    status("alarm_latched")      := unit.latched
+
+    def message(name: String, lastByte: Int): Bool = {
+      val received = RegInit(false.B).suggestName(name) // reset: none
+      // A read is acknowledged a cycle late: what came in between it has not seen.
+      val comes = writes(lastByte).valid
+      when(hostReads(0xe8d) && !RegNext(comes, false.B)) { received := false.B }
+      when(comes) { received := true.B }
+      status(name) := received
+      received
+    }
+    message("broadcast_received", 0xe97) || message("message_received", 0xe9f)
+  }
 
   /** Builds the watchdogs; the result: process data watchdog event. */
   private def watchdogs(dlStatus: UInt): Bool =
@@ -271,4 +315,10 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       pin          := unit.lit
     }
   }
+}
+
+object LocalSide {
+
+  /** Events as the IRQ field of datagrams shows them, and whether the host is interrupted. */
+  final case class Events(irqField: UInt, irq: Bool)
 }

@@ -60,6 +60,9 @@ class FrameProcessor(p: EscParams) extends Module {
   private val translated = Option.when(p.translates)(Module(new TranslatedAccess(p)))
   private val access     = translated.getOrElse(Module(new DataAccess(p.lanes, p.cyclesPerNibble)))
 
+  /** Where `out` lies in its frame. */
+  val outPosition = Option.when(p.hasAlarm)(IO(Output(new FramePosition)))
+
   /** Register writes as they take effect, for the FMMUs. */
   val registerWrite = Option.when(p.translates)(IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites)))))
   val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
@@ -198,6 +201,7 @@ class FrameProcessor(p: EscParams) extends Module {
     oddChanges   := changes.orR
   }
   out := output
+  outPosition.foreach(_ := RegEnable(position, step))
   // What leaves has a right FCS if what came had one and all changes have cancelled out.
   out.crcGood := output.crcGood && !Mux(output.odd, oddChanges, changes.orR)
 }

@@ -23,6 +23,9 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
 
   val registers: ModelRegisters = space.registers
 
+  /** The smoke detector, where there is one. */
+  val alarm: Option[AlarmModel] = space.alarm
+
   // A temporary loop setting (B-31): the settings to return to, and the time left.
   private var temporary: Option[(Seq[Int], Int)] = None
   updateLoops()
@@ -81,6 +84,7 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
   /** Lets time pass, for watchdogs and temporary loop settings. */
   def advanceMs(ms: Int): Unit = {
     space.watchdogs.foreach(_.advance(ms * 25000L))
+    alarm.foreach(_.advance(ms * 1000L))
     space.watch()
     advanceLoops(ms)
   }
@@ -91,6 +95,7 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
   /** The same for times too short to matter to loop settings. */
   def advanceUs(us: Int): Unit = {
     space.watchdogs.foreach(_.advance(us * 25L))
+    alarm.foreach(_.advance(us))
     space.watch()
   }
 
@@ -151,6 +156,7 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
   /** Through the processing unit; the payload behind it, and whether the frame is in error. */
   private def process(payload: Vector[Int], alreadyBad: Boolean): (Vector[Int], Boolean) = {
     val frame = new space.Frame
+    val added = space.alarm.flatMap(_.datagram)
     val settings = ProcessingSettings(
       stationAddress = registers.value("station_address"),
       alias = Option.when(registers.value("alias_enable") == 1)(registers.value("station_alias")),
@@ -165,7 +171,7 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
     val before  = portNumbers.map(setting)
     val written = frame.end(!done.bad)
     if (!done.bad) settle(before, written)
-    (done.payload, done.bad)
+    added.fold((done.payload, done.bad))(AppendModel.append(done.payload, done.bad, _, p.maxSubTelegrams))
   }
 
   /** A good frame has written to registers: what that means for the ports, whose settings were `before`. */

@@ -42,7 +42,10 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
   private val leds =
     Option.when(p.hasLeds)(new LedModel(registers, () => emulation, () => sii.exists(_.loadFailed)))
 
-  private val units: Seq[ModelUnit] = watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ leds
+  val alarm: Option[AlarmModel] = Option.when(p.hasAlarm)(new AlarmModel(registers))
+
+  private val units: Seq[ModelUnit] =
+    watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ leds ++ alarm
 
   if (p.hasEmulation) pdiOperational = false
   else if (eeprom.isDefined) sii.foreach(s => pdiOperational = s.loadFirst())
@@ -170,7 +173,8 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
 
   /** The level of the interrupt to the host (IRQ-01). */
   def interrupt: Boolean =
-    p.hasApplicationLayer && ((word(0x0220) & word(0x0204)) | (word(0x0222) & word(0x0206))) != 0
+    alarm.exists(_.interrupt) ||
+      (p.hasApplicationLayer && ((word(0x0220) & word(0x0204)) | (word(0x0222) & word(0x0206))) != 0)
 
   private def word(address: Int): Int = registers.byte(address) | registers.byte(address + 1) << 8
 }

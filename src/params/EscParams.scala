@@ -21,6 +21,7 @@ final case class EscParams(
     watchdogs: Int = 0,
     leds: Int = 0,
     digitalOutputs: Int = 0,
+    alarm: Int = 0,
     sii: Int = 0,
     siiClockKhz: Int = 400,
     siiStartUs: Int = 100,
@@ -76,8 +77,11 @@ final case class EscParams(
   def hasI2c: Boolean       = sii == 1
   def hasEmulation: Boolean = sii == 2
 
+  /** A smoke detector and the reporting of its events in passing frames are built (ALARM). */
+  def hasAlarm: Boolean = alarm == 1
+
   /** Some registers live in block RAM: 512 bytes behind user RAM. */
-  def hasRegisterRam: Boolean = fmmus > 0 || syncManagers > 0 || hasApplicationLayer || hasSii
+  def hasRegisterRam: Boolean = hasAlarm || fmmus > 0 || syncManagers > 0 || hasApplicationLayer || hasSii
 
   /** Register bytes one frame may write; more are refused without a working counter. The log must be
     * committed before the next frame can reach a register: 88 nibble slots lie between, of which 64 are used.
@@ -192,6 +196,12 @@ object ParamTable {
       "bytes",
       between(0, 4)
     )(_.digitalOutputs)((p, v) => p.copy(digitalOutputs = v)),
+    info(
+      "alarm",
+      "1: smoke detector whose events are appended to passing frames",
+      "switch",
+      between(0, 1)
+    )(_.alarm)((p, v) => p.copy(alarm = v)),
     info(
       "sii",
       "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM; 2 emulated by the host",

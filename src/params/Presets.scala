@@ -37,6 +37,10 @@ object Presets {
       "complete slave: two ports, 8 FMMUs, 8 SyncManagers, 8 KiB RAM, I2C EEPROM; no distributed clocks"
     ),
     Preset(
+      EscParams(preset = "alarm-slave", alarm = 1, ramKiB = 1),
+      "smoke-alarm slave: cyclone4-min with a detector whose events are appended to passing frames"
+    ),
+    Preset(
       EscParams(
         preset = "et1100",
         ports = 4,

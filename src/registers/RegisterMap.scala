@@ -806,6 +806,7 @@ object RegisterMap {
         (if (p.hasLeds) leds else Nil) ++
         (if (p.hasSii) sii(p) else Nil) ++
         (if (p.digitalOutputs > 0) Seq(digitalOutputs(p)) else Nil) ++
+        (if (p.hasAlarm) AlarmRegisters.all else Nil) ++
         (0 until p.fmmus).flatMap(fmmu(p, _)) ++
         (0 until p.syncManagers).flatMap(syncManager(p, _))).sortBy(_.address)
     registers.zip(registers.drop(1)).foreach { case (a, b) =>

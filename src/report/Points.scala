@@ -64,6 +64,7 @@ object Points {
     "Register file"                           -> Set("RegisterFile"),
     "Memory and host port"                    -> Set("EscMemory", "HostSequencer"),
     "SII EEPROM"                              -> Set("SiiController"),
+    "Smoke detector, appending"               -> Set("AlarmUnit", "AlarmQueue", "Detector", "DatagramAppender"),
     "AL, events, watchdogs"                   -> Set("Application", "Watchdog", "WatchdogDivider"),
     "LEDs"                                    -> Set("LedControl", "LedPattern"),
     "Write log"                               -> Set("WriteLog"),

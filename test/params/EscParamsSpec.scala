@@ -29,6 +29,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "leds"                   -> between(0, 1).copy(base = local),
     "fmmuBitwise"            -> between(0, 1),
     "digitalOutputs"         -> between(0, 4),
+    "alarm"                  -> between(0, 1),
     "sii"                    -> between(0, 2),
     "siiClockKhz"            -> between(10, 1000),
     "siiStartUs"             -> between(1, 100000),

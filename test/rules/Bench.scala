@@ -21,6 +21,9 @@ trait Bench {
 
   /** The levels of the digital outputs, while they are driven. */
   def outputs: Option[Int]
+
+  /** What the line of the smoke detector is in, a code of [[flyframe.alarm.DetectorState]]. */
+  def setLine(state: Int): Unit
   def advanceMs(ms: Int): Unit
   def advanceUs(us: Int): Unit
 
@@ -54,10 +57,11 @@ class ModelBench(val p: EscParams, writer: EscModel => Option[VectorWriter] = _ 
   def hostRead(address: Int): Int = record.fold(model.hostRead(address))(_.hostRead(address))
   def hostWrite(address: Int, byte: Int): Unit =
     record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
-  def interrupt: Boolean       = model.interrupt
-  def outputs: Option[Int]     = model.outputs
-  def advanceMs(ms: Int): Unit = model.advanceMs(ms)
-  def advanceUs(us: Int): Unit = model.advanceUs(us)
+  def interrupt: Boolean        = model.interrupt
+  def outputs: Option[Int]      = model.outputs
+  def setLine(state: Int): Unit = model.alarm.foreach(_.setLine(state))
+  def advanceMs(ms: Int): Unit  = model.advanceMs(ms)
+  def advanceUs(us: Int): Unit  = model.advanceUs(us)
   def powerOn(image: Seq[Int]): Unit = {
     model = new EscModel(p, Some(image))
     record = None

@@ -73,17 +73,34 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
     eeprom.copy(preset = "emulation-25", sii = 2),
     units.copy(preset = "emulation-100", sii = 2, siiStartUs = 1, dataBusWidth = 16)
   )
+  private val alarms = Seq(
+    preset("cyclone4-min").copy(preset = "alarm", alarm = 1),
+    preset("cyclone4-min")
+      .copy(preset = "alarm-16", alarm = 1, maxSubTelegrams = 1, dataBusWidth = 16, nodeIdWidth = 8),
+    preset("cyclone4-min").copy(
+      preset = "alarm-25",
+      alarm = 1,
+      maxSubTelegrams = 4,
+      dataBusWidth = 32,
+      nodeIdWidth = 8,
+      coreClockMhz = 25,
+      applicationLayer = 1
+    )
+  )
   private def rulesFor(p: EscParams) =
-    (if (p.hasEmulation) EmulationRules.all else if (p.hasI2c) EepromRules.all else rules).filter(_.needs(p))
+    (if (p.hasAlarm) AlarmRules.all
+     else if (p.hasEmulation) EmulationRules.all
+     else if (p.hasI2c) EepromRules.all
+     else rules).filter(_.needs(p))
 
   for (
-    p    <- sets ++ unitSets ++ eepromSets ++ emulated;
+    p    <- sets ++ unitSets ++ eepromSets ++ emulated ++ alarms;
     rule <- rulesFor(p)
   )
     s"${rule.name} [model, ${p.preset}]" should "hold" in rule.run(new Steps(new ModelBench(p)))
 
   // One simulation per parameter set; each rule reports its own result.
-  for (p <- sets ++ unitSets ++ eepromSets ++ emulated) {
+  for (p <- sets ++ unitSets ++ eepromSets ++ emulated ++ alarms) {
     val mine = rulesFor(p)
     lazy val results: Map[String, Try[Unit]] = {
       var found = Map.empty[String, Try[Unit]]

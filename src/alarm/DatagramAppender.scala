@@ -1,0 +1,265 @@
+package flyframe.alarm
+
+import chisel3._
+import chisel3.util._
+import flyframe.frame.{FramePosition, Part}
+import flyframe.memory.DualPortRam
+import flyframe.mii.{Crc32, NibbleStream}
+
+/** Adds one datagram to a passing frame, behind the others (AP-01 to AP-10, docs/behaviour.md).
+  *
+  * While nothing is pending it is a wire. A frame that starts while a datagram is pending leaves
+  * [[DatagramAppender.Delay]] nibbles late, so that its length field is known before it is sent, and its FCS
+  * before it is replaced. The frame then has the new length, the bit "more follows" in the datagram that was
+  * the last, the new datagram in place of padding, beyond it as far as needed, and an FCS of its own. Frames
+  * that come while this one is leaving follow behind the minimum gap, unchanged.
+  *
+  * Nothing leaves better than it came: a frame that ends bad is sent on bad.
+  *
+  * @param bytes
+  *   length of the datagram, header and working counter included
+  * @param maxSubTelegrams
+  *   datagrams a frame may have
+  */
+class DatagramAppender(bytes: Int, maxSubTelegrams: Int) extends Module {
+  import DatagramAppender._
+  private val nibbles = 2 * bytes
+
+  /** Once per nibble slot: `in` is over and the next one begins. */
+  val step = IO(Input(Bool()))
+  val in   = IO(Input(new NibbleStream))
+  val out  = IO(Output(new NibbleStream))
+
+  /** Where `in` lies in its frame. */
+  val position = IO(Input(new FramePosition))
+
+  /** There is a datagram to append, in the next cycle too: these nibbles, which must not change while `busy`.
+    */
+  val pending  = IO(Input(Bool()))
+  val datagram = IO(Input(Vec(nibbles, UInt(4.W))))
+  val busy     = IO(Output(Bool()))
+
+  // Frames on their way in.
+  private val inFrame   = RegInit(false.B) // reset: no frame
+  private val delayed   = RegInit(false.B) // frames go through the buffer; reset: they pass
+  private val candidate = RegInit(false.B) // the frame coming in may get the datagram; reset: no
+  private val append    = RegInit(false.B) // the frame leaving gets it; reset: no
+  private val starts    = in.valid && !inFrame
+
+  // The buffer.
+  private val ram     = DualPortRam(Depth, (new Entry).getWidth)(clock)
+  private val writeAt = RegInit(0.U(log2Ceil(Depth).W))     // reset: empty
+  private val readAt  = RegInit(0.U(log2Ceil(Depth).W))
+  private val count   = RegInit(0.U(log2Ceil(Depth + 1).W))
+  private val ends    = RegInit(0.U(log2Ceil(Depth + 1).W)) // entries with `last`
+  private val active  = RegInit(false.B)                    // a frame is leaving; reset: no
+  private val gap      = RegInit(Gap.U(5.W))               // slots since the last frame left; reset: long ago
+  private val cut      = RegInit(false.B)                  // the rest of a frame does not fit; reset: no
+  private val rested   = gap === Gap.U
+  private val empty    = count === 0.U && !active && rested && !(cut && inFrame)
+  private val wanted   = RegEnable(pending, false.B, step) // reset: nothing pending
+  private val chooses  = starts && !delayed && wanted && !in.last && !in.payload
+  private val buffered = delayed || chooses
+
+  // What the nibble coming in is, for the time it leaves.
+  private val length   = Reg(UInt(12.W))
+  private val left     = Reg(UInt(12.W)) // of the length: bytes still to come
+  private val wrong    = Reg(Bool())     // length and datagrams do not fit together
+  private val at       = Cat(position.byte(0), position.high)
+  private val inHeader = in.payload && position.part === Part.ethercat && !position.checksumCleared
+  private val isFirst  = position.byte === 0.U && !position.high
+  private val isBehind = in.payload && isFirst && Mux(
+    length === 0.U,
+    position.part === Part.header && position.datagram === 0.U,
+    position.part === Part.padding && position.paddingBytes === 0.U
+  )
+  private val isMore =
+    in.payload && position.part === Part.header && position.byte === 7.U && position.high && length =/= 0.U
+  private val fits = (length === 0.U || length >= 12.U) && length < (12 * maxSubTelegrams).U &&
+    length <= (LongestLength - bytes).U && !length(11)
+  when(step && in.valid && candidate) {
+    when(inHeader) {
+      when(at =/= 3.U) { length := Cat(in.data, length(11, 4)) }
+        .otherwise {
+          append := in.data === 1.U && fits && !in.last
+          left   := length
+        }
+    }.elsewhen(position.high) { left := left - 1.U }
+    when(isBehind && length =/= 0.U && left =/= 0.U) { wrong := true.B }
+  }
+
+  private val dropped = candidate && append && in.last && in.odd // half a byte behind the FCS
+  private val full    = count >= (Depth - 2).U
+  private val push    = buffered && in.valid && !dropped && !(cut && !starts) && count =/= Depth.U
+  private val entry   = Wire(new Entry)
+  entry.payload := in.payload
+  entry.data    := in.data
+  entry.last    := in.last || full
+  entry.bad     := in.bad || full
+  entry.odd     := in.odd
+  entry.crcGood := in.crcGood
+  entry.mark := MuxCase(
+    Mark.none,
+    Seq(
+      (inHeader && at =/= 3.U) -> Mark.length,
+      isMore                   -> Mark.more,
+      isBehind                 -> Mark.behind
+    )
+  )
+
+  // Frames on their way out.
+  private val head      = ram.io.readData.asTypeOf(new Entry)
+  private val closed    = RegInit(false.B) // the last nibble of the frame to be extended has come; reset: no
+  private val rest      = Reg(UInt(4.W))   // nibbles left of it, from one more than the FCS has on
+  private val isBad     = Reg(Bool())
+  private val inserted  = Reg(Bool())      // the datagram has begun
+  private val inserting = RegInit(false.B) // more of it is to come; reset: no
+  private val nibble    = Reg(UInt(log2Ceil(nibbles).W))
+  private val crc       = Reg(UInt(32.W))
+  private val word      = Reg(UInt(2.W))   // nibble of the length field
+  private val inFcs     = RegInit(false.B) // no more than the FCS is left of it; reset: no frame
+  private val begins    = head.mark === Mark.behind && !(closed && rest < FcsNibbles.U)
+  private val inserts   = append && (inserting || (!inserted && begins))
+  private val pop       = active && !(inserts && inFcs)
+  private val newLength = length + bytes.U
+
+  // Choosing takes a slot, so that the way from RAM to the next port does not lie in one cycle.
+  private val next = WireDefault(NibbleStream.idle)
+  private val held = RegEnable(next, NibbleStream.idle, step)
+  out := Mux(delayed, held, in)
+  when(chooses) {
+    out.valid := false.B
+    out.last  := false.B
+  }
+
+  // The FCS of what has left: the CRC of all nibbles before the one held, then of that, too.
+  private val shifts = Reg(Bool()) // the FCS is leaving
+  private val crcNow = Mux(shifts, crc, Crc32.next(crc, held.data))
+  when(active) {
+    next.valid   := true.B
+    next.payload := head.payload
+    next.data    := head.data
+    next.last    := head.last
+    next.bad     := head.bad
+    next.odd     := head.odd
+    next.crcGood := head.crcGood
+    when(append) {
+      next.last    := false.B
+      next.bad     := isBad
+      next.odd     := false.B
+      next.crcGood := true.B
+      when(inserts) {
+        next.data := datagram(nibble)
+      }.elsewhen(inFcs) {
+        next.data := ~crcNow(3, 0)
+        next.last := rest === 1.U
+      }.elsewhen(head.mark === Mark.length) {
+        next.data := VecInit((0 until 3).map(i => newLength(4 * i + 3, 4 * i)))(word)
+      }.elsewhen(head.mark === Mark.more) {
+        next.data := head.data | 8.U
+      }
+    }
+  }
+  private val leaves = active && next.last
+  busy := append || candidate || chooses
+
+  ram.io.write        := step && push
+  ram.io.writeAddress := writeAt
+  ram.io.writeData    := entry.asUInt
+  ram.io.readAddress  := Mux(step && pop, readAt + 1.U, readAt)
+
+  when(step) {
+    when(in.valid) { inFrame := !in.last }
+    when(chooses) { delayed := true.B }.elsewhen(empty && !push) { delayed := false.B }
+    when(starts) {
+      candidate := chooses
+      cut       := false.B
+    }
+    when(chooses) {
+      closed   := false.B
+      inFcs    := false.B
+      wrong    := false.B
+      inserted := false.B
+      nibble   := 0.U
+      word     := 0.U
+      shifts   := false.B
+    }
+    when(push) {
+      writeAt := writeAt + 1.U
+      when(full) { cut := true.B }
+    }
+    when(pop) { readAt := readAt + 1.U }
+    count := count + push - pop
+    ends  := ends + (push && entry.last) - (pop && head.last)
+
+    // The end of the frame to be extended.
+    val isOver = candidate && in.valid && in.last
+    when(isOver) { rest := Mux(dropped, FcsNibbles.U, Lag.U) }.elsewhen(pop) { rest := rest - 1.U }
+    inFcs := Mux(isOver, dropped, closed && (rest =/= Lag.U || pop))
+    when(isOver) {
+      candidate := false.B
+      closed    := true.B
+      isBad     := in.bad || wrong
+    }
+
+    // The first nibbles must have been in the RAM for a slot when they leave.
+    val ready = count >= (Lag - 1).U || (!candidate && count > 1.U) || ends =/= 0.U
+    active := Mux(active, !next.last, delayed && rested && ready)
+    when(active) {
+      gap := 0.U
+      when(inserts) {
+        inserted  := true.B
+        inserting := nibble =/= (nibbles - 1).U
+        nibble    := nibble + 1.U
+      }
+      when(head.mark === Mark.length) { word := word + 1.U }
+    }.elsewhen(!rested) { gap := gap + 1.U }
+    crc := Mux(held.payload, crcNow, Crc32.Start)
+    when(active && append && inFcs && !inserts) {
+      crc    := crcNow >> 4
+      shifts := true.B
+    }
+    when(leaves) { append := false.B }
+  }
+}
+
+object DatagramAppender {
+
+  /** Nibbles a frame is held back so that it can be extended: one more than its FCS has, and one to choose.
+    */
+  val Delay = 10
+
+  private val Lag        = 9
+  private val FcsNibbles = 8
+
+  /** Entries of the buffer: the lag, the datagram, and the frames that come meanwhile at shorter gaps than
+    * they leave with.
+    */
+  private val Depth = 128
+
+  /** Slots between frames that leave through the buffer: no more than they may come with, 24 less what the
+    * crossings take.
+    */
+  private val Gap = 20
+
+  /** The longest EtherCAT length field in an Ethernet frame: 1500 bytes less its header. */
+  private val LongestLength = 1498
+
+  private object Mark extends ChiselEnum {
+
+    /** length: nibble 0 to 2 of the length field; more: the one with the bit "more datagrams follow"; behind:
+      * the first one behind the datagrams.
+      */
+    val none, length, more, behind = Value
+  }
+
+  private class Entry extends Bundle {
+    val payload = Bool()
+    val data    = UInt(4.W)
+    val last    = Bool()
+    val bad     = Bool()
+    val odd     = Bool()
+    val crcGood = Bool()
+    val mark    = Mark()
+  }
+}

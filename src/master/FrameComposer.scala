@@ -1,0 +1,147 @@
+package flyframe.master
+
+import chisel3._
+import chisel3.util._
+import flyframe.memory.DualPortRam
+
+/** What a datagram is to be: its header without length bits of the frame. */
+class DatagramRequest extends Bundle {
+  val command = UInt(8.W)
+  val index   = UInt(8.W)
+
+  /** ADP in the low half, ADO in the high one; or a logical address. */
+  val address = UInt(32.W)
+
+  /** Data bytes. */
+  val length = UInt(11.W)
+}
+
+/** Composes EtherCAT frames of datagrams and sends them (FP-02, FP-12): the datagrams come one after the
+  * other, each with its data; then the frame is sent, as often as wanted, until a new one is begun.
+  *
+  * An empty frame has length 0 and padding only.
+  *
+  * @param maxSubTelegrams
+  *   datagrams of one frame
+  */
+class FrameComposer(maxSubTelegrams: Int) extends Module {
+  import FrameComposer._
+
+  /** Begins a new frame: no datagrams. */
+  val clear = IO(Input(Bool()))
+
+  /** A datagram, taken if it fits; then its data bytes. */
+  val datagram = IO(Flipped(Decoupled(new DatagramRequest)))
+  val data     = IO(Flipped(Decoupled(UInt(8.W))))
+
+  /** The datagram offered does not fit into this frame. */
+  val full = IO(Output(Bool()))
+
+  /** Sends the frame; not while `busy`. */
+  val send  = IO(Input(Bool()))
+  val busy  = IO(Output(Bool()))
+  val bytes = IO(Decoupled(new FrameByte))
+
+  /** Source address, first byte of it in the low bits. */
+  val source = IO(Input(UInt(48.W)))
+
+  private object State extends ChiselEnum { val idle, header, data, counter, fetch, send = Value }
+  private val state = RegInit(State.idle) // reset: no frame
+  private val used  = RegInit(0.U(11.W))  // bytes of the EtherCAT area; reset: empty
+  private val count = RegInit(0.U(8.W))   // datagrams
+  private val last  = Reg(UInt(11.W))     // where the bit "more follow" of the last datagram is
+  private val at    = Reg(UInt(11.W))     // byte within what is being written or sent
+  private val left  = Reg(UInt(11.W))     // data bytes to come
+  private val asked = Reg(new DatagramRequest)
+
+  private val ram   = DualPortRam(2048, 8)(clock)
+  private val words = Cat(0.U(16.W), "b10000".U(5.W), asked.length, asked.address, asked.index, asked.command)
+  private val write = WireDefault(false.B)
+  ram.io.write        := write
+  ram.io.writeAddress := used
+  ram.io.writeData := MuxLookup(state.asUInt, 0.U(8.W))(
+    Seq(
+      State.header.asUInt -> VecInit((0 until 10).map(i => words(8 * i + 7, 8 * i)))(at(3, 0)),
+      State.data.asUInt   -> data.bits
+    )
+  )
+  when(write) { used := used + 1.U }
+
+  full           := count === maxSubTelegrams.U || used +& datagram.bits.length > (Longest - 12).U
+  datagram.ready := state === State.idle && !full && !clear && !send
+  data.ready     := state === State.data
+  busy           := state =/= State.idle
+
+  // Sending: 16 bytes of header, then the area.
+  private val inArea = at >= HeaderBytes.U
+  private val head = Cat(
+    "h1".U(4.W),
+    0.U(1.W),
+    used,
+    "ha488".U(16.W),
+    source,
+    Fill(48, true.B)
+  )
+  private val area =
+    Mux(at === last + HeaderBytes.U && count =/= 0.U, ram.io.readData & 0x7f.U, ram.io.readData)
+  ram.io.readAddress := at - HeaderBytes.U
+  bytes.valid        := state === State.send
+  bytes.bits.data := Mux(
+    inArea,
+    area,
+    VecInit((0 until HeaderBytes).map(i => head(8 * i + 7, 8 * i)))(at(3, 0))
+  )
+  bytes.bits.last := at === used + (HeaderBytes - 1).U
+
+  switch(state) {
+    is(State.idle) {
+      at := 0.U
+      when(clear) {
+        used  := 0.U
+        count := 0.U
+      }.elsewhen(send) {
+        state := State.fetch
+      }.elsewhen(datagram.fire) {
+        asked := datagram.bits
+        left  := datagram.bits.length
+        last  := used + 7.U
+        count := count + 1.U
+        state := State.header
+      }
+    }
+    is(State.header) {
+      write := true.B
+      at    := at + 1.U
+      when(at === 9.U) {
+        at    := 0.U
+        state := Mux(left === 0.U, State.counter, State.data)
+      }
+    }
+    is(State.data) {
+      write := data.valid
+      when(data.valid) {
+        left := left - 1.U
+        when(left === 1.U) { state := State.counter }
+      }
+    }
+    is(State.counter) {
+      write := true.B
+      at    := at + 1.U
+      when(at === 1.U) { state := State.idle }
+    }
+    is(State.fetch) { state := State.send }
+    is(State.send) {
+      when(bytes.ready) {
+        at    := at + 1.U
+        state := Mux(bytes.bits.last, State.idle, State.fetch)
+      }
+    }
+  }
+}
+
+object FrameComposer {
+  private val HeaderBytes = 16
+
+  /** The longest EtherCAT area in an Ethernet frame. */
+  val Longest = 1498
+}

@@ -1,0 +1,124 @@
+package flyframe.model
+
+import flyframe.registers.{AlarmRegisters, Register}
+
+/** The events of a smoke detector and the datagram that reports the oldest of them (ALARM-01 to ALARM-08,
+  * DET-01 to DET-06).
+  */
+class AlarmModel(registers: ModelRegisters) extends ModelUnit {
+  import AlarmModel._
+
+  private case class Event(sequence: Int, state: Int, time: Long)
+
+  private var line     = Normal
+  private var offLeft  = 0L // us the supply stays off
+  private var lasted   = 0L // us the line has been as it is
+  private var state    = Off
+  private var reported = Off
+  private var sequence = 1
+  private var queue    = Vector.empty[Event]
+  private var latched  = false
+  private var time     = 0L
+  private var received = Set.empty[String]
+
+  private def supplied = registers.value("detector_enable") == 1 && offLeft == 0
+
+  /** The line is in this state from now on, whether there is supply or not. */
+  def setLine(now: Int): Unit = if (now != line) {
+    line = now
+    lasted = 0
+  }
+
+  /** Lets time pass. */
+  def advance(us: Long): Unit = {
+    time = (time + us) & 0xffffffffL
+    val off = offLeft min us
+    offLeft -= off
+    if (!supplied) {
+      state = Off
+      lasted = 0
+    } else {
+      lasted += us - off
+      if (lasted >= 10L * registers.value("detector_debounce") && state != line) {
+        state = line
+        if (state == Alarm) latched = true
+      }
+    }
+    watch()
+  }
+
+  private def watch(): Unit = if (state != reported && state != Off && queue.size < Depth) {
+    reported = state
+    queue :+= Event(sequence, state, time)
+    sequence = if (sequence == 0xffff) 1 else sequence + 1
+  }
+
+  private def epoch = registers.value("alarm_epoch")
+
+  /** The alarm record, if an event waits. */
+  private def record: Option[Seq[Int]] = queue.headOption.map { e =>
+    EtherCatFrame.little(e.sequence) ++ Seq(e.state, epoch) ++ (0 until 4).map(i =>
+      (e.time >> (8 * i) & 0xff).toInt
+    )
+  }
+
+  /** What is appended to a passing frame. */
+  def datagram: Option[Seq[Int]] = record.filter(_ => registers.value("alarm_report") == 1).map { data =>
+    Datagram(0, registers.value("station_alias"), AlarmRegisters.Record, data)
+      .copy(index = queue.head.sequence & 0xff, workingCounter = 1)
+      .bytes(more = false)
+  }
+
+  override def status(field: String): Option[Int] = {
+    val head = queue.headOption
+    field match {
+      case "alarm_sequence"                          => Some(head.fold(0)(_.sequence))
+      case "alarm_state"                             => Some(head.fold(0)(_.state))
+      case "alarm_record_epoch"                      => Some(if (head.isEmpty) 0 else epoch)
+      case "alarm_time"                              => Some(head.fold(0)(_.time.toInt))
+      case "alarm_events"                            => Some(queue.size)
+      case "detector_state"                          => Some(state)
+      case "detector_supply"                         => Some(if (supplied) 1 else 0)
+      case "alarm_latched"                           => Some(if (latched) 1 else 0)
+      case "broadcast_received" | "message_received" => Some(if (received(field)) 1 else 0)
+      case _                                         => None
+    }
+  }
+
+  override def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit = {
+    register.name match {
+      case "alarm_acknowledge" if address == register.address + 1 =>
+        if (queue.headOption.exists(_.sequence == registers.value("alarm_acknowledge"))) queue = queue.tail
+      case "alarm_command" =>
+        if ((byte & 1) != 0) latched = false
+        if ((byte & 2) != 0) {
+          offLeft = 1000L * registers.value("detector_off_time")
+          state = Off
+          lasted = 0
+        }
+        registers.set("alarm_clear", 0)
+        registers.set("detector_restart", 0)
+      case "alarm_broadcast" if address == register.range.last => received += "broadcast_received"
+      case "alarm_message" if address == register.range.last   => received += "message_received"
+      case _                                                   =>
+    }
+    watch()
+  }
+
+  override def readByHost(register: Register): Unit =
+    if (register.name == "alarm_messages") received = Set.empty
+
+  /** A message waits for the host. */
+  def interrupt: Boolean = received.nonEmpty
+}
+
+object AlarmModel {
+  private val Depth = 16
+
+  /** States of the line and the detector. */
+  val Off    = 0
+  val Normal = 1
+  val Alarm  = 2
+  val Open   = 3
+  val Short  = 4
+}

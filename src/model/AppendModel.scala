@@ -1,0 +1,61 @@
+package flyframe.model
+
+/** A datagram is appended to a passing frame (AP-01 to AP-08): the frame as a whole, not its timing. */
+object AppendModel {
+  private val Longest = 1498 // of the EtherCAT length field in an Ethernet frame
+
+  /** @param payload
+    *   nibbles behind the SFD, FCS included, behind the processing unit
+    * @param bad
+    *   the frame is in error
+    * @return
+    *   the same for the frame that leaves
+    */
+  def append(
+      payload: Vector[Int],
+      bad: Boolean,
+      datagram: Seq[Int],
+      maxSubTelegrams: Int
+  ): (Vector[Int], Boolean) = {
+    def byte(i: Int): Option[Int] =
+      Option.when(2 * i + 1 < payload.size)(payload(2 * i) | payload(2 * i + 1) << 4)
+    def big(i: Int): Option[Int]    = for (a <- byte(i); b <- byte(i + 1)) yield a << 8 | b
+    def little(i: Int): Option[Int] = for (a <- byte(i); b <- byte(i + 1)) yield a | b << 8
+
+    val typeAt = if (big(12).contains(0x8100)) 16 else 12
+    val start  = typeAt + 4
+    val fits = for (ethertype <- big(typeAt); header <- little(start - 2)) yield {
+      val length = header & 0xfff
+      ethertype == 0x88a4 && header >> 12 == 1 && (length == 0 || length >= 12) &&
+      length + datagram.size <= Longest && length < 12 * maxSubTelegrams && payload.size > 2 * start
+    }
+    if (!fits.contains(true)) (payload, bad)
+    else {
+      val length                         = little(start - 2).get & 0xfff
+      val whole                          = payload.take(payload.size / 2 * 2)
+      val body                           = whole.dropRight(8).toArray // the FCS is made anew
+      def put(i: Int, nibble: Int): Unit = if (i < body.length) body(i) = nibble
+      for (k <- 0 until 3) put(2 * (start - 2) + k, (length + datagram.size) >> (4 * k) & 0xf)
+
+      // The datagrams, by their own lengths; the last one now says that more follow.
+      @annotation.tailrec
+      def behind(at: Int): Option[Int] = little(at + 6) match {
+        case None => None
+        case Some(word) =>
+          val more = (word & 0x8000) != 0
+          if (!more) put(2 * (at + 7) + 1, word >> 12 | 8)
+          val next = at + 12 + (word & 0x7ff)
+          if (more) behind(next) else Some(next)
+      }
+      val end   = if (length == 0) Some(start) else behind(start)
+      val wrong = length != 0 && end.exists(e => 2 * e < payload.size && e != start + length)
+      val added = datagram.flatMap(b => Seq(b & 0xf, b >> 4)).toVector
+      val filled = end.filter(2 * _ <= body.length) match {
+        case Some(e) => body.take(2 * e).toVector ++ added ++ body.drop(2 * e + added.size)
+        case None    => body.toVector
+      }
+      val bytes = filled.grouped(2).map(n => n(0) | n(1) << 4).toSeq
+      (filled ++ Fcs.of(bytes).flatMap(b => Seq(b & 0xf, b >> 4)), bad || wrong)
+    }
+  }
+}

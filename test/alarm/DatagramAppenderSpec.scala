@@ -1,0 +1,213 @@
+package flyframe.alarm
+
+import scala.util.Random
+import chisel3._
+import chisel3.util._
+import chiseltest._
+import flyframe.SharedSimulation
+import flyframe.frame.FrameParser
+import flyframe.mii.NibbleStream
+import flyframe.model.{AppendModel, Datagram, Encapsulation, EtherCatFrame, Fcs}
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** The appender behind a parser, as behind the processing unit; a slot every second cycle. */
+class AppenderBench(bytes: Int, maxSubTelegrams: Int) extends Module {
+  val step     = IO(Input(Bool()))
+  val in       = IO(Input(new NibbleStream))
+  val out      = IO(Output(new NibbleStream))
+  val pending  = IO(Input(Bool()))
+  val datagram = IO(Input(Vec(2 * bytes, UInt(4.W))))
+  val busy     = IO(Output(Bool()))
+
+  private val parser   = Module(new FrameParser)
+  private val appender = Module(new DatagramAppender(bytes, maxSubTelegrams))
+  parser.step       := step
+  parser.in         := in
+  parser.abandon    := false.B
+  appender.step     := step
+  appender.in       := RegEnable(in, NibbleStream.idle, step)
+  appender.position := RegEnable(parser.position, step)
+  appender.pending  := pending
+  appender.datagram := datagram
+  out               := appender.out
+  busy              := appender.busy
+}
+
+class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
+  private val Preamble = Vector.fill(15)(5) :+ 0xd
+
+  /** A frame that came out: the slots since the one before, the slot of its first nibble, its nibbles. */
+  private case class Sent(slot: Int, payload: Vector[Int], bad: Boolean, odd: Boolean, end: Int)
+
+  private class Driver(dut: AppenderBench, added: Seq[Int]) {
+    private var slot        = 0
+    private var payload     = Vector.empty[Int]
+    private var start       = -1
+    var sent                = Vector.empty[Sent]
+    private def is(b: Bool) = b.peek().litToBoolean
+    added.flatMap(b => Seq(b & 0xf, b >> 4)).zipWithIndex.foreach { case (n, i) => dut.datagram(i).poke(n) }
+    dut.pending.poke(false)
+
+    private def take(): Unit = {
+      val o = dut.out
+      if (is(o.valid)) {
+        if (start < 0) start = slot
+        val data = o.data.peek().litValue.toInt
+        if (is(o.payload)) payload :+= data
+        if (is(o.last)) {
+          val right = payload.size % 2 == 1 || is(o.crcGood) == fcsGood(payload)
+          assert(is(o.bad) || right, "the FCS of a good frame is what the stream says")
+          sent :+= Sent(start, payload, is(o.bad), is(o.odd), slot)
+          payload = Vector.empty
+          start = -1
+        }
+      } else assert(start < 0, "no hole in a frame")
+    }
+    private def fcsGood(nibbles: Vector[Int]) = Fcs.good(nibbles.grouped(2).map(n => n(0) | n(1) << 4).toSeq)
+
+    def cycle(
+        valid: Boolean,
+        behindSfd: Boolean,
+        data: Int,
+        last: Boolean,
+        bad: Boolean,
+        odd: Boolean,
+        crcGood: Boolean
+    ): Unit = {
+      dut.in.valid.poke(valid)
+      dut.in.payload.poke(behindSfd)
+      dut.in.data.poke(data)
+      dut.in.last.poke(last)
+      dut.in.bad.poke(bad)
+      dut.in.odd.poke(odd)
+      dut.in.crcGood.poke(crcGood)
+      dut.step.poke(true)
+      dut.clock.step()
+      dut.step.poke(false)
+      take()
+      dut.clock.step()
+      slot += 1
+    }
+    def idle(slots: Int): Unit = (1 to slots).foreach(_ => cycle(false, false, 0, false, false, false, false))
+    def frame(nibbles: Vector[Int], bad: Boolean): Int = {
+      val begin = slot
+      val odd   = nibbles.size % 2 == 1
+      for (n      <- Preamble) cycle(true, false, n, false, false, false, false)
+      for ((n, i) <- nibbles.zipWithIndex) {
+        val last = i == nibbles.size - 1
+        cycle(
+          true,
+          true,
+          n,
+          last,
+          last && bad,
+          last && odd,
+          !last || fcsGood(nibbles.take(nibbles.size / 2 * 2))
+        )
+      }
+      begin
+    }
+    def pending(on: Boolean): Unit = dut.pending.poke(on)
+  }
+
+  private def nibbles(bytes: Seq[Int]): Vector[Int] = bytes.flatMap(b => Seq(b & 0xf, b >> 4)).toVector
+  private def closed(bytes: Seq[Int]): Vector[Int]  = nibbles(bytes ++ Fcs.of(bytes))
+  private def empty(area: Int = 44): Vector[Int] =
+    closed(EtherCatFrame(Nil).take(14) ++ Seq(0x00, 0x10) ++ Seq.fill(area)(0))
+
+  /** A frame of any kind, and whether it is bad. */
+  private def any(random: Random): (Vector[Int], Boolean) = {
+    def datagram() = Datagram(
+      random.nextInt(15),
+      random.nextInt(0x10000),
+      random.nextInt(0x10000),
+      Seq.fill(random.nextInt(4) match {
+        case 0 => 0; case 1 => random.nextInt(200); case _ => random.nextInt(20)
+      })(random.nextInt(256))
+    )
+    val form      = if (random.nextInt(5) > 0) Encapsulation.Basic else Encapsulation.all(random.nextInt(4))
+    val datagrams = Seq.fill(random.nextInt(6))(datagram())
+    val whole = EtherCatFrame(datagrams, form, if (random.nextInt(20) == 0) random.nextInt(16) else 1) ++
+      (if (random.nextInt(4) == 0) Seq.fill(random.nextInt(60))(random.nextInt(256)) else Nil)
+    val spoiled =
+      if (random.nextInt(8) == 0) whole.updated(random.nextInt(24) min (whole.size - 1), random.nextInt(256))
+      else whole
+    val right = closed(spoiled)
+    random.nextInt(10) match {
+      case 0 => (right.take(1 + random.nextInt(right.size)), true)
+      case 1 => (right, true)
+      case 2 => (right :+ random.nextInt(16), random.nextBoolean())
+      case _ => (right, false)
+    }
+  }
+
+  for (max <- Seq(1, 4, 15, 128)) {
+    val record =
+      Datagram(0, 0x1234, 0x0e80, Seq(1, 2, 3, 4, 5, 6, 7, 8)).copy(workingCounter = 1, index = 0x5a)
+    val added = record.bytes(more = false)
+    together(s"maxSubTelegrams $max", new AppenderBench(added.size, max))(
+      "AP-01: with nothing pending it is a wire" -> { dut =>
+        val random = new Random(1)
+        val driver = new Driver(dut, added)
+        for (_ <- 1 to 40) {
+          val (frame, bad) = any(random)
+          val begin        = driver.frame(frame, bad)
+          driver.idle(1)
+          val got = driver.sent.last
+          assert(got.slot == begin && got.payload == frame && got.bad == bad)
+          driver.idle(random.nextInt(30))
+        }
+      },
+      "AP-02, AP-05: an empty frame takes the datagram in place of padding and keeps its length" -> { dut =>
+        val driver = new Driver(dut, added)
+        driver.pending(true)
+        val begin = driver.frame(empty(), bad = false)
+        driver.idle(30)
+        val got = driver.sent.head
+        assert(got.slot == begin + DatagramAppender.Delay)
+        assert(!got.bad && !got.odd)
+        val bytes = EtherCatFrame(Nil).take(14) ++ EtherCatFrame.little(added.size | 0x1000) ++ added
+        assert(got.payload == closed(bytes.padTo(60, 0)))
+      },
+      "AP-03 to AP-08: random frames leave as the model says" -> { dut =>
+        val random = new Random(max)
+        val driver = new Driver(dut, added)
+        for (number <- 1 to 400) {
+          val pending      = random.nextInt(4) > 0
+          val (frame, bad) = any(random)
+          driver.pending(pending)
+          driver.frame(frame, bad)
+          driver.pending(random.nextBoolean())
+          driver.idle(110)
+          val (expected, expectedBad) =
+            if (pending) AppendModel.append(frame, bad, added, max) else (frame, bad)
+          val got = driver.sent.last
+          assert(driver.sent.size == number)
+          assert(got.payload == expected && got.bad == expectedBad, s"frame $number, $frame")
+        }
+      },
+      "AP-09: frames at the minimum gap stay whole, in order, and apart" -> { dut =>
+        val random = new Random(100 + max)
+        val driver = new Driver(dut, added)
+        var frames = Vector.empty[(Vector[Int], Boolean)]
+        driver.pending(true)
+        for (_ <- 1 to 300) {
+          val next = any(random)
+          frames :+= next
+          driver.frame(next._1, next._2)
+          driver.idle(24 + (if (random.nextInt(5) == 0) random.nextInt(60) else -random.nextInt(3)))
+        }
+        driver.idle(400)
+        assert(driver.sent.size == frames.size)
+        var appended = 0
+        for ((got, (frame, bad)) <- driver.sent.zip(frames)) {
+          val changed = AppendModel.append(frame, bad, added, max)
+          if (got.payload == changed._1 && got.bad == changed._2) appended += 1
+          else assert(got.payload == frame && got.bad == bad)
+        }
+        assert(appended > 30)
+        for (Seq(a, b) <- driver.sent.sliding(2)) assert(b.slot - a.end > 20)
+      }
+    )
+  }
+}
