@@ -16,16 +16,17 @@ lazy val flyframe = (project in file("."))
     buildInfoPackage            := "flyframe",
     addCompilerPlugin("org.chipsalliance" % "chisel-plugin" % chiselVersion cross CrossVersion.full),
     libraryDependencies ++= Seq(
-      "org.chipsalliance"      %% "chisel"        % chiselVersion,
-      "com.github.scopt"       %% "scopt"         % "4.1.0",
-      "com.lihaoyi"            %% "ujson"         % "3.3.1",
-      "org.scala-lang.modules" %% "scala-xml"     % "2.2.0",
-      "org.jfree"               % "jfreechart"    % "1.5.5",
-      "org.jfree"               % "org.jfree.svg" % "5.0.6",
-      "edu.berkeley.cs"        %% "chiseltest"    % "6.0.0"  % Test,
-      "org.scalatest"          %% "scalatest"     % "3.2.19" % Test,
-      "org.pcap4j"              % "pcap4j-core"   % "1.8.2"  % Test,
-      "org.slf4j"               % "slf4j-nop"     % "2.0.16" % Test
+      "org.chipsalliance"      %% "chisel"                      % chiselVersion,
+      "com.github.scopt"       %% "scopt"                       % "4.1.0",
+      "com.lihaoyi"            %% "ujson"                       % "3.3.1",
+      "org.scala-lang.modules" %% "scala-xml"                   % "2.2.0",
+      "org.jfree"               % "jfreechart"                  % "1.5.5",
+      "org.jfree"               % "org.jfree.svg"               % "5.0.6",
+      "edu.berkeley.cs"        %% "chiseltest"                  % "6.0.0"  % Test,
+      "org.scalatest"          %% "scalatest"                   % "3.2.19" % Test,
+      "org.pcap4j"              % "pcap4j-core"                 % "1.8.2"  % Test,
+      "org.pcap4j"              % "pcap4j-packetfactory-static" % "1.8.2"  % Test,
+      "org.slf4j"               % "slf4j-nop"                   % "2.0.16" % Test
     ),
     scalacOptions ++= Seq(
       "-deprecation",

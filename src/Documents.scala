@@ -41,7 +41,8 @@ object Documents {
     }
     s"""# Registers
        |
-       |Generated from `src/registers/RegisterMap.scala` for preset `${p.preset}`; do not edit. Multi-byte registers are little
+       |Generated from `src/registers/RegisterMap.scala` for preset `${p.preset}` with `digitalOutputs` and
+       |`alarm`; do not edit. Multi-byte registers are little
        |endian. Bits without a row are reserved: they read 0 and ignore writes. Addresses without a row below 0x0F80 are absent: they
        |give no working counter. `r/clr`: a write of any value clears the whole group.
        |

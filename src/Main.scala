@@ -147,7 +147,9 @@ object Main {
         s"$base.json" -> Documents.json(p)
       )
     } ++ request.docs.map(
-      _.resolve("registers.md").toString -> Documents.registers(sets.maxBy(RegisterMap(_).size))
+      _.resolve("registers.md").toString -> Documents.registers(
+        sets.maxBy(RegisterMap(_).size).copy(digitalOutputs = 4, alarm = 1)
+      )
     )
     val files = texts.map { case (path, text) => path -> text.getBytes(UTF_8) } ++
       jobs.flatMap(_._2).map { case (name, bytes) => request.out.resolve(name).toString -> bytes }

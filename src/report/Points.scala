@@ -64,12 +64,12 @@ object Points {
     "Register file"                           -> Set("RegisterFile"),
     "Memory and host port"                    -> Set("EscMemory", "HostSequencer"),
     "SII EEPROM"                              -> Set("SiiController"),
-    "Smoke detector, appending"               -> Set("AlarmUnit", "AlarmQueue", "Detector", "DatagramAppender"),
-    "AL, events, watchdogs"                   -> Set("Application", "Watchdog", "WatchdogDivider"),
-    "LEDs"                                    -> Set("LedControl", "LedPattern"),
-    "Write log"                               -> Set("WriteLog"),
-    "Loops and slot timer"                    -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
-    "Wire path and glue"                      -> Set.empty
+    "Smoke detector, appending" -> Set("AlarmUnit", "AlarmQueue", "Detector", "DatagramAppender"),
+    "AL, events, watchdogs"     -> Set("Application", "Watchdog", "WatchdogDivider"),
+    "LEDs"                      -> Set("LedControl", "LedPattern"),
+    "Write log"                 -> Set("WriteLog"),
+    "Loops and slot timer"      -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
+    "Wire path and glue"        -> Set.empty
   )
 
   /** The unit of everything that is in no other. */

@@ -1,0 +1,202 @@
+package flyframe.master
+
+import java.net.{Inet4Address, InetAddress}
+import scala.util.Random
+import chisel3._
+import chisel3.util._
+import chiseltest._
+import flyframe.SharedSimulation
+import org.pcap4j.packet._
+import org.pcap4j.packet.namednumber._
+import org.pcap4j.util.MacAddress
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** Against packets that pcap4j builds and takes apart. */
+class UdpSpec extends AnyFlatSpec with SharedSimulation {
+  private case class End(mac: Long, ip: Long, port: Int) {
+    private def bytes(value: Long, count: Int) =
+      (count - 1 to 0 by -1).map(i => (value >> (8 * i)).toByte).toArray
+    def address: Inet4Address = InetAddress.getByAddress(bytes(ip, 4)).asInstanceOf[Inet4Address]
+    def station: MacAddress   = MacAddress.getByAddress(bytes(mac, 6))
+    def poke(e: UdpEnd): Unit = {
+      e.mac.poke(mac)
+      e.ip.poke(ip)
+      e.port.poke(port)
+    }
+  }
+  private val master      = End(0x021022334455L, 0xc0a80105L, 5005)
+  private val server      = End(0x0a0b0c0d0e0fL, 0xc0a801feL, 0x88a5)
+  private def is(b: Bool) = b.peek().litToBoolean
+  private def any(random: Random, end: End) =
+    End(end.mac ^ random.nextInt(256), random.nextInt() & 0xffffffffL, random.nextInt(0x10000))
+
+  /** A frame with a UDP datagram, as pcap4j makes it. */
+  private def packet(
+      from: End,
+      to: End,
+      payload: Seq[Int],
+      udpChecksum: Boolean = true,
+      fragment: Boolean = false,
+      protocol: IpNumber = IpNumber.UDP
+  ): Vector[Int] = {
+    val data = new UnknownPacket.Builder().rawData(payload.map(_.toByte).toArray)
+    val udp = new UdpPacket.Builder()
+      .srcPort(UdpPort.getInstance(from.port.toShort))
+      .dstPort(UdpPort.getInstance(to.port.toShort))
+      .srcAddr(from.address)
+      .dstAddr(to.address)
+      .payloadBuilder(data)
+      .correctLengthAtBuild(true)
+      .correctChecksumAtBuild(udpChecksum)
+    val ip = new IpV4Packet.Builder()
+      .version(IpVersion.IPV4)
+      .tos(IpV4Rfc791Tos.newInstance(0.toByte))
+      .ttl(64.toByte)
+      .identification(0x1234.toShort)
+      .moreFragmentFlag(fragment)
+      .protocol(protocol)
+      .srcAddr(from.address)
+      .dstAddr(to.address)
+      .payloadBuilder(udp)
+      .correctChecksumAtBuild(true)
+      .correctLengthAtBuild(true)
+    val bytes = new EthernetPacket.Builder()
+      .dstAddr(to.station)
+      .srcAddr(from.station)
+      .`type`(EtherType.IPV4)
+      .payloadBuilder(ip)
+      .paddingAtBuild(true)
+      .build()
+      .getRawData
+    bytes.map(_ & 0xff).toVector
+  }
+
+  private def send(dut: UdpSender, from: End, to: End, payload: Seq[Int], random: Random): Vector[Int] = {
+    from.poke(dut.source)
+    to.poke(dut.destination)
+    dut.length.poke(payload.size)
+    dut.start.poke(true)
+    dut.clock.step()
+    dut.start.poke(false)
+    var frame = Vector.empty[Int]
+    var ended = false
+    while (!ended) {
+      val address = dut.readAddress.peek().litValue.toInt
+      val ready   = random.nextInt(3) == 0
+      dut.bytes.ready.poke(ready)
+      if (ready && is(dut.bytes.valid)) {
+        frame :+= dut.bytes.bits.data.peek().litValue.toInt
+        ended = is(dut.bytes.bits.last)
+      }
+      dut.clock.step()
+      dut.readData.poke(payload.lift(address).getOrElse(0xee))
+    }
+    dut.bytes.ready.poke(false)
+    assert(!is(dut.busy))
+    frame
+  }
+
+  together("sending", new UdpSender)(
+    "MST-10: what it sends has the right addresses, lengths and checksums" -> { dut =>
+      val random = new Random(1)
+      for (size <- Seq(1, 2, 17, 18, 19, 60, 255, 256, 1472) ++ Seq.fill(10)(1 + random.nextInt(200))) {
+        val (from, to) = (any(random, master), any(random, server))
+        val payload    = Seq.fill(size)(random.nextInt(256))
+        val raw        = send(dut, from, to, payload, random).map(_.toByte).toArray
+        assert(raw.length == 42 + size)
+        val frame = EthernetPacket.newPacket(raw, 0, raw.length)
+        assert(frame.getHeader.getDstAddr == to.station && frame.getHeader.getSrcAddr == from.station)
+        val ip = frame.get(classOf[IpV4Packet])
+        assert(ip.getHeader.hasValidChecksum(false) && ip.length == 28 + size)
+        assert(ip.getHeader.getSrcAddr == from.address && ip.getHeader.getDstAddr == to.address)
+        assert(ip.getHeader.getDontFragmentFlag && ip.getHeader.getTtlAsInt == 64)
+        val udp = frame.get(classOf[UdpPacket])
+        assert(udp.hasValidChecksum(from.address, to.address, false))
+        assert(
+          udp.getHeader.getSrcPort.valueAsInt == from.port && udp.getHeader.getDstPort.valueAsInt == to.port
+        )
+        assert(udp.getPayload.getRawData.map(_ & 0xff).toSeq == payload)
+      }
+    },
+    "MST-10: a checksum that comes to 0 is sent as 0xFFFF" -> { dut =>
+      // Two bytes that bring the sum there, found by trying.
+      val sums = (0 until 0x10000).iterator.map(w => w -> packet(master, server, Seq(w >> 8, w & 0xff)))
+      val Some((word, _)) = sums.find { case (_, p) =>
+        p(40) == 0xff && p(41) == 0xff || p(40) == 0 && p(41) == 0
+      }
+      val sent = send(dut, master, server, Seq(word >> 8, word & 0xff), new Random(3))
+      assert(sent.slice(40, 42) == Seq(0xff, 0xff))
+    }
+  )
+
+  private case class Got(good: Boolean, payload: Seq[Int], from: (BigInt, BigInt, BigInt))
+
+  /** What it makes of a frame; None: it was not for this station. */
+  private def receive(dut: UdpReceiver, bytes: Seq[Int], bad: Boolean = false): Option[Got] = {
+    master.poke(dut.own)
+    var payload = Vector.empty[Int]
+    dut.end.valid.poke(false)
+    for ((b, i) <- bytes.zipWithIndex) {
+      dut.byte.valid.poke(true)
+      dut.byte.bits.poke(b)
+      dut.first.poke(i == 0)
+      if (is(dut.data.valid)) {
+        assert(dut.offset.peek().litValue == payload.size)
+        payload :+= dut.data.bits.peek().litValue.toInt
+      }
+      dut.clock.step()
+      dut.byte.valid.poke(false)
+      if (i % 2 == 1) dut.clock.step()
+    }
+    dut.end.valid.poke(true)
+    dut.end.bits.poke(!bad)
+    dut.clock.step()
+    dut.end.valid.poke(false)
+    val r = dut.received
+    val got = Option.when(is(r.valid)) {
+      val good = is(r.bits.good)
+      if (good) assert(r.bits.length.peek().litValue == payload.size)
+      val f = r.bits.from
+      Got(good, payload, (f.mac.peek().litValue, f.ip.peek().litValue, f.port.peek().litValue))
+    }
+    dut.clock.step()
+    assert(!is(r.valid))
+    got
+  }
+
+  together("receiving", new UdpReceiver)(
+    "MST-11: datagrams for this end come with their payload and where they are from" -> { dut =>
+      val random = new Random(2)
+      for (size <- Seq(1, 2, 17, 18, 19, 60, 255, 1472) ++ Seq.fill(20)(1 + random.nextInt(200))) {
+        val from    = any(random, server)
+        val payload = Seq.fill(size)(random.nextInt(256))
+        val got     = receive(dut, packet(from, master, payload, udpChecksum = random.nextInt(4) > 0))
+        assert(got.contains(Got(good = true, payload, (from.mac, from.ip, from.port))))
+      }
+    },
+    "MST-11: frames to others are nothing" -> { dut =>
+      assert(receive(dut, packet(server, server, Seq(1, 2, 3))).isEmpty)
+      assert(receive(dut, packet(server, master.copy(mac = 0xffffffffffffL), Seq(1, 2, 3))).isEmpty)
+      assert(receive(dut, packet(server, master, Seq(1, 2, 3))).exists(_.good))
+    },
+    "MST-11: another address, port or protocol, fragments and bad frames are refused" -> { dut =>
+      def refused(bytes: Seq[Int], bad: Boolean = false) = receive(dut, bytes, bad).exists(!_.good)
+      val right                                          = packet(server, master, 1 to 40)
+      assert(!refused(right) && refused(right, bad = true))
+      assert(refused(packet(server, master.copy(ip = master.ip ^ 0x100), 1 to 40)))
+      assert(refused(packet(server, master.copy(ip = master.ip ^ 0x1000000), 1 to 40)))
+      assert(refused(packet(server, master.copy(port = master.port + 1), 1 to 40)))
+      assert(refused(packet(server, master, 1 to 40, protocol = IpNumber.TCP)))
+      assert(refused(packet(server, master, 1 to 40, fragment = true)))
+      assert(refused(right.dropRight(1)) && refused(right.take(20)) && refused(right.take(41)))
+      assert(!refused(right))
+    },
+    "MST-11: every single wrong bit of header or payload is noticed" -> { dut =>
+      val right = packet(server, master, Seq.tabulate(9)(_ * 29 & 0xff)).take(51)
+      // Destination address decides whether it is ours; the source address no checksum covers.
+      for (i <- 12 until right.size; bit <- 0 until 8)
+        assert(receive(dut, right.updated(i, right(i) ^ 1 << bit)).exists(!_.good), s"byte $i, bit $bit")
+      assert(receive(dut, right).exists(_.good))
+    }
+  )
+}
