@@ -1,0 +1,135 @@
+package flyframe.master
+
+import chisel3._
+import chisel3.util._
+import flyframe.memory.DualPortRam
+import flyframe.mii.NibbleStream
+
+/** A datagram that has come back, whole: see [[DatagramAnswer]]. */
+class StoredAnswer extends Bundle {
+
+  /** The first eight data bytes, first one in the low bits; behind the last one undefined. */
+  val data     = UInt(64.W)
+  val counter  = UInt(16.W)
+  val address  = UInt(32.W)
+  val index    = UInt(8.W)
+  val command  = UInt(8.W)
+  val length   = UInt(11.W)
+  val appended = Bool()
+}
+
+/** Exchanges frames with the slaves of a line: composes a frame, sends it, and waits for its answer; without
+  * a right one in time it is sent again (MST-07, MST-08). The answers are kept until the next frame is begun.
+  *
+  * Use: `clear`; datagrams with their data; `go`; wait for `done`; read the answers.
+  *
+  * @param maxSubTelegrams
+  *   datagrams of a frame that is sent
+  * @param answers
+  *   datagrams of an answer that are kept, those of slaves included, a power of two
+  */
+class LineExchange(maxSubTelegrams: Int, answers: Int = 32) extends Module {
+
+  /** Once per nibble slot. */
+  val step   = IO(Input(Bool()))
+  val in     = IO(Input(new NibbleStream))
+  val out    = IO(Output(new NibbleStream))
+  val source = IO(Input(UInt(48.W))) // MAC address, first byte in the low bits
+
+  val clear    = IO(Input(Bool()))
+  val datagram = IO(Flipped(Decoupled(new DatagramRequest)))
+  val data     = IO(Flipped(Decoupled(UInt(8.W))))
+  val full     = IO(Output(Bool()))
+
+  /** Sends what has been composed. How long to wait for an answer, in slots; how often to send again. */
+  val go      = IO(Input(Bool()))
+  val timeout = IO(Input(UInt(16.W)))
+  val retries = IO(Input(UInt(4.W)))
+  val busy    = IO(Output(Bool()))
+
+  /** The exchange is over; true: with a right answer. */
+  val done = IO(Output(Valid(Bool())))
+
+  /** A frame was sent in vain: for counting. */
+  val lost = IO(Output(Bool()))
+
+  /** Answers there are after a good exchange, and the one at `read` a cycle later. */
+  val count  = IO(Output(UInt(log2Ceil(answers + 1).W)))
+  val read   = IO(Input(UInt(log2Ceil(answers).W)))
+  val answer = IO(Output(new StoredAnswer))
+
+  private val composer = Module(new FrameComposer(maxSubTelegrams))
+  private val sender   = Module(new EthernetSender)
+  private val receiver = Module(new EthernetReceiver)
+  private val matcher  = Module(new AnswerMatcher(maxSubTelegrams))
+  composer.source := source
+  composer.clear  := clear
+  composer.datagram <> datagram
+  composer.data <> data
+  full        := composer.full
+  sender.step := step
+  sender.bytes <> composer.bytes
+  out                  := sender.out
+  receiver.step        := step
+  receiver.in          := in
+  matcher.byte         := receiver.byte
+  matcher.first        := receiver.first
+  matcher.end          := receiver.end
+  matcher.clear        := clear
+  matcher.expect.valid := datagram.fire
+  matcher.expect.bits  := datagram.bits
+
+  // Answers. The data of a datagram is collected, and stored with its working counter.
+  private val ram     = DualPortRam(answers, (new StoredAnswer).getWidth)(clock)
+  private val collect = Reg(UInt(64.W))
+  private val came    = RegInit(0.U(log2Ceil(answers + 1).W)) // of the frame at hand; reset: none
+  private val kept    = RegInit(0.U(log2Ceil(answers + 1).W))
+  private val waiting = RegInit(false.B)                      // for an answer; reset: not
+  private val entry   = Wire(new StoredAnswer)
+  entry.data     := collect
+  entry.counter  := matcher.answer.bits.counter
+  entry.address  := matcher.answer.bits.address
+  entry.index    := matcher.answer.bits.index
+  entry.command  := matcher.answer.bits.command
+  entry.length   := matcher.answer.bits.length
+  entry.appended := matcher.answer.bits.appended
+  private val stores = matcher.answer.valid && waiting && came =/= answers.U
+  ram.io.write        := stores
+  ram.io.writeAddress := came
+  ram.io.writeData    := entry.asUInt
+  ram.io.readAddress  := read
+  answer              := ram.io.readData.asTypeOf(new StoredAnswer)
+  count               := kept
+  when(matcher.data.valid && matcher.offset < 8.U) {
+    collect := VecInit((0 until 8).map { i =>
+      Mux(matcher.offset === i.U, matcher.data.bits, collect(8 * i + 7, 8 * i))
+    }).asUInt
+  }
+  when(receiver.byte.valid && receiver.first) { came := 0.U }.elsewhen(stores) { came := came + 1.U }
+
+  // Sending, and waiting.
+  private val left  = Reg(UInt(16.W)) // slots
+  private val tries = Reg(UInt(4.W))  // that are left
+  private val good  = matcher.done.valid && matcher.done.bits && waiting
+  private val late  = waiting && left === 0.U && !composer.busy
+  composer.send := go || (late && tries =/= 0.U && !good)
+  busy          := waiting
+  done.valid    := good || (late && tries === 0.U)
+  done.bits     := good
+  lost          := late && !good
+
+  when(clear) { kept := 0.U }
+  when(step && left =/= 0.U && !composer.busy) { left := left - 1.U }
+  when(go) {
+    waiting := true.B
+    tries   := retries
+    left    := timeout
+  }.elsewhen(good) {
+    waiting := false.B
+    kept    := came
+  }.elsewhen(late) {
+    when(tries === 0.U) { waiting := false.B }
+    tries := tries - 1.U
+    left  := timeout
+  }
+}

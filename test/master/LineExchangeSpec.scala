@@ -1,0 +1,172 @@
+package flyframe.master
+
+import scala.util.Random
+import chisel3._
+import chiseltest._
+import flyframe.SharedSimulation
+import flyframe.model._
+import flyframe.params.Presets
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** The exchange of a master with a line of modelled slaves. */
+class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
+  private val slave       = Presets.named("alarm-slave").get.params
+  private def is(b: Bool) = b.peek().litToBoolean
+  private case class Answer(counter: Int, data: Seq[Int], appended: Boolean, adp: Int)
+
+  /** @param disturb
+    *   what becomes of the frame with this number on its way back; None: it is lost
+    */
+  private class Master(
+      dut: LineExchange,
+      line: LineModel,
+      disturb: (Int, SentFrame) => Option[SentFrame] = (_, f) => Some(f)
+  ) {
+    var frames          = 0
+    var lost            = 0
+    private var sending = Vector.empty[Int]
+    private var back    = Vector.empty[Option[(Int, Boolean, Boolean)]] // nibble, payload, last
+    private var good    = false
+    dut.source.poke(BigInt("665544332210", 16))
+    dut.timeout.poke(900)
+    dut.retries.poke(2)
+    dut.clear.poke(false)
+    dut.go.poke(false)
+    dut.datagram.valid.poke(false)
+    dut.data.valid.poke(false)
+    dut.in.odd.poke(false)
+    dut.in.crcGood.poke(true)
+
+    private def slot(): Unit = {
+      val now = back.headOption.flatten
+      back = back.drop(1)
+      dut.in.valid.poke(now.isDefined)
+      dut.in.data.poke(now.fold(0)(_._1))
+      dut.in.payload.poke(now.exists(_._2))
+      dut.in.last.poke(now.exists(_._3))
+      dut.in.bad.poke(now.exists(_._3) && !good)
+      dut.step.poke(true)
+      cycle()
+      dut.step.poke(false)
+      cycle()
+      if (is(dut.out.valid)) {
+        if (is(dut.out.payload)) sending :+= dut.out.data.peek().litValue.toInt
+        if (is(dut.out.last)) {
+          for (sent <- line.send(WireFrame.ofNibbles(sending)); frame <- disturb(frames, sent)) {
+            good = frame.good
+            val start = Vector.fill(15)(5) :+ 13
+            back = Vector.fill(40)(None) ++ start.map(n => Some((n, false, false))) ++
+              frame.payload.zipWithIndex.map { case (n, i) => Some((n, true, i == frame.payload.size - 1)) }
+          }
+          frames += 1
+          sending = Vector.empty
+        }
+      }
+    }
+    private var result = Option.empty[Boolean]
+    private def cycle(): Unit = {
+      if (is(dut.done.valid)) result = Some(is(dut.done.bits))
+      if (is(dut.lost)) lost += 1
+      dut.clock.step()
+    }
+
+    def exchange(datagrams: Datagram*): Option[Seq[Answer]] = {
+      dut.clear.poke(true)
+      dut.clock.step()
+      dut.clear.poke(false)
+      for (d <- datagrams) {
+        dut.datagram.bits.command.poke(d.command)
+        dut.datagram.bits.index.poke(d.index)
+        dut.datagram.bits.address.poke(d.address)
+        dut.datagram.bits.length.poke(d.data.size)
+        dut.datagram.valid.poke(true)
+        assert(is(dut.datagram.ready))
+        dut.clock.step()
+        dut.datagram.valid.poke(false)
+        for (b <- d.data) {
+          dut.data.bits.poke(b)
+          dut.data.valid.poke(true)
+          while (!is(dut.data.ready)) dut.clock.step()
+          dut.clock.step()
+        }
+        dut.data.valid.poke(false)
+        dut.clock.step(3)
+        while (!is(dut.datagram.ready)) dut.clock.step()
+      }
+      result = None
+      dut.go.poke(true)
+      dut.clock.step()
+      dut.go.poke(false)
+      while (result.isEmpty) slot()
+      assert(!is(dut.busy))
+      Option.when(result.get)((0 until dut.count.peek().litValue.toInt).map { i =>
+        dut.read.poke(i)
+        dut.clock.step()
+        val a    = dut.answer
+        val size = a.length.peek().litValue.toInt min 8
+        val data = a.data.peek().litValue
+        Answer(
+          a.counter.peek().litValue.toInt,
+          (0 until size).map(k => (data >> (8 * k) & 0xff).toInt),
+          is(a.appended),
+          (a.address.peek().litValue & 0xffff).toInt
+        )
+      })
+    }
+  }
+  private def line(count: Int) = new LineModel(Seq.fill(count)(new EscModel(slave)))
+
+  together("with modelled slaves", new LineExchange(15))(
+    "MST-07: counting slaves and reading their registers" -> { dut =>
+      val slaves = line(5)
+      slaves.slaves.zipWithIndex.foreach { case (s, i) => s.hostWrite(0x12, 0x20 + i) }
+      val master = new Master(dut, slaves)
+      assert(master.exchange(Datagram(7, 0, 0, Seq(0))).get.map(_.counter) == Seq(5))
+      val answers =
+        master.exchange((0 until 5).map(i => Datagram(1, -i, 0x12, Seq(0, 0)).copy(index = i)): _*).get
+      assert(answers.map(_.counter) == Seq.fill(5)(1) && answers.map(_.data.head) == (0x20 to 0x24))
+      assert(master.lost == 0 && master.frames == 2)
+    },
+    "MST-07, AP-05: an empty frame collects what slaves have to say" -> { dut =>
+      val slaves = line(5)
+      for (i <- Seq(1, 3)) {
+        val s = slaves.slaves(i)
+        s.hostWrite(0x12, 0x30 + i)
+        s.hostWrite(0x0ea6, 3)
+        s.hostWrite(0x0ea0, 0)
+        s.hostWrite(0x0ea1, 0)
+        s.alarm.get.setLine(2)
+        s.advanceUs(10)
+      }
+      val master  = new Master(dut, slaves)
+      val answers = master.exchange().get
+      assert(answers.map(_.adp) == Seq(0x31, 0x33) && answers.forall(a => a.appended && a.counter == 1))
+      assert(answers.map(_.data.take(3)) == Seq.fill(2)(Seq(1, 0, 2)))
+      val acknowledged =
+        master.exchange(Datagram(2, -1, 0x0e8a, Seq(1, 0)), Datagram(2, -3, 0x0e8a, Seq(1, 0))).get
+      assert(acknowledged.map(_.appended) == Seq(false, false, true, true))
+      assert(master.exchange().get.isEmpty)
+    },
+    "MST-08: a lost or spoiled frame is sent again, as often as asked" -> { dut =>
+      val spoil = (f: SentFrame) => f.copy(payload = f.payload.updated(40, f.payload(40) ^ 1))
+      for (kind <- 0 to 1; failing <- 0 to 3) {
+        val master = new Master(
+          dut,
+          line(2),
+          (n, f) => if (n >= failing) Some(f) else if (kind == 0) None else Some(spoil(f))
+        )
+        val answer = master.exchange(Datagram(7, 0, 0, Seq(0)))
+        assert(answer.map(_.map(_.counter)) == Option.when(failing <= 2)(Seq(2)))
+        assert(master.lost == (failing min 3) && master.frames == (failing + 1 min 3))
+      }
+    },
+    "MST-08: an answer that comes after its time does no harm" -> { dut =>
+      val master = new Master(dut, line(1))
+      dut.timeout.poke(60)
+      assert(master.exchange(Datagram(7, 0, 0, Seq(0))).isEmpty)
+      dut.timeout.poke(900)
+      for (i <- 1 to 3)
+        assert(master.exchange(Datagram(7, 0, 0, Seq(0)).copy(index = i)).get.map(_.counter) == Seq(1))
+    }
+  )
+}
