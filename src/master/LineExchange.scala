@@ -41,7 +41,12 @@ class LineExchange(maxSubTelegrams: Int, answers: Int = 32) extends Module {
   val data     = IO(Flipped(Decoupled(UInt(8.W))))
   val full     = IO(Output(Bool()))
 
-  /** Sends what has been composed. How long to wait for an answer, in slots; how often to send again. */
+  /** A datagram is being taken, or a frame is being sent. */
+  val composing = IO(Output(Bool()))
+
+  /** Sends what has been composed, while not `composing`. How long to wait for an answer, in slots; how often
+    * to send again.
+    */
   val go      = IO(Input(Bool()))
   val timeout = IO(Input(UInt(16.W)))
   val retries = IO(Input(UInt(4.W)))
@@ -114,6 +119,7 @@ class LineExchange(maxSubTelegrams: Int, answers: Int = 32) extends Module {
   private val late  = waiting && left === 0.U && !composer.busy
   composer.send := go || (late && tries =/= 0.U && !good)
   busy          := waiting
+  composing     := composer.busy
   done.valid    := good || (late && tries === 0.U)
   done.bits     := good
   lost          := late && !good

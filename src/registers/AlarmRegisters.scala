@@ -9,6 +9,10 @@ object AlarmRegisters {
   /** The oldest event: the object of the datagrams that report it. */
   val Record = 0x0e80
 
+  /** Where the master acknowledges it; what the host says of its slave, with the epoch behind it. */
+  val Acknowledge = 0x0e8a
+  val SelfTest    = 0x0ea4
+
   private def field(name: String, high: Int, low: Int, source: Source, meaning: String, reset: BigInt = 0) =
     Field(name, high, low, source, reset, meaning)
 
@@ -58,7 +62,7 @@ object AlarmRegisters {
     Register(
       "alarm_acknowledge",
       "Alarm acknowledge",
-      0x0e8a,
+      Acknowledge,
       2,
       ReadWrite,
       Read,
@@ -140,7 +144,7 @@ object AlarmRegisters {
     Register(
       "self_test",
       "Self-test",
-      0x0ea4,
+      SelfTest,
       1,
       Read,
       ReadWrite,
