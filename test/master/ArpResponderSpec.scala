@@ -1,0 +1,106 @@
+package flyframe.master
+
+import java.net.InetAddress
+import chisel3._
+import chiseltest._
+import flyframe.SharedSimulation
+import org.pcap4j.packet._
+import org.pcap4j.packet.namednumber._
+import org.pcap4j.util.MacAddress
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** Against packets that pcap4j builds and takes apart. */
+class ArpResponderSpec extends AnyFlatSpec with SharedSimulation {
+  private def is(b: Bool) = b.peek().litToBoolean
+  private val own         = MacAddress.getByName("10:22:33:44:55:66")
+  private val asker       = MacAddress.getByName("0a:0b:0c:0d:0e:0f")
+  private val ownIp       = InetAddress.getByName("192.168.1.5")
+  private val askerIp     = InetAddress.getByName("192.168.1.254")
+
+  private def packet(
+      to: MacAddress = MacAddress.ETHER_BROADCAST_ADDRESS,
+      target: InetAddress = ownIp,
+      operation: ArpOperation = ArpOperation.REQUEST
+  ): Vector[Int] = {
+    val arp = new ArpPacket.Builder()
+      .hardwareType(ArpHardwareType.ETHERNET)
+      .protocolType(EtherType.IPV4)
+      .hardwareAddrLength(6.toByte)
+      .protocolAddrLength(4.toByte)
+      .operation(operation)
+      .srcHardwareAddr(asker)
+      .srcProtocolAddr(askerIp)
+      .dstHardwareAddr(MacAddress.getByName("00:00:00:00:00:00"))
+      .dstProtocolAddr(target)
+    new EthernetPacket.Builder()
+      .dstAddr(to)
+      .srcAddr(asker)
+      .`type`(EtherType.ARP)
+      .payloadBuilder(arp)
+      .paddingAtBuild(true)
+      .build()
+      .getRawData
+      .map(_ & 0xff)
+      .toVector
+  }
+
+  private def ask(dut: ArpResponder, bytes: Seq[Int], good: Boolean = true): Option[EthernetPacket] = {
+    dut.own.mac.poke(BigInt("102233445566", 16))
+    dut.own.ip.poke(0xc0a80105L)
+    dut.end.valid.poke(false)
+    dut.bytes.ready.poke(false)
+    for ((b, i) <- bytes.zipWithIndex) {
+      dut.byte.valid.poke(true)
+      dut.byte.bits.poke(b)
+      dut.first.poke(i == 0)
+      dut.clock.step()
+    }
+    dut.byte.valid.poke(false)
+    dut.end.valid.poke(true)
+    dut.end.bits.poke(good)
+    dut.clock.step()
+    dut.end.valid.poke(false)
+    Option.when(is(dut.bytes.valid)) {
+      var answer = Vector.empty[Byte]
+      var ended  = false
+      while (!ended) {
+        dut.bytes.ready.poke(answer.size % 3 == 0)
+        if (is(dut.bytes.ready)) {
+          answer :+= dut.bytes.bits.data.peek().litValue.toByte
+          ended = is(dut.bytes.bits.last)
+        } else {
+          dut.clock.step()
+          dut.bytes.ready.poke(true)
+          answer :+= dut.bytes.bits.data.peek().litValue.toByte
+          ended = is(dut.bytes.bits.last)
+        }
+        dut.clock.step()
+      }
+      dut.bytes.ready.poke(false)
+      EthernetPacket.newPacket(answer.toArray, 0, answer.size)
+    }
+  }
+
+  together("requests", new ArpResponder)(
+    "MST-12: requests for the own address, to all or to this station, are answered" -> { dut =>
+      for (to <- Seq(MacAddress.ETHER_BROADCAST_ADDRESS, own)) {
+        val answer = ask(dut, packet(to)).get
+        assert(answer.getHeader.getDstAddr == asker && answer.getHeader.getSrcAddr == own)
+        val arp = answer.get(classOf[ArpPacket]).getHeader
+        assert(arp.getOperation == ArpOperation.REPLY)
+        assert(arp.getSrcHardwareAddr == own && arp.getSrcProtocolAddr == ownIp)
+        assert(arp.getDstHardwareAddr == asker && arp.getDstProtocolAddr == askerIp)
+        assert(arp.getHardwareType == ArpHardwareType.ETHERNET && arp.getProtocolType == EtherType.IPV4)
+      }
+    },
+    "MST-12: other requests, answers, other frames and bad ones are not" -> { dut =>
+      assert(ask(dut, packet(target = InetAddress.getByName("192.168.1.6"))).isEmpty)
+      assert(ask(dut, packet(target = InetAddress.getByName("193.168.1.5"))).isEmpty)
+      assert(ask(dut, packet(to = asker)).isEmpty && ask(dut, packet(operation = ArpOperation.REPLY)).isEmpty)
+      assert(ask(dut, packet(), good = false).isEmpty && ask(dut, packet().take(41)).isEmpty)
+      for (i <- 12 until 22; bit <- 0 until 8)
+        assert(ask(dut, packet().updated(i, packet()(i) ^ 1 << bit)).isEmpty, s"byte $i, bit $bit")
+      assert(ask(dut, packet()).isDefined)
+    }
+  )
+}
