@@ -3919,7 +3919,7 @@ module SyncManagerBank(
   assign readEvent_1 = readEvent_1_isRead_1;
   assign readEvent_2 = readEvent_2_isRead_2;
   assign readEvent_3 = readEvent_3_isRead_3;
-  assign written_valid = acts & chosen_works & _logic_writeEvent;
+  assign written_valid = acts & _logic_writeEvent;
   assign written_bits = number;
 endmodule
 
@@ -4055,13 +4055,7 @@ module SyncManagerStates(
   reg        settled_r;
   reg        settled_r_1;
   wire       pdi_granted_0 = ~walks & ~good & ~bad & ~ecat_turn;
-  reg        bank_acts_REG;
   wire [1:0] number = walks ? walk : ecat_turn ? ecat_number : pdi_number;
-  reg  [1:0] bank_number_REG;
-  reg        bank_chosen_REG_works;
-  reg        bank_chosen_REG_locked;
-  reg        bank_chosen_REG_isMailbox;
-  reg        bank_chosen_REG_ecatWrites;
   reg        casez_tmp;
   always @(*) begin
     casez (number)
@@ -4114,6 +4108,12 @@ module SyncManagerStates(
         casez_tmp_2 = settings_3_ecatWrites;
     endcase
   end // always @(*)
+  reg        bank_acts_REG;
+  reg  [1:0] bank_number_REG;
+  reg        bank_chosen_REG_works;
+  reg        bank_chosen_REG_locked;
+  reg        bank_chosen_REG_isMailbox;
+  reg        bank_chosen_REG_ecatWrites;
   reg  [1:0] casez_tmp_3;
   always @(*) begin
     casez (number)
@@ -4272,7 +4272,7 @@ module SyncManagerStates(
       walking_REG <= walks;
       settled_r <= isLast & wasGood;
       settled_r_1 <= settled_r;
-      bank_acts_REG <= walks | accesses;
+      bank_acts_REG <= (walks | accesses) & casez_tmp;
       bank_good_REG <= walks & wasGood;
       bank_bad_REG <= walks & ~wasGood;
     end

@@ -71,8 +71,9 @@ class SyncManagerStates(n: Int) extends Module {
   ecat.granted := true.B
   pdi.granted  := !walks && !good && !bad && !ecat.turn
   private val accesses = (ecat.request || (pdi.request && pdi.granted)) && !walks
-  bank.acts := RegNext(walks || accesses, false.B)
-  private val number = Mux(walks, walk, Mux(ecat.turn, ecat.number, pdi.number))
+  private val number   = Mux(walks, walk, Mux(ecat.turn, ecat.number, pdi.number))
+  // What does not work must not keep the state it had: it may work again in the next cycle, and then begins anew.
+  bank.acts   := RegNext((walks || accesses) && settings(number).works, false.B)
   bank.number := RegNext(number)
   // A cycle old; of the state, what happened in that cycle is added. The configuration changes only while the SyncManager does
   // not work, and that clears its state at once.
@@ -148,6 +149,6 @@ class SyncManagerBank(n: Int) extends Module {
     writeEvent(i) := event(logic.writeEvent, logic.writeEventEnd, "isWritten")
     readEvent(i)  := event(logic.readEvent, logic.readEventEnd, "isRead")
   }
-  written.valid := acts && chosen.works && logic.writeEvent
+  written.valid := acts && logic.writeEvent
   written.bits  := number
 }

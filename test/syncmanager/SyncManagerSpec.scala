@@ -89,6 +89,27 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       step(); step()
       compare("works")
     }
+
+    /** Switched off and on by two register writes in consecutive cycles, while the host asks `before` cycles
+      * earlier to later and without a pause.
+      */
+    def blink(before: Int): Unit = {
+      val to = port(Side.Pdi)
+      to.access.write.poke(false)
+      to.access.first.poke(true)
+      for (cycle <- 0 until 6) {
+        to.request.poke(cycle >= before)
+        dut.enable(Number).poke(cycle != 3)
+        step()
+      }
+      to.request.poke(false)
+      enabled = false
+      model.configure(settings)
+      enabled = true
+      model.configure(settings)
+      step(); step()
+      compare("blink")
+    }
     def compare(what: => String): Unit = {
       assert(is(dut.writeEvent(Number)) == model.writeEvent, s"write event after $what")
       assert(is(dut.readEvent(Number)) == model.readEvent, s"read event after $what")
@@ -241,6 +262,17 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
         assert(b.access(Side.Pdi, write = false, 0).isEmpty)
         assert(b.access(Side.Ecat, write = true, 1).isEmpty)
         b.frame(good = true)
+      },
+      check("SM-28, B-50: off for a single cycle, it begins anew, whatever the host asks meanwhile", 0x04) {
+        b =>
+          for (before <- 0 to 5) {
+            b.all(Side.Ecat, write = true)
+            b.frame(good = true)
+            b.all(Side.Ecat, write = true)
+            b.blink(before)
+            assert(b.access(Side.Pdi, write = false, 0).isEmpty, s"asked from cycle $before on")
+            b.frame(good = true)
+          }
       },
       check(
         "SM-03: a buffer stays open from frame to frame, and through bad ones that do not touch it",
