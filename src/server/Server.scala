@@ -16,7 +16,7 @@ object Server {
       udp: UdpLink,
       feed: PageFeed,
       web: WebServer,
-      stopTicking: () => Unit
+      stopWorking: () => Unit
   ) extends AutoCloseable {
 
     /** Port of the page; of the reports. */
@@ -30,7 +30,7 @@ object Server {
     /** Takes no more reports, closes the pages and the log. */
     def close(): Unit = {
       udp.close()
-      stopTicking()
+      stopWorking()
       feed.close()
       web.close()
       store.close()
@@ -58,7 +58,7 @@ object Server {
           val ticking = Executors.newSingleThreadScheduledExecutor()
           ticking.scheduleWithFixedDelay(() => supervisor.tick(), TickMs, TickMs, TimeUnit.MILLISECONDS)
           udp.start()
-          new Running(options, store, udp, feed, web, () => ticking.shutdown())
+          new Running(options, store, udp, feed, web, () => { ticking.shutdown(); supervisor.close() })
         }
       })
     } yield running

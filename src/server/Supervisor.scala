@@ -75,10 +75,9 @@ final class Supervisor(
   private var broken   = Option.empty[String]
 
   // After a start: what the log tells. No master has reported yet.
-  for ((life, entry) <- store.youngest.take(MostMasters).reverse) {
-    val at = entry.fold(Instant.EPOCH)(_.received)
-    masters(life.master) = Master(life, lineOf(life), Report(life, 0, time = entry.fold(0L)(_.event.masterTime)), at)
-    silent += life.master
+  for (r <- store.youngest.take(MostMasters).reverse) {
+    masters(r.life.master) = Master(r.life, lineOf(r.life), Report(r.life, r.next, time = r.time), r.heard)
+    silent += r.life.master
   }
 
   private def lineOf(life: Life): LineState = Iterator
@@ -112,10 +111,12 @@ final class Supervisor(
       case Some(m) if !isSilent(m) && !m.address.contains(from)    => Left(Refusal.Forged)
       case Some(m) if m.life == report.life                        => fresh(report, m.last.time, m.heard).map(_ => known)
       case Some(m) if !isSilent(m) && clockMs() - m.begunMs < LeastLifeMs => Left(Refusal.Replayed)
-      case Some(m) if !isSilent(m) && store.next(report.life).nonEmpty    => Left(Refusal.Replayed)
       case _ =>
-        val before = store.last(report.life)
-        before.fold[Either[Refusal, Unit]](Right(()))(e => fresh(report, e.event.masterTime, e.received)).map(_ => known)
+        store.record(report.life) match {
+          case None                                    => Right(known)
+          case Some(_) if known.exists(!isSilent(_))   => Left(Refusal.Replayed)
+          case Some(r)                                 => fresh(report, r.time, r.heard).map(_ => known)
+        }
     }
   }
 
@@ -129,8 +130,8 @@ final class Supervisor(
     val life = report.life
     val now  = Instant.now
     val held = before.filter(_.life == life).getOrElse(begin(report, now))
-    val entries = store.append(life, report.first, report.events, now)
-    val next    = store.next(life).get
+    val entries = store.append(report, now)
+    val next    = store.record(life).get.next
     masters(life.master) = held.copy(
       line = entries.foldLeft(held.line)((line, e) => line.after(e.event)),
       last = report.copy(events = Vector.empty),
@@ -166,9 +167,15 @@ final class Supervisor(
       silent -= gone
       commands -= gone
     }
+    masters.get(life.master).foreach(remember)
     commands.get(life.master).foreach(_.abandon())
     Master(life, lineOf(life), report, now, begunMs = clockMs())
   }
+
+  private def remember(m: Master): Unit = if (m.address.nonEmpty) store.remember(m.life, m.last.time, m.heard)
+
+  /** To be called at the end: what a later start is to know. */
+  def close(): Unit = synchronized(logged(masters.values.foreach(remember)))
 
   private def isSilent(m: Master): Boolean =
     m.address.isEmpty || clockMs() - m.heardMs > options.masterTimeoutMs

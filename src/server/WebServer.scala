@@ -75,10 +75,10 @@ final class WebServer(options: Options, supervisor: Supervisor, store: EventStor
 
   private def command(exchange: HttpServerExchange): Unit = {
     val headers = exchange.getRequestHeaders
-    val given   = Option(headers.getFirst("X-Token")).getOrElse("")
+    val sent    = Option(headers.getFirst("X-Token")).getOrElse("")
     val type0   = Option(headers.getFirst(Headers.CONTENT_TYPE)).getOrElse("").takeWhile(_ != ';').trim
     if (!headers.contains(Headers.ORIGIN)) refuse(exchange, 403, "Only the page may send commands.")
-    else if (!MessageDigest.isEqual(given.getBytes(UTF_8), token.getBytes(UTF_8)))
+    else if (!MessageDigest.isEqual(sent.getBytes(UTF_8), token.getBytes(UTF_8)))
       refuse(exchange, 403, "The page is not of this start of the server: reload it.")
     else if (!type0.equalsIgnoreCase("application/json")) refuse(exchange, 415, "Commands are application/json.")
     else if (exchange.getRequestContentLength > MostBodyBytes) refuse(exchange, 413, "That is too long.")
