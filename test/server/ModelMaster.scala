@@ -25,7 +25,7 @@ final class ModelMaster(
   private var counter = 0L // of the last command
   private val started = System.nanoTime()
 
-  /** Commands taken; datagrams of the server that were none and no acknowledgements. */
+  /** Commands taken; datagrams that were neither commands with a right code nor acknowledgements. */
   val commands = mutable.Buffer.empty[Command]
   var refused  = 0
 
@@ -95,7 +95,8 @@ final class ModelMaster(
           counter = c.counter
           commands += c
           happen(Event(EventKind.Command, c.code, c.node, (c.counter & 0xffff).toInt, CommandResult.Done))
-        case _ => refused += 1
+        case Some(_) => () // sent again
+        case None    => refused += 1
       }
   }
 

@@ -226,7 +226,7 @@ class ServerSpec extends AnyFlatSpec {
 
   "SRV-18: the key" should "be read from a file with or without an end of line" in Directory { d =>
     for (end <- Seq("", "\n", "\r\n")) {
-      val file = Files.writeString(d.resolve("key"), "00ff" * 15 + "80Ab0102" + end)
+      val file = Files.writeString(d.resolve("key"), "00ff" * 14 + "80Ab0102" + end)
       assert(Options.readKey(file).map(_.toSeq.takeRight(4)) == Right(Seq(0x80, 0xab, 1, 2).map(_.toByte)))
       assert(Options.readKey(file).map(_.length) == Right(32))
     }
