@@ -93,5 +93,15 @@ cosim-selftest:
 $(COSIM_OUT)/eeprom-test: $(COSIM_OBJ)/eeprom_test.o $(COSIM_OBJ)/eeprom.o
 	$(CXX) -o $@ $^
 
+# The host programs against fake controllers.
+$(COSIM_OUT)/firmware-test: $(patsubst test/firmware/%.cpp,$(COSIM_OBJ)/test-firmware/%.o,$(wildcard test/firmware/*.cpp)) $(COSIM_FIRMWARE)
+	$(CXX) -o $@ $^ -lmbedcrypto
+$(COSIM_OBJ)/test-firmware/%.o: test/firmware/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(COSIM_CXXFLAGS) -Isrc/firmware -I$(GENERATED) -c -o $@ $<
+.PHONY: firmware-test
+firmware-test: $(COSIM_OUT)/firmware-test
+	$<
+
 .SECONDARY:
--include $(wildcard $(COSIM_OBJ)/*.d $(COSIM_OBJ)/*/adapter.d $(COSIM_OBJ)/firmware/*.d)
+-include $(wildcard $(COSIM_OBJ)/*.d $(COSIM_OBJ)/*/adapter.d $(COSIM_OBJ)/firmware/*.d $(COSIM_OBJ)/test-firmware/*.d)
