@@ -136,8 +136,8 @@ class Panel:
 
 
 def serve(panel, children):
-    open_input = True
-    prompt = "> " if sys.stdin and sys.stdin.isatty() else ""
+    open_input = sys.stdin is not None
+    prompt = "> " if open_input and sys.stdin.isatty() else ""
     print(prompt, end="", flush=True)
     while True:
         ended = children.ended()

@@ -55,20 +55,24 @@ size_t AlarmNetwork::slaveNumbered(const std::string& text) const {
   return number;
 }
 
+// One detector or all of them, at the same moment.
+void AlarmNetwork::change(const std::string& slaves, const std::function<void(SmokeDetector&)>& how) {
+  const bool all = slaves == "all";
+  const size_t first = all ? 1 : slaveNumbered(slaves), last = all ? line_.slaves() : first;
+  for (size_t i = first; i <= last; ++i) {
+    how(line_.detector(i));
+    line_.updateDetector(i);
+  }
+}
+
 std::string AlarmNetwork::command(const std::vector<std::string>& words) {
   const std::string verb = words.empty() ? "" : words[0], last = words.empty() ? "" : words.back();
   const size_t count = words.size();
   if (verb == "smoke" && count == 3 && (last == "on" || last == "off")) {
-    const size_t first = words[1] == "all" ? 1 : slaveNumbered(words[1]), end = words[1] == "all" ? line_.slaves() : first;
-    for (size_t i = first; i <= end; ++i) {
-      line_.detector(i).setSmoke(last == "on");
-      line_.updateDetector(i);
-    }
+    change(words[1], [&](SmokeDetector& d) { d.setSmoke(last == "on"); });
   } else if (verb == "line" && count == 3 && (last == "open" || last == "short" || last == "whole")) {
-    const size_t i = slaveNumbered(words[1]);
     using Line = SmokeDetector::Line;
-    line_.detector(i).setLine(last == "open" ? Line::open : last == "short" ? Line::shorted : Line::whole);
-    line_.updateDetector(i);
+    change(words[1], [&](SmokeDetector& d) { d.setLine(last == "open" ? Line::open : last == "short" ? Line::shorted : Line::whole); });
   } else if ((verb == "cut" || verb == "mend") && count == 2) {
     line_.setCable(slaveNumbered(words[1]), verb == "mend");
   } else if (verb == "restart" && count == 2) {
@@ -79,7 +83,7 @@ std::string AlarmNetwork::command(const std::vector<std::string>& words) {
     return std::to_string(line_.ns()) + " ns";
   } else {
     throw UserError(
-        "known: smoke SLAVE|all on|off, line SLAVE open|short|whole, cut SLAVE, mend SLAVE, restart SLAVE|master, status, time, quit; "
+        "known: smoke SLAVE|all on|off, line SLAVE|all open|short|whole, cut SLAVE, mend SLAVE, restart SLAVE|master, status, time, quit; "
         "the first slave is 1.");
   }
   return "";

@@ -27,12 +27,13 @@ class AlarmNetwork {
   // For the master.
   void toMaster(const Bytes& frame);
 
-  // `smoke 4|all on|off`, `line 2 open|short|whole`, `cut 3`, `mend 3`, `restart master|2`, `status`, `time`.
+  // `smoke 4|all on|off`, `line 2|all open|short|whole`, `cut 3`, `mend 3`, `restart master|2`, `status`, `time`.
   std::string command(const std::vector<std::string>& words);
 
  private:
   std::unique_ptr<Host> makeHost(size_t node);
   size_t slaveNumbered(const std::string& text) const;
+  void change(const std::string& slaves, const std::function<void(SmokeDetector&)>& how);
   nlohmann::ordered_json status();
   nlohmann::ordered_json statusOf(size_t slave);
 
