@@ -10,6 +10,7 @@ enum {
   WAIT_US = 20,         /* between two looks at a request */
   SPARE_US = 50000,     /* for whatever else the line is busy with */
   LONGEST_FRAME_US = 125,
+  HOST_EVENT_BYTES = 6,
   ATTEMPTS = 3,         /* of a request, besides the retries of its frame */
   RUN = MASTER_LINE_RUN_MASK | MASTER_REPORT_RUN_MASK,
   BWR = 8,
@@ -61,7 +62,7 @@ static enum self_test set_up(struct alarm_master *master) {
   struct board *board = master->board;
   uint32_t boots;
 
-  if (!memory_holds(board, MASTER_REQUEST_DATA, 8) || !memory_holds(board, MASTER_HOST_EVENT, 8)) return SELF_TEST_MEMORY;
+  if (!memory_holds(board, MASTER_REQUEST_DATA, 8) || !memory_holds(board, MASTER_HOST_EVENT, HOST_EVENT_BYTES)) return SELF_TEST_MEMORY;
   const enum self_test parameters = check(&master->parameters);
   if (parameters != SELF_TEST_GOOD) return parameters;
 
@@ -116,7 +117,7 @@ static bool ask(struct alarm_master *master, uint8_t command, uint16_t adp, uint
   write_number(board, MASTER_REQUEST_LENGTH, 1, length);
   write_number(board, MASTER_REQUEST_ADDRESS, 4, adp | (uint32_t)ado << 16);
   board_write(board, MASTER_REQUEST_DATA, data, length);
-  write_number(board, MASTER_REQUEST_GO, 1, MASTER_REQUEST_GO_MASK);
+  write_number(board, MASTER_REQUEST_CONTROL, 1, MASTER_REQUEST_GO_MASK);
   if (!wait_for(master, MASTER_REQUEST_DONE_MASK, MASTER_REQUEST_DONE_MASK, limit)) return false;
   *counter = (uint16_t)read_number(board, MASTER_REQUEST_COUNTER, 2);
   return read_number(board, MASTER_REQUEST_ANSWERED, 1) != 0;
@@ -156,14 +157,14 @@ static enum command_result execute(struct alarm_master *master, const struct com
 
 /* The server is told how a command ended, among the events. */
 static void tell(struct alarm_master *master, const struct command *command, enum command_result result) {
-  const uint8_t event[8] = {command->code,          (uint8_t)result, (uint8_t)command->node, (uint8_t)(command->node >> 8),
-                            (uint8_t)command->counter, (uint8_t)(command->counter >> 8), 0, 0};
+  const uint8_t event[HOST_EVENT_BYTES] = {command->code,          (uint8_t)result, (uint8_t)command->node, (uint8_t)(command->node >> 8),
+                            (uint8_t)command->counter, (uint8_t)(command->counter >> 8)};
   if (!wait_for(master, MASTER_HOST_EVENT_BUSY_MASK, 0, request_limit(&master->parameters))) {
     ++master->untold;
     return;
   }
   board_write(master->board, MASTER_HOST_EVENT, event, sizeof event);
-  write_number(master->board, MASTER_HOST_EVENT_GO, 1, MASTER_HOST_EVENT_GO_MASK);
+  write_number(master->board, MASTER_HOST_EVENT_CONTROL, 1, MASTER_HOST_EVENT_GO_MASK);
 }
 
 static void take_message(struct alarm_master *master) {
@@ -174,7 +175,7 @@ static void take_message(struct alarm_master *master) {
   for (uint16_t i = 0; i < COMMAND_BYTES; ++i)
     message[i] = i < length ? (uint8_t)read_number(master->board, MASTER_MAILBOX_DATA, 1) : 0;
   /* From here on the next one can come. */
-  write_number(master->board, MASTER_MAILBOX_DONE, 1, MASTER_MAILBOX_DONE_MASK);
+  write_number(master->board, MASTER_MAILBOX_CONTROL, 1, MASTER_MAILBOX_DONE_MASK);
   switch (command_check(&master->filter, message, length, &command)) {
     case COMMAND_ACCEPTED:
       ++master->accepted;

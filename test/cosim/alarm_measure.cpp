@@ -30,7 +30,7 @@ class Meter {
 
   ordered_json run(size_t events) {
     const auto begin = std::chrono::steady_clock::now();
-    waitFor(2000, [this] { return scanned_; });
+    waitFor(500, [this] { return scanned_; });
     for (size_t i = 1; i <= line_.slaves(); ++i) line_.node(i).setAlarmCurrent(1);
     pass(50 * cycleNs_);
     std::vector<double> first, last;

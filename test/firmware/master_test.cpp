@@ -60,9 +60,9 @@ struct MasterController : board {
       if (value & MASTER_BUZZER_OFF_MASK) buzzerOffBefore = requests.size();
       memory[address] = value & 3;
     }
-    if (address == MASTER_MAILBOX_DONE && value == 1 && !mailbox.empty()) mailbox.pop_front();
-    if (address == MASTER_REQUEST_GO && value == 1) request();
-    if (address == MASTER_HOST_EVENT_GO && value == 1) events.emplace_back(&memory[MASTER_HOST_EVENT], &memory[MASTER_HOST_EVENT + 8]);
+    if (address == MASTER_MAILBOX_CONTROL && value == 1 && !mailbox.empty()) mailbox.pop_front();
+    if (address == MASTER_REQUEST_CONTROL && value == 1) request();
+    if (address == MASTER_HOST_EVENT_CONTROL && value == 1) events.emplace_back(&memory[MASTER_HOST_EVENT], &memory[MASTER_HOST_EVENT + 6]);
   }
   void wait(uint32_t us) override { time += us; }
   bool untouched() const { return requests.empty() && events.empty() && mailbox.empty(); }
@@ -119,7 +119,7 @@ struct Started {
   // The end of the only command, as the server is told.
   bool ended(uint8_t code, uint8_t result, uint16_t node, uint16_t counter) const {
     return c.events.size() == 1 && c.events[0] == Message{code, result, static_cast<uint8_t>(node), static_cast<uint8_t>(node >> 8),
-                                                         static_cast<uint8_t>(counter), static_cast<uint8_t>(counter >> 8), 0, 0};
+                                                         static_cast<uint8_t>(counter), static_cast<uint8_t>(counter >> 8)};
   }
 };
 
