@@ -26,7 +26,7 @@ final class Browser(page: String) extends AutoCloseable {
 
   /** State of each detector, in the order of the line. */
   def detectors: Seq[String] =
-    look(all(".card[data-state]").map(_.getAttribute("data-state"))).getOrElse(Nil)
+    look(all(".card[data-state]").map(_.getDomAttribute("data-state"))).getOrElse(Nil)
   def labels: Seq[String] = look(all(".card[data-state] .label").map(_.getText)).getOrElse(Nil)
 
   /** The banner; empty if there is none. */
