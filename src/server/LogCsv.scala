@@ -28,7 +28,9 @@ object LogCsv {
     Iterator
       .unfold(0L)(id => Option(after(id)).filter(_.nonEmpty).map(entries => (entries, entries.last.id)))
       .flatten
-      .foreach(entry => printer.printRecord(columns.map { case (_, field) => harmless(field(entry).toString) }: _*))
+      .foreach(entry =>
+        printer.printRecord(columns.map { case (_, field) => harmless(field(entry).toString) }: _*)
+      )
     printer.flush()
   }
 

@@ -98,7 +98,8 @@ object Options {
         .valueName("<file>")
         .text(text)
         .validate(v =>
-          if (v.nonEmpty && Try(Paths.get(v)).isSuccess) success else failure(s"$name is '$v' but must be a file.")
+          if (v.nonEmpty && Try(Paths.get(v)).isSuccess) success
+          else failure(s"$name is '$v' but must be a file.")
         )
         .action((v, o) => set(Paths.get(v), o))
     val day      = 24 * 60 * 60 * 1000
@@ -110,15 +111,19 @@ object Options {
       opt[String]("listen")
         .valueName("<address>")
         .text("IP address for page and reports; default 127.0.0.1, this machine only")
-        .validate(v => if (address(v).nonEmpty) success else failure(s"listen is '$v' but must be an IP address."))
+        .validate(v =>
+          if (address(v).nonEmpty) success else failure(s"listen is '$v' but must be an IP address.")
+        )
         .action((v, o) => o.copy(listen = address(v).get)),
-      number("http-port", 0 to 65535, s"port of the page, 0: a free one; default ${defaults.httpPort}")((v, o) =>
-        o.copy(httpPort = v)
+      number("http-port", 0 to 65535, s"port of the page, 0: a free one; default ${defaults.httpPort}")(
+        (v, o) => o.copy(httpPort = v)
       ),
-      number("udp-port", 0 to 65535, s"port of the reports, 0: a free one; default ${defaults.udpPort}")((v, o) =>
-        o.copy(udpPort = v)
+      number("udp-port", 0 to 65535, s"port of the reports, 0: a free one; default ${defaults.udpPort}")(
+        (v, o) => o.copy(udpPort = v)
       ),
-      path("database", s"SQLite file of the log; default ${defaults.database}")((v, o) => o.copy(database = v)),
+      path("database", s"SQLite file of the log; default ${defaults.database}")((v, o) =>
+        o.copy(database = v)
+      ),
       path("key", "file with the key of the commands, 64 hexadecimal digits; without it none can be sent")(
         (v, o) => o.copy(key = Some(v))
       ),

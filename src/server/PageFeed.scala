@@ -7,8 +7,8 @@ import scala.collection.mutable
 import scala.util.control.NonFatal
 import io.undertow.server.handlers.sse.ServerSentEventConnection
 
-/** Pushes picture and log to the open pages. A page gets the next message when it has taken the one before, so
-  * that a slow one misses pictures in between, but neither the last one nor an entry of the log.
+/** Pushes picture and log to the open pages. A page gets the next message when it has taken the one before,
+  * so that a slow one misses pictures in between, but neither the last one nor an entry of the log.
   *
   * A message: `{"state": picture, "log": [entries], "fresh": true}`; fresh: the log begins anew.
   */
@@ -101,7 +101,13 @@ final class PageFeed(picture: () => Picture, store: EventStore) extends AutoClos
           client.busySince = None
           if (client.version != version.get) schedule()
         }
-        def failed(c: ServerSentEventConnection, data: String, event: String, id: String, e: IOException): Unit =
+        def failed(
+            c: ServerSentEventConnection,
+            data: String,
+            event: String,
+            id: String,
+            e: IOException
+        ): Unit =
           run { clients -= client; c.close() }
       }
     )

@@ -42,9 +42,10 @@ object Picture {
       "slaves"     -> line.slaves.indices.map(slave),
       "orders" -> orders.map { o =>
         ujson.Obj(
-          "id"     -> o.id,
-          "text"   -> EventText.command(o.code, o.node),
-          "state"  -> o.outcome.fold(if (o.counter.isEmpty) "waiting" else "sent")(_.fold(_ => "failed", _ => "done")),
+          "id"   -> o.id,
+          "text" -> EventText.command(o.code, o.node),
+          "state" -> o.outcome
+            .fold(if (o.counter.isEmpty) "waiting" else "sent")(_.fold(_ => "failed", _ => "done")),
           "reason" -> text(o.outcome.flatMap(_.left.toOption))
         )
       }
@@ -65,12 +66,12 @@ object Picture {
       val s             = line.slaves(position)
       val (state, what) = stateOf(position)
       ujson.Obj(
-        "label"  -> LineState.label(position),
-        "node"   -> s.node,
-        "state"  -> state,
-        "text"   -> what,
-        "notes"  -> notes(position, state).map(ujson.Str(_)),
-        "twin"   -> s.twin.nonEmpty
+        "label" -> LineState.label(position),
+        "node"  -> s.node,
+        "state" -> state,
+        "text"  -> what,
+        "notes" -> notes(position, state).map(ujson.Str(_)),
+        "twin"  -> s.twin.nonEmpty
       )
     }
 
@@ -78,15 +79,15 @@ object Picture {
     private def stateOf(position: Int): (String, String) = {
       val s = line.slaves(position)
       (line.detector(position), s) match {
-        case _ if silent                                              => ("unknown", "unknown")
-        case _ if !s.answers                                          => ("lost", "lost")
-        case (Some(DetectorState.Alarm), _)                           => ("alarm", "alarm")
-        case (_, Slave(_, _, _, _, _, Some(twin), _))                 => ("fault", s"same ID as ${LineState.label(twin)}")
-        case (_, _) if s.selfTest > 1                                 => ("fault", EventText.selfTest(s.selfTest))
+        case _ if silent                              => ("unknown", "unknown")
+        case _ if !s.answers                          => ("lost", "lost")
+        case (Some(DetectorState.Alarm), _)           => ("alarm", "alarm")
+        case (_, Slave(_, _, _, _, _, Some(twin), _)) => ("fault", s"same ID as ${LineState.label(twin)}")
+        case (_, _) if s.selfTest > 1                 => ("fault", EventText.selfTest(s.selfTest))
         case (Some(d @ (DetectorState.Open | DetectorState.Short)), _) => ("fault", EventText.detector(d))
-        case (Some(DetectorState.Normal), _)                          => ("normal", "normal")
-        case (Some(d), _)                                             => ("unknown", EventText.detector(d))
-        case (None, _)                                                => ("unknown", "nothing told yet")
+        case (Some(DetectorState.Normal), _)                           => ("normal", "normal")
+        case (Some(d), _)                                              => ("unknown", EventText.detector(d))
+        case (None, _)                                                 => ("unknown", "nothing told yet")
       }
     }
 

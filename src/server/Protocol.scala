@@ -89,18 +89,20 @@ object Protocol {
   private def u32(b: ByteBuffer): Long = b.getInt() & 0xffffffffL
 
   /** A report, if `datagram` is a whole and right one. */
-  def report(datagram: Array[Byte]): Option[Report] = Option.when(datagram.length >= HeaderBytes) {
-    val b        = ByteBuffer.wrap(datagram)
-    val isReport = u16(b) == Magic & u8(b) == Version & u8(b) == KindReport
-    val life     = Life(u16(b), u16(b))
-    val first    = u32(b)
-    val count    = u8(b)
-    val isWhole  = count <= Most && datagram.length == HeaderBytes + count * EventBytes
-    Option.when(isReport && isWhole && first + count < Numbers) {
-      val header = Report(life, first, Vector.empty, u8(b), u8(b), u8(b), u32(b), u32(b))
-      header.copy(events = Vector.fill(count)(event(b)))
+  def report(datagram: Array[Byte]): Option[Report] = Option
+    .when(datagram.length >= HeaderBytes) {
+      val b        = ByteBuffer.wrap(datagram)
+      val isReport = u16(b) == Magic & u8(b) == Version & u8(b) == KindReport
+      val life     = Life(u16(b), u16(b))
+      val first    = u32(b)
+      val count    = u8(b)
+      val isWhole  = count <= Most && datagram.length == HeaderBytes + count * EventBytes
+      Option.when(isReport && isWhole && first + count < Numbers) {
+        val header = Report(life, first, Vector.empty, u8(b), u8(b), u8(b), u32(b), u32(b))
+        header.copy(events = Vector.fill(count)(event(b)))
+      }
     }
-  }.flatten
+    .flatten
 
   private def event(b: ByteBuffer) =
     Event(u8(b), u8(b), u16(b), u16(b), u8(b), u8(b), u32(b), u32(b))

@@ -92,7 +92,11 @@ final class Supervisor(
   def receive(datagram: Array[Byte], from: InetSocketAddress): Unit = synchronized {
     val result =
       if (datagram.length > Protocol.MostReportBytes) Left(Refusal.Oversized)
-      else Protocol.report(datagram).toRight(Refusal.Malformed).flatMap(r => admit(r, from).map(take(r, from, _)))
+      else
+        Protocol
+          .report(datagram)
+          .toRight(Refusal.Malformed)
+          .flatMap(r => admit(r, from).map(take(r, from, _)))
     result.left.foreach(count)
   }
 
@@ -107,15 +111,15 @@ final class Supervisor(
     val onList = options.masters.isEmpty || options.masters.get(report.life.master).contains(from.getAddress)
     val room   = known.nonEmpty || masters.size < MostMasters || silent.nonEmpty
     known match {
-      case _ if !onList || !room                                   => Left(Refusal.Foreign)
-      case Some(m) if !isSilent(m) && !m.address.contains(from)    => Left(Refusal.Forged)
-      case Some(m) if m.life == report.life                        => fresh(report, m.last.time, m.heard).map(_ => known)
+      case _ if !onList || !room                                => Left(Refusal.Foreign)
+      case Some(m) if !isSilent(m) && !m.address.contains(from) => Left(Refusal.Forged)
+      case Some(m) if m.life == report.life => fresh(report, m.last.time, m.heard).map(_ => known)
       case Some(m) if !isSilent(m) && clockMs() - m.begunMs < LeastLifeMs => Left(Refusal.Replayed)
       case _ =>
         store.record(report.life) match {
-          case None                                    => Right(known)
-          case Some(_) if known.exists(!isSilent(_))   => Left(Refusal.Replayed)
-          case Some(r)                                 => fresh(report, r.time, r.heard).map(_ => known)
+          case None                                  => Right(known)
+          case Some(_) if known.exists(!isSilent(_)) => Left(Refusal.Replayed)
+          case Some(r)                               => fresh(report, r.time, r.heard).map(_ => known)
         }
     }
   }
@@ -127,9 +131,9 @@ final class Supervisor(
   }
 
   private def take(report: Report, from: InetSocketAddress, before: Option[Master]): Unit = logged {
-    val life = report.life
-    val now  = Instant.now
-    val held = before.filter(_.life == life).getOrElse(begin(report, now))
+    val life    = report.life
+    val now     = Instant.now
+    val held    = before.filter(_.life == life).getOrElse(begin(report, now))
     val entries = store.append(report, now)
     val next    = store.record(life).get.next
     masters(life.master) = held.copy(
@@ -190,10 +194,10 @@ final class Supervisor(
   /** An operator's command; Left: why it cannot be sent. */
   def order(master: Int, code: Int, node: Int): Either[String, Order] = synchronized {
     for {
-      m      <- masters.get(master).toRight(s"There is no master $master.")
-      queue  <- commandsOf(master).toRight("The server was started without a key, so it sends no commands.")
-      _      <- Either.cond(!isSilent(m), (), s"Master $master is silent.")
-      order  <- queue.add(m.life, code, node)
+      m     <- masters.get(master).toRight(s"There is no master $master.")
+      queue <- commandsOf(master).toRight("The server was started without a key, so it sends no commands.")
+      _     <- Either.cond(!isSilent(m), (), s"Master $master is silent.")
+      order <- queue.add(m.life, code, node)
     } yield {
       tick()
       changed()

@@ -17,7 +17,8 @@ final class UdpLink(socket: DatagramSocket, receive: (Array[Byte], InetSocketAdd
   def start(): Unit = thread.start()
 
   private def run(): Unit = {
-    val packet = new DatagramPacket(new Array[Byte](Protocol.MostReportBytes + 1), Protocol.MostReportBytes + 1)
+    val packet =
+      new DatagramPacket(new Array[Byte](Protocol.MostReportBytes + 1), Protocol.MostReportBytes + 1)
     while (!socket.isClosed)
       try {
         packet.setLength(packet.getData.length)

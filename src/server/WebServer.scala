@@ -12,8 +12,9 @@ import io.undertow.server.handlers.{BlockingHandler, RequestLimitingHandler}
 import io.undertow.util.{Headers, HttpString}
 
 /** The page, its messages, the log as CSV, and commands from the page (SRV-15 to SRV-18). A page of another
-  * origin can neither read anything nor send a command: the Host header must name this server (DNS rebinding),
-  * an Origin header must be that of the page, and a command must carry the token that stands in the page.
+  * origin can neither read anything nor send a command: the Host header must name this server (DNS
+  * rebinding), an Origin header must be that of the page, and a command must carry the token that stands in
+  * the page.
   */
 final class WebServer(options: Options, supervisor: Supervisor, store: EventStore, feed: PageFeed)
     extends AutoCloseable {
@@ -33,7 +34,10 @@ final class WebServer(options: Options, supervisor: Supervisor, store: EventStor
     .get("/icon.svg", text("image/svg+xml", resource("icon.svg")))
     .get("/events", Handlers.serverSentEvents((connection, _) => feed.add(connection)))
     .get("/api/state", e => answer(e, 200, "application/json", supervisor.picture.json.render()))
-    .get("/log.csv", new RequestLimitingHandler(MostDownloads, 2 * MostDownloads, new BlockingHandler(csv(_))))
+    .get(
+      "/log.csv",
+      new RequestLimitingHandler(MostDownloads, 2 * MostDownloads, new BlockingHandler(csv(_)))
+    )
     .post("/api/command", new BlockingHandler(command(_)))
 
   private val server = Undertow.builder
@@ -61,16 +65,20 @@ final class WebServer(options: Options, supervisor: Supervisor, store: EventStor
     val isPage  = exchange.getRequestPath == "/"
     SecurityHeaders.foreach { case (name, value) => exchange.getResponseHeaders.put(name, value) }
     if (!host.exists(isOurs)) refuse(exchange, 403, "This is not the name of this server.")
-    else if (origin.exists(_ != s"http://${host.get}")) refuse(exchange, 403, "Other pages have no access.")
+    else if (origin.exists(_.replaceFirst("^https?://", "") != host.get))
+      refuse(exchange, 403, "Other pages have no access.")
     else if (!isPage && site.exists(s => s != "same-origin" && s != "none"))
       refuse(exchange, 403, "Other pages have no access.")
     else next.handleRequest(exchange)
   }
 
-  /** The name is localhost, one given at the start, or an IP address: which no DNS server can turn into ours. */
+  /** The name is localhost, one given at the start, or an IP address: which no DNS server can turn into ours.
+    */
   private def isOurs(host: String): Boolean = {
     val name = host.replaceFirst(":\\d+$", "").toLowerCase
-    name == "localhost" || options.hosts.contains(name) || name.matches("""\d+\.\d+\.\d+\.\d+|\[[0-9a-f:.]+\]""")
+    name == "localhost" || options.hosts.contains(name) || name.matches(
+      """\d+\.\d+\.\d+\.\d+|\[[0-9a-f:.]+\]"""
+    )
   }
 
   private def command(exchange: HttpServerExchange): Unit = {
@@ -80,15 +88,18 @@ final class WebServer(options: Options, supervisor: Supervisor, store: EventStor
     if (!headers.contains(Headers.ORIGIN)) refuse(exchange, 403, "Only the page may send commands.")
     else if (!MessageDigest.isEqual(sent.getBytes(UTF_8), token.getBytes(UTF_8)))
       refuse(exchange, 403, "The page is not of this start of the server: reload it.")
-    else if (!type0.equalsIgnoreCase("application/json")) refuse(exchange, 415, "Commands are application/json.")
+    else if (!type0.equalsIgnoreCase("application/json"))
+      refuse(exchange, 415, "Commands are application/json.")
     else if (exchange.getRequestContentLength > MostBodyBytes) refuse(exchange, 413, "That is too long.")
     else
       order(new String(exchange.getInputStream.readNBytes(MostBodyBytes), UTF_8)) match {
-        case None => refuse(exchange, 400, """A command is {"master": ID, "command": "clear" or "reset", "node": ID}.""")
+        case None =>
+          refuse(exchange, 400, """A command is {"master": ID, "command": "clear" or "reset", "node": ID}.""")
         case Some((master, code, node)) =>
           supervisor.order(master, code, node) match {
-            case Left(why)    => refuse(exchange, 409, why)
-            case Right(order) => answer(exchange, 202, "application/json", ujson.Obj("id" -> order.id).render())
+            case Left(why) => refuse(exchange, 409, why)
+            case Right(order) =>
+              answer(exchange, 202, "application/json", ujson.Obj("id" -> order.id).render())
           }
       }
   }

@@ -6,8 +6,8 @@ import scala.util.{Random, Using}
 import org.scalatest.flatspec.AnyFlatSpec
 
 class EventStoreSpec extends AnyFlatSpec {
-  private val life = Life(1, 7)
-  private val now  = Instant.parse("2026-01-02T03:04:05.678Z")
+  private val life           = Life(1, 7)
+  private val now            = Instant.parse("2026-01-02T03:04:05.678Z")
   private def event(i: Long) = Event(1, 2, 3, i.toInt, 4, 5, 0xffffffffL - i, 0x80000000L + i)
 
   private def withStore[A](path: Path)(check: EventStore => A): A =
@@ -15,18 +15,21 @@ class EventStoreSpec extends AnyFlatSpec {
   private def fresh[A](check: EventStore => A): A = Directory(d => withStore(d.resolve("log.db"))(check))
 
   private def give(store: EventStore, life: Life, first: Long, count: Int): Seq[Long] =
-    store.append(Report(life, first, (first until first + count).map(event).toVector, time = first), now).map(_.number)
+    store
+      .append(Report(life, first, (first until first + count).map(event).toVector, time = first), now)
+      .map(_.number)
 
   private def next(store: EventStore, life: Life): Option[Long] = store.record(life).map(_.next)
 
-  "SRV-05: an event" should "be stored once, with all its fields and the time at which it came" in fresh { store =>
-    store.begin(life, 0)
-    assert(give(store, life, 0, 3) == Seq(0, 1, 2))
-    assert(give(store, life, 0, 3) == Nil)
-    assert(give(store, life, 1, 4) == Seq(3, 4))
-    assert(next(store, life).contains(5L))
-    assert(store.latest(10).map(e => (e.number, e.event)) == (0L to 4L).map(i => (i, event(i))))
-    assert(store.latest(10).forall(e => e.received == now && e.life == life))
+  "SRV-05: an event" should "be stored once, with all its fields and the time at which it came" in fresh {
+    store =>
+      store.begin(life, 0)
+      assert(give(store, life, 0, 3) == Seq(0, 1, 2))
+      assert(give(store, life, 0, 3) == Nil)
+      assert(give(store, life, 1, 4) == Seq(3, 4))
+      assert(next(store, life).contains(5L))
+      assert(store.latest(10).map(e => (e.number, e.event)) == (0L to 4L).map(i => (i, event(i))))
+      assert(store.latest(10).forall(e => e.received == now && e.life == life))
   }
 
   it should "be another one in another life or of another master" in fresh { store =>
@@ -99,8 +102,9 @@ class EventStoreSpec extends AnyFlatSpec {
   }
 
   "SRV-18: a database that cannot be used" should "be refused in one sentence" in Directory { d =>
-    def refusal(path: Path) = EventStore.open(path).fold(identity, s => { s.close(); fail(s"$path was opened") })
-    val text                = d.resolve("text")
+    def refusal(path: Path) =
+      EventStore.open(path).fold(identity, s => { s.close(); fail(s"$path was opened") })
+    val text = d.resolve("text")
     Files.writeString(text, "This is no database. " * 100)
     val foreign = d.resolve("foreign.db")
     Using.resource(java.sql.DriverManager.getConnection(s"jdbc:sqlite:$foreign"))(

@@ -7,14 +7,15 @@ import flyframe.master.EventKind._
 class LineStateSpec extends AnyFlatSpec {
   private def present(position: Int, node: Int, epoch: Int = 1) =
     Event(Present, position, node, sequence = 0x5535, state = 1, epoch = epoch)
-  private def found(position: Int, node: Int, epoch: Int = 1) = present(position, node, epoch).copy(kind = Found)
+  private def found(position: Int, node: Int, epoch: Int = 1) =
+    present(position, node, epoch).copy(kind = Found)
   private def detector(position: Int, node: Int, state: Int, epoch: Int = 1) =
     Event(Detector, position, node, sequence = 1, state = state, epoch = epoch)
   private def lost(position: Int, node: Int) = Event(Lost, position, node)
 
-  private val three = Seq(present(0, 1), present(1, 2), present(2, 3), Event(Scanned, 3))
-  private def line(events: Event*) = events.foldLeft(LineState())(_.after(_))
-  private def states(l: LineState) = l.slaves.indices.map(l.detector)
+  private val three                 = Seq(present(0, 1), present(1, 2), present(2, 3), Event(Scanned, 3))
+  private def line(events: Event*)  = events.foldLeft(LineState())(_.after(_))
+  private def states(l: LineState)  = l.slaves.indices.map(l.detector)
   private def answers(l: LineState) = l.slaves.map(_.answers)
 
   "SRV-09: labels" should "count pairs" in {
@@ -70,7 +71,12 @@ class LineStateSpec extends AnyFlatSpec {
   }
 
   "SRV-09: a slave with the ID of another" should "say so, and its detector be unknown" in {
-    val l = line(present(0, 1), present(1, 1), Event(Duplicate, 1, 1, sequence = 0), detector(0, 1, DetectorState.Alarm))
+    val l = line(
+      present(0, 1),
+      present(1, 1),
+      Event(Duplicate, 1, 1, sequence = 0),
+      detector(0, 1, DetectorState.Alarm)
+    )
     assert(l.slaves.map(_.twin) == Seq(None, Some(0)))
     assert(l.alarms == Seq(0))
     assert(l.after(present(1, 2)).slaves.map(_.twin) == Seq(None, None))
@@ -83,7 +89,16 @@ class LineStateSpec extends AnyFlatSpec {
 
   "SRV-09: other events" should "leave the line as it is, and so those about slaves that are not there" in {
     val l = line(three: _*)
-    for (e <- Seq(Event(Scanned, 3), Event(Command, 1, 0xffff), Event(99, 1, 2), Event(Lost, 7), Event(Gap, 255), Event(Duplicate, 3)))
+    for (
+      e <- Seq(
+        Event(Scanned, 3),
+        Event(Command, 1, 0xffff),
+        Event(99, 1, 2),
+        Event(Lost, 7),
+        Event(Gap, 255),
+        Event(Duplicate, 3)
+      )
+    )
       assert(l.after(e) == l, e)
   }
 
@@ -94,6 +109,8 @@ class LineStateSpec extends AnyFlatSpec {
     assert(EventText.label(detector(3, 4, DetectorState.Alarm)) == "2B")
     assert(EventText.text(Event(Command, 1, 0xffff)) == "alarm clear: done")
     assert(EventText.text(Event(Command, 2, 7, state = 3)) == "detector reset, ID 7: no such ID")
-    assert(EventText.label(Event(Command, 1, 0xffff)) == "" && EventText.node(Event(Command, 1, 0xffff)).isEmpty)
+    assert(
+      EventText.label(Event(Command, 1, 0xffff)) == "" && EventText.node(Event(Command, 1, 0xffff)).isEmpty
+    )
   }
 }

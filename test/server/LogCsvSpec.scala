@@ -13,7 +13,7 @@ class LogCsvSpec extends AnyFlatSpec {
     LogCsv.write(out, id => entries.filter(_.id > id).take(2))
     out.toString
   }
-  private val now = Instant.parse("2026-01-02T03:04:05.678Z")
+  private val now                       = Instant.parse("2026-01-02T03:04:05.678Z")
   private def entry(id: Long, e: Event) = LogEntry(id, now.plusMillis(id), Life(1, 7), id - 1, e)
 
   "SRV-16: CSV" should "have a line of names, then all entries, times in UTC, ended by CR LF" in {
@@ -32,15 +32,22 @@ class LogCsvSpec extends AnyFlatSpec {
   }
 
   it should "be read back by a CSV reader, every field in its column" in {
-    val events  = (1 to 8).map(kind => Event(kind, 1, 2, 3, 4, 5, 6, 7))
-    val text    = written(events.zipWithIndex.map { case (e, i) => entry(i + 1L, e) }: _*)
-    val records = CSVFormat.RFC4180.builder.setHeader().setSkipHeaderRecord(true).build.parse(new StringReader(text)).asScala.toSeq
+    val events = (1 to 8).map(kind => Event(kind, 1, 2, 3, 4, 5, 6, 7))
+    val text   = written(events.zipWithIndex.map { case (e, i) => entry(i + 1L, e) }: _*)
+    val records = CSVFormat.RFC4180.builder
+      .setHeader()
+      .setSkipHeaderRecord(true)
+      .build
+      .parse(new StringReader(text))
+      .asScala
+      .toSeq
     assert(records.map(_.get("text")) == events.map(EventText.text))
     assert(records.map(_.get("master_time_us")).forall(_ == "7"))
   }
 
   "SRV-16: a field" should "not be taken for a formula" in {
-    for (text <- Seq("=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "|calc")) assert(LogCsv.harmless(text) == s"'$text")
+    for (text <- Seq("=1+1", "+1", "-1", "@SUM(A1)", "\t=1", "\r=1", "|calc"))
+      assert(LogCsv.harmless(text) == s"'$text")
     for (text <- Seq("", "alarm", "1A", "a=1", "2026-01-02")) assert(LogCsv.harmless(text) == text)
   }
 }

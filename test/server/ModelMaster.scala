@@ -62,16 +62,17 @@ final class ModelMaster(
     }) ()
   }
 
-  /** Reports and listens until all events are acknowledged, or for so long, ms. */
-  def settle(ms: Int, repeatMs: Int = 10): Unit = {
-    val end = System.nanoTime() + ms * 1000000L
+  /** Reports and listens until all events are acknowledged, or for a minute. */
+  def settle(repeatMs: Int = 10): Unit = {
+    val end = System.nanoTime() + 60000000000L
     while (kept.nonEmpty && System.nanoTime() < end) {
       report()
       listen(repeatMs)
     }
   }
 
-  private def send(datagram: Array[Byte]): Unit = socket.send(new DatagramPacket(datagram, datagram.length, server))
+  private def send(datagram: Array[Byte]): Unit =
+    socket.send(new DatagramPacket(datagram, datagram.length, server))
 
   private def through(datagram: Array[Byte])(deliver: Array[Byte] => Unit): Unit = {
     def happens = random.nextDouble() < faults

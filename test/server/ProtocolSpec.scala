@@ -5,7 +5,7 @@ import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.master.EventKind
 
 class ProtocolSpec extends AnyFlatSpec {
-  private def bytes(hex: String) = HexFormat.of.parseHex(hex.filterNot(_.isWhitespace))
+  private def bytes(hex: String)  = HexFormat.of.parseHex(hex.filterNot(_.isWhitespace))
   private def hex(b: Array[Byte]) = HexFormat.of.formatHex(b)
 
   // Master 0x1234, boot 0x5678, events from 0x01020304 on: two; self-test 1, 5 of 6 slaves, time, frames lost.
@@ -36,9 +36,11 @@ class ProtocolSpec extends AnyFlatSpec {
 
   "SRV-11: what is no report" should "not be read: each wrong byte of the header, each other length" in {
     def changed(at: Int, to: Int) = Protocol.report(written.updated(at, to.toByte))
-    for (at <- 0 to 3; to <- 0 to 255 if to != (written(at) & 0xff)) assert(changed(at, to).isEmpty, s"$at $to")
-    for (count <- 0 to 255 if count != 2) assert(changed(12, count).isEmpty, s"$count events")
-    for (length <- 0 until written.length) assert(Protocol.report(written.take(length)).isEmpty, s"$length bytes")
+    for (at <- 0 to 3; to <- 0 to 255 if to != (written(at) & 0xff))
+      assert(changed(at, to).isEmpty, s"$at $to")
+    for (count  <- 0 to 255 if count != 2) assert(changed(12, count).isEmpty, s"$count events")
+    for (length <- 0 until written.length)
+      assert(Protocol.report(written.take(length)).isEmpty, s"$length bytes")
     assert(Protocol.report(written :+ 0.toByte).isEmpty)
     val many = Protocol.encode(read.copy(events = Vector.fill(65)(Event(1))))
     assert(Protocol.report(many).isEmpty, "65 events")
@@ -62,8 +64,13 @@ class ProtocolSpec extends AnyFlatSpec {
     assert(hex(sent) == "46410103123456780001000202000007" + "b26df391568351f5800bd556bbbcd8e4")
     assert(Protocol.command(sent, key).contains(command))
     for (i <- sent.indices; bit <- 0 to 7)
-      assert(Protocol.command(sent.updated(i, (sent(i) ^ 1 << bit).toByte), key).isEmpty, s"bit $bit of byte $i")
+      assert(
+        Protocol.command(sent.updated(i, (sent(i) ^ 1 << bit).toByte), key).isEmpty,
+        s"bit $bit of byte $i"
+      )
     assert(Protocol.command(sent, key.reverse).isEmpty)
-    assert(Protocol.command(sent.dropRight(1), key).isEmpty && Protocol.command(sent :+ 0.toByte, key).isEmpty)
+    assert(
+      Protocol.command(sent.dropRight(1), key).isEmpty && Protocol.command(sent :+ 0.toByte, key).isEmpty
+    )
   }
 }

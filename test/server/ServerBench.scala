@@ -14,7 +14,16 @@ object ServerBench {
   def options(directory: Path): Options = {
     val file = directory.resolve("key")
     Files.writeString(file, HexFormat.of.formatHex(key) + "\n")
-    Options(httpPort = 0, udpPort = 0, database = directory.resolve("log.db"), key = Some(file), commandIntervalMs = 50)
+    // Patient, since tests may run on a machine that is busy.
+    Options(
+      httpPort = 0,
+      udpPort = 0,
+      database = directory.resolve("log.db"),
+      key = Some(file),
+      masterTimeoutMs = 60000,
+      commandIntervalMs = 50,
+      commandTries = 1000
+    )
   }
 
   def start(options: Options): Server.Running = Server.start(options).fold(fail(_), identity)
@@ -34,7 +43,7 @@ object ServerBench {
   def refused(server: Server.Running, why: Refusal): Int = state(server)("refused")(why.name).num.toInt
 
   /** Waits until it holds. */
-  def eventually(what: String, ms: Int = 10000)(holds: => Boolean): Unit = {
+  def eventually(what: String, ms: Int = 60000)(holds: => Boolean): Unit = {
     val end = System.nanoTime() + ms * 1000000L
     while (!holds) {
       if (System.nanoTime() > end) fail(s"not within $ms ms: $what")

@@ -87,7 +87,7 @@ function drawMaster(section, m, state) {
     m.heard ? `last report ${localTime(m.heard)}` : "no report since the server's start",
     `${m.present} of ${plural(m.known, "slave")} answering`,
     `${plural(m.framesLost, "frame")} lost`,
-    `start number ${m.boot}`
+    `boot number ${m.boot}`
   ].join(" · "));
   listItems($(".notices", section), m.notices);
   listItems($(".orders", section), m.orders.slice(-3).map(orderText));
