@@ -5,6 +5,7 @@ import java.sql.{Connection, DriverManager, SQLException}
 import java.time.Instant
 import anorm._
 import anorm.SqlParser._
+import flyframe.master.EventKind
 
 /** An event in the log.
   *
@@ -53,7 +54,7 @@ final class EventStore private (connection: Connection) extends AutoCloseable {
     val fresh = report.events.zipWithIndex.map { case (e, i) => (report.first + i, e) }.filter(_._1 >= wanted)
     if (fresh.isEmpty || report.first > wanted) Nil
     else {
-      val entries = fresh.map { case (number, e) =>
+      val entries = fresh.filterNot { case (_, e) => isKnown(life, e) }.map { case (number, e) =>
         LogEntry(insert(life, number, e, received), received, life, number, e)
       }
       SQL"""update life set next = ${fresh.last._1 + 1}
@@ -61,6 +62,23 @@ final class EventStore private (connection: Connection) extends AutoCloseable {
       update(life, report.time, received)
       entries
     }
+  }
+
+  /** An event of a detector that an earlier life of the master has told (SRV-05): of the same epoch, and not
+    * newer than the last one in the log.
+    */
+  private def isKnown(life: Life, e: Event): Boolean = e.kind == EventKind.Detector &&
+    SQL"""select * from event where master = ${life.master} and kind = ${EventKind.Detector} and node = ${e.node}
+          order by id desc limit 1""".as(entry.singleOpt).exists { last =>
+      val ahead = (e.sequence - last.event.sequence) & 0xffff
+      last.life != life && last.event.epoch == e.epoch && (ahead == 0 || ahead >= 0x8000)
+    }
+
+  /** The last event of each detector of a master, of all its lives. */
+  def detectors(master: Int): Seq[LogEntry] = synchronized {
+    SQL"""select * from event where id in
+          (select max(id) from event where master = $master and kind = ${EventKind.Detector} group by node)"""
+      .as(entry.*)
   }
 
   /** Remembers the time of a report (SRV-10). */
@@ -174,6 +192,7 @@ object EventStore {
               node integer not null, sequence integer not null, state integer not null, epoch integer not null,
               slave_time integer not null, master_time integer not null,
               unique (master, boot, number))""".execute()
+      SQL"create index if not exists told on event (master, kind, node, id)".execute()
       SQL"pragma user_version = #$SchemaVersion".execute()
       Right(())
     }

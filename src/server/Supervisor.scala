@@ -86,7 +86,11 @@ final class Supervisor(
       page.lastOption.map(last => (page, last.number + 1))
     }
     .flatten
-    .foldLeft(LineState())((line, entry) => line.after(entry.event))
+    .foldLeft(LineState(detectors = detectorsOf(life.master)))((line, entry) => line.after(entry.event))
+
+  /** What the detectors of a master told last, also in its earlier lives: what the server has is not repeated. */
+  private def detectorsOf(master: Int): Map[Int, Detected] =
+    store.detectors(master).map(e => e.event.node -> Detected(e.event.state, e.event.epoch)).toMap
 
   /** A datagram has come. What it brings is stored and acknowledged, or it is counted and ignored. */
   def receive(datagram: Array[Byte], from: InetSocketAddress): Unit = synchronized {

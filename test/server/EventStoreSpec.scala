@@ -4,6 +4,7 @@ import java.nio.file.{Files, Path}
 import java.time.Instant
 import scala.util.{Random, Using}
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.master.EventKind
 
 class EventStoreSpec extends AnyFlatSpec {
   private val life           = Life(1, 7)
@@ -35,8 +36,25 @@ class EventStoreSpec extends AnyFlatSpec {
   it should "be another one in another life or of another master" in fresh { store =>
     val lives = Seq(life, Life(1, 8), Life(2, 7))
     lives.foreach(store.begin(_, 0))
-    for (l <- lives) assert(give(store, l, 0, 2) == Seq(0, 1))
+    val lost = Vector.fill(2)(Event(EventKind.Lost, 2, 3))
+    for (l <- lives) assert(store.append(Report(l, 0, lost), now).map(_.number) == Seq(0, 1))
     assert(store.latest(10).map(_.life) == lives.flatMap(l => Seq(l, l)))
+  }
+
+  it should "be stored once though a restarted master tells it again" in fresh { store =>
+    val later = Life(1, 8)
+    Seq(life, later, Life(2, 1)).foreach(store.begin(_, 0))
+    def told(node: Int, sequence: Int, epoch: Int = 1) = Event(EventKind.Detector, 0, node, sequence, 2, epoch)
+    def give(l: Life, first: Long, events: Event*)     = store.append(Report(l, first, events.toVector), now).map(_.event)
+    give(life, 0, told(3, 65534), told(3, 65535), told(4, 9), told(5, 1))
+    // 0 is left out; the slave with ID 5 has restarted.
+    val again = Seq(told(3, 65534), told(3, 65535), told(3, 1), told(4, 9), told(4, 10), told(5, 1, epoch = 2))
+    assert(give(later, 0, again: _*) == Seq(told(3, 1), told(4, 10), told(5, 1, epoch = 2)))
+    assert(next(store, later).contains(6L), "all are acknowledged")
+    assert(give(later, 6, told(3, 2)) == Seq(told(3, 2)))
+    assert(give(Life(2, 1), 0, told(3, 65535)).size == 1, "another master")
+    val last = store.detectors(1).map(e => e.event.node -> e.event.sequence)
+    assert(last.sorted == Seq(3 -> 2, 4 -> 10, 5 -> 1))
   }
 
   it should "be stored once whatever is lost, repeated or comes late (seeds 1 to 20)" in {
