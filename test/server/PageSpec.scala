@@ -229,6 +229,19 @@ class PageSpec extends AnyFlatSpec with BeforeAndAfterAll {
       screenshot("phone")
   }
 
+  "SRV-15: a line of 64 slaves" should "be shown whole, on a screen and on a phone" in opened(
+    (0 to 63).map(present) ++ (0 to 63).map(told(_, DetectorState.Normal)) ++ Seq(40, 63).map(told(_, DetectorState.Alarm))
+  ) { (_, _) =>
+    within("all")(states.size == 64 && states.count(_ == "alarm") == 2)
+    assert(shown.last == "32B" && one("#alarm").getText.contains("21A, 32B"))
+    for (width <- Seq(1100, 360)) {
+      size(width, 740)
+      assert(script("return document.documentElement.scrollWidth").toString.toInt <= width)
+    }
+    size(1100, 900)
+    screenshot("line-of-64")
+  }
+
   "SRV-15: when the server is gone" should "the page say so, and go on by itself when it is back" in Directory {
     d =>
       begun = true

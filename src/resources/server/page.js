@@ -15,7 +15,7 @@ const plural = (n, what) => `${n} ${what}${n === 1 ? "" : "s"}`;
 
 const localTime = iso => {
   const t = new Date(iso);
-  const time = t.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit" });
+  const time = t.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23" });
   return t.toDateString() === new Date().toDateString() ? time : `${t.toLocaleDateString()} ${time}`;
 };
 
@@ -164,6 +164,7 @@ function setOnline(value) {
   set($("#connection"), "className", value ? "connection" : "connection off");
   set($("#connection"), "textContent", value ? "live" : "not connected");
   set($("#offline"), "hidden", value);
+  document.body.classList.toggle("offline", !value);
   if (!value && before) draw(before); // without buttons
 }
 
