@@ -14,6 +14,13 @@ const char* nameOf(SmokeDetector::Line line) {
   return line == SmokeDetector::Line::whole ? "whole" : line == SmokeDetector::Line::open ? "open" : "short";
 }
 
+size_t number(const std::string& text, size_t most) {
+  const bool digits = !text.empty() && text.size() < 10 && text.find_first_not_of("0123456789") == std::string::npos;
+  if (!digits || std::stoul(text) < 1 || std::stoul(text) > most)
+    throw UserError("'" + text + "' is no number from 1 to " + std::to_string(most) + ".");
+  return std::stoul(text);
+}
+
 std::unique_ptr<CaptureWriter> recorder(const std::string& path) {
   return path.empty() ? nullptr : std::make_unique<CaptureWriter>(path);
 }
@@ -48,12 +55,7 @@ std::unique_ptr<Host> AlarmNetwork::makeHost(size_t node) {
 
 void AlarmNetwork::toMaster(const Bytes& frame) { line_.sendToPlant(frame); }
 
-size_t AlarmNetwork::slaveNumbered(const std::string& text) const {
-  const bool digits = !text.empty() && text.size() < 6 && text.find_first_not_of("0123456789") == std::string::npos;
-  const size_t number = digits ? std::stoul(text) : 0;
-  if (number < 1 || number > line_.slaves()) throw UserError("'" + text + "' is no slave from 1 to " + std::to_string(line_.slaves()) + ".");
-  return number;
-}
+size_t AlarmNetwork::slaveNumbered(const std::string& text) const { return number(text, line_.slaves()); }
 
 // One detector or all of them, at the same moment.
 void AlarmNetwork::change(const std::string& slaves, const std::function<void(SmokeDetector&)>& how) {
@@ -75,15 +77,16 @@ std::string AlarmNetwork::command(const std::vector<std::string>& words) {
     change(words[1], [&](SmokeDetector& d) { d.setLine(last == "open" ? Line::open : last == "short" ? Line::shorted : Line::whole); });
   } else if ((verb == "cut" || verb == "mend") && count == 2) {
     line_.setCable(slaveNumbered(words[1]), verb == "mend");
-  } else if (verb == "restart" && count == 2) {
-    line_.restart(words[1] == "master" ? 0 : slaveNumbered(words[1]), kOffCycles * options_.master.bus_cycle_us * 1000);
+  } else if (verb == "restart" && (count == 2 || count == 3)) {
+    const int64_t offUs = count == 3 ? static_cast<int64_t>(number(last, 1'000'000)) : kOffCycles * options_.master.bus_cycle_us;
+    line_.restart(words[1] == "master" ? 0 : slaveNumbered(words[1]), offUs * 1000);
   } else if (verb == "status" && count == 1) {
     return status().dump();
   } else if (verb == "time" && count == 1) {
     return std::to_string(line_.ns()) + " ns";
   } else {
     throw UserError(
-        "known: smoke SLAVE|all on|off, line SLAVE|all open|short|whole, cut SLAVE, mend SLAVE, restart SLAVE|master, status, time, quit; "
+        "known: smoke SLAVE|all on|off, line SLAVE|all open|short|whole, cut SLAVE, mend SLAVE, restart SLAVE|master [MICROSECONDS], status, time, quit; "
         "the first slave is 1.");
   }
   return "";

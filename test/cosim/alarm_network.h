@@ -27,7 +27,7 @@ class AlarmNetwork {
   // For the master.
   void toMaster(const Bytes& frame);
 
-  // `smoke 4|all on|off`, `line 2|all open|short|whole`, `cut 3`, `mend 3`, `restart master|2`, `status`, `time`.
+  // `smoke 4|all on|off`, `line 2|all open|short|whole`, `cut 3`, `mend 3`, `restart master|2 [MICROSECONDS]`, `status`, `time`.
   std::string command(const std::vector<std::string>& words);
 
  private:
