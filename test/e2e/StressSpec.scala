@@ -129,4 +129,17 @@ class StressSpec extends AnyFlatSpec {
       assert(system.log.map(_.boot).distinct == Seq(1, 2))
     }
   }
+
+  "LM-01: a slave that restarts too fast to be missed" should "report as before, in another epoch" in {
+    withSystem("slave-restart") { system =>
+      system.bench("restart 2 600") // three bus cycles
+      system.await("its first event")(detected(system).size == 6)
+      system.bench("smoke 2 on")
+      system.await("its alarm")(detected(system).size == 7)
+      system.simulate(3000)
+      val events = detected(system).filter(_.node == 2)
+      assert(events.map(e => (e.epoch, e.sequence, e.state)) == Seq((1, 1, Normal), (2, 1, Normal), (2, 2, Alarm)))
+      assert(!system.log.exists(_.kind == EventKind.Lost))
+    }
+  }
 }
