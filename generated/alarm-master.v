@@ -2445,10 +2445,10 @@ module LineMaster(
             asks_data <= host_bits_data;
           end
           else if (_GEN_1) begin
-            asks_command <= 8'h7;
-            asks_address <= 32'h0;
+            asks_command <= 8'h8;
+            asks_address <= 32'h1030000;
             asks_length <= 4'h1;
-            asks_data <= 64'h0;
+            asks_data <= 64'h1;
           end
         end
         number <= 6'h0;
