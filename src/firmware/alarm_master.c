@@ -42,11 +42,17 @@ static enum self_test check(const struct alarm_master_parameters *p) {
   return SELF_TEST_GOOD;
 }
 
+/* A port stands in its register as on the wire. */
+static bool port_holds(struct board *board, uint16_t address, uint16_t port) {
+  const uint8_t bytes[2] = {(uint8_t)(port >> 8), (uint8_t)port};
+  return write_holds(board, address, bytes, sizeof bytes);
+}
+
 static bool write_parameters(struct board *board, const struct alarm_master_parameters *p, uint16_t boot) {
   return number_holds(board, MASTER_MASTER_ID, 2, p->master_id) &&
          number_holds(board, MASTER_BOOT_NUMBER, 2, boot) &&
-         number_holds(board, MASTER_MASTER_PORT, 2, p->master_port) &&
-         number_holds(board, MASTER_SERVER_PORT, 2, p->server_port) &&
+         port_holds(board, MASTER_MASTER_PORT, p->master_port) &&
+         port_holds(board, MASTER_SERVER_PORT, p->server_port) &&
          write_holds(board, MASTER_MASTER_MAC, p->master_mac, 6) &&
          write_holds(board, MASTER_SERVER_MAC, p->server_mac, 6) &&
          write_holds(board, MASTER_MASTER_IP, p->master_ip, 4) &&

@@ -43,17 +43,9 @@ object EventKind {
   val Gap = 7
 
   /** What became of a command of the server, from the master's host; position: the command, sequence: low
-    * bits of its counter, state: a code of [[CommandResult]].
+    * bits of its counter, state: result.
     */
   val Command = 8
-}
-
-/** Results of a command. */
-object CommandResult {
-  val Done           = 0
-  val UnknownCommand = 1
-  val NoAnswer       = 2 // from the line
-  val NoSuchNode     = 3
 }
 
 /** A datagram of the host, up to eight data bytes. */

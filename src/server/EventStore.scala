@@ -13,8 +13,17 @@ import flyframe.master.EventKind
   *   counts all entries of the log, in the order in which they came
   * @param number
   *   of the event in its life
+  * @param again
+  *   an alarm record that the log has from an earlier life of the master (SRV-19)
   */
-final case class LogEntry(id: Long, received: Instant, life: Life, number: Long, event: Event)
+final case class LogEntry(
+    id: Long,
+    received: Instant,
+    life: Life,
+    number: Long,
+    event: Event,
+    again: Boolean = false
+)
 
 /** What the log knows of a life of a master.
   *
@@ -54,31 +63,14 @@ final class EventStore private (connection: Connection) extends AutoCloseable {
     val fresh = report.events.zipWithIndex.map { case (e, i) => (report.first + i, e) }.filter(_._1 >= wanted)
     if (fresh.isEmpty || report.first > wanted) Nil
     else {
-      val entries = fresh.filterNot { case (_, e) => isKnown(life, e) }.map { case (number, e) =>
-        LogEntry(insert(life, number, e, received), received, life, number, e)
+      val entries = fresh.map { case (number, e) =>
+        insert(LogEntry(0, received, life, number, e, isKnown(life, e)))
       }
       SQL"""update life set next = ${fresh.last._1 + 1}
             where master = ${life.master} and boot = ${life.boot}""".executeUpdate()
       update(life, report.time, received)
       entries
     }
-  }
-
-  /** An event of a detector that an earlier life of the master has told (SRV-05): of the same epoch, and not
-    * newer than the last one in the log.
-    */
-  private def isKnown(life: Life, e: Event): Boolean = e.kind == EventKind.Detector &&
-    SQL"""select * from event where master = ${life.master} and kind = ${EventKind.Detector} and node = ${e.node}
-          order by id desc limit 1""".as(entry.singleOpt).exists { last =>
-      val ahead = (e.sequence - last.event.sequence) & 0xffff
-      last.life != life && last.event.epoch == e.epoch && (ahead == 0 || ahead >= 0x8000)
-    }
-
-  /** The last event of each detector of a master, of all its lives. */
-  def detectors(master: Int): Seq[LogEntry] = synchronized {
-    SQL"""select * from event where id in
-          (select max(id) from event where master = $master and kind = ${EventKind.Detector} group by node)"""
-      .as(entry.*)
   }
 
   /** Remembers the time of a report (SRV-10). */
@@ -88,12 +80,23 @@ final class EventStore private (connection: Connection) extends AutoCloseable {
     SQL"""update life set time = $time, heard = ${heard.toEpochMilli}
           where master = ${life.master} and boot = ${life.boot}""".executeUpdate()
 
-  private def insert(life: Life, number: Long, e: Event, received: Instant): Long =
-    SQL"""insert into event (received, master, boot, number, kind, position, node, sequence, state, epoch,
-                             slave_time, master_time)
-          values (${received.toEpochMilli}, ${life.master}, ${life.boot}, $number, ${e.kind}, ${e.position},
-                  ${e.node}, ${e.sequence}, ${e.state}, ${e.epoch}, ${e.slaveTime}, ${e.masterTime})"""
-      .executeInsert(scalar[Long].single)
+  private def insert(entry: LogEntry): LogEntry = {
+    val LogEntry(_, received, life, number, e, again) = entry
+    val id =
+      SQL"""insert into event (received, master, boot, number, again, kind, position, node, sequence, state,
+                               epoch, slave_time, master_time)
+            values (${received.toEpochMilli}, ${life.master}, ${life.boot}, $number, ${if (again) 1 else 0},
+                    ${e.kind}, ${e.position}, ${e.node}, ${e.sequence}, ${e.state}, ${e.epoch},
+                    ${e.slaveTime}, ${e.masterTime})""".executeInsert(scalar[Long].single)
+    entry.copy(id = id)
+  }
+
+  /** An alarm record that is in the log. */
+  private def isKnown(life: Life, e: Event): Boolean = e.kind == EventKind.Detector &&
+    SQL"""select count(*) from event
+          where kind = #${EventKind.Detector} and master = ${life.master} and node = ${e.node}
+            and sequence = ${e.sequence} and epoch = ${e.epoch} and state = ${e.state}
+            and slave_time = ${e.slaveTime}""".as(scalar[Long].single) > 0
 
   /** A number for a command that is higher than all before in this life, from 1 on. */
   def nextCounter(life: Life): Long = transaction {
@@ -109,20 +112,28 @@ final class EventStore private (connection: Connection) extends AutoCloseable {
       .as(lifeRecord.*)
   }
 
-  /** Events of a life from number `from` on, at most `limit`. */
+  /** What the detectors of a master's slaves have told last, in any life of it, by node ID. */
+  def detectors(master: Int): Map[Int, Detected] = synchronized {
+    SQL"""select node, state, epoch from event where id in
+            (select max(id) from event where kind = #${EventKind.Detector} and master = $master group by node)"""
+      .as((int("node") ~ int("state") ~ int("epoch")).map { case n ~ s ~ e => n -> Detected(s, e) }.*)
+      .toMap
+  }
+
+  /** Events of a life from number `from` on, at most `limit`, also those that came again. */
   def ofLife(life: Life, from: Long, limit: Int): Seq[LogEntry] = synchronized {
     SQL"""select * from event where master = ${life.master} and boot = ${life.boot} and number >= $from
           order by number limit $limit""".as(entry.*)
   }
 
-  /** Entries behind `id`, at most `limit`, in order. */
+  /** Entries behind `id`, at most `limit`, in order; without those that came again. */
   def after(id: Long, limit: Int): Seq[LogEntry] = synchronized {
-    SQL"select * from event where id > $id order by id limit $limit".as(entry.*)
+    SQL"select * from event where id > $id and again = 0 order by id limit $limit".as(entry.*)
   }
 
-  /** The last entries, at most `limit`, in order. */
+  /** The last entries, at most `limit`, in order; without those that came again. */
   def latest(limit: Int): Seq[LogEntry] = synchronized {
-    SQL"select * from event order by id desc limit $limit".as(entry.*).reverse
+    SQL"select * from event where again = 0 order by id desc limit $limit".as(entry.*).reverse
   }
 
   def close(): Unit = synchronized(connection.close())
@@ -142,13 +153,15 @@ object EventStore {
   private val SchemaVersion = 1
 
   private val entry: RowParser[LogEntry] =
-    (long("id") ~ long("received") ~ int("master") ~ int("boot") ~ long("number") ~ int("kind") ~
+    (long("id") ~ long("received") ~ int("master") ~ int("boot") ~ long("number") ~ int("again") ~ int(
+      "kind"
+    ) ~
       int("position") ~ int("node") ~ int("sequence") ~ int("state") ~ int("epoch") ~ long("slave_time") ~
       long("master_time")).map {
-      case id ~ received ~ master ~ boot ~ number ~ kind ~ position ~ node ~ sequence ~ state ~ epoch ~
+      case id ~ received ~ master ~ boot ~ number ~ again ~ kind ~ position ~ node ~ sequence ~ state ~ epoch ~
           slave ~ time =>
         val event = Event(kind, position, node, sequence, state, epoch, slave, time)
-        LogEntry(id, Instant.ofEpochMilli(received), Life(master, boot), number, event)
+        LogEntry(id, Instant.ofEpochMilli(received), Life(master, boot), number, event, again != 0)
     }
 
   private val lifeRecord: RowParser[LifeRecord] =
@@ -188,11 +201,12 @@ object EventStore {
               unique (master, boot))""".execute()
       SQL"""create table if not exists event (
               id integer primary key autoincrement, received integer not null, master integer not null,
-              boot integer not null, number integer not null, kind integer not null, position integer not null,
+              boot integer not null, number integer not null, again integer not null, kind integer not null, position integer not null,
               node integer not null, sequence integer not null, state integer not null, epoch integer not null,
               slave_time integer not null, master_time integer not null,
               unique (master, boot, number))""".execute()
-      SQL"create index if not exists told on event (master, kind, node, id)".execute()
+      SQL"""create index if not exists record on event (master, node, sequence)
+              where kind = #${EventKind.Detector}""".execute()
       SQL"pragma user_version = #$SchemaVersion".execute()
       Right(())
     }

@@ -1,7 +1,7 @@
 package flyframe.server
 
 import flyframe.alarm.DetectorState
-import flyframe.master.{CommandResult, EventKind}
+import flyframe.master.EventKind
 
 /** Events and commands in words, for page and CSV. */
 object EventText {
@@ -67,13 +67,15 @@ object EventText {
   def text(e: Event): String = e.kind match {
     case EventKind.Detector if e.position == Unlisted => s"not listed: ${detector(e.state)}"
     case EventKind.Detector                           => detector(e.state)
-    case EventKind.Scanned                            => s"line listed, slaves: ${e.position}"
-    case EventKind.Present                            => s"present, ${selfTest(e.state)}"
-    case EventKind.Lost                               => "lost"
-    case EventKind.Found                              => s"found again, ${selfTest(e.state)}"
-    case EventKind.Duplicate                          => s"same ID as ${LineState.label(e.sequence)}"
-    case EventKind.Gap     => s"ID does not follow that of the slave before it (${e.sequence})"
-    case EventKind.Command => s"${command(e.position, e.node)}: ${result(e.state)}"
-    case other             => s"event of unknown kind $other"
+    case EventKind.Scanned if e.node > e.position =>
+      s"line listed, slaves: ${e.position} of ${e.node} that answer"
+    case EventKind.Scanned   => s"line listed, slaves: ${e.position}"
+    case EventKind.Present   => s"present, ${selfTest(e.state)}"
+    case EventKind.Lost      => "lost"
+    case EventKind.Found     => s"found again, ${selfTest(e.state)}"
+    case EventKind.Duplicate => s"same ID as ${LineState.label(e.sequence)}"
+    case EventKind.Gap       => s"ID does not follow that of the slave before it (${e.sequence})"
+    case EventKind.Command   => s"${command(e.position, e.node)}: ${result(e.state)}"
+    case other               => s"event of unknown kind $other"
   }
 }

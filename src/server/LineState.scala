@@ -29,21 +29,25 @@ final case class Slave(
     before: Option[Int] = None
 )
 
-/** A line as the events of one life of its master tell it (SRV-09). Nothing but events changes it.
+/** A line as the events of its master tell it (SRV-09). Nothing but events changes it.
   *
   * @param slaves
-  *   by position, the first at the master
+  *   by position, the first at the master; of this life of the master
   * @param detectors
-  *   by node ID: so the master knows them too
+  *   by node ID: so the master knows them too; of all its lives
+  * @param beyond
+  *   slaves that answer behind the last one the master can list
   */
 final case class LineState(
     slaves: Vector[Slave] = Vector.empty,
-    detectors: Map[Int, Detected] = Map.empty
+    detectors: Map[Int, Detected] = Map.empty,
+    beyond: Int = 0
 ) {
 
   /** The line after the event. */
   def after(e: Event): LineState = e.kind match {
     case EventKind.Detector  => withDetector(e)
+    case EventKind.Scanned   => copy(beyond = (e.node - e.position) max 0)
     case EventKind.Present   => withSlave(e)
     case EventKind.Found     => withSlave(e)
     case EventKind.Lost      => at(e)(_.copy(answers = false))

@@ -57,6 +57,9 @@ object Picture {
     private def notices: Seq[String] = Seq(
       Option.when(silent)("This master does not report. Nothing is known of its detectors."),
       Option.when(last.selfTest > 1)(s"Master: ${EventText.selfTest(last.selfTest)}."),
+      Option.when(line.beyond > 0)(
+        s"The line has ${line.beyond} slaves more than this master can list. They are not watched."
+      ),
       master.missing.map { case (from, to) =>
         s"Events $from to $to are not in this log, and the master has them no more. Restart the master."
       }

@@ -65,6 +65,14 @@ final case class Report(
   */
 final case class Command(life: Life, counter: Long, code: Int, node: Int)
 
+/** What became of a command: in an event of kind `Command`, as its state. */
+object CommandResult {
+  val Done           = 0
+  val UnknownCommand = 1
+  val NoAnswer       = 2 // from the line
+  val NoSuchNode     = 3
+}
+
 /** The datagrams between master and server, big endian. */
 object Protocol {
   val KindCommand   = 3

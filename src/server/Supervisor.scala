@@ -86,11 +86,7 @@ final class Supervisor(
       page.lastOption.map(last => (page, last.number + 1))
     }
     .flatten
-    .foldLeft(LineState(detectors = detectorsOf(life.master)))((line, entry) => line.after(entry.event))
-
-  /** What the detectors of a master told last, also in its earlier lives: what the server has is not repeated. */
-  private def detectorsOf(master: Int): Map[Int, Detected] =
-    store.detectors(master).map(e => e.event.node -> Detected(e.event.state, e.event.epoch)).toMap
+    .foldLeft(LineState(detectors = store.detectors(life.master)))((line, entry) => line.after(entry.event))
 
   /** A datagram has come. What it brings is stored and acknowledged, or it is counted and ignored. */
   def receive(datagram: Array[Byte], from: InetSocketAddress): Unit = synchronized {
@@ -140,6 +136,7 @@ final class Supervisor(
     val held    = before.filter(_.life == life).getOrElse(begin(report, now))
     val entries = store.append(report, now)
     val next    = store.record(life).get.next
+    broken = None
     masters(life.master) = held.copy(
       line = entries.foldLeft(held.line)((line, e) => line.after(e.event)),
       last = report.copy(events = Vector.empty),
@@ -156,10 +153,8 @@ final class Supervisor(
 
   /** Does what needs the log. If that fails the master gets no answer and repeats what it has to tell. */
   private def logged(body: => Unit): Unit =
-    try {
-      body
-      broken = None
-    } catch {
+    try body
+    catch {
       case e: SQLException =>
         broken = Some(s"The log cannot be written (${e.getMessage}).")
         changed()

@@ -129,8 +129,8 @@ void start() {
   const auto p = good();
   check("HOST-02: a master starts", alarm_master_start(&host, &c, &p) == SELF_TEST_GOOD);
   check("its controller gets the parameters",
-        c.word(MASTER_MASTER_ID) == 7 && c.word(MASTER_BOOT_NUMBER) == 1 && c.word(MASTER_MASTER_PORT) == 50000 &&
-            c.word(MASTER_SERVER_PORT) == 50001 && std::equal(p.master_mac, p.master_mac + 6, &c.memory[MASTER_MASTER_MAC]) &&
+        c.word(MASTER_MASTER_ID) == 7 && c.word(MASTER_BOOT_NUMBER) == 1 && c.word(MASTER_MASTER_PORT) == 0x50c3 &&
+            c.word(MASTER_SERVER_PORT) == 0x51c3 && std::equal(p.master_mac, p.master_mac + 6, &c.memory[MASTER_MASTER_MAC]) &&
             std::equal(p.server_mac, p.server_mac + 6, &c.memory[MASTER_SERVER_MAC]) &&
             std::equal(p.master_ip, p.master_ip + 4, &c.memory[MASTER_MASTER_IP]) &&
             std::equal(p.server_ip, p.server_ip + 4, &c.memory[MASTER_SERVER_IP]) && c.word(MASTER_BUS_CYCLE) == 25000 &&

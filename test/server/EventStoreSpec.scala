@@ -9,7 +9,7 @@ import flyframe.master.EventKind
 class EventStoreSpec extends AnyFlatSpec {
   private val life           = Life(1, 7)
   private val now            = Instant.parse("2026-01-02T03:04:05.678Z")
-  private def event(i: Long) = Event(1, 2, 3, i.toInt, 4, 5, 0xffffffffL - i, 0x80000000L + i)
+  private def event(i: Long) = Event(EventKind.Present, 2, 3, i.toInt, 4, 5, 0xffffffffL - i, 0x80000000L + i)
 
   private def withStore[A](path: Path)(check: EventStore => A): A =
     Using.resource(EventStore.open(path).fold(fail(_), identity))(check)
@@ -36,25 +36,8 @@ class EventStoreSpec extends AnyFlatSpec {
   it should "be another one in another life or of another master" in fresh { store =>
     val lives = Seq(life, Life(1, 8), Life(2, 7))
     lives.foreach(store.begin(_, 0))
-    val lost = Vector.fill(2)(Event(EventKind.Lost, 2, 3))
-    for (l <- lives) assert(store.append(Report(l, 0, lost), now).map(_.number) == Seq(0, 1))
+    for (l <- lives) assert(give(store, l, 0, 2) == Seq(0, 1))
     assert(store.latest(10).map(_.life) == lives.flatMap(l => Seq(l, l)))
-  }
-
-  it should "be stored once though a restarted master tells it again" in fresh { store =>
-    val later = Life(1, 8)
-    Seq(life, later, Life(2, 1)).foreach(store.begin(_, 0))
-    def told(node: Int, sequence: Int, epoch: Int = 1) = Event(EventKind.Detector, 0, node, sequence, 2, epoch)
-    def give(l: Life, first: Long, events: Event*)     = store.append(Report(l, first, events.toVector), now).map(_.event)
-    give(life, 0, told(3, 65534), told(3, 65535), told(4, 9), told(5, 1))
-    // 0 is left out; the slave with ID 5 has restarted.
-    val again = Seq(told(3, 65534), told(3, 65535), told(3, 1), told(4, 9), told(4, 10), told(5, 1, epoch = 2))
-    assert(give(later, 0, again: _*) == Seq(told(3, 1), told(4, 10), told(5, 1, epoch = 2)))
-    assert(next(store, later).contains(6L), "all are acknowledged")
-    assert(give(later, 6, told(3, 2)) == Seq(told(3, 2)))
-    assert(give(Life(2, 1), 0, told(3, 65535)).size == 1, "another master")
-    val last = store.detectors(1).map(e => e.event.node -> e.event.sequence)
-    assert(last.sorted == Seq(3 -> 2, 4 -> 10, 5 -> 1))
   }
 
   it should "be stored once whatever is lost, repeated or comes late (seeds 1 to 20)" in {
@@ -70,6 +53,43 @@ class EventStoreSpec extends AnyFlatSpec {
       assert(stored.map(_.number) == stored.indices.map(_.toLong), s"seed $seed")
       assert(stored.map(_.id) == stored.map(_.id).sorted, s"seed $seed")
     }
+  }
+
+  "SRV-19: an alarm record that came in an earlier life" should "be marked, and be left out of the log" in fresh {
+    store =>
+      val (before, after) = (life, Life(1, 8))
+      val record = Event(EventKind.Detector, 3, 4, sequence = 9, state = 2, epoch = 6, slaveTime = 77)
+      def give(life: Life, events: Event*) =
+        store.append(Report(life, store.record(life).get.next, events.toVector), now).map(_.again)
+      Seq(before, after, Life(2, 8)).foreach(store.begin(_, 0))
+      assert(give(before, record) == Seq(false))
+      assert(
+        give(after, record.copy(position = 2, masterTime = 5), record.copy(sequence = 10)) == Seq(true, false)
+      )
+      val others =
+        Seq(
+          record.copy(node = 5),
+          record.copy(epoch = 7),
+          record.copy(state = 1),
+          record.copy(slaveTime = 78)
+        )
+      assert(give(after, others: _*).forall(!_), "other records")
+      assert(give(Life(2, 8), record) == Seq(false), "of another master")
+      val present = Event(EventKind.Present, 3, 4)
+      assert(give(before, present) ++ give(after, present) == Seq(false, false), "of another kind")
+      assert(store.ofLife(after, 0, 100).map(_.again) == true +: Seq.fill(6)(false))
+      assert(store.after(0, 100) == store.latest(100) && store.latest(100).size == 1 + 1 + 4 + 1 + 2)
+  }
+
+  "SRV-09: what detectors have told last" should "be known by node ID, of all lives of the master" in fresh {
+    store =>
+      def told(node: Int, state: Int, epoch: Int) = Event(EventKind.Detector, 0, node, state, state, epoch)
+      Seq(Life(1, 7), Life(1, 8), Life(2, 1)).foreach(store.begin(_, 0))
+      store.append(Report(Life(1, 7), 0, Vector(told(1, 1, 5), told(2, 2, 5), told(3, 1, 5))), now)
+      store.append(Report(Life(1, 8), 0, Vector(told(1, 3, 6), Event(EventKind.Present, 0, 2))), now)
+      store.append(Report(Life(2, 1), 0, Vector(told(3, 4, 5))), now)
+      assert(store.detectors(1) == Map(1 -> Detected(3, 6), 2 -> Detected(2, 5), 3 -> Detected(1, 5)))
+      assert(store.detectors(3).isEmpty)
   }
 
   "SRV-06: events behind a missing one" should "not be stored" in fresh { store =>

@@ -87,6 +87,12 @@ class LineStateSpec extends AnyFlatSpec {
     assert(l.slaves.map(_.before) == Seq(None, Some(1)))
   }
 
+  "SRV-09: slaves behind the last one that can be listed" should "be counted" in {
+    assert(line(three :+ Event(Scanned, 3, node = 5): _*).beyond == 2)
+    assert(line(three :+ Event(Scanned, 3, node = 5) :+ Event(Scanned, 3, node = 3): _*).beyond == 0)
+    assert(EventText.text(Event(Scanned, 64, node = 66)) == "line listed, slaves: 64 of 66 that answer")
+  }
+
   "SRV-09: other events" should "leave the line as it is, and so those about slaves that are not there" in {
     val l = line(three: _*)
     for (

@@ -3,7 +3,7 @@ package flyframe.server
 import java.net.{DatagramPacket, DatagramSocket, InetAddress, InetSocketAddress, SocketTimeoutException}
 import scala.collection.mutable
 import scala.util.Random
-import flyframe.master.{CommandResult, EventKind, EventReporter}
+import flyframe.master.{EventKind, EventReporter}
 
 /** A master as the server sees it (REP-01 to REP-06), with its host and the network in between.
   *

@@ -80,7 +80,11 @@ class PageSpec extends AnyFlatSpec with BeforeAndAfterAll {
   )
 
   private def present(i: Int)          = Event(EventKind.Present, i, i + 1, state = 1, epoch = 1)
-  private def told(i: Int, state: Int) = Event(EventKind.Detector, i, i + 1, 1, state, 1)
+  private var records                  = 0
+  private def told(i: Int, state: Int) = {
+    records += 1
+    Event(EventKind.Detector, i, i + 1, records, state, 1)
+  }
   private val five                     = (0 to 4).map(present) :+ Event(EventKind.Scanned, 5)
   private def calm                     = five ++ (0 to 4).map(told(_, DetectorState.Normal))
   private def shown: Seq[String]       = all(".card .label").map(_.getText).tail
@@ -230,7 +234,9 @@ class PageSpec extends AnyFlatSpec with BeforeAndAfterAll {
   }
 
   "SRV-15: a line of 64 slaves" should "be shown whole, on a screen and on a phone" in opened(
-    (0 to 63).map(present) ++ (0 to 63).map(told(_, DetectorState.Normal)) ++ Seq(40, 63).map(told(_, DetectorState.Alarm))
+    (0 to 63).map(present) ++ (0 to 63).map(told(_, DetectorState.Normal)) ++ Seq(40, 63).map(
+      told(_, DetectorState.Alarm)
+    )
   ) { (_, _) =>
     within("all")(states.size == 64 && states.count(_ == "alarm") == 2)
     assert(shown.last == "32B" && one("#alarm").getText.contains("21A, 32B"))

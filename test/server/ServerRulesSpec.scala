@@ -12,7 +12,7 @@ class ServerRulesSpec extends AnyFlatSpec {
     val rules =
       found(Files.readString(Path.of("docs/behaviour.md")), "(?m)^- \\*\\*SRV-(\\d+)\\*\\*").filter(_ >= 5)
     val tests = Files.list(Path.of("test/server")).iterator.asScala.map(Files.readString(_)).mkString
-    assert(rules == (5 to 18).toSet)
+    assert(rules == (5 to 19).toSet)
     assert(rules -- found(tests, "\"SRV-(\\d+): ") == Set.empty)
   }
 }

@@ -6,7 +6,6 @@ import java.nio.file.{Files, Path}
 import java.util.concurrent.TimeUnit
 import scala.util.{Random, Using}
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.alarm.DetectorState
 import flyframe.master.EventKind
 import ServerBench._
 
@@ -15,7 +14,7 @@ class ServerSpec extends AnyFlatSpec {
   private def stored(directory: Path): Seq[LogEntry] =
     Using.resource(EventStore.open(directory.resolve("log.db")).fold(fail(_), identity))(_.after(0, 1000000))
   private def event(i: Int) =
-    Event(EventKind.Lost, i % 5, i % 5 + 1, i / 5, DetectorState.Normal, slaveTime = i)
+    Event(EventKind.Present, i % 5, i % 5 + 1, i / 5, 1, slaveTime = i)
 
   /** The log has events 0 to `count` - 1 of the life, each once and in order. */
   private def complete(log: Seq[LogEntry], life: Life, count: Int, hint: String): Unit = {

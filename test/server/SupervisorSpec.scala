@@ -152,6 +152,28 @@ class SupervisorSpec extends AnyFlatSpec {
       assert(b.master.master.life == two)
   }
 
+  it should "have detectors that are known from its earlier life, if their slaves have not restarted" in bench() {
+    b =>
+      def present(i: Int, epoch: Int)           = Event(EventKind.Present, i, i + 1, state = 1, epoch = epoch)
+      def told(i: Int, number: Int, state: Int) = Event(EventKind.Detector, i, i + 1, number, state, 5)
+      val before =
+        (0 to 2).map(present(_, 5)) ++ (0 to 2).map(told(_, 1, DetectorState.Normal)) :+ told(
+          1,
+          2,
+          DetectorState.Alarm
+        )
+      b.give(Protocol.encode(Report(one, 0, before.toVector, time = 5)), here)
+      b.clock += 2000
+      // Slave 2A has restarted; the alarm is reported again.
+      val after = Vector(present(0, 5), present(1, 5), present(2, 6), told(1, 2, DetectorState.Alarm))
+      b.give(Protocol.encode(Report(two, 0, after, time = 5)), here)
+      def states = b.master.json("slaves").arr.map(_("state").str)
+      assert(states == Seq("normal", "alarm", "unknown"))
+      assert(b.store.latest(100).count(_.event.state == DetectorState.Alarm) == 1, "in the log once")
+      b.give(Protocol.encode(Report(two, 4, Vector(told(1, 3, DetectorState.Normal)), time = 6)), here)
+      assert(states == Seq("normal", "normal", "unknown"))
+  }
+
   it should "not restart within a second" in bench() { b =>
     b.report(one, 0, 1)
     b.clock += 999
