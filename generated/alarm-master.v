@@ -1255,6 +1255,9 @@ module EthernetSender(
   reg         ended;
   reg  [31:0] crc;
   reg  [4:0]  gap;
+  reg  [7:0]  following_data;
+  reg         following_last;
+  reg         full;
   wire        _next_data_T_2 = state == 3'h2;
   wire        takes = _next_data_T_2 & ~high;
   reg         out_r_valid;
@@ -1270,7 +1273,7 @@ module EthernetSender(
   wire [3:0]  next_data =
     _GEN
       ? {count == 6'hF, 3'h5}
-      : _GEN_0 ? (_next_data_T_2 ? (takes ? bytes_bits_data[3:0] : rest) : 4'h0) : _GEN_1 ? ~(crc[3:0]) : 4'h0;
+      : _GEN_0 ? (_next_data_T_2 ? (takes ? following_data[3:0] : rest) : 4'h0) : _GEN_1 ? ~(crc[3:0]) : 4'h0;
   wire        _GEN_2 = count == 6'hF;
   wire        _state_T = count > 6'h3A;
   reg  [5:0]  casez_tmp;
@@ -1320,16 +1323,19 @@ module EthernetSender(
         casez_tmp_0 = crc;
     endcase
   end // always @(*)
-  wire        late = takes & ~bytes_valid;
+  wire        late = takes & ~full;
   wire        next_odd = ~_GEN & _GEN_0 & late;
   wire        next_last = ~_GEN & (_GEN_0 ? late : _GEN_1 & count == 6'h7);
-  wire        _GEN_4 = state == 3'h0;
-  wire        _GEN_5 = ~step | _GEN_4;
-  wire        _GEN_6 = _GEN_0 & takes;
+  wire        _GEN_4 = state == 3'h5;
+  wire        _GEN_5 = ~full & bytes_valid;
+  wire        _GEN_6 = state == 3'h0;
+  wire        _GEN_7 = ~step | _GEN_6;
+  wire        _GEN_8 = _GEN_0 & takes;
   always @(posedge clock) begin
     if (reset) begin
       state <= 3'h0;
       gap <= 5'h0;
+      full <= 1'h0;
       out_r_valid <= 1'h0;
       out_r_payload <= 1'h0;
       out_r_data <= 4'h0;
@@ -1340,8 +1346,8 @@ module EthernetSender(
     end
     else begin
       if (step) begin
-        if (_GEN_4) begin
-          if (bytes_valid & ~(|gap))
+        if (_GEN_6) begin
+          if (full & ~(|gap))
             state <= 3'h1;
         end
         else if (_GEN) begin
@@ -1354,7 +1360,7 @@ module EthernetSender(
           else if (high & ended)
             state <= _state_T ? 3'h4 : 3'h3;
         end
-        else if (_GEN_1 ? count == 6'h7 : state == 3'h5 & bytes_valid & bytes_bits_last)
+        else if (_GEN_1 ? count == 6'h7 : _GEN_4 & full & following_last)
           state <= 3'h0;
         if (next_last)
           gap <= 5'h18;
@@ -1367,26 +1373,31 @@ module EthernetSender(
         out_r_bad <= next_odd;
         out_r_odd <= next_odd;
       end
+      full <= _GEN_5 | ~(step & (takes | _GEN_4)) & full;
       out_r_crcGood <= step | out_r_crcGood;
     end
     if (step) begin
       count <= casez_tmp;
       crc <= casez_tmp_0;
     end
-    if (_GEN_5) begin
+    if (_GEN_7) begin
     end
     else
       high <= ~_GEN & (_GEN_0 ^ high);
-    if (~step | _GEN_4 | _GEN | ~_GEN_6) begin
+    if (~step | _GEN_6 | _GEN | ~_GEN_8) begin
     end
     else
-      rest <= bytes_bits_data[7:4];
+      rest <= following_data[7:4];
+    if (_GEN_7) begin
+    end
+    else
+      ended <= ~_GEN & (_GEN_8 ? following_last : ended);
     if (_GEN_5) begin
+      following_data <= bytes_bits_data;
+      following_last <= bytes_bits_last;
     end
-    else
-      ended <= ~_GEN & (_GEN_6 ? bytes_bits_last : ended);
   end // always @(posedge)
-  assign bytes_ready = step & (takes | state == 3'h5);
+  assign bytes_ready = ~full;
   assign out_valid = out_r_valid;
   assign out_payload = out_r_payload;
   assign out_data = out_r_data;
@@ -3046,9 +3057,9 @@ module ArpResponder(
   reg  [31:0] ip;
   reg         answers;
   reg  [5:0]  sent;
-  wire        isMac = sent < 6'h6 | sent[5] & sent < 6'h26;
-  wire        isIp = sent > 6'h25;
-  reg         ready;
+  reg  [1:0]  age;
+  reg  [7:0]  reply;
+  wire        bytes_valid_0 = age == 2'h2;
   reg  [7:0]  casez_tmp;
   always @(*) begin
     casez (sent[3:0] + 4'h4)
@@ -3093,7 +3104,9 @@ module ArpResponder(
   wire [5:0]  now = first ? 6'h0 : at;
   wire        _GEN_2 = byte_valid & ~answers;
   wire        _GEN_3 = end_valid & ~answers;
-  wire        _ready_T = bytes_ready & ready;
+  wire        isMac = sent < 6'h6 | sent[5] & sent < 6'h26;
+  wire        isIp = sent > 6'h25;
+  wire        _age_T = bytes_ready & bytes_valid_0;
   wire        _GEN_4 = now < 6'h6;
   always @(posedge clock) begin
     if (_GEN_3)
@@ -3115,30 +3128,31 @@ module ArpResponder(
       all <= ~(_GEN_4 & byte_bits != 8'hFF) & (first | all);
       mine <= (~_GEN_4 | byte_bits == expected) & (first | mine);
     end
-    if (_ready_T & isMac)
+    if (_age_T & isMac)
       mac <= {mac[39:0], mac[47:40]};
     else if (_GEN_2 & now > 6'h15 & now < 6'h1C)
       mac <= {mac[39:0], byte_bits};
-    if (_ready_T & isIp)
+    if (_age_T & isIp)
       ip <= {ip[23:0], ip[31:24]};
     else if (_GEN_2 & now > 6'h1B & ~(now[5]))
       ip <= {ip[23:0], byte_bits};
-    if (_ready_T)
+    if (_age_T)
       sent <= sent + 6'h1;
     else if (_GEN_3)
       sent <= 6'h0;
-    if (reset) begin
+    if (_age_T | ~answers)
+      age <= 2'h0;
+    else if (~bytes_valid_0)
+      age <= age + 2'h1;
+    reply <= isMac ? mac[47:40] : isIp ? ip[31:24] : sent > 6'hB & sent < 6'h16 ? casez_tmp : setting;
+    if (reset)
       answers <= 1'h0;
-      ready <= 1'h0;
-    end
-    else begin
-      answers <= ~(_ready_T & bytes_bits_last_0) & (_GEN_3 ? end_bits & ~wrong & (all | mine) & at > 6'h29 : answers);
-      ready <= answers & ~_ready_T;
-    end
+    else
+      answers <= ~(_age_T & bytes_bits_last_0) & (_GEN_3 ? end_bits & ~wrong & (all | mine) & at > 6'h29 : answers);
   end // always @(posedge)
   assign settingAddress = sent < 6'hC ? sent[4:0] : sent[4:0] - 5'h10;
-  assign bytes_valid = ready;
-  assign bytes_bits_data = isMac ? mac[47:40] : isIp ? ip[31:24] : sent > 6'hB & sent < 6'h16 ? casez_tmp : setting;
+  assign bytes_valid = bytes_valid_0;
+  assign bytes_bits_data = reply;
   assign bytes_bits_last = bytes_bits_last_0;
 endmodule
 
@@ -3160,7 +3174,7 @@ module UdpSender(
 
   reg  [2:0]  state;
   reg  [10:0] at;
-  reg         ready;
+  reg  [1:0]  age;
   reg  [10:0] size;
   reg  [15:0] number;
   reg  [15:0] sum_sum;
@@ -3170,6 +3184,7 @@ module UdpSender(
   wire [11:0] udpLength = _GEN + 12'h8;
   wire        beforeOwn = at < 11'hC;
   wire        ofUdp = at > 11'h25;
+  reg  [7:0]  byte_0;
   reg  [7:0]  casez_tmp;
   wire [11:0] ipLength = _GEN + 12'h1C;
   always @(*) begin
@@ -3240,7 +3255,6 @@ module UdpSender(
         casez_tmp = 8'h8;
     endcase
   end // always @(*)
-  wire [7:0]  byte_0 = at > 11'h29 ? readData : beforeOwn | at > 11'h19 & ~ofUdp ? setting : casez_tmp;
   wire        isLast = {1'h0, at} == _GEN + 12'h29;
   wire        _bytes_valid_T = state == 3'h4;
   wire [15:0] _ipCheck_T_2 = {byte_0, 8'h0};
@@ -3251,63 +3265,50 @@ module UdpSender(
   wire [16:0] ipCheck_total = _GEN_1 + {1'h0, at[0] ? _GEN_0 : _ipCheck_T_2};
   wire [16:0] check_total = _GEN_1 + {4'h0, {1'h0, udpLength} + 13'h11};
   wire [15:0] _check_T_3 = check_total[15:0] + {15'h0, check_total[16]};
-  wire        taken = ready & (_bytes_valid_T ? bytes_ready : (|state));
+  wire        taken = (&age) & (_bytes_valid_T ? bytes_ready : (|state));
   wire [10:0] _at_T = at + 11'h1;
-  wire        _GEN_2 = state == 3'h0;
-  wire        _GEN_3 = _GEN_2 & start;
-  wire        _GEN_4 = state == 3'h1;
-  wire        _GEN_5 = at == 11'h21;
-  wire        _GEN_6 = taken & _GEN_5;
-  wire        _GEN_7 = state == 3'h2;
-  wire        _GEN_8 = state == 3'h3;
-  wire        _GEN_9 = taken & isLast;
+  wire        _GEN_2 = ~(|state) & start;
+  wire        _GEN_3 = state == 3'h1;
+  wire        _GEN_4 = at == 11'h21;
+  wire        _GEN_5 = taken & _GEN_4;
+  wire        _GEN_6 = state == 3'h2;
+  wire        _GEN_7 = state == 3'h3;
+  wire        _GEN_8 = taken & isLast;
   always @(posedge clock) begin
     if (reset) begin
       state <= 3'h0;
-      ready <= 1'h0;
       number <= 16'h0;
     end
     else begin
-      if (_GEN_2) begin
-        if (start)
-          state <= 3'h1;
+      if (|state) begin
+        if (_GEN_3) begin
+          if (_GEN_5)
+            state <= 3'h2;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= 3'h3;
+        end
+        else if (_GEN_7) begin
+          if (taken)
+            state <= 3'h4;
+        end
+        else if (state == 3'h4 & _GEN_8)
+          state <= 3'h0;
       end
-      else if (_GEN_4) begin
-        if (_GEN_6)
-          state <= 3'h2;
-      end
-      else if (_GEN_7) begin
-        if (_GEN_9)
-          state <= 3'h3;
-      end
-      else if (_GEN_8) begin
-        if (taken)
-          state <= 3'h4;
-      end
-      else if (state == 3'h4 & _GEN_9)
-        state <= 3'h0;
-      ready <= (|state) & ~taken;
-      if (_GEN_3)
+      else if (start)
+        state <= 3'h1;
+      if (_GEN_2)
         number <= number + 16'h1;
     end
-    if (_GEN_2) begin
-      if (start) begin
-        at <= 11'hE;
-        sum_sum <= 16'h0;
-        ipCheck <= 16'h0;
-        udpCheck <= 16'h0;
-      end
-      else if (taken)
-        at <= _at_T;
-    end
-    else begin
-      if (_GEN_4) begin
-        if (_GEN_6)
+    if (|state) begin
+      if (_GEN_3) begin
+        if (_GEN_5)
           at <= 11'h1A;
         else if (taken)
           at <= _at_T;
         if (taken) begin
-          if (_GEN_5)
+          if (_GEN_4)
             sum_sum <= 16'h0;
           else
             sum_sum <= sum_sum_total[15:0] + {15'h0, sum_sum_total[16]};
@@ -3315,24 +3316,37 @@ module UdpSender(
       end
       else begin
         if (taken)
-          at <= _GEN_7 | ~_GEN_8 ? _at_T : 11'h0;
-        if (_GEN_7 & taken)
+          at <= _GEN_6 | ~_GEN_7 ? _at_T : 11'h0;
+        if (_GEN_6 & taken)
           sum_sum <= sum_sum_total_1[15:0] + {15'h0, sum_sum_total_1[16]};
       end
-      if (_GEN_4 & _GEN_6)
+      if (_GEN_3 & _GEN_5)
         ipCheck <= ~(ipCheck_total[15:0] + {15'h0, ipCheck_total[16]});
-      if (_GEN_4 | _GEN_7 | ~(_GEN_8 & taken)) begin
+      if (_GEN_3 | _GEN_6 | ~(_GEN_7 & taken)) begin
       end
       else
         udpCheck <= ~({16{_check_T_3 != 16'hFFFF}} & _check_T_3);
     end
-    if (_GEN_3)
+    else if (start) begin
+      at <= 11'hE;
+      sum_sum <= 16'h0;
+      ipCheck <= 16'h0;
+      udpCheck <= 16'h0;
+    end
+    else if (taken)
+      at <= _at_T;
+    if (taken | ~(|state))
+      age <= 2'h0;
+    else if (~(&age))
+      age <= age + 2'h1;
+    if (_GEN_2)
       size <= length;
+    byte_0 <= at > 11'h29 ? readData : beforeOwn | at > 11'h19 & ~ofUdp ? setting : casez_tmp;
   end // always @(posedge)
   assign settingAddress = at[4:0] - {1'h0, beforeOwn ? 4'h0 : 4'hE};
   assign busy = |state;
   assign readAddress = at - 11'h2A;
-  assign bytes_valid = _bytes_valid_T & ready;
+  assign bytes_valid = _bytes_valid_T & (&age);
   assign bytes_bits_data = byte_0;
   assign bytes_bits_last = isLast;
 endmodule
@@ -3509,6 +3523,7 @@ module EventReporter(
         casez_tmp_0 = _ram_readData[7:0];
     endcase
   end // always @(*)
+  reg  [7:0]   readData_REG;
   wire [31:0]  _done_T = upTo - first;
   wire [8:0]   gone = takes & _done_T <= _GEN ? _done_T[8:0] : 9'h0;
   always @(posedge clock) begin
@@ -3546,6 +3561,7 @@ module EventReporter(
       lostThen_time <= status_time;
     end
     inside_0 <= readAddress;
+    readData_REG <= inside_0 < 11'h18 ? casez_tmp : casez_tmp_0;
   end // always @(posedge)
   assign _ram_writeAddress = _nextEvent_T[7:0];
   assign _ram_writeData =
@@ -3576,7 +3592,7 @@ module EventReporter(
   assign nextEvent = _nextEvent_T;
   assign start = _start_output;
   assign length = {number, 4'h0} + 11'h18;
-  assign readData = inside_0 < 11'h18 ? casez_tmp : casez_tmp_0;
+  assign readData = readData_REG;
 endmodule
 
 module ExpectedByte(

@@ -63,11 +63,13 @@ class ArpResponder extends Module {
   private val isMac     = sent < 6.U || (sent >= 32.U && sent < 38.U)
   private val isIp      = sent >= 38.U
   private val isKind    = sent >= 12.U && sent < 22.U
-  private val ready     = RegInit(false.B) // the setting has been read; reset: nothing to send
-  settingAddress := Mux(sent < 12.U, sent, sent - 16.U)
-  ready          := answers && !bytes.fire
-  bytes.valid    := ready
-  bytes.bits.data := Mux(
+  private val age       = Reg(UInt(2.W)) // cycles since `sent` has changed, up to 2
+  private val reply     = Reg(UInt(8.W))
+  settingAddress  := Mux(sent < 12.U, sent, sent - 16.U)
+  age             := Mux(bytes.fire || !answers, 0.U, Mux(age === 2.U, age, age + 1.U))
+  bytes.valid     := age === 2.U
+  bytes.bits.data := reply
+  reply := Mux(
     isMac,
     mac(47, 40),
     Mux(isIp, ip(31, 24), Mux(isKind, kindBytes((sent - 12.U)(3, 0)), setting))

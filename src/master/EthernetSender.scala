@@ -37,10 +37,16 @@ class EthernetSender extends Module {
   private val crc   = Reg(UInt(32.W))
   private val gap   = RegInit(0.U(5.W)) // slots to wait; reset: the line was quiet
 
+  // The next byte: its source may be slow to choose it.
+  private val following = Reg(new FrameByte)
+  private val full      = RegInit(false.B) // reset: there is none
+  bytes.ready := !full
+  when(bytes.fire) { following := bytes.bits }
+
   private val takes  = state === data && !high
-  private val late   = takes && !bytes.valid
-  private val nibble = Mux(takes, bytes.bits.data(3, 0), rest)
-  bytes.ready := step && (takes || state === drop)
+  private val late   = takes && !full
+  private val nibble = Mux(takes, following.data(3, 0), rest)
+  when(bytes.fire) { full := true.B }.elsewhen(step && (takes || state === drop)) { full := false.B }
 
   private val next = WireDefault(NibbleStream.idle)
   out          := RegEnable(next, NibbleStream.idle, step)
@@ -71,7 +77,7 @@ class EthernetSender extends Module {
     switch(state) {
       is(idle) {
         count := 0.U
-        when(bytes.valid && gap === 0.U) { state := preamble }
+        when(full && gap === 0.U) { state := preamble }
       }
       is(preamble) {
         count := count + 1.U
@@ -87,8 +93,8 @@ class EthernetSender extends Module {
         high := !high
         crc  := Crc32.next(crc, next.data)
         when(takes) {
-          rest  := bytes.bits.data(7, 4)
-          ended := bytes.bits.last
+          rest  := following.data(7, 4)
+          ended := following.last
         }
         when(high) {
           when(count =/= 60.U) { count := count + 1.U }
@@ -104,7 +110,7 @@ class EthernetSender extends Module {
         crc   := crc >> 4
         when(count === 7.U) { state := idle }
       }
-      is(drop) { when(bytes.valid && bytes.bits.last) { state := idle } }
+      is(drop) { when(full && following.last) { state := idle } }
     }
     when(next.last) { gap := 24.U }
   }

@@ -124,10 +124,12 @@ class EventReporter(depth: Int) extends Module {
   private def byteOf(word: UInt, count: Int, at: UInt) =
     VecInit((0 until count).map(i => word(8 * (count - i) - 1, 8 * (count - i) - 8)))(at)
   ram.io.readAddress := (first + (place >> 4))(log2Ceil(depth) - 1, 0)
-  readData := Mux(
-    inside < HeaderBytes.U,
-    byteOf(header, HeaderBytes, inside(4, 0)),
-    byteOf(content, EventBytes, (inside - HeaderBytes.U)(3, 0))
+  readData := RegNext(
+    Mux(
+      inside < HeaderBytes.U,
+      byteOf(header, HeaderBytes, inside(4, 0)),
+      byteOf(content, EventBytes, (inside - HeaderBytes.U)(3, 0))
+    )
   )
 }
 

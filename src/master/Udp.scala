@@ -30,7 +30,7 @@ class UdpSender extends Module {
   val length = IO(Input(UInt(11.W)))
   val busy   = IO(Output(Bool()))
 
-  /** The payload: address, and the byte in the next cycle. */
+  /** The payload: address, and the byte one or two cycles later. */
   val readAddress = IO(Output(UInt(11.W)))
   val readData    = IO(Input(UInt(8.W)))
   val bytes       = IO(Decoupled(new FrameByte))
@@ -38,7 +38,7 @@ class UdpSender extends Module {
   private object State extends ChiselEnum { val idle, sumIp, sumUdp, constants, send = Value }
   private val state    = RegInit(State.idle) // reset: nothing to send
   private val at       = Reg(UInt(11.W))     // byte of the frame
-  private val ready    = RegInit(false.B)    // the byte at `at` has been read; reset: not
+  private val age      = Reg(UInt(2.W))      // cycles since `at` has changed, up to 3
   private val size     = Reg(UInt(11.W))
   private val number   = RegInit(0.U(16.W))  // identification of the packet; reset: any
   private val sum      = Reg(new InternetSum)
@@ -63,7 +63,9 @@ class UdpSender extends Module {
   private val own       = (at - Mux(ofUdp, (AddressEnd - (AddressStart - MacEnd)).U, MacEnd.U))(4, 0)
   private val isSetting = beforeOwn || (at >= AddressStart.U && !ofUdp)
   settingAddress := at - Mux(beforeOwn, 0.U, (AddressStart - MacEnd).U)
-  private val byte = Mux(
+  private val byte  = Reg(UInt(8.W))
+  private val ready = age === 3.U // it is that at `at`
+  byte := Mux(
     at >= HeaderBytes.U,
     readData,
     Mux(
@@ -80,7 +82,7 @@ class UdpSender extends Module {
   bytes.bits.last := isLast
   busy            := state =/= State.idle
 
-  ready := state =/= State.idle && !taken
+  age := Mux(taken || state === State.idle, 0.U, Mux(ready, age, age + 1.U))
   when(taken) { at := at + 1.U }
   switch(state) {
     is(State.idle) {

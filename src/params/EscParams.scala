@@ -310,6 +310,9 @@ object EscParams {
   else {
     val nothing = Seq("ramKiB", "fmmus", "syncManagers", "applicationLayer", "digitalOutputs", "alarm", "sii")
     Option.when(p.ports != 2)(s"ports is ${p.ports} but must be 2 if role is 1.").toSeq ++
+      Option.when(p.coreClockMhz < 50)(
+        s"coreClockMhz is ${p.coreClockMhz} but must be 50, 100, 125 if role is 1."
+      ) ++
       nothing.flatMap(ParamTable.named).filter(_.get(p) != 0).map { i =>
         s"${i.name} is ${i.get(p)} but must be 0 if role is 1."
       }

@@ -61,7 +61,7 @@ class ArpResponderSpec extends AnyFlatSpec with SharedSimulation {
     dut.end.bits.poke(good)
     dut.clock.step()
     dut.end.valid.poke(false)
-    dut.clock.step(2)
+    dut.clock.step(4)
     Option.when(is(dut.answer.valid)) {
       var answer = Vector.empty[Byte]
       var ended  = false

@@ -261,7 +261,7 @@ class MasterControllerSpec extends AnyFlatSpec with SharedSimulation {
         s.start()
         s.cycles(20)
         s.heard()
-        val many = if (clock == 25) 500 else 20
+        val many = if (clock == 50) 300 else 20
         for (i <- 1 to many) {
           val right = packet(
             Server,
@@ -296,7 +296,7 @@ class MasterControllerSpec extends AnyFlatSpec with SharedSimulation {
       }
     )
   }
-  check(25, 8, 15)
-  check(50, 32, 1)
+  check(50, 8, 15)
+  check(125, 32, 1)
   check(100, 16, 4)
 }

@@ -109,6 +109,10 @@ class EscParamsSpec extends AnyFlatSpec {
     val master = EscParams(role = 1, ramKiB = 0)
     assert(EscParams.problems(master).isEmpty)
     assert(EscParams.problems(master.copy(ports = 3)) == Seq("ports is 3 but must be 2 if role is 1."))
+    assert(
+      EscParams.problems(master.copy(coreClockMhz = 25)) ==
+        Seq("coreClockMhz is 25 but must be 50, 100, 125 if role is 1.")
+    )
     assert(EscParams.problems(master.copy(alarm = 1)) == Seq("alarm is 1 but must be 0 if role is 1."))
     assert(EscParams.problems(EscParams(role = 1)) == Seq("ramKiB is 1 but must be 0 if role is 1."))
   }
