@@ -34,13 +34,12 @@ set_global_assignment -name RESERVE_ALL_UNUSED_PINS_WEAK_PULLUP "AS INPUT TRI-ST
 set bits [dict create bus_d $width bus_nbl [expr {$width / 8}] bus_a [expr {13 - $width / 16}]]
 proc free {port pins} {
   global bits
-  if {![dict exists $bits $port] && [llength $pins] == 1} {
-    set_location_assignment PIN_$pins -to $port
-    return
-  }
-  set count [expr {[dict exists $bits $port] ? [dict get $bits $port] : [llength $pins]}]
-  for {set bit 0} {$bit < $count} {incr bit} {
-    set_location_assignment PIN_[lindex $pins $bit] -to "${port}\[${bit}\]"
+  set bus [expr {[llength $pins] > 1}]
+  if {[dict exists $bits $port]} { set pins [lrange $pins 0 [dict get $bits $port]-1] }
+  set bit 0
+  foreach pin $pins {
+    set_location_assignment PIN_$pin -to [expr {$bus ? "${port}\[$bit\]" : $port}]
+    incr bit
   }
 }
 proc fixed {port pins} { free $port $pins }

@@ -31,6 +31,10 @@ final class BoardFiles(val role: String, val width: Int) {
   private val dir = Files.createDirectories(Paths.get(s"build/check-board/$role-$width"))
   private val p: EscParams =
     Presets.named(s"alarm-$role").get.params.copy(preset = s"alarm-$role", dataBusWidth = width)
+
+  /** The type at register 0. */
+  def identity: Int = p.escType
+
   private def written(name: String, text: String): Path = Files.writeString(dir.resolve(name), text)
 
   /** The files of the Quartus project, and a stand-in for the PLL. */
@@ -66,10 +70,11 @@ final class BoardFiles(val role: String, val width: Int) {
   /** A program with the Verilated `top` and one C++ source. */
   def simulator(top: String, source: String, settings: String*): String = {
     val out   = dir.resolve(top).toString
+    val role  = if (top == "board") Seq(s"-GROLE=$isMaster", s"-GDATA_BUS_WIDTH=$width") else Nil
     val flags = Seq("--cc", "--exe", "--build", "-j", "2", "-O3", "-Wno-lint", "-Wno-style", "-Mdir", out)
     val c     = Seq("-CFLAGS", s"-std=c++17 -O2 -Wall -DWIDTH=$width", "-o", "program", "--top-module", top)
     val path  = Paths.get(source).toAbsolutePath.toString
-    run(Seq("verilator") ++ flags ++ c ++ settings ++ verilog.map(_.toString) :+ path: _*)
+    run(Seq("verilator") ++ flags ++ c ++ role ++ settings ++ verilog.map(_.toString) :+ path: _*)
     s"$out/program"
   }
 

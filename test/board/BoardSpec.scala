@@ -38,6 +38,14 @@ class BoardSpec extends AnyFlatSpec {
       assert(boxes.map(Netlist.plainName) == Set("altpll"))
     }
 
+    it should "answer its host through the pins" in {
+      val program = board.simulator("board", "test/board/board.cpp", "--pins-inout-enables")
+      // Memory without any other effect: user RAM, request_data.
+      val (address, bytes) = if (board.role == "slave") (0x0f80, 128) else (0x0058, 8)
+      val told = run(program, "--identity", s"${board.identity}", "--address", s"$address", "--bytes", s"$bytes")
+      assert(told.startsWith("5000 accesses") && told.trim.endsWith("errors 0"), told)
+    }
+
     it should "lint without a warning" in assert(board.lint() == "")
 
     it should "have a user pin of the package for every port" in {
