@@ -19,8 +19,9 @@ set_false_path -to [get_ports phy_clk]
 # ---- Host bus ------------------------------------------------------------------------------------------------------------------
 # MemoryBusCrossing. The strobes pass two flip-flops and are compared once: an access is taken three core cycles after the first of
 # them sees it. Address, byte enables and data have 15 ns of these from their pins; the other 15 ns are for the host, which may give
-# them later than the strobe.
-set_false_path -from [get_ports {bus_ne bus_noe bus_nwe}] -to [get_registers -compatibility_mode {*MemoryBusCrossing:*|meta_*}]
+# them later than the strobe. The strobes have 8 ns, so that they do not come too differently.
+set_max_delay -from [get_ports {bus_ne bus_noe bus_nwe}] -to [get_registers -compatibility_mode {*MemoryBusCrossing:*|meta_*}] 8
+set_false_path -hold -from [get_ports {bus_ne bus_noe bus_nwe}]
 set payload [get_ports {bus_a* bus_d* bus_nbl*}]
 set taken   [get_registers -compatibility_mode {*MemoryBusCrossing:*|taken_*}]
 set_max_delay -from $payload -to $taken 15

@@ -52,10 +52,8 @@ module board #(
 );
 
   // ---- Clocks: VCO 50 MHz * M 12 / N 1 = 600 MHz; C0 = 6: 100 MHz, C1 = 24: 25 MHz --------------------------------------------
-  wire [4:0] pll_clk;
-  wire       pll_locked;
-  wire       core_clk    = pll_clk[0];
-  wire       phy_clk_ref = pll_clk[1];
+  wire       core_clk, phy_clk_ref, pll_locked;
+  wire [2:0] unused_clk;
 
   altpll #(
     .intended_device_family("Cyclone IV E"),
@@ -74,7 +72,7 @@ module board #(
     .width_clock(5)
   ) pll (
     .inclk({1'b0, clk_50}),
-    .clk(pll_clk),
+    .clk({unused_clk, phy_clk_ref, core_clk}),
     .locked(pll_locked)
   );
   assign phy_clk = phy_clk_ref;

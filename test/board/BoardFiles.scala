@@ -29,7 +29,7 @@ object Shell {
 final class BoardFiles(val role: String, val width: Int) {
   import Shell.run
   private val dir = Files.createDirectories(Paths.get(s"build/check-board/$role-$width"))
-  private val p: EscParams =
+  private lazy val p: EscParams =
     Presets.named(s"alarm-$role").get.params.copy(preset = s"alarm-$role", dataBusWidth = width)
 
   /** The type at register 0. */

@@ -26,10 +26,12 @@ constexpr int kWords = 8192 / kLanes;
 
 // What fpga/alarm/board.sdc allows.
 constexpr Time kPayloadDelay = 15 * kNs, kOutputDelay = 15 * kNs;
-// The board and the input buffers, differently for each pin.
-constexpr Time kStrobeDelay = 5 * kNs;
+// Strobes: 8 ns there, and 2 ns of difference on the board.
+constexpr Time kStrobeDelay = 10 * kNs;
+// What the host may do: give address, enables and data so long after the strobe.
+constexpr Time kPayloadLate = 15 * kNs;
 // What fpga/README.md asks of the host: the strobe is high for so long; wait is looked at so long after it rose, and after NE fell.
-constexpr Time kStrobeHigh = 20 * kNs, kWaitAfterStrobe = 50 * kNs, kWaitAfterNe = 25 * kNs;
+constexpr Time kStrobeHigh = 25 * kNs, kWaitAfterStrobe = 55 * kNs, kWaitAfterNe = 25 * kNs;
 
 std::mt19937_64 random64;
 uint64_t random(uint64_t below) { return random64() % below; }
@@ -117,7 +119,7 @@ class Device {
     top.eval();
   }
   // A pin takes its value somewhat later than the host gives it.
-  void pin(std::function<void(Vboard_support&)> change, Time most) { changes_.push_back({now + Time(random(most + 1)), std::move(change)}); }
+  void pin(std::function<void(Vboard_support&)> change, Time most) { changes_.push_back({now + Time(random(most)), std::move(change)}); }
   void ne(bool v) { pin([v](auto& t) { t.bus_ne = v; }, kStrobeDelay); }
   void noe(bool v) { pin([v](auto& t) { t.bus_noe = v; }, kStrobeDelay); }
   void nwe(bool v) { pin([v](auto& t) { t.bus_nwe = v; }, kStrobeDelay); }
@@ -170,6 +172,7 @@ class Device {
   }
   void look() {
     if (top.bus_d_drive != (!top.bus_ne && !top.bus_noe)) fail(now, "the data pins' direction does not follow NE and NOE");
+    if (top.bus_ne && !top.bus_nwait) fail(now, "NWAIT is low though this device is not selected");
     if (outputs_.back().nwait != top.bus_nwait || outputs_.back().data != top.bus_d_out)
       outputs_.push_back({now, static_cast<bool>(top.bus_nwait), top.bus_d_out});
   }
@@ -192,15 +195,18 @@ class Host {
     const bool modeA = random(2) != 0;
     const uint32_t expected = device_.registers.read(a.word);
 
-    device_.address(a.word), device_.enables(a.enabled), device_.ne(false);
-    if (!a.write && !modeA) {
-      // Mode 1: NOE falls with NE.
-      if (device_.now - rose_ < kStrobeHigh) fail(device_.now, "the test is wrong: strobe high too short");
-      device_.noe(false);
-    }
-    if (a.write) device_.data(a.data);
-    device_.run(addressSetup * hclk_);
+    const bool late = random(4) == 0;
+    device_.ne(false);
+    if (!late) payload(a);
+    // Mode 1: NOE falls with NE. Mode A: the strobe falls when the address has been set up.
+    const Time early = device_.now - rose_;
+    if (a.write || modeA || early < kStrobeHigh) device_.run(std::max(addressSetup * hclk_, kStrobeHigh - early));
     a.write ? device_.nwe(false) : device_.noe(false);
+    if (late) {
+      device_.run(kPayloadLate);
+      payload(a);
+    }
+    if (!a.write && !modeA) device_.run(addressSetup * hclk_);
     device_.run((dataSetup - 4) * hclk_);
     int waited = 0;
     while (!device_.nwait()) {
@@ -217,7 +223,8 @@ class Host {
   }
   // HB-05: the host takes no notice of wait.
   void abort(const Access& a) {
-    device_.address(a.word), device_.enables(a.enabled), device_.data(a.data), device_.ne(false);
+    payload(a);
+    device_.ne(false);
     device_.run(10 * kNs);
     a.write ? device_.nwe(false) : device_.noe(false);
     device_.run(60 * kNs);
@@ -235,14 +242,17 @@ class Host {
       if (!selected) write ? device_.nwe(false) : device_.noe(false);
       device_.run(100 * kNs + Time(random(20 * kNs)));
       if (!selected) write ? device_.nwe(true) : device_.noe(true);
-      device_.run(20 * kNs);
+      if (i < 2) device_.run(kStrobeHigh);
     }
     if (selected) device_.ne(true);
-    device_.run(100 * kNs);
+    rose_ = device_.now;
+    // This device may be next, after a period of the fastest clock.
+    device_.run(random(2) && !selected ? periods_.back() : kPayloadDelay);
     expect({});
   }
 
  private:
+  void payload(const Access& a) { device_.address(a.word), device_.enables(a.enabled), device_.data(a.data); }
   // All pins go at once; address and data have no hold time.
   void end() {
     device_.ne(true), device_.noe(true), device_.nwe(true);
@@ -306,8 +316,8 @@ int main(int argc, char** argv) {
     const uint32_t word = random(4) ? static_cast<uint32_t>(random(16)) : static_cast<uint32_t>(random(kWords));
     const Access a{random(2) != 0, word, 1 + static_cast<uint32_t>(random(kLaneMask)), randomWord()};
     const auto kind = random(200);
+    if (kind < 20) host.elsewhere();
     kind == 0 ? host.abort(a) : host.access(a);
-    if (kind == 1) host.elsewhere();
     ++(a.write ? writes : reads);
   }
   reset(device);
