@@ -17,7 +17,7 @@ object Shell {
   }
 
   /** The output of a command that must end with 0. */
-  def run(command: String*): String = {
+  def output(command: String*): String = {
     val (code, text) = ends(command: _*)
     if (code != 0)
       throw new AssertionError(s"${command.mkString(" ")} ended with $code:\n${text.takeRight(4000)}")
@@ -27,7 +27,7 @@ object Shell {
 
 /** The board of one role and data bus width, as `make quartus` generates it, and what Yosys makes of it. */
 final class BoardFiles(val role: String, val width: Int) {
-  import Shell.run
+  import Shell.output
   private val dir = Files.createDirectories(Paths.get(s"build/check-board/$role-$width"))
   private lazy val p: EscParams =
     Presets.named(s"alarm-$role").get.params.copy(preset = s"alarm-$role", dataBusWidth = width)
@@ -48,7 +48,7 @@ final class BoardFiles(val role: String, val width: Int) {
   private def yosys(kind: String, commands: String): ujson.Value = {
     val json   = dir.resolve(s"$kind.json")
     val script = s"read_verilog ${verilog.mkString(" ")}; chparam -set ROLE $isMaster -set DATA_BUS_WIDTH $width board; "
-    run("yosys", "-q", "-p", s"$script $commands; write_json $json")
+    output("yosys", "-q", "-p", s"$script $commands; write_json $json")
     Netlist.read(json)
   }
 
@@ -74,7 +74,7 @@ final class BoardFiles(val role: String, val width: Int) {
     val flags = Seq("--cc", "--exe", "--build", "-j", "2", "-O3", "-Wno-lint", "-Wno-style", "-Mdir", out)
     val c     = Seq("-CFLAGS", s"-std=c++17 -O2 -Wall -DWIDTH=$width", "-o", "program", "--top-module", top)
     val path  = Paths.get(source).toAbsolutePath.toString
-    run(Seq("verilator") ++ flags ++ c ++ role ++ settings ++ verilog.map(_.toString) :+ path: _*)
+    output(Seq("verilator") ++ flags ++ c ++ role ++ settings ++ verilog.map(_.toString) :+ path: _*)
     s"$out/program"
   }
 

@@ -6,7 +6,7 @@ import flyframe.report.Netlist
 
 /** The board project in `fpga/alarm` without Quartus: both roles, every data bus width. */
 class BoardSpec extends AnyFlatSpec {
-  import Shell.{ends, run}
+  import Shell.{ends, output}
   private val widths = Seq(8, 16, 32)
   private val boards = for (role <- Seq("slave", "master"); width <- widths) yield new BoardFiles(role, width)
 
@@ -42,14 +42,14 @@ class BoardSpec extends AnyFlatSpec {
       val program = board.simulator("board", "test/board/board.cpp", "--pins-inout-enables")
       // Memory without any other effect: user RAM, request_data.
       val (address, bytes) = if (board.role == "slave") (0x0f80, 128) else (0x0058, 8)
-      val told = run(program, "--identity", s"${board.identity}", "--address", s"$address", "--bytes", s"$bytes")
+      val told = output(program, "--identity", s"${board.identity}", "--address", s"$address", "--bytes", s"$bytes")
       assert(told.startsWith("5000 accesses") && told.trim.endsWith("errors 0"), told)
     }
 
     it should "lint without a warning" in assert(board.lint() == "")
 
     it should "have a user pin of the package for every port" in {
-      val script = run("tclsh", "test/board/pins.tcl", "fpga/alarm/alarm.tcl", board.role, board.width.toString)
+      val script = output("tclsh", "test/board/pins.tcl", "fpga/alarm/alarm.tcl", board.role, board.width.toString)
       val pins = script.linesIterator.map(_.split(' ')).collect { case Array("pin", n, port) => port -> n.toInt }.toSeq
       assert(pins.map(_._1).sorted == board.ports.keys.toSeq.sorted)
       assert(pins.map(_._2).distinct.size == pins.size, pins.groupBy(_._2).filter(_._2.size > 1))
@@ -63,7 +63,7 @@ class BoardSpec extends AnyFlatSpec {
     }
 
     it should "match every name in the constraints" in {
-      val told        = run("tclsh", "test/board/timing.tcl", board.names.toString, "fpga/alarm/board.sdc")
+      val told        = output("tclsh", "test/board/timing.tcl", board.names.toString, "fpga/alarm/board.sdc")
       val constraints = told.linesIterator.map(_.split(" ", 3)).map(w => (w(0), w.last)).toSeq
       // No pin is left without one; the clocks' pins have a clock.
       val named = constraints.map(_._2).toSet
@@ -81,7 +81,7 @@ class BoardSpec extends AnyFlatSpec {
 
   "The crossings of the host bus" should "all be constrained" in {
     val board = boards.head
-    val told  = run("tclsh", "test/board/timing.tcl", board.names.toString, "fpga/alarm/board.sdc")
+    val told  = output("tclsh", "test/board/timing.tcl", board.names.toString, "fpga/alarm/board.sdc")
     val named = told.linesIterator.map(_.split(" ", 3).last).toSet
     val first = board.registers.filter(r => r.matches(".*Crossing:[^|]*\\|(meta|taken)[^|]*"))
     assert(first.size > 13 + 8 + 3)
@@ -92,7 +92,7 @@ class BoardSpec extends AnyFlatSpec {
   for (board <- boards if board.role == "slave")
     s"HB-01 to HB-06: a host bus of ${board.width} bits" should "carry out 100,000 accesses, each once and right" in {
       val program = board.simulator("board_support", "test/board/host_bus.cpp")
-      val told    = run(program, "--accesses", "100000", "--seed", s"${board.width}")
+      val told    = output(program, "--accesses", "100000", "--seed", s"${board.width}")
       assert(told.startsWith("accesses 100000 ") && told.trim.endsWith("errors 0"), told)
       info(told.trim)
     }
@@ -104,7 +104,7 @@ class BoardSpec extends AnyFlatSpec {
   }
 
   it should "take role and parameters from the command line" in {
-    val text = run("make", "-n", "quartus", "ROLE=master", "dataBusWidth=8", "maxSubTelegrams=4", "nodeIdWidth=12")
+    val text = output("make", "-n", "quartus", "ROLE=master", "dataBusWidth=8", "maxSubTelegrams=4", "nodeIdWidth=12")
     for (
       word <- Seq("--preset alarm-master", "--dataBusWidth 8", "--maxSubTelegrams 4", "--nodeIdWidth 12", "alarm.tcl master 8")
     ) assert(text.contains(word), word)
