@@ -68,13 +68,13 @@ final class BoardFiles(val role: String, val width: Int) {
   }
 
   /** A program with the Verilated `top` and one C++ source. */
-  def simulator(top: String, source: String, settings: String*): String = {
+  def simulator(top: String, source: String): String = {
     val out   = dir.resolve(top).toString
-    val role  = if (top == "board") Seq(s"-GROLE=$isMaster", s"-GDATA_BUS_WIDTH=$width") else Nil
+    val board = if (top == "board") Seq(s"-GROLE=$isMaster", s"-GDATA_BUS_WIDTH=$width") else Nil
     val flags = Seq("--cc", "--exe", "--build", "-j", "2", "-O3", "-Wno-lint", "-Wno-style", "-Mdir", out)
     val c     = Seq("-CFLAGS", s"-std=c++17 -O2 -Wall -DWIDTH=$width", "-o", "program", "--top-module", top)
     val path  = Paths.get(source).toAbsolutePath.toString
-    output(Seq("verilator") ++ flags ++ c ++ role ++ settings ++ verilog.map(_.toString) :+ path: _*)
+    output(Seq("verilator") ++ flags ++ c ++ board ++ verilog.map(_.toString) :+ path: _*)
     s"$out/program"
   }
 

@@ -39,7 +39,7 @@ class BoardSpec extends AnyFlatSpec {
     }
 
     it should "answer its host through the pins" in {
-      val program = board.simulator("board", "test/board/board.cpp", "--pins-inout-enables")
+      val program = board.simulator("board", "test/board/board.cpp")
       // Memory without any other effect: user RAM, request_data.
       val (address, bytes) = if (board.role == "slave") (0x0f80, 128) else (0x0058, 8)
       val told = output(program, "--identity", s"${board.identity}", "--address", s"$address", "--bytes", s"$bytes")
