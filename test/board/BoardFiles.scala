@@ -45,6 +45,7 @@ final class BoardFiles(val role: String, val width: Int) {
     Paths.get("test/board/altpll.v")
   )
   private def isMaster = if (role == "master") 1 else 0
+  private def values   = Seq(s"-GROLE=$isMaster", s"-GDATA_BUS_WIDTH=$width")
   private def yosys(kind: String, commands: String): ujson.Value = {
     val json   = dir.resolve(s"$kind.json")
     val script = s"read_verilog ${verilog.mkString(" ")}; chparam -set ROLE $isMaster -set DATA_BUS_WIDTH $width board; "
@@ -61,22 +62,28 @@ final class BoardFiles(val role: String, val width: Int) {
 
   /** What Verilator complains about. */
   def lint(): String = {
-    val settings = Seq(s"-GROLE=$isMaster", s"-GDATA_BUS_WIDTH=$width", "--top-module", "board")
-    val waivers  = Seq("fpga/verilator.vlt", "test/board/verilator.vlt")
-    val flags    = Seq("--lint-only", "-Wall", "--default-language", "1364-2005")
-    Shell.ends(Seq("verilator") ++ flags ++ settings ++ waivers ++ verilog.map(_.toString): _*)._2
+    val waivers = Seq("fpga/verilator.vlt", "test/board/verilator.vlt")
+    val flags   = Seq("--lint-only", "-Wall", "--default-language", "1364-2005", "--top-module", "board")
+    Shell.ends(Seq("verilator") ++ flags ++ values ++ waivers ++ verilog.map(_.toString): _*)._2
   }
 
-  /** A program with the Verilated `top` and one C++ source. */
-  def simulator(top: String, source: String): String = {
+  /** A program with a Verilated module and one C++ source. */
+  def simulator(top: String, source: String, settings: Seq[String], files: Seq[Path]): String = {
     val out   = dir.resolve(top).toString
-    val board = if (top == "board") Seq(s"-GROLE=$isMaster", s"-GDATA_BUS_WIDTH=$width") else Nil
     val flags = Seq("--cc", "--exe", "--build", "-j", "2", "-O3", "-Wno-lint", "-Wno-style", "-Mdir", out)
     val c     = Seq("-CFLAGS", s"-std=c++17 -O2 -Wall -DWIDTH=$width", "-o", "program", "--top-module", top)
-    val path  = Paths.get(source).toAbsolutePath.toString
-    output(Seq("verilator") ++ flags ++ c ++ board ++ verilog.map(_.toString) :+ path: _*)
+    val path  = Paths.get(source).toAbsolutePath
+    output(Seq("verilator") ++ flags ++ c ++ settings ++ (files :+ path).map(_.toString): _*)
     s"$out/program"
   }
+
+  /** The host bus against a memory interface. */
+  def busProgram: String =
+    simulator("board_support", "test/board/host_bus.cpp", Nil, verilog.filter(_.endsWith("board_support.v")))
+
+  /** The whole board. */
+  def boardProgram: String =
+    simulator("board_bench", "test/board/board.cpp", values, verilog :+ Paths.get("test/board/board_bench.v"))
 
   /** Ports of the top module, bit by bit, with their direction. */
   lazy val ports: Map[String, String] = design("modules")("board")("ports").obj.toSeq.flatMap { case (name, port) =>

@@ -39,10 +39,9 @@ class BoardSpec extends AnyFlatSpec {
     }
 
     it should "answer its host through the pins" in {
-      val program = board.simulator("board", "test/board/board.cpp")
       // Memory without any other effect: user RAM, request_data.
       val (address, bytes) = if (board.role == "slave") (0x0f80, 128) else (0x0058, 8)
-      val told = output(program, "--identity", s"${board.identity}", "--address", s"$address", "--bytes", s"$bytes")
+      val told = output(board.boardProgram, "--identity", s"${board.identity}", "--address", s"$address", "--bytes", s"$bytes")
       assert(told.startsWith("5000 accesses") && told.trim.endsWith("errors 0"), told)
     }
 
@@ -91,8 +90,7 @@ class BoardSpec extends AnyFlatSpec {
 
   for (board <- boards if board.role == "slave")
     s"HB-01 to HB-06: a host bus of ${board.width} bits" should "carry out 100,000 accesses, each once and right" in {
-      val program = board.simulator("board_support", "test/board/host_bus.cpp")
-      val told    = output(program, "--accesses", "100000", "--seed", s"${board.width}")
+      val told = output(board.busProgram, "--accesses", "100000", "--seed", s"${board.width}")
       assert(told.startsWith("accesses 100000 ") && told.trim.endsWith("errors 0"), told)
       info(told.trim)
     }
