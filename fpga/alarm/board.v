@@ -6,7 +6,7 @@
 
 module board #(
   parameter ROLE            = 0,   // 0 slave, 1 master
-  parameter DATA_BUS_WIDTH  = 16,  // bits, as generated: 8, 16, 32
+  parameter DATA_BUS_WIDTH  = 8,   // bits, as generated: 8, 16, 32
   parameter LINK_ACTIVE_LOW = 1,   // the PHYs' link pin is low for link
   // Word address of 8 KiB; follows from the width.
   parameter ADDRESS_BITS    = 13 - DATA_BUS_WIDTH / 16

@@ -1,10 +1,10 @@
-# Parameters of the alarm board, in one place. `make quartus ROLE=master dataBusWidth=8` overrides them once.
+# Parameters of the alarm board, in one place. `make quartus ROLE=master dataBusWidth=16` overrides them once.
 
 # slave or master
 ROLE ?= slave
 
 # Data bus towards host and RAM, bits: 8, 16, 32. Also the data pins of the host bus.
-dataBusWidth ?= 16
+dataBusWidth ?= 8
 
 # Datagrams of a frame that are processed and appended: 1 to 128
 maxSubTelegrams ?= 15

@@ -1,10 +1,11 @@
 package flyframe.board
 
 import chisel3._
+import chisel3.util._
 import flyframe.clocks.ResetCrossing
 import flyframe.memory.HostPort
 
-/** The reset of core and PHYs: while the PLL has not locked, and for `HoldMs` after (HB-06). */
+/** The reset of core and PHYs: while the PLL has not locked, and 10 to 20 ms after (HB-06). */
 class BoardReset(coreClockMhz: Int) extends RawModule {
   val clock  = IO(Input(Clock()))
   val locked = IO(Input(Bool()))
@@ -15,21 +16,18 @@ class BoardReset(coreClockMhz: Int) extends RawModule {
   crossing.in    := !locked
 
   withClockAndReset(clock, crossing.out) {
-    val last  = BoardReset.HoldMs * 1000 * coreClockMhz - 1
-    val count = RegInit(0.U(chisel3.util.log2Ceil(last + 1).W)) // reset: the whole time again
-    val over  = RegInit(false.B)
-    when(!over) {
-      count := count + 1.U
-      over  := count === last.U
-    }
+    val bits  = log2Ceil(BoardReset.LeastMs * 1000 * coreClockMhz)
+    val count = RegInit(0.U((bits + 1).W)) // reset: the whole time again
+    val over  = count(bits)
+    when(!over) { count := count + 1.U }
     reset := crossing.out || !over
   }
 }
 
 object BoardReset {
 
-  /** PHYs want 10 ms; a little more, for those in doubt. */
-  val HoldMs = 12
+  /** How long PHYs want to be reset. */
+  val LeastMs = 10
 }
 
 /** What a board needs around a controller and is no part of the vendor's: its reset, and the bus of its host.
@@ -44,7 +42,7 @@ class BoardSupport(lanes: Int, coreClockMhz: Int) extends RawModule {
   val clock      = IO(Input(Clock()))
   val pll_locked = IO(Input(Bool()))
   val reset      = IO(Output(Bool()))
-  val bus        = IO(new MemoryBus(lanes, HostBus.AddressBits - chisel3.util.log2Ceil(lanes)))
+  val bus        = IO(new MemoryBus(lanes, HostBus.AddressBits - log2Ceil(lanes)))
   val host       = IO(Flipped(new HostPort(lanes)))
 
   private val boardReset = Module(new BoardReset(coreClockMhz))

@@ -10,9 +10,8 @@ class BoardSpec extends AnyFlatSpec {
   private val widths = Seq(8, 16, 32)
   private val boards = for (role <- Seq("slave", "master"); width <- widths) yield new BoardFiles(role, width)
 
-  /** What an EP4CE6 has, and what is promised of each role. */
-  private val M9k           = 30
-  private val logicElements = Map("slave" -> 3000, "master" -> 4500)
+  /** Memory blocks of an EP4CE6. */
+  private val M9k = 30
 
   /** User pins of the package by number, with their kind. */
   private val userPins: Map[Int, String] = Files
@@ -36,13 +35,6 @@ class BoardSpec extends AnyFlatSpec {
       val boxes = modules.filter(_._2("attributes").obj.contains("blackbox")).keySet
       assert(missing.isEmpty)
       assert(boxes.map(Netlist.plainName) == Set("altpll"))
-    }
-
-    it should "answer its host through the pins" in {
-      // Memory without any other effect: user RAM, request_data.
-      val (address, bytes) = if (board.role == "slave") (0x0f80, 128) else (0x0058, 8)
-      val told = output(board.boardProgram, "--identity", s"${board.identity}", "--address", s"$address", "--bytes", s"$bytes")
-      assert(told.startsWith("5000 accesses") && told.trim.endsWith("errors 0"), told)
     }
 
     it should "lint without a warning" in assert(board.lint() == "")
@@ -69,14 +61,26 @@ class BoardSpec extends AnyFlatSpec {
       val bare  = board.ports.keySet -- named - "clk_50" - "mii_0_rx_clk" - "mii_1_rx_clk"
       assert(bare.isEmpty)
     }
+  }
 
-    it should "fit its share of an EP4CE6" in {
-      val area = Netlist.own(board.mapped)
+  // These take longer: each role once in simulation, with different widths, and once mapped, with the default width.
+  for ((role, width) <- Seq("slave" -> 8, "master" -> 32))
+    s"The $role's board with $width bits" should "answer its host through the pins" in {
+      val board = new BoardFiles(role, width)
+      // Memory without any other effect: user RAM, request_data.
+      val (address, bytes) = if (role == "slave") (0x0f80, 128) else (0x0058, 8)
+      val values           = Seq("--identity" -> board.identity, "--address" -> address, "--bytes" -> bytes)
+      val told = output(board.boardProgram +: values.flatMap { case (name, value) => Seq(name, s"$value") }: _*)
+      assert(told.startsWith("5000 accesses") && told.trim.endsWith("errors 0"), told)
+    }
+
+  for ((role, logicElements) <- Seq("slave" -> 3000, "master" -> 4500))
+    s"The $role's board" should f"take at most $logicElements%,d logic elements of an EP4CE6, and its RAM" in {
+      val area = Netlist.own(new BoardFiles(role, widths.head).mapped)
       info(s"${area.logicElements} logic elements, ${area.m9k} M9K")
-      assert(area.logicElements <= logicElements(board.role))
+      assert(area.logicElements <= logicElements)
       assert(area.m9k > 0 && area.m9k <= M9k)
     }
-  }
 
   "The crossings of the host bus" should "all be constrained" in {
     val board = boards.head
