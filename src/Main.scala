@@ -98,7 +98,9 @@ object Main {
     if (
       request.all && (request.overrides.nonEmpty || request.name.nonEmpty || request.device.nonEmpty || request.board)
     )
-      Left("--all emits the presets as they are and goes with neither --name, --device, --board nor a parameter.")
+      Left(
+        "--all emits the presets as they are and goes with neither --name, --device, --board nor a parameter."
+      )
     else if (request.all) Right(Presets.all.map(_.params))
     else
       for {

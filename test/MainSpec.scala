@@ -52,7 +52,8 @@ class MainSpec extends AnyFlatSpec {
   }
 
   "--board" should "also emit what a board needs around the controller" in inDirectory { directory =>
-    val result = run("--preset", "alarm-slave", "--name", "x", "--dataBusWidth", 16, "--board", "--out", directory)
+    val result =
+      run("--preset", "alarm-slave", "--name", "x", "--dataBusWidth", 16, "--board", "--out", directory)
     assert(result.code == 0, result.err)
     assert(files(directory) == Set("x.v", "x.h", "x.json", "board_support.v"))
     val text = Files.readString(directory.resolve("board_support.v"))

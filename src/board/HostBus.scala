@@ -34,9 +34,9 @@ class MemoryBusPayload(lanes: Int, addressBits: Int) extends Bundle {
 
 /** Makes accesses to a host port of those of an asynchronous memory bus (HB-01 to HB-05).
   *
-  * An access is carried out when its strobe falls, not when it rises, so that data need no hold time; the host
-  * waits for it: `nwait` is low from the fall of `ne` until it is done. `nwait` and the direction of the data
-  * pins follow the pins without a clock.
+  * An access is carried out when its strobe falls, not when it rises, so that data need no hold time; the
+  * host waits for it: `nwait` is low from the fall of `ne` until it is done. `nwait` and the direction of the
+  * data pins follow the pins without a clock.
   */
 class HostBus(lanes: Int) extends Module {
   private val wordBits = HostBus.AddressBits - log2Ceil(lanes)

@@ -47,8 +47,9 @@ final class BoardFiles(val role: String, val width: Int) {
   private def isMaster = if (role == "master") 1 else 0
   private def values   = Seq(s"-GROLE=$isMaster", s"-GDATA_BUS_WIDTH=$width")
   private def yosys(kind: String, commands: String): ujson.Value = {
-    val json   = dir.resolve(s"$kind.json")
-    val script = s"read_verilog ${verilog.mkString(" ")}; chparam -set ROLE $isMaster -set DATA_BUS_WIDTH $width board; "
+    val json = dir.resolve(s"$kind.json")
+    val script =
+      s"read_verilog ${verilog.mkString(" ")}; chparam -set ROLE $isMaster -set DATA_BUS_WIDTH $width board; "
     output("yosys", "-q", "-p", s"$script $commands; write_json $json")
     Netlist.read(json)
   }
@@ -86,12 +87,13 @@ final class BoardFiles(val role: String, val width: Int) {
     simulator("board_bench", "test/board/board.cpp", values, verilog :+ Paths.get("test/board/board_bench.v"))
 
   /** Ports of the top module, bit by bit, with their direction. */
-  lazy val ports: Map[String, String] = design("modules")("board")("ports").obj.toSeq.flatMap { case (name, port) =>
-    val bits      = port("bits").arr.size
-    val direction = port("direction").str
-    // A port declared [0:0] is a bus of one.
-    if (bits == 1 && !BoardFiles.buses(name)) Seq(name -> direction)
-    else (0 until bits).map(i => s"$name[$i]" -> direction)
+  lazy val ports: Map[String, String] = design("modules")("board")("ports").obj.toSeq.flatMap {
+    case (name, port) =>
+      val bits      = port("bits").arr.size
+      val direction = port("direction").str
+      // A port declared [0:0] is a bus of one.
+      if (bits == 1 && !BoardFiles.buses(name)) Seq(name -> direction)
+      else (0 until bits).map(i => s"$name[$i]" -> direction)
   }.toMap
 
   /** Registers, as Quartus names them: `Entity:instance|Entity:instance|register`. */
@@ -109,7 +111,8 @@ final class BoardFiles(val role: String, val width: Int) {
           if (bits == 1) Seq(s"$prefix$name") else (0 until bits).map(i => s"$prefix$name[$i]")
         }
       val below = cells.collect {
-        case (name, cell) if design("modules").obj.contains(cell("type").str) && cell("type").str != "altpll" =>
+        case (name, cell)
+            if design("modules").obj.contains(cell("type").str) && cell("type").str != "altpll" =>
           (name, cell("type").str)
       }
       own ++ below.flatMap { case (name, kind) => walk(kind, s"$prefix${Netlist.plainName(kind)}:$name|") }

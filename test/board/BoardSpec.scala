@@ -30,7 +30,9 @@ class BoardSpec extends AnyFlatSpec {
 
     s"$name" should "have no missing module but the PLL" in {
       val modules = board.design("modules").obj
-      val missing = modules.values.flatMap(_("cells").obj.values.map(_("type").str)).toSet
+      val missing = modules.values
+        .flatMap(_("cells").obj.values.map(_("type").str))
+        .toSet
         .filterNot(kind => kind.startsWith("$") || modules.contains(kind))
       val boxes = modules.filter(_._2("attributes").obj.contains("blackbox")).keySet
       assert(missing.isEmpty)
@@ -40,8 +42,10 @@ class BoardSpec extends AnyFlatSpec {
     it should "lint without a warning" in assert(board.lint() == "")
 
     it should "have a user pin of the package for every port" in {
-      val script = output("tclsh", "test/board/pins.tcl", "fpga/alarm/alarm.tcl", board.role, board.width.toString)
-      val pins = script.linesIterator.map(_.split(' ')).collect { case Array("pin", n, port) => port -> n.toInt }.toSeq
+      val script =
+        output("tclsh", "test/board/pins.tcl", "fpga/alarm/alarm.tcl", board.role, board.width.toString)
+      val pins =
+        script.linesIterator.map(_.split(' ')).collect { case Array("pin", n, port) => port -> n.toInt }.toSeq
       assert(pins.map(_._1).sorted == board.ports.keys.toSeq.sorted)
       assert(pins.map(_._2).distinct.size == pins.size, pins.groupBy(_._2).filter(_._2.size > 1))
       for ((port, pin) <- pins) {
@@ -70,7 +74,8 @@ class BoardSpec extends AnyFlatSpec {
       // Memory without any other effect: user RAM, request_data.
       val (address, bytes) = if (role == "slave") (0x0f80, 128) else (0x0058, 8)
       val values           = Seq("--identity" -> board.identity, "--address" -> address, "--bytes" -> bytes)
-      val told = output(board.boardProgram +: values.flatMap { case (name, value) => Seq(name, s"$value") }: _*)
+      val told =
+        output(board.boardProgram +: values.flatMap { case (name, value) => Seq(name, s"$value") }: _*)
       assert(told.startsWith("5000 accesses") && told.trim.endsWith("errors 0"), told)
     }
 
@@ -102,13 +107,23 @@ class BoardSpec extends AnyFlatSpec {
   "make quartus" should "say in a sentence that Quartus is missing" in {
     val (code, text) = ends("make", "-s", "quartus", "QUARTUS=no-such-quartus")
     assert(code == 2)
-    assert(text.linesIterator.next() == "Quartus is needed to compile the board, but no-such-quartus is not on PATH.")
+    assert(
+      text.linesIterator
+        .next() == "Quartus is needed to compile the board, but no-such-quartus is not on PATH."
+    )
   }
 
   it should "take role and parameters from the command line" in {
-    val text = output("make", "-n", "quartus", "ROLE=master", "dataBusWidth=8", "maxSubTelegrams=4", "nodeIdWidth=12")
+    val text =
+      output("make", "-n", "quartus", "ROLE=master", "dataBusWidth=8", "maxSubTelegrams=4", "nodeIdWidth=12")
     for (
-      word <- Seq("--preset alarm-master", "--dataBusWidth 8", "--maxSubTelegrams 4", "--nodeIdWidth 12", "alarm.tcl master 8")
+      word <- Seq(
+        "--preset alarm-master",
+        "--dataBusWidth 8",
+        "--maxSubTelegrams 4",
+        "--nodeIdWidth 12",
+        "alarm.tcl master 8"
+      )
     ) assert(text.contains(word), word)
   }
 }

@@ -79,17 +79,17 @@ class PageSpec extends AnyFlatSpec with BeforeAndAfterAll {
     ).asJava
   )
 
-  private def present(i: Int)          = Event(EventKind.Present, i, i + 1, state = 1, epoch = 1)
-  private var records                  = 0
+  private def present(i: Int) = Event(EventKind.Present, i, i + 1, state = 1, epoch = 1)
+  private var records         = 0
   private def told(i: Int, state: Int) = {
     records += 1
     Event(EventKind.Detector, i, i + 1, records, state, 1)
   }
-  private val five                     = (0 to 4).map(present) :+ Event(EventKind.Scanned, 5)
-  private def calm                     = five ++ (0 to 4).map(told(_, DetectorState.Normal))
-  private def shown: Seq[String]       = all(".card .label").map(_.getText).tail
-  private def states: Seq[String]      = all(".card[data-state]").map(_.getDomAttribute("data-state"))
-  private def words: Seq[String]       = all(".card[data-state] .state").map(_.getText.toLowerCase)
+  private val five                = (0 to 4).map(present) :+ Event(EventKind.Scanned, 5)
+  private def calm                = five ++ (0 to 4).map(told(_, DetectorState.Normal))
+  private def shown: Seq[String]  = all(".card .label").map(_.getText).tail
+  private def states: Seq[String] = all(".card[data-state]").map(_.getDomAttribute("data-state"))
+  private def words: Seq[String]  = all(".card[data-state] .state").map(_.getText.toLowerCase)
 
   /** Server, master with the events, and the page opened. The master goes on reporting. */
   private def opened(events: Seq[Event], change: Options => Options = identity[Options] _)(
