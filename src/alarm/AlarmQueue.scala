@@ -90,8 +90,16 @@ class AlarmQueue(depth: Int) extends Module {
   // Number 0 is left out, so behind the wrap the distance is one less.
   private val distance = (confirm.bits - oldest - (confirm.bits < oldest))(15, 0)
   private val confirms = confirm.valid && confirm.bits =/= 0.U && distance < told
-  private val gone     = Mux(confirms, distance(countBits - 1, 0) + 1.U, 0.U)
+  // Acknowledged and confirmed in one frame: both wait while the record leaves.
+  private val late      = RegInit(false.B) // reset: nothing waits
+  private val ofHead    = confirm.valid && seen && confirm.bits === head.bits.sequence
+  private val completes = passes && (late || ofHead)
+  private val gone =
+    Mux(completes, told +& 1.U, Mux(confirms, distance(countBits - 1, 0) + 1.U, 0.U))(countBits - 1, 0)
+  when(ofHead) { late := true.B }
+  when(passes || rewinds) { late := false.B }
   when(confirms) { oldest := next(confirm.bits) }
+  when(completes) { oldest := next(head.bits.sequence) }
   first := first + gone
   count := count + happens - gone
   told  := Mux(rewinds, 0.U, told + passes - gone)

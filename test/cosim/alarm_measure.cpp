@@ -45,6 +45,7 @@ class Meter {
       waitFor(100, [this] { return found_; });
       first.push_back(static_cast<double>(firstNibble_) / kUs - pin);
       last.push_back(static_cast<double>(lastNibble_) / kUs - pin);
+      ++measured_;
     }
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
     return {{"slaves", line_.slaves()},
@@ -72,7 +73,9 @@ class Meter {
   void waitFor(int cycles, Condition there) {
     const int64_t end = line_.ns() + cycles * cycleNs_ + 5'000'000;
     while (!there()) {
-      if (line_.ns() > end) throw std::runtime_error("an event was not reported in " + std::to_string(cycles) + " bus cycles.");
+      if (line_.ns() > end)
+        throw std::runtime_error("event " + std::to_string(measured_ + 1) + ", of slave " + std::to_string(wantedPosition_ + 1) +
+                                 ", was not reported in " + std::to_string(cycles) + " bus cycles; " + network_.command({"status"}));
       line_.advance();
     }
   }
@@ -119,7 +122,7 @@ class Meter {
   int64_t cycleNs_;
   std::mt19937_64 random_;
   bool scanned_ = false, found_ = false;
-  size_t wantedPosition_ = 0;
+  size_t measured_ = 0, wantedPosition_ = 0;
   unsigned wantedState_ = 0;
   uint32_t next_ = 0;  // number of the next event
   Time firstNibble_ = 0, lastNibble_ = 0;

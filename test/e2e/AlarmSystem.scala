@@ -25,14 +25,19 @@ import flyframe.server.{Options, Server}
 final class AlarmSystem(name: String, settings: String*) extends AutoCloseable {
   import AlarmSystem._
 
-  val folder: Path = emptyFolder(Paths.get("build/e2e").resolve(name))
+  val folder: Path    = emptyFolder(Paths.get("build/e2e").resolve(name))
   val database: Path  = folder.resolve("log.db")
   val linePcap: Path  = folder.resolve("line.pcap")
   val plantPcap: Path = folder.resolve("plant.pcap")
   private val key     = makeKey(folder.resolve("key"))
   private var running = Option.empty[Server.Running]
   private val udpPort = startServer(0).udpPort
-  private val line    = new AlarmLine(folder, udpPort, key, Seq("--line-pcap", s"$linePcap", "--plant-pcap", s"$plantPcap") ++ settings)
+  private val line = new AlarmLine(
+    folder,
+    udpPort,
+    key,
+    Seq("--line-pcap", s"$linePcap", "--plant-pcap", s"$plantPcap") ++ settings
+  )
 
   private def startServer(port: Int): Server.Running = {
     val options = Options(
@@ -74,7 +79,18 @@ final class AlarmSystem(name: String, settings: String*) extends AutoCloseable {
       Iterator
         .continually(rows)
         .takeWhile(_.next())
-        .map(r => Logged(r.getInt("boot"), r.getInt("number"), r.getInt("kind"), r.getInt("position"), r.getInt("node"), r.getInt("sequence"), r.getInt("state"), r.getInt("epoch")))
+        .map(r =>
+          Logged(
+            r.getInt("boot"),
+            r.getInt("number"),
+            r.getInt("kind"),
+            r.getInt("position"),
+            r.getInt("node"),
+            r.getInt("sequence"),
+            r.getInt("state"),
+            r.getInt("epoch")
+          )
+        )
         .toVector
     } finally connection.close()
   }
@@ -84,7 +100,9 @@ final class AlarmSystem(name: String, settings: String*) extends AutoCloseable {
     val end = System.nanoTime + seconds * 1000000000L
     while (!condition) {
       if (System.nanoTime > end)
-        throw new AssertionError(s"$name: $what did not happen.\nstatus: $status\nlog:\n${log.mkString("\n")}")
+        throw new AssertionError(
+          s"$name: $what did not happen.\nstatus: $status\nlog:\n${log.mkString("\n")}"
+        )
       Thread.sleep(50)
     }
   }
@@ -113,14 +131,26 @@ final class AlarmLine(folder: Path, serverPort: Int, key: Path, settings: Seq[St
   private val socket = folder.resolve("control.sock")
   private val errors = folder.resolve("line.log")
   private val process = {
-    val options = Seq("--server-port", s"$serverPort", "--key", s"$key", "--state", s"${folder.resolve("state")}", "--control", s"$socket")
-    new ProcessBuilder(((AlarmSystem.program.toString +: options) ++ settings).asJava).redirectError(errors.toFile).start()
+    val options = Seq(
+      "--server-port",
+      s"$serverPort",
+      "--key",
+      s"$key",
+      "--state",
+      s"${folder.resolve("state")}",
+      "--control",
+      s"$socket"
+    )
+    new ProcessBuilder(((AlarmSystem.program.toString +: options) ++ settings).asJava)
+      .redirectError(errors.toFile)
+      .start()
   }
   private val ready = new BufferedReader(new InputStreamReader(process.getInputStream)).readLine()
   assert(ready != null && ready.startsWith("ready: "), Files.readString(errors))
   private val channel = SocketChannel.open(StandardProtocolFamily.UNIX)
   channel.connect(UnixDomainSocketAddress.of(socket))
-  private val (in, out) = (new BufferedReader(Channels.newReader(channel, UTF_8)), Channels.newWriter(channel, UTF_8))
+  private val (in, out) =
+    (new BufferedReader(Channels.newReader(channel, UTF_8)), Channels.newWriter(channel, UTF_8))
 
   /** The answer behind `ok`. */
   def ask(line: String): String = synchronized {

@@ -12,8 +12,17 @@ final class Browser(page: String) extends AutoCloseable {
   private val driver = {
     val options = new ChromeOptions
     options.setBinary("/usr/bin/chromium")
-    options.addArguments("--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--disable-gpu", "--window-size=1200,1000")
-    val service = new ChromeDriverService.Builder().usingDriverExecutable(new File("/usr/bin/chromedriver")).usingAnyFreePort().build()
+    options.addArguments(
+      "--headless=new",
+      "--no-sandbox",
+      "--disable-dev-shm-usage",
+      "--disable-gpu",
+      "--window-size=1200,1000"
+    )
+    val service = new ChromeDriverService.Builder()
+      .usingDriverExecutable(new File("/usr/bin/chromedriver"))
+      .usingAnyFreePort()
+      .build()
     new ChromeDriver(service, options)
   }
   driver.get(page)

@@ -20,11 +20,11 @@ class PublishedExperimentSpec extends AnyFlatSpec {
       try {
         val browser = new Browser(system.page)
         try {
-          def slave(n: Int)  = system.status("slaves")(n - 1)
+          def slave(n: Int) = system.status("slaves")(n - 1)
           def sounds: Seq[Int] = // slaves, 0: the master
-            (0 to 5).filter(n => (if (n == 0) system.status("master") else slave(n))("buzzer").bool)
+            (0 to 5).filter(n => (if (n == 0) system.status("master") else slave(n)) ("buzzer").bool)
           def detected = system.log.filter(_.kind == EventKind.Detector).map(e => e.node -> e.state)
-          def done = system.log.filter(e => e.kind == EventKind.Command && e.state == 0).map(_.position)
+          def done     = system.log.filter(e => e.kind == EventKind.Command && e.state == 0).map(_.position)
 
           system.await("five detectors are normal")(browser.detectors == calm)
           assert(browser.labels == Seq("1A", "1B", "2A", "2B", "3A"))
