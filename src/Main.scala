@@ -18,6 +18,7 @@ final case class Request(
     out: Path = Paths.get("generated"),
     docs: Option[Path] = None,
     device: Option[Path] = None,
+    board: Boolean = false,
     printSii: Option[Path] = None
 )
 
@@ -80,6 +81,9 @@ object Main {
         .valueName("<file>")
         .text("device file for the ESI and SII files; default src/resources/devices/io.json if it fits")
         .action((v, r) => r.copy(device = Some(v))),
+      opt[Unit]("board")
+        .text("also write board_support.v: reset and host bus of fpga/alarm/board.v")
+        .action((_, r) => r.copy(board = true)),
       opt[Path]("print-sii")
         .valueName("<file>")
         .text("print this SII image and emit nothing")
@@ -91,8 +95,12 @@ object Main {
 
   /** The parameter sets `request` asks for, or why there is none. */
   def resolve(request: Request): Either[String, Seq[EscParams]] =
-    if (request.all && (request.overrides.nonEmpty || request.name.nonEmpty || request.device.nonEmpty))
-      Left("--all emits the presets as they are and goes with neither --name, --device nor a parameter.")
+    if (
+      request.all && (request.overrides.nonEmpty || request.name.nonEmpty || request.device.nonEmpty || request.board)
+    )
+      Left(
+        "--all emits the presets as they are and goes with neither --name, --device, --board nor a parameter."
+      )
     else if (request.all) Right(Presets.all.map(_.params))
     else
       for {
@@ -156,7 +164,11 @@ object Main {
         sets.find(_.isMaster).getOrElse(Presets.master)
       )
     )
-    val files = texts.map { case (path, text) => path -> text.getBytes(UTF_8) } ++
+    val support =
+      if (request.board)
+        sets.map(p => request.out.resolve("board_support.v").toString -> Emit.boardSupport(p))
+      else Nil
+    val files = (texts ++ support).map { case (path, text) => path -> text.getBytes(UTF_8) } ++
       jobs.flatMap(_._2).map { case (name, bytes) => request.out.resolve(name).toString -> bytes }
     (request.out +: request.docs.toSeq).foreach(d => Files.createDirectories(d))
     files.foreach { case (path, bytes) =>

@@ -51,6 +51,16 @@ class MainSpec extends AnyFlatSpec {
       assert(result.out.contains(text))
   }
 
+  "--board" should "also emit what a board needs around the controller" in inDirectory { directory =>
+    val result =
+      run("--preset", "alarm-slave", "--name", "x", "--dataBusWidth", 16, "--board", "--out", directory)
+    assert(result.code == 0, result.err)
+    assert(files(directory) == Set("x.v", "x.h", "x.json", "board_support.v"))
+    val text = Files.readString(directory.resolve("board_support.v"))
+    assert(text.contains("module board_support(") && text.contains("[15:0] bus_d_in"))
+  }
+  "--board with --all" should "be refused" in refused("--all", "--board")("--all", "--board")
+
   "A value out of range" should "be refused" in refused("--ports", 5)("ports", "5", "1 to 4")
   "A hexadecimal value out of range" should "be refused" in
     refused("--escType", "0x100")("escType", "0x0100", "0 to 255")

@@ -169,3 +169,60 @@ object MiiRxCrossing {
   /** Symbols stored: a symbol stays 40 ns times this; at 25 MHz the synchroniser alone takes 80 ns. */
   def depth(coreClockMhz: Int): Int = if (coreClockMhz == 25) 8 else 4
 }
+
+/** Brings a reset into the clock of the module: it begins at once, with the clock or without, and ends with a
+  * clock edge.
+  */
+class ResetCrossing extends RawModule {
+  val clock = IO(Input(Clock()))
+  val in    = IO(Input(Bool()))
+  val out   = IO(Output(Bool()))
+
+  withClockAndReset(clock, in.asAsyncReset) {
+    val meta   = RegNext(false.B, true.B)
+    val stable = RegNext(meta, true.B)
+    out := stable
+  }
+}
+
+/** The low active control pins of an asynchronous memory bus: chip enable, output enable, write enable. */
+class MemoryBusStrobes extends Bundle {
+  val ne  = Bool()
+  val noe = Bool()
+  val nwe = Bool()
+}
+
+/** Brings the accesses of an asynchronous memory bus into the clock of the module (HB-01).
+  *
+  * The strobes pass two flip-flops each, and an access begins when all three have stood for two cycles, as
+  * two of them may change at once. What goes with an access has stood on the pins for two cycles more than a
+  * flip-flop needs by then: `hold` takes it without synchroniser.
+  *
+  * @param payload
+  *   address, byte enables and data as the pins have them
+  */
+class MemoryBusCrossing[T <: Data](payload: T) extends Module {
+  val strobes = IO(Input(new MemoryBusStrobes))
+  val pins    = IO(Input(payload))
+
+  /** An access is under way: a write, or else a read. */
+  val active = IO(Output(Bool()))
+  val write  = IO(Output(Bool()))
+
+  /** It has stood long enough. */
+  val settled = IO(Output(Bool()))
+
+  /** Take what goes with it; in `held` from the next cycle on. */
+  val hold = IO(Input(Bool()))
+  val held = IO(Output(payload))
+
+  private val meta    = RegNext(strobes)
+  private val stable  = RegNext(meta)
+  private val earlier = RegNext(stable)
+  active  := !stable.ne && !(stable.noe && stable.nwe)
+  write   := !stable.nwe
+  settled := stable.asUInt === earlier.asUInt
+
+  private val taken = RegEnable(pins, hold)
+  held := taken
+}

@@ -87,7 +87,7 @@ object Netlist {
   /** The Verilog module a yosys module was made of: without parameters and without the number that tells
     * equal names apart.
     */
-  private[report] def plainName(name: String): String =
+  private[flyframe] def plainName(name: String): String =
     name.split('\\').filter(_.nonEmpty).find(!_.startsWith("$")).getOrElse(name).replaceAll("_\\d+$", "")
 
   /** The area of each unit below `top` in a netlist with hierarchy. `unitOf` names the unit of a module; a

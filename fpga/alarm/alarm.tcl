@@ -1,0 +1,55 @@
+# Makes a Quartus project of the alarm board and compiles it. `make quartus` generates the Verilog and calls it:
+#   quartus_sh -t fpga/alarm/alarm.tcl ROLE WIDTH      ROLE slave or master, WIDTH the bits of the host's data bus
+# Reads build/board/ROLE/*.v; everything is written to build/board/ROLE/quartus.
+load_package flow
+
+set role  [lindex $quartus(args) 0]
+set width [lindex $quartus(args) 1]
+set here  [file dirname [file normalize [info script]]]
+set root  [file dirname [file dirname $here]]
+set rtl   [file join $root build board $role]
+
+set work [file join $rtl quartus]
+file mkdir $work
+cd $work
+
+project_new alarm_$role -overwrite
+source [file join $root fpga device.tcl]
+set_global_assignment -name TOP_LEVEL_ENTITY board
+set_global_assignment -name VERILOG_INPUT_VERSION VERILOG_2001
+set_global_assignment -name VERILOG_FILE [file join $here board.v]
+set_global_assignment -name VERILOG_FILE [file join $rtl board_support.v]
+set_global_assignment -name VERILOG_FILE [file join $rtl alarm-$role.v]
+set_global_assignment -name SDC_FILE [file join $here board.sdc]
+set_global_assignment -name PROJECT_OUTPUT_DIRECTORY output
+set_parameter -name ROLE [expr {$role eq "master"}]
+set_parameter -name DATA_BUS_WIDTH $width
+
+# Configuration from a serial memory; nCEO (pin 101) is an ordinary pin.
+set_global_assignment -name CYCLONEIII_CONFIGURATION_SCHEME "ACTIVE SERIAL"
+set_global_assignment -name CYCLONEII_RESERVE_NCEO_AFTER_CONFIGURATION "USE AS REGULAR IO"
+set_global_assignment -name RESERVE_ALL_UNUSED_PINS_WEAK_PULLUP "AS INPUT TRI-STATED WITH WEAK PULL-UP"
+
+# Pins: as many bits of the host bus as there are.
+set bits [dict create bus_d $width bus_nbl [expr {$width / 8}] bus_a [expr {13 - $width / 16}]]
+proc free {port pins} {
+  global bits
+  set bus [expr {[llength $pins] > 1}]
+  if {[dict exists $bits $port]} { set pins [lrange $pins 0 [dict get $bits $port]-1] }
+  set bit 0
+  foreach pin $pins {
+    set_location_assignment PIN_$pin -to [expr {$bus ? "${port}\[$bit\]" : $port}]
+    incr bit
+  }
+}
+proc fixed {port pins} { free $port $pins }
+source [file join $here pins.tcl]
+
+export_assignments
+if {[catch {execute_flow -compile} message]} {
+  post_message -type error $message
+  project_close
+  qexit -error
+}
+project_close
+post_message "Size: $work/output/alarm_$role.fit.summary; speed: alarm_$role.sta.rpt there"

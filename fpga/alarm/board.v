@@ -1,0 +1,135 @@
+// Board of the smoke-alarm system: an EP4CE6E22C8N between two PHYs and a microcontroller. One design for both roles.
+//
+// Registers and clock crossings are not here but in what flyframe generates with --board: board_support.v (reset, host bus) and
+// alarm-slave.v or alarm-master.v. This file holds the vendor's PLL, the data pins' direction and the choice of the role.
+`default_nettype none
+
+module board #(
+  parameter ROLE            = 0,   // 0 slave, 1 master
+  parameter DATA_BUS_WIDTH  = 8,   // bits, as generated: 8, 16, 32
+  parameter LINK_ACTIVE_LOW = 1,   // the PHYs' link pin is low for link
+  // Word address of 8 KiB; follows from the width.
+  parameter ADDRESS_BITS    = 13 - DATA_BUS_WIDTH / 16
+) (
+  input  wire                        clk_50,           // oscillator, 50 MHz, 25 ppm
+  output wire                        phy_clk,          // 25 MHz for both PHYs
+  output wire                        phy_reset_n,
+
+  // Port 0. Slave: towards the master. Master: the alarm line.
+  input  wire                        mii_0_rx_clk,
+  input  wire                        mii_0_rx_dv,
+  input  wire                        mii_0_rx_er,
+  input  wire [3:0]                  mii_0_rxd,
+  input  wire                        mii_0_link,
+  output wire                        mii_0_tx_en,
+  output wire [3:0]                  mii_0_txd,
+
+  // Port 1. Slave: away from the master. Master: the plant network.
+  input  wire                        mii_1_rx_clk,
+  input  wire                        mii_1_rx_dv,
+  input  wire                        mii_1_rx_er,
+  input  wire [3:0]                  mii_1_rxd,
+  input  wire                        mii_1_link,
+  output wire                        mii_1_tx_en,
+  output wire [3:0]                  mii_1_txd,
+
+  // Asynchronous memory bus of the microcontroller, all but address and data low active.
+  input  wire                        bus_ne,
+  input  wire                        bus_noe,
+  input  wire                        bus_nwe,
+  input  wire [DATA_BUS_WIDTH/8-1:0] bus_nbl,
+  input  wire [ADDRESS_BITS-1:0]     bus_a,            // in words of the data bus
+  inout  wire [DATA_BUS_WIDTH-1:0]   bus_d,
+  output wire                        bus_nwait,
+  output wire                        irq,              // high active
+  input  wire                        host_ready,       // the microcontroller has loaded the configuration
+
+  // Detector, slave only; buzzer and lamp in both roles, high active.
+  input  wire [2:0]                  alarm_current,
+  output wire                        alarm_supply,
+  output wire                        alarm_buzzer,
+  output wire                        alarm_lamp
+);
+
+  // ---- Clocks: VCO 50 MHz * M 12 / N 1 = 600 MHz; C0 = 6: 100 MHz, C1 = 24: 25 MHz --------------------------------------------
+  wire       core_clk, phy_clk_ref, pll_locked;
+  wire [2:0] unused_clk;
+
+  altpll #(
+    .intended_device_family("Cyclone IV E"),
+    .lpm_type("altpll"),
+    .operation_mode("NORMAL"),
+    .compensate_clock("CLK0"),
+    .inclk0_input_frequency(20000),  // ps
+    .clk0_multiply_by(2),
+    .clk0_divide_by(1),
+    .clk0_duty_cycle(50),
+    .clk0_phase_shift("0"),
+    .clk1_multiply_by(1),
+    .clk1_divide_by(2),
+    .clk1_duty_cycle(50),
+    .clk1_phase_shift("0"),
+    .width_clock(5)
+  ) pll (
+    .inclk({1'b0, clk_50}),
+    .clk({unused_clk, phy_clk_ref, core_clk}),
+    .locked(pll_locked)
+  );
+  assign phy_clk = phy_clk_ref;
+
+  // ---- Reset and host bus -------------------------------------------------------------------------------------------------------
+  wire                        reset;
+  wire                        host_req, host_write, host_ack;
+  wire [15:0]                 host_addr;
+  wire [DATA_BUS_WIDTH-1:0]   host_wdata, host_rdata;
+  wire [DATA_BUS_WIDTH/8-1:0] host_be;
+  wire [DATA_BUS_WIDTH-1:0]   bus_d_out;
+  wire                        bus_d_drive;
+
+  board_support support (
+    .clock(core_clk), .pll_locked(pll_locked), .reset(reset),
+    .bus_ne(bus_ne), .bus_noe(bus_noe), .bus_nwe(bus_nwe), .bus_nbl(bus_nbl), .bus_a(bus_a),
+    .bus_d_in(bus_d), .bus_d_out(bus_d_out), .bus_d_drive(bus_d_drive), .bus_nwait(bus_nwait),
+    .host_req(host_req), .host_write(host_write), .host_addr(host_addr), .host_wdata(host_wdata), .host_be(host_be),
+    .host_ack(host_ack), .host_rdata(host_rdata)
+  );
+  assign bus_d = bus_d_drive ? bus_d_out : {DATA_BUS_WIDTH{1'bz}};
+
+  // ---- The controller -----------------------------------------------------------------------------------------------------------
+  wire link_0 = mii_0_link ^ (LINK_ACTIVE_LOW != 0);
+  wire link_1 = mii_1_link ^ (LINK_ACTIVE_LOW != 0);
+  wire unused_tx_tick;
+
+  generate
+    if (ROLE == 0) begin : slave
+      alarm_slave core (
+        .clock(core_clk), .reset(reset), .phy_clk_ref(phy_clk_ref), .phy_reset_n(phy_reset_n),
+        .mii_tx_tick(unused_tx_tick), .pdi_operational(host_ready),
+        .mii_0_rx_clk(mii_0_rx_clk), .mii_0_rx_dv(mii_0_rx_dv), .mii_0_rx_er(mii_0_rx_er), .mii_0_rxd(mii_0_rxd),
+        .mii_0_link(link_0), .mii_0_tx_en(mii_0_tx_en), .mii_0_txd(mii_0_txd),
+        .mii_1_rx_clk(mii_1_rx_clk), .mii_1_rx_dv(mii_1_rx_dv), .mii_1_rx_er(mii_1_rx_er), .mii_1_rxd(mii_1_rxd),
+        .mii_1_link(link_1), .mii_1_tx_en(mii_1_tx_en), .mii_1_txd(mii_1_txd),
+        .host_req(host_req), .host_write(host_write), .host_addr(host_addr), .host_wdata(host_wdata), .host_be(host_be),
+        .host_ack(host_ack), .host_rdata(host_rdata), .irq(irq),
+        .alarm_current(alarm_current), .alarm_supply(alarm_supply), .alarm_buzzer(alarm_buzzer), .alarm_lamp(alarm_lamp)
+      );
+    end else begin : master
+      alarm_master core (
+        .clock(core_clk), .reset(reset), .phy_clk_ref(phy_clk_ref), .phy_reset_n(phy_reset_n),
+        .mii_tx_tick(unused_tx_tick),
+        .mii_0_rx_clk(mii_0_rx_clk), .mii_0_rx_dv(mii_0_rx_dv), .mii_0_rx_er(mii_0_rx_er), .mii_0_rxd(mii_0_rxd),
+        .mii_0_link(link_0), .mii_0_tx_en(mii_0_tx_en), .mii_0_txd(mii_0_txd),
+        .mii_1_rx_clk(mii_1_rx_clk), .mii_1_rx_dv(mii_1_rx_dv), .mii_1_rx_er(mii_1_rx_er), .mii_1_rxd(mii_1_rxd),
+        .mii_1_link(link_1), .mii_1_tx_en(mii_1_tx_en), .mii_1_txd(mii_1_txd),
+        .host_req(host_req), .host_write(host_write), .host_addr(host_addr), .host_wdata(host_wdata), .host_be(host_be),
+        .host_ack(host_ack), .host_rdata(host_rdata), .irq(irq),
+        .alarm_buzzer(alarm_buzzer), .alarm_lamp(alarm_lamp)
+      );
+      // A master has no detector, and runs as soon as its host says so in a register.
+      assign alarm_supply = 1'b0;
+      wire unused_inputs = &{1'b0, alarm_current, host_ready};
+    end
+  endgenerate
+endmodule
+
+`default_nettype wire

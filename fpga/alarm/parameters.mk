@@ -1,0 +1,13 @@
+# Parameters of the alarm board, in one place. `make quartus ROLE=master dataBusWidth=16` overrides them once.
+
+# slave or master
+ROLE ?= slave
+
+# Data bus towards host and RAM, bits: 8, 16, 32. Also the data pins of the host bus.
+dataBusWidth ?= 8
+
+# Datagrams of a frame that are processed and appended: 1 to 128
+maxSubTelegrams ?= 15
+
+# Implemented bits of the node ID: 4 to 16
+nodeIdWidth ?= 16

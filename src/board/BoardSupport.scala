@@ -1,0 +1,56 @@
+package flyframe.board
+
+import chisel3._
+import chisel3.util._
+import flyframe.clocks.ResetCrossing
+import flyframe.memory.HostPort
+
+/** The reset of core and PHYs: while the PLL has not locked, and 10 to 20 ms after (HB-06). */
+class BoardReset(coreClockMhz: Int) extends RawModule {
+  val clock  = IO(Input(Clock()))
+  val locked = IO(Input(Bool()))
+  val reset  = IO(Output(Bool()))
+
+  private val crossing = Module(new ResetCrossing)
+  crossing.clock := clock
+  crossing.in    := !locked
+
+  withClockAndReset(clock, crossing.out) {
+    val bits  = log2Ceil(BoardReset.LeastMs * 1000 * coreClockMhz)
+    val count = RegInit(0.U((bits + 1).W)) // reset: the whole time again
+    val over  = count(bits)
+    when(!over) { count := count + 1.U }
+    reset := crossing.out || !over
+  }
+}
+
+object BoardReset {
+
+  /** How long PHYs want to be reset. */
+  val LeastMs = 10
+}
+
+/** What a board needs around a controller and is no part of the vendor's: its reset, and the bus of its host.
+  * `fpga/alarm/board.v` connects it.
+  *
+  * @param lanes
+  *   bytes of the data bus: 1, 2 or 4
+  */
+class BoardSupport(lanes: Int, coreClockMhz: Int) extends RawModule {
+  override def desiredName = "board_support"
+
+  val clock      = IO(Input(Clock()))
+  val pll_locked = IO(Input(Bool()))
+  val reset      = IO(Output(Bool()))
+  val bus        = IO(new MemoryBus(lanes, HostBus.AddressBits - log2Ceil(lanes)))
+  val host       = IO(Flipped(new HostPort(lanes)))
+
+  private val boardReset = Module(new BoardReset(coreClockMhz))
+  boardReset.clock  := clock
+  boardReset.locked := pll_locked
+  reset             := boardReset.reset
+
+  private val hostBus = withClockAndReset(clock, boardReset.reset)(Module(new HostBus(lanes)))
+  hostBus.bus <> bus
+  hostBus.host <> host
+}

@@ -1,0 +1,16 @@
+# Runs a project script in plain Tcl and prints its assignments.
+#   tclsh test/board/pins.tcl fpga/alarm/alarm.tcl ROLE WIDTH
+# Lines: pin NAME NUMBER | global NAME VALUE | parameter NAME VALUE
+package require Tcl 8.5
+set quartus(args) [lrange $argv 1 end]
+set argv0 [lindex $argv 0]
+proc load_package {args} {}
+proc project_new {args} {}
+proc project_close {} {}
+proc export_assignments {} {}
+proc execute_flow {args} {}
+proc post_message {args} {}
+proc set_global_assignment {option name value} { puts "global $name [list $value]" }
+proc set_parameter {option name value} { puts "parameter $name $value" }
+proc set_location_assignment {location option port} { puts "pin [string map {PIN_ {}} $location] $port" }
+source $argv0
