@@ -19,6 +19,7 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
   private var queue    = Vector.empty[Event]
   private var latched  = false
   private var time     = 0L
+  private var restarts = false // the supply has been taken away since time last passed
   private var received = Set.empty[String]
 
   private def supplied = registers.value("detector_enable") == 1 && offLeft == 0
@@ -32,6 +33,7 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
   /** Lets time pass. */
   def advance(us: Long): Unit = {
     time = (time + us) & 0xffffffffL
+    restarts = false
     val off = offLeft min us
     offLeft -= off
     if (!supplied) {
@@ -46,6 +48,16 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
     }
     watch()
   }
+
+  /** Time until nothing moves any more, in us; without debounce. */
+  def settlingUs: Int =
+    if (registers.value("detector_debounce") != 0) 0
+    else if (restarts) offLeft.toInt + 1100 // the supply comes back with a tick of 1 ms
+    else if (state != (if (supplied) line else Off)) 8
+    else 0
+
+  /** A byte of the time of an event, which the model does not know to the microsecond. */
+  def isTime(address: Int): Boolean = queue.nonEmpty && Time.contains(address)
 
   private def watch(): Unit = if (state != reported && state != Off && queue.size < Depth) {
     reported = state
@@ -95,6 +107,7 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
           offLeft = 1000L * registers.value("detector_off_time")
           state = Off
           lasted = 0
+          restarts = true
         }
         registers.set("alarm_clear", 0)
         registers.set("detector_restart", 0)
@@ -114,6 +127,7 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
 
 object AlarmModel {
   private val Depth = 16
+  private val Time  = AlarmRegisters.Record + 4 until AlarmRegisters.Record + 8
 
   /** States of the line and the detector. */
   val Off    = 0
@@ -121,4 +135,11 @@ object AlarmModel {
   val Alarm  = 2
   val Open   = 3
   val Short  = 4
+
+  /** What the line is in when the comparators of its current give these bits (DET-02). */
+  def lineOf(current: Int): Int =
+    if ((current & 4) != 0) Short
+    else if ((current & 2) != 0) Alarm
+    else if ((current & 1) != 0) Normal
+    else Open
 }

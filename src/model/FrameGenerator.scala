@@ -94,9 +94,10 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
   /** An EtherCAT frame without FCS, in order but for what `headerType` and padding say. */
   private def ethercat(): Seq[Int] = {
     val form = if (chance(70)) Encapsulation.Basic else pick(Encapsulation.all)
-    val list = datagrams()
+    val isEmpty = p.hasAlarm && chance(20) // something can be appended to it
+    val list    = if (isEmpty) Nil else datagrams()
     val frame = EtherCatFrame(
-      if (list.isEmpty) Seq(datagram().copy(data = Nil)) else list,
+      if (list.isEmpty && !isEmpty) Seq(datagram().copy(data = Nil)) else list,
       form,
       if (chance(95)) 1 else random.nextInt(16)
     )

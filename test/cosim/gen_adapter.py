@@ -12,6 +12,7 @@ OPTIONAL_PINS = {
     "sii_sda_low": "siiSdaLow",
     "sii_sda": "siiSda",
     "sii_two_byte": "siiTwoByte",
+    "alarm_current": "alarmCurrent",
 }
 PORT_PINS = ["rx_clk", "rx_dv", "rx_er", "rxd", "link", "tx_en", "txd"]
 

@@ -48,6 +48,7 @@ struct Pins {
   // Pins that not every core has; null where it has not.
   CData *pdiOperational, *irq;
   CData *siiSclLow, *siiSdaLow, *siiSda, *siiTwoByte;
+  CData* alarmCurrent;
   bool hasEeprom() const { return siiSclLow && siiSdaLow && siiSda; }
 };
 

@@ -33,6 +33,8 @@ void Slave::setPdiOperational(bool on) {
   if (pins_.pdiOperational) *pins_.pdiOperational = on, unseenLow_ |= 1;
 }
 
+void Slave::setDetector(int current) { *pins_.alarmCurrent = current, unseenLow_ |= 1; }
+
 void Slave::setHost(std::unique_ptr<Host> host) {
   hostProgram_ = std::move(host);
   if (hostProgram_) hostProgram_->attach(*this);

@@ -55,6 +55,9 @@ class Slave : public Actor {
   void setLink(int port, bool up);
   void setReset(bool active);
   void setPdiOperational(bool on);
+  // The comparators of a smoke detector's current; a core may have none.
+  bool hasDetector() const { return pins_.alarmCurrent; }
+  void setDetector(int current);
   // Evaluate every clock edge in its own step; needed for a readable trace, costs time.
   void setEager(bool eager) { eager_ = eager; }
   // The last time a port sent something.
