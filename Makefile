@@ -55,9 +55,11 @@ cosim-selftest: tools-sim ## the harness against plain repeaters, without flyfra
 
 # A simulator of its own, the fastest: without waveforms.
 interop: PRESET = slave
-interop: tools-sim tools-interop ## real masters (SOEM, ethercrab) on the simulated network: PRESET=slave ARGS="--only scan"
-	$(MAKE) -s -f test/cosim/cosim.mk build/interop/flyframe-cosim COSIM_OUT=build/interop PRESETS="$(PRESET)" COSIM_TRACE=0 COSIM_OPT=-O3
-	test/interop/run.sh --preset $(PRESET) $(ARGS)
+interop: $(SBT_DEP) tools-sim tools-interop ## real masters (SOEM, ethercrab) on the simulated network: PRESET=slave ARGS="--only scan"
+	$(SBT) "run --preset $(PRESET) --out build/interop/verilog" "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog"
+	$(MAKE) -s -f test/cosim/cosim.mk build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
+	  PRESETS="$(PRESET) $(PRESET)-alarm" COSIM_TRACE=0 COSIM_OPT=-O3
+	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm $(ARGS)
 
 lint: tools-sim ## verilator -Wall on generated/, and a plain Verilog reader
 	test/cosim/matrix.sh generated
