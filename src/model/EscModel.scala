@@ -181,7 +181,8 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
     val before  = portNumbers.map(setting)
     val written = frame.end(!done.bad)
     if (!done.bad) settle(before, written)
-    extended = extended.copy(hasTime = frame.hasTime)
+    val destroyed = payload.size - done.payload.size // nibbles (B-11)
+    extended = extended.copy(nibbles = extended.nibbles - destroyed, hasTime = frame.hasTime)
     added.fold((done.payload, done.bad)) { datagram =>
       val sent = AppendModel.append(done.payload, done.bad, datagram, p.maxSubTelegrams)
       if (sent._1 != done.payload) {
@@ -204,7 +205,7 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
 /** What an alarm slave has done to a frame beside processing it.
   *
   * @param nibbles
-  *   that came, preamble included
+  *   that came or, if it was destroyed here, are left; preamble included
   * @param delayed
   *   it has left late, ready for a datagram (AP-02)
   * @param at

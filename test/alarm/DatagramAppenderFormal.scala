@@ -7,7 +7,27 @@ import chiseltest.formal._
 import chiseltest.formal.backends.Engines
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.frame.{FrameParser, FramePosition}
+import flyframe.memory.DualPortRamIO
 import flyframe.mii.{Crc32, NibbleStream}
+
+/** What [[flyframe.memory.DualPortRam]] does, as the solver can see it. */
+class RamModel(depth: Int, width: Int) extends Module {
+  val io            = IO(new DualPortRamIO(depth, width))
+  private val words = Mem(depth, UInt(width.W))
+  when(io.write) { words(io.writeAddress) := io.writeData }
+  io.readData := RegNext(words(io.readAddress))
+}
+
+object AppenderUnderProof {
+
+  /** Its datagram has two bytes. */
+  def apply(): DatagramAppender = Module(new DatagramAppender(bytes = 2, maxSubTelegrams = 15, newRam))
+  private def newRam(depth: Int, width: Int, clock: Clock): DualPortRamIO = {
+    val ram = Module(new RamModel(depth, width))
+    ram.io.clock := clock
+    ram.io
+  }
+}
 
 /** Whatever comes, with nothing pending what leaves is what comes, in the same slot. */
 class WireProof extends Module {
@@ -15,7 +35,7 @@ class WireProof extends Module {
   private val position = IO(Input(new FramePosition))
   private val step     = IO(Input(Bool()))
   private val datagram = IO(Input(Vec(4, UInt(4.W))))
-  private val dut      = Module(new DatagramAppender(bytes = 2, maxSubTelegrams = 15))
+  private val dut      = AppenderUnderProof()
   dut.step     := step
   dut.in       := in
   dut.position := position
@@ -36,7 +56,7 @@ class ExtensionProof extends Module {
   private val datagram = IO(Input(Vec(4, UInt(4.W))))
 
   private val parser = Module(new FrameParser)
-  private val dut    = Module(new DatagramAppender(bytes = 2, maxSubTelegrams = 15))
+  private val dut    = AppenderUnderProof()
 
   // Nibble 0 is the SFD, 1 the low half of byte 0, 29 the low half of the EtherCAT header.
   private val number  = RegInit(0.U(7.W))
