@@ -95,11 +95,14 @@
 #define ESC_ALARM_CLEAR_SHIFT                    0u
 #define ESC_DETECTOR_RESTART_MASK                0x2u
 #define ESC_DETECTOR_RESTART_SHIFT               1u
+#define ESC_ALARM_REPEAT_MASK                    0x4u
+#define ESC_ALARM_REPEAT_SHIFT                   2u
 #define ESC_ALARM_MESSAGES                       0x0E8Du /* Messages received, 1 byte(s), host: r/ack */
 #define ESC_BROADCAST_RECEIVED_MASK              0x1u
 #define ESC_BROADCAST_RECEIVED_SHIFT             0u
 #define ESC_MESSAGE_RECEIVED_MASK                0x2u
 #define ESC_MESSAGE_RECEIVED_SHIFT               1u
+#define ESC_ALARM_CONFIRM                        0x0E8Eu /* Alarm confirm, 2 byte(s), host: r */
 #define ESC_ALARM_BROADCAST                      0x0E90u /* Broadcast message, 8 byte(s), host: r */
 #define ESC_ALARM_MESSAGE                        0x0E98u /* Message, 8 byte(s), host: r */
 #define ESC_DETECTOR_DEBOUNCE                    0x0EA0u /* Detector debounce, 2 byte(s), host: rw */

@@ -30,60 +30,83 @@ object Documents {
       r.copy(name = general(r.name), fields = r.fields.map(f => f.copy(name = general(f.name))))
     }
 
-  /** `docs/registers.md`. */
-  def registers(p: EscParams): String = {
-    val rows = listed(p).flatMap { r =>
-      r.fields.map { f =>
-        val bits = if (f.width == 1) s"${f.low}" else s"${f.high}:${f.low}"
-        s"| ${addresses(r)} | ${r.title} | $bits | `${f.name}` | ${r.ecat.code} | ${r.pdi.code} | 0x${f.reset.toString(16)} | " +
-          s"${sourceText(f)} | ${f.meaning} | ${r.rule} |"
-      }
+  /** `docs/registers.md`: those of a slave with parameters `p` and of a master with parameters `master`. */
+  def registers(p: EscParams, master: EscParams): String = {
+    val ram = s"0x1000:${hex(0x0fff + p.ramBytes)}"
+    Seq(
+      Seq(
+        "# Registers",
+        "",
+        s"Generated from `src/registers` for preset `${p.preset}` with `digitalOutputs` and `alarm`, and for preset",
+        s"`${master.preset}`; do not edit. Multi-byte registers are little endian. Bits without a row are reserved: they read 0 and ignore",
+        "writes. `r/clr`: a write of any value clears the whole group.",
+        "",
+        "## Slave",
+        "",
+        "Addresses without a row below 0x0F80 are absent: they give no working counter.",
+        ""
+      ),
+      table(p),
+      Seq(
+        "| 0x0F80:0x0FFF | User RAM | all | | rw | rw | undefined | memory | For anything | GEN-04 |",
+        s"| $ram | Process data RAM | all | | rw | rw | undefined | memory | Open while `pdi_operational` | GEN-04 |",
+        "",
+        "## Alarm master",
+        "",
+        "For its host (column PDI); there is no other way in.",
+        ""
+      ),
+      table(master)
+    ).flatten.mkString("", "\n", "\n")
+  }
+
+  private def table(p: EscParams): Seq[String] = {
+    val rows = for (r <- listed(p); f <- r.fields) yield {
+      val bits = if (f.width == 1) s"${f.low}" else s"${f.high}:${f.low}"
+      s"| ${addresses(r)} | ${r.title} | $bits | `${f.name}` | ${r.ecat.code} | ${r.pdi.code} | 0x${f.reset.toString(16)} | " +
+        s"${sourceText(f)} | ${f.meaning} | ${r.rule} |"
     }
-    s"""# Registers
-       |
-       |Generated from `src/registers/RegisterMap.scala` for preset `${p.preset}` with `digitalOutputs` and
-       |`alarm`; do not edit. Multi-byte registers are little
-       |endian. Bits without a row are reserved: they read 0 and ignore writes. Addresses without a row below 0x0F80 are absent: they
-       |give no working counter. `r/clr`: a write of any value clears the whole group.
-       |
-       || Address | Register | Bits | Field | ECAT | PDI | Reset | Kind | Meaning | Rule |
-       ||---|---|---|---|---|---|---|---|---|---|
-       |${rows.mkString("\n|")}
-       || 0x0F80:0x0FFF | User RAM | all | | rw | rw | undefined | memory | For anything | GEN-04 |
-       || 0x1000:${hex(
-        0x0fff + p.ramBytes
-      )} | Process data RAM | all | | rw | rw | undefined | memory | Open while `pdi_operational` | GEN-04 |
-       |""".stripMargin.linesIterator.filterNot(_.startsWith("| 0x1000:0x0FFF ")).mkString("", "\n", "\n")
+    Seq(
+      "| Address | Register | Bits | Field | ECAT | PDI | Reset | Kind | Meaning | Rule |",
+      "|---|---|---|---|---|---|---|---|---|---|"
+    ) ++ rows
   }
 
   /** C header for the program on the local host. */
   def cHeader(p: EscParams): String = {
-    val guard = s"FLYFRAME_${p.topName.toUpperCase}_H"
+    val guard                               = s"FLYFRAME_${p.topName.toUpperCase}_H"
+    val prefix                              = if (p.isMaster) "MASTER_" else "ESC_"
+    def define(name: String, value: String) = f"#define ${prefix + name}%-40s $value"
     val rows = listed(p).flatMap { r =>
       val (name, address) = r.block match {
         case Some(b) => (r.name.toUpperCase + "(n)", f"(0x${r.address}%04Xu + ${b.stride}u * (n))")
         case None    => (r.name.toUpperCase, f"0x${r.address}%04Xu")
       }
       val register =
-        f"#define ESC_$name%-36s $address /* ${r.title}, ${r.bytes} byte(s), host: ${r.pdi.code} */"
+        define(name, s"$address /* ${r.title}, ${r.bytes} byte(s), host: ${r.pdi.code} */")
       val masks = r.fields.filterNot(f => f.width == 8 * r.bytes).flatMap { f =>
         val mask = ((BigInt(1) << f.width) - 1) << f.low
         Seq(
-          f"#define ESC_${f.name.toUpperCase + "_MASK"}%-36s 0x${mask.toString(16).toUpperCase}u",
-          f"#define ESC_${f.name.toUpperCase + "_SHIFT"}%-36s ${f.low}u"
+          define(f.name.toUpperCase + "_MASK", s"0x${mask.toString(16).toUpperCase}u"),
+          define(f.name.toUpperCase + "_SHIFT", s"${f.low}u")
         )
       }
       register +: masks
     }
+    val ram =
+      if (p.isMaster) Nil
+      else
+        Seq(
+          "",
+          define("USER_RAM", f"0x${RegisterMap.UserRamStart}%04Xu"),
+          define("PROCESS_RAM", f"0x${RegisterMap.ProcessRamStart}%04Xu"),
+          define("PROCESS_RAM_BYTES", s"${p.ramBytes}u")
+        )
     s"""/* Generated by flyframe ${BuildInfo.version} for preset ${p.preset}; do not edit. Byte addresses of the host port. */
        |#ifndef $guard
        |#define $guard
        |
-       |${rows.mkString("\n|")}
-       |
-       |${f"#define ESC_${"USER_RAM"}%-36s 0x${RegisterMap.UserRamStart}%04Xu"}
-       |${f"#define ESC_${"PROCESS_RAM"}%-36s 0x${RegisterMap.ProcessRamStart}%04Xu"}
-       |${f"#define ESC_${"PROCESS_RAM_BYTES"}%-36s ${p.ramBytes}u"}
+       |${(rows ++ ram).mkString("\n|")}
        |
        |#endif
        |""".stripMargin

@@ -29,8 +29,12 @@ object Emit {
        |""".stripMargin
   }
 
-  private def body(p: EscParams): String =
-    plain(ChiselStage.emitSystemVerilog(new SlaveController(p), firtoolOpts = firtoolOptions))
+  private def body(p: EscParams): String = plain(
+    ChiselStage.emitSystemVerilog(
+      if (p.isMaster) new MasterController(p) else new SlaveController(p),
+      firtoolOpts = firtoolOptions
+    )
+  )
 
   /** Takes out what only a multi-file flow needs. */
   private def plain(text: String): String =

@@ -148,7 +148,12 @@ object Main {
       )
     } ++ request.docs.map(
       _.resolve("registers.md").toString -> Documents.registers(
-        sets.maxBy(RegisterMap(_).size).copy(digitalOutputs = 4, alarm = 1)
+        sets
+          .filterNot(_.isMaster)
+          .maxByOption(RegisterMap(_).size)
+          .getOrElse(default)
+          .copy(digitalOutputs = 4, alarm = 1),
+        sets.find(_.isMaster).getOrElse(Presets.master)
       )
     )
     val files = texts.map { case (path, text) => path -> text.getBytes(UTF_8) } ++

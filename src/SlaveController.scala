@@ -4,23 +4,12 @@ import chisel3._
 import chisel3.util._
 import flyframe.alarm.{AlarmPins, AlarmUnit, DatagramAppender}
 import flyframe.application.LocalSide
-import flyframe.clocks.{LevelCrossing, MiiRxCrossing}
+import flyframe.clocks.LevelCrossing
 import flyframe.frame.FrameProcessor
 import flyframe.memory.{EscMemory, HostPort}
-import flyframe.mii.{MiiReceiver, MiiTransmitter, NibbleStream}
+import flyframe.mii.{MiiTransmitter, NibbleStream}
 import flyframe.params.EscParams
 import flyframe.port.{LoopControl, SlotTimer, TemporaryLoops}
-
-/** The pins of one MII port; `link` is high while the PHY reports a link. */
-class MiiPort extends Bundle {
-  val rx_clk = Input(Clock())
-  val rx_dv  = Input(Bool())
-  val rx_er  = Input(Bool())
-  val rxd    = Input(UInt(4.W))
-  val link   = Input(Bool())
-  val tx_en  = Output(Bool())
-  val txd    = Output(UInt(4.W))
-}
 
 /** The lines of the I2C EEPROM. */
 class SiiPins extends Bundle {
@@ -105,17 +94,7 @@ class SlaveController(p: EscParams) extends Module {
     crossing.out && ready
   }
   private val receivers = mii.zip(links).map { case (port, link) =>
-    val crossing = Module(new MiiRxCrossing(p.coreClockMhz))
-    val receiver = Module(new MiiReceiver)
-    crossing.rxClock     := port.rx_clk
-    crossing.pins.dv     := port.rx_dv
-    crossing.pins.er     := port.rx_er
-    crossing.pins.data   := port.rxd
-    crossing.shortMargin := value.uint("rx_fifo_size") < 4.U
-    receiver.symbols <> crossing.read
-    receiver.tick := receiveStep
-    receiver.cut  := RegNext(link, false.B) && !link
-    receiver
+    MiiPort.receiver(port, link, receiveStep, value.uint("rx_fifo_size") < 4.U, p.coreClockMhz)
   }
 
   // The wire path.

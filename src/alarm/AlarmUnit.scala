@@ -35,6 +35,8 @@ class AlarmUnit(p: EscParams) extends Module {
   val clear       = IO(Input(Bool()))
   val restart     = IO(Input(Bool()))
   val acknowledge = IO(Input(Valid(UInt(16.W))))
+  val confirm     = IO(Input(Valid(UInt(16.W))))
+  val repeat      = IO(Input(Bool()))
 
   // What the registers show.
   val state   = IO(Output(UInt(DetectorState.Width.W)))
@@ -60,8 +62,10 @@ class AlarmUnit(p: EscParams) extends Module {
   queue.state       := detector.state
   queue.time        := detector.time
   queue.acknowledge := acknowledge
+  queue.confirm     := confirm
+  queue.repeat      := repeat
   queue.hold        := busy
-  queued            := queue.pending
+  queued            := queue.kept
 
   private val event = queue.head.bits
   record.valid := queue.head.valid
@@ -92,7 +96,7 @@ class AlarmUnit(p: EscParams) extends Module {
 
 object AlarmUnit {
 
-  /** Events that wait for the master. */
+  /** Events that wait for master and server. */
   val Depth = 16
 
   /** Bytes of an alarm record, and of the datagram around it. */

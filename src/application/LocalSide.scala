@@ -8,6 +8,7 @@ import flyframe.clocks.LevelCrossing
 import flyframe.frame.FrameProcessor
 import flyframe.memory.{EscMemory, HostPort, HostSequencer}
 import flyframe.params.EscParams
+import flyframe.registers.AlarmRegisters
 import flyframe.sii.SiiController
 import flyframe.syncmanager.SyncManagers
 
@@ -205,15 +206,28 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     val unit  = Module(new AlarmUnit(p)).suggestName("alarmUnit")
     val value = memory.value
     unit.pins <> pins
-    unit.detect            := value.bool("detector_enable")
-    unit.report            := value.bool("alarm_report")
-    unit.debounce          := value.uint("detector_debounce")
-    unit.offTime           := value.uint("detector_off_time")
-    unit.epoch             := value.uint("alarm_epoch")
-    unit.node              := value.uint("station_alias")
-    unit.acknowledge.valid := RegNext(writes(0xe8b).valid, false.B) // both bytes are there
-    unit.acknowledge.bits  := value.uint("alarm_acknowledge")
-    for ((name, action) <- Seq("alarm_clear" -> unit.clear, "detector_restart" -> unit.restart)) {
+    unit.detect   := value.bool("detector_enable")
+    unit.report   := value.bool("alarm_report")
+    unit.debounce := value.uint("detector_debounce")
+    unit.offTime  := value.uint("detector_off_time")
+    unit.epoch    := value.uint("alarm_epoch")
+    unit.node     := value.uint("station_alias")
+    for (
+      (port, name, last) <- Seq(
+        (unit.acknowledge, "alarm_acknowledge", AlarmRegisters.Acknowledge + 1),
+        (unit.confirm, "alarm_confirm", AlarmRegisters.Confirm + 1)
+      )
+    ) {
+      port.valid := RegNext(writes(last).valid, false.B) // both bytes are there
+      port.bits  := value.uint(name)
+    }
+    for (
+      (name, action) <- Seq(
+        "alarm_clear"      -> unit.clear,
+        "detector_restart" -> unit.restart,
+        "alarm_repeat"     -> unit.repeat
+      )
+    ) {
       action                      := value.bool(name)
       memory.set.load(name).valid := value.bool(name)
       memory.set.load(name).bits  := 0.U

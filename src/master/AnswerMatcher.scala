@@ -75,6 +75,7 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
   private val more       = Reg(Bool())
   private val wrong      = Reg(Bool())            // not what was sent
   private val now        = Reg(new DatagramAnswer)
+  private val low        = Reg(UInt(8.W))         // of the working counter
   private val isAppended = came >= sent
 
   number   := came
@@ -85,7 +86,7 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
   offset               := at
   answer.valid         := byte.valid && state === State.counter && at === 1.U
   answer.bits          := now
-  answer.bits.counter  := Cat(byte.bits, now.counter(7, 0))
+  answer.bits.counter  := Cat(byte.bits, low)
   answer.bits.number   := came
   answer.bits.appended := isAppended
   done.valid           := end.valid
@@ -145,8 +146,8 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
           }
         }
         is(State.counter) {
-          area        := area - 1.U
-          now.counter := byte.bits
+          area := area - 1.U
+          low  := byte.bits
           when(on(1)) {
             came  := came + 1.U
             at    := 0.U

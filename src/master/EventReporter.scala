@@ -6,12 +6,13 @@ import flyframe.memory.DualPortRam
 
 /** Who reports, and how it is with the line. */
 class ReporterStatus extends Bundle {
-  val master  = UInt(16.W) // ID
-  val boot    = UInt(16.W) // another one after each start: events count anew
-  val present = UInt(8.W)  // slaves that answer
-  val known   = UInt(8.W)  // slaves listed
-  val lost    = UInt(32.W) // frames sent in vain
-  val time    = UInt(32.W) // of the master, in us
+  val master   = UInt(16.W) // ID
+  val boot     = UInt(16.W) // another one after each start: events count anew
+  val selfTest = UInt(8.W)  // result of its host
+  val present  = UInt(8.W)  // slaves that answer
+  val known    = UInt(8.W)  // slaves listed
+  val lost     = UInt(32.W) // frames sent in vain
+  val time     = UInt(32.W) // of the master, in us
 }
 
 /** Keeps events until the server has acknowledged them, and makes the reports about them (REP-01 to REP-06,
@@ -29,6 +30,10 @@ class EventReporter(depth: Int) extends Module {
 
   /** Less than half of the places are taken. */
   val room = IO(Output(Bool()))
+
+  /** Numbers of the oldest event that is kept, and of the next one. */
+  val firstEvent = IO(Output(UInt(32.W)))
+  val nextEvent  = IO(Output(UInt(32.W)))
 
   /** One pulse every millisecond. After so many of them a report is repeated; it is made in any case. */
   val millisecond = IO(Input(Bool()))
@@ -56,10 +61,12 @@ class EventReporter(depth: Int) extends Module {
   private val kept  = Wire(new Kept)
   kept.event          := event.bits
   kept.time           := status.time
+  firstEvent          := first
+  nextEvent           := first + count
   event.ready         := count =/= depth.U
   room                := count < (depth / 2).U
   ram.io.write        := event.fire
-  ram.io.writeAddress := (first + count)(log2Ceil(depth) - 1, 0)
+  ram.io.writeAddress := nextEvent(log2Ceil(depth) - 1, 0)
   ram.io.writeData    := kept.asUInt
 
   // Acknowledgements wait while a report is being sent.
@@ -77,10 +84,10 @@ class EventReporter(depth: Int) extends Module {
   count := count - gone + event.fire
 
   // When to report. Reset: a first heartbeat at once.
-  private val fresh   = RegInit(false.B) // something to tell that has not been told
-  private val waited  = RegInit("hfff".U(12.W))
-  private val isTime  = waited >= Mux(count =/= 0.U, repeatMs, heartbeatMs)
-  private val reports = Reg(UInt(7.W))   // events in this report
+  private val fresh    = RegInit(false.B) // something to tell that has not been told
+  private val waited   = RegInit("hfff".U(12.W))
+  private val isTime   = waited >= Mux(count =/= 0.U, repeatMs, heartbeatMs)
+  private val inReport = Reg(UInt(7.W))   // events in this report
   start := !sending && !busy && !takes && !event.fire && (fresh || isTime)
   when(millisecond && !waited.andR) { waited := waited + 1.U }
   private val number = Mux(count > Most.U, Most.U, count)
@@ -91,7 +98,7 @@ class EventReporter(depth: Int) extends Module {
     waited  := 0.U
   }.elsewhen(sending && !busy && RegNext(busy, false.B)) { sending := false.B }
   when(event.fire || (gone =/= 0.U && count =/= gone)) { fresh := true.B }
-  when(start) { reports := number }
+  when(start) { inReport := number }
 
   // The report: header, then events; all numbers big endian.
   private val lostThen = RegEnable(status, start)
@@ -102,8 +109,8 @@ class EventReporter(depth: Int) extends Module {
     lostThen.master,
     lostThen.boot,
     first,
-    reports.pad(8),
-    0.U(8.W),
+    inReport.pad(8),
+    lostThen.selfTest,
     lostThen.present,
     lostThen.known,
     lostThen.time,

@@ -3,7 +3,7 @@ package flyframe.master
 import chisel3._
 import chisel3.util._
 import flyframe.alarm.DetectorState
-import flyframe.memory.DualPortRam
+import flyframe.memory.{DualPortRam, RamQueue}
 import flyframe.mii.NibbleStream
 import flyframe.registers.AlarmRegisters
 
@@ -23,10 +23,10 @@ class MasterEvent extends Bundle {
 /** Kinds of events: written down here for RTL, model and server. */
 object EventKind {
 
-  /** An alarm record of a slave; position 255: of one that is not on the list. */
+  /** An alarm record of a slave. */
   val Detector = 1
 
-  /** The line has been looked through; position: number of slaves. */
+  /** The line has been looked through; position: number of slaves listed, node: of those that answer. */
   val Scanned = 2
 
   /** A slave is there; state: result of its self-test, sequence: its DL status. */
@@ -41,6 +41,10 @@ object EventKind {
 
   /** A slave's node ID is not that of the one before it (`sequence`) plus one. */
   val Gap = 7
+
+  /** The host has executed a command of the server: position: its code, sequence: its number, state: result.
+    */
+  val Command = 8
 }
 
 /** A datagram of the host, up to eight data bytes. */
@@ -49,6 +53,12 @@ class HostDatagram extends Bundle {
   val address = UInt(32.W)
   val length  = UInt(4.W)
   val data    = UInt(64.W)
+}
+
+object HostDatagram {
+
+  /** Data bytes, at most. */
+  val MostBytes = 8
 }
 
 /** Runs a line of alarm slaves (LM-01 to LM-09, docs/behaviour.md): counts and lists them, then, every cycle,
@@ -86,9 +96,13 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
     val data     = UInt(64.W)
   })))
 
-  /** What happens; records are only taken while there is `room`. */
-  val event = IO(Decoupled(new MasterEvent))
-  val room  = IO(Input(Bool()))
+  /** What happens; records are only taken while there is `room`. Numbers of the next event, and of the oldest
+    * one that the server does not have (LM-10).
+    */
+  val event      = IO(Decoupled(new MasterEvent))
+  val room       = IO(Input(Bool()))
+  val nextEvent  = IO(Input(UInt(16.W)))
+  val firstEvent = IO(Input(UInt(16.W)))
 
   /** Slaves that answer; slaves known. */
   val present = IO(Output(UInt((positionBits + 1).W)))
@@ -109,9 +123,12 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
 
   /** What is remembered of a slave. */
   private class Slave extends Bundle {
-    val node     = UInt(16.W)
-    val sequence = UInt(16.W) // of its last record
-    val epoch    = UInt(8.W)
+    val node      = UInt(16.W)
+    val sequence  = UInt(16.W) // of its last record
+    val epoch     = UInt(8.W)
+    val event     = UInt(16.W) // number of the event which that was
+    val heard     = Bool()     // there was one
+    val confirmed = Bool()     // it has been told that the server has it
   }
   private val table  = DualPortRam(maxSlaves, (new Slave).getWidth)(clock)
   private val place  = Reg(UInt((positionBits + 1).W)) // slave at hand
@@ -123,26 +140,28 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   table.io.writeData    := slave.asUInt
   table.io.readAddress  := search
 
-  // Acknowledgements to be sent.
+  // Acknowledgements and confirmations to be sent.
   private class Acknowledgement extends Bundle {
     val node     = UInt(16.W)
     val sequence = UInt(16.W)
+    val confirms = Bool()
   }
-  private val acknowledgements = Module(new Queue(new Acknowledgement, Answers))
-  acknowledgements.io.enq.valid         := false.B
-  acknowledgements.io.enq.bits.node     := exchange.answer.address(15, 0)
-  acknowledgements.io.enq.bits.sequence := exchange.answer.data(15, 0)
-  acknowledgements.io.deq.ready         := false.B
+  private val acknowledgements = Module(new RamQueue(new Acknowledgement, Answers))
+  acknowledgements.in.valid         := false.B
+  acknowledgements.in.bits.node     := exchange.answer.address(15, 0)
+  acknowledgements.in.bits.sequence := exchange.answer.data(15, 0)
+  acknowledgements.in.bits.confirms := false.B
+  acknowledgements.out.ready        := false.B
 
   private object State extends ChiselEnum {
 
-    /** stopped; pause: until the next cycle; clear, choose, offer, data, rest, go, wait: a frame; look: at an
-      * answer; compare: an alarm record with the last one of its slave; count: what the number of slaves
-      * means; lose, losing: slaves go; scan, list: what is asked of new ones; know, equal, gap, next: what
-      * becomes of them; emit: an event.
+    /** stopped; pause: until the next cycle; confirm: what the server has; clear, choose, offer, data, rest,
+      * go, wait: a frame; look: at an answer; compare: an alarm record with the last one of its slave; count:
+      * what the number of slaves means; lose, losing: slaves go; scan, list: what is asked of new ones; know,
+      * equal, gap, next: what becomes of them; emit: an event.
       */
-    val stopped, pause, clear, choose, offer, data, go, await, fetch, look, compare, count, lose, losing,
-        scan, list, know, equal, gap, next, emit = Value
+    val stopped, pause, confirm, clear, choose, offer, data, go, await, fetch, look, compare, count, lose,
+        losing, scan, list, know, equal, gap, next, emit = Value
   }
   import State._
   private val state  = RegInit(stopped)   // reset: until the host says run
@@ -159,18 +178,20 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   private val here     = RegInit(0.U((positionBits + 1).W)) // slaves that answer; reset: none
   private val listed   = RegInit(0.U((positionBits + 1).W)) // slaves in the table; reset: none
   private val counted  = Reg(UInt((positionBits + 1).W))
-  private val part     = Reg(UInt(2.W))                     // what of a slave is being read
+  private val answered = Reg(UInt(16.W))
+  private val part     = Reg(UInt(3.W))                     // what of a slave is being read
   private val status   = Reg(UInt(16.W))                    // its DL status
   private val selfTest = Reg(UInt(8.W))
   private val before   = Reg(UInt(16.W))                    // node ID of the slave before it
   private val hasTwin  = RegInit(false.B)                   // another one has its node ID; reset: none
   private val twin     = Reg(UInt(positionBits.W))
   private val patience = RegInit(0.U(10.W))                 // cycles its host was waited for; reset: none
-  private val event0   = Reg(new MasterEvent)
+  private val unsure = RegInit(false.B) // a confirmation may not have arrived; reset: none
+  private val event0 = Reg(new MasterEvent)
   present := here
   known   := listed
 
-  private val more = state === choose && acknowledgements.io.deq.valid && !exchange.full
+  private val more = state === choose && acknowledgements.out.valid && !exchange.full
   exchange.clear                 := state === clear
   exchange.datagram.valid        := state === offer
   exchange.datagram.bits.command := asks.command
@@ -234,7 +255,8 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
         beat   := beat + 1.U
         single := false.B
         byHost := host.valid
-        state  := clear
+        search := 0.U
+        state  := confirm
         when(host.valid) {
           host.ready := true.B
           asks       := host.bits
@@ -245,14 +267,42 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       }
     }
 
+    // What the server has is confirmed to the slaves, once; `stored` is the slave before `search`. After a lost
+    // frame all is to be confirmed anew: a round only marks it.
+    is(confirm) {
+      val hasIt = stored.heard && (stored.event - firstEvent)(15)
+      val entry = WireDefault(stored)
+      search                            := search + 1.U
+      table.io.writeAddress             := search - 1.U
+      table.io.writeData                := entry.asUInt
+      acknowledgements.in.bits.node     := stored.node
+      acknowledgements.in.bits.sequence := stored.sequence
+      acknowledgements.in.bits.confirms := true.B
+      when(search =/= 0.U) {
+        when(unsure) {
+          entry.confirmed := !stored.heard
+          table.io.write  := true.B
+        }.elsewhen(hasIt && !stored.confirmed) {
+          entry.confirmed           := true.B
+          acknowledgements.in.valid := true.B
+          table.io.write            := acknowledgements.in.ready
+        }
+      }
+      when(search >= Mux(unsure, listed, here)) {
+        unsure := false.B
+        state  := clear
+      }
+    }
+
     // A frame: the host's datagram, one of our own, or as many acknowledgements as fit.
     is(clear) { state := Mux(single || byHost, offer, choose) }
     is(choose) {
-      acknowledgements.io.deq.ready := more
-      state                         := Mux(more, offer, go)
+      acknowledgements.out.ready := more
+      state                      := Mux(more, offer, go)
       when(more) {
-        val a = acknowledgements.io.deq.bits
+        val a = acknowledgements.out.bits
         ask(Fpwr, a.node, AlarmRegisters.Acknowledge, 2, a.sequence)
+        when(a.confirms) { asks.address := Cat(AlarmRegisters.Confirm.U(16.W), a.node) }
       }
     }
     is(offer) {
@@ -282,6 +332,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
           part    := 0.U
           state   := Mux(single && resume === count, lose, pause)
           beat    := 0.U
+          unsure  := true.B
         }
       }
     }
@@ -292,7 +343,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       number := number + 1.U
       when(answer.appended) {
         val isRecord = answer.address(31, 16) === AlarmRegisters.Record.U && answer.length === RecordBytes.U
-        when(isRecord && room && acknowledgements.io.enq.ready) {
+        when(isRecord && acknowledgements.in.ready) {
           number := number
           state  := compare
         }
@@ -302,32 +353,33 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       }.elsewhen(byHost && number === 0.U) {
         hostResult.valid         := true.B
         hostResult.bits.answered := true.B
-      }
+      }.elsewhen(answer.counter === 0.U) { unsure := true.B } // an acknowledgement that nobody took
     }
 
-    // An alarm record: new if it is not the last one of its slave. `stored` is the slave before `search`.
+    // An alarm record: new if it is newer than the last one of its slave. `stored` is the slave before `search`.
+    // That of a slave which is not on the list waits.
     is(compare) {
-      val found  = search =/= 0.U && stored.node === answer.address(15, 0)
-      val isNew  = !found || stored.sequence =/= answer.data(15, 0) || stored.epoch =/= answer.data(31, 24)
-      val record = Wire(new Slave)
-      record.node     := answer.address(15, 0)
-      record.sequence := answer.data(15, 0)
-      record.epoch    := answer.data(31, 24)
-      search          := search + 1.U
+      val found    = search =/= 0.U && stored.node === answer.address(15, 0)
+      val distance = answer.data(15, 0) - stored.sequence
+      val isSeen = stored.heard && stored.epoch === answer.data(31, 24) && (distance === 0.U || distance(15))
+      val takes  = found && !isSeen && room
+      search := search + 1.U
       when(found || search === listed) {
-        acknowledgements.io.enq.valid := true.B
-        table.io.write                := found
-        table.io.writeAddress         := search - 1.U
-        table.io.writeData            := record.asUInt
-        number                        := number + 1.U
-        state                         := fetch
-        when(isNew) {
-          emitThen(fetch, EventKind.Detector.U, Mux(found, (search - 1.U).pad(8), Unknown.U), record.node)
-          event0.sequence := record.sequence
+        acknowledgements.in.valid := found && (isSeen || takes)
+        alarm                     := !(found && isSeen) && answer.data(23, 16) === DetectorState.Alarm.U
+        number                    := number + 1.U
+        state                     := fetch
+        when(takes) {
+          emitThen(fetch, EventKind.Detector.U, (search - 1.U).pad(8), stored.node)
+          event0.sequence := answer.data(15, 0)
           event0.state    := answer.data(23, 16)
-          event0.epoch    := record.epoch
+          event0.epoch    := answer.data(31, 24)
           event0.time     := answer.data(63, 32)
-          alarm           := answer.data(23, 16) === DetectorState.Alarm.U
+          slave.node      := stored.node
+          slave.sequence  := answer.data(15, 0)
+          slave.epoch     := answer.data(31, 24)
+          slave.heard     := true.B
+          slave.confirmed := false.B
         }
       }
     }
@@ -335,10 +387,11 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
     // The number of slaves that answer.
     is(count) {
       val now = Mux(answer.counter > maxSlaves.U, maxSlaves.U, answer.counter)
-      counted := now
-      place   := Mux(now < here, now, here)
-      part    := 0.U
-      state   := Mux(now < here, lose, Mux(now > here, scan, pause))
+      counted  := now
+      answered := answer.counter
+      place    := Mux(now < here, now, here)
+      part     := 0.U
+      state    := Mux(now < here, lose, Mux(now > here, scan, pause))
     }
     is(lose) {
       search := place
@@ -361,9 +414,10 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       val position = 0.U(16.W) - place
       switch(part) {
         is(0.U) { ask(Bwr, 0.U, 0x0103, 1, 1.U) } // from now on they answer to their node ID
-        is(1.U) { ask(Aprd, position, 0x0012, 2) }
-        is(2.U) { ask(Aprd, position, 0x0110, 2) }
-        is(3.U) { ask(Aprd, position, AlarmRegisters.SelfTest, 2) }
+        is(1.U) { ask(Bwr, 0.U, AlarmRegisters.Command, 1, AlarmRegisters.Repeat.U) }
+        is(2.U) { ask(Aprd, position, 0x0012, 2) }
+        is(3.U) { ask(Aprd, position, 0x0110, 2) }
+        is(4.U) { ask(Aprd, position, AlarmRegisters.SelfTest, 2) }
       }
       askAlone(list)
     }
@@ -371,16 +425,17 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       part  := part + 1.U
       state := scan
       switch(part) {
-        is(1.U) { slave.node := answer.data(15, 0) }
-        is(2.U) { status := answer.data(15, 0) }
-        is(3.U) {
+        is(2.U) { slave.node := answer.data(15, 0) }
+        is(3.U) { status := answer.data(15, 0) }
+        is(4.U) {
           val isAlarm = answer.counter === 1.U
-          selfTest       := Mux(isAlarm, answer.data(7, 0), 0.U)
-          slave.epoch    := answer.data(15, 8)
-          slave.sequence := 0.U
-          search         := place
-          part           := 0.U
-          state          := know
+          selfTest        := Mux(isAlarm, answer.data(7, 0), 0.U)
+          slave.epoch     := answer.data(15, 8)
+          slave.heard     := false.B
+          slave.confirmed := true.B
+          search          := place
+          part            := 0.U
+          state           := know
           // Its host is still starting: later, but not for ever.
           when(isAlarm && answer.data(7, 0) === 0.U && !patience.andR) {
             patience := patience + 1.U
@@ -389,7 +444,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
           }
         }
       }
-      when(answer.counter === 0.U && (part === 1.U || part === 2.U)) { // gone again
+      when(answer.counter === 0.U && (part === 2.U || part === 3.U)) { // gone again
         beat  := 0.U
         state := pause
       }
@@ -431,12 +486,23 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
     is(next) {
       here  := place + 1.U
       place := place + 1.U
-      part  := 1.U
+      part  := FirstQuestion.U
       state := scan
-      when(place + 1.U === counted) { emitThen(pause, EventKind.Scanned.U, counted, 0.U) }
+      when(place + 1.U === counted) { emitThen(pause, EventKind.Scanned.U, counted, answered) }
     }
 
-    is(emit) { when(event.ready) { state := behind } }
+    is(emit) {
+      when(event.ready) {
+        state := behind
+        when(event0.kind === EventKind.Detector.U) {
+          val record = WireDefault(slave)
+          record.event          := nextEvent
+          table.io.write        := true.B
+          table.io.writeAddress := event0.position
+          table.io.writeData    := record.asUInt
+        }
+      }
+    }
   }
 }
 
@@ -445,9 +511,11 @@ object LineMaster {
   /** Answers looked at per frame. */
   private val Answers     = 32
   private val RecordBytes = 8
-  private val Unknown     = 255
-  private val Aprd        = 1
-  private val Brd         = 7
-  private val Bwr         = 8
-  private val Fpwr        = 5
+
+  /** The first thing that only one slave is asked for. */
+  private val FirstQuestion = 2
+  private val Aprd          = 1
+  private val Brd           = 7
+  private val Bwr           = 8
+  private val Fpwr          = 5
 }

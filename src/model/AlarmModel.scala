@@ -11,12 +11,13 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
   private case class Event(sequence: Int, state: Int, time: Long)
 
   private var line     = Normal
-  private var offLeft  = 0L // us the supply stays off
-  private var lasted   = 0L // us the line has been as it is
+  private var offLeft  = 0L                  // us the supply stays off
+  private var lasted   = 0L                  // us the line has been as it is
   private var state    = Off
   private var reported = Off
   private var sequence = 1
-  private var queue    = Vector.empty[Event]
+  private var queue    = Vector.empty[Event] // not confirmed
+  private var told     = 0                   // of them acknowledged
   private var latched  = false
   private var time     = 0L
   private var restarts = false // the supply has been taken away since time last passed
@@ -67,8 +68,10 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
 
   private def epoch = registers.value("alarm_epoch")
 
+  private def head = queue.drop(told).headOption
+
   /** The alarm record, if an event waits. */
-  private def record: Option[Seq[Int]] = queue.headOption.map { e =>
+  private def record: Option[Seq[Int]] = head.map { e =>
     EtherCatFrame.little(e.sequence) ++ Seq(e.state, epoch) ++ (0 until 4).map(i =>
       (e.time >> (8 * i) & 0xff).toInt
     )
@@ -77,12 +80,11 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
   /** What is appended to a passing frame. */
   def datagram: Option[Seq[Int]] = record.filter(_ => registers.value("alarm_report") == 1).map { data =>
     Datagram(0, registers.value("station_alias"), AlarmRegisters.Record, data)
-      .copy(index = queue.head.sequence & 0xff, workingCounter = 1)
+      .copy(index = head.get.sequence & 0xff, workingCounter = 1)
       .bytes(more = false)
   }
 
   override def status(field: String): Option[Int] = {
-    val head = queue.headOption
     field match {
       case "alarm_sequence"                          => Some(head.fold(0)(_.sequence))
       case "alarm_state"                             => Some(head.fold(0)(_.state))
@@ -100,7 +102,11 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
   override def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit = {
     register.name match {
       case "alarm_acknowledge" if address == register.address + 1 =>
-        if (queue.headOption.exists(_.sequence == registers.value("alarm_acknowledge"))) queue = queue.tail
+        if (head.exists(_.sequence == registers.value("alarm_acknowledge"))) told += 1
+      case "alarm_confirm" if address == register.address + 1 =>
+        val gone = queue.take(told).indexWhere(_.sequence == registers.value("alarm_confirm")) + 1
+        queue = queue.drop(gone)
+        told -= gone
       case "alarm_command" =>
         if ((byte & 1) != 0) latched = false
         if ((byte & 2) != 0) {
@@ -109,7 +115,9 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
           lasted = 0
           restarts = true
         }
+        if ((byte & 4) != 0) told = 0
         registers.set("alarm_clear", 0)
+        registers.set("alarm_repeat", 0)
         registers.set("detector_restart", 0)
       case "alarm_broadcast" if address == register.range.last => received += "broadcast_received"
       case "alarm_message" if address == register.range.last   => received += "message_received"

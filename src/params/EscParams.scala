@@ -1,13 +1,14 @@
 package flyframe.params
 
-/** All parameters of one EtherCAT slave controller. A value, checked by [[EscParams.problems]]; behaviour is
-  * a function of it.
+/** All parameters of one controller, slave or master. A value, checked by [[EscParams.problems]]; behaviour
+  * is a function of it.
   *
   * Every field has an entry in [[ParamTable.all]], from which the command line, its help, the checks and the
   * documentation are made.
   */
 final case class EscParams(
     preset: String = "custom",
+    role: Int = 0,
     dataBusWidth: Int = 8,
     maxSubTelegrams: Int = 15,
     nodeIdWidth: Int = 16,
@@ -22,6 +23,7 @@ final case class EscParams(
     leds: Int = 0,
     digitalOutputs: Int = 0,
     alarm: Int = 0,
+    maxSlaves: Int = 64,
     sii: Int = 0,
     siiClockKhz: Int = 400,
     siiStartUs: Int = 100,
@@ -35,6 +37,9 @@ final case class EscParams(
     reportedPorts: Int = -1,
     reportedFeatures: Int = -1
 ) {
+
+  /** The master of a line of alarm slaves (LM) instead of a slave controller. */
+  def isMaster: Boolean = role == 1
 
   /** Core clock cycles per nibble slot (40 ns on the wire): 1, 2, 4 or 5. */
   def cyclesPerNibble: Int = coreClockMhz / 25
@@ -143,6 +148,9 @@ object ParamTable {
   )(set: (EscParams, Int) => EscParams) = ParamInfo(name, text, unit, range._1, range._2, get, set, hex)
 
   val all: Seq[ParamInfo] = Seq(
+    info("role", "0: slave controller; 1: master of a line of alarm slaves", "code", between(0, 1))(_.role)(
+      (p, v) => p.copy(role = v)
+    ),
     info(
       "dataBusWidth",
       "bits moved per access between frame processor, memory and host",
@@ -202,6 +210,12 @@ object ParamTable {
       "switch",
       between(0, 1)
     )(_.alarm)((p, v) => p.copy(alarm = v)),
+    info(
+      "maxSlaves",
+      "slaves the master of a line can list",
+      "slaves",
+      oneOf(2, 4, 8, 16, 32, 64, 128)
+    )(_.maxSlaves)((p, v) => p.copy(maxSlaves = v)),
     info(
       "sii",
       "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM; 2 emulated by the host",
@@ -282,7 +296,7 @@ object EscParams {
         Option.when(p.syncManagers > 0 && !p.hasApplicationLayer)(
           s"syncManagers is ${p.syncManagers} but must be 0 if applicationLayer is 0."
         )
-      ).flatten
+      ).flatten ++ ofMaster(p)
   }
 
   /** FMMUs and SyncManagers are looked through one per core cycle, in two halves, while a byte passes. */
@@ -290,6 +304,16 @@ object EscParams {
     Option.when(value > 0 && p.coreClockMhz < 100)(
       s"$name is $value but must be 0 at coreClockMhz ${p.coreClockMhz}."
     )
+
+  /** A master has two ports, and nothing of a slave. */
+  private def ofMaster(p: EscParams): Seq[String] = if (!p.isMaster) Nil
+  else {
+    val nothing = Seq("ramKiB", "fmmus", "syncManagers", "applicationLayer", "digitalOutputs", "alarm", "sii")
+    Option.when(p.ports != 2)(s"ports is ${p.ports} but must be 2 if role is 1.").toSeq ++
+      nothing.flatMap(ParamTable.named).filter(_.get(p) != 0).map { i =>
+        s"${i.name} is ${i.get(p)} but must be 0 if role is 1."
+      }
+  }
 
   /** `p` if it can be built, else the first problem. */
   def check(p: EscParams): Either[String, EscParams] = problems(p).headOption.toLeft(p)

@@ -41,6 +41,10 @@ object Presets {
       "smoke-alarm slave: cyclone4-min with a detector whose events are appended to passing frames"
     ),
     Preset(
+      EscParams(preset = "alarm-master", role = 1, ramKiB = 0, escType = 0xf2),
+      "smoke-alarm master: runs a line of alarm slaves, reports to a server by UDP over its second port"
+    ),
+    Preset(
       EscParams(
         preset = "et1100",
         ports = 4,
@@ -109,6 +113,9 @@ object Presets {
 
   def named(name: String): Option[Preset] = all.find(_.name == name)
   def default: Preset                     = all(1)
+
+  /** Parameters of the alarm master. */
+  def master: EscParams = named("alarm-master").get.params
 
   /** What must be said about a controller with parameters `p`: the note of the preset whose identity it
     * reports, whatever its own name.

@@ -9,9 +9,16 @@ object AlarmRegisters {
   /** The oldest event: the object of the datagrams that report it. */
   val Record = 0x0e80
 
-  /** Where the master acknowledges it; what the host says of its slave, with the epoch behind it. */
+  /** Where the master acknowledges it, and says what the server has; commands; what the host says of its
+    * slave, with the epoch behind it.
+    */
   val Acknowledge = 0x0e8a
+  val Confirm     = 0x0e8e
+  val Command     = 0x0e8c
   val SelfTest    = 0x0ea4
+
+  /** Value of a command: the events that are not confirmed are reported again. */
+  val Repeat = 4
 
   private def field(name: String, high: Int, low: Int, source: Source, meaning: String, reset: BigInt = 0) =
     Field(name, high, low, source, reset, meaning)
@@ -31,7 +38,7 @@ object AlarmRegisters {
           15,
           0,
           Status,
-          "Number of the oldest event not acknowledged; 0: there is none"
+          "Number of the oldest event that the master has not acknowledged; 0: there is none"
         ),
         field(
           "alarm_state",
@@ -53,7 +60,7 @@ object AlarmRegisters {
       Read,
       "ALARM-05",
       Seq(
-        field("alarm_events", 4, 0, Status, "Events not acknowledged"),
+        field("alarm_events", 4, 0, Status, "Events not confirmed"),
         field("detector_state", 10, 8, Status, "State of the detector now: as in the record, 0 off"),
         field("detector_supply", 12, 12, Status, "1: supply on"),
         field("alarm_latched", 13, 13, Status, "1: buzzer and lamp on")
@@ -72,7 +79,7 @@ object AlarmRegisters {
     Register(
       "alarm_command",
       "Alarm command",
-      0x0e8c,
+      Command,
       1,
       ReadWrite,
       ReadWrite,
@@ -85,6 +92,13 @@ object AlarmRegisters {
           1,
           Stored(hardwareSet = true),
           "1: supply off and on again; returns to 0"
+        ),
+        field(
+          "alarm_repeat",
+          2,
+          2,
+          Stored(hardwareSet = true),
+          "1: events not confirmed are reported again; returns to 0"
         )
       )
     ),
@@ -100,6 +114,16 @@ object AlarmRegisters {
         field("broadcast_received", 0, 0, Status, "1: 0x0E90 written since the host read this"),
         field("message_received", 1, 1, Status, "1: 0x0E98 written since the host read this")
       )
+    ),
+    Register(
+      "alarm_confirm",
+      "Alarm confirm",
+      Confirm,
+      2,
+      ReadWrite,
+      Read,
+      "ALARM-04",
+      Seq(field("alarm_confirm", 15, 0, Stored(), "The server has the events up to this number"))
     ),
     Register(
       "alarm_broadcast",

@@ -800,15 +800,17 @@ object RegisterMap {
   /** All registers that exist with parameters `p`, in address order, without overlap. */
   def apply(p: EscParams): Seq[Register] = {
     val registers =
-      (information(p) ++ addresses(p) ++ Seq(dlControl(p), dlStatus(p)) ++ errorCounters(p) ++
-        (if (p.hasApplicationLayer) applicationLayer ++ events(p) else Nil) ++
-        (if (p.hasWatchdogs) watchdogs else Nil) ++
-        (if (p.hasLeds) leds else Nil) ++
-        (if (p.hasSii) sii(p) else Nil) ++
-        (if (p.digitalOutputs > 0) Seq(digitalOutputs(p)) else Nil) ++
-        (if (p.hasAlarm) AlarmRegisters.all else Nil) ++
-        (0 until p.fmmus).flatMap(fmmu(p, _)) ++
-        (0 until p.syncManagers).flatMap(syncManager(p, _))).sortBy(_.address)
+      if (p.isMaster) MasterRegisters(p)
+      else
+        (information(p) ++ addresses(p) ++ Seq(dlControl(p), dlStatus(p)) ++ errorCounters(p) ++
+          (if (p.hasApplicationLayer) applicationLayer ++ events(p) else Nil) ++
+          (if (p.hasWatchdogs) watchdogs else Nil) ++
+          (if (p.hasLeds) leds else Nil) ++
+          (if (p.hasSii) sii(p) else Nil) ++
+          (if (p.digitalOutputs > 0) Seq(digitalOutputs(p)) else Nil) ++
+          (if (p.hasAlarm) AlarmRegisters.all else Nil) ++
+          (0 until p.fmmus).flatMap(fmmu(p, _)) ++
+          (0 until p.syncManagers).flatMap(syncManager(p, _))).sortBy(_.address)
     registers.zip(registers.drop(1)).foreach { case (a, b) =>
       require(a.address + a.bytes <= b.address, s"registers ${a.name} and ${b.name} overlap")
     }

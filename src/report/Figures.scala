@@ -17,7 +17,8 @@ object Figures {
   /** `report.json`: objects `presets`, `clocks`, `features`, `units` and the list `goals`. */
   def json(r: Results): String = {
     val presets = Points.presets.map { p =>
-      val entry = ujson.Obj("latency_ns" -> latencyJson(r.latency(p.preset)))
+      val entry = ujson.Obj()
+      r.latency.get(p.preset).foreach(l => entry("latency_ns") = latencyJson(l))
       areaJson(r.area(p.preset)).value.foreach { case (k, v) => entry(k) = v }
       entry("fmax_mhz") = tenths(r.speed(p.preset).mhz)
       p.preset -> entry
@@ -60,8 +61,8 @@ object Figures {
     */
   def newLines(old: Seq[String], date: String, r: Results): Seq[String] =
     Points.presets.flatMap { p =>
-      val (a, l) = (r.area(p.preset), r.latency(p.preset))
-      val delays = Seq(l.forwarding.worstNs, l.processing.worstNs).map(_.toString)
+      val a      = r.area(p.preset)
+      val delays = r.delays(p).fold(Seq("", ""))(_.map(_.toString))
       val counts = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(_.toString)
       val line = ((Seq(r.version, p.preset) ++ delays ++ counts) :+ tenths(r.speed(p.preset).mhz).toString)
         .mkString(",")

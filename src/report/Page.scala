@@ -41,8 +41,8 @@ object Page {
         "ECP5 MHz"
       ),
       Points.presets.map { p =>
-        val l = r.latency(p.preset)
-        (s"`${p.preset}`" +: Seq(l.forwarding.worstNs, l.processing.worstNs).map(ns)) ++ cells(
+        val delays = r.delays(p).fold(Seq("-", "-"))(_.map(ns))
+        (s"`${p.preset}`" +: delays) ++ cells(
           r.area(p.preset)
         ) :+
           f"${r.speed(p.preset).mhz}%.1f"

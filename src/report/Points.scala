@@ -47,6 +47,9 @@ object Points {
 
   val presets: Seq[EscParams] = Presets.all.map { case Preset(p, _, _) => p }
 
+  /** Those that frames pass through. */
+  val slaves: Seq[EscParams] = presets.filterNot(_.isMaster)
+
   /** Everything that is elaborated. */
   val all: Seq[EscParams] = presets ++ (variants ++ completeVariants).map(_.params)
 
@@ -65,11 +68,22 @@ object Points {
     "Memory and host port"                    -> Set("EscMemory", "HostSequencer"),
     "SII EEPROM"                              -> Set("SiiController"),
     "Smoke detector, appending" -> Set("AlarmUnit", "AlarmQueue", "Detector", "DatagramAppender"),
-    "AL, events, watchdogs"     -> Set("Application", "Watchdog", "WatchdogDivider"),
-    "LEDs"                      -> Set("LedControl", "LedPattern"),
-    "Write log"                 -> Set("WriteLog"),
-    "Loops and slot timer"      -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
-    "Wire path and glue"        -> Set.empty
+    "Line master"               -> Set("LineMaster"),
+    "Plant network, reports" -> Set(
+      "EventReporter",
+      "UdpSender",
+      "UdpReceiver",
+      "ServerLink",
+      "ArpResponder",
+      "FrameArbiter",
+      "EthernetSender",
+      "EthernetReceiver"
+    ),
+    "AL, events, watchdogs" -> Set("Application", "Watchdog", "WatchdogDivider"),
+    "LEDs"                  -> Set("LedControl", "LedPattern"),
+    "Write log"             -> Set("WriteLog"),
+    "Loops and slot timer"  -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
+    "Wire path and glue"    -> Set.empty
   )
 
   /** The unit of everything that is in no other. */

@@ -13,7 +13,12 @@ final case class Results(
     units: Map[String, Map[String, Area]],
     speed: Map[String, Speed],
     latency: Map[String, Latency]
-)
+) {
+
+  /** Forwarding and processing, worst, ns; none for a master. */
+  def delays(p: EscParams): Option[Seq[Double]] =
+    latency.get(p.preset).map(l => Seq(l.forwarding.worstNs, l.processing.worstNs))
+}
 
 /** A goal, what was measured, and whether that is good enough. */
 final case class Goal(title: String, goal: String, measured: String, reached: Boolean)
@@ -53,12 +58,10 @@ object Goals {
 
   /** What the project promises for [[Points.base]] and [[Points.complete]]. */
   def apply(r: Results): Seq[Goal] = {
-    val p        = Points.base
-    val latency  = r.latency(p.preset)
-    val area     = r.area(p.preset)
-    val complete = r.area(Points.complete.preset)
-    val memory   = r.units(p.preset)("Memory and host port")
-    val ramBits  = 8 * (p.ramBytes + userRamBytes)
+    val p       = Points.base
+    val latency = r.latency(p.preset)
+    val memory  = r.units(p.preset)("Memory and host port")
+    val ramBits = 8 * (p.ramBytes + userRamBytes)
     def delay(name: String, limit: Int, d: Delay) =
       Goal(
         s"$name at ${p.coreClockMhz} MHz, dataBusWidth ${p.dataBusWidth}",
@@ -66,21 +69,17 @@ object Goals {
         f"${d.worstNs}%.0f ns",
         d.worstNs <= limit
       )
+    def size(preset: String, limit: Int) = {
+      val measured = r.area(preset).logicElements
+      Goal(s"Size of $preset", f"at most $limit%,d logic elements", f"$measured%,d", measured <= limit)
+    }
     Seq(
       delay("Forwarding latency", 160, latency.forwarding),
       delay("Processing latency", 240, latency.processing),
-      Goal(
-        s"Size of ${p.preset}",
-        "at most 1,800 logic elements",
-        f"${area.logicElements}%,d",
-        area.logicElements <= 1800
-      ),
-      Goal(
-        s"Size of ${Points.complete.preset}",
-        "at most 3,600 logic elements",
-        f"${complete.logicElements}%,d",
-        complete.logicElements <= 3600
-      ),
+      size(p.preset, 1800),
+      size(Points.complete.preset, 3600),
+      size("alarm-slave", 3000),
+      size("alarm-master", 4500),
       Goal(
         s"Memory of ${p.preset}",
         f"all $ramBits%,d bits in M9K blocks",

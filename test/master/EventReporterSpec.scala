@@ -172,7 +172,7 @@ class EventReporterSpec extends AnyFlatSpec with SharedSimulation {
     "REP-05: events stay in order, none is lost or doubled, whatever the server acknowledges" -> { dut =>
       val random   = new Random(2)
       val driver   = new Driver(dut)
-      val given    = Seq.fill(300)(any(random))
+      val events   = Seq.fill(300)(any(random))
       var received = Vector.empty[Event]
       def serve(): Unit = for (r <- driver.seen()) {
         assert(r.first <= received.size && r.events.size <= EventReporter.Most)
@@ -182,7 +182,7 @@ class EventReporterSpec extends AnyFlatSpec with SharedSimulation {
           if (random.nextInt(3) > 0) driver.acknowledge(received.size)
         }
       }
-      for (e <- given) {
+      for (e <- events) {
         driver.put(e)
         if (random.nextInt(3) == 0) (1 to random.nextInt(2500)).foreach(_ => driver.cycle())
         serve()
@@ -205,23 +205,23 @@ class EventReporterSpec extends AnyFlatSpec with SharedSimulation {
         driver.settle()
         serve()
       }
-      assert(received == given)
+      assert(received == events)
     },
     "REP-06: when it is full, events wait" -> { dut =>
       val random = new Random(3)
       val driver = new Driver(dut)
-      val given  = Seq.fill(128)(any(random))
-      given.foreach(driver.put)
+      val events = Seq.fill(128)(any(random))
+      events.foreach(driver.put)
       assert(!is(dut.event.ready) && !is(dut.room))
       driver.settle()
       driver.seen()
       driver.milliseconds(12)
       driver.settle()
       val Seq(report) = driver.seen()
-      assert(report.events.map(_._1) == given.take(64))
+      assert(report.events.map(_._1) == events.take(64))
       driver.acknowledge(64)
       driver.settle()
-      assert(driver.seen().map(_.events.map(_._1)) == Seq(given.drop(64)), "the others at once")
+      assert(driver.seen().map(_.events.map(_._1)) == Seq(events.drop(64)), "the others at once")
       assert(is(dut.event.ready))
     }
   )

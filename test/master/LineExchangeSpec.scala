@@ -1,6 +1,5 @@
 package flyframe.master
 
-import scala.util.Random
 import chisel3._
 import chiseltest._
 import flyframe.SharedSimulation

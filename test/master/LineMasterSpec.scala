@@ -40,6 +40,8 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
     var results         = Vector.empty[Option[(Int, BigInt)]]
     var frames          = 0
     var alarms          = 0
+    var total           = 0    // events since the start
+    var serverHears     = true // and has every event at once
     var taking          = true
     private var sending = Vector.empty[Int]
     private var back    = Vector.empty[Option[(Int, Boolean, Boolean)]]
@@ -52,6 +54,8 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
     dut.retries.poke(2)
     dut.host.valid.poke(false)
     dut.room.poke(true)
+    dut.nextEvent.poke(0)
+    dut.firstEvent.poke(0)
     dut.run.poke(true)
     dut.step.poke(true)
     dut.event.ready.poke(true)
@@ -59,7 +63,8 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
     dut.in.crcGood.poke(true)
 
     private def cycle(): Unit = {
-      if (is(dut.event.valid)) {
+      val happens = is(dut.event.valid)
+      if (happens) {
         val e                    = dut.event.bits
         def value(u: UInt): Long = u.peek().litValue.toLong
         events :+= Event(
@@ -78,6 +83,17 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
         results :+= Option.when(is(r.answered))((r.counter.peek().litValue.toInt, r.data.peek().litValue))
       }
       dut.clock.step()
+      if (happens) {
+        total += 1
+        dut.nextEvent.poke(total)
+        if (serverHears) dut.firstEvent.poke(total)
+      }
+    }
+
+    /** The server has all there is from now on. */
+    def serverIsBack(): Unit = {
+      serverHears = true
+      dut.firstEvent.poke(total)
     }
     private def slot(): Unit = {
       val now = back.headOption.flatten
@@ -154,7 +170,7 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
         line.slaves.foreach(_.alarm.get.setLine(1))
         line.cycles(24)
         val (scan, records) = line.seen().partition(_.kind != Detector)
-        assert(scan.map(_.brief) == Seq((Present, 0, 1), (Present, 1, 2), (Present, 2, 3), (Scanned, 3, 0)))
+        assert(scan.map(_.brief) == Seq((Present, 0, 1), (Present, 1, 2), (Present, 2, 3), (Scanned, 3, 3)))
         assert(
           scan.take(3).map(_.state) == Seq(1, 1, 1) && scan.take(3).map(_.epoch) == Seq(0x71, 0x72, 0x73)
         )
@@ -188,7 +204,7 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
         line.line.setCable(2, intact = true)
         line.cycles(40)
         val (scan, records) = line.seen().partition(_.kind != Detector)
-        assert(scan.map(_.brief) == Seq((Found, 2, 3), (Found, 3, 4), (Scanned, 4, 0)))
+        assert(scan.map(_.brief) == Seq((Found, 2, 3), (Found, 3, 4), (Scanned, 4, 4)))
         assert(records.size == 1 && detector(4, 3, 2, 2)(records.head))
       },
       "LM-04: doubled node IDs and gaps are told, ordinary slaves are listed too" -> { dut =>
@@ -207,7 +223,7 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
             (Present, 4, 2, 0),
             (Duplicate, 4, 2, 1),
             (Gap, 4, 2, 6),
-            (Scanned, 5, 0, 0)
+            (Scanned, 5, 5, 0)
           )
         )
       },
@@ -244,6 +260,47 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
         for ((node, mine) <- records.groupBy(_.node))
           assert(mine.map(_.sequence) == (1 to mine.size), s"node $node")
         assert(line.slaves.forall(_.hostRead(0x0e88) == 0) && records.size >= 5)
+      },
+      "LM-10: what the server does not have stays at the slaves, and a master that starts anew gets it again" -> {
+        dut =>
+          val line = new Line(dut, Seq.tabulate(3)(i => started(i + 1)))
+          line.cycles(24)
+          line.seen()
+          assert(line.slaves.map(_.hostRead(0x0e88)) == Seq(0, 0, 0))
+          line.serverHears = false
+          for (state <- Seq(2, 1, 3)) {
+            line.slaves(1).alarm.get.setLine(state)
+            line.cycles(6)
+          }
+          line.slaves(2).alarm.get.setLine(2)
+          line.cycles(8)
+          assert(line.seen().map(e => (e.node, e.sequence)) == Seq(2 -> 2, 2 -> 3, 2 -> 4, 3 -> 2))
+          assert(line.slaves.map(_.hostRead(0x0e88)) == Seq(0, 3, 1))
+          assert(line.slaves.forall(_.alarm.get.datagram.isEmpty), "acknowledged all the same")
+          dut.run.poke(false)
+          line.cycles(4)
+          dut.run.poke(true)
+          line.cycles(40)
+          val again = line.seen().filter(_.kind == Detector)
+          assert(again.filter(_.node == 2).map(e => (e.sequence, e.state)) == Seq(2 -> 2, 3 -> 1, 4 -> 3))
+          assert(again.filter(_.node == 3).map(_.sequence) == Seq(2) && again.size == 4)
+          line.serverIsBack()
+          line.cycles(8)
+          assert(line.slaves.map(_.hostRead(0x0e88)) == Seq(0, 0, 0) && line.seen().isEmpty)
+      },
+      "LM-10: a confirmation that was lost is made again" -> { dut =>
+        val line = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
+        line.cycles(24)
+        line.serverHears = false
+        line.slaves(0).alarm.get.setLine(2)
+        line.slaves(1).alarm.get.setLine(2)
+        line.cycles(8)
+        line.disturb = (_, _) => None
+        line.serverIsBack()
+        line.cycles(12)
+        line.disturb = (_, f) => Some(f)
+        line.cycles(40)
+        assert(line.slaves.forall(_.hostRead(0x0e88) == 0))
       },
       "LM-09: without room for events, records wait at the slaves; a line without slaves is asked again" -> {
         dut =>

@@ -29,7 +29,9 @@ class EscParamsSpec extends AnyFlatSpec {
     "leds"                   -> between(0, 1).copy(base = local),
     "fmmuBitwise"            -> between(0, 1),
     "digitalOutputs"         -> between(0, 4),
+    "role"                   -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
     "alarm"                  -> between(0, 1),
+    "maxSlaves"              -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
     "sii"                    -> between(0, 2),
     "siiClockKhz"            -> between(10, 1000),
     "siiStartUs"             -> between(1, 100000),
@@ -101,6 +103,14 @@ class EscParamsSpec extends AnyFlatSpec {
           )
         )
     }
+  }
+
+  "A master" should "have two ports and nothing of a slave" in {
+    val master = EscParams(role = 1, ramKiB = 0)
+    assert(EscParams.problems(master).isEmpty)
+    assert(EscParams.problems(master.copy(ports = 3)) == Seq("ports is 3 but must be 2 if role is 1."))
+    assert(EscParams.problems(master.copy(alarm = 1)) == Seq("alarm is 1 but must be 0 if role is 1."))
+    assert(EscParams.problems(EscParams(role = 1)) == Seq("ramKiB is 1 but must be 0 if role is 1."))
   }
 
   "FMMUs and SyncManagers" should "need a core clock of 100 MHz" in {

@@ -30,6 +30,9 @@ object AlarmRules extends Rules {
   private def acknowledge(s: Steps, sequence: Int): Seq[Reply] =
     s.exchange(Datagram(s.Apwr, 0, 0x0e8a, EtherCatFrame.little(sequence)))
 
+  private def confirm(s: Steps, sequence: Int): Seq[Reply] =
+    s.exchange(Datagram(s.Apwr, 0, 0x0e8e, EtherCatFrame.little(sequence)))
+
   /** The datagrams of what leaves for an empty frame. */
   private def collect(s: Steps): Seq[Reply] = {
     val bytes = s.good(s.send(EtherCatFrame(Nil)))
@@ -97,7 +100,31 @@ object AlarmRules extends Rules {
     if (s.p.maxSubTelegrams > 1) assert(isRecord(came(1), 1, Normal), "this frame still has it")
     assert(isRecord(collect(s).head, 2, Alarm))
     acknowledge(s, 2)
-    assert(collect(s).isEmpty && waiting(s) == 0)
+    assert(collect(s).isEmpty && waiting(s) == 2)
+    confirm(s, 2)
+    assert(waiting(s) == 0)
+  }
+  rule("ALARM-04: an event stays until it is confirmed, and is reported again if the master asks", some) {
+    s =>
+      import s._
+      start(s)
+      become(s, Alarm)
+      become(s, Open)
+      acknowledge(s, 1)
+      acknowledge(s, 2)
+      for (n <- Seq(0, 3, 0x102, 0xffff)) confirm(s, n)
+      assert(waiting(s) == 3, "only what the master has seen can be confirmed")
+      confirm(s, 1)
+      assert(waiting(s) == 2 && isRecord(collect(s).head, 3, Open))
+      assert(put(0x0e8c, 4) && bench.hostRead(0x0e8c) == 0)
+      assert(isRecord(collect(s).head, 2, Alarm) && waiting(s) == 2)
+      confirm(s, 2)
+      assert(waiting(s) == 2, "not seen by this master")
+      acknowledge(s, 2)
+      acknowledge(s, 3)
+      become(s, Normal)
+      confirm(s, 3)
+      assert(waiting(s) == 1 && isRecord(collect(s).head, 4, Normal))
   }
   rule("ALARM-04: another number, and a bad frame, acknowledge nothing", some) { s =>
     import s._
@@ -119,11 +146,14 @@ object AlarmRules extends Rules {
     for (i <- 1 to 20) become(s, if (i % 2 == 1) Alarm else Open)
     assert(waiting(s) == 16)
     become(s, Short)
-    acknowledge(s, 1)
-    assert(waiting(s) == 16)
-    for (i <- 2 to 16) acknowledge(s, i)
-    assert(isRecord(collect(s).head, 17, Short))
+    for (i <- 1 to 16) acknowledge(s, i)
+    assert(waiting(s) == 16 && collect(s).isEmpty)
+    confirm(s, 1)
+    assert(waiting(s) == 16 && isRecord(collect(s).head, 17, Short))
     acknowledge(s, 17)
+    confirm(s, 16)
+    assert(waiting(s) == 1)
+    confirm(s, 17)
     assert(waiting(s) == 0)
   }
   rule("ALARM-06: an alarm switches buzzer and lamp on, a command of the master off", some) { s =>

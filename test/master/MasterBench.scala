@@ -1,0 +1,164 @@
+package flyframe.master
+
+import chisel3._
+import chiseltest._
+import flyframe.{MasterController, MiiPort}
+import flyframe.memory.HostPort
+import flyframe.model._
+import flyframe.params.EscParams
+
+/** The master with its receive clocks as plain inputs, as chiseltest needs them. */
+class MasterUnderTest(p: EscParams) extends Module {
+  val rxClock = IO(Input(Bool()))
+  val rxDv    = IO(Input(Vec(2, Bool())))
+  val rxd     = IO(Input(Vec(2, UInt(4.W))))
+  val txEn    = IO(Output(Vec(2, Bool())))
+  val txd     = IO(Output(Vec(2, UInt(4.W))))
+  val txTick  = IO(Output(Bool()))
+  val link    = IO(Input(Bool()))
+  val host    = IO(new HostPort(p.lanes))
+  val irq     = IO(Output(Bool()))
+  val buzzer  = IO(Output(Bool()))
+  val lamp    = IO(Output(Bool()))
+
+  private val dut = Module(new MasterController(p))
+  dut.phy_clk_ref := false.B
+  dut.host <> host
+  irq    := dut.irq
+  buzzer := dut.alarm.buzzer
+  lamp   := dut.alarm.lamp
+  txTick := dut.mii_tx_tick
+  dut.mii.zipWithIndex.foreach { case (port: MiiPort, y) =>
+    port.rx_clk := rxClock.asClock
+    port.rx_dv  := rxDv(y)
+    port.rx_er  := false.B
+    port.rxd    := rxd(y)
+    port.link   := link
+    txEn(y)     := port.tx_en
+    txd(y)      := port.txd
+  }
+}
+
+/** Drives a [[MasterUnderTest]]: frames to and from both ports, the host port, and the passing of time.
+  *
+  * @param onLine
+  *   takes a frame that has left to the line; the frame that comes back, and how many slots later its
+  *   preamble begins
+  * @param onPlant
+  *   takes a whole frame that has left to the plant network, from the destination address on, with FCS
+  * @param eachSlot
+  *   called every nibble slot with its number
+  */
+class MasterBench(
+    dut: MasterUnderTest,
+    p: EscParams,
+    onLine: SentFrame => Option[(SentFrame, Int)],
+    onPlant: Seq[Int] => Unit,
+    eachSlot: Long => Unit = _ => ()
+) {
+  private val cycles      = p.cyclesPerNibble
+  private def is(b: Bool) = b.peek().litToBoolean
+
+  /** Nibbles that are to come at a port; None: idle. */
+  private val coming  = Array.fill(2)(scala.collection.mutable.Queue.empty[Option[Int]])
+  private val leaving = Array.fill(2)(Vector.empty[Int])
+  private val before  = Array.fill(2)(Option(-1))
+  var slots           = 0L
+
+  dut.clock.setTimeout(0)
+  dut.link.poke(true)
+  dut.host.req.poke(false)
+  for (y <- 0 to 1) {
+    dut.rxDv(y).poke(false)
+    dut.rxd(y).poke(0)
+  }
+
+  private def bytes(nibbles: Seq[Int]) = nibbles.grouped(2).map(n => n.head | n.last << 4).toVector
+
+  private def left(port: Int, nibbles: Vector[Int]): Unit = {
+    val (preamble, rest) = nibbles.span(_ == 5)
+    assert(rest.headOption.contains(0xd), s"port $port sent no SFD")
+    if (port == 1) onPlant(bytes(rest.tail))
+    else
+      for ((frame, delay) <- onLine(SentFrame(preamble.size, rest.tail)))
+        enqueue(0, frame.payload, delay, frame.preamble)
+  }
+  private def enqueue(port: Int, payload: Seq[Int], delay: Int, preamble: Int): Unit = {
+    coming(port) ++= Seq.fill(delay)(None)
+    coming(port) ++= (Seq.fill(preamble)(5) ++ (0xd +: payload)).map(Some(_))
+    coming(port) ++= Seq.fill(24)(None)
+  }
+
+  /** A frame from the plant network, FCS included. */
+  def fromPlant(frame: Seq[Int]): Unit =
+    enqueue(1, frame.flatMap(b => Seq(b & 15, b >> 4)), 0, 15)
+
+  private def step(): Unit = {
+    dut.clock.step()
+    if (is(dut.txTick)) for (y <- 0 to 1) {
+      if (is(dut.txEn(y))) leaving(y) :+= dut.txd(y).peek().litValue.toInt
+      else if (leaving(y).nonEmpty) {
+        val frame = leaving(y)
+        leaving(y) = Vector.empty
+        left(y, frame)
+      }
+    }
+  }
+
+  private var phase = 0
+
+  /** One core cycle. Receive clocks rise in the middle of a slot. */
+  private def cycle(): Unit = {
+    if (phase == 0) for (y <- 0 to 1) {
+      val now = if (coming(y).isEmpty) None else coming(y).dequeue()
+      if (now != before(y)) {
+        dut.rxDv(y).poke(now.isDefined)
+        dut.rxd(y).poke(now.getOrElse(0))
+        before(y) = now
+      }
+    }
+    dut.rxClock.poke(phase == cycles / 2)
+    step()
+    if (cycles == 1) {
+      dut.rxClock.poke(false)
+      dut.txTick.peek() // lets the simulator see the falling edge
+    }
+    phase = (phase + 1) % cycles
+    if (phase == 0) {
+      slots += 1
+      eachSlot(slots)
+    }
+  }
+  def run(slots: Int): Unit = for (_ <- 1 to slots * cycles) cycle()
+
+  private def access(address: Int, isWrite: Boolean, data: BigInt, lanes: Int): BigInt = {
+    dut.host.addr.poke(address)
+    dut.host.write.poke(isWrite)
+    dut.host.wdata.poke(data)
+    dut.host.be.poke(lanes)
+    dut.host.req.poke(true)
+    var waits = 0
+    while (!is(dut.host.ack)) {
+      cycle()
+      waits += 1
+      assert(waits < 10, "no acknowledgement")
+    }
+    val result = dut.host.rdata.peek().litValue
+    cycle()
+    dut.host.req.poke(false)
+    cycle()
+    result
+  }
+  def read(address: Int): Int = {
+    val lane = address % p.lanes
+    (access(address - lane, isWrite = false, 0, 1 << lane) >> (8 * lane)).toInt & 0xff
+  }
+  def read(address: Int, bytes: Int): BigInt =
+    (0 until bytes).map(i => BigInt(read(address + i)) << (8 * i)).sum
+  def write(address: Int, bytes: Int*): Unit = for ((b, i) <- bytes.zipWithIndex) {
+    val lane = (address + i) % p.lanes
+    access(address + i - lane, isWrite = true, BigInt(b) << (8 * lane), 1 << lane)
+  }
+  def irq: Boolean    = is(dut.irq)
+  def buzzer: Boolean = is(dut.buzzer) && is(dut.lamp)
+}
