@@ -58,7 +58,7 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
     else 0
 
   /** A byte of the time of an event, which the model does not know to the microsecond. */
-  def isTime(address: Int): Boolean = queue.nonEmpty && Time.contains(address)
+  def isTime(address: Int): Boolean = head.nonEmpty && Time.contains(address)
 
   private def watch(): Unit = if (state != reported && state != Off && queue.size < Depth) {
     reported = state

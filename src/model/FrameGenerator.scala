@@ -86,7 +86,8 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
       if (units.exists && count <= 20)
         Seq.fill(count)(if (chance(65)) units.next() else Seq(datagram())).flatten.map(UnitTraffic.calm(p, _))
       else Seq.fill(count)(if (count > 20) datagram().copy(data = Nil) else datagram())
-    all.zip(all.scanLeft(0)((s, d) => s + d.data.size + 12)).collect {
+    val apart = if (p.hasAlarm) UnitTraffic.oneForEvents(all) else all
+    apart.zip(apart.scanLeft(0)((s, d) => s + d.data.size + 12)).collect {
       case (d, before) if before + d.data.size < 1480 => d
     }
   }

@@ -159,11 +159,14 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
 
   // ---- smoke detector ----
 
-  private def alarm(): Datagram = random.nextInt(10) match {
+  private def alarm(): Datagram = random.nextInt(12) match {
     case 0 => write(0x0e8a + random.nextInt(2), bytes(1 + random.nextInt(2)))
-    case 1 => write(0x0e8c, Seq(if (chance(3)) 2 else 1))
+    case 1 => write(0x0e8c, Seq(if (chance(3)) 2 else if (chance(20)) 4 else 1))
     case 2 => write(pick(Seq(0x0e90, 0x0e98)) + random.nextInt(8), bytes(1 + random.nextInt(8)))
     case 3 => read(pick(Seq(0x0e80, 0x0e88, 0x0e8a, 0x0ea4)), 1 + random.nextInt(4))
+    case 4 | 5 =>
+      val number = model.registers.value("alarm_acknowledge") - (if (chance(20)) 1 else 0)
+      write(0x0e8e, EtherCatFrame.little(number))
     case _ => write(0x0e8a, Seq(model.registers.byte(0x0e80), model.registers.byte(0x0e81)))
   }
 
@@ -262,4 +265,16 @@ object UnitTraffic {
         d.copy(address = d.address ^ (0x0800L << 16)) // no reading of watchdog states
       else d.copy(data = d.data.zipWithIndex.map { case (b, i) => calm(p, at + i, b) })
     }
+  /** With one access to the events of a detector, as masters do: two of them in a frame meet an order of times.
+    */
+  def oneForEvents(datagrams: Seq[Datagram]): Seq[Datagram] = {
+    def touches(d: Datagram) = {
+      val at = (d.address >> 16 & 0xffff).toInt
+      at <= 0x0e8f && at + d.data.size > 0x0e8a
+    }
+    val first = datagrams.indexWhere(touches)
+    datagrams.zipWithIndex.map { case (d, i) =>
+      if (i > first && touches(d)) d.copy(address = d.address ^ (0x0800L << 16)) else d
+    }
+  }
 }

@@ -69,8 +69,8 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
     for (i <- alarms) {
       hostWrite(i, 0x0012, 0x40 + i)
       (0x0ea0 to 0x0ea3).foreach(hostWrite(i, _, 0))
-      detector(i, 1)
       hostWrite(i, 0x0ea6, 3)
+      detector(i, 1)
     }
 
     private def slot(): Unit = {
@@ -163,8 +163,10 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
           Datagram(2, -slave, place, data),
           Datagram(1, -slave, place, data.map(_ => 0))
         ).take(random.nextInt(4)) ++ Option.when(random.nextInt(3) == 0) {
-          val i = alarms(random.nextInt(2)) // acknowledge
-          Datagram(2, -i, 0x0e8a, Seq(0x0e80, 0x0e81).map(driver.slaves(i).registers.byte))
+          val i = alarms(random.nextInt(2)) // acknowledge, confirm
+          val registers = driver.slaves(i).registers
+          if (random.nextBoolean()) Datagram(2, -i, 0x0e8a, Seq(0x0e80, 0x0e81).map(registers.byte))
+          else Datagram(2, -i, 0x0e8e, EtherCatFrame.little(registers.value("alarm_acknowledge")))
         }
         val came    = datagrams(driver.send(WireFrame.withFcs(EtherCatFrame(mine))))
         val records = came.drop(mine.size)

@@ -71,24 +71,3 @@ class ServerModel(master: Int) {
     events
   }
 }
-
-/** UDP over IPv4 over Ethernet, without FCS. */
-object UdpFrame {
-  private def checksum(bytes: Seq[Int]): Int = {
-    val sum = bytes.padTo(bytes.size + bytes.size % 2, 0).grouped(2).map(p => p(0) << 8 | p(1)).sum
-    ~((sum & 0xffff) + (sum >> 16) + ((sum & 0xffff) + (sum >> 16) >> 16)) & 0xffff
-  }
-  private def big(v: Int) = Seq(v >> 8 & 0xff, v & 0xff)
-
-  def apply(mac: Seq[Int], ip: Seq[Int], port: Int, fromIp: Seq[Int], fromPort: Int, data: Seq[Int]): Seq[Int] = {
-    val head = Seq(0x45, 0) ++ big(28 + data.size) ++ Seq(0, 0, 0x40, 0, 64, 17, 0, 0) ++ fromIp ++ ip
-    val sum  = checksum(head)
-    val udp  = big(fromPort) ++ big(port) ++ big(8 + data.size)
-    val udpSum = checksum(fromIp ++ ip ++ Seq(0, 17) ++ big(8 + data.size) ++ udp ++ Seq(0, 0) ++ data)
-    (mac ++ Seq(2, 0, 0, 0, 0, 1) ++ Seq(8, 0) ++ head.patch(10, big(sum), 2) ++ udp ++ big(udpSum) ++ data)
-      .padTo(60, 0)
-  }
-
-  /** The data of such a frame. */
-  def data(frame: Seq[Int]): Seq[Int] = frame.slice(42, 42 + (frame(38) << 8 | frame(39)) - 8)
-}

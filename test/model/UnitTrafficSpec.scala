@@ -68,7 +68,7 @@ class UnitTrafficSpec extends AnyFlatSpec {
     times("X .* T\\d+", 200)         // appended
     times("X .* \\?", 5)             // a time has been read
     times("R 0e88 00")               // no event
-    times("R 0e88 10")               // the queue is full
+    times("R 0e88 10", 2)            // the queue is full
     times("D .*", 200)
     times("A 1100")                  // the supply has been off
     val waited = lines.sliding(3).count(l => l.head.matches("X .* T\\d+") && l(1).startsWith("F"))
