@@ -39,7 +39,9 @@ class AlarmQueue(depth: Int) extends Module {
   /** The master has seen the event with this number; anything else than that of `head` has no effect. */
   val acknowledge = IO(Input(Valid(UInt(16.W))))
 
-  /** The server has the events up to this number; anything else than that of a seen one has no effect. */
+  /** The server has the events up to this number, which stays there; anything else than that of a seen one has
+    * no effect.
+    */
   val confirm = IO(Input(Valid(UInt(16.W))))
 
   /** The events that are not confirmed are to be reported again. */
@@ -87,9 +89,13 @@ class AlarmQueue(depth: Int) extends Module {
   when(rewinds) { again := false.B }
   when(repeat) { again := true.B }
 
+  // An acknowledgement in the same frame comes first. Reset: nothing is to be confirmed.
+  private val asked = RegInit(false.B)
+  when(confirm.valid) { asked := true.B }.elsewhen(!seen) { asked := false.B }
+
   // Number 0 is left out, so behind the wrap the distance is one less.
   private val distance = (confirm.bits - oldest - (confirm.bits < oldest))(15, 0)
-  private val confirms = confirm.valid && confirm.bits =/= 0.U && distance < told
+  private val confirms = asked && !seen && confirm.bits =/= 0.U && distance < told
   private val gone     = Mux(confirms, distance(countBits - 1, 0) + 1.U, 0.U)
   when(confirms) { oldest := next(confirm.bits) }
   first := first + gone

@@ -51,7 +51,7 @@ class MasterStressSpec extends AnyFlatSpec with SharedSimulation {
   together("64 slaves", new RecordedMaster(AlarmLatency.parameters))(
     "LM-05, LM-06, REP-02: all slaves change in the same cycle, faster than they are read" -> { dut =>
       val scene = new Scene(dut)
-      for (_ <- 1 to 6) {
+      for (_ <- 1 to 4) {
         scene.changeAll()
         scene.driver.cycles(3)
       }
@@ -63,14 +63,14 @@ class MasterStressSpec extends AnyFlatSpec with SharedSimulation {
       val scene = new Scene(dut)
       scene.line.errorRate = 1e-4
       scene.driver.lossPercent = 10
-      for (round <- 1 to 5) {
+      for (round <- 1 to 3) {
         scene.changeAll()
         val answer = scene.driver.request(8, 0x0e90L << 16, 1 to 8)
         assert(answer.forall(_ == slaves), s"round $round")
         scene.driver.cycles(20)
       }
       scene.check()
-      assert(scene.line.damaged > 10)
+      assert(scene.line.damaged > 5)
     },
     "LM-03: a cable cut before slave 3, and mended" -> { dut =>
       val scene = new Scene(dut)
@@ -84,13 +84,13 @@ class MasterStressSpec extends AnyFlatSpec with SharedSimulation {
       assert(scene.driver.read(0x0040) == 3)
       scene.line.setCable(3, intact = true)
       scene.check()
-      val kinds = scene.server.log.filter(_.position >= 3).groupBy(_.position).values.map(_.map(_.kind))
-      assert(kinds.forall(k => k.count(_ == EventKind.Lost) == 1 && k.count(_ == EventKind.Found) == 1))
+      for (kind <- Seq(EventKind.Lost, EventKind.Found))
+        assert(scene.server.log.filter(_.kind == kind).map(_.position) == (3 until slaves))
     },
     "LM-09, REP-06: the server is down while more happens than the master can keep" -> { dut =>
       val scene = new Scene(dut)
       scene.server.down = true
-      for (_ <- 1 to 6) {
+      for (_ <- 1 to 4) {
         scene.changeAll()
         scene.driver.cycles(50)
       }
@@ -109,7 +109,7 @@ class MasterStressSpec extends AnyFlatSpec with SharedSimulation {
       scene.check()
     },
     "REP-03: from a detector to the report in less than two bus cycles and 10 us" -> { dut =>
-      val times = AlarmLatency.measure(dut, events = 60, busCycle = 5000)
+      val times = AlarmLatency.measure(dut, events = 40, busCycle = 5000)
       info(f"median ${times.median}%.1f us, worst ${times.worst}%.1f us, goal ${times.goal}%.0f us")
       assert(times.worst <= times.goal)
     }
