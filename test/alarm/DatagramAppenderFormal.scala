@@ -48,7 +48,7 @@ class WireProof extends Module {
 }
 
 /** One frame, with the Ethernet header of an EtherCAT frame and everything behind it free; it may end
-  * anywhere from the eighteenth byte on, good or bad. The datagram, two bytes of anything, may be pending or not. A nibble per cycle.
+  * anywhere from the nineteenth byte on, good or bad. The datagram, two bytes of anything, may be pending or not. A nibble per cycle.
   */
 class ExtensionProof extends Module {
   private val nibble   = IO(Input(UInt(4.W)))
@@ -63,7 +63,7 @@ class ExtensionProof extends Module {
   // Nibble 0 is the SFD, 1 the low half of byte 0, 29 the low half of the EtherCAT header.
   private val number  = RegInit(0.U(7.W))
   private val running = RegInit(true.B)
-  private val ends    = running && last && number > 34.U
+  private val ends    = running && last && number > 36.U
   when(!number.andR) { number := number + 1.U }
   when(ends) { running := false.B }
   private val fixed = VecInit((Seq(0xd) ++ Seq.fill(24)(0) ++ Seq(8, 8, 4, 10)).map(_.U(4.W)))
@@ -128,5 +128,5 @@ class DatagramAppenderFormal extends AnyFlatSpec with ChiselScalatestTester with
   "AP-01" should "hold: with nothing pending the appender is a wire" in prove(new WireProof, 30)
 
   "AP-02, AP-07" should "hold: one whole frame leaves, bad if it came bad, with its Ethernet header" in
-    prove(new ExtensionProof, 52)
+    prove(new ExtensionProof, 54)
 }

@@ -109,7 +109,7 @@ void Fuzz::header(VectorLine& v) {
   for (char c : seed_) phaseSeed = phaseSeed * 131 + static_cast<uint8_t>(c);
   if (bench_) cycles_ += bench_->slave().cycles();
   current_ = nullptr;
-  eventNumber_ = eventTime_ = 0;
+  eventTimes_.clear();
   expected_.assign(info.ports, {});
   bench_ = std::make_unique<Bench>(preset, phaseSeed, [this](int y, NibbleFrame& f) { onFrame(y, f); });
 }
@@ -210,12 +210,12 @@ bool Fuzz::takeTime(Expected& e, const NibbleFrame& frame) {
   for (size_t i = 0; i < 4; ++i) put(at + i, change[at + i]), put(fcs + i, fcsChange >> (8 * i) & 0xff);
 
   const unsigned number = got.bytes[at - 4] | got.bytes[at - 3] << 8;
-  const bool same = number == eventNumber_ && time == eventTime_;
-  const bool later = number != eventNumber_ && time >= eventTime_ && time <= bench_->sim().now() / (1000 * kNs);
-  if (!same && !later)
-    differ("the time of event " + std::to_string(number) + " is " + std::to_string(time) + " us, that of event " +
-               std::to_string(eventNumber_) + " was " + std::to_string(eventTime_) + " us", e.line, e.cause.get());
-  eventNumber_ = number, eventTime_ = time;
+  const auto [event, isNew] = eventTimes_.emplace(number, time);
+  const bool inOrder = (event == eventTimes_.begin() || std::prev(event)->second <= time) &&
+                       (std::next(event) == eventTimes_.end() || std::next(event)->second >= time);
+  if (event->second != time || !inOrder || (isNew && time > bench_->sim().now() / (1000 * kNs)))
+    differ("the time of event " + std::to_string(number) + " is " + std::to_string(time) +
+               " us, which is not what it was, or not between those of its neighbours", e.line, e.cause.get());
   return !failed();
 }
 

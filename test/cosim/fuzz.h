@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <iosfwd>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,7 +58,7 @@ class Fuzz {
   std::unique_ptr<Bench> bench_;
   std::vector<std::deque<Expected>> expected_;  // per port
   std::shared_ptr<Sent> current_;               // the last F line
-  unsigned eventNumber_ = 0, eventTime_ = 0;    // of the last event with a time
+  std::map<unsigned, unsigned> eventTimes_;     // of all events with a time, by their numbers
   bool reading_ = false;                        // the last line was an R line
   uint64_t lineNumber_ = 0, frames_ = 0, bytes_ = 0, cycles_ = 0;
   std::string difference_;
