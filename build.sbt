@@ -22,11 +22,17 @@ lazy val flyframe = (project in file("."))
       "org.scala-lang.modules" %% "scala-xml"                   % "2.2.0",
       "org.jfree"               % "jfreechart"                  % "1.5.5",
       "org.jfree"               % "org.jfree.svg"               % "5.0.6",
+      "io.undertow"             % "undertow-core"               % "2.3.18.Final",
+      "org.xerial"              % "sqlite-jdbc"                 % "3.47.1.0",
+      "org.playframework.anorm" %% "anorm"                      % "2.7.0",
+      "org.apache.commons"      % "commons-csv"                 % "1.12.0",
+      "org.slf4j"               % "slf4j-nop"                   % "2.0.16",
       "edu.berkeley.cs"        %% "chiseltest"                  % "6.0.0"  % Test,
       "org.scalatest"          %% "scalatest"                   % "3.2.19" % Test,
       "org.pcap4j"              % "pcap4j-core"                 % "1.8.2"  % Test,
       "org.pcap4j"              % "pcap4j-packetfactory-static" % "1.8.2"  % Test,
-      "org.slf4j"               % "slf4j-nop"                   % "2.0.16" % Test
+      "org.seleniumhq.selenium" % "selenium-chrome-driver"      % "4.27.0" % Test,
+      "org.seleniumhq.selenium" % "selenium-support"            % "4.27.0" % Test
     ),
     scalacOptions ++= Seq(
       "-deprecation",

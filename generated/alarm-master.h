@@ -6,14 +6,14 @@
 #define MASTER_MASTER_REVISION                   0x0001u /* Family revision, 1 byte(s), host: r */
 #define MASTER_MASTER_BUILD                      0x0002u /* Build number, 2 byte(s), host: r */
 #define MASTER_MAX_SLAVES                        0x0004u /* Slaves it can list, 1 byte(s), host: r */
-#define MASTER_MASTER_ID                         0x0010u /* Master ID, 2 byte(s), host: rw */
-#define MASTER_BOOT_NUMBER                       0x0012u /* Boot number, another one after each start, 2 byte(s), host: rw */
-#define MASTER_MASTER_PORT                       0x0014u /* UDP port of the master, 2 byte(s), host: rw */
-#define MASTER_SERVER_PORT                       0x0016u /* UDP port of the server, 2 byte(s), host: rw */
-#define MASTER_MASTER_MAC                        0x0018u /* MAC address of the master, 6 byte(s), host: rw */
-#define MASTER_SERVER_MAC                        0x0020u /* MAC address of the server or of the router to it, 6 byte(s), host: rw */
-#define MASTER_MASTER_IP                         0x0028u /* IP address of the master, 4 byte(s), host: rw */
-#define MASTER_SERVER_IP                         0x002Cu /* IP address of the server, 4 byte(s), host: rw */
+#define MASTER_SERVER_MAC                        0x0010u /* MAC address of the server or of the router to it, 6 byte(s), host: rw */
+#define MASTER_MASTER_MAC                        0x0016u /* MAC address of the master, 6 byte(s), host: rw */
+#define MASTER_MASTER_IP                         0x001Cu /* IP address of the master, 4 byte(s), host: rw */
+#define MASTER_SERVER_IP                         0x0020u /* IP address of the server, 4 byte(s), host: rw */
+#define MASTER_MASTER_PORT                       0x0024u /* UDP port of the master, 2 byte(s), host: rw */
+#define MASTER_SERVER_PORT                       0x0026u /* UDP port of the server, 2 byte(s), host: rw */
+#define MASTER_MASTER_ID                         0x0028u /* Master ID, 2 byte(s), host: rw */
+#define MASTER_BOOT_NUMBER                       0x002Au /* Boot number, another one after each start, 2 byte(s), host: rw */
 #define MASTER_BUS_CYCLE                         0x0030u /* Length of a bus cycle in slots of 40 ns, 4 byte(s), host: rw */
 #define MASTER_BUS_CYCLE_MASK                    0xFFFFFu
 #define MASTER_BUS_CYCLE_SHIFT                   0u

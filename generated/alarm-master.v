@@ -59,6 +59,7 @@ module RegisterFile(
   output [7:0]  readData,
   output        readableByPdi,
   output        writableByPdi,
+  output        inRam,
   input         write,
   input  [11:0] writeAddress,
   input         writeMask,
@@ -84,12 +85,6 @@ module RegisterFile(
   output [3:0]  value_retries,
   output [15:0] value_answer_timeout,
   output [19:0] value_bus_cycle,
-  output [31:0] value_server_ip,
-  output [31:0] value_master_ip,
-  output [47:0] value_server_mac,
-  output [47:0] value_master_mac,
-  output [15:0] value_server_port,
-  output [15:0] value_master_port,
   output [15:0] value_boot_number,
   output [15:0] value_master_id,
   input         set_mailbox_done_valid,
@@ -120,14 +115,8 @@ module RegisterFile(
   input         event_refused_datagrams
 );
 
-  reg  [15:0] bytes_whole_4;
-  reg  [15:0] bytes_whole_5;
-  reg  [15:0] bytes_whole_6;
-  reg  [15:0] bytes_whole_7;
-  reg  [47:0] bytes_whole_8;
-  reg  [47:0] bytes_whole_9;
-  reg  [31:0] bytes_whole_10;
-  reg  [31:0] bytes_whole_11;
+  reg  [15:0] bytes_whole_10;
+  reg  [15:0] bytes_whole_11;
   reg  [19:0] bytes_whole_parts_bus_cycle;
   reg  [15:0] bytes_whole_13;
   reg  [3:0]  bytes_whole_parts_retries;
@@ -142,48 +131,36 @@ module RegisterFile(
   reg  [31:0] bytes_whole_26;
   reg  [63:0] bytes_whole_27;
   reg         bytes_whole_parts_request_go;
-  reg  [7:0]  bytes_whole_parts_parts_old_57;
-  reg  [7:0]  bytes_whole_parts_parts_old_58;
+  reg  [7:0]  bytes_whole_parts_parts_old_33;
+  reg  [7:0]  bytes_whole_parts_parts_old_34;
   reg  [15:0] bytes_whole_parts_host_event_node;
   reg  [15:0] bytes_whole_parts_host_event_sequence;
-  reg         bytes_whole_parts_parts_old_63;
+  reg         bytes_whole_parts_parts_old_39;
   reg  [7:0]  bytes_whole_35;
   reg         bytes_whole_parts_mailbox_done;
   reg  [7:0]  bytes_whole_38;
   reg  [7:0]  bytes_whole_39;
   reg  [7:0]  bytes_whole_40;
   reg  [7:0]  bytes_whole_41;
-  wire [12:0] _GEN =
+  wire [12:0] _selected_T_301 =
     (readAddress == 12'h0 ? 13'h1E44 : 13'h0) | (readAddress == 12'h2 ? 13'h24 : 13'h0)
     | {10'h0, readAddress == 12'h1 | readAddress == 12'h3, 2'h0} | (readAddress == 12'h4 ? 13'h804 : 13'h0)
-    | (readAddress == 12'h10 ? {bytes_whole_4[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h11 ? {bytes_whole_4[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h12 ? {bytes_whole_5[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h13 ? {bytes_whole_5[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h14 ? {bytes_whole_6[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h15 ? {bytes_whole_6[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h16 ? {bytes_whole_7[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h17 ? {bytes_whole_7[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h18 ? {bytes_whole_8[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h19 ? {bytes_whole_8[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h1A ? {bytes_whole_8[23:16], 5'h5} : 13'h0)
-    | (readAddress == 12'h1B ? {bytes_whole_8[31:24], 5'h5} : 13'h0)
-    | (readAddress == 12'h1C ? {bytes_whole_8[39:32], 5'h5} : 13'h0)
-    | (readAddress == 12'h1D ? {bytes_whole_8[47:40], 5'h5} : 13'h0)
-    | (readAddress == 12'h20 ? {bytes_whole_9[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h21 ? {bytes_whole_9[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h22 ? {bytes_whole_9[23:16], 5'h5} : 13'h0)
-    | (readAddress == 12'h23 ? {bytes_whole_9[31:24], 5'h5} : 13'h0)
-    | (readAddress == 12'h24 ? {bytes_whole_9[39:32], 5'h5} : 13'h0)
-    | (readAddress == 12'h25 ? {bytes_whole_9[47:40], 5'h5} : 13'h0)
+    | (readAddress == 12'h10 ? 13'h15 : 13'h0) | (readAddress == 12'h11 ? 13'h15 : 13'h0)
+    | (readAddress == 12'h12 ? 13'h15 : 13'h0) | (readAddress == 12'h13 ? 13'h15 : 13'h0)
+    | (readAddress == 12'h14 ? 13'h15 : 13'h0) | (readAddress == 12'h15 ? 13'h15 : 13'h0)
+    | (readAddress == 12'h16 ? 13'h15 : 13'h0) | (readAddress == 12'h17 ? 13'h15 : 13'h0)
+    | (readAddress == 12'h18 ? 13'h15 : 13'h0) | (readAddress == 12'h19 ? 13'h15 : 13'h0)
+    | (readAddress == 12'h1A ? 13'h15 : 13'h0) | (readAddress == 12'h1B ? 13'h15 : 13'h0)
+    | (readAddress == 12'h1C ? 13'h15 : 13'h0) | (readAddress == 12'h1D ? 13'h15 : 13'h0)
+    | (readAddress == 12'h1E ? 13'h15 : 13'h0) | (readAddress == 12'h1F ? 13'h15 : 13'h0)
+    | (readAddress == 12'h20 ? 13'h15 : 13'h0) | (readAddress == 12'h21 ? 13'h15 : 13'h0)
+    | (readAddress == 12'h22 ? 13'h15 : 13'h0) | (readAddress == 12'h23 ? 13'h15 : 13'h0)
+    | (readAddress == 12'h24 ? 13'h15 : 13'h0) | (readAddress == 12'h25 ? 13'h15 : 13'h0)
+    | (readAddress == 12'h26 ? 13'h15 : 13'h0) | (readAddress == 12'h27 ? 13'h15 : 13'h0)
     | (readAddress == 12'h28 ? {bytes_whole_10[7:0], 5'h5} : 13'h0)
     | (readAddress == 12'h29 ? {bytes_whole_10[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h2A ? {bytes_whole_10[23:16], 5'h5} : 13'h0)
-    | (readAddress == 12'h2B ? {bytes_whole_10[31:24], 5'h5} : 13'h0)
-    | (readAddress == 12'h2C ? {bytes_whole_11[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h2D ? {bytes_whole_11[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h2E ? {bytes_whole_11[23:16], 5'h5} : 13'h0)
-    | (readAddress == 12'h2F ? {bytes_whole_11[31:24], 5'h5} : 13'h0)
+    | (readAddress == 12'h2A ? {bytes_whole_11[7:0], 5'h5} : 13'h0)
+    | (readAddress == 12'h2B ? {bytes_whole_11[15:8], 5'h5} : 13'h0)
     | (readAddress == 12'h30 ? {bytes_whole_parts_bus_cycle[7:0], 5'h5} : 13'h0)
     | (readAddress == 12'h31 ? {bytes_whole_parts_bus_cycle[15:8], 5'h5} : 13'h0)
     | (readAddress == 12'h32 ? {4'h0, bytes_whole_parts_bus_cycle[19:16], 5'h5} : 13'h0)
@@ -210,9 +187,8 @@ module RegisterFile(
             status_line_link,
             5'h4}
          : 13'h0) | (readAddress == 12'h44 ? {status_frames_lost[7:0], 5'h4} : 13'h0)
-    | (readAddress == 12'h45 ? {status_frames_lost[15:8], 5'h4} : 13'h0);
-  wire [12:0] _selected_T_301 =
-    _GEN | (readAddress == 12'h46 ? {status_frames_lost[23:16], 5'h4} : 13'h0)
+    | (readAddress == 12'h45 ? {status_frames_lost[15:8], 5'h4} : 13'h0)
+    | (readAddress == 12'h46 ? {status_frames_lost[23:16], 5'h4} : 13'h0)
     | (readAddress == 12'h47 ? {status_frames_lost[31:24], 5'h4} : 13'h0)
     | (readAddress == 12'h48 ? {status_master_time[7:0], 5'h4} : 13'h0)
     | (readAddress == 12'h49 ? {status_master_time[15:8], 5'h4} : 13'h0)
@@ -244,14 +220,14 @@ module RegisterFile(
     | (readAddress == 12'h6D ? {status_request_result[47:40], 5'h4} : 13'h0)
     | (readAddress == 12'h6E ? {status_request_result[55:48], 5'h4} : 13'h0)
     | (readAddress == 12'h6F ? {status_request_result[63:56], 5'h4} : 13'h0)
-    | (readAddress == 12'h70 ? {bytes_whole_parts_parts_old_57, 5'h5} : 13'h0)
-    | (readAddress == 12'h71 ? {bytes_whole_parts_parts_old_58, 5'h5} : 13'h0)
+    | (readAddress == 12'h70 ? {bytes_whole_parts_parts_old_33, 5'h5} : 13'h0)
+    | (readAddress == 12'h71 ? {bytes_whole_parts_parts_old_34, 5'h5} : 13'h0)
     | (readAddress == 12'h72 ? {bytes_whole_parts_host_event_node[7:0], 5'h5} : 13'h0)
     | (readAddress == 12'h73 ? {bytes_whole_parts_host_event_node[15:8], 5'h5} : 13'h0)
     | (readAddress == 12'h74 ? {bytes_whole_parts_host_event_sequence[7:0], 5'h5} : 13'h0)
     | (readAddress == 12'h75 ? {bytes_whole_parts_host_event_sequence[15:8], 5'h5} : 13'h0)
     | (readAddress == 12'h76 ? 13'h5 : 13'h0) | (readAddress == 12'h77 ? 13'h5 : 13'h0)
-    | (readAddress == 12'h78 ? {7'h0, bytes_whole_parts_parts_old_63, 5'h5} : 13'h0)
+    | (readAddress == 12'h78 ? {7'h0, bytes_whole_parts_parts_old_39, 5'h5} : 13'h0)
     | (readAddress == 12'h80 ? {status_mailbox_length[7:0], 5'h4} : 13'h0)
     | (readAddress == 12'h81 ? {7'h0, status_mailbox_length[8], 5'h4} : 13'h0)
     | (readAddress == 12'h82 ? {bytes_whole_35, 5'h5} : 13'h0)
@@ -261,21 +237,15 @@ module RegisterFile(
     | (readAddress == 12'h91 ? {bytes_whole_39, 5'h5} : 13'h0)
     | (readAddress == 12'h92 ? {bytes_whole_40, 5'h5} : 13'h0)
     | (readAddress == 12'h93 ? {bytes_whole_41, 5'h5} : 13'h0);
-  wire        _bytes_whole_parts_parts_T_240 = writeAddress == 12'h3C;
+  wire        _bytes_whole_parts_parts_T_96 = writeAddress == 12'h3C;
   wire        _bytes_whole_parts_clear_T_54 = writeAddress == 12'h90;
   wire        _bytes_whole_parts_clear_T_58 = writeAddress == 12'h91;
   wire        _bytes_whole_parts_clear_T_62 = writeAddress == 12'h92;
   wire        _bytes_whole_parts_clear_T_66 = writeAddress == 12'h93;
   always @(posedge clock) begin
     if (reset) begin
-      bytes_whole_4 <= 16'h0;
-      bytes_whole_5 <= 16'h0;
-      bytes_whole_6 <= 16'h0;
-      bytes_whole_7 <= 16'h0;
-      bytes_whole_8 <= 48'h0;
-      bytes_whole_9 <= 48'h0;
-      bytes_whole_10 <= 32'h0;
-      bytes_whole_11 <= 32'h0;
+      bytes_whole_10 <= 16'h0;
+      bytes_whole_11 <= 16'h0;
       bytes_whole_parts_bus_cycle <= 20'h61A8;
       bytes_whole_13 <= 16'h9C4;
       bytes_whole_parts_retries <= 4'h2;
@@ -290,11 +260,11 @@ module RegisterFile(
       bytes_whole_26 <= 32'h0;
       bytes_whole_27 <= 64'h0;
       bytes_whole_parts_request_go <= 1'h0;
-      bytes_whole_parts_parts_old_57 <= 8'h0;
-      bytes_whole_parts_parts_old_58 <= 8'h0;
+      bytes_whole_parts_parts_old_33 <= 8'h0;
+      bytes_whole_parts_parts_old_34 <= 8'h0;
       bytes_whole_parts_host_event_node <= 16'h0;
       bytes_whole_parts_host_event_sequence <= 16'h0;
-      bytes_whole_parts_parts_old_63 <= 1'h0;
+      bytes_whole_parts_parts_old_39 <= 1'h0;
       bytes_whole_35 <= 8'h0;
       bytes_whole_parts_mailbox_done <= 1'h0;
       bytes_whole_38 <= 8'h0;
@@ -303,42 +273,12 @@ module RegisterFile(
       bytes_whole_41 <= 8'h0;
     end
     else begin
-      bytes_whole_4 <=
-        {write & writeAddress == 12'h11 & writeMask ? writeData : bytes_whole_4[15:8],
-         write & writeAddress == 12'h10 & writeMask ? writeData : bytes_whole_4[7:0]};
-      bytes_whole_5 <=
-        {write & writeAddress == 12'h13 & writeMask ? writeData : bytes_whole_5[15:8],
-         write & writeAddress == 12'h12 & writeMask ? writeData : bytes_whole_5[7:0]};
-      bytes_whole_6 <=
-        {write & writeAddress == 12'h15 & writeMask ? writeData : bytes_whole_6[15:8],
-         write & writeAddress == 12'h14 & writeMask ? writeData : bytes_whole_6[7:0]};
-      bytes_whole_7 <=
-        {write & writeAddress == 12'h17 & writeMask ? writeData : bytes_whole_7[15:8],
-         write & writeAddress == 12'h16 & writeMask ? writeData : bytes_whole_7[7:0]};
-      bytes_whole_8 <=
-        {write & writeAddress == 12'h1D & writeMask ? writeData : bytes_whole_8[47:40],
-         write & writeAddress == 12'h1C & writeMask ? writeData : bytes_whole_8[39:32],
-         write & writeAddress == 12'h1B & writeMask ? writeData : bytes_whole_8[31:24],
-         write & writeAddress == 12'h1A & writeMask ? writeData : bytes_whole_8[23:16],
-         write & writeAddress == 12'h19 & writeMask ? writeData : bytes_whole_8[15:8],
-         write & writeAddress == 12'h18 & writeMask ? writeData : bytes_whole_8[7:0]};
-      bytes_whole_9 <=
-        {write & writeAddress == 12'h25 & writeMask ? writeData : bytes_whole_9[47:40],
-         write & writeAddress == 12'h24 & writeMask ? writeData : bytes_whole_9[39:32],
-         write & writeAddress == 12'h23 & writeMask ? writeData : bytes_whole_9[31:24],
-         write & writeAddress == 12'h22 & writeMask ? writeData : bytes_whole_9[23:16],
-         write & writeAddress == 12'h21 & writeMask ? writeData : bytes_whole_9[15:8],
-         write & writeAddress == 12'h20 & writeMask ? writeData : bytes_whole_9[7:0]};
       bytes_whole_10 <=
-        {write & writeAddress == 12'h2B & writeMask ? writeData : bytes_whole_10[31:24],
-         write & writeAddress == 12'h2A & writeMask ? writeData : bytes_whole_10[23:16],
-         write & writeAddress == 12'h29 & writeMask ? writeData : bytes_whole_10[15:8],
+        {write & writeAddress == 12'h29 & writeMask ? writeData : bytes_whole_10[15:8],
          write & writeAddress == 12'h28 & writeMask ? writeData : bytes_whole_10[7:0]};
       bytes_whole_11 <=
-        {write & writeAddress == 12'h2F & writeMask ? writeData : bytes_whole_11[31:24],
-         write & writeAddress == 12'h2E & writeMask ? writeData : bytes_whole_11[23:16],
-         write & writeAddress == 12'h2D & writeMask ? writeData : bytes_whole_11[15:8],
-         write & writeAddress == 12'h2C & writeMask ? writeData : bytes_whole_11[7:0]};
+        {write & writeAddress == 12'h2B & writeMask ? writeData : bytes_whole_11[15:8],
+         write & writeAddress == 12'h2A & writeMask ? writeData : bytes_whole_11[7:0]};
       bytes_whole_parts_bus_cycle <=
         {write & writeAddress == 12'h32 & writeMask ? writeData[3:0] : bytes_whole_parts_bus_cycle[19:16],
          write & writeAddress == 12'h31 & writeMask ? writeData : bytes_whole_parts_bus_cycle[15:8],
@@ -354,13 +294,13 @@ module RegisterFile(
       bytes_whole_parts_report_heartbeat <=
         {write & writeAddress == 12'h3B & writeMask ? writeData[3:0] : bytes_whole_parts_report_heartbeat[11:8],
          write & writeAddress == 12'h3A & writeMask ? writeData : bytes_whole_parts_report_heartbeat[7:0]};
-      if (write & _bytes_whole_parts_parts_T_240 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_96 & writeMask)
         bytes_whole_parts_line_run <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_240 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_96 & writeMask)
         bytes_whole_parts_report_run <= writeData[1];
       bytes_whole_parts_buzzer_off <=
         ~set_buzzer_off_valid
-        & (write & _bytes_whole_parts_parts_T_240 & writeMask ? writeData[2] : bytes_whole_parts_buzzer_off);
+        & (write & _bytes_whole_parts_parts_T_96 & writeMask ? writeData[2] : bytes_whole_parts_buzzer_off);
       if (write & writeAddress == 12'h3D & writeMask)
         bytes_whole_18 <= writeData;
       if (write & writeAddress == 12'h50 & writeMask)
@@ -385,18 +325,18 @@ module RegisterFile(
         ~set_request_go_valid
         & (write & writeAddress == 12'h60 & writeMask ? writeData[0] : bytes_whole_parts_request_go);
       if (write & writeAddress == 12'h70 & writeMask)
-        bytes_whole_parts_parts_old_57 <= writeData;
+        bytes_whole_parts_parts_old_33 <= writeData;
       if (write & writeAddress == 12'h71 & writeMask)
-        bytes_whole_parts_parts_old_58 <= writeData;
+        bytes_whole_parts_parts_old_34 <= writeData;
       bytes_whole_parts_host_event_node <=
         {write & writeAddress == 12'h73 & writeMask ? writeData : bytes_whole_parts_host_event_node[15:8],
          write & writeAddress == 12'h72 & writeMask ? writeData : bytes_whole_parts_host_event_node[7:0]};
       bytes_whole_parts_host_event_sequence <=
         {write & writeAddress == 12'h75 & writeMask ? writeData : bytes_whole_parts_host_event_sequence[15:8],
          write & writeAddress == 12'h74 & writeMask ? writeData : bytes_whole_parts_host_event_sequence[7:0]};
-      bytes_whole_parts_parts_old_63 <=
+      bytes_whole_parts_parts_old_39 <=
         ~set_host_event_go_valid
-        & (write & writeAddress == 12'h78 & writeMask ? writeData[0] : bytes_whole_parts_parts_old_63);
+        & (write & writeAddress == 12'h78 & writeMask ? writeData[0] : bytes_whole_parts_parts_old_39);
       if (set_mailbox_offset_valid)
         bytes_whole_35 <= set_mailbox_offset_bits;
       else if (write & writeAddress == 12'h82 & writeMask)
@@ -429,13 +369,14 @@ module RegisterFile(
   assign readData = _selected_T_301[12:5];
   assign readableByPdi = _selected_T_301[2];
   assign writableByPdi = _selected_T_301[0];
+  assign inRam = _selected_T_301[4];
   assign value_mailbox_done = bytes_whole_parts_mailbox_done;
   assign value_mailbox_offset = bytes_whole_35;
-  assign value_host_event_go = bytes_whole_parts_parts_old_63;
+  assign value_host_event_go = bytes_whole_parts_parts_old_39;
   assign value_host_event_sequence = bytes_whole_parts_host_event_sequence;
   assign value_host_event_node = bytes_whole_parts_host_event_node;
-  assign value_host_event_state = bytes_whole_parts_parts_old_58;
-  assign value_host_event_position = bytes_whole_parts_parts_old_57;
+  assign value_host_event_state = bytes_whole_parts_parts_old_34;
+  assign value_host_event_position = bytes_whole_parts_parts_old_33;
   assign value_request_go = bytes_whole_parts_request_go;
   assign value_request_data = bytes_whole_27;
   assign value_request_address = bytes_whole_26;
@@ -450,14 +391,8 @@ module RegisterFile(
   assign value_retries = bytes_whole_parts_retries;
   assign value_answer_timeout = bytes_whole_13;
   assign value_bus_cycle = bytes_whole_parts_bus_cycle;
-  assign value_server_ip = bytes_whole_11;
-  assign value_master_ip = bytes_whole_10;
-  assign value_server_mac = bytes_whole_9;
-  assign value_master_mac = bytes_whole_8;
-  assign value_server_port = bytes_whole_7;
-  assign value_master_port = bytes_whole_6;
-  assign value_boot_number = bytes_whole_5;
-  assign value_master_id = bytes_whole_4;
+  assign value_boot_number = bytes_whole_11;
+  assign value_master_id = bytes_whole_10;
 endmodule
 
 module MasterHost(
@@ -491,12 +426,6 @@ module MasterHost(
   output [3:0]  value_retries,
   output [15:0] value_answer_timeout,
   output [19:0] value_bus_cycle,
-  output [31:0] value_server_ip,
-  output [31:0] value_master_ip,
-  output [47:0] value_server_mac,
-  output [47:0] value_master_mac,
-  output [15:0] value_server_port,
-  output [15:0] value_master_port,
   output [15:0] value_boot_number,
   output [15:0] value_master_id,
   input         set_mailbox_done_valid,
@@ -525,6 +454,10 @@ module MasterHost(
   input         event_invalid_frame_port0,
   input         event_dropped_messages,
   input         event_refused_datagrams,
+  output        settingWrite,
+  output [4:0]  settingAddress,
+  output [7:0]  settingData,
+  input  [7:0]  setting,
   output        reads_62,
   output        reads_88
 );
@@ -537,28 +470,38 @@ module MasterHost(
   wire [7:0]  _file_readData;
   wire        _file_readableByPdi;
   wire        _file_writableByPdi;
+  wire        _file_inRam;
   wire        inFile = host_addr[15:12] == 4'h0;
-  wire        looksUp = host_req & ~host_ack_REG;
-  reg         found_REG;
-  wire        found = found_REG & looksUp;
+  reg  [1:0]  count;
+  wire        active = host_req & ~host_ack_REG;
   reg  [7:0]  data;
+  reg         inRam;
   reg         may;
+  reg  [7:0]  bytes_0;
+  wire        _file_write_T = count == 2'h1;
   reg  [7:0]  host_rdata_REG;
+  wire        isLast = count == 2'h2;
   always @(posedge clock) begin
     if (reset) begin
-      found_REG <= 1'h0;
+      count <= 2'h0;
       host_ack_REG <= 1'h0;
     end
     else begin
-      found_REG <= looksUp;
-      host_ack_REG <= found;
+      if (active & ~isLast)
+        count <= count + 2'h1;
+      else
+        count <= 2'h0;
+      host_ack_REG <= active & isLast;
     end
     data <= _file_readData;
-    may <= host_write ? _file_writableByPdi : _file_readableByPdi;
-    host_rdata_REG <= data & {8{may & inFile}};
+    inRam <= _file_inRam;
+    may <= (host_write ? _file_writableByPdi : _file_readableByPdi) & inFile;
+    if (_file_write_T)
+      bytes_0 <= setting;
+    host_rdata_REG <= (data | bytes_0 & {8{inRam}}) & {8{may}};
   end // always @(posedge)
   assign _file_readAddress = host_addr[11:0];
-  assign _file_write = found & host_write & inFile;
+  assign _file_write = active & _file_write_T & host_write;
   assign _file_writeAddress = host_addr[11:0];
   assign _file_writeMask = host_be & may;
   RegisterFile file (
@@ -568,6 +511,7 @@ module MasterHost(
     .readData                  (_file_readData),
     .readableByPdi             (_file_readableByPdi),
     .writableByPdi             (_file_writableByPdi),
+    .inRam                     (_file_inRam),
     .write                     (_file_write),
     .writeAddress              (_file_writeAddress),
     .writeMask                 (_file_writeMask),
@@ -593,12 +537,6 @@ module MasterHost(
     .value_retries             (value_retries),
     .value_answer_timeout      (value_answer_timeout),
     .value_bus_cycle           (value_bus_cycle),
-    .value_server_ip           (value_server_ip),
-    .value_master_ip           (value_master_ip),
-    .value_server_mac          (value_server_mac),
-    .value_master_mac          (value_master_mac),
-    .value_server_port         (value_server_port),
-    .value_master_port         (value_master_port),
     .value_boot_number         (value_boot_number),
     .value_master_id           (value_master_id),
     .set_mailbox_done_valid    (set_mailbox_done_valid),
@@ -630,6 +568,9 @@ module MasterHost(
   );
   assign host_ack = host_ack_REG;
   assign host_rdata = host_rdata_REG;
+  assign settingWrite = active & count == 2'h0 & host_write & inFile & _file_inRam & host_be;
+  assign settingAddress = host_addr[4:0] - 5'h10;
+  assign settingData = host_wdata;
   assign reads_62 = host_ack_REG & ~host_write & inFile & host_be & host_addr[11:0] == 12'h62;
   assign reads_88 = host_ack_REG & ~host_write & inFile & host_be & host_addr[11:0] == 12'h88;
 endmodule
@@ -2504,10 +2445,10 @@ module LineMaster(
             asks_data <= host_bits_data;
           end
           else if (_GEN_1) begin
-            asks_command <= 8'h7;
-            asks_address <= 32'h0;
+            asks_command <= 8'h8;
+            asks_address <= 32'h1030000;
             asks_length <= 4'h1;
-            asks_data <= 64'h0;
+            asks_data <= 64'h1;
           end
         end
         number <= 6'h0;
@@ -2944,15 +2885,13 @@ module UdpReceiver(
   input         first,
   input         end_valid,
   input         end_bits,
-  input  [47:0] own_mac,
-  input  [31:0] own_ip,
-  input  [15:0] own_port,
+  input  [7:0]  expected,
   output        data_valid,
   output [7:0]  data_bits,
   output [10:0] offset,
   output        received_valid,
   output [10:0] received_bits_length,
-  output [31:0] received_bits_from_ip,
+  output        received_bits_fromServer,
   output        received_bits_good
 );
 
@@ -2960,7 +2899,7 @@ module UdpReceiver(
   reg  [7:0]  previous;
   reg         ours;
   reg         wrong;
-  reg  [31:0] from_ip;
+  reg         foreign;
   reg  [15:0] ipLength;
   reg         summed;
   reg  [15:0] ipSum_sum;
@@ -2972,13 +2911,15 @@ module UdpReceiver(
   reg         received_valid_REG;
   reg         received_bits_good_REG;
   wire [15:0] word = {previous, byte_bits};
-  wire        _GEN = now == 11'h11;
-  wire [15:0] _GEN_0 = {8'h0, byte_bits};
-  wire [16:0] ipSum_sum_total = {1'h0, ipSum_sum} + {1'h0, now[0] ? _GEN_0 : {byte_bits, 8'h0}};
-  wire        _GEN_1 = now > 11'h19;
-  wire [16:0] _GEN_2 = {1'h0, udpSum_sum};
-  wire [16:0] total_total = _GEN_2 + {1'h0, ipLength - 16'h3};
-  wire [16:0] udpSum_sum_total = _GEN_2 + {1'h0, now[0] ? _GEN_0 : {byte_bits, 8'h0}};
+  wire        _GEN = now > 11'h19;
+  wire        _GEN_0 = now < 11'h22;
+  wire        _GEN_1 = now == 11'h11;
+  wire [15:0] _GEN_2 = {8'h0, byte_bits};
+  wire [16:0] ipSum_sum_total = {1'h0, ipSum_sum} + {1'h0, now[0] ? _GEN_2 : {byte_bits, 8'h0}};
+  wire        _GEN_3 = byte_bits == expected;
+  wire [16:0] _GEN_4 = {1'h0, udpSum_sum};
+  wire [16:0] total_total = _GEN_4 + {1'h0, ipLength - 16'h3};
+  wire [16:0] udpSum_sum_total = _GEN_4 + {1'h0, now[0] ? _GEN_2 : {byte_bits, 8'h0}};
   always @(posedge clock) begin
     if (byte_valid) begin
       if (&now) begin
@@ -2989,11 +2930,12 @@ module UdpReceiver(
         at <= now + 11'h1;
       previous <= byte_bits;
       wrong <=
-        now == 11'h27 & word != ipLength - 16'h14 | now == 11'h25 & word != own_port | now == 11'h21
-        & word != own_ip[15:0] | now == 11'h1F & word != own_ip[31:16] | now == 11'h17 & byte_bits != 8'h11
-        | now == 11'h15 & (|{previous[7], previous[5:0], byte_bits}) | _GEN & ~(word > 16'h1C & word < 16'h5DD)
-        | now == 11'hE & byte_bits != 8'h45 | now == 11'hD & word != 16'h800 | ~first & wrong;
-      if (_GEN)
+        now == 11'h27 & word != ipLength - 16'h14 | now == 11'h17 & byte_bits != 8'h11 | now == 11'h15
+        & (|{previous[7], previous[5:0], byte_bits}) | _GEN_1 & ~(word > 16'h1C & word < 16'h5DD) | now == 11'hE
+        & byte_bits != 8'h45 | now == 11'hD & word != 16'h800 | ~_GEN_3
+        & (now > 11'h1D & _GEN_0 | now == 11'h24 | now == 11'h25) | ~first & wrong;
+      foreign <= ~_GEN_3 & _GEN & now < 11'h1E | ~first & foreign;
+      if (_GEN_1)
         ipLength <= word;
       else if (first)
         ipLength <= 16'h0;
@@ -3001,17 +2943,15 @@ module UdpReceiver(
         summed <= |word;
       else
         summed <= ~first & summed;
-      if (now > 11'hD & now < 11'h22)
+      if (now > 11'hD & _GEN_0)
         ipSum_sum <= ipSum_sum_total[15:0] + {15'h0, ipSum_sum_total[16]};
       else if (first)
         ipSum_sum <= 16'h0;
-      if (_GEN_1 & (now < 11'h2A | payload))
+      if (_GEN & (now < 11'h2A | payload))
         udpSum_sum <= udpSum_sum_total[15:0] + {15'h0, udpSum_sum_total[16]};
       else if (first)
         udpSum_sum <= 16'h0;
     end
-    if (byte_valid & _GEN_1 & now < 11'h1E)
-      from_ip <= {from_ip[23:0], byte_bits};
     total <= total_total[15:0] + {15'h0, total_total[16]};
     received_bits_good_REG <= end_bits & ~wrong & {6'h0, at} >= ipEnd & at > 11'h29;
     if (reset) begin
@@ -3019,13 +2959,7 @@ module UdpReceiver(
       received_valid_REG <= 1'h0;
     end
     else begin
-      ours <=
-        ~end_valid
-        & (byte_valid
-             ? ~(now == 11'h5 & byte_bits != own_mac[7:0] | now == 11'h4 & byte_bits != own_mac[15:8] | now == 11'h3
-                 & byte_bits != own_mac[23:16] | now == 11'h2 & byte_bits != own_mac[31:24] | now == 11'h1
-                 & byte_bits != own_mac[39:32] | now == 11'h0 & byte_bits != own_mac[47:40]) & (first | ours)
-             : ours);
+      ours <= ~end_valid & (byte_valid ? (_GEN_3 | now > 11'h5) & (first | ours) : ours);
       received_valid_REG <= end_valid & ours;
     end
   end // always @(posedge)
@@ -3034,7 +2968,7 @@ module UdpReceiver(
   assign offset = now - 11'h2A;
   assign received_valid = received_valid_REG;
   assign received_bits_length = ipLength[10:0] - 11'h1C;
-  assign received_bits_from_ip = from_ip;
+  assign received_bits_fromServer = ~foreign;
   assign received_bits_good = received_bits_good_REG & (&ipSum_sum) & (~summed | (&total));
 endmodule
 
@@ -3048,9 +2982,8 @@ module ServerLink(
   input  [10:0] offset,
   input         received_valid,
   input  [10:0] received_bits_length,
-  input  [31:0] received_bits_from_ip,
+  input         received_bits_fromServer,
   input         received_bits_good,
-  input  [31:0] server,
   input  [15:0] master,
   input  [15:0] boot,
   output        acknowledge_valid,
@@ -3070,7 +3003,7 @@ module ServerLink(
   reg  [8:0]  size;
   reg  [95:0] header;
   wire        isOurs =
-    received_bits_good & received_bits_from_ip == server & received_bits_length > 11'hB & header[95:80] == 16'h4641
+    received_bits_good & received_bits_fromServer & received_bits_length > 11'hB & header[95:80] == 16'h4641
     & header[79:72] == 8'h1 & header[63:48] == master;
   wire        isAcknowledgement = header[71:64] == 8'h2;
   wire        acknowledges = isOurs & isAcknowledgement & received_bits_length == 11'hC & header[47:32] == boot;
@@ -3110,19 +3043,20 @@ module ServerLink(
 endmodule
 
 module ArpResponder(
-  input         clock,
-  input         reset,
-  input         byte_valid,
-  input  [7:0]  byte_bits,
-  input         first,
-  input         end_valid,
-  input         end_bits,
-  input  [47:0] own_mac,
-  input  [31:0] own_ip,
-  input         bytes_ready,
-  output        bytes_valid,
-  output [7:0]  bytes_bits_data,
-  output        bytes_bits_last
+  input        clock,
+  input        reset,
+  input        byte_valid,
+  input  [7:0] byte_bits,
+  input        first,
+  input        end_valid,
+  input        end_bits,
+  input  [7:0] expected,
+  output [4:0] settingAddress,
+  input  [7:0] setting,
+  input        bytes_ready,
+  output       bytes_valid,
+  output [7:0] bytes_bits_data,
+  output       bytes_bits_last
 );
 
   reg  [5:0]  at;
@@ -3133,164 +3067,59 @@ module ArpResponder(
   reg  [31:0] ip;
   reg         answers;
   reg  [5:0]  sent;
+  wire        isMac = sent < 6'h6 | sent[5] & sent < 6'h26;
+  wire        isIp = sent > 6'h25;
+  reg         ready;
   reg  [7:0]  casez_tmp;
   always @(*) begin
-    casez (sent)
-      6'b000000:
-        casez_tmp = mac[47:40];
-      6'b000001:
-        casez_tmp = mac[39:32];
-      6'b000010:
-        casez_tmp = mac[31:24];
-      6'b000011:
-        casez_tmp = mac[23:16];
-      6'b000100:
-        casez_tmp = mac[15:8];
-      6'b000101:
-        casez_tmp = mac[7:0];
-      6'b000110:
-        casez_tmp = own_mac[47:40];
-      6'b000111:
-        casez_tmp = own_mac[39:32];
-      6'b001000:
-        casez_tmp = own_mac[31:24];
-      6'b001001:
-        casez_tmp = own_mac[23:16];
-      6'b001010:
-        casez_tmp = own_mac[15:8];
-      6'b001011:
-        casez_tmp = own_mac[7:0];
-      6'b001100:
+    casez (sent[3:0] + 4'h4)
+      4'b0000:
         casez_tmp = 8'h8;
-      6'b001101:
+      4'b0001:
         casez_tmp = 8'h6;
-      6'b001110:
+      4'b0010:
         casez_tmp = 8'h0;
-      6'b001111:
+      4'b0011:
         casez_tmp = 8'h1;
-      6'b010000:
+      4'b0100:
         casez_tmp = 8'h8;
-      6'b010001:
+      4'b0101:
         casez_tmp = 8'h0;
-      6'b010010:
+      4'b0110:
         casez_tmp = 8'h6;
-      6'b010011:
+      4'b0111:
         casez_tmp = 8'h4;
-      6'b010100:
+      4'b1000:
         casez_tmp = 8'h0;
-      6'b010101:
+      4'b1001:
         casez_tmp = 8'h2;
-      6'b010110:
-        casez_tmp = own_mac[47:40];
-      6'b010111:
-        casez_tmp = own_mac[39:32];
-      6'b011000:
-        casez_tmp = own_mac[31:24];
-      6'b011001:
-        casez_tmp = own_mac[23:16];
-      6'b011010:
-        casez_tmp = own_mac[15:8];
-      6'b011011:
-        casez_tmp = own_mac[7:0];
-      6'b011100:
-        casez_tmp = own_ip[31:24];
-      6'b011101:
-        casez_tmp = own_ip[23:16];
-      6'b011110:
-        casez_tmp = own_ip[15:8];
-      6'b011111:
-        casez_tmp = own_ip[7:0];
-      6'b100000:
-        casez_tmp = mac[47:40];
-      6'b100001:
-        casez_tmp = mac[39:32];
-      6'b100010:
-        casez_tmp = mac[31:24];
-      6'b100011:
-        casez_tmp = mac[23:16];
-      6'b100100:
-        casez_tmp = mac[15:8];
-      6'b100101:
-        casez_tmp = mac[7:0];
-      6'b100110:
-        casez_tmp = ip[31:24];
-      6'b100111:
-        casez_tmp = ip[23:16];
-      6'b101000:
-        casez_tmp = ip[15:8];
-      6'b101001:
-        casez_tmp = ip[7:0];
-      6'b101010:
-        casez_tmp = mac[47:40];
-      6'b101011:
-        casez_tmp = mac[47:40];
-      6'b101100:
-        casez_tmp = mac[47:40];
-      6'b101101:
-        casez_tmp = mac[47:40];
-      6'b101110:
-        casez_tmp = mac[47:40];
-      6'b101111:
-        casez_tmp = mac[47:40];
-      6'b110000:
-        casez_tmp = mac[47:40];
-      6'b110001:
-        casez_tmp = mac[47:40];
-      6'b110010:
-        casez_tmp = mac[47:40];
-      6'b110011:
-        casez_tmp = mac[47:40];
-      6'b110100:
-        casez_tmp = mac[47:40];
-      6'b110101:
-        casez_tmp = mac[47:40];
-      6'b110110:
-        casez_tmp = mac[47:40];
-      6'b110111:
-        casez_tmp = mac[47:40];
-      6'b111000:
-        casez_tmp = mac[47:40];
-      6'b111001:
-        casez_tmp = mac[47:40];
-      6'b111010:
-        casez_tmp = mac[47:40];
-      6'b111011:
-        casez_tmp = mac[47:40];
-      6'b111100:
-        casez_tmp = mac[47:40];
-      6'b111101:
-        casez_tmp = mac[47:40];
-      6'b111110:
-        casez_tmp = mac[47:40];
+      4'b1010:
+        casez_tmp = 8'h8;
+      4'b1011:
+        casez_tmp = 8'h8;
+      4'b1100:
+        casez_tmp = 8'h8;
+      4'b1101:
+        casez_tmp = 8'h8;
+      4'b1110:
+        casez_tmp = 8'h8;
       default:
-        casez_tmp = mac[47:40];
+        casez_tmp = 8'h8;
     endcase
   end // always @(*)
   wire        bytes_bits_last_0 = sent == 6'h29;
-  wire        _GEN = first | all;
-  wire        _GEN_0 = byte_bits != 8'hFF;
-  wire        _GEN_1 = byte_bits != 8'h8;
-  wire        _GEN_2 = byte_bits != 8'h6;
-  wire        _GEN_3 = byte_bits != 8'h1;
+  wire        _GEN = byte_bits != 8'h8;
+  wire        _GEN_0 = byte_bits != 8'h6;
+  wire        _GEN_1 = byte_bits != 8'h1;
   wire [5:0]  now = first ? 6'h0 : at;
-  wire        _GEN_4 = byte_valid & ~answers;
-  wire        _GEN_5 = end_valid & ~answers;
-  wire        _GEN_6 = bytes_ready & answers;
-  wire        _GEN_7 = now == 6'h0;
-  wire        _GEN_8 = _GEN_7 & _GEN_0;
-  wire        _GEN_9 = now == 6'h1;
-  wire        _GEN_10 = _GEN_9 ? ~(_GEN_0 | _GEN_8) & _GEN : ~_GEN_8 & _GEN;
-  wire        _GEN_11 = now == 6'h2;
-  wire        _GEN_12 = _GEN_11 & _GEN_0;
-  wire        _GEN_13 = now == 6'h3;
-  wire        _GEN_14 = _GEN_13 ? ~(_GEN_0 | _GEN_12) & _GEN_10 : ~_GEN_12 & _GEN_10;
-  wire        _GEN_15 = now == 6'h4;
-  wire        _GEN_16 = _GEN_15 & _GEN_0;
-  wire        _GEN_17 = now == 6'h5;
+  wire        _GEN_2 = byte_valid & ~answers;
+  wire        _GEN_3 = end_valid & ~answers;
+  wire        _ready_T = bytes_ready & ready;
+  wire        _GEN_4 = now < 6'h6;
   always @(posedge clock) begin
-    if (_GEN_5)
+    if (_GEN_3)
       at <= 6'h0;
-    else if (_GEN_4) begin
+    else if (_GEN_2) begin
       if (&now) begin
         if (first)
           at <= 6'h0;
@@ -3298,49 +3127,47 @@ module ArpResponder(
       else
         at <= now + 6'h1;
     end
-    if (_GEN_4) begin
+    if (_GEN_2) begin
       wrong <=
-        now == 6'h29 & byte_bits != own_ip[7:0] | now == 6'h28 & byte_bits != own_ip[15:8] | now == 6'h27
-        & byte_bits != own_ip[23:16] | now == 6'h26 & byte_bits != own_ip[31:24] | now == 6'h15 & _GEN_3 | now == 6'h14
-        & (|byte_bits) | now == 6'h13 & byte_bits != 8'h4 | now == 6'h12 & _GEN_2 | now == 6'h11 & (|byte_bits)
-        | now == 6'h10 & _GEN_1 | now == 6'hF & _GEN_3 | now == 6'hE & (|byte_bits) | now == 6'hD & _GEN_2 | now == 6'hC
-        & _GEN_1 | ~first & wrong;
-      if (_GEN_17)
-        all <= ~(_GEN_0 | _GEN_16) & _GEN_14;
-      else
-        all <= ~_GEN_16 & _GEN_14;
-      mine <=
-        (~_GEN_17 | byte_bits == own_mac[7:0]) & (~_GEN_15 | byte_bits == own_mac[15:8])
-        & (~_GEN_13 | byte_bits == own_mac[23:16]) & (~_GEN_11 | byte_bits == own_mac[31:24])
-        & (~_GEN_9 | byte_bits == own_mac[39:32]) & (~_GEN_7 | byte_bits == own_mac[47:40]) & (first | mine);
+        now > 6'h25 & now < 6'h2A & byte_bits != expected | now == 6'h15 & _GEN_1 | now == 6'h14 & (|byte_bits)
+        | now == 6'h13 & byte_bits != 8'h4 | now == 6'h12 & _GEN_0 | now == 6'h11 & (|byte_bits) | now == 6'h10 & _GEN
+        | now == 6'hF & _GEN_1 | now == 6'hE & (|byte_bits) | now == 6'hD & _GEN_0 | now == 6'hC & _GEN | ~first
+        & wrong;
+      all <= ~(_GEN_4 & byte_bits != 8'hFF) & (first | all);
+      mine <= (~_GEN_4 | byte_bits == expected) & (first | mine);
     end
-    if (_GEN_4 & now > 6'h15 & now < 6'h1C)
+    if (_ready_T & isMac)
+      mac <= {mac[39:0], mac[47:40]};
+    else if (_GEN_2 & now > 6'h15 & now < 6'h1C)
       mac <= {mac[39:0], byte_bits};
-    if (_GEN_4 & now > 6'h1B & ~(now[5]))
+    if (_ready_T & isIp)
+      ip <= {ip[23:0], ip[31:24]};
+    else if (_GEN_2 & now > 6'h1B & ~(now[5]))
       ip <= {ip[23:0], byte_bits};
-    if (_GEN_6)
+    if (_ready_T)
       sent <= sent + 6'h1;
-    else if (_GEN_5)
+    else if (_GEN_3)
       sent <= 6'h0;
-    if (reset)
+    if (reset) begin
       answers <= 1'h0;
-    else
-      answers <= ~(_GEN_6 & bytes_bits_last_0) & (_GEN_5 ? end_bits & ~wrong & (all | mine) & at > 6'h29 : answers);
+      ready <= 1'h0;
+    end
+    else begin
+      answers <= ~(_ready_T & bytes_bits_last_0) & (_GEN_3 ? end_bits & ~wrong & (all | mine) & at > 6'h29 : answers);
+      ready <= answers & ~_ready_T;
+    end
   end // always @(posedge)
-  assign bytes_valid = answers;
-  assign bytes_bits_data = casez_tmp;
+  assign settingAddress = sent < 6'hC ? sent[4:0] : sent[4:0] - 5'h10;
+  assign bytes_valid = ready;
+  assign bytes_bits_data = isMac ? mac[47:40] : isIp ? ip[31:24] : sent > 6'hB & sent < 6'h16 ? casez_tmp : setting;
   assign bytes_bits_last = bytes_bits_last_0;
 endmodule
 
 module UdpSender(
   input         clock,
   input         reset,
-  input  [47:0] source_mac,
-  input  [31:0] source_ip,
-  input  [15:0] source_port,
-  input  [47:0] destination_mac,
-  input  [31:0] destination_ip,
-  input  [15:0] destination_port,
+  output [4:0]  settingAddress,
+  input  [7:0]  setting,
   input         start,
   input  [10:0] length,
   output        busy,
@@ -3362,141 +3189,79 @@ module UdpSender(
   reg  [15:0] udpCheck;
   wire [11:0] _GEN = {1'h0, size};
   wire [11:0] udpLength = _GEN + 12'h8;
+  wire        beforeOwn = at < 11'hC;
+  wire        ofUdp = at > 11'h25;
   reg  [7:0]  casez_tmp;
   wire [11:0] ipLength = _GEN + 12'h1C;
   always @(*) begin
-    casez (at[5:0])
-      6'b000000:
-        casez_tmp = destination_mac[47:40];
-      6'b000001:
-        casez_tmp = destination_mac[39:32];
-      6'b000010:
-        casez_tmp = destination_mac[31:24];
-      6'b000011:
-        casez_tmp = destination_mac[23:16];
-      6'b000100:
-        casez_tmp = destination_mac[15:8];
-      6'b000101:
-        casez_tmp = destination_mac[7:0];
-      6'b000110:
-        casez_tmp = source_mac[47:40];
-      6'b000111:
-        casez_tmp = source_mac[39:32];
-      6'b001000:
-        casez_tmp = source_mac[31:24];
-      6'b001001:
-        casez_tmp = source_mac[23:16];
-      6'b001010:
-        casez_tmp = source_mac[15:8];
-      6'b001011:
-        casez_tmp = source_mac[7:0];
-      6'b001100:
+    casez (at[4:0] - (ofUdp ? 5'h18 : 5'hC))
+      5'b00000:
         casez_tmp = 8'h8;
-      6'b001101:
+      5'b00001:
         casez_tmp = 8'h0;
-      6'b001110:
+      5'b00010:
         casez_tmp = 8'h45;
-      6'b001111:
+      5'b00011:
         casez_tmp = 8'h0;
-      6'b010000:
+      5'b00100:
         casez_tmp = {4'h0, ipLength[11:8]};
-      6'b010001:
+      5'b00101:
         casez_tmp = ipLength[7:0];
-      6'b010010:
+      5'b00110:
         casez_tmp = number[15:8];
-      6'b010011:
+      5'b00111:
         casez_tmp = number[7:0];
-      6'b010100:
+      5'b01000:
         casez_tmp = 8'h40;
-      6'b010101:
+      5'b01001:
         casez_tmp = 8'h0;
-      6'b010110:
+      5'b01010:
         casez_tmp = 8'h40;
-      6'b010111:
+      5'b01011:
         casez_tmp = 8'h11;
-      6'b011000:
+      5'b01100:
         casez_tmp = ipCheck[15:8];
-      6'b011001:
+      5'b01101:
         casez_tmp = ipCheck[7:0];
-      6'b011010:
-        casez_tmp = source_ip[31:24];
-      6'b011011:
-        casez_tmp = source_ip[23:16];
-      6'b011100:
-        casez_tmp = source_ip[15:8];
-      6'b011101:
-        casez_tmp = source_ip[7:0];
-      6'b011110:
-        casez_tmp = destination_ip[31:24];
-      6'b011111:
-        casez_tmp = destination_ip[23:16];
-      6'b100000:
-        casez_tmp = destination_ip[15:8];
-      6'b100001:
-        casez_tmp = destination_ip[7:0];
-      6'b100010:
-        casez_tmp = source_port[15:8];
-      6'b100011:
-        casez_tmp = source_port[7:0];
-      6'b100100:
-        casez_tmp = destination_port[15:8];
-      6'b100101:
-        casez_tmp = destination_port[7:0];
-      6'b100110:
+      5'b01110:
         casez_tmp = {4'h0, udpLength[11:8]};
-      6'b100111:
+      5'b01111:
         casez_tmp = udpLength[7:0];
-      6'b101000:
+      5'b10000:
         casez_tmp = udpCheck[15:8];
-      6'b101001:
+      5'b10001:
         casez_tmp = udpCheck[7:0];
-      6'b101010:
-        casez_tmp = destination_mac[47:40];
-      6'b101011:
-        casez_tmp = destination_mac[47:40];
-      6'b101100:
-        casez_tmp = destination_mac[47:40];
-      6'b101101:
-        casez_tmp = destination_mac[47:40];
-      6'b101110:
-        casez_tmp = destination_mac[47:40];
-      6'b101111:
-        casez_tmp = destination_mac[47:40];
-      6'b110000:
-        casez_tmp = destination_mac[47:40];
-      6'b110001:
-        casez_tmp = destination_mac[47:40];
-      6'b110010:
-        casez_tmp = destination_mac[47:40];
-      6'b110011:
-        casez_tmp = destination_mac[47:40];
-      6'b110100:
-        casez_tmp = destination_mac[47:40];
-      6'b110101:
-        casez_tmp = destination_mac[47:40];
-      6'b110110:
-        casez_tmp = destination_mac[47:40];
-      6'b110111:
-        casez_tmp = destination_mac[47:40];
-      6'b111000:
-        casez_tmp = destination_mac[47:40];
-      6'b111001:
-        casez_tmp = destination_mac[47:40];
-      6'b111010:
-        casez_tmp = destination_mac[47:40];
-      6'b111011:
-        casez_tmp = destination_mac[47:40];
-      6'b111100:
-        casez_tmp = destination_mac[47:40];
-      6'b111101:
-        casez_tmp = destination_mac[47:40];
-      6'b111110:
-        casez_tmp = destination_mac[47:40];
+      5'b10010:
+        casez_tmp = 8'h8;
+      5'b10011:
+        casez_tmp = 8'h8;
+      5'b10100:
+        casez_tmp = 8'h8;
+      5'b10101:
+        casez_tmp = 8'h8;
+      5'b10110:
+        casez_tmp = 8'h8;
+      5'b10111:
+        casez_tmp = 8'h8;
+      5'b11000:
+        casez_tmp = 8'h8;
+      5'b11001:
+        casez_tmp = 8'h8;
+      5'b11010:
+        casez_tmp = 8'h8;
+      5'b11011:
+        casez_tmp = 8'h8;
+      5'b11100:
+        casez_tmp = 8'h8;
+      5'b11101:
+        casez_tmp = 8'h8;
+      5'b11110:
+        casez_tmp = 8'h8;
       default:
-        casez_tmp = destination_mac[47:40];
+        casez_tmp = 8'h8;
     endcase
   end // always @(*)
-  wire [7:0]  byte_0 = at < 11'h2A ? casez_tmp : readData;
+  wire [7:0]  byte_0 = at > 11'h29 ? readData : beforeOwn | at > 11'h19 & ~ofUdp ? setting : casez_tmp;
   wire        isLast = {1'h0, at} == _GEN + 12'h29;
   wire        _bytes_valid_T = state == 3'h4;
   wire [15:0] _ipCheck_T_2 = {byte_0, 8'h0};
@@ -3585,6 +3350,7 @@ module UdpSender(
     if (_GEN_3)
       size <= length;
   end // always @(posedge)
+  assign settingAddress = at[4:0] - {1'h0, beforeOwn ? 4'h0 : 4'hE};
   assign busy = |state;
   assign readAddress = at - 11'h2A;
   assign bytes_valid = _bytes_valid_T & ready;
@@ -3834,6 +3600,101 @@ module EventReporter(
   assign readData = inside_0 < 11'h18 ? casez_tmp : casez_tmp_0;
 endmodule
 
+module ExpectedByte(
+  input        clock,
+  input        reset,
+  input        byte_valid,
+  input        first,
+  input        end_valid,
+  output [4:0] address
+);
+
+  reg [5:0] at;
+  always @(posedge clock) begin
+    if (reset)
+      at <= 6'h0;
+    else if (end_valid)
+      at <= 6'h0;
+    else if (byte_valid) begin
+      if (first)
+        at <= 6'h1;
+      else if (~(&at))
+        at <= at + 6'h1;
+    end
+  end // always @(posedge)
+  assign address =
+    at < 6'h6
+      ? at[4:0] + 5'h6
+      : at < 6'h1E ? at[4:0] - 5'hA : at < 6'h22 ? at[4:0] + 5'hE : at < 6'h26 ? at[4:0] - 5'h10 : at[4:0] + 5'h6;
+endmodule
+
+// external module DualPortRam
+
+module NetworkSettings(
+  input        clock,
+  input        write,
+  input  [4:0] writeAddress,
+  input  [7:0] writeData,
+  input  [4:0] readAddress_0,
+  input  [4:0] readAddress_1,
+  input  [4:0] readAddress_2,
+  input  [4:0] readAddress_3,
+  output [7:0] readData_0,
+  output [7:0] readData_1,
+  output [7:0] readData_2,
+  output [7:0] readData_3
+);
+
+  DualPortRam #(
+    .ADDRESS_BITS(5),
+    .DEPTH(32),
+    .WIDTH(8)
+  ) ram (
+    .clock        (clock),
+    .write        (write),
+    .writeAddress (writeAddress),
+    .writeData    (writeData),
+    .readAddress  (readAddress_0),
+    .readData     (readData_0)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(5),
+    .DEPTH(32),
+    .WIDTH(8)
+  ) ram_1 (
+    .clock        (clock),
+    .write        (write),
+    .writeAddress (writeAddress),
+    .writeData    (writeData),
+    .readAddress  (readAddress_1),
+    .readData     (readData_1)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(5),
+    .DEPTH(32),
+    .WIDTH(8)
+  ) ram_2 (
+    .clock        (clock),
+    .write        (write),
+    .writeAddress (writeAddress),
+    .writeData    (writeData),
+    .readAddress  (readAddress_2),
+    .readData     (readData_2)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(5),
+    .DEPTH(32),
+    .WIDTH(8)
+  ) ram_3 (
+    .clock        (clock),
+    .write        (write),
+    .writeAddress (writeAddress),
+    .writeData    (writeData),
+    .readAddress  (readAddress_3),
+    .readData     (readData_3)
+  );
+endmodule
+
 module FrameArbiter(
   input        clock,
   input        reset,
@@ -3946,6 +3807,8 @@ module alarm_master(
 );
 
   wire        _both_io_in_1_ready;
+  wire [7:0]  _settings_readData_1;
+  wire [4:0]  _expected_address;
   wire        _plant_bytes_valid;
   wire [7:0]  _plant_bytes_bits_data;
   wire        _plant_bytes_bits_last;
@@ -3963,17 +3826,21 @@ module alarm_master(
   wire        _reports_event_ready;
   wire [31:0] _reports_firstEvent;
   wire [31:0] _reports_nextEvent;
-  wire [47:0] _sender_destination_mac;
+  wire [7:0]  _sender_setting;
   wire        _sender_start;
   wire [10:0] _sender_length;
   wire [7:0]  _sender_readData;
   wire        _sender_bytes_ready;
+  wire [4:0]  _sender_settingAddress;
   wire        _sender_busy;
   wire [10:0] _sender_readAddress;
   wire        _sender_bytes_valid;
   wire [7:0]  _sender_bytes_bits_data;
   wire        _sender_bytes_bits_last;
+  wire [7:0]  _arp_expected;
+  wire [7:0]  _arp_setting;
   wire        _arp_bytes_ready;
+  wire [4:0]  _arp_settingAddress;
   wire        _arp_bytes_valid;
   wire [7:0]  _arp_bytes_bits_data;
   wire        _arp_bytes_bits_last;
@@ -3981,18 +3848,20 @@ module alarm_master(
   wire [31:0] _link_acknowledge_bits;
   wire        _link_waiting;
   wire [8:0]  _link_length;
+  wire [7:0]  _udp_expected;
   wire        _udp_data_valid;
   wire [7:0]  _udp_data_bits;
   wire [10:0] _udp_offset;
   wire        _udp_received_valid;
   wire [10:0] _udp_received_bits_length;
-  wire [31:0] _udp_received_bits_from_ip;
+  wire        _udp_received_bits_fromServer;
   wire        _udp_received_bits_good;
   wire        _receiver_byte_valid;
   wire [7:0]  _receiver_byte_bits;
   wire        _receiver_first;
   wire        _receiver_end_valid;
   wire        _receiver_end_bits;
+  wire [47:0] _line_source;
   wire [3:0]  _line_host_bits_length;
   wire        _line_event_ready;
   wire        _line_room;
@@ -4068,6 +3937,7 @@ module alarm_master(
   wire        _registers_event_invalid_frame_port0;
   wire        _registers_event_dropped_messages;
   wire        _registers_event_refused_datagrams;
+  wire [7:0]  _registers_setting;
   wire        _registers_value_mailbox_done;
   wire [7:0]  _registers_value_mailbox_offset;
   wire        _registers_value_host_event_go;
@@ -4089,14 +3959,11 @@ module alarm_master(
   wire [3:0]  _registers_value_retries;
   wire [15:0] _registers_value_answer_timeout;
   wire [19:0] _registers_value_bus_cycle;
-  wire [31:0] _registers_value_server_ip;
-  wire [31:0] _registers_value_master_ip;
-  wire [47:0] _registers_value_server_mac;
-  wire [47:0] _registers_value_master_mac;
-  wire [15:0] _registers_value_server_port;
-  wire [15:0] _registers_value_master_port;
   wire [15:0] _registers_value_boot_number;
   wire [15:0] _registers_value_master_id;
+  wire        _registers_settingWrite;
+  wire [4:0]  _registers_settingAddress;
+  wire [7:0]  _registers_settingData;
   wire        _registers_reads_62;
   wire        _registers_reads_88;
   wire        _slot_tick;
@@ -4112,23 +3979,6 @@ module alarm_master(
   wire        millisecond_wrap_wrap = millisecond_c_value == 10'h3E7;
   reg  [31:0] time_0;
   reg  [31:0] framesLost;
-  wire [47:0] own_mac =
-    {_registers_value_master_mac[7:0],
-     _registers_value_master_mac[15:8],
-     _registers_value_master_mac[23:16],
-     _registers_value_master_mac[31:24],
-     _registers_value_master_mac[39:32],
-     _registers_value_master_mac[47:40]};
-  wire [31:0] own_ip =
-    {_registers_value_master_ip[7:0],
-     _registers_value_master_ip[15:8],
-     _registers_value_master_ip[23:16],
-     _registers_value_master_ip[31:24]};
-  wire [31:0] server_ip =
-    {_registers_value_server_ip[7:0],
-     _registers_value_server_ip[15:8],
-     _registers_value_server_ip[23:16],
-     _registers_value_server_ip[31:24]};
   wire [7:0]  _GEN = {1'h0, _line_present};
   wire [7:0]  _GEN_0 = {1'h0, _line_known};
   reg         alarmOn;
@@ -4236,12 +4086,6 @@ module alarm_master(
     .value_retries             (_registers_value_retries),
     .value_answer_timeout      (_registers_value_answer_timeout),
     .value_bus_cycle           (_registers_value_bus_cycle),
-    .value_server_ip           (_registers_value_server_ip),
-    .value_master_ip           (_registers_value_master_ip),
-    .value_server_mac          (_registers_value_server_mac),
-    .value_master_mac          (_registers_value_master_mac),
-    .value_server_port         (_registers_value_server_port),
-    .value_master_port         (_registers_value_master_port),
     .value_boot_number         (_registers_value_boot_number),
     .value_master_id           (_registers_value_master_id),
     .set_mailbox_done_valid    (_registers_value_mailbox_done),
@@ -4270,6 +4114,10 @@ module alarm_master(
     .event_invalid_frame_port0 (_registers_event_invalid_frame_port0),
     .event_dropped_messages    (_registers_event_dropped_messages),
     .event_refused_datagrams   (_registers_event_refused_datagrams),
+    .settingWrite              (_registers_settingWrite),
+    .settingAddress            (_registers_settingAddress),
+    .settingData               (_registers_settingData),
+    .setting                   (_registers_setting),
     .reads_62                  (_registers_reads_62),
     .reads_88                  (_registers_reads_88)
   );
@@ -4381,6 +4229,7 @@ module alarm_master(
     .txEn       (mii_1_tx_en),
     .txd        (mii_1_txd)
   );
+  assign _line_source = {_registers_value_master_id, 32'h796C6604};
   assign _line_host_bits_length = _registers_value_request_length[3] ? 4'h8 : _registers_value_request_length;
   assign _line_nextEvent = _reports_nextEvent[15:0];
   assign _line_firstEvent = _reports_firstEvent[15:0];
@@ -4400,7 +4249,7 @@ module alarm_master(
     .out_bad                  (_transmitters_0_in_bad),
     .out_odd                  (_transmitters_0_in_odd),
     .out_crcGood              (_transmitters_0_in_crcGood),
-    .source                   (_registers_value_master_mac),
+    .source                   (_line_source),
     .run                      (_registers_value_line_run),
     .cycle                    (_registers_value_bus_cycle),
     .timeout                  (_registers_value_answer_timeout),
@@ -4447,48 +4296,47 @@ module alarm_master(
     .end_valid  (_receiver_end_valid),
     .end_bits   (_receiver_end_bits)
   );
+  assign _udp_expected = _settings_readData_1;
   UdpReceiver udp (
-    .clock                 (clock),
-    .reset                 (reset),
-    .byte_valid            (_receiver_byte_valid),
-    .byte_bits             (_receiver_byte_bits),
-    .first                 (_receiver_first),
-    .end_valid             (_receiver_end_valid),
-    .end_bits              (_receiver_end_bits),
-    .own_mac               (own_mac),
-    .own_ip                (own_ip),
-    .own_port              (_registers_value_master_port),
-    .data_valid            (_udp_data_valid),
-    .data_bits             (_udp_data_bits),
-    .offset                (_udp_offset),
-    .received_valid        (_udp_received_valid),
-    .received_bits_length  (_udp_received_bits_length),
-    .received_bits_from_ip (_udp_received_bits_from_ip),
-    .received_bits_good    (_udp_received_bits_good)
+    .clock                    (clock),
+    .reset                    (reset),
+    .byte_valid               (_receiver_byte_valid),
+    .byte_bits                (_receiver_byte_bits),
+    .first                    (_receiver_first),
+    .end_valid                (_receiver_end_valid),
+    .end_bits                 (_receiver_end_bits),
+    .expected                 (_udp_expected),
+    .data_valid               (_udp_data_valid),
+    .data_bits                (_udp_data_bits),
+    .offset                   (_udp_offset),
+    .received_valid           (_udp_received_valid),
+    .received_bits_length     (_udp_received_bits_length),
+    .received_bits_fromServer (_udp_received_bits_fromServer),
+    .received_bits_good       (_udp_received_bits_good)
   );
   ServerLink link (
-    .clock                 (clock),
-    .reset                 (reset),
-    .data_valid            (_udp_data_valid),
-    .data_bits             (_udp_data_bits),
-    .offset                (_udp_offset),
-    .received_valid        (_udp_received_valid),
-    .received_bits_length  (_udp_received_bits_length),
-    .received_bits_from_ip (_udp_received_bits_from_ip),
-    .received_bits_good    (_udp_received_bits_good),
-    .server                (server_ip),
-    .master                (_registers_value_master_id),
-    .boot                  (_registers_value_boot_number),
-    .acknowledge_valid     (_link_acknowledge_valid),
-    .acknowledge_bits      (_link_acknowledge_bits),
-    .waiting               (_link_waiting),
-    .length                (_link_length),
-    .take                  (_registers_value_mailbox_done),
-    .readAddress           (_registers_value_mailbox_offset),
-    .readData              (_registers_status_mailbox_data),
-    .refused               (_registers_event_refused_datagrams),
-    .dropped               (_registers_event_dropped_messages)
+    .clock                    (clock),
+    .reset                    (reset),
+    .data_valid               (_udp_data_valid),
+    .data_bits                (_udp_data_bits),
+    .offset                   (_udp_offset),
+    .received_valid           (_udp_received_valid),
+    .received_bits_length     (_udp_received_bits_length),
+    .received_bits_fromServer (_udp_received_bits_fromServer),
+    .received_bits_good       (_udp_received_bits_good),
+    .master                   (_registers_value_master_id),
+    .boot                     (_registers_value_boot_number),
+    .acknowledge_valid        (_link_acknowledge_valid),
+    .acknowledge_bits         (_link_acknowledge_bits),
+    .waiting                  (_link_waiting),
+    .length                   (_link_length),
+    .take                     (_registers_value_mailbox_done),
+    .readAddress              (_registers_value_mailbox_offset),
+    .readData                 (_registers_status_mailbox_data),
+    .refused                  (_registers_event_refused_datagrams),
+    .dropped                  (_registers_event_dropped_messages)
   );
+  assign _arp_expected = _settings_readData_1;
   ArpResponder arp (
     .clock           (clock),
     .reset           (reset),
@@ -4497,38 +4345,28 @@ module alarm_master(
     .first           (_receiver_first),
     .end_valid       (_receiver_end_valid),
     .end_bits        (_receiver_end_bits),
-    .own_mac         (own_mac),
-    .own_ip          (own_ip),
+    .expected        (_arp_expected),
+    .settingAddress  (_arp_settingAddress),
+    .setting         (_arp_setting),
     .bytes_ready     (_arp_bytes_ready),
     .bytes_valid     (_arp_bytes_valid),
     .bytes_bits_data (_arp_bytes_bits_data),
     .bytes_bits_last (_arp_bytes_bits_last)
   );
-  assign _sender_destination_mac =
-    {_registers_value_server_mac[7:0],
-     _registers_value_server_mac[15:8],
-     _registers_value_server_mac[23:16],
-     _registers_value_server_mac[31:24],
-     _registers_value_server_mac[39:32],
-     _registers_value_server_mac[47:40]};
   UdpSender sender (
-    .clock            (clock),
-    .reset            (reset),
-    .source_mac       (own_mac),
-    .source_ip        (own_ip),
-    .source_port      (_registers_value_master_port),
-    .destination_mac  (_sender_destination_mac),
-    .destination_ip   (server_ip),
-    .destination_port (_registers_value_server_port),
-    .start            (_sender_start),
-    .length           (_sender_length),
-    .busy             (_sender_busy),
-    .readAddress      (_sender_readAddress),
-    .readData         (_sender_readData),
-    .bytes_ready      (_sender_bytes_ready),
-    .bytes_valid      (_sender_bytes_valid),
-    .bytes_bits_data  (_sender_bytes_bits_data),
-    .bytes_bits_last  (_sender_bytes_bits_last)
+    .clock           (clock),
+    .reset           (reset),
+    .settingAddress  (_sender_settingAddress),
+    .setting         (_sender_setting),
+    .start           (_sender_start),
+    .length          (_sender_length),
+    .busy            (_sender_busy),
+    .readAddress     (_sender_readAddress),
+    .readData        (_sender_readData),
+    .bytes_ready     (_sender_bytes_ready),
+    .bytes_valid     (_sender_bytes_valid),
+    .bytes_bits_data (_sender_bytes_bits_data),
+    .bytes_bits_last (_sender_bytes_bits_last)
   );
   assign _reports_millisecond = microsecond & millisecond_wrap_wrap;
   assign _reports_busy = _sender_busy | ~_registers_value_report_run;
@@ -4580,6 +4418,28 @@ module alarm_master(
     .out_bad         (_transmitters_1_in_bad),
     .out_odd         (_transmitters_1_in_odd),
     .out_crcGood     (_transmitters_1_in_crcGood)
+  );
+  ExpectedByte expected (
+    .clock      (clock),
+    .reset      (reset),
+    .byte_valid (_receiver_byte_valid),
+    .first      (_receiver_first),
+    .end_valid  (_receiver_end_valid),
+    .address    (_expected_address)
+  );
+  NetworkSettings settings (
+    .clock         (clock),
+    .write         (_registers_settingWrite),
+    .writeAddress  (_registers_settingAddress),
+    .writeData     (_registers_settingData),
+    .readAddress_0 (_registers_settingAddress),
+    .readAddress_1 (_expected_address),
+    .readAddress_2 (_sender_settingAddress),
+    .readAddress_3 (_arp_settingAddress),
+    .readData_0    (_registers_setting),
+    .readData_1    (_settings_readData_1),
+    .readData_2    (_sender_setting),
+    .readData_3    (_arp_setting)
   );
   FrameArbiter frames (
     .clock          (clock),

@@ -84,7 +84,7 @@ class MasterController(p: EscParams) extends Module {
   line.step          := processStep
   line.in            := receivers(0).out
   transmitters(0).in := line.out
-  line.source        := value.uint("master_mac")
+  line.source        := Cat(value.uint("master_id"), LineSource.U(32.W))
   line.run           := value.bool("line_run")
   line.cycle         := value.uint("bus_cycle")
   line.timeout       := value.uint("answer_timeout")
@@ -92,19 +92,7 @@ class MasterController(p: EscParams) extends Module {
   private val framesLost = RegInit(0.U(32.W)) // reset: none
   when(line.lost) { framesLost := framesLost + 1.U }
 
-  // The plant network. Addresses as they are written, first byte in the high bits.
-  private def written(name: String): UInt = {
-    val bits = value.uint(name)
-    Cat((0 until bits.getWidth by 8).map(i => bits(i + 7, i)))
-  }
-  private val own, server = Wire(new UdpEnd)
-  own.mac     := written("master_mac")
-  own.ip      := written("master_ip")
-  own.port    := value.uint("master_port")
-  server.mac  := written("server_mac")
-  server.ip   := written("server_ip")
-  server.port := value.uint("server_port")
-
+  // The plant network.
   private val receiver = Module(new EthernetReceiver)
   private val udp      = Module(new UdpReceiver)
   private val link     = Module(new ServerLink)
@@ -112,24 +100,41 @@ class MasterController(p: EscParams) extends Module {
   private val sender   = Module(new UdpSender)
   private val reports  = Module(new EventReporter(EventsKept))
   private val plant    = Module(new EthernetSender)
+  private val expected = Module(new ExpectedByte)
+  private val settings = Module(new NetworkSettings(4))
   receiver.step    := processStep
   receiver.in      := receivers(1).out
   udp.byte         := receiver.byte
   udp.first        := receiver.first
   udp.end          := receiver.end
-  udp.own          := own
   arp.byte         := receiver.byte
   arp.first        := receiver.first
   arp.end          := receiver.end
-  arp.own          := own
   link.data        := udp.data
   link.offset      := udp.offset
   link.received    := udp.received
-  link.server      := server.ip
   link.master      := value.uint("master_id")
   link.boot        := value.uint("boot_number")
   link.take        := value.bool("mailbox_done")
   link.readAddress := value.uint("mailbox_offset")
+
+  expected.byte         := receiver.byte
+  expected.first        := receiver.first
+  expected.end          := receiver.end
+  settings.write        := registers.settingWrite
+  settings.writeAddress := registers.settingAddress
+  settings.writeData    := registers.settingData
+  settings.readAddress := VecInit(
+    registers.settingAddress,
+    expected.address,
+    sender.settingAddress,
+    arp.settingAddress
+  )
+  registers.setting := settings.readData(0)
+  udp.expected      := settings.readData(1)
+  arp.expected      := settings.readData(1)
+  sender.setting    := settings.readData(2)
+  arp.setting       := settings.readData(3)
 
   reports.millisecond := millisecond
   reports.repeatMs    := value.uint("report_repeat")
@@ -140,8 +145,6 @@ class MasterController(p: EscParams) extends Module {
   sender.readData     := reports.readData
   sender.start        := reports.start
   sender.length       := reports.length
-  sender.source       := own
-  sender.destination  := server
   line.room           := reports.room
   line.firstEvent     := reports.firstEvent
   line.nextEvent      := reports.nextEvent
@@ -244,6 +247,11 @@ class MasterController(p: EscParams) extends Module {
 
 object MasterController {
   private val SlotsPerUs = 25
+
+  /** Source address of frames to the line, first byte in the low bits, behind it the master ID: bit 1 of the
+    * first byte, which slaves set, must be 0.
+    */
+  private val LineSource = 0x796c6604
 
   /** Events kept until the server has them. */
   val EventsKept = 256

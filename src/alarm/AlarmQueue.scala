@@ -39,9 +39,7 @@ class AlarmQueue(depth: Int) extends Module {
   /** The master has seen the event with this number; anything else than that of `head` has no effect. */
   val acknowledge = IO(Input(Valid(UInt(16.W))))
 
-  /** The server has the events up to this number, which stays there; anything else than that of a seen one has
-    * no effect.
-    */
+  /** The server has the events up to this number; anything else than that of a seen one has no effect. */
   val confirm = IO(Input(Valid(UInt(16.W))))
 
   /** The events that are not confirmed are to be reported again. */
@@ -89,15 +87,19 @@ class AlarmQueue(depth: Int) extends Module {
   when(rewinds) { again := false.B }
   when(repeat) { again := true.B }
 
-  // An acknowledgement in the same frame comes first. Reset: nothing is to be confirmed.
-  private val asked = RegInit(false.B)
-  when(confirm.valid) { asked := true.B }.elsewhen(!seen) { asked := false.B }
-
   // Number 0 is left out, so behind the wrap the distance is one less.
   private val distance = (confirm.bits - oldest - (confirm.bits < oldest))(15, 0)
-  private val confirms = asked && !seen && confirm.bits =/= 0.U && distance < told
-  private val gone     = Mux(confirms, distance(countBits - 1, 0) + 1.U, 0.U)
+  private val confirms = confirm.valid && confirm.bits =/= 0.U && distance < told
+  // Acknowledged and confirmed in one frame: both wait while the record leaves.
+  private val late      = RegInit(false.B) // reset: nothing waits
+  private val ofHead    = confirm.valid && seen && confirm.bits === head.bits.sequence
+  private val completes = passes && (late || ofHead)
+  private val gone =
+    Mux(completes, told +& 1.U, Mux(confirms, distance(countBits - 1, 0) + 1.U, 0.U))(countBits - 1, 0)
+  when(ofHead) { late := true.B }
+  when(passes || rewinds) { late := false.B }
   when(confirms) { oldest := next(confirm.bits) }
+  when(completes) { oldest := next(head.bits.sequence) }
   first := first + gone
   count := count + happens - gone
   told  := Mux(rewinds, 0.U, told + passes - gone)

@@ -11,8 +11,12 @@ class ArpResponder extends Module {
   val first = IO(Input(Bool()))
   val end   = IO(Flipped(Valid(Bool())))
 
-  /** MAC and IP address count. */
-  val own = IO(Input(new UdpEnd))
+  /** What this byte must be if it is one of an address, see [[ExpectedByte]]. */
+  val expected = IO(Input(UInt(8.W)))
+
+  /** The master's addresses for the answer, from [[NetworkSettings]]. */
+  val settingAddress = IO(Output(UInt(NetworkSettings.AddressBits.W)))
+  val setting        = IO(Input(UInt(8.W)))
 
   /** The answer. A request that comes while one is being answered is lost; it will be made again. */
   val bytes = IO(Decoupled(new FrameByte))
@@ -37,15 +41,14 @@ class ArpResponder extends Module {
       all   := true.B
       mine  := true.B
     }
-    for (i <- 0 until 6) when(now === i.U) {
+    when(now < 6.U) {
       when(byte.bits =/= 0xff.U) { all := false.B }
-      when(byte.bits =/= own.mac(47 - 8 * i, 40 - 8 * i)) { mine := false.B }
+      when(byte.bits =/= expected) { mine := false.B }
     }
     for ((b, i) <- fixed.zipWithIndex) when(now === (12 + i).U && byte.bits =/= b.U) { wrong := true.B }
     when(now >= 22.U && now < 28.U) { mac := Cat(mac(39, 0), byte.bits) }
     when(now >= 28.U && now < 32.U) { ip := Cat(ip(23, 0), byte.bits) }
-    for (i <- 0 until 4)
-      when(now === (38 + i).U && byte.bits =/= own.ip(31 - 8 * i, 24 - 8 * i)) { wrong := true.B }
+    when(now >= 38.U && now < Bytes.U && byte.bits =/= expected) { wrong := true.B }
   }
   when(end.valid && !answers) {
     answers := end.bits && !wrong && (all || mine) && at >= Bytes.U
@@ -53,12 +56,27 @@ class ArpResponder extends Module {
     at      := 0.U
   }
 
-  private val answer = Cat(mac, own.mac, "h0806_0001_0800_0604_0002".U(80.W), own.mac, own.ip, mac, ip)
-  bytes.valid     := answers
-  bytes.bits.data := VecInit((0 until Bytes).map(i => answer(8 * (Bytes - i) - 1, 8 * (Bytes - i) - 8)))(sent)
+  // The answer: the asker's address, ours, type and kind, our addresses, the asker's. The latter go round as
+  // they are sent.
+  private val kind      = "h0806_0001_0800_0604_0002".U(80.W)
+  private val kindBytes = VecInit((9 to 0 by -1).map(i => kind(8 * i + 7, 8 * i)))
+  private val isMac     = sent < 6.U || (sent >= 32.U && sent < 38.U)
+  private val isIp      = sent >= 38.U
+  private val isKind    = sent >= 12.U && sent < 22.U
+  private val ready     = RegInit(false.B) // the setting has been read; reset: nothing to send
+  settingAddress := Mux(sent < 12.U, sent, sent - 16.U)
+  ready          := answers && !bytes.fire
+  bytes.valid    := ready
+  bytes.bits.data := Mux(
+    isMac,
+    mac(47, 40),
+    Mux(isIp, ip(31, 24), Mux(isKind, kindBytes((sent - 12.U)(3, 0)), setting))
+  )
   bytes.bits.last := sent === (Bytes - 1).U
   when(bytes.fire) {
     sent := sent + 1.U
+    when(isMac) { mac := Cat(mac(39, 0), mac(47, 40)) }
+    when(isIp) { ip := Cat(ip(23, 0), ip(31, 24)) }
     when(bytes.bits.last) { answers := false.B }
   }
 }

@@ -42,7 +42,8 @@ object EventKind {
   /** A slave's node ID is not that of the one before it (`sequence`) plus one. */
   val Gap = 7
 
-  /** The host has executed a command of the server: position: its code, sequence: its number, state: result.
+  /** What became of a command of the server, from the master's host; position: the command, sequence: low
+    * bits of its counter, state: result.
     */
   val Command = 8
 }
@@ -261,7 +262,8 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
           host.ready := true.B
           asks       := host.bits
         }.elsewhen(beat === 0.U || here === 0.U) {
-          ask(Brd, 0.U, 0x0000, 1)
+          // Every slave that is counted answers to its node ID from now on: one may have restarted unnoticed.
+          ask(Bwr, 0.U, AliasEnable, 1, 1.U)
           askAlone(count)
         }
       }
@@ -419,7 +421,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
     is(scan) {
       val position = 0.U(16.W) - place
       switch(part) {
-        is(0.U) { ask(Bwr, 0.U, 0x0103, 1, 1.U) } // from now on they answer to their node ID
+        is(0.U) { ask(Bwr, 0.U, AliasEnable, 1, 1.U) } // from now on they answer to their node ID
         is(1.U) { ask(Bwr, 0.U, AlarmRegisters.Command, 1, AlarmRegisters.Repeat.U) }
         is(2.U) { ask(Aprd, position, 0x0012, 2) }
         is(3.U) { ask(Aprd, position, 0x0110, 2) }
@@ -521,7 +523,7 @@ object LineMaster {
   /** The first thing that only one slave is asked for. */
   private val FirstQuestion = 2
   private val Aprd          = 1
-  private val Brd           = 7
+  private val AliasEnable   = 0x0103
   private val Bwr           = 8
   private val Fpwr          = 5
 }

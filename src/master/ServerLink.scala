@@ -16,7 +16,6 @@ class ServerLink extends Module {
   val offset   = IO(Input(UInt(11.W)))
   val received = IO(Flipped(Valid(new UdpReceived)))
 
-  val server = IO(Input(UInt(32.W))) // IP address
   val master = IO(Input(UInt(16.W))) // ID
   val boot   = IO(Input(UInt(16.W)))
 
@@ -53,7 +52,7 @@ class ServerLink extends Module {
 
   private val bits = received.bits
   private val kind = field(3, 1)
-  private val isOurs = bits.good && bits.from.ip === server && bits.length >= HeaderBytes.U &&
+  private val isOurs = bits.good && bits.fromServer && bits.length >= HeaderBytes.U &&
     field(0, 2) === EventReporter.Magic.U && field(2, 1) === EventReporter.Version.U && field(4, 2) === master
   private val isAcknowledgement = kind === EventReporter.KindAcknowledge.U
   private val acknowledges =

@@ -3,13 +3,6 @@ package flyframe.master
 import chisel3._
 import chisel3.util._
 
-/** One end of a UDP connection. Addresses as they are written, first byte in the high bits. */
-class UdpEnd extends Bundle {
-  val mac  = UInt(48.W)
-  val ip   = UInt(32.W)
-  val port = UInt(16.W)
-}
-
 /** The sum of RFC 1071, a byte at a time. */
 private class InternetSum extends Bundle {
   val sum = UInt(16.W)
@@ -28,8 +21,9 @@ private class InternetSum extends Bundle {
 class UdpSender extends Module {
   import UdpSender._
 
-  val source      = IO(Input(new UdpEnd))
-  val destination = IO(Input(new UdpEnd))
+  /** The addresses, from [[NetworkSettings]]. */
+  val settingAddress = IO(Output(UInt(NetworkSettings.AddressBits.W)))
+  val setting        = IO(Input(UInt(8.W)))
 
   /** Sends `length` bytes of payload, 1 to 1472; not while `busy`. */
   val start  = IO(Input(Bool()))
@@ -53,28 +47,30 @@ class UdpSender extends Module {
 
   private val udpLength = size +& 8.U
   private val ipLength  = size +& 28.U
+  // Bytes 12 to 25, and the last four of the header.
   private val header = Cat(
-    destination.mac,
-    source.mac,
     "h0800_4500".U(32.W),
     ipLength.pad(16),
     number,
     "h4000_4011".U(32.W), // not to be fragmented; 64 hops; UDP
     ipCheck,
-    source.ip,
-    destination.ip,
-    source.port,
-    destination.port,
     udpLength.pad(16),
     udpCheck
   )
-  private val inHeader = at < HeaderBytes.U
+  private val OwnBytes  = header.getWidth / 8
+  private val beforeOwn = at < MacEnd.U
+  private val ofUdp     = at >= AddressEnd.U
+  private val own       = (at - Mux(ofUdp, (AddressEnd - (AddressStart - MacEnd)).U, MacEnd.U))(4, 0)
+  private val isSetting = beforeOwn || (at >= AddressStart.U && !ofUdp)
+  settingAddress := at - Mux(beforeOwn, 0.U, (AddressStart - MacEnd).U)
   private val byte = Mux(
-    inHeader,
-    VecInit((0 until HeaderBytes).map(i => header(8 * (HeaderBytes - i) - 1, 8 * (HeaderBytes - i) - 8)))(
-      at(5, 0)
-    ),
-    readData
+    at >= HeaderBytes.U,
+    readData,
+    Mux(
+      isSetting,
+      setting,
+      VecInit((0 until OwnBytes).map(i => header(8 * (OwnBytes - i) - 1, 8 * (OwnBytes - i) - 8)))(own)
+    )
   )
   private val isLast = at === size +& (HeaderBytes - 1).U
   private val taken  = ready && Mux(state === State.send, bytes.ready, state =/= State.idle)
@@ -131,7 +127,9 @@ object UdpSender {
 
   /** Where things begin in a frame. */
   private[master] val IpStart      = 14
+  private[master] val MacEnd       = 12
   private[master] val AddressStart = 26
+  private[master] val AddressEnd   = 38
   private[master] val UdpStart     = 34
   private[master] val HeaderBytes  = 42
 }
@@ -141,7 +139,9 @@ class UdpReceived extends Bundle {
 
   /** Payload bytes. */
   val length = UInt(11.W)
-  val from   = new UdpEnd
+
+  /** From the IP address of the server. */
+  val fromServer = Bool()
 
   /** In order, and for this end; else it was a frame to this address that is not. */
   val good = Bool()
@@ -158,7 +158,8 @@ class UdpReceiver extends Module {
   val first = IO(Input(Bool()))
   val end   = IO(Flipped(Valid(Bool())))
 
-  val own = IO(Input(new UdpEnd))
+  /** What this byte must be if it is one of an address, see [[ExpectedByte]]. */
+  val expected = IO(Input(UInt(8.W)))
 
   /** A byte of payload and its place; it counts if `received` says so later. */
   val data   = IO(Output(Valid(UInt(8.W))))
@@ -171,7 +172,7 @@ class UdpReceiver extends Module {
   private val previous = Reg(UInt(8.W))
   private val ours     = RegInit(false.B) // to this station, as far as is known; reset: no frame
   private val wrong    = Reg(Bool())
-  private val from     = Reg(new UdpEnd)
+  private val foreign  = Reg(Bool())      // not from the server
   private val ipLength = Reg(UInt(16.W))
   private val summed   = Reg(Bool())      // with a UDP checksum
   private val ipSum    = Reg(new InternetSum)
@@ -194,15 +195,17 @@ class UdpReceiver extends Module {
     when(first) {
       ours       := true.B
       wrong      := false.B
+      foreign    := false.B
       ipSum.sum  := 0.U
       udpSum.sum := 0.U
       ipLength   := 0.U
       summed     := false.B
     }
-    for (i <- 0 until 6) when(on(i) && byte.bits =/= own.mac(47 - 8 * i, 40 - 8 * i)) { ours := false.B }
-    when(now >= 6.U && now < 12.U) { from.mac := Cat(from.mac(39, 0), byte.bits) }
-    when(now >= 26.U && now < 30.U) { from.ip := Cat(from.ip(23, 0), byte.bits) }
-    when(on(35)) { from.port := word }
+    when(byte.bits =/= expected) {
+      when(now < 6.U) { ours := false.B }
+      when(now >= 26.U && now < 30.U) { foreign := true.B }
+      when((now >= 30.U && now < 34.U) || on(36) || on(37)) { wrong := true.B }
+    }
     when(on(17)) { ipLength := word }
     when(on(41)) { summed := word =/= 0.U }
     demand(13, word === 0x0800.U)
@@ -210,9 +213,6 @@ class UdpReceiver extends Module {
     demand(17, word >= 29.U && word <= 1500.U)
     demand(21, (word & 0xbfff.U) === 0.U) // not a fragment
     demand(23, byte.bits === 17.U)
-    demand(31, word === own.ip(31, 16))
-    demand(33, word === own.ip(15, 0))
-    demand(37, word === own.port)
     demand(39, word === ipLength - 20.U)
     when(now >= IpStart.U && now < UdpStart.U) { ipSum.sum := ipSum.plus(byte.bits, !now(0)) }
     when(now >= AddressStart.U && (now < HeaderBytes.U || payload)) {
@@ -225,9 +225,9 @@ class UdpReceiver extends Module {
   private val sumsGood = ipSum.sum.andR && (!summed || total.andR)
 
   // A cycle after the end, for the sum.
-  received.valid       := RegNext(end.valid && ours, false.B)
-  received.bits.length := ipLength - 28.U
-  received.bits.from   := from
-  received.bits.good   := RegNext(end.bits && !wrong && at >= ipEnd && at >= HeaderBytes.U) && sumsGood
+  received.valid           := RegNext(end.valid && ours, false.B)
+  received.bits.length     := ipLength - 28.U
+  received.bits.fromServer := !foreign
+  received.bits.good       := RegNext(end.bits && !wrong && at >= ipEnd && at >= HeaderBytes.U) && sumsGood
   when(end.valid) { ours := false.B }
 }

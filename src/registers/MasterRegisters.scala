@@ -1,13 +1,17 @@
 package flyframe.registers
 
+import flyframe.master.NetworkSettings._
 import flyframe.params.EscParams
 import Access._
 import Source._
 
-/** The registers at the host port of an alarm master (HOST-01 to HOST-07). Addresses of the network have
-  * their first byte at the lowest register address, everything else is little endian.
+/** The registers at the host port of an alarm master (HOST-01 to HOST-07). Addresses and ports of the network
+  * stand there as on the wire, first byte first; everything else is little endian.
   */
 object MasterRegisters {
+
+  /** Where the addresses of the network begin. */
+  val Settings = 0x10
 
   /** Reading it ends the event of a datagram that is back. */
   val Answered = 0x62
@@ -69,6 +73,10 @@ object MasterRegisters {
     Read,
     field(name, if (width == 0) 8 * bytes else width, Status, title)
   )
+
+  /** One of [[NetworkSettings]]. */
+  private def address(index: Int, bytes: Int, name: String, title: String) =
+    single(Settings + index, bytes, title, "HOST-02", ReadWrite, field(name, 8 * bytes, Ram, title))
   private def counter(address: Int, name: String, title: String) =
     single(address, 1, title, "HOST-07", ReadClear, field(name, 8, Counter("master_errors"), title))
 
@@ -81,14 +89,14 @@ object MasterRegisters {
     constant(0x01, 1, "master_revision", "Family revision", p.escRevision),
     constant(0x02, 2, "master_build", "Build number", p.escBuild),
     constant(0x04, 1, "max_slaves", "Slaves it can list", p.maxSlaves),
-    setting(0x10, 2, "master_id", "Master ID", "HOST-02"),
-    setting(0x12, 2, "boot_number", "Boot number, another one after each start", "HOST-02"),
-    setting(0x14, 2, "master_port", "UDP port of the master", "HOST-02"),
-    setting(0x16, 2, "server_port", "UDP port of the server", "HOST-02"),
-    setting(0x18, 6, "master_mac", "MAC address of the master", "HOST-02"),
-    setting(0x20, 6, "server_mac", "MAC address of the server or of the router to it", "HOST-02"),
-    setting(0x28, 4, "master_ip", "IP address of the master", "HOST-02"),
-    setting(0x2c, 4, "server_ip", "IP address of the server", "HOST-02"),
+    address(ServerMac, 6, "server_mac", "MAC address of the server or of the router to it"),
+    address(MasterMac, 6, "master_mac", "MAC address of the master"),
+    address(MasterIp, 4, "master_ip", "IP address of the master"),
+    address(ServerIp, 4, "server_ip", "IP address of the server"),
+    address(MasterPort, 2, "master_port", "UDP port of the master"),
+    address(ServerPort, 2, "server_port", "UDP port of the server"),
+    setting(0x28, 2, "master_id", "Master ID", "HOST-02"),
+    setting(0x2a, 2, "boot_number", "Boot number, another one after each start", "HOST-02"),
     setting(0x30, 4, "bus_cycle", "Length of a bus cycle in slots of 40 ns", "HOST-03", 25000, width = 20),
     setting(0x34, 2, "answer_timeout", "Time to wait for a frame in slots of 40 ns", "HOST-03", 2500),
     setting(0x36, 1, "retries", "How often a frame is sent again", "HOST-03", 2, width = 4),

@@ -22,7 +22,13 @@ final class Harness(name: String, sets: Seq[EscParams]) {
 
   private def emit(): Unit = {
     Files.createDirectories(verilog)
-    for (p <- sets; (suffix, text) <- Seq("v" -> Emit.verilog(p), "json" -> Documents.json(p))) {
+    val documents = Seq[(String, EscParams => String)](
+      "v"    -> Emit.verilog,
+      "json" -> Documents.json,
+      "h"    -> Documents.cHeader
+    )
+    for (p <- sets; (suffix, write) <- documents) {
+      val text = write(p)
       val file = verilog.resolve(s"${p.preset}.$suffix")
       if (!Files.exists(file) || Files.readString(file) != text) Files.writeString(file, text)
     }
@@ -73,6 +79,14 @@ final class Harness(name: String, sets: Seq[EscParams]) {
   def soak(set: EscParams, steps: Long, seed: Long): String = {
     soakProgram
     run(s"$out/flyframe-smsoak", "--preset", set.preset, "--steps", s"$steps", "--seed", s"$seed")
+  }
+
+  /** The program that simulates the smoke-alarm system. */
+  lazy val alarmProgram: Path = {
+    val program = out.resolve("flyframe-alarm")
+    emit()
+    make(program.toString, "COSIM_TRACE=0", "COSIM_OPT=-O3")
+    program
   }
   lazy val soakProgram: Unit = {
     emit()

@@ -24,7 +24,8 @@ COSIM_RUNTIME   := $(patsubst %,$(COSIM_OBJ)/runtime/%.o,verilated verilated_fst
 
 COSIM_MAINS     := cosim_main fuzz_main latency_main eeprom_test
 COSIM_SMSOAK    := $(filter smsoak%,$(basename $(notdir $(wildcard $(COSIM_SRC)/*.cpp))))
-COSIM_COMMON    := $(filter-out $(COSIM_MAINS) $(COSIM_SMSOAK),$(basename $(notdir $(wildcard $(COSIM_SRC)/*.cpp))))
+COSIM_ALARM     := $(filter alarm_%,$(basename $(notdir $(wildcard $(COSIM_SRC)/*.cpp))))
+COSIM_COMMON    := $(filter-out $(COSIM_MAINS) $(COSIM_SMSOAK) $(COSIM_ALARM),$(basename $(notdir $(wildcard $(COSIM_SRC)/*.cpp))))
 COSIM_OBJS      := $(patsubst %,$(COSIM_OBJ)/%.o,$(COSIM_COMMON))
 COSIM_ADAPTERS  := $(patsubst %,$(COSIM_OBJ)/%/adapter.o,$(PRESETS))
 COSIM_MODELS    := $(patsubst %,$(COSIM_OBJ)/%/model.a,$(PRESETS))
@@ -40,6 +41,17 @@ $(COSIM_OUT)/flyframe-%: $(COSIM_OBJ)/%_main.o $(COSIM_OBJS) $(COSIM_ADAPTERS) $
 # SyncManagers between bus and host; more than these two files of the harness it does not need.
 $(COSIM_OUT)/flyframe-smsoak: $(patsubst %,$(COSIM_OBJ)/%.o,$(COSIM_SMSOAK) model ethernet) $(COSIM_ADAPTERS) $(COSIM_MODELS) $(COSIM_RUNTIME) $(COSIM_OBJ)/presets
 	$(CXX) -o $@ $(filter %.o %.a,$^) -lz -pthread
+
+# The smoke-alarm system: the master and its slaves, with their host programs in C. PRESETS="alarm-master alarm-slave"
+COSIM_FIRMWARE  := $(patsubst src/firmware/%.c,$(COSIM_OBJ)/firmware/%.o,$(wildcard src/firmware/*.c))
+$(COSIM_OUT)/flyframe-alarm: $(patsubst %,$(COSIM_OBJ)/%.o,$(COSIM_ALARM)) $(COSIM_FIRMWARE) $(COSIM_OBJS) $(COSIM_ADAPTERS) $(COSIM_MODELS) $(COSIM_RUNTIME) $(COSIM_OBJ)/presets
+	$(CXX) -o $@ $(filter %.o %.a,$^) -lslirp -lmbedcrypto -lpcap -lz -pthread
+
+# As strict as for a microcontroller; but a program that the harness ends is unwound (-fexceptions).
+FIRMWARE_FLAGS  := -std=c99 -ffreestanding -Wall -Wextra -Wpedantic -Wconversion -Werror -O2
+$(COSIM_OBJ)/firmware/%.o: src/firmware/%.c
+	@mkdir -p $(@D)
+	$(CC) $(FIRMWARE_FLAGS) -fexceptions -MMD -MP -I$(GENERATED) -c -o $@ $<
 
 # Changes only with the list of presets, so that the programs are linked again then.
 $(COSIM_OBJ)/presets: cosim-force
@@ -69,7 +81,7 @@ $(COSIM_OBJ)/runtime/%.o: $(COSIM_VINC)/%.cpp
 
 $(COSIM_OBJ)/%.o: $(COSIM_SRC)/%.cpp
 	@mkdir -p $(@D)
-	$(CXX) $(COSIM_CXXFLAGS) $(COSIM_INC) -c -o $@ $<
+	$(CXX) $(COSIM_CXXFLAGS) $(COSIM_INC) -Isrc/firmware -c -o $@ $<
 
 # The harness against plain repeaters: proves the harness itself, without flyframe RTL.
 cosim-selftest:
@@ -81,5 +93,15 @@ cosim-selftest:
 $(COSIM_OUT)/eeprom-test: $(COSIM_OBJ)/eeprom_test.o $(COSIM_OBJ)/eeprom.o
 	$(CXX) -o $@ $^
 
+# The host programs against fake controllers.
+$(COSIM_OUT)/firmware-test: $(patsubst test/firmware/%.cpp,$(COSIM_OBJ)/test-firmware/%.o,$(wildcard test/firmware/*.cpp)) $(COSIM_FIRMWARE)
+	$(CXX) -o $@ $^ -lmbedcrypto
+$(COSIM_OBJ)/test-firmware/%.o: test/firmware/%.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(COSIM_CXXFLAGS) -Isrc/firmware -I$(GENERATED) -c -o $@ $<
+.PHONY: firmware-test
+firmware-test: $(COSIM_OUT)/firmware-test
+	$<
+
 .SECONDARY:
--include $(wildcard $(COSIM_OBJ)/*.d $(COSIM_OBJ)/*/adapter.d)
+-include $(wildcard $(COSIM_OBJ)/*.d $(COSIM_OBJ)/*/adapter.d $(COSIM_OBJ)/firmware/*.d $(COSIM_OBJ)/test-firmware/*.d)

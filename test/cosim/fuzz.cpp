@@ -71,7 +71,7 @@ void Fuzz::line(VectorLine& v) {
       break;
     case 'D': {
       if (!bench_->slave().hasDetector()) v.bad("is for a smoke detector, which this slave has not");
-      bench_->slave().setDetector(static_cast<int>(v.decimal(0, 7)));
+      bench_->slave().setAlarmCurrent(static_cast<unsigned>(v.decimal(0, 7)));
       break;
     }
     case 'A': bench_->runCycles(v.decimal(0, 1'000'000) * bench_->slave().info().coreClockMhz); break;

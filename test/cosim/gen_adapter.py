@@ -13,6 +13,9 @@ OPTIONAL_PINS = {
     "sii_sda": "siiSda",
     "sii_two_byte": "siiTwoByte",
     "alarm_current": "alarmCurrent",
+    "alarm_supply": "alarmSupply",
+    "alarm_buzzer": "alarmBuzzer",
+    "alarm_lamp": "alarmLamp",
 }
 PORT_PINS = ["rx_clk", "rx_dv", "rx_er", "rxd", "link", "tx_en", "txd"]
 

@@ -48,7 +48,7 @@ struct Pins {
   // Pins that not every core has; null where it has not.
   CData *pdiOperational, *irq;
   CData *siiSclLow, *siiSdaLow, *siiSda, *siiTwoByte;
-  CData* alarmCurrent;
+  CData *alarmCurrent, *alarmSupply, *alarmBuzzer, *alarmLamp;
   bool hasEeprom() const { return siiSclLow && siiSdaLow && siiSda; }
 };
 

@@ -33,10 +33,12 @@ void Slave::setPdiOperational(bool on) {
   if (pins_.pdiOperational) *pins_.pdiOperational = on, unseenLow_ |= 1;
 }
 
-void Slave::setDetector(int current) { *pins_.alarmCurrent = current, unseenLow_ |= 1; }
-
 void Slave::setHost(std::unique_ptr<Host> host) {
   hostProgram_ = std::move(host);
+  if (port_ == HostPort::requested) {
+    *pins_.hostReq = 0, unseenLow_ |= 1;
+    port_ = HostPort::recover;
+  }
   if (hostProgram_) hostProgram_->attach(*this);
 }
 
@@ -136,6 +138,17 @@ void Slave::idleUntil(Time end) {
   muted_ = false;
 }
 
+void Slave::idleUntilSending(Time end) {
+  muted_ = true;
+  const Time before = lastActive_;
+  while (next < end && lastActive_ == before) step();
+  muted_ = false;
+}
+
+void Slave::setAlarmCurrent(unsigned comparators) {
+  if (pins_.alarmCurrent) *pins_.alarmCurrent = static_cast<CData>(comparators), unseenLow_ |= 1;
+}
+
 void Slave::coreEdge(Time now) {
   // The host samples acknowledge and data at the edge, that is as they were before it, and changes its pins after it.
   const bool acknowledged = *pins_.hostAck;
@@ -153,6 +166,10 @@ void Slave::coreEdge(Time now) {
   }
   if (hostProgram_ && cycles_ >= hostProgram_->wakeAt() && port_ == HostPort::idle) hostProgram_->resume();
   if (pins_.siiSclLow) eepromLines(now);
+  if (supplied_ != alarmSupply()) {
+    supplied_ = !supplied_;
+    if (onAlarmSupply) onAlarmSupply(supplied_);
+  }
   if (!*pins_.txTick) return;
   for (int y = 0; y < ports_; ++y) {
     const Symbol s{*pins_.ports[y].txEn != 0, false, *pins_.ports[y].txd};

@@ -55,9 +55,6 @@ class Slave : public Actor {
   void setLink(int port, bool up);
   void setReset(bool active);
   void setPdiOperational(bool on);
-  // The comparators of a smoke detector's current; a core may have none.
-  bool hasDetector() const { return pins_.alarmCurrent; }
-  void setDetector(int current);
   // Evaluate every clock edge in its own step; needed for a readable trace, costs time.
   void setEager(bool eager) { eager_ = eager; }
   // The last time a port sent something.
@@ -66,6 +63,8 @@ class Slave : public Actor {
   // Runs the core alone, without receive clocks and nibbles, until `end`: for times at which nothing is on any wire. EEPROM and
   // host go on. Much faster than step().
   void idleUntil(Time end);
+  // The same, but returns earlier, with `next` still to come, as soon as a port sends.
+  void idleUntilSending(Time end);
 
   // The host port: one access at a time, `addr` is a byte address, the byte lanes follow from it.
   void hostWriteByte(uint16_t addr, uint8_t value);
@@ -76,7 +75,7 @@ class Slave : public Actor {
   uint32_t hostResult() const { return hostResult_; }
   // The interrupt pin; false if the core has none.
   bool irq() const { return pins_.irq && *pins_.irq; }
-  // The program that from now on owns the host port; null for none.
+  // The program that from now on owns the host port; null for none. An access under way is given up.
   void setHost(std::unique_ptr<Host> host);
   Host* host() { return hostProgram_.get(); }
 
@@ -84,6 +83,15 @@ class Slave : public Actor {
   bool takesEeprom() const { return pins_.hasEeprom(); }
   void setEeprom(std::unique_ptr<Eeprom> eeprom);
   Eeprom* eeprom() { return eeprom_.get(); }
+
+  // The pins of an alarm slave or master; without effect, or false, where the core has not got them.
+  void setAlarmCurrent(unsigned comparators);
+  bool hasDetector() const { return pins_.alarmCurrent; }
+  bool alarmSupply() const { return pins_.alarmSupply && *pins_.alarmSupply; }
+  bool alarmBuzzer() const { return pins_.alarmBuzzer && *pins_.alarmBuzzer; }
+  bool alarmLamp() const { return pins_.alarmLamp && *pins_.alarmLamp; }
+  // Called when the supply of the detector's line has been switched.
+  std::function<void(bool on)> onAlarmSupply;
 
   // Called at each rising edge of a port's receive clock with the symbol sampled there.
   std::function<void(int port, Time, Symbol)> onSample;
@@ -112,7 +120,7 @@ class Slave : public Actor {
   // Falling edges do nothing in the RTL, so they are evaluated together with the next rising edge of another clock. A clock whose
   // low level the model has not seen yet has its bit set: bit 0 the core clock, bit 1 + y the receive clock of port y.
   unsigned unseenLow_ = 0;
-  bool eager_ = false, muted_ = false;
+  bool eager_ = false, muted_ = false, supplied_ = false;
   HostPort port_ = HostPort::idle;
   uint32_t hostResult_ = 0;
   std::unique_ptr<Host> hostProgram_;

@@ -44,15 +44,16 @@ class ArpResponderSpec extends AnyFlatSpec with SharedSimulation {
       .toVector
   }
 
-  private def ask(dut: ArpResponder, bytes: Seq[Int], good: Boolean = true): Option[EthernetPacket] = {
-    dut.own.mac.poke(BigInt("102233445566", 16))
-    dut.own.ip.poke(0xc0a80105L)
+  private def ask(dut: PlantBench, bytes: Seq[Int], good: Boolean = true): Option[EthernetPacket] = {
+    dut.load(UdpPackets.End(0x102233445566L, 0xc0a80105L, 1), UdpPackets.End(2, 3, 4))
     dut.end.valid.poke(false)
-    dut.bytes.ready.poke(false)
+    dut.answer.ready.poke(false)
     for ((b, i) <- bytes.zipWithIndex) {
       dut.byte.valid.poke(true)
       dut.byte.bits.poke(b)
       dut.first.poke(i == 0)
+      dut.clock.step()
+      dut.byte.valid.poke(false)
       dut.clock.step()
     }
     dut.byte.valid.poke(false)
@@ -60,28 +61,33 @@ class ArpResponderSpec extends AnyFlatSpec with SharedSimulation {
     dut.end.bits.poke(good)
     dut.clock.step()
     dut.end.valid.poke(false)
-    Option.when(is(dut.bytes.valid)) {
+    dut.clock.step(2)
+    Option.when(is(dut.answer.valid)) {
       var answer = Vector.empty[Byte]
       var ended  = false
       while (!ended) {
-        dut.bytes.ready.poke(answer.size % 3 == 0)
-        if (is(dut.bytes.ready)) {
-          answer :+= dut.bytes.bits.data.peek().litValue.toByte
-          ended = is(dut.bytes.bits.last)
-        } else {
-          dut.clock.step()
-          dut.bytes.ready.poke(true)
-          answer :+= dut.bytes.bits.data.peek().litValue.toByte
-          ended = is(dut.bytes.bits.last)
+        val ready = answer.size % 3 == 0 || dut.answer.bits.last.peek().litToBoolean
+        dut.answer.ready.poke(ready)
+        if (ready && is(dut.answer.valid)) {
+          answer :+= dut.answer.bits.data.peek().litValue.toByte
+          ended = is(dut.answer.bits.last)
         }
         dut.clock.step()
+        if (!ready) {
+          dut.answer.ready.poke(true)
+          if (is(dut.answer.valid)) {
+            answer :+= dut.answer.bits.data.peek().litValue.toByte
+            ended = is(dut.answer.bits.last)
+          }
+          dut.clock.step()
+        }
       }
-      dut.bytes.ready.poke(false)
+      dut.answer.ready.poke(false)
       EthernetPacket.newPacket(answer.toArray, 0, answer.size)
     }
   }
 
-  together("requests", new ArpResponder)(
+  together("requests", new PlantBench)(
     "MST-12: requests for the own address, to all or to this station, are answered" -> { dut =>
       for (to <- Seq(MacAddress.ETHER_BROADCAST_ADDRESS, own)) {
         val answer = ask(dut, packet(to)).get

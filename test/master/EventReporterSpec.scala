@@ -25,8 +25,7 @@ class ReporterBench(depth: Int) extends Module {
   reporter.repeatMs    := 10.U
   reporter.heartbeatMs := 100.U
   reporter.acknowledge := acknowledge
-  sender.source        := 0.U.asTypeOf(new UdpEnd)
-  sender.destination   := 0.U.asTypeOf(new UdpEnd)
+  sender.setting       := 0.U
   sender.start         := reporter.start
   sender.length        := reporter.length
   reporter.busy        := sender.busy

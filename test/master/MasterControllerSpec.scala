@@ -86,15 +86,11 @@ class MasterControllerSpec extends AnyFlatSpec with SharedSimulation {
         (3 to 0 by -1).map(i => number >> (8 * i) & 0xff)
     def withFcs(frame: Seq[Int]): Seq[Int] = frame ++ Fcs.of(frame)
 
-    private def big(value: Long, bytes: Int) =
-      (bytes - 1 to 0 by -1).map(i => (value >> (8 * i) & 0xff).toInt)
     private def little(value: Int) = Seq(value & 0xff, value >> 8)
     def setUp(): Unit = {
       import bench.write
-      write(0x10, little(Id) ++ little(Boot) ++ little(Own.port) ++ little(Server.port): _*)
-      write(0x18, big(Own.mac, 6): _*)
-      write(0x20, big(Server.mac, 6): _*)
-      write(0x28, big(Own.ip, 4) ++ big(Server.ip, 4): _*)
+      write(0x10, big(Server.mac, 6) ++ big(Own.mac, 6) ++ big(Own.ip, 4) ++ big(Server.ip, 4): _*)
+      write(0x24, big(Own.port, 2) ++ big(Server.port, 2) ++ little(Id) ++ little(Boot): _*)
       write(0x30, little(CycleSlots): _*)
       write(0x38, 2, 0, 5, 0)
       write(0x3d, 1)
@@ -125,8 +121,8 @@ class MasterControllerSpec extends AnyFlatSpec with SharedSimulation {
           read(0x30, 4) == 25000 && read(0x34, 2) == 2500 && read(0x36) == 2 && read(0x38, 4) == 0x3e800c8
         )
         s.setUp()
-        assert(read(0x10, 4) == BigInt("01021234", 16) && read(0x18, 6) == BigInt("554433221002", 16))
-        assert(read(0x2c, 4) == BigInt("fe01a8c0", 16))
+        assert(read(0x28, 4) == BigInt("01021234", 16) && read(0x16, 6) == BigInt("554433221002", 16))
+        assert(read(0x20, 4) == BigInt("fe01a8c0", 16) && read(0x24, 2) == 0x6046)
         write(0, 0xff, 0xff)
         write(0x1000, 7)
         assert(read(0, 2) == 0xf2 && read(0x1000) == 0 && read(0x06) == 0)

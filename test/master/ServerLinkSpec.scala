@@ -15,7 +15,6 @@ class ServerLinkSpec extends AnyFlatSpec with SharedSimulation {
   private val refused = nothing.copy(refused = true)
 
   private def give(dut: ServerLink, bytes: Seq[Int], good: Boolean = true, from: Long = Server): Result = {
-    dut.server.poke(Server)
     dut.master.poke(0x1234)
     dut.boot.poke(0x5678)
     for ((b, i) <- bytes.zipWithIndex) {
@@ -27,7 +26,7 @@ class ServerLinkSpec extends AnyFlatSpec with SharedSimulation {
     dut.data.valid.poke(false)
     dut.received.bits.good.poke(good)
     dut.received.bits.length.poke(bytes.size)
-    dut.received.bits.from.ip.poke(from)
+    dut.received.bits.fromServer.poke(from == Server)
     dut.received.valid.poke(true)
     val result = Result(
       Option.when(is(dut.acknowledge.valid))(dut.acknowledge.bits.peek().litValue.toLong),

@@ -126,6 +126,23 @@ object AlarmRules extends Rules {
       confirm(s, 3)
       assert(waiting(s) == 1 && isRecord(collect(s).head, 4, Normal))
   }
+  rule(
+    "ALARM-04: an event may be acknowledged and confirmed in one frame, also in one that has its record",
+    p => some(p) && p.maxSubTelegrams > 2
+  ) { s =>
+    import s._
+    start(s)
+    become(s, Alarm)
+    def both(number: Int) = exchange(
+      Seq(0x0e8a, 0x0e8e).map(ado => Datagram(Apwr, 0, ado, EtherCatFrame.little(number))): _*
+    )
+    for ((number, state) <- Seq(1 -> Normal, 2 -> Alarm)) {
+      val came = both(number)
+      assert(came.take(2).map(_.workingCounter) == Seq(1, 1) && isRecord(came(2), number, state))
+      assert(waiting(s) == 2 - number)
+    }
+    assert(collect(s).isEmpty)
+  }
   rule("ALARM-04: another number, and a bad frame, acknowledge nothing", some) { s =>
     import s._
     start(s)

@@ -1,0 +1,44 @@
+/* What a host finds when it starts, and how it accesses its controller. */
+#ifndef FLYFRAME_SELF_TEST_H
+#define FLYFRAME_SELF_TEST_H
+
+#include "port.h"
+
+/* The values of the registers self_test and master_self_test; the master reports both kinds to the server. */
+enum self_test {
+  SELF_TEST_NOT_RUN = 0,
+  SELF_TEST_GOOD = 1,
+  SELF_TEST_CONTROLLER = 2,    /* no controller answers, or another one than this program is for */
+  SELF_TEST_MEMORY = 3,        /* a register or the RAM does not hold what was written */
+  SELF_TEST_STORE = 4,         /* the non-volatile memory does not work */
+  SELF_TEST_BOOTS_USED_UP = 5, /* all 65,535 boot numbers are used up: a new key is needed, then the number may begin anew */
+  SELF_TEST_NODE_ID = 6,       /* 0, 0xFFFF (all), or wider than the controller holds */
+  SELF_TEST_DEBOUNCE = 7,      /* above 655,350 us */
+  SELF_TEST_OFF_TIME = 8,      /* 0 */
+  SELF_TEST_MASTER_ID = 9,     /* 0 */
+  SELF_TEST_MAC = 10,          /* all zero, or a group address */
+  SELF_TEST_IP = 11,           /* begins with 0, or is no address of a single station */
+  SELF_TEST_PORT = 12,         /* 0 */
+  SELF_TEST_BUS_CYCLE = 13,    /* outside 10 to 41,943 us */
+  SELF_TEST_TIMEOUT = 14,      /* outside 10 to 2,621 us */
+  SELF_TEST_RETRIES = 15,      /* above 15 */
+  SELF_TEST_REPORT = 16,       /* repetition or heartbeat outside 1 to 4,095 ms */
+  SELF_TEST_KEY = 17,          /* all zero */
+  SELF_TEST_CODES
+};
+
+/* A sentence; for a number that is none of these too. */
+const char *self_test_text(enum self_test result);
+
+/* Little endian numbers in registers, `length` 1 to 4 bytes. */
+uint32_t read_number(struct board *board, uint16_t address, uint8_t length);
+void write_number(struct board *board, uint16_t address, uint8_t length, uint32_t number);
+
+/* Writes and reads patterns, with every bit 0 and 1 and different from byte to byte; leaves zeros. */
+bool memory_holds(struct board *board, uint16_t address, uint16_t length);
+
+/* Writes, and reads back. */
+bool write_holds(struct board *board, uint16_t address, const uint8_t *data, uint8_t length);
+bool number_holds(struct board *board, uint16_t address, uint8_t length, uint32_t number);
+
+#endif

@@ -1,0 +1,103 @@
+package flyframe.server
+
+import java.net.InetAddress
+import java.util.concurrent.{CountDownLatch, Executors, TimeUnit}
+import java.util.logging.{Level, Logger}
+
+/** The server of the smoke-alarm system (docs/server.md): takes the reports of masters, keeps the log, serves
+  * the page.
+  */
+object Server {
+
+  /** A server that runs until it is closed. */
+  final class Running private[Server] (
+      options: Options,
+      store: EventStore,
+      udp: UdpLink,
+      feed: PageFeed,
+      web: WebServer,
+      stopWorking: () => Unit
+  ) extends AutoCloseable {
+
+    /** Port of the page; of the reports. */
+    val httpPort: Int = web.port
+    val udpPort: Int  = udp.port
+
+    /** Address of the page; of the reports. */
+    val page: String    = s"http://${shown(options.listen)}:$httpPort/"
+    val reports: String = s"${shown(options.listen)}:$udpPort"
+
+    /** Takes no more reports, closes the pages and the log. */
+    def close(): Unit = {
+      udp.close()
+      stopWorking()
+      feed.close()
+      web.close()
+      store.close()
+    }
+  }
+
+  private val TickMs = 20L
+
+  // Held here: loggers that nobody holds forget their level. What they tell below a warning is of no use.
+  private val quiet = Seq("org.xnio", "io.undertow", "org.jboss").map(Logger.getLogger)
+
+  /** Starts a server; Left: why that is not possible, in one sentence. */
+  def start(options: Options): Either[String, Running] = {
+    quiet.foreach(_.setLevel(Level.WARNING))
+    for {
+      key    <- options.key.map(Options.readKey(_).map(Option(_))).getOrElse(Right(None))
+      store  <- EventStore.open(options.database)
+      socket <- closing(store)(UdpLink.bind(options.listen, options.udpPort))
+      running <- closing(socket)(closing(store) {
+        lazy val supervisor: Supervisor =
+          new Supervisor(options, key, store, (datagram, to) => udp.send(datagram, to), () => feed.changed())
+        lazy val udp  = new UdpLink(socket, (datagram, from) => supervisor.receive(datagram, from))
+        lazy val feed = new PageFeed(() => supervisor.picture, store)
+        closing(feed)(WebServer.start(options, supervisor, store, feed)).map { web =>
+          val ticking = Executors.newSingleThreadScheduledExecutor()
+          ticking.scheduleWithFixedDelay(() => supervisor.tick(), TickMs, TickMs, TimeUnit.MILLISECONDS)
+          udp.start()
+          new Running(options, store, udp, feed, web, () => { ticking.shutdown(); supervisor.close() })
+        }
+      })
+    } yield running
+  }
+
+  /** Closes what has been opened if what comes after it fails. */
+  private def closing[A](opened: AutoCloseable)(body: => Either[String, A]): Either[String, A] =
+    try {
+      val result = body
+      if (result.isLeft) opened.close()
+      result
+    } catch { case e: Throwable => opened.close(); throw e }
+
+  private def shown(address: InetAddress): String = address match {
+    case v6: java.net.Inet6Address => s"[${v6.getHostAddress}]"
+    case v4                        => v4.getHostAddress
+  }
+
+  /** Runs the command line `args` until the process is ended; the result is the exit code. */
+  def run(args: Seq[String]): Int =
+    Options.parse(args) match {
+      case Right(Left(help)) => println(help); 0
+      case parsed =>
+        parsed.flatMap(_.flatMap(start)) match {
+          case Left(sentence) =>
+            Console.err.println(sentence)
+            2
+          case Right(running) =>
+            val ended = new CountDownLatch(1)
+            sys.addShutdownHook {
+              running.close()
+              ended.countDown()
+            }
+            println(s"page: ${running.page}")
+            println(s"reports: udp ${running.reports}")
+            ended.await()
+            0
+        }
+    }
+
+  def main(args: Array[String]): Unit = sys.exit(run(args.toSeq))
+}

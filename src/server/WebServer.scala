@@ -1,0 +1,180 @@
+package flyframe.server
+
+import java.io.{BufferedWriter, OutputStreamWriter}
+import java.net.{BindException, InetSocketAddress}
+import java.nio.charset.StandardCharsets.UTF_8
+import java.security.{MessageDigest, SecureRandom}
+import java.util.HexFormat
+import scala.util.Try
+import io.undertow.{Handlers, Undertow, UndertowOptions}
+import io.undertow.server.{HttpHandler, HttpServerExchange}
+import io.undertow.server.handlers.{BlockingHandler, RequestLimitingHandler}
+import io.undertow.util.{Headers, HttpString}
+
+/** The page, its messages, the log as CSV, and commands from the page (SRV-15 to SRV-18). A page of another
+  * origin can neither read anything nor send a command: the Host header must name this server (DNS
+  * rebinding), an Origin header must be that of the page, and a command must carry the token that stands in
+  * the page.
+  */
+final class WebServer(options: Options, supervisor: Supervisor, store: EventStore, feed: PageFeed)
+    extends AutoCloseable {
+  import WebServer._
+
+  private val token = {
+    val bytes = new Array[Byte](32)
+    new SecureRandom().nextBytes(bytes)
+    HexFormat.of.formatHex(bytes)
+  }
+
+  private val routes = Handlers
+    .routing()
+    .get("/", text("text/html", resource("page.html").replace("{{token}}", token)))
+    .get("/page.css", text("text/css", resource("page.css")))
+    .get("/page.js", text("text/javascript", resource("page.js")))
+    .get("/icon.svg", text("image/svg+xml", resource("icon.svg")))
+    .get("/events", Handlers.serverSentEvents((connection, _) => feed.add(connection)))
+    .get("/api/state", e => answer(e, 200, "application/json", supervisor.picture.json.render()))
+    .get(
+      "/log.csv",
+      new RequestLimitingHandler(MostDownloads, 2 * MostDownloads, new BlockingHandler(csv(_)))
+    )
+    .post("/api/command", new BlockingHandler(command(_)))
+
+  private val server = Undertow.builder
+    .addHttpListener(options.httpPort, options.listen.getHostAddress)
+    .setServerOption[java.lang.Long](UndertowOptions.MAX_ENTITY_SIZE, MostBodyBytes.toLong)
+    .setServerOption[Integer](UndertowOptions.MAX_HEADER_SIZE, 16384)
+    .setServerOption[Integer](UndertowOptions.REQUEST_PARSE_TIMEOUT, 10000)
+    .setServerOption[Integer](UndertowOptions.NO_REQUEST_TIMEOUT, 60000)
+    .setHandler(guarded(routes))
+    .build
+
+  /** Binds the port and serves. */
+  private def start(): Unit = server.start()
+
+  def port: Int = server.getListenerInfo.get(0).getAddress.asInstanceOf[InetSocketAddress].getPort
+
+  def close(): Unit = server.stop()
+
+  /** Whom to answer at all. */
+  private def guarded(next: HttpHandler): HttpHandler = exchange => {
+    val headers = exchange.getRequestHeaders
+    val host    = Option(headers.getFirst(Headers.HOST))
+    val origin  = Option(headers.getFirst(Headers.ORIGIN))
+    val site    = Option(headers.getFirst("Sec-Fetch-Site"))
+    val isPage  = exchange.getRequestPath == "/"
+    SecurityHeaders.foreach { case (name, value) => exchange.getResponseHeaders.put(name, value) }
+    if (!host.exists(isOurs)) refuse(exchange, 403, "This is not the name of this server.")
+    else if (origin.exists(_.replaceFirst("^https?://", "") != host.get))
+      refuse(exchange, 403, "Other pages have no access.")
+    else if (!isPage && site.exists(s => s != "same-origin" && s != "none"))
+      refuse(exchange, 403, "Other pages have no access.")
+    else next.handleRequest(exchange)
+  }
+
+  /** The name is localhost, one given at the start, or an IP address: which no DNS server can turn into ours.
+    */
+  private def isOurs(host: String): Boolean = {
+    val name = host.replaceFirst(":\\d+$", "").toLowerCase
+    name == "localhost" || options.hosts.contains(name) || name.matches(
+      """\d+\.\d+\.\d+\.\d+|\[[0-9a-f:.]+\]"""
+    )
+  }
+
+  private def command(exchange: HttpServerExchange): Unit = {
+    val headers = exchange.getRequestHeaders
+    val sent    = Option(headers.getFirst("X-Token")).getOrElse("")
+    val type0   = Option(headers.getFirst(Headers.CONTENT_TYPE)).getOrElse("").takeWhile(_ != ';').trim
+    if (!headers.contains(Headers.ORIGIN)) refuse(exchange, 403, "Only the page may send commands.")
+    else if (!MessageDigest.isEqual(sent.getBytes(UTF_8), token.getBytes(UTF_8)))
+      refuse(exchange, 403, "The page is not of this start of the server: reload it.")
+    else if (!type0.equalsIgnoreCase("application/json"))
+      refuse(exchange, 415, "Commands are application/json.")
+    else if (exchange.getRequestContentLength > MostBodyBytes) refuse(exchange, 413, "That is too long.")
+    else
+      order(new String(exchange.getInputStream.readNBytes(MostBodyBytes), UTF_8)) match {
+        case None =>
+          refuse(exchange, 400, """A command is {"master": ID, "command": "clear" or "reset", "node": ID}.""")
+        case Some((master, code, node)) =>
+          supervisor.order(master, code, node) match {
+            case Left(why) => refuse(exchange, 409, why)
+            case Right(order) =>
+              answer(exchange, 202, "application/json", ujson.Obj("id" -> order.id).render())
+          }
+      }
+  }
+
+  /** Master, command and node of a request; no node: all. */
+  private def order(body: String): Option[(Int, Int, Int)] = Try {
+    val json = ujson.read(body).obj
+    def u16(name: String) = json.get(name).map { v =>
+      val n = v.num
+      require(n.isWhole && n >= 0 && n <= 0xffff)
+      n.toInt
+    }
+    val code = json("command").str match {
+      case "clear" => Protocol.AlarmClear
+      case "reset" => Protocol.DetectorReset
+    }
+    (u16("master").get, code, u16("node").getOrElse(Protocol.AllNodes))
+  }.toOption
+
+  private def csv(exchange: HttpServerExchange): Unit = {
+    exchange.getResponseHeaders.put(Headers.CONTENT_TYPE, "text/csv; charset=utf-8")
+    exchange.getResponseHeaders.put(Headers.CONTENT_DISPOSITION, "attachment; filename=\"flyframe-log.csv\"")
+    val out = new BufferedWriter(new OutputStreamWriter(exchange.getOutputStream, UTF_8))
+    LogCsv.write(out, store.after(_, 1000))
+    out.close()
+  }
+}
+
+object WebServer {
+  private val MostBodyBytes = 4096
+  private val MostDownloads = 4
+
+  private val SecurityHeaders = Seq(
+    "Content-Security-Policy" -> ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; " +
+      "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"),
+    "Cross-Origin-Resource-Policy" -> "same-origin",
+    "Cross-Origin-Opener-Policy"   -> "same-origin",
+    "X-Content-Type-Options"       -> "nosniff",
+    "Referrer-Policy"              -> "no-referrer",
+    "Cache-Control"                -> "no-store"
+  ).map { case (name, value) => new HttpString(name) -> value }
+
+  /** Starts; Left: why that is not possible. */
+  def start(
+      options: Options,
+      supervisor: Supervisor,
+      store: EventStore,
+      feed: PageFeed
+  ): Either[String, WebServer] = {
+    val web = new WebServer(options, supervisor, store, feed)
+    try {
+      web.start()
+      Right(web)
+    } catch {
+      // Undertow wraps it.
+      case e: Exception if e.isInstanceOf[BindException] || e.getCause.isInstanceOf[java.io.IOException] =>
+        val why = Option(e.getCause).getOrElse(e).getMessage
+        Left(s"Port ${options.httpPort} at ${options.listen.getHostAddress} cannot be used ($why).")
+    }
+  }
+
+  private def resource(name: String): String = {
+    val in = getClass.getResourceAsStream(s"/server/$name")
+    try new String(in.readAllBytes, UTF_8)
+    finally in.close()
+  }
+
+  private def text(mediaType: String, content: String): HttpHandler = answer(_, 200, mediaType, content)
+
+  private def answer(exchange: HttpServerExchange, status: Int, mediaType: String, content: String): Unit = {
+    exchange.setStatusCode(status)
+    exchange.getResponseHeaders.put(Headers.CONTENT_TYPE, s"$mediaType; charset=utf-8")
+    exchange.getResponseSender.send(content)
+  }
+
+  private def refuse(exchange: HttpServerExchange, status: Int, sentence: String): Unit =
+    answer(exchange, status, "text/plain", sentence)
+}

@@ -1,0 +1,65 @@
+package flyframe.e2e
+
+import java.nio.file.{Files, Path, Paths}
+import org.scalatest.flatspec.AnyFlatSpec
+import scala.sys.process.{Process, ProcessLogger}
+
+/** What is wrong is told: by the simulator, and by hosts that were given nonsense. */
+class MistakesSpec extends AnyFlatSpec {
+  private val folder = AlarmSystem.emptyFolder(Paths.get("build/e2e/mistakes"))
+  private val key    = AlarmSystem.makeKey(folder.resolve("key"))
+  private val unused = 9 // port of a server that is not there
+
+  "flyframe-alarm" should "answer a mistake with one sentence and exit code 2" in {
+    val short = Files.writeString(folder.resolve("short"), "abc\n")
+    val good  = Seq("--server-port", s"$unused", "--key", s"$key", "--state", s"$folder/state")
+    def without(option: String) = good.patch(good.indexOf(option), Nil, 2)
+    val mistakes = Seq[(String, Seq[String])](
+      "no server"            -> without("--server-port"),
+      "no key"               -> without("--key"),
+      "key that is not there" -> (without("--key") ++ Seq("--key", "none")),
+      "key too short"        -> (without("--key") ++ Seq("--key", s"$short")),
+      "too many slaves"      -> (good ++ Seq("--slaves", "65")),
+      "no number"            -> (good ++ Seq("--bus-cycle-us", "fast")),
+      "state that is a file" -> (without("--state") ++ Seq("--state", s"$short")),
+      "recording nowhere"    -> (good ++ Seq("--line-pcap", s"$folder/none/x.pcap")),
+      "unknown option"       -> (good :+ "--nonsense")
+    )
+    for ((what, arguments) <- mistakes) {
+      var said = Vector.empty[String]
+      val code = Process(AlarmSystem.program.toString +: arguments).!(ProcessLogger(line => said :+= line))
+      assert(code == 2 && said.size == 1, s"$what: $code, $said")
+    }
+  }
+
+  private def withLine(name: String, options: String*)(check: AlarmLine => Unit): Unit = {
+    val own: Path = AlarmSystem.emptyFolder(folder.resolve(name))
+    val line      = new AlarmLine(own, unused, key, "--slaves" +: "2" +: options)
+    try check(line)
+    finally line.close()
+  }
+
+  /** The status when so much time has been simulated. */
+  private def after(line: AlarmLine, us: Double): ujson.Value = {
+    val status = ujson.read(line.ask("status"))
+    if (status("time_us").num >= us) status
+    else {
+      Thread.sleep(50)
+      after(line, us)
+    }
+  }
+
+  "ALARM-08: a slave whose node ID is nonsense" should "say so and stay off, while the others work" in
+    withLine("node-id", "--node-id", "65534") { line =>
+      val slaves = after(line, 3000)("slaves").arr
+      assert(slaves.map(_("self_test").num.toInt) == Seq(1, 6))
+      assert(slaves.map(_("supply").bool) == Seq(true, false))
+      assert(slaves(1)("failure").str.startsWith("The node ID"))
+    }
+
+  "HOST-02: a master whose bus cycle is nonsense" should "say so and send nothing" in
+    withLine("bus-cycle", "--bus-cycle-us", "5") { line =>
+      val status = after(line, 3000)
+      assert(status("master")("self_test").num == 13 && status("line")("sent").num == 0 && status("plant")("from_master").num == 0)
+    }
+}

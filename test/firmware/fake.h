@@ -1,0 +1,52 @@
+// A controller as a host program sees it: registers behind a port, with the faults a test wants.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <cstdio>
+#include <stdexcept>
+#include <functional>
+#include <string>
+#include <vector>
+
+extern "C" {
+#include "port.h"
+}
+
+struct board {
+  virtual ~board() = default;
+
+  std::array<uint8_t, 0x2000> memory{};
+  std::array<uint8_t, 0x2000> stuck{};  // bits that stay 0
+  std::vector<std::pair<uint16_t, uint8_t>> writes;
+  uint32_t stored = 0;
+  bool storeWorks = true, storeKeeps = true;
+  std::string fatal;
+
+  virtual uint8_t readByte(uint16_t address) { return memory.at(address); }
+  virtual void writeByte(uint16_t address, uint8_t value) {
+    writes.emplace_back(address, value);
+    memory.at(address) = static_cast<uint8_t>(value & ~stuck.at(address));
+  }
+  virtual void wait(uint32_t) {}
+
+  unsigned word(uint16_t address) { return memory.at(address) | memory.at(address + 1u) << 8; }
+  bool wrote(uint16_t first, uint16_t last) const {
+    for (auto& [address, value] : writes)
+      if (address >= first && address <= last) return true;
+    return false;
+  }
+  // The last write to an address; -1 if there was none.
+  int lastWrite(uint16_t address) const {
+    for (size_t i = writes.size(); i-- > 0;)
+      if (writes[i].first == address) return static_cast<int>(i);
+    return -1;
+  }
+};
+
+// Counts what is wrong.
+inline int failures = 0;
+inline void check(const std::string& name, bool ok) {
+  std::printf("%s %s\n", ok ? "ok   " : "WRONG", name.c_str());
+  if (!ok) ++failures;
+}

@@ -1,0 +1,296 @@
+package flyframe.server
+
+import java.io.{ByteArrayOutputStream, File}
+import java.net.{DatagramPacket, DatagramSocket, InetSocketAddress, ServerSocket}
+import java.nio.file.{Files, Path}
+import java.util.concurrent.TimeUnit
+import scala.util.{Random, Using}
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.master.EventKind
+import ServerBench._
+
+/** The whole server, with real sockets and modelled masters. */
+class ServerSpec extends AnyFlatSpec {
+  private def stored(directory: Path): Seq[LogEntry] =
+    Using.resource(EventStore.open(directory.resolve("log.db")).fold(fail(_), identity))(_.after(0, 1000000))
+  private def event(i: Int) =
+    Event(EventKind.Present, i % 5, i % 5 + 1, i / 5, 1, slaveTime = i)
+
+  /** The log has events 0 to `count` - 1 of the life, each once and in order. */
+  private def complete(log: Seq[LogEntry], life: Life, count: Int, hint: String): Unit = {
+    val mine = log.filter(_.life == life)
+    assert(mine.map(_.number) == (0 until count), hint)
+    assert(mine.map(_.event) == (0 until count).map(event), hint)
+  }
+
+  "SRV-05: every event" should "arrive once and in order though datagrams are lost, repeated and late (seeds 1 to 5)" in {
+    for (seed <- 1 to 5) Directory { d =>
+      val random = new Random(seed)
+      Using.resource(start(options(d))) { server =>
+        Using.resource(new ModelMaster(Life(1, 1), server.udpPort, faults = 0.2, random = random)) { master =>
+          var i = 0
+          while (i < 2000) {
+            val some = math.min(random.nextInt(100), 2000 - i)
+            master.happen((i until i + some).map(event): _*)
+            i += some
+            master.report()
+            master.listen(random.nextInt(3))
+          }
+          master.settle(repeatMs = 3)
+          assert(master.waiting == 0, s"seed $seed")
+        }
+      }
+      complete(stored(d), Life(1, 1), 2000, s"seed $seed")
+    }
+  }
+
+  "SRV-08: a server that is down for a while" should "get what happened meanwhile, once and in order" in Directory {
+    d =>
+      Using.resource(ModelMaster.socket()) { reserved =>
+        // A port that is free now, for both lives of the server.
+        val port   = reserved.getLocalPort
+        val config = options(d).copy(udpPort = port)
+        reserved.close()
+        Using.resource(new ModelMaster(Life(1, 1), port, faults = 0.1)) { master =>
+          val first = start(config)
+          master.happen((0 until 100).map(event): _*)
+          master.settle()
+          master.happen((100 until 150).map(event): _*)
+          master.report()
+          first.close()
+          master.happen((150 until 400).map(event): _*)
+          for (_ <- 1 to 20) { master.report(); master.listen(10) }
+          assert(master.waiting >= 250)
+          Using.resource(start(config)) { _ =>
+            master.settle()
+            assert(master.waiting == 0)
+          }
+        }
+        complete(stored(d), Life(1, 1), 400, "")
+      }
+  }
+
+  "SRV-10: a restarted master" should "have its events in the log beside those of before" in Directory { d =>
+    Using.resource(start(options(d).copy(masterTimeoutMs = 300))) { server =>
+      for (boot <- 1 to 3) Using.resource(new ModelMaster(Life(1, boot), server.udpPort)) { master =>
+        master.happen((0 until 70).map(event): _*)
+        master.settle() // not before the one before is silent
+        assert(master.waiting == 0, s"boot $boot")
+      }
+    }
+    for (boot <- 1 to 3) complete(stored(d), Life(1, boot), 70, s"boot $boot")
+  }
+
+  it should "be taken at once from the same address" in Directory { d =>
+    Using.resource(start(options(d))) { server =>
+      val socket = ModelMaster.socket()
+      val before = new ModelMaster(Life(1, 1), server.udpPort, socket = socket)
+      before.happen((0 until 5).map(event): _*)
+      before.settle()
+      Thread.sleep(1000)
+      Using.resource(new ModelMaster(Life(1, 2), server.udpPort, socket = socket)) { after =>
+        after.happen((0 until 5).map(event): _*)
+        after.settle()
+        assert(after.waiting == 0)
+      }
+    }
+    complete(stored(d), Life(1, 2), 5, "")
+  }
+
+  "SRV-13: a command" should "arrive once though datagrams are lost, and be shown as done" in withServer() {
+    server =>
+      val page = new PageClient(server)
+      Using.resource(new ModelMaster(Life(1, 9), server.udpPort, key, faults = 0.3)) { master =>
+        eventually("the master is known") { master.report(); state(server)("masters").arr.nonEmpty }
+        for (i <- 1 to 10) {
+          assert(page.command(ujson.Obj("master" -> 1, "command" -> "reset", "node" -> i)).statusCode == 202)
+          eventually(s"command $i is done") {
+            master.report()
+            master.listen(10)
+            state(server)("masters")(0)("orders").arr.last("state").str == "done"
+          }
+        }
+        assert(master.commands.map(c => (c.counter, c.code, c.node)) == (1 to 10).map(i => (i.toLong, 2, i)))
+      }
+  }
+
+  "SRV-11: 10,000 datagrams of each kind of nonsense" should "be counted and ignored; events, page and commands go on" in Directory {
+    d =>
+      val random = new Random(11)
+      val config = options(d).copy(masters = Map(1 -> ModelMaster.loopback, 2 -> ModelMaster.loopback))
+      Using.resource(start(config)) { server =>
+        val to       = new InetSocketAddress(ModelMaster.loopback, server.udpPort)
+        val attacker = ModelMaster.socket()
+        val master   = new ModelMaster(Life(1, 5), server.udpPort, key)
+        val sender   = ModelMaster.socket()
+        val page     = new PageClient(server)
+        val feed     = page.messages()
+        val genuine  = Protocol.encode(Report(Life(2, 8), 0, Vector.fill(3)(event(1)), time = 1000))
+        try {
+          // The attacker has heard a report of master 2 and sends it again, from where it came from.
+          sender.send(new DatagramPacket(genuine, genuine.length, to))
+          eventually("master 2 is known")(state(server)("masters").arr.nonEmpty)
+          var alive = 0
+          def flood(why: Refusal, from: DatagramSocket)(datagram: Int => Array[Byte]): Unit = {
+            val before = refused(server, why)
+            for (i <- 0 until 10000) {
+              val bytes = datagram(i)
+              from.send(new DatagramPacket(bytes, bytes.length, to))
+              // As much as the receive buffer holds; what the system drops is not counted.
+              if (i % 50 == 49) eventually(s"${why.name} $i")(refused(server, why) >= before + i + 1)
+              if (i % 1000 == 0) {
+                alive += 1
+                master.happen(event(alive - 1))
+                master.settle()
+                assert(master.waiting == 0, s"event during ${why.name}")
+              }
+            }
+            assert(refused(server, why) == before + 10000, why.name)
+          }
+          def forged(life: Life) = Protocol.encode(
+            Report(
+              life,
+              random.nextInt(100),
+              Vector.fill(random.nextInt(4))(Event(EventKind.Lost, 0)),
+              time = random.nextInt().abs
+            )
+          )
+          flood(Refusal.Malformed, attacker) { i =>
+            // Random bytes, and good reports cut off or with a wrong head.
+            val good = forged(Life(1, 5))
+            i % 3 match {
+              case 0 => random.nextBytes(1 + random.nextInt(199)).updated(0, 0.toByte)
+              case 1 => good.take(random.nextInt(good.length))
+              case 2 => good.updated(random.nextInt(4), 0x55.toByte)
+            }
+          }
+          flood(Refusal.Oversized, attacker) { i =>
+            new Array[Byte](if (i % 100 == 0) 65507 else Protocol.MostReportBytes + 1 + i * 7 % 2000)
+          }
+          flood(Refusal.Forged, attacker)(_ => forged(Life(1, random.nextInt(0x10000))))
+          flood(Refusal.Foreign, attacker)(_ =>
+            forged(Life(3 + random.nextInt(1000), random.nextInt(0x10000)))
+          )
+          flood(Refusal.Replayed, sender)(_ => genuine)
+
+          assert(get(server, "").statusCode == 200)
+          assert(page.command(ujson.Obj("master" -> 1, "command" -> "clear")).statusCode == 202)
+          eventually("the command") { master.listen(10); master.commands.nonEmpty }
+          master.settle()
+          eventually("the page has been told everything")(
+            feed.lines.map(_("log").arr.count(_("master").num == 1)).sum == alive + 1
+          )
+          val masters = state(server)("masters").arr.map(m => (m("id").num.toInt, m("boot").num.toInt))
+          assert(masters == Seq((1, 5), (2, 8)))
+        } finally {
+          feed.close()
+          Seq(master, attacker, sender).foreach(_.close())
+        }
+      }
+      val log = stored(d)
+      assert(
+        log.count(_.life == Life(2, 8)) == 3 && log.forall(e => e.life == Life(1, 5) || e.life == Life(2, 8))
+      )
+      assert(log.filter(_.life == Life(1, 5)).map(_.number) == (0 to 50))
+  }
+
+  "SRV-18: wrong arguments and what cannot be opened" should "give one sentence and exit code 2" in Directory {
+    d =>
+      def refusal(args: String*): String = {
+        val (out, err) = (new ByteArrayOutputStream, new ByteArrayOutputStream)
+        val code       = Console.withOut(out)(Console.withErr(err)(Server.run(args)))
+        assert(code == 2 && out.size == 0, args)
+        val text = err.toString
+        assert(text.endsWith(".\n") && text.count(_ == '\n') == 1, text)
+        text
+      }
+      def key(text: String) = {
+        val file = Files.createTempFile(d, "key", "")
+        Files.writeString(file, text).toString
+      }
+      val database = Seq("--database", d.resolve("log.db").toString)
+      assert(refusal("--listen", "example.org").contains("listen"))
+      assert(refusal("--http-port", "70000").contains("http-port"))
+      assert(refusal("--udp-port", "x").contains("udp-port"))
+      assert(refusal("--masters", "1=10.0.0.1,2").contains("'2'"))
+      assert(refusal("--masters", "70000=10.0.0.1").contains("masters"))
+      assert(refusal("--master-timeout-ms", "0").contains("master-timeout-ms"))
+      assert(refusal("--command-tries", "-1").contains("command-tries"))
+      refusal("--no-such-option")
+      refusal("argument")
+      assert(refusal("--key", d.resolve("none").toString).contains("cannot be read"))
+      for (text <- Seq("", "00" * 31, "00" * 33, "0g" * 32, "00" * 32 + "\nmore", " " + "00" * 32)) {
+        val sentence = refusal("--key", key(text))
+        assert(sentence.contains("64 hexadecimal digits"))
+        assert(text.trim.isEmpty || !sentence.contains(text.trim), "shows the key")
+      }
+      assert(refusal("--database", d.toString).contains(d.toString))
+      Using.resource(new ServerSocket(0, 1, ModelMaster.loopback)) { taken =>
+        val port = taken.getLocalPort.toString
+        assert(refusal(database ++ Seq("--udp-port", "0", "--http-port", port): _*).contains(port))
+      }
+      Using.resource(ModelMaster.socket()) { taken =>
+        val port = taken.getLocalPort.toString
+        assert(refusal(database ++ Seq("--udp-port", port, "--http-port", "0"): _*).contains(port))
+      }
+      // What was opened before is closed again.
+      Using.resource(start(options(d)))(server => assert(get(server, "").statusCode == 200))
+  }
+
+  "SRV-18: the key" should "be read from a file with or without an end of line" in Directory { d =>
+    for (end <- Seq("", "\n", "\r\n")) {
+      val file = Files.writeString(d.resolve("key"), "00ff" * 14 + "80Ab0102" + end)
+      assert(Options.readKey(file).map(_.toSeq.takeRight(4)) == Right(Seq(0x80, 0xab, 1, 2).map(_.toByte)))
+      assert(Options.readKey(file).map(_.length) == Right(32))
+    }
+  }
+
+  "SRV-18: the program" should "say where it listens, only on loopback, and end orderly when it is told to" in Directory {
+    d =>
+      val java    = Path.of(System.getProperty("java.home"), "bin", "java").toString
+      val classes = System.getProperty("java.class.path")
+      val process = new ProcessBuilder(
+        java,
+        "-cp",
+        classes,
+        "flyframe.server.Server",
+        "--http-port",
+        "0",
+        "--udp-port",
+        "0",
+        "--database",
+        d.resolve("log.db").toString
+      ).redirectErrorStream(true).redirectOutput(d.resolve("out").toFile).start()
+      try {
+        def out = Files.readString(d.resolve("out"))
+        eventually("both lines")(out.count(_ == '\n') == 2)
+        val said        = "page: http://127\\.0\\.0\\.1:(\\d+)/\nreports: udp 127\\.0\\.0\\.1:(\\d+)\n".r
+        val (http, udp) = out match { case said(http, udp) => (http.toInt, udp.toInt) }
+        Using.resource(new ModelMaster(Life(1, 1), udp)) { master =>
+          master.happen(event(0))
+          master.settle()
+          assert(master.waiting == 0)
+        }
+        assert(
+          listening(http, tcp = true) == Seq("127.0.0.1") && listening(udp, tcp = false) == Seq("127.0.0.1")
+        )
+        process.destroy() // SIGTERM
+        assert(process.waitFor(10, TimeUnit.SECONDS) && process.exitValue == 143)
+        assert(out.count(_ == '\n') == 2, out)
+      } finally process.destroyForcibly()
+      assert(!new File(s"${d.resolve("log.db")}-wal").exists, "the database was closed")
+      assert(stored(d).size == 1)
+  }
+
+  /** Addresses at which something listens on a port, IPv4 and IPv6. */
+  private def listening(port: Int, tcp: Boolean): Seq[String] = {
+    val name = if (tcp) "tcp" else "udp"
+    for {
+      file <- Seq(name, s"${name}6")
+      line <- Files.readString(Path.of("/proc/net", file)).linesIterator.drop(1).toSeq
+      fields  = line.trim.split("\\s+")
+      address = fields(1).split(":")
+      if Integer.parseInt(address(1), 16) == port && (!tcp || fields(3) == "0A")
+    } yield address(0).takeRight(8).grouped(2).map(Integer.parseInt(_, 16)).toSeq.reverse.mkString(".")
+  }
+}

@@ -1,0 +1,251 @@
+package flyframe.server
+
+import java.io.{BufferedReader, InputStreamReader}
+import java.net.Socket
+import java.nio.charset.StandardCharsets.UTF_8
+import scala.util.Using
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.alarm.DetectorState
+import flyframe.master.EventKind
+import ServerBench._
+
+/** HTTP, byte for byte, since clients do not let one choose the Host header. */
+class WebServerSpec extends AnyFlatSpec {
+  private case class Answer(status: Int, headers: Map[String, String], body: String)
+
+  /** Sends a request with just these headers. */
+  private def ask(server: Server.Running, request: String, headers: (String, String)*)(
+      body: String = ""
+  ): Answer =
+    Using.resource(new Socket(ModelMaster.loopback, server.httpPort)) { socket =>
+      socket.setSoTimeout(10000)
+      val all =
+        headers ++ Seq("Content-Length" -> body.getBytes(UTF_8).length.toString, "Connection" -> "close")
+      val text =
+        all.map { case (name, value) => s"$name: $value\r\n" }.mkString(s"$request HTTP/1.1\r\n", "", "\r\n")
+      socket.getOutputStream.write((text + body).getBytes(UTF_8))
+      val in     = new BufferedReader(new InputStreamReader(socket.getInputStream, UTF_8))
+      val status = in.readLine.split(" ")(1).toInt
+      val found = Iterator
+        .continually(in.readLine)
+        .takeWhile(_.nonEmpty)
+        .map(_.split(": ", 2))
+        .map(f => f(0).toLowerCase -> f(1))
+        .toMap
+      // Messages go on and on.
+      Answer(
+        status,
+        found,
+        if (request.contains("/events")) ""
+        else Iterator.continually(in.read).takeWhile(_ >= 0).map(_.toChar).mkString
+      )
+    }
+
+  private def host(server: Server.Running) = s"127.0.0.1:${server.httpPort}"
+  private val clear                        = """{"master": 1, "command": "clear"}"""
+
+  /** A request as the page makes it, with one thing changed. */
+  private def command(
+      server: Server.Running,
+      body: String = clear,
+      change: (String, Option[String]) = "" -> None
+  ): Answer = {
+    val headers = Map(
+      "Host"           -> host(server),
+      "Origin"         -> s"http://${host(server)}",
+      "Sec-Fetch-Site" -> "same-origin",
+      "Content-Type"   -> "application/json",
+      "X-Token"        -> new PageClient(server).token
+    )
+    ask(
+      server,
+      "POST /api/command",
+      headers.updatedWith(change._1)(_ => change._2).filter(_._1.nonEmpty).toSeq: _*
+    )(body)
+  }
+
+  private def withMaster(check: (Server.Running, ModelMaster) => Unit): Unit = withServer() { server =>
+    Using.resource(new ModelMaster(Life(1, 4), server.udpPort, key)) { master =>
+      eventually("the master is known") { master.report(); state(server)("masters").arr.nonEmpty }
+      check(server, master)
+    }
+  }
+
+  "SRV-17: a command of the page" should "be sent to the master" in withMaster { (server, master) =>
+    val answer = command(server)
+    assert(answer.status == 202 && answer.body == """{"id":1}""")
+    eventually("the command") { master.listen(10); master.commands.nonEmpty }
+    assert(
+      master.commands.head == Command(
+        Life(1, 4),
+        1,
+        Protocol.AlarmClear,
+        Protocol.AllNodes
+      ) && master.refused == 0
+    )
+  }
+
+  "SRV-17: a command of another origin, or without the token" should "be refused and do nothing" in withMaster {
+    (server, master) =>
+      val port                                 = server.httpPort
+      def status(name: String, value: String*) = command(server, change = name -> value.headOption).status
+      for (
+        origin <- Seq(
+          "http://evil.example",
+          s"http://localhost:$port",
+          s"ftp://127.0.0.1:$port",
+          "http://127.0.0.1:1",
+          "null"
+        )
+      )
+        assert(status("Origin", origin) == 403, origin)
+      assert(status("Origin") == 403, "no origin")
+      for (
+        name <- Seq(
+          "evil.example",
+          s"evil.example:$port",
+          "127.0.0.1.evil.example",
+          s"localhost.evil.example:$port",
+          ""
+        )
+      )
+        assert(status("Host", name) >= 400, name)
+      for (site  <- Seq("cross-site", "same-site")) assert(status("Sec-Fetch-Site", site) == 403, site)
+      for (token <- Seq("", "0" * 64, "x")) assert(status("X-Token", token) == 403, token)
+      assert(status("X-Token") == 403, "no token")
+      for (kind <- Seq("text/plain", "application/x-www-form-urlencoded", "multipart/form-data", ""))
+        assert(status("Content-Type", kind) == 415, kind)
+      assert(status("Content-Type") == 415, "no content type")
+      master.report()
+      master.listen(300)
+      assert(master.commands.isEmpty && state(server)("masters")(0)("orders").arr.isEmpty)
+  }
+
+  "SRV-17: a name that a DNS server could turn into this address" should "be refused for every path" in
+    withServer(_.copy(hosts = Seq("alarm.plant.example"))) { server =>
+      def status(path: String, host: String) = ask(server, s"GET $path", "Host" -> host)().status
+      for (path <- Seq("/", "/page.js", "/events", "/api/state", "/log.csv")) {
+        assert(status(path, "rebound.example") == 403, path)
+        for (
+          host <- Seq(
+            "localhost",
+            s"localhost:${server.httpPort}",
+            "127.0.0.1",
+            "[::1]:80",
+            "Alarm.Plant.example:8080"
+          )
+        )
+          assert(status(path, host) == 200, s"$path $host")
+      }
+    }
+
+  "SRV-17: other pages" should "read nothing: no access for other origins, none through frames" in withServer() {
+    server =>
+      for (path <- Seq("/events", "/api/state", "/log.csv", "/page.js")) {
+        val own = "Host" -> host(server)
+        assert(ask(server, s"GET $path", own, "Origin" -> "http://evil.example")().status == 403, path)
+        assert(ask(server, s"GET $path", own, "Sec-Fetch-Site" -> "cross-site")().status == 403, path)
+        val answer = ask(server, s"GET $path", own)()
+        assert(answer.status == 200 && !answer.headers.contains("access-control-allow-origin"), path)
+      }
+      val page = ask(server, "GET /", "Host" -> host(server), "Sec-Fetch-Site" -> "cross-site")()
+      assert(page.status == 200, "a link to the page may stand anywhere")
+      assert(page.headers("content-security-policy").contains("default-src 'none'"))
+      assert(page.headers("content-security-policy").contains("frame-ancestors 'none'"))
+      assert(page.headers("cache-control") == "no-store")
+      assert(
+        ask(
+          server,
+          "OPTIONS /api/command",
+          "Host"   -> host(server),
+          "Origin" -> "http://evil.example"
+        )().status == 403
+      )
+  }
+
+  "SRV-17: a request that makes no sense" should "get an error code, and the server go on" in withMaster {
+    (server, _) =>
+      val bad = Seq(
+        "",
+        "x",
+        "[]",
+        "{}",
+        """{"master": 1}""",
+        """{"master": 1, "command": "reboot"}""",
+        """{"master": 1.5, "command": "clear"}""",
+        """{"master": 65536, "command": "clear"}""",
+        """{"master": 1, "command": "reset", "node": -1}""",
+        """{"master": "1", "command": "clear"}""",
+        "[" * 4000
+      )
+      for (body <- bad) assert(command(server, body).status == 400, body)
+      assert(command(server, " " * 5000).status == 413)
+      assert(command(server, """{"master": 2, "command": "clear"}""").status == 409)
+      assert(ask(server, "GET /api/command", "Host" -> host(server))().status == 405)
+      assert(ask(server, "GET /nothing", "Host" -> host(server))().status == 404)
+      assert(ask(server, "GET /../build.sbt", "Host" -> host(server))().status >= 400)
+      assert(get(server, "").statusCode == 200)
+  }
+
+  "SRV-15: pages" should "be told of an event at once, and of the picture of the moment when they are opened" in withMaster {
+    (server, master) =>
+      val page = new PageClient(server)
+      master.happen(
+        Event(EventKind.Present, 0, 1, state = 1),
+        Event(EventKind.Detector, 0, 1, 1, DetectorState.Normal)
+      )
+      master.settle()
+      Using.resource(page.messages()) { feed =>
+        eventually("the first message")(feed.lines.nonEmpty)
+        assert(feed.lines.head("fresh").bool && feed.lines.head("log").arr.size == 2)
+        assert(feed.lines.head("state")("masters")(0)("slaves")(0)("state").str == "normal")
+        // Without push the page would wait for the next message that only says that the server lives: 5 s each.
+        val begin = System.nanoTime()
+        for (i <- 2 to 11) {
+          master.happen(Event(EventKind.Detector, 0, 1, i, DetectorState.Alarm))
+          master.settle()
+          eventually("the alarm")(feed.lines.exists(_("log").arr.exists(_("id").num == i + 1)))
+        }
+        assert(System.nanoTime() - begin < 10000000000L)
+        assert(feed.lines.last("state")("masters")(0)("slaves")(0)("state").str == "alarm")
+        assert(feed.lines.tail.forall(!_("fresh").bool))
+      }
+  }
+
+  it should "get every entry once, also those who read slowly" in withMaster { (server, master) =>
+    Using.resource(new PageClient(server).messages()) { feed =>
+      for (i <- 0 until 3000) master.happen(Event(EventKind.Detector, 0, 1, i & 0xffff, DetectorState.Normal))
+      master.settle()
+      def ids = feed.lines.flatMap(_("log").arr.map(_("id").num.toInt))
+      eventually("all entries")(ids.lastOption.contains(3000))
+      // The first message may have come with the last entries only.
+      assert(ids == (ids.head to 3000))
+    }
+  }
+
+  it should "be opened only so often at a time" in withServer() { server =>
+    val page  = new PageClient(server)
+    val feeds = Seq.fill(PageFeed.MostClients)(page.messages())
+    try {
+      eventually("all are open")(feeds.forall(_.lines.nonEmpty))
+      Using.resource(page.messages()) { more =>
+        Thread.sleep(300)
+        assert(more.lines.isEmpty)
+      }
+    } finally feeds.foreach(_.close())
+    eventually("there is room again") {
+      Using.resource(page.messages()) { feed => Thread.sleep(100); feed.lines.nonEmpty }
+    }
+  }
+
+  "SRV-16: the log" should "be had as CSV, all of it" in withMaster { (server, master) =>
+    for (i <- 0 until 2500) master.happen(Event(EventKind.Detector, 0, 1, i, DetectorState.Normal))
+    master.settle()
+    val answer = get(server, "log.csv")
+    assert(answer.headers.firstValue("content-type").get == "text/csv; charset=utf-8")
+    assert(answer.headers.firstValue("content-disposition").get.contains("flyframe-log.csv"))
+    val lines = answer.body.split("\r\n").toSeq
+    assert(lines.size == 2501)
+    assert(lines.tail.map(_.split(",")(3).toInt) == (0 until 2500))
+  }
+}
