@@ -4,6 +4,7 @@ PRESET ?= cyclone4-min
 FRAMES ?= 100000
 SEED   ?= 1
 STEPS  ?= 10000000
+EVENTS ?= 1000
 SET    ?= smsoak
 PRESETS ?= cyclone4-min et1100 frame-processor
 
@@ -14,7 +15,7 @@ SBT_DEP  := $(if $(shell command -v sbt),,$(LAUNCHER))
 TOOLS    := .ci/install-tools
 VENV     := build/tools/venv
 
-.PHONY: help verilog generated check-generated test fuzz smsoak cosim cosim-selftest interop lint matrix format check-format report \
+.PHONY: help verilog generated check-generated test fuzz smsoak alarm-latency cosim cosim-selftest interop lint matrix format check-format report \
         clean demo server firmware-test alarm-sim tools-sim tools-test tools-page tools-report tools-interop tools-alarm
 
 help: ## this text
@@ -46,6 +47,9 @@ fuzz: $(SBT_DEP) tools-sim ## random frames: FRAMES=1000000 SEED=7 PRESET=cyclon
 smsoak: $(SBT_DEP) tools-sim ## SyncManagers between bus and host at random: STEPS=10000000 SEED=1 SET=smsoak-wide
 	$(SBT) "Test / runMain flyframe.cosim.SmSoak"
 	build/smsoak/flyframe-smsoak --preset $(SET) --steps $(STEPS) --seed $(SEED)
+
+alarm-latency: $(SBT_DEP) tools-sim ## from detector to report with 64 modelled slaves, as JSON in build/: EVENTS=1000
+	$(SBT) "Test / runMain flyframe.master.AlarmLatency $(EVENTS) build/alarm-latency.json"
 
 cosim: tools-sim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency
 	$(MAKE) -s -f test/cosim/cosim.mk cosim PRESETS="$(PRESETS)"

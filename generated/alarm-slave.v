@@ -2626,10 +2626,13 @@ module AlarmQueue(
   wire        passes = seen & ~hold & ~rewinds & _valid_T;
   reg         valid;
   wire        _head_valid_output = valid & ~passes & ~rewinds;
-  reg         asked;
+  reg         late;
+  wire        _GEN = passes | rewinds;
   wire [15:0] _distance_T_3 = confirm_bits - oldest - {15'h0, confirm_bits < oldest};
-  wire        confirms = asked & ~seen & (|confirm_bits) & _distance_T_3 < {11'h0, told};
-  wire [4:0]  gone = confirms ? _distance_T_3[4:0] + 5'h1 : 5'h0;
+  wire        confirms = confirm_valid & (|confirm_bits) & _distance_T_3 < {11'h0, told};
+  wire        ofHead = confirm_valid & seen & confirm_bits == _ram_readData[50:35];
+  wire        completes = passes & (late | ofHead);
+  wire [4:0]  _gone_T_5 = completes ? told + 5'h1 : confirms ? _distance_T_3[4:0] + 5'h1 : 5'h0;
   always @(posedge clock) begin
     if (reset) begin
       first <= 4'h0;
@@ -2641,15 +2644,15 @@ module AlarmQueue(
       seen <= 1'h0;
       again <= 1'h0;
       valid <= 1'h0;
-      asked <= 1'h0;
+      late <= 1'h0;
     end
     else begin
-      first <= first + gone[3:0];
-      count <= count + {4'h0, happens} - gone;
+      first <= first + _gone_T_5[3:0];
+      count <= count + {4'h0, happens} - _gone_T_5;
       if (rewinds)
         told <= 5'h0;
       else
-        told <= told + {4'h0, passes} - gone;
+        told <= told + {4'h0, passes} - _gone_T_5;
       if (happens) begin
         reported <= state;
         if (&sequence_0)
@@ -2657,14 +2660,14 @@ module AlarmQueue(
         else
           sequence_0 <= sequence_0 + 16'h1;
       end
-      if (confirms)
+      if (completes)
+        oldest <= (&(_ram_readData[50:35])) ? 16'h1 : _ram_readData[50:35] + 16'h1;
+      else if (confirms)
         oldest <= (&confirm_bits) ? 16'h1 : confirm_bits + 16'h1;
-      seen <=
-        ~(passes | rewinds)
-        & (acknowledge_valid & _head_valid_output & acknowledge_bits == _ram_readData[50:35] | seen);
+      seen <= ~_GEN & (acknowledge_valid & _head_valid_output & acknowledge_bits == _ram_readData[50:35] | seen);
       again <= repeat_0 | ~rewinds & again;
       valid <= _valid_T & ~passes & ~rewinds;
-      asked <= confirm_valid | seen & asked;
+      late <= ~_GEN & (ofHead | late);
     end
   end // always @(posedge)
   assign _ram_writeAddress = first + count[3:0];

@@ -20,7 +20,7 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
   private var told     = 0                   // of them acknowledged
   private var latched  = false
   private var time     = 0L
-  private var restarts = false // the supply has been taken away since time last passed
+  private var restarts = false               // the supply has been taken away since time last passed
   private var received = Set.empty[String]
 
   private def supplied = registers.value("detector_enable") == 1 && offLeft == 0

@@ -124,8 +124,8 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
   def receive(port: Int, frame: WireFrame): Option[(Int, SentFrame)] = {
     val received = Receiver.receive(frame)
     extended = Extension(nibbles = received.preamble + 1 + received.payload.size)
-    val wasOpen  = opened(port)
-    val sent     = Option.when(wasOpen)(pass(port, received))
+    val wasOpen = opened(port)
+    val sent    = Option.when(wasOpen)(pass(port, received))
     // Counted when the frame is over: a datagram in it still reads the old values.
     if (wasOpen) {
       registers.count(s"rx_er_port$port", received.rxErrors)

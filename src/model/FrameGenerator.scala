@@ -94,7 +94,7 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
 
   /** An EtherCAT frame without FCS, in order but for what `headerType` and padding say. */
   private def ethercat(): Seq[Int] = {
-    val form = if (chance(70)) Encapsulation.Basic else pick(Encapsulation.all)
+    val form    = if (chance(70)) Encapsulation.Basic else pick(Encapsulation.all)
     val isEmpty = p.hasAlarm && chance(20) // something can be appended to it
     val list    = if (isEmpty) Nil else datagrams()
     val frame = EtherCatFrame(

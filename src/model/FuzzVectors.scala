@@ -108,8 +108,8 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
                                                                               errors.mkString(" E", ",", ""))
     )
     frames += 1
-    val sent = model.receive(port, frame)
-    val ext = model.extension
+    val sent    = model.receive(port, frame)
+    val ext     = model.extension
     val unknown = if (ext.hasTime) " ?" else ext.at.fold("")(at => s" T${at + TimeNibble}")
     out.println(sent.fold("X -") { case (y, s) => s"X $y ${s.preamble} ${hexNibbles(s.payload)}$unknown" })
     if (waits) leaving = Some(Never)
@@ -190,7 +190,8 @@ object FuzzVectors {
       }
       if (units.exists && random.nextInt(4) == 0) units.host(writer)
       // At times faster than they are acknowledged.
-      if (p.hasAlarm && random.nextInt(if (i / 100 % 3 == 0) 2 else 6) == 0) writer.detector(random.nextInt(8))
+      if (p.hasAlarm && random.nextInt(if (i / 100 % 3 == 0) 2 else 6) == 0)
+        writer.detector(random.nextInt(8))
       val gap = random.nextInt(10) match {
         case 0 => 22
         case 1 => 24 + random.nextInt(200)

@@ -181,7 +181,8 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
   // ---- host ----
 
   /** Something the host does between two frames. */
-  def host(writer: VectorWriter): Unit = if (p.hasAlarm && chance(50)) hostOnAlarm(writer) else ordinary(writer)
+  def host(writer: VectorWriter): Unit =
+    if (p.hasAlarm && chance(50)) hostOnAlarm(writer) else ordinary(writer)
 
   private def ordinary(writer: VectorWriter): Unit = random.nextInt(10) match {
     case 0 => writer.hostRead(0x0120 + random.nextInt(2))
@@ -236,7 +237,8 @@ object UnitTraffic {
   }
 
   /** What may be written to `address` in random traffic in place of `byte`, so that no unit starts to count
-    * time: no temporary loops, no watchdogs, no EEPROM commands, no debounce; and no FMMU that reaches those registers.
+    * time: no temporary loops, no watchdogs, no EEPROM commands, no debounce; and no FMMU that reaches those
+    * registers.
     */
   def calm(p: EscParams, address: Int, byte: Int): Int = {
     val inFmmus = address >= 0x0600 && address < 0x0600 + 16 * p.fmmus
@@ -265,7 +267,9 @@ object UnitTraffic {
         d.copy(address = d.address ^ (0x0800L << 16)) // no reading of watchdog states
       else d.copy(data = d.data.zipWithIndex.map { case (b, i) => calm(p, at + i, b) })
     }
-  /** With one access to the events of a detector, as masters do: two of them in a frame meet an order of times.
+
+  /** With one access to the events of a detector, as masters do: two of them in a frame meet an order of
+    * times.
     */
   def oneForEvents(datagrams: Seq[Datagram]): Seq[Datagram] = {
     def touches(d: Datagram) = {

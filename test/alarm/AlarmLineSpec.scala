@@ -36,7 +36,7 @@ class LineUnderTest(sets: Seq[EscParams]) extends Module {
       port.link   := true.B
     }
   }
-  slaves.last.mii(1).link := false.B
+  slaves.last.mii(1).link  := false.B
   slaves.head.mii(0).rx_dv := rxDv
   slaves.head.mii(0).rxd   := rxd
   txEn                     := slaves.head.mii(0).tx_en
@@ -163,7 +163,7 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
           Datagram(2, -slave, place, data),
           Datagram(1, -slave, place, data.map(_ => 0))
         ).take(random.nextInt(4)) ++ Option.when(random.nextInt(3) == 0) {
-          val i = alarms(random.nextInt(2)) // acknowledge, confirm
+          val i         = alarms(random.nextInt(2)) // acknowledge, confirm
           val registers = driver.slaves(i).registers
           if (random.nextBoolean()) Datagram(2, -i, 0x0e8a, Seq(0x0e80, 0x0e81).map(registers.byte))
           else Datagram(2, -i, 0x0e8e, EtherCatFrame.little(registers.value("alarm_acknowledge")))

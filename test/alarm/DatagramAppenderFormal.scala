@@ -48,7 +48,8 @@ class WireProof extends Module {
 }
 
 /** One frame, with the Ethernet header of an EtherCAT frame and everything behind it free; it may end
-  * anywhere from the nineteenth byte on, good or bad. The datagram, two bytes of anything, may be pending or not. A nibble per cycle.
+  * anywhere from the nineteenth byte on, good or bad. The datagram, two bytes of anything, may be pending or
+  * not. A nibble per cycle.
   */
 class ExtensionProof extends Module {
   private val nibble   = IO(Input(UInt(4.W)))
@@ -109,11 +110,13 @@ class ExtensionProof extends Module {
   when(over === 20.U) { assert(left, "the frame is still here") }
 
   // The nibbles that came, 10 slots ago, or now.
-  private val came  = ShiftRegister(dut.in.data, DatagramAppender.Delay)
+  private val came   = ShiftRegister(dut.in.data, DatagramAppender.Delay)
   private val direct = RegInit(false.B)
   when(out.valid && !leaving) { direct := dut.in.valid && !dut.busy }
   private val isDirect = Mux(leaving, direct, dut.in.valid && !dut.busy)
-  when(out.valid && isDirect) { assert(out.asUInt === dut.in.asUInt, "a frame that is not delayed is changed") }
+  when(out.valid && isDirect) {
+    assert(out.asUInt === dut.in.asUInt, "a frame that is not delayed is changed")
+  }
   // Before the EtherCAT header nothing changes.
   private val at = RegInit(0.U(7.W))
   when(out.valid) { at := at + 1.U }

@@ -115,7 +115,7 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
   private def nibbles(bytes: Seq[Int]): Vector[Int] = bytes.flatMap(b => Seq(b & 0xf, b >> 4)).toVector
   private def bytesOf(nibbles: Seq[Int]): Seq[Int] =
     nibbles.grouped(2).collect { case Seq(low, high) => low | high << 4 }.toSeq
-  private def closed(bytes: Seq[Int]): Vector[Int]  = nibbles(bytes ++ Fcs.of(bytes))
+  private def closed(bytes: Seq[Int]): Vector[Int] = nibbles(bytes ++ Fcs.of(bytes))
   private def empty(area: Int = 44): Vector[Int] =
     closed(EtherCatFrame(Nil).take(14) ++ Seq(0x00, 0x10) ++ Seq.fill(area)(0))
 
@@ -231,8 +231,10 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
           assert(!got.bad && Fcs.good(bytesOf(got.payload)))
           assert(grown <= 1518 + (if (vlan) 4 else 0), s"area of $length bytes")
           val appends = length + added.size <= 1498 && length < 12 * max
-          assert(got.payload == (if (appends) AppendModel.append(closed(bytes), false, added, max)._1
-                                 else closed(bytes)))
+          assert(
+            got.payload == (if (appends) AppendModel.append(closed(bytes), false, added, max)._1
+                            else closed(bytes))
+          )
         }
       },
       "AP-03 to AP-05: tshark finds a datagram with working counter 1 and nothing wrong" -> { dut =>
@@ -240,15 +242,20 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
         val driver = new Driver(dut, added)
         driver.pending(true)
         val counts = 0 to 15
-        val lists = counts.map(n => Seq.tabulate(n)(i => Datagram(i % 15, 0, 0x0f80 + i, Seq.fill(i % 2)(i)))) :+
-          Seq(Datagram(0, 0, 0, Seq.fill(1498 - 20 - 12)(random.nextInt(256)))) // full with the new one
-        val expected = for ((list, form) <- lists.zip(Iterator.continually(Seq(Encapsulation.Basic, Encapsulation.Vlan)).flatten)) yield {
-          driver.frame(closed(EtherCatFrame(list, form)), bad = false)
-          driver.idle(110)
-          val area = list.map(_.data.size + 12).sum
-          if (area < 12 * max) list :+ record else list
-        }
-        val file  = Paths.get(s"build/replay/appended-$max.pcap")
+        val lists =
+          counts.map(n => Seq.tabulate(n)(i => Datagram(i % 15, 0, 0x0f80 + i, Seq.fill(i % 2)(i)))) :+
+            Seq(Datagram(0, 0, 0, Seq.fill(1498 - 20 - 12)(random.nextInt(256)))) // full with the new one
+        val expected =
+          for (
+            (list, form) <- lists
+              .zip(Iterator.continually(Seq(Encapsulation.Basic, Encapsulation.Vlan)).flatten)
+          ) yield {
+            driver.frame(closed(EtherCatFrame(list, form)), bad = false)
+            driver.idle(110)
+            val area = list.map(_.data.size + 12).sum
+            if (area < 12 * max) list :+ record else list
+          }
+        val file = Paths.get(s"build/replay/appended-$max.pcap")
         Recording.write(file, driver.sent.map(s => bytesOf(s.payload).dropRight(4)))
         assert(Recording.tshark(file, "-Y", Recording.Wrong) == Nil)
         val names  = Seq("ecatf.length", "ecat.cmd", "ecat.subframe.length", "ecat.subframe.more", "ecat.cnt")
@@ -257,7 +264,10 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
         val lines  = Recording.tshark(file, Seq("-T", "fields", "-E", "separator=;") ++ fields: _*)
         assert(lines.size == lists.size)
         for ((line, list) <- lines.zip(expected)) {
-          val values = line.split(";", -1).toSeq.map(_.split(",").toSeq.filter(_.nonEmpty).map(v => Integer.decode(v).toInt))
+          val values = line
+            .split(";", -1)
+            .toSeq
+            .map(_.split(",").toSeq.filter(_.nonEmpty).map(v => Integer.decode(v).toInt))
           val Seq(length, commands, lengths, more, counters) = values.take(5)
           assert(length == Seq(list.map(_.data.size + 12).sum))
           if (list.nonEmpty) {

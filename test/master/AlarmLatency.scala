@@ -47,16 +47,18 @@ object AlarmLatency {
     */
   def measure(dut: RecordedMaster, events: Int, busCycle: Int, seed: Long = 1): AlarmTimes = {
     val random = new Random(seed)
-    val driver = new SystemDriver(dut, new TimedLine(1 to Slaves), new ServerModel(SystemDriver.MasterId), busCycle)
+    val driver =
+      new SystemDriver(dut, new TimedLine(1 to Slaves), new ServerModel(SystemDriver.MasterId), busCycle)
     driver.start(1)
     driver.settle()
 
     val started = mutable.Map.empty[(Int, Int), Long] // by node and number: when it happened
     val times   = mutable.ArrayBuffer.empty[Double]
     val states  = Array.fill(Slaves)(1)
-    val numbers = Array.fill(Slaves)(1) // that of the state at the start
+    val numbers = Array.fill(Slaves)(1)               // that of the state at the start
     driver.onReport = (_, end, data) =>
-      for (e <- driver.server.parse(data); at <- started.remove((e.node, e.sequence))) times += (end - at) * 0.04
+      for (e <- driver.server.parse(data); at <- started.remove((e.node, e.sequence)))
+        times += (end - at) * 0.04
     for (_ <- 1 to events) {
       val slave = random.nextInt(Slaves)
       val at    = driver.slot + random.nextInt(busCycle)

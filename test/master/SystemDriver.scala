@@ -64,8 +64,9 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
   /** One slot, with what is being received. */
   private def single(): Unit = {
     for (y <- 0 to 1) {
-      val symbol = playing(y).headOption.filter(_._1 <= slot).flatMap { case (start, f) => f.lift((slot - start).toInt) }
-      val value  = symbol.getOrElse(-1)
+      val symbol =
+        playing(y).headOption.filter(_._1 <= slot).flatMap { case (start, f) => f.lift((slot - start).toInt) }
+      val value = symbol.getOrElse(-1)
       if (value != before(y)) {
         dut.rxDv(y).poke(value >= 0)
         if (value >= 0) dut.rxd(y).poke(value)
@@ -89,11 +90,14 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
       dut.port.poke(y == 1)
       dut.bank.poke((count - 1 & 1) == 1)
       val (start, length) = (dut.start.peek().litValue.toLong, dut.length.peek().litValue.toInt)
-      val nibbles = (0 until length by 16).flatMap { at =>
-        dut.word.poke(at / 16)
-        val word = dut.nibbles.peek().litValue
-        (0 until 16).map(i => (word >> (4 * i) & 0xf).toInt)
-      }.take(length).toVector
+      val nibbles = (0 until length by 16)
+        .flatMap { at =>
+          dut.word.poke(at / 16)
+          val word = dut.nibbles.peek().litValue
+          (0 until 16).map(i => (word >> (4 * i) & 0xf).toInt)
+        }
+        .take(length)
+        .toVector
       val frame = SentFrame(nibbles.indexOf(0xd), nibbles.drop(nibbles.indexOf(0xd) + 1))
       require(frame.good, s"the master sends a bad frame: $frame")
       if (y == 0) onLine(start, frame) else onPlant(start, start + length - 1, frame)
@@ -133,7 +137,7 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
     (0 until count).map(i => access(address + i, write = false, 0).toLong << (8 * i)).sum
   def write(address: Int, bytes: Int*): Unit =
     bytes.zipWithIndex.foreach { case (b, i) => access(address + i, write = true, b) }
-  private def word(v: Int, count: Int = 2)  = (0 until count).map(i => v >> (8 * i) & 0xff)
+  private def word(v: Int, count: Int = 2) = (0 until count).map(i => v >> (8 * i) & 0xff)
   private def address(v: Long, count: Int) = (0 until count).map(i => (v >> (8 * i) & 0xff).toInt).reverse
 
   /** Starts the master, for the first time or anew. */

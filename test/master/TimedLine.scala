@@ -20,7 +20,7 @@ class TimedLine(nodes: Seq[Int]) {
   slaves.last.setLink(1, up = false)
 
   /** Bits in error of all bits on their way to and fro. */
-  var errorRate = 0.0
+  var errorRate      = 0.0
   private val random = new Random(7)
 
   /** Frames that something has happened to. */
