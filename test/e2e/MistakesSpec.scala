@@ -15,15 +15,15 @@ class MistakesSpec extends AnyFlatSpec {
     val good  = Seq("--server-port", s"$unused", "--key", s"$key", "--state", s"$folder/state")
     def without(option: String) = good.patch(good.indexOf(option), Nil, 2)
     val mistakes = Seq[(String, Seq[String])](
-      "no server"             -> without("--server-port"),
-      "no key"                -> without("--key"),
+      "no server"            -> without("--server-port"),
+      "no key"               -> without("--key"),
       "key that is not there" -> (without("--key") ++ Seq("--key", "none")),
-      "key too short"         -> (without("--key") ++ Seq("--key", s"$short")),
-      "too many slaves"       -> (good ++ Seq("--slaves", "65")),
-      "no number"             -> (good ++ Seq("--bus-cycle-us", "fast")),
-      "state that is a file"  -> (without("--state") ++ Seq("--state", s"$short")),
-      "recording nowhere"     -> (good ++ Seq("--line-pcap", s"$folder/none/x.pcap")),
-      "unknown option"        -> (good :+ "--nonsense")
+      "key too short"        -> (without("--key") ++ Seq("--key", s"$short")),
+      "too many slaves"      -> (good ++ Seq("--slaves", "65")),
+      "no number"            -> (good ++ Seq("--bus-cycle-us", "fast")),
+      "state that is a file" -> (without("--state") ++ Seq("--state", s"$short")),
+      "recording nowhere"    -> (good ++ Seq("--line-pcap", s"$folder/none/x.pcap")),
+      "unknown option"       -> (good :+ "--nonsense")
     )
     for ((what, arguments) <- mistakes) {
       var said = Vector.empty[String]
@@ -60,10 +60,6 @@ class MistakesSpec extends AnyFlatSpec {
   "HOST-02: a master whose bus cycle is nonsense" should "say so and send nothing" in
     withLine("bus-cycle", "--bus-cycle-us", "5") { line =>
       val status = after(line, 3000)
-      assert(
-        status("master")("self_test").num == 13 && status("line")("sent").num == 0 && status("plant")(
-          "from_master"
-        ).num == 0
-      )
+      assert(status("master")("self_test").num == 13 && status("line")("sent").num == 0 && status("plant")("from_master").num == 0)
     }
 }

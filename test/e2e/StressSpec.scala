@@ -49,31 +49,14 @@ class StressSpec extends AnyFlatSpec {
     assert(line.size > 20)
     assert(line.size == tshark(system.linePcap).size)
     // NOP datagrams at 0x0e80: those that slaves have appended.
-    assert(
-      line.exists(l => l.split("\t")(0).split(",").contains("0x00") && l.contains("0x0e80")),
-      line.take(20)
-    )
+    assert(line.exists(l => l.split("\t")(0).split(",").contains("0x00") && l.contains("0x0e80")), line.take(20))
     assert(tshark(system.linePcap, "-Y", "_ws.malformed || _ws.expert.severity >= 0x600000") == Nil)
     // Reports are for our server only: no dissector shall try its luck.
-    val checks =
-      Seq("-o", "ip.check_checksum:TRUE", "-o", "udp.check_checksum:TRUE", "-d", "udp.port==50000,data")
+    val checks = Seq("-o", "ip.check_checksum:TRUE", "-o", "udp.check_checksum:TRUE", "-d", "udp.port==50000,data")
     val reports = tshark(system.plantPcap, checks ++ Seq("-Y", "udp && ip.src == 10.0.2.15"): _*)
     assert(reports.nonEmpty)
-    assert(
-      tshark(
-        system.plantPcap,
-        checks ++ Seq(
-          "-Y",
-          "udp && ip.checksum.status == 1 && udp.checksum.status == 1 && ip.src == 10.0.2.15"
-        ): _*
-      ).size == reports.size
-    )
-    assert(
-      tshark(
-        system.plantPcap,
-        checks ++ Seq("-Y", "_ws.malformed || ip.checksum.status == 0 || udp.checksum.status == 0"): _*
-      ) == Nil
-    )
+    assert(tshark(system.plantPcap, checks ++ Seq("-Y", "udp && ip.checksum.status == 1 && udp.checksum.status == 1 && ip.src == 10.0.2.15"): _*).size == reports.size)
+    assert(tshark(system.plantPcap, checks ++ Seq("-Y", "_ws.malformed || ip.checksum.status == 0 || udp.checksum.status == 0"): _*) == Nil)
   }
 
   "AP, LM, REP: all slaves at once" should "be in the log once and in order, and their frames dissect" in {
@@ -112,14 +95,7 @@ class StressSpec extends AnyFlatSpec {
         system.simulate(1000)
       }
       system.restartServer()
-      expect(
-        system,
-        s =>
-          Seq(Normal) ++ Option.when(s == 2 || s == 4)(Alarm) ++ Seq(
-            Open,
-            if (s == 2 || s == 4) Alarm else Normal
-          )
-      )
+      expect(system, s => Seq(Normal) ++ Option.when(s == 2 || s == 4)(Alarm) ++ Seq(Open, if (s == 2 || s == 4) Alarm else Normal))
     }
   }
 
@@ -164,9 +140,7 @@ class StressSpec extends AnyFlatSpec {
       system.await("its alarm")(detected(system).size == 7)
       system.simulate(3000)
       val events = detected(system).filter(_.node == 2)
-      assert(
-        events.map(e => (e.epoch, e.sequence, e.state)) == Seq((1, 1, Normal), (2, 1, Normal), (2, 2, Alarm))
-      )
+      assert(events.map(e => (e.epoch, e.sequence, e.state)) == Seq((1, 1, Normal), (2, 1, Normal), (2, 2, Alarm)))
       assert(!system.log.exists(_.kind == EventKind.Lost))
     }
   }
