@@ -4,6 +4,7 @@ PRESET ?= cyclone4-min
 FRAMES ?= 100000
 SEED   ?= 1
 STEPS  ?= 10000000
+EVENTS ?= 1000
 SET    ?= smsoak
 PRESETS ?= cyclone4-min et1100 frame-processor
 
@@ -19,7 +20,7 @@ include fpga/alarm/parameters.mk
 QUARTUS ?= quartus_sh
 BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth,--$(p) $($(p)))
 
-.PHONY: help verilog generated check-generated test fuzz smsoak cosim cosim-selftest interop lint matrix format check-format report \
+.PHONY: help verilog generated check-generated test fuzz smsoak alarm-latency cosim cosim-selftest interop lint matrix format check-format report \
         quartus check-board clean demo server firmware-test alarm-sim tools-sim tools-test tools-page tools-report tools-interop \
         tools-alarm tools-board
 
@@ -53,6 +54,9 @@ smsoak: $(SBT_DEP) tools-sim ## SyncManagers between bus and host at random: STE
 	$(SBT) "Test / runMain flyframe.cosim.SmSoak"
 	build/smsoak/flyframe-smsoak --preset $(SET) --steps $(STEPS) --seed $(SEED)
 
+alarm-latency: $(SBT_DEP) tools-sim ## from detector to report with 64 modelled slaves, as JSON in build/: EVENTS=1000
+	$(SBT) "Test / runMain flyframe.master.AlarmLatency $(EVENTS) build/alarm-latency.json"
+
 cosim: tools-sim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency
 	$(MAKE) -s -f test/cosim/cosim.mk cosim PRESETS="$(PRESETS)"
 
@@ -76,9 +80,11 @@ server: $(SBT_DEP) ## server and page of the smoke-alarm system: ARGS="--key FIL
 
 # A simulator of its own, the fastest: without waveforms.
 interop: PRESET = slave
-interop: tools-sim tools-interop ## real masters (SOEM, ethercrab) on the simulated network: PRESET=slave ARGS="--only scan"
-	$(MAKE) -s -f test/cosim/cosim.mk build/interop/flyframe-cosim COSIM_OUT=build/interop PRESETS="$(PRESET)" COSIM_TRACE=0 COSIM_OPT=-O3
-	test/interop/run.sh --preset $(PRESET) $(ARGS)
+interop: $(SBT_DEP) tools-sim tools-interop ## real masters (SOEM, ethercrab) on the simulated network: PRESET=slave ARGS="--only scan"
+	$(SBT) "run --preset $(PRESET) --out build/interop/verilog" "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog"
+	$(MAKE) -s -f test/cosim/cosim.mk build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
+	  PRESETS="$(PRESET) $(PRESET)-alarm" COSIM_TRACE=0 COSIM_OPT=-O3
+	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm $(ARGS)
 
 lint: tools-sim ## verilator -Wall on generated/, and a plain Verilog reader
 	test/cosim/matrix.sh generated

@@ -2063,6 +2063,7 @@ module LineMaster(
   reg  [7:0]  slave_epoch;
   reg         slave_heard;
   reg         slave_confirmed;
+  wire [57:0] _table_io_writeData_T = {slave_node, slave_sequence, slave_epoch, 16'h0, slave_heard, slave_confirmed};
   reg  [4:0]  state;
   reg  [4:0]  behind;
   reg  [4:0]  resume;
@@ -2137,7 +2138,9 @@ module LineMaster(
   wire        _GEN_26 = found | search == listed;
   wire        _GEN_27 = _GEN_25 & _GEN_26;
   wire        _GEN_28 = _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13 | _GEN_15 | _GEN_16;
+  wire        _table_io_write_T = found & isSeen;
   wire        _GEN_29 = _GEN | _GEN_0 | _GEN_2 | _GEN_28;
+  wire [6:0]  _table_io_writeAddress_T_2 = search - 7'h1;
   wire        _GEN_30 = state == 5'hC;
   wire [15:0] now = _exchange_answer_counter > 16'h40 ? 16'h40 : _exchange_answer_counter;
   wire [15:0] _GEN_31 = {9'h0, here};
@@ -2204,9 +2207,7 @@ module LineMaster(
   wire        _GEN_48 = state == 5'h11;
   wire        isSame = place < listed & _table_readData[57:42] == slave_node;
   wire        _GEN_49 = _GEN_36 | _GEN_43;
-  wire        _GEN_50 =
-    _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13 | _GEN_15 | _GEN_16 | _GEN_25 | _GEN_30 | _GEN_32 | _GEN_34
-    | _GEN_49;
+  wire        _GEN_50 = _GEN_30 | _GEN_32 | _GEN_34 | _GEN_49;
   wire        _GEN_51 = state == 5'h12;
   wire        _GEN_52 = state == 5'h13;
   wire        _GEN_53 = (|place) & slave_node != before_0 + 16'h1;
@@ -2362,8 +2363,7 @@ module LineMaster(
   wire        _GEN_63 = event0_kind == 8'h1;
   wire        _GEN_64 = _GEN_51 | _GEN_52 | _GEN_55;
   wire        _GEN_65 =
-    _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13 | _GEN_15 | _GEN_16 | _GEN_25 | _GEN_30 | _GEN_32 | _GEN_34
-    | _GEN_36 | _GEN_43 | _GEN_48 | _GEN_64 | ~(_GEN_60 & event_ready & _GEN_63);
+    _GEN_30 | _GEN_32 | _GEN_34 | _GEN_36 | _GEN_43 | _GEN_48 | _GEN_64 | ~(_GEN_60 & event_ready & _GEN_63);
   wire        _GEN_66 = _GEN_38 | _GEN_39 | _GEN_40;
   wire        _GEN_67 = part == 3'h0 | _GEN_37;
   wire        _GEN_68 = _GEN_12 | _GEN_13 | _GEN_15 | _GEN_16 | _GEN_25 | _GEN_30 | _GEN_32 | _GEN_34;
@@ -2557,7 +2557,7 @@ module LineMaster(
           slave_epoch <= _exchange_answer_data[31:24];
           behind <= 5'h9;
           event0_kind <= 8'h1;
-          event0_position <= {1'h0, search - 7'h1};
+          event0_position <= {1'h0, _table_io_writeAddress_T_2};
           event0_node <= _table_readData[57:42];
           event0_sequence <= _exchange_answer_data[15:0];
           event0_state <= _exchange_answer_data[23:16];
@@ -2714,7 +2714,8 @@ module LineMaster(
           else
             beat <= 4'h0;
         end
-        if (_GEN_2 | _GEN_50 | ~(_GEN_48 & _GEN_37 & place >= listed)) begin
+        if (_GEN_2 | _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13 | _GEN_15 | _GEN_16 | _GEN_25 | _GEN_50
+            | ~(_GEN_48 & _GEN_37 & place >= listed)) begin
         end
         else
           listed <= place + 7'h1;
@@ -2806,15 +2807,35 @@ module LineMaster(
     ~_GEN_3
     & (_GEN_2
          ? (|search) & (unsure | _GEN_5 & _acknowledgements_in_ready)
-         : ~_GEN_50 & (_GEN_48 ? _GEN_37 & ~isSame : ~_GEN_64 & _GEN_61 & _GEN_63));
+         : ~_GEN_28
+           & (_GEN_25
+                ? _GEN_26 & _table_io_write_T
+                : ~_GEN_50 & (_GEN_48 ? _GEN_37 & ~isSame : ~_GEN_64 & _GEN_61 & _GEN_63)));
   assign _table_writeAddress =
-    _GEN_3 ? place[5:0] : _GEN_2 ? search[5:0] - 6'h1 : _GEN_65 ? place[5:0] : event0_position[5:0];
+    _GEN_3
+      ? place[5:0]
+      : _GEN_2
+          ? search[5:0] - 6'h1
+          : _GEN_28
+              ? place[5:0]
+              : _GEN_25
+                  ? (_GEN_26 ? _table_io_writeAddress_T_2[5:0] : place[5:0])
+                  : _GEN_65 ? place[5:0] : event0_position[5:0];
   assign _table_writeData =
     _GEN_3
-      ? {slave_node, slave_sequence, slave_epoch, 16'h0, slave_heard, slave_confirmed}
+      ? _table_io_writeData_T
       : _GEN_2
           ? {_table_readData[57:1], entry_confirmed}
-          : {slave_node, slave_sequence, slave_epoch, _GEN_65 ? 16'h0 : nextEvent, slave_heard, slave_confirmed};
+          : _GEN_28
+              ? _table_io_writeData_T
+              : _GEN_25
+                  ? (_GEN_26 ? {_table_readData[57:1], 1'h0} : _table_io_writeData_T)
+                  : {slave_node,
+                     slave_sequence,
+                     slave_epoch,
+                     _GEN_65 ? 16'h0 : nextEvent,
+                     slave_heard,
+                     slave_confirmed};
   assign _table_readAddress = search[5:0];
   DualPortRam #(
     .ADDRESS_BITS(6),
@@ -2864,7 +2885,7 @@ module LineMaster(
   assign event_bits_time = event0_time;
   assign present = here;
   assign known = listed;
-  assign alarm = ~_GEN_29 & _GEN_27 & ~(found & isSeen) & _exchange_answer_data[23:16] == 8'h2;
+  assign alarm = ~_GEN_29 & _GEN_27 & ~_table_io_write_T & _exchange_answer_data[23:16] == 8'h2;
 endmodule
 
 module UdpReceiver(

@@ -2116,10 +2116,10 @@ module DatagramAppender(
   output       busy
 );
 
-  wire        _ram_write;
-  wire [10:0] _ram_writeData;
-  wire [6:0]  _ram_readAddress;
-  wire [10:0] _ram_readData;
+  wire        _ram_ram_write;
+  wire [10:0] _ram_ram_writeData;
+  wire [6:0]  _ram_ram_readAddress;
+  wire [10:0] _ram_ram_readData;
   reg         inFrame;
   reg         delayed;
   reg         candidate;
@@ -2157,7 +2157,7 @@ module DatagramAppender(
   reg  [31:0] crc;
   reg  [1:0]  word;
   reg         inFcs;
-  wire        inserts = append & (inserting | ~inserted & (&(_ram_readData[1:0])) & ~(closed & ~(rest[3])));
+  wire        inserts = append & (inserting | ~inserted & (&(_ram_ram_readData[1:0])) & ~(closed & ~(rest[3])));
   wire        pop = active & ~(inserts & inFcs);
   reg         held_valid;
   reg         held_payload;
@@ -2316,7 +2316,7 @@ module DatagramAppender(
   end // always @(*)
   wire [6:0]  _readAt_T = readAt + 7'h1;
   wire        rested = gap == 5'h14;
-  wire        next_last = active & (append ? ~inserts & inFcs & rest == 4'h1 : _ram_readData[5]);
+  wire        next_last = active & (append ? ~inserts & inFcs & rest == 4'h1 : _ram_ram_readData[5]);
   wire        _GEN = active & append & inFcs & ~inserts;
   wire        _GEN_0 = step & in_valid;
   wire        _GEN_1 = _GEN_0 & candidate;
@@ -2325,7 +2325,7 @@ module DatagramAppender(
     {4'h0, crc[31:4]} ^ (crcNow_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crcNow_feedback[1] ? 32'h3B6E20C8 : 32'h0)
     ^ (crcNow_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crcNow_feedback[3] ? 32'hEDB88320 : 32'h0);
   wire [31:0] crcNow = shifts ? crc : _crcNow_T_5;
-  wire        _GEN_2 = _ram_readData[1:0] == 2'h1;
+  wire        _GEN_2 = _ram_ram_readData[1:0] == 2'h1;
   wire        isOver = candidate & in_valid & in_last;
   wire        _GEN_3 = active & inserts;
   always @(posedge clock) begin
@@ -2360,7 +2360,7 @@ module DatagramAppender(
         delayed <= chooses | ~(count == 8'h0 & ~active & rested & ~(cut & inFrame) & ~push) & delayed;
         candidate <= ~isOver & (starts ? chooses : candidate);
         count <= count + {7'h0, push} - {7'h0, pop};
-        ends <= ends + {7'h0, push & entry_last} - {7'h0, pop & _ram_readData[5]};
+        ends <= ends + {7'h0, push & entry_last} - {7'h0, pop & _ram_ram_readData[5]};
         if (active) begin
           active <= ~next_last;
           gap <= 5'h0;
@@ -2370,10 +2370,10 @@ module DatagramAppender(
             else if (inFcs)
               held_data <= ~(crcNow[3:0]);
             else
-              held_data <= _GEN_2 ? casez_tmp_0 : {_ram_readData[1:0] == 2'h2, 3'h0} | _ram_readData[9:6];
+              held_data <= _GEN_2 ? casez_tmp_0 : {_ram_ram_readData[1:0] == 2'h2, 3'h0} | _ram_ram_readData[9:6];
           end
           else
-            held_data <= _ram_readData[9:6];
+            held_data <= _ram_ram_readData[9:6];
         end
         else begin
           active <= delayed & rested & ((|(count[7:3])) | ~candidate & (|(count[7:1])) | (|ends));
@@ -2389,11 +2389,11 @@ module DatagramAppender(
         else
           inFcs <= closed & (rest != 4'h9 | pop);
         held_valid <= active;
-        held_payload <= active & _ram_readData[10];
+        held_payload <= active & _ram_ram_readData[10];
         held_last <= next_last;
-        held_bad <= active & (append ? isBad : _ram_readData[4]);
-        held_odd <= active & ~append & _ram_readData[3];
-        held_crcGood <= active & (append | _ram_readData[2]);
+        held_bad <= active & (append ? isBad : _ram_ram_readData[4]);
+        held_odd <= active & ~append & _ram_ram_readData[3];
+        held_crcGood <= active & (append | _ram_ram_readData[2]);
       end
       append <=
         ~(step & active & next_last)
@@ -2448,8 +2448,8 @@ module DatagramAppender(
     if (step & isOver)
       isBad <= in_bad | wrong;
   end // always @(posedge)
-  assign _ram_write = step & push;
-  assign _ram_writeData =
+  assign _ram_ram_write = step & push;
+  assign _ram_ram_writeData =
     {in_payload,
      in_data,
      entry_last,
@@ -2459,18 +2459,18 @@ module DatagramAppender(
      inHeader & ~(&at)
        ? 2'h1
        : in_payload & _isMore_T & position_byte == 5'h7 & position_high & (|length) ? 2'h2 : {2{isBehind}}};
-  assign _ram_readAddress = step & pop ? _readAt_T : readAt;
+  assign _ram_ram_readAddress = step & pop ? _readAt_T : readAt;
   DualPortRam #(
     .ADDRESS_BITS(7),
     .DEPTH(128),
     .WIDTH(11)
-  ) ram (
+  ) ram_ram (
     .clock        (clock),
-    .write        (_ram_write),
+    .write        (_ram_ram_write),
     .writeAddress (writeAt),
-    .writeData    (_ram_writeData),
-    .readAddress  (_ram_readAddress),
-    .readData     (_ram_readData)
+    .writeData    (_ram_ram_writeData),
+    .readAddress  (_ram_ram_readAddress),
+    .readData     (_ram_ram_readData)
   );
   assign out_valid = ~chooses & (delayed ? held_valid : in_valid);
   assign out_payload = delayed ? held_payload : in_payload;

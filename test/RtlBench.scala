@@ -4,7 +4,7 @@ import chisel3._
 import chiseltest._
 import flyframe.model.{SentFrame, Symbol, WireFrame}
 import flyframe.params.EscParams
-import flyframe.rules.{Bench, EepromImage}
+import flyframe.rules.{Bench, EepromImage, Line}
 import flyframe.sii.I2cEeprom
 
 /** The controller with its receive clocks as plain inputs, as chiseltest needs them. */
@@ -181,9 +181,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   }
   def advanceUs(us: Int): Unit = idle(us * 25)
 
-  /** No current at all is an open line. */
-  def setLine(state: Int): Unit =
-    dut.current.foreach(_.poke(Map(1 -> 1, 2 -> 3, 3 -> 0, 4 -> 7)(state)))
+  def setLine(state: Int): Unit = dut.current.foreach(_.poke(Line.current(state)))
   def outputs: Option[Int] =
     Option.when(dut.outputsDriven.get.peek().litToBoolean)(dut.outputs.get.peek().litValue.toInt)
   def interrupt: Boolean = dut.irq.peek().litToBoolean

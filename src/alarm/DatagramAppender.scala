@@ -3,7 +3,7 @@ package flyframe.alarm
 import chisel3._
 import chisel3.util._
 import flyframe.frame.{FramePosition, Part}
-import flyframe.memory.DualPortRam
+import flyframe.memory.{DualPortRam, DualPortRamIO}
 import flyframe.mii.{Crc32, NibbleStream}
 
 /** Adds one datagram to a passing frame, behind the others (AP-01 to AP-10, docs/behaviour.md).
@@ -20,8 +20,14 @@ import flyframe.mii.{Crc32, NibbleStream}
   *   length of the datagram, header and working counter included
   * @param maxSubTelegrams
   *   datagrams a frame may have
+  * @param newRam
+  *   makes the buffer's RAM; another one for proofs, which cannot see into a black box
   */
-class DatagramAppender(bytes: Int, maxSubTelegrams: Int) extends Module {
+class DatagramAppender(
+    bytes: Int,
+    maxSubTelegrams: Int,
+    newRam: (Int, Int, Clock) => DualPortRamIO = DualPortRam(_, _)(_).io
+) extends Module {
   import DatagramAppender._
   private val nibbles = 2 * bytes
 
@@ -47,7 +53,7 @@ class DatagramAppender(bytes: Int, maxSubTelegrams: Int) extends Module {
   private val starts    = in.valid && !inFrame
 
   // The buffer.
-  private val ram     = DualPortRam(Depth, (new Entry).getWidth)(clock)
+  private val ram     = newRam(Depth, (new Entry).getWidth, clock)
   private val writeAt = RegInit(0.U(log2Ceil(Depth).W))     // reset: empty
   private val readAt  = RegInit(0.U(log2Ceil(Depth).W))
   private val count   = RegInit(0.U(log2Ceil(Depth + 1).W))
@@ -108,7 +114,7 @@ class DatagramAppender(bytes: Int, maxSubTelegrams: Int) extends Module {
   )
 
   // Frames on their way out.
-  private val head      = ram.io.readData.asTypeOf(new Entry)
+  private val head      = ram.readData.asTypeOf(new Entry)
   private val closed    = RegInit(false.B) // the last nibble of the frame to be extended has come; reset: no
   private val rest      = Reg(UInt(4.W))   // nibbles left of it, from one more than the FCS has on
   private val isBad     = Reg(Bool())
@@ -163,10 +169,10 @@ class DatagramAppender(bytes: Int, maxSubTelegrams: Int) extends Module {
   private val leaves = active && next.last
   busy := append || candidate || chooses
 
-  ram.io.write        := step && push
-  ram.io.writeAddress := writeAt
-  ram.io.writeData    := entry.asUInt
-  ram.io.readAddress  := Mux(step && pop, readAt + 1.U, readAt)
+  ram.write        := step && push
+  ram.writeAddress := writeAt
+  ram.writeData    := entry.asUInt
+  ram.readAddress  := Mux(step && pop, readAt + 1.U, readAt)
 
   when(step) {
     when(in.valid) { inFrame := !in.last }

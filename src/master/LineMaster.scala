@@ -371,6 +371,12 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
         alarm                     := !(found && isSeen) && answer.data(23, 16) === DetectorState.Alarm.U
         number                    := number + 1.U
         state                     := fetch
+        // It has been reported again: it was not there when that was confirmed.
+        val entry = WireDefault(stored)
+        entry.confirmed       := false.B
+        table.io.write        := found && isSeen
+        table.io.writeAddress := search - 1.U
+        table.io.writeData    := entry.asUInt
         when(takes) {
           emitThen(fetch, EventKind.Detector.U, (search - 1.U).pad(8), stored.node)
           event0.sequence := answer.data(15, 0)

@@ -3,6 +3,17 @@ package flyframe.memory
 import chisel3._
 import chisel3.util._
 
+/** The pins of a [[DualPortRam]]. */
+class DualPortRamIO(depth: Int, width: Int) extends Bundle {
+  private val addressBits = log2Ceil(depth) max 1
+  val clock               = Input(Clock())
+  val write               = Input(Bool())
+  val writeAddress        = Input(UInt(addressBits.W))
+  val writeData           = Input(UInt(width.W))
+  val readAddress         = Input(UInt(addressBits.W))
+  val readData            = Output(UInt(width.W))
+}
+
 /** A memory with one write and one read port on one clock, in the form every FPGA tool maps to block RAM (M9K
   * on Cyclone IV).
   *
@@ -17,16 +28,8 @@ import chisel3.util._
 class DualPortRam(depth: Int, width: Int)
     extends BlackBox(Map("DEPTH" -> depth, "ADDRESS_BITS" -> (log2Ceil(depth) max 1), "WIDTH" -> width))
     with HasBlackBoxInline {
-  private val addressBits  = log2Ceil(depth) max 1
   override def desiredName = "DualPortRam"
-  val io = IO(new Bundle {
-    val clock        = Input(Clock())
-    val write        = Input(Bool())
-    val writeAddress = Input(UInt(addressBits.W))
-    val writeData    = Input(UInt(width.W))
-    val readAddress  = Input(UInt(addressBits.W))
-    val readData     = Output(UInt(width.W))
-  })
+  val io                   = IO(new DualPortRamIO(depth, width))
 
   // Hand-written, because the memory model of the Verilog emitter reads with a registered address, for which Quartus adds bypass
   // logic around the block RAM.

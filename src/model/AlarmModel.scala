@@ -20,6 +20,7 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
   private var told     = 0                   // of them acknowledged
   private var latched  = false
   private var time     = 0L
+  private var restarts = false               // the supply has been taken away since time last passed
   private var received = Set.empty[String]
 
   private def supplied = registers.value("detector_enable") == 1 && offLeft == 0
@@ -33,6 +34,7 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
   /** Lets time pass. */
   def advance(us: Long): Unit = {
     time = (time + us) & 0xffffffffL
+    restarts = false
     val off = offLeft min us
     offLeft -= off
     if (!supplied) {
@@ -47,6 +49,16 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
     }
     watch()
   }
+
+  /** Time until nothing moves any more, in us; without debounce. */
+  def settlingUs: Int =
+    if (registers.value("detector_debounce") != 0) 0
+    else if (restarts) offLeft.toInt + 1100 // the supply comes back with a tick of 1 ms
+    else if (state != (if (supplied) line else Off)) 8
+    else 0
+
+  /** A byte of the time of an event, which the model does not know to the microsecond. */
+  def isTime(address: Int): Boolean = head.nonEmpty && Time.contains(address)
 
   private def watch(): Unit = if (state != reported && state != Off && queue.size < Depth) {
     reported = state
@@ -101,6 +113,7 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
           offLeft = 1000L * registers.value("detector_off_time")
           state = Off
           lasted = 0
+          restarts = true
         }
         if ((byte & 4) != 0) told = 0
         registers.set("alarm_clear", 0)
@@ -122,6 +135,7 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
 
 object AlarmModel {
   private val Depth = 16
+  private val Time  = AlarmRegisters.Record + 4 until AlarmRegisters.Record + 8
 
   /** States of the line and the detector. */
   val Off    = 0
@@ -129,4 +143,11 @@ object AlarmModel {
   val Alarm  = 2
   val Open   = 3
   val Short  = 4
+
+  /** What the line is in when the comparators of its current give these bits (DET-02). */
+  def lineOf(current: Int): Int =
+    if ((current & 4) != 0) Short
+    else if ((current & 2) != 0) Alarm
+    else if ((current & 1) != 0) Normal
+    else Open
 }

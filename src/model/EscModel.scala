@@ -26,6 +26,13 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
   /** The smoke detector, where there is one. */
   val alarm: Option[AlarmModel] = space.alarm
 
+  /** A frame is still leaving delayed when the next one begins: that gets no datagram (AP-09). */
+  var waiting: Boolean = false
+
+  /** What appending has done to the last frame. */
+  def extension: Extension = extended
+  private var extended     = Extension()
+
   // A temporary loop setting (B-31): the settings to return to, and the time left.
   private var temporary: Option[(Seq[Int], Int)] = None
   updateLoops()
@@ -116,8 +123,9 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
     */
   def receive(port: Int, frame: WireFrame): Option[(Int, SentFrame)] = {
     val received = Receiver.receive(frame)
-    val wasOpen  = opened(port)
-    val sent     = Option.when(wasOpen)(pass(port, received))
+    extended = Extension(nibbles = received.preamble + 1 + received.payload.size)
+    val wasOpen = opened(port)
+    val sent    = Option.when(wasOpen)(pass(port, received))
     // Counted when the frame is over: a datagram in it still reads the old values.
     if (wasOpen) {
       registers.count(s"rx_er_port$port", received.rxErrors)
@@ -143,6 +151,8 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
 
     // After the loop-back of port 0 comes the processing unit, then the cycle starts again.
     def walk(left: Seq[Int], through: Boolean, payload: Vector[Int], bad: Boolean): (Int, SentFrame) = {
+      if (through && !waiting && extended.nibbles > 1)
+        extended = extended.copy(delayed = space.alarm.exists(_.datagram.isDefined))
       val (now, isBad) = if (through && received.hasSfd) process(payload, bad) else (payload, bad)
       if (through && !received.hasSfd) registers.count("epu_error")
       val next = left.head
@@ -156,7 +166,7 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
   /** Through the processing unit; the payload behind it, and whether the frame is in error. */
   private def process(payload: Vector[Int], alreadyBad: Boolean): (Vector[Int], Boolean) = {
     val frame = new space.Frame
-    val added = space.alarm.flatMap(_.datagram)
+    val added = space.alarm.flatMap(_.datagram).filterNot(_ => waiting)
     val settings = ProcessingSettings(
       stationAddress = registers.value("station_address"),
       alias = Option.when(registers.value("alias_enable") == 1)(registers.value("station_alias")),
@@ -171,7 +181,16 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
     val before  = portNumbers.map(setting)
     val written = frame.end(!done.bad)
     if (!done.bad) settle(before, written)
-    added.fold((done.payload, done.bad))(AppendModel.append(done.payload, done.bad, _, p.maxSubTelegrams))
+    val destroyed = payload.size - done.payload.size // nibbles (B-11)
+    extended = extended.copy(nibbles = extended.nibbles - destroyed, hasTime = frame.hasTime)
+    added.fold((done.payload, done.bad)) { datagram =>
+      val sent = AppendModel.append(done.payload, done.bad, datagram, p.maxSubTelegrams)
+      if (sent._1 != done.payload) {
+        val nibbles = datagram.flatMap(b => Seq(b & 0xf, b >> 4))
+        extended = extended.copy(at = Some(sent._1.lastIndexOfSlice(nibbles)).filter(_ >= 0))
+      }
+      sent
+    }
   }
 
   /** A good frame has written to registers: what that means for the ports, whose settings were `before`. */
@@ -182,3 +201,21 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
     else if (temporary.isEmpty) temporary = Some(before -> p.temporaryLoopMs)
   }
 }
+
+/** What an alarm slave has done to a frame beside processing it.
+  *
+  * @param nibbles
+  *   that came or, if it was destroyed here, are left; preamble included
+  * @param delayed
+  *   it has left late, ready for a datagram (AP-02)
+  * @param at
+  *   nibble of its payload at which the datagram stands, if it got one (AP-05)
+  * @param hasTime
+  *   datagrams in it have read the time of an event
+  */
+final case class Extension(
+    nibbles: Int = 0,
+    delayed: Boolean = false,
+    at: Option[Int] = None,
+    hasTime: Boolean = false
+)

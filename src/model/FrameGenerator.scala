@@ -86,17 +86,19 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
       if (units.exists && count <= 20)
         Seq.fill(count)(if (chance(65)) units.next() else Seq(datagram())).flatten.map(UnitTraffic.calm(p, _))
       else Seq.fill(count)(if (count > 20) datagram().copy(data = Nil) else datagram())
-    all.zip(all.scanLeft(0)((s, d) => s + d.data.size + 12)).collect {
+    val apart = if (p.hasAlarm) UnitTraffic.oneForEvents(all) else all
+    apart.zip(apart.scanLeft(0)((s, d) => s + d.data.size + 12)).collect {
       case (d, before) if before + d.data.size < 1480 => d
     }
   }
 
   /** An EtherCAT frame without FCS, in order but for what `headerType` and padding say. */
   private def ethercat(): Seq[Int] = {
-    val form = if (chance(70)) Encapsulation.Basic else pick(Encapsulation.all)
-    val list = datagrams()
+    val form    = if (chance(70)) Encapsulation.Basic else pick(Encapsulation.all)
+    val isEmpty = p.hasAlarm && chance(20) // something can be appended to it
+    val list    = if (isEmpty) Nil else datagrams()
     val frame = EtherCatFrame(
-      if (list.isEmpty) Seq(datagram().copy(data = Nil)) else list,
+      if (list.isEmpty && !isEmpty) Seq(datagram().copy(data = Nil)) else list,
       form,
       if (chance(95)) 1 else random.nextInt(16)
     )

@@ -10,14 +10,22 @@ import flyframe.registers.RegisterMap
   * `test/cosim/README.md`).
   */
 class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscModel) {
+  import VectorWriter._
   private var frames   = 0
   private var lastPort = -1
+
+  // A frame may still be leaving delayed (AP-09): idle nibble times since its end.
+  private var leaving = Option.empty[Int]
   out.println(s"H $seed ${p.preset} ${p.ports} ${p.cyclesPerNibble} ${p.dataBusWidth}")
 
   private def hexNibbles(nibbles: Seq[Int]): String = nibbles.map(n => Character.forDigit(n, 16)).mkString
 
   /** Waits until nothing moves. */
-  def quiet(): Unit = { out.println("Q"); lastPort = -1 }
+  def quiet(): Unit = {
+    out.println("Q")
+    lastPort = -1
+    leaving = None
+  }
 
   def clockError(port: Int, ppm: Int): Unit = { quiet(); out.println(s"C $port $ppm") }
 
@@ -38,7 +46,25 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
     quiet()
     out.println(f"W $address%04x $byte%02x")
     model.hostWrite(address, byte)
+    settle()
   }
+
+  /** The comparators of the smoke detector's current give these bits. */
+  def detector(current: Int): Unit = {
+    quiet()
+    out.println(s"D $current")
+    model.alarm.foreach(_.setLine(AlarmModel.lineOf(current)))
+    settle()
+  }
+
+  def advanceUs(us: Int): Unit = {
+    quiet()
+    out.println(s"A $us")
+    model.advanceUs(us)
+  }
+
+  /** Waits for the detector where that has no debounce. */
+  private def settle(): Unit = model.alarm.map(_.settlingUs).filter(_ > 0).foreach(advanceUs)
 
   /** The byte the host must read. */
   def hostRead(address: Int): Int = {
@@ -47,8 +73,9 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   }
 
   private def readLine(address: Int): Int = {
-    val byte = model.hostRead(address)
-    out.println(f"R $address%04x $byte%02x")
+    val isTime = model.alarm.exists(_.isTime(address))
+    val byte   = model.hostRead(address)
+    if (!isTime) out.println(f"R $address%04x $byte%02x")
     byte
   }
 
@@ -68,8 +95,11 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
 
   /** A frame into `port`, `gap` nibble times after the last; what left, and where. */
   def frame(port: Int, frame: WireFrame, gap: Int = 24): Option[(Int, SentFrame)] = {
-    if (port != lastPort) quiet()
+    // The frame behind a delayed one has to wait. Whether the next but one has depends on the clocks.
+    val waits = leaving.exists(_ + gap <= MinimumGap)
+    if (port != lastPort || (leaving.isDefined && !waits)) quiet()
     lastPort = port
+    model.waiting = waits
     val before = loops
     val errors = frame.symbols.indices.filter(frame.symbols(_).error)
     out.println(
@@ -78,8 +108,14 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
                                                                               errors.mkString(" E", ",", ""))
     )
     frames += 1
-    val sent = model.receive(port, frame)
-    out.println(sent.fold("X -") { case (y, s) => s"X $y ${s.preamble} ${hexNibbles(s.payload)}" })
+    val sent    = model.receive(port, frame)
+    val ext     = model.extension
+    val unknown = if (ext.hasTime) " ?" else ext.at.fold("")(at => s" T${at + TimeNibble}")
+    out.println(sent.fold("X -") { case (y, s) => s"X $y ${s.preamble} ${hexNibbles(s.payload)}$unknown" })
+    if (waits) leaving = Some(Never)
+    else if (ext.delayed)
+      leaving = Some(if (ext.nibbles >= 32) frame.symbols.size - ext.nibbles else Never)
+    settle()
     if (loops != before) quiet() // loops change when the port is idle (B-30)
     sent
   }
@@ -95,6 +131,14 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   }
 }
 
+object VectorWriter {
+  private val MinimumGap = 24
+  private val Never      = 1000
+
+  /** Nibble of an alarm datagram at which the time stands. */
+  private val TimeNibble = 2 * (10 + 4)
+}
+
 /** Random operations on one controller, with checkpoints. */
 object FuzzVectors {
 
@@ -108,6 +152,11 @@ object FuzzVectors {
     if (p.hasWatchdogs)
       for (address <- Seq(0x0410, 0x0420)) // off
         writer.frame(0, WireFrame.withFcs(EtherCatFrame(Seq(Datagram(8, 0, address, Seq(0, 0))))))
+    if (p.hasAlarm) {
+      writer.detector(1)
+      (0x0ea0 to 0x0ea3).foreach(writer.hostWrite(_, 0)) // no debounce, no off time
+      writer.hostWrite(0x0ea6, 3)
+    }
     def port() = random.nextInt(p.ports)
     def memory() = {
       val start = RegisterMap.ProcessRamStart + 64 * random.nextInt((p.ramBytes / 64) max 1)
@@ -140,6 +189,9 @@ object FuzzVectors {
         case _            =>
       }
       if (units.exists && random.nextInt(4) == 0) units.host(writer)
+      // At times faster than they are acknowledged.
+      if (p.hasAlarm && random.nextInt(if (i / 100 % 3 == 0) 2 else 6) == 0)
+        writer.detector(random.nextInt(8))
       val gap = random.nextInt(10) match {
         case 0 => 22
         case 1 => 24 + random.nextInt(200)

@@ -123,6 +123,9 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
   class Frame extends AddressSpace {
     private var pending = Vector.empty[(Int, Int, Int)]
     private var read    = Set.empty[Int]
+
+    /** It has read of a time ([[AlarmModel.isTime]]). */
+    var hasTime = false
     syncManagers.frameStarts()
 
     def read(address: Int): Option[Int] = passed(Side.Ecat, write = false, address).flatMap { at =>
@@ -130,6 +133,7 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
       else
         Option.when(registers.ecat(at).readable) {
           read += at
+          if (alarm.exists(_.isTime(at))) hasTime = true
           registers.byte(at)
         }
     }

@@ -25,7 +25,8 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
      else Nil) ++
       (if (p.fmmus > 0) Seq(() => Seq(configureFmmu()), () => Seq(logical()), () => Seq(logical()))
        else Nil) ++
-      (if (p.hasApplicationLayer) Seq(() => Seq(application())) else Nil)
+      (if (p.hasApplicationLayer) Seq(() => Seq(application())) else Nil) ++
+      (if (p.hasAlarm) Seq(() => Seq(alarm())) else Nil)
 
   /** There is something to play with. */
   val exists: Boolean = kinds.nonEmpty
@@ -156,10 +157,34 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
     case _ => read(pick(Seq(0x0120, 0x0204, 0x0210, 0x0220)), 4)
   }
 
+  // ---- smoke detector ----
+
+  private def alarm(): Datagram = random.nextInt(12) match {
+    case 0 => write(0x0e8a + random.nextInt(2), bytes(1 + random.nextInt(2)))
+    case 1 => write(0x0e8c, Seq(if (chance(3)) 2 else if (chance(20)) 4 else 1))
+    case 2 => write(pick(Seq(0x0e90, 0x0e98)) + random.nextInt(8), bytes(1 + random.nextInt(8)))
+    case 3 => read(pick(Seq(0x0e80, 0x0e88, 0x0e8a, 0x0ea4)), 1 + random.nextInt(4))
+    case 4 | 5 =>
+      val number = model.registers.value("alarm_acknowledge") - (if (chance(20)) 1 else 0)
+      write(0x0e8e, EtherCatFrame.little(number))
+    case _ => write(0x0e8a, Seq(model.registers.byte(0x0e80), model.registers.byte(0x0e81)))
+  }
+
+  private def hostOnAlarm(writer: VectorWriter): Unit = random.nextInt(6) match {
+    case 0 => writer.hostRead(0x0e8d)
+    case 1 => writer.hostRead(pick(Seq(0x0e80, 0x0e82, 0x0e88, 0x0e89)))
+    case 2 => writer.hostWrite(0x0ea5, random.nextInt(256))
+    case 3 => writer.hostWrite(0x0e8c, 1)
+    case _ => writer.hostWrite(0x0ea6, if (chance(70)) 3 else random.nextInt(256))
+  }
+
   // ---- host ----
 
   /** Something the host does between two frames. */
-  def host(writer: VectorWriter): Unit = random.nextInt(10) match {
+  def host(writer: VectorWriter): Unit =
+    if (p.hasAlarm && chance(50)) hostOnAlarm(writer) else ordinary(writer)
+
+  private def ordinary(writer: VectorWriter): Unit = random.nextInt(10) match {
     case 0 => writer.hostRead(0x0120 + random.nextInt(2))
     case 1 => writer.hostWrite(0x0130 + random.nextInt(2), pick(Seq(1, 2, 4, 8, 0x12, random.nextInt(256))))
     case 2 => writer.hostWrite(0x0204 + random.nextInt(4), random.nextInt(256))
@@ -212,7 +237,8 @@ object UnitTraffic {
   }
 
   /** What may be written to `address` in random traffic in place of `byte`, so that no unit starts to count
-    * time: no temporary loops, no watchdogs, no EEPROM commands; and no FMMU that reaches those registers.
+    * time: no temporary loops, no watchdogs, no EEPROM commands, no debounce; and no FMMU that reaches those
+    * registers.
     */
   def calm(p: EscParams, address: Int, byte: Int): Int = {
     val inFmmus = address >= 0x0600 && address < 0x0600 + 16 * p.fmmus
@@ -222,6 +248,7 @@ object UnitTraffic {
       case 0x0102                                                  => byte | 4
       case a if p.hasWatchdogs && a >= 0x0400 && a <= 0x0421       => 0
       case 0x0502 | 0x0503 if p.hasSii                             => 0
+      case a if p.hasAlarm && a >= 0x0ea0 && a <= 0x0ea3           => 0
       case a if inFmmus && p.hasBitwiseFmmus && apart(a).isDefined => apart(a).get(byte)
       case a if inFmmus && a % 16 == 8                           => byte & 0x7f
       case a if inFmmus && a % 16 == 9 && byte >= 1 && byte <= 5 => byte | 0x10
@@ -240,4 +267,18 @@ object UnitTraffic {
         d.copy(address = d.address ^ (0x0800L << 16)) // no reading of watchdog states
       else d.copy(data = d.data.zipWithIndex.map { case (b, i) => calm(p, at + i, b) })
     }
+
+  /** With one access to the events of a detector, as masters do: two of them in a frame meet an order of
+    * times.
+    */
+  def oneForEvents(datagrams: Seq[Datagram]): Seq[Datagram] = {
+    def touches(d: Datagram) = {
+      val at = (d.address >> 16 & 0xffff).toInt
+      at <= 0x0e8f && at + d.data.size > 0x0e8a
+    }
+    val first = datagrams.indexWhere(touches)
+    datagrams.zipWithIndex.map { case (d, i) =>
+      if (i > first && touches(d)) d.copy(address = d.address ^ (0x0800L << 16)) else d
+    }
+  }
 }

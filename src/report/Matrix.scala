@@ -37,8 +37,24 @@ object Matrix {
     _.copy(ramKiB = 8, fmmuBitwise = 1, applicationLayer = 1, watchdogs = 1, leds = 1, digitalOutputs = 4)
   )
 
+  /** Smoke-alarm slaves: each pair of values of dataBusWidth 8, 16, 32, maxSubTelegrams 1, 4, 15 and
+    * nodeIdWidth 4, 8, 16 is in one of nine points.
+    */
+  private def alarm: Seq[EscParams] =
+    for ((width, i) <- Seq(8, 16, 32).zipWithIndex; (count, j) <- Seq(1, 4, 15).zipWithIndex) yield {
+      val id = Seq(4, 8, 16)((i + j) % 3)
+      EscParams(
+        preset = s"alarm${width}_t${count}_i$id",
+        dataBusWidth = width,
+        maxSubTelegrams = count,
+        nodeIdWidth = id,
+        ramKiB = 1,
+        alarm = 1
+      )
+    }
+
   /** The points, in the order they are elaborated. */
-  val points: Seq[EscParams] = wire ++ units ++ complete
+  val points: Seq[EscParams] = wire ++ units ++ complete ++ alarm
 
   private def wire: Seq[EscParams] =
     for {

@@ -1,5 +1,6 @@
 package flyframe.alarm
 
+import java.nio.file.Paths
 import scala.util.Random
 import chisel3._
 import chisel3.util._
@@ -8,6 +9,7 @@ import flyframe.SharedSimulation
 import flyframe.frame.FrameParser
 import flyframe.mii.NibbleStream
 import flyframe.model.{AppendModel, Datagram, Encapsulation, EtherCatFrame, Fcs}
+import flyframe.replay.Recording
 import org.scalatest.flatspec.AnyFlatSpec
 
 /** The appender behind a parser, as behind the processing unit; a slot every second cycle. */
@@ -111,7 +113,9 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
   }
 
   private def nibbles(bytes: Seq[Int]): Vector[Int] = bytes.flatMap(b => Seq(b & 0xf, b >> 4)).toVector
-  private def closed(bytes: Seq[Int]): Vector[Int]  = nibbles(bytes ++ Fcs.of(bytes))
+  private def bytesOf(nibbles: Seq[Int]): Seq[Int] =
+    nibbles.grouped(2).collect { case Seq(low, high) => low | high << 4 }.toSeq
+  private def closed(bytes: Seq[Int]): Vector[Int] = nibbles(bytes ++ Fcs.of(bytes))
   private def empty(area: Int = 44): Vector[Int] =
     closed(EtherCatFrame(Nil).take(14) ++ Seq(0x00, 0x10) ++ Seq.fill(area)(0))
 
@@ -207,6 +211,73 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
         }
         assert(appended > 30)
         for (Seq(a, b) <- driver.sent.sliding(2)) assert(b.slot - a.end > 20)
+      },
+      "AP-02, AP-03: frames grow up to the longest of Ethernet, and stay good" -> { dut =>
+        val random = new Random(200 + max)
+        val driver = new Driver(dut, added)
+        driver.pending(true)
+        for (length <- Seq(0, 12) ++ (1470 to 1498 by 4) ++ Seq(1477, 1479)) {
+          // As many datagrams as there may be at most; the rest of the area is in the last one.
+          val count = if (length == 0) 0 else 1 + random.nextInt((max - 1) max 1 min length / 12)
+          val list = Seq.tabulate(count)(i =>
+            Datagram(0, 0, i, Seq.fill(if (i < count - 1) 0 else length - 12 * count)(random.nextInt(256)))
+          )
+          val vlan  = random.nextBoolean()
+          val bytes = EtherCatFrame(list, if (vlan) Encapsulation.Vlan else Encapsulation.Basic)
+          driver.frame(closed(bytes), bad = false)
+          driver.idle(110)
+          val got   = driver.sent.last
+          val grown = got.payload.size / 2
+          assert(!got.bad && Fcs.good(bytesOf(got.payload)))
+          assert(grown <= 1518 + (if (vlan) 4 else 0), s"area of $length bytes")
+          val appends = length + added.size <= 1498 && length < 12 * max
+          assert(
+            got.payload == (if (appends) AppendModel.append(closed(bytes), false, added, max)._1
+                            else closed(bytes))
+          )
+        }
+      },
+      "AP-03 to AP-05: tshark finds a datagram with working counter 1 and nothing wrong" -> { dut =>
+        val random = new Random(300 + max)
+        val driver = new Driver(dut, added)
+        driver.pending(true)
+        val counts = 0 to 15
+        val lists =
+          counts.map(n => Seq.tabulate(n)(i => Datagram(i % 15, 0, 0x0f80 + i, Seq.fill(i % 2)(i)))) :+
+            Seq(Datagram(0, 0, 0, Seq.fill(1498 - 20 - 12)(random.nextInt(256)))) // full with the new one
+        val expected =
+          for (
+            (list, form) <- lists
+              .zip(Iterator.continually(Seq(Encapsulation.Basic, Encapsulation.Vlan)).flatten)
+          ) yield {
+            driver.frame(closed(EtherCatFrame(list, form)), bad = false)
+            driver.idle(110)
+            val area = list.map(_.data.size + 12).sum
+            if (area < 12 * max) list :+ record else list
+          }
+        val file = Paths.get(s"build/replay/appended-$max.pcap")
+        Recording.write(file, driver.sent.map(s => bytesOf(s.payload).dropRight(4)))
+        assert(Recording.tshark(file, "-Y", Recording.Wrong) == Nil)
+        val names  = Seq("ecatf.length", "ecat.cmd", "ecat.subframe.length", "ecat.subframe.more", "ecat.cnt")
+        val last   = Seq("ecat.adp", "ecat.ado")
+        val fields = (names ++ last).flatMap(Seq("-e", _))
+        val lines  = Recording.tshark(file, Seq("-T", "fields", "-E", "separator=;") ++ fields: _*)
+        assert(lines.size == lists.size)
+        for ((line, list) <- lines.zip(expected)) {
+          val values = line
+            .split(";", -1)
+            .toSeq
+            .map(_.split(",").toSeq.filter(_.nonEmpty).map(v => Integer.decode(v).toInt))
+          val Seq(length, commands, lengths, more, counters) = values.take(5)
+          assert(length == Seq(list.map(_.data.size + 12).sum))
+          if (list.nonEmpty) {
+            assert(commands == list.map(_.command) && lengths == list.map(_.data.size), line)
+            assert(more == Seq.fill(list.size - 1)(1) :+ 0, line)
+            assert(counters == list.map(_.workingCounter), line)
+            if (list.last == record) assert(values.drop(5).map(_.last) == Seq(0x1234, 0x0e80), line)
+          }
+        }
+        assert(expected.count(_.lastOption.contains(record)) >= (if (max == 1) 1 else max min 16))
       }
     )
   }

@@ -43,13 +43,15 @@ class FuzzSpec extends AnyFlatSpec {
     min.copy(preset = "mhz25-32", coreClockMhz = 25, dataBusWidth = 32, nodeIdWidth = 12)       -> 5000,
     min.copy(preset = "mhz50-16", coreClockMhz = 50, dataBusWidth = 16, ramKiB = 3)             -> 5000,
     min.copy(preset = "mhz125-8", coreClockMhz = 125, ports = 1, txShift = 3)                   -> 5000,
+    preset("alarm-slave")                                                                       -> 20000,
+    complete.copy(preset = "complete-alarm", alarm = 1, dataBusWidth = 16, maxSubTelegrams = 4) -> 3000,
     min.copy(preset = "mhz100-32", dataBusWidth = 32, ramKiB = 60, registerWritesPerFrame = 16) -> 5000
   )
   private val harness = new Harness("fuzz", plan.map(_._1))
 
   assert(plan.map(_._2).sum >= 100000)
   for ((p, frames) <- plan)
-    s"FP, LP, ERR: ${p.preset}" should s"answer $frames random frames as the model does" in {
+    s"FP, LP, ERR${if (p.hasAlarm) ", AP, ALARM, DET" else ""}: ${p.preset}" should s"answer $frames random frames as the model does" in {
       val last = harness.play(s"${p.preset}.vectors")(FuzzVectors.write(p, seed = 20261121, frames, _))
       assert(last.contains("differences 0"), last)
       assert("frames (\\d+)".r.findFirstMatchIn(last).exists(_.group(1).toInt >= frames), last)

@@ -4,6 +4,7 @@ import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.model.{FuzzVectors, VectorWriter}
 import flyframe.report.Matrix
 import flyframe.rules.{
+  AlarmRules,
   ApplicationRules,
   FmmuRules,
   FrameRules,
@@ -15,12 +16,14 @@ import flyframe.rules.{
 }
 
 /** Every point of {dataBusWidth 8, 16, 32} x {ports 1, 2, 4} x {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8,
-  * 16}, and of FMMUs 0 to 16 x SyncManagers 0 to 16: elaborates, lints clean, and behaves as the model does
-  * in all rule tests (which assert on the model) and in random frames.
+  * 16}, and of FMMUs 0 to 16 x SyncManagers 0 to 16, and nine alarm slaves that have each pair of
+  * {dataBusWidth 8, 16, 32}, {maxSubTelegrams 1, 4, 15} and {nodeIdWidth 4, 8, 16}: elaborates, lints clean,
+  * and behaves as the model does in all rule tests (which assert on the model) and in random frames.
   */
 class MatrixSpec extends AnyFlatSpec {
   private val rules =
-    FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all ++ LedRules.all
+    FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all ++ LedRules.all ++
+      AlarmRules.all
   private val harness = new Harness("matrix", Matrix.points)
 
   "All points of the parameter matrix" should "elaborate and lint clean" in {
@@ -38,7 +41,7 @@ class MatrixSpec extends AnyFlatSpec {
           bench.reset()
           rule.run(new Steps(bench))
         }
-        FuzzVectors.write(p, seed = p.hashCode, count = 300, out)
+        FuzzVectors.write(p, seed = p.hashCode, count = if (p.hasAlarm) 1000 else 300, out)
       }
       assert(last.contains("differences 0"), last)
     }

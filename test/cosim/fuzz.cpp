@@ -69,6 +69,12 @@ void Fuzz::line(VectorLine& v) {
       bench_->slave().setPdiOperational(v.decimal(0, 1));
       bench_->runCycles(16);
       break;
+    case 'D': {
+      if (!bench_->slave().hasDetector()) v.bad("is for a smoke detector, which this slave has not");
+      bench_->slave().setAlarmCurrent(static_cast<unsigned>(v.decimal(0, 7)));
+      break;
+    }
+    case 'A': bench_->runCycles(v.decimal(0, 1'000'000) * bench_->slave().info().coreClockMhz); break;
     case 'W': {
       const auto addr = static_cast<uint16_t>(v.hexNumber(0xffff));
       if (!bench_->writeByte(addr, static_cast<uint8_t>(v.hexNumber(0xff)))) differ("host write was not acknowledged", v.number(), nullptr);
@@ -103,6 +109,7 @@ void Fuzz::header(VectorLine& v) {
   for (char c : seed_) phaseSeed = phaseSeed * 131 + static_cast<uint8_t>(c);
   if (bench_) cycles_ += bench_->slave().cycles();
   current_ = nullptr;
+  eventTimes_.clear();
   expected_.assign(info.ports, {});
   bench_ = std::make_unique<Bench>(preset, phaseSeed, [this](int y, NibbleFrame& f) { onFrame(y, f); });
 }
@@ -143,6 +150,15 @@ void Fuzz::expect(VectorLine& v) {
   if (v.more()) {
     const auto payload = v.nibbles();
     e.nibbles.insert(e.nibbles.end(), payload.begin(), payload.end());
+    if (v.more()) {
+      const std::string open = v.text();
+      if (open == "?") {
+        e.free = true;
+      } else {
+        if (open[0] != 'T') v.bad("has '" + open + "' where T and a nibble or ? belongs");
+        e.time = static_cast<int>(VectorLine("T " + open.substr(1), v.number()).decimal(8, static_cast<long>(payload.size()) - 16));
+      }
+    }
   }
   expected_[y].push_back(std::move(e));
 }
@@ -152,9 +168,13 @@ void Fuzz::onFrame(int port, NibbleFrame& frame) {
   const std::string at = "port " + std::to_string(port) + " sent ";
   if (expected_[port].empty())
     return differ(at + describe(frame.nibbles) + "\nexpected: nothing", current_ ? current_->line : lineNumber_, current_.get());
-  const Expected e = std::move(expected_[port].front());
+  Expected e = std::move(expected_[port].front());
   expected_[port].pop_front();
   bytes_ += frame.nibbles.size() / 2;
+  if (e.time >= 0 && !takeTime(e, frame)) return;
+  if (e.free && frame.nibbles.size() == e.nibbles.size())
+    std::copy(frame.nibbles.begin() + payloadOf(e.nibbles).preamble + 1, frame.nibbles.end(),
+              e.nibbles.begin() + payloadOf(e.nibbles).preamble + 1);
   if (frame.nibbles == e.nibbles) return;
   const Payload got = payloadOf(frame.nibbles), wanted = payloadOf(e.nibbles);
   std::string where = "preamble length differs";
@@ -166,6 +186,37 @@ void Fuzz::onFrame(int port, NibbleFrame& frame) {
   }
   differ("port " + std::to_string(port) + ", " + where + "\nexpected: " + describe(e.nibbles) +
              "\nactual:   " + describe(frame.nibbles), e.line, e.cause.get());
+}
+
+// The vectors do not know when an event was. Its time is taken from the frame, into the FCS too; what it may be is checked.
+bool Fuzz::takeTime(Expected& e, const NibbleFrame& frame) {
+  if (frame.nibbles.size() != e.nibbles.size()) return true;
+  Payload wanted = payloadOf(e.nibbles);
+  const Payload got = payloadOf(frame.nibbles);
+  if (!got.sfd || got.preamble != wanted.preamble) return true;
+  const size_t at = e.time / 2, fcs = wanted.bytes.size() - 4;  // a bad frame has an odd nibble behind it
+  Bytes change(fcs), none(fcs);
+  unsigned time = 0;
+  for (size_t i = 0; i < 4; ++i) {
+    change[at + i] = got.bytes[at + i] ^ wanted.bytes[at + i];
+    time |= unsigned{got.bytes[at + i]} << (8 * i);
+  }
+  const uint32_t fcsChange = crc32(change.data(), fcs) ^ crc32(none.data(), fcs);
+  auto put = [&](size_t byte, uint8_t x) {
+    const size_t nibble = wanted.preamble + 1 + 2 * byte;
+    e.nibbles[nibble] ^= x & 0xf;
+    e.nibbles[nibble + 1] ^= x >> 4;
+  };
+  for (size_t i = 0; i < 4; ++i) put(at + i, change[at + i]), put(fcs + i, fcsChange >> (8 * i) & 0xff);
+
+  const unsigned number = got.bytes[at - 4] | got.bytes[at - 3] << 8;
+  const auto [event, isNew] = eventTimes_.emplace(number, time);
+  const bool inOrder = (event == eventTimes_.begin() || std::prev(event)->second <= time) &&
+                       (std::next(event) == eventTimes_.end() || std::next(event)->second >= time);
+  if (event->second != time || !inOrder || (isNew && time > bench_->sim().now() / (1000 * kNs)))
+    differ("the time of event " + std::to_string(number) + " is " + std::to_string(time) +
+               " us, which is not what it was, or not between those of its neighbours", e.line, e.cause.get());
+  return !failed();
 }
 
 void Fuzz::waitIdle() {

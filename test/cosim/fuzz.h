@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <deque>
 #include <iosfwd>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -36,6 +37,8 @@ class Fuzz {
     uint64_t line;
     std::shared_ptr<Sent> cause;
     std::vector<uint8_t> nibbles;  // preamble, SFD and payload
+    bool free = false;             // only preamble and length count
+    int time = -1;                 // payload nibble where the time of an event stands
   };
 
   void line(VectorLine& v);
@@ -44,6 +47,7 @@ class Fuzz {
   void expect(VectorLine& v);
   void read(VectorLine& v);
   void onFrame(int port, NibbleFrame& frame);
+  bool takeTime(Expected& e, const NibbleFrame& frame);
   void waitIdle();
   int port(VectorLine& v) const;
   void differ(const std::string& what, uint64_t line, const Sent* cause);
@@ -54,6 +58,7 @@ class Fuzz {
   std::unique_ptr<Bench> bench_;
   std::vector<std::deque<Expected>> expected_;  // per port
   std::shared_ptr<Sent> current_;               // the last F line
+  std::map<unsigned, unsigned> eventTimes_;     // of all events with a time, by their numbers
   bool reading_ = false;                        // the last line was an R line
   uint64_t lineNumber_ = 0, frames_ = 0, bytes_ = 0, cycles_ = 0;
   std::string difference_;

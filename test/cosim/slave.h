@@ -86,6 +86,7 @@ class Slave : public Actor {
 
   // The pins of an alarm slave or master; without effect, or false, where the core has not got them.
   void setAlarmCurrent(unsigned comparators);
+  bool hasDetector() const { return pins_.alarmCurrent; }
   bool alarmSupply() const { return pins_.alarmSupply && *pins_.alarmSupply; }
   bool alarmBuzzer() const { return pins_.alarmBuzzer && *pins_.alarmBuzzer; }
   bool alarmLamp() const { return pins_.alarmLamp && *pins_.alarmLamp; }

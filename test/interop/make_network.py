@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes a network file of N slaves with an EEPROM image each, all for the host program "io" of flyframe-cosim.
 
-Usage: make_network.py FOLDER N [--preset NAME] [--corrupt SLAVE] [--no-lrw]
+Usage: make_network.py FOLDER N [--preset NAME] [--second NAME] [--corrupt SLAVE] [--no-lrw]
 
 Slave i has SIZES[i] bytes of outputs and inputs; its name, product code, alias and serial number tell which one it is.
 SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read their EEPROMs.
@@ -56,6 +56,7 @@ if __name__ == "__main__":
     parser.add_argument("folder", type=pathlib.Path)
     parser.add_argument("slaves", type=int)
     parser.add_argument("--preset", default="slave")
+    parser.add_argument("--second", help="preset of the second slave, if it is another")
     parser.add_argument("--corrupt", type=int, help="this slave's EEPROM has a wrong checksum")
     parser.add_argument("--no-lrw", action="store_true", help="the EEPROMs say that LRW must not be used")
     args = parser.parse_args()
@@ -63,5 +64,6 @@ if __name__ == "__main__":
     slaves = []
     for i in range(args.slaves):
         (args.folder / f"{i}.bin").write_bytes(image(i, i == args.corrupt, args.no_lrw))
-        slaves.append({"preset": args.preset, "eeprom": f"{i}.bin", "host": "io", "clock_ppm": 30 * (-1) ** i})
+        preset = args.second if i == 1 and args.second else args.preset
+        slaves.append({"preset": preset, "eeprom": f"{i}.bin", "host": "io", "clock_ppm": 30 * (-1) ** i})
     (args.folder / "net.json").write_text(json.dumps({"slaves": slaves}, indent=1))

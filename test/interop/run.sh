@@ -1,15 +1,16 @@
 #!/bin/sh
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other, in a network
 # namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME] [--masters "soem ethercrab"]
-# [--only SCENARIO] [--cycles N] [--capture] [--simulator FILE]
+# [--alarm NAME] [--only SCENARIO] [--cycles N] [--capture] [--simulator FILE]; NAME: the same slave with a smoke detector
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 out=$root/build/interop
-preset=slave masters='soem ethercrab' only= cycles=10000 capture= simulator=$out/flyframe-cosim master=
+preset=slave alarm= masters='soem ethercrab' only= cycles=10000 capture= simulator=$out/flyframe-cosim master=
 while [ $# -gt 0 ]; do
   case $1 in
     --preset) preset=$2; shift ;;
+    --alarm) alarm=$2; shift ;;
     --masters) masters=$2; shift ;;
     --only) only=$2; shift ;;
     --cycles) cycles=$2; shift ;;
@@ -85,6 +86,7 @@ if [ -n "$master" ]; then
   if [ "$master" = soem ]; then # ethercrab knows one layout only
     run overlap 3
     run lrd_lwr 3 --no-lrw
+    [ -z "$alarm" ] || run alarm 3 --second "$alarm"
   fi
   run cable 3
   run refuse 3
@@ -111,7 +113,7 @@ for master in $masters; do
   fi
   mkdir -p "$out/$master"
   rm -f "$out/$master/result"
-  unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" ${only:+--only "$only"} \
+  unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" ${alarm:+--alarm "$alarm"} ${only:+--only "$only"} \
     --cycles "$cycles" ${capture:+--capture} --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
   running="$running $master"
 done
@@ -124,7 +126,7 @@ for master in $running; do
   fi
 done
 if [ "$passed$failed$skipped" = 000 ]; then
-  echo "Nothing to run. Scenarios: scan, cycles, cable, refuse, watchdog, eeprom; only with soem: overlap, lrd_lwr." >&2
+  echo "Nothing to run. Scenarios: scan, cycles, cable, refuse, watchdog, eeprom; only with soem: overlap, lrd_lwr, alarm." >&2
   exit 2
 fi
 echo "$passed passed, $failed failed, $skipped skipped"

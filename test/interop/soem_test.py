@@ -17,6 +17,7 @@ INTERFACE, CONTROL, SCENARIO, SLAVES = *sys.argv[1:4], int(sys.argv[4])
 CYCLES = int(sys.argv[5]) if len(sys.argv) > 5 else 10_000
 FULL_WKC = 3 * SLAVES  # 1 for reading, 2 for writing
 AL_STATUS, AL_STATUS_CODE, DL_STATUS, EEPROM_STATUS = 0x0130, 0x0134, 0x0110, 0x0502
+DETECTOR_DEBOUNCE = 0x0EA0
 PORT_1 = 1 << 5 | 3 << 10  # DL status: link, loop closed, communication
 SAFEOP_ERROR = pysoem.SAFEOP_STATE + pysoem.STATE_ERROR
 # Time-outs in us of wall time; the simulation is slower than that, and the machine may be busy.
@@ -164,6 +165,13 @@ def lrd_lwr(bus):
     cycles(bus, CYCLES // 5)
 
 
+def alarm(bus):
+    """The second slave has a smoke detector, with nothing to report: it is as the others."""
+    scan(bus)
+    check("slave 1 has a detector", bus.register(1, DETECTOR_DEBOUNCE, 2) == 1000)
+    cycles(bus, CYCLES // 5)
+
+
 def cable(bus):
     """Cut in the middle of the line for longer than the watchdog, and mended."""
     bus.scan()
@@ -272,6 +280,6 @@ def eeprom(bus):
 
 bus = Bus()
 with contextlib.suppress(Wrong):
-    {f.__name__: f for f in (scan, cycles, overlap, lrd_lwr, cable, refuse, watchdog, eeprom)}[SCENARIO](bus)
+    {f.__name__: f for f in (scan, cycles, overlap, lrd_lwr, alarm, cable, refuse, watchdog, eeprom)}[SCENARIO](bus)
 bus.close()
 sys.exit(1 if failures else 0)

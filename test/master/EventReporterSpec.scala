@@ -112,7 +112,7 @@ class EventReporterSpec extends AnyFlatSpec with SharedSimulation {
       dut.millisecond.poke(false)
       (1 to 5).foreach(_ => cycle())
     }
-    def settle(): Unit = (1 to 5000).foreach(_ => cycle())
+    def settle(): Unit = (1 to 12000).foreach(_ => cycle())
     def seen(): Seq[Report] = {
       val now = reports
       reports = Vector.empty

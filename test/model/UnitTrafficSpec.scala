@@ -59,6 +59,22 @@ class UnitTrafficSpec extends AnyFlatSpec {
     for (state <- wanted) assert(seen(state) >= (if (state == "ECAT event 2") 1 else 5), s"too rare: $state")
   }
 
+  "AP, ALARM, DET: random frames" should "reach every way of appending" in {
+    val p   = Presets.named("alarm-slave").get.params
+    val out = new java.io.ByteArrayOutputStream
+    FuzzVectors.write(p, 4, 1500, new PrintStream(out))
+    val lines                                  = out.toString.linesIterator.toSeq
+    def times(what: String, at: Int = 5): Unit = assert(lines.count(_.matches(what)) >= at, what)
+    times("X .* T\\d+", 200) // appended
+    times("X .* \\?", 1)     // a time has been read
+    times("R 0e80 00", 2)    // no event waits
+    times("R 0e88 10", 2)    // the queue is full
+    times("D .*", 200)
+    times("A 1100") // the supply has been off
+    val waited = lines.sliding(3).count(l => l.head.matches("X .* T\\d+") && l(1).startsWith("F"))
+    assert(waited > 50, "frames behind an extended one")
+  }
+
   "WD, SII: random traffic for a complete slave" should "keep watchdogs and EEPROM quiet" in {
     for (name <- Seq("slave", "et1100", "et1200")) {
       val preset = Presets.named(name).get.params

@@ -1,9 +1,12 @@
 package flyframe.replay
 
 import java.io.EOFException
-import java.nio.file.Path
+import java.nio.file.{Files, Path}
+import scala.sys.process._
 import org.pcap4j.core.PcapHandle.TimestampPrecision
 import org.pcap4j.core.Pcaps
+import org.pcap4j.packet.UnknownPacket
+import org.pcap4j.packet.namednumber.DataLinkType
 import flyframe.rules.Reply
 
 /** An EtherCAT frame of a recording. */
@@ -27,6 +30,26 @@ final case class RecordedFrame(bytes: Seq[Int]) {
 }
 
 object Recording {
+
+  /** Writes a pcap file of frames without FCS, a millisecond apart. */
+  def write(file: Path, frames: Seq[Seq[Int]]): Path = {
+    Files.createDirectories(file.getParent)
+    val handle = Pcaps.openDead(DataLinkType.EN10MB, 2048, TimestampPrecision.NANO)
+    val dump   = handle.dumpOpen(file.toString)
+    frames.zipWithIndex.foreach { case (f, i) =>
+      dump.dump(UnknownPacket.newPacket(f.map(_.toByte).toArray, 0, f.size), new java.sql.Timestamp(i.toLong))
+    }
+    dump.close()
+    handle.close()
+    file
+  }
+
+  /** What tshark says of a file. */
+  def tshark(file: Path, options: String*): Seq[String] =
+    (Seq("tshark", "-r", file.toString) ++ options).!!(ProcessLogger(_ => ())).linesIterator.toSeq
+
+  /** For [[tshark]]: frames in which its dissectors find something wrong. */
+  val Wrong = "_ws.malformed || _ws.expert.severity >= 0x600000"
 
   /** All frames of a pcap or pcapng file, in order. */
   private def frames(file: Path): Seq[Seq[Int]] = {

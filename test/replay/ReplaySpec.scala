@@ -2,7 +2,6 @@ package flyframe.replay
 
 import java.nio.file.{Files, Path, Paths}
 import org.scalatest.flatspec.AnyFlatSpec
-import scala.sys.process._
 import flyframe.cosim.Harness
 import flyframe.params.{EscParams, Presets}
 import flyframe.rules.Reply
@@ -103,12 +102,7 @@ class ReplaySpec extends AnyFlatSpec {
   /** What tshark's dissectors find wrong. */
   private def complaints(file: Path): Seq[String] = {
     val fields = Seq("-T", "fields", "-e", "_ws.expert.message", "-e", "_ws.malformed")
-    val filter = "_ws.malformed || _ws.expert.severity >= 0x600000"
-    (Seq("tshark", "-r", file.toString, "-Y", filter) ++ fields)
-      .!!(ProcessLogger(_ => ()))
-      .linesIterator
-      .toSeq
-      .distinct
+    Recording.tshark(file, Seq("-Y", Recording.Wrong) ++ fields: _*).distinct
   }
 
   /** `outsideEvent`: frames with an event in their IRQ field whose cause is not in the recording. `settleUs`:

@@ -31,6 +31,13 @@ trait Bench {
   def powerOn(image: Seq[Int]): Unit
 }
 
+/** The line of a smoke detector. */
+object Line {
+
+  /** What the comparators of its current give in a state. No current at all is an open line. */
+  val current: Map[Int, Int] = Map(1 -> 1, 2 -> 3, 3 -> 0, 4 -> 7)
+}
+
 /** The content of an EEPROM of 2 KiB: the words 0 to 6 as given, a right checksum, and a pattern. */
 object EepromImage {
   def apply(words: Int*): Seq[Int] = {
@@ -57,11 +64,12 @@ class ModelBench(val p: EscParams, writer: EscModel => Option[VectorWriter] = _ 
   def hostRead(address: Int): Int = record.fold(model.hostRead(address))(_.hostRead(address))
   def hostWrite(address: Int, byte: Int): Unit =
     record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
-  def interrupt: Boolean        = model.interrupt
-  def outputs: Option[Int]      = model.outputs
-  def setLine(state: Int): Unit = model.alarm.foreach(_.setLine(state))
-  def advanceMs(ms: Int): Unit  = model.advanceMs(ms)
-  def advanceUs(us: Int): Unit  = model.advanceUs(us)
+  def interrupt: Boolean   = model.interrupt
+  def outputs: Option[Int] = model.outputs
+  def setLine(state: Int): Unit =
+    record.fold(model.alarm.foreach(_.setLine(state)))(_.detector(Line.current(state)))
+  def advanceMs(ms: Int): Unit = model.advanceMs(ms)
+  def advanceUs(us: Int): Unit = record.fold(model.advanceUs(us))(_.advanceUs(us))
   def powerOn(image: Seq[Int]): Unit = {
     model = new EscModel(p, Some(image))
     record = None

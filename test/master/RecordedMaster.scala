@@ -1,0 +1,92 @@
+package flyframe.master
+
+import chisel3._
+import chisel3.util._
+import flyframe.MasterController
+import flyframe.memory.HostPort
+import flyframe.params.EscParams
+
+/** Keeps the last two frames a port has sent, so that nobody has to look at every nibble. */
+class FrameRecorder extends Module {
+  val valid = IO(Input(Bool()))
+  val data  = IO(Input(UInt(4.W)))
+  val now   = IO(Input(UInt(40.W)))
+
+  /** Frames that have ended. */
+  val count = IO(Output(UInt(16.W)))
+
+  /** Of the frame with the number `bank` modulo 2: when its first nibble came, how many there are, and
+    * sixteen of them.
+    */
+  val bank    = IO(Input(Bool()))
+  val word    = IO(Input(UInt(8.W)))
+  val start   = IO(Output(UInt(40.W)))
+  val length  = IO(Output(UInt(12.W)))
+  val nibbles = IO(Output(UInt(64.W)))
+
+  private val memory  = Mem(8192, UInt(4.W))
+  private val ended   = RegInit(0.U(16.W))
+  private val at      = RegInit(0.U(12.W))
+  private val starts  = Reg(Vec(2, UInt(40.W)))
+  private val lengths = Reg(Vec(2, UInt(12.W)))
+  when(valid) {
+    memory(Cat(ended(0), at)) := data
+    at                        := at + 1.U
+    when(at === 0.U) { starts(ended(0)) := now }
+  }.elsewhen(at =/= 0.U) {
+    lengths(ended(0)) := at
+    ended             := ended + 1.U
+    at                := 0.U
+  }
+  count   := ended
+  start   := starts(bank)
+  length  := lengths(bank)
+  nibbles := Cat((15 to 0 by -1).map(i => memory(Cat(bank, word, i.U(4.W)))))
+}
+
+/** The whole master with recorders at its ports; a core clock cycle is a nibble slot. */
+class RecordedMaster(p: EscParams) extends Module {
+  require(p.coreClockMhz == 25)
+
+  /** Restarts the master, not what is around it. */
+  val restart = IO(Input(Bool()))
+  val link    = IO(Input(Vec(2, Bool())))
+  val rxDv    = IO(Input(Vec(2, Bool())))
+  val rxd     = IO(Input(Vec(2, UInt(4.W))))
+  val host    = IO(new HostPort(p.lanes))
+  val buzzer  = IO(Output(Bool()))
+
+  /** Of the recorders. */
+  val count   = IO(Output(UInt(32.W)))
+  val port    = IO(Input(Bool()))
+  val bank    = IO(Input(Bool()))
+  val word    = IO(Input(UInt(8.W)))
+  val start   = IO(Output(UInt(40.W)))
+  val length  = IO(Output(UInt(12.W)))
+  val nibbles = IO(Output(UInt(64.W)))
+
+  private val dut = withReset(reset.asBool || restart)(Module(new MasterController(p)))
+  private val now = RegInit(0.U(40.W))
+  now             := now + 1.U
+  dut.phy_clk_ref := false.B
+  dut.host <> host
+  buzzer := dut.alarm.buzzer
+  private val recorders = dut.mii.zipWithIndex.map { case (mii, y) =>
+    val recorder = Module(new FrameRecorder)
+    mii.rx_clk     := (!clock.asBool).asClock
+    mii.rx_er      := false.B
+    mii.rx_dv      := rxDv(y)
+    mii.rxd        := rxd(y)
+    mii.link       := link(y)
+    recorder.valid := mii.tx_en
+    recorder.data  := mii.txd
+    recorder.now   := now
+    recorder.bank  := bank
+    recorder.word  := word
+    recorder
+  }
+  count   := Cat(recorders.reverse.map(_.count))
+  start   := Mux(port, recorders(1).start, recorders(0).start)
+  length  := Mux(port, recorders(1).length, recorders(0).length)
+  nibbles := Mux(port, recorders(1).nibbles, recorders(0).nibbles)
+}

@@ -1,0 +1,179 @@
+package flyframe.master
+
+import scala.collection.mutable
+import chiseltest._
+import flyframe.model.{SentFrame, WireFrame}
+
+/** Runs a [[RecordedMaster]] between a modelled line and a modelled server. Times are slots of 40 ns.
+  *
+  * @param busCycle
+  *   length of a bus cycle
+  */
+class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerModel, busCycle: Int) {
+  import SystemDriver._
+  var slot: Long = 0
+
+  /** Called with the first and last slot of each report and its data, as it leaves. */
+  var onReport: (Long, Long, Array[Byte]) => Unit = (_, _, _) => ()
+
+  /** Reports and acknowledgements on their way that are lost, of a hundred. */
+  var lossPercent    = 0
+  private val random = new scala.util.Random(3)
+
+  private val seen    = Array(0, 0) // frames of the recorders
+  private val playing = Array.fill(2)(mutable.Queue.empty[(Long, Vector[Int])])
+  private val before  = Array(-1, -1)
+  dut.clock.setTimeout(0)
+  dut.host.req.poke(false)
+  dut.restart.poke(false)
+  for (y <- 0 to 1) {
+    dut.link(y).poke(true)
+    dut.rxDv(y).poke(false)
+  }
+
+  /** Lets time pass. */
+  def run(slots: Long): Unit = {
+    val end = slot + slots
+    while (slot < end) {
+      val next = playing.flatMap(_.headOption.map(_._1)).minOption.getOrElse(Long.MaxValue)
+      if (next > slot) pass((next min end min (slot + Chunk)) - slot)
+      else single()
+      look()
+    }
+  }
+  def cycles(count: Int): Unit = run(count.toLong * busCycle)
+
+  /** Runs until nothing waits at any slave and the server has all events there are. */
+  def settle(): Unit = {
+    var left = 1000
+    var calm = 0
+    while (calm < 3) {
+      require(left > 0, s"the line does not come to rest: ${line.waiting} events wait")
+      val known = server.log.size
+      cycles(10)
+      left -= 1
+      calm = if (line.done && read(0x0040) == line.present && server.log.size == known) calm + 1 else 0
+    }
+  }
+
+  private def pass(slots: Long): Unit = {
+    dut.clock.step(slots.toInt)
+    slot += slots
+  }
+
+  /** One slot, with what is being received. */
+  private def single(): Unit = {
+    for (y <- 0 to 1) {
+      val symbol =
+        playing(y).headOption.filter(_._1 <= slot).flatMap { case (start, f) => f.lift((slot - start).toInt) }
+      val value = symbol.getOrElse(-1)
+      if (value != before(y)) {
+        dut.rxDv(y).poke(value >= 0)
+        if (value >= 0) dut.rxd(y).poke(value)
+        before(y) = value
+      }
+      if (playing(y).headOption.exists { case (start, f) => slot >= start + f.size }) playing(y).dequeue()
+    }
+    pass(1)
+  }
+  private def play(port: Int, at: Long, frame: WireFrame): Unit = {
+    val free = playing(port).lastOption.fold(0L) { case (start, f) => start + f.size + 24 }
+    playing(port).enqueue((at max slot max free, frame.symbols.map(_.nibble)))
+  }
+
+  /** Takes what the recorders have. */
+  private def look(): Unit = {
+    val counts = dut.count.peek().litValue.toInt
+    for (y <- 0 to 1; count = counts >> (16 * y) & 0xffff if count != seen(y)) {
+      require((count - seen(y) & 0xffff) == 1, "more frames than one in a chunk")
+      seen(y) = count
+      dut.port.poke(y == 1)
+      dut.bank.poke((count - 1 & 1) == 1)
+      val (start, length) = (dut.start.peek().litValue.toLong, dut.length.peek().litValue.toInt)
+      val nibbles = (0 until length by 16)
+        .flatMap { at =>
+          dut.word.poke(at / 16)
+          val word = dut.nibbles.peek().litValue
+          (0 until 16).map(i => (word >> (4 * i) & 0xf).toInt)
+        }
+        .take(length)
+        .toVector
+      val frame = SentFrame(nibbles.indexOf(0xd), nibbles.drop(nibbles.indexOf(0xd) + 1))
+      require(frame.good, s"the master sends a bad frame: $frame")
+      if (y == 0) onLine(start, frame) else onPlant(start, start + length - 1, frame)
+    }
+  }
+  private def onLine(start: Long, frame: SentFrame): Unit =
+    for ((at, back) <- line.send(start.toDouble, frame.payload)) play(0, at.ceil.toLong, back.onWire)
+
+  private def onPlant(start: Long, end: Long, frame: SentFrame): Unit = {
+    // Behind the headers of Ethernet, IP and UDP.
+    val length = (frame.bytes(38) << 8 | frame.bytes(39)) - 8
+    val data   = frame.bytes.slice(42, 42 + length).map(_.toByte).toArray
+    onReport(start, end, data)
+    def lost = random.nextInt(100) < lossPercent
+    if (!lost) server.receive(data).filterNot(_ => lost).foreach { answer =>
+      val bytes = UdpPackets.packet(Server, Master, answer.toSeq.map(_ & 0xff))
+      play(1, slot + AnswerSlots, WireFrame.withFcs(bytes))
+    }
+  }
+
+  // ---- the host ----
+
+  private def access(address: Int, write: Boolean, byte: Int): Int = {
+    dut.host.addr.poke(address)
+    dut.host.write.poke(write)
+    dut.host.wdata.poke(byte)
+    dut.host.be.poke(1)
+    dut.host.req.poke(true)
+    run(1)
+    while (!dut.host.ack.peek().litToBoolean) run(1)
+    val result = dut.host.rdata.peek().litValue.toInt
+    dut.host.req.poke(false)
+    run(1)
+    result
+  }
+  def read(address: Int, count: Int = 1): Long =
+    (0 until count).map(i => access(address + i, write = false, 0).toLong << (8 * i)).sum
+  def write(address: Int, bytes: Int*): Unit =
+    bytes.zipWithIndex.foreach { case (b, i) => access(address + i, write = true, b) }
+  private def word(v: Int, count: Int = 2) = (0 until count).map(i => v >> (8 * i) & 0xff)
+  private def address(v: Long, count: Int) = (0 until count).map(i => (v >> (8 * i) & 0xff).toInt).reverse
+
+  /** Starts the master, for the first time or anew. */
+  def start(boot: Int): Unit = {
+    dut.restart.poke(true)
+    pass(8)
+    dut.restart.poke(false)
+    pass(8)
+    write(0x0010, word(MasterId) ++ word(boot) ++ word(Master.port) ++ word(Server.port): _*)
+    write(0x0018, address(Master.mac, 6): _*)
+    write(0x0020, address(Server.mac, 6): _*)
+    write(0x0028, address(Master.ip, 4) ++ address(Server.ip, 4): _*)
+    write(0x0030, word(busCycle, 3): _*)
+    write(0x0038, word(RepeatMs) ++ word(HeartbeatMs): _*)
+    write(0x003d, 1)
+    write(0x003c, 3)
+  }
+
+  /** A datagram of the host for the line; its working counter, if there was an answer. */
+  def request(command: Int, address: Long, data: Seq[Int]): Option[Int] = {
+    write(0x0050, command, data.size)
+    write(0x0054, (0 until 4).map(i => (address >> (8 * i) & 0xff).toInt): _*)
+    write(0x0058, data: _*)
+    write(0x0060, 1)
+    while ((read(0x0042) & 0x08) == 0) run(busCycle / 4)
+    val counter = read(0x0064, 2).toInt
+    Option.when(read(0x0062) == 1)(counter)
+  }
+}
+
+object SystemDriver {
+  private val Chunk       = 64
+  private val AnswerSlots = 1250 // 50 us
+  private val RepeatMs    = 2
+  private val HeartbeatMs = 20
+  private val Master      = UdpPackets.End(0x020000000010L, 0xc0a80102L, 4000)
+  private val Server      = UdpPackets.End(0x020000000001L, 0xc0a80101L, 4001)
+  val MasterId            = 0x0102
+}
