@@ -40,7 +40,7 @@ final case class AlarmTimes(slaves: Int, busCycleUs: Double, times: Seq[Double])
   */
 object AlarmLatency {
   val Slaves     = 64
-  val parameters = Presets.master.copy(coreClockMhz = 25)
+  val parameters = Presets.master.copy(coreClockMhz = 50)
 
   /** @param busCycle
     *   slots of 40 ns

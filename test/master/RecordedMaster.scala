@@ -8,6 +8,9 @@ import flyframe.params.EscParams
 
 /** Keeps the last two frames a port has sent, so that nobody has to look at every nibble. */
 class FrameRecorder extends Module {
+
+  /** Once per nibble slot. */
+  val step  = IO(Input(Bool()))
   val valid = IO(Input(Bool()))
   val data  = IO(Input(UInt(4.W)))
   val now   = IO(Input(UInt(40.W)))
@@ -29,11 +32,11 @@ class FrameRecorder extends Module {
   private val at      = RegInit(0.U(12.W))
   private val starts  = Reg(Vec(2, UInt(40.W)))
   private val lengths = Reg(Vec(2, UInt(12.W)))
-  when(valid) {
+  when(step && valid) {
     memory(Cat(ended(0), at)) := data
     at                        := at + 1.U
     when(at === 0.U) { starts(ended(0)) := now }
-  }.elsewhen(at =/= 0.U) {
+  }.elsewhen(step && at =/= 0.U) {
     lengths(ended(0)) := at
     ended             := ended + 1.U
     at                := 0.U
@@ -44,9 +47,9 @@ class FrameRecorder extends Module {
   nibbles := Cat((15 to 0 by -1).map(i => memory(Cat(bank, word, i.U(4.W)))))
 }
 
-/** The whole master with recorders at its ports; a core clock cycle is a nibble slot. */
+/** The whole master with recorders at its ports; two core clock cycles are a nibble slot. */
 class RecordedMaster(p: EscParams) extends Module {
-  require(p.coreClockMhz == 25)
+  require(p.cyclesPerNibble == 2)
 
   /** Restarts the master, not what is around it. */
   val restart = IO(Input(Bool()))
@@ -67,17 +70,21 @@ class RecordedMaster(p: EscParams) extends Module {
 
   private val dut = withReset(reset.asBool || restart)(Module(new MasterController(p)))
   private val now = RegInit(0.U(40.W))
-  now             := now + 1.U
+  // The receivers sample in the middle of a slot. Reset: any phase.
+  private val rxClock = RegInit(false.B)
+  rxClock := !rxClock
+  when(dut.mii_tx_tick) { now := now + 1.U }
   dut.phy_clk_ref := false.B
   dut.host <> host
   buzzer := dut.alarm.buzzer
   private val recorders = dut.mii.zipWithIndex.map { case (mii, y) =>
     val recorder = Module(new FrameRecorder)
-    mii.rx_clk     := (!clock.asBool).asClock
+    mii.rx_clk     := rxClock.asClock
     mii.rx_er      := false.B
     mii.rx_dv      := rxDv(y)
     mii.rxd        := rxd(y)
     mii.link       := link(y)
+    recorder.step  := dut.mii_tx_tick
     recorder.valid := mii.tx_en
     recorder.data  := mii.txd
     recorder.now   := now

@@ -57,7 +57,7 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
   }
 
   private def pass(slots: Long): Unit = {
-    dut.clock.step(slots.toInt)
+    dut.clock.step(2 * slots.toInt)
     slot += slots
   }
 
@@ -146,10 +146,10 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
     pass(8)
     dut.restart.poke(false)
     pass(8)
-    write(0x0010, word(MasterId) ++ word(boot) ++ word(Master.port) ++ word(Server.port): _*)
-    write(0x0018, address(Master.mac, 6): _*)
-    write(0x0020, address(Server.mac, 6): _*)
-    write(0x0028, address(Master.ip, 4) ++ address(Server.ip, 4): _*)
+    write(0x0010, address(Server.mac, 6) ++ address(Master.mac, 6): _*)
+    write(0x001c, address(Master.ip, 4) ++ address(Server.ip, 4): _*)
+    write(0x0024, address(Master.port.toLong, 2) ++ address(Server.port.toLong, 2): _*)
+    write(0x0028, word(MasterId) ++ word(boot): _*)
     write(0x0030, word(busCycle, 3): _*)
     write(0x0038, word(RepeatMs) ++ word(HeartbeatMs): _*)
     write(0x003d, 1)

@@ -11,7 +11,7 @@ object AlarmRules extends Rules {
   private val Open               = 3
   private val Short              = 4
   private val Record             = 0x0e80
-  private val Node               = 0x5a
+  private val Node               = 0x0a
 
   /** Switches the detector on, with a debounce of 20 us. */
   private def start(s: Steps, report: Boolean = true): Unit = {

@@ -56,7 +56,10 @@ class ModelBench(val p: EscParams, writer: EscModel => Option[VectorWriter] = _ 
     record = writer(model)
   }
   def send(port: Int, frame: WireFrame): Option[(Int, SentFrame)] =
-    record.fold(model.receive(port, frame))(_.frame(port, frame))
+    record.fold(model.receive(port, frame)) { r =>
+      if (p.hasAlarm) r.quiet() // behind a delayed frame none is extended (AP-09)
+      r.frame(port, frame)
+    }
   def setLink(port: Int, up: Boolean): Unit = record.fold(model.setLink(port, up))(_.link(port, up))
   def setLoaded(loaded: Boolean): Unit = record.fold(model.pdiOperational = loaded)(_.pdiOperational(loaded))
   def falseCarrier(port: Int, symbols: Int): Unit =
