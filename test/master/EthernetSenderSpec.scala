@@ -44,6 +44,7 @@ class EthernetSenderSpec extends AnyFlatSpec with SharedSimulation {
       }
       dut.clock.step()
       dut.step.poke(false)
+      dut.bytes.valid.poke(false)
       dut.clock.step(2)
       if (dut.out.valid.peek().litToBoolean) {
         idle = 0
