@@ -98,10 +98,11 @@ class MasterController(p: EscParams) extends Module {
   private val link     = Module(new ServerLink)
   private val arp      = Module(new ArpResponder)
   private val sender   = Module(new UdpSender)
-  private val reports  = Module(new EventReporter(EventsKept))
+  private val reports  = Module(new EventReporter(EventPlaces))
   private val plant    = Module(new EthernetSender)
   private val expected = Module(new ExpectedByte)
-  private val settings = Module(new NetworkSettings(4))
+  private val settings = Module(new NetworkSettings(6))
+  private val own      = Module(new HostEvent)
   receiver.step    := processStep
   receiver.in      := receivers(1).out
   udp.byte         := receiver.byte
@@ -128,9 +129,19 @@ class MasterController(p: EscParams) extends Module {
     registers.settingAddress,
     expected.address,
     sender.settingAddress,
-    arp.settingAddress
+    arp.settingAddress,
+    MasterRegisters.Request.U | line.requestAddress,
+    MasterRegisters.HostEvent.U | own.readAddress
   )
-  registers.setting := settings.readData(0)
+  // What came back of the host's datagram stands behind it.
+  line.resultAddress := registers.settingAddress
+  registers.setting := Mux(
+    RegNext(registers.settingAddress(6, 4) === (MasterRegisters.Result >> 4).U),
+    line.resultData,
+    settings.readData(0)
+  )
+  line.requestData  := settings.readData(4)
+  own.readData      := settings.readData(5)
   udp.expected      := settings.readData(1)
   arp.expected      := settings.readData(1)
   sender.setting    := settings.readData(2)
@@ -177,44 +188,30 @@ class MasterController(p: EscParams) extends Module {
   alarm.lamp   := alarmOn
 
   // A datagram of the host. Reset: none asked for, none back.
-  private val requestWaits = RegInit(false.B)
-  private val requestFlies = RegInit(false.B)
-  private val requestDone  = RegInit(false.B)
-  private val result       = RegEnable(line.hostResult.bits, line.hostResult.valid)
-  private val requestBusy  = requestWaits || requestFlies
-  line.host.valid        := requestWaits
-  line.host.bits.command := value.uint("request_command")
-  line.host.bits.address := value.uint("request_address")
-  line.host.bits.length  := value.uint("request_length") min HostDatagram.MostBytes.U
-  line.host.bits.data    := value.uint("request_data")
+  private val requestWaits    = RegInit(false.B)
+  private val requestFlies    = RegInit(false.B)
+  private val requestDone     = RegInit(false.B)
+  private val requestAnswered = RegEnable(line.result.bits, line.result.valid)
+  private val requestBusy     = requestWaits || requestFlies
+  line.request.valid := requestWaits
   when(registers.reads(MasterRegisters.Answered)) { requestDone := false.B }
   when(action("request_go") && !requestBusy) {
     requestWaits := true.B
     requestDone  := false.B
   }
-  when(line.host.fire) {
+  when(line.request.fire) {
     requestWaits := false.B
     requestFlies := true.B
   }
-  when(line.hostResult.valid && requestFlies) {
+  when(line.result.valid && requestFlies) {
     requestFlies := false.B
     requestDone  := true.B
   }
 
-  // An event of the host; those of the line come first.
-  private val hostEvent = RegInit(false.B) // one waits; reset: none
-  private val both      = Module(new Arbiter(new MasterEvent, 2))
-  both.io.in(0) <> line.event
-  both.io.in(1).valid         := hostEvent
-  both.io.in(1).bits          := 0.U.asTypeOf(new MasterEvent)
-  both.io.in(1).bits.kind     := EventKind.Command.U
-  both.io.in(1).bits.position := value.uint("host_event_position")
-  both.io.in(1).bits.node     := value.uint("host_event_node")
-  both.io.in(1).bits.sequence := value.uint("host_event_sequence")
-  both.io.in(1).bits.state    := value.uint("host_event_state")
-  reports.event <> both.io.out
-  when(both.io.in(1).ready) { hostEvent := false.B }
-  when(action("host_event_go")) { hostEvent := true.B }
+  // Events; those of the line come first.
+  own.go := action("host_event_go")
+  reports.event(0) <> line.event
+  reports.event(1) <> own.event
 
   // The mailbox: reading a byte leads to the next.
   private val offset = registers.set.load("mailbox_offset")
@@ -230,12 +227,10 @@ class MasterController(p: EscParams) extends Module {
   status.uint("request_done")     := requestDone
   status.uint("request_busy")     := requestBusy
   status.uint("alarm_latched")    := alarmOn
-  status.uint("host_event_busy")  := hostEvent
+  status.uint("host_event_busy")  := own.busy
   status.uint("frames_lost")      := framesLost
   status.uint("master_time")      := time
-  status.uint("request_answered") := result.answered
-  status.uint("request_counter")  := result.counter
-  status.uint("request_result")   := result.data
+  status.uint("request_answered") := requestAnswered
   status.uint("mailbox_length")   := Mux(link.waiting, link.length, 0.U)
   status.uint("mailbox_data")     := link.readData
 
@@ -253,6 +248,6 @@ object MasterController {
     */
   private val LineSource = 0x796c6604
 
-  /** Events kept until the server has them. */
-  val EventsKept = 256
+  /** Places for events until the server has them. */
+  val EventPlaces = 256
 }

@@ -4,23 +4,36 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.DualPortRam
 
-/** A datagram that has come back, or come from a slave. */
-class DatagramAnswer extends Bundle {
+/** A word of a datagram that has come back, or come from a slave. */
+class AnswerWord extends Bundle {
 
-  /** Which of those sent, from 0 on; meaningless if `appended`. */
-  val number  = UInt(7.W)
-  val command = UInt(8.W)
-  val index   = UInt(8.W)
-  val address = UInt(32.W)
-  val length  = UInt(11.W)
-  val counter = UInt(16.W)
+  /** Which one: of [[AnswerWord]]. */
+  val place = UInt(3.W)
+  val data  = UInt(16.W)
+}
 
-  /** It stands behind those sent: a slave has appended it (AP-05). */
-  val appended = Bool()
+/** The words that are kept of a datagram, in the order of their places. */
+object AnswerWord {
+
+  /** The address; ADO in a logical address: its high half. */
+  val Adp = 0
+  val Ado = 1
+
+  /** The working counter, the last one to come. */
+  val Counter = 2
+
+  /** Bits 10 to 0: length of the data; bit 15: it stands behind those sent: a slave has appended it (AP-05).
+    */
+  val Kind = 3
+
+  /** The first of four of data, first byte in the low half; behind the last byte undefined. */
+  val Data = 4
+
+  val Count = 8
 }
 
 /** Takes EtherCAT frames apart and compares them with what was sent (FP-12, FP-24): command, index and length
-  * of each datagram, in order. Datagrams behind them are reported as appended ones.
+  * of each datagram, in order. Datagrams behind them are appended ones.
   *
   * What it reports of a frame counts only when `done` says so, at its end.
   *
@@ -38,33 +51,28 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
   val clear  = IO(Input(Bool()))
   val expect = IO(Flipped(Valid(new DatagramRequest)))
 
-  /** A data byte of the datagram at hand, and its place there; the datagram, when its working counter has
-    * come.
-    */
+  /** A data byte of the datagram at hand, its place there, and the number of the datagram from 0 on. */
   val data   = IO(Output(Valid(UInt(8.W))))
   val offset = IO(Output(UInt(11.W)))
-  val answer = IO(Output(Valid(new DatagramAnswer)))
+  val number = IO(Output(UInt(7.W)))
+
+  /** A word of the datagram at hand; with its working counter it is whole. A word of data comes twice, first
+    * with its low byte only.
+    */
+  val word = IO(Output(Valid(new AnswerWord)))
 
   /** The frame at hand is over; true: it is good EtherCAT, has passed a slave, and holds all that was sent.
     */
   val done = IO(Output(Valid(Bool())))
 
-  /** The number of the datagram at hand, as in [[DatagramAnswer]]; it is an appended one. */
-  val number   = IO(Output(UInt(7.W)))
-  val appended = IO(Output(Bool()))
-
   private val sent  = RegInit(0.U(8.W)) // datagrams expected; reset: none
-  private val entry = Wire(new DatagramRequest)
-  private val ram   = DualPortRam(128, 27)(clock)
+  private val ram   = DualPortRam(128, 32)(clock)
   private val came  = Reg(UInt(8.W))    // datagrams of this frame
+  private val entry = ram.io.readData   // what the one at hand must be
   ram.io.write        := expect.valid
   ram.io.writeAddress := sent
-  ram.io.writeData    := Cat(expect.bits.length, expect.bits.index, expect.bits.command)
+  ram.io.writeData    := Cat(expect.bits.length.pad(16), expect.bits.index, expect.bits.command)
   ram.io.readAddress  := came
-  entry.command       := ram.io.readData(7, 0)
-  entry.index         := ram.io.readData(15, 8)
-  entry.length        := ram.io.readData(26, 16)
-  entry.address       := DontCare
   when(clear) { sent := 0.U }.elsewhen(expect.valid) { sent := sent + 1.U }
 
   private object State extends ChiselEnum { val ethernet, header, data, counter, behind, refused = Value }
@@ -74,27 +82,39 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
   private val left       = Reg(UInt(11.W))        // data bytes to come
   private val more       = Reg(Bool())
   private val wrong      = Reg(Bool())            // not what was sent
-  private val now        = Reg(new DatagramAnswer)
-  private val low        = Reg(UInt(8.W))         // of the working counter
+  private val low        = Reg(UInt(8.W))         // the byte before
   private val isAppended = came >= sent
+  private val inData     = state === State.data
+  private val both       = Cat(byte.bits, low)
 
-  number   := came
-  appended := isAppended
-
-  data.valid           := byte.valid && state === State.data
-  data.bits            := byte.bits
-  offset               := at
-  answer.valid         := byte.valid && state === State.counter && at === 1.U
-  answer.bits          := now
-  answer.bits.counter  := Cat(byte.bits, low)
-  answer.bits.number   := came
-  answer.bits.appended := isAppended
-  done.valid           := end.valid
-  done.bits            := end.bits && state === State.behind && !wrong && came >= sent
+  data.valid := byte.valid && !first && inData
+  data.bits  := byte.bits
+  offset     := at
+  number     := came
+  done.valid := end.valid
+  done.bits  := end.bits && state === State.behind && !wrong && came >= sent
 
   private def on(n: Int): Bool = at === n.U
+  private def byteOf(s: State.Type, n: Int, place: Int): (Bool, UInt) = (state === s && on(n)) -> place.U(3.W)
+  private val isLength = state === State.header && on(7)
+  private val places = Seq(
+    byteOf(State.header, 3, AnswerWord.Adp),
+    byteOf(State.header, 5, AnswerWord.Ado),
+    byteOf(State.header, 7, AnswerWord.Kind),
+    byteOf(State.counter, 1, AnswerWord.Counter),
+    (inData && at < 8.U) -> (AnswerWord.Data.U(3.W) | at(2, 1))
+  )
+  word.valid      := byte.valid && !first && VecInit(places.map(_._1)).asUInt.orR
+  word.bits.place := Mux1H(places)
+  word.bits.data := Mux(
+    isLength,
+    Cat(isAppended, 0.U(4.W), both(10, 0)),
+    Cat(byte.bits, Mux(inData && !at(0), byte.bits, low))
+  )
+
   when(byte.valid) {
-    at := at + 1.U
+    at  := at + 1.U
+    low := byte.bits
     when(first) {
       state := State.ethernet
       at    := 1.U
@@ -103,36 +123,32 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
     }.otherwise {
       switch(state) {
         is(State.ethernet) {
-          val header = Cat(byte.bits, area(7, 0))
           when(on(12) && byte.bits =/= 0x88.U || on(13) && byte.bits =/= 0xa4.U || on(6) && !byte.bits(1)) {
             state := State.refused
           }
-          when(on(14)) { area := byte.bits }
           when(on(15)) {
-            area := header(10, 0)
+            area := both(10, 0)
             at   := 0.U
             state := Mux(
-              header(15, 12) =/= 1.U,
+              both(15, 12) =/= 1.U,
               State.refused,
-              Mux(header(10, 0) === 0.U, State.behind, State.header)
+              Mux(both(10, 0) === 0.U, State.behind, State.header)
             )
           }
         }
         is(State.header) {
           area := area - 1.U
-          when(on(0)) { now.command := byte.bits }
-          when(on(1)) { now.index := byte.bits }
-          when(at >= 2.U && at <= 5.U) { now.address := Cat(byte.bits, now.address(31, 8)) }
-          when(on(6)) { now.length := byte.bits }
+          when(on(6)) { left := byte.bits }
           when(on(7)) {
-            now.length := Cat(byte.bits(2, 0), now.length(7, 0))
-            left       := Cat(byte.bits(2, 0), now.length(7, 0))
-            more       := byte.bits(7)
+            left := both(10, 0)
+            more := byte.bits(7)
           }
+          // Command, index and length are those sent.
+          val isCompared = on(0) || on(1) || on(6) || on(7)
+          val expected   = VecInit((0 until 4).map(i => entry(8 * i + 7, 8 * i)))(Cat(at(2), at(0)))
+          val had        = Mux(on(7), byte.bits(2, 0), byte.bits)
+          when(isCompared && !isAppended && had =/= expected) { wrong := true.B }
           when(on(9)) {
-            val same =
-              now.command === entry.command && now.index === entry.index && now.length === entry.length
-            when(!isAppended && !same) { wrong := true.B }
             at    := 0.U
             state := Mux(left === 0.U, State.counter, State.data)
           }
@@ -147,7 +163,6 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
         }
         is(State.counter) {
           area := area - 1.U
-          low  := byte.bits
           when(on(1)) {
             came  := came + 1.U
             at    := 0.U

@@ -18,22 +18,25 @@ class ReporterStatus extends Bundle {
 /** Keeps events until the server has acknowledged them, and makes the reports about them (REP-01 to REP-06,
   * docs/behaviour.md): when something happens, again and again until it is acknowledged, and as a heartbeat.
   *
+  * A report is sent as it stands in the memory of the events: its header is put before the oldest one.
+  *
   * @param depth
-  *   events it keeps, a power of two
+  *   places for events, a power of two; two of them are for the header
   */
 class EventReporter(depth: Int) extends Module {
   import EventReporter._
-  private val countBits = log2Ceil(depth + 1)
+  private val placeBits = log2Ceil(depth)
 
-  val event  = IO(Flipped(Decoupled(new MasterEvent)))
+  /** Events, see [[MasterEvent]]; those of the first source come first. */
+  val event  = IO(Vec(2, Flipped(Decoupled(UInt(16.W)))))
   val status = IO(Input(new ReporterStatus))
 
   /** Less than half of the places are taken. */
   val room = IO(Output(Bool()))
 
-  /** Numbers of the oldest event that is kept, and of the next one. */
-  val firstEvent = IO(Output(UInt(32.W)))
-  val nextEvent  = IO(Output(UInt(32.W)))
+  /** Numbers of the oldest event that is kept, and of the next one or that which is on its way; low bits. */
+  val firstEvent = IO(Output(UInt(16.W)))
+  val nextEvent  = IO(Output(UInt(16.W)))
 
   /** One pulse every millisecond. After so many of them a report is repeated; it is made in any case. */
   val millisecond = IO(Input(Bool()))
@@ -43,94 +46,119 @@ class EventReporter(depth: Int) extends Module {
   /** The server has all events before this number. */
   val acknowledge = IO(Flipped(Valid(UInt(32.W))))
 
-  /** To [[UdpSender]]. */
+  /** To [[UdpSender]]: the byte comes a cycle after its address. */
   val start       = IO(Output(Bool()))
   val length      = IO(Output(UInt(11.W)))
   val busy        = IO(Input(Bool()))
   val readAddress = IO(Input(UInt(11.W)))
   val readData    = IO(Output(UInt(8.W)))
 
-  // The events, with the master's time; number `first` is the oldest.
-  private class Kept extends Bundle {
-    val event = new MasterEvent
-    val time  = UInt(32.W)
-  }
-  private val ram   = DualPortRam(depth, (new Kept).getWidth)(clock)
-  private val first = RegInit(0.U(32.W)) // reset: none yet
-  private val count = RegInit(0.U(countBits.W))
-  private val kept  = Wire(new Kept)
-  kept.event          := event.bits
-  kept.time           := status.time
-  firstEvent          := first
-  nextEvent           := first + count
-  event.ready         := count =/= depth.U
-  room                := count < (depth / 2).U
-  ram.io.write        := event.fire
-  ram.io.writeAddress := nextEvent(log2Ceil(depth) - 1, 0)
-  ram.io.writeData    := kept.asUInt
+  private object State extends ChiselEnum { val idle, event, stamp, header = Value }
+  private val state = RegInit(State.idle)           // reset: nothing to write
+  private val word  = Reg(UInt(4.W))                // of the event or the header that is being written
+  private val first = RegInit(0.U(32.W))            // reset: none yet
+  private val count = RegInit(0.U(placeBits.W))     // events kept
+  private val before   = Reg(UInt(placeBits.W))     // where the header is: two places before the first event
+  private val inReport = Reg(UInt(7.W))             // events in it
+  private val chosen   = Reg(Bool())                // the event comes from the second source
+  private val low      = Reg(UInt(16.W))            // of a number whose high half has been written
+  private val full     = count === (depth - HeaderPlaces).U
+  firstEvent := first
+  nextEvent  := first + count
+  room       := count < (depth / 2).U
+  for ((source, i) <- event.zipWithIndex) source.ready := state === State.event && chosen === i.U
+  private val fires = VecInit(event.map(_.fire)).asUInt.orR
 
-  // Acknowledgements wait while a report is being sent.
-  private val sending = RegInit(false.B) // reset: not
-  private val asked   = RegInit(false.B) // an acknowledgement waits; reset: none
-  private val upTo    = Reg(UInt(32.W))
-  private val done    = upTo - first     // events it is about
-  private val takes   = asked && !sending
-  private val gone    = Mux(takes && done <= count, done(countBits - 1, 0), 0.U)
-  when(acknowledge.valid) {
-    asked := true.B
-    upTo  := acknowledge.bits
-  }.elsewhen(takes) { asked := false.B }
-  first := first + gone
-  count := count - gone + event.fire
+  // Acknowledgements of events that exist.
+  private val done  = acknowledge.bits - first
+  private val takes = acknowledge.valid && done <= count && done =/= 0.U
+  private val kept  = WireDefault(false.B) // one more event
+  when(takes) { first := acknowledge.bits }
+  count := count - Mux(takes, done, 0.U)(placeBits - 1, 0) + kept
 
   // When to report. Reset: a first heartbeat at once.
-  private val fresh    = RegInit(false.B) // something to tell that has not been told
-  private val waited   = RegInit("hfff".U(12.W))
-  private val isTime   = waited >= Mux(count =/= 0.U, repeatMs, heartbeatMs)
-  private val inReport = Reg(UInt(7.W))   // events in this report
-  start := !sending && !busy && !takes && !event.fire && (fresh || isTime)
+  private val sending = RegInit(false.B) // reset: not
+  private val fresh   = RegInit(false.B) // something to tell that has not been told
+  private val waited  = RegInit("hfff".U(12.W))
+  private val isTime  = waited >= Mux(count =/= 0.U, repeatMs, heartbeatMs)
   when(millisecond && !waited.andR) { waited := waited + 1.U }
-  private val number = Mux(count > Most.U, Most.U, count)
-  length := HeaderBytes.U +& (number << 4)
-  when(start) {
-    sending := true.B
-    fresh   := false.B
-    waited  := 0.U
-  }.elsewhen(sending && !busy && RegNext(busy, false.B)) { sending := false.B }
-  when(event.fire || (gone =/= 0.U && count =/= gone)) { fresh := true.B }
-  when(start) { inReport := number }
+  start  := false.B
+  length := HeaderBytes.U +& (inReport << 4)
 
-  // The report: header, then events; all numbers big endian.
-  private val lostThen = RegEnable(status, start)
-  private val header = Cat(
-    Magic.U(16.W),
-    Version.U(8.W),
-    KindReport.U(8.W),
-    lostThen.master,
-    lostThen.boot,
-    first,
-    inReport.pad(8),
-    lostThen.selfTest,
-    lostThen.present,
-    lostThen.known,
-    lostThen.time,
-    lostThen.lost
-  )
-  private val place   = readAddress - HeaderBytes.U
-  private val inside  = RegNext(readAddress)
-  private val bytes   = ram.io.readData.asTypeOf(new Kept)
-  private val e       = bytes.event
-  private val content = Cat(e.kind, e.position, e.node, e.sequence, e.state, e.epoch, e.time, bytes.time)
-  private def byteOf(word: UInt, count: Int, at: UInt) =
-    VecInit((0 until count).map(i => word(8 * (count - i) - 1, 8 * (count - i) - 8)))(at)
-  ram.io.readAddress := (first + (place >> 4))(log2Ceil(depth) - 1, 0)
-  readData := RegNext(
-    Mux(
-      inside < HeaderBytes.U,
-      byteOf(header, HeaderBytes, inside(4, 0)),
-      byteOf(content, EventBytes, (inside - HeaderBytes.U)(3, 0))
-    )
-  )
+  // The memory, in words; numbers are big endian.
+  private val ram    = DualPortRam(depth * EventWords, 16)(clock)
+  private val header = Cat(before, (HeaderPlaces * EventWords - HeaderWords).U(3.W)) // its first word
+  private val content = WireDefault(low)
+  private val second  = RegNext(readAddress(0))
+  ram.io.write        := state === State.header || state === State.stamp || fires
+  ram.io.writeAddress := Mux(state === State.header, header + word, Cat(nextEvent(placeBits - 1, 0), word(2, 0)))
+  ram.io.writeData    := content
+  ram.io.readAddress  := header + (readAddress >> 1)
+  readData            := Mux(second, ram.io.readData(7, 0), ram.io.readData(15, 8))
+
+  switch(state) {
+    is(State.idle) {
+      word   := 0.U
+      chosen := !event(0).valid
+      when((event(0).valid || event(1).valid) && !full) {
+        state := State.event
+      }.elsewhen(!sending && !busy && !takes && (fresh || isTime)) {
+        state    := State.header
+        before   := first - HeaderPlaces.U
+        inReport := Mux(count > Most.U, Most.U, count)
+      }
+    }
+    is(State.event) {
+      content := Mux(chosen, event(1).bits, event(0).bits)
+      when(fires) {
+        word := word + 1.U
+        when(word === (MasterEvent.Words - 1).U) { state := State.stamp }
+      }
+    }
+    is(State.stamp) { // with the time of the master
+      when(!word(0)) {
+        content := status.time(31, 16)
+        low     := status.time(15, 0)
+      }.otherwise {
+        kept  := true.B
+        fresh := true.B
+        state := State.idle
+      }
+      word := word + 1.U
+    }
+    is(State.header) {
+      val words = Seq(
+        Magic.U,
+        Cat(Version.U(8.W), KindReport.U(8.W)),
+        status.master,
+        status.boot,
+        first(31, 16),
+        first(15, 0),
+        Cat(inReport.pad(8), status.selfTest),
+        Cat(status.present, status.known),
+        status.time(31, 16),
+        low,
+        status.lost(31, 16),
+        low
+      )
+      content := VecInit(words)(word)
+      word    := word + 1.U
+      when(word === 8.U) { low := status.time(15, 0) }
+      when(word === 10.U) { low := status.lost(15, 0) }
+      when(takes || busy) { // it is not true any more, or not wanted
+        state := State.idle
+        fresh := true.B
+      }.elsewhen(word === (HeaderWords - 1).U) {
+        start   := true.B
+        sending := true.B
+        fresh   := false.B
+        waited  := 0.U
+        state   := State.idle
+      }
+    }
+  }
+  when(takes && done =/= count) { fresh := true.B }
+  when(sending && !busy && RegNext(busy, false.B)) { sending := false.B }
 }
 
 object EventReporter {
@@ -143,6 +171,10 @@ object EventReporter {
 
   val HeaderBytes = 24
   val EventBytes  = 16
+
+  private val HeaderWords  = HeaderBytes / 2
+  private val EventWords   = EventBytes / 2
+  private val HeaderPlaces = 2
 
   /** Events of one report. */
   val Most = 64

@@ -30,7 +30,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
   /** Begins a new frame: no datagrams. */
   val clear = IO(Input(Bool()))
 
-  /** A datagram, taken if it fits; then its data bytes. */
+  /** A datagram if it fits, to be held until it is taken; then its data bytes. */
   val datagram = IO(Flipped(Decoupled(new DatagramRequest)))
   val data     = IO(Flipped(Decoupled(UInt(8.W))))
 
@@ -52,9 +52,9 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
   private val last  = Reg(UInt(11.W))     // where the bit "more follow" of the last datagram is
   private val at    = Reg(UInt(11.W))     // byte within what is being written or sent
   private val left  = Reg(UInt(11.W))     // data bytes to come
-  private val asked = Reg(new DatagramRequest)
 
   private val ram   = DualPortRam(2048, 8)(clock)
+  private val asked = datagram.bits
   private val words = Cat(0.U(16.W), "b10000".U(5.W), asked.length, asked.address, asked.index, asked.command)
   private val write = WireDefault(false.B)
   ram.io.write        := write
@@ -68,7 +68,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
   when(write) { used := used + 1.U }
 
   full           := count === maxSubTelegrams.U || used +& datagram.bits.length > (Longest - 12).U
-  datagram.ready := state === State.idle && !full && !clear && !send
+  datagram.ready := state === State.header && at === 9.U
   data.ready     := state === State.data
   busy           := state =/= State.idle
 
@@ -101,10 +101,8 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
         count := 0.U
       }.elsewhen(send) {
         state := State.fetch
-      }.elsewhen(datagram.fire) {
-        asked := datagram.bits
+      }.elsewhen(datagram.valid && !full) {
         left  := datagram.bits.length
-        last  := used + 7.U
         count := count + 1.U
         state := State.header
       }
@@ -112,6 +110,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
     is(State.header) {
       write := true.B
       at    := at + 1.U
+      when(at === 7.U) { last := used }
       when(at === 9.U) {
         at    := 0.U
         state := Mux(left === 0.U, State.counter, State.data)

@@ -5,19 +5,6 @@ import chisel3.util._
 import flyframe.memory.DualPortRam
 import flyframe.mii.NibbleStream
 
-/** A datagram that has come back, whole: see [[DatagramAnswer]]. */
-class StoredAnswer extends Bundle {
-
-  /** The first eight data bytes, first one in the low bits; behind the last one undefined. */
-  val data     = UInt(64.W)
-  val counter  = UInt(16.W)
-  val address  = UInt(32.W)
-  val index    = UInt(8.W)
-  val command  = UInt(8.W)
-  val length   = UInt(11.W)
-  val appended = Bool()
-}
-
 /** Exchanges frames with the slaves of a line: composes a frame, sends it, and waits for its answer; without
   * a right one in time it is sent again (MST-07, MST-08). The answers are kept until the next frame is begun.
   *
@@ -58,10 +45,20 @@ class LineExchange(maxSubTelegrams: Int, answers: Int = 32) extends Module {
   /** A frame was sent in vain: for counting. */
   val lost = IO(Output(Bool()))
 
-  /** Answers there are after a good exchange, and the one at `read` a cycle later. */
+  /** Answers there are after a good exchange, and a word of the one at `read` a cycle later, of
+    * [[AnswerWord]].
+    */
   val count  = IO(Output(UInt(log2Ceil(answers + 1).W)))
   val read   = IO(Input(UInt(log2Ceil(answers).W)))
-  val answer = IO(Output(new StoredAnswer))
+  val place  = IO(Input(UInt(3.W)))
+  val answer = IO(Output(UInt(16.W)))
+
+  /** The first answer is `kept` for the host, until the next one that is: byte `keptAddress` of its words a
+    * cycle later.
+    */
+  val keeps       = IO(Input(Bool()))
+  val keptAddress = IO(Input(UInt(4.W)))
+  val keptData    = IO(Output(UInt(8.W)))
 
   private val composer = Module(new FrameComposer(maxSubTelegrams))
   private val sender   = Module(new EthernetSender)
@@ -84,33 +81,26 @@ class LineExchange(maxSubTelegrams: Int, answers: Int = 32) extends Module {
   matcher.expect.valid := datagram.fire
   matcher.expect.bits  := datagram.bits
 
-  // Answers. The data of a datagram is collected, and stored with its working counter.
-  private val ram     = DualPortRam(answers, (new StoredAnswer).getWidth)(clock)
-  private val collect = Reg(UInt(64.W))
+  // Answers.
   private val came    = RegInit(0.U(log2Ceil(answers + 1).W)) // of the frame at hand; reset: none
   private val kept    = RegInit(0.U(log2Ceil(answers + 1).W))
   private val waiting = RegInit(false.B)                      // for an answer; reset: not
-  private val entry   = Wire(new StoredAnswer)
-  entry.data     := collect
-  entry.counter  := matcher.answer.bits.counter
-  entry.address  := matcher.answer.bits.address
-  entry.index    := matcher.answer.bits.index
-  entry.command  := matcher.answer.bits.command
-  entry.length   := matcher.answer.bits.length
-  entry.appended := matcher.answer.bits.appended
-  private val stores = matcher.answer.valid && waiting && came =/= answers.U
-  ram.io.write        := stores
-  ram.io.writeAddress := came
-  ram.io.writeData    := entry.asUInt
-  ram.io.readAddress  := read
-  answer              := ram.io.readData.asTypeOf(new StoredAnswer)
-  count               := kept
-  when(matcher.data.valid && matcher.offset < 8.U) {
-    collect := VecInit((0 until 8).map { i =>
-      Mux(matcher.offset === i.U, matcher.data.bits, collect(8 * i + 7, 8 * i))
-    }).asUInt
+  private val word    = matcher.word.bits
+  private val stores  = matcher.word.valid && waiting && came =/= answers.U
+  private def copy(depth: Int, write: Bool, address: UInt): UInt = {
+    val ram = DualPortRam(depth, 16)(clock)
+    ram.io.write        := write
+    ram.io.writeAddress := Cat(came, word.place)
+    ram.io.writeData    := word.data
+    ram.io.readAddress  := address
+    ram.io.readData
   }
-  when(receiver.byte.valid && receiver.first) { came := 0.U }.elsewhen(stores) { came := came + 1.U }
+  answer := copy(answers * AnswerWord.Count, stores, Cat(read, place))
+  private val forHost = copy(AnswerWord.Count, stores && keeps && came === 0.U, keptAddress(3, 1))
+  keptData := Mux(RegNext(keptAddress(0)), forHost(15, 8), forHost(7, 0))
+  count    := kept
+  when(receiver.byte.valid && receiver.first) { came := 0.U }
+    .elsewhen(stores && word.place === AnswerWord.Counter.U) { came := came + 1.U }
 
   // Sending, and waiting.
   private val left  = Reg(UInt(16.W)) // slots

@@ -3,66 +3,10 @@ package flyframe.master
 import chisel3._
 import chisel3.util._
 import flyframe.alarm.DetectorState
-import flyframe.memory.{DualPortRam, RamQueue}
 import flyframe.mii.NibbleStream
 import flyframe.registers.AlarmRegisters
 
-/** Something the server is to know of (LM-08). */
-class MasterEvent extends Bundle {
-
-  /** A code of [[EventKind]], which tells what the other fields mean. */
-  val kind     = UInt(8.W)
-  val position = UInt(8.W)
-  val node     = UInt(16.W)
-  val sequence = UInt(16.W)
-  val state    = UInt(8.W)
-  val epoch    = UInt(8.W)
-  val time     = UInt(32.W)
-}
-
-/** Kinds of events: written down here for RTL, model and server. */
-object EventKind {
-
-  /** An alarm record of a slave. */
-  val Detector = 1
-
-  /** The line has been looked through; position: number of slaves listed, node: of those that answer. */
-  val Scanned = 2
-
-  /** A slave is there; state: result of its self-test, sequence: its DL status. */
-  val Present = 3
-
-  /** A slave that was there does not answer any more; it answers again. */
-  val Lost  = 4
-  val Found = 5
-
-  /** A slave has the same node ID as that at position `sequence`. */
-  val Duplicate = 6
-
-  /** A slave's node ID is not that of the one before it (`sequence`) plus one. */
-  val Gap = 7
-
-  /** What became of a command of the server, from the master's host; position: the command, sequence: low
-    * bits of its counter, state: result.
-    */
-  val Command = 8
-}
-
-/** A datagram of the host, up to eight data bytes. */
-class HostDatagram extends Bundle {
-  val command = UInt(8.W)
-  val address = UInt(32.W)
-  val length  = UInt(4.W)
-  val data    = UInt(64.W)
-}
-
-object HostDatagram {
-
-  /** Data bytes, at most. */
-  val MostBytes = 8
-}
-
-/** Runs a line of alarm slaves (LM-01 to LM-09, docs/behaviour.md): counts and lists them, then, every cycle,
+/** Runs a line of alarm slaves (LM-01 to LM-10, docs/behaviour.md): counts and lists them, then, every cycle,
   * sends what the host has queued, acknowledgements, or an empty frame, and takes the alarm records that come
   * back. Slaves that no longer answer are lost until they do.
   *
@@ -89,18 +33,22 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   val timeout = IO(Input(UInt(16.W)))
   val retries = IO(Input(UInt(4.W)))
 
-  /** A datagram to be sent in the next cycle, and its working counter; not valid: there was no answer. */
-  val host = IO(Flipped(Decoupled(new HostDatagram)))
-  val hostResult = IO(Output(Valid(new Bundle {
-    val answered = Bool()
-    val counter  = UInt(16.W)
-    val data     = UInt(64.W)
-  })))
-
-  /** What happens; records are only taken while there is `room`. Numbers of the next event, and of the oldest
-    * one that the server does not have (LM-10).
+  /** A datagram of the host is `taken` and sent in the next cycle. It is read as it stands at the host's
+    * registers (HOST-05), a byte a cycle after its address; it must not change until there is a result: true if
+    * there was an answer, which can then be read like that too (counter at 4, data from 8 on).
     */
-  val event      = IO(Decoupled(new MasterEvent))
+  val request        = IO(Flipped(Decoupled()))
+  val requestAddress = IO(Output(UInt(4.W)))
+  val requestData    = IO(Input(UInt(8.W)))
+  val result         = IO(Output(Valid(Bool())))
+  val resultAddress  = IO(Input(UInt(4.W)))
+  val resultData     = IO(Output(UInt(8.W)))
+
+  /** What happens, in words of [[MasterEvent]]; records are only taken while there is `room`. Numbers of the
+    * event that comes next or is on its way, and of the oldest one that the server does not have (LM-10), low
+    * bits.
+    */
+  val event      = IO(Decoupled(UInt(16.W)))
   val room       = IO(Input(Bool()))
   val nextEvent  = IO(Input(UInt(16.W)))
   val firstEvent = IO(Input(UInt(16.W)))
@@ -113,56 +61,23 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   val alarm = IO(Output(Bool()))
   val lost  = IO(Output(Bool()))
 
-  private val exchange = Module(new LineExchange(maxSubTelegrams, Answers))
-  exchange.step    := step
-  exchange.in      := in
-  exchange.source  := source
-  exchange.timeout := timeout
-  exchange.retries := retries
-  out              := exchange.out
-  lost             := exchange.lost
-
-  /** What is remembered of a slave. */
-  private class Slave extends Bundle {
-    val node      = UInt(16.W)
-    val sequence  = UInt(16.W) // of its last record
-    val epoch     = UInt(8.W)
-    val event     = UInt(16.W) // number of the event which that was
-    val heard     = Bool()     // there was one
-    val confirmed = Bool()     // it has been told that the server has it
-  }
-  private val table  = DualPortRam(maxSlaves, (new Slave).getWidth)(clock)
-  private val place  = Reg(UInt((positionBits + 1).W)) // slave at hand
-  private val search = Reg(UInt((positionBits + 1).W)) // slave compared with it
-  private val slave  = Reg(new Slave)                  // that at hand
-  private val stored = table.io.readData.asTypeOf(new Slave)
-  table.io.write        := false.B
-  table.io.writeAddress := place
-  table.io.writeData    := slave.asUInt
-  table.io.readAddress  := search
-
-  // Acknowledgements and confirmations to be sent.
-  private class Acknowledgement extends Bundle {
-    val node     = UInt(16.W)
-    val sequence = UInt(16.W)
-    val confirms = Bool()
-  }
-  private val acknowledgements = Module(new RamQueue(new Acknowledgement, Answers))
-  acknowledgements.in.valid         := false.B
-  acknowledgements.in.bits.node     := exchange.answer.address(15, 0)
-  acknowledgements.in.bits.sequence := exchange.answer.data(15, 0)
-  acknowledgements.in.bits.confirms := false.B
-  acknowledgements.out.ready        := false.B
-
   private object State extends ChiselEnum {
 
-    /** stopped; pause: until the next cycle; confirm: what the server has; clear, choose, offer, data, rest,
-      * go, wait: a frame; look: at an answer; compare: an alarm record with the last one of its slave; count:
-      * what the number of slaves means; lose, losing: slaves go; scan, list: what is asked of new ones; know,
-      * equal, gap, next: what becomes of them; emit: an event.
+    /** stopped; pause: until the next cycle; doubt: what was confirmed is not sure any more.
+      *
+      * A frame: load: the host's datagram; clear, choose, offer, data, go, await. Its answers: fetch, look;
+      * taken: an acknowledgement; own: that of a single datagram; skip: the next one.
+      *
+      * A record: record: is it one; compare: which slave's; recall, epoch, sequence, judge: is it new.
+      *
+      * Slaves: count, meet: what their number means; lose, losing: some go; scan, list, heed: what new ones
+      * are asked; know, introduce, equal, settle, gap, next: what becomes of them.
+      *
+      * emit: an event.
       */
-    val stopped, pause, confirm, clear, choose, offer, data, go, await, fetch, look, compare, count, lose,
-        losing, scan, list, know, equal, gap, next, emit = Value
+    val stopped, pause, doubt, load, clear, choose, offer, data, go, await, fetch, look, taken, own, skip,
+        record, compare, recall, epoch, sequence, judge, count, meet, lose, losing, scan, list, heed, know,
+        introduce, equal, settle, gap, next, emit = Value
   }
   import State._
   private val state  = RegInit(stopped)   // reset: until the host says run
@@ -172,72 +87,136 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   private val beat   = RegInit(0.U(4.W))  // cycles since the slaves were counted; reset: count at once
   private val single = Reg(Bool())        // the frame has one datagram of our own: its answer is for `resume`
   private val byHost = Reg(Bool())        // the frame begins with the host's datagram
-  private val asks   = Reg(new HostDatagram)
+  private val ofHost = Reg(Bool())        // that is the one at hand
   private val index  = RegInit(0.U(8.W))  // of the next datagram; reset: any
-  private val byte   = Reg(UInt(4.W))
-  private val number   = Reg(UInt(log2Ceil(Answers + 1).W)) // answer at hand
-  private val here     = RegInit(0.U((positionBits + 1).W)) // slaves that answer; reset: none
-  private val listed   = RegInit(0.U((positionBits + 1).W)) // slaves in the table; reset: none
-  private val counted  = Reg(UInt((positionBits + 1).W))
-  private val answered = Reg(UInt(16.W))
-  private val part     = Reg(UInt(3.W))                     // what of a slave is being read
-  private val status   = Reg(UInt(16.W))                    // its DL status
-  private val selfTest = Reg(UInt(8.W))
-  private val before   = Reg(UInt(16.W))                    // node ID of the slave before it
+  private val byte   = Reg(UInt(4.W))     // of a datagram: as at the host's registers
+  private val place  = Reg(UInt((positionBits + 1).W))      // slave at hand
+  private val search = Reg(UInt((positionBits + 1).W))      // slave looked up
+  private val turn   = RegInit(0.U(positionBits.W))         // slave that is told something next; reset: any
+  private val number = Reg(UInt(log2Ceil(Answers + 1).W))   // answer at hand
+  private val here   = RegInit(0.U((positionBits + 1).W))   // slaves that answer; reset: none
+  private val listed = RegInit(0.U((positionBits + 1).W))   // slaves in the table; reset: none
+  private val part   = Reg(UInt(3.W))                       // what of a slave is being asked
+  private val isOne  = Reg(Bool())                          // one slave has answered
+  private val node   = Reg(UInt(16.W))                      // its node ID
+  private val second = Reg(UInt(16.W))                      // its DL status, then its twin
   private val hasTwin  = RegInit(false.B)                   // another one has its node ID; reset: none
-  private val twin     = Reg(UInt(positionBits.W))
   private val patience = RegInit(0.U(10.W))                 // cycles its host was waited for; reset: none
-  private val unsure = RegInit(false.B) // a confirmation may not have arrived; reset: none
-  private val event0 = Reg(new MasterEvent)
+  private val unsure   = RegInit(false.B) // a confirmation may not have arrived; reset: none
+  private val isListed = Reg(Bool())      // the record at hand is of a slave on the list
+  private val isAlarm  = Reg(Bool())      // it tells of an alarm
+  private val isOld    = Reg(Bool())      // its number has been, if its epoch is the same
+  private val itsEpoch = Reg(UInt(8.W))
+  private val answered = Reg(UInt(16.W))
+  private val counted  = Mux(answered > maxSlaves.U, maxSlaves.U, answered)(positionBits, 0)
   present := here
   known   := listed
 
-  private val more = state === choose && acknowledgements.out.valid && !exchange.full
-  exchange.clear                 := state === clear
+  private val table = Module(new SlaveTable(maxSlaves))
+  table.read                       := search
+  table.changeNode.valid           := false.B
+  table.changeNode.bits            := node
+  table.changeRecord.valid         := false.B
+  table.changeAnswer.valid         := false.B
+  table.changeFlags.valid          := false.B
+  table.changeFlags.bits           := table.flags
+
+  /** In a loop over slaves: the table shows the one before `search`. */
+  private val primed = Reg(Bool())
+  primed := false.B
+
+  private val exchange = Module(new LineExchange(maxSubTelegrams, Answers))
+  private val wanted   = WireDefault(AnswerWord.Adp.U(3.W)) // which word of the answer comes in the next cycle
+  private val answer   = exchange.answer
+  exchange.step        := step
+  exchange.in          := in
+  exchange.source      := source
+  exchange.timeout     := timeout
+  exchange.retries     := retries
+  exchange.keeps       := byHost
+  exchange.keptAddress := resultAddress
+  exchange.read        := number
+  exchange.place       := wanted
+  exchange.clear       := state === clear
+  exchange.go          := state === go && !exchange.composing
+  resultData           := exchange.keptData
+  out                  := exchange.out
+  lost                 := exchange.lost
+  table.changeRecord.bits.sequence := answer
+  table.changeRecord.bits.epoch    := itsEpoch
+  table.changeRecord.bits.event    := nextEvent
+  table.changeAnswer.bits          := answer
+
+  // The datagram at hand. Its data, if not the host's, are one word.
+  private val asks = Reg(new Bundle {
+    val command = UInt(8.W)
+    val address = Vec(4, UInt(8.W))
+    val length  = UInt(4.W)
+    val content = UInt(16.W)
+  })
+  private val settled = Reg(Bool()) // `requestData` is that at `byte`, or an event's word has come
+  settled                        := false.B
   exchange.datagram.valid        := state === offer
   exchange.datagram.bits.command := asks.command
   exchange.datagram.bits.index   := index
-  exchange.datagram.bits.address := asks.address
+  exchange.datagram.bits.address := asks.address.asUInt
   exchange.datagram.bits.length  := asks.length
-  exchange.data.valid            := state === data
-  exchange.data.bits             := asks.data(7, 0)
-  exchange.go                    := state === go && !exchange.composing
-  exchange.read                  := number
-  event.valid                    := state === emit
-  event.bits                     := event0
-  host.ready                     := false.B
-  hostResult.valid               := false.B
-  hostResult.bits.answered       := exchange.done.bits
-  hostResult.bits.counter        := exchange.answer.counter
-  hostResult.bits.data           := exchange.answer.data
-  alarm                          := false.B
+  exchange.data.valid            := state === data && settled
+  exchange.data.bits := Mux(ofHost, requestData, Mux(byte(0), asks.content(15, 8), asks.content(7, 0)))
+  requestAddress     := byte
+  request.ready      := false.B
+  result.valid       := false.B
+  result.bits        := exchange.done.bits || state === look
+  alarm              := false.B
 
-  private def ask(command: Int, adp: UInt, ado: Int, length: Int, content: UInt = 0.U): Unit = {
+  private def ask(command: Int, adp: UInt, ado: UInt, length: Int, content: UInt = 0.U): Unit = {
     asks.command := command.U
-    asks.address := Cat(ado.U(16.W), adp.pad(16)(15, 0))
+    asks.address := Cat(ado.pad(16)(15, 0), adp.pad(16)(15, 0)).asTypeOf(asks.address)
     asks.length  := length.U
-    asks.data    := content
+    asks.content := content
+    ofHost       := false.B
   }
 
-  /** One datagram in a frame of its own; its answer is looked at in state `next`. */
+  /** One datagram in a frame of its own; its working counter is looked at in state `next`. */
   private def askAlone(next: State.Type): Unit = {
     single := true.B
     byHost := false.B
     resume := next
     state  := clear
   }
-  private def emitThen(next: State.Type, kind: UInt, position: UInt, node: UInt): Unit = {
-    event0.kind     := kind
-    event0.position := position
-    event0.node     := node
-    event0.sequence := 0.U
-    event0.state    := 0.U
-    event0.epoch    := 0.U
-    event0.time     := 0.U
-    behind          := next
-    state           := emit
+
+  // An event: which one, and the word of it that is next.
+  private val kind = Reg(UInt(3.W))
+  private val word = Reg(UInt(3.W))
+  private def emitThen(next: State.Type, what: UInt): Unit = {
+    kind   := what
+    word   := 0.U
+    behind := next
+    state  := emit
   }
-  private val answer = exchange.answer
+  private def isKind(k: Int) = kind === k.U
+  private val ofRecord       = isKind(EventKind.Detector)
+  private val newcomer       = isKind(EventKind.Present) || isKind(EventKind.Found)
+  private val position =
+    Mux(ofRecord, table.index, Mux(isKind(EventKind.Scanned), counted, place))
+  private val words = Seq(
+    MasterEvent.Kind -> Cat(kind.pad(8), position.pad(8)),
+    MasterEvent.Node -> Mux(
+      isKind(EventKind.Scanned),
+      answered,
+      Mux(ofRecord || isKind(EventKind.Lost), table.node, node)
+    ),
+    MasterEvent.Sequence -> Mux(
+      isKind(EventKind.Gap),
+      table.node,
+      Mux(ofRecord, answer, Mux(newcomer || isKind(EventKind.Duplicate), second, 0.U))
+    ),
+    MasterEvent.State    -> Mux(ofRecord || newcomer, Cat(answer(7, 0), answer(15, 8)), 0.U),
+    MasterEvent.TimeHigh -> Mux(ofRecord, answer, 0.U),
+    MasterEvent.TimeLow  -> Mux(ofRecord, answer, 0.U)
+  )
+  event.valid := state === emit && settled
+  event.bits  := MuxLookup(word, 0.U(16.W))(words.map { case (n, w) => n.U -> w })
 
   when(step && timer =/= 0.U) { timer := timer - 1.U }
   switch(state) {
@@ -246,268 +225,315 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       when(run) { state := pause }
     }
     is(pause) {
-      number := 0.U
+      search := 0.U
+      byte   := 0.U
       when(!run) {
         state  := stopped
         here   := 0.U
         listed := 0.U
+      }.elsewhen(unsure) {
+        state := doubt
       }.elsewhen(timer === 0.U) {
         timer  := cycle
         beat   := beat + 1.U
         single := false.B
-        byHost := host.valid
-        search := 0.U
-        state  := confirm
-        when(host.valid) {
-          host.ready := true.B
-          asks       := host.bits
+        byHost := request.valid
+        state  := clear
+        when(request.valid) {
+          request.ready := true.B
+          state         := load
         }.elsewhen(beat === 0.U || here === 0.U) {
           // Every slave that is counted answers to its node ID from now on: one may have restarted unnoticed.
-          ask(Bwr, 0.U, AliasEnable, 1, 1.U)
+          ask(Bwr, 0.U, AliasEnable.U, 1, 1.U)
           askAlone(count)
         }
       }
     }
-
-    // What the server has is confirmed to the slaves, once; `stored` is the slave before `search`. After a lost
-    // frame all is to be confirmed anew: a round only marks it.
-    is(confirm) {
-      val hasIt = stored.heard && (stored.event - firstEvent)(15)
-      val entry = WireDefault(stored)
-      search                            := search + 1.U
-      table.io.writeAddress             := search - 1.U
-      table.io.writeData                := entry.asUInt
-      acknowledgements.in.bits.node     := stored.node
-      acknowledgements.in.bits.sequence := stored.sequence
-      acknowledgements.in.bits.confirms := true.B
-      when(search =/= 0.U) {
-        when(unsure) {
-          entry.confirmed := !stored.heard
-          table.io.write  := true.B
-        }.elsewhen(hasIt && !stored.confirmed) {
-          entry.confirmed           := true.B
-          acknowledgements.in.valid := true.B
-          table.io.write            := acknowledgements.in.ready
-        }
+    is(doubt) { // after a lost frame all is to be confirmed anew
+      primed := true.B
+      search := search + 1.U
+      when(primed) {
+        table.changeFlags.valid          := true.B
+        table.changeFlags.bits.confirmed := !table.flags.heard
       }
-      when(search >= Mux(unsure, listed, here)) {
+      when(search === listed) {
         unsure := false.B
-        state  := clear
+        state  := pause
       }
     }
 
     // A frame: the host's datagram, one of our own, or as many acknowledgements as fit.
-    is(clear) { state := Mux(single || byHost, offer, choose) }
+    is(load) {
+      settled := !settled
+      ofHost  := true.B
+      when(settled) {
+        byte := byte + 1.U
+        when(byte === Command.U) { asks.command := requestData }
+        when(byte === Length.U) { asks.length := requestData min MostBytes.U }
+        for (i <- 0 until 4) when(byte === (Address + i).U) { asks.address(i) := requestData }
+        when(byte === (HostData - 1).U) { state := clear }
+      }
+    }
+    is(clear) {
+      search := turn
+      state  := Mux(single || byHost, offer, choose)
+    }
     is(choose) {
-      acknowledgements.out.ready := more
-      state                      := Mux(more, offer, go)
-      when(more) {
-        val a = acknowledgements.out.bits
-        ask(Fpwr, a.node, AlarmRegisters.Acknowledge, 2, a.sequence)
-        when(a.confirms) { asks.address := Cat(AlarmRegisters.Confirm.U(16.W), a.node) }
+      val hasIt    = (table.record.event - firstEvent)(15)
+      val confirms = table.flags.heard && !table.flags.confirmed && hasIt
+      val due      = table.flags.due
+      primed := true.B
+      search := search + 1.U
+      when(primed) {
+        when(search <= here && (due || confirms)) {
+          turn   := table.index
+          search := table.index
+          state  := go
+          when(!exchange.full) {
+            ask(
+              Fpwr,
+              table.node,
+              Mux(due, AlarmRegisters.Acknowledge.U, AlarmRegisters.Confirm.U),
+              2,
+              Mux(due, table.answer, table.record.sequence)
+            )
+            table.changeFlags.valid := true.B
+            when(due) { table.changeFlags.bits.due := false.B }
+              .otherwise { table.changeFlags.bits.confirmed := true.B }
+            state := offer
+          }
+        }.elsewhen(search >= here) {
+          turn  := 0.U
+          state := go
+        }
       }
     }
     is(offer) {
-      byte := asks.length
+      byte := HostData.U
       when(exchange.datagram.ready) {
         index := index + 1.U
         state := Mux(asks.length === 0.U, Mux(single, go, choose), data)
       }
     }
     is(data) {
-      when(exchange.data.ready) {
-        asks.data := asks.data >> 8
-        byte      := byte - 1.U
-        when(byte === 1.U) { state := Mux(single, go, choose) }
+      settled := !exchange.data.fire
+      when(exchange.data.fire) {
+        byte := byte + 1.U
+        when(byte(2, 0) === (asks.length - 1.U)(2, 0)) { state := Mux(single, go, choose) }
       }
     }
     is(go) { when(!exchange.composing) { state := await } }
     is(await) {
+      number := single // records first, then the answer to our own datagram
       when(exchange.done.valid) {
-        number := 0.U
-        state  := fetch
+        state := fetch
         when(!exchange.done.bits) {
-          hostResult.valid := byHost
+          result.valid := byHost
           // Nobody answers: as if none were counted. Else it is tried again, in the next cycle.
-          counted := 0.U
-          place   := 0.U
-          part    := 0.U
-          state   := Mux(single && resume === count, lose, pause)
-          beat    := 0.U
-          unsure  := true.B
+          answered := 0.U
+          place    := 0.U
+          part     := 0.U
+          state    := Mux(single && resume === count, lose, pause)
+          beat     := 0.U
+          unsure   := true.B
         }
       }
     }
-    is(fetch) { state := Mux(number === exchange.count, pause, look) }
+    is(fetch) {
+      wanted := AnswerWord.Kind.U
+      state  := look
+      when(number === exchange.count) {
+        number := 0.U
+        state  := Mux(single, own, pause)
+      }
+    }
+    is(own) {
+      wanted := AnswerWord.Counter.U
+      state  := resume
+    }
     is(look) {
-      search := 0.U
-      state  := fetch
-      number := number + 1.U
-      when(answer.appended) {
-        val isRecord = answer.address(31, 16) === AlarmRegisters.Record.U && answer.length === RecordBytes.U
-        when(isRecord && acknowledgements.in.ready) {
-          number := number
-          state  := compare
-        }
-      }.elsewhen(single) {
-        number := number
-        state  := resume
+      val appended = answer(15)
+      wanted := Mux(appended, AnswerWord.Ado.U, AnswerWord.Counter.U)
+      when(appended) {
+        state := Mux(answer(10, 0) === RecordBytes.U, record, skip)
       }.elsewhen(byHost && number === 0.U) {
-        hostResult.valid         := true.B
-        hostResult.bits.answered := true.B
-      }.elsewhen(answer.counter === 0.U) { unsure := true.B } // an acknowledgement that nobody took
+        result.valid := true.B
+        state        := skip
+      }.otherwise { state := taken }
+    }
+    is(taken) {
+      when(answer === 0.U) { unsure := true.B } // an acknowledgement that nobody took
+      state := skip
+    }
+    is(skip) {
+      number := number + 1.U
+      state  := fetch
     }
 
-    // An alarm record: new if it is newer than the last one of its slave. `stored` is the slave before `search`.
-    // That of a slave which is not on the list waits.
+    // An alarm record: new if it is newer than the last one of its slave. That of a slave which is not on the
+    // list waits.
+    is(record) {
+      search := 0.U
+      state  := Mux(answer === AlarmRegisters.Record.U, compare, skip)
+    }
     is(compare) {
-      val found    = search =/= 0.U && stored.node === answer.address(15, 0)
-      val distance = answer.data(15, 0) - stored.sequence
-      val isSeen = stored.heard && stored.epoch === answer.data(31, 24) && (distance === 0.U || distance(15))
-      val takes  = found && !isSeen && room
-      search := search + 1.U
-      when(found || search === listed) {
-        acknowledgements.in.valid := found && (isSeen || takes)
-        alarm                     := !(found && isSeen) && answer.data(23, 16) === DetectorState.Alarm.U
-        number                    := number + 1.U
-        state                     := fetch
-        // It has been reported again: it was not there when that was confirmed.
-        val entry = WireDefault(stored)
-        entry.confirmed       := false.B
-        table.io.write        := found && isSeen
-        table.io.writeAddress := search - 1.U
-        table.io.writeData    := entry.asUInt
-        when(takes) {
-          emitThen(fetch, EventKind.Detector.U, (search - 1.U).pad(8), stored.node)
-          event0.sequence := answer.data(15, 0)
-          event0.state    := answer.data(23, 16)
-          event0.epoch    := answer.data(31, 24)
-          event0.time     := answer.data(63, 32)
-          slave.node      := stored.node
-          slave.sequence  := answer.data(15, 0)
-          slave.epoch     := answer.data(31, 24)
-          slave.heard     := true.B
-          slave.confirmed := false.B
-        }
-      }
+      val isHere = primed && table.node === answer
+      primed   := true.B
+      isListed := isHere
+      search   := Mux(isHere, table.index, search + 1.U)
+      when(isHere || search === listed) { state := recall }
+    }
+    is(recall) {
+      wanted := StateEpoch.U
+      state  := epoch
+    }
+    is(epoch) {
+      wanted   := Sequence.U
+      itsEpoch := answer(15, 8)
+      isAlarm  := answer(7, 0) === DetectorState.Alarm.U
+      state    := sequence
+    }
+    is(sequence) {
+      val distance = answer - table.record.sequence
+      wanted := Sequence.U
+      isOld  := distance === 0.U || distance(15)
+      state  := judge
+    }
+    is(judge) {
+      val isSeen = isListed && table.flags.heard && table.record.epoch === itsEpoch && isOld
+      alarm := !isSeen && isAlarm
+      state := skip
+      when(isSeen) { // it has been reported again: it was not there when that was confirmed
+        table.changeAnswer.valid         := true.B
+        table.changeFlags.valid          := true.B
+        table.changeFlags.bits.due       := true.B
+        table.changeFlags.bits.confirmed := false.B
+      }.elsewhen(isListed && room) { emitThen(skip, EventKind.Detector.U) }
     }
 
     // The number of slaves that answer.
     is(count) {
-      val now = Mux(answer.counter > maxSlaves.U, maxSlaves.U, answer.counter)
-      counted  := now
-      answered := answer.counter
-      place    := Mux(now < here, now, here)
-      part     := 0.U
-      state    := Mux(now < here, lose, Mux(now > here, scan, pause))
+      answered := answer
+      state    := meet
+    }
+    is(meet) {
+      place := Mux(counted < here, counted, here)
+      part  := 0.U
+      state := Mux(counted < here, lose, Mux(counted > here, scan, pause))
     }
     is(lose) {
       search := place
-      state  := losing
       when(place >= here) {
         here  := counted
         state := pause
-      }
+      }.otherwise { emitThen(losing, EventKind.Lost.U) }
     }
     is(losing) {
-      part := part ^ 1.U // the table takes a cycle to answer
-      when(part(0)) {
-        emitThen(lose, EventKind.Lost.U, place, stored.node)
-        place := place + 1.U
-      }
+      place := place + 1.U
+      state := lose
     }
 
     // What new slaves say of themselves.
     is(scan) {
       val position = 0.U(16.W) - place
       switch(part) {
-        is(0.U) { ask(Bwr, 0.U, AliasEnable, 1, 1.U) } // from now on they answer to their node ID
-        is(1.U) { ask(Bwr, 0.U, AlarmRegisters.Command, 1, AlarmRegisters.Repeat.U) }
-        is(2.U) { ask(Aprd, position, 0x0012, 2) }
-        is(3.U) { ask(Aprd, position, 0x0110, 2) }
-        is(4.U) { ask(Aprd, position, AlarmRegisters.SelfTest, 2) }
+        is(0.U) { ask(Bwr, 0.U, AliasEnable.U, 1, 1.U) } // from now on they answer to their node ID
+        is(1.U) { ask(Bwr, 0.U, AlarmRegisters.Command.U, 1, AlarmRegisters.Repeat.U) }
+        is(2.U) { ask(Aprd, position, 0x0012.U, 2) }
+        is(3.U) { ask(Aprd, position, 0x0110.U, 2) }
+        is(4.U) { ask(Aprd, position, AlarmRegisters.SelfTest.U, 2) }
       }
       askAlone(list)
     }
     is(list) {
-      part  := part + 1.U
-      state := scan
+      wanted := AnswerWord.Data.U
+      isOne  := answer === 1.U
+      state  := heed
+      when(answer === 0.U && (part === 2.U || part === 3.U)) { // gone again
+        beat  := 0.U
+        state := pause
+      }
+    }
+    is(heed) { // self-test and epoch stay where they are
+      wanted := AnswerWord.Data.U
+      part   := part + 1.U
+      search := place
+      state  := scan
       switch(part) {
-        is(2.U) { slave.node := answer.data(15, 0) }
-        is(3.U) { status := answer.data(15, 0) }
+        is(2.U) { node := answer }
+        is(3.U) { second := answer }
         is(4.U) {
-          val isAlarm = answer.counter === 1.U
-          selfTest        := Mux(isAlarm, answer.data(7, 0), 0.U)
-          slave.epoch     := answer.data(15, 8)
-          slave.heard     := false.B
-          slave.confirmed := true.B
-          search          := place
-          part            := 0.U
-          state           := know
+          state := know
           // Its host is still starting: later, but not for ever.
-          when(isAlarm && answer.data(7, 0) === 0.U && !patience.andR) {
+          when(isOne && answer(7, 0) === 0.U && !patience.andR) {
             patience := patience + 1.U
+            part     := 0.U
             beat     := 0.U
             state    := pause
           }
         }
       }
-      when(answer.counter === 0.U && (part === 2.U || part === 3.U)) { // gone again
-        beat  := 0.U
-        state := pause
-      }
     }
-    is(know) {
-      part := 1.U
-      when(part === 1.U) {
-        val isSame = place < listed && stored.node === slave.node
-        emitThen(equal, Mux(isSame, EventKind.Found.U, EventKind.Present.U), place, slave.node)
-        event0.sequence := status
-        event0.state    := selfTest
-        event0.epoch    := slave.epoch
-        table.io.write  := !isSame
-        patience        := 0.U
-        search          := 0.U
-        when(place >= listed) { listed := place + 1.U }
-      }
+    is(know) { state := introduce }
+    is(introduce) {
+      val isSame = place < listed && table.node === node
+      emitThen(equal, Mux(isSame, EventKind.Found.U, EventKind.Present.U))
+      table.changeNode.valid           := true.B
+      table.changeFlags.valid          := true.B
+      table.changeFlags.bits.heard     := isSame && table.flags.heard
+      table.changeFlags.bits.confirmed := !isSame || table.flags.confirmed
+      table.changeFlags.bits.due       := false.B
+      patience                         := 0.U
+      search                           := 0.U
+      when(place >= listed) { listed := place + 1.U }
     }
-    is(equal) { // to one before it; `stored` is the slave before `search`
+    is(equal) { // to one before it
+      primed := true.B
       search := search + 1.U
-      before := stored.node
-      when(search =/= 0.U && search <= place && stored.node === slave.node) {
+      when(primed && search <= place && table.node === node) {
         hasTwin := true.B
-        twin    := search - 1.U
+        second  := table.index
       }
-      when(search >= place) { state := gap }
+      when(search >= place) {
+        search := table.index // that before it
+        state  := settle
+      }
     }
+    is(settle) { state := gap }
     is(gap) {
       state := next
       when(hasTwin) {
         hasTwin := false.B
-        emitThen(gap, EventKind.Duplicate.U, place, slave.node)
-        event0.sequence := twin
-      }.elsewhen(place =/= 0.U && slave.node =/= before + 1.U) {
-        emitThen(next, EventKind.Gap.U, place, slave.node)
-        event0.sequence := before
-      }
+        emitThen(gap, EventKind.Duplicate.U)
+      }.elsewhen(place =/= 0.U && node =/= table.node + 1.U) { emitThen(next, EventKind.Gap.U) }
     }
     is(next) {
       here  := place + 1.U
       place := place + 1.U
       part  := FirstQuestion.U
       state := scan
-      when(place + 1.U === counted) { emitThen(pause, EventKind.Scanned.U, counted, answered) }
+      when(place + 1.U === counted) { emitThen(pause, EventKind.Scanned.U) }
     }
 
     is(emit) {
-      when(event.ready) {
-        state := behind
-        when(event0.kind === EventKind.Detector.U) {
-          val record = WireDefault(slave)
-          record.event          := nextEvent
-          table.io.write        := true.B
-          table.io.writeAddress := event0.position
-          table.io.writeData    := record.asUInt
+      wanted := MuxLookup(word, Sequence.U(3.W))(
+        Seq(
+          MasterEvent.State.U    -> Mux(ofRecord, StateEpoch.U, AnswerWord.Data.U),
+          MasterEvent.TimeHigh.U -> TimeHigh.U,
+          MasterEvent.TimeLow.U  -> TimeLow.U
+        )
+      )
+      settled := !event.fire
+      when(event.fire) {
+        word := word + 1.U
+        when(word === (MasterEvent.Words - 1).U) { state := behind }
+        when(ofRecord && word === MasterEvent.Sequence.U) {
+          table.changeRecord.valid         := true.B
+          table.changeAnswer.valid         := true.B
+          table.changeFlags.valid          := true.B
+          table.changeFlags.bits.heard     := true.B
+          table.changeFlags.bits.confirmed := false.B
+          table.changeFlags.bits.due       := true.B
         }
       }
     }
@@ -519,6 +545,19 @@ object LineMaster {
   /** Answers looked at per frame. */
   private val Answers     = 32
   private val RecordBytes = 8
+
+  /** Words of a record: number of the event, state and epoch, time. */
+  private val Sequence   = AnswerWord.Data
+  private val StateEpoch = AnswerWord.Data + 1
+  private val TimeLow    = AnswerWord.Data + 2
+  private val TimeHigh   = AnswerWord.Data + 3
+
+  /** Bytes of a datagram of the host, as they stand at its registers; data, at most. */
+  private val Command   = 0
+  private val Length    = 1
+  private val Address   = 4
+  private val HostData  = 8
+  private val MostBytes = 8
 
   /** The first thing that only one slave is asked for. */
   private val FirstQuestion = 2

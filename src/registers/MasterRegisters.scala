@@ -13,6 +13,11 @@ object MasterRegisters {
   /** Where the addresses of the network begin. */
   val Settings = 0x10
 
+  /** The host's datagram, what came back of it, and the host's event: they stand in RAM only. */
+  val Request   = 0x50
+  val Result    = 0x60
+  val HostEvent = 0x70
+
   /** Reading it ends the event of a datagram that is back. */
   val Answered = 0x62
 

@@ -12,13 +12,15 @@ import org.scalatest.flatspec.AnyFlatSpec
 class ReporterBench(depth: Int) extends Module {
   private val reporter = Module(new EventReporter(depth))
   private val sender   = Module(new UdpSender)
-  val event            = IO(Flipped(Decoupled(new MasterEvent)))
+  val event            = IO(Flipped(Decoupled(UInt(16.W))))
+  val other            = IO(Flipped(Decoupled(UInt(16.W))))
   val status           = IO(Input(new ReporterStatus))
   val room             = IO(Output(Bool()))
   val millisecond      = IO(Input(Bool()))
   val acknowledge      = IO(Flipped(Valid(UInt(32.W))))
   val bytes            = IO(Decoupled(new FrameByte))
-  reporter.event <> event
+  reporter.event(0) <> event
+  reporter.event(1) <> other
   reporter.status      := status
   room                 := reporter.room
   reporter.millisecond := millisecond
@@ -44,7 +46,10 @@ class EventReporterSpec extends AnyFlatSpec with SharedSimulation {
       state: Int,
       epoch: Int,
       time: Long
-  )
+  ) {
+    def words: Seq[Int] =
+      Seq(kind << 8 | position, node, sequence, state << 8 | epoch, (time >> 16).toInt, (time & 0xffff).toInt)
+  }
   private case class Report(first: Long, present: Int, lost: Long, events: Seq[(Event, Long)])
 
   private class Driver(dut: ReporterBench) {
@@ -52,6 +57,7 @@ class EventReporterSpec extends AnyFlatSpec with SharedSimulation {
     private var frame = Vector.empty[Byte]
     private var time  = 0
     dut.event.valid.poke(false)
+    dut.other.valid.poke(false)
     dut.acknowledge.valid.poke(false)
     dut.bytes.ready.poke(true)
     dut.status.master.poke(0x1234)
@@ -87,18 +93,18 @@ class EventReporterSpec extends AnyFlatSpec with SharedSimulation {
       Report(first, present, lost, events)
     }
     def put(e: Event): Unit = {
-      val bits = dut.event.bits
-      bits.kind.poke(e.kind)
-      bits.position.poke(e.position)
-      bits.node.poke(e.node)
-      bits.sequence.poke(e.sequence)
-      bits.state.poke(e.state)
-      bits.epoch.poke(e.epoch)
-      bits.time.poke(e.time)
-      dut.event.valid.poke(true)
-      while (!is(dut.event.ready)) cycle()
+      offer(dut.event, e)
+    }
+    def offer(source: DecoupledIO[UInt], e: Event): Unit = {
+      source.valid.poke(true)
+      for (word <- e.words) {
+        source.bits.poke(word)
+        while (!is(source.ready)) cycle()
+        cycle()
+      }
+      source.valid.poke(false)
       cycle()
-      dut.event.valid.poke(false)
+      cycle()
     }
     def acknowledge(number: Long): Unit = {
       dut.acknowledge.bits.poke(number & 0xffffffffL)
@@ -206,12 +212,30 @@ class EventReporterSpec extends AnyFlatSpec with SharedSimulation {
       }
       assert(received == events)
     },
+    "REP-02: events of both sources come whole, those of the first source first" -> { dut =>
+      val random = new Random(4)
+      val driver = new Driver(dut)
+      driver.settle()
+      driver.seen()
+      val (mine, others) = (Seq.fill(3)(any(random)), any(random))
+      dut.other.valid.poke(true)
+      dut.other.bits.poke(others.words.head)
+      mine.foreach(driver.put)
+      driver.offer(dut.other, others)
+      driver.settle()
+      driver.milliseconds(12)
+      driver.settle()
+      assert(driver.seen().last.events.map(_._1) == mine :+ others)
+    },
     "REP-06: when it is full, events wait" -> { dut =>
       val random = new Random(3)
       val driver = new Driver(dut)
-      val events = Seq.fill(128)(any(random))
+      val events = Seq.fill(126)(any(random)) // two places are for the header
       events.foreach(driver.put)
+      dut.event.valid.poke(true)
+      driver.settle()
       assert(!is(dut.event.ready) && !is(dut.room))
+      dut.event.valid.poke(false)
       driver.settle()
       driver.seen()
       driver.milliseconds(12)
@@ -221,7 +245,10 @@ class EventReporterSpec extends AnyFlatSpec with SharedSimulation {
       driver.acknowledge(64)
       driver.settle()
       assert(driver.seen().map(_.events.map(_._1)) == Seq(events.drop(64)), "the others at once")
-      assert(is(dut.event.ready))
+      val late = any(random)
+      driver.put(late)
+      driver.settle()
+      assert(driver.seen().last.events.map(_._1) == events.drop(64) :+ late)
     }
   )
 }

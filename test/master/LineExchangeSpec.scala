@@ -31,6 +31,7 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
     dut.retries.poke(2)
     dut.clear.poke(false)
     dut.go.poke(false)
+    dut.keeps.poke(false)
     dut.datagram.valid.poke(false)
     dut.data.valid.poke(false)
     dut.in.odd.poke(false)
@@ -79,7 +80,7 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
         dut.datagram.bits.address.poke(d.address)
         dut.datagram.bits.length.poke(d.data.size)
         dut.datagram.valid.poke(true)
-        assert(is(dut.datagram.ready))
+        while (!is(dut.datagram.ready)) dut.clock.step()
         dut.clock.step()
         dut.datagram.valid.poke(false)
         for (b <- d.data) {
@@ -89,8 +90,7 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
           dut.clock.step()
         }
         dut.data.valid.poke(false)
-        dut.clock.step(3)
-        while (!is(dut.datagram.ready)) dut.clock.step()
+        while (is(dut.composing)) dut.clock.step()
       }
       result = None
       dut.go.poke(true)
@@ -100,15 +100,18 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
       assert(!is(dut.busy))
       Option.when(result.get)((0 until dut.count.peek().litValue.toInt).map { i =>
         dut.read.poke(i)
-        dut.clock.step()
-        val a    = dut.answer
-        val size = a.length.peek().litValue.toInt min 8
-        val data = a.data.peek().litValue
+        def word(place: Int): Int = {
+          dut.place.poke(place)
+          dut.clock.step()
+          dut.answer.peek().litValue.toInt
+        }
+        val kind = word(AnswerWord.Kind)
+        val size = (kind & 0x7ff) min 8
         Answer(
-          a.counter.peek().litValue.toInt,
-          (0 until size).map(k => (data >> (8 * k) & 0xff).toInt),
-          is(a.appended),
-          (a.address.peek().litValue & 0xffff).toInt
+          word(AnswerWord.Counter),
+          (0 until size).map(k => word(AnswerWord.Data + k / 2) >> 8 * (k % 2) & 0xff),
+          kind >> 15 == 1,
+          word(AnswerWord.Adp)
         )
       })
     }

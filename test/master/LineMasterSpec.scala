@@ -37,7 +37,9 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
   ) {
     val line            = new LineModel(slaves)
     var events          = Vector.empty[Event]
-    var results         = Vector.empty[Option[(Int, BigInt)]]
+    private var words   = Vector.empty[Int]             // of the event that is on its way
+    private var request = Seq.empty[Int]                // bytes of the host's datagram
+    var results         = Vector.empty[Boolean]
     var frames          = 0
     var alarms          = 0
     var total           = 0    // events since the start
@@ -52,7 +54,7 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
     dut.cycle.poke(CycleSlots)
     dut.timeout.poke(1500)
     dut.retries.poke(2)
-    dut.host.valid.poke(false)
+    dut.request.valid.poke(false)
     dut.room.poke(true)
     dut.nextEvent.poke(0)
     dut.firstEvent.poke(0)
@@ -63,26 +65,18 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
     dut.in.crcGood.poke(true)
 
     private def cycle(): Unit = {
-      val happens = is(dut.event.valid)
+      if (is(dut.event.valid)) words :+= dut.event.bits.peek().litValue.toInt
+      val happens = words.size == MasterEvent.Words
       if (happens) {
-        val e                    = dut.event.bits
-        def value(u: UInt): Long = u.peek().litValue.toLong
-        events :+= Event(
-          value(e.kind).toInt,
-          value(e.position).toInt,
-          value(e.node).toInt,
-          value(e.sequence).toInt,
-          value(e.state).toInt,
-          value(e.epoch).toInt,
-          value(e.time)
-        )
+        val Seq(kind, node, sequence, state, high, low) = words
+        words = Vector.empty
+        events :+= Event(kind >> 8, kind & 0xff, node, sequence, state >> 8, state & 0xff, high.toLong << 16 | low)
       }
       if (is(dut.alarm)) alarms += 1
-      if (is(dut.hostResult.valid)) {
-        val r = dut.hostResult.bits
-        results :+= Option.when(is(r.answered))((r.counter.peek().litValue.toInt, r.data.peek().litValue))
-      }
+      if (is(dut.result.valid)) results :+= is(dut.result.bits)
+      val asked = dut.requestAddress.peek().litValue.toInt
       dut.clock.step()
+      if (request.nonEmpty) dut.requestData.poke(request(asked))
       if (happens) {
         total += 1
         dut.nextEvent.poke(total)
@@ -134,19 +128,21 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
     def present: Int = dut.present.peek().litValue.toInt
     def host(command: Int, address: Long, data: Seq[Int]): Option[(Int, BigInt)] = {
       results = Vector.empty
-      val bits = dut.host.bits
-      bits.command.poke(command)
-      bits.address.poke(address)
-      bits.length.poke(data.size)
-      bits.data.poke(data.zipWithIndex.map { case (b, i) => BigInt(b) << (8 * i) }.sum)
-      dut.host.valid.poke(true)
-      while (!is(dut.host.ready)) slot()
+      val header = Seq(command, data.size, 0, 0) ++ (0 until 4).map(i => (address >> 8 * i & 0xff).toInt)
+      request = (header ++ data).padTo(16, 0)
+      dut.request.valid.poke(true)
+      while (!is(dut.request.ready)) slot()
       slot()
-      dut.host.valid.poke(false)
+      dut.request.valid.poke(false)
       for (_ <- 1 to 10 if results.isEmpty) cycles(1)
       cycles(1)
       assert(results.size == 1)
-      results.head
+      def kept(at: Int): Int = {
+        dut.resultAddress.poke(at)
+        slot()
+        dut.resultData.peek().litValue.toInt
+      }
+      Option.when(results.head)((kept(4) | kept(5) << 8, (0 until 8).map(i => BigInt(kept(8 + i)) << (8 * i)).sum))
     }
   }
 
