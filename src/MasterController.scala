@@ -126,9 +126,9 @@ class MasterController(p: EscParams) extends Module {
   settings.writeData    := registers.settingData
   settings.readAddress := VecInit(
     registers.settingAddress,
-    expected.address,
-    sender.settingAddress,
-    arp.settingAddress
+    NetworkSettings.ofNetwork(expected.address),
+    NetworkSettings.ofNetwork(sender.settingAddress),
+    NetworkSettings.ofNetwork(arp.settingAddress)
   )
   registers.setting := settings.readData(0)
   udp.expected      := settings.readData(1)

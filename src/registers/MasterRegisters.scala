@@ -1,5 +1,6 @@
 package flyframe.registers
 
+import flyframe.master.NetworkSettings
 import flyframe.master.NetworkSettings._
 import flyframe.params.EscParams
 import Access._
@@ -9,9 +10,6 @@ import Source._
   * stand there as on the wire, first byte first; everything else is little endian.
   */
 object MasterRegisters {
-
-  /** Where the addresses of the network begin. */
-  val Settings = 0x10
 
   /** Reading it ends the event of a datagram that is back. */
   val Answered = 0x62
@@ -56,7 +54,7 @@ object MasterRegisters {
     title,
     rule,
     ReadWrite,
-    field(name, if (width == 0) 8 * bytes else width, Stored(), title, reset)
+    field(name, if (width == 0) 8 * bytes else width, Stored(mirrored = true), title, reset)
   )
   private def status(
       address: Int,
@@ -74,9 +72,16 @@ object MasterRegisters {
     field(name, if (width == 0) 8 * bytes else width, Status, title)
   )
 
-  /** One of [[NetworkSettings]]. */
+  /** An address of the network. */
   private def address(index: Int, bytes: Int, name: String, title: String) =
-    single(Settings + index, bytes, title, "HOST-02", ReadWrite, field(name, 8 * bytes, Ram, title))
+    single(
+      NetworkSettings.Network + index,
+      bytes,
+      title,
+      "HOST-02",
+      ReadWrite,
+      field(name, 8 * bytes, Ram, title)
+    )
   private def counter(address: Int, name: String, title: String) =
     single(address, 1, title, "HOST-07", ReadClear, field(name, 8, Counter("master_errors"), title))
 
@@ -174,10 +179,10 @@ object MasterRegisters {
       "Host event",
       "HOST-06",
       ReadWrite,
-      field("host_event_position", 8, Stored(), "Position of an event of the host"),
-      field("host_event_state", 8, Stored(), "Its state", low = 8),
-      field("host_event_node", 16, Stored(), "Its node ID", low = 16),
-      field("host_event_sequence", 16, Stored(), "Its number", low = 32)
+      field("host_event_position", 8, Stored(mirrored = true), "Position of an event of the host"),
+      field("host_event_state", 8, Stored(mirrored = true), "Its state", low = 8),
+      field("host_event_node", 16, Stored(mirrored = true), "Its node ID", low = 16),
+      field("host_event_sequence", 16, Stored(mirrored = true), "Its number", low = 32)
     ),
     register(0x78, 1, "Host event control", "HOST-06", ReadWrite, action("host_event_go", "report it")),
     status(0x80, 2, "mailbox_length", "Bytes of the message that waits, 0: none", "SRV-02", width = 9),
