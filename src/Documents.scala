@@ -10,7 +10,7 @@ object Documents {
 
   private def sourceText(f: Field): String = f.source match {
     case Source.Constant       => "constant"
-    case Source.Stored(_)      => "stored"
+    case _: Source.Stored      => "stored"
     case Source.Status         => "status"
     case Source.Ram            => "RAM"
     case Source.Counter(group) => s"counter, group $group"

@@ -127,19 +127,16 @@ class MasterController(p: EscParams) extends Module {
   settings.writeData    := registers.settingData
   settings.readAddress := VecInit(
     registers.settingAddress,
-    expected.address,
-    sender.settingAddress,
-    arp.settingAddress,
+    NetworkSettings.ofNetwork(expected.address),
+    NetworkSettings.ofNetwork(sender.settingAddress),
+    NetworkSettings.ofNetwork(arp.settingAddress),
     MasterRegisters.Request.U | line.requestAddress,
     MasterRegisters.HostEvent.U | own.readAddress
   )
-  // What came back of the host's datagram stands behind it.
+  // What came back of the host's datagram; no setting has its address.
   line.resultAddress := registers.settingAddress
-  registers.setting := Mux(
-    RegNext(registers.settingAddress(6, 4) === (MasterRegisters.Result >> 4).U),
-    line.resultData,
-    settings.readData(0)
-  )
+  private val isResult = RegNext(registers.settingAddress(6, 4) === (MasterRegisters.Result >> 4).U)
+  registers.setting := settings.readData(0) | Mux(isResult, line.resultData, 0.U)
   line.requestData  := settings.readData(4)
   own.readData      := settings.readData(5)
   udp.expected      := settings.readData(1)

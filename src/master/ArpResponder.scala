@@ -15,7 +15,7 @@ class ArpResponder extends Module {
   val expected = IO(Input(UInt(8.W)))
 
   /** The master's addresses for the answer, from [[NetworkSettings]]. */
-  val settingAddress = IO(Output(UInt(NetworkSettings.AddressBits.W)))
+  val settingAddress = IO(Output(UInt(NetworkSettings.NetworkBits.W)))
   val setting        = IO(Input(UInt(8.W)))
 
   /** The answer. A request that comes while one is being answered is lost; it will be made again. */

@@ -2,12 +2,13 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import chisel3.util.experimental.decode.{QMCMinimizer, TruthTable, decoder}
 import flyframe.memory.HostPort
 import flyframe.params.EscParams
-import flyframe.registers.{MasterRegisters, RegisterFile}
+import flyframe.registers.{MasterRegisters, Register, RegisterFile, RegisterMap, Source}
 
-/** The host port of a master: its registers, see [[MasterRegisters]]. An access takes two cycles more than it
-  * has bytes.
+/** The host port of a master: its registers, see [[MasterRegisters]]. An access takes a cycle more than a word
+  * has bytes; the first one after a reset waits until [[NetworkSettings]] have their reset values (HOST-09).
   */
 class MasterHost(p: EscParams) extends Module {
   private val laneBits = log2Ceil(p.lanes)
@@ -35,34 +36,54 @@ class MasterHost(p: EscParams) extends Module {
     MasterHost.Watched.map(a => a -> IO(Output(Bool())).suggestName(f"reads_$a%02x")).toMap
   def reads(address: Int): Bool = watched(address)
 
-  // The register is looked up and read or written in the second cycle, settings byte by byte.
-  private val inFile  = !host.addr(15, 12).orR
-  private val count   = RegInit(0.U(log2Ceil(p.lanes + 2).W)) // cycles of this access; reset: none under way
-  private val active  = host.req && !host.ack
-  private val isLast  = count === (p.lanes + 1).U
-  private val data    = RegNext(file.readData)
-  private val inRam   = Reg(UInt(p.lanes.W))
-  private val may     = Reg(UInt(p.lanes.W))
-  private val bytes   = Reg(Vec(p.lanes, UInt(8.W)))
-  private val lane    = if (p.lanes == 1) 0.U else count(laneBits - 1, 0)
-  private val address = host.addr(11, laneBits)
-  inRam             := file.inRam
+  private val registers = RegisterMap(p)
+  // There is no check of what the host may do: it may read everything, and what it may not write stores nothing.
+  private def stores(r: Register) = r.stores && r.fields.exists(_.source != Source.Ram)
+  require(registers.forall(r => r.pdi.readable && (r.pdi.writable || !stores(r))))
+
+  // What the settings are after a reset, and which bits of them the host may change, by the register table.
+  private val settings = registers.filter(r => r.inRam && r.pdi.writable)
+  private def table(address: UInt, ofRegister: Register => BigInt): UInt = {
+    val rows = for (r <- settings; i <- 0 until r.bytes; byte = ofRegister(r) >> (8 * i) & 0xff if byte != 0)
+      yield BitPat((r.address + i).U(NetworkSettings.AddressBits.W)) -> BitPat(byte.U(8.W))
+    decoder(QMCMinimizer, address, TruthTable(rows, BitPat(0.U(8.W))))
+  }
+
+  // After a reset a byte of the settings is written in each cycle.
+  private val next  = RegInit(0.U((NetworkSettings.AddressBits + 1).W)) // reset: the first one
+  private val ready = next.head(1).asBool
+  when(!ready) { next := next + 1.U }
+  private val resetAddress = next.tail(1)
+
+  // Settings are read and written byte by byte, then the other registers at once.
+  private val count      = RegInit(0.U(log2Ceil(p.lanes + 1).W)) // cycles of this access; reset: none under way
+  private val active     = host.req && !host.ack && ready
+  private val isLast     = count === p.lanes.U
+  private val inFile     = !(host.addr >> RegisterMap.addressBits(p)).orR
+  private val inSettings = !(host.addr >> NetworkSettings.AddressBits).orR
+  private val address    = host.addr(RegisterMap.addressBits(p) - 1, laneBits)
+  private val lane       = if (p.lanes == 1) 0.U else count(laneBits - 1, 0)
+  private val lanes      = VecInit((0 until p.lanes).map(i => host.wdata(8 * i + 7, 8 * i)))
+  private val setAddress = Cat(host.addr(NetworkSettings.AddressBits - 1, laneBits), 0.U(laneBits.W)) | lane
   count             := Mux(active && !isLast, count + 1.U, 0.U)
-  may               := Mux(host.write, file.writableByPdi, file.readableByPdi) & Fill(p.lanes, inFile)
   file.readAddress  := address
-  file.write        := active && count === 1.U && host.write
+  file.write        := active && isLast && host.write && inFile
   file.writeAddress := address
-  file.writeMask    := host.be & may
+  file.writeMask    := host.be
   file.writeData    := host.wdata
-  settingWrite   := active && count < p.lanes.U && host.write && inFile && file.inRam(lane) && host.be(lane)
-  settingAddress := (Cat(address, 0.U(laneBits.W)) - MasterRegisters.Settings.U) + lane
-  settingData    := VecInit((0 until p.lanes).map(i => host.wdata(8 * i + 7, 8 * i)))(lane)
-  for (i <- 0 until p.lanes) when(count === (i + 1).U) { bytes(i) := setting }
-  host.ack   := RegNext(active && isLast, false.B)
-  host.rdata := RegNext((data | (bytes.asUInt & FillInterleaved(8, inRam))) & FillInterleaved(8, may))
+  settingWrite      := !ready || (active && !isLast && host.write && inSettings && host.be(lane))
+  settingAddress    := Mux(ready, setAddress, resetAddress)
+  settingData       := Mux(ready, lanes(lane) & table(setAddress, _.mask), table(resetAddress, _.reset))
+
+  // Settings that are not there are 0, as is all else in the file that is not there.
+  private val read = Cat((1 until p.lanes).scanLeft(setting)((later, _) => RegNext(later)))
+  host.ack := RegNext(active && isLast, false.B)
+  host.rdata := RegNext(
+    (file.readData & Fill(8 * p.lanes, inFile)) | (read & Fill(8 * p.lanes, inSettings))
+  )
   for ((address, pulse) <- watched) {
     pulse := host.ack && !host.write && inFile && host.be(address % p.lanes) &&
-      host.addr(11, laneBits) === (address >> laneBits).U
+      this.address === (address >> laneBits).U
   }
 }
 

@@ -4,8 +4,8 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.DualPortRam
 
-/** The addresses of master and server, in block RAM as they stand in the headers of a UDP datagram to the
-  * server; whoever makes or checks headers has a copy of its own to read from.
+/** What the host has set, in block RAM at the addresses of its registers (see [[MasterHost]]); whoever needs it
+  * byte by byte has a copy of its own to read from.
   *
   * @param readers
   *   how many read
@@ -34,16 +34,27 @@ class NetworkSettings(readers: Int) extends Module {
 
 object NetworkSettings {
 
-  /** Where things are: MAC addresses as bytes 0 to 11 of the header, the rest as its bytes 26 to 37. */
+  /** All settings have addresses below 0x80. */
+  val AddressBits = 7
+
+  /** Where the addresses of the network begin. */
+  val Network = 0x10
+
+  /** Where things are behind `Network`, as in the headers of a UDP datagram to the server: MAC addresses as bytes
+    * 0 to 11 of the header, the rest as its bytes 26 to 37.
+    */
   val ServerMac  = 0
   val MasterMac  = 6
   val MasterIp   = 12
   val ServerIp   = 16
   val MasterPort = 20
   val ServerPort = 22
-  val Bytes      = 24
 
-  val AddressBits = 5
+  /** Bits of an address behind `Network`. */
+  val NetworkBits = 5
+
+  /** The address of a byte behind `Network`: the sum, which needs no adder. */
+  def ofNetwork(address: UInt): UInt = Cat(address(4), !address(4), address(3, 0))
 }
 
 /** Which setting a byte of a frame from the plant network must have: of a UDP datagram of the server, or of
@@ -57,22 +68,22 @@ class ExpectedByte extends Module {
   val first = IO(Input(Bool()))
   val end   = IO(Flipped(Valid(Bool())))
 
-  /** To [[NetworkSettings]]. */
-  val address = IO(Output(UInt(AddressBits.W)))
+  /** Which byte of the addresses of the network. */
+  val address = IO(Output(UInt(NetworkBits.W)))
 
   private val at = RegInit(0.U(6.W)) // byte that comes next, up to 63; reset: a frame begins
   when(byte.valid) { at := Mux(first, 1.U, Mux(at.andR, at, at + 1.U)) }
   when(end.valid) { at := 0.U }
 
-  /** Byte `n` of the frame is to be byte `m` of the settings. */
-  private def shifted(n: Int, m: Int): UInt = (at + (64 + m - n).U)(AddressBits - 1, 0)
-  address := MuxCase(
-    shifted(38, MasterIp), // target of an ARP request
+  /** From byte `n` of the frame to byte `m` of the settings. */
+  private def from(n: Int, m: Int): UInt = (32 + m - n & 31).U(NetworkBits.W)
+  address := (at + MuxCase(
+    from(38, MasterIp), // target of an ARP request
     Seq(
-      (at < 6.U)  -> shifted(0, MasterMac),
-      (at < 30.U) -> shifted(26, ServerIp),
-      (at < 34.U) -> shifted(30, MasterIp),
-      (at < 38.U) -> shifted(36, MasterPort)
+      (at < 6.U)  -> from(0, MasterMac),
+      (at < 30.U) -> from(26, ServerIp),
+      (at < 34.U) -> from(30, MasterIp),
+      (at < 38.U) -> from(36, MasterPort)
     )
-  )
+  ))(NetworkBits - 1, 0)
 }

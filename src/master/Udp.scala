@@ -22,7 +22,7 @@ class UdpSender extends Module {
   import UdpSender._
 
   /** The addresses, from [[NetworkSettings]]. */
-  val settingAddress = IO(Output(UInt(NetworkSettings.AddressBits.W)))
+  val settingAddress = IO(Output(UInt(NetworkSettings.NetworkBits.W)))
   val setting        = IO(Input(UInt(8.W)))
 
   /** Sends `length` bytes of payload, 1 to 1472; not while `busy`. */

@@ -47,7 +47,7 @@ class ModelRegisters(p: EscParams, status: String => Int) {
     val first = 8 * (address - r.address) // lowest bit of this byte in the register
     r.fields.foreach { f =>
       f.source match {
-        case Source.Stored(_) | Source.Ram =>
+        case _: Source.Stored | Source.Ram =>
           for (
             bit <- f.low to f.high if bit >= first && bit < first + 8 && (mask >> (bit - first) & 1) == 1
           ) {

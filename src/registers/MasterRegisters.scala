@@ -1,5 +1,6 @@
 package flyframe.registers
 
+import flyframe.master.NetworkSettings
 import flyframe.master.NetworkSettings._
 import flyframe.params.EscParams
 import Access._
@@ -9,9 +10,6 @@ import Source._
   * stand there as on the wire, first byte first; everything else is little endian.
   */
 object MasterRegisters {
-
-  /** Where the addresses of the network begin. */
-  val Settings = 0x10
 
   /** The host's datagram, what came back of it, and the host's event: they stand in RAM only. */
   val Request   = 0x50
@@ -54,14 +52,16 @@ object MasterRegisters {
       title: String,
       rule: String,
       reset: BigInt = 0,
-      width: Int = 0
+      width: Int = 0,
+      source: Source = Stored(mirrored = true),
+      access: Access = ReadWrite
   ) = single(
     address,
     bytes,
     title,
     rule,
-    ReadWrite,
-    field(name, if (width == 0) 8 * bytes else width, Stored(), title, reset)
+    access,
+    field(name, if (width == 0) 8 * bytes else width, source, title, reset)
   )
   private def status(
       address: Int,
@@ -79,9 +79,16 @@ object MasterRegisters {
     field(name, if (width == 0) 8 * bytes else width, Status, title)
   )
 
-  /** One of [[NetworkSettings]]. */
+  /** An address of the network. */
   private def address(index: Int, bytes: Int, name: String, title: String) =
-    single(Settings + index, bytes, title, "HOST-02", ReadWrite, field(name, 8 * bytes, Ram, title))
+    single(
+      NetworkSettings.Network + index,
+      bytes,
+      title,
+      "HOST-02",
+      ReadWrite,
+      field(name, 8 * bytes, Ram, title)
+    )
   private def counter(address: Int, name: String, title: String) =
     single(address, 1, title, "HOST-07", ReadClear, field(name, 8, Counter("master_errors"), title))
 
@@ -158,10 +165,10 @@ object MasterRegisters {
     ),
     status(0x44, 4, "frames_lost", "Frames sent in vain", "HOST-04"),
     status(0x48, 4, "master_time", "Time of the master in us", "HOST-04"),
-    setting(0x50, 1, "request_command", "Command of the host's datagram", "HOST-05"),
-    setting(0x51, 1, "request_length", "Its data bytes, at most 8", "HOST-05", width = 4),
-    setting(0x54, 4, "request_address", "Its address, ADP in the low word", "HOST-05"),
-    setting(0x58, 8, "request_data", "Its data", "HOST-05"),
+    setting(0x50, 1, "request_command", "Command of the host's datagram", "HOST-05", source = Ram),
+    setting(0x51, 1, "request_length", "Its data bytes, at most 8", "HOST-05", width = 4, source = Ram),
+    setting(0x54, 4, "request_address", "Its address, ADP in the low word", "HOST-05", source = Ram),
+    setting(0x58, 8, "request_data", "Its data", "HOST-05", source = Ram),
     register(0x60, 1, "Request control", "HOST-05", ReadWrite, action("request_go", "send it")),
     register(
       Answered,
@@ -171,18 +178,18 @@ object MasterRegisters {
       ReadAcknowledge,
       field("request_answered", 1, Status, "1: it came back; else the line did not answer")
     ),
-    status(0x64, 2, "request_counter", "Its working counter", "HOST-05"),
-    status(0x68, 8, "request_result", "Its data when it was back", "HOST-05"),
+    setting(0x64, 2, "request_counter", "Its working counter", "HOST-05", source = Ram, access = Read),
+    setting(0x68, 8, "request_result", "Its data when it was back", "HOST-05", source = Ram, access = Read),
     register(
       0x70,
       8,
       "Host event",
       "HOST-06",
       ReadWrite,
-      field("host_event_position", 8, Stored(), "Position of an event of the host"),
-      field("host_event_state", 8, Stored(), "Its state", low = 8),
-      field("host_event_node", 16, Stored(), "Its node ID", low = 16),
-      field("host_event_sequence", 16, Stored(), "Its number", low = 32)
+      field("host_event_position", 8, Ram, "Position of an event of the host"),
+      field("host_event_state", 8, Ram, "Its state", low = 8),
+      field("host_event_node", 16, Ram, "Its node ID", low = 16),
+      field("host_event_sequence", 16, Ram, "Its number", low = 32)
     ),
     register(0x78, 1, "Host event control", "HOST-06", ReadWrite, action("host_event_go", "report it")),
     status(0x80, 2, "mailbox_length", "Bytes of the message that waits, 0: none", "SRV-02", width = 9),

@@ -27,13 +27,23 @@ object Source {
   /** Fixed when the hardware is built: the reset value. */
   case object Constant extends Source
 
-  /** Flip-flops written by a bus; `hardwareSet`: a unit may load it as well. */
-  final case class Stored(hardwareSet: Boolean = false) extends Source
+  /** Flip-flops written by a bus.
+    *
+    * @param hardwareSet
+    *   a unit may load it as well
+    * @param mirrored
+    *   also kept as [[Ram]], from where it is read; only in a master
+    */
+  final case class Stored(hardwareSet: Boolean = false, mirrored: Boolean = false) extends Source {
+    require(!(hardwareSet && mirrored), "a mirrored field must not change without a write")
+  }
 
   /** Driven by a unit of the controller, which also sees what is written there. */
   case object Status extends Source
 
-  /** Lives in the register RAM: plain storage, no unit sees its value all the time. Cleared by reset. */
+  /** Lives in the register RAM: plain storage, no unit sees its value all the time. Takes its reset value by a
+    * reset.
+    */
   case object Ram extends Source
 
   /** Counts events up to 0xFF and stays there (ERR-10); cleared with all other counters of `group`. */
@@ -53,6 +63,16 @@ final case class Field(
 ) {
   require(high >= low && low >= 0, s"field $name: bits $high:$low")
   def width: Int = high - low + 1
+
+  /** Bits set where the field is in the register. */
+  def mask: BigInt = ((BigInt(1) << width) - 1) << low
+
+  /** It is read from the register RAM. */
+  def inRam: Boolean = source match {
+    case Source.Ram                 => true
+    case Source.Stored(_, mirrored) => mirrored
+    case _                          => false
+  }
 }
 
 /** A register that exists once in each of `count` equal units, `stride` bytes apart; this is that of unit
@@ -92,9 +112,22 @@ final case class Register(
 ) {
   require(fields.forall(_.high < 8 * bytes), s"register $name: field beyond its $bytes bytes")
 
-  /** Lives in the register RAM. */
-  def inRam: Boolean = fields.exists(_.source == Source.Ram)
-  require(!inRam || fields.forall(_.source == Source.Ram), s"register $name: only partly in RAM")
+  /** It is read from the register RAM. */
+  def inRam: Boolean = fields.exists(_.inRam)
+  require(!inRam || fields.forall(_.inRam), s"register $name: only partly in RAM")
+
+  /** A write of it changes something. */
+  def stores: Boolean = fields.exists(_.source match {
+    case _: Source.Stored | Source.Ram | _: Source.Counter => true
+    case _                                                 => false
+  })
+
+  /** Bits that have a field. */
+  def mask: BigInt = fields.map(_.mask).fold(BigInt(0))(_ | _)
+
+  /** Value after a reset. */
+  def reset: BigInt = fields.map(f => f.reset << f.low).fold(BigInt(0))(_ | _)
+
   def covers(byteAddress: Int): Boolean = byteAddress >= address && byteAddress < address + bytes
 
   /** The byte addresses of this register. */

@@ -32,14 +32,16 @@ class RegisterFile(p: EscParams) extends Module {
   private def record(select: PartialFunction[Field, Data]) =
     new FieldRecord(SeqMap.from(fields.collect { case f if select.isDefinedAt(f) => f.name -> select(f) }))
 
-  val readAddress    = IO(Input(UInt((12 - laneBits).W)))
+  private val addressBits = RegisterMap.addressBits(p) - laneBits
+
+  val readAddress    = IO(Input(UInt(addressBits.W)))
   val readData       = IO(Output(UInt((8 * lanes).W)))
   val readableByEcat = IO(Output(UInt(lanes.W)))
   val readableByPdi  = IO(Output(UInt(lanes.W)))
   val writableByEcat = IO(Output(UInt(lanes.W)))
   val writableByPdi  = IO(Output(UInt(lanes.W)))
 
-  /** The byte lives in the register RAM; `readData` is 0 for it. */
+  /** The byte is read from the register RAM; `readData` is 0 for it. */
   val inRam = IO(Output(UInt(lanes.W)))
 
   /** Conditions under which guarded registers may be written, by name. */
@@ -54,7 +56,7 @@ class RegisterFile(p: EscParams) extends Module {
   )
 
   val write        = IO(Input(Bool()))
-  val writeAddress = IO(Input(UInt((12 - laneBits).W)))
+  val writeAddress = IO(Input(UInt(addressBits.W)))
   val writeMask    = IO(Input(UInt(lanes.W)))
   val writeData    = IO(Input(UInt((8 * lanes).W)))
 
@@ -62,10 +64,10 @@ class RegisterFile(p: EscParams) extends Module {
   val writeBits = Option.when(p.hasBitWrites)(IO(Input(UInt((8 * lanes).W))))
 
   /** Present values of the stored fields. */
-  val value = IO(Output(record { case f @ Field(_, _, _, Source.Stored(_), _, _) => UInt(f.width.W) }))
+  val value = IO(Output(record { case f @ Field(_, _, _, _: Source.Stored, _, _) => UInt(f.width.W) }))
 
   /** New values from units, for stored fields that allow it. */
-  val set = IO(Input(record { case f @ Field(_, _, _, Source.Stored(true), _, _) => Valid(UInt(f.width.W)) }))
+  val set = IO(Input(record { case f @ Field(_, _, _, Source.Stored(true, _), _, _) => Valid(UInt(f.width.W)) }))
 
   /** Values of status fields. */
   val status = IO(Input(record { case f @ Field(_, _, _, Source.Status, _, _) => UInt(f.width.W) }))
@@ -102,7 +104,7 @@ class RegisterFile(p: EscParams) extends Module {
     }
     flipFlops := Cat(parts.reverse)
     field.source match {
-      case Source.Stored(true) =>
+      case Source.Stored(true, _) =>
         val load = set.load(field.name)
         when(load.valid) { flipFlops := load.bits }
       case _ =>
@@ -124,7 +126,7 @@ class RegisterFile(p: EscParams) extends Module {
   private def source(register: Register, field: Field): UInt = field.source match {
     case Source.Constant       => field.reset.U(field.width.W)
     case Source.Ram            => 0.U(field.width.W)
-    case Source.Stored(_)      => storage(register, field)
+    case _: Source.Stored      => storage(register, field)
     case Source.Status         => status.uint(field.name)
     case Source.Counter(group) => counter(field, group)
   }

@@ -18,6 +18,9 @@ object RegisterMap {
   /** First address that SyncManagers act on (B-52). */
   def firstManaged(p: EscParams): Int = if (p.digitalOutputs > 0) DigitalOutputs else UserRamStart
 
+  /** Bits of the byte address of a register. */
+  def addressBits(p: EscParams): Int = if (p.isMaster) 8 else 12
+
   /** First byte of process data RAM (GEN-04). */
   val ProcessRamStart = 0x1000
 

@@ -30,7 +30,7 @@ abstract class SettingsBench(readers: Int) extends Module {
         UdpPackets.big(server.ip, 4) ++ UdpPackets.big(master.port, 2) ++ UdpPackets.big(server.port, 2)
     port.write.poke(true)
     for ((b, i) <- bytes.zipWithIndex) {
-      port.address.poke(i)
+      port.address.poke(NetworkSettings.Network + i)
       port.data.poke(b)
       clock.step()
     }
@@ -51,7 +51,7 @@ class UdpSenderBench extends SettingsBench(1) {
   busy                 := sender.busy
   readAddress          := sender.readAddress
   sender.readData      := readData
-  settings.readAddress := VecInit(Seq(sender.settingAddress))
+  settings.readAddress := VecInit(Seq(NetworkSettings.ofNetwork(sender.settingAddress)))
   sender.setting       := settings.readData(0)
   bytes <> sender.bytes
 }
@@ -79,7 +79,7 @@ class PlantBench extends SettingsBench(2) {
     f := first
     e := end
   }
-  settings.readAddress := VecInit(Seq(expected.address, arp.settingAddress))
+  settings.readAddress := VecInit(Seq(expected.address, arp.settingAddress).map(NetworkSettings.ofNetwork))
   receiver.expected    := settings.readData(0)
   arp.expected         := settings.readData(0)
   arp.setting          := settings.readData(1)

@@ -105,7 +105,7 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
         address,
         f =>
           f.source match {
-            case Source.Stored(_) | Source.Ram => true
+            case _: Source.Stored | Source.Ram => true
             case _                             => showsWritten(f)
           },
         f => (BigInt(1) << f.width) - 1

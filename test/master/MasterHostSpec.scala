@@ -1,0 +1,151 @@
+package flyframe.master
+
+import scala.util.Random
+import chisel3._
+import chiseltest._
+import flyframe.SharedSimulation
+import flyframe.memory.HostPort
+import flyframe.params.{EscParams, Presets}
+import flyframe.registers.{Field, RegisterMap, Source}
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** The registers of a master with nothing around them that would change one. */
+class MasterHostBench(p: EscParams) extends Module {
+  private val registers = Module(new MasterHost(p))
+  private val settings  = Module(new NetworkSettings(2))
+  val host              = IO(new HostPort(p.lanes))
+  val value             = IO(chiselTypeOf(registers.value))
+  val status            = IO(chiselTypeOf(registers.status))
+
+  /** A unit that reads settings. */
+  val readAddress = IO(Input(UInt(NetworkSettings.AddressBits.W)))
+  val readData    = IO(Output(UInt(8.W)))
+  registers.host <> host
+  value                 := registers.value
+  registers.status      := status
+  registers.set         := 0.U.asTypeOf(registers.set)
+  registers.event       := 0.U.asTypeOf(registers.event)
+  settings.write        := registers.settingWrite
+  settings.writeAddress := registers.settingAddress
+  settings.writeData    := registers.settingData
+  settings.readAddress  := VecInit(registers.settingAddress, readAddress)
+  registers.setting     := settings.readData(0)
+  readData              := settings.readData(1)
+}
+
+class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
+  private class Host(dut: MasterHostBench, p: EscParams, random: Random) {
+    private val registers = RegisterMap(p)
+
+    /** Values of all fields, and what a read of a byte gives by them. */
+    private val values = registers.flatMap(_.fields).map(f => f.name -> f.reset).to(collection.mutable.Map)
+    private def expected(address: Int): Int = registers.find(_.covers(address)).fold(0) { r =>
+      val whole = r.fields.map(f => values(f.name) << f.low).sum
+      (whole >> (8 * (address - r.address)) & 0xff).toInt
+    }
+    private def any(f: Field) = BigInt(f.width, random)
+
+    for (f <- registers.flatMap(_.fields) if f.source == Source.Status) {
+      values(f.name) = any(f)
+      dut.status.uint(f.name).poke(values(f.name).U)
+    }
+    dut.host.req.poke(false)
+
+    /** Cycles until the acknowledgement of an access, and what was read. */
+    def access(address: Int, isWrite: Boolean, data: BigInt, lanes: Int): (Int, BigInt) = {
+      dut.host.addr.poke(address)
+      dut.host.write.poke(isWrite)
+      dut.host.wdata.poke(data)
+      dut.host.be.poke(lanes)
+      dut.host.req.poke(true)
+      var cycles = 0
+      while (!dut.host.ack.peek().litToBoolean) {
+        dut.clock.step()
+        cycles += 1
+        assert(cycles < 200, "no acknowledgement")
+      }
+      val result = dut.host.rdata.peek().litValue
+      dut.clock.step()
+      dut.host.req.poke(false)
+      dut.clock.step()
+      (cycles, result)
+    }
+
+    /** Writes a word of any data, any bytes of it. */
+    def write(address: Int): Unit = {
+      val data  = BigInt(8 * p.lanes, random)
+      val lanes = random.nextInt(1 << p.lanes)
+      access(address, isWrite = true, data, lanes)
+      for {
+        i <- 0 until p.lanes if (lanes >> i & 1) == 1
+        r <- registers.find(_.covers(address + i))
+        f <- r.fields if f.source == Source.Ram || f.source.isInstanceOf[Source.Stored]
+      } {
+        val written = (BigInt(0xff) << (8 * (address + i - r.address)) & f.mask) >> f.low
+        val value   = (data >> (8 * i) & 0xff) << (8 * (address + i - r.address)) >> f.low
+        values(f.name) = (values(f.name) &~ written) | (value & written)
+      }
+    }
+    def writeAll(): Unit = for (_ <- 1 to 3) random.shuffle((0 until 0x100 by p.lanes).toList).foreach(write)
+
+    def reset(): Unit = {
+      dut.reset.poke(true.B)
+      dut.clock.step()
+      dut.reset.poke(false.B)
+      for (f <- registers.flatMap(_.fields) if f.source != Source.Status) values(f.name) = f.reset
+    }
+
+    /** All registers read as they should, units see the same, and there is nothing elsewhere. */
+    def check(): Unit = {
+      for (a <- (0 until 0x100 by p.lanes)) {
+        val (cycles, read) = access(a, isWrite = false, 0, (1 << p.lanes) - 1)
+        val wanted         = (0 until p.lanes).map(i => BigInt(expected(a + i)) << (8 * i)).sum
+        assert(read == wanted && cycles <= p.lanes + 1, f"at 0x$a%02x")
+      }
+      for (f <- registers.flatMap(_.fields)) f.source match {
+        case _: Source.Stored => assert(dut.value.uint(f.name).peek().litValue == values(f.name), f.name)
+        case _                =>
+      }
+      for (r <- registers if r.inRam; a <- r.range) {
+        dut.readAddress.poke(a)
+        dut.clock.step()
+        assert(dut.readData.peek().litValue == expected(a), f"setting 0x$a%02x")
+      }
+      for (a <- Seq(0x100, 0x110, 0x130, 0x1028, 0x8030)) {
+        access(a, isWrite = true, BigInt(8 * p.lanes, random), (1 << p.lanes) - 1)
+        assert(access(a, isWrite = false, 0, (1 << p.lanes) - 1)._2 == 0, f"at 0x$a%04x")
+      }
+    }
+  }
+
+  for (width <- Seq(8, 16, 32)) {
+    val p = Presets.master.copy(dataBusWidth = width)
+    together(s"dataBusWidth $width", new MasterHostBench(p))(
+      "HOST-09: what is written is read, by the host and by the units; nothing else changes" -> { dut =>
+        val host = new Host(dut, p, new Random(width))
+        for (_ <- 1 to 4) {
+          host.writeAll()
+          host.check()
+        }
+      },
+      "HOST-10: a reset gives every register its reset value, before the host port answers" -> { dut =>
+        val host = new Host(dut, p, new Random(width + 1))
+        for (early <- Seq(1, 2, 60, 127)) {
+          host.writeAll()
+          host.reset()
+          dut.clock.step(early) // another reset while the first one goes on
+          host.reset()
+          assert(host.access(0x30, isWrite = false, 0, 1)._1 <= 140)
+          host.check()
+        }
+      },
+      "HOST-10: a write that waits for the reset comes after it" -> { dut =>
+        val host = new Host(dut, p, new Random(width + 2))
+        host.reset()
+        host.write(0x10)
+        host.writeAll()
+        host.check()
+      }
+    )
+  }
+}
