@@ -141,7 +141,7 @@ class EventReporter(depth: Int) extends Module {
         status.lost(31, 16),
         low
       )
-      content := VecInit(words)(word)
+      content := Mux1H(words.zipWithIndex.map { case (w, i) => (word === i.U) -> w.pad(16) })
       word    := word + 1.U
       when(word === 8.U) { low := status.time(15, 0) }
       when(word === 10.U) { low := status.lost(15, 0) }

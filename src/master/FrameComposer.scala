@@ -50,7 +50,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
   private val used  = RegInit(0.U(11.W))  // bytes of the EtherCAT area; reset: empty
   private val count = RegInit(0.U(8.W))   // datagrams
   private val last  = Reg(UInt(11.W))     // where the bit "more follow" of the last datagram is
-  private val at    = Reg(UInt(11.W))     // byte within what is being written or sent
+  private val at    = Reg(UInt(12.W))     // byte within what is being written or sent
   private val left  = Reg(UInt(11.W))     // data bytes to come
 
   private val ram   = DualPortRam(2048, 8)(clock)
@@ -72,26 +72,20 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
   data.ready     := state === State.data
   busy           := state =/= State.idle
 
-  // Sending: 16 bytes of header, then the area.
-  private val inArea = at >= HeaderBytes.U
-  private val head = Cat(
-    "h1".U(4.W),
-    0.U(1.W),
-    used,
-    "ha488".U(16.W),
-    source,
-    Fill(48, true.B)
-  )
+  // Sending: 16 bytes of header, numbered from -16 on, then the area.
+  private val inArea = !at.head(1).asBool
+  private val head   = Cat("h1".U(4.W), 0.U(1.W), used, "ha488".U(16.W), source, Fill(48, true.B))
   private val area =
-    Mux(at === last + HeaderBytes.U && count =/= 0.U, ram.io.readData & 0x7f.U, ram.io.readData)
-  ram.io.readAddress := at - HeaderBytes.U
+    Mux(at(10, 0) === last && count =/= 0.U, ram.io.readData & 0x7f.U, ram.io.readData)
+  ram.io.readAddress := at
   bytes.valid        := state === State.send
   bytes.bits.data := Mux(
     inArea,
     area,
     VecInit((0 until HeaderBytes).map(i => head(8 * i + 7, 8 * i)))(at(3, 0))
   )
-  bytes.bits.last := at === used + (HeaderBytes - 1).U
+  private val next = at + 1.U
+  bytes.bits.last := next === used // an empty area ends before it begins
 
   switch(state) {
     is(State.idle) {
@@ -100,6 +94,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
         used  := 0.U
         count := 0.U
       }.elsewhen(send) {
+        at    := (-HeaderBytes).S(12.W).asUInt
         state := State.fetch
       }.elsewhen(datagram.valid && !full) {
         left  := datagram.bits.length
@@ -131,7 +126,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
     is(State.fetch) { state := State.send }
     is(State.send) {
       when(bytes.ready) {
-        at    := at + 1.U
+        at    := next
         state := Mux(bytes.bits.last, State.idle, State.fetch)
       }
     }

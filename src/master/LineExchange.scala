@@ -87,16 +87,16 @@ class LineExchange(maxSubTelegrams: Int, answers: Int = 32) extends Module {
   private val waiting = RegInit(false.B)                      // for an answer; reset: not
   private val word    = matcher.word.bits
   private val stores  = matcher.word.valid && waiting && came =/= answers.U
-  private def copy(depth: Int, write: Bool, address: UInt): UInt = {
-    val ram = DualPortRam(depth, 16)(clock)
+  private def copy(write: Bool, address: UInt): UInt = {
+    val ram = DualPortRam(answers * AnswerWord.Count, 16)(clock)
     ram.io.write        := write
     ram.io.writeAddress := Cat(came, word.place)
     ram.io.writeData    := word.data
     ram.io.readAddress  := address
     ram.io.readData
   }
-  answer := copy(answers * AnswerWord.Count, stores, Cat(read, place))
-  private val forHost = copy(AnswerWord.Count, stores && keeps && came === 0.U, keptAddress(3, 1))
+  answer := copy(stores, Cat(read, place))
+  private val forHost = copy(stores && keeps, keptAddress(3, 1))
   keptData := Mux(RegNext(keptAddress(0)), forHost(15, 8), forHost(7, 0))
   count    := kept
   when(receiver.byte.valid && receiver.first) { came := 0.U }
