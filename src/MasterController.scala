@@ -107,9 +107,15 @@ class MasterController(p: EscParams) extends Module {
   udp.byte         := receiver.byte
   udp.first        := receiver.first
   udp.end          := receiver.end
+  udp.at           := expected.at
+  udp.same         := expected.same
+  udp.mine         := expected.mine
   arp.byte         := receiver.byte
   arp.first        := receiver.first
   arp.end          := receiver.end
+  arp.at           := expected.at
+  arp.same         := expected.same
+  arp.mine         := expected.mine
   link.data        := udp.data
   link.offset      := udp.offset
   link.received    := udp.received
@@ -119,7 +125,6 @@ class MasterController(p: EscParams) extends Module {
   link.readAddress := value.uint("mailbox_offset")
 
   expected.byte         := receiver.byte
-  expected.first        := receiver.first
   expected.end          := receiver.end
   settings.write        := registers.settingWrite
   settings.writeAddress := registers.settingAddress
@@ -131,8 +136,7 @@ class MasterController(p: EscParams) extends Module {
     arp.settingAddress
   )
   registers.setting := settings.readData(0)
-  udp.expected      := settings.readData(1)
-  arp.expected      := settings.readData(1)
+  expected.setting  := settings.readData(1)
   sender.setting    := settings.readData(2)
   arp.setting       := settings.readData(3)
 
