@@ -27,11 +27,10 @@ class EthernetSender extends Module {
   val bytes = IO(Flipped(Decoupled(new FrameByte)))
   val out   = IO(Output(new NibbleStream))
 
-  private object State extends ChiselEnum { val idle, preamble, data, padding, fcs, drop, gap = Value }
+  private object State extends ChiselEnum { val idle, preamble, data, padding, fcs, gap, drop = Value }
   import State._
   private val state = RegInit(idle)  // reset: nothing leaves, and the line was quiet
-  private val count = Reg(UInt(6.W)) // nibbles of preamble, FCS and gap; whole bytes up to 59
-  private val high  = Reg(Bool())
+  private val count = Reg(UInt(7.W)) // nibbles of this part; of content up to 119, then 118 and 119 in turns
   private val rest  = Reg(UInt(4.W)) // the high nibble
   private val ended = Reg(Bool())    // the last byte has been taken
   private val crc   = Reg(UInt(32.W))
@@ -42,10 +41,17 @@ class EthernetSender extends Module {
   bytes.ready := !full
   when(bytes.fire) { following := bytes.bits }
 
+  private val high   = count(0)
   private val takes  = state === data && !high
   private val late   = takes && !full
   private val nibble = Mux(takes, following.data(3, 0), rest)
   when(bytes.fire) { full := true.B }.elsewhen(step && (takes || state === drop)) { full := false.B }
+
+  // Nibbles of preamble with SFD, least content (60 bytes), FCS, and gap: all have a low part of 7.
+  private val most = MuxLookup(state, (24 / 8 - 1).U)(
+    Seq(preamble -> (16 / 8 - 1).U, data -> (120 / 8 - 1).U, padding -> (120 / 8 - 1).U, fcs -> (8 / 8 - 1).U)
+  )
+  private val whole = count(2, 0).andR && count(6, 3) === most
 
   private val next    = WireDefault(NibbleStream.idle)
   private val content = state === data || state === padding
@@ -53,65 +59,43 @@ class EthernetSender extends Module {
   next.crcGood := true.B
   next.valid   := state === preamble || next.payload
   next.payload := content || state === fcs
-  next.last    := late || (state === fcs && count === 7.U)
+  next.last    := late || (state === fcs && whole)
   next.bad     := late
   next.odd     := late
   switch(state) {
-    is(preamble) { next.data := Mux(count === 15.U, 0xd.U, 5.U) }
+    is(preamble) { next.data := Mux(whole, 0xd.U, 5.U) }
     is(data) { next.data := nibble }
     is(fcs) { next.data := ~crc(3, 0) }
   }
 
   // But for content, it is shifted out, with ones behind it: after the preamble it is Crc32.Start.
-  private val nextCrc = Crc32.next(crc, Mux(content, next.data, crc(3, 0))) | Cat(Fill(4, !content), 0.U(28.W))
+  private val nextCrc =
+    Crc32.next(crc, Mux(content, next.data, crc(3, 0))) | Cat(Fill(4, !content), 0.U(28.W))
 
   when(step) {
-    crc := nextCrc
-    val enough = count === 59.U
+    crc   := nextCrc
+    count := Mux(whole, Mux(content && !ended, 118.U, 0.U), count + 1.U)
+    when(takes) {
+      rest  := following.data(7, 4)
+      ended := following.last
+    }
     switch(state) {
       is(idle) {
         count := 0.U
+        ended := false.B
         when(full) { state := preamble }
       }
-      is(preamble) {
-        count := count + 1.U
-        high  := false.B
-        ended := false.B
-        when(count === 15.U) {
-          state := data
-          count := 0.U
-        }
-      }
+      is(preamble) { when(whole) { state := data } }
       is(data, padding) {
-        high := !high
-        when(takes) {
-          rest  := following.data(7, 4)
-          ended := following.last
-        }
-        when(high) {
-          when(!enough) { count := count + 1.U }
-          when(ended) {
-            state := Mux(enough, fcs, padding)
-            when(enough) { count := 0.U }
-          }
-        }
-        when(late) { state := drop }
-      }
-      is(fcs) {
-        count := count + 1.U
-        when(count === 7.U) {
+        when(high && ended) { state := Mux(whole, fcs, padding) }
+        when(late) {
           state := gap
           count := 0.U
         }
       }
-      is(drop) {
-        count := 0.U
-        when(full && following.last) { state := gap }
-      }
-      is(gap) {
-        count := count + 1.U
-        when(count === 23.U) { state := idle }
-      }
+      is(fcs) { when(whole) { state := gap } }
+      is(gap) { when(whole) { state := Mux(ended, idle, drop) } }
+      is(drop) { when(full && following.last) { state := idle } }
     }
   }
 }

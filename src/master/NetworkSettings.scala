@@ -46,8 +46,8 @@ object NetworkSettings {
   val AddressBits = 5
 }
 
-/** Where in a frame from the plant network a byte stands, and whether it is the setting that belongs there: in
-  * a UDP datagram of the server, or in an ARP request.
+/** Where in a frame from the plant network a byte stands, and whether it is the setting that belongs there:
+  * in a UDP datagram of the server, or in an ARP request.
   */
 class ExpectedByte extends Module {
   import NetworkSettings._
@@ -88,7 +88,7 @@ class ExpectedByte extends Module {
   address := place + MuxCase(
     shift(0, MasterMac), // and 38, target of an ARP request
     Seq(
-      (place < 26.U) -> shift(0, MasterMac),
+      (place < 16.U) -> shift(0, MasterMac),
       (place < 30.U) -> shift(26, ServerIp),
       (place < 34.U) -> shift(30, MasterIp),
       (place < 38.U) -> shift(36, MasterPort)

@@ -45,11 +45,11 @@ class ServerLink extends Module {
   length              := size
 
   // The header as it comes; of a datagram that is too short some of this is of the one before.
-  private val wrong           = Reg(Bool())     // not from such a server, or for another master
-  private val earlier         = Reg(Bool())     // of an earlier life
-  private val isAcknowledge   = Reg(Bool())
-  private val isReport        = Reg(Bool())
-  private val number          = Reg(UInt(32.W))
+  private val wrong            = Reg(Bool()) // not from such a server, or for another master
+  private val earlier          = Reg(Bool()) // of an earlier life
+  private val isAcknowledge    = Reg(Bool())
+  private val isReport         = Reg(Bool())
+  private val number           = Reg(UInt(32.W))
   private def on(n: Int): Bool = offset === n.U
   private val right = MuxLookup(
     offset(2, 0),
@@ -79,10 +79,10 @@ class ServerLink extends Module {
     when(offset >= 8.U && offset < HeaderBytes.U) { number := Cat(number(23, 0), data.bits) }
   }
 
-  private val bits   = received.bits
-  private val isOurs = bits.good && bits.fromServer && bits.length >= HeaderBytes.U && !wrong
+  private val bits         = received.bits
+  private val isOurs       = bits.good && bits.fromServer && bits.length >= HeaderBytes.U && !wrong
   private val acknowledges = isOurs && isAcknowledge && bits.length === HeaderBytes.U && !earlier
-  private val isMessage = isOurs && !isAcknowledge && !isReport && bits.length <= MailboxBytes.U
+  private val isMessage    = isOurs && !isAcknowledge && !isReport && bits.length <= MailboxBytes.U
 
   acknowledge.valid := received.valid && acknowledges
   acknowledge.bits  := number

@@ -56,24 +56,22 @@ class UdpSender extends Module {
   val bytes       = IO(Decoupled(new FrameByte))
 
   private object State extends ChiselEnum { val idle, sumIp, sumUdp, pad, fold, send = Value }
-  private val state   = RegInit(State.idle) // reset: nothing to send
-  private val at      = Reg(UInt(6.W))      // byte of the frame, up to the payload
-  private val place   = Reg(UInt(11.W))     // byte of the payload
-  private val age     = Reg(UInt(2.W))      // cycles since `at` or `place` has changed, up to 3
-  private val size    = Reg(UInt(11.W))
-  private val number  = RegInit(0.U(16.W))  // identification of the packet; reset: any
-  private val ipCheck = Reg(UInt(16.W))     // goes round as it is sent
+  private val state  = RegInit(State.idle)  // reset: nothing to send
+  private val at     = Reg(UInt(6.W))       // byte of the frame, up to the payload
+  private val place  = Reg(UInt(11.W))      // byte of the payload
+  private val age    = Reg(UInt(2.W))       // cycles since `at` or `place` has changed, up to 3
+  private val size   = Reg(UInt(11.W))
+  private val number = RegInit(0.U(16.W))   // identification of the packet; reset: any
+  private val sum    = Reg(new InternetSum) // when all is summed: the checksum of UDP
+  private val check  = Reg(UInt(16.W))      // the checksum of IP; when that has been sent, of UDP
 
-  // While the frame is sent it is the checksum of UDP, and goes round as well.
-  private val sum = Reg(new InternetSum)
-
-  private val inPayload = at === HeaderBytes.U
-  private val lengths   = size + Mux(at(5), 8.U, 28.U) // of UDP, of IP
-  private def isWord(first: Int): Bool                 = at(5, 1) === (first / 2).U
-  private def half(word: UInt): UInt                   = Mux(at(0), word(7, 0), word(15, 8))
-  private val isUdpCheck = isWord(40)
-  private val isIpCheck  = isWord(24)
-  private val isSetting  = at < MacEnd.U || (at >= AddressStart.U && at < AddressEnd.U)
+  private val inPayload                = at === HeaderBytes.U
+  private val lengths                  = size + Mux(at(5), 8.U, 28.U) // of UDP, of IP
+  private def isWord(first: Int): Bool = at(5, 1) === (first / 2).U
+  private def half(word: UInt): UInt   = Mux(at(0), word(7, 0), word(15, 8))
+  private val isNumber                 = isWord(18)
+  private val isCheck                  = isWord(24) || isWord(40)
+  private val isSetting                = at < MacEnd.U || (at >= AddressStart.U && at < AddressEnd.U)
   settingAddress := at - Mux(at < MacEnd.U, 0.U, (AddressStart - MacEnd).U)
   readAddress    := place
 
@@ -87,17 +85,17 @@ class UdpSender extends Module {
       inPayload                  -> readData,
       isSetting                  -> setting,
       (isWord(16) || isWord(38)) -> half(lengths.pad(16)),
-      isWord(18)                 -> half(number),
-      isIpCheck                  -> ipCheck(15, 8),
-      isUdpCheck                 -> sum.next
+      isNumber                   -> half(number),
+      isCheck                    -> check(15, 8)
     )
   )
 
-  // UDP is summed with bytes inverted: that gives the checksum, with 0xFFFF for 0.
+  // UDP is summed with bytes inverted: that gives the checksum, with 0xFFFF for 0. Without the checksums; the sum of
+  // UDP without what is not of the pseudo header, too.
   private val inverted = state === State.sumUdp || state === State.pad
-  private val nothing = isIpCheck || isUdpCheck ||
-    !(state === State.sumIp && at < UdpStart.U || state === State.sumUdp)
-  private val summed = sum.plus(Mux(nothing, 0.U, byte) ^ Fill(8, inverted))
+  private val isSummed = !isCheck &&
+    (state === State.sumIp && at < UdpStart.U || state === State.sumUdp && !isNumber)
+  private val summed = sum.plus(Mux(isSummed, byte, 0.U) ^ Fill(8, inverted))
 
   private val following = place + 1.U
   private val isLast    = inPayload && following === size
@@ -111,36 +109,33 @@ class UdpSender extends Module {
   when(taken) {
     when(inPayload) { place := following }.otherwise { at := at + 1.U }
     sum := summed
+    // While the frame is sent the halves of the sum go round: the high one is next at even bytes.
+    when(state === State.sumIp || (state === State.send && isCheck)) {
+      check := Cat(check(7, 0), Mux(state === State.send, sum.next, ~summed.other))
+    }
   }
+  when(state === State.idle) { size := length }
   switch(state) {
     is(State.idle) {
+      at    := IpStart.U
+      place := 0.U
+      sum   := InternetSum.of(0)
       when(start) {
         state  := State.sumIp
-        size   := length
-        at     := IpStart.U
-        sum    := InternetSum.of(0)
         number := number + 1.U
       }
     }
     // Two bytes of nothing at the end of each sum fold its carry.
     is(State.sumIp) {
-      when(taken) {
-        ipCheck := Cat(ipCheck(7, 0), ~summed.other)
-        when(at === (UdpStart + 1).U) {
-          state := State.sumUdp
-          at    := LengthStart.U
-          place := 0.U
-          // The pseudo header has the protocol, 17, and the length of UDP: that of IP, which is summed here, less 20.
-          sum := InternetSum.of(20 - 17)
-        }
+      when(taken && at === (UdpStart + 1).U) {
+        state := State.sumUdp
+        at    := LengthStart.U
+        // The pseudo header has the protocol, 17, and the length of UDP: that of IP, which is summed here, less 20.
+        // Then come words of constants.
+        sum := InternetSum.of(20 - 17 + 0x4000 + 0x4011)
       }
     }
-    is(State.sumUdp) {
-      when(taken) {
-        when(at === (LengthStart + 1).U) { at := AddressStart.U }
-        when(isLast) { state := Mux(place(0), State.fold, State.pad) }
-      }
-    }
+    is(State.sumUdp) { when(taken && isLast) { state := Mux(place(0), State.fold, State.pad) } }
     is(State.pad) { when(taken) { state := State.fold } }
     is(State.fold) {
       when(taken && place(0)) {
@@ -149,12 +144,7 @@ class UdpSender extends Module {
         place := 0.U
       }
     }
-    is(State.send) {
-      when(taken) {
-        ipCheck := Cat(ipCheck(7, 0), ipCheck(15, 8))
-        when(isLast) { state := State.idle }
-      }
-    }
+    is(State.send) { when(taken && isLast) { state := State.idle } }
   }
 }
 

@@ -48,9 +48,9 @@ class EthernetReceiverSpec extends AnyFlatSpec with SharedSimulation {
     "MST-13: every byte of a frame comes, FCS included, then its end" -> { dut =>
       val random = new Random(1)
       for (size <- Seq(1, 4, 5, 64, 200); cycles <- 1 to 4) {
-        val bytes   = Seq.fill(size)(random.nextInt(256))
-        val nibbles = bytes.flatMap(b => Seq(b & 0xf, b >> 4))
-        assert(receive(dut, nibbles, cycles) == (bytes -> true))
+        val bytes               = Seq.fill(size)(random.nextInt(256))
+        val nibbles             = bytes.flatMap(b => Seq(b & 0xf, b >> 4))
+        assert(receive(dut, nibbles, cycles) == (bytes             -> true))
         assert(receive(dut, nibbles, cycles, bad = true) == (bytes -> false))
         // An odd nibble is no byte, and the next frame begins anew.
         assert(receive(dut, nibbles :+ 7, cycles, bad = true) == (bytes -> false))
