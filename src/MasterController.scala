@@ -108,9 +108,15 @@ class MasterController(p: EscParams) extends Module {
   udp.byte         := receiver.byte
   udp.first        := receiver.first
   udp.end          := receiver.end
+  udp.at           := expected.at
+  udp.same         := expected.same
+  udp.mine         := expected.mine
   arp.byte         := receiver.byte
   arp.first        := receiver.first
   arp.end          := receiver.end
+  arp.at           := expected.at
+  arp.same         := expected.same
+  arp.mine         := expected.mine
   link.data        := udp.data
   link.offset      := udp.offset
   link.received    := udp.received
@@ -120,7 +126,6 @@ class MasterController(p: EscParams) extends Module {
   link.readAddress := value.uint("mailbox_offset")
 
   expected.byte         := receiver.byte
-  expected.first        := receiver.first
   expected.end          := receiver.end
   settings.write        := registers.settingWrite
   settings.writeAddress := registers.settingAddress
@@ -137,10 +142,9 @@ class MasterController(p: EscParams) extends Module {
   line.resultAddress := registers.settingAddress
   private val isResult = RegNext(registers.settingAddress(6, 4) === (MasterRegisters.Result >> 4).U)
   registers.setting := settings.readData(0) | Mux(isResult, line.resultData, 0.U)
+  expected.setting  := settings.readData(1)
   line.requestData  := settings.readData(4)
   own.readData      := settings.readData(5)
-  udp.expected      := settings.readData(1)
-  arp.expected      := settings.readData(1)
   sender.setting    := settings.readData(2)
   arp.setting       := settings.readData(3)
 

@@ -92,7 +92,8 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
   offset     := at
   number     := came
   done.valid := end.valid
-  done.bits  := end.bits && state === State.behind && !wrong && came >= sent
+  // The last four bytes are the FCS.
+  done.bits := end.bits && state === State.behind && at(10, 2).orR && !wrong && came >= sent
 
   private def on(n: Int): Bool = at === n.U
   private def byteOf(s: State.Type, n: Int, place: Int): (Bool, UInt) = (state === s && on(n)) -> place.U(3.W)

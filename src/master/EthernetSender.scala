@@ -27,15 +27,13 @@ class EthernetSender extends Module {
   val bytes = IO(Flipped(Decoupled(new FrameByte)))
   val out   = IO(Output(new NibbleStream))
 
-  private object State extends ChiselEnum { val idle, preamble, data, padding, fcs, drop = Value }
+  private object State extends ChiselEnum { val idle, preamble, data, padding, fcs, gap, drop = Value }
   import State._
-  private val state = RegInit(idle)     // reset: nothing leaves
-  private val count = Reg(UInt(6.W))    // nibbles of preamble, FCS and gap; whole bytes up to 60
-  private val high  = Reg(Bool())
-  private val rest  = Reg(UInt(4.W))    // the high nibble
-  private val ended = Reg(Bool())       // the last byte has been taken
+  private val state = RegInit(idle)  // reset: nothing leaves, and the line was quiet
+  private val count = Reg(UInt(7.W)) // nibbles of this part; of content up to 119, then 118 and 119 in turns
+  private val rest  = Reg(UInt(4.W)) // the high nibble
+  private val ended = Reg(Bool())    // the last byte has been taken
   private val crc   = Reg(UInt(32.W))
-  private val gap   = RegInit(0.U(5.W)) // slots to wait; reset: the line was quiet
 
   // The next byte: its source may be slow to choose it.
   private val following = Reg(new FrameByte)
@@ -43,75 +41,61 @@ class EthernetSender extends Module {
   bytes.ready := !full
   when(bytes.fire) { following := bytes.bits }
 
+  private val high   = count(0)
   private val takes  = state === data && !high
   private val late   = takes && !full
   private val nibble = Mux(takes, following.data(3, 0), rest)
   when(bytes.fire) { full := true.B }.elsewhen(step && (takes || state === drop)) { full := false.B }
 
-  private val next = WireDefault(NibbleStream.idle)
+  // Nibbles of preamble with SFD, least content (60 bytes), FCS, and gap: all have a low part of 7.
+  private val most = MuxLookup(state, (24 / 8 - 1).U)(
+    Seq(preamble -> (16 / 8 - 1).U, data -> (120 / 8 - 1).U, padding -> (120 / 8 - 1).U, fcs -> (8 / 8 - 1).U)
+  )
+  private val whole = count(2, 0).andR && count(6, 3) === most
+
+  private val next    = WireDefault(NibbleStream.idle)
+  private val content = state === data || state === padding
   out          := RegEnable(next, NibbleStream.idle, step)
   next.crcGood := true.B
+  next.valid   := state === preamble || next.payload
+  next.payload := content || state === fcs
+  next.last    := late || (state === fcs && whole)
+  next.bad     := late
+  next.odd     := late
   switch(state) {
-    is(preamble) {
-      next.valid := true.B
-      next.data  := Mux(count === 15.U, 0xd.U, 5.U)
-    }
-    is(data, padding) {
-      next.valid   := true.B
-      next.payload := true.B
-      next.data    := Mux(state === data, nibble, 0.U)
-      next.last    := late
-      next.bad     := late
-      next.odd     := late
-    }
-    is(fcs) {
-      next.valid   := true.B
-      next.payload := true.B
-      next.data    := ~crc(3, 0)
-      next.last    := count === 7.U
-    }
+    is(preamble) { next.data := Mux(whole, 0xd.U, 5.U) }
+    is(data) { next.data := nibble }
+    is(fcs) { next.data := ~crc(3, 0) }
   }
 
+  // But for content, it is shifted out, with ones behind it: after the preamble it is Crc32.Start.
+  private val nextCrc =
+    Crc32.next(crc, Mux(content, next.data, crc(3, 0))) | Cat(Fill(4, !content), 0.U(28.W))
+
   when(step) {
-    when(gap =/= 0.U) { gap := gap - 1.U }
+    crc   := nextCrc
+    count := Mux(whole, Mux(content && !ended, 118.U, 0.U), count + 1.U)
+    when(takes) {
+      rest  := following.data(7, 4)
+      ended := following.last
+    }
     switch(state) {
       is(idle) {
         count := 0.U
-        when(full && gap === 0.U) { state := preamble }
-      }
-      is(preamble) {
-        count := count + 1.U
-        high  := false.B
         ended := false.B
-        crc   := Crc32.Start
-        when(count === 15.U) {
-          state := data
+        when(full) { state := preamble }
+      }
+      is(preamble) { when(whole) { state := data } }
+      is(data, padding) {
+        when(high && ended) { state := Mux(whole, fcs, padding) }
+        when(late) {
+          state := gap
           count := 0.U
         }
       }
-      is(data, padding) {
-        high := !high
-        crc  := Crc32.next(crc, next.data)
-        when(takes) {
-          rest  := following.data(7, 4)
-          ended := following.last
-        }
-        when(high) {
-          when(count =/= 60.U) { count := count + 1.U }
-          when(ended) {
-            state := Mux(count >= 59.U, fcs, padding)
-            when(count >= 59.U) { count := 0.U }
-          }
-        }
-        when(late) { state := drop }
-      }
-      is(fcs) {
-        count := count + 1.U
-        crc   := crc >> 4
-        when(count === 7.U) { state := idle }
-      }
+      is(fcs) { when(whole) { state := gap } }
+      is(gap) { when(whole) { state := Mux(ended, idle, drop) } }
       is(drop) { when(full && following.last) { state := idle } }
     }
-    when(next.last) { gap := 24.U }
   }
 }

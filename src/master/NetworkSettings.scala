@@ -57,33 +57,52 @@ object NetworkSettings {
   def ofNetwork(address: UInt): UInt = Cat(address(4), !address(4), address(3, 0))
 }
 
-/** Which setting a byte of a frame from the plant network must have: of a UDP datagram of the server, or of
-  * an ARP request.
+/** Where in a frame from the plant network a byte stands, and whether it is the setting that belongs there:
+  * in a UDP datagram of the server, or in an ARP request.
   */
 class ExpectedByte extends Module {
   import NetworkSettings._
 
-  /** See [[EthernetReceiver]]. */
-  val byte  = IO(Flipped(Valid(UInt(8.W))))
-  val first = IO(Input(Bool()))
-  val end   = IO(Flipped(Valid(Bool())))
+  /** See [[EthernetReceiver]]; a byte every second cycle at most. */
+  val byte = IO(Flipped(Valid(UInt(8.W))))
+  val end  = IO(Flipped(Valid(Bool())))
 
-  /** Which byte of the addresses of the network. */
+  /** Which byte of the addresses of the network, and what it is a cycle later. */
   val address = IO(Output(UInt(NetworkBits.W)))
+  val setting = IO(Input(UInt(8.W)))
 
-  private val at = RegInit(0.U(6.W)) // byte that comes next, up to 63; reset: a frame begins
-  when(byte.valid) { at := Mux(first, 1.U, Mux(at.andR, at, at + 1.U)) }
-  when(end.valid) { at := 0.U }
+  /** The place of the byte at hand, from 0 on; from 48 on it stays. When the frame ends: how many came. */
+  val at = IO(Output(UInt(6.W)))
 
-  /** From byte `n` of the frame to byte `m` of the settings. */
-  private def from(n: Int, m: Int): UInt = (32 + m - n & 31).U(NetworkBits.W)
-  address := (at + MuxCase(
-    from(38, MasterIp), // target of an ARP request
+  /** The byte at hand is the setting. */
+  val same = IO(Output(Bool()))
+
+  /** From the sixth byte to the end: the frame is to the master's MAC address. */
+  val mine = IO(Output(Bool()))
+
+  private val place = RegInit(0.U(6.W)) // reset: a frame begins
+  private val ours  = RegInit(false.B)  // reset: no frame
+  at   := place
+  same := byte.bits === setting
+  mine := ours
+  when(byte.valid) {
+    when(!place(5, 4).andR) { place := place + 1.U }
+    when(place < 6.U) { ours := same && (ours || place === 0.U) }
+  }
+  when(end.valid) {
+    place := 0.U
+    ours  := false.B
+  }
+
+  // What leads from the place of a byte to that of the setting, modulo 32.
+  private def shift(from: Int, to: Int): UInt = ((32 + to - from) % 32).U(NetworkBits.W)
+  address := (place + MuxCase(
+    shift(0, MasterMac), // and 38, target of an ARP request
     Seq(
-      (at < 6.U)  -> from(0, MasterMac),
-      (at < 30.U) -> from(26, ServerIp),
-      (at < 34.U) -> from(30, MasterIp),
-      (at < 38.U) -> from(36, MasterPort)
+      (place < 16.U) -> shift(0, MasterMac),
+      (place < 30.U) -> shift(26, ServerIp),
+      (place < 34.U) -> shift(30, MasterIp),
+      (place < 38.U) -> shift(36, MasterPort)
     )
   ))(NetworkBits - 1, 0)
 }

@@ -44,24 +44,48 @@ class ServerLink extends Module {
   waiting             := full
   length              := size
 
-  // The first bytes; of a shorter datagram some are those of the one before.
-  private val header = Reg(UInt((8 * HeaderBytes).W))
-  when(data.valid && offset < HeaderBytes.U) { header := Cat(header(8 * HeaderBytes - 9, 0), data.bits) }
-  private def field(first: Int, bytes: Int): UInt =
-    header(8 * (HeaderBytes - first) - 1, 8 * (HeaderBytes - first - bytes))
+  // The header as it comes; of a datagram that is too short some of this is of the one before.
+  private val wrong            = Reg(Bool()) // not from such a server, or for another master
+  private val earlier          = Reg(Bool()) // of an earlier life
+  private val isAcknowledge    = Reg(Bool())
+  private val isReport         = Reg(Bool())
+  private val number           = Reg(UInt(32.W))
+  private def on(n: Int): Bool = offset === n.U
+  private val right = MuxLookup(
+    offset(2, 0),
+    EventReporter.Version.U(8.W)
+  )(
+    Seq(
+      0.U -> (EventReporter.Magic >> 8).U(8.W),
+      1.U -> (EventReporter.Magic & 0xff).U(8.W),
+      4.U -> master(15, 8),
+      5.U -> master(7, 0),
+      6.U -> boot(15, 8),
+      7.U -> boot(7, 0)
+    )
+  )
+  when(data.valid) {
+    val differs = data.bits =/= right
+    when(on(0)) {
+      wrong   := differs
+      earlier := false.B
+    }
+    when(differs && (on(1) || on(2) || on(4) || on(5))) { wrong := true.B }
+    when(differs && (on(6) || on(7))) { earlier := true.B }
+    when(on(3)) {
+      isAcknowledge := data.bits === EventReporter.KindAcknowledge.U
+      isReport      := data.bits === EventReporter.KindReport.U
+    }
+    when(offset >= 8.U && offset < HeaderBytes.U) { number := Cat(number(23, 0), data.bits) }
+  }
 
-  private val bits = received.bits
-  private val kind = field(3, 1)
-  private val isOurs = bits.good && bits.fromServer && bits.length >= HeaderBytes.U &&
-    field(0, 2) === EventReporter.Magic.U && field(2, 1) === EventReporter.Version.U && field(4, 2) === master
-  private val isAcknowledgement = kind === EventReporter.KindAcknowledge.U
-  private val acknowledges =
-    isOurs && isAcknowledgement && bits.length === HeaderBytes.U && field(6, 2) === boot
-  private val isMessage = isOurs && !isAcknowledgement && kind =/= EventReporter.KindReport.U &&
-    bits.length <= MailboxBytes.U
+  private val bits         = received.bits
+  private val isOurs       = bits.good && bits.fromServer && bits.length >= HeaderBytes.U && !wrong
+  private val acknowledges = isOurs && isAcknowledge && bits.length === HeaderBytes.U && !earlier
+  private val isMessage    = isOurs && !isAcknowledge && !isReport && bits.length <= MailboxBytes.U
 
   acknowledge.valid := received.valid && acknowledges
-  acknowledge.bits  := field(8, 4)
+  acknowledge.bits  := number
   refused           := received.valid && !acknowledges && !isMessage
   dropped           := received.valid && isMessage && full
   when(take) { full := false.B }

@@ -44,11 +44,16 @@ class ArpResponderSpec extends AnyFlatSpec with SharedSimulation {
       .toVector
   }
 
-  private def ask(dut: PlantBench, bytes: Seq[Int], good: Boolean = true): Option[EthernetPacket] = {
+  private def ask(
+      dut: PlantBench,
+      bytes: Seq[Int],
+      good: Boolean = true,
+      fcs: Seq[Int] = Seq(1, 2, 3, 4)
+  ): Option[EthernetPacket] = {
     dut.load(UdpPackets.End(0x102233445566L, 0xc0a80105L, 1), UdpPackets.End(2, 3, 4))
     dut.end.valid.poke(false)
     dut.answer.ready.poke(false)
-    for ((b, i) <- bytes.zipWithIndex) {
+    for ((b, i) <- (bytes ++ fcs).zipWithIndex) {
       dut.byte.valid.poke(true)
       dut.byte.bits.poke(b)
       dut.first.poke(i == 0)
@@ -98,6 +103,12 @@ class ArpResponderSpec extends AnyFlatSpec with SharedSimulation {
         assert(arp.getDstHardwareAddr == asker && arp.getDstProtocolAddr == askerIp)
         assert(arp.getHardwareType == ArpHardwareType.ETHERNET && arp.getProtocolType == EtherType.IPV4)
       }
+    },
+    "MST-13: a request that reaches into the FCS is not answered" -> { dut =>
+      val whole = packet().take(42)
+      assert(ask(dut, whole).isDefined)
+      for (missing <- 1 to 4)
+        assert(ask(dut, whole.dropRight(missing), fcs = whole.takeRight(missing).padTo(4, 0)).isEmpty)
     },
     "MST-12: other requests, answers, other frames and bad ones are not" -> { dut =>
       assert(ask(dut, packet(target = InetAddress.getByName("192.168.1.6"))).isEmpty)

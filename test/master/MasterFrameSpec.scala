@@ -280,6 +280,11 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
       assert(!counts(back(sent).updated(15, 0x40 | back(sent)(15) & 0xf)), "header type")
       assert(!counts(back(sent).updated(14, back(sent)(14) ^ 1)), "length of the area")
       assert(!counts(back(sent).take(40)), "cut off")
+      val long = Seq(any(random, 1).copy(data = Seq.fill(90)(7)))
+      matching.expect(long)
+      for (n <- 1 to 4) assert(!counts(back(long).dropRight(n)), s"$n bytes of it would be FCS")
+      assert(counts(back(long)))
+      matching.expect(sent)
       assert(counts(back(sent)))
     }
   )

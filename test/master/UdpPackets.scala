@@ -68,20 +68,22 @@ class PlantBench extends SettingsBench(2) {
   val offset           = IO(chiselTypeOf(receiver.offset))
   val received         = IO(chiselTypeOf(receiver.received))
   val answer           = IO(Decoupled(new FrameByte))
-  for (
-    (b, f, e) <- Seq(
-      (expected.byte, expected.first, expected.end),
-      (receiver.byte, receiver.first, receiver.end),
-      (arp.byte, arp.first, arp.end)
-    )
-  ) {
-    b := byte
-    f := first
-    e := end
-  }
+  expected.byte        := byte
+  expected.end         := end
+  expected.setting     := settings.readData(0)
+  receiver.byte        := byte
+  receiver.first       := first
+  receiver.end         := end
+  receiver.at          := expected.at
+  receiver.same        := expected.same
+  receiver.mine        := expected.mine
+  arp.byte             := byte
+  arp.first            := first
+  arp.end              := end
+  arp.at               := expected.at
+  arp.same             := expected.same
+  arp.mine             := expected.mine
   settings.readAddress := VecInit(Seq(expected.address, arp.settingAddress).map(NetworkSettings.ofNetwork))
-  receiver.expected    := settings.readData(0)
-  arp.expected         := settings.readData(0)
   arp.setting          := settings.readData(1)
   data                 := receiver.data
   offset               := receiver.offset

@@ -80,14 +80,15 @@ class UdpSpec extends AnyFlatSpec with SharedSimulation {
     }
   )
 
+  private val fcs = Seq(0xa5, 0x5a, 0xc3, 0x3c) // nobody looks at it
   private case class Got(good: Boolean, payload: Seq[Int], fromServer: Boolean)
 
-  /** What it makes of a frame; None: it was not for this station. */
+  /** What it makes of a frame, with `fcs` behind it; None: it was not for this station. */
   private def receive(dut: PlantBench, bytes: Seq[Int], bad: Boolean = false): Option[Got] = {
     dut.load(master, server)
     var payload = Vector.empty[Int]
     dut.end.valid.poke(false)
-    for ((b, i) <- bytes.zipWithIndex) {
+    for ((b, i) <- (bytes ++ fcs).zipWithIndex) {
       dut.byte.valid.poke(true)
       dut.byte.bits.poke(b)
       dut.first.poke(i == 0)
@@ -140,6 +141,32 @@ class UdpSpec extends AnyFlatSpec with SharedSimulation {
       assert(refused(packet(server, master, 1 to 40, fragment = true)))
       assert(refused(right.dropRight(1)) && refused(right.take(20)) && refused(right.take(41)))
       assert(!refused(right))
+    },
+    "MST-13: a datagram whose lengths reach into the FCS is refused" -> { dut =>
+      // Its last bytes are the first ones of the FCS, so that its checksum is right if they are taken for payload.
+      for (size <- Seq(20, 21, 200); missing <- 1 to 4; udpChecksum <- Seq(true, false)) {
+        val payload = Seq.tabulate(size - missing)(_ * 7 & 0xff) ++ fcs.take(missing)
+        val frame   = packet(server, master, payload, udpChecksum)
+        assert(receive(dut, frame).contains(Got(good = true, payload, fromServer = true)))
+        assert(receive(dut, frame.dropRight(missing)).exists(!_.good), s"$size bytes, $missing missing")
+      }
+    },
+    "MST-11: a datagram without payload, or with a length that cannot be, is refused" -> { dut =>
+      // Without UDP checksum; lengths in the headers of IP and UDP, the IP checksum made anew.
+      def of(length: Int, udpLength: Int, bytes: Int) = {
+        val made   = packet(server, master, Seq.fill(bytes)(0x11), udpChecksum = false)
+        val header = made.slice(14, 34).patch(2, big(length, 2), 2).patch(10, Seq(0, 0), 2)
+        val sum    = header.grouped(2).map(w => w(0) << 8 | w(1)).sum
+        val check  = 0xffff - (sum - 1) % 0xffff - 1
+        made.patch(14, header.patch(10, big(check, 2), 2), 20).patch(38, big(udpLength & 0xffff, 2), 2)
+      }
+      assert(receive(dut, of(1500, 1480, 1472)).exists(_.good) && receive(dut, of(29, 9, 1)).exists(_.good))
+      for (length <- (0 to 28) ++ Seq(1501, 1502, 1536, 2047, 2048, 2048 + 40, 0x8000 + 40, 0xffff))
+        for (udpLength <- Seq(length - 20, 1).distinct)
+          assert(
+            receive(dut, of(length, udpLength, if (length < 1000) 40 else 1990)).exists(!_.good),
+            s"lengths $length, $udpLength"
+          )
     },
     "MST-11: every single wrong bit of header or payload is noticed" -> { dut =>
       val right = packet(server, master, Seq.tabulate(9)(_ * 29 & 0xff)).take(51)
