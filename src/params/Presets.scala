@@ -41,7 +41,7 @@ object Presets {
       "smoke-alarm slave: cyclone4-min with a detector whose events are appended to passing frames"
     ),
     Preset(
-      EscParams(preset = "alarm-master", role = 1, ramKiB = 0, escType = 0xf2),
+      EscParams(preset = "alarm-master", role = 1, coreClockMhz = 50, ramKiB = 0, escType = 0xf2),
       "smoke-alarm master: runs a line of alarm slaves, reports to a server by UDP over its second port"
     ),
     Preset(
