@@ -140,7 +140,9 @@ class MasterController(p: EscParams) extends Module {
   )
   // What came back of the host's datagram; no setting has its address.
   line.resultAddress := registers.settingAddress
-  private val isResult = RegNext(registers.settingAddress(6, 4) === (MasterRegisters.Result >> 4).U)
+  private val isResult = RegNext(
+    registers.settingAddress(6, 4) === (MasterRegisters.Result >> 4).U && registers.settingAddress(3, 2).orR
+  )
   registers.setting := settings.readData(0) | Mux(isResult, line.resultData, 0.U)
   expected.setting  := settings.readData(1)
   line.requestData  := settings.readData(4)

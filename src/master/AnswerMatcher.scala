@@ -95,9 +95,9 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
   // The last four bytes are the FCS.
   done.bits := end.bits && state === State.behind && at(10, 2).orR && !wrong && came >= sent
 
-  private def on(n: Int): Bool = at === n.U
+  private def on(n: Int): Bool                                        = at === n.U
   private def byteOf(s: State.Type, n: Int, place: Int): (Bool, UInt) = (state === s && on(n)) -> place.U(3.W)
-  private val isLength = state === State.header && on(7)
+  private val isLength                                                = state === State.header && on(7)
   private val places = Seq(
     byteOf(State.header, 3, AnswerWord.Adp),
     byteOf(State.header, 5, AnswerWord.Ado),

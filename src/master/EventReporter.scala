@@ -54,14 +54,14 @@ class EventReporter(depth: Int) extends Module {
   val readData    = IO(Output(UInt(8.W)))
 
   private object State extends ChiselEnum { val idle, event, stamp, header = Value }
-  private val state = RegInit(State.idle)           // reset: nothing to write
-  private val word  = Reg(UInt(4.W))                // of the event or the header that is being written
-  private val first = RegInit(0.U(32.W))            // reset: none yet
-  private val count = RegInit(0.U(placeBits.W))     // events kept
-  private val before   = Reg(UInt(placeBits.W))     // where the header is: two places before the first event
-  private val inReport = Reg(UInt(7.W))             // events in it
-  private val chosen   = Reg(Bool())                // the event comes from the second source
-  private val low      = Reg(UInt(16.W))            // of a number whose high half has been written
+  private val state    = RegInit(State.idle)       // reset: nothing to write
+  private val word     = Reg(UInt(4.W))            // of the event or the header that is being written
+  private val first    = RegInit(0.U(32.W))        // reset: none yet
+  private val count    = RegInit(0.U(placeBits.W)) // events kept
+  private val before   = Reg(UInt(placeBits.W))    // where the header is: two places before the first event
+  private val inReport = Reg(UInt(7.W))            // events in it
+  private val chosen   = Reg(Bool())               // the event comes from the second source
+  private val low      = Reg(UInt(16.W))           // of a number whose high half has been written
   private val full     = count === (depth - HeaderPlaces).U
   firstEvent := first
   nextEvent  := first + count
@@ -86,15 +86,19 @@ class EventReporter(depth: Int) extends Module {
   length := HeaderBytes.U +& (inReport << 4)
 
   // The memory, in words; numbers are big endian.
-  private val ram    = DualPortRam(depth * EventWords, 16)(clock)
-  private val header = Cat(before, (HeaderPlaces * EventWords - HeaderWords).U(3.W)) // its first word
+  private val ram     = DualPortRam(depth * EventWords, 16)(clock)
+  private val header  = Cat(before, (HeaderPlaces * EventWords - HeaderWords).U(3.W)) // its first word
   private val content = WireDefault(low)
   private val second  = RegNext(readAddress(0))
-  ram.io.write        := state === State.header || state === State.stamp || fires
-  ram.io.writeAddress := Mux(state === State.header, header + word, Cat(nextEvent(placeBits - 1, 0), word(2, 0)))
-  ram.io.writeData    := content
-  ram.io.readAddress  := header + (readAddress >> 1)
-  readData            := Mux(second, ram.io.readData(7, 0), ram.io.readData(15, 8))
+  ram.io.write := state === State.header || state === State.stamp || fires
+  ram.io.writeAddress := Mux(
+    state === State.header,
+    header + word,
+    Cat(nextEvent(placeBits - 1, 0), word(2, 0))
+  )
+  ram.io.writeData   := content
+  ram.io.readAddress := header + (readAddress >> 1)
+  readData           := Mux(second, ram.io.readData(7, 0), ram.io.readData(15, 8))
 
   switch(state) {
     is(State.idle) {

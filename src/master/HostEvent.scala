@@ -20,10 +20,12 @@ class HostEvent extends Module {
   /** Words of [[MasterEvent]]. */
   val event = IO(Decoupled(UInt(16.W)))
 
-  private val waits = RegInit(false.B) // reset: none
+  private val waits = RegInit(false.B)  // reset: none
   private val word  = RegInit(0.U(3.W)) // reset: the first is next
-  private val half  = Reg(UInt(2.W))    // 0: address of a low byte; 1: it comes; 2: the high one; 3: both are there
-  private val low   = Reg(UInt(8.W))
+  private val half = Reg(
+    UInt(2.W)
+  ) // 0: address of a low byte; 1: it comes; 2: the high one; 3: both are there
+  private val low = Reg(UInt(8.W))
   busy        := waits
   event.valid := waits && half === 3.U
 

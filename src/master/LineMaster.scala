@@ -34,8 +34,8 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   val retries = IO(Input(UInt(4.W)))
 
   /** A datagram of the host is `taken` and sent in the next cycle. It is read as it stands at the host's
-    * registers (HOST-05), a byte a cycle after its address; it must not change until there is a result: true if
-    * there was an answer, which can then be read like that too (counter at 4, data from 8 on).
+    * registers (HOST-05), a byte a cycle after its address; it must not change until there is a result: true
+    * if there was an answer, which can then be read like that too (counter at 4, data from 8 on).
     */
   val request        = IO(Flipped(Decoupled()))
   val requestAddress = IO(Output(UInt(4.W)))
@@ -90,16 +90,16 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   private val ofHost = Reg(Bool())        // that is the one at hand
   private val index  = RegInit(0.U(8.W))  // of the next datagram; reset: any
   private val byte   = Reg(UInt(4.W))     // of a datagram: as at the host's registers
-  private val place  = Reg(UInt((positionBits + 1).W))      // slave at hand
-  private val search = Reg(UInt((positionBits + 1).W))      // slave looked up
-  private val turn   = RegInit(0.U(positionBits.W))         // slave that is told something next; reset: any
-  private val number = Reg(UInt(log2Ceil(Answers + 1).W))   // answer at hand
-  private val here   = RegInit(0.U((positionBits + 1).W))   // slaves that answer; reset: none
-  private val listed = RegInit(0.U((positionBits + 1).W))   // slaves in the table; reset: none
-  private val part   = Reg(UInt(3.W))                       // what of a slave is being asked
-  private val isOne  = Reg(Bool())                          // one slave has answered
-  private val node   = Reg(UInt(16.W))                      // its node ID
-  private val second = Reg(UInt(16.W))                      // its DL status, then its twin
+  private val place    = Reg(UInt((positionBits + 1).W))    // slave at hand
+  private val search   = Reg(UInt((positionBits + 1).W))    // slave looked up
+  private val turn     = RegInit(0.U(positionBits.W))       // slave that is told something next; reset: any
+  private val number   = Reg(UInt(log2Ceil(Answers + 1).W)) // answer at hand
+  private val here     = RegInit(0.U((positionBits + 1).W)) // slaves that answer; reset: none
+  private val listed   = RegInit(0.U((positionBits + 1).W)) // slaves in the table; reset: none
+  private val part     = Reg(UInt(3.W))                     // what of a slave is being asked
+  private val isOne    = Reg(Bool())                        // one slave has answered
+  private val node     = Reg(UInt(16.W))                    // its node ID
+  private val second   = Reg(UInt(16.W))                    // its DL status, then its twin
   private val hasTwin  = RegInit(false.B)                   // another one has its node ID; reset: none
   private val patience = RegInit(0.U(10.W))                 // cycles its host was waited for; reset: none
   private val unsure   = RegInit(false.B) // a confirmation may not have arrived; reset: none
@@ -113,35 +113,35 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   known   := listed
 
   private val table = Module(new SlaveTable(maxSlaves))
-  table.read                       := search
-  table.changeNode.valid           := false.B
-  table.changeNode.bits            := node
-  table.changeRecord.valid         := false.B
-  table.changeAnswer.valid         := false.B
-  table.changeFlags.valid          := false.B
-  table.changeFlags.bits           := table.flags
+  table.read               := search
+  table.changeNode.valid   := false.B
+  table.changeNode.bits    := node
+  table.changeRecord.valid := false.B
+  table.changeAnswer.valid := false.B
+  table.changeFlags.valid  := false.B
+  table.changeFlags.bits   := table.flags
 
   /** In a loop over slaves: the table shows the one before `search`. */
   private val primed = Reg(Bool())
   primed := false.B
 
   private val exchange = Module(new LineExchange(maxSubTelegrams, Answers))
-  private val wanted   = WireDefault(AnswerWord.Adp.U(3.W)) // which word of the answer comes in the next cycle
-  private val answer   = exchange.answer
-  exchange.step        := step
-  exchange.in          := in
-  exchange.source      := source
-  exchange.timeout     := timeout
-  exchange.retries     := retries
-  exchange.keeps       := byHost
-  exchange.keptAddress := resultAddress
-  exchange.read        := number
-  exchange.place       := wanted
-  exchange.clear       := state === clear
-  exchange.go          := state === go && !exchange.composing
-  resultData           := exchange.keptData
-  out                  := exchange.out
-  lost                 := exchange.lost
+  private val wanted = WireDefault(AnswerWord.Adp.U(3.W)) // which word of the answer comes in the next cycle
+  private val answer = exchange.answer
+  exchange.step                    := step
+  exchange.in                      := in
+  exchange.source                  := source
+  exchange.timeout                 := timeout
+  exchange.retries                 := retries
+  exchange.keeps                   := byHost
+  exchange.keptAddress             := resultAddress
+  exchange.read                    := number
+  exchange.place                   := wanted
+  exchange.clear                   := state === clear
+  exchange.go                      := state === go && !exchange.composing
+  resultData                       := exchange.keptData
+  out                              := exchange.out
+  lost                             := exchange.lost
   table.changeRecord.bits.sequence := answer
   table.changeRecord.bits.epoch    := itsEpoch
   table.changeRecord.bits.event    := nextEvent

@@ -7,8 +7,9 @@ import flyframe.memory.HostPort
 import flyframe.params.EscParams
 import flyframe.registers.{MasterRegisters, Register, RegisterFile, RegisterMap, Source}
 
-/** The host port of a master: its registers, see [[MasterRegisters]]. An access takes a cycle more than a word
-  * has bytes; the first one after a reset waits until [[NetworkSettings]] have their reset values (HOST-09).
+/** The host port of a master: its registers, see [[MasterRegisters]]. An access takes a cycle more than a
+  * word has bytes; the first one after a reset waits until [[NetworkSettings]] have their reset values
+  * (HOST-09).
   */
 class MasterHost(p: EscParams) extends Module {
   private val laneBits = log2Ceil(p.lanes)
@@ -44,8 +45,9 @@ class MasterHost(p: EscParams) extends Module {
   // What the settings are after a reset, and which bits of them the host may change, by the register table.
   private val settings = registers.filter(r => r.inRam && r.pdi.writable)
   private def table(address: UInt, ofRegister: Register => BigInt): UInt = {
-    val rows = for (r <- settings; i <- 0 until r.bytes; byte = ofRegister(r) >> (8 * i) & 0xff if byte != 0)
-      yield BitPat((r.address + i).U(NetworkSettings.AddressBits.W)) -> BitPat(byte.U(8.W))
+    val rows =
+      for (r <- settings; i <- 0 until r.bytes; byte = ofRegister(r) >> (8 * i) & 0xff if byte != 0)
+        yield BitPat((r.address + i).U(NetworkSettings.AddressBits.W)) -> BitPat(byte.U(8.W))
     decoder(QMCMinimizer, address, TruthTable(rows, BitPat(0.U(8.W))))
   }
 
@@ -56,10 +58,10 @@ class MasterHost(p: EscParams) extends Module {
   private val resetAddress = next.tail(1)
 
   // Settings are read and written byte by byte, then the other registers at once.
-  private val count      = RegInit(0.U(log2Ceil(p.lanes + 1).W)) // cycles of this access; reset: none under way
-  private val active     = host.req && !host.ack && ready
-  private val isLast     = count === p.lanes.U
-  private val inFile     = !(host.addr >> RegisterMap.addressBits(p)).orR
+  private val count  = RegInit(0.U(log2Ceil(p.lanes + 1).W)) // cycles of this access; reset: none under way
+  private val active = host.req && !host.ack && ready
+  private val isLast = count === p.lanes.U
+  private val inFile = !(host.addr >> RegisterMap.addressBits(p)).orR
   private val inSettings = !(host.addr >> NetworkSettings.AddressBits).orR
   private val address    = host.addr(RegisterMap.addressBits(p) - 1, laneBits)
   private val lane       = if (p.lanes == 1) 0.U else count(laneBits - 1, 0)

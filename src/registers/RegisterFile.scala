@@ -67,7 +67,9 @@ class RegisterFile(p: EscParams) extends Module {
   val value = IO(Output(record { case f @ Field(_, _, _, _: Source.Stored, _, _) => UInt(f.width.W) }))
 
   /** New values from units, for stored fields that allow it. */
-  val set = IO(Input(record { case f @ Field(_, _, _, Source.Stored(true, _), _, _) => Valid(UInt(f.width.W)) }))
+  val set = IO(Input(record { case f @ Field(_, _, _, Source.Stored(true, _), _, _) =>
+    Valid(UInt(f.width.W))
+  }))
 
   /** Values of status fields. */
   val status = IO(Input(record { case f @ Field(_, _, _, Source.Status, _, _) => UInt(f.width.W) }))

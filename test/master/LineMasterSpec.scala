@@ -37,14 +37,15 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
   ) {
     val line            = new LineModel(slaves)
     var events          = Vector.empty[Event]
-    private var words   = Vector.empty[Int]             // of the event that is on its way
-    private var request = Seq.empty[Int]                // bytes of the host's datagram
+    private var words   = Vector.empty[Int]                  // of the event that is on its way
+    private var request = Seq.empty[Int]                     // bytes of the host's datagram
     var results         = Vector.empty[Boolean]
     var frames          = 0
     var alarms          = 0
-    var total           = 0    // events since the start
-    var serverHears     = true // and has every event at once
+    var total           = 0                                  // events since the start
+    var serverHears     = true                               // and has every event at once
     var taking          = true
+    var sent            = Vector.empty[Seq[(Int, Int, Int)]] // of each frame the datagrams: command, ADP, ADO
     private var sending = Vector.empty[Int]
     private var back    = Vector.empty[Option[(Int, Boolean, Boolean)]]
     private var good    = false
@@ -70,7 +71,15 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
       if (happens) {
         val Seq(kind, node, sequence, state, high, low) = words
         words = Vector.empty
-        events :+= Event(kind >> 8, kind & 0xff, node, sequence, state >> 8, state & 0xff, high.toLong << 16 | low)
+        events :+= Event(
+          kind >> 8,
+          kind & 0xff,
+          node,
+          sequence,
+          state >> 8,
+          state & 0xff,
+          high.toLong << 16 | low
+        )
       }
       if (is(dut.alarm)) alarms += 1
       if (is(dut.result.valid)) results :+= is(dut.result.bits)
@@ -106,6 +115,7 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
       if (is(dut.out.valid)) {
         if (is(dut.out.payload)) sending :+= dut.out.data.peek().litValue.toInt
         if (is(dut.out.last)) {
+          sent :+= datagrams(sending.grouped(2).map(n => n.head | n.last << 4).toSeq)
           for (sent <- line.send(WireFrame.ofNibbles(sending)); frame <- disturb(frames, sent)) {
             good = frame.good
             val start = Vector.fill(15)(5) :+ 13
@@ -116,6 +126,15 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
           sending = Vector.empty
         }
       }
+    }
+    private def datagrams(bytes: Seq[Int]): Seq[(Int, Int, Int)] = {
+      def word(at: Int) = bytes(at) | bytes(at + 1) << 8
+      val end           = 16 + (word(14) & 0x7ff)
+      Iterator
+        .iterate(16)(at => at + 12 + (word(at + 6) & 0x7ff))
+        .takeWhile(_ < end)
+        .map(at => (bytes(at), word(at + 2), word(at + 4)))
+        .toSeq
     }
     def cycles(n: Int): Unit = (1 to n * CycleSlots).foreach(_ => slot())
 
@@ -142,7 +161,9 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
         slot()
         dut.resultData.peek().litValue.toInt
       }
-      Option.when(results.head)((kept(4) | kept(5) << 8, (0 until 8).map(i => BigInt(kept(8 + i)) << (8 * i)).sum))
+      Option.when(results.head)(
+        (kept(4) | kept(5) << 8, (0 until 8).map(i => BigInt(kept(8 + i)) << (8 * i)).sum)
+      )
     }
   }
 
@@ -188,6 +209,36 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
           assert(line.slaves(1).hostRead(0x0e88) == 0, "acknowledged")
         }
         assert(line.alarms == 2)
+      },
+      "LM-06: each record is acknowledged once, however often it has come meanwhile" -> { dut =>
+        val line = new Line(dut, Seq.tabulate(5)(i => started(i + 1)))
+        line.cycles(40)
+        line.seen()
+        line.sent = Vector.empty
+        for (round <- 1 to 3) {
+          line.slaves.foreach(_.alarm.get.setLine(1 + round % 2))
+          line.cycles(if (max == 1) 16 else 8)
+        }
+        assert(line.seen().count(_.kind == Detector) == 15)
+        val told = line.sent.flatten.collect { case (5, node, ado) => (node, ado) }
+        for (node <- 1 to 5; ado <- Seq(0x0e8a, 0x0e8e))
+          assert(told.count(_ == (node, ado)) == 3, f"slave $node, 0x$ado%04x")
+      },
+      "LM-06: records behind the frames that count slaves or ask new ones are taken too" -> { dut =>
+        val line = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
+        line.cycles(24)
+        line.seen()
+        // In each of 32 cycles a record, two of them with a count: none waits for the cycle after the next.
+        for (round <- 1 to 32) {
+          line.slaves.head.alarm.get.setLine(1 + round % 2)
+          line.slaves.head.advanceUs(CycleUs)
+          val before = line.frames
+          while (line.events.isEmpty) line.cycles(1)
+          assert(line.frames - before <= 2, s"round $round")
+          assert(line.seen().map(_.kind) == Seq(Detector))
+          line.cycles(2)
+        }
+        assert(line.sent.count(_.headOption.contains((8, 0, 0x0103))) >= 2)
       },
       "LM-03: a cut cable: slaves are lost; mended: found, and nothing is missed" -> { dut =>
         val line = new Line(dut, Seq.tabulate(4)(i => started(i + 1)))

@@ -79,7 +79,7 @@ class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
       for {
         i <- 0 until p.lanes if (lanes >> i & 1) == 1
         r <- registers.find(_.covers(address + i))
-        f <- r.fields if f.source == Source.Ram || f.source.isInstanceOf[Source.Stored]
+        f <- r.fields if r.pdi.writable && (f.source == Source.Ram || f.source.isInstanceOf[Source.Stored])
       } {
         val written = (BigInt(0xff) << (8 * (address + i - r.address)) & f.mask) >> f.low
         val value   = (data >> (8 * i) & 0xff) << (8 * (address + i - r.address)) >> f.low
