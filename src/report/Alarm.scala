@@ -23,8 +23,8 @@ final case class ReportTimes(
   def reached: Boolean = first.worst <= goal
 }
 
-/** From a report's arrival at the server to the page, ms: until the page's document shows the event, and until
-  * the browser has drawn it.
+/** From a report's arrival at the server to the page, ms: until the page's document shows the event, and
+  * until the browser has drawn it.
   */
 final case class PageTimes(events: Int, document: Spread, screen: Spread)
 

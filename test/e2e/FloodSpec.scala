@@ -32,9 +32,14 @@ class FloodSpec extends AnyFlatSpec {
       assert(counts(kind, "refused") > PerKind / 20, kind)
       assert(counts(kind, "forged") == 0 && counts(kind, "replayed") == 0, kind)
     }
-    assert(result("commands_before").num == 1 && result("commands_after").num == 2 && result("accepted").num == 2)
+    assert(
+      result("commands_before").num == 1 && result("commands_after").num == 2 && result("accepted").num == 2
+    )
     assert(result("alarms").num == 4 * PerKind / 250)
-    assert(result("to_report_us")("worst").num < 5 * result("bus_cycle_us").num, "alarms are reported meanwhile")
+    assert(
+      result("to_report_us")("worst").num < 5 * result("bus_cycle_us").num,
+      "alarms are reported meanwhile"
+    )
     assert(result("line_frames_bad").num == 0)
   }
 }

@@ -81,8 +81,8 @@ object PageLatency {
   }
 
   private def run(master: ModelMaster, browser: Browser, events: Int, random: Random): PageTimes = {
-    val states    = Array.fill(Slaves)(DetectorState.Normal)
-    val sequences = Array.fill(Slaves)(1)
+    val states         = Array.fill(Slaves)(DetectorState.Normal)
+    val sequences      = Array.fill(Slaves)(1)
     def record(i: Int) = Event(EventKind.Detector, i, i + 1, sequences(i), states(i), 1)
     val begin = (0 until Slaves).map(i => Event(EventKind.Present, i, i + 1, state = 1, epoch = 1)) ++
       (Event(EventKind.Scanned, Slaves) +: (0 until Slaves).map(record))
@@ -131,10 +131,12 @@ object PageLatency {
 
   /** Arguments: number of events (1000), file (standard output). */
   def main(args: Array[String]): Unit = {
-    val json = measure(args.lift(0).fold(1000)(_.toInt), AlarmSystem.emptyFolder(Paths.get("build/page-latency"))).json
+    val json =
+      measure(args.lift(0).fold(1000)(_.toInt), AlarmSystem.emptyFolder(Paths.get("build/page-latency"))).json
     args.lift(1).map(Paths.get(_)) match {
-      case Some(file) => Files.createDirectories(file.toAbsolutePath.getParent); Files.writeString(file, json + "\n")
-      case None       => println(json)
+      case Some(file) =>
+        Files.createDirectories(file.toAbsolutePath.getParent); Files.writeString(file, json + "\n")
+      case None => println(json)
     }
   }
 }

@@ -43,7 +43,8 @@ final case class AlarmTimes(slaves: Int, busCycleUs: Double, first: Seq[Double],
 }
 
 /** Measures how long an event takes from the pins of a detector to the server's cable: the master in RTL, 64
-  * slaves in the model with the times of the real ones, no debounce, events at random times at random slaves.
+  * slaves in the model with the times of the real ones, no debounce, events one after the other at random
+  * times at random slaves.
   *
   * {{{sbt "Test / runMain flyframe.master.AlarmLatency 1000 build/alarm-latency.json"}}}
   */
@@ -75,7 +76,7 @@ object AlarmLatency {
       numbers(slave) += 1
       started((slave + 1, numbers(slave))) = at
       driver.line.move(slave, states(slave), at.toDouble)
-      driver.run(busCycle + random.nextInt(2 * busCycle))
+      driver.run(3L * busCycle + random.nextInt(3 * busCycle))
     }
     driver.settle()
     require(started.isEmpty && times.size == events, s"${started.size} events have not been reported")

@@ -20,8 +20,8 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
   var lossPercent    = 0
   private val random = new scala.util.Random(3)
 
-  private val seen  = Array(0, 0)  // frames of the recorders
-  private val free  = Array(0L, 0L) // when the players are
+  private val seen   = Array(0, 0)   // frames of the recorders
+  private val free   = Array(0L, 0L) // when the players are
   private val toCome = Array.fill(2)(mutable.Queue.empty[(Long, Vector[Int])])
   dut.clock.setTimeout(0)
   dut.host.req.poke(false)
@@ -158,6 +158,8 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
     pass(8)
     dut.restart.poke(false)
     pass(8)
+    // A frame that was cut off reaches nobody.
+    for (y <- 0 to 1) seen(y) = dut.count.peek().litValue.toInt >> (16 * y) & 0xffff
     write(0x0010, address(Server.mac, 6) ++ address(Master.mac, 6): _*)
     write(0x001c, address(Master.ip, 4) ++ address(Server.ip, 4): _*)
     write(0x0024, address(Master.port.toLong, 2) ++ address(Server.port.toLong, 2): _*)
