@@ -20,7 +20,7 @@ include fpga/alarm/parameters.mk
 QUARTUS ?= quartus_sh
 BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth,--$(p) $($(p)))
 
-.PHONY: help verilog generated check-generated test fuzz smsoak alarm-latency cosim cosim-selftest interop lint matrix format check-format report \
+.PHONY: help verilog generated check-generated test fuzz smsoak alarm-latency page-latency cosim cosim-selftest interop lint matrix format check-format report \
         quartus check-board clean demo server firmware-test alarm-sim tools-sim tools-test tools-page tools-report tools-interop \
         tools-alarm tools-board
 
@@ -54,8 +54,13 @@ smsoak: $(SBT_DEP) tools-sim ## SyncManagers between bus and host at random: STE
 	$(SBT) "Test / runMain flyframe.cosim.SmSoak"
 	build/smsoak/flyframe-smsoak --preset $(SET) --steps $(STEPS) --seed $(SEED)
 
-alarm-latency: $(SBT_DEP) tools-sim ## from detector to report with 64 modelled slaves, as JSON in build/: EVENTS=1000
+alarm-latency: $(SBT_DEP) alarm-sim ## from detector to report, 5 slaves in RTL and 64 in the model, as JSON in build/: EVENTS=1000
+	build/alarm/flyframe-alarm --measure $(EVENTS) --bus-cycle-us 100 --state build/alarm/measured >build/alarm/measured.json
+	mv build/alarm/measured.json build/alarm-latency-rtl.json
 	$(SBT) "Test / runMain flyframe.master.AlarmLatency $(EVENTS) build/alarm-latency.json"
+
+page-latency: $(SBT_DEP) tools-page ## from a report's arrival at the server to the page in Chromium, as JSON in build/: EVENTS=1000
+	$(SBT) "Test / runMain flyframe.e2e.PageLatency $(EVENTS) build/page-latency.json"
 
 cosim: tools-sim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency
 	$(MAKE) -s -f test/cosim/cosim.mk cosim PRESETS="$(PRESETS)"
@@ -96,7 +101,7 @@ format: $(SBT_DEP) ## formats the Scala sources
 check-format: $(SBT_DEP) ## fails if a Scala source is not formatted
 	$(SBT) scalafmtCheckAll scalafmtSbtCheck
 
-report: $(SBT_DEP) tools-report ## measures area, latency and Fmax: docs/report.md, docs/report.json
+report: $(SBT_DEP) tools-report alarm-latency page-latency ## measures area, latencies and Fmax: docs/report.md, docs/report.json
 	$(SBT) "runMain flyframe.report.Report"
 
 quartus: $(SBT_DEP) ## compiles the alarm board in Quartus: ROLE=master dataBusWidth=16; see fpga/alarm/parameters.mk

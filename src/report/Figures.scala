@@ -14,7 +14,7 @@ object Figures {
   private def latencyJson(l: Latency) =
     ujson.Obj("forwarding" -> l.forwarding.worstNs, "processing" -> l.processing.worstNs)
 
-  /** `report.json`: objects `presets`, `clocks`, `features`, `units` and the list `goals`. */
+  /** `report.json`: objects `presets`, `clocks`, `features`, `units`, `alarm` and the list `goals`. */
   def json(r: Results): String = {
     val presets = Points.presets.map { p =>
       val entry = ujson.Obj()
@@ -43,6 +43,7 @@ object Figures {
       "clocks"   -> obj(clocks),
       "features" -> obj(features),
       "units"    -> obj(units),
+      "alarm"    -> AlarmSection.json(r.alarm),
       "goals"    -> ujson.Arr.from(goals)
     )
     ujson.write(all, indent = 2) + "\n"

@@ -176,6 +176,12 @@ object Page {
        |${block(steps(r))}
        |${stepsNote(r)} At 25 MHz a forwarded nibble does not wait for the processing step.
        |
+       |## From smoke to the page
+       |
+       |${block(AlarmSection.text(r.alarm))}
+       |The page's times are real time on the machine that makes the report; simulated time passes far slower, so the way there is measured
+       |in two parts. Not counted: debouncing, and the network between master and server.
+       |
        |## What a feature costs
        |
        |`${base.preset}` with one parameter changed.
@@ -213,6 +219,11 @@ object Page {
        |  seed: another may differ by some per cent.
        |- **Latency**: the Verilated RTL in the network harness (`flyframe-latency`), 400 phases of the receive clock for each direction;
        |  *processing* is from port 0 to port 1, through the processing unit, *forwarding* back from port 1 to port 0.
+       |- **Detector to report**: events one after the other at random times and slaves. *RTL*: Verilated master and slaves with their host
+       |  programs (`flyframe-alarm --measure`). *Model*: Verilated master, slaves in the model with the latencies above
+       |  (`flyframe.master.AlarmLatency`). Every report is acknowledged.
+       |- **Report to page**: a real server with its log, reports over UDP one after the other at random times, headless Chromium. A
+       |  MutationObserver in the page notes the time by the clock of the same machine; *screen*: after the next frame is drawn.
        |""".stripMargin
   }
 }

@@ -10,6 +10,7 @@ object Report {
   private val workDir = "build/report"
 
   private def measure(): Results = {
+    val alarm                   = AlarmResults.read(Paths.get("build"))
     val m                       = Measure.in(workDir)
     val started                 = System.nanoTime
     def say(what: String): Unit = println(f"[${(System.nanoTime - started) / 1e9}%4.0f s] $what")
@@ -33,7 +34,7 @@ object Report {
       p.preset -> m.speed(p)
     }
     say("done")
-    Results(BuildInfo.version, m.tools, area.toMap, units.toMap, speed.toMap, latency)
+    Results(BuildInfo.version, m.tools, area.toMap, units.toMap, speed.toMap, latency, alarm)
   }
 
   private def write(path: Path, text: String): Unit = {

@@ -12,7 +12,8 @@ final case class Results(
     area: Map[String, Area],
     units: Map[String, Map[String, Area]],
     speed: Map[String, Speed],
-    latency: Map[String, Latency]
+    latency: Map[String, Latency],
+    alarm: AlarmResults
 ) {
 
   /** Forwarding and processing, worst, ns; none for a master. */
@@ -86,7 +87,7 @@ object Goals {
         f"${memory.ramBits}%,d bits in ${memory.m9k} blocks",
         memory.ramBits >= ramBits
       )
-    )
+    ) ++ AlarmSection.goals(r.alarm)
   }
 
   /** User RAM, 0x0F80 to 0x0FFF, lies in front of the process data RAM. */

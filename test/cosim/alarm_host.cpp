@@ -8,7 +8,8 @@
 #include "user_error.h"
 
 namespace {
-constexpr double kInterruptNs = 500;  // between two looks at the interrupt pin
+constexpr double kInterruptNs = 500;         // between two looks at the interrupt pin
+constexpr uint16_t kErrorCounters = 0x0090;  // of the master: refused, dropped, bad frames at each port (HOST-07)
 }
 
 std::string FirmwareHost::command(const std::vector<std::string>&) { throw UserError("the host program '" + name_ + "' knows no commands."); }
@@ -38,15 +39,31 @@ bool FirmwareHost::store(uint32_t number) const {
   return file && !failed;
 }
 
+bool FirmwareHost::isWoken() { return slave().irq(); }
+
 void FirmwareHost::waitForInterrupt(uint32_t us) {
   const uint64_t end = slave().cycles() + us * static_cast<uint64_t>(kUs / slave().corePeriod());
-  while (!slave().irq() && slave().cycles() < end) sleepNs(kInterruptNs);
+  while (!isWoken() && slave().cycles() < end) sleepNs(kInterruptNs);
 }
 
 void FirmwareHost::fail(const char* sentence) {
   failure_ = sentence;
   std::fprintf(stderr, "host of %s: %s\n", name_.c_str(), sentence);
   for (;;) sleepNs(1e9);
+}
+
+// As alarm_master_run() does, but for the counters.
+void AlarmMasterHost::run() {
+  if (alarm_master_start(&master_, &board_, &parameters_) != SELF_TEST_GOOD) board_fatal(&board_, self_test_text(master_.self_test));
+  for (;;) {
+    alarm_master_serve(&master_);
+    if (counters_) continue;
+    Counters read;
+    readRegisters(kErrorCounters, read.data(), read.size());
+    const uint8_t any = 0;
+    writeRegisters(kErrorCounters, &any, 1);
+    counters_ = read;
+  }
 }
 
 extern "C" {

@@ -1,7 +1,9 @@
 // The host programs of src/firmware, as local processors of simulated slaves: the board they run on.
 #pragma once
 
+#include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "host.h"
@@ -34,6 +36,8 @@ class FirmwareHost : public Host {
   [[noreturn]] void fail(const char* sentence);
 
  protected:
+  // Waiting ends.
+  virtual bool isWoken();
   board board_{this};
 
  private:
@@ -64,10 +68,17 @@ class AlarmMasterHost : public FirmwareHost {
   ~AlarmMasterHost() override { stop(); }
   const alarm_master& state() const { return master_; }
 
+  // The controller's error counters (HOST-07) are to be read and cleared between two commands; what they were, once that is done.
+  using Counters = std::array<uint8_t, 4>;
+  void askCounters() { counters_.reset(); }
+  const std::optional<Counters>& counters() const { return counters_; }
+
  protected:
-  void run() override { alarm_master_run(&master_, &board_, &parameters_); }
+  bool isWoken() override { return !counters_ || FirmwareHost::isWoken(); }
+  void run() override;
 
  private:
+  std::optional<Counters> counters_ = Counters{};
   alarm_master_parameters parameters_;
   alarm_master master_{};
 };

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "alarm_flood.h"
 #include "alarm_measure.h"
 #include "alarm_network.h"
 #include "alarm_plant.h"
@@ -74,7 +75,7 @@ int main(int argc, char** argv) {
   AlarmOptions options;
   alarm_master_parameters& master = options.master;
   std::string key, control, state = "alarm-state";
-  size_t measure = 0;
+  size_t measure = 0, flood = 0;
   master.master_id = 1, master.master_port = 50000, master.answer_timeout_us = 100, master.retries = 2;
   master.bus_cycle_us = 1000, master.report_repeat_ms = 2, master.report_heartbeat_ms = 4;
   const std::array<uint8_t, 6> mac{0x02, 0x46, 0x41, 0, 0, 1};
@@ -100,8 +101,9 @@ int main(int argc, char** argv) {
   app.add_option("--line-pcap", options.linePcap, "record the cable before the first slave");
   app.add_option("--plant-pcap", options.plantPcap, "record the plant network");
   app.add_option("--measure", measure, "measure the time from detector to report over so many events instead, without a server");
+  app.add_option("--flood", flood, "send so many hostile datagrams of each kind to the master instead, at the speed of the wire");
   return runProgram(app, argc, argv, [&]() -> int {
-    if (measure > 0) {
+    if (measure > 0 || flood > 0) {
       std::fill(std::begin(master.key), std::end(master.key), 1);
       if (master.server_port == 0) master.server_port = 50001;
       options.slave.debounce_us = 0;
@@ -115,6 +117,7 @@ int main(int argc, char** argv) {
     if (failed) throw UserError("cannot make the folder '" + state + "'.");
     AlarmNetwork network(options);
     if (measure > 0) std::cout << measureReports(network, options, measure).dump(2) << "\n";
+    else if (flood > 0) std::cout << floodMaster(network, options, flood).dump(2) << "\n";
     else serve(network, control);
     return 0;
   });

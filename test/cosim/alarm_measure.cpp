@@ -5,27 +5,18 @@
 #include <random>
 #include <stdexcept>
 
+#include "alarm_server.h"
+
 namespace {
 using nlohmann::ordered_json;
 
-constexpr size_t kUdp = 34, kPayload = 42, kReportHeader = 24, kEventBytes = 16;
-constexpr int kDetectorEvent = 1, kScannedEvent = 2;
-
-uint32_t big(const Bytes& b, size_t at, int bytes) {
-  uint32_t v = 0;
-  for (int i = 0; i < bytes; ++i) v = v << 8 | b[at + static_cast<size_t>(i)];
-  return v;
-}
-void put(Bytes& b, uint32_t v, int bytes) {
-  while (bytes-- > 0) b.push_back(static_cast<uint8_t>(v >> (8 * bytes)));
-}
-
-// The server as far as a measurement needs it: acknowledges each report as soon as it has come, and knows when a wanted event did.
+// Knows when a wanted event has come.
 class Meter {
  public:
   Meter(AlarmNetwork& network, const AlarmOptions& options)
-      : network_(network), line_(network.line()), options_(options), cycleNs_(options.master.bus_cycle_us * 1000), random_(options.line.seed) {
-    network.onFromMaster = [this](const NibbleFrame& f, const Bytes& b) { take(f, b); };
+      : network_(network), line_(network.line()), server_(network), options_(options), cycleNs_(options.master.bus_cycle_us * 1000),
+        random_(options.line.seed) {
+    server_.onEvent = [this](const NibbleFrame& f, const ReportedEvent& e) { take(f, e); };
   }
 
   ordered_json run(size_t events) {
@@ -80,51 +71,23 @@ class Meter {
     }
   }
 
-  void take(const NibbleFrame& f, const Bytes& b) {
-    if (b.size() < kPayload + kReportHeader || big(b, 12, 2) != 0x0800 || b[23] != 17) return;
-    if (big(b, kPayload, 2) != 0x4641 || b[kPayload + 3] != 1) return;
-    const uint32_t number = big(b, kPayload + 8, 4);
-    const size_t count = b[kPayload + 12];
-    for (size_t i = 0; i < count; ++i) {
-      if (number + i < next_) continue;
-      const size_t at = kPayload + kReportHeader + i * kEventBytes;
-      if (b[at] == kScannedEvent && b[at + 1] == line_.slaves()) scanned_ = true;
-      if (b[at] == kDetectorEvent && b[at + 1] == wantedPosition_ && b[at + 6] == wantedState_ && !found_) {
-        found_ = true;
-        firstNibble_ = f.start, lastNibble_ = f.end;
-      }
+  void take(const NibbleFrame& f, const ReportedEvent& e) {
+    if (e.kind == ReportServer::kScanned && e.position == line_.slaves()) scanned_ = true;
+    if (e.kind == ReportServer::kDetector && e.position == wantedPosition_ && e.state == wantedState_ && !found_) {
+      found_ = true;
+      firstNibble_ = f.start, lastNibble_ = f.end;
     }
-    next_ = std::max<uint32_t>(next_, number + static_cast<uint32_t>(count));
-    if (count > 0) acknowledge(b);
-  }
-
-  // To where the report came from.
-  void acknowledge(const Bytes& report) {
-    Bytes f(report.begin() + 6, report.begin() + 12);
-    f.insert(f.end(), report.begin(), report.begin() + 6);
-    put(f, 0x0800, 2);
-    put(f, 0x4500, 2), put(f, 20 + 8 + 12, 2), put(f, 0, 4), put(f, 0x4011, 2), put(f, 0, 2);
-    f.insert(f.end(), report.begin() + 30, report.begin() + 34);
-    f.insert(f.end(), report.begin() + 26, report.begin() + 30);
-    uint32_t sum = 0;
-    for (size_t i = 14; i < kUdp; i += 2) sum += big(f, i, 2);
-    sum = (sum & 0xffff) + (sum >> 16);
-    sum = ~((sum & 0xffff) + (sum >> 16));
-    f[24] = static_cast<uint8_t>(sum >> 8), f[25] = static_cast<uint8_t>(sum);
-    put(f, big(report, kUdp + 2, 2), 2), put(f, big(report, kUdp, 2), 2), put(f, 8 + 12, 2), put(f, 0, 2);  // without UDP checksum
-    put(f, 0x46410102, 4), put(f, big(report, kPayload + 4, 4), 4), put(f, next_, 4);
-    network_.toMaster(f);
   }
 
   AlarmNetwork& network_;
   AlarmLine& line_;
+  ReportServer server_;
   const AlarmOptions& options_;
   int64_t cycleNs_;
   std::mt19937_64 random_;
   bool scanned_ = false, found_ = false;
   size_t measured_ = 0, wantedPosition_ = 0;
   unsigned wantedState_ = 0;
-  uint32_t next_ = 0;  // number of the next event
   Time firstNibble_ = 0, lastNibble_ = 0;
 };
 }  // namespace

@@ -22,6 +22,8 @@ class AlarmNetwork {
   explicit AlarmNetwork(const AlarmOptions& options);
 
   AlarmLine& line() { return line_; }
+  // The host program of the master; null while that has no power.
+  AlarmMasterHost* masterHost() { return static_cast<AlarmMasterHost*>(line_.node(0).host()); }
   // Good frames of the master into the plant network.
   std::function<void(const NibbleFrame&, const Bytes&)> onFromMaster;
   // For the master.

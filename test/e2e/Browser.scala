@@ -44,6 +44,9 @@ final class Browser(page: String) extends AutoCloseable {
   /** The newest entries of the log first. */
   def log: Seq[String] = look(all("#log tr").map(_.getText)).getOrElse(Nil)
 
+  /** Runs JavaScript in the page; what it returns. */
+  def script(code: String): AnyRef = driver.executeScript(code)
+
   def clear(): Unit                = driver.findElement(By.cssSelector("button.clear")).click()
   def reset(position: Int): Unit   = all(".card[data-state] button.reset")(position).click()
   def screenshot(file: Path): Unit = Files.write(file, driver.getScreenshotAs(OutputType.BYTES))

@@ -8,8 +8,8 @@ import flyframe.alarm.DetectorState
 import flyframe.master.EventKind
 import flyframe.server.{Command, CommandResult, Event, Options, Protocol, Report}
 
-/** Datagrams to a master, through RTL and host program, that must have no effect. Host programs alone get ten
-  * thousand of each kind (test/firmware), the master's RTL too (UdpSpec).
+/** Datagrams to a master, over a real network, that must have no effect. Without one there are ten thousand
+  * of each kind ([[FloodSpec]]).
   */
 class HostileSpec extends AnyFlatSpec {
   private val PerKind = 250

@@ -7,26 +7,35 @@ import chiseltest.RawTester
 import chiseltest.simulator.VerilatorBackendAnnotation
 import flyframe.params.Presets
 
-/** Times from detectors to the end of the report that tells the server, in us. */
-final case class AlarmTimes(slaves: Int, busCycleUs: Double, times: Seq[Double]) {
-  private val sorted = times.sorted
-  def median: Double = sorted(sorted.size / 2)
-  def worst: Double  = sorted.last
+/** Times from detectors to the report that tells the server, us.
+  *
+  * @param first
+  *   until its first nibble leaves; `last`: its last one
+  */
+final case class AlarmTimes(slaves: Int, busCycleUs: Double, first: Seq[Double], last: Seq[Double]) {
 
-  /** What is promised: two bus cycles and 10 us. */
+  /** What is promised for the report to leave: two bus cycles and 10 us. */
   def goal: Double = 2 * busCycleUs + 10
 
+  /** As `flyframe-alarm --measure` prints it. */
   def json: String = {
     def us(v: Double) = math.round(v * 100) / 100.0
+    def spread(times: Seq[Double]) = {
+      val sorted = times.sorted
+      ujson.Obj(
+        "best"   -> us(sorted.head),
+        "median" -> us(sorted(sorted.size / 2)),
+        "worst"  -> us(sorted.last)
+      )
+    }
     ujson.write(
       ujson.Obj(
-        "slaves"       -> slaves,
-        "bus_cycle_us" -> busCycleUs,
-        "events"       -> times.size,
-        "median_us"    -> us(median),
-        "worst_us"     -> us(worst),
-        "goal_us"      -> goal,
-        "reached"      -> (worst <= goal)
+        "slaves"             -> slaves,
+        "bus_cycle_us"       -> busCycleUs,
+        "events"             -> first.size,
+        "goal_us"            -> goal,
+        "to_first_nibble_us" -> spread(first),
+        "to_last_nibble_us"  -> spread(last)
       ),
       indent = 2
     )
@@ -34,7 +43,8 @@ final case class AlarmTimes(slaves: Int, busCycleUs: Double, times: Seq[Double])
 }
 
 /** Measures how long an event takes from the pins of a detector to the server's cable: the master in RTL, 64
-  * slaves in the model with the times of the real ones, no debounce, events at random times at random slaves.
+  * slaves in the model with the times of the real ones, no debounce, events one after the other at random
+  * times at random slaves.
   *
   * {{{sbt "Test / runMain flyframe.master.AlarmLatency 1000 build/alarm-latency.json"}}}
   */
@@ -53,12 +63,12 @@ object AlarmLatency {
     driver.settle()
 
     val started = mutable.Map.empty[(Int, Int), Long] // by node and number: when it happened
-    val times   = mutable.ArrayBuffer.empty[Double]
+    val times   = mutable.ArrayBuffer.empty[(Double, Double)]
     val states  = Array.fill(Slaves)(1)
     val numbers = Array.fill(Slaves)(1)               // that of the state at the start
-    driver.onReport = (_, end, data) =>
+    driver.onReport = (first, last, data) =>
       for (e <- driver.server.parse(data); at <- started.remove((e.node, e.sequence)))
-        times += (end - at) * 0.04
+        times += (((first - at) * 0.04, (last - at) * 0.04))
     for (_ <- 1 to events) {
       val slave = random.nextInt(Slaves)
       val at    = driver.slot + random.nextInt(busCycle)
@@ -66,17 +76,17 @@ object AlarmLatency {
       numbers(slave) += 1
       started((slave + 1, numbers(slave))) = at
       driver.line.move(slave, states(slave), at.toDouble)
-      driver.run(busCycle + random.nextInt(2 * busCycle))
+      driver.run(3L * busCycle + random.nextInt(3 * busCycle))
     }
     driver.settle()
     require(started.isEmpty && times.size == events, s"${started.size} events have not been reported")
-    AlarmTimes(Slaves, busCycle * 0.04, times.toSeq)
+    AlarmTimes(Slaves, busCycle * 0.04, times.map(_._1).toSeq, times.map(_._2).toSeq)
   }
 
-  /** Arguments: number of events (1000), file (standard output), bus cycle in us (1000). */
+  /** Arguments: number of events (1000), file (standard output), bus cycle in us (200). */
   def main(args: Array[String]): Unit = {
     val events   = args.lift(0).fold(1000)(_.toInt)
-    val busCycle = args.lift(2).fold(1000)(_.toInt) * 25
+    val busCycle = args.lift(2).fold(200)(_.toInt) * 25
     RawTester.test(new RecordedMaster(parameters), Seq(VerilatorBackendAnnotation)) { dut =>
       val json = measure(dut, events, busCycle).json
       args.lift(1) match {

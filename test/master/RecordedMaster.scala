@@ -47,17 +47,44 @@ class FrameRecorder extends Module {
   nibbles := Cat((15 to 0 by -1).map(i => memory(Cat(bank, word, i.U(4.W)))))
 }
 
-/** The whole master with recorders at its ports; two core clock cycles are a nibble slot. */
+/** Sends a frame into a port from a memory, so that nobody has to drive every nibble. */
+class FramePlayer extends Module {
+  val now = IO(Input(UInt(40.W)))
+
+  /** Takes nibbles `64 * word` and following, while no frame is being sent. */
+  val load    = IO(Input(Bool()))
+  val word    = IO(Input(UInt(6.W)))
+  val nibbles = IO(Input(UInt(256.W)))
+
+  /** Slot of the first nibble, and how many there are. */
+  val start  = IO(Input(UInt(40.W)))
+  val length = IO(Input(UInt(12.W)))
+  val valid  = IO(Output(Bool()))
+  val data   = IO(Output(UInt(4.W)))
+
+  private val memory = Mem(64, UInt(256.W))
+  when(load) { memory(word) := nibbles }
+  private val at = now - start
+  valid := now >= start && at < length
+  data  := memory(at(11, 6)) >> Cat(at(5, 0), 0.U(2.W))
+}
+
+/** The whole master with players and recorders at its ports; two core clock cycles are a nibble slot. */
 class RecordedMaster(p: EscParams) extends Module {
   require(p.cyclesPerNibble == 2)
 
   /** Restarts the master, not what is around it. */
   val restart = IO(Input(Bool()))
   val link    = IO(Input(Vec(2, Bool())))
-  val rxDv    = IO(Input(Vec(2, Bool())))
-  val rxd     = IO(Input(Vec(2, UInt(4.W))))
   val host    = IO(new HostPort(p.lanes))
   val buzzer  = IO(Output(Bool()))
+
+  /** Of the players. */
+  val load       = IO(Input(Vec(2, Bool())))
+  val playWord   = IO(Input(UInt(6.W)))
+  val play       = IO(Input(UInt(256.W)))
+  val playStart  = IO(Input(Vec(2, UInt(40.W))))
+  val playLength = IO(Input(Vec(2, UInt(12.W))))
 
   /** Of the recorders. */
   val count   = IO(Output(UInt(32.W)))
@@ -73,16 +100,23 @@ class RecordedMaster(p: EscParams) extends Module {
   // The receivers sample in the middle of a slot. Reset: any phase.
   private val rxClock = RegInit(false.B)
   rxClock := !rxClock
-  when(dut.mii_tx_tick) { now := now + 1.U }
+  when(rxClock) { now := now + 1.U }
   dut.phy_clk_ref := false.B
   dut.host <> host
   buzzer := dut.alarm.buzzer
   private val recorders = dut.mii.zipWithIndex.map { case (mii, y) =>
+    val player = Module(new FramePlayer)
+    player.now     := now
+    player.load    := load(y)
+    player.word    := playWord
+    player.nibbles := play
+    player.start   := playStart(y)
+    player.length  := playLength(y)
     val recorder = Module(new FrameRecorder)
     mii.rx_clk     := rxClock.asClock
     mii.rx_er      := false.B
-    mii.rx_dv      := rxDv(y)
-    mii.rxd        := rxd(y)
+    mii.rx_dv      := player.valid
+    mii.rxd        := player.data
     mii.link       := link(y)
     recorder.step  := dut.mii_tx_tick
     recorder.valid := mii.tx_en

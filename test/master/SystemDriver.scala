@@ -20,24 +20,27 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
   var lossPercent    = 0
   private val random = new scala.util.Random(3)
 
-  private val seen    = Array(0, 0) // frames of the recorders
-  private val playing = Array.fill(2)(mutable.Queue.empty[(Long, Vector[Int])])
-  private val before  = Array(-1, -1)
+  private val seen   = Array(0, 0)   // frames of the recorders
+  private val free   = Array(0L, 0L) // when the players are
+  private val toCome = Array.fill(2)(mutable.Queue.empty[(Long, Vector[Int])])
   dut.clock.setTimeout(0)
   dut.host.req.poke(false)
   dut.restart.poke(false)
   for (y <- 0 to 1) {
     dut.link(y).poke(true)
-    dut.rxDv(y).poke(false)
+    dut.load(y).poke(false)
+    dut.playLength(y).poke(0)
   }
 
   /** Lets time pass. */
   def run(slots: Long): Unit = {
     val end = slot + slots
     while (slot < end) {
-      val next = playing.flatMap(_.headOption.map(_._1)).minOption.getOrElse(Long.MaxValue)
-      if (next > slot) pass((next min end min (slot + Chunk)) - slot)
-      else single()
+      val waiting = (0 to 1).filter(toCome(_).nonEmpty)
+      waiting.find(free(_) <= slot) match {
+        case Some(y) => load(y)
+        case None    => pass(((end +: waiting.map(free(_))).min min (slot + Chunk)) - slot)
+      }
       look()
     }
   }
@@ -61,25 +64,24 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
     slot += slots
   }
 
-  /** One slot, with what is being received. */
-  private def single(): Unit = {
-    for (y <- 0 to 1) {
-      val symbol =
-        playing(y).headOption.filter(_._1 <= slot).flatMap { case (start, f) => f.lift((slot - start).toInt) }
-      val value = symbol.getOrElse(-1)
-      if (value != before(y)) {
-        dut.rxDv(y).poke(value >= 0)
-        if (value >= 0) dut.rxd(y).poke(value)
-        before(y) = value
-      }
-      if (playing(y).headOption.exists { case (start, f) => slot >= start + f.size }) playing(y).dequeue()
+  /** Gives a player its next frame. */
+  private def load(port: Int): Unit = {
+    val (at, nibbles) = toCome(port).dequeue()
+    dut.playLength(port).poke(0)
+    dut.load(port).poke(true)
+    for ((part, word) <- nibbles.grouped(64).zipWithIndex) {
+      dut.playWord.poke(word)
+      dut.play.poke(BigInt(part.reverseIterator.map(_.toHexString).mkString, 16))
+      pass(1)
     }
-    pass(1)
+    dut.load(port).poke(false)
+    val start = at max (slot + 1)
+    dut.playStart(port).poke(start)
+    dut.playLength(port).poke(nibbles.size)
+    free(port) = start + nibbles.size + Gap
   }
-  private def play(port: Int, at: Long, frame: WireFrame): Unit = {
-    val free = playing(port).lastOption.fold(0L) { case (start, f) => start + f.size + 24 }
-    playing(port).enqueue((at max slot max free, frame.symbols.map(_.nibble)))
-  }
+  private def play(port: Int, at: Long, frame: WireFrame): Unit =
+    toCome(port).enqueue((at, frame.symbols.map(_.nibble)))
 
   /** Takes what the recorders have. */
   private def look(): Unit = {
@@ -126,11 +128,21 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
     dut.host.wdata.poke(byte)
     dut.host.be.poke(1)
     dut.host.req.poke(true)
-    run(1)
-    while (!dut.host.ack.peek().litToBoolean) run(1)
+    // The acknowledgement lasts for one cycle.
+    var cycles = 0
+    def step(): Unit = {
+      dut.clock.step()
+      cycles += 1
+      require(cycles < 20, s"no acknowledgement at $address")
+    }
+    step()
+    while (!dut.host.ack.peek().litToBoolean) step()
     val result = dut.host.rdata.peek().litValue.toInt
     dut.host.req.poke(false)
-    run(1)
+    step()
+    if (cycles % 2 == 1) step()
+    slot += cycles / 2
+    look()
     result
   }
   def read(address: Int, count: Int = 1): Long =
@@ -146,6 +158,8 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
     pass(8)
     dut.restart.poke(false)
     pass(8)
+    // A frame that was cut off reaches nobody.
+    for (y <- 0 to 1) seen(y) = dut.count.peek().litValue.toInt >> (16 * y) & 0xffff
     write(0x0010, address(Server.mac, 6) ++ address(Master.mac, 6): _*)
     write(0x001c, address(Master.ip, 4) ++ address(Server.ip, 4): _*)
     write(0x0024, address(Master.port.toLong, 2) ++ address(Server.port.toLong, 2): _*)
@@ -169,7 +183,8 @@ class SystemDriver(dut: RecordedMaster, val line: TimedLine, val server: ServerM
 }
 
 object SystemDriver {
-  private val Chunk       = 64
+  private val Gap         = 24   // nibbles between two frames
+  private val Chunk       = 160  // less than the shortest frame with its gap takes
   private val AnswerSlots = 1250 // 50 us
   private val RepeatMs    = 2
   private val HeartbeatMs = 20

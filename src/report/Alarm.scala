@@ -1,0 +1,121 @@
+package flyframe.report
+
+import java.nio.file.{Files, Path}
+
+/** Median and worst of a time over many events. */
+final case class Spread(median: Double, worst: Double)
+
+/** From a detector's pin to the report, us.
+  *
+  * @param first
+  *   until the first nibble of the report leaves the master; `last`: until its last one
+  * @param goal
+  *   for `first`, worst
+  */
+final case class ReportTimes(
+    slaves: Int,
+    busCycle: Double,
+    events: Int,
+    goal: Double,
+    first: Spread,
+    last: Spread
+) {
+  def reached: Boolean = first.worst <= goal
+}
+
+/** From a report's arrival at the server to the page, ms: until the page's document shows the event, and
+  * until the browser has drawn it.
+  */
+final case class PageTimes(events: Int, document: Spread, screen: Spread)
+
+/** How long it takes until smoke is seen: by slaves in RTL and by modelled ones to the report, and from there
+  * to the page.
+  */
+final case class AlarmResults(rtl: ReportTimes, model: ReportTimes, page: PageTimes) {
+
+  /** From detector to screen, ms, with the modelled line; the worst case is that of all parts at once. */
+  def whole: Spread =
+    Spread(model.last.median / 1000 + page.screen.median, model.last.worst / 1000 + page.screen.worst)
+}
+
+object AlarmResults {
+  private def spread(v: ujson.Value) = Spread(v("median").num, v("worst").num)
+
+  private def reportTimes(v: ujson.Value) = ReportTimes(
+    v("slaves").num.toInt,
+    v("bus_cycle_us").num,
+    v("events").num.toInt,
+    v("goal_us").num,
+    spread(v("to_first_nibble_us")),
+    spread(v("to_last_nibble_us"))
+  )
+
+  private def pageTimes(v: ujson.Value) =
+    PageTimes(v("events").num.toInt, spread(v("to_document_ms")), spread(v("to_screen_ms")))
+
+  /** What `make alarm-latency` and `make page-latency` have left in `build`. */
+  def read(build: Path): AlarmResults = {
+    def file(name: String, target: String): ujson.Value = {
+      val path = build.resolve(name)
+      if (!Files.exists(path)) throw new ReportError(s"$path is missing: run make $target first.")
+      ujson.read(Files.readString(path))
+    }
+    AlarmResults(
+      reportTimes(file("alarm-latency-rtl.json", "alarm-latency")),
+      reportTimes(file("alarm-latency.json", "alarm-latency")),
+      pageTimes(file("page-latency.json", "page-latency"))
+    )
+  }
+}
+
+/** What the report says of these times. */
+object AlarmSection {
+  private def number(v: Double): String = f"$v%,.1f"
+
+  private def rows(t: ReportTimes, how: String): String = {
+    val line = f"${t.slaves} slaves $how, bus cycle ${t.busCycle}%.0f µs"
+    def row(what: String, s: Spread, goal: String) =
+      f"| Detector to $what, $line | ${t.events}%,d | ${number(s.median)} µs | ${number(s.worst)} µs | $goal |\n"
+    row("first nibble of the report", t.first, f"${t.goal}%,.0f µs") + row("last nibble", t.last, "")
+  }
+
+  /** Markdown, without a heading. */
+  def text(r: AlarmResults): String = {
+    def page(what: String, s: Spread) =
+      f"| Report at the server to $what | ${r.page.events}%,d | ${number(s.median)} ms | ${number(s.worst)} ms | |\n"
+    "| From, to | Events | Median | Worst | Goal, worst |\n|---|---:|---:|---:|---:|\n" +
+      rows(r.rtl, "in RTL") + rows(r.model, "in the model") +
+      page("the page's document", r.page.document) + page("the screen", r.page.screen) +
+      f"| **Detector to screen**, sum for ${r.model.slaves} slaves | | ${number(r.whole.median)} ms | ${number(r.whole.worst)} ms | |\n"
+  }
+
+  def json(r: AlarmResults): ujson.Obj = {
+    def spread(s: Spread) = ujson.Obj("median" -> s.median, "worst" -> s.worst)
+    def line(t: ReportTimes) = ujson.Obj(
+      "slaves"             -> t.slaves,
+      "bus_cycle_us"       -> t.busCycle,
+      "events"             -> t.events,
+      "to_first_nibble_us" -> spread(t.first),
+      "to_last_nibble_us"  -> spread(t.last)
+    )
+    ujson.Obj(
+      "rtl"   -> line(r.rtl),
+      "model" -> line(r.model),
+      "page" -> ujson.Obj(
+        "events"         -> r.page.events,
+        "to_document_ms" -> spread(r.page.document),
+        "to_screen_ms"   -> spread(r.page.screen)
+      )
+    )
+  }
+
+  /** Two bus cycles and 10 us until a report leaves. */
+  def goals(r: AlarmResults): Seq[Goal] =
+    for ((t, how) <- Seq(r.rtl -> "RTL", r.model -> "model"))
+      yield Goal(
+        s"Detector to report, ${t.slaves} slaves ($how)",
+        f"at most ${t.goal}%.0f µs",
+        f"${t.first.worst}%.1f µs",
+        t.reached
+      )
+}
