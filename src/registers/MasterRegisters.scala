@@ -17,6 +17,9 @@ object MasterRegisters {
   /** Reading it moves on to the next byte. */
   val MailboxData = 0x88
 
+  /** For units that need the whole value at once; those that take it byte by byte read [[Source.Ram]]. */
+  private val Mirrored = Stored(mirrored = true)
+
   private def field(
       name: String,
       width: Int,
@@ -47,14 +50,15 @@ object MasterRegisters {
       title: String,
       rule: String,
       reset: BigInt = 0,
-      width: Int = 0
+      width: Int = 0,
+      source: Source = Mirrored
   ) = single(
     address,
     bytes,
     title,
     rule,
     ReadWrite,
-    field(name, if (width == 0) 8 * bytes else width, Stored(mirrored = true), title, reset)
+    field(name, if (width == 0) 8 * bytes else width, source, title, reset)
   )
   private def status(
       address: Int,
@@ -179,10 +183,10 @@ object MasterRegisters {
       "Host event",
       "HOST-06",
       ReadWrite,
-      field("host_event_position", 8, Stored(mirrored = true), "Position of an event of the host"),
-      field("host_event_state", 8, Stored(mirrored = true), "Its state", low = 8),
-      field("host_event_node", 16, Stored(mirrored = true), "Its node ID", low = 16),
-      field("host_event_sequence", 16, Stored(mirrored = true), "Its number", low = 32)
+      field("host_event_position", 8, Mirrored, "Position of an event of the host"),
+      field("host_event_state", 8, Mirrored, "Its state", low = 8),
+      field("host_event_node", 16, Mirrored, "Its node ID", low = 16),
+      field("host_event_sequence", 16, Mirrored, "Its number", low = 32)
     ),
     register(0x78, 1, "Host event control", "HOST-06", ReadWrite, action("host_event_go", "report it")),
     status(0x80, 2, "mailbox_length", "Bytes of the message that waits, 0: none", "SRV-02", width = 9),
