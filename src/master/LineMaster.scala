@@ -298,6 +298,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
               Mux(due, table.answer, table.record.sequence)
             )
             table.changeFlags.valid := true.B
+            table.changeFlags.bits.told := due || table.flags.told
             when(due) { table.changeFlags.bits.due := false.B }
               .otherwise { table.changeFlags.bits.confirmed := true.B }
             state := offer
@@ -406,7 +407,8 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       when(isSeen) { // it has been reported again: it was not there when that was confirmed
         table.changeAnswer.valid         := true.B
         table.changeFlags.valid          := true.B
-        table.changeFlags.bits.due       := true.B
+        table.changeFlags.bits.due       := !table.flags.told
+        table.changeFlags.bits.told      := false.B
         table.changeFlags.bits.confirmed := false.B
       }.elsewhen(isListed && room) { emitThen(skip, EventKind.Detector.U) }
     }
@@ -483,6 +485,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       table.changeFlags.bits.heard     := isSame && table.flags.heard
       table.changeFlags.bits.confirmed := !isSame || table.flags.confirmed
       table.changeFlags.bits.due       := false.B
+      table.changeFlags.bits.told      := false.B
       patience                         := 0.U
       search                           := 0.U
       when(place >= listed) { listed := place + 1.U }
@@ -534,6 +537,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
           table.changeFlags.bits.heard     := true.B
           table.changeFlags.bits.confirmed := false.B
           table.changeFlags.bits.due       := true.B
+          table.changeFlags.bits.told      := false.B
         }
       }
     }

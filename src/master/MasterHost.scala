@@ -2,7 +2,6 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import chisel3.util.experimental.decode.{QMCMinimizer, TruthTable, decoder}
 import flyframe.memory.HostPort
 import flyframe.params.EscParams
 import flyframe.registers.{MasterRegisters, Register, RegisterFile, RegisterMap, Source}
@@ -45,10 +44,9 @@ class MasterHost(p: EscParams) extends Module {
   // What the settings are after a reset, and which bits of them the host may change, by the register table.
   private val settings = registers.filter(r => r.inRam && r.pdi.writable)
   private def table(address: UInt, ofRegister: Register => BigInt): UInt = {
-    val rows =
-      for (r <- settings; i <- 0 until r.bytes; byte = ofRegister(r) >> (8 * i) & 0xff if byte != 0)
-        yield BitPat((r.address + i).U(NetworkSettings.AddressBits.W)) -> BitPat(byte.U(8.W))
-    decoder(QMCMinimizer, address, TruthTable(rows, BitPat(0.U(8.W))))
+    val rows = for (r <- settings; i <- 0 until r.bytes)
+      yield (address === (r.address + i).U) -> (ofRegister(r) >> (8 * i) & 0xff).U(8.W)
+    Mux1H(rows)
   }
 
   // After a reset a byte of the settings is written in each cycle.
@@ -64,7 +62,7 @@ class MasterHost(p: EscParams) extends Module {
   private val inFile = !(host.addr >> RegisterMap.addressBits(p)).orR
   private val inSettings = !(host.addr >> NetworkSettings.AddressBits).orR
   private val address    = host.addr(RegisterMap.addressBits(p) - 1, laneBits)
-  private val lane       = if (p.lanes == 1) 0.U else count(laneBits - 1, 0)
+  private val lane       = if (p.lanes == 1) 0.U(0.W) else count(laneBits - 1, 0)
   private val lanes      = VecInit((0 until p.lanes).map(i => host.wdata(8 * i + 7, 8 * i)))
   private val setAddress = Cat(host.addr(NetworkSettings.AddressBits - 1, laneBits), 0.U(laneBits.W)) | lane
   count             := Mux(active && !isLast, count + 1.U, 0.U)

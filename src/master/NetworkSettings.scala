@@ -34,7 +34,7 @@ class NetworkSettings(readers: Int) extends Module {
 
 object NetworkSettings {
 
-  /** All settings have addresses below 0x80. */
+  /** All settings have addresses below 0x80: low bits of the address of their registers. */
   val AddressBits = 7
 
   /** Where the addresses of the network begin. */

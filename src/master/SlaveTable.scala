@@ -24,6 +24,9 @@ class SlaveFlags extends Bundle {
 
   /** `answer` is to be acknowledged. */
   val due = Bool()
+
+  /** It has just been acknowledged: the record may ride once more in the frame with that. */
+  val told = Bool()
 }
 
 /** The slaves of a line by their position, in block RAM: their node IDs, last records, what is to be told to

@@ -22,6 +22,9 @@ object MasterRegisters {
   /** Reading it moves on to the next byte. */
   val MailboxData = 0x88
 
+  /** For units that need the whole value at once; those that take it byte by byte read [[Source.Ram]]. */
+  private val Mirrored = Stored(mirrored = true)
+
   private def field(
       name: String,
       width: Int,
@@ -53,7 +56,7 @@ object MasterRegisters {
       rule: String,
       reset: BigInt = 0,
       width: Int = 0,
-      source: Source = Stored(mirrored = true),
+      source: Source = Mirrored,
       access: Access = ReadWrite
   ) = single(
     address,

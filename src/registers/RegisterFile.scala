@@ -172,9 +172,14 @@ class RegisterFile(p: EscParams) extends Module {
   private def word(at: Int => Decoded): Word = VecInit((0 until lanes).map(at))
 
   private val inBlocks = registers.filter(_.block.isDefined).flatMap(_.range).toSet
-  private val single = (bytes.keySet -- inBlocks).map(_ >> laneBits).toSeq.sorted.map { w =>
-    (readAddress === w.U) -> word(lane => bytes.getOrElse((w << laneBits) + lane, none))
-  }
+  private val words = (bytes.keySet -- inBlocks).map(_ >> laneBits)
+  private def at(w: Int) = word(lane => bytes.getOrElse((w << laneBits) + lane, none))
+  private val single =
+    if (!p.isMaster) words.toSeq.sorted.map(w => (readAddress === w.U) -> at(w))
+    else // Registers lie close together: four words share a comparison.
+      words.map(_ / 4).toSeq.sorted.map { quad =>
+        (readAddress >> 2 === quad.U) -> VecInit((0 until 4).map(i => at(4 * quad + i)))(readAddress(1, 0))
+      }
 
   // Equal units: the offset chooses the kind of register, the unit's number the one of its kind.
   private val ofUnits = registers.filter(_.block.exists(_.index == 0)).groupBy(_.block.get).toSeq.flatMap {
