@@ -6,8 +6,9 @@ import flyframe.memory.HostPort
 import flyframe.params.EscParams
 import flyframe.registers.{MasterRegisters, Register, RegisterFile, RegisterMap}
 
-/** The host port of a master: its registers, see [[MasterRegisters]]. An access takes a cycle more than a word
-  * has bytes; the first one after a reset waits until [[NetworkSettings]] have their reset values (HOST-09).
+/** The host port of a master: its registers, see [[MasterRegisters]]. An access takes a cycle more than a
+  * word has bytes; the first one after a reset waits until [[NetworkSettings]] have their reset values
+  * (HOST-09).
   */
 class MasterHost(p: EscParams) extends Module {
   private val laneBits = log2Ceil(p.lanes)
@@ -42,8 +43,9 @@ class MasterHost(p: EscParams) extends Module {
   // What the settings are after a reset, and which bits of them the host may change, by the register table.
   private val settings = registers.filter(_.inRam)
   private def table(address: UInt, ofRegister: Register => BigInt): UInt = {
-    val rows = for (r <- settings; i <- 0 until r.bytes)
-      yield (address === (r.address + i).U) -> (ofRegister(r) >> (8 * i) & 0xff).U(8.W)
+    val rows =
+      for (r <- settings; i <- 0 until r.bytes)
+        yield (address === (r.address + i).U) -> (ofRegister(r) >> (8 * i) & 0xff).U(8.W)
     Mux1H(rows)
   }
 
@@ -54,10 +56,10 @@ class MasterHost(p: EscParams) extends Module {
   private val resetAddress = next.tail(1)
 
   // Settings are read and written byte by byte, then the other registers at once.
-  private val count      = RegInit(0.U(log2Ceil(p.lanes + 1).W)) // cycles of this access; reset: none under way
-  private val active     = host.req && !host.ack && ready
-  private val isLast     = count === p.lanes.U
-  private val inFile     = !(host.addr >> RegisterMap.addressBits(p)).orR
+  private val count  = RegInit(0.U(log2Ceil(p.lanes + 1).W)) // cycles of this access; reset: none under way
+  private val active = host.req && !host.ack && ready
+  private val isLast = count === p.lanes.U
+  private val inFile = !(host.addr >> RegisterMap.addressBits(p)).orR
   private val inSettings = !(host.addr >> NetworkSettings.AddressBits).orR
   private val address    = host.addr(RegisterMap.addressBits(p) - 1, laneBits)
   private val lane       = if (p.lanes == 1) 0.U(0.W) else count(laneBits - 1, 0)

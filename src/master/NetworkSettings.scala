@@ -4,8 +4,8 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.DualPortRam
 
-/** What the host has set, in block RAM at the addresses of its registers (see [[MasterHost]]); whoever needs it
-  * byte by byte has a copy of its own to read from.
+/** What the host has set, in block RAM at the addresses of its registers (see [[MasterHost]]); whoever needs
+  * it byte by byte has a copy of its own to read from.
   *
   * @param readers
   *   how many read
@@ -40,8 +40,8 @@ object NetworkSettings {
   /** Where the addresses of the network begin. */
   val Network = 0x10
 
-  /** Where things are behind `Network`, as in the headers of a UDP datagram to the server: MAC addresses as bytes
-    * 0 to 11 of the header, the rest as its bytes 26 to 37.
+  /** Where things are behind `Network`, as in the headers of a UDP datagram to the server: MAC addresses as
+    * bytes 0 to 11 of the header, the rest as its bytes 26 to 37.
     */
   val ServerMac  = 0
   val MasterMac  = 6

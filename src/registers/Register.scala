@@ -41,8 +41,8 @@ object Source {
   /** Driven by a unit of the controller, which also sees what is written there. */
   case object Status extends Source
 
-  /** Lives in the register RAM: plain storage, no unit sees its value all the time. Takes its reset value by a
-    * reset.
+  /** Lives in the register RAM: plain storage, no unit sees its value all the time. Takes its reset value by
+    * a reset.
     */
   case object Ram extends Source
 

@@ -67,7 +67,9 @@ class RegisterFile(p: EscParams) extends Module {
   val value = IO(Output(record { case f @ Field(_, _, _, _: Source.Stored, _, _) => UInt(f.width.W) }))
 
   /** New values from units, for stored fields that allow it. */
-  val set = IO(Input(record { case f @ Field(_, _, _, Source.Stored(true, _), _, _) => Valid(UInt(f.width.W)) }))
+  val set = IO(Input(record { case f @ Field(_, _, _, Source.Stored(true, _), _, _) =>
+    Valid(UInt(f.width.W))
+  }))
 
   /** Values of status fields. */
   val status = IO(Input(record { case f @ Field(_, _, _, Source.Status, _, _) => UInt(f.width.W) }))
@@ -169,8 +171,8 @@ class RegisterFile(p: EscParams) extends Module {
   private type Word = Vec[Decoded]
   private def word(at: Int => Decoded): Word = VecInit((0 until lanes).map(at))
 
-  private val inBlocks = registers.filter(_.block.isDefined).flatMap(_.range).toSet
-  private val words = (bytes.keySet -- inBlocks).map(_ >> laneBits)
+  private val inBlocks   = registers.filter(_.block.isDefined).flatMap(_.range).toSet
+  private val words      = (bytes.keySet -- inBlocks).map(_ >> laneBits)
   private def at(w: Int) = word(lane => bytes.getOrElse((w << laneBits) + lane, none))
   private val single =
     if (!p.isMaster) words.toSeq.sorted.map(w => (readAddress === w.U) -> at(w))
