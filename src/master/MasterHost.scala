@@ -8,7 +8,7 @@ import flyframe.registers.{MasterRegisters, Register, RegisterFile, RegisterMap}
 
 /** The host port of a master: its registers, see [[MasterRegisters]]. An access takes a cycle more than a
   * word has bytes; the first one after a reset waits until [[NetworkSettings]] have their reset values
-  * (HOST-09).
+  * (HOST-10).
   */
 class MasterHost(p: EscParams) extends Module {
   private val laneBits = log2Ceil(p.lanes)
