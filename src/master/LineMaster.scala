@@ -286,8 +286,9 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       search := search + 1.U
       when(primed) {
         when(search <= here && (due || confirms)) {
+          // No confirmation in the frame of the acknowledgement: the record may ride in it too.
           turn   := table.index
-          search := table.index
+          search := search
           state  := go
           when(!exchange.full) {
             ask(

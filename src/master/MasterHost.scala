@@ -8,7 +8,7 @@ import flyframe.registers.{MasterRegisters, Register, RegisterFile, RegisterMap,
 
 /** The host port of a master: its registers, see [[MasterRegisters]]. An access takes a cycle more than a
   * word has bytes; the first one after a reset waits until [[NetworkSettings]] have their reset values
-  * (HOST-09).
+  * (HOST-10).
   */
 class MasterHost(p: EscParams) extends Module {
   private val laneBits = log2Ceil(p.lanes)
@@ -44,8 +44,9 @@ class MasterHost(p: EscParams) extends Module {
   // What the settings are after a reset, and which bits of them the host may change, by the register table.
   private val settings = registers.filter(r => r.inRam && r.pdi.writable)
   private def table(address: UInt, ofRegister: Register => BigInt): UInt = {
-    val rows = for (r <- settings; i <- 0 until r.bytes)
-      yield (address === (r.address + i).U) -> (ofRegister(r) >> (8 * i) & 0xff).U(8.W)
+    val rows =
+      for (r <- settings; i <- 0 until r.bytes)
+        yield (address === (r.address + i).U) -> (ofRegister(r) >> (8 * i) & 0xff).U(8.W)
     Mux1H(rows)
   }
 

@@ -171,8 +171,8 @@ class RegisterFile(p: EscParams) extends Module {
   private type Word = Vec[Decoded]
   private def word(at: Int => Decoded): Word = VecInit((0 until lanes).map(at))
 
-  private val inBlocks = registers.filter(_.block.isDefined).flatMap(_.range).toSet
-  private val words = (bytes.keySet -- inBlocks).map(_ >> laneBits)
+  private val inBlocks   = registers.filter(_.block.isDefined).flatMap(_.range).toSet
+  private val words      = (bytes.keySet -- inBlocks).map(_ >> laneBits)
   private def at(w: Int) = word(lane => bytes.getOrElse((w << laneBits) + lane, none))
   private val single =
     if (!p.isMaster) words.toSeq.sorted.map(w => (readAddress === w.U) -> at(w))

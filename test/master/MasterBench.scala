@@ -141,7 +141,7 @@ class MasterBench(
     while (!is(dut.host.ack)) {
       cycle()
       waits += 1
-      assert(waits < 140, "no acknowledgement") // HOST-09
+      assert(waits < 140, "no acknowledgement") // HOST-10
     }
     val result = dut.host.rdata.peek().litValue
     cycle()
