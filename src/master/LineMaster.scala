@@ -298,7 +298,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
               2,
               Mux(due, table.answer, table.record.sequence)
             )
-            table.changeFlags.valid := true.B
+            table.changeFlags.valid     := true.B
             table.changeFlags.bits.told := due || table.flags.told
             when(due) { table.changeFlags.bits.due := false.B }
               .otherwise { table.changeFlags.bits.confirmed := true.B }
