@@ -5,7 +5,7 @@
 //   maxSubTelegrams                15  datagrams
 //   nodeIdWidth                    16  bit
 //   ports                           2  ports
-//   coreClockMhz                  100  MHz
+//   coreClockMhz                   50  MHz
 //   ramKiB                          0  KiB
 //   fmmus                           0  FMMUs
 //   fmmuBitwise                     0  switch
@@ -36,46 +36,33 @@ module SlotTimer(
   output tick
 );
 
-  reg       sampled;
-  reg       before_0;
-  reg [1:0] count;
+  reg sampled;
+  reg before_0;
+  reg count;
   always @(posedge clock) begin
     sampled <= reference;
     before_0 <= sampled;
     if (reset)
-      count <= 2'h0;
-    else if ((&count) | sampled & ~before_0)
-      count <= 2'h0;
+      count <= 1'h0;
     else
-      count <= count + 2'h1;
+      count <= ~(count | sampled & ~before_0) & count - 1'h1;
   end // always @(posedge)
-  assign tick = count == 2'h0;
+  assign tick = ~count;
 endmodule
 
 module RegisterFile(
   input         clock,
   input         reset,
-  input  [11:0] readAddress,
+  input  [7:0]  readAddress,
   output [7:0]  readData,
-  output        readableByPdi,
-  output        writableByPdi,
-  output        inRam,
   input         write,
-  input  [11:0] writeAddress,
+  input  [7:0]  writeAddress,
   input         writeMask,
   input  [7:0]  writeData,
   output        value_mailbox_done,
   output [7:0]  value_mailbox_offset,
   output        value_host_event_go,
-  output [15:0] value_host_event_sequence,
-  output [15:0] value_host_event_node,
-  output [7:0]  value_host_event_state,
-  output [7:0]  value_host_event_position,
   output        value_request_go,
-  output [63:0] value_request_data,
-  output [31:0] value_request_address,
-  output [3:0]  value_request_length,
-  output [7:0]  value_request_command,
   output [7:0]  value_master_self_test,
   output        value_buzzer_off,
   output        value_report_run,
@@ -95,8 +82,6 @@ module RegisterFile(
   input         set_buzzer_off_valid,
   input  [7:0]  status_mailbox_data,
   input  [8:0]  status_mailbox_length,
-  input  [63:0] status_request_result,
-  input  [15:0] status_request_counter,
   input         status_request_answered,
   input  [31:0] status_master_time,
   input  [31:0] status_frames_lost,
@@ -126,122 +111,183 @@ module RegisterFile(
   reg         bytes_whole_parts_report_run;
   reg         bytes_whole_parts_buzzer_off;
   reg  [7:0]  bytes_whole_18;
-  reg  [7:0]  bytes_whole_24;
-  reg  [3:0]  bytes_whole_parts_request_length;
-  reg  [31:0] bytes_whole_26;
-  reg  [63:0] bytes_whole_27;
   reg         bytes_whole_parts_request_go;
-  reg  [7:0]  bytes_whole_parts_parts_old_33;
-  reg  [7:0]  bytes_whole_parts_parts_old_34;
-  reg  [15:0] bytes_whole_parts_host_event_node;
-  reg  [15:0] bytes_whole_parts_host_event_sequence;
-  reg         bytes_whole_parts_parts_old_39;
+  reg         bytes_whole_parts_parts_old_19;
   reg  [7:0]  bytes_whole_35;
   reg         bytes_whole_parts_mailbox_done;
   reg  [7:0]  bytes_whole_38;
   reg  [7:0]  bytes_whole_39;
   reg  [7:0]  bytes_whole_40;
   reg  [7:0]  bytes_whole_41;
-  wire [12:0] _selected_T_301 =
-    (readAddress == 12'h0 ? 13'h1E44 : 13'h0) | (readAddress == 12'h2 ? 13'h24 : 13'h0)
-    | {10'h0, readAddress == 12'h1 | readAddress == 12'h3, 2'h0} | (readAddress == 12'h4 ? 13'h804 : 13'h0)
-    | (readAddress == 12'h10 ? 13'h15 : 13'h0) | (readAddress == 12'h11 ? 13'h15 : 13'h0)
-    | (readAddress == 12'h12 ? 13'h15 : 13'h0) | (readAddress == 12'h13 ? 13'h15 : 13'h0)
-    | (readAddress == 12'h14 ? 13'h15 : 13'h0) | (readAddress == 12'h15 ? 13'h15 : 13'h0)
-    | (readAddress == 12'h16 ? 13'h15 : 13'h0) | (readAddress == 12'h17 ? 13'h15 : 13'h0)
-    | (readAddress == 12'h18 ? 13'h15 : 13'h0) | (readAddress == 12'h19 ? 13'h15 : 13'h0)
-    | (readAddress == 12'h1A ? 13'h15 : 13'h0) | (readAddress == 12'h1B ? 13'h15 : 13'h0)
-    | (readAddress == 12'h1C ? 13'h15 : 13'h0) | (readAddress == 12'h1D ? 13'h15 : 13'h0)
-    | (readAddress == 12'h1E ? 13'h15 : 13'h0) | (readAddress == 12'h1F ? 13'h15 : 13'h0)
-    | (readAddress == 12'h20 ? 13'h15 : 13'h0) | (readAddress == 12'h21 ? 13'h15 : 13'h0)
-    | (readAddress == 12'h22 ? 13'h15 : 13'h0) | (readAddress == 12'h23 ? 13'h15 : 13'h0)
-    | (readAddress == 12'h24 ? 13'h15 : 13'h0) | (readAddress == 12'h25 ? 13'h15 : 13'h0)
-    | (readAddress == 12'h26 ? 13'h15 : 13'h0) | (readAddress == 12'h27 ? 13'h15 : 13'h0)
-    | (readAddress == 12'h28 ? {bytes_whole_10[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h29 ? {bytes_whole_10[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h2A ? {bytes_whole_11[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h2B ? {bytes_whole_11[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h30 ? {bytes_whole_parts_bus_cycle[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h31 ? {bytes_whole_parts_bus_cycle[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h32 ? {4'h0, bytes_whole_parts_bus_cycle[19:16], 5'h5} : 13'h0)
-    | (readAddress == 12'h33 ? 13'h5 : 13'h0) | (readAddress == 12'h34 ? {bytes_whole_13[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h35 ? {bytes_whole_13[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h36 ? {4'h0, bytes_whole_parts_retries, 5'h5} : 13'h0)
-    | (readAddress == 12'h38 ? {bytes_whole_parts_report_repeat[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h39 ? {4'h0, bytes_whole_parts_report_repeat[11:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h3A ? {bytes_whole_parts_report_heartbeat[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h3B ? {4'h0, bytes_whole_parts_report_heartbeat[11:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h3C
-         ? {5'h0, bytes_whole_parts_buzzer_off, bytes_whole_parts_report_run, bytes_whole_parts_line_run, 5'h5}
-         : 13'h0) | (readAddress == 12'h3D ? {bytes_whole_18, 5'h5} : 13'h0)
-    | (readAddress == 12'h40 ? {status_slaves_present, 5'h4} : 13'h0)
-    | (readAddress == 12'h41 ? {status_slaves_known, 5'h4} : 13'h0)
-    | (readAddress == 12'h42
-         ? {1'h0,
-            status_host_event_busy,
-            status_alarm_latched,
-            status_request_busy,
-            status_request_done,
-            status_mailbox_waiting,
-            status_plant_link,
-            status_line_link,
-            5'h4}
-         : 13'h0) | (readAddress == 12'h44 ? {status_frames_lost[7:0], 5'h4} : 13'h0)
-    | (readAddress == 12'h45 ? {status_frames_lost[15:8], 5'h4} : 13'h0)
-    | (readAddress == 12'h46 ? {status_frames_lost[23:16], 5'h4} : 13'h0)
-    | (readAddress == 12'h47 ? {status_frames_lost[31:24], 5'h4} : 13'h0)
-    | (readAddress == 12'h48 ? {status_master_time[7:0], 5'h4} : 13'h0)
-    | (readAddress == 12'h49 ? {status_master_time[15:8], 5'h4} : 13'h0)
-    | (readAddress == 12'h4A ? {status_master_time[23:16], 5'h4} : 13'h0)
-    | (readAddress == 12'h4B ? {status_master_time[31:24], 5'h4} : 13'h0)
-    | (readAddress == 12'h50 ? {bytes_whole_24, 5'h5} : 13'h0)
-    | (readAddress == 12'h51 ? {4'h0, bytes_whole_parts_request_length, 5'h5} : 13'h0)
-    | (readAddress == 12'h54 ? {bytes_whole_26[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h55 ? {bytes_whole_26[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h56 ? {bytes_whole_26[23:16], 5'h5} : 13'h0)
-    | (readAddress == 12'h57 ? {bytes_whole_26[31:24], 5'h5} : 13'h0)
-    | (readAddress == 12'h58 ? {bytes_whole_27[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h59 ? {bytes_whole_27[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h5A ? {bytes_whole_27[23:16], 5'h5} : 13'h0)
-    | (readAddress == 12'h5B ? {bytes_whole_27[31:24], 5'h5} : 13'h0)
-    | (readAddress == 12'h5C ? {bytes_whole_27[39:32], 5'h5} : 13'h0)
-    | (readAddress == 12'h5D ? {bytes_whole_27[47:40], 5'h5} : 13'h0)
-    | (readAddress == 12'h5E ? {bytes_whole_27[55:48], 5'h5} : 13'h0)
-    | (readAddress == 12'h5F ? {bytes_whole_27[63:56], 5'h5} : 13'h0)
-    | (readAddress == 12'h60 ? {7'h0, bytes_whole_parts_request_go, 5'h5} : 13'h0)
-    | (readAddress == 12'h62 ? {7'h0, status_request_answered, 5'h4} : 13'h0)
-    | (readAddress == 12'h64 ? {status_request_counter[7:0], 5'h4} : 13'h0)
-    | (readAddress == 12'h65 ? {status_request_counter[15:8], 5'h4} : 13'h0)
-    | (readAddress == 12'h68 ? {status_request_result[7:0], 5'h4} : 13'h0)
-    | (readAddress == 12'h69 ? {status_request_result[15:8], 5'h4} : 13'h0)
-    | (readAddress == 12'h6A ? {status_request_result[23:16], 5'h4} : 13'h0)
-    | (readAddress == 12'h6B ? {status_request_result[31:24], 5'h4} : 13'h0)
-    | (readAddress == 12'h6C ? {status_request_result[39:32], 5'h4} : 13'h0)
-    | (readAddress == 12'h6D ? {status_request_result[47:40], 5'h4} : 13'h0)
-    | (readAddress == 12'h6E ? {status_request_result[55:48], 5'h4} : 13'h0)
-    | (readAddress == 12'h6F ? {status_request_result[63:56], 5'h4} : 13'h0)
-    | (readAddress == 12'h70 ? {bytes_whole_parts_parts_old_33, 5'h5} : 13'h0)
-    | (readAddress == 12'h71 ? {bytes_whole_parts_parts_old_34, 5'h5} : 13'h0)
-    | (readAddress == 12'h72 ? {bytes_whole_parts_host_event_node[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h73 ? {bytes_whole_parts_host_event_node[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h74 ? {bytes_whole_parts_host_event_sequence[7:0], 5'h5} : 13'h0)
-    | (readAddress == 12'h75 ? {bytes_whole_parts_host_event_sequence[15:8], 5'h5} : 13'h0)
-    | (readAddress == 12'h76 ? 13'h5 : 13'h0) | (readAddress == 12'h77 ? 13'h5 : 13'h0)
-    | (readAddress == 12'h78 ? {7'h0, bytes_whole_parts_parts_old_39, 5'h5} : 13'h0)
-    | (readAddress == 12'h80 ? {status_mailbox_length[7:0], 5'h4} : 13'h0)
-    | (readAddress == 12'h81 ? {7'h0, status_mailbox_length[8], 5'h4} : 13'h0)
-    | (readAddress == 12'h82 ? {bytes_whole_35, 5'h5} : 13'h0)
-    | (readAddress == 12'h84 ? {7'h0, bytes_whole_parts_mailbox_done, 5'h5} : 13'h0)
-    | (readAddress == 12'h88 ? {status_mailbox_data, 5'h4} : 13'h0)
-    | (readAddress == 12'h90 ? {bytes_whole_38, 5'h5} : 13'h0)
-    | (readAddress == 12'h91 ? {bytes_whole_39, 5'h5} : 13'h0)
-    | (readAddress == 12'h92 ? {bytes_whole_40, 5'h5} : 13'h0)
-    | (readAddress == 12'h93 ? {bytes_whole_41, 5'h5} : 13'h0);
-  wire        _bytes_whole_parts_parts_T_96 = writeAddress == 12'h3C;
-  wire        _bytes_whole_parts_clear_T_54 = writeAddress == 12'h90;
-  wire        _bytes_whole_parts_clear_T_58 = writeAddress == 12'h91;
-  wire        _bytes_whole_parts_clear_T_62 = writeAddress == 12'h92;
-  wire        _bytes_whole_parts_clear_T_66 = writeAddress == 12'h93;
+  reg  [7:0]  casez_tmp;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp = 8'hF2;
+      2'b01:
+        casez_tmp = 8'h0;
+      2'b10:
+        casez_tmp = 8'h1;
+      default:
+        casez_tmp = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_0;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_0 = 8'h40;
+      2'b01:
+        casez_tmp_0 = 8'h0;
+      2'b10:
+        casez_tmp_0 = 8'h0;
+      default:
+        casez_tmp_0 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_1;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_1 = {5'h0, bytes_whole_parts_buzzer_off, bytes_whole_parts_report_run, bytes_whole_parts_line_run};
+      2'b01:
+        casez_tmp_1 = 8'h0;
+      2'b10:
+        casez_tmp_1 = 8'h0;
+      default:
+        casez_tmp_1 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_2;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_2 = status_slaves_present;
+      2'b01:
+        casez_tmp_2 = status_slaves_known;
+      2'b10:
+        casez_tmp_2 =
+          {1'h0,
+           status_host_event_busy,
+           status_alarm_latched,
+           status_request_busy,
+           status_request_done,
+           status_mailbox_waiting,
+           status_plant_link,
+           status_line_link};
+      default:
+        casez_tmp_2 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_3;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_3 = status_frames_lost[7:0];
+      2'b01:
+        casez_tmp_3 = status_frames_lost[15:8];
+      2'b10:
+        casez_tmp_3 = status_frames_lost[23:16];
+      default:
+        casez_tmp_3 = status_frames_lost[31:24];
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_4;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_4 = status_master_time[7:0];
+      2'b01:
+        casez_tmp_4 = status_master_time[15:8];
+      2'b10:
+        casez_tmp_4 = status_master_time[23:16];
+      default:
+        casez_tmp_4 = status_master_time[31:24];
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_5;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_5 = {7'h0, bytes_whole_parts_request_go};
+      2'b01:
+        casez_tmp_5 = 8'h0;
+      2'b10:
+        casez_tmp_5 = {7'h0, status_request_answered};
+      default:
+        casez_tmp_5 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_6;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_6 = {7'h0, bytes_whole_parts_parts_old_19};
+      2'b01:
+        casez_tmp_6 = 8'h0;
+      2'b10:
+        casez_tmp_6 = 8'h0;
+      default:
+        casez_tmp_6 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_7;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_7 = status_mailbox_length[7:0];
+      2'b01:
+        casez_tmp_7 = {7'h0, status_mailbox_length[8]};
+      2'b10:
+        casez_tmp_7 = bytes_whole_35;
+      default:
+        casez_tmp_7 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_8;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_8 = {7'h0, bytes_whole_parts_mailbox_done};
+      2'b01:
+        casez_tmp_8 = 8'h0;
+      2'b10:
+        casez_tmp_8 = 8'h0;
+      default:
+        casez_tmp_8 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_9;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_9 = status_mailbox_data;
+      2'b01:
+        casez_tmp_9 = 8'h0;
+      2'b10:
+        casez_tmp_9 = 8'h0;
+      default:
+        casez_tmp_9 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_10;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_10 = bytes_whole_38;
+      2'b01:
+        casez_tmp_10 = bytes_whole_39;
+      2'b10:
+        casez_tmp_10 = bytes_whole_40;
+      default:
+        casez_tmp_10 = bytes_whole_41;
+    endcase
+  end // always @(*)
+  wire        _bytes_whole_parts_parts_T_96 = writeAddress == 8'h3C;
+  wire        _bytes_whole_parts_clear_T_54 = writeAddress == 8'h90;
+  wire        _bytes_whole_parts_clear_T_58 = writeAddress == 8'h91;
+  wire        _bytes_whole_parts_clear_T_62 = writeAddress == 8'h92;
+  wire        _bytes_whole_parts_clear_T_66 = writeAddress == 8'h93;
   always @(posedge clock) begin
     if (reset) begin
       bytes_whole_10 <= 16'h0;
@@ -255,16 +301,8 @@ module RegisterFile(
       bytes_whole_parts_report_run <= 1'h0;
       bytes_whole_parts_buzzer_off <= 1'h0;
       bytes_whole_18 <= 8'h0;
-      bytes_whole_24 <= 8'h0;
-      bytes_whole_parts_request_length <= 4'h0;
-      bytes_whole_26 <= 32'h0;
-      bytes_whole_27 <= 64'h0;
       bytes_whole_parts_request_go <= 1'h0;
-      bytes_whole_parts_parts_old_33 <= 8'h0;
-      bytes_whole_parts_parts_old_34 <= 8'h0;
-      bytes_whole_parts_host_event_node <= 16'h0;
-      bytes_whole_parts_host_event_sequence <= 16'h0;
-      bytes_whole_parts_parts_old_39 <= 1'h0;
+      bytes_whole_parts_parts_old_19 <= 1'h0;
       bytes_whole_35 <= 8'h0;
       bytes_whole_parts_mailbox_done <= 1'h0;
       bytes_whole_38 <= 8'h0;
@@ -274,26 +312,26 @@ module RegisterFile(
     end
     else begin
       bytes_whole_10 <=
-        {write & writeAddress == 12'h29 & writeMask ? writeData : bytes_whole_10[15:8],
-         write & writeAddress == 12'h28 & writeMask ? writeData : bytes_whole_10[7:0]};
+        {write & writeAddress == 8'h29 & writeMask ? writeData : bytes_whole_10[15:8],
+         write & writeAddress == 8'h28 & writeMask ? writeData : bytes_whole_10[7:0]};
       bytes_whole_11 <=
-        {write & writeAddress == 12'h2B & writeMask ? writeData : bytes_whole_11[15:8],
-         write & writeAddress == 12'h2A & writeMask ? writeData : bytes_whole_11[7:0]};
+        {write & writeAddress == 8'h2B & writeMask ? writeData : bytes_whole_11[15:8],
+         write & writeAddress == 8'h2A & writeMask ? writeData : bytes_whole_11[7:0]};
       bytes_whole_parts_bus_cycle <=
-        {write & writeAddress == 12'h32 & writeMask ? writeData[3:0] : bytes_whole_parts_bus_cycle[19:16],
-         write & writeAddress == 12'h31 & writeMask ? writeData : bytes_whole_parts_bus_cycle[15:8],
-         write & writeAddress == 12'h30 & writeMask ? writeData : bytes_whole_parts_bus_cycle[7:0]};
+        {write & writeAddress == 8'h32 & writeMask ? writeData[3:0] : bytes_whole_parts_bus_cycle[19:16],
+         write & writeAddress == 8'h31 & writeMask ? writeData : bytes_whole_parts_bus_cycle[15:8],
+         write & writeAddress == 8'h30 & writeMask ? writeData : bytes_whole_parts_bus_cycle[7:0]};
       bytes_whole_13 <=
-        {write & writeAddress == 12'h35 & writeMask ? writeData : bytes_whole_13[15:8],
-         write & writeAddress == 12'h34 & writeMask ? writeData : bytes_whole_13[7:0]};
-      if (write & writeAddress == 12'h36 & writeMask)
+        {write & writeAddress == 8'h35 & writeMask ? writeData : bytes_whole_13[15:8],
+         write & writeAddress == 8'h34 & writeMask ? writeData : bytes_whole_13[7:0]};
+      if (write & writeAddress == 8'h36 & writeMask)
         bytes_whole_parts_retries <= writeData[3:0];
       bytes_whole_parts_report_repeat <=
-        {write & writeAddress == 12'h39 & writeMask ? writeData[3:0] : bytes_whole_parts_report_repeat[11:8],
-         write & writeAddress == 12'h38 & writeMask ? writeData : bytes_whole_parts_report_repeat[7:0]};
+        {write & writeAddress == 8'h39 & writeMask ? writeData[3:0] : bytes_whole_parts_report_repeat[11:8],
+         write & writeAddress == 8'h38 & writeMask ? writeData : bytes_whole_parts_report_repeat[7:0]};
       bytes_whole_parts_report_heartbeat <=
-        {write & writeAddress == 12'h3B & writeMask ? writeData[3:0] : bytes_whole_parts_report_heartbeat[11:8],
-         write & writeAddress == 12'h3A & writeMask ? writeData : bytes_whole_parts_report_heartbeat[7:0]};
+        {write & writeAddress == 8'h3B & writeMask ? writeData[3:0] : bytes_whole_parts_report_heartbeat[11:8],
+         write & writeAddress == 8'h3A & writeMask ? writeData : bytes_whole_parts_report_heartbeat[7:0]};
       if (write & _bytes_whole_parts_parts_T_96 & writeMask)
         bytes_whole_parts_line_run <= writeData[0];
       if (write & _bytes_whole_parts_parts_T_96 & writeMask)
@@ -301,49 +339,21 @@ module RegisterFile(
       bytes_whole_parts_buzzer_off <=
         ~set_buzzer_off_valid
         & (write & _bytes_whole_parts_parts_T_96 & writeMask ? writeData[2] : bytes_whole_parts_buzzer_off);
-      if (write & writeAddress == 12'h3D & writeMask)
+      if (write & writeAddress == 8'h3D & writeMask)
         bytes_whole_18 <= writeData;
-      if (write & writeAddress == 12'h50 & writeMask)
-        bytes_whole_24 <= writeData;
-      if (write & writeAddress == 12'h51 & writeMask)
-        bytes_whole_parts_request_length <= writeData[3:0];
-      bytes_whole_26 <=
-        {write & writeAddress == 12'h57 & writeMask ? writeData : bytes_whole_26[31:24],
-         write & writeAddress == 12'h56 & writeMask ? writeData : bytes_whole_26[23:16],
-         write & writeAddress == 12'h55 & writeMask ? writeData : bytes_whole_26[15:8],
-         write & writeAddress == 12'h54 & writeMask ? writeData : bytes_whole_26[7:0]};
-      bytes_whole_27 <=
-        {write & writeAddress == 12'h5F & writeMask ? writeData : bytes_whole_27[63:56],
-         write & writeAddress == 12'h5E & writeMask ? writeData : bytes_whole_27[55:48],
-         write & writeAddress == 12'h5D & writeMask ? writeData : bytes_whole_27[47:40],
-         write & writeAddress == 12'h5C & writeMask ? writeData : bytes_whole_27[39:32],
-         write & writeAddress == 12'h5B & writeMask ? writeData : bytes_whole_27[31:24],
-         write & writeAddress == 12'h5A & writeMask ? writeData : bytes_whole_27[23:16],
-         write & writeAddress == 12'h59 & writeMask ? writeData : bytes_whole_27[15:8],
-         write & writeAddress == 12'h58 & writeMask ? writeData : bytes_whole_27[7:0]};
       bytes_whole_parts_request_go <=
         ~set_request_go_valid
-        & (write & writeAddress == 12'h60 & writeMask ? writeData[0] : bytes_whole_parts_request_go);
-      if (write & writeAddress == 12'h70 & writeMask)
-        bytes_whole_parts_parts_old_33 <= writeData;
-      if (write & writeAddress == 12'h71 & writeMask)
-        bytes_whole_parts_parts_old_34 <= writeData;
-      bytes_whole_parts_host_event_node <=
-        {write & writeAddress == 12'h73 & writeMask ? writeData : bytes_whole_parts_host_event_node[15:8],
-         write & writeAddress == 12'h72 & writeMask ? writeData : bytes_whole_parts_host_event_node[7:0]};
-      bytes_whole_parts_host_event_sequence <=
-        {write & writeAddress == 12'h75 & writeMask ? writeData : bytes_whole_parts_host_event_sequence[15:8],
-         write & writeAddress == 12'h74 & writeMask ? writeData : bytes_whole_parts_host_event_sequence[7:0]};
-      bytes_whole_parts_parts_old_39 <=
+        & (write & writeAddress == 8'h60 & writeMask ? writeData[0] : bytes_whole_parts_request_go);
+      bytes_whole_parts_parts_old_19 <=
         ~set_host_event_go_valid
-        & (write & writeAddress == 12'h78 & writeMask ? writeData[0] : bytes_whole_parts_parts_old_39);
+        & (write & writeAddress == 8'h78 & writeMask ? writeData[0] : bytes_whole_parts_parts_old_19);
       if (set_mailbox_offset_valid)
         bytes_whole_35 <= set_mailbox_offset_bits;
-      else if (write & writeAddress == 12'h82 & writeMask)
+      else if (write & writeAddress == 8'h82 & writeMask)
         bytes_whole_35 <= writeData;
       bytes_whole_parts_mailbox_done <=
         ~set_mailbox_done_valid
-        & (write & writeAddress == 12'h84 & writeMask ? writeData[0] : bytes_whole_parts_mailbox_done);
+        & (write & writeAddress == 8'h84 & writeMask ? writeData[0] : bytes_whole_parts_mailbox_done);
       if (write & _bytes_whole_parts_clear_T_54 & writeMask | write & _bytes_whole_parts_clear_T_58 & writeMask | write
           & _bytes_whole_parts_clear_T_62 & writeMask | write & _bytes_whole_parts_clear_T_66 & writeMask)
         bytes_whole_38 <= 8'h0;
@@ -366,22 +376,17 @@ module RegisterFile(
         bytes_whole_41 <= bytes_whole_41 + 8'h1;
     end
   end // always @(posedge)
-  assign readData = _selected_T_301[12:5];
-  assign readableByPdi = _selected_T_301[2];
-  assign writableByPdi = _selected_T_301[0];
-  assign inRam = _selected_T_301[4];
+  assign readData =
+    (readAddress[7:2] == 6'h0 ? casez_tmp : 8'h0) | (readAddress[7:2] == 6'h1 ? casez_tmp_0 : 8'h0)
+    | (readAddress[7:2] == 6'hF ? casez_tmp_1 : 8'h0) | (readAddress[7:2] == 6'h10 ? casez_tmp_2 : 8'h0)
+    | (readAddress[7:2] == 6'h11 ? casez_tmp_3 : 8'h0) | (readAddress[7:2] == 6'h12 ? casez_tmp_4 : 8'h0)
+    | (readAddress[7:2] == 6'h18 ? casez_tmp_5 : 8'h0) | (readAddress[7:2] == 6'h1E ? casez_tmp_6 : 8'h0)
+    | (readAddress[7:2] == 6'h20 ? casez_tmp_7 : 8'h0) | (readAddress[7:2] == 6'h21 ? casez_tmp_8 : 8'h0)
+    | (readAddress[7:2] == 6'h22 ? casez_tmp_9 : 8'h0) | (readAddress[7:2] == 6'h24 ? casez_tmp_10 : 8'h0);
   assign value_mailbox_done = bytes_whole_parts_mailbox_done;
   assign value_mailbox_offset = bytes_whole_35;
-  assign value_host_event_go = bytes_whole_parts_parts_old_39;
-  assign value_host_event_sequence = bytes_whole_parts_host_event_sequence;
-  assign value_host_event_node = bytes_whole_parts_host_event_node;
-  assign value_host_event_state = bytes_whole_parts_parts_old_34;
-  assign value_host_event_position = bytes_whole_parts_parts_old_33;
+  assign value_host_event_go = bytes_whole_parts_parts_old_19;
   assign value_request_go = bytes_whole_parts_request_go;
-  assign value_request_data = bytes_whole_27;
-  assign value_request_address = bytes_whole_26;
-  assign value_request_length = bytes_whole_parts_request_length;
-  assign value_request_command = bytes_whole_24;
   assign value_master_self_test = bytes_whole_18;
   assign value_buzzer_off = bytes_whole_parts_buzzer_off;
   assign value_report_run = bytes_whole_parts_report_run;
@@ -408,15 +413,7 @@ module MasterHost(
   output        value_mailbox_done,
   output [7:0]  value_mailbox_offset,
   output        value_host_event_go,
-  output [15:0] value_host_event_sequence,
-  output [15:0] value_host_event_node,
-  output [7:0]  value_host_event_state,
-  output [7:0]  value_host_event_position,
   output        value_request_go,
-  output [63:0] value_request_data,
-  output [31:0] value_request_address,
-  output [3:0]  value_request_length,
-  output [7:0]  value_request_command,
   output [7:0]  value_master_self_test,
   output        value_buzzer_off,
   output        value_report_run,
@@ -436,8 +433,6 @@ module MasterHost(
   input         set_buzzer_off_valid,
   input  [7:0]  status_mailbox_data,
   input  [8:0]  status_mailbox_length,
-  input  [63:0] status_request_result,
-  input  [15:0] status_request_counter,
   input         status_request_answered,
   input  [31:0] status_master_time,
   input  [31:0] status_frames_lost,
@@ -455,79 +450,57 @@ module MasterHost(
   input         event_dropped_messages,
   input         event_refused_datagrams,
   output        settingWrite,
-  output [4:0]  settingAddress,
+  output [6:0]  settingAddress,
   output [7:0]  settingData,
   input  [7:0]  setting,
   output        reads_62,
   output        reads_88
 );
 
-  reg         host_ack_REG;
-  wire [11:0] _file_readAddress;
-  wire        _file_write;
-  wire [11:0] _file_writeAddress;
-  wire        _file_writeMask;
-  wire [7:0]  _file_readData;
-  wire        _file_readableByPdi;
-  wire        _file_writableByPdi;
-  wire        _file_inRam;
-  wire        inFile = host_addr[15:12] == 4'h0;
-  reg  [1:0]  count;
-  wire        active = host_req & ~host_ack_REG;
-  reg  [7:0]  data;
-  reg         inRam;
-  reg         may;
-  reg  [7:0]  bytes_0;
-  wire        _file_write_T = count == 2'h1;
-  reg  [7:0]  host_rdata_REG;
-  wire        isLast = count == 2'h2;
+  reg        host_ack_REG;
+  wire [7:0] _file_readAddress;
+  wire       _file_write;
+  wire [7:0] _file_writeAddress;
+  wire [7:0] _file_readData;
+  reg  [7:0] next;
+  reg        count;
+  wire       active = host_req & ~host_ack_REG & next[7];
+  wire       inFile = host_addr[15:8] == 8'h0;
+  wire       inSettings = host_addr[15:7] == 9'h0;
+  wire       _host_ack_T = active & count;
+  reg  [7:0] host_rdata_REG;
   always @(posedge clock) begin
     if (reset) begin
-      count <= 2'h0;
+      next <= 8'h0;
+      count <= 1'h0;
       host_ack_REG <= 1'h0;
     end
     else begin
-      if (active & ~isLast)
-        count <= count + 2'h1;
+      if (next[7]) begin
+      end
       else
-        count <= 2'h0;
-      host_ack_REG <= active & isLast;
+        next <= next + 8'h1;
+      count <= active & ~count & count - 1'h1;
+      host_ack_REG <= _host_ack_T;
     end
-    data <= _file_readData;
-    inRam <= _file_inRam;
-    may <= (host_write ? _file_writableByPdi : _file_readableByPdi) & inFile;
-    if (_file_write_T)
-      bytes_0 <= setting;
-    host_rdata_REG <= (data | bytes_0 & {8{inRam}}) & {8{may}};
+    host_rdata_REG <= _file_readData & {8{inFile}} | setting & {8{inSettings}};
   end // always @(posedge)
-  assign _file_readAddress = host_addr[11:0];
-  assign _file_write = active & _file_write_T & host_write;
-  assign _file_writeAddress = host_addr[11:0];
-  assign _file_writeMask = host_be & may;
+  assign _file_readAddress = host_addr[7:0];
+  assign _file_write = _host_ack_T & host_write & inFile;
+  assign _file_writeAddress = host_addr[7:0];
   RegisterFile file (
     .clock                     (clock),
     .reset                     (reset),
     .readAddress               (_file_readAddress),
     .readData                  (_file_readData),
-    .readableByPdi             (_file_readableByPdi),
-    .writableByPdi             (_file_writableByPdi),
-    .inRam                     (_file_inRam),
     .write                     (_file_write),
     .writeAddress              (_file_writeAddress),
-    .writeMask                 (_file_writeMask),
+    .writeMask                 (host_be),
     .writeData                 (host_wdata),
     .value_mailbox_done        (value_mailbox_done),
     .value_mailbox_offset      (value_mailbox_offset),
     .value_host_event_go       (value_host_event_go),
-    .value_host_event_sequence (value_host_event_sequence),
-    .value_host_event_node     (value_host_event_node),
-    .value_host_event_state    (value_host_event_state),
-    .value_host_event_position (value_host_event_position),
     .value_request_go          (value_request_go),
-    .value_request_data        (value_request_data),
-    .value_request_address     (value_request_address),
-    .value_request_length      (value_request_length),
-    .value_request_command     (value_request_command),
     .value_master_self_test    (value_master_self_test),
     .value_buzzer_off          (value_buzzer_off),
     .value_report_run          (value_report_run),
@@ -547,8 +520,6 @@ module MasterHost(
     .set_buzzer_off_valid      (set_buzzer_off_valid),
     .status_mailbox_data       (status_mailbox_data),
     .status_mailbox_length     (status_mailbox_length),
-    .status_request_result     (status_request_result),
-    .status_request_counter    (status_request_counter),
     .status_request_answered   (status_request_answered),
     .status_master_time        (status_master_time),
     .status_frames_lost        (status_frames_lost),
@@ -568,11 +539,37 @@ module MasterHost(
   );
   assign host_ack = host_ack_REG;
   assign host_rdata = host_rdata_REG;
-  assign settingWrite = active & count == 2'h0 & host_write & inFile & _file_inRam & host_be;
-  assign settingAddress = host_addr[4:0] - 5'h10;
-  assign settingData = host_wdata;
-  assign reads_62 = host_ack_REG & ~host_write & inFile & host_be & host_addr[11:0] == 12'h62;
-  assign reads_88 = host_ack_REG & ~host_write & inFile & host_be & host_addr[11:0] == 12'h88;
+  assign settingWrite = ~(next[7]) | active & ~count & host_write & inSettings & host_be;
+  assign settingAddress = next[7] ? host_addr[6:0] : next[6:0];
+  assign settingData =
+    next[7]
+      ? host_wdata
+        & ({8{host_addr[6:0] == 7'h10}} | {8{host_addr[6:0] == 7'h11}} | {8{host_addr[6:0] == 7'h12}}
+           | {8{host_addr[6:0] == 7'h13}} | {8{host_addr[6:0] == 7'h14}} | {8{host_addr[6:0] == 7'h15}}
+           | {8{host_addr[6:0] == 7'h16}} | {8{host_addr[6:0] == 7'h17}} | {8{host_addr[6:0] == 7'h18}}
+           | {8{host_addr[6:0] == 7'h19}} | {8{host_addr[6:0] == 7'h1A}} | {8{host_addr[6:0] == 7'h1B}}
+           | {8{host_addr[6:0] == 7'h1C}} | {8{host_addr[6:0] == 7'h1D}} | {8{host_addr[6:0] == 7'h1E}}
+           | {8{host_addr[6:0] == 7'h1F}} | {8{host_addr[6:0] == 7'h20}} | {8{host_addr[6:0] == 7'h21}}
+           | {8{host_addr[6:0] == 7'h22}} | {8{host_addr[6:0] == 7'h23}} | {8{host_addr[6:0] == 7'h24}}
+           | {8{host_addr[6:0] == 7'h25}} | {8{host_addr[6:0] == 7'h26}} | {8{host_addr[6:0] == 7'h27}}
+           | {8{host_addr[6:0] == 7'h28}} | {8{host_addr[6:0] == 7'h29}} | {8{host_addr[6:0] == 7'h2A}}
+           | {8{host_addr[6:0] == 7'h2B}} | {8{host_addr[6:0] == 7'h30}} | {8{host_addr[6:0] == 7'h31}}
+           | (host_addr[6:0] == 7'h32 ? 8'hF : 8'h0) | {8{host_addr[6:0] == 7'h34}} | {8{host_addr[6:0] == 7'h35}}
+           | (host_addr[6:0] == 7'h36 ? 8'hF : 8'h0) | {8{host_addr[6:0] == 7'h38}}
+           | (host_addr[6:0] == 7'h39 ? 8'hF : 8'h0) | {8{host_addr[6:0] == 7'h3A}}
+           | (host_addr[6:0] == 7'h3B ? 8'hF : 8'h0) | {8{host_addr[6:0] == 7'h3D}} | {8{host_addr[6:0] == 7'h50}}
+           | (host_addr[6:0] == 7'h51 ? 8'hF : 8'h0) | {8{host_addr[6:0] == 7'h54}} | {8{host_addr[6:0] == 7'h55}}
+           | {8{host_addr[6:0] == 7'h56}} | {8{host_addr[6:0] == 7'h57}} | {8{host_addr[6:0] == 7'h58}}
+           | {8{host_addr[6:0] == 7'h59}} | {8{host_addr[6:0] == 7'h5A}} | {8{host_addr[6:0] == 7'h5B}}
+           | {8{host_addr[6:0] == 7'h5C}} | {8{host_addr[6:0] == 7'h5D}} | {8{host_addr[6:0] == 7'h5E}}
+           | {8{host_addr[6:0] == 7'h5F}} | {8{host_addr[6:0] == 7'h70}} | {8{host_addr[6:0] == 7'h71}}
+           | {8{host_addr[6:0] == 7'h72}} | {8{host_addr[6:0] == 7'h73}} | {8{host_addr[6:0] == 7'h74}}
+           | {8{host_addr[6:0] == 7'h75}})
+      : (next[6:0] == 7'h30 ? 8'hA8 : 8'h0) | (next[6:0] == 7'h31 ? 8'h61 : 8'h0) | (next[6:0] == 7'h34 ? 8'hC4 : 8'h0)
+        | (next[6:0] == 7'h35 ? 8'h9 : 8'h0) | {6'h0, next[6:0] == 7'h36, 1'h0} | (next[6:0] == 7'h38 ? 8'hC8 : 8'h0)
+        | (next[6:0] == 7'h3A ? 8'hE8 : 8'h0) | (next[6:0] == 7'h3B ? 8'h3 : 8'h0);
+  assign reads_62 = host_ack_REG & ~host_write & inFile & host_be & host_addr[7:0] == 8'h62;
+  assign reads_88 = host_ack_REG & ~host_write & inFile & host_be & host_addr[7:0] == 8'h88;
 endmodule
 
 module LevelCrossing(
@@ -696,7 +693,6 @@ module MiiRxReadSide(
   reg  [2:0] meta;
   reg  [2:0] visible;
   reg  [2:0] earlier_1;
-  reg  [2:0] earlier_2;
   reg  [2:0] pointer;
   wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
   wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
@@ -743,7 +739,6 @@ module MiiRxReadSide(
     meta <= writeGray;
     visible <= meta;
     earlier_1 <= visible;
-    earlier_2 <= earlier_1;
     if (reset)
       pointer <= {visible[2], ^(visible[2:1]), ^visible};
     else if (read_take)
@@ -753,7 +748,7 @@ module MiiRxReadSide(
   assign read_symbol_er = casez_tmp_0;
   assign read_symbol_data = casez_tmp_1;
   assign read_available = visible != pointerGray;
-  assign read_settled = earlier_2 != pointerGray;
+  assign read_settled = earlier_1 != pointerGray;
   assign read_overflow = _waiting_T_7[2];
 endmodule
 
@@ -1002,6 +997,108 @@ endmodule
 
 // external module DualPortRam
 
+// external module DualPortRam
+
+// external module DualPortRam
+
+module SlaveTable(
+  input         clock,
+  input  [5:0]  read,
+  output [5:0]  index,
+  input         change_node_valid,
+  input  [15:0] change_node_bits,
+  output [15:0] node,
+  input         change_record_valid,
+  input  [15:0] change_record_bits_sequence,
+  input  [7:0]  change_record_bits_epoch,
+  input  [15:0] change_record_bits_event,
+  output [15:0] record_sequence,
+  output [7:0]  record_epoch,
+  output [15:0] record_event,
+  input         change_answer_valid,
+  input  [15:0] change_answer_bits,
+  output [15:0] answer,
+  input         change_flags_valid,
+  input         change_flags_bits_heard,
+  input         change_flags_bits_confirmed,
+  input         change_flags_bits_due,
+  input         change_flags_bits_told,
+  output        flags_heard,
+  output        flags_confirmed,
+  output        flags_due,
+  output        flags_told
+);
+
+  wire [3:0]  _flags_ram_writeData;
+  wire [3:0]  _flags_ram_readData;
+  wire [39:0] _record_ram_writeData;
+  wire [39:0] _record_ram_readData;
+  reg  [5:0]  index_REG;
+  always @(posedge clock)
+    index_REG <= read;
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(16)
+  ) node_ram (
+    .clock        (clock),
+    .write        (change_node_valid),
+    .writeAddress (index_REG),
+    .writeData    (change_node_bits),
+    .readAddress  (read),
+    .readData     (node)
+  );
+  assign _record_ram_writeData = {change_record_bits_sequence, change_record_bits_epoch, change_record_bits_event};
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(40)
+  ) record_ram (
+    .clock        (clock),
+    .write        (change_record_valid),
+    .writeAddress (index_REG),
+    .writeData    (_record_ram_writeData),
+    .readAddress  (read),
+    .readData     (_record_ram_readData)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(16)
+  ) answer_ram (
+    .clock        (clock),
+    .write        (change_answer_valid),
+    .writeAddress (index_REG),
+    .writeData    (change_answer_bits),
+    .readAddress  (read),
+    .readData     (answer)
+  );
+  assign _flags_ram_writeData =
+    {change_flags_bits_heard, change_flags_bits_confirmed, change_flags_bits_due, change_flags_bits_told};
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(4)
+  ) flags_ram (
+    .clock        (clock),
+    .write        (change_flags_valid),
+    .writeAddress (index_REG),
+    .writeData    (_flags_ram_writeData),
+    .readAddress  (read),
+    .readData     (_flags_ram_readData)
+  );
+  assign index = index_REG;
+  assign record_sequence = _record_ram_readData[39:24];
+  assign record_epoch = _record_ram_readData[23:16];
+  assign record_event = _record_ram_readData[15:0];
+  assign flags_heard = _flags_ram_readData[3];
+  assign flags_confirmed = _flags_ram_readData[2];
+  assign flags_due = _flags_ram_readData[1];
+  assign flags_told = _flags_ram_readData[0];
+endmodule
+
+// external module DualPortRam
+
 module FrameComposer(
   input         clock,
   input         reset,
@@ -1032,51 +1129,48 @@ module FrameComposer(
   reg  [10:0] used;
   reg  [7:0]  count;
   reg  [10:0] last;
-  reg  [10:0] at;
+  reg  [11:0] at;
   reg  [10:0] left;
-  reg  [7:0]  asked_command;
-  reg  [7:0]  asked_index;
-  reg  [31:0] asked_address;
-  reg  [10:0] asked_length;
   reg  [7:0]  casez_tmp;
   always @(*) begin
     casez (at[3:0])
       4'b0000:
-        casez_tmp = asked_command;
+        casez_tmp = datagram_bits_command;
       4'b0001:
-        casez_tmp = asked_index;
+        casez_tmp = datagram_bits_index;
       4'b0010:
-        casez_tmp = asked_address[7:0];
+        casez_tmp = datagram_bits_address[7:0];
       4'b0011:
-        casez_tmp = asked_address[15:8];
+        casez_tmp = datagram_bits_address[15:8];
       4'b0100:
-        casez_tmp = asked_address[23:16];
+        casez_tmp = datagram_bits_address[23:16];
       4'b0101:
-        casez_tmp = asked_address[31:24];
+        casez_tmp = datagram_bits_address[31:24];
       4'b0110:
-        casez_tmp = asked_length[7:0];
+        casez_tmp = datagram_bits_length[7:0];
       4'b0111:
-        casez_tmp = {5'h10, asked_length[10:8]};
+        casez_tmp = {5'h10, datagram_bits_length[10:8]};
       4'b1000:
         casez_tmp = 8'h0;
       4'b1001:
         casez_tmp = 8'h0;
       4'b1010:
-        casez_tmp = asked_command;
+        casez_tmp = datagram_bits_command;
       4'b1011:
-        casez_tmp = asked_command;
+        casez_tmp = datagram_bits_command;
       4'b1100:
-        casez_tmp = asked_command;
+        casez_tmp = datagram_bits_command;
       4'b1101:
-        casez_tmp = asked_command;
+        casez_tmp = datagram_bits_command;
       4'b1110:
-        casez_tmp = asked_command;
+        casez_tmp = datagram_bits_command;
       default:
-        casez_tmp = asked_command;
+        casez_tmp = datagram_bits_command;
     endcase
   end // always @(*)
-  wire        _full_output = count == 8'hF | {1'h0, used} + {1'h0, datagram_bits_length} > 12'h5CE;
-  wire        datagram_ready_0 = ~(|state) & ~_full_output & ~clear & ~send;
+  wire [11:0] _GEN = {1'h0, used};
+  wire        _full_output = count == 8'hF | _GEN + {1'h0, datagram_bits_length} > 12'h5CE;
+  wire        _datagram_ready_T_1 = at == 12'h9;
   reg  [7:0]  casez_tmp_0;
   always @(*) begin
     casez (at[3:0])
@@ -1114,17 +1208,37 @@ module FrameComposer(
         casez_tmp_0 = {5'h2, used[10:8]};
     endcase
   end // always @(*)
-  wire        bytes_bits_last_0 = at == used + 11'hF;
-  wire        _GEN = state == 3'h1;
-  wire        _GEN_0 = state == 3'h2;
-  wire        _GEN_1 = state == 3'h3;
-  wire        write = (|state) & (_GEN | (_GEN_0 ? data_valid : _GEN_1));
-  wire        _GEN_2 = datagram_ready_0 & datagram_valid;
-  wire        _GEN_3 = clear | send;
-  wire        _GEN_4 = (|state) | _GEN_3 | ~_GEN_2;
-  wire        _GEN_5 = at == 11'h9;
-  wire        _GEN_6 = state == 3'h4;
-  wire        _GEN_7 = state == 3'h5 & bytes_ready;
+  wire [11:0] _at_T_2 = at + 12'h1;
+  wire        bytes_bits_last_0 = _at_T_2 == _GEN;
+  wire        _GEN_0 = state == 3'h0;
+  wire        _GEN_1 = datagram_valid & ~_full_output;
+  wire        _GEN_2 = state == 3'h1;
+  wire        _GEN_3 = state == 3'h2;
+  wire        _GEN_4 = state == 3'h3;
+  wire        write = ~_GEN_0 & (_GEN_2 | (_GEN_3 ? data_valid : _GEN_4));
+  wire        _GEN_5 = state == 3'h5 & bytes_ready;
+  reg  [2:0]  casez_tmp_1;
+  wire [2:0]  _GEN_6 = _GEN_5 ? {~bytes_bits_last_0, 2'h0} : state;
+  always @(*) begin
+    casez (state)
+      3'b000:
+        casez_tmp_1 = clear ? state : send ? 3'h4 : _GEN_1 ? 3'h1 : state;
+      3'b001:
+        casez_tmp_1 = _datagram_ready_T_1 ? {2'h1, left == 11'h0} : state;
+      3'b010:
+        casez_tmp_1 = data_valid & left == 11'h1 ? 3'h3 : state;
+      3'b011:
+        casez_tmp_1 = at == 12'h1 ? 3'h0 : state;
+      3'b100:
+        casez_tmp_1 = 3'h5;
+      3'b101:
+        casez_tmp_1 = _GEN_6;
+      3'b110:
+        casez_tmp_1 = _GEN_6;
+      default:
+        casez_tmp_1 = _GEN_6;
+    endcase
+  end // always @(*)
   always @(posedge clock) begin
     if (reset) begin
       state <= 3'h0;
@@ -1132,83 +1246,50 @@ module FrameComposer(
       count <= 8'h0;
     end
     else begin
-      if (|state) begin
-        if (_GEN) begin
-          if (_GEN_5)
-            state <= {2'h1, left == 11'h0};
-        end
-        else if (_GEN_0) begin
-          if (data_valid & left == 11'h1)
-            state <= 3'h3;
-        end
-        else if (_GEN_1) begin
-          if (at == 11'h1)
-            state <= 3'h0;
-        end
-        else if (_GEN_6)
-          state <= 3'h5;
-        else if (_GEN_7)
-          state <= {~bytes_bits_last_0, 2'h0};
-      end
-      else if (clear)
-        count <= 8'h0;
-      else begin
-        if (send)
-          state <= 3'h4;
-        else if (_GEN_2)
-          state <= 3'h1;
-        if (send | ~_GEN_2) begin
+      state <= casez_tmp_1;
+      if (_GEN_0 & clear)
+        used <= 11'h0;
+      else if (write)
+        used <= used + 11'h1;
+      if (_GEN_0) begin
+        if (clear)
+          count <= 8'h0;
+        else if (send | ~_GEN_1) begin
         end
         else
           count <= count + 8'h1;
       end
-      if (~(|state) & clear)
-        used <= 11'h0;
-      else if (write)
-        used <= used + 11'h1;
     end
-    if (_GEN_4) begin
+    if (_GEN_0 | ~(_GEN_2 & at == 12'h7)) begin
     end
     else
-      last <= used + 11'h7;
-    if (|state) begin
-      if (_GEN) begin
-        if (_GEN_5)
-          at <= 11'h0;
-        else
-          at <= at + 11'h1;
-      end
-      else if (~_GEN_0) begin
-        if (_GEN_1)
-          at <= at + 11'h1;
-        else if (_GEN_6 | ~_GEN_7) begin
-        end
-        else
-          at <= at + 11'h1;
-      end
-      if (_GEN | ~(_GEN_0 & data_valid)) begin
-      end
-      else
-        left <= left - 11'h1;
-    end
-    else begin
-      at <= 11'h0;
-      if (_GEN_3 | ~_GEN_2) begin
+      last <= used;
+    if (_GEN_0) begin
+      at <= clear | ~send ? 12'h0 : 12'hFF0;
+      if (clear | send | ~_GEN_1) begin
       end
       else
         left <= datagram_bits_length;
     end
-    if (_GEN_4) begin
-    end
     else begin
-      asked_command <= datagram_bits_command;
-      asked_index <= datagram_bits_index;
-      asked_address <= datagram_bits_address;
-      asked_length <= datagram_bits_length;
+      if (_GEN_2) begin
+        if (_datagram_ready_T_1)
+          at <= 12'h0;
+        else
+          at <= _at_T_2;
+      end
+      else if (_GEN_3 | ~(_GEN_4 | ~(state == 3'h4 | ~_GEN_5))) begin
+      end
+      else
+        at <= _at_T_2;
+      if (_GEN_2 | ~(_GEN_3 & data_valid)) begin
+      end
+      else
+        left <= left - 11'h1;
     end
   end // always @(posedge)
   assign _ram_writeData = state == 3'h2 ? data_bits : state == 3'h1 ? casez_tmp : 8'h0;
-  assign _ram_readAddress = at - 11'h10;
+  assign _ram_readAddress = at[10:0];
   DualPortRam #(
     .ADDRESS_BITS(11),
     .DEPTH(2048),
@@ -1221,13 +1302,13 @@ module FrameComposer(
     .readAddress  (_ram_readAddress),
     .readData     (_ram_readData)
   );
-  assign datagram_ready = datagram_ready_0;
+  assign datagram_ready = state == 3'h1 & _datagram_ready_T_1;
   assign data_ready = state == 3'h2;
   assign full = _full_output;
   assign busy = |state;
   assign bytes_valid = state == 3'h5;
   assign bytes_bits_data =
-    (|(at[10:4])) ? (at == last + 11'h10 & (|count) ? {1'h0, _ram_readData[6:0]} : _ram_readData) : casez_tmp_0;
+    at[11] ? casez_tmp_0 : at[10:0] == last & (|count) ? {1'h0, _ram_readData[6:0]} : _ram_readData;
   assign bytes_bits_last = bytes_bits_last_0;
 endmodule
 
@@ -1249,17 +1330,21 @@ module EthernetSender(
 );
 
   reg  [2:0]  state;
-  reg  [5:0]  count;
-  reg         high;
+  reg  [6:0]  count;
   reg  [3:0]  rest;
   reg         ended;
   reg  [31:0] crc;
-  reg  [4:0]  gap;
   reg  [7:0]  following_data;
   reg         following_last;
   reg         full;
-  wire        _next_data_T_2 = state == 3'h2;
-  wire        takes = _next_data_T_2 & ~high;
+  wire        _content_T = state == 3'h2;
+  wire        takes = _content_T & ~(count[0]);
+  wire        late = takes & ~full;
+  wire        _GEN = state == 3'h6;
+  wire        whole =
+    (&(count[2:0]))
+    & count[6:3] == (state == 3'h4 ? 4'h0 : state == 3'h3 | state == 3'h2 ? 4'hE : {2'h0, state == 3'h1 ? 2'h1 : 2'h2});
+  wire        content = _content_T | state == 3'h3;
   reg         out_r_valid;
   reg         out_r_payload;
   reg  [3:0]  out_r_data;
@@ -1267,74 +1352,41 @@ module EthernetSender(
   reg         out_r_bad;
   reg         out_r_odd;
   reg         out_r_crcGood;
-  wire        _GEN = state == 3'h1;
-  wire        _GEN_0 = state == 3'h2 | state == 3'h3;
-  wire        _GEN_1 = state == 3'h4;
+  wire        _next_last_T = state == 3'h4;
+  wire        next_payload = content | _next_last_T;
+  reg  [2:0]  casez_tmp;
+  wire [2:0]  _GEN_0 = late ? 3'h5 : count[0] & ended ? (whole ? 3'h4 : 3'h3) : state;
+  wire [2:0]  _GEN_1 = _GEN & full & following_last ? 3'h0 : state;
+  always @(*) begin
+    casez (state)
+      3'b000:
+        casez_tmp = full ? 3'h1 : state;
+      3'b001:
+        casez_tmp = whole ? 3'h2 : state;
+      3'b010:
+        casez_tmp = _GEN_0;
+      3'b011:
+        casez_tmp = _GEN_0;
+      3'b100:
+        casez_tmp = whole ? 3'h5 : state;
+      3'b101:
+        casez_tmp = whole ? (ended ? 3'h0 : 3'h6) : state;
+      3'b110:
+        casez_tmp = _GEN_1;
+      default:
+        casez_tmp = _GEN_1;
+    endcase
+  end // always @(*)
+  wire        _GEN_2 = state == 3'h0;
+  wire        _GEN_3 = ~full & bytes_valid;
+  wire        _GEN_4 = state == 3'h1;
+  wire        _GEN_5 = state == 3'h2;
   wire [3:0]  next_data =
-    _GEN
-      ? {count == 6'hF, 3'h5}
-      : _GEN_0 ? (_next_data_T_2 ? (takes ? following_data[3:0] : rest) : 4'h0) : _GEN_1 ? ~(crc[3:0]) : 4'h0;
-  wire        _GEN_2 = count == 6'hF;
-  wire        _state_T = count > 6'h3A;
-  reg  [5:0]  casez_tmp;
-  wire [5:0]  _GEN_3 = high ? (ended & _state_T ? 6'h0 : count == 6'h3C ? count : count + 6'h1) : count;
-  always @(*) begin
-    casez (state)
-      3'b000:
-        casez_tmp = 6'h0;
-      3'b001:
-        casez_tmp = _GEN_2 ? 6'h0 : count + 6'h1;
-      3'b010:
-        casez_tmp = _GEN_3;
-      3'b011:
-        casez_tmp = _GEN_3;
-      3'b100:
-        casez_tmp = count + 6'h1;
-      3'b101:
-        casez_tmp = count;
-      3'b110:
-        casez_tmp = count;
-      default:
-        casez_tmp = count;
-    endcase
-  end // always @(*)
-  reg  [31:0] casez_tmp_0;
-  wire [3:0]  crc_feedback = crc[3:0] ^ next_data;
-  wire [31:0] _crc_T_5 =
-    {4'h0, crc[31:4]} ^ (crc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
-    ^ (crc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crc_feedback[3] ? 32'hEDB88320 : 32'h0);
-  always @(*) begin
-    casez (state)
-      3'b000:
-        casez_tmp_0 = crc;
-      3'b001:
-        casez_tmp_0 = 32'hFFFFFFFF;
-      3'b010:
-        casez_tmp_0 = _crc_T_5;
-      3'b011:
-        casez_tmp_0 = _crc_T_5;
-      3'b100:
-        casez_tmp_0 = {4'h0, crc[31:4]};
-      3'b101:
-        casez_tmp_0 = crc;
-      3'b110:
-        casez_tmp_0 = crc;
-      default:
-        casez_tmp_0 = crc;
-    endcase
-  end // always @(*)
-  wire        late = takes & ~full;
-  wire        next_odd = ~_GEN & _GEN_0 & late;
-  wire        next_last = ~_GEN & (_GEN_0 ? late : _GEN_1 & count == 6'h7);
-  wire        _GEN_4 = state == 3'h5;
-  wire        _GEN_5 = ~full & bytes_valid;
-  wire        _GEN_6 = state == 3'h0;
-  wire        _GEN_7 = ~step | _GEN_6;
-  wire        _GEN_8 = _GEN_0 & takes;
+    _GEN_4 ? {whole, 3'h5} : _GEN_5 ? (takes ? following_data[3:0] : rest) : state == 3'h4 ? ~(crc[3:0]) : 4'h0;
+  wire [3:0]  nextCrc_feedback = crc[3:0] ^ (content ? next_data : crc[3:0]);
   always @(posedge clock) begin
     if (reset) begin
       state <= 3'h0;
-      gap <= 5'h0;
       full <= 1'h0;
       out_r_valid <= 1'h0;
       out_r_payload <= 1'h0;
@@ -1346,53 +1398,33 @@ module EthernetSender(
     end
     else begin
       if (step) begin
-        if (_GEN_6) begin
-          if (full & ~(|gap))
-            state <= 3'h1;
-        end
-        else if (_GEN) begin
-          if (_GEN_2)
-            state <= 3'h2;
-        end
-        else if (_GEN_0) begin
-          if (late)
-            state <= 3'h5;
-          else if (high & ended)
-            state <= _state_T ? 3'h4 : 3'h3;
-        end
-        else if (_GEN_1 ? count == 6'h7 : _GEN_4 & full & following_last)
-          state <= 3'h0;
-        if (next_last)
-          gap <= 5'h18;
-        else if (|gap)
-          gap <= gap - 5'h1;
-        out_r_valid <= _GEN | _GEN_0 | _GEN_1;
-        out_r_payload <= ~_GEN & (_GEN_0 | _GEN_1);
+        state <= casez_tmp;
+        out_r_valid <= state == 3'h1 | next_payload;
+        out_r_payload <= next_payload;
         out_r_data <= next_data;
-        out_r_last <= next_last;
-        out_r_bad <= next_odd;
-        out_r_odd <= next_odd;
+        out_r_last <= late | _next_last_T & whole;
+        out_r_bad <= late;
+        out_r_odd <= late;
       end
-      full <= _GEN_5 | ~(step & (takes | _GEN_4)) & full;
+      full <= _GEN_3 | ~(step & (takes | _GEN)) & full;
       out_r_crcGood <= step | out_r_crcGood;
     end
     if (step) begin
-      count <= casez_tmp;
-      crc <= casez_tmp_0;
+      if (_GEN_2 | ~(_GEN_4 | ~((_GEN_5 | state == 3'h3) & late)))
+        count <= 7'h0;
+      else if (whole)
+        count <= content & ~ended ? 7'h76 : 7'h0;
+      else
+        count <= count + 7'h1;
+      ended <= ~_GEN_2 & (takes ? following_last : ended);
+      crc <=
+        {4'h0, crc[31:4]} ^ (nextCrc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (nextCrc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
+        ^ (nextCrc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (nextCrc_feedback[3] ? 32'hEDB88320 : 32'h0)
+        | {{4{~content}}, 28'h0};
     end
-    if (_GEN_7) begin
-    end
-    else
-      high <= ~_GEN & (_GEN_0 ^ high);
-    if (~step | _GEN_6 | _GEN | ~_GEN_8) begin
-    end
-    else
+    if (step & takes)
       rest <= following_data[7:4];
-    if (_GEN_7) begin
-    end
-    else
-      ended <= ~_GEN & (_GEN_8 ? following_last : ended);
-    if (_GEN_5) begin
+    if (_GEN_3) begin
       following_data <= bytes_bits_data;
       following_last <= bytes_bits_last;
     end
@@ -1425,50 +1457,29 @@ module EthernetReceiver(
 
   reg  [3:0] low;
   reg        high;
-  reg  [7:0] behind_0;
-  reg  [7:0] behind_1;
-  reg  [7:0] behind_2;
-  reg  [7:0] behind_3;
-  reg  [2:0] held;
   reg        begun;
   wire       _end_valid_T = step & in_valid;
-  wire       whole = _end_valid_T & in_payload & high;
   reg        end_valid_REG;
   reg        end_bits_REG;
-  wire       _GEN = held == 3'h4;
-  wire       _GEN_0 = ~in_payload | in_last;
   always @(posedge clock) begin
-    if (_end_valid_T & in_payload & ~high)
+    if (_end_valid_T)
       low <= in_data;
-    if (_end_valid_T & whole) begin
-      behind_0 <= {in_data, low};
-      behind_1 <= behind_0;
-      behind_2 <= behind_1;
-      behind_3 <= behind_2;
-    end
     end_bits_REG <= ~in_bad;
     if (reset) begin
       high <= 1'h0;
-      held <= 3'h0;
       begun <= 1'h0;
       end_valid_REG <= 1'h0;
     end
     else begin
       if (_end_valid_T) begin
-        high <= ~_GEN_0 & (in_payload ^ high);
-        if (_GEN_0)
-          held <= 3'h0;
-        else if (~whole | _GEN) begin
-        end
-        else
-          held <= held + 3'h1;
-        begun <= ~_GEN_0 & (whole & _GEN | begun);
+        high <= in_payload & ~in_last & ~high;
+        begun <= ~(~in_payload | in_last) & (high | begun);
       end
       end_valid_REG <= _end_valid_T & in_last;
     end
   end // always @(posedge)
-  assign byte_valid = whole & held == 3'h4;
-  assign byte_bits = behind_3;
+  assign byte_valid = _end_valid_T & in_payload & high;
+  assign byte_bits = {in_data, low};
   assign first = ~begun;
   assign end_valid = end_valid_REG;
   assign end_bits = end_bits_REG;
@@ -1489,24 +1500,17 @@ module AnswerMatcher(
   input  [7:0]  expect_bits_command,
   input  [7:0]  expect_bits_index,
   input  [10:0] expect_bits_length,
-  output        data_valid,
-  output [7:0]  data_bits,
-  output [10:0] offset,
-  output        answer_valid,
-  output [7:0]  answer_bits_command,
-  output [7:0]  answer_bits_index,
-  output [31:0] answer_bits_address,
-  output [10:0] answer_bits_length,
-  output [15:0] answer_bits_counter,
-  output        answer_bits_appended,
+  output        word_valid,
+  output [2:0]  word_bits_place,
+  output [15:0] word_bits_data,
   output        done_valid,
   output        done_bits
 );
 
   wire [6:0]  _ram_writeAddress;
-  wire [26:0] _ram_writeData;
+  wire [31:0] _ram_writeData;
   wire [6:0]  _ram_readAddress;
-  wire [26:0] _ram_readData;
+  wire [31:0] _ram_readData;
   reg  [7:0]  sent;
   reg  [7:0]  came;
   reg  [2:0]  state;
@@ -1515,27 +1519,40 @@ module AnswerMatcher(
   reg  [10:0] left;
   reg         more;
   reg         wrong;
-  reg  [7:0]  now_command;
-  reg  [7:0]  now_index;
-  reg  [31:0] now_address;
-  reg  [10:0] now_length;
   reg  [7:0]  low;
   wire        isAppended = came >= sent;
-  wire        _answer_valid_T_2 = at == 11'h1;
+  wire        inData = state == 3'h2;
+  wire        _places_T_4 = state == 3'h1;
+  wire        _had_T = at == 11'h7;
+  wire        places_1_1 = _places_T_4 & at == 11'h5;
+  wire        places_2_1 = _places_T_4 & _had_T;
+  wire        _isCompared_T_1 = at == 11'h1;
+  wire        places_3_1 = state == 3'h3 & _isCompared_T_1;
+  wire        places_4_1 = inData & at < 11'h8;
+  reg  [7:0]  casez_tmp;
+  always @(*) begin
+    casez ({at[2], at[0]})
+      2'b00:
+        casez_tmp = _ram_readData[7:0];
+      2'b01:
+        casez_tmp = _ram_readData[15:8];
+      2'b10:
+        casez_tmp = _ram_readData[23:16];
+      default:
+        casez_tmp = _ram_readData[31:24];
+    endcase
+  end // always @(*)
+  wire [10:0] _left_T = {byte_bits[2:0], low};
   wire        _GEN = state == 3'h0;
-  wire        _GEN_0 = at == 11'h6;
-  wire [10:0] _GEN_1 = {3'h0, byte_bits};
-  wire        _GEN_2 = at == 11'hF;
-  wire [10:0] _state_T_2 = {byte_bits[2:0], area[7:0]};
-  wire        _GEN_3 = state == 3'h1;
-  wire        _GEN_4 = first | _GEN;
-  wire        _GEN_5 = at == 11'h7;
-  wire        _GEN_6 = at == 11'h9;
-  wire        _GEN_7 = state == 3'h2;
-  wire        _GEN_8 = left == 11'h1;
-  wire        _GEN_9 = state == 3'h3;
-  wire        _GEN_10 = _GEN | _GEN_3 | _GEN_7;
-  wire        _GEN_11 = _GEN_9 & _answer_valid_T_2;
+  wire        _GEN_0 = at == 11'hF;
+  wire        _GEN_1 = state == 3'h1;
+  wire        _isCompared_T_3 = at == 11'h6;
+  wire        _GEN_2 = first | _GEN;
+  wire        _GEN_3 = at == 11'h9;
+  wire        _GEN_4 = state == 3'h2;
+  wire        _GEN_5 = left == 11'h1;
+  wire        _GEN_6 = state == 3'h3;
+  wire        _GEN_7 = _GEN_6 & _isCompared_T_1;
   always @(posedge clock) begin
     if (reset) begin
       sent <= 8'h0;
@@ -1550,20 +1567,20 @@ module AnswerMatcher(
         if (first)
           state <= 3'h0;
         else if (_GEN) begin
-          if (_GEN_2)
-            state <= byte_bits[7:4] == 4'h1 ? (_state_T_2 == 11'h0 ? 3'h4 : 3'h1) : 3'h5;
-          else if (at == 11'hC & byte_bits != 8'h88 | at == 11'hD & byte_bits != 8'hA4 | _GEN_0 & ~(byte_bits[1]))
+          if (_GEN_0)
+            state <= byte_bits[7:4] == 4'h1 ? (_left_T == 11'h0 ? 3'h4 : 3'h1) : 3'h5;
+          else if (at == 11'hC & byte_bits != 8'h88 | at == 11'hD & byte_bits != 8'hA4 | at == 11'h6 & ~(byte_bits[1]))
             state <= 3'h5;
         end
-        else if (_GEN_3) begin
-          if (_GEN_6)
+        else if (_GEN_1) begin
+          if (_GEN_3)
             state <= {2'h1, left == 11'h0};
         end
-        else if (_GEN_7) begin
-          if (_GEN_8)
+        else if (_GEN_4) begin
+          if (_GEN_5)
             state <= 3'h3;
         end
-        else if (_GEN_11)
+        else if (_GEN_7)
           state <= more ? 3'h1 : 3'h4;
       end
     end
@@ -1573,11 +1590,11 @@ module AnswerMatcher(
         at <= 11'h1;
       end
       else begin
-        if (_GEN_10 | ~_GEN_11) begin
+        if (_GEN | _GEN_1 | _GEN_4 | ~_GEN_7) begin
         end
         else
           came <= came + 8'h1;
-        if (_GEN ? _GEN_2 : _GEN_3 ? _GEN_6 : _GEN_7 ? _GEN_8 : _GEN_11)
+        if (_GEN ? _GEN_0 : _GEN_1 ? _GEN_3 : _GEN_4 ? _GEN_5 : _GEN_7)
           at <= 11'h0;
         else
           at <= at + 11'h1;
@@ -1586,68 +1603,46 @@ module AnswerMatcher(
         ~first
         & (_GEN
              ? wrong
-             : _GEN_3
-                 ? _GEN_6 & ~isAppended
-                   & ~(now_command == _ram_readData[7:0] & now_index == _ram_readData[15:8]
-                       & now_length == _ram_readData[26:16]) | wrong
-                 : ~_GEN_7 & _GEN_9 & _answer_valid_T_2 & (more != (area != 11'h1) | came == 8'h7F) | wrong);
+             : _GEN_1
+                 ? (at == 11'h0 | _isCompared_T_1 | _isCompared_T_3 | _had_T) & ~isAppended
+                   & (_had_T ? {5'h0, byte_bits[2:0]} : byte_bits) != casez_tmp | wrong
+                 : ~_GEN_4 & _GEN_6 & _isCompared_T_1 & (more != (area != 11'h1) | came == 8'h7F) | wrong);
+      low <= byte_bits;
     end
     if (~byte_valid | first) begin
     end
     else if (_GEN) begin
-      if (_GEN_2)
-        area <= _state_T_2;
-      else if (at == 11'hE)
-        area <= _GEN_1;
+      if (_GEN_0)
+        area <= _left_T;
     end
-    else if (_GEN_3)
+    else if (_GEN_1)
       area <= area - 11'h1;
-    else if (_GEN_7)
+    else if (_GEN_4)
       area <= area - 11'h1;
-    else if (_GEN_9)
+    else if (_GEN_6)
       area <= area - 11'h1;
-    if (~byte_valid | _GEN_4) begin
+    if (~byte_valid | _GEN_2) begin
     end
-    else if (_GEN_3) begin
-      if (_GEN_5)
-        left <= {byte_bits[2:0], now_length[7:0]};
+    else if (_GEN_1) begin
+      if (_had_T)
+        left <= _left_T;
+      else if (_isCompared_T_3)
+        left <= {3'h0, byte_bits};
     end
-    else if (_GEN_7)
+    else if (_GEN_4)
       left <= left - 11'h1;
-    if (~byte_valid | _GEN_4 | ~(_GEN_3 & _GEN_5)) begin
+    if (~byte_valid | _GEN_2 | ~(_GEN_1 & _had_T)) begin
     end
     else
       more <= byte_bits[7];
-    if (~byte_valid | _GEN_4 | ~(_GEN_3 & at == 11'h0)) begin
-    end
-    else
-      now_command <= byte_bits;
-    if (~byte_valid | _GEN_4 | ~(_GEN_3 & _answer_valid_T_2)) begin
-    end
-    else
-      now_index <= byte_bits;
-    if (~byte_valid | _GEN_4 | ~(_GEN_3 & (|(at[10:1])) & at < 11'h6)) begin
-    end
-    else
-      now_address <= {byte_bits, now_address[31:8]};
-    if (~byte_valid | _GEN_4 | ~_GEN_3) begin
-    end
-    else if (_GEN_5)
-      now_length <= {byte_bits[2:0], now_length[7:0]};
-    else if (_GEN_0)
-      now_length <= _GEN_1;
-    if (~byte_valid | first | _GEN_10 | ~_GEN_9) begin
-    end
-    else
-      low <= byte_bits;
   end // always @(posedge)
   assign _ram_writeAddress = sent[6:0];
-  assign _ram_writeData = {expect_bits_length, expect_bits_index, expect_bits_command};
+  assign _ram_writeData = {5'h0, expect_bits_length, expect_bits_index, expect_bits_command};
   assign _ram_readAddress = came[6:0];
   DualPortRam #(
     .ADDRESS_BITS(7),
     .DEPTH(128),
-    .WIDTH(27)
+    .WIDTH(32)
   ) ram (
     .clock        (clock),
     .write        (expect_valid),
@@ -1656,18 +1651,14 @@ module AnswerMatcher(
     .readAddress  (_ram_readAddress),
     .readData     (_ram_readData)
   );
-  assign data_valid = byte_valid & state == 3'h2;
-  assign data_bits = byte_bits;
-  assign offset = at;
-  assign answer_valid = byte_valid & state == 3'h3 & _answer_valid_T_2;
-  assign answer_bits_command = now_command;
-  assign answer_bits_index = now_index;
-  assign answer_bits_address = now_address;
-  assign answer_bits_length = now_length;
-  assign answer_bits_counter = {byte_bits, low};
-  assign answer_bits_appended = isAppended;
+  assign word_valid =
+    byte_valid & ~first & (|{places_4_1, places_3_1, places_2_1, places_1_1, _places_T_4 & at == 11'h3});
+  assign word_bits_place =
+    (places_2_1 ? 3'h3 : 3'h0) | {1'h0, places_3_1, places_1_1} | (places_4_1 ? {1'h1, at[2:1]} : 3'h0);
+  assign word_bits_data =
+    _places_T_4 & _had_T ? {isAppended, 4'h0, byte_bits[2:0], low} : {byte_bits, inData & ~(at[0]) ? byte_bits : low};
   assign done_valid = end_valid;
-  assign done_bits = end_bits & state == 3'h4 & ~wrong & isAppended;
+  assign done_bits = end_bits & state == 3'h4 & (|(at[10:2])) & ~wrong & isAppended;
 endmodule
 
 // external module DualPortRam
@@ -1709,73 +1700,48 @@ module LineExchange(
   output        lost,
   output [5:0]  count,
   input  [4:0]  read,
-  output [63:0] answer_data,
-  output [15:0] answer_counter,
-  output [31:0] answer_address,
-  output [10:0] answer_length,
-  output        answer_appended
+  input  [2:0]  place,
+  output [15:0] answer,
+  input         keeps,
+  input  [3:0]  keptAddress,
+  output [7:0]  keptData
 );
 
-  wire [4:0]   _ram_writeAddress;
-  wire [139:0] _ram_writeData;
-  wire [139:0] _ram_readData;
-  wire         _matcher_expect_valid;
-  wire         _matcher_data_valid;
-  wire [7:0]   _matcher_data_bits;
-  wire [10:0]  _matcher_offset;
-  wire         _matcher_answer_valid;
-  wire [7:0]   _matcher_answer_bits_command;
-  wire [7:0]   _matcher_answer_bits_index;
-  wire [31:0]  _matcher_answer_bits_address;
-  wire [10:0]  _matcher_answer_bits_length;
-  wire [15:0]  _matcher_answer_bits_counter;
-  wire         _matcher_answer_bits_appended;
-  wire         _matcher_done_valid;
-  wire         _matcher_done_bits;
-  wire         _receiver_byte_valid;
-  wire [7:0]   _receiver_byte_bits;
-  wire         _receiver_first;
-  wire         _receiver_end_valid;
-  wire         _receiver_end_bits;
-  wire         _composer_send;
-  wire         _composer_bytes_ready;
-  wire         _composer_datagram_ready;
-  wire         _composer_busy;
-  wire         _composer_bytes_valid;
-  wire [7:0]   _composer_bytes_bits_data;
-  wire         _composer_bytes_bits_last;
-  reg  [63:0]  collect;
-  reg  [5:0]   came;
-  reg  [5:0]   kept;
-  reg          waiting;
-  wire         stores = _matcher_answer_valid & waiting & came != 6'h20;
-  reg  [15:0]  left;
-  reg  [3:0]   tries;
-  wire         good = _matcher_done_valid & _matcher_done_bits & waiting;
-  wire         late = waiting & ~(|left) & ~_composer_busy;
-  wire         _done_valid_T = tries == 4'h0;
-  wire         _GEN = good | ~late;
+  wire        _forHost_ram_write;
+  wire [7:0]  _forHost_ram_readAddress;
+  wire [15:0] _forHost_ram_readData;
+  wire [7:0]  _answer_ram_readAddress;
+  wire        _matcher_expect_valid;
+  wire        _matcher_word_valid;
+  wire [2:0]  _matcher_word_bits_place;
+  wire [15:0] _matcher_word_bits_data;
+  wire        _matcher_done_valid;
+  wire        _matcher_done_bits;
+  wire        _receiver_byte_valid;
+  wire [7:0]  _receiver_byte_bits;
+  wire        _receiver_first;
+  wire        _receiver_end_valid;
+  wire        _receiver_end_bits;
+  wire        _composer_send;
+  wire        _composer_bytes_ready;
+  wire        _composer_datagram_ready;
+  wire        _composer_busy;
+  wire        _composer_bytes_valid;
+  wire [7:0]  _composer_bytes_bits_data;
+  wire        _composer_bytes_bits_last;
+  reg  [5:0]  came;
+  reg  [5:0]  kept;
+  reg         waiting;
+  wire        stores = _matcher_word_valid & waiting & came != 6'h20;
+  wire [7:0]  _GEN = {came[4:0], _matcher_word_bits_place};
+  reg         keptData_REG;
+  reg  [15:0] left;
+  reg  [3:0]  tries;
+  wire        good = _matcher_done_valid & _matcher_done_bits & waiting;
+  wire        late = waiting & ~(|left) & ~_composer_busy;
+  wire        _done_valid_T = tries == 4'h0;
+  wire        _GEN_0 = good | ~late;
   always @(posedge clock) begin
-    if (_matcher_data_valid & _matcher_offset < 11'h8)
-      collect <=
-        {_matcher_offset == 11'h7 ? _matcher_data_bits : collect[63:56],
-         _matcher_offset == 11'h6 ? _matcher_data_bits : collect[55:48],
-         _matcher_offset == 11'h5 ? _matcher_data_bits : collect[47:40],
-         _matcher_offset == 11'h4 ? _matcher_data_bits : collect[39:32],
-         _matcher_offset == 11'h3 ? _matcher_data_bits : collect[31:24],
-         _matcher_offset == 11'h2 ? _matcher_data_bits : collect[23:16],
-         _matcher_offset == 11'h1 ? _matcher_data_bits : collect[15:8],
-         _matcher_offset == 11'h0 ? _matcher_data_bits : collect[7:0]};
-    if (go | ~_GEN)
-      left <= timeout;
-    else if (step & (|left) & ~_composer_busy)
-      left <= left - 16'h1;
-    if (go)
-      tries <= retries;
-    else if (_GEN) begin
-    end
-    else
-      tries <= tries - 4'h1;
     if (reset) begin
       came <= 6'h0;
       kept <= 6'h0;
@@ -1784,7 +1750,7 @@ module LineExchange(
     else begin
       if (_receiver_byte_valid & _receiver_first)
         came <= 6'h0;
-      else if (stores)
+      else if (stores & _matcher_word_bits_place == 3'h2)
         came <= came + 6'h1;
       if (go | ~good) begin
         if (clear)
@@ -1794,6 +1760,17 @@ module LineExchange(
         kept <= came;
       waiting <= go | ~(good | late & _done_valid_T) & waiting;
     end
+    keptData_REG <= keptAddress[0];
+    if (go | ~_GEN_0)
+      left <= timeout;
+    else if (step & (|left) & ~_composer_busy)
+      left <= left - 16'h1;
+    if (go)
+      tries <= retries;
+    else if (_GEN_0) begin
+    end
+    else
+      tries <= tries - 4'h1;
   end // always @(posedge)
   assign _composer_send = go | late & (|tries) & ~good;
   FrameComposer composer (
@@ -1851,51 +1828,50 @@ module LineExchange(
   );
   assign _matcher_expect_valid = _composer_datagram_ready & datagram_valid;
   AnswerMatcher matcher (
-    .clock                (clock),
-    .reset                (reset),
-    .byte_valid           (_receiver_byte_valid),
-    .byte_bits            (_receiver_byte_bits),
-    .first                (_receiver_first),
-    .end_valid            (_receiver_end_valid),
-    .end_bits             (_receiver_end_bits),
-    .clear                (clear),
-    .expect_valid         (_matcher_expect_valid),
-    .expect_bits_command  (datagram_bits_command),
-    .expect_bits_index    (datagram_bits_index),
-    .expect_bits_length   (datagram_bits_length),
-    .data_valid           (_matcher_data_valid),
-    .data_bits            (_matcher_data_bits),
-    .offset               (_matcher_offset),
-    .answer_valid         (_matcher_answer_valid),
-    .answer_bits_command  (_matcher_answer_bits_command),
-    .answer_bits_index    (_matcher_answer_bits_index),
-    .answer_bits_address  (_matcher_answer_bits_address),
-    .answer_bits_length   (_matcher_answer_bits_length),
-    .answer_bits_counter  (_matcher_answer_bits_counter),
-    .answer_bits_appended (_matcher_answer_bits_appended),
-    .done_valid           (_matcher_done_valid),
-    .done_bits            (_matcher_done_bits)
+    .clock               (clock),
+    .reset               (reset),
+    .byte_valid          (_receiver_byte_valid),
+    .byte_bits           (_receiver_byte_bits),
+    .first               (_receiver_first),
+    .end_valid           (_receiver_end_valid),
+    .end_bits            (_receiver_end_bits),
+    .clear               (clear),
+    .expect_valid        (_matcher_expect_valid),
+    .expect_bits_command (datagram_bits_command),
+    .expect_bits_index   (datagram_bits_index),
+    .expect_bits_length  (datagram_bits_length),
+    .word_valid          (_matcher_word_valid),
+    .word_bits_place     (_matcher_word_bits_place),
+    .word_bits_data      (_matcher_word_bits_data),
+    .done_valid          (_matcher_done_valid),
+    .done_bits           (_matcher_done_bits)
   );
-  assign _ram_writeAddress = came[4:0];
-  assign _ram_writeData =
-    {collect,
-     _matcher_answer_bits_counter,
-     _matcher_answer_bits_address,
-     _matcher_answer_bits_index,
-     _matcher_answer_bits_command,
-     _matcher_answer_bits_length,
-     _matcher_answer_bits_appended};
+  assign _answer_ram_readAddress = {read, place};
   DualPortRam #(
-    .ADDRESS_BITS(5),
-    .DEPTH(32),
-    .WIDTH(140)
-  ) ram (
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(16)
+  ) answer_ram (
     .clock        (clock),
     .write        (stores),
-    .writeAddress (_ram_writeAddress),
-    .writeData    (_ram_writeData),
-    .readAddress  (read),
-    .readData     (_ram_readData)
+    .writeAddress (_GEN),
+    .writeData    (_matcher_word_bits_data),
+    .readAddress  (_answer_ram_readAddress),
+    .readData     (answer)
+  );
+  assign _forHost_ram_write = stores & keeps;
+  assign _forHost_ram_readAddress = {5'h0, keptAddress[3:1]};
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(16)
+  ) forHost_ram (
+    .clock        (clock),
+    .write        (_forHost_ram_write),
+    .writeAddress (_GEN),
+    .writeData    (_matcher_word_bits_data),
+    .readAddress  (_forHost_ram_readAddress),
+    .readData     (_forHost_ram_readData)
   );
   assign datagram_ready = _composer_datagram_ready;
   assign composing = _composer_busy;
@@ -1903,73 +1879,7 @@ module LineExchange(
   assign done_bits = good;
   assign lost = late & ~good;
   assign count = kept;
-  assign answer_data = _ram_readData[139:76];
-  assign answer_counter = _ram_readData[75:60];
-  assign answer_address = _ram_readData[59:28];
-  assign answer_length = _ram_readData[11:1];
-  assign answer_appended = _ram_readData[0];
-endmodule
-
-// external module DualPortRam
-
-// external module DualPortRam
-
-module RamQueue(
-  input         clock,
-  input         reset,
-  output        in_ready,
-  input         in_valid,
-  input  [15:0] in_bits_node,
-  input  [15:0] in_bits_sequence,
-  input         in_bits_confirms,
-  input         out_ready,
-  output        out_valid,
-  output [15:0] out_bits_node,
-  output [15:0] out_bits_sequence,
-  output        out_bits_confirms
-);
-
-  wire [4:0]  _ram_writeAddress;
-  wire [32:0] _ram_writeData;
-  wire [32:0] _ram_readData;
-  reg  [4:0]  first;
-  reg  [5:0]  count;
-  reg         valid;
-  wire        in_ready_0 = count != 6'h20;
-  wire        _count_T = in_ready_0 & in_valid;
-  wire        _count_T_3 = out_ready & valid;
-  always @(posedge clock) begin
-    if (reset) begin
-      first <= 5'h0;
-      count <= 6'h0;
-      valid <= 1'h0;
-    end
-    else begin
-      if (_count_T_3)
-        first <= first + 5'h1;
-      count <= count + {5'h0, _count_T} - {5'h0, _count_T_3};
-      valid <= (|count) & ~_count_T_3;
-    end
-  end // always @(posedge)
-  assign _ram_writeAddress = first + count[4:0];
-  assign _ram_writeData = {in_bits_node, in_bits_sequence, in_bits_confirms};
-  DualPortRam #(
-    .ADDRESS_BITS(5),
-    .DEPTH(32),
-    .WIDTH(33)
-  ) ram (
-    .clock        (clock),
-    .write        (_count_T),
-    .writeAddress (_ram_writeAddress),
-    .writeData    (_ram_writeData),
-    .readAddress  (first),
-    .readData     (_ram_readData)
-  );
-  assign in_ready = in_ready_0;
-  assign out_valid = valid;
-  assign out_bits_node = _ram_readData[32:17];
-  assign out_bits_sequence = _ram_readData[16:1];
-  assign out_bits_confirms = _ram_readData[0];
+  assign keptData = keptData_REG ? _forHost_ram_readData[15:8] : _forHost_ram_readData[7:0];
 endmodule
 
 module LineMaster(
@@ -1993,25 +1903,17 @@ module LineMaster(
   input  [19:0] cycle,
   input  [15:0] timeout,
   input  [3:0]  retries,
-  output        host_ready,
-  input         host_valid,
-  input  [7:0]  host_bits_command,
-  input  [31:0] host_bits_address,
-  input  [3:0]  host_bits_length,
-  input  [63:0] host_bits_data,
-  output        hostResult_valid,
-  output        hostResult_bits_answered,
-  output [15:0] hostResult_bits_counter,
-  output [63:0] hostResult_bits_data,
+  output        request_ready,
+  input         request_valid,
+  output [3:0]  requestAddress,
+  input  [7:0]  requestData,
+  output        result_valid,
+  output        result_bits,
+  input  [3:0]  resultAddress,
+  output [7:0]  resultData,
   input         event_ready,
   output        event_valid,
-  output [7:0]  event_bits_kind,
-  output [7:0]  event_bits_position,
-  output [15:0] event_bits_node,
-  output [15:0] event_bits_sequence,
-  output [7:0]  event_bits_state,
-  output [7:0]  event_bits_epoch,
-  output [31:0] event_bits_time,
+  output [15:0] event_bits,
   input         room,
   input  [15:0] nextEvent,
   input  [15:0] firstEvent,
@@ -2021,29 +1923,14 @@ module LineMaster(
   output        lost
 );
 
-  wire        entry_confirmed;
-  wire        _acknowledgements_in_valid;
-  wire [15:0] _acknowledgements_in_bits_node;
-  wire [15:0] _acknowledgements_in_bits_sequence;
-  wire        _acknowledgements_in_bits_confirms;
-  wire        _acknowledgements_out_ready;
-  wire        _acknowledgements_in_ready;
-  wire        _acknowledgements_out_valid;
-  wire [15:0] _acknowledgements_out_bits_node;
-  wire [15:0] _acknowledgements_out_bits_sequence;
-  wire        _acknowledgements_out_bits_confirms;
-  wire        _table_write;
-  wire [5:0]  _table_writeAddress;
-  wire [57:0] _table_writeData;
-  wire [5:0]  _table_readAddress;
-  wire [57:0] _table_readData;
   wire        _exchange_clear;
   wire        _exchange_datagram_valid;
+  wire [31:0] _exchange_datagram_bits_address;
   wire [10:0] _exchange_datagram_bits_length;
-  wire        _exchange_data_valid;
   wire [7:0]  _exchange_data_bits;
   wire        _exchange_go;
   wire [4:0]  _exchange_read;
+  wire [2:0]  _exchange_place;
   wire        _exchange_datagram_ready;
   wire        _exchange_data_ready;
   wire        _exchange_full;
@@ -2051,632 +1938,305 @@ module LineMaster(
   wire        _exchange_done_valid;
   wire        _exchange_done_bits;
   wire [5:0]  _exchange_count;
-  wire [63:0] _exchange_answer_data;
-  wire [15:0] _exchange_answer_counter;
-  wire [31:0] _exchange_answer_address;
-  wire [10:0] _exchange_answer_length;
-  wire        _exchange_answer_appended;
-  reg  [6:0]  place;
-  reg  [6:0]  search;
-  reg  [15:0] slave_node;
-  reg  [15:0] slave_sequence;
-  reg  [7:0]  slave_epoch;
-  reg         slave_heard;
-  reg         slave_confirmed;
-  wire [57:0] _table_io_writeData_T = {slave_node, slave_sequence, slave_epoch, 16'h0, slave_heard, slave_confirmed};
-  reg  [4:0]  state;
-  reg  [4:0]  behind;
-  reg  [4:0]  resume;
+  wire [15:0] _exchange_answer;
+  wire [5:0]  _table_read;
+  wire        _table_change_node_valid;
+  wire        _table_change_record_valid;
+  wire [15:0] _table_change_record_bits_sequence;
+  wire        _table_change_answer_valid;
+  wire [15:0] _table_change_answer_bits;
+  wire        _table_change_flags_valid;
+  wire        _table_change_flags_bits_heard;
+  wire        _table_change_flags_bits_confirmed;
+  wire        _table_change_flags_bits_due;
+  wire        _table_change_flags_bits_told;
+  wire [5:0]  _table_index;
+  wire [15:0] _table_node;
+  wire [15:0] _table_record_sequence;
+  wire [7:0]  _table_record_epoch;
+  wire [15:0] _table_record_event;
+  wire [15:0] _table_answer;
+  wire        _table_flags_heard;
+  wire        _table_flags_confirmed;
+  wire        _table_flags_due;
+  wire        _table_flags_told;
+  reg  [5:0]  state;
+  reg  [5:0]  behind;
+  reg  [5:0]  resume;
   reg  [19:0] timer;
   reg  [3:0]  beat;
   reg         single;
   reg         byHost;
-  reg  [7:0]  asks_command;
-  reg  [31:0] asks_address;
-  reg  [3:0]  asks_length;
-  reg  [63:0] asks_data;
+  reg         ofHost;
   reg  [7:0]  index;
   reg  [3:0]  byte_0;
+  reg  [6:0]  place;
+  reg  [6:0]  search;
+  reg  [5:0]  turn;
   reg  [5:0]  number;
   reg  [6:0]  here;
   reg  [6:0]  listed;
-  reg  [6:0]  counted;
-  reg  [15:0] answered;
   reg  [2:0]  part;
-  reg  [15:0] status;
-  reg  [7:0]  selfTest;
-  reg  [15:0] before_0;
+  reg         isOne;
+  reg  [15:0] node;
+  reg  [15:0] second;
   reg         hasTwin;
-  reg  [5:0]  twin;
   reg  [9:0]  patience;
   reg         unsure;
-  reg  [7:0]  event0_kind;
-  reg  [7:0]  event0_position;
-  reg  [15:0] event0_node;
-  reg  [15:0] event0_sequence;
-  reg  [7:0]  event0_state;
-  reg  [7:0]  event0_epoch;
-  reg  [31:0] event0_time;
-  wire        more = state == 5'h4 & _acknowledgements_out_valid & ~_exchange_full;
-  wire        _GEN = state == 5'h0;
-  wire        _GEN_0 = state == 5'h1;
-  wire        _GEN_1 = beat == 4'h0 | here == 7'h0;
-  wire        _GEN_2 = state == 5'h2;
-  wire [15:0] _hasIt_T = _table_readData[17:2] - firstEvent;
-  wire        _GEN_3 = _GEN | _GEN_0;
-  wire        _GEN_4 = _GEN_3 | ~_GEN_2;
-  wire        _GEN_5 = _table_readData[1] & _hasIt_T[15] & ~(_table_readData[0]);
-  assign entry_confirmed =
-    (|search) ? (unsure ? ~(_table_readData[1]) : _GEN_5 | _table_readData[0]) : _table_readData[0];
-  wire        _GEN_6 = search >= (unsure ? listed : here);
-  wire        _GEN_7 = state == 5'h3;
-  wire        _GEN_8 = state == 5'h4;
-  wire        _GEN_9 = _GEN_2 | _GEN_7;
-  wire        _GEN_10 = state == 5'h5;
-  wire        _GEN_11 = state == 5'h6;
-  wire        _GEN_12 = state == 5'h7;
-  wire        _GEN_13 = state == 5'h8;
-  wire        _GEN_14 = _exchange_done_valid & ~_exchange_done_bits;
-  wire        _GEN_15 = state == 5'h9;
-  wire        _GEN_16 = state == 5'hA;
-  wire        _GEN_17 =
-    _exchange_answer_address[31:16] == 16'hE80 & _exchange_answer_length == 11'h8 & _acknowledgements_in_ready;
-  wire        _GEN_18 = byHost & number == 6'h0;
-  wire        _GEN_19 = _exchange_answer_appended | single;
-  wire        _GEN_20 = _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12;
-  wire        _GEN_21 = _GEN_2 | _GEN_20;
-  wire        _GEN_22 = _GEN | _GEN_0 | _GEN_21;
-  wire        _GEN_23 = _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13 | _GEN_15;
-  wire        _GEN_24 = _exchange_answer_counter == 16'h0;
-  wire        _GEN_25 = state == 5'hB;
-  wire        found = (|search) & _table_readData[57:42] == _exchange_answer_address[15:0];
-  wire [15:0] _distance_T_1 = _exchange_answer_data[15:0] - _table_readData[41:26];
-  wire        isSeen =
-    _table_readData[1] & _table_readData[25:18] == _exchange_answer_data[31:24]
-    & (_distance_T_1 == 16'h0 | _distance_T_1[15]);
-  wire        takes = found & ~isSeen & room;
-  wire        _GEN_26 = found | search == listed;
-  wire        _GEN_27 = _GEN_25 & _GEN_26;
-  wire        _GEN_28 = _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13 | _GEN_15 | _GEN_16;
-  wire        _table_io_write_T = found & isSeen;
-  wire        _GEN_29 = _GEN | _GEN_0 | _GEN_2 | _GEN_28;
-  wire [6:0]  _table_io_writeAddress_T_2 = search - 7'h1;
-  wire        _GEN_30 = state == 5'hC;
-  wire [15:0] now = _exchange_answer_counter > 16'h40 ? 16'h40 : _exchange_answer_counter;
-  wire [15:0] _GEN_31 = {9'h0, here};
-  wire        _state_T_12 = now < _GEN_31;
-  wire        _GEN_32 = state == 5'hD;
-  wire        _GEN_33 = place >= here;
-  wire        _GEN_34 = state == 5'hE;
-  wire [7:0]  _GEN_35 = {1'h0, place};
-  wire        _GEN_36 = state == 5'hF;
-  wire        _GEN_37 = part == 3'h1;
-  wire        _GEN_38 = part == 3'h2;
-  wire        _GEN_39 = part == 3'h3;
-  wire        _GEN_40 = part == 3'h4;
-  reg  [31:0] casez_tmp;
-  wire [7:0]  _GEN_41 = 8'h0 - _GEN_35;
-  wire [7:0]  _GEN_42 = {8{_GEN_41[7]}};
+  reg         isListed;
+  reg         isAlarm;
+  reg         isOld;
+  reg  [7:0]  itsEpoch;
+  reg  [15:0] answered;
+  wire [6:0]  _counted_T_1 = answered > 16'h40 ? 7'h40 : answered[6:0];
+  reg         primed;
+  reg  [7:0]  asks_command;
+  reg  [7:0]  asks_address_0;
+  reg  [7:0]  asks_address_1;
+  reg  [7:0]  asks_address_2;
+  reg  [7:0]  asks_address_3;
+  reg  [3:0]  asks_length;
+  reg  [15:0] asks_content;
+  reg         settled;
+  wire        _exchange_data_valid_T_1 = state == 6'h7 & settled;
+  reg  [2:0]  kind;
+  reg  [2:0]  word;
+  wire        ofRecord = kind == 3'h1;
+  wire        _words_T_2 = kind == 3'h2;
+  wire [6:0]  _GEN = {1'h0, _table_index};
+  reg  [15:0] casez_tmp;
+  always @(*) begin
+    casez (kind)
+      3'b000:
+        casez_tmp = 16'h0;
+      3'b001:
+        casez_tmp = _exchange_answer;
+      3'b010:
+        casez_tmp = 16'h0;
+      3'b011:
+        casez_tmp = second;
+      3'b100:
+        casez_tmp = 16'h0;
+      3'b101:
+        casez_tmp = second;
+      3'b110:
+        casez_tmp = second;
+      default:
+        casez_tmp = _table_node;
+    endcase
+  end // always @(*)
+  wire        event_valid_0 = state == 6'h22 & settled;
+  wire        _wanted_T_2 = word == 3'h3;
+  wire        _wanted_T_4 = word == 3'h4;
+  wire        _wanted_T_6 = word == 3'h5;
+  wire        _GEN_0 = state == 6'h0;
+  wire        _GEN_1 = state == 6'h1;
+  wire        _GEN_2 = ~run | unsure;
+  wire        _GEN_3 = state == 6'h2;
+  wire        _GEN_4 = state == 6'h3;
+  wire        _GEN_5 = state == 6'h4;
+  wire        _GEN_6 = state == 6'h5;
+  wire [15:0] _hasIt_T = _table_record_event - firstEvent;
+  wire        _GEN_7 =
+    search <= here & (_table_flags_due | _table_flags_heard & ~_table_flags_confirmed & _hasIt_T[15]);
+  wire        _GEN_8 = primed & _GEN_7;
+  wire        _GEN_9 = primed & _GEN_7 & ~_exchange_full;
+  wire        _GEN_10 = _GEN_4 | _GEN_5;
+  wire        _GEN_11 = _GEN_3 | _GEN_10;
+  wire        _GEN_12 = _GEN_0 | _GEN_1 | _GEN_11;
+  wire        _GEN_13 = state == 6'h6;
+  wire        _GEN_14 = state == 6'h7;
+  wire        _GEN_15 = state == 6'h8;
+  wire        _GEN_16 = state == 6'h9;
+  wire        _GEN_17 = _exchange_done_valid & ~_exchange_done_bits;
+  wire        _GEN_18 = state == 6'hA;
+  wire        _GEN_19 = state == 6'hD;
+  wire        _GEN_20 = state == 6'hB;
+  wire        _GEN_21 = byHost & number == 6'h0;
+  wire        _GEN_22 = _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15;
+  wire        _GEN_23 = _GEN_3 | _GEN_22;
+  wire        _GEN_24 = _GEN_0 | _GEN_1 | _GEN_23;
+  wire        _GEN_25 = state == 6'hC;
+  wire        _GEN_26 = _GEN_0 | _GEN_1;
+  wire        _GEN_27 = state == 6'hE;
+  wire        _GEN_28 = state == 6'hF;
+  wire        _GEN_29 = state == 6'h10;
+  wire        _GEN_30 = state == 6'h11;
+  wire        _GEN_31 = state == 6'h12;
+  wire        _GEN_32 = state == 6'h13;
+  wire        _GEN_33 = state == 6'h14;
+  wire        isSeen = isListed & _table_flags_heard & _table_record_epoch == itsEpoch & isOld;
+  wire        _GEN_34 = _GEN_31 | _GEN_32;
+  wire        _GEN_35 =
+    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29
+    | _GEN_30 | _GEN_34;
+  wire        _GEN_36 = _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_35;
+  wire        _GEN_37 = state == 6'h15;
+  wire        _GEN_38 = state == 6'h16;
+  wire        _GEN_39 = state == 6'h17;
+  wire        _GEN_40 = state == 6'h18;
+  wire        _GEN_41 = state == 6'h19;
+  reg  [7:0]  casez_tmp_0;
   always @(*) begin
     casez (part)
       3'b000:
-        casez_tmp = 32'h1030000;
+        casez_tmp_0 = 8'h3;
       3'b001:
-        casez_tmp = 32'hE8C0000;
+        casez_tmp_0 = 8'h8C;
       3'b010:
-        casez_tmp = {16'h12, _GEN_42, _GEN_41};
+        casez_tmp_0 = 8'h12;
       3'b011:
-        casez_tmp = {16'h110, _GEN_42, _GEN_41};
+        casez_tmp_0 = 8'h10;
       3'b100:
-        casez_tmp = {16'hEA4, _GEN_42, _GEN_41};
+        casez_tmp_0 = 8'hA4;
       3'b101:
-        casez_tmp = asks_address;
+        casez_tmp_0 = asks_address_2;
       3'b110:
-        casez_tmp = asks_address;
+        casez_tmp_0 = asks_address_2;
       default:
-        casez_tmp = asks_address;
+        casez_tmp_0 = asks_address_2;
     endcase
   end // always @(*)
-  reg  [63:0] casez_tmp_0;
+  reg  [7:0]  casez_tmp_1;
   always @(*) begin
     casez (part)
       3'b000:
-        casez_tmp_0 = 64'h1;
+        casez_tmp_1 = 8'h1;
       3'b001:
-        casez_tmp_0 = 64'h4;
+        casez_tmp_1 = 8'hE;
       3'b010:
-        casez_tmp_0 = 64'h0;
+        casez_tmp_1 = 8'h0;
       3'b011:
-        casez_tmp_0 = 64'h0;
+        casez_tmp_1 = 8'h1;
       3'b100:
-        casez_tmp_0 = 64'h0;
+        casez_tmp_1 = 8'hE;
       3'b101:
-        casez_tmp_0 = asks_data;
+        casez_tmp_1 = asks_address_3;
       3'b110:
-        casez_tmp_0 = asks_data;
+        casez_tmp_1 = asks_address_3;
       default:
-        casez_tmp_0 = asks_data;
+        casez_tmp_1 = asks_address_3;
     endcase
   end // always @(*)
-  wire        _GEN_43 = state == 5'h10;
-  wire        isAlarm = _exchange_answer_counter == 16'h1;
-  wire        _GEN_44 = _GEN_38 | _GEN_39;
-  wire        _GEN_45 = _GEN_44 | ~_GEN_40;
-  wire        _GEN_46 = isAlarm & _exchange_answer_data[7:0] == 8'h0 & patience != 10'h3FF;
-  wire        _GEN_47 = _GEN_24 & _GEN_44;
-  wire        _GEN_48 = state == 5'h11;
-  wire        isSame = place < listed & _table_readData[57:42] == slave_node;
-  wire        _GEN_49 = _GEN_36 | _GEN_43;
-  wire        _GEN_50 = _GEN_30 | _GEN_32 | _GEN_34 | _GEN_49;
-  wire        _GEN_51 = state == 5'h12;
-  wire        _GEN_52 = state == 5'h13;
-  wire        _GEN_53 = (|place) & slave_node != before_0 + 16'h1;
-  wire        _GEN_54 = hasTwin | _GEN_53;
-  wire        _GEN_55 = state == 5'h14;
+  reg  [15:0] casez_tmp_2;
+  always @(*) begin
+    casez (part)
+      3'b000:
+        casez_tmp_2 = 16'h1;
+      3'b001:
+        casez_tmp_2 = 16'h4;
+      3'b010:
+        casez_tmp_2 = 16'h0;
+      3'b011:
+        casez_tmp_2 = 16'h0;
+      3'b100:
+        casez_tmp_2 = 16'h0;
+      3'b101:
+        casez_tmp_2 = asks_content;
+      3'b110:
+        casez_tmp_2 = asks_content;
+      default:
+        casez_tmp_2 = asks_content;
+    endcase
+  end // always @(*)
+  wire        _GEN_42 = state == 6'h1A;
+  wire        _GEN_43 = _GEN_33 | _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40 | _GEN_41;
+  wire        _GEN_44 = state == 6'h1B;
+  wire        _GEN_45 = state == 6'h1C;
+  wire        _GEN_46 = state == 6'h1D;
+  wire        isSame = place < listed & _table_node == node;
+  wire        _GEN_47 = _GEN_40 | _GEN_41 | _GEN_42 | _GEN_44 | _GEN_45;
+  wire        _GEN_48 = _GEN_37 | _GEN_38 | _GEN_39 | _GEN_47;
+  wire        _GEN_49 =
+    _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25
+    | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_48;
+  wire        _GEN_50 = _GEN_0 | _GEN_1 | _GEN_49;
+  wire        _GEN_51 = state == 6'h1E;
+  wire        _GEN_52 = state == 6'h1F;
+  wire        _GEN_53 = state == 6'h20;
+  wire        _GEN_54 = state == 6'h21;
+  wire        _GEN_55 = state == 6'h22;
+  wire        _GEN_56 = _GEN_51 | _GEN_52 | _GEN_53 | _GEN_54;
+  wire        _GEN_57 = _GEN_45 | _GEN_46 | _GEN_56;
+  wire        _settled_T_3 = event_ready & event_valid_0;
+  wire        _GEN_58 = _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40 | _GEN_41 | _GEN_42 | _GEN_44 | _GEN_57;
+  wire        _GEN_59 =
+    _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31
+    | _GEN_32 | _GEN_33 | _GEN_58;
+  wire        _GEN_60 = _GEN_55 & _settled_T_3;
+  wire        _GEN_61 = ofRecord & word == 3'h2;
+  wire        _GEN_62 = _GEN_60 & _GEN_61;
+  wire        _GEN_63 = _GEN_55 & _settled_T_3 & _GEN_61;
+  wire        _GEN_64 = ~_GEN_56 & _GEN_63;
+  wire        _GEN_65 = _GEN_56 | ~_GEN_63;
+  wire        _GEN_66 = search == listed;
+  wire        _GEN_67 = search >= here;
+  wire        _GEN_68 = _exchange_answer == 16'h0;
+  wire        _GEN_69 = beat == 4'h0 | here == 7'h0;
+  wire        _GEN_70 = _GEN_2 | (|timer) | request_valid | ~_GEN_69;
+  wire [7:0]  _GEN_71 = 8'h0 - {1'h0, place};
+  wire        _GEN_72 = part == 3'h0;
+  wire        _GEN_73 = part == 3'h1;
+  wire        _GEN_74 = _GEN_72 | _GEN_73;
+  wire        _GEN_75 =
+    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29
+    | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40;
+  wire        _GEN_76 = _GEN_75 | ~_GEN_41;
+  wire        _GEN_77 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_75;
+  wire        _GEN_78 = _GEN_77 | ~_GEN_41;
+  wire [15:0] _distance_T = _exchange_answer - _table_record_sequence;
+  wire        _GEN_79 = _GEN_2 | (|timer);
+  wire        _GEN_80 = settled & byte_0 == 4'h7;
+  wire        _GEN_81 = _GEN_5 | _GEN_6;
+  wire        _settled_T_1 = _exchange_data_ready & _exchange_data_valid_T_1;
+  wire        _GEN_82 = number == _exchange_count;
+  wire        isHere = primed & _table_node == _exchange_answer;
+  wire        _GEN_83 =
+    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28;
+  wire        _GEN_84 =
+    _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19
+    | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | ~_GEN_31;
+  wire        _GEN_85 = isSeen | ~(isListed & room);
+  wire        _state_T_15 = _counted_T_1 < here;
+  wire        _GEN_86 = place >= here;
+  wire        _GEN_87 = part == 3'h2;
+  wire        _GEN_88 = part == 3'h3;
+  wire        _GEN_89 = part == 3'h4;
+  wire        _GEN_90 =
+    _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_43;
+  wire        _GEN_91 = _GEN_87 | _GEN_88;
+  wire        _GEN_92 = _GEN_40 | _GEN_41 | _GEN_42;
+  wire        _GEN_93 = _GEN_39 | _GEN_92;
+  wire        _GEN_94 =
+    _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19
+    | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_37 | _GEN_38
+    | _GEN_93;
+  wire        _GEN_95 = isOne & _exchange_answer[7:0] == 8'h0 & patience != 10'h3FF;
+  wire        _GEN_96 = _GEN_89 & _GEN_95;
+  wire        _GEN_97 = _GEN_91 | ~_GEN_96;
+  wire        _GEN_98 = _GEN_45 | _GEN_46;
+  wire        _GEN_99 =
+    _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40 | _GEN_41 | _GEN_42 | _GEN_44
+    | _GEN_98;
+  wire        _GEN_100 = primed & search <= place & _table_node == node;
+  wire        _GEN_101 = search >= place;
+  wire        _GEN_102 = _GEN_37 | _GEN_38;
+  wire        _GEN_103 = _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_102;
+  wire        _GEN_104 = (|place) & node != _table_node + 16'h1;
+  wire        _GEN_105 = hasTwin | _GEN_104;
   wire [6:0]  _place_T_4 = place + 7'h1;
-  wire        _GEN_56 = _GEN_51 | _GEN_52;
-  wire        _GEN_57 = _GEN_36 | _GEN_43 | _GEN_48 | _GEN_56;
-  reg  [6:0]  casez_tmp_1;
-  wire [6:0]  _GEN_58 = _GEN_34 | _GEN_57 | ~_GEN_55 ? here : _place_T_4;
-  always @(*) begin
-    casez (state)
-      5'b00000:
-        casez_tmp_1 = here;
-      5'b00001:
-        casez_tmp_1 = run ? here : 7'h0;
-      5'b00010:
-        casez_tmp_1 = here;
-      5'b00011:
-        casez_tmp_1 = here;
-      5'b00100:
-        casez_tmp_1 = here;
-      5'b00101:
-        casez_tmp_1 = here;
-      5'b00110:
-        casez_tmp_1 = here;
-      5'b00111:
-        casez_tmp_1 = here;
-      5'b01000:
-        casez_tmp_1 = here;
-      5'b01001:
-        casez_tmp_1 = here;
-      5'b01010:
-        casez_tmp_1 = here;
-      5'b01011:
-        casez_tmp_1 = here;
-      5'b01100:
-        casez_tmp_1 = here;
-      5'b01101:
-        casez_tmp_1 = _GEN_33 ? counted : here;
-      5'b01110:
-        casez_tmp_1 = here;
-      5'b01111:
-        casez_tmp_1 = here;
-      5'b10000:
-        casez_tmp_1 = here;
-      5'b10001:
-        casez_tmp_1 = here;
-      5'b10010:
-        casez_tmp_1 = here;
-      5'b10011:
-        casez_tmp_1 = here;
-      5'b10100:
-        casez_tmp_1 = _GEN_58;
-      5'b10101:
-        casez_tmp_1 = _GEN_58;
-      5'b10110:
-        casez_tmp_1 = _GEN_58;
-      5'b10111:
-        casez_tmp_1 = _GEN_58;
-      5'b11000:
-        casez_tmp_1 = _GEN_58;
-      5'b11001:
-        casez_tmp_1 = _GEN_58;
-      5'b11010:
-        casez_tmp_1 = _GEN_58;
-      5'b11011:
-        casez_tmp_1 = _GEN_58;
-      5'b11100:
-        casez_tmp_1 = _GEN_58;
-      5'b11101:
-        casez_tmp_1 = _GEN_58;
-      5'b11110:
-        casez_tmp_1 = _GEN_58;
-      default:
-        casez_tmp_1 = _GEN_58;
-    endcase
-  end // always @(*)
-  wire        _GEN_59 = _place_T_4 == counted;
-  wire        _GEN_60 = state == 5'h15;
-  wire        _GEN_61 = _GEN_60 & event_ready;
-  reg  [4:0]  casez_tmp_2;
-  wire [4:0]  _GEN_62 = _GEN_61 ? behind : state;
-  always @(*) begin
-    casez (state)
-      5'b00000:
-        casez_tmp_2 = run ? 5'h1 : state;
-      5'b00001:
-        casez_tmp_2 = run ? ((|timer) ? state : host_valid ? 5'h2 : {4'h1, _GEN_1}) : 5'h0;
-      5'b00010:
-        casez_tmp_2 = _GEN_6 ? 5'h3 : state;
-      5'b00011:
-        casez_tmp_2 = {4'h2, single | byHost};
-      5'b00100:
-        casez_tmp_2 = {3'h1, ~more, 1'h1};
-      5'b00101:
-        casez_tmp_2 = _exchange_datagram_ready ? {2'h0, asks_length == 4'h0 ? (single ? 3'h7 : 3'h4) : 3'h6} : state;
-      5'b00110:
-        casez_tmp_2 = _exchange_data_ready & byte_0 == 4'h1 ? {2'h0, single ? 3'h7 : 3'h4} : state;
-      5'b00111:
-        casez_tmp_2 = _exchange_composing ? state : 5'h8;
-      5'b01000:
-        casez_tmp_2 =
-          _exchange_done_valid ? (_exchange_done_bits ? 5'h9 : {1'h0, single & resume == 5'hC ? 4'hD : 4'h1}) : state;
-      5'b01001:
-        casez_tmp_2 = {1'h0, number == _exchange_count ? 4'h1 : 4'hA};
-      5'b01010:
-        casez_tmp_2 = _exchange_answer_appended ? {3'h2, _GEN_17, 1'h1} : single ? resume : 5'h9;
-      5'b01011:
-        casez_tmp_2 = _GEN_26 ? (takes ? 5'h15 : 5'h9) : state;
-      5'b01100:
-        casez_tmp_2 = {1'h0, _state_T_12 ? 4'hD : now > _GEN_31 ? 4'hF : 4'h1};
-      5'b01101:
-        casez_tmp_2 = _GEN_33 ? 5'h1 : 5'hE;
-      5'b01110:
-        casez_tmp_2 = part[0] ? 5'h15 : state;
-      5'b01111:
-        casez_tmp_2 = 5'h3;
-      5'b10000:
-        casez_tmp_2 = _GEN_47 ? 5'h1 : _GEN_45 ? 5'hF : {~_GEN_46, 4'h1};
-      5'b10001:
-        casez_tmp_2 = _GEN_37 ? 5'h15 : state;
-      5'b10010:
-        casez_tmp_2 = search >= place ? 5'h13 : state;
-      5'b10011:
-        casez_tmp_2 = {4'hA, _GEN_54};
-      5'b10100:
-        casez_tmp_2 = _GEN_59 ? 5'h15 : 5'hF;
-      5'b10101:
-        casez_tmp_2 = _GEN_62;
-      5'b10110:
-        casez_tmp_2 = _GEN_62;
-      5'b10111:
-        casez_tmp_2 = _GEN_62;
-      5'b11000:
-        casez_tmp_2 = _GEN_62;
-      5'b11001:
-        casez_tmp_2 = _GEN_62;
-      5'b11010:
-        casez_tmp_2 = _GEN_62;
-      5'b11011:
-        casez_tmp_2 = _GEN_62;
-      5'b11100:
-        casez_tmp_2 = _GEN_62;
-      5'b11101:
-        casez_tmp_2 = _GEN_62;
-      5'b11110:
-        casez_tmp_2 = _GEN_62;
-      default:
-        casez_tmp_2 = _GEN_62;
-    endcase
-  end // always @(*)
-  wire        _GEN_63 = event0_kind == 8'h1;
-  wire        _GEN_64 = _GEN_51 | _GEN_52 | _GEN_55;
-  wire        _GEN_65 =
-    _GEN_30 | _GEN_32 | _GEN_34 | _GEN_36 | _GEN_43 | _GEN_48 | _GEN_64 | ~(_GEN_60 & event_ready & _GEN_63);
-  wire        _GEN_66 = _GEN_38 | _GEN_39 | _GEN_40;
-  wire        _GEN_67 = part == 3'h0 | _GEN_37;
-  wire        _GEN_68 = _GEN_12 | _GEN_13 | _GEN_15 | _GEN_16 | _GEN_25 | _GEN_30 | _GEN_32 | _GEN_34;
-  wire        _GEN_69 = _GEN_10 | _GEN_11 | _GEN_68;
-  wire        _GEN_70 = _GEN_2 | _GEN_7 | _GEN_8 | _GEN_69;
-  wire        _GEN_71 = _GEN_70 | ~_GEN_36;
-  wire        _GEN_72 = _GEN_55 & _GEN_59;
-  wire        _GEN_73 = _GEN_44 | ~(_GEN_40 & _GEN_46);
-  wire        _GEN_74 = ~run | (|timer);
-  wire        _GEN_75 = _GEN | _GEN_0 | _GEN_2 | _GEN_7 | _GEN_8;
-  wire        _GEN_76 = _GEN_26 & takes;
-  wire        _GEN_77 = _GEN_15 | _GEN_16 | _GEN_25;
-  wire        _GEN_78 = _GEN_34 | _GEN_36;
-  wire        _GEN_79 = _GEN_30 | _GEN_32 | _GEN_78;
-  wire        _GEN_80 = _GEN_15 | _GEN_16 | _GEN_25 | _GEN_79;
-  wire        _GEN_81 = _GEN | _GEN_0 | _GEN_2 | _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13 | _GEN_80;
-  wire        _GEN_82 =
-    _GEN | _GEN_0 | _GEN_2 | _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13 | _GEN_15 | _GEN_16 | _GEN_25
-    | _GEN_30 | _GEN_32 | _GEN_34 | _GEN_36 | _GEN_43 | _GEN_48;
-  wire        _GEN_83 = (|search) & search <= place & _table_readData[57:42] == slave_node;
-  wire        _GEN_84 = _GEN_79 | ~_GEN_43 | _GEN_44 | ~_GEN_40;
+  wire        _GEN_106 = _GEN_45 | _GEN_46 | _GEN_51 | _GEN_52 | _GEN_53;
+  wire        _GEN_107 = _GEN_41 | _GEN_42 | _GEN_44 | _GEN_106;
+  wire        _GEN_108 = _place_T_4 == _counted_T_1;
+  wire        _GEN_109 = _GEN_68 & _GEN_91;
+  wire        _GEN_110 = _GEN_87 | _GEN_88 | _GEN_89;
   always @(posedge clock) begin
-    if (~_GEN_22) begin
-      if (_GEN_13) begin
-        if (_GEN_14) begin
-          place <= 7'h0;
-          counted <= 7'h0;
-          part <= 3'h0;
-        end
-      end
-      else begin
-        if (~_GEN_77) begin
-          if (_GEN_30) begin
-            place <= _state_T_12 ? now[6:0] : here;
-            part <= 3'h0;
-          end
-          else if (~_GEN_32) begin
-            if (_GEN_34) begin
-              if (part[0])
-                place <= place + 7'h1;
-              part <= {part[2:1], ~(part[0])};
-            end
-            else begin
-              if (_GEN_57 | ~_GEN_55) begin
-              end
-              else
-                place <= _place_T_4;
-              if (~_GEN_36) begin
-                if (_GEN_43) begin
-                  if (_GEN_45)
-                    part <= part + 3'h1;
-                  else
-                    part <= 3'h0;
-                end
-                else if (_GEN_48)
-                  part <= 3'h1;
-                else if (_GEN_56 | ~_GEN_55) begin
-                end
-                else
-                  part <= 3'h2;
-              end
-            end
-          end
-        end
-        if (_GEN_77 | ~_GEN_30) begin
-        end
-        else
-          counted <= now[6:0];
-      end
-    end
-    if (~_GEN) begin
-      if (_GEN_0) begin
-        if (_GEN_74) begin
-        end
-        else
-          search <= 7'h0;
-        if (~run | (|timer) | host_valid | ~_GEN_1) begin
-        end
-        else
-          resume <= 5'hC;
-        if (_GEN_74) begin
-        end
-        else begin
-          single <= ~host_valid & _GEN_1;
-          byHost <= (host_valid | ~_GEN_1) & host_valid;
-          if (host_valid) begin
-            asks_command <= host_bits_command;
-            asks_address <= host_bits_address;
-            asks_length <= host_bits_length;
-            asks_data <= host_bits_data;
-          end
-          else if (_GEN_1) begin
-            asks_command <= 8'h8;
-            asks_address <= 32'h1030000;
-            asks_length <= 4'h1;
-            asks_data <= 64'h1;
-          end
-        end
-        number <= 6'h0;
-      end
-      else begin
-        if (_GEN_2)
-          search <= search + 7'h1;
-        else if (~_GEN_23) begin
-          if (_GEN_16)
-            search <= 7'h0;
-          else if (_GEN_25)
-            search <= search + 7'h1;
-          else if (~_GEN_30) begin
-            if (_GEN_32)
-              search <= place;
-            else if (~_GEN_78) begin
-              if (_GEN_43) begin
-                if (_GEN_45) begin
-                end
-                else
-                  search <= place;
-              end
-              else if (_GEN_48) begin
-                if (_GEN_37)
-                  search <= 7'h0;
-              end
-              else if (_GEN_51)
-                search <= search + 7'h1;
-            end
-          end
-        end
-        if (_GEN_71) begin
-        end
-        else
-          resume <= 5'h10;
-        single <= ~_GEN_70 & _GEN_36 | single;
-        byHost <= _GEN_71 & byHost;
-        if (~_GEN_9) begin
-          if (_GEN_8) begin
-            if (more) begin
-              asks_command <= 8'h5;
-              asks_address <= {13'h1D1, _acknowledgements_out_bits_confirms, 2'h2, _acknowledgements_out_bits_node};
-              asks_length <= 4'h2;
-              asks_data <= {48'h0, _acknowledgements_out_bits_sequence};
-            end
-          end
-          else begin
-            if (_GEN_69 | ~_GEN_36) begin
-            end
-            else begin
-              if (_GEN_67)
-                asks_command <= 8'h8;
-              else if (_GEN_66)
-                asks_command <= 8'h1;
-              asks_address <= casez_tmp;
-              if (_GEN_67)
-                asks_length <= 4'h1;
-              else if (_GEN_66)
-                asks_length <= 4'h2;
-            end
-            if (~_GEN_10) begin
-              if (_GEN_11) begin
-                if (_exchange_data_ready)
-                  asks_data <= {8'h0, asks_data[63:8]};
-              end
-              else if (_GEN_68 | ~_GEN_36) begin
-              end
-              else
-                asks_data <= casez_tmp_0;
-            end
-          end
-        end
-        if (~_GEN_21) begin
-          if (_GEN_13) begin
-            if (_exchange_done_valid)
-              number <= 6'h0;
-          end
-          else if (~_GEN_15) begin
-            if (_GEN_16) begin
-              if (_exchange_answer_appended ? _GEN_17 : single) begin
-              end
-              else
-                number <= number + 6'h1;
-            end
-            else if (_GEN_27)
-              number <= number + 6'h1;
-          end
-        end
-      end
-    end
-    if (~_GEN_29) begin
-      if (_GEN_25) begin
-        if (_GEN_76) begin
-          slave_node <= _table_readData[57:42];
-          slave_epoch <= _exchange_answer_data[31:24];
-          behind <= 5'h9;
-          event0_kind <= 8'h1;
-          event0_position <= {1'h0, _table_io_writeAddress_T_2};
-          event0_node <= _table_readData[57:42];
-          event0_sequence <= _exchange_answer_data[15:0];
-          event0_state <= _exchange_answer_data[23:16];
-          event0_epoch <= _exchange_answer_data[31:24];
-          event0_time <= _exchange_answer_data[63:32];
-        end
-        slave_heard <= _GEN_76 | slave_heard;
-        slave_confirmed <= ~_GEN_76 & slave_confirmed;
-      end
-      else begin
-        if (_GEN_79 | ~(_GEN_43 & _GEN_38)) begin
-        end
-        else
-          slave_node <= _exchange_answer_data[15:0];
-        if (_GEN_84) begin
-        end
-        else
-          slave_epoch <= _exchange_answer_data[15:8];
-        slave_heard <= _GEN_84 & slave_heard;
-        slave_confirmed <= ~_GEN_79 & _GEN_43 & ~_GEN_44 & _GEN_40 | slave_confirmed;
-        if (~(_GEN_30 | _GEN_32)) begin
-          if (_GEN_34) begin
-            if (part[0]) begin
-              behind <= 5'hD;
-              event0_kind <= 8'h4;
-              event0_position <= _GEN_35;
-              event0_node <= _table_readData[57:42];
-              event0_sequence <= 16'h0;
-              event0_state <= 8'h0;
-              event0_epoch <= 8'h0;
-              event0_time <= 32'h0;
-            end
-          end
-          else if (~_GEN_49) begin
-            if (_GEN_48) begin
-              if (_GEN_37) begin
-                behind <= 5'h12;
-                event0_kind <= {5'h0, isSame ? 3'h5 : 3'h3};
-                event0_position <= _GEN_35;
-                event0_node <= slave_node;
-                event0_sequence <= status;
-                event0_state <= selfTest;
-                event0_epoch <= slave_epoch;
-                event0_time <= 32'h0;
-              end
-            end
-            else begin
-              if (~_GEN_51) begin
-                if (_GEN_52) begin
-                  if (hasTwin) begin
-                    behind <= 5'h13;
-                    event0_kind <= 8'h6;
-                    event0_sequence <= {10'h0, twin};
-                  end
-                  else if (_GEN_53) begin
-                    behind <= 5'h14;
-                    event0_kind <= 8'h7;
-                    event0_sequence <= before_0;
-                  end
-                  if (hasTwin | _GEN_53)
-                    event0_position <= _GEN_35;
-                  if (_GEN_54)
-                    event0_node <= slave_node;
-                end
-                else if (_GEN_72) begin
-                  behind <= 5'h1;
-                  event0_kind <= 8'h2;
-                  event0_position <= {1'h0, counted};
-                  event0_node <= answered;
-                  event0_sequence <= 16'h0;
-                end
-              end
-              if (_GEN_51 | ~(_GEN_52 ? _GEN_54 : _GEN_72)) begin
-              end
-              else begin
-                event0_state <= 8'h0;
-                event0_epoch <= 8'h0;
-                event0_time <= 32'h0;
-              end
-            end
-          end
-        end
-      end
-    end
-    if (_GEN_29 | ~(_GEN_25 & _GEN_76)) begin
-    end
-    else
-      slave_sequence <= _exchange_answer_data[15:0];
-    if (~_GEN_75) begin
-      if (_GEN_10)
-        byte_0 <= asks_length;
-      else if (_GEN_11 & _exchange_data_ready)
-        byte_0 <= byte_0 - 4'h1;
-    end
-    if (_GEN | _GEN_0 | _GEN_2 | _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13 | _GEN_77 | ~_GEN_30) begin
-    end
-    else
-      answered <= _exchange_answer_counter;
-    if (_GEN_81 | ~_GEN_43 | _GEN_38 | ~_GEN_39) begin
-    end
-    else
-      status <= _exchange_answer_data[15:0];
-    if (_GEN_81 | ~_GEN_43 | _GEN_44 | ~_GEN_40) begin
-    end
-    else
-      selfTest <= isAlarm ? _exchange_answer_data[7:0] : 8'h0;
-    if (_GEN_82 | ~_GEN_51) begin
-    end
-    else
-      before_0 <= _table_readData[57:42];
-    if (_GEN_82 | ~(_GEN_51 & _GEN_83)) begin
-    end
-    else
-      twin <= search[5:0] - 6'h1;
     if (reset) begin
-      state <= 5'h0;
+      state <= 6'h0;
       timer <= 20'h0;
       beat <= 4'h0;
       index <= 8'h0;
+      turn <= 6'h0;
       here <= 7'h0;
       listed <= 7'h0;
       hasTwin <= 1'h0;
@@ -2684,82 +2244,602 @@ module LineMaster(
       unsure <= 1'h0;
     end
     else begin
-      state <= casez_tmp_2;
-      if (_GEN | ~_GEN_0 | ~run | (|timer)) begin
+      if (_GEN_0) begin
+        if (run)
+          state <= 6'h1;
+        beat <= 4'h0;
+      end
+      else if (_GEN_1) begin
+        if (run) begin
+          if (unsure)
+            state <= 6'h2;
+          else if (~(|timer))
+            state <= request_valid ? 6'h3 : 6'h4;
+        end
+        else begin
+          state <= 6'h0;
+          here <= 7'h0;
+          listed <= 7'h0;
+        end
+        if (_GEN_79) begin
+        end
+        else
+          beat <= beat + 4'h1;
+      end
+      else begin
+        if (_GEN_3) begin
+          if (_GEN_66)
+            state <= 6'h1;
+        end
+        else if (_GEN_4) begin
+          if (_GEN_80)
+            state <= 6'h4;
+        end
+        else if (_GEN_5)
+          state <= {3'h0, single | byHost ? 3'h6 : 3'h5};
+        else if (_GEN_6) begin
+          if (primed) begin
+            if (_GEN_7)
+              state <= _exchange_full ? 6'h8 : 6'h6;
+            else if (_GEN_67)
+              state <= 6'h8;
+          end
+        end
+        else if (_GEN_13) begin
+          if (_exchange_datagram_ready)
+            state <= {2'h0, asks_length == 4'h0 ? (single ? 4'h8 : 4'h5) : 4'h7};
+        end
+        else if (_GEN_14) begin
+          if (_settled_T_1 & byte_0[2:0] == asks_length[2:0] - 3'h1)
+            state <= {2'h0, single ? 4'h8 : 4'h5};
+        end
+        else if (_GEN_15) begin
+          if (_exchange_composing) begin
+          end
+          else
+            state <= 6'h9;
+        end
+        else if (_GEN_16) begin
+          if (_exchange_done_valid)
+            state <= _exchange_done_bits ? 6'hA : {1'h0, single & resume == 6'h15 ? 5'h17 : 5'h1};
+        end
+        else if (_GEN_18)
+          state <= _GEN_82 ? {2'h0, single ? 4'hD : 4'h1} : 6'hB;
+        else if (_GEN_19)
+          state <= resume;
+        else if (_GEN_20)
+          state <= _exchange_answer[15] ? {5'h7, _exchange_answer[10:0] == 11'h8} : {4'h3, _GEN_21, 1'h0};
+        else if (_GEN_25)
+          state <= 6'hE;
+        else if (_GEN_27)
+          state <= 6'hA;
+        else if (_GEN_28)
+          state <= {1'h0, _exchange_answer == 16'hE80 ? 5'h10 : 5'hE};
+        else if (_GEN_29) begin
+          if (isHere | _GEN_66)
+            state <= 6'h11;
+        end
+        else if (_GEN_30)
+          state <= 6'h12;
+        else if (_GEN_31)
+          state <= 6'h13;
+        else if (_GEN_32)
+          state <= 6'h14;
+        else if (_GEN_33)
+          state <= _GEN_85 ? 6'hE : 6'h22;
+        else if (_GEN_37)
+          state <= 6'h16;
+        else if (_GEN_38)
+          state <= {1'h0, _state_T_15 ? 5'h17 : _counted_T_1 > here ? 5'h19 : 5'h1};
+        else if (_GEN_39)
+          state <= _GEN_86 ? 6'h1 : 6'h22;
+        else if (_GEN_40)
+          state <= 6'h17;
+        else if (_GEN_41)
+          state <= 6'h4;
+        else if (_GEN_42)
+          state <= _GEN_109 ? 6'h1 : 6'h1B;
+        else if (_GEN_44)
+          state <= _GEN_91 | ~_GEN_89 ? 6'h19 : _GEN_95 ? 6'h1 : 6'h1C;
+        else if (_GEN_45)
+          state <= 6'h1D;
+        else if (_GEN_46)
+          state <= 6'h22;
+        else if (_GEN_51) begin
+          if (_GEN_101)
+            state <= 6'h1F;
+        end
+        else if (_GEN_52)
+          state <= 6'h20;
+        else if (_GEN_53)
+          state <= _GEN_105 ? 6'h22 : 6'h21;
+        else if (_GEN_54)
+          state <= _GEN_108 ? 6'h22 : 6'h19;
+        else if (_GEN_55 & _settled_T_3 & word == 3'h5)
+          state <= behind;
+        if (~_GEN_23) begin
+          if (_GEN_16) begin
+            if (_GEN_17)
+              beat <= 4'h0;
+          end
+          else if (~_GEN_90) begin
+            if (_GEN_42) begin
+              if (_GEN_109)
+                beat <= 4'h0;
+            end
+            else if (~_GEN_44 | _GEN_91 | ~_GEN_96) begin
+            end
+            else
+              beat <= 4'h0;
+          end
+        end
+        if (~(_GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20
+              | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_103)) begin
+          if (_GEN_39) begin
+            if (_GEN_86)
+              here <= _counted_T_1;
+          end
+          else if (_GEN_40 | _GEN_107 | ~_GEN_54) begin
+          end
+          else
+            here <= _place_T_4;
+        end
+        if (_GEN_49 | ~(_GEN_46 & place >= listed)) begin
+        end
+        else
+          listed <= place + 7'h1;
+      end
+      if (_GEN_0 | ~_GEN_1 | _GEN_2 | (|timer)) begin
         if (step & (|timer))
           timer <= timer - 20'h1;
       end
       else
         timer <= cycle;
-      if (_GEN)
-        beat <= 4'h0;
-      else if (_GEN_0) begin
-        if (_GEN_74) begin
-        end
-        else
-          beat <= beat + 4'h1;
-        if (run) begin
-        end
-        else
-          listed <= 7'h0;
-      end
-      else begin
-        if (~_GEN_21) begin
-          if (_GEN_13) begin
-            if (_GEN_14)
-              beat <= 4'h0;
-          end
-          else if (_GEN_80 | ~(_GEN_43 & (_GEN_47 | ~_GEN_73))) begin
-          end
-          else
-            beat <= 4'h0;
-        end
-        if (_GEN_2 | _GEN_7 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | _GEN_13 | _GEN_15 | _GEN_16 | _GEN_25 | _GEN_50
-            | ~(_GEN_48 & _GEN_37 & place >= listed)) begin
-        end
-        else
-          listed <= place + 7'h1;
-      end
-      if (_GEN_75 | ~(_GEN_10 & _exchange_datagram_ready)) begin
+      if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_81 | ~(_GEN_13 & _exchange_datagram_ready)) begin
       end
       else
         index <= index + 8'h1;
-      here <= casez_tmp_1;
-      if (~_GEN_82) begin
-        if (_GEN_51)
-          hasTwin <= _GEN_83 | hasTwin;
-        else
-          hasTwin <= ~(_GEN_52 & hasTwin) & hasTwin;
+      if (_GEN_12 | ~(_GEN_6 & primed)) begin
       end
-      if (~_GEN_81) begin
-        if (_GEN_43) begin
-          if (_GEN_73) begin
+      else if (_GEN_7)
+        turn <= _table_index;
+      else if (_GEN_67)
+        turn <= 6'h0;
+      if (~(_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18
+            | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_99)) begin
+        if (_GEN_51)
+          hasTwin <= _GEN_100 | hasTwin;
+        else
+          hasTwin <= (_GEN_52 | ~(_GEN_53 & hasTwin)) & hasTwin;
+      end
+      if (~_GEN_94) begin
+        if (_GEN_44) begin
+          if (_GEN_97) begin
           end
           else
             patience <= patience + 10'h1;
         end
-        else if (_GEN_48 & _GEN_37)
+        else if (_GEN_45 | ~_GEN_46) begin
+        end
+        else
           patience <= 10'h0;
       end
-      if (~_GEN_3) begin
-        if (_GEN_2)
-          unsure <= ~_GEN_6 & unsure;
-        else if (~_GEN_20) begin
-          if (_GEN_13)
-            unsure <= _GEN_14 | unsure;
+      if (~_GEN_26) begin
+        if (_GEN_3)
+          unsure <= ~_GEN_66 & unsure;
+        else if (~_GEN_22) begin
+          if (_GEN_16)
+            unsure <= _GEN_17 | unsure;
           else
-            unsure <= ~_GEN_15 & _GEN_16 & ~(_exchange_answer_appended | single | _GEN_18) & _GEN_24 | unsure;
+            unsure <= ~(_GEN_18 | _GEN_19 | _GEN_20) & _GEN_25 & _GEN_68 | unsure;
         end
       end
     end
+    if (~_GEN_36) begin
+      if (_GEN_33) begin
+        if (_GEN_85) begin
+        end
+        else begin
+          behind <= 6'hE;
+          kind <= 3'h1;
+          word <= 3'h0;
+        end
+      end
+      else if (~_GEN_102) begin
+        if (_GEN_39) begin
+          if (~_GEN_86) begin
+            behind <= 6'h18;
+            kind <= 3'h4;
+            word <= 3'h0;
+          end
+        end
+        else if (~_GEN_47) begin
+          if (_GEN_46) begin
+            behind <= 6'h1E;
+            kind <= isSame ? 3'h5 : 3'h3;
+            word <= 3'h0;
+          end
+          else if (~(_GEN_51 | _GEN_52)) begin
+            if (_GEN_53) begin
+              if (hasTwin) begin
+                behind <= 6'h20;
+                kind <= 3'h6;
+              end
+              else if (_GEN_104) begin
+                behind <= 6'h21;
+                kind <= 3'h7;
+              end
+              if (_GEN_105)
+                word <= 3'h0;
+            end
+            else begin
+              if (_GEN_54 & _GEN_108) begin
+                behind <= 6'h1;
+                kind <= 3'h2;
+              end
+              if (_GEN_54) begin
+                if (_GEN_108)
+                  word <= 3'h0;
+              end
+              else if (_GEN_60)
+                word <= word + 3'h1;
+            end
+          end
+        end
+      end
+    end
+    if (~_GEN_0) begin
+      if (_GEN_1) begin
+        if (_GEN_70) begin
+        end
+        else
+          resume <= 6'h15;
+        if (_GEN_79) begin
+        end
+        else begin
+          single <= ~request_valid & _GEN_69;
+          byHost <= (request_valid | ~_GEN_69) & request_valid;
+        end
+        ofHost <= _GEN_70 & ofHost;
+        byte_0 <= 4'h0;
+        search <= 7'h0;
+        if (_GEN_70) begin
+        end
+        else begin
+          asks_command <= 8'h8;
+          asks_address_0 <= 8'h0;
+          asks_address_1 <= 8'h0;
+          asks_address_2 <= 8'h3;
+          asks_address_3 <= 8'h1;
+          asks_length <= 4'h1;
+          asks_content <= 16'h1;
+        end
+      end
+      else begin
+        if (_GEN_78) begin
+        end
+        else
+          resume <= 6'h1A;
+        single <= ~_GEN_77 & _GEN_41 | single;
+        byHost <= _GEN_78 & byHost;
+        if (_GEN_3)
+          search <= search + 7'h1;
+        else begin
+          ofHost <=
+            _GEN_4
+            | (_GEN_5
+                 ? ofHost
+                 : _GEN_6 ? ~_GEN_9 & ofHost : (_GEN_75 | ~(_GEN_41 & (_GEN_72 | _GEN_73 | _GEN_110))) & ofHost);
+          if (_GEN_4) begin
+            if (settled)
+              byte_0 <= byte_0 + 4'h1;
+            if (settled & byte_0 == 4'h0)
+              asks_command <= requestData;
+            if (settled & byte_0 == 4'h4)
+              asks_address_0 <= requestData;
+            if (settled & byte_0 == 4'h5)
+              asks_address_1 <= requestData;
+            if (settled & byte_0 == 4'h6)
+              asks_address_2 <= requestData;
+            if (_GEN_80)
+              asks_address_3 <= requestData;
+            if (settled & byte_0 == 4'h1)
+              asks_length <= requestData < 8'h8 ? requestData[3:0] : 4'h8;
+          end
+          else begin
+            if (~_GEN_81) begin
+              if (_GEN_13)
+                byte_0 <= 4'h8;
+              else if (_GEN_14 & _settled_T_1)
+                byte_0 <= byte_0 + 4'h1;
+            end
+            if (_GEN_5)
+              search <= {1'h0, turn};
+            else if (_GEN_6) begin
+              if (~_GEN_8)
+                search <= search + 7'h1;
+              if (_GEN_9) begin
+                asks_command <= 8'h5;
+                asks_address_0 <= _table_node[7:0];
+                asks_address_1 <= _table_node[15:8];
+                asks_address_2 <= {5'h11, ~_table_flags_due, 2'h2};
+                asks_address_3 <= 8'hE;
+                asks_length <= 4'h2;
+              end
+            end
+            else begin
+              if (~(_GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27)) begin
+                if (_GEN_28)
+                  search <= 7'h0;
+                else if (_GEN_29) begin
+                  if (isHere)
+                    search <= _GEN;
+                  else
+                    search <= search + 7'h1;
+                end
+                else if (~_GEN_103) begin
+                  if (_GEN_39)
+                    search <= place;
+                  else if (~_GEN_92) begin
+                    if (_GEN_44)
+                      search <= place;
+                    else if (~_GEN_45) begin
+                      if (_GEN_46)
+                        search <= 7'h0;
+                      else if (_GEN_51) begin
+                        if (_GEN_101)
+                          search <= _GEN;
+                        else
+                          search <= search + 7'h1;
+                      end
+                    end
+                  end
+                end
+              end
+              if (_GEN_76) begin
+              end
+              else begin
+                if (_GEN_74) begin
+                  asks_command <= 8'h8;
+                  asks_address_0 <= 8'h0;
+                  asks_address_1 <= 8'h0;
+                end
+                else begin
+                  if (_GEN_110)
+                    asks_command <= 8'h1;
+                  if (_GEN_87 | _GEN_88 | _GEN_89) begin
+                    asks_address_0 <= _GEN_71;
+                    asks_address_1 <= {8{_GEN_71[7]}};
+                  end
+                end
+                asks_address_2 <= casez_tmp_0;
+                asks_address_3 <= casez_tmp_1;
+                if (_GEN_74)
+                  asks_length <= 4'h1;
+                else if (_GEN_110)
+                  asks_length <= 4'h2;
+              end
+            end
+          end
+        end
+        if (~_GEN_11) begin
+          if (_GEN_6) begin
+            if (_GEN_9)
+              asks_content <= _table_flags_due ? _table_answer : _table_record_sequence;
+          end
+          else if (_GEN_76) begin
+          end
+          else
+            asks_content <= casez_tmp_2;
+        end
+      end
+    end
+    if (~_GEN_24) begin
+      if (_GEN_16) begin
+        if (_GEN_17) begin
+          place <= 7'h0;
+          part <= 3'h0;
+          answered <= 16'h0;
+        end
+        number <= {5'h0, single};
+      end
+      else begin
+        if (~(_GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32
+              | _GEN_33 | _GEN_37)) begin
+          if (_GEN_38) begin
+            place <= _state_T_15 ? _counted_T_1 : here;
+            part <= 3'h0;
+          end
+          else begin
+            if (~_GEN_39) begin
+              if (_GEN_40)
+                place <= place + 7'h1;
+              else if (_GEN_107 | ~_GEN_54) begin
+              end
+              else
+                place <= _place_T_4;
+            end
+            if (~_GEN_93) begin
+              if (_GEN_44) begin
+                if (_GEN_97)
+                  part <= part + 3'h1;
+                else
+                  part <= 3'h0;
+              end
+              else if (_GEN_106 | ~_GEN_54) begin
+              end
+              else
+                part <= 3'h2;
+            end
+          end
+        end
+        if (_GEN_18) begin
+          if (_GEN_82)
+            number <= 6'h0;
+        end
+        else if (_GEN_19 | _GEN_20 | _GEN_25 | ~_GEN_27) begin
+        end
+        else
+          number <= number + 6'h1;
+        if (_GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33
+            | ~_GEN_37) begin
+        end
+        else
+          answered <= _exchange_answer;
+      end
+    end
+    if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_90
+        | ~_GEN_42) begin
+    end
+    else
+      isOne <= _exchange_answer == 16'h1;
+    if (_GEN_94 | ~(_GEN_44 & _GEN_87)) begin
+    end
+    else
+      node <= _exchange_answer;
+    if (~_GEN_94) begin
+      if (_GEN_44) begin
+        if (_GEN_87 | ~_GEN_88) begin
+        end
+        else
+          second <= _exchange_answer;
+      end
+      else if (_GEN_98 | ~(_GEN_51 & _GEN_100)) begin
+      end
+      else
+        second <= {10'h0, _table_index};
+    end
+    if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_83 | ~_GEN_29) begin
+    end
+    else
+      isListed <= isHere;
+    if (_GEN_84) begin
+    end
+    else
+      isAlarm <= _exchange_answer[7:0] == 8'h2;
+    if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19
+        | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | ~_GEN_32) begin
+    end
+    else
+      isOld <= _distance_T == 16'h0 | _distance_T[15];
+    if (_GEN_84) begin
+    end
+    else
+      itsEpoch <= _exchange_answer[15:8];
+    primed <= ~_GEN_26 & (_GEN_3 | ~_GEN_10 & (_GEN_6 | ~_GEN_83 & (_GEN_29 | ~_GEN_99 & _GEN_51)));
+    settled <=
+      ~(_GEN_0 | _GEN_1 | _GEN_3)
+      & (_GEN_4
+           ? ~settled
+           : ~(_GEN_5 | _GEN_6 | _GEN_13) & (_GEN_14 ? ~_settled_T_1 : ~_GEN_59 & _GEN_55 & ~_settled_T_3));
   end // always @(posedge)
-  assign _exchange_clear = state == 5'h3;
-  assign _exchange_datagram_valid = state == 5'h5;
+  assign _table_read = search[5:0];
+  assign _table_change_node_valid = ~_GEN_50 & _GEN_46;
+  assign _table_change_record_valid =
+    ~(_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_59) & _GEN_62;
+  assign _table_change_record_bits_sequence = _exchange_answer;
+  assign _table_change_answer_valid = ~_GEN_36 & (_GEN_33 ? isSeen : ~_GEN_58 & _GEN_62);
+  assign _table_change_answer_bits = _exchange_answer;
+  assign _table_change_flags_valid =
+    ~_GEN_26
+    & (_GEN_3
+         ? primed
+         : ~_GEN_10
+           & (_GEN_6
+                ? _GEN_8 & ~_exchange_full
+                : ~_GEN_35 & (_GEN_33 ? isSeen : ~_GEN_48 & (_GEN_46 | ~_GEN_56 & _GEN_62))));
+  assign _table_change_flags_bits_heard =
+    _GEN_50 ? _table_flags_heard : _GEN_46 ? isSame & _table_flags_heard : _GEN_64 | _table_flags_heard;
+  assign _table_change_flags_bits_confirmed =
+    _GEN_26
+      ? _table_flags_confirmed
+      : _GEN_3
+          ? (primed ? ~_table_flags_heard : _table_flags_confirmed)
+          : _GEN_10
+              ? _table_flags_confirmed
+              : _GEN_6
+                  ? _GEN_9 & ~_table_flags_due | _table_flags_confirmed
+                  : _GEN_35
+                      ? _table_flags_confirmed
+                      : _GEN_33
+                          ? ~isSeen & _table_flags_confirmed
+                          : _GEN_48
+                              ? _table_flags_confirmed
+                              : _GEN_46 ? ~isSame | _table_flags_confirmed : _GEN_65 & _table_flags_confirmed;
+  assign _table_change_flags_bits_due =
+    _GEN_12
+      ? _table_flags_due
+      : _GEN_6
+          ? ~(primed & _GEN_7 & ~_exchange_full & _table_flags_due) & _table_flags_due
+          : _GEN_35
+              ? _table_flags_due
+              : _GEN_33
+                  ? (isSeen ? ~_table_flags_told : _table_flags_due)
+                  : _GEN_48 ? _table_flags_due : ~_GEN_46 & (_GEN_64 | _table_flags_due);
+  assign _table_change_flags_bits_told =
+    _GEN_12
+      ? _table_flags_told
+      : _GEN_6
+          ? _GEN_9 & _table_flags_due | _table_flags_told
+          : _GEN_35
+              ? _table_flags_told
+              : _GEN_33 ? ~isSeen & _table_flags_told : (_GEN_48 | ~_GEN_46 & _GEN_65) & _table_flags_told;
+  SlaveTable table_0 (
+    .clock                       (clock),
+    .read                        (_table_read),
+    .index                       (_table_index),
+    .change_node_valid           (_table_change_node_valid),
+    .change_node_bits            (node),
+    .node                        (_table_node),
+    .change_record_valid         (_table_change_record_valid),
+    .change_record_bits_sequence (_table_change_record_bits_sequence),
+    .change_record_bits_epoch    (itsEpoch),
+    .change_record_bits_event    (nextEvent),
+    .record_sequence             (_table_record_sequence),
+    .record_epoch                (_table_record_epoch),
+    .record_event                (_table_record_event),
+    .change_answer_valid         (_table_change_answer_valid),
+    .change_answer_bits          (_table_change_answer_bits),
+    .answer                      (_table_answer),
+    .change_flags_valid          (_table_change_flags_valid),
+    .change_flags_bits_heard     (_table_change_flags_bits_heard),
+    .change_flags_bits_confirmed (_table_change_flags_bits_confirmed),
+    .change_flags_bits_due       (_table_change_flags_bits_due),
+    .change_flags_bits_told      (_table_change_flags_bits_told),
+    .flags_heard                 (_table_flags_heard),
+    .flags_confirmed             (_table_flags_confirmed),
+    .flags_due                   (_table_flags_due),
+    .flags_told                  (_table_flags_told)
+  );
+  assign _exchange_clear = state == 6'h4;
+  assign _exchange_datagram_valid = state == 6'h6;
+  assign _exchange_datagram_bits_address = {asks_address_3, asks_address_2, asks_address_1, asks_address_0};
   assign _exchange_datagram_bits_length = {7'h0, asks_length};
-  assign _exchange_data_valid = state == 5'h6;
-  assign _exchange_data_bits = asks_data[7:0];
-  assign _exchange_go = state == 5'h7 & ~_exchange_composing;
+  assign _exchange_data_bits = ofHost ? requestData : byte_0[0] ? asks_content[15:8] : asks_content[7:0];
+  assign _exchange_go = state == 6'h8 & ~_exchange_composing;
   assign _exchange_read = number[4:0];
+  assign _exchange_place =
+    _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16
+      ? 3'h0
+      : _GEN_18
+          ? 3'h3
+          : _GEN_19
+              ? 3'h2
+              : _GEN_20
+                  ? {1'h0, _exchange_answer[15] ? 2'h1 : 2'h2}
+                  : _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29
+                      ? 3'h0
+                      : _GEN_30
+                          ? 3'h5
+                          : _GEN_34
+                              ? 3'h4
+                              : _GEN_43
+                                  ? 3'h0
+                                  : _GEN_42 | _GEN_44
+                                      ? 3'h4
+                                      : _GEN_57 | ~_GEN_55
+                                          ? 3'h0
+                                          : _wanted_T_6 ? 3'h6 : _wanted_T_4 ? 3'h7 : {2'h2, _wanted_T_2 & ofRecord};
   LineExchange exchange (
     .clock                 (clock),
     .reset                 (reset),
@@ -2782,10 +2862,10 @@ module LineMaster(
     .datagram_valid        (_exchange_datagram_valid),
     .datagram_bits_command (asks_command),
     .datagram_bits_index   (index),
-    .datagram_bits_address (asks_address),
+    .datagram_bits_address (_exchange_datagram_bits_address),
     .datagram_bits_length  (_exchange_datagram_bits_length),
     .data_ready            (_exchange_data_ready),
-    .data_valid            (_exchange_data_valid),
+    .data_valid            (_exchange_data_valid_T_1),
     .data_bits             (_exchange_data_bits),
     .full                  (_exchange_full),
     .composing             (_exchange_composing),
@@ -2797,95 +2877,31 @@ module LineMaster(
     .lost                  (lost),
     .count                 (_exchange_count),
     .read                  (_exchange_read),
-    .answer_data           (_exchange_answer_data),
-    .answer_counter        (_exchange_answer_counter),
-    .answer_address        (_exchange_answer_address),
-    .answer_length         (_exchange_answer_length),
-    .answer_appended       (_exchange_answer_appended)
+    .place                 (_exchange_place),
+    .answer                (_exchange_answer),
+    .keeps                 (byHost),
+    .keptAddress           (resultAddress),
+    .keptData              (resultData)
   );
-  assign _table_write =
-    ~_GEN_3
-    & (_GEN_2
-         ? (|search) & (unsure | _GEN_5 & _acknowledgements_in_ready)
-         : ~_GEN_28
-           & (_GEN_25
-                ? _GEN_26 & _table_io_write_T
-                : ~_GEN_50 & (_GEN_48 ? _GEN_37 & ~isSame : ~_GEN_64 & _GEN_61 & _GEN_63)));
-  assign _table_writeAddress =
-    _GEN_3
-      ? place[5:0]
-      : _GEN_2
-          ? search[5:0] - 6'h1
-          : _GEN_28
-              ? place[5:0]
-              : _GEN_25
-                  ? (_GEN_26 ? _table_io_writeAddress_T_2[5:0] : place[5:0])
-                  : _GEN_65 ? place[5:0] : event0_position[5:0];
-  assign _table_writeData =
-    _GEN_3
-      ? _table_io_writeData_T
-      : _GEN_2
-          ? {_table_readData[57:1], entry_confirmed}
-          : _GEN_28
-              ? _table_io_writeData_T
-              : _GEN_25
-                  ? (_GEN_26 ? {_table_readData[57:1], 1'h0} : _table_io_writeData_T)
-                  : {slave_node,
-                     slave_sequence,
-                     slave_epoch,
-                     _GEN_65 ? 16'h0 : nextEvent,
-                     slave_heard,
-                     slave_confirmed};
-  assign _table_readAddress = search[5:0];
-  DualPortRam #(
-    .ADDRESS_BITS(6),
-    .DEPTH(64),
-    .WIDTH(58)
-  ) table_0 (
-    .clock        (clock),
-    .write        (_table_write),
-    .writeAddress (_table_writeAddress),
-    .writeData    (_table_writeData),
-    .readAddress  (_table_readAddress),
-    .readData     (_table_readData)
-  );
-  assign _acknowledgements_in_valid =
-    ~_GEN_3 & (_GEN_2 ? (|search) & ~unsure & _GEN_5 : ~_GEN_28 & _GEN_27 & found & (isSeen | takes));
-  assign _acknowledgements_in_bits_node = _GEN_4 ? _exchange_answer_address[15:0] : _table_readData[57:42];
-  assign _acknowledgements_in_bits_sequence = _GEN_4 ? _exchange_answer_data[15:0] : _table_readData[41:26];
-  assign _acknowledgements_in_bits_confirms = ~_GEN_3 & _GEN_2;
-  assign _acknowledgements_out_ready = ~(_GEN | _GEN_0 | _GEN_9) & _GEN_8 & more;
-  RamQueue acknowledgements (
-    .clock             (clock),
-    .reset             (reset),
-    .in_ready          (_acknowledgements_in_ready),
-    .in_valid          (_acknowledgements_in_valid),
-    .in_bits_node      (_acknowledgements_in_bits_node),
-    .in_bits_sequence  (_acknowledgements_in_bits_sequence),
-    .in_bits_confirms  (_acknowledgements_in_bits_confirms),
-    .out_ready         (_acknowledgements_out_ready),
-    .out_valid         (_acknowledgements_out_valid),
-    .out_bits_node     (_acknowledgements_out_bits_node),
-    .out_bits_sequence (_acknowledgements_out_bits_sequence),
-    .out_bits_confirms (_acknowledgements_out_bits_confirms)
-  );
-  assign host_ready = ~_GEN & _GEN_0 & run & ~(|timer) & host_valid;
-  assign hostResult_valid = ~_GEN_22 & (_GEN_13 ? _GEN_14 & byHost : ~_GEN_15 & _GEN_16 & ~_GEN_19 & _GEN_18);
-  assign hostResult_bits_answered =
-    ~(_GEN | _GEN_0 | _GEN_2 | _GEN_23) & _GEN_16 & ~_GEN_19 & _GEN_18 | _exchange_done_bits;
-  assign hostResult_bits_counter = _exchange_answer_counter;
-  assign hostResult_bits_data = _exchange_answer_data;
-  assign event_valid = state == 5'h15;
-  assign event_bits_kind = event0_kind;
-  assign event_bits_position = event0_position;
-  assign event_bits_node = event0_node;
-  assign event_bits_sequence = event0_sequence;
-  assign event_bits_state = event0_state;
-  assign event_bits_epoch = event0_epoch;
-  assign event_bits_time = event0_time;
+  assign request_ready = ~_GEN_0 & _GEN_1 & ~_GEN_2 & ~(|timer) & request_valid;
+  assign requestAddress = byte_0;
+  assign result_valid =
+    ~_GEN_24 & (_GEN_16 ? _GEN_17 & byHost : ~(_GEN_18 | _GEN_19) & _GEN_20 & ~(_exchange_answer[15]) & _GEN_21);
+  assign result_bits = _exchange_done_bits | state == 6'hB;
+  assign event_valid = event_valid_0;
+  assign event_bits =
+    _wanted_T_6 | _wanted_T_4
+      ? (ofRecord ? _exchange_answer : 16'h0)
+      : _wanted_T_2
+          ? (ofRecord | kind == 3'h3 | kind == 3'h5 ? {_exchange_answer[7:0], _exchange_answer[15:8]} : 16'h0)
+          : word == 3'h2
+              ? casez_tmp
+              : word == 3'h1
+                  ? (_words_T_2 ? answered : ofRecord | kind == 3'h4 ? _table_node : node)
+                  : word == 3'h0 ? {5'h0, kind, 1'h0, ofRecord ? _GEN : _words_T_2 ? _counted_T_1 : place} : 16'h0;
   assign present = here;
   assign known = listed;
-  assign alarm = ~_GEN_29 & _GEN_27 & ~_table_io_write_T & _exchange_answer_data[23:16] == 8'h2;
+  assign alarm = ~_GEN_36 & _GEN_33 & ~isSeen & isAlarm;
 endmodule
 
 module UdpReceiver(
@@ -2896,7 +2912,9 @@ module UdpReceiver(
   input         first,
   input         end_valid,
   input         end_bits,
-  input  [7:0]  expected,
+  input  [5:0]  at,
+  input         same,
+  input         mine,
   output        data_valid,
   output [7:0]  data_bits,
   output [10:0] offset,
@@ -2906,81 +2924,88 @@ module UdpReceiver(
   output        received_bits_good
 );
 
-  reg  [10:0] at;
-  reg  [7:0]  previous;
-  reg         ours;
   reg         wrong;
   reg         foreign;
-  reg  [15:0] ipLength;
   reg         summed;
-  reg  [15:0] ipSum_sum;
-  reg  [15:0] udpSum_sum;
-  wire [10:0] now = first ? 11'h0 : at;
-  wire [16:0] ipEnd = {1'h0, ipLength} + 17'hE;
-  wire        payload = now > 11'h29 & {6'h0, now} < ipEnd;
-  reg  [15:0] total;
+  reg         begun;
+  reg  [10:0] place;
+  reg  [10:0] left;
+  reg  [7:0]  ipSum_next;
+  reg  [7:0]  ipSum_other;
+  reg         ipSum_carry;
+  reg  [7:0]  udpSum_next;
+  reg  [7:0]  udpSum_other;
+  reg         udpSum_carry;
+  wire        payload = at > 6'h29 & left > 11'h5;
   reg         received_valid_REG;
   reg         received_bits_good_REG;
-  wire [15:0] word = {previous, byte_bits};
-  wire        _GEN = now > 11'h19;
-  wire        _GEN_0 = now < 11'h22;
-  wire        _GEN_1 = now == 11'h11;
-  wire [15:0] _GEN_2 = {8'h0, byte_bits};
-  wire [16:0] ipSum_sum_total = {1'h0, ipSum_sum} + {1'h0, now[0] ? _GEN_2 : {byte_bits, 8'h0}};
-  wire        _GEN_3 = byte_bits == expected;
-  wire [16:0] _GEN_4 = {1'h0, udpSum_sum};
-  wire [16:0] total_total = _GEN_4 + {1'h0, ipLength - 16'h3};
-  wire [16:0] udpSum_sum_total = _GEN_4 + {1'h0, now[0] ? _GEN_2 : {byte_bits, 8'h0}};
+  wire [9:0]  _ipSum_total_T_2 = {1'h0, ipSum_next, 1'h1} + {1'h0, byte_bits, ipSum_carry};
+  wire [9:0]  _udpSum_total_T_2 = {1'h0, udpSum_next, 1'h1} + {1'h0, byte_bits, udpSum_carry};
+  wire        _GEN = at > 6'h19;
+  wire        _GEN_0 = at < 6'h22;
+  wire        _left_T = at == 6'h10;
+  wire        _GEN_1 = at == 6'h11;
+  wire        _GEN_2 = at == 6'h26;
+  wire        _GEN_3 = _left_T | _GEN_1;
   always @(posedge clock) begin
     if (byte_valid) begin
-      if (&now) begin
-        if (first)
-          at <= 11'h0;
-      end
-      else
-        at <= now + 11'h1;
-      previous <= byte_bits;
       wrong <=
-        now == 11'h27 & word != ipLength - 16'h14 | now == 11'h17 & byte_bits != 8'h11 | now == 11'h15
-        & (|{previous[7], previous[5:0], byte_bits}) | _GEN_1 & ~(word > 16'h1C & word < 16'h5DD) | now == 11'hE
-        & byte_bits != 8'h45 | now == 11'hD & word != 16'h800 | ~_GEN_3
-        & (now > 11'h1D & _GEN_0 | now == 11'h24 | now == 11'h25) | ~first & wrong;
-      foreign <= ~_GEN_3 & _GEN & now < 11'h1E | ~first & foreign;
-      if (_GEN_1)
-        ipLength <= word;
+        at == 6'h27 & byte_bits != left[7:0] | _GEN_2 & byte_bits != {5'h0, left[10:8]} | at == 6'h17
+        & byte_bits != 8'h11 | at == 6'h15 & (|byte_bits) | at == 6'h14 & (|{byte_bits[7], byte_bits[5:0]}) | _GEN_1
+        & left[10:8] == 3'h5 & byte_bits > 8'hDC | _left_T & byte_bits > 8'h5 | at == 6'hE & byte_bits != 8'h45
+        | at == 6'hD & (|byte_bits) | at == 6'hC & byte_bits != 8'h8 | ~same
+        & (at > 6'h1D & _GEN_0 | at == 6'h24 | at == 6'h25) | ~first & wrong;
+      foreign <= ~same & _GEN & at < 6'h1E | ~first & foreign;
+      summed <= at == 6'h29 & (|byte_bits) | (at == 6'h28 ? (|byte_bits) : summed);
+      begun <= payload | ~first & begun;
+      if (payload)
+        place <= place + 11'h1;
       else if (first)
-        ipLength <= 16'h0;
-      if (now == 11'h29)
-        summed <= |word;
-      else
-        summed <= ~first & summed;
-      if (now > 11'hD & _GEN_0)
-        ipSum_sum <= ipSum_sum_total[15:0] + {15'h0, ipSum_sum_total[16]};
-      else if (first)
-        ipSum_sum <= 16'h0;
-      if (_GEN & (now < 11'h2A | payload))
-        udpSum_sum <= udpSum_sum_total[15:0] + {15'h0, udpSum_sum_total[16]};
-      else if (first)
-        udpSum_sum <= 16'h0;
+        place <= 11'h0;
+      if (_GEN_3)
+        left <= {_left_T ? byte_bits[2:0] : left[10:8], byte_bits};
+      else if (~_GEN_2 & (|(left[10:1])))
+        left <= left - 11'h1;
+      if (at > 6'hD & _GEN_0) begin
+        ipSum_next <= ipSum_other;
+        ipSum_other <= _ipSum_total_T_2[8:1];
+        ipSum_carry <= _ipSum_total_T_2[9];
+      end
+      else begin
+        if (first) begin
+          ipSum_next <= 8'h0;
+          ipSum_other <= 8'h0;
+        end
+        ipSum_carry <= ~first & ipSum_carry;
+      end
+      if (_GEN_3 | _GEN & (at < 6'h2A | payload)) begin
+        udpSum_next <= udpSum_other;
+        udpSum_other <= _udpSum_total_T_2[8:1];
+        udpSum_carry <= _udpSum_total_T_2[9];
+      end
+      else begin
+        if (first) begin
+          udpSum_next <= 8'hFF;
+          udpSum_other <= 8'hFC;
+        end
+        udpSum_carry <= ~first & udpSum_carry;
+      end
     end
-    total <= total_total[15:0] + {15'h0, total_total[16]};
-    received_bits_good_REG <= end_bits & ~wrong & {6'h0, at} >= ipEnd & at > 11'h29;
-    if (reset) begin
-      ours <= 1'h0;
+    received_bits_good_REG <=
+      end_bits & ~wrong & begun & left == 11'h1 & (&ipSum_other) & (&(ipSum_next[7:1])) & ipSum_next[0] != ipSum_carry
+      & (~summed | (&udpSum_other) & (&(udpSum_next[7:1])) & udpSum_next[0] != udpSum_carry);
+    if (reset)
       received_valid_REG <= 1'h0;
-    end
-    else begin
-      ours <= ~end_valid & (byte_valid ? (_GEN_3 | now > 11'h5) & (first | ours) : ours);
-      received_valid_REG <= end_valid & ours;
-    end
+    else
+      received_valid_REG <= end_valid & mine;
   end // always @(posedge)
   assign data_valid = byte_valid & payload;
   assign data_bits = byte_bits;
-  assign offset = now - 11'h2A;
+  assign offset = place;
   assign received_valid = received_valid_REG;
-  assign received_bits_length = ipLength[10:0] - 11'h1C;
+  assign received_bits_length = place;
   assign received_bits_fromServer = ~foreign;
-  assign received_bits_good = received_bits_good_REG & (&ipSum_sum) & (~summed | (&total));
+  assign received_bits_good = received_bits_good_REG;
 endmodule
 
 // external module DualPortRam
@@ -3012,24 +3037,57 @@ module ServerLink(
   wire [7:0]  _ram_writeAddress;
   reg         full;
   reg  [8:0]  size;
-  reg  [95:0] header;
-  wire        isOurs =
-    received_bits_good & received_bits_fromServer & received_bits_length > 11'hB & header[95:80] == 16'h4641
-    & header[79:72] == 8'h1 & header[63:48] == master;
-  wire        isAcknowledgement = header[71:64] == 8'h2;
-  wire        acknowledges = isOurs & isAcknowledgement & received_bits_length == 11'hC & header[47:32] == boot;
-  wire        isMessage = isOurs & ~isAcknowledgement & header[71:64] != 8'h1 & received_bits_length < 11'h101;
+  reg         wrong;
+  reg         earlier;
+  reg         isAcknowledge;
+  reg         isReport;
+  reg  [31:0] number;
+  reg  [7:0]  casez_tmp;
+  always @(*) begin
+    casez (offset[2:0])
+      3'b000:
+        casez_tmp = 8'h46;
+      3'b001:
+        casez_tmp = 8'h41;
+      3'b010:
+        casez_tmp = 8'h1;
+      3'b011:
+        casez_tmp = 8'h1;
+      3'b100:
+        casez_tmp = master[15:8];
+      3'b101:
+        casez_tmp = master[7:0];
+      3'b110:
+        casez_tmp = boot[15:8];
+      default:
+        casez_tmp = boot[7:0];
+    endcase
+  end // always @(*)
+  wire        isOurs = received_bits_good & received_bits_fromServer & received_bits_length > 11'hB & ~wrong;
+  wire        acknowledges = isOurs & isAcknowledge & received_bits_length == 11'hC & ~earlier;
+  wire        isMessage = isOurs & ~isAcknowledge & ~isReport & received_bits_length < 11'h101;
   wire        _dropped_T = received_valid & isMessage;
-  wire        _GEN = _dropped_T & ~full;
+  wire        differs = data_bits != casez_tmp;
+  wire        _GEN = offset == 11'h0;
+  wire        _GEN_0 = _dropped_T & ~full;
   always @(posedge clock) begin
     if (reset)
       full <= 1'h0;
     else
-      full <= _GEN | ~take & full;
-    if (_GEN)
+      full <= _GEN_0 | ~take & full;
+    if (_GEN_0)
       size <= received_bits_length[8:0];
-    if (data_valid & offset < 11'hC)
-      header <= {header[87:0], data_bits};
+    if (data_valid) begin
+      wrong <=
+        differs & (offset == 11'h1 | offset == 11'h2 | offset == 11'h4 | offset == 11'h5) | (_GEN ? differs : wrong);
+      earlier <= differs & (offset == 11'h6 | offset == 11'h7) | ~_GEN & earlier;
+    end
+    if (data_valid & offset == 11'h3) begin
+      isAcknowledge <= data_bits == 8'h2;
+      isReport <= data_bits == 8'h1;
+    end
+    if (data_valid & (|(offset[10:3])) & offset < 11'hC)
+      number <= {number[23:0], data_bits};
   end // always @(posedge)
   assign _ram_write = data_valid & ~full & offset < 11'h100;
   assign _ram_writeAddress = offset[7:0];
@@ -3046,12 +3104,14 @@ module ServerLink(
     .readData     (readData)
   );
   assign acknowledge_valid = received_valid & acknowledges;
-  assign acknowledge_bits = header[31:0];
+  assign acknowledge_bits = number;
   assign waiting = full;
   assign length = size;
   assign refused = received_valid & ~acknowledges & ~isMessage;
   assign dropped = _dropped_T & full;
 endmodule
+
+// external module DualPortRam
 
 module ArpResponder(
   input        clock,
@@ -3061,7 +3121,9 @@ module ArpResponder(
   input        first,
   input        end_valid,
   input        end_bits,
-  input  [7:0] expected,
+  input  [5:0] at,
+  input        same,
+  input        mine,
   output [4:0] settingAddress,
   input  [7:0] setting,
   input        bytes_ready,
@@ -3070,18 +3132,19 @@ module ArpResponder(
   output       bytes_bits_last
 );
 
-  reg  [5:0]  at;
-  reg         wrong;
-  reg         all;
-  reg         mine;
-  reg  [47:0] mac;
-  reg  [31:0] ip;
-  reg         answers;
-  reg  [5:0]  sent;
-  reg  [1:0]  age;
-  reg  [7:0]  reply;
-  wire        bytes_valid_0 = age == 2'h2;
-  reg  [7:0]  casez_tmp;
+  wire       _asker_write;
+  wire [4:0] _asker_writeAddress;
+  wire [4:0] _asker_readAddress;
+  wire [7:0] _asker_readData;
+  reg        wrong;
+  reg        all;
+  reg        answers;
+  reg  [5:0] sent;
+  reg  [1:0] age;
+  reg  [7:0] reply;
+  wire       bytes_valid_0 = age == 2'h2;
+  wire       bytes_bits_last_0 = sent == 6'h29;
+  reg  [7:0] casez_tmp;
   always @(*) begin
     casez (sent[3:0] + 4'h4)
       4'b0000:
@@ -3118,60 +3181,49 @@ module ArpResponder(
         casez_tmp = 8'h8;
     endcase
   end // always @(*)
-  wire        bytes_bits_last_0 = sent == 6'h29;
-  wire        _GEN = byte_bits != 8'h8;
-  wire        _GEN_0 = byte_bits != 8'h6;
-  wire        _GEN_1 = byte_bits != 8'h1;
-  wire [5:0]  now = first ? 6'h0 : at;
-  wire        _GEN_2 = byte_valid & ~answers;
-  wire        _GEN_3 = end_valid & ~answers;
-  wire        isMac = sent < 6'h6 | sent[5] & sent < 6'h26;
-  wire        isIp = sent > 6'h25;
-  wire        _age_T = bytes_ready & bytes_valid_0;
-  wire        _GEN_4 = now < 6'h6;
+  wire       _GEN = byte_bits != 8'h8;
+  wire       _GEN_0 = byte_bits != 8'h6;
+  wire       _GEN_1 = byte_bits != 8'h1;
+  wire       _GEN_2 = end_valid & ~answers;
+  wire       _age_T = bytes_ready & bytes_valid_0;
   always @(posedge clock) begin
-    if (_GEN_3)
-      at <= 6'h0;
-    else if (_GEN_2) begin
-      if (&now) begin
-        if (first)
-          at <= 6'h0;
-      end
-      else
-        at <= now + 6'h1;
-    end
-    if (_GEN_2) begin
+    if (byte_valid & ~answers) begin
       wrong <=
-        now > 6'h25 & now < 6'h2A & byte_bits != expected | now == 6'h15 & _GEN_1 | now == 6'h14 & (|byte_bits)
-        | now == 6'h13 & byte_bits != 8'h4 | now == 6'h12 & _GEN_0 | now == 6'h11 & (|byte_bits) | now == 6'h10 & _GEN
-        | now == 6'hF & _GEN_1 | now == 6'hE & (|byte_bits) | now == 6'hD & _GEN_0 | now == 6'hC & _GEN | ~first
-        & wrong;
-      all <= ~(_GEN_4 & byte_bits != 8'hFF) & (first | all);
-      mine <= (~_GEN_4 | byte_bits == expected) & (first | mine);
+        at > 6'h25 & at < 6'h2A & ~same | at == 6'h15 & _GEN_1 | at == 6'h14 & (|byte_bits) | at == 6'h13
+        & byte_bits != 8'h4 | at == 6'h12 & _GEN_0 | at == 6'h11 & (|byte_bits) | at == 6'h10 & _GEN | at == 6'hF
+        & _GEN_1 | at == 6'hE & (|byte_bits) | at == 6'hD & _GEN_0 | at == 6'hC & _GEN | ~first & wrong;
+      all <= ~(at < 6'h6 & byte_bits != 8'hFF) & (first | all);
     end
-    if (_age_T & isMac)
-      mac <= {mac[39:0], mac[47:40]};
-    else if (_GEN_2 & now > 6'h15 & now < 6'h1C)
-      mac <= {mac[39:0], byte_bits};
-    if (_age_T & isIp)
-      ip <= {ip[23:0], ip[31:24]};
-    else if (_GEN_2 & now > 6'h1B & ~(now[5]))
-      ip <= {ip[23:0], byte_bits};
     if (_age_T)
       sent <= sent + 6'h1;
-    else if (_GEN_3)
+    else if (_GEN_2)
       sent <= 6'h0;
     if (_age_T | ~answers)
       age <= 2'h0;
     else if (~bytes_valid_0)
       age <= age + 2'h1;
-    reply <= isMac ? mac[47:40] : isIp ? ip[31:24] : sent > 6'hB & sent < 6'h16 ? casez_tmp : setting;
+    reply <= sent < 6'h6 | sent[5] ? _asker_readData : sent > 6'hB & sent < 6'h16 ? casez_tmp : setting;
     if (reset)
       answers <= 1'h0;
     else
-      answers <= ~(_age_T & bytes_bits_last_0) & (_GEN_3 ? end_bits & ~wrong & (all | mine) & at > 6'h29 : answers);
+      answers <= ~(_age_T & bytes_bits_last_0) & (_GEN_2 ? end_bits & ~wrong & (all | mine) & at > 6'h2D : answers);
   end // always @(posedge)
-  assign settingAddress = sent < 6'hC ? sent[4:0] : sent[4:0] - 5'h10;
+  assign _asker_write = byte_valid & ~answers & at > 6'h15 & ~(at[5]);
+  assign _asker_writeAddress = at[4:0];
+  assign _asker_readAddress = sent[4:0] - 5'hA;
+  DualPortRam #(
+    .ADDRESS_BITS(5),
+    .DEPTH(32),
+    .WIDTH(8)
+  ) asker (
+    .clock        (clock),
+    .write        (_asker_write),
+    .writeAddress (_asker_writeAddress),
+    .writeData    (byte_bits),
+    .readAddress  (_asker_readAddress),
+    .readData     (_asker_readData)
+  );
+  assign settingAddress = {1'h0, sent[3:0]};
   assign bytes_valid = bytes_valid_0;
   assign bytes_bits_data = reply;
   assign bytes_bits_last = bytes_bits_last_0;
@@ -3194,107 +3246,45 @@ module UdpSender(
 );
 
   reg  [2:0]  state;
-  reg  [10:0] at;
+  reg  [5:0]  at;
+  reg  [10:0] place;
   reg  [1:0]  age;
   reg  [10:0] size;
   reg  [15:0] number;
-  reg  [15:0] sum_sum;
-  reg  [15:0] ipCheck;
-  reg  [15:0] udpCheck;
-  wire [11:0] _GEN = {1'h0, size};
-  wire [11:0] udpLength = _GEN + 12'h8;
-  wire        beforeOwn = at < 11'hC;
-  wire        ofUdp = at > 11'h25;
+  reg  [7:0]  sum_next;
+  reg  [7:0]  sum_other;
+  reg         sum_carry;
+  reg  [15:0] check;
+  wire        inPayload = at == 6'h2A;
+  wire        _settingAddress_T = at < 6'hC;
   reg  [7:0]  byte_0;
-  reg  [7:0]  casez_tmp;
-  wire [11:0] ipLength = _GEN + 12'h1C;
-  always @(*) begin
-    casez (at[4:0] - (ofUdp ? 5'h18 : 5'hC))
-      5'b00000:
-        casez_tmp = 8'h8;
-      5'b00001:
-        casez_tmp = 8'h0;
-      5'b00010:
-        casez_tmp = 8'h45;
-      5'b00011:
-        casez_tmp = 8'h0;
-      5'b00100:
-        casez_tmp = {4'h0, ipLength[11:8]};
-      5'b00101:
-        casez_tmp = ipLength[7:0];
-      5'b00110:
-        casez_tmp = number[15:8];
-      5'b00111:
-        casez_tmp = number[7:0];
-      5'b01000:
-        casez_tmp = 8'h40;
-      5'b01001:
-        casez_tmp = 8'h0;
-      5'b01010:
-        casez_tmp = 8'h40;
-      5'b01011:
-        casez_tmp = 8'h11;
-      5'b01100:
-        casez_tmp = ipCheck[15:8];
-      5'b01101:
-        casez_tmp = ipCheck[7:0];
-      5'b01110:
-        casez_tmp = {4'h0, udpLength[11:8]};
-      5'b01111:
-        casez_tmp = udpLength[7:0];
-      5'b10000:
-        casez_tmp = udpCheck[15:8];
-      5'b10001:
-        casez_tmp = udpCheck[7:0];
-      5'b10010:
-        casez_tmp = 8'h8;
-      5'b10011:
-        casez_tmp = 8'h8;
-      5'b10100:
-        casez_tmp = 8'h8;
-      5'b10101:
-        casez_tmp = 8'h8;
-      5'b10110:
-        casez_tmp = 8'h8;
-      5'b10111:
-        casez_tmp = 8'h8;
-      5'b11000:
-        casez_tmp = 8'h8;
-      5'b11001:
-        casez_tmp = 8'h8;
-      5'b11010:
-        casez_tmp = 8'h8;
-      5'b11011:
-        casez_tmp = 8'h8;
-      5'b11100:
-        casez_tmp = 8'h8;
-      5'b11101:
-        casez_tmp = 8'h8;
-      5'b11110:
-        casez_tmp = 8'h8;
-      default:
-        casez_tmp = 8'h8;
-    endcase
-  end // always @(*)
-  wire        isLast = {1'h0, at} == _GEN + 12'h29;
-  wire        _bytes_valid_T = state == 3'h4;
-  wire [15:0] _ipCheck_T_2 = {byte_0, 8'h0};
-  wire [15:0] _GEN_0 = {8'h0, byte_0};
-  wire [16:0] _GEN_1 = {1'h0, sum_sum};
-  wire [16:0] sum_sum_total = _GEN_1 + {1'h0, at[0] ? _GEN_0 : _ipCheck_T_2};
-  wire [16:0] sum_sum_total_1 = _GEN_1 + {1'h0, at[0] ? _GEN_0 : {byte_0, 8'h0}};
-  wire [16:0] ipCheck_total = _GEN_1 + {1'h0, at[0] ? _GEN_0 : _ipCheck_T_2};
-  wire [16:0] check_total = _GEN_1 + {4'h0, {1'h0, udpLength} + 13'h11};
-  wire [15:0] _check_T_3 = check_total[15:0] + {15'h0, check_total[16]};
-  wire        taken = (&age) & (_bytes_valid_T ? bytes_ready : (|state));
-  wire [10:0] _at_T = at + 11'h1;
-  wire        _GEN_2 = ~(|state) & start;
-  wire        _GEN_3 = state == 3'h1;
-  wire        _GEN_4 = at == 11'h21;
-  wire        _GEN_5 = taken & _GEN_4;
-  wire        _GEN_6 = state == 3'h2;
-  wire        _GEN_7 = state == 3'h3;
+  wire [10:0] _following_T = place + 11'h1;
+  wire        isLast = inPayload & _following_T == size;
+  wire        _check_T_1 = state == 3'h5;
+  wire [5:0]  _at_T = at + 6'h1;
+  wire [10:0] _lengths_T_2 = size + {6'h0, at[5] ? 5'h8 : 5'h1C};
+  wire        isNumber = at[5:1] == 5'h9;
+  wire        isCheck = at[5:1] == 5'hC | at[5:1] == 5'h14;
+  wire        _isSummed_T_4 = state == 3'h2;
+  wire        _isSummed_T_1 = state == 3'h1;
+  wire [9:0]  _summed_total_T_2 =
+    {1'h0, sum_next, 1'h1}
+    + {1'h0,
+       (~isCheck & (_isSummed_T_1 & at < 6'h22 | _isSummed_T_4 & ~isNumber) ? byte_0 : 8'h0)
+         ^ {8{_isSummed_T_4 | state == 3'h3}},
+       sum_carry};
+  wire        taken = (&age) & (_check_T_1 ? bytes_ready : (|state));
+  wire        _GEN = state == 3'h1;
+  wire        _GEN_0 = taken & at == 6'h23;
+  wire        _GEN_1 = _GEN & _GEN_0;
+  wire        _GEN_2 = state == 3'h2;
+  wire        _GEN_3 = state == 3'h3;
+  wire        _GEN_4 = state == 3'h4;
+  wire        _GEN_5 = taken & place[0];
+  wire        _GEN_6 = _GEN_4 & _GEN_5;
+  wire        _GEN_7 = _GEN_2 | _GEN_3;
   wire        _GEN_8 = taken & isLast;
+  wire        _GEN_9 = ~taken | inPayload;
   always @(posedge clock) begin
     if (reset) begin
       state <= 3'h0;
@@ -3302,72 +3292,94 @@ module UdpSender(
     end
     else begin
       if (|state) begin
-        if (_GEN_3) begin
-          if (_GEN_5)
+        if (_GEN) begin
+          if (_GEN_0)
             state <= 3'h2;
         end
-        else if (_GEN_6) begin
+        else if (_GEN_2) begin
           if (_GEN_8)
-            state <= 3'h3;
+            state <= place[0] ? 3'h4 : 3'h3;
         end
-        else if (_GEN_7) begin
+        else if (_GEN_3) begin
           if (taken)
             state <= 3'h4;
         end
-        else if (state == 3'h4 & _GEN_8)
+        else if (_GEN_4) begin
+          if (_GEN_5)
+            state <= 3'h5;
+        end
+        else if (state == 3'h5 & _GEN_8)
           state <= 3'h0;
       end
       else if (start)
         state <= 3'h1;
-      if (_GEN_2)
+      if (~(|state) & start)
         number <= number + 16'h1;
     end
     if (|state) begin
-      if (_GEN_3) begin
-        if (_GEN_5)
-          at <= 11'h1A;
-        else if (taken)
-          at <= _at_T;
-        if (taken) begin
-          if (_GEN_4)
-            sum_sum <= 16'h0;
-          else
-            sum_sum <= sum_sum_total[15:0] + {15'h0, sum_sum_total[16]};
+      if (_GEN) begin
+        if (_GEN_0)
+          at <= 6'h10;
+        else if (_GEN_9) begin
         end
+        else
+          at <= _at_T;
       end
-      else begin
-        if (taken)
-          at <= _GEN_6 | ~_GEN_7 ? _at_T : 11'h0;
-        if (_GEN_6 & taken)
-          sum_sum <= sum_sum_total_1[15:0] + {15'h0, sum_sum_total_1[16]};
-      end
-      if (_GEN_3 & _GEN_5)
-        ipCheck <= ~(ipCheck_total[15:0] + {15'h0, ipCheck_total[16]});
-      if (_GEN_3 | _GEN_6 | ~(_GEN_7 & taken)) begin
+      else if (_GEN_7 | ~_GEN_6) begin
+        if (_GEN_9) begin
+        end
+        else
+          at <= _at_T;
       end
       else
-        udpCheck <= ~({16{_check_T_3 != 16'hFFFF}} & _check_T_3);
+        at <= 6'h0;
+      if (_GEN_1) begin
+        sum_next <= 8'h80;
+        sum_other <= 8'h14;
+      end
+      else if (taken) begin
+        sum_next <= sum_other;
+        sum_other <= _summed_total_T_2[8:1];
+      end
     end
-    else if (start) begin
-      at <= 11'hE;
-      sum_sum <= 16'h0;
-      ipCheck <= 16'h0;
-      udpCheck <= 16'h0;
+    else begin
+      at <= 6'hE;
+      size <= length;
+      sum_next <= 8'h0;
+      sum_other <= 8'h0;
     end
-    else if (taken)
-      at <= _at_T;
+    if ((|state) & (_GEN | _GEN_7 | ~_GEN_6)) begin
+      if (taken & inPayload)
+        place <= _following_T;
+    end
+    else
+      place <= 11'h0;
     if (taken | ~(|state))
       age <= 2'h0;
     else if (~(&age))
       age <= age + 2'h1;
-    if (_GEN_2)
-      size <= length;
-    byte_0 <= at > 11'h29 ? readData : beforeOwn | at > 11'h19 & ~ofUdp ? setting : casez_tmp;
+    sum_carry <= ~(~(|state) | _GEN_1) & (taken ? _summed_total_T_2[9] : sum_carry);
+    if (taken & (_isSummed_T_1 | _check_T_1 & isCheck))
+      check <= {check[7:0], _check_T_1 ? sum_next : ~(_summed_total_T_2[8:1])};
+    byte_0 <=
+      inPayload
+        ? readData
+        : _settingAddress_T | at > 6'h19 & at < 6'h26
+            ? setting
+            : at[5:1] == 5'h8 | at[5:1] == 5'h13
+                ? (at[0] ? _lengths_T_2[7:0] : {5'h0, _lengths_T_2[10:8]})
+                : isNumber
+                    ? (at[0] ? number[7:0] : number[15:8])
+                    : isCheck
+                        ? check[15:8]
+                        : at == 6'h17
+                            ? 8'h11
+                            : at == 6'h16 | at == 6'h14 ? 8'h40 : at == 6'hE ? 8'h45 : {4'h0, at == 6'hC, 3'h0};
   end // always @(posedge)
-  assign settingAddress = at[4:0] - {1'h0, beforeOwn ? 4'h0 : 4'hE};
+  assign settingAddress = at[4:0] - {1'h0, _settingAddress_T ? 4'h0 : 4'hE};
   assign busy = |state;
-  assign readAddress = at - 11'h2A;
-  assign bytes_valid = _bytes_valid_T & (&age);
+  assign readAddress = place;
+  assign bytes_valid = _check_T_1 & (&age);
   assign bytes_bits_data = byte_0;
   assign bytes_bits_last = isLast;
 endmodule
@@ -3377,15 +3389,12 @@ endmodule
 module EventReporter(
   input         clock,
   input         reset,
-  output        event_ready,
-  input         event_valid,
-  input  [7:0]  event_bits_kind,
-  input  [7:0]  event_bits_position,
-  input  [15:0] event_bits_node,
-  input  [15:0] event_bits_sequence,
-  input  [7:0]  event_bits_state,
-  input  [7:0]  event_bits_epoch,
-  input  [31:0] event_bits_time,
+  output        event_0_ready,
+  input         event_0_valid,
+  input  [15:0] event_0_bits,
+  output        event_1_ready,
+  input         event_1_valid,
+  input  [15:0] event_1_bits,
   input  [15:0] status_master,
   input  [15:0] status_boot,
   input  [7:0]  status_selfTest,
@@ -3394,8 +3403,8 @@ module EventReporter(
   input  [31:0] status_lost,
   input  [31:0] status_time,
   output        room,
-  output [31:0] firstEvent,
-  output [31:0] nextEvent,
+  output [15:0] firstEvent,
+  output [15:0] nextEvent,
   input         millisecond,
   input  [11:0] repeatMs,
   input  [11:0] heartbeatMs,
@@ -3408,240 +3417,197 @@ module EventReporter(
   output [7:0]  readData
 );
 
-  wire [7:0]   _ram_writeAddress;
-  wire [127:0] _ram_writeData;
-  wire [7:0]   _ram_readAddress;
-  wire [127:0] _ram_readData;
-  reg  [31:0]  first;
-  reg  [8:0]   count;
-  wire [31:0]  _GEN = {23'h0, count};
-  wire [31:0]  _nextEvent_T = first + _GEN;
-  wire         event_ready_0 = count != 9'h100;
-  wire         _start_T_5 = event_ready_0 & event_valid;
-  reg          sending;
-  reg          asked;
-  reg  [31:0]  upTo;
-  wire         takes = asked & ~sending;
-  reg          fresh;
-  reg  [11:0]  waited;
-  reg  [6:0]   inReport;
-  wire         _start_output =
-    ~sending & ~busy & ~takes & ~_start_T_5 & (fresh | waited >= ((|count) ? repeatMs : heartbeatMs));
-  wire [6:0]   number = count > 9'h40 ? 7'h40 : count[6:0];
-  reg          REG;
-  reg  [15:0]  lostThen_master;
-  reg  [15:0]  lostThen_boot;
-  reg  [7:0]   lostThen_selfTest;
-  reg  [7:0]   lostThen_present;
-  reg  [7:0]   lostThen_known;
-  reg  [31:0]  lostThen_lost;
-  reg  [31:0]  lostThen_time;
-  wire [10:0]  _place_T = readAddress - 11'h18;
-  reg  [10:0]  inside_0;
-  reg  [7:0]   casez_tmp;
+  wire        _ram_write;
+  wire [10:0] _ram_writeAddress;
+  wire [10:0] _ram_readAddress;
+  wire [15:0] _ram_readData;
+  reg  [1:0]  state;
+  reg  [3:0]  word;
+  reg  [31:0] first;
+  reg  [7:0]  count;
+  reg  [7:0]  before_0;
+  reg  [6:0]  inReport;
+  reg         chosen;
+  reg  [15:0] low;
+  wire [15:0] _nextEvent_T = first[15:0] + {8'h0, count};
+  wire        _event_1_ready_T = state == 2'h1;
+  wire        event_0_ready_0 = _event_1_ready_T & ~chosen;
+  wire        event_1_ready_0 = _event_1_ready_T & chosen;
+  wire [1:0]  _fires_T_2 = {event_1_ready_0 & event_1_valid, event_0_ready_0 & event_0_valid};
+  wire [31:0] _done_T = acknowledge_bits - first;
+  wire [31:0] _GEN = {24'h0, count};
+  wire        takes = acknowledge_valid & _done_T <= _GEN & (|_done_T);
+  reg         sending;
+  reg         fresh;
+  reg  [11:0] waited;
+  reg         second;
+  wire [10:0] _GEN_0 = {before_0, 3'h4};
+  wire        _GEN_1 = state == 2'h0;
+  wire        _GEN_2 = state == 2'h1;
+  wire        _GEN_3 = state == 2'h2;
+  wire        _GEN_4 = _GEN_1 | _GEN_2;
+  wire        _content_T_10 = word == 4'h8;
+  wire        _content_T_12 = word == 4'hA;
+  wire        _content_T_13 = word == 4'hB;
+  reg  [15:0] casez_tmp;
   always @(*) begin
-    casez (inside_0[4:0])
-      5'b00000:
-        casez_tmp = 8'h46;
-      5'b00001:
-        casez_tmp = 8'h41;
-      5'b00010:
-        casez_tmp = 8'h1;
-      5'b00011:
-        casez_tmp = 8'h1;
-      5'b00100:
-        casez_tmp = lostThen_master[15:8];
-      5'b00101:
-        casez_tmp = lostThen_master[7:0];
-      5'b00110:
-        casez_tmp = lostThen_boot[15:8];
-      5'b00111:
-        casez_tmp = lostThen_boot[7:0];
-      5'b01000:
-        casez_tmp = first[31:24];
-      5'b01001:
-        casez_tmp = first[23:16];
-      5'b01010:
-        casez_tmp = first[15:8];
-      5'b01011:
-        casez_tmp = first[7:0];
-      5'b01100:
-        casez_tmp = {1'h0, inReport};
-      5'b01101:
-        casez_tmp = lostThen_selfTest;
-      5'b01110:
-        casez_tmp = lostThen_present;
-      5'b01111:
-        casez_tmp = lostThen_known;
-      5'b10000:
-        casez_tmp = lostThen_time[31:24];
-      5'b10001:
-        casez_tmp = lostThen_time[23:16];
-      5'b10010:
-        casez_tmp = lostThen_time[15:8];
-      5'b10011:
-        casez_tmp = lostThen_time[7:0];
-      5'b10100:
-        casez_tmp = lostThen_lost[31:24];
-      5'b10101:
-        casez_tmp = lostThen_lost[23:16];
-      5'b10110:
-        casez_tmp = lostThen_lost[15:8];
-      5'b10111:
-        casez_tmp = lostThen_lost[7:0];
-      5'b11000:
-        casez_tmp = 8'h46;
-      5'b11001:
-        casez_tmp = 8'h46;
-      5'b11010:
-        casez_tmp = 8'h46;
-      5'b11011:
-        casez_tmp = 8'h46;
-      5'b11100:
-        casez_tmp = 8'h46;
-      5'b11101:
-        casez_tmp = 8'h46;
-      5'b11110:
-        casez_tmp = 8'h46;
+    casez (state)
+      2'b00:
+        casez_tmp = low;
+      2'b01:
+        casez_tmp = chosen ? event_1_bits : event_0_bits;
+      2'b10:
+        casez_tmp = word[0] ? low : status_time[31:16];
       default:
-        casez_tmp = 8'h46;
+        casez_tmp =
+          (word == 4'h0 ? 16'h4641 : 16'h0) | (word == 4'h1 ? 16'h101 : 16'h0) | (word == 4'h2 ? status_master : 16'h0)
+          | (word == 4'h3 ? status_boot : 16'h0) | (word == 4'h4 ? first[31:16] : 16'h0)
+          | (word == 4'h5 ? first[15:0] : 16'h0) | (word == 4'h6 ? {1'h0, inReport, status_selfTest} : 16'h0)
+          | (word == 4'h7 ? {status_present, status_known} : 16'h0) | (_content_T_10 ? status_time[31:16] : 16'h0)
+          | (word == 4'h9 ? low : 16'h0) | (_content_T_12 ? status_lost[31:16] : 16'h0) | (_content_T_13 ? low : 16'h0);
     endcase
   end // always @(*)
-  reg  [7:0]   casez_tmp_0;
+  reg  [3:0]  casez_tmp_0;
   always @(*) begin
-    casez (inside_0[3:0] - 4'h8)
-      4'b0000:
-        casez_tmp_0 = _ram_readData[127:120];
-      4'b0001:
-        casez_tmp_0 = _ram_readData[119:112];
-      4'b0010:
-        casez_tmp_0 = _ram_readData[111:104];
-      4'b0011:
-        casez_tmp_0 = _ram_readData[103:96];
-      4'b0100:
-        casez_tmp_0 = _ram_readData[95:88];
-      4'b0101:
-        casez_tmp_0 = _ram_readData[87:80];
-      4'b0110:
-        casez_tmp_0 = _ram_readData[79:72];
-      4'b0111:
-        casez_tmp_0 = _ram_readData[71:64];
-      4'b1000:
-        casez_tmp_0 = _ram_readData[63:56];
-      4'b1001:
-        casez_tmp_0 = _ram_readData[55:48];
-      4'b1010:
-        casez_tmp_0 = _ram_readData[47:40];
-      4'b1011:
-        casez_tmp_0 = _ram_readData[39:32];
-      4'b1100:
-        casez_tmp_0 = _ram_readData[31:24];
-      4'b1101:
-        casez_tmp_0 = _ram_readData[23:16];
-      4'b1110:
-        casez_tmp_0 = _ram_readData[15:8];
+    casez (state)
+      2'b00:
+        casez_tmp_0 = 4'h0;
+      2'b01:
+        casez_tmp_0 = (|_fires_T_2) ? word + 4'h1 : word;
+      2'b10:
+        casez_tmp_0 = word + 4'h1;
       default:
-        casez_tmp_0 = _ram_readData[7:0];
+        casez_tmp_0 = word + 4'h1;
     endcase
   end // always @(*)
-  reg  [7:0]   readData_REG;
-  wire [31:0]  _done_T = upTo - first;
-  wire [8:0]   gone = takes & _done_T <= _GEN ? _done_T[8:0] : 9'h0;
+  wire        _GEN_5 = takes | busy;
+  wire        _GEN_6 = _GEN_1 | _GEN_2 | _GEN_3;
+  wire        _GEN_7 = ~_GEN_6 & (&state) & ~_GEN_5 & _content_T_13;
+  reg         REG;
+  wire        _GEN_8 = (event_0_valid | event_1_valid) & count != 8'hFE;
+  wire        _GEN_9 = ~sending & ~busy & ~takes & (fresh | waited >= ((|count) ? repeatMs : heartbeatMs));
   always @(posedge clock) begin
     if (reset) begin
+      state <= 2'h0;
       first <= 32'h0;
-      count <= 9'h0;
+      count <= 8'h0;
       sending <= 1'h0;
-      asked <= 1'h0;
       fresh <= 1'h0;
       waited <= 12'hFFF;
       REG <= 1'h0;
     end
     else begin
-      first <= first + {23'h0, gone};
-      count <= count - gone + {8'h0, _start_T_5};
-      sending <= _start_output | ~(sending & ~busy & REG) & sending;
-      asked <= acknowledge_valid | ~takes & asked;
-      fresh <= _start_T_5 | (|gone) & count != gone | ~_start_output & fresh;
-      if (_start_output)
+      if (_GEN_1) begin
+        if (_GEN_8)
+          state <= 2'h1;
+        else if (_GEN_9)
+          state <= 2'h3;
+      end
+      else if (_GEN_2) begin
+        if ((|_fires_T_2) & word == 4'h5)
+          state <= 2'h2;
+      end
+      else if (_GEN_3 ? word[0] : (&state) & (_GEN_5 | _content_T_13))
+        state <= 2'h0;
+      if (takes)
+        first <= acknowledge_bits;
+      count <= count - (takes ? _done_T[7:0] : 8'h0) + {7'h0, ~_GEN_4 & _GEN_3 & word[0]};
+      sending <= ~(sending & ~busy & REG) & (_GEN_7 | sending);
+      fresh <=
+        takes & _done_T != _GEN
+        | (_GEN_4 ? fresh : _GEN_3 ? word[0] | fresh : (&state) ? _GEN_5 | ~_content_T_13 & fresh : fresh);
+      if (_GEN_6 | ~(&state) | _GEN_5 | ~_content_T_13) begin
+        if (millisecond & waited != 12'hFFF)
+          waited <= waited + 12'h1;
+      end
+      else
         waited <= 12'h0;
-      else if (millisecond & waited != 12'hFFF)
-        waited <= waited + 12'h1;
       REG <= busy;
     end
-    if (acknowledge_valid)
-      upTo <= acknowledge_bits;
-    if (_start_output) begin
-      inReport <= number;
-      lostThen_master <= status_master;
-      lostThen_boot <= status_boot;
-      lostThen_selfTest <= status_selfTest;
-      lostThen_present <= status_present;
-      lostThen_known <= status_known;
-      lostThen_lost <= status_lost;
-      lostThen_time <= status_time;
+    word <= casez_tmp_0;
+    if (~_GEN_1 | _GEN_8 | ~_GEN_9) begin
     end
-    inside_0 <= readAddress;
-    readData_REG <= inside_0 < 11'h18 ? casez_tmp : casez_tmp_0;
+    else begin
+      before_0 <= first[7:0] - 8'h2;
+      inReport <= count > 8'h40 ? 7'h40 : count[6:0];
+    end
+    if (_GEN_1)
+      chosen <= ~event_0_valid;
+    if (~_GEN_4) begin
+      if (_GEN_3) begin
+        if (word[0]) begin
+        end
+        else
+          low <= status_time[15:0];
+      end
+      else if (&state) begin
+        if (_content_T_12)
+          low <= status_lost[15:0];
+        else if (_content_T_10)
+          low <= status_time[15:0];
+      end
+    end
+    second <= readAddress[0];
   end // always @(posedge)
-  assign _ram_writeAddress = _nextEvent_T[7:0];
-  assign _ram_writeData =
-    {event_bits_kind,
-     event_bits_position,
-     event_bits_node,
-     event_bits_sequence,
-     event_bits_state,
-     event_bits_epoch,
-     event_bits_time,
-     status_time};
-  assign _ram_readAddress = first[7:0] + {1'h0, _place_T[10:4]};
+  assign _ram_write = (&state) | state == 2'h2 | (|_fires_T_2);
+  assign _ram_writeAddress = (&state) ? _GEN_0 + {7'h0, word} : {_nextEvent_T[7:0], word[2:0]};
+  assign _ram_readAddress = _GEN_0 + {1'h0, readAddress[10:1]};
   DualPortRam #(
-    .ADDRESS_BITS(8),
-    .DEPTH(256),
-    .WIDTH(128)
+    .ADDRESS_BITS(11),
+    .DEPTH(2048),
+    .WIDTH(16)
   ) ram (
     .clock        (clock),
-    .write        (_start_T_5),
+    .write        (_ram_write),
     .writeAddress (_ram_writeAddress),
-    .writeData    (_ram_writeData),
+    .writeData    (casez_tmp),
     .readAddress  (_ram_readAddress),
     .readData     (_ram_readData)
   );
-  assign event_ready = event_ready_0;
-  assign room = count < 9'h80;
-  assign firstEvent = first;
+  assign event_0_ready = event_0_ready_0;
+  assign event_1_ready = event_1_ready_0;
+  assign room = ~(count[7]);
+  assign firstEvent = first[15:0];
   assign nextEvent = _nextEvent_T;
-  assign start = _start_output;
-  assign length = {number, 4'h0} + 11'h18;
-  assign readData = readData_REG;
+  assign start = _GEN_7;
+  assign length = {inReport, 4'h0} + 11'h18;
+  assign readData = second ? _ram_readData[7:0] : _ram_readData[15:8];
 endmodule
 
 module ExpectedByte(
   input        clock,
   input        reset,
   input        byte_valid,
-  input        first,
+  input  [7:0] byte_bits,
   input        end_valid,
-  output [4:0] address
+  output [4:0] address,
+  input  [7:0] setting,
+  output [5:0] at,
+  output       same,
+  output       mine
 );
 
-  reg [5:0] at;
+  reg  [5:0] place;
+  reg        ours;
+  wire       _same_output = byte_bits == setting;
   always @(posedge clock) begin
-    if (reset)
-      at <= 6'h0;
-    else if (end_valid)
-      at <= 6'h0;
-    else if (byte_valid) begin
-      if (first)
-        at <= 6'h1;
-      else if (~(&at))
-        at <= at + 6'h1;
+    if (reset) begin
+      place <= 6'h0;
+      ours <= 1'h0;
+    end
+    else begin
+      if (end_valid)
+        place <= 6'h0;
+      else if (byte_valid & place[5:4] != 2'h3)
+        place <= place + 6'h1;
+      ours <= ~end_valid & (byte_valid & place < 6'h6 ? _same_output & (ours | place == 6'h0) : ours);
     end
   end // always @(posedge)
   assign address =
-    at < 6'h6
-      ? at[4:0] + 5'h6
-      : at < 6'h1E ? at[4:0] - 5'hA : at < 6'h22 ? at[4:0] + 5'hE : at < 6'h26 ? at[4:0] - 5'h10 : at[4:0] + 5'h6;
+    place[4:0] + (place < 6'h10 ? 5'h6 : place < 6'h1E ? 5'h16 : place < 6'h22 ? 5'hE : place < 6'h26 ? 5'h10 : 5'h6);
+  assign at = place;
+  assign same = _same_output;
+  assign mine = ours;
 endmodule
 
 // external module DualPortRam
@@ -3649,21 +3615,25 @@ endmodule
 module NetworkSettings(
   input        clock,
   input        write,
-  input  [4:0] writeAddress,
+  input  [6:0] writeAddress,
   input  [7:0] writeData,
-  input  [4:0] readAddress_0,
-  input  [4:0] readAddress_1,
-  input  [4:0] readAddress_2,
-  input  [4:0] readAddress_3,
+  input  [6:0] readAddress_0,
+  input  [6:0] readAddress_1,
+  input  [6:0] readAddress_2,
+  input  [6:0] readAddress_3,
+  input  [6:0] readAddress_4,
+  input  [6:0] readAddress_5,
   output [7:0] readData_0,
   output [7:0] readData_1,
   output [7:0] readData_2,
-  output [7:0] readData_3
+  output [7:0] readData_3,
+  output [7:0] readData_4,
+  output [7:0] readData_5
 );
 
   DualPortRam #(
-    .ADDRESS_BITS(5),
-    .DEPTH(32),
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
     .WIDTH(8)
   ) ram (
     .clock        (clock),
@@ -3674,8 +3644,8 @@ module NetworkSettings(
     .readData     (readData_0)
   );
   DualPortRam #(
-    .ADDRESS_BITS(5),
-    .DEPTH(32),
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
     .WIDTH(8)
   ) ram_1 (
     .clock        (clock),
@@ -3686,8 +3656,8 @@ module NetworkSettings(
     .readData     (readData_1)
   );
   DualPortRam #(
-    .ADDRESS_BITS(5),
-    .DEPTH(32),
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
     .WIDTH(8)
   ) ram_2 (
     .clock        (clock),
@@ -3698,8 +3668,8 @@ module NetworkSettings(
     .readData     (readData_2)
   );
   DualPortRam #(
-    .ADDRESS_BITS(5),
-    .DEPTH(32),
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
     .WIDTH(8)
   ) ram_3 (
     .clock        (clock),
@@ -3709,6 +3679,90 @@ module NetworkSettings(
     .readAddress  (readAddress_3),
     .readData     (readData_3)
   );
+  DualPortRam #(
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
+    .WIDTH(8)
+  ) ram_4 (
+    .clock        (clock),
+    .write        (write),
+    .writeAddress (writeAddress),
+    .writeData    (writeData),
+    .readAddress  (readAddress_4),
+    .readData     (readData_4)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
+    .WIDTH(8)
+  ) ram_5 (
+    .clock        (clock),
+    .write        (write),
+    .writeAddress (writeAddress),
+    .writeData    (writeData),
+    .readAddress  (readAddress_5),
+    .readData     (readData_5)
+  );
+endmodule
+
+module HostEvent(
+  input         clock,
+  input         reset,
+  input         go,
+  output        busy,
+  output [2:0]  readAddress,
+  input  [7:0]  readData,
+  input         event_ready,
+  output        event_valid,
+  output [15:0] event_bits
+);
+
+  reg        waits;
+  reg  [2:0] word;
+  reg  [1:0] half;
+  reg  [7:0] low;
+  wire       event_valid_0 = waits & (&half);
+  reg  [2:0] casez_tmp;
+  always @(*) begin
+    casez (word[1:0])
+      2'b00:
+        casez_tmp = 3'h0;
+      2'b01:
+        casez_tmp = 3'h2;
+      2'b10:
+        casez_tmp = 3'h4;
+      default:
+        casez_tmp = 3'h1;
+    endcase
+  end // always @(*)
+  wire       _GEN = word == 3'h5;
+  wire       _half_T_1 = event_ready & event_valid_0;
+  always @(posedge clock) begin
+    if (reset) begin
+      waits <= 1'h0;
+      word <= 3'h0;
+    end
+    else begin
+      waits <= ~(_half_T_1 & _GEN) & (go | waits);
+      if (_half_T_1) begin
+        if (_GEN)
+          word <= 3'h0;
+        else
+          word <= word + 3'h1;
+      end
+    end
+    if (~waits | _half_T_1)
+      half <= 2'h0;
+    else if (~(&half))
+      half <= half + 2'h1;
+    if (half == 2'h1)
+      low <= readData;
+  end // always @(posedge)
+  assign busy = waits;
+  assign readAddress = {casez_tmp[2:1], casez_tmp[0] | half[1]};
+  assign event_valid = event_valid_0;
+  assign event_bits =
+    word == 3'h3 ? {low, 8'h0} : word == 3'h2 | word == 3'h1 ? {readData, low} : word == 3'h0 ? {8'h8, low} : 16'h0;
 endmodule
 
 module FrameArbiter(
@@ -3751,45 +3805,6 @@ module FrameArbiter(
   assign out_bits_last = out_bits_last_0;
 endmodule
 
-module Arbiter2_MasterEvent(
-  output        io_in_0_ready,
-  input         io_in_0_valid,
-  input  [7:0]  io_in_0_bits_kind,
-  input  [7:0]  io_in_0_bits_position,
-  input  [15:0] io_in_0_bits_node,
-  input  [15:0] io_in_0_bits_sequence,
-  input  [7:0]  io_in_0_bits_state,
-  input  [7:0]  io_in_0_bits_epoch,
-  input  [31:0] io_in_0_bits_time,
-  output        io_in_1_ready,
-  input         io_in_1_valid,
-  input  [7:0]  io_in_1_bits_position,
-  input  [15:0] io_in_1_bits_node,
-  input  [15:0] io_in_1_bits_sequence,
-  input  [7:0]  io_in_1_bits_state,
-  input         io_out_ready,
-  output        io_out_valid,
-  output [7:0]  io_out_bits_kind,
-  output [7:0]  io_out_bits_position,
-  output [15:0] io_out_bits_node,
-  output [15:0] io_out_bits_sequence,
-  output [7:0]  io_out_bits_state,
-  output [7:0]  io_out_bits_epoch,
-  output [31:0] io_out_bits_time
-);
-
-  assign io_in_0_ready = io_out_ready;
-  assign io_in_1_ready = ~io_in_0_valid & io_out_ready;
-  assign io_out_valid = io_in_0_valid | io_in_1_valid;
-  assign io_out_bits_kind = io_in_0_valid ? io_in_0_bits_kind : 8'h8;
-  assign io_out_bits_position = io_in_0_valid ? io_in_0_bits_position : io_in_1_bits_position;
-  assign io_out_bits_node = io_in_0_valid ? io_in_0_bits_node : io_in_1_bits_node;
-  assign io_out_bits_sequence = io_in_0_valid ? io_in_0_bits_sequence : io_in_1_bits_sequence;
-  assign io_out_bits_state = io_in_0_valid ? io_in_0_bits_state : io_in_1_bits_state;
-  assign io_out_bits_epoch = io_in_0_valid ? io_in_0_bits_epoch : 8'h0;
-  assign io_out_bits_time = io_in_0_valid ? io_in_0_bits_time : 32'h0;
-endmodule
-
 module alarm_master(
   input         clock,
   input         reset,
@@ -3822,26 +3837,28 @@ module alarm_master(
   output        alarm_lamp
 );
 
-  wire        _both_io_in_1_ready;
-  wire [7:0]  _settings_readData_1;
+  wire [2:0]  _own_readAddress;
+  wire [6:0]  _settings_readAddress_1;
+  wire [6:0]  _settings_readAddress_2;
+  wire [6:0]  _settings_readAddress_3;
+  wire [6:0]  _settings_readAddress_4;
+  wire [6:0]  _settings_readAddress_5;
+  wire [7:0]  _settings_readData_0;
+  wire [7:0]  _settings_readData_5;
+  wire [7:0]  _expected_setting;
   wire [4:0]  _expected_address;
+  wire [5:0]  _expected_at;
+  wire        _expected_same;
+  wire        _expected_mine;
   wire        _plant_bytes_valid;
   wire [7:0]  _plant_bytes_bits_data;
   wire        _plant_bytes_bits_last;
   wire        _plant_bytes_ready;
-  wire        _reports_event_valid;
-  wire [7:0]  _reports_event_bits_kind;
-  wire [7:0]  _reports_event_bits_position;
-  wire [15:0] _reports_event_bits_node;
-  wire [15:0] _reports_event_bits_sequence;
-  wire [7:0]  _reports_event_bits_state;
-  wire [7:0]  _reports_event_bits_epoch;
-  wire [31:0] _reports_event_bits_time;
+  wire        _reports_event_1_valid;
+  wire [15:0] _reports_event_1_bits;
   wire        _reports_millisecond;
   wire        _reports_busy;
-  wire        _reports_event_ready;
-  wire [31:0] _reports_firstEvent;
-  wire [31:0] _reports_nextEvent;
+  wire        _reports_event_1_ready;
   wire [7:0]  _sender_setting;
   wire        _sender_start;
   wire [10:0] _sender_length;
@@ -3853,7 +3870,9 @@ module alarm_master(
   wire        _sender_bytes_valid;
   wire [7:0]  _sender_bytes_bits_data;
   wire        _sender_bytes_bits_last;
-  wire [7:0]  _arp_expected;
+  wire [5:0]  _arp_at;
+  wire        _arp_same;
+  wire        _arp_mine;
   wire [7:0]  _arp_setting;
   wire        _arp_bytes_ready;
   wire [4:0]  _arp_settingAddress;
@@ -3864,7 +3883,9 @@ module alarm_master(
   wire [31:0] _link_acknowledge_bits;
   wire        _link_waiting;
   wire [8:0]  _link_length;
-  wire [7:0]  _udp_expected;
+  wire [5:0]  _udp_at;
+  wire        _udp_same;
+  wire        _udp_mine;
   wire        _udp_data_valid;
   wire [7:0]  _udp_data_bits;
   wire [10:0] _udp_offset;
@@ -3878,24 +3899,19 @@ module alarm_master(
   wire        _receiver_end_valid;
   wire        _receiver_end_bits;
   wire [47:0] _line_source;
-  wire [3:0]  _line_host_bits_length;
+  wire [7:0]  _line_requestData;
+  wire [3:0]  _line_resultAddress;
   wire        _line_event_ready;
   wire        _line_room;
   wire [15:0] _line_nextEvent;
   wire [15:0] _line_firstEvent;
-  wire        _line_host_ready;
-  wire        _line_hostResult_valid;
-  wire        _line_hostResult_bits_answered;
-  wire [15:0] _line_hostResult_bits_counter;
-  wire [63:0] _line_hostResult_bits_data;
+  wire        _line_request_ready;
+  wire [3:0]  _line_requestAddress;
+  wire        _line_result_valid;
+  wire        _line_result_bits;
+  wire [7:0]  _line_resultData;
   wire        _line_event_valid;
-  wire [7:0]  _line_event_bits_kind;
-  wire [7:0]  _line_event_bits_position;
-  wire [15:0] _line_event_bits_node;
-  wire [15:0] _line_event_bits_sequence;
-  wire [7:0]  _line_event_bits_state;
-  wire [7:0]  _line_event_bits_epoch;
-  wire [31:0] _line_event_bits_time;
+  wire [15:0] _line_event_bits;
   wire [6:0]  _line_present;
   wire [6:0]  _line_known;
   wire        _line_alarm;
@@ -3946,6 +3962,7 @@ module alarm_master(
   wire [7:0]  _registers_set_mailbox_offset_bits;
   wire [7:0]  _registers_status_mailbox_data;
   wire [8:0]  _registers_status_mailbox_length;
+  wire        _registers_status_host_event_busy;
   wire        _registers_status_mailbox_waiting;
   wire        _registers_status_plant_link;
   wire        _registers_status_line_link;
@@ -3957,15 +3974,7 @@ module alarm_master(
   wire        _registers_value_mailbox_done;
   wire [7:0]  _registers_value_mailbox_offset;
   wire        _registers_value_host_event_go;
-  wire [15:0] _registers_value_host_event_sequence;
-  wire [15:0] _registers_value_host_event_node;
-  wire [7:0]  _registers_value_host_event_state;
-  wire [7:0]  _registers_value_host_event_position;
   wire        _registers_value_request_go;
-  wire [63:0] _registers_value_request_data;
-  wire [31:0] _registers_value_request_address;
-  wire [3:0]  _registers_value_request_length;
-  wire [7:0]  _registers_value_request_command;
   wire [7:0]  _registers_value_master_self_test;
   wire        _registers_value_buzzer_off;
   wire        _registers_value_report_run;
@@ -3978,7 +3987,7 @@ module alarm_master(
   wire [15:0] _registers_value_boot_number;
   wire [15:0] _registers_value_master_id;
   wire        _registers_settingWrite;
-  wire [4:0]  _registers_settingAddress;
+  wire [6:0]  _registers_settingAddress;
   wire [7:0]  _registers_settingData;
   wire        _registers_reads_62;
   wire        _registers_reads_88;
@@ -3995,20 +4004,18 @@ module alarm_master(
   wire        millisecond_wrap_wrap = millisecond_c_value == 10'h3E7;
   reg  [31:0] time_0;
   reg  [31:0] framesLost;
+  reg         isResult;
   wire [7:0]  _GEN = {1'h0, _line_present};
   wire [7:0]  _GEN_0 = {1'h0, _line_known};
   reg         alarmOn;
   reg         requestWaits;
   reg         requestFlies;
   reg         requestDone;
-  reg         result_answered;
-  reg  [15:0] result_counter;
-  reg  [63:0] result_data;
+  reg         requestAnswered;
   wire        requestBusy = requestWaits | requestFlies;
-  reg         hostEvent;
   wire        _GEN_1 = _registers_value_request_go & ~requestBusy;
-  wire        _GEN_2 = _line_host_ready & requestWaits;
-  wire        _GEN_3 = _line_hostResult_valid & requestFlies;
+  wire        _GEN_2 = _line_request_ready & requestWaits;
+  wire        _GEN_3 = _line_result_valid & requestFlies;
   always @(posedge clock) begin
     if (reset) begin
       processStep <= 1'h0;
@@ -4023,7 +4030,6 @@ module alarm_master(
       requestWaits <= 1'h0;
       requestFlies <= 1'h0;
       requestDone <= 1'h0;
-      hostEvent <= 1'h0;
     end
     else begin
       processStep <= _slot_tick;
@@ -4049,14 +4055,11 @@ module alarm_master(
       requestWaits <= ~_GEN_2 & (_GEN_1 | requestWaits);
       requestFlies <= ~_GEN_3 & (_GEN_2 | requestFlies);
       requestDone <= _GEN_3 | ~(_GEN_1 | _registers_reads_62) & requestDone;
-      hostEvent <= _registers_value_host_event_go | ~_both_io_in_1_ready & hostEvent;
     end
     mii_tx_tick_r <= transmitStep;
-    if (_line_hostResult_valid) begin
-      result_answered <= _line_hostResult_bits_answered;
-      result_counter <= _line_hostResult_bits_counter;
-      result_data <= _line_hostResult_bits_data;
-    end
+    isResult <= _registers_settingAddress[6:4] == 3'h6 & (|(_registers_settingAddress[3:2]));
+    if (_line_result_valid)
+      requestAnswered <= _line_result_bits;
   end // always @(posedge)
   SlotTimer slot (
     .clock     (clock),
@@ -4071,6 +4074,7 @@ module alarm_master(
   assign _registers_status_mailbox_waiting = _link_waiting;
   assign _registers_status_plant_link = _links_crossing_1_out;
   assign _registers_status_line_link = _links_crossing_out;
+  assign _registers_setting = _settings_readData_0 | (isResult ? _line_resultData : 8'h0);
   MasterHost registers (
     .clock                     (clock),
     .reset                     (reset),
@@ -4084,15 +4088,7 @@ module alarm_master(
     .value_mailbox_done        (_registers_value_mailbox_done),
     .value_mailbox_offset      (_registers_value_mailbox_offset),
     .value_host_event_go       (_registers_value_host_event_go),
-    .value_host_event_sequence (_registers_value_host_event_sequence),
-    .value_host_event_node     (_registers_value_host_event_node),
-    .value_host_event_state    (_registers_value_host_event_state),
-    .value_host_event_position (_registers_value_host_event_position),
     .value_request_go          (_registers_value_request_go),
-    .value_request_data        (_registers_value_request_data),
-    .value_request_address     (_registers_value_request_address),
-    .value_request_length      (_registers_value_request_length),
-    .value_request_command     (_registers_value_request_command),
     .value_master_self_test    (_registers_value_master_self_test),
     .value_buzzer_off          (_registers_value_buzzer_off),
     .value_report_run          (_registers_value_report_run),
@@ -4112,12 +4108,10 @@ module alarm_master(
     .set_buzzer_off_valid      (_registers_value_buzzer_off),
     .status_mailbox_data       (_registers_status_mailbox_data),
     .status_mailbox_length     (_registers_status_mailbox_length),
-    .status_request_result     (result_data),
-    .status_request_counter    (result_counter),
-    .status_request_answered   (result_answered),
+    .status_request_answered   (requestAnswered),
     .status_master_time        (time_0),
     .status_frames_lost        (framesLost),
-    .status_host_event_busy    (hostEvent),
+    .status_host_event_busy    (_registers_status_host_event_busy),
     .status_alarm_latched      (alarmOn),
     .status_request_busy       (requestBusy),
     .status_request_done       (requestDone),
@@ -4246,56 +4240,46 @@ module alarm_master(
     .txd        (mii_1_txd)
   );
   assign _line_source = {_registers_value_master_id, 32'h796C6604};
-  assign _line_host_bits_length = _registers_value_request_length[3] ? 4'h8 : _registers_value_request_length;
-  assign _line_nextEvent = _reports_nextEvent[15:0];
-  assign _line_firstEvent = _reports_firstEvent[15:0];
+  assign _line_resultAddress = _registers_settingAddress[3:0];
   LineMaster line (
-    .clock                    (clock),
-    .reset                    (reset),
-    .step                     (processStep),
-    .in_valid                 (_receivers_0_out_valid),
-    .in_payload               (_receivers_0_out_payload),
-    .in_data                  (_receivers_0_out_data),
-    .in_last                  (_receivers_0_out_last),
-    .in_bad                   (_receivers_0_out_bad),
-    .out_valid                (_transmitters_0_in_valid),
-    .out_payload              (_transmitters_0_in_payload),
-    .out_data                 (_transmitters_0_in_data),
-    .out_last                 (_transmitters_0_in_last),
-    .out_bad                  (_transmitters_0_in_bad),
-    .out_odd                  (_transmitters_0_in_odd),
-    .out_crcGood              (_transmitters_0_in_crcGood),
-    .source                   (_line_source),
-    .run                      (_registers_value_line_run),
-    .cycle                    (_registers_value_bus_cycle),
-    .timeout                  (_registers_value_answer_timeout),
-    .retries                  (_registers_value_retries),
-    .host_ready               (_line_host_ready),
-    .host_valid               (requestWaits),
-    .host_bits_command        (_registers_value_request_command),
-    .host_bits_address        (_registers_value_request_address),
-    .host_bits_length         (_line_host_bits_length),
-    .host_bits_data           (_registers_value_request_data),
-    .hostResult_valid         (_line_hostResult_valid),
-    .hostResult_bits_answered (_line_hostResult_bits_answered),
-    .hostResult_bits_counter  (_line_hostResult_bits_counter),
-    .hostResult_bits_data     (_line_hostResult_bits_data),
-    .event_ready              (_line_event_ready),
-    .event_valid              (_line_event_valid),
-    .event_bits_kind          (_line_event_bits_kind),
-    .event_bits_position      (_line_event_bits_position),
-    .event_bits_node          (_line_event_bits_node),
-    .event_bits_sequence      (_line_event_bits_sequence),
-    .event_bits_state         (_line_event_bits_state),
-    .event_bits_epoch         (_line_event_bits_epoch),
-    .event_bits_time          (_line_event_bits_time),
-    .room                     (_line_room),
-    .nextEvent                (_line_nextEvent),
-    .firstEvent               (_line_firstEvent),
-    .present                  (_line_present),
-    .known                    (_line_known),
-    .alarm                    (_line_alarm),
-    .lost                     (_line_lost)
+    .clock          (clock),
+    .reset          (reset),
+    .step           (processStep),
+    .in_valid       (_receivers_0_out_valid),
+    .in_payload     (_receivers_0_out_payload),
+    .in_data        (_receivers_0_out_data),
+    .in_last        (_receivers_0_out_last),
+    .in_bad         (_receivers_0_out_bad),
+    .out_valid      (_transmitters_0_in_valid),
+    .out_payload    (_transmitters_0_in_payload),
+    .out_data       (_transmitters_0_in_data),
+    .out_last       (_transmitters_0_in_last),
+    .out_bad        (_transmitters_0_in_bad),
+    .out_odd        (_transmitters_0_in_odd),
+    .out_crcGood    (_transmitters_0_in_crcGood),
+    .source         (_line_source),
+    .run            (_registers_value_line_run),
+    .cycle          (_registers_value_bus_cycle),
+    .timeout        (_registers_value_answer_timeout),
+    .retries        (_registers_value_retries),
+    .request_ready  (_line_request_ready),
+    .request_valid  (requestWaits),
+    .requestAddress (_line_requestAddress),
+    .requestData    (_line_requestData),
+    .result_valid   (_line_result_valid),
+    .result_bits    (_line_result_bits),
+    .resultAddress  (_line_resultAddress),
+    .resultData     (_line_resultData),
+    .event_ready    (_line_event_ready),
+    .event_valid    (_line_event_valid),
+    .event_bits     (_line_event_bits),
+    .room           (_line_room),
+    .nextEvent      (_line_nextEvent),
+    .firstEvent     (_line_firstEvent),
+    .present        (_line_present),
+    .known          (_line_known),
+    .alarm          (_line_alarm),
+    .lost           (_line_lost)
   );
   EthernetReceiver receiver (
     .clock      (clock),
@@ -4312,7 +4296,9 @@ module alarm_master(
     .end_valid  (_receiver_end_valid),
     .end_bits   (_receiver_end_bits)
   );
-  assign _udp_expected = _settings_readData_1;
+  assign _udp_at = _expected_at;
+  assign _udp_same = _expected_same;
+  assign _udp_mine = _expected_mine;
   UdpReceiver udp (
     .clock                    (clock),
     .reset                    (reset),
@@ -4321,7 +4307,9 @@ module alarm_master(
     .first                    (_receiver_first),
     .end_valid                (_receiver_end_valid),
     .end_bits                 (_receiver_end_bits),
-    .expected                 (_udp_expected),
+    .at                       (_udp_at),
+    .same                     (_udp_same),
+    .mine                     (_udp_mine),
     .data_valid               (_udp_data_valid),
     .data_bits                (_udp_data_bits),
     .offset                   (_udp_offset),
@@ -4352,7 +4340,9 @@ module alarm_master(
     .refused                  (_registers_event_refused_datagrams),
     .dropped                  (_registers_event_dropped_messages)
   );
-  assign _arp_expected = _settings_readData_1;
+  assign _arp_at = _expected_at;
+  assign _arp_same = _expected_same;
+  assign _arp_mine = _expected_mine;
   ArpResponder arp (
     .clock           (clock),
     .reset           (reset),
@@ -4361,7 +4351,9 @@ module alarm_master(
     .first           (_receiver_first),
     .end_valid       (_receiver_end_valid),
     .end_bits        (_receiver_end_bits),
-    .expected        (_arp_expected),
+    .at              (_arp_at),
+    .same            (_arp_same),
+    .mine            (_arp_mine),
     .settingAddress  (_arp_settingAddress),
     .setting         (_arp_setting),
     .bytes_ready     (_arp_bytes_ready),
@@ -4387,37 +4379,34 @@ module alarm_master(
   assign _reports_millisecond = microsecond & millisecond_wrap_wrap;
   assign _reports_busy = _sender_busy | ~_registers_value_report_run;
   EventReporter reports (
-    .clock               (clock),
-    .reset               (reset),
-    .event_ready         (_reports_event_ready),
-    .event_valid         (_reports_event_valid),
-    .event_bits_kind     (_reports_event_bits_kind),
-    .event_bits_position (_reports_event_bits_position),
-    .event_bits_node     (_reports_event_bits_node),
-    .event_bits_sequence (_reports_event_bits_sequence),
-    .event_bits_state    (_reports_event_bits_state),
-    .event_bits_epoch    (_reports_event_bits_epoch),
-    .event_bits_time     (_reports_event_bits_time),
-    .status_master       (_registers_value_master_id),
-    .status_boot         (_registers_value_boot_number),
-    .status_selfTest     (_registers_value_master_self_test),
-    .status_present      (_GEN),
-    .status_known        (_GEN_0),
-    .status_lost         (framesLost),
-    .status_time         (time_0),
-    .room                (_line_room),
-    .firstEvent          (_reports_firstEvent),
-    .nextEvent           (_reports_nextEvent),
-    .millisecond         (_reports_millisecond),
-    .repeatMs            (_registers_value_report_repeat),
-    .heartbeatMs         (_registers_value_report_heartbeat),
-    .acknowledge_valid   (_link_acknowledge_valid),
-    .acknowledge_bits    (_link_acknowledge_bits),
-    .start               (_sender_start),
-    .length              (_sender_length),
-    .busy                (_reports_busy),
-    .readAddress         (_sender_readAddress),
-    .readData            (_sender_readData)
+    .clock             (clock),
+    .reset             (reset),
+    .event_0_ready     (_line_event_ready),
+    .event_0_valid     (_line_event_valid),
+    .event_0_bits      (_line_event_bits),
+    .event_1_ready     (_reports_event_1_ready),
+    .event_1_valid     (_reports_event_1_valid),
+    .event_1_bits      (_reports_event_1_bits),
+    .status_master     (_registers_value_master_id),
+    .status_boot       (_registers_value_boot_number),
+    .status_selfTest   (_registers_value_master_self_test),
+    .status_present    (_GEN),
+    .status_known      (_GEN_0),
+    .status_lost       (framesLost),
+    .status_time       (time_0),
+    .room              (_line_room),
+    .firstEvent        (_line_firstEvent),
+    .nextEvent         (_line_nextEvent),
+    .millisecond       (_reports_millisecond),
+    .repeatMs          (_registers_value_report_repeat),
+    .heartbeatMs       (_registers_value_report_heartbeat),
+    .acknowledge_valid (_link_acknowledge_valid),
+    .acknowledge_bits  (_link_acknowledge_bits),
+    .start             (_sender_start),
+    .length            (_sender_length),
+    .busy              (_reports_busy),
+    .readAddress       (_sender_readAddress),
+    .readData          (_sender_readData)
   );
   EthernetSender plant (
     .clock           (clock),
@@ -4439,23 +4428,48 @@ module alarm_master(
     .clock      (clock),
     .reset      (reset),
     .byte_valid (_receiver_byte_valid),
-    .first      (_receiver_first),
+    .byte_bits  (_receiver_byte_bits),
     .end_valid  (_receiver_end_valid),
-    .address    (_expected_address)
+    .address    (_expected_address),
+    .setting    (_expected_setting),
+    .at         (_expected_at),
+    .same       (_expected_same),
+    .mine       (_expected_mine)
   );
+  assign _settings_readAddress_1 = {1'h0, _expected_address[4], ~(_expected_address[4]), _expected_address[3:0]};
+  assign _settings_readAddress_2 =
+    {1'h0, _sender_settingAddress[4], ~(_sender_settingAddress[4]), _sender_settingAddress[3:0]};
+  assign _settings_readAddress_3 = {1'h0, _arp_settingAddress[4], ~(_arp_settingAddress[4]), _arp_settingAddress[3:0]};
+  assign _settings_readAddress_4 = {3'h5, _line_requestAddress};
+  assign _settings_readAddress_5 = {4'hE, _own_readAddress};
   NetworkSettings settings (
     .clock         (clock),
     .write         (_registers_settingWrite),
     .writeAddress  (_registers_settingAddress),
     .writeData     (_registers_settingData),
     .readAddress_0 (_registers_settingAddress),
-    .readAddress_1 (_expected_address),
-    .readAddress_2 (_sender_settingAddress),
-    .readAddress_3 (_arp_settingAddress),
-    .readData_0    (_registers_setting),
-    .readData_1    (_settings_readData_1),
+    .readAddress_1 (_settings_readAddress_1),
+    .readAddress_2 (_settings_readAddress_2),
+    .readAddress_3 (_settings_readAddress_3),
+    .readAddress_4 (_settings_readAddress_4),
+    .readAddress_5 (_settings_readAddress_5),
+    .readData_0    (_settings_readData_0),
+    .readData_1    (_expected_setting),
     .readData_2    (_sender_setting),
-    .readData_3    (_arp_setting)
+    .readData_3    (_arp_setting),
+    .readData_4    (_line_requestData),
+    .readData_5    (_settings_readData_5)
+  );
+  HostEvent own (
+    .clock       (clock),
+    .reset       (reset),
+    .go          (_registers_value_host_event_go),
+    .busy        (_registers_status_host_event_busy),
+    .readAddress (_own_readAddress),
+    .readData    (_settings_readData_5),
+    .event_ready (_reports_event_1_ready),
+    .event_valid (_reports_event_1_valid),
+    .event_bits  (_reports_event_1_bits)
   );
   FrameArbiter frames (
     .clock          (clock),
@@ -4472,32 +4486,6 @@ module alarm_master(
     .out_valid      (_plant_bytes_valid),
     .out_bits_data  (_plant_bytes_bits_data),
     .out_bits_last  (_plant_bytes_bits_last)
-  );
-  Arbiter2_MasterEvent both (
-    .io_in_0_ready         (_line_event_ready),
-    .io_in_0_valid         (_line_event_valid),
-    .io_in_0_bits_kind     (_line_event_bits_kind),
-    .io_in_0_bits_position (_line_event_bits_position),
-    .io_in_0_bits_node     (_line_event_bits_node),
-    .io_in_0_bits_sequence (_line_event_bits_sequence),
-    .io_in_0_bits_state    (_line_event_bits_state),
-    .io_in_0_bits_epoch    (_line_event_bits_epoch),
-    .io_in_0_bits_time     (_line_event_bits_time),
-    .io_in_1_ready         (_both_io_in_1_ready),
-    .io_in_1_valid         (hostEvent),
-    .io_in_1_bits_position (_registers_value_host_event_position),
-    .io_in_1_bits_node     (_registers_value_host_event_node),
-    .io_in_1_bits_sequence (_registers_value_host_event_sequence),
-    .io_in_1_bits_state    (_registers_value_host_event_state),
-    .io_out_ready          (_reports_event_ready),
-    .io_out_valid          (_reports_event_valid),
-    .io_out_bits_kind      (_reports_event_bits_kind),
-    .io_out_bits_position  (_reports_event_bits_position),
-    .io_out_bits_node      (_reports_event_bits_node),
-    .io_out_bits_sequence  (_reports_event_bits_sequence),
-    .io_out_bits_state     (_reports_event_bits_state),
-    .io_out_bits_epoch     (_reports_event_bits_epoch),
-    .io_out_bits_time      (_reports_event_bits_time)
   );
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
