@@ -53,7 +53,7 @@ final class BoardFiles(val role: String, val width: Int) {
     Seq("ROLE" -> isMaster, "DATA_BUS_WIDTH" -> width, "CORE_MHZ" -> p.coreClockMhz)
   private def values = parameters.map { case (name, value) => s"-G$name=$value" }
   private def yosys(kind: String, commands: String): ujson.Value = {
-    val json = dir.resolve(s"$kind.json")
+    val json   = dir.resolve(s"$kind.json")
     val set    = parameters.map { case (name, value) => s"-set $name $value" }.mkString(" ")
     val script = s"read_verilog ${verilog.mkString(" ")}; chparam $set board; "
     output("yosys", "-q", "-p", s"$script $commands; write_json $json")
@@ -78,8 +78,15 @@ final class BoardFiles(val role: String, val width: Int) {
   def simulator(top: String, source: String, settings: Seq[String], files: Seq[Path]): String = {
     val out   = dir.resolve(top).toString
     val flags = Seq("--cc", "--exe", "--build", "-j", "2", "-O3", "-Wno-lint", "-Wno-style", "-Mdir", out)
-    val c     = Seq("-CFLAGS", s"-std=c++17 -O2 -Wall -DWIDTH=$width -DCORE_MHZ=${p.coreClockMhz}", "-o", "program", "--top-module", top)
-    val path  = Paths.get(source).toAbsolutePath
+    val c = Seq(
+      "-CFLAGS",
+      s"-std=c++17 -O2 -Wall -DWIDTH=$width -DCORE_MHZ=${p.coreClockMhz}",
+      "-o",
+      "program",
+      "--top-module",
+      top
+    )
+    val path = Paths.get(source).toAbsolutePath
     output(Seq("verilator") ++ flags ++ c ++ settings ++ (files :+ path).map(_.toString): _*)
     s"$out/program"
   }
@@ -143,7 +150,9 @@ final class BoardFiles(val role: String, val width: Int) {
 
   /** What the project's constraints name: command, then the name of a port, register or clock. */
   lazy val constraints: Seq[(String, String)] = {
-    val sdc = project.collectFirst { case s"global SDC_FILE $name" => dir.resolve("quartus").resolve(name) }.get
+    val sdc = project.collectFirst { case s"global SDC_FILE $name" =>
+      dir.resolve("quartus").resolve(name)
+    }.get
     output("tclsh", "test/board/timing.tcl", names.toString, sdc.toString).linesIterator
       .map(_.split(" ", 3))
       .map(words => words.head -> words.last)

@@ -67,7 +67,10 @@ class BoardSpec extends AnyFlatSpec {
 
     it should s"have ${board.coreClockMhz} MHz, as generated, at the PLL and in the constraints" in {
       assert(board.project.contains(s"parameter CORE_MHZ ${board.coreClockMhz}"))
-      val pll = board.design("modules").obj.values
+      val pll = board
+        .design("modules")
+        .obj
+        .values
         .flatMap(_("cells").obj.values)
         .find(_("type").str.contains("altpll"))
         .get
@@ -82,8 +85,8 @@ class BoardSpec extends AnyFlatSpec {
   }
 
   "The project script" should "say in a sentence which core clock is missing or wrong" in {
-    val dir  = Files.createTempDirectory("flyframe-board")
-    val json = dir.toRealPath().resolve("alarm-slave.json")
+    val dir     = Files.createTempDirectory("flyframe-board")
+    val json    = dir.toRealPath().resolve("alarm-slave.json")
     def refusal = ends("tclsh", "test/board/pins.tcl", "fpga/alarm/alarm.tcl", "slave", "8", dir.toString)
     val missing = s"$json with coreClockMhz is missing: generate the controller again.\n"
     assert(refusal == (1 -> missing))
@@ -91,6 +94,16 @@ class BoardSpec extends AnyFlatSpec {
     assert(refusal == (1 -> missing))
     Files.writeString(json, "{\n  \"coreClockMhz\": 125,\n}")
     assert(refusal == (1 -> "coreClockMhz is 125 but must be 50 or 100 on the alarm board.\n"))
+  }
+
+  "A preset alone" should "have its core clock as generated in the constraints" in {
+    val preset = "alarm-master"
+    val core   = ujson.read(Files.readString(Paths.get(s"generated/$preset.json")))("coreClockMhz").num.toInt
+    val told   = output("tclsh", "test/board/pins.tcl", "fpga/quartus.tcl", preset)
+    assert(told.linesIterator.contains("global SDC_FILE clock.sdc"))
+    val sdc = Files.readString(Paths.get(s"build/quartus/$preset/clock.sdc")).linesIterator.toSeq
+    assert(sdc.contains(s"set core_mhz $core"))
+    assert(sdc.last == s"source {${Paths.get("fpga/flyframe.sdc").toRealPath()}}")
   }
 
   // These take longer: each role once in simulation, with different widths, and once mapped, with the default width.
