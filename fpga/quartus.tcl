@@ -16,6 +16,9 @@ if {![file exists $verilog]} {
 # The name of the top module is the preset's, with an underscore for everything that is no letter or digit.
 regsub -all {[^A-Za-z0-9]} $preset _ top
 
+source [file join $root fpga clock.tcl]
+set core_mhz [core_clock [file join $root generated $preset.json]]
+
 set work [file join $root build quartus $preset]
 file mkdir $work
 cd $work
@@ -25,7 +28,7 @@ source [file join $root fpga device.tcl]
 set_global_assignment -name TOP_LEVEL_ENTITY $top
 set_global_assignment -name VERILOG_INPUT_VERSION VERILOG_2001
 set_global_assignment -name VERILOG_FILE $verilog
-set_global_assignment -name SDC_FILE [file join $root fpga flyframe.sdc]
+constrain [file join $root fpga flyframe.sdc] $core_mhz
 set_global_assignment -name PROJECT_OUTPUT_DIRECTORY output
 
 # The host port, and what a PLL or a reset circuit on the chip drives, are virtual pins: logic cells instead of pins. Bit by bit, as

@@ -1,6 +1,7 @@
 # Makes a Quartus project of the alarm board and compiles it. `make quartus` generates the Verilog and calls it:
-#   quartus_sh -t fpga/alarm/alarm.tcl ROLE WIDTH      ROLE slave or master, WIDTH the bits of the host's data bus
-# Reads build/board/ROLE/*.v; everything is written to build/board/ROLE/quartus.
+#   quartus_sh -t fpga/alarm/alarm.tcl ROLE WIDTH [DIRECTORY]      ROLE slave or master, WIDTH the bits of the host's data bus
+# Reads what was generated, *.v and alarm-ROLE.json, from DIRECTORY (default build/board/ROLE); writes to DIRECTORY/quartus. The core
+# clock is the one in alarm-ROLE.json: PLL and constraints follow it.
 load_package flow
 
 set role  [lindex $quartus(args) 0]
@@ -8,6 +9,14 @@ set width [lindex $quartus(args) 1]
 set here  [file dirname [file normalize [info script]]]
 set root  [file dirname [file dirname $here]]
 set rtl   [file join $root build board $role]
+if {[llength $quartus(args)] > 2} { set rtl [file normalize [lindex $quartus(args) 2]] }
+
+source [file join $root fpga clock.tcl]
+set core_mhz [core_clock [file join $rtl alarm-$role.json]]
+if {$core_mhz != 50 && $core_mhz != 100} {
+  post_message -type error "coreClockMhz is $core_mhz but must be 50 or 100 on the alarm board."
+  qexit -error
+}
 
 set work [file join $rtl quartus]
 file mkdir $work
@@ -20,10 +29,11 @@ set_global_assignment -name VERILOG_INPUT_VERSION VERILOG_2001
 set_global_assignment -name VERILOG_FILE [file join $here board.v]
 set_global_assignment -name VERILOG_FILE [file join $rtl board_support.v]
 set_global_assignment -name VERILOG_FILE [file join $rtl alarm-$role.v]
-set_global_assignment -name SDC_FILE [file join $here board.sdc]
+constrain [file join $here board.sdc] $core_mhz
 set_global_assignment -name PROJECT_OUTPUT_DIRECTORY output
 set_parameter -name ROLE [expr {$role eq "master"}]
 set_parameter -name DATA_BUS_WIDTH $width
+set_parameter -name CORE_MHZ $core_mhz
 
 # Configuration from a serial memory; nCEO (pin 101) is an ordinary pin.
 set_global_assignment -name CYCLONEIII_CONFIGURATION_SCHEME "ACTIVE SERIAL"

@@ -7,6 +7,7 @@
 module board #(
   parameter ROLE            = 0,   // 0 slave, 1 master
   parameter DATA_BUS_WIDTH  = 8,   // bits, as generated: 8, 16, 32
+  parameter CORE_MHZ        = 100, // coreClockMhz, as generated: 50, 100
   parameter LINK_ACTIVE_LOW = 1,   // the PHYs' link pin is low for link
   // Word address of 8 KiB; follows from the width.
   parameter ADDRESS_BITS    = 13 - DATA_BUS_WIDTH / 16
@@ -51,7 +52,7 @@ module board #(
   output wire                        alarm_lamp
 );
 
-  // ---- Clocks: VCO 50 MHz * M 12 / N 1 = 600 MHz; C0 = 6: 100 MHz, C1 = 24: 25 MHz --------------------------------------------
+  // ---- Clocks: VCO 50 MHz * M 12 / N 1 = 600 MHz; C0 = 600 / CORE_MHZ: core clock, C1 = 24: 25 MHz ------------------------------
   wire       core_clk, phy_clk_ref, pll_locked;
   wire [2:0] unused_clk;
 
@@ -61,7 +62,7 @@ module board #(
     .operation_mode("NORMAL"),
     .compensate_clock("CLK0"),
     .inclk0_input_frequency(20000),  // ps
-    .clk0_multiply_by(2),
+    .clk0_multiply_by(CORE_MHZ / 50),
     .clk0_divide_by(1),
     .clk0_duty_cycle(50),
     .clk0_phase_shift("0"),

@@ -2,7 +2,7 @@ package flyframe.board
 
 import java.nio.file.{Files, Path, Paths}
 import scala.sys.process._
-import flyframe.Emit
+import flyframe.{Documents, Emit}
 import flyframe.params.{EscParams, Presets}
 import flyframe.report.Netlist
 
@@ -32,6 +32,9 @@ final class BoardFiles(val role: String, val width: Int) {
   private lazy val p: EscParams =
     Presets.named(s"alarm-$role").get.params.copy(preset = s"alarm-$role", dataBusWidth = width)
 
+  /** Core clock, MHz. */
+  def coreClockMhz: Int = p.coreClockMhz
+
   /** The type at register 0. */
   def identity: Int = p.escType
 
@@ -44,12 +47,15 @@ final class BoardFiles(val role: String, val width: Int) {
     written(s"alarm-$role.v", Emit.verilog(p)),
     Paths.get("test/board/altpll.v")
   )
+
   private def isMaster = if (role == "master") 1 else 0
-  private def values   = Seq(s"-GROLE=$isMaster", s"-GDATA_BUS_WIDTH=$width")
+  private def parameters =
+    Seq("ROLE" -> isMaster, "DATA_BUS_WIDTH" -> width, "CORE_MHZ" -> p.coreClockMhz)
+  private def values = parameters.map { case (name, value) => s"-G$name=$value" }
   private def yosys(kind: String, commands: String): ujson.Value = {
-    val json = dir.resolve(s"$kind.json")
-    val script =
-      s"read_verilog ${verilog.mkString(" ")}; chparam -set ROLE $isMaster -set DATA_BUS_WIDTH $width board; "
+    val json   = dir.resolve(s"$kind.json")
+    val set    = parameters.map { case (name, value) => s"-set $name $value" }.mkString(" ")
+    val script = s"read_verilog ${verilog.mkString(" ")}; chparam $set board; "
     output("yosys", "-q", "-p", s"$script $commands; write_json $json")
     Netlist.read(json)
   }
@@ -72,8 +78,15 @@ final class BoardFiles(val role: String, val width: Int) {
   def simulator(top: String, source: String, settings: Seq[String], files: Seq[Path]): String = {
     val out   = dir.resolve(top).toString
     val flags = Seq("--cc", "--exe", "--build", "-j", "2", "-O3", "-Wno-lint", "-Wno-style", "-Mdir", out)
-    val c     = Seq("-CFLAGS", s"-std=c++17 -O2 -Wall -DWIDTH=$width", "-o", "program", "--top-module", top)
-    val path  = Paths.get(source).toAbsolutePath
+    val c = Seq(
+      "-CFLAGS",
+      s"-std=c++17 -O2 -Wall -DWIDTH=$width -DCORE_MHZ=${p.coreClockMhz}",
+      "-o",
+      "program",
+      "--top-module",
+      top
+    )
+    val path = Paths.get(source).toAbsolutePath
     output(Seq("verilator") ++ flags ++ c ++ settings ++ (files :+ path).map(_.toString): _*)
     s"$out/program"
   }
@@ -126,9 +139,32 @@ final class BoardFiles(val role: String, val width: Int) {
     val lines = ports.keys.toSeq.map(n => s"port {$n}") ++ registers.map(n => s"register {$n}") ++ pins
     written("names.txt", lines.mkString("", "\n", "\n"))
   }
+
+  /** The assignments of the Quartus project, a line each, made from the parameters beside the Verilog; writes
+    * clock.sdc.
+    */
+  lazy val project: Seq[String] = {
+    written(s"alarm-$role.json", Documents.json(p))
+    BoardFiles.project(role, width, dir).linesIterator.toSeq
+  }
+
+  /** What the project's constraints name: command, then the name of a port, register or clock. */
+  lazy val constraints: Seq[(String, String)] = {
+    val sdc = project.collectFirst { case s"global SDC_FILE $name" =>
+      dir.resolve("quartus").resolve(name)
+    }.get
+    output("tclsh", "test/board/timing.tcl", names.toString, sdc.toString).linesIterator
+      .map(_.split(" ", 3))
+      .map(words => words.head -> words.last)
+      .toSeq
+  }
 }
 
 object BoardFiles {
+
+  /** Runs the project script in plain Tcl on what stands in `dir`. */
+  def project(role: String, width: Int, dir: Path): String =
+    Shell.output("tclsh", "test/board/pins.tcl", "fpga/alarm/alarm.tcl", role, s"$width", s"$dir")
   private val buses = Set("bus_nbl")
 
   /** Names declared as registers, with the module they are in. */

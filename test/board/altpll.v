@@ -1,5 +1,5 @@
-// Stands in for the vendor's PLL in checks: a black box for Yosys. In simulation the pin clk_50 runs at the core clock's 100 MHz, as
-// nothing here can multiply; a quarter of it is the PHYs' clock.
+// Stands in for the vendor's PLL in checks: a black box for Yosys. In simulation the pin clk_50 runs at the core clock, as nothing
+// here can multiply; the PHYs' clock is a quarter of it (100 MHz, twice the pin's) or a half (50 MHz).
 (* blackbox *)
 module altpll #(
   parameter intended_device_family = "", lpm_type = "", operation_mode = "", compensate_clock = "", inclk0_input_frequency = 0,
@@ -15,7 +15,7 @@ module altpll #(
   /* verilator lint_off UNUSED */
   reg [7:0] count = 0;
   always @(posedge inclk[0]) count <= count[7] ? {6'h20, count[1:0] + 2'd1} : count + 8'd1;
-  assign clk    = {3'b0, ~count[1], inclk[0]};
+  assign clk    = {3'b0, ~count[clk0_multiply_by - 1], inclk[0]};
   assign locked = count[7];
 `endif
 endmodule

@@ -1,6 +1,6 @@
 // The board on a bench: no cables at the PHYs, the host's side of the data bus taken apart for C++.
 module board_bench #(
-  parameter ROLE = 0, DATA_BUS_WIDTH = 16, ADDRESS_BITS = 13 - DATA_BUS_WIDTH / 16
+  parameter ROLE = 0, CORE_MHZ = 100, DATA_BUS_WIDTH = 16, ADDRESS_BITS = 13 - DATA_BUS_WIDTH / 16
 ) (
   input                         clk_50,
   output                        phy_clk, phy_reset_n,
@@ -14,7 +14,7 @@ module board_bench #(
 );
   wire [DATA_BUS_WIDTH-1:0] bus_d = host_drives ? host_d : {DATA_BUS_WIDTH{1'bz}};
   assign seen_d = bus_d;
-  board #(.ROLE(ROLE), .DATA_BUS_WIDTH(DATA_BUS_WIDTH)) board (
+  board #(.ROLE(ROLE), .CORE_MHZ(CORE_MHZ), .DATA_BUS_WIDTH(DATA_BUS_WIDTH)) board (
     .clk_50(clk_50), .phy_clk(phy_clk), .phy_reset_n(phy_reset_n),
     .mii_0_rx_clk(1'b0), .mii_0_rx_dv(1'b0), .mii_0_rx_er(1'b0), .mii_0_rxd(4'b0), .mii_0_link(1'b1), .mii_0_tx_en(), .mii_0_txd(),
     .mii_1_rx_clk(1'b0), .mii_1_rx_dv(1'b0), .mii_1_rx_er(1'b0), .mii_1_rxd(4'b0), .mii_1_link(1'b1), .mii_1_tx_en(), .mii_1_txd(),

@@ -19,7 +19,7 @@
 namespace {
 using Time = int64_t;  // ps
 constexpr Time kNs = 1000, kMs = 1'000'000'000;
-constexpr Time kCore = 10 * kNs;
+constexpr Time kCore = 1000 * kNs / CORE_MHZ;
 constexpr int kLanes = WIDTH / 8;
 constexpr uint32_t kLaneMask = (1u << kLanes) - 1;
 constexpr int kWords = 8192 / kLanes;
@@ -30,8 +30,14 @@ constexpr Time kPayloadDelay = 15 * kNs, kOutputDelay = 15 * kNs;
 constexpr Time kStrobeDelay = 10 * kNs;
 // What the host may do: give address, enables and data so long after the strobe.
 constexpr Time kPayloadLate = 15 * kNs;
-// What fpga/README.md asks of the host: the strobe is high for so long; wait is looked at so long after it rose, and after NE fell.
-constexpr Time kStrobeHigh = 25 * kNs, kWaitAfterStrobe = 55 * kNs, kWaitAfterNe = 25 * kNs;
+// What fpga/README.md asks of the host. The strobe is high so long that a clock edge sees it, whatever the pins' delays.
+constexpr Time kStrobeHigh = kCore + kStrobeDelay + 5 * kNs;
+// Wait is looked at so long after it rose: a cycle until an edge sees it, two more until `released` is false.
+constexpr Time kWaitAfterStrobe = kStrobeDelay + 3 * kCore + kOutputDelay;
+// And so long after NE fell, which needs no clock.
+constexpr Time kWaitAfterNe = kStrobeDelay + kOutputDelay;
+// An access stands at the host port, or it is not certain to be carried out: a cycle until an edge sees it, three more.
+constexpr Time kTaken = kStrobeDelay + 4 * kCore;
 
 std::mt19937_64 random64;
 uint64_t random(uint64_t below) { return random64() % below; }
@@ -227,9 +233,9 @@ class Host {
     device_.ne(false);
     device_.run(10 * kNs);
     a.write ? device_.nwe(false) : device_.noe(false);
-    device_.run(60 * kNs);
+    device_.run(kTaken);
     end();
-    device_.run(6000 * kNs);
+    device_.run(600 * kCore);
     expect({a});
   }
   // The bus is busy with another device, or selects this one and asks for nothing.

@@ -1,5 +1,5 @@
 # Runs a project script in plain Tcl and prints its assignments.
-#   tclsh test/board/pins.tcl fpga/alarm/alarm.tcl ROLE WIDTH
+#   tclsh test/board/pins.tcl fpga/alarm/alarm.tcl ROLE WIDTH DIRECTORY
 # Lines: pin NAME NUMBER | global NAME VALUE | parameter NAME VALUE
 package require Tcl 8.5
 set quartus(args) [lrange $argv 1 end]
@@ -9,8 +9,10 @@ proc project_new {args} {}
 proc project_close {} {}
 proc export_assignments {} {}
 proc execute_flow {args} {}
-proc post_message {args} {}
+proc post_message {args} { if {"error" in $args} { puts stderr [lindex $args end] } }
+proc qexit {args} { exit 1 }
 proc set_global_assignment {option name value} { puts "global $name [list $value]" }
 proc set_parameter {option name value} { puts "parameter $name $value" }
+proc set_instance_assignment {args} {}
 proc set_location_assignment {location option port} { puts "pin [string map {PIN_ {}} $location] $port" }
 source $argv0

@@ -1,5 +1,5 @@
 # Runs the constraint file and the pin file of the board in plain Tcl, against the names of a netlist.
-#   tclsh test/board/timing.tcl NAMES board.sdc            every pattern must match; prints each constrained register and port
+#   tclsh test/board/timing.tcl NAMES clock.sdc            every pattern must match; prints each constrained register and port
 # NAMES has a line for each name: port NAME, register NAME or pin NAME, as Quartus writes them.
 set names [dict create port {} register {} pin {}]
 set file [open [lindex $argv 0]]
@@ -44,7 +44,7 @@ proc get_clocks {name} {
 }
 proc set_clock_groups {args} { complain "set_clock_groups would overrule the limits of the crossings." }
 
-# What a constraint names, each on a line: command, from or to, name.
+# What a constraint names, each on a line: command (max with its ns), from or to, name.
 proc note {command arguments} {
   foreach {side} {-from -to} {
     set at [lsearch -exact $arguments $side]
@@ -52,7 +52,7 @@ proc note {command arguments} {
   }
 }
 proc set_false_path      {args} { note [expr {"-hold" in $args ? "hold" : "false"}] $args }
-proc set_max_delay       {args} { note max $args }
+proc set_max_delay       {args} { note max=[lindex $args end] $args }
 proc set_multicycle_path {args} { note [expr {"-hold" in $args ? "hold" : "multicycle"}] $args }
 proc delay {direction arguments} {
   get_clocks [lindex $arguments [expr {[lsearch -exact $arguments -clock] + 1}]]

@@ -1,0 +1,24 @@
+# The core clock of a project follows what was generated.
+
+# coreClockMhz as it stands in `json`, beside the controller's Verilog; ends the script with a sentence if it does not.
+proc core_clock {json} {
+  set mhz ""
+  if {[file exists $json]} {
+    set file [open $json]
+    regexp {"coreClockMhz": *([0-9]+)} [read $file] all mhz
+    close $file
+  }
+  if {$mhz eq ""} {
+    post_message -type error "$json with coreClockMhz is missing: generate the controller again."
+    qexit -error
+  }
+  return $mhz
+}
+
+# Gives the open project the constraint file `sdc` at `mhz`, by way of clock.sdc in the work directory.
+proc constrain {sdc mhz} {
+  set file [open clock.sdc w]
+  puts $file "# Made by the project's script: the core clock as generated.\nset core_mhz $mhz\nsource {$sdc}"
+  close $file
+  set_global_assignment -name SDC_FILE clock.sdc
+}
