@@ -1011,10 +1011,10 @@ module SlaveTable(
   input         change_record_valid,
   input  [15:0] change_record_bits_sequence,
   input  [7:0]  change_record_bits_epoch,
-  input  [15:0] change_record_bits_event,
+  input  [23:0] change_record_bits_event,
   output [15:0] record_sequence,
   output [7:0]  record_epoch,
-  output [15:0] record_event,
+  output [23:0] record_event,
   input         change_answer_valid,
   input  [15:0] change_answer_bits,
   output [15:0] answer,
@@ -1031,8 +1031,8 @@ module SlaveTable(
 
   wire [3:0]  _flags_ram_writeData;
   wire [3:0]  _flags_ram_readData;
-  wire [39:0] _record_ram_writeData;
-  wire [39:0] _record_ram_readData;
+  wire [47:0] _record_ram_writeData;
+  wire [47:0] _record_ram_readData;
   reg  [5:0]  index_REG;
   always @(posedge clock)
     index_REG <= read;
@@ -1052,7 +1052,7 @@ module SlaveTable(
   DualPortRam #(
     .ADDRESS_BITS(6),
     .DEPTH(64),
-    .WIDTH(40)
+    .WIDTH(48)
   ) record_ram (
     .clock        (clock),
     .write        (change_record_valid),
@@ -1088,9 +1088,9 @@ module SlaveTable(
     .readData     (_flags_ram_readData)
   );
   assign index = index_REG;
-  assign record_sequence = _record_ram_readData[39:24];
-  assign record_epoch = _record_ram_readData[23:16];
-  assign record_event = _record_ram_readData[15:0];
+  assign record_sequence = _record_ram_readData[47:32];
+  assign record_epoch = _record_ram_readData[31:24];
+  assign record_event = _record_ram_readData[23:0];
   assign flags_heard = _flags_ram_readData[3];
   assign flags_confirmed = _flags_ram_readData[2];
   assign flags_due = _flags_ram_readData[1];
@@ -1732,23 +1732,26 @@ module LineExchange(
   reg  [5:0]  came;
   reg  [5:0]  kept;
   reg         waiting;
-  wire        stores = _matcher_word_valid & waiting & came != 6'h20;
+  reg         begun;
+  wire        stores = _matcher_word_valid & begun & waiting & came != 6'h20;
   wire [7:0]  _GEN = {came[4:0], _matcher_word_bits_place};
   reg         keptData_REG;
   reg  [15:0] left;
   reg  [3:0]  tries;
-  wire        good = _matcher_done_valid & _matcher_done_bits & waiting;
+  wire        good = _matcher_done_valid & _matcher_done_bits & begun & waiting;
   wire        late = waiting & ~(|left) & ~_composer_busy;
   wire        _done_valid_T = tries == 4'h0;
-  wire        _GEN_0 = good | ~late;
+  wire        _GEN_0 = _receiver_byte_valid & _receiver_first;
+  wire        _GEN_1 = good | ~late;
   always @(posedge clock) begin
     if (reset) begin
       came <= 6'h0;
       kept <= 6'h0;
       waiting <= 1'h0;
+      begun <= 1'h0;
     end
     else begin
-      if (_receiver_byte_valid & _receiver_first)
+      if (_GEN_0)
         came <= 6'h0;
       else if (stores & _matcher_word_bits_place == 3'h2)
         came <= came + 6'h1;
@@ -1759,15 +1762,16 @@ module LineExchange(
       else
         kept <= came;
       waiting <= go | ~(good | late & _done_valid_T) & waiting;
+      begun <= ~clear & (_GEN_0 ? waiting : begun);
     end
     keptData_REG <= keptAddress[0];
-    if (go | ~_GEN_0)
+    if (go | ~_GEN_1)
       left <= timeout;
     else if (step & (|left) & ~_composer_busy)
       left <= left - 16'h1;
     if (go)
       tries <= retries;
-    else if (_GEN_0) begin
+    else if (_GEN_1) begin
     end
     else
       tries <= tries - 4'h1;
@@ -1915,8 +1919,8 @@ module LineMaster(
   output        event_valid,
   output [15:0] event_bits,
   input         room,
-  input  [15:0] nextEvent,
-  input  [15:0] firstEvent,
+  input  [23:0] nextEvent,
+  input  [23:0] firstEvent,
   output [6:0]  present,
   output [6:0]  known,
   output        alarm,
@@ -1954,7 +1958,7 @@ module LineMaster(
   wire [15:0] _table_node;
   wire [15:0] _table_record_sequence;
   wire [7:0]  _table_record_epoch;
-  wire [15:0] _table_record_event;
+  wire [23:0] _table_record_event;
   wire [15:0] _table_answer;
   wire        _table_flags_heard;
   wire        _table_flags_confirmed;
@@ -2031,14 +2035,16 @@ module LineMaster(
   wire        _wanted_T_6 = word == 3'h5;
   wire        _GEN_0 = state == 6'h0;
   wire        _GEN_1 = state == 6'h1;
+  wire        counts = beat == 4'h0 | here == 7'h0;
+  wire        hosts = request_valid & ~(counts & byHost);
   wire        _GEN_2 = ~run | unsure;
   wire        _GEN_3 = state == 6'h2;
   wire        _GEN_4 = state == 6'h3;
   wire        _GEN_5 = state == 6'h4;
   wire        _GEN_6 = state == 6'h5;
-  wire [15:0] _hasIt_T = _table_record_event - firstEvent;
+  wire [23:0] _hasIt_T = _table_record_event - firstEvent;
   wire        _GEN_7 =
-    search <= here & (_table_flags_due | _table_flags_heard & ~_table_flags_confirmed & _hasIt_T[15]);
+    search <= here & (_table_flags_due | _table_flags_heard & ~_table_flags_confirmed & _hasIt_T[23]);
   wire        _GEN_8 = primed & _GEN_7;
   wire        _GEN_9 = primed & _GEN_7 & ~_exchange_full;
   wire        _GEN_10 = _GEN_4 | _GEN_5;
@@ -2172,64 +2178,63 @@ module LineMaster(
   wire        _GEN_66 = search == listed;
   wire        _GEN_67 = search >= here;
   wire        _GEN_68 = _exchange_answer == 16'h0;
-  wire        _GEN_69 = beat == 4'h0 | here == 7'h0;
-  wire        _GEN_70 = _GEN_2 | (|timer) | request_valid | ~_GEN_69;
-  wire [7:0]  _GEN_71 = 8'h0 - {1'h0, place};
-  wire        _GEN_72 = part == 3'h0;
-  wire        _GEN_73 = part == 3'h1;
-  wire        _GEN_74 = _GEN_72 | _GEN_73;
-  wire        _GEN_75 =
-    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29
-    | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40;
-  wire        _GEN_76 = _GEN_75 | ~_GEN_41;
-  wire        _GEN_77 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_75;
-  wire        _GEN_78 = _GEN_77 | ~_GEN_41;
+  wire        _GEN_69 = _GEN_2 | (|timer) | hosts | ~counts;
+  wire [7:0]  _GEN_70 = 8'h0 - {1'h0, place};
+  wire        _GEN_71 = part == 3'h0;
+  wire        _GEN_72 = part == 3'h1;
+  wire        _GEN_73 = _GEN_71 | _GEN_72;
   wire [15:0] _distance_T = _exchange_answer - _table_record_sequence;
-  wire        _GEN_79 = _GEN_2 | (|timer);
-  wire        _GEN_80 = settled & byte_0 == 4'h7;
-  wire        _GEN_81 = _GEN_5 | _GEN_6;
+  wire        _GEN_74 = _GEN_2 | (|timer);
+  wire        _GEN_75 = settled & byte_0 == 4'h7;
+  wire        _GEN_76 = _GEN_5 | _GEN_6;
   wire        _settled_T_1 = _exchange_data_ready & _exchange_data_valid_T_1;
-  wire        _GEN_82 = number == _exchange_count;
+  wire        _GEN_77 = number >= _exchange_count;
   wire        isHere = primed & _table_node == _exchange_answer;
-  wire        _GEN_83 =
+  wire        _GEN_78 =
     _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28;
-  wire        _GEN_84 =
+  wire        _GEN_79 =
     _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19
     | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | ~_GEN_31;
-  wire        _GEN_85 = isSeen | ~(isListed & room);
+  wire        _GEN_80 = isSeen | ~(isListed & room);
   wire        _state_T_15 = _counted_T_1 < here;
-  wire        _GEN_86 = place >= here;
-  wire        _GEN_87 = part == 3'h2;
-  wire        _GEN_88 = part == 3'h3;
-  wire        _GEN_89 = part == 3'h4;
-  wire        _GEN_90 =
+  wire        _GEN_81 = place >= here;
+  wire        _GEN_82 = part == 3'h2;
+  wire        _GEN_83 = part == 3'h3;
+  wire        _GEN_84 = part == 3'h4;
+  wire        _GEN_85 =
+    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29
+    | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40;
+  wire        _GEN_86 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_85;
+  wire        _GEN_87 = _GEN_86 | ~_GEN_41;
+  wire        _GEN_88 =
     _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_43;
-  wire        _GEN_91 = _GEN_87 | _GEN_88;
-  wire        _GEN_92 = _GEN_40 | _GEN_41 | _GEN_42;
-  wire        _GEN_93 = _GEN_39 | _GEN_92;
-  wire        _GEN_94 =
+  wire        _GEN_89 = _GEN_82 | _GEN_83;
+  wire        _GEN_90 = _GEN_40 | _GEN_41 | _GEN_42;
+  wire        _GEN_91 = _GEN_39 | _GEN_90;
+  wire        _GEN_92 =
     _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19
     | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_37 | _GEN_38
-    | _GEN_93;
-  wire        _GEN_95 = isOne & _exchange_answer[7:0] == 8'h0 & patience != 10'h3FF;
-  wire        _GEN_96 = _GEN_89 & _GEN_95;
-  wire        _GEN_97 = _GEN_91 | ~_GEN_96;
-  wire        _GEN_98 = _GEN_45 | _GEN_46;
-  wire        _GEN_99 =
+    | _GEN_91;
+  wire        _GEN_93 = isOne & _exchange_answer[7:0] == 8'h0 & patience != 10'h3FF;
+  wire        _GEN_94 = _GEN_84 & _GEN_93;
+  wire        _GEN_95 = _GEN_89 | ~_GEN_94;
+  wire        _GEN_96 = _GEN_45 | _GEN_46;
+  wire        _GEN_97 =
     _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40 | _GEN_41 | _GEN_42 | _GEN_44
-    | _GEN_98;
-  wire        _GEN_100 = primed & search <= place & _table_node == node;
-  wire        _GEN_101 = search >= place;
-  wire        _GEN_102 = _GEN_37 | _GEN_38;
-  wire        _GEN_103 = _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_102;
-  wire        _GEN_104 = (|place) & node != _table_node + 16'h1;
-  wire        _GEN_105 = hasTwin | _GEN_104;
+    | _GEN_96;
+  wire        _GEN_98 = primed & search <= place & _table_node == node;
+  wire        _GEN_99 = search >= place;
+  wire        _GEN_100 = _GEN_37 | _GEN_38;
+  wire        _GEN_101 = _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_100;
+  wire        _GEN_102 = (|place) & node != _table_node + 16'h1;
+  wire        _GEN_103 = hasTwin | _GEN_102;
   wire [6:0]  _place_T_4 = place + 7'h1;
-  wire        _GEN_106 = _GEN_45 | _GEN_46 | _GEN_51 | _GEN_52 | _GEN_53;
-  wire        _GEN_107 = _GEN_41 | _GEN_42 | _GEN_44 | _GEN_106;
-  wire        _GEN_108 = _place_T_4 == _counted_T_1;
-  wire        _GEN_109 = _GEN_68 & _GEN_91;
-  wire        _GEN_110 = _GEN_87 | _GEN_88 | _GEN_89;
+  wire        _GEN_104 = _GEN_45 | _GEN_46 | _GEN_51 | _GEN_52 | _GEN_53;
+  wire        _GEN_105 = _GEN_41 | _GEN_42 | _GEN_44 | _GEN_104;
+  wire        _GEN_106 = _place_T_4 == _counted_T_1;
+  wire        _GEN_107 = _GEN_68 & _GEN_89;
+  wire        _GEN_108 = _GEN_85 | ~_GEN_41;
+  wire        _GEN_109 = _GEN_82 | _GEN_83 | _GEN_84;
   always @(posedge clock) begin
     if (reset) begin
       state <= 6'h0;
@@ -2254,14 +2259,14 @@ module LineMaster(
           if (unsure)
             state <= 6'h2;
           else if (~(|timer))
-            state <= request_valid ? 6'h3 : 6'h4;
+            state <= hosts ? 6'h3 : 6'h4;
         end
         else begin
           state <= 6'h0;
           here <= 7'h0;
           listed <= 7'h0;
         end
-        if (_GEN_79) begin
+        if (_GEN_2 | (|timer) | hosts & counts) begin
         end
         else
           beat <= beat + 4'h1;
@@ -2272,11 +2277,15 @@ module LineMaster(
             state <= 6'h1;
         end
         else if (_GEN_4) begin
-          if (_GEN_80)
+          if (_GEN_75)
             state <= 6'h4;
         end
-        else if (_GEN_5)
-          state <= {3'h0, single | byHost ? 3'h6 : 3'h5};
+        else if (_GEN_5) begin
+          if (_exchange_composing) begin
+          end
+          else
+            state <= {3'h0, single | byHost ? 3'h6 : 3'h5};
+        end
         else if (_GEN_6) begin
           if (primed) begin
             if (_GEN_7)
@@ -2304,7 +2313,7 @@ module LineMaster(
             state <= _exchange_done_bits ? 6'hA : {1'h0, single & resume == 6'h15 ? 5'h17 : 5'h1};
         end
         else if (_GEN_18)
-          state <= _GEN_82 ? {2'h0, single ? 4'hD : 4'h1} : 6'hB;
+          state <= _GEN_77 ? {2'h0, single ? 4'hD : 4'h1} : 6'hB;
         else if (_GEN_19)
           state <= resume;
         else if (_GEN_20)
@@ -2326,35 +2335,35 @@ module LineMaster(
         else if (_GEN_32)
           state <= 6'h14;
         else if (_GEN_33)
-          state <= _GEN_85 ? 6'hE : 6'h22;
+          state <= _GEN_80 ? 6'hE : 6'h22;
         else if (_GEN_37)
           state <= 6'h16;
         else if (_GEN_38)
           state <= {1'h0, _state_T_15 ? 5'h17 : _counted_T_1 > here ? 5'h19 : 5'h1};
         else if (_GEN_39)
-          state <= _GEN_86 ? 6'h1 : 6'h22;
+          state <= _GEN_81 ? 6'h1 : 6'h22;
         else if (_GEN_40)
           state <= 6'h17;
         else if (_GEN_41)
           state <= 6'h4;
         else if (_GEN_42)
-          state <= _GEN_109 ? 6'h1 : 6'h1B;
+          state <= _GEN_107 ? 6'h1 : 6'h1B;
         else if (_GEN_44)
-          state <= _GEN_91 | ~_GEN_89 ? 6'h19 : _GEN_95 ? 6'h1 : 6'h1C;
+          state <= _GEN_89 | ~_GEN_84 ? 6'h19 : _GEN_93 ? 6'h1 : 6'h1C;
         else if (_GEN_45)
           state <= 6'h1D;
         else if (_GEN_46)
           state <= 6'h22;
         else if (_GEN_51) begin
-          if (_GEN_101)
+          if (_GEN_99)
             state <= 6'h1F;
         end
         else if (_GEN_52)
           state <= 6'h20;
         else if (_GEN_53)
-          state <= _GEN_105 ? 6'h22 : 6'h21;
+          state <= _GEN_103 ? 6'h22 : 6'h21;
         else if (_GEN_54)
-          state <= _GEN_108 ? 6'h22 : 6'h19;
+          state <= _GEN_106 ? 6'h22 : 6'h19;
         else if (_GEN_55 & _settled_T_3 & word == 3'h5)
           state <= behind;
         if (~_GEN_23) begin
@@ -2362,24 +2371,24 @@ module LineMaster(
             if (_GEN_17)
               beat <= 4'h0;
           end
-          else if (~_GEN_90) begin
+          else if (~_GEN_88) begin
             if (_GEN_42) begin
-              if (_GEN_109)
+              if (_GEN_107)
                 beat <= 4'h0;
             end
-            else if (~_GEN_44 | _GEN_91 | ~_GEN_96) begin
+            else if (~_GEN_44 | _GEN_89 | ~_GEN_94) begin
             end
             else
               beat <= 4'h0;
           end
         end
         if (~(_GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20
-              | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_103)) begin
+              | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_101)) begin
           if (_GEN_39) begin
-            if (_GEN_86)
+            if (_GEN_81)
               here <= _counted_T_1;
           end
-          else if (_GEN_40 | _GEN_107 | ~_GEN_54) begin
+          else if (_GEN_40 | _GEN_105 | ~_GEN_54) begin
           end
           else
             here <= _place_T_4;
@@ -2395,7 +2404,7 @@ module LineMaster(
       end
       else
         timer <= cycle;
-      if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_81 | ~(_GEN_13 & _exchange_datagram_ready)) begin
+      if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_76 | ~(_GEN_13 & _exchange_datagram_ready)) begin
       end
       else
         index <= index + 8'h1;
@@ -2406,15 +2415,15 @@ module LineMaster(
       else if (_GEN_67)
         turn <= 6'h0;
       if (~(_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18
-            | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_99)) begin
+            | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_97)) begin
         if (_GEN_51)
-          hasTwin <= _GEN_100 | hasTwin;
+          hasTwin <= _GEN_98 | hasTwin;
         else
           hasTwin <= (_GEN_52 | ~(_GEN_53 & hasTwin)) & hasTwin;
       end
-      if (~_GEN_94) begin
+      if (~_GEN_92) begin
         if (_GEN_44) begin
-          if (_GEN_97) begin
+          if (_GEN_95) begin
           end
           else
             patience <= patience + 10'h1;
@@ -2437,7 +2446,7 @@ module LineMaster(
     end
     if (~_GEN_36) begin
       if (_GEN_33) begin
-        if (_GEN_85) begin
+        if (_GEN_80) begin
         end
         else begin
           behind <= 6'hE;
@@ -2445,9 +2454,9 @@ module LineMaster(
           word <= 3'h0;
         end
       end
-      else if (~_GEN_102) begin
+      else if (~_GEN_100) begin
         if (_GEN_39) begin
-          if (~_GEN_86) begin
+          if (~_GEN_81) begin
             behind <= 6'h18;
             kind <= 3'h4;
             word <= 3'h0;
@@ -2465,20 +2474,20 @@ module LineMaster(
                 behind <= 6'h20;
                 kind <= 3'h6;
               end
-              else if (_GEN_104) begin
+              else if (_GEN_102) begin
                 behind <= 6'h21;
                 kind <= 3'h7;
               end
-              if (_GEN_105)
+              if (_GEN_103)
                 word <= 3'h0;
             end
             else begin
-              if (_GEN_54 & _GEN_108) begin
+              if (_GEN_54 & _GEN_106) begin
                 behind <= 6'h1;
                 kind <= 3'h2;
               end
               if (_GEN_54) begin
-                if (_GEN_108)
+                if (_GEN_106)
                   word <= 3'h0;
               end
               else if (_GEN_60)
@@ -2490,20 +2499,18 @@ module LineMaster(
     end
     if (~_GEN_0) begin
       if (_GEN_1) begin
-        if (_GEN_70) begin
+        if (_GEN_69) begin
         end
         else
           resume <= 6'h15;
-        if (_GEN_79) begin
+        if (_GEN_74) begin
         end
-        else begin
-          single <= ~request_valid & _GEN_69;
-          byHost <= (request_valid | ~_GEN_69) & request_valid;
-        end
-        ofHost <= _GEN_70 & ofHost;
+        else
+          single <= ~hosts & counts;
+        ofHost <= _GEN_69 & ofHost;
         byte_0 <= 4'h0;
         search <= 7'h0;
-        if (_GEN_70) begin
+        if (_GEN_69) begin
         end
         else begin
           asks_command <= 8'h8;
@@ -2516,12 +2523,11 @@ module LineMaster(
         end
       end
       else begin
-        if (_GEN_78) begin
+        if (_GEN_87) begin
         end
         else
           resume <= 6'h1A;
-        single <= ~_GEN_77 & _GEN_41 | single;
-        byHost <= _GEN_78 & byHost;
+        single <= ~_GEN_86 & _GEN_41 | single;
         if (_GEN_3)
           search <= search + 7'h1;
         else begin
@@ -2529,7 +2535,7 @@ module LineMaster(
             _GEN_4
             | (_GEN_5
                  ? ofHost
-                 : _GEN_6 ? ~_GEN_9 & ofHost : (_GEN_75 | ~(_GEN_41 & (_GEN_72 | _GEN_73 | _GEN_110))) & ofHost);
+                 : _GEN_6 ? ~_GEN_9 & ofHost : (_GEN_85 | ~(_GEN_41 & (_GEN_71 | _GEN_72 | _GEN_109))) & ofHost);
           if (_GEN_4) begin
             if (settled)
               byte_0 <= byte_0 + 4'h1;
@@ -2541,13 +2547,13 @@ module LineMaster(
               asks_address_1 <= requestData;
             if (settled & byte_0 == 4'h6)
               asks_address_2 <= requestData;
-            if (_GEN_80)
+            if (_GEN_75)
               asks_address_3 <= requestData;
             if (settled & byte_0 == 4'h1)
               asks_length <= requestData < 8'h8 ? requestData[3:0] : 4'h8;
           end
           else begin
-            if (~_GEN_81) begin
+            if (~_GEN_76) begin
               if (_GEN_13)
                 byte_0 <= 4'h8;
               else if (_GEN_14 & _settled_T_1)
@@ -2577,17 +2583,17 @@ module LineMaster(
                   else
                     search <= search + 7'h1;
                 end
-                else if (~_GEN_103) begin
+                else if (~_GEN_101) begin
                   if (_GEN_39)
                     search <= place;
-                  else if (~_GEN_92) begin
+                  else if (~_GEN_90) begin
                     if (_GEN_44)
                       search <= place;
                     else if (~_GEN_45) begin
                       if (_GEN_46)
                         search <= 7'h0;
                       else if (_GEN_51) begin
-                        if (_GEN_101)
+                        if (_GEN_99)
                           search <= _GEN;
                         else
                           search <= search + 7'h1;
@@ -2596,27 +2602,27 @@ module LineMaster(
                   end
                 end
               end
-              if (_GEN_76) begin
+              if (_GEN_108) begin
               end
               else begin
-                if (_GEN_74) begin
+                if (_GEN_73) begin
                   asks_command <= 8'h8;
                   asks_address_0 <= 8'h0;
                   asks_address_1 <= 8'h0;
                 end
                 else begin
-                  if (_GEN_110)
+                  if (_GEN_109)
                     asks_command <= 8'h1;
-                  if (_GEN_87 | _GEN_88 | _GEN_89) begin
-                    asks_address_0 <= _GEN_71;
-                    asks_address_1 <= {8{_GEN_71[7]}};
+                  if (_GEN_82 | _GEN_83 | _GEN_84) begin
+                    asks_address_0 <= _GEN_70;
+                    asks_address_1 <= {8{_GEN_70[7]}};
                   end
                 end
                 asks_address_2 <= casez_tmp_0;
                 asks_address_3 <= casez_tmp_1;
-                if (_GEN_74)
+                if (_GEN_73)
                   asks_length <= 4'h1;
-                else if (_GEN_110)
+                else if (_GEN_109)
                   asks_length <= 4'h2;
               end
             end
@@ -2627,13 +2633,14 @@ module LineMaster(
             if (_GEN_9)
               asks_content <= _table_flags_due ? _table_answer : _table_record_sequence;
           end
-          else if (_GEN_76) begin
+          else if (_GEN_108) begin
           end
           else
             asks_content <= casez_tmp_2;
         end
       end
     end
+    byHost <= ~_GEN_0 & (_GEN_1 ? (_GEN_74 ? byHost : (hosts | ~counts) & hosts) : _GEN_87 & byHost);
     if (~_GEN_24) begin
       if (_GEN_16) begin
         if (_GEN_17) begin
@@ -2654,19 +2661,19 @@ module LineMaster(
             if (~_GEN_39) begin
               if (_GEN_40)
                 place <= place + 7'h1;
-              else if (_GEN_107 | ~_GEN_54) begin
+              else if (_GEN_105 | ~_GEN_54) begin
               end
               else
                 place <= _place_T_4;
             end
-            if (~_GEN_93) begin
+            if (~_GEN_91) begin
               if (_GEN_44) begin
-                if (_GEN_97)
+                if (_GEN_95)
                   part <= part + 3'h1;
                 else
                   part <= 3'h0;
               end
-              else if (_GEN_106 | ~_GEN_54) begin
+              else if (_GEN_104 | ~_GEN_54) begin
               end
               else
                 part <= 3'h2;
@@ -2674,7 +2681,7 @@ module LineMaster(
           end
         end
         if (_GEN_18) begin
-          if (_GEN_82)
+          if (_GEN_77)
             number <= 6'h0;
         end
         else if (_GEN_19 | _GEN_20 | _GEN_25 | ~_GEN_27) begin
@@ -2688,32 +2695,32 @@ module LineMaster(
           answered <= _exchange_answer;
       end
     end
-    if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_90
+    if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_88
         | ~_GEN_42) begin
     end
     else
       isOne <= _exchange_answer == 16'h1;
-    if (_GEN_94 | ~(_GEN_44 & _GEN_87)) begin
+    if (_GEN_92 | ~(_GEN_44 & _GEN_82)) begin
     end
     else
       node <= _exchange_answer;
-    if (~_GEN_94) begin
+    if (~_GEN_92) begin
       if (_GEN_44) begin
-        if (_GEN_87 | ~_GEN_88) begin
+        if (_GEN_82 | ~_GEN_83) begin
         end
         else
           second <= _exchange_answer;
       end
-      else if (_GEN_98 | ~(_GEN_51 & _GEN_100)) begin
+      else if (_GEN_96 | ~(_GEN_51 & _GEN_98)) begin
       end
       else
         second <= {10'h0, _table_index};
     end
-    if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_83 | ~_GEN_29) begin
+    if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_78 | ~_GEN_29) begin
     end
     else
       isListed <= isHere;
-    if (_GEN_84) begin
+    if (_GEN_79) begin
     end
     else
       isAlarm <= _exchange_answer[7:0] == 8'h2;
@@ -2722,11 +2729,11 @@ module LineMaster(
     end
     else
       isOld <= _distance_T == 16'h0 | _distance_T[15];
-    if (_GEN_84) begin
+    if (_GEN_79) begin
     end
     else
       itsEpoch <= _exchange_answer[15:8];
-    primed <= ~_GEN_26 & (_GEN_3 | ~_GEN_10 & (_GEN_6 | ~_GEN_83 & (_GEN_29 | ~_GEN_99 & _GEN_51)));
+    primed <= ~_GEN_26 & (_GEN_3 | ~_GEN_10 & (_GEN_6 | ~_GEN_78 & (_GEN_29 | ~_GEN_97 & _GEN_51)));
     settled <=
       ~(_GEN_0 | _GEN_1 | _GEN_3)
       & (_GEN_4
@@ -2811,7 +2818,7 @@ module LineMaster(
     .flags_due                   (_table_flags_due),
     .flags_told                  (_table_flags_told)
   );
-  assign _exchange_clear = state == 6'h4;
+  assign _exchange_clear = state == 6'h4 & ~_exchange_composing;
   assign _exchange_datagram_valid = state == 6'h6;
   assign _exchange_datagram_bits_address = {asks_address_3, asks_address_2, asks_address_1, asks_address_0};
   assign _exchange_datagram_bits_length = {7'h0, asks_length};
@@ -2883,7 +2890,7 @@ module LineMaster(
     .keptAddress           (resultAddress),
     .keptData              (resultData)
   );
-  assign request_ready = ~_GEN_0 & _GEN_1 & ~_GEN_2 & ~(|timer) & request_valid;
+  assign request_ready = ~_GEN_0 & _GEN_1 & ~_GEN_2 & ~(|timer) & hosts;
   assign requestAddress = byte_0;
   assign result_valid =
     ~_GEN_24 & (_GEN_16 ? _GEN_17 & byHost : ~(_GEN_18 | _GEN_19) & _GEN_20 & ~(_exchange_answer[15]) & _GEN_21);
@@ -3037,6 +3044,8 @@ module ServerLink(
   wire [7:0]  _ram_writeAddress;
   reg         full;
   reg  [8:0]  size;
+  reg         late;
+  wire        _blocked_T = offset == 11'h0;
   reg         wrong;
   reg         earlier;
   reg         isAcknowledge;
@@ -3068,19 +3077,21 @@ module ServerLink(
   wire        isMessage = isOurs & ~isAcknowledge & ~isReport & received_bits_length < 11'h101;
   wire        _dropped_T = received_valid & isMessage;
   wire        differs = data_bits != casez_tmp;
-  wire        _GEN = offset == 11'h0;
-  wire        _GEN_0 = _dropped_T & ~full;
+  wire        _GEN = _dropped_T & ~late;
   always @(posedge clock) begin
     if (reset)
       full <= 1'h0;
     else
-      full <= _GEN_0 | ~take & full;
-    if (_GEN_0)
+      full <= _GEN | ~take & full;
+    if (_GEN)
       size <= received_bits_length[8:0];
+    if (data_valid & _blocked_T)
+      late <= full;
     if (data_valid) begin
       wrong <=
-        differs & (offset == 11'h1 | offset == 11'h2 | offset == 11'h4 | offset == 11'h5) | (_GEN ? differs : wrong);
-      earlier <= differs & (offset == 11'h6 | offset == 11'h7) | ~_GEN & earlier;
+        differs & (offset == 11'h1 | offset == 11'h2 | offset == 11'h4 | offset == 11'h5)
+        | (_blocked_T ? differs : wrong);
+      earlier <= differs & (offset == 11'h6 | offset == 11'h7) | ~_blocked_T & earlier;
     end
     if (data_valid & offset == 11'h3) begin
       isAcknowledge <= data_bits == 8'h2;
@@ -3089,7 +3100,7 @@ module ServerLink(
     if (data_valid & (|(offset[10:3])) & offset < 11'hC)
       number <= {number[23:0], data_bits};
   end // always @(posedge)
-  assign _ram_write = data_valid & ~full & offset < 11'h100;
+  assign _ram_write = data_valid & ~(_blocked_T ? full : late) & offset < 11'h100;
   assign _ram_writeAddress = offset[7:0];
   DualPortRam #(
     .ADDRESS_BITS(8),
@@ -3108,7 +3119,7 @@ module ServerLink(
   assign waiting = full;
   assign length = size;
   assign refused = received_valid & ~acknowledges & ~isMessage;
-  assign dropped = _dropped_T & full;
+  assign dropped = _dropped_T & late;
 endmodule
 
 // external module DualPortRam
@@ -3181,22 +3192,25 @@ module ArpResponder(
         casez_tmp = 8'h8;
     endcase
   end // always @(*)
-  wire       _GEN = byte_bits != 8'h8;
-  wire       _GEN_0 = byte_bits != 8'h6;
-  wire       _GEN_1 = byte_bits != 8'h1;
-  wire       _GEN_2 = end_valid & ~answers;
+  wire       _GEN = byte_valid & ~answers;
+  wire       _GEN_0 = byte_bits != 8'h8;
+  wire       _GEN_1 = byte_bits != 8'h6;
+  wire       _GEN_2 = byte_bits != 8'h1;
+  wire       _GEN_3 = end_valid & ~answers;
   wire       _age_T = bytes_ready & bytes_valid_0;
   always @(posedge clock) begin
-    if (byte_valid & ~answers) begin
-      wrong <=
-        at > 6'h25 & at < 6'h2A & ~same | at == 6'h15 & _GEN_1 | at == 6'h14 & (|byte_bits) | at == 6'h13
-        & byte_bits != 8'h4 | at == 6'h12 & _GEN_0 | at == 6'h11 & (|byte_bits) | at == 6'h10 & _GEN | at == 6'hF
-        & _GEN_1 | at == 6'hE & (|byte_bits) | at == 6'hD & _GEN_0 | at == 6'hC & _GEN | ~first & wrong;
+    wrong <=
+      answers
+      | (_GEN
+           ? at > 6'h25 & at < 6'h2A & ~same | at == 6'h15 & _GEN_2 | at == 6'h14 & (|byte_bits) | at == 6'h13
+             & byte_bits != 8'h4 | at == 6'h12 & _GEN_1 | at == 6'h11 & (|byte_bits) | at == 6'h10 & _GEN_0 | at == 6'hF
+             & _GEN_2 | at == 6'hE & (|byte_bits) | at == 6'hD & _GEN_1 | at == 6'hC & _GEN_0 | ~first & wrong
+           : wrong);
+    if (_GEN)
       all <= ~(at < 6'h6 & byte_bits != 8'hFF) & (first | all);
-    end
     if (_age_T)
       sent <= sent + 6'h1;
-    else if (_GEN_2)
+    else if (_GEN_3)
       sent <= 6'h0;
     if (_age_T | ~answers)
       age <= 2'h0;
@@ -3206,7 +3220,7 @@ module ArpResponder(
     if (reset)
       answers <= 1'h0;
     else
-      answers <= ~(_age_T & bytes_bits_last_0) & (_GEN_2 ? end_bits & ~wrong & (all | mine) & at > 6'h2D : answers);
+      answers <= ~(_age_T & bytes_bits_last_0) & (_GEN_3 ? end_bits & ~wrong & (all | mine) & at > 6'h2D : answers);
   end // always @(posedge)
   assign _asker_write = byte_valid & ~answers & at > 6'h15 & ~(at[5]);
   assign _asker_writeAddress = at[4:0];
@@ -3403,8 +3417,8 @@ module EventReporter(
   input  [31:0] status_lost,
   input  [31:0] status_time,
   output        room,
-  output [15:0] firstEvent,
-  output [15:0] nextEvent,
+  output [23:0] firstEvent,
+  output [23:0] nextEvent,
   input         millisecond,
   input  [11:0] repeatMs,
   input  [11:0] heartbeatMs,
@@ -3429,7 +3443,7 @@ module EventReporter(
   reg  [6:0]  inReport;
   reg         chosen;
   reg  [15:0] low;
-  wire [15:0] _nextEvent_T = first[15:0] + {8'h0, count};
+  wire [23:0] _nextEvent_T = first[23:0] + {16'h0, count};
   wire        _event_1_ready_T = state == 2'h1;
   wire        event_0_ready_0 = _event_1_ready_T & ~chosen;
   wire        event_1_ready_0 = _event_1_ready_T & chosen;
@@ -3484,7 +3498,7 @@ module EventReporter(
   wire        _GEN_6 = _GEN_1 | _GEN_2 | _GEN_3;
   wire        _GEN_7 = ~_GEN_6 & (&state) & ~_GEN_5 & _content_T_13;
   reg         REG;
-  wire        _GEN_8 = (event_0_valid | event_1_valid) & count != 8'hFE;
+  wire        _GEN_8 = (event_0_valid | event_1_valid) & _nextEvent_T[7:0] != (sending ? before_0 : first[7:0] - 8'h2);
   wire        _GEN_9 = ~sending & ~busy & ~takes & (fresh | waited >= ((|count) ? repeatMs : heartbeatMs));
   always @(posedge clock) begin
     if (reset) begin
@@ -3515,7 +3529,9 @@ module EventReporter(
       sending <= ~(sending & ~busy & REG) & (_GEN_7 | sending);
       fresh <=
         takes & _done_T != _GEN
-        | (_GEN_4 ? fresh : _GEN_3 ? word[0] | fresh : (&state) ? _GEN_5 | ~_content_T_13 & fresh : fresh);
+        | (_GEN_4
+             ? fresh
+             : _GEN_3 ? word[0] | fresh : (&state) ? (_GEN_5 ? busy | fresh : ~_content_T_13 & fresh) : fresh);
       if (_GEN_6 | ~(&state) | _GEN_5 | ~_content_T_13) begin
         if (millisecond & waited != 12'hFFF)
           waited <= waited + 12'h1;
@@ -3567,7 +3583,7 @@ module EventReporter(
   assign event_0_ready = event_0_ready_0;
   assign event_1_ready = event_1_ready_0;
   assign room = ~(count[7]);
-  assign firstEvent = first[15:0];
+  assign firstEvent = first[23:0];
   assign nextEvent = _nextEvent_T;
   assign start = _GEN_7;
   assign length = {inReport, 4'h0} + 11'h18;
@@ -3743,7 +3759,7 @@ module HostEvent(
       word <= 3'h0;
     end
     else begin
-      waits <= ~(_half_T_1 & _GEN) & (go | waits);
+      waits <= go | ~(_half_T_1 & _GEN) & waits;
       if (_half_T_1) begin
         if (_GEN)
           word <= 3'h0;
@@ -3903,8 +3919,8 @@ module alarm_master(
   wire [3:0]  _line_resultAddress;
   wire        _line_event_ready;
   wire        _line_room;
-  wire [15:0] _line_nextEvent;
-  wire [15:0] _line_firstEvent;
+  wire [23:0] _line_nextEvent;
+  wire [23:0] _line_firstEvent;
   wire        _line_request_ready;
   wire [3:0]  _line_requestAddress;
   wire        _line_result_valid;
@@ -4004,6 +4020,7 @@ module alarm_master(
   wire        millisecond_wrap_wrap = millisecond_c_value == 10'h3E7;
   reg  [31:0] time_0;
   reg  [31:0] framesLost;
+  reg         requestAnswered;
   reg         isResult;
   wire [7:0]  _GEN = {1'h0, _line_present};
   wire [7:0]  _GEN_0 = {1'h0, _line_known};
@@ -4011,7 +4028,6 @@ module alarm_master(
   reg         requestWaits;
   reg         requestFlies;
   reg         requestDone;
-  reg         requestAnswered;
   wire        requestBusy = requestWaits | requestFlies;
   wire        _GEN_1 = _registers_value_request_go & ~requestBusy;
   wire        _GEN_2 = _line_request_ready & requestWaits;
@@ -4026,6 +4042,7 @@ module alarm_master(
       millisecond_c_value <= 10'h0;
       time_0 <= 32'h0;
       framesLost <= 32'h0;
+      requestAnswered <= 1'h0;
       alarmOn <= 1'h0;
       requestWaits <= 1'h0;
       requestFlies <= 1'h0;
@@ -4051,15 +4068,16 @@ module alarm_master(
       end
       if (_line_lost)
         framesLost <= framesLost + 32'h1;
+      if (_line_result_valid)
+        requestAnswered <= _line_result_bits;
       alarmOn <= _line_alarm | ~_registers_value_buzzer_off & alarmOn;
       requestWaits <= ~_GEN_2 & (_GEN_1 | requestWaits);
       requestFlies <= ~_GEN_3 & (_GEN_2 | requestFlies);
       requestDone <= _GEN_3 | ~(_GEN_1 | _registers_reads_62) & requestDone;
     end
     mii_tx_tick_r <= transmitStep;
-    isResult <= _registers_settingAddress[6:4] == 3'h6 & (|(_registers_settingAddress[3:2]));
-    if (_line_result_valid)
-      requestAnswered <= _line_result_bits;
+    isResult <=
+      _registers_settingAddress[6:4] == 3'h6 & (_registers_settingAddress[3] | _registers_settingAddress[3:1] == 3'h2);
   end // always @(posedge)
   SlotTimer slot (
     .clock     (clock),
@@ -4074,7 +4092,7 @@ module alarm_master(
   assign _registers_status_mailbox_waiting = _link_waiting;
   assign _registers_status_plant_link = _links_crossing_1_out;
   assign _registers_status_line_link = _links_crossing_out;
-  assign _registers_setting = _settings_readData_0 | (isResult ? _line_resultData : 8'h0);
+  assign _registers_setting = _settings_readData_0 | (isResult & requestAnswered ? _line_resultData : 8'h0);
   MasterHost registers (
     .clock                     (clock),
     .reset                     (reset),

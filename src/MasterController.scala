@@ -138,12 +138,14 @@ class MasterController(p: EscParams) extends Module {
     MasterRegisters.Request.U | line.requestAddress,
     MasterRegisters.HostEvent.U | own.readAddress
   )
-  // What came back of the host's datagram; no setting has its address.
+  // What came back of the host's datagram; no setting has its address. Reset: nothing.
+  private val requestAnswered = RegEnable(line.result.bits, false.B, line.result.valid)
   line.resultAddress := registers.settingAddress
   private val isResult = RegNext(
-    registers.settingAddress(6, 4) === (MasterRegisters.Result >> 4).U && registers.settingAddress(3, 2).orR
+    registers.settingAddress(6, 4) === (MasterRegisters.Result >> 4).U &&
+      (registers.settingAddress(3) || registers.settingAddress(3, 1) === 2.U)
   )
-  registers.setting := settings.readData(0) | Mux(isResult, line.resultData, 0.U)
+  registers.setting := settings.readData(0) | Mux(isResult && requestAnswered, line.resultData, 0.U)
   expected.setting  := settings.readData(1)
   line.requestData  := settings.readData(4)
   own.readData      := settings.readData(5)
@@ -191,11 +193,10 @@ class MasterController(p: EscParams) extends Module {
   alarm.lamp   := alarmOn
 
   // A datagram of the host. Reset: none asked for, none back.
-  private val requestWaits    = RegInit(false.B)
-  private val requestFlies    = RegInit(false.B)
-  private val requestDone     = RegInit(false.B)
-  private val requestAnswered = RegEnable(line.result.bits, line.result.valid)
-  private val requestBusy     = requestWaits || requestFlies
+  private val requestWaits = RegInit(false.B)
+  private val requestFlies = RegInit(false.B)
+  private val requestDone  = RegInit(false.B)
+  private val requestBusy  = requestWaits || requestFlies
   line.request.valid := requestWaits
   when(registers.reads(MasterRegisters.Answered)) { requestDone := false.B }
   when(action("request_go") && !requestBusy) {

@@ -41,6 +41,7 @@ class ArpResponder extends Module {
     for ((b, i) <- fixed.zipWithIndex) when(at === (12 + i).U && byte.bits =/= b.U) { wrong := true.B }
     when(at >= 38.U && at < Bytes.U && !same) { wrong := true.B }
   }
+  when(answers) { wrong := true.B } // a frame that begins meanwhile is not looked at
   when(end.valid && !answers) {
     answers := end.bits && !wrong && (all || mine) && at >= (Bytes + 4).U
     sent    := 0.U

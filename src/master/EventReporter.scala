@@ -35,8 +35,8 @@ class EventReporter(depth: Int) extends Module {
   val room = IO(Output(Bool()))
 
   /** Numbers of the oldest event that is kept, and of the next one or that which is on its way; low bits. */
-  val firstEvent = IO(Output(UInt(16.W)))
-  val nextEvent  = IO(Output(UInt(16.W)))
+  val firstEvent = IO(Output(UInt(NumberBits.W)))
+  val nextEvent  = IO(Output(UInt(NumberBits.W)))
 
   /** One pulse every millisecond. After so many of them a report is repeated; it is made in any case. */
   val millisecond = IO(Input(Bool()))
@@ -62,7 +62,6 @@ class EventReporter(depth: Int) extends Module {
   private val inReport = Reg(UInt(7.W))            // events in it
   private val chosen   = Reg(Bool())               // the event comes from the second source
   private val low      = Reg(UInt(16.W))           // of a number whose high half has been written
-  private val full     = count === (depth - HeaderPlaces).U
   firstEvent := first
   nextEvent  := first + count
   room       := count < (depth / 2).U
@@ -81,6 +80,9 @@ class EventReporter(depth: Int) extends Module {
   private val fresh   = RegInit(false.B) // something to tell that has not been told
   private val waited  = RegInit("hfff".U(12.W))
   private val isTime  = waited >= Mux(count =/= 0.U, repeatMs, heartbeatMs)
+  // What is being sent must stay, its header too.
+  private val last = Mux(sending, before, first(placeBits - 1, 0) - HeaderPlaces.U)
+  private val full = nextEvent(placeBits - 1, 0) === last
   when(millisecond && !waited.andR) { waited := waited + 1.U }
   start  := false.B
   length := HeaderBytes.U +& (inReport << 4)
@@ -151,7 +153,7 @@ class EventReporter(depth: Int) extends Module {
       when(word === 10.U) { low := status.lost(15, 0) }
       when(takes || busy) { // it is not true any more, or not wanted
         state := State.idle
-        fresh := true.B
+        when(busy) { fresh := true.B }
       }.elsewhen(word === (HeaderWords - 1).U) {
         start   := true.B
         sending := true.B
@@ -175,6 +177,10 @@ object EventReporter {
 
   val HeaderBytes = 24
   val EventBytes  = 16
+
+  /** Bits of an event's number that the line remembers: a slave that was away for longer is confirmed late.
+    */
+  val NumberBits = 24
 
   private val HeaderWords  = HeaderBytes / 2
   private val EventWords   = EventBytes / 2

@@ -41,7 +41,6 @@ class HostEvent extends Module {
       MasterEvent.State.U    -> Cat(low, 0.U(8.W))
     )
   )
-  when(go) { waits := true.B }
   half := Mux(!waits || event.fire, 0.U, Mux(half === 3.U, half, half + 1.U))
   when(half === 1.U) { low := readData }
   when(event.fire) {
@@ -51,6 +50,7 @@ class HostEvent extends Module {
       waits := false.B
     }
   }
+  when(go) { waits := true.B }
 }
 
 object HostEvent {

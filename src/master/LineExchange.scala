@@ -85,8 +85,9 @@ class LineExchange(maxSubTelegrams: Int, answers: Int = 32) extends Module {
   private val came    = RegInit(0.U(log2Ceil(answers + 1).W)) // of the frame at hand; reset: none
   private val kept    = RegInit(0.U(log2Ceil(answers + 1).W))
   private val waiting = RegInit(false.B)                      // for an answer; reset: not
+  private val begun   = RegInit(false.B)                      // a frame came while waiting; reset: none
   private val word    = matcher.word.bits
-  private val stores  = matcher.word.valid && waiting && came =/= answers.U
+  private val stores  = matcher.word.valid && begun && waiting && came =/= answers.U
   private def copy(write: Bool, address: UInt): UInt = {
     val ram = DualPortRam(answers * AnswerWord.Count, 16)(clock)
     ram.io.write        := write
@@ -99,13 +100,15 @@ class LineExchange(maxSubTelegrams: Int, answers: Int = 32) extends Module {
   private val forHost = copy(stores && keeps, keptAddress(3, 1))
   keptData := Mux(RegNext(keptAddress(0)), forHost(15, 8), forHost(7, 0))
   count    := kept
-  when(receiver.byte.valid && receiver.first) { came := 0.U }
-    .elsewhen(stores && word.place === AnswerWord.Counter.U) { came := came + 1.U }
+  when(receiver.byte.valid && receiver.first) {
+    came  := 0.U
+    begun := waiting
+  }.elsewhen(stores && word.place === AnswerWord.Counter.U) { came := came + 1.U }
 
   // Sending, and waiting.
   private val left  = Reg(UInt(16.W)) // slots
   private val tries = Reg(UInt(4.W))  // that are left
-  private val good  = matcher.done.valid && matcher.done.bits && waiting
+  private val good  = matcher.done.valid && matcher.done.bits && begun && waiting
   private val late  = waiting && left === 0.U && !composer.busy
   composer.send := go || (late && tries =/= 0.U && !good)
   busy          := waiting
@@ -114,7 +117,10 @@ class LineExchange(maxSubTelegrams: Int, answers: Int = 32) extends Module {
   done.bits     := good
   lost          := late && !good
 
-  when(clear) { kept := 0.U }
+  when(clear) {
+    kept  := 0.U
+    begun := false.B // what is on its way is an answer to something else
+  }
   when(step && left =/= 0.U && !composer.busy) { left := left - 1.U }
   when(go) {
     waiting := true.B

@@ -50,8 +50,8 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
     */
   val event      = IO(Decoupled(UInt(16.W)))
   val room       = IO(Input(Bool()))
-  val nextEvent  = IO(Input(UInt(16.W)))
-  val firstEvent = IO(Input(UInt(16.W)))
+  val nextEvent  = IO(Input(UInt(EventReporter.NumberBits.W)))
+  val firstEvent = IO(Input(UInt(EventReporter.NumberBits.W)))
 
   /** Slaves that answer; slaves known. */
   val present = IO(Output(UInt((positionBits + 1).W)))
@@ -125,7 +125,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   private val primed = Reg(Bool())
   primed := false.B
 
-  private val exchange = Module(new LineExchange(maxSubTelegrams, Answers))
+  private val exchange = Module(new LineExchange(maxSubTelegrams min Most, Answers))
   private val wanted = WireDefault(AnswerWord.Adp.U(3.W)) // which word of the answer comes in the next cycle
   private val answer = exchange.answer
   exchange.step                    := step
@@ -137,7 +137,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   exchange.keptAddress             := resultAddress
   exchange.read                    := number
   exchange.place                   := wanted
-  exchange.clear                   := state === clear
+  exchange.clear                   := state === clear && !exchange.composing
   exchange.go                      := state === go && !exchange.composing
   resultData                       := exchange.keptData
   out                              := exchange.out
@@ -221,7 +221,8 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   when(step && timer =/= 0.U) { timer := timer - 1.U }
   switch(state) {
     is(stopped) {
-      beat := 0.U
+      beat   := 0.U
+      byHost := false.B
       when(run) { state := pause }
     }
     is(pause) {
@@ -234,15 +235,18 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       }.elsewhen(unsure) {
         state := doubt
       }.elsewhen(timer === 0.U) {
+        // The host comes first, but it does not keep us from counting.
+        val counts = beat === 0.U || here === 0.U
+        val hosts  = request.valid && !(counts && byHost)
         timer  := cycle
-        beat   := beat + 1.U
         single := false.B
-        byHost := request.valid
+        byHost := hosts
         state  := clear
-        when(request.valid) {
+        when(!(hosts && counts)) { beat := beat + 1.U }
+        when(hosts) {
           request.ready := true.B
           state         := load
-        }.elsewhen(beat === 0.U || here === 0.U) {
+        }.elsewhen(counts) {
           // Every slave that is counted answers to its node ID from now on: one may have restarted unnoticed.
           ask(Bwr, 0.U, AliasEnable.U, 1, 1.U)
           askAlone(count)
@@ -276,10 +280,12 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
     }
     is(clear) {
       search := turn
-      state  := Mux(single || byHost, offer, choose)
+      when(!exchange.composing) {
+        state := Mux(single || byHost, offer, choose)
+      } // a late answer ends a frame
     }
     is(choose) {
-      val hasIt    = (table.record.event - firstEvent)(15)
+      val hasIt    = (table.record.event - firstEvent).head(1).asBool
       val confirms = table.flags.heard && !table.flags.confirmed && hasIt
       val due      = table.flags.due
       primed := true.B
@@ -344,7 +350,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
     is(fetch) {
       wanted := AnswerWord.Kind.U
       state  := look
-      when(number === exchange.count) {
+      when(number >= exchange.count) {
         number := 0.U
         state  := Mux(single, own, pause)
       }
@@ -547,8 +553,9 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
 
 object LineMaster {
 
-  /** Answers looked at per frame. */
+  /** Answers looked at per frame; datagrams of our own among them, at most. */
   private val Answers     = 32
+  private val Most        = 16
   private val RecordBytes = 8
 
   /** Words of a record: number of the event, state and epoch, time. */

@@ -35,8 +35,13 @@ class ServerLink extends Module {
 
   private val full = RegInit(false.B) // reset: no message
   private val size = Reg(UInt(9.W))
-  private val ram  = DualPortRam(MailboxBytes, 8)(clock)
-  ram.io.write        := data.valid && !full && offset < MailboxBytes.U
+
+  // Whether a datagram has found the mailbox taken is decided by its first byte: else half of it could be kept.
+  private val late    = Reg(Bool())
+  private val blocked = Mux(offset === 0.U, full, late)
+  when(data.valid) { late := blocked }
+  private val ram = DualPortRam(MailboxBytes, 8)(clock)
+  ram.io.write        := data.valid && !blocked && offset < MailboxBytes.U
   ram.io.writeAddress := offset(7, 0)
   ram.io.writeData    := data.bits
   ram.io.readAddress  := readAddress
@@ -87,9 +92,9 @@ class ServerLink extends Module {
   acknowledge.valid := received.valid && acknowledges
   acknowledge.bits  := number
   refused           := received.valid && !acknowledges && !isMessage
-  dropped           := received.valid && isMessage && full
+  dropped           := received.valid && isMessage && late
   when(take) { full := false.B }
-  when(received.valid && isMessage && !full) {
+  when(received.valid && isMessage && !late) {
     full := true.B
     size := bits.length
   }

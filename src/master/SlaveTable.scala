@@ -10,7 +10,7 @@ class SlaveRecord extends Bundle {
   val epoch    = UInt(8.W)
 
   /** Number of the event which that was, low bits. */
-  val event = UInt(16.W)
+  val event = UInt(EventReporter.NumberBits.W)
 }
 
 /** What is to be told to a slave. */

@@ -104,6 +104,37 @@ class ArpResponderSpec extends AnyFlatSpec with SharedSimulation {
         assert(arp.getHardwareType == ArpHardwareType.ETHERNET && arp.getProtocolType == EtherType.IPV4)
       }
     },
+    "MST-12: a frame that begins while an answer is being sent is not taken for a request" -> { dut =>
+      def feed(bytes: Seq[Int], from: Int, until: Int): Unit = for (i <- from until until) {
+        dut.byte.valid.poke(true)
+        dut.byte.bits.poke(bytes(i))
+        dut.first.poke(i == 0)
+        dut.clock.step()
+        dut.byte.valid.poke(false)
+        dut.clock.step()
+      }
+      def end(): Unit = {
+        dut.end.bits.poke(true)
+        dut.end.valid.poke(true)
+        dut.clock.step()
+        dut.end.valid.poke(false)
+        dut.clock.step(4)
+      }
+      assert(ask(dut, packet()).isDefined) // settings are loaded
+      val (request, other) = (packet() ++ Seq(1, 2, 3, 4), Seq.fill(64)(0x55))
+      feed(request, 0, 64)
+      end()
+      assert(is(dut.answer.valid))
+      feed(other, 0, 30)
+      dut.answer.ready.poke(true)
+      feed(other, 30, 45)
+      dut.clock.step(300)
+      dut.answer.ready.poke(false)
+      feed(other, 45, 64)
+      end()
+      assert(!is(dut.answer.valid))
+      assert(ask(dut, packet()).isDefined)
+    },
     "MST-13: a request that reaches into the FCS is not answered" -> { dut =>
       val whole = packet().take(42)
       assert(ask(dut, whole).isDefined)

@@ -145,11 +145,16 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
       now
     }
     def present: Int = dut.present.peek().litValue.toInt
-    def host(command: Int, address: Long, data: Seq[Int]): Option[(Int, BigInt)] = {
-      results = Vector.empty
+
+    /** The host wants to send this, and would never stop. */
+    def asks(command: Int, address: Long, data: Seq[Int]): Unit = {
       val header = Seq(command, data.size, 0, 0) ++ (0 until 4).map(i => (address >> 8 * i & 0xff).toInt)
       request = (header ++ data).padTo(16, 0)
       dut.request.valid.poke(true)
+    }
+    def host(command: Int, address: Long, data: Seq[Int]): Option[(Int, BigInt)] = {
+      results = Vector.empty
+      asks(command, address, data)
       while (!is(dut.request.ready)) slot()
       slot()
       dut.request.valid.poke(false)
@@ -209,6 +214,16 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
           assert(line.slaves(1).hostRead(0x0e88) == 0, "acknowledged")
         }
         assert(line.alarms == 2)
+      },
+      "LM-01, LM-07: a host that always has something to send does not keep slaves from being counted" -> {
+        dut =>
+          val line = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
+          line.cycles(24)
+          line.sent = Vector.empty
+          line.asks(8, 0x0e90L << 16, Seq(1))
+          line.cycles(48)
+          assert(line.sent.count(_.headOption.contains((8, 0, 0x0103))) >= 2)
+          assert(line.sent.count(_.headOption.contains((8, 0, 0x0e90))) >= 30)
       },
       "LM-06: each record is acknowledged once, however often it has come meanwhile" -> { dut =>
         val line = new Line(dut, Seq.tabulate(5)(i => started(i + 1)))

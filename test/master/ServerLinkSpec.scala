@@ -14,13 +14,23 @@ class ServerLinkSpec extends AnyFlatSpec with SharedSimulation {
   private val nothing = Result(None, refused = false, dropped = false)
   private val refused = nothing.copy(refused = true)
 
-  private def give(dut: ServerLink, bytes: Seq[Int], good: Boolean = true, from: Long = Server): Result = {
+  /** @param takenAt
+    *   the host takes the message that waits while this byte comes
+    */
+  private def give(
+      dut: ServerLink,
+      bytes: Seq[Int],
+      good: Boolean = true,
+      from: Long = Server,
+      takenAt: Int = -1
+  ): Result = {
     dut.master.poke(0x1234)
     dut.boot.poke(0x5678)
     for ((b, i) <- bytes.zipWithIndex) {
       dut.data.valid.poke(true)
       dut.data.bits.poke(b)
       dut.offset.poke(i)
+      dut.take.poke(i == takenAt)
       dut.clock.step()
     }
     dut.data.valid.poke(false)
@@ -73,6 +83,16 @@ class ServerLinkSpec extends AnyFlatSpec with SharedSimulation {
       assert(message(dut).isEmpty)
       val longest = datagram(200, rest = Seq.tabulate(244)(i => i * 7 & 0xff))
       assert(give(dut, longest) == nothing && message(dut).contains(longest))
+      take(dut)
+    },
+    "SRV-02: a message that comes while the host takes another one is not kept in part" -> { dut =>
+      val second = datagram(4, rest = 60 to 90)
+      for (takenAt <- Seq(0, 1, 11, 12, 30)) {
+        assert(give(dut, datagram(3, rest = 1 to 40)) == nothing)
+        assert(give(dut, second, takenAt = takenAt) == nothing.copy(dropped = true))
+        assert(message(dut).isEmpty)
+      }
+      assert(give(dut, second) == nothing && message(dut).contains(second))
       take(dut)
     },
     "SRV-03: what is malformed, for others, or too long is refused" -> { dut =>
