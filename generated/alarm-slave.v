@@ -2610,29 +2610,33 @@ module AlarmQueue(
 
   wire [3:0]  _ram_writeAddress;
   wire [50:0] _ram_writeData;
-  wire [3:0]  _ram_readAddress;
   wire [50:0] _ram_readData;
   reg  [3:0]  first;
   reg  [4:0]  count;
   reg  [4:0]  told;
   reg  [2:0]  reported;
   reg  [15:0] sequence_0;
-  reg  [15:0] oldest;
   reg         seen;
   reg         again;
-  wire        happens = state != reported & (|state) & count != 5'h10;
-  wire        rewinds = again & ~hold;
+  reg         subtracts;
+  reg         acts;
+  wire        busy = confirm_valid | subtracts | acts;
+  wire        happens = state != reported & (|state) & count != 5'h10 & ~busy;
+  wire        rewinds = again & ~hold & ~busy;
   wire        _valid_T = told != count;
-  wire        passes = seen & ~hold & ~rewinds & _valid_T;
+  wire        passes = seen & ~hold & ~rewinds & _valid_T & ~busy;
   reg         valid;
+  wire [3:0]  _first_T_2 = first + told[3:0];
   wire        _head_valid_output = valid & ~passes & ~rewinds;
+  reg         isNumber;
+  reg  [16:0] behind;
+  reg  [15:0] distance;
   reg         late;
   wire        _GEN = passes | rewinds;
-  wire [15:0] _distance_T_3 = confirm_bits - oldest - {15'h0, confirm_bits < oldest};
-  wire        confirms = confirm_valid & (|confirm_bits) & _distance_T_3 < {11'h0, told};
-  wire        ofHead = confirm_valid & seen & confirm_bits == _ram_readData[50:35];
-  wire        completes = passes & (late | ofHead);
-  wire [4:0]  _gone_T_5 = completes ? told + 5'h1 : confirms ? _distance_T_3[4:0] + 5'h1 : 5'h0;
+  wire [4:0]  _gone_T_2 = count - distance[4:0] + 5'h1;
+  wire        confirms =
+    acts & isNumber & distance[15:5] == 11'h0 & (|(distance[4:0])) & distance[4:0] <= count & _gone_T_2 <= told;
+  wire        takes = confirm_valid & ~subtracts & ~acts;
   always @(posedge clock) begin
     if (reset) begin
       first <= 4'h0;
@@ -2640,19 +2644,36 @@ module AlarmQueue(
       told <= 5'h0;
       reported <= 3'h0;
       sequence_0 <= 16'h1;
-      oldest <= 16'h1;
       seen <= 1'h0;
       again <= 1'h0;
+      subtracts <= 1'h0;
+      acts <= 1'h0;
       valid <= 1'h0;
       late <= 1'h0;
     end
     else begin
-      first <= first + _gone_T_5[3:0];
-      count <= count + {4'h0, happens} - _gone_T_5;
-      if (rewinds)
+      if (passes & late) begin
+        first <= _first_T_2 + 4'h1;
+        count <= count - told + {4'h0, happens} - 5'h1;
+      end
+      else begin
+        if (confirms)
+          first <= first + _gone_T_2[3:0];
+        if (happens)
+          count <= count + 5'h1;
+        else if (confirms)
+          count <= distance[4:0] - 5'h1;
+      end
+      if (passes) begin
+        if (late)
+          told <= 5'h0;
+        else
+          told <= told + 5'h1;
+      end
+      else if (rewinds)
         told <= 5'h0;
-      else
-        told <= told + {4'h0, passes} - _gone_T_5;
+      else if (confirms)
+        told <= told - _gone_T_2;
       if (happens) begin
         reported <= state;
         if (&sequence_0)
@@ -2660,19 +2681,21 @@ module AlarmQueue(
         else
           sequence_0 <= sequence_0 + 16'h1;
       end
-      if (completes)
-        oldest <= (&(_ram_readData[50:35])) ? 16'h1 : _ram_readData[50:35] + 16'h1;
-      else if (confirms)
-        oldest <= (&confirm_bits) ? 16'h1 : confirm_bits + 16'h1;
       seen <= ~_GEN & (acknowledge_valid & _head_valid_output & acknowledge_bits == _ram_readData[50:35] | seen);
       again <= repeat_0 | ~rewinds & again;
+      subtracts <= takes;
+      acts <= subtracts;
       valid <= _valid_T & ~passes & ~rewinds;
-      late <= ~_GEN & (ofHead | late);
+      late <= ~_GEN & (confirm_valid & seen & confirm_bits == _ram_readData[50:35] | late);
     end
+    if (takes) begin
+      isNumber <= |confirm_bits;
+      behind <= {1'h0, sequence_0} - {1'h0, confirm_bits};
+    end
+    distance <= behind[15:0] - {15'h0, behind[16]};
   end // always @(posedge)
   assign _ram_writeAddress = first + count[3:0];
   assign _ram_writeData = {sequence_0, state, time_0};
-  assign _ram_readAddress = first + told[3:0];
   DualPortRam #(
     .ADDRESS_BITS(4),
     .DEPTH(16),
@@ -2682,7 +2705,7 @@ module AlarmQueue(
     .write        (happens),
     .writeAddress (_ram_writeAddress),
     .writeData    (_ram_writeData),
-    .readAddress  (_ram_readAddress),
+    .readAddress  (_first_T_2),
     .readData     (_ram_readData)
   );
   assign head_valid = _head_valid_output;

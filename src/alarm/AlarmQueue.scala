@@ -39,7 +39,9 @@ class AlarmQueue(depth: Int) extends Module {
   /** The master has seen the event with this number; anything else than that of `head` has no effect. */
   val acknowledge = IO(Input(Valid(UInt(16.W))))
 
-  /** The server has the events up to this number; anything else than that of a seen one has no effect. */
+  /** The server has the events up to this number; anything else than that of a seen one has no effect, nor
+    * has what comes less than three cycles after the one before.
+    */
   val confirm = IO(Input(Valid(UInt(16.W))))
 
   /** The events that are not confirmed are to be reported again. */
@@ -56,17 +58,23 @@ class AlarmQueue(depth: Int) extends Module {
   private val told     = RegInit(0.U(countBits.W))                           // of them seen by the master
   private val reported = RegInit(DetectorState.Off.U(DetectorState.Width.W)) // reset: as the detector
   private val sequence = RegInit(1.U(16.W)) // of the next event; reset: the first is 1
-  private val oldest   = RegInit(1.U(16.W)) // number of the oldest event, or of the next one; reset: the same
   private val seen     = RegInit(false.B)   // the head has been acknowledged; reset: not
   private val again    = RegInit(false.B)   // to begin with the oldest; reset: it does
+
+  // A confirmation is worked out in two cycles, and acts in the third; meanwhile nothing else changes. Reset: none.
+  private val takes     = WireDefault(false.B)
+  private val subtracts = RegNext(takes, false.B)
+  private val acts      = RegNext(subtracts, false.B)
+  private val busy      = confirm.valid || subtracts || acts
+  takes := confirm.valid && !subtracts && !acts
 
   private val event = Wire(new AlarmEvent)
   event.sequence := sequence
   event.state    := state
   event.time     := time
-  private val happens = state =/= reported && state =/= DetectorState.Off.U && count =/= depth.U
-  private val rewinds = again && !hold
-  private val passes  = seen && !hold && !rewinds && told =/= count
+  private val happens = state =/= reported && state =/= DetectorState.Off.U && count =/= depth.U && !busy
+  private val rewinds = again && !hold && !busy
+  private val passes  = seen && !hold && !rewinds && told =/= count && !busy
   // The RAM answers a cycle after the head has changed.
   private val valid = RegNext(told =/= count && !passes && !rewinds, false.B)
 
@@ -87,20 +95,32 @@ class AlarmQueue(depth: Int) extends Module {
   when(rewinds) { again := false.B }
   when(repeat) { again := true.B }
 
-  // Number 0 is left out, so behind the wrap the distance is one less.
-  private val distance = (confirm.bits - oldest - (confirm.bits < oldest))(15, 0)
-  private val confirms = confirm.valid && confirm.bits =/= 0.U && distance < told
-  // Acknowledged and confirmed in one frame: both wait while the record leaves.
-  private val late      = RegInit(false.B) // reset: nothing waits
-  private val ofHead    = confirm.valid && seen && confirm.bits === head.bits.sequence
-  private val completes = passes && (late || ofHead)
-  private val gone =
-    Mux(completes, told +& 1.U, Mux(confirms, distance(countBits - 1, 0) + 1.U, 0.U))(countBits - 1, 0)
-  when(ofHead) { late := true.B }
+  // How far the number is behind that of the next event. Number 0 is left out: a borrow is brought around.
+  private val isNumber = RegEnable(confirm.bits.orR, takes)
+  private val behind   = RegEnable(sequence -& confirm.bits, takes)
+  private val distance = RegNext(behind(15, 0) - behind(16))
+  private val back     = distance(countBits - 1, 0)
+  private val gone     = count - back + 1.U // events up to that number
+  private val isSeen   = back =/= 0.U && back <= count && gone <= told
+  private val confirms = acts && isNumber && !distance(15, countBits).orR && isSeen
+  when(confirms) {
+    first := first + gone
+    count := back - 1.U
+    told  := told - gone
+  }
+
+  // Acknowledged and confirmed in one frame: the confirmation waits while the record leaves.
+  private val late = RegInit(false.B) // reset: nothing waits
+  when(confirm.valid && seen && confirm.bits === head.bits.sequence) { late := true.B }
+  when(happens) { count := count + 1.U }
+  when(rewinds) { told := 0.U }
+  when(passes) {
+    told := told + 1.U
+    when(late) { // all up to the head
+      first := first + told + 1.U
+      count := count - told - 1.U + happens
+      told  := 0.U
+    }
+  }
   when(passes || rewinds) { late := false.B }
-  when(confirms) { oldest := next(confirm.bits) }
-  when(completes) { oldest := next(head.bits.sequence) }
-  first := first + gone
-  count := count + happens - gone
-  told  := Mux(rewinds, 0.U, told + passes - gone)
 }
