@@ -47,7 +47,7 @@ matrix: $(SBT_DEP) tools-sim ## the 54 parameter sets only: elaboration, lint, r
 
 fuzz: $(SBT_DEP) tools-sim ## random frames: FRAMES=1000000 SEED=7 PRESET=cyclone4-min
 	$(MAKE) -s -f test/cosim/cosim.mk cosim COSIM_OUT=build/fuzz-$(PRESET) PRESETS=$(PRESET)
-	$(SBT) "runMain flyframe.model.FuzzVectors --preset $(PRESET) --seed $(SEED) --frames $(FRAMES) --out build/fuzz.vectors"
+	$(SBT) "base / runMain flyframe.model.FuzzVectors --preset $(PRESET) --seed $(SEED) --frames $(FRAMES) --out build/fuzz.vectors"
 	build/fuzz-$(PRESET)/flyframe-fuzz --vectors build/fuzz.vectors
 
 smsoak: $(SBT_DEP) tools-sim ## SyncManagers between bus and host at random: STEPS=10000000 SEED=1 SET=smsoak-wide
@@ -57,10 +57,10 @@ smsoak: $(SBT_DEP) tools-sim ## SyncManagers between bus and host at random: STE
 alarm-latency: $(SBT_DEP) alarm-sim ## from detector to report, 5 slaves in RTL and 64 in the model, as JSON in build/: EVENTS=1000
 	build/alarm/flyframe-alarm --measure $(EVENTS) --bus-cycle-us 100 --state build/alarm/measured >build/alarm/measured.json
 	mv build/alarm/measured.json build/alarm-latency-rtl.json
-	$(SBT) "Test / runMain flyframe.master.AlarmLatency $(EVENTS) build/alarm-latency.json"
+	$(SBT) "rtl / Test / runMain flyframe.master.AlarmLatency $(EVENTS) build/alarm-latency.json"
 
 page-latency: $(SBT_DEP) tools-page ## from a report's arrival at the server to the page in Chromium, as JSON in build/: EVENTS=1000
-	$(SBT) "Test / runMain flyframe.e2e.PageLatency $(EVENTS) build/page-latency.json"
+	$(SBT) "server / Test / runMain flyframe.e2e.PageLatency $(EVENTS) build/page-latency.json"
 
 cosim: tools-sim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency
 	$(MAKE) -s -f test/cosim/cosim.mk cosim PRESETS="$(PRESETS)"
@@ -70,7 +70,7 @@ cosim-selftest: tools-sim ## the harness against plain repeaters, without flyfra
 
 demo: $(SBT_DEP) alarm-sim ## the smoke-alarm system at work: a simulated line, the server with its page, a panel
 	@mkdir -p build/demo
-	@$(SBT) --error "export Runtime / fullClasspath" | tail -1 >build/demo/classpath
+	@$(SBT) --error "server / export Runtime / fullClasspath" | tail -1 >build/demo/classpath
 	@python3 demo/demo.py $(ARGS)
 
 # The fastest simulator: without waveforms.
@@ -81,7 +81,7 @@ firmware-test: tools-alarm ## the host programs (src/firmware) against fake cont
 	$(MAKE) -s -f test/cosim/cosim.mk firmware-test COSIM_OUT=build/firmware
 
 server: $(SBT_DEP) ## server and page of the smoke-alarm system: ARGS="--key FILE --http-port 8080", or ARGS=--help
-	$(SBT) "runMain flyframe.server.Server $(ARGS)"
+	$(SBT) "server / runMain flyframe.server.Server $(ARGS)"
 
 # A simulator of its own, the fastest: without waveforms.
 interop: PRESET = slave

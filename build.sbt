@@ -1,39 +1,40 @@
-// flyframe: Chisel generator for on-the-fly industrial-Ethernet RTL.
+// flyframe: Chisel generator for on-the-fly industrial-Ethernet RTL, in four floors; each may use those below it only.
+//   base      parameters, registers as data, protocol numbers, golden model, device files; no Chisel
+//   rtl       the controllers in Chisel                         server    log and page of the smoke-alarm system
+//   flyframe  command line, emission, documents, report
 ThisBuild / scalaVersion := "2.13.15" // the only 2.13 patch with a Chisel 6.7.0 compiler plugin
 ThisBuild / version      := "0.1.0"
 
 val chiselVersion = "6.7.0"
 
-lazy val flyframe = (project in file("."))
-  .enablePlugins(BuildInfoPlugin)
-  .settings(
-    name                        := "flyframe",
-    Compile / scalaSource       := baseDirectory.value / "src",
-    Test / scalaSource          := baseDirectory.value / "test",
-    Compile / resourceDirectory := baseDirectory.value / "src" / "resources",
-    Compile / mainClass         := Some("flyframe.Main"),
-    buildInfoKeys               := Seq[BuildInfoKey](name, version),
-    buildInfoPackage            := "flyframe",
-    addCompilerPlugin("org.chipsalliance" % "chisel-plugin" % chiselVersion cross CrossVersion.full),
-    libraryDependencies ++= Seq(
-      "org.chipsalliance"       %% "chisel"                      % chiselVersion,
-      "com.github.scopt"        %% "scopt"                       % "4.1.0",
-      "com.lihaoyi"             %% "ujson"                       % "3.3.1",
-      "org.scala-lang.modules"  %% "scala-xml"                   % "2.2.0",
-      "org.jfree"                % "jfreechart"                  % "1.5.5",
-      "org.jfree"                % "org.jfree.svg"               % "5.0.6",
-      "io.undertow"              % "undertow-core"               % "2.3.18.Final",
-      "org.xerial"               % "sqlite-jdbc"                 % "3.47.1.0",
-      "org.playframework.anorm" %% "anorm"                       % "2.7.0",
-      "org.apache.commons"       % "commons-csv"                 % "1.12.0",
-      "org.slf4j"                % "slf4j-nop"                   % "2.0.16",
-      "edu.berkeley.cs"         %% "chiseltest"                  % "6.0.0"  % Test,
-      "org.scalatest"           %% "scalatest"                   % "3.2.19" % Test,
-      "org.pcap4j"               % "pcap4j-core"                 % "1.8.2"  % Test,
-      "org.pcap4j"               % "pcap4j-packetfactory-static" % "1.8.2"  % Test,
-      "org.seleniumhq.selenium"  % "selenium-chrome-driver"      % "4.27.0" % Test,
-      "org.seleniumhq.selenium"  % "selenium-support"            % "4.27.0" % Test
-    ),
+val scalatest  = "org.scalatest"   %% "scalatest"  % "3.2.19"
+val chiseltest = "edu.berkeley.cs" %% "chiseltest" % "6.0.0"
+val pcap = Seq(
+  "org.pcap4j" % "pcap4j-core"                 % "1.8.2",
+  "org.pcap4j" % "pcap4j-packetfactory-static" % "1.8.2"
+)
+val browser = Seq(
+  "org.seleniumhq.selenium" % "selenium-chrome-driver" % "4.27.0",
+  "org.seleniumhq.selenium" % "selenium-support"       % "4.27.0"
+)
+val commandLine = "com.github.scopt" %% "scopt"     % "4.1.0"
+val json        = "com.lihaoyi"      %% "ujson"     % "3.3.1"
+val noLogging   = "org.slf4j"         % "slf4j-nop" % "2.0.16"
+
+/** A floor: sources in src/NAME, tests in test/NAME, everything else as all floors have it. Programs and
+  * tests run at the top of the repository.
+  */
+def floor(name: String): Seq[Setting[_]] = {
+  val root = LocalRootProject / baseDirectory
+  Seq(
+    Compile / scalaSource       := root.value / "src" / name,
+    Compile / resourceDirectory := root.value / "src" / name / "resources",
+    Test / scalaSource          := root.value / "test" / name,
+    Test / resourceDirectory    := root.value / "test" / name / "resources",
+    sourcesInBase               := false,
+    target                      := root.value / "target" / name,
+    run / baseDirectory         := root.value,
+    Test / baseDirectory        := root.value,
     scalacOptions ++= Seq(
       "-deprecation",
       "-feature",
@@ -44,8 +45,58 @@ lazy val flyframe = (project in file("."))
     ),
     run / fork           := true,
     run / outputStrategy := Some(StdoutOutput),
+    run / aggregate      := false,
+    runMain / aggregate  := false,
     Test / fork          := true,
     Test / javaOptions ++= Seq("-Xmx6g"),
     Test / testForkedParallel := true,
-    Test / testOptions += Tests.Argument(TestFrameworks.ScalaTest, "-oD")
+    Test / testOptions += Tests.Argument(TestFrameworks.ScalaTest, "-oD"),
+    libraryDependencies += scalatest % Test
+  )
+}
+
+/** Chisel is on the class path. */
+val chisel = Seq(
+  addCompilerPlugin("org.chipsalliance" % "chisel-plugin" % chiselVersion cross CrossVersion.full),
+  libraryDependencies ++= Seq("org.chipsalliance" %% "chisel" % chiselVersion, chiseltest % Test)
+)
+
+lazy val base = (project in file("src/base"))
+  .enablePlugins(BuildInfoPlugin)
+  .settings(
+    floor("base"),
+    buildInfoKeys    := Seq[BuildInfoKey](version),
+    buildInfoPackage := "flyframe",
+    libraryDependencies ++= Seq(commandLine, json, "org.scala-lang.modules" %% "scala-xml" % "2.2.0")
+  )
+
+lazy val rtl = (project in file("src/rtl"))
+  .dependsOn(base % "compile;test->test")
+  .settings(floor("rtl"), chisel, libraryDependencies ++= pcap.map(_ % Test))
+
+lazy val server = (project in file("src/server"))
+  .dependsOn(base % "compile;test->test", flyframe % "test->test")
+  .settings(
+    floor("server"),
+    libraryDependencies ++= Seq(
+      noLogging,
+      "io.undertow"              % "undertow-core" % "2.3.18.Final",
+      "org.xerial"               % "sqlite-jdbc"   % "3.47.1.0",
+      "org.playframework.anorm" %% "anorm"         % "2.7.0",
+      "org.apache.commons"       % "commons-csv"   % "1.12.0"
+    ) ++ browser.map(_ % Test)
+  )
+
+lazy val flyframe = (project in file("."))
+  .aggregate(base, rtl, LocalProject("server")) // by name, as its tests use this floor
+  .dependsOn(base % "compile;test->test", rtl % "compile;test->test")
+  .settings(
+    floor("flyframe"),
+    chisel,
+    Compile / mainClass := Some("flyframe.Main"),
+    libraryDependencies ++= Seq(
+      noLogging,
+      "org.jfree" % "jfreechart"    % "1.5.5",
+      "org.jfree" % "org.jfree.svg" % "5.0.6"
+    )
   )

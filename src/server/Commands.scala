@@ -1,7 +1,7 @@
 package flyframe.server
 
 import scala.collection.immutable.Queue
-import flyframe.master.EventKind
+import flyframe.protocol.{CommandResult, EventKind}
 
 /** A command as the page shows it.
   *

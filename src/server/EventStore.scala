@@ -5,7 +5,7 @@ import java.sql.{Connection, DriverManager, SQLException}
 import java.time.Instant
 import anorm._
 import anorm.SqlParser._
-import flyframe.master.EventKind
+import flyframe.protocol.EventKind
 
 /** An event in the log.
   *

@@ -1,7 +1,6 @@
 package flyframe.server
 
-import flyframe.alarm.DetectorState
-import flyframe.master.EventKind
+import flyframe.protocol.{CommandResult, DetectorState, EventKind, ServerDatagram}
 
 /** Events and commands in words, for page and CSV. */
 object EventText {
@@ -17,7 +16,7 @@ object EventText {
   /** Node ID, where there is one. */
   def node(e: Event): Option[Int] = e.kind match {
     case EventKind.Scanned => None
-    case EventKind.Command => Option.when(e.node != Protocol.AllNodes)(e.node)
+    case EventKind.Command => Option.when(e.node != ServerDatagram.AllNodes)(e.node)
     case _                 => Some(e.node)
   }
 
@@ -38,11 +37,11 @@ object EventText {
 
   def command(code: Int, node: Int): String = {
     val what = code match {
-      case Protocol.AlarmClear    => "alarm clear"
-      case Protocol.DetectorReset => "detector reset"
-      case other                  => s"command $other"
+      case ServerDatagram.AlarmClear    => "alarm clear"
+      case ServerDatagram.DetectorReset => "detector reset"
+      case other                        => s"command $other"
     }
-    if (node == Protocol.AllNodes) what else s"$what, ID $node"
+    if (node == ServerDatagram.AllNodes) what else s"$what, ID $node"
   }
 
   def result(code: Int): String = code match {

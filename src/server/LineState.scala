@@ -1,7 +1,7 @@
 package flyframe.server
 
-import flyframe.alarm.DetectorState
-import flyframe.master.EventKind
+import flyframe.protocol.DetectorState
+import flyframe.protocol.EventKind
 
 /** What a detector has told last. The epoch is another one after a restart of its slave. */
 final case class Detected(state: Int, epoch: Int)

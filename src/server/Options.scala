@@ -5,6 +5,7 @@ import java.nio.file.{Files, Path, Paths}
 import scala.util.Try
 import scopt.{OParser, OParserBuilder}
 import flyframe.BuildInfo
+import flyframe.protocol.ServerDatagram
 
 /** How the server is started.
   *
@@ -63,11 +64,11 @@ object Options {
     text <- Try(Files.readString(path)).toEither.left.map(_ => s"The key file $path cannot be read.")
     digits = text.stripLineEnd
     _ <- Either.cond(
-      digits.matches(s"[0-9a-fA-F]{${2 * Protocol.KeyBytes}}"),
+      digits.matches(s"[0-9a-fA-F]{${2 * ServerDatagram.KeyBytes}}"),
       (),
-      s"The key file $path must hold ${2 * Protocol.KeyBytes} hexadecimal digits in one line, and nothing else."
+      s"The key file $path must hold ${2 * ServerDatagram.KeyBytes} hexadecimal digits in one line, and nothing else."
     )
-  } yield BigInt("1" + digits, 16).toByteArray.takeRight(Protocol.KeyBytes)
+  } yield BigInt("1" + digits, 16).toByteArray.takeRight(ServerDatagram.KeyBytes)
 
   private val AddressText = """\d{1,3}(?:\.\d{1,3}){3}|[0-9a-fA-F:.]*:[0-9a-fA-F:.]*"""
 

@@ -1,6 +1,6 @@
 package flyframe.server
 
-import flyframe.alarm.DetectorState
+import flyframe.protocol.DetectorState
 
 /** What the page shows, but for the log. */
 final case class Picture(

@@ -5,9 +5,9 @@ import java.security.MessageDigest
 import java.util.Arrays
 import javax.crypto.Mac
 import javax.crypto.spec.SecretKeySpec
-import flyframe.master.EventReporter._
+import flyframe.protocol.ServerDatagram._
 
-/** Something a master has to tell; the codes of [[flyframe.master.EventKind]] say what the fields mean.
+/** Something a master has to tell; the codes of [[flyframe.protocol.EventKind]] say what the fields mean.
   *
   * @param slaveTime
   *   microseconds, of the slave's clock
@@ -59,35 +59,17 @@ final case class Report(
   * @param counter
   *   higher than that of every command before in this life
   * @param code
-  *   [[Protocol.AlarmClear]] or [[Protocol.DetectorReset]]
+  *   [[ServerDatagram.AlarmClear]] or [[ServerDatagram.DetectorReset]]
   * @param node
-  *   ID of a slave, or [[Protocol.AllNodes]]
+  *   ID of a slave, or [[ServerDatagram.AllNodes]]
   */
 final case class Command(life: Life, counter: Long, code: Int, node: Int)
 
-/** What became of a command: in an event of kind `Command`, as its state. */
-object CommandResult {
-  val Done           = 0
-  val UnknownCommand = 1
-  val NoAnswer       = 2 // from the line
-  val NoSuchNode     = 3
-}
-
 /** The datagrams between master and server, big endian. */
 object Protocol {
-  val KindCommand   = 3
-  val AlarmClear    = 1
-  val DetectorReset = 2
-  val AllNodes      = 0xffff
 
-  /** Bytes of the longest report; of an acknowledgement; of a command, and of it before the code. */
-  val MostReportBytes      = HeaderBytes + Most * EventBytes
-  val AcknowledgementBytes = 12
-  val CommandBytes         = 32
-  val SignedBytes          = 16
-
-  /** Bytes of the key. */
-  val KeyBytes = 32
+  /** Bytes of the longest report. */
+  val MostReportBytes = HeaderBytes + Most * EventBytes
 
   /** Numbers of events end here. */
   val Numbers = 1L << 32

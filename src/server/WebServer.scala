@@ -10,6 +10,7 @@ import io.undertow.{Handlers, Undertow, UndertowOptions}
 import io.undertow.server.{HttpHandler, HttpServerExchange}
 import io.undertow.server.handlers.{BlockingHandler, RequestLimitingHandler}
 import io.undertow.util.{Headers, HttpString}
+import flyframe.protocol.ServerDatagram
 
 /** The page, its messages, the log as CSV, and commands from the page (SRV-15 to SRV-18). A page of another
   * origin can neither read anything nor send a command: the Host header must name this server (DNS
@@ -113,10 +114,10 @@ final class WebServer(options: Options, supervisor: Supervisor, store: EventStor
       n.toInt
     }
     val code = json("command").str match {
-      case "clear" => Protocol.AlarmClear
-      case "reset" => Protocol.DetectorReset
+      case "clear" => ServerDatagram.AlarmClear
+      case "reset" => ServerDatagram.DetectorReset
     }
-    (u16("master").get, code, u16("node").getOrElse(Protocol.AllNodes))
+    (u16("master").get, code, u16("node").getOrElse(ServerDatagram.AllNodes))
   }.toOption
 
   private def csv(exchange: HttpServerExchange): Unit = {

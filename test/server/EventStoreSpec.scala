@@ -4,7 +4,8 @@ import java.nio.file.{Files, Path}
 import java.time.Instant
 import scala.util.{Random, Using}
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.master.EventKind
+import flyframe.Directory
+import flyframe.protocol.EventKind
 
 class EventStoreSpec extends AnyFlatSpec {
   private val life           = Life(1, 7)

@@ -1,8 +1,8 @@
 package flyframe.server
 
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.alarm.DetectorState
-import flyframe.master.EventKind._
+import flyframe.protocol.DetectorState
+import flyframe.protocol.EventKind._
 
 class LineStateSpec extends AnyFlatSpec {
   private def present(position: Int, node: Int, epoch: Int = 1) =

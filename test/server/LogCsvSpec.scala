@@ -4,7 +4,7 @@ import java.io.StringReader
 import java.time.Instant
 import org.apache.commons.csv.CSVFormat
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.master.EventKind
+import flyframe.protocol.EventKind
 import scala.jdk.CollectionConverters._
 
 class LogCsvSpec extends AnyFlatSpec {

@@ -3,7 +3,7 @@ package flyframe.server
 import java.net.{DatagramPacket, DatagramSocket, InetAddress, InetSocketAddress, SocketTimeoutException}
 import scala.collection.mutable
 import scala.util.Random
-import flyframe.master.{EventKind, EventReporter}
+import flyframe.protocol.{CommandResult, EventKind, ServerDatagram}
 
 /** A master as the server sees it (REP-01 to REP-06), with its host and the network in between.
   *
@@ -40,7 +40,7 @@ final class ModelMaster(
 
   /** Sends a report: the oldest events, or a heartbeat. */
   def report(): Unit = {
-    val events = kept.take(EventReporter.Most).toVector
+    val events = kept.take(ServerDatagram.Most).toVector
     through(Protocol.encode(Report(life, first, events, present = 5, known = 5, time = time)))(send)
   }
 

@@ -11,9 +11,9 @@ import org.openqa.selenium.chrome.{ChromeDriver, ChromeDriverService, ChromeOpti
 import org.openqa.selenium.support.ui.WebDriverWait
 import org.scalatest.BeforeAndAfterAll
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.alarm.DetectorState
-import flyframe.master.EventKind
 import ServerBench._
+import flyframe.Directory
+import flyframe.protocol.{DetectorState, EventKind, ServerDatagram}
 
 /** The page in headless Chromium. Screenshots: build/page. */
 class PageSpec extends AnyFlatSpec with BeforeAndAfterAll {
@@ -193,9 +193,9 @@ class PageSpec extends AnyFlatSpec with BeforeAndAfterAll {
         master.settle()
         within(s"$text is done")(all(".orders li").last.getText == s"$text: done")
       }
-      pressed(".clear", "Alarm clear", Protocol.AlarmClear, Protocol.AllNodes)
+      pressed(".clear", "Alarm clear", ServerDatagram.AlarmClear, ServerDatagram.AllNodes)
       assert(one("[data-node='4'] .reset").getDomAttribute("aria-label") == "Reset detector 2B")
-      pressed("[data-node='4'] .reset", "Detector reset, ID 4", Protocol.DetectorReset, 4)
+      pressed("[data-node='4'] .reset", "Detector reset, ID 4", ServerDatagram.DetectorReset, 4)
       // With the keyboard.
       one(".clear").sendKeys(org.openqa.selenium.Keys.ENTER)
       within("by keyboard") { master.listen(50); master.commands.size == 3 }

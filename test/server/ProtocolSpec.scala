@@ -2,7 +2,7 @@ package flyframe.server
 
 import java.util.HexFormat
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.master.EventKind
+import flyframe.protocol.{EventKind, ServerDatagram}
 
 class ProtocolSpec extends AnyFlatSpec {
   private def bytes(hex: String)  = HexFormat.of.parseHex(hex.filterNot(_.isWhitespace))
@@ -58,7 +58,7 @@ class ProtocolSpec extends AnyFlatSpec {
 
   "SRV-12: a command" should "have 32 bytes and the first half of HMAC-SHA-256 over the first 16" in {
     val key     = Array.tabulate(32)(_.toByte)
-    val command = Command(Life(0x1234, 0x5678), 0x00010002L, Protocol.DetectorReset, 7)
+    val command = Command(Life(0x1234, 0x5678), 0x00010002L, ServerDatagram.DetectorReset, 7)
     val sent    = Protocol.encode(command, key)
     // The code was computed by another implementation (Python's hmac).
     assert(hex(sent) == "46410103123456780001000202000007" + "b26df391568351f5800bd556bbbcd8e4")

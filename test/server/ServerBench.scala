@@ -6,6 +6,7 @@ import java.nio.file.{Files, Path}
 import java.util.HexFormat
 import scala.util.Using
 import org.scalatest.Assertions._
+import flyframe.Directory
 
 /** A whole server on loopback, on free ports. */
 object ServerBench {

@@ -6,7 +6,8 @@ import java.nio.file.{Files, Path}
 import java.util.concurrent.TimeUnit
 import scala.util.{Random, Using}
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.master.EventKind
+import flyframe.Directory
+import flyframe.protocol.EventKind
 import ServerBench._
 
 /** The whole server, with real sockets and modelled masters. */

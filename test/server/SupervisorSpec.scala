@@ -4,8 +4,8 @@ import java.net.{InetAddress, InetSocketAddress}
 import java.nio.file.Path
 import scala.collection.mutable
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.alarm.DetectorState
-import flyframe.master.EventKind
+import flyframe.Directory
+import flyframe.protocol.{DetectorState, EventKind, ServerDatagram}
 
 /** Which reports count, and what comes of them; without sockets, and with a clock that the test turns. */
 class SupervisorSpec extends AnyFlatSpec {
@@ -231,19 +231,19 @@ class SupervisorSpec extends AnyFlatSpec {
   "SRV-13: a command" should "be sent again, the same bytes, until the master has told what became of it" in bench() {
     b =>
       b.report(one, 0, 1)
-      assert(b.supervisor.order(1, Protocol.AlarmClear, Protocol.AllNodes).isRight)
+      assert(b.supervisor.order(1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes).isRight)
       b.sent.remove(0)
       b.supervisor.tick()
       assert(b.sent.size == 1 && b.sent.head._2 == here)
       assert(
         Protocol
           .command(b.sent.head._1, key)
-          .contains(Command(one, 1, Protocol.AlarmClear, Protocol.AllNodes))
+          .contains(Command(one, 1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes))
       )
       for (_ <- 1 to 3) { b.clock += 500; b.supervisor.tick(); b.supervisor.tick() }
       assert(b.sent.size == 4 && b.sent.map(_._1.toSeq).distinct.size == 1)
       assert(b.master.json("orders")(0)("state").str == "sent")
-      val told = Event(EventKind.Command, Protocol.AlarmClear, Protocol.AllNodes, sequence = 1)
+      val told = Event(EventKind.Command, ServerDatagram.AlarmClear, ServerDatagram.AllNodes, sequence = 1)
       b.give(Protocol.encode(Report(one, 1, Vector(told), time = b.tick())), here)
       assert(b.master.json("orders")(0)("state").str == "done")
       b.clock += 5000
@@ -253,28 +253,29 @@ class SupervisorSpec extends AnyFlatSpec {
 
   it should "be sent to where the last report came from, and wait for those before it" in bench() { b =>
     b.report(one, 0, 1)
-    b.supervisor.order(1, Protocol.AlarmClear, Protocol.AllNodes)
-    b.supervisor.order(1, Protocol.DetectorReset, 7)
+    b.supervisor.order(1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes)
+    b.supervisor.order(1, ServerDatagram.DetectorReset, 7)
     assert(b.master.json("orders").arr.map(_("state").str) == Seq("sent", "waiting"))
     b.clock += 6000
     b.report(one, 1, 0, there)
     b.supervisor.tick()
     assert(b.sent.last._2 == there)
-    val told = Event(EventKind.Command, Protocol.AlarmClear, Protocol.AllNodes, sequence = 1, state = 2)
+    val told =
+      Event(EventKind.Command, ServerDatagram.AlarmClear, ServerDatagram.AllNodes, sequence = 1, state = 2)
     b.give(Protocol.encode(Report(one, 1, Vector(told), time = b.tick())), there)
     b.supervisor.tick()
     assert(b.master.json("orders").arr.map(_("state").str) == Seq("failed", "sent"))
     assert(b.master.json("orders")(0)("reason").str == "no answer from the line")
-    assert(Protocol.command(b.sent.last._1, key).contains(Command(one, 2, Protocol.DetectorReset, 7)))
+    assert(Protocol.command(b.sent.last._1, key).contains(Command(one, 2, ServerDatagram.DetectorReset, 7)))
   }
 
   "SRV-14: a command without an answer" should "have failed after its tries; a late answer counts" in
     bench(Options(commandTries = 3, commandIntervalMs = 100)) { b =>
       b.report(one, 0, 1)
-      b.supervisor.order(1, Protocol.AlarmClear, Protocol.AllNodes)
+      b.supervisor.order(1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes)
       for (_ <- 1 to 10) { b.clock += 100; b.supervisor.tick() }
       assert(b.sent.size == 1 + 3 && b.master.json("orders")(0)("state").str == "failed")
-      val told = Event(EventKind.Command, Protocol.AlarmClear, Protocol.AllNodes, sequence = 1)
+      val told = Event(EventKind.Command, ServerDatagram.AlarmClear, ServerDatagram.AllNodes, sequence = 1)
       b.give(Protocol.encode(Report(one, 1, Vector(told), time = b.tick())), here)
       assert(b.master.json("orders")(0)("state").str == "done")
     }
@@ -282,17 +283,17 @@ class SupervisorSpec extends AnyFlatSpec {
   it should "have failed when the master has restarted; the next one counts from 1 in the new life" in bench() {
     b =>
       b.report(one, 0, 1)
-      b.supervisor.order(1, Protocol.AlarmClear, Protocol.AllNodes)
+      b.supervisor.order(1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes)
       b.clock += 2000
       b.report(two, 0, 1)
       assert(b.master.json("orders")(0)("reason").str == "the master has restarted")
-      b.supervisor.order(1, Protocol.DetectorReset, 3)
-      assert(Protocol.command(b.sent.last._1, key).contains(Command(two, 1, Protocol.DetectorReset, 3)))
+      b.supervisor.order(1, ServerDatagram.DetectorReset, 3)
+      assert(Protocol.command(b.sent.last._1, key).contains(Command(two, 1, ServerDatagram.DetectorReset, 3)))
   }
 
   it should "not be taken without key, for a master unknown or silent, or behind too many" in {
     def why(b: Bench, master: Int = 1) =
-      b.supervisor.order(master, Protocol.AlarmClear, Protocol.AllNodes).left.getOrElse("")
+      b.supervisor.order(master, ServerDatagram.AlarmClear, ServerDatagram.AllNodes).left.getOrElse("")
     bench(withKey = false) { b =>
       b.report(one, 0, 1)
       assert(why(b).contains("without a key") && !b.supervisor.picture.commands)
@@ -311,7 +312,7 @@ class SupervisorSpec extends AnyFlatSpec {
       val b = new Bench(d.resolve("log.db"), Options())
       try {
         b.report(one, 0, 0, time = 1000 * counter)
-        b.supervisor.order(1, Protocol.AlarmClear, Protocol.AllNodes)
+        b.supervisor.order(1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes)
         assert(Protocol.command(b.sent.last._1, key).map(_.counter).contains(counter.toLong))
       } finally b.close()
     }

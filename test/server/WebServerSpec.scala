@@ -5,9 +5,8 @@ import java.net.Socket
 import java.nio.charset.StandardCharsets.UTF_8
 import scala.util.Using
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.alarm.DetectorState
-import flyframe.master.EventKind
 import ServerBench._
+import flyframe.protocol.{DetectorState, EventKind, ServerDatagram}
 
 /** HTTP, byte for byte, since clients do not let one choose the Host header. */
 class WebServerSpec extends AnyFlatSpec {
@@ -79,8 +78,8 @@ class WebServerSpec extends AnyFlatSpec {
       master.commands.head == Command(
         Life(1, 4),
         1,
-        Protocol.AlarmClear,
-        Protocol.AllNodes
+        ServerDatagram.AlarmClear,
+        ServerDatagram.AllNodes
       ) && master.refused == 0
     )
   }

@@ -1,0 +1,220 @@
+package flyframe
+
+import java.nio.charset.StandardCharsets.UTF_8
+import java.nio.file.{FileSystemException, Files, Path, Paths}
+import scala.util.Try
+import scopt.{OParser, OParserBuilder}
+import flyframe.device.{DeviceFiles, SiiText}
+import flyframe.registers.RegisterMap
+import flyframe.params.{EscParams, ParamInfo, ParamTable, Preset, Presets}
+
+/** What the command line asks for. */
+final case class Request(
+    preset: String = Presets.default.name,
+    name: Option[String] = None,
+    overrides: Seq[(ParamInfo, Int)] = Nil,
+    all: Boolean = false,
+    list: Boolean = false,
+    out: Path = Paths.get("generated"),
+    docs: Option[Path] = None,
+    device: Option[Path] = None,
+    board: Boolean = false,
+    printSii: Option[Path] = None
+)
+
+/** The command line: lists presets and parameters, and emits Verilog. Exit code 0, or 2 with one sentence on
+  * standard error.
+  */
+object Main {
+  private implicit val readPath: scopt.Read[Path] = scopt.Read.stringRead.map(Paths.get(_))
+
+  /** Decimal, or hexadecimal with 0x; a leading 0 does not mean octal. */
+  private def number(text: String): Option[Int] =
+    if (text.toLowerCase.startsWith("0x")) Try(Integer.parseUnsignedInt(text.drop(2), 16)).toOption
+    else text.toIntOption
+
+  private val default = Presets.default.params
+
+  private val parser: OParser[_, Request] = {
+    val builder: OParserBuilder[Request] = OParser.builder[Request]
+    import builder._
+    val parameters = ParamTable.all.map { i =>
+      opt[String](i.name)
+        .unbounded() // the last one counts
+        .valueName("<n>")
+        .text(s"${i.text}; default ${i.show(default)}; range ${i.range}${if (i.unit == "code") ""
+          else " " + i.unit}")
+        .validate(v =>
+          if (number(v).isDefined) success else failure(s"${i.name} is '$v' but must be a whole number.")
+        )
+        .action((v, r) => r.copy(overrides = r.overrides ++ number(v).map(i -> _)))
+    }
+    OParser.sequence(
+      programName("flyframe"),
+      head(
+        "flyframe",
+        BuildInfo.version,
+        "- Verilog of EtherCAT slave controllers from one set of parameters"
+      ),
+      help("help").text("this text"),
+      opt[Unit]("list").text("list the presets").action((_, r) => r.copy(list = true)),
+      opt[String]("preset")
+        .valueName("<name>")
+        .text(s"start from this preset; default ${Presets.default.name}")
+        .action((v, r) => r.copy(preset = v)),
+      opt[Unit]("all").text("emit every preset").action((_, r) => r.copy(all = true)),
+      opt[String]("name")
+        .valueName("<name>")
+        .text(
+          "name of the files and the top module; default: the preset, with -custom if a parameter was changed"
+        )
+        .action((v, r) => r.copy(name = Some(v))),
+      opt[Path]("out")
+        .valueName("<dir>")
+        .text("where to write; default generated")
+        .action((v, r) => r.copy(out = v)),
+      opt[Path]("docs")
+        .valueName("<dir>")
+        .text("also write registers.md there")
+        .action((v, r) => r.copy(docs = Some(v))),
+      opt[Path]("device")
+        .valueName("<file>")
+        .text("device file for the ESI and SII files; default src/base/resources/devices/io.json if it fits")
+        .action((v, r) => r.copy(device = Some(v))),
+      opt[Unit]("board")
+        .text("also write board_support.v: reset and host bus of fpga/alarm/board.v")
+        .action((_, r) => r.copy(board = true)),
+      opt[Path]("print-sii")
+        .valueName("<file>")
+        .text("print this SII image and emit nothing")
+        .action((v, r) => r.copy(printSii = Some(v))),
+      note("\nParameters (defaults are those of the default preset; hexadecimal with 0x):"),
+      OParser.sequence(parameters.head, parameters.tail: _*)
+    )
+  }
+
+  /** The parameter sets `request` asks for, or why there is none. */
+  def resolve(request: Request): Either[String, Seq[EscParams]] =
+    if (
+      request.all && (request.overrides.nonEmpty || request.name.nonEmpty || request.device.nonEmpty || request.board)
+    )
+      Left(
+        "--all emits the presets as they are and goes with neither --name, --device, --board nor a parameter."
+      )
+    else if (request.all) Right(Presets.all.map(_.params))
+    else
+      for {
+        preset <- Presets
+          .named(request.preset)
+          .toRight(
+            s"preset is ${request.preset} but must be one of ${Presets.all.map(_.name).mkString(", ")}."
+          )
+        name = request.name.getOrElse(preset.name + (if (request.overrides.isEmpty) "" else "-custom"))
+        _ <- Either.cond(
+          name.matches("[A-Za-z][A-Za-z0-9_-]*"),
+          (),
+          s"name is '$name' but must be a letter followed by letters, digits, '-' or '_'."
+        )
+        changed = request.overrides.foldLeft(preset.params) { case (p, (info, value)) => info.set(p, value) }
+        checked <- EscParams.check(changed.copy(preset = name))
+      } yield Seq(checked)
+
+  private def listPresets(): Unit = Presets.all.foreach { case Preset(p, text, note) =>
+    println(f"${p.preset}%-18s $text${note.map(n => s"\n${" " * 19}$n").getOrElse("")}")
+  }
+
+  /** Writes a file in one step, so that an interruption leaves the old one. */
+  private def write(path: Path, bytes: Array[Byte]): Unit = {
+    val fresh = Files.createTempFile(path.toAbsolutePath.getParent, path.getFileName.toString, ".new")
+    Files.write(fresh, bytes)
+    Files.move(fresh, path, java.nio.file.StandardCopyOption.REPLACE_EXISTING)
+  }
+
+  /** A parameter set and its ESI and SII files. */
+  private type Job = (EscParams, Seq[(String, Array[Byte])])
+
+  /** What is to be emitted, all of it checked. */
+  private def jobs(request: Request): Either[String, Seq[Job]] =
+    for {
+      sets   <- resolve(request)
+      device <- request.device.map(DeviceFiles.device(_).map(Option(_))).getOrElse(Right(None))
+      jobs <- sets.foldLeft[Either[String, Seq[Job]]](Right(Nil)) { (done, p) =>
+        for { d <- done; files <- DeviceFiles.of(p, device) } yield d :+ (p -> files)
+      }
+    } yield jobs
+
+  private def emit(request: Request, jobs: Seq[Job]): Unit = {
+    // Everything is made before anything is written.
+    val sets = jobs.map(_._1)
+    val texts = sets.zipWithIndex.flatMap { case (p, i) =>
+      println(s"[${i + 1}/${sets.size}] ${p.preset}: elaborating")
+      val base = request.out.resolve(p.preset).toString
+      Seq(
+        s"$base.v"    -> Emit.verilog(p),
+        s"$base.h"    -> Documents.cHeader(p),
+        s"$base.json" -> Documents.json(p)
+      )
+    } ++ request.docs.map(
+      _.resolve("registers.md").toString -> Documents.registers(
+        sets
+          .filterNot(_.isMaster)
+          .maxByOption(RegisterMap(_).size)
+          .getOrElse(default)
+          .copy(digitalOutputs = 4, alarm = 1),
+        sets.find(_.isMaster).getOrElse(Presets.master)
+      )
+    )
+    val support =
+      if (request.board)
+        sets.map(p => request.out.resolve("board_support.v").toString -> Emit.boardSupport(p))
+      else Nil
+    val files = (texts ++ support).map { case (path, text) => path -> text.getBytes(UTF_8) } ++
+      jobs.flatMap(_._2).map { case (name, bytes) => request.out.resolve(name).toString -> bytes }
+    (request.out +: request.docs.toSeq).foreach(d => Files.createDirectories(d))
+    files.foreach { case (path, bytes) =>
+      write(Paths.get(path), bytes)
+      println(s"wrote $path")
+    }
+  }
+
+  /** Runs the command line `args`; the result is the exit code. */
+  def run(args: Seq[String]): Int = {
+    def refuse(sentence: String): Int = {
+      Console.err.println(sentence)
+      2
+    }
+    OParser.runParser(parser, args, Request()) match {
+      case (parsed, effects) =>
+        val messages = effects.collect { case scopt.OEffect.ReportError(text) => text }
+        val shown    = effects.collect { case scopt.OEffect.DisplayToOut(text) => text }
+        if (messages.nonEmpty) refuse(messages.head + (if (messages.head.endsWith(".")) "" else "."))
+        else if (shown.nonEmpty) { shown.foreach(println); 0 }
+        else
+          parsed match {
+            case None              => refuse("The arguments could not be read; --help lists them.")
+            case Some(r) if r.list => listPresets(); 0
+            case Some(r) if r.printSii.nonEmpty =>
+              DeviceFiles.sii(r.printSii.get) match {
+                case Left(sentence) => refuse(sentence)
+                case Right(image)   => print(SiiText.print(image)); 0
+              }
+            case Some(r) =>
+              jobs(r) match {
+                case Left(sentence) => refuse(sentence)
+                case Right(found) =>
+                  try { emit(r, found); 0 }
+                  catch {
+                    case e: java.io.IOException =>
+                      val place = e match {
+                        case f: FileSystemException => f.getFile
+                        case _                      => r.out
+                      }
+                      refuse(s"$place cannot be written (${e.getClass.getSimpleName}).")
+                  }
+              }
+          }
+    }
+  }
+
+  def main(args: Array[String]): Unit = sys.exit(run(args.toSeq))
+}

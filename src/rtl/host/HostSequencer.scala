@@ -1,0 +1,128 @@
+package flyframe.host
+
+import chisel3._
+import chisel3.util._
+import flyframe.memory._
+import flyframe.params.EscParams
+import flyframe.syncmanager.{AreaPort, AreaScan}
+
+/** Takes the host's accesses to memory through the SyncManagers, byte by byte in ascending order (B-44);
+  * those to registers pass as they are.
+  */
+class HostSequencer(p: EscParams) extends Module {
+  private val lanes = p.lanes
+
+  val host   = IO(new HostPort(lanes))
+  val memory = IO(Flipped(new HostPort(lanes)))
+  val areas  = IO(Flipped(new AreaPort(p)))
+
+  /** No access is under way. */
+  val quiet = IO(Output(Bool()))
+
+  private object State extends ChiselEnum {
+
+    /** idle; pass: the access goes through unchanged; scan: the byte's SyncManager is searched; ask: may the
+      * byte be accessed; answer: there it comes; choose: the buffer; access: at the memory; close: the end of
+      * the buffer; next: the next byte.
+      */
+    val idle, pass, scan, ask, answer, choose, access, close, next = Value
+  }
+  import State._
+  private val state = RegInit(idle) // reset: no access
+  quiet := state === idle
+  private val lane    = Reg(UInt((log2Ceil(lanes) max 1).W))
+  private val data    = Reg(UInt((8 * lanes).W))
+  private val through = Reg(UInt(18.W)) // address in the buffer
+  private val count   = Reg(UInt(4.W))
+
+  private val address = Cat(host.addr >> log2Ceil(lanes), if (lanes == 1) 0.U(0.W) else lane)
+  private val enabled = if (lanes == 1) host.be(0) else host.be(lane)
+
+  // The search: entries 0 to 7 in counts 0 to 7, the result three counts later.
+  areas.index := Mux(count > 7.U, 7.U, count(2, 0))
+  private val area = AreaScan.lowest(areas.entries.map { entry =>
+    val scan = Module(new AreaScan(p.smIndexBits))
+    scan.entry        := entry
+    scan.entry.begins := RegNext(count === 0.U)
+    // What is switched on behind the search has no part in this access.
+    scan.entry.takesPart := entry.takesPart && count < 9.U
+    scan.address         := address
+    scan.result
+  })
+  private val single = area.first && area.last
+  private val exists = areas.exists(address)
+  // Since the search it may have been switched off: plain memory again (SM-28).
+  private val plain    = !area.hit || (!areas.answer.works && !areas.answer.locked)
+  private val may      = plain || (exists && areas.answer.allowed)
+  private val number   = areas.answer.buffer
+  private val offset   = Mux(number(1), area.length << 1, Mux(number(0), area.length, 0.U))
+  private val inBuffer = Reg(Bool()) // in the direction of its SyncManager
+  private val outside  = through(17, 16).orR
+
+  // A buffer of one byte begins and ends at once (B-53, B-58).
+  areas.number        := area.index
+  areas.request       := (state === ask && area.hit) || (state === close && inBuffer)
+  areas.turn          := areas.request
+  areas.access.write  := host.write
+  areas.access.touch  := exists && (state === ask) =/= single
+  areas.access.first  := area.first
+  areas.access.single := single
+  areas.access.close  := state === close && area.last
+
+  // Registers are read before or after the end of a frame, not half way (B-57).
+  memory.req := (state === pass && (host.write || !areas.changing)) ||
+    (state === access && !outside)
+  memory.write := host.write
+  memory.addr  := Mux(state === pass, host.addr, through(15, 0))
+  // In its buffer a byte may lie in another lane.
+  private def byteOf(word: UInt, number: UInt) =
+    VecInit((0 until lanes).map(i => word(8 * i + 7, 8 * i)))(number)
+  private val there = if (lanes == 1) 0.U else through(log2Ceil(lanes) - 1, 0)
+  private val here  = if (lanes == 1) 0.U else lane
+  memory.wdata := Mux(state === pass, host.wdata, Fill(lanes, byteOf(host.wdata, here)))
+  memory.be    := Mux(state === pass, host.be, UIntToOH(there, lanes))
+  host.rdata   := Mux(state === pass, memory.rdata, data)
+  host.ack     := false.B
+
+  switch(state) {
+    is(idle) {
+      lane  := 0.U
+      count := 0.U
+      data  := 0.U
+      when(host.req) { state := Mux(areas.acts(host.addr), scan, pass) }
+    }
+    is(pass) {
+      host.ack := memory.ack
+      when(memory.ack) { state := idle }
+    }
+    is(scan) {
+      count := count + 1.U
+      when(!enabled) { state := next }.elsewhen(count === 10.U) { state := ask }
+    }
+    is(ask) {
+      when(!area.hit) { state := choose }.elsewhen(areas.granted) { state := answer }
+    }
+    is(answer) { state := choose }
+    is(choose) {
+      inBuffer := area.hit && exists && areas.answer.inBuffer
+      through  := address +& Mux(!plain && !single, offset, 0.U)
+      state    := Mux(may, access, next)
+    }
+    is(access) {
+      when(memory.ack) {
+        data := data | (Fill(lanes, byteOf(memory.rdata, there)) & FillInterleaved(8, UIntToOH(here, lanes)))
+      }
+      when(memory.ack || outside) { state := close }
+    }
+    is(close) { when(!inBuffer || areas.granted) { state := next } }
+    is(next) {
+      count := 0.U
+      lane  := lane + 1.U
+      state := scan
+      when(lane === (lanes - 1).U) {
+        host.ack := true.B
+        state    := idle
+      }
+    }
+  }
+}

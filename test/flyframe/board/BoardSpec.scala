@@ -1,0 +1,168 @@
+package flyframe.board
+
+import java.nio.file.{Files, Paths}
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.report.Netlist
+
+/** The board project in `fpga/alarm` without Quartus: both roles, every data bus width. */
+class BoardSpec extends AnyFlatSpec {
+  import Shell.{ends, output}
+  private val widths = Seq(8, 16, 32)
+  private val boards = for (role <- Seq("slave", "master"); width <- widths) yield new BoardFiles(role, width)
+
+  /** Memory blocks of an EP4CE6. */
+  private val M9k = 30
+
+  /** The goals for whole boards with a host bus of 8 bits, logic elements; an EP4CE6 has 6,272. */
+  private val goals = Seq("slave" -> 3000, "master" -> 4500)
+
+  /** User pins of the package by number, with their kind. */
+  private val userPins: Map[Int, String] = Files
+    .readString(Paths.get("test/flyframe/board/ep4ce6e22.txt"))
+    .linesIterator
+    .filterNot(_.startsWith("#"))
+    .flatMap { line =>
+      val words = line.split(' ')
+      words.tail.map(_.toInt -> words.head)
+    }
+    .toMap
+  assert(userPins.size == 92)
+
+  for (board <- boards) {
+    val name = s"The ${board.role}'s board with ${board.width} bits"
+
+    s"$name" should "have no missing module but the PLL" in {
+      val modules = board.design("modules").obj
+      val missing = modules.values
+        .flatMap(_("cells").obj.values.map(_("type").str))
+        .toSet
+        .filterNot(kind => kind.startsWith("$") || modules.contains(kind))
+      val boxes = modules.filter(_._2("attributes").obj.contains("blackbox")).keySet
+      assert(missing.isEmpty)
+      assert(boxes.map(Netlist.plainName) == Set("altpll"))
+    }
+
+    it should "lint without a warning" in assert(board.lint() == "")
+
+    it should "have a user pin of the package for every port" in {
+      val pins = board.project.map(_.split(' ')).collect { case Array("pin", n, port) => port -> n.toInt }
+      assert(pins.map(_._1).sorted == board.ports.keys.toSeq.sorted)
+      assert(pins.map(_._2).distinct.size == pins.size, pins.groupBy(_._2).filter(_._2.size > 1))
+      for ((port, pin) <- pins) {
+        assert(userPins.get(pin).exists(_ != "memory"), s"$port on pin $pin")
+        assert(userPins(pin) == "io" || board.ports(port) == "input", s"$port on pin $pin")
+      }
+      for (clock <- Seq("clk_50", "mii_0_rx_clk", "mii_1_rx_clk"))
+        assert(userPins(pins.toMap.apply(clock)) == "in", clock)
+      info(s"${pins.size} of ${userPins.values.count(_ != "memory")} pins")
+    }
+
+    it should "match every name in the constraints" in {
+      // No pin is left without one; the clocks' pins have a clock.
+      val named = board.constraints.map(_._2).toSet
+      val bare  = board.ports.keySet -- named - "clk_50" - "mii_0_rx_clk" - "mii_1_rx_clk"
+      assert(bare.isEmpty)
+    }
+
+    it should s"have ${board.coreClockMhz} MHz, as generated, at the PLL and in the constraints" in {
+      assert(board.project.contains(s"parameter CORE_MHZ ${board.coreClockMhz}"))
+      val pll = board
+        .design("modules")
+        .obj
+        .values
+        .flatMap(_("cells").obj.values)
+        .find(_("type").str.contains("altpll"))
+        .get
+      val factor = pll("parameters")("clk0_multiply_by").str
+      assert(Integer.parseInt(factor, 2) * 50 == board.coreClockMhz)
+      // The pointers of the MII receivers have one core cycle.
+      val limits = board.constraints.collect {
+        case (s"max=$ns", name) if name.matches(".*readSide\\|meta.*") => ns.toDouble
+      }
+      assert(limits.nonEmpty && limits.forall(_ == 1000.0 / board.coreClockMhz))
+    }
+  }
+
+  "The project script" should "say in a sentence which core clock is missing or wrong" in {
+    val dir  = Files.createTempDirectory("flyframe-board")
+    val json = dir.toRealPath().resolve("alarm-slave.json")
+    def refusal =
+      ends("tclsh", "test/flyframe/board/pins.tcl", "fpga/alarm/alarm.tcl", "slave", "8", dir.toString)
+    val missing = s"$json with coreClockMhz is missing: generate the controller again.\n"
+    assert(refusal == (1 -> missing))
+    Files.writeString(json, "{}")
+    assert(refusal == (1 -> missing))
+    Files.writeString(json, "{\n  \"coreClockMhz\": 125,\n}")
+    assert(refusal == (1 -> "coreClockMhz is 125 but must be 50 or 100 on the alarm board.\n"))
+  }
+
+  "A preset alone" should "have its core clock as generated in the constraints" in {
+    val preset = "alarm-master"
+    val core   = ujson.read(Files.readString(Paths.get(s"generated/$preset.json")))("coreClockMhz").num.toInt
+    val told   = output("tclsh", "test/flyframe/board/pins.tcl", "fpga/quartus.tcl", preset)
+    assert(told.linesIterator.contains("global SDC_FILE clock.sdc"))
+    val sdc = Files.readString(Paths.get(s"build/quartus/$preset/clock.sdc")).linesIterator.toSeq
+    assert(sdc.contains(s"set core_mhz $core"))
+    assert(sdc.last == s"source {${Paths.get("fpga/flyframe.sdc").toRealPath()}}")
+  }
+
+  // These take longer: each role once in simulation, with different widths, and once mapped, with the default width.
+  for ((role, width) <- Seq("slave" -> 8, "master" -> 32))
+    s"The $role's board with $width bits" should "answer its host through the pins" in {
+      val board = new BoardFiles(role, width)
+      // Memory without any other effect: user RAM, request_data.
+      val (address, bytes) = if (role == "slave") (0x0f80, 128) else (0x0058, 8)
+      val values           = Seq("--identity" -> board.identity, "--address" -> address, "--bytes" -> bytes)
+      val told =
+        output(board.boardProgram +: values.flatMap { case (name, value) => Seq(name, s"$value") }: _*)
+      assert(told.startsWith("5000 accesses") && told.trim.endsWith("errors 0"), told)
+      info(told.trim)
+    }
+
+  for ((role, most) <- goals)
+    s"The $role's board" should f"fit into an EP4CE6: at most $most%,d logic elements, and its RAM" in {
+      val area = Netlist.own(new BoardFiles(role, widths.head).mapped)
+      info(s"${area.logicElements} logic elements, ${area.m9k} M9K")
+      assert(area.logicElements <= most)
+      assert(area.m9k > 0 && area.m9k <= M9k)
+    }
+
+  "The crossings of the host bus" should "all be constrained" in {
+    val board = boards.head
+    val named = board.constraints.map(_._2).toSet
+    val first = board.registers.filter(r => r.matches(".*Crossing:[^|]*\\|(meta|taken)[^|]*"))
+    assert(first.size > 13 + 8 + 3)
+    for (register <- first if !register.contains("ResetCrossing"))
+      assert(named(register), register)
+  }
+
+  for (board <- boards)
+    s"HB-01 to HB-06: a host bus of ${board.width} bits at ${board.coreClockMhz} MHz" should "carry out 100,000 accesses, each once and right" in {
+      val told = output(board.busProgram, "--accesses", "100000", "--seed", s"${board.width}")
+      assert(told.startsWith("accesses 100000 ") && told.trim.endsWith("errors 0"), told)
+      info(told.trim)
+    }
+
+  "make quartus" should "say in a sentence that Quartus is missing" in {
+    val (code, text) = ends("make", "-s", "quartus", "QUARTUS=no-such-quartus")
+    assert(code == 2)
+    assert(
+      text.linesIterator
+        .next() == "Quartus is needed to compile the board, but no-such-quartus is not on PATH."
+    )
+  }
+
+  it should "take role and parameters from the command line" in {
+    val text =
+      output("make", "-n", "quartus", "ROLE=master", "dataBusWidth=8", "maxSubTelegrams=4", "nodeIdWidth=12")
+    for (
+      word <- Seq(
+        "--preset alarm-master",
+        "--dataBusWidth 8",
+        "--maxSubTelegrams 4",
+        "--nodeIdWidth 12",
+        "alarm.tcl master 8"
+      )
+    ) assert(text.contains(word), word)
+  }
+}

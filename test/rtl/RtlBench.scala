@@ -1,0 +1,225 @@
+package flyframe
+
+import chisel3._
+import chiseltest._
+import flyframe.application.LedPins
+import flyframe.sii.SiiPins
+import flyframe.model.{SentFrame, Symbol, WireFrame}
+import flyframe.params.EscParams
+import flyframe.rules.{Bench, EepromImage, Line}
+import flyframe.sii.I2cEeprom
+
+/** The controller with its receive clocks as plain inputs, as chiseltest needs them. */
+class ControllerUnderTest(p: EscParams) extends Module {
+  val rxClock = IO(Input(Vec(p.ports, Bool())))
+  val rxDv    = IO(Input(Vec(p.ports, Bool())))
+  val rxEr    = IO(Input(Vec(p.ports, Bool())))
+  val rxd     = IO(Input(Vec(p.ports, UInt(4.W))))
+  val link    = IO(Input(Vec(p.ports, Bool())))
+  val txEn    = IO(Output(Vec(p.ports, Bool())))
+  val txd     = IO(Output(Vec(p.ports, UInt(4.W))))
+  val txTick  = IO(Output(Bool()))
+  val loaded  = IO(Input(Bool()))
+
+  /** `phy_reset_n` of the controller. */
+  val phyResetN = IO(Output(Bool()))
+  val host      = IO(new memory.HostPort(p.lanes))
+
+  val irq = IO(Output(Bool()))
+
+  /** The controller's, where it has them. */
+  val sii          = Option.when(p.hasI2c)(IO(new SiiPins))
+  val eepromLoaded = Option.when(p.hasSii)(IO(Output(Bool())))
+  val led          = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
+
+  val outputs       = Option.when(p.digitalOutputs > 0)(IO(Output(UInt((8 * p.digitalOutputs).W))))
+  val outputsDriven = Option.when(p.digitalOutputs > 0)(IO(Output(Bool())))
+
+  /** The comparators of the smoke detector's current. */
+  val current = Option.when(p.hasAlarm)(IO(Input(UInt(3.W))))
+
+  private val dut = Module(new SlaveController(p))
+  current.foreach(dut.alarm.get.current := _)
+  irq             := dut.irq.getOrElse(false.B)
+  dut.phy_clk_ref := false.B
+  dut.pdi_operational.foreach(_ := loaded)
+  txTick    := dut.mii_tx_tick
+  phyResetN := dut.phy_reset_n
+  dut.host <> host
+  sii.foreach(dut.sii.get <> _)
+  eepromLoaded.foreach(_ := dut.eeprom_loaded.get)
+  led.foreach(_ := dut.led.get)
+  outputs.foreach(_ := dut.digital_output.get)
+  outputsDriven.foreach(_ := dut.digital_output_driven.get)
+  for (y <- 0 until p.ports) {
+    dut.mii(y).rx_clk := rxClock(y).asClock
+    dut.mii(y).rx_dv  := rxDv(y)
+    dut.mii(y).rx_er  := rxEr(y)
+    dut.mii(y).rxd    := rxd(y)
+    dut.mii(y).link   := link(y)
+    txEn(y)           := dut.mii(y).tx_en
+    txd(y)            := dut.mii(y).txd
+  }
+}
+
+/** Drives a [[ControllerUnderTest]] with nominal clocks. */
+class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
+  private val cycles = p.cyclesPerNibble
+  dut.clock.setTimeout(0)
+  private var cycle    = 0L
+  private var running  = Map.empty[Int, Vector[Int]] // nibbles of the frame that is leaving a port
+  private var finished = Vector.empty[(Int, SentFrame)]
+  private var eeprom   = Option.empty[I2cEeprom]
+
+  reset()
+
+  /** Back to the state after power-on, all links up; an EEPROM holds zeros with a right checksum. */
+  def reset(): Unit = if (p.hasI2c) {
+    powerOn(EepromImage())
+    while ((hostRead(0x0503) & 0x80) != 0) idle(100)
+  } else restart()
+
+  def powerOn(image: Seq[Int]): Unit = {
+    eeprom = Some(new I2cEeprom(image.toArray, twoByte = image.size > 2048))
+    dut.sii.get.two_byte.poke(image.size > 2048)
+    restart()
+  }
+
+  private def restart(): Unit = {
+    for (y <- 0 until p.ports) {
+      dut.link(y).poke(true)
+      dut.rxDv(y).poke(false)
+      dut.rxEr(y).poke(false)
+    }
+    dut.loaded.poke(true)
+    dut.host.req.poke(false)
+    dut.reset.poke(true.B)
+    idle(4)
+    dut.reset.poke(false.B)
+    idle(if (p.hasRegisterRam) 560 / p.cyclesPerNibble + 40 else 40)
+    running = Map.empty
+  }
+
+  /** One nibble slot with the given symbol at one port. */
+  private def slot(port: Int, dv: Boolean, er: Boolean, data: Int): Unit =
+    slot(dv, Map(port -> Symbol(data, er)))
+
+  /** One nibble slot with the given symbols, by port. Receive clocks rise in the middle of the slot. */
+  private def slot(dv: Boolean, symbols: Map[Int, Symbol]): Unit = {
+    for (y <- 0 until p.ports) {
+      val symbol = symbols.get(y)
+      dut.rxDv(y).poke(dv && symbol.isDefined)
+      dut.rxEr(y).poke(symbol.exists(_.error))
+      dut.rxd(y).poke(symbol.fold(0)(_.nibble))
+    }
+    for (c <- 0 until cycles) {
+      for (y <- 0 until p.ports) dut.rxClock(y).poke(c == cycles / 2)
+      step()
+    }
+    for (y <- 0 until p.ports) dut.rxClock(y).poke(false)
+    dut.txTick.peek() // lets the simulator see the falling edge, where a slot is only one cycle long
+  }
+
+  private def step(): Unit = {
+    for (e <- eeprom; pins <- dut.sii) {
+      val sda = !pins.sda_low.peek().litToBoolean
+      e.step(!pins.scl_low.peek().litToBoolean, sda && !e.pulls)
+      pins.sda.poke(sda && !e.pulls)
+    }
+    dut.clock.step()
+    cycle += 1
+    if (dut.txTick.peek().litToBoolean)
+      for (y <- 0 until p.ports) {
+        val soFar = running.getOrElse(y, Vector.empty)
+        if (dut.txEn(y).peek().litToBoolean) running += y -> (soFar :+ dut.txd(y).peek().litValue.toInt)
+        else if (soFar.nonEmpty) {
+          val (preamble, rest) = soFar.span(_ == 5)
+          assert(rest.headOption.contains(0xd), s"port $y sent no SFD: $soFar")
+          finished :+= y -> SentFrame(preamble.size, rest.tail)
+          running -= y
+        }
+      }
+  }
+
+  /** Lets `slots` nibble slots pass without a frame. */
+  def idle(slots: Int): Unit = (0 until slots).foreach(_ => slot(0, dv = false, er = false, 0))
+
+  def setLink(port: Int, up: Boolean): Unit = {
+    dut.link(port).poke(up)
+    idle(20)
+  }
+
+  def setLoaded(loaded: Boolean): Unit = {
+    dut.loaded.poke(loaded)
+    idle(4)
+  }
+
+  /** Frames at several ports at the same time, each beginning `delay` slots from now: what left, and where,
+    * in the order in which it ended.
+    */
+  def sendTogether(frames: (Int, Int, WireFrame)*): Seq[(Int, SentFrame)] = {
+    finished = Vector.empty
+    for (now <- 0 until frames.map { case (_, delay, frame) => delay + frame.symbols.size }.max)
+      slot(
+        dv = true,
+        frames.flatMap { case (port, delay, frame) => frame.symbols.lift(now - delay).map(port -> _) }.toMap
+      )
+    idle(24 + p.writeLogDepth / cycles + 8)
+    finished
+  }
+
+  def send(port: Int, frame: WireFrame): Option[(Int, SentFrame)] = {
+    finished = Vector.empty
+    frame.symbols.foreach(s => slot(port, dv = true, s.error, s.nibble))
+    idle(24 + p.writeLogDepth / cycles + 8 + (if (p.hasAlarm) 64 else 0))
+    assert(finished.size <= 1, s"one frame in, ${finished.size} frames out")
+    finished.headOption
+  }
+
+  /** The receive clocks rest meanwhile, which saves time. */
+  def advanceMs(ms: Int): Unit = {
+    dut.clock.step(ms * 25000 * cycles)
+    idle(8)
+  }
+  def advanceUs(us: Int): Unit = idle(us * 25)
+
+  def setLine(state: Int): Unit = dut.current.foreach(_.poke(Line.current(state)))
+  def outputs: Option[Int] =
+    Option.when(dut.outputsDriven.get.peek().litToBoolean)(dut.outputs.get.peek().litValue.toInt)
+  def interrupt: Boolean = dut.irq.peek().litToBoolean
+
+  /** Symbols with RX_ER outside a frame. */
+  def falseCarrier(port: Int, symbols: Int): Unit = {
+    (0 until symbols).foreach(_ => slot(port, dv = false, er = true, 0xe))
+    idle(8)
+  }
+
+  private def access(write: Boolean, address: Int, data: BigInt, enable: Int): BigInt = {
+    dut.host.req.poke(true)
+    dut.host.write.poke(write)
+    dut.host.addr.poke(address & ~(p.lanes - 1))
+    dut.host.wdata.poke(data)
+    dut.host.be.poke(enable)
+    var waited = 0
+    while (!dut.host.ack.peek().litToBoolean) {
+      assert(waited < 100, f"host port did not answer at 0x$address%04x")
+      step()
+      waited += 1
+    }
+    val result = dut.host.rdata.peek().litValue
+    dut.host.req.poke(false)
+    step()
+    result
+  }
+
+  /** The byte at `address` as the host sees it. */
+  def hostRead(address: Int): Int = {
+    val lane = address % p.lanes
+    ((access(write = false, address, 0, 1 << lane) >> (8 * lane)) & 0xff).toInt
+  }
+
+  def hostWrite(address: Int, byte: Int): Unit = {
+    val lane = address % p.lanes
+    access(write = true, address, BigInt(byte) << (8 * lane), 1 << lane)
+  }
+}
