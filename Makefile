@@ -30,14 +30,14 @@ help: ## this text
 verilog: $(SBT_DEP) ## Verilog of the default preset, or ARGS="--preset et1100 --ports 2 --name my_core"
 	$(SBT) "run $(ARGS)"
 
-generated: $(SBT_DEP) ## Verilog of every preset, and docs/registers.md
+generated: $(SBT_DEP) ## Verilog of every preset, docs/registers.md and docs/parameters.md
 	$(SBT) "run --all --docs docs"
 
-check-generated: $(SBT_DEP) ## generated/ and docs/registers.md are what the sources emit
+check-generated: $(SBT_DEP) ## generated/ and the generated pages of docs/ are what the sources emit
 	rm -rf build/check && mkdir -p build/check
 	$(SBT) "run --all --out build/check/generated --docs build/check/docs"
 	diff -r generated build/check/generated
-	diff docs/registers.md build/check/docs/registers.md
+	for f in registers parameters; do diff docs/$$f.md build/check/docs/$$f.md || exit 1; done
 
 test: $(SBT_DEP) tools-test tools-page ## all tests; the last line is "N passed, N failed"
 	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-tests $(SBT)

@@ -75,7 +75,7 @@ object Main {
         .action((v, r) => r.copy(out = v)),
       opt[Path]("docs")
         .valueName("<dir>")
-        .text("also write registers.md there")
+        .text("also write registers.md and parameters.md there")
         .action((v, r) => r.copy(docs = Some(v))),
       opt[Path]("device")
         .valueName("<file>")
@@ -163,7 +163,7 @@ object Main {
           .copy(digitalOutputs = 4, alarm = 1),
         sets.find(_.isMaster).getOrElse(Presets.master)
       )
-    )
+    ) ++ request.docs.map(_.resolve("parameters.md").toString -> ParameterPage.text)
     val support =
       if (request.board)
         sets.map(p => request.out.resolve("board_support.v").toString -> Emit.boardSupport(p))

@@ -113,6 +113,11 @@ final case class EscParams(
 
 /** Everything about one parameter: its name, text, unit, range, and how to read and change it in an
   * [[EscParams]].
+  *
+  * @param hex
+  *   it is written hexadecimal
+  * @param roles
+  *   values of the parameter `role` for which it has an effect
   */
 final case class ParamInfo(
     name: String,
@@ -122,7 +127,8 @@ final case class ParamInfo(
     allowed: Int => Boolean,
     get: EscParams => Int,
     set: (EscParams, Int) => EscParams,
-    hex: Boolean = false
+    hex: Boolean = false,
+    roles: Set[Int] = Set(0, 1)
 ) {
 
   /** The value of this parameter in `p` as a person writes it. */
@@ -147,7 +153,24 @@ object ParamTable {
       get: EscParams => Int
   )(set: (EscParams, Int) => EscParams) = ParamInfo(name, text, unit, range._1, range._2, get, set, hex)
 
-  val all: Seq[ParamInfo] = Seq(
+  /** Parameters that have an effect in a master, and those that have none in a slave. */
+  private val ofMasters = Set(
+    "role",
+    "dataBusWidth",
+    "maxSubTelegrams",
+    "coreClockMhz",
+    "maxSlaves",
+    "txShift",
+    "escType",
+    "escRevision",
+    "escBuild"
+  )
+  private val notOfSlaves = Set("maxSlaves")
+
+  private def rolesOf(name: String): Set[Int] =
+    Map(0 -> !notOfSlaves(name), 1 -> ofMasters(name)).collect { case (role, true) => role }.toSet
+
+  val all: Seq[ParamInfo] = Seq[ParamInfo](
     info("role", "0: slave controller; 1: master of a line of alarm slaves", "code", between(0, 1))(_.role)(
       (p, v) => p.copy(role = v)
     ),
@@ -264,8 +287,9 @@ object ParamTable {
     info("reportedFeatures", "features as 0x0008:0x0009 report them", "code", reported(0xffff), hex = true)(
       _.reportedFeatures
     )((p, v) => p.copy(reportedFeatures = v))
-  )
+  ).map(i => i.copy(roles = rolesOf(i.name)))
 
+  /** The parameter with this name. */
   def named(name: String): Option[ParamInfo] = all.find(_.name == name)
 }
 

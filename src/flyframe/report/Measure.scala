@@ -43,17 +43,25 @@ final class Measure(dir: Path) {
       if (!Files.exists(path) || Files.readString(path) != text) Files.writeString(path, text)
     }
 
+  /** The file that `make` leaves, made again only if the Verilog, the command or a tool's version has changed
+    * since: the tools are deterministic, and slow.
+    */
+  private def unlessMade(p: EscParams, result: Path, command: Seq[String])(make: => Unit): Path = {
+    val inputs = Seq(Files.readString(file(s"${p.preset}.v")), command.mkString(" "), tools.mkString(" "))
+    val key    = Hash.of(inputs)
+    val made   = file(s"${result.getFileName}.key")
+    if (!Files.exists(result) || !Files.exists(made) || Files.readString(made) != key) {
+      Files.deleteIfExists(made)
+      make
+      Files.writeString(made, key)
+    }
+    result
+  }
+
   private def synthesise(p: EscParams, kind: String, commands: String): Path = {
     val netlist = file(s"${p.preset}.$kind.netlist.json")
-    Tools.run(
-      file(s"${p.preset}.$kind.log"),
-      Seq(
-        yosys,
-        "-p",
-        s"read_verilog ${file(p.preset + ".v")}; ${commands.replace("NETLIST", netlist.toString)}"
-      )
-    )
-    netlist
+    val script  = s"read_verilog ${file(p.preset + ".v")}; ${commands.replace("NETLIST", netlist.toString)}"
+    unlessMade(p, netlist, Seq(script))(Tools.run(file(s"${p.preset}.$kind.log"), Seq(yosys, "-p", script)))
   }
 
   /** The area of the whole controller. */
@@ -77,24 +85,11 @@ final class Measure(dir: Path) {
   def speed(p: EscParams): Speed = {
     val netlist = synthesise(p, "ecp5", s"synth_ecp5 -top ${p.topName} -json NETLIST")
     val result  = file(s"${p.preset}.timing.json")
-    Tools.run(
-      file(s"${p.preset}.nextpnr.log"),
-      Seq(
-        pnr,
-        "--85k",
-        "--package",
-        "CABGA756",
-        "--speed",
-        "6",
-        "--freq",
-        "125",
-        "--seed",
-        "1",
-        "--json",
-        netlist.toString
-      ) ++
-        Seq("--textcfg", "/dev/null", "--timing-allow-fail", "--report", result.toString)
-    )
+    val options =
+      "--85k --package CABGA756 --speed 6 --freq 125 --seed 1 --textcfg /dev/null --timing-allow-fail"
+    val command =
+      pnr +: (options.split(" ").toSeq ++ Seq("--json", netlist.toString, "--report", result.toString))
+    unlessMade(p, result, command)(Tools.run(file(s"${p.preset}.nextpnr.log"), command))
     Measure.coreSpeed(ujson.read(Files.readString(result)))
   }
 

@@ -3,8 +3,9 @@ package flyframe.report
 import java.nio.file.{Files, Path, Paths}
 import flyframe.BuildInfo
 
-/** Measures area, clock and latency and writes `docs/report.md`, `report.json`, the plots and a history line
-  * for each preset. Run from the repository root; exit code 2 with one sentence if it cannot be made.
+/** Measures area, clock and latency and writes `docs/report.md`, `report.json`, the plots, a history line for
+  * each preset, and the [[Blocks]] of figures in other pages. Run from the repository root; exit code 2 with
+  * one sentence if it cannot be made.
   */
 object Report {
   private val workDir = "build/report"
@@ -49,6 +50,7 @@ object Report {
     write(docs.resolve("report-latency.svg"), Plots.latency(r))
     write(docs.resolve("report-features.svg"), Plots.features(r))
     write(docs.resolve("report-units.svg"), Plots.units(r))
+    Blocks.pages.foreach(page => write(page, Blocks.renew(Files.readString(page), Blocks.report(docs))))
     println(s"report-history.csv: ${Figures.remember(docs.resolve("report-history.csv"), r)} new line(s)")
     Goals(r).foreach(g =>
       println(s"${if (g.reached) "reached" else "MISSED "}  ${g.title}: ${g.measured}, wanted ${g.goal}")

@@ -14,7 +14,7 @@ final class ReportError(sentence: String) extends Exception(sentence)
 /** Finds and runs the programs that measure. */
 object Tools {
   private val venv         = "build/tools/venv/bin"
-  private val limitMinutes = 8L
+  private val limitMinutes = 30L
   private val searched =
     sys.env.getOrElse("PATH", "").split(File.pathSeparator).toSeq.filter(_.nonEmpty) :+ venv
 

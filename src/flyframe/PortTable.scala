@@ -1,0 +1,127 @@
+package flyframe
+
+import flyframe.params.EscParams
+
+/** Which way a signal goes, as Verilog writes it. */
+sealed abstract class Direction(val verilog: String, val short: String)
+object Direction {
+  case object In  extends Direction("input", "in")
+  case object Out extends Direction("output", "out")
+}
+
+/** A port of a top module.
+  *
+  * @param name
+  *   in Verilog; with `y` in place of a number it stands once per MII port
+  * @param bits
+  *   its width with given parameters
+  * @param width
+  *   the same in words
+  * @param built
+  *   parameter sets that have it
+  * @param condition
+  *   the same in words; empty: all
+  */
+final case class PortInfo(
+    name: String,
+    direction: Direction,
+    bits: EscParams => Int,
+    width: String,
+    built: EscParams => Boolean,
+    condition: String,
+    meaning: String
+) {
+
+  /** The names it has with parameters `p`: none if it is not built. */
+  def names(p: EscParams): Seq[String] =
+    if (!built(p)) Nil
+    else if (name.contains("_y")) (0 until p.ports).map(y => name.replace("_y", s"_$y"))
+    else Seq(name)
+}
+
+/** The ports of both top modules in the order they are emitted: the only place that says in words what they
+  * are. That the Verilog has exactly these is tested for every preset.
+  */
+object PortTable {
+  import Direction._
+
+  private def port(name: String, direction: Direction, bits: Int, meaning: String) =
+    PortInfo(name, direction, _ => bits, bits.toString, _ => true, "", meaning)
+
+  /** Only there if `built`; `condition` says so in words. */
+  private def optional(condition: String, built: EscParams => Boolean)(ports: PortInfo*): Seq[PortInfo] =
+    ports.map(_.copy(condition = condition, built = built))
+
+  // format: off
+  private val clocks = Seq(
+    port("clock",       In, 1, "core clock, `coreClockMhz`, from a PLL"),
+    port("reset",       In, 1, "active high, synchronous to `clock`; hold it until the PLL has locked"),
+    port("phy_clk_ref", In, 1, "the 25 MHz the PHYs get, from the same PLL; it aligns the nibble slots. Tied low: any phase")
+  )
+
+  private val mii = Seq(
+    port("mii_y_rx_clk", In,  1, "RX_CLK of the PHY"),
+    port("mii_y_rx_dv",  In,  1, "RX_DV, in `mii_y_rx_clk`"),
+    port("mii_y_rx_er",  In,  1, "RX_ER, in `mii_y_rx_clk`"),
+    port("mii_y_rxd",    In,  4, "RXD, in `mii_y_rx_clk`"),
+    port("mii_y_link",   In,  1, "high while the PHY reports a link (invert an active-low LED pin). Any clock"),
+    port("mii_y_tx_en",  Out, 1, "TX_EN, in `clock`, a new value every 40 ns. Tie TX_ER of the PHY low"),
+    port("mii_y_txd",    Out, 4, "TXD, likewise"),
+    port("mii_tx_tick",  Out, 1, "high in the first core cycle of each new TXD; to check the phase, else leave open"),
+    port("phy_reset_n",  Out, 1, "low while `reset` is high; to the PHYs' reset")
+  )
+
+  private val host = Seq(
+    port("host_req",   In,   1, "asks for an access; hold it and the next four until `host_ack`, then low for a cycle"),
+    port("host_write", In,   1, "1 write, 0 read"),
+    port("host_addr",  In,  16, "byte address; bits within a word are ignored"),
+    port("host_wdata", In,   0, "data of a write, byte 0 in the low bits").copy(bits = _.dataBusWidth, width = "`dataBusWidth`"),
+    port("host_be",    In,   0, "bytes of the word that are read (some reads acknowledge events) or written").copy(bits = _.lanes, width = "`dataBusWidth` / 8"),
+    port("host_ack",   Out,  1, "the access is done"),
+    port("host_rdata", Out,  0, "data of a read, valid with `host_ack`").copy(bits = _.dataBusWidth, width = "`dataBusWidth`")
+  )
+
+  /** Ports of a slave controller. */
+  val slave: Seq[PortInfo] = clocks ++
+    optional("`sii` 0", !_.hasSii)(
+      port("pdi_operational", In, 1, "high when the local configuration is loaded; opens the process data RAM. Any clock")
+    ) ++
+    optional("`sii` 1 or 2", _.hasSii)(
+      port("eeprom_loaded", Out, 1, "the configuration has come from the EEPROM")
+    ) ++ mii ++ host ++
+    optional("`applicationLayer` or `alarm`", p => p.hasApplicationLayer || p.hasAlarm)(
+      port("irq", Out, 1, "interrupt to the host, a level")
+    ) ++
+    optional("`sii` 1", _.hasI2c)(
+      port("sii_scl_low",  Out, 1, "1 pulls the clock line of the EEPROM low, 0 lets it go (pull-up 4.7 kΩ)"),
+      port("sii_sda_low",  Out, 1, "the same for its data line"),
+      port("sii_sda",      In,  1, "level of the data line"),
+      port("sii_two_byte", In,  1, "strap: high for EEPROMs of 32 Kbit and more")
+    ) ++
+    optional("`leds`", _.hasLeds)(
+      port("led_run",       Out, 1, "RUN, high = lit"),
+      port("led_err",       Out, 1, "ERR, high = lit"),
+      port("led_linkact_y", Out, 1, "link and activity of a port, high = lit")
+    ) ++
+    optional("`digitalOutputs`", _.digitalOutputs > 0)(
+      port("digital_output",        Out, 0, "levels of the digital outputs").copy(bits = 8 * _.digitalOutputs, width = "8 × `digitalOutputs`"),
+      port("digital_output_driven", Out, 1, "low: let the outputs go")
+    ) ++
+    optional("`alarm`", _.hasAlarm)(
+      port("alarm_current", In,  3, "comparators; the line's current is above that of [0] a whole line, [1] an alarm, [2] a short circuit"),
+      port("alarm_supply",  Out, 1, "switches the supply of the detector's line"),
+      port("alarm_buzzer",  Out, 1, "sounds from an alarm on until it is cleared"),
+      port("alarm_lamp",    Out, 1, "lit as long")
+    )
+
+  /** Ports of an alarm master. Its MII port 0 leads to the line, port 1 to the plant network. */
+  val master: Seq[PortInfo] = clocks ++ mii ++ host ++ Seq(
+    port("irq",          Out, 1, "interrupt to the host: a message of the server waits, or a datagram is back; a level"),
+    port("alarm_buzzer", Out, 1, "sounds from an alarm on until the host switches it off"),
+    port("alarm_lamp",   Out, 1, "lit as long")
+  )
+  // format: on
+
+  /** Ports of the top module of parameters `p`. */
+  def apply(p: EscParams): Seq[PortInfo] = if (p.isMaster) master else slave
+}

@@ -1,0 +1,51 @@
+package flyframe
+
+import java.nio.file.{Files, Paths}
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.params.{EscParams, ParamTable, Presets}
+
+/** The table of ports says what the Verilog has. */
+class PortTableSpec extends AnyFlatSpec {
+
+  /** Direction, width and name of each port of the top module, as the Verilog declares it. */
+  private def declared(p: EscParams, verilog: String): Set[(String, Int, String)] = {
+    val top  = s"(?s)\\nmodule ${p.topName}\\((.*?)\\);".r.findFirstMatchIn(verilog).get.group(1)
+    val port = "(input|output)\\s+(?:\\[(\\d+):0\\])?\\s*(\\w+)".r
+    port.findAllMatchIn(top).map(m => (m.group(1), Option(m.group(2)).fold(1)(_.toInt + 1), m.group(3))).toSet
+  }
+
+  private def told(p: EscParams): Set[(String, Int, String)] =
+    PortTable(p).flatMap(i => i.names(p).map(n => (i.direction.verilog, i.bits(p), n))).toSet
+
+  // As committed, which is what the sources emit (make check-generated).
+  for (preset <- Presets.all; p = preset.params)
+    s"The ports of ${p.preset}" should "be those of its Verilog" in {
+      assert(told(p) == declared(p, Files.readString(Paths.get(s"generated/${p.preset}.v"))))
+    }
+
+  "Every optional port" should "be as the table says where a preset has none of it" in {
+    val p = Presets.default.params.copy(
+      preset = "all-ports",
+      dataBusWidth = 32,
+      applicationLayer = 1,
+      leds = 1,
+      digitalOutputs = 3,
+      alarm = 1,
+      sii = 2,
+      ports = 3
+    )
+    assert(told(p) == declared(p, Emit.verilog(p)))
+    val seen = (p +: Presets.all.map(_.params)).flatMap(told).map(_._3).toSet
+    val all  = (PortTable.slave ++ PortTable.master).map(_.name.replace("_y", "_0")).toSet
+    assert(all -- seen == Set.empty)
+  }
+
+  "docs/parameters.md" should "show every parameter with its range for the roles that have it, and every port" in {
+    val Array(slave, master) = ParameterPage.text.split("## Alarm masters")
+    for (i <- ParamTable.all; (role, part) <- Seq(0 -> slave, 1 -> master))
+      assert(part.contains(s"| `--${i.name}` | ${i.text} |") == i.roles(role), i.name)
+    assert(ParamTable.all.flatMap(_.roles).toSet == Set(0, 1) && ParamTable.all.forall(_.roles.nonEmpty))
+    for ((ports, part) <- Seq(PortTable.slave -> slave, PortTable.master -> master); port <- ports)
+      assert(part.contains(s"| `${port.name}` | ${port.direction.short} | ${port.width} |"), port.name)
+  }
+}
