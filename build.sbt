@@ -17,9 +17,10 @@ val browser = Seq(
   "org.seleniumhq.selenium" % "selenium-chrome-driver" % "4.27.0",
   "org.seleniumhq.selenium" % "selenium-support"       % "4.27.0"
 )
-val commandLine = "com.github.scopt" %% "scopt"     % "4.1.0"
-val json        = "com.lihaoyi"      %% "ujson"     % "3.3.1"
-val noLogging   = "org.slf4j"         % "slf4j-nop" % "2.0.16"
+val commandLine = "com.github.scopt"  %% "scopt"       % "4.1.0"
+val json        = "com.lihaoyi"       %% "ujson"       % "3.3.1"
+val csv         = "org.apache.commons" % "commons-csv" % "1.12.0"
+val noLogging   = "org.slf4j"          % "slf4j-nop"   % "2.0.16"
 
 /** A floor: sources in src/NAME, tests in test/NAME, everything else as all floors have it. Programs and
   * tests run at the top of the repository.
@@ -72,7 +73,7 @@ lazy val base = (project in file("src/base"))
 
 lazy val rtl = (project in file("src/rtl"))
   .dependsOn(base % "compile;test->test")
-  .settings(floor("rtl"), chisel, libraryDependencies ++= pcap.map(_ % Test))
+  .settings(floor("rtl"), chisel, libraryDependencies ++= (csv +: pcap).map(_ % Test))
 
 lazy val server = (project in file("src/server"))
   .dependsOn(base % "compile;test->test", flyframe % "test->test")
@@ -83,7 +84,7 @@ lazy val server = (project in file("src/server"))
       "io.undertow"              % "undertow-core" % "2.3.18.Final",
       "org.xerial"               % "sqlite-jdbc"   % "3.47.1.0",
       "org.playframework.anorm" %% "anorm"         % "2.7.0",
-      "org.apache.commons"       % "commons-csv"   % "1.12.0"
+      csv
     ) ++ browser.map(_ % Test)
   )
 

@@ -1,5 +1,5 @@
-// What SyncManagers do, written from the specification (section 14) and docs/behaviour.md, rule by rule; a plain value that can be
-// copied and compared. It knows nothing of time: accesses come one after the other.
+// What SyncManagers do, written from docs/rules (SM-01 to SM-28, B-50 to B-60), rule by rule; a plain value that
+// can be copied and compared. It knows nothing of time: accesses come one after the other.
 #pragma once
 
 #include <cstdint>

@@ -108,7 +108,7 @@ class LineStateSpec extends AnyFlatSpec {
       assert(l.after(e) == l, e)
   }
 
-  "SRV-09: every kind of event" should "have a text" in {
+  "SRV-09, LM-08: every kind of event" should "have a text" in {
     val texts = (1 to 9).map(kind => EventText.text(Event(kind, 1, 2, 3, 1)))
     assert(texts.distinct.size == 9 && texts.forall(_.nonEmpty))
     assert(EventText.text(detector(3, 4, DetectorState.Alarm)) == "alarm")

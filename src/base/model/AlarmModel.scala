@@ -3,7 +3,7 @@ package flyframe.model
 import flyframe.registers.{AlarmRegisters, Register}
 
 /** The events of a smoke detector and the datagram that reports the oldest of them (ALARM-01 to ALARM-08,
-  * DET-01 to DET-06).
+  * DET-01 to DET-05).
   */
 class AlarmModel(registers: ModelRegisters) extends ModelUnit {
   import AlarmModel._

@@ -2,8 +2,7 @@ package flyframe.model
 
 import flyframe.params.EscParams
 
-/** A slave controller as the specification and `docs/behaviour.md` describe it: frame in, frame out, state
-  * visible.
+/** A slave controller as the rules in `docs/rules` describe it: frame in, frame out, state visible.
   *
   * Independent of the RTL: it shares the register and parameter data, no logic.
   *

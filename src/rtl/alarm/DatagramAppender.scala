@@ -6,7 +6,7 @@ import flyframe.frame.{FramePosition, Part}
 import flyframe.memory.{DualPortRam, DualPortRamIO}
 import flyframe.mii.{Crc32, NibbleStream}
 
-/** Adds one datagram to a passing frame, behind the others (AP-01 to AP-10, docs/behaviour.md).
+/** Adds one datagram to a passing frame, behind the others (AP-01 to AP-09, docs/rules/alarm.md).
   *
   * While nothing is pending it is a wire. A frame that starts while a datagram is pending leaves
   * [[DatagramAppender.Delay]] nibbles late, so that its length field is known before it is sent, and its FCS

@@ -6,7 +6,7 @@ import flyframe.clocks.LevelCrossing
 import flyframe.protocol.DetectorState
 
 /** A two-wire smoke detector of the current type: its current tells its state, taking its supply away resets
-  * it (DET-01 to DET-06).
+  * it (DET-01 to DET-05).
   *
   * @param coreClockMhz
   *   core clock

@@ -18,7 +18,8 @@ class ReporterStatus extends Bundle {
 }
 
 /** Keeps events until the server has acknowledged them, and makes the reports about them (REP-01 to REP-06,
-  * docs/behaviour.md): when something happens, again and again until it is acknowledged, and as a heartbeat.
+  * docs/rules/alarm.md): when something happens, again and again until it is acknowledged, and as a
+  * heartbeat.
   *
   * A report is sent as it stands in the memory of the events: its header is put before the oldest one.
   *

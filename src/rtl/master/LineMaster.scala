@@ -7,9 +7,9 @@ import flyframe.protocol.{DetectorState, EventKind, MasterEvent}
 import flyframe.protocol.Command.{Aprd, Bwr, Fpwr}
 import flyframe.registers.AlarmRegisters
 
-/** Runs a line of alarm slaves (LM-01 to LM-10, docs/behaviour.md): counts and lists them, then, every cycle,
-  * sends what the host has queued, acknowledgements, or an empty frame, and takes the alarm records that come
-  * back. Slaves that no longer answer are lost until they do.
+/** Runs a line of alarm slaves (LM-01 to LM-10, docs/rules/alarm.md): counts and lists them, then, every
+  * cycle, sends what the host has queued, acknowledgements, or an empty frame, and takes the alarm records
+  * that come back. Slaves that no longer answer are lost until they do.
   *
   * @param maxSlaves
   *   slaves it can list, a power of two

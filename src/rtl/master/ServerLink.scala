@@ -6,7 +6,7 @@ import flyframe.memory.DualPortRam
 import flyframe.protocol.ServerDatagram
 
 /** What comes from the server: acknowledgements of reports, and messages for the host, which waits in a
-  * mailbox (SRV-01 to SRV-04, docs/behaviour.md). Whatever is malformed, too long, from elsewhere or for
+  * mailbox (SRV-01 to SRV-03, docs/rules/alarm.md). Whatever is malformed, too long, from elsewhere or for
   * another master is refused.
   */
 class ServerLink extends Module {

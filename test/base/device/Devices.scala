@@ -1,7 +1,8 @@
 package flyframe.device
 
-import java.nio.file.{Files, Path, Paths}
+import java.nio.file.{Files, Path}
 import scala.util.Random
+import flyframe.Recordings
 import flyframe.params.{EscParams, Presets}
 
 /** What the tests of this folder share. */
@@ -128,12 +129,11 @@ object Devices {
   /** Controller for [[full]]. */
   val fullParams: EscParams = params.copy(ports = 4, ramKiB = 8, reportedFeatures = 0x00fc)
 
-  private val images = Paths.get(sys.env.getOrElse("FLYFRAME_SHARED", "../shared")).resolve("captures/sii")
+  /** Names of the images read from real devices. */
+  val realImages: Seq[String] = Seq("ek1100", "el2828", "el2889")
 
-  /** Names of the images read from real devices; empty where they are not at hand. */
-  def realImages: Seq[String] = if (Files.isDirectory(images)) Seq("ek1100", "el2828", "el2889") else Nil
-
-  def realPath(name: String): Path = images.resolve(s"$name.bin")
+  /** The file of such an image; the test is canceled where there are no recordings. */
+  def realPath(name: String): Path = Recordings.file(s"sii/$name.bin")
 
   def real(name: String): Seq[Int] = Files.readAllBytes(realPath(name)).toSeq.map(_ & 0xff)
 

@@ -11,7 +11,7 @@ class SmSoakSpec extends AnyFlatSpec {
 
   assert(plan.map(_._2).sum >= 10000000)
   for ((p, steps) <- plan)
-    s"SM-01 to SM-35: ${p.preset}" should s"take $steps steps of bus and host" in {
+    s"SM-12 to SM-20, B-59: ${p.preset}" should s"take $steps steps of bus and host" in {
       val text = harness.soak(p, steps, seed = 1)
       assert("steps (\\d+)".r.findFirstMatchIn(text).exists(_.group(1).toLong >= steps), text)
     }

@@ -27,7 +27,6 @@ class CommandLineSpec extends AnyFlatSpec {
   }
 
   it should "print the images of real devices" in {
-    assume(Devices.realImages.nonEmpty, "no recorded images at ../shared/captures/sii")
     for (name <- Devices.realImages) {
       val (code, out, _) = run("--print-sii", Devices.realPath(name).toString)
       assert(code == 0 && out.contains(s"    1  ${name.toUpperCase}\n"))

@@ -2,6 +2,7 @@ package flyframe.replay
 
 import java.nio.file.{Files, Path, Paths}
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.Recordings
 import flyframe.cosim.Harness
 import flyframe.params.{EscParams, Presets}
 import flyframe.rules.Reply
@@ -10,8 +11,7 @@ import flyframe.rules.Reply
   * as it did then, in working counter, position address and data, but for the reasons listed here.
   */
 class ReplaySpec extends AnyFlatSpec {
-  private val captures = Paths.get("../shared/captures")
-  private val folder   = Paths.get("build/replay")
+  private val folder = Paths.get("build/replay")
 
   // The slaves of the recordings use two ports.
   private val ek1100  = Presets.named("et1100").get.params.copy(preset = "ek1100", ports = 2)
@@ -21,7 +21,7 @@ class ReplaySpec extends AnyFlatSpec {
   private val lan9252 = Presets.named("lan9252").get.params
   private val harness = new Harness("replay", Seq(ek1100, el2828, el2889, el1004, lan9252))
 
-  /** Watchers of something slow: what the poll ends with counts (captures/README.md). */
+  /** Watchers of something slow: what the poll ends with counts. */
   private val watched = Seq(
     Watched("AL status", 0x0130 to 0x0131, Seq(0x0120 to 0x0131)),
     Watched("EEPROM busy", 0x0502 to 0x0503, Seq(0x0500 to 0x050f)),
@@ -115,8 +115,7 @@ class ReplaySpec extends AnyFlatSpec {
       settleUs: Int = 4
   ): Unit =
     s"Recording $name" should "come back as from the silicon" in {
-      val recording = captures.resolve(s"$name.pcapng")
-      assume(Files.exists(recording), s"no recording at $recording: skipped")
+      val recording        = Recordings.file(s"$name.pcapng")
       val frames           = Recording.read(recording)
       val (sent, answered) = frames.partition(_.fromMaster)
       val expected         = Recording.pair(sent, answered)
@@ -177,7 +176,7 @@ class ReplaySpec extends AnyFlatSpec {
     }
 
   private def file(image: String): Seq[Int] =
-    Files.readAllBytes(captures.resolve(s"sii/$image")).toSeq.map(_ & 0xff)
+    Files.readAllBytes(Recordings.file(s"sii/$image")).toSeq.map(_ & 0xff)
 
   // Digital I/O hardware keeps the PDI watchdog running.
   private def io(line: Line): String = """, "host": "alive""""

@@ -134,7 +134,7 @@ class MasterControllerSpec extends AnyFlatSpec with SharedSimulation {
         s.cycles(6)
         assert(s.reports.isEmpty && s.slaves.head.hostRead(0x0103) == 0)
       },
-      "HOST-04, HOST-08, LM, REP: from a detector to the server, lamp on and off" -> { dut =>
+      "HOST-04, HOST-08: from a detector to the server, lamp on and off" -> { dut =>
         val s = new System(dut, p, 1, 2, 3)
         s.start()
         s.cycles(30)

@@ -52,13 +52,13 @@ class LoopControlSpec extends AnyFlatSpec with ChiselScalatestTester {
       }
     }
 
-  "LP-06: the recovery port" should "be port 0 alone, whatever closed the loops" in bench(4) { (_, b) =>
+  "LP-06, B-34: the recovery port" should "be port 0 alone, whatever closed the loops" in bench(4) { (_, b) =>
     b.link(false, false, false, false)
     assert(b.open == Seq(true, false, false, false) && b.closed.forall(identity))
     b.link(true, true, true, true)
     b.setting(Closed, Closed, Closed, Closed)
     assert(b.open == Seq(true, false, false, false) && b.closed.forall(identity))
-    assert(!b.circulating, "open as recovery port (B-34)")
+    assert(!b.circulating, "open as recovery port")
     b.setting(Closed, Closed, Closed, Open)
     assert(b.open == Seq(false, false, false, true) && !b.circulating, "closed by hand")
   }
@@ -81,7 +81,7 @@ class LoopControlSpec extends AnyFlatSpec with ChiselScalatestTester {
         assert(!b.open(1), "closed wait")
       }
     }
-  it should "count a good frame that came in another setting (B-35)" in bench(2) { (dut, b) =>
+  "B-35: a good frame" should "count for auto close if it came in another setting" in bench(2) { (dut, b) =>
     b.link(true, true)
     b.pulse(dut.goodFrame(1))
     b.setting(Auto, AutoClose)

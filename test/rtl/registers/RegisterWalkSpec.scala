@@ -6,7 +6,8 @@ import flyframe.model._
 import flyframe.params.Presets
 import flyframe.rules.{Reply, Steps}
 
-/** Every byte of 0x0000 to 0x0FFF, from the bus and from the host, against what [[RegisterMap]] says of it.
+/** Every byte of 0x0000 to 0x0FFF, from the bus and from the host, against what [[RegisterMap]] says of it,
+  * and that against the register list of the reference.
   */
 class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
   private val small = Presets.named("cyclone4-min").get.params
@@ -33,6 +34,72 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
     together(p.preset, new ControllerUnderTest(p))(RegisterWalk.all.map { case (name, walk) =>
       name -> { dut: ControllerUnderTest => walk(new RegisterWalk(new RtlBench(dut, p))) }
     }: _*)
+
+  /** Parameter sets whose register tables are compared with the list of the reference. */
+  private val listed = Presets.all.map(_.params).filterNot(_.isMaster) ++ Seq(
+    Presets.default.params.copy(preset = "emulation", sii = 2),
+    Presets.named("et1100").get.params.copy(preset = "outputs", digitalOutputs = 4)
+  )
+
+  /** Where a register is not as in the list, and why. */
+  private val reasons = {
+    val noBits     = "has bits that are none in the list"
+    val otherReset = "is 0x1 after a reset, in the list another value"
+    val absent     = "the loop of a port that does not exist is closed (LP-05)"
+    val whole      = "it takes its word of the EEPROM whole, reserved bits included (SII-07)"
+    Seq(
+      ("features", noBits, "0x0008[15:13] are constants: a replay preset may report any value"),
+      (
+        "dl_configuration",
+        noBits,
+        "0x0100[23:20] take EEPROM bits, of which the list reserves three (SII-22)"
+      ),
+      (
+        "dl_status",
+        "ECAT access is r, in the list r/ack",
+        "the register is only read; what a read acknowledges is an event of its unit (B-42)"
+      ),
+      ("loop_closed_port2", otherReset, absent),
+      ("loop_closed_port3", otherReset, absent),
+      ("esc_configuration_a5", noBits, whole),
+      ("esc_configuration_a6", noBits, whole),
+      ("esc_configuration_a6", "has 1 bytes, in the list 2", "the second byte has no content in the list"),
+      ("pdi_configuration", noBits, whole),
+      (
+        "pdi_configuration",
+        "has 2 bytes, in the list 1",
+        "it includes 0x0151, the SYNC and LATCH configuration"
+      ),
+      (
+        "eeprom_data",
+        "has 2 bytes, in the list 8 or 4",
+        "ECAT writes the first word only, so that the others are a register of their own"
+      ),
+      ("eeprom_data_high", "is not in the list", "it is the second part of 0x0508:0x050F"),
+      ("eeprom_emulated", otherReset, "the emulation is a parameter")
+    ).map { case (name, text, reason) => RegisterList.Difference(name, text) -> reason }.toMap
+  }
+
+  "GEN-04, GEN-07, OP-01: every register" should
+    "be that of the list in address, length, access, bits and reset value, but for the listed reasons" in {
+      val found = for {
+        p          <- listed
+        register   <- RegisterMap(p) if !AlarmRegisters.all.contains(register)
+        difference <- RegisterList.differences(register, p)
+      } yield difference
+      assert(found.toSet -- reasons.keySet == Set.empty, "have no reason")
+      assert(reasons.keySet -- found == Set.empty, "are no differences: the reason is out of date")
+    }
+
+  "GEN-08: a controller with all units" should "have every register that the list calls mandatory" in {
+    val complete = listed.filter(p => p.hasSii && p.hasApplicationLayer && p.hasWatchdogs)
+    assert(complete.nonEmpty)
+    for (p <- complete) {
+      val registers = RegisterMap(p)
+      val ports     = (p.ports until 4).map(0x0300 + 2 * _) // error counters of ports that do not exist
+      assert(RegisterList.mandatory.filter(RegisterMap.at(registers, _).isEmpty) == ports, p.preset)
+    }
+  }
 }
 
 object RegisterWalk {

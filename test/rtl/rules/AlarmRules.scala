@@ -3,7 +3,7 @@ package flyframe.rules
 import flyframe.model.{Datagram, EtherCatFrame, Fcs, SentFrame, WireFrame}
 import flyframe.params.EscParams
 
-/** The smoke detector and its reports in passing frames: ALARM, DET, AP (docs/behaviour.md). */
+/** The smoke detector and its reports in passing frames: ALARM, DET, AP (docs/rules/alarm.md). */
 object AlarmRules extends Rules {
   private def some(p: EscParams) = p.hasAlarm
   private val Normal             = 1

@@ -4,70 +4,92 @@ import java.nio.file.{Files, Path, Paths}
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.jdk.CollectionConverters._
 
-/** Every rule of the specification has a test with its ID in the name, or a reason why not. */
+/** The rule books in `docs/rules`, against the tests and against whatever cites them. Nothing of the books is
+  * listed here: every file of the folder is a book but its `README.md` and `untested.md`, and every group of
+  * rules counts.
+  */
 class CoverageSpec extends AnyFlatSpec {
-  private val specification = Paths.get("../shared/spec/esc-behaviour.md")
-  private val groups =
-    Seq("FMMU", "SM", "AL", "SII", "WD", "IRQ", "LED", "GEN", "FP", "LP", "ERR", "PHY", "PDI", "SYS")
+  private val folder   = Paths.get("docs/rules")
+  private val untested = folder.resolve("untested.md")
 
-  private def optional(what: String) = s"optional, not built: $what"
-  private val exceptions: Map[String, String] = Map(
-    "SM-11"  -> "[VW] only: here buffers lie `length` apart, whatever the width (SM-10)",
-    "SM-23"  -> "time stamps of distributed clocks, which are not built",
-    "SM-29"  -> optional("deactivation delay"),
-    "SM-30"  -> optional("deactivation delay"),
-    "SM-31"  -> optional("deactivation delay"),
-    "SM-32"  -> optional("sequential mode"),
-    "SM-33"  -> optional("sequential mode"),
-    "SM-34"  -> optional("sequential mode"),
-    "SM-36"  -> optional("acknowledge by write"),
-    "SM-37"  -> optional("acknowledge by write"),
-    "SM-38"  -> optional("acknowledge by write"),
-    "SII-22" -> "32-bit data only: here a read gives eight bytes (SII-23)",
-    "WD-08"  -> "there is one PDI",
-    "IRQ-04" -> "SYNC of distributed clocks, which are not built",
-    "LED-05" -> "no STATE LED: RUN and ERR have a pin each",
-    "LED-07" -> optional("PERR LED"),
-    "PDI-01" -> "the one PDI is the plain host port; the type is only kept (SII-07)",
-    "PDI-05" -> "there is one PDI",
-    "PDI-07" -> "a figure of other controllers, which the host port does not promise",
-    "PDI-09" -> optional("acknowledge by write"),
-    "PDI-10" -> "no general purpose inputs and outputs",
-    "PDI-12" -> optional("private RAM"),
-    "SYS-02" -> optional("register write protection"),
-    "SYS-03" -> optional("ESC write protection"),
-    "SYS-04" -> optional("reset by frames"),
-    "SYS-05" -> "advice for the design around the controller"
-  )
+  private val id = "[A-Z]+-\\d\\d"
 
-  private val Id = "[A-Z]+-\\d+".r
+  /** `AP-01, AP-03 to AP-05` names AP-01, AP-03, AP-04 and AP-05. */
+  private val ids = s"$id(?:(?:,| to) $id)*"
+  private def named(text: String): Seq[String] = text.split(", ").toSeq.flatMap {
+    case s"$first to $last" =>
+      val (group, from) = split(first)
+      val (same, until) = split(last)
+      assert(group == same && from < until, s"$first to $last is no range")
+      (from to until).map(number => f"$group-$number%02d")
+    case one => Seq(one)
+  }
+  private def split(rule: String): (String, Int) = rule match {
+    case s"$group-$number" => group -> number.toInt
+  }
 
-  /** A rule stands behind a dash, in bold. */
-  private def rules: Seq[String] = "(?m)^- \\*\\*([A-Z]+-\\d+)\\*\\*".r
-    .findAllMatchIn(Files.readString(specification))
-    .map(_.group(1))
-    .filter(id => groups.contains(id.takeWhile(_ != '-')))
+  private def files(root: String, kinds: String*): Seq[Path] = {
+    val all = Files.walk(Paths.get(root))
+    try all.iterator.asScala.filter(f => kinds.exists(kind => f.toString.endsWith(s".$kind"))).toSeq.sorted
+    finally all.close()
+  }
+  private def isIn(file: Path, directory: String) = file.iterator.asScala.exists(_.toString == directory)
+
+  private val books = files(folder.toString, "md").filterNot(Set(untested, folder.resolve("README.md")))
+
+  /** A rule begins with a dash and its ID in bold. */
+  private def rulesOf(book: Path): Seq[String] =
+    s"(?m)^- \\*\\*($id)\\b".r.findAllMatchIn(Files.readString(book)).map(_.group(1)).toSeq
+  private val rules = books.flatMap(rulesOf)
+
+  /** Rows of the table of rules without test: IDs, and why there is none. */
+  private val reasons: Seq[(String, String)] = Files
+    .readString(untested)
+    .linesIterator
+    .collect { case s"| $rules | $reason |" if rules.matches(ids) => rules -> reason }
+    .flatMap { case (rules, reason) => named(rules).map(_ -> reason) }
     .toSeq
 
   /** The IDs that names of tests begin with. Tests of the golden model alone prove nothing of the RTL. */
-  private def tested: Set[String] = {
-    val sources = Files
-      .walk(Paths.get("test"))
-      .iterator
-      .asScala
-      .filter((f: Path) => f.toString.endsWith(".scala") && !f.startsWith("test/base/model"))
-    val name = "\"([A-Z]+-\\d+(?:(?:,| to) [A-Z]+-\\d+)*): ".r
-    sources
+  private val tested: Set[String] = {
+    val name = s"\"($ids): ".r
+    files("test", "scala")
+      .filterNot(isIn(_, "model"))
       .flatMap(f => name.findAllMatchIn(Files.readString(f)))
-      .flatMap(m => Id.findAllIn(m.group(1)))
+      .flatMap(m => named(m.group(1)))
       .toSet
   }
 
+  "Every book" should "have rules, each with an ID of its own" in {
+    assert(books.nonEmpty)
+    for (book <- books) {
+      assert(rulesOf(book).nonEmpty, s"$book has no rule")
+      val bullets = Files.readString(book).linesIterator.filter(_.startsWith("- **")).size
+      assert(bullets == rulesOf(book).size, s"$book has a rule whose ID is not one")
+    }
+    assert(rules.diff(rules.distinct) == Nil, "stand more than once")
+  }
+
   "Every rule" should "have a test with its ID in the name, or a reason why not" in {
-    assume(Files.exists(specification), s"no $specification")
-    assert(rules.size > 150, "the rules are not found")
-    assert(rules.filterNot(id => tested(id) || exceptions.contains(id)) == Nil, "have no test")
-    assert(exceptions.keys.filter(tested).toSeq.sorted == Nil, "have a test: the reason is out of date")
-    assert(exceptions.keys.filterNot(rules.toSet).toSeq.sorted == Nil, "are no rules")
+    val excused = reasons.map(_._1)
+    assert(rules.filterNot(rule => tested(rule) || excused.contains(rule)) == Nil, "have no test")
+    assert(excused.filter(tested) == Nil, "have a test: the reason is out of date")
+    assert(excused.filterNot(rules.toSet) == Nil, "have a reason, but are no rules")
+    assert(excused.diff(excused.distinct) == Nil, "have several reasons")
+    info(
+      s"${rules.size} rules in ${books.size} books: ${rules.count(tested)} with tests, ${excused.size} with reasons"
+    )
+  }
+
+  "Every ID that a source, a test or a document cites" should "be that of a rule" in {
+    // Names that look like an ID.
+    val others = Set("CRC-32")
+    val texts  = Seq("scala", "c", "h", "cpp", "v", "py", "js", "html", "tcl", "sdc", "mk", "sh", "md")
+    val cited = for {
+      file <- Seq("src", "test", "fpga", "docs").flatMap(files(_, texts: _*)) :+ Paths.get("README.md")
+      cite <- s"(?<![\\w-])$id(?![\\w-])".r.findAllIn(Files.readString(file)) if !others(cite)
+    } yield (cite, file)
+    assert(cited.count(_._2.startsWith("src")) > 100, "the citations are not found")
+    assert(cited.filterNot(c => rules.contains(c._1)).distinct == Nil, "are no rules")
   }
 }

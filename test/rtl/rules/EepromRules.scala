@@ -51,7 +51,7 @@ object EepromRules extends Rules {
       assert(word(0x0130) == 1 && word(0x0120) == 1)
   }
   rule(
-    "SII-06, SII-09: an EEPROM image with a wrong checksum is not taken; all but process data works",
+    "SII-06, SII-09, HINT-03: an EEPROM image with a wrong checksum is not taken; all but process data works",
     all
   ) { s =>
     import s._
@@ -187,7 +187,7 @@ object EepromRules extends Rules {
     bench.hostWrite(0x0130, 8)
     assert(get(0x0130, 1).contains(Seq(4)), "not the host's")
   }
-  rule("LED-03, LED-04: ERR flickers after a failed load, not after other EEPROM errors", leds) { s =>
+  rule("LED-03, LED-04, B-69: ERR flickers after a failed load, not after other EEPROM errors", leds) { s =>
     import s._
     start(s, First)
     assert(bench.hostRead(0x0139) == 0)

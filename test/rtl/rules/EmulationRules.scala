@@ -51,7 +51,7 @@ object EmulationRules extends Rules {
     s.put(0x0502, enable, code, address & 0xff, address >> 8, 0, 0)
 
   rule(
-    "SII-21, SII-23, SII-05: after reset the host gives words 0 to 7, which configure and open the RAM",
+    "SII-21, SII-23, SII-05, B-67: after reset the host gives words 0 to 7, which configure and open the RAM",
     all
   ) { s =>
     import s._
@@ -64,7 +64,7 @@ object EmulationRules extends Rules {
     assert(word(0x0012) == (0x0234 & (1 << p.nodeIdWidth) - 1))
     assert(put(0x1000, 0x5a) && bench.hostRead(0x1000) == 0x5a)
   }
-  rule("SII-23, SII-06: with a wrong checksum the load is tried twice, then given up", all) { s =>
+  rule("SII-23, SII-06, B-67: with a wrong checksum the load is tried twice, then given up", all) { s =>
     val wrong = image.updated(14, image(14) ^ 1)
     load(s, wrong)
     load(s, wrong)
@@ -84,7 +84,7 @@ object EmulationRules extends Rules {
     idle(s)
     assert(errors(s) == 0x3000 && (s.dlStatus & 1) == 0)
   }
-  rule("SII-21, SII-14: a read command is busy until the host has put eight bytes there", all) { s =>
+  rule("SII-21, SII-14, B-67: a read command is busy until the host has put eight bytes there", all) { s =>
     start(s)
     assert(command(s, Read, 0x0123))
     assert(asked(s) == ((Read, 0x0123)) && !command(s, Read, 0x0456), "busy: refused")

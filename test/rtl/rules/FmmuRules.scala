@@ -100,7 +100,7 @@ object FmmuRules extends Rules {
     assert(logical(Lrd, 0x100, 0, 0).data == Seq(0x5a, 0xa5))
     assert(logical(Lwr, 0x100, 0x12, 0x34).workingCounter == 1 && hostGet(0x1000, 2) == Seq(0x12, 0x34))
   }
-  rule("FMMU-05: of several for one byte and direction the lowest number acts", fmmus) { s =>
+  rule("FMMU-05, OP-14: of several for one byte and direction the lowest number acts", fmmus) { s =>
     import s._
     hostPut(0x1000, 0x10, 0x20, 0x30, 0x40)
     fmmu(2, 0x100, 2, 0x1000, Read)
@@ -110,7 +110,7 @@ object FmmuRules extends Rules {
     assert(logical(Lrw, 0x100, 1, 2, 3).data == Seq(0x10, 0x30, 0x40))
     assert(hostGet(0x1008, 3) == Seq(1, 2, 3))
   }
-  rule("FMMU-06: one for reads and writes equals two at the same place", fmmus) { s =>
+  rule("FMMU-06, B-48: one for reads and writes equals two at the same place", fmmus) { s =>
     import s._
     fmmu(0, 0x100, 2, 0x1000, ReadWrite)
     fmmu(1, 0x200, 2, 0x1010, Read)
@@ -165,7 +165,7 @@ object FmmuRules extends Rules {
     assert(logical(Lrd, 0x100, 0, 0, 0x77).data == Seq(0xca, 0x03, 0x77))
     assert((bench.hostRead(0x0805) & 2) == 2 && get(0x1001, 1).isEmpty)
   }
-  rule("FMMU-10, B-47: bit-wise writing writes whole bytes, bits not mapped become 0", bits) { s =>
+  rule("FMMU-10, B-47, OP-14: bit-wise writing writes whole bytes, bits not mapped become 0", bits) { s =>
     import s._
     hostPut(0x1000, 0xff, 0xff)
     fmmu(0, 0x100, 1, (2, 4, 3), 0x1000, Write)

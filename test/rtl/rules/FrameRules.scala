@@ -116,17 +116,18 @@ object FrameRules extends Rules {
     val other = frame.updated(36, 0x12)
     assert(good(send(other)).slice(40, 42) == other.slice(40, 42))
   }
-  rule("FP-05, OP-02: a UDP frame with another EtherCAT type passes with a right FCS, all else unchanged") {
-    s =>
-      import s._
-      write(Apwr, 0, 0x0100, 0)
-      for (count <- Seq(1, 40, 300)) {
-        val other =
-          EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq.fill(count)(0xa5))), Encapsulation.Udp, headerType = 5)
-        assert(good(send(other)).dropRight(4) == other.patch(40, Seq(0, 0), 2))
-        for (length <- Seq(0, 9, 1000)) marked(send(other.patch(38, Seq(length >> 8, length & 0xff), 2)))
-      }
-      assert(epuErrors == 9)
+  rule(
+    "FP-05, B-12, OP-02: a UDP frame with another EtherCAT type passes with a right FCS, all else unchanged"
+  ) { s =>
+    import s._
+    write(Apwr, 0, 0x0100, 0)
+    for (count <- Seq(1, 40, 300)) {
+      val other =
+        EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq.fill(count)(0xa5))), Encapsulation.Udp, headerType = 5)
+      assert(good(send(other)).dropRight(4) == other.patch(40, Seq(0, 0), 2))
+      for (length <- Seq(0, 9, 1000)) marked(send(other.patch(38, Seq(length >> 8, length & 0xff), 2)))
+    }
+    assert(epuErrors == 9)
   }
   rule("FP-06: only header type 1 is processed, its length field is ignored") { s =>
     import s._
@@ -141,14 +142,15 @@ object FrameRules extends Rules {
       assert(good(send(other)).dropRight(4) == other)
     }
   }
-  rule("FP-07, ERR-02: padding up to 64 bytes is in order, more is a length error of the processing unit") {
-    s =>
-      import s._
-      val content = EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq.fill(100)(0))))
-      good(send(content ++ Seq.fill(64)(0)))
-      assert(epuErrors == 0)
-      marked(send(content ++ Seq.fill(65)(0)))
-      assert(epuErrors == 1 && invalid(0) == 0)
+  rule(
+    "FP-07, B-14, ERR-02: padding up to 64 bytes is in order, more is a length error of the processing unit"
+  ) { s =>
+    import s._
+    val content = EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq.fill(100)(0))))
+    good(send(content ++ Seq.fill(64)(0)))
+    assert(epuErrors == 0)
+    marked(send(content ++ Seq.fill(65)(0)))
+    assert(epuErrors == 1 && invalid(0) == 0)
   }
   rule("FP-08: MAC and IP addresses do not matter") { s =>
     import s._
@@ -171,6 +173,24 @@ object FrameRules extends Rules {
     write(Apwr, 0, 0x0100, 0)
     assert(good(send(arp)).dropRight(4) == arp)
     assert(epuErrors == 1)
+  }
+  rule("B-10, B-11: what is not EtherCAT is cut off, as a bad frame, with the nibble that tells so") { s =>
+    import s._
+    def plain(form: Encapsulation) = EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq(0))), form)
+    val taggedTwice                = plain(Encapsulation.Vlan).patch(16, Seq(0x81, 0), 2)
+    val udp                        = plain(Encapsulation.Udp)
+    for (
+      (frame, byte) <- Seq(
+        plain(Encapsulation.Basic).updated(12, 0x08)                    -> 13, // EtherType
+        plain(Encapsulation.Vlan).updated(16, 0x08)                     -> 17,
+        taggedTwice                                                     -> 17,
+        udp.updated(14, 0x46)                                           -> 14, // IP header length
+        udp.updated(23, 0x06)                                           -> 23, // TCP
+        udp.updated(36, 0x12)                                           -> 37, // UDP destination port
+        EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq(0))), headerType = 4) -> 15
+      )
+    ) // one nibble more is the mark (B-04)
+      assert(marked(send(frame)).payload.size == 2 * (byte + 1) + 1, s"decided at byte $byte")
   }
   rule("FP-11: frames below 64 bytes and above 2 KiB are errors") { s =>
     import s._
@@ -246,14 +266,14 @@ object FrameRules extends Rules {
     assert(r.data.takeRight(2) == Seq(0x77, 0x77))
     if (p.ramKiB < 60) assert(r.workingCounter == 0)
   }
-  rule("FP-19, FP-25, FP-26, FMMU-11: logical commands that no FMMU maps change nothing") { s =>
+  rule("FP-19, FP-25, FP-26, FMMU-11, B-19: logical commands that no FMMU maps change nothing") { s =>
     import s._
     for (command <- Seq(Lrd, Lwr, Lrw)) {
       val r = one(Datagram(command, 0x10001000L, Seq(1, 2, 3)))
       assert(r.workingCounter == 0 && r.data == Seq(1, 2, 3) && r.adp == 0x1000 && r.ado == 0x1000)
     }
   }
-  rule("FP-20: reserved commands pass like NOP and the next datagram is processed", several) { s =>
+  rule("FP-20, B-19: reserved commands pass like NOP and the next datagram is processed", several) { s =>
     import s._
     for (command <- Seq(0, 15, 16, 17, 0x27, 0x87, 255)) {
       val Seq(a, b) = exchange(Datagram(command, 0, 0, Seq(5, 6)), Datagram(Brd, 0, 0, Seq(0)))
@@ -310,7 +330,7 @@ object FrameRules extends Rules {
     assert(write(Aprw, 0, 0x0000, 1).workingCounter == 1) // readable, not writable
   }
   rule(
-    "FP-31, SII-09, PDI-04, PDI-08: process data RAM is closed until the EEPROM is loaded, user RAM is not",
+    "FP-31, B-20, SII-09, PDI-04, PDI-08: process data RAM is closed until the EEPROM is loaded, user RAM is not",
     ram
   ) { s =>
     import s._
@@ -357,6 +377,13 @@ object FrameRules extends Rules {
     assert(word(0x0010) == 0 && bench.hostRead(0x0101) == 0)
     good(bench.send(0, WireFrame(frame.symbols)), nextPort)
     assert(word(0x0010) == 9)
+  }
+  rule("B-20: a frame that ends inside its data has written every byte that came, its FCS included") { s =>
+    import s._
+    val cut = EtherCatFrame(Seq(Datagram(Bwr, 0, User, Seq.fill(100)(0xa5)))).take(14 + 2 + 10 + 60)
+    hostPut(User, Seq.fill(80)(0x11): _*)
+    marked(send(cut))
+    assert(hostGet(User, 80) == Seq.fill(60)(0xa5) ++ Fcs.of(cut) ++ Seq.fill(16)(0x11))
   }
   rule("B-16: datagrams beyond maxSubTelegrams pass untouched and are counted", _.maxSubTelegrams < 100) {
     s =>

@@ -50,7 +50,10 @@ object LedRules extends Rules {
     bench.hostWrite(0x0139, 0)
     assert(bench.hostRead(0x0139) == 0)
   }
-  rule("LED-03: ERR shows the process data watchdog expired in Op, until the state changes", watchdogs) { s =>
+  rule(
+    "LED-03, B-69: ERR shows the process data watchdog expired in Op, until the state changes",
+    watchdogs
+  ) { s =>
     import s._
     assert(put(0x0420, 5, 0) && put(0x0410, 0, 0))
     syncManager(0, 0x1000, 2, 0x44)

@@ -10,19 +10,20 @@ object OutputRules extends Rules {
   private def bits(p: EscParams) = some(p) && p.hasBitwiseFmmus
   private val Write              = 2
 
-  rule("SM-26, PDI-11, WD-05: digital outputs are driven while the process data watchdog runs", some) { s =>
-    import s._
-    assert(put(0x0420, 10, 0) && bench.outputs.isEmpty, "not before a trigger")
-    syncManager(0, 0x0f00, 1, 0x44)
-    syncManager(1, 0x0f01, 1, 0x44)
-    assert(put(0x0f00, 0x5a) && bench.outputs.contains(0x5a))
-    assert(put(0x0f01, 0x81) && bench.outputs.contains(0x815a))
-    bench.advanceMs(2)
-    assert(bench.outputs.isEmpty && get(0x0440, 1).contains(Seq(0)))
-    assert(get(0x0f00, 4).contains(Seq(0x5a, 0x81, 0, 0)), "the register stays")
-    assert(put(0x0f00, 0x5b) && bench.outputs.contains(0x815b))
-    bench.setLoaded(false)
-    assert(bench.outputs.isEmpty, "local configuration not loaded")
+  rule("SM-26, PDI-11, WD-05, B-68: digital outputs are driven while the process data watchdog runs", some) {
+    s =>
+      import s._
+      assert(put(0x0420, 10, 0) && bench.outputs.isEmpty, "not before a trigger")
+      syncManager(0, 0x0f00, 1, 0x44)
+      syncManager(1, 0x0f01, 1, 0x44)
+      assert(put(0x0f00, 0x5a) && bench.outputs.contains(0x5a))
+      assert(put(0x0f01, 0x81) && bench.outputs.contains(0x815a))
+      bench.advanceMs(2)
+      assert(bench.outputs.isEmpty && get(0x0440, 1).contains(Seq(0)))
+      assert(get(0x0f00, 4).contains(Seq(0x5a, 0x81, 0, 0)), "the register stays")
+      assert(put(0x0f00, 0x5b) && bench.outputs.contains(0x815b))
+      bench.setLoaded(false)
+      assert(bench.outputs.isEmpty, "local configuration not loaded")
   }
   rule("SM-26, SM-21: a write to an output byte raises the event of its SyncManager", some) { s =>
     import s._

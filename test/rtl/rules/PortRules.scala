@@ -37,7 +37,7 @@ object PortRules extends Rules {
     val last = p.ports - 1
     assert(status == (1 | (all & ~(1 << last)) << 4 | (loops & ~(3 << 2 * last) | 1 << 2 * last) << 8))
   }
-  rule("LP-03, LP-04: auto close opens again only when written or after a good frame", two) { s =>
+  rule("LP-03, LP-04, B-33: auto close opens again only when written or after a good frame", two) { s =>
     import s._
     for (y <- 2 until p.ports) bench.setLink(y, up = false)
     def opened = (dlStatus >> 10 & 1) == 0
@@ -48,6 +48,8 @@ object PortRules extends Rules {
     bench.setLink(1, up = true)
     assert(!opened, "closed wait")
     assert(send(plain).get._1 == 0)
+    good(send(EtherCatFrame(Seq(Datagram(Bwr, 0, 0x0100, Seq(1))))), 0)
+    assert(!opened, "not the byte of the loop settings")
     loops(1 << 2)
     assert(opened)
     bench.setLink(1, up = false)
@@ -62,17 +64,18 @@ object PortRules extends Rules {
     assert((dlStatus >> (8 + 2 * 3) & 3) == 1)
     assert(send(plain).get._1 == nextPort)
   }
-  rule("LP-06, HINT-01: with all ports closed port 0 opens as recovery port, and DL status shows the truth") {
-    s =>
-      import s._
-      for (y <- 0 until p.ports) bench.setLink(y, up = false)
-      assert(replies(good(send(plain), 0)).head.workingCounter == 1)
-      assert((dlStatus >> 8 & 0xff) == 0x55)
-      for (y <- 0 until p.ports) bench.setLink(y, up = true)
-      loops(0xff)
-      assert(replies(good(send(plain), 0)).head.workingCounter == 1)
-      loops(0)
-      assert(send(plain).get._1 == nextPort)
+  rule(
+    "LP-06, HINT-01, HINT-03: with all ports closed port 0 opens as recovery port, and DL status shows the truth"
+  ) { s =>
+    import s._
+    for (y <- 0 until p.ports) bench.setLink(y, up = false)
+    assert(replies(good(send(plain), 0)).head.workingCounter == 1)
+    assert((dlStatus >> 8 & 0xff) == 0x55)
+    for (y <- 0 until p.ports) bench.setLink(y, up = true)
+    loops(0xff)
+    assert(replies(good(send(plain), 0)).head.workingCounter == 1)
+    loops(0)
+    assert(send(plain).get._1 == nextPort)
   }
   rule("LP-07, LP-08: processing order of every set of open ports") { s =>
     import s._
@@ -101,7 +104,10 @@ object PortRules extends Rules {
     s.bench.reset()
     assert(s.bench.hostRead(0x0101) == 0)
   }
-  rule("LP-11, LP-14, LP-15, LP-17, OP-03: a frame circulates once if port 0 closed by itself", two) { s =>
+  rule(
+    "LP-11, LP-14, LP-15, LP-17, HINT-02, OP-03: a frame circulates once if port 0 closed by itself",
+    two
+  ) { s =>
     import s._
     for (y <- 2 until p.ports) bench.setLink(y, up = false)
     good(send(circling(true)), 1) // port 0 open: the bit does not matter
@@ -113,6 +119,25 @@ object PortRules extends Rules {
     val errors = epuErrors
     assert(marked(send(circling(true), 1)).payload.size < 64)
     assert(bench.hostRead(0x0f80) == 0 && epuErrors == errors + 1)
+  }
+  rule(
+    "B-11, OP-03: a frame that circulates is cut off at the first circulating bit; memory written before stays",
+    p => two(p) && p.maxSubTelegrams >= 3
+  ) { s =>
+    import s._
+    for (y <- 2 until p.ports) bench.setLink(y, up = false)
+    bench.setLink(0, up = false)
+    val frame = EtherCatFrame(
+      Seq(
+        Datagram(Bwr, 0, 0x0f80, Seq(0x62)),
+        Datagram(Bwr, 0, 0x0010, Seq(9)),
+        Datagram(Bwr, 0x0f81L << 16, Seq(0x63), circulating = true)
+      )
+    )
+    hostPut(0x0f80, 0, 0)
+    // Behind the headers and two datagrams of 13 bytes the bit is in byte 7; one nibble more is the mark.
+    assert(marked(send(frame, 1)).payload.size == 2 * (14 + 2 + 2 * 13 + 8) + 1)
+    assert(hostGet(0x0f80, 2) == Seq(0x62, 0) && word(0x0010) == 0)
   }
   rule("LP-14: a manually closed port 0 does not switch the circulating rule on", two) { s =>
     import s._
@@ -164,23 +189,25 @@ object PortRules extends Rules {
     bench.send(0, WireFrame(Vector.fill(10)(Symbol(5)) ++ Vector.fill(100)(Symbol(7))))
     assert((invalid(0), epuErrors) == ((2, 2)))
   }
-  rule("ERR-02: a length error counts at the processing unit only") { s =>
+  rule("ERR-02, B-14: a length error counts at the processing unit only") { s =>
     import s._
     val cut = EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq.fill(100)(0)))).take(80)
     marked(send(cut))
     assert((invalid(0), forwarded(0), epuErrors) == ((0, 0, 1)))
   }
-  rule("ERR-04, HINT-04: RX_ER outside a frame raises only the RX counter, and only at an open port", two) {
-    s =>
-      import s._
-      bench.falseCarrier(1, 7)
-      assert((invalid(1), rxErrors(1), epuErrors) == ((0, 7, 0)))
-      for (y <- 2 until p.ports) bench.setLink(y, up = false)
-      bench.setLink(1, up = false)
-      bench.falseCarrier(1, 7)
-      assert(rxErrors(1) == 7)
+  rule(
+    "ERR-04, B-06, HINT-04: RX_ER outside a frame raises only the RX counter, and only at an open port",
+    two
+  ) { s =>
+    import s._
+    bench.falseCarrier(1, 7)
+    assert((invalid(1), rxErrors(1), epuErrors) == ((0, 7, 0)))
+    for (y <- 2 until p.ports) bench.setLink(y, up = false)
+    bench.setLink(1, up = false)
+    bench.falseCarrier(1, 7)
+    assert(rxErrors(1) == 7)
   }
-  rule("ERR-08, ERR-09: a marked error counts as forwarded and is passed on marked", two) { s =>
+  rule("ERR-08, ERR-09, B-15: a marked error counts as forwarded and is passed on marked", two) { s =>
     import s._
     val sent = marked(bench.send(0, damaged(plain)))
     bench.reset()
@@ -202,15 +229,17 @@ object PortRules extends Rules {
     assert(write(Apwr, 0, 0x030c, 0).workingCounter == 1)
     assert(epuErrors == 0)
   }
-  rule("ERR-11: a lost link counts while the loop is auto", two) { s =>
+  rule("ERR-11, B-32, OP-09: a lost link counts while the loop is auto", two) { s =>
     import s._
     bench.setLink(1, up = false)
     bench.setLink(1, up = true)
     assert(lostLinks(1) == 1)
-    loops(2 << 2)
-    bench.setLink(1, up = false)
-    bench.setLink(1, up = true)
-    assert(lostLinks(1) == 1)
+    for (setting <- Seq(1, 2)) { // auto close, open
+      loops(setting << 2)
+      bench.setLink(1, up = false)
+      bench.setLink(1, up = true)
+      assert(lostLinks(1) == 1)
+    }
     assert(write(Bwr, 0, 0x0310, 0).workingCounter == 1)
     assert(lostLinks(1) == 0)
   }

@@ -29,7 +29,7 @@ class StartSpec extends AnyFlatSpec with SharedSimulation {
     "LED-01: RUN flickers while the EEPROM is loaded for the first time, not at a reload" -> (new Start(_)
       .flicker()),
     "LED-01, LED-02, LED-04: RUN and ERR have their pins" -> (new Start(_).pins()),
-    "LED-06: LINKACT has its pins: dark without link, lit with it, dark for a while after a frame" -> linkActivity
+    "LED-06, LNK-13: LINKACT has its pins: dark without link, lit with it, dark for a while after a frame" -> linkActivity
   )
 
   private def linkActivity(dut: ControllerUnderTest): Unit = {
@@ -46,6 +46,9 @@ class StartSpec extends AnyFlatSpec with SharedSimulation {
     assert(lit == Seq(true, true), "with the next step")
     bench.advanceMs(50)
     assert(lit == Seq(false, false))
+    assert(new Steps(bench).put(0x0101, 3 << 2))
+    bench.advanceMs(200)
+    assert(lit == Seq(true, true), "the loop setting does not matter")
   }
 
   private class Start(dut: ControllerUnderTest) extends Steps(new RtlBench(dut, p)) {

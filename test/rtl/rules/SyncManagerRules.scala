@@ -291,24 +291,26 @@ object SyncManagerRules extends Rules {
       spoiled(Datagram(Apwr, 0, Area, Seq(5)))
       assert(bench.hostRead(0x0805) == 2, "a bad frame ends no event")
   }
-  rule("SM-22, WD-04: complete writes trigger the watchdog, reads and partial writes do not", watchdogs) {
-    s =>
-      import s._
-      assert(put(0x0420, 20, 0)) // 2 ms
-      bench.advanceMs(3)
-      def alive = get(0x0440, 1).get.head == 1
-      syncManager(0, Area, 2, EcatBuffer | 0x40)
-      assert(put(Area, 1) && !alive)
-      assert(put(Area + 1, 2) && alive)
-      bench.advanceMs(1)
-      assert(alive && put(Area, 1, 2))
-      bench.advanceMs(1)
-      assert(alive)
-      hostGet(Area, 2)
-      bench.advanceMs(2)
-      assert(!alive)
-      syncManager(0, Area, 2, EcatBuffer)
-      assert(put(Area, 1, 2) && !alive, "without trigger enable")
+  rule(
+    "SM-22, WD-04, B-62: complete writes trigger the watchdog, reads and partial writes do not",
+    watchdogs
+  ) { s =>
+    import s._
+    assert(put(0x0420, 20, 0)) // 2 ms
+    bench.advanceMs(3)
+    def alive = get(0x0440, 1).get.head == 1
+    syncManager(0, Area, 2, EcatBuffer | 0x40)
+    assert(put(Area, 1) && !alive)
+    assert(put(Area + 1, 2) && alive)
+    bench.advanceMs(1)
+    assert(alive && put(Area, 1, 2))
+    bench.advanceMs(1)
+    assert(alive)
+    hostGet(Area, 2)
+    bench.advanceMs(2)
+    assert(!alive)
+    syncManager(0, Area, 2, EcatBuffer)
+    assert(put(Area, 1, 2) && !alive, "without trigger enable")
   }
   rule("SM-24, B-53: length 1 passes everything, events still work", some) { s =>
     import s._
@@ -373,7 +375,7 @@ object SyncManagerRules extends Rules {
     bench.hostWrite(0x0807, 0)
     assert(put(Area, 1))
   }
-  rule("SM-28: disabled by ECAT: plain memory at once, buffer 0", some) { s =>
+  rule("SM-28, HINT-07: disabled by ECAT: plain memory at once, buffer 0", some) { s =>
     import s._
     syncManager(0, Area, 4, EcatBuffer)
     assert(put(Area, 1, 2, 3, 4) && put(Area, 5, 6, 7, 8))

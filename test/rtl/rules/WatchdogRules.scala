@@ -47,7 +47,7 @@ object WatchdogRules extends Rules {
       assert(get(0x0440, 4).contains(Seq(0, 0, n, 0)), s"expiry $n")
     }
   }
-  rule("WD-06: host accesses trigger the PDI watchdog, ECAT's do not", some) { s =>
+  rule("WD-06, B-62: host accesses trigger the PDI watchdog, ECAT's do not", some) { s =>
     import s._
     times(s, pdi = 3, processData = 0)
     def alive = get(0x0448, 1).contains(Seq(1))

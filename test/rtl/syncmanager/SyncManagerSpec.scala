@@ -236,15 +236,15 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
             end(b)
           }
         },
-        check(s"SM-01 to SM-28: three buffers, $text: random accesses of both sides", direction)(
+        check(s"SM-12 to SM-16: three buffers, $text: random accesses of both sides", direction)(
           random(1, 4000)
         ),
-        check(s"SM-01 to SM-28: mailbox, $text: random accesses of both sides", direction | 2)(
+        check(s"SM-17 to SM-20: mailbox, $text: random accesses of both sides", direction | 2)(
           random(2, 4000)
         ),
         check(s"B-53: one byte, $text: random accesses of both sides", direction, 1)(random(3, 1000)),
         check(s"B-53: mailbox of one byte, $text: random accesses", direction | 2, 1)(random(4, 1000)),
-        check(s"SM-01 to SM-28: two bytes, $text: random accesses of both sides", direction, 2)(
+        check(s"SM-12 to SM-16: two bytes, $text: random accesses of both sides", direction, 2)(
           random(5, 2000)
         )
       )
