@@ -61,6 +61,23 @@ class ImportsSpec extends AnyFlatSpec {
       assert(circles(arrows) == Map.empty)
     }
 
+  /** The arrows that no longer way stands for, as they are drawn; circles there are none. */
+  private def drawn(arrows: Map[Folder, Set[Folder]]): Set[String] = {
+    def leads(from: Folder, to: Folder): Boolean = arrows(from).exists(next => next == to || leads(next, to))
+    for {
+      (from, used) <- arrows.toSet
+      to           <- used
+      if !used.exists(leads(_, to))
+    } yield s"${from.getFileName} --> ${to.getFileName}"
+  }
+
+  for (floor <- Seq("base", "rtl").map(f => Paths.get("src", f)))
+    s"The picture of $floor in docs/architecture.md" should "have these arrows, but those that a longer way stands for" in {
+      val page    = Files.readString(Paths.get("docs/architecture.md"))
+      val picture = page.linesIterator.dropWhile(_ != s"%% $floor").takeWhile(_ != "```").map(_.trim).toSet
+      assert(picture.filter(_.contains("-->")) == drawn(uses(floor)))
+    }
+
   "A circle" should "be found, with what leads into it" in {
     val Seq(a, b, c) = Seq("a", "b", "c").map(Paths.get(_))
     assert(circles(Map(a -> Set(b), b -> Set(c), c -> Set(b))).keySet == Set(a, b, c))
