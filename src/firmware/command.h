@@ -5,26 +5,17 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum {
-  COMMAND_BYTES = 32,     /* of every command */
-  COMMAND_KEY_BYTES = 32, /* of the secret that master and server share */
-  COMMAND_CODE_AT = 16    /* where the code begins: the first 16 bytes of HMAC-SHA-256 over all before it */
-};
-
-enum command_code { COMMAND_CLEAR = 1, COMMAND_DETECTOR_RESET = 2 };
-
-/* The node that stands for all. */
-enum { COMMAND_ALL_NODES = 0xffff };
+#include "protocol.h"
 
 struct command {
   uint32_t counter; /* rises with every command of a boot */
-  uint8_t code;     /* an enum command_code, or unknown */
-  uint16_t node;
+  uint8_t order;    /* PROTOCOL_ALARM_CLEAR, PROTOCOL_DETECTOR_RESET, or unknown */
+  uint16_t node;    /* an ID, or PROTOCOL_ALL_NODES */
 };
 
 /* Who must be meant, and what was accepted last. */
 struct command_filter {
-  const uint8_t *key;
+  const uint8_t *key; /* PROTOCOL_KEY_BYTES long */
   uint16_t master_id, boot;
   bool any; /* a command has been accepted in this boot */
   uint32_t last_counter;

@@ -3,11 +3,12 @@
 #define FLYFRAME_SELF_TEST_H
 
 #include "port.h"
+#include "protocol.h"
 
 /* The values of the registers self_test and master_self_test; the master reports both kinds to the server. */
 enum self_test {
-  SELF_TEST_NOT_RUN = 0,
-  SELF_TEST_GOOD = 1,
+  SELF_TEST_NOT_RUN = PROTOCOL_SELF_TEST_NOT_RUN,
+  SELF_TEST_GOOD = PROTOCOL_SELF_TEST_GOOD,
   SELF_TEST_CONTROLLER = 2,    /* no controller answers, or another one than this program is for */
   SELF_TEST_MEMORY = 3,        /* a register or the RAM does not hold what was written */
   SELF_TEST_STORE = 4,         /* the non-volatile memory does not work */

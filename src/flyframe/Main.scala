@@ -35,6 +35,9 @@ object Main {
 
   private val default = Presets.default.params
 
+  /** The file for host programs of the alarm system that goes with every header of its controllers. */
+  private val ProtocolHeader = "protocol.h"
+
   private val parser: OParser[_, Request] = {
     val builder: OParserBuilder[Request] = OParser.builder[Request]
     import builder._
@@ -115,6 +118,11 @@ object Main {
           (),
           s"name is '$name' but must be a letter followed by letters, digits, '-' or '_'."
         )
+        _ <- Either.cond(
+          s"$name.h" != ProtocolHeader,
+          (),
+          s"name is '$name' but must be another one, as $ProtocolHeader holds the numbers of the protocol."
+        )
         changed = request.overrides.foldLeft(preset.params) { case (p, (info, value)) => info.set(p, value) }
         checked <- EscParams.check(changed.copy(preset = name))
       } yield Seq(checked)
@@ -164,11 +172,15 @@ object Main {
         sets.find(_.isMaster).getOrElse(Presets.master)
       )
     ) ++ request.docs.map(_.resolve("parameters.md").toString -> ParameterPage.text)
+    val protocol =
+      if (sets.exists(p => p.isMaster || p.hasAlarm))
+        Seq(request.out.resolve(ProtocolHeader).toString -> Documents.protocolHeader)
+      else Nil
     val support =
       if (request.board)
         sets.map(p => request.out.resolve("board_support.v").toString -> Emit.boardSupport(p))
       else Nil
-    val files = (texts ++ support).map { case (path, text) => path -> text.getBytes(UTF_8) } ++
+    val files = (texts ++ protocol ++ support).map { case (path, text) => path -> text.getBytes(UTF_8) } ++
       jobs.flatMap(_._2).map { case (name, bytes) => request.out.resolve(name).toString -> bytes }
     (request.out +: request.docs.toSeq).foreach(d => Files.createDirectories(d))
     files.foreach { case (path, bytes) =>

@@ -2,7 +2,7 @@ package flyframe
 
 import chisel3._
 import chisel3.util._
-import flyframe.alarm.{AlarmPins, AlarmUnit, DatagramAppender}
+import flyframe.alarm.{AlarmPins, DatagramAppender}
 import flyframe.application.{LedPins, LocalSide}
 import flyframe.clocks.LevelCrossing
 import flyframe.frame.FrameProcessor
@@ -10,6 +10,7 @@ import flyframe.memory.{EscMemory, HostPort}
 import flyframe.mii.{MiiTransmitter, NibbleStream}
 import flyframe.params.EscParams
 import flyframe.port.{LoopControl, SlotTimer, TemporaryLoops}
+import flyframe.protocol.AppendedLayout
 import flyframe.sii.SiiPins
 
 /** An EtherCAT slave controller: 1 to 4 MII ports, the processing unit, registers, memory and a host port.
@@ -95,7 +96,7 @@ class SlaveController(p: EscParams) extends Module {
   processor.step := processStep
   // Behind the processing unit frames may get a datagram of this slave (AP-01).
   private val appender =
-    Option.when(p.hasAlarm)(Module(new DatagramAppender(AlarmUnit.DatagramBytes, p.maxSubTelegrams)))
+    Option.when(p.hasAlarm)(Module(new DatagramAppender(AppendedLayout.bytes, p.maxSubTelegrams)))
   appender.foreach { a =>
     a.step     := processStep
     a.in       := processor.out

@@ -1,6 +1,6 @@
 package flyframe.server
 
-import flyframe.protocol.{CommandResult, DetectorState, EventKind, ServerDatagram}
+import flyframe.protocol.{CommandResult, DetectorState, EventKind, SelfTest, ServerDatagram}
 
 /** Events and commands in words, for page and CSV. */
 object EventText {
@@ -30,9 +30,9 @@ object EventText {
   }
 
   def selfTest(result: Int): String = result match {
-    case 0    => "self-test not run"
-    case 1    => "self-test good"
-    case code => s"self-test failed ($code)"
+    case SelfTest.NotRun => "self-test not run"
+    case SelfTest.Good   => "self-test good"
+    case code            => s"self-test failed ($code)"
   }
 
   def command(code: Int, node: Int): String = {
@@ -58,7 +58,7 @@ object EventText {
     case (EventKind.Detector, DetectorState.Open | DetectorState.Short) => "fault"
     case (EventKind.Detector, DetectorState.Normal)                     => "normal"
     case (EventKind.Lost | EventKind.Duplicate, _)                      => "fault"
-    case (EventKind.Present | EventKind.Found, test) if test > 1        => "fault"
+    case (EventKind.Present | EventKind.Found, test) if test > SelfTest.Good        => "fault"
     case (EventKind.Command, result) if result != CommandResult.Done    => "fault"
     case _                                                              => "info"
   }

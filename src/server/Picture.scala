@@ -1,6 +1,6 @@
 package flyframe.server
 
-import flyframe.protocol.DetectorState
+import flyframe.protocol.{DetectorState, SelfTest}
 
 /** What the page shows, but for the log. */
 final case class Picture(
@@ -56,7 +56,7 @@ object Picture {
 
     private def notices: Seq[String] = Seq(
       Option.when(silent)("This master does not report. Nothing is known of its detectors."),
-      Option.when(last.selfTest > 1)(s"Master: ${EventText.selfTest(last.selfTest)}."),
+      Option.when(last.selfTest > SelfTest.Good)(s"Master: ${EventText.selfTest(last.selfTest)}."),
       Option.when(line.beyond > 0)(
         s"The line has ${line.beyond} slaves more than this master can list. They are not watched."
       ),
@@ -86,7 +86,7 @@ object Picture {
         case _ if !s.answers                          => ("lost", "lost")
         case (Some(DetectorState.Alarm), _)           => ("alarm", "alarm")
         case (_, Slave(_, _, _, _, _, Some(twin), _)) => ("fault", s"same ID as ${LineState.label(twin)}")
-        case (_, _) if s.selfTest > 1                 => ("fault", EventText.selfTest(s.selfTest))
+        case (_, _) if s.selfTest > SelfTest.Good                 => ("fault", EventText.selfTest(s.selfTest))
         case (Some(d @ (DetectorState.Open | DetectorState.Short)), _) => ("fault", EventText.detector(d))
         case (Some(DetectorState.Normal), _)                           => ("normal", "normal")
         case (Some(d), _)                                              => ("unknown", EventText.detector(d))
@@ -99,7 +99,7 @@ object Picture {
       val notLive = state == "lost" || silent
       Seq(
         line.detector(position).filter(_ => notLive).map(d => s"before: ${EventText.detector(d)}"),
-        Option.when(s.selfTest == 0)(EventText.selfTest(0)),
+        Option.when(s.selfTest == SelfTest.NotRun)(EventText.selfTest(SelfTest.NotRun)),
         s.before.map(b => s"follows ID $b")
       ).flatten
     }

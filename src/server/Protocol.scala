@@ -1,10 +1,10 @@
 package flyframe.server
 
-import java.nio.ByteBuffer
 import java.security.MessageDigest
 import java.util.Arrays
 import javax.crypto.Mac
 import javax.crypto.spec.SecretKeySpec
+import flyframe.protocol.{AcknowledgementLayout, CommandLayout, EventLayout, HeadedLayout, Layout, ReportLayout}
 import flyframe.protocol.ServerDatagram._
 
 /** Something a master has to tell; the codes of [[flyframe.protocol.EventKind]] say what the fields mean.
@@ -69,87 +69,125 @@ final case class Command(life: Life, counter: Long, code: Int, node: Int)
 object Protocol {
 
   /** Bytes of the longest report. */
-  val MostReportBytes = HeaderBytes + Most * EventBytes
+  val MostReportBytes = ReportLayout.bytes + Most * EventLayout.bytes
 
   /** Numbers of events end here. */
   val Numbers = 1L << 32
 
-  private def u8(b: ByteBuffer): Int   = b.get() & 0xff
-  private def u16(b: ByteBuffer): Int  = b.getShort() & 0xffff
-  private def u32(b: ByteBuffer): Long = b.getInt() & 0xffffffffL
-
   /** A report, if `datagram` is a whole and right one. */
-  def report(datagram: Array[Byte]): Option[Report] = Option
-    .when(datagram.length >= HeaderBytes) {
-      val b        = ByteBuffer.wrap(datagram)
-      val isReport = u16(b) == Magic & u8(b) == Version & u8(b) == KindReport
-      val life     = Life(u16(b), u16(b))
-      val first    = u32(b)
-      val count    = u8(b)
-      val isWhole  = count <= Most && datagram.length == HeaderBytes + count * EventBytes
-      Option.when(isReport && isWhole && first + count < Numbers) {
-        val header = Report(life, first, Vector.empty, u8(b), u8(b), u8(b), u32(b), u32(b))
-        header.copy(events = Vector.fill(count)(event(b)))
-      }
+  def report(datagram: Array[Byte]): Option[Report] =
+    head(ReportLayout, datagram, KindReport).flatMap { case (life, first) =>
+      def field(f: Layout.Field): Int = ReportLayout.read(datagram, f).toInt
+      val count                       = field(ReportLayout.Count)
+      val isWhole                     = datagram.length == ReportLayout.bytes + count * EventLayout.bytes
+      Option.when(count <= Most && isWhole && first + count < Numbers)(
+        Report(
+          life,
+          first,
+          Vector.tabulate(count)(i => event(datagram, ReportLayout.bytes + i * EventLayout.bytes)),
+          field(ReportLayout.SelfTest),
+          field(ReportLayout.Present),
+          field(ReportLayout.Known),
+          ReportLayout.read(datagram, ReportLayout.Time),
+          ReportLayout.read(datagram, ReportLayout.Lost)
+        )
+      )
     }
-    .flatten
 
-  private def event(b: ByteBuffer) =
-    Event(u8(b), u8(b), u16(b), u16(b), u8(b), u8(b), u32(b), u32(b))
+  private def event(report: Array[Byte], start: Int): Event = {
+    def field(f: Layout.Field): Int = EventLayout.read(report, f, start).toInt
+    Event(
+      field(EventLayout.Kind),
+      field(EventLayout.Position),
+      field(EventLayout.Node),
+      field(EventLayout.Sequence),
+      field(EventLayout.State),
+      field(EventLayout.Epoch),
+      EventLayout.read(report, EventLayout.SlaveTime, start),
+      EventLayout.read(report, EventLayout.MasterTime, start)
+    )
+  }
 
   /** As a master sends it. */
-  def encode(r: Report): Array[Byte] = {
-    val b = begin(HeaderBytes + r.events.size * EventBytes, KindReport, r.life, r.first)
-    b.put(r.events.size.toByte).put(r.selfTest.toByte).put(r.present.toByte).put(r.known.toByte)
-    b.putInt(r.time.toInt).putInt(r.lost.toInt)
-    for (e <- r.events) {
-      b.put(e.kind.toByte).put(e.position.toByte).putShort(e.node.toShort).putShort(e.sequence.toShort)
-      b.put(e.state.toByte).put(e.epoch.toByte).putInt(e.slaveTime.toInt).putInt(e.masterTime.toInt)
-    }
-    b.array
-  }
+  def encode(r: Report): Array[Byte] =
+    ReportLayout.encode(
+      begin(ReportLayout, KindReport, r.life, r.first) ++ Seq(
+        ReportLayout.Count    -> r.events.size.toLong,
+        ReportLayout.SelfTest -> r.selfTest.toLong,
+        ReportLayout.Present  -> r.present.toLong,
+        ReportLayout.Known    -> r.known.toLong,
+        ReportLayout.Time     -> r.time,
+        ReportLayout.Lost     -> r.lost
+      ): _*
+    ) ++ r.events.flatMap(e =>
+      EventLayout.encode(
+        EventLayout.Kind       -> e.kind.toLong,
+        EventLayout.Position   -> e.position.toLong,
+        EventLayout.Node       -> e.node.toLong,
+        EventLayout.Sequence   -> e.sequence.toLong,
+        EventLayout.State      -> e.state.toLong,
+        EventLayout.Epoch      -> e.epoch.toLong,
+        EventLayout.SlaveTime  -> e.slaveTime,
+        EventLayout.MasterTime -> e.masterTime
+      )
+    )
 
   /** All events before `next` are stored (SRV-01). */
   def acknowledgement(life: Life, next: Long): Array[Byte] =
-    begin(AcknowledgementBytes, KindAcknowledge, life, next).array
+    AcknowledgementLayout.encode(begin(AcknowledgementLayout, KindAcknowledge, life, next): _*)
 
   /** Life and number of an acknowledgement. */
   def acknowledged(datagram: Array[Byte]): Option[(Life, Long)] =
-    Option.when(datagram.length == AcknowledgementBytes)(head(datagram, KindAcknowledge)).flatten
+    head(AcknowledgementLayout, datagram, KindAcknowledge).filter(_ =>
+      datagram.length == AcknowledgementLayout.bytes
+    )
 
   /** A command with the code that proves it, made with the shared `key`. */
   def encode(c: Command, key: Array[Byte]): Array[Byte] = {
-    val b = begin(CommandBytes, KindCommand, c.life, c.counter)
-    b.put(c.code.toByte).put(0.toByte).putShort(c.node.toShort)
-    b.put(code(b.array, key)).array
+    val datagram = CommandLayout.encode(
+      begin(CommandLayout, KindCommand, c.life, c.counter) ++ Seq(
+        CommandLayout.Order -> c.code.toLong,
+        CommandLayout.Node  -> c.node.toLong
+      ): _*
+    )
+    datagram.patch(CommandLayout.Code.offset, code(datagram, key), CommandLayout.Code.bytes)
   }
 
   /** A command, if its code is right: what a master's host does. */
   def command(datagram: Array[Byte], key: Array[Byte]): Option[Command] =
-    Option.when(datagram.length == CommandBytes)(head(datagram, KindCommand)).flatten.collect {
-      case (life, counter) if MessageDigest.isEqual(datagram.drop(SignedBytes), code(datagram, key)) =>
-        val b = ByteBuffer.wrap(datagram, AcknowledgementBytes, 4)
-        Command(life, counter, u16(b) >> 8, u16(b))
+    head(CommandLayout, datagram, KindCommand).collect {
+      case (life, counter)
+          if datagram.length == CommandLayout.bytes &&
+            MessageDigest.isEqual(datagram.drop(CommandLayout.Code.offset), code(datagram, key)) =>
+        def field(f: Layout.Field): Int = CommandLayout.read(datagram, f).toInt
+        Command(life, counter, field(CommandLayout.Order), field(CommandLayout.Node))
     }
 
-  private def begin(length: Int, kind: Int, life: Life, number: Long): ByteBuffer =
-    ByteBuffer
-      .allocate(length)
-      .putShort(Magic.toShort)
-      .put(Version.toByte)
-      .put(kind.toByte)
-      .putShort(life.master.toShort)
-      .putShort(life.boot.toShort)
-      .putInt(number.toInt)
+  /** What a datagram begins with, for [[Layout.encode]]. */
+  private def begin(layout: HeadedLayout, kind: Int, life: Life, number: Long): Seq[(Layout.Field, Long)] =
+    Seq(
+      layout.Magic   -> Magic.toLong,
+      layout.Version -> Version.toLong,
+      layout.Kind    -> kind.toLong,
+      layout.Master  -> life.master.toLong,
+      layout.Boot    -> life.boot.toLong,
+      layout.Number  -> number
+    )
 
-  private def head(datagram: Array[Byte], kind: Int): Option[(Life, Long)] = {
-    val b = ByteBuffer.wrap(datagram)
-    Option.when(u16(b) == Magic & u8(b) == Version & u8(b) == kind)((Life(u16(b), u16(b)), u32(b)))
-  }
+  /** Life and number of a datagram that is of this kind and not too short for it. */
+  private def head(layout: HeadedLayout, datagram: Array[Byte], kind: Int): Option[(Life, Long)] =
+    Option
+      .when(datagram.length >= layout.bytes) {
+        def field(f: Layout.Field): Int = layout.read(datagram, f).toInt
+        Option.when(
+          field(layout.Magic) == Magic && field(layout.Version) == Version && field(layout.Kind) == kind
+        )((Life(field(layout.Master), field(layout.Boot)), layout.read(datagram, layout.Number)))
+      }
+      .flatten
 
   private def code(datagram: Array[Byte], key: Array[Byte]): Array[Byte] = {
     val mac = Mac.getInstance("HmacSHA256")
     mac.init(new SecretKeySpec(key, "HmacSHA256"))
-    Arrays.copyOf(mac.doFinal(Arrays.copyOf(datagram, SignedBytes)), CommandBytes - SignedBytes)
+    Arrays.copyOf(mac.doFinal(Arrays.copyOf(datagram, CommandLayout.Code.offset)), CommandLayout.Code.bytes)
   }
 }

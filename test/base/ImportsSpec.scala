@@ -75,7 +75,8 @@ class ImportsSpec extends AnyFlatSpec {
     s"The picture of $floor in docs/architecture.md" should "have these arrows, but those that a longer way stands for" in {
       val page    = Files.readString(Paths.get("docs/architecture.md"))
       val picture = page.linesIterator.dropWhile(_ != s"%% $floor").takeWhile(_ != "```").map(_.trim).toSet
-      assert(picture.filter(_.contains("-->")) == drawn(uses(floor)))
+      val arrows  = drawn(uses(floor))
+      assert(picture.filter(_.contains("-->")) == arrows, arrows.toSeq.sorted.mkString("; draw:\n  ", "\n  ", ""))
     }
 
   "A circle" should "be found, with what leads into it" in {

@@ -20,13 +20,13 @@ namespace {
 volatile std::sig_atomic_t stopRequested = 0;
 
 // 64 hex digits in one line.
-void readKey(const std::string& path, uint8_t (&key)[COMMAND_KEY_BYTES]) {
+void readKey(const std::string& path, uint8_t (&key)[PROTOCOL_KEY_BYTES]) {
   std::ifstream file(path);
   std::string text, more;
   if (!file || !(file >> text)) throw UserError("cannot read the key file '" + path + "'.");
-  if (text.size() != 2 * COMMAND_KEY_BYTES || text.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos || file >> more)
+  if (text.size() != 2 * PROTOCOL_KEY_BYTES || text.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos || file >> more)
     throw UserError("the key file '" + path + "' does not hold 64 hex digits in one line.");
-  for (size_t i = 0; i < COMMAND_KEY_BYTES; ++i) key[i] = static_cast<uint8_t>(std::stoul(text.substr(2 * i, 2), nullptr, 16));
+  for (size_t i = 0; i < PROTOCOL_KEY_BYTES; ++i) key[i] = static_cast<uint8_t>(std::stoul(text.substr(2 * i, 2), nullptr, 16));
 }
 
 template <class Array>

@@ -81,7 +81,7 @@ $(COSIM_OBJ)/runtime/%.o: $(COSIM_VINC)/%.cpp
 
 $(COSIM_OBJ)/%.o: $(COSIM_SRC)/%.cpp
 	@mkdir -p $(@D)
-	$(CXX) $(COSIM_CXXFLAGS) $(COSIM_INC) -Isrc/firmware -c -o $@ $<
+	$(CXX) $(COSIM_CXXFLAGS) $(COSIM_INC) -Isrc/firmware -I$(GENERATED) -c -o $@ $<
 
 # The harness against plain repeaters: proves the harness itself, without flyframe RTL.
 cosim-selftest:

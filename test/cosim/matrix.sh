@@ -1,9 +1,9 @@
 #!/bin/sh
-# Lints every Verilog file of a directory (default build/matrix, written by `sbt "runMain flyframe.report.Matrix"`).
+# Lints every Verilog file of a directory (default build/matrix/verilog, written by `make matrix`).
 # Any warning not waived in fpga/verilator.vlt fails its file. Exit code 0 if all passed.
 # usage: test/cosim/matrix.sh [DIR]
 root=$(cd "$(dirname "$0")/../.." && pwd) || exit 2
-dir=${1:-$root/build/matrix}
+dir=${1:-$root/build/matrix/verilog}
 command -v verilator >/dev/null || { echo "verilator is not installed." >&2; exit 2; }
 work=$(mktemp -d) || exit 2
 trap 'rm -rf "$work"' EXIT

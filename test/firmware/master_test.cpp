@@ -85,7 +85,7 @@ struct MasterController : board {
 
 alarm_master_parameters good() {
   alarm_master_parameters p{7, {2, 0, 0, 0, 0, 1}, {2, 0, 0, 0, 0, 2}, {192, 168, 1, 2}, {192, 168, 1, 3}, 50000, 50001, 1000, 100, 2, 200, 1000, {}};
-  for (uint8_t i = 0; i < COMMAND_KEY_BYTES; ++i) p.key[i] = static_cast<uint8_t>(i + 1);
+  for (uint8_t i = 0; i < PROTOCOL_KEY_BYTES; ++i) p.key[i] = static_cast<uint8_t>(i + 1);
   return p;
 }
 
@@ -171,7 +171,7 @@ void mistakes() {
   refused("too many retries", SELF_TEST_RETRIES, [](auto& p, auto&) { p.retries = 16; });
   refused("no repetition", SELF_TEST_REPORT, [](auto& p, auto&) { p.report_repeat_ms = 0; });
   refused("heartbeat too slow", SELF_TEST_REPORT, [](auto& p, auto&) { p.report_heartbeat_ms = 4096; });
-  refused("key of zeros", SELF_TEST_KEY, [](auto& p, auto&) { std::fill(p.key, p.key + COMMAND_KEY_BYTES, uint8_t{0}); });
+  refused("key of zeros", SELF_TEST_KEY, [](auto& p, auto&) { std::fill(p.key, p.key + PROTOCOL_KEY_BYTES, uint8_t{0}); });
   refused("another controller", SELF_TEST_CONTROLLER, [](auto&, auto& c) { c.memory[MASTER_MASTER_TYPE] = 0xf1; });
   refused("no controller", SELF_TEST_CONTROLLER, [](auto&, auto& c) { c.memory[MASTER_MASTER_TYPE] = 0; });
   refused("a bit is stuck", SELF_TEST_MEMORY, [](auto&, auto& c) { c.stuck[MASTER_REQUEST_DATA + 5] = 0x10; });

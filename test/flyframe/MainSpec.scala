@@ -55,7 +55,7 @@ class MainSpec extends AnyFlatSpec {
     val result =
       run("--preset", "alarm-slave", "--name", "x", "--dataBusWidth", 16, "--board", "--out", directory)
     assert(result.code == 0, result.err)
-    assert(files(directory) == Set("x.v", "x.h", "x.json", "board_support.v"))
+    assert(files(directory) == Set("x.v", "x.h", "x.json", "protocol.h", "board_support.v"))
     val text = Files.readString(directory.resolve("board_support.v"))
     assert(text.contains("module board_support(") && text.contains("[15:0] bus_d_in"))
   }
@@ -80,6 +80,7 @@ class MainSpec extends AnyFlatSpec {
   "A name that Verilog does not allow" should "be refused" in {
     for (name <- Seq("", "1st", "a.b", "../up", "a b", "ä")) refused("--name", name)("name")
   }
+  "The name of the protocol's header" should "be refused" in refused("--name", "protocol")("name", "protocol")
   "--all" should "be refused together with a name or a parameter" in {
     refused("--all", "--name", "x")("--all", "--name")
     refused("--all", "--ports", 1)("--all")

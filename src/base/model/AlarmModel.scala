@@ -1,5 +1,7 @@
 package flyframe.model
 
+import flyframe.protocol.DetectorState._
+import flyframe.protocol.{AppendedLayout, Command, RecordLayout}
 import flyframe.registers.{AlarmRegisters, Register}
 
 /** The events of a smoke detector and the datagram that reports the oldest of them (ALARM-01 to ALARM-08,
@@ -72,15 +74,21 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
 
   /** The alarm record, if an event waits. */
   private def record: Option[Seq[Int]] = head.map { e =>
-    EtherCatFrame.little(e.sequence) ++ Seq(e.state, epoch) ++ (0 until 4).map(i =>
-      (e.time >> (8 * i) & 0xff).toInt
-    )
+    RecordLayout
+      .encode(
+        RecordLayout.Sequence -> e.sequence.toLong,
+        RecordLayout.State    -> e.state.toLong,
+        RecordLayout.Epoch    -> epoch.toLong,
+        RecordLayout.Time     -> e.time
+      )
+      .map(_ & 0xff)
+      .toSeq
   }
 
   /** What is appended to a passing frame. */
   def datagram: Option[Seq[Int]] = record.filter(_ => registers.value("alarm_report") == 1).map { data =>
-    Datagram(0, registers.value("station_alias"), AlarmRegisters.Record, data)
-      .copy(index = head.get.sequence & 0xff, workingCounter = 1)
+    Datagram(Command.Nop, registers.value("station_alias"), AlarmRegisters.Record, data)
+      .copy(index = head.get.sequence & 0xff, workingCounter = AppendedLayout.Counted)
       .bytes(more = false)
   }
 
@@ -135,14 +143,8 @@ class AlarmModel(registers: ModelRegisters) extends ModelUnit {
 
 object AlarmModel {
   private val Depth = 16
-  private val Time  = AlarmRegisters.Record + 4 until AlarmRegisters.Record + 8
-
-  /** States of the line and the detector. */
-  val Off    = 0
-  val Normal = 1
-  val Alarm  = 2
-  val Open   = 3
-  val Short  = 4
+  private val Time =
+    AlarmRegisters.Record + RecordLayout.Time.offset until AlarmRegisters.Record + RecordLayout.Time.end
 
   /** What the line is in when the comparators of its current give these bits (DET-02). */
   def lineOf(current: Int): Int =

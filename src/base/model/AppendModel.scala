@@ -1,5 +1,7 @@
 package flyframe.model
 
+import flyframe.protocol.DatagramLayout.{Length, Overhead}
+
 /** A datagram is appended to a passing frame (AP-01 to AP-08): the frame as a whole, not its timing. */
 object AppendModel {
   private val Longest = 1498 // of the EtherCAT length field in an Ethernet frame
@@ -26,8 +28,8 @@ object AppendModel {
     val start  = typeAt + 4
     val fits = for (ethertype <- big(typeAt); header <- little(start - 2)) yield {
       val length = header & 0xfff
-      ethertype == 0x88a4 && header >> 12 == 1 && (length == 0 || length >= 12) &&
-      length + datagram.size <= Longest && length < 12 * maxSubTelegrams && payload.size > 2 * start
+      ethertype == 0x88a4 && header >> 12 == 1 && (length == 0 || length >= Overhead) &&
+      length + datagram.size <= Longest && length < Overhead * maxSubTelegrams && payload.size > 2 * start
     }
     if (!fits.contains(true)) (payload, bad)
     else {
@@ -39,12 +41,12 @@ object AppendModel {
 
       // The datagrams, by their own lengths; the last one now says that more follow.
       @annotation.tailrec
-      def behind(at: Int): Option[Int] = little(at + 6) match {
+      def behind(at: Int): Option[Int] = little(at + Length.offset) match {
         case None => None
         case Some(word) =>
           val more = (word & 0x8000) != 0
-          if (!more) put(2 * (at + 7) + 1, word >> 12 | 8)
-          val next = at + 12 + (word & 0x7ff)
+          if (!more) put(2 * (at + Length.last) + 1, word >> 12 | 8)
+          val next = at + Overhead + (word & 0x7ff)
           if (more) behind(next) else Some(next)
       }
       val end   = if (length == 0) Some(start) else behind(start)

@@ -10,7 +10,14 @@ import flyframe.params.EscParams
   *   content of the SII EEPROM, bytes; None: a configuration of zeros has been loaded
   */
 class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
-  private val Status = "([a-z_]+?)_port(\\d)".r
+  // By name of the field. The model asks for them with every access.
+  private val statuses: Map[String, () => Boolean] = (0 until 4).flatMap { y =>
+    Seq[(String, () => Boolean)](
+      s"physical_link_port$y" -> (() => links(y)),
+      s"communication_port$y" -> (() => links(y)),
+      s"loop_closed_port$y"   -> (() => !wanted(y))
+    )
+  }.toMap
 
   private val portNumbers = 0 until p.ports
   private val links       = Array.fill(p.ports)(true)
@@ -56,13 +63,7 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
   /** Frames leave and enter at this port. */
   def open(port: Int): Boolean = opened(port)
 
-  private def status(name: String): Int = {
-    val set = name match {
-      case Status("physical_link" | "communication", y) => links(y.toInt)
-      case Status("loop_closed", y)                     => !wanted(y.toInt)
-    }
-    if (set) 1 else 0
-  }
+  private def status(name: String): Int = if (statuses(name)()) 1 else 0
 
   def setLink(port: Int, up: Boolean): Unit = {
     if (links(port) && !up && opened(port) && setting(port) == 0) registers.count(s"lost_link_port$port")

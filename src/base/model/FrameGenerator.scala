@@ -2,6 +2,8 @@ package flyframe.model
 
 import scala.util.Random
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
+import flyframe.protocol.DatagramLayout
 import flyframe.registers.RegisterMap
 
 /** Random frames for one controller: valid ones that reach deep, and everything a broken sender, cable or
@@ -56,7 +58,7 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
     val address = ado()
     val code    = commandCode()
     val count   = length()
-    val writes  = Set(2, 3, 5, 6, 8, 9, 13, 14)(code)
+    val writes  = Set(Apwr, Aprw, Fpwr, Fprw, Bwr, Brw, Armw, Frmw)(code)
     val data = (if (writes || chance(30)) bytes(count) else Vector.fill(count)(0)).zipWithIndex.map {
       case (b, i) =>
         address + i match {
@@ -87,7 +89,7 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
         Seq.fill(count)(if (chance(65)) units.next() else Seq(datagram())).flatten.map(UnitTraffic.calm(p, _))
       else Seq.fill(count)(if (count > 20) datagram().copy(data = Nil) else datagram())
     val apart = if (p.hasAlarm) UnitTraffic.oneForEvents(all) else all
-    apart.zip(apart.scanLeft(0)((s, d) => s + d.data.size + 12)).collect {
+    apart.zip(apart.scanLeft(0)((s, d) => s + d.data.size + DatagramLayout.Overhead)).collect {
       case (d, before) if before + d.data.size < 1480 => d
     }
   }

@@ -1,9 +1,9 @@
 package flyframe.model
 
-import java.io.{BufferedOutputStream, FileOutputStream, PrintStream}
+import java.io.PrintStream
 import scala.util.Random
-import scopt.OParser
-import flyframe.params.{EscParams, Presets}
+import flyframe.params.EscParams
+import flyframe.protocol.Command.Bwr
 import flyframe.registers.RegisterMap
 
 /** Writes operations and what must come of them as lines of text, for `build/flyframe-fuzz` (format:
@@ -18,6 +18,11 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   private var leaving = Option.empty[Int]
   out.println(s"H $seed ${p.preset} ${p.ports} ${p.cyclesPerNibble} ${p.dataBusWidth}")
 
+  // Quicker than String.format: every byte of a checkpoint has a line.
+  private def hex(value: Int, digits: Int): String = {
+    val text = Integer.toHexString(value)
+    "0" * (digits - text.length) + text
+  }
   private def hexNibbles(nibbles: Seq[Int]): String = nibbles.map(n => Character.forDigit(n, 16)).mkString
 
   /** Waits until nothing moves. */
@@ -44,7 +49,7 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
 
   def hostWrite(address: Int, byte: Int): Unit = {
     quiet()
-    out.println(f"W $address%04x $byte%02x")
+    out.println(s"W ${hex(address, 4)} ${hex(byte, 2)}")
     model.hostWrite(address, byte)
     settle()
   }
@@ -75,7 +80,7 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   private def readLine(address: Int): Int = {
     val isTime = model.alarm.exists(_.isTime(address))
     val byte   = model.hostRead(address)
-    if (!isTime) out.println(f"R $address%04x $byte%02x")
+    if (!isTime) out.println(s"R ${hex(address, 4)} ${hex(byte, 2)}")
     byte
   }
 
@@ -83,7 +88,7 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   def hostReadWord(address: Int): Unit = {
     quiet()
     val bytes = (0 until p.lanes).map(i => model.hostRead(address + i))
-    out.println(f"R $address%04x" + bytes.map(b => f" $b%02x").mkString)
+    out.println(s"R ${hex(address, 4)}" + bytes.map(b => " " + hex(b, 2)).mkString)
   }
 
   def falseCarrier(port: Int, symbols: Int): Unit = {
@@ -151,7 +156,7 @@ object FuzzVectors {
     val units     = new UnitTraffic(p, model, random)
     if (p.hasWatchdogs)
       for (address <- Seq(0x0410, 0x0420)) // off
-        writer.frame(0, WireFrame.withFcs(EtherCatFrame(Seq(Datagram(8, 0, address, Seq(0, 0))))))
+        writer.frame(0, WireFrame.withFcs(EtherCatFrame(Seq(Datagram(Bwr, 0, address, Seq(0, 0))))))
     if (p.hasAlarm) {
       writer.detector(1)
       (0x0ea0 to 0x0ea3).foreach(writer.hostWrite(_, 0)) // no debounce, no off time
@@ -180,8 +185,8 @@ object FuzzVectors {
           writer.pdiOperational(true)
           val content = EtherCatFrame(
             Seq(
-              Datagram(8, 0, 0x0100, Seq(1, 0, 7, random.nextInt(2))),
-              Datagram(8, 0, 0x0010, Seq(random.nextInt(256), random.nextInt(32)))
+              Datagram(Bwr, 0, 0x0100, Seq(1, 0, 7, random.nextInt(2))),
+              Datagram(Bwr, 0, 0x0010, Seq(random.nextInt(256), random.nextInt(32)))
             )
           )
           (0 until p.ports).foreach(y => writer.frame(y, WireFrame.withFcs(content)))
@@ -205,35 +210,5 @@ object FuzzVectors {
       if (i % 40 == 0) writer.checkpoint(memory())
     }
     writer.checkpoint(RegisterMap.ProcessRamStart until RegisterMap.ProcessRamStart + p.ramBytes)
-  }
-
-  private final case class Options(
-      preset: String = Presets.default.name,
-      seed: Long = 1,
-      frames: Int = 10000,
-      out: String = "-"
-  )
-
-  /** `--preset NAME --seed N --frames N --out FILE` (`-`: standard output). */
-  def main(args: Array[String]): Unit = {
-    val builder = OParser.builder[Options]
-    import builder._
-    val parser = OParser.sequence(
-      programName("FuzzVectors"),
-      opt[String]("preset")
-        .action((v, o) => o.copy(preset = v))
-        .validate(v => if (Presets.named(v).isDefined) success else failure(s"no preset $v")),
-      opt[Long]("seed").action((v, o) => o.copy(seed = v)),
-      opt[Int]("frames").action((v, o) => o.copy(frames = v)),
-      opt[String]("out").action((v, o) => o.copy(out = v))
-    )
-    OParser.parse(parser, args, Options()) match {
-      case None => sys.exit(2)
-      case Some(o) =>
-        val target = if (o.out == "-") System.out else new FileOutputStream(o.out)
-        val stream = new PrintStream(new BufferedOutputStream(target, 1 << 16))
-        write(Presets.named(o.preset).get.params, o.seed, o.frames, stream)
-        stream.close()
-    }
   }
 }

@@ -33,6 +33,7 @@ class LedModel(registers: ModelRegisters, emulation: () => Boolean, loadFailed: 
   private val Name = "(run|err)_led_(code|enable|override)".r
 
   override def status(field: String): Option[Int] = field match {
+    case _ if !field.contains("_led_") => None // the quick answer for most fields
     case Name(led, "code")   => Some(overridden.getOrElse(led, automatic(led)))
     case Name(led, "enable") => Some(if (overridden.contains(led)) 1 else 0)
     case _                   => None

@@ -1,5 +1,8 @@
 package flyframe.model
 
+import flyframe.protocol.Command._
+import flyframe.protocol.DatagramLayout
+
 /** What the processing unit needs of the controller around it. */
 trait AddressSpace {
 
@@ -128,7 +131,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       val mine   = index < settings.maxSubTelegrams
       val length = little(start + 6) & 0x7ff
       val circle = settings.circulating && mine && has(start + 7)
-      val end    = start + 12 + length
+      val end    = start + DatagramLayout.Overhead + length
       if (mine) increment(start)
       if (circle && (little(start + 6) & Circulating) != 0) destroyedAfter(start + 7) // LP-15, OP-03
       else {
@@ -150,7 +153,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
     /** Section 5: what the datagram does here; section 6: what it counts. */
     private def execute(start: Int, length: Int): Unit = {
       val command = byteIn(start)
-      if (command >= 10 && command <= 12) logical(start, length, command)
+      if (Logical(command)) logical(start, length, command)
       else physical(start, length, command)
     }
 
@@ -158,19 +161,19 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       val adp = little(start + 2)
       val ado = little(start + 4)
       val matches = command match {
-        case 1 | 2 | 3 | 13 => adp == 0
-        case 4 | 5 | 6 | 14 => adp == settings.stationAddress || settings.alias.contains(adp)
-        case 7 | 8 | 9      => true
-        case _              => false
+        case Aprd | Apwr | Aprw | Armw => adp == 0
+        case Fprd | Fpwr | Fprw | Frmw => adp == settings.stationAddress || settings.alias.contains(adp)
+        case Brd | Bwr | Brw           => true
+        case _                         => false
       }
       val (reads, writes) = command match {
-        case 1 | 4 | 7 => (matches, false)
-        case 2 | 5 | 8 => (false, matches)
-        case 3 | 6 | 9 => (matches, matches)
-        case 13 | 14   => (matches, !matches)
-        case _         => (false, false)
+        case Aprd | Fprd | Brd => (matches, false)
+        case Apwr | Fpwr | Bwr => (false, matches)
+        case Aprw | Fprw | Brw => (matches, matches)
+        case Armw | Frmw       => (matches, !matches)
+        case _                 => (false, false)
       }
-      val broadcast = command >= 7 && command <= 9
+      val broadcast = Set(Brd, Bwr, Brw)(command)
       transfer(
         start,
         length,
@@ -179,7 +182,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
             space.read(ado + i).map(v => (received: Int) => if (broadcast) received | v else v)
           else None,
         (i, byte) => i >= 0 && writes && space.write(ado + i, byte),
-        writeCounts = if (Set(3, 6, 9)(command)) 2 else 1
+        writeCounts = if (Set(Aprw, Fprw, Brw)(command)) 2 else 1
       )
     }
 
@@ -189,9 +192,9 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       transfer(
         start,
         length,
-        i => if (command != 11) access.read(i) else None,
-        (i, byte) => command != 10 && access.write(i, byte),
-        writeCounts = if (command == 12) 2 else 1
+        i => if (command != Lwr) access.read(i) else None,
+        (i, byte) => command != Lrd && access.write(i, byte),
+        writeCounts = if (command == Lrw) 2 else 1
       )
     }
 
@@ -210,7 +213,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         write: (Int, Int) => Boolean,
         writeCounts: Int
     ): Unit = {
-      val data         = start + 10
+      val data         = start + DatagramLayout.bytes
       var readSuccess  = false
       var writeSuccess = false
       def readByte(i: Int): Unit = if (i < length && begun(data + i - 1)) read(i).foreach { change =>
@@ -248,5 +251,6 @@ object ProcessingUnit {
   private val IPv4          = 0x0800
   private val Circulating   = 1 << 14
   private val More          = 1 << 15
-  private val IncrementsAdp = Set(1, 2, 3, 7, 8, 9, 13)
+  private val IncrementsAdp = Set(Aprd, Apwr, Aprw, Brd, Bwr, Brw, Armw)
+  private val Logical       = Set(Lrd, Lwr, Lrw)
 }

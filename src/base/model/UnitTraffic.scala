@@ -2,6 +2,7 @@ package flyframe.model
 
 import scala.util.Random
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
 import flyframe.registers.RegisterMap
 
 /** Random traffic for FMMUs, SyncManagers, AL and events: what a master and a host do with them, and what
@@ -34,14 +35,20 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
   /** One or more datagrams that belong together. */
   def next(): Seq[Datagram] = pick(kinds)()
 
-  /** A datagram that finds this controller; `code` counts from 1 (read), 2 (write), 3 (both). */
-  private def physical(code: Int, address: Int, data: Seq[Int]): Datagram = random.nextInt(4) match {
-    case 0 => Datagram(code, 0, address, data)
-    case 1 => Datagram(code + 6, random.nextInt(4), address, data)
-    case _ => Datagram(code + 3, model.registers.value("station_address"), address, data)
+  /** What a datagram does: the commands for it by position, by station address, and for all. */
+  private case class Access(byPosition: Int, byStation: Int, byAll: Int)
+  private val reads  = Access(Aprd, Fprd, Brd)
+  private val writes = Access(Apwr, Fpwr, Bwr)
+  private val both   = Access(Aprw, Fprw, Brw)
+
+  /** A datagram that finds this controller. */
+  private def physical(access: Access, address: Int, data: Seq[Int]): Datagram = random.nextInt(4) match {
+    case 0 => Datagram(access.byPosition, 0, address, data)
+    case 1 => Datagram(access.byAll, random.nextInt(4), address, data)
+    case _ => Datagram(access.byStation, model.registers.value("station_address"), address, data)
   }
-  private def write(address: Int, data: Seq[Int]) = physical(if (chance(95)) 2 else 3, address, data)
-  private def read(address: Int, count: Int)      = physical(1, address, Vector.fill(count)(0))
+  private def write(address: Int, data: Seq[Int]) = physical(if (chance(95)) writes else both, address, data)
+  private def read(address: Int, count: Int)      = physical(reads, address, Vector.fill(count)(0))
 
   // ---- SyncManagers ----
 
@@ -142,8 +149,7 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
     val start = model.registers.wide(s"fmmu${n}_logical_start")
     val at    = start + (if (chance(60)) 0 else random.nextInt(6) - 3)
     val count = if (chance(60)) fmmu(n, "length") min 40 max 1 else 1 + random.nextInt(16)
-    val code  = 10 + random.nextInt(3)
-    Datagram(code, at & 0xffffffffL, bytes(count))
+    Datagram(pick(Seq(Lrd, Lwr, Lrw)), at & 0xffffffffL, bytes(count))
   }
 
   // ---- application layer and events ----
@@ -258,11 +264,11 @@ object UnitTraffic {
 
   /** The same for a whole datagram. */
   def calm(p: EscParams, d: Datagram): Datagram =
-    if (d.command >= 10 && d.command <= 12) d
+    if (Set(Lrd, Lwr, Lrw)(d.command)) d
     else {
       val at = (d.address >> 16 & 0xffff).toInt
       if (
-        p.hasWatchdogs && at <= WatchdogStates.end && at + d.data.size > WatchdogStates.start && d.command != 2
+        p.hasWatchdogs && at <= WatchdogStates.end && at + d.data.size > WatchdogStates.start && d.command != Apwr
       )
         d.copy(address = d.address ^ (0x0800L << 16)) // no reading of watchdog states
       else d.copy(data = d.data.zipWithIndex.map { case (b, i) => calm(p, at + i, b) })

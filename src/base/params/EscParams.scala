@@ -50,10 +50,9 @@ final case class EscParams(
   /** Process data RAM in bytes, from 0x1000 on. */
   def ramBytes: Int = ramKiB * 1024
 
-  /** Bits of a SyncManager's, an FMMU's number. */
-  def smIndexBits: Int               = index(syncManagers)
-  def fmmuIndexBits: Int             = index(fmmus)
-  private def index(count: Int): Int = if (count > 8) 4 else if (count > 4) 3 else if (count > 2) 2 else 1
+  /** Bits of the number of a SyncManager, at least 1. */
+  def smIndexBits: Int =
+    if (syncManagers > 8) 4 else if (syncManagers > 4) 3 else if (syncManagers > 2) 2 else 1
 
   /** SyncManagers, FMMUs are looked through in banks of eight. */
   def smBanks: Int   = if (syncManagers > 8) 2 else 1

@@ -3,8 +3,8 @@ package flyframe.alarm
 import chisel3._
 import chisel3.util._
 import flyframe.params.EscParams
+import flyframe.protocol.{AppendedLayout, Command, DetectorState, Layout, RecordLayout}
 import flyframe.registers.AlarmRegisters
-import flyframe.protocol.DetectorState
 
 /** The pins of the detector and of the signals beside it. */
 class AlarmPins extends Bundle {
@@ -13,7 +13,7 @@ class AlarmPins extends Bundle {
   val current = Input(UInt(3.W))
   val supply  = Output(Bool())
 
-  /** Lit and sounding from an alarm on until it is cleared. */
+  /** Buzzer and lamp are on from an alarm until the master or the host clears it. */
   val buzzer = Output(Bool())
   val lamp   = Output(Bool())
 }
@@ -24,9 +24,10 @@ class AlarmPins extends Bundle {
 class AlarmUnit(p: EscParams) extends Module {
   val pins = IO(new AlarmPins)
 
-  // Settings of the host.
+  // Settings of the host: the detector is switched on; how long its states must last, see [[Detector]]; and the
+  // host's epoch and node ID, which stand in the records.
   val detect   = IO(Input(Bool()))
-  val report   = IO(Input(Bool())) // events may be appended to frames
+  val report   = IO(Input(Bool())) // true: events may be appended to frames
   val debounce = IO(Input(UInt(16.W)))
   val offTime  = IO(Input(UInt(16.W)))
   val epoch    = IO(Input(UInt(8.W)))
@@ -39,15 +40,18 @@ class AlarmUnit(p: EscParams) extends Module {
   val confirm     = IO(Input(Valid(UInt(16.W))))
   val repeat      = IO(Input(Bool()))
 
-  // What the registers show.
+  // What the registers show: the state of the detector, how many events are kept, the record of the oldest event
+  // that the master has not seen, and whether buzzer and lamp are on.
   val state   = IO(Output(UInt(DetectorState.Width.W)))
   val queued  = IO(Output(UInt(log2Ceil(AlarmUnit.Depth + 1).W)))
-  val record  = IO(Output(Valid(UInt((8 * AlarmUnit.RecordBytes).W))))
+  val record  = IO(Output(Valid(UInt((8 * RecordLayout.bytes).W))))
   val latched = IO(Output(Bool()))
 
-  /** For [[DatagramAppender]]. */
+  /** To [[DatagramAppender]]: there is a datagram to append, and its nibbles, the low one of each byte first. It
+    * does not change while `busy`.
+    */
   val pending  = IO(Output(Bool()))
-  val datagram = IO(Output(Vec(2 * AlarmUnit.DatagramBytes, UInt(4.W))))
+  val datagram = IO(Output(Vec(2 * AppendedLayout.bytes, UInt(4.W))))
   val busy     = IO(Input(Bool()))
 
   private val detector = Module(new Detector(p.coreClockMhz))
@@ -72,15 +76,28 @@ class AlarmUnit(p: EscParams) extends Module {
   record.valid := queue.head.valid
   record.bits := Mux(
     queue.head.valid,
-    Cat(event.time, epoch, event.state.pad(8), event.sequence),
+    AlarmUnit.word(RecordLayout)(
+      RecordLayout.Sequence -> event.sequence,
+      RecordLayout.State    -> event.state,
+      RecordLayout.Epoch    -> epoch,
+      RecordLayout.Time     -> event.time
+    ),
     0.U
   )
 
-  // A NOP, which every controller passes untouched, with working counter 1.
+  // A NOP, which every controller passes untouched.
   private val address = AlarmRegisters.Record.U(16.W)
-  private val length  = AlarmUnit.RecordBytes.U(16.W)
-  private val bytes =
-    Cat(1.U(16.W), record.bits, 0.U(16.W), length, address, node, event.sequence(7, 0), 0.U(8.W))
+  private val length  = RecordLayout.bytes.U(16.W)
+  private val bytes = AlarmUnit.word(AppendedLayout)(
+    AppendedLayout.Command -> Command.Nop.U,
+    AppendedLayout.Index   -> event.sequence(7, 0),
+    AppendedLayout.Adp     -> node,
+    AppendedLayout.Ado     -> address,
+    AppendedLayout.Length  -> length,
+    AppendedLayout.Irq     -> 0.U,
+    AppendedLayout.Record  -> record.bits,
+    AppendedLayout.Counter -> AppendedLayout.Counted.U
+  )
   pending  := queue.head.valid && report
   datagram := bytes.asTypeOf(datagram)
 
@@ -100,7 +117,9 @@ object AlarmUnit {
   /** Events that wait for master and server. */
   val Depth = 16
 
-  /** Bytes of an alarm record, and of the datagram around it. */
-  val RecordBytes   = 8
-  val DatagramBytes = 12 + RecordBytes
+  /** All fields of a little-endian layout, given in its order, as one word. */
+  private def word(layout: Layout)(fields: (Layout.Field, UInt)*): UInt = {
+    require(fields.map(_._1) == layout.fields, s"The fields given are not those of the layout ${layout.name}.")
+    Cat(fields.reverse.map { case (field, value) => value.pad(8 * field.bytes) })
+  }
 }

@@ -3,6 +3,7 @@ package flyframe.alarm
 import chisel3._
 import chisel3.util._
 import flyframe.frame.{FramePosition, Part}
+import flyframe.lanes.Lanes
 import flyframe.memory.{DualPortRam, DualPortRamIO}
 import flyframe.mii.{Crc32, NibbleStream}
 
@@ -160,7 +161,7 @@ class DatagramAppender(
         next.data := ~crcNow(3, 0)
         next.last := rest === 1.U
       }.elsewhen(head.mark === Mark.length) {
-        next.data := VecInit((0 until 3).map(i => newLength(4 * i + 3, 4 * i)))(word)
+        next.data := Lanes.nibbles(newLength, 3)(word)
       }.elsewhen(head.mark === Mark.more) {
         next.data := head.data | 8.U
       }

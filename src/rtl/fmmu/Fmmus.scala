@@ -2,6 +2,7 @@ package flyframe.fmmu
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.memory.{RegisterWrite, WideTable}
 import flyframe.params.EscParams
 
@@ -77,7 +78,7 @@ class Fmmus(p: EscParams) extends Module {
       table.write        := hitsArea && mine && unit < count.U && address(3, 2) === part.U
       table.writeIndex   := unit
       table.writeMask    := VecInit(bytes.map(mask(_))).asUInt
-      table.writeData    := VecInit(bytes.map(i => data(8 * i + 7, 8 * i))).asUInt
+      table.writeData    := VecInit(bytes.map(i => Lanes.byte(data, i))).asUInt
       table.readIndex(0) := index
       table
     }

@@ -2,6 +2,7 @@ package flyframe.frame
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.registers.RegisterMap
 
 /** Moves the data of a datagram between wire and memory: reads each word ahead, picks bytes, gathers written
@@ -22,7 +23,7 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes)
 
   // Address of the byte at hand; one bit more than 16, so that it cannot wrap (B-18).
   private val address = Reg(UInt(17.W))
-  private val here    = lane(address)
+  private val here    = Lanes.of(address, lanes)
   private val ahead   = address + 1.U
   private val first   = active && inHeader && position.byte === 6.U && !position.high
   private val byteEnd = active && inData && position.high
@@ -47,15 +48,15 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes)
   private val kept   = RegEnable(arrived, arriving)
   private val answer = if (cyclesPerNibble <= 2) Mux(arriving, arrived, kept) else kept
 
-  private val readByte = laneOf(answer.data, here, 8)
-  private val readNow  = inData && enable && request.read && laneOf(answer.readable, here, 1).asBool
+  private val readByte = Lanes.bytes(answer.data, lanes)(here)
+  private val readNow  = inData && enable && request.read && Lanes.bits(answer.readable, lanes)(here).asBool
   readMask   := Fill(4, readNow)
   readNibble := Mux(position.high, readByte(7, 4), readByte(3, 0))
 
   // Writing: a byte counts when its high nibble has come.
   private val low        = RegEnable(in.data, step)
   private val toRegister = address < RegisterMap.UserRamStart.U
-  private val accept = byteEnd && enable && request.write && laneOf(answer.writable, here, 1).asBool &&
+  private val accept = byteEnd && enable && request.write && Lanes.bits(answer.writable, lanes)(here).asBool &&
     !(toRegister && memory.logFull)
   private val gatheredMask = RegInit(0.U(lanes.W)) // reset: nothing to write
   private val gatheredData = Reg(UInt((8 * lanes).W))
@@ -63,7 +64,7 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes)
   private val written      = Cat(in.data, low)
   private val wordMask     = gatheredMask | byteMask
   private val wordData = VecInit((0 until lanes).map { i =>
-    Mux(byteMask(i), written, gatheredData(8 * i + 7, 8 * i))
+    Mux(byteMask(i), written, Lanes.byte(gatheredData, i))
   }).asUInt
   private val flush = active && inData && ((position.high && wordEnd) || in.last)
 

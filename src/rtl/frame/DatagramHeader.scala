@@ -2,29 +2,39 @@ package flyframe.frame
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.mii.NibbleStream
+import flyframe.protocol.DatagramLayout.{Ado, Adp, Command}
 
-/** What the header of the running datagram asks of this ESC. Steady from its last byte to the end of the
-  * datagram.
+/** What the header of the datagram at hand asks of this controller. All of it is steady from the last byte of
+  * the header to the end of the datagram; some of it, as noted, is so earlier.
   */
 class DatagramRequest extends Bundle {
+
+  /** Data is to be read from here into the frame. */
   val read      = Bool()
+
+  /** Data of the frame is to be written here. */
   val write     = Bool()
+
+  /** Every controller is addressed: what is read is OR-ed into the frame. */
   val broadcast = Bool()
 
-  /** Reading and writing count separately, 1 and 2 (FP-29). */
+  /** The command reads and writes. The working counter then rises by 1 for reading and by 2 for writing
+    * (FP-29).
+    */
   val readWrite = Bool()
 
-  /** ADP is incremented; steady from the command byte on. */
+  /** ADP is incremented while it passes. Steady from the command byte on. */
   val incrementsAdp = Bool()
 
-  /** An FMMU decides on each byte. */
+  /** The address is a logical one: an FMMU decides where each byte is. */
   val logical = Bool()
 
   /** The logical address of the first data byte, if FMMUs are built. */
   val logicalAddress = UInt(32.W)
 
-  /** ADO, the local address of the first data byte (FP-18); steady from its last nibble on. */
+  /** ADO, the local address of the first data byte (FP-18). Steady from its own last nibble on. */
   val address = UInt(16.W)
 }
 
@@ -32,7 +42,7 @@ class DatagramRequest extends Bundle {
   * FP-18, FP-22, FP-24).
   *
   * @param logical
-  *   logical commands are executed
+  *   true: logical commands are executed, for which FMMUs are needed; false: they pass unchanged
   */
 class DatagramHeader(logical: Boolean) extends Module {
   val step           = IO(Input(Bool()))
@@ -52,25 +62,23 @@ class DatagramHeader(logical: Boolean) extends Module {
   private val stationMatch = Reg(Bool())
   private val aliasMatch   = Reg(Bool())
 
-  private def nibbleOf(word: UInt, index: UInt): UInt =
-    VecInit((0 until 4).map(i => word(4 * i + 3, 4 * i)))(index)
-  private val adpNibble = Cat(position.byte(0), position.high) // ADP is bytes 2 and 3
+  private val adpNibble = Cat(position.byte(0), position.high) // ADP begins with an even byte
 
   when(step && in.valid && position.part === Part.header) {
     switch(position.byte) {
-      is(0.U) {
+      is(Command.offset.U) {
         when(position.high) { reserved := in.data =/= 0.U }.otherwise { code := in.data }
         zero         := true.B
         stationMatch := true.B
         aliasMatch   := aliasEnable
       }
-      is(2.U, 3.U) {
+      is(Adp.offset.U, Adp.last.U) {
         adp := Cat(in.data, adp(15, 4))
         when(in.data =/= 0.U) { zero := false.B }
-        when(in.data =/= nibbleOf(stationAddress, adpNibble)) { stationMatch := false.B }
-        when(in.data =/= nibbleOf(stationAlias, adpNibble)) { aliasMatch := false.B }
+        when(in.data =/= Lanes.nibbles(stationAddress, 4)(adpNibble)) { stationMatch := false.B }
+        when(in.data =/= Lanes.nibbles(stationAlias, 4)(adpNibble)) { aliasMatch := false.B }
       }
-      is(4.U, 5.U) {
+      is(Ado.offset.U, Ado.last.U) {
         address := Cat(in.data, address(15, 4))
       }
     }

@@ -3,18 +3,28 @@ package flyframe.frame
 import chisel3._
 import chisel3.util._
 import flyframe.mii.NibbleStream
+import flyframe.protocol.DatagramLayout
+import flyframe.protocol.DatagramLayout.Length
 
 /** Where in a frame the nibble at hand lies. */
 object Part extends ChiselEnum {
 
-  /** ethernet: addresses, VLAN tag, EtherType; ip: IP and UDP header; ethercat: its 2-byte header; header,
-    * data, counter: of a datagram; padding: behind the last datagram, FCS included; foreign: not EtherCAT,
-    * passes; ended: nothing more to pass.
+  /** The parts in the order in which a frame holds them:
+    *
+    *   - ethernet: addresses, VLAN tag if there is one, and EtherType;
+    *   - ip: IP and UDP header, if EtherCAT is carried in UDP;
+    *   - ethercat: the EtherCAT header of two bytes;
+    *   - header, data, counter: those of a datagram, again and again;
+    *   - padding: what stands behind the last datagram, the FCS included;
+    *   - foreign: the rest of a frame that is not EtherCAT, which passes as it is;
+    *   - ended: no frame is under way, or what comes of it does not pass any more.
     */
   val ethernet, ip, ethercat, header, data, counter, padding, foreign, ended = Value
 }
 
-/** The position in the frame, as [[FrameParser]] tells it for the nibble at hand. */
+/** Where in its frame the nibble at hand stands. [[FrameParser]] finds that out, and all units that look into
+  * passing frames go by it.
+  */
 class FramePosition extends Bundle {
   val part = Part()
 
@@ -24,16 +34,16 @@ class FramePosition extends Bundle {
   /** The nibble is the high half of its byte. */
   val high = Bool()
 
-  /** Whole bytes of the frame before this one, up to 60. */
+  /** Whole bytes of the frame before this one; the count stops at 60. */
   val frameBytes = UInt(6.W)
 
-  /** Whole bytes of padding and FCS before this one, up to 69. */
+  /** Whole bytes of padding and FCS before this one; the count stops at 69. */
   val paddingBytes = UInt(7.W)
 
   /** Data bytes of the datagram that are still to come, this one included. */
   val dataLeft = UInt(11.W)
 
-  /** Number of the datagram, from 0, up to 129. */
+  /** Number of the datagram in its frame, from 0 on; the count stops at 129. */
   val datagram = UInt(8.W)
 
   /** With this nibble it is decided that the frame is not EtherCAT (B-10). */
@@ -74,26 +84,26 @@ class FrameParser extends Module {
   private val next  = WireDefault(part)    // the part behind `atEnd`
   private val alien = WireDefault(false.B) // this byte shows that the frame is not EtherCAT
 
-  private def at(n: Int): Bool = byte === n.U
+  private def on(n: Int): Bool = byte === n.U
 
   switch(part) {
     is(Part.ethernet) {
-      atEnd := at(13)
+      atEnd := on(13)
       next  := Mux(word === 0x88a4.U, Part.ethercat, Part.ip)
-      alien := at(13) && word =/= 0x88a4.U && word =/= 0x0800.U && (word =/= 0x8100.U || tagged)
+      alien := on(13) && word =/= 0x88a4.U && word =/= 0x0800.U && (word =/= 0x8100.U || tagged)
     }
     is(Part.ip) {
-      atEnd := at(27)
+      atEnd := on(27)
       next  := Part.ethercat
-      alien := (at(0) && whole =/= 0x45.U) || (at(9) && whole =/= 0x11.U) || (at(23) && word =/= 0x88a4.U)
+      alien := (on(0) && whole =/= 0x45.U) || (on(9) && whole =/= 0x11.U) || (on(23) && word =/= 0x88a4.U)
     }
     is(Part.ethercat) {
-      atEnd := at(1)
+      atEnd := on(1)
       next  := Part.header
-      alien := at(1) && in.data =/= 1.U
+      alien := on(1) && in.data =/= 1.U
     }
     is(Part.header) {
-      atEnd := at(9)
+      atEnd := on(DatagramLayout.bytes - 1)
       next  := Mux(length === 0.U, Part.counter, Part.data)
     }
     is(Part.foreign) {
@@ -105,11 +115,11 @@ class FrameParser extends Module {
       next  := Part.counter
     }
     is(Part.counter) {
-      atEnd := at(1)
+      atEnd := on(DatagramLayout.CounterBytes - 1)
       next  := Mux(more, Part.header, Part.padding)
     }
   }
-  private val isTag = part === Part.ethernet && at(13) && word === 0x8100.U && !tagged
+  private val isTag = part === Part.ethernet && on(13) && word === 0x8100.U && !tagged
 
   position.part            := part
   position.byte            := byte
@@ -135,17 +145,17 @@ class FrameParser extends Module {
       high := !high
       low  := in.data
       when(part === Part.header) { // the length word, least significant nibble first
-        when(at(6) || (at(7) && !high)) { length := Cat(Mux(at(7), in.data(2, 0), in.data), length(11, 4)) }
-        when(at(7) && high) { more := in.data(3) }
+        when(on(Length.offset) || (on(Length.last) && !high)) { length := Cat(Mux(on(Length.last), in.data(2, 0), in.data), length(11, 4)) }
+        when(on(Length.last) && high) { more := in.data(3) }
       }
       when(high) {
         previous := whole
         byte     := byte + 1.U
         when(frameBytes =/= 60.U) { frameBytes := frameBytes + 1.U }
         when(part === Part.padding && paddingBytes =/= 69.U) { paddingBytes := paddingBytes + 1.U }
-        when(part === Part.ip && at(25)) { length := word(11, 0) }
+        when(part === Part.ip && on(25)) { length := word(11, 0) }
           .elsewhen(part =/= Part.header) { length := length - 1.U }
-        when(part === Part.ip && at(27)) { cleared := true.B }
+        when(part === Part.ip && on(27)) { cleared := true.B }
         when(isTag) {
           tagged := true.B
           byte   := 10.U // two bytes of tag control, then the inner EtherType

@@ -2,9 +2,11 @@ package flyframe.frame
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.memory.{EcatAccess, RegisterWrite}
 import flyframe.mii.{Crc32, NibbleStream}
 import flyframe.params.EscParams
+import flyframe.protocol.{DatagramLayout, Layout}
 import flyframe.syncmanager.AreaPort
 
 /** What the registers and the loop control tell the frame processor. */
@@ -41,11 +43,13 @@ class FrameProcessor(p: EscParams) extends Module {
   val config = IO(Input(new FrameProcessorConfig))
   val memory = IO(new EcatAccess(p.lanes))
 
-  /** A byte of DL status, of AL status was read; counts if the frame ends well. */
+  /** The master has read a byte of DL status, of AL status. That counts only if the frame ends well. */
   val readDlStatus = IO(Output(Bool()))
   val readAlStatus = IO(Output(Bool()))
 
-  /** The end of a frame, well or badly, one cycle later; a frame is in the unit. */
+  /** A frame has ended, well or badly: a pulse after its last nibble, when its last data are in memory. `busy`
+    * says that a frame is in the unit.
+    */
   val frameGood = IO(Output(Bool()))
   val frameBad  = IO(Output(Bool()))
   val busy      = IO(Output(Bool()))
@@ -102,16 +106,17 @@ class FrameProcessor(p: EscParams) extends Module {
   when(active && !in.payload) { destroy := config.destroyNonEtherCat }
 
   // Only for a nibble of the payload, which is looked at late: it comes through the choice of the port.
-  private def at(where: Part.Type, bytes: Int*): Bool =
+  private def on(where: Part.Type, bytes: Int*): Bool =
     part === where && bytes.map(position.byte === _.U).reduce(_ || _)
+  private def on(field: Layout.Field): Bool = on(Part.header, field.offset to field.last: _*)
 
   // ADP + 1 and working counter + increment: one nibble adder with carry.
   private val carry = Reg(Bool())
   // Known since the command byte, long before they are needed.
   private val increments  = RegNext(header.request.incrementsAdp)
   private val readWrite   = RegNext(header.request.readWrite)
-  private val inAdp       = at(Part.header, 2, 3) && increments && !tooMany
-  private val inCounter   = at(Part.counter, 0, 1)
+  private val inAdp       = on(DatagramLayout.Adp) && increments && !tooMany
+  private val inCounter   = on(Part.counter, 0 until DatagramLayout.CounterBytes: _*)
   private val firstNibble = !position.high && !position.byte(0)
   private val increment = Mux(
     inCounter,
@@ -123,10 +128,10 @@ class FrameProcessor(p: EscParams) extends Module {
 
   // IRQ field, nibble by nibble.
   private val irqNibble =
-    VecInit((0 until 4).map(i => config.ecatEvents(4 * i + 3, 4 * i)))(Cat(position.byte(0), position.high))
+    Lanes.nibbles(config.ecatEvents, 4)(Cat(position.byte(0), position.high))
 
   private val lengthTop =
-    at(Part.header, 7) && position.high // bits 15:12 of the length word: M, C, two reserved
+    on(Part.header, DatagramLayout.Length.last) && position.high // bits 15:12 of the length word: M, C, two reserved
   private val circulate = lengthTop && config.circulating && !tooMany
 
   // The CRC of the changes made so far, this nibble excluded. Behind the last datagram it is added to the FCS (B-13); it is zero
@@ -138,15 +143,15 @@ class FrameProcessor(p: EscParams) extends Module {
 
   private val data = WireDefault(in.data)
   when(in.payload) {
-    when(at(Part.ethernet, 6) && !position.high && destroy) {
+    when(on(Part.ethernet, 6) && !position.high && destroy) {
       data := in.data | 2.U // SOURCE_MAC[1]
-    }.elsewhen(at(Part.ip, 26, 27)) {
+    }.elsewhen(on(Part.ip, 26, 27)) {
       data := 0.U // UDP checksum (FP-05)
     }.elsewhen(inAdp || inCounter) {
       data := sum
     }.elsewhen(circulate) {
       data := in.data | 4.U
-    }.elsewhen(at(Part.header, 8, 9) && !tooMany) {
+    }.elsewhen(on(DatagramLayout.Irq) && !tooMany) {
       data := in.data | irqNibble
     }.elsewhen(access.readMask.orR) {
       data := (access.readNibble & access.readMask) |

@@ -3,6 +3,7 @@ package flyframe.frame
 import chisel3._
 import chisel3.util._
 import flyframe.fmmu.{Fmmus, Mapped}
+import flyframe.lanes.Lanes
 import flyframe.memory.{EscMemory, RegisterWrite}
 import flyframe.params.EscParams
 import flyframe.registers.RegisterMap
@@ -40,7 +41,7 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   private val first = active && inHeader && position.high && position.byte === 5.U
   private val cycle = RegInit(15.U(4.W)) // reset: long after any byte
   when(tick) { cycle := 0.U }.elsewhen(!cycle.andR) { cycle := cycle + 1.U }
-  private def at(n: Int): Bool = cycle === n.U
+  private def inCycle(n: Int): Bool = cycle === n.U
 
   // How far a byte of the datagram is away, counted in the header: byte 0 is mapped after byte 6 of it.
   private val isEarly  = inHeader && position.byte <= 6.U
@@ -85,7 +86,7 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
 
   private val direct =
     Reg(UInt(17.W)) // local address without FMMU; one bit more than 16, so that it cannot wrap (B-18)
-  when(at(2)) { direct := Mux(begins, request.address, direct + 1.U) }
+  when(inCycle(2)) { direct := Mux(begins, request.address, direct + 1.U) }
 
   private def local(mapped: Mapped): Local = {
     val l = Wire(new Local)
@@ -103,14 +104,14 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     val fmmus  = Module(new Fmmus(p))
     val behind = Reg(UInt(33.W))
     val past   = Reg(Bool()) // past 0xFFFFFFFF
-    when(at(0)) {
+    when(inCycle(0)) {
       behind := Mux(isEarly, request.logicalAddress, behind + 1.U)
       past   := !isEarly && (past || behind(32))
     }
     fmmus.write  := registerWrite
     fmmus.index  := Mux(cycle > 7.U, 7.U, cycle(2, 0))
     fmmus.behind := behind
-    val mappedPast = RegEnable(past, at(0))
+    val mappedPast = RegEnable(past, inCycle(0))
     def existing(m: Mapped) = {
       val limited = WireDefault(m)
       limited.hit := m.hit && !mappedPast
@@ -123,13 +124,13 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   }
 
   // area: entries 0 to 7 in cycles 2 to 9, the result is there in cycle 4 of the next byte time.
-  private val areaRead  = RegEnable(local(readMapped), at(2))
-  private val areaWrite = RegEnable(local(writeMapped), at(2))
+  private val areaRead  = RegEnable(local(readMapped), inCycle(2))
+  private val areaWrite = RegEnable(local(writeMapped), inCycle(2))
   private def noArea    = 0.U.asTypeOf(new AreaHit(p.smIndexBits))
   private val (readArea, writeArea) = areas match {
     case Some(port) =>
       val index = RegInit(7.U(3.W)) // reset: no search
-      when(at(1)) { index := 0.U }.elsewhen(!index.andR) { index := index + 1.U }
+      when(inCycle(1)) { index := 0.U }.elsewhen(!index.andR) { index := index + 1.U }
       port.index := index
       val scanBegins = RegNext(index === 0.U, false.B)
       def search(address: UInt): AreaHit = AreaScan.lowest(port.entries.map { entry =>
@@ -169,8 +170,8 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     t
   }
   // The address in the area's first buffer has moved on since the search: keep that of the byte.
-  private val searchedRead  = RegEnable(searched(areaRead), at(2))
-  private val searchedWrite = RegEnable(searched(areaWrite), at(2))
+  private val searchedRead  = RegEnable(searched(areaRead), inCycle(2))
+  private val searchedWrite = RegEnable(searched(areaWrite), inCycle(2))
 
   private def bits(mapped: Mapped): Bits = {
     val b = WireDefault(Bits.of(mapped))
@@ -181,10 +182,10 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     when(!request.logical) { b := Bits.whole }
     b
   }
-  private val areaReadBits      = RegEnable(bits(readMapped), at(2))
-  private val areaWriteBits     = RegEnable(bits(writeMapped), at(2))
-  private val searchedReadBits  = RegEnable(areaReadBits, at(2))
-  private val searchedWriteBits = RegEnable(areaWriteBits, at(2))
+  private val areaReadBits      = RegEnable(bits(readMapped), inCycle(2))
+  private val areaWriteBits     = RegEnable(bits(writeMapped), inCycle(2))
+  private val searchedReadBits  = RegEnable(areaReadBits, inCycle(2))
+  private val searchedWriteBits = RegEnable(areaWriteBits, inCycle(2))
 
   // The byte to be fetched is in the datagram; so is the one behind it, which an early byte is for.
   private val inDatagram     = Reg(Bool())
@@ -218,15 +219,15 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   // Reading: asked in cycle 4, answered in 6.
   private val reading                = target(searchedRead, readArea)
   private val wanted                 = Mux(searchedReadBits.early, nextInDatagram, inDatagram)
-  private val fetched                = RegEnable(reading, at(4))
-  private val fetchedBits            = RegEnable(searchedReadBits, at(4))
-  private val fetchedWanted          = RegEnable(wanted && request.read, at(4))
+  private val fetched                = RegEnable(reading, inCycle(4))
+  private val fetchedBits            = RegEnable(searchedReadBits, inCycle(4))
+  private val fetchedWanted          = RegEnable(wanted && request.read, inCycle(4))
   private val (mayRead, readsBuffer) = permission(fetched)
-  private val fetchedMay             = RegEnable(mayRead && fetchedWanted, at(6))
-  private val fetchedCloses          = RegEnable(readsBuffer && fetched.area.last, at(6))
-  private val readAddress            = RegEnable(buffer(fetched), at(6))
-  private val writeTarget            = RegEnable(target(searchedWrite, writeArea), at(4))
-  private val writeTargetBits        = RegEnable(searchedWriteBits, at(4))
+  private val fetchedMay             = RegEnable(mayRead && fetchedWanted, inCycle(6))
+  private val fetchedCloses          = RegEnable(readsBuffer && fetched.area.last, inCycle(6))
+  private val readAddress            = RegEnable(buffer(fetched), inCycle(6))
+  private val writeTarget            = RegEnable(target(searchedWrite, writeArea), inCycle(4))
+  private val writeTargetBits        = RegEnable(searchedWriteBits, inCycle(4))
 
   private def arrives(lookUp: Bool): Bool =
     ShiftRegister(lookUp, EscMemory.readCycles(p), false.B, true.B)
@@ -237,10 +238,10 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   private val readIndex   = RegEnable(fetched.area.index, tick)
   private val readSingle  = RegEnable(fetched.single, tick)
   private val readBits    = RegEnable(fetchedBits, tick)
-  private val lookUpRead  = at(0) && readMay
+  private val lookUpRead  = inCycle(0) && readMay
   private val readArrives = arrives(lookUpRead)
-  private val readByte    = RegEnable(laneOf(memory.readData, lane(readAddress), 8), readArrives)
-  private val readable    = RegEnable(laneOf(memory.readable, lane(readAddress), 1).asBool, readArrives)
+  private val readByte    = RegEnable(Lanes.bytes(memory.readData, p.lanes)(Lanes.of(readAddress, p.lanes)), readArrives)
+  private val readable    = RegEnable(Lanes.bits(memory.readable, p.lanes)(Lanes.of(readAddress, p.lanes)).asBool, readArrives)
   private val isRead      = readMay && readable
   private val (readValue, readHere) = if (bitwise) {
     val byteBefore = RegEnable(readByte, tick)
@@ -254,15 +255,15 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
 
   // move: writing. Asked in cycle 2, when all before this byte has been done, answered in 4.
   private val (mayWrite, writesBuffer) = permission(writeTarget)
-  private val writeAddress             = RegEnable(buffer(writeTarget), at(4))
-  private val writeMay                 = RegEnable(mayWrite, at(4))
-  private val writesArea               = RegEnable(writesBuffer, at(4))
-  private val writeArea2               = RegEnable(writeTarget.area, at(4))
-  private val writeSingle              = RegEnable(writeTarget.single, at(4))
-  private val writeBits                = RegEnable(writeTargetBits, at(4))
-  private val lookUpWrite              = at(5) && writeMay
+  private val writeAddress             = RegEnable(buffer(writeTarget), inCycle(4))
+  private val writeMay                 = RegEnable(mayWrite, inCycle(4))
+  private val writesArea               = RegEnable(writesBuffer, inCycle(4))
+  private val writeArea2               = RegEnable(writeTarget.area, inCycle(4))
+  private val writeSingle              = RegEnable(writeTarget.single, inCycle(4))
+  private val writeBits                = RegEnable(writeTargetBits, inCycle(4))
+  private val lookUpWrite              = inCycle(5) && writeMay
   private val writeArrives             = arrives(lookUpWrite)
-  private val writable = RegEnable(laneOf(memory.writable, lane(writeAddress), 1).asBool, writeArrives)
+  private val writable = RegEnable(Lanes.bits(memory.writable, p.lanes)(Lanes.of(writeAddress, p.lanes)).asBool, writeArrives)
 
   when(newFrame) { // the last frame may have ended anywhere
     fetchedMay := false.B
@@ -313,34 +314,34 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   memory.logByte      := accept && toRegister
   memory.write        := accept
   memory.writeAddress := written.address(15, 0)
-  memory.writeMask    := UIntToOH(lane(written.address), p.lanes)
+  memory.writeMask    := UIntToOH(Lanes.of(written.address, p.lanes), p.lanes)
   memory.writeData    := Fill(p.lanes, written.data)
   memory.writeBits    := written.mask
 
   // The byte addressed decides on the access, not the one in the buffer (B-52).
   areas.foreach { port =>
-    val closes = RegEnable(readMay && readCloses, tick) && at(0)
+    val closes = RegEnable(readMay && readCloses, tick) && inCycle(0)
     val writes = hasUpper && writeMay && writesArea && !(writeBits.early && isLast)
     val single = RegEnable(readSingle, tick)
-    val asks   = at(2) && request.write && writeTarget.managed
-    val opens  = at(4) && wanted && request.read && reading.managed && reading.byte.inMemory
-    port.turn    := at(0) || at(1) || at(2) || at(4)
+    val asks   = inCycle(2) && request.write && writeTarget.managed
+    val opens  = inCycle(4) && wanted && request.read && reading.managed && reading.byte.inMemory
+    port.turn    := inCycle(0) || inCycle(1) || inCycle(2) || inCycle(4)
     port.request := closes || writes || asks || opens
     port.number := Mux1H(
       Seq(
-        at(0) -> RegEnable(readIndex, tick),
-        at(1) -> writeArea2.index,
-        at(2) -> writeTarget.area.index,
-        at(4) -> reading.area.index
+        inCycle(0) -> RegEnable(readIndex, tick),
+        inCycle(1) -> writeArea2.index,
+        inCycle(2) -> writeTarget.area.index,
+        inCycle(4) -> reading.area.index
       )
     )
     port.access.first := Mux1H(
-      Seq(at(1) -> writeArea2.first, at(2) -> writeTarget.area.first, at(4) -> reading.area.first)
+      Seq(inCycle(1) -> writeArea2.first, inCycle(2) -> writeTarget.area.first, inCycle(4) -> reading.area.first)
     )
     port.access.single := Mux1H(
-      Seq(at(0) -> single, at(1) -> writeSingle, at(2) -> writeTarget.single, at(4) -> reading.single)
+      Seq(inCycle(0) -> single, inCycle(1) -> writeSingle, inCycle(2) -> writeTarget.single, inCycle(4) -> reading.single)
     )
-    port.access.write := at(1) || at(2)
+    port.access.write := inCycle(1) || inCycle(2)
     port.access.touch := writes || opens
     port.access.close := closes || (writes && writeArea2.last)
   }
@@ -355,8 +356,8 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     when(accept) { anyWrite := true.B }
   }
   readSuccess  := anyRead
-  readDlStatus := tick && isRead && RegEnable(readAddress(16, 1) === (0x0110 >> 1).U, at(0))
-  readAlStatus := tick && isRead && RegEnable(readAddress(16, 1) === (0x0130 >> 1).U, at(0))
+  readDlStatus := tick && isRead && RegEnable(readAddress(16, 1) === (0x0110 >> 1).U, inCycle(0))
+  readAlStatus := tick && isRead && RegEnable(readAddress(16, 1) === (0x0130 >> 1).U, inCycle(0))
   writeSuccess := anyWrite
 
   memory.frameStart := newFrame

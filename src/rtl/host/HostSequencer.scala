@@ -2,6 +2,7 @@ package flyframe.host
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.memory._
 import flyframe.params.EscParams
 import flyframe.syncmanager.{AreaPort, AreaScan}
@@ -75,11 +76,9 @@ class HostSequencer(p: EscParams) extends Module {
   memory.write := host.write
   memory.addr  := Mux(state === pass, host.addr, through(15, 0))
   // In its buffer a byte may lie in another lane.
-  private def byteOf(word: UInt, number: UInt) =
-    VecInit((0 until lanes).map(i => word(8 * i + 7, 8 * i)))(number)
   private val there = if (lanes == 1) 0.U else through(log2Ceil(lanes) - 1, 0)
   private val here  = if (lanes == 1) 0.U else lane
-  memory.wdata := Mux(state === pass, host.wdata, Fill(lanes, byteOf(host.wdata, here)))
+  memory.wdata := Mux(state === pass, host.wdata, Fill(lanes, Lanes.bytes(host.wdata, lanes)(here)))
   memory.be    := Mux(state === pass, host.be, UIntToOH(there, lanes))
   host.rdata   := Mux(state === pass, memory.rdata, data)
   host.ack     := false.B
@@ -110,7 +109,7 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(access) {
       when(memory.ack) {
-        data := data | (Fill(lanes, byteOf(memory.rdata, there)) & FillInterleaved(8, UIntToOH(here, lanes)))
+        data := data | (Fill(lanes, Lanes.bytes(memory.rdata, lanes)(there)) & FillInterleaved(8, UIntToOH(here, lanes)))
       }
       when(memory.ack || outside) { state := close }
     }

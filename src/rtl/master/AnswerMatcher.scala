@@ -2,12 +2,17 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.memory.DualPortRam
+import flyframe.protocol.DatagramLayout
+import flyframe.protocol.DatagramLayout.{Ado, Adp, Command, Index, Length}
 
-/** A word of a datagram that has come back, or come from a slave. */
+/** A word of 16 bits of a datagram that has come back from the line: one of those sent, or one that a slave has
+  * appended.
+  */
 class AnswerWord extends Bundle {
 
-  /** Which one: of [[AnswerWord]]. */
+  /** Which word it is, a constant of [[AnswerWord]]. */
   val place = UInt(3.W)
   val data  = UInt(16.W)
 }
@@ -15,7 +20,7 @@ class AnswerWord extends Bundle {
 /** The words that are kept of a datagram, in the order of their places. */
 object AnswerWord {
 
-  /** The address; ADO in a logical address: its high half. */
+  /** The halves of the address; of a logical one the low and the high half. */
   val Adp = 0
   val Ado = 1
 
@@ -47,9 +52,9 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
   val first = IO(Input(Bool()))
   val end   = IO(Flipped(Valid(Bool())))
 
-  /** What was sent: forget all; one more datagram. */
+  /** What was sent: `clear` forgets all of it, `expect` adds a datagram. */
   val clear  = IO(Input(Bool()))
-  val expect = IO(Flipped(Valid(new DatagramRequest)))
+  val expect = IO(Flipped(Valid(new DatagramToSend)))
 
   /** A data byte of the datagram at hand, its place there, and the number of the datagram from 0 on. */
   val data   = IO(Output(Valid(UInt(8.W))))
@@ -96,13 +101,13 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
   done.bits := end.bits && state === State.behind && at(10, 2).orR && !wrong && came >= sent
 
   private def on(n: Int): Bool                                        = at === n.U
-  private def byteOf(s: State.Type, n: Int, place: Int): (Bool, UInt) = (state === s && on(n)) -> place.U(3.W)
-  private val isLength                                                = state === State.header && on(7)
+  private def wordAt(s: State.Type, n: Int, place: Int): (Bool, UInt) = (state === s && on(n)) -> place.U(3.W)
+  private val isLength                                                = state === State.header && on(Length.last)
   private val places = Seq(
-    byteOf(State.header, 3, AnswerWord.Adp),
-    byteOf(State.header, 5, AnswerWord.Ado),
-    byteOf(State.header, 7, AnswerWord.Kind),
-    byteOf(State.counter, 1, AnswerWord.Counter),
+    wordAt(State.header, Adp.last, AnswerWord.Adp),
+    wordAt(State.header, Ado.last, AnswerWord.Ado),
+    wordAt(State.header, Length.last, AnswerWord.Kind),
+    wordAt(State.counter, DatagramLayout.CounterBytes - 1, AnswerWord.Counter),
     (inData && at < 8.U) -> (AnswerWord.Data.U(3.W) | at(2, 1))
   )
   word.valid      := byte.valid && !first && VecInit(places.map(_._1)).asUInt.orR
@@ -139,17 +144,17 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
         }
         is(State.header) {
           area := area - 1.U
-          when(on(6)) { left := byte.bits }
-          when(on(7)) {
+          when(on(Length.offset)) { left := byte.bits }
+          when(on(Length.last)) {
             left := both(10, 0)
             more := byte.bits(7)
           }
           // Command, index and length are those sent.
-          val isCompared = on(0) || on(1) || on(6) || on(7)
-          val expected   = VecInit((0 until 4).map(i => entry(8 * i + 7, 8 * i)))(Cat(at(2), at(0)))
-          val had        = Mux(on(7), byte.bits(2, 0), byte.bits)
+          val isCompared = on(Command.offset) || on(Index.offset) || on(Length.offset) || on(Length.last)
+          val expected   = Lanes.bytes(entry, 4)(Cat(at(2), at(0)))
+          val had        = Mux(on(Length.last), byte.bits(2, 0), byte.bits)
           when(isCompared && !isAppended && had =/= expected) { wrong := true.B }
-          when(on(9)) {
+          when(on(DatagramLayout.bytes - 1)) {
             at    := 0.U
             state := Mux(left === 0.U, State.counter, State.data)
           }
@@ -164,7 +169,7 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
         }
         is(State.counter) {
           area := area - 1.U
-          when(on(1)) {
+          when(on(DatagramLayout.CounterBytes - 1)) {
             came  := came + 1.U
             at    := 0.U
             state := Mux(more, State.header, State.behind)

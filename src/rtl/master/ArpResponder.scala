@@ -2,6 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.memory.DualPortRam
 
 /** Answers ARP requests for the master's IP address (MST-12), so that the server's computer finds it. */
@@ -55,7 +56,7 @@ class ArpResponder extends Module {
 
   // The answer: the asker's MAC address, ours, type and kind, our addresses, the asker's.
   private val kind      = "h0806_0001_0800_0604_0002".U(80.W)
-  private val kindBytes = VecInit((9 to 0 by -1).map(i => kind(8 * i + 7, 8 * i)))
+  private val kindBytes = VecInit((9 to 0 by -1).map(i => Lanes.byte(kind, i)))
   private val isAsker   = sent < 6.U || sent >= 32.U
   private val isKind    = sent >= 12.U && sent < 22.U
   private val age       = Reg(UInt(2.W)) // cycles since `sent` has changed, up to 2

@@ -4,12 +4,12 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.DualPortRam
 import flyframe.protocol.ServerDatagram._
-import flyframe.protocol.MasterEvent
+import flyframe.protocol.{EventLayout, MasterEvent, ReportLayout}
 
-/** Who reports, and how it is with the line. */
+/** What a report says besides events: which master it is from, and how its line is. */
 class ReporterStatus extends Bundle {
   val master   = UInt(16.W) // ID
-  val boot     = UInt(16.W) // another one after each start: events count anew
+  val boot     = UInt(16.W) // number of its start; events are numbered anew after each
   val selfTest = UInt(8.W)  // result of its host
   val present  = UInt(8.W)  // slaves that answer
   val known    = UInt(8.W)  // slaves listed
@@ -34,19 +34,23 @@ class EventReporter(depth: Int) extends Module {
   val event  = IO(Vec(2, Flipped(Decoupled(UInt(16.W)))))
   val status = IO(Input(new ReporterStatus))
 
-  /** Less than half of the places are taken. */
+  /** Less than half of the places are taken: records of slaves are welcome. */
   val room = IO(Output(Bool()))
 
-  /** Numbers of the oldest event that is kept, and of the next one or that which is on its way; low bits. */
+  /** The number of the oldest event that is kept, and the number that the next event gets or the one on its way
+    * has. Low bits only.
+    */
   val firstEvent = IO(Output(UInt(NumberBits.W)))
   val nextEvent  = IO(Output(UInt(NumberBits.W)))
 
-  /** One pulse every millisecond. After so many of them a report is repeated; it is made in any case. */
+  /** One pulse every millisecond; after how many of them a report is repeated that was not acknowledged, and
+    * after how many one is made without events.
+    */
   val millisecond = IO(Input(Bool()))
   val repeatMs    = IO(Input(UInt(12.W)))
   val heartbeatMs = IO(Input(UInt(12.W)))
 
-  /** The server has all events before this number. */
+  /** The server has stored all events before this number. */
   val acknowledge = IO(Flipped(Valid(UInt(32.W))))
 
   /** To [[UdpSender]]: the byte comes a cycle after its address. */
@@ -88,7 +92,7 @@ class EventReporter(depth: Int) extends Module {
   private val full = nextEvent(placeBits - 1, 0) === last
   when(millisecond && !waited.andR) { waited := waited + 1.U }
   start  := false.B
-  length := HeaderBytes.U +& (inReport << 4)
+  length := ReportLayout.bytes.U +& (inReport << log2Ceil(EventLayout.bytes))
 
   // The memory, in words; numbers are big endian.
   private val ram     = DualPortRam(depth * EventWords, 16)(clock)
@@ -137,23 +141,23 @@ class EventReporter(depth: Int) extends Module {
     }
     is(State.header) {
       val words = Seq(
-        Magic.U,
-        Cat(Version.U(8.W), KindReport.U(8.W)),
-        status.master,
-        status.boot,
-        first(31, 16),
-        first(15, 0),
-        Cat(inReport.pad(8), status.selfTest),
-        Cat(status.present, status.known),
-        status.time(31, 16),
-        low,
-        status.lost(31, 16),
-        low
+        ReportLayout.Magic.word        -> Magic.U,
+        ReportLayout.Version.word      -> Cat(Version.U(8.W), KindReport.U(8.W)), // and kind
+        ReportLayout.Master.word       -> status.master,
+        ReportLayout.Boot.word         -> status.boot,
+        ReportLayout.Number.word       -> first(31, 16),
+        (ReportLayout.Number.word + 1) -> first(15, 0),
+        ReportLayout.Count.word        -> Cat(inReport.pad(8), status.selfTest), // and self-test
+        ReportLayout.Present.word      -> Cat(status.present, status.known), // and known
+        ReportLayout.Time.word         -> status.time(31, 16),
+        (ReportLayout.Time.word + 1)   -> low,
+        ReportLayout.Lost.word         -> status.lost(31, 16),
+        (ReportLayout.Lost.word + 1)   -> low
       )
-      content := Mux1H(words.zipWithIndex.map { case (w, i) => (word === i.U) -> w.pad(16) })
+      content := Mux1H(words.map { case (place, content) => (word === place.U) -> content.pad(16) })
       word    := word + 1.U
-      when(word === 8.U) { low := status.time(15, 0) }
-      when(word === 10.U) { low := status.lost(15, 0) }
+      when(word === ReportLayout.Time.word.U) { low := status.time(15, 0) }
+      when(word === ReportLayout.Lost.word.U) { low := status.lost(15, 0) }
       when(takes || busy) { // it is not true any more, or not wanted
         state := State.idle
         when(busy) { fresh := true.B }
@@ -176,7 +180,7 @@ object EventReporter {
     */
   val NumberBits = 24
 
-  private val HeaderWords  = HeaderBytes / 2
-  private val EventWords   = EventBytes / 2
+  private val HeaderWords  = ReportLayout.bytes / 2
+  private val EventWords   = EventLayout.bytes / 2
   private val HeaderPlaces = 2
 }

@@ -2,17 +2,19 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.memory.DualPortRam
+import flyframe.protocol.DatagramLayout
 
-/** What a datagram is to be: its header without length bits of the frame. */
-class DatagramRequest extends Bundle {
+/** The header of a datagram that the master is to send. */
+class DatagramToSend extends Bundle {
   val command = UInt(8.W)
   val index   = UInt(8.W)
 
-  /** ADP in the low half, ADO in the high one; or a logical address. */
+  /** ADP in the low half and ADO in the high one, or a logical address. */
   val address = UInt(32.W)
 
-  /** Data bytes. */
+  /** How many bytes of data it has. */
   val length = UInt(11.W)
 }
 
@@ -31,7 +33,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
   val clear = IO(Input(Bool()))
 
   /** A datagram if it fits, to be held until it is taken; then its data bytes. */
-  val datagram = IO(Flipped(Decoupled(new DatagramRequest)))
+  val datagram = IO(Flipped(Decoupled(new DatagramToSend)))
   val data     = IO(Flipped(Decoupled(UInt(8.W))))
 
   /** The datagram offered does not fit into this frame. */
@@ -61,14 +63,14 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
   ram.io.writeAddress := used
   ram.io.writeData := MuxLookup(state.asUInt, 0.U(8.W))(
     Seq(
-      State.header.asUInt -> VecInit((0 until 10).map(i => words(8 * i + 7, 8 * i)))(at(3, 0)),
+      State.header.asUInt -> Lanes.bytes(words, DatagramLayout.bytes)(at(3, 0)),
       State.data.asUInt   -> data.bits
     )
   )
   when(write) { used := used + 1.U }
 
-  full           := count === maxSubTelegrams.U || used +& datagram.bits.length > (Longest - 12).U
-  datagram.ready := state === State.header && at === 9.U
+  full           := count === maxSubTelegrams.U || used +& datagram.bits.length > (Longest - DatagramLayout.Overhead).U
+  datagram.ready := state === State.header && at === (DatagramLayout.bytes - 1).U
   data.ready     := state === State.data
   busy           := state =/= State.idle
 
@@ -82,7 +84,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
   bytes.bits.data := Mux(
     inArea,
     area,
-    VecInit((0 until HeaderBytes).map(i => head(8 * i + 7, 8 * i)))(at(3, 0))
+    Lanes.bytes(head, HeaderBytes)(at(3, 0))
   )
   private val next = at + 1.U
   bytes.bits.last := next === used // an empty area ends before it begins
@@ -105,8 +107,8 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
     is(State.header) {
       write := true.B
       at    := at + 1.U
-      when(at === 7.U) { last := used }
-      when(at === 9.U) {
+      when(at === DatagramLayout.Length.last.U) { last := used }
+      when(at === (DatagramLayout.bytes - 1).U) {
         at    := 0.U
         state := Mux(left === 0.U, State.counter, State.data)
       }
@@ -121,7 +123,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
     is(State.counter) {
       write := true.B
       at    := at + 1.U
-      when(at === 1.U) { state := State.idle }
+      when(at === (DatagramLayout.CounterBytes - 1).U) { state := State.idle }
     }
     is(State.fetch) { state := State.send }
     is(State.send) {

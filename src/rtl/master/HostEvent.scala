@@ -3,13 +3,12 @@ package flyframe.master
 import chisel3._
 import chisel3.util._
 import flyframe.protocol.{EventKind, MasterEvent}
+import flyframe.protocol.HostEventLayout.{Node, Position, Sequence, State}
 
 /** An event of the master's host, read as it stands at its registers (HOST-06): position, state, node ID and
   * sequence, low bytes first.
   */
 class HostEvent extends Module {
-  import HostEvent._
-
   /** Reports it; nothing is to be changed while `busy`. */
   val go   = IO(Input(Bool()))
   val busy = IO(Output(Bool()))
@@ -31,7 +30,7 @@ class HostEvent extends Module {
   event.valid := waits && half === 3.U
 
   /** Where the bytes of words 0 to 3 are; those behind are 0. */
-  private val lows = VecInit(Seq(Position, Node, Sequence, State).map(_.U(3.W)))
+  private val lows = VecInit(Seq(Position, Node, Sequence, State).map(_.offset.U(3.W)))
   readAddress := lows(word(1, 0)) | half(1)
   private val both = Cat(readData, low)
   event.bits := MuxLookup(word, 0.U(16.W))(
@@ -52,11 +51,4 @@ class HostEvent extends Module {
     }
   }
   when(go) { waits := true.B }
-}
-
-object HostEvent {
-  private val Position = 0
-  private val State    = 1
-  private val Node     = 2
-  private val Sequence = 4
 }

@@ -24,7 +24,7 @@ class LineExchange(maxSubTelegrams: Int, answers: Int = 32) extends Module {
   val source = IO(Input(UInt(48.W))) // MAC address, first byte in the low bits
 
   val clear    = IO(Input(Bool()))
-  val datagram = IO(Flipped(Decoupled(new DatagramRequest)))
+  val datagram = IO(Flipped(Decoupled(new DatagramToSend)))
   val data     = IO(Flipped(Decoupled(UInt(8.W))))
   val full     = IO(Output(Bool()))
 

@@ -3,7 +3,7 @@ package flyframe.master
 import chisel3._
 import chisel3.util._
 import flyframe.mii.NibbleStream
-import flyframe.protocol.{DetectorState, EventKind, MasterEvent}
+import flyframe.protocol.{DetectorState, EventKind, MasterEvent, RecordLayout, SelfTest}
 import flyframe.protocol.Command.{Aprd, Bwr, Fpwr}
 import flyframe.registers.AlarmRegisters
 
@@ -26,7 +26,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   val out    = IO(Output(new NibbleStream))
   val source = IO(Input(UInt(48.W))) // MAC address, first byte in the low bits
 
-  /** The host has set everything up. */
+  /** The host has set everything up: the line is to run. */
   val run = IO(Input(Bool()))
 
   /** Length of a cycle, time to wait for an answer, in slots of 40 ns; how often a frame is sent again. */
@@ -45,36 +45,46 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
   val resultAddress  = IO(Input(UInt(4.W)))
   val resultData     = IO(Output(UInt(8.W)))
 
-  /** What happens, in words of [[MasterEvent]]; records are only taken while there is `room`. Numbers of the
-    * event that comes next or is on its way, and of the oldest one that the server does not have (LM-10), low
-    * bits.
+  /** What happens, in words of [[MasterEvent]]. Records of slaves are taken only while there is `room`.
+    * `nextEvent` is the number that the next event gets or the one on its way has, `firstEvent` that of the
+    * oldest one which the server does not have (LM-10); both are low bits only.
     */
   val event      = IO(Decoupled(UInt(16.W)))
   val room       = IO(Input(Bool()))
   val nextEvent  = IO(Input(UInt(EventReporter.NumberBits.W)))
   val firstEvent = IO(Input(UInt(EventReporter.NumberBits.W)))
 
-  /** Slaves that answer; slaves known. */
+  /** How many slaves answer, and how many are in the table. */
   val present = IO(Output(UInt((positionBits + 1).W)))
   val known   = IO(Output(UInt((positionBits + 1).W)))
 
-  /** An alarm has come; a frame was sent in vain. */
+  /** Pulses: a new record tells of an alarm; a frame was sent in vain. */
   val alarm = IO(Output(Bool()))
   val lost  = IO(Output(Bool()))
 
   private object State extends ChiselEnum {
 
-    /** stopped; pause: until the next cycle; doubt: what was confirmed is not sure any more.
+    /** Between frames: in `stopped` nothing is sent; `pause` waits for the next cycle; `doubt` goes through
+      * all slaves after a lost frame, since what they were told may not have arrived.
       *
-      * A frame: load: the host's datagram; clear, choose, offer, data, go, await. Its answers: fetch, look;
-      * taken: an acknowledgement; own: that of a single datagram; skip: the next one.
+      * A frame: `load` fetches the host's datagram from its registers; `clear` begins the frame; `choose`
+      * looks for a slave that is to be told something; `offer` and `data` hand a datagram over; `go` sends the
+      * frame, and `await` waits for its answer.
       *
-      * A record: record: is it one; compare: which slave's; recall, epoch, sequence, judge: is it new.
+      * An answer: `fetch` takes the next datagram of it, `look` sees what kind it is; in `taken` it is an
+      * acknowledgement of ours, in `own` the only datagram of the frame; `skip` goes on to the next one.
       *
-      * Slaves: count, meet: what their number means; lose, losing: some go; scan, list, heed: what new ones
-      * are asked; know, introduce, equal, settle, gap, next: what becomes of them.
+      * An alarm record: `record` sees whether the datagram is one; `compare` looks for its slave; `recall`,
+      * `epoch`, `sequence` and `judge` find out whether it is new.
       *
-      * emit: an event.
+      * The number of slaves: `count` takes it, `meet` decides what follows from it; `lose` and `losing` report
+      * those that do not answer any more.
+      *
+      * A new slave: `scan` asks it something, `list` and `heed` take its answer, `know` and `introduce` put it
+      * into the table; `equal` looks for another one with its node ID, `settle` and `gap` compare it with the
+      * one before it; `next` goes on to the slave behind it.
+      *
+      * An event: `emit` hands it over, word by word.
       */
     val stopped, pause, doubt, load, clear, choose, offer, data, go, await, fetch, look, taken, own, skip,
         record, compare, recall, epoch, sequence, judge, count, meet, lose, losing, scan, list, heed, know,
@@ -364,7 +374,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       val appended = answer(15)
       wanted := Mux(appended, AnswerWord.Ado.U, AnswerWord.Counter.U)
       when(appended) {
-        state := Mux(answer(10, 0) === RecordBytes.U, record, skip)
+        state := Mux(answer(10, 0) === RecordLayout.bytes.U, record, skip)
       }.elsewhen(byHost && number === 0.U) {
         result.valid := true.B
         state        := skip
@@ -475,7 +485,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
         is(4.U) {
           state := know
           // Its host is still starting: later, but not for ever.
-          when(isOne && answer(7, 0) === 0.U && !patience.andR) {
+          when(isOne && answer(7, 0) === SelfTest.NotRun.U && !patience.andR) {
             patience := patience + 1.U
             part     := 0.U
             beat     := 0.U
@@ -557,13 +567,12 @@ object LineMaster {
   /** Answers looked at per frame; datagrams of our own among them, at most. */
   private val Answers     = 32
   private val Most        = 16
-  private val RecordBytes = 8
 
-  /** Words of a record: number of the event, state and epoch, time. */
-  private val Sequence   = AnswerWord.Data
-  private val StateEpoch = AnswerWord.Data + 1
-  private val TimeLow    = AnswerWord.Data + 2
-  private val TimeHigh   = AnswerWord.Data + 3
+  /** Words of a record among those of an answer. */
+  private val Sequence   = AnswerWord.Data + RecordLayout.Sequence.word
+  private val StateEpoch = AnswerWord.Data + RecordLayout.State.word
+  private val TimeLow    = AnswerWord.Data + RecordLayout.Time.word
+  private val TimeHigh   = TimeLow + 1
 
   /** Bytes of a datagram of the host, as they stand at its registers; data, at most. */
   private val Command   = 0

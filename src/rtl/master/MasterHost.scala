@@ -2,6 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.memory.HostPort
 import flyframe.params.EscParams
 import flyframe.registers.{MasterRegisters, Register, RegisterFile, RegisterMap, Source}
@@ -64,7 +65,7 @@ class MasterHost(p: EscParams) extends Module {
   private val inSettings = !(host.addr >> NetworkSettings.AddressBits).orR
   private val address    = host.addr(RegisterMap.addressBits(p) - 1, laneBits)
   private val lane       = if (p.lanes == 1) 0.U(0.W) else count(laneBits - 1, 0)
-  private val lanes      = VecInit((0 until p.lanes).map(i => host.wdata(8 * i + 7, 8 * i)))
+  private val lanes      = Lanes.bytes(host.wdata, p.lanes)
   private val setAddress = Cat(host.addr(NetworkSettings.AddressBits - 1, laneBits), 0.U(laneBits.W)) | lane
   count             := Mux(active && !isLast, count + 1.U, 0.U)
   file.readAddress  := address

@@ -3,7 +3,8 @@ package flyframe.master
 import chisel3._
 import chisel3.util._
 import flyframe.memory.DualPortRam
-import flyframe.protocol.ServerDatagram
+import flyframe.protocol.{AcknowledgementLayout, ServerDatagram}
+import flyframe.protocol.AcknowledgementLayout.{Boot, Kind, Magic, Master, Number, Version}
 
 /** What comes from the server: acknowledgements of reports, and messages for the host, which waits in a
   * mailbox (SRV-01 to SRV-03, docs/rules/alarm.md). Whatever is malformed, too long, from elsewhere or for
@@ -23,14 +24,14 @@ class ServerLink extends Module {
   /** The server has all events before this number. */
   val acknowledge = IO(Output(Valid(UInt(32.W))))
 
-  /** A message waits: its bytes, header included, until the host takes it. */
+  /** A message waits, of `length` bytes with its header, until the host says `take`. */
   val waiting     = IO(Output(Bool()))
   val length      = IO(Output(UInt(9.W)))
   val take        = IO(Input(Bool()))
   val readAddress = IO(Input(UInt(8.W)))
   val readData    = IO(Output(UInt(8.W))) // a cycle later
 
-  /** A datagram was refused; a message was dropped, as another one waits. */
+  /** A datagram was refused. A message was dropped, as another one waits for the host. */
   val refused = IO(Output(Bool()))
   val dropped = IO(Output(Bool()))
 
@@ -62,32 +63,34 @@ class ServerLink extends Module {
     ServerDatagram.Version.U(8.W)
   )(
     Seq(
-      0.U -> (ServerDatagram.Magic >> 8).U(8.W),
-      1.U -> (ServerDatagram.Magic & 0xff).U(8.W),
-      4.U -> master(15, 8),
-      5.U -> master(7, 0),
-      6.U -> boot(15, 8),
-      7.U -> boot(7, 0)
+      Magic.offset.U  -> (ServerDatagram.Magic >> 8).U(8.W),
+      Magic.last.U    -> (ServerDatagram.Magic & 0xff).U(8.W),
+      Master.offset.U -> master(15, 8),
+      Master.last.U   -> master(7, 0),
+      Boot.offset.U   -> boot(15, 8),
+      Boot.last.U     -> boot(7, 0)
     )
   )
   when(data.valid) {
     val differs = data.bits =/= right
-    when(on(0)) {
+    when(on(Magic.offset)) {
       wrong   := differs
       earlier := false.B
     }
-    when(differs && (on(1) || on(2) || on(4) || on(5))) { wrong := true.B }
-    when(differs && (on(6) || on(7))) { earlier := true.B }
-    when(on(3)) {
+    when(differs && (on(Magic.last) || on(Version.offset) || on(Master.offset) || on(Master.last))) {
+      wrong := true.B
+    }
+    when(differs && (on(Boot.offset) || on(Boot.last))) { earlier := true.B }
+    when(on(Kind.offset)) {
       isAcknowledge := data.bits === ServerDatagram.KindAcknowledge.U
       isReport      := data.bits === ServerDatagram.KindReport.U
     }
-    when(offset >= 8.U && offset < HeaderBytes.U) { number := Cat(number(23, 0), data.bits) }
+    when(offset >= Number.offset.U && offset < Number.end.U) { number := Cat(number(23, 0), data.bits) }
   }
 
   private val bits         = received.bits
-  private val isOurs       = bits.good && bits.fromServer && bits.length >= HeaderBytes.U && !wrong
-  private val acknowledges = isOurs && isAcknowledge && bits.length === HeaderBytes.U && !earlier
+  private val isOurs       = bits.good && bits.fromServer && bits.length >= AcknowledgementLayout.bytes.U && !wrong
+  private val acknowledges = isOurs && isAcknowledge && bits.length === AcknowledgementLayout.bytes.U && !earlier
   private val isMessage    = isOurs && !isAcknowledge && !isReport && bits.length <= MailboxBytes.U
 
   acknowledge.valid := received.valid && acknowledges
@@ -105,8 +108,4 @@ object ServerLink {
 
   /** Bytes of a message, at most. */
   val MailboxBytes = 256
-
-  /** What every datagram of the server begins with: magic, version, kind, master ID, boot number, a number.
-    */
-  val HeaderBytes = 12
 }

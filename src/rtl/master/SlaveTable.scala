@@ -4,28 +4,30 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.DualPortRam
 
-/** What the last record of a slave was. */
+/** The last alarm record of a slave, as far as it must be known again. */
 class SlaveRecord extends Bundle {
   val sequence = UInt(16.W)
   val epoch    = UInt(8.W)
 
-  /** Number of the event which that was, low bits. */
+  /** The number that it got among the events of the master, low bits. */
   val event = UInt(EventReporter.NumberBits.W)
 }
 
-/** What is to be told to a slave. */
+/** What a slave has been told, and what it is still to be told. */
 class SlaveFlags extends Bundle {
 
-  /** There was a record. */
+  /** A record of it has come. */
   val heard = Bool()
 
-  /** It has been told that the server has it. */
+  /** The slave has been told that the server has that record. */
   val confirmed = Bool()
 
-  /** `answer` is to be acknowledged. */
+  /** The record with the number `answer` is to be acknowledged. */
   val due = Bool()
 
-  /** It has just been acknowledged: the record may ride once more in the frame with that. */
+  /** That has just been done: the record may come once more in the frame of the acknowledgement, which is no
+    * reason to acknowledge it again.
+    */
   val told = Bool()
 }
 

@@ -2,9 +2,9 @@ package flyframe.memory
 
 import chisel3._
 
-/** The frame processor's access to registers and memory, a word of `lanes` bytes at a time; all addresses are
-  * byte addresses, the bits within the word ignored. Bit 16 of an address set = past the end of the address
-  * space.
+/** The frame processor's access to registers and memory, a word of `lanes` bytes at a time. All addresses are
+  * byte addresses, of which the bits within a word are ignored. An address with bit 16 set lies past the end of
+  * the address space: nothing is there.
   *
   * A read answers in the cycle after `read`, or one later (`EscMemory.readCycles`). Writes to memory act at
   * once, writes to registers go to the write log and act after `commit` (FP-32 to FP-34).
@@ -14,12 +14,14 @@ import chisel3._
   */
 class EcatAccess(lanes: Int) extends Bundle {
 
-  /** A new frame starts: forget what the last one logged. */
+  /** A new frame starts: what the last one has logged is forgotten. */
   val frameStart = Output(Bool())
 
   val read        = Output(Bool())
   val readAddress = Output(UInt(17.W))
   val readData    = Input(UInt((8 * lanes).W))
+
+  /** Bytes of the word that was read which the master may read; the others do not count. */
   val readable    = Input(UInt(lanes.W))
 
   /** Bytes of the word that was read which may be written. */
@@ -36,7 +38,9 @@ class EcatAccess(lanes: Int) extends Bundle {
   val writeMask    = Output(UInt(lanes.W))
   val writeData    = Output(UInt((8 * lanes).W))
 
-  /** Bits of each byte that are written, where that is possible (FMMU-10); else all. */
+  /** Bits of each byte that are written, at places that can be written bit by bit (FMMU-10). Everywhere else
+    * all bits are written.
+    */
   val writeBits = Output(UInt(8.W))
 
   /** The frame ended without error: let its register writes take effect. */

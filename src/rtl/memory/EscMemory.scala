@@ -2,6 +2,7 @@ package flyframe.memory
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.params.EscParams
 import flyframe.registers.{RegisterFile, RegisterMap}
 
@@ -58,7 +59,7 @@ class EscMemory(p: EscParams) extends Module {
   /** The register writes of a frame are about to take effect. */
   val commitStarts = IO(Output(Bool()))
 
-  /** Where an address leads. */
+  /** Where an address leads: to a register, to a place in RAM, or (neither) to nothing. */
   private class Target extends Bundle {
     val register = Bool()
     val ram      = Bool()
@@ -88,10 +89,12 @@ class EscMemory(p: EscParams) extends Module {
 
   private val ram = Module(new EscRam(p))
 
-  // What the host says it holds until it is done, what it reads may come a cycle later: with many registers.
+  // The host holds its address and data until its access is done, and what it reads may come a cycle later. With
+  // many registers we use that to take a cycle more.
   private def held(signal: UInt): UInt = if (twoCycles) RegNext(signal) else signal
 
-  // Reading: one address for registers and RAM. With many registers the choice of the address takes a cycle of its own.
+  // Reading: registers and RAM have one address in common. With many registers the choice of the address takes a
+  // cycle of its own.
   private val twoCycles                        = EscMemory.readCycles(p) == 2
   private def chosen[T <: Data](request: T): T = if (twoCycles) RegNext(request) else request
   private val hostReading = WireDefault(false.B) // a read of the host has been chosen and is not done
@@ -132,7 +135,7 @@ class EscMemory(p: EscParams) extends Module {
   forHost        := held(everyLane | latched(file.readableByPdi))
   host.rdata     := held(readData) & FillInterleaved(8, forHost)
   unitData.valid := RegNext(chosen(unitReads), false.B)
-  unitData.bits := VecInit((0 until lanes).map(i => ramData(8 * i + 7, 8 * i)))(
+  unitData.bits := Lanes.bytes(ramData, lanes)(
     if (lanes == 1) 0.U else RegNext(chosen(unitAddress(laneBits - 1, 0)))
   )
 
@@ -179,7 +182,7 @@ class EscMemory(p: EscParams) extends Module {
   if (p.hasRegisterRam) when(!isClear) { cleared := cleared + 1.U }
   clearing := !isClear
 
-  // One register between the log's block RAM, which is slow to answer, and the decode of the registers.
+  // The log's block RAM is slow to answer, so that a register stands between it and the decode of the registers.
   private lazy val unitWrites = unitWrite.fire || !isClear
   private val nextWrite       = Wire(Valid(new RegisterWrite(lanes, p.hasBitWrites)))
   unitWrite.ready := isClear && !log.replay.valid && !registerWrite.valid && !ramWrite.valid
@@ -202,7 +205,7 @@ class EscMemory(p: EscParams) extends Module {
 
   registersBusy := log.busy || log.replay.valid || registerWrite.valid || ramWrite.valid
 
-  // Registers in RAM: kept a cycle, so that a byte of a frame comes first.
+  // A write to registers in RAM is kept for a cycle or more, so that a byte of a frame comes first.
   private class RamWrite extends Bundle {
     val place = new RamPlace(p)
     val mask  = UInt(lanes.W)

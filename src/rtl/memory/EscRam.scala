@@ -2,12 +2,13 @@ package flyframe.memory
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.params.EscParams
 
-/** A word of [[EscRam]]. */
+/** The place of a word in [[EscRam]]: one of its two memories, and the number of the word there. */
 class RamPlace(p: EscParams) extends Bundle {
 
-  /** Process data RAM, else user RAM or register RAM. */
+  /** True: the word is in the process data RAM; false: in the one for user RAM and register RAM. */
   val process = Bool()
   val index   = UInt((log2Ceil(p.ramBytes max EscRam.localBytes(p)) - log2Ceil(p.lanes)).W)
 }
@@ -28,7 +29,7 @@ class EscRam(p: EscParams) extends Module {
     ram.io.readAddress  := readPlace.index
     ram.io.write        := writeMask(lane) && writePlace.process === process.B
     ram.io.writeAddress := writePlace.index
-    ram.io.writeData    := writeData(8 * lane + 7, 8 * lane)
+    ram.io.writeData    := Lanes.byte(writeData, lane)
     ram.io.readData
   }).asUInt
 

@@ -2,9 +2,9 @@ package flyframe.memory
 
 import chisel3._
 
-/** A plain synchronous host port: hold `req` with address, direction and data until `ack`; `rdata` is valid
-  * with it. Then `req` must be low for a cycle. Words are `lanes` bytes, the address bits within a word are
-  * ignored, `be` enables bytes of a write.
+/** A plain synchronous host port. The host holds `req` with address, direction and data until `ack` comes;
+  * `rdata` is valid in that cycle. Then `req` must be low for a cycle. Words have `lanes` bytes; the address
+  * bits within a word are ignored, and `be` says which bytes of a word are accessed.
   */
 class HostPort(lanes: Int) extends Bundle {
   val req   = Input(Bool())

@@ -2,6 +2,7 @@ package flyframe.memory
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 
 /** Copies of registers that are looked through one entry per cycle: wide words in block RAM, written byte by
   * byte.
@@ -30,7 +31,6 @@ class WideTable(entries: Int, bytes: Int, copies: Int) extends Module {
   /** One cycle after `readIndex`. */
   val readData = IO(Output(Vec(copies, UInt(width.W))))
 
-  private def byte(word: UInt, number: Int) = word(8 * number + 7, 8 * number)
   private val merging                       = RegNext(write, false.B)
   private val index                         = RegNext(writeIndex)
   private val mask                          = RegNext(writeMask)
@@ -41,7 +41,7 @@ class WideTable(entries: Int, bytes: Int, copies: Int) extends Module {
 
   private val rams = Seq.fill(copies)(DualPortRam(entries, width)(clock))
   merged := VecInit((0 until bytes).map { i =>
-    Mux(mask(i), byte(data, i), Mux(again, byte(last, i), byte(rams.head.io.readData, i)))
+    Mux(mask(i), Lanes.byte(data, i), Mux(again, Lanes.byte(last, i), Lanes.byte(rams.head.io.readData, i)))
   }).asUInt
   for ((ram, i) <- rams.zipWithIndex) {
     ram.io.write        := merging

@@ -2,6 +2,7 @@ package flyframe.memory
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 
 /** One logged register write: a word address, the bytes of it that are written, and the word.
   *
@@ -17,12 +18,13 @@ class RegisterWrite(lanes: Int, bitWrites: Boolean) extends Bundle {
   /** Address of the first byte. */
   def byteAddress: UInt = Cat(address, 0.U(log2Ceil(lanes).W))
 
-  /** The write of the byte at `at`, if this is one, under `valid`. */
-  def byteAt(valid: Bool, at: Int): Valid[UInt] = {
-    val lane   = at % lanes
+  /** The byte that is written to the register byte at `place`, valid if `valid` is and the write reaches it.
+    */
+  def byteAt(valid: Bool, place: Int): Valid[UInt] = {
+    val lane   = place % lanes
     val result = Wire(Valid(UInt(8.W)))
-    result.valid := valid && address === (at / lanes).U && mask(lane)
-    result.bits  := data(8 * lane + 7, 8 * lane)
+    result.valid := valid && address === (place / lanes).U && mask(lane)
+    result.bits  := Lanes.byte(data, lane)
     result
   }
 

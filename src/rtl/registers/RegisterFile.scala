@@ -3,6 +3,7 @@ package flyframe.registers
 import chisel3._
 import chisel3.util._
 import scala.collection.immutable.SeqMap
+import flyframe.lanes.Lanes
 import flyframe.params.EscParams
 
 /** Signals by field name, so that the names survive into the Verilog. */
@@ -83,7 +84,7 @@ class RegisterFile(p: EscParams) extends Module {
 
   private def ofLane(word: UInt, byteAddress: Int): UInt = {
     val lane = byteAddress % lanes
-    word(8 * lane + 7, 8 * lane)
+    Lanes.byte(word, lane)
   }
 
   /** The byte to store in place of `old`. */
@@ -156,7 +157,7 @@ class RegisterFile(p: EscParams) extends Module {
     val whole = image(r)
     r.range.map { a =>
       val d = Wire(new Decoded)
-      d.data         := (if (r.inRam) 0.U else whole(8 * (a - r.address) + 7, 8 * (a - r.address)))
+      d.data         := (if (r.inRam) 0.U else Lanes.byte(whole, a - r.address))
       d.inRam        := r.inRam.B
       d.readableEcat := r.ecat.readable.B
       d.readablePdi  := r.pdi.readable.B
@@ -169,16 +170,16 @@ class RegisterFile(p: EscParams) extends Module {
 
   // One case per word that holds a register.
   private type Word = Vec[Decoded]
-  private def word(at: Int => Decoded): Word = VecInit((0 until lanes).map(at))
+  private def word(byte: Int => Decoded): Word = VecInit((0 until lanes).map(byte))
 
   private val inBlocks   = registers.filter(_.block.isDefined).flatMap(_.range).toSet
   private val words      = (bytes.keySet -- inBlocks).map(_ >> laneBits)
-  private def at(w: Int) = word(lane => bytes.getOrElse((w << laneBits) + lane, none))
+  private def wordAt(w: Int) = word(lane => bytes.getOrElse((w << laneBits) + lane, none))
   private val single =
-    if (!p.isMaster) words.toSeq.sorted.map(w => (readAddress === w.U) -> at(w))
+    if (!p.isMaster) words.toSeq.sorted.map(w => (readAddress === w.U) -> wordAt(w))
     else // Registers lie close together: four words share a comparison.
       words.map(_ / 4).toSeq.sorted.map { quad =>
-        (readAddress >> 2 === quad.U) -> VecInit((0 until 4).map(i => at(4 * quad + i)))(readAddress(1, 0))
+        (readAddress >> 2 === quad.U) -> VecInit((0 until 4).map(i => wordAt(4 * quad + i)))(readAddress(1, 0))
       }
 
   // Equal units: the offset chooses the kind of register, the unit's number the one of its kind.

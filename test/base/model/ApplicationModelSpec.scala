@@ -2,6 +2,7 @@ package flyframe.model
 
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.params.EscParams
+import flyframe.protocol.Command.Apwr
 
 /** AL, watchdogs and SII of the model, where the rule tests cannot reach: emulation, EEPROM and time. */
 class ApplicationModelSpec extends AnyFlatSpec {
@@ -23,7 +24,7 @@ class ApplicationModelSpec extends AnyFlatSpec {
   private def send(m: EscModel, datagrams: Datagram*): Seq[Int] =
     m.receive(0, WireFrame.withFcs(EtherCatFrame(datagrams))).get._2.bytes
   private def write(m: EscModel, address: Int, data: Int*): Boolean =
-    send(m, Datagram(2, 0, address, data))(26 + data.size) == 1
+    send(m, Datagram(Apwr, 0, address, data))(26 + data.size) == 1
 
   "AL-05: with emulation AL status" should "follow AL control, bit 4 included, which stays open" in {
     val m = new EscModel(p, Some(image(0x00, 0x01)))
@@ -44,7 +45,7 @@ class ApplicationModelSpec extends AnyFlatSpec {
   }
   "IRQ-08, B-42: events of AL status" should "count any change, even there and back in one frame" in {
     val m = new EscModel(p, Some(image(0x00, 0x01)))
-    send(m, Datagram(2, 0, 0x0120, Seq(2)), Datagram(2, 0, 0x0120, Seq(1)))
+    send(m, Datagram(Apwr, 0, 0x0120, Seq(2)), Datagram(Apwr, 0, 0x0120, Seq(1)))
     assert(m.hostRead(0x0130) == 1 && (m.hostRead(0x0210) & 8) == 8)
   }
   "WD-01, WD-02: a watchdog" should "expire at tick number time + 1" in {

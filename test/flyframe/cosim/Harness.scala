@@ -27,9 +27,9 @@ final class Harness(name: String, sets: Seq[EscParams]) {
       "json" -> Documents.json,
       "h"    -> Documents.cHeader
     )
-    for (p <- sets; (suffix, write) <- documents) {
-      val text = write(p)
-      val file = verilog.resolve(s"${p.preset}.$suffix")
+    val files = for (p <- sets; (suffix, write) <- documents) yield s"${p.preset}.$suffix" -> write(p)
+    for ((name, text) <- files :+ ("protocol.h" -> Documents.protocolHeader)) {
+      val file = verilog.resolve(name)
       if (!Files.exists(file) || Files.readString(file) != text) Files.writeString(file, text)
     }
   }
@@ -87,6 +87,12 @@ final class Harness(name: String, sets: Seq[EscParams]) {
     emit()
     make(program.toString, "COSIM_TRACE=0", "COSIM_OPT=-O3")
     program
+  }
+
+  /** `flyframe-fuzz` and `flyframe-smsoak` as fast as they get, for runs of many frames. */
+  lazy val longRuns: Unit = {
+    emit()
+    for (program <- Seq("fuzz", "smsoak")) make(s"$out/flyframe-$program", "COSIM_TRACE=0", "COSIM_OPT=-O3")
   }
   lazy val soakProgram: Unit = {
     emit()

@@ -1,8 +1,8 @@
 package flyframe.cosim
 
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.TestSets
 import flyframe.model.{FuzzVectors, VectorWriter}
-import flyframe.report.Matrix
 import flyframe.rules.{
   AlarmRules,
   ApplicationRules,
@@ -24,15 +24,15 @@ class MatrixSpec extends AnyFlatSpec {
   private val rules =
     FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all ++ LedRules.all ++
       AlarmRules.all
-  private val harness = new Harness("matrix", Matrix.points)
+  private val harness = new Harness("matrix", TestSets.matrix)
 
   "All points of the parameter matrix" should "elaborate and lint clean" in {
     harness.build
-    assert(harness.lint().linesIterator.toSeq.last == s"${Matrix.points.size} passed, 0 failed")
+    assert(harness.lint().linesIterator.toSeq.last == s"${TestSets.matrix.size} passed, 0 failed")
   }
 
   // The vectors know no EEPROM.
-  for (p <- Matrix.points if !p.hasSii)
+  for (p <- TestSets.matrix if !p.hasSii)
     s"Point ${p.preset}" should "pass the rule tests and random frames" in {
       val last = harness.play(s"${p.preset}.vectors") { out =>
         val bench = new ModelBench(p, model => Some(new VectorWriter(p, 1, out, model)))

@@ -4,11 +4,12 @@ import scala.util.Random
 import chisel3._
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.{SharedSimulation, SlaveController}
 import flyframe.memory.HostPort
 import flyframe.model._
 import flyframe.params.{EscParams, Presets}
+import flyframe.protocol.Command.{Aprd, Apwr, Brd, Nop}
 import flyframe.rules.{Line, Reply}
+import flyframe.{SharedSimulation, SlaveController}
 
 /** Controllers in a line, port 1 of each wired to port 0 of the next. Core clock and nibble clock are one;
   * receivers sample in the middle of a nibble.
@@ -133,7 +134,7 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
       @annotation.tailrec
       def clear(at: Int): Unit = {
         val d = Reply(bytes.drop(at).toSeq)
-        if (d.command == 0 && d.ado == 0x0e80) (at + 14 until at + 18).foreach(bytes(_) = 0)
+        if (d.command == Nop && d.ado == 0x0e80) (at + 14 until at + 18).foreach(bytes(_) = 0)
         if (d.more) clear(at + 12 + d.length)
       }
       if (bytes(14) != 0) clear(16)
@@ -159,21 +160,21 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
         val place = 0x0f80 + random.nextInt(0x40)
         val data  = Seq.fill(1 + random.nextInt(20))(random.nextInt(256))
         val mine = Seq(
-          Datagram(7, 0, 0x0000, Seq(0)),
-          Datagram(2, -slave, place, data),
-          Datagram(1, -slave, place, data.map(_ => 0))
+          Datagram(Brd, 0, 0x0000, Seq(0)),
+          Datagram(Apwr, -slave, place, data),
+          Datagram(Aprd, -slave, place, data.map(_ => 0))
         ).take(random.nextInt(4)) ++ Option.when(random.nextInt(3) == 0) {
           val i         = alarms(random.nextInt(2)) // acknowledge, confirm
           val registers = driver.slaves(i).registers
-          if (random.nextBoolean()) Datagram(2, -i, 0x0e8a, Seq(0x0e80, 0x0e81).map(registers.byte))
-          else Datagram(2, -i, 0x0e8e, EtherCatFrame.little(registers.value("alarm_acknowledge")))
+          if (random.nextBoolean()) Datagram(Apwr, -i, 0x0e8a, Seq(0x0e80, 0x0e81).map(registers.byte))
+          else Datagram(Apwr, -i, 0x0e8e, EtherCatFrame.little(registers.value("alarm_acknowledge")))
         }
         val came    = datagrams(driver.send(WireFrame.withFcs(EtherCatFrame(mine))))
         val records = came.drop(mine.size)
         appended += records.size
         for ((d, sent) <- came.zip(mine))
-          assert(d.workingCounter == (if (sent.command == 7) 5 else 1), s"round $round")
-        if (mine.size >= 3 && mine(2).command == 1) assert(came(2).data == data, s"round $round")
+          assert(d.workingCounter == (if (sent.command == Brd) 5 else 1), s"round $round")
+        if (mine.size >= 3 && mine(2).command == Aprd) assert(came(2).data == data, s"round $round")
         for (d <- records) {
           assert((d.command, d.ado, d.length, d.workingCounter) == ((0, 0x0e80, 8, 1)) && d.irq == 0)
           assert(alarms.map(0x40 + _).contains(d.adp) && d.data(2) >= 1 && d.data(2) <= 4)
@@ -187,7 +188,7 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
       val driver = new Driver(dut)
       for (round <- 1 to 60) {
         if (round % 5 == 0) driver.detector(alarms(random.nextInt(2)), 1 + random.nextInt(4))
-        val bytes = EtherCatFrame(Seq.fill(random.nextInt(4))(Datagram(7, 0, 0x0000, Seq(0))))
+        val bytes = EtherCatFrame(Seq.fill(random.nextInt(4))(Datagram(Brd, 0, 0x0000, Seq(0))))
         val whole = bytes ++ Fcs.of(bytes)
         val at    = random.nextInt(whole.size)
         if (round % 2 == 0) driver.send(WireFrame.ofBytes(whole))

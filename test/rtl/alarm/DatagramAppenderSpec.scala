@@ -5,12 +5,13 @@ import scala.util.Random
 import chisel3._
 import chisel3.util._
 import chiseltest._
+import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
 import flyframe.frame.FrameParser
 import flyframe.mii.NibbleStream
 import flyframe.model.{AppendModel, Datagram, Encapsulation, EtherCatFrame, Fcs}
+import flyframe.protocol.Command.Nop
 import flyframe.replay.Recording
-import org.scalatest.flatspec.AnyFlatSpec
 
 /** The appender behind a parser, as behind the processing unit; a slot every second cycle. */
 class AppenderBench(bytes: Int, maxSubTelegrams: Int) extends Module {
@@ -147,7 +148,7 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
 
   for (max <- Seq(1, 4, 15, 128)) {
     val record =
-      Datagram(0, 0x1234, 0x0e80, Seq(1, 2, 3, 4, 5, 6, 7, 8)).copy(workingCounter = 1, index = 0x5a)
+      Datagram(Nop, 0x1234, 0x0e80, Seq(1, 2, 3, 4, 5, 6, 7, 8)).copy(workingCounter = 1, index = 0x5a)
     val added = record.bytes(more = false)
     together(s"maxSubTelegrams $max", new AppenderBench(added.size, max))(
       "AP-01: with nothing pending it is a wire" -> { dut =>
@@ -220,7 +221,7 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
           // As many datagrams as there may be at most; the rest of the area is in the last one.
           val count = if (length == 0) 0 else 1 + random.nextInt((max - 1) max 1 min length / 12)
           val list = Seq.tabulate(count)(i =>
-            Datagram(0, 0, i, Seq.fill(if (i < count - 1) 0 else length - 12 * count)(random.nextInt(256)))
+            Datagram(Nop, 0, i, Seq.fill(if (i < count - 1) 0 else length - 12 * count)(random.nextInt(256)))
           )
           val vlan  = random.nextBoolean()
           val bytes = EtherCatFrame(list, if (vlan) Encapsulation.Vlan else Encapsulation.Basic)
@@ -244,7 +245,7 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
         val counts = 0 to 15
         val lists =
           counts.map(n => Seq.tabulate(n)(i => Datagram(i % 15, 0, 0x0f80 + i, Seq.fill(i % 2)(i)))) :+
-            Seq(Datagram(0, 0, 0, Seq.fill(1498 - 20 - 12)(random.nextInt(256)))) // full with the new one
+            Seq(Datagram(Nop, 0, 0, Seq.fill(1498 - 20 - 12)(random.nextInt(256)))) // full with the new one
         val expected =
           for (
             (list, form) <- lists

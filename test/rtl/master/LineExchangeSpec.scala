@@ -2,10 +2,11 @@ package flyframe.master
 
 import chisel3._
 import chiseltest._
+import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
 import flyframe.model._
 import flyframe.params.Presets
-import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.protocol.Command.{Aprd, Apwr, Brd}
 
 /** The exchange of a master with a line of modelled slaves. */
 class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
@@ -123,9 +124,9 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
       val slaves = line(5)
       slaves.slaves.zipWithIndex.foreach { case (s, i) => s.hostWrite(0x12, 0x20 + i) }
       val master = new Master(dut, slaves)
-      assert(master.exchange(Datagram(7, 0, 0, Seq(0))).get.map(_.counter) == Seq(5))
+      assert(master.exchange(Datagram(Brd, 0, 0, Seq(0))).get.map(_.counter) == Seq(5))
       val answers =
-        master.exchange((0 until 5).map(i => Datagram(1, -i, 0x12, Seq(0, 0)).copy(index = i)): _*).get
+        master.exchange((0 until 5).map(i => Datagram(Aprd, -i, 0x12, Seq(0, 0)).copy(index = i)): _*).get
       assert(answers.map(_.counter) == Seq.fill(5)(1) && answers.map(_.data.head) == (0x20 to 0x24))
       assert(master.lost == 0 && master.frames == 2)
     },
@@ -145,7 +146,7 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
       assert(answers.map(_.adp) == Seq(0x31, 0x33) && answers.forall(a => a.appended && a.counter == 1))
       assert(answers.map(_.data.take(3)) == Seq.fill(2)(Seq(1, 0, 2)))
       val acknowledged =
-        master.exchange(Datagram(2, -1, 0x0e8a, Seq(1, 0)), Datagram(2, -3, 0x0e8a, Seq(1, 0))).get
+        master.exchange(Datagram(Apwr, -1, 0x0e8a, Seq(1, 0)), Datagram(Apwr, -3, 0x0e8a, Seq(1, 0))).get
       assert(acknowledged.map(_.appended) == Seq(false, false, true, true))
       assert(master.exchange().get.isEmpty)
     },
@@ -157,7 +158,7 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
           line(2),
           (n, f) => if (n >= failing) Some(f) else if (kind == 0) None else Some(spoil(f))
         )
-        val answer = master.exchange(Datagram(7, 0, 0, Seq(0)))
+        val answer = master.exchange(Datagram(Brd, 0, 0, Seq(0)))
         assert(answer.map(_.map(_.counter)) == Option.when(failing <= 2)(Seq(2)))
         assert(master.lost == (failing min 3) && master.frames == (failing + 1 min 3))
       }
@@ -165,10 +166,10 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
     "MST-08: an answer that comes after its time does no harm" -> { dut =>
       val master = new Master(dut, line(1))
       dut.timeout.poke(60)
-      assert(master.exchange(Datagram(7, 0, 0, Seq(0))).isEmpty)
+      assert(master.exchange(Datagram(Brd, 0, 0, Seq(0))).isEmpty)
       dut.timeout.poke(900)
       for (i <- 1 to 3)
-        assert(master.exchange(Datagram(7, 0, 0, Seq(0)).copy(index = i)).get.map(_.counter) == Seq(1))
+        assert(master.exchange(Datagram(Brd, 0, 0, Seq(0)).copy(index = i)).get.map(_.counter) == Seq(1))
     }
   )
 }

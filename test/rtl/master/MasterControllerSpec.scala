@@ -1,11 +1,12 @@
 package flyframe.master
 
 import scala.util.Random
+import org.pcap4j.packet._
+import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
 import flyframe.model._
 import flyframe.params.{EscParams, Presets}
-import org.pcap4j.packet._
-import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.protocol.Command.{Bwr, Fprd}
 import flyframe.protocol.EventKind
 
 /** The whole master at its pins: modelled slaves on its line, a modelled server behind its plant network, the
@@ -200,12 +201,12 @@ class MasterControllerSpec extends AnyFlatSpec with SharedSimulation {
           s.cycles(3)
           assert((read(0x42) & 0x18) == 8 && irq)
         }
-        request(8, 0, 0x0e90, 8)
+        request(Bwr, 0, 0x0e90, 8)
         assert(read(0x62) == 1 && !irq && read(0x64, 2) == 2)
         assert(s.slaves.forall(_.hostRead(0x0e97) == 8))
-        request(4, 2, 0x0012, 2)
+        request(Fprd, 2, 0x0012, 2)
         assert(read(0x64, 2) == 1 && read(0x68, 2) == 2)
-        request(4, 9, 0x0012, 15)
+        request(Fprd, 9, 0x0012, 15)
         assert(read(0x64, 2) == 0 && irq && read(0x62) == 1)
         s.line.setCable(0, intact = false)
         write(0x60, 1)

@@ -4,10 +4,11 @@ import scala.util.Random
 import chisel3._
 import chisel3.util._
 import chiseltest._
+import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
 import flyframe.mii.NibbleStream
 import flyframe.model.{Datagram, EtherCatFrame, Fcs}
-import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.protocol.Command.Nop
 
 /** Composer and sender as in a master. */
 class ComposerBench(maxSubTelegrams: Int) extends Module {
@@ -16,7 +17,7 @@ class ComposerBench(maxSubTelegrams: Int) extends Module {
   val step             = IO(Input(Bool()))
   val out              = IO(Output(new NibbleStream))
   val clear            = IO(Input(Bool()))
-  val datagram         = IO(Flipped(Decoupled(new DatagramRequest)))
+  val datagram         = IO(Flipped(Decoupled(new DatagramToSend)))
   val data             = IO(Flipped(Decoupled(UInt(8.W))))
   val full             = IO(Output(Bool()))
   val send             = IO(Input(Bool()))
@@ -40,7 +41,7 @@ class MatcherBench(maxSubTelegrams: Int) extends Module {
   val step             = IO(Input(Bool()))
   val in               = IO(Input(new NibbleStream))
   val clear            = IO(Input(Bool()))
-  val expect           = IO(Flipped(Valid(new DatagramRequest)))
+  val expect           = IO(Flipped(Valid(new DatagramToSend)))
   val data             = IO(Output(Valid(UInt(8.W))))
   val offset           = IO(Output(UInt(11.W)))
   val number           = IO(Output(UInt(7.W)))
@@ -253,7 +254,7 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
       val matching = new Matching(dut)
       for (count <- 0 to 3; more <- 1 to 3) {
         val sent  = Seq.fill(count)(any(random, 20))
-        val added = Seq.fill(more)(any(random, 20).copy(command = 0, workingCounter = 1))
+        val added = Seq.fill(more)(any(random, 20).copy(command = Nop, workingCounter = 1))
         matching.expect(sent)
         val (seen, good) = matching.receive(back(sent ++ added))
         assert(good && seen.map(_.appended) == Seq.fill(count)(false) ++ Seq.fill(more)(true))

@@ -4,6 +4,7 @@ import scala.util.Random
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
+import flyframe.protocol.Command.Bwr
 import flyframe.protocol.EventKind
 
 /** The master with 64 modelled slaves and a modelled server, when much goes wrong: every event arrives once,
@@ -66,7 +67,7 @@ class MasterStressSpec extends AnyFlatSpec with SharedSimulation {
       scene.driver.lossPercent = 10
       for (round <- 1 to 3) {
         scene.changeAll()
-        val answer = scene.driver.request(8, 0x0e90L << 16, 1 to 8)
+        val answer = scene.driver.request(Bwr, 0x0e90L << 16, 1 to 8)
         assert(answer.forall(_ == slaves), s"round $round")
         scene.driver.cycles(20)
       }

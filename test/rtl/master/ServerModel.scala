@@ -1,6 +1,6 @@
 package flyframe.master
 
-import java.nio.ByteBuffer
+import flyframe.protocol.{AcknowledgementLayout, EventLayout, Layout, ReportLayout, ServerDatagram}
 
 /** An event as a report tells it (REP-01), with the boot of the master and its number there. */
 final case class ReportedEvent(
@@ -32,42 +32,45 @@ class ServerModel(master: Int) {
   else {
     val events = parse(datagram)
     reports += 1
-    val boot = ByteBuffer.wrap(datagram).getShort(6) & 0xffff
+    val boot = ReportLayout.read(datagram, ReportLayout.Boot).toInt
     events.headOption.foreach(e => require(e.number <= next(boot), s"events before ${e.number} are missing"))
     for (e <- events if e.number == next(boot)) {
       log :+= e
       next += boot -> (e.number + 1)
     }
     Some(
-      ByteBuffer
-        .allocate(12)
-        .putShort(0x4641.toShort)
-        .put(1.toByte)
-        .put(2.toByte)
-        .putShort(master.toShort)
-        .putShort(boot.toShort)
-        .putInt(next(boot).toInt)
-        .array
+      AcknowledgementLayout.encode(
+        AcknowledgementLayout.Magic   -> ServerDatagram.Magic.toLong,
+        AcknowledgementLayout.Version -> ServerDatagram.Version.toLong,
+        AcknowledgementLayout.Kind    -> ServerDatagram.KindAcknowledge.toLong,
+        AcknowledgementLayout.Master  -> master.toLong,
+        AcknowledgementLayout.Boot    -> boot.toLong,
+        AcknowledgementLayout.Number  -> next(boot)
+      )
     )
   }
 
   /** The events of a report. */
   def parse(datagram: Array[Byte]): Seq[ReportedEvent] = {
-    val b     = ByteBuffer.wrap(datagram)
-    def u8()  = b.get & 0xff
-    def u16() = b.getShort & 0xffff
-    def u32() = b.getInt & 0xffffffffL
-    require((u16(), u8(), u8(), u16()) == ((0x4641, 1, 1, master)), "no report")
-    val boot  = u16()
-    val first = u32()
-    val count = u8()
-    b.position(24)
-    val events = Seq.tabulate(count) { i =>
-      val e = ReportedEvent(boot, first + i, u8(), u8(), u16(), u16(), u8(), u8())
-      b.getLong // slave time, master time
-      e
+    def header(f: Layout.Field) = ReportLayout.read(datagram, f)
+    val expected                = Seq(ServerDatagram.Magic, ServerDatagram.Version, ServerDatagram.KindReport, master)
+    val came = Seq(ReportLayout.Magic, ReportLayout.Version, ReportLayout.Kind, ReportLayout.Master).map(header)
+    require(came == expected.map(_.toLong), "no report")
+    val count = header(ReportLayout.Count).toInt
+    require(datagram.length == ReportLayout.bytes + count * EventLayout.bytes, "length of the report")
+    Seq.tabulate(count) { i =>
+      def field(f: Layout.Field) =
+        EventLayout.read(datagram, f, ReportLayout.bytes + i * EventLayout.bytes).toInt
+      ReportedEvent(
+        header(ReportLayout.Boot).toInt,
+        header(ReportLayout.Number) + i,
+        field(EventLayout.Kind),
+        field(EventLayout.Position),
+        field(EventLayout.Node),
+        field(EventLayout.Sequence),
+        field(EventLayout.State),
+        field(EventLayout.Epoch)
+      )
     }
-    require(!b.hasRemaining, "report too long")
-    events
   }
 }

@@ -1,10 +1,11 @@
 package flyframe.registers
 
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
 import flyframe.model._
 import flyframe.params.Presets
+import flyframe.protocol.Command._
 import flyframe.rules.{Reply, Steps}
+import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
 
 /** Every byte of 0x0000 to 0x0FFF, from the bus and from the host, against what [[RegisterMap]] says of it,
   * and that against the register list of the reference.

@@ -2,6 +2,7 @@ package flyframe.rules
 
 import flyframe.model.{Datagram, EtherCatFrame, Fcs, SentFrame, WireFrame}
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
 
 /** The smoke detector and its reports in passing frames: ALARM, DET, AP (docs/rules/alarm.md). */
 object AlarmRules extends Rules {
@@ -28,10 +29,10 @@ object AlarmRules extends Rules {
   private def state(s: Steps): Int   = s.bench.hostRead(0x0e89) & 7
   private def waiting(s: Steps): Int = s.bench.hostRead(0x0e88)
   private def acknowledge(s: Steps, sequence: Int): Seq[Reply] =
-    s.exchange(Datagram(s.Apwr, 0, 0x0e8a, EtherCatFrame.little(sequence)))
+    s.exchange(Datagram(Apwr, 0, 0x0e8a, EtherCatFrame.little(sequence)))
 
   private def confirm(s: Steps, sequence: Int): Seq[Reply] =
-    s.exchange(Datagram(s.Apwr, 0, 0x0e8e, EtherCatFrame.little(sequence)))
+    s.exchange(Datagram(Apwr, 0, 0x0e8e, EtherCatFrame.little(sequence)))
 
   /** The datagrams of what leaves for an empty frame. */
   private def collect(s: Steps): Seq[Reply] = {
@@ -39,7 +40,7 @@ object AlarmRules extends Rules {
     if ((bytes(14) | (bytes(15) & 7) << 8) == 0) Nil else s.replies(bytes)
   }
   private def isRecord(reply: Reply, sequence: Int, state: Int) =
-    reply.command == 0 && reply.index == (sequence & 0xff) && reply.adp == Node && reply.ado == Record &&
+    reply.command == Nop && reply.index == (sequence & 0xff) && reply.adp == Node && reply.ado == Record &&
       reply.data.take(4) == Seq(sequence & 0xff, sequence >> 8, state, 0x77) && reply.workingCounter == 1
 
   rule("DET-01, DET-02: no supply until the host switches the detector on; then its state counts", some) {

@@ -2,6 +2,7 @@ package flyframe.rules
 
 import flyframe.model.Datagram
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
 
 /** AL control and status, events and interrupts: rule groups AL and IRQ. */
 object ApplicationRules extends Rules {

@@ -2,6 +2,7 @@ package flyframe.rules
 
 import flyframe.model._
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
 
 /** A controller under test, modelled or real: what the rule tests can do to it. */
 trait Bench {
@@ -33,9 +34,10 @@ trait Bench {
 
 /** The line of a smoke detector. */
 object Line {
+  import flyframe.protocol.DetectorState._
 
   /** What the comparators of its current give in a state. No current at all is an open line. */
-  val current: Map[Int, Int] = Map(1 -> 1, 2 -> 3, 3 -> 0, 4 -> 7)
+  val current: Map[Int, Int] = Map(Normal -> 1, Alarm -> 3, Open -> 0, Short -> 7)
 }
 
 /** The content of an EEPROM of 2 KiB: the words 0 to 6 as given, a right checksum, and a pattern. */
@@ -220,21 +222,4 @@ class Steps(val bench: Bench) extends org.scalatest.Assertions {
       assert(left > 0, "the EEPROM stays busy")
     }
   }
-
-  // Command codes of section 5.
-  val Nop  = 0
-  val Aprd = 1
-  val Apwr = 2
-  val Aprw = 3
-  val Fprd = 4
-  val Fpwr = 5
-  val Fprw = 6
-  val Brd  = 7
-  val Bwr  = 8
-  val Brw  = 9
-  val Lrd  = 10
-  val Lwr  = 11
-  val Lrw  = 12
-  val Armw = 13
-  val Frmw = 14
 }

@@ -2,6 +2,7 @@ package flyframe.rules
 
 import flyframe.model.Datagram
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
 
 /** A controller with its EEPROM, as master and host see them: rule group SII, and what else a configuration
   * decides. Not part of the parameter matrix, whose vectors know no EEPROM.

@@ -1,6 +1,7 @@
 package flyframe.rules
 
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
 
 /** Logical addressing: rule group FMMU. */
 object FmmuRules extends Rules {

@@ -2,6 +2,7 @@ package flyframe.rules
 
 import flyframe.model._
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
 import flyframe.registers.RegisterMap
 
 /** Frame formats, datagrams, addressing, commands, working counter, commit: rule groups GEN and FP. */

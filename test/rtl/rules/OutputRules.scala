@@ -2,6 +2,7 @@ package flyframe.rules
 
 import flyframe.model.Datagram
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
 
 /** Digital outputs at 0x0F00: SM-26, PDI-11, and the one register that FMMUs write bit by bit. */
 object OutputRules extends Rules {

@@ -2,14 +2,15 @@ package flyframe.rules
 
 import flyframe.model._
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
 
 /** Ports and loops, circulating frames, errors, PHY side: rule groups LP, ERR and PHY. */
 object PortRules extends Rules {
   private def two(p: EscParams)  = p.ports >= 2
   private def four(p: EscParams) = p.ports >= 4
-  private val plain              = EtherCatFrame(Seq(Datagram(7, 0, 0, Seq(0))))
+  private val plain              = EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq(0))))
   private def circling(bit: Boolean) = EtherCatFrame(
-    Seq(Datagram(8, 0x0f80L << 16, Seq(0x61), circulating = bit))
+    Seq(Datagram(Bwr, 0x0f80L << 16, Seq(0x61), circulating = bit))
   )
 
   rule("LP-01: auto follows the link, open and closed do not", two) { s =>

@@ -3,9 +3,10 @@ package flyframe.rules
 import chisel3.Bool
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
 import flyframe.model.{Datagram, EtherCatFrame, WireFrame}
 import flyframe.params.Presets
+import flyframe.protocol.Command._
+import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
 
 /** Power-on with an EEPROM that takes its time, and the LED pins: what only the RTL has. */
 class StartSpec extends AnyFlatSpec with SharedSimulation {
@@ -35,7 +36,7 @@ class StartSpec extends AnyFlatSpec with SharedSimulation {
   private def linkActivity(dut: ControllerUnderTest): Unit = {
     val bench = new RtlBench(dut, p)
     val led   = dut.led.get.linkact
-    val frame = WireFrame.withFcs(EtherCatFrame(Seq(Datagram(7, 0, 0, Seq(0)))))
+    val frame = WireFrame.withFcs(EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq(0)))))
 
     def lit = led.map(_.peek().litToBoolean)
     bench.setLink(1, up = false)

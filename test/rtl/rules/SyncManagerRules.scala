@@ -2,6 +2,7 @@ package flyframe.rules
 
 import flyframe.model._
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
 
 /** SyncManagers: rule group SM. */
 object SyncManagerRules extends Rules {

@@ -3,9 +3,10 @@ package flyframe.rules
 import chisel3._
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
 import flyframe.model._
 import flyframe.params.{EscParams, Presets}
+import flyframe.protocol.Command.{Apwr, Brd}
+import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
 
 /** Rules that take more than one frame at a time, or a pin the other rule tests do not see. */
 class WireRulesSpec extends AnyFlatSpec with SharedSimulation {
@@ -32,9 +33,9 @@ class WireRulesSpec extends AnyFlatSpec with SharedSimulation {
       bench.setLink(y, up = false)
       model.setLink(y, up = false)
     }
-    def forward(size: Int) = frame(Seq(Datagram(7, 0, 0, Seq(0)), Datagram(2, 0, 0x0f80, bytes(size))))
+    def forward(size: Int) = frame(Seq(Datagram(Brd, 0, 0, Seq(0)), Datagram(Apwr, 0, 0x0f80, bytes(size))))
     // The frame on its way back holds a command too, which must not be carried out again.
-    def backward(size: Int) = frame(Seq(Datagram(2, 0, 0x0f80, bytes(size))))
+    def backward(size: Int) = frame(Seq(Datagram(Apwr, 0, 0x0f80, bytes(size))))
 
     // `delay`: slots the frame at port 1 begins later than that at port 0.
     for ((delay, there, back) <- Seq((0, 20, 20), (1, 100, 30), (37, 30, 100), (-90, 90, 128), (-3, 1, 90))) {

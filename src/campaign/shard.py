@@ -1,0 +1,162 @@
+"""One shard of a campaign: a run of one set from one seed on. Needs only the standard library and the built programs.
+
+As a program it runs one shard, which is what `make fuzz` and `make smsoak` do.
+"""
+
+import argparse
+import json
+import re
+import subprocess
+import sys
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+PROGRAMS = "build/campaign/programs"
+# Frames behind the one that differed: two frames can be on their way through the controller at the same time.
+BEHIND = 8
+# Whoever is killed without a chance to clean up leaves no program running.
+TIED = ["setpriv", "--pdeathsig", "KILL", "--"]
+
+
+class Refused(Exception):
+    """A shard cannot be run here; the message is a sentence that says why."""
+
+
+@dataclass(frozen=True)
+class Shard:
+    kind: str  # fuzz: random frames; soak: steps of bus and host at the SyncManagers
+    set: str
+    seed: int
+    size: int  # frames or steps, all from `seed` on
+    hash: str  # of the set's Verilog and of what the programs are made from
+
+    @property
+    def key(self):
+        return f"{self.kind}-{self.set}-{self.seed}-{self.size}-{self.hash}"
+
+
+def built_sets(programs):
+    """What `flyframe.campaign.Programs` built: name of a set -> its kind and hash."""
+    try:
+        return json.loads((Path(programs) / "sets.json").read_text())["sets"]
+    except FileNotFoundError:
+        raise Refused(f"No programs are built in {programs}; make campaign-programs builds them.") from None
+
+
+def check(shard, programs):
+    """Raises Refused unless the programs here are those that the shard is for."""
+    here = built_sets(programs).get(shard.set)
+    if here is None:
+        raise Refused(f"The set {shard.set} is not built in {programs}; make campaign-programs SETS={shard.set} builds it.")
+    if here["hash"] != shard.hash:
+        raise Refused(f"The hash of set {shard.set} is {here['hash']} in {programs} but must be {shard.hash}.")
+
+
+def writer(shard, programs):
+    jars = str(Path(programs) / "jars" / "*")
+    # A collector of one thread: the player is busy beside it, and so are other shards.
+    java = ["java", "-Xmx1g", "-XX:+UseSerialGC", "-cp", jars, "flyframe.campaign.Vectors"]
+    return [*java, "--set", shard.set, "--seed", str(shard.seed), "--frames", str(shard.size)]
+
+
+def repeat(shard, text):
+    """The command that repeats a finding: not further than the frame that differed."""
+    if shard.kind == "soak":
+        return f"make smsoak SET={shard.set} SEED={shard.seed} STEPS={shard.size}"
+    frame = re.search(r", frame (\d+):", text)
+    size = min(shard.size, int(frame.group(1)) + 1 + BEHIND) if frame else shard.size
+    return f"make fuzz PRESET={shard.set} SEED={shard.seed} FRAMES={size}"
+
+
+def run_fuzz(shard, programs):
+    # A session of its own: Ctrl-C is for the campaign, which ends its workers.
+    write = subprocess.Popen(TIED + writer(shard, programs), stdout=subprocess.PIPE, start_new_session=True)
+    play = subprocess.Popen(
+        [*TIED, f"{programs}/flyframe-fuzz", "--preset", shard.set, "--vectors", "-"],
+        stdin=write.stdout, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+    )
+    write.stdout.close()
+    try:
+        text, _ = play.communicate()
+        if play.returncode != 0:
+            write.kill()  # the player has stopped at a difference and reads no further
+        written = write.wait()
+    finally:
+        for process in (write, play):
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+    if play.returncode == 0 and written != 0:
+        raise RuntimeError(f"The writer of the vectors of {shard.key} ended with exit code {written}.")
+    return play.returncode, text, r"^frames (\d+), .*"
+
+
+def run_soak(shard, programs):
+    command = [f"{programs}/flyframe-smsoak", "--preset", shard.set, "--steps", str(shard.size), "--seed", str(shard.seed)]
+    done = subprocess.run(
+        TIED + command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+    )
+    return done.returncode, done.stdout, r"^steps (\d+) .*"
+
+
+def run(shard, programs=PROGRAMS):
+    """Runs a shard: its fields, what was done, the seconds, the program's last line, and the finding or None."""
+    check(shard, programs)
+    start = time.monotonic()
+    code, text, pattern = (run_fuzz if shard.kind == "fuzz" else run_soak)(shard, programs)
+    summary = re.search(pattern, text, re.MULTILINE)
+    if code not in (0, 1) or not summary:
+        raise RuntimeError(f"The program of {shard.key} ended with exit code {code}: {text.strip()[-500:]}")
+    done = int(summary.group(1))
+    if code == 0 and done < shard.size:
+        raise RuntimeError(f"The program of {shard.key} ended after {done} of {shard.size}.")
+    finding = {"text": text.strip(), "repeat": repeat(shard, text)} if code else None
+    seconds = round(time.monotonic() - start, 2)
+    return {**asdict(shard), "done": done, "seconds": seconds, "summary": summary.group(), "finding": finding}
+
+
+def keep_vectors(shard, programs, text, path):
+    """Writes the vectors of a finding up to the line that differed."""
+    line = re.search(r"vector line (\d+)", text)
+    write = subprocess.Popen(TIED + writer(shard, programs), stdout=subprocess.PIPE, start_new_session=True)
+    with open(path, "wb") as out:
+        for number, content in enumerate(write.stdout, 1):
+            if line and number > int(line.group(1)):
+                break
+            out.write(content)
+    write.kill()
+    write.stdout.close()
+    write.wait()
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(prog="shard", description="Runs one set from one seed on.")
+    parser.add_argument("programs", help="folder of the programs")
+    parser.add_argument("set")
+    parser.add_argument("seed", type=int)
+    parser.add_argument("size", type=int, help="frames or steps")
+    parser.add_argument("--vectors", metavar="FILE", help="where vectors that show a difference are kept")
+    options = parser.parse_args(arguments)
+    try:
+        set_ = built_sets(options.programs).get(options.set)
+        if set_ is None:
+            raise Refused(f"The set {options.set} is not built in {options.programs}.")
+        shard = Shard(set_["kind"], options.set, options.seed, options.size, set_["hash"])
+        result = run(shard, options.programs)
+    except Refused as refusal:
+        print(refusal, file=sys.stderr)
+        return 2
+    finding = result["finding"]
+    if not finding:
+        print(f"{options.set}, seed {options.seed}: {result['summary']}")
+        return 0
+    print(finding["text"])
+    if options.vectors and shard.kind == "fuzz":
+        keep_vectors(shard, options.programs, finding["text"], options.vectors)
+        print(f"The vectors up to there are in {options.vectors}.")
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,213 @@
+package flyframe
+
+import flyframe.params.{EscParams, Presets}
+
+/** Parameter sets that tests and campaigns share; a set that only one test needs stands in that test. */
+object TestSets {
+  private def preset(name: String): EscParams = Presets.named(name).get.params
+  private val min                             = preset("cyclone4-min")
+
+  // The EEPROM's answers take time, which the model does not know: the RAM is opened by pin.
+  private val complete = preset("slave").copy(preset = "complete", sii = 0, digitalOutputs = 4)
+
+  /** Of random frames, with the number of frames in a test: presets, and every core clock with another bus
+    * width.
+    */
+  val fuzz: Seq[(EscParams, Int)] = Seq(
+    min                                                                     -> 50000,
+    min.copy(preset = "four", ports = 4, ramKiB = 8, maxSubTelegrams = 128) -> 10000,
+    complete                                                                -> 30000,
+    complete.copy(
+      preset = "complete-125",
+      coreClockMhz = 125,
+      dataBusWidth = 32,
+      fmmus = 16,
+      syncManagers = 16,
+      digitalOutputs = 2,
+      ports = 3
+    ) -> 10000,
+    complete.copy(
+      preset = "complete-3",
+      dataBusWidth = 16,
+      fmmus = 3,
+      fmmuBitwise = 0,
+      digitalOutputs = 3,
+      syncManagers = 2,
+      ramKiB = 1,
+      watchdogs = 0,
+      leds = 0
+    )                                                                                           -> 10000,
+    preset("frame-processor")                                                                   -> 10000,
+    min.copy(preset = "mhz25", coreClockMhz = 25, ports = 3, maxSubTelegrams = 128)             -> 10000,
+    min.copy(preset = "mhz25-32", coreClockMhz = 25, dataBusWidth = 32, nodeIdWidth = 12)       -> 5000,
+    min.copy(preset = "mhz50-16", coreClockMhz = 50, dataBusWidth = 16, ramKiB = 3)             -> 5000,
+    min.copy(preset = "mhz125-8", coreClockMhz = 125, ports = 1, txShift = 3)                   -> 5000,
+    preset("alarm-slave")                                                                       -> 20000,
+    complete.copy(preset = "complete-alarm", alarm = 1, dataBusWidth = 16, maxSubTelegrams = 4) -> 3000,
+    min.copy(preset = "mhz100-32", dataBusWidth = 32, ramKiB = 60, registerWritesPerFrame = 16) -> 5000
+  )
+
+  // As the preset `slave`, but for what only costs time here: further ports, LEDs, the EEPROM's start.
+  private val soakSmall = preset("slave").copy(
+    preset = "smsoak",
+    ports = 1,
+    leds = 0,
+    watchdogs = 0,
+    sii = 0,
+    ramKiB = 1,
+    maxSubTelegrams = 128
+  )
+
+  // Host words of four bytes, each byte an access of its own to the SyncManagers; another core clock.
+  private val soakWide = soakSmall.copy(preset = "smsoak-wide", dataBusWidth = 32, coreClockMhz = 125)
+
+  /** Of SyncManagers used by bus and host at once, with the number of steps in a test. */
+  val soak: Seq[(EscParams, Long)] = Seq(soakSmall -> 9500000L, soakWide -> 500000L)
+
+  /** The set of random frames or of SyncManagers with this name, else the preset. */
+  def named(name: String): Option[EscParams] =
+    (fuzz ++ soak).map(_._1).find(_.preset == name).orElse(Presets.named(name).map(_.params))
+
+  // Temporary loops end soon, which saves time.
+  private val ruled = min.copy(temporaryLoopMs = 1)
+
+  private val ruledSets = Seq(
+    ruled,
+    ruled
+      .copy(preset = "four-25", ports = 4, ramKiB = 8, coreClockMhz = 25, dataBusWidth = 32),
+    ruled
+      .copy(preset = "wide-50", coreClockMhz = 50, dataBusWidth = 16, maxSubTelegrams = 4, nodeIdWidth = 8)
+  )
+
+  private val ruledUnits = ruled
+    .copy(
+      preset = "units",
+      ramKiB = 8,
+      fmmus = 8,
+      fmmuBitwise = 1,
+      syncManagers = 8,
+      applicationLayer = 1,
+      watchdogs = 1,
+      digitalOutputs = 4
+    )
+  private val ruledUnitSets = Seq(
+    ruledUnits,
+    ruledUnits.copy(
+      preset = "units-16",
+      watchdogs = 1,
+      leds = 1,
+      dataBusWidth = 32,
+      fmmus = 16,
+      fmmuBitwise = 0,
+      syncManagers = 16,
+      coreClockMhz = 125
+    )
+  )
+
+  // With an EEPROM only the rules that speak of it: its load takes time after every reset.
+  private val ruledEeprom = ruled.copy(
+    preset = "eeprom-25",
+    coreClockMhz = 25,
+    applicationLayer = 1,
+    leds = 1,
+    sii = 1,
+    siiClockKhz = 1000,
+    siiStartUs = 1
+  )
+  private val ruledEepromSets = Seq(
+    ruledEeprom,
+    ruledEeprom.copy(
+      preset = "eeprom-100",
+      coreClockMhz = 100,
+      dataBusWidth = 32,
+      ramKiB = 8,
+      fmmus = 8,
+      syncManagers = 8,
+      watchdogs = 1
+    )
+  )
+  private val ruledEmulated = Seq(
+    ruledEeprom.copy(preset = "emulation-25", sii = 2),
+    ruledUnits.copy(preset = "emulation-100", sii = 2, siiStartUs = 1, dataBusWidth = 16)
+  )
+  private val ruledAlarms = Seq(
+    ruled.copy(preset = "alarm", alarm = 1),
+    ruled
+      .copy(preset = "alarm-16", alarm = 1, maxSubTelegrams = 1, dataBusWidth = 16, nodeIdWidth = 8),
+    ruled.copy(
+      preset = "alarm-25",
+      alarm = 1,
+      maxSubTelegrams = 4,
+      dataBusWidth = 32,
+      nodeIdWidth = 8,
+      coreClockMhz = 25,
+      applicationLayer = 1
+    )
+  )
+
+  /** Of the rule tests, on model and RTL. */
+  val rules: Seq[EscParams] = ruledSets ++ ruledUnitSets ++ ruledEepromSets ++ ruledEmulated ++ ruledAlarms
+
+  /** FMMUs 0, 1, 3, 8, 16 and SyncManagers 0, 2, 4, 8, 16, each with the most and the least of the other
+    * kind.
+    */
+  private val matrixUnits: Seq[EscParams] =
+    Seq((0, 2), (1, 4), (3, 2), (8, 8), (16, 16), (0, 16), (16, 0)).map { case (fmmus, syncManagers) =>
+      EscParams(
+        preset = s"f${fmmus}_s$syncManagers",
+        ramKiB = 8,
+        fmmus = fmmus,
+        syncManagers = syncManagers,
+        applicationLayer = 1
+      )
+    }
+
+  /** All there is, in both ways to keep the configuration. */
+  private val matrixComplete: Seq[EscParams] = Seq(
+    EscParams(preset = "all_i2c", fmmus = 8, syncManagers = 8, sii = 1),
+    EscParams(
+      preset = "all_emulated",
+      fmmus = 16,
+      syncManagers = 16,
+      sii = 2,
+      dataBusWidth = 32,
+      coreClockMhz = 125
+    )
+  ).map(
+    _.copy(ramKiB = 8, fmmuBitwise = 1, applicationLayer = 1, watchdogs = 1, leds = 1, digitalOutputs = 4)
+  )
+
+  /** Smoke-alarm slaves: each pair of values of dataBusWidth 8, 16, 32, maxSubTelegrams 1, 4, 15 and
+    * nodeIdWidth 4, 8, 16 is in one of nine points.
+    */
+  private val matrixAlarm: Seq[EscParams] =
+    for ((width, i) <- Seq(8, 16, 32).zipWithIndex; (count, j) <- Seq(1, 4, 15).zipWithIndex) yield {
+      val id = Seq(4, 8, 16)((i + j) % 3)
+      EscParams(
+        preset = s"alarm${width}_t${count}_i$id",
+        dataBusWidth = width,
+        maxSubTelegrams = count,
+        nodeIdWidth = id,
+        ramKiB = 1,
+        alarm = 1
+      )
+    }
+
+  private val matrixWire: Seq[EscParams] =
+    for {
+      width <- Seq(8, 16, 32)
+      ports <- Seq(1, 2, 4)
+      count <- Seq(1, 15, 128)
+      id    <- Seq(8, 16)
+    } yield EscParams(
+      preset = s"m${width}_p${ports}_t${count}_i$id",
+      dataBusWidth = width,
+      ports = ports,
+      maxSubTelegrams = count,
+      nodeIdWidth = id,
+      ramKiB = 1
+    )
+
+  /** The points of the parameter matrix. */
+  val matrix: Seq[EscParams] = matrixWire ++ matrixUnits ++ matrixComplete ++ matrixAlarm
+}
