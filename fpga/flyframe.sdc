@@ -60,7 +60,7 @@ for {set y 0} {$y < 4} {incr y} {
 }
 
 # ---- Clock crossings -----------------------------------------------------------------------------------------------------------
-# There are two kinds of crossing, both in src/clocks/Crossings.scala. No set_clock_groups and no false path between whole clocks:
+# There are two kinds of crossing, both in src/rtl/clocks/Crossings.scala. No set_clock_groups and no false path between whole clocks:
 # those would switch the following limits off, and hide a crossing that was not meant to be.
 
 # 1. MiiRxWriteSide (RX_CLK) to MiiRxReadSide (core clock). One bit of the Gray pointer changes per 40 ns; within one core cycle it

@@ -4,226 +4,240 @@
 
 /* Numbers in datagrams between a master and the server. */
 enum {
-  PROTOCOL_MAGIC =                             17985, /* every datagram begins with it */
-  PROTOCOL_VERSION =                           1,     /* it follows the magic number */
-  PROTOCOL_KIND_REPORT =                       1,     /* a master tells what has happened */
-  PROTOCOL_KIND_ACKNOWLEDGE =                  2,     /* the server has stored events */
-  PROTOCOL_KIND_COMMAND =                      3,     /* the server orders something */
-  PROTOCOL_MOST_EVENTS =                       64,    /* of one report */
-  PROTOCOL_KEY_BYTES =                         32,    /* of the secret that master and server share */
-  PROTOCOL_ALARM_CLEAR =                       1,     /* a command: buzzers and lamps off */
-  PROTOCOL_DETECTOR_RESET =                    2,     /* a command: the supply of detectors off for a while */
-  PROTOCOL_ALL_NODES =                         65535, /* a command with this node ID is for all slaves */
+  PROTOCOL_MAGIC =                          0x4641, /* every datagram begins with it */
+  PROTOCOL_VERSION =                        1,      /* it follows the magic number */
+  PROTOCOL_KIND_REPORT =                    1,      /* a master tells what has happened */
+  PROTOCOL_KIND_ACKNOWLEDGE =               2,      /* the server has stored events */
+  PROTOCOL_KIND_COMMAND =                   3,      /* the server orders something */
+  PROTOCOL_MOST_EVENTS =                    64,     /* of one report */
+  PROTOCOL_KEY_BYTES =                      32,     /* of the secret that master and server share */
+  PROTOCOL_ALARM_CLEAR =                    1,      /* a command: buzzers and lamps off */
+  /* a command: the supply of detectors off for a while */
+  PROTOCOL_DETECTOR_RESET =                 2,
+  PROTOCOL_ALL_NODES =                      0xFFFF, /* a command with this node ID is for all slaves */
 };
 
 /* Kinds of events. */
 enum protocol_event {
-  PROTOCOL_EVENT_DETECTOR =                    1,     /* an alarm record of a slave */
-  PROTOCOL_EVENT_SCANNED =                     2,     /* the line has been listed; position: slaves listed, node: those that answer */
-  PROTOCOL_EVENT_PRESENT =                     3,     /* a slave is there; state: its self-test, sequence: its DL status */
-  PROTOCOL_EVENT_LOST =                        4,     /* a slave that was there does not answer any more */
-  PROTOCOL_EVENT_FOUND =                       5,     /* it answers again; state and sequence as for a slave that is there */
-  PROTOCOL_EVENT_DUPLICATE =                   6,     /* a slave has the same node ID as the one at the position in sequence */
-  PROTOCOL_EVENT_GAP =                         7,     /* a node ID is not that of the slave before it, which is in sequence, plus one */
-  PROTOCOL_EVENT_COMMAND =                     8,     /* an order of the server is over; position: the order, sequence: its number's low half, state: the result */
+  PROTOCOL_EVENT_DETECTOR =                 1,      /* an alarm record of a slave */
+  /* the line has been listed; position: slaves listed, node: those that answer */
+  PROTOCOL_EVENT_SCANNED =                  2,
+  /* a slave is there; state: its self-test, sequence: its DL status */
+  PROTOCOL_EVENT_PRESENT =                  3,
+  PROTOCOL_EVENT_LOST =                     4,      /* a slave that was there does not answer any more */
+  /* it answers again; state and sequence as for a slave that is there */
+  PROTOCOL_EVENT_FOUND =                    5,
+  /* a slave has the same node ID as the one at the position in sequence */
+  PROTOCOL_EVENT_DUPLICATE =                6,
+  /* a node ID is not that of the slave before it, which is in sequence, plus one */
+  PROTOCOL_EVENT_GAP =                      7,
+  /* an order is over; position: the order, sequence: its number's low half, state: the result */
+  PROTOCOL_EVENT_COMMAND =                  8,
 };
 
 /* What became of a command. */
 enum protocol_result {
-  PROTOCOL_RESULT_DONE =                       0,     /* everybody who was meant has taken it */
-  PROTOCOL_RESULT_UNKNOWN_COMMAND =            1,     /* the master's host does not know it */
-  PROTOCOL_RESULT_NO_ANSWER =                  2,     /* the line has not answered */
-  PROTOCOL_RESULT_NO_SUCH_NODE =               3,     /* no slave has this node ID */
+  PROTOCOL_RESULT_DONE =                    0,      /* everybody who was meant has taken it */
+  PROTOCOL_RESULT_UNKNOWN_COMMAND =         1,      /* the master's host does not know it */
+  PROTOCOL_RESULT_NO_ANSWER =               2,      /* the line has not answered */
+  PROTOCOL_RESULT_NO_SUCH_NODE =            3,      /* no slave has this node ID */
 };
 
 /* Results of a host's self-test; all others say what failed. */
 enum protocol_self_test {
-  PROTOCOL_SELF_TEST_NOT_RUN =                 0,     /* the host has not started yet */
-  PROTOCOL_SELF_TEST_GOOD =                    1,     /* the host has found nothing wrong */
+  PROTOCOL_SELF_TEST_NOT_RUN =              0,      /* the host has not started yet */
+  PROTOCOL_SELF_TEST_GOOD =                 1,      /* the host has found nothing wrong */
 };
 
 /* What a detector line is in. */
 enum protocol_state {
-  PROTOCOL_STATE_OFF =                         0,     /* there is no supply */
-  PROTOCOL_STATE_NORMAL =                      1,     /* no smoke */
-  PROTOCOL_STATE_ALARM =                       2,     /* smoke */
-  PROTOCOL_STATE_OPEN =                        3,     /* the line is broken */
-  PROTOCOL_STATE_SHORT =                       4,     /* the line has a short circuit */
+  PROTOCOL_STATE_OFF =                      0,      /* there is no supply */
+  PROTOCOL_STATE_NORMAL =                   1,      /* no smoke */
+  PROTOCOL_STATE_ALARM =                    2,      /* smoke */
+  PROTOCOL_STATE_OPEN =                     3,      /* the line is broken */
+  PROTOCOL_STATE_SHORT =                    4,      /* the line has a short circuit */
 };
 
 /* Commands of EtherCAT datagrams. */
 enum protocol_ecat {
-  PROTOCOL_ECAT_NOP =                          0,     /* nobody does anything */
-  PROTOCOL_ECAT_APRD =                         1,     /* read by position */
-  PROTOCOL_ECAT_APWR =                         2,     /* write by position */
-  PROTOCOL_ECAT_APRW =                         3,     /* read and write by position */
-  PROTOCOL_ECAT_FPRD =                         4,     /* read by station address */
-  PROTOCOL_ECAT_FPWR =                         5,     /* write by station address */
-  PROTOCOL_ECAT_FPRW =                         6,     /* read and write by station address */
-  PROTOCOL_ECAT_BRD =                          7,     /* all read */
-  PROTOCOL_ECAT_BWR =                          8,     /* all write */
-  PROTOCOL_ECAT_BRW =                          9,     /* all read and write */
-  PROTOCOL_ECAT_LRD =                          10,    /* read by logical address */
-  PROTOCOL_ECAT_LWR =                          11,    /* write by logical address */
-  PROTOCOL_ECAT_LRW =                          12,    /* read and write by logical address */
-  PROTOCOL_ECAT_ARMW =                         13,    /* the one at the position reads, all others write */
-  PROTOCOL_ECAT_FRMW =                         14,    /* the one with the station address reads, all others write */
+  PROTOCOL_ECAT_NOP =                       0,      /* nobody does anything */
+  PROTOCOL_ECAT_APRD =                      1,      /* read by position */
+  PROTOCOL_ECAT_APWR =                      2,      /* write by position */
+  PROTOCOL_ECAT_APRW =                      3,      /* read and write by position */
+  PROTOCOL_ECAT_FPRD =                      4,      /* read by station address */
+  PROTOCOL_ECAT_FPWR =                      5,      /* write by station address */
+  PROTOCOL_ECAT_FPRW =                      6,      /* read and write by station address */
+  PROTOCOL_ECAT_BRD =                       7,      /* all read */
+  PROTOCOL_ECAT_BWR =                       8,      /* all write */
+  PROTOCOL_ECAT_BRW =                       9,      /* all read and write */
+  PROTOCOL_ECAT_LRD =                       10,     /* read by logical address */
+  PROTOCOL_ECAT_LWR =                       11,     /* write by logical address */
+  PROTOCOL_ECAT_LRW =                       12,     /* read and write by logical address */
+  PROTOCOL_ECAT_ARMW =                      13,     /* the one at the position reads, all others write */
+  /* the one with the station address reads, all others write */
+  PROTOCOL_ECAT_FRMW =                      14,
 };
 
 /* The server tells which events it has, big endian. */
 enum {
-  PROTOCOL_ACKNOWLEDGEMENT_MAGIC_AT =          0,     /* PROTOCOL_MAGIC */
-  PROTOCOL_ACKNOWLEDGEMENT_MAGIC_BYTES =       2,     /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_VERSION_AT =        2,     /* PROTOCOL_VERSION */
-  PROTOCOL_ACKNOWLEDGEMENT_VERSION_BYTES =     1,     /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_KIND_AT =           3,     /* one of PROTOCOL_KIND_... */
-  PROTOCOL_ACKNOWLEDGEMENT_KIND_BYTES =        1,     /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_MASTER_AT =         4,     /* master ID */
-  PROTOCOL_ACKNOWLEDGEMENT_MASTER_BYTES =      2,     /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_BOOT_AT =           6,     /* boot number of the master */
-  PROTOCOL_ACKNOWLEDGEMENT_BOOT_BYTES =        2,     /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_NUMBER_AT =         8,     /* it has all events before this one */
-  PROTOCOL_ACKNOWLEDGEMENT_NUMBER_BYTES =      4,     /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_BYTES =             12,    /* of all */
+  PROTOCOL_ACKNOWLEDGEMENT_MAGIC_AT =       0,      /* PROTOCOL_MAGIC */
+  PROTOCOL_ACKNOWLEDGEMENT_MAGIC_BYTES =    2,      /* of it */
+  PROTOCOL_ACKNOWLEDGEMENT_VERSION_AT =     2,      /* PROTOCOL_VERSION */
+  PROTOCOL_ACKNOWLEDGEMENT_VERSION_BYTES =  1,      /* of it */
+  PROTOCOL_ACKNOWLEDGEMENT_KIND_AT =        3,      /* one of PROTOCOL_KIND_... */
+  PROTOCOL_ACKNOWLEDGEMENT_KIND_BYTES =     1,      /* of it */
+  PROTOCOL_ACKNOWLEDGEMENT_MASTER_AT =      4,      /* master ID */
+  PROTOCOL_ACKNOWLEDGEMENT_MASTER_BYTES =   2,      /* of it */
+  PROTOCOL_ACKNOWLEDGEMENT_BOOT_AT =        6,      /* boot number of the master */
+  PROTOCOL_ACKNOWLEDGEMENT_BOOT_BYTES =     2,      /* of it */
+  PROTOCOL_ACKNOWLEDGEMENT_NUMBER_AT =      8,      /* it has all events before this one */
+  PROTOCOL_ACKNOWLEDGEMENT_NUMBER_BYTES =   4,      /* of it */
+  PROTOCOL_ACKNOWLEDGEMENT_BYTES =          12,     /* of all */
 };
 
 /* A report before its events, big endian. */
 enum {
-  PROTOCOL_REPORT_MAGIC_AT =                   0,     /* PROTOCOL_MAGIC */
-  PROTOCOL_REPORT_MAGIC_BYTES =                2,     /* of it */
-  PROTOCOL_REPORT_VERSION_AT =                 2,     /* PROTOCOL_VERSION */
-  PROTOCOL_REPORT_VERSION_BYTES =              1,     /* of it */
-  PROTOCOL_REPORT_KIND_AT =                    3,     /* one of PROTOCOL_KIND_... */
-  PROTOCOL_REPORT_KIND_BYTES =                 1,     /* of it */
-  PROTOCOL_REPORT_MASTER_AT =                  4,     /* master ID */
-  PROTOCOL_REPORT_MASTER_BYTES =               2,     /* of it */
-  PROTOCOL_REPORT_BOOT_AT =                    6,     /* boot number of the master */
-  PROTOCOL_REPORT_BOOT_BYTES =                 2,     /* of it */
-  PROTOCOL_REPORT_NUMBER_AT =                  8,     /* number of its first event */
-  PROTOCOL_REPORT_NUMBER_BYTES =               4,     /* of it */
-  PROTOCOL_REPORT_COUNT_AT =                   12,    /* events that follow */
-  PROTOCOL_REPORT_COUNT_BYTES =                1,     /* of it */
-  PROTOCOL_REPORT_SELF_TEST_AT =               13,    /* result of the master's host */
-  PROTOCOL_REPORT_SELF_TEST_BYTES =            1,     /* of it */
-  PROTOCOL_REPORT_PRESENT_AT =                 14,    /* slaves that answer */
-  PROTOCOL_REPORT_PRESENT_BYTES =              1,     /* of it */
-  PROTOCOL_REPORT_KNOWN_AT =                   15,    /* slaves listed */
-  PROTOCOL_REPORT_KNOWN_BYTES =                1,     /* of it */
-  PROTOCOL_REPORT_TIME_AT =                    16,    /* time of the master in us */
-  PROTOCOL_REPORT_TIME_BYTES =                 4,     /* of it */
-  PROTOCOL_REPORT_LOST_AT =                    20,    /* frames sent in vain */
-  PROTOCOL_REPORT_LOST_BYTES =                 4,     /* of it */
-  PROTOCOL_REPORT_BYTES =                      24,    /* of all */
+  PROTOCOL_REPORT_MAGIC_AT =                0,      /* PROTOCOL_MAGIC */
+  PROTOCOL_REPORT_MAGIC_BYTES =             2,      /* of it */
+  PROTOCOL_REPORT_VERSION_AT =              2,      /* PROTOCOL_VERSION */
+  PROTOCOL_REPORT_VERSION_BYTES =           1,      /* of it */
+  PROTOCOL_REPORT_KIND_AT =                 3,      /* one of PROTOCOL_KIND_... */
+  PROTOCOL_REPORT_KIND_BYTES =              1,      /* of it */
+  PROTOCOL_REPORT_MASTER_AT =               4,      /* master ID */
+  PROTOCOL_REPORT_MASTER_BYTES =            2,      /* of it */
+  PROTOCOL_REPORT_BOOT_AT =                 6,      /* boot number of the master */
+  PROTOCOL_REPORT_BOOT_BYTES =              2,      /* of it */
+  PROTOCOL_REPORT_NUMBER_AT =               8,      /* number of its first event */
+  PROTOCOL_REPORT_NUMBER_BYTES =            4,      /* of it */
+  PROTOCOL_REPORT_COUNT_AT =                12,     /* events that follow */
+  PROTOCOL_REPORT_COUNT_BYTES =             1,      /* of it */
+  PROTOCOL_REPORT_SELF_TEST_AT =            13,     /* result of the master's host */
+  PROTOCOL_REPORT_SELF_TEST_BYTES =         1,      /* of it */
+  PROTOCOL_REPORT_PRESENT_AT =              14,     /* slaves that answer */
+  PROTOCOL_REPORT_PRESENT_BYTES =           1,      /* of it */
+  PROTOCOL_REPORT_KNOWN_AT =                15,     /* slaves listed */
+  PROTOCOL_REPORT_KNOWN_BYTES =             1,      /* of it */
+  PROTOCOL_REPORT_TIME_AT =                 16,     /* time of the master in us */
+  PROTOCOL_REPORT_TIME_BYTES =              4,      /* of it */
+  PROTOCOL_REPORT_LOST_AT =                 20,     /* frames sent in vain */
+  PROTOCOL_REPORT_LOST_BYTES =              4,      /* of it */
+  PROTOCOL_REPORT_BYTES =                   24,     /* of all */
 };
 
 /* An event of a report, big endian. */
 enum {
-  PROTOCOL_EVENT_KIND_AT =                     0,     /* one of enum protocol_event: it tells what the other fields mean */
-  PROTOCOL_EVENT_KIND_BYTES =                  1,     /* of it */
-  PROTOCOL_EVENT_POSITION_AT =                 1,     /* of the slave on the line, from 0 on */
-  PROTOCOL_EVENT_POSITION_BYTES =              1,     /* of it */
-  PROTOCOL_EVENT_NODE_AT =                     2,     /* node ID of the slave */
-  PROTOCOL_EVENT_NODE_BYTES =                  2,     /* of it */
-  PROTOCOL_EVENT_SEQUENCE_AT =                 4,     /* number of its alarm record */
-  PROTOCOL_EVENT_SEQUENCE_BYTES =              2,     /* of it */
-  PROTOCOL_EVENT_STATE_AT =                    6,     /* of its detector */
-  PROTOCOL_EVENT_STATE_BYTES =                 1,     /* of it */
-  PROTOCOL_EVENT_EPOCH_AT =                    7,     /* of its alarm record */
-  PROTOCOL_EVENT_EPOCH_BYTES =                 1,     /* of it */
-  PROTOCOL_EVENT_SLAVE_TIME_AT =               8,     /* time of the slave in us */
-  PROTOCOL_EVENT_SLAVE_TIME_BYTES =            4,     /* of it */
-  PROTOCOL_EVENT_MASTER_TIME_AT =              12,    /* time of the master in us, when it took the event */
-  PROTOCOL_EVENT_MASTER_TIME_BYTES =           4,     /* of it */
-  PROTOCOL_EVENT_BYTES =                       16,    /* of all */
+  /* one of enum protocol_event: it tells what the other fields mean */
+  PROTOCOL_EVENT_KIND_AT =                  0,
+  PROTOCOL_EVENT_KIND_BYTES =               1,      /* of it */
+  PROTOCOL_EVENT_POSITION_AT =              1,      /* of the slave on the line, from 0 on */
+  PROTOCOL_EVENT_POSITION_BYTES =           1,      /* of it */
+  PROTOCOL_EVENT_NODE_AT =                  2,      /* node ID of the slave */
+  PROTOCOL_EVENT_NODE_BYTES =               2,      /* of it */
+  PROTOCOL_EVENT_SEQUENCE_AT =              4,      /* number of its alarm record */
+  PROTOCOL_EVENT_SEQUENCE_BYTES =           2,      /* of it */
+  PROTOCOL_EVENT_STATE_AT =                 6,      /* of its detector */
+  PROTOCOL_EVENT_STATE_BYTES =              1,      /* of it */
+  PROTOCOL_EVENT_EPOCH_AT =                 7,      /* of its alarm record */
+  PROTOCOL_EVENT_EPOCH_BYTES =              1,      /* of it */
+  PROTOCOL_EVENT_SLAVE_TIME_AT =            8,      /* time of the slave in us */
+  PROTOCOL_EVENT_SLAVE_TIME_BYTES =         4,      /* of it */
+  PROTOCOL_EVENT_MASTER_TIME_AT =           12,     /* time of the master in us, when it took the event */
+  PROTOCOL_EVENT_MASTER_TIME_BYTES =        4,      /* of it */
+  PROTOCOL_EVENT_BYTES =                    16,     /* of all */
 };
 
 /* An order of the server, big endian. */
 enum {
-  PROTOCOL_COMMAND_MAGIC_AT =                  0,     /* PROTOCOL_MAGIC */
-  PROTOCOL_COMMAND_MAGIC_BYTES =               2,     /* of it */
-  PROTOCOL_COMMAND_VERSION_AT =                2,     /* PROTOCOL_VERSION */
-  PROTOCOL_COMMAND_VERSION_BYTES =             1,     /* of it */
-  PROTOCOL_COMMAND_KIND_AT =                   3,     /* one of PROTOCOL_KIND_... */
-  PROTOCOL_COMMAND_KIND_BYTES =                1,     /* of it */
-  PROTOCOL_COMMAND_MASTER_AT =                 4,     /* master ID */
-  PROTOCOL_COMMAND_MASTER_BYTES =              2,     /* of it */
-  PROTOCOL_COMMAND_BOOT_AT =                   6,     /* boot number of the master */
-  PROTOCOL_COMMAND_BOOT_BYTES =                2,     /* of it */
-  PROTOCOL_COMMAND_NUMBER_AT =                 8,     /* rises with every command of a boot */
-  PROTOCOL_COMMAND_NUMBER_BYTES =              4,     /* of it */
-  PROTOCOL_COMMAND_ORDER_AT =                  12,    /* PROTOCOL_ALARM_CLEAR or PROTOCOL_DETECTOR_RESET */
-  PROTOCOL_COMMAND_ORDER_BYTES =               1,     /* of it */
-  PROTOCOL_COMMAND_ZERO_AT =                   13,    /* 0 */
-  PROTOCOL_COMMAND_ZERO_BYTES =                1,     /* of it */
-  PROTOCOL_COMMAND_NODE_AT =                   14,    /* ID of a slave, or PROTOCOL_ALL_NODES */
-  PROTOCOL_COMMAND_NODE_BYTES =                2,     /* of it */
-  PROTOCOL_COMMAND_CODE_AT =                   16,    /* first half of HMAC-SHA-256 over all bytes before it */
-  PROTOCOL_COMMAND_CODE_BYTES =                16,    /* of it */
-  PROTOCOL_COMMAND_BYTES =                     32,    /* of all */
+  PROTOCOL_COMMAND_MAGIC_AT =               0,      /* PROTOCOL_MAGIC */
+  PROTOCOL_COMMAND_MAGIC_BYTES =            2,      /* of it */
+  PROTOCOL_COMMAND_VERSION_AT =             2,      /* PROTOCOL_VERSION */
+  PROTOCOL_COMMAND_VERSION_BYTES =          1,      /* of it */
+  PROTOCOL_COMMAND_KIND_AT =                3,      /* one of PROTOCOL_KIND_... */
+  PROTOCOL_COMMAND_KIND_BYTES =             1,      /* of it */
+  PROTOCOL_COMMAND_MASTER_AT =              4,      /* master ID */
+  PROTOCOL_COMMAND_MASTER_BYTES =           2,      /* of it */
+  PROTOCOL_COMMAND_BOOT_AT =                6,      /* boot number of the master */
+  PROTOCOL_COMMAND_BOOT_BYTES =             2,      /* of it */
+  PROTOCOL_COMMAND_NUMBER_AT =              8,      /* rises with every command of a boot */
+  PROTOCOL_COMMAND_NUMBER_BYTES =           4,      /* of it */
+  PROTOCOL_COMMAND_ORDER_AT =               12,     /* PROTOCOL_ALARM_CLEAR or PROTOCOL_DETECTOR_RESET */
+  PROTOCOL_COMMAND_ORDER_BYTES =            1,      /* of it */
+  PROTOCOL_COMMAND_ZERO_AT =                13,     /* 0 */
+  PROTOCOL_COMMAND_ZERO_BYTES =             1,      /* of it */
+  PROTOCOL_COMMAND_NODE_AT =                14,     /* ID of a slave, or PROTOCOL_ALL_NODES */
+  PROTOCOL_COMMAND_NODE_BYTES =             2,      /* of it */
+  /* first half of HMAC-SHA-256 over all bytes before it */
+  PROTOCOL_COMMAND_CODE_AT =                16,
+  PROTOCOL_COMMAND_CODE_BYTES =             16,     /* of it */
+  PROTOCOL_COMMAND_BYTES =                  32,     /* of all */
 };
 
 /* An event of the host at its registers, little endian. */
 enum {
-  PROTOCOL_HOST_EVENT_POSITION_AT =            0,     /* of the event: the order */
-  PROTOCOL_HOST_EVENT_POSITION_BYTES =         1,     /* of it */
-  PROTOCOL_HOST_EVENT_STATE_AT =               1,     /* of the event: one of enum protocol_result */
-  PROTOCOL_HOST_EVENT_STATE_BYTES =            1,     /* of it */
-  PROTOCOL_HOST_EVENT_NODE_AT =                2,     /* of the event: that of the order */
-  PROTOCOL_HOST_EVENT_NODE_BYTES =             2,     /* of it */
-  PROTOCOL_HOST_EVENT_SEQUENCE_AT =            4,     /* of the event: low half of the order's number */
-  PROTOCOL_HOST_EVENT_SEQUENCE_BYTES =         2,     /* of it */
-  PROTOCOL_HOST_EVENT_BYTES =                  6,     /* of all */
+  PROTOCOL_HOST_EVENT_POSITION_AT =         0,      /* of the event: the order */
+  PROTOCOL_HOST_EVENT_POSITION_BYTES =      1,      /* of it */
+  PROTOCOL_HOST_EVENT_STATE_AT =            1,      /* of the event: one of enum protocol_result */
+  PROTOCOL_HOST_EVENT_STATE_BYTES =         1,      /* of it */
+  PROTOCOL_HOST_EVENT_NODE_AT =             2,      /* of the event: that of the order */
+  PROTOCOL_HOST_EVENT_NODE_BYTES =          2,      /* of it */
+  PROTOCOL_HOST_EVENT_SEQUENCE_AT =         4,      /* of the event: low half of the order's number */
+  PROTOCOL_HOST_EVENT_SEQUENCE_BYTES =      2,      /* of it */
+  PROTOCOL_HOST_EVENT_BYTES =               6,      /* of all */
 };
 
 /* An alarm record, little endian. */
 enum {
-  PROTOCOL_RECORD_SEQUENCE_AT =                0,     /* number of the event, from 1 on */
-  PROTOCOL_RECORD_SEQUENCE_BYTES =             2,     /* of it */
-  PROTOCOL_RECORD_STATE_AT =                   2,     /* one of enum protocol_state */
-  PROTOCOL_RECORD_STATE_BYTES =                1,     /* of it */
-  PROTOCOL_RECORD_EPOCH_AT =                   3,     /* of the host: another one after each start */
-  PROTOCOL_RECORD_EPOCH_BYTES =                1,     /* of it */
-  PROTOCOL_RECORD_TIME_AT =                    4,     /* time of the slave in us */
-  PROTOCOL_RECORD_TIME_BYTES =                 4,     /* of it */
-  PROTOCOL_RECORD_BYTES =                      8,     /* of all */
+  PROTOCOL_RECORD_SEQUENCE_AT =             0,      /* number of the event, from 1 on */
+  PROTOCOL_RECORD_SEQUENCE_BYTES =          2,      /* of it */
+  PROTOCOL_RECORD_STATE_AT =                2,      /* one of enum protocol_state */
+  PROTOCOL_RECORD_STATE_BYTES =             1,      /* of it */
+  PROTOCOL_RECORD_EPOCH_AT =                3,      /* of the host: another one after each start */
+  PROTOCOL_RECORD_EPOCH_BYTES =             1,      /* of it */
+  PROTOCOL_RECORD_TIME_AT =                 4,      /* time of the slave in us */
+  PROTOCOL_RECORD_TIME_BYTES =              4,      /* of it */
+  PROTOCOL_RECORD_BYTES =                   8,      /* of all */
 };
 
 /* The header of an EtherCAT datagram, little endian. */
 enum {
-  PROTOCOL_DATAGRAM_COMMAND_AT =               0,     /* one of enum protocol_ecat */
-  PROTOCOL_DATAGRAM_COMMAND_BYTES =            1,     /* of it */
-  PROTOCOL_DATAGRAM_INDEX_AT =                 1,     /* chosen by the master */
-  PROTOCOL_DATAGRAM_INDEX_BYTES =              1,     /* of it */
-  PROTOCOL_DATAGRAM_ADP_AT =                   2,     /* position or station address; low half of a logical address */
-  PROTOCOL_DATAGRAM_ADP_BYTES =                2,     /* of it */
-  PROTOCOL_DATAGRAM_ADO_AT =                   4,     /* local address; high half of a logical address */
-  PROTOCOL_DATAGRAM_ADO_BYTES =                2,     /* of it */
-  PROTOCOL_DATAGRAM_LENGTH_AT =                6,     /* bits 10 to 0: bytes of data; bit 14: circulating; bit 15: more follow */
-  PROTOCOL_DATAGRAM_LENGTH_BYTES =             2,     /* of it */
-  PROTOCOL_DATAGRAM_IRQ_AT =                   8,     /* event request */
-  PROTOCOL_DATAGRAM_IRQ_BYTES =                2,     /* of it */
-  PROTOCOL_DATAGRAM_BYTES =                    10,    /* of all */
+  PROTOCOL_DATAGRAM_COMMAND_AT =            0,      /* one of enum protocol_ecat */
+  PROTOCOL_DATAGRAM_COMMAND_BYTES =         1,      /* of it */
+  PROTOCOL_DATAGRAM_INDEX_AT =              1,      /* chosen by the master */
+  PROTOCOL_DATAGRAM_INDEX_BYTES =           1,      /* of it */
+  /* position or station address; low half of a logical address */
+  PROTOCOL_DATAGRAM_ADP_AT =                2,
+  PROTOCOL_DATAGRAM_ADP_BYTES =             2,      /* of it */
+  PROTOCOL_DATAGRAM_ADO_AT =                4,      /* local address; high half of a logical address */
+  PROTOCOL_DATAGRAM_ADO_BYTES =             2,      /* of it */
+  /* bits 10 to 0: bytes of data; bit 14: circulating; bit 15: more follow */
+  PROTOCOL_DATAGRAM_LENGTH_AT =             6,
+  PROTOCOL_DATAGRAM_LENGTH_BYTES =          2,      /* of it */
+  PROTOCOL_DATAGRAM_IRQ_AT =                8,      /* event request */
+  PROTOCOL_DATAGRAM_IRQ_BYTES =             2,      /* of it */
+  PROTOCOL_DATAGRAM_BYTES =                 10,     /* of all */
 };
 
 /* The datagram that a slave appends, little endian. */
 enum {
-  PROTOCOL_APPENDED_COMMAND_AT =               0,     /* one of enum protocol_ecat */
-  PROTOCOL_APPENDED_COMMAND_BYTES =            1,     /* of it */
-  PROTOCOL_APPENDED_INDEX_AT =                 1,     /* chosen by the master */
-  PROTOCOL_APPENDED_INDEX_BYTES =              1,     /* of it */
-  PROTOCOL_APPENDED_ADP_AT =                   2,     /* position or station address; low half of a logical address */
-  PROTOCOL_APPENDED_ADP_BYTES =                2,     /* of it */
-  PROTOCOL_APPENDED_ADO_AT =                   4,     /* local address; high half of a logical address */
-  PROTOCOL_APPENDED_ADO_BYTES =                2,     /* of it */
-  PROTOCOL_APPENDED_LENGTH_AT =                6,     /* bits 10 to 0: bytes of data; bit 14: circulating; bit 15: more follow */
-  PROTOCOL_APPENDED_LENGTH_BYTES =             2,     /* of it */
-  PROTOCOL_APPENDED_IRQ_AT =                   8,     /* event request */
-  PROTOCOL_APPENDED_IRQ_BYTES =                2,     /* of it */
-  PROTOCOL_APPENDED_RECORD_AT =                10,    /* the alarm record */
-  PROTOCOL_APPENDED_RECORD_BYTES =             8,     /* of it */
-  PROTOCOL_APPENDED_COUNTER_AT =               18,    /* working counter */
-  PROTOCOL_APPENDED_COUNTER_BYTES =            2,     /* of it */
-  PROTOCOL_APPENDED_BYTES =                    20,    /* of all */
+  PROTOCOL_APPENDED_COMMAND_AT =            0,      /* one of enum protocol_ecat */
+  PROTOCOL_APPENDED_COMMAND_BYTES =         1,      /* of it */
+  PROTOCOL_APPENDED_INDEX_AT =              1,      /* chosen by the master */
+  PROTOCOL_APPENDED_INDEX_BYTES =           1,      /* of it */
+  /* position or station address; low half of a logical address */
+  PROTOCOL_APPENDED_ADP_AT =                2,
+  PROTOCOL_APPENDED_ADP_BYTES =             2,      /* of it */
+  PROTOCOL_APPENDED_ADO_AT =                4,      /* local address; high half of a logical address */
+  PROTOCOL_APPENDED_ADO_BYTES =             2,      /* of it */
+  /* bits 10 to 0: bytes of data; bit 14: circulating; bit 15: more follow */
+  PROTOCOL_APPENDED_LENGTH_AT =             6,
+  PROTOCOL_APPENDED_LENGTH_BYTES =          2,      /* of it */
+  PROTOCOL_APPENDED_IRQ_AT =                8,      /* event request */
+  PROTOCOL_APPENDED_IRQ_BYTES =             2,      /* of it */
+  PROTOCOL_APPENDED_RECORD_AT =             10,     /* the alarm record */
+  PROTOCOL_APPENDED_RECORD_BYTES =          8,      /* of it */
+  PROTOCOL_APPENDED_COUNTER_AT =            18,     /* working counter */
+  PROTOCOL_APPENDED_COUNTER_BYTES =         2,      /* of it */
+  PROTOCOL_APPENDED_BYTES =                 20,     /* of all */
 };
 
 #endif

@@ -38,9 +38,10 @@ object Documents {
       Seq(
         "# Registers",
         "",
-        s"Generated from `src/registers` for preset `${p.preset}` with `digitalOutputs` and `alarm`, and for preset",
-        s"`${master.preset}`; do not edit. Multi-byte registers are little endian. Bits without a row are reserved: they read 0 and ignore",
-        "writes. `r/clr`: a write of any value clears the whole group.",
+        s"Generated from `src/base/registers` for preset `${p.preset}` with all it may have (`ports` ${p.ports},",
+        s"`digitalOutputs`, `alarm`), and for preset `${master.preset}`; do not edit. Multi-byte registers are little",
+        "endian. Bits without a row are reserved: they read 0 and ignore writes. `r/clr`: a write of any value clears",
+        "the whole group.",
         "",
         "## Slave",
         "",
@@ -125,7 +126,11 @@ object Documents {
     }
     val codes = Codes.all.map { group =>
       val (prefix, tag) = if (group.name.isEmpty) ("", "") else (group.name + "_", s"protocol_${group.name} ")
-      (s"/* ${group.meaning}. */", s"enum $tag{", group.all.map(c => constant(prefix + c.name, c.value, c.meaning)))
+      (
+        s"/* ${group.meaning}. */",
+        s"enum $tag{",
+        group.all.map(c => constant(prefix + c.name, c.value, c.meaning))
+      )
     }
     val layouts = Layout.all.map { layout =>
       val fields = layout.fields.flatMap { f =>

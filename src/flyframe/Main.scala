@@ -5,7 +5,6 @@ import java.nio.file.{FileSystemException, Files, Path, Paths}
 import scala.util.Try
 import scopt.{OParser, OParserBuilder}
 import flyframe.device.{DeviceFiles, SiiText}
-import flyframe.registers.RegisterMap
 import flyframe.params.{EscParams, ParamInfo, ParamTable, Preset, Presets}
 
 /** What the command line asks for. */
@@ -163,14 +162,7 @@ object Main {
         s"$base.json" -> Documents.json(p)
       )
     } ++ request.docs.map(
-      _.resolve("registers.md").toString -> Documents.registers(
-        sets
-          .filterNot(_.isMaster)
-          .maxByOption(RegisterMap(_).size)
-          .getOrElse(default)
-          .copy(digitalOutputs = 4, alarm = 1),
-        sets.find(_.isMaster).getOrElse(Presets.master)
-      )
+      _.resolve("registers.md").toString -> Documents.registers(Presets.allRegisters, Presets.master)
     ) ++ request.docs.map(_.resolve("parameters.md").toString -> ParameterPage.text)
     val protocol =
       if (sets.exists(p => p.isMaster || p.hasAlarm))

@@ -11,6 +11,7 @@ import flyframe.mii.{MiiTransmitter, NibbleStream}
 import flyframe.params.EscParams
 import flyframe.port.{LoopControl, SlotTimer, TemporaryLoops}
 import flyframe.protocol.AppendedLayout
+import flyframe.registers.{DlRegisters, Register}
 import flyframe.sii.SiiPins
 
 /** An EtherCAT slave controller: 1 to 4 MII ports, the processing unit, registers, memory and a host port.
@@ -22,8 +23,10 @@ import flyframe.sii.SiiPins
   *
   * @param p
   *   a parameter set without [[EscParams.problems]]
+  * @param added
+  *   registers of a product beside those of the units; it is a subclass that connects them
   */
-class SlaveController(p: EscParams) extends Module {
+class SlaveController(p: EscParams, added: Seq[Register] = Nil) extends Module {
   override def desiredName = p.topName
 
   val phy_clk_ref = IO(Input(Bool()))
@@ -68,8 +71,9 @@ class SlaveController(p: EscParams) extends Module {
   private val transmitStep            = later(processStep)
   slot.reference := phy_clk_ref
 
-  private val memory         = Module(new EscMemory(p))
-  private val processor      = Module(new FrameProcessor(p))
+  /** Registers and RAM; a subclass connects what it has added. */
+  protected val memory       = Module(new EscMemory(p, added))
+  private val processor      = Module(new FrameProcessor(p, added))
   private val loops          = Module(new LoopControl(p))
   private val temporaryLoops = Module(new TemporaryLoops(p))
   private val value          = memory.value
@@ -122,7 +126,8 @@ class SlaveController(p: EscParams) extends Module {
   ready := !memory.clearing
 
   // Local side: host port, SyncManagers, SII EEPROM, application layer.
-  private val local = new LocalSide(p, memory, processor)
+  /** Tells a subclass when its registers are read and written. */
+  protected val local = new LocalSide(p, memory, processor, added)
   local.host(host)
   private val operational = pdi_operational match {
     case Some(pin) =>
@@ -146,7 +151,7 @@ class SlaveController(p: EscParams) extends Module {
 
   // Loop control.
   private def setting(y: Int) = value.uint(s"loop_port$y")
-  private val loopByte        = 0x0101
+  private val loopByte        = DlRegisters.LoopByte
   private val written         = memory.registerWrite
   loops.settingWritten := written.valid &&
     Cat(written.bits.address, 0.U(log2Ceil(p.lanes).W)) === (loopByte / p.lanes * p.lanes).U &&

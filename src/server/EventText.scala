@@ -54,13 +54,13 @@ object EventText {
 
   /** How much an event matters: alarm, fault, normal (of a detector), else info. */
   def severity(e: Event): String = (e.kind, e.state) match {
-    case (EventKind.Detector, DetectorState.Alarm)                      => "alarm"
-    case (EventKind.Detector, DetectorState.Open | DetectorState.Short) => "fault"
-    case (EventKind.Detector, DetectorState.Normal)                     => "normal"
-    case (EventKind.Lost | EventKind.Duplicate, _)                      => "fault"
-    case (EventKind.Present | EventKind.Found, test) if test > SelfTest.Good        => "fault"
-    case (EventKind.Command, result) if result != CommandResult.Done    => "fault"
-    case _                                                              => "info"
+    case (EventKind.Detector, DetectorState.Alarm)                           => "alarm"
+    case (EventKind.Detector, DetectorState.Open | DetectorState.Short)      => "fault"
+    case (EventKind.Detector, DetectorState.Normal)                          => "normal"
+    case (EventKind.Lost | EventKind.Duplicate, _)                           => "fault"
+    case (EventKind.Present | EventKind.Found, test) if test > SelfTest.Good => "fault"
+    case (EventKind.Command, result) if result != CommandResult.Done         => "fault"
+    case _                                                                   => "info"
   }
 
   def text(e: Event): String = e.kind match {

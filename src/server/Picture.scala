@@ -86,7 +86,7 @@ object Picture {
         case _ if !s.answers                          => ("lost", "lost")
         case (Some(DetectorState.Alarm), _)           => ("alarm", "alarm")
         case (_, Slave(_, _, _, _, _, Some(twin), _)) => ("fault", s"same ID as ${LineState.label(twin)}")
-        case (_, _) if s.selfTest > SelfTest.Good                 => ("fault", EventText.selfTest(s.selfTest))
+        case (_, _) if s.selfTest > SelfTest.Good     => ("fault", EventText.selfTest(s.selfTest))
         case (Some(d @ (DetectorState.Open | DetectorState.Short)), _) => ("fault", EventText.detector(d))
         case (Some(DetectorState.Normal), _)                           => ("normal", "normal")
         case (Some(d), _)                                              => ("unknown", EventText.detector(d))

@@ -4,7 +4,14 @@ import java.security.MessageDigest
 import java.util.Arrays
 import javax.crypto.Mac
 import javax.crypto.spec.SecretKeySpec
-import flyframe.protocol.{AcknowledgementLayout, CommandLayout, EventLayout, HeadedLayout, Layout, ReportLayout}
+import flyframe.protocol.{
+  AcknowledgementLayout,
+  CommandLayout,
+  EventLayout,
+  HeadedLayout,
+  Layout,
+  ReportLayout
+}
 import flyframe.protocol.ServerDatagram._
 
 /** Something a master has to tell; the codes of [[flyframe.protocol.EventKind]] say what the fields mean.

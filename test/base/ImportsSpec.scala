@@ -76,7 +76,10 @@ class ImportsSpec extends AnyFlatSpec {
       val page    = Files.readString(Paths.get("docs/architecture.md"))
       val picture = page.linesIterator.dropWhile(_ != s"%% $floor").takeWhile(_ != "```").map(_.trim).toSet
       val arrows  = drawn(uses(floor))
-      assert(picture.filter(_.contains("-->")) == arrows, arrows.toSeq.sorted.mkString("; draw:\n  ", "\n  ", ""))
+      assert(
+        picture.filter(_.contains("-->")) == arrows,
+        arrows.toSeq.sorted.mkString("; draw:\n  ", "\n  ", "")
+      )
     }
 
   "A circle" should "be found, with what leads into it" in {

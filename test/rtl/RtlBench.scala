@@ -9,8 +9,13 @@ import flyframe.params.EscParams
 import flyframe.rules.{Bench, EepromImage, Line}
 import flyframe.sii.I2cEeprom
 
-/** The controller with its receive clocks as plain inputs, as chiseltest needs them. */
-class ControllerUnderTest(p: EscParams) extends Module {
+/** The controller with its receive clocks as plain inputs, as chiseltest needs them.
+  *
+  * @param controller
+  *   makes it, or that of a product
+  */
+class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController = new SlaveController(_))
+    extends Module {
   val rxClock = IO(Input(Vec(p.ports, Bool())))
   val rxDv    = IO(Input(Vec(p.ports, Bool())))
   val rxEr    = IO(Input(Vec(p.ports, Bool())))
@@ -38,7 +43,7 @@ class ControllerUnderTest(p: EscParams) extends Module {
   /** The comparators of the smoke detector's current. */
   val current = Option.when(p.hasAlarm)(IO(Input(UInt(3.W))))
 
-  private val dut = Module(new SlaveController(p))
+  private val dut = Module(controller(p))
   current.foreach(dut.alarm.get.current := _)
   irq             := dut.irq.getOrElse(false.B)
   dut.phy_clk_ref := false.B

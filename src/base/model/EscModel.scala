@@ -1,6 +1,7 @@
 package flyframe.model
 
 import flyframe.params.EscParams
+import flyframe.registers.{DlRegisters, Register}
 
 /** A slave controller as the rules in `docs/rules` describe it: frame in, frame out, state visible.
   *
@@ -8,8 +9,17 @@ import flyframe.params.EscParams
   *
   * @param eeprom
   *   content of the SII EEPROM, bytes; None: a configuration of zeros has been loaded
+  * @param added
+  *   registers of a product beside those of the units
+  * @param addedUnits
+  *   the units behind them
   */
-class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
+class EscModel(
+    val p: EscParams,
+    eeprom: Option[Seq[Int]] = None,
+    added: Seq[Register] = Nil,
+    addedUnits: Seq[ModelUnit] = Nil
+) {
   // By name of the field. The model asks for them with every access.
   private val statuses: Map[String, () => Boolean] = (0 until 4).flatMap { y =>
     Seq[(String, () => Boolean)](
@@ -25,7 +35,7 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
   // Auto close: written, or a good frame, since the link came up (LP-04).
   private val released = Array.fill(p.ports)(true)
   private val opened   = Array.fill(p.ports)(true)
-  private val space    = new LocalSpace(p, eeprom, status)
+  private val space    = new LocalSpace(p, eeprom, status, added, addedUnits)
 
   val registers: ModelRegisters = space.registers
 
@@ -195,7 +205,8 @@ class EscModel(val p: EscParams, eeprom: Option[Seq[Int]] = None) {
 
   /** A good frame has written to registers: what that means for the ports, whose settings were `before`. */
   private def settle(before: Seq[Int], written: Seq[Int]): Unit = {
-    if (written.contains(0x0101)) portNumbers.foreach(y => if (links(y)) released(y) = true) // B-33
+    if (written.contains(DlRegisters.LoopByte))
+      portNumbers.foreach(y => if (links(y)) released(y) = true) // B-33
     val asked = registers.value("temporary_use") == 1
     if (!asked) temporary = None
     else if (temporary.isEmpty) temporary = Some(before -> p.temporaryLoopMs)

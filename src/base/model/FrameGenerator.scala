@@ -4,7 +4,7 @@ import scala.util.Random
 import flyframe.params.EscParams
 import flyframe.protocol.Command._
 import flyframe.protocol.DatagramLayout
-import flyframe.registers.RegisterMap
+import flyframe.registers.{DlRegisters, RegisterMap}
 
 /** Random frames for one controller: valid ones that reach deep, and everything a broken sender, cable or
   * attacker may produce.
@@ -62,9 +62,10 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
     val data = (if (writes || chance(30)) bytes(count) else Vector.fill(count)(0)).zipWithIndex.map {
       case (b, i) =>
         address + i match {
-          case 0x0100 => if (chance(80)) (b | 1) & 0xfd else b & 0xfd // no temporary use: wall clock
-          case 0x0101 if chance(85) => 0 // mostly keep the loops as they are
-          case _                    => b
+          case DlRegisters.Control =>
+            if (chance(80)) (b | 1) & 0xfd else b & 0xfd // no temporary use: wall clock
+          case DlRegisters.LoopByte if chance(85) => 0 // mostly keep the loops as they are
+          case _                                  => b
         }
     }
     Datagram(

@@ -4,7 +4,7 @@ import java.io.PrintStream
 import scala.util.Random
 import flyframe.params.EscParams
 import flyframe.protocol.Command.Bwr
-import flyframe.registers.RegisterMap
+import flyframe.registers.{AlarmRegisters, DlRegisters, RegisterMap, StationRegisters, WatchdogRegisters}
 
 /** Writes operations and what must come of them as lines of text, for `build/flyframe-fuzz` (format:
   * `test/cosim/README.md`).
@@ -155,12 +155,13 @@ object FuzzVectors {
     val generator = new FrameGenerator(p, model, random)
     val units     = new UnitTraffic(p, model, random)
     if (p.hasWatchdogs)
-      for (address <- Seq(0x0410, 0x0420)) // off
+      for (address <- Seq(WatchdogRegisters.TimePdi, WatchdogRegisters.TimeProcessData)) // off
         writer.frame(0, WireFrame.withFcs(EtherCatFrame(Seq(Datagram(Bwr, 0, address, Seq(0, 0))))))
     if (p.hasAlarm) {
       writer.detector(1)
-      (0x0ea0 to 0x0ea3).foreach(writer.hostWrite(_, 0)) // no debounce, no off time
-      writer.hostWrite(0x0ea6, 3)
+      (AlarmRegisters.Debounce to AlarmRegisters.OffTime + 1)
+        .foreach(writer.hostWrite(_, 0)) // no debounce, no off time
+      writer.hostWrite(AlarmRegisters.Enable, 3)
     }
     def port() = random.nextInt(p.ports)
     def memory() = {
@@ -172,10 +173,11 @@ object FuzzVectors {
       random.nextInt(1000) match {
         case r if r < 12 => writer.link(port(), up = random.nextInt(3) > 0)
         case r if r < 15 => writer.pdiOperational(random.nextInt(3) > 0)
-        case r if r < 22 => writer.hostWrite(0x0012 + random.nextInt(2), random.nextInt(256))
-        case r if r < 30 => writer.hostWrite(0x0f80 + random.nextInt(0x100), random.nextInt(256))
+        case r if r < 22 => writer.hostWrite(StationRegisters.Alias + random.nextInt(2), random.nextInt(256))
+        case r if r < 30 =>
+          writer.hostWrite(RegisterMap.UserRamStart + random.nextInt(0x100), random.nextInt(256))
         case r if r < 33 =>
-          val address = random.nextInt(0x0f80)
+          val address = random.nextInt(RegisterMap.UserRamStart)
           writer.hostWrite(address, UnitTraffic.calm(p, address, random.nextInt(256)))
         case r if r < 38 => writer.falseCarrier(port(), 1 + random.nextInt(20))
         case r if r < 50 => writer.clockError(port(), random.nextInt(201) - 100)
@@ -185,8 +187,8 @@ object FuzzVectors {
           writer.pdiOperational(true)
           val content = EtherCatFrame(
             Seq(
-              Datagram(Bwr, 0, 0x0100, Seq(1, 0, 7, random.nextInt(2))),
-              Datagram(Bwr, 0, 0x0010, Seq(random.nextInt(256), random.nextInt(32)))
+              Datagram(Bwr, 0, DlRegisters.Control, Seq(1, 0, 7, random.nextInt(2))),
+              Datagram(Bwr, 0, StationRegisters.Address, Seq(random.nextInt(256), random.nextInt(32)))
             )
           )
           (0 until p.ports).foreach(y => writer.frame(y, WireFrame.withFcs(content)))

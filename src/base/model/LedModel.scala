@@ -34,9 +34,9 @@ class LedModel(registers: ModelRegisters, emulation: () => Boolean, loadFailed: 
 
   override def status(field: String): Option[Int] = field match {
     case _ if !field.contains("_led_") => None // the quick answer for most fields
-    case Name(led, "code")   => Some(overridden.getOrElse(led, automatic(led)))
-    case Name(led, "enable") => Some(if (overridden.contains(led)) 1 else 0)
-    case _                   => None
+    case Name(led, "code")             => Some(overridden.getOrElse(led, automatic(led)))
+    case Name(led, "enable")           => Some(if (overridden.contains(led)) 1 else 0)
+    case _                             => None
   }
 
   /** The watchdog with this counter has expired (LED-03). */

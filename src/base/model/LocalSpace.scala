@@ -1,21 +1,31 @@
 package flyframe.model
 
 import flyframe.params.EscParams
-import flyframe.registers.RegisterMap
+import flyframe.registers.{DlRegisters, EventRegisters, Register, RegisterMap}
 
 /** What lies at the local addresses: memory, registers and the units behind them, as the host and as ECAT
   * reach it.
   *
   * @param portStatus
   *   gives the value of a status field of the ports
+  * @param added
+  *   registers of a product beside those of the units
+  * @param addedUnits
+  *   the units behind them
   */
-class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => Int) {
+class LocalSpace(
+    p: EscParams,
+    eeprom: Option[Seq[Int]],
+    portStatus: String => Int,
+    added: Seq[Register] = Nil,
+    addedUnits: Seq[ModelUnit] = Nil
+) {
   private val memory = new Array[Int](0x10000)
 
   /** Process data RAM is open (FP-31). */
   var pdiOperational: Boolean = true
 
-  val registers: ModelRegisters = new ModelRegisters(p, status)
+  val registers: ModelRegisters = new ModelRegisters(p, status, added)
 
   private def emulation = p.hasSii && registers.value("device_emulation") == 1
 
@@ -26,14 +36,14 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
     new ApplicationModel(
       registers,
       () => emulation,
-      () => registers.byte(0x0110) | registers.byte(0x0111) << 8
+      () => word(DlRegisters.Status)
     )
   )
   val syncManagers: SyncManagerBank =
     new SyncManagerBank(
       p.syncManagers,
       registers,
-      a => isMemory(a) || isOutput(a),
+      exists,
       () => watchdogs.foreach(_.processData.trigger())
     )
   private val sii = Option.when(p.hasSii)(
@@ -45,7 +55,7 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
   val alarm: Option[AlarmModel] = Option.when(p.hasAlarm)(new AlarmModel(registers))
 
   private val units: Seq[ModelUnit] =
-    watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ leds ++ alarm
+    watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ leds ++ alarm ++ addedUnits
 
   if (p.hasEmulation) pdiOperational = false
   else if (eeprom.isDefined) sii.foreach(s => pdiOperational = s.loadFirst())
@@ -63,19 +73,18 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
     (address >= RegisterMap.UserRamStart && address < RegisterMap.ProcessRamStart) ||
       (pdiOperational && address >= RegisterMap.ProcessRamStart && address < RegisterMap.ProcessRamStart + p.ramBytes)
 
-  /** Digital outputs are the one register that SyncManagers act on (SM-26). */
-  private def isOutput(address: Int): Boolean =
-    p.digitalOutputs > 0 && address >= RegisterMap.DigitalOutputs && address < RegisterMap.DigitalOutputs + 4
-  private def isManaged(address: Int): Boolean = address >= RegisterMap.firstManaged(p)
+  /** There is something for a SyncManager: memory, or a register that it acts on. */
+  private def exists(address: Int): Boolean =
+    isMemory(address) || registers.register(address).exists(_.managed)
 
   /** Where an access leads after the SyncManagers: an address, or nowhere if it is denied or absent. */
   private def passed(side: Side, write: Boolean, address: Int): Option[Int] =
     if (address > 0xffff) None
-    else if (!isManaged(address)) Some(address)
+    else if (!registers.isManaged(address)) Some(address)
     else
       syncManagers.owner(address) match {
         case Some(manager) => manager.access(side, write, address)
-        case None          => Option.when(isMemory(address) || isOutput(address))(address)
+        case None          => Option.when(exists(address))(address)
       }
 
   private def store(address: Int, byte: Int, bits: Int, byHost: Boolean): Unit = {
@@ -145,7 +154,8 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
           Option.when(registers.ecat(at).writable && allowed(registers.register(at).flatMap(_.ecatGuard))) {
             (byte: Int, bits: Int) =>
               val may = pending.size < p.writeLogDepth // B-17
-              if (may) pending :+= (at, byte, if (isOutput(at)) bits else 0xff)
+              if (may)
+                pending :+= (at, byte, if (registers.register(at).exists(_.bitWritable)) bits else 0xff)
               may
           }
       }
@@ -173,12 +183,15 @@ class LocalSpace(p: EscParams, eeprom: Option[Seq[Int]], portStatus: String => I
     Option.when(pdiOperational && watchdogs.forall(_.processData.alive))(registers.value("digital_output"))
 
   /** What goes into the IRQ field of datagrams (B-43). */
-  def ecatEvents: Int = if (p.hasApplicationLayer) word(0x0210) & word(0x0200) else 0
+  def ecatEvents: Int =
+    if (p.hasApplicationLayer) word(EventRegisters.EcatRequest) & word(EventRegisters.EcatMask) else 0
 
   /** The level of the interrupt to the host (IRQ-01). */
   def interrupt: Boolean =
     alarm.exists(_.interrupt) ||
-      (p.hasApplicationLayer && ((word(0x0220) & word(0x0204)) | (word(0x0222) & word(0x0206))) != 0)
+      (p.hasApplicationLayer && Seq(0, 2).exists { half =>
+        (word(EventRegisters.AlRequest + half) & word(EventRegisters.AlMask + half)) != 0
+      })
 
   private def word(address: Int): Int = registers.byte(address) | registers.byte(address + 1) << 8
 }

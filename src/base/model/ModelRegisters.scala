@@ -7,9 +7,11 @@ import flyframe.registers.{Access, Field, Register, RegisterMap, Source}
   *
   * @param status
   *   gives the value of a status field by its name
+  * @param added
+  *   registers beside those of the units
   */
-class ModelRegisters(p: EscParams, status: String => Int) {
-  private val registers: Seq[Register] = RegisterMap(p)
+class ModelRegisters(p: EscParams, status: String => Int, added: Seq[Register] = Nil) {
+  private val registers: Seq[Register] = RegisterMap(p, added)
   private val fields                   = registers.flatMap(_.fields)
   private val byByte: Array[Register] = {
     val table = new Array[Register](RegisterMap.UserRamStart)
@@ -20,6 +22,12 @@ class ModelRegisters(p: EscParams, status: String => Int) {
 
   def register(address: Int): Option[Register] =
     if (address >= 0 && address < byByte.length) Option(byByte(address)) else None
+
+  private val firstManaged   = RegisterMap.firstManaged(registers)
+  private val unmanagedWords = RegisterMap.unmanagedWords(registers).toSet
+
+  /** SyncManagers act on this address (B-52). */
+  def isManaged(address: Int): Boolean = address >= firstManaged && !unmanagedWords(address / 4)
 
   /** Present value of a field. */
   def value(name: String): Int            = values(name).toInt

@@ -1,6 +1,6 @@
 package flyframe.model
 
-import flyframe.registers.Register
+import flyframe.registers.{Register, SiiRegisters}
 
 /** The SII interface (SII-10 to SII-15, B-63 to B-66), without time: a command is done when it starts.
   *
@@ -18,6 +18,7 @@ class SiiModel(
     loaded: () => Boolean,
     loads: () => Unit
 ) extends ModelUnit {
+  import SiiModel.CommandByte
   private val content       = image.map(_.toArray)
   private var writeEnable   = false
   private var checksumError = false
@@ -62,11 +63,12 @@ class SiiModel(
   }
 
   override def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit = address match {
-    case 0x0500 if (byte & 2) != 0 => registers.set("eeprom_taken", 0)
-    case 0x0502 if !byHost         => writeEnable = (byte & 1) == 1
-    case 0x0503 if served.nonEmpty => if (byHost && served.contains(byte & 7)) answered((byte & 0x20) != 0)
-    case 0x0503                    => command(byte & 7, byHost)
-    case _                         =>
+    case SiiRegisters.EcatAccess => if ((byte & 2) != 0) registers.set("eeprom_taken", 0)
+    case SiiRegisters.Control    => if (!byHost) writeEnable = (byte & 1) == 1
+    case CommandByte =>
+      if (served.isEmpty) command(byte & 7, byHost)
+      else if (byHost && served.contains(byte & 7)) answered((byte & 0x20) != 0)
+    case _ =>
   }
 
   /** The last load found no configuration, for the ERR LED. */
@@ -183,6 +185,9 @@ class SiiModel(
 }
 
 object SiiModel {
+
+  /** The byte with the command. */
+  private val CommandByte = SiiRegisters.Control + 1
 
   /** CRC-8 of the configuration area (SII-01). */
   def checksum(bytes: Seq[Int]): Int = bytes.foldLeft(0xff) { (start, byte) =>

@@ -3,7 +3,7 @@ package flyframe.model
 import scala.util.Random
 import flyframe.params.EscParams
 import flyframe.protocol.Command._
-import flyframe.registers.RegisterMap
+import flyframe.registers._
 
 /** Random traffic for FMMUs, SyncManagers, AL and events: what a master and a host do with them, and what
   * neither should.
@@ -54,9 +54,10 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
 
   private def configureManager(): Datagram = {
     val n    = random.nextInt(p.syncManagers)
-    val base = 0x0800 + 8 * n
+    val base = SyncManagerRegisters.of(n)
     if (sm(n, "enable") == 1)
-      if (chance(20)) write(base + 6, Seq(if (chance(80)) 0 else random.nextInt(4)))
+      if (chance(20))
+        write(base + SyncManagerRegisters.Activate, Seq(if (chance(80)) 0 else random.nextInt(4)))
       else read(base, 8)
     else if (chance(85)) {
       val slot   = (p.ramBytes / p.syncManagers) max 64
@@ -70,7 +71,7 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
         Seq(
           random.nextInt(0x10000),
           RegisterMap.ProcessRamStart + p.ramBytes - random.nextInt(24),
-          RegisterMap.DigitalOutputs + random.nextInt(5),
+          DigitalOutputRegisters.Outputs + random.nextInt(5),
           0xfff8
         )
       )
@@ -113,8 +114,8 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
 
   private def configureFmmu(): Datagram = {
     val n    = random.nextInt(p.fmmus)
-    val base = 0x0600 + 16 * n
-    if (chance(10)) write(base + 12, Seq(random.nextInt(2)))
+    val base = FmmuRegisters.of(n)
+    if (chance(10)) write(base + FmmuRegisters.Activate, Seq(random.nextInt(2)))
     else {
       val usual = chance(85)
       val start =
@@ -130,9 +131,9 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
             Seq(
               RegisterMap.ProcessRamStart + random.nextInt(p.ramBytes max 1),
               RegisterMap.UserRamStart + random.nextInt(128),
-              RegisterMap.DigitalOutputs + random.nextInt(5),
+              DigitalOutputRegisters.Outputs + random.nextInt(5),
               random.nextInt(0x14),
-              0x0600 + random.nextInt(0x300),
+              FmmuRegisters.First + random.nextInt(0x300),
               0xfffc + random.nextInt(4)
             )
           )
@@ -155,33 +156,43 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
   // ---- application layer and events ----
 
   private def application(): Datagram = random.nextInt(6) match {
-    case 0 => write(0x0120, Seq(pick(Seq(1, 2, 3, 4, 8, 0x11, random.nextInt(256)))))
-    case 1 => write(0x0120 + random.nextInt(2), bytes(1 + random.nextInt(2)))
-    case 2 => read(0x0130 + random.nextInt(2), 1 + random.nextInt(6))
-    case 3 => read(0x0110 + random.nextInt(2), 1)
-    case 4 => write(0x0200, bytes(1 + random.nextInt(2)))
-    case _ => read(pick(Seq(0x0120, 0x0204, 0x0210, 0x0220)), 4)
+    case 0 => write(ApplicationRegisters.Control, Seq(pick(Seq(1, 2, 3, 4, 8, 0x11, random.nextInt(256)))))
+    case 1 => write(ApplicationRegisters.Control + random.nextInt(2), bytes(1 + random.nextInt(2)))
+    case 2 => read(ApplicationRegisters.Status + random.nextInt(2), 1 + random.nextInt(6))
+    case 3 => read(DlRegisters.Status + random.nextInt(2), 1)
+    case 4 => write(EventRegisters.EcatMask, bytes(1 + random.nextInt(2)))
+    case _ => read(pick(Events), 4)
   }
 
   // ---- smoke detector ----
 
+  import AlarmRegisters.Record
   private def alarm(): Datagram = random.nextInt(12) match {
-    case 0 => write(0x0e8a + random.nextInt(2), bytes(1 + random.nextInt(2)))
-    case 1 => write(0x0e8c, Seq(if (chance(3)) 2 else if (chance(20)) 4 else 1))
-    case 2 => write(pick(Seq(0x0e90, 0x0e98)) + random.nextInt(8), bytes(1 + random.nextInt(8)))
-    case 3 => read(pick(Seq(0x0e80, 0x0e88, 0x0e8a, 0x0ea4)), 1 + random.nextInt(4))
+    case 0 => write(AlarmRegisters.Acknowledge + random.nextInt(2), bytes(1 + random.nextInt(2)))
+    case 1 => write(AlarmRegisters.Command, Seq(if (chance(3)) 2 else if (chance(20)) 4 else 1))
+    case 2 =>
+      write(
+        pick(Seq(AlarmRegisters.Broadcast, AlarmRegisters.Message)) + random.nextInt(8),
+        bytes(1 + random.nextInt(8))
+      )
+    case 3 =>
+      read(
+        pick(Seq(Record, AlarmRegisters.Status, AlarmRegisters.Acknowledge, AlarmRegisters.SelfTest)),
+        1 + random.nextInt(4)
+      )
     case 4 | 5 =>
       val number = model.registers.value("alarm_acknowledge") - (if (chance(20)) 1 else 0)
-      write(0x0e8e, EtherCatFrame.little(number))
-    case _ => write(0x0e8a, Seq(model.registers.byte(0x0e80), model.registers.byte(0x0e81)))
+      write(AlarmRegisters.Confirm, EtherCatFrame.little(number))
+    case _ =>
+      write(AlarmRegisters.Acknowledge, Seq(model.registers.byte(Record), model.registers.byte(Record + 1)))
   }
 
   private def hostOnAlarm(writer: VectorWriter): Unit = random.nextInt(6) match {
-    case 0 => writer.hostRead(0x0e8d)
-    case 1 => writer.hostRead(pick(Seq(0x0e80, 0x0e82, 0x0e88, 0x0e89)))
-    case 2 => writer.hostWrite(0x0ea5, random.nextInt(256))
-    case 3 => writer.hostWrite(0x0e8c, 1)
-    case _ => writer.hostWrite(0x0ea6, if (chance(70)) 3 else random.nextInt(256))
+    case 0 => writer.hostRead(AlarmRegisters.Messages)
+    case 1 => writer.hostRead(pick(Seq(Record, Record + 2, AlarmRegisters.Status, AlarmRegisters.Status + 1)))
+    case 2 => writer.hostWrite(AlarmRegisters.Epoch, random.nextInt(256))
+    case 3 => writer.hostWrite(AlarmRegisters.Command, 1)
+    case _ => writer.hostWrite(AlarmRegisters.Enable, if (chance(70)) 3 else random.nextInt(256))
   }
 
   // ---- host ----
@@ -191,20 +202,27 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
     if (p.hasAlarm && chance(50)) hostOnAlarm(writer) else ordinary(writer)
 
   private def ordinary(writer: VectorWriter): Unit = random.nextInt(10) match {
-    case 0 => writer.hostRead(0x0120 + random.nextInt(2))
-    case 1 => writer.hostWrite(0x0130 + random.nextInt(2), pick(Seq(1, 2, 4, 8, 0x12, random.nextInt(256))))
-    case 2 => writer.hostWrite(0x0204 + random.nextInt(4), random.nextInt(256))
-    case 3 => writer.hostReadWord(pick(Seq(0x0120, 0x0210, 0x0220, 0x0804, 0x1000, 0x1004)))
+    case 0 => writer.hostRead(ApplicationRegisters.Control + random.nextInt(2))
+    case 1 =>
+      writer.hostWrite(
+        ApplicationRegisters.Status + random.nextInt(2),
+        pick(Seq(1, 2, 4, 8, 0x12, random.nextInt(256)))
+      )
+    case 2 => writer.hostWrite(EventRegisters.AlMask + random.nextInt(4), random.nextInt(256))
+    case 3 => writer.hostReadWord(pick(Words))
     case _ => if (p.syncManagers > 0) hostOnManager(random.nextInt(p.syncManagers), writer)
   }
 
   private def hostOnManager(n: Int, writer: VectorWriter): Unit = {
-    val deactivated = (model.registers.byte(0x0807 + 8 * n) & 1) == 1
+    val deactivated =
+      (model.registers.byte(SyncManagerRegisters.of(n) + SyncManagerRegisters.PdiControl) & 1) == 1
     random.nextInt(10) match {
-      case 0                                       => writer.hostRead(0x0806 + 8 * n)
-      case 1                                       => writer.hostRead(0x0805 + 8 * n)
-      case r if deactivated && r < 5               => writer.hostWrite(0x0807 + 8 * n, 0)
-      case 2 if sm(n, "enable") == 1 && chance(30) => writer.hostWrite(0x0807 + 8 * n, random.nextInt(4))
+      case 0 => writer.hostRead(SyncManagerRegisters.of(n) + SyncManagerRegisters.Activate)
+      case 1 => writer.hostRead(SyncManagerRegisters.of(n) + SyncManagerRegisters.Status)
+      case r if deactivated && r < 5 =>
+        writer.hostWrite(SyncManagerRegisters.of(n) + SyncManagerRegisters.PdiControl, 0)
+      case 2 if sm(n, "enable") == 1 && chance(30) =>
+        writer.hostWrite(SyncManagerRegisters.of(n) + SyncManagerRegisters.PdiControl, random.nextInt(4))
       case _ =>
         val byHost         = (sm(n, "control") & 4) == 0
         val (start, count) = part(n)
@@ -222,11 +240,29 @@ object UnitTraffic {
   private val LogicalBase = 0x00010000L
 
   /** Not read in random traffic. */
-  val WatchdogStates: Range = 0x0440 to 0x0448
+  val WatchdogStates: Range = WatchdogRegisters.StatusProcessData to WatchdogRegisters.StatusPdi
+
+  private val Events =
+    Seq(
+      ApplicationRegisters.Control,
+      EventRegisters.AlMask,
+      EventRegisters.EcatRequest,
+      EventRegisters.AlRequest
+    )
+
+  /** What a host reads as a whole word. */
+  private val Words = Seq(
+    ApplicationRegisters.Control,
+    EventRegisters.EcatRequest,
+    EventRegisters.AlRequest,
+    SyncManagerRegisters.First + SyncManagerRegisters.Control,
+    RegisterMap.ProcessRamStart,
+    RegisterMap.ProcessRamStart + 4
+  )
 
   /** FMMU-08: FMMUs that map bits, those with an odd number, keep their distance from all others. */
   private def apart(address: Int): Option[Int => Int] = {
-    val n   = (address - 0x0600) / 16
+    val n   = (address - FmmuRegisters.First) / FmmuRegisters.Stride
     val odd = n % 2 == 1
     address % 16 match {
       case 0 if odd => Some(_ & 0x3f)
@@ -247,14 +283,14 @@ object UnitTraffic {
     * registers.
     */
   def calm(p: EscParams, address: Int, byte: Int): Int = {
-    val inFmmus = address >= 0x0600 && address < 0x0600 + 16 * p.fmmus
+    val inFmmus = address >= FmmuRegisters.First && address < FmmuRegisters.of(p.fmmus)
     address match {
-      case 0x0100 => byte & 0xfd
+      case DlRegisters.Control => byte & 0xfd
       // Frames of 2 KiB, clocks 100 ppm apart: no small RX FIFO (LP-12).
-      case 0x0102                                                  => byte | 4
-      case a if p.hasWatchdogs && a >= 0x0400 && a <= 0x0421       => 0
-      case 0x0502 | 0x0503 if p.hasSii                             => 0
-      case a if p.hasAlarm && a >= 0x0ea0 && a <= 0x0ea3           => 0
+      case DlRegisters.FifoByte                                                               => byte | 4
+      case a if p.hasWatchdogs && WatchdogRegisters.settings.contains(a)                      => 0
+      case a if p.hasSii && (a == SiiRegisters.Control || a == SiiRegisters.Control + 1)      => 0
+      case a if p.hasAlarm && a >= AlarmRegisters.Debounce && a <= AlarmRegisters.OffTime + 1 => 0
       case a if inFmmus && p.hasBitwiseFmmus && apart(a).isDefined => apart(a).get(byte)
       case a if inFmmus && a % 16 == 8                           => byte & 0x7f
       case a if inFmmus && a % 16 == 9 && byte >= 1 && byte <= 5 => byte | 0x10
@@ -280,7 +316,7 @@ object UnitTraffic {
   def oneForEvents(datagrams: Seq[Datagram]): Seq[Datagram] = {
     def touches(d: Datagram) = {
       val at = (d.address >> 16 & 0xffff).toInt
-      at <= 0x0e8f && at + d.data.size > 0x0e8a
+      at <= AlarmRegisters.Confirm + 1 && at + d.data.size > AlarmRegisters.Acknowledge
     }
     val first = datagrams.indexWhere(touches)
     datagrams.zipWithIndex.map { case (d, i) =>

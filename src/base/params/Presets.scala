@@ -114,6 +114,9 @@ object Presets {
   def named(name: String): Option[Preset] = all.find(_.name == name)
   def default: Preset                     = all(1)
 
+  /** A slave that has every register there is, for the list of them. */
+  def allRegisters: EscParams = named("slave").get.params.copy(ports = 4, digitalOutputs = 4, alarm = 1)
+
   /** Parameters of the alarm master. */
   def master: EscParams = named("alarm-master").get.params
 

@@ -22,8 +22,7 @@ object Command extends Codes("ecat", "Commands of EtherCAT datagrams") {
 }
 
 /** What every datagram of an EtherCAT frame begins with (FP-12). */
-abstract class DatagramFields(name: String, meaning: String)
-    extends Layout(name, meaning, LITTLE_ENDIAN) {
+abstract class DatagramFields(name: String, meaning: String) extends Layout(name, meaning, LITTLE_ENDIAN) {
   val Command = field("command", 1, "one of enum protocol_ecat")
   val Index   = field("index", 1, "chosen by the master")
   val Adp     = field("adp", 2, "position or station address; low half of a logical address")

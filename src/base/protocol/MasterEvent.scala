@@ -36,7 +36,7 @@ object EventLayout extends Layout("event", "An event of a report", BIG_ENDIAN) {
   * the time of the master, which the reporter adds. Here are the numbers of these words.
   */
 object MasterEvent {
-  val Kind     = EventLayout.Kind.word // and position
+  val Kind     = EventLayout.Kind.word  // and position
   val Node     = EventLayout.Node.word
   val Sequence = EventLayout.Sequence.word
   val State    = EventLayout.State.word // and epoch

@@ -13,9 +13,6 @@ object Access {
   /** Reading acknowledges an event. */
   case object ReadAcknowledge extends Access("r/ack", true, false)
 
-  /** Reading acknowledges an event; writing is allowed while the guard holds. */
-  case object ReadAcknowledgeGuardedWrite extends Access("r/ack/(w)", true, true)
-
   /** A write of any value clears the register and its whole group (ERR-10). */
   case object ReadClear extends Access("r/clr", true, true)
 }
@@ -80,8 +77,9 @@ final case class Field(
   */
 final case class Block(index: Int, count: Int, stride: Int)
 
-/** One register: the only place where its address, layout, access, reset and meaning are written down. RTL
-  * decode, golden model, `docs/registers.md`, the C header and the register tests are derived from it.
+/** One register, a row of a unit's table (see [[RegisterTable]]): the only place where its address, layout,
+  * access, reset and meaning are written down. RTL decode, golden model, `docs/registers.md`, the C header
+  * and the register tests are derived from it.
   *
   * Bits without a field are reserved: they read 0 and ignore writes. All `bytes` of a register have its
   * access.
@@ -96,6 +94,10 @@ final case class Block(index: Int, count: Int, stride: Int)
   *   the same for the PDI
   * @param block
   *   set if there are several of its kind
+  * @param managed
+  *   SyncManagers act on it, as on memory (SM-26)
+  * @param bitWritable
+  *   an FMMU writes single bits of it; of other registers it writes whole bytes (FMMU-10)
   */
 final case class Register(
     name: String,
@@ -108,7 +110,9 @@ final case class Register(
     fields: Seq[Field],
     ecatGuard: Option[String] = None,
     pdiGuard: Option[String] = None,
-    block: Option[Block] = None
+    block: Option[Block] = None,
+    managed: Boolean = false,
+    bitWritable: Boolean = false
 ) {
   require(fields.forall(_.high < 8 * bytes), s"register $name: field beyond its $bytes bytes")
 

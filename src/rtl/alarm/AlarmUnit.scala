@@ -19,7 +19,7 @@ class AlarmPins extends Bundle {
 }
 
 /** What an alarm slave has beside an ordinary one: a detector, the queue of its events, and the datagram that
-  * reports the oldest of them (ALARM-01 to ALARM-09).
+  * reports the oldest of them (ALARM-01 to ALARM-09). Its registers are the [[AlarmRegisters]].
   */
 class AlarmUnit(p: EscParams) extends Module {
   val pins = IO(new AlarmPins)
@@ -47,8 +47,8 @@ class AlarmUnit(p: EscParams) extends Module {
   val record  = IO(Output(Valid(UInt((8 * RecordLayout.bytes).W))))
   val latched = IO(Output(Bool()))
 
-  /** To [[DatagramAppender]]: there is a datagram to append, and its nibbles, the low one of each byte first. It
-    * does not change while `busy`.
+  /** To [[DatagramAppender]]: there is a datagram to append, and its nibbles, the low one of each byte first.
+    * It does not change while `busy`.
     */
   val pending  = IO(Output(Bool()))
   val datagram = IO(Output(Vec(2 * AppendedLayout.bytes, UInt(4.W))))
@@ -119,7 +119,10 @@ object AlarmUnit {
 
   /** All fields of a little-endian layout, given in its order, as one word. */
   private def word(layout: Layout)(fields: (Layout.Field, UInt)*): UInt = {
-    require(fields.map(_._1) == layout.fields, s"The fields given are not those of the layout ${layout.name}.")
+    require(
+      fields.map(_._1) == layout.fields,
+      s"The fields given are not those of the layout ${layout.name}."
+    )
     Cat(fields.reverse.map { case (field, value) => value.pad(8 * field.bytes) })
   }
 }

@@ -4,7 +4,8 @@ import chisel3._
 import chisel3.util._
 import flyframe.params.EscParams
 
-/** AL control and status, and the event requests towards master and host (AL-01 to AL-06, IRQ-01 to IRQ-08).
+/** AL control and status ([[flyframe.registers.ApplicationRegisters]]), and the event requests towards master
+  * and host ([[flyframe.registers.EventRegisters]]; AL-01 to AL-06, IRQ-01 to IRQ-08).
   */
 class Application(p: EscParams) extends Module {
 

@@ -10,7 +10,7 @@ class LedPins(ports: Int) extends Bundle {
   val linkact = Output(Vec(ports, Bool()))
 }
 
-/** LED codes of 0x0138 and 0x0139: 0 off, 1 to 12 flashes, and these. */
+/** LED codes of the [[flyframe.registers.LedRegisters]]: 0 off, 1 to 12 flashes, and these. */
 object LedCode {
   val Off      = 0x0
   val Single   = 0x1
@@ -48,7 +48,7 @@ class LedPattern extends Module {
   )
 }
 
-/** One LED register, 0x0138 or 0x0139: shows `automaticCode` unless overridden. */
+/** One of the [[flyframe.registers.LedRegisters]]: shows `automaticCode` unless overridden. */
 class LedControl extends Module {
   val automaticCode = IO(Input(UInt(4.W)))
   val write         = IO(Input(Valid(UInt(5.W))))

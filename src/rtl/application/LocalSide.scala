@@ -8,7 +8,15 @@ import flyframe.frame.FrameProcessor
 import flyframe.host.HostSequencer
 import flyframe.memory.{EscMemory, HostPort}
 import flyframe.params.EscParams
-import flyframe.registers.AlarmRegisters
+import flyframe.registers.{
+  AlarmRegisters,
+  ApplicationRegisters,
+  LedRegisters,
+  Register,
+  SiiRegisters,
+  SyncManagerRegisters,
+  WatchdogRegisters
+}
 import flyframe.sii.{SiiController, SiiPins}
 import flyframe.syncmanager.SyncManagers
 
@@ -16,15 +24,22 @@ import flyframe.syncmanager.SyncManagers
   * memory and frame processor: host port, SyncManagers, SII EEPROM, application layer, watchdogs, LEDs.
   *
   * A part of [[flyframe.SlaveController]] in a file of its own, not a module.
+  *
+  * @param added
+  *   registers beside those of the units
   */
-class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
+class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor, added: Seq[Register] = Nil) {
   private val written = memory.registerWrite
 
-  /** A byte of a register is written, by whom it may be. */
-  private def writes(address: Int): Valid[UInt] = written.bits.byteAt(written.valid, address)
+  /** The byte at `address`, one of a register, is written now by a side that may; it takes effect behind this
+    * cycle.
+    */
+  def writes(address: Int): Valid[UInt] = written.bits.byteAt(written.valid, address)
 
-  /** The host reads a byte of a register. */
-  private def hostReads(address: Int): Bool = memory.host.ack && !memory.host.write && hostAddresses(address)
+  /** The host reads the byte at `address`, one of a register. Acknowledged a cycle late: what changes in the
+    * cycle before it has not seen.
+    */
+  def hostReads(address: Int): Bool = memory.host.ack && !memory.host.write && hostAddresses(address)
   private def hostAddresses(address: Int): Bool =
     memory.host.addr(15, log2Ceil(p.lanes)) === (address / p.lanes).U && memory.host.be(address % p.lanes)
 
@@ -42,7 +57,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   def host(port: HostPort): Unit = syncManagers match {
     case None => memory.host <> port
     case Some(sms) =>
-      val sequencer = Module(new HostSequencer(p)).suggestName("hostSequencer")
+      val sequencer = Module(new HostSequencer(p, added)).suggestName("hostSequencer")
       sequencer.host <> port
       memory.host <> sequencer.memory
       sequencer.areas <> sms.pdi
@@ -80,11 +95,12 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       status("eeprom_two_address_bytes") := lines.twoByte
     }
 
-    unit.writeLow.valid  := writes(0x502).valid
-    unit.writeLow.bits   := writes(0x502).bits(0)
-    unit.writeHigh.valid := writes(0x503).valid
-    unit.writeHigh.bits  := writes(0x503).bits(2, 0)
-    unit.failure.foreach(_ := writes(0x503).bits(5))
+    val (low, high) = (writes(SiiRegisters.Control), writes(SiiRegisters.Control + 1))
+    unit.writeLow.valid  := low.valid
+    unit.writeLow.bits   := low.bits(0)
+    unit.writeHigh.valid := high.valid
+    unit.writeHigh.bits  := high.bits(2, 0)
+    unit.failure.foreach(_ := high.bits(5))
     unit.byHost        := memory.registerWriteByHost
     unit.frameStart    := processor.memory.frameStart
     unit.registersBusy := memory.registersBusy
@@ -136,12 +152,13 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
   def application(dlStatus: UInt): LocalSide.Events =
     if (!p.hasApplicationLayer) LocalSide.Events(0.U(16.W), false.B)
     else {
-      val unit = Module(new Application(p)).suggestName("application")
+      val unit      = Module(new Application(p)).suggestName("application")
+      val alControl = Seq(ApplicationRegisters.Control, ApplicationRegisters.Control + 1)
       unit.alControl                        := memory.value.uint("al_control")
       unit.alStatus                         := memory.value.uint("al_status")
       unit.emulation                        := emulation
-      unit.alControlWritten                 := writes(0x120).valid || writes(0x121).valid
-      unit.alControlRead                    := hostReads(0x120) || hostReads(0x121)
+      unit.alControlWritten                 := alControl.map(writes(_).valid).reduce(_ || _)
+      unit.alControlRead                    := alControl.map(hostReads).reduce(_ || _)
       memory.set.load("al_status").valid    := unit.copyControl
       memory.set.load("al_status").bits     := unit.alControl
       memory.guard.uint("al_control_free")  := unit.alControlFree
@@ -163,7 +180,7 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
           unit.smEcatEvents := sms.ecatEvent.asUInt
           unit.smAlEvents   := sms.alEvent.asUInt
           unit.smChanged := VecInit((0 until p.syncManagers).map { n =>
-            val address = 0x806 + 8 * n
+            val address = SyncManagerRegisters.of(n) + SyncManagerRegisters.Activate
             val present =
               Cat(memory.value.uint(s"sm${n}_repeat_request"), memory.value.uint(s"sm${n}_enable"))
             val changed = RegInit(false.B).suggestName(s"sm${n}_changed") // reset: as the register
@@ -245,16 +262,17 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
     status("detector_supply")    := pins.supply
     status("alarm_latched")      := unit.latched
 
-    def message(name: String, lastByte: Int): Bool = {
+    def message(name: String, address: Int): Bool = {
       val received = RegInit(false.B).suggestName(name) // reset: none
       // A read is acknowledged a cycle late: what came in between it has not seen.
-      val comes = writes(lastByte).valid
-      when(hostReads(0xe8d) && !RegNext(comes, false.B)) { received := false.B }
+      val comes = writes(address + AlarmRegisters.MessageBytes - 1).valid
+      when(hostReads(AlarmRegisters.Messages) && !RegNext(comes, false.B)) { received := false.B }
       when(comes) { received := true.B }
       status(name) := received
       received
     }
-    message("broadcast_received", 0xe97) || message("message_received", 0xe9f)
+    message("broadcast_received", AlarmRegisters.Broadcast) ||
+    message("message_received", AlarmRegisters.Message)
   }
 
   /** Builds the watchdogs; the result: process data watchdog event. */
@@ -272,8 +290,8 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
         unit
       }
       val trigger     = syncManagers.fold(false.B)(_.trigger)
-      val processData = watchdog("watchdog_time_process_data", 0x420, trigger)
-      val pdi         = watchdog("watchdog_time_pdi", 0x410, memory.host.ack)
+      val processData = watchdog("watchdog_time_process_data", WatchdogRegisters.TimeProcessData, trigger)
+      val pdi         = watchdog("watchdog_time_pdi", WatchdogRegisters.TimePdi, memory.host.ack)
       status("watchdog_process_data")                   := processData.running
       status("watchdog_pdi")                            := pdi.running
       status("pdi_watchdog")                            := pdi.running
@@ -282,8 +300,9 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       watchdogExpired                                   := processData.expired
       processDataRuns                                   := processData.running
       pdiWatchdogExpired                                := pdi.expired
-      val event = RegInit(false.B).suggestName("watchdog_event") // reset: no event
-      when(hostReads(0x440) || hostReads(0x441)) { event := false.B }
+      val event   = RegInit(false.B).suggestName("watchdog_event") // reset: no event
+      val status0 = WatchdogRegisters.StatusProcessData
+      when(hostReads(status0) || hostReads(status0 + 1)) { event := false.B }
       when(processData.expired) { event := true.B }
       event
     }
@@ -319,8 +338,8 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor) {
       status(s"${name}_led_enable") := control.taken
       pin                           := pattern.lit
     }
-    led("run", Mux(siiLoading, LedCode.Flicker.U, state), 0x138, alChanged, pins.run)
-    led("err", error, 0x139, error =/= LedCode.Off.U && error =/= RegNext(error), pins.err)
+    led("run", Mux(siiLoading, LedCode.Flicker.U, state), LedRegisters.Run, alChanged, pins.run)
+    led("err", error, LedRegisters.Err, error =/= LedCode.Off.U && error =/= RegNext(error), pins.err)
     for (((pin, link), traffic) <- pins.linkact.zip(links).zip(active)) {
       val unit = Module(new LinkActivity)
       unit.tick    := tick

@@ -3,7 +3,9 @@ package flyframe.application
 import chisel3._
 import chisel3.util._
 
-/** A watchdog: counts ticks from its last trigger and expires at tick `timeTicks` + 1 (WD-02, B-61). */
+/** A watchdog ([[flyframe.registers.WatchdogRegisters]]): counts ticks from its last trigger and expires at
+  * tick `timeTicks` + 1 (WD-02, B-61).
+  */
 class Watchdog extends Module {
   val tick = IO(Input(Bool()))
 

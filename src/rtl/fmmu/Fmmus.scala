@@ -5,6 +5,7 @@ import chisel3.util._
 import flyframe.lanes.Lanes
 import flyframe.memory.{RegisterWrite, WideTable}
 import flyframe.params.EscParams
+import flyframe.registers.FmmuRegisters
 
 /** Where a logical byte leads, for one direction.
   *
@@ -33,7 +34,8 @@ class Mapped extends Bundle {
   val turn = UInt(3.W)
 }
 
-/** All FMMUs: their configuration (0x0600 on) and the search for the one that maps a logical byte.
+/** All FMMUs: their configuration ([[FmmuRegisters]], 0x0600 on) and the search for the one that maps a
+  * logical byte.
   *
   * The search takes one entry per cycle in banks of eight: `index` counts from 0 to 7, and the result is
   * final three cycles after the last. The lowest-numbered FMMU of each direction wins (FMMU-05).
@@ -49,8 +51,11 @@ class Fmmus(p: EscParams) extends Module {
   val read   = IO(Output(new Mapped))
   val writes = IO(Output(new Mapped))
 
-  private val address  = write.bits.byteAddress
-  private val hitsArea = write.valid && address(11, 8) === 6.U && address(3, 2) =/= 3.U
+  // FMMUs have the low eight bits of an address to themselves, four of them for the bytes of each.
+  require(FmmuRegisters.First % 256 == 0 && FmmuRegisters.Stride == 16)
+  private val address = write.bits.byteAddress
+  private val hitsArea =
+    write.valid && address(11, 8) === (FmmuRegisters.First >> 8).U && address(3, 2) =/= 3.U
 
   /** Bytes of each group of four that the tables hold: logical start; length and bits; the local side. */
   private val used = if (p.hasBitwiseFmmus) Seq(0 to 3, 0 to 3, 0 to 3) else Seq(0 to 3, 0 to 1, Seq(0, 1, 3))
@@ -84,7 +89,7 @@ class Fmmus(p: EscParams) extends Module {
     }
     val active = RegInit(VecInit(Seq.fill(8)(false.B))).suggestName(s"active_$bank") // reset: as the register
     for (i <- 0 until count) {
-      val byte = write.bits.byteAt(write.valid, 0x60c + 128 * bank + 16 * i)
+      val byte = write.bits.byteAt(write.valid, FmmuRegisters.of(8 * bank + i) + FmmuRegisters.Activate)
       when(byte.valid) { active(i) := byte.bits(0) }
     }
 

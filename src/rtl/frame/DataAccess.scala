@@ -3,7 +3,7 @@ package flyframe.frame
 import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
-import flyframe.registers.RegisterMap
+import flyframe.registers.{ApplicationRegisters, DlRegisters, RegisterMap}
 
 /** Moves the data of a datagram between wire and memory: reads each word ahead, picks bytes, gathers written
   * bytes to words.
@@ -56,8 +56,9 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes)
   // Writing: a byte counts when its high nibble has come.
   private val low        = RegEnable(in.data, step)
   private val toRegister = address < RegisterMap.UserRamStart.U
-  private val accept = byteEnd && enable && request.write && Lanes.bits(answer.writable, lanes)(here).asBool &&
-    !(toRegister && memory.logFull)
+  private val accept =
+    byteEnd && enable && request.write && Lanes.bits(answer.writable, lanes)(here).asBool &&
+      !(toRegister && memory.logFull)
   private val gatheredMask = RegInit(0.U(lanes.W)) // reset: nothing to write
   private val gatheredData = Reg(UInt((8 * lanes).W))
   private val byteMask     = Mux(accept, UIntToOH(here, lanes), 0.U)
@@ -89,8 +90,8 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes)
     when(accept) { anyWrite := true.B }
   }
   readSuccess  := anyRead
-  readDlStatus := byteEnd && readNow && address(16, 1) === (0x0110 >> 1).U
-  readAlStatus := byteEnd && readNow && address(16, 1) === (0x0130 >> 1).U
+  readDlStatus := byteEnd && readNow && isWord(address, DlRegisters.Status)
+  readAlStatus := byteEnd && readNow && isWord(address, ApplicationRegisters.Status)
   writeSuccess := anyWrite
 
   memory.frameStart := step && in.valid && !in.payload

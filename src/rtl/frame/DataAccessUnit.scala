@@ -19,11 +19,11 @@ abstract class DataAccessUnit(lanes: Int) extends Module {
   val request  = IO(Input(new DatagramRequest))
 
   /** The datagram is to be executed; those behind the first `maxSubTelegrams` of a frame are not. */
-  val enable   = IO(Input(Bool()))
-  val memory   = IO(new EcatAccess(lanes))
+  val enable = IO(Input(Bool()))
+  val memory = IO(new EcatAccess(lanes))
 
-  /** The nibble that was read for this place of the frame. Bits with a 1 in `readMask` replace those received,
-    * or are OR-ed into them if the command is a broadcast; the others pass unchanged.
+  /** The nibble that was read for this place of the frame. Bits with a 1 in `readMask` replace those
+    * received, or are OR-ed into them if the command is a broadcast; the others pass unchanged.
     */
   val readNibble = IO(Output(UInt(4.W)))
   val readMask   = IO(Output(UInt(4.W)))
@@ -38,4 +38,10 @@ abstract class DataAccessUnit(lanes: Int) extends Module {
     */
   val readDlStatus = IO(Output(Bool()))
   val readAlStatus = IO(Output(Bool()))
+
+  /** `address` is that of a byte of the register of two bytes at `register`. */
+  protected def isWord(address: UInt, register: Int): Bool = {
+    require(register % 2 == 0, f"the register at 0x$register%04x must be at an even address")
+    address(16, 1) === (register >> 1).U
+  }
 }

@@ -12,10 +12,10 @@ import flyframe.protocol.DatagramLayout.{Ado, Adp, Command}
 class DatagramRequest extends Bundle {
 
   /** Data is to be read from here into the frame. */
-  val read      = Bool()
+  val read = Bool()
 
   /** Data of the frame is to be written here. */
-  val write     = Bool()
+  val write = Bool()
 
   /** Every controller is addressed: what is read is OR-ed into the frame. */
   val broadcast = Bool()

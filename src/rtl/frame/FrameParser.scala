@@ -145,7 +145,9 @@ class FrameParser extends Module {
       high := !high
       low  := in.data
       when(part === Part.header) { // the length word, least significant nibble first
-        when(on(Length.offset) || (on(Length.last) && !high)) { length := Cat(Mux(on(Length.last), in.data(2, 0), in.data), length(11, 4)) }
+        when(on(Length.offset) || (on(Length.last) && !high)) {
+          length := Cat(Mux(on(Length.last), in.data(2, 0), in.data), length(11, 4))
+        }
         when(on(Length.last) && high) { more := in.data(3) }
       }
       when(high) {

@@ -7,6 +7,7 @@ import flyframe.memory.{EcatAccess, RegisterWrite}
 import flyframe.mii.{Crc32, NibbleStream}
 import flyframe.params.EscParams
 import flyframe.protocol.{DatagramLayout, Layout}
+import flyframe.registers.Register
 import flyframe.syncmanager.AreaPort
 
 /** What the registers and the loop control tell the frame processor. */
@@ -33,8 +34,10 @@ class FrameProcessorConfig extends Bundle {
   *
   * @param p
   *   dataBusWidth and maxSubTelegrams are used
+  * @param added
+  *   registers beside those of the units
   */
-class FrameProcessor(p: EscParams) extends Module {
+class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
 
   /** Once per nibble slot. */
   val step   = IO(Input(Bool()))
@@ -47,8 +50,8 @@ class FrameProcessor(p: EscParams) extends Module {
   val readDlStatus = IO(Output(Bool()))
   val readAlStatus = IO(Output(Bool()))
 
-  /** A frame has ended, well or badly: a pulse after its last nibble, when its last data are in memory. `busy`
-    * says that a frame is in the unit.
+  /** A frame has ended, well or badly: a pulse after its last nibble, when its last data are in memory.
+    * `busy` says that a frame is in the unit.
     */
   val frameGood = IO(Output(Bool()))
   val frameBad  = IO(Output(Bool()))
@@ -61,7 +64,7 @@ class FrameProcessor(p: EscParams) extends Module {
   private val header = Module(new DatagramHeader(logical = p.fmmus > 0))
 
   /** FMMUs and SyncManagers, where they are built. */
-  private val translated = Option.when(p.translates)(Module(new TranslatedAccess(p)))
+  private val translated = Option.when(p.translates)(Module(new TranslatedAccess(p, added)))
   private val access     = translated.getOrElse(Module(new DataAccess(p.lanes, p.cyclesPerNibble)))
 
   /** Where `out` lies in its frame. */
@@ -131,7 +134,10 @@ class FrameProcessor(p: EscParams) extends Module {
     Lanes.nibbles(config.ecatEvents, 4)(Cat(position.byte(0), position.high))
 
   private val lengthTop =
-    on(Part.header, DatagramLayout.Length.last) && position.high // bits 15:12 of the length word: M, C, two reserved
+    on(
+      Part.header,
+      DatagramLayout.Length.last
+    ) && position.high // bits 15:12 of the length word: M, C, two reserved
   private val circulate = lengthTop && config.circulating && !tooMany
 
   // The CRC of the changes made so far, this nibble excluded. Behind the last datagram it is added to the FCS (B-13); it is zero

@@ -6,8 +6,8 @@ import flyframe.fmmu.{Fmmus, Mapped}
 import flyframe.lanes.Lanes
 import flyframe.memory.{EscMemory, RegisterWrite}
 import flyframe.params.EscParams
-import flyframe.registers.RegisterMap
-import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan}
+import flyframe.registers.{ApplicationRegisters, DlRegisters, Register, RegisterMap}
+import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan, ManagedSpace}
 
 /** Moves the data of a datagram between wire and memory like [[DataAccess]], through FMMUs and SyncManagers.
   *
@@ -24,12 +24,16 @@ import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan}
   * The core cycle within a byte time is `cycle`; 0 is the first one after the last nibble of a byte. The
   * state of SyncManagers is asked for and changed in the cycles 0, 1, 2 and 4, with the answer two cycles
   * later.
+  *
+  * @param added
+  *   registers beside those of the units
   */
-class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
+class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAccessUnit(p.lanes) {
   require(p.cyclesPerNibble >= 4, "eight core cycles per byte")
   val registerWrite = IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites))))
   val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
 
+  private val managed  = new ManagedSpace(p, RegisterMap(p, added))
   private val bitwise  = p.hasBitwiseFmmus
   private val inData   = position.part === Part.data
   private val inHeader = position.part === Part.header
@@ -153,8 +157,8 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   private def searched(l: Local): Searched = {
     val s = Wire(new Searched)
     s.local     := l
-    s.inManaged := areas.fold(false.B)(_.acts(l.address))
-    s.inMemory  := l.exists && areas.fold(true.B)(_.exists(l.address))
+    s.inManaged := areas.fold(false.B)(_ => managed.acts(l.address))
+    s.inMemory  := l.exists && areas.fold(true.B)(port => managed.exists(l.address, port.ramOpen))
     s
   }
   private class Target extends Bundle {
@@ -207,13 +211,17 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
         t.managed && t.byte.inMemory && port.answer.inBuffer
       )
   }
+
+  /** A buffer does not reach what is past the end, nor a register that SyncManagers do not act on. */
+  private def nowhere(t: Target, address: UInt, pastEnd: Bool): Bool =
+    if (managed.hasOthers) pastEnd || (t.managed && managed.isOther(address(15, 0))) else pastEnd
   private def buffer(t: Target): UInt = areas match {
     case None => t.byte.local.address.pad(17)
     case Some(port) =>
       val number = port.answer.buffer
       val offset = Mux(number(1), t.area.length << 1, Mux(number(0), t.area.length, 0.U))
       val sum    = t.byte.local.address +& Mux(t.managed && !t.single, offset, 0.U)
-      Cat(sum(sum.getWidth - 1, 16).orR, sum(15, 0))
+      Cat(nowhere(t, sum, sum(sum.getWidth - 1, 16).orR), sum(15, 0))
   }
 
   // Reading: asked in cycle 4, answered in 6.
@@ -240,9 +248,11 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   private val readBits    = RegEnable(fetchedBits, tick)
   private val lookUpRead  = inCycle(0) && readMay
   private val readArrives = arrives(lookUpRead)
-  private val readByte    = RegEnable(Lanes.bytes(memory.readData, p.lanes)(Lanes.of(readAddress, p.lanes)), readArrives)
-  private val readable    = RegEnable(Lanes.bits(memory.readable, p.lanes)(Lanes.of(readAddress, p.lanes)).asBool, readArrives)
-  private val isRead      = readMay && readable
+  private val readByte =
+    RegEnable(Lanes.bytes(memory.readData, p.lanes)(Lanes.of(readAddress, p.lanes)), readArrives)
+  private val readable =
+    RegEnable(Lanes.bits(memory.readable, p.lanes)(Lanes.of(readAddress, p.lanes)).asBool, readArrives)
+  private val isRead = readMay && readable
   private val (readValue, readHere) = if (bitwise) {
     val byteBefore = RegEnable(readByte, tick)
     val okBefore   = RegEnable(isRead, tick)
@@ -263,7 +273,8 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
   private val writeBits                = RegEnable(writeTargetBits, inCycle(4))
   private val lookUpWrite              = inCycle(5) && writeMay
   private val writeArrives             = arrives(lookUpWrite)
-  private val writable = RegEnable(Lanes.bits(memory.writable, p.lanes)(Lanes.of(writeAddress, p.lanes)).asBool, writeArrives)
+  private val writable =
+    RegEnable(Lanes.bits(memory.writable, p.lanes)(Lanes.of(writeAddress, p.lanes)).asBool, writeArrives)
 
   when(newFrame) { // the last frame may have ended anywhere
     fetchedMay := false.B
@@ -336,10 +347,19 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
       )
     )
     port.access.first := Mux1H(
-      Seq(inCycle(1) -> writeArea2.first, inCycle(2) -> writeTarget.area.first, inCycle(4) -> reading.area.first)
+      Seq(
+        inCycle(1) -> writeArea2.first,
+        inCycle(2) -> writeTarget.area.first,
+        inCycle(4) -> reading.area.first
+      )
     )
     port.access.single := Mux1H(
-      Seq(inCycle(0) -> single, inCycle(1) -> writeSingle, inCycle(2) -> writeTarget.single, inCycle(4) -> reading.single)
+      Seq(
+        inCycle(0) -> single,
+        inCycle(1) -> writeSingle,
+        inCycle(2) -> writeTarget.single,
+        inCycle(4) -> reading.single
+      )
     )
     port.access.write := inCycle(1) || inCycle(2)
     port.access.touch := writes || opens
@@ -356,8 +376,8 @@ class TranslatedAccess(p: EscParams) extends DataAccessUnit(p.lanes) {
     when(accept) { anyWrite := true.B }
   }
   readSuccess  := anyRead
-  readDlStatus := tick && isRead && RegEnable(readAddress(16, 1) === (0x0110 >> 1).U, inCycle(0))
-  readAlStatus := tick && isRead && RegEnable(readAddress(16, 1) === (0x0130 >> 1).U, inCycle(0))
+  readDlStatus := tick && isRead && RegEnable(isWord(readAddress, DlRegisters.Status), inCycle(0))
+  readAlStatus := tick && isRead && RegEnable(isWord(readAddress, ApplicationRegisters.Status), inCycle(0))
   writeSuccess := anyWrite
 
   memory.frameStart := newFrame

@@ -5,13 +5,18 @@ import chisel3.util._
 import flyframe.lanes.Lanes
 import flyframe.memory._
 import flyframe.params.EscParams
-import flyframe.syncmanager.{AreaPort, AreaScan}
+import flyframe.registers.{Register, RegisterMap}
+import flyframe.syncmanager.{AreaPort, AreaScan, ManagedSpace}
 
 /** Takes the host's accesses to memory through the SyncManagers, byte by byte in ascending order (B-44);
   * those to registers pass as they are.
+  *
+  * @param added
+  *   registers beside those of the units
   */
-class HostSequencer(p: EscParams) extends Module {
-  private val lanes = p.lanes
+class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
+  private val lanes   = p.lanes
+  private val managed = new ManagedSpace(p, RegisterMap(p, added))
 
   val host   = IO(new HostPort(lanes))
   val memory = IO(Flipped(new HostPort(lanes)))
@@ -51,14 +56,14 @@ class HostSequencer(p: EscParams) extends Module {
     scan.result
   })
   private val single = area.first && area.last
-  private val exists = areas.exists(address)
+  private val exists = managed.exists(address, areas.ramOpen)
   // Since the search it may have been switched off: plain memory again (SM-28).
   private val plain    = !area.hit || (!areas.answer.works && !areas.answer.locked)
   private val may      = plain || (exists && areas.answer.allowed)
   private val number   = areas.answer.buffer
   private val offset   = Mux(number(1), area.length << 1, Mux(number(0), area.length, 0.U))
   private val inBuffer = Reg(Bool()) // in the direction of its SyncManager
-  private val outside  = through(17, 16).orR
+  private val outside  = through(17, 16).orR || managed.isOther(through(15, 0))
 
   // A buffer of one byte begins and ends at once (B-53, B-58).
   areas.number        := area.index
@@ -88,7 +93,7 @@ class HostSequencer(p: EscParams) extends Module {
       lane  := 0.U
       count := 0.U
       data  := 0.U
-      when(host.req) { state := Mux(areas.acts(host.addr), scan, pass) }
+      when(host.req) { state := Mux(managed.acts(host.addr), scan, pass) }
     }
     is(pass) {
       host.ack := memory.ack
@@ -109,7 +114,10 @@ class HostSequencer(p: EscParams) extends Module {
     }
     is(access) {
       when(memory.ack) {
-        data := data | (Fill(lanes, Lanes.bytes(memory.rdata, lanes)(there)) & FillInterleaved(8, UIntToOH(here, lanes)))
+        data := data | (Fill(lanes, Lanes.bytes(memory.rdata, lanes)(there)) & FillInterleaved(
+          8,
+          UIntToOH(here, lanes)
+        ))
       }
       when(memory.ack || outside) { state := close }
     }

@@ -24,5 +24,6 @@ object Lanes {
   /** The lane of the byte at `address`, on a bus with `lanes` bytes, a power of two. */
   def of(address: UInt, lanes: Int): UInt = if (lanes == 1) 0.U else address(log2Ceil(lanes) - 1, 0)
 
-  private def part(word: UInt, number: Int, width: Int): UInt = word(width * number + width - 1, width * number)
+  private def part(word: UInt, number: Int, width: Int): UInt =
+    word(width * number + width - 1, width * number)
 }

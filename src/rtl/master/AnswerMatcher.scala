@@ -7,8 +7,8 @@ import flyframe.memory.DualPortRam
 import flyframe.protocol.DatagramLayout
 import flyframe.protocol.DatagramLayout.{Ado, Adp, Command, Index, Length}
 
-/** A word of 16 bits of a datagram that has come back from the line: one of those sent, or one that a slave has
-  * appended.
+/** A word of 16 bits of a datagram that has come back from the line: one of those sent, or one that a slave
+  * has appended.
   */
 class AnswerWord extends Bundle {
 
@@ -102,7 +102,7 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
 
   private def on(n: Int): Bool                                        = at === n.U
   private def wordAt(s: State.Type, n: Int, place: Int): (Bool, UInt) = (state === s && on(n)) -> place.U(3.W)
-  private val isLength                                                = state === State.header && on(Length.last)
+  private val isLength = state === State.header && on(Length.last)
   private val places = Seq(
     wordAt(State.header, Adp.last, AnswerWord.Adp),
     wordAt(State.header, Ado.last, AnswerWord.Ado),

@@ -37,8 +37,8 @@ class EventReporter(depth: Int) extends Module {
   /** Less than half of the places are taken: records of slaves are welcome. */
   val room = IO(Output(Bool()))
 
-  /** The number of the oldest event that is kept, and the number that the next event gets or the one on its way
-    * has. Low bits only.
+  /** The number of the oldest event that is kept, and the number that the next event gets or the one on its
+    * way has. Low bits only.
     */
   val firstEvent = IO(Output(UInt(NumberBits.W)))
   val nextEvent  = IO(Output(UInt(NumberBits.W)))
@@ -147,8 +147,8 @@ class EventReporter(depth: Int) extends Module {
         ReportLayout.Boot.word         -> status.boot,
         ReportLayout.Number.word       -> first(31, 16),
         (ReportLayout.Number.word + 1) -> first(15, 0),
-        ReportLayout.Count.word        -> Cat(inReport.pad(8), status.selfTest), // and self-test
-        ReportLayout.Present.word      -> Cat(status.present, status.known), // and known
+        ReportLayout.Count.word        -> Cat(inReport.pad(8), status.selfTest),  // and self-test
+        ReportLayout.Present.word      -> Cat(status.present, status.known),      // and known
         ReportLayout.Time.word         -> status.time(31, 16),
         (ReportLayout.Time.word + 1)   -> low,
         ReportLayout.Lost.word         -> status.lost(31, 16),

@@ -69,7 +69,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
   )
   when(write) { used := used + 1.U }
 
-  full           := count === maxSubTelegrams.U || used +& datagram.bits.length > (Longest - DatagramLayout.Overhead).U
+  full := count === maxSubTelegrams.U || used +& datagram.bits.length > (Longest - DatagramLayout.Overhead).U
   datagram.ready := state === State.header && at === (DatagramLayout.bytes - 1).U
   data.ready     := state === State.data
   busy           := state =/= State.idle

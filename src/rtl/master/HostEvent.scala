@@ -9,6 +9,7 @@ import flyframe.protocol.HostEventLayout.{Node, Position, Sequence, State}
   * sequence, low bytes first.
   */
 class HostEvent extends Module {
+
   /** Reports it; nothing is to be changed while `busy`. */
   val go   = IO(Input(Bool()))
   val busy = IO(Output(Bool()))

@@ -5,7 +5,7 @@ import chisel3.util._
 import flyframe.mii.NibbleStream
 import flyframe.protocol.{DetectorState, EventKind, MasterEvent, RecordLayout, SelfTest}
 import flyframe.protocol.Command.{Aprd, Bwr, Fpwr}
-import flyframe.registers.AlarmRegisters
+import flyframe.registers.{AlarmRegisters, DlRegisters, StationRegisters}
 
 /** Runs a line of alarm slaves (LM-01 to LM-10, docs/rules/alarm.md): counts and lists them, then, every
   * cycle, sends what the host has queued, acknowledgements, or an empty frame, and takes the alarm records
@@ -68,8 +68,8 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       * all slaves after a lost frame, since what they were told may not have arrived.
       *
       * A frame: `load` fetches the host's datagram from its registers; `clear` begins the frame; `choose`
-      * looks for a slave that is to be told something; `offer` and `data` hand a datagram over; `go` sends the
-      * frame, and `await` waits for its answer.
+      * looks for a slave that is to be told something; `offer` and `data` hand a datagram over; `go` sends
+      * the frame, and `await` waits for its answer.
       *
       * An answer: `fetch` takes the next datagram of it, `look` sees what kind it is; in `taken` it is an
       * acknowledgement of ours, in `own` the only datagram of the frame; `skip` goes on to the next one.
@@ -77,12 +77,12 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       * An alarm record: `record` sees whether the datagram is one; `compare` looks for its slave; `recall`,
       * `epoch`, `sequence` and `judge` find out whether it is new.
       *
-      * The number of slaves: `count` takes it, `meet` decides what follows from it; `lose` and `losing` report
-      * those that do not answer any more.
+      * The number of slaves: `count` takes it, `meet` decides what follows from it; `lose` and `losing`
+      * report those that do not answer any more.
       *
-      * A new slave: `scan` asks it something, `list` and `heed` take its answer, `know` and `introduce` put it
-      * into the table; `equal` looks for another one with its node ID, `settle` and `gap` compare it with the
-      * one before it; `next` goes on to the slave behind it.
+      * A new slave: `scan` asks it something, `list` and `heed` take its answer, `know` and `introduce` put
+      * it into the table; `equal` looks for another one with its node ID, `settle` and `gap` compare it with
+      * the one before it; `next` goes on to the slave behind it.
       *
       * An event: `emit` hands it over, word by word.
       */
@@ -459,8 +459,8 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
       switch(part) {
         is(0.U) { ask(Bwr, 0.U, AliasEnable.U, 1, 1.U) } // from now on they answer to their node ID
         is(1.U) { ask(Bwr, 0.U, AlarmRegisters.Command.U, 1, AlarmRegisters.Repeat.U) }
-        is(2.U) { ask(Aprd, position, 0x0012.U, 2) }
-        is(3.U) { ask(Aprd, position, 0x0110.U, 2) }
+        is(2.U) { ask(Aprd, position, StationRegisters.Alias.U, 2) }
+        is(3.U) { ask(Aprd, position, DlRegisters.Status.U, 2) }
         is(4.U) { ask(Aprd, position, AlarmRegisters.SelfTest.U, 2) }
       }
       askAlone(list)
@@ -565,8 +565,8 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int) extends Module {
 object LineMaster {
 
   /** Answers looked at per frame; datagrams of our own among them, at most. */
-  private val Answers     = 32
-  private val Most        = 16
+  private val Answers = 32
+  private val Most    = 16
 
   /** Words of a record among those of an answer. */
   private val Sequence   = AnswerWord.Data + RecordLayout.Sequence.word
@@ -583,5 +583,5 @@ object LineMaster {
 
   /** The first thing that only one slave is asked for. */
   private val FirstQuestion = 2
-  private val AliasEnable   = 0x0103
+  private val AliasEnable   = DlRegisters.Control + 3
 }

@@ -88,10 +88,11 @@ class ServerLink extends Module {
     when(offset >= Number.offset.U && offset < Number.end.U) { number := Cat(number(23, 0), data.bits) }
   }
 
-  private val bits         = received.bits
-  private val isOurs       = bits.good && bits.fromServer && bits.length >= AcknowledgementLayout.bytes.U && !wrong
-  private val acknowledges = isOurs && isAcknowledge && bits.length === AcknowledgementLayout.bytes.U && !earlier
-  private val isMessage    = isOurs && !isAcknowledge && !isReport && bits.length <= MailboxBytes.U
+  private val bits   = received.bits
+  private val isOurs = bits.good && bits.fromServer && bits.length >= AcknowledgementLayout.bytes.U && !wrong
+  private val acknowledges =
+    isOurs && isAcknowledge && bits.length === AcknowledgementLayout.bytes.U && !earlier
+  private val isMessage = isOurs && !isAcknowledge && !isReport && bits.length <= MailboxBytes.U
 
   acknowledge.valid := received.valid && acknowledges
   acknowledge.bits  := number

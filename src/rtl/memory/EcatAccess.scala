@@ -3,8 +3,8 @@ package flyframe.memory
 import chisel3._
 
 /** The frame processor's access to registers and memory, a word of `lanes` bytes at a time. All addresses are
-  * byte addresses, of which the bits within a word are ignored. An address with bit 16 set lies past the end of
-  * the address space: nothing is there.
+  * byte addresses, of which the bits within a word are ignored. An address with bit 16 set lies past the end
+  * of the address space: nothing is there.
   *
   * A read answers in the cycle after `read`, or one later (`EscMemory.readCycles`). Writes to memory act at
   * once, writes to registers go to the write log and act after `commit` (FP-32 to FP-34).
@@ -22,7 +22,7 @@ class EcatAccess(lanes: Int) extends Bundle {
   val readData    = Input(UInt((8 * lanes).W))
 
   /** Bytes of the word that was read which the master may read; the others do not count. */
-  val readable    = Input(UInt(lanes.W))
+  val readable = Input(UInt(lanes.W))
 
   /** Bytes of the word that was read which may be written. */
   val writable = Input(UInt(lanes.W))

@@ -4,7 +4,8 @@ import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
 import flyframe.params.EscParams
-import flyframe.registers.{RegisterFile, RegisterMap}
+import flyframe.registers.{FmmuRegisters, Register, RegisterFile, RegisterMap, SiiRegisters}
+import flyframe.registers.RegisterMap.RamArea
 
 /** The 64 KiB address space of the controller (GEN-04): registers, user RAM, process data RAM, and the
   * arbiter between the frame processor and the host.
@@ -12,8 +13,11 @@ import flyframe.registers.{RegisterFile, RegisterMap}
   * Registers and RAM have one read and one write port each. The frame processor always comes first; the host
   * gets the cycles it leaves, at the latest after four, since the frame processor takes at most every second
   * cycle.
+  *
+  * @param added
+  *   registers beside those of the units
   */
-class EscMemory(p: EscParams) extends Module {
+class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private val lanes    = p.lanes
   private val laneBits = log2Ceil(lanes)
 
@@ -23,7 +27,7 @@ class EscMemory(p: EscParams) extends Module {
   /** Process data RAM is open (FP-31). */
   val ramOpen = IO(Input(Bool()))
 
-  private val file = Module(new RegisterFile(p))
+  private val file = Module(new RegisterFile(p, added))
   val value        = IO(chiselTypeOf(file.value))
   val guard        = IO(chiselTypeOf(file.guard))
   val set          = IO(chiselTypeOf(file.set))
@@ -80,12 +84,16 @@ class EscMemory(p: EscParams) extends Module {
     t
   }
 
-  /** See [[RegisterMap.ramIndex]]. */
-  private def registerRamOffset(address: UInt): UInt = {
-    val fmmu = address(11, 8) === 6.U
-    val sm   = address(11, 7) === (0x800 >> 7).U
-    EscRam.RegisterStart.U | Mux(fmmu, address(7, 0), Cat(1.U(1.W), !sm, address(6, 0)))
-  }
+  /** [[RegisterMap.ramIndex]] behind the user RAM. */
+  private def registerRamOffset(address: UInt): UInt =
+    EscRam.RegisterStart.U | areas.foldRight(placeIn(RegisterMap.OtherArea, address)) { (area, others) =>
+      Mux(holds(area, address), placeIn(area, address), others)
+    }
+  private def areas = Seq(RegisterMap.FmmuArea, RegisterMap.SyncManagerArea)
+  private def holds(area: RamArea, address: UInt): Bool =
+    address(11, area.bits) === (area.start >> area.bits).U
+  private def placeIn(area: RamArea, address: UInt): UInt =
+    Cat((area.index >> area.bits).U((9 - area.bits).W), address(area.bits - 1, 0))
 
   private val ram = Module(new EscRam(p))
 
@@ -178,7 +186,11 @@ class EscMemory(p: EscParams) extends Module {
     if (p.hasRegisterRam) RegInit(0.U(10.W)) else WireDefault(512.U(10.W)) // reset: none yet
   private lazy val isClear = cleared(9)
   private lazy val clearing0 =
-    Mux(cleared(8), Mux(cleared(7), "h500".U, "h800".U) | cleared(6, 0), "h600".U | cleared(7, 0))
+    Mux(
+      cleared(8),
+      Mux(cleared(7), RegisterMap.OtherArea.start.U, RegisterMap.SyncManagerArea.start.U) | cleared(6, 0),
+      RegisterMap.FmmuArea.start.U | cleared(7, 0)
+    )
   if (p.hasRegisterRam) when(!isClear) { cleared := cleared + 1.U }
   clearing := !isClear
 
@@ -215,20 +227,23 @@ class EscMemory(p: EscParams) extends Module {
     if (p.hasRegisterRam) RegInit(0.U.asTypeOf(Valid(new RamWrite))) else 0.U.asTypeOf(Valid(new RamWrite))
   private lazy val registerToRam = ramWrite.valid && !ecatToRam
   if (p.hasRegisterRam) {
-    val registers = RegisterMap(p)
+    val registers = RegisterMap(p, added)
     val mine      = registers.filter(_.inRam).flatMap(_.range)
-    val scratch   = if (p.hasSii) RegisterMap.SiiScratch else Nil
+    val scratch   = if (p.hasSii) SiiRegisters.Scratch else Nil
     val single =
       (registers.filter(r => r.inRam && r.block.isEmpty).flatMap(_.range) ++ scratch).map(_ / lanes).distinct
     val at     = registerWrite.bits.byteAddress
-    val area   = at(11, 8) === 6.U || at(11, 7) === (0x800 >> 7).U
+    val area   = areas.map(holds(_, at)).reduce(_ || _)
     val exists = area || !isClear || single.map(w => registerWrite.bits.address === w.U).reduce(_ || _)
-    // Reserved bits read 0: the bytes of an FMMU that have some.
+    // Reserved bits read 0: the bytes of an FMMU that have some. Those of the first one stand for all.
     val limits =
-      mine.filter(a => a >> 4 == 0x60).map(a => a -> RegisterMap.ramMask(registers, a)).filter(_._2 != 0xff)
+      mine.map(a => a -> RegisterMap.ramMask(registers, a)).filter(_._2 != 0xff).filter { case (a, _) =>
+        require(RegisterMap.FmmuArea.holds(a), f"the register in RAM at 0x$a%04x has reserved bits")
+        a < FmmuRegisters.First + FmmuRegisters.Stride
+      }
     val keep = VecInit((0 until lanes).map { lane =>
       limits.filter(_._1 % lanes == lane).foldLeft(0xff.U(8.W)) { case (mask, (a, bits)) =>
-        Mux(at(11, 8) === 6.U && at(3, laneBits) === ((a & 15) / lanes).U, bits.U, mask)
+        Mux(holds(RegisterMap.FmmuArea, at) && at(3, laneBits) === ((a & 15) / lanes).U, bits.U, mask)
       }
     }).asUInt
     when(registerToRam) { ramWrite.valid := false.B }

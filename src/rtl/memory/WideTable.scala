@@ -31,13 +31,13 @@ class WideTable(entries: Int, bytes: Int, copies: Int) extends Module {
   /** One cycle after `readIndex`. */
   val readData = IO(Output(Vec(copies, UInt(width.W))))
 
-  private val merging                       = RegNext(write, false.B)
-  private val index                         = RegNext(writeIndex)
-  private val mask                          = RegNext(writeMask)
-  private val data                          = RegNext(writeData)
-  private val merged                        = Wire(UInt(width.W))
-  private val last                          = RegNext(merged)
-  private val again                         = RegNext(merging && write && index === writeIndex, false.B)
+  private val merging = RegNext(write, false.B)
+  private val index   = RegNext(writeIndex)
+  private val mask    = RegNext(writeMask)
+  private val data    = RegNext(writeData)
+  private val merged  = Wire(UInt(width.W))
+  private val last    = RegNext(merged)
+  private val again   = RegNext(merging && write && index === writeIndex, false.B)
 
   private val rams = Seq.fill(copies)(DualPortRam(entries, width)(clock))
   merged := VecInit((0 until bytes).map { i =>

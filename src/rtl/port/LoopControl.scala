@@ -4,7 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.params.EscParams
 
-/** Loop settings of a port in 0x0100 (LP-01). */
+/** Loop settings of a port in DL control, see [[flyframe.registers.DlRegisters]] (LP-01). */
 object LoopSetting {
   val Auto      = 0
   val AutoClose = 1

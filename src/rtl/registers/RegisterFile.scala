@@ -22,12 +22,12 @@ class FieldRecord(types: SeqMap[String, Data]) extends Record {
   * the caller has checked that its side may write (`writableByEcat`, `writableByPdi`).
   *
   * @param p
-  *   registers are those of `RegisterMap(p)`
+  *   registers are those of `RegisterMap(p, added)`
   */
-class RegisterFile(p: EscParams) extends Module {
+class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private val lanes     = p.lanes
   private val laneBits  = log2Ceil(lanes)
-  private val registers = RegisterMap(p)
+  private val registers = RegisterMap(p, added)
   private val fields    = registers.flatMap(_.fields)
 
   private def record(select: PartialFunction[Field, Data]) =
@@ -88,8 +88,8 @@ class RegisterFile(p: EscParams) extends Module {
   }
 
   /** The byte to store in place of `old`. */
-  private def writtenByte(byteAddress: Int, old: UInt): UInt = writeBits match {
-    case Some(bits) if byteAddress >= RegisterMap.DigitalOutputs =>
+  private def writtenByte(register: Register, byteAddress: Int, old: UInt): UInt = writeBits match {
+    case Some(bits) if register.bitWritable =>
       val mask = ofLane(bits, byteAddress)
       (ofLane(writeData, byteAddress) & mask) | (old & ~mask)
     case _ => ofLane(writeData, byteAddress)
@@ -103,7 +103,7 @@ class RegisterFile(p: EscParams) extends Module {
       val address     = register.address + byte
       val old         = flipFlops(high - field.low, low - field.low)
       val oldByte     = (old << (low - 8 * byte)).pad(8)(7, 0)
-      Mux(writes(address), writtenByte(address, oldByte)(high - 8 * byte, low - 8 * byte), old)
+      Mux(writes(address), writtenByte(register, address, oldByte)(high - 8 * byte, low - 8 * byte), old)
     }
     flipFlops := Cat(parts.reverse)
     field.source match {
@@ -172,14 +172,16 @@ class RegisterFile(p: EscParams) extends Module {
   private type Word = Vec[Decoded]
   private def word(byte: Int => Decoded): Word = VecInit((0 until lanes).map(byte))
 
-  private val inBlocks   = registers.filter(_.block.isDefined).flatMap(_.range).toSet
-  private val words      = (bytes.keySet -- inBlocks).map(_ >> laneBits)
+  private val inBlocks       = registers.filter(_.block.isDefined).flatMap(_.range).toSet
+  private val words          = (bytes.keySet -- inBlocks).map(_ >> laneBits)
   private def wordAt(w: Int) = word(lane => bytes.getOrElse((w << laneBits) + lane, none))
   private val single =
     if (!p.isMaster) words.toSeq.sorted.map(w => (readAddress === w.U) -> wordAt(w))
     else // Registers lie close together: four words share a comparison.
       words.map(_ / 4).toSeq.sorted.map { quad =>
-        (readAddress >> 2 === quad.U) -> VecInit((0 until 4).map(i => wordAt(4 * quad + i)))(readAddress(1, 0))
+        (readAddress >> 2 === quad.U) -> VecInit((0 until 4).map(i => wordAt(4 * quad + i)))(
+          readAddress(1, 0)
+        )
       }
 
   // Equal units: the offset chooses the kind of register, the unit's number the one of its kind.

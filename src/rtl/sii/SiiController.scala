@@ -4,7 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.UnitWrite
 import flyframe.params.EscParams
-import flyframe.registers.RegisterMap
+import flyframe.registers.{DlRegisters, SiiRegisters, StationRegisters}
 
 /** The lines of the I2C EEPROM. */
 class SiiPins extends Bundle {
@@ -34,8 +34,8 @@ class SiiLines extends Bundle {
   val sda     = Input(Bool())
 }
 
-/** The SII EEPROM interface (0x0500 to 0x050F) and the loading of the configuration after reset (SII-01 to
-  * SII-20).
+/** The SII EEPROM interface ([[SiiRegisters]], 0x0500 to 0x050F) and the loading of the configuration after
+  * reset (SII-01 to SII-20).
   *
   * Bytes move one at a time between the EEPROM and the register RAM, so nothing is buffered here. The
   * configuration area is first read into scratch bytes of that RAM and copied to the registers when its
@@ -196,8 +196,10 @@ class SiiController(p: EscParams) extends Module {
   write.bits  := 0.U.asTypeOf(new UnitWrite)
 
   private val lastByte = count === Mux(loads, 15.U, 7.U)
-  private val scratch  = RegisterMap.SiiScratch.start
-  private val first    = if (p.hasI2c) start else point // of a load
+  // What is counted through is added to these by an OR.
+  require(SiiRegisters.Scratch.start % 16 == 0 && SiiRegisters.Data % 8 == 0 && SiiRegisters.Address % 4 == 0)
+  private val scratch = SiiRegisters.Scratch.start
+  private val first   = if (p.hasI2c) start else point // of a load
 
   switch(state) {
     is(boot) {
@@ -210,7 +212,7 @@ class SiiController(p: EscParams) extends Module {
     is(settle) { when(!registersBusy) { state := Mux(loads, first, if (p.hasI2c) address0 else serve) } }
     is(put) {
       store(
-        Mux(loads, scratch.U | count, 0x508.U | count),
+        Mux(loads, scratch.U | count, SiiRegisters.Data.U | count),
         byte,
         if (p.hasI2c) Mux(lastByte, stop, in) else take
       )
@@ -241,18 +243,18 @@ class SiiController(p: EscParams) extends Module {
       // Word 2 belongs to distributed clocks; the alias and some bits only count at the first load (SII-08).
       val target = MuxLookup(count, 0.U(12.W))(
         Seq(
-          0  -> 0x140,
-          1  -> 0x141,
-          2  -> 0x150,
-          3  -> 0x151,
-          6  -> 0x152,
-          7  -> 0x153,
-          8  -> 0x012,
-          9  -> 0x013,
-          10 -> 0x142,
-          11 -> 0x143,
-          12 -> 0x144,
-          13 -> 0x102
+          0  -> SiiRegisters.PdiControl,
+          1  -> SiiRegisters.ConfigurationA0,
+          2  -> SiiRegisters.PdiConfiguration,
+          3  -> (SiiRegisters.PdiConfiguration + 1),
+          6  -> SiiRegisters.PdiConfigurationExt,
+          7  -> (SiiRegisters.PdiConfigurationExt + 1),
+          8  -> StationRegisters.Alias,
+          9  -> (StationRegisters.Alias + 1),
+          10 -> SiiRegisters.ConfigurationA5,
+          11 -> (SiiRegisters.ConfigurationA5 + 1),
+          12 -> SiiRegisters.ConfigurationA6,
+          13 -> DlRegisters.FifoByte
         ).map { case (i, a) => i.U -> a.U(12.W) }
       )
       val value = MuxLookup(count, byte)(
@@ -292,7 +294,7 @@ class SiiController(p: EscParams) extends Module {
     is(point) {
       // count(3): the second half; count(1, 0): byte of the address.
       crc := Mux(count(3), crc, ConfigurationChecksum.Start.U)
-      store(0x504.U | count(1, 0), Mux(count(1, 0) === 0.U && count(3), 4.U, 0.U), point)
+      store(SiiRegisters.Address.U | count(1, 0), Mux(count(1, 0) === 0.U && count(3), 4.U, 0.U), point)
       when(write.fire) {
         count := count + 1.U
         when(count(1, 0).andR) {
@@ -308,7 +310,7 @@ class SiiController(p: EscParams) extends Module {
         when(!loads && failure.get) { noAck := true.B }
       }
     }
-    is(take) { fetchFrom(0x508.U | count(2, 0), put) }
+    is(take) { fetchFrom(SiiRegisters.Data.U | count(2, 0), put) }
   }
 
   /** The I2C master: one command per state, some with a byte (SII-18, SII-19). */
@@ -349,15 +351,15 @@ class SiiController(p: EscParams) extends Module {
 
     switch(state) {
       is(address0) {
-        fetchFrom(0x504.U, address1)
+        fetchFrom(SiiRegisters.Address.U, address1)
       }
       is(address1) {
         byteAddress := byte << 1
-        fetchFrom(0x505.U, address2)
+        fetchFrom((SiiRegisters.Address + 1).U, address2)
       }
       is(address2) {
         byteAddress := Cat(byte, byteAddress(8, 0))
-        fetchFrom(0x506.U, start)
+        fetchFrom((SiiRegisters.Address + 2).U, start)
       }
       is(start) {
         when(!loads) { byteAddress := Cat(byte(1, 0), byteAddress(16, 0)) }
@@ -377,7 +379,7 @@ class SiiController(p: EscParams) extends Module {
           byte := i2c.received
         }
       }
-      is(fetch) { fetchFrom(0x508.U | count, out) }
+      is(fetch) { fetchFrom(SiiRegisters.Data.U | count, out) }
       is(out) {
         transfer(I2cCommand.write, Mux(count(0), stop, fetch), byte)
         when(finished) { count := count + 1.U }

@@ -4,7 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.{RegisterWrite, WideTable}
 import flyframe.params.EscParams
-import flyframe.registers.RegisterMap
+import flyframe.registers.{Register, RegisterMap, SyncManagerRegisters}
 
 /** What an accessing side sees of the SyncManagers: the table of areas, an entry per cycle, and one state at
   * a time.
@@ -30,17 +30,45 @@ class AreaPort(p: EscParams) extends Bundle {
 
   /** Process data RAM is open. */
   val ramOpen = Output(Bool())
-
-  /** SyncManagers act on `address`; there is memory (B-52). */
-  def acts(address: UInt): Bool = address >= RegisterMap.firstManaged(p).U
-  def exists(address: UInt): Bool = Mux(
-    address < RegisterMap.ProcessRamStart.U,
-    address(7) || (p.digitalOutputs > 0).B && !address(6, 2).orR, // user RAM; digital outputs
-    ramOpen && address < (RegisterMap.ProcessRamStart + p.ramBytes).U
-  )
 }
 
-/** All SyncManagers with their configuration (0x0800 on) and events. */
+/** The addresses that SyncManagers act on (B-52). */
+class ManagedSpace(p: EscParams, registers: Seq[Register]) {
+  private val first   = RegisterMap.firstManaged(registers)
+  private val managed = registers.filter(_.managed)
+  private val others  = RegisterMap.unmanagedWords(registers)
+  private def area    = 1 << log2Ceil(RegisterMap.ProcessRamStart - RegisterMap.UserRamStart)
+  for (r <- managed)
+    require(
+      r.address / area == RegisterMap.UserRamStart / area - 1 && isPow2(r.bytes) && r.address % r.bytes == 0,
+      f"register ${r.name} at 0x${r.address}%04x: SyncManagers act on whole words in front of the user RAM only"
+    )
+
+  /** There are registers that SyncManagers do not act on, behind the first address that they act on. */
+  def hasOthers: Boolean = others.nonEmpty
+
+  /** A register that SyncManagers do not act on, behind the first address that they act on. */
+  def isOther(address: UInt): Bool = others.map(w => address(15, 2) === w.U).foldLeft(false.B)(_ || _)
+
+  /** They act on `address`. */
+  def acts(address: UInt): Bool = address >= first.U && !isOther(address)
+
+  /** There is memory, or a register for them, at an `address` that they act on. */
+  def exists(address: UInt, ramOpen: Bool): Bool = {
+    val inUserRam = address(log2Ceil(area))
+    val inRegister = managed.map { r =>
+      val low = log2Ceil(r.bytes)
+      address(log2Ceil(area) - 1, low) === (r.address % area >> low).U
+    }
+    Mux(
+      address < RegisterMap.ProcessRamStart.U,
+      inRegister.foldLeft(inUserRam)(_ || _),
+      ramOpen && address < (RegisterMap.ProcessRamStart + p.ramBytes).U
+    )
+  }
+}
+
+/** All SyncManagers with their configuration ([[SyncManagerRegisters]], 0x0800 on) and events. */
 class SyncManagers(p: EscParams) extends Module {
   private val n = p.syncManagers
 
@@ -76,9 +104,10 @@ class SyncManagers(p: EscParams) extends Module {
   /** A buffer with watchdog trigger has been written (WD-04). */
   val trigger = IO(Output(Bool()))
 
-  // The table of start and length.
+  // The table of start and length, of SyncManagers that have the low seven bits of an address to themselves.
+  require(SyncManagerRegisters.First % 128 == 0 && SyncManagerRegisters.Stride == 8)
   private val address  = write.bits.byteAddress
-  private val hitsArea = write.valid && address(11, 7) === (0x800 >> 7).U && !address(2)
+  private val hitsArea = write.valid && address(11, 7) === (SyncManagerRegisters.First >> 7).U && !address(2)
   private val tables = Seq.tabulate(p.smBanks) { bank =>
     val table = Module(new WideTable(n min 8, 4, copies = 2)).suggestName(s"table_$bank")
     table.write      := hitsArea && address(6) === bank.U && address(5, 3) < (n min 8).U
@@ -97,17 +126,27 @@ class SyncManagers(p: EscParams) extends Module {
     val ecatWrites = Bool()
     val isMailbox  = Bool()
   }
-  private def byte(i: Int, offset: Int): Valid[UInt] = write.bits.byteAt(write.valid, 0x800 + 8 * i + offset)
+  private def byte(i: Int, offset: Int): Valid[UInt] =
+    write.bits.byteAt(write.valid, SyncManagerRegisters.of(i) + offset)
   private val control = VecInit((0 until n).map { i =>
-    val bits  = byte(i, 4).bits
-    val value = RegEnable(bits(5, 4) ## bits(2, 1), 0.U(4.W), byte(i, 4).valid).suggestName(s"control_$i")
+    val bits = byte(i, SyncManagerRegisters.Control).bits
+    val value = RegEnable(bits(5, 4) ## bits(2, 1), 0.U(4.W), byte(i, SyncManagerRegisters.Control).valid)
+      .suggestName(s"control_$i")
     value.asTypeOf(new Control)
   })
   private lazy val watchdogTrigger = VecInit((0 until n).map { i =>
-    RegEnable(byte(i, 4).bits(6), false.B, byte(i, 4).valid).suggestName(s"watchdogTrigger_$i")
+    RegEnable(
+      byte(i, SyncManagerRegisters.Control).bits(6),
+      false.B,
+      byte(i, SyncManagerRegisters.Control).valid
+    ).suggestName(s"watchdogTrigger_$i")
   })
   private val wantsOff = (0 until n).map { i => // 0x0807[0] as written
-    RegEnable(byte(i, 7).bits(0), false.B, byte(i, 7).valid).suggestName(s"deactivate_$i")
+    RegEnable(
+      byte(i, SyncManagerRegisters.PdiControl).bits(0),
+      false.B,
+      byte(i, SyncManagerRegisters.PdiControl).valid
+    ).suggestName(s"deactivate_$i")
   }
   private val isOff = wantsOff.zipWithIndex.map { case (w, i) =>
     RegEnable(w, false.B, quiet && !states.walking).suggestName(s"deactivated_$i")

@@ -25,10 +25,10 @@ class LayoutSpec extends AnyFlatSpec {
   }
 
   "Records" should "be as long as the rules say" in {
-    assert(ReportLayout.bytes == 24 && EventLayout.bytes == 16)             // REP-01
-    assert(AcknowledgementLayout.bytes == 12 && CommandLayout.bytes == 32)  // SRV-01, SRV-12
-    assert(RecordLayout.bytes == 8 && AppendedLayout.bytes == 20)           // ALARM-03, AP-05
-    assert(DatagramLayout.bytes == 10 && DatagramLayout.Overhead == 12)     // FP-12
+    assert(ReportLayout.bytes == 24 && EventLayout.bytes == 16)            // REP-01
+    assert(AcknowledgementLayout.bytes == 12 && CommandLayout.bytes == 32) // SRV-01, SRV-12
+    assert(RecordLayout.bytes == 8 && AppendedLayout.bytes == 20)          // ALARM-03, AP-05
+    assert(DatagramLayout.bytes == 10 && DatagramLayout.Overhead == 12)    // FP-12
   }
 
   /** The fields of a register stand where those of a layout do. */

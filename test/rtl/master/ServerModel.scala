@@ -53,8 +53,9 @@ class ServerModel(master: Int) {
   /** The events of a report. */
   def parse(datagram: Array[Byte]): Seq[ReportedEvent] = {
     def header(f: Layout.Field) = ReportLayout.read(datagram, f)
-    val expected                = Seq(ServerDatagram.Magic, ServerDatagram.Version, ServerDatagram.KindReport, master)
-    val came = Seq(ReportLayout.Magic, ReportLayout.Version, ReportLayout.Kind, ReportLayout.Master).map(header)
+    val expected = Seq(ServerDatagram.Magic, ServerDatagram.Version, ServerDatagram.KindReport, master)
+    val came =
+      Seq(ReportLayout.Magic, ReportLayout.Version, ReportLayout.Kind, ReportLayout.Master).map(header)
     require(came == expected.map(_.toLong), "no report")
     val count = header(ReportLayout.Count).toInt
     require(datagram.length == ReportLayout.bytes + count * EventLayout.bytes, "length of the report")

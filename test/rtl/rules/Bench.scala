@@ -48,13 +48,21 @@ object EepromImage {
   }
 }
 
-/** The golden model; with a writer, everything done is recorded for the RTL. */
-class ModelBench(val p: EscParams, writer: EscModel => Option[VectorWriter] = _ => None) extends Bench {
-  private var model  = new EscModel(p)
+/** The golden model; with a writer, everything done is recorded for the RTL.
+  *
+  * @param controller
+  *   makes the model, or that of a product
+  */
+class ModelBench(
+    val p: EscParams,
+    writer: EscModel => Option[VectorWriter] = _ => None,
+    controller: EscParams => EscModel = new EscModel(_)
+) extends Bench {
+  private var model  = controller(p)
   private var record = writer(model)
 
   def reset(): Unit = {
-    model = new EscModel(p)
+    model = controller(p)
     record = writer(model)
   }
   def send(port: Int, frame: WireFrame): Option[(Int, SentFrame)] =
