@@ -7,20 +7,20 @@ ThisBuild / version      := "0.1.0"
 
 val chiselVersion = "6.7.0"
 
-val scalatest  = "org.scalatest"   %% "scalatest"  % "3.2.19"
+val scalatest  = "org.scalatest"   %% "scalatest"  % "3.2.20"
 val chiseltest = "edu.berkeley.cs" %% "chiseltest" % "6.0.0"
 val pcap = Seq(
   "org.pcap4j" % "pcap4j-core"                 % "1.8.2",
   "org.pcap4j" % "pcap4j-packetfactory-static" % "1.8.2"
 )
 val browser = Seq(
-  "org.seleniumhq.selenium" % "selenium-chrome-driver" % "4.27.0",
-  "org.seleniumhq.selenium" % "selenium-support"       % "4.27.0"
+  "org.seleniumhq.selenium" % "selenium-chrome-driver" % "4.52.0",
+  "org.seleniumhq.selenium" % "selenium-support"       % "4.52.0"
 )
 val commandLine = "com.github.scopt"  %% "scopt"       % "4.1.0"
 val json        = "com.lihaoyi"       %% "ujson"       % "3.3.1"
-val csv         = "org.apache.commons" % "commons-csv" % "1.12.0"
-val noLogging   = "org.slf4j"          % "slf4j-nop"   % "2.0.16"
+val csv         = "org.apache.commons" % "commons-csv" % "1.14.1"
+val noLogging   = "org.slf4j"          % "slf4j-nop"   % "2.0.20"
 
 /** A floor: sources in src/NAME, tests in test/NAME, everything else as all floors have it. Programs and
   * tests run at the top of the repository.
@@ -68,7 +68,7 @@ lazy val base = (project in file("src/base"))
     floor("base"),
     buildInfoKeys    := Seq[BuildInfoKey](version),
     buildInfoPackage := "flyframe",
-    libraryDependencies ++= Seq(commandLine, json, "org.scala-lang.modules" %% "scala-xml" % "2.2.0")
+    libraryDependencies ++= Seq(commandLine, json, "org.scala-lang.modules" %% "scala-xml" % "2.3.0")
   )
 
 lazy val rtl = (project in file("src/rtl"))
@@ -81,8 +81,8 @@ lazy val server = (project in file("src/server"))
     floor("server"),
     libraryDependencies ++= Seq(
       noLogging,
-      "io.undertow"              % "undertow-core" % "2.3.18.Final",
-      "org.xerial"               % "sqlite-jdbc"   % "3.47.1.0",
+      "io.undertow"              % "undertow-core" % "2.3.27.Final",
+      "org.xerial"               % "sqlite-jdbc"   % "3.54.1.0",
       "org.playframework.anorm" %% "anorm"         % "2.7.0",
       csv
     ) ++ browser.map(_ % Test)
@@ -97,7 +97,7 @@ lazy val flyframe = (project in file("."))
     Compile / mainClass := Some("flyframe.Main"),
     libraryDependencies ++= Seq(
       noLogging,
-      "org.jfree" % "jfreechart"    % "1.5.5",
-      "org.jfree" % "org.jfree.svg" % "5.0.6"
+      "org.jfree" % "jfreechart"    % "1.5.6",
+      "org.jfree" % "org.jfree.svg" % "5.0.7"
     )
   )

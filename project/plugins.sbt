@@ -1,2 +1,2 @@
-addSbtPlugin("org.scalameta" % "sbt-scalafmt"  % "2.5.2")
-addSbtPlugin("com.eed3si9n"  % "sbt-buildinfo" % "0.13.1")
+addSbtPlugin("org.scalameta" % "sbt-scalafmt"  % "2.6.2")
+addSbtPlugin("com.eed3si9n"  % "sbt-buildinfo" % "0.13.2")
