@@ -6,6 +6,8 @@ SEED   ?= 1
 STEPS  ?= 10000000
 EVENTS ?= 1000
 SET    ?= smsoak
+# What `make test-changed` compares with: the commit before one's own, on branch main the last commit.
+SINCE  ?= $(shell git merge-base HEAD main 2>/dev/null || echo HEAD)
 PRESETS ?= cyclone4-min et1100 frame-processor
 
 .DEFAULT_GOAL := help
@@ -23,10 +25,10 @@ include fpga/alarm/parameters.mk
 QUARTUS ?= quartus_sh
 BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth,--$(p) $($(p)))
 
-.PHONY: help verilog generated check-generated test fuzz smsoak campaign campaign-programs \
-        campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim cosim-selftest interop lint matrix format check-format \
-        report quartus check-board clean demo server firmware-test alarm-sim ethercrab-test mutants \
-        check-dependencies
+.PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak campaign campaign-programs \
+        campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim cosim-selftest interop \
+        lint matrix format check-format report quartus check-board clean demo server firmware-test alarm-sim \
+        ethercrab-test mutants check-dependencies
 
 help: ## this text
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^[^:]*(Makefile|[.]mk)://; s/:.*## /\t/' | expand -t 20
@@ -43,11 +45,17 @@ check-generated: tools-for-check-generated ## generated/ and the generated pages
 	diff -r generated build/check/generated
 	for f in registers parameters; do diff docs/$$f.md build/check/docs/$$f.md || exit 1; done
 
-test: tools-for-test ## all tests; the last line is "N passed, N failed"
+test: tools-for-test ## every kind of check once, in 15 minutes; the last line is "N passed, N failed"
 	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-tests $(SBT)
 
-matrix: tools-for-matrix ## the 54 parameter sets only: elaboration, lint, rule tests, random frames
-	$(SBT) "testOnly flyframe.cosim.MatrixSpec"
+soak: tools-for-test ## the checks of `make test` that take samples, in full, over an hour: docs/soak.md
+	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-soak $(SBT)
+
+test-changed: tools-for-test ## the suites that a change may concern: SINCE=main
+	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-changed $(SINCE) $(SBT)
+
+matrix: tools-for-matrix ## all parameter sets of the matrix only: elaboration, lint, rule tests, random frames
+	FLYFRAME_TIER=soak $(SBT) "testOnly flyframe.cosim.MatrixSpec"
 
 # PROGRAMS: those of a campaign, which are used as they are, instead of programs built from the sources.
 fuzz: $(if $(PROGRAMS),,tools-for-fuzz) ## random frames of a preset or set of TestSets: FRAMES=1000000 SEED=7 PRESET=cyclone4-min

@@ -5,6 +5,13 @@
 ThisBuild / scalaVersion := "2.13.15" // the only 2.13 patch with a Chisel 6.7.0 compiler plugin
 ThisBuild / version      := "0.1.0"
 
+// Two floors are tested at the same time, so that the last long suite of one does not leave a core idle.
+Global / concurrentRestrictions := Seq(
+  Tags.limitAll(java.lang.Runtime.getRuntime.availableProcessors max 2),
+  Tags.limit(Tags.ForkedTestGroup, 2),
+  Tags.exclusive(Tags.Clean)
+)
+
 val chiselVersion = "6.7.0"
 
 val scalatest  = "org.scalatest"   %% "scalatest"  % "3.2.20"
@@ -49,7 +56,8 @@ def floor(name: String): Seq[Setting[_]] = {
     run / aggregate      := false,
     runMain / aggregate  := false,
     Test / fork          := true,
-    Test / javaOptions ++= Seq("-Xmx6g"),
+    Test / javaOptions ++= Seq("-Xmx6g", "-XX:+UseParallelGC"),
+    Test / envVars += "OBJCACHE" -> (root.value / "test" / "objcache").toString,
     Test / testForkedParallel := true,
     Test / testOptions += Tests.Argument(TestFrameworks.ScalaTest, "-oD"),
     libraryDependencies += scalatest % Test

@@ -10,7 +10,7 @@ object TestSets {
   // The EEPROM's answers take time, which the model does not know: the RAM is opened by pin.
   private val complete = preset("slave").copy(preset = "complete", sii = 0, digitalOutputs = 4)
 
-  /** Of random frames, with the number of frames in a test: presets, and every core clock with another bus
+  /** Of random frames, each with its share of them: presets, and every core clock with another bus
     * width.
     */
   val fuzz: Seq[(EscParams, Int)] = Seq(
@@ -61,8 +61,8 @@ object TestSets {
   // Host words of four bytes, each byte an access of its own to the SyncManagers; another core clock.
   private val soakWide = soakSmall.copy(preset = "smsoak-wide", dataBusWidth = 32, coreClockMhz = 125)
 
-  /** Of SyncManagers used by bus and host at once, with the number of steps in a test. */
-  val soak: Seq[(EscParams, Long)] = Seq(soakSmall -> 9500000L, soakWide -> 500000L)
+  /** Of SyncManagers used by bus and host at once, each with its share of the steps. */
+  val soak: Seq[(EscParams, Long)] = Seq(soakSmall -> 19L, soakWide -> 1L)
 
   /** The set of random frames or of SyncManagers with this name, else the preset. */
   def named(name: String): Option[EscParams] =
@@ -210,4 +210,33 @@ object TestSets {
 
   /** The points of the parameter matrix. */
   val matrix: Seq[EscParams] = matrixWire ++ matrixUnits ++ matrixComplete ++ matrixAlarm
+
+  private type Change = (String, EscParams => EscParams)
+  private def sampled(letter: String, all: Int*)(change: (EscParams, Int) => EscParams): Seq[Change] =
+    all.map(v => s"$letter$v" -> (change(_, v)))
+
+  private val parameters: Seq[Seq[Change]] = Seq(
+    sampled("w", 8, 16, 32)((p, v) => p.copy(dataBusWidth = v)),
+    sampled("p", 1, 2, 4)((p, v) => p.copy(ports = v)),
+    sampled("t", 1, 15, 128)((p, v) => p.copy(maxSubTelegrams = v)),
+    sampled("i", 4, 8, 16)((p, v) => p.copy(nodeIdWidth = v)),
+    sampled("c", 25, 100, 125)((p, v) => p.copy(coreClockMhz = v)),
+    sampled("f", 0, 3, 16)((p, v) => p.copy(fmmus = v, fmmuBitwise = if (v == 3) 1 else 0)),
+    sampled("s", 0, 4, 16)((p, v) => p.copy(syncManagers = v)),
+    // 0: none; 1: the application layer; 2: with everything that builds on it
+    sampled("u", 0, 1, 2)((p, v) =>
+      if (v == 2) p.copy(applicationLayer = 1, watchdogs = 1, leds = 1, digitalOutputs = 4)
+      else p.copy(applicationLayer = v)
+    ),
+    sampled("a", 0, 1)((p, v) => p.copy(alarm = v))
+  )
+
+  private def set(changes: Seq[Change]): EscParams =
+    changes.foldLeft(EscParams(preset = changes.map(_._1).mkString("_"), ramKiB = 8)) { case (p, (_, change)) =>
+      change(p)
+    }
+
+  /** Slave controllers of every kind, so that each pair of values of two parameters is in one of them. */
+  lazy val sample: Seq[EscParams] =
+    Pairwise[Change](parameters, changes => EscParams.problems(set(changes)).isEmpty).map(set)
 }

@@ -2,18 +2,40 @@ package flyframe
 
 import chisel3._
 import chiseltest._
+import chiseltest.internal.CachingAnnotation
 import chiseltest.simulator.VerilatorBackendAnnotation
+import firrtl2.AnnotationSeq
+import firrtl2.options.TargetDirAnnotation
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Try
 
-/** Several tests on one Verilator simulation, which takes ten seconds and more to build. */
+/** How test benches are simulated: by Verilator, whose compilation is kept in `test_run_dir` until the
+  * circuit changes.
+  */
+object Simulation {
+
+  /** @param suite
+    *   the suite that simulates
+    * @param title
+    *   of the simulation, unlike all others of the suite
+    */
+  def annotations(suite: Any, title: String): AnnotationSeq = {
+    val folder = s"${suite.getClass.getSimpleName.stripSuffix("$")}/${title.replaceAll("[^A-Za-z0-9]+", "-")}"
+    Seq(VerilatorBackendAnnotation, CachingAnnotation, TargetDirAnnotation(s"test_run_dir/$folder"))
+  }
+}
+
+/** Several tests on one Verilator simulation, which takes seconds to build. */
 trait SharedSimulation extends ChiselScalatestTester { this: AnyFlatSpec =>
+  private var simulations = 0
 
   /** Every check starts with a reset and reports its own result. */
   protected def together[M <: Module](title: String, module: => M)(checks: (String, M => Any)*): Unit = {
+    simulations += 1
+    val folder = s"$simulations $title"
     lazy val results: Map[String, Try[Unit]] = {
       var found = Map.empty[String, Try[Unit]]
-      test(module).withAnnotations(Seq(VerilatorBackendAnnotation)) { dut =>
+      test(module).withAnnotations(Simulation.annotations(this, folder)) { dut =>
         dut.clock.setTimeout(0)
         for ((name, check) <- checks) {
           dut.reset.poke(true.B)

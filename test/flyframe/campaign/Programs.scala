@@ -62,7 +62,7 @@ object Programs {
   def main(arguments: Array[String]): Unit = {
     val sets = arguments.toSeq.drop(1).flatMap(setsNamed).distinct
     if (sets.isEmpty) stop("A folder below build and at least one set must be named.")
-    new Harness(arguments.head, sets).longRuns
+    new Harness(arguments.head, sets).longRuns()
     val out = Paths.get("build").resolve(arguments.head)
 
     val jars     = copyJars(out.resolve("jars"))

@@ -2,12 +2,19 @@ package flyframe.cosim
 
 import java.io.{BufferedOutputStream, FileOutputStream, PrintStream}
 import java.nio.file.{Files, Path, Paths}
+import scala.jdk.CollectionConverters._
 import scala.sys.process._
 import flyframe.{Documents, Emit}
 import flyframe.params.EscParams
 
-/** Emits parameter sets, builds the C++ harness with them, and runs its programs. */
-final class Harness(name: String, sets: Seq[EscParams]) {
+/** Emits parameter sets, builds the C++ simulator with them, without waveforms, and runs its programs.
+  *
+  * @param name
+  *   of the folder under `build` for all of this
+  * @param optimise
+  *   what the compiler does with the models
+  */
+final class Harness(name: String, sets: Seq[EscParams], optimise: String = "-O2") {
   private val verilog = Paths.get(s"build/$name/verilog")
   private val out     = Paths.get(s"build/$name")
 
@@ -20,50 +27,63 @@ final class Harness(name: String, sets: Seq[EscParams]) {
     text.toString
   }
 
-  private def emit(): Unit = {
-    Files.createDirectories(verilog)
+  /** Emits, on all cores; what has not changed keeps its file, what is of other sets goes. */
+  lazy val emitted: Unit = {
+    val present = Files.list(Files.createDirectories(verilog)).iterator.asScala.toSeq
+    val names   = sets.map(_.preset) :+ "protocol"
+    present
+      .filterNot(file => names.exists(name => file.getFileName.toString.startsWith(s"$name.")))
+      .foreach(Files.delete(_))
     val documents = Seq[(String, EscParams => String)](
       "v"    -> Emit.verilog,
       "json" -> Documents.json,
       "h"    -> Documents.cHeader
     )
-    val files = for (p <- sets; (suffix, write) <- documents) yield s"${p.preset}.$suffix" -> write(p)
-    for ((name, text) <- files :+ ("protocol.h" -> Documents.protocolHeader)) {
+    def write(name: String, text: String): Unit = {
       val file = verilog.resolve(name)
       if (!Files.exists(file) || Files.readString(file) != text) Files.writeString(file, text)
     }
+    write("protocol.h", Documents.protocolHeader)
+    sets.asJava.parallelStream.forEach(p => documents.foreach { case (suffix, text) => write(s"${p.preset}.$suffix", text(p)) })
   }
-  private def make(target: String, settings: String*): Unit = {
-    val fixed = Seq(s"GENERATED=$verilog", s"COSIM_OUT=$out", s"PRESETS=${sets.map(_.preset).mkString(" ")}")
-    run(Seq("make", "-s", "-j2", "-f", "test/cosim/cosim.mk", target) ++ fixed ++ settings: _*)
+  private def make(target: String, optimise: String): Unit = {
+    emitted
+    val settings = Seq(
+      "COSIM_TRACE=0",
+      s"COSIM_OPT=$optimise",
+      s"GENERATED=$verilog",
+      s"COSIM_OUT=$out",
+      s"PRESETS=${sets.map(_.preset).mkString(" ")}"
+    )
+    run(Seq("make", "-s", "-j2", "-f", "test/cosim/cosim.mk", target) ++ settings: _*)
   }
 
-  /** Emits and builds what has changed. */
-  lazy val build: Unit = {
-    emit()
-    make("cosim")
+  /** A program of the harness, built when it is first needed. */
+  private def program(name: String, optimise: String = optimise): String = {
+    make(s"$out/$name", optimise)
+    s"$out/$name"
   }
+  private lazy val fuzzProgram  = program("flyframe-fuzz")
+  private lazy val cosimProgram = program("flyframe-cosim")
 
-  /** Lints what `build` has emitted. */
+  /** Lints what has been emitted. */
   def lint(): String = run("test/cosim/matrix.sh", verilog.toAbsolutePath.toString)
 
   /** Writes vectors and plays them; the last line of the runner. */
   def play(file: String)(write: PrintStream => Unit): String = {
-    build
     val path   = out.resolve(file)
     val stream = new PrintStream(new BufferedOutputStream(new FileOutputStream(path.toFile), 1 << 16))
     write(stream)
     stream.close()
-    val text = run(s"$out/flyframe-fuzz", "--vectors", path.toString)
+    val text = run(fuzzProgram, "--vectors", path.toString)
     Files.delete(path) // kept only if it shows a difference
     text.linesIterator.toSeq.last
   }
 
   /** Replays a recording through a network; what the program says. Idle time is skipped behind `settleUs`. */
   def replay(network: Path, recording: Path, result: Path, settleUs: Int = 4): String = {
-    build
     run(
-      s"$out/flyframe-cosim",
+      cosimProgram,
       "--network",
       network.toString,
       "--replay",
@@ -76,26 +96,15 @@ final class Harness(name: String, sets: Seq[EscParams]) {
   }
 
   /** Random accesses of bus and host to the SyncManagers of one of the sets; what the program says. */
-  def soak(set: EscParams, steps: Long, seed: Long): String = {
-    soakProgram
-    run(s"$out/flyframe-smsoak", "--preset", set.preset, "--steps", s"$steps", "--seed", s"$seed")
-  }
+  def soak(set: EscParams, steps: Long, seed: Long): String =
+    run(soakProgram, "--preset", set.preset, "--steps", s"$steps", "--seed", s"$seed")
 
   /** The program that simulates the smoke-alarm system. */
-  lazy val alarmProgram: Path = {
-    val program = out.resolve("flyframe-alarm")
-    emit()
-    make(program.toString, "COSIM_TRACE=0", "COSIM_OPT=-O3")
-    program
-  }
+  lazy val alarmProgram: Path = Paths.get(program("flyframe-alarm", "-O3"))
+
+  /** The program that uses SyncManagers from bus and host at once. */
+  private lazy val soakProgram: String = program("flyframe-smsoak")
 
   /** `flyframe-fuzz` and `flyframe-smsoak` as fast as they get, for runs of many frames. */
-  lazy val longRuns: Unit = {
-    emit()
-    for (program <- Seq("fuzz", "smsoak")) make(s"$out/flyframe-$program", "COSIM_TRACE=0", "COSIM_OPT=-O3")
-  }
-  lazy val soakProgram: Unit = {
-    emit()
-    make(s"$out/flyframe-smsoak", "COSIM_TRACE=0")
-  }
+  def longRuns(): Unit = Seq("flyframe-fuzz", "flyframe-smsoak").foreach(program(_, "-O3"))
 }

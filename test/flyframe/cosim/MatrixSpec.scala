@@ -1,8 +1,9 @@
 package flyframe.cosim
 
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.TestSets
+import flyframe.{TestSets, Tier}
 import flyframe.model.{FuzzVectors, VectorWriter}
+import flyframe.params.EscParams
 import flyframe.rules.{
   AlarmRules,
   ApplicationRules,
@@ -15,34 +16,50 @@ import flyframe.rules.{
   SyncManagerRules
 }
 
-/** Every point of {dataBusWidth 8, 16, 32} x {ports 1, 2, 4} x {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8,
-  * 16}, and of FMMUs 0 to 16 x SyncManagers 0 to 16, and nine alarm slaves that have each pair of
-  * {dataBusWidth 8, 16, 32}, {maxSubTelegrams 1, 4, 15} and {nodeIdWidth 4, 8, 16}: elaborates, lints clean,
-  * and behaves as the model does in all rule tests (which assert on the model) and in random frames.
+/** Parameter sets of all kinds elaborate, lint clean, and behave as the model does in all rule tests (which
+  * assert on the model) and in random frames.
+  *
+  * In `make test` a sample in which each pair of values of two parameters stands, and everything there is with
+  * an EEPROM. In `make soak` also every point of {dataBusWidth 8, 16, 32} x {ports 1, 2, 4} x {maxSubTelegrams
+  * 1, 15, 128} x {nodeIdWidth 8, 16}, FMMUs 0 to 16 x SyncManagers 0 to 16, and alarm slaves
+  * ([[flyframe.TestSets.matrix]]).
   */
 class MatrixSpec extends AnyFlatSpec {
   private val rules =
     FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all ++ LedRules.all ++
       AlarmRules.all
-  private val harness = new Harness("matrix", TestSets.matrix)
+  private val sample = TestSets.sample ++ TestSets.matrix.filter(_.hasSii)
+  private val whole  = TestSets.sample ++ TestSets.matrix
+  private val tier   = Tier("parameter sets", "sets", test = sample.size, soak = whole.size)
+  private val frames = Tier("random frames per parameter set", "frames", test = 100, soak = 300)
+  private val points = if (Tier.isSoak) whole else sample
 
-  "All points of the parameter matrix" should "elaborate and lint clean" in {
-    harness.build
-    assert(harness.lint().linesIterator.toSeq.last == s"${TestSets.matrix.size} passed, 0 failed")
+  // Nobody waits for frames here, but for the compiler.
+  private val harness = new Harness("matrix", points, optimise = "-O1")
+
+  s"The ${points.size} parameter sets" should "elaborate and lint clean" in {
+    tier.run("elaborated, linted", points.size) {
+      harness.emitted
+      assert(harness.lint().linesIterator.toSeq.last == s"${points.size} passed, 0 failed")
+    }
   }
 
   // The vectors know no EEPROM.
-  for (p <- TestSets.matrix if !p.hasSii)
-    s"Point ${p.preset}" should "pass the rule tests and random frames" in {
-      val last = harness.play(s"${p.preset}.vectors") { out =>
-        val bench = new ModelBench(p, model => Some(new VectorWriter(p, 1, out, model)))
-        for (rule <- rules if rule.needs(p) && !rule.usesTime) {
-          out.println(s"# ${rule.name}")
-          bench.reset()
-          rule.run(new Steps(bench))
-        }
-        FuzzVectors.write(p, seed = p.hashCode, count = if (p.hasAlarm) 1000 else 300, out)
-      }
+  for (p <- points if !p.hasSii)
+    s"Parameter set ${p.preset}" should "pass the rule tests and random frames" in {
+      val count = frames.size.toInt * (if (p.hasAlarm) 3 else 1)
+      val last  = frames.run(p.preset, count, Some(p.hashCode))(play(p, count))
       assert(last.contains("differences 0"), last)
+    }
+
+  private def play(p: EscParams, count: Int): String =
+    harness.play(s"${p.preset}.vectors") { out =>
+      val bench = new ModelBench(p, model => Some(new VectorWriter(p, 1, out, model)))
+      for (rule <- rules if rule.needs(p) && !rule.usesTime) {
+        out.println(s"# ${rule.name}")
+        bench.reset()
+        rule.run(new Steps(bench))
+      }
+      FuzzVectors.write(p, seed = p.hashCode, count, out)
     }
 }

@@ -4,7 +4,7 @@ import java.nio.file.{Files, Path, Paths}
 import scala.collection.mutable
 import scala.util.Random
 import chiseltest.RawTester
-import chiseltest.simulator.VerilatorBackendAnnotation
+import flyframe.Simulation
 import flyframe.params.Presets
 
 /** Times from detectors to the report that tells the server, us.
@@ -87,7 +87,7 @@ object AlarmLatency {
   def main(args: Array[String]): Unit = {
     val events   = args.lift(0).fold(1000)(_.toInt)
     val busCycle = args.lift(2).fold(200)(_.toInt) * 25
-    RawTester.test(new RecordedMaster(parameters), Seq(VerilatorBackendAnnotation)) { dut =>
+    RawTester.test(new RecordedMaster(parameters), Simulation.annotations(this, "measured")) { dut =>
       val json = measure(dut, events, busCycle).json
       args.lift(1) match {
         case Some(file) => write(Paths.get(file), json)

@@ -1,10 +1,9 @@
 package flyframe.rules
 
 import chiseltest._
-import chiseltest.simulator.VerilatorBackendAnnotation
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Try
-import flyframe.{ControllerUnderTest, RtlBench, TestSets}
+import flyframe.{ControllerUnderTest, RtlBench, Simulation, TestSets}
 import flyframe.params.EscParams
 
 /** All rule tests, on the golden model and on the RTL of several parameter sets. */
@@ -31,7 +30,7 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
     val mine = rulesFor(p)
     lazy val results: Map[String, Try[Unit]] = {
       var found = Map.empty[String, Try[Unit]]
-      test(new ControllerUnderTest(p)).withAnnotations(Seq(VerilatorBackendAnnotation)) { dut =>
+      test(new ControllerUnderTest(p)).withAnnotations(Simulation.annotations(this, p.preset)) { dut =>
         val bench = new RtlBench(dut, p)
         mine.foreach { rule =>
           bench.reset()

@@ -172,7 +172,7 @@ object AlarmSystem {
 
   /** The simulator, built when it is first needed. */
   lazy val program: Path =
-    new Harness("alarm", Seq("alarm-master", "alarm-slave").map(Presets.named(_).get.params)).alarmProgram
+    new Harness("alarm", Seq("alarm-master", "alarm-slave").map(Presets.named(_).get.params), "-O3").alarmProgram
 
   def emptyFolder(path: Path): Path = {
     if (Files.exists(path)) {

@@ -2,19 +2,23 @@ package flyframe.e2e
 
 import java.nio.file.Paths
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.Tier
 import scala.sys.process.{Process, ProcessLogger}
 
 /** Hostile datagrams at the master's plant port, back to back, through its RTL and its host program. */
 class FloodSpec extends AnyFlatSpec {
-  private val PerKind = 10000
+  private val tier    = Tier("hostile datagrams at the master", "datagrams of each kind", test = 500, soak = 10000)
+  private val PerKind = tier.size.toInt
 
-  "SRV-02, SRV-03, HOST-07: 10,000 hostile datagrams of each kind" should "be counted and ignored while the line goes on" in {
+  s"SRV-02, SRV-03, HOST-07: $PerKind hostile datagrams of each kind" should "be counted and ignored while the line goes on" in {
     val state  = AlarmSystem.emptyFolder(Paths.get("build/e2e/flood"))
     val flags  = Seq("--slaves", "2", "--bus-cycle-us", "200", "--flood", s"$PerKind", "--state", s"$state")
     val errors = new StringBuilder
-    val result = ujson.read(
-      Process(AlarmSystem.program.toString +: flags).!!(ProcessLogger(line => errors ++= line ++= "\n"))
-    )
+    val result = tier.run("all kinds", PerKind) {
+      ujson.read(
+        Process(AlarmSystem.program.toString +: flags).!!(ProcessLogger(line => errors ++= line ++= "\n"))
+      )
+    }
     info(result.render(indent = 2))
     def counts(kind: String, name: String) = result("kinds")(kind)(name).num.toInt
     val verdicts                           = Seq("refused", "dropped", "malformed", "forged", "replayed")

@@ -1,0 +1,76 @@
+package flyframe
+
+import java.nio.file.{Files, Path, Paths, StandardOpenOption}
+import scala.util.Try
+
+/** How much of a check is done: `make test` does a sample, `make soak` does far more, and keeps what it has
+  * done.
+  *
+  * @param check
+  *   what is checked, in words
+  * @param unit
+  *   what its size counts
+  * @param test
+  *   size in `make test`
+  * @param soak
+  *   size in `make soak`
+  */
+final case class Tier(check: String, unit: String, test: Long, soak: Long) {
+
+  /** The size in this run. */
+  val size: Long = if (Tier.isSoak) soak else test
+
+  /** The size in this run of one of several parts of the check.
+    *
+    * @param weight
+    *   of the part
+    * @param all
+    *   the weights of all parts together
+    */
+  def share(weight: Long, all: Long): Long = (size * weight + all - 1) / all
+
+  /** Runs a part of the check. In `make soak`, how it went is added to `build/soak/results.jsonl`, a JSON
+    * object a line.
+    *
+    * @param part
+    *   its name among those of the check
+    * @param size
+    *   of the part
+    * @param seed
+    *   of its random choices, if it makes any
+    */
+  def run[A](part: String, size: Long, seed: Option[Long] = None)(body: => A): A = {
+    val start   = System.nanoTime
+    val outcome = Try(body)
+    if (Tier.isSoak) {
+      val seconds = math.round((System.nanoTime - start) / 1e8) / 10.0
+      val line = ujson.Obj(
+        "check"   -> check,
+        "unit"    -> unit,
+        "test"    -> test.toDouble,
+        "soak"    -> soak.toDouble,
+        "part"    -> part,
+        "size"    -> size.toDouble,
+        "seed"    -> seed.fold[ujson.Value](ujson.Null)(s => ujson.Str(s.toString)),
+        "seconds" -> seconds,
+        "passed"  -> outcome.isSuccess
+      )
+      println(s"$check, $part: $size $unit${seed.fold("")(s => s", seed $s")}, $seconds s")
+      Tier.keep(ujson.write(line))
+    }
+    outcome.get
+  }
+}
+
+object Tier {
+
+  /** `make soak` sets FLYFRAME_TIER=soak. */
+  val isSoak: Boolean = sys.env.get("FLYFRAME_TIER").contains("soak")
+
+  /** Suites of several processes write to it. */
+  private val results: Path = Paths.get("build/soak/results.jsonl")
+  private def keep(line: String): Unit = synchronized {
+    Files.createDirectories(results.getParent)
+    Files.writeString(results, line + "\n", StandardOpenOption.CREATE, StandardOpenOption.APPEND)
+  }
+}
