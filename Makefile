@@ -12,6 +12,7 @@ PRESETS ?= cyclone4-min et1100 frame-processor
 
 .DEFAULT_GOAL := help
 include .ci/tools.mk
+SIM := src/sim/sim.mk
 
 SETS          ?= fuzz
 SCHEDULER     ?=
@@ -94,11 +95,11 @@ alarm-latency: tools-for-alarm-latency alarm-sim ## from detector to report, 5 s
 page-latency: tools-for-page-latency ## from a report's arrival at the server to the page in Chromium, as JSON in build/: EVENTS=1000
 	$(SBT) "server / Test / runMain flyframe.e2e.PageLatency $(EVENTS) build/page-latency.json"
 
-cosim: tools-for-cosim ## C++ harness with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency
-	$(MAKE) -s -f test/cosim/cosim.mk cosim PRESETS="$(PRESETS)"
+cosim: tools-for-cosim ## C++ simulator with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency
+	$(MAKE) -s -f $(SIM) cosim PRESETS="$(PRESETS)"
 
-cosim-selftest: tools-for-cosim-selftest ## the harness against plain repeaters, without flyframe RTL
-	$(MAKE) -s -f test/cosim/cosim.mk cosim-selftest
+cosim-selftest: tools-for-cosim-selftest ## the simulator against plain repeaters, without flyframe RTL
+	$(MAKE) -s -f test/sim/test.mk cosim-selftest
 
 demo: tools-for-demo alarm-sim ## the smoke-alarm system at work: a simulated line, the server with its page, a panel
 	@mkdir -p build/demo
@@ -107,10 +108,10 @@ demo: tools-for-demo alarm-sim ## the smoke-alarm system at work: a simulated li
 
 # The fastest simulator: without waveforms.
 alarm-sim: tools-for-alarm-sim ## build/alarm/flyframe-alarm: master and slaves with their host programs
-	$(MAKE) -s -f test/cosim/cosim.mk build/alarm/flyframe-alarm COSIM_OUT=build/alarm PRESETS="alarm-master alarm-slave" COSIM_TRACE=0 COSIM_OPT=-O3
+	$(MAKE) -s -f $(SIM) build/alarm/flyframe-alarm COSIM_OUT=build/alarm PRESETS="alarm-master alarm-slave" COSIM_TRACE=0 COSIM_OPT=-O3
 
 firmware-test: tools-for-firmware-test ## the host programs (src/firmware) against fake controllers
-	$(MAKE) -s -f test/cosim/cosim.mk firmware-test COSIM_OUT=build/firmware
+	$(MAKE) -s -f test/sim/test.mk firmware-test
 
 server: tools-for-server ## server and page of the smoke-alarm system: ARGS="--key FILE --http-port 8080", or ARGS=--help
 	$(SBT) "server / runMain flyframe.server.Server $(ARGS)"
@@ -119,12 +120,12 @@ server: tools-for-server ## server and page of the smoke-alarm system: ARGS="--k
 interop: PRESET = slave
 interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated network: PRESET=slave ARGS="--only scan"
 	$(SBT) "run --preset $(PRESET) --out build/interop/verilog" "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog"
-	$(MAKE) -s -f test/cosim/cosim.mk build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
+	$(MAKE) -s -f $(SIM) build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
 	  PRESETS="$(PRESET) $(PRESET)-alarm" COSIM_TRACE=0 COSIM_OPT=-O3
 	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm $(ARGS)
 
 lint: tools-for-lint ## verilator -Wall on generated/, and a plain Verilog reader
-	test/cosim/matrix.sh generated
+	test/sim/lint.sh generated
 	@for f in generated/*.v; do yosys -q -p "read_verilog $$f" || exit 1; done; echo "plain Verilog: all files read"
 
 format: tools-for-format ## formats the Scala sources

@@ -13,7 +13,7 @@ import sys
 OTHERS = [
     (r"(build\.sbt|project/.*|test/objcache)$", ["*"], []),
     (r"src/firmware/|test/firmware/", ["e2e"], ["firmware-test"]),
-    (r"src/sim/|test/cosim/", ["cosim", "replay", "e2e"], ["cosim-selftest", "firmware-test"]),
+    (r"src/sim/|test/sim/", ["cosim", "replay", "e2e"], ["cosim-selftest", "firmware-test"]),
     (r"src/server/resources/", ["server", "e2e"], []),
     (r"fpga/|test/flyframe/board/", ["board", "device", "report"], []),
     (r"generated/", ["board", "device"], ["check-generated", "lint"]),

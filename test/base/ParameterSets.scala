@@ -10,8 +10,7 @@ object TestSets {
   // The EEPROM's answers take time, which the model does not know: the RAM is opened by pin.
   private val complete = preset("slave").copy(preset = "complete", sii = 0, digitalOutputs = 4)
 
-  /** Of random frames, each with its share of them: presets, and every core clock with another bus
-    * width.
+  /** Of random frames, each with its share of them: presets, and every core clock with another bus width.
     */
   val fuzz: Seq[(EscParams, Int)] = Seq(
     min                                                                     -> 50000,
@@ -232,8 +231,9 @@ object TestSets {
   )
 
   private def set(changes: Seq[Change]): EscParams =
-    changes.foldLeft(EscParams(preset = changes.map(_._1).mkString("_"), ramKiB = 8)) { case (p, (_, change)) =>
-      change(p)
+    changes.foldLeft(EscParams(preset = changes.map(_._1).mkString("_"), ramKiB = 8)) {
+      case (p, (_, change)) =>
+        change(p)
     }
 
   /** Slave controllers of every kind, so that each pair of values of two parameters is in one of them. */

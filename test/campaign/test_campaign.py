@@ -235,7 +235,7 @@ def break_rtl(mutant):
     verilog.write_text(broken)
     folder = mutant.relative_to(ROOT)
     subprocess.run(
-        ["make", "-s", "-f", "test/cosim/cosim.mk", f"{folder}/flyframe-fuzz", f"GENERATED={folder}/verilog",
+        ["make", "-s", "-f", "src/sim/sim.mk", f"{folder}/flyframe-fuzz", f"GENERATED={folder}/verilog",
          f"COSIM_OUT={folder}", f"PRESETS={SET}", "COSIM_TRACE=0", "COSIM_OPT=-O1"],
         cwd=ROOT, check=True, capture_output=True,
     )

@@ -20,6 +20,7 @@ import pathlib
 import queue
 import re
 import shlex
+import signal
 import subprocess
 import sys
 import threading
@@ -86,20 +87,21 @@ class Sbt:
 
     def __init__(self, command, log):
         self.command, self.log = command, log
-        self.process = None
-        self.lines = queue.Queue()
+        self.process = self.lines = None
 
     def start(self):
         environment = dict(os.environ, PATH=f"{ROOT}/build/tools/bin:{os.environ['PATH']}")
         self.process = subprocess.Popen(
             shlex.split(self.command), cwd=CHECKOUT, env=environment, text=True, errors="replace", bufsize=1,
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
-        threading.Thread(target=self.read, args=(self.process,), daemon=True).start()
+        self.lines = queue.Queue()
+        threading.Thread(target=self.read, args=(self.process.stdout, self.lines), daemon=True).start()
 
-    def read(self, process):
-        for line in process.stdout:
-            self.lines.put(line)
-        self.lines.put(None)
+    @staticmethod
+    def read(output, lines):
+        for line in output:
+            lines.put(line)
+        lines.put(None)
 
     def run(self, command):
         """Runs one task; whether it succeeded, and its output."""
@@ -237,8 +239,11 @@ def try_one(m, sbt, base):
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that sbt ends too
     try:
         sys.exit(main())
+    except KeyboardInterrupt:
+        sys.exit(130)
     except Trouble as e:
         print(f"mutants: {e}", file=sys.stderr)
         sys.exit(2)

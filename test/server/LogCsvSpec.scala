@@ -37,7 +37,7 @@ class LogCsvSpec extends AnyFlatSpec {
     val records = CSVFormat.RFC4180.builder
       .setHeader()
       .setSkipHeaderRecord(true)
-      .build
+      .get
       .parse(new StringReader(text))
       .asScala
       .toSeq

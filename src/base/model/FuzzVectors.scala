@@ -7,7 +7,7 @@ import flyframe.protocol.Command.Bwr
 import flyframe.registers.{AlarmRegisters, DlRegisters, RegisterMap, StationRegisters, WatchdogRegisters}
 
 /** Writes operations and what must come of them as lines of text, for `build/flyframe-fuzz` (format:
-  * `test/cosim/README.md`).
+  * `src/sim/README.md`).
   */
 class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscModel) {
   import VectorWriter._

@@ -95,11 +95,16 @@ final class Measure(dir: Path) {
 
   /** The delays of all of `sets`, each with two ports or more. */
   def latencies(sets: Seq[EscParams]): Map[String, Latency] = {
-    val arguments =
-      Seq("cosim", s"PRESETS=${sets.map(_.preset).mkString(" ")}", s"GENERATED=$dir", s"COSIM_OUT=$dir")
+    val arguments = Seq(
+      file("flyframe-latency").toString,
+      s"PRESETS=${sets.map(_.preset).mkString(" ")}",
+      s"GENERATED=$dir",
+      s"COSIM_OUT=$dir",
+      "COSIM_TRACE=0"
+    )
     Tools.run(
       file("make.log"),
-      Seq(make, "-s", s"-j${Tools.atOnce}", "-f", "test/cosim/cosim.mk") ++ arguments
+      Seq(make, "-s", s"-j${Tools.atOnce}", "-f", "src/sim/sim.mk") ++ arguments
     )
     val results = Tools.parallel(sets) { p =>
       val json = ujson.read(Tools.output(Seq(file("flyframe-latency").toString, "--preset", p.preset)))

@@ -60,7 +60,7 @@ object Report {
   def main(args: Array[String]): Unit = {
     System.setProperty("java.awt.headless", "true")
     try {
-      if (!Files.exists(Paths.get("test/cosim/cosim.mk")))
+      if (!Files.exists(Paths.get("src/sim/sim.mk")))
         throw new ReportError("The report must be run from the root of the repository.")
       publish(measure(), Paths.get("docs"))
     } catch {

@@ -14,7 +14,7 @@ import flyframe.params.EscParams
 object Programs {
 
   // What is computed from these can change a result, besides the Verilog.
-  private val sources = Seq("src/base", "test/base/ParameterSets.scala", "test/base/campaign", "test/cosim")
+  private val sources = Seq("src/base", "test/base/ParameterSets.scala", "test/base/campaign", "src/sim")
 
   private def filesOf(root: Path): Seq[Path] =
     Using.resource(Files.walk(root))(_.iterator.asScala.filter(Files.isRegularFile(_)).toVector.sorted)

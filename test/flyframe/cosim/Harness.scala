@@ -44,7 +44,9 @@ final class Harness(name: String, sets: Seq[EscParams], optimise: String = "-O2"
       if (!Files.exists(file) || Files.readString(file) != text) Files.writeString(file, text)
     }
     write("protocol.h", Documents.protocolHeader)
-    sets.asJava.parallelStream.forEach(p => documents.foreach { case (suffix, text) => write(s"${p.preset}.$suffix", text(p)) })
+    sets.asJava.parallelStream.forEach(p =>
+      documents.foreach { case (suffix, text) => write(s"${p.preset}.$suffix", text(p)) }
+    )
   }
   private def make(target: String, optimise: String): Unit = {
     emitted
@@ -55,10 +57,12 @@ final class Harness(name: String, sets: Seq[EscParams], optimise: String = "-O2"
       s"COSIM_OUT=$out",
       s"PRESETS=${sets.map(_.preset).mkString(" ")}"
     )
-    run(Seq("make", "-s", "-j2", "-f", "test/cosim/cosim.mk", target) ++ settings: _*)
+    run(Seq("make", "-s", "-j2", "-f", "src/sim/sim.mk", target) ++ settings: _*)
   }
 
-  /** A program of the harness, built when it is first needed. */
+  /** A program of the simulator, built when it is first needed; models are shared by content, see
+    * `src/sim/model.sh`.
+    */
   private def program(name: String, optimise: String = optimise): String = {
     make(s"$out/$name", optimise)
     s"$out/$name"
@@ -67,21 +71,22 @@ final class Harness(name: String, sets: Seq[EscParams], optimise: String = "-O2"
   private lazy val cosimProgram = program("flyframe-cosim")
 
   /** Lints what has been emitted. */
-  def lint(): String = run("test/cosim/matrix.sh", verilog.toAbsolutePath.toString)
+  def lint(): String = run("test/sim/lint.sh", verilog.toAbsolutePath.toString)
 
   /** Writes vectors and plays them; the last line of the runner. */
   def play(file: String)(write: PrintStream => Unit): String = {
+    val runner = fuzzProgram
     val path   = out.resolve(file)
     val stream = new PrintStream(new BufferedOutputStream(new FileOutputStream(path.toFile), 1 << 16))
     write(stream)
     stream.close()
-    val text = run(fuzzProgram, "--vectors", path.toString)
+    val text = run(runner, "--vectors", path.toString)
     Files.delete(path) // kept only if it shows a difference
     text.linesIterator.toSeq.last
   }
 
   /** Replays a recording through a network; what the program says. Idle time is skipped behind `settleUs`. */
-  def replay(network: Path, recording: Path, result: Path, settleUs: Int = 4): String = {
+  def replay(network: Path, recording: Path, result: Path, settleUs: Int = 4): String =
     run(
       cosimProgram,
       "--network",
@@ -93,7 +98,6 @@ final class Harness(name: String, sets: Seq[EscParams], optimise: String = "-O2"
       "--settle-us",
       settleUs.toString
     )
-  }
 
   /** Random accesses of bus and host to the SyncManagers of one of the sets; what the program says. */
   def soak(set: EscParams, steps: Long, seed: Long): String =

@@ -12,22 +12,34 @@ import flyframe.rules.{
   LedRules,
   ModelBench,
   PortRules,
+  Rule,
   Steps,
   SyncManagerRules
 }
 
-/** Parameter sets of all kinds elaborate, lint clean, and behave as the model does in all rule tests (which
+/** Parameter sets of all kinds elaborate, lint clean, and behave as the model does in the rule tests (which
   * assert on the model) and in random frames.
   *
-  * In `make test` a sample in which each pair of values of two parameters stands, and everything there is with
-  * an EEPROM. In `make soak` also every point of {dataBusWidth 8, 16, 32} x {ports 1, 2, 4} x {maxSubTelegrams
-  * 1, 15, 128} x {nodeIdWidth 8, 16}, FMMUs 0 to 16 x SyncManagers 0 to 16, and alarm slaves
+  * In `make test` a sample in which each pair of values of two parameters stands, and everything there is
+  * with an EEPROM. In `make soak` also every point of {dataBusWidth 8, 16, 32} x {ports 1, 2, 4} x
+  * {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8, 16}, FMMUs 0 to 16 x SyncManagers 0 to 16, and alarm slaves
   * ([[flyframe.TestSets.matrix]]).
   */
 class MatrixSpec extends AnyFlatSpec {
-  private val rules =
-    FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all ++ LedRules.all ++
-      AlarmRules.all
+  private val plain = FrameRules.all ++ PortRules.all
+  private val units = FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all ++ LedRules.all
+
+  /** The rule tests of the units send several datagrams in a frame, those of the alarm slave know nothing of
+    * other units; elsewhere there are random frames only.
+    */
+  private def rules(p: EscParams): Seq[Rule] = {
+    val others = p.translates || p.hasApplicationLayer
+    val all =
+      if (p.hasAlarm) { if (others || p.ports != 2) Nil else plain ++ AlarmRules.all }
+      else if (others && p.maxSubTelegrams == 1) plain
+      else plain ++ units
+    all.filter(rule => rule.needs(p) && !rule.usesTime)
+  }
   private val sample = TestSets.sample ++ TestSets.matrix.filter(_.hasSii)
   private val whole  = TestSets.sample ++ TestSets.matrix
   private val tier   = Tier("parameter sets", "sets", test = sample.size, soak = whole.size)
@@ -46,7 +58,7 @@ class MatrixSpec extends AnyFlatSpec {
 
   // The vectors know no EEPROM.
   for (p <- points if !p.hasSii)
-    s"Parameter set ${p.preset}" should "pass the rule tests and random frames" in {
+    s"Parameter set ${p.preset}" should s"pass ${rules(p).size} rule tests and random frames" in {
       val count = frames.size.toInt * (if (p.hasAlarm) 3 else 1)
       val last  = frames.run(p.preset, count, Some(p.hashCode))(play(p, count))
       assert(last.contains("differences 0"), last)
@@ -55,7 +67,7 @@ class MatrixSpec extends AnyFlatSpec {
   private def play(p: EscParams, count: Int): String =
     harness.play(s"${p.preset}.vectors") { out =>
       val bench = new ModelBench(p, model => Some(new VectorWriter(p, 1, out, model)))
-      for (rule <- rules if rule.needs(p) && !rule.usesTime) {
+      for (rule <- rules(p)) {
         out.println(s"# ${rule.name}")
         bench.reset()
         rule.run(new Steps(bench))

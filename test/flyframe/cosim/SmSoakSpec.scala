@@ -3,8 +3,8 @@ package flyframe.cosim
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.{TestSets, Tier}
 
-/** SyncManagers between bus and host: no torn, lost or doubled buffer, whatever the timing.
-  * `make smsoak` takes any number of steps from any seed.
+/** SyncManagers between bus and host: no torn, lost or doubled buffer, whatever the timing. `make smsoak`
+  * takes any number of steps from any seed.
   */
 class SmSoakSpec extends AnyFlatSpec {
   private val plan    = TestSets.soak

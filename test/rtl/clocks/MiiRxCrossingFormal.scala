@@ -108,7 +108,8 @@ class MiiRxCrossingFormal extends AnyFlatSpec with ChiselScalatestTester with Fo
 
   for (Seq(mhz, late, shortMargin) <- if (Tier.isSoak) all else sample) {
     val what =
-      s"$mhz MHz, receive clock ${if (late == 1) "slow" else "fast"}, ${if (shortMargin == 1) "least" else "default"} RX FIFO size"
+      s"$mhz MHz, receive clock ${if (late == 1) "slow" else "fast"}, ${if (shortMargin == 1) "least"
+        else "default"} RX FIFO size"
     s"LP-12: $what" should "neither under- nor overflow over the longest frame" in
       tier.run(what, size = 1)(prove(mhz, late == 1, shortMargin == 1))
   }

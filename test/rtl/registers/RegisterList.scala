@@ -46,7 +46,7 @@ object RegisterList {
 
   /** All rows below user RAM. */
   private val rows: Seq[Row] = {
-    val format = CSVFormat.RFC4180.builder.setHeader().setSkipHeaderRecord(true).build()
+    val format = CSVFormat.RFC4180.builder.setHeader().setSkipHeaderRecord(true).get()
     val reader = Files.newBufferedReader(Paths.get("docs/rules/slave-registers.csv"))
     val all =
       try format.parse(reader).getRecords.asScala.toSeq

@@ -6,6 +6,7 @@ import chiseltest._
 import chiseltest.formal._
 import chiseltest.formal.backends.Engines
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.Tier
 
 /** Two SyncManagers, each of any mode and direction, between a bus and a host of which the solver chooses
   * every step: which SyncManager, first, last or other byte, when a frame ends and how, when one is switched
@@ -195,10 +196,12 @@ class SyncManagersProof extends Module {
 }
 
 class SyncManagersFormal extends AnyFlatSpec with ChiselScalatestTester with Formal {
-  private val cycles = 20
+  private val tier = Tier("proof of two SyncManagers in any modes", "cycles", test = 20, soak = 24)
 
-  "SM-12 to SM-20" should s"hold for two SyncManagers in any modes, over $cycles cycles of any accesses" in {
+  "SM-12 to SM-20" should s"hold for two SyncManagers in any modes, over ${tier.size} cycles of any accesses" in {
     assume(Engines.present, Engines.missing)
-    verify(new SyncManagersProof, Seq(BoundedCheck(cycles), Engines.boolector))
+    tier.run("all", tier.size)(
+      verify(new SyncManagersProof, Seq(BoundedCheck(tier.size.toInt), Engines.boolector))
+    )
   }
 }

@@ -61,7 +61,7 @@ final class AlarmSystem(name: String, settings: String*) extends AutoCloseable {
   }
   def restartServer(): Unit = startServer(udpPort)
 
-  /** A line for the bench, see test/cosim/README.md; its answer. */
+  /** A line for the bench, see src/sim/README.md; its answer. */
   def bench(command: String): String = line.ask(command)
   def status: ujson.Value            = ujson.read(line.ask("status"))
 
@@ -172,7 +172,11 @@ object AlarmSystem {
 
   /** The simulator, built when it is first needed. */
   lazy val program: Path =
-    new Harness("alarm", Seq("alarm-master", "alarm-slave").map(Presets.named(_).get.params), "-O3").alarmProgram
+    new Harness(
+      "alarm",
+      Seq("alarm-master", "alarm-slave").map(Presets.named(_).get.params),
+      "-O3"
+    ).alarmProgram
 
   def emptyFolder(path: Path): Path = {
     if (Files.exists(path)) {

@@ -7,7 +7,8 @@ import scala.sys.process.{Process, ProcessLogger}
 
 /** Hostile datagrams at the master's plant port, back to back, through its RTL and its host program. */
 class FloodSpec extends AnyFlatSpec {
-  private val tier    = Tier("hostile datagrams at the master", "datagrams of each kind", test = 500, soak = 10000)
+  private val tier =
+    Tier("hostile datagrams at the master", "datagrams of each kind", test = 500, soak = 10000)
   private val PerKind = tier.size.toInt
 
   s"SRV-02, SRV-03, HOST-07: $PerKind hostile datagrams of each kind" should "be counted and ignored while the line goes on" in {

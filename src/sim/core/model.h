@@ -1,0 +1,78 @@
+// The Verilated presets behind one type: their pins as pointers, and how to evaluate and trace them.
+#pragma once
+
+#include <verilated.h>
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+class VerilatedFstC;
+
+// What the generator wrote about a preset (generated/<preset>.json).
+struct PresetInfo {
+  std::string name;
+  int ports, cyclesPerNibble, coreClockMhz, dataBusWidth;
+  int lanes() const { return dataBusWidth / 8; }
+};
+
+// The host data pins of a preset, which are 8, 16 or 32 bits wide.
+struct WidePin {
+  void* at = nullptr;
+  int bytes = 1;
+  void bind(CData* p) { at = p, bytes = 1; }
+  void bind(SData* p) { at = p, bytes = 2; }
+  void bind(IData* p) { at = p, bytes = 4; }
+  uint32_t get() const {
+    return bytes == 1   ? *static_cast<CData*>(at)
+           : bytes == 2 ? *static_cast<SData*>(at)
+                        : *static_cast<IData*>(at);
+  }
+  void set(uint32_t v) {
+    if (bytes == 1) *static_cast<CData*>(at) = v;
+    else if (bytes == 2) *static_cast<SData*>(at) = v;
+    else *static_cast<IData*>(at) = v;
+  }
+};
+
+struct PortPins {
+  CData *rxClk, *rxDv, *rxEr, *rxd, *link, *txEn, *txd;
+};
+
+struct Pins {
+  CData *clock, *reset, *txTick;
+  CData *hostReq, *hostWrite, *hostBe, *hostAck;
+  SData* hostAddr;
+  WidePin hostWdata, hostRdata;
+  std::array<PortPins, 4> ports;
+  // Pins that not every core has; null where it has not.
+  CData *pdiOperational, *irq;
+  CData *siiSclLow, *siiSdaLow, *siiSda, *siiTwoByte;
+  CData *alarmCurrent, *alarmSupply, *alarmBuzzer, *alarmLamp;
+  bool hasEeprom() const { return siiSclLow && siiSdaLow && siiSda; }
+};
+
+// One instance of a preset.
+class Model {
+ public:
+  virtual ~Model() = default;
+  virtual void eval() = 0;
+  virtual void trace(VerilatedFstC& file) = 0;
+  Pins pins{};
+};
+
+struct Preset {
+  PresetInfo info;
+  std::unique_ptr<Model> (*make)(VerilatedContext& context, const std::string& name);
+};
+
+// All presets linked into this program. The generated adapters enter themselves here before main().
+std::vector<Preset>& builtInPresets();
+
+// The preset of that name; a UserError that lists what is built in if there is none.
+const Preset& findPreset(const std::string& name);
+
+// The names of all presets built in, for messages.
+std::string presetNames();

@@ -1,0 +1,181 @@
+#include "core/slave.h"
+
+#include <algorithm>
+
+void Cable::nibble(Time launch, Symbol symbol) {
+  // The recovered clock has the sender's period, known once two nibbles have come. A gap (a held clock) is no
+  // period.
+  if (lastLaunch_ >= 0 && launch - lastLaunch_ < 2 * kNibble) half_ = (launch - lastLaunch_) / 2;
+  lastLaunch_ = launch;
+  arrivals_.push_back({launch + delay_, cut_ ? Symbol{} : symbol});
+  if (slave_) slave_->next = std::min(slave_->next, nextEdge());
+}
+
+Slave::Slave(const Preset& preset, VerilatedContext& context, const std::string& name, double ppm, Time phase)
+    : preset_(preset),
+      model_(preset.make(context, name)),
+      pins_(model_->pins),
+      ports_(preset.info.ports),
+      half_(periodOf(preset.info.coreClockMhz, ppm) / 2),
+      coreNext_(phase) {
+  for (Cable& c : receivers_) c.slave_ = this;
+  eval();
+  schedule();
+}
+
+void Slave::eval() {
+  model_->eval();
+  unseenLow_ = 0;
+}
+
+void Slave::setLink(int port, bool up) { *pins_.ports[port].link = up, unseenLow_ |= 1; }
+void Slave::setReset(bool active) { *pins_.reset = active, unseenLow_ |= 1; }
+void Slave::setPdiOperational(bool on) {
+  if (pins_.pdiOperational) *pins_.pdiOperational = on, unseenLow_ |= 1;
+}
+
+void Slave::setHost(std::unique_ptr<Host> host) {
+  hostProgram_ = std::move(host);
+  if (port_ == HostPort::requested) {
+    *pins_.hostReq = 0, unseenLow_ |= 1;
+    port_ = HostPort::recover;
+  }
+  if (hostProgram_) hostProgram_->attach(*this);
+}
+
+void Slave::setEeprom(std::unique_ptr<Eeprom> eeprom) {
+  eeprom_ = std::move(eeprom);
+  if (pins_.siiTwoByte) *pins_.siiTwoByte = eeprom_ && eeprom_->chip().addressBytes == 2;
+  eepromLines_ = -1;
+  eepromLines(coreNext_);
+  unseenLow_ |= 1;
+}
+
+// Both lines have pull-ups; without a chip nobody but the core pulls.
+void Slave::eepromLines(Time now) {
+  const int lines = (*pins_.siiSclLow ? 1 : 0) | (*pins_.siiSdaLow ? 2 : 0);
+  if (lines == eepromLines_) return;
+  eepromLines_ = lines;
+  const bool scl = !(lines & 1), coreSda = !(lines & 2);
+  // A falling SCL may make the chip change SDA, which is no event for the chip itself.
+  bool sda = coreSda;
+  if (eeprom_) {
+    eeprom_->lines(now, scl, coreSda && !eeprom_->sdaLow());
+    sda = coreSda && !eeprom_->sdaLow();
+    eeprom_->lines(now, scl, sda);
+  }
+  *pins_.siiSda = sda;
+  unseenLow_ |= 1;
+}
+
+void Slave::hostAccess(uint16_t addr, bool write, uint32_t data, unsigned lanes) {
+  *pins_.hostAddr = addr & ~(info().lanes() - 1);
+  pins_.hostWdata.set(data);
+  *pins_.hostBe = lanes;
+  *pins_.hostWrite = write;
+  *pins_.hostReq = 1;
+  unseenLow_ |= 1;
+  port_ = HostPort::requested;
+}
+
+void Slave::hostWriteByte(uint16_t addr, uint8_t value) {
+  int lane = addr & (info().lanes() - 1);
+  hostAccess(addr, true, uint32_t{value} << (8 * lane), 1u << lane);
+}
+
+void Slave::hostReadBytes(uint16_t addr, int count) {
+  hostAccess(addr, false, 0, ((1u << count) - 1) << (addr & (info().lanes() - 1)));
+}
+
+void Slave::schedule() {
+  next = coreNext_;
+  for (int y = 0; y < ports_; ++y) next = std::min(next, receivers_[y].nextEdge());
+}
+
+// All edges of this slave at one time are one evaluation, as they are one moment for the RTL.
+void Slave::step() {
+  const Time now = next;
+  const bool core = coreNext_ == now, coreRise = core && !*pins_.clock;
+  unsigned rises = coreRise ? 1 : 0;
+  bool fell = false;
+  for (int y = 0; y < ports_; ++y) {
+    Cable& rx = receivers_[y];
+    if (rx.nextEdge() != now) continue;
+    if (rx.rise_ == now) {
+      rises |= 2u << y;
+    } else {
+      const PortPins& p = pins_.ports[y];
+      const Symbol s = arriving_[y] = rx.arrivals_.front().symbol;
+      rx.arrivals_.pop_front();
+      rx.rise_ = now + rx.half_;
+      *p.rxClk = 0, *p.rxDv = s.dv, *p.rxEr = s.er, *p.rxd = s.data;
+      unseenLow_ |= 2u << y;
+      fell = true;
+    }
+  }
+  if (core && !coreRise) {
+    *pins_.clock = 0;
+    unseenLow_ |= 1;
+    coreNext_ += half_;
+    fell = true;
+  }
+  if ((unseenLow_ & rises) || (eager_ && fell)) eval();
+  if (rises) {
+    for (int y = 0; y < ports_; ++y)
+      if (rises & (2u << y)) {
+        *pins_.ports[y].rxClk = 1;
+        receivers_[y].rise_ = kNever;
+        if (onSample) onSample(y, now, arriving_[y]);
+      }
+    if (rises & 1) coreEdge(now);
+    else eval();
+  }
+  schedule();
+}
+
+void Slave::idleUntil(Time end) {
+  muted_ = true;
+  while (next < end) step();
+  muted_ = false;
+}
+
+void Slave::idleUntilSending(Time end) {
+  muted_ = true;
+  const Time before = lastActive_;
+  while (next < end && lastActive_ == before) step();
+  muted_ = false;
+}
+
+void Slave::setAlarmCurrent(unsigned comparators) {
+  if (pins_.alarmCurrent) *pins_.alarmCurrent = static_cast<CData>(comparators), unseenLow_ |= 1;
+}
+
+void Slave::coreEdge(Time now) {
+  // The host samples acknowledge and data at the edge, that is as they were before it, and changes its pins
+  // after it.
+  const bool acknowledged = *pins_.hostAck;
+  if (port_ == HostPort::requested && acknowledged) hostResult_ = pins_.hostRdata.get();
+  *pins_.clock = 1;
+  eval();
+  ++cycles_;
+  coreNext_ = now + half_;
+  if (port_ == HostPort::requested && acknowledged) {
+    *pins_.hostReq = 0;
+    unseenLow_ |= 1;
+    port_ = HostPort::recover;
+  } else if (port_ == HostPort::recover) {
+    port_ = HostPort::idle;
+  }
+  if (hostProgram_ && cycles_ >= hostProgram_->wakeAt() && port_ == HostPort::idle) hostProgram_->resume();
+  if (pins_.siiSclLow) eepromLines(now);
+  if (supplied_ != alarmSupply()) {
+    supplied_ = !supplied_;
+    if (onAlarmSupply) onAlarmSupply(supplied_);
+  }
+  if (!*pins_.txTick) return;
+  for (int y = 0; y < ports_; ++y) {
+    const Symbol s{*pins_.ports[y].txEn != 0, false, *pins_.ports[y].txd};
+    if (s.dv) lastActive_ = now;
+    if (sinks_[y] && (s.dv || !muted_)) sinks_[y]->nibble(now, s);
+  }
+}

@@ -1,0 +1,134 @@
+// One simulated slave: a Verilated preset with its core clock, the receive clocks its PHYs recover, its
+// EEPROM and its host.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+
+#include "core/eeprom.h"
+#include "core/host.h"
+#include "core/model.h"
+#include "core/simulator.h"
+
+class Slave;
+
+// One direction of a cable and the PHY at its end, which recovers RX_CLK from what arrives: data changes at
+// the falling edge, half a nibble later it is sampled at the rising edge. RX_CLK runs for as long as the far
+// end sends nibbles, idle ones included.
+class Cable : public NibbleSink {
+ public:
+  void nibble(Time launch, Symbol symbol) override;
+  void setDelay(Time delay) { delay_ = delay; }
+  // A cut cable carries idle nibbles only.
+  void setCut(bool cut) { cut_ = cut; }
+
+ private:
+  friend class Slave;
+  struct Arrival {
+    Time at;
+    Symbol symbol;
+  };
+  Slave* slave_ = nullptr;
+  Time delay_ = 0;
+  bool cut_ = false;
+  Time lastLaunch_ = -1;
+  Time half_ = kNibble / 2;
+  Time rise_ = kNever;  // the rising edge that follows the last falling one
+  std::deque<Arrival> arrivals_;
+  Time nextEdge() const {
+    return rise_ != kNever ? rise_ : arrivals_.empty() ? kNever : arrivals_.front().at;
+  }
+};
+
+class Slave : public Actor {
+ public:
+  Slave(const Preset& preset, VerilatedContext& context, const std::string& name, double ppm, Time phase);
+
+  const PresetInfo& info() const { return preset_.info; }
+  Model& model() { return *model_; }
+  Time corePeriod() const { return 2 * half_; }
+  uint64_t cycles() const { return cycles_; }
+  // When the core clock rises next.
+  Time nextRise() const { return *pins_.clock ? coreNext_ + half_ : coreNext_; }
+
+  // The PHY of a port; what is sent into it arrives at the port.
+  Cable& receiver(int port) { return receivers_[port]; }
+  // Where the nibbles of a port go.
+  void connect(int port, NibbleSink& sink) { sinks_[port] = &sink; }
+  void setLink(int port, bool up);
+  void setReset(bool active);
+  void setPdiOperational(bool on);
+  // Evaluate every clock edge in its own step; needed for a readable trace, costs time.
+  void setEager(bool eager) { eager_ = eager; }
+  // The last time a port sent something.
+  Time lastActive() const { return lastActive_; }
+
+  // Runs the core alone, without receive clocks and nibbles, until `end`: for times at which nothing is on
+  // any wire. EEPROM and host go on. Much faster than step().
+  void idleUntil(Time end);
+  // The same, but returns earlier, with `next` still to come, as soon as a port sends.
+  void idleUntilSending(Time end);
+
+  // The host port: one access at a time, `addr` is a byte address, the byte lanes follow from it.
+  void hostWriteByte(uint16_t addr, uint8_t value);
+  void hostReadBytes(uint16_t addr, int count);  // of one word
+  // Any lanes of one word; data in their places.
+  void hostAccess(uint16_t addr, bool write, uint32_t data, unsigned lanes);
+  bool hostBusy() const { return port_ != HostPort::idle; }
+  uint32_t hostResult() const { return hostResult_; }
+  // The interrupt pin; false if the core has none.
+  bool irq() const { return pins_.irq && *pins_.irq; }
+  // The program that from now on owns the host port; null for none. An access under way is given up.
+  void setHost(std::unique_ptr<Host> host);
+  Host* host() { return hostProgram_.get(); }
+
+  // The EEPROM at the pins of a core that has such pins.
+  bool takesEeprom() const { return pins_.hasEeprom(); }
+  void setEeprom(std::unique_ptr<Eeprom> eeprom);
+  Eeprom* eeprom() { return eeprom_.get(); }
+
+  // The pins of an alarm slave or master; without effect, or false, where the core has not got them.
+  void setAlarmCurrent(unsigned comparators);
+  bool hasDetector() const { return pins_.alarmCurrent; }
+  bool alarmSupply() const { return pins_.alarmSupply && *pins_.alarmSupply; }
+  bool alarmBuzzer() const { return pins_.alarmBuzzer && *pins_.alarmBuzzer; }
+  bool alarmLamp() const { return pins_.alarmLamp && *pins_.alarmLamp; }
+  // Called when the supply of the detector's line has been switched.
+  std::function<void(bool on)> onAlarmSupply;
+
+  // Called at each rising edge of a port's receive clock with the symbol sampled there.
+  std::function<void(int port, Time, Symbol)> onSample;
+
+  void step() override;
+
+ private:
+  friend class Cable;
+  enum class HostPort { idle, requested, recover };
+
+  void eepromLines(Time now);
+  void coreEdge(Time now);
+  void schedule();
+  void eval();
+
+  const Preset& preset_;
+  std::unique_ptr<Model> model_;
+  Pins& pins_;
+  int ports_;
+  Time half_, coreNext_;
+  uint64_t cycles_ = 0;
+  Time lastActive_ = 0;
+  std::array<Cable, 4> receivers_;
+  std::array<Symbol, 4> arriving_{};
+  std::array<NibbleSink*, 4> sinks_{};
+  // Falling edges do nothing in the RTL, so they are evaluated together with the next rising edge of another
+  // clock. A clock whose low level the model has not seen yet has its bit set: bit 0 the core clock, bit 1 +
+  // y the receive clock of port y.
+  unsigned unseenLow_ = 0;
+  bool eager_ = false, muted_ = false, supplied_ = false;
+  HostPort port_ = HostPort::idle;
+  uint32_t hostResult_ = 0;
+  std::unique_ptr<Host> hostProgram_;
+  std::unique_ptr<Eeprom> eeprom_;
+  int eepromLines_ = -1;  // what the core did to the lines: bit 0 SCL low, bit 1 SDA low
+};

@@ -1,0 +1,82 @@
+#!/usr/bin/env python3
+"""Writes the C++ adapter of one preset: it says which Verilated pin is which.
+
+Usage: gen_adapter.py PRESET.json PRESET.v > adapter.cpp"""
+import json
+import re
+import sys
+
+# Pins that not every core has.
+OPTIONAL_PINS = {
+    "pdi_operational": "pdiOperational",
+    "irq": "irq",
+    "sii_scl_low": "siiSclLow",
+    "sii_sda_low": "siiSdaLow",
+    "sii_sda": "siiSda",
+    "sii_two_byte": "siiTwoByte",
+    "alarm_current": "alarmCurrent",
+    "alarm_supply": "alarmSupply",
+    "alarm_buzzer": "alarmBuzzer",
+    "alarm_lamp": "alarmLamp",
+}
+PORT_PINS = ["rx_clk", "rx_dv", "rx_er", "rxd", "link", "tx_en", "txd"]
+
+with open(sys.argv[1]) as file:
+    preset = json.load(file)
+top, ports = preset["top"], preset["ports"]
+with open(sys.argv[2]) as file:
+    header = re.search(rf"^module\s+{top}\b.*?;", file.read(), re.M | re.S)
+if not header:
+    sys.exit(f"{sys.argv[2]} holds no module {top}.")
+pins = set(re.findall(r"\w+", re.sub(r"//.*", "", header.group())))
+optional = "".join(f"    pins.{name} = &v.{pin};\n" for pin, name in OPTIONAL_PINS.items() if pin in pins)
+binds = "\n".join(
+    f"    pins.ports[{y}] = {{" + ", ".join(f"&v.mii_{y}_{pin}" for pin in PORT_PINS) + "};"
+    for y in range(ports)
+)
+numbers = [ports] + [preset[key] for key in ("cyclesPerNibble", "coreClockMhz", "dataBusWidth")]
+info = f'"{preset["preset"]}", ' + ", ".join(map(str, numbers))
+print(
+    f"""// Made by gen_adapter.py from {preset["preset"]}.json.
+#include <verilated_fst_c.h>
+
+#include <stdexcept>
+
+#include "V{top}.h"
+#include "core/model.h"
+
+namespace {{
+class Adapter : public Model {{
+ public:
+  Adapter(VerilatedContext& context, const std::string& name) : v(&context, name.c_str()) {{
+    pins.clock = &v.clock, pins.reset = &v.reset;
+    pins.txTick = &v.mii_tx_tick;
+    pins.hostReq = &v.host_req, pins.hostWrite = &v.host_write, pins.hostAddr = &v.host_addr;
+    pins.hostBe = &v.host_be, pins.hostAck = &v.host_ack;
+    pins.hostWdata.bind(&v.host_wdata), pins.hostRdata.bind(&v.host_rdata);
+{optional}{binds}
+  }}
+  ~Adapter() override {{ v.final(); }}
+  void eval() override {{ v.eval(); }}
+#if COSIM_TRACE
+  void trace(VerilatedFstC& file) override {{ v.trace(&file, 99); }}
+#else
+  void trace(VerilatedFstC&) override {{
+    throw std::runtime_error("this program is built without waveforms (COSIM_TRACE=0).");
+  }}
+#endif
+
+ private:
+  V{top} v;
+}};
+
+const bool registered = [] {{
+  builtInPresets().push_back(
+      {{{{{info}}},
+       [](VerilatedContext& context, const std::string& name) -> std::unique_ptr<Model> {{
+         return std::make_unique<Adapter>(context, name);
+       }}}});
+  return true;
+}}();
+}}  // namespace"""
+)

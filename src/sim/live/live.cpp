@@ -1,0 +1,191 @@
+#include "live/live.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <deque>
+#include <optional>
+
+#include "core/control.h"
+#include "live/packet_socket.h"
+#include "core/user_error.h"
+
+namespace {
+using Clock = std::chrono::steady_clock;
+double secondsSince(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
+
+constexpr int64_t kSliceNs = 1000;        // idle time simulated between two looks at the interface
+constexpr int64_t kSleepNs = 100'000;     // an up-to-date simulation sleeps until it lags by this
+constexpr int64_t kMaxLagNs = 1'000'000;  // a larger lag is given up
+constexpr int kEventsPerLook = 200;       // with a frame on its way
+
+volatile std::sig_atomic_t stopRequested = 0;
+
+// SIGINT and SIGTERM arrive only where the loop waits, so that none falls between a look and a sleep.
+class Signals {
+ public:
+  Signals() {
+    struct sigaction action {};
+    action.sa_handler = [](int) { stopRequested = 1; };
+    sigset_t ours;
+    sigemptyset(&ours);
+    for (int s : {SIGINT, SIGTERM}) sigaction(s, &action, nullptr), sigaddset(&ours, s);
+    sigprocmask(SIG_BLOCK, &ours, &waiting_);
+    for (int s : {SIGINT, SIGTERM}) sigdelset(&waiting_, s);
+  }
+  const sigset_t* waiting() const { return &waiting_; }
+
+ private:
+  sigset_t waiting_;
+};
+
+// What simulated time should be by the wall clock.
+class Pacer {
+ public:
+  Pacer(double scale, int64_t ns) : scale_(scale), ns_(ns) {}
+  // Time not yet simulated; negative if the simulation is ahead.
+  int64_t lag(int64_t ns) {
+    const double due = ns_ + secondsSince(start_) * 1e9 * scale_;
+    const double lag = due - static_cast<double>(ns);
+    if (lag > kMaxLagNs) ns_ -= lag - kMaxLagNs;
+    return static_cast<int64_t>(std::min<double>(lag, kMaxLagNs));
+  }
+  // Wall time until the simulation lags by kSleepNs; null: never.
+  std::optional<timespec> sleep(int64_t lag) const {
+    if (scale_ == 0) return std::nullopt;
+    const double ns = std::min((kSleepNs - lag) / scale_, 1e9);
+    return timespec{static_cast<time_t>(ns / 1e9), static_cast<long>(std::fmod(ns, 1e9))};
+  }
+
+ private:
+  double scale_, ns_;
+  Clock::time_point start_ = Clock::now();
+};
+
+class Live {
+ public:
+  Live(const std::vector<SlaveSpec>& specs, const NetworkOptions& networkOptions, const LiveOptions& options)
+      : nic_(options.interface),
+        network_(specs, networkOptions, [this](int64_t, const NibbleFrame& f) { returned(f); }),
+        pacer_(options.timeScale, network_.ns()) {
+    if (!options.control.empty())
+      control_.emplace(options.control, [this](auto& words) { return command(words); });
+    std::printf("joined %s: %zu slaves\n", options.interface.c_str(), network_.size());
+    std::fflush(stdout);
+  }
+
+  LiveResult run() {
+    const int64_t beginNs = network_.ns();
+    const uint64_t beginCycles = network_.coreCycles();
+    timespec none{};
+    while (!stopRequested && !quit_) {
+      look(&none);
+      const Clock::time_point begin = Clock::now();
+      if (!network_.quiet()) {
+        for (int i = 0; i < kEventsPerLook; ++i) network_.step(network_.ns());
+      } else {
+        result_.lost += inFlight_.size();
+        inFlight_.clear();
+        const int64_t lag = pacer_.lag(network_.ns());
+        if (lag >= kSliceNs) {
+          network_.idleUntil(network_.ns() + kSliceNs);
+        } else {
+          const std::optional<timespec> sleep = pacer_.sleep(lag);
+          look(sleep ? &*sleep : nullptr);
+          continue;
+        }
+      }
+      result_.busySeconds += secondsSince(begin);
+    }
+    result_.simulatedNs = network_.ns() - beginNs;
+    result_.coreCycles = network_.coreCycles() - beginCycles;
+    if (result_.returned > 0) result_.meanRoundUs /= static_cast<double>(result_.returned);
+    return result_;
+  }
+
+ private:
+  // Waits for frames, control lines or a signal, and takes what has come.
+  void look(const timespec* timeout) {
+    fds_.assign(1, {nic_.fd(), POLLIN, 0});
+    if (control_) control_->wanted(fds_);
+    if (ppoll(fds_.data(), fds_.size(), timeout, signals_.waiting()) <= 0) return;
+    if (fds_[0].revents)
+      while (nic_.receive(frame_)) {
+        network_.send(frame_);
+        inFlight_.push_back(Clock::now());
+        ++result_.received;
+      }
+    if (control_ && std::any_of(fds_.begin() + 1, fds_.end(), [](auto& f) { return f.revents != 0; }))
+      control_->serve();
+  }
+
+  void returned(const NibbleFrame& f) {
+    if (!inFlight_.empty()) {
+      const double us = secondsSince(inFlight_.front()) * 1e6;
+      inFlight_.pop_front();
+      result_.meanRoundUs += us;
+      result_.worstRoundUs = std::max(result_.worstRoundUs, us);
+    }
+    Payload p = payloadOf(f.nibbles);
+    if (!p.sfd || p.bytes.size() < 64) {
+      ++result_.runts;
+    } else if (crc32(p.bytes.data(), p.bytes.size()) != kCrcResidue) {
+      ++result_.badFcs;
+    } else {
+      p.bytes.resize(p.bytes.size() - 4);
+      nic_.send(p.bytes);
+      ++result_.returned;
+    }
+  }
+
+  std::string command(const std::vector<std::string>& words) {
+    const std::string verb = words.empty() ? "" : words[0];
+    if ((verb == "cut" || verb == "mend") && words.size() == 2) {
+      network_.setCable(number(words[1], network_.size() - 1), verb == "mend");
+    } else if (verb == "host" && words.size() >= 2) {
+      const size_t i = number(words[1], network_.size() - 1);
+      Host* host = network_.slave(i).host();
+      if (!host) throw UserError("slave " + words[1] + " has no host program.");
+      return host->command({words.begin() + 2, words.end()});
+    } else if (verb == "advance" && words.size() == 2) {
+      const int64_t end = network_.ns() + static_cast<int64_t>(number(words[1], 10'000'000)) * 1000;
+      while (!network_.quiet()) network_.step(network_.ns());
+      if (end > network_.ns()) network_.idleUntil(end);
+    } else if (verb == "time" && words.size() == 1) {
+      return std::to_string(network_.ns()) + " ns";
+    } else if (verb == "quit" && words.size() == 1) {
+      quit_ = true;
+    } else {
+      throw UserError("known: cut SLAVE, mend SLAVE, host SLAVE ..., advance MICROSECONDS, time, quit.");
+    }
+    return "";
+  }
+
+  static size_t number(const std::string& text, size_t most) {
+    if (text.empty() || text.size() > 9 || text.find_first_not_of("0123456789") != std::string::npos ||
+        std::stoul(text) > most)
+      throw UserError("'" + text + "' is no number from 0 to " + std::to_string(most) + ".");
+    return std::stoul(text);
+  }
+
+  Signals signals_;
+  PacketSocket nic_;
+  Network network_;
+  Pacer pacer_;
+  std::optional<Control> control_;
+  std::vector<pollfd> fds_;
+  Bytes frame_;
+  std::deque<Clock::time_point> inFlight_;  // when the frames on their way came
+  LiveResult result_;
+  bool quit_ = false;
+};
+}  // namespace
+
+LiveResult live(const std::vector<SlaveSpec>& specs, const NetworkOptions& networkOptions,
+                const LiveOptions& options) {
+  NetworkOptions network = networkOptions;
+  network.skipIdle = false;
+  return Live(specs, network, options).run();
+}

@@ -1,0 +1,26 @@
+// Joins a Linux interface: a real master sees the simulated line of slaves.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/network.h"
+
+struct LiveOptions {
+  std::string interface;
+  std::string control;   // path of the control socket; empty: none
+  double timeScale = 1;  // simulated time per wall time while idle; 0: idle time stands still
+};
+
+struct LiveResult {
+  uint64_t received = 0, returned = 0, lost = 0;
+  uint64_t badFcs = 0, runts = 0;  // came back, but no network card would have shown them
+  int64_t simulatedNs = 0;
+  uint64_t coreCycles = 0;
+  double busySeconds = 0;                    // wall time spent simulating
+  double meanRoundUs = 0, worstRoundUs = 0;  // wall time from a frame's arrival to its return
+};
+
+// Runs until SIGINT, SIGTERM or the control line `quit`.
+LiveResult live(const std::vector<SlaveSpec>& specs, const NetworkOptions& networkOptions,
+                const LiveOptions& options);

@@ -1,0 +1,77 @@
+# The simulator: C++ around Verilated presets. The top Makefile calls it; it also works alone:
+#   make -f src/sim/sim.mk cosim PRESETS="cyclone4-min frame-processor"
+# builds build/flyframe-{cosim,fuzz,latency}, each with all of PRESETS built in.
+PRESETS         ?= cyclone4-min
+GENERATED       ?= generated
+COSIM_OUT       ?= build
+# Waveforms (--trace) cost speed even when none is written: COSIM_TRACE=0 leaves them out.
+COSIM_TRACE     ?= 1
+# Optimization of the models. -O0 compiles fastest and pays for a run of seconds, -O3 for a run of minutes.
+COSIM_OPT       ?= -O2
+
+SIM             := src/sim
+# What is compiled once for all programs, whoever builds them: objects and Verilated models.
+SIM_CACHE       := build/sim
+
+VERILATOR       ?= verilator
+VERILATOR_ROOT  ?= $(shell $(VERILATOR) --getenv VERILATOR_ROOT 2>/dev/null)
+VERILATOR_FLAGS ?= -O3 --x-assign fast --x-initial fast -Wno-lint -Wno-style
+VERILATOR_INC   := $(VERILATOR_ROOT)/include
+COSIM_CXXFLAGS  ?= -O2 -std=gnu++17 -Wall -Wextra
+# The defines of the runtime must be those of the models: verilated.mk sets the same for --trace-fst.
+RUNTIME_FLAGS   := -O2 -std=gnu++17 -faligned-new -w -I$(VERILATOR_INC) -I$(VERILATOR_INC)/vltstd \
+                   -DVERILATOR=1 -DVM_COVERAGE=0 -DVM_SC=0 -DVM_TRACE=1 -DVM_TRACE_FST=1 -DVM_TRACE_VCD=0
+SIM_CXXFLAGS    := $(COSIM_CXXFLAGS) -I$(SIM) -Isrc/firmware -Igenerated -isystem $(VERILATOR_INC) \
+                   -DVM_TRACE=1 -DVM_TRACE_FST=1
+# As strict as for a microcontroller; but a program that the simulator ends is unwound (-fexceptions).
+FIRMWARE_FLAGS  := -std=c99 -ffreestanding -Wall -Wextra -Wpedantic -Wconversion -Werror -O2 -fexceptions
+
+# Other flags, other objects.
+FLAGS_DIGEST    := $(shell echo '$(CXX) $(SIM_CXXFLAGS) $(RUNTIME_FLAGS)' | sha256sum | cut -c1-16)
+SIM_OBJ         := $(SIM_CACHE)/objects/$(FLAGS_DIGEST)
+RUNTIME         := $(patsubst %,$(SIM_OBJ)/runtime/%.o,verilated verilated_fst_c verilated_threads)
+# The firmware includes headers of GENERATED, so that its objects belong to the program.
+FIRMWARE        := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o,$(wildcard src/firmware/*.c))
+# A line per preset: the files to link.
+MODELS          := $(patsubst %,$(COSIM_OUT)/models/%.link,$(PRESETS))
+# The objects of folders of the simulator.
+objects          = $(foreach f,$(1),$(patsubst $(SIM)/%.cpp,$(SIM_OBJ)/%.o,$(wildcard $(SIM)/$f/*.cpp)))
+
+.PHONY: cosim sim-force
+cosim: $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency)
+
+# The programs, each with the folders it consists of.
+$(COSIM_OUT)/flyframe-cosim:   $(call objects,core live network)
+$(COSIM_OUT)/flyframe-fuzz:    $(call objects,core fuzz)
+$(COSIM_OUT)/flyframe-latency: $(call objects,core latency)
+$(COSIM_OUT)/flyframe-smsoak:  $(call objects,core smsoak)
+$(COSIM_OUT)/flyframe-alarm:   $(call objects,core alarm) $(FIRMWARE)
+$(COSIM_OUT)/flyframe-alarm:   private LIBRARIES := -lslirp -lmbedcrypto
+
+PROGRAMS        := $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency smsoak alarm)
+$(PROGRAMS): $(RUNTIME) $(MODELS) $(COSIM_OUT)/models/list
+	$(CXX) -o $@ $(filter %.o,$^) $$(cat </dev/null $(MODELS)) $(LIBRARIES) -lpcap -lz -pthread
+
+# Changes only with the list of presets, so that the programs are linked again then.
+$(COSIM_OUT)/models/list: sim-force
+	@mkdir -p $(@D); echo '$(PRESETS)' | cmp -s - $@ || echo '$(PRESETS)' > $@
+
+# Which model belongs to a preset depends on content, so it is asked each time; the answer rarely changes.
+export CXX VERILATOR VERILATOR_INC VERILATOR_FLAGS GENERATED COSIM_TRACE COSIM_OPT SIM SIM_CACHE SIM_CXXFLAGS
+$(COSIM_OUT)/models/%.link: $(GENERATED)/%.v $(GENERATED)/%.json sim-force
+	@mkdir -p $(@D)
+	+@$(SIM)/model.sh $* >$@.new
+	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+
+# An object appears at once and whole, because another make may build the same one at the same time.
+compile = mkdir -p $(@D) && $(1) -MMD -MP -MT $@ -MF $@.$$$$.d -c -o $@.$$$$ $< && \
+          mv $@.$$$$.d $(@:.o=.d) && mv $@.$$$$ $@
+$(COSIM_OUT)/firmware/%.o: src/firmware/%.c
+	$(call compile,$(CC) $(FIRMWARE_FLAGS) -I$(GENERATED))
+$(SIM_OBJ)/runtime/%.o: $(VERILATOR_INC)/%.cpp
+	$(call compile,$(CXX) $(RUNTIME_FLAGS))
+$(SIM_OBJ)/%.o: $(SIM)/%.cpp
+	$(call compile,$(CXX) $(SIM_CXXFLAGS))
+
+.SECONDARY:
+-include $(wildcard $(SIM_OBJ)/*/*.d $(COSIM_OUT)/firmware/*.d)

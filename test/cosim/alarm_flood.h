@@ -1,8 +1,0 @@
-// Hostile datagrams to the master, back to back at the speed of the wire, while the line goes on.
-#pragma once
-
-#include "alarm_network.h"
-
-// `count` of each kind: malformed, oversized, forged, replayed. Every one of them must be counted by controller or host, none executed;
-// alarms are reported meanwhile. What was counted; a std::runtime_error if something did not come.
-nlohmann::ordered_json floodMaster(AlarmNetwork& network, const AlarmOptions& options, size_t count);
