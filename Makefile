@@ -28,7 +28,7 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth,--$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak campaign campaign-programs \
         campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim cosim-selftest interop \
-        lint matrix format check-format report quartus check-board clean demo server firmware-test alarm-sim \
+        lint matrix format check-format report figures quartus check-board clean demo server firmware-test alarm-sim \
         ethercrab-test mutants check-dependencies
 
 help: ## this text
@@ -136,6 +136,9 @@ check-format: tools-for-check-format ## fails if a Scala source is not formatted
 
 report: tools-for-report alarm-latency page-latency ## measures area, latencies and Fmax: docs/report.md, docs/report.json
 	$(SBT) "runMain flyframe.report.Report"
+
+figures: tools-for-figures ## writes the figures of docs/report.json into the pages that show some, without measuring
+	$(SBT) "runMain flyframe.report.Blocks"
 
 quartus: tools-for-quartus ## compiles the alarm board in Quartus: ROLE=master dataBusWidth=16; see fpga/alarm/parameters.mk
 	@command -v $(QUARTUS) >/dev/null || { echo "Quartus is needed to compile the board, but $(QUARTUS) is not on PATH." >&2; exit 2; }

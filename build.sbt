@@ -58,7 +58,7 @@ def floor(name: String): Seq[Setting[_]] = {
     Test / fork          := true,
     Test / javaOptions ++= Seq("-Xmx6g", "-XX:+UseParallelGC"),
     Test / envVars += "OBJCACHE" -> (root.value / "test" / "objcache").toString,
-    Test / testForkedParallel := true,
+    Test / testForkedParallel    := true,
     Test / testOptions += Tests.Argument(TestFrameworks.ScalaTest, "-oD"),
     libraryDependencies += scalatest % Test
   )

@@ -59,8 +59,7 @@ $(COSIM_OUT)/models/list: sim-force
 # Which model belongs to a preset depends on content, so it is asked each time; the answer rarely changes.
 export CXX VERILATOR VERILATOR_INC VERILATOR_FLAGS GENERATED COSIM_TRACE COSIM_OPT SIM SIM_CACHE SIM_CXXFLAGS
 $(COSIM_OUT)/models/%.link: $(GENERATED)/%.v $(GENERATED)/%.json sim-force
-	@mkdir -p $(@D)
-	+@$(SIM)/model.sh $* >$@.new
+	+@mkdir -p $(@D) && $(SIM)/model.sh $* >$@.new
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 
 # An object appears at once and whole, because another make may build the same one at the same time.

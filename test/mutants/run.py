@@ -13,6 +13,7 @@ build/mutants/results.json: what has been tried on this commit is not tried agai
 survive than are allowed, or if one does not apply, does not compile, or has a suite that fails by itself.
 """
 import argparse
+import fcntl
 import hashlib
 import json
 import os
@@ -66,7 +67,6 @@ def git(*arguments, cwd=ROOT, check=True):
 def prepare():
     """The checkout at the newest commit, without changes; what has been built there stays."""
     commit = git("rev-parse", "HEAD").stdout.strip()
-    WORK.mkdir(parents=True, exist_ok=True)
     git("worktree", "prune")
     if not CHECKOUT.exists():
         git("worktree", "add", "--detach", str(CHECKOUT), commit)
@@ -187,6 +187,12 @@ def main():
     if unknown:
         raise Trouble(f"There is no mutant {unknown[0]}; known are {mutants[0].name} to {mutants[-1].name}.")
     mutants = [m for m in mutants if not options.mutants or {m.name, m.name[:2]} & set(options.mutants)]
+    WORK.mkdir(parents=True, exist_ok=True)
+    lock = open(WORK / "lock", "w")
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise Trouble("Another run works in build/mutants.")
     commit = prepare()
     if options.check:
         rows = [m.name for m in mutants if not m.apply("--check")]

@@ -84,4 +84,14 @@ object Blocks {
 
   /** What the report says, as `make report` has left it in `docs`. */
   def report(docs: Path): ujson.Value = ujson.read(Files.readString(docs.resolve("report.json")))
+
+  /** Writes the blocks of all pages anew; the pages it has written. */
+  def write(docs: Path): Seq[Path] = {
+    val figures = report(docs)
+    pages.foreach(page => Files.writeString(page, renew(Files.readString(page), figures)))
+    pages
+  }
+
+  /** The same alone, without measuring: after a block has been added. */
+  def main(args: Array[String]): Unit = write(Paths.get("docs")).foreach(page => println(s"wrote $page"))
 }

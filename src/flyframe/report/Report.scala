@@ -50,7 +50,7 @@ object Report {
     write(docs.resolve("report-latency.svg"), Plots.latency(r))
     write(docs.resolve("report-features.svg"), Plots.features(r))
     write(docs.resolve("report-units.svg"), Plots.units(r))
-    Blocks.pages.foreach(page => write(page, Blocks.renew(Files.readString(page), Blocks.report(docs))))
+    Blocks.write(docs).foreach(page => println(s"wrote $page"))
     println(s"report-history.csv: ${Figures.remember(docs.resolve("report-history.csv"), r)} new line(s)")
     Goals(r).foreach(g =>
       println(s"${if (g.reached) "reached" else "MISSED "}  ${g.title}: ${g.measured}, wanted ${g.goal}")

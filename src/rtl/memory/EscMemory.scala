@@ -232,9 +232,12 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
     val scratch   = if (p.hasSii) SiiRegisters.Scratch else Nil
     val single =
       (registers.filter(r => r.inRam && r.block.isEmpty).flatMap(_.range) ++ scratch).map(_ / lanes).distinct
-    val at     = registerWrite.bits.byteAddress
-    val area   = areas.map(holds(_, at)).reduce(_ || _)
-    val exists = area || !isClear || single.map(w => registerWrite.bits.address === w.U).reduceOption(_ || _).getOrElse(false.B)
+    val at   = registerWrite.bits.byteAddress
+    val area = areas.map(holds(_, at)).reduce(_ || _)
+    val exists = area || !isClear || single
+      .map(w => registerWrite.bits.address === w.U)
+      .reduceOption(_ || _)
+      .getOrElse(false.B)
     // Reserved bits read 0: the bytes of an FMMU that have some. Those of the first one stand for all.
     val limits =
       mine.map(a => a -> RegisterMap.ramMask(registers, a)).filter(_._2 != 0xff).filter { case (a, _) =>

@@ -1,4 +1,4 @@
-// What the three programs' main() share.
+// What main() of every program shares.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -16,7 +16,12 @@ class MasterStressSpec extends AnyFlatSpec with SharedSimulation {
   private val Seed     = 1L
 
   private val noise =
-    Tier("64 slaves, one bit in 10,000 in error, reports lost, a host that sends", "rounds", test = 3, soak = 100)
+    Tier(
+      "64 slaves, one bit in 10,000 in error, reports lost, a host that sends",
+      "rounds",
+      test = 3,
+      soak = 100
+    )
   private val latency =
     Tier("64 slaves, from a detector to the report in time", "events", test = 40, soak = 2000)
 
