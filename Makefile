@@ -81,7 +81,8 @@ campaign-scheduler: tools-for-campaign-scheduler ## a scheduler for workers on s
 
 campaign-worker: tools-for-campaign-worker ## a worker for an existing scheduler, with the programs of this checkout: SCHEDULER=tcp://host:8786
 	@test -n "$(SCHEDULER)" || { echo "SCHEDULER is empty but must be like tcp://host:8786." >&2; exit 2; }
-	PYTHONPATH=src $(VENV)/bin/dask worker $(SCHEDULER) --nworkers auto --nthreads 1 --no-dashboard --local-directory build/campaign
+	PYTHONPATH=src $(VENV)/bin/dask worker $(SCHEDULER) --nworkers $$(nproc) --nthreads 1 --no-dashboard \
+		--local-directory build/campaign
 
 campaign-test: tools-for-campaign-test ## campaigns on a cluster of this machine, with killed workers and a defect
 	$(SBT) "Test / runMain flyframe.campaign.Programs campaign-test mhz25"

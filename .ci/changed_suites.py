@@ -16,10 +16,12 @@ OTHERS = [
     (r"src/sim/|test/sim/", ["cosim", "replay", "e2e"], ["cosim-selftest", "firmware-test"]),
     (r"src/server/resources/", ["server", "e2e"], []),
     (r"fpga/|test/flyframe/board/", ["board", "device", "report"], []),
-    (r"generated/", ["board", "device"], ["check-generated", "lint"]),
+    (r"generated/", ["board", "device", "flyframe"], ["check-generated", "lint", "firmware-test"]),
     (r"test/(base|rtl|server|flyframe)/.*resources/", ["*"], []),
     (r"src/campaign/|test/campaign/", [], ["campaign-test"]),
-    (r"docs/rules/", ["rules"], []),
+    (r"docs/rules/", ["rules", "registers"], []),
+    (r"src/base/resources/", ["device"], []),
+    (r"docs/report\.json$", ["report"], []),
 ]
 # What the sources of a floor may use, see build.sbt.
 FLOORS = {
@@ -28,8 +30,8 @@ FLOORS = {
     "flyframe": {"base", "rtl", "flyframe"},
     "server": {"base", "rtl", "flyframe", "server"},  # its tests; its sources less
 }
-# These read all sources, in a second.
-READERS = ["flyframe.ImportsSpec", "flyframe.rules.CoverageSpec"]
+# These read all sources and pages, in a second: any change concerns them.
+READERS = ["flyframe.ImportsSpec", "flyframe.ProseSpec", "flyframe.report.BlocksSpec", "flyframe.rules.CoverageSpec"]
 DEFINED = re.compile(
     r"^(?:(?:final|sealed|abstract|case|implicit|private|private\[\w+\]) )*(?:class|object|trait|type) (\w+)", re.M
 )
@@ -92,7 +94,7 @@ def main():
                 folders.update(suites)
                 targets.update(makes)
                 break
-    suites = set(READERS) if any(p.endswith(".scala") for p in paths) else set()
+    suites = set(READERS) if paths else set()
     for f, source in sources.items():
         if f.startswith("test/") and (f in concerned or "*" in folders or set(f.split("/")) & folders):
             suites.update(f"{source.package}.{suite}" for suite in source.suites)

@@ -11,7 +11,7 @@ import sys
 import time
 from pathlib import Path
 
-from campaign.plan import Journal, plan
+from campaign.plan import SHARD_FRAMES, SHARD_STEPS, Journal, plan
 from campaign.shard import PROGRAMS, Refused, built_sets, keep_vectors
 
 
@@ -45,15 +45,19 @@ def address(text):
 
 
 def parse(arguments):
+    # What a user of make may set has its default in the Makefile.
     parser = Parser(prog="campaign", description="Random frames and soak runs in shards, on the workers of Dask.")
-    parser.add_argument("--sets", type=names, default=["fuzz"], help="names of sets; fuzz, soak: all of a kind")
-    parser.add_argument("--frames", type=number(1), default=100_000, help="random frames, over all sets together")
-    parser.add_argument("--steps", type=number(1), default=1_000_000, help="steps of the soak sets together")
-    parser.add_argument("--seed", type=number(0), default=1, help="of each set's first shard; the next have the next")
-    parser.add_argument("--shard-frames", type=number(1), default=20_000, metavar="FRAMES")
-    parser.add_argument("--shard-steps", type=number(1), default=250_000, metavar="STEPS")
+    parser.add_argument("--sets", type=names, required=True, help="names of sets; fuzz, soak: all of a kind")
+    parser.add_argument("--frames", type=number(1), required=True, help="random frames of all sets together")
+    parser.add_argument("--steps", type=number(1), required=True, help="steps of the soak sets together")
+    parser.add_argument("--seed", type=number(0), required=True, help="of each set's first shard")
+    parser.add_argument("--shard-frames", type=number(1), default=SHARD_FRAMES, metavar="FRAMES")
+    parser.add_argument("--shard-steps", type=number(1), default=SHARD_STEPS, metavar="STEPS")
     parser.add_argument("--scheduler", type=address, default="", help="tcp://host:port; default: this machine alone")
     parser.add_argument("--workers", type=number(1), help="of this machine; default: one per core")
+    parser.add_argument(
+        "--patience", type=number(0), metavar="SECONDS", help="how long to wait if every worker refuses"
+    )
     parser.add_argument("--programs", default=PROGRAMS, help="where the programs are built, here and on each worker")
     parser.add_argument("--state", default="build/campaign", help="where finished shards are remembered")
     parser.add_argument("--check", action="store_true", help="only check the arguments")
@@ -133,7 +137,8 @@ def main(arguments=None):
                 if result["finding"]:
                     bar.write(tell(shard, result, options, journal.folder))
 
-            runner = dask_runner.Runner(client, options.programs)
+            patience = dask_runner.PATIENCE if options.patience is None else options.patience
+            runner = dask_runner.Runner(client, options.programs, patience)
             runner.run(todo, done, bar.write)
             failures = runner.failures
         except KeyboardInterrupt:

@@ -8,6 +8,11 @@ from pathlib import Path
 
 from campaign.shard import Refused, Shard
 
+# Sizes of a shard: so large that the start of its programs costs little, and so small that an interruption
+# loses little and no worker is idle for long at the end.
+SHARD_FRAMES = 20_000
+SHARD_STEPS = 250_000
+
 
 def cut(total, size):
     """`total` as pieces of `size`; what is left over is the last piece."""

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import time
 from collections import Counter
 
 import dask
@@ -12,6 +13,8 @@ from campaign import shard as shards_module
 
 # A shard is tried again after so many deaths of workers, and after one more it is given up.
 LIVES = 3
+# So many seconds a campaign waits for a worker that does not refuse, when it has nothing else to do.
+PATIENCE = 60
 
 
 def work(shard, programs):
@@ -50,30 +53,47 @@ def connect(scheduler=None, cluster=None):
 class Runner:
     """Submits shards, and submits again elsewhere what a worker refuses because its checkout is another one."""
 
-    def __init__(self, client, programs):
-        self.client, self.programs = client, programs
+    def __init__(self, client, programs, patience=PATIENCE):
+        self.client, self.programs, self.patience = client, programs, patience
         self.refusals = {}  # address of a worker -> its sentence
         self.failures = []  # sentences about shards that could not be run
 
-    def _submit(self, shard):
-        """The future of a shard; None if every worker refuses."""
-        willing = None
-        if self.refusals:
+    def _willing(self, seconds):
+        """Addresses of the workers that have not refused, for which it waits so long."""
+        end = time.monotonic() + seconds
+        while True:
             willing = sorted(set(self.client.scheduler_info(n_workers=-1)["workers"]) - set(self.refusals))
-            if not willing:
-                return None
-        return self.client.submit(work, shard, self.programs, pure=False, workers=willing)
+            if willing or time.monotonic() >= end:
+                return willing
+            time.sleep(min(1, seconds))
 
     def run(self, shards, done, say):
         """Calls `done(shard, result)` as shards end, in any order; `say(sentence)` when a worker refuses."""
-        waiting = {}
+        waiting, refused = {}, []
         completed = as_completed(loop=self.client.loop)
-        for shard in shards:
-            future = self._submit(shard)
+
+        def submit(shard, willing=None):
+            # Other workers are allowed, as the willing ones may be gone when the shard's turn comes, and come
+            # back at another address. So an idle worker may steal a shard that it refuses; that costs little.
+            future = self.client.submit(
+                work, shard, self.programs, pure=False, workers=willing, allow_other_workers=bool(willing)
+            )
             waiting[future] = shard
             completed.add(future)
+
         try:
-            for future in completed:
+            for shard in shards:
+                submit(shard)
+            while waiting or refused:
+                if refused:
+                    # A willing worker may join later than those that refuse.
+                    willing = self._willing(0 if waiting else self.patience)
+                    if not willing and not waiting:
+                        self.failures += [f"{shard.key}: every worker refuses it." for shard in refused]
+                        return
+                    while willing and refused:
+                        submit(refused.pop(), willing)
+                future = next(completed)
                 shard = waiting.pop(future)
                 try:
                     address, result, refusal = future.result()
@@ -89,12 +109,7 @@ class Runner:
                 if address not in self.refusals:
                     self.refusals[address] = refusal
                     say(f"Worker {address} refuses: {refusal}")
-                again = self._submit(shard)
-                if again is None:
-                    self.failures.append(f"{shard.key}: every worker refuses it.")
-                else:
-                    waiting[again] = shard
-                    completed.add(again)
+                refused.append(shard)
         finally:
             self.client.cancel(list(waiting), force=True)
 

@@ -5,6 +5,7 @@ As a program it runs one shard, which is what `make fuzz` and `make smsoak` do.
 
 import argparse
 import json
+import os
 import re
 import subprocess
 import sys
@@ -36,12 +37,17 @@ class Shard:
         return f"{self.kind}-{self.set}-{self.seed}-{self.size}-{self.hash}"
 
 
-def built_sets(programs):
-    """What `flyframe.campaign.Programs` built: name of a set -> its kind and hash."""
+def built(programs):
+    """What `flyframe.campaign.Programs` built, as it wrote it into `sets.json`."""
     try:
-        return json.loads((Path(programs) / "sets.json").read_text())["sets"]
+        return json.loads((Path(programs) / "sets.json").read_text())
     except FileNotFoundError:
         raise Refused(f"No programs are built in {programs}; make campaign-programs builds them.") from None
+
+
+def built_sets(programs):
+    """Name of a set that is built -> its kind and hash."""
+    return built(programs)["sets"]
 
 
 def check(shard, programs):
@@ -54,7 +60,8 @@ def check(shard, programs):
 
 
 def writer(shard, programs):
-    jars = str(Path(programs) / "jars" / "*")
+    # Not all jars of the folder: one of an earlier build may lie there still, under another name.
+    jars = os.pathsep.join(str(Path(programs) / "jars" / jar) for jar in built(programs)["jars"])
     # A collector of one thread: the player is busy beside it, and so are other shards.
     java = ["java", "-Xmx1g", "-XX:+UseSerialGC", "-cp", jars, "flyframe.campaign.Vectors"]
     return [*java, "--set", shard.set, "--seed", str(shard.seed), "--frames", str(shard.size)]

@@ -157,7 +157,7 @@ object Documents {
        |""".stripMargin
   }
 
-  /** The parameters for other programs (harness, scripts). */
+  /** The parameters for other programs (simulator, scripts). */
   def json(p: EscParams): String = {
     val values = ujson.Obj("preset" -> p.preset, "top" -> p.topName, "cyclesPerNibble" -> p.cyclesPerNibble)
     ParamTable.all.foreach(i => values(i.name) = i.get(p))

@@ -24,8 +24,17 @@ class ImportsSpec extends AnyFlatSpec {
     Files.walk(floor).iterator.asScala.filter(f => Files.isDirectory(f) && sources(f).nonEmpty).toSeq
 
   private val Package   = "(?m)^package (flyframe[.\\w]*)".r
-  private val Reference = "\\bflyframe\\.(\\w+)".r
+  private val Reference = "\\bflyframe\\.(?:(\\w+)|\\{([^}]*)\\})".r
   private val Comment   = "(?s)/\\*.*?\\*/|//[^\n]*|\"[^\"\n]*\"".r
+
+  /** The words behind `flyframe.` in a source, those in braces each for itself. */
+  private def referred(text: String): Seq[String] =
+    Reference
+      .findAllMatchIn(Comment.replaceAllIn(Package.replaceAllIn(text, ""), ""))
+      .flatMap(m => Option(m.group(1)).toSeq ++ Option(m.group(2)).toSeq.flatMap(_.split(",")))
+      .map(_.trim.takeWhile(_.isLetterOrDigit))
+      .filter(_.nonEmpty)
+      .toSeq
 
   /** Which folders of a floor each of its folders uses. */
   private def uses(floor: Path): Map[Folder, Set[Folder]] = {
@@ -36,10 +45,10 @@ class ImportsSpec extends AnyFlatSpec {
     }.toMap
     byPackage.map { case (name, folder) =>
       val used = for {
-        text  <- sources(folder)
-        found <- Reference.findAllMatchIn(Comment.replaceAllIn(Package.replaceAllIn(text, ""), ""))
+        text <- sources(folder)
+        word <- referred(text)
         // Lower case: a package; else a class of the floor's own folder.
-        other = if (found.group(1).head.isLower) s"flyframe.${found.group(1)}" else "flyframe"
+        other = if (word.head.isLower) s"flyframe.$word" else "flyframe"
         target <- byPackage.get(other) if other != name
       } yield target
       folder -> used.toSet
@@ -81,6 +90,12 @@ class ImportsSpec extends AnyFlatSpec {
         arrows.toSeq.sorted.mkString("; draw:\n  ", "\n  ", "")
       )
     }
+
+  "A reference" should "be found in every form" in {
+    val text =
+      "package flyframe.a\nimport flyframe.b.C\nimport flyframe.{Pins, d => e}\nval x = flyframe.f.G // flyframe.h"
+    assert(referred(text) == Seq("b", "Pins", "d", "f"))
+  }
 
   "A circle" should "be found, with what leads into it" in {
     val Seq(a, b, c) = Seq("a", "b", "c").map(Paths.get(_))

@@ -29,7 +29,7 @@ final case class Tier(check: String, unit: String, test: Long, soak: Long) {
     */
   def share(weight: Long, all: Long): Long = (size * weight + all - 1) / all
 
-  /** Runs a part of the check. In `make soak`, how it went is added to `build/soak/results.jsonl`, a JSON
+  /** Runs a part of the check. In the long runs it prints how it went; `make soak` keeps that too, as a JSON
     * object a line.
     *
     * @param part
@@ -67,10 +67,9 @@ object Tier {
   /** `make soak` sets FLYFRAME_TIER=soak. */
   val isSoak: Boolean = sys.env.get("FLYFRAME_TIER").contains("soak")
 
-  /** Suites of several processes write to it. */
-  private val results: Path = Paths.get("build/soak/results.jsonl")
+  /** Where `make soak` wants the results, from suites of several processes. */
+  private val results: Option[Path] = sys.env.get("FLYFRAME_RESULTS").map(Paths.get(_))
   private def keep(line: String): Unit = synchronized {
-    Files.createDirectories(results.getParent)
-    Files.writeString(results, line + "\n", StandardOpenOption.CREATE, StandardOpenOption.APPEND)
+    results.foreach(Files.writeString(_, line + "\n", StandardOpenOption.CREATE, StandardOpenOption.APPEND))
   }
 }

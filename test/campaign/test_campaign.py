@@ -12,6 +12,8 @@ import time
 import unittest
 from pathlib import Path
 
+from dask.distributed import Client
+
 from campaign.plan import Journal, plan
 from campaign.shard import Refused
 
@@ -22,9 +24,10 @@ FAKE = {"a": {"kind": "fuzz", "hash": "1"}, "b": {"kind": "fuzz", "hash": "2"}, 
 
 
 def command(state, *arguments, programs=PROGRAMS):
+    workers = [] if "--scheduler" in arguments else ["--workers", "2"]
     return [
         sys.executable, "-m", "campaign", "--sets", SET, "--programs", programs, "--state", str(state),
-        "--workers", "2", *(str(a) for a in arguments),
+        "--frames", "100", "--steps", "100", "--seed", "1", *workers, *(str(a) for a in arguments),
     ]
 
 
@@ -131,7 +134,7 @@ class Arguments(unittest.TestCase):
             (["--programs", "build/none-such"], "none-such"),
         ):
             with self.subTest(bad), tempfile.TemporaryDirectory() as state:
-                done = run(state, *bad, *(["--workers", "1"] if "--scheduler" not in bad else []))
+                done = run(state, *bad)
                 self.assertEqual(done.returncode, 2, done.stderr)
                 self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
                 self.assertIn(name, done.stderr)
@@ -216,15 +219,41 @@ class Cluster(unittest.TestCase):
             right = subprocess.run(well, shell=True, cwd=ROOT, capture_output=True, text=True, timeout=60)
             self.assertEqual(right.returncode, 0, right.stdout + right.stderr)
 
+    def begin_remote(self, scheduler, *arguments):
+        return self.begin("--frames", 600, "--shard-frames", 100, "--scheduler", scheduler, *arguments)
+
     def test_on_a_scheduler_leaves_out_workers_of_another_checkout(self):
-        with tempfile.TemporaryDirectory(dir=ROOT / "build") as folder:
-            scheduler = start_remote(self, Path(folder))
-            arguments = ["--frames", 600, "--shard-frames", 100, "--scheduler", scheduler]
-            text = [a for a in command(self.state, *arguments) if a != "--workers" and a != "2"]
-            done = subprocess.run(text, cwd=ROOT, capture_output=True, text=True, timeout=90)
-            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-            self.assertEqual((done.stdout + done.stderr).count("refuses: The hash of set"), 1)
+        with Remote() as remote:
+            remote.start_worker(ROOT)
+            remote.start_worker(remote.other)
+            remote.wait_for_workers(2)
+            process = self.begin_remote(remote.address)
+            output, _ = process.communicate(timeout=90)
+            self.assertEqual(process.returncode, 0, output)
+            self.assertEqual(output.count("refuses: The hash of set"), 1)
             self.assertEqual(len(lines(self.state)), 6)
+
+    def test_on_a_scheduler_waits_for_a_willing_worker(self):
+        with Remote() as remote:
+            remote.start_worker(remote.other)
+            remote.wait_for_workers(1)
+            process = self.begin_remote(remote.address, "--patience", 1)
+            output, _ = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 2, output)
+            self.assertEqual(output.count("every worker refuses it."), 6)
+            process = self.begin_remote(remote.address)
+            time.sleep(5)  # enough for refusals of all six shards
+            self.assertIsNone(process.poll())
+            # A willing worker that is killed and comes back at another address.
+            willing = remote.start_worker(ROOT)
+            wait_for(lambda: lines(self.state), "the first finished shard")
+            willing.kill()
+            willing.wait()
+            self.assertLess(len(lines(self.state)), 6, "the worker was killed too late to test anything")
+            remote.start_worker(ROOT)
+            output, _ = process.communicate(timeout=60)
+            self.assertEqual(process.returncode, 0, output)
+            self.assertEqual(sorted(r["seed"] for r in lines(self.state)), [1, 2, 3, 4, 5, 6])
 
 
 def break_rtl(mutant):
@@ -241,30 +270,51 @@ def break_rtl(mutant):
     )
 
 
-def start_remote(test, folder):
-    """A scheduler of its own with two workers, one of which stands in a checkout with another hash."""
-    other = folder / "checkout"
-    (other / PROGRAMS).mkdir(parents=True)
-    sets = json.loads((ROOT / PROGRAMS / "sets.json").read_text())
-    sets["sets"][SET]["hash"] = "0" * 32
-    (other / PROGRAMS / "sets.json").write_text(json.dumps(sets))
-    dask = str(Path(sys.executable).parent / "dask")
-    file = folder / "scheduler.json"
+class Remote:
+    """A scheduler of its own, for workers of this checkout and of another one, whose set has another hash."""
 
-    def start(cwd, *arguments):
+    def __enter__(self):
+        self.processes = []
+        self.temporary = tempfile.TemporaryDirectory(dir=ROOT / "build")
+        self.folder = Path(self.temporary.name)
+        self.other = self.folder / "checkout"
+        (self.other / PROGRAMS).mkdir(parents=True)
+        sets = json.loads((ROOT / PROGRAMS / "sets.json").read_text())
+        sets["sets"][SET]["hash"] = "0" * 32
+        (self.other / PROGRAMS / "sets.json").write_text(json.dumps(sets))
+        file = self.folder / "scheduler.json"
+        self._start(ROOT, "scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))
+        self.address = wait_for(
+            lambda: file.exists() and file.read_text() and json.loads(file.read_text())["address"],
+            "a scheduler",
+        )
+        return self
+
+    def __exit__(self, *_):
+        for process in reversed(self.processes):
+            process.terminate()
+            process.wait()
+        self.temporary.cleanup()
+
+    def _start(self, cwd, *arguments):
         process = subprocess.Popen(
-            [dask, *arguments], cwd=cwd, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+            [str(Path(sys.executable).parent / "dask"), *arguments, "--no-dashboard"], cwd=cwd,
+            stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
         )
-        test.addCleanup(process.wait)
-        test.addCleanup(process.terminate)
+        self.processes.append(process)
+        return process
 
-    start(ROOT, "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(file))
-    address = wait_for(lambda: file.exists() and file.read_text() and json.loads(file.read_text())["address"], "a scheduler")
-    for cwd in (ROOT, other):
-        start(cwd, "worker", address, "--host", "127.0.0.1", "--nthreads", "1", "--no-dashboard",
-              "--local-directory", str(folder))
-    return address
+    def start_worker(self, cwd):
+        # Without a nanny the process is the worker itself, which a test may kill.
+        return self._start(
+            cwd, "worker", self.address, "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny",
+            "--local-directory", str(self.folder),
+        )
+
+    def wait_for_workers(self, count):
+        with Client(self.address, set_as_default=False) as client:
+            client.wait_for_workers(count, timeout=40)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@ package flyframe
 
 import java.nio.file.{FileSystems, Files, Path, Paths}
 import org.scalatest.flatspec.AnyFlatSpec
-import scala.jdk.CollectionConverters._
+import scala.sys.process.Process
 
 /** What the pages that people read name is there: files, headings behind links, make targets, test classes,
   * and functions and signals that stand beside their file.
@@ -202,17 +202,15 @@ object Prose {
   private val SourceName  = "(?!_)[\\w.*{},/-]*\\w\\.(scala|sbt|c|h|cpp|py|sh|mk|sdc|tcl|md)".r
   private val Placeholder = ".*\\b(NAME|ROLE|FLOOR|PRESET|MASTER|PRODUCT)\\b.*".r
 
-  /** Everything in the repository but what is built, paths from its top. */
-  lazy val files: Seq[Path] = {
-    val built = Seq(".git", "build", "target", "test_run_dir").map(Paths.get(_))
-    Files
-      .walk(Paths.get(""))
-      .iterator
-      .asScala
-      .filter(f => !built.exists(f.startsWith) && !f.toString.contains("/target/") && Files.isRegularFile(f))
+  /** Everything in the repository but what is built, paths from its top: as git lists it, since other tests
+    * build at the same time.
+    */
+  lazy val files: Seq[Path] =
+    Process(Seq("git", "ls-files", "--cached", "--others", "--exclude-standard")).lazyLines
+      .map(Paths.get(_))
+      .filter(Files.isRegularFile(_))
       .toSeq
       .sorted
-  }
 
   /** The files whose paths end with `name`, folders included. */
   private def named(name: String): Seq[Path] = files.filter(_.endsWith(name))

@@ -1,6 +1,6 @@
 package flyframe
 
-import java.nio.file.Files
+import java.nio.file.{Files, Paths}
 import scala.sys.process._
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.protocol.{Codes, Layout}
@@ -17,6 +17,10 @@ class ProtocolHeaderSpec extends AnyFlatSpec {
   private val lengths = Layout.all.map(l => s"${l.name}_bytes" -> l.bytes)
   private val numbers = (codes ++ fields ++ lengths).map { case (name, number) =>
     s"PROTOCOL_${name.toUpperCase}" -> number
+  }
+
+  "generated/protocol.h" should "be what the sources emit: simulator and host programs are compiled with it" in {
+    assert(Files.readString(Paths.get("generated/protocol.h")) == Documents.protocolHeader)
   }
 
   "protocol.h" should "give a C compiler the numbers of Scala, each once" in {

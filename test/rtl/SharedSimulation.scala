@@ -1,5 +1,8 @@
 package flyframe
 
+import java.nio.file.{Files, Path, Paths}
+import scala.jdk.CollectionConverters._
+import scala.util.Using
 import chisel3._
 import chiseltest._
 import chiseltest.internal.CachingAnnotation
@@ -20,8 +23,23 @@ object Simulation {
     *   of the simulation, unlike all others of the suite
     */
   def annotations(suite: Any, title: String): AnnotationSeq = {
-    val folder = s"${suite.getClass.getSimpleName.stripSuffix("$")}/${title.replaceAll("[^A-Za-z0-9]+", "-")}"
-    Seq(VerilatorBackendAnnotation, CachingAnnotation, TargetDirAnnotation(s"test_run_dir/$folder"))
+    val name   = suite.getClass.getSimpleName.stripSuffix("$")
+    val folder = Paths.get("test_run_dir", name, title.replaceAll("[^A-Za-z0-9]+", "-"))
+    forgetUnfinished(folder)
+    Seq(VerilatorBackendAnnotation, CachingAnnotation, TargetDirAnnotation(folder.toString))
+  }
+
+  /** A compilation that was broken off leaves the hash of the one before it, which would stand for a program
+    * that is gone, or for another one: the hash is written last, so a right one is at least as new as all
+    * there is.
+    */
+  private def forgetUnfinished(folder: Path): Unit = {
+    val hash = folder.resolve("caching.hash")
+    if (Files.exists(hash)) {
+      val built = Using.resource(Files.walk(folder.resolve("verilated"), 1))(_.iterator.asScala.toVector)
+      val times = built.filter(Files.isRegularFile(_)).map(Files.getLastModifiedTime(_))
+      if (times.isEmpty || times.exists(_.compareTo(Files.getLastModifiedTime(hash)) > 0)) Files.delete(hash)
+    }
   }
 }
 

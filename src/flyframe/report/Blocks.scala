@@ -16,7 +16,7 @@ object Blocks {
   private type Report = ujson.Value
 
   /** Pages that have such blocks. */
-  val pages: Seq[Path] = Seq("README.md", "fpga/README.md").map(Paths.get(_))
+  val pages: Seq[Path] = Seq("README.md", "docs/demo.md", "fpga/README.md").map(Paths.get(_))
 
   private def grouped(v: ujson.Value): String = f"${v.num.toInt}%,d"
   private def ns(v: ujson.Value): String      = s"${math.round(v.num)} ns"

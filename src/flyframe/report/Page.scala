@@ -217,7 +217,7 @@ object Page {
        |  paired. Quartus also packs LUTs and registers that have nothing to do with each other, so the figure is on the safe side.
        |- **ECP5 MHz**: `synth_ecp5`, then `nextpnr-ecp5 --85k --package CABGA756 --speed 6 --freq 125 --seed 1`; core clock only. One
        |  seed: another may differ by some per cent.
-       |- **Latency**: the Verilated RTL in the network harness (`flyframe-latency`), 400 phases of the receive clock for each direction;
+       |- **Latency**: the Verilated RTL in the network simulator (`flyframe-latency`), 400 phases of the receive clock for each direction;
        |  *processing* is from port 0 to port 1, through the processing unit, *forwarding* back from port 1 to port 0.
        |- **Detector to report**: events one after the other at random times and slaves. *RTL*: Verilated master and slaves with their host
        |  programs (`flyframe-alarm --measure`). *Model*: Verilated master, slaves in the model with the latencies above

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "core/esc.h"
+#include "alarm-master.h"
 #include "core/slave.h"
 #include "core/user_error.h"
 
@@ -64,9 +64,9 @@ void AlarmMasterHost::run() {
     alarm_master_serve(&master_);
     if (counters_) continue;
     Counters read;  // refused, dropped, bad frames at each port (HOST-07)
-    readRegisters(esc::reg::kErrorCounters, read.data(), read.size());
+    readRegisters(MASTER_REFUSED_DATAGRAMS, read.data(), read.size());
     const uint8_t any = 0;
-    writeRegisters(esc::reg::kErrorCounters, &any, 1);
+    writeRegisters(MASTER_REFUSED_DATAGRAMS, &any, 1);
     counters_ = read;
   }
 }

@@ -143,7 +143,7 @@ final class BoardFiles(val role: String, val width: Int) {
     walk("board", "")
   }
 
-  /** The names for `test/board/timing.tcl`. */
+  /** The names for `test/flyframe/board/timing.tcl`. */
   lazy val names: Path = {
     val pins  = registers.map(r => s"pin {$r|clrn}")
     val lines = ports.keys.toSeq.map(n => s"port {$n}") ++ registers.map(n => s"register {$n}") ++ pins

@@ -1,5 +1,5 @@
 # Runs a project script in plain Tcl and prints its assignments.
-#   tclsh test/board/pins.tcl fpga/alarm/alarm.tcl ROLE WIDTH DIRECTORY
+#   tclsh test/flyframe/board/pins.tcl fpga/alarm/alarm.tcl ROLE WIDTH DIRECTORY
 # Lines: pin NAME NUMBER | global NAME VALUE | parameter NAME VALUE
 package require Tcl 8.5
 set quartus(args) [lrange $argv 1 end]

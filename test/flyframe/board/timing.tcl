@@ -1,5 +1,5 @@
 # Runs the constraint file and the pin file of the board in plain Tcl, against the names of a netlist.
-#   tclsh test/board/timing.tcl NAMES clock.sdc            every pattern must match; prints each constrained register and port
+#   tclsh test/flyframe/board/timing.tcl NAMES clock.sdc            every pattern must match; prints each constrained register and port
 # NAMES has a line for each name: port NAME, register NAME or pin NAME, as Quartus writes them.
 set names [dict create port {} register {} pin {}]
 set file [open [lindex $argv 0]]

@@ -30,7 +30,7 @@ object Programs {
   }
 
   /** Copies the jars that hold what [[Vectors]] uses, so that a later compilation does not change a campaign
-    * under way.
+    * under way. A jar of an earlier build may stay there; those that count are returned, for `sets.json`.
     */
   private def copyJars(to: Path): Seq[String] = {
     Files.createDirectories(to)

@@ -173,7 +173,7 @@ object AlarmSystem {
   /** The simulator, built when it is first needed. */
   lazy val program: Path =
     new Harness(
-      "alarm",
+      "alarm-test", // not that of `make alarm-sim`, whose host programs see the headers of generated/
       Seq("alarm-master", "alarm-slave").map(Presets.named(_).get.params),
       "-O3"
     ).alarmProgram

@@ -10,12 +10,24 @@ class FloodSpec extends AnyFlatSpec {
   private val tier =
     Tier("hostile datagrams at the master", "datagrams of each kind", test = 500, soak = 10000)
   private val PerKind = tier.size.toInt
+  private val Seed    = 1L
 
   s"SRV-02, SRV-03, HOST-07: $PerKind hostile datagrams of each kind" should "be counted and ignored while the line goes on" in {
-    val state  = AlarmSystem.emptyFolder(Paths.get("build/e2e/flood"))
-    val flags  = Seq("--slaves", "2", "--bus-cycle-us", "200", "--flood", s"$PerKind", "--state", s"$state")
+    val state = AlarmSystem.emptyFolder(Paths.get("build/e2e/flood"))
+    val flags = Seq(
+      "--slaves",
+      "2",
+      "--bus-cycle-us",
+      "200",
+      "--flood",
+      s"$PerKind",
+      "--seed",
+      s"$Seed",
+      "--state",
+      s"$state"
+    )
     val errors = new StringBuilder
-    val result = tier.run("all kinds", PerKind) {
+    val result = tier.run("all kinds", PerKind, Some(Seed)) {
       ujson.read(
         Process(AlarmSystem.program.toString +: flags).!!(ProcessLogger(line => errors ++= line ++= "\n"))
       )

@@ -1,4 +1,4 @@
-// A two-port nibble repeater with the pins of a flyframe slave: what the harness proves itself with, without any flyframe RTL.
+// A two-port nibble repeater with the pins of a flyframe slave: what the simulator proves itself with, without any flyframe RTL.
 // Port 0 goes to port 1 and back; the host port reaches a plain memory. Shared by repeater.v and repeater-wide.v.
 `default_nettype none
 
