@@ -5,7 +5,6 @@ import chiseltest._
 import chiseltest.formal._
 import chiseltest.formal.backends.Engines
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.{Pairwise, Tier}
 
 /** The two sides of the receive crossing with an adversary for a receive clock.
   *
@@ -100,17 +99,11 @@ class MiiRxCrossingFormal extends AnyFlatSpec with ChiselScalatestTester with Fo
     )
   }
 
-  private val clocks = Seq(25, 50, 100, 125)
-  private val all =
-    for (mhz <- clocks; late <- Seq(0, 1); shortMargin <- Seq(0, 1)) yield Seq(mhz, late, shortMargin)
-  private val sample = Pairwise[Int](Seq(clocks, Seq(0, 1), Seq(0, 1)), _ => true)
-  private val tier   = Tier("proofs of the receive crossing", "proofs", test = sample.size, soak = all.size)
-
-  for (Seq(mhz, late, shortMargin) <- if (Tier.isSoak) all else sample) {
-    val what =
-      s"$mhz MHz, receive clock ${if (late == 1) "slow" else "fast"}, ${if (shortMargin == 1) "least"
-        else "default"} RX FIFO size"
-    s"LP-12: $what" should "neither under- nor overflow over the longest frame" in
-      tier.run(what, size = 1)(prove(mhz, late == 1, shortMargin == 1))
+  // All of them: only a slow receive clock at 100 and 125 MHz needs the whole margin, which a sample may leave out.
+  for (mhz <- Seq(25, 50, 100, 125); late <- Seq(false, true); shortMargin <- Seq(false, true)) {
+    val clock = if (late) "slow" else "fast"
+    val size  = if (shortMargin) "least" else "default"
+    s"LP-12: $mhz MHz, receive clock $clock, $size RX FIFO size" should "neither under- nor overflow over the longest frame" in
+      prove(mhz, late, shortMargin)
   }
 }
