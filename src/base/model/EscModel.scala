@@ -92,7 +92,11 @@ class EscModel(
   }
 
   /** A byte as the host reads it, with all that reading does; 0 where nothing is. */
-  def hostRead(address: Int): Int              = space.hostRead(address)
+  def hostRead(address: Int): Int = space.hostRead(address)
+
+  /** The bytes from `address` on as the host reads them in one access. */
+  def hostRead(address: Int, bytes: Int): Seq[Int] = space.hostRead(address, bytes)
+
   def hostWrite(address: Int, byte: Int): Unit = space.hostWrite(address, byte)
 
   /** The level of the interrupt to the host (IRQ-01). */

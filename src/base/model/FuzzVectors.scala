@@ -87,7 +87,7 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   /** The host must read these bytes, all of one word, in one access. */
   def hostReadWord(address: Int): Unit = {
     quiet()
-    val bytes = (0 until p.lanes).map(i => model.hostRead(address + i))
+    val bytes = model.hostRead(address, p.lanes)
     out.println(s"R ${hex(address, 4)}" + bytes.map(b => " " + hex(b, 2)).mkString)
   }
 

@@ -95,9 +95,20 @@ class LocalSpace(
   // ---- local side ----
 
   /** A byte as the host reads it, with what reading does; 0 where nothing is, or if it is denied. */
-  def hostRead(address: Int): Int = {
+  def hostRead(address: Int): Int = hostRead(address, bytes = 1).head
+
+  /** The bytes from `address` on as the host reads them in one access, which triggers the PDI watchdog when
+    * it ends: it sees that watchdog as it was (B-62).
+    */
+  def hostRead(address: Int, bytes: Int): Seq[Int] = {
+    val values = (0 until bytes).map(i => hostReadByte(address + i))
     watchdogs.foreach(_.pdi.trigger())
-    val value = passed(Side.Pdi, write = false, address).fold(0) { at =>
+    watch()
+    values
+  }
+
+  private def hostReadByte(address: Int): Int =
+    passed(Side.Pdi, write = false, address).fold(0) { at =>
       if (isMemory(at)) memory(at)
       else if (!registers.pdi(at).readable) 0
       else {
@@ -106,17 +117,14 @@ class LocalSpace(
         byte
       }
     }
-    watch()
-    value
-  }
 
   def hostWrite(address: Int, byte: Int): Unit = {
-    watchdogs.foreach(_.pdi.trigger())
     passed(Side.Pdi, write = true, address).foreach { at =>
       if (isMemory(at)) memory(at) = byte
       else if (registers.pdi(at).writable && allowed(registers.register(at).flatMap(_.pdiGuard)))
         store(at, byte, 0xff, byHost = true)
     }
+    watchdogs.foreach(_.pdi.trigger())
     watch()
   }
 

@@ -61,9 +61,10 @@ class ApplicationModelSpec extends AnyFlatSpec {
     dog.tick(10)
     assert(expired == 1)
   }
-  "WD-03, WD-05, WD-06, WD-09: the watchdog registers" should "work" in {
+  "WD-03, WD-05, WD-06, WD-09, B-62: the watchdog registers" should "work" in {
     val m = new EscModel(p, Some(image()))
-    assert(m.hostRead(0x0448) == 1 && m.hostRead(0x0440) == 0, "every host access triggers")
+    assert(m.hostRead(0x0448) == 0 && m.hostRead(0x0448) == 1, "a host access triggers when it ends")
+    assert(m.hostRead(0x0440) == 0)
     assert(write(m, 0x0420, 10, 0))
     m.advanceMs(2)
     assert(m.hostRead(0x0442) == 0 && m.hostRead(0x0440) == 0, "B-61: never triggered, never expired")
@@ -74,7 +75,7 @@ class ApplicationModelSpec extends AnyFlatSpec {
     m.hostRead(0x0440)
     assert((m.hostRead(0x0220) & 0x40) == 0)
     m.advanceMs(200)
-    assert((m.hostRead(0x0110) & 2) == 2 && m.hostRead(0x0443) == 1)
+    assert((m.hostRead(0x0110) & 2) == 0 && (m.hostRead(0x0110) & 2) == 2 && m.hostRead(0x0443) == 1)
     assert(write(m, 0x0443, 0) && m.hostRead(0x0442) == 0 && m.hostRead(0x0443) == 0)
     assert(write(m, 0x0420, 0, 0) && m.hostRead(0x0440) == 1, "off")
   }

@@ -6,18 +6,29 @@ import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
 import flyframe.params.EscParams
 
-/** Which FMMU maps a logical byte, and where to: FMMU-01 to FMMU-05, B-45, B-46. */
+/** Which FMMU maps a logical byte, and where to: FMMU-01 to FMMU-05, FMMU-09, B-45, B-46, B-47. */
 class FmmusSpec extends AnyFlatSpec with SharedSimulation {
-  private case class Entry(logical: Long, length: Int, physical: Int, typ: Int, active: Boolean = true) {
+
+  /** First and last bit of the logical area, first bit of the local one: without effect in whole bytes. */
+  private case class Bits(start: Int, stop: Int, physical: Int)
+
+  private case class Entry(
+      logical: Long,
+      length: Int,
+      physical: Int,
+      typ: Int,
+      active: Boolean = true,
+      bits: Bits = Bits(7, 5, 3)
+  ) {
     def bytes: Seq[Int] = (0 until 4).map(i => (logical >> 8 * i & 0xff).toInt) ++
       Seq(
         length & 0xff,
         length >> 8,
-        0x07,
-        0x05,
+        bits.start,
+        bits.stop,
         physical & 0xff,
         physical >> 8,
-        0x03,
+        bits.physical,
         typ,
         if (active) 1 else 0
       )
@@ -25,6 +36,19 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
       Option.when(active && (typ >> direction & 1) == 1 && byte >= logical && byte < logical + length)(
         physical + (byte - logical).toInt
       )
+
+    /** Where the bits of a logical byte lead, as address and bit: those of the area follow each other in
+      * both.
+      */
+    def mapsBits(byte: Long, direction: Int): Map[Int, (Int, Int)] =
+      if (maps(byte, direction).isEmpty) Map.empty
+      else
+        (0 until 8).flatMap { bit =>
+          val order = 8 * (byte - logical).toInt + bit - bits.start
+          val last  = 8 * (length - 1) + bits.stop - bits.start
+          val place = 8 * physical + bits.physical + order
+          Option.when(order >= 0 && order <= last)(bit -> (place / 8, place % 8))
+        }.toMap
   }
   private val none = Entry(0, 0, 0, 0, active = false)
 
@@ -67,6 +91,36 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
       val expected = Seq(0, 1).map(d => entries.toSeq.flatMap(_.maps(byte, d)).headOption)
       assert(search(byte) == expected, f"byte 0x$byte%x of ${entries.toSeq}")
     }
+
+    /** The same bit by bit. Of two areas of one direction, FMMU-08 wants three free bytes between them. */
+    def checkBits(byte: Long): Unit = if (byte >= 0 && byte <= 0xffffffffL) {
+      search(byte)
+      for ((m, d) <- Seq(dut.read, dut.writes).zipWithIndex) {
+        val hint  = f"byte 0x$byte%x, direction $d of ${entries.toSeq}"
+        val hit   = m.hit.peek().litToBoolean
+        val early = hit && m.early.peek().litToBoolean
+        val upper = m.address.peek().litValue.toInt
+        val turn  = m.turn.peek().litValue.toInt
+        // Early: the byte before an area that begins in the upper one of two local bytes.
+        val next = entries.toSeq.find(e =>
+          e.active && (e.typ >> d & 1) == 1 && e.length > 0 && byte == e.logical - 1 && e.bits.physical > e.bits.start
+        )
+        assert(early == next.isDefined && next.forall(_.physical == upper), hint)
+        val from = if (m.first.peek().litToBoolean) m.startBit.peek().litValue.toInt else 0
+        val to   = if (m.last.peek().litToBoolean) m.stopBit.peek().litValue.toInt else 7
+        val mapped =
+          if (!hit || early) Map.empty[Int, (Int, Int)]
+          else
+            (from to to).map { bit =>
+              val below = turn != 0 && bit + turn < 8
+              bit -> (if (below) upper - 1 else upper, (bit + turn) % 8)
+            }.toMap
+        assert(mapped == entries.toSeq.map(_.mapsBits(byte, d)).find(_.nonEmpty).getOrElse(Map.empty), hint)
+      }
+    }
+    def aroundBits(e: Entry): Unit =
+      Seq(-2L, -1L, 0L, 1L, e.length / 2L, e.length - 2L, e.length - 1L, e.length.toLong).distinct
+        .foreach(i => checkBits(e.logical + i))
     def around(e: Entry): Unit =
       Seq(-1L, 0L, 1L, e.length / 2L, e.length - 1L, e.length.toLong).foreach(i => check(e.logical + i))
   }
@@ -144,6 +198,57 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
             )
           for (_ <- 0 until 12) b.check(random.nextInt(0x80))
         }
+      }
+    )
+  }
+
+  for (
+    p <- Seq(
+      EscParams(fmmus = 8, fmmuBitwise = 1),
+      EscParams(fmmus = 16, fmmuBitwise = 1, dataBusWidth = 16),
+      EscParams(fmmus = 3, fmmuBitwise = 1, dataBusWidth = 32, digitalOutputs = 8)
+    )
+  ) {
+    def check(name: String)(run: Bench => Unit): (String, Fmmus => Unit) =
+      name -> (dut => run(new Bench(dut, p)))
+    def possible(e: Entry) = e.length > 1 || e.bits.stop >= e.bits.start
+    together(s"${p.fmmus} bit-wise FMMUs, ${p.lanes}-byte words", new Fmmus(p))(
+      check("FMMU-09, B-46, B-47: any first and last bit, from any bit of the local byte on") { b =>
+        for (
+          start <- 0 until 8; stop <- 0 until 8; physical <- 0 until 8; length <- Seq(1, 2, 5);
+          n = (start + stop) % p.fmmus;
+          e = Entry(0x1000, length, 0x1100, 3, bits = Bits(start, stop, physical)) if possible(e)
+        ) {
+          b.set(n, e, wide = physical % 2 == 0)
+          b.aroundBits(e)
+          b.set(n, none)
+        }
+      },
+      check("FMMU-09: the ends of the address spaces, by type") { b =>
+        for (
+          logical <- Seq(0L, 0xfffffffaL); local <- Seq(1, 0xfff0); typ <- 0 to 3;
+          bits    <- Seq(Bits(0, 7, 0), Bits(3, 5, 1), Bits(2, 0, 7))
+        ) {
+          val e = Entry(logical, 6, local, typ, bits = bits)
+          b.set(p.fmmus - 1, e)
+          b.aroundBits(e)
+        }
+      },
+      check("FMMU-05, FMMU-08, FMMU-09: all of them, with three free bytes between, reads and writes apart") {
+        b =>
+          val random = new scala.util.Random(p.fmmus)
+          for (_ <- 0 until 8) {
+            for (n <- 0 until p.fmmus) {
+              val length = 2 + random.nextInt(4)
+              val bits   = Bits(random.nextInt(8), random.nextInt(8), random.nextInt(8))
+              b.set(
+                n,
+                Entry(0x2000 + 8 * n, length, 0x1000 + 0x20 * n, n % 3 + 1, bits = bits),
+                random.nextBoolean()
+              )
+            }
+            for (byte <- 0x1ffcL until 0x2004L + 8 * p.fmmus) b.checkBits(byte)
+          }
       }
     )
   }

@@ -65,6 +65,18 @@ object WatchdogRules extends Rules {
     assert(!alive && (get(0x0110, 1).get.head & 2) == 0, "WD-07")
     assert(get(0x0443, 1).contains(Seq(1)))
   }
+  rule("B-62: a host's read of the PDI watchdog's status sees what was before it", some) { s =>
+    import s._
+    def status = (bench.hostRead(0x0448) & 1, bench.hostRead(0x0110) >> 1 & 1)
+    assert((bench.hostRead(0x0110) & 2) == 0, "the very first access")
+    assert(status == (1, 1))
+    for (address <- Seq(0x0448, 0x0110)) {
+      times(s, pdi = 1, processData = 0)
+      bench.advanceMs(3)
+      assert((bench.hostRead(address) & (if (address == 0x0110) 2 else 1)) == 0, "after it has expired")
+      assert(status == (1, 1))
+    }
+  }
   rule("WD-09, ERR-10: the watchdog counters stop at 0xFF; a write clears both", some) { s =>
     import s._
     times(s, pdi = 1, processData = 1)
