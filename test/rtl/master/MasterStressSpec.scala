@@ -81,7 +81,7 @@ class MasterStressSpec extends AnyFlatSpec with SharedSimulation {
           scene.changeAll()
           val answer = scene.driver.request(Bwr, 0x0e90L << 16, 1 to 8)
           assert(answer.forall(_ == slaves), s"round $round")
-          scene.driver.cycles(20)
+          scene.driver.cycles(40)
         }
         scene.check()
       }
