@@ -50,9 +50,9 @@ final case class LineState(
     case EventKind.Scanned   => copy(beyond = (e.node - e.position) max 0)
     case EventKind.Present   => withSlave(e)
     case EventKind.Found     => withSlave(e)
-    case EventKind.Lost      => at(e)(_.copy(answers = false))
-    case EventKind.Duplicate => at(e)(_.copy(twin = Some(e.sequence)))
-    case EventKind.Gap       => at(e)(_.copy(before = Some(e.sequence)))
+    case EventKind.Lost      => changed(e)(_.copy(answers = false))
+    case EventKind.Duplicate => changed(e)(_.copy(twin = Some(e.sequence)))
+    case EventKind.Gap       => changed(e)(_.copy(before = Some(e.sequence)))
     case _                   => this
   }
 
@@ -69,7 +69,7 @@ final case class LineState(
 
   // A slave that has restarted without being missed is known by the epoch of its records.
   private def withDetector(e: Event) =
-    at(e)(s => if (s.node == e.node) s.copy(epoch = e.epoch) else s)
+    changed(e)(s => if (s.node == e.node) s.copy(epoch = e.epoch) else s)
       .copy(detectors = detectors.updated(e.node, Detected(e.state, e.epoch)))
 
   private def withSlave(e: Event) = {
@@ -80,7 +80,7 @@ final case class LineState(
     else this
   }
 
-  private def at(e: Event)(change: Slave => Slave) =
+  private def changed(e: Event)(change: Slave => Slave) =
     if (e.position < slaves.size) copy(slaves = slaves.updated(e.position, change(slaves(e.position))))
     else this
 }

@@ -90,10 +90,10 @@ object DeviceCheck {
 
   private def mailbox(d: Device, p: EscParams) = {
     val managers = d.syncManagers.zipWithIndex.filter(_._1.use.mailbox)
-    val places = Seq(SmUse.MailboxOut, SmUse.MailboxIn).zipWithIndex.flatMap { case (use, at) =>
+    val places = Seq(SmUse.MailboxOut, SmUse.MailboxIn).zipWithIndex.flatMap { case (use, number) =>
       val found = managers.filter(_._1.use == use).map(_._2)
-      Option.when(d.mailbox.nonEmpty && found != Seq(at))(
-        s"A mailbox needs SyncManager $at, and no other, used for ${use.name}: masters expect it there."
+      Option.when(d.mailbox.nonEmpty && found != Seq(number))(
+        s"A mailbox needs SyncManager $number, and no other, used for ${use.name}: masters expect it there."
       )
     }
     val unwanted = Option.when(d.mailbox.isEmpty && managers.nonEmpty)(

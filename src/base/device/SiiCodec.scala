@@ -28,17 +28,17 @@ object SiiCodec {
   private def header(h: SiiHeader): Seq[Int] = {
     val configuration = h.configuration.flatMap(le16)
     val words         = Seq.newBuilder[(Int, Int)]
-    def at(address: Int, values: Int*): Unit = words ++= values.zipWithIndex.map { case (v, i) =>
+    def put(address: Int, values: Int*): Unit = words ++= values.zipWithIndex.map { case (v, i) =>
       (address + i, v)
     }
-    at(0x07, h.checksum.getOrElse(checksum(configuration)))
+    put(0x07, h.checksum.getOrElse(checksum(configuration)))
     Seq(h.vendor, h.product, h.revision, h.serial).zipWithIndex.foreach { case (v, i) =>
-      at(0x08 + 2 * i, (v & 0xffff).toInt, (v >> 16 & 0xffff).toInt)
+      put(0x08 + 2 * i, (v & 0xffff).toInt, (v >> 16 & 0xffff).toInt)
     }
-    at(0x14, h.bootstrap.words: _*)
-    at(0x18, h.mailbox.words: _*)
-    at(0x1c, h.protocols)
-    at(0x3e, h.sizeKbit - 1, h.version)
+    put(0x14, h.bootstrap.words: _*)
+    put(0x18, h.mailbox.words: _*)
+    put(0x1c, h.protocols)
+    put(0x3e, h.sizeKbit - 1, h.version)
     val all = words.result().toMap ++ h.others
     configuration ++ (7 until HeaderBytes / 2).flatMap(a => le16(all.getOrElse(a, 0)))
   }
@@ -99,13 +99,13 @@ object SiiCodec {
     catch { case e: Refused => Left(e.getMessage) }
 
   private final class Reader(bytes: IndexedSeq[Int], what: String) {
-    private var at = 0
-    def left: Int  = bytes.size - at
+    private var position = 0
+    def left: Int        = bytes.size - position
     def take(n: Int): IndexedSeq[Int] = {
       if (n > left)
         refuse(s"$what is broken: it ends ${n - left} ${if (n - left == 1) "byte" else "bytes"} too early.")
-      at += n
-      bytes.slice(at - n, at)
+      position += n
+      bytes.slice(position - n, position)
     }
     def u8(): Int               = take(1).head
     def u16(): Int              = u8() | u8() << 8
@@ -125,28 +125,28 @@ object SiiCodec {
       refuse(s"The image has ${bytes.size} bytes but an SII image has at least ${HeaderBytes + 2}.")
     if (bytes.size > MaxBytes)
       refuse(s"The image has ${bytes.size} bytes but an SII EEPROM has at most $MaxBytes.")
-    val head = readHeader(bytes)
-    var at   = HeaderBytes
+    val head     = readHeader(bytes)
+    var position = HeaderBytes
     def word(): Int = {
-      if (at + 2 > bytes.size)
+      if (position + 2 > bytes.size)
         refuse(
           f"The image is cut off: it ends at byte 0x${bytes.size}%04x, where a category header should be."
         )
-      at += 2
-      bytes(at - 2) | bytes(at - 1) << 8
+      position += 2
+      bytes(position - 2) | bytes(position - 1) << 8
     }
     val categories = Seq.newBuilder[SiiCategory]
     var code       = word()
     while (code != SiiCategory.End) {
-      val start = at - 2
+      val start = position - 2
       val name  = f"Category ${SiiCategory.name(code)} at byte 0x$start%04x"
       val size  = 2 * word()
-      if (at + size > bytes.size) refuse(s"$name has $size bytes and goes beyond the end of the image.")
-      categories += readCategory(code, bytes.slice(at, at + size), name)
-      at += size
+      if (position + size > bytes.size) refuse(s"$name has $size bytes and goes beyond the end of the image.")
+      categories += readCategory(code, bytes.slice(position, position + size), name)
+      position += size
       code = word()
     }
-    val tail = bytes.drop(at)
+    val tail = bytes.drop(position)
     SiiImage(head, categories.result(), bytes.size, tail.take(tail.lastIndexWhere(_ != 0xff) + 1))
   }
 

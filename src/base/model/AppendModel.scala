@@ -41,12 +41,12 @@ object AppendModel {
 
       // The datagrams, by their own lengths; the last one now says that more follow.
       @annotation.tailrec
-      def behind(at: Int): Option[Int] = little(at + Length.offset) match {
+      def behind(begin: Int): Option[Int] = little(begin + Length.offset) match {
         case None => None
         case Some(word) =>
           val more = (word & 0x8000) != 0
-          if (!more) put(2 * (at + Length.last) + 1, word >> 12 | 8)
-          val next = at + Overhead + (word & 0x7ff)
+          if (!more) put(2 * (begin + Length.last) + 1, word >> 12 | 8)
+          val next = begin + Overhead + (word & 0x7ff)
           if (more) behind(next) else Some(next)
       }
       val end   = if (length == 0) Some(start) else behind(start)

@@ -201,7 +201,7 @@ class EscModel(
       val sent = AppendModel.append(done.payload, done.bad, datagram, p.maxSubTelegrams)
       if (sent._1 != done.payload) {
         val nibbles = datagram.flatMap(b => Seq(b & 0xf, b >> 4))
-        extended = extended.copy(at = Some(sent._1.lastIndexOfSlice(nibbles)).filter(_ >= 0))
+        extended = extended.copy(insertedAt = Some(sent._1.lastIndexOfSlice(nibbles)).filter(_ >= 0))
       }
       sent
     }
@@ -223,7 +223,7 @@ class EscModel(
   *   that came or, if it was destroyed here, are left; preamble included
   * @param delayed
   *   it has left late, ready for a datagram (AP-02)
-  * @param at
+  * @param insertedAt
   *   nibble of its payload at which the datagram stands, if it got one (AP-05)
   * @param hasTime
   *   datagrams in it have read the time of an event
@@ -231,6 +231,6 @@ class EscModel(
 final case class Extension(
     nibbles: Int = 0,
     delayed: Boolean = false,
-    at: Option[Int] = None,
+    insertedAt: Option[Int] = None,
     hasTime: Boolean = false
 )

@@ -127,15 +127,15 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
 
   private def preamble(): Int = if (chance(95)) 15 else random.nextInt(20)
 
-  private def insert[T](items: Vector[T], at: Int, item: T): Vector[T] =
-    items.take(at) ++ (item +: items.drop(at))
+  private def insert[T](items: Vector[T], position: Int, item: T): Vector[T] =
+    items.take(position) ++ (item +: items.drop(position))
 
   /** The next frame. */
   def next(): WireFrame = {
-    val content = if (chance(94)) ethercat() else foreign()
-    val whole   = content ++ Fcs.of(content)
-    val symbols = symbolsOf(whole, preamble())
-    def at      = random.nextInt(symbols.size)
+    val content  = if (chance(94)) ethercat() else foreign()
+    val whole    = content ++ Fcs.of(content)
+    val symbols  = symbolsOf(whole, preamble())
+    def anywhere = random.nextInt(symbols.size)
     val damaged = random.nextInt(100) match {
       case r if r < 64 => symbols
       case r if r < 68 =>
@@ -147,8 +147,9 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
         val places  = if (timeless) content.size - 12 else 6
         val changed = content.updated(12 + random.nextInt(places), random.nextInt(256))
         symbolsOf(changed ++ Fcs.of(changed), 15)
-      case r if r < 76 => val i = at; symbols.updated(i, Symbol(symbols(i).nibble ^ (1 << random.nextInt(4))))
-      case r if r < 79 => symbols.take(1 + at)
+      case r if r < 76 =>
+        val i = anywhere; symbols.updated(i, Symbol(symbols(i).nibble ^ (1 << random.nextInt(4))))
+      case r if r < 79 => symbols.take(1 + anywhere)
       case r if r < 82 => // cut, with a right FCS
         val cut = content.take(1 + random.nextInt(content.size))
         symbolsOf(cut ++ Fcs.of(cut), 15)
@@ -156,8 +157,8 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
       case r if r < 88 => // marked by an ESC before
         val i = symbols.size - 1 - random.nextInt(8)
         symbols.updated(i, Symbol(symbols(i).nibble ^ 0xf)) :+ Symbol(0)
-      case r if r < 91 => val i = at; symbols.updated(i, symbols(i).copy(error = true))
-      case r if r < 93 => insert(symbols, at, Symbol(random.nextInt(16)))
+      case r if r < 91 => val i = anywhere; symbols.updated(i, symbols(i).copy(error = true))
+      case r if r < 93 => insert(symbols, anywhere, Symbol(random.nextInt(16)))
       case r if r < 94 => symbols.map(s => if (chance(10)) s.copy(error = true) else s)
       case r if r < 95 => Vector.fill(1 + random.nextInt(30))(Symbol(random.nextInt(16)))
       case r if r < 96 => Vector.fill(1 + random.nextInt(30))(Symbol(5))

@@ -115,7 +115,7 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
     frames += 1
     val sent    = model.receive(port, frame)
     val ext     = model.extension
-    val unknown = if (ext.hasTime) " ?" else ext.at.fold("")(at => s" T${at + TimeNibble}")
+    val unknown = if (ext.hasTime) " ?" else ext.insertedAt.fold("")(nibble => s" T${nibble + TimeNibble}")
     out.println(sent.fold("X -") { case (y, s) => s"X $y ${s.preamble} ${hexNibbles(s.payload)}$unknown" })
     if (waits) leaving = Some(Never)
     else if (ext.delayed)

@@ -19,14 +19,14 @@ class LineModel(val slaves: Seq[EscModel]) {
   }
 
   /** What the master gets back for `frame`; None if it was lost. */
-  def send(frame: WireFrame): Option[SentFrame] = if (cut(0)) None else at(0, 0, frame)
+  def send(frame: WireFrame): Option[SentFrame] = if (cut(0)) None else arrive(0, 0, frame)
 
   @annotation.tailrec
-  private def at(slave: Int, port: Int, frame: WireFrame): Option[SentFrame] =
+  private def arrive(slave: Int, port: Int, frame: WireFrame): Option[SentFrame] =
     slaves(slave).receive(port, frame) match {
       case Some((0, sent)) if slave == 0                                 => Some(sent)
-      case Some((0, sent)) if !cut(slave)                                => at(slave - 1, 1, sent.onWire)
-      case Some((1, sent)) if slave + 1 < slaves.size && !cut(slave + 1) => at(slave + 1, 0, sent.onWire)
+      case Some((0, sent)) if !cut(slave)                                => arrive(slave - 1, 1, sent.onWire)
+      case Some((1, sent)) if slave + 1 < slaves.size && !cut(slave + 1) => arrive(slave + 1, 0, sent.onWire)
       case _                                                             => None
     }
 }

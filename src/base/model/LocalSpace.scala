@@ -108,21 +108,21 @@ class LocalSpace(
   }
 
   private def hostReadByte(address: Int): Int =
-    passed(Side.Pdi, write = false, address).fold(0) { at =>
-      if (isMemory(at)) memory(at)
-      else if (!registers.pdi(at).readable) 0
+    passed(Side.Pdi, write = false, address).fold(0) { local =>
+      if (isMemory(local)) memory(local)
+      else if (!registers.pdi(local).readable) 0
       else {
-        val byte = registers.byte(at)
-        registers.register(at).foreach(r => units.foreach(_.readByHost(r)))
+        val byte = registers.byte(local)
+        registers.register(local).foreach(r => units.foreach(_.readByHost(r)))
         byte
       }
     }
 
   def hostWrite(address: Int, byte: Int): Unit = {
-    passed(Side.Pdi, write = true, address).foreach { at =>
-      if (isMemory(at)) memory(at) = byte
-      else if (registers.pdi(at).writable && allowed(registers.register(at).flatMap(_.pdiGuard)))
-        store(at, byte, 0xff, byHost = true)
+    passed(Side.Pdi, write = true, address).foreach { local =>
+      if (isMemory(local)) memory(local) = byte
+      else if (registers.pdi(local).writable && allowed(registers.register(local).flatMap(_.pdiGuard)))
+        store(local, byte, 0xff, byHost = true)
     }
     watchdogs.foreach(_.pdi.trigger())
     watch()
@@ -145,26 +145,27 @@ class LocalSpace(
     var hasTime = false
     syncManagers.frameStarts()
 
-    def read(address: Int): Option[Int] = passed(Side.Ecat, write = false, address).flatMap { at =>
-      if (isMemory(at)) Some(memory(at))
+    def read(address: Int): Option[Int] = passed(Side.Ecat, write = false, address).flatMap { local =>
+      if (isMemory(local)) Some(memory(local))
       else
-        Option.when(registers.ecat(at).readable) {
-          read += at
-          if (alarm.exists(_.isTime(at))) hasTime = true
-          registers.byte(at)
+        Option.when(registers.ecat(local).readable) {
+          read += local
+          if (alarm.exists(_.isTime(local))) hasTime = true
+          registers.byte(local)
         }
     }
 
     def claim(address: Int): Option[(Int, Int) => Boolean] =
-      passed(Side.Ecat, write = true, address).flatMap { at =>
-        if (isMemory(at)) Some((byte, _) => { memory(at) = byte; true })
+      passed(Side.Ecat, write = true, address).flatMap { local =>
+        if (isMemory(local)) Some((byte, _) => { memory(local) = byte; true })
         else
-          Option.when(registers.ecat(at).writable && allowed(registers.register(at).flatMap(_.ecatGuard))) {
-            (byte: Int, bits: Int) =>
-              val may = pending.size < p.writeLogDepth // B-17
-              if (may)
-                pending :+= (at, byte, if (registers.register(at).exists(_.bitWritable)) bits else 0xff)
-              may
+          Option.when(
+            registers.ecat(local).writable && allowed(registers.register(local).flatMap(_.ecatGuard))
+          ) { (byte: Int, bits: Int) =>
+            val may = pending.size < p.writeLogDepth // B-17
+            if (may)
+              pending :+= (local, byte, if (registers.register(local).exists(_.bitWritable)) bits else 0xff)
+            may
           }
       }
 

@@ -103,19 +103,20 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       )
       tests
         .collectFirst {
-          case (at, _) if !has(at) => passed(bad = true)
-          case (at, false)         => foreignAt(at)
+          case (byte, _) if !has(byte) => passed(bad = true)
+          case (byte, false)           => foreignAt(byte)
         }
         .getOrElse {
           putLittle(start + 26, 0) // UDP checksum, FP-05
-          if (has(start + 27)) ethercat(start + 28, at => foreignUdp(start + 20, at)) else passed(bad = true)
+          if (has(start + 27)) ethercat(start + 28, byte => foreignUdp(start + 20, byte))
+          else passed(bad = true)
         }
     }
 
     /** B-12: not EtherCAT after all, but the checksum of the UDP datagram at `start` is cleared. */
-    private def foreignUdp(start: Int, at: Int): Processed = {
+    private def foreignUdp(start: Int, byte: Int): Processed = {
       val length = big(start + 4) & 0xfff
-      if (settings.destroyForeign) destroyedAfter(at)
+      if (settings.destroyForeign) destroyedAfter(byte)
       else if (length < 10) passed(bad = true)
       else ending(start + length, 0)
     }

@@ -107,17 +107,17 @@ class SiiModel(
   }
 
   private def execute(code: Int, bytes: Array[Int]): Unit = {
-    val at = (2 * registers.wide("eeprom_address") % bytes.length).toInt
+    val address = (2 * registers.wide("eeprom_address") % bytes.length).toInt
     def value(from: Int, count: Int): Long =
-      (0 until count).map(i => bytes((at + from + i) % bytes.length).toLong << 8 * i).sum
+      (0 until count).map(i => bytes((address + from + i) % bytes.length).toLong << 8 * i).sum
     code match {
       case 1 =>
         registers.setWide("eeprom_data", value(0, 2))
         registers.setWide("eeprom_data_high", value(2, 6))
       case 2 =>
         val data = registers.value("eeprom_data")
-        bytes(at) = data & 0xff
-        bytes((at + 1) % bytes.length) = data >> 8
+        bytes(address) = data & 0xff
+        bytes((address + 1) % bytes.length) = data >> 8
       case _ => if (load(bytes.toSeq, first = false)) loads()
     }
   }

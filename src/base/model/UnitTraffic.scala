@@ -99,7 +99,7 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
     val length = sm(n, "length") min 300
     val end    = start + sm(n, "length") - 1
     val split  = random.nextInt(length max 1)
-    val (at, count) = random.nextInt(8) match {
+    val (first, count) = random.nextInt(8) match {
       case 0 => (start, split)
       case 1 => (start + split, length - split)
       case 2 => (end, 1)
@@ -107,7 +107,7 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
       case 4 => (start - random.nextInt(3), length + random.nextInt(6))
       case _ => (start, length)
     }
-    (at max 0 min 0xffff, count max 1)
+    (first max 0 min 0xffff, count max 1)
   }
 
   // ---- FMMUs ----
@@ -148,9 +148,9 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
   private def logical(): Datagram = {
     val n     = random.nextInt(p.fmmus)
     val start = model.registers.wide(s"fmmu${n}_logical_start")
-    val at    = start + (if (chance(60)) 0 else random.nextInt(6) - 3)
+    val first = start + (if (chance(60)) 0 else random.nextInt(6) - 3)
     val count = if (chance(60)) fmmu(n, "length") min 40 max 1 else 1 + random.nextInt(16)
-    Datagram(pick(Seq(Lrd, Lwr, Lrw)), at & 0xffffffffL, bytes(count))
+    Datagram(pick(Seq(Lrd, Lwr, Lrw)), first & 0xffffffffL, bytes(count))
   }
 
   // ---- application layer and events ----
@@ -302,12 +302,12 @@ object UnitTraffic {
   def calm(p: EscParams, d: Datagram): Datagram =
     if (Set(Lrd, Lwr, Lrw)(d.command)) d
     else {
-      val at = (d.address >> 16 & 0xffff).toInt
+      val address = (d.address >> 16 & 0xffff).toInt
       if (
-        p.hasWatchdogs && at <= WatchdogStates.end && at + d.data.size > WatchdogStates.start && d.command != Apwr
+        p.hasWatchdogs && address <= WatchdogStates.end && address + d.data.size > WatchdogStates.start && d.command != Apwr
       )
         d.copy(address = d.address ^ (0x0800L << 16)) // no reading of watchdog states
-      else d.copy(data = d.data.zipWithIndex.map { case (b, i) => calm(p, at + i, b) })
+      else d.copy(data = d.data.zipWithIndex.map { case (b, i) => calm(p, address + i, b) })
     }
 
   /** With one access to the events of a detector, as masters do: two of them in a frame meet an order of
@@ -315,8 +315,8 @@ object UnitTraffic {
     */
   def oneForEvents(datagrams: Seq[Datagram]): Seq[Datagram] = {
     def touches(d: Datagram) = {
-      val at = (d.address >> 16 & 0xffff).toInt
-      at <= AlarmRegisters.Confirm + 1 && at + d.data.size > AlarmRegisters.Acknowledge
+      val address = (d.address >> 16 & 0xffff).toInt
+      address <= AlarmRegisters.Confirm + 1 && address + d.data.size > AlarmRegisters.Acknowledge
     }
     val first = datagrams.indexWhere(touches)
     datagrams.zipWithIndex.map { case (d, i) =>

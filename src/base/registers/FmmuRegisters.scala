@@ -15,25 +15,25 @@ object FmmuRegisters {
   val Activate = 12
 
   // format: off
-  private def fmmu(n: Int, at: Int): Seq[Register] = Seq(
-    register(at,            4, s"fmmu${n}_logical_start",  rw, r, "FMMU-01", "FMMU logical start address",
+  private def fmmu(n: Int, first: Int): Seq[Register] = Seq(
+    register(first,            4, s"fmmu${n}_logical_start",  rw, r, "FMMU-01", "FMMU logical start address",
       field(s"fmmu${n}_logical_start",  31, 0, ram, 0, "First logical byte")),
-    register(at + 4,        2, s"fmmu${n}_length",         rw, r, "FMMU-01", "FMMU length",
+    register(first + 4,        2, s"fmmu${n}_length",         rw, r, "FMMU-01", "FMMU length",
       field(s"fmmu${n}_length",         15, 0, ram, 0,
           "Logical bytes, from the first to the last with a mapped bit")),
-    register(at + 6,        1, s"fmmu${n}_start_bit",      rw, r, "FMMU-01", "FMMU logical start bit",
+    register(first + 6,        1, s"fmmu${n}_start_bit",      rw, r, "FMMU-01", "FMMU logical start bit",
       field(s"fmmu${n}_start_bit",       2, 0, ram, 0, "First mapped bit of the first logical byte")),
-    register(at + 7,        1, s"fmmu${n}_stop_bit",       rw, r, "FMMU-01", "FMMU logical stop bit",
+    register(first + 7,        1, s"fmmu${n}_stop_bit",       rw, r, "FMMU-01", "FMMU logical stop bit",
       field(s"fmmu${n}_stop_bit",        2, 0, ram, 0, "Last mapped bit of the last logical byte")),
-    register(at + 8,        2, s"fmmu${n}_physical_start", rw, r, "FMMU-01", "FMMU physical start address",
+    register(first + 8,        2, s"fmmu${n}_physical_start", rw, r, "FMMU-01", "FMMU physical start address",
       field(s"fmmu${n}_physical_start", 15, 0, ram, 0, "Local address of the first byte")),
-    register(at + 10,       1, s"fmmu${n}_physical_bit",   rw, r, "FMMU-01", "FMMU physical start bit",
+    register(first + 10,       1, s"fmmu${n}_physical_bit",   rw, r, "FMMU-01", "FMMU physical start bit",
       field(s"fmmu${n}_physical_bit",    2, 0, ram, 0, "First bit in the first local byte")),
-    register(at + 11,       1, s"fmmu${n}_type",           rw, r, "FMMU-01", "FMMU type",
+    register(first + 11,       1, s"fmmu${n}_type",           rw, r, "FMMU-01", "FMMU type",
       field(s"fmmu${n}_type",            1, 0, ram, 0, "Bit 0: for reads; bit 1: for writes")),
-    register(at + Activate, 1, s"fmmu${n}_activate",       rw, r, "FMMU-01", "FMMU activate",
+    register(first + Activate, 1, s"fmmu${n}_activate",       rw, r, "FMMU-01", "FMMU activate",
       field(s"fmmu${n}_activate",        0, 0, ram, 0, "1: active")),
-    register(at + 13,       3, s"fmmu${n}_reserved",       r,  r, "FMMU-01", "FMMU reserved")
+    register(first + 13,       3, s"fmmu${n}_reserved",       r,  r, "FMMU-01", "FMMU reserved")
   )
   // format: on
 

@@ -68,7 +68,8 @@ object RegisterMap {
   }
 
   /** The register that covers `byteAddress`, if it exists. */
-  def at(registers: Seq[Register], byteAddress: Int): Option[Register] = registers.find(_.covers(byteAddress))
+  def covering(registers: Seq[Register], byteAddress: Int): Option[Register] =
+    registers.find(_.covers(byteAddress))
 
   // ---- SyncManagers ----
 
@@ -116,5 +117,5 @@ object RegisterMap {
 
   /** Bits that exist of the byte at `address` in the register RAM. */
   def ramMask(registers: Seq[Register], address: Int): Int =
-    at(registers, address).fold(0)(r => (r.mask >> (8 * (address - r.address)) & 0xff).toInt)
+    covering(registers, address).fold(0)(r => (r.mask >> (8 * (address - r.address)) & 0xff).toInt)
 }

@@ -20,29 +20,30 @@ object SyncManagerRegisters {
   val PdiControl = 7
 
   // format: off
-  private def syncManager(n: Int, at: Int): Seq[Register] = {
+  private def syncManager(n: Int, first: Int): Seq[Register] = {
     val idle = rwIf(s"sm${n}_disabled")
     Seq(
-    register(at,              2, s"sm${n}_start",       idle, r,   "SM-01 to SM-10",
+    register(first,              2, s"sm${n}_start",       idle, r,   "SM-01 to SM-10",
         "SyncManager start address",
       field(s"sm${n}_start",              15, 0, ram,    0, "First byte; writable while inactive")),
-    register(at + 2,          2, s"sm${n}_length",      idle, r,   "SM-01 to SM-10", "SyncManager length",
+    register(first + 2,          2, s"sm${n}_length",      idle, r,   "SM-01 to SM-10", "SyncManager length",
       field(s"sm${n}_length",             15, 0, ram,    0, "Bytes of a buffer; writable while inactive")),
-    register(at + Control,    1, s"sm${n}_control",     idle, r,   "SM-01 to SM-10", "SyncManager control",
+    register(first + Control,    1, s"sm${n}_control",     idle, r,   "SM-01 to SM-10", "SyncManager control",
       field(s"sm${n}_control",             7, 0, ram,    0,
           "[1] 0 buffered, 1 mailbox; [2] 1 ECAT writes; [4] ECAT, [5] AL interrupt; [6] watchdog " +
             "trigger; writable while inactive")),
-    register(at + Status,     1, s"sm${n}_status",      r,    r,   "SM-15, SM-21",   "SyncManager status",
+    register(first + Status,     1, s"sm${n}_status",      r,    r,   "SM-15, SM-21",   "SyncManager status",
       field(s"sm${n}_write_event",         0, 0, status, 0,
           "1: completely written; ends with the read of the first byte"),
       field(s"sm${n}_read_event",          1, 1, status, 0,
           "1: completely read; ends with the write of the first byte"),
       field(s"sm${n}_mailbox_full",        3, 3, status, 0, "Mailbox: 1 full"),
       field(s"sm${n}_last_buffer",         5, 4, status, 3, "Buffered: buffer written last, 3 = none")),
-    register(at + Activate,   1, s"sm${n}_activate",    rw,   ack, "SM-28, SM-35",   "SyncManager activate",
+    register(first + Activate,   1, s"sm${n}_activate",    rw,   ack, "SM-28, SM-35",
+        "SyncManager activate",
       field(s"sm${n}_enable",              0, 0, stored, 0, "1: active"),
       field(s"sm${n}_repeat_request",      1, 1, stored, 0, "Toggled by the master")),
-    register(at + PdiControl, 1, s"sm${n}_pdi_control", r,    rw,  "SM-27, SM-35",
+    register(first + PdiControl, 1, s"sm${n}_pdi_control", r,    rw,  "SM-27, SM-35",
         "SyncManager PDI control",
       field(s"sm${n}_deactivated",         0, 0, status, 0, "1: switched off by the host, area locked"),
       field(s"sm${n}_repeat_acknowledge",  1, 1, stored, 0, "Toggled by the host"))

@@ -69,10 +69,10 @@ class DatagramAppender(
   private val buffered = delayed || chooses
 
   // What the nibble coming in is, for the time it leaves.
-  private val length   = Reg(UInt(12.W))
-  private val left     = Reg(UInt(12.W)) // of the length: bytes still to come
-  private val wrong    = Reg(Bool())     // length and datagrams do not fit together
-  private val at       = Cat(position.byte(0), position.high)
+  private val length = Reg(UInt(12.W))
+  private val left   = Reg(UInt(12.W)) // of the length: bytes still to come
+  private val wrong  = Reg(Bool())     // length and datagrams do not fit together
+  private val quarter  = Cat(position.byte(0), position.high).suggestName("at") // of the length's two bytes
   private val inHeader = in.payload && position.part === Part.ethercat && !position.checksumCleared
   private val isFirst  = position.byte === 0.U && !position.high
   private val isBehind = in.payload && isFirst && Mux(
@@ -86,7 +86,7 @@ class DatagramAppender(
     length <= (LongestLength - bytes).U && !length(11)
   when(step && in.valid && candidate) {
     when(inHeader) {
-      when(at =/= 3.U) { length := Cat(in.data, length(11, 4)) }
+      when(quarter =/= 3.U) { length := Cat(in.data, length(11, 4)) }
         .otherwise {
           append := in.data === 1.U && fits && !in.last
           left   := length
@@ -108,9 +108,9 @@ class DatagramAppender(
   entry.mark := MuxCase(
     Mark.none,
     Seq(
-      (inHeader && at =/= 3.U) -> Mark.length,
-      isMore                   -> Mark.more,
-      isBehind                 -> Mark.behind
+      (inHeader && quarter =/= 3.U) -> Mark.length,
+      isMore                        -> Mark.more,
+      isBehind                      -> Mark.behind
     )
   )
 

@@ -232,8 +232,8 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
     val scratch   = if (p.hasSii) SiiRegisters.Scratch else Nil
     val single =
       (registers.filter(r => r.inRam && r.block.isEmpty).flatMap(_.range) ++ scratch).map(_ / lanes).distinct
-    val at   = registerWrite.bits.byteAddress
-    val area = areas.map(holds(_, at)).reduce(_ || _)
+    val address = registerWrite.bits.byteAddress
+    val area    = areas.map(holds(_, address)).reduce(_ || _)
     val exists = area || !isClear || single
       .map(w => registerWrite.bits.address === w.U)
       .reduceOption(_ || _)
@@ -246,14 +246,18 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
       }
     val keep = VecInit((0 until lanes).map { lane =>
       limits.filter(_._1 % lanes == lane).foldLeft(0xff.U(8.W)) { case (mask, (a, bits)) =>
-        Mux(holds(RegisterMap.FmmuArea, at) && at(3, laneBits) === ((a & 15) / lanes).U, bits.U, mask)
+        Mux(
+          holds(RegisterMap.FmmuArea, address) && address(3, laneBits) === ((a & 15) / lanes).U,
+          bits.U,
+          mask
+        )
       }
     }).asUInt
     when(registerToRam) { ramWrite.valid := false.B }
     when(registerWrite.valid && exists) {
       ramWrite.valid              := true.B
       ramWrite.bits.place.process := false.B
-      ramWrite.bits.place.index   := registerRamOffset(at) >> laneBits
+      ramWrite.bits.place.index   := registerRamOffset(address) >> laneBits
       ramWrite.bits.mask          := registerWrite.bits.mask
       ramWrite.bits.data          := registerWrite.bits.data & keep
     }

@@ -98,7 +98,7 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
     for (p <- complete) {
       val registers = RegisterMap(p)
       val ports     = (p.ports until 4).map(0x0300 + 2 * _) // error counters of ports that do not exist
-      assert(RegisterList.mandatory.filter(RegisterMap.at(registers, _).isEmpty) == ports, p.preset)
+      assert(RegisterList.mandatory.filter(RegisterMap.covering(registers, _).isEmpty) == ports, p.preset)
     }
   }
 }
@@ -119,7 +119,7 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
   private val registers               = RegisterMap(p)
   private val end                     = RegisterMap.ProcessRamStart
   private def isUserRam(address: Int) = address >= RegisterMap.UserRamStart
-  private def at(address: Int)        = RegisterMap.at(registers, address)
+  private def at(address: Int)        = RegisterMap.covering(registers, address)
   private def hex(address: Int)       = f"0x$address%04x"
 
   private def access(address: Int, side: Register => Access): Access =
