@@ -32,7 +32,10 @@ object Source {
     *   also kept as [[Ram]], from where it is read; only in a master
     */
   final case class Stored(hardwareSet: Boolean = false, mirrored: Boolean = false) extends Source {
-    require(!(hardwareSet && mirrored), "a mirrored field must not change without a write")
+    require(
+      !(hardwareSet && mirrored),
+      "hardwareSet is true but must be false for a mirrored field, whose copy changes by writes only."
+    )
   }
 
   /** Driven by a unit of the controller, which also sees what is written there. */
@@ -58,7 +61,10 @@ final case class Field(
     reset: BigInt,
     meaning: String
 ) {
-  require(high >= low && low >= 0, s"field $name: bits $high:$low")
+  require(
+    high >= low && low >= 0,
+    s"field $name has bits $high to $low but must have bits from high to low, down to 0."
+  )
   def width: Int = high - low + 1
 
   /** Bits set where the field is in the register. */
@@ -114,11 +120,19 @@ final case class Register(
     managed: Boolean = false,
     bitWritable: Boolean = false
 ) {
-  require(fields.forall(_.high < 8 * bytes), s"register $name: field beyond its $bytes bytes")
+  require(bytes > 0, s"register $name has $bytes bytes but must have 1 or more.")
+  for (f <- fields)
+    require(
+      f.high < 8 * bytes,
+      s"field ${f.name} has bits ${f.high} to ${f.low} but must be within ${8 * bytes - 1} to 0 of register $name."
+    )
 
   /** It is read from the register RAM. */
   def inRam: Boolean = fields.exists(_.inRam)
-  require(!inRam || fields.forall(_.inRam), s"register $name: only partly in RAM")
+  require(
+    !inRam || fields.forall(_.inRam),
+    s"register $name has ${fields.count(_.inRam)} fields in RAM but must have all ${fields.size} or none there."
+  )
 
   /** A write of it changes something. */
   def stores: Boolean = fields.exists(_.source match {
@@ -133,6 +147,10 @@ final case class Register(
   def reset: BigInt = fields.map(f => f.reset << f.low).fold(BigInt(0))(_ | _)
 
   def covers(byteAddress: Int): Boolean = byteAddress >= address && byteAddress < address + bytes
+
+  /** The beginning of a sentence on its address. */
+  private[registers] def place: String =
+    f"register $name is at 0x$address%04x to 0x${address + bytes - 1}%04x"
 
   /** The byte addresses of this register. */
   def range: Range = address until address + bytes

@@ -34,37 +34,126 @@ object RegisterMap {
     */
   def apply(p: EscParams, added: Seq[Register] = Nil): Seq[Register] = {
     val registers = ((if (p.isMaster) MasterRegisters(p) else ofSlave(p)) ++ added).sortBy(_.address)
+    val end       = if (p.isMaster) 1 << addressBits(p) else UserRamStart
+    for (r <- registers)
+      require(
+        r.address >= 0 && r.address + r.bytes <= end,
+        s"${r.place} but must be at ${hex(0 until end)}."
+      )
     registers.zip(registers.drop(1)).foreach { case (a, b) =>
-      require(a.address + a.bytes <= b.address, s"registers ${a.name} and ${b.name} overlap")
+      require(
+        a.address + a.bytes <= b.address,
+        f"${b.place} but must be at 0x${a.address + a.bytes}%04x or above, as ${a.name} is in front of it."
+      )
     }
-    require(registers.last.address + registers.last.bytes <= UserRamStart, "register beyond 0x0F7F")
     val names = registers.flatMap(_.fields.map(_.name))
-    require(
-      names.distinct.size == names.size,
-      s"two fields are called ${names.diff(names.distinct).mkString(", ")}"
-    )
-    if (!p.isMaster) checkSlave(p, registers)
+    for (name <- names.diff(names.distinct))
+      require(
+        requirement = false,
+        s"field $name stands in ${names.count(_ == name)} places of the registers but must stand in 1."
+      )
+    if (!p.isMaster) {
+      checkSlave(p, registers)
+      checkManaged(registers)
+      checkAdded(p, added)
+      checkRam(p, registers, added)
+    }
     registers
   }
 
-  private def checkSlave(p: EscParams, registers: Seq[Register]): Unit = {
-    val inRam  = registers.filter(_.inRam)
-    val places = inRam.flatMap(_.range.map(ramIndex))
-    require(places.distinct.size == places.size, "two registers at one place of the register RAM")
-    for (r <- registers) {
-      require(!r.inRam || p.hasRegisterRam, s"register ${r.name} is in RAM but there is no register RAM")
-      require(!r.inRam || r.reset == 0, s"register ${r.name} is in RAM, which is 0 after a reset")
+  private def hex(range: Range): String = f"0x${range.head}%04x to 0x${range.last}%04x"
+
+  private def checkSlave(p: EscParams, registers: Seq[Register]): Unit = for (r <- registers) {
+    require(
+      !r.bitWritable || p.hasBitWrites || !p.hasBitwiseFmmus,
+      s"register ${r.name} is bitWritable, for which digitalOutputs is ${p.digitalOutputs} but must be 1 to 4."
+    )
+    if (r.inRam) {
       require(
-        !r.bitWritable || p.hasBitWrites || !p.hasBitwiseFmmus,
-        s"register ${r.name} is written bit by bit, which takes digitalOutputs"
+        p.hasRegisterRam,
+        s"register ${r.name} has ram fields but must have none, as the parameters build no register RAM."
+      )
+      require(
+        r.reset == 0,
+        s"register ${r.name} has ram fields and reset value ${r.reset} but must have reset value 0."
+      )
+      // The RTL masks reserved bits of FMMUs only, with those of the first FMMU for all.
+      require(
+        FmmuArea.holds(r.address) || r.mask == (BigInt(1) << (8 * r.bytes)) - 1,
+        s"register ${r.name} has ram fields in ${r.mask.bitCount} bits but must have them in all ${8 * r.bytes}."
       )
     }
+  }
+
+  /** The RTL compares whole words in front of the user RAM. */
+  private def checkManaged(registers: Seq[Register]): Unit = {
     val unmanaged = unmanagedWords(registers).toSet
-    for (r <- registers if r.managed)
+    for (r <- registers if r.managed) {
       require(
-        !r.range.exists(a => unmanaged(a / 4)),
-        s"register ${r.name} shares a word of four bytes with one that SyncManagers do not act on"
+        ManagedRange.contains(r.address) && ManagedRange.contains(r.range.last),
+        s"${r.place} and managed but must be at ${hex(ManagedRange)}."
       )
+      require(
+        Integer.bitCount(r.bytes) == 1,
+        s"register ${r.name} is managed and has ${r.bytes} bytes but must have 1, 2, 4, 8, 16, 32, 64 or 128."
+      )
+      require(
+        r.address % r.bytes == 0,
+        s"${r.place} and managed but must be at a multiple of its ${r.bytes} bytes."
+      )
+      for (a <- r.range.find(a => unmanaged(a / 4)))
+        require(
+          requirement = false,
+          f"${r.place} and managed but must be outside of 0x${a / 4 * 4}%04x to 0x${a / 4 * 4 + 3}%04x, a word with a register that is not."
+        )
+    }
+  }
+
+  /** The RTL clears the register RAM, and the SII unit writes to it, by the addresses of its areas; for
+    * registers there, these are writes like all others. Of blocks it decodes and keeps those of the units.
+    */
+  private def checkAdded(p: EscParams, added: Seq[Register]): Unit = for (r <- added) {
+    for (b <- r.block)
+      require(
+        requirement = false,
+        s"register ${r.name} is one of ${b.count} in a block but must be in none, as only FMMUs and SyncManagers are."
+      )
+    if (p.hasRegisterRam)
+      require(
+        !r.range.exists(a => Areas.exists(_.holds(a))),
+        s"${r.place} but must be outside of ${Areas.map(a => hex(a.range)).mkString(", ")}, by which the register RAM is cleared."
+      )
+  }
+
+  /** A register in RAM has its place there to itself. */
+  private def checkRam(p: EscParams, registers: Seq[Register], added: Seq[Register]): Unit = {
+    val stored   = registers.filter(_.inRam)
+    val reserved = if (p.hasSii) SiiRegisters.Scratch else 0 until 0
+    for (r <- stored; a <- r.range)
+      require(
+        !reserved.exists(ramIndex(_) == ramIndex(a)),
+        s"${r.place} and in RAM but must not have the low seven bits of ${hex(reserved)}, where the SII unit keeps its own."
+      )
+    val writers = ramBytes(p, registers).groupMap { case (_, a) => ramIndex(a) } { case (r, _) => r }
+    for (r <- stored; a <- r.range; other <- writers(ramIndex(a)) if other != r) {
+      val (told, there) = if (added.contains(r)) (r, other) else (other, r)
+      require(
+        requirement = false,
+        f"${told.place}, where writes of it reach the register RAM, but must not have the low seven bits 0x${a & 0x7f}%02x, which are those of ${there.place}."
+      )
+    }
+  }
+
+  /** The bytes, with their registers, whose writes reach the register RAM: those in RAM, and, as the RTL
+    * tells them by words of `dataBusWidth`, all others in a word with one of them that a side or unit writes.
+    * These write a place that nobody reads, unless it is that of another register.
+    */
+  private def ramBytes(p: EscParams, registers: Seq[Register]): Seq[(Register, Int)] = {
+    val words = registers.filter(_.inRam).flatMap(_.range.map(_ / p.lanes)).toSet
+    for {
+      r <- registers if r.inRam || r.stores || r.ecat.writable || r.pdi.writable
+      a <- r.range if words(a / p.lanes)
+    } yield (r, a)
   }
 
   /** The register that covers `byteAddress`, if it exists. */
@@ -72,6 +161,9 @@ object RegisterMap {
     registers.find(_.covers(byteAddress))
 
   // ---- SyncManagers ----
+
+  /** Where registers may be `managed`: as many bytes as the user RAM has, in front of it. */
+  val ManagedRange: Range = UserRamStart - (ProcessRamStart - UserRamStart) until UserRamStart
 
   /** First address that SyncManagers act on (B-52). They do so from there on up, but for [[unmanagedWords]].
     */
@@ -94,7 +186,7 @@ object RegisterMap {
   final case class RamArea(start: Int, bits: Int, index: Int) {
     require(
       start % (1 << bits) == 0 && index % (1 << bits) == 0,
-      f"area of the register RAM for 0x$start%04x"
+      f"area of the register RAM has start 0x$start%04x and index 0x$index%03x but both must be multiples of ${1 << bits}."
     )
     def holds(address: Int): Boolean = address >> bits == start >> bits
     def range: Range                 = start until start + (1 << bits)
@@ -108,6 +200,8 @@ object RegisterMap {
     * by.
     */
   val OtherArea: RamArea = RamArea(0x0500, 7, 0x180)
+
+  private def Areas = Seq(OtherArea, FmmuArea, SyncManagerArea)
 
   /** Where the register RAM keeps the byte at `address`. */
   def ramIndex(address: Int): Int = {

@@ -32,17 +32,16 @@ class AreaPort(p: EscParams) extends Bundle {
   val ramOpen = Output(Bool())
 }
 
-/** The addresses that SyncManagers act on (B-52). */
+/** The addresses that SyncManagers act on (B-52).
+  *
+  * @param registers
+  *   checked by [[RegisterMap]], so that those in front of the user RAM can be compared by whole words
+  */
 class ManagedSpace(p: EscParams, registers: Seq[Register]) {
   private val first   = RegisterMap.firstManaged(registers)
   private val managed = registers.filter(_.managed)
   private val others  = RegisterMap.unmanagedWords(registers)
   private def area    = 1 << log2Ceil(RegisterMap.ProcessRamStart - RegisterMap.UserRamStart)
-  for (r <- managed)
-    require(
-      r.address / area == RegisterMap.UserRamStart / area - 1 && isPow2(r.bytes) && r.address % r.bytes == 0,
-      f"register ${r.name} at 0x${r.address}%04x: SyncManagers act on whole words in front of the user RAM only"
-    )
 
   /** There are registers that SyncManagers do not act on, behind the first address that they act on. */
   def hasOthers: Boolean = others.nonEmpty

@@ -171,17 +171,4 @@ class AddedRegisterSpec extends AnyFlatSpec with SharedSimulation {
       name -> { dut: ControllerUnderTest => check(new RtlBench(dut, p)) }
     }: _*)
   }
-
-  "A register at a place that is taken" should "be refused" in {
-    val twice =
-      intercept[IllegalArgumentException](RegisterMap(plain, BellRegisters.all ++ BellRegisters.all))
-    assert(twice.getMessage.contains("registers bell_text and bell_text overlap"))
-  }
-  "A register in one word with one that SyncManagers act on" should "be refused" in {
-    val close = BellRegisters.all.map(r =>
-      if (r.managed) r.copy(bytes = 2, fields = Nil) else r.copy(address = Text + 2)
-    )
-    val error = intercept[IllegalArgumentException](RegisterMap(plain, close))
-    assert(error.getMessage.contains("register bell_text shares a word"))
-  }
 }
