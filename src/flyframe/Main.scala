@@ -37,6 +37,17 @@ object Main {
   /** The file for host programs of the alarm system that goes with every header of its controllers. */
   private val ProtocolHeader = "protocol.h"
 
+  /** What a parameter is in a slave, and in a master, if that differs. */
+  private def described(i: ParamInfo): String = {
+    def told(i: ParamInfo, of: EscParams) =
+      s"${i.text}; default ${i.show(of)}; range ${i.rangeInWords}"
+    val (slave, master) = (told(i, default), told(i.in(1), Presets.master))
+    if (!i.roles(1)) s"$slave; slaves only"
+    else if (!i.roles(0)) s"$master; masters only"
+    else if (i.name == "role" || master == slave) slave
+    else s"$slave. Of a master: $master"
+  }
+
   private val parser: OParser[_, Request] = {
     val builder: OParserBuilder[Request] = OParser.builder[Request]
     import builder._
@@ -44,8 +55,7 @@ object Main {
       opt[String](i.name)
         .unbounded() // the last one counts
         .valueName("<n>")
-        .text(s"${i.text}; default ${i.show(default)}; range ${i.range}${if (i.unit == "code") ""
-          else " " + i.unit}")
+        .text(described(i))
         .validate(v =>
           if (number(v).isDefined) success else failure(s"${i.name} is '$v' but must be a whole number.")
         )
@@ -90,7 +100,9 @@ object Main {
         .valueName("<file>")
         .text("print this SII image and emit nothing")
         .action((v, r) => r.copy(printSii = Some(v))),
-      note("\nParameters (defaults are those of the default preset; hexadecimal with 0x):"),
+      note(
+        s"\nParameters (defaults are those of the default preset, of a master those of ${Presets.master.preset}; hexadecimal with 0x):"
+      ),
       OParser.sequence(parameters.head, parameters.tail: _*)
     )
   }

@@ -13,6 +13,7 @@ object ParameterPage {
     "|---|---|---:|---|---|"
   ) ++ ParamTable.all
     .filter(_.roles.contains(role))
+    .map(_.in(role))
     .map(i => s"| `--${i.name}` | ${i.text} | ${i.show(from)} | ${i.range} | ${unit(i)} |")
 
   private def ports(of: Seq[PortInfo]): Seq[String] = Seq(

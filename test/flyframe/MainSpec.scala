@@ -38,9 +38,16 @@ class MainSpec extends AnyFlatSpec {
     for (option <- Seq("help", "list", "preset", "all", "name", "out", "docs"))
       assert(result.out.contains(s"--$option"))
     for (i <- ParamTable.all) {
-      val line = result.out.linesIterator.dropWhile(!_.contains(s"--${i.name} ")).take(2).mkString(" ")
+      val from = result.out.linesIterator.dropWhile(!_.contains(s"--${i.name} "))
+      val line = from.next() + from.takeWhile(!_.trim.startsWith("--")).mkString(" ")
       for (text <- Seq(i.text, s"default ${i.show(Presets.default.params)}", s"range ${i.range}"))
         assert(line.contains(text), i.name)
+      if (i.roles(1) && i.name != "role") {
+        val master = line.drop(line.indexOf("Of a master: ") max 0)
+        for (text <- Seq(i.in(1).text, s"default ${i.show(Presets.master)}", s"range ${i.in(1).range}"))
+          assert(master.contains(text), i.name)
+      }
+      assert(line.contains("slaves only") == !i.roles(1) && line.contains("masters only") == !i.roles(0))
     }
   }
 
@@ -64,6 +71,13 @@ class MainSpec extends AnyFlatSpec {
   "A value out of range" should "be refused" in refused("--ports", 5)("ports", "5", "1 to 4")
   "A hexadecimal value out of range" should "be refused" in
     refused("--escType", "0x100")("escType", "0x0100", "0 to 255")
+  "A value out of the range of its role" should "be refused" in
+    refused("--preset", "alarm-master", "--coreClockMhz", 25)(
+      "coreClockMhz",
+      "25",
+      "50, 100, 125 MHz",
+      "role is 1"
+    )
   "Values that do not fit each other" should "be refused" in
     refused("--coreClockMhz", 25, "--txShift", 1)("txShift", "1", "0 to 0", "coreClockMhz 25")
   "An unknown preset" should "be refused" in

@@ -117,6 +117,8 @@ final case class EscParams(
   *   it is written hexadecimal
   * @param roles
   *   values of the parameter `role` for which it has an effect
+  * @param master
+  *   the same parameter as it is in a master, if it has another text or range there
   */
 final case class ParamInfo(
     name: String,
@@ -127,8 +129,15 @@ final case class ParamInfo(
     get: EscParams => Int,
     set: (EscParams, Int) => EscParams,
     hex: Boolean = false,
-    roles: Set[Int] = Set(0, 1)
+    roles: Set[Int] = Set(0, 1),
+    master: Option[ParamInfo] = None
 ) {
+
+  /** This parameter as it is in a controller with this `role`. */
+  def in(role: Int): ParamInfo = if (role == 1) master.getOrElse(this) else this
+
+  /** The range with its unit, as sentences name it. */
+  def rangeInWords: String = range + (if (unit == "code") "" else s" $unit")
 
   /** The value of this parameter in `p` as a person writes it. */
   def show(p: EscParams): String = if (hex && get(p) >= 0) f"0x${get(p)}%04x" else get(p).toString
@@ -165,6 +174,20 @@ object ParamTable {
     "escBuild"
   )
   private val notOfSlaves = Set("maxSlaves")
+
+  /** What is different in a master. */
+  private val inMasters: Map[String, ParamInfo => ParamInfo] = {
+    def text(text: String)(i: ParamInfo) = i.copy(text = text)
+    val (clocks, isClock)                = oneOf(50, 100, 125)
+    Map(
+      "dataBusWidth"    -> text("bits moved per access of the host") _,
+      "maxSubTelegrams" -> text("datagrams that the master puts into one frame; above 16 they are 16") _,
+      "coreClockMhz"    -> (_.copy(range = clocks, allowed = isClock)),
+      "escType"         -> text("identity: type, 0x00 of the host's registers") _,
+      "escRevision"     -> text("identity: revision, 0x01 of the host's registers") _,
+      "escBuild"        -> text("identity: build, 0x02:0x03 of the host's registers") _
+    )
+  }
 
   private def rolesOf(name: String): Set[Int] =
     Map(0 -> !notOfSlaves(name), 1 -> ofMasters(name)).collect { case (role, true) => role }.toSet
@@ -286,7 +309,7 @@ object ParamTable {
     info("reportedFeatures", "features as 0x0008:0x0009 report them", "code", reported(0xffff), hex = true)(
       _.reportedFeatures
     )((p, v) => p.copy(reportedFeatures = v))
-  ).map(i => i.copy(roles = rolesOf(i.name)))
+  ).map(i => i.copy(roles = rolesOf(i.name))).map(i => i.copy(master = inMasters.get(i.name).map(_(i))))
 
   /** The parameter with this name. */
   def named(name: String): Option[ParamInfo] = all.find(_.name == name)
@@ -298,29 +321,34 @@ object EscParams {
     * range. Empty = fine.
     */
   def problems(p: EscParams): Seq[String] = {
-    val single = ParamTable.all.filterNot(i => i.allowed(i.get(p))).map { i =>
-      s"${i.name} is ${i.show(p)} but must be ${i.range}${if (i.unit == "code") "" else " " + i.unit}."
+    val single = ParamTable.all.filterNot(i => i.in(p.role).allowed(i.get(p))).map { i =>
+      val here = i.in(p.role)
+      val role = if (here.range == i.range) "" else s" if role is ${p.role}"
+      s"${i.name} is ${i.show(p)} but must be ${here.rangeInWords}$role."
     }
     if (single.nonEmpty) single
     else
-      Seq(
-        Option.when(p.writeLogDepth > p.longestWriteLog)(
-          s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 (derived) or 16 to ${p.longestWriteLog} bytes at coreClockMhz ${p.coreClockMhz}."
-        ),
-        Option.when(p.txShift >= p.cyclesPerNibble)(
+      Option
+        .when(p.txShift >= p.cyclesPerNibble)(
           s"txShift is ${p.txShift} but must be 0 to ${p.cyclesPerNibble - 1} core cycles at coreClockMhz ${p.coreClockMhz}."
-        ),
-        scanned("fmmus", p.fmmus, p),
-        scanned("syncManagers", p.syncManagers, p),
-        Option.when(p.hasWatchdogs && !p.hasApplicationLayer)(
-          "watchdogs is 1 but must be 0 if applicationLayer is 0."
-        ),
-        Option.when(p.hasLeds && !p.hasApplicationLayer)("leds is 1 but must be 0 if applicationLayer is 0."),
-        Option.when(p.syncManagers > 0 && !p.hasApplicationLayer)(
-          s"syncManagers is ${p.syncManagers} but must be 0 if applicationLayer is 0."
         )
-      ).flatten ++ ofMaster(p)
+        .toSeq ++ (if (p.isMaster) ofMaster(p) else ofSlave(p))
   }
+
+  private def ofSlave(p: EscParams): Seq[String] = Seq(
+    Option.when(p.writeLogDepth > p.longestWriteLog)(
+      s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 (derived) or 16 to ${p.longestWriteLog} bytes at coreClockMhz ${p.coreClockMhz}."
+    ),
+    scanned("fmmus", p.fmmus, p),
+    scanned("syncManagers", p.syncManagers, p),
+    Option.when(p.hasWatchdogs && !p.hasApplicationLayer)(
+      "watchdogs is 1 but must be 0 if applicationLayer is 0."
+    ),
+    Option.when(p.hasLeds && !p.hasApplicationLayer)("leds is 1 but must be 0 if applicationLayer is 0."),
+    Option.when(p.syncManagers > 0 && !p.hasApplicationLayer)(
+      s"syncManagers is ${p.syncManagers} but must be 0 if applicationLayer is 0."
+    )
+  ).flatten
 
   /** FMMUs and SyncManagers are looked through one per core cycle, in two halves, while a byte passes. */
   private def scanned(name: String, value: Int, p: EscParams): Option[String] =
@@ -329,13 +357,19 @@ object EscParams {
     )
 
   /** A master has two ports, and nothing of a slave. */
-  private def ofMaster(p: EscParams): Seq[String] = if (!p.isMaster) Nil
-  else {
-    val nothing = Seq("ramKiB", "fmmus", "syncManagers", "applicationLayer", "digitalOutputs", "alarm", "sii")
+  private def ofMaster(p: EscParams): Seq[String] = {
+    val nothing = Seq(
+      "ramKiB",
+      "fmmus",
+      "syncManagers",
+      "applicationLayer",
+      "watchdogs",
+      "leds",
+      "digitalOutputs",
+      "alarm",
+      "sii"
+    )
     Option.when(p.ports != 2)(s"ports is ${p.ports} but must be 2 if role is 1.").toSeq ++
-      Option.when(p.coreClockMhz < 50)(
-        s"coreClockMhz is ${p.coreClockMhz} but must be 50, 100, 125 if role is 1."
-      ) ++
       nothing.flatMap(ParamTable.named).filter(_.get(p) != 0).map { i =>
         s"${i.name} is ${i.get(p)} but must be 0 if role is 1."
       }

@@ -111,10 +111,46 @@ class EscParamsSpec extends AnyFlatSpec {
     assert(EscParams.problems(master.copy(ports = 3)) == Seq("ports is 3 but must be 2 if role is 1."))
     assert(
       EscParams.problems(master.copy(coreClockMhz = 25)) ==
-        Seq("coreClockMhz is 25 but must be 50, 100, 125 if role is 1.")
+        Seq("coreClockMhz is 25 but must be 50, 100, 125 MHz if role is 1.")
+    )
+    for (clock <- Seq(50, 100, 125)) assert(EscParams.problems(master.copy(coreClockMhz = clock)).isEmpty)
+    for (
+      p <- Seq(master.copy(fmmus = 1, coreClockMhz = 50), master.copy(watchdogs = 1), master.copy(leds = 1))
+    )
+      assert(EscParams.problems(p).map(_.split(" is 1 ")(1)) == Seq("but must be 0 if role is 1."))
+    assert(
+      EscParams.problems(master.copy(coreClockMhz = 50, txShift = 2)) ==
+        Seq("txShift is 2 but must be 0 to 1 core cycles at coreClockMhz 50.")
     )
     assert(EscParams.problems(master.copy(alarm = 1)) == Seq("alarm is 1 but must be 0 if role is 1."))
     assert(EscParams.problems(EscParams(role = 1)) == Seq("ramKiB is 1 but must be 0 if role is 1."))
+  }
+
+  it should "have the ranges of its role, written down here a second time" in {
+    val master = EscParams(role = 1, ramKiB = 0)
+    val limits = this.limits + ("coreClockMhz" -> Limits(Seq(50, 100, 125), Seq(0, 25, 75, 126)))
+    for (info <- ParamTable.all if info.roles(1) && info.name != "role") {
+      val here  = info.in(1)
+      val limit = limits(info.name)
+      val base  = if (info.name == "txShift") master.copy(coreClockMhz = 125) else master
+      for (value <- limit.inside) assert(EscParams.problems(here.set(base, value)).isEmpty, here.name)
+      for (value <- limit.outside) {
+        val p    = here.set(base, value)
+        val role = if (here.range == info.range) "" else " if role is 1"
+        assert(
+          EscParams.problems(p) == Seq(
+            s"${here.name} is ${here.show(p)} but must be ${here.rangeInWords}$role."
+          )
+        )
+      }
+    }
+  }
+  it should "have texts of its own where they differ" in {
+    for (name <- Seq("dataBusWidth", "maxSubTelegrams", "escType", "escRevision", "escBuild")) {
+      val info = ParamTable.named(name).get
+      assert(info.in(0).text != info.in(1).text && info.in(0).range == info.in(1).range, name)
+    }
+    assert(ParamTable.all.forall(i => i.master.isEmpty || i.roles(1)))
   }
 
   "FMMUs and SyncManagers" should "need a core clock of 100 MHz" in {
