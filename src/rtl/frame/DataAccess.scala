@@ -3,6 +3,7 @@ package flyframe.frame
 import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
+import flyframe.protocol.DatagramLayout.Ado
 import flyframe.registers.{ApplicationRegisters, DlRegisters, RegisterMap}
 
 /** Moves the data of a datagram between wire and memory: reads each word ahead, picks bytes, gathers written
@@ -25,7 +26,7 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes)
   private val address = Reg(UInt(17.W))
   private val here    = Lanes.of(address, lanes)
   private val ahead   = address + 1.U
-  private val first   = active && inHeader && position.byte === 6.U && !position.high
+  private val first   = active && inHeader && position.byte === (Ado.last + 1).U && !position.high
   private val byteEnd = active && inData && position.high
   private val wordEnd = here === (lanes - 1).U || position.dataLeft === 1.U
 

@@ -6,6 +6,7 @@ import flyframe.fmmu.{Fmmus, Mapped}
 import flyframe.lanes.Lanes
 import flyframe.memory.{EscMemory, RegisterWrite}
 import flyframe.params.EscParams
+import flyframe.protocol.DatagramLayout.{Ado, Irq, Length}
 import flyframe.registers.{ApplicationRegisters, DlRegisters, Register, RegisterMap}
 import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan, ManagedSpace}
 
@@ -40,16 +41,16 @@ class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAcc
   private val active   = step && in.valid && in.payload
   private val byteEnd  = active && inData && position.high
 
-  // Byte times, the first one after byte 5 of the header.
-  private val tick  = byteEnd || (active && inHeader && position.high && position.byte >= 5.U)
-  private val first = active && inHeader && position.high && position.byte === 5.U
+  // Byte times, the first one after the last byte of the address in the header.
+  private val tick  = byteEnd || (active && inHeader && position.high && position.byte >= Ado.last.U)
+  private val first = active && inHeader && position.high && position.byte === Ado.last.U
   private val cycle = RegInit(15.U(4.W)) // reset: long after any byte
   when(tick) { cycle := 0.U }.elsewhen(!cycle.andR) { cycle := cycle + 1.U }
   private def inCycle(n: Int): Bool = cycle === n.U
 
-  // How far a byte of the datagram is away, counted in the header: byte 0 is mapped after byte 6 of it.
-  private val isEarly  = inHeader && position.byte <= 6.U
-  private val begins   = inHeader && position.byte <= 7.U
+  // How far a byte of the datagram is away, counted in the header: byte 0 is mapped after the first byte of the length.
+  private val isEarly  = inHeader && position.byte <= Length.offset.U
+  private val begins   = inHeader && position.byte <= Length.last.U
   private val newFrame = step && in.valid && !in.payload
 
   // map: entries 0 to 7 in cycles 0 to 7, the result is there in cycle 2 of the next byte time.
@@ -195,9 +196,10 @@ class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAcc
   private val inDatagram     = Reg(Bool())
   private val nextInDatagram = Reg(Bool())
   when(tick) {
-    val ahead = Mux(inHeader, position.byte - 8.U, 2.U)(1, 0) // data bytes that come before; byte 7: -1
+    // Data bytes that come before; -1 in the last byte of the length.
+    val ahead                   = Mux(inHeader, position.byte - Irq.offset.U, 2.U)(1, 0)
     def more(count: UInt): Bool = position.dataLeft(10, 2).orR || position.dataLeft(1, 0) > count
-    val goesOn                  = enable && !in.last && (!inHeader || position.byte >= 7.U)
+    val goesOn                  = enable && !in.last && (!inHeader || position.byte >= Length.last.U)
     inDatagram     := goesOn && !ahead.andR && more(ahead)
     nextInDatagram := goesOn && Mux(ahead === 2.U, position.dataLeft > 3.U, more(ahead + 1.U))
   }
@@ -288,7 +290,10 @@ class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAcc
   private val passed = RegEnable(Cat(in.data, low), byteEnd)
   private val isLast = RegEnable(Mux(inHeader, position.dataLeft === 0.U, position.dataLeft === 1.U), tick)
   private val has =
-    RegNext(tick && enable && request.write && (inData || (inHeader && position.byte === 9.U)), false.B)
+    RegNext(
+      tick && enable && request.write && (inData || (inHeader && position.byte === Irq.last.U)),
+      false.B
+    )
   private val hasUpper = RegNext(has, false.B)
 
   private class Upper extends Bundle { // a local byte that gets bits

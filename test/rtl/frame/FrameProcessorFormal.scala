@@ -8,6 +8,8 @@ import chiseltest.formal.backends.Engines
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.mii.{MiiReceiver, NibbleStream}
 import flyframe.params.EscParams
+import flyframe.protocol.Command._
+import flyframe.protocol.{DatagramLayout, Layout}
 
 /** A frame processor fed by the solver with one EtherCAT frame: Ethernet addresses and type as they should
   * be, everything behind them free. One nibble per cycle; the frame may end anywhere, good or bad.
@@ -23,10 +25,13 @@ class ProcessorUnderProof extends Module {
 
   protected val dut = Module(new FrameProcessor(EscParams(coreClockMhz = 25)))
 
-  // Number of the nibble: 0 is the SFD, 1 the low half of byte 0; the datagrams start with byte 16, nibble 33.
-  protected val number  = RegInit(0.U(8.W))
-  protected val running = RegInit(true.B)
-  protected val ends    = running && last && number > 32.U
+  // Number of the nibble: 0 is the SFD, 1 the low half of byte 0; the datagrams start with byte 16.
+  protected val Datagram                          = 1 + 2 * 16
+  protected def firstOf(field: Layout.Field): Int = Datagram + 2 * field.offset
+  protected def lastOf(field: Layout.Field): Int  = Datagram + 2 * field.end - 1
+  protected val number                            = RegInit(0.U(8.W))
+  protected val running                           = RegInit(true.B)
+  protected val ends                              = running && last && number >= Datagram.U
   number := number + 1.U
   when(ends) { running := false.B }
 
@@ -72,47 +77,53 @@ class CommitProof extends ProcessorUnderProof {
 /** FP-14 to FP-24: in the first datagram, if it does not address this ESC, ADP, IRQ and nothing else changes.
   */
 class UnaddressedProof extends ProcessorUnderProof {
-  private def at(n: Int) = running && number === n.U
-  private val in         = RegNext(dut.in, NibbleStream.idle)
-  private val was        = RegNext(number, 0.U)
+  import DatagramLayout.{Adp, Index, Irq, Length}
+  private def at(n: Int)            = running && number === n.U
+  private val in                    = RegNext(dut.in, NibbleStream.idle)
+  private val was                   = RegNext(number, 0.U)
+  private def wasAt(nibbles: Range) = was >= nibbles.head.U && was <= nibbles.last.U
 
-  // The header fields, as they come in; nibble 33 is the low half of the command.
+  // The header fields, as they come in.
   private val command = Reg(UInt(8.W))
   private val adp     = Reg(UInt(16.W))
-  for (i <- 0 until 2) when(at(33 + i)) { command := (if (i == 0) nibble else Cat(nibble, command(3, 0))) }
-  for (i <- 0 until 4) when(at(37 + i)) { adp := Cat(nibble, adp(15, 4)) }
+  for (i <- 0 until 2)
+    when(at(Datagram + i)) { command := (if (i == 0) nibble else Cat(nibble, command(3, 0))) }
+  for (i <- 0 until 4) when(at(firstOf(Adp) + i)) { adp := Cat(nibble, adp(15, 4)) }
 
   // Unaddressed: NOP, logical and reserved commands always, others by ADP. ARMW and FRMW address everybody.
-  private val incremented = Seq(1, 2, 3).map(command === _.U).reduce(_ || _)
-  private val byStation   = Seq(4, 5, 6).map(command === _.U).reduce(_ || _)
-  private val passive     = command === 0.U || (command >= 10.U && command <= 12.U) || command > 14.U
+  private def isOneOf(codes: Int*) = codes.map(command === _.U).reduce(_ || _)
+  private val incremented          = isOneOf(Aprd, Apwr, Aprw)
+  private val byStation            = isOneOf(Fprd, Fpwr, Fprw)
+  private val passive              = isOneOf(Nop, Lrd, Lwr, Lrw) || command > all.map(_.value).max.U
   private val unaddressed = passive || (incremented && adp =/= 0.U) || (byStation && adp =/= myStation)
 
   private val expectedAdp = adp + incremented.asUInt
   // The nibble that leaves is that of the cycle before.
-  when(in.valid && was >= 33.U && was <= 36.U) {
+  when(in.valid && wasAt(Datagram to lastOf(Index))) {
     assert(dut.out.data === in.data, "command or index changed")
   }
-  when(in.valid && was >= 41.U && was <= 80.U && unaddressed) {
-    val irq = Mux(was >= 49.U && was <= 52.U, (myEvents >> Cat((was - 49.U)(1, 0), 0.U(2.W)))(3, 0), 0.U)
+  when(in.valid && wasAt(lastOf(Adp) + 1 to lastOf(Irq)) && unaddressed) {
+    val irqNibble = (was - firstOf(Irq).U)(1, 0)
+    val irq       = Mux(wasAt(firstOf(Irq) to lastOf(Irq)), (myEvents >> Cat(irqNibble, 0.U(2.W)))(3, 0), 0.U)
     // Behind the first datagram others may follow; only its own nibbles are looked at.
-    when(was <= 52.U) { assert(dut.out.data === (in.data | irq), "an unaddressed header changed") }
+    assert(dut.out.data === (in.data | irq), "an unaddressed header changed")
   }
   // ADP itself, nibble by nibble, for position commands that do not match and for all others.
   private val outAdp = Reg(UInt(16.W))
-  for (i <- 0 until 4) when(running && number === (38 + i).U) { outAdp := Cat(dut.out.data, outAdp(15, 4)) }
-  when(running && number === 42.U && !(command >= 7.U && command <= 9.U) && command =/= 13.U) {
+  for (i <- 0 until 4) when(at(firstOf(Adp) + 1 + i)) { outAdp := Cat(dut.out.data, outAdp(15, 4)) }
+  when(at(lastOf(Adp) + 2) && !isOneOf(Brd, Bwr, Brw, Armw)) {
     assert(outAdp === expectedAdp, "ADP")
   }
-  // Data and working counter of a datagram with four data bytes (nibbles 53 to 60, counter 61 to 64).
-  private val four = RegInit(false.B)
-  when(at(45)) { four := nibble === 4.U }
-  when(at(46) && nibble =/= 0.U) { four := false.B }
-  when(at(47) && nibble(2, 0) =/= 0.U) { four := false.B }
-  when(in.valid && was >= 53.U && was <= 64.U && four && unaddressed) {
+  // Data and working counter of a datagram with four data bytes.
+  private val behind = lastOf(Irq) + 1 until lastOf(Irq) + 1 + 2 * (4 + DatagramLayout.CounterBytes)
+  private val four   = RegInit(false.B)
+  when(at(firstOf(Length))) { four := nibble === 4.U }
+  when(at(firstOf(Length) + 1) && nibble =/= 0.U) { four := false.B }
+  when(at(firstOf(Length) + 2) && nibble(2, 0) =/= 0.U) { four := false.B }
+  when(in.valid && wasAt(behind) && four && unaddressed) {
     assert(dut.out.data === in.data, "data or working counter of an unaddressed datagram changed")
   }
-  when(unaddressed && running && number >= 53.U && number <= 64.U && four) {
+  when(unaddressed && running && number >= behind.head.U && number <= behind.last.U && four) {
     assert(!dut.memory.write, "an unaddressed datagram writes")
   }
 }

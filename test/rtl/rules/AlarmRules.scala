@@ -3,14 +3,11 @@ package flyframe.rules
 import flyframe.model.{Datagram, EtherCatFrame, Fcs, SentFrame, WireFrame}
 import flyframe.params.EscParams
 import flyframe.protocol.Command._
+import flyframe.protocol.DetectorState.{Alarm, Normal, Off, Open, Short}
 
 /** The smoke detector and its reports in passing frames: ALARM, DET, AP (docs/rules/alarm.md). */
 object AlarmRules extends Rules {
   private def some(p: EscParams) = p.hasAlarm
-  private val Normal             = 1
-  private val Alarm              = 2
-  private val Open               = 3
-  private val Short              = 4
   private val Record             = 0x0e80
   private val Node               = 0x0a
 
@@ -47,7 +44,7 @@ object AlarmRules extends Rules {
     s =>
       import s._
       become(s, Normal)
-      assert(state(s) == 0 && (bench.hostRead(0x0e89) & 0x10) == 0 && waiting(s) == 0)
+      assert(state(s) == Off && (bench.hostRead(0x0e89) & 0x10) == 0 && waiting(s) == 0)
       start(s)
       assert(state(s) == Normal && (bench.hostRead(0x0e89) & 0x10) != 0 && waiting(s) == 1)
   }
@@ -72,10 +69,10 @@ object AlarmRules extends Rules {
     become(s, Alarm)
     hostPut(0x0ea2, 1, 0)
     assert(put(0x0e8c, 2))
-    assert(state(s) == 0 && (bench.hostRead(0x0e89) & 0x10) == 0 && bench.hostRead(0x0e8c) == 0)
+    assert(state(s) == Off && (bench.hostRead(0x0e89) & 0x10) == 0 && bench.hostRead(0x0e8c) == 0)
     bench.setLine(Normal)
     bench.advanceUs(700)
-    assert(state(s) == 0)
+    assert(state(s) == Off)
     bench.advanceUs(1500)
     assert(state(s) == Normal && waiting(s) == 3)
   }
