@@ -141,7 +141,11 @@ class MasterController(p: EscParams) extends Module {
   // What came back of the host's datagram; no setting has its address. Reset: nothing.
   private val requestAnswered = RegEnable(line.result.bits, false.B, line.result.valid)
   line.resultAddress := registers.settingAddress
-  require(MasterRegisters.Result % 16 == 0, "the low bits of an address say which byte of the result it is")
+  // The low bits of an address say which byte of the result it is.
+  require(
+    MasterRegisters.Result % 16 == 0,
+    f"MasterRegisters.Result is 0x${MasterRegisters.Result}%02x but must be a multiple of 16."
+  )
   private val isResult = RegNext(
     registers.settingAddress(6, 4) === (MasterRegisters.Result >> 4).U &&
       (registers.settingAddress(3) || registers.settingAddress(3, 1) === 2.U)

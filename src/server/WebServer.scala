@@ -110,7 +110,7 @@ final class WebServer(options: Options, supervisor: Supervisor, store: EventStor
     val json = ujson.read(body).obj
     def u16(name: String) = json.get(name).map { v =>
       val n = v.num
-      require(n.isWhole && n >= 0 && n <= 0xffff)
+      require(n.isWhole && n >= 0 && n <= 0xffff, s"$name is $n but must be 0 to 65535.")
       n.toInt
     }
     val code = json("command").str match {

@@ -6,7 +6,9 @@ package flyframe.model
   *   first one next to the master
   */
 class LineModel(val slaves: Seq[EscModel]) {
-  require(slaves.nonEmpty && slaves.forall(_.p.ports >= 2))
+  require(slaves.nonEmpty, "A line has 0 slaves but must have 1 or more.")
+  for (s <- slaves)
+    require(s.p.ports >= 2, s"ports is ${s.p.ports} but must be 2 to 4 for a slave of a line.")
   slaves.foreach(s => (2 until s.p.ports).foreach(s.setLink(_, up = false)))
   slaves.last.setLink(1, up = false)
   private var cut = Set.empty[Int]

@@ -34,7 +34,10 @@ class ModelRegisters(p: EscParams, status: String => Int, added: Seq[Register] =
   def wide(name: String): Long            = values(name)
   def set(name: String, value: Int): Unit = setWide(name, value.toLong)
   def setWide(name: String, value: Long): Unit = {
-    require(values.contains(name), s"no field $name")
+    require(
+      values.contains(name),
+      s"The field is called $name but must be one of ${fields.map(_.name).mkString(", ")}."
+    )
     values(name) = value
   }
 

@@ -52,7 +52,11 @@ class Fmmus(p: EscParams) extends Module {
   val writes = IO(Output(new Mapped))
 
   // FMMUs have the low eight bits of an address to themselves, four of them for the bytes of each.
-  require(FmmuRegisters.First % 256 == 0 && FmmuRegisters.Stride == 16)
+  require(
+    FmmuRegisters.First % 256 == 0 && FmmuRegisters.Stride == 16,
+    f"FmmuRegisters has First 0x${FmmuRegisters.First}%04x and Stride ${FmmuRegisters.Stride} " +
+      "but must have First at a multiple of 256 and Stride 16."
+  )
   private val address = write.bits.byteAddress
   private val hitsArea =
     write.valid && address(11, 8) === (FmmuRegisters.First >> 8).U && address(3, 2) =/= 3.U

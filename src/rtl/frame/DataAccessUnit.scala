@@ -41,7 +41,7 @@ abstract class DataAccessUnit(lanes: Int) extends Module {
 
   /** `address` is that of a byte of the register of two bytes at `register`. */
   protected def isWord(address: UInt, register: Int): Bool = {
-    require(register % 2 == 0, f"the register at 0x$register%04x must be at an even address")
+    require(register % 2 == 0, f"the register is at 0x$register%04x but must be at an even address.")
     address(16, 1) === (register >> 1).U
   }
 }

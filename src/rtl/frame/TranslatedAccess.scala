@@ -30,7 +30,10 @@ import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan, ManagedSpace}
   *   registers beside those of the units
   */
 class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAccessUnit(p.lanes) {
-  require(p.cyclesPerNibble >= 4, "eight core cycles per byte")
+  require( // eight core cycles per byte
+    p.cyclesPerNibble >= 4,
+    s"coreClockMhz is ${p.coreClockMhz} but must be 100, 125 with FMMUs or SyncManagers."
+  )
   val registerWrite = IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites))))
   val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
 

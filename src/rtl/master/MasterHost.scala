@@ -40,7 +40,11 @@ class MasterHost(p: EscParams) extends Module {
   private val registers = RegisterMap(p)
   // There is no check of what the host may do: it may read everything, and what it may not write stores nothing.
   private def stores(r: Register) = r.stores && r.fields.exists(_.source != Source.Ram)
-  require(registers.forall(r => r.pdi.readable && (r.pdi.writable || !stores(r))))
+  for (r <- registers)
+    require(
+      r.pdi.readable && (r.pdi.writable || !stores(r)),
+      s"register ${r.name} of the master has access ${r.pdi.code} of the host but must be readable and, if it stores, writable."
+    )
 
   // What the settings are after a reset, and which bits of them the host may change, by the register table.
   private val settings = registers.filter(r => r.inRam && r.pdi.writable)

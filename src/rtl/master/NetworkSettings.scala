@@ -43,7 +43,10 @@ object NetworkSettings {
 
   /** The register's address of a byte of the addresses in the network. */
   def ofNetwork(address: UInt): UInt = {
-    require(NetworkAddresses.First == 0x10, "the sum needs no adder only behind 0x10")
+    require( // the sum needs no adder only there
+      NetworkAddresses.First == 0x10,
+      f"NetworkAddresses.First is 0x${NetworkAddresses.First}%02x but must be 0x10."
+    )
     Cat(address(4), !address(4), address(3, 0))
   }
 }

@@ -197,7 +197,17 @@ class SiiController(p: EscParams) extends Module {
 
   private val lastByte = count === Mux(loads, 15.U, 7.U)
   // What is counted through is added to these by an OR.
-  require(SiiRegisters.Scratch.start % 16 == 0 && SiiRegisters.Data % 8 == 0 && SiiRegisters.Address % 4 == 0)
+  for (
+    (name, address, bytes) <- Seq(
+      ("Scratch", SiiRegisters.Scratch.start, 16),
+      ("Data", SiiRegisters.Data, 8),
+      ("Address", SiiRegisters.Address, 4)
+    )
+  )
+    require(
+      address % bytes == 0,
+      f"SiiRegisters.$name is at 0x$address%04x but must be at a multiple of $bytes."
+    )
   private val scratch = SiiRegisters.Scratch.start
   private val first   = if (p.hasI2c) start else point // of a load
 

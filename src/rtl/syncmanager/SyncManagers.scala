@@ -104,7 +104,11 @@ class SyncManagers(p: EscParams) extends Module {
   val trigger = IO(Output(Bool()))
 
   // The table of start and length, of SyncManagers that have the low seven bits of an address to themselves.
-  require(SyncManagerRegisters.First % 128 == 0 && SyncManagerRegisters.Stride == 8)
+  require(
+    SyncManagerRegisters.First % 128 == 0 && SyncManagerRegisters.Stride == 8,
+    f"SyncManagerRegisters has First 0x${SyncManagerRegisters.First}%04x and Stride ${SyncManagerRegisters.Stride} " +
+      "but must have First at a multiple of 128 and Stride 8."
+  )
   private val address  = write.bits.byteAddress
   private val hitsArea = write.valid && address(11, 7) === (SyncManagerRegisters.First >> 7).U && !address(2)
   private val tables = Seq.tabulate(p.smBanks) { bank =>
