@@ -18,7 +18,8 @@ SETS          ?= fuzz
 SCHEDULER     ?=
 PROGRAMS      ?=
 CAMPAIGN      := PYTHONPATH=src $(VENV)/bin/python -m campaign
-CAMPAIGN_ARGS  = --sets "$(SETS)" --frames "$(FRAMES)" --steps "$(STEPS)" --seed "$(SEED)" --scheduler "$(SCHEDULER)"
+CAMPAIGN_ARGS  = --sets "$(SETS)" --frames "$(FRAMES)" --steps "$(STEPS)" --seed "$(SEED)" \
+                 --scheduler "$(SCHEDULER)"
 SHARD         := PYTHONPATH=src python3 -m campaign.shard
 
 # Role and parameters of the board.
@@ -27,20 +28,24 @@ QUARTUS ?= quartus_sh
 BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth,--$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak campaign campaign-programs \
-        campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim cosim-selftest interop \
-        lint matrix format check-format report figures quartus check-board clean demo server firmware-test alarm-sim \
-        ethercrab-test mutants check-dependencies
+        campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim cosim-selftest \
+        interop lint matrix format check-format report figures quartus check-board clean demo server \
+        firmware-test alarm-sim ethercrab-test mutants check-dependencies
 
+# A text too long for its line goes on in the next, behind a backslash.
 help: ## this text
-	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^[^:]*(Makefile|[.]mk)://; s/:.*## /\t/' | expand -t 20
+	@sed -E ':more /\\$$/ { N; s/ *\\\n[ \t#]*/ /; b more }' $(MAKEFILE_LIST) | grep -E '^[a-z-]+:.*##' | \
+	  sed -E 's/:.*## /\t/' | expand -t 20
 
-verilog: tools-for-verilog ## Verilog of the default preset, or ARGS="--preset et1100 --ports 2 --name my_core"
+verilog: tools-for-verilog ## Verilog of the default preset, or \
+         # ARGS="--preset et1100 --ports 2 --name my_core"
 	$(SBT) "run $(ARGS)"
 
 generated: tools-for-generated ## Verilog of every preset, docs/registers.md and docs/parameters.md
 	$(SBT) "run --all --docs docs"
 
-check-generated: tools-for-check-generated ## generated/ and the generated pages of docs/ are what the sources emit
+check-generated: tools-for-check-generated ## generated/ and the generated pages of docs/ are what the \
+                 # sources emit
 	rm -rf build/check && mkdir -p build/check
 	$(SBT) "run --all --out build/check/generated --docs build/check/docs"
 	diff -r generated build/check/generated
@@ -55,20 +60,25 @@ soak: tools-for-test ## the checks of `make test` that take samples, in full, ov
 test-changed: tools-for-test ## the suites that a change may concern: SINCE=main
 	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-changed $(SINCE) $(SBT)
 
-matrix: tools-for-matrix ## all parameter sets of the matrix only: elaboration, lint, rule tests, random frames
+matrix: tools-for-matrix ## all parameter sets of the matrix only: elaboration, lint, rule tests, random \
+        # frames
 	FLYFRAME_TIER=soak $(SBT) "testOnly flyframe.cosim.MatrixSpec"
 
 # PROGRAMS: those of a campaign, which are used as they are, instead of programs built from the sources.
-fuzz: $(if $(PROGRAMS),,tools-for-fuzz) ## random frames of a preset or set of TestSets: FRAMES=1000000 SEED=7 PRESET=cyclone4-min
+fuzz: $(if $(PROGRAMS),,tools-for-fuzz) ## random frames of a preset or set of TestSets: \
+      # FRAMES=1000000 SEED=7 PRESET=cyclone4-min
 	$(if $(PROGRAMS),,$(SBT) "Test / runMain flyframe.campaign.Programs fuzz-$(PRESET) $(PRESET)")
 	$(SHARD) --vectors build/fuzz.vectors $(or $(PROGRAMS),build/fuzz-$(PRESET)) $(PRESET) $(SEED) $(FRAMES)
 
-smsoak: $(if $(PROGRAMS),,tools-for-smsoak) ## SyncManagers between bus and host at random: STEPS=10000000 SEED=1 SET=smsoak-wide
+smsoak: $(if $(PROGRAMS),,tools-for-smsoak) ## SyncManagers between bus and host at random: \
+        # STEPS=10000000 SEED=1 SET=smsoak-wide
 	$(if $(PROGRAMS),,$(SBT) "Test / runMain flyframe.campaign.Programs smsoak soak")
 	$(SHARD) $(or $(PROGRAMS),build/smsoak) $(SET) $(SEED) $(STEPS)
 
-# Random frames and soak runs in shards on the workers of Dask: docs/campaign.md. SEED counts from the first shard on.
-campaign: tools-for-campaign ## long runs, resumable: FRAMES=1000000 SETS="cyclone4-min smsoak" STEPS=1000000 SCHEDULER=tcp://host:8786
+# Random frames and soak runs in shards on the workers of Dask: docs/campaign.md.
+# SEED counts from the first shard on.
+campaign: tools-for-campaign ## long runs, resumable: FRAMES=1000000 SETS="cyclone4-min smsoak" \
+          # STEPS=1000000 SCHEDULER=tcp://host:8786
 	@$(CAMPAIGN) --check $(CAMPAIGN_ARGS)
 	@$(MAKE) -s campaign-programs
 	@$(CAMPAIGN) $(CAMPAIGN_ARGS)
@@ -79,21 +89,26 @@ campaign-programs: tools-for-campaign-programs ## what a campaign's workers run,
 campaign-scheduler: tools-for-campaign-scheduler ## a scheduler for workers on several machines, at port 8786
 	$(VENV)/bin/dask scheduler --port 8786
 
-campaign-worker: tools-for-campaign-worker ## a worker for an existing scheduler, with the programs of this checkout: SCHEDULER=tcp://host:8786
+campaign-worker: tools-for-campaign-worker ## a worker for an existing scheduler, with the programs of this \
+                 # checkout: SCHEDULER=tcp://host:8786
 	@test -n "$(SCHEDULER)" || { echo "SCHEDULER is empty but must be like tcp://host:8786." >&2; exit 2; }
 	PYTHONPATH=src $(VENV)/bin/dask worker $(SCHEDULER) --nworkers $$(nproc) --nthreads 1 --no-dashboard \
 		--local-directory build/campaign
 
-campaign-test: tools-for-campaign-test ## campaigns on a cluster of this machine, with killed workers and a defect
+campaign-test: tools-for-campaign-test ## campaigns on a cluster of this machine, with killed workers and a \
+               # defect
 	$(SBT) "Test / runMain flyframe.campaign.Programs campaign-test mhz25"
 	PYTHONPATH=src $(VENV)/bin/python test/campaign/test_campaign.py -v
 
-alarm-latency: tools-for-alarm-latency alarm-sim ## from detector to report, 5 slaves in RTL and 64 in the model, as JSON in build/: EVENTS=1000
-	build/alarm/flyframe-alarm --measure $(EVENTS) --bus-cycle-us 100 --state build/alarm/measured >build/alarm/measured.json
+alarm-latency: tools-for-alarm-latency alarm-sim ## from detector to report, 5 slaves in RTL and 64 in the \
+               # model, as JSON in build/: EVENTS=1000
+	build/alarm/flyframe-alarm --measure $(EVENTS) --bus-cycle-us 100 --state build/alarm/measured \
+	  >build/alarm/measured.json
 	mv build/alarm/measured.json build/alarm-latency-rtl.json
 	$(SBT) "rtl / Test / runMain flyframe.master.AlarmLatency $(EVENTS) build/alarm-latency.json"
 
-page-latency: tools-for-page-latency ## from a report's arrival at the server to the page in Chromium, as JSON in build/: EVENTS=1000
+page-latency: tools-for-page-latency ## from a report's arrival at the server to the page in Chromium, as \
+              # JSON in build/: EVENTS=1000
 	$(SBT) "server / Test / runMain flyframe.e2e.PageLatency $(EVENTS) build/page-latency.json"
 
 cosim: tools-for-cosim ## C++ simulator with PRESETS="a b": build/flyframe-cosim, -fuzz, -latency
@@ -102,32 +117,38 @@ cosim: tools-for-cosim ## C++ simulator with PRESETS="a b": build/flyframe-cosim
 cosim-selftest: tools-for-cosim-selftest ## the simulator against plain repeaters, without flyframe RTL
 	$(MAKE) -s -f test/sim/test.mk cosim-selftest
 
-demo: tools-for-demo alarm-sim ## the smoke-alarm system at work: a simulated line, the server with its page, a panel
+demo: tools-for-demo alarm-sim ## the smoke-alarm system at work: a simulated line, the server with its \
+      # page, a panel
 	@mkdir -p build/demo
 	@$(SBT) --error "server / export Runtime / fullClasspath" | tail -1 >build/demo/classpath
 	@python3 demo/demo.py $(ARGS)
 
 # The fastest simulator: without waveforms.
 alarm-sim: tools-for-alarm-sim ## build/alarm/flyframe-alarm: master and slaves with their host programs
-	$(MAKE) -s -f $(SIM) build/alarm/flyframe-alarm COSIM_OUT=build/alarm PRESETS="alarm-master alarm-slave" COSIM_TRACE=0 COSIM_OPT=-O3
+	$(MAKE) -s -f $(SIM) build/alarm/flyframe-alarm COSIM_OUT=build/alarm \
+	  PRESETS="alarm-master alarm-slave" COSIM_TRACE=0 COSIM_OPT=-O3
 
 firmware-test: tools-for-firmware-test ## the host programs (src/firmware) against fake controllers
 	$(MAKE) -s -f test/sim/test.mk firmware-test
 
-server: tools-for-server ## server and page of the smoke-alarm system: ARGS="--key FILE --http-port 8080", or ARGS=--help
+server: tools-for-server ## server and page of the smoke-alarm system: \
+        # ARGS="--key FILE --http-port 8080", or ARGS=--help
 	$(SBT) "server / runMain flyframe.server.Server $(ARGS)"
 
 # A simulator of its own, the fastest: without waveforms.
 interop: PRESET = slave
-interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated network: PRESET=slave ARGS="--only scan"
-	$(SBT) "run --preset $(PRESET) --out build/interop/verilog" "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog"
+interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated network: PRESET=slave \
+         # ARGS="--only scan"
+	$(SBT) "run --preset $(PRESET) --out build/interop/verilog" \
+	  "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog"
 	$(MAKE) -s -f $(SIM) build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
 	  PRESETS="$(PRESET) $(PRESET)-alarm" COSIM_TRACE=0 COSIM_OPT=-O3
 	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm $(ARGS)
 
 lint: tools-for-lint ## verilator -Wall on generated/, and a plain Verilog reader
 	test/sim/lint.sh generated
-	@for f in generated/*.v; do yosys -q -p "read_verilog $$f" || exit 1; done; echo "plain Verilog: all files read"
+	@for f in generated/*.v; do yosys -q -p "read_verilog $$f" || exit 1; done
+	@echo "plain Verilog: all files read"
 
 format: tools-for-format ## formats the Scala sources
 	$(SBT) scalafmtAll scalafmtSbt
@@ -135,24 +156,31 @@ format: tools-for-format ## formats the Scala sources
 check-format: tools-for-check-format ## fails if a Scala source is not formatted
 	$(SBT) scalafmtCheckAll scalafmtSbtCheck
 
-report: tools-for-report alarm-latency page-latency ## measures area, latencies and Fmax: docs/report.md, docs/report.json
+report: tools-for-report alarm-latency page-latency ## measures area, latencies and Fmax: docs/report.md, \
+        # docs/report.json
 	$(SBT) "runMain flyframe.report.Report"
 
-figures: tools-for-figures ## writes the figures of docs/report.json into the pages that show some, without measuring
+figures: tools-for-figures ## writes the figures of docs/report.json into the pages that show some, without \
+         # measuring
 	$(SBT) "runMain flyframe.report.Blocks"
 
-quartus: tools-for-quartus ## compiles the alarm board in Quartus: ROLE=master dataBusWidth=16; see fpga/alarm/parameters.mk
-	@command -v $(QUARTUS) >/dev/null || { echo "Quartus is needed to compile the board, but $(QUARTUS) is not on PATH." >&2; exit 2; }
+quartus: tools-for-quartus ## compiles the alarm board in Quartus: ROLE=master dataBusWidth=16; see \
+         # fpga/alarm/parameters.mk
+	@command -v $(QUARTUS) >/dev/null || \
+	  { echo "Quartus is needed to compile the board, but $(QUARTUS) is not on PATH." >&2; exit 2; }
 	$(SBT) "run --preset alarm-$(ROLE) --name alarm-$(ROLE) $(BOARD) --board --out build/board/$(ROLE)"
 	$(QUARTUS) -t fpga/alarm/alarm.tcl $(ROLE) $(dataBusWidth)
 
-check-board: tools-for-check-board ## the board without Quartus: netlist, pins, constraints, size, host bus in simulation
+check-board: tools-for-check-board ## the board without Quartus: netlist, pins, constraints, size, host bus \
+             # in simulation
 	$(SBT) "testOnly flyframe.board.*"
 
-mutants: tools-for-mutants ## do the tests find deliberate defects (test/mutants)? ARGS="--check", "03 17", "--allowed 3"
+mutants: tools-for-mutants ## do the tests find deliberate defects (test/mutants)? \
+         # ARGS="--check", "03 17", "--allowed 3"
 	@test/mutants/run.py --sbt "$(SBT)" $(ARGS)
 
-check-dependencies: tools-for-check-dependencies ## fails if a library is behind with a known advisory; see .ci/check-dependencies
+check-dependencies: tools-for-check-dependencies ## fails if a library is behind with a known advisory; see \
+                    # .ci/check-dependencies
 	@python3 .ci/check-dependencies
 
 clean: ## removes everything built
@@ -161,7 +189,8 @@ clean: ## removes everything built
 # A master that cannot be installed is skipped, one that does not compile is an error.
 ethercrab-test: tools-for-interop
 	@rm -f build/interop/ethercrab-test
-	@if ! cargo --version 2>/dev/null | awk '{ split($$2, v, "."); ok = v[1] > 1 || v[2] >= 85 } END { exit !ok }'; then \
+	@if ! cargo --version 2>/dev/null | \
+	    awk '{ split($$2, v, "."); ok = v[1] > 1 || v[2] >= 85 } END { exit !ok }'; then \
 	  echo "ethercrab needs Rust 1.85 or newer (cargo), from https://rustup.rs."; \
 	elif cargo fetch -q --offline --locked --manifest-path $(MASTERS)/Cargo.toml 2>/dev/null; then \
 	  cargo build -q --release --offline --locked --target-dir build/interop/cargo \

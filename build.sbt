@@ -1,7 +1,9 @@
-// flyframe: Chisel generator for on-the-fly industrial-Ethernet RTL, in four floors; each may use those below it only.
+// flyframe: Chisel generator for on-the-fly industrial-Ethernet RTL, in four floors; each may use those below
+// it only.
 //   base      parameters, registers as data, protocol numbers, golden model, device files; no Chisel
-//   rtl       the controllers in Chisel                         server    log and page of the smoke-alarm system
+//   rtl       the controllers in Chisel
 //   flyframe  command line, emission, documents, report
+//   server    log and page of the smoke-alarm system
 ThisBuild / scalaVersion := "2.13.15" // the only 2.13 patch with a Chisel 6.7.0 compiler plugin
 ThisBuild / version      := "0.1.0"
 

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """The test suites that a change may concern, one name a line, then make targets as "make TARGET".
 
-A Scala file concerns those that can see its package and name a class, object or trait it defines, and so on from file
-to file, in src and test: rather too many than too few. Other files concern what the table below says."""
+A Scala file concerns those that can see its package and name a class, object or trait it defines, and so on
+from file to file, in src and test: rather too many than too few. Other files concern what the table below
+says."""
 import argparse
 import pathlib
 import re
@@ -31,9 +32,16 @@ FLOORS = {
     "server": {"base", "rtl", "flyframe", "server"},  # its tests; its sources less
 }
 # These read all sources and pages, in a second: any change concerns them.
-READERS = ["flyframe.ImportsSpec", "flyframe.ProseSpec", "flyframe.report.BlocksSpec", "flyframe.rules.CoverageSpec"]
+READERS = [
+    "flyframe.ImportsSpec",
+    "flyframe.ProseSpec",
+    "flyframe.report.BlocksSpec",
+    "flyframe.rules.CoverageSpec",
+]
 DEFINED = re.compile(
-    r"^(?:(?:final|sealed|abstract|case|implicit|private|private\[\w+\]) )*(?:class|object|trait|type) (\w+)", re.M
+    r"^(?:(?:final|sealed|abstract|case|implicit|private|private\[\w+\]) )*"
+    r"(?:class|object|trait|type) (\w+)",
+    re.M,
 )
 SUITE = re.compile(r"^class (\w+(?:Spec|Formal))\b", re.M)
 PACKAGE = re.compile(r"^package ([\w.]+)", re.M)
@@ -42,7 +50,8 @@ PACKAGE = re.compile(r"^package ([\w.]+)", re.M)
 def changed(since):
     """Paths that differ from a commit, and new files that git does not ignore."""
     lists = [["git", "diff", "--name-only", since], ["git", "ls-files", "--others", "--exclude-standard"]]
-    return {p for c in lists for p in subprocess.run(c, capture_output=True, text=True, check=True).stdout.split("\n") if p}
+    outputs = [subprocess.run(c, capture_output=True, text=True, check=True).stdout for c in lists]
+    return {path for output in outputs for path in output.split("\n") if path}
 
 
 class Source:
@@ -54,7 +63,7 @@ class Source:
         self.package = PACKAGE.search(text).group(1)
         self.defines = set(DEFINED.findall(text))
         self.suites = SUITE.findall(text)
-        self.code = re.sub(r'/\*.*?\*/|//[^\n]*', "", text, flags=re.S)
+        self.code = re.sub(r"/\*.*?\*/|//[^\n]*", "", text, flags=re.S)
         self.words = set(re.findall(r"\w+", self.code))
 
     def uses(self, other):
@@ -75,7 +84,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("since", help="commit to compare with")
     since = parser.parse_args().since
-    if subprocess.run(["git", "rev-parse", "-q", "--verify", f"{since}^{{commit}}"], capture_output=True).returncode:
+    known = ["git", "rev-parse", "-q", "--verify", f"{since}^{{commit}}"]
+    if subprocess.run(known, capture_output=True).returncode:
         print(f"SINCE is {since} but must be a commit of this repository.", file=sys.stderr)
         return 2
     paths = changed(since)

@@ -32,14 +32,15 @@ if not results:
 checks = {}
 for result in results:
     checks.setdefault(result["check"], []).append(result)
-commit = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, check=True)
+describe = ["git", "describe", "--always", "--dirty"]
+commit = subprocess.run(describe, capture_output=True, text=True, check=True)
 
 print("# Soak")
 print()
 print("Written by `make soak`, which does in full what `make test` does in samples. Do not edit.")
 print()
-print(f"Sources: {commit.stdout.strip()}. The whole run took {duration(options.seconds)} on {os.cpu_count()} cores, on")
-print("which several parts ran at the same time.")
+print(f"Sources: {commit.stdout.strip()}. The whole run took {duration(options.seconds)}")
+print(f"on {os.cpu_count()} cores, on which several parts ran at the same time.")
 print()
 print("## What is a sample in `make test`")
 print()

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""What a run of sbt's tests has done: how many passed, failed, were canceled (their tool or recording is missing), by
-the summaries that each floor has printed into the log; with --slowest N the N suites that took longest, with their
-seconds, by the JUnit reports in target/. Prints "PASSED FAILED CANCELED" as its last line."""
+"""What a run of sbt's tests has done: how many passed, failed, were canceled (their tool or recording is
+missing), by the summaries that each floor has printed into the log; with --slowest N the N suites that took
+longest, with their seconds, by the JUnit reports in target/. Prints "PASSED FAILED CANCELED" as its last
+line."""
 import argparse
 import pathlib
 import re

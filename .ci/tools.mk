@@ -10,8 +10,8 @@ missing = $(if $(shell { PATH="$(CURDIR)/build/tools/bin:$$PATH"; $(1); } 2>/dev
 debian  = $(addprefix debian:,$(1))
 
 need_sbt      = $(call missing,command -v sbt,maven:org.scala-sbt:$(LAUNCHER))
-need_sim      = $(call debian,verilator g++ yosys z3 tshark python3 libpcap-dev zlib1g-dev nlohmann-json3-dev \
-                  libcli11-dev)
+need_sim      = $(call debian,verilator g++ yosys z3 tshark python3 libpcap-dev zlib1g-dev \
+                  nlohmann-json3-dev libcli11-dev)
 need_alarm    = $(need_sim) $(call debian,libslirp-dev libmbedtls-dev)
 need_board    = $(need_sim) $(call debian,tcl)
 need_page     = $(call debian,chromium chromium-driver fonts-dejavu-core)
@@ -58,11 +58,12 @@ tools_check-dependencies  := masters audit
 tools-for-%:
 	@.ci/install-tools $(sort $(foreach need,$(tools_$*),$(need_$(need))))
 
-# All at once, so that a package has one version in all of them, and newest versions where a .in file names none.
+# All at once, so that a package has one version in all of them. Where a .in file names no version, the
+# newest is taken.
 PIP_COMPILE := $(VENV)/bin/pip-compile -q --upgrade --allow-unsafe --strip-extras --no-header --no-annotate \
                --no-emit-find-links --no-emit-index-url --no-emit-trusted-host
 .PHONY: requirements
-requirements: tools-for-requirements ## pins Python packages anew, with hashes: .ci/requirements/*.txt from *.in
+requirements: tools-for-requirements ## pins Python packages anew, with hashes: .txt from .in
 	$(PIP_COMPILE) -o build/requirements.txt .ci/requirements/*.in
 	for f in .ci/requirements/*.in; do \
 	  $(PIP_COMPILE) --generate-hashes -c build/requirements.txt -o $${f%.in}.txt $$f || exit 1; done

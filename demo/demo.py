@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
-"""The smoke-alarm system at work: a simulated line of one master and five slaves, the server with its page, and a panel at the terminal.
+"""The smoke-alarm system at work: a simulated line of one master and five slaves, the server with its page,
+and a panel at the terminal.
 
-Usage: demo.py [--http-port 8080] [--slaves 5]. `make demo` builds what it needs and calls it. Ctrl-C ends everything."""
+Usage: demo.py [--http-port 8080] [--slaves 5]. `make demo` builds what it needs and calls it. Ctrl-C ends
+everything."""
 import argparse
 import json
 import os
@@ -19,7 +21,8 @@ FOLDER = ROOT / "build" / "demo"
 SIMULATOR = ROOT / "build" / "alarm" / "flyframe-alarm"
 
 HELP = """\
-  smoke 4 [off]             smoke at detector 4, or no more; the detector stays in alarm until it is reset at the page
+  smoke 4 [off]             smoke at detector 4, or no more; the detector stays in alarm until it is
+                            reset at the page
   line 2 open|short|whole   the two wires of detector 2
   cut 3, mend 3             the cable before slave 3
   restart 2, restart master takes the power away for some bus cycles
@@ -54,7 +57,9 @@ class Children:
 
     def start(self, name, *command):
         # A group of its own: Ctrl-C reaches this program only, which then ends the others in order.
-        child = subprocess.Popen([str(c) for c in command], stdout=subprocess.PIPE, text=True, cwd=ROOT, start_new_session=True)
+        child = subprocess.Popen(
+            [str(c) for c in command], stdout=subprocess.PIPE, text=True, cwd=ROOT, start_new_session=True
+        )
         self.all.append((name, child))
         return child
 
@@ -159,7 +164,9 @@ def serve(panel, children):
 
 def main():
     parser = argparse.ArgumentParser(description="The smoke-alarm system at work.")
-    parser.add_argument("--http-port", type=int, default=8080, help="port of the page (8080; another one if it is taken)")
+    parser.add_argument(
+        "--http-port", type=int, default=8080, help="port of the page (8080; another one if it is taken)"
+    )
     parser.add_argument("--slaves", type=int, default=5, help="slaves on the line (5)")
     options = parser.parse_args()
     FOLDER.mkdir(parents=True, exist_ok=True)
@@ -170,17 +177,22 @@ def main():
     try:
         server = children.start(
             "server", "java", "-cp", (FOLDER / "classpath").read_text().strip(), "flyframe.server.Server",
-            "--http-port", free_port(options.http_port), "--udp-port", 0, "--database", FOLDER / "log.db", "--key", key,
-            "--master-timeout-ms", 30000, "--command-interval-ms", 2000,
+            "--http-port", free_port(options.http_port), "--udp-port", 0, "--database", FOLDER / "log.db",
+            "--key", key, "--master-timeout-ms", 30000, "--command-interval-ms", 2000,
         )  # fmt: skip
         told = expect("server", server, ["page: ", "reports: udp "])
+        reports = told["reports: udp "].rsplit(":", 1)[1]
         line = children.start(
-            "simulator", SIMULATOR, "--slaves", options.slaves, "--server-port", told["reports: udp "].rsplit(":", 1)[1], "--key", key,
+            "simulator", SIMULATOR, "--slaves", options.slaves, "--server-port", reports, "--key", key,
             "--state", FOLDER / "state", "--control", control,
         )  # fmt: skip
         expect("simulator", line, ["ready: "])
         print(f"page: {told['page: ']}")
-        print("The simulation is some hundred times slower than the real thing; 'help' lists what the panel can do.", flush=True)
+        print(
+            "The simulation is some hundred times slower than the real thing; "
+            "'help' lists what the panel can do.",
+            flush=True,
+        )
         serve(Panel(control), children)
     except KeyboardInterrupt:
         print()

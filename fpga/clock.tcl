@@ -1,6 +1,7 @@
 # The core clock of a project follows what was generated.
 
-# coreClockMhz as it stands in `json`, beside the controller's Verilog; ends the script with a sentence if it does not.
+# coreClockMhz as it stands in `json`, beside the controller's Verilog; ends the script with a sentence if it
+# does not.
 proc core_clock {json} {
   set mhz ""
   if {[file exists $json]} {

@@ -1,20 +1,22 @@
 # Timing constraints of a flyframe controller, for the Timing Analyzer (TimeQuest) of Quartus 13 and later.
 #
-# As it stands it fits the controller alone, as top module (quartus.tcl). In your own design set what differs in a file of your own
-# and source this one from there, as alarm/board.sdc does; the names of the crossings hold at any depth of the hierarchy.
+# As it stands it fits the controller alone, as top module (quartus.tcl). In your own design set what differs
+# in a file of your own and source this one from there, as alarm/board.sdc does; the names of the crossings
+# hold at any depth of the hierarchy.
 
-# ---- What to adapt -------------------------------------------------------------------------------------------------------------
+# ---- What to adapt -----------------------------------------------------------------------------------------
 proc default {name value} { upvar 1 $name variable; if {![info exists variable]} { set variable $value } }
 default core_mhz   100      ;# parameter coreClockMhz
 default tx_shift   0        ;# parameter txShift
-default core_port  clock    ;# pin of the core clock; "" if it comes from a PLL, then name the PLL's output below
+default core_port  clock    ;# pin of the core clock; "" if it comes from a PLL: name the PLL's output below
 default core_clock core     ;# name of the core clock
-default mii        mii_     ;# pins are named ${mii}0_rx_clk, ${mii}0_rx_dv, ... as the ports of the top module are
+default mii        mii_     ;# pins are named ${mii}0_rx_clk, ${mii}0_rx_dv, ... as ports of the top module
 
-# When a PHY's TX_CLK rises at the FPGA after the 25 MHz output of the PLL rises: output buffer, board, PHY (data sheet), modulo 40 ns.
+# When a PHY's TX_CLK rises at the FPGA after the 25 MHz output of the PLL rises: output buffer, board, PHY
+# (data sheet), modulo 40 ns.
 default tx_clk_ns  0.0
 
-# ---- Clocks --------------------------------------------------------------------------------------------------------------------
+# ---- Clocks ------------------------------------------------------------------------------------------------
 set core_ns [expr {1000.0 / $core_mhz}]
 if {$core_port ne ""} {
   create_clock -name $core_clock -period $core_ns [get_ports $core_port]
@@ -25,12 +27,14 @@ derive_clock_uncertainty
 # TX_CLK never enters the FPGA, as the core clock has its frequency; a virtual clock stands for it.
 create_clock -name mii_tx_clk -period 40 -waveform [list $tx_clk_ns [expr {$tx_clk_ns + 20}]]
 
-# ---- Pins --------------------------------------------------------------------------------------------------------------------
-# TXD changes once in 40 ns: five core cycles and txShift after the PLL's 25 MHz rises (SlotTimer two, one more for each of the
-# three steps of a nibble slot). At 25 MHz there is nothing to align: it changes with every core clock edge.
+# ---- Pins --------------------------------------------------------------------------------------------------
+# TXD changes once in 40 ns: five core cycles and txShift after the PLL's 25 MHz rises (SlotTimer two, one
+# more for each of the three steps of a nibble slot). At 25 MHz there is nothing to align: it changes with
+# every core clock edge.
 set slot_cycles [expr {$core_mhz / 25}]
-if {$slot_cycles == 1} { set change_ns 0.0 } else { set change_ns [expr {fmod((5 + $tx_shift) * $core_ns, 40)}] }
-# From there to the TX_CLK edge that takes it, in whole core cycles; the analysis by itself would take the last core edge.
+set change_ns [expr {$slot_cycles == 1 ? 0.0 : fmod((5 + $tx_shift) * $core_ns, 40)}]
+# From there to the TX_CLK edge that takes it, in whole core cycles; the analysis by itself would take the
+# last core edge.
 set distance [expr {fmod($tx_clk_ns - $change_ns + 80, 40)}]
 if {$distance < 0.001} { set distance 40.0 }
 set tx_cycles [expr {int(ceil($distance / $core_ns - 0.001))}]
@@ -42,8 +46,8 @@ for {set y 0} {$y < 4} {incr y} {
   # 100 ppm do not matter here: nothing relates this clock to the core clock.
   create_clock -name mii_${y}_rx_clk -period 40 $rx_clk
 
-  # The PHY holds RXD, RX_DV and RX_ER steady from 10 ns before to 10 ns after RX_CLK rises: the next value comes at the latest
-  # 30 ns after an edge and at the earliest 10 ns after it.
+  # The PHY holds RXD, RX_DV and RX_ER steady from 10 ns before to 10 ns after RX_CLK rises: the next value
+  # comes at the latest 30 ns after an edge and at the earliest 10 ns after it.
   set rx [get_ports "${mii}${y}_rx_dv ${mii}${y}_rx_er ${mii}${y}_rxd*"]
   set_input_delay -clock mii_${y}_rx_clk -max 30 $rx
   set_input_delay -clock mii_${y}_rx_clk -min 10 $rx
@@ -59,13 +63,15 @@ for {set y 0} {$y < 4} {incr y} {
   set_false_path -from [get_ports ${mii}${y}_link]
 }
 
-# ---- Clock crossings -----------------------------------------------------------------------------------------------------------
-# There are two kinds of crossing, both in src/rtl/clocks/Crossings.scala. No set_clock_groups and no false path between whole clocks:
-# those would switch the following limits off, and hide a crossing that was not meant to be.
+# ---- Clock crossings ---------------------------------------------------------------------------------------
+# There are two kinds of crossing, both in src/rtl/clocks/Crossings.scala. No set_clock_groups and no false
+# path between whole clocks: those would switch the following limits off, and hide a crossing that was not
+# meant to be.
 
-# 1. MiiRxWriteSide (RX_CLK) to MiiRxReadSide (core clock). One bit of the Gray pointer changes per 40 ns; within one core cycle it
-#    must be at the first flip-flop. The symbol it points to has been written at the same edge and is read when the pointer has
-#    passed two flip-flops, so it has two core cycles; half of one is kept for the difference of the clocks' delays.
+# 1. MiiRxWriteSide (RX_CLK) to MiiRxReadSide (core clock). One bit of the Gray pointer changes per 40 ns;
+#    within one core cycle it must be at the first flip-flop. The symbol it points to has been written at the
+#    same edge and is read when the pointer has passed two flip-flops, so it has two core cycles; half of one
+#    is kept for the difference of the clocks' delays.
 set pointer [get_registers -compatibility_mode {*writeSide|gray*}]
 set symbols [get_registers -compatibility_mode {*writeSide|storage_*}]
 set_max_delay -from $pointer -to [get_registers -compatibility_mode {*readSide|meta*}] $core_ns
@@ -76,8 +82,9 @@ set_false_path -hold -from $symbols -to [get_clocks $core_clock]
 # 2. LevelCrossing: the first of its two flip-flops may take any time.
 set_false_path -to [get_registers -compatibility_mode {*LevelCrossing:*|meta}]
 
-# ---- The controller alone --------------------------------------------------------------------------------------------------------
-# Inside a design these are not pins. Alone, the host port gets a register's delay on either side, so that its paths count for Fmax.
+# ---- The controller alone ----------------------------------------------------------------------------------
+# Inside a design these are not pins. Alone, the host port gets a register's delay on either side, so that its
+# paths count for Fmax.
 if {$core_port ne ""} {
   # From the PLL: the analysis sees the real path once the PLL is there.
   set_false_path -from [get_ports phy_clk_ref]

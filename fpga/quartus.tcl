@@ -1,4 +1,5 @@
-# Makes a Quartus project of one preset for an EP4CE6E22C8N and compiles it, to see size and speed. Nothing is assigned to pins.
+# Makes a Quartus project of one preset for an EP4CE6E22C8N and compiles it, to see size and speed. Nothing is
+# assigned to pins.
 #   quartus_sh -t fpga/quartus.tcl [PRESET]      PRESET as in generated/PRESET.v, default cyclone4-min
 # Everything is written to build/quartus/PRESET. Quartus names the device without the N (lead-free).
 load_package flow
@@ -31,8 +32,9 @@ set_global_assignment -name VERILOG_FILE $verilog
 constrain [file join $root fpga flyframe.sdc] $core_mhz
 set_global_assignment -name PROJECT_OUTPUT_DIRECTORY output
 
-# The host port, and what a PLL or a reset circuit on the chip drives, are virtual pins: logic cells instead of pins. Bit by bit, as
-# every version of Quartus understands it. Clocks and MII stay pins; the fitter places them.
+# The host port, and what a PLL or a reset circuit on the chip drives, are virtual pins: logic cells instead
+# of pins. Bit by bit, as every version of Quartus understands it. Clocks and MII stay pins; the fitter places
+# them.
 set file [open $verilog]
 set in_top 0
 while {[gets $file line] >= 0} {

@@ -1,7 +1,8 @@
-# Makes a Quartus project of the alarm board and compiles it. `make quartus` generates the Verilog and calls it:
-#   quartus_sh -t fpga/alarm/alarm.tcl ROLE WIDTH [DIRECTORY]      ROLE slave or master, WIDTH the bits of the host's data bus
-# Reads what was generated, *.v and alarm-ROLE.json, from DIRECTORY (default build/board/ROLE); writes to DIRECTORY/quartus. The core
-# clock is the one in alarm-ROLE.json: PLL and constraints follow it.
+# Makes a Quartus project of the alarm board and compiles it. `make quartus` generates the Verilog and calls
+#   quartus_sh -t fpga/alarm/alarm.tcl ROLE WIDTH [DIRECTORY]
+# ROLE is slave or master, WIDTH the bits of the host's data bus.
+# Reads what was generated, *.v and alarm-ROLE.json, from DIRECTORY (default build/board/ROLE); writes to
+# DIRECTORY/quartus. The core clock is the one in alarm-ROLE.json: PLL and constraints follow it.
 load_package flow
 
 set role  [lindex $quartus(args) 0]

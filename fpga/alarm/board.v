@@ -1,7 +1,9 @@
-// Board of the smoke-alarm system: an EP4CE6E22C8N between two PHYs and a microcontroller. One design for both roles.
+// Board of the smoke-alarm system: an EP4CE6E22C8N between two PHYs and a microcontroller. One design for
+// both roles.
 //
-// Registers and clock crossings are not here but in what flyframe generates with --board: board_support.v (reset, host bus) and
-// alarm-slave.v or alarm-master.v. This file holds the vendor's PLL, the data pins' direction and the choice of the role.
+// Registers and clock crossings are not here but in what flyframe generates with --board: board_support.v
+// (reset, host bus) and alarm-slave.v or alarm-master.v. This file holds the vendor's PLL, the data pins'
+// direction and the choice of the role.
 `default_nettype none
 
 module board #(
@@ -52,7 +54,7 @@ module board #(
   output wire                        alarm_lamp
 );
 
-  // ---- Clocks: VCO 50 MHz * M 12 / N 1 = 600 MHz; C0 = 600 / CORE_MHZ: core clock, C1 = 24: 25 MHz ------------------------------
+  // ---- Clocks: VCO 50 MHz * M 12 / N 1 = 600 MHz; C0 = 600 / CORE_MHZ: core clock, C1 = 24: 25 MHz --------
   wire       core_clk, phy_clk_ref, pll_locked;
   wire [2:0] unused_clk;
 
@@ -78,7 +80,7 @@ module board #(
   );
   assign phy_clk = phy_clk_ref;
 
-  // ---- Reset and host bus -------------------------------------------------------------------------------------------------------
+  // ---- Reset and host bus ---------------------------------------------------------------------------------
   wire                        reset;
   wire                        host_req, host_write, host_ack;
   wire [15:0]                 host_addr;
@@ -91,12 +93,12 @@ module board #(
     .clock(core_clk), .pll_locked(pll_locked), .reset(reset),
     .bus_ne(bus_ne), .bus_noe(bus_noe), .bus_nwe(bus_nwe), .bus_nbl(bus_nbl), .bus_a(bus_a),
     .bus_d_in(bus_d), .bus_d_out(bus_d_out), .bus_d_drive(bus_d_drive), .bus_nwait(bus_nwait),
-    .host_req(host_req), .host_write(host_write), .host_addr(host_addr), .host_wdata(host_wdata), .host_be(host_be),
-    .host_ack(host_ack), .host_rdata(host_rdata)
+    .host_req(host_req), .host_write(host_write), .host_addr(host_addr),
+    .host_wdata(host_wdata), .host_be(host_be), .host_ack(host_ack), .host_rdata(host_rdata)
   );
   assign bus_d = bus_d_drive ? bus_d_out : {DATA_BUS_WIDTH{1'bz}};
 
-  // ---- The controller -----------------------------------------------------------------------------------------------------------
+  // ---- The controller -------------------------------------------------------------------------------------
   wire link_0 = mii_0_link ^ (LINK_ACTIVE_LOW != 0);
   wire link_1 = mii_1_link ^ (LINK_ACTIVE_LOW != 0);
   wire unused_tx_tick;
@@ -106,24 +108,25 @@ module board #(
       alarm_slave core (
         .clock(core_clk), .reset(reset), .phy_clk_ref(phy_clk_ref), .phy_reset_n(phy_reset_n),
         .mii_tx_tick(unused_tx_tick), .pdi_operational(host_ready),
-        .mii_0_rx_clk(mii_0_rx_clk), .mii_0_rx_dv(mii_0_rx_dv), .mii_0_rx_er(mii_0_rx_er), .mii_0_rxd(mii_0_rxd),
-        .mii_0_link(link_0), .mii_0_tx_en(mii_0_tx_en), .mii_0_txd(mii_0_txd),
-        .mii_1_rx_clk(mii_1_rx_clk), .mii_1_rx_dv(mii_1_rx_dv), .mii_1_rx_er(mii_1_rx_er), .mii_1_rxd(mii_1_rxd),
-        .mii_1_link(link_1), .mii_1_tx_en(mii_1_tx_en), .mii_1_txd(mii_1_txd),
-        .host_req(host_req), .host_write(host_write), .host_addr(host_addr), .host_wdata(host_wdata), .host_be(host_be),
-        .host_ack(host_ack), .host_rdata(host_rdata), .irq(irq),
-        .alarm_current(alarm_current), .alarm_supply(alarm_supply), .alarm_buzzer(alarm_buzzer), .alarm_lamp(alarm_lamp)
+        .mii_0_rx_clk(mii_0_rx_clk), .mii_0_rx_dv(mii_0_rx_dv), .mii_0_rx_er(mii_0_rx_er),
+        .mii_0_rxd(mii_0_rxd), .mii_0_link(link_0), .mii_0_tx_en(mii_0_tx_en), .mii_0_txd(mii_0_txd),
+        .mii_1_rx_clk(mii_1_rx_clk), .mii_1_rx_dv(mii_1_rx_dv), .mii_1_rx_er(mii_1_rx_er),
+        .mii_1_rxd(mii_1_rxd), .mii_1_link(link_1), .mii_1_tx_en(mii_1_tx_en), .mii_1_txd(mii_1_txd),
+        .host_req(host_req), .host_write(host_write), .host_addr(host_addr),
+        .host_wdata(host_wdata), .host_be(host_be), .host_ack(host_ack), .host_rdata(host_rdata), .irq(irq),
+        .alarm_current(alarm_current), .alarm_supply(alarm_supply), .alarm_buzzer(alarm_buzzer),
+        .alarm_lamp(alarm_lamp)
       );
     end else begin : master
       alarm_master core (
         .clock(core_clk), .reset(reset), .phy_clk_ref(phy_clk_ref), .phy_reset_n(phy_reset_n),
         .mii_tx_tick(unused_tx_tick),
-        .mii_0_rx_clk(mii_0_rx_clk), .mii_0_rx_dv(mii_0_rx_dv), .mii_0_rx_er(mii_0_rx_er), .mii_0_rxd(mii_0_rxd),
-        .mii_0_link(link_0), .mii_0_tx_en(mii_0_tx_en), .mii_0_txd(mii_0_txd),
-        .mii_1_rx_clk(mii_1_rx_clk), .mii_1_rx_dv(mii_1_rx_dv), .mii_1_rx_er(mii_1_rx_er), .mii_1_rxd(mii_1_rxd),
-        .mii_1_link(link_1), .mii_1_tx_en(mii_1_tx_en), .mii_1_txd(mii_1_txd),
-        .host_req(host_req), .host_write(host_write), .host_addr(host_addr), .host_wdata(host_wdata), .host_be(host_be),
-        .host_ack(host_ack), .host_rdata(host_rdata), .irq(irq),
+        .mii_0_rx_clk(mii_0_rx_clk), .mii_0_rx_dv(mii_0_rx_dv), .mii_0_rx_er(mii_0_rx_er),
+        .mii_0_rxd(mii_0_rxd), .mii_0_link(link_0), .mii_0_tx_en(mii_0_tx_en), .mii_0_txd(mii_0_txd),
+        .mii_1_rx_clk(mii_1_rx_clk), .mii_1_rx_dv(mii_1_rx_dv), .mii_1_rx_er(mii_1_rx_er),
+        .mii_1_rxd(mii_1_rxd), .mii_1_link(link_1), .mii_1_tx_en(mii_1_tx_en), .mii_1_txd(mii_1_txd),
+        .host_req(host_req), .host_write(host_write), .host_addr(host_addr),
+        .host_wdata(host_wdata), .host_be(host_be), .host_ack(host_ack), .host_rdata(host_rdata), .irq(irq),
         .alarm_buzzer(alarm_buzzer), .alarm_lamp(alarm_lamp)
       );
       // A master has no detector, and runs as soon as its host says so in a register.

@@ -1,18 +1,19 @@
-# Pins of the alarm board, EP4CE6E22C8N (package E144). Bit i of a port is on the i-th pin of its list; a narrower host bus leaves the
-# last ones of bus_d and bus_nbl out.
+# Pins of the alarm board, EP4CE6E22C8N (package E144). Bit i of a port is on the i-th pin of its list; a
+# narrower host bus leaves the last ones of bus_d and bus_nbl out.
 #
 #   fixed   needs what this pin has: a clock input, or the output of a PLL
 #   free    any user I/O pin will do: route the board as you like, then exchange pins here
 #
-# Pins 23, 24, 25 and 88 to 91 are inputs only. Pins 6, 8, 12, 13 belong to the configuration memory and stay free.
+# Pins 23, 24, 25 and 88 to 91 are inputs only. Pins 6, 8, 12, 13 belong to the configuration memory and stay
+# free.
 
-# ---- Clocks --------------------------------------------------------------------------------------------------------------------
+# ---- Clocks ------------------------------------------------------------------------------------------------
 fixed clk_50        23                       ;# clock input of PLL 1: 23, 24 or 25
 fixed phy_clk       43                       ;# PLL1_CLKOUTp; a series resistor for each PHY
 fixed mii_0_rx_clk  24                       ;# any clock input
 fixed mii_1_rx_clk  88                       ;# any clock input
 
-# ---- PHYs ----------------------------------------------------------------------------------------------------------------------
+# ---- PHYs --------------------------------------------------------------------------------------------------
 free  phy_reset_n   38
 free  mii_0_rxd     {34 33 32 31}
 free  mii_0_rx_dv   30
@@ -27,7 +28,7 @@ free  mii_1_tx_en   77
 free  mii_1_txd     {76 75 74 73}
 free  mii_1_link    98
 
-# ---- Host ----------------------------------------------------------------------------------------------------------------------
+# ---- Host --------------------------------------------------------------------------------------------------
 # Two pins are shared: with 16 and 8 bits of data bus_a[11] and [12] take those of bus_d[31] and [30].
 free  host_ready    25
 free  irq           104
@@ -40,7 +41,7 @@ free  bus_d         {114 115 119 120 121 124 125 126 127 128 129 132 133 135 136
                      42 44 46 49 50 51 52 53 54 55 58 59 60 64 65 66}
 free  bus_a         {138 141 142 143 144 72 71 70 69 68 67 66 65}
 
-# ---- Detector ------------------------------------------------------------------------------------------------------------------
+# ---- Detector ----------------------------------------------------------------------------------------------
 free  alarm_current {89 90 91}
 free  alarm_supply  99
 free  alarm_buzzer  100

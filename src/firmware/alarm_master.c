@@ -7,10 +7,10 @@ enum {
   TYPE = 0xf2,
   SLOTS_PER_US = 25,
   POLL_US = 1000,
-  WAIT_US = 20,         /* between two looks at a request */
-  SPARE_US = 50000,     /* for whatever else the line is busy with */
+  WAIT_US = 20,     /* between two looks at a request */
+  SPARE_US = 50000, /* for whatever else the line is busy with */
   LONGEST_FRAME_US = 125,
-  ATTEMPTS = 3,         /* of a request, besides the retries of its frame */
+  ATTEMPTS = 3, /* of a request, besides the retries of its frame */
   RUN = MASTER_LINE_RUN_MASK | MASTER_REPORT_RUN_MASK
 };
 
@@ -24,7 +24,9 @@ static bool is_zero(const uint8_t *bytes, int count) {
 
 static bool is_station_mac(const uint8_t *mac) { return !is_zero(mac, 6) && (mac[0] & 1) == 0; }
 static bool is_station_ip(const uint8_t *ip) { return ip[0] != 0 && ip[0] < 224; }
-static bool within(uint32_t number, uint32_t least, uint32_t most) { return number >= least && number <= most; }
+static bool within(uint32_t number, uint32_t least, uint32_t most) {
+  return number >= least && number <= most;
+}
 
 static enum self_test check(const struct alarm_master_parameters *p) {
   if (p->master_id == 0) return SELF_TEST_MASTER_ID;
@@ -34,7 +36,8 @@ static enum self_test check(const struct alarm_master_parameters *p) {
   if (!within(p->bus_cycle_us, 10, 41943)) return SELF_TEST_BUS_CYCLE;
   if (!within(p->answer_timeout_us, 10, 2621)) return SELF_TEST_TIMEOUT;
   if (p->retries > 15) return SELF_TEST_RETRIES;
-  if (!within(p->report_repeat_ms, 1, 4095) || !within(p->report_heartbeat_ms, 1, 4095)) return SELF_TEST_REPORT;
+  if (!within(p->report_repeat_ms, 1, 4095) || !within(p->report_heartbeat_ms, 1, 4095))
+    return SELF_TEST_REPORT;
   if (is_zero(p->key, PROTOCOL_KEY_BYTES)) return SELF_TEST_KEY;
   return SELF_TEST_GOOD;
 }
@@ -65,20 +68,25 @@ static enum self_test set_up(struct alarm_master *master) {
   struct board *board = master->board;
   uint32_t boots;
 
-  if (!memory_holds(board, MASTER_REQUEST_DATA, 8) || !memory_holds(board, MASTER_HOST_EVENT, PROTOCOL_HOST_EVENT_BYTES)) return SELF_TEST_MEMORY;
+  if (!memory_holds(board, MASTER_REQUEST_DATA, 8) ||
+      !memory_holds(board, MASTER_HOST_EVENT, PROTOCOL_HOST_EVENT_BYTES))
+    return SELF_TEST_MEMORY;
   const enum self_test parameters = check(&master->parameters);
   if (parameters != SELF_TEST_GOOD) return parameters;
 
-  /* A boot number that came back would let old commands in: it is stored before it is used, and never begins anew by itself. */
+  /* A boot number that came back would let old commands in: it is stored before it is used, and never begins
+   * anew by itself. */
   if (!board_load(board, &boots)) return SELF_TEST_STORE;
   if (boots >= 0xffff) return SELF_TEST_BOOTS_USED_UP;
   uint32_t stored = 0;
-  if (!board_store(board, boots + 1) || !board_load(board, &stored) || stored != boots + 1) return SELF_TEST_STORE;
+  if (!board_store(board, boots + 1) || !board_load(board, &stored) || stored != boots + 1)
+    return SELF_TEST_STORE;
   master->boot = (uint16_t)stored;
   return write_parameters(board, &master->parameters, master->boot) ? SELF_TEST_GOOD : SELF_TEST_MEMORY;
 }
 
-enum self_test alarm_master_start(struct alarm_master *master, struct board *board, const struct alarm_master_parameters *parameters) {
+enum self_test alarm_master_start(struct alarm_master *master, struct board *board,
+                                  const struct alarm_master_parameters *parameters) {
   *master = (struct alarm_master){.board = board, .parameters = *parameters};
   /* Of an unknown controller nothing is written. */
   if (read_number(board, MASTER_MASTER_TYPE, 1) != TYPE) return master->self_test = SELF_TEST_CONTROLLER;
@@ -94,7 +102,8 @@ enum self_test alarm_master_start(struct alarm_master *master, struct board *boa
 
 /* --- commands --- */
 
-/* Waits until (status & mask) == value; false if that takes longer than `us`. Waiting may return at once, so looks count too. */
+/* Waits until (status & mask) == value; false if that takes longer than `us`. Waiting may return at once, so
+ * looks count too. */
 static bool wait_for(struct alarm_master *master, uint8_t mask, uint8_t value, uint32_t us) {
   const uint32_t begin = read_number(master->board, MASTER_MASTER_TIME, 4);
   for (uint32_t looks = 0; looks <= us; ++looks) {
@@ -107,12 +116,13 @@ static bool wait_for(struct alarm_master *master, uint8_t mask, uint8_t value, u
 
 /* Longer than a request may take. */
 static uint32_t request_limit(const struct alarm_master_parameters *p) {
-  return 2 * p->bus_cycle_us + (p->retries + 2u) * ((uint32_t)p->answer_timeout_us + LONGEST_FRAME_US) + SPARE_US;
+  return 2 * p->bus_cycle_us + (p->retries + 2u) * ((uint32_t)p->answer_timeout_us + LONGEST_FRAME_US) +
+         SPARE_US;
 }
 
 /* One datagram, once: false if no answer came; else its working counter. */
-static bool ask(struct alarm_master *master, uint8_t command, uint16_t adp, uint16_t ado, const uint8_t *data, uint8_t length,
-                uint16_t *counter) {
+static bool ask(struct alarm_master *master, uint8_t command, uint16_t adp, uint16_t ado, const uint8_t *data,
+                uint8_t length, uint16_t *counter) {
   struct board *board = master->board;
   const uint32_t limit = request_limit(&master->parameters);
   if (!wait_for(master, MASTER_REQUEST_BUSY_MASK, 0, limit)) return false;
@@ -127,13 +137,16 @@ static bool ask(struct alarm_master *master, uint8_t command, uint16_t adp, uint
 }
 
 /* A write to one node, or to all: then all that are present must have taken it. */
-static enum protocol_result write_nodes(struct alarm_master *master, uint16_t node, uint16_t ado, const uint8_t *data, uint8_t length) {
+static enum protocol_result write_nodes(struct alarm_master *master, uint16_t node, uint16_t ado,
+                                        const uint8_t *data, uint8_t length) {
   const bool all = node == PROTOCOL_ALL_NODES;
   enum protocol_result result = PROTOCOL_RESULT_NO_ANSWER;
   for (int attempt = 0; attempt < ATTEMPTS; ++attempt) {
     const uint32_t present = read_number(master->board, MASTER_SLAVES_PRESENT, 1);
     uint16_t counter = 0;
-    if (!ask(master, (uint8_t)(all ? PROTOCOL_ECAT_BWR : PROTOCOL_ECAT_FPWR), all ? 0 : node, ado, data, length, &counter)) continue;
+    if (!ask(master, (uint8_t)(all ? PROTOCOL_ECAT_BWR : PROTOCOL_ECAT_FPWR), all ? 0 : node, ado, data,
+             length, &counter))
+      continue;
     if (counter > 0 && (!all || counter >= present)) return PROTOCOL_RESULT_DONE;
     result = all ? PROTOCOL_RESULT_NO_ANSWER : PROTOCOL_RESULT_NO_SUCH_NODE;
   }
@@ -152,22 +165,23 @@ static enum protocol_result execute(struct alarm_master *master, const struct co
   /* 0 is the station address of slaves that have none: a write to it would reach them all. */
   if (command->node == 0) return PROTOCOL_RESULT_NO_SUCH_NODE;
   /* The master before the slaves: an alarm that comes meanwhile switches its signals on again. */
-  if (command->order == PROTOCOL_ALARM_CLEAR) write_number(master->board, MASTER_MASTER_CONTROL, 1, RUN | MASTER_BUZZER_OFF_MASK);
+  if (command->order == PROTOCOL_ALARM_CLEAR)
+    write_number(master->board, MASTER_MASTER_CONTROL, 1, RUN | MASTER_BUZZER_OFF_MASK);
   const enum protocol_result result = write_nodes(master, command->node, ESC_ALARM_COMMAND, &bits, 1);
   if (result != PROTOCOL_RESULT_DONE) return result;
-  return write_nodes(master, command->node, all ? ESC_ALARM_BROADCAST : ESC_ALARM_MESSAGE, message, sizeof message);
+  return write_nodes(master, command->node, all ? ESC_ALARM_BROADCAST : ESC_ALARM_MESSAGE, message,
+                     sizeof message);
 }
 
 /* The server is told how a command ended, among the events. */
 static void tell(struct alarm_master *master, const struct command *command, enum protocol_result result) {
   const uint8_t event[PROTOCOL_HOST_EVENT_BYTES] = {
-    [PROTOCOL_HOST_EVENT_POSITION_AT] = command->order,
-    [PROTOCOL_HOST_EVENT_STATE_AT] = (uint8_t)result,
-    [PROTOCOL_HOST_EVENT_NODE_AT] = (uint8_t)command->node,
-    [PROTOCOL_HOST_EVENT_NODE_AT + 1] = (uint8_t)(command->node >> 8),
-    [PROTOCOL_HOST_EVENT_SEQUENCE_AT] = (uint8_t)command->counter,
-    [PROTOCOL_HOST_EVENT_SEQUENCE_AT + 1] = (uint8_t)(command->counter >> 8)
-  };
+      [PROTOCOL_HOST_EVENT_POSITION_AT] = command->order,
+      [PROTOCOL_HOST_EVENT_STATE_AT] = (uint8_t)result,
+      [PROTOCOL_HOST_EVENT_NODE_AT] = (uint8_t)command->node,
+      [PROTOCOL_HOST_EVENT_NODE_AT + 1] = (uint8_t)(command->node >> 8),
+      [PROTOCOL_HOST_EVENT_SEQUENCE_AT] = (uint8_t)command->counter,
+      [PROTOCOL_HOST_EVENT_SEQUENCE_AT + 1] = (uint8_t)(command->counter >> 8)};
   if (!wait_for(master, MASTER_HOST_EVENT_BUSY_MASK, 0, request_limit(&master->parameters))) {
     ++master->untold;
     return;
@@ -207,7 +221,9 @@ void alarm_master_serve(struct alarm_master *master) {
   if (read_number(master->board, MASTER_MASTER_STATUS, 1) & MASTER_MAILBOX_WAITING_MASK) take_message(master);
 }
 
-void alarm_master_run(struct alarm_master *master, struct board *board, const struct alarm_master_parameters *parameters) {
-  if (alarm_master_start(master, board, parameters) != SELF_TEST_GOOD) board_fatal(board, self_test_text(master->self_test));
+void alarm_master_run(struct alarm_master *master, struct board *board,
+                      const struct alarm_master_parameters *parameters) {
+  if (alarm_master_start(master, board, parameters) != SELF_TEST_GOOD)
+    board_fatal(board, self_test_text(master->self_test));
   for (;;) alarm_master_serve(master);
 }

@@ -2,7 +2,12 @@
 
 #include "alarm-slave.h"
 
-enum { TYPE = 0xf1, USER_RAM_BYTES = 128, POLL_US = 1000, ENABLE = ESC_DETECTOR_ENABLE_MASK | ESC_ALARM_REPORT_MASK };
+enum {
+  TYPE = 0xf1,
+  USER_RAM_BYTES = 128,
+  POLL_US = 1000,
+  ENABLE = ESC_DETECTOR_ENABLE_MASK | ESC_ALARM_REPORT_MASK
+};
 
 static enum self_test check(const struct alarm_slave_parameters *p) {
   if (p->node_id == 0 || p->node_id == PROTOCOL_ALL_NODES) return SELF_TEST_NODE_ID;
@@ -32,14 +37,17 @@ static enum self_test set_up(struct alarm_slave *slave) {
   return SELF_TEST_GOOD;
 }
 
-enum self_test alarm_slave_start(struct alarm_slave *slave, struct board *board, const struct alarm_slave_parameters *parameters) {
+enum self_test alarm_slave_start(struct alarm_slave *slave, struct board *board,
+                                 const struct alarm_slave_parameters *parameters) {
   *slave = (struct alarm_slave){.board = board, .parameters = *parameters};
   /* Of an unknown controller nothing is written. */
-  if (read_number(board, ESC_ESC_TYPE, 1) != TYPE || read_number(board, ESC_RAM_SIZE, 1) != ESC_PROCESS_RAM_BYTES / 1024)
+  if (read_number(board, ESC_ESC_TYPE, 1) != TYPE ||
+      read_number(board, ESC_RAM_SIZE, 1) != ESC_PROCESS_RAM_BYTES / 1024)
     return slave->self_test = SELF_TEST_CONTROLLER;
   write_number(board, ESC_ALARM_ENABLE, 1, 0);
   slave->self_test = set_up(slave);
-  /* The master lists a slave when its self-test has a result: everything else it asks for must be there before. */
+  /* The master lists a slave when its self-test has a result: everything else it asks for must be there
+   * before. */
   write_number(board, ESC_SELF_TEST, 1, slave->self_test);
   if (slave->self_test == SELF_TEST_GOOD) write_number(board, ESC_ALARM_ENABLE, 1, ENABLE);
   return slave->self_test;
@@ -75,7 +83,9 @@ struct alarm_slave_status alarm_slave_status(struct alarm_slave *slave) {
   return status;
 }
 
-void alarm_slave_run(struct alarm_slave *slave, struct board *board, const struct alarm_slave_parameters *parameters) {
-  if (alarm_slave_start(slave, board, parameters) != SELF_TEST_GOOD) board_fatal(board, self_test_text(slave->self_test));
+void alarm_slave_run(struct alarm_slave *slave, struct board *board,
+                     const struct alarm_slave_parameters *parameters) {
+  if (alarm_slave_start(slave, board, parameters) != SELF_TEST_GOOD)
+    board_fatal(board, self_test_text(slave->self_test));
   for (;;) alarm_slave_serve(slave);
 }

@@ -17,10 +17,10 @@ struct alarm_slave {
   struct board *board;
   struct alarm_slave_parameters parameters;
   enum self_test self_test;
-  uint8_t epoch;                                /* of this start */
-  uint32_t broadcasts, messages;                /* taken since then */
-  uint8_t last_broadcast[ALARM_MESSAGE_BYTES];  /* to all */
-  uint8_t last_message[ALARM_MESSAGE_BYTES];    /* to this slave */
+  uint8_t epoch;                               /* of this start */
+  uint32_t broadcasts, messages;               /* taken since then */
+  uint8_t last_broadcast[ALARM_MESSAGE_BYTES]; /* to all */
+  uint8_t last_message[ALARM_MESSAGE_BYTES];   /* to this slave */
 };
 
 /* What the controller says of itself now. */
@@ -30,15 +30,19 @@ struct alarm_slave_status {
   bool supply, latched;
 };
 
-/* Sets the controller up. Anything but SELF_TEST_GOOD: detector and reports stay off, and the register self_test says why. */
-enum self_test alarm_slave_start(struct alarm_slave *slave, struct board *board, const struct alarm_slave_parameters *parameters);
+/* Sets the controller up. Anything but SELF_TEST_GOOD: detector and reports stay off, and the register
+ * self_test says why. */
+enum self_test alarm_slave_start(struct alarm_slave *slave, struct board *board,
+                                 const struct alarm_slave_parameters *parameters);
 
-/* Waits for a message, a millisecond at most, and takes it. A controller that was reset meanwhile is set up again. */
+/* Waits for a message, a millisecond at most, and takes it. A controller that was reset meanwhile is set up
+ * again. */
 void alarm_slave_serve(struct alarm_slave *slave);
 
 struct alarm_slave_status alarm_slave_status(struct alarm_slave *slave);
 
 /* The whole program; never returns. */
-void alarm_slave_run(struct alarm_slave *slave, struct board *board, const struct alarm_slave_parameters *parameters);
+void alarm_slave_run(struct alarm_slave *slave, struct board *board,
+                     const struct alarm_slave_parameters *parameters);
 
 #endif

@@ -1,4 +1,5 @@
-/* Commands of the server, as they come in UDP datagrams (SRV-02): parsed, and accepted only with a right authentication code. */
+/* Commands of the server, as they come in UDP datagrams (SRV-02): parsed, and accepted only with a right
+ * authentication code. */
 #ifndef FLYFRAME_COMMAND_H
 #define FLYFRAME_COMMAND_H
 
@@ -29,6 +30,7 @@ enum command_verdict {
 };
 
 /* Fills `command`, and the filter remembers its counter, if it is accepted; else both stay. */
-enum command_verdict command_check(struct command_filter *filter, const uint8_t *message, uint16_t length, struct command *command);
+enum command_verdict command_check(struct command_filter *filter, const uint8_t *message, uint16_t length,
+                                   struct command *command);
 
 #endif

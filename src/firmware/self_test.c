@@ -57,11 +57,13 @@ bool number_holds(struct board *board, uint16_t address, uint8_t length, uint32_
 bool memory_holds(struct board *board, uint16_t address, uint16_t length) {
   static const uint8_t inverted[] = {0x00, 0xff};
   for (int pass = 0; pass < 2; ++pass) {
-    /* All written before any is read: two places that are one would show. 37 is odd: no two of 256 bytes are equal. */
+    /* All written before any is read: two places that are one would show. 37 is odd: no two of 256 bytes are
+     * equal. */
     for (uint16_t i = 0; i < length; ++i)
       write_number(board, (uint16_t)(address + i), 1, (uint8_t)((37u * i + 1) ^ inverted[pass]));
     for (uint16_t i = 0; i < length; ++i)
-      if (read_number(board, (uint16_t)(address + i), 1) != (uint8_t)((37u * i + 1) ^ inverted[pass])) return false;
+      if (read_number(board, (uint16_t)(address + i), 1) != (uint8_t)((37u * i + 1) ^ inverted[pass]))
+        return false;
   }
   for (uint16_t i = 0; i < length; ++i) write_number(board, (uint16_t)(address + i), 1, 0);
   return true;

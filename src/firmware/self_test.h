@@ -12,7 +12,7 @@ enum self_test {
   SELF_TEST_CONTROLLER = 2,    /* no controller answers, or another one than this program is for */
   SELF_TEST_MEMORY = 3,        /* a register or the RAM does not hold what was written */
   SELF_TEST_STORE = 4,         /* the non-volatile memory does not work */
-  SELF_TEST_BOOTS_USED_UP = 5, /* all 65,535 boot numbers are used up: a new key is needed, then the number may begin anew */
+  SELF_TEST_BOOTS_USED_UP = 5, /* all 65,535 are used up; with a new key the boot number may begin anew */
   SELF_TEST_NODE_ID = 6,       /* 0, 0xFFFF (all), or wider than the controller holds */
   SELF_TEST_DEBOUNCE = 7,      /* above 655,350 us */
   SELF_TEST_OFF_TIME = 8,      /* 0 */

@@ -110,7 +110,8 @@ object Main {
   /** The parameter sets `request` asks for, or why there is none. */
   def resolve(request: Request): Either[String, Seq[EscParams]] =
     if (
-      request.all && (request.overrides.nonEmpty || request.name.nonEmpty || request.device.nonEmpty || request.board)
+      request.all &&
+      (request.overrides.nonEmpty || request.name.nonEmpty || request.device.nonEmpty || request.board)
     )
       Left(
         "--all emits the presets as they are and goes with neither --name, --device, --board nor a parameter."

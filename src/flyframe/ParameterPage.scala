@@ -40,7 +40,8 @@ object ParameterPage {
     "",
     "Generated from `src/base/params` and `src/flyframe/PortTable.scala` by `make generated`; do not edit.",
     "",
-    "A parameter that is not given keeps the value of the preset. Numbers may be hexadecimal (`0x`). A value out of",
+    "A parameter that is not given keeps the value of the preset. Numbers may be hexadecimal (`0x`). " +
+      "A value out of",
     "range, or one that does not go with another, ends the program with one sentence and exit code 2.",
     "",
     "## Presets",

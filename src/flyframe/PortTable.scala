@@ -56,7 +56,8 @@ object PortTable {
   private val clocks = Seq(
     port("clock",       In, 1, "core clock, `coreClockMhz`, from a PLL"),
     port("reset",       In, 1, "active high, synchronous to `clock`; hold it until the PLL has locked"),
-    port("phy_clk_ref", In, 1, "the 25 MHz the PHYs get, from the same PLL; it aligns the nibble slots. Tied low: any phase")
+    port("phy_clk_ref", In, 1,
+      "the 25 MHz the PHYs get, from the same PLL; it aligns the nibble slots. Tied low: any phase")
   )
 
   private val mii = Seq(
@@ -64,27 +65,34 @@ object PortTable {
     port("mii_y_rx_dv",  In,  1, "RX_DV, in `mii_y_rx_clk`"),
     port("mii_y_rx_er",  In,  1, "RX_ER, in `mii_y_rx_clk`"),
     port("mii_y_rxd",    In,  4, "RXD, in `mii_y_rx_clk`"),
-    port("mii_y_link",   In,  1, "high while the PHY reports a link (invert an active-low LED pin). Any clock"),
+    port("mii_y_link",   In,  1,
+      "high while the PHY reports a link (invert an active-low LED pin). Any clock"),
     port("mii_y_tx_en",  Out, 1, "TX_EN, in `clock`, a new value every 40 ns. Tie TX_ER of the PHY low"),
     port("mii_y_txd",    Out, 4, "TXD, likewise"),
-    port("mii_tx_tick",  Out, 1, "high in the first core cycle of each new TXD; to check the phase, else leave open"),
+    port("mii_tx_tick",  Out, 1,
+      "high in the first core cycle of each new TXD; to check the phase, else leave open"),
     port("phy_reset_n",  Out, 1, "low while `reset` is high; to the PHYs' reset")
   )
 
   private val host = Seq(
-    port("host_req",   In,   1, "asks for an access; hold it and the next four until `host_ack`, then low for a cycle"),
+    port("host_req",   In,   1,
+      "asks for an access; hold it and the next four until `host_ack`, then low for a cycle"),
     port("host_write", In,   1, "1 write, 0 read"),
     port("host_addr",  In,  16, "byte address; bits within a word are ignored"),
-    port("host_wdata", In,   0, "data of a write, byte 0 in the low bits").copy(bits = _.dataBusWidth, width = "`dataBusWidth`"),
-    port("host_be",    In,   0, "bytes of the word that are read (some reads acknowledge events) or written").copy(bits = _.lanes, width = "`dataBusWidth` / 8"),
+    port("host_wdata", In,   0, "data of a write, byte 0 in the low bits")
+      .copy(bits = _.dataBusWidth, width = "`dataBusWidth`"),
+    port("host_be",    In,   0, "bytes of the word that are read (some reads acknowledge events) or written")
+      .copy(bits = _.lanes, width = "`dataBusWidth` / 8"),
     port("host_ack",   Out,  1, "the access is done"),
-    port("host_rdata", Out,  0, "data of a read, valid with `host_ack`").copy(bits = _.dataBusWidth, width = "`dataBusWidth`")
+    port("host_rdata", Out,  0, "data of a read, valid with `host_ack`")
+      .copy(bits = _.dataBusWidth, width = "`dataBusWidth`")
   )
 
   /** Ports of a slave controller. */
   val slave: Seq[PortInfo] = clocks ++
     optional("`sii` 0", !_.hasSii)(
-      port("pdi_operational", In, 1, "high when the local configuration is loaded; opens the process data RAM. Any clock")
+      port("pdi_operational", In, 1,
+        "high when the local configuration is loaded; opens the process data RAM. Any clock")
     ) ++
     optional("`sii` 1 or 2", _.hasSii)(
       port("eeprom_loaded", Out, 1, "the configuration has come from the EEPROM")
@@ -104,11 +112,14 @@ object PortTable {
       port("led_linkact_y", Out, 1, "link and activity of a port, high = lit")
     ) ++
     optional("`digitalOutputs`", _.digitalOutputs > 0)(
-      port("digital_output",        Out, 0, "levels of the digital outputs").copy(bits = 8 * _.digitalOutputs, width = "8 × `digitalOutputs`"),
+      port("digital_output",        Out, 0, "levels of the digital outputs")
+        .copy(bits = 8 * _.digitalOutputs, width = "8 × `digitalOutputs`"),
       port("digital_output_driven", Out, 1, "low: let the outputs go")
     ) ++
     optional("`alarm`", _.hasAlarm)(
-      port("alarm_current", In,  3, "comparators; the line's current is above that of [0] a whole line, [1] an alarm, [2] a short circuit"),
+      port("alarm_current", In,  3,
+        "comparators; the line's current is above that of [0] a whole line, [1] an alarm, " +
+          "[2] a short circuit"),
       port("alarm_supply",  Out, 1, "switches the supply of the detector's line"),
       port("alarm_buzzer",  Out, 1, "sounds from an alarm on until it is cleared"),
       port("alarm_lamp",    Out, 1, "lit as long")
@@ -116,7 +127,8 @@ object PortTable {
 
   /** Ports of an alarm master. Its MII port 0 leads to the line, port 1 to the plant network. */
   val master: Seq[PortInfo] = clocks ++ mii ++ host ++ Seq(
-    port("irq",          Out, 1, "interrupt to the host: a message of the server waits, or a datagram is back; a level"),
+    port("irq",          Out, 1,
+      "interrupt to the host: a message of the server waits, or a datagram is back; a level"),
     port("alarm_buzzer", Out, 1, "sounds from an alarm on until the host switches it off"),
     port("alarm_lamp",   Out, 1, "lit as long")
   )

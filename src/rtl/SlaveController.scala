@@ -162,7 +162,8 @@ class SlaveController(p: EscParams, added: Seq[Register] = Nil) extends Module {
   memory.set.load("temporary_use").bits  := 0.U
   for (y <- portNumbers) {
     loops.link(y) := links(y)
-    // Not before all register writes of a frame are done, so that no loop moves to and fro. Reset: as the register.
+    // Not before all register writes of a frame are done, so that no loop moves to and fro. Reset: as the
+    // register.
     loops.setting(y)                      := RegEnable(setting(y), 0.U, !memory.registersBusy)
     loops.goodFrame(y)                    := receivers(y).events.goodFrame
     temporaryLoops.setting(y)             := setting(y)

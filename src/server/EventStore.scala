@@ -115,7 +115,8 @@ final class EventStore private (connection: Connection) extends AutoCloseable {
   /** What the detectors of a master's slaves have told last, in any life of it, by node ID. */
   def detectors(master: Int): Map[Int, Detected] = synchronized {
     SQL"""select node, state, epoch from event where id in
-            (select max(id) from event where kind = #${EventKind.Detector} and master = $master group by node)"""
+            (select max(id) from event where kind = #${EventKind.Detector} and master = $master
+              group by node)"""
       .as((int("node") ~ int("state") ~ int("epoch")).map { case n ~ s ~ e => n -> Detected(s, e) }.*)
       .toMap
   }
@@ -158,8 +159,8 @@ object EventStore {
     ) ~
       int("position") ~ int("node") ~ int("sequence") ~ int("state") ~ int("epoch") ~ long("slave_time") ~
       long("master_time")).map {
-      case id ~ received ~ master ~ boot ~ number ~ again ~ kind ~ position ~ node ~ sequence ~ state ~ epoch ~
-          slave ~ time =>
+      case id ~ received ~ master ~ boot ~ number ~ again ~ kind ~ position ~ node ~ sequence ~ state ~
+          epoch ~ slave ~ time =>
         val event = Event(kind, position, node, sequence, state, epoch, slave, time)
         LogEntry(id, Instant.ofEpochMilli(received), Life(master, boot), number, event, again != 0)
     }
@@ -201,8 +202,9 @@ object EventStore {
               unique (master, boot))""".execute()
       SQL"""create table if not exists event (
               id integer primary key autoincrement, received integer not null, master integer not null,
-              boot integer not null, number integer not null, again integer not null, kind integer not null, position integer not null,
-              node integer not null, sequence integer not null, state integer not null, epoch integer not null,
+              boot integer not null, number integer not null, again integer not null,
+              kind integer not null, position integer not null, node integer not null,
+              sequence integer not null, state integer not null, epoch integer not null,
               slave_time integer not null, master_time integer not null,
               unique (master, boot, number))""".execute()
       SQL"""create index if not exists record on event (master, node, sequence)

@@ -66,7 +66,8 @@ object Options {
     _ <- Either.cond(
       digits.matches(s"[0-9a-fA-F]{${2 * ServerDatagram.KeyBytes}}"),
       (),
-      s"The key file $path must hold ${2 * ServerDatagram.KeyBytes} hexadecimal digits in one line, and nothing else."
+      s"The key file $path must hold ${2 * ServerDatagram.KeyBytes} hexadecimal digits in one line, " +
+        "and nothing else."
     )
   } yield BigInt("1" + digits, 16).toByteArray.takeRight(ServerDatagram.KeyBytes)
 

@@ -134,8 +134,8 @@ object WebServer {
   private val MostDownloads = 4
 
   private val SecurityHeaders = Seq(
-    "Content-Security-Policy" -> ("default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; " +
-      "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"),
+    "Content-Security-Policy" -> ("default-src 'none'; script-src 'self'; style-src 'self'; " +
+      "img-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"),
     "Cross-Origin-Resource-Policy" -> "same-origin",
     "Cross-Origin-Opener-Policy"   -> "same-origin",
     "X-Content-Type-Options"       -> "nosniff",

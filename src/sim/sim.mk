@@ -27,7 +27,8 @@ SIM_CXXFLAGS    := $(COSIM_CXXFLAGS) -I$(SIM) -Isrc/firmware -Igenerated -isyste
 FIRMWARE_FLAGS  := -std=c99 -ffreestanding -Wall -Wextra -Wpedantic -Wconversion -Werror -O2 -fexceptions
 
 # Other flags or another Verilator, other objects.
-FLAGS_DIGEST    := $(shell { echo '$(CXX) $(SIM_CXXFLAGS) $(RUNTIME_FLAGS)'; $(VERILATOR) --version; } | sha256sum | cut -c1-16)
+FLAGS_DIGEST    := $(shell { echo '$(CXX) $(SIM_CXXFLAGS) $(RUNTIME_FLAGS)'; $(VERILATOR) --version; } | \
+                     sha256sum | cut -c1-16)
 SIM_OBJ         := $(SIM_CACHE)/objects/$(FLAGS_DIGEST)
 RUNTIME         := $(patsubst %,$(SIM_OBJ)/runtime/%.o,verilated verilated_fst_c verilated_threads)
 # The firmware includes headers of GENERATED, so that its objects belong to the program.

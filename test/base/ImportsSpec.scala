@@ -81,7 +81,7 @@ class ImportsSpec extends AnyFlatSpec {
   }
 
   for (floor <- Seq("base", "rtl").map(f => Paths.get("src", f)))
-    s"The picture of $floor in docs/architecture.md" should "have these arrows, but those that a longer way stands for" in {
+    s"The picture of $floor in docs/architecture.md" should "have these arrows, no short cuts" in {
       val page    = Files.readString(Paths.get("docs/architecture.md"))
       val picture = page.linesIterator.dropWhile(_ != s"%% $floor").takeWhile(_ != "```").map(_.trim).toSet
       val arrows  = drawn(uses(floor))
@@ -93,7 +93,8 @@ class ImportsSpec extends AnyFlatSpec {
 
   "A reference" should "be found in every form" in {
     val text =
-      "package flyframe.a\nimport flyframe.b.C\nimport flyframe.{Pins, d => e}\nval x = flyframe.f.G // flyframe.h"
+      "package flyframe.a\nimport flyframe.b.C\nimport flyframe.{Pins, d => e}\n" +
+        "val x = flyframe.f.G // flyframe.h"
     assert(referred(text) == Seq("b", "Pins", "d", "f"))
   }
 

@@ -112,7 +112,7 @@ class MainSpec extends AnyFlatSpec {
     }
   }
 
-  "Parameters" should "start from the preset, may be hexadecimal but not octal, and the last one counts" in inDirectory {
+  "Parameters" should "start from the preset, may be hexadecimal, not octal; the last counts" in inDirectory {
     directory =>
       val result = run(
         "--preset",

@@ -40,7 +40,7 @@ class PortTableSpec extends AnyFlatSpec {
     assert(all -- seen == Set.empty)
   }
 
-  "docs/parameters.md" should "show every parameter with its range for the roles that have it, and every port" in {
+  "docs/parameters.md" should "show every parameter with its range for its roles, and every port" in {
     val Array(slave, master) = ParameterPage.text.split("## Alarm masters")
     for (i <- ParamTable.all; (role, part) <- Seq(0 -> slave, 1 -> master))
       if (i.roles(role)) {

@@ -3,9 +3,10 @@ package flyframe
 import java.nio.file.{FileSystems, Files, Path, Paths}
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.sys.process.Process
+import scala.util.Try
 
 /** What the pages that people read name is there: files, headings behind links, make targets, test classes,
-  * and functions and signals that stand beside their file.
+  * and functions and signals that stand beside their file. And no text file of ours has long lines.
   */
 class ProseSpec extends AnyFlatSpec {
   import Prose._
@@ -44,10 +45,30 @@ class ProseSpec extends AnyFlatSpec {
     assert((named.toSet -- sourceFolders).toSeq.sorted == Nil, "hold no sources")
   }
 
+  "Every text file of ours" should s"have no line of more than $Columns columns" in {
+    val found = for {
+      file <- files if isOurText(file)
+      text <- Try(Files.readString(file)).toOption.toSeq // else it is no text
+      line <- tooLong(file, text)
+    } yield s"$file:$line"
+    assert(found.isEmpty, found.mkString("\n", "\n", ""))
+  }
+
   // ---- that the tests above can fail ----
 
   private def wrong(text: String): Seq[String] = new Prose(Paths.get("docs/made-up.md"), text).wrong
   private val step                             = "| Step | File | Where in it |\n|---|---|---|\n"
+
+  "A long line" should "be found, unless it cannot be broken" in {
+    def lines(name: String)(text: String*) = tooLong(Paths.get(name), text.mkString("\n"))
+    val most                               = "x" * Columns
+    assert(lines("a.scala")(most, most + "x", s"| $most", "µ" * Columns) == Seq(2, 3))
+    assert(lines("a.md")(s"| $most |", s"[$most](b.md)", s"see https://example.org/$most") == Seq(2))
+    assert(lines("a.md")(s"https://example.org/ $most") == Seq(1))
+    assert(lines("a.patch")(s"+$most", s"+x$most") == Seq(2))
+    assert(Seq("a/b.v", "docs/a.md", "Makefile", ".ci/run").forall(f => isOurText(Paths.get(f))))
+    assert(Seq("generated/a.v", ".ci/requirements/a.txt", "docs/a.svg").forall(f => !isOurText(Paths.get(f))))
+  }
 
   "A page that names what is there" should "be in order" in {
     assert(wrong("# One page\n\n[a](../README.md#limits), [b](#one-page), [c](https://example.org/x)") == Nil)
@@ -211,6 +232,27 @@ object Prose {
       .filter(Files.isRegularFile(_))
       .toSeq
       .sorted
+
+  /** What a line has at most. */
+  val Columns = 110
+
+  /** Whether people write it: not what is emitted, locked or measured, nor pictures. */
+  def isOurText(file: Path): Boolean =
+    !Seq("generated", ".ci/requirements").exists(file.startsWith) &&
+      !Seq(".csv", ".lock", ".svg").exists(file.toString.endsWith)
+
+  /** Numbers of the lines that are too long. Rows of tables and addresses of pages cannot be broken; in a
+    * patch a character stands before each line.
+    */
+  def tooLong(file: Path, text: String): Seq[Int] = {
+    val isPage = file.toString.endsWith(".md")
+    val most   = if (file.toString.endsWith(".patch")) Columns + 1 else Columns
+    for {
+      (line, i) <- text.linesIterator.zipWithIndex.toSeq
+      if line.length > most && !(isPage && line.startsWith("|"))
+      if "https?://\\S+".r.replaceAllIn(line, "").length > most || !line.contains("://")
+    } yield i + 1
+  }
 
   /** The files whose paths end with `name`, folders included. */
   private def named(name: String): Seq[Path] = files.filter(_.endsWith(name))

@@ -19,7 +19,7 @@ class ProtocolHeaderSpec extends AnyFlatSpec {
     s"PROTOCOL_${name.toUpperCase}" -> number
   }
 
-  "generated/protocol.h" should "be what the sources emit: simulator and host programs are compiled with it" in {
+  "generated/protocol.h" should "be what the sources emit, as simulator and host programs use it" in {
     assert(Files.readString(Paths.get("generated/protocol.h")) == Documents.protocolHeader)
   }
 

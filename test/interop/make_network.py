@@ -1,10 +1,12 @@
 #!/usr/bin/env python3
-"""Writes a network file of N slaves with an EEPROM image each, all for the host program "io" of flyframe-cosim.
+"""Writes a network file of N slaves with an EEPROM image each, all for the host program "io" of
+flyframe-cosim.
 
 Usage: make_network.py FOLDER N [--preset NAME] [--second NAME] [--corrupt SLAVE] [--no-lrw]
 
-Slave i has SIZES[i] bytes of outputs and inputs; its name, product code, alias and serial number tell which one it is.
-SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read their EEPROMs.
+Slave i has SIZES[i] bytes of outputs and inputs; its name, product code, alias and serial number tell which
+one it is. SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read
+their EEPROMs.
 """
 import argparse
 import json
@@ -31,7 +33,8 @@ def category(kind, data):
 
 
 def pdo(index, sync_manager, first_object, size):
-    entries = b"".join(struct.pack("<HBBBBH", first_object, 1 + i, 0, 5, 8, 0) for i in range(size))  # type 5: UINT8
+    # type 5: UINT8
+    entries = b"".join(struct.pack("<HBBBBH", first_object, 1 + i, 0, 5, 8, 0) for i in range(size))
     return struct.pack("<HBBBBH", index, size, sync_manager, 0, 0, 0) + entries
 
 
@@ -43,8 +46,12 @@ def image(i, corrupt, no_lrw):
     head = head.ljust(0x3E * 2, b"\0") + struct.pack("<HH", 15, 1)  # 16 Kbit, version 1
     strings = [f"flyframe-io-{i}".encode(), b"flyframe"]
     flags = 2 if no_lrw else 0
-    general = struct.pack("<BBBBBBBBBBBBHHHH", 2, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, flags, 0, 0, 0x0011, 0).ljust(32, b"\0")
-    managers = struct.pack("<HHBBBB", OUTPUTS, outputs, 0x64, 0, 1, 3) + struct.pack("<HHBBBB", INPUTS, inputs, 0x20, 0, 1, 4)
+    general = struct.pack("<BBBBBBBBBBBBHHHH", 2, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, flags, 0, 0, 0x0011, 0).ljust(
+        32, b"\0"
+    )
+    managers = struct.pack("<HHBBBB", OUTPUTS, outputs, 0x64, 0, 1, 3) + struct.pack(
+        "<HHBBBB", INPUTS, inputs, 0x20, 0, 1, 4
+    )
     body = category(10, bytes([len(strings)]) + b"".join(bytes([len(s)]) + s for s in strings))
     body += category(30, general) + category(40, bytes([1, 2])) + category(41, managers)
     body += category(50, pdo(0x1A00, 1, 0x6000, inputs)) + category(51, pdo(0x1600, 0, 0x7000, outputs))

@@ -1,7 +1,8 @@
 #!/bin/sh
-# Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other, in a network
-# namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME] [--masters "soem ethercrab"]
-# [--alarm NAME] [--only SCENARIO] [--cycles N] [--capture] [--simulator FILE]; NAME: the same slave with a smoke detector
+# Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other,
+# in a network namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME]
+# [--masters "soem ethercrab"] [--alarm NAME] [--only SCENARIO] [--cycles N] [--capture] [--simulator FILE];
+# NAME: the same slave with a smoke detector.
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -25,7 +26,9 @@ done
 # What runs a master; empty if it is not there.
 command_of() {
   case $1 in
-    soem) "$root/build/tools/venv/bin/python" -c 'import pysoem' 2>/dev/null && echo "$root/build/tools/venv/bin/python $here/soem_test.py" ;;
+    soem)
+      python=$root/build/tools/venv/bin/python
+      "$python" -c 'import pysoem' 2>/dev/null && echo "$python $here/soem_test.py" ;;
     ethercrab) [ -x "$out/ethercrab-test" ] && echo "$out/ethercrab-test" ;;
     *) echo "No master is called '$1'; known: soem, ethercrab." >&2; exit 2 ;;
   esac
@@ -41,7 +44,8 @@ run() {
   python3 "$here/make_network.py" "$net" "$slaves" --preset "$preset" "$@" || exit 2
   rm -f "$net/ready"
   mkfifo "$net/ready"
-  "$simulator" --network "$net/net.json" --interface veth-slaves --control "$net/control.sock" >"$net/ready" 2>"$net/log" &
+  "$simulator" --network "$net/net.json" --interface veth-slaves --control "$net/control.sock" \
+    >"$net/ready" 2>"$net/log" &
   cosim=$!
   if ! read -r line <"$net/ready"; then
     cat "$net/log"
@@ -113,7 +117,8 @@ for master in $masters; do
   fi
   mkdir -p "$out/$master"
   rm -f "$out/$master/result"
-  unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" ${alarm:+--alarm "$alarm"} ${only:+--only "$only"} \
+  unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" \
+    ${alarm:+--alarm "$alarm"} ${only:+--only "$only"} \
     --cycles "$cycles" ${capture:+--capture} --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
   running="$running $master"
 done
@@ -126,7 +131,8 @@ for master in $running; do
   fi
 done
 if [ "$passed$failed$skipped" = 000 ]; then
-  echo "Nothing to run. Scenarios: scan, cycles, cable, refuse, watchdog, eeprom; only with soem: overlap, lrd_lwr, alarm." >&2
+  echo "Nothing to run. Scenarios: scan, cycles, cable, refuse, watchdog, eeprom;" \
+    "only with soem: overlap, lrd_lwr, alarm." >&2
   exit 2
 fi
 echo "$passed passed, $failed failed, $skipped skipped"

@@ -1,5 +1,7 @@
 #!/usr/bin/env python3
-"""SOEM (by pysoem) as the master of simulated slaves. Usage: soem_test.py INTERFACE CONTROL-SOCKET SCENARIO SLAVES [CYCLES]
+"""SOEM (by pysoem) as the master of simulated slaves.
+
+Usage: soem_test.py INTERFACE CONTROL-SOCKET SCENARIO SLAVES [CYCLES]
 
 The slaves are those of make_network.py. Prints a line per check; exit code 1 if one is wrong.
 """
@@ -33,7 +35,9 @@ class Wrong(Exception):
 def check(name, ok, detail=""):
     """A check without which the rest makes no sense."""
     global failures
-    print(("ok    " if ok else "WRONG ") + name + (f": {detail}" if detail != "" and not ok else ""), flush=True)
+    print(
+        ("ok    " if ok else "WRONG ") + name + (f": {detail}" if detail != "" and not ok else ""), flush=True
+    )
     if not ok:
         failures += 1
         raise Wrong
@@ -56,7 +60,10 @@ class Simulator:
 
 def pattern(slave, cycle):
     """The outputs of a cycle: the first byte tells which, the others depend on all."""
-    return bytes([cycle & 0xFF] + [(cycle * 37 + slave * 11 + i * (cycle >> 3 | 1)) & 0xFF for i in range(1, SIZES[slave][0])])
+    return bytes(
+        [cycle & 0xFF]
+        + [(cycle * 37 + slave * 11 + i * (cycle >> 3 | 1)) & 0xFF for i in range(1, SIZES[slave][0])]
+    )
 
 
 def looped(slave, cycle):
@@ -98,7 +105,11 @@ class Bus:
         check("all reach SAFEOP", state == pysoem.SAFEOP_STATE, [self.state_of(i) for i in range(SLAVES)])
         sizes = [(len(s.output), len(s.input)) for s in self.master.slaves]
         check("the mapping is that of the EEPROM", sizes == SIZES[:SLAVES], sizes)
-        check("the expected working counter is known", self.master.expected_wkc == FULL_WKC, self.master.expected_wkc)
+        check(
+            "the expected working counter is known",
+            self.master.expected_wkc == FULL_WKC,
+            self.master.expected_wkc,
+        )
 
     def op(self):
         self.exchange()
@@ -115,7 +126,8 @@ class Bus:
         return self.master.receive_processdata(FRAME)
 
     def cycle(self, count, wkc=FULL_WKC):
-        """Process data cycles: working counters, and inputs that show the outputs of an earlier cycle, none of them torn."""
+        """Process data cycles: working counters, and inputs that show the outputs of an earlier cycle, none
+        of them torn."""
         shown = [None] * SLAVES
         for c in range(count):
             for i, s in enumerate(self.master.slaves):
@@ -128,16 +140,27 @@ class Bus:
                 if at is None and c < LAG:
                     continue  # what was there before
                 if at is None or (shown[i] is not None and at < shown[i]):
-                    check(f"inputs of slave {i} in cycle {c}", False, f"{s.input.hex()} after outputs {pattern(i, c).hex()}")
+                    check(
+                        f"inputs of slave {i} in cycle {c}",
+                        False,
+                        f"{s.input.hex()} after outputs {pattern(i, c).hex()}",
+                    )
                 shown[i] = at
-        check(f"{count} cycles with working counter {wkc}, outputs come back as inputs", count < LAG or None not in shown)
+        check(
+            f"{count} cycles with working counter {wkc}, outputs come back as inputs",
+            count < LAG or None not in shown,
+        )
 
 
 def scan(bus):
     bus.scan()
     for i, s in enumerate(bus.master.slaves):
         check(f"slave {i}: name", s.name == f"flyframe-io-{i}", s.name)
-        check(f"slave {i}: identity", (s.man, s.id, s.rev) == (VENDOR, PRODUCT + i, REVISION), (s.man, s.id, s.rev))
+        check(
+            f"slave {i}: identity",
+            (s.man, s.id, s.rev) == (VENDOR, PRODUCT + i, REVISION),
+            (s.man, s.id, s.rev),
+        )
         serial = struct.unpack("<I", s.eeprom_read(0x0E, EEPROM))[0]
         check(f"slave {i}: serial number", serial == 1000 + i, serial)
         check(f"slave {i}: alias", bus.register(i, 0x0012, 2) == 0x0100 + i)
@@ -150,12 +173,17 @@ def cycles(bus, count=CYCLES):
     start = time.monotonic()
     bus.cycle(count)
     print(f"      {(time.monotonic() - start) / count * 1e6:.0f} us per cycle")
-    for state, name in (pysoem.SAFEOP_STATE, "SAFEOP"), (pysoem.PREOP_STATE, "PREOP"), (pysoem.INIT_STATE, "INIT"):
+    for state, name in (
+        (pysoem.SAFEOP_STATE, "SAFEOP"),
+        (pysoem.PREOP_STATE, "PREOP"),
+        (pysoem.INIT_STATE, "INIT"),
+    ):
         bus.request(state, name)
 
 
 def overlap(bus):
-    """Inputs and outputs of a slave at the same logical addresses; `cycles` has all outputs, then all inputs."""
+    """Inputs and outputs of a slave at the same logical addresses; `cycles` has all outputs, then all
+    inputs."""
     bus.overlap = True
     cycles(bus, CYCLES // 5)
 
@@ -181,7 +209,11 @@ def cable(bus):
     bus.cycle(50)
     at = SLAVES // 2
     port = lambda: bus.register(at - 1, DL_STATUS, 2) & PORT_1
-    check("DL status of the slave before it: port 1 is open and communicates", port() == 1 << 5 | 2 << 10, port())
+    check(
+        "DL status of the slave before it: port 1 is open and communicates",
+        port() == 1 << 5 | 2 << 10,
+        port(),
+    )
     bus.simulator.ask(f"cut {at}")
     counters = set()
     for _ in range(30):
@@ -196,14 +228,17 @@ def cable(bus):
     check("DL status of the slave before it: port 1 is open again", port() == 1 << 5 | 2 << 10, port())
     states = [bus.state_of(i) for i in range(SLAVES)]
     wanted = [(pysoem.OP_STATE, 0) if i < at else (SAFEOP_ERROR, 0x001B) for i in range(SLAVES)]
-    check("those behind it are in SAFEOP by their watchdogs, the others still in OP", states == wanted, states)
+    check(
+        "those behind it are in SAFEOP by their watchdogs, the others still in OP", states == wanted, states
+    )
     recover(bus)
     bus.cycle(50)
 
 
 def short_watchdogs(bus):
     for s in bus.master.slaves:
-        s._fpwr(0x0420, struct.pack("<H", 50), FRAME)  # 5 ms; set_watchdog() has a fixed timeout, too short here
+        # 5 ms; set_watchdog() has a fixed timeout, too short here
+        s._fpwr(0x0420, struct.pack("<H", 50), FRAME)
 
 
 def recover(bus):
@@ -221,7 +256,10 @@ def refuse(bus):
     bus.scan()
     bus.simulator.ask("host 1 refuse safeop 0x001d")
     bus.master.config_map()
-    wanted = [(pysoem.PREOP_STATE + pysoem.STATE_ERROR, 0x001D) if i == 1 else (pysoem.SAFEOP_STATE, 0) for i in range(SLAVES)]
+    wanted = [
+        (pysoem.PREOP_STATE + pysoem.STATE_ERROR, 0x001D) if i == 1 else (pysoem.SAFEOP_STATE, 0)
+        for i in range(SLAVES)
+    ]
     end = time.monotonic() + STATE * 1e-6
     while (states := bus.states()) != wanted and time.monotonic() < end:
         pass
@@ -230,10 +268,18 @@ def refuse(bus):
     s = bus.master.slaves[1]
     s.state = pysoem.PREOP_STATE + pysoem.STATE_ACK
     s.write_state()
-    check("the error is acknowledged", s.state_check(pysoem.PREOP_STATE, STATE) == pysoem.PREOP_STATE, bus.state_of(1))
+    check(
+        "the error is acknowledged",
+        s.state_check(pysoem.PREOP_STATE, STATE) == pysoem.PREOP_STATE,
+        bus.state_of(1),
+    )
     s.state = pysoem.SAFEOP_STATE
     s.write_state()
-    check("then SAFEOP is reached", s.state_check(pysoem.SAFEOP_STATE, STATE) == pysoem.SAFEOP_STATE, bus.state_of(1))
+    check(
+        "then SAFEOP is reached",
+        s.state_check(pysoem.SAFEOP_STATE, STATE) == pysoem.SAFEOP_STATE,
+        bus.state_of(1),
+    )
     bus.op()
     bus.cycle(50)
 
@@ -246,7 +292,11 @@ def watchdog(bus):
     bus.cycle(50)
     bus.simulator.ask("advance 20000")
     states = bus.states()
-    check("without process data all fall to SAFEOP, with code 0x001b", states == [(SAFEOP_ERROR, 0x001B)] * SLAVES, states)
+    check(
+        "without process data all fall to SAFEOP, with code 0x001b",
+        states == [(SAFEOP_ERROR, 0x001B)] * SLAVES,
+        states,
+    )
     expired = [bus.register(i, 0x0442, 1) for i in range(SLAVES)]
     check("the expiry is counted", expired == [1] * SLAVES, expired)
     recover(bus)
@@ -257,7 +307,11 @@ def eeprom(bus):
     """Slave 1 has an EEPROM with a wrong checksum, which the master then repairs."""
     bus.scan()
     loaded = [bus.register(i, DL_STATUS, 2) & 1 for i in range(SLAVES)]
-    check("all but the slave with the corrupt EEPROM have loaded it", loaded == [i != 1 for i in range(SLAVES)], loaded)
+    check(
+        "all but the slave with the corrupt EEPROM have loaded it",
+        loaded == [i != 1 for i in range(SLAVES)],
+        loaded,
+    )
     errors = [bus.register(i, EEPROM_STATUS, 2) >> 11 & 3 for i in range(SLAVES)]
     check("its EEPROM status tells so", errors == [3 * (i == 1) for i in range(SLAVES)], errors)
     bus.master.config_map()
@@ -280,6 +334,8 @@ def eeprom(bus):
 
 bus = Bus()
 with contextlib.suppress(Wrong):
-    {f.__name__: f for f in (scan, cycles, overlap, lrd_lwr, alarm, cable, refuse, watchdog, eeprom)}[SCENARIO](bus)
+    {f.__name__: f for f in (scan, cycles, overlap, lrd_lwr, alarm, cable, refuse, watchdog, eeprom)}[
+        SCENARIO
+    ](bus)
 bus.close()
 sys.exit(1 if failures else 0)

@@ -158,7 +158,8 @@ def run_suite(suite, sbt):
         if not counts or int(counts[1]) == 0:
             raise Trouble(f"The suite '{suite}' has no test.")
         return "passed"
-    # Only a test that has failed is a find: not a suite that could not be run, nor what Chisel or a compiler refuses.
+    # Only a test that has failed is a find: not a suite that could not be run, nor what Chisel or a compiler
+    # refuses.
     refused = r"(chisel3|firrtl|circt)\S*Exception|IllegalArgumentException|OutOfMemoryError|%Error|: error: "
     if not counts or int(counts[2]) == 0 or re.search(refused, output):
         return NOT_COMPILED

@@ -56,7 +56,7 @@ class EventStoreSpec extends AnyFlatSpec {
     }
   }
 
-  "SRV-19: an alarm record that came in an earlier life" should "be marked, and be left out of the log" in fresh {
+  "SRV-19: an alarm record that came in an earlier life" should "be marked, and not be in the log" in fresh {
     store =>
       val (before, after) = (life, Life(1, 8))
       val record = Event(EventKind.Detector, 3, 4, sequence = 9, state = 2, epoch = 6, slaveTime = 77)

@@ -24,7 +24,8 @@ class LogCsvSpec extends AnyFlatSpec {
     )
     assert(
       text ==
-        "received_utc,master,boot,number,detector,node,text,kind,position,sequence,state,epoch,slave_time_us,master_time_us\r\n" +
+        "received_utc,master,boot,number,detector,node,text,kind,position,sequence,state,epoch," +
+        "slave_time_us,master_time_us\r\n" +
         "2026-01-02T03:04:05.679Z,1,7,0,2B,4,alarm,1,3,5,2,6,4000000000,8\r\n" +
         "2026-01-02T03:04:05.680Z,1,7,1,,,\"line listed, slaves: 5\",2,5,0,0,0,0,0\r\n" +
         "2026-01-02T03:04:05.681Z,1,7,2,,4,\"detector reset, ID 4: done\",8,2,1,0,0,0,0\r\n"

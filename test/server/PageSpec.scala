@@ -248,28 +248,27 @@ class PageSpec extends AnyFlatSpec with BeforeAndAfterAll {
     screenshot("line-of-64")
   }
 
-  "SRV-15: when the server is gone" should "the page say so, and go on by itself when it is back" in Directory {
-    d =>
-      begun = true
-      size(1100, 900)
-      val first  = start(options(d))
-      val config = options(d).copy(httpPort = first.httpPort, udpPort = first.udpPort)
-      Using.resource(new ModelMaster(Life(1, 1), first.udpPort, key)) { master =>
-        master.happen(calm: _*)
+  "SRV-15: when the server is gone" should "the page say so, and go on when it is back" in Directory { d =>
+    begun = true
+    size(1100, 900)
+    val first  = start(options(d))
+    val config = options(d).copy(httpPort = first.httpPort, udpPort = first.udpPort)
+    Using.resource(new ModelMaster(Life(1, 1), first.udpPort, key)) { master =>
+      master.happen(calm: _*)
+      master.settle()
+      browser.get(first.page)
+      within("live")(states.nonEmpty && !one("#offline").isDisplayed)
+      first.close()
+      within("offline")(one("#offline").getText.startsWith("Connection to the server lost"))
+      assert(all(".clear, .reset").forall(!_.isEnabled))
+      screenshot("offline")
+      Using.resource(start(config)) { _ =>
+        master.happen(told(0, DetectorState.Alarm))
         master.settle()
-        browser.get(first.page)
-        within("live")(states.nonEmpty && !one("#offline").isDisplayed)
-        first.close()
-        within("offline")(one("#offline").getText.startsWith("Connection to the server lost"))
-        assert(all(".clear, .reset").forall(!_.isEnabled))
-        screenshot("offline")
-        Using.resource(start(config)) { _ =>
-          master.happen(told(0, DetectorState.Alarm))
-          master.settle()
-          within("live again")(!one("#offline").isDisplayed && states.headOption.contains("alarm"))
-          assert(all("#log tr").size == calm.size + 1)
-        }
+        within("live again")(!one("#offline").isDisplayed && states.headOption.contains("alarm"))
+        assert(all("#log tr").size == calm.size + 1)
       }
+    }
   }
 
   "SRV-15: the log in the page" should "have the last 200 events, the newest first" in opened(five) {
@@ -305,14 +304,20 @@ class PageSpec extends AnyFlatSpec with BeforeAndAfterAll {
             """const [page, token, done] = arguments, results = [];
             |const body = JSON.stringify({ master: 1, command: "clear" });
             |const tries = [
-            |  () => fetch(page + "api/command", { method: "POST", headers: { "Content-Type": "application/json", "X-Token": token }, body }),
-            |  () => fetch(page + "api/command", { method: "POST", mode: "no-cors", headers: { "Content-Type": "text/plain" }, body }).then(r => { if (r.type !== "opaque") return r; throw 0; }),
+            |  () => fetch(page + "api/command", {
+            |    method: "POST", headers: { "Content-Type": "application/json", "X-Token": token }, body }),
+            |  () => fetch(page + "api/command", {
+            |    method: "POST", mode: "no-cors", headers: { "Content-Type": "text/plain" }, body })
+            |    .then(r => { if (r.type !== "opaque") return r; throw 0; }),
             |  () => fetch(page + "api/state"),
             |  () => fetch(page),
-            |  () => new Promise((yes, no) => { const s = new EventSource(page + "events"); s.onmessage = yes; s.onerror = no; })
+            |  () => new Promise((yes, no) => {
+            |    const s = new EventSource(page + "events"); s.onmessage = yes; s.onerror = no; })
             |];
             |(async () => {
-            |  for (const t of tries) { try { await t(); results.push("reached"); } catch { results.push("refused"); } }
+            |  for (const t of tries) {
+            |    try { await t(); results.push("reached"); } catch { results.push("refused"); }
+            |  }
             |  const form = document.createElement("form");
             |  const frame = document.createElement("iframe");
             |  frame.name = "frame"; form.target = "frame"; form.method = "POST"; form.enctype = "text/plain";

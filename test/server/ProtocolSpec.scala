@@ -8,7 +8,8 @@ class ProtocolSpec extends AnyFlatSpec {
   private def bytes(hex: String)  = HexFormat.of.parseHex(hex.filterNot(_.isWhitespace))
   private def hex(b: Array[Byte]) = HexFormat.of.formatHex(b)
 
-  // Master 0x1234, boot 0x5678, events from 0x01020304 on: two; self-test 1, 5 of 6 slaves, time, frames lost.
+  // Master 0x1234, boot 0x5678, events from 0x01020304 on: two; self-test 1, 5 of 6 slaves, time, frames
+  // lost.
   private val written = bytes("""
     4641 01 01 1234 5678 01020304 02 01 05 06 a0b0c0d0 00000007
     01 03 0004 0005 02 09 f0000001 80000002

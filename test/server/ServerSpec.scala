@@ -24,7 +24,7 @@ class ServerSpec extends AnyFlatSpec {
     assert(mine.map(_.event) == (0 until count).map(event), hint)
   }
 
-  "SRV-05: every event" should "arrive once and in order though datagrams are lost, repeated and late (seeds 1 to 5)" in {
+  "SRV-05: every event" should "arrive once and in order though datagrams are lost, repeated and late" in {
     for (seed <- 1 to 5) Directory { d =>
       val random = new Random(seed)
       Using.resource(start(options(d))) { server =>
@@ -45,30 +45,29 @@ class ServerSpec extends AnyFlatSpec {
     }
   }
 
-  "SRV-08: a server that is down for a while" should "get what happened meanwhile, once and in order" in Directory {
-    d =>
-      Using.resource(ModelMaster.socket()) { reserved =>
-        // A port that is free now, for both lives of the server.
-        val port   = reserved.getLocalPort
-        val config = options(d).copy(udpPort = port)
-        reserved.close()
-        Using.resource(new ModelMaster(Life(1, 1), port, faults = 0.1)) { master =>
-          val first = start(config)
-          master.happen((0 until 100).map(event): _*)
+  "SRV-08: a server that is down for a while" should "get what happened, once, in order" in Directory { d =>
+    Using.resource(ModelMaster.socket()) { reserved =>
+      // A port that is free now, for both lives of the server.
+      val port   = reserved.getLocalPort
+      val config = options(d).copy(udpPort = port)
+      reserved.close()
+      Using.resource(new ModelMaster(Life(1, 1), port, faults = 0.1)) { master =>
+        val first = start(config)
+        master.happen((0 until 100).map(event): _*)
+        master.settle()
+        master.happen((100 until 150).map(event): _*)
+        master.report()
+        first.close()
+        master.happen((150 until 400).map(event): _*)
+        for (_ <- 1 to 20) { master.report(); master.listen(10) }
+        assert(master.waiting >= 250)
+        Using.resource(start(config)) { _ =>
           master.settle()
-          master.happen((100 until 150).map(event): _*)
-          master.report()
-          first.close()
-          master.happen((150 until 400).map(event): _*)
-          for (_ <- 1 to 20) { master.report(); master.listen(10) }
-          assert(master.waiting >= 250)
-          Using.resource(start(config)) { _ =>
-            master.settle()
-            assert(master.waiting == 0)
-          }
+          assert(master.waiting == 0)
         }
-        complete(stored(d), Life(1, 1), 400, "")
       }
+      complete(stored(d), Life(1, 1), 400, "")
+    }
   }
 
   "SRV-10: a restarted master" should "have its events in the log beside those of before" in Directory { d =>
@@ -115,7 +114,7 @@ class ServerSpec extends AnyFlatSpec {
       }
   }
 
-  "SRV-11: 10,000 datagrams of each kind of nonsense" should "be counted and ignored; events, page and commands go on" in Directory {
+  "SRV-11: 10,000 datagrams of each kind of nonsense" should "be counted; all else goes on" in Directory {
     d =>
       val random = new Random(11)
       val config = options(d).copy(masters = Map(1 -> ModelMaster.loopback, 2 -> ModelMaster.loopback))
@@ -195,7 +194,7 @@ class ServerSpec extends AnyFlatSpec {
       assert(log.filter(_.life == Life(1, 5)).map(_.number) == (0 to 50))
   }
 
-  "SRV-18: wrong arguments and what cannot be opened" should "give one sentence and exit code 2" in Directory {
+  "SRV-18: wrong arguments and what cannot be opened" should "give a sentence and exit code 2" in Directory {
     d =>
       def refusal(args: String*): String = {
         val (out, err) = (new ByteArrayOutputStream, new ByteArrayOutputStream)
@@ -246,7 +245,7 @@ class ServerSpec extends AnyFlatSpec {
     }
   }
 
-  "SRV-18: the program" should "say where it listens, only on loopback, and end orderly when it is told to" in Directory {
+  "SRV-18: the program" should "say where it listens, only on loopback, and end when told to" in Directory {
     d =>
       val java    = Path.of(System.getProperty("java.home"), "bin", "java").toString
       val classes = System.getProperty("java.class.path")

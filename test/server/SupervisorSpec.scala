@@ -75,7 +75,7 @@ class SupervisorSpec extends AnyFlatSpec {
     assert(b.sent.isEmpty && !b.master.silent)
   }
 
-  "SRV-06: a report behind a gap" should "be answered by the number wanted; the page says what is missing" in bench() {
+  "SRV-06: a report behind a gap" should "be answered by the number wanted; the page says so" in bench() {
     b =>
       b.report(one, 0, 3)
       b.report(one, 5, 2)
@@ -85,7 +85,7 @@ class SupervisorSpec extends AnyFlatSpec {
       assert(b.numbers(one) == (0 to 6) && b.master.json("notices").arr.isEmpty)
   }
 
-  "SRV-08: after a restart" should "line, numbers and lives be those of the log, and the master be silent" in Directory {
+  "SRV-08: after a restart" should "line, numbers, lives be as in the log, the master silent" in Directory {
     d =>
       val path   = d.resolve("log.db")
       val before = new Bench(path, Options())
@@ -111,7 +111,7 @@ class SupervisorSpec extends AnyFlatSpec {
       } finally after.close()
   }
 
-  "SRV-10: reports in the name of a master" should "be refused from another address, until it is silent" in bench() {
+  "SRV-10: reports in the name of a master" should "be refused from elsewhere until it is silent" in bench() {
     b =>
       b.report(one, 0, 2)
       b.report(one, 2, 2, there)
@@ -128,7 +128,7 @@ class SupervisorSpec extends AnyFlatSpec {
       assert(b.refused(Refusal.Forged) == 4)
   }
 
-  "SRV-10: a report not younger than the last" should "be refused, also beyond the wrap of the time" in bench() {
+  "SRV-10: a report not younger than the last" should "be refused, beyond the wrap of time, too" in bench() {
     b =>
       b.report(one, 0, 1, time = 0xfffffff0L)
       b.report(one, 1, 1, time = 0xfffffff0L)
@@ -152,26 +152,25 @@ class SupervisorSpec extends AnyFlatSpec {
       assert(b.master.master.life == two)
   }
 
-  it should "have detectors that are known from its earlier life, if their slaves have not restarted" in bench() {
-    b =>
-      def present(i: Int, epoch: Int)           = Event(EventKind.Present, i, i + 1, state = 1, epoch = epoch)
-      def told(i: Int, number: Int, state: Int) = Event(EventKind.Detector, i, i + 1, number, state, 5)
-      val before =
-        (0 to 2).map(present(_, 5)) ++ (0 to 2).map(told(_, 1, DetectorState.Normal)) :+ told(
-          1,
-          2,
-          DetectorState.Alarm
-        )
-      b.give(Protocol.encode(Report(one, 0, before.toVector, time = 5)), here)
-      b.clock += 2000
-      // Slave 2A has restarted; the alarm is reported again.
-      val after = Vector(present(0, 5), present(1, 5), present(2, 6), told(1, 2, DetectorState.Alarm))
-      b.give(Protocol.encode(Report(two, 0, after, time = 5)), here)
-      def states = b.master.json("slaves").arr.map(_("state").str)
-      assert(states == Seq("normal", "alarm", "unknown"))
-      assert(b.store.latest(100).count(_.event.state == DetectorState.Alarm) == 1, "in the log once")
-      b.give(Protocol.encode(Report(two, 4, Vector(told(1, 3, DetectorState.Normal)), time = 6)), here)
-      assert(states == Seq("normal", "normal", "unknown"))
+  it should "have the detectors of its earlier life whose slaves have not restarted" in bench() { b =>
+    def present(i: Int, epoch: Int)           = Event(EventKind.Present, i, i + 1, state = 1, epoch = epoch)
+    def told(i: Int, number: Int, state: Int) = Event(EventKind.Detector, i, i + 1, number, state, 5)
+    val before =
+      (0 to 2).map(present(_, 5)) ++ (0 to 2).map(told(_, 1, DetectorState.Normal)) :+ told(
+        1,
+        2,
+        DetectorState.Alarm
+      )
+    b.give(Protocol.encode(Report(one, 0, before.toVector, time = 5)), here)
+    b.clock += 2000
+    // Slave 2A has restarted; the alarm is reported again.
+    val after = Vector(present(0, 5), present(1, 5), present(2, 6), told(1, 2, DetectorState.Alarm))
+    b.give(Protocol.encode(Report(two, 0, after, time = 5)), here)
+    def states = b.master.json("slaves").arr.map(_("state").str)
+    assert(states == Seq("normal", "alarm", "unknown"))
+    assert(b.store.latest(100).count(_.event.state == DetectorState.Alarm) == 1, "in the log once")
+    b.give(Protocol.encode(Report(two, 4, Vector(told(1, 3, DetectorState.Normal)), time = 6)), here)
+    assert(states == Seq("normal", "normal", "unknown"))
   }
 
   it should "not restart within a second" in bench() { b =>
@@ -205,18 +204,17 @@ class SupervisorSpec extends AnyFlatSpec {
     }
   }
 
-  "SRV-11: more masters than there may be" should "be refused, unless one is silent, which is forgotten" in bench() {
-    b =>
-      for (id <- 1 to Supervisor.MostMasters) b.report(Life(id, 1), 0, 1)
-      b.report(Life(100, 1), 0, 1)
-      assert(b.refused(Refusal.Foreign) == 1)
-      b.clock += 4000
-      for (id <- 2 to Supervisor.MostMasters) b.report(Life(id, 1), 1, 1)
-      b.clock += 4000
-      b.supervisor.tick()
-      b.report(Life(100, 1), 0, 1)
-      assert(b.supervisor.picture.masters.map(_.master.life.master) == (2 to Supervisor.MostMasters) :+ 100)
-      assert(b.numbers(Life(1, 1)) == Seq(0), "its log stays")
+  "SRV-11: more masters than there may be" should "be refused, unless a silent one can go" in bench() { b =>
+    for (id <- 1 to Supervisor.MostMasters) b.report(Life(id, 1), 0, 1)
+    b.report(Life(100, 1), 0, 1)
+    assert(b.refused(Refusal.Foreign) == 1)
+    b.clock += 4000
+    for (id <- 2 to Supervisor.MostMasters) b.report(Life(id, 1), 1, 1)
+    b.clock += 4000
+    b.supervisor.tick()
+    b.report(Life(100, 1), 0, 1)
+    assert(b.supervisor.picture.masters.map(_.master.life.master) == (2 to Supervisor.MostMasters) :+ 100)
+    assert(b.numbers(Life(1, 1)) == Seq(0), "its log stays")
   }
 
   "SRV-11: what is no report, or too long for one" should "be counted and not answered" in bench() { b =>
@@ -228,27 +226,26 @@ class SupervisorSpec extends AnyFlatSpec {
     assert(b.sent.isEmpty && b.changes == 4)
   }
 
-  "SRV-13: a command" should "be sent again, the same bytes, until the master has told what became of it" in bench() {
-    b =>
-      b.report(one, 0, 1)
-      assert(b.supervisor.order(1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes).isRight)
-      b.sent.remove(0)
-      b.supervisor.tick()
-      assert(b.sent.size == 1 && b.sent.head._2 == here)
-      assert(
-        Protocol
-          .command(b.sent.head._1, key)
-          .contains(Command(one, 1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes))
-      )
-      for (_ <- 1 to 3) { b.clock += 500; b.supervisor.tick(); b.supervisor.tick() }
-      assert(b.sent.size == 4 && b.sent.map(_._1.toSeq).distinct.size == 1)
-      assert(b.master.json("orders")(0)("state").str == "sent")
-      val told = Event(EventKind.Command, ServerDatagram.AlarmClear, ServerDatagram.AllNodes, sequence = 1)
-      b.give(Protocol.encode(Report(one, 1, Vector(told), time = b.tick())), here)
-      assert(b.master.json("orders")(0)("state").str == "done")
-      b.clock += 5000
-      b.supervisor.tick()
-      assert(b.sent.size == 5, "and one acknowledgement")
+  "SRV-13: a command" should "be sent again, the same bytes, until the master has answered" in bench() { b =>
+    b.report(one, 0, 1)
+    assert(b.supervisor.order(1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes).isRight)
+    b.sent.remove(0)
+    b.supervisor.tick()
+    assert(b.sent.size == 1 && b.sent.head._2 == here)
+    assert(
+      Protocol
+        .command(b.sent.head._1, key)
+        .contains(Command(one, 1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes))
+    )
+    for (_ <- 1 to 3) { b.clock += 500; b.supervisor.tick(); b.supervisor.tick() }
+    assert(b.sent.size == 4 && b.sent.map(_._1.toSeq).distinct.size == 1)
+    assert(b.master.json("orders")(0)("state").str == "sent")
+    val told = Event(EventKind.Command, ServerDatagram.AlarmClear, ServerDatagram.AllNodes, sequence = 1)
+    b.give(Protocol.encode(Report(one, 1, Vector(told), time = b.tick())), here)
+    assert(b.master.json("orders")(0)("state").str == "done")
+    b.clock += 5000
+    b.supervisor.tick()
+    assert(b.sent.size == 5, "and one acknowledgement")
   }
 
   it should "be sent to where the last report came from, and wait for those before it" in bench() { b =>
@@ -280,15 +277,14 @@ class SupervisorSpec extends AnyFlatSpec {
       assert(b.master.json("orders")(0)("state").str == "done")
     }
 
-  it should "have failed when the master has restarted; the next one counts from 1 in the new life" in bench() {
-    b =>
-      b.report(one, 0, 1)
-      b.supervisor.order(1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes)
-      b.clock += 2000
-      b.report(two, 0, 1)
-      assert(b.master.json("orders")(0)("reason").str == "the master has restarted")
-      b.supervisor.order(1, ServerDatagram.DetectorReset, 3)
-      assert(Protocol.command(b.sent.last._1, key).contains(Command(two, 1, ServerDatagram.DetectorReset, 3)))
+  it should "have failed when the master has restarted; the next one counts from 1" in bench() { b =>
+    b.report(one, 0, 1)
+    b.supervisor.order(1, ServerDatagram.AlarmClear, ServerDatagram.AllNodes)
+    b.clock += 2000
+    b.report(two, 0, 1)
+    assert(b.master.json("orders")(0)("reason").str == "the master has restarted")
+    b.supervisor.order(1, ServerDatagram.DetectorReset, 3)
+    assert(Protocol.command(b.sent.last._1, key).contains(Command(two, 1, ServerDatagram.DetectorReset, 3)))
   }
 
   it should "not be taken without key, for a master unknown or silent, or behind too many" in {

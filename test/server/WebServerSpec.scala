@@ -84,7 +84,7 @@ class WebServerSpec extends AnyFlatSpec {
     )
   }
 
-  "SRV-17: a command of another origin, or without the token" should "be refused and do nothing" in withMaster {
+  "SRV-17: a command of another origin, or without the token" should "be refused" in withMaster {
     (server, master) =>
       val port                                 = server.httpPort
       def status(name: String, value: String*) = command(server, change = name -> value.headOption).status
@@ -138,7 +138,7 @@ class WebServerSpec extends AnyFlatSpec {
       }
     }
 
-  "SRV-17: other pages" should "read nothing: no access for other origins, none through frames" in withServer() {
+  "SRV-17: other pages" should "read nothing, neither from other origins nor by frames" in withServer() {
     server =>
       for (path <- Seq("/events", "/api/state", "/log.csv", "/page.js")) {
         val own = "Host" -> host(server)
@@ -186,7 +186,7 @@ class WebServerSpec extends AnyFlatSpec {
       assert(get(server, "").statusCode == 200)
   }
 
-  "SRV-15: pages" should "be told of an event at once, and of the picture of the moment when they are opened" in withMaster {
+  "SRV-15: pages" should "be told of an event at once, and of the state when they are opened" in withMaster {
     (server, master) =>
       val page = new PageClient(server)
       master.happen(
@@ -198,7 +198,8 @@ class WebServerSpec extends AnyFlatSpec {
         eventually("the first message")(feed.lines.nonEmpty)
         assert(feed.lines.head("fresh").bool && feed.lines.head("log").arr.size == 2)
         assert(feed.lines.head("state")("masters")(0)("slaves")(0)("state").str == "normal")
-        // Without push the page would wait for the next message that only says that the server lives: 5 s each.
+        // Without push the page would wait for the next message that only says that the server lives: 5 s
+        // each.
         val begin = System.nanoTime()
         for (i <- 2 to 11) {
           master.happen(Event(EventKind.Detector, 0, 1, i, DetectorState.Alarm))

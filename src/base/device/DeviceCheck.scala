@@ -55,7 +55,8 @@ object DeviceCheck {
         s"configuration.escA6 is ${hex(c.escA6)} but may only have bit 1 set."
       ),
       Option.when(c.stationAlias >= (1 << p.nodeIdWidth))(
-        s"configuration.stationAlias is ${hex(c.stationAlias)} but the controller has an alias of ${p.nodeIdWidth} bits."
+        s"configuration.stationAlias is ${hex(c.stationAlias)} but the controller has an alias of " +
+          s"${p.nodeIdWidth} bits."
       )
     ).flatten
   }
@@ -82,7 +83,8 @@ object DeviceCheck {
     }
     val control = d.syncManagers.zipWithIndex.flatMap { case (sm, i) =>
       Option.when((sm.control & 0x0f) != sm.use.control)(
-        f"SyncManager $i has control 0x${sm.control}%02x but its use, ${sm.use.name}, needs the low digit 0x${sm.use.control}%x."
+        f"SyncManager $i has control 0x${sm.control}%02x but its use, ${sm.use.name}, needs the low digit " +
+          f"0x${sm.use.control}%x."
       )
     }
     control ++ outside ++ overlapping
@@ -97,7 +99,8 @@ object DeviceCheck {
       )
     }
     val unwanted = Option.when(d.mailbox.isEmpty && managers.nonEmpty)(
-      s"SyncManager ${managers.head._2} is used for ${managers.head._1.use.name} but the device has no mailbox."
+      s"SyncManager ${managers.head._2} is used for ${managers.head._1.use.name} " +
+        "but the device has no mailbox."
     )
     val boot =
       d.mailbox.flatMap(_.bootstrap).toSeq.flatMap(b => Seq("receive" -> b.receive, "send" -> b.send))
@@ -109,7 +112,8 @@ object DeviceCheck {
     }
     val bootOutside = boot.flatMap { case (n, a) =>
       Option.when(a.start < RamStart || a.start + a.size > RamStart + p.ramBytes)(
-        s"mailbox.bootstrap.$n occupies ${hex(a.start)} to ${hex(a.start + a.size - 1)}, beyond the process data RAM."
+        s"mailbox.bootstrap.$n occupies ${hex(a.start)} to ${hex(a.start + a.size - 1)}, " +
+          "beyond the process data RAM."
       )
     }
     val bootOverlap = d.mailbox.flatMap(_.bootstrap).flatMap { b =>
@@ -142,7 +146,8 @@ object DeviceCheck {
             case None => Some(s"$name is on SyncManager ${pdo.syncManager}, which the device does not have.")
             case Some(sm) if sm.use != use =>
               Some(
-                s"$name is on SyncManager ${pdo.syncManager}, which is used for ${sm.use.name}, not for ${use.name}."
+                s"$name is on SyncManager ${pdo.syncManager}, which is used for ${sm.use.name}, " +
+                  s"not for ${use.name}."
               )
             case _ => None
           },

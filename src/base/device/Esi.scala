@@ -27,9 +27,9 @@ object Esi {
   }
 
   private def info(d: Device, p: EscParams, fmmus: Int, syncManagers: Int): Elem =
-    <EtherCATInfo xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance" xsi:noNamespaceSchemaLocation="EtherCATInfo.xsd" Version={
-      SchemaVersion
-    }>
+    <EtherCATInfo xmlns:xsi="http://www.w3.org/2001/XMLSchema-instance"
+                  xsi:noNamespaceSchemaLocation="EtherCATInfo.xsd"
+                  Version={SchemaVersion}>
       <Vendor>
         <Id>{x(d.vendor.id, 8)}</Id>
         <Name>{d.vendor.name}</Name>

@@ -158,7 +158,8 @@ object SiiCodec {
     val stored               = word(7)
     if (stored != CheckOff && (stored & 0xff) != good)
       refuse(
-        f"The checksum is 0x${stored & 0xff}%02x but must be 0x$good%02x: this is no SII image, or a damaged one."
+        f"The checksum is 0x${stored & 0xff}%02x but must be 0x$good%02x: " +
+          "this is no SII image, or a damaged one."
       )
     SiiHeader(
       (0 to 6).map(word),

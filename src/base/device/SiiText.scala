@@ -35,13 +35,15 @@ object SiiText {
     def mailbox(m: SiiMailbox) =
       if (m == SiiMailbox.none) "none"
       else
-        s"receive ${h16(m.receiveStart)}, ${m.receiveSize} bytes; send ${h16(m.sendStart)}, ${m.sendSize} bytes"
+        s"receive ${h16(m.receiveStart)}, ${m.receiveSize} bytes; " +
+          s"send ${h16(m.sendStart)}, ${m.sendSize} bytes"
     val protocols = MailboxProtocol.all.filter(p => (h.protocols & p.bit) != 0).map(_.name)
     Seq(s"SII image, ${image.bytes} bytes, $checksum", "Configuration") ++
       configurationNames.zip(h.configuration).map { case (n, v) => s"  ${h16(v)}  $n" } ++
       Seq(
         "Identity",
-        s"  vendor ${h32(h.vendor)}, product ${h32(h.product)}, revision ${h32(h.revision)}, serial ${h32(h.serial)}",
+        s"  vendor ${h32(h.vendor)}, product ${h32(h.product)}, revision ${h32(h.revision)}, " +
+          s"serial ${h32(h.serial)}",
         "Mailbox",
         s"  bootstrap: ${mailbox(h.bootstrap)}",
         s"  standard: ${mailbox(h.mailbox)}",
@@ -58,8 +60,10 @@ object SiiText {
         s"group${quoted(image.text(g.group))}${quoted(image.text(g.groupName))}, order${quoted(
             image.text(g.order)
           )}, name${quoted(image.text(g.name))}",
-        f"CoE 0x${g.coe}%02x, FoE ${g.foe}, EoE ${g.eoe}, SoE channels ${g.soeChannels}, flags 0x${g.flags}%02x",
-        s"EBUS current ${g.current} mA, ports ${(0 to 3).map(i => portName(g.ports >> 4 * i & 0xf)).mkString(" ")}"
+        f"CoE 0x${g.coe}%02x, FoE ${g.foe}, EoE ${g.eoe}, SoE channels ${g.soeChannels}, " +
+          f"flags 0x${g.flags}%02x",
+        s"EBUS current ${g.current} mA, " +
+          s"ports ${(0 to 3).map(i => portName(g.ports >> 4 * i & 0xf)).mkString(" ")}"
       )
     case SiiFmmus(uses) =>
       uses.zipWithIndex.map { case (u, i) =>
@@ -68,12 +72,14 @@ object SiiText {
     case SiiSyncManagers(managers) =>
       managers.zipWithIndex.map { case (s, i) =>
         val use = SmUse.all.find(_.code == s.kind).map(_.name).getOrElse(s"type ${s.kind}")
-        f"SyncManager $i: $use, ${h16(s.start)}, ${s.size} ${if (s.size == 1) "byte" else "bytes"}, control 0x${s.control}%02x, enable 0x${s.enable}%02x"
+        f"SyncManager $i: $use, ${h16(s.start)}, ${s.size} ${if (s.size == 1) "byte" else "bytes"}, " +
+          f"control 0x${s.control}%02x, enable 0x${s.enable}%02x"
       }
     case SiiPdos(tx, pdos) =>
       pdos.flatMap { p =>
-        val on = if (p.syncManager == 0xff) "not assigned" else s"SyncManager ${p.syncManager}"
-        s"${if (tx) "TxPDO" else "RxPDO"} ${h16(p.index)}${quoted(image.text(p.name))}, $on, flags ${h16(p.flags)}" +:
+        val on   = if (p.syncManager == 0xff) "not assigned" else s"SyncManager ${p.syncManager}"
+        val name = s"${if (tx) "TxPDO" else "RxPDO"} ${h16(p.index)}${quoted(image.text(p.name))}"
+        s"$name, $on, flags ${h16(p.flags)}" +:
           p.entries.map { e =>
             if (e.index == 0) s"  ${e.bits} bit padding"
             else {
@@ -85,8 +91,9 @@ object SiiText {
       }
     case SiiDcModes(modes) =>
       modes.map { m =>
-        s"${image.text(m.name)}${quoted(image.text(m.description))}: AssignActivate ${h16(m.assignActivate)}, SYNC0 cycle " +
-          s"${m.cycleTime0} ns, factor ${m.cycleFactor0}, shift ${m.shiftTime0} ns, SYNC1 factor ${m.cycleFactor1}, " +
+        s"${image.text(m.name)}${quoted(image.text(m.description))}: " +
+          s"AssignActivate ${h16(m.assignActivate)}, SYNC0 cycle ${m.cycleTime0} ns, " +
+          s"factor ${m.cycleFactor0}, shift ${m.shiftTime0} ns, SYNC1 factor ${m.cycleFactor1}, " +
           s"shift ${m.shiftTime1} ns"
       }
     case _: SiiOther => Nil

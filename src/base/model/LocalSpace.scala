@@ -71,7 +71,8 @@ class LocalSpace(
 
   private def isMemory(address: Int): Boolean =
     (address >= RegisterMap.UserRamStart && address < RegisterMap.ProcessRamStart) ||
-      (pdiOperational && address >= RegisterMap.ProcessRamStart && address < RegisterMap.ProcessRamStart + p.ramBytes)
+      (pdiOperational && address >= RegisterMap.ProcessRamStart &&
+        address < RegisterMap.ProcessRamStart + p.ramBytes)
 
   /** There is something for a SyncManager: memory, or a register that it acts on. */
   private def exists(address: Int): Boolean =

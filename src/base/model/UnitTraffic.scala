@@ -304,7 +304,8 @@ object UnitTraffic {
     else {
       val address = (d.address >> 16 & 0xffff).toInt
       if (
-        p.hasWatchdogs && address <= WatchdogStates.end && address + d.data.size > WatchdogStates.start && d.command != Apwr
+        p.hasWatchdogs && address <= WatchdogStates.end && address + d.data.size > WatchdogStates.start &&
+        d.command != Apwr
       )
         d.copy(address = d.address ^ (0x0800L << 16)) // no reading of watchdog states
       else d.copy(data = d.data.zipWithIndex.map { case (b, i) => calm(p, address + i, b) })

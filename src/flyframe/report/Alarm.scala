@@ -75,18 +75,21 @@ object AlarmSection {
   private def rows(t: ReportTimes, how: String): String = {
     val line = f"${t.slaves} slaves $how, bus cycle ${t.busCycle}%.0f µs"
     def row(what: String, s: Spread, goal: String) =
-      f"| Detector to $what, $line | ${t.events}%,d | ${number(s.median)} µs | ${number(s.worst)} µs | $goal |\n"
+      f"| Detector to $what, $line | ${t.events}%,d | ${number(s.median)} µs " +
+        s"| ${number(s.worst)} µs | $goal |\n"
     row("first nibble of the report", t.first, f"${t.goal}%,.0f µs") + row("last nibble", t.last, "")
   }
 
   /** Markdown, without a heading. */
   def text(r: AlarmResults): String = {
     def page(what: String, s: Spread) =
-      f"| Report at the server to $what | ${r.page.events}%,d | ${number(s.median)} ms | ${number(s.worst)} ms | |\n"
+      f"| Report at the server to $what | ${r.page.events}%,d | ${number(s.median)} ms " +
+        s"| ${number(s.worst)} ms | |\n"
     "| From, to | Events | Median | Worst | Goal, worst |\n|---|---:|---:|---:|---:|\n" +
       rows(r.rtl, "in RTL") + rows(r.model, "in the model") +
       page("the page's document", r.page.document) + page("the screen", r.page.screen) +
-      f"| **Detector to screen**, sum for ${r.model.slaves} slaves | | ${number(r.whole.median)} ms | ${number(r.whole.worst)} ms | |\n"
+      s"| **Detector to screen**, sum for ${r.model.slaves} slaves | " +
+      s"| ${number(r.whole.median)} ms | ${number(r.whole.worst)} ms | |\n"
   }
 
   def json(r: AlarmResults): ujson.Obj = {

@@ -37,9 +37,11 @@ object Steps {
   /** Titles and explanations, in the order of [[Steps.cycles]]. */
   val titles: Seq[(String, String)] = Seq(
     "Synchroniser" -> "the write pointer misses a core clock edge by nothing, then passes two flip-flops",
-    "Wait for the margin" -> "so that the symbols of a whole frame never run out while the clocks drift (LP-12)",
+    "Wait for the margin" ->
+      "so that the symbols of a whole frame never run out while the clocks drift (LP-12)",
     "Wait for the slot" -> "the symbol is ready just after a slot was; it is taken one slot later",
-    "Nibble held back" -> "until it is known whether another follows, so that `last` and the verdict go with it",
+    "Nibble held back" ->
+      "until it is known whether another follows, so that `last` and the verdict go with it",
     "Processing step"   -> "one register, in the processing unit or waiting beside it",
     "Transmit register" -> "the register behind TXD"
   )

@@ -62,7 +62,8 @@ class AlarmQueue(depth: Int) extends Module {
   private val seen     = RegInit(false.B)   // the head has been acknowledged; reset: not
   private val again    = RegInit(false.B)   // to begin with the oldest; reset: it does
 
-  // A confirmation is worked out in two cycles, and acts in the third; meanwhile nothing else changes. Reset: none.
+  // A confirmation is worked out in two cycles, and acts in the third; meanwhile nothing else changes. Reset:
+  // none.
   private val takes     = WireDefault(false.B)
   private val subtracts = RegNext(takes, false.B)
   private val acts      = RegNext(subtracts, false.B)

@@ -24,8 +24,8 @@ class AlarmPins extends Bundle {
 class AlarmUnit(p: EscParams) extends Module {
   val pins = IO(new AlarmPins)
 
-  // Settings of the host: the detector is switched on; how long its states must last, see [[Detector]]; and the
-  // host's epoch and node ID, which stand in the records.
+  // Settings of the host: the detector is switched on; how long its states must last, see [[Detector]]; and
+  // the host's epoch and node ID, which stand in the records.
   val detect   = IO(Input(Bool()))
   val report   = IO(Input(Bool())) // true: events may be appended to frames
   val debounce = IO(Input(UInt(16.W)))
@@ -40,8 +40,8 @@ class AlarmUnit(p: EscParams) extends Module {
   val confirm     = IO(Input(Valid(UInt(16.W))))
   val repeat      = IO(Input(Bool()))
 
-  // What the registers show: the state of the detector, how many events are kept, the record of the oldest event
-  // that the master has not seen, and whether buzzer and lamp are on.
+  // What the registers show: the state of the detector, how many events are kept, the record of the oldest
+  // event that the master has not seen, and whether buzzer and lamp are on.
   val state   = IO(Output(UInt(DetectorState.Width.W)))
   val queued  = IO(Output(UInt(log2Ceil(AlarmUnit.Depth + 1).W)))
   val record  = IO(Output(Valid(UInt((8 * RecordLayout.bytes).W))))

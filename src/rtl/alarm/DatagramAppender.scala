@@ -46,32 +46,33 @@ class DatagramAppender(
   val datagram = IO(Input(Vec(nibbles, UInt(4.W))))
   val busy     = IO(Output(Bool()))
 
-  // Frames on their way in.
-  private val inFrame   = RegInit(false.B) // reset: no frame
+  // These describe the frame that comes in.
+  private val inFrame   = RegInit(false.B) // a frame is coming in; reset: none
   private val delayed   = RegInit(false.B) // frames go through the buffer; reset: they pass
   private val candidate = RegInit(false.B) // the frame coming in may get the datagram; reset: no
-  private val append    = RegInit(false.B) // the frame leaving gets it; reset: no
+  private val append    = RegInit(false.B) // the frame that was chosen gets the datagram; reset: no
   private val starts    = in.valid && !inFrame
 
-  // The buffer.
+  // The buffer holds the frames that have come and not left.
   private val ram     = newRam(Depth, (new Entry).getWidth, clock)
   private val writeAt = RegInit(0.U(log2Ceil(Depth).W))     // reset: empty
   private val readAt  = RegInit(0.U(log2Ceil(Depth).W))
   private val count   = RegInit(0.U(log2Ceil(Depth + 1).W))
   private val ends    = RegInit(0.U(log2Ceil(Depth + 1).W)) // entries with `last`
   private val active  = RegInit(false.B)                    // a frame is leaving; reset: no
-  private val gap      = RegInit(Gap.U(5.W))               // slots since the last frame left; reset: long ago
-  private val cut      = RegInit(false.B)                  // the rest of a frame does not fit; reset: no
-  private val rested   = gap === Gap.U
+  private val gap    = RegInit(Gap.U(5.W)) // slots since the last frame left; reset: long ago
+  private val cut    = RegInit(false.B)    // the rest of a frame does not fit; reset: no
+  private val rested = gap === Gap.U
+  // Only when nothing is left in the buffer, and no end of a cut frame is to come, may frames pass undelayed.
   private val empty    = count === 0.U && !active && rested && !(cut && inFrame)
   private val wanted   = RegEnable(pending, false.B, step) // reset: nothing pending
   private val chooses  = starts && !delayed && wanted && !in.last && !in.payload
   private val buffered = delayed || chooses
 
-  // What the nibble coming in is, for the time it leaves.
-  private val length = Reg(UInt(12.W))
-  private val left   = Reg(UInt(12.W)) // of the length: bytes still to come
-  private val wrong  = Reg(Bool())     // length and datagrams do not fit together
+  // What a nibble means is known when it comes in. It is kept with it as a mark, for the time when it leaves.
+  private val length   = Reg(UInt(12.W))
+  private val left     = Reg(UInt(12.W)) // of the length: bytes still to come
+  private val wrong    = Reg(Bool())     // length and datagrams do not fit together
   private val quarter  = Cat(position.byte(0), position.high).suggestName("at") // of the length's two bytes
   private val inHeader = in.payload && position.part === Part.ethercat && !position.checksumCleared
   private val isFirst  = position.byte === 0.U && !position.high
@@ -95,7 +96,9 @@ class DatagramAppender(
     when(isBehind && length =/= 0.U && left =/= 0.U) { wrong := true.B }
   }
 
-  private val dropped = candidate && append && in.last && in.odd // half a byte behind the FCS
+  // Half a byte behind the FCS is not sent (AP-07), so that the new FCS stands where the frame's own one
+  // stood.
+  private val dropped = candidate && append && in.last && in.odd
   private val full    = count >= (Depth - 2).U
   private val push    = buffered && in.valid && !dropped && !(cut && !starts) && count =/= Depth.U
   private val entry   = Wire(new Entry)
@@ -114,23 +117,24 @@ class DatagramAppender(
     )
   )
 
-  // Frames on their way out.
+  // These describe the frame that leaves.
   private val head      = ram.readData.asTypeOf(new Entry)
   private val closed    = RegInit(false.B) // the last nibble of the frame to be extended has come; reset: no
-  private val rest      = Reg(UInt(4.W))   // nibbles left of it, from one more than the FCS has on
+  private val rest      = Reg(UInt(4.W))   // nibbles of it that are still to leave, counted once it is closed
   private val isBad     = Reg(Bool())
-  private val inserted  = Reg(Bool())      // the datagram has begun
-  private val inserting = RegInit(false.B) // more of it is to come; reset: no
+  private val inserted  = Reg(Bool())      // the first nibble of the datagram has left
+  private val inserting = RegInit(false.B) // more nibbles of the datagram are to leave; reset: no
   private val nibble    = Reg(UInt(log2Ceil(nibbles).W))
   private val crc       = Reg(UInt(32.W))
-  private val word      = Reg(UInt(2.W))   // nibble of the length field
-  private val inFcs     = RegInit(false.B) // no more than the FCS is left of it; reset: no frame
+  private val word      = Reg(UInt(2.W))   // number of the next nibble of the length field
+  private val inFcs     = RegInit(false.B) // only the FCS is left of the frame; reset: no frame
   private val begins    = head.mark === Mark.behind && !(closed && rest < FcsNibbles.U)
   private val inserts   = append && (inserting || (!inserted && begins))
   private val pop       = active && !(inserts && inFcs)
   private val newLength = length + bytes.U
 
-  // Choosing takes a slot, so that the way from RAM to the next port does not lie in one cycle.
+  // What leaves is chosen in one slot and sent in the next, because the way from the RAM to the next port is
+  // too long for one cycle.
   private val next = WireDefault(NibbleStream.idle)
   private val held = RegEnable(next, NibbleStream.idle, step)
   out := Mux(delayed, held, in)
@@ -139,7 +143,8 @@ class DatagramAppender(
     out.last  := false.B
   }
 
-  // The FCS of what has left: the CRC of all nibbles before the one held, then of that, too.
+  // `crc` covers the nibbles before the one held, and `crcNow` that one, too. As soon as the FCS leaves,
+  // `crc` is only shifted out.
   private val shifts = Reg(Bool()) // the FCS is leaving
   private val crcNow = Mux(shifts, crc, Crc32.next(crc, held.data))
   when(active) {
@@ -199,7 +204,7 @@ class DatagramAppender(
     count := count + push - pop
     ends  := ends + (push && entry.last) - (pop && head.last)
 
-    // The end of the frame to be extended.
+    // With the last nibble of the frame that may be extended it is known how many nibbles are left to leave.
     val isOver = candidate && in.valid && in.last
     when(isOver) { rest := Mux(dropped, FcsNibbles.U, Lag.U) }.elsewhen(pop) { rest := rest - 1.U }
     inFcs := Mux(isOver, dropped, closed && (rest =/= Lag.U || pop))
@@ -209,7 +214,8 @@ class DatagramAppender(
       isBad     := in.bad || wrong
     }
 
-    // The first nibbles must have been in the RAM for a slot when they leave.
+    // A frame begins to leave when its lag is in the buffer. One that cannot be extended, or has come as a
+    // whole, need not wait for that, but its first nibble must have been in the RAM for a slot.
     val ready = count >= (Lag - 1).U || (!candidate && count > 1.U) || ends =/= 0.U
     active := Mux(active, !next.last, delayed && rested && ready)
     when(active) {
@@ -239,13 +245,13 @@ object DatagramAppender {
   private val Lag        = 9
   private val FcsNibbles = 8
 
-  /** Entries of the buffer: the lag, the datagram, and the frames that come meanwhile at shorter gaps than
-    * they leave with.
+  /** Entries of the buffer. It holds the lag and as many nibbles as the datagram has, and what piles up while
+    * further frames come with shorter gaps than they leave with.
     */
   private val Depth = 128
 
-  /** Slots between frames that leave through the buffer: no more than they may come with, 24 less what the
-    * crossings take.
+  /** Slots between frames that leave through the buffer. Frames come with 24, less what the crossings take;
+    * with more than that between those that leave, the buffer would never get empty.
     */
   private val Gap = 20
 
@@ -254,8 +260,11 @@ object DatagramAppender {
 
   private object Mark extends ChiselEnum {
 
-    /** length: nibble 0 to 2 of the length field; more: the one with the bit "more datagrams follow"; behind:
-      * the first one behind the datagrams.
+    /** What a nibble is to the frame that is extended.
+      *   - `none`: it leaves as it came, unless the new datagram or the new FCS takes its place.
+      *   - `length`: it is nibble 0, 1 or 2 of the length field, which becomes that of the longer frame.
+      *   - `more`: it has the bit "more datagrams follow" of a datagram's header, which becomes 1.
+      *   - `behind`: it is the first one behind the datagrams, where the new datagram goes.
       */
     val none, length, more, behind = Value
   }

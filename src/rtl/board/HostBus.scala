@@ -25,14 +25,14 @@ class MemoryBus(lanes: Int, addressBits: Int) extends Bundle {
   val nwait   = Output(Bool())
 }
 
-/** What goes with an access. */
+/** What the host gives together with the strobes of an access. */
 class MemoryBusPayload(lanes: Int, addressBits: Int) extends Bundle {
   val nbl  = UInt(lanes.W)
   val a    = UInt(addressBits.W)
   val data = UInt((8 * lanes).W)
 }
 
-/** Makes accesses to a host port of those of an asynchronous memory bus (HB-01 to HB-05).
+/** Turns accesses of an asynchronous memory bus into accesses to a host port (HB-01 to HB-05).
   *
   * An access is carried out when its strobe falls, not when it rises, so that data need no hold time; the
   * host waits for it: `nwait` is low from the fall of `ne` until it is done. `nwait` and the direction of the
@@ -46,13 +46,19 @@ class HostBus(lanes: Int) extends Module {
 
   private object State extends ChiselEnum {
 
-    /** idle; ask: the access is at the host port; done: until the host ends it. */
+    /** How far the access is.
+      *   - `idle`: the pins show no access, or it has not settled yet.
+      *   - `ask`: the access is at the host port, which has not acknowledged it yet.
+      *   - `done`: the access is carried out, but the host still holds its strobes; they must not begin a
+      *     second one.
+      */
     val idle, ask, done = Value
   }
   import State._
   private val state    = RegInit(idle)   // reset: no access
   private val released = RegInit(true.B) // reset: a host must not wait for a controller in reset
   private val write    = Reg(Bool())
+  // The pins keep the data for as long as the host holds the strobe; the host port shows them for one cycle.
   private val readData = RegEnable(host.rdata, host.ack)
 
   private val crossing = Module(new MemoryBusCrossing(new MemoryBusPayload(lanes, wordBits)))

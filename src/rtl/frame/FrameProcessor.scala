@@ -140,8 +140,9 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
     ) && position.high // bits 15:12 of the length word: M, C, two reserved
   private val circulate = lengthTop && config.circulating && !tooMany
 
-  // The CRC of the changes made so far, this nibble excluded. Behind the last datagram it is added to the FCS (B-13); it is zero
-  // from then on. The change of the last nibble is kept apart, so that a nibble need not go through the CRC in its own cycle.
+  // The CRC of the changes made so far, this nibble excluded. Behind the last datagram it is added to the FCS
+  // (B-13); it is zero from then on. The change of the last nibble is kept apart, so that a nibble need not
+  // go through the CRC in its own cycle.
   private val changesBefore = Reg(UInt(32.W))
   private val lastChange    = Reg(UInt(4.W))
   private val changes       = Crc32.next(changesBefore, lastChange)
@@ -192,7 +193,8 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
 
   // One cycle later, which nobody minds: counters and log are off the wire path.
   error := RegNext(ends && (bad || hadTooMany), false.B)
-  // With SyncManagers the last byte may still be on its way to memory; buffers change hands before registers are written (B-57).
+  // With SyncManagers the last byte may still be on its way to memory; buffers change hands before registers
+  // are written (B-57).
   private val settle = if (p.translates) 5 else 1
   frameGood     := ShiftRegister(ends && !bad, settle, false.B, true.B)
   frameBad      := ShiftRegister(ends && bad, settle, false.B, true.B)

@@ -287,8 +287,8 @@ class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAcc
     writeMay   := false.B
   }
 
-  // The byte has passed: cycle 0 writes the local byte before, whose last bits have come, cycle 1 the upper one, if no more bits
-  // of it are to come.
+  // The byte has passed: cycle 0 writes the local byte before, whose last bits have come, cycle 1 the upper
+  // one, if no more bits of it are to come.
   private val low    = RegEnable(in.data, step)
   private val passed = RegEnable(Cat(in.data, low), byteEnd)
   private val isLast = RegEnable(Mux(inHeader, position.dataLeft === 0.U, position.dataLeft === 1.U), tick)

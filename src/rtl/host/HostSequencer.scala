@@ -27,9 +27,19 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
 
   private object State extends ChiselEnum {
 
-    /** idle; pass: the access goes through unchanged; scan: the byte's SyncManager is searched; ask: may the
-      * byte be accessed; answer: there it comes; choose: the buffer; access: at the memory; close: the end of
-      * the buffer; next: the next byte.
+    /** How far the access is. From `scan` to `next` it is about one byte, and each byte begins with `scan`.
+      *   - `idle`: there is no access.
+      *   - `pass`: SyncManagers do not act on the address, so the whole word goes to the memory unchanged.
+      *   - `scan`: the SyncManager in whose area the byte lies is searched; a byte that is not enabled is
+      *     left out.
+      *   - `ask`: that SyncManager is asked whether the byte may be accessed, and the request waits for its
+      *     turn.
+      *   - `answer`: the answer comes a cycle after the request was granted.
+      *   - `choose`: by the answer, the byte's address in its buffer is chosen, or the byte is left out.
+      *   - `access`: the byte is at the memory.
+      *   - `close`: the SyncManager is told that the byte was accessed, so that the last one closes the
+      *     buffer.
+      *   - `next`: the next byte begins, or the access is done.
       */
     val idle, pass, scan, ask, answer, choose, access, close, next = Value
   }
@@ -38,34 +48,41 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
   quiet := state === idle
   private val lane    = Reg(UInt((log2Ceil(lanes) max 1).W))
   private val data    = Reg(UInt((8 * lanes).W))
-  private val through = Reg(UInt(18.W)) // address in the buffer
+  private val through = Reg(UInt(18.W)) // the byte's address at the memory, which is that in its buffer
   private val count   = Reg(UInt(4.W))
 
   private val address = Cat(host.addr >> log2Ceil(lanes), if (lanes == 1) 0.U(0.W) else lane)
   private val enabled = if (lanes == 1) host.be(0) else host.be(lane)
 
-  // The search: entries 0 to 7 in counts 0 to 7, the result three counts later.
+  // The search asks for entry 0 to 7 of each bank at the counts 0 to 7. An entry comes a count later, and is
+  // compared in two more, so that the result is final at count 10.
   areas.index := Mux(count > 7.U, 7.U, count(2, 0))
   private val area = AreaScan.lowest(areas.entries.map { entry =>
     val scan = Module(new AreaScan(p.smIndexBits))
     scan.entry        := entry
     scan.entry.begins := RegNext(count === 0.U)
-    // What is switched on behind the search has no part in this access.
+    // Entry 7 stays selected until the access is done. A SyncManager that is switched on meanwhile must not
+    // be found when its byte is already half way.
     scan.entry.takesPart := entry.takesPart && count < 9.U
     scan.address         := address
     scan.result
   })
   private val single = area.first && area.last
   private val exists = managed.exists(address, areas.ramOpen)
-  // Since the search it may have been switched off: plain memory again (SM-28).
+  // A SyncManager may have been switched off since the search found it; its area is plain memory again
+  // (SM-28).
   private val plain    = !area.hit || (!areas.answer.works && !areas.answer.locked)
   private val may      = plain || (exists && areas.answer.allowed)
   private val number   = areas.answer.buffer
   private val offset   = Mux(number(1), area.length << 1, Mux(number(0), area.length, 0.U))
-  private val inBuffer = Reg(Bool()) // in the direction of its SyncManager
-  private val outside  = through(17, 16).orR || managed.isOther(through(15, 0))
+  private val inBuffer = Reg(Bool()) // the access has the direction of the byte's SyncManager
+  // A buffer may reach beyond 64 KiB, or to a register that SyncManagers do not act on: nothing is accessed
+  // there.
+  private val outside = through(17, 16).orR || managed.isOther(through(15, 0))
 
-  // A buffer of one byte begins and ends at once (B-53, B-58).
+  // Opening belongs to the question whether the byte may be accessed, so it happens with `ask`. A buffer of
+  // one byte is opened and closed by the same access (B-53), so both happen with `close`; they act at once
+  // (B-58).
   areas.number        := area.index
   areas.request       := (state === ask && area.hit) || (state === close && inBuffer)
   areas.turn          := areas.request
@@ -75,12 +92,13 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
   areas.access.single := single
   areas.access.close  := state === close && area.last
 
-  // Registers are read before or after the end of a frame, not half way (B-57).
+  // While a frame's end is carried out, buffers have changed hands and registers have not. The host must not
+  // see that state, so reads wait for its end (B-57).
   memory.req := (state === pass && (host.write || !areas.changing)) ||
     (state === access && !outside)
   memory.write := host.write
   memory.addr  := Mux(state === pass, host.addr, through(15, 0))
-  // In its buffer a byte may lie in another lane.
+  // The buffers follow each other at any length, so that a byte may lie in another lane than at its address.
   private val there = if (lanes == 1) 0.U else through(log2Ceil(lanes) - 1, 0)
   private val here  = if (lanes == 1) 0.U else lane
   memory.wdata := Mux(state === pass, host.wdata, Fill(lanes, Lanes.bytes(host.wdata, lanes)(here)))

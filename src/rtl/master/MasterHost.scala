@@ -38,7 +38,8 @@ class MasterHost(p: EscParams) extends Module {
   def reads(address: Int): Bool = watched(address)
 
   private val registers = RegisterMap(p)
-  // There is no check of what the host may do: it may read everything, and what it may not write stores nothing.
+  // There is no check of what the host may do: it may read everything, and what it may not write stores
+  // nothing.
   private def stores(r: Register) = r.stores && r.fields.exists(_.source != Source.Ram)
   for (r <- registers)
     require(

@@ -38,7 +38,8 @@ class ServerLink extends Module {
   private val full = RegInit(false.B) // reset: no message
   private val size = Reg(UInt(9.W))
 
-  // Whether a datagram has found the mailbox taken is decided by its first byte: else half of it could be kept.
+  // Whether a datagram has found the mailbox taken is decided by its first byte: else half of it could be
+  // kept.
   private val late    = Reg(Bool())
   private val blocked = Mux(offset === 0.U, full, late)
   when(data.valid) { late := blocked }

@@ -90,8 +90,8 @@ class UdpSender extends Module {
     )
   )
 
-  // UDP is summed with bytes inverted: that gives the checksum, with 0xFFFF for 0. Without the checksums; the sum of
-  // UDP without what is not of the pseudo header, too.
+  // UDP is summed with bytes inverted: that gives the checksum, with 0xFFFF for 0. Without the checksums; the
+  // sum of UDP without what is not of the pseudo header, too.
   private val inverted = state === State.sumUdp || state === State.pad
   private val isSummed = !isCheck &&
     (state === State.sumIp && at < UdpStart.U || state === State.sumUdp && !isNumber)
@@ -130,8 +130,8 @@ class UdpSender extends Module {
       when(taken && at === (UdpStart + 1).U) {
         state := State.sumUdp
         at    := LengthStart.U
-        // The pseudo header has the protocol, 17, and the length of UDP: that of IP, which is summed here, less 20.
-        // Then come words of constants.
+        // The pseudo header has the protocol, 17, and the length of UDP: that of IP, which is summed here,
+        // less 20. Then come words of constants.
         sum := InternetSum.of(20 - 17 + 0x4000 + 0x4011)
       }
     }
@@ -203,8 +203,8 @@ class UdpReceiver extends Module {
   private val begun   = Reg(Bool())     // a byte of payload has come
   private val place   = Reg(UInt(11.W)) // byte of the payload
 
-  // Bytes of the packet to come. It waits once, at the length of UDP, so that both bytes of that can be compared with
-  // it: from there on it is one more, and it stops at one, when the FCS has come as well.
+  // Bytes of the packet to come. It waits once, at the length of UDP, so that both bytes of that can be
+  // compared with it: from there on it is one more, and it stops at one, when the FCS has come as well.
   private val left   = Reg(UInt(11.W))
   private val ipSum  = Reg(new InternetSum)
   private val udpSum = Reg(new InternetSum)
@@ -224,7 +224,8 @@ class UdpReceiver extends Module {
       begun   := false.B
       place   := 0.U
       ipSum   := InternetSum.of(0)
-      // The pseudo header has the protocol, 17, and the length of UDP: that of IP, which is summed here, less 20.
+      // The pseudo header has the protocol, 17, and the length of UDP: that of IP, which is summed here, less
+      // 20.
       udpSum := InternetSum.of(0xffff - (20 - 17))
     }
     when(!same) {

@@ -31,8 +31,8 @@ class DualPortRam(depth: Int, width: Int)
   override def desiredName = "DualPortRam"
   val io                   = IO(new DualPortRamIO(depth, width))
 
-  // Hand-written, because the memory model of the Verilog emitter reads with a registered address, for which Quartus adds bypass
-  // logic around the block RAM.
+  // Hand-written, because the memory model of the Verilog emitter reads with a registered address, for which
+  // Quartus adds bypass logic around the block RAM.
   setInline(
     "DualPortRam.v",
     """// One write and one read port, one clock; infers block RAM.

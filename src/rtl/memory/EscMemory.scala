@@ -97,12 +97,12 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
 
   private val ram = Module(new EscRam(p))
 
-  // The host holds its address and data until its access is done, and what it reads may come a cycle later. With
-  // many registers we use that to take a cycle more.
+  // The host holds its address and data until its access is done, and what it reads may come a cycle later.
+  // With many registers we use that to take a cycle more.
   private def held(signal: UInt): UInt = if (twoCycles) RegNext(signal) else signal
 
-  // Reading: registers and RAM have one address in common. With many registers the choice of the address takes a
-  // cycle of its own.
+  // Reading: registers and RAM have one address in common. With many registers the choice of the address
+  // takes a cycle of its own.
   private val twoCycles                        = EscMemory.readCycles(p) == 2
   private def chosen[T <: Data](request: T): T = if (twoCycles) RegNext(request) else request
   private val hostReading = WireDefault(false.B) // a read of the host has been chosen and is not done
@@ -194,7 +194,8 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
   if (p.hasRegisterRam) when(!isClear) { cleared := cleared + 1.U }
   clearing := !isClear
 
-  // The log's block RAM is slow to answer, so that a register stands between it and the decode of the registers.
+  // The log's block RAM is slow to answer, so that a register stands between it and the decode of the
+  // registers.
   private lazy val unitWrites = unitWrite.fire || !isClear
   private val nextWrite       = Wire(Valid(new RegisterWrite(lanes, p.hasBitWrites)))
   unitWrite.ready := isClear && !log.replay.valid && !registerWrite.valid && !ramWrite.valid

@@ -6,7 +6,9 @@ import flyframe.memory.UnitWrite
 import flyframe.params.EscParams
 import flyframe.registers.{DlRegisters, SiiRegisters, StationRegisters}
 
-/** The lines of the I2C EEPROM. */
+/** The pins of the I2C EEPROM: 1 at `scl_low` or `sda_low` pulls that line low, `sda` is the level of the
+  * data line, and `two_byte` is the strap that says how many address bytes the EEPROM has (SII-16).
+  */
 class SiiPins extends Bundle {
   val scl_low  = Output(Bool())
   val sda_low  = Output(Bool())
@@ -26,9 +28,9 @@ object ConfigurationChecksum {
     }
 }
 
-/** The lines of the I2C EEPROM, synchronous. */
+/** The same pins behind their clock crossings, in the core clock. */
 class SiiLines extends Bundle {
-  val twoByte = Input(Bool()) // strap, SII-16
+  val twoByte = Input(Bool())
   val sclLow  = Output(Bool())
   val sdaLow  = Output(Bool())
   val sda     = Input(Bool())
@@ -52,36 +54,45 @@ class SiiController(p: EscParams) extends Module {
   /** The I2C EEPROM, if it is not emulated. */
   val lines = Option.when(p.hasI2c)(IO(new SiiLines))
 
-  /** The write enable, the command are written; the host does it, and says that it has failed (SII-21). */
+  /** Writes of 0x0502 and 0x0503: `writeLow` is bit 0, ECAT's write enable, and `writeHigh` is the command.
+    * `byHost` says that the host writes them, else a frame does. By `failure`, bit 13, a host that emulates
+    * the EEPROM says that it could not carry out the command (SII-21).
+    */
   val writeLow  = IO(Input(Valid(Bool())))
   val writeHigh = IO(Input(Valid(UInt(3.W))))
   val failure   = Option.when(p.hasEmulation)(IO(Input(Bool())))
   val byHost    = IO(Input(Bool()))
 
-  /** Register writes are on their way: a command waits for the address that came behind it. */
+  /** Register writes of a frame are still being carried out. A command comes before the address in the
+    * frame's order of bytes, so it must wait until these are done.
+    */
   val registersBusy = IO(Input(Bool()))
 
-  /** The next frame starts: ECAT's write enable ends (SII-12). */
+  /** The next frame starts. ECAT's write enable holds for one frame only and ends here (SII-12). */
   val frameStart = IO(Input(Bool()))
 
-  /** 0x0500[1:0], 0x0501[0]. */
+  /** Who has the interface (SII-10, SII-11): 0x0500[0], ECAT offers it to the PDI; 0x0500[1], ECAT takes it
+    * back by force; 0x0501[0], the PDI has taken it.
+    */
   val offered = IO(Input(Bool()))
   val forced  = IO(Input(Bool()))
   val taken   = IO(Input(Bool()))
 
-  /** Present values of what a load changes only in part. */
+  /** Present values of registers of which a reload changes only a part: the rest is written as it was. */
   val enhancedLinkDetection = IO(Input(UInt(5.W))) // 0x0141[7:4], [1]
   val fifoSize              = IO(Input(UInt(3.W)))
 
+  /** Writes of bytes to registers and register RAM, reads of bytes from there, and the bytes that come back.
+    */
   val write = IO(Decoupled(new UnitWrite))
   val read  = IO(Decoupled(UInt(12.W)))
   val data  = IO(Flipped(Valid(UInt(8.W))))
 
-  /** Who may write 0x0502 to 0x0509. */
+  /** Which side may write 0x0502 to 0x0509 now: the one that has the interface, while no command runs. */
   val ecatMayWrite = IO(Output(Bool()))
   val pdiMayWrite  = IO(Output(Bool()))
 
-  /** 0x0502 and 0x0503. */
+  /** The fields of 0x0502 and 0x0503, as the register table names them. */
   val writeEnable   = IO(Output(Bool()))
   val command       = IO(Output(UInt(3.W)))
   val checksumError = IO(Output(Bool()))
@@ -101,38 +112,55 @@ class SiiController(p: EscParams) extends Module {
 
   private object State extends ChiselEnum {
 
-    /** boot: waiting after reset; idle; settle: the rest of the frame is being written; address0 to 2: the
-      * word address is fetched; start: START and control byte; high, low: address bytes; restart: repeated
-      * START and control byte; in: bytes come; out: bytes go; put: a byte is stored; fetch: a byte to write
-      * is fetched; stop; judge: a load is checked; copy, place: a configuration byte is fetched, stored.
-      * Emulated: point: the address of a load is stored; serve: the host carries out the command; take: a
-      * byte it has left is fetched.
+    /** How far a command or a load is. These are for both kinds of EEPROM:
+      *   - `boot`: the EEPROM gets time to start after reset.
+      *   - `idle`: no command runs.
+      *   - `settle`: the command waits until the register writes of its frame are done.
+      *   - `put`: a byte that came from the EEPROM is stored in the register RAM.
+      *   - `judge`: a load has come as a whole, and its checksum is checked.
+      *   - `copy`, `place`: a byte of a good load is fetched from the scratch bytes, and written to its
+      *     register.
+      *
+      * These are for an I2C EEPROM:
+      *   - `address0`, `address1`, `address2`: the three bytes of the word address are fetched.
+      *   - `start`, `control`: a START is sent, and the control byte for writing.
+      *   - `high`, `low`: the bytes of the EEPROM's address are sent.
+      *   - `restart`, `controlRead`: a repeated START is sent, and the control byte for reading.
+      *   - `in`: a byte is received.
+      *   - `fetch`, `out`: a byte to be written is fetched from the register RAM, and sent.
+      *   - `stop`: a STOP is sent.
+      *
+      * These are for an EEPROM that the host emulates:
+      *   - `point`: the address of a load is stored where the host looks for it.
+      *   - `serve`: the host carries out the command.
+      *   - `take`: a byte that the host has left is fetched.
       */
     val boot, idle, settle, address0, address1, address2, start, control, high, low, restart, controlRead, in,
         put, fetch, out, stop, judge, copy, place, point, serve, take = Value
   }
   import State._
-  private val state = RegInit(boot)
+  private val state = RegInit(boot) // reset: the first load is to come
 
-  // Status, reset as the register table says: not loaded yet.
-  private val enable   = RegInit(false.B)
-  private val running  = RegInit(Code.Reload.U(3.W)) // command
-  private val badSum   = RegInit(false.B)
-  private val unloaded = RegInit(true.B)
-  private val noAck    = RegInit(false.B)
-  private val notMay   = RegInit(false.B)
-  private val isFirst  = RegInit(true.B)             // the load after reset
-  private val again    = RegInit(false.B)            // second try of a load
+  // What the status register shows, and what is known of the load. The reset values are those of the register
+  // table: nothing is loaded yet, and the command that runs is the first load.
+  private val enable   = RegInit(false.B)            // ECAT may write in this frame
+  private val running  = RegInit(Code.Reload.U(3.W)) // the command that runs
+  private val badSum   = RegInit(false.B)            // the last load had a wrong checksum
+  private val unloaded = RegInit(true.B)             // no load has succeeded
+  private val noAck    = RegInit(false.B)            // the command is invalid, or was not acknowledged
+  private val notMay   = RegInit(false.B)            // the command was a write without write enable
+  private val isFirst  = RegInit(true.B)             // the load is the one after reset
+  private val again    = RegInit(false.B)            // the load is tried for the second time
   private val lost     = RegInit(false.B)            // the last load failed
 
-  private val byteAddress = Reg(UInt(19.W))
-  private val count       = Reg(UInt(4.W))
-  private val crc         = Reg(UInt(8.W))
-  private val sumWord     = Reg(UInt(16.W))
-  private val failed      = Reg(Bool())
-  private val pending     = Reg(Bool())    // a command was given to the I2C master
-  private val byte        = Reg(UInt(8.W))
-  private val a5Middle    = Reg(UInt(4.W)) // A5[7:4]
+  private val byteAddress = Reg(UInt(19.W)) // address in the EEPROM, in bytes
+  private val count       = Reg(UInt(4.W))  // number of the byte of the transfer or the load
+  private val crc         = Reg(UInt(8.W))  // checksum of the bytes of a load that have come
+  private val sumWord     = Reg(UInt(16.W)) // the last word of the load, which holds the checksum
+  private val failed      = Reg(Bool())     // the EEPROM has not acknowledged, or the host has given up
+  private val pending     = Reg(Bool())     // an answer of the I2C master or the register RAM is to come
+  private val byte        = Reg(UInt(8.W))  // the byte that is being moved
+  private val a5Middle    = Reg(UInt(4.W))  // A5[7:4], kept until it is written with the RX FIFO size
   private val loads       = running === Code.Reload.U
   private val wait0       = RegInit(0.U(log2Ceil(p.coreClockMhz * p.siiStartUs + 1).W))
 
@@ -141,7 +169,8 @@ class SiiController(p: EscParams) extends Module {
   pdiMayWrite  := ownedByPdi && state === idle
   writeEnable  := enable || taken
   waits        := state === serve
-  // A host that looks whether there is something to do must not see a command too early.
+  // A host that emulates the EEPROM takes a command that it reads for one to carry out. It must see none
+  // before the address stands there, too.
   command       := Mux(if (p.hasEmulation) waits else busy, running, 0.U)
   checksumError := badSum
   notLoaded     := unloaded
@@ -154,7 +183,8 @@ class SiiController(p: EscParams) extends Module {
   when(frameStart) { enable := false.B }
   when(writeLow.valid && !byHost) { enable := writeLow.bits }
 
-  // A command acts when its byte is written: byte 0x0502 with the write enable has come before.
+  // The command stands in 0x0503 and acts when that byte is written. The write enable of the same write has
+  // come before, because 0x0502 is written first, or comes in the same cycle.
   when(writeHigh.valid && state === idle) {
     val code  = writeHigh.bits
     val known = code === Code.Read.U || code === Code.Write.U || code === Code.Reload.U
@@ -196,7 +226,7 @@ class SiiController(p: EscParams) extends Module {
   write.bits  := 0.U.asTypeOf(new UnitWrite)
 
   private val lastByte = count === Mux(loads, 15.U, 7.U)
-  // What is counted through is added to these by an OR.
+  // The number of a byte is added to these addresses by an OR, so their low bits must be 0.
   for (
     (name, address, bytes) <- Seq(
       ("Scratch", SiiRegisters.Scratch.start, 16),
@@ -209,7 +239,7 @@ class SiiController(p: EscParams) extends Module {
       f"SiiRegisters.$name is at 0x$address%04x but must be at a multiple of $bytes."
     )
   private val scratch = SiiRegisters.Scratch.start
-  private val first   = if (p.hasI2c) start else point // of a load
+  private val first   = if (p.hasI2c) start else point // the state with which a load begins
 
   switch(state) {
     is(boot) {
@@ -238,7 +268,7 @@ class SiiController(p: EscParams) extends Module {
       count := 0.U
       when(right) {
         state := copy
-      }.elsewhen(!again) { // SII-06: one more try
+      }.elsewhen(!again) { // there is one more try (SII-06)
         again := true.B
         state := first
       }.otherwise {
@@ -250,7 +280,8 @@ class SiiController(p: EscParams) extends Module {
     }
     is(copy) { fetchFrom(scratch.U | count, place) }
     is(place) {
-      // Word 2 belongs to distributed clocks; the alias and some bits only count at the first load (SII-08).
+      // Word 2 belongs to distributed clocks, which are not built, and is left out. The alias and some bits
+      // of the configuration are taken only from the first load (SII-08).
       val target = MuxLookup(count, 0.U(12.W))(
         Seq(
           0  -> SiiRegisters.PdiControl,
@@ -283,7 +314,8 @@ class SiiController(p: EscParams) extends Module {
       when(skip || write.fire) {
         count := count + 1.U
         when(count === 10.U) { a5Middle := byte(7, 4) }
-        // From here on the checksum is not needed any more: its place keeps the new RX FIFO size.
+        // The checksum has been judged and is not needed any more, so its place keeps the new RX FIFO size.
+        // A5 has that inverted.
         when(count === 11.U) { sumWord := Mux(isFirst, ~byte(3, 1), fifoSize) }
         when(count === 13.U) {
           isFirst  := false.B
@@ -302,7 +334,7 @@ class SiiController(p: EscParams) extends Module {
     */
   private def emulation(): Unit = switch(state) {
     is(point) {
-      // count(3): the second half; count(1, 0): byte of the address.
+      // Bit 3 of `count` says which half of the load the address is for; bits 1 and 0 number its bytes.
       crc := Mux(count(3), crc, ConfigurationChecksum.Start.U)
       store(SiiRegisters.Address.U | count(1, 0), Mux(count(1, 0) === 0.U && count(3), 4.U, 0.U), point)
       when(write.fire) {
@@ -323,9 +355,9 @@ class SiiController(p: EscParams) extends Module {
     is(take) { fetchFrom(SiiRegisters.Data.U | count(2, 0), put) }
   }
 
-  /** The I2C master: one command per state, some with a byte (SII-18, SII-19). */
+  /** Drives the I2C master: each state gives it one command, some with a byte to send (SII-18, SII-19). */
   private def i2cEeprom(): Unit = {
-    // Rounded up: the clock may be slower than asked for, never faster.
+    // The quarter is rounded up, so that the clock may be slower than asked for, but never faster.
     val i2c = Module(new I2cMaster((p.coreClockMhz * 1000 + 4 * p.siiClockKhz - 1) / (4 * p.siiClockKhz)))
     i2c.suggestName("i2c")
     i2c.sda          := lines.get.sda
@@ -342,7 +374,7 @@ class SiiController(p: EscParams) extends Module {
     when(i2c.command.fire) { pending := true.B }
     when(finished) { pending := false.B }
 
-    /** Do `command`, then go to `next`; a byte that is not acknowledged ends the transfer. */
+    /** Has `command` done, and goes to `next` after it. A byte that is not acknowledged ends the transfer. */
     def transfer(command: I2cCommand.Type, next: State.Type, value: UInt = 0.U): Unit = {
       asks := true.B
       what := command

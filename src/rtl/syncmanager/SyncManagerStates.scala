@@ -72,11 +72,12 @@ class SyncManagerStates(n: Int) extends Module {
   pdi.granted  := !walks && !good && !bad && !ecat.turn
   private val accesses = (ecat.request || (pdi.request && pdi.granted)) && !walks
   private val number   = Mux(walks, walk, Mux(ecat.turn, ecat.number, pdi.number))
-  // What does not work must not keep the state it had: it may work again in the next cycle, and then begins anew.
+  // What does not work must not keep the state it had: it may work again in the next cycle, and then begins
+  // anew.
   bank.acts   := RegNext((walks || accesses) && settings(number).works, false.B)
   bank.number := RegNext(number)
-  // A cycle old; of the state, what happened in that cycle is added. The configuration changes only while the SyncManager does
-  // not work, and that clears its state at once.
+  // A cycle old; of the state, what happened in that cycle is added. The configuration changes only while the
+  // SyncManager does not work, and that clears its state at once.
   bank.chosen := RegNext(settings(number))
   bank.state  := RegNext(Mux(bank.acts && bank.number === number, bank.after, bank.states(number)))
   bank.byPdi  := RegNext(!ecat.turn)

@@ -13,9 +13,9 @@ constexpr uint8_t kUdp = 17;
 // Registers of a slave controller.
 namespace reg {
 constexpr uint16_t kSyncManagersSupported = 0x0005, kStationAddress = 0x0010, kStationAlias = 0x0012,
-                   kAlControl = 0x0120, kAlStatus = 0x0130, kAlStatusCode = 0x0134,
-                   kEcatEventMask = 0x0200, kAlEventMask = 0x0204, kAlEvents = 0x0220,
-                   kWatchdogStatus = 0x0440, kFmmus = 0x0600, kSyncManagers = 0x0800, kRam = 0x1000;
+                   kAlControl = 0x0120, kAlStatus = 0x0130, kAlStatusCode = 0x0134, kEcatEventMask = 0x0200,
+                   kAlEventMask = 0x0204, kAlEvents = 0x0220, kWatchdogStatus = 0x0440, kFmmus = 0x0600,
+                   kSyncManagers = 0x0800, kRam = 0x1000;
 constexpr uint16_t kFmmuBytes = 16, kSyncManagerBytes = 8;
 }  // namespace reg
 

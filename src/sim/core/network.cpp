@@ -118,8 +118,8 @@ void Network::powerUp(const std::vector<SlaveSpec>& specs) {
   for (size_t i = 0; i < slaves_.size(); ++i) slaves_[i]->setHost(makeHost(specs[i].host));
 }
 
-// The configuration in the EEPROM: a core with EEPROM pins loads it itself, for others the simulator does it as
-// the local host.
+// The configuration in the EEPROM: a core with EEPROM pins loads it itself, for others the simulator does it
+// as the local host.
 void Network::loadEeprom(size_t slave, const SlaveSpec& spec) {
   bool operational = true;
   if (spec.eeprom) {

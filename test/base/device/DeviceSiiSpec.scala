@@ -57,7 +57,7 @@ class DeviceSiiSpec extends AnyFlatSpec {
     assert(hex(raw(full, 40).get) == "01 02 03 ff")
   }
 
-  "The SyncManager category" should "have eight bytes per SyncManager, ready to be written to the registers" in {
+  "The SyncManager category" should "have eight bytes per SyncManager, ready for the registers" in {
     assert(hex(raw(io, 41).get) == "00 10 04 00 64 00 01 03 00 11 04 00 20 00 01 04")
     assert(
       hex(raw(full, 41).get) == "00 10 80 00 26 00 01 01 80 10 80 00 22 00 01 02 " +
@@ -144,7 +144,7 @@ class DeviceSiiSpec extends AnyFlatSpec {
     }
   }
 
-  "A master's mapping" should "be one SyncManager and FMMU per direction, with the length of the SyncManager" in {
+  "A master's mapping" should "be one SyncManager and FMMU per direction, of the same length" in {
     for ((image, out, in) <- Seq((io, 0x1000, 0x1100), (bytes(Devices.mailbox), 0x1100, 0x1180))) {
       val sm = if (out == 0x1000) 0 else 2
       assert(mapping(image, 51, 3, 1) == Seq(Mapping(sm, out, 4, 0)))
@@ -181,8 +181,8 @@ class DeviceSiiSpec extends AnyFlatSpec {
         "  TxPDO 0x1a00 \"Inputs\", SyncManager 3, flags 0x0011",
         "    0x6000:02 1 bit BOOL \"Ready\"",
         "    7 bit padding",
-        "  DC \"SYNC0 and SYNC1\": AssignActivate 0x0700, SYNC0 cycle 500000 ns, factor -2, shift -1000 ns, " +
-          "SYNC1 factor 1, shift 2000 ns"
+        "  DC \"SYNC0 and SYNC1\": AssignActivate 0x0700, SYNC0 cycle 500000 ns, " +
+          "factor -2, shift -1000 ns, SYNC1 factor 1, shift 2000 ns"
       )
     ) assert(shown.linesIterator.contains(line), line)
   }

@@ -119,7 +119,8 @@ class EsiSpec extends AnyFlatSpec {
     assert(number((full \ "Vendor" \ "Id").text) == Devices.full.vendor.id)
     val kind = (device(full) \ "Type").head
     assert(
-      kind.text == "flyframe-mailbox" && kind \@ "ProductCode" == "#x00000002" && kind \@ "RevisionNo" == "#x00000001"
+      kind.text == "flyframe-mailbox" && kind \@ "ProductCode" == "#x00000002" &&
+        kind \@ "RevisionNo" == "#x00000001"
     )
     assert(texts(device(full), "Name") == Seq("flyframe, mailbox, 4 bytes out, 4 bytes in"))
     assert(texts(device(full), "GroupType") == texts(full, "Descriptions", "Groups", "Group", "Type"))

@@ -38,7 +38,8 @@ class SiiCodecSpec extends AnyFlatSpec {
   it should "name both values when it is wrong" in
     assert(
       refused(io.updated(14, io(14) ^ 1)) ==
-        f"The checksum is 0x${io(14) ^ 1}%02x but must be 0x${io(14)}%02x: this is no SII image, or a damaged one."
+        f"The checksum is 0x${io(14) ^ 1}%02x but must be 0x${io(14)}%02x: " +
+        "this is no SII image, or a damaged one."
     )
 
   "SII-02: all zeros and all ones" should "be refused" in {

@@ -73,7 +73,8 @@ class EscParamsSpec extends AnyFlatSpec {
       if (clock < 100)
         assert(
           EscParams.problems(p.copy(registerWritesPerFrame = most + 1)) == Seq(
-            s"registerWritesPerFrame is ${most + 1} but must be 0 (derived) or 16 to $most bytes at coreClockMhz $clock."
+            s"registerWritesPerFrame is ${most + 1} but must be 0 (derived) or 16 to $most bytes " +
+              s"at coreClockMhz $clock."
           )
         )
     }

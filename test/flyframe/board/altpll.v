@@ -1,8 +1,10 @@
-// Stands in for the vendor's PLL in checks: a black box for Yosys. In simulation the pin clk_50 runs at the core clock, as nothing
-// here can multiply; the PHYs' clock is a quarter of it (100 MHz, twice the pin's) or a half (50 MHz).
+// Stands in for the vendor's PLL in checks: a black box for Yosys. In simulation the pin clk_50 runs at the
+// core clock, as nothing here can multiply; the PHYs' clock is a quarter of it (100 MHz, twice the pin's) or
+// a half (50 MHz).
 (* blackbox *)
 module altpll #(
-  parameter intended_device_family = "", lpm_type = "", operation_mode = "", compensate_clock = "", inclk0_input_frequency = 0,
+  parameter intended_device_family = "", lpm_type = "", operation_mode = "", compensate_clock = "",
+  parameter inclk0_input_frequency = 0,
   parameter clk0_multiply_by = 1, clk0_divide_by = 1, clk0_duty_cycle = 50, clk0_phase_shift = "0",
   parameter clk1_multiply_by = 1, clk1_divide_by = 1, clk1_duty_cycle = 50, clk1_phase_shift = "0",
   parameter width_clock = 5

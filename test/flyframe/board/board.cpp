@@ -1,5 +1,6 @@
 // The whole board through its pins: reset, identity, and memory behind the host bus.
-//   board --identity 0xf1 --address 0xf80 --bytes 128      exit code 0 if all was right, 1 with a message if not
+//   board --identity 0xf1 --address 0xf80 --bytes 128
+// The exit code is 0 if all was right, 1 with a message if not.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -28,9 +29,7 @@ class Board {
   uint64_t cycles = 0, phyCycles = 0;
   int fewest = 1000, most = 0;  // core cycles from the edge that sees the strobe until wait ends
 
-  Board() {
-    top.bus_ne = top.bus_noe = top.bus_nwe = 1;
-  }
+  Board() { top.bus_ne = top.bus_noe = top.bus_nwe = 1; }
   void cycle(int count = 1) {
     for (int i = 0; i < count; ++i) {
       const bool before = top.phy_clk;
@@ -93,13 +92,16 @@ int main(int argc, char** argv) {
   }
   Board board;
   while (!board.top.phy_reset_n && board.cycles < 20 * kCyclesPerMs) board.cycle();
-  if (!board.top.phy_reset_n || board.cycles < 10 * kCyclesPerMs) fail("the PHYs' reset does not last 10 ms and end");
+  if (!board.top.phy_reset_n || board.cycles < 10 * kCyclesPerMs)
+    fail("the PHYs' reset does not last 10 ms and end");
   // 25 MHz, but while the PLL locks.
   const uint64_t phyCycles = board.cycles * 25 / CORE_MHZ;
-  if (board.phyCycles < phyCycles - 100 || board.phyCycles > phyCycles + 1) fail("the PHYs' clock is not 25 MHz in reset");
+  if (board.phyCycles < phyCycles - 100 || board.phyCycles > phyCycles + 1)
+    fail("the PHYs' clock is not 25 MHz in reset");
   const double reset = static_cast<double>(board.cycles) / kCyclesPerMs;
   board.cycle(1000);
-  if (board.top.alarm_supply || board.top.alarm_buzzer || board.top.alarm_lamp) fail("supply, buzzer or lamp is on at the start");
+  if (board.top.alarm_supply || board.top.alarm_buzzer || board.top.alarm_lamp)
+    fail("supply, buzzer or lamp is on at the start");
 
   if ((board.read(0) & 0xff) != identity) fail("the type is not " + std::to_string(identity));
   std::mt19937 random(1);
@@ -115,7 +117,8 @@ int main(int argc, char** argv) {
     } else {
       const uint32_t data = board.read(address + offset);
       for (int lane = 0; lane < kLanes; ++lane)
-        if (static_cast<uint8_t>(data >> (8 * lane)) != memory[offset + lane]) fail("read a wrong byte at " + std::to_string(address + offset + lane));
+        if (static_cast<uint8_t>(data >> (8 * lane)) != memory[offset + lane])
+          fail("read a wrong byte at " + std::to_string(address + offset + lane));
     }
   }
   std::printf("5000 accesses in %d to %d cycles, reset %.1f ms, errors 0\n", board.fewest, board.most, reset);

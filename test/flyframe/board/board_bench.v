@@ -16,9 +16,12 @@ module board_bench #(
   assign seen_d = bus_d;
   board #(.ROLE(ROLE), .CORE_MHZ(CORE_MHZ), .DATA_BUS_WIDTH(DATA_BUS_WIDTH)) board (
     .clk_50(clk_50), .phy_clk(phy_clk), .phy_reset_n(phy_reset_n),
-    .mii_0_rx_clk(1'b0), .mii_0_rx_dv(1'b0), .mii_0_rx_er(1'b0), .mii_0_rxd(4'b0), .mii_0_link(1'b1), .mii_0_tx_en(), .mii_0_txd(),
-    .mii_1_rx_clk(1'b0), .mii_1_rx_dv(1'b0), .mii_1_rx_er(1'b0), .mii_1_rxd(4'b0), .mii_1_link(1'b1), .mii_1_tx_en(), .mii_1_txd(),
-    .bus_ne(bus_ne), .bus_noe(bus_noe), .bus_nwe(bus_nwe), .bus_nbl(bus_nbl), .bus_a(bus_a), .bus_d(bus_d), .bus_nwait(bus_nwait),
+    .mii_0_rx_clk(1'b0), .mii_0_rx_dv(1'b0), .mii_0_rx_er(1'b0), .mii_0_rxd(4'b0),
+    .mii_0_link(1'b1), .mii_0_tx_en(), .mii_0_txd(),
+    .mii_1_rx_clk(1'b0), .mii_1_rx_dv(1'b0), .mii_1_rx_er(1'b0), .mii_1_rxd(4'b0),
+    .mii_1_link(1'b1), .mii_1_tx_en(), .mii_1_txd(),
+    .bus_ne(bus_ne), .bus_noe(bus_noe), .bus_nwe(bus_nwe), .bus_nbl(bus_nbl), .bus_a(bus_a),
+    .bus_d(bus_d), .bus_nwait(bus_nwait),
     .irq(irq), .host_ready(1'b1), .alarm_current(3'b0),
     .alarm_supply(alarm_supply), .alarm_buzzer(alarm_buzzer), .alarm_lamp(alarm_lamp)
   );

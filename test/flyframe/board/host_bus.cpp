@@ -1,5 +1,6 @@
-// The host bus of the board against a microcontroller's memory interface (STM32 FSMC, modes 1 and A, asynchronous wait) that has a
-// clock of its own, and registers behind the host port that answer when they like (HB-01 to HB-06).
+// The host bus of the board against a microcontroller's memory interface (STM32 FSMC, modes 1 and A,
+// asynchronous wait) that has a clock of its own, and registers behind the host port that answer when they
+// like (HB-01 to HB-06).
 //   host-bus --accesses 100000 --seed 1      exit code 0 if all was right, 1 with a message if not
 #include <algorithm>
 #include <array>
@@ -30,13 +31,15 @@ constexpr Time kPayloadDelay = 15 * kNs, kOutputDelay = 15 * kNs;
 constexpr Time kStrobeDelay = 10 * kNs;
 // What the host may do: give address, enables and data so long after the strobe.
 constexpr Time kPayloadLate = 15 * kNs;
-// What fpga/README.md asks of the host. The strobe is high so long that a clock edge sees it, whatever the pins' delays.
+// What fpga/README.md asks of the host. The strobe is high so long that a clock edge sees it, whatever the
+// pins' delays.
 constexpr Time kStrobeHigh = kCore + kStrobeDelay + 5 * kNs;
 // Wait is looked at so long after it rose: a cycle until an edge sees it, two more until `released` is false.
 constexpr Time kWaitAfterStrobe = kStrobeDelay + 3 * kCore + kOutputDelay;
 // And so long after NE fell, which needs no clock.
 constexpr Time kWaitAfterNe = kStrobeDelay + kOutputDelay;
-// An access stands at the host port, or it is not certain to be carried out: a cycle until an edge sees it, three more.
+// An access stands at the host port, or it is not certain to be carried out: a cycle until an edge sees it,
+// three more.
 constexpr Time kTaken = kStrobeDelay + 4 * kCore;
 
 std::mt19937_64 random64;
@@ -57,7 +60,8 @@ struct Access {
 };
 std::string show(const Access& a) {
   char text[80];
-  std::snprintf(text, sizeof text, "%s of word 0x%x, bytes 0x%x, data 0x%x", a.write ? "write" : "read", a.word, a.enabled, a.data);
+  std::snprintf(text, sizeof text, "%s of word 0x%x, bytes 0x%x, data 0x%x", a.write ? "write" : "read",
+                a.word, a.enabled, a.data);
   return text;
 }
 
@@ -88,13 +92,16 @@ class Registers {
       mustBeLow_ = true;
       return none;
     }
-    const Access a{static_cast<bool>(port.host_write), static_cast<uint32_t>(port.host_addr) / kLanes, port.host_be, port.host_wdata};
+    const Access a{static_cast<bool>(port.host_write), static_cast<uint32_t>(port.host_addr) / kLanes,
+                   port.host_be, port.host_wdata};
     if (mustBeLow_) fail(now, "host_req stayed high after host_ack");
     if (port.host_addr >= bytes.size()) fail(now, "host_addr is outside 8 KiB");
     if (wait_ < 0) {
       pending_ = a;
       const auto kind = random(100);
-      wait_ = kind < 70 ? static_cast<int>(random(4)) : kind < 98 ? static_cast<int>(random(30)) : static_cast<int>(random(400));
+      wait_ = kind < 70   ? static_cast<int>(random(4))
+              : kind < 98 ? static_cast<int>(random(30))
+                          : static_cast<int>(random(400));
     }
     if (!(a == pending_)) fail(now, "the host port changed during an access");
     if (wait_-- > 0) return none;
@@ -125,20 +132,35 @@ class Device {
     top.eval();
   }
   // A pin takes its value somewhat later than the host gives it.
-  void pin(std::function<void(Vboard_support&)> change, Time most) { changes_.push_back({now + Time(random(most)), std::move(change)}); }
-  void ne(bool v) { pin([v](auto& t) { t.bus_ne = v; }, kStrobeDelay); }
-  void noe(bool v) { pin([v](auto& t) { t.bus_noe = v; }, kStrobeDelay); }
-  void nwe(bool v) { pin([v](auto& t) { t.bus_nwe = v; }, kStrobeDelay); }
-  void address(uint32_t v) { pin([v](auto& t) { t.bus_a = v; }, kPayloadDelay); }
-  void enables(uint32_t v) { pin([v](auto& t) { t.bus_nbl = ~v & kLaneMask; }, kPayloadDelay); }
-  void data(uint32_t v) { pin([v](auto& t) { t.bus_d_in = v; }, kPayloadDelay); }
+  void pin(std::function<void(Vboard_support&)> change, Time most) {
+    changes_.push_back({now + Time(random(most)), std::move(change)});
+  }
+  void ne(bool v) {
+    pin([v](auto& t) { t.bus_ne = v; }, kStrobeDelay);
+  }
+  void noe(bool v) {
+    pin([v](auto& t) { t.bus_noe = v; }, kStrobeDelay);
+  }
+  void nwe(bool v) {
+    pin([v](auto& t) { t.bus_nwe = v; }, kStrobeDelay);
+  }
+  void address(uint32_t v) {
+    pin([v](auto& t) { t.bus_a = v; }, kPayloadDelay);
+  }
+  void enables(uint32_t v) {
+    pin([v](auto& t) { t.bus_nbl = ~v & kLaneMask; }, kPayloadDelay);
+  }
+  void data(uint32_t v) {
+    pin([v](auto& t) { t.bus_d_in = v; }, kPayloadDelay);
+  }
   // What the host sees.
   bool nwait() const { return random(2) ? top.bus_nwait : outputs_.front().nwait; }  // early or late
   uint32_t readData() const { return outputs_.front().data; }
 
   void runUntil(Time end) {
     while (true) {
-      auto change = std::min_element(changes_.begin(), changes_.end(), [](auto& a, auto& b) { return a.at < b.at; });
+      auto change =
+          std::min_element(changes_.begin(), changes_.end(), [](auto& a, auto& b) { return a.at < b.at; });
       const bool edgeFirst = change == changes_.end() || edge_ <= change->at;
       const Time next = edgeFirst ? edge_ : change->at;
       if (next > end) break;
@@ -177,7 +199,8 @@ class Device {
     ++cycles;
   }
   void look() {
-    if (top.bus_d_drive != (!top.bus_ne && !top.bus_noe)) fail(now, "the data pins' direction does not follow NE and NOE");
+    if (top.bus_d_drive != (!top.bus_ne && !top.bus_noe))
+      fail(now, "the data pins' direction does not follow NE and NOE");
     if (top.bus_ne && !top.bus_nwait) fail(now, "NWAIT is low though this device is not selected");
     if (outputs_.back().nwait != top.bus_nwait || outputs_.back().data != top.bus_d_out)
       outputs_.push_back({now, static_cast<bool>(top.bus_nwait), top.bus_d_out});
@@ -196,7 +219,8 @@ class Host {
     hclk_ = periods_[random(periods_.size())] + Time(random(50));
     const int addressSetup = 1 + static_cast<int>(random(4));
     // The least that is allowed, or a little more. Four periods before its end the interface looks at wait.
-    const Time least = std::max(kWaitAfterNe, kWaitAfterStrobe - (device_.now - rose_)) - addressSetup * hclk_;
+    const Time least =
+        std::max(kWaitAfterNe, kWaitAfterStrobe - (device_.now - rose_)) - addressSetup * hclk_;
     const int dataSetup = 4 + static_cast<int>(std::max<Time>(1, (least + hclk_ - 1) / hclk_) + random(3));
     const bool modeA = random(2) != 0;
     const uint32_t expected = device_.registers.read(a.word);
@@ -206,7 +230,8 @@ class Host {
     if (!late) payload(a);
     // Mode 1: NOE falls with NE. Mode A: the strobe falls when the address has been set up.
     const Time early = device_.now - rose_;
-    if (a.write || modeA || early < kStrobeHigh) device_.run(std::max(addressSetup * hclk_, kStrobeHigh - early));
+    if (a.write || modeA || early < kStrobeHigh)
+      device_.run(std::max(addressSetup * hclk_, kStrobeHigh - early));
     a.write ? device_.nwe(false) : device_.noe(false);
     if (late) {
       device_.run(kPayloadLate);
@@ -224,7 +249,8 @@ class Host {
     end();
     uint32_t mask = 0;
     for (int i = 0; i < kLanes; ++i) mask |= a.enabled >> i & 1 ? 0xffu << (8 * i) : 0;
-    if (!a.write && ((got ^ expected) & mask)) fail(device_.now, show(a) + ": got " + std::to_string(got) + ", expected " + std::to_string(expected));
+    if (!a.write && ((got ^ expected) & mask))
+      fail(device_.now, show(a) + ": got " + std::to_string(got) + ", expected " + std::to_string(expected));
     expect({a});
   }
   // HB-05: the host takes no notice of wait.
@@ -243,7 +269,8 @@ class Host {
     const bool selected = random(2) != 0;
     if (selected) device_.ne(false);
     for (int i = 0; i < 3; ++i) {
-      device_.address(static_cast<uint32_t>(random(kWords))), device_.data(randomWord()), device_.enables(kLaneMask);
+      device_.address(static_cast<uint32_t>(random(kWords))), device_.data(randomWord()),
+          device_.enables(kLaneMask);
       const bool write = random(2) != 0;
       if (!selected) write ? device_.nwe(false) : device_.noe(false);
       device_.run(100 * kNs + Time(random(20 * kNs)));
@@ -263,7 +290,8 @@ class Host {
   void end() {
     device_.ne(true), device_.noe(true), device_.nwe(true);
     rose_ = device_.now;
-    device_.address(static_cast<uint32_t>(random(kWords))), device_.data(randomWord()), device_.enables(static_cast<uint32_t>(random(kLaneMask + 1)));
+    device_.address(static_cast<uint32_t>(random(kWords))), device_.data(randomWord()),
+        device_.enables(static_cast<uint32_t>(random(kLaneMask + 1)));
     // Back to back in half of the cases.
     device_.run(kStrobeHigh + (random(2) ? 0 : Time(random(200 * kNs))));
   }
@@ -285,7 +313,8 @@ class Host {
   Time hclk_ = 0, rose_ = -1 * kMs;
 };
 
-// HB-06: without the PLL's lock reset is on at once; behind it for at least 10 ms; meanwhile no host has to wait.
+// HB-06: without the PLL's lock reset is on at once; behind it for at least 10 ms; meanwhile no host has to
+// wait.
 void reset(Device& device) {
   device.top.pll_locked = 0;
   device.top.eval();
@@ -319,7 +348,8 @@ int main(int argc, char** argv) {
   uint64_t reads = 0, writes = 0;
   for (uint64_t i = 0; i < accesses; ++i) {
     // Few words, so that what was written is read again.
-    const uint32_t word = random(4) ? static_cast<uint32_t>(random(16)) : static_cast<uint32_t>(random(kWords));
+    const uint32_t word =
+        random(4) ? static_cast<uint32_t>(random(16)) : static_cast<uint32_t>(random(kWords));
     const Access a{random(2) != 0, word, 1 + static_cast<uint32_t>(random(kLaneMask)), randomWord()};
     const auto kind = random(200);
     if (kind < 20) host.elsewhere();
@@ -327,6 +357,7 @@ int main(int argc, char** argv) {
     ++(a.write ? writes : reads);
   }
   reset(device);
-  std::printf("accesses %llu (%llu reads, %llu writes), core cycles %llu, errors 0\n", static_cast<unsigned long long>(accesses),
-              static_cast<unsigned long long>(reads), static_cast<unsigned long long>(writes), static_cast<unsigned long long>(device.cycles));
+  std::printf("accesses %llu (%llu reads, %llu writes), core cycles %llu, errors 0\n",
+              static_cast<unsigned long long>(accesses), static_cast<unsigned long long>(reads),
+              static_cast<unsigned long long>(writes), static_cast<unsigned long long>(device.cycles));
 }

@@ -1,5 +1,6 @@
 # Runs the constraint file and the pin file of the board in plain Tcl, against the names of a netlist.
-#   tclsh test/flyframe/board/timing.tcl NAMES clock.sdc            every pattern must match; prints each constrained register and port
+#   tclsh test/flyframe/board/timing.tcl NAMES clock.sdc
+# Every pattern must match; prints each constrained register and port.
 # NAMES has a line for each name: port NAME, register NAME or pin NAME, as Quartus writes them.
 set names [dict create port {} register {} pin {}]
 set file [open [lindex $argv 0]]
@@ -17,7 +18,8 @@ proc get {kind patterns quiet} {
   foreach pattern $patterns {
     set hits {}
     foreach name [dict get $names $kind] {
-      if {[string match [literal $pattern] $name] || [string match [literal $pattern]\\\[*\\\] $name]} { lappend hits $name }
+      set plain [literal $pattern]
+      if {[string match $plain $name] || [string match $plain\\\[*\\\] $name]} { lappend hits $name }
     }
     if {[llength $hits] == 0 && !$quiet} { complain "No $kind matches $pattern." }
     lappend found {*}$hits
@@ -34,8 +36,14 @@ proc get_pins      {args} { get_of pin $args }
 proc get_collection_size {collection} { llength $collection }
 
 set clocks {}
-proc create_clock {args} { global clocks; lappend clocks [dict get [lrange $args 0 [expr {[llength $args] / 2 * 2 - 1}]] -name] }
-proc derive_pll_clocks {} { global clocks; lappend clocks {pll|auto_generated|pll1|clk[0]} {pll|auto_generated|pll1|clk[1]} }
+proc create_clock {args} {
+  global clocks
+  lappend clocks [dict get [lrange $args 0 [expr {[llength $args] / 2 * 2 - 1}]] -name]
+}
+proc derive_pll_clocks {} {
+  global clocks
+  lappend clocks {pll|auto_generated|pll1|clk[0]} {pll|auto_generated|pll1|clk[1]}
+}
 proc derive_clock_uncertainty {} {}
 proc get_clocks {name} {
   global clocks
@@ -48,7 +56,9 @@ proc set_clock_groups {args} { complain "set_clock_groups would overrule the lim
 proc note {command arguments} {
   foreach {side} {-from -to} {
     set at [lsearch -exact $arguments $side]
-    if {$at >= 0} { foreach name [lindex $arguments [expr {$at + 1}]] { puts "$command [string range $side 1 end] $name" } }
+    if {$at >= 0} {
+      foreach name [lindex $arguments [expr {$at + 1}]] { puts "$command [string range $side 1 end] $name" }
+    }
   }
 }
 proc set_false_path      {args} { note [expr {"-hold" in $args ? "hold" : "false"}] $args }
@@ -56,7 +66,8 @@ proc set_max_delay       {args} { note max=[lindex $args end] $args }
 proc set_multicycle_path {args} { note [expr {"-hold" in $args ? "hold" : "multicycle"}] $args }
 proc delay {direction arguments} {
   get_clocks [lindex $arguments [expr {[lsearch -exact $arguments -clock] + 1}]]
-  foreach name [lindex $arguments end] { puts "$direction [expr {"-min" in $arguments ? "min" : "max"}] $name" }
+  set which [expr {"-min" in $arguments ? "min" : "max"}]
+  foreach name [lindex $arguments end] { puts "$direction $which $name" }
 }
 proc set_input_delay  {args} { delay input $args }
 proc set_output_delay {args} { delay output $args }

@@ -14,7 +14,8 @@ class FuzzSpec extends AnyFlatSpec {
 
   for ((p, weight) <- plan) {
     val frames = tier.share(weight, plan.map(_._2).sum).toInt
-    s"FP, LP, ERR${if (p.hasAlarm) ", AP, ALARM, DET" else ""}: ${p.preset}" should s"answer $frames random frames as the model does" in {
+    val rules  = "FP, LP, ERR" + (if (p.hasAlarm) ", AP, ALARM, DET" else "")
+    s"$rules: ${p.preset}" should s"answer $frames random frames as the model does" in {
       val last = tier.run(p.preset, frames, Some(Seed)) {
         harness.play(s"${p.preset}.vectors")(FuzzVectors.write(p, Seed, frames, _))
       }

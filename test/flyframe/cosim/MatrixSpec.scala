@@ -40,7 +40,8 @@ class MatrixSpec extends AnyFlatSpec {
       else plain ++ units
     all.filter(rule => rule.needs(p) && !rule.usesTime)
   }
-  // Beside the sample, what its pairs leave out: sets with an EEPROM, and alarm slaves that the rule tests fit.
+  // Beside the sample, what its pairs leave out: sets with an EEPROM, and alarm slaves that the rule tests
+  // fit.
   private val sample =
     TestSets.sample ++ TestSets.matrix.filter(_.hasSii) ++ TestSets.matrix.filter(_.hasAlarm).take(3)
   private val whole  = TestSets.sample ++ TestSets.matrix

@@ -93,8 +93,8 @@ class ReplaySpec extends AnyFlatSpec {
     val list = members.zipWithIndex.map { case (m, i) =>
       val image = folder.resolve(s"$name-$i.bin")
       Files.write(image, m.image(line).map(_.toByte).toArray)
-      s"""{"preset": "${m.p.preset}", "eeprom": "${image.getFileName}", "clock_ppm": ${(m.p.preset.hashCode & 0x3f) - 32}${m
-          .keys(line)}}"""
+      val ppm = (m.p.preset.hashCode & 0x3f) - 32
+      s"""{"preset": "${m.p.preset}", "eeprom": "${image.getFileName}", "clock_ppm": $ppm${m.keys(line)}}"""
     }
     Files.writeString(folder.resolve(s"$name.json"), list.mkString("{\"slaves\": [", ",\n", "]}\n"))
   }
@@ -144,7 +144,8 @@ class ReplaySpec extends AnyFlatSpec {
         })
       }
       info(
-        s"${sent.size} EtherCAT frames sent, ${expected.count(_.isDefined)} answered then, ${actual.count(_.isDefined)} now"
+        s"${sent.size} EtherCAT frames sent, ${expected.count(_.isDefined)} answered then, " +
+          s"${actual.count(_.isDefined)} now"
       )
       // DL control keeps its default: what is not EtherCAT is destroyed (FP-10).
       val foreign = Recording.foreign(recording)
@@ -153,7 +154,8 @@ class ReplaySpec extends AnyFlatSpec {
       val (equal, unequal)    = outcomes.partition(_._2.isEmpty)
       val (excepted, differs) = unequal.partition(_._2.forall(_.reason.isDefined))
       info(
-        s"${outcomes.size} datagrams compared: ${equal.size} equal, ${excepted.size} excepted, ${differs.size} differ"
+        s"${outcomes.size} datagrams compared: ${equal.size} equal, ${excepted.size} excepted, " +
+          s"${differs.size} differ"
       )
       Reason.all.foreach { r =>
         val n = excepted.count(_._2.exists(_.reason.contains(r)))

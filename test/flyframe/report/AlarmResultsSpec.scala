@@ -11,7 +11,8 @@ class AlarmResultsSpec extends AnyFlatSpec {
        | "to_first_nibble_us": {"best": 9, "median": 64.04, "worst": $worst},
        | "to_last_nibble_us": {"best": 16, "median": 1500, "worst": 2500}}""".stripMargin
   private val page =
-    """{"events": 900, "to_document_ms": {"median": 17.6, "worst": 44}, "to_screen_ms": {"median": 30, "worst": 50}}"""
+    """{"events": 900, "to_document_ms": {"median": 17.6, "worst": 44},
+      | "to_screen_ms": {"median": 30, "worst": 50}}""".stripMargin
 
   private def written(d: Path): Path = {
     Files.writeString(d.resolve("alarm-latency-rtl.json"), line(5, 209.9))
@@ -26,7 +27,8 @@ class AlarmResultsSpec extends AnyFlatSpec {
       assert(text.linesIterator.map(_.count(_ == '|')).toSet == Set(6), text)
       assert(
         text.contains(
-          "first nibble of the report, 5 slaves in RTL, bus cycle 100 µs | 1,000 | 64.0 µs | 209.9 µs | 210 µs |"
+          "first nibble of the report, 5 slaves in RTL, bus cycle 100 µs " +
+            "| 1,000 | 64.0 µs | 209.9 µs | 210 µs |"
         )
       )
       assert(text.contains("Report at the server to the page's document | 900 | 17.6 ms | 44.0 ms | |"))

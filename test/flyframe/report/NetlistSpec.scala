@@ -47,10 +47,9 @@ class NetlistSpec extends AnyFlatSpec {
   }
 
   "Units" should "contain the modules below them" in {
+    val receiver = """{"type": "Receiver_2", "connections": {}}"""
     val netlist = ujson.read(s"""{"modules": {
-      "top_1": {"cells": {"a": {"type": "Receiver_2", "connections": {}}, "b": {"type": "Receiver_2", "connections": {}}, "l": ${lut(
-        5
-      )}}},
+      "top_1": {"cells": {"a": $receiver, "b": $receiver, "l": ${lut(5)}}},
       "Receiver_2": {"cells": {"r": {"type": "$$paramod$$12ab\\\\Inner", "connections": {}}, "l": ${lut(5)}}},
       "$$paramod$$12ab\\\\Inner": {"cells": {"f": ${flop("3", 4)}}},
       "dffeas": {"attributes": {"blackbox": "1"}, "cells": {}}

@@ -324,8 +324,8 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
           assert(mine.map(_.sequence) == (1 to mine.size), s"node $node")
         assert(line.slaves.forall(_.hostRead(0x0e88) == 0) && records.size >= 5)
       },
-      "LM-10: what the server does not have stays at the slaves, and a master that starts anew gets it again" -> {
-        dut =>
+      "LM-10: what the server does not have stays at the slaves, " +
+        "and a master that starts anew gets it again" -> { dut =>
           val line = new Line(dut, Seq.tabulate(3)(i => started(i + 1)))
           line.cycles(24)
           line.seen()
@@ -350,7 +350,7 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
           line.serverIsBack()
           line.cycles(8)
           assert(line.slaves.map(_.hostRead(0x0e88)) == Seq(0, 0, 0) && line.seen().isEmpty)
-      },
+        },
       "LM-10: a confirmation that was lost is made again" -> { dut =>
         val line = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
         line.cycles(24)

@@ -61,7 +61,8 @@ class MasterControllerSpec extends AnyFlatSpec with SharedSimulation {
           ip.getHeader.hasValidChecksum(false) && udp.hasValidChecksum(Own.address, Server.address, false)
         )
         assert(
-          udp.getHeader.getSrcPort.valueAsInt == Own.port && udp.getHeader.getDstPort.valueAsInt == Server.port
+          udp.getHeader.getSrcPort.valueAsInt == Own.port &&
+            udp.getHeader.getDstPort.valueAsInt == Server.port
         )
         report(udp.getPayload.getRawData.toSeq.map(_ & 0xff))
       }

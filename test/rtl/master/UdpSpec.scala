@@ -143,7 +143,8 @@ class UdpSpec extends AnyFlatSpec with SharedSimulation {
       assert(!refused(right))
     },
     "MST-13: a datagram whose lengths reach into the FCS is refused" -> { dut =>
-      // Its last bytes are the first ones of the FCS, so that its checksum is right if they are taken for payload.
+      // Its last bytes are the first ones of the FCS, so that its checksum is right if they are taken for
+      // payload.
       for (size <- Seq(20, 21, 200); missing <- 1 to 4; udpChecksum <- Seq(true, false)) {
         val payload = Seq.tabulate(size - missing)(_ * 7 & 0xff) ++ fcs.take(missing)
         val frame   = packet(server, master, payload, udpChecksum)

@@ -13,7 +13,8 @@ class EscMemorySpec extends AnyFlatSpec with SharedSimulation {
 
   for (lanes <- Seq(1, 2, 4))
     together(s"$lanes-byte words", new EscMemory(EscParams(dataBusWidth = 8 * lanes)))(
-      "PDI-06: host and frames in one RAM at the same time lose no write, and the host waits for a bounded time" ->
+      "PDI-06: host and frames in one RAM at the same time lose no write, " +
+        "and the host waits for a bounded time" ->
         (bothSides(_, lanes)),
       "FP-31, B-18: process data RAM is absent while closed, user RAM not, and addresses do not wrap" ->
         (absence(_, lanes)),

@@ -104,7 +104,8 @@ class WriteLogSpec extends AnyFlatSpec with SharedSimulation {
         b.frame()
         one.foreach(b.write)
         b.commit()
-        // The next frame begins 24 slots behind this one and writes 88 slots behind it, at 25 MHz as many cycles.
+        // The next frame begins 24 slots behind this one and writes 88 slots behind it, at 25 MHz as many
+        // cycles.
         b.idle(24)
         b.frame()
         b.idle(64 max depth - 24)

@@ -257,7 +257,8 @@ object FrameRules extends Rules {
     })
   }
   rule(
-    "FP-18, FP-30, B-18: ADO is the address of the first byte; a datagram may span several areas and does not wrap",
+    "FP-18, FP-30, B-18: ADO is the address of the first byte; " +
+      "a datagram may span several areas and does not wrap",
     ram
   ) { s =>
     import s._
@@ -331,7 +332,8 @@ object FrameRules extends Rules {
     assert(write(Aprw, 0, 0x0000, 1).workingCounter == 1) // readable, not writable
   }
   rule(
-    "FP-31, B-20, SII-09, PDI-04, PDI-08: process data RAM is closed until the EEPROM is loaded, user RAM is not",
+    "FP-31, B-20, SII-09, PDI-04, PDI-08: process data RAM is closed until the EEPROM is loaded, " +
+      "user RAM is not",
     ram
   ) { s =>
     import s._

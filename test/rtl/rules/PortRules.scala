@@ -66,7 +66,8 @@ object PortRules extends Rules {
     assert(send(plain).get._1 == nextPort)
   }
   rule(
-    "LP-06, HINT-01, HINT-03: with all ports closed port 0 opens as recovery port, and DL status shows the truth"
+    "LP-06, HINT-01, HINT-03: with all ports closed port 0 opens as recovery port, " +
+      "and DL status shows the truth"
   ) { s =>
     import s._
     for (y <- 0 until p.ports) bench.setLink(y, up = false)
@@ -122,7 +123,8 @@ object PortRules extends Rules {
     assert(bench.hostRead(0x0f80) == 0 && epuErrors == errors + 1)
   }
   rule(
-    "B-11, OP-03: a frame that circulates is cut off at the first circulating bit; memory written before stays",
+    "B-11, OP-03: a frame that circulates is cut off at the first circulating bit; " +
+      "memory written before stays",
     p => two(p) && p.maxSubTelegrams >= 3
   ) { s =>
     import s._

@@ -25,12 +25,14 @@ class StartSpec extends AnyFlatSpec with SharedSimulation {
     )
 
   together("25 MHz", new ControllerUnderTest(p))(
-    "SYS-01, SII-05, PDI-02, PDI-03, PDI-08: while the EEPROM is loaded all works but process data, which then opens" ->
+    "SYS-01, SII-05, PDI-02, PDI-03, PDI-08: while the EEPROM is loaded all works " +
+      "but process data, which then opens" ->
       (new Start(_).start()),
     "LED-01: RUN flickers while the EEPROM is loaded for the first time, not at a reload" -> (new Start(_)
       .flicker()),
     "LED-01, LED-02, LED-04: RUN and ERR have their pins" -> (new Start(_).pins()),
-    "LED-06, LNK-13: LINKACT has its pins: dark without link, lit with it, dark for a while after a frame" -> linkActivity
+    "LED-06, LNK-13: LINKACT has its pins: dark without link, " +
+      "lit with it, dark for a while after a frame" -> linkActivity
   )
 
   private def linkActivity(dut: ControllerUnderTest): Unit = {

@@ -132,7 +132,8 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       val first    = offset == 0
       val last     = offset == length - 1
       val expected = model.access(side, write, start + offset)
-      // A write of ECAT asks first, and touches and closes when it has passed; the others open first and close later.
+      // A write of ECAT asks first, and touches and closes when it has passed; the others open first and
+      // close later.
       val asksOnly = if (byEcat) write else single
       val answer   = ask(side, write, first, touch = !asksOnly, close = false)
       if (answer.inBuffer && (last || asksOnly)) ask(side, write, first, touch = asksOnly, close = last)

@@ -198,7 +198,7 @@ class SyncManagersProof extends Module {
 class SyncManagersFormal extends AnyFlatSpec with ChiselScalatestTester with Formal {
   private val tier = Tier("proof of two SyncManagers in any modes", "cycles", test = 20, soak = 24)
 
-  "SM-12 to SM-20" should s"hold for two SyncManagers in any modes, over ${tier.size} cycles of any accesses" in {
+  "SM-12 to SM-20" should s"hold for two SyncManagers in any modes, ${tier.size} cycles of any accesses" in {
     assume(Engines.present, Engines.missing)
     tier.run("all", tier.size)(
       verify(new SyncManagersProof, Seq(BoundedCheck(tier.size.toInt), Engines.boolector))

@@ -13,7 +13,7 @@ import flyframe.protocol.{CommandResult, DetectorState, EventKind, ServerDatagra
 class HostileSpec extends AnyFlatSpec {
   private val PerKind = 250
 
-  "SRV-02, SRV-03: hostile datagrams to a master" should "be counted and ignored, while its line stays live" in {
+  "SRV-02, SRV-03: hostile datagrams to a master" should "be counted and ignored; its line lives" in {
     val folder = AlarmSystem.emptyFolder(Paths.get("build/e2e/hostile"))
     val key    = AlarmSystem.makeKey(folder.resolve("key"))
     val secret = Options.readKey(key).fold(why => fail(why), identity)

@@ -60,7 +60,10 @@ object PageLatency {
       |  const ids = changes.flatMap(c => [...c.addedNodes]).map(row => Number(row.dataset.id));
       |  requestAnimationFrame(() => {
       |    const drawn = new MessageChannel;
-      |    drawn.port1.onmessage = () => { const screen = clock(); ids.forEach(id => shown.set(id, [document_, screen, states])); };
+      |    drawn.port1.onmessage = () => {
+      |      const screen = clock();
+      |      ids.forEach(id => shown.set(id, [document_, screen, states]));
+      |    };
       |    drawn.port2.postMessage(0);
       |  });
       |}).observe(document.querySelector("#log"), { childList: true });""".stripMargin

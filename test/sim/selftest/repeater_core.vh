@@ -1,8 +1,10 @@
-// A two-port nibble repeater with the pins of a flyframe slave: what the simulator proves itself with, without any flyframe RTL.
-// Port 0 goes to port 1 and back; the host port reaches a plain memory. Shared by repeater.v and repeater-wide.v.
+// A two-port nibble repeater with the pins of a flyframe slave: what the simulator proves itself with,
+// without any flyframe RTL. Port 0 goes to port 1 and back; the host port reaches a plain memory. Shared by
+// repeater.v and repeater-wide.v.
 `default_nettype none
 
-// Received symbols, each {RX_DV ended, data}, from the receive clock into the core clock, played out one per nibble slot.
+// Received symbols, each {RX_DV ended, data}, from the receive clock into the core clock, played out one per
+// nibble slot.
 module repeater_path (
     input  wire       clock, reset, tick_next,
     input  wire       rx_clk, rx_dv, rx_er, link,
@@ -67,10 +69,13 @@ module repeater_core #(parameter CYCLES = 4, parameter WIDTH = 8) (
 
   wire       down_en, back_en;
   wire [3:0] down_d, back_d;
-  repeater_path up   (clock, reset, tick_next, mii_0_rx_clk, mii_0_rx_dv, mii_0_rx_er, mii_0_link, mii_0_rxd, mii_1_tx_en, mii_1_txd);
-  repeater_path down (clock, reset, tick_next, mii_1_rx_clk, mii_1_rx_dv, mii_1_rx_er, mii_1_link, mii_1_rxd, down_en, down_d);
+  repeater_path up   (clock, reset, tick_next, mii_0_rx_clk, mii_0_rx_dv, mii_0_rx_er, mii_0_link,
+                      mii_0_rxd, mii_1_tx_en, mii_1_txd);
+  repeater_path down (clock, reset, tick_next, mii_1_rx_clk, mii_1_rx_dv, mii_1_rx_er, mii_1_link,
+                      mii_1_rxd, down_en, down_d);
   // With nothing behind port 1, frames turn round here, as in the last slave of a line.
-  repeater_path back (clock, reset, tick_next, mii_0_rx_clk, mii_0_rx_dv, mii_0_rx_er, mii_0_link, mii_0_rxd, back_en, back_d);
+  repeater_path back (clock, reset, tick_next, mii_0_rx_clk, mii_0_rx_dv, mii_0_rx_er, mii_0_link,
+                      mii_0_rxd, back_en, back_d);
   assign mii_0_tx_en = mii_1_link ? down_en : back_en;
   assign mii_0_txd   = mii_1_link ? down_d : back_d;
 

@@ -1,4 +1,5 @@
-// The live page: takes messages from /events, shows them, and sends commands. All text is set as text, never as HTML.
+// The live page: takes messages from /events, shows them, and sends commands. All text is set as text, never
+// as HTML.
 "use strict";
 
 const LOG_SHOWN = 200;
@@ -15,7 +16,8 @@ const plural = (n, what) => `${n} ${what}${n === 1 ? "" : "s"}`;
 
 const localTime = iso => {
   const t = new Date(iso);
-  const time = t.toLocaleTimeString([], { hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23" });
+  const time = t.toLocaleTimeString(
+    [], { hour: "2-digit", minute: "2-digit", second: "2-digit", hourCycle: "h23" });
   return t.toDateString() === new Date().toDateString() ? time : `${t.toLocaleDateString()} ${time}`;
 };
 
@@ -41,14 +43,18 @@ async function command(body) {
   }
 }
 
-const orderStates = { waiting: "waits for the one before", sent: "sent, waiting for the master", done: "done", failed: "failed" };
-const orderText = o => `${o.text[0].toUpperCase()}${o.text.slice(1)}: ${orderStates[o.state]}${o.reason ? `, ${o.reason}` : ""}`;
+const orderStates = {
+  waiting: "waits for the one before", sent: "sent, waiting for the master", done: "done", failed: "failed",
+};
+const orderText = o =>
+  `${o.text[0].toUpperCase()}${o.text.slice(1)}: ${orderStates[o.state]}${o.reason ? `, ${o.reason}` : ""}`;
 
 // The line
 
 function slaveCard(id) {
   const card = $("#slave-template").content.cloneNode(true).firstElementChild;
-  $(".reset", card).addEventListener("click", () => command({ master: id, command: "reset", node: Number(card.dataset.node) }));
+  $(".reset", card).addEventListener("click", () =>
+    command({ master: id, command: "reset", node: Number(card.dataset.node) }));
   return card;
 }
 
@@ -101,7 +107,8 @@ let online = false;
 
 /** Says what has changed to those who listen. */
 function announce(state) {
-  const states = s => new Map(s.masters.flatMap(m => m.slaves.map((d, i) => [`${m.id}/${i}`, `${d.label}: ${d.text}`])));
+  const states = s => new Map(
+    s.masters.flatMap(m => m.slaves.map((d, i) => [`${m.id}/${i}`, `${d.label}: ${d.text}`])));
   if (before) {
     const old = states(before);
     const news = [...states(state)].filter(([key, text]) => old.get(key) !== text).map(([, text]) => text);
@@ -121,12 +128,15 @@ function draw(state) {
   });
   sections.forEach(section => section.remove());
 
-  const alarms = state.masters.flatMap(m => m.alarms.map(label => state.masters.length > 1 ? `${m.id}/${label}` : label));
-  show($("#alarm"), alarms.length ? `Alarm at ${plural(alarms.length, "detector")}: ${alarms.join(", ")}` : "");
+  const alarms = state.masters.flatMap(m =>
+    m.alarms.map(label => state.masters.length > 1 ? `${m.id}/${label}` : label));
+  const detectors = plural(alarms.length, "detector");
+  show($("#alarm"), alarms.length ? `Alarm at ${detectors}: ${alarms.join(", ")}` : "");
   document.title = (alarms.length ? `▲ ${plural(alarms.length, "alarm")} – ` : "") + "flyframe smoke alarm";
   set($("#empty"), "hidden", state.masters.length > 0);
   show($("#broken"), state.broken);
-  set($("#refused"), "textContent", Object.entries(state.refused).map(([name, n]) => `${name} ${n}`).join(", "));
+  const refused = Object.entries(state.refused).map(([name, n]) => `${name} ${n}`);
+  set($("#refused"), "textContent", refused.join(", "));
   announce(state);
 }
 
@@ -152,7 +162,8 @@ function drawLog(entries, fresh, manyMasters) {
   if (fresh) log.replaceChildren();
   entries.forEach(entry => log.prepend(logRow(entry, manyMasters)));
   while (log.children.length > LOG_SHOWN) log.lastElementChild.remove();
-  set($("#log-note"), "textContent", log.children.length === LOG_SHOWN ? `The last ${LOG_SHOWN} events; the CSV file has all.` : "");
+  const note = log.children.length === LOG_SHOWN ? `The last ${LOG_SHOWN} events; the CSV file has all.` : "";
+  set($("#log-note"), "textContent", note);
 }
 
 // Messages of the server

@@ -1,10 +1,13 @@
 //! ethercrab as the master of simulated slaves, those of `make_network.py`.
 //!
-//! Usage: `ethercrab-test INTERFACE CONTROL-SOCKET SCENARIO SLAVES [CYCLES]`. Prints a line per check; exit code 1 if one is wrong.
+//! Usage: `ethercrab-test INTERFACE CONTROL-SOCKET SCENARIO SLAVES [CYCLES]`. Prints a line per check; exit
+//! code 1 if one is wrong.
 
 use ethercrab::error::Error;
 use ethercrab::subdevice_group::Op;
-use ethercrab::{Command, MainDevice, MainDeviceConfig, PduStorage, SubDeviceGroup, Timeouts, std::ethercat_now};
+use ethercrab::{
+    Command, MainDevice, MainDeviceConfig, PduStorage, SubDeviceGroup, Timeouts, std::ethercat_now,
+};
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
 use std::time::{Duration, Instant};
@@ -56,7 +59,11 @@ impl Simulator {
         let mut answer = String::new();
         writeln!(self.0.get_mut(), "{line}").map_err(|e| e.to_string())?;
         self.0.read_line(&mut answer).map_err(|e| e.to_string())?;
-        if answer.starts_with("ok") { Ok(()) } else { Err(format!("'{line}' answered by '{}'", answer.trim())) }
+        if answer.starts_with("ok") {
+            Ok(())
+        } else {
+            Err(format!("'{line}' answered by '{}'", answer.trim()))
+        }
     }
 }
 
@@ -111,7 +118,8 @@ impl Bus {
     async fn to_op(&self) -> Result<Group<Op>, String> {
         let group = told("SAFEOP", self.scan().await?.into_safe_op(self.master).await)?;
         println!("ok    all reach SAFEOP");
-        let sizes: Vec<_> = group.iter(self.master).map(|s| (s.outputs_raw().len(), s.inputs_raw().len())).collect();
+        let sizes: Vec<_> =
+            group.iter(self.master).map(|s| (s.outputs_raw().len(), s.inputs_raw().len())).collect();
         check("the mapping is that of the EEPROM", sizes == SIZES[..self.slaves], sizes)?;
         told("exchange", group.tx_rx(self.master).await)?;
         let group = told("OP", group.into_op(self.master).await)?;
@@ -123,7 +131,8 @@ impl Bus {
         Ok(told("exchange", group.tx_rx(self.master).await)?.working_counter)
     }
 
-    /// Process data cycles: working counters, and inputs that show the outputs of an earlier cycle, none of them torn.
+    /// Process data cycles: working counters, and inputs that show the outputs of an earlier cycle, none of
+    /// them torn.
     async fn cycle(&self, group: &Group<Op>, count: usize) -> Outcome {
         let wkc = self.full_wkc();
         let mut shown: Vec<Option<usize>> = vec![None; self.slaves];
@@ -142,7 +151,11 @@ impl Bus {
                     continue; // what was there before
                 }
                 if at.is_none() || at < shown[i] {
-                    return Err(format!("inputs of slave {i} in cycle {c}: {:02x?} after outputs {:02x?}", &inputs[..], pattern(i, c)));
+                    return Err(format!(
+                        "inputs of slave {i} in cycle {c}: {:02x?} after outputs {:02x?}",
+                        &inputs[..],
+                        pattern(i, c)
+                    ));
                 }
                 shown[i] = at;
             }
@@ -183,7 +196,10 @@ impl Bus {
         let begin = Instant::now();
         while self.register(slave, 0x0130).await? != state {
             if begin.elapsed() > Duration::from_secs(60) {
-                return Err(format!("slave {slave} does not reach state {state}: {:x?}", self.states().await?));
+                return Err(format!(
+                    "slave {slave} does not reach state {state}: {:x?}",
+                    self.states().await?
+                ));
             }
         }
         Ok(())
@@ -208,7 +224,11 @@ async fn scan(bus: &mut Bus) -> Outcome {
         let identity = s.identity();
         check(&format!("slave {i}: name"), s.name() == format!("flyframe-io-{i}"), s.name())?;
         let triple = (identity.vendor_id, identity.product_id, identity.revision);
-        check(&format!("slave {i}: identity"), triple == (IDENTITY.0, IDENTITY.1 + i as u32, IDENTITY.2), triple)?;
+        check(
+            &format!("slave {i}: identity"),
+            triple == (IDENTITY.0, IDENTITY.1 + i as u32, IDENTITY.2),
+            triple,
+        )?;
         check(&format!("slave {i}: serial number"), identity.serial == 1000 + i as u32, identity.serial)?;
         check(&format!("slave {i}: alias"), s.alias_address() == 0x0100 + i as u16, s.alias_address())?;
     }
@@ -251,8 +271,13 @@ async fn cable(bus: &mut Bus) -> Outcome {
     let wkc = bus.exchange(&group).await?;
     check("after mending all answer", wkc == bus.full_wkc(), wkc)?;
     let states = bus.states().await?;
-    let wanted: Vec<_> = (0..bus.slaves).map(|i| if i < at { (OP, 0) } else { (SAFEOP | ERROR, 0x001b) }).collect();
-    check("those behind it are in SAFEOP by their watchdogs, the others still in OP", states == wanted, states)?;
+    let wanted: Vec<_> =
+        (0..bus.slaves).map(|i| if i < at { (OP, 0) } else { (SAFEOP | ERROR, 0x001b) }).collect();
+    check(
+        "those behind it are in SAFEOP by their watchdogs, the others still in OP",
+        states == wanted,
+        states,
+    )?;
     bus.recover(&group).await?;
     bus.cycle(&group, 50).await
 }
@@ -265,7 +290,8 @@ async fn refuse(bus: &mut Bus) -> Outcome {
         bus.request(i, SAFEOP, if i == 1 { PREOP | ERROR } else { SAFEOP }).await?;
     }
     let states = bus.states().await?;
-    let wanted: Vec<_> = (0..bus.slaves).map(|i| if i == 1 { (PREOP | ERROR, 0x001d) } else { (SAFEOP, 0) }).collect();
+    let wanted: Vec<_> =
+        (0..bus.slaves).map(|i| if i == 1 { (PREOP | ERROR, 0x001d) } else { (SAFEOP, 0) }).collect();
     check("the refusing slave stays in PREOP, with its AL status code", states == wanted, states)?;
     bus.simulator.ask("host 1 accept safeop")?;
     bus.request(1, PREOP | ERROR, PREOP).await?;
@@ -283,7 +309,11 @@ async fn watchdog(bus: &mut Bus) -> Outcome {
     bus.cycle(&group, 50).await?;
     bus.simulator.ask("advance 20000")?;
     let states = bus.states().await?;
-    check("without process data all fall to SAFEOP, with code 0x001b", states == vec![(SAFEOP | ERROR, 0x001b); bus.slaves], states)?;
+    check(
+        "without process data all fall to SAFEOP, with code 0x001b",
+        states == vec![(SAFEOP | ERROR, 0x001b); bus.slaves],
+        states,
+    )?;
     bus.recover(&group).await?;
     bus.cycle(&group, 50).await
 }
@@ -293,9 +323,17 @@ async fn eeprom(bus: &mut Bus) -> Outcome {
     let group = bus.scan().await?;
     for i in 0..bus.slaves {
         let loaded = bus.register(i, 0x0110).await? & 1;
-        check(&format!("slave {i}: the DL status tells whether the EEPROM is valid"), loaded == u16::from(i != 1), loaded)?;
+        check(
+            &format!("slave {i}: the DL status tells whether the EEPROM is valid"),
+            loaded == u16::from(i != 1),
+            loaded,
+        )?;
         let errors = bus.register(i, 0x0502).await? >> 11 & 3;
-        check(&format!("slave {i}: so does the EEPROM status"), errors == if i == 1 { 3 } else { 0 }, errors)?;
+        check(
+            &format!("slave {i}: so does the EEPROM status"),
+            errors == if i == 1 { 3 } else { 0 },
+            errors,
+        )?;
     }
     let group = told("SAFEOP", group.into_safe_op(bus.master).await)?;
     let wkc = told("exchange", group.tx_rx(bus.master).await)?.working_counter;
