@@ -78,6 +78,45 @@ enum protocol_ecat {
   PROTOCOL_ECAT_FRMW =                      14,
 };
 
+/* What an Ethernet frame carries. */
+enum protocol_ethertype {
+  PROTOCOL_ETHERTYPE_IPV4 =                 0x0800, /* an IPv4 packet */
+  PROTOCOL_ETHERTYPE_ARP =                  0x0806, /* a question for a MAC address, or its answer */
+  PROTOCOL_ETHERTYPE_VLAN =                 0x8100, /* a VLAN tag; the real EtherType follows */
+  /* an EtherCAT frame; also the number of its UDP port (FP-04) */
+  PROTOCOL_ETHERTYPE_ETHERCAT =             0x88A4,
+};
+
+/* States of a slave's application layer. */
+enum protocol_al {
+  PROTOCOL_AL_INIT =                        1,      /* no communication but with registers */
+  PROTOCOL_AL_PREOP =                       2,      /* mailboxes */
+  PROTOCOL_AL_BOOT =                        3,      /* a mailbox for new firmware */
+  PROTOCOL_AL_SAFEOP =                      4,      /* inputs */
+  PROTOCOL_AL_OP =                          8,      /* inputs and outputs */
+  /* AL control: acknowledges an error; AL status: there is one */
+  PROTOCOL_AL_ERROR =                       16,
+};
+
+/* What a LED shows; from 1 to 12 a number of flashes. */
+enum protocol_led {
+  PROTOCOL_LED_OFF =                        0,      /* dark */
+  PROTOCOL_LED_SINGLE =                     1,      /* one flash */
+  PROTOCOL_LED_DOUBLE =                     2,      /* two flashes */
+  PROTOCOL_LED_BLINKING =                   13,     /* on and off every 200 ms */
+  PROTOCOL_LED_FLICKER =                    14,     /* on and off every 50 ms */
+  PROTOCOL_LED_ON =                         15,     /* lit */
+};
+
+/* Loop settings of a port in DL control. */
+enum protocol_loop {
+  PROTOCOL_LOOP_AUTO =                      0,      /* open while there is a link */
+  /* the same, but opened by a write or a good frame only */
+  PROTOCOL_LOOP_AUTO_CLOSE =                1,
+  PROTOCOL_LOOP_OPEN =                      2,      /* open */
+  PROTOCOL_LOOP_CLOSED =                    3,      /* closed */
+};
+
 /* The server tells which events it has, big endian. */
 enum {
   PROTOCOL_ACKNOWLEDGEMENT_MAGIC_AT =       0,      /* PROTOCOL_MAGIC */

@@ -184,6 +184,6 @@ class SlaveController(p: EscParams, added: Seq[Register] = Nil) extends Module {
     memory.event.pulse(s"rx_er_port$y")           := events.rxEr && counts
     memory.event.pulse(s"forwarded_error_port$y") := events.forwardedError && counts
     memory.event.pulse(s"lost_link_port$y") := RegNext(links(y), false.B) && !links(y) && counts &&
-      setting(y) === flyframe.port.LoopSetting.Auto.U
+      setting(y) === flyframe.protocol.LoopSetting.Auto.U
   }
 }

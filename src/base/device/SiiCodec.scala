@@ -2,6 +2,7 @@ package flyframe.device
 
 import java.nio.charset.StandardCharsets.ISO_8859_1
 import scala.util.control.NoStackTrace
+import flyframe.registers.SiiRegisters.ChecksumOff
 
 /** SII images to and from bytes (0 to 255 each). Reading and writing again gives the same bytes. */
 object SiiCodec {
@@ -9,9 +10,6 @@ object SiiCodec {
 
   /** Largest EEPROM, 4 Mbit (SII-16). */
   val MaxBytes: Int = 1 << 19
-
-  /** Checksum word that switches the check off (SII-03). */
-  val CheckOff: Int = 0x88a4
 
   private val Reserved = (0x10 to 0x13) ++ (0x1d to 0x3d)
 
@@ -156,7 +154,7 @@ object SiiCodec {
     def mailbox(a: Int)      = SiiMailbox(word(a), word(a + 1), word(a + 2), word(a + 3))
     val good                 = checksum(bytes.take(14))
     val stored               = word(7)
-    if (stored != CheckOff && (stored & 0xff) != good)
+    if (stored != ChecksumOff && (stored & 0xff) != good)
       refuse(
         f"The checksum is 0x${stored & 0xff}%02x but must be 0x$good%02x: " +
           "this is no SII image, or a damaged one."

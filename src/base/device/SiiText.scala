@@ -1,5 +1,7 @@
 package flyframe.device
 
+import flyframe.registers.SiiRegisters
+
 /** An SII image as a person reads it. */
 object SiiText {
   private def h16(v: Int): String  = f"0x$v%04x"
@@ -29,7 +31,7 @@ object SiiText {
   private def header(image: SiiImage): Seq[String] = {
     val h = image.header
     val checksum = h.checksum match {
-      case Some(SiiCodec.CheckOff) => "check switched off"
+      case Some(SiiRegisters.ChecksumOff) => "check switched off"
       case _                       => "checksum good"
     }
     def mailbox(m: SiiMailbox) =

@@ -1,6 +1,7 @@
 package flyframe.model
 
 import flyframe.protocol.DatagramLayout.{Length, Overhead}
+import flyframe.protocol.EtherType
 
 /** A datagram is appended to a passing frame (AP-01 to AP-08): the frame as a whole, not its timing. */
 object AppendModel {
@@ -24,11 +25,11 @@ object AppendModel {
     def big(i: Int): Option[Int]    = for (a <- byte(i); b <- byte(i + 1)) yield a << 8 | b
     def little(i: Int): Option[Int] = for (a <- byte(i); b <- byte(i + 1)) yield a | b << 8
 
-    val typeAt = if (big(12).contains(0x8100)) 16 else 12
+    val typeAt = if (big(12).contains(EtherType.Vlan)) 16 else 12
     val start  = typeAt + 4
     val fits = for (ethertype <- big(typeAt); header <- little(start - 2)) yield {
       val length = header & 0xfff
-      ethertype == 0x88a4 && header >> 12 == 1 && (length == 0 || length >= Overhead) &&
+      ethertype == EtherType.EtherCat && header >> 12 == 1 && (length == 0 || length >= Overhead) &&
       length + datagram.size <= Longest && length < Overhead * maxSubTelegrams && payload.size > 2 * start
     }
     if (!fits.contains(true)) (payload, bad)

@@ -1,6 +1,7 @@
 package flyframe.model
 
 import flyframe.params.EscParams
+import flyframe.protocol.LoopSetting
 import flyframe.registers.{DlRegisters, Register}
 
 /** A slave controller as the rules in `docs/rules` describe it: frame in, frame out, state visible.
@@ -58,10 +59,10 @@ class EscModel(
   private def setting(port: Int): Int = registers.value(s"loop_port$port")
 
   private def wanted(port: Int): Boolean = setting(port) match {
-    case 0 => links(port)
-    case 1 => links(port) && released(port)
-    case 2 => true
-    case _ => false
+    case LoopSetting.Auto      => links(port)
+    case LoopSetting.AutoClose => links(port) && released(port)
+    case LoopSetting.Open      => true
+    case _                     => false
   }
 
   private def updateLoops(): Unit = {

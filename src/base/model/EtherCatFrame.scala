@@ -1,5 +1,7 @@
 package flyframe.model
 
+import flyframe.protocol.EtherType
+
 /** A datagram to be built (FP-12). `address` is ADP in the low and ADO in the high half, or one logical
   * address.
   */
@@ -62,5 +64,5 @@ object EtherCatFrame {
   private def ipUdp(content: Int): Seq[Int] =
     Seq(0x45, 0) ++ big(28 + content) ++ Seq(0x12, 0x34, 0x40, 0, 64, 0x11, 0xab, 0xcd, 10, 0, 0, 1, 10, 0, 0,
       2) ++
-      big(0x88a4) ++ big(0x88a4) ++ big(8 + content) ++ Seq(0xbe, 0xef)
+      big(EtherType.EtherCat) ++ big(EtherType.EtherCat) ++ big(8 + content) ++ Seq(0xbe, 0xef)
 }

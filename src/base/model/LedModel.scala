@@ -1,5 +1,7 @@
 package flyframe.model
 
+import flyframe.protocol.AlState
+import flyframe.protocol.LedCode._
 import flyframe.registers.Register
 
 /** The LED override registers (LED-01 to LED-04), as far as they are registers.
@@ -11,23 +13,23 @@ class LedModel(registers: ModelRegisters, emulation: () => Boolean, loadFailed: 
     extends ModelUnit {
   private val overridden = scala.collection.mutable.Map.empty[String, Int]
   private var lastStatus = registers.value("al_status")
-  private var expired    = 0 // 2, 15: a watchdog's code, until the state changes
-  private var lastError  = 0
+  private var expired    = Off // a watchdog's code, until the state changes
+  private var lastError  = Off
 
   private def error: Int =
-    if (loadFailed()) 14
-    else if (expired != 0) expired
-    else if ((lastStatus & 0x10) != 0 && !emulation()) 1
-    else 0
+    if (loadFailed()) Flicker
+    else if (expired != Off) expired
+    else if ((lastStatus & AlState.Error) != 0 && !emulation()) Single
+    else Off
 
   private def automatic(led: String): Int = if (led == "err") error
   else
     lastStatus & 0xf match {
-      case 2 => 13
-      case 3 => 14
-      case 4 => 1
-      case 8 => 15
-      case _ => 0
+      case AlState.PreOperational  => Blinking
+      case AlState.Bootstrap       => Flicker
+      case AlState.SafeOperational => Single
+      case AlState.Operational     => On
+      case _                       => Off
     }
 
   private val Name = "(run|err)_led_(code|enable|override)".r
@@ -41,14 +43,14 @@ class LedModel(registers: ModelRegisters, emulation: () => Boolean, loadFailed: 
 
   /** The watchdog with this counter has expired (LED-03). */
   def watchdogExpired(counter: String): Unit = {
-    if (counter == "watchdog_count_pdi") expired = 15
-    else if ((lastStatus & 0xf) == 8 && expired != 15) expired = 2
+    if (counter == "watchdog_count_pdi") expired = On
+    else if ((lastStatus & 0xf) == AlState.Operational && expired != On) expired = Double
     watch()
   }
 
   /** Something may have changed: another error ends the override (LED-04). */
   def watch(): Unit = {
-    if (error != 0 && error != lastError) overridden -= "err"
+    if (error != Off && error != lastError) overridden -= "err"
     lastError = error
   }
 

@@ -1,7 +1,7 @@
 package flyframe.model
 
 import flyframe.protocol.Command._
-import flyframe.protocol.DatagramLayout
+import flyframe.protocol.{DatagramLayout, EtherType}
 
 /** What the processing unit needs of the controller around it. */
 trait AddressSpace {
@@ -84,12 +84,12 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
     }
 
     private def ethernet(): Processed = {
-      val typeAt = if (has(13) && big(12) == 0x8100) 16 else 12 // FP-03: the tag itself does not matter
+      val typeAt = if (has(13) && big(12) == EtherType.Vlan) 16 else 12 // FP-03: the tag itself does not matter
       if (!has(typeAt + 1)) passed(bad = true)
       else
         big(typeAt) match {
-          case EtherCat => ethercat(typeAt + 2, foreignAt)
-          case IPv4     => ip(typeAt + 2)
+          case EtherType.EtherCat => ethercat(typeAt + 2, foreignAt)
+          case EtherType.Ipv4     => ip(typeAt + 2)
           case _        => foreignAt(typeAt + 1)
         }
     }
@@ -99,7 +99,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       val tests = Seq[(Int, Boolean)](
         start        -> (byteIn(start) == 0x45),
         (start + 9)  -> (byteIn(start + 9) == 0x11),
-        (start + 23) -> (big(start + 22) == EtherCat)
+        (start + 23) -> (big(start + 22) == EtherType.EtherCat)
       )
       tests
         .collectFirst {
@@ -248,8 +248,6 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
 }
 
 object ProcessingUnit {
-  private val EtherCat      = 0x88a4
-  private val IPv4          = 0x0800
   private val Circulating   = 1 << 14
   private val More          = 1 << 15
   private val IncrementsAdp = Set(Aprd, Apwr, Aprw, Brd, Bwr, Brw, Armw)

@@ -33,5 +33,16 @@ object Codes {
 
   /** Every group, in the order of the header. */
   def all: Seq[Codes] =
-    Seq(ServerDatagram, EventKind, CommandResult, SelfTest, DetectorState, Command)
+    Seq(
+      ServerDatagram,
+      EventKind,
+      CommandResult,
+      SelfTest,
+      DetectorState,
+      Command,
+      EtherType,
+      AlState,
+      LedCode,
+      LoopSetting
+    )
 }

@@ -23,6 +23,9 @@ object SiiRegisters {
     */
   val Scratch: Range = 0x0560 until 0x0570
 
+  /** A checksum word of the EEPROM that switches the check off (SII-03). */
+  val ChecksumOff: Int = 0x88a4
+
   private val byEcat = rwIf("sii_ecat_may_write")
   private val byPdi  = rwIf("sii_pdi_may_write")
   private val take   = rwIf("sii_pdi_may_take")

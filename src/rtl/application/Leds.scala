@@ -2,22 +2,13 @@ package flyframe.application
 
 import chisel3._
 import chisel3.util._
+import flyframe.protocol.LedCode
 
 /** The LEDs: RUN, ERR and one per port. */
 class LedPins(ports: Int) extends Bundle {
   val run     = Output(Bool())
   val err     = Output(Bool())
   val linkact = Output(Vec(ports, Bool()))
-}
-
-/** LED codes of the [[flyframe.registers.LedRegisters]]: 0 off, 1 to 12 flashes, and these. */
-object LedCode {
-  val Off      = 0x0
-  val Single   = 0x1
-  val Double   = 0x2
-  val Blinking = 0xd
-  val Flicker  = 0xe
-  val On       = 0xf
 }
 
 /** Shows LED codes: 200 ms flashes with a pause of 1 s, blinking 200/200 ms, flickering 50/50 ms (LED-08).

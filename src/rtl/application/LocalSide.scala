@@ -8,6 +8,7 @@ import flyframe.frame.FrameProcessor
 import flyframe.host.HostSequencer
 import flyframe.memory.{EscMemory, HostPort}
 import flyframe.params.EscParams
+import flyframe.protocol.{AlState, LedCode}
 import flyframe.registers.{
   AlarmRegisters,
   ApplicationRegisters,
@@ -312,14 +313,17 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor, adde
     val tick = Counter(p.coreClockMhz * 50000).inc()
     val al   = memory.value.uint("al_status")
     val state = MuxLookup(al(3, 0), LedCode.Off.U)(
-      Seq(2 -> LedCode.Blinking, 4 -> LedCode.Single, 8 -> LedCode.On, 3 -> LedCode.Flicker).map {
-        case (s, c) => s.U -> c.U
-      }
+      Seq(
+        AlState.PreOperational  -> LedCode.Blinking,
+        AlState.SafeOperational -> LedCode.Single,
+        AlState.Operational     -> LedCode.On,
+        AlState.Bootstrap       -> LedCode.Flicker
+      ).map { case (s, c) => s.U -> c.U }
     )
     // Errors that are edges stay until the state changes.
     val latched = RegInit(LedCode.Off.U(4.W)) // reset: no error
     when(alChanged) { latched := LedCode.Off.U }
-    when(watchdogExpired && al(3, 0) === 8.U && latched =/= LedCode.On.U) { latched := LedCode.Double.U }
+    when(watchdogExpired && al(3, 0) === AlState.Operational.U && latched =/= LedCode.On.U) { latched := LedCode.Double.U }
     when(pdiWatchdogExpired) { latched := LedCode.On.U }
     val error = Mux(
       siiError,

@@ -3,7 +3,7 @@ package flyframe.frame
 import chisel3._
 import chisel3.util._
 import flyframe.mii.NibbleStream
-import flyframe.protocol.DatagramLayout
+import flyframe.protocol.{DatagramLayout, EtherType}
 import flyframe.protocol.DatagramLayout.Length
 
 /** Where in a frame the nibble at hand lies. */
@@ -89,13 +89,13 @@ class FrameParser extends Module {
   switch(part) {
     is(Part.ethernet) {
       atEnd := on(13)
-      next  := Mux(word === 0x88a4.U, Part.ethercat, Part.ip)
-      alien := on(13) && word =/= 0x88a4.U && word =/= 0x0800.U && (word =/= 0x8100.U || tagged)
+      next  := Mux(word === EtherType.EtherCat.U, Part.ethercat, Part.ip)
+      alien := on(13) && word =/= EtherType.EtherCat.U && word =/= EtherType.Ipv4.U && (word =/= EtherType.Vlan.U || tagged)
     }
     is(Part.ip) {
       atEnd := on(27)
       next  := Part.ethercat
-      alien := (on(0) && whole =/= 0x45.U) || (on(9) && whole =/= 0x11.U) || (on(23) && word =/= 0x88a4.U)
+      alien := (on(0) && whole =/= 0x45.U) || (on(9) && whole =/= 0x11.U) || (on(23) && word =/= EtherType.EtherCat.U)
     }
     is(Part.ethercat) {
       atEnd := on(1)
@@ -119,7 +119,7 @@ class FrameParser extends Module {
       next  := Mux(more, Part.header, Part.padding)
     }
   }
-  private val isTag = part === Part.ethernet && on(13) && word === 0x8100.U && !tagged
+  private val isTag = part === Part.ethernet && on(13) && word === EtherType.Vlan.U && !tagged
 
   position.part            := part
   position.byte            := byte

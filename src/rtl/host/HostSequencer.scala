@@ -99,7 +99,7 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
   memory.write := host.write
   memory.addr  := Mux(state === pass, host.addr, through(15, 0))
   // The buffers follow each other at any length, so that a byte may lie in another lane than at its address.
-  private val there = if (lanes == 1) 0.U else through(log2Ceil(lanes) - 1, 0)
+  private val there = Lanes.of(through, lanes)
   private val here  = if (lanes == 1) 0.U else lane
   memory.wdata := Mux(state === pass, host.wdata, Fill(lanes, Lanes.bytes(host.wdata, lanes)(here)))
   memory.be    := Mux(state === pass, host.be, UIntToOH(there, lanes))

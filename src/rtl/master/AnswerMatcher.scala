@@ -4,7 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
 import flyframe.memory.DualPortRam
-import flyframe.protocol.DatagramLayout
+import flyframe.protocol.{DatagramLayout, EtherType}
 import flyframe.protocol.DatagramLayout.{Ado, Adp, Command, Index, Length}
 
 /** A word of 16 bits of a datagram that has come back from the line: one of those sent, or one that a slave
@@ -129,7 +129,8 @@ class AnswerMatcher(maxSubTelegrams: Int) extends Module {
     }.otherwise {
       switch(state) {
         is(State.ethernet) {
-          when(on(12) && byte.bits =/= 0x88.U || on(13) && byte.bits =/= 0xa4.U || on(6) && !byte.bits(1)) {
+          val (high, low) = ((EtherType.EtherCat >> 8).U, (EtherType.EtherCat & 0xff).U)
+          when(on(12) && byte.bits =/= high || on(13) && byte.bits =/= low || on(6) && !byte.bits(1)) {
             state := State.refused
           }
           when(on(15)) {

@@ -3,14 +3,7 @@ package flyframe.port
 import chisel3._
 import chisel3.util._
 import flyframe.params.EscParams
-
-/** Loop settings of a port in DL control, see [[flyframe.registers.DlRegisters]] (LP-01). */
-object LoopSetting {
-  val Auto      = 0
-  val AutoClose = 1
-  val Open      = 2
-  val Closed    = 3
-}
+import flyframe.protocol.LoopSetting
 
 /** Decides which loops are open (LP-01 to LP-06) and when they change (B-30). */
 class LoopControl(p: EscParams) extends Module {

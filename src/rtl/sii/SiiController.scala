@@ -264,7 +264,7 @@ class SiiController(p: EscParams) extends Module {
       }
     }
     is(judge) {
-      val right = !failed && (sumWord(7, 0) === crc || sumWord === 0x88a4.U) // SII-03
+      val right = !failed && (sumWord(7, 0) === crc || sumWord === SiiRegisters.ChecksumOff.U) // SII-03
       count := 0.U
       when(right) {
         state := copy

@@ -1,30 +1,43 @@
-// Registers, events and states of the controllers, as far as the simulator uses them. Numbers of datagrams
-// and of the alarm system are in the generated header protocol.h.
+// Registers, events and states of the controllers, as far as the simulator uses them, by the names it uses:
+// the numbers come from the generated headers.
 #pragma once
 
 #include <cstdint>
 
+#include <slave.h>  // in `generated`: every preset has its registers where this one has them
+
+#include "protocol.h"
+
 namespace esc {
 
-// EtherTypes and the IP protocol number of UDP.
-constexpr uint16_t kEtherCat = 0x88a4, kIpv4 = 0x0800;
-constexpr uint8_t kUdp = 17;
+constexpr uint16_t kEtherCat = PROTOCOL_ETHERTYPE_ETHERCAT, kIpv4 = PROTOCOL_ETHERTYPE_IPV4;
+constexpr uint8_t kUdp = 17;  // the IP protocol number
 
 // Registers of a slave controller.
 namespace reg {
-constexpr uint16_t kSyncManagersSupported = 0x0005, kStationAddress = 0x0010, kStationAlias = 0x0012,
-                   kAlControl = 0x0120, kAlStatus = 0x0130, kAlStatusCode = 0x0134, kEcatEventMask = 0x0200,
-                   kAlEventMask = 0x0204, kAlEvents = 0x0220, kWatchdogStatus = 0x0440, kFmmus = 0x0600,
-                   kSyncManagers = 0x0800, kRam = 0x1000;
-constexpr uint16_t kFmmuBytes = 16, kSyncManagerBytes = 8;
+constexpr uint16_t kSyncManagersSupported = ESC_SYNC_MANAGERS_SUPPORTED,
+                   kStationAddress = ESC_STATION_ADDRESS, kStationAlias = ESC_STATION_ALIAS,
+                   kAlControl = ESC_AL_CONTROL, kAlStatus = ESC_AL_STATUS, kAlStatusCode = ESC_AL_STATUS_CODE,
+                   kEcatEventMask = ESC_ECAT_EVENT_MASK, kAlEventMask = ESC_AL_EVENT_MASK,
+                   kAlEvents = ESC_AL_EVENT_REQUEST, kWatchdogStatus = ESC_WATCHDOG_STATUS_PROCESS_DATA,
+                   kFmmus = ESC_FMMUN_LOGICAL_START(0), kSyncManagers = ESC_SMN_START(0),
+                   kRam = ESC_PROCESS_RAM;
+constexpr uint16_t kFmmuBytes = ESC_FMMUN_LOGICAL_START(1) - kFmmus,
+                   kSyncManagerBytes = ESC_SMN_START(1) - kSyncManagers;
 }  // namespace reg
 
 // Bits of the AL event request; that of SyncManager n is kSyncManagerEvent << n.
 constexpr uint32_t kAlControlEvent = 1u << 0, kWatchdogEvent = 1u << 6, kSyncManagerEvent = 1u << 8;
 
 // States of a slave, and codes that tell why one was not entered or was left.
-enum AlState : uint8_t { kInit = 1, kPreop = 2, kBoot = 3, kSafeop = 4, kOp = 8 };
-constexpr uint8_t kAlStateMask = 0xf, kAlError = 0x10;
+enum AlState : uint8_t {
+  kInit = PROTOCOL_AL_INIT,
+  kPreop = PROTOCOL_AL_PREOP,
+  kBoot = PROTOCOL_AL_BOOT,
+  kSafeop = PROTOCOL_AL_SAFEOP,
+  kOp = PROTOCOL_AL_OP
+};
+constexpr uint8_t kAlStateMask = 0xf, kAlError = PROTOCOL_AL_ERROR;
 enum AlStatusCode : uint16_t {
   kInvalidChange = 0x0011,
   kUnknownState = 0x0012,

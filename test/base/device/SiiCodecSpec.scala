@@ -2,6 +2,7 @@ package flyframe.device
 
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Random
+import flyframe.registers.SiiRegisters
 
 /** SII images to and from bytes, against images of real devices and random ones. */
 class SiiCodecSpec extends AnyFlatSpec {
@@ -48,7 +49,7 @@ class SiiCodecSpec extends AnyFlatSpec {
 
   "SII-03: the checksum word 0x88A4" should "switch the check off and be kept" in {
     val image = io.updated(0, 0x55).updated(14, 0xa4).updated(15, 0x88)
-    assert(decoded(image).header.checksum.contains(SiiCodec.CheckOff))
+    assert(decoded(image).header.checksum.contains(SiiRegisters.ChecksumOff))
     assert(SiiCodec.encode(decoded(image)) == image)
     assert(SiiText.print(decoded(image)).startsWith("SII image, 2048 bytes, check switched off\n"))
   }

@@ -3,6 +3,7 @@ package flyframe.application
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
+import flyframe.protocol.LedCode
 
 /** Patterns and overrides of the LEDs: LED-01 to LED-04, LED-08. */
 class LedSpec extends AnyFlatSpec with SharedSimulation {

@@ -4,6 +4,7 @@ import chisel3._
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.params.EscParams
+import flyframe.protocol.LoopSetting
 
 class LoopControlSpec extends AnyFlatSpec with ChiselScalatestTester {
   import LoopSetting._
