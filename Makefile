@@ -51,10 +51,10 @@ check-generated: tools-for-check-generated ## generated/ and the generated pages
 	diff -r generated build/check/generated
 	for f in registers parameters; do diff docs/$$f.md build/check/docs/$$f.md || exit 1; done
 
-test: tools-for-test ## every kind of check once, in 15 minutes; the last line is "N passed, N failed"
+test: tools-for-test ## every kind of check once; the last line is "N passed, N failed"
 	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-tests $(SBT)
 
-soak: tools-for-test ## the checks of `make test` that take samples, in full, over an hour: docs/soak.md
+soak: tools-for-test ## the checks of `make test` that take samples, in full: docs/soak.md
 	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-soak $(SBT)
 
 test-changed: tools-for-test ## the suites that a change may concern: SINCE=main
@@ -75,16 +75,16 @@ smsoak: $(if $(PROGRAMS),,tools-for-smsoak) ## SyncManagers between bus and host
 	$(if $(PROGRAMS),,$(SBT) "Test / runMain flyframe.campaign.Programs smsoak soak")
 	$(SHARD) $(or $(PROGRAMS),build/smsoak) $(SET) $(SEED) $(STEPS)
 
-# Random frames and soak runs in shards on the workers of Dask: docs/campaign.md.
-# SEED counts from the first shard on.
+# Random frames and soak runs in shards on the workers of Dask: docs/campaign.md. SEED counts from the first
+# shard on. The build is in the environment, as the campaign checks SETS and the other settings before it.
+campaign campaign-programs: export CAMPAIGN_BUILD = \
+  $(SBT) "Test / runMain flyframe.campaign.Programs campaign/programs $(SETS)"
 campaign: tools-for-campaign ## long runs, resumable: FRAMES=1000000 SETS="cyclone4-min smsoak" \
           # STEPS=1000000 SCHEDULER=tcp://host:8786
-	@$(CAMPAIGN) --check $(CAMPAIGN_ARGS)
-	@$(MAKE) -s campaign-programs
-	@$(CAMPAIGN) $(CAMPAIGN_ARGS)
+	@$(CAMPAIGN) $(CAMPAIGN_ARGS) --build "$$CAMPAIGN_BUILD"
 
 campaign-programs: tools-for-campaign-programs ## what a campaign's workers run, for SETS
-	$(SBT) "Test / runMain flyframe.campaign.Programs campaign/programs $(SETS)"
+	@PYTHONPATH=src python3 -m campaign.programs build/campaign/programs "$$CAMPAIGN_BUILD"
 
 campaign-scheduler: tools-for-campaign-scheduler ## a scheduler for workers on several machines, at port 8786
 	$(VENV)/bin/dask scheduler --port 8786

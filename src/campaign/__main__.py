@@ -1,66 +1,61 @@
 """Command line of a campaign (docs/campaign.md).
 
-Exit code 0: all shards ran and nothing differed; 1: there are findings; 2: an impossible argument, or shards that could
-not be run; 130: interrupted, to be resumed by the same command.
+Exit code 0: all shards ran and nothing differed; 1: there are findings; 2: an impossible argument, or shards
+that could not be run; 130: interrupted, to be resumed by the same command.
 """
 
-import argparse
+import os
 import re
 import signal
 import sys
 import time
+from argparse import ArgumentTypeError
+from contextlib import ExitStack, contextmanager
+from multiprocessing import resource_tracker
 from pathlib import Path
 
+from campaign import programs as programs_module
 from campaign.plan import SHARD_FRAMES, SHARD_STEPS, Journal, plan
-from campaign.shard import PROGRAMS, Refused, built_sets, keep_vectors
-
-
-class Parser(argparse.ArgumentParser):
-    def error(self, message):
-        print(f"campaign: {message.rstrip('.')}.", file=sys.stderr)
-        sys.exit(2)
-
-
-def number(low):
-    def convert(text):
-        if not re.fullmatch(r"-?\d+", text) or not low <= int(text) <= 2**31 - 1:
-            raise argparse.ArgumentTypeError(f"is {text!r} but must be a whole number from {low} to {2**31 - 1}")
-        return int(text)
-
-    return convert
+from campaign.shard import PROGRAMS, Parser, Refused, built_sets, keep_vectors, number
 
 
 def names(text):
     found = text.split()
     bad = [name for name in found if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name)]
     if bad or not found:
-        raise argparse.ArgumentTypeError(f"is {text!r} but must be names of sets with spaces between them")
+        raise ArgumentTypeError(f"is {text!r} but must be names of sets with spaces between them")
     return found
 
 
 def address(text):
-    if text and not re.fullmatch(r"(tcp|tls)://[^/\s:]+:\d+", text):
-        raise argparse.ArgumentTypeError(f"is {text!r} but must be like tcp://host:8786")
+    found = re.fullmatch(r"(tcp|tls)://[^/\s:]+:([0-9]{1,5})", text)
+    if text and not (found and 0 < int(found.group(2)) < 2**16):
+        raise ArgumentTypeError(f"is {text!r} but must be like tcp://host:8786")
     return text
 
 
 def parse(arguments):
     # What a user of make may set has its default in the Makefile.
-    parser = Parser(prog="campaign", description="Random frames and soak runs in shards, on the workers of Dask.")
+    text = "Random frames and soak runs in shards, on the workers of Dask."
+    parser = Parser(prog="campaign", description=text)
     parser.add_argument("--sets", type=names, required=True, help="names of sets; fuzz, soak: all of a kind")
     parser.add_argument("--frames", type=number(1), required=True, help="random frames of all sets together")
     parser.add_argument("--steps", type=number(1), required=True, help="steps of the soak sets together")
     parser.add_argument("--seed", type=number(0), required=True, help="of each set's first shard")
     parser.add_argument("--shard-frames", type=number(1), default=SHARD_FRAMES, metavar="FRAMES")
     parser.add_argument("--shard-steps", type=number(1), default=SHARD_STEPS, metavar="STEPS")
-    parser.add_argument("--scheduler", type=address, default="", help="tcp://host:port; default: this machine alone")
+    parser.add_argument(
+        "--scheduler", type=address, default="", help="tcp://host:port; default: this machine alone"
+    )
     parser.add_argument("--workers", type=number(1), help="of this machine; default: one per core")
     parser.add_argument(
-        "--patience", type=number(0), metavar="SECONDS", help="how long to wait if every worker refuses"
+        "--patience", type=number(0), metavar="SECONDS", help="how long to wait if no worker is willing"
     )
-    parser.add_argument("--programs", default=PROGRAMS, help="where the programs are built, here and on each worker")
+    parser.add_argument(
+        "--programs", default=PROGRAMS, help="where the programs are built, here and on each worker"
+    )
+    parser.add_argument("--build", metavar="COMMAND", help="builds the programs first")
     parser.add_argument("--state", default="build/campaign", help="where finished shards are remembered")
-    parser.add_argument("--check", action="store_true", help="only check the arguments")
     options = parser.parse_args(arguments)
     if options.scheduler and options.workers:
         parser.error("--workers is for this machine alone; the scheduler has workers of its own")
@@ -78,91 +73,174 @@ def chosen(wanted, built):
     return sets
 
 
-def tell(shard, result, options, folder):
-    """A finding as it is reported: set, seed, range, what differed, the command that repeats it."""
-    unit = "frames" if shard.kind == "fuzz" else "steps"
-    text = result["finding"]["text"]
-    lines = [f"FINDING in {shard.set}, seed {shard.seed}, {unit} 1 to {shard.size}:", *(t[:500] for t in text.splitlines())]
-    where = f" PROGRAMS={options.programs}" if options.programs != PROGRAMS else ""
-    lines.append(f"repeat: {result['finding']['repeat']}{where}")
-    if shard.kind == "fuzz" and not options.scheduler:
-        vectors = Path(folder) / f"{shard.set}-{shard.seed}.vectors"
-        if not vectors.exists():
-            keep_vectors(shard, options.programs, text, vectors)
-        lines.append(f"vectors: {vectors}")
-    return "\n".join(lines)
+class Interrupts:
+    """Ctrl-C and SIGTERM: the first ends the campaign in order, a second one at once."""
+
+    def __init__(self):
+        self.came, self.shielded = 0, False
+        for number_ in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number_, self)
+
+    def __call__(self, number_, frame):
+        self.came += 1
+        if self.came > 1:
+            # Nothing is lost: a result that counts is on the disk. Workers and their programs end, too.
+            os._exit(130)
+        if not self.shielded:
+            raise KeyboardInterrupt
+
+    @contextmanager
+    def shield(self):
+        """What begins here is not interrupted half-way, and its threads and processes never by Ctrl-C.
+
+        A terminal sends Ctrl-C to every process; the campaign alone acts on it, and ends its workers.
+        """
+        resource_tracker.ensure_running()  # which would unblock it in the thread that starts processes
+        self.shielded = True
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            yield
+        finally:
+            self.shielded = False
+            came = self.came
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+            if came:
+                raise KeyboardInterrupt
+
+
+def warn(sentence):
+    print(f"campaign: {sentence}", file=sys.stderr, flush=True)
+
+
+class Campaign:
+    """From the plan to the report. `folder`: the programs, which nobody changes meanwhile."""
+
+    def __init__(self, options, folder):
+        self.options, self.folder = options, folder
+        self.sets = chosen(options.sets, built_sets(folder))
+        self.journal = Journal(options.state, self.sets, options.seed)
+        self.shards = plan(
+            self.sets, options.frames, options.steps, options.seed, options.shard_frames, options.shard_steps,
+            self.journal.results,
+        )
+        self.todo = [shard for shard in self.shards if shard not in self.journal.results]
+        self.ran = []
+        self.bar = None
+
+    @property
+    def results(self):
+        """Of the shards of this plan; the journal may hold more."""
+        return {s: self.journal.results[s] for s in self.shards if s in self.journal.results}
+
+    def resumable(self):
+        return f"the same command goes on behind {len(self.results)} of {len(self.shards)} shards."
+
+    def begin(self):
+        """Says what there is to do, and what was found before."""
+        for line in self.journal.damaged:
+            warn(f"line {line} of {self.journal.path} is no result and is passed over.")
+        without = sorted(set(self.sets) - {shard.set for shard in self.shards})
+        if without:
+            warn(f"sets without a shard, as there are fewer frames or steps than sets: {', '.join(without)}.")
+        finished = len(self.shards) - len(self.todo)
+        print(f"campaign {self.journal.folder}: {len(self.shards)} shards, of which {finished} are finished")
+        for shard, result in self.results.items():
+            if result["finding"]:
+                print(self.tell(shard, result))
+        sys.stdout.flush()
+
+    def tell(self, shard, result):
+        """A finding as it is reported: set, seed, range, what differed, the command that repeats it."""
+        unit = "frames" if shard.kind == "fuzz" else "steps"
+        text = result["finding"]["text"]
+        lines = [f"FINDING in {shard.set}, seed {shard.seed}, {unit} 1 to {shard.size}:"]
+        lines += [line[:500] for line in text.splitlines()]
+        where = f" PROGRAMS={self.options.programs}" if self.options.programs != PROGRAMS else ""
+        lines.append(f"repeat: {result['finding']['repeat']}{where}")
+        if shard.kind == "fuzz" and not self.options.scheduler:
+            vectors = Path(self.journal.folder) / f"{shard.set}-{shard.seed}.vectors"
+            try:
+                if not vectors.exists():
+                    keep_vectors(shard, self.folder, text, vectors)
+                lines.append(f"vectors: {vectors}")
+            except OSError as problem:
+                lines.append(f"vectors: not kept: {problem}")
+        return "\n".join(lines)
+
+    def done(self, shard, result):
+        self.journal.add(shard, result)
+        self.ran.append(result)
+        self.bar.update()
+        self.bar.set_postfix_str(f"{self.speed():,.0f}/s")
+        if result["finding"]:
+            self.bar.write(self.tell(shard, result))
+
+    def speed(self):
+        return sum(r["done"] for r in self.ran) / max(time.monotonic() - self.began, 1e-3)
+
+    def run(self, interrupts):
+        """Runs what is left; sentences about what could not be run."""
+        self.began = time.monotonic()
+        if not self.todo:
+            return []
+        # Only here, as these take a while to load.
+        from tqdm import tqdm
+        from campaign import runner as dask_runner
+
+        options = self.options
+        patience = dask_runner.PATIENCE if options.patience is None else options.patience
+        with ExitStack() as stack:
+            cluster = None
+            with interrupts.shield():
+                if not options.scheduler:
+                    count = options.workers or dask_runner.default_workers()
+                    scratch = self.journal.folder / "dask"
+                    cluster = stack.enter_context(dask_runner.local_cluster(count, scratch))
+                try:
+                    client = dask_runner.connect(options.scheduler, cluster)
+                except (OSError, ValueError):
+                    raise Refused(f"No scheduler answers at {options.scheduler}.") from None
+                stack.callback(dask_runner.close, client)
+            total, finished = len(self.shards), len(self.shards) - len(self.todo)
+            self.bar = stack.enter_context(tqdm(total=total, initial=finished, unit="shard", smoothing=0.05))
+            runner = dask_runner.Runner(client, options.programs, self.folder.name, patience)
+            runner.run(self.todo, self.done, self.bar.write)
+            return runner.failures
+
+    def report(self, failures):
+        from campaign.runner import summary
+
+        results = self.results.values()
+        for line in summary(results):
+            print(line)
+        findings = [result for result in results if result["finding"]]
+        print(
+            f"{len(results)} of {len(self.shards)} shards finished, {len(findings)} findings; "
+            f"this run: {len(self.ran)} shards, {time.monotonic() - self.began:.0f} s, "
+            f"{self.speed():,.0f} frames or steps/s",
+            flush=True,
+        )
+        for failure in failures:
+            warn(f"not run: {failure}")
+        return 1 if findings else 2 if failures else 0
 
 
 def main(arguments=None):
     options = parse(arguments)
-    if options.check:
-        return 0
-    # Only here, as the arguments are checked without Dask.
-    from tqdm import tqdm
-    from campaign import runner as dask_runner
-
+    interrupts = Interrupts()
+    campaign = None
     try:
-        sets = chosen(options.sets, built_sets(options.programs))
-        shards = plan(sets, options.frames, options.steps, options.seed, options.shard_frames, options.shard_steps)
-        journal = Journal(options.state, shards)
-    except Refused as refusal:
-        print(f"campaign: {refusal}", file=sys.stderr)
+        with programs_module.kept(options.programs, options.build, warn) as folder:
+            campaign = Campaign(options, folder)
+            campaign.begin()
+            return campaign.report(campaign.run(interrupts))
+    except KeyboardInterrupt:
+        warn(f"interrupted; {campaign.resumable()}" if campaign else "interrupted before it began.")
+        return 130
+    except (Refused, OSError) as problem:
+        sentence = str(problem).rstrip(".")
+        warn(f"{sentence}; {campaign.resumable()}" if campaign and campaign.ran else f"{sentence}.")
         return 2
-    todo = [shard for shard in shards if shard.key not in journal.results]
-    print(f"campaign {journal.folder}: {len(shards)} shards, of which {len(shards) - len(todo)} are finished", flush=True)
-    for shard in shards:
-        if shard.key in journal.results and journal.results[shard.key]["finding"]:
-            print(tell(shard, journal.results[shard.key], options, journal.folder))
-
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as cleanly as Ctrl-C
-    began, ran, failures = time.monotonic(), [], []
-    if todo:
-        cluster = client = None
-        bar = None
-        try:
-            if not options.scheduler:
-                cluster = dask_runner.local_cluster(options.workers or dask_runner.default_workers(), journal.folder / "dask")
-            try:
-                client = dask_runner.connect(options.scheduler, cluster)
-            except OSError:
-                print(f"campaign: no scheduler answers at {options.scheduler}.", file=sys.stderr)
-                return 2
-            bar = tqdm(total=len(shards), initial=len(shards) - len(todo), unit="shard", smoothing=0.05)
-
-            def done(shard, result):
-                journal.add(shard, result)
-                ran.append(result)
-                bar.update()
-                bar.set_postfix_str(f"{sum(r['done'] for r in ran) / (time.monotonic() - began):,.0f}/s")
-                if result["finding"]:
-                    bar.write(tell(shard, result, options, journal.folder))
-
-            patience = dask_runner.PATIENCE if options.patience is None else options.patience
-            runner = dask_runner.Runner(client, options.programs, patience)
-            runner.run(todo, done, bar.write)
-            failures = runner.failures
-        except KeyboardInterrupt:
-            if bar:
-                bar.close()
-            print(f"campaign: interrupted; the same command goes on behind {len(journal.results)} of {len(shards)} shards.",
-                  file=sys.stderr)
-            return 130
-        finally:
-            if bar:
-                bar.close()
-            for part in (client, cluster):
-                if part:
-                    part.close()
-
-    for line in dask_runner.summary(journal.results.values()):
-        print(line)
-    findings = [result for result in journal.results.values() if result["finding"]]
-    seconds = time.monotonic() - began
-    print(f"{len(journal.results)} of {len(shards)} shards finished, {len(findings)} findings; this run: {len(ran)} shards, "
-          f"{seconds:.0f} s, {sum(r['done'] for r in ran) / seconds:,.0f} frames or steps/s")
-    for failure in failures:
-        print(f"campaign: not run: {failure}", file=sys.stderr)
-    return 1 if findings else 2 if failures else 0
 
 
 if __name__ == "__main__":

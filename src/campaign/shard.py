@@ -1,4 +1,6 @@
-"""One shard of a campaign: a run of one set from one seed on. Needs only the standard library and the built programs.
+"""One shard of a campaign: a run of one set from one seed on.
+
+Needs only the standard library and the built programs.
 
 As a program it runs one shard, which is what `make fuzz` and `make smsoak` do.
 """
@@ -39,10 +41,16 @@ class Shard:
 
 def built(programs):
     """What `flyframe.campaign.Programs` built, as it wrote it into `sets.json`."""
+    path = Path(programs) / "sets.json"
     try:
-        return json.loads((Path(programs) / "sets.json").read_text())
+        document = json.loads(path.read_text())
+        if isinstance(document["jars"], list) and isinstance(document["sets"], dict):
+            return document
     except FileNotFoundError:
         raise Refused(f"No programs are built in {programs}; make campaign-programs builds them.") from None
+    except (ValueError, KeyError, TypeError):
+        pass
+    raise Refused(f"{path} is damaged; make campaign-programs builds it anew.")
 
 
 def built_sets(programs):
@@ -52,11 +60,16 @@ def built_sets(programs):
 
 def check(shard, programs):
     """Raises Refused unless the programs here are those that the shard is for."""
-    here = built_sets(programs).get(shard.set)
+    name = shard.set
+    here = built_sets(programs).get(name)
     if here is None:
-        raise Refused(f"The set {shard.set} is not built in {programs}; make campaign-programs SETS={shard.set} builds it.")
+        raise Refused(
+            f"The set {name} is not built in {programs}; make campaign-programs SETS={name} builds it."
+        )
     if here["hash"] != shard.hash:
-        raise Refused(f"The hash of set {shard.set} is {here['hash']} in {programs} but must be {shard.hash}.")
+        raise Refused(
+            f"The hash of set {shard.set} is {here['hash']} in {programs} but must be {shard.hash}."
+        )
 
 
 def writer(shard, programs):
@@ -81,34 +94,39 @@ def run_fuzz(shard, programs):
     write = subprocess.Popen(TIED + writer(shard, programs), stdout=subprocess.PIPE, start_new_session=True)
     play = subprocess.Popen(
         [*TIED, f"{programs}/flyframe-fuzz", "--preset", shard.set, "--vectors", "-"],
-        stdin=write.stdout, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+        stdin=write.stdout, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+        start_new_session=True,
     )
     write.stdout.close()
     try:
         text, _ = play.communicate()
-        if play.returncode != 0:
-            write.kill()  # the player has stopped at a difference and reads no further
-        written = write.wait()
+        # A player that has stopped at a difference reads no further, which its writer does not notice. But a
+        # writer that was killed leaves half a line, which can look like a difference.
+        try:
+            written = write.wait(None if play.returncode == 0 else 0.5)
+        except subprocess.TimeoutExpired:
+            written = 0
     finally:
         for process in (write, play):
             if process.poll() is None:
                 process.kill()
                 process.wait()
-    if play.returncode == 0 and written != 0:
+    if written != 0:
         raise RuntimeError(f"The writer of the vectors of {shard.key} ended with exit code {written}.")
     return play.returncode, text, r"^frames (\d+), .*"
 
 
 def run_soak(shard, programs):
-    command = [f"{programs}/flyframe-smsoak", "--preset", shard.set, "--steps", str(shard.size), "--seed", str(shard.seed)]
+    numbers = ["--steps", str(shard.size), "--seed", str(shard.seed)]
     done = subprocess.run(
-        TIED + command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
+        [*TIED, f"{programs}/flyframe-smsoak", "--preset", shard.set, *numbers],
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
     )
     return done.returncode, done.stdout, r"^steps (\d+) .*"
 
 
 def run(shard, programs=PROGRAMS):
-    """Runs a shard: its fields, what was done, the seconds, the program's last line, and the finding or None."""
+    """Runs a shard: its fields, what was done, seconds, the program's last line, and the finding or None."""
     check(shard, programs)
     start = time.monotonic()
     code, text, pattern = (run_fuzz if shard.kind == "fuzz" else run_soak)(shard, programs)
@@ -123,26 +141,64 @@ def run(shard, programs=PROGRAMS):
     return {**asdict(shard), "done": done, "seconds": seconds, "summary": summary.group(), "finding": finding}
 
 
+def fits(shard, result):
+    """Whether this can be the result of this shard: it comes from elsewhere, or from a file."""
+    if not isinstance(result, dict) or any(result.get(k) != v for k, v in asdict(shard).items()):
+        return False
+    done, finding = result.get("done"), result.get("finding", "")
+    if not isinstance(done, int) or not isinstance(result.get("seconds"), (int, float)):
+        return False
+    if finding is None:
+        return done >= shard.size
+    return isinstance(finding, dict) and all(isinstance(finding.get(k), str) for k in ("text", "repeat"))
+
+
 def keep_vectors(shard, programs, text, path):
-    """Writes the vectors of a finding up to the line that differed."""
+    """Writes the vectors of a finding up to the line that differed. The file appears when it is whole."""
     line = re.search(r"vector line (\d+)", text)
+    path = Path(path)
+    part = path.with_name(path.name + ".part")
     write = subprocess.Popen(TIED + writer(shard, programs), stdout=subprocess.PIPE, start_new_session=True)
-    with open(path, "wb") as out:
-        for number, content in enumerate(write.stdout, 1):
-            if line and number > int(line.group(1)):
-                break
-            out.write(content)
-    write.kill()
-    write.stdout.close()
-    write.wait()
+    try:
+        with open(part, "wb") as out:
+            for number, content in enumerate(write.stdout, 1):
+                if line and number > int(line.group(1)):
+                    break
+                out.write(content)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+        write.kill()
+        write.stdout.close()
+        write.wait()
+
+
+def number(low, high=2**31 - 1):
+    """A converter for argparse: a whole number in this range."""
+
+    def convert(text):
+        if not re.fullmatch(r"-?[0-9]{1,20}", text) or not low <= int(text) <= high:
+            must = f"must be a whole number from {low} to {high}"
+            raise argparse.ArgumentTypeError(f"is {text[:80]!r} but {must}")
+        return int(text)
+
+    return convert
+
+
+class Parser(argparse.ArgumentParser):
+    """An impossible argument ends the program with one sentence."""
+
+    def error(self, message):
+        print(f"{self.prog}: {message.rstrip('.')}.", file=sys.stderr)
+        sys.exit(2)
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="shard", description="Runs one set from one seed on.")
+    parser = Parser(prog="shard", description="Runs one set from one seed on.")
     parser.add_argument("programs", help="folder of the programs")
     parser.add_argument("set")
-    parser.add_argument("seed", type=int)
-    parser.add_argument("size", type=int, help="frames or steps")
+    parser.add_argument("seed", type=number(0, 2**63 - 1))
+    parser.add_argument("size", type=number(1, 2**63 - 1), help="frames or steps")
     parser.add_argument("--vectors", metavar="FILE", help="where vectors that show a difference are kept")
     options = parser.parse_args(arguments)
     try:
@@ -151,18 +207,21 @@ def main(arguments=None):
             raise Refused(f"The set {options.set} is not built in {options.programs}.")
         shard = Shard(set_["kind"], options.set, options.seed, options.size, set_["hash"])
         result = run(shard, options.programs)
-    except Refused as refusal:
-        print(refusal, file=sys.stderr)
+        finding = result["finding"]
+        if not finding:
+            print(f"{options.set}, seed {options.seed}: {result['summary']}")
+            return 0
+        print(finding["text"])
+        if options.vectors and shard.kind == "fuzz":
+            keep_vectors(shard, options.programs, finding["text"], options.vectors)
+            print(f"The vectors up to there are in {options.vectors}.")
+        return 1
+    except (Refused, RuntimeError, OSError) as problem:
+        print(f"shard: {problem}", file=sys.stderr)
         return 2
-    finding = result["finding"]
-    if not finding:
-        print(f"{options.set}, seed {options.seed}: {result['summary']}")
-        return 0
-    print(finding["text"])
-    if options.vectors and shard.kind == "fuzz":
-        keep_vectors(shard, options.programs, finding["text"], options.vectors)
-        print(f"The vectors up to there are in {options.vectors}.")
-    return 1
+    except KeyboardInterrupt:
+        print("shard: interrupted.", file=sys.stderr)
+        return 130
 
 
 if __name__ == "__main__":

@@ -101,7 +101,8 @@ object Main {
         .text("print this SII image and emit nothing")
         .action((v, r) => r.copy(printSii = Some(v))),
       note(
-        s"\nParameters (defaults are those of the default preset, of a master those of ${Presets.master.preset}; hexadecimal with 0x):"
+        s"\nParameters (defaults are those of the default preset, of a master those of " +
+          s"${Presets.master.preset}; hexadecimal with 0x):"
       ),
       OParser.sequence(parameters.head, parameters.tail: _*)
     )

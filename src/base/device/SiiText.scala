@@ -32,7 +32,7 @@ object SiiText {
     val h = image.header
     val checksum = h.checksum match {
       case Some(SiiRegisters.ChecksumOff) => "check switched off"
-      case _                       => "checksum good"
+      case _                              => "checksum good"
     }
     def mailbox(m: SiiMailbox) =
       if (m == SiiMailbox.none) "none"

@@ -84,13 +84,14 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
     }
 
     private def ethernet(): Processed = {
-      val typeAt = if (has(13) && big(12) == EtherType.Vlan) 16 else 12 // FP-03: the tag itself does not matter
+      val typeAt =
+        if (has(13) && big(12) == EtherType.Vlan) 16 else 12 // FP-03: the tag itself does not matter
       if (!has(typeAt + 1)) passed(bad = true)
       else
         big(typeAt) match {
           case EtherType.EtherCat => ethercat(typeAt + 2, foreignAt)
           case EtherType.Ipv4     => ip(typeAt + 2)
-          case _        => foreignAt(typeAt + 1)
+          case _                  => foreignAt(typeAt + 1)
         }
     }
 

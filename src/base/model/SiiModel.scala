@@ -163,7 +163,8 @@ class SiiModel(
   /** Takes the configuration area into the registers (SII-07, SII-08); false if its checksum is wrong. */
   private def load(bytes: Seq[Int], first: Boolean): Boolean = {
     def word(i: Int) = bytes(2 * i) | bytes(2 * i + 1) << 8
-    checksumError = SiiModel.checksum(bytes.take(14)) != (word(7) & 0xff) && word(7) != SiiRegisters.ChecksumOff
+    checksumError =
+      SiiModel.checksum(bytes.take(14)) != (word(7) & 0xff) && word(7) != SiiRegisters.ChecksumOff
     if (!checksumError) {
       registers.set("pdi_type", word(0) & 0xff)
       registers.set("pdi_configuration", word(1))

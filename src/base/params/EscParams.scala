@@ -330,14 +330,16 @@ object EscParams {
     else
       Option
         .when(p.txShift >= p.cyclesPerNibble)(
-          s"txShift is ${p.txShift} but must be 0 to ${p.cyclesPerNibble - 1} core cycles at coreClockMhz ${p.coreClockMhz}."
+          s"txShift is ${p.txShift} but must be 0 to ${p.cyclesPerNibble - 1} core cycles at " +
+            s"coreClockMhz ${p.coreClockMhz}."
         )
         .toSeq ++ (if (p.isMaster) ofMaster(p) else ofSlave(p))
   }
 
   private def ofSlave(p: EscParams): Seq[String] = Seq(
     Option.when(p.writeLogDepth > p.longestWriteLog)(
-      s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 (derived) or 16 to ${p.longestWriteLog} bytes at coreClockMhz ${p.coreClockMhz}."
+      s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 (derived) or 16 to " +
+        s"${p.longestWriteLog} bytes at coreClockMhz ${p.coreClockMhz}."
     ),
     scanned("fmmus", p.fmmus, p),
     scanned("syncManagers", p.syncManagers, p),

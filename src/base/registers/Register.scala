@@ -124,14 +124,16 @@ final case class Register(
   for (f <- fields)
     require(
       f.high < 8 * bytes,
-      s"field ${f.name} has bits ${f.high} to ${f.low} but must be within ${8 * bytes - 1} to 0 of register $name."
+      s"field ${f.name} has bits ${f.high} to ${f.low} but must be within ${8 * bytes - 1} to 0 of " +
+        s"register $name."
     )
 
   /** It is read from the register RAM. */
   def inRam: Boolean = fields.exists(_.inRam)
   require(
     !inRam || fields.forall(_.inRam),
-    s"register $name has ${fields.count(_.inRam)} fields in RAM but must have all ${fields.size} or none there."
+    s"register $name has ${fields.count(_.inRam)} fields in RAM but must have all ${fields.size} or " +
+      "none there."
   )
 
   /** A write of it changes something. */

@@ -66,7 +66,8 @@ object RegisterMap {
   private def checkSlave(p: EscParams, registers: Seq[Register]): Unit = for (r <- registers) {
     require(
       !r.bitWritable || p.hasBitWrites || !p.hasBitwiseFmmus,
-      s"register ${r.name} is bitWritable, for which digitalOutputs is ${p.digitalOutputs} but must be 1 to 4."
+      s"register ${r.name} is bitWritable, for which digitalOutputs is ${p.digitalOutputs} but must " +
+        "be 1 to 4."
     )
     if (r.inRam) {
       require(
@@ -80,7 +81,8 @@ object RegisterMap {
       // The RTL masks reserved bits of FMMUs only, with those of the first FMMU for all.
       require(
         FmmuArea.holds(r.address) || r.mask == (BigInt(1) << (8 * r.bytes)) - 1,
-        s"register ${r.name} has ram fields in ${r.mask.bitCount} bits but must have them in all ${8 * r.bytes}."
+        s"register ${r.name} has ram fields in ${r.mask.bitCount} bits but must have them in all " +
+          s"${8 * r.bytes}."
       )
     }
   }
@@ -104,7 +106,8 @@ object RegisterMap {
       for (a <- r.range.find(a => unmanaged(a / 4)))
         require(
           requirement = false,
-          f"${r.place} and managed but must be outside of 0x${a / 4 * 4}%04x to 0x${a / 4 * 4 + 3}%04x, a word with a register that is not."
+          f"${r.place} and managed but must be outside of 0x${a / 4 * 4}%04x to " +
+            f"0x${a / 4 * 4 + 3}%04x, a word with a register that is not."
         )
     }
   }
@@ -116,12 +119,14 @@ object RegisterMap {
     for (b <- r.block)
       require(
         requirement = false,
-        s"register ${r.name} is one of ${b.count} in a block but must be in none, as only FMMUs and SyncManagers are."
+        s"register ${r.name} is one of ${b.count} in a block but must be in none, as only FMMUs and " +
+          "SyncManagers are."
       )
     if (p.hasRegisterRam)
       require(
         !r.range.exists(a => Areas.exists(_.holds(a))),
-        s"${r.place} but must be outside of ${Areas.map(a => hex(a.range)).mkString(", ")}, by which the register RAM is cleared."
+        s"${r.place} but must be outside of ${Areas.map(a => hex(a.range)).mkString(", ")}, by which " +
+          "the register RAM is cleared."
       )
   }
 
@@ -132,14 +137,16 @@ object RegisterMap {
     for (r <- stored; a <- r.range)
       require(
         !reserved.exists(ramIndex(_) == ramIndex(a)),
-        s"${r.place} and in RAM but must not have the low seven bits of ${hex(reserved)}, where the SII unit keeps its own."
+        s"${r.place} and in RAM but must not have the low seven bits of ${hex(reserved)}, where the " +
+          "SII unit keeps its own."
       )
     val writers = ramBytes(p, registers).groupMap { case (_, a) => ramIndex(a) } { case (r, _) => r }
     for (r <- stored; a <- r.range; other <- writers(ramIndex(a)) if other != r) {
       val (told, there) = if (added.contains(r)) (r, other) else (other, r)
       require(
         requirement = false,
-        f"${told.place}, where writes of it reach the register RAM, but must not have the low seven bits 0x${a & 0x7f}%02x, which are those of ${there.place}."
+        f"${told.place}, where writes of it reach the register RAM, but must not have the low seven " +
+          f"bits 0x${a & 0x7f}%02x, which are those of ${there.place}."
       )
     }
   }
@@ -186,7 +193,8 @@ object RegisterMap {
   final case class RamArea(start: Int, bits: Int, index: Int) {
     require(
       start % (1 << bits) == 0 && index % (1 << bits) == 0,
-      f"area of the register RAM has start 0x$start%04x and index 0x$index%03x but both must be multiples of ${1 << bits}."
+      f"area of the register RAM has start 0x$start%04x and index 0x$index%03x but both must be " +
+        f"multiples of ${1 << bits}."
     )
     def holds(address: Int): Boolean = address >> bits == start >> bits
     def range: Range                 = start until start + (1 << bits)

@@ -59,6 +59,10 @@ object Steps {
 
 object Goals {
 
+  /** Most logic elements of an alarm slave and an alarm master, alone and with their board. */
+  val AlarmSlave  = 3000
+  val AlarmMaster = 4500
+
   /** What the project promises for [[Points.base]] and [[Points.complete]]. */
   def apply(r: Results): Seq[Goal] = {
     val p       = Points.base
@@ -81,8 +85,8 @@ object Goals {
       delay("Processing latency", 240, latency.processing),
       size(p.preset, 1800),
       size(Points.complete.preset, 3600),
-      size("alarm-slave", 3000),
-      size("alarm-master", 4500),
+      size("alarm-slave", AlarmSlave),
+      size("alarm-master", AlarmMaster),
       Goal(
         s"Memory of ${p.preset}",
         f"all $ramBits%,d bits in M9K blocks",

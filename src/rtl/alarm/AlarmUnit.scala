@@ -121,7 +121,8 @@ object AlarmUnit {
   private def word(layout: Layout)(fields: (Layout.Field, UInt)*): UInt = {
     require(
       fields.map(_._1) == layout.fields,
-      s"The fields given are ${fields.map(_._1.name).mkString(", ")} but must be those of the layout ${layout.name}: ${layout.fields.map(_.name).mkString(", ")}."
+      s"The fields given are ${fields.map(_._1.name).mkString(", ")} but must be those of the layout " +
+        s"${layout.name}: ${layout.fields.map(_.name).mkString(", ")}."
     )
     Cat(fields.reverse.map { case (field, value) => value.pad(8 * field.bytes) })
   }

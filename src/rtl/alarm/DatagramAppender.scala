@@ -70,9 +70,9 @@ class DatagramAppender(
   private val buffered = delayed || chooses
 
   // What a nibble means is known when it comes in. It is kept with it as a mark, for the time when it leaves.
-  private val length   = Reg(UInt(12.W))
-  private val left     = Reg(UInt(12.W)) // of the length: bytes still to come
-  private val wrong    = Reg(Bool())     // length and datagrams do not fit together
+  private val length = Reg(UInt(12.W))
+  private val left   = Reg(UInt(12.W)) // of the length: bytes still to come
+  private val wrong  = Reg(Bool())     // length and datagrams do not fit together
   private val quarter  = Cat(position.byte(0), position.high).suggestName("at") // of the length's two bytes
   private val inHeader = in.payload && position.part === Part.ethercat && !position.checksumCleared
   private val isFirst  = position.byte === 0.U && !position.high

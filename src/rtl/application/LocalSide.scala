@@ -323,7 +323,9 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor, adde
     // Errors that are edges stay until the state changes.
     val latched = RegInit(LedCode.Off.U(4.W)) // reset: no error
     when(alChanged) { latched := LedCode.Off.U }
-    when(watchdogExpired && al(3, 0) === AlState.Operational.U && latched =/= LedCode.On.U) { latched := LedCode.Double.U }
+    when(watchdogExpired && al(3, 0) === AlState.Operational.U && latched =/= LedCode.On.U) {
+      latched := LedCode.Double.U
+    }
     when(pdiWatchdogExpired) { latched := LedCode.On.U }
     val error = Mux(
       siiError,

@@ -90,12 +90,16 @@ class FrameParser extends Module {
     is(Part.ethernet) {
       atEnd := on(13)
       next  := Mux(word === EtherType.EtherCat.U, Part.ethercat, Part.ip)
-      alien := on(13) && word =/= EtherType.EtherCat.U && word =/= EtherType.Ipv4.U && (word =/= EtherType.Vlan.U || tagged)
+      alien := on(
+        13
+      ) && word =/= EtherType.EtherCat.U && word =/= EtherType.Ipv4.U && (word =/= EtherType.Vlan.U || tagged)
     }
     is(Part.ip) {
       atEnd := on(27)
       next  := Part.ethercat
-      alien := (on(0) && whole =/= 0x45.U) || (on(9) && whole =/= 0x11.U) || (on(23) && word =/= EtherType.EtherCat.U)
+      alien := (on(0) && whole =/= 0x45.U) || (on(9) && whole =/= 0x11.U) || (on(
+        23
+      ) && word =/= EtherType.EtherCat.U)
     }
     is(Part.ethercat) {
       atEnd := on(1)

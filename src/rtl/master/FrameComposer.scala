@@ -76,7 +76,14 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
 
   // Sending: 16 bytes of header, numbered from -16 on, then the area.
   private val inArea = !at.head(1).asBool
-  private val head   = Cat("h1".U(4.W), 0.U(1.W), used, Integer.reverseBytes(EtherType.EtherCat << 16).U(16.W), source, Fill(48, true.B))
+  private val head = Cat(
+    "h1".U(4.W),
+    0.U(1.W),
+    used,
+    Integer.reverseBytes(EtherType.EtherCat << 16).U(16.W),
+    source,
+    Fill(48, true.B)
+  )
   private val area =
     Mux(at(10, 0) === last && count =/= 0.U, ram.io.readData & 0x7f.U, ram.io.readData)
   ram.io.readAddress := at

@@ -44,7 +44,8 @@ class MasterHost(p: EscParams) extends Module {
   for (r <- registers)
     require(
       r.pdi.readable && (r.pdi.writable || !stores(r)),
-      s"register ${r.name} of the master has access ${r.pdi.code} of the host but must be readable and, if it stores, writable."
+      s"register ${r.name} of the master has access ${r.pdi.code} of the host but must be readable " +
+        "and, if it stores, writable."
     )
 
   // What the settings are after a reset, and which bits of them the host may change, by the register table.

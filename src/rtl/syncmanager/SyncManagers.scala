@@ -106,7 +106,8 @@ class SyncManagers(p: EscParams) extends Module {
   // The table of start and length, of SyncManagers that have the low seven bits of an address to themselves.
   require(
     SyncManagerRegisters.First % 128 == 0 && SyncManagerRegisters.Stride == 8,
-    f"SyncManagerRegisters has First 0x${SyncManagerRegisters.First}%04x and Stride ${SyncManagerRegisters.Stride} " +
+    f"SyncManagerRegisters has First 0x${SyncManagerRegisters.First}%04x and Stride " +
+      f"${SyncManagerRegisters.Stride} " +
       "but must have First at a multiple of 128 and Stride 8."
   )
   private val address  = write.bits.byteAddress

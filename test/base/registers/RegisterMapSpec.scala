@@ -38,7 +38,7 @@ class RegisterMapSpec extends AnyFlatSpec {
 
   // ---- places of the register RAM ----
 
-  "A register in RAM at the low seven bits of the SII unit's scratch bytes" should "be refused with an EEPROM" in {
+  "A register in RAM at the SII unit's scratch bytes" should "be refused with an EEPROM" in {
     for (sii <- Seq(1, 2); address <- Seq(0x0f60, 0x0f6f, 0x0e68))
       refused(slave.copy(sii = sii), inRam(address))(
         f"register bell is at 0x$address%04x to 0x$address%04x",
@@ -98,7 +98,7 @@ class RegisterMapSpec extends AnyFlatSpec {
       accepted(p, inRam(0x0f20), inFlipFlops(0x0f21), inFlipFlops(0x0e21, name = "text"))
     }
   }
-  "A register in RAM" should "not have the low seven bits of what the SII unit writes in one word with a register in RAM" in {
+  "A register in RAM" should "be refused where the SII unit writes a register in one word with another one" in {
     val bell = inRam(0x0f41) // 0x0141, in flip-flops, stands beside 0x0140
     accepted(slave, bell)
     for (width <- Seq(16, 32))
@@ -121,7 +121,7 @@ class RegisterMapSpec extends AnyFlatSpec {
 
   // ---- places of units ----
 
-  "A register of a block" should "be refused wherever it is, as blocks are those of FMMUs and SyncManagers" in {
+  "A register of a block" should "be refused, as blocks are those of FMMUs and SyncManagers" in {
     for (r <- Seq(inRam(0x0f20), inFlipFlops(0x0f20), inRam(0x0680)))
       refused(slave, r.copy(block = Some(Block(0, 2, 16))))(
         s"register ${r.name} is one of 2",

@@ -2,19 +2,20 @@ package flyframe.board
 
 import java.nio.file.{Files, Paths}
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.report.Netlist
+import flyframe.report.{Goals, Netlist}
 
 /** The board project in `fpga/alarm` without Quartus: both roles, every data bus width. */
 class BoardSpec extends AnyFlatSpec {
   import Shell.{ends, output}
   private val widths = Seq(8, 16, 32)
+  private val page   = Files.readString(Paths.get("fpga/README.md")).replaceAll("\\s+", " ")
   private val boards = for (role <- Seq("slave", "master"); width <- widths) yield new BoardFiles(role, width)
 
   /** Memory blocks of an EP4CE6. */
   private val M9k = 30
 
   /** The goals for whole boards with a host bus of 8 bits, logic elements; an EP4CE6 has 6,272. */
-  private val goals = Seq("slave" -> 3000, "master" -> 4500)
+  private val goals = Seq("slave" -> Goals.AlarmSlave, "master" -> Goals.AlarmMaster)
 
   /** User pins of the package by number, with their kind. */
   private val userPins: Map[Int, String] = Files
@@ -54,7 +55,13 @@ class BoardSpec extends AnyFlatSpec {
       }
       for (clock <- Seq("clk_50", "mii_0_rx_clk", "mii_1_rx_clk"))
         assert(userPins(pins.toMap.apply(clock)) == "in", clock)
-      info(s"${pins.size} of ${userPins.values.count(_ != "memory")} pins")
+      val free = userPins.values.count(_ != "memory")
+      assert(
+        page.contains(s"has ${userPins.size} user pins") && page.contains(s"so $free remain"),
+        "fpga/README.md"
+      )
+      val number = """takes (\d+), (\d+) or (\d+) of them""".r.findFirstMatchIn(page).get
+      assert(pins.size == number.group(1 + widths.indexOf(board.width)).toInt, "fpga/README.md")
     }
 
     it should "match every name in the constraints" in {

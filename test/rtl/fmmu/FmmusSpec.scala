@@ -103,7 +103,8 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
         val turn  = m.turn.peek().litValue.toInt
         // Early: the byte before an area that begins in the upper one of two local bytes.
         val next = entries.toSeq.find(e =>
-          e.active && (e.typ >> d & 1) == 1 && e.length > 0 && byte == e.logical - 1 && e.bits.physical > e.bits.start
+          e.active && (e.typ >> d & 1) == 1 && e.length > 0 && byte == e.logical - 1 &&
+            e.bits.physical > e.bits.start
         )
         assert(early == next.isDefined && next.forall(_.physical == upper), hint)
         val from = if (m.first.peek().litToBoolean) m.startBit.peek().litValue.toInt else 0
