@@ -80,7 +80,7 @@ object RegisterMap {
       )
       // The RTL masks reserved bits of FMMUs only, with those of the first FMMU for all.
       require(
-        FmmuArea.holds(r.address) || r.mask == (BigInt(1) << (8 * r.bytes)) - 1,
+        RegisterRam.Fmmus.holds(r.address) || r.mask == (BigInt(1) << (8 * r.bytes)) - 1,
         s"register ${r.name} has ram fields in ${r.mask.bitCount} bits but must have them in all " +
           s"${8 * r.bytes}."
       )
@@ -124,8 +124,8 @@ object RegisterMap {
       )
     if (p.hasRegisterRam)
       require(
-        !r.range.exists(a => Areas.exists(_.holds(a))),
-        s"${r.place} but must be outside of ${Areas.map(a => hex(a.range)).mkString(", ")}, by which " +
+        !r.range.exists(a => RegisterRam.areas.exists(_.holds(a))),
+        s"${r.place} but must be outside of ${RegisterRam.areas.map(a => hex(a.range)).mkString(", ")}, by which " +
           "the register RAM is cleared."
       )
   }
@@ -136,12 +136,12 @@ object RegisterMap {
     val reserved = if (p.hasSii) SiiRegisters.Scratch else 0 until 0
     for (r <- stored; a <- r.range)
       require(
-        !reserved.exists(ramIndex(_) == ramIndex(a)),
+        !reserved.exists(RegisterRam.index(_) == RegisterRam.index(a)),
         s"${r.place} and in RAM but must not have the low seven bits of ${hex(reserved)}, where the " +
           "SII unit keeps its own."
       )
-    val writers = ramBytes(p, registers).groupMap { case (_, a) => ramIndex(a) } { case (r, _) => r }
-    for (r <- stored; a <- r.range; other <- writers(ramIndex(a)) if other != r) {
+    val writers = ramBytes(p, registers).groupMap { case (_, a) => RegisterRam.index(a) } { case (r, _) => r }
+    for (r <- stored; a <- r.range; other <- writers(RegisterRam.index(a)) if other != r) {
       val (told, there) = if (added.contains(r)) (r, other) else (other, r)
       require(
         requirement = false,
@@ -184,40 +184,4 @@ object RegisterMap {
     .filter(r => !r.managed && r.range.last >= firstManaged(registers))
     .flatMap(_.range.map(_ / 4))
     .distinct
-
-  // ---- register RAM ----
-
-  /** A part of the register RAM: what stands at the addresses that begin as `start` does, but for the lowest
-    * `bits`, is kept from `index` on by these lowest bits.
-    */
-  final case class RamArea(start: Int, bits: Int, index: Int) {
-    require(
-      start % (1 << bits) == 0 && index % (1 << bits) == 0,
-      f"area of the register RAM has start 0x$start%04x and index 0x$index%03x but both must be " +
-        f"multiples of ${1 << bits}."
-    )
-    def holds(address: Int): Boolean = address >> bits == start >> bits
-    def range: Range                 = start until start + (1 << bits)
-  }
-
-  /** The areas of equal units in the register RAM, 512 bytes. */
-  val FmmuArea: RamArea        = RamArea(FmmuRegisters.First, 8, 0)
-  val SyncManagerArea: RamArea = RamArea(SyncManagerRegisters.First, 7, 0x100)
-
-  /** All other registers in RAM, by the low seven bits of their address; `start` is what the RTL clears them
-    * by.
-    */
-  val OtherArea: RamArea = RamArea(0x0500, 7, 0x180)
-
-  private def Areas = Seq(OtherArea, FmmuArea, SyncManagerArea)
-
-  /** Where the register RAM keeps the byte at `address`. */
-  def ramIndex(address: Int): Int = {
-    val area = Seq(FmmuArea, SyncManagerArea).find(_.holds(address)).getOrElse(OtherArea)
-    area.index | (address & ((1 << area.bits) - 1))
-  }
-
-  /** Bits that exist of the byte at `address` in the register RAM. */
-  def ramMask(registers: Seq[Register], address: Int): Int =
-    covering(registers, address).fold(0)(r => (r.mask >> (8 * (address - r.address)) & 0xff).toInt)
 }

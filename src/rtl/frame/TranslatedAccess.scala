@@ -51,8 +51,8 @@ class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAcc
   when(tick) { cycle := 0.U }.elsewhen(!cycle.andR) { cycle := cycle + 1.U }
   private def inCycle(n: Int): Bool = cycle === n.U
 
-  // How far a byte of the datagram is away, counted in the header: byte 0 is mapped after the first byte of the
-  // length.
+  // How far a byte of the datagram is away, counted in the header: byte 0 is mapped after the first byte of
+  // the length.
   private val isEarly  = inHeader && position.byte <= Length.offset.U
   private val begins   = inHeader && position.byte <= Length.last.U
   private val newFrame = step && in.valid && !in.payload

@@ -4,8 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
 import flyframe.params.EscParams
-import flyframe.registers.{FmmuRegisters, Register, RegisterFile, RegisterMap, SiiRegisters}
-import flyframe.registers.RegisterMap.RamArea
+import flyframe.registers.{FmmuRegisters, Register, RegisterFile, RegisterMap, RegisterRam, SiiRegisters}
 
 /** The 64 KiB address space of the controller (GEN-04): registers, user RAM, process data RAM, and the
   * arbiter between the frame processor and the host.
@@ -76,24 +75,14 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
     val process = address(15, 12) =/= 0.U && address < (RegisterMap.ProcessRamStart + p.ramBytes).U(17.W)
     val processOffset = Cat(address(15, 12) - 1.U, address(11, 0))
     val localOffset =
-      if (p.hasRegisterRam) Mux(user, address(6, 0), registerRamOffset(address(11, 0))) else address(6, 0)
+      if (p.hasRegisterRam) Mux(user, address(6, 0), EscRam.RegisterStart.U | RegisterPlace(address(11, 0)))
+      else address(6, 0)
     t.register      := !pastEnd && address(15, 12) === 0.U && !user
     t.ram           := !pastEnd && (user || (process && ramOpen))
     t.place.process := address(15, 12) =/= 0.U
     t.place.index   := Mux(t.place.process, processOffset, localOffset) >> laneBits
     t
   }
-
-  /** [[RegisterMap.ramIndex]] behind the user RAM. */
-  private def registerRamOffset(address: UInt): UInt =
-    EscRam.RegisterStart.U | areas.foldRight(placeIn(RegisterMap.OtherArea, address)) { (area, others) =>
-      Mux(holds(area, address), placeIn(area, address), others)
-    }
-  private def areas = Seq(RegisterMap.FmmuArea, RegisterMap.SyncManagerArea)
-  private def holds(area: RamArea, address: UInt): Bool =
-    address(11, area.bits) === (area.start >> area.bits).U
-  private def placeIn(area: RamArea, address: UInt): UInt =
-    Cat((area.index >> area.bits).U((9 - area.bits).W), address(area.bits - 1, 0))
 
   private val ram = Module(new EscRam(p))
 
@@ -188,8 +177,8 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private lazy val clearing0 =
     Mux(
       cleared(8),
-      Mux(cleared(7), RegisterMap.OtherArea.start.U, RegisterMap.SyncManagerArea.start.U) | cleared(6, 0),
-      RegisterMap.FmmuArea.start.U | cleared(7, 0)
+      Mux(cleared(7), RegisterRam.Others.start.U, RegisterRam.SyncManagers.start.U) | cleared(6, 0),
+      RegisterRam.Fmmus.start.U | cleared(7, 0)
     )
   if (p.hasRegisterRam) when(!isClear) { cleared := cleared + 1.U }
   clearing := !isClear
@@ -234,20 +223,20 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
     val single =
       (registers.filter(r => r.inRam && r.block.isEmpty).flatMap(_.range) ++ scratch).map(_ / lanes).distinct
     val address = registerWrite.bits.byteAddress
-    val area    = areas.map(holds(_, address)).reduce(_ || _)
+    val area    = RegisterPlace.isApart(address)
     val exists = area || !isClear || single
       .map(w => registerWrite.bits.address === w.U)
       .reduceOption(_ || _)
       .getOrElse(false.B)
     // Reserved bits read 0: the bytes of an FMMU that have some. Those of the first one stand for all.
     val limits =
-      mine.map(a => a -> RegisterMap.ramMask(registers, a)).filter { case (a, mask) =>
+      mine.map(a => a -> RegisterRam.mask(registers, a)).filter { case (a, mask) =>
         mask != 0xff && a < FmmuRegisters.First + FmmuRegisters.Stride
       }
     val keep = VecInit((0 until lanes).map { lane =>
       limits.filter(_._1 % lanes == lane).foldLeft(0xff.U(8.W)) { case (mask, (a, bits)) =>
         Mux(
-          holds(RegisterMap.FmmuArea, address) && address(3, laneBits) === ((a & 15) / lanes).U,
+          RegisterPlace.isIn(RegisterRam.Fmmus, address) && address(3, laneBits) === ((a & 15) / lanes).U,
           bits.U,
           mask
         )
@@ -257,7 +246,7 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
     when(registerWrite.valid && exists) {
       ramWrite.valid              := true.B
       ramWrite.bits.place.process := false.B
-      ramWrite.bits.place.index   := registerRamOffset(address) >> laneBits
+      ramWrite.bits.place.index   := (EscRam.RegisterStart.U | RegisterPlace(address)) >> laneBits
       ramWrite.bits.mask          := registerWrite.bits.mask
       ramWrite.bits.data          := registerWrite.bits.data & keep
     }

@@ -46,3 +46,26 @@ object EscRam {
   /** Where the register RAM begins in it. */
   val RegisterStart = 512
 }
+
+/** [[flyframe.registers.RegisterRam.index]] as hardware. */
+object RegisterPlace {
+  import flyframe.registers.RegisterRam._
+
+  /** Areas that are told by the upper bits of an address. */
+  private val apart = Seq(Fmmus, SyncManagers)
+
+  /** The byte at `address` in the register RAM, 9 bits. */
+  def apply(address: UInt): UInt =
+    apart.foldRight(placeIn(Others, address)) { (area, others) =>
+      Mux(isIn(area, address), placeIn(area, address), others)
+    }
+
+  /** The address lies in the area. */
+  def isIn(area: Area, address: UInt): Bool = address(11, area.bits) === (area.start >> area.bits).U
+
+  /** The address lies in that of FMMUs or SyncManagers. */
+  def isApart(address: UInt): Bool = apart.map(isIn(_, address)).reduce(_ || _)
+
+  private def placeIn(area: Area, address: UInt): UInt =
+    Cat((area.index >> area.bits).U((9 - area.bits).W), address(area.bits - 1, 0))
+}

@@ -98,7 +98,7 @@ class RegisterMapSpec extends AnyFlatSpec {
       accepted(p, inRam(0x0f20), inFlipFlops(0x0f21), inFlipFlops(0x0e21, name = "text"))
     }
   }
-  "A register in RAM" should "be refused where the SII unit writes a register in one word with another one" in {
+  "A register in RAM" should "be refused where the SII unit writes another one in its word" in {
     val bell = inRam(0x0f41) // 0x0141, in flip-flops, stands beside 0x0140
     accepted(slave, bell)
     for (width <- Seq(16, 32))
@@ -220,6 +220,6 @@ class RegisterMapSpec extends AnyFlatSpec {
       register(0, 1, "bell", rw, r, "", "", field("x", 0, 0, ram, 0, "x"), field("y", 1, 1, stored, 0, "y"))
     )("register bell", "1 fields in RAM", "all 2 or none")
     sentence(Source.Stored(hardwareSet = true, mirrored = true))("hardwareSet is true")
-    sentence(RegisterMap.RamArea(0x0510, 7, 0))("0x0510", "multiples of 128")
+    sentence(RegisterRam.Area(0x0510, 7, 0))("0x0510", "multiples of 128")
   }
 }
