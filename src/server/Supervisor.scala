@@ -58,6 +58,8 @@ final case class Master(
   *   called, under the lock, when something has changed that the page shows
   * @param clockMs
   *   a clock that never jumps, milliseconds
+  * @param timeOfDay
+  *   the other one, which the log goes by
   */
 final class Supervisor(
     options: Options,
@@ -65,7 +67,8 @@ final class Supervisor(
     store: EventStore,
     send: (Array[Byte], InetSocketAddress) => Unit,
     changed: () => Unit,
-    clockMs: () => Long = () => System.nanoTime() / 1000000
+    clockMs: () => Long = () => System.nanoTime() / 1000000,
+    timeOfDay: () => Instant = () => Instant.now
 ) {
   import Supervisor._
   private val masters  = mutable.LinkedHashMap.empty[Int, Master]
@@ -126,13 +129,13 @@ final class Supervisor(
 
   /** A report is younger than one of the same life that came at `when` and had the master's time `time`. */
   private def fresh(report: Report, time: Long, when: Instant): Either[Refusal, Unit] = {
-    val comparable = Instant.now.toEpochMilli - when.toEpochMilli < ComparableMs
+    val comparable = timeOfDay().toEpochMilli - when.toEpochMilli < ComparableMs
     Either.cond(!comparable || (report.time - time).toInt > 0, (), Refusal.Replayed)
   }
 
   private def take(report: Report, from: InetSocketAddress, before: Option[Master]): Unit = logged {
     val life    = report.life
-    val now     = Instant.now
+    val now     = timeOfDay()
     val held    = before.filter(_.life == life).getOrElse(begin(report, now))
     val entries = store.append(report, now)
     val next    = store.record(life).get.next

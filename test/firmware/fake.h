@@ -18,15 +18,24 @@ struct board {
 
   std::array<uint8_t, 0x2000> memory{};
   std::array<uint8_t, 0x2000> stuck{};  // bits that stay 0
+  // A RAM whose address lines `dead` are not connected: places that differ in them only are one.
+  struct {
+    uint16_t first, bytes, dead;
+  } aliased{};
   std::vector<std::pair<uint16_t, uint8_t>> writes;
   uint32_t stored = 0;
   bool storeWorks = true, storeKeeps = true;
   std::string fatal;
 
-  virtual uint8_t readByte(uint16_t address) { return memory.at(address); }
+  // Where an address leads to.
+  uint16_t place(uint16_t address) const {
+    const unsigned at = address - static_cast<unsigned>(aliased.first);
+    return static_cast<uint16_t>(at < aliased.bytes ? aliased.first + (at & ~aliased.dead) : address);
+  }
+  virtual uint8_t readByte(uint16_t address) { return memory.at(place(address)); }
   virtual void writeByte(uint16_t address, uint8_t value) {
     writes.emplace_back(address, value);
-    memory.at(address) = static_cast<uint8_t>(value & ~stuck.at(address));
+    memory.at(place(address)) = static_cast<uint8_t>(value & ~stuck.at(address));
   }
   virtual void wait(uint32_t) {}
 

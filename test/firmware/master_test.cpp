@@ -30,6 +30,7 @@ struct MasterController : board {
   std::vector<Message> events;
   unsigned nodes = 5;
   int unanswered = 0;  // so many requests get no answer
+  unsigned looks = 0;  // at the status before a request is done
   bool requestHangs = false, eventHangs = false;
   uint32_t time = 0;
   size_t buzzerOffBefore = 999;  // requests that came before the buzzer was switched off
@@ -42,10 +43,15 @@ struct MasterController : board {
   }
 
   uint8_t readByte(uint16_t address) override {
-    if (address == MASTER_MASTER_STATUS)
+    if (address == MASTER_MASTER_STATUS) {
+      if (busy_ && !requestHangs && looksLeft_-- == 0) {
+        busy_ = false;
+        done_ = true;
+      }
       return static_cast<uint8_t>(
           (mailbox.empty() ? 0 : MASTER_MAILBOX_WAITING_MASK) | (done_ ? MASTER_REQUEST_DONE_MASK : 0) |
           (busy_ ? MASTER_REQUEST_BUSY_MASK : 0) | (eventHangs ? MASTER_HOST_EVENT_BUSY_MASK : 0));
+    }
     if (address >= MASTER_MASTER_TIME && address < MASTER_MASTER_TIME + 4)
       return static_cast<uint8_t>((address == MASTER_MASTER_TIME ? ++time : time) >>
                                   (8 * (address - MASTER_MASTER_TIME)));
@@ -58,7 +64,7 @@ struct MasterController : board {
       return mailbox.empty() || at >= mailbox[0].size() ? 0xee : mailbox[0][at];
     }
     if (address == MASTER_REQUEST_ANSWERED) done_ = false;
-    return memory.at(address);
+    return board::readByte(address);
   }
   void writeByte(uint16_t address, uint8_t value) override {
     board::writeByte(address, value);
@@ -80,8 +86,9 @@ struct MasterController : board {
         memory[MASTER_REQUEST_COMMAND], word(MASTER_REQUEST_ADDRESS), word(MASTER_REQUEST_ADDRESS + 2),
         Message(&memory[MASTER_REQUEST_DATA], &memory[MASTER_REQUEST_DATA] + memory[MASTER_REQUEST_LENGTH])};
     requests.push_back(r);
-    busy_ = requestHangs;
-    done_ = !requestHangs;
+    busy_ = true;
+    done_ = false;
+    looksLeft_ = looks;
     const bool answered = unanswered == 0;
     if (!answered) --unanswered;
     memory[MASTER_REQUEST_ANSWERED] = answered;
@@ -92,6 +99,7 @@ struct MasterController : board {
     memory[MASTER_REQUEST_COUNTER + 1] = 0;
   }
   bool busy_ = false, done_ = false;
+  unsigned looksLeft_ = 0;
 };
 
 alarm_master_parameters good() {
@@ -210,6 +218,8 @@ void mistakes() {
   refused("time-out too long", SELF_TEST_TIMEOUT, [](auto& p, auto&) { p.answer_timeout_us = 2622; });
   refused("too many retries", SELF_TEST_RETRIES, [](auto& p, auto&) { p.retries = 16; });
   refused("no repetition", SELF_TEST_REPORT, [](auto& p, auto&) { p.report_repeat_ms = 0; });
+  refused("repetition too slow", SELF_TEST_REPORT, [](auto& p, auto&) { p.report_repeat_ms = 4096; });
+  refused("no heartbeat", SELF_TEST_REPORT, [](auto& p, auto&) { p.report_heartbeat_ms = 0; });
   refused("heartbeat too slow", SELF_TEST_REPORT, [](auto& p, auto&) { p.report_heartbeat_ms = 4096; });
   refused("key of zeros", SELF_TEST_KEY,
           [](auto& p, auto&) { std::fill(p.key, p.key + PROTOCOL_KEY_BYTES, uint8_t{0}); });
@@ -218,11 +228,70 @@ void mistakes() {
   refused("no controller", SELF_TEST_CONTROLLER, [](auto&, auto& c) { c.memory[MASTER_MASTER_TYPE] = 0; });
   refused("a bit is stuck", SELF_TEST_MEMORY,
           [](auto&, auto& c) { c.stuck[MASTER_REQUEST_DATA + 5] = 0x10; });
+  for (int line = 0; line < 3; ++line) {
+    const auto dead = static_cast<uint16_t>(1 << line);
+    refused("an address line is dead", SELF_TEST_MEMORY, [&](auto&, auto& c) {
+      c.aliased = {MASTER_REQUEST_DATA, 8, dead};
+    });
+    refused("one of the event's is dead", SELF_TEST_MEMORY, [&](auto&, auto& c) {
+      c.aliased = {MASTER_HOST_EVENT, PROTOCOL_HOST_EVENT_BYTES, dead};
+    });
+  }
   refused("a parameter is not kept", SELF_TEST_MEMORY,
           [](auto&, auto& c) { c.stuck[MASTER_SERVER_IP] = 0xff; });
   refused("no non-volatile memory", SELF_TEST_STORE, [](auto&, auto& c) { c.storeWorks = false; });
   refused("non-volatile memory that forgets", SELF_TEST_STORE, [](auto&, auto& c) { c.storeKeeps = false; });
   refused("no boot number left", SELF_TEST_BOOTS_USED_UP, [](auto&, auto& c) { c.stored = 0xffff; });
+}
+
+// What lies just inside: started, and in the registers as it is.
+void accepted(const char* name, const std::function<void(alarm_master_parameters&)>& change,
+              uint32_t stored = 0) {
+  MasterController c;
+  auto p = good();
+  change(p);
+  c.stored = stored;
+  alarm_master host;
+  const bool started =
+      alarm_master_start(&host, &c, &p) == SELF_TEST_GOOD && c.memory[MASTER_MASTER_CONTROL] == 3;
+  const uint32_t cycle = c.word(MASTER_BUS_CYCLE) | c.word(MASTER_BUS_CYCLE + 2) << 16;
+  check(std::string("still allowed: ") + name,
+        started && c.word(MASTER_MASTER_ID) == p.master_id && c.word(MASTER_BOOT_NUMBER) == stored + 1 &&
+            cycle == 25 * p.bus_cycle_us && c.word(MASTER_ANSWER_TIMEOUT) == 25u * p.answer_timeout_us &&
+            c.memory[MASTER_RETRIES] == p.retries && c.word(MASTER_REPORT_REPEAT) == p.report_repeat_ms &&
+            c.word(MASTER_REPORT_HEARTBEAT) == p.report_heartbeat_ms);
+}
+
+void limits() {
+  accepted("the least master ID", [](auto& p) { p.master_id = 1; });
+  accepted("the highest master ID", [](auto& p) { p.master_id = 0xffff; });
+  accepted("a MAC with one bit", [](auto& p) {
+    std::fill(p.server_mac, p.server_mac + 6, uint8_t{0});
+    p.server_mac[5] = 1;
+  });
+  accepted("IPs from 1 to 223", [](auto& p) {
+    p.master_ip[0] = 1;
+    p.server_ip[0] = 223;
+  });
+  accepted("ports 1 and 65,535", [](auto& p) {
+    p.master_port = 1;
+    p.server_port = 0xffff;
+  });
+  accepted("the shortest bus cycle", [](auto& p) { p.bus_cycle_us = 10; });
+  accepted("the longest bus cycle", [](auto& p) { p.bus_cycle_us = 41943; });
+  accepted("the shortest time-out", [](auto& p) { p.answer_timeout_us = 10; });
+  accepted("the longest time-out", [](auto& p) { p.answer_timeout_us = 2621; });
+  accepted("no retry", [](auto& p) { p.retries = 0; });
+  accepted("the most retries", [](auto& p) { p.retries = 15; });
+  accepted("the quickest reports", [](auto& p) { p.report_repeat_ms = p.report_heartbeat_ms = 1; });
+  accepted("the slowest repetition", [](auto& p) { p.report_repeat_ms = 4095; });
+  accepted("the slowest heartbeat", [](auto& p) { p.report_heartbeat_ms = 4095; });
+  accepted("a key with one bit", [](auto& p) {
+    std::fill(p.key, p.key + PROTOCOL_KEY_BYTES, uint8_t{0});
+    p.key[PROTOCOL_KEY_BYTES - 1] = 1;
+  });
+  accepted(
+      "the last boot number", [](auto&) {}, 0xfffe);
 }
 
 void commands() {
@@ -270,6 +339,15 @@ void commands() {
   partly.take(message(1, 1, 1, 0xffff));
   check("a command that not all have taken: result 2",
         partly.c.requests.size() == 3 && partly.ended(1, 2, 0xffff, 1));
+  // The master's time begins anew after 71.6 minutes: an answer that comes a little later is no time-out.
+  for (const uint32_t before : {10u, 100u, 300u}) {
+    Started wrapping;
+    wrapping.c.time = 0u - 1000 - before;  // it waits for a command for a millisecond first
+    wrapping.c.looks = 20;
+    wrapping.take(message(1, 1, 2, 4));
+    check("a command while the master's time wraps",
+          wrapping.c.time < 100000 && wrapping.c.requests.size() == 2 && wrapping.ended(2, 0, 4, 1));
+  }
   Started hanging;
   hanging.c.requestHangs = true;
   hanging.take(message(1, 1, 2, 4));
@@ -357,6 +435,7 @@ void attacks() {
 void testMaster() {
   start();
   mistakes();
+  limits();
   commands();
   attacks();
 }

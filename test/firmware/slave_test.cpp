@@ -19,7 +19,7 @@ struct SlaveController : board {
     std::copy(kMessages[1], kMessages[1] + 8, &memory[ESC_ALARM_MESSAGE]);
   }
   uint8_t readByte(uint16_t address) override {
-    const uint8_t value = memory.at(address);
+    const uint8_t value = board::readByte(address);
     if (address == ESC_ALARM_MESSAGES) memory[address] = 0;
     return value;
   }
@@ -76,11 +76,30 @@ void mistakes() {
   for (int bit = 0; bit < 8; ++bit)
     refused("a bit of the RAM is stuck", SELF_TEST_MEMORY, kGood,
             [&](auto& c) { c.stuck[ESC_USER_RAM + 16 * bit] = static_cast<uint8_t>(1 << bit); });
+  for (int line = 0; line < 7; ++line)
+    refused("an address line of the RAM is dead", SELF_TEST_MEMORY, kGood, [&](auto& c) {
+      c.aliased = {ESC_USER_RAM, 128, static_cast<uint16_t>(1 << line)};
+    });
   refused("a parameter is not kept", SELF_TEST_MEMORY, kGood,
           [](auto& c) { c.stuck[ESC_DETECTOR_OFF_TIME] = 0xff; });
   refused("no non-volatile memory", SELF_TEST_STORE, kGood, [](auto& c) { c.storeWorks = false; });
   check("a number that is no result has a text too",
         std::string(self_test_text(static_cast<enum self_test>(200))).size() > 10);
+}
+
+void accepted(const char* name, const alarm_slave_parameters& parameters) {
+  SlaveController c;
+  alarm_slave host;
+  check(std::string("still allowed: ") + name,
+        alarm_slave_start(&host, &c, &parameters) == SELF_TEST_GOOD && c.memory[ESC_ALARM_ENABLE] == 3 &&
+            c.word(ESC_STATION_ALIAS) == parameters.node_id &&
+            c.word(ESC_DETECTOR_DEBOUNCE) == parameters.debounce_us / 10 &&
+            c.word(ESC_DETECTOR_OFF_TIME) == parameters.off_time_ms);
+}
+
+void limits() {
+  accepted("the least node ID, no debounce, the least off time", {1, 0, 1});
+  accepted("the highest node ID, the longest debounce and off time", {0xfffe, 655350, 65535});
 }
 
 void messages() {
@@ -125,5 +144,6 @@ void messages() {
 void testSlave() {
   start();
   mistakes();
+  limits();
   messages();
 }

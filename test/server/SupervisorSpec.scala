@@ -2,6 +2,7 @@ package flyframe.server
 
 import java.net.{InetAddress, InetSocketAddress}
 import java.nio.file.Path
+import java.time.Instant
 import scala.collection.mutable
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.Directory
@@ -14,6 +15,7 @@ class SupervisorSpec extends AnyFlatSpec {
   private class Bench(path: Path, options: Options, withKey: Boolean = true) extends AutoCloseable {
     val store   = EventStore.open(path).fold(fail(_), identity)
     var clock   = 1000000L
+    var today   = Instant.parse("2026-03-01T12:00:00Z")
     val sent    = mutable.Buffer.empty[(Array[Byte], InetSocketAddress)]
     var changes = 0
     val supervisor = new Supervisor(
@@ -22,7 +24,8 @@ class SupervisorSpec extends AnyFlatSpec {
       store,
       (datagram, to) => sent += datagram -> to,
       () => changes += 1,
-      () => clock
+      () => clock,
+      () => today
     )
     private var time = 0L
 
@@ -137,6 +140,34 @@ class SupervisorSpec extends AnyFlatSpec {
       b.report(one, 1, 1, time = 5)
       b.report(one, 2, 1, time = 0xfffffff5L)
       assert(b.refused(Refusal.Replayed) == 3 && b.numbers(one) == Seq(0, 1))
+  }
+
+  it should "be refused for 35 minutes; then nobody can tell which is younger" in bench() { b =>
+    b.report(one, 0, 1, time = 0xf0000000L)
+    b.clock += 1000 * 2147L
+    b.today = b.today.plusSeconds(2147)
+    b.report(one, 1, 1, time = 0xe0000000L)
+    assert(b.refused(Refusal.Replayed) == 1 && b.numbers(one) == Seq(0))
+    b.clock += 1000
+    b.today = b.today.plusSeconds(1)
+    b.report(one, 1, 1, time = 0xe0000000L)
+    assert(b.refused(Refusal.Replayed) == 1 && b.numbers(one) == Seq(0, 1))
+  }
+
+  it should "be refused for as long after a restart of the server" in Directory { d =>
+    for ((seconds, refused) <- Seq((2147L, 1), (2148L, 0), (7200L, 0))) {
+      val path   = d.resolve(s"$seconds.db")
+      val before = new Bench(path, Options())
+      before.report(one, 0, 0, time = 0xf0000000L)
+      before.supervisor.close()
+      before.close()
+      val after = new Bench(path, Options())
+      try {
+        after.today = before.today.plusSeconds(seconds)
+        after.report(one, 0, 1, time = 0xe0000000L)
+        assert(after.refused(Refusal.Replayed) == refused && after.numbers(one).size == 1 - refused)
+      } finally after.close()
+    }
   }
 
   "SRV-10: a restarted master" should "be known by another boot number; its earlier life is over" in bench() {

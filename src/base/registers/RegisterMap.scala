@@ -125,8 +125,8 @@ object RegisterMap {
     if (p.hasRegisterRam)
       require(
         !r.range.exists(a => RegisterRam.areas.exists(_.holds(a))),
-        s"${r.place} but must be outside of ${RegisterRam.areas.map(a => hex(a.range)).mkString(", ")}, by which " +
-          "the register RAM is cleared."
+        s"${r.place} but must be outside of ${RegisterRam.areas.map(a => hex(a.range)).mkString(", ")}, " +
+          "by which the register RAM is cleared."
       )
   }
 

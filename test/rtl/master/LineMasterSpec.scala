@@ -1,12 +1,69 @@
 package flyframe.master
 
 import chisel3._
+import chisel3.util._
 import chiseltest._
 import flyframe.SharedSimulation
+import flyframe.mii.NibbleStream
 import flyframe.model._
-import flyframe.params.Presets
+import flyframe.params.{EscParams, Presets}
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.protocol.{EventKind, MasterEvent}
+
+/** A line master that has two slaves, node IDs 1 and 2, for thousands of cycles: they only answer its first
+  * questions. A cycle is as short as it can be.
+  */
+class PlayedLine extends Module {
+  private val master = Module(new LineMaster(2, 1))
+
+  /** The slaves whose hosts have told the result of their self-tests. */
+  val started = IO(Input(Vec(2, Bool())))
+
+  /** How often each slave has been asked for it. */
+  val asked = IO(Output(Vec(2, UInt(16.W))))
+  val event = IO(chiselTypeOf(master.event))
+  master.step          := true.B
+  master.run           := true.B
+  master.source        := 0.U
+  master.cycle         := 1.U
+  master.timeout       := 1500.U
+  master.retries       := 2.U
+  master.request.valid := false.B
+  master.requestData   := 0.U
+  master.resultAddress := 0.U
+  master.room          := true.B
+  master.nextEvent     := 0.U
+  master.firstEvent    := 0.U
+  event <> master.event
+
+  // A frame comes back 40 slots later. It has one datagram: a BWR of one byte, or an APRD of two.
+  private val sent     = ShiftRegister(master.out, 40, NibbleStream.idle, true.B)
+  private val nibble   = RegInit(0.U(8.W))                      // reset: between frames
+  private val reads    = Reg(Bool())
+  private val position = Reg(UInt(1.W))
+  private val ado      = Reg(UInt(4.W))
+  private val value    = Mux(ado === 2.U, position +& 1.U, Mux(ado === 4.U, started(position), 0.U))
+  private val counts   = RegInit(VecInit(0.U(16.W), 0.U(16.W))) // reset: never
+  asked     := counts
+  master.in := sent
+  when(sent.valid) { nibble := Mux(sent.payload && !sent.last, nibble + 1.U, 0.U) }
+  when(sent.valid && sent.payload) {
+    switch(nibble) {
+      is(12.U) { master.in.data := sent.data | 2.U } // it has passed a slave
+      is(32.U) { reads := sent.data === 1.U }
+      is(36.U) { position := sent.data }
+      is(40.U) { ado := sent.data }
+      is(52.U) { when(reads) { master.in.data := value } }
+      is(54.U) { when(!reads) { master.in.data := 2.U } } // working counter
+      is(56.U) {
+        when(reads) {
+          master.in.data := 1.U
+          when(ado === 4.U) { counts(position) := counts(position) + 1.U }
+        }
+      }
+    }
+  }
+}
 
 /** The line master with modelled slaves. */
 class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
@@ -116,7 +173,7 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
       if (is(dut.out.valid)) {
         if (is(dut.out.payload)) sending :+= dut.out.data.peek().litValue.toInt
         if (is(dut.out.last)) {
-          sent :+= datagrams(sending.grouped(2).map(n => n.head | n.last << 4).toSeq)
+          sent :+= datagrams(bytes(sending))
           for (sent <- line.send(WireFrame.ofNibbles(sending)); frame <- disturb(frames, sent)) {
             good = frame.good
             val start = Vector.fill(15)(5) :+ 13
@@ -128,7 +185,10 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
         }
       }
     }
-    private def datagrams(bytes: Seq[Int]): Seq[(Int, Int, Int)] = {
+    def bytes(nibbles: Seq[Int]): Seq[Int] = nibbles.grouped(2).map(n => n.head | n.last << 4).toSeq
+
+    /** Command, ADP and ADO of those in a frame. */
+    def datagrams(bytes: Seq[Int]): Seq[(Int, Int, Int)] = {
       def word(at: Int) = bytes(at) | bytes(at + 1) << 8
       val end           = 16 + (word(14) & 0x7ff)
       Iterator
@@ -174,8 +234,8 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
   }
 
   /** A slave whose host has started it. */
-  private def started(node: Int): EscModel = {
-    val s = new EscModel(slave)
+  private def started(node: Int, params: EscParams = slave): EscModel = {
+    val s = new EscModel(params)
     s.hostWrite(0x12, node & 0xff)
     s.hostWrite(0x13, node >> 8)
     Seq(0, 0).zipWithIndex.foreach { case (b, i) => s.hostWrite(0x0ea0 + i, b) }
@@ -215,6 +275,39 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
           assert(line.slaves(1).hostRead(0x0e88) == 0, "acknowledged")
         }
         assert(line.alarms == 2)
+      },
+      "ALARM-02, LM-05: behind event 65,535 comes event 1, which is new" -> { dut =>
+        val line  = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
+        val alarm = line.slaves(1).alarm.get
+        alarm.countFrom(0xfffd)
+        line.cycles(24)
+        assert(line.seen().exists(detector(2, 1, 0xfffd, 1)))
+        line.alarms = 0
+        for ((number, i) <- Seq(0xfffe, 0xffff, 1, 2, 3).zipWithIndex) {
+          alarm.setLine(2 - i % 2)
+          line.cycles(8)
+          val events = line.seen()
+          assert(events.size == 1 && events.forall(detector(2, 1, number, 2 - i % 2)), s"event $number")
+          assert(line.slaves(1).hostRead(0x0e88) == 0, "acknowledged and confirmed")
+        }
+        assert(line.alarms == 3)
+      },
+      "LM-05: a record is newer by 1 to 32,767" -> { dut =>
+        val line  = new Line(dut, Seq(started(1)))
+        val alarm = line.slaves.head.alarm.get
+        line.cycles(16)
+        line.seen()
+        for ((number, state) <- Seq(0x8000 -> 2, 0xffff -> 1)) {
+          alarm.countFrom(number)
+          alarm.setLine(state)
+          line.cycles(8)
+          assert(line.seen().map(_.sequence) == Seq(number))
+        }
+        line.alarms = 0
+        alarm.countFrom(0x7fff)
+        alarm.setLine(2)
+        line.cycles(8)
+        assert(line.seen().isEmpty && line.alarms == 0 && line.slaves.head.hostRead(0x0e80) == 0)
       },
       "LM-01, LM-07: a host that always has something to send does not keep slaves from being counted" -> {
         dut =>
@@ -350,7 +443,7 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
           line.serverIsBack()
           line.cycles(8)
           assert(line.slaves.map(_.hostRead(0x0e88)) == Seq(0, 0, 0) && line.seen().isEmpty)
-        },
+      },
       "LM-10: a confirmation that was lost is made again" -> { dut =>
         val line = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
         line.cycles(24)
@@ -382,4 +475,116 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
           assert(line.seen().map(_.kind) == Seq(Detector, Detector))
       }
     )
+
+  private val room = 4
+  together(s"maxSlaves $room", new LineMaster(room, 16))(
+    Seq(room, room + 1, 2 * room + 1).map { count =>
+      s"LM-01, LM-03: of $count slaves no more are listed than there is room for" -> { (dut: LineMaster) =>
+        val line = new Line(dut, Seq.tabulate(count)(i => started(i + 1)))
+        line.cycles(40)
+        val (scan, records) = line.seen().partition(_.kind != Detector)
+        val listed          = Seq.tabulate(room)(i => (i, i + 1))
+        assert(
+          scan.map(_.brief) == listed.map { case (i, n) => (Present, i, n) } :+ ((Scanned, room, count))
+        )
+        assert(line.present == room && dut.known.peek().litValue == room)
+        assert(records.map(e => (e.position, e.node)).sorted == listed)
+        assert(line.slaves.map(_.hostRead(0x0e88)) == Seq.tabulate(count)(i => if (i < room) 0 else 1))
+        // What the table says of the first and the last one.
+        for (i <- Seq(0, room - 1)) {
+          line.slaves(i).alarm.get.setLine(2)
+          line.cycles(8)
+          val Seq(e) = line.seen()
+          assert(detector(i + 1, i, 2, 2)(e))
+        }
+        line.line.setCable(0, intact = false)
+        line.cycles(24)
+        assert(line.seen().map(_.brief) == listed.map { case (i, n) => (Lost, i, n) } && line.present == 0)
+      }
+    }: _*
+  )
+
+  together("maxSlaves 128, maxSubTelegrams 20", new LineMaster(128, 20))(
+    "LM-06, LM-07: of more than 32 answers, the rest comes again" -> { dut =>
+      val count = 20
+      val line  = new Line(dut, Seq.tabulate(count)(i => started(i + 1, slave.copy(maxSubTelegrams = 128))))
+      dut.timeout.poke(4000)
+      while (line.events.count(_.kind == Detector) < count) line.cycles(4)
+      line.cycles(8)
+      line.seen()
+      line.sent = Vector.empty
+      var answers = Vector.empty[Int]
+      line.disturb = (_, f) => {
+        answers :+= line.datagrams(line.bytes(f.payload)).size
+        Some(f)
+      }
+      for (round <- 2 to 3) {
+        line.slaves.foreach(_.alarm.get.setLine(2 - round % 2))
+        line.cycles(2)
+        assert(line.host(8, 0x0e90L << 16, 1 to 8).map(_._1).contains(count))
+        line.cycles(12)
+        val records = line.seen()
+        assert(
+          records.map(e => (e.kind, e.node, e.sequence)).sorted == (1 to count).map((Detector, _, round))
+        )
+        assert(line.slaves.forall(_.hostRead(0x0e88) == 0))
+      }
+      assert(answers.max > 32 && line.sent.map(_.size).max == 16)
+      val told = line.sent.flatten.collect { case (5, node, ado) => (node, ado) }
+      for (node <- 1 to count; ado <- Seq(0x0e8a, 0x0e8e))
+        assert(told.count(_ == (node, ado)) == 2, f"slave $node, 0x$ado%04x")
+    },
+    "LM-02, LM-03: 128 slaves are listed, and the last one is heard" -> { dut =>
+      val line = new Line(dut, Seq.tabulate(128)(i => started(i + 1)))
+      line.slaves.foreach(_.hostWrite(0x0ea6, 0))
+      while (line.present < 128) line.cycles(10)
+      val scan = Seq.tabulate(128)(i => (Present, i, i + 1)) :+ ((Scanned, 128, 128))
+      assert(line.seen().map(_.brief) == scan)
+      for (i <- Seq(127, 63)) {
+        line.slaves(i).hostWrite(0x0ea6, 3)
+        line.cycles(8)
+        val Seq(e) = line.seen()
+        assert(detector(i + 1, i, 1, 1)(e) && line.slaves(i).hostRead(0x0e88) == 0)
+      }
+      line.line.setCable(126, intact = false)
+      line.cycles(24)
+      assert(line.seen().map(_.brief) == Seq((Lost, 126, 127), (Lost, 127, 128)) && line.present == 126)
+    }
+  )
+
+  together("for thousands of cycles", new PlayedLine)(
+    "LM-02: a slave that does not start is waited for, for 1,023 cycles, and then hides no other one" -> {
+      dut =>
+        def number(u: UInt) = u.peek().litValue.toInt
+        def start(slaves: Boolean*): Unit = slaves.zipWithIndex.foreach { case (s, i) =>
+          dut.started(i).poke(s)
+        }
+        def await(): Boolean = (1 to 10000).exists { _ =>
+          dut.clock.step(200)
+          is(dut.event.valid)
+        }
+        def next(): (Int, Int, Int, Int) = {
+          val words = Seq.fill(MasterEvent.Words) {
+            while (!is(dut.event.valid)) dut.clock.step()
+            val word = number(dut.event.bits)
+            dut.event.ready.poke(true)
+            dut.clock.step()
+            dut.event.ready.poke(false)
+            word
+          }
+          (words.head >> 8, words.head & 0xff, words(1), words(3) >> 8)
+        }
+        dut.clock.setTimeout(0)
+        dut.event.ready.poke(false)
+        start(false, false)
+        assert(await() && number(dut.asked(0)) == 1024 && number(dut.asked(1)) == 0)
+        assert(next() == (Present, 0, 1, 0))
+        // The one behind it is waited for too.
+        dut.clock.step(10000)
+        assert(!is(dut.event.valid) && number(dut.asked(1)) > 3 && number(dut.asked(0)) == 1024)
+        start(false, true)
+        assert(await() && next() == (Present, 1, 2, 1))
+        assert(await() && next() == (Scanned, 2, 2, 0))
+    }
+  )
 }
