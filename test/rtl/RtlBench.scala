@@ -71,6 +71,11 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
 class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   private val cycles = p.cyclesPerNibble
   dut.clock.setTimeout(0)
+
+  /** Called before every core cycle with its number. */
+  var eachCycle: Long => Unit = _ => ()
+  def now: Long               = cycle
+
   private var cycle    = 0L
   private var running  = Map.empty[Int, Vector[Int]] // nibbles of the frame that is leaving a port
   private var finished = Vector.empty[(Int, SentFrame)]
@@ -126,6 +131,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   }
 
   private def step(): Unit = {
+    eachCycle(cycle)
     for (e <- eeprom; pins <- dut.sii) {
       val sda = !pins.sda_low.peek().litToBoolean
       e.step(!pins.scl_low.peek().litToBoolean, sda && !e.pulls)

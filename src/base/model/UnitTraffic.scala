@@ -130,6 +130,7 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
           pick(
             Seq(
               RegisterMap.ProcessRamStart + random.nextInt(p.ramBytes max 1),
+              RegisterMap.ProcessRamStart + p.ramBytes - 1 - random.nextInt(12),
               RegisterMap.UserRamStart + random.nextInt(128),
               DigitalOutputRegisters.Outputs + random.nextInt(5),
               random.nextInt(0x14),
@@ -221,7 +222,7 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
       case 1 => writer.hostRead(SyncManagerRegisters.of(n) + SyncManagerRegisters.Status)
       case r if deactivated && r < 5 =>
         writer.hostWrite(SyncManagerRegisters.of(n) + SyncManagerRegisters.PdiControl, 0)
-      case 2 if sm(n, "enable") == 1 && chance(30) =>
+      case 2 if sm(n, "enable") == 1 && chance(70) =>
         writer.hostWrite(SyncManagerRegisters.of(n) + SyncManagerRegisters.PdiControl, random.nextInt(4))
       case _ =>
         val byHost         = (sm(n, "control") & 4) == 0
@@ -278,6 +279,16 @@ object UnitTraffic {
     }
   }
 
+  /** The physical start of an FMMU. */
+  private val PhysicalLow  = 8
+  private val PhysicalHigh = 9
+
+  /** From the second half of this page of 256 bytes on, an FMMU may reach a register that makes a unit count
+    * time.
+    */
+  private def reaches(page: Int): Boolean =
+    page == (DlRegisters.Control >> 8) - 1 || page == AlarmRegisters.Debounce >> 8
+
   /** What may be written to `address` in random traffic in place of `byte`, so that no unit starts to count
     * time: no temporary loops, no watchdogs, no EEPROM commands, no debounce; and no FMMU that reaches those
     * registers.
@@ -292,8 +303,8 @@ object UnitTraffic {
       case a if p.hasSii && (a == SiiRegisters.Control || a == SiiRegisters.Control + 1)      => 0
       case a if p.hasAlarm && a >= AlarmRegisters.Debounce && a <= AlarmRegisters.OffTime + 1 => 0
       case a if inFmmus && p.hasBitwiseFmmus && apart(a).isDefined => apart(a).get(byte)
-      case a if inFmmus && a % 16 == 8                           => byte & 0x7f
-      case a if inFmmus && a % 16 == 9 && byte >= 1 && byte <= 5 => byte | 0x10
+      case a if inFmmus && a % 16 == PhysicalLow                            => byte & 0x7f
+      case a if inFmmus && a % 16 == PhysicalHigh && byte >= 1 && byte <= 5 => byte | 0x10
       case _ => byte
     }
   }
@@ -308,7 +319,20 @@ object UnitTraffic {
         d.command != Apwr
       )
         d.copy(address = d.address ^ (0x0800L << 16)) // no reading of watchdog states
-      else d.copy(data = d.data.zipWithIndex.map { case (b, i) => calm(p, address + i, b) })
+      else
+        d.copy(data = d.data.zipWithIndex.map { case (b, i) =>
+          val calmed  = calm(p, address + i, b)
+          val inFmmus = address + i >= FmmuRegisters.First && address + i < FmmuRegisters.of(p.fmmus)
+          (address + i) % 16 match {
+            // An FMMU may begin anywhere in a page from which it reaches nothing that counts time.
+            case PhysicalLow
+                if inFmmus && d.data.lift(i + 1).map(calm(p, address + i + 1, _)).exists(!reaches(_)) =>
+              b
+            case PhysicalHigh if inFmmus && i == 0 && reaches(calmed) =>
+              calmed | 0x10 // it may begin late in the page
+            case _ => calmed
+          }
+        })
     }
 
   /** With one access to the events of a detector, as masters do: two of them in a frame meet an order of

@@ -3,13 +3,17 @@ package flyframe.model
 import java.io.{OutputStream, PrintStream}
 import scala.util.Random
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.TestSets
 import flyframe.params.{EscParams, Presets}
 
 /** Random traffic must get to the states that matter. */
 class UnitTrafficSpec extends AnyFlatSpec {
-  private val p = EscParams(ramKiB = 1, fmmus = 8, syncManagers = 8, applicationLayer = 1)
-
-  "FMMU, SM, AL, IRQ: 3,000 random frames" should "reach every state of every unit" in {
+  for (
+    p <- Seq(
+      EscParams(preset = "byte-wise", ramKiB = 1, fmmus = 8, syncManagers = 8, applicationLayer = 1),
+      TestSets.named("complete-125").get
+    )
+  ) s"FMMU, SM, AL, IRQ: 3,000 random frames, ${p.preset}" should "reach every state of every unit" in {
     val random    = new Random(3)
     val model     = new EscModel(p)
     val writer    = new VectorWriter(p, 3, new PrintStream(OutputStream.nullOutputStream), model)
@@ -30,6 +34,12 @@ class UnitTrafficSpec extends AnyFlatSpec {
           "locked",
           model.registers.byte(0x0807 + 8 * n) == 1 && (model.registers.byte(0x0806 + 8 * n) & 1) == 1
         )
+      }
+      for (n <- 0 until p.fmmus) {
+        val start = model.registers.value(s"fmmu${n}_physical_start")
+        note("FMMU in user RAM", start >= 0x0f80 && start < 0x1000)
+        note("FMMU at the end of RAM", start > 0x0ff0 + p.ramBytes && start < 0x1000 + p.ramBytes)
+        note("FMMU at the last addresses", start >= 0xfffc)
       }
       for (bit <- Seq(0, 4)) note(s"AL event $bit", (model.registers.byte(0x0220) >> bit & 1) == 1)
       for (bit <- Seq(2, 3)) {
@@ -52,6 +62,7 @@ class UnitTrafficSpec extends AnyFlatSpec {
     val wanted = (0 to 3)
       .map(k => s"last buffer $k") ++ Seq("full", "written", "read", "locked", "interrupt") ++
       Seq("AL event 0", "AL event 4", "ECAT event 2", "ECAT event 3", "no ECAT event 2", "no ECAT event 3") ++
+      Seq("FMMU in user RAM", "FMMU at the end of RAM", "FMMU at the last addresses") ++
       Seq("IRQ field", "logical 10 counts 1", "logical 11 counts 1") ++ (0 to 3).map(k =>
         s"logical 12 counts $k"
       )

@@ -2,8 +2,10 @@ package flyframe.application
 
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.SharedSimulation
+import flyframe.params.EscParams
 import flyframe.protocol.LedCode
+import flyframe.registers.LedRegisters
+import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
 
 /** Patterns and overrides of the LEDs: LED-01 to LED-04, LED-08. */
 class LedSpec extends AnyFlatSpec with SharedSimulation {
@@ -176,6 +178,29 @@ class LedSpec extends AnyFlatSpec with SharedSimulation {
         assert(l.watch(8, (i, c) => i == 3 && c == cycle) == (0 until 8).map(_ != dark), s"cycle $cycle")
       }
       assert(l.watch(12, (_, _) => true) == (0 until 12).map(_ % 2 == 0))
+    }
+  )
+
+  // 25 MHz would not show whether the step follows the core clock.
+  private val p =
+    EscParams(preset = "leds", coreClockMhz = 125, ports = 1, ramKiB = 0, applicationLayer = 1, leds = 1)
+  together("125 MHz", new ControllerUnderTest(p))(
+    "LED-08: a step is 50 ms" -> { dut: ControllerUnderTest =>
+      new RtlBench(dut, p).hostWrite(LedRegisters.Run, 0x10 | LedCode.Flicker)
+      def lit = dut.led.get.run.peek().litToBoolean
+      def untilChange(): Int = {
+        val before = lit
+        var ms     = 0
+        while (lit == before) {
+          dut.clock.step(1000 * p.coreClockMhz)
+          ms += 1
+          assert(ms < 60)
+        }
+        ms
+      }
+      untilChange()
+      val step = untilChange()
+      assert(step >= 49 && step <= 51, s"$step ms")
     }
   )
 }

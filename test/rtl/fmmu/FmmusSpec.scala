@@ -92,8 +92,10 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
       assert(search(byte) == expected, f"byte 0x$byte%x of ${entries.toSeq}")
     }
 
-    /** The same bit by bit. Of two areas of one direction, FMMU-08 wants three free bytes between them. */
-    def checkBits(byte: Long): Unit = if (byte >= 0 && byte <= 0xffffffffL) {
+    /** The same bit by bit, from the byte before the first of all on. Of two areas of one direction, FMMU-08
+      * wants three free bytes between them.
+      */
+    def checkBits(byte: Long): Unit = if (byte >= -1 && byte <= 0xffffffffL) {
       search(byte)
       for ((m, d) <- Seq(dut.read, dut.writes).zipWithIndex) {
         val hint  = f"byte 0x$byte%x, direction $d of ${entries.toSeq}"
@@ -207,7 +209,7 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
     p <- Seq(
       EscParams(fmmus = 8, fmmuBitwise = 1),
       EscParams(fmmus = 16, fmmuBitwise = 1, dataBusWidth = 16),
-      EscParams(fmmus = 3, fmmuBitwise = 1, dataBusWidth = 32, digitalOutputs = 8)
+      EscParams(fmmus = 3, fmmuBitwise = 1, dataBusWidth = 32, digitalOutputs = 4)
     )
   ) {
     def check(name: String)(run: Bench => Unit): (String, Fmmus => Unit) =
@@ -227,11 +229,21 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
       },
       check("FMMU-09: the ends of the address spaces, by type") { b =>
         for (
-          logical <- Seq(0L, 0xfffffffaL); local <- Seq(1, 0xfff0); typ <- 0 to 3;
+          logical <- Seq(0L, 0xfffffffaL); local <- Seq(1, 0xfff0, 0xfffc, 0xffff); typ <- 0 to 3;
           bits    <- Seq(Bits(0, 7, 0), Bits(3, 5, 1), Bits(2, 0, 7))
         ) {
           val e = Entry(logical, 6, local, typ, bits = bits)
           b.set(p.fmmus - 1, e)
+          b.aroundBits(e)
+        }
+      },
+      check("FMMU-09, B-45: the shortest and the longest, upward and downward") { b =>
+        for (
+          logical  <- Seq(0L, 0x1000L, 0xffff0001L); length <- Seq(0, 1, 0xffff); local <- Seq(0, 0x1100);
+          physical <- Seq(0, 3, 7);
+          e = Entry(logical, length, local, 3, bits = Bits(3, 5, physical)) if local > 0 || physical >= 3
+        ) {
+          b.set(0, e)
           b.aroundBits(e)
         }
       },

@@ -443,7 +443,7 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
           line.serverIsBack()
           line.cycles(8)
           assert(line.slaves.map(_.hostRead(0x0e88)) == Seq(0, 0, 0) && line.seen().isEmpty)
-      },
+        },
       "LM-10: a confirmation that was lost is made again" -> { dut =>
         val line = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
         line.cycles(24)

@@ -107,9 +107,17 @@ class MasterBench(
 
   private var phase = 0
 
-  /** One core cycle. Receive clocks rise in the middle of a slot. */
+  // The receive clock has a phase of its own.
+  private var rxPhase = 0
+  private var held    = 0
+
+  /** The receive clock stands still for a core cycle: from now on it is later by that much. */
+  def slip(): Unit = held += 1
+
+  /** One core cycle. Receive clocks rise in the middle of a slot, before they slip. */
   private def cycle(): Unit = {
-    if (phase == 0) for (y <- 0 to 1) {
+    val moves = held == 0
+    if (moves && rxPhase == 0) for (y <- 0 to 1) {
       val now = if (coming(y).isEmpty) None else coming(y).dequeue()
       if (now != before(y)) {
         dut.rxDv(y).poke(now.isDefined)
@@ -117,12 +125,13 @@ class MasterBench(
         before(y) = now
       }
     }
-    dut.rxClock.poke(phase == cycles / 2)
+    dut.rxClock.poke(moves && rxPhase == cycles / 2)
     step()
     if (cycles == 1) {
       dut.rxClock.poke(false)
       dut.txTick.peek() // lets the simulator see the falling edge
     }
+    if (moves) rxPhase = (rxPhase + 1) % cycles else held -= 1
     phase = (phase + 1) % cycles
     if (phase == 0) {
       slots += 1

@@ -256,6 +256,27 @@ class MasterControllerSpec extends AnyFlatSpec with SharedSimulation {
         s.cycles(3)
         assert(s.arp == 3 && s.heard().size == 1)
       },
+      "PHY-03: within a frame the receive clock may slip by what 100 ppm are, from any phase on" -> { dut =>
+        val s = new System(dut, p, 1)
+        s.start()
+        s.cycles(14)
+        import s.bench._
+        // Over the longest frame 12.2 ns, which are up to two core cycles; here they come within a short one.
+        val most = if (clock < 100) 1 else 2
+        for (round <- 1 to 2 * p.cyclesPerNibble) {
+          fromPlant(s.withFcs(packet(Server, Own, s.header(3, 9) ++ Seq.fill(40)(round))))
+          for (_ <- 1 to most) {
+            s.bench.run(50)
+            slip()
+          }
+          s.bench.run(200)
+          assert(irq && read(0x80, 2) == 52 && read(0x93) == 0, s"round $round")
+          write(0x84, 1)
+          if (round % 2 == 0) slip() // all phases
+        }
+        s.cycles(4)
+        assert(read(0x44, 4) == 0 && read(0x92) == 0)
+      },
       "SRV-03: thousands of malformed, foreign and oversized datagrams are counted and do no harm" -> { dut =>
         val s      = new System(dut, p, 1, 2)
         val random = new Random(5)

@@ -5,7 +5,7 @@ import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.model._
 import flyframe.params.{EscParams, Presets}
-import flyframe.protocol.Command.{Apwr, Brd}
+import flyframe.protocol.Command.{Apwr, Brd, Bwr}
 import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation}
 
 /** Rules that take more than one frame at a time, or a pin the other rule tests do not see. */
@@ -21,6 +21,12 @@ class WireRulesSpec extends AnyFlatSpec with SharedSimulation {
       "GEN-03: frames in both directions at the same time both come out right" -> (bothDirections(_, p)),
       "PHY-01: phy_reset_n is low exactly while reset is high"                 -> phyReset
     )
+
+  private val alarm = small.copy(preset = "alarm", alarm = 1)
+  together(alarm.preset, new ControllerUnderTest(alarm))(
+    "ALARM-07: a message that comes while the host reads whether there is one is not lost" ->
+      (messageWhileRead(_, alarm))
+  )
 
   private val random                   = new scala.util.Random(3)
   private def bytes(count: Int)        = Seq.fill(count)(random.nextInt(256))
@@ -47,6 +53,35 @@ class WireRulesSpec extends AnyFlatSpec with SharedSimulation {
         assert(bench.hostRead(address) == model.hostRead(address))
     }
     assert((0x0300 until 0x0310).forall(bench.hostRead(_) == 0), "no error was counted")
+  }
+
+  private def messageWhileRead(dut: ControllerUnderTest, p: EscParams): Unit = {
+    import flyframe.registers.AlarmRegisters.{Broadcast, Messages}
+    val bench = new RtlBench(dut, p)
+    val lane  = Messages % p.lanes
+    bench.hostRead(Messages)
+    var early, late = 0
+    for (offset <- 0 until 100) {
+      val message = frame(Seq(Datagram(Bwr, 0, Broadcast, bytes(8))))
+      val begin   = bench.now + message.symbols.size * p.cyclesPerNibble + offset
+      var first   = Option.empty[BigInt]
+      bench.eachCycle = now =>
+        if (now == begin) {
+          dut.host.addr.poke(Messages - lane)
+          dut.host.write.poke(false)
+          dut.host.be.poke(1 << lane)
+          dut.host.req.poke(true)
+        } else if (now > begin && first.isEmpty && dut.host.ack.peek().litToBoolean) {
+          first = Some(dut.host.rdata.peek().litValue >> 8 * lane & 0xff)
+          dut.host.req.poke(false)
+        }
+      bench.send(0, message)
+      bench.eachCycle = _ => ()
+      val second = bench.hostRead(Messages)
+      assert((first.get != 0) != (second != 0), s"read $offset cycles behind the frame: $first, then $second")
+      if (first.get != 0) late += 1 else early += 1
+    }
+    assert(early > 5 && late > 5, s"$early reads came before the message, $late behind it")
   }
 
   private def phyReset(dut: ControllerUnderTest): Unit = {
