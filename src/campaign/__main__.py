@@ -89,6 +89,11 @@ class Interrupts:
         if not self.shielded:
             raise KeyboardInterrupt
 
+    def check(self):
+        """Ends what goes on although one came: Python drops an exception that is raised in a destructor."""
+        if self.came:
+            raise KeyboardInterrupt
+
     @contextmanager
     def shield(self):
         """What begins here is not interrupted half-way, and its threads and processes never by Ctrl-C.
@@ -102,10 +107,8 @@ class Interrupts:
             yield
         finally:
             self.shielded = False
-            came = self.came
             signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-            if came:
-                raise KeyboardInterrupt
+            self.check()
 
 
 def warn(sentence):
@@ -204,7 +207,7 @@ class Campaign:
             total, finished = len(self.shards), len(self.shards) - len(self.todo)
             self.bar = stack.enter_context(tqdm(total=total, initial=finished, unit="shard", smoothing=0.05))
             runner = dask_runner.Runner(client, options.programs, self.folder.name, patience)
-            runner.run(self.todo, self.done, self.bar.write)
+            runner.run(self.todo, self.done, self.bar.write, interrupts.check)
             return runner.failures
 
     def report(self, failures):

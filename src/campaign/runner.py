@@ -139,8 +139,10 @@ class Runner:
         self.said = set()
         self.last_refusal = ""
 
-    def run(self, shards, done, say):
+    def run(self, shards, done, say, check=lambda: None):
         """Calls `done(shard, result)` as shards end, in any order; `say(sentence)` when a worker refuses.
+
+        `check()` is called often and may end the run by an exception.
 
         Raises Refused if the scheduler goes away.
         """
@@ -150,6 +152,7 @@ class Runner:
         looked, hopeful, noticed = -LOOK, time.monotonic(), False
         try:
             while self.waiting or any(task.shard for task in self.tasks.values()):
+                check()
                 now = time.monotonic()
                 if now >= looked + LOOK:
                     self._look()

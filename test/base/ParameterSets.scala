@@ -35,15 +35,16 @@ object TestSets {
       ramKiB = 1,
       watchdogs = 0,
       leds = 0
-    )                                                                                           -> 10000,
-    preset("frame-processor")                                                                   -> 10000,
-    min.copy(preset = "mhz25", coreClockMhz = 25, ports = 3, maxSubTelegrams = 128)             -> 10000,
-    min.copy(preset = "mhz25-32", coreClockMhz = 25, dataBusWidth = 32, nodeIdWidth = 12)       -> 5000,
-    min.copy(preset = "mhz50-16", coreClockMhz = 50, dataBusWidth = 16, ramKiB = 3)             -> 5000,
-    min.copy(preset = "mhz125-8", coreClockMhz = 125, ports = 1, txShift = 3)                   -> 5000,
-    preset("alarm-slave")                                                                       -> 20000,
-    complete.copy(preset = "complete-alarm", alarm = 1, dataBusWidth = 16, maxSubTelegrams = 4) -> 3000,
-    min.copy(preset = "mhz100-32", dataBusWidth = 32, ramKiB = 60, registerWritesPerFrame = 16) -> 5000
+    )                                                                                                -> 10000,
+    preset("frame-processor")                                                                        -> 10000,
+    min.copy(preset = "mhz25", coreClockMhz = 25, ports = 3, maxSubTelegrams = 128)                  -> 10000,
+    min.copy(preset = "mhz25-32", coreClockMhz = 25, dataBusWidth = 32, nodeIdWidth = 12, alarm = 1) -> 5000,
+    min.copy(preset = "mhz50-16", coreClockMhz = 50, dataBusWidth = 16, ramKiB = 3)                  -> 5000,
+    min.copy(preset = "mhz125-8", coreClockMhz = 125, ports = 1, txShift = 3)                        -> 5000,
+    preset("alarm-slave")                                                                            -> 20000,
+    preset("alarm-slave").copy(preset = "alarm-125", coreClockMhz = 125, dataBusWidth = 32)          -> 5000,
+    complete.copy(preset = "complete-alarm", alarm = 1, dataBusWidth = 16, maxSubTelegrams = 4)      -> 3000,
+    min.copy(preset = "mhz100-32", dataBusWidth = 32, ramKiB = 60, registerWritesPerFrame = 16)      -> 5000
   )
 
   // As the preset `slave`, but for what only costs time here: further ports, LEDs, the EEPROM's start.
@@ -207,8 +208,29 @@ object TestSets {
       ramKiB = 1
     )
 
+  /** What no pair brings: all units on a bus of 16 bits, and SyncManagers up to the end of the address space.
+    */
+  private val matrixCorners: Seq[EscParams] = Seq(
+    EscParams(
+      preset = "units_w16",
+      dataBusWidth = 16,
+      ramKiB = 8,
+      fmmus = 16,
+      fmmuBitwise = 1,
+      syncManagers = 16,
+      applicationLayer = 1
+    ),
+    EscParams(preset = "ram60_s2", ramKiB = 60, fmmus = 4, syncManagers = 2, applicationLayer = 1)
+  )
+
   /** The points of the parameter matrix. */
-  val matrix: Seq[EscParams] = matrixWire ++ matrixUnits ++ matrixComplete ++ matrixAlarm
+  val matrix: Seq[EscParams] = matrixWire ++ matrixUnits ++ matrixComplete ++ matrixAlarm ++ matrixCorners
+
+  /** Those that belong to every sample: with an EEPROM, the corners, and of the alarm slaves, which the rule
+    * tests fit, one of each bus width and each number of datagrams.
+    */
+  val besidePairs: Seq[EscParams] = matrixComplete ++ matrixCorners ++
+    matrixAlarm.zipWithIndex.collect { case (p, i) if i % 4 == 0 => p }
 
   private type Change = (String, EscParams => EscParams)
   private def sampled(letter: String, all: Int*)(change: (EscParams, Int) => EscParams): Seq[Change] =
@@ -220,7 +242,7 @@ object TestSets {
     sampled("t", 1, 15, 128)((p, v) => p.copy(maxSubTelegrams = v)),
     sampled("i", 4, 8, 16)((p, v) => p.copy(nodeIdWidth = v)),
     sampled("c", 25, 100, 125)((p, v) => p.copy(coreClockMhz = v)),
-    sampled("f", 0, 3, 16)((p, v) => p.copy(fmmus = v, fmmuBitwise = if (v == 3) 1 else 0)),
+    sampled("f", 0, 3, 16)((p, v) => p.copy(fmmus = v, fmmuBitwise = if (v == 16) 1 else 0)),
     sampled("s", 0, 4, 16)((p, v) => p.copy(syncManagers = v)),
     // 0: none; 1: the application layer; 2: with everything that builds on it
     sampled("u", 0, 1, 2)((p, v) =>

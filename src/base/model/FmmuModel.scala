@@ -11,6 +11,9 @@ package flyframe.model
   */
 final case class MappedByte(address: Int, shift: Int, mask: Int) {
 
+  /** Of the two local bytes of a logical one, the one that it shares with the logical byte before. */
+  def isLower: Boolean = shift > 0
+
   /** The local byte, seen as bits of the logical one. */
   def toLogical(local: Int): Int = FmmuModel.shifted(local, -shift) & mask
 

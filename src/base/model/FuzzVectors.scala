@@ -32,7 +32,28 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
     leaving = None
   }
 
-  def clockError(port: Int, ppm: Int): Unit = { quiet(); out.println(s"C $port $ppm") }
+  /** The receive clock of a port is off by `ppm`, or by what the RX FIFO allows, if that is less. */
+  def clockError(port: Int, ppm: Int): Unit = {
+    wantedPpm(port) = ppm
+    setClocks()
+  }
+  private val wantedPpm = Array.fill(p.ports)(0)
+  private val setPpm    = Array.fill(p.ports)(0)
+
+  /** LP-12 wants 100 ppm, and 50 ppm with the smallest RX FIFO, for frames of 1,522 bytes. Those here have up
+    * to 2,048, so that the clocks may be less off.
+    */
+  private def setClocks(): Unit = {
+    val most = if (model.registers.value("rx_fifo_size") < 4) 35 else 74
+    for (port <- 0 until p.ports) {
+      val ppm = wantedPpm(port).max(-most).min(most)
+      if (ppm != setPpm(port)) {
+        quiet()
+        out.println(s"C $port $ppm")
+        setPpm(port) = ppm
+      }
+    }
+  }
 
   def link(port: Int, up: Boolean): Unit = {
     quiet()
@@ -101,6 +122,7 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   /** A frame into `port`, `gap` nibble times after the last; what left, and where. */
   def frame(port: Int, frame: WireFrame, gap: Int = 24): Option[(Int, SentFrame)] = {
     // The frame behind a delayed one has to wait. Whether the next but one has depends on the clocks.
+    setClocks()
     val waits = leaving.exists(_ + gap <= MinimumGap)
     if (port != lastPort || (leaving.isDefined && !waits)) quiet()
     lastPort = port

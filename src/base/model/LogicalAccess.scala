@@ -50,21 +50,33 @@ class LogicalAccess(start: Long, length: Int, fmmus: Seq[FmmuModel], space: Addr
       }
     }
 
+  private def opened(fmmu: FmmuModel, m: MappedByte): Option[Collected] = writing.collect {
+    case Open(f, address, found) if (f eq fmmu) && address == m.address => found
+  }
+
+  /** Writes the local byte whose last bits byte `i` has, if bits before were in another one: this comes
+    * before the next byte is read, all else of [[write]] after that (B-48).
+    */
+  def writeLower(i: Int, byte: => Int): Unit = lower =
+    asked(writers, i).filter { case (fmmu, _) => i >= 0 && fmmu.covers(start + i) }.flatMap {
+      case (fmmu, places) =>
+        places.find(_.isLower).flatMap(m => opened(fmmu, m).map(c => m.address -> c.and(m, byte).store()))
+    }
+  private var lower: Option[(Int, Boolean)] = None
+
   /** True if a local byte was written. */
   def write(i: Int, byte: => Int): Boolean =
     asked(writers, i).fold(false) { case (fmmu, places) =>
       val covered = i >= 0 && fmmu.covers(start + i)
-      val bytes = places.map { m =>
-        val before = writing.collect {
-          case Open(f, address, found) if (f eq fmmu) && address == m.address => found
-        }
-        val collected = before.getOrElse(Collected(space.claim(m.address)))
+      val stored  = lower.filter { case (address, _) => places.exists(_.address == address) }
+      val bytes = places.filterNot(m => stored.exists(_._1 == m.address)).map { m =>
+        val collected = opened(fmmu, m).getOrElse(Collected(space.claim(m.address)))
         m -> (if (covered) collected.and(m, byte) else collected)
       }
       // The upper one waits for its other bits, if there are any.
       val waits        = !covered || (fmmu.isShifted && !fmmu.isLast(start + i) && i + 1 < length)
       val (now, later) = if (waits) (bytes.dropRight(1), bytes.lastOption) else (bytes, None)
       writing = later.map { case (m, found) => Open(fmmu, m.address, found) }
-      now.map { case (_, collected) => collected.store() }.contains(true)
+      now.map { case (_, collected) => collected.store() }.contains(true) || stored.exists(_._2)
     }
 }

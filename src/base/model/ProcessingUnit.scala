@@ -183,6 +183,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
           if (i >= 0 && reads)
             space.read(ado + i).map(v => (received: Int) => if (broadcast) received | v else v)
           else None,
+        (_, _) => (),
         (i, byte) => i >= 0 && writes && space.write(ado + i, byte),
         writeCounts = if (Set(Aprw, Fprw, Brw)(command)) 2 else 1
       )
@@ -195,6 +196,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         start,
         length,
         i => if (command != Lwr) access.read(i) else None,
+        (i, byte) => if (command != Lrd) access.writeLower(i, byte),
         (i, byte) => command != Lrd && access.write(i, byte),
         writeCounts = if (command == Lrw) 2 else 1
       )
@@ -205,6 +207,8 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       *
       * @param read
       *   what to make of byte number `i`, if it can be read
+      * @param writeFirst
+      *   writes what of byte number `i` is written before byte `i + 1` is read
       * @param write
       *   writes byte number `i`; false if it may not
       */
@@ -212,6 +216,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         start: Int,
         length: Int,
         read: Int => Option[Int => Int],
+        writeFirst: (Int, Int) => Unit,
         write: (Int, Int) => Boolean,
         writeCounts: Int
     ): Unit = {
@@ -225,6 +230,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       if (length > 0) readByte(-1)
       for (i <- -1 until length if length > 0 && begun(data + i)) {
         val close = space.closings()
+        if (has(data + i)) writeFirst(i, byteIn(data + i))
         readByte(i + 1)
         close()
         if (has(data + i) && write(i, byteIn(data + i))) writeSuccess = true

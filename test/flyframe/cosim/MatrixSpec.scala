@@ -20,10 +20,10 @@ import flyframe.rules.{
 /** Parameter sets of all kinds elaborate, lint clean, and behave as the model does in the rule tests (which
   * assert on the model) and in random frames.
   *
-  * In `make test` a sample in which each pair of values of two parameters stands, everything there is with an
-  * EEPROM, and some alarm slaves that the rule tests fit. In `make soak` also every point of {dataBusWidth 8,
-  * 16, 32} x {ports 1, 2, 4} x {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8, 16}, FMMUs 0 to 16 x
-  * SyncManagers 0 to 16, and alarm slaves ([[flyframe.TestSets.matrix]]).
+  * In `make test` a sample in which each pair of values of two parameters stands, and what its pairs leave
+  * out ([[flyframe.TestSets.besidePairs]]). In `make soak` also every point of {dataBusWidth 8, 16, 32} x
+  * {ports 1, 2, 4} x {maxSubTelegrams 1, 15, 128} x {nodeIdWidth 8, 16}, FMMUs 0 to 16 x SyncManagers 0 to
+  * 16, and alarm slaves ([[flyframe.TestSets.matrix]]).
   */
 class MatrixSpec extends AnyFlatSpec {
   private val plain = FrameRules.all ++ PortRules.all
@@ -40,10 +40,7 @@ class MatrixSpec extends AnyFlatSpec {
       else plain ++ units
     all.filter(rule => rule.needs(p) && !rule.usesTime)
   }
-  // Beside the sample, what its pairs leave out: sets with an EEPROM, and alarm slaves that the rule tests
-  // fit.
-  private val sample =
-    TestSets.sample ++ TestSets.matrix.filter(_.hasSii) ++ TestSets.matrix.filter(_.hasAlarm).take(3)
+  private val sample = TestSets.sample ++ TestSets.besidePairs
   private val whole  = TestSets.sample ++ TestSets.matrix
   private val tier   = Tier("parameter sets", "sets", test = sample.size, soak = whole.size)
   private val frames = Tier("random frames per parameter set", "frames", test = 100, soak = 400)

@@ -9,6 +9,9 @@ object SyncManagerRules extends Rules {
   private def some(p: EscParams)      = p.syncManagers >= 2 && p.ramKiB >= 1
   private def watchdogs(p: EscParams) = some(p) && p.hasWatchdogs
 
+  /** There are addresses behind the RAM. */
+  private def below(p: EscParams) = some(p) && p.ramKiB < 60
+
   // Control: who writes, and the mode.
   private val EcatBuffer  = 0x04
   private val PdiBuffer   = 0x00
@@ -83,6 +86,51 @@ object SyncManagerRules extends Rules {
       assert((bench.hostRead(0x0805) & 0x03) == 0)
       c.read(3, 1)
       assert((bench.hostRead(0x0805) & 0x03) == 2)
+    }
+  }
+  rule("SM-03, SM-09: the last SyncManager works and tells as the first does", some) { s =>
+    import s._
+    val n      = p.syncManagers - 1
+    def events = word(0x0221)
+    def status = bench.hostRead(0x0805 + 8 * n)
+    for (control <- Seq(EcatBuffer, EcatMailbox)) {
+      syncManager(n, Area, 4, control | BothEvents)
+      for (round <- 1 to 4) {
+        assert(put(Area, round, 2, 3, 4))
+        assert(events == 1 << n && (status & 3) == 1, s"control $control")
+        assert(hostGet(Area, 4) == Seq(round, 2, 3, 4))
+        assert(events == 0 && (status & 3) == 2, s"control $control")
+      }
+    }
+    for (control <- Seq(PdiBuffer, PdiMailbox)) {
+      syncManager(n, Area, 4, control | BothEvents)
+      for (round <- 1 to 4) {
+        hostPut(Area, round, 2, 3, 4)
+        assert(events == 0 && (status & 3) == 1, s"control $control")
+        assert(get(Area, 4).contains(Seq(round, 2, 3, 4)))
+        assert(events == 1 << n && (status & 3) == 2, s"control $control")
+      }
+    }
+  }
+  rule("B-18, B-52: a buffer ends with the address space", p => some(p) && p.ramKiB == 60) { s =>
+    import s._
+    val (start, length) = (0x9000, 0x3000)
+    val wrapped = Seq(0x1fff, 0x1000) // where the third buffer would end if addresses wrapped, and before
+    for (control <- Seq(EcatBuffer, PdiBuffer)) {
+      wrapped.foreach(bench.hostWrite(_, 0x77))
+      syncManager(0, start, length, control)
+      val c = new Sides(s, control, start, length)
+      for (round <- 1 to 3) { // the buffers 0x9000, 0xC000 and 0xF000
+        c.write(0, round)
+        c.write(length - 1, 0x10 + round)
+        assert(bench.hostRead(0x0805) >> 4 == round - 1, s"control $control")
+        assert(c.read(0, 1) == Seq(round), s"control $control")
+        assert(c.read(length - 1, 1) == Seq(if (round < 3) 0x10 + round else 0), s"control $control")
+      }
+      assert(put(0x0806, 0))
+      for ((address, byte) <- Seq(0x9000 -> 1, 0xbfff -> 0x11, 0xc000 -> 2, 0xefff -> 0x12, 0xf000 -> 3))
+        assert(bench.hostRead(address) == byte, f"control $control, 0x$address%04x")
+      assert(wrapped.forall(bench.hostRead(_) == 0x77), s"control $control")
     }
   }
   rule("SM-04, B-56: after the end address nothing more of it in the same frame", some) { s =>
@@ -454,7 +502,7 @@ object SyncManagerRules extends Rules {
     assert(get(Area + 1, 1).isEmpty, "touched, closed")
     assert(get(Area, 4).contains(Seq(1, 2, 3, 4)))
   }
-  rule("B-52: a SyncManager whose first buffer ends beyond the RAM never closes", some) { s =>
+  rule("B-52: a SyncManager whose first buffer ends beyond the RAM never closes", below) { s =>
     import s._
     val end = 0x1000 + p.ramBytes
     for (control <- Seq(EcatBuffer, EcatMailbox)) {
@@ -476,7 +524,7 @@ object SyncManagerRules extends Rules {
     assert(!put(0xfffe, 1, 2, 3, 4))
     assert(put(0x1000, 1) && bench.hostRead(0x1000) == 1, "the others are not harmed")
   }
-  rule("B-52: bytes of buffers 1 and 2 beyond the RAM have no data, all else goes its way", some) { s =>
+  rule("B-52: bytes of buffers 1 and 2 beyond the RAM have no data, all else goes its way", below) { s =>
     val end = 0x1000 + s.p.ramBytes
     for (control <- Seq(EcatBuffer, PdiBuffer); start <- Seq(end - 6, end - 5, end - 4)) {
       val inSecond = end - start - 4 // bytes of buffer 1 that exist
@@ -493,7 +541,7 @@ object SyncManagerRules extends Rules {
       }
     }
   }
-  rule("B-52: a write that finds no byte of its buffer does not count", some) { s =>
+  rule("B-52: a write that finds no byte of its buffer does not count", below) { s =>
     import s._
     val start = 0x1000 + p.ramBytes - 4
     syncManager(0, start, 4, EcatBuffer)
