@@ -98,7 +98,7 @@ campaign-worker: tools-for-campaign-worker ## a worker for an existing scheduler
 campaign-test: tools-for-campaign-test ## campaigns on a cluster of this machine, with killed workers and a \
                # defect
 	$(SBT) "Test / runMain flyframe.campaign.Programs campaign-test mhz25"
-	PYTHONPATH=src $(VENV)/bin/python test/campaign/test_campaign.py -v
+	PYTHONPATH=src $(VENV)/bin/python test/campaign/test_campaign.py --processes 3
 
 alarm-latency: tools-for-alarm-latency alarm-sim ## from detector to report, 5 slaves in RTL and 64 in the \
                # model, as JSON in build/: EVENTS=1000

@@ -782,5 +782,25 @@ class Remote:
             client.wait_for_workers(count, timeout=40)
 
 
+def tests(suite):
+    """Names of all tests below `suite`, as arguments of this program."""
+    for test in suite:
+        if isinstance(test, unittest.TestSuite):
+            yield from tests(test)
+        else:
+            yield test.id().removeprefix("__main__.")
+
+
+def in_parallel(processes):
+    """Runs all tests in so many processes: they wait more than they work."""
+    names = list(tests(unittest.defaultTestLoader.loadTestsFromModule(sys.modules["__main__"])))
+    # The tests of a class stand together and take about the same time, so each process gets some of each.
+    parts = [names[n::processes] for n in range(processes)]
+    running = [subprocess.Popen([sys.executable, __file__, "-v", *part]) for part in parts]
+    return max(process.wait() for process in running)
+
+
 if __name__ == "__main__":
+    if sys.argv[1:2] == ["--processes"]:
+        sys.exit(in_parallel(int(sys.argv[2])))
     unittest.main()
