@@ -297,7 +297,7 @@ object UnitTraffic {
     val inFmmus = address >= FmmuRegisters.First && address < FmmuRegisters.of(p.fmmus)
     address match {
       case DlRegisters.Control => byte & 0xfd
-      // Frames of 2 KiB, clocks 100 ppm apart: no small RX FIFO (LP-12).
+      // Rarely a small RX FIFO, as clocks must be nearly right with it (LP-12, VectorWriter).
       case DlRegisters.FifoByte                                                               => byte | 4
       case a if p.hasWatchdogs && WatchdogRegisters.settings.contains(a)                      => 0
       case a if p.hasSii && (a == SiiRegisters.Control || a == SiiRegisters.Control + 1)      => 0

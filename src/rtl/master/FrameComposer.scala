@@ -80,7 +80,7 @@ class FrameComposer(maxSubTelegrams: Int) extends Module {
     "h1".U(4.W),
     0.U(1.W),
     used,
-    Integer.reverseBytes(EtherType.EtherCat << 16).U(16.W),
+    Integer.reverseBytes(EtherType.EtherCat << 16).U(16.W), // the first byte sent is the low one
     source,
     Fill(48, true.B)
   )
