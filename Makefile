@@ -25,12 +25,13 @@ SHARD         := PYTHONPATH=src python3 -m campaign.shard
 # Role and parameters of the board.
 include fpga/alarm/parameters.mk
 QUARTUS ?= quartus_sh
-BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth,--$(p) $($(p)))
+BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth $(if $(filter master,$(ROLE)),linePorts),\
+             --$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak campaign campaign-programs \
         campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim cosim-selftest \
         interop lint matrix format check-format report figures quartus check-board clean demo server \
-        firmware-test alarm-sim ethercrab-test mutants check-dependencies
+        firmware-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies
 
 # A text too long for its line goes on in the next, behind a backslash.
 help: ## this text
@@ -127,6 +128,12 @@ demo: tools-for-demo alarm-sim ## the smoke-alarm system at work: a simulated li
 alarm-sim: tools-for-alarm-sim ## build/alarm/flyframe-alarm: master and slaves with their host programs
 	$(MAKE) -s -f $(SIM) build/alarm/flyframe-alarm COSIM_OUT=build/alarm \
 	  PRESETS="alarm-master alarm-slave" COSIM_TRACE=0 COSIM_OPT=-O3
+
+alarm-ring-sim: tools-for-alarm-ring-sim ## build/alarm-ring/flyframe-alarm: the same for a ring (--ring)
+	$(SBT) "run --preset alarm-master --linePorts 2 --name alarm-master-ring --out build/alarm-ring/verilog" \
+	  "run --preset alarm-slave --out build/alarm-ring/verilog"
+	$(MAKE) -s -f $(SIM) build/alarm-ring/flyframe-alarm GENERATED=build/alarm-ring/verilog \
+	  COSIM_OUT=build/alarm-ring PRESETS="alarm-master-ring alarm-slave" COSIM_TRACE=0 COSIM_OPT=-O3
 
 firmware-test: tools-for-firmware-test ## the host programs (src/firmware) against fake controllers
 	$(MAKE) -s -f test/sim/test.mk firmware-test

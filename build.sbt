@@ -91,9 +91,10 @@ lazy val server = (project in file("src/server"))
     floor("server"),
     libraryDependencies ++= Seq(
       noLogging,
-      "io.undertow"              % "undertow-core" % "2.3.27.Final",
-      "org.xerial"               % "sqlite-jdbc"   % "3.54.1.0",
-      "org.playframework.anorm" %% "anorm"         % "2.7.0",
+      "io.undertow"              % "undertow-core"  % "2.3.27.Final",
+      "org.xerial"               % "sqlite-jdbc"    % "3.54.1.0",
+      "org.playframework.anorm" %% "anorm"          % "2.7.0",
+      "org.bouncycastle"         % "bcprov-jdk18on" % "1.87", // Ascon-AEAD128
       csv
     ) ++ browser.map(_ % Test)
   )

@@ -25,8 +25,10 @@ HELP = """\
                             reset at the page
   line 2 open|short|whole   the two wires of detector 2
   cut 3, mend 3             the cable before slave 3
-  restart 2, restart master takes the power away for some bus cycles
-  status                    buzzers, lamps, supplies, simulated time
+  restart 2, restart master takes the power away for some bus cycles; off 2, on 2: until it is back
+  host 2 stop, host 2 start the program beside a slave's controller, or beside the master's
+  press silence, press reset buttons of the master; also acknowledge and test
+  status                    signals, the master's display, supplies, simulated time
   help, quit                Ctrl-C ends too
   Slaves are numbered from 1; the page calls them 1A, 1B, 2A, 2B, 3A."""
 
@@ -36,7 +38,7 @@ def make_key(path):
     if path.exists():
         return
     with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
-        file.write(secrets.token_hex(32) + "\n")
+        file.write(secrets.token_hex(16) + "\n")
 
 
 def free_port(wanted):
@@ -123,10 +125,13 @@ class Panel:
     @staticmethod
     def show(status):
         def signals(node):
-            return "BUZZER, LAMP" if node["buzzer"] else "quiet"
+            lit = [n for n in ("buzzer", "lamp", "sounder", "fire", "fault", "disabled") if node.get(n)]
+            return ", ".join(lit).upper() or "quiet"
 
         print(f"  simulated time {status['time_us'] / 1000:.1f} ms")
         print(f"  master    {signals(status['master'])}")
+        for line in status["master"]["display"]:
+            print(f"            | {line} |")
         for s in status["slaves"]:
             notes = [
                 signals(s),
@@ -135,6 +140,7 @@ class Panel:
                 "supply off" if not s["supply"] else "",
                 f"line {s['line']}" if s["line"] != "whole" else "",
                 "no power" if not s["powered"] else "",
+                f"host {s['host']}" if s["host"] != "running" else "",
             ]
             cut = "-- cut -- " if s["cable"] == "cut" else ""
             print(f"  {cut}slave {s['slave']}   {', '.join(n for n in notes if n)}")
@@ -178,7 +184,7 @@ def main():
         server = children.start(
             "server", "java", "-cp", (FOLDER / "classpath").read_text().strip(), "flyframe.server.Server",
             "--http-port", free_port(options.http_port), "--udp-port", 0, "--database", FOLDER / "log.db",
-            "--key", key, "--master-timeout-ms", 30000, "--command-interval-ms", 2000,
+            "--key", key, "--master-timeout-ms", 60000, "--order-timeout-ms", 120000,
         )  # fmt: skip
         told = expect("server", server, ["page: ", "reports: udp "])
         reports = told["reports: udp "].rsplit(":", 1)[1]

@@ -1,20 +1,21 @@
-# The core clock of a project follows what was generated.
+# A project follows what was generated.
 
-# coreClockMhz as it stands in `json`, beside the controller's Verilog; ends the script with a sentence if it
-# does not.
-proc core_clock {json} {
-  set mhz ""
+# Parameter `name` as it stands in `json`, beside the controller's Verilog; ends the script with a sentence if
+# it does not.
+proc parameter {json name} {
+  set value ""
   if {[file exists $json]} {
     set file [open $json]
-    regexp {"coreClockMhz": *([0-9]+)} [read $file] all mhz
+    regexp "\"$name\": *(\[0-9\]+)" [read $file] all value
     close $file
   }
-  if {$mhz eq ""} {
-    post_message -type error "$json with coreClockMhz is missing: generate the controller again."
+  if {$value eq ""} {
+    post_message -type error "$json with $name is missing: generate the controller again."
     qexit -error
   }
-  return $mhz
+  return $value
 }
+proc core_clock {json} { parameter $json coreClockMhz }
 
 # Gives the open project the constraint file `sdc` at `mhz`, by way of clock.sdc in the work directory.
 proc constrain {sdc mhz} {

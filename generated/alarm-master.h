@@ -13,7 +13,8 @@
 #define MASTER_MASTER_PORT                       0x0024u /* UDP port of the master, 2 byte(s), host: rw */
 #define MASTER_SERVER_PORT                       0x0026u /* UDP port of the server, 2 byte(s), host: rw */
 #define MASTER_MASTER_ID                         0x0028u /* Master ID, 2 byte(s), host: rw */
-#define MASTER_BOOT_NUMBER                       0x002Au /* Boot number, another one after each start, 2 byte(s), host: rw */
+#define MASTER_LINE_LIFE                         0x002Au /* Life of the master for the slaves, another one after each start, 2 byte(s), host: rw */
+#define MASTER_SERVER_TIMEOUT                    0x002Cu /* Seconds without an answer after which the server is silent, 1 byte(s), host: rw */
 #define MASTER_BUS_CYCLE                         0x0030u /* Length of a bus cycle in slots of 40 ns, 4 byte(s), host: rw */
 #define MASTER_BUS_CYCLE_MASK                    0xFFFFFu
 #define MASTER_BUS_CYCLE_SHIFT                   0u
@@ -32,8 +33,14 @@
 #define MASTER_LINE_RUN_SHIFT                    0u
 #define MASTER_REPORT_RUN_MASK                   0x2u
 #define MASTER_REPORT_RUN_SHIFT                  1u
-#define MASTER_BUZZER_OFF_MASK                   0x4u
-#define MASTER_BUZZER_OFF_SHIFT                  2u
+#define MASTER_LINE_LISTED_MASK                  0x4u
+#define MASTER_LINE_LISTED_SHIFT                 2u
+#define MASTER_LAMP_TEST_MASK                    0x8u
+#define MASTER_LAMP_TEST_SHIFT                   3u
+#define MASTER_SILENCE_MASK                      0x10u
+#define MASTER_SILENCE_SHIFT                     4u
+#define MASTER_RESET_ALARM_MASK                  0x20u
+#define MASTER_RESET_ALARM_SHIFT                 5u
 #define MASTER_MASTER_SELF_TEST                  0x003Du /* Self-test of the host: 0 not run, 1 good, else what failed; in every report, 1 byte(s), host: rw */
 #define MASTER_SLAVES_PRESENT                    0x0040u /* Slaves that answer, 1 byte(s), host: r */
 #define MASTER_SLAVES_KNOWN                      0x0041u /* Slaves listed, 1 byte(s), host: r */
@@ -48,12 +55,14 @@
 #define MASTER_REQUEST_DONE_SHIFT                3u
 #define MASTER_REQUEST_BUSY_MASK                 0x10u
 #define MASTER_REQUEST_BUSY_SHIFT                4u
-#define MASTER_ALARM_LATCHED_MASK                0x20u
-#define MASTER_ALARM_LATCHED_SHIFT               5u
+#define MASTER_RING_CLOSED_MASK                  0x20u
+#define MASTER_RING_CLOSED_SHIFT                 5u
 #define MASTER_HOST_EVENT_BUSY_MASK              0x40u
 #define MASTER_HOST_EVENT_BUSY_SHIFT             6u
 #define MASTER_FRAMES_LOST                       0x0044u /* Frames sent in vain, 4 byte(s), host: r */
-#define MASTER_MASTER_TIME                       0x0048u /* Time of the master in us, 4 byte(s), host: r */
+#define MASTER_MASTER_STATE                      0x0048u /* Status of the master, 4 byte(s), host: r */
+#define MASTER_MASTER_STATE_MASK                 0x7FFFFu
+#define MASTER_MASTER_STATE_SHIFT                0u
 #define MASTER_REQUEST_COMMAND                   0x0050u /* Command of the host's datagram, 1 byte(s), host: rw */
 #define MASTER_REQUEST_LENGTH                    0x0051u /* Its data bytes, at most 8, 1 byte(s), host: rw */
 #define MASTER_REQUEST_LENGTH_MASK               0xFu
@@ -80,7 +89,7 @@
 #define MASTER_HOST_EVENT_CONTROL                0x0078u /* Host event control, 1 byte(s), host: rw */
 #define MASTER_HOST_EVENT_GO_MASK                0x1u
 #define MASTER_HOST_EVENT_GO_SHIFT               0u
-#define MASTER_MAILBOX_LENGTH                    0x0080u /* Bytes of the message that waits, 0: none, 2 byte(s), host: r */
+#define MASTER_MAILBOX_LENGTH                    0x0080u /* Bytes of the order that waits, 0: none, 2 byte(s), host: r */
 #define MASTER_MAILBOX_LENGTH_MASK               0x1FFu
 #define MASTER_MAILBOX_LENGTH_SHIFT              0u
 #define MASTER_MAILBOX_OFFSET                    0x0082u /* Mailbox offset, 1 byte(s), host: rw */
@@ -89,8 +98,37 @@
 #define MASTER_MAILBOX_DONE_SHIFT                0u
 #define MASTER_MAILBOX_DATA                      0x0088u /* Mailbox data, 1 byte(s), host: r/ack */
 #define MASTER_REFUSED_DATAGRAMS                 0x0090u /* Frames to the master that were no message for it, 1 byte(s), host: r/clr */
-#define MASTER_DROPPED_MESSAGES                  0x0091u /* Messages dropped because another one waited, 1 byte(s), host: r/clr */
+#define MASTER_DROPPED_MESSAGES                  0x0091u /* Orders dropped because another one waited, 1 byte(s), host: r/clr */
 #define MASTER_INVALID_FRAME_PORT0               0x0092u /* Bad frames from the line, 1 byte(s), host: r/clr */
 #define MASTER_INVALID_FRAME_PORT1               0x0093u /* Bad frames from the plant network, 1 byte(s), host: r/clr */
+#define MASTER_HOST_ALIVE                        0x0094u /* Heartbeat of the host, 2 byte(s), host: rw */
+#define MASTER_HOST_FAULTS                       0x0096u /* Faults that the host sees, 1 byte(s), host: rw */
+#define MASTER_MAINS_FAILED_MASK                 0x1u
+#define MASTER_MAINS_FAILED_SHIFT                0u
+#define MASTER_BATTERY_LOW_MASK                  0x2u
+#define MASTER_BATTERY_LOW_SHIFT                 1u
+#define MASTER_EARTH_FAULT_MASK                  0x4u
+#define MASTER_EARTH_FAULT_SHIFT                 2u
+#define MASTER_STORAGE_FAILED_MASK               0x8u
+#define MASTER_STORAGE_FAILED_SHIFT              3u
+#define MASTER_MASTER_TIME                       0x0098u /* Time of the master in us, 8 byte(s), host: r */
+#define MASTER_MASTER_KEY                        0x00A0u /* Key of the tags, 16 byte(s), host: rw */
+#define MASTER_MASTER_LIFE                       0x00B0u /* Life of the master, 8 byte(s), host: rw */
+#define MASTER_SLAVE_INDEX                       0x00B8u /* Position looked at, 1 byte(s), host: rw */
+#define MASTER_EXPECTED_NODE                     0x00BAu /* Node ID expected there, 2 byte(s), host: rw */
+#define MASTER_SLAVE_STATE                       0x00C0u /* State of the slave there, 8 byte(s), host: r */
+#define MASTER_SLAVE_STATUS_MASK                 0xFFFFu
+#define MASTER_SLAVE_STATUS_SHIFT                0u
+#define MASTER_SLAVE_NODE_MASK                   0xFFFF0000u
+#define MASTER_SLAVE_NODE_SHIFT                  16u
+#define MASTER_SLAVE_SELF_TEST_MASK              0xFF00000000u
+#define MASTER_SLAVE_SELF_TEST_SHIFT             32u
+#define MASTER_SLAVE_EPOCH_MASK                  0xFF0000000000u
+#define MASTER_SLAVE_EPOCH_SHIFT                 40u
+#define MASTER_SLAVE_DROPPED_MASK                0xFF000000000000u
+#define MASTER_SLAVE_DROPPED_SHIFT               48u
+#define MASTER_SLAVE_LINKS_MASK                  0xFF00000000000000u
+#define MASTER_SLAVE_LINKS_SHIFT                 56u
+#define MASTER_RING_CUT                          0x00C8u /* Place of the cut, 1 byte(s), host: r */
 
 #endif

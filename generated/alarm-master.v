@@ -16,6 +16,7 @@
 //   digitalOutputs                  0  bytes
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
+//   linePorts                       1  ports
 //   sii                             0  code
 //   siiClockKhz                   400  kHz
 //   siiStartUs                    100  us
@@ -59,12 +60,21 @@ module RegisterFile(
   input  [7:0]  writeAddress,
   input         writeMask,
   input  [7:0]  writeData,
+  output [15:0] value_expected_node,
+  output [7:0]  value_slave_index,
+  output        value_storage_failed,
+  output        value_earth_fault,
+  output        value_battery_low,
+  output        value_mains_failed,
+  output [15:0] value_host_alive,
   output        value_mailbox_done,
   output [7:0]  value_mailbox_offset,
   output        value_host_event_go,
   output        value_request_go,
-  output [7:0]  value_master_self_test,
-  output        value_buzzer_off,
+  output        value_reset_alarm,
+  output        value_silence,
+  output        value_lamp_test,
+  output        value_line_listed,
   output        value_report_run,
   output        value_line_run,
   output [11:0] value_report_heartbeat,
@@ -72,21 +82,26 @@ module RegisterFile(
   output [3:0]  value_retries,
   output [15:0] value_answer_timeout,
   output [19:0] value_bus_cycle,
-  output [15:0] value_boot_number,
+  output [7:0]  value_server_timeout,
+  output [15:0] value_line_life,
   output [15:0] value_master_id,
+  input         set_host_alive_valid,
+  input  [15:0] set_host_alive_bits,
   input         set_mailbox_done_valid,
   input         set_mailbox_offset_valid,
   input  [7:0]  set_mailbox_offset_bits,
   input         set_host_event_go_valid,
   input         set_request_go_valid,
-  input         set_buzzer_off_valid,
+  input         set_reset_alarm_valid,
+  input         set_silence_valid,
+  input  [7:0]  status_ring_cut,
+  input  [63:0] status_master_time,
   input  [7:0]  status_mailbox_data,
   input  [8:0]  status_mailbox_length,
   input         status_request_answered,
-  input  [31:0] status_master_time,
+  input  [18:0] status_master_state,
   input  [31:0] status_frames_lost,
   input         status_host_event_busy,
-  input         status_alarm_latched,
   input         status_request_busy,
   input         status_request_done,
   input         status_mailbox_waiting,
@@ -97,28 +112,39 @@ module RegisterFile(
   input         event_invalid_frame_port1,
   input         event_invalid_frame_port0,
   input         event_dropped_messages,
-  input         event_refused_datagrams
+  input         event_refused_datagrams,
+  output [7:0]  count_refused_datagrams
 );
 
   reg  [15:0] bytes_whole_10;
   reg  [15:0] bytes_whole_11;
+  reg  [7:0]  bytes_whole_12;
   reg  [19:0] bytes_whole_parts_bus_cycle;
-  reg  [15:0] bytes_whole_13;
+  reg  [15:0] bytes_whole_14;
   reg  [3:0]  bytes_whole_parts_retries;
   reg  [11:0] bytes_whole_parts_report_repeat;
   reg  [11:0] bytes_whole_parts_report_heartbeat;
   reg         bytes_whole_parts_line_run;
   reg         bytes_whole_parts_report_run;
-  reg         bytes_whole_parts_buzzer_off;
-  reg  [7:0]  bytes_whole_18;
+  reg         bytes_whole_parts_line_listed;
+  reg         bytes_whole_parts_lamp_test;
+  reg         bytes_whole_parts_silence;
+  reg         bytes_whole_parts_reset_alarm;
   reg         bytes_whole_parts_request_go;
-  reg         bytes_whole_parts_parts_old_19;
-  reg  [7:0]  bytes_whole_35;
+  reg         bytes_whole_parts_parts_old_23;
+  reg  [7:0]  bytes_whole_36;
   reg         bytes_whole_parts_mailbox_done;
-  reg  [7:0]  bytes_whole_38;
   reg  [7:0]  bytes_whole_39;
   reg  [7:0]  bytes_whole_40;
   reg  [7:0]  bytes_whole_41;
+  reg  [7:0]  bytes_whole_42;
+  reg  [15:0] bytes_whole_43;
+  reg         bytes_whole_parts_mains_failed;
+  reg         bytes_whole_parts_battery_low;
+  reg         bytes_whole_parts_earth_fault;
+  reg         bytes_whole_parts_storage_failed;
+  reg  [7:0]  bytes_whole_48;
+  reg  [15:0] bytes_whole_49;
   reg  [7:0]  casez_tmp;
   always @(*) begin
     casez (readAddress[1:0])
@@ -149,7 +175,14 @@ module RegisterFile(
   always @(*) begin
     casez (readAddress[1:0])
       2'b00:
-        casez_tmp_1 = {5'h0, bytes_whole_parts_buzzer_off, bytes_whole_parts_report_run, bytes_whole_parts_line_run};
+        casez_tmp_1 =
+          {2'h0,
+           bytes_whole_parts_reset_alarm,
+           bytes_whole_parts_silence,
+           bytes_whole_parts_lamp_test,
+           bytes_whole_parts_line_listed,
+           bytes_whole_parts_report_run,
+           bytes_whole_parts_line_run};
       2'b01:
         casez_tmp_1 = 8'h0;
       2'b10:
@@ -169,7 +202,7 @@ module RegisterFile(
         casez_tmp_2 =
           {1'h0,
            status_host_event_busy,
-           status_alarm_latched,
+           1'h0,
            status_request_busy,
            status_request_done,
            status_mailbox_waiting,
@@ -196,13 +229,13 @@ module RegisterFile(
   always @(*) begin
     casez (readAddress[1:0])
       2'b00:
-        casez_tmp_4 = status_master_time[7:0];
+        casez_tmp_4 = status_master_state[7:0];
       2'b01:
-        casez_tmp_4 = status_master_time[15:8];
+        casez_tmp_4 = status_master_state[15:8];
       2'b10:
-        casez_tmp_4 = status_master_time[23:16];
+        casez_tmp_4 = {5'h0, status_master_state[18:16]};
       default:
-        casez_tmp_4 = status_master_time[31:24];
+        casez_tmp_4 = 8'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_5;
@@ -222,7 +255,7 @@ module RegisterFile(
   always @(*) begin
     casez (readAddress[1:0])
       2'b00:
-        casez_tmp_6 = {7'h0, bytes_whole_parts_parts_old_19};
+        casez_tmp_6 = {7'h0, bytes_whole_parts_parts_old_23};
       2'b01:
         casez_tmp_6 = 8'h0;
       2'b10:
@@ -239,7 +272,7 @@ module RegisterFile(
       2'b01:
         casez_tmp_7 = {7'h0, status_mailbox_length[8]};
       2'b10:
-        casez_tmp_7 = bytes_whole_35;
+        casez_tmp_7 = bytes_whole_36;
       default:
         casez_tmp_7 = 8'h0;
     endcase
@@ -274,41 +307,122 @@ module RegisterFile(
   always @(*) begin
     casez (readAddress[1:0])
       2'b00:
-        casez_tmp_10 = bytes_whole_38;
-      2'b01:
         casez_tmp_10 = bytes_whole_39;
-      2'b10:
+      2'b01:
         casez_tmp_10 = bytes_whole_40;
-      default:
+      2'b10:
         casez_tmp_10 = bytes_whole_41;
+      default:
+        casez_tmp_10 = bytes_whole_42;
     endcase
   end // always @(*)
-  wire        _bytes_whole_parts_parts_T_96 = writeAddress == 8'h3C;
+  reg  [7:0]  casez_tmp_11;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_11 = bytes_whole_43[7:0];
+      2'b01:
+        casez_tmp_11 = bytes_whole_43[15:8];
+      2'b10:
+        casez_tmp_11 =
+          {4'h0,
+           bytes_whole_parts_storage_failed,
+           bytes_whole_parts_earth_fault,
+           bytes_whole_parts_battery_low,
+           bytes_whole_parts_mains_failed};
+      default:
+        casez_tmp_11 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_12;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_12 = status_master_time[7:0];
+      2'b01:
+        casez_tmp_12 = status_master_time[15:8];
+      2'b10:
+        casez_tmp_12 = status_master_time[23:16];
+      default:
+        casez_tmp_12 = status_master_time[31:24];
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_13;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_13 = status_master_time[39:32];
+      2'b01:
+        casez_tmp_13 = status_master_time[47:40];
+      2'b10:
+        casez_tmp_13 = status_master_time[55:48];
+      default:
+        casez_tmp_13 = status_master_time[63:56];
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_14;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_14 = bytes_whole_48;
+      2'b01:
+        casez_tmp_14 = 8'h0;
+      2'b10:
+        casez_tmp_14 = bytes_whole_49[7:0];
+      default:
+        casez_tmp_14 = bytes_whole_49[15:8];
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_15;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_15 = status_ring_cut;
+      2'b01:
+        casez_tmp_15 = 8'h0;
+      2'b10:
+        casez_tmp_15 = 8'h0;
+      default:
+        casez_tmp_15 = 8'h0;
+    endcase
+  end // always @(*)
+  wire        _bytes_whole_parts_parts_T_120 = writeAddress == 8'h3C;
   wire        _bytes_whole_parts_clear_T_54 = writeAddress == 8'h90;
   wire        _bytes_whole_parts_clear_T_58 = writeAddress == 8'h91;
   wire        _bytes_whole_parts_clear_T_62 = writeAddress == 8'h92;
   wire        _bytes_whole_parts_clear_T_66 = writeAddress == 8'h93;
+  wire        _bytes_whole_parts_parts_T_186 = writeAddress == 8'h96;
   always @(posedge clock) begin
     if (reset) begin
       bytes_whole_10 <= 16'h0;
       bytes_whole_11 <= 16'h0;
+      bytes_whole_12 <= 8'h1E;
       bytes_whole_parts_bus_cycle <= 20'h61A8;
-      bytes_whole_13 <= 16'h9C4;
+      bytes_whole_14 <= 16'h9C4;
       bytes_whole_parts_retries <= 4'h2;
       bytes_whole_parts_report_repeat <= 12'hC8;
       bytes_whole_parts_report_heartbeat <= 12'h3E8;
-      bytes_whole_parts_line_run <= 1'h0;
+      bytes_whole_parts_line_run <= 1'h1;
       bytes_whole_parts_report_run <= 1'h0;
-      bytes_whole_parts_buzzer_off <= 1'h0;
-      bytes_whole_18 <= 8'h0;
+      bytes_whole_parts_line_listed <= 1'h0;
+      bytes_whole_parts_lamp_test <= 1'h0;
+      bytes_whole_parts_silence <= 1'h0;
+      bytes_whole_parts_reset_alarm <= 1'h0;
       bytes_whole_parts_request_go <= 1'h0;
-      bytes_whole_parts_parts_old_19 <= 1'h0;
-      bytes_whole_35 <= 8'h0;
+      bytes_whole_parts_parts_old_23 <= 1'h0;
+      bytes_whole_36 <= 8'h0;
       bytes_whole_parts_mailbox_done <= 1'h0;
-      bytes_whole_38 <= 8'h0;
       bytes_whole_39 <= 8'h0;
       bytes_whole_40 <= 8'h0;
       bytes_whole_41 <= 8'h0;
+      bytes_whole_42 <= 8'h0;
+      bytes_whole_43 <= 16'h0;
+      bytes_whole_parts_mains_failed <= 1'h0;
+      bytes_whole_parts_battery_low <= 1'h0;
+      bytes_whole_parts_earth_fault <= 1'h0;
+      bytes_whole_parts_storage_failed <= 1'h0;
+      bytes_whole_48 <= 8'h0;
+      bytes_whole_49 <= 16'h0;
     end
     else begin
       bytes_whole_10 <=
@@ -317,13 +431,15 @@ module RegisterFile(
       bytes_whole_11 <=
         {write & writeAddress == 8'h2B & writeMask ? writeData : bytes_whole_11[15:8],
          write & writeAddress == 8'h2A & writeMask ? writeData : bytes_whole_11[7:0]};
+      if (write & writeAddress == 8'h2C & writeMask)
+        bytes_whole_12 <= writeData;
       bytes_whole_parts_bus_cycle <=
         {write & writeAddress == 8'h32 & writeMask ? writeData[3:0] : bytes_whole_parts_bus_cycle[19:16],
          write & writeAddress == 8'h31 & writeMask ? writeData : bytes_whole_parts_bus_cycle[15:8],
          write & writeAddress == 8'h30 & writeMask ? writeData : bytes_whole_parts_bus_cycle[7:0]};
-      bytes_whole_13 <=
-        {write & writeAddress == 8'h35 & writeMask ? writeData : bytes_whole_13[15:8],
-         write & writeAddress == 8'h34 & writeMask ? writeData : bytes_whole_13[7:0]};
+      bytes_whole_14 <=
+        {write & writeAddress == 8'h35 & writeMask ? writeData : bytes_whole_14[15:8],
+         write & writeAddress == 8'h34 & writeMask ? writeData : bytes_whole_14[7:0]};
       if (write & writeAddress == 8'h36 & writeMask)
         bytes_whole_parts_retries <= writeData[3:0];
       bytes_whole_parts_report_repeat <=
@@ -332,48 +448,72 @@ module RegisterFile(
       bytes_whole_parts_report_heartbeat <=
         {write & writeAddress == 8'h3B & writeMask ? writeData[3:0] : bytes_whole_parts_report_heartbeat[11:8],
          write & writeAddress == 8'h3A & writeMask ? writeData : bytes_whole_parts_report_heartbeat[7:0]};
-      if (write & _bytes_whole_parts_parts_T_96 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_120 & writeMask)
         bytes_whole_parts_line_run <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_96 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_120 & writeMask)
         bytes_whole_parts_report_run <= writeData[1];
-      bytes_whole_parts_buzzer_off <=
-        ~set_buzzer_off_valid
-        & (write & _bytes_whole_parts_parts_T_96 & writeMask ? writeData[2] : bytes_whole_parts_buzzer_off);
-      if (write & writeAddress == 8'h3D & writeMask)
-        bytes_whole_18 <= writeData;
+      if (write & _bytes_whole_parts_parts_T_120 & writeMask)
+        bytes_whole_parts_line_listed <= writeData[2];
+      if (write & _bytes_whole_parts_parts_T_120 & writeMask)
+        bytes_whole_parts_lamp_test <= writeData[3];
+      bytes_whole_parts_silence <=
+        ~set_silence_valid
+        & (write & _bytes_whole_parts_parts_T_120 & writeMask ? writeData[4] : bytes_whole_parts_silence);
+      bytes_whole_parts_reset_alarm <=
+        ~set_reset_alarm_valid
+        & (write & _bytes_whole_parts_parts_T_120 & writeMask ? writeData[5] : bytes_whole_parts_reset_alarm);
       bytes_whole_parts_request_go <=
         ~set_request_go_valid
         & (write & writeAddress == 8'h60 & writeMask ? writeData[0] : bytes_whole_parts_request_go);
-      bytes_whole_parts_parts_old_19 <=
+      bytes_whole_parts_parts_old_23 <=
         ~set_host_event_go_valid
-        & (write & writeAddress == 8'h78 & writeMask ? writeData[0] : bytes_whole_parts_parts_old_19);
+        & (write & writeAddress == 8'h78 & writeMask ? writeData[0] : bytes_whole_parts_parts_old_23);
       if (set_mailbox_offset_valid)
-        bytes_whole_35 <= set_mailbox_offset_bits;
+        bytes_whole_36 <= set_mailbox_offset_bits;
       else if (write & writeAddress == 8'h82 & writeMask)
-        bytes_whole_35 <= writeData;
+        bytes_whole_36 <= writeData;
       bytes_whole_parts_mailbox_done <=
         ~set_mailbox_done_valid
         & (write & writeAddress == 8'h84 & writeMask ? writeData[0] : bytes_whole_parts_mailbox_done);
       if (write & _bytes_whole_parts_clear_T_54 & writeMask | write & _bytes_whole_parts_clear_T_58 & writeMask | write
           & _bytes_whole_parts_clear_T_62 & writeMask | write & _bytes_whole_parts_clear_T_66 & writeMask)
-        bytes_whole_38 <= 8'h0;
-      else if (event_refused_datagrams & bytes_whole_38 != 8'hFF)
-        bytes_whole_38 <= bytes_whole_38 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_54 & writeMask | write & _bytes_whole_parts_clear_T_58 & writeMask | write
-          & _bytes_whole_parts_clear_T_62 & writeMask | write & _bytes_whole_parts_clear_T_66 & writeMask)
         bytes_whole_39 <= 8'h0;
-      else if (event_dropped_messages & bytes_whole_39 != 8'hFF)
+      else if (event_refused_datagrams & bytes_whole_39 != 8'hFF)
         bytes_whole_39 <= bytes_whole_39 + 8'h1;
       if (write & _bytes_whole_parts_clear_T_54 & writeMask | write & _bytes_whole_parts_clear_T_58 & writeMask | write
           & _bytes_whole_parts_clear_T_62 & writeMask | write & _bytes_whole_parts_clear_T_66 & writeMask)
         bytes_whole_40 <= 8'h0;
-      else if (event_invalid_frame_port0 & bytes_whole_40 != 8'hFF)
+      else if (event_dropped_messages & bytes_whole_40 != 8'hFF)
         bytes_whole_40 <= bytes_whole_40 + 8'h1;
       if (write & _bytes_whole_parts_clear_T_54 & writeMask | write & _bytes_whole_parts_clear_T_58 & writeMask | write
           & _bytes_whole_parts_clear_T_62 & writeMask | write & _bytes_whole_parts_clear_T_66 & writeMask)
         bytes_whole_41 <= 8'h0;
-      else if (event_invalid_frame_port1 & bytes_whole_41 != 8'hFF)
+      else if (event_invalid_frame_port0 & bytes_whole_41 != 8'hFF)
         bytes_whole_41 <= bytes_whole_41 + 8'h1;
+      if (write & _bytes_whole_parts_clear_T_54 & writeMask | write & _bytes_whole_parts_clear_T_58 & writeMask | write
+          & _bytes_whole_parts_clear_T_62 & writeMask | write & _bytes_whole_parts_clear_T_66 & writeMask)
+        bytes_whole_42 <= 8'h0;
+      else if (event_invalid_frame_port1 & bytes_whole_42 != 8'hFF)
+        bytes_whole_42 <= bytes_whole_42 + 8'h1;
+      if (set_host_alive_valid)
+        bytes_whole_43 <= set_host_alive_bits;
+      else
+        bytes_whole_43 <=
+          {write & writeAddress == 8'h95 & writeMask ? writeData : bytes_whole_43[15:8],
+           write & writeAddress == 8'h94 & writeMask ? writeData : bytes_whole_43[7:0]};
+      if (write & _bytes_whole_parts_parts_T_186 & writeMask)
+        bytes_whole_parts_mains_failed <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_186 & writeMask)
+        bytes_whole_parts_battery_low <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_186 & writeMask)
+        bytes_whole_parts_earth_fault <= writeData[2];
+      if (write & _bytes_whole_parts_parts_T_186 & writeMask)
+        bytes_whole_parts_storage_failed <= writeData[3];
+      if (write & writeAddress == 8'hB8 & writeMask)
+        bytes_whole_48 <= writeData;
+      bytes_whole_49 <=
+        {write & writeAddress == 8'hBB & writeMask ? writeData : bytes_whole_49[15:8],
+         write & writeAddress == 8'hBA & writeMask ? writeData : bytes_whole_49[7:0]};
     end
   end // always @(posedge)
   assign readData =
@@ -382,22 +522,36 @@ module RegisterFile(
     | (readAddress[7:2] == 6'h11 ? casez_tmp_3 : 8'h0) | (readAddress[7:2] == 6'h12 ? casez_tmp_4 : 8'h0)
     | (readAddress[7:2] == 6'h18 ? casez_tmp_5 : 8'h0) | (readAddress[7:2] == 6'h1E ? casez_tmp_6 : 8'h0)
     | (readAddress[7:2] == 6'h20 ? casez_tmp_7 : 8'h0) | (readAddress[7:2] == 6'h21 ? casez_tmp_8 : 8'h0)
-    | (readAddress[7:2] == 6'h22 ? casez_tmp_9 : 8'h0) | (readAddress[7:2] == 6'h24 ? casez_tmp_10 : 8'h0);
+    | (readAddress[7:2] == 6'h22 ? casez_tmp_9 : 8'h0) | (readAddress[7:2] == 6'h24 ? casez_tmp_10 : 8'h0)
+    | (readAddress[7:2] == 6'h25 ? casez_tmp_11 : 8'h0) | (readAddress[7:2] == 6'h26 ? casez_tmp_12 : 8'h0)
+    | (readAddress[7:2] == 6'h27 ? casez_tmp_13 : 8'h0) | (readAddress[7:2] == 6'h2E ? casez_tmp_14 : 8'h0)
+    | (readAddress[7:2] == 6'h32 ? casez_tmp_15 : 8'h0);
+  assign value_expected_node = bytes_whole_49;
+  assign value_slave_index = bytes_whole_48;
+  assign value_storage_failed = bytes_whole_parts_storage_failed;
+  assign value_earth_fault = bytes_whole_parts_earth_fault;
+  assign value_battery_low = bytes_whole_parts_battery_low;
+  assign value_mains_failed = bytes_whole_parts_mains_failed;
+  assign value_host_alive = bytes_whole_43;
   assign value_mailbox_done = bytes_whole_parts_mailbox_done;
-  assign value_mailbox_offset = bytes_whole_35;
-  assign value_host_event_go = bytes_whole_parts_parts_old_19;
+  assign value_mailbox_offset = bytes_whole_36;
+  assign value_host_event_go = bytes_whole_parts_parts_old_23;
   assign value_request_go = bytes_whole_parts_request_go;
-  assign value_master_self_test = bytes_whole_18;
-  assign value_buzzer_off = bytes_whole_parts_buzzer_off;
+  assign value_reset_alarm = bytes_whole_parts_reset_alarm;
+  assign value_silence = bytes_whole_parts_silence;
+  assign value_lamp_test = bytes_whole_parts_lamp_test;
+  assign value_line_listed = bytes_whole_parts_line_listed;
   assign value_report_run = bytes_whole_parts_report_run;
   assign value_line_run = bytes_whole_parts_line_run;
   assign value_report_heartbeat = bytes_whole_parts_report_heartbeat;
   assign value_report_repeat = bytes_whole_parts_report_repeat;
   assign value_retries = bytes_whole_parts_retries;
-  assign value_answer_timeout = bytes_whole_13;
+  assign value_answer_timeout = bytes_whole_14;
   assign value_bus_cycle = bytes_whole_parts_bus_cycle;
-  assign value_boot_number = bytes_whole_11;
+  assign value_server_timeout = bytes_whole_12;
+  assign value_line_life = bytes_whole_11;
   assign value_master_id = bytes_whole_10;
+  assign count_refused_datagrams = bytes_whole_39;
 endmodule
 
 module MasterHost(
@@ -410,12 +564,21 @@ module MasterHost(
   input         host_be,
   output        host_ack,
   output [7:0]  host_rdata,
+  output [15:0] value_expected_node,
+  output [7:0]  value_slave_index,
+  output        value_storage_failed,
+  output        value_earth_fault,
+  output        value_battery_low,
+  output        value_mains_failed,
+  output [15:0] value_host_alive,
   output        value_mailbox_done,
   output [7:0]  value_mailbox_offset,
   output        value_host_event_go,
   output        value_request_go,
-  output [7:0]  value_master_self_test,
-  output        value_buzzer_off,
+  output        value_reset_alarm,
+  output        value_silence,
+  output        value_lamp_test,
+  output        value_line_listed,
   output        value_report_run,
   output        value_line_run,
   output [11:0] value_report_heartbeat,
@@ -423,21 +586,26 @@ module MasterHost(
   output [3:0]  value_retries,
   output [15:0] value_answer_timeout,
   output [19:0] value_bus_cycle,
-  output [15:0] value_boot_number,
+  output [7:0]  value_server_timeout,
+  output [15:0] value_line_life,
   output [15:0] value_master_id,
+  input         set_host_alive_valid,
+  input  [15:0] set_host_alive_bits,
   input         set_mailbox_done_valid,
   input         set_mailbox_offset_valid,
   input  [7:0]  set_mailbox_offset_bits,
   input         set_host_event_go_valid,
   input         set_request_go_valid,
-  input         set_buzzer_off_valid,
+  input         set_reset_alarm_valid,
+  input         set_silence_valid,
+  input  [7:0]  status_ring_cut,
+  input  [63:0] status_master_time,
   input  [7:0]  status_mailbox_data,
   input  [8:0]  status_mailbox_length,
   input         status_request_answered,
-  input  [31:0] status_master_time,
+  input  [18:0] status_master_state,
   input  [31:0] status_frames_lost,
   input         status_host_event_busy,
-  input         status_alarm_latched,
   input         status_request_busy,
   input         status_request_done,
   input         status_mailbox_waiting,
@@ -449,45 +617,57 @@ module MasterHost(
   input         event_invalid_frame_port0,
   input         event_dropped_messages,
   input         event_refused_datagrams,
+  output [7:0]  counts_refused_datagrams,
   output        settingWrite,
-  output [6:0]  settingAddress,
+  output [7:0]  settingAddress,
   output [7:0]  settingData,
   input  [7:0]  setting,
   output        reads_62,
-  output        reads_88
+  output        reads_88,
+  output        looks,
+  output        writes_bb
 );
 
-  reg        host_ack_REG;
-  wire [7:0] _file_readAddress;
-  wire       _file_write;
-  wire [7:0] _file_writeAddress;
-  wire [7:0] _file_readData;
-  reg  [7:0] next;
-  reg        count;
-  wire       active = host_req & ~host_ack_REG & next[7];
-  wire       inFile = host_addr[15:8] == 8'h0;
-  wire       inSettings = host_addr[15:7] == 9'h0;
-  wire       _host_ack_T = active & count;
-  reg  [7:0] host_rdata_REG;
+  reg         host_ack_REG;
+  wire [7:0]  _file_readAddress;
+  wire        _file_write;
+  wire [7:0]  _file_writeAddress;
+  wire [63:0] _file_status_master_time;
+  wire [7:0]  _file_readData;
+  reg  [8:0]  next;
+  reg         count;
+  wire        active = host_req & ~host_ack_REG & next[8];
+  wire        inFile = host_addr[15:8] == 8'h0;
+  wire        inSettings = host_addr[15:8] == 8'h0;
+  wire        _host_ack_T = active & count;
+  reg  [23:0] rest;
+  reg  [7:0]  host_rdata_REG;
+  wire        _reads_88_T_5 = host_addr[7:0] == 8'h88;
+  wire        _GEN = _host_ack_T & inFile;
   always @(posedge clock) begin
     if (reset) begin
-      next <= 8'h0;
+      next <= 9'h0;
       count <= 1'h0;
       host_ack_REG <= 1'h0;
     end
     else begin
-      if (next[7]) begin
+      if (next[8]) begin
       end
       else
-        next <= next + 8'h1;
+        next <= next + 9'h1;
       count <= active & ~count & count - 1'h1;
       host_ack_REG <= _host_ack_T;
     end
-    host_rdata_REG <= _file_readData & {8{inFile}} | setting & {8{inSettings}};
+    if (_GEN & host_addr[7:0] == 8'h9C)
+      rest <= status_master_time[63:40];
+    else if (_GEN & host_addr[7:0] == 8'h98)
+      rest <= status_master_time[31:8];
+    host_rdata_REG <= _file_readData & {8{inFile}} | setting & {8{inSettings & host_addr[7:4] != 4'hA}};
   end // always @(posedge)
   assign _file_readAddress = host_addr[7:0];
   assign _file_write = _host_ack_T & host_write & inFile;
   assign _file_writeAddress = host_addr[7:0];
+  assign _file_status_master_time = {rest, status_master_time[39:32], rest, status_master_time[7:0]};
   RegisterFile file (
     .clock                     (clock),
     .reset                     (reset),
@@ -497,12 +677,21 @@ module MasterHost(
     .writeAddress              (_file_writeAddress),
     .writeMask                 (host_be),
     .writeData                 (host_wdata),
+    .value_expected_node       (value_expected_node),
+    .value_slave_index         (value_slave_index),
+    .value_storage_failed      (value_storage_failed),
+    .value_earth_fault         (value_earth_fault),
+    .value_battery_low         (value_battery_low),
+    .value_mains_failed        (value_mains_failed),
+    .value_host_alive          (value_host_alive),
     .value_mailbox_done        (value_mailbox_done),
     .value_mailbox_offset      (value_mailbox_offset),
     .value_host_event_go       (value_host_event_go),
     .value_request_go          (value_request_go),
-    .value_master_self_test    (value_master_self_test),
-    .value_buzzer_off          (value_buzzer_off),
+    .value_reset_alarm         (value_reset_alarm),
+    .value_silence             (value_silence),
+    .value_lamp_test           (value_lamp_test),
+    .value_line_listed         (value_line_listed),
     .value_report_run          (value_report_run),
     .value_line_run            (value_line_run),
     .value_report_heartbeat    (value_report_heartbeat),
@@ -510,21 +699,26 @@ module MasterHost(
     .value_retries             (value_retries),
     .value_answer_timeout      (value_answer_timeout),
     .value_bus_cycle           (value_bus_cycle),
-    .value_boot_number         (value_boot_number),
+    .value_server_timeout      (value_server_timeout),
+    .value_line_life           (value_line_life),
     .value_master_id           (value_master_id),
+    .set_host_alive_valid      (set_host_alive_valid),
+    .set_host_alive_bits       (set_host_alive_bits),
     .set_mailbox_done_valid    (set_mailbox_done_valid),
     .set_mailbox_offset_valid  (set_mailbox_offset_valid),
     .set_mailbox_offset_bits   (set_mailbox_offset_bits),
     .set_host_event_go_valid   (set_host_event_go_valid),
     .set_request_go_valid      (set_request_go_valid),
-    .set_buzzer_off_valid      (set_buzzer_off_valid),
+    .set_reset_alarm_valid     (set_reset_alarm_valid),
+    .set_silence_valid         (set_silence_valid),
+    .status_ring_cut           (status_ring_cut),
+    .status_master_time        (_file_status_master_time),
     .status_mailbox_data       (status_mailbox_data),
     .status_mailbox_length     (status_mailbox_length),
     .status_request_answered   (status_request_answered),
-    .status_master_time        (status_master_time),
+    .status_master_state       (status_master_state),
     .status_frames_lost        (status_frames_lost),
     .status_host_event_busy    (status_host_event_busy),
-    .status_alarm_latched      (status_alarm_latched),
     .status_request_busy       (status_request_busy),
     .status_request_done       (status_request_done),
     .status_mailbox_waiting    (status_mailbox_waiting),
@@ -535,41 +729,53 @@ module MasterHost(
     .event_invalid_frame_port1 (event_invalid_frame_port1),
     .event_invalid_frame_port0 (event_invalid_frame_port0),
     .event_dropped_messages    (event_dropped_messages),
-    .event_refused_datagrams   (event_refused_datagrams)
+    .event_refused_datagrams   (event_refused_datagrams),
+    .count_refused_datagrams   (counts_refused_datagrams)
   );
   assign host_ack = host_ack_REG;
   assign host_rdata = host_rdata_REG;
-  assign settingWrite = ~(next[7]) | active & ~count & host_write & inSettings & host_be;
-  assign settingAddress = next[7] ? host_addr[6:0] : next[6:0];
+  assign settingWrite = ~(next[8]) | active & ~count & host_write & inSettings & host_be;
+  assign settingAddress = next[8] ? host_addr[7:0] : next[7:0];
   assign settingData =
-    next[7]
+    next[8]
       ? host_wdata
-        & ({8{host_addr[6:0] == 7'h10}} | {8{host_addr[6:0] == 7'h11}} | {8{host_addr[6:0] == 7'h12}}
-           | {8{host_addr[6:0] == 7'h13}} | {8{host_addr[6:0] == 7'h14}} | {8{host_addr[6:0] == 7'h15}}
-           | {8{host_addr[6:0] == 7'h16}} | {8{host_addr[6:0] == 7'h17}} | {8{host_addr[6:0] == 7'h18}}
-           | {8{host_addr[6:0] == 7'h19}} | {8{host_addr[6:0] == 7'h1A}} | {8{host_addr[6:0] == 7'h1B}}
-           | {8{host_addr[6:0] == 7'h1C}} | {8{host_addr[6:0] == 7'h1D}} | {8{host_addr[6:0] == 7'h1E}}
-           | {8{host_addr[6:0] == 7'h1F}} | {8{host_addr[6:0] == 7'h20}} | {8{host_addr[6:0] == 7'h21}}
-           | {8{host_addr[6:0] == 7'h22}} | {8{host_addr[6:0] == 7'h23}} | {8{host_addr[6:0] == 7'h24}}
-           | {8{host_addr[6:0] == 7'h25}} | {8{host_addr[6:0] == 7'h26}} | {8{host_addr[6:0] == 7'h27}}
-           | {8{host_addr[6:0] == 7'h28}} | {8{host_addr[6:0] == 7'h29}} | {8{host_addr[6:0] == 7'h2A}}
-           | {8{host_addr[6:0] == 7'h2B}} | {8{host_addr[6:0] == 7'h30}} | {8{host_addr[6:0] == 7'h31}}
-           | (host_addr[6:0] == 7'h32 ? 8'hF : 8'h0) | {8{host_addr[6:0] == 7'h34}} | {8{host_addr[6:0] == 7'h35}}
-           | (host_addr[6:0] == 7'h36 ? 8'hF : 8'h0) | {8{host_addr[6:0] == 7'h38}}
-           | (host_addr[6:0] == 7'h39 ? 8'hF : 8'h0) | {8{host_addr[6:0] == 7'h3A}}
-           | (host_addr[6:0] == 7'h3B ? 8'hF : 8'h0) | {8{host_addr[6:0] == 7'h3D}} | {8{host_addr[6:0] == 7'h50}}
-           | (host_addr[6:0] == 7'h51 ? 8'hF : 8'h0) | {8{host_addr[6:0] == 7'h54}} | {8{host_addr[6:0] == 7'h55}}
-           | {8{host_addr[6:0] == 7'h56}} | {8{host_addr[6:0] == 7'h57}} | {8{host_addr[6:0] == 7'h58}}
-           | {8{host_addr[6:0] == 7'h59}} | {8{host_addr[6:0] == 7'h5A}} | {8{host_addr[6:0] == 7'h5B}}
-           | {8{host_addr[6:0] == 7'h5C}} | {8{host_addr[6:0] == 7'h5D}} | {8{host_addr[6:0] == 7'h5E}}
-           | {8{host_addr[6:0] == 7'h5F}} | {8{host_addr[6:0] == 7'h70}} | {8{host_addr[6:0] == 7'h71}}
-           | {8{host_addr[6:0] == 7'h72}} | {8{host_addr[6:0] == 7'h73}} | {8{host_addr[6:0] == 7'h74}}
-           | {8{host_addr[6:0] == 7'h75}})
-      : (next[6:0] == 7'h30 ? 8'hA8 : 8'h0) | (next[6:0] == 7'h31 ? 8'h61 : 8'h0) | (next[6:0] == 7'h34 ? 8'hC4 : 8'h0)
-        | (next[6:0] == 7'h35 ? 8'h9 : 8'h0) | {6'h0, next[6:0] == 7'h36, 1'h0} | (next[6:0] == 7'h38 ? 8'hC8 : 8'h0)
-        | (next[6:0] == 7'h3A ? 8'hE8 : 8'h0) | (next[6:0] == 7'h3B ? 8'h3 : 8'h0);
+        & ({8{host_addr[7:0] == 8'h10}} | {8{host_addr[7:0] == 8'h11}} | {8{host_addr[7:0] == 8'h12}}
+           | {8{host_addr[7:0] == 8'h13}} | {8{host_addr[7:0] == 8'h14}} | {8{host_addr[7:0] == 8'h15}}
+           | {8{host_addr[7:0] == 8'h16}} | {8{host_addr[7:0] == 8'h17}} | {8{host_addr[7:0] == 8'h18}}
+           | {8{host_addr[7:0] == 8'h19}} | {8{host_addr[7:0] == 8'h1A}} | {8{host_addr[7:0] == 8'h1B}}
+           | {8{host_addr[7:0] == 8'h1C}} | {8{host_addr[7:0] == 8'h1D}} | {8{host_addr[7:0] == 8'h1E}}
+           | {8{host_addr[7:0] == 8'h1F}} | {8{host_addr[7:0] == 8'h20}} | {8{host_addr[7:0] == 8'h21}}
+           | {8{host_addr[7:0] == 8'h22}} | {8{host_addr[7:0] == 8'h23}} | {8{host_addr[7:0] == 8'h24}}
+           | {8{host_addr[7:0] == 8'h25}} | {8{host_addr[7:0] == 8'h26}} | {8{host_addr[7:0] == 8'h27}}
+           | {8{host_addr[7:0] == 8'h28}} | {8{host_addr[7:0] == 8'h29}} | {8{host_addr[7:0] == 8'h2A}}
+           | {8{host_addr[7:0] == 8'h2B}} | {8{host_addr[7:0] == 8'h2C}} | {8{host_addr[7:0] == 8'h30}}
+           | {8{host_addr[7:0] == 8'h31}} | (host_addr[7:0] == 8'h32 ? 8'hF : 8'h0) | {8{host_addr[7:0] == 8'h34}}
+           | {8{host_addr[7:0] == 8'h35}} | (host_addr[7:0] == 8'h36 ? 8'hF : 8'h0) | {8{host_addr[7:0] == 8'h38}}
+           | (host_addr[7:0] == 8'h39 ? 8'hF : 8'h0) | {8{host_addr[7:0] == 8'h3A}}
+           | (host_addr[7:0] == 8'h3B ? 8'hF : 8'h0) | {8{host_addr[7:0] == 8'h3D}} | {8{host_addr[7:0] == 8'h50}}
+           | (host_addr[7:0] == 8'h51 ? 8'hF : 8'h0) | {8{host_addr[7:0] == 8'h54}} | {8{host_addr[7:0] == 8'h55}}
+           | {8{host_addr[7:0] == 8'h56}} | {8{host_addr[7:0] == 8'h57}} | {8{host_addr[7:0] == 8'h58}}
+           | {8{host_addr[7:0] == 8'h59}} | {8{host_addr[7:0] == 8'h5A}} | {8{host_addr[7:0] == 8'h5B}}
+           | {8{host_addr[7:0] == 8'h5C}} | {8{host_addr[7:0] == 8'h5D}} | {8{host_addr[7:0] == 8'h5E}}
+           | {8{host_addr[7:0] == 8'h5F}} | {8{host_addr[7:0] == 8'h70}} | {8{host_addr[7:0] == 8'h71}}
+           | {8{host_addr[7:0] == 8'h72}} | {8{host_addr[7:0] == 8'h73}} | {8{host_addr[7:0] == 8'h74}}
+           | {8{host_addr[7:0] == 8'h75}} | {8{host_addr[7:0] == 8'hA0}} | {8{host_addr[7:0] == 8'hA1}}
+           | {8{host_addr[7:0] == 8'hA2}} | {8{host_addr[7:0] == 8'hA3}} | {8{host_addr[7:0] == 8'hA4}}
+           | {8{host_addr[7:0] == 8'hA5}} | {8{host_addr[7:0] == 8'hA6}} | {8{host_addr[7:0] == 8'hA7}}
+           | {8{host_addr[7:0] == 8'hA8}} | {8{host_addr[7:0] == 8'hA9}} | {8{host_addr[7:0] == 8'hAA}}
+           | {8{host_addr[7:0] == 8'hAB}} | {8{host_addr[7:0] == 8'hAC}} | {8{host_addr[7:0] == 8'hAD}}
+           | {8{host_addr[7:0] == 8'hAE}} | {8{host_addr[7:0] == 8'hAF}} | {8{host_addr[7:0] == 8'hB0}}
+           | {8{host_addr[7:0] == 8'hB1}} | {8{host_addr[7:0] == 8'hB2}} | {8{host_addr[7:0] == 8'hB3}}
+           | {8{host_addr[7:0] == 8'hB4}} | {8{host_addr[7:0] == 8'hB5}} | {8{host_addr[7:0] == 8'hB6}}
+           | {8{host_addr[7:0] == 8'hB7}})
+      : (next[7:0] == 8'h2C ? 8'h1E : 8'h0) | (next[7:0] == 8'h30 ? 8'hA8 : 8'h0) | (next[7:0] == 8'h31 ? 8'h61 : 8'h0)
+        | (next[7:0] == 8'h34 ? 8'hC4 : 8'h0) | (next[7:0] == 8'h35 ? 8'h9 : 8'h0) | {6'h0, next[7:0] == 8'h36, 1'h0}
+        | (next[7:0] == 8'h38 ? 8'hC8 : 8'h0) | (next[7:0] == 8'h3A ? 8'hE8 : 8'h0)
+        | (next[7:0] == 8'h3B ? 8'h3 : 8'h0);
   assign reads_62 = host_ack_REG & ~host_write & inFile & host_be & host_addr[7:0] == 8'h62;
-  assign reads_88 = host_ack_REG & ~host_write & inFile & host_be & host_addr[7:0] == 8'h88;
+  assign reads_88 = host_ack_REG & ~host_write & inFile & host_be & _reads_88_T_5;
+  assign looks = active & ~count & ~host_write & inFile & _reads_88_T_5;
+  assign writes_bb = host_ack_REG & host_write & inFile & host_be & host_addr[7:0] == 8'hBB;
 endmodule
 
 module LevelCrossing(
@@ -995,321 +1201,1376 @@ module MiiTransmitter(
   assign txd = data;
 endmodule
 
-// external module DualPortRam
-
-// external module DualPortRam
-
-// external module DualPortRam
-
-module SlaveTable(
-  input         clock,
-  input  [5:0]  read,
-  output [5:0]  index,
-  input         change_node_valid,
-  input  [15:0] change_node_bits,
-  output [15:0] node,
-  input         change_record_valid,
-  input  [15:0] change_record_bits_sequence,
-  input  [7:0]  change_record_bits_epoch,
-  input  [23:0] change_record_bits_event,
-  output [15:0] record_sequence,
-  output [7:0]  record_epoch,
-  output [23:0] record_event,
-  input         change_answer_valid,
-  input  [15:0] change_answer_bits,
-  output [15:0] answer,
-  input         change_flags_valid,
-  input         change_flags_bits_heard,
-  input         change_flags_bits_confirmed,
-  input         change_flags_bits_due,
-  input         change_flags_bits_told,
-  output        flags_heard,
-  output        flags_confirmed,
-  output        flags_due,
-  output        flags_told
+module EthernetReceiver(
+  input        clock,
+  input        reset,
+  input        step,
+  input        in_valid,
+  input        in_payload,
+  input  [3:0] in_data,
+  input        in_last,
+  input        in_bad,
+  output       byte_valid,
+  output [7:0] byte_bits,
+  output       first,
+  output       end_valid,
+  output       end_bits
 );
 
-  wire [3:0]  _flags_ram_writeData;
-  wire [3:0]  _flags_ram_readData;
-  wire [47:0] _record_ram_writeData;
-  wire [47:0] _record_ram_readData;
-  reg  [5:0]  index_REG;
-  always @(posedge clock)
-    index_REG <= read;
-  DualPortRam #(
-    .ADDRESS_BITS(6),
-    .DEPTH(64),
-    .WIDTH(16)
-  ) node_ram (
-    .clock        (clock),
-    .write        (change_node_valid),
-    .writeAddress (index_REG),
-    .writeData    (change_node_bits),
-    .readAddress  (read),
-    .readData     (node)
-  );
-  assign _record_ram_writeData = {change_record_bits_sequence, change_record_bits_epoch, change_record_bits_event};
-  DualPortRam #(
-    .ADDRESS_BITS(6),
-    .DEPTH(64),
-    .WIDTH(48)
-  ) record_ram (
-    .clock        (clock),
-    .write        (change_record_valid),
-    .writeAddress (index_REG),
-    .writeData    (_record_ram_writeData),
-    .readAddress  (read),
-    .readData     (_record_ram_readData)
-  );
-  DualPortRam #(
-    .ADDRESS_BITS(6),
-    .DEPTH(64),
-    .WIDTH(16)
-  ) answer_ram (
-    .clock        (clock),
-    .write        (change_answer_valid),
-    .writeAddress (index_REG),
-    .writeData    (change_answer_bits),
-    .readAddress  (read),
-    .readData     (answer)
-  );
-  assign _flags_ram_writeData =
-    {change_flags_bits_heard, change_flags_bits_confirmed, change_flags_bits_due, change_flags_bits_told};
-  DualPortRam #(
-    .ADDRESS_BITS(6),
-    .DEPTH(64),
-    .WIDTH(4)
-  ) flags_ram (
-    .clock        (clock),
-    .write        (change_flags_valid),
-    .writeAddress (index_REG),
-    .writeData    (_flags_ram_writeData),
-    .readAddress  (read),
-    .readData     (_flags_ram_readData)
-  );
-  assign index = index_REG;
-  assign record_sequence = _record_ram_readData[47:32];
-  assign record_epoch = _record_ram_readData[31:24];
-  assign record_event = _record_ram_readData[23:0];
-  assign flags_heard = _flags_ram_readData[3];
-  assign flags_confirmed = _flags_ram_readData[2];
-  assign flags_due = _flags_ram_readData[1];
-  assign flags_told = _flags_ram_readData[0];
+  reg  [3:0] low;
+  reg        high;
+  reg        begun;
+  wire       _end_valid_T = step & in_valid;
+  reg        end_valid_REG;
+  reg        end_bits_REG;
+  always @(posedge clock) begin
+    if (_end_valid_T)
+      low <= in_data;
+    end_bits_REG <= ~in_bad;
+    if (reset) begin
+      high <= 1'h0;
+      begun <= 1'h0;
+      end_valid_REG <= 1'h0;
+    end
+    else begin
+      if (_end_valid_T) begin
+        high <= in_payload & ~in_last & ~high;
+        begun <= ~(~in_payload | in_last) & (high | begun);
+      end
+      end_valid_REG <= _end_valid_T & in_last;
+    end
+  end // always @(posedge)
+  assign byte_valid = _end_valid_T & in_payload & high;
+  assign byte_bits = {in_data, low};
+  assign first = ~begun;
+  assign end_valid = end_valid_REG;
+  assign end_bits = end_bits_REG;
+endmodule
+
+module ExpectedByte(
+  input        clock,
+  input        reset,
+  input        byte_valid,
+  input  [7:0] byte_bits,
+  input        end_valid,
+  output [4:0] address,
+  input  [7:0] setting,
+  output [5:0] at,
+  output       same,
+  output       mine
+);
+
+  reg  [5:0] place;
+  reg        ours;
+  wire       _same_output = byte_bits == setting;
+  always @(posedge clock) begin
+    if (reset) begin
+      place <= 6'h0;
+      ours <= 1'h0;
+    end
+    else begin
+      if (end_valid)
+        place <= 6'h0;
+      else if (byte_valid & place[5:4] != 2'h3)
+        place <= place + 6'h1;
+      ours <= ~end_valid & (byte_valid & place < 6'h6 ? _same_output & (ours | place == 6'h0) : ours);
+    end
+  end // always @(posedge)
+  assign address =
+    place[4:0] + (place < 6'h10 ? 5'h6 : place < 6'h1E ? 5'h16 : place < 6'h22 ? 5'hE : place < 6'h26 ? 5'h10 : 5'h6);
+  assign at = place;
+  assign same = _same_output;
+  assign mine = ours;
+endmodule
+
+module UdpReceiver(
+  input         clock,
+  input         reset,
+  input         byte_valid,
+  input  [7:0]  byte_bits,
+  input         first,
+  input         end_valid,
+  input         end_bits,
+  input  [5:0]  at,
+  input         same,
+  input         mine,
+  output        data_valid,
+  output [7:0]  data_bits,
+  output [10:0] offset,
+  output        received_valid,
+  output [10:0] received_bits_length,
+  output        received_bits_fromServer,
+  output        received_bits_good
+);
+
+  reg         wrong;
+  reg         foreign;
+  reg         begun;
+  reg  [10:0] place;
+  reg  [10:0] left;
+  wire        payload = at > 6'h29 & left > 11'h5;
+  reg         received_valid_REG;
+  reg         received_bits_good_REG;
+  wire        _left_T = at == 6'h10;
+  wire        _GEN = at == 6'h11;
+  wire        _GEN_0 = at == 6'h26;
+  always @(posedge clock) begin
+    if (byte_valid) begin
+      wrong <=
+        at == 6'h27 & byte_bits != left[7:0] | _GEN_0 & byte_bits != {5'h0, left[10:8]} | at == 6'h17
+        & byte_bits != 8'h11 | at == 6'h15 & (|byte_bits) | at == 6'h14 & (|{byte_bits[7], byte_bits[5:0]}) | _GEN
+        & left[10:8] == 3'h5 & byte_bits > 8'hDC | _left_T & byte_bits > 8'h5 | at == 6'hE & byte_bits != 8'h45
+        | at == 6'hD & (|byte_bits) | at == 6'hC & byte_bits != 8'h8 | ~same
+        & (at > 6'h1D & at < 6'h22 | at == 6'h24 | at == 6'h25) | ~first & wrong;
+      foreign <= ~same & at > 6'h19 & at < 6'h1E | ~first & foreign;
+      begun <= payload | ~first & begun;
+      if (payload)
+        place <= place + 11'h1;
+      else if (first)
+        place <= 11'h0;
+      if (_left_T | _GEN)
+        left <= {_left_T ? byte_bits[2:0] : left[10:8], byte_bits};
+      else if (~_GEN_0 & (|(left[10:1])))
+        left <= left - 11'h1;
+    end
+    received_bits_good_REG <= end_bits & ~wrong & begun & left == 11'h1;
+    if (reset)
+      received_valid_REG <= 1'h0;
+    else
+      received_valid_REG <= end_valid & mine;
+  end // always @(posedge)
+  assign data_valid = byte_valid & payload;
+  assign data_bits = byte_bits;
+  assign offset = place;
+  assign received_valid = received_valid_REG;
+  assign received_bits_length = place;
+  assign received_bits_fromServer = ~foreign;
+  assign received_bits_good = received_bits_good_REG;
+endmodule
+
+module ArpResponder(
+  input        clock,
+  input        reset,
+  input        byte_valid,
+  input  [7:0] byte_bits,
+  input        first,
+  input        end_valid,
+  input        end_bits,
+  input  [5:0] at,
+  input        same,
+  input        mine,
+  output       wants,
+  input        granted,
+  output [4:0] settingAddress,
+  input  [7:0] setting,
+  output       note_valid,
+  output [7:0] note_bits,
+  output [4:0] noteAddress,
+  output [4:0] readAddress,
+  input  [7:0] asker,
+  input        bytes_ready,
+  output       bytes_valid,
+  output [7:0] bytes_bits_data,
+  output       bytes_bits_last
+);
+
+  reg        wrong;
+  reg        all;
+  reg        answers;
+  reg  [5:0] sent;
+  reg  [1:0] age;
+  reg  [7:0] reply;
+  wire       bytes_valid_0 = age == 2'h2;
+  wire       bytes_bits_last_0 = sent == 6'h29;
+  reg  [7:0] casez_tmp;
+  always @(*) begin
+    casez (sent[3:0] + 4'h4)
+      4'b0000:
+        casez_tmp = 8'h8;
+      4'b0001:
+        casez_tmp = 8'h6;
+      4'b0010:
+        casez_tmp = 8'h0;
+      4'b0011:
+        casez_tmp = 8'h1;
+      4'b0100:
+        casez_tmp = 8'h8;
+      4'b0101:
+        casez_tmp = 8'h0;
+      4'b0110:
+        casez_tmp = 8'h6;
+      4'b0111:
+        casez_tmp = 8'h4;
+      4'b1000:
+        casez_tmp = 8'h0;
+      4'b1001:
+        casez_tmp = 8'h2;
+      4'b1010:
+        casez_tmp = 8'h8;
+      4'b1011:
+        casez_tmp = 8'h8;
+      4'b1100:
+        casez_tmp = 8'h8;
+      4'b1101:
+        casez_tmp = 8'h8;
+      4'b1110:
+        casez_tmp = 8'h8;
+      default:
+        casez_tmp = 8'h8;
+    endcase
+  end // always @(*)
+  wire       _GEN = byte_valid & ~answers;
+  wire       _GEN_0 = byte_bits != 8'h8;
+  wire       _GEN_1 = byte_bits != 8'h6;
+  wire       _GEN_2 = byte_bits != 8'h1;
+  wire       _GEN_3 = end_valid & ~answers;
+  wire       _age_T = bytes_ready & bytes_valid_0;
+  always @(posedge clock) begin
+    wrong <=
+      answers
+      | (_GEN
+           ? at > 6'h25 & at < 6'h2A & ~same | at == 6'h15 & _GEN_2 | at == 6'h14 & (|byte_bits) | at == 6'h13
+             & byte_bits != 8'h4 | at == 6'h12 & _GEN_1 | at == 6'h11 & (|byte_bits) | at == 6'h10 & _GEN_0 | at == 6'hF
+             & _GEN_2 | at == 6'hE & (|byte_bits) | at == 6'hD & _GEN_1 | at == 6'hC & _GEN_0 | ~first & wrong
+           : wrong);
+    if (_GEN)
+      all <= ~(at < 6'h6 & byte_bits != 8'hFF) & (first | all);
+    if (_age_T)
+      sent <= sent + 6'h1;
+    else if (_GEN_3)
+      sent <= 6'h0;
+    if (_age_T | ~answers | ~granted)
+      age <= 2'h0;
+    else if (~bytes_valid_0)
+      age <= age + 2'h1;
+    reply <= sent < 6'h6 | sent[5] ? asker : sent > 6'hB & sent < 6'h16 ? casez_tmp : setting;
+    if (reset)
+      answers <= 1'h0;
+    else
+      answers <= ~(_age_T & bytes_bits_last_0) & (_GEN_3 ? end_bits & ~wrong & (all | mine) & at > 6'h2D : answers);
+  end // always @(posedge)
+  assign wants = answers;
+  assign settingAddress = {1'h0, sent[3:0]};
+  assign note_valid = byte_valid & ~answers & at > 6'h15 & ~(at[5]);
+  assign note_bits = byte_bits;
+  assign noteAddress = at[4:0];
+  assign readAddress = sent[4:0] - 5'hA;
+  assign bytes_valid = bytes_valid_0;
+  assign bytes_bits_data = reply;
+  assign bytes_bits_last = bytes_bits_last_0;
 endmodule
 
 // external module DualPortRam
 
-module FrameComposer(
+module ServerLink(
   input         clock,
   input         reset,
-  input         clear,
-  output        datagram_ready,
-  input         datagram_valid,
-  input  [7:0]  datagram_bits_command,
-  input  [7:0]  datagram_bits_index,
-  input  [31:0] datagram_bits_address,
-  input  [10:0] datagram_bits_length,
-  output        data_ready,
   input         data_valid,
   input  [7:0]  data_bits,
+  input  [10:0] offset,
+  input         received_valid,
+  input  [10:0] received_bits_length,
+  input         received_bits_fromServer,
+  input         received_bits_good,
+  output        wants,
+  input         granted,
+  output [7:0]  settingAddress,
+  input  [7:0]  setting,
+  output [2:0]  numberAddress,
+  input  [7:0]  number,
+  input         tagged_ready,
+  output        tagged_valid,
+  output [7:0]  tagged_bits,
+  output        tagEnd,
+  input         tag_valid,
+  input  [7:0]  tag_bits,
+  output        tagReady,
+  input  [7:0]  kept,
+  output        remove_valid,
+  output [7:0]  remove_bits,
+  output        alive,
+  output        newLife,
+  input  [2:0]  lifeAddress,
+  output [7:0]  life,
+  output        waiting,
+  input         take,
+  input         looks,
+  input  [5:0]  readAddress,
+  output [7:0]  readData,
+  output        refused,
+  output        dropped
+);
+
+  wire       _ram_write;
+  wire [7:0] _ram_writeAddress;
+  wire [7:0] _ram_readAddress;
+  wire [7:0] _ram_readData;
+  reg  [1:0] comes;
+  reg  [1:0] checks;
+  reg  [1:0] accepted;
+  reg  [1:0] ordered;
+  reg        byOrder;
+  reg        isKnown;
+  reg        hasOrder;
+  reg        waits;
+  reg        pending;
+  reg        late;
+  wire       _blocked_T = offset == 11'h0;
+  wire       isOurs = received_bits_good & received_bits_fromServer & received_bits_length == 11'h40 & ~late;
+  reg  [2:0] state;
+  reg  [5:0] at;
+  reg  [1:0] age;
+  reg  [7:0] other;
+  reg        wrong;
+  reg        isNewer;
+  reg        decided;
+  reg        another;
+  reg        fresh;
+  reg        orders;
+  reg        silent;
+  reg        borrow;
+  reg        zeros;
+  reg        ones;
+  reg  [7:0] lowest;
+  wire       _age_T_3 = state == 3'h0;
+  reg        ends;
+  wire       _tagEnd_T = state == 3'h2;
+  wire       _tagged_bits_T = state == 3'h1;
+  reg        isOther;
+  wire [7:0] _other_T_2 = {8{isKnown}};
+  wire       _tagReady_T = state == 3'h3;
+  wire       isHere = age == 2'h2 & ~isOther;
+  wire       feeds = _tagged_bits_T | _tagEnd_T;
+  wire       fires = isHere & (~feeds | tagged_ready);
+  wire       _tagEnd_T_2 = at == 6'h2F;
+  wire       isRight = ~wrong & isNewer;
+  reg        remove_valid_REG;
+  reg        inTime;
+  wire       accepts = ends & isRight;
+  wire       isOrder = accepts & orders & (fresh | ~hasOrder) & inTime;
+  wire       isTaken = isOrder & ~waits;
+  wire [5:0] _at_T = at + 6'h1;
+  wire       begins = _age_T_3 & pending & granted;
+  wire       _remove_valid_T = state == 3'h4;
+  wire [7:0] versus = _remove_valid_T ? number : other;
+  wire [8:0] _minus_T_4 = {1'h0, _ram_readData} - {1'h0, versus} - {8'h0, borrow & _remove_valid_T};
+  wire       differs = _ram_readData != versus;
+  wire       _GEN = state == 3'h1;
+  wire       _GEN_0 = state == 3'h2;
+  wire       _GEN_1 = at > 6'h1B & ~(at[5]);
+  wire       _GEN_2 = _ram_readData != versus;
+  wire       _GEN_3 = state == 3'h3;
+  wire       _GEN_4 = state == 3'h4;
+  wire       _GEN_5 = _GEN | _GEN_0 | _GEN_3;
+  wire       _GEN_6 = ~fires | _GEN_5 | ~_GEN_4;
+  wire       isZero = zeros & _minus_T_4[7:0] == 8'h0;
+  always @(posedge clock) begin
+    if (reset) begin
+      comes <= 2'h0;
+      checks <= 2'h1;
+      accepted <= 2'h2;
+      ordered <= 2'h3;
+      byOrder <= 1'h0;
+      isKnown <= 1'h0;
+      hasOrder <= 1'h0;
+      waits <= 1'h0;
+      pending <= 1'h0;
+      state <= 3'h0;
+      ends <= 1'h0;
+      isOther <= 1'h0;
+      remove_valid_REG <= 1'h0;
+    end
+    else begin
+      if (begins) begin
+        comes <= checks;
+        checks <= comes;
+        state <= 3'h1;
+      end
+      else begin
+        if (accepts)
+          checks <= isTaken ? ordered : accepted;
+        if (ends)
+          state <= 3'h0;
+        else if (fires) begin
+          if (_GEN) begin
+            if (&(at[3:0]))
+              state <= 3'h2;
+          end
+          else if (_GEN_0) begin
+            if (_tagEnd_T_2)
+              state <= 3'h3;
+          end
+          else if (_GEN_3 & (&at))
+            state <= 3'h4;
+        end
+      end
+      if (~accepts | isTaken) begin
+      end
+      else
+        accepted <= checks;
+      if (accepts & isTaken)
+        ordered <= checks;
+      if (accepts)
+        byOrder <= isTaken;
+      isKnown <= accepts | isKnown;
+      hasOrder <= isTaken | hasOrder;
+      waits <= isTaken | ~take & waits;
+      pending <= ~begins & (received_valid & isOurs | pending);
+      ends <= ~ends & (_GEN_6 ? ends : at == 6'h1C);
+      isOther <= looks;
+      remove_valid_REG <= _remove_valid_T & fires & at == 6'h20 & isRight & isZero & lowest <= kept;
+    end
+    if (data_valid & _blocked_T)
+      late <= pending;
+    if (begins)
+      at <= 6'h0;
+    else if (fires) begin
+      if (_GEN) begin
+        if (&(at[3:0]))
+          at <= 6'h0;
+        else
+          at <= _at_T;
+      end
+      else if (_GEN_0)
+        at <= _at_T;
+      else if (_GEN_3) begin
+        if (&at)
+          at <= 6'h23;
+        else
+          at <= _at_T;
+      end
+      else if (_GEN_4)
+        at <= at - 6'h1;
+      else
+        at <= _at_T;
+    end
+    if (_tagReady_T) begin
+      if (tag_valid) begin
+        age <= 2'h2;
+        other <= tag_bits;
+      end
+      else if (fires)
+        age <= 2'h0;
+    end
+    else begin
+      if (fires | isOther | _age_T_3)
+        age <= 2'h0;
+      else if (~isHere)
+        age <= age + 2'h1;
+      if (age == 2'h1)
+        other <=
+          (|(at[5:4]))
+            ? _ram_readData & _other_T_2
+            : at[3] | at[2:1] == 2'h2
+                ? setting
+                : at[2:0] == 3'h3 | at[2:0] == 3'h2 ? 8'h2 : at[2:0] == 3'h1 ? 8'h41 : at[2:0] == 3'h0 ? 8'h46 : 8'h0;
+    end
+    wrong <= ~begins & (~fires | _GEN ? wrong : _GEN_0 ? at[5:4] == 2'h0 & differs | wrong : _GEN_3 & _GEN_2 | wrong);
+    isNewer <= ~begins & (~fires | _GEN | ~(_GEN_0 & _GEN_1 & ~decided) ? isNewer : ~(_minus_T_4[8]) & differs);
+    decided <= ~begins & (fires & ~_GEN & _GEN_0 & _GEN_1 & _GEN_2 | decided);
+    another <= ~begins & (fires & ~_GEN & _GEN_0 & at[5:3] == 3'h2 & differs | another);
+    fresh <= ~begins & (fires & ~_GEN & _GEN_0 & at > 6'h23 & at < 6'h28 & differs | fresh);
+    if (~fires | _GEN | ~(_GEN_0 & at == 6'h28)) begin
+    end
+    else
+      orders <= |_ram_readData;
+    if (~fires | _GEN | ~(_GEN_0 & at == 6'h29)) begin
+    end
+    else
+      silent <= |_ram_readData;
+    borrow <= ~begins & (_GEN_6 ? borrow : _minus_T_4[8] & (|(at[1:0])));
+    if (_GEN_6) begin
+    end
+    else begin
+      zeros <= (&(at[1:0])) | _minus_T_4[7:0] == 8'h0 & zeros;
+      ones <= (&(at[1:0])) | (&(_minus_T_4[7:0])) & ones;
+    end
+    if (~fires | _GEN_5 | ~(_GEN_4 & (&(at[1:0])))) begin
+    end
+    else
+      lowest <= _minus_T_4[7:0];
+    inTime <= isZero & lowest == 8'h0 | ones & (&(_minus_T_4[7:0])) & (&(lowest[7:4]));
+  end // always @(posedge)
+  assign _ram_write = data_valid & ~(_blocked_T ? pending : late) & offset < 11'h40;
+  assign _ram_writeAddress = {comes, offset[5:0]};
+  assign _ram_readAddress =
+    looks
+      ? {ordered, readAddress}
+      : _age_T_3
+          ? {byOrder ? ordered : accepted, 3'h2, lifeAddress}
+          : age == 2'h0 & _tagEnd_T
+              ? {at[5:3] == 3'h4 | byOrder ? ordered : accepted, at}
+              : {checks, _tagged_bits_T ? (at[3] ? {4'h6, at[1:0]} : {3'h2, at[2:0]}) : at};
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(8)
+  ) ram (
+    .clock        (clock),
+    .write        (_ram_write),
+    .writeAddress (_ram_writeAddress),
+    .writeData    (data_bits),
+    .readAddress  (_ram_readAddress),
+    .readData     (_ram_readData)
+  );
+  assign wants = pending | (|state);
+  assign settingAddress = at[3] ? {5'h16, at[2:0]} : {7'h14, ~(at[0])};
+  assign numberAddress = {at[5], at[1:0]};
+  assign tagged_valid = isHere & feeds;
+  assign tagged_bits = _tagged_bits_T & at[3:2] == 2'h2 ? {1'h0, (|(at[1:0])) ? 7'h0 : 7'h53} : _ram_readData;
+  assign tagEnd = fires & _tagEnd_T & _tagEnd_T_2;
+  assign tagReady = _tagReady_T;
+  assign remove_valid = remove_valid_REG;
+  assign remove_bits = lowest;
+  assign alive = accepts & ~silent;
+  assign newLife = accepts & (another | ~isKnown);
+  assign life = _ram_readData & _other_T_2;
+  assign waiting = waits;
+  assign readData = _ram_readData;
+  assign refused = received_valid & ~isOurs | ends & ~isRight;
+  assign dropped = isOrder & waits;
+endmodule
+
+// external module DualPortRam
+
+// external module DualPortRam
+
+module EventMemory(
+  input         clock,
+  input         reset,
+  output        event_0_ready,
+  input         event_0_valid,
+  input  [15:0] event_0_bits,
+  output        event_1_ready,
+  input         event_1_valid,
+  input  [15:0] event_1_bits,
+  output [1:0]  timeAddress,
+  input  [15:0] now,
+  output        stamps,
+  output [31:0] first,
+  output [7:0]  count,
+  output [15:0] next,
+  input         remove_valid,
+  input  [7:0]  remove_bits,
+  output        stored,
+  output        roomForRecords,
+  output        roomForStates,
   output        full,
-  input         send,
-  output        busy,
+  input  [4:0]  readEvent,
+  input  [4:0]  readByte,
+  output [7:0]  readData
+);
+
+  wire [8:0]  _times_ram_writeAddress;
+  wire [8:0]  _times_ram_readAddress;
+  wire [15:0] _times_ram_readData;
+  wire [9:0]  _content_ram_writeAddress;
+  wire [15:0] _content_ram_writeData;
+  wire [9:0]  _content_ram_readAddress;
+  wire [15:0] _content_ram_readData;
+  reg  [1:0]  state;
+  reg  [2:0]  word;
+  reg         chosen;
+  reg  [31:0] number;
+  reg  [7:0]  kept;
+  reg         many;
+  wire [15:0] _next_T = number[15:0] + {8'h0, kept};
+  wire        _stamps_output = state == 2'h2;
+  wire        _stored_output = _stamps_output & word == 3'h3;
+  wire        _fires_T = state == 2'h1;
+  wire        fires = _fires_T & (chosen ? event_1_valid : event_0_valid);
+  wire [6:0]  _read_T_1 = number[6:0] + {2'h0, readEvent};
+  reg         both_REG;
+  wire [15:0] both = both_REG ? _times_ram_readData : _content_ram_readData;
+  reg         readData_REG;
+  reg  [2:0]  casez_tmp;
+  always @(*) begin
+    casez (state)
+      2'b00:
+        casez_tmp = 3'h0;
+      2'b01:
+        casez_tmp = fires ? word + 3'h1 : word;
+      2'b10:
+        casez_tmp = word + 3'h1;
+      default:
+        casez_tmp = word;
+    endcase
+  end // always @(*)
+  wire [7:0]  removed = remove_valid ? remove_bits : 8'h0;
+  wire        _GEN = state == 2'h0;
+  always @(posedge clock) begin
+    if (reset) begin
+      state <= 2'h0;
+      number <= 32'h0;
+      kept <= 8'h0;
+      many <= 1'h0;
+    end
+    else begin
+      if (_GEN) begin
+        if ((event_0_valid | event_1_valid) & ~(kept[7]))
+          state <= 2'h1;
+      end
+      else if (state == 2'h1) begin
+        if (fires & (&word))
+          state <= 2'h2;
+      end
+      else if (state == 2'h2 & _stored_output)
+        state <= 2'h0;
+      number <= number + {24'h0, removed};
+      kept <= kept - removed + {7'h0, _stored_output};
+      many <= (|(kept[7:5])) & ((|(kept[7:6])) | many);
+    end
+    word <= casez_tmp;
+    if (_GEN)
+      chosen <= ~event_0_valid;
+    both_REG <= readByte[4];
+    readData_REG <= readByte[0];
+  end // always @(posedge)
+  assign _content_ram_writeAddress = {_next_T[6:0], word};
+  assign _content_ram_writeData = chosen ? event_1_bits : event_0_bits;
+  assign _content_ram_readAddress = {_read_T_1, readByte[3:1]};
+  DualPortRam #(
+    .ADDRESS_BITS(10),
+    .DEPTH(1024),
+    .WIDTH(16)
+  ) content_ram (
+    .clock        (clock),
+    .write        (fires),
+    .writeAddress (_content_ram_writeAddress),
+    .writeData    (_content_ram_writeData),
+    .readAddress  (_content_ram_readAddress),
+    .readData     (_content_ram_readData)
+  );
+  assign _times_ram_writeAddress = {_next_T[6:0], word[1:0]};
+  assign _times_ram_readAddress = {_read_T_1, readByte[2:1]};
+  DualPortRam #(
+    .ADDRESS_BITS(9),
+    .DEPTH(512),
+    .WIDTH(16)
+  ) times_ram (
+    .clock        (clock),
+    .write        (_stamps_output),
+    .writeAddress (_times_ram_writeAddress),
+    .writeData    (now),
+    .readAddress  (_times_ram_readAddress),
+    .readData     (_times_ram_readData)
+  );
+  assign event_0_ready = _fires_T & ~chosen;
+  assign event_1_ready = _fires_T & chosen;
+  assign timeAddress = word[1:0];
+  assign stamps = _stamps_output;
+  assign first = number;
+  assign count = kept;
+  assign next = _next_T;
+  assign stored = _stored_output;
+  assign roomForRecords = kept < 8'h78;
+  assign roomForStates = kept < 8'h40;
+  assign full = many;
+  assign readData = readData_REG ? both[7:0] : both[15:8];
+endmodule
+
+module ReportTimer(
+  input         clock,
+  input         reset,
+  input         run,
+  input         millisecond,
+  input         kept,
+  input  [11:0] repeatMs,
+  input  [11:0] heartbeatMs,
+  input         answered,
+  input         news,
+  input  [18:0] status,
+  output        due,
+  input         begins
+);
+
+  reg        fresh;
+  reg [11:0] left;
+  reg [2:0]  may;
+  reg [18:0] REG;
+  always @(posedge clock) begin
+    if (reset) begin
+      fresh <= 1'h0;
+      left <= 12'h0;
+      may <= 3'h7;
+      REG <= 19'h0;
+    end
+    else begin
+      fresh <= news | status != REG | ~begins & fresh;
+      if (answered | begins)
+        left <= kept ? repeatMs : heartbeatMs;
+      else if (millisecond & (|left))
+        left <= left - 12'h1;
+      may <= may + {2'h0, millisecond & may != 3'h7} - {2'h0, begins};
+      REG <= status;
+    end
+  end // always @(posedge)
+  assign due = run & (|may) & (fresh | ~(|left));
+endmodule
+
+module ReportSender(
+  input         clock,
+  input         reset,
+  input         due,
+  output        begins,
+  output        wants,
+  input         granted,
+  input  [18:0] master_status,
+  input  [7:0]  master_present,
+  input  [7:0]  master_cut,
+  input  [7:0]  master_refused,
+  input  [31:0] master_lost,
+  output        holds,
+  input  [7:0]  known,
+  input  [7:0]  kept,
+  output [31:0] counter,
+  output [7:0]  settingAddress,
+  input  [7:0]  setting,
+  output [2:0]  numberAddress,
+  input  [7:0]  number,
+  output [1:0]  timeAddress,
+  input  [15:0] time_0,
+  output [2:0]  serverAddress,
+  input  [7:0]  server,
+  output [9:0]  look,
+  input  [7:0]  lookData,
+  output [4:0]  readEvent,
+  output [4:0]  readByte,
+  input  [7:0]  eventData,
+  input         again,
+  input         tagged_ready,
+  output        tagged_valid,
+  output [7:0]  tagged_bits,
+  output        tagEnd,
+  input         tag_valid,
+  input  [7:0]  tag_bits,
+  output        tagReady,
   input         bytes_ready,
   output        bytes_valid,
   output [7:0]  bytes_bits_data,
   output        bytes_bits_last,
-  input  [47:0] source
+  input         empty
 );
 
-  wire [7:0]  _ram_writeData;
-  wire [10:0] _ram_readAddress;
-  wire [7:0]  _ram_readData;
-  reg  [2:0]  state;
-  reg  [10:0] used;
-  reg  [7:0]  count;
-  reg  [10:0] last;
-  reg  [11:0] at;
-  reg  [10:0] left;
+  reg  [3:0]  part;
+  reg  [10:0] at;
+  reg  [1:0]  age;
+  reg  [7:0]  byte_0;
+  reg  [7:0]  sum_next;
+  reg  [7:0]  sum_other;
+  reg         sum_carry;
+  reg  [7:0]  slaves;
+  reg  [5:0]  events;
+  reg  [31:0] sent;
+  wire        _age_T = part == 4'h0;
+  wire        _wants_T_2 = sent != 32'hFFFFFFFF;
+  wire        _begins_output = _age_T & due & granted & empty & _wants_T_2;
+  wire        _isLast_T_3 = part == 4'h2;
+  wire        _isLast_T_6 = part == 4'h3;
+  wire        isHeader = _isLast_T_3 | _isLast_T_6;
+  wire        isReport = part == 4'h4;
+  wire        isNonce = part == 4'h1;
+  wire        isMac = at < 11'hC;
+  wire        isLife = isNonce ? ~(at[3]) : at[5:3] == 3'h1;
+  wire [8:0]  _GEN = {1'h0, slaves};
+  wire        _isLast_T_18 = part == 4'h9;
+  wire        _holds_T = at[5:3] == 3'h4;
+  wire        _isEmpty_T = part == 4'h5;
+  wire        _isEventEnd_T = part == 4'h6;
+  wire        _isLast_T_15 = part == 4'h8;
   reg  [7:0]  casez_tmp;
   always @(*) begin
-    casez (at[3:0])
-      4'b0000:
-        casez_tmp = datagram_bits_command;
-      4'b0001:
-        casez_tmp = datagram_bits_index;
-      4'b0010:
-        casez_tmp = datagram_bits_address[7:0];
-      4'b0011:
-        casez_tmp = datagram_bits_address[15:8];
-      4'b0100:
-        casez_tmp = datagram_bits_address[23:16];
-      4'b0101:
-        casez_tmp = datagram_bits_address[31:24];
-      4'b0110:
-        casez_tmp = datagram_bits_length[7:0];
-      4'b0111:
-        casez_tmp = {5'h10, datagram_bits_length[10:8]};
-      4'b1000:
+    casez (at[2:0])
+      3'b000:
         casez_tmp = 8'h0;
-      4'b1001:
-        casez_tmp = 8'h0;
-      4'b1010:
-        casez_tmp = datagram_bits_command;
-      4'b1011:
-        casez_tmp = datagram_bits_command;
-      4'b1100:
-        casez_tmp = datagram_bits_command;
-      4'b1101:
-        casez_tmp = datagram_bits_command;
-      4'b1110:
-        casez_tmp = datagram_bits_command;
+      3'b001:
+        casez_tmp = {5'h0, master_status[18:16]};
+      3'b010:
+        casez_tmp = master_status[15:8];
+      3'b011:
+        casez_tmp = master_status[7:0];
+      3'b100:
+        casez_tmp = master_lost[31:24];
+      3'b101:
+        casez_tmp = master_lost[23:16];
+      3'b110:
+        casez_tmp = master_lost[15:8];
       default:
-        casez_tmp = datagram_bits_command;
+        casez_tmp = master_lost[7:0];
     endcase
   end // always @(*)
-  wire [11:0] _GEN = {1'h0, used};
-  wire        _full_output = count == 8'hF | _GEN + {1'h0, datagram_bits_length} > 12'h5CE;
-  wire        _datagram_ready_T_1 = at == 12'h9;
   reg  [7:0]  casez_tmp_0;
   always @(*) begin
-    casez (at[3:0])
-      4'b0000:
-        casez_tmp_0 = 8'hFF;
-      4'b0001:
-        casez_tmp_0 = 8'hFF;
-      4'b0010:
-        casez_tmp_0 = 8'hFF;
-      4'b0011:
-        casez_tmp_0 = 8'hFF;
-      4'b0100:
-        casez_tmp_0 = 8'hFF;
-      4'b0101:
-        casez_tmp_0 = 8'hFF;
-      4'b0110:
-        casez_tmp_0 = source[7:0];
-      4'b0111:
-        casez_tmp_0 = source[15:8];
-      4'b1000:
-        casez_tmp_0 = source[23:16];
-      4'b1001:
-        casez_tmp_0 = source[31:24];
-      4'b1010:
-        casez_tmp_0 = source[39:32];
-      4'b1011:
-        casez_tmp_0 = source[47:40];
-      4'b1100:
-        casez_tmp_0 = 8'h88;
-      4'b1101:
-        casez_tmp_0 = 8'hA4;
-      4'b1110:
-        casez_tmp_0 = used[7:0];
-      default:
-        casez_tmp_0 = {5'h2, used[10:8]};
-    endcase
-  end // always @(*)
-  wire [11:0] _at_T_2 = at + 12'h1;
-  wire        bytes_bits_last_0 = _at_T_2 == _GEN;
-  wire        _GEN_0 = state == 3'h0;
-  wire        _GEN_1 = datagram_valid & ~_full_output;
-  wire        _GEN_2 = state == 3'h1;
-  wire        _GEN_3 = state == 3'h2;
-  wire        _GEN_4 = state == 3'h3;
-  wire        write = ~_GEN_0 & (_GEN_2 | (_GEN_3 ? data_valid : _GEN_4));
-  wire        _GEN_5 = state == 3'h5 & bytes_ready;
-  reg  [2:0]  casez_tmp_1;
-  wire [2:0]  _GEN_6 = _GEN_5 ? {~bytes_bits_last_0, 2'h0} : state;
-  always @(*) begin
-    casez (state)
+    casez (at[2:0])
       3'b000:
-        casez_tmp_1 = clear ? state : send ? 3'h4 : _GEN_1 ? 3'h1 : state;
+        casez_tmp_0 = {2'h0, events};
       3'b001:
-        casez_tmp_1 = _datagram_ready_T_1 ? {2'h1, left == 11'h0} : state;
+        casez_tmp_0 = slaves;
       3'b010:
-        casez_tmp_1 = data_valid & left == 11'h1 ? 3'h3 : state;
+        casez_tmp_0 = master_present;
       3'b011:
-        casez_tmp_1 = at == 12'h1 ? 3'h0 : state;
+        casez_tmp_0 = 8'h0;
       3'b100:
-        casez_tmp_1 = 3'h5;
+        casez_tmp_0 = master_cut;
       3'b101:
-        casez_tmp_1 = _GEN_6;
+        casez_tmp_0 = master_refused;
       3'b110:
-        casez_tmp_1 = _GEN_6;
+        casez_tmp_0 = 8'h0;
       default:
-        casez_tmp_1 = _GEN_6;
+        casez_tmp_0 = 8'h0;
     endcase
   end // always @(*)
+  wire        _isLast_T_12 = part == 4'h7;
+  wire        isData = isReport | _isEmpty_T | _isEventEnd_T | _isLast_T_12 | _isLast_T_15;
+  wire        ready = age == 2'h2;
+  wire        toWire = isData | _isLast_T_6 | _isLast_T_18 & at[1];
+  wire        toTag = isNonce | isReport | _isEmpty_T | _isEventEnd_T;
+  wire        isEmpty = _isEmpty_T & at[10:2] == _GEN | _isEventEnd_T & at[10:5] == events;
+  wire [10:0] _length_T_3 = {_GEN + {1'h0, events, 2'h0} + {2'h0, events, 1'h0}, 2'h0} + {4'h0, at[5] ? 7'h62 : 7'h76};
+  wire        isCheck = at[5:1] == 5'hC;
+  wire        behindIp = at[5:0] > 6'h21;
+  wire        folds = _isLast_T_3 & behindIp | _isLast_T_18 & ~(at[1]);
+  wire        isSummed = isData | _isLast_T_3 & ~isCheck | _isLast_T_6 & behindIp & at[5:1] != 5'h14;
+  wire        fires = ready & ~isEmpty & (~toWire | bytes_ready) & (~toTag | tagged_ready);
+  wire        moves =
+    isEmpty | fires
+    & (isNonce & at[5:0] == 6'hF | _isLast_T_3 & at[5:0] == 6'h23 | _isLast_T_6 & at[5:0] == 6'h29 | isReport
+       & at[5:0] == 6'h37 | _isLast_T_12 & at[5:0] == 6'hF | _isLast_T_15 & at[5:0] == 6'hF | _isLast_T_18
+       & at[5:0] == 6'h3);
+  wire [9:0]  _sum_total_T_2 = {1'h0, sum_next, 1'h1} + {1'h0, isSummed & ~folds ? byte_0 : 8'h0, sum_carry};
+  wire        _GEN_0 = fires & (isSummed | folds);
   always @(posedge clock) begin
     if (reset) begin
-      state <= 3'h0;
-      used <= 11'h0;
-      count <= 8'h0;
+      part <= 4'h0;
+      sent <= 32'h0;
+    end
+    else if (_begins_output) begin
+      part <= 4'h1;
+      sent <= sent + 32'h1;
+    end
+    else if (moves) begin
+      if (part == 4'h9)
+        part <= 4'h0;
+      else if (part == 4'h8)
+        part <= 4'h9;
+      else if (part == 4'h7)
+        part <= 4'h8;
+      else
+        part <=
+          {1'h0,
+           part == 4'h6
+             ? 3'h7
+             : part == 4'h5
+                 ? 3'h6
+                 : part == 4'h4 ? 3'h5 : part == 4'h3 ? 3'h4 : {1'h0, part == 4'h2 ? 2'h3 : {part == 4'h1, 1'h0}}};
+    end
+    if (_age_T) begin
+      at <= 11'h0;
+      sum_next <= 8'h0;
+      sum_other <= 8'h0;
+      slaves <= known;
+      events <= kept > 8'h20 ? 6'h20 : kept[5:0];
     end
     else begin
-      state <= casez_tmp_1;
-      if (_GEN_0 & clear)
-        used <= 11'h0;
-      else if (write)
-        used <= used + 11'h1;
+      if (moves)
+        at <= {7'h0, isNonce ? 4'hE : 4'h0};
+      else if (fires)
+        at <= at + {7'h0, _isEventEnd_T & at[4:0] == 5'h17, 3'h1};
       if (_GEN_0) begin
-        if (clear)
-          count <= 8'h0;
-        else if (send | ~_GEN_1) begin
-        end
-        else
-          count <= count + 8'h1;
+        sum_next <= sum_other;
+        sum_other <= _sum_total_T_2[8:1];
       end
     end
-    if (_GEN_0 | ~(_GEN_2 & at == 12'h7)) begin
-    end
+    if (_isLast_T_15 & ~ready)
+      age <= {tag_valid, 1'h0};
+    else if (isReport & again | fires | _age_T | isEmpty)
+      age <= 2'h0;
+    else if (~ready)
+      age <= age + 2'h1;
+    if (part != 4'h8 | tag_valid)
+      byte_0 <=
+        (isHeader & (isMac | at > 11'h19 & at < 11'h26) | isNonce & ~(at[3]) | isReport
+         & (isLife | at[5:3] == 3'h0 & at[2:1] == 2'h2 | at[5:0] == 6'h33)
+           ? setting
+           : 8'h0) | (isNonce & at[3] & at[2] | isReport & at[5:3] == 3'h3 ? number : 8'h0)
+        | (isHeader & isCheck | _isLast_T_18 ? ~(at[0] ? sum_other : sum_next) : 8'h0)
+        | (isHeader & (at[5:1] == 5'h8 | at[5:1] == 5'h13)
+             ? (at[0] ? _length_T_3[7:0] : {5'h0, _length_T_3[10:8]})
+             : 8'h0) | (isReport & at[5:3] == 3'h2 ? server : 8'h0)
+        | (isReport & _holds_T ? (at[0] ? time_0[7:0] : time_0[15:8]) : 8'h0)
+        | (isReport & at[5:3] == 3'h5 ? casez_tmp : 8'h0) | (isReport & at[5:3] == 3'h6 ? casez_tmp_0 : 8'h0)
+        | (_isEmpty_T ? lookData : 8'h0) | (_isEventEnd_T ? eventData : 8'h0) | (_isLast_T_15 ? tag_bits : 8'h0)
+        | (isReport & at[5:0] == 6'h0 ? 8'h46 : 8'h0) | (isReport & at[5:0] == 6'h1 ? 8'h41 : 8'h0)
+        | (isHeader & at[5:0] == 6'hE ? 8'h45 : 8'h0)
+        | {1'h0,
+           isHeader & at[5:0] == 6'h14 | isHeader & at[5:0] == 6'h16,
+           2'h0,
+           isHeader & at[5:0] == 6'hC,
+           1'h0,
+           isReport & at[5:0] == 6'h2,
+           isReport & at[5:0] == 6'h3} | (isHeader & at[5:0] == 6'h17 ? 8'h11 : 8'h0)
+        | (isHeader & at[5:0] == 6'h28 ? 8'hC5 : 8'h0) | (isHeader & at[5:0] == 6'h29 ? 8'h14 : 8'h0)
+        | (isNonce & at[5:0] == 6'h8 ? 8'h4D : 8'h0);
+    sum_carry <= ~_age_T & (_GEN_0 ? _sum_total_T_2[9] : sum_carry);
+  end // always @(posedge)
+  assign begins = _begins_output;
+  assign wants = (|part) | due & empty & _wants_T_2;
+  assign holds = isReport & _holds_T | isReport & at[5:2] == 4'hB;
+  assign counter = sent;
+  assign settingAddress =
+    isHeader
+      ? {2'h0, at[5:0] + {1'h0, isMac ? 5'h10 : 5'h2}}
+      : isLife ? {5'h16, at[2:0]} : {2'h0, at[5] ? 6'h3D : {5'h14, ~(at[0])}};
+  assign numberAddress = {isReport & at[2], at[1:0]};
+  assign timeAddress = at[2:1];
+  assign serverAddress = at[2:0];
+  assign look = at[9:0];
+  assign readEvent = at[9:5];
+  assign readByte = at[4:0];
+  assign tagged_valid = ready & ~isEmpty & toTag & (~toWire | bytes_ready);
+  assign tagged_bits = byte_0;
+  assign tagEnd = _isEventEnd_T & isEmpty;
+  assign tagReady = _isLast_T_15 & age == 2'h0 & ~tag_valid;
+  assign bytes_valid = ready & ~isEmpty & toWire & (~toTag | tagged_ready);
+  assign bytes_bits_data = byte_0;
+  assign bytes_bits_last = _isLast_T_18 & at[0];
+endmodule
+
+// external module DualPortRam
+
+// external module DualPortRam
+
+// external module DualPortRam
+
+module Ascon(
+  input         clock,
+  input         reset,
+  input  [1:0]  piece,
+  input         side,
+  input         write,
+  input  [15:0] add_0,
+  input  [15:0] add_1,
+  input  [15:0] add_2,
+  input  [15:0] add_3,
+  input  [15:0] add_4,
+  input         clear,
+  output [15:0] sum_3,
+  output [15:0] sum_4
+);
+
+  wire [15:0] next_4;
+  wire [15:0] next_3;
+  wire [15:0] next_2;
+  wire [15:0] next_1;
+  wire [15:0] next_0;
+  wire [31:0] _ahead_ram_writeData;
+  wire [2:0]  _ahead_ram_readAddress;
+  wire [31:0] _ahead_ram_readData;
+  wire [35:0] _here_ram_1_writeData;
+  wire [35:0] _here_ram_1_readData;
+  wire [35:0] _here_ram_writeData;
+  wire [35:0] _here_ram_readData;
+  reg         writes;
+  reg  [2:0]  target;
+  wire [2:0]  _here_T_3 = {side, piece};
+  reg  [15:0] x0by1;
+  reg  [11:0] x0by2;
+  reg  [9:0]  x1by3;
+  reg  [6:0]  x1low;
+  reg         x1top;
+  reg  [5:0]  x2by1;
+  wire [15:0] x3 = {_here_ram_readData[3:0], _here_ram_1_readData[35:24]};
+  reg  [15:0] x3by1;
+  reg         x3by2;
+  reg  [6:0]  x4by1;
+  reg  [8:0]  x4by3;
+  wire [15:0] _GEN =
+    {x1top, _here_ram_1_readData[7:0], x1low} ^ {_here_ram_1_readData[5:0], x1low, x1by3[9:7]}
+    ^ {x1by3[6:0], _ahead_ram_readData[31:23]} ^ add_1;
+  wire [15:0] _sum_3_output =
+    x3 ^ {x3by1[9:0], _here_ram_readData[3:0], _here_ram_1_readData[35:34]} ^ {x3by2, x3by1[15:1]} ^ add_3;
+  wire [15:0] _sum_4_output =
+    _here_ram_1_readData[23:8] ^ {x4by1, _here_ram_1_readData[23:15]} ^ {x4by3, _ahead_ram_readData[15:9]} ^ add_4;
+  wire [15:0] a0 =
+    _here_ram_readData[35:20] ^ {x0by2[2:0], x0by1[15:3]} ^ {x0by2, x0by1[15:12]} ^ add_0 ^ _sum_4_output;
+  wire [15:0] a2 =
+    _here_ram_readData[19:4] ^ {x2by1[0], _here_ram_readData[19:5]} ^ {x2by1, _here_ram_readData[19:10]} ^ add_2 ^ _GEN;
+  wire [15:0] a4 = _sum_4_output ^ _sum_3_output;
+  wire [15:0] b0 = a0 ^ ~_GEN & a2;
+  wire [15:0] b2 = a2 ^ ~_sum_3_output & a4;
+  wire [15:0] s4 = a4 ^ ~a0 & _GEN;
+  wire [15:0] _GEN_0 = {16{~clear}};
+  assign next_0 = (b0 ^ s4) & _GEN_0;
+  assign next_1 = (_GEN ^ ~a2 & _sum_3_output ^ b0) & _GEN_0;
+  assign next_2 = ~b2 & _GEN_0;
+  assign next_3 = (_sum_3_output ^ ~a4 & a0 ^ b2) & _GEN_0;
+  assign next_4 = s4 & _GEN_0;
+  always @(posedge clock) begin
+    if (reset)
+      writes <= 1'h0;
     else
-      last <= used;
-    if (_GEN_0) begin
-      at <= clear | ~send ? 12'h0 : 12'hFF0;
-      if (clear | send | ~_GEN_1) begin
-      end
-      else
-        left <= datagram_bits_length;
+      writes <= write;
+    target <= {~side, piece};
+    x0by1 <= _here_ram_readData[35:20];
+    x0by2 <= x0by1[11:0];
+    x1by3 <= {_ahead_ram_readData[31:29], _ahead_ram_readData[22:16]};
+    x1low <= x1by3[6:0];
+    x1top <= x1by3[9];
+    x2by1 <= _here_ram_readData[9:4];
+    x3by1 <= x3;
+    x3by2 <= x3by1[0];
+    x4by1 <= _here_ram_1_readData[14:8];
+    x4by3 <= _ahead_ram_readData[8:0];
+  end // always @(posedge)
+  assign _here_ram_writeData = {next_0, next_2, next_3[15:12]};
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(36)
+  ) here_ram (
+    .clock        (clock),
+    .write        (writes),
+    .writeAddress (target),
+    .writeData    (_here_ram_writeData),
+    .readAddress  (_here_T_3),
+    .readData     (_here_ram_readData)
+  );
+  assign _here_ram_1_writeData = {next_3[11:0], next_4, next_1[14:7]};
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(36)
+  ) here_ram_1 (
+    .clock        (clock),
+    .write        (writes),
+    .writeAddress (target),
+    .writeData    (_here_ram_1_writeData),
+    .readAddress  (_here_T_3),
+    .readData     (_here_ram_1_readData)
+  );
+  assign _ahead_ram_writeData = {next_1, next_4};
+  assign _ahead_ram_readAddress = {side, piece ^ 2'h2};
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(32)
+  ) ahead_ram (
+    .clock        (clock),
+    .write        (writes),
+    .writeAddress (target),
+    .writeData    (_ahead_ram_writeData),
+    .readAddress  (_ahead_ram_readAddress),
+    .readData     (_ahead_ram_readData)
+  );
+  assign sum_3 = _sum_3_output;
+  assign sum_4 = _sum_4_output;
+endmodule
+
+module AsconTag(
+  input        clock,
+  input        reset,
+  input        granted,
+  output [7:0] settingAddress,
+  input  [7:0] setting,
+  output       in_ready,
+  input        in_valid,
+  input  [7:0] in_bits,
+  input        end_0,
+  output       tag_valid,
+  output [7:0] tag_bits,
+  input        tagReady
+);
+
+  wire        _ascon_write;
+  wire [15:0] _ascon_add_0;
+  wire [15:0] _ascon_add_2;
+  wire [15:0] _ascon_add_4;
+  wire [15:0] _ascon_sum_3;
+  wire [15:0] _ascon_sum_4;
+  wire        _add4_ram_write;
+  wire [4:0]  _add4_ram_writeAddress;
+  wire [4:0]  _add4_ram_readAddress;
+  wire [15:0] _add4_ram_readData;
+  wire        _add3_ram_write;
+  wire [4:0]  _add3_ram_writeAddress;
+  wire [4:0]  _add3_ram_readAddress;
+  wire [15:0] _add3_ram_readData;
+  wire        _add1_ram_write;
+  wire [4:0]  _add1_ram_writeAddress;
+  wire [4:0]  _add1_ram_readAddress;
+  wire [15:0] _add1_ram_readData;
+  wire        _even_ram_write;
+  wire [4:0]  _even_ram_writeAddress;
+  wire [4:0]  _even_ram_readAddress;
+  wire [15:0] _even_ram_readData;
+  reg  [2:0]  phase;
+  reg  [2:0]  time_0;
+  reg  [3:0]  round;
+  reg         side;
+  reg  [1:0]  padding;
+  reg  [3:0]  place;
+  reg         full;
+  reg  [7:0]  low;
+  wire        _to0_T = phase == 3'h2;
+  wire        _to0_T_1 = phase == 3'h3;
+  wire        _phase_T = phase == 3'h1;
+  wire        _byte_T = padding == 2'h1;
+  wire        pads = ~full & (_to0_T | _to0_T_1 | _phase_T) & (_byte_T | padding == 2'h2);
+  reg  [5:0]  keyAt;
+  wire        _ascon_clear_T = phase == 3'h0;
+  wire        readsKey = granted & _ascon_clear_T & place == 4'h0 & ~full & ~in_valid;
+  wire        in_ready_0 = ~full & padding == 2'h0;
+  wire        takes = in_ready_0 & in_valid | pads;
+  wire [7:0]  byte_0 = pads ? {7'h0, _byte_T} : readsKey ? setting & {8{~(keyAt[5])}} : in_bits;
+  wire [1:0]  piece = {time_0[1], ~(time_0[0])};
+  wire        _closes_T_1 = round == 4'h0;
+  wire        starts = _phase_T & _closes_T_1;
+  wire        _second_T_1 = round == 4'h4;
+  wire        blocks = (_to0_T | _to0_T_1) & _second_T_1;
+  wire        _closes_T = phase == 3'h4;
+  wire        closes = _closes_T & _closes_T_1;
+  wire        tags = phase == 3'h5;
+  wire [15:0] _add4_ram_io_writeData_T = {byte_0, low};
+  wire        _add4_T = _to0_T & _second_T_1 | tags;
+  reg  [1:0]  at;
+  reg         opened;
+  reg         closed;
+  reg         to0;
+  reg  [3:0]  number;
+  wire        _constant_T_2 = at == 2'h0;
+  wire [7:0]  _GEN = {8{~to0}};
+  wire        counts = time_0[2] | time_0[1];
+  reg         ascon_clear_REG;
+  reg         tag_valid_REG;
+  wire [15:0] pair = number[3] ? _ascon_sum_4 : _ascon_sum_3;
+  wire        _GEN_0 = round == 4'hB & ~tags;
+  wire        _GEN_1 = (&padding) & ~full;
+  wire        _GEN_2 = time_0 == 3'h5;
+  wire        _GEN_3 = tags & (&round);
+  always @(posedge clock) begin
+    if (reset) begin
+      phase <= 3'h0;
+      time_0 <= 3'h0;
+      round <= 4'h0;
+      side <= 1'h0;
+      padding <= 2'h0;
+      place <= 4'h0;
+      full <= 1'h0;
+      keyAt <= 6'h0;
+      tag_valid_REG <= 1'h0;
     end
     else begin
       if (_GEN_2) begin
-        if (_datagram_ready_T_1)
-          at <= 12'h0;
+        if (_GEN_3)
+          phase <= 3'h0;
+        else if (_GEN_0) begin
+          if (_closes_T)
+            phase <= 3'h5;
+          else if (_GEN_1)
+            phase <= 3'h4;
+          else
+            phase <= {2'h1, ~_phase_T};
+        end
+        else if (_ascon_clear_T & full)
+          phase <= 3'h1;
+        time_0 <= 3'h0;
+        if (_GEN_0)
+          round <= {1'h0, ~(_closes_T | _GEN_1), 2'h0};
+        else if (_ascon_clear_T)
+          round <= 4'h0;
         else
-          at <= _at_T_2;
+          round <= round + 4'h1;
       end
-      else if (_GEN_3 | ~(_GEN_4 | ~(state == 3'h4 | ~_GEN_5))) begin
-      end
+      else if (~(time_0 == 3'h0 & (tags ? ~tagReady : blocks & ~full)))
+        time_0 <= time_0 + 3'h1;
+      side <= _GEN_2 & ~tags ^ side;
+      if (_GEN_2 & _GEN_3)
+        padding <= 2'h0;
+      else if (pads)
+        padding <= {1'h1, &place};
+      else if (end_0)
+        padding <= 2'h1;
+      if (takes)
+        place <= place + 4'h1;
+      full <= ~(_GEN_2 & (starts | blocks)) & (takes & (&place) | full);
+      if (readsKey)
+        keyAt <= keyAt + 6'h1;
       else
-        at <= _at_T_2;
-      if (_GEN_2 | ~(_GEN_3 & data_valid)) begin
-      end
-      else
-        left <= left - 11'h1;
+        keyAt <= {keyAt[5:2], 2'h0};
+      tag_valid_REG <= tags & counts & piece == round[2:1];
+    end
+    if (takes | keyAt[0])
+      low <= byte_0;
+    at <= piece;
+    opened <= starts;
+    closed <= closes;
+    to0 <= _to0_T | _to0_T_1;
+    number <= round;
+    ascon_clear_REG <= _ascon_clear_T;
+  end // always @(posedge)
+  assign _even_ram_write = takes ? place[0] : readsKey & (&(keyAt[1:0]));
+  assign _even_ram_writeAddress = takes ? {2'h0, place[3:1]} : {keyAt[5], ~(keyAt[5]), keyAt[4:2]};
+  assign _even_ram_readAddress = {starts ? 3'h3 : blocks ? 3'h0 : closes ? 3'h2 : 3'h4, time_0[1], ~(time_0[0])};
+  DualPortRam #(
+    .ADDRESS_BITS(5),
+    .DEPTH(32),
+    .WIDTH(16)
+  ) even_ram (
+    .clock        (clock),
+    .write        (_even_ram_write),
+    .writeAddress (_even_ram_writeAddress),
+    .writeData    (_add4_ram_io_writeData_T),
+    .readAddress  (_even_ram_readAddress),
+    .readData     (_even_ram_readData)
+  );
+  assign _add1_ram_write = takes ? place[0] : readsKey & (&(keyAt[1:0]));
+  assign _add1_ram_writeAddress = takes ? {2'h0, place[3:1]} : {keyAt[5], ~(keyAt[5]), keyAt[4:2]};
+  assign _add1_ram_readAddress = {starts ? 3'h2 : blocks ? 3'h1 : 3'h4, time_0[1], ~(time_0[0])};
+  DualPortRam #(
+    .ADDRESS_BITS(5),
+    .DEPTH(32),
+    .WIDTH(16)
+  ) add1_ram (
+    .clock        (clock),
+    .write        (_add1_ram_write),
+    .writeAddress (_add1_ram_writeAddress),
+    .writeData    (_add4_ram_io_writeData_T),
+    .readAddress  (_add1_ram_readAddress),
+    .readData     (_add1_ram_readData)
+  );
+  assign _add3_ram_write = takes ? place[0] : readsKey & (&(keyAt[1:0]));
+  assign _add3_ram_writeAddress = takes ? {2'h0, place[3:1]} : {keyAt[5], ~(keyAt[5]), keyAt[4:2]};
+  assign _add3_ram_readAddress = {starts ? 3'h0 : _add4_T ? 3'h2 : closes ? 3'h3 : 3'h4, time_0[1], ~(time_0[0])};
+  DualPortRam #(
+    .ADDRESS_BITS(5),
+    .DEPTH(32),
+    .WIDTH(16)
+  ) add3_ram (
+    .clock        (clock),
+    .write        (_add3_ram_write),
+    .writeAddress (_add3_ram_writeAddress),
+    .writeData    (_add4_ram_io_writeData_T),
+    .readAddress  (_add3_ram_readAddress),
+    .readData     (_add3_ram_readData)
+  );
+  assign _add4_ram_write = takes ? place[0] : readsKey & (&(keyAt[1:0]));
+  assign _add4_ram_writeAddress = takes ? {2'h0, place[3:1]} : {keyAt[5], ~(keyAt[5]), keyAt[4:2]};
+  assign _add4_ram_readAddress = {starts ? 3'h1 : _add4_T ? 3'h3 : 3'h4, time_0[1], ~(time_0[0])};
+  DualPortRam #(
+    .ADDRESS_BITS(5),
+    .DEPTH(32),
+    .WIDTH(16)
+  ) add4_ram (
+    .clock        (clock),
+    .write        (_add4_ram_write),
+    .writeAddress (_add4_ram_writeAddress),
+    .writeData    (_add4_ram_io_writeData_T),
+    .readAddress  (_add4_ram_readAddress),
+    .readData     (_add4_ram_readData)
+  );
+  assign _ascon_write = counts & ~tags;
+  assign _ascon_add_0 =
+    _even_ram_readData & {16{to0}} | (opened & at == 2'h1 ? 16'h808C : 16'h0)
+    | {3'h0, opened & at == 2'h2, 11'h0, opened & _constant_T_2 | closed & _constant_T_2};
+  assign _ascon_add_2 =
+    {_even_ram_readData[15:8] & _GEN, _even_ram_readData[7:0] & _GEN ^ {~number, number} & {8{_constant_T_2}}};
+  assign _ascon_add_4 = _add4_ram_readData ^ {closed & (&at), 15'h0};
+  Ascon ascon (
+    .clock (clock),
+    .reset (reset),
+    .piece (piece),
+    .side  (side),
+    .write (_ascon_write),
+    .add_0 (_ascon_add_0),
+    .add_1 (_add1_ram_readData),
+    .add_2 (_ascon_add_2),
+    .add_3 (_add3_ram_readData),
+    .add_4 (_ascon_add_4),
+    .clear (ascon_clear_REG),
+    .sum_3 (_ascon_sum_3),
+    .sum_4 (_ascon_sum_4)
+  );
+  assign settingAddress = {4'hA, keyAt[4:1]};
+  assign in_ready = in_ready_0;
+  assign tag_valid = tag_valid_REG;
+  assign tag_bits = number[0] ? pair[15:8] : pair[7:0];
+endmodule
+
+// external module DualPortRam
+
+module FrameStore(
+  input        clock,
+  input        reset,
+  output       in_ready,
+  input        in_valid,
+  input  [7:0] in_bits_data,
+  input        in_bits_last,
+  input        out_ready,
+  output       out_valid,
+  output [7:0] out_bits_data,
+  output       out_bits_last,
+  input        note_valid,
+  input  [7:0] note_bits,
+  input  [4:0] noteAddress,
+  input        readsNote,
+  input  [4:0] readAddress,
+  output [7:0] readData,
+  output       empty
+);
+
+  wire       in_ready_0;
+  wire       _ram_write;
+  wire [7:0] _ram_writeAddress;
+  wire [8:0] _ram_writeData;
+  wire [7:0] _ram_readAddress;
+  wire [8:0] _ram_readData;
+  reg  [6:0] write;
+  reg  [6:0] read;
+  reg        leaves;
+  reg        isThere;
+  wire [6:0] _write_T = write + 7'h1;
+  wire       isFull = _write_T == read;
+  wire       _ram_io_write_T = in_ready_0 & in_valid;
+  assign in_ready_0 = ~isFull & ~note_valid;
+  wire       _isThere_T_2 = out_ready & isThere;
+  always @(posedge clock) begin
+    if (reset) begin
+      write <= 7'h0;
+      read <= 7'h0;
+      leaves <= 1'h0;
+      isThere <= 1'h0;
+    end
+    else begin
+      if (_ram_io_write_T)
+        write <= _write_T;
+      if (_isThere_T_2)
+        read <= read + 7'h1;
+      leaves <= ~(_isThere_T_2 & _ram_readData[0]) & (isFull | _ram_io_write_T & in_bits_last | leaves);
+      isThere <= leaves & read != write & ~_isThere_T_2;
     end
   end // always @(posedge)
-  assign _ram_writeData = state == 3'h2 ? data_bits : state == 3'h1 ? casez_tmp : 8'h0;
-  assign _ram_readAddress = at[10:0];
+  assign _ram_write = _ram_io_write_T | note_valid;
+  assign _ram_writeAddress = note_valid ? {3'h4, noteAddress} : {1'h0, write};
+  assign _ram_writeData = note_valid ? {note_bits, 1'h0} : {in_bits_data, in_bits_last};
+  assign _ram_readAddress = readsNote ? {3'h4, readAddress} : {1'h0, read};
   DualPortRam #(
-    .ADDRESS_BITS(11),
-    .DEPTH(2048),
-    .WIDTH(8)
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(9)
   ) ram (
     .clock        (clock),
-    .write        (write),
-    .writeAddress (used),
+    .write        (_ram_write),
+    .writeAddress (_ram_writeAddress),
     .writeData    (_ram_writeData),
     .readAddress  (_ram_readAddress),
     .readData     (_ram_readData)
   );
-  assign datagram_ready = state == 3'h1 & _datagram_ready_T_1;
-  assign data_ready = state == 3'h2;
-  assign full = _full_output;
-  assign busy = |state;
-  assign bytes_valid = state == 3'h5;
-  assign bytes_bits_data =
-    at[11] ? casez_tmp_0 : at[10:0] == last & (|count) ? {1'h0, _ram_readData[6:0]} : _ram_readData;
-  assign bytes_bits_last = bytes_bits_last_0;
+  assign in_ready = in_ready_0;
+  assign out_valid = isThere;
+  assign out_bits_data = _ram_readData[8:1];
+  assign out_bits_last = _ram_readData[0];
+  assign readData = _ram_readData[8:1];
+  assign empty = read == write;
 endmodule
 
 module EthernetSender(
@@ -1439,231 +2700,7 @@ module EthernetSender(
   assign out_crcGood = out_r_crcGood;
 endmodule
 
-module EthernetReceiver(
-  input        clock,
-  input        reset,
-  input        step,
-  input        in_valid,
-  input        in_payload,
-  input  [3:0] in_data,
-  input        in_last,
-  input        in_bad,
-  output       byte_valid,
-  output [7:0] byte_bits,
-  output       first,
-  output       end_valid,
-  output       end_bits
-);
-
-  reg  [3:0] low;
-  reg        high;
-  reg        begun;
-  wire       _end_valid_T = step & in_valid;
-  reg        end_valid_REG;
-  reg        end_bits_REG;
-  always @(posedge clock) begin
-    if (_end_valid_T)
-      low <= in_data;
-    end_bits_REG <= ~in_bad;
-    if (reset) begin
-      high <= 1'h0;
-      begun <= 1'h0;
-      end_valid_REG <= 1'h0;
-    end
-    else begin
-      if (_end_valid_T) begin
-        high <= in_payload & ~in_last & ~high;
-        begun <= ~(~in_payload | in_last) & (high | begun);
-      end
-      end_valid_REG <= _end_valid_T & in_last;
-    end
-  end // always @(posedge)
-  assign byte_valid = _end_valid_T & in_payload & high;
-  assign byte_bits = {in_data, low};
-  assign first = ~begun;
-  assign end_valid = end_valid_REG;
-  assign end_bits = end_bits_REG;
-endmodule
-
-// external module DualPortRam
-
-module AnswerMatcher(
-  input         clock,
-  input         reset,
-  input         byte_valid,
-  input  [7:0]  byte_bits,
-  input         first,
-  input         end_valid,
-  input         end_bits,
-  input         clear,
-  input         expect_valid,
-  input  [7:0]  expect_bits_command,
-  input  [7:0]  expect_bits_index,
-  input  [10:0] expect_bits_length,
-  output        word_valid,
-  output [2:0]  word_bits_place,
-  output [15:0] word_bits_data,
-  output        done_valid,
-  output        done_bits
-);
-
-  wire [6:0]  _ram_writeAddress;
-  wire [31:0] _ram_writeData;
-  wire [6:0]  _ram_readAddress;
-  wire [31:0] _ram_readData;
-  reg  [7:0]  sent;
-  reg  [7:0]  came;
-  reg  [2:0]  state;
-  reg  [10:0] at;
-  reg  [10:0] area;
-  reg  [10:0] left;
-  reg         more;
-  reg         wrong;
-  reg  [7:0]  low;
-  wire        isAppended = came >= sent;
-  wire        inData = state == 3'h2;
-  wire        _places_T_4 = state == 3'h1;
-  wire        _had_T = at == 11'h7;
-  wire        places_1_1 = _places_T_4 & at == 11'h5;
-  wire        places_2_1 = _places_T_4 & _had_T;
-  wire        _isCompared_T_1 = at == 11'h1;
-  wire        places_3_1 = state == 3'h3 & _isCompared_T_1;
-  wire        places_4_1 = inData & at < 11'h8;
-  reg  [7:0]  casez_tmp;
-  always @(*) begin
-    casez ({at[2], at[0]})
-      2'b00:
-        casez_tmp = _ram_readData[7:0];
-      2'b01:
-        casez_tmp = _ram_readData[15:8];
-      2'b10:
-        casez_tmp = _ram_readData[23:16];
-      default:
-        casez_tmp = _ram_readData[31:24];
-    endcase
-  end // always @(*)
-  wire [10:0] _left_T = {byte_bits[2:0], low};
-  wire        _GEN = state == 3'h0;
-  wire        _GEN_0 = at == 11'hF;
-  wire        _GEN_1 = state == 3'h1;
-  wire        _isCompared_T_3 = at == 11'h6;
-  wire        _GEN_2 = first | _GEN;
-  wire        _GEN_3 = at == 11'h9;
-  wire        _GEN_4 = state == 3'h2;
-  wire        _GEN_5 = left == 11'h1;
-  wire        _GEN_6 = state == 3'h3;
-  wire        _GEN_7 = _GEN_6 & _isCompared_T_1;
-  always @(posedge clock) begin
-    if (reset) begin
-      sent <= 8'h0;
-      state <= 3'h5;
-    end
-    else begin
-      if (clear)
-        sent <= 8'h0;
-      else if (expect_valid)
-        sent <= sent + 8'h1;
-      if (byte_valid) begin
-        if (first)
-          state <= 3'h0;
-        else if (_GEN) begin
-          if (_GEN_0)
-            state <= byte_bits[7:4] == 4'h1 ? (_left_T == 11'h0 ? 3'h4 : 3'h1) : 3'h5;
-          else if (at == 11'hC & byte_bits != 8'h88 | at == 11'hD & byte_bits != 8'hA4 | at == 11'h6 & ~(byte_bits[1]))
-            state <= 3'h5;
-        end
-        else if (_GEN_1) begin
-          if (_GEN_3)
-            state <= {2'h1, left == 11'h0};
-        end
-        else if (_GEN_4) begin
-          if (_GEN_5)
-            state <= 3'h3;
-        end
-        else if (_GEN_7)
-          state <= more ? 3'h1 : 3'h4;
-      end
-    end
-    if (byte_valid) begin
-      if (first) begin
-        came <= 8'h0;
-        at <= 11'h1;
-      end
-      else begin
-        if (_GEN | _GEN_1 | _GEN_4 | ~_GEN_7) begin
-        end
-        else
-          came <= came + 8'h1;
-        if (_GEN ? _GEN_0 : _GEN_1 ? _GEN_3 : _GEN_4 ? _GEN_5 : _GEN_7)
-          at <= 11'h0;
-        else
-          at <= at + 11'h1;
-      end
-      wrong <=
-        ~first
-        & (_GEN
-             ? wrong
-             : _GEN_1
-                 ? (at == 11'h0 | _isCompared_T_1 | _isCompared_T_3 | _had_T) & ~isAppended
-                   & (_had_T ? {5'h0, byte_bits[2:0]} : byte_bits) != casez_tmp | wrong
-                 : ~_GEN_4 & _GEN_6 & _isCompared_T_1 & (more != (area != 11'h1) | came == 8'h7F) | wrong);
-      low <= byte_bits;
-    end
-    if (~byte_valid | first) begin
-    end
-    else if (_GEN) begin
-      if (_GEN_0)
-        area <= _left_T;
-    end
-    else if (_GEN_1)
-      area <= area - 11'h1;
-    else if (_GEN_4)
-      area <= area - 11'h1;
-    else if (_GEN_6)
-      area <= area - 11'h1;
-    if (~byte_valid | _GEN_2) begin
-    end
-    else if (_GEN_1) begin
-      if (_had_T)
-        left <= _left_T;
-      else if (_isCompared_T_3)
-        left <= {3'h0, byte_bits};
-    end
-    else if (_GEN_4)
-      left <= left - 11'h1;
-    if (~byte_valid | _GEN_2 | ~(_GEN_1 & _had_T)) begin
-    end
-    else
-      more <= byte_bits[7];
-  end // always @(posedge)
-  assign _ram_writeAddress = sent[6:0];
-  assign _ram_writeData = {5'h0, expect_bits_length, expect_bits_index, expect_bits_command};
-  assign _ram_readAddress = came[6:0];
-  DualPortRam #(
-    .ADDRESS_BITS(7),
-    .DEPTH(128),
-    .WIDTH(32)
-  ) ram (
-    .clock        (clock),
-    .write        (expect_valid),
-    .writeAddress (_ram_writeAddress),
-    .writeData    (_ram_writeData),
-    .readAddress  (_ram_readAddress),
-    .readData     (_ram_readData)
-  );
-  assign word_valid =
-    byte_valid & ~first & (|{places_4_1, places_3_1, places_2_1, places_1_1, _places_T_4 & at == 11'h3});
-  assign word_bits_place =
-    (places_2_1 ? 3'h3 : 3'h0) | {1'h0, places_3_1, places_1_1} | (places_4_1 ? {1'h1, at[2:1]} : 3'h0);
-  assign word_bits_data =
-    _places_T_4 & _had_T ? {isAppended, 4'h0, byte_bits[2:0], low} : {byte_bits, inData & ~(at[0]) ? byte_bits : low};
-  assign done_valid = end_valid;
-  assign done_bits = end_bits & state == 3'h4 & (|(at[10:2])) & ~wrong & isAppended;
-endmodule
-
-// external module DualPortRam
-
-module LineExchange(
+module PlantSide(
   input         clock,
   input         reset,
   input         step,
@@ -1679,142 +2716,225 @@ module LineExchange(
   output        out_bad,
   output        out_odd,
   output        out_crcGood,
-  input  [47:0] source,
-  input         clear,
-  output        datagram_ready,
-  input         datagram_valid,
-  input  [7:0]  datagram_bits_command,
-  input  [7:0]  datagram_bits_index,
-  input  [31:0] datagram_bits_address,
-  input  [10:0] datagram_bits_length,
-  output        data_ready,
-  input         data_valid,
-  input  [7:0]  data_bits,
+  output [7:0]  settingAddress_0,
+  output [7:0]  settingAddress_1,
+  input  [7:0]  setting_0,
+  input  [7:0]  setting_1,
+  input         run,
+  input  [11:0] repeatMs,
+  input  [11:0] heartbeatMs,
+  input  [7:0]  serverTimeout,
+  input         millisecond,
+  input  [18:0] master_status,
+  input  [7:0]  master_present,
+  input  [7:0]  master_cut,
+  input  [7:0]  master_refused,
+  input  [31:0] master_lost,
+  input  [63:0] master_time,
+  output        holds,
+  input  [7:0]  known,
+  output [9:0]  look,
+  input  [7:0]  lookData,
+  output        event_0_ready,
+  input         event_0_valid,
+  input  [15:0] event_0_bits,
+  output        event_1_ready,
+  input         event_1_valid,
+  input  [15:0] event_1_bits,
+  output [15:0] firstEvent,
+  output [15:0] nextEvent,
+  output        roomForRecords,
+  output        roomForStates,
   output        full,
-  output        composing,
-  input         go,
-  input  [15:0] timeout,
-  input  [3:0]  retries,
-  output        done_valid,
-  output        done_bits,
-  output        lost,
-  output [5:0]  count,
-  input  [4:0]  read,
-  input  [2:0]  place,
-  output [15:0] answer,
-  input         keeps,
-  input  [3:0]  keptAddress,
-  output [7:0]  keptData
+  output        mailbox_waiting,
+  input         mailbox_take,
+  input         mailbox_looks,
+  input  [5:0]  mailbox_readAddress,
+  output [7:0]  mailbox_readData,
+  output        serverSilent,
+  output        refused,
+  output        dropped
 );
 
-  wire        _forHost_ram_write;
-  wire [7:0]  _forHost_ram_readAddress;
-  wire [15:0] _forHost_ram_readData;
-  wire [7:0]  _answer_ram_readAddress;
-  wire        _matcher_expect_valid;
-  wire        _matcher_word_valid;
-  wire [2:0]  _matcher_word_bits_place;
-  wire [15:0] _matcher_word_bits_data;
-  wire        _matcher_done_valid;
-  wire        _matcher_done_bits;
+  wire        _sender_bytes_valid;
+  wire [7:0]  _sender_bytes_bits_data;
+  wire        _sender_bytes_bits_last;
+  wire        _sender_bytes_ready;
+  wire        _store_out_ready;
+  wire        _store_out_valid;
+  wire [7:0]  _store_out_bits_data;
+  wire        _store_out_bits_last;
+  wire        _store_empty;
+  wire        _tag_granted;
+  wire        _tag_in_valid;
+  wire [7:0]  _tag_in_bits;
+  wire        _tag_end;
+  wire        _tag_tagReady;
+  wire [7:0]  _tag_settingAddress;
+  wire        _tag_in_ready;
+  wire        _tag_tag_valid;
+  wire [7:0]  _tag_tag_bits;
+  wire        _reports_granted;
+  wire        _reports_again;
+  wire        _reports_tagged_ready;
+  wire        _reports_tag_valid;
+  wire [7:0]  _reports_tag_bits;
+  wire        _reports_bytes_ready;
+  wire        _reports_empty;
+  wire        _reports_wants;
+  wire        _reports_holds;
+  wire [31:0] _reports_counter;
+  wire [7:0]  _reports_settingAddress;
+  wire [2:0]  _reports_numberAddress;
+  wire [1:0]  _reports_timeAddress;
+  wire        _reports_tagged_valid;
+  wire [7:0]  _reports_tagged_bits;
+  wire        _reports_tagEnd;
+  wire        _reports_tagReady;
+  wire        _reports_bytes_valid;
+  wire [7:0]  _reports_bytes_bits_data;
+  wire        _reports_bytes_bits_last;
+  wire        _timer_kept;
+  wire        _timer_news;
+  wire        _timer_begins;
+  wire        _timer_due;
+  wire [4:0]  _memory_readEvent;
+  wire [4:0]  _memory_readByte;
+  wire [1:0]  _memory_timeAddress;
+  wire        _memory_stamps;
+  wire [31:0] _memory_first;
+  wire [7:0]  _memory_count;
+  wire        _memory_stored;
+  wire [7:0]  _memory_readData;
+  wire        _link_received_bits_good;
+  wire        _link_tagged_ready;
+  wire        _link_tag_valid;
+  wire [7:0]  _link_tag_bits;
+  wire [7:0]  _link_kept;
+  wire [2:0]  _link_lifeAddress;
+  wire        _link_wants;
+  wire [7:0]  _link_settingAddress;
+  wire [2:0]  _link_numberAddress;
+  wire        _link_tagged_valid;
+  wire [7:0]  _link_tagged_bits;
+  wire        _link_tagEnd;
+  wire        _link_tagReady;
+  wire        _link_remove_valid;
+  wire [7:0]  _link_remove_bits;
+  wire        _link_alive;
+  wire        _link_newLife;
+  wire [7:0]  _link_life;
+  wire [7:0]  _arp_asker;
+  wire        _arp_bytes_ready;
+  wire        _arp_wants;
+  wire [4:0]  _arp_settingAddress;
+  wire        _arp_note_valid;
+  wire [7:0]  _arp_note_bits;
+  wire [4:0]  _arp_noteAddress;
+  wire [4:0]  _arp_readAddress;
+  wire        _arp_bytes_valid;
+  wire [7:0]  _arp_bytes_bits_data;
+  wire        _arp_bytes_bits_last;
+  wire        _udp_data_valid;
+  wire [7:0]  _udp_data_bits;
+  wire [10:0] _udp_offset;
+  wire        _udp_received_valid;
+  wire [10:0] _udp_received_bits_length;
+  wire        _udp_received_bits_fromServer;
+  wire        _udp_received_bits_good;
+  wire [4:0]  _expected_address;
+  wire [5:0]  _expected_at;
+  wire        _expected_same;
+  wire        _expected_mine;
   wire        _receiver_byte_valid;
   wire [7:0]  _receiver_byte_bits;
   wire        _receiver_first;
   wire        _receiver_end_valid;
   wire        _receiver_end_bits;
-  wire        _composer_send;
-  wire        _composer_bytes_ready;
-  wire        _composer_datagram_ready;
-  wire        _composer_busy;
-  wire        _composer_bytes_valid;
-  wire [7:0]  _composer_bytes_bits_data;
-  wire        _composer_bytes_bits_last;
-  reg  [5:0]  came;
-  reg  [5:0]  kept;
-  reg         waiting;
-  reg         begun;
-  wire        stores = _matcher_word_valid & begun & waiting & came != 6'h20;
-  wire [7:0]  _GEN = {came[4:0], _matcher_word_bits_place};
-  reg         keptData_REG;
-  reg  [15:0] left;
-  reg  [3:0]  tries;
-  wire        good = _matcher_done_valid & _matcher_done_bits & begun & waiting;
-  wire        late = waiting & ~(|left) & ~_composer_busy;
-  wire        _done_valid_T = tries == 4'h0;
-  wire        _GEN_0 = _receiver_byte_valid & _receiver_first;
-  wire        _GEN_1 = good | ~late;
+  reg  [1:0]  owner;
+  wire        isLink = owner == 2'h2;
+  wire        answersArp = (&owner) & _store_empty;
+  reg  [7:0]  casez_tmp;
+  always @(*) begin
+    casez (owner)
+      2'b00:
+        casez_tmp = _tag_settingAddress;
+      2'b01:
+        casez_tmp = _reports_settingAddress;
+      2'b10:
+        casez_tmp = _link_settingAddress;
+      default:
+        casez_tmp = {2'h0, _arp_settingAddress[4], ~(_arp_settingAddress[4]), _arp_settingAddress[3:0]};
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_0;
+  always @(*) begin
+    casez (isLink ? _link_numberAddress : _reports_numberAddress)
+      3'b000:
+        casez_tmp_0 = _reports_counter[31:24];
+      3'b001:
+        casez_tmp_0 = _reports_counter[23:16];
+      3'b010:
+        casez_tmp_0 = _reports_counter[15:8];
+      3'b011:
+        casez_tmp_0 = _reports_counter[7:0];
+      3'b100:
+        casez_tmp_0 = _memory_first[31:24];
+      3'b101:
+        casez_tmp_0 = _memory_first[23:16];
+      3'b110:
+        casez_tmp_0 = _memory_first[15:8];
+      default:
+        casez_tmp_0 = _memory_first[7:0];
+    endcase
+  end // always @(*)
+  reg  [15:0] casez_tmp_1;
+  always @(*) begin
+    casez (_memory_stamps ? _memory_timeAddress : _reports_timeAddress)
+      2'b00:
+        casez_tmp_1 = master_time[63:48];
+      2'b01:
+        casez_tmp_1 = master_time[47:32];
+      2'b10:
+        casez_tmp_1 = master_time[31:16];
+      default:
+        casez_tmp_1 = master_time[15:0];
+    endcase
+  end // always @(*)
+  reg         reports_again_REG;
+  reg  [9:0]  part;
+  reg  [7:0]  seconds;
+  wire        _serverSilent_output = seconds >= serverTimeout;
+  wire        isWhole = part == 10'h3E7;
+  wire        keeps = (&owner) ? _arp_wants : owner == 2'h2 ? _link_wants : owner == 2'h1 & _reports_wants;
   always @(posedge clock) begin
     if (reset) begin
-      came <= 6'h0;
-      kept <= 6'h0;
-      waiting <= 1'h0;
-      begun <= 1'h0;
+      owner <= 2'h0;
+      part <= 10'h0;
+      seconds <= 8'h0;
     end
     else begin
-      if (_GEN_0)
-        came <= 6'h0;
-      else if (stores & _matcher_word_bits_place == 3'h2)
-        came <= came + 6'h1;
-      if (go | ~good) begin
-        if (clear)
-          kept <= 6'h0;
+      if ((|owner) & ~keeps)
+        owner <= 2'h0;
+      else if (~keeps)
+        owner <= _reports_wants ? 2'h1 : _link_wants ? 2'h2 : {2{_arp_wants}};
+      if (_link_alive) begin
+        part <= 10'h0;
+        seconds <= 8'h0;
       end
-      else
-        kept <= came;
-      waiting <= go | ~(good | late & _done_valid_T) & waiting;
-      begun <= ~clear & (_GEN_0 ? waiting : begun);
+      else begin
+        if (millisecond) begin
+          if (isWhole)
+            part <= 10'h0;
+          else
+            part <= part + 10'h1;
+        end
+        if (millisecond & isWhole & ~_serverSilent_output)
+          seconds <= seconds + 8'h1;
+      end
     end
-    keptData_REG <= keptAddress[0];
-    if (go | ~_GEN_1)
-      left <= timeout;
-    else if (step & (|left) & ~_composer_busy)
-      left <= left - 16'h1;
-    if (go)
-      tries <= retries;
-    else if (_GEN_1) begin
-    end
-    else
-      tries <= tries - 4'h1;
+    reports_again_REG <= mailbox_looks;
   end // always @(posedge)
-  assign _composer_send = go | late & (|tries) & ~good;
-  FrameComposer composer (
-    .clock                 (clock),
-    .reset                 (reset),
-    .clear                 (clear),
-    .datagram_ready        (_composer_datagram_ready),
-    .datagram_valid        (datagram_valid),
-    .datagram_bits_command (datagram_bits_command),
-    .datagram_bits_index   (datagram_bits_index),
-    .datagram_bits_address (datagram_bits_address),
-    .datagram_bits_length  (datagram_bits_length),
-    .data_ready            (data_ready),
-    .data_valid            (data_valid),
-    .data_bits             (data_bits),
-    .full                  (full),
-    .send                  (_composer_send),
-    .busy                  (_composer_busy),
-    .bytes_ready           (_composer_bytes_ready),
-    .bytes_valid           (_composer_bytes_valid),
-    .bytes_bits_data       (_composer_bytes_bits_data),
-    .bytes_bits_last       (_composer_bytes_bits_last),
-    .source                (source)
-  );
-  EthernetSender sender (
-    .clock           (clock),
-    .reset           (reset),
-    .step            (step),
-    .bytes_ready     (_composer_bytes_ready),
-    .bytes_valid     (_composer_bytes_valid),
-    .bytes_bits_data (_composer_bytes_bits_data),
-    .bytes_bits_last (_composer_bytes_bits_last),
-    .out_valid       (out_valid),
-    .out_payload     (out_payload),
-    .out_data        (out_data),
-    .out_last        (out_last),
-    .out_bad         (out_bad),
-    .out_odd         (out_odd),
-    .out_crcGood     (out_crcGood)
-  );
   EthernetReceiver receiver (
     .clock      (clock),
     .reset      (reset),
@@ -1830,83 +2950,2340 @@ module LineExchange(
     .end_valid  (_receiver_end_valid),
     .end_bits   (_receiver_end_bits)
   );
-  assign _matcher_expect_valid = _composer_datagram_ready & datagram_valid;
-  AnswerMatcher matcher (
-    .clock               (clock),
-    .reset               (reset),
-    .byte_valid          (_receiver_byte_valid),
-    .byte_bits           (_receiver_byte_bits),
-    .first               (_receiver_first),
-    .end_valid           (_receiver_end_valid),
-    .end_bits            (_receiver_end_bits),
-    .clear               (clear),
-    .expect_valid        (_matcher_expect_valid),
-    .expect_bits_command (datagram_bits_command),
-    .expect_bits_index   (datagram_bits_index),
-    .expect_bits_length  (datagram_bits_length),
-    .word_valid          (_matcher_word_valid),
-    .word_bits_place     (_matcher_word_bits_place),
-    .word_bits_data      (_matcher_word_bits_data),
-    .done_valid          (_matcher_done_valid),
-    .done_bits           (_matcher_done_bits)
+  ExpectedByte expected (
+    .clock      (clock),
+    .reset      (reset),
+    .byte_valid (_receiver_byte_valid),
+    .byte_bits  (_receiver_byte_bits),
+    .end_valid  (_receiver_end_valid),
+    .address    (_expected_address),
+    .setting    (setting_0),
+    .at         (_expected_at),
+    .same       (_expected_same),
+    .mine       (_expected_mine)
   );
+  UdpReceiver udp (
+    .clock                    (clock),
+    .reset                    (reset),
+    .byte_valid               (_receiver_byte_valid),
+    .byte_bits                (_receiver_byte_bits),
+    .first                    (_receiver_first),
+    .end_valid                (_receiver_end_valid),
+    .end_bits                 (_receiver_end_bits),
+    .at                       (_expected_at),
+    .same                     (_expected_same),
+    .mine                     (_expected_mine),
+    .data_valid               (_udp_data_valid),
+    .data_bits                (_udp_data_bits),
+    .offset                   (_udp_offset),
+    .received_valid           (_udp_received_valid),
+    .received_bits_length     (_udp_received_bits_length),
+    .received_bits_fromServer (_udp_received_bits_fromServer),
+    .received_bits_good       (_udp_received_bits_good)
+  );
+  assign _arp_bytes_ready = _sender_bytes_ready;
+  ArpResponder arp (
+    .clock           (clock),
+    .reset           (reset),
+    .byte_valid      (_receiver_byte_valid),
+    .byte_bits       (_receiver_byte_bits),
+    .first           (_receiver_first),
+    .end_valid       (_receiver_end_valid),
+    .end_bits        (_receiver_end_bits),
+    .at              (_expected_at),
+    .same            (_expected_same),
+    .mine            (_expected_mine),
+    .wants           (_arp_wants),
+    .granted         (answersArp),
+    .settingAddress  (_arp_settingAddress),
+    .setting         (setting_1),
+    .note_valid      (_arp_note_valid),
+    .note_bits       (_arp_note_bits),
+    .noteAddress     (_arp_noteAddress),
+    .readAddress     (_arp_readAddress),
+    .asker           (_arp_asker),
+    .bytes_ready     (_arp_bytes_ready),
+    .bytes_valid     (_arp_bytes_valid),
+    .bytes_bits_data (_arp_bytes_bits_data),
+    .bytes_bits_last (_arp_bytes_bits_last)
+  );
+  assign _link_received_bits_good = _udp_received_bits_good & run;
+  assign _link_tagged_ready = _tag_in_ready;
+  assign _link_tag_valid = _tag_tag_valid;
+  assign _link_tag_bits = _tag_tag_bits;
+  assign _link_kept = _memory_count;
+  ServerLink link (
+    .clock                    (clock),
+    .reset                    (reset),
+    .data_valid               (_udp_data_valid),
+    .data_bits                (_udp_data_bits),
+    .offset                   (_udp_offset),
+    .received_valid           (_udp_received_valid),
+    .received_bits_length     (_udp_received_bits_length),
+    .received_bits_fromServer (_udp_received_bits_fromServer),
+    .received_bits_good       (_link_received_bits_good),
+    .wants                    (_link_wants),
+    .granted                  (isLink),
+    .settingAddress           (_link_settingAddress),
+    .setting                  (setting_1),
+    .numberAddress            (_link_numberAddress),
+    .number                   (casez_tmp_0),
+    .tagged_ready             (_link_tagged_ready),
+    .tagged_valid             (_link_tagged_valid),
+    .tagged_bits              (_link_tagged_bits),
+    .tagEnd                   (_link_tagEnd),
+    .tag_valid                (_link_tag_valid),
+    .tag_bits                 (_link_tag_bits),
+    .tagReady                 (_link_tagReady),
+    .kept                     (_link_kept),
+    .remove_valid             (_link_remove_valid),
+    .remove_bits              (_link_remove_bits),
+    .alive                    (_link_alive),
+    .newLife                  (_link_newLife),
+    .lifeAddress              (_link_lifeAddress),
+    .life                     (_link_life),
+    .waiting                  (mailbox_waiting),
+    .take                     (mailbox_take),
+    .looks                    (mailbox_looks),
+    .readAddress              (mailbox_readAddress),
+    .readData                 (mailbox_readData),
+    .refused                  (refused),
+    .dropped                  (dropped)
+  );
+  EventMemory memory (
+    .clock          (clock),
+    .reset          (reset),
+    .event_0_ready  (event_0_ready),
+    .event_0_valid  (event_0_valid),
+    .event_0_bits   (event_0_bits),
+    .event_1_ready  (event_1_ready),
+    .event_1_valid  (event_1_valid),
+    .event_1_bits   (event_1_bits),
+    .timeAddress    (_memory_timeAddress),
+    .now            (casez_tmp_1),
+    .stamps         (_memory_stamps),
+    .first          (_memory_first),
+    .count          (_memory_count),
+    .next           (nextEvent),
+    .remove_valid   (_link_remove_valid),
+    .remove_bits    (_link_remove_bits),
+    .stored         (_memory_stored),
+    .roomForRecords (roomForRecords),
+    .roomForStates  (roomForStates),
+    .full           (full),
+    .readEvent      (_memory_readEvent),
+    .readByte       (_memory_readByte),
+    .readData       (_memory_readData)
+  );
+  assign _timer_kept = |_memory_count;
+  assign _timer_news =
+    _memory_stored | _link_newLife | _link_remove_valid & (|_link_remove_bits) & _link_remove_bits != _memory_count;
+  ReportTimer timer (
+    .clock       (clock),
+    .reset       (reset),
+    .run         (run),
+    .millisecond (millisecond),
+    .kept        (_timer_kept),
+    .repeatMs    (repeatMs),
+    .heartbeatMs (heartbeatMs),
+    .answered    (_link_alive),
+    .news        (_timer_news),
+    .status      (master_status),
+    .due         (_timer_due),
+    .begins      (_timer_begins)
+  );
+  assign _reports_granted = owner == 2'h1;
+  assign _reports_again = _memory_stamps | reports_again_REG;
+  assign _reports_tagged_ready = _tag_in_ready;
+  assign _reports_tag_valid = _tag_tag_valid;
+  assign _reports_tag_bits = _tag_tag_bits;
+  assign _reports_empty = _store_empty;
+  ReportSender reports (
+    .clock           (clock),
+    .reset           (reset),
+    .due             (_timer_due),
+    .begins          (_timer_begins),
+    .wants           (_reports_wants),
+    .granted         (_reports_granted),
+    .master_status   (master_status),
+    .master_present  (master_present),
+    .master_cut      (master_cut),
+    .master_refused  (master_refused),
+    .master_lost     (master_lost),
+    .holds           (_reports_holds),
+    .known           (known),
+    .kept            (_memory_count),
+    .counter         (_reports_counter),
+    .settingAddress  (_reports_settingAddress),
+    .setting         (setting_1),
+    .numberAddress   (_reports_numberAddress),
+    .number          (casez_tmp_0),
+    .timeAddress     (_reports_timeAddress),
+    .time_0          (casez_tmp_1),
+    .serverAddress   (_link_lifeAddress),
+    .server          (_link_life),
+    .look            (look),
+    .lookData        (lookData),
+    .readEvent       (_memory_readEvent),
+    .readByte        (_memory_readByte),
+    .eventData       (_memory_readData),
+    .again           (_reports_again),
+    .tagged_ready    (_reports_tagged_ready),
+    .tagged_valid    (_reports_tagged_valid),
+    .tagged_bits     (_reports_tagged_bits),
+    .tagEnd          (_reports_tagEnd),
+    .tag_valid       (_reports_tag_valid),
+    .tag_bits        (_reports_tag_bits),
+    .tagReady        (_reports_tagReady),
+    .bytes_ready     (_reports_bytes_ready),
+    .bytes_valid     (_reports_bytes_valid),
+    .bytes_bits_data (_reports_bytes_bits_data),
+    .bytes_bits_last (_reports_bytes_bits_last),
+    .empty           (_reports_empty)
+  );
+  assign _tag_granted = ~(|owner);
+  assign _tag_in_valid = _reports_tagged_valid | _link_tagged_valid;
+  assign _tag_in_bits = isLink ? _link_tagged_bits : _reports_tagged_bits;
+  assign _tag_end = _reports_tagEnd | _link_tagEnd;
+  assign _tag_tagReady = _reports_tagReady | _link_tagReady;
+  AsconTag tag (
+    .clock          (clock),
+    .reset          (reset),
+    .granted        (_tag_granted),
+    .settingAddress (_tag_settingAddress),
+    .setting        (setting_1),
+    .in_ready       (_tag_in_ready),
+    .in_valid       (_tag_in_valid),
+    .in_bits        (_tag_in_bits),
+    .end_0          (_tag_end),
+    .tag_valid      (_tag_tag_valid),
+    .tag_bits       (_tag_tag_bits),
+    .tagReady       (_tag_tagReady)
+  );
+  assign _store_out_ready = _sender_bytes_ready;
+  FrameStore store (
+    .clock         (clock),
+    .reset         (reset),
+    .in_ready      (_reports_bytes_ready),
+    .in_valid      (_reports_bytes_valid),
+    .in_bits_data  (_reports_bytes_bits_data),
+    .in_bits_last  (_reports_bytes_bits_last),
+    .out_ready     (_store_out_ready),
+    .out_valid     (_store_out_valid),
+    .out_bits_data (_store_out_bits_data),
+    .out_bits_last (_store_out_bits_last),
+    .note_valid    (_arp_note_valid),
+    .note_bits     (_arp_note_bits),
+    .noteAddress   (_arp_noteAddress),
+    .readsNote     (answersArp),
+    .readAddress   (_arp_readAddress),
+    .readData      (_arp_asker),
+    .empty         (_store_empty)
+  );
+  assign _sender_bytes_valid = answersArp ? _arp_bytes_valid : _store_out_valid;
+  assign _sender_bytes_bits_data = answersArp ? _arp_bytes_bits_data : _store_out_bits_data;
+  assign _sender_bytes_bits_last = answersArp ? _arp_bytes_bits_last : _store_out_bits_last;
+  EthernetSender sender (
+    .clock           (clock),
+    .reset           (reset),
+    .step            (step),
+    .bytes_ready     (_sender_bytes_ready),
+    .bytes_valid     (_sender_bytes_valid),
+    .bytes_bits_data (_sender_bytes_bits_data),
+    .bytes_bits_last (_sender_bytes_bits_last),
+    .out_valid       (out_valid),
+    .out_payload     (out_payload),
+    .out_data        (out_data),
+    .out_last        (out_last),
+    .out_bad         (out_bad),
+    .out_odd         (out_odd),
+    .out_crcGood     (out_crcGood)
+  );
+  assign settingAddress_0 = {2'h0, _expected_address[4], ~(_expected_address[4]), _expected_address[3:0]};
+  assign settingAddress_1 = casez_tmp;
+  assign holds = _memory_stamps | _reports_holds;
+  assign firstEvent = _memory_first[15:0];
+  assign serverSilent = _serverSilent_output;
+endmodule
+
+module HeldCounter(
+  input         clock,
+  input         reset,
+  input         count,
+  input         holds,
+  output [63:0] value
+);
+
+  reg  [63:0] number;
+  reg         waits;
+  wire        _waits_T = count | waits;
+  always @(posedge clock) begin
+    if (reset) begin
+      number <= 64'h0;
+      waits <= 1'h0;
+    end
+    else begin
+      if (~holds & _waits_T)
+        number <= number + 64'h1;
+      if (holds)
+        waits <= _waits_T;
+      else
+        waits <= count & waits;
+    end
+  end // always @(posedge)
+  assign value = number;
+endmodule
+
+// external module DualPortRam
+
+module FrameComposer(
+  input         clock,
+  input         reset,
+  input         clear,
+  input         byte_valid,
+  input  [7:0]  byte_bits,
+  output [8:0]  length,
+  input         send,
+  output        busy,
+  input         bytes_ready,
+  output        bytes_valid,
+  output [7:0]  bytes_bits_data,
+  output        bytes_bits_last,
+  input  [47:0] source,
+  input  [8:0]  look,
+  output [7:0]  sent
+);
+
+  wire [8:0] _area_ram_readAddress;
+  wire [7:0] _area_ram_readData;
+  reg  [8:0] used;
+  reg        sending;
+  reg        settled;
+  reg  [9:0] at;
+  wire [9:0] _next_T = at + 10'h1;
+  wire       bytes_valid_0 = sending & settled;
+  reg  [7:0] casez_tmp;
+  always @(*) begin
+    casez (at[3:0])
+      4'b0000:
+        casez_tmp = 8'hFF;
+      4'b0001:
+        casez_tmp = 8'hFF;
+      4'b0010:
+        casez_tmp = 8'hFF;
+      4'b0011:
+        casez_tmp = 8'hFF;
+      4'b0100:
+        casez_tmp = 8'hFF;
+      4'b0101:
+        casez_tmp = 8'hFF;
+      4'b0110:
+        casez_tmp = source[7:0];
+      4'b0111:
+        casez_tmp = source[15:8];
+      4'b1000:
+        casez_tmp = source[23:16];
+      4'b1001:
+        casez_tmp = source[31:24];
+      4'b1010:
+        casez_tmp = source[39:32];
+      4'b1011:
+        casez_tmp = source[47:40];
+      4'b1100:
+        casez_tmp = 8'h88;
+      4'b1101:
+        casez_tmp = 8'hA4;
+      4'b1110:
+        casez_tmp = used[7:0];
+      default:
+        casez_tmp = {7'h8, used[8]};
+    endcase
+  end // always @(*)
+  wire       bytes_bits_last_0 = _next_T == {1'h0, used};
+  wire       _settled_T = bytes_ready & bytes_valid_0;
+  always @(posedge clock) begin
+    if (reset) begin
+      used <= 9'h0;
+      sending <= 1'h0;
+    end
+    else begin
+      if (clear)
+        used <= 9'h0;
+      else if (byte_valid)
+        used <= used + 9'h1;
+      sending <= send | ~(_settled_T & bytes_bits_last_0) & sending;
+    end
+    settled <= ~_settled_T & sending;
+    if (send)
+      at <= 10'h3F0;
+    else if (_settled_T)
+      at <= _next_T;
+  end // always @(posedge)
+  assign _area_ram_readAddress = at[8:0];
+  DualPortRam #(
+    .ADDRESS_BITS(9),
+    .DEPTH(512),
+    .WIDTH(8)
+  ) area_ram (
+    .clock        (clock),
+    .write        (byte_valid),
+    .writeAddress (used),
+    .writeData    (byte_bits),
+    .readAddress  (_area_ram_readAddress),
+    .readData     (_area_ram_readData)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(9),
+    .DEPTH(512),
+    .WIDTH(8)
+  ) sent_ram (
+    .clock        (clock),
+    .write        (byte_valid),
+    .writeAddress (used),
+    .writeData    (byte_bits),
+    .readAddress  (look),
+    .readData     (sent)
+  );
+  assign length = used;
+  assign busy = sending;
+  assign bytes_valid = bytes_valid_0;
+  assign bytes_bits_data = at[9] ? casez_tmp : _area_ram_readData;
+  assign bytes_bits_last = bytes_bits_last_0;
+endmodule
+
+module AnswerMatcher(
+  input         clock,
+  input         reset,
+  input         byte_valid,
+  input  [7:0]  byte_bits,
+  input         first,
+  input         end_valid,
+  input         end_bits,
+  input  [8:0]  length,
+  output [8:0]  look,
+  input  [7:0]  sent,
+  output        word_valid,
+  output [2:0]  word_bits_place,
+  output [15:0] word_bits_data,
+  output        whole,
+  output        done_valid,
+  output        done_bits
+);
+
+  reg  [2:0]  state;
+  reg  [3:0]  at;
+  reg  [10:0] left;
+  reg  [8:0]  where;
+  reg         more;
+  reg         wrong;
+  reg         other;
+  reg  [7:0]  low;
+  wire        isHeader = state == 3'h1;
+  wire        inData = state == 3'h2;
+  wire        allCame = where == length;
+  wire        _isWhole_T = state == 3'h3;
+  wire        _places_T = at == 4'h1;
+  wire        isWhole = _isWhole_T & _places_T;
+  wire        places_0_1 = isHeader & _places_T;
+  wire        places_2_1 = inData & at[3:2] != 2'h3;
+  wire        places_3_1 = isWhole & ~allCame;
+  wire        counts = byte_valid & ~first;
+  wire [3:0]  _at_T = at + 4'h1;
+  wire        _GEN = at == 4'h0;
+  wire        _GEN_0 = state == 3'h0;
+  wire        _GEN_1 = at == 4'h6;
+  wire        _GEN_2 = state == 3'h1;
+  wire        _mask_T = at == 4'h7;
+  wire        _GEN_3 = first | _GEN_0;
+  wire        _GEN_4 = at == 4'h9;
+  wire        _GEN_5 = state == 3'h2;
+  wire        _GEN_6 = left == 11'h1;
+  wire        _GEN_7 = state == 3'h3 & isWhole;
+  wire [7:0]  mask = _mask_T ? 8'h7 : 8'hFF;
+  wire [7:0]  _GEN_8 = byte_bits & mask;
+  always @(posedge clock) begin
+    if (reset)
+      state <= 3'h5;
+    else if (byte_valid) begin
+      if (first)
+        state <= 3'h0;
+      else if (_GEN_0) begin
+        if (&at)
+          state <= byte_bits[7:4] == 4'h1 ? ({byte_bits[2:0], low} == 11'h0 ? 3'h4 : 3'h1) : 3'h5;
+        else if (at == 4'hC & byte_bits != 8'h88 | at == 4'hD & byte_bits != 8'hA4 | _GEN_1 & ~(byte_bits[1]))
+          state <= 3'h5;
+      end
+      else if (_GEN_2) begin
+        if (_GEN_4)
+          state <= {2'h1, left == 11'h0};
+      end
+      else if (_GEN_5) begin
+        if (_GEN_6)
+          state <= 3'h3;
+      end
+      else if (_GEN_7)
+        state <= more ? 3'h1 : 3'h4;
+    end
+    if (byte_valid) begin
+      if (first) begin
+        at <= 4'h1;
+        where <= 9'h0;
+      end
+      else begin
+        if (_GEN_0) begin
+          if (&at)
+            at <= 4'h0;
+          else
+            at <= _at_T;
+        end
+        else if (_GEN_2 ? _GEN_4 : _GEN_5 ? _GEN_6 : _GEN_7)
+          at <= 4'h0;
+        else if (~(&at))
+          at <= _at_T;
+        if ((isHeader | inData | _isWhole_T) & ~allCame)
+          where <= where + 9'h1;
+      end
+      wrong <=
+        ~first
+        & (~_GEN_0 & _GEN_2 & ~allCame & (|{_mask_T, _GEN_1, _places_T, _GEN}) & (|((byte_bits ^ sent) & mask))
+           | wrong);
+      other <=
+        ~first
+        & (_GEN_0
+             ? other
+             : _GEN_2
+                 ? _GEN & (|_GEN_8) | at == 4'h4 & _GEN_8 != 8'hA8 | at == 4'h5 & _GEN_8 != 8'hE | _GEN_1
+                   & _GEN_8 != 8'hC | _mask_T & (|_GEN_8) | other
+                 : (_GEN_5 | ~_GEN_7) & other);
+      low <= byte_bits;
+    end
+    if (~byte_valid | _GEN_3) begin
+    end
+    else if (_GEN_2) begin
+      if (_mask_T)
+        left <= {byte_bits[2:0], low};
+    end
+    else if (_GEN_5)
+      left <= left - 11'h1;
+    if (~byte_valid | _GEN_3 | ~(_GEN_2 & _mask_T)) begin
+    end
+    else
+      more <= byte_bits[7];
+  end // always @(posedge)
+  assign look = where;
+  assign word_valid = counts & (|{places_3_1, places_2_1, isHeader & at == 4'h3, places_0_1});
+  assign word_bits_place = {2'h0, places_0_1} | (places_2_1 ? at[3:1] + 3'h2 : 3'h0) | {3{places_3_1}};
+  assign word_bits_data = {byte_bits, inData & ~(at[0]) ? byte_bits : low};
+  assign whole = counts & isWhole & ~(allCame & other);
+  assign done_valid = end_valid;
+  assign done_bits = end_bits & state == 3'h4 & (|(at[3:2])) & ~wrong & allCame;
+endmodule
+
+// external module DualPortRam
+
+module LineExchange(
+  input         clock,
+  input         reset,
+  input         step,
+  input         in_0_valid,
+  input         in_0_payload,
+  input  [3:0]  in_0_data,
+  input         in_0_last,
+  input         in_0_bad,
+  output        out_0_valid,
+  output        out_0_payload,
+  output [3:0]  out_0_data,
+  output        out_0_last,
+  output        out_0_bad,
+  output        out_0_odd,
+  output        out_0_crcGood,
+  input  [47:0] source,
+  input         clear,
+  input         byte_valid,
+  input  [7:0]  byte_bits,
+  output        sending,
+  input         go,
+  input  [15:0] timeout,
+  input  [3:0]  retries,
+  output        done_valid,
+  output        done_bits,
+  output        lost,
+  output [6:0]  count,
+  input  [5:0]  read,
+  input  [2:0]  place,
+  output [15:0] answer,
+  input         keeps_valid,
+  input  [3:0]  keeps_bits,
+  input  [2:0]  keptPlace,
+  output [15:0] kept
+);
+
+  wire        _kept_ram_write;
+  wire [3:0]  _kept_ram_writeAddress;
+  wire [3:0]  _kept_ram_readAddress;
+  wire [8:0]  _answer_ram_writeAddress;
+  wire [8:0]  _answer_ram_readAddress;
+  wire        _matcher_word_valid;
+  wire [2:0]  _matcher_word_bits_place;
+  wire [15:0] _matcher_word_bits_data;
+  wire        _matcher_whole;
+  wire        _matcher_done_valid;
+  wire        _matcher_done_bits;
+  wire        _receiver_byte_valid;
+  wire [7:0]  _receiver_byte_bits;
+  wire        _receiver_first;
+  wire        _receiver_end_valid;
+  wire        _receiver_end_bits;
+  wire        _composer_send;
+  wire        _composer_bytes_ready;
+  wire [8:0]  _composer_look;
+  wire [8:0]  _composer_length;
+  wire        _composer_busy;
+  wire        _composer_bytes_valid;
+  wire [7:0]  _composer_bytes_bits_data;
+  wire        _composer_bytes_bits_last;
+  wire [7:0]  _composer_sent;
+  reg  [6:0]  came;
+  reg  [6:0]  had;
+  reg         waiting;
+  reg         begun;
+  wire        room = begun & waiting & ~(came[6]);
+  wire        stores = _matcher_word_valid & room;
+  reg  [15:0] left;
+  reg  [3:0]  tries;
+  wire        good = _matcher_done_valid & _matcher_done_bits & begun & waiting;
+  wire        late = waiting & ~(|left) & ~_composer_busy & ~in_0_valid;
+  wire        _done_valid_T = tries == 4'h0;
+  wire        _GEN = _receiver_byte_valid & _receiver_first;
+  wire        _GEN_0 = good | ~late;
+  always @(posedge clock) begin
+    if (reset) begin
+      came <= 7'h0;
+      had <= 7'h0;
+      waiting <= 1'h0;
+      begun <= 1'h0;
+    end
+    else begin
+      if (_GEN)
+        came <= 7'h0;
+      else if (_matcher_whole & room)
+        came <= came + 7'h1;
+      if (go | ~good) begin
+      end
+      else
+        had <= came;
+      waiting <= go | ~(good | late & _done_valid_T) & waiting;
+      begun <= ~clear & (_GEN ? waiting : begun);
+    end
+    if (go | ~_GEN_0)
+      left <= timeout;
+    else if (step & (|left) & ~_composer_busy)
+      left <= left - 16'h1;
+    if (go)
+      tries <= retries;
+    else if (_GEN_0) begin
+    end
+    else
+      tries <= tries - 4'h1;
+  end // always @(posedge)
+  assign _composer_send = go | late & (|tries) & ~good;
+  FrameComposer composer (
+    .clock           (clock),
+    .reset           (reset),
+    .clear           (clear),
+    .byte_valid      (byte_valid),
+    .byte_bits       (byte_bits),
+    .length          (_composer_length),
+    .send            (_composer_send),
+    .busy            (_composer_busy),
+    .bytes_ready     (_composer_bytes_ready),
+    .bytes_valid     (_composer_bytes_valid),
+    .bytes_bits_data (_composer_bytes_bits_data),
+    .bytes_bits_last (_composer_bytes_bits_last),
+    .source          (source),
+    .look            (_composer_look),
+    .sent            (_composer_sent)
+  );
+  EthernetSender sender (
+    .clock           (clock),
+    .reset           (reset),
+    .step            (step),
+    .bytes_ready     (_composer_bytes_ready),
+    .bytes_valid     (_composer_bytes_valid),
+    .bytes_bits_data (_composer_bytes_bits_data),
+    .bytes_bits_last (_composer_bytes_bits_last),
+    .out_valid       (out_0_valid),
+    .out_payload     (out_0_payload),
+    .out_data        (out_0_data),
+    .out_last        (out_0_last),
+    .out_bad         (out_0_bad),
+    .out_odd         (out_0_odd),
+    .out_crcGood     (out_0_crcGood)
+  );
+  EthernetReceiver receiver (
+    .clock      (clock),
+    .reset      (reset),
+    .step       (step),
+    .in_valid   (in_0_valid),
+    .in_payload (in_0_payload),
+    .in_data    (in_0_data),
+    .in_last    (in_0_last),
+    .in_bad     (in_0_bad),
+    .byte_valid (_receiver_byte_valid),
+    .byte_bits  (_receiver_byte_bits),
+    .first      (_receiver_first),
+    .end_valid  (_receiver_end_valid),
+    .end_bits   (_receiver_end_bits)
+  );
+  AnswerMatcher matcher (
+    .clock           (clock),
+    .reset           (reset),
+    .byte_valid      (_receiver_byte_valid),
+    .byte_bits       (_receiver_byte_bits),
+    .first           (_receiver_first),
+    .end_valid       (_receiver_end_valid),
+    .end_bits        (_receiver_end_bits),
+    .length          (_composer_length),
+    .look            (_composer_look),
+    .sent            (_composer_sent),
+    .word_valid      (_matcher_word_valid),
+    .word_bits_place (_matcher_word_bits_place),
+    .word_bits_data  (_matcher_word_bits_data),
+    .whole           (_matcher_whole),
+    .done_valid      (_matcher_done_valid),
+    .done_bits       (_matcher_done_bits)
+  );
+  assign _answer_ram_writeAddress = {came[5:0], _matcher_word_bits_place};
   assign _answer_ram_readAddress = {read, place};
   DualPortRam #(
-    .ADDRESS_BITS(8),
-    .DEPTH(256),
+    .ADDRESS_BITS(9),
+    .DEPTH(512),
     .WIDTH(16)
   ) answer_ram (
     .clock        (clock),
     .write        (stores),
-    .writeAddress (_GEN),
+    .writeAddress (_answer_ram_writeAddress),
     .writeData    (_matcher_word_bits_data),
     .readAddress  (_answer_ram_readAddress),
     .readData     (answer)
   );
-  assign _forHost_ram_write = stores & keeps;
-  assign _forHost_ram_readAddress = {5'h0, keptAddress[3:1]};
+  assign _kept_ram_write = stores & keeps_valid & came == {3'h0, keeps_bits};
+  assign _kept_ram_writeAddress = {1'h0, _matcher_word_bits_place};
+  assign _kept_ram_readAddress = {1'h0, keptPlace};
+  DualPortRam #(
+    .ADDRESS_BITS(4),
+    .DEPTH(16),
+    .WIDTH(16)
+  ) kept_ram (
+    .clock        (clock),
+    .write        (_kept_ram_write),
+    .writeAddress (_kept_ram_writeAddress),
+    .writeData    (_matcher_word_bits_data),
+    .readAddress  (_kept_ram_readAddress),
+    .readData     (kept)
+  );
+  assign sending = _composer_busy;
+  assign done_valid = good | late & _done_valid_T;
+  assign done_bits = good;
+  assign lost = late & ~good;
+  assign count = had;
+endmodule
+
+module DatagramWriter(
+  input         clock,
+  input         reset,
+  input         start,
+  input  [2:0]  kind,
+  output        busy,
+  input  [7:0]  position,
+  input  [3:0]  frame,
+  input         orderAll,
+  output [1:0]  place,
+  input  [15:0] word,
+  output [3:0]  hostAddress,
+  input  [7:0]  hostData,
+  output        byte_valid,
+  output [7:0]  byte_bits
+);
+
+  reg        running;
+  reg        settled;
+  reg  [4:0] at;
+  reg  [3:0] left;
+  reg        carry;
+  reg  [7:0] high;
+  reg        tail;
+  wire       isHost = kind == 3'h3;
+  wire       _index_T = kind == 3'h0;
+  wire       _index_T_1 = kind == 3'h5;
+  wire       _ofOwn_T_9 = kind == 3'h2;
+  wire       toAll = _index_T | _index_T_1 | _ofOwn_T_9 & orderAll;
+  wire       isLow = at == 5'h2;
+  wire [8:0] _sum_T_5 =
+    {1'h0, isHost ? hostData : toAll ? 8'h0 : isLow ? {1'h1, ~(position[6:0])} : 8'hFF}
+    + {8'h0, isLow ? ~isHost & ~toAll : carry};
+  wire       inHeader = at < 5'hA;
+  wire       inTail = ~inHeader & left == 4'h0;
+  wire       _hostAddress_T_4 = at == 5'h6;
+  reg  [7:0] casez_tmp;
+  always @(*) begin
+    casez ({kind, at[2:0]})
+      6'b000000:
+        casez_tmp = 8'h7;
+      6'b000001:
+        casez_tmp = 8'h0;
+      6'b000010:
+        casez_tmp = 8'h0;
+      6'b000011:
+        casez_tmp = 8'h0;
+      6'b000100:
+        casez_tmp = 8'hA8;
+      6'b000101:
+        casez_tmp = 8'hE;
+      6'b000110:
+        casez_tmp = 8'h2;
+      6'b000111:
+        casez_tmp = 8'h80;
+      6'b001000:
+        casez_tmp = 8'h1;
+      6'b001001:
+        casez_tmp = 8'h0;
+      6'b001010:
+        casez_tmp = 8'h0;
+      6'b001011:
+        casez_tmp = 8'h0;
+      6'b001100:
+        casez_tmp = 8'hA8;
+      6'b001101:
+        casez_tmp = 8'hE;
+      6'b001110:
+        casez_tmp = 8'h8;
+      6'b001111:
+        casez_tmp = 8'h80;
+      6'b010000:
+        casez_tmp = 8'h2;
+      6'b010001:
+        casez_tmp = 8'h0;
+      6'b010010:
+        casez_tmp = 8'h0;
+      6'b010011:
+        casez_tmp = 8'h0;
+      6'b010100:
+        casez_tmp = 8'h8C;
+      6'b010101:
+        casez_tmp = 8'hE;
+      6'b010110:
+        casez_tmp = 8'h1;
+      6'b010111:
+        casez_tmp = 8'h80;
+      6'b011000:
+        casez_tmp = 8'h0;
+      6'b011001:
+        casez_tmp = 8'h0;
+      6'b011010:
+        casez_tmp = 8'h0;
+      6'b011011:
+        casez_tmp = 8'h0;
+      6'b011100:
+        casez_tmp = 8'h0;
+      6'b011101:
+        casez_tmp = 8'h0;
+      6'b011110:
+        casez_tmp = 8'h0;
+      6'b011111:
+        casez_tmp = 8'h80;
+      6'b100000:
+        casez_tmp = 8'h2;
+      6'b100001:
+        casez_tmp = 8'h0;
+      6'b100010:
+        casez_tmp = 8'h0;
+      6'b100011:
+        casez_tmp = 8'h0;
+      6'b100100:
+        casez_tmp = 8'hB8;
+      6'b100101:
+        casez_tmp = 8'hE;
+      6'b100110:
+        casez_tmp = 8'h6;
+      6'b100111:
+        casez_tmp = 8'h80;
+      6'b101000:
+        casez_tmp = 8'h8;
+      6'b101001:
+        casez_tmp = 8'h0;
+      6'b101010:
+        casez_tmp = 8'h0;
+      6'b101011:
+        casez_tmp = 8'h0;
+      6'b101100:
+        casez_tmp = 8'hC8;
+      6'b101101:
+        casez_tmp = 8'hE;
+      6'b101110:
+        casez_tmp = 8'h4;
+      6'b101111:
+        casez_tmp = 8'h0;
+      6'b110000:
+        casez_tmp = 8'h0;
+      6'b110001:
+        casez_tmp = 8'h0;
+      6'b110010:
+        casez_tmp = 8'h0;
+      6'b110011:
+        casez_tmp = 8'h0;
+      6'b110100:
+        casez_tmp = 8'h0;
+      6'b110101:
+        casez_tmp = 8'h0;
+      6'b110110:
+        casez_tmp = 8'h0;
+      6'b110111:
+        casez_tmp = 8'h0;
+      6'b111000:
+        casez_tmp = 8'h0;
+      6'b111001:
+        casez_tmp = 8'h0;
+      6'b111010:
+        casez_tmp = 8'h0;
+      6'b111011:
+        casez_tmp = 8'h0;
+      6'b111100:
+        casez_tmp = 8'h0;
+      6'b111101:
+        casez_tmp = 8'h0;
+      6'b111110:
+        casez_tmp = 8'h0;
+      default:
+        casez_tmp = 8'h0;
+    endcase
+  end // always @(*)
+  wire [7:0] _ofOwn_T_7 =
+    at[3] ? 8'h0 : casez_tmp | (at == 5'h1 ? (_index_T ? {4'h0, frame} : _index_T_1 ? 8'h0 : position) : 8'h0);
+  wire       _hostAddress_T_3 = at == 5'h0;
+  wire [2:0] _place_T = at[2:0] - 3'h2;
+  wire       _byte_valid_output = running & settled;
+  wire [7:0] _byte_bits_output =
+    inHeader
+      ? (at[3:1] == 3'h1
+           ? _sum_T_5[7:0]
+           : isHost & (_hostAddress_T_3 | at[3:1] == 3'h2 | _hostAddress_T_4)
+               ? (_hostAddress_T_4 & hostData > 8'h8 ? 8'h8 : hostData)
+               : {_ofOwn_T_7[7:4], _ofOwn_T_7[3:0] ^ (_hostAddress_T_3 & _ofOwn_T_9 & orderAll ? 4'hA : 4'h0)})
+      : inTail ? 8'h0 : isHost ? hostData : at[0] ? high : word[7:0];
+  always @(posedge clock) begin
+    if (reset)
+      running <= 1'h0;
+    else
+      running <= start | ~(_byte_valid_output & inTail & tail) & running;
+    if (start) begin
+      settled <= 1'h0;
+      at <= 5'h0;
+      tail <= 1'h0;
+    end
+    else begin
+      settled <= running & ~settled;
+      if (_byte_valid_output)
+        at <= at + 5'h1;
+      tail <= _byte_valid_output & inTail | tail;
+    end
+    if (_byte_valid_output) begin
+      if (inTail)
+        left <= 4'h0;
+      else if (_hostAddress_T_4)
+        left <= _byte_bits_output[3:0];
+      else if (~inHeader)
+        left <= left - 4'h1;
+    end
+    if (_byte_valid_output & isLow)
+      carry <= _sum_T_5[8];
+    if (_byte_valid_output & ~(at[0]))
+      high <= word[15:8];
+  end // always @(posedge)
+  assign busy = running;
+  assign place = _place_T[2:1];
+  assign hostAddress = _hostAddress_T_3 ? 4'h0 : _hostAddress_T_4 ? 4'h1 : at < 5'h6 ? at[3:0] + 4'h2 : at[3:0] - 4'h2;
+  assign byte_valid = _byte_valid_output;
+  assign byte_bits = _byte_bits_output;
+endmodule
+
+module Scheduler(
+  input         clock,
+  input         reset,
+  input         step,
+  input         run,
+  input  [19:0] cycle,
+  output        sweep_valid,
+  output [7:0]  sweep_bits,
+  output        stopped,
+  output        idle,
+  output        begun,
+  output        over_valid,
+  output        over_bits,
+  output [3:0]  frame,
+  input         ordersDue,
+  output        notes,
+  input         noting,
+  output        ordersMay,
+  output        composes,
+  output [2:0]  kind,
+  input         offers,
+  input         seeks,
+  output        taken,
+  output        write,
+  input         writing,
+  input         sending,
+  output        go,
+  input         done_valid,
+  input         done_bits,
+  input  [6:0]  count,
+  output [5:0]  number,
+  output [2:0]  place,
+  input  [7:0]  answer,
+  output        counted,
+  output        surveyed,
+  output        read,
+  output        ordered,
+  output        told,
+  output        record,
+  output        isRecord,
+  input  [2:0]  unitPlace,
+  input         busy,
+  output        heeds,
+  output        silent,
+  input         changed,
+  output        request_ready,
+  input         request_valid,
+  output        hosts_valid,
+  output [3:0]  hosts_bits
+);
+
+  reg  [3:0]  state;
+  reg  [19:0] timer;
+  reg  [3:0]  frames;
+  reg  [2:0]  stage;
+  reg  [4:0]  made;
+  reg  [6:0]  at;
+  reg         hosted;
+  reg  [3:0]  hostAt;
+  reg         noted;
+  reg         good;
+  reg         any;
+  reg         trusted;
+  wire        _isRecord_output = at >= {2'h0, made};
+  wire [6:0]  _GEN = {3'h0, hostAt};
+  wire        _place_T = at == 7'h0;
+  wire        _GEN_0 = state == 4'h1;
+  wire        _GEN_1 = state == 4'h2;
+  wire        _GEN_2 = ~(|timer) & ordersDue & ~noted;
+  wire        _GEN_3 = ~run | _GEN_2;
+  wire        _GEN_4 = ~(|state) | _GEN_0;
+  wire        _GEN_5 = state == 4'h3;
+  wire        _GEN_6 = state == 4'h4;
+  wire        _GEN_7 = ~(|state) | _GEN_0 | _GEN_1 | _GEN_5;
+  wire        _GEN_8 = state == 4'h5;
+  wire        fits = stage != 3'h4 | made != 5'hE;
+  wire        _GEN_9 = stage == 3'h3;
+  wire        _GEN_10 = ~(|state) | _GEN_0 | _GEN_1 | _GEN_5 | _GEN_6;
+  wire        _GEN_11 = offers & fits;
+  wire        _GEN_12 = state == 4'h6;
+  wire        _GEN_13 = stage == 3'h0;
+  wire        _GEN_14 = state == 4'h7;
+  wire        _GEN_15 = state == 4'h8;
+  wire        _GEN_16 = _GEN_15 & done_valid;
+  wire        _GEN_17 = _GEN_8 | _GEN_12 | _GEN_14;
+  wire        _GEN_18 = _GEN_5 | _GEN_6 | _GEN_17;
+  wire        _GEN_19 = ~(|state) | _GEN_0 | _GEN_1 | _GEN_18;
+  wire        _GEN_20 = state == 4'h9;
+  wire        _GEN_21 = state == 4'hA;
+  wire        _GEN_22 = state == 4'hB;
+  wire        _GEN_23 = _GEN_20 | _GEN_21;
+  wire        _GEN_24 = ~(|state) | _GEN_0 | _GEN_1 | _GEN_5 | _GEN_6 | _GEN_8 | _GEN_12 | _GEN_14 | _GEN_15 | _GEN_23;
+  wire        _GEN_25 = answer == 8'h1;
+  wire        _GEN_26 = _isRecord_output | hosted & at == _GEN & ~_isRecord_output;
+  wire        _GEN_27 = _place_T | _GEN_26;
+  wire        _GEN_28 = answer == 8'h2;
+  wire        _GEN_29 = trusted & _GEN_28;
+  wire        _GEN_30 = at < _GEN;
+  wire        _GEN_31 = _GEN_28 & _GEN_30 | _GEN_25;
+  wire        _GEN_32 = state == 4'hC;
+  wire        _GEN_33 = state == 4'hD;
+  wire        _GEN_34 = state == 4'hE;
+  reg  [3:0]  casez_tmp;
+  always @(*) begin
+    casez (state)
+      4'b0000:
+        casez_tmp = state;
+      4'b0001:
+        casez_tmp = run ? 4'h0 : state;
+      4'b0010:
+        casez_tmp = run ? (_GEN_2 ? 4'h3 : (|timer) ? state : 4'h4) : 4'h1;
+      4'b0011:
+        casez_tmp = noting ? state : {good, 3'h2};
+      4'b0100:
+        casez_tmp = sending ? state : 4'h5;
+      4'b0101:
+        casez_tmp = _GEN_11 ? 4'h6 : state;
+      4'b0110:
+        casez_tmp = writing ? state : _GEN_13 | _GEN_9 ? 4'h5 : {2'h1, stage == 3'h5, 1'h1};
+      4'b0111:
+        casez_tmp = 4'h8;
+      4'b1000:
+        casez_tmp = done_valid ? (done_bits ? 4'h9 : 4'hF) : state;
+      4'b1001:
+        casez_tmp = ordersDue ? 4'h3 : 4'hA;
+      4'b1010:
+        casez_tmp = {1'h1, at == count, 2'h3};
+      4'b1011:
+        casez_tmp = _place_T ? 4'hC : _GEN_26 ? 4'hE : trusted ? {1'h1, _GEN_31, 2'h2} : 4'hA;
+      4'b1100:
+        casez_tmp = 4'hD;
+      4'b1101:
+        casez_tmp = 4'hA;
+      4'b1110:
+        casez_tmp = busy ? state : 4'hA;
+      default:
+        casez_tmp = 4'h2;
+    endcase
+  end // always @(*)
+  wire        _GEN_35 =
+    _GEN_5 | _GEN_6 | _GEN_8 | _GEN_12 | _GEN_14 | _GEN_15 | _GEN_20 | _GEN_21 | _GEN_22 | _GEN_32 | _GEN_33 | _GEN_34;
+  wire        _over_valid_output = ~(~(|state) | _GEN_0 | _GEN_1 | _GEN_35) & (&state);
+  wire        _GEN_36 = ~(|state) | step & (|timer);
+  wire [19:0] _timer_T = timer - 20'h1;
+  wire        _GEN_37 = _GEN_12 & ~writing;
+  always @(posedge clock) begin
+    if (reset) begin
+      state <= 4'h1;
+      timer <= 20'h0;
+      frames <= 4'h0;
+      hosted <= 1'h0;
+      noted <= 1'h0;
+    end
+    else begin
+      if (|state) begin
+        state <= casez_tmp;
+        if (_GEN_0)
+          timer <= 20'h0;
+        else if (~_GEN_1 | _GEN_3 | (|timer)) begin
+          if (_GEN_36)
+            timer <= _timer_T;
+        end
+        else
+          timer <= cycle;
+      end
+      else if (timer[7:0] == 8'h1) begin
+        state <= 4'h2;
+        timer <= 20'h0;
+      end
+      else if (_GEN_36)
+        timer <= _timer_T;
+      if (_GEN_7 | ~(_GEN_6 & ~sending)) begin
+      end
+      else
+        frames <= frames + 4'h1;
+      if (~_GEN_4) begin
+        if (_GEN_1) begin
+          if (_GEN_3 | (|timer)) begin
+          end
+          else
+            hosted <= request_valid;
+        end
+        else
+          hosted <= (_GEN_35 | ~((&state) & _over_valid_output)) & hosted;
+      end
+      if (_GEN_4 | ~(_GEN_1 & run)) begin
+      end
+      else
+        noted <= _GEN_2 | (|timer) & noted;
+    end
+    if (~_GEN_7) begin
+      if (_GEN_6) begin
+        stage <= 3'h0;
+        made <= 5'h0;
+      end
+      else begin
+        if (_GEN_8) begin
+          if (_GEN_11 | seeks & fits) begin
+          end
+          else
+            stage <= stage + 3'h1;
+        end
+        else if (_GEN_37) begin
+          if (_GEN_13)
+            stage <= 3'h1;
+          else if (_GEN_9)
+            stage <= 3'h4;
+        end
+        if (_GEN_8 | ~_GEN_37) begin
+        end
+        else
+          made <= made + 5'h1;
+      end
+    end
+    if (~_GEN_19) begin
+      if (_GEN_15)
+        at <= 7'h0;
+      else if (~_GEN_23) begin
+        if (_GEN_22) begin
+          if (_GEN_27 | trusted & _GEN_31) begin
+          end
+          else
+            at <= at + 7'h1;
+        end
+        else if (~_GEN_32) begin
+          if (_GEN_33)
+            at <= 7'h1;
+          else if (_GEN_34 & ~busy)
+            at <= at + 7'h1;
+        end
+      end
+    end
+    if (_GEN_10 | ~(_GEN_8 & _GEN_9)) begin
+    end
+    else
+      hostAt <= made[3:0];
+    if (~_GEN_4) begin
+      good <= ~_GEN_1 & (_GEN_5 ? good : ~_GEN_6 & (_GEN_17 | ~_GEN_16 ? good : done_bits));
+      any <= ~_GEN_1 & (~_GEN_18 & _GEN_16 & done_bits | any);
+    end
+    if (changed)
+      trusted <= 1'h0;
+    else
+      trusted <= ~_GEN_7 & _GEN_6 | trusted;
+  end // always @(posedge)
+  assign sweep_valid = ~(|state);
+  assign sweep_bits = timer[7:0];
+  assign stopped = state == 4'h1;
+  assign idle = state == 4'h2 | state == 4'h8;
+  assign begun = ~_GEN_7 & _GEN_6 & ~sending;
+  assign over_valid = _over_valid_output;
+  assign over_bits = any;
+  assign frame = frames;
+  assign notes =
+    ~_GEN_4 & (_GEN_1 ? run & _GEN_2 : ~(_GEN_5 | _GEN_6 | _GEN_8 | _GEN_12 | _GEN_14 | _GEN_15) & _GEN_20 & ordersDue);
+  assign ordersMay = state == 4'h3;
+  assign composes = state == 4'h5 | state == 4'h6;
+  assign kind = stage;
+  assign taken = ~(~(|state) | _GEN_0 | _GEN_1 | _GEN_5 | _GEN_6 | _GEN_8) & _GEN_12 & ~writing;
+  assign write = ~_GEN_10 & _GEN_8 & _GEN_11;
+  assign go = state == 4'h7;
+  assign number = at[5:0];
+  assign place =
+    state == 4'hC ? 3'h2 : state == 4'hB ? (_place_T ? 3'h0 : unitPlace) : state == 4'hA ? 3'h1 : unitPlace;
+  assign counted = state == 4'hC;
+  assign surveyed = state == 4'hD;
+  assign read = ~_GEN_24 & _GEN_22 & ~_GEN_27 & trusted & _GEN_25;
+  assign ordered = ~_GEN_24 & _GEN_22 & ~_GEN_27 & _GEN_29 & _GEN_30;
+  assign told = ~_GEN_24 & _GEN_22 & ~_GEN_27 & _GEN_29 & at >= _GEN;
+  assign record = ~_GEN_24 & _GEN_22 & ~_place_T & _isRecord_output;
+  assign isRecord = _isRecord_output;
+  assign heeds = state == 4'h9;
+  assign silent = ~_GEN_19 & _GEN_16 & ~done_bits;
+  assign request_ready = ~_GEN_4 & _GEN_1 & ~_GEN_3 & ~(|timer);
+  assign hosts_valid = hosted;
+  assign hosts_bits = hostAt;
+endmodule
+
+module LineEnds(
+  input         clock,
+  input         reset,
+  input         counted_valid,
+  input  [15:0] counted_bits,
+  input         silent,
+  input         over,
+  input         forget,
+  input  [7:0]  position,
+  output        mine,
+  output        gone,
+  output        changed,
+  output        whole,
+  output [7:0]  present,
+  output [7:0]  places,
+  output [7:0]  cut
+);
+
+  reg  [7:0] counts_0;
+  reg  [1:0] failed_0;
+  reg        missed;
+  wire [7:0] some = (|(counted_bits[15:8])) ? 8'hFF : counted_bits[7:0];
+  wire       _GEN = silent & (&failed_0);
+  wire       _mine_output = position < counts_0;
+  always @(posedge clock) begin
+    if (reset) begin
+      counts_0 <= 8'h0;
+      failed_0 <= 2'h0;
+      missed <= 1'h0;
+    end
+    else begin
+      if (forget | _GEN)
+        counts_0 <= 8'h0;
+      else if (counted_valid)
+        counts_0 <= some;
+      if (silent) begin
+        if (~(&failed_0))
+          failed_0 <= failed_0 + 2'h1;
+      end
+      else if (counted_valid)
+        failed_0 <= 2'h0;
+      missed <= silent & (|counts_0) | ~over & missed;
+    end
+  end // always @(posedge)
+  assign mine = _mine_output;
+  assign gone = ~_mine_output;
+  assign changed = _GEN ? (|counts_0) : counted_valid & some != counts_0;
+  assign whole = ~missed;
+  assign present = counts_0;
+  assign places = counts_0;
+  assign cut = counts_0;
+endmodule
+
+module SlaveScanner(
+  input         clock,
+  input         reset,
+  input         begin_0,
+  input         asks,
+  output        offers,
+  input         taken,
+  output [5:0]  position,
+  input         mine,
+  input         gone,
+  input  [7:0]  known,
+  input         listed,
+  input         start,
+  input  [5:0]  answered,
+  output [2:0]  place,
+  input  [15:0] answer,
+  output        busy,
+  input         clears,
+  output [5:0]  readAt_position,
+  output [1:0]  readAt_word,
+  output [5:0]  writeAt_position,
+  output [1:0]  writeAt_word,
+  input  [15:0] data,
+  input  [15:0] expected,
+  output        write,
+  output [15:0] writeData,
+  output        changes,
+  output        newSound,
+  output        forgets,
+  input         isOrder,
+  input         restarts,
+  output        ordered,
+  output [5:0]  subject
+);
+
+  wire        _write_output;
+  wire [1:0]  marks;
+  reg  [2:0]  state;
+  reg  [5:0]  turn;
+  reg  [2:0]  asked;
+  reg  [5:0]  whose;
+  reg         absent;
+  reg         lies;
+  reg         orders;
+  reg         resets;
+  reg         hasBeen;
+  reg         wrong;
+  wire        may = ~(|state) & asked != 3'h4 & (|known);
+  wire        _busy_T_1 = asks & may;
+  wire        isOver = state == 3'h6;
+  wire        _writeData_T = state == 3'h3;
+  wire [15:0] _source_T_2 = isOver | _writeData_T & absent ? data & 16'hFFFB : answer;
+  wire [15:0] _writeData_output =
+    _writeData_T
+      ? {marks, _source_T_2[13:0] & {14{~clears}}}
+      : _source_T_2 & {16{~clears}} & ~(isOver & resets ? 16'h3 : 16'h0);
+  wire        _GEN = state == 3'h1;
+  wire        _GEN_0 = state == 3'h2;
+  wire        _GEN_1 = ~(|state) | _GEN;
+  wire        _GEN_2 = state == 3'h3;
+  wire        _GEN_3 = ~(|state) | _GEN | _GEN_0;
+  assign marks = _GEN_3 | ~_GEN_2 ? 2'h0 : {absent & (hasBeen | wrong | data[15]), wrong};
+  wire        _GEN_4 = _GEN_2 & absent;
+  wire        _GEN_5 = state == 3'h6;
+  wire        _GEN_6 = state == 3'h4;
+  wire        _GEN_7 = state == 3'h5;
+  assign _write_output = ~_GEN_1 & (_GEN_0 ? ~absent : _GEN_2 | _GEN_5 | _GEN_6 | _GEN_7);
+  reg  [2:0]  casez_tmp;
+  always @(*) begin
+    casez (state)
+      3'b000:
+        casez_tmp = state;
+      3'b001:
+        casez_tmp = orders ? ((|answer) ? 3'h6 : 3'h0) : 3'h2;
+      3'b010:
+        casez_tmp = 3'h3;
+      3'b011:
+        casez_tmp = {~absent, 2'h0};
+      3'b100:
+        casez_tmp = 3'h5;
+      3'b101:
+        casez_tmp = 3'h0;
+      3'b110:
+        casez_tmp = 3'h0;
+      default:
+        casez_tmp = state;
+    endcase
+  end // always @(*)
+  wire [6:0]  next = {1'h0, turn} + 7'h1;
+  wire        _GEN_8 = {1'h0, next} >= known;
+  wire        _GEN_9 = ~(|state) & ~start & asks & may & gone;
+  always @(posedge clock) begin
+    if (reset) begin
+      state <= 3'h0;
+      turn <= 6'h0;
+    end
+    else begin
+      if (|state)
+        state <= casez_tmp;
+      else if (start | _busy_T_1 & gone)
+        state <= 3'h1;
+      if (_GEN_9 | taken) begin
+        if (_GEN_8)
+          turn <= 6'h0;
+        else
+          turn <= next[5:0];
+      end
+    end
+    if (_GEN_9) begin
+      if (_GEN_8)
+        asked <= 3'h4;
+      else
+        asked <= asked + 3'h1;
+    end
+    else if (taken) begin
+      if (_GEN_8)
+        asked <= 3'h4;
+      else
+        asked <= asked + 3'h1;
+    end
+    else if (begin_0)
+      asked <= 3'h0;
+    if (~(|state)) begin
+      whose <= start ? answered : turn;
+      lies <= ~start;
+      orders <= start & isOrder;
+      resets <= restarts;
+    end
+    if ((|state) & _GEN)
+      absent <= lies | answer == 16'h0;
+    if (_GEN_1 | ~_GEN_0) begin
+    end
+    else begin
+      hasBeen <= |data;
+      wrong <= listed & (absent ? (|expected) : expected == 16'h0 | expected != answer);
+    end
+  end // always @(posedge)
+  assign offers = _busy_T_1 & mine;
+  assign position = turn;
+  assign place =
+    (|state) ? (_GEN ? 3'h3 : _GEN_0 ? 3'h2 : _GEN_2 ? 3'h4 : _GEN_5 ? 3'h7 : {1'h1, ~_GEN_6, 1'h1}) : 3'h7;
+  assign busy = (|state) | _busy_T_1 & gone;
+  assign readAt_position = whose;
+  assign readAt_word =
+    (|state) & _GEN & orders ? 2'h0 : state == 3'h4 ? 2'h3 : state == 3'h3 ? 2'h2 : {1'h0, state != 3'h2};
+  assign writeAt_position = whose;
+  assign writeAt_word = _GEN_1 ? 2'h0 : _GEN_0 ? 2'h1 : _GEN_2 | _GEN_5 ? 2'h0 : _GEN_6 ? 2'h2 : {2{_GEN_7}};
+  assign write = _write_output;
+  assign writeData = _writeData_output;
+  assign changes =
+    _write_output & (|((data ^ _writeData_output) & (state == 3'h5 ? 16'hFF : {5'h1F, state != 3'h3, 10'h3FF})));
+  assign newSound = ~_GEN_3 & _GEN_2 & ~absent & answer[2] & ~(data[2]);
+  assign forgets = ~_GEN_3 & _GEN_4;
+  assign ordered = (|state) & (_GEN ? orders & (|answer) : ~_GEN_0 & _GEN_4);
+  assign subject = whose;
+endmodule
+
+// external module DualPortRam
+
+module OrderSender(
+  input        clock,
+  input        reset,
+  input        silence,
+  input        resetAlarm,
+  output       due,
+  input        notes,
+  output       noting,
+  output [5:0] readAt,
+  input        sounds,
+  input        smoke,
+  input        over_valid,
+  input        over_bits,
+  output       expires,
+  output       givenUp,
+  input        crowded,
+  input        forget,
+  input        begin_0,
+  input        asks,
+  output       offers,
+  input        taken,
+  output [5:0] position,
+  input        mine,
+  output [1:0] order,
+  output       toAll,
+  output       busy,
+  input        done,
+  input  [5:0] doneAt
+);
+
+  wire       _ram_write;
+  wire [6:0] _ram_writeAddress;
+  wire [1:0] _ram_writeData;
+  wire [6:0] _ram_readAddress;
+  wire [1:0] _ram_readData;
+  reg  [1:0] wanted;
+  reg  [1:0] now;
+  reg        sweeps;
+  reg        writes;
+  reg        pending;
+  reg  [9:0] age;
+  reg  [1:0] broad;
+  reg        passes;
+  reg        found;
+  reg  [5:0] at;
+  reg        settled;
+  reg  [1:0] sent;
+  reg        ended;
+  wire       _expires_output = over_valid & (&age);
+  reg  [5:0] ram_io_writeAddress_REG;
+  wire       _offers_output = asks & ~ended & ((|broad) | settled & (|_ram_readData) & mine);
+  wire       _busy_output = asks & ~ended & ~_offers_output;
+  wire       _givenUp_T = forget | _expires_output;
+  wire       _GEN = notes & crowded;
+  wire       _GEN_0 = writes & ~sweeps;
+  wire       _GEN_1 = taken & (|broad);
+  wire       _GEN_2 = _busy_output & settled | taken;
+  wire       _GEN_3 = _GEN_1 | ~_GEN_2;
+  wire       _pending_T = found | (|_ram_readData);
+  always @(posedge clock) begin
+    if (reset) begin
+      wanted <= 2'h0;
+      sweeps <= 1'h0;
+      writes <= 1'h0;
+      pending <= 1'h0;
+      age <= 10'h0;
+      broad <= 2'h0;
+      at <= 6'h0;
+    end
+    else begin
+      if (resetAlarm)
+        wanted <= wanted | 2'h2;
+      else if (silence)
+        wanted <= {wanted[1], 1'h1};
+      else if (notes)
+        wanted <= 2'h0;
+      sweeps <= ~(sweeps & (&at)) & (notes & ~crowded | sweeps);
+      writes <= sweeps;
+      pending <= ~_givenUp_T & (_GEN_1 | ~(_GEN_2 & (&at)) ? _GEN_0 | pending : _pending_T);
+      if (silence | resetAlarm)
+        age <= 10'h0;
+      else if (over_valid)
+        age <= age + 10'h1;
+      if (_givenUp_T | over_valid & over_bits & passes)
+        broad <= 2'h0;
+      else if (_GEN)
+        broad <= wanted;
+      if (_GEN_3) begin
+        if (sweeps)
+          at <= at + 6'h1;
+        else if (notes)
+          at <= 6'h0;
+      end
+      else
+        at <= at + 6'h1;
+    end
+    if (notes)
+      now <= wanted;
+    if (_GEN_3)
+      found <= ~_GEN_0 & found;
+    else
+      found <= ~(&at) & _pending_T;
+    settled <= _GEN_3 & asks & ~ended;
+    if (begin_0)
+      ended <= ~pending & ~(|broad);
+    else
+      ended <= _GEN_1 | _GEN_2 & ((&at) | taken & sent == 2'h1) | ended;
+    ram_io_writeAddress_REG <= at;
+    if (over_valid)
+      passes <= 1'h0;
+    else
+      passes <= _GEN_1 | ~_GEN & passes;
+    if (begin_0)
+      sent <= 2'h0;
+    else if (_GEN_1 | ~(_GEN_2 & taken)) begin
+    end
+    else
+      sent <= sent + 2'h1;
+  end // always @(posedge)
+  assign _ram_write = writes | done;
+  assign _ram_writeAddress = {1'h0, writes ? ram_io_writeAddress_REG : doneAt};
+  assign _ram_writeData = writes ? (pending ? _ram_readData : 2'h0) | now & {smoke, sounds} : 2'h0;
+  assign _ram_readAddress = {1'h0, at};
+  DualPortRam #(
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
+    .WIDTH(2)
+  ) ram (
+    .clock        (clock),
+    .write        (_ram_write),
+    .writeAddress (_ram_writeAddress),
+    .writeData    (_ram_writeData),
+    .readAddress  (_ram_readAddress),
+    .readData     (_ram_readData)
+  );
+  assign due = |wanted;
+  assign noting = sweeps | writes;
+  assign readAt = at;
+  assign expires = _expires_output;
+  assign givenUp = _givenUp_T & (pending | (|broad));
+  assign offers = _offers_output;
+  assign position = at;
+  assign order = (|broad) ? broad : _ram_readData;
+  assign toAll = |broad;
+  assign busy = _busy_output;
+endmodule
+
+// external module DualPortRam
+
+module RecordReader(
+  input         clock,
+  input         reset,
+  input         begin_0,
+  input         start,
+  output [2:0]  place,
+  input  [15:0] answer,
+  output        busy,
+  input         told,
+  input         clears,
+  input  [6:0]  toldAt,
+  output        newAlarm,
+  input         room,
+  input  [15:0] nextEvent,
+  input         free,
+  output        fills,
+  output [2:0]  step,
+  output [7:0]  owner,
+  output        offer,
+  output        cancel,
+  input         begins,
+  input         compose,
+  input         restart,
+  output        offers,
+  output        seeks,
+  input         taken,
+  output [7:0]  index,
+  input  [1:0]  ackPlace,
+  output [15:0] ackWord
+);
+
+  wire        _list_write;
+  wire [4:0]  _list_writeAddress;
+  wire [7:0]  _list_writeData;
+  wire [4:0]  _list_readAddress;
+  wire [7:0]  _list_readData;
+  wire        _ram_write;
+  wire [9:0]  _ram_writeAddress;
+  wire [15:0] _ram_writeData;
+  wire [9:0]  _ram_readAddress;
+  wire [15:0] _ram_readData;
+  reg  [2:0]  state;
+  reg  [5:0]  position;
+  reg         isAlarm;
+  reg  [2:0]  at;
+  reg         same;
+  reg  [5:0]  patience;
+  reg  [4:0]  counts_0;
+  reg  [4:0]  next;
+  wire        _seeks_T = next != counts_0;
+  reg         offers_REG;
+  wire        _offers_output = compose & _seeks_T & offers_REG;
+  wire [2:0]  _before_T = at - 3'h1;
+  reg  [2:0]  casez_tmp;
+  always @(*) begin
+    casez (ackPlace)
+      2'b00:
+        casez_tmp = 3'h1;
+      2'b01:
+        casez_tmp = 3'h3;
+      2'b10:
+        casez_tmp = 3'h6;
+      default:
+        casez_tmp = 3'h6;
+    endcase
+  end // always @(*)
+  wire [8:0]  _GEN = {1'h0, answer[15:8]} - 9'h1;
+  wire        _fills_T = state == 3'h5;
+  reg  [2:0]  casez_tmp_0;
+  wire [2:0]  _place_T_2 = {|at, 2'h0};
+  always @(*) begin
+    casez (at)
+      3'b000:
+        casez_tmp_0 = _place_T_2;
+      3'b001:
+        casez_tmp_0 = 3'h2;
+      3'b010:
+        casez_tmp_0 = 3'h3;
+      3'b011:
+        casez_tmp_0 = 3'h7;
+      3'b100:
+        casez_tmp_0 = 3'h6;
+      3'b101:
+        casez_tmp_0 = 3'h5;
+      3'b110:
+        casez_tmp_0 = 3'h4;
+      default:
+        casez_tmp_0 = _place_T_2;
+    endcase
+  end // always @(*)
+  wire        _GEN_0 = state == 3'h0;
+  wire        _GEN_1 = state == 3'h1;
+  wire        _GEN_2 = state == 3'h2;
+  wire        _GEN_3 = at == 3'h6;
+  wire        _GEN_4 = ~same | ~(_ram_readData[2]);
+  wire        _GEN_5 = _GEN_0 | _GEN_1;
+  wire        _GEN_6 = _GEN_4 | ~(_ram_readData[0]);
+  wire        _GEN_7 = ~_GEN_3 | _GEN_6 | ~(_ram_readData[1]);
+  wire        _GEN_8 = _GEN_4 | ~(_ram_readData[0]) | _ram_readData[1];
+  wire        _GEN_9 = state == 3'h3;
+  wire        _GEN_10 = state == 3'h4;
+  wire        _GEN_11 = patience == 6'h0;
+  wire        _GEN_12 = state == 3'h5;
+  wire        _GEN_13 = state == 3'h6;
+  wire        _GEN_14 = _GEN_10 | _GEN_12;
+  reg  [2:0]  casez_tmp_1;
+  always @(*) begin
+    casez (state)
+      3'b000:
+        casez_tmp_1 = _before_T;
+      3'b001:
+        casez_tmp_1 = _before_T;
+      3'b010:
+        casez_tmp_1 = _before_T;
+      3'b011:
+        casez_tmp_1 = _GEN_3 ? 3'h5 : _before_T;
+      3'b100:
+        casez_tmp_1 = _before_T;
+      3'b101:
+        casez_tmp_1 = _before_T;
+      3'b110:
+        casez_tmp_1 = begins ? 3'h6 : _before_T;
+      default:
+        casez_tmp_1 = 3'h5;
+    endcase
+  end // always @(*)
+  wire        _GEN_15 = _GEN_9 | _GEN_10 | _GEN_12 | _GEN_13;
+  reg  [2:0]  casez_tmp_2;
+  always @(*) begin
+    casez (state)
+      3'b000:
+        casez_tmp_2 = start & _GEN < 9'h40 & (|(answer[15:8])) ? 3'h1 : state;
+      3'b001:
+        casez_tmp_2 = 3'h2;
+      3'b010:
+        casez_tmp_2 = _GEN_3 ? (_GEN_4 ? 3'h3 : {~(_ram_readData[0]), 2'h0}) : state;
+      3'b011:
+        casez_tmp_2 = _GEN_3 ? 3'h4 : state;
+      3'b100:
+        casez_tmp_2 = free & room ? 3'h5 : _GEN_11 | ~room ? 3'h0 : state;
+      3'b101:
+        casez_tmp_2 = (&at) ? 3'h6 : state;
+      3'b110:
+        casez_tmp_2 = begins ? 3'h7 : _GEN_11 ? 3'h0 : state;
+      default:
+        casez_tmp_2 = 3'h0;
+    endcase
+  end // always @(*)
+  wire        _GEN_16 = told | clears;
+  wire [2:0]  _at_T = at + 3'h1;
+  always @(posedge clock) begin
+    if (reset) begin
+      state <= 3'h0;
+      counts_0 <= 5'h0;
+    end
+    else begin
+      state <= casez_tmp_2;
+      if (_GEN_5) begin
+        if (begin_0)
+          counts_0 <= 5'h0;
+      end
+      else if (_GEN_2) begin
+        if (~_GEN_3 | _GEN_8 | counts_0[4]) begin
+          if (begin_0)
+            counts_0 <= 5'h0;
+        end
+        else
+          counts_0 <= counts_0 + 5'h1;
+      end
+      else if (_GEN_15 | ~((&state) & ~(counts_0[4]))) begin
+        if (begin_0)
+          counts_0 <= 5'h0;
+      end
+      else
+        counts_0 <= counts_0 + 5'h1;
+    end
+    if (_GEN_0) begin
+      position <= _GEN[5:0];
+      at <= _at_T;
+    end
+    else begin
+      if (_GEN_1)
+        at <= 3'h0;
+      else if (_GEN_2) begin
+        if (_GEN_3)
+          at <= 3'h0;
+        else
+          at <= _at_T;
+      end
+      else if (_GEN_9 | ~_GEN_10)
+        at <= _at_T;
+      else
+        at <= 3'h0;
+      same <= _GEN_1 | (~_GEN_2 | _GEN_3 | ~((|at) & _ram_readData != answer)) & same;
+    end
+    if (_GEN_0 | ~_GEN_1) begin
+    end
+    else
+      isAlarm <= answer[7:0] == 8'h2;
+    if (state != 3'h4 & state != 3'h6)
+      patience <= 6'h3F;
+    else
+      patience <= patience - 6'h1;
+    offers_REG <= compose & ~taken & ~restart;
+    if (restart)
+      next <= 5'h0;
+    else if (taken)
+      next <= next + 5'h1;
+  end // always @(posedge)
+  assign _ram_write =
+    _GEN_16 | ~_GEN_5
+    & (_GEN_2
+         ? _GEN_3 & ~_GEN_6 & _ram_readData[1]
+         : _GEN_9 ? _GEN_3 | (|at) : ~_GEN_14 & (_GEN_13 ? begins : (&state)));
+  assign _ram_writeAddress =
+    _GEN_16
+      ? {toldAt, 3'h5}
+      : {isAlarm, position, _GEN_5 ? _before_T : _GEN_2 ? (_GEN_7 ? _before_T : 3'h5) : casez_tmp_1};
+  assign _ram_writeData =
+    _GEN_16
+      ? {13'h0, {3{told}}}
+      : _GEN_5
+          ? answer
+          : _GEN_2
+              ? (_GEN_7 ? answer : 16'h5)
+              : _GEN_9
+                  ? (_GEN_3 ? 16'h4 : answer)
+                  : _GEN_14 ? answer : _GEN_13 ? (begins ? nextEvent : answer) : (&state) ? 16'h5 : answer;
+  assign _ram_readAddress = compose ? {_list_readData[7], _list_readData[5:0], casez_tmp} : {isAlarm, position, at};
+  DualPortRam #(
+    .ADDRESS_BITS(10),
+    .DEPTH(1024),
+    .WIDTH(16)
+  ) ram (
+    .clock        (clock),
+    .write        (_ram_write),
+    .writeAddress (_ram_writeAddress),
+    .writeData    (_ram_writeData),
+    .readAddress  (_ram_readAddress),
+    .readData     (_ram_readData)
+  );
+  assign _list_write = ~_GEN_5 & (_GEN_2 ? _GEN_3 & ~_GEN_8 & ~(counts_0[4]) : ~_GEN_15 & (&state) & ~(counts_0[4]));
+  assign _list_writeAddress = {1'h0, counts_0[3:0]};
+  assign _list_writeData = {isAlarm, 1'h0, position};
+  assign _list_readAddress = {1'h0, next[3:0]};
+  DualPortRam #(
+    .ADDRESS_BITS(5),
+    .DEPTH(32),
+    .WIDTH(8)
+  ) list (
+    .clock        (clock),
+    .write        (_list_write),
+    .writeAddress (_list_writeAddress),
+    .writeData    (_list_writeData),
+    .readAddress  (_list_readAddress),
+    .readData     (_list_readData)
+  );
+  assign place =
+    _GEN_0
+      ? 3'h3
+      : _fills_T
+          ? casez_tmp_0
+          : at == 3'h4 ? 3'h5 : at == 3'h3 ? 3'h4 : at == 3'h2 ? 3'h3 : at == 3'h1 ? 3'h2 : (|at) ? 3'h5 : 3'h0;
+  assign busy = |state;
+  assign newAlarm = ~_GEN_5 & _GEN_2 & _GEN_3 & _GEN_4 & isAlarm;
+  assign fills = _fills_T;
+  assign step = at;
+  assign owner = {2'h0, position};
+  assign offer = ~(_GEN_0 | _GEN_1 | _GEN_2 | _GEN_9 | _GEN_10) & _GEN_12 & (&at);
+  assign cancel = ~(_GEN_0 | _GEN_1 | _GEN_2 | _GEN_9 | _GEN_14) & _GEN_13 & ~begins & _GEN_11;
+  assign offers = _offers_output;
+  assign seeks = compose & _seeks_T & ~_offers_output;
+  assign index = _list_readData;
+  assign ackWord = _ram_readData;
+endmodule
+
+module EventWriter(
+  input         clock,
+  input         reset,
+  input         run,
+  input  [7:0]  known,
+  input         forget,
+  output [5:0]  readAt_position,
+  output [1:0]  readAt_word,
+  input         isWrong,
+  input         untold,
+  output        tells,
+  input  [18:0] status,
+  input  [7:0]  present,
+  input  [7:0]  cut,
+  input  [31:0] framesLost,
+  input         room,
+  input         free,
+  output        fills,
+  output [2:0]  place,
+  output [1:0]  kind,
+  output [7:0]  owner,
+  output [15:0] own,
+  output        offer,
+  output        wrong
+);
+
+  wire [2:0]  _place_T;
+  reg  [1:0]  state;
+  reg  [5:0]  turn;
+  reg  [3:0]  at;
+  reg         ofOwn;
+  reg  [18:0] told;
+  reg         now;
+  reg         last;
+  wire [15:0] _own_T_14 = {8'h0, _place_T == 3'h1 ? cut : 8'h0} | (_place_T == 3'h2 ? status[15:0] : 16'h0);
+  assign _place_T = at[2:0] - 3'h1;
+  wire        _GEN = state == 2'h0;
+  wire        _GEN_0 = state == 2'h1;
+  wire        _GEN_1 = state == 2'h2;
+  wire        _GEN_2 = ~run | _GEN | _GEN_0;
+  wire        _GEN_3 = at == 4'h8;
+  wire        _GEN_4 = _GEN_1 & _GEN_3;
+  wire        may = room & free;
+  wire [6:0]  _GEN_5 = {1'h0, turn};
+  wire        _GEN_6 = ~untold | ~may;
+  wire [6:0]  _turn_T = _GEN_5 + 7'h1;
+  wire [6:0]  _turn_T_2 = _GEN_5 + 7'h1;
+  always @(posedge clock) begin
+    if (reset) begin
+      state <= 2'h0;
+      turn <= 6'h0;
+      at <= 4'h0;
+      ofOwn <= 1'h0;
+      told <= 19'h0;
+      now <= 1'h0;
+      last <= 1'h0;
+    end
+    else begin
+      if (forget) begin
+        state <= 2'h0;
+        turn <= 6'h0;
+        told <= 19'h0;
+      end
+      else begin
+        if (run) begin
+          if (_GEN) begin
+            if (at[0])
+              state <= _GEN_6 ? {1'h0, {1'h0, _turn_T} >= known} : 2'h2;
+            if (at[0] & _GEN_6)
+              turn <= _turn_T[5:0];
+          end
+          else if (_GEN_0) begin
+            state <= {status != told & may, 1'h0};
+            turn <= 6'h0;
+          end
+          else begin
+            if (_GEN_4)
+              state <= ofOwn ? 2'h0 : {1'h0, {1'h0, _turn_T_2} >= known};
+            if (~_GEN_4 | ofOwn) begin
+            end
+            else
+              turn <= _turn_T_2[5:0];
+          end
+        end
+        else
+          state <= {1'h0, state == 2'h1};
+        if (_GEN_2 | ~(_GEN_1 & _GEN_3 & ofOwn)) begin
+        end
+        else
+          told <= status;
+      end
+      if (~run | (_GEN ? at[0] : _GEN_0 | _GEN_4))
+        at <= 4'h0;
+      else
+        at <= at + 4'h1;
+      if (run) begin
+        if (_GEN)
+          ofOwn <= ~(at[0]) & ofOwn;
+        else
+          ofOwn <= _GEN_0 | ofOwn;
+      end
+      now <= ~forget & (run ? (_GEN ? at[0] & isWrong | now : ~_GEN_0 & now) : now);
+      if (~run | _GEN | ~_GEN_0) begin
+      end
+      else
+        last <= now;
+    end
+  end // always @(posedge)
+  assign readAt_position = turn;
+  assign readAt_word = run & _GEN ? 2'h0 : at == 4'h7 ? 2'h3 : at == 4'h3 ? 2'h2 : {1'h0, at != 4'h2};
+  assign tells = ~_GEN_2 & _GEN_4 & ~ofOwn;
+  assign fills = ~_GEN_2 & _GEN_1 & (|at);
+  assign place = _place_T;
+  assign kind = {1'h1, ofOwn};
+  assign owner = ofOwn ? present : {2'h0, turn};
+  assign own =
+    {_own_T_14[15:3], _own_T_14[2:0] | (_place_T == 3'h3 ? status[18:16] : 3'h0)}
+    | (_place_T == 3'h6 ? framesLost[31:16] : 16'h0) | ((&_place_T) ? framesLost[15:0] : 16'h0);
+  assign offer = ~_GEN_2 & _GEN_1 & _GEN_3;
+  assign wrong = last;
+endmodule
+
+module EventSlot(
+  input         clock,
+  input         reset,
+  output        free,
+  input         write,
+  input  [2:0]  place,
+  input  [1:0]  kind,
+  input  [7:0]  position,
+  input  [15:0] answer,
+  input  [15:0] data,
+  input  [15:0] own,
+  input         offer,
+  input         cancel,
+  output        begins,
+  input         event_ready,
+  output        event_valid,
+  output [15:0] event_bits
+);
+
+  wire [3:0]  _ram_writeAddress;
+  wire [15:0] _ram_writeData;
+  wire [3:0]  _ram_readAddress;
+  reg         full;
+  reg         settled;
+  reg  [2:0]  at;
+  wire [15:0] word = kind == 2'h1 ? answer : place[2] & ~(&place) ? 16'h0 : data;
+  wire        event_valid_0 = full & settled;
+  wire        _settled_T = event_ready & event_valid_0;
+  wire        _begins_T_1 = at == 3'h0;
+  always @(posedge clock) begin
+    if (reset)
+      full <= 1'h0;
+    else
+      full <= offer | ~(cancel & _begins_T_1 & ~_settled_T | _settled_T & (&at)) & full;
+    settled <= full & ~_settled_T;
+    if (offer)
+      at <= 3'h0;
+    else if (_settled_T)
+      at <= at + 3'h1;
+  end // always @(posedge)
+  assign _ram_writeAddress = {1'h0, place};
+  assign _ram_writeData =
+    place == 3'h0
+      ? {6'h0, kind, position}
+      : (&kind) ? own : place == 3'h3 | (&place) & kind == 2'h2 ? {word[7:0], word[15:8]} : word;
+  assign _ram_readAddress = {1'h0, at};
+  DualPortRam #(
+    .ADDRESS_BITS(4),
+    .DEPTH(16),
+    .WIDTH(16)
+  ) ram (
+    .clock        (clock),
+    .write        (write),
+    .writeAddress (_ram_writeAddress),
+    .writeData    (_ram_writeData),
+    .readAddress  (_ram_readAddress),
+    .readData     (event_bits)
+  );
+  assign free = ~full;
+  assign begins = _settled_T & _begins_T_1;
+  assign event_valid = event_valid_0;
+endmodule
+
+// external module DualPortRam
+
+// external module DualPortRam
+
+// external module DualPortRam
+
+// external module DualPortRam
+
+module SlaveTable(
+  input         clock,
+  input         reset,
+  input         write,
+  input  [5:0]  writeAt_position,
+  input  [1:0]  writeAt_word,
+  input  [15:0] writeData,
+  input         changes_valid,
+  input         changes_bits,
+  input  [5:0]  readAt_position,
+  input  [1:0]  readAt_word,
+  output [15:0] data,
+  output        untold,
+  output [15:0] expected,
+  input         sweep_valid,
+  input  [7:0]  sweep_bits,
+  input  [7:0]  window,
+  input  [2:0]  windowByte,
+  output [7:0]  windowState,
+  input         expect_valid,
+  input  [15:0] expect_bits,
+  output [7:0]  listed,
+  input  [9:0]  look,
+  output [7:0]  lookData
+);
+
+  wire [5:0]  _expected_ram_writeAddress;
+  wire        _reported_ram_write;
+  wire [6:0]  _reported_ram_writeAddress;
+  wire [6:0]  _reported_ram_readAddress;
+  wire [15:0] _reported_ram_readData;
+  wire [7:0]  _shown_ram_readAddress;
+  wire [15:0] _shown_ram_readData;
+  wire        _untold_ram_write;
+  wire [7:0]  _untold_ram_writeAddress;
+  wire        _untold_ram_writeData;
+  wire [7:0]  _untold_ram_readAddress;
+  wire [7:0]  _data_ram_readAddress;
+  wire [5:0]  address_position = sweep_valid ? sweep_bits[7:2] : writeAt_position;
+  wire [1:0]  address_word = sweep_valid ? sweep_bits[1:0] : writeAt_word;
+  wire        writes = write | sweep_valid;
+  wire [7:0]  _shown_T = {address_position, address_word};
+  reg         windowState_REG;
+  reg         isFirst;
+  reg  [7:0]  low;
+  reg  [7:0]  count;
+  wire        expects = expect_valid & window < 8'h40;
+  wire [7:0]  _GEN = {2'h0, window[5:0]};
+  always @(posedge clock) begin
+    windowState_REG <= windowByte[0];
+    isFirst <= ~(look[0]);
+    if (isFirst)
+      low <= _reported_ram_readData[7:0];
+    if (reset)
+      count <= 8'h0;
+    else if (expects) begin
+      if (expect_bits == 16'h0) begin
+        if (_GEN < count)
+          count <= _GEN;
+      end
+      else if (_GEN >= count)
+        count <= {2'h0, window[5:0] + 6'h1};
+    end
+  end // always @(posedge)
+  assign _data_ram_readAddress = {readAt_position, readAt_word};
   DualPortRam #(
     .ADDRESS_BITS(8),
     .DEPTH(256),
     .WIDTH(16)
-  ) forHost_ram (
+  ) data_ram (
     .clock        (clock),
-    .write        (_forHost_ram_write),
-    .writeAddress (_GEN),
-    .writeData    (_matcher_word_bits_data),
-    .readAddress  (_forHost_ram_readAddress),
-    .readData     (_forHost_ram_readData)
+    .write        (writes),
+    .writeAddress (_shown_T),
+    .writeData    (writeData),
+    .readAddress  (_data_ram_readAddress),
+    .readData     (data)
   );
-  assign datagram_ready = _composer_datagram_ready;
-  assign composing = _composer_busy;
-  assign done_valid = good | late & _done_valid_T;
-  assign done_bits = good;
-  assign lost = late & ~good;
-  assign count = kept;
-  assign keptData = keptData_REG ? _forHost_ram_readData[15:8] : _forHost_ram_readData[7:0];
+  assign _untold_ram_write = changes_valid | sweep_valid;
+  assign _untold_ram_writeAddress = {2'h0, sweep_valid ? sweep_bits[5:0] : writeAt_position};
+  assign _untold_ram_writeData = ~sweep_valid & changes_bits;
+  assign _untold_ram_readAddress = {2'h0, readAt_position};
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(1)
+  ) untold_ram (
+    .clock        (clock),
+    .write        (_untold_ram_write),
+    .writeAddress (_untold_ram_writeAddress),
+    .writeData    (_untold_ram_writeData),
+    .readAddress  (_untold_ram_readAddress),
+    .readData     (untold)
+  );
+  assign _shown_ram_readAddress = {window[5:0], windowByte[2:1]};
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(16)
+  ) shown_ram (
+    .clock        (clock),
+    .write        (writes),
+    .writeAddress (_shown_T),
+    .writeData    (writeData),
+    .readAddress  (_shown_ram_readAddress),
+    .readData     (_shown_ram_readData)
+  );
+  assign _reported_ram_write = writes & ~(address_word[1]);
+  assign _reported_ram_writeAddress = {address_position, address_word[0]};
+  assign _reported_ram_readAddress = look[7:1];
+  DualPortRam #(
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
+    .WIDTH(16)
+  ) reported_ram (
+    .clock        (clock),
+    .write        (_reported_ram_write),
+    .writeAddress (_reported_ram_writeAddress),
+    .writeData    (writeData),
+    .readAddress  (_reported_ram_readAddress),
+    .readData     (_reported_ram_readData)
+  );
+  assign _expected_ram_writeAddress = window[5:0];
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(16)
+  ) expected_ram (
+    .clock        (clock),
+    .write        (expects),
+    .writeAddress (_expected_ram_writeAddress),
+    .writeData    (expect_bits),
+    .readAddress  (readAt_position),
+    .readData     (expected)
+  );
+  assign windowState = windowState_REG ? _shown_ram_readData[15:8] : _shown_ram_readData[7:0];
+  assign listed = count;
+  assign lookData = isFirst ? _reported_ram_readData[15:8] : low;
+endmodule
+
+module CyclicState(
+  input         clock,
+  input         reset,
+  input         answer_valid,
+  input  [15:0] answer_bits,
+  input         over_valid,
+  input         over_bits,
+  input         newAlarm,
+  input         newSound,
+  input         silence,
+  input         resetAlarm,
+  input         expires,
+  input         givenUp,
+  output        fire,
+  output        sounding,
+  output        alarm,
+  output        slaveFault,
+  output        disabled,
+  output        testing
+);
+
+  reg        now_sounding;
+  reg        now_smoke;
+  reg        now_alarm;
+  reg        now_fault;
+  reg        now_disabled;
+  reg        now_testing;
+  reg        last_sounding;
+  reg        last_smoke;
+  reg        last_alarm;
+  reg        last_fault;
+  reg        last_disabled;
+  reg        last_testing;
+  reg        isFire;
+  reg        isLoud;
+  reg        wantsReset;
+  wire [7:0] _GEN = {answer_bits[14:11], answer_bits[6:3]};
+  wire       _GEN_0 = over_valid & over_bits;
+  wire       _GEN_1 = over_valid & over_bits & ~now_smoke & wantsReset;
+  wire [5:0] _now_T_2 =
+    {now_sounding, now_smoke, now_alarm, now_fault, now_disabled, now_testing}
+    | {answer_bits[2], |(answer_bits[1:0]), answer_bits[0], |_GEN, answer_bits[7], answer_bits[8]};
+  wire [5:0] _last_T_2 =
+    {last_sounding, last_smoke, last_alarm, last_fault, last_disabled, last_testing}
+    | {answer_bits[2], |(answer_bits[1:0]), answer_bits[0], |_GEN, answer_bits[7], answer_bits[8]};
+  wire       _GEN_2 = answer_valid & answer_bits[2] & ~last_sounding | newSound | newAlarm & now_sounding;
+  always @(posedge clock) begin
+    if (reset) begin
+      now_sounding <= 1'h0;
+      now_smoke <= 1'h0;
+      now_alarm <= 1'h0;
+      now_fault <= 1'h0;
+      now_disabled <= 1'h0;
+      now_testing <= 1'h0;
+      last_sounding <= 1'h0;
+      last_smoke <= 1'h0;
+      last_alarm <= 1'h0;
+      last_fault <= 1'h0;
+      last_disabled <= 1'h0;
+      last_testing <= 1'h0;
+      isFire <= 1'h0;
+      isLoud <= 1'h0;
+      wantsReset <= 1'h0;
+    end
+    else begin
+      now_sounding <= ~givenUp & (answer_valid ? _now_T_2[5] : ~over_valid & now_sounding);
+      if (answer_valid) begin
+        now_smoke <= _now_T_2[4];
+        now_alarm <= _now_T_2[3];
+        now_fault <= _now_T_2[2];
+        now_disabled <= _now_T_2[1];
+        now_testing <= _now_T_2[0];
+        last_smoke <= _last_T_2[4];
+        last_alarm <= _last_T_2[3];
+        last_fault <= _last_T_2[2];
+        last_disabled <= _last_T_2[1];
+        last_testing <= _last_T_2[0];
+      end
+      else begin
+        now_smoke <= ~over_valid & now_smoke;
+        now_alarm <= ~over_valid & now_alarm;
+        now_fault <= ~over_valid & now_fault;
+        now_disabled <= ~over_valid & now_disabled;
+        now_testing <= ~over_valid & now_testing;
+        if (_GEN_0) begin
+          last_smoke <= now_smoke;
+          last_alarm <= now_alarm;
+          last_fault <= now_fault;
+          last_disabled <= now_disabled;
+          last_testing <= now_testing;
+        end
+      end
+      last_sounding <= ~givenUp & (answer_valid ? _last_T_2[5] : _GEN_0 ? now_sounding : last_sounding);
+      isFire <= answer_valid & (|(answer_bits[1:0])) | ~_GEN_1 & isFire;
+      isLoud <= _GEN_2 | ~(silence | resetAlarm) & isLoud;
+      wantsReset <= ~_GEN_2 & (resetAlarm | ~(expires | _GEN_1) & wantsReset);
+    end
+  end // always @(posedge)
+  assign fire = isFire;
+  assign sounding = isLoud;
+  assign alarm = last_alarm;
+  assign slaveFault = last_fault;
+  assign disabled = last_disabled;
+  assign testing = last_testing;
 endmodule
 
 module LineMaster(
   input         clock,
   input         reset,
   input         step,
-  input         in_valid,
-  input         in_payload,
-  input  [3:0]  in_data,
-  input         in_last,
-  input         in_bad,
-  output        out_valid,
-  output        out_payload,
-  output [3:0]  out_data,
-  output        out_last,
-  output        out_bad,
-  output        out_odd,
-  output        out_crcGood,
+  input         in_0_valid,
+  input         in_0_payload,
+  input  [3:0]  in_0_data,
+  input         in_0_last,
+  input         in_0_bad,
+  output        out_0_valid,
+  output        out_0_payload,
+  output [3:0]  out_0_data,
+  output        out_0_last,
+  output        out_0_bad,
+  output        out_0_odd,
+  output        out_0_crcGood,
   input  [47:0] source,
   input         run,
   input  [19:0] cycle,
   input  [15:0] timeout,
   input  [3:0]  retries,
+  input  [15:0] life,
+  input         listed,
+  input  [15:0] confirmed,
   output        request_ready,
   input         request_valid,
   output [3:0]  requestAddress,
@@ -1915,1741 +5292,621 @@ module LineMaster(
   output        result_bits,
   input  [3:0]  resultAddress,
   output [7:0]  resultData,
+  input         silence,
+  input         resetAlarm,
   input         event_ready,
   output        event_valid,
   output [15:0] event_bits,
-  input         room,
-  input  [23:0] nextEvent,
-  input  [23:0] firstEvent,
-  output [6:0]  present,
-  output [6:0]  known,
-  output        alarm,
-  output        lost
+  input  [15:0] nextEvent,
+  input         roomForRecords,
+  input         roomForStates,
+  input  [18:0] status,
+  input  [31:0] framesLost,
+  output        state_fire,
+  output        state_sounding,
+  output        state_alarm,
+  output        state_dead,
+  output        state_wrong,
+  output        state_slaveFault,
+  output        state_disabled,
+  output        state_testing,
+  output [7:0]  state_present,
+  output [7:0]  state_known,
+  output [7:0]  state_cut,
+  output        lost,
+  input  [9:0]  look,
+  output [7:0]  lookData,
+  input  [7:0]  window,
+  input  [2:0]  windowByte,
+  output [7:0]  windowState,
+  input         expect_valid,
+  input  [15:0] expect_bits
 );
 
+  wire        _cyclic_over_bits;
+  wire [5:0]  _table_writeAt_position;
+  wire [1:0]  _table_writeAt_word;
+  wire        _table_changes_valid;
+  wire        _table_changes_bits;
+  wire [5:0]  _table_readAt_position;
+  wire [1:0]  _table_readAt_word;
+  wire [15:0] _table_data;
+  wire [7:0]  _table_listed;
+  wire        _slot_write;
+  wire [2:0]  _slot_place;
+  wire [1:0]  _slot_kind;
+  wire [7:0]  _slot_position;
+  wire [15:0] _slot_data;
+  wire        _slot_offer;
+  wire        _slot_free;
+  wire        _events_isWrong;
+  wire        _events_untold;
+  wire        _events_free;
+  wire [5:0]  _events_readAt_position;
+  wire [1:0]  _events_readAt_word;
+  wire        _events_tells;
+  wire        _events_fills;
+  wire [2:0]  _events_place;
+  wire [1:0]  _events_kind;
+  wire [7:0]  _events_owner;
+  wire [15:0] _events_own;
+  wire        _events_offer;
+  wire        _events_wrong;
+  wire        _records_begin;
+  wire        _records_clears;
+  wire [6:0]  _records_toldAt;
+  wire        _records_free;
+  wire        _records_begins;
+  wire        _records_compose;
+  wire        _records_taken;
+  wire [2:0]  _records_place;
+  wire        _records_busy;
+  wire        _records_newAlarm;
+  wire        _records_fills;
+  wire [2:0]  _records_step;
+  wire [7:0]  _records_owner;
+  wire        _records_offer;
+  wire        _records_cancel;
+  wire        _records_offers;
+  wire        _records_seeks;
+  wire [7:0]  _records_index;
+  wire [15:0] _records_ackWord;
+  wire        _orders_sounds;
+  wire        _orders_smoke;
+  wire        _orders_forget;
+  wire        _orders_asks;
+  wire        _orders_taken;
+  wire [5:0]  _orders_readAt;
+  wire        _orders_expires;
+  wire        _orders_givenUp;
+  wire        _orders_offers;
+  wire [5:0]  _orders_position;
+  wire [1:0]  _orders_order;
+  wire        _orders_busy;
+  wire        _scanner_asks;
+  wire        _scanner_taken;
+  wire        _scanner_start;
+  wire [5:0]  _scanner_answered;
+  wire [15:0] _scanner_data;
+  wire [15:0] _scanner_expected;
+  wire        _scanner_restarts;
+  wire        _scanner_offers;
+  wire [5:0]  _scanner_position;
+  wire [2:0]  _scanner_place;
+  wire        _scanner_busy;
+  wire [5:0]  _scanner_readAt_position;
+  wire [1:0]  _scanner_readAt_word;
+  wire [5:0]  _scanner_writeAt_position;
+  wire [1:0]  _scanner_writeAt_word;
+  wire        _scanner_write;
+  wire [15:0] _scanner_writeData;
+  wire        _scanner_changes;
+  wire        _scanner_newSound;
+  wire        _scanner_forgets;
+  wire        _scanner_ordered;
+  wire [5:0]  _scanner_subject;
+  wire [7:0]  _ends_position;
+  wire        _ends_mine;
+  wire        _ends_gone;
+  wire        _ends_changed;
+  wire        _ends_whole;
+  wire [7:0]  _ends_present;
+  wire [7:0]  _ends_places;
+  wire [7:0]  _ends_cut;
+  wire        _scheduler_ordersDue;
+  wire        _scheduler_noting;
+  wire        _scheduler_offers;
+  wire        _scheduler_seeks;
+  wire [7:0]  _scheduler_answer;
+  wire [2:0]  _scheduler_unitPlace;
+  wire        _scheduler_busy;
+  wire        _scheduler_changed;
+  wire        _scheduler_sweep_valid;
+  wire [7:0]  _scheduler_sweep_bits;
+  wire        _scheduler_stopped;
+  wire        _scheduler_idle;
+  wire        _scheduler_begun;
+  wire        _scheduler_over_valid;
+  wire        _scheduler_over_bits;
+  wire        _scheduler_notes;
+  wire        _scheduler_ordersMay;
+  wire        _scheduler_composes;
+  wire [2:0]  _scheduler_kind;
+  wire        _scheduler_taken;
+  wire        _scheduler_counted;
+  wire        _scheduler_surveyed;
+  wire        _scheduler_read;
+  wire        _scheduler_ordered;
+  wire        _scheduler_told;
+  wire        _scheduler_record;
+  wire        _scheduler_isRecord;
+  wire        _scheduler_heeds;
+  wire        _scheduler_silent;
+  wire        _scheduler_hosts_valid;
+  wire        _writer_start;
+  wire [2:0]  _writer_kind;
+  wire [7:0]  _writer_position;
+  wire [3:0]  _writer_frame;
+  wire        _writer_orderAll;
+  wire [15:0] _writer_word;
+  wire        _writer_busy;
+  wire [1:0]  _writer_place;
   wire        _exchange_clear;
-  wire        _exchange_datagram_valid;
-  wire [31:0] _exchange_datagram_bits_address;
-  wire [10:0] _exchange_datagram_bits_length;
-  wire [7:0]  _exchange_data_bits;
+  wire        _exchange_byte_valid;
+  wire [7:0]  _exchange_byte_bits;
   wire        _exchange_go;
-  wire [4:0]  _exchange_read;
+  wire [5:0]  _exchange_read;
   wire [2:0]  _exchange_place;
-  wire        _exchange_datagram_ready;
-  wire        _exchange_data_ready;
-  wire        _exchange_full;
-  wire        _exchange_composing;
+  wire        _exchange_keeps_valid;
+  wire [3:0]  _exchange_keeps_bits;
+  wire [2:0]  _exchange_keptPlace;
+  wire        _exchange_sending;
   wire        _exchange_done_valid;
   wire        _exchange_done_bits;
-  wire [5:0]  _exchange_count;
+  wire [6:0]  _exchange_count;
   wire [15:0] _exchange_answer;
-  wire [5:0]  _table_read;
-  wire        _table_change_node_valid;
-  wire        _table_change_record_valid;
-  wire [15:0] _table_change_record_bits_sequence;
-  wire        _table_change_answer_valid;
-  wire [15:0] _table_change_answer_bits;
-  wire        _table_change_flags_valid;
-  wire        _table_change_flags_bits_heard;
-  wire        _table_change_flags_bits_confirmed;
-  wire        _table_change_flags_bits_due;
-  wire        _table_change_flags_bits_told;
-  wire [5:0]  _table_index;
-  wire [15:0] _table_node;
-  wire [15:0] _table_record_sequence;
-  wire [7:0]  _table_record_epoch;
-  wire [23:0] _table_record_event;
-  wire [15:0] _table_answer;
-  wire        _table_flags_heard;
-  wire        _table_flags_confirmed;
-  wire        _table_flags_due;
-  wire        _table_flags_told;
-  reg  [5:0]  state;
-  reg  [5:0]  behind;
-  reg  [5:0]  resume;
-  reg  [19:0] timer;
-  reg  [3:0]  beat;
-  reg         single;
-  reg         byHost;
-  reg         ofHost;
-  reg  [7:0]  index;
-  reg  [3:0]  byte_0;
-  reg  [6:0]  place;
-  reg  [6:0]  search;
-  reg  [5:0]  turn;
-  reg  [5:0]  number;
-  reg  [6:0]  here;
-  reg  [6:0]  listed;
-  reg  [2:0]  part;
-  reg         isOne;
-  reg  [15:0] node;
-  reg  [15:0] second;
-  reg         hasTwin;
-  reg  [9:0]  patience;
-  reg         unsure;
-  reg         isListed;
-  reg         isAlarm;
-  reg         isOld;
-  reg  [7:0]  itsEpoch;
-  reg  [15:0] answered;
-  wire [6:0]  _counted_T_1 = answered > 16'h40 ? 7'h40 : answered[6:0];
-  reg         primed;
-  reg  [7:0]  asks_command;
-  reg  [7:0]  asks_address_0;
-  reg  [7:0]  asks_address_1;
-  reg  [7:0]  asks_address_2;
-  reg  [7:0]  asks_address_3;
-  reg  [3:0]  asks_length;
-  reg  [15:0] asks_content;
-  reg         settled;
-  wire        _exchange_data_valid_T_1 = state == 6'h7 & settled;
-  reg  [2:0]  kind;
-  reg  [2:0]  word;
-  wire        ofRecord = kind == 3'h1;
-  wire        _words_T_2 = kind == 3'h2;
-  wire [6:0]  _GEN = {1'h0, _table_index};
-  reg  [15:0] casez_tmp;
-  always @(*) begin
-    casez (kind)
-      3'b000:
-        casez_tmp = 16'h0;
-      3'b001:
-        casez_tmp = _exchange_answer;
-      3'b010:
-        casez_tmp = 16'h0;
-      3'b011:
-        casez_tmp = second;
-      3'b100:
-        casez_tmp = 16'h0;
-      3'b101:
-        casez_tmp = second;
-      3'b110:
-        casez_tmp = second;
-      default:
-        casez_tmp = _table_node;
-    endcase
-  end // always @(*)
-  wire        event_valid_0 = state == 6'h22 & settled;
-  wire        _wanted_T_2 = word == 3'h3;
-  wire        _wanted_T_4 = word == 3'h4;
-  wire        _wanted_T_6 = word == 3'h5;
-  wire        _GEN_0 = state == 6'h0;
-  wire        _GEN_1 = state == 6'h1;
-  wire        counts = beat == 4'h0 | here == 7'h0;
-  wire        hosts = request_valid & ~(counts & byHost);
-  wire        _GEN_2 = ~run | unsure;
-  wire        _GEN_3 = state == 6'h2;
-  wire        _GEN_4 = state == 6'h3;
-  wire        _GEN_5 = state == 6'h4;
-  wire        _GEN_6 = state == 6'h5;
-  wire [23:0] _hasIt_T = _table_record_event - firstEvent;
-  wire        _GEN_7 =
-    search <= here & (_table_flags_due | _table_flags_heard & ~_table_flags_confirmed & _hasIt_T[23]);
-  wire        _GEN_8 = primed & _GEN_7;
-  wire        _GEN_9 = primed & _GEN_7 & ~_exchange_full;
-  wire        _GEN_10 = _GEN_4 | _GEN_5;
-  wire        _GEN_11 = _GEN_3 | _GEN_10;
-  wire        _GEN_12 = _GEN_0 | _GEN_1 | _GEN_11;
-  wire        _GEN_13 = state == 6'h6;
-  wire        _GEN_14 = state == 6'h7;
-  wire        _GEN_15 = state == 6'h8;
-  wire        _GEN_16 = state == 6'h9;
-  wire        _GEN_17 = _exchange_done_valid & ~_exchange_done_bits;
-  wire        _GEN_18 = state == 6'hA;
-  wire        _GEN_19 = state == 6'hD;
-  wire        _GEN_20 = state == 6'hB;
-  wire        _GEN_21 = byHost & number == 6'h0;
-  wire        _GEN_22 = _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15;
-  wire        _GEN_23 = _GEN_3 | _GEN_22;
-  wire        _GEN_24 = _GEN_0 | _GEN_1 | _GEN_23;
-  wire        _GEN_25 = state == 6'hC;
-  wire        _GEN_26 = _GEN_0 | _GEN_1;
-  wire        _GEN_27 = state == 6'hE;
-  wire        _GEN_28 = state == 6'hF;
-  wire        _GEN_29 = state == 6'h10;
-  wire        _GEN_30 = state == 6'h11;
-  wire        _GEN_31 = state == 6'h12;
-  wire        _GEN_32 = state == 6'h13;
-  wire        _GEN_33 = state == 6'h14;
-  wire        isSeen = isListed & _table_flags_heard & _table_record_epoch == itsEpoch & isOld;
-  wire        _GEN_34 = _GEN_31 | _GEN_32;
-  wire        _GEN_35 =
-    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29
-    | _GEN_30 | _GEN_34;
-  wire        _GEN_36 = _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_35;
-  wire        _GEN_37 = state == 6'h15;
-  wire        _GEN_38 = state == 6'h16;
-  wire        _GEN_39 = state == 6'h17;
-  wire        _GEN_40 = state == 6'h18;
-  wire        _GEN_41 = state == 6'h19;
-  reg  [7:0]  casez_tmp_0;
-  always @(*) begin
-    casez (part)
-      3'b000:
-        casez_tmp_0 = 8'h3;
-      3'b001:
-        casez_tmp_0 = 8'h8C;
-      3'b010:
-        casez_tmp_0 = 8'h12;
-      3'b011:
-        casez_tmp_0 = 8'h10;
-      3'b100:
-        casez_tmp_0 = 8'hA4;
-      3'b101:
-        casez_tmp_0 = asks_address_2;
-      3'b110:
-        casez_tmp_0 = asks_address_2;
-      default:
-        casez_tmp_0 = asks_address_2;
-    endcase
-  end // always @(*)
-  reg  [7:0]  casez_tmp_1;
-  always @(*) begin
-    casez (part)
-      3'b000:
-        casez_tmp_1 = 8'h1;
-      3'b001:
-        casez_tmp_1 = 8'hE;
-      3'b010:
-        casez_tmp_1 = 8'h0;
-      3'b011:
-        casez_tmp_1 = 8'h1;
-      3'b100:
-        casez_tmp_1 = 8'hE;
-      3'b101:
-        casez_tmp_1 = asks_address_3;
-      3'b110:
-        casez_tmp_1 = asks_address_3;
-      default:
-        casez_tmp_1 = asks_address_3;
-    endcase
-  end // always @(*)
-  reg  [15:0] casez_tmp_2;
-  always @(*) begin
-    casez (part)
-      3'b000:
-        casez_tmp_2 = 16'h1;
-      3'b001:
-        casez_tmp_2 = 16'h4;
-      3'b010:
-        casez_tmp_2 = 16'h0;
-      3'b011:
-        casez_tmp_2 = 16'h0;
-      3'b100:
-        casez_tmp_2 = 16'h0;
-      3'b101:
-        casez_tmp_2 = asks_content;
-      3'b110:
-        casez_tmp_2 = asks_content;
-      default:
-        casez_tmp_2 = asks_content;
-    endcase
-  end // always @(*)
-  wire        _GEN_42 = state == 6'h1A;
-  wire        _GEN_43 = _GEN_33 | _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40 | _GEN_41;
-  wire        _GEN_44 = state == 6'h1B;
-  wire        _GEN_45 = state == 6'h1C;
-  wire        _GEN_46 = state == 6'h1D;
-  wire        isSame = place < listed & _table_node == node;
-  wire        _GEN_47 = _GEN_40 | _GEN_41 | _GEN_42 | _GEN_44 | _GEN_45;
-  wire        _GEN_48 = _GEN_37 | _GEN_38 | _GEN_39 | _GEN_47;
-  wire        _GEN_49 =
-    _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25
-    | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_48;
-  wire        _GEN_50 = _GEN_0 | _GEN_1 | _GEN_49;
-  wire        _GEN_51 = state == 6'h1E;
-  wire        _GEN_52 = state == 6'h1F;
-  wire        _GEN_53 = state == 6'h20;
-  wire        _GEN_54 = state == 6'h21;
-  wire        _GEN_55 = state == 6'h22;
-  wire        _GEN_56 = _GEN_51 | _GEN_52 | _GEN_53 | _GEN_54;
-  wire        _GEN_57 = _GEN_45 | _GEN_46 | _GEN_56;
-  wire        _settled_T_3 = event_ready & event_valid_0;
-  wire        _GEN_58 = _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40 | _GEN_41 | _GEN_42 | _GEN_44 | _GEN_57;
-  wire        _GEN_59 =
-    _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31
-    | _GEN_32 | _GEN_33 | _GEN_58;
-  wire        _GEN_60 = _GEN_55 & _settled_T_3;
-  wire        _GEN_61 = ofRecord & word == 3'h2;
-  wire        _GEN_62 = _GEN_60 & _GEN_61;
-  wire        _GEN_63 = _GEN_55 & _settled_T_3 & _GEN_61;
-  wire        _GEN_64 = ~_GEN_56 & _GEN_63;
-  wire        _GEN_65 = _GEN_56 | ~_GEN_63;
-  wire        _GEN_66 = search == listed;
-  wire        _GEN_67 = search >= here;
-  wire        _GEN_68 = _exchange_answer == 16'h0;
-  wire        _GEN_69 = _GEN_2 | (|timer) | hosts | ~counts;
-  wire [7:0]  _GEN_70 = 8'h0 - {1'h0, place};
-  wire        _GEN_71 = part == 3'h0;
-  wire        _GEN_72 = part == 3'h1;
-  wire        _GEN_73 = _GEN_71 | _GEN_72;
-  wire [15:0] _distance_T = _exchange_answer - _table_record_sequence;
-  wire        _GEN_74 = _GEN_2 | (|timer);
-  wire        _GEN_75 = settled & byte_0 == 4'h7;
-  wire        _GEN_76 = _GEN_5 | _GEN_6;
-  wire        _settled_T_1 = _exchange_data_ready & _exchange_data_valid_T_1;
-  wire        _GEN_77 = number >= _exchange_count;
-  wire        isHere = primed & _table_node == _exchange_answer;
-  wire        _GEN_78 =
-    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28;
-  wire        _GEN_79 =
-    _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19
-    | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | ~_GEN_31;
-  wire        _GEN_80 = isSeen | ~(isListed & room);
-  wire        _state_T_15 = _counted_T_1 < here;
-  wire        _GEN_81 = place >= here;
-  wire        _GEN_82 = part == 3'h2;
-  wire        _GEN_83 = part == 3'h3;
-  wire        _GEN_84 = part == 3'h4;
-  wire        _GEN_85 =
-    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29
-    | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40;
-  wire        _GEN_86 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_85;
-  wire        _GEN_87 = _GEN_86 | ~_GEN_41;
-  wire        _GEN_88 =
-    _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_43;
-  wire        _GEN_89 = _GEN_82 | _GEN_83;
-  wire        _GEN_90 = _GEN_40 | _GEN_41 | _GEN_42;
-  wire        _GEN_91 = _GEN_39 | _GEN_90;
-  wire        _GEN_92 =
-    _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19
-    | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_37 | _GEN_38
-    | _GEN_91;
-  wire        _GEN_93 = isOne & _exchange_answer[7:0] == 8'h0 & patience != 10'h3FF;
-  wire        _GEN_94 = _GEN_84 & _GEN_93;
-  wire        _GEN_95 = _GEN_89 | ~_GEN_94;
-  wire        _GEN_96 = _GEN_45 | _GEN_46;
-  wire        _GEN_97 =
-    _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_37 | _GEN_38 | _GEN_39 | _GEN_40 | _GEN_41 | _GEN_42 | _GEN_44
-    | _GEN_96;
-  wire        _GEN_98 = primed & search <= place & _table_node == node;
-  wire        _GEN_99 = search >= place;
-  wire        _GEN_100 = _GEN_37 | _GEN_38;
-  wire        _GEN_101 = _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33 | _GEN_100;
-  wire        _GEN_102 = (|place) & node != _table_node + 16'h1;
-  wire        _GEN_103 = hasTwin | _GEN_102;
-  wire [6:0]  _place_T_4 = place + 7'h1;
-  wire        _GEN_104 = _GEN_45 | _GEN_46 | _GEN_51 | _GEN_52 | _GEN_53;
-  wire        _GEN_105 = _GEN_41 | _GEN_42 | _GEN_44 | _GEN_104;
-  wire        _GEN_106 = _place_T_4 == _counted_T_1;
-  wire        _GEN_107 = _GEN_68 & _GEN_89;
-  wire        _GEN_108 = _GEN_85 | ~_GEN_41;
-  wire        _GEN_109 = _GEN_82 | _GEN_83 | _GEN_84;
+  wire [15:0] _exchange_kept;
+  wire        _scanner_taken_T = _scheduler_kind == 3'h1;
+  wire        _orders_taken_T = _scheduler_kind == 3'h2;
+  wire        _records_taken_T = _scheduler_kind == 3'h4;
+  reg  [7:0]  known;
+  wire        isCrowded = _ends_present > 8'h40;
+  reg         alsoForgets;
+  wire        forgets = _scanner_forgets | alsoForgets;
+  reg         isDead;
+  reg         resultData_REG;
   always @(posedge clock) begin
     if (reset) begin
-      state <= 6'h0;
-      timer <= 20'h0;
-      beat <= 4'h0;
-      index <= 8'h0;
-      turn <= 6'h0;
-      here <= 7'h0;
-      listed <= 7'h0;
-      hasTwin <= 1'h0;
-      patience <= 10'h0;
-      unsure <= 1'h0;
+      known <= 8'h0;
+      alsoForgets <= 1'h0;
+      isDead <= 1'h0;
     end
     else begin
-      if (_GEN_0) begin
-        if (run)
-          state <= 6'h1;
-        beat <= 4'h0;
-      end
-      else if (_GEN_1) begin
-        if (run) begin
-          if (unsure)
-            state <= 6'h2;
-          else if (~(|timer))
-            state <= hosts ? 6'h3 : 6'h4;
-        end
-        else begin
-          state <= 6'h0;
-          here <= 7'h0;
-          listed <= 7'h0;
-        end
-        if (_GEN_2 | (|timer) | hosts & counts) begin
-        end
-        else
-          beat <= beat + 4'h1;
-      end
-      else begin
-        if (_GEN_3) begin
-          if (_GEN_66)
-            state <= 6'h1;
-        end
-        else if (_GEN_4) begin
-          if (_GEN_75)
-            state <= 6'h4;
-        end
-        else if (_GEN_5) begin
-          if (_exchange_composing) begin
-          end
-          else
-            state <= {3'h0, single | byHost ? 3'h6 : 3'h5};
-        end
-        else if (_GEN_6) begin
-          if (primed) begin
-            if (_GEN_7)
-              state <= _exchange_full ? 6'h8 : 6'h6;
-            else if (_GEN_67)
-              state <= 6'h8;
-          end
-        end
-        else if (_GEN_13) begin
-          if (_exchange_datagram_ready)
-            state <= {2'h0, asks_length == 4'h0 ? (single ? 4'h8 : 4'h5) : 4'h7};
-        end
-        else if (_GEN_14) begin
-          if (_settled_T_1 & byte_0[2:0] == asks_length[2:0] - 3'h1)
-            state <= {2'h0, single ? 4'h8 : 4'h5};
-        end
-        else if (_GEN_15) begin
-          if (_exchange_composing) begin
-          end
-          else
-            state <= 6'h9;
-        end
-        else if (_GEN_16) begin
-          if (_exchange_done_valid)
-            state <= _exchange_done_bits ? 6'hA : {1'h0, single & resume == 6'h15 ? 5'h17 : 5'h1};
-        end
-        else if (_GEN_18)
-          state <= _GEN_77 ? {2'h0, single ? 4'hD : 4'h1} : 6'hB;
-        else if (_GEN_19)
-          state <= resume;
-        else if (_GEN_20)
-          state <= _exchange_answer[15] ? {5'h7, _exchange_answer[10:0] == 11'h8} : {4'h3, _GEN_21, 1'h0};
-        else if (_GEN_25)
-          state <= 6'hE;
-        else if (_GEN_27)
-          state <= 6'hA;
-        else if (_GEN_28)
-          state <= {1'h0, _exchange_answer == 16'hE80 ? 5'h10 : 5'hE};
-        else if (_GEN_29) begin
-          if (isHere | _GEN_66)
-            state <= 6'h11;
-        end
-        else if (_GEN_30)
-          state <= 6'h12;
-        else if (_GEN_31)
-          state <= 6'h13;
-        else if (_GEN_32)
-          state <= 6'h14;
-        else if (_GEN_33)
-          state <= _GEN_80 ? 6'hE : 6'h22;
-        else if (_GEN_37)
-          state <= 6'h16;
-        else if (_GEN_38)
-          state <= {1'h0, _state_T_15 ? 5'h17 : _counted_T_1 > here ? 5'h19 : 5'h1};
-        else if (_GEN_39)
-          state <= _GEN_81 ? 6'h1 : 6'h22;
-        else if (_GEN_40)
-          state <= 6'h17;
-        else if (_GEN_41)
-          state <= 6'h4;
-        else if (_GEN_42)
-          state <= _GEN_107 ? 6'h1 : 6'h1B;
-        else if (_GEN_44)
-          state <= _GEN_89 | ~_GEN_84 ? 6'h19 : _GEN_93 ? 6'h1 : 6'h1C;
-        else if (_GEN_45)
-          state <= 6'h1D;
-        else if (_GEN_46)
-          state <= 6'h22;
-        else if (_GEN_51) begin
-          if (_GEN_99)
-            state <= 6'h1F;
-        end
-        else if (_GEN_52)
-          state <= 6'h20;
-        else if (_GEN_53)
-          state <= _GEN_103 ? 6'h22 : 6'h21;
-        else if (_GEN_54)
-          state <= _GEN_106 ? 6'h22 : 6'h19;
-        else if (_GEN_55 & _settled_T_3 & word == 3'h5)
-          state <= behind;
-        if (~_GEN_23) begin
-          if (_GEN_16) begin
-            if (_GEN_17)
-              beat <= 4'h0;
-          end
-          else if (~_GEN_88) begin
-            if (_GEN_42) begin
-              if (_GEN_107)
-                beat <= 4'h0;
-            end
-            else if (~_GEN_44 | _GEN_89 | ~_GEN_94) begin
-            end
-            else
-              beat <= 4'h0;
-          end
-        end
-        if (~(_GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20
-              | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_101)) begin
-          if (_GEN_39) begin
-            if (_GEN_81)
-              here <= _counted_T_1;
-          end
-          else if (_GEN_40 | _GEN_105 | ~_GEN_54) begin
-          end
-          else
-            here <= _place_T_4;
-        end
-        if (_GEN_49 | ~(_GEN_46 & place >= listed)) begin
-        end
-        else
-          listed <= place + 7'h1;
-      end
-      if (_GEN_0 | ~_GEN_1 | _GEN_2 | (|timer)) begin
-        if (step & (|timer))
-          timer <= timer - 20'h1;
-      end
-      else
-        timer <= cycle;
-      if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_76 | ~(_GEN_13 & _exchange_datagram_ready)) begin
-      end
-      else
-        index <= index + 8'h1;
-      if (_GEN_12 | ~(_GEN_6 & primed)) begin
-      end
-      else if (_GEN_7)
-        turn <= _table_index;
-      else if (_GEN_67)
-        turn <= 6'h0;
-      if (~(_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18
-            | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_97)) begin
-        if (_GEN_51)
-          hasTwin <= _GEN_98 | hasTwin;
-        else
-          hasTwin <= (_GEN_52 | ~(_GEN_53 & hasTwin)) & hasTwin;
-      end
-      if (~_GEN_92) begin
-        if (_GEN_44) begin
-          if (_GEN_95) begin
-          end
-          else
-            patience <= patience + 10'h1;
-        end
-        else if (_GEN_45 | ~_GEN_46) begin
-        end
-        else
-          patience <= 10'h0;
-      end
-      if (~_GEN_26) begin
-        if (_GEN_3)
-          unsure <= ~_GEN_66 & unsure;
-        else if (~_GEN_22) begin
-          if (_GEN_16)
-            unsure <= _GEN_17 | unsure;
-          else
-            unsure <= ~(_GEN_18 | _GEN_19 | _GEN_20) & _GEN_25 & _GEN_68 | unsure;
-        end
-      end
+      if (_scheduler_sweep_valid)
+        known <= 8'h0;
+      else if ((_ends_places > known | _table_listed > known) & ~(known[6]))
+        known <= known + 8'h1;
+      alsoForgets <= _scanner_forgets;
+      isDead <= ~_scheduler_stopped & (_scheduler_over_valid ? _ends_present == 8'h0 : isDead);
     end
-    if (~_GEN_36) begin
-      if (_GEN_33) begin
-        if (_GEN_80) begin
-        end
-        else begin
-          behind <= 6'hE;
-          kind <= 3'h1;
-          word <= 3'h0;
-        end
-      end
-      else if (~_GEN_100) begin
-        if (_GEN_39) begin
-          if (~_GEN_81) begin
-            behind <= 6'h18;
-            kind <= 3'h4;
-            word <= 3'h0;
-          end
-        end
-        else if (~_GEN_47) begin
-          if (_GEN_46) begin
-            behind <= 6'h1E;
-            kind <= isSame ? 3'h5 : 3'h3;
-            word <= 3'h0;
-          end
-          else if (~(_GEN_51 | _GEN_52)) begin
-            if (_GEN_53) begin
-              if (hasTwin) begin
-                behind <= 6'h20;
-                kind <= 3'h6;
-              end
-              else if (_GEN_102) begin
-                behind <= 6'h21;
-                kind <= 3'h7;
-              end
-              if (_GEN_103)
-                word <= 3'h0;
-            end
-            else begin
-              if (_GEN_54 & _GEN_106) begin
-                behind <= 6'h1;
-                kind <= 3'h2;
-              end
-              if (_GEN_54) begin
-                if (_GEN_106)
-                  word <= 3'h0;
-              end
-              else if (_GEN_60)
-                word <= word + 3'h1;
-            end
-          end
-        end
-      end
-    end
-    if (~_GEN_0) begin
-      if (_GEN_1) begin
-        if (_GEN_69) begin
-        end
-        else
-          resume <= 6'h15;
-        if (_GEN_74) begin
-        end
-        else
-          single <= ~hosts & counts;
-        ofHost <= _GEN_69 & ofHost;
-        byte_0 <= 4'h0;
-        search <= 7'h0;
-        if (_GEN_69) begin
-        end
-        else begin
-          asks_command <= 8'h8;
-          asks_address_0 <= 8'h0;
-          asks_address_1 <= 8'h0;
-          asks_address_2 <= 8'h3;
-          asks_address_3 <= 8'h1;
-          asks_length <= 4'h1;
-          asks_content <= 16'h1;
-        end
-      end
-      else begin
-        if (_GEN_87) begin
-        end
-        else
-          resume <= 6'h1A;
-        single <= ~_GEN_86 & _GEN_41 | single;
-        if (_GEN_3)
-          search <= search + 7'h1;
-        else begin
-          ofHost <=
-            _GEN_4
-            | (_GEN_5
-                 ? ofHost
-                 : _GEN_6 ? ~_GEN_9 & ofHost : (_GEN_85 | ~(_GEN_41 & (_GEN_71 | _GEN_72 | _GEN_109))) & ofHost);
-          if (_GEN_4) begin
-            if (settled)
-              byte_0 <= byte_0 + 4'h1;
-            if (settled & byte_0 == 4'h0)
-              asks_command <= requestData;
-            if (settled & byte_0 == 4'h4)
-              asks_address_0 <= requestData;
-            if (settled & byte_0 == 4'h5)
-              asks_address_1 <= requestData;
-            if (settled & byte_0 == 4'h6)
-              asks_address_2 <= requestData;
-            if (_GEN_75)
-              asks_address_3 <= requestData;
-            if (settled & byte_0 == 4'h1)
-              asks_length <= requestData < 8'h8 ? requestData[3:0] : 4'h8;
-          end
-          else begin
-            if (~_GEN_76) begin
-              if (_GEN_13)
-                byte_0 <= 4'h8;
-              else if (_GEN_14 & _settled_T_1)
-                byte_0 <= byte_0 + 4'h1;
-            end
-            if (_GEN_5)
-              search <= {1'h0, turn};
-            else if (_GEN_6) begin
-              if (~_GEN_8)
-                search <= search + 7'h1;
-              if (_GEN_9) begin
-                asks_command <= 8'h5;
-                asks_address_0 <= _table_node[7:0];
-                asks_address_1 <= _table_node[15:8];
-                asks_address_2 <= {5'h11, ~_table_flags_due, 2'h2};
-                asks_address_3 <= 8'hE;
-                asks_length <= 4'h2;
-              end
-            end
-            else begin
-              if (~(_GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27)) begin
-                if (_GEN_28)
-                  search <= 7'h0;
-                else if (_GEN_29) begin
-                  if (isHere)
-                    search <= _GEN;
-                  else
-                    search <= search + 7'h1;
-                end
-                else if (~_GEN_101) begin
-                  if (_GEN_39)
-                    search <= place;
-                  else if (~_GEN_90) begin
-                    if (_GEN_44)
-                      search <= place;
-                    else if (~_GEN_45) begin
-                      if (_GEN_46)
-                        search <= 7'h0;
-                      else if (_GEN_51) begin
-                        if (_GEN_99)
-                          search <= _GEN;
-                        else
-                          search <= search + 7'h1;
-                      end
-                    end
-                  end
-                end
-              end
-              if (_GEN_108) begin
-              end
-              else begin
-                if (_GEN_73) begin
-                  asks_command <= 8'h8;
-                  asks_address_0 <= 8'h0;
-                  asks_address_1 <= 8'h0;
-                end
-                else begin
-                  if (_GEN_109)
-                    asks_command <= 8'h1;
-                  if (_GEN_82 | _GEN_83 | _GEN_84) begin
-                    asks_address_0 <= _GEN_70;
-                    asks_address_1 <= {8{_GEN_70[7]}};
-                  end
-                end
-                asks_address_2 <= casez_tmp_0;
-                asks_address_3 <= casez_tmp_1;
-                if (_GEN_73)
-                  asks_length <= 4'h1;
-                else if (_GEN_109)
-                  asks_length <= 4'h2;
-              end
-            end
-          end
-        end
-        if (~_GEN_11) begin
-          if (_GEN_6) begin
-            if (_GEN_9)
-              asks_content <= _table_flags_due ? _table_answer : _table_record_sequence;
-          end
-          else if (_GEN_108) begin
-          end
-          else
-            asks_content <= casez_tmp_2;
-        end
-      end
-    end
-    byHost <= ~_GEN_0 & (_GEN_1 ? (_GEN_74 ? byHost : (hosts | ~counts) & hosts) : _GEN_87 & byHost);
-    if (~_GEN_24) begin
-      if (_GEN_16) begin
-        if (_GEN_17) begin
-          place <= 7'h0;
-          part <= 3'h0;
-          answered <= 16'h0;
-        end
-        number <= {5'h0, single};
-      end
-      else begin
-        if (~(_GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32
-              | _GEN_33 | _GEN_37)) begin
-          if (_GEN_38) begin
-            place <= _state_T_15 ? _counted_T_1 : here;
-            part <= 3'h0;
-          end
-          else begin
-            if (~_GEN_39) begin
-              if (_GEN_40)
-                place <= place + 7'h1;
-              else if (_GEN_105 | ~_GEN_54) begin
-              end
-              else
-                place <= _place_T_4;
-            end
-            if (~_GEN_91) begin
-              if (_GEN_44) begin
-                if (_GEN_95)
-                  part <= part + 3'h1;
-                else
-                  part <= 3'h0;
-              end
-              else if (_GEN_104 | ~_GEN_54) begin
-              end
-              else
-                part <= 3'h2;
-            end
-          end
-        end
-        if (_GEN_18) begin
-          if (_GEN_77)
-            number <= 6'h0;
-        end
-        else if (_GEN_19 | _GEN_20 | _GEN_25 | ~_GEN_27) begin
-        end
-        else
-          number <= number + 6'h1;
-        if (_GEN_18 | _GEN_19 | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_32 | _GEN_33
-            | ~_GEN_37) begin
-        end
-        else
-          answered <= _exchange_answer;
-      end
-    end
-    if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_88
-        | ~_GEN_42) begin
-    end
-    else
-      isOne <= _exchange_answer == 16'h1;
-    if (_GEN_92 | ~(_GEN_44 & _GEN_82)) begin
-    end
-    else
-      node <= _exchange_answer;
-    if (~_GEN_92) begin
-      if (_GEN_44) begin
-        if (_GEN_82 | ~_GEN_83) begin
-        end
-        else
-          second <= _exchange_answer;
-      end
-      else if (_GEN_96 | ~(_GEN_51 & _GEN_98)) begin
-      end
-      else
-        second <= {10'h0, _table_index};
-    end
-    if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_78 | ~_GEN_29) begin
-    end
-    else
-      isListed <= isHere;
-    if (_GEN_79) begin
-    end
-    else
-      isAlarm <= _exchange_answer[7:0] == 8'h2;
-    if (_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19
-        | _GEN_20 | _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | ~_GEN_32) begin
-    end
-    else
-      isOld <= _distance_T == 16'h0 | _distance_T[15];
-    if (_GEN_79) begin
-    end
-    else
-      itsEpoch <= _exchange_answer[15:8];
-    primed <= ~_GEN_26 & (_GEN_3 | ~_GEN_10 & (_GEN_6 | ~_GEN_78 & (_GEN_29 | ~_GEN_97 & _GEN_51)));
-    settled <=
-      ~(_GEN_0 | _GEN_1 | _GEN_3)
-      & (_GEN_4
-           ? ~settled
-           : ~(_GEN_5 | _GEN_6 | _GEN_13) & (_GEN_14 ? ~_settled_T_1 : ~_GEN_59 & _GEN_55 & ~_settled_T_3));
+    resultData_REG <= resultAddress[0];
   end // always @(posedge)
-  assign _table_read = search[5:0];
-  assign _table_change_node_valid = ~_GEN_50 & _GEN_46;
-  assign _table_change_record_valid =
-    ~(_GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_59) & _GEN_62;
-  assign _table_change_record_bits_sequence = _exchange_answer;
-  assign _table_change_answer_valid = ~_GEN_36 & (_GEN_33 ? isSeen : ~_GEN_58 & _GEN_62);
-  assign _table_change_answer_bits = _exchange_answer;
-  assign _table_change_flags_valid =
-    ~_GEN_26
-    & (_GEN_3
-         ? primed
-         : ~_GEN_10
-           & (_GEN_6
-                ? _GEN_8 & ~_exchange_full
-                : ~_GEN_35 & (_GEN_33 ? isSeen : ~_GEN_48 & (_GEN_46 | ~_GEN_56 & _GEN_62))));
-  assign _table_change_flags_bits_heard =
-    _GEN_50 ? _table_flags_heard : _GEN_46 ? isSame & _table_flags_heard : _GEN_64 | _table_flags_heard;
-  assign _table_change_flags_bits_confirmed =
-    _GEN_26
-      ? _table_flags_confirmed
-      : _GEN_3
-          ? (primed ? ~_table_flags_heard : _table_flags_confirmed)
-          : _GEN_10
-              ? _table_flags_confirmed
-              : _GEN_6
-                  ? _GEN_9 & ~_table_flags_due | _table_flags_confirmed
-                  : _GEN_35
-                      ? _table_flags_confirmed
-                      : _GEN_33
-                          ? ~isSeen & _table_flags_confirmed
-                          : _GEN_48
-                              ? _table_flags_confirmed
-                              : _GEN_46 ? ~isSame | _table_flags_confirmed : _GEN_65 & _table_flags_confirmed;
-  assign _table_change_flags_bits_due =
-    _GEN_12
-      ? _table_flags_due
-      : _GEN_6
-          ? ~(primed & _GEN_7 & ~_exchange_full & _table_flags_due) & _table_flags_due
-          : _GEN_35
-              ? _table_flags_due
-              : _GEN_33
-                  ? (isSeen ? ~_table_flags_told : _table_flags_due)
-                  : _GEN_48 ? _table_flags_due : ~_GEN_46 & (_GEN_64 | _table_flags_due);
-  assign _table_change_flags_bits_told =
-    _GEN_12
-      ? _table_flags_told
-      : _GEN_6
-          ? _GEN_9 & _table_flags_due | _table_flags_told
-          : _GEN_35
-              ? _table_flags_told
-              : _GEN_33 ? ~isSeen & _table_flags_told : (_GEN_48 | ~_GEN_46 & _GEN_65) & _table_flags_told;
-  SlaveTable table_0 (
-    .clock                       (clock),
-    .read                        (_table_read),
-    .index                       (_table_index),
-    .change_node_valid           (_table_change_node_valid),
-    .change_node_bits            (node),
-    .node                        (_table_node),
-    .change_record_valid         (_table_change_record_valid),
-    .change_record_bits_sequence (_table_change_record_bits_sequence),
-    .change_record_bits_epoch    (itsEpoch),
-    .change_record_bits_event    (nextEvent),
-    .record_sequence             (_table_record_sequence),
-    .record_epoch                (_table_record_epoch),
-    .record_event                (_table_record_event),
-    .change_answer_valid         (_table_change_answer_valid),
-    .change_answer_bits          (_table_change_answer_bits),
-    .answer                      (_table_answer),
-    .change_flags_valid          (_table_change_flags_valid),
-    .change_flags_bits_heard     (_table_change_flags_bits_heard),
-    .change_flags_bits_confirmed (_table_change_flags_bits_confirmed),
-    .change_flags_bits_due       (_table_change_flags_bits_due),
-    .change_flags_bits_told      (_table_change_flags_bits_told),
-    .flags_heard                 (_table_flags_heard),
-    .flags_confirmed             (_table_flags_confirmed),
-    .flags_due                   (_table_flags_due),
-    .flags_told                  (_table_flags_told)
-  );
-  assign _exchange_clear = state == 6'h4 & ~_exchange_composing;
-  assign _exchange_datagram_valid = state == 6'h6;
-  assign _exchange_datagram_bits_address = {asks_address_3, asks_address_2, asks_address_1, asks_address_0};
-  assign _exchange_datagram_bits_length = {7'h0, asks_length};
-  assign _exchange_data_bits = ofHost ? requestData : byte_0[0] ? asks_content[15:8] : asks_content[7:0];
-  assign _exchange_go = state == 6'h8 & ~_exchange_composing;
-  assign _exchange_read = number[4:0];
-  assign _exchange_place =
-    _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6 | _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16
-      ? 3'h0
-      : _GEN_18
-          ? 3'h3
-          : _GEN_19
-              ? 3'h2
-              : _GEN_20
-                  ? {1'h0, _exchange_answer[15] ? 2'h1 : 2'h2}
-                  : _GEN_25 | _GEN_27 | _GEN_28 | _GEN_29
-                      ? 3'h0
-                      : _GEN_30
-                          ? 3'h5
-                          : _GEN_34
-                              ? 3'h4
-                              : _GEN_43
-                                  ? 3'h0
-                                  : _GEN_42 | _GEN_44
-                                      ? 3'h4
-                                      : _GEN_57 | ~_GEN_55
-                                          ? 3'h0
-                                          : _wanted_T_6 ? 3'h6 : _wanted_T_4 ? 3'h7 : {2'h2, _wanted_T_2 & ofRecord};
+  assign _exchange_clear = _scheduler_begun;
+  assign _exchange_keeps_valid = _scheduler_hosts_valid;
+  assign _exchange_keptPlace = resultAddress[3:1] == 3'h2 ? 3'h7 : {1'h0, resultAddress[2:1] - 2'h2};
   LineExchange exchange (
-    .clock                 (clock),
-    .reset                 (reset),
-    .step                  (step),
-    .in_valid              (in_valid),
-    .in_payload            (in_payload),
-    .in_data               (in_data),
-    .in_last               (in_last),
-    .in_bad                (in_bad),
-    .out_valid             (out_valid),
-    .out_payload           (out_payload),
-    .out_data              (out_data),
-    .out_last              (out_last),
-    .out_bad               (out_bad),
-    .out_odd               (out_odd),
-    .out_crcGood           (out_crcGood),
-    .source                (source),
-    .clear                 (_exchange_clear),
-    .datagram_ready        (_exchange_datagram_ready),
-    .datagram_valid        (_exchange_datagram_valid),
-    .datagram_bits_command (asks_command),
-    .datagram_bits_index   (index),
-    .datagram_bits_address (_exchange_datagram_bits_address),
-    .datagram_bits_length  (_exchange_datagram_bits_length),
-    .data_ready            (_exchange_data_ready),
-    .data_valid            (_exchange_data_valid_T_1),
-    .data_bits             (_exchange_data_bits),
-    .full                  (_exchange_full),
-    .composing             (_exchange_composing),
-    .go                    (_exchange_go),
-    .timeout               (timeout),
-    .retries               (retries),
-    .done_valid            (_exchange_done_valid),
-    .done_bits             (_exchange_done_bits),
-    .lost                  (lost),
-    .count                 (_exchange_count),
-    .read                  (_exchange_read),
-    .place                 (_exchange_place),
-    .answer                (_exchange_answer),
-    .keeps                 (byHost),
-    .keptAddress           (resultAddress),
-    .keptData              (resultData)
+    .clock         (clock),
+    .reset         (reset),
+    .step          (step),
+    .in_0_valid    (in_0_valid),
+    .in_0_payload  (in_0_payload),
+    .in_0_data     (in_0_data),
+    .in_0_last     (in_0_last),
+    .in_0_bad      (in_0_bad),
+    .out_0_valid   (out_0_valid),
+    .out_0_payload (out_0_payload),
+    .out_0_data    (out_0_data),
+    .out_0_last    (out_0_last),
+    .out_0_bad     (out_0_bad),
+    .out_0_odd     (out_0_odd),
+    .out_0_crcGood (out_0_crcGood),
+    .source        (source),
+    .clear         (_exchange_clear),
+    .byte_valid    (_exchange_byte_valid),
+    .byte_bits     (_exchange_byte_bits),
+    .sending       (_exchange_sending),
+    .go            (_exchange_go),
+    .timeout       (timeout),
+    .retries       (retries),
+    .done_valid    (_exchange_done_valid),
+    .done_bits     (_exchange_done_bits),
+    .lost          (lost),
+    .count         (_exchange_count),
+    .read          (_exchange_read),
+    .place         (_exchange_place),
+    .answer        (_exchange_answer),
+    .keeps_valid   (_exchange_keeps_valid),
+    .keeps_bits    (_exchange_keeps_bits),
+    .keptPlace     (_exchange_keptPlace),
+    .kept          (_exchange_kept)
   );
-  assign request_ready = ~_GEN_0 & _GEN_1 & ~_GEN_2 & ~(|timer) & hosts;
-  assign requestAddress = byte_0;
-  assign result_valid =
-    ~_GEN_24 & (_GEN_16 ? _GEN_17 & byHost : ~(_GEN_18 | _GEN_19) & _GEN_20 & ~(_exchange_answer[15]) & _GEN_21);
-  assign result_bits = _exchange_done_bits | state == 6'hB;
-  assign event_valid = event_valid_0;
-  assign event_bits =
-    _wanted_T_6 | _wanted_T_4
-      ? (ofRecord ? _exchange_answer : 16'h0)
-      : _wanted_T_2
-          ? (ofRecord | kind == 3'h3 | kind == 3'h5 ? {_exchange_answer[7:0], _exchange_answer[15:8]} : 16'h0)
-          : word == 3'h2
-              ? casez_tmp
-              : word == 3'h1
-                  ? (_words_T_2 ? answered : ofRecord | kind == 3'h4 ? _table_node : node)
-                  : word == 3'h0 ? {5'h0, kind, 1'h0, ofRecord ? _GEN : _words_T_2 ? _counted_T_1 : place} : 16'h0;
-  assign present = here;
-  assign known = listed;
-  assign alarm = ~_GEN_36 & _GEN_33 & ~isSeen & isAlarm;
+  assign _writer_kind = _scheduler_kind;
+  assign _writer_position =
+    (_scanner_taken_T ? {2'h0, _scanner_position} : 8'h0)
+    | (_orders_taken_T ? {_orders_order[1], 1'h0, _orders_position} : 8'h0)
+    | (_records_taken_T ? _records_index : 8'h0);
+  assign _writer_word =
+    {14'h0, _orders_taken_T ? _orders_order : 2'h0} | (_records_taken_T ? _records_ackWord : 16'h0)
+    | (_scheduler_kind == 3'h5 ? (_writer_place[0] ? life : confirmed) : 16'h0);
+  DatagramWriter writer (
+    .clock       (clock),
+    .reset       (reset),
+    .start       (_writer_start),
+    .kind        (_writer_kind),
+    .busy        (_writer_busy),
+    .position    (_writer_position),
+    .frame       (_writer_frame),
+    .orderAll    (_writer_orderAll),
+    .place       (_writer_place),
+    .word        (_writer_word),
+    .hostAddress (requestAddress),
+    .hostData    (requestData),
+    .byte_valid  (_exchange_byte_valid),
+    .byte_bits   (_exchange_byte_bits)
+  );
+  assign _scheduler_offers =
+    _scheduler_kind == 3'h4
+      ? _records_offers
+      : _scheduler_kind == 3'h3
+          ? _scheduler_hosts_valid
+          : _scheduler_kind == 3'h2 ? _orders_offers : _scheduler_kind != 3'h1 | _scanner_offers;
+  assign _scheduler_seeks = _scanner_busy | _orders_busy | _records_seeks;
+  assign _scheduler_answer = _exchange_answer[7:0];
+  assign _scheduler_unitPlace = _scheduler_isRecord ? _records_place : _scanner_place;
+  assign _scheduler_busy = _scanner_busy | _records_busy;
+  assign _scheduler_changed = _ends_changed;
+  Scheduler scheduler (
+    .clock         (clock),
+    .reset         (reset),
+    .step          (step),
+    .run           (run),
+    .cycle         (cycle),
+    .sweep_valid   (_scheduler_sweep_valid),
+    .sweep_bits    (_scheduler_sweep_bits),
+    .stopped       (_scheduler_stopped),
+    .idle          (_scheduler_idle),
+    .begun         (_scheduler_begun),
+    .over_valid    (_scheduler_over_valid),
+    .over_bits     (_scheduler_over_bits),
+    .frame         (_writer_frame),
+    .ordersDue     (_scheduler_ordersDue),
+    .notes         (_scheduler_notes),
+    .noting        (_scheduler_noting),
+    .ordersMay     (_scheduler_ordersMay),
+    .composes      (_scheduler_composes),
+    .kind          (_scheduler_kind),
+    .offers        (_scheduler_offers),
+    .seeks         (_scheduler_seeks),
+    .taken         (_scheduler_taken),
+    .write         (_writer_start),
+    .writing       (_writer_busy),
+    .sending       (_exchange_sending),
+    .go            (_exchange_go),
+    .done_valid    (_exchange_done_valid),
+    .done_bits     (_exchange_done_bits),
+    .count         (_exchange_count),
+    .number        (_exchange_read),
+    .place         (_exchange_place),
+    .answer        (_scheduler_answer),
+    .counted       (_scheduler_counted),
+    .surveyed      (_scheduler_surveyed),
+    .read          (_scheduler_read),
+    .ordered       (_scheduler_ordered),
+    .told          (_scheduler_told),
+    .record        (_scheduler_record),
+    .isRecord      (_scheduler_isRecord),
+    .unitPlace     (_scheduler_unitPlace),
+    .busy          (_scheduler_busy),
+    .heeds         (_scheduler_heeds),
+    .silent        (_scheduler_silent),
+    .changed       (_scheduler_changed),
+    .request_ready (request_ready),
+    .request_valid (request_valid),
+    .hosts_valid   (_scheduler_hosts_valid),
+    .hosts_bits    (_exchange_keeps_bits)
+  );
+  assign _ends_position = {2'h0, _orders_taken_T ? _orders_position : _scanner_position};
+  LineEnds ends (
+    .clock         (clock),
+    .reset         (reset),
+    .counted_valid (_scheduler_counted),
+    .counted_bits  (_exchange_answer),
+    .silent        (_scheduler_silent),
+    .over          (_scheduler_over_valid),
+    .forget        (_scheduler_stopped),
+    .position      (_ends_position),
+    .mine          (_ends_mine),
+    .gone          (_ends_gone),
+    .changed       (_ends_changed),
+    .whole         (_ends_whole),
+    .present       (_ends_present),
+    .places        (_ends_places),
+    .cut           (_ends_cut)
+  );
+  assign _scanner_asks = _scheduler_composes & _scanner_taken_T;
+  assign _scanner_taken = _scheduler_taken & _scanner_taken_T;
+  assign _scanner_start = _scheduler_read | _scheduler_ordered;
+  assign _scanner_answered = _exchange_answer[13:8];
+  assign _scanner_data = _table_data;
+  assign _scanner_restarts = _exchange_answer[15];
+  SlaveScanner scanner (
+    .clock            (clock),
+    .reset            (reset),
+    .begin_0          (_scheduler_begun),
+    .asks             (_scanner_asks),
+    .offers           (_scanner_offers),
+    .taken            (_scanner_taken),
+    .position         (_scanner_position),
+    .mine             (_ends_mine),
+    .gone             (_ends_gone),
+    .known            (known),
+    .listed           (listed),
+    .start            (_scanner_start),
+    .answered         (_scanner_answered),
+    .place            (_scanner_place),
+    .answer           (_exchange_answer),
+    .busy             (_scanner_busy),
+    .clears           (_scheduler_sweep_valid),
+    .readAt_position  (_scanner_readAt_position),
+    .readAt_word      (_scanner_readAt_word),
+    .writeAt_position (_scanner_writeAt_position),
+    .writeAt_word     (_scanner_writeAt_word),
+    .data             (_scanner_data),
+    .expected         (_scanner_expected),
+    .write            (_scanner_write),
+    .writeData        (_scanner_writeData),
+    .changes          (_scanner_changes),
+    .newSound         (_scanner_newSound),
+    .forgets          (_scanner_forgets),
+    .isOrder          (_scheduler_ordered),
+    .restarts         (_scanner_restarts),
+    .ordered          (_scanner_ordered),
+    .subject          (_scanner_subject)
+  );
+  assign _orders_sounds = _table_data[2];
+  assign _orders_smoke = |(_table_data[1:0]);
+  assign _orders_forget = _ends_changed | _scheduler_stopped;
+  assign _orders_asks = _scheduler_composes & _orders_taken_T;
+  assign _orders_taken = _scheduler_taken & _orders_taken_T;
+  OrderSender orders (
+    .clock      (clock),
+    .reset      (reset),
+    .silence    (silence),
+    .resetAlarm (resetAlarm),
+    .due        (_scheduler_ordersDue),
+    .notes      (_scheduler_notes),
+    .noting     (_scheduler_noting),
+    .readAt     (_orders_readAt),
+    .sounds     (_orders_sounds),
+    .smoke      (_orders_smoke),
+    .over_valid (_scheduler_over_valid),
+    .over_bits  (_scheduler_over_bits),
+    .expires    (_orders_expires),
+    .givenUp    (_orders_givenUp),
+    .crowded    (isCrowded),
+    .forget     (_orders_forget),
+    .begin_0    (_scheduler_begun),
+    .asks       (_orders_asks),
+    .offers     (_orders_offers),
+    .taken      (_orders_taken),
+    .position   (_orders_position),
+    .mine       (_ends_mine),
+    .order      (_orders_order),
+    .toAll      (_writer_orderAll),
+    .busy       (_orders_busy),
+    .done       (_scanner_ordered),
+    .doneAt     (_scanner_subject)
+  );
+  assign _records_begin = _scheduler_heeds | _ends_changed;
+  assign _records_clears = _scheduler_sweep_valid | forgets;
+  assign _records_toldAt =
+    _scheduler_sweep_valid
+      ? _scheduler_sweep_bits[6:0]
+      : forgets ? {alsoForgets, _scanner_subject} : {_exchange_answer[15], _exchange_answer[13:8]};
+  assign _records_free = _slot_free;
+  assign _records_compose = _scheduler_composes & _records_taken_T;
+  assign _records_taken = _scheduler_taken & _records_taken_T;
+  RecordReader records (
+    .clock     (clock),
+    .reset     (reset),
+    .begin_0   (_records_begin),
+    .start     (_scheduler_record),
+    .place     (_records_place),
+    .answer    (_exchange_answer),
+    .busy      (_records_busy),
+    .told      (_scheduler_told),
+    .clears    (_records_clears),
+    .toldAt    (_records_toldAt),
+    .newAlarm  (_records_newAlarm),
+    .room      (roomForRecords),
+    .nextEvent (nextEvent),
+    .free      (_records_free),
+    .fills     (_records_fills),
+    .step      (_records_step),
+    .owner     (_records_owner),
+    .offer     (_records_offer),
+    .cancel    (_records_cancel),
+    .begins    (_records_begins),
+    .compose   (_records_compose),
+    .restart   (_scheduler_begun),
+    .offers    (_records_offers),
+    .seeks     (_records_seeks),
+    .taken     (_records_taken),
+    .index     (_records_index),
+    .ackPlace  (_writer_place),
+    .ackWord   (_records_ackWord)
+  );
+  assign _events_isWrong = _table_data[14];
+  assign _events_free = _slot_free;
+  EventWriter events (
+    .clock           (clock),
+    .reset           (reset),
+    .run             (_scheduler_idle),
+    .known           (known),
+    .forget          (_scheduler_stopped),
+    .readAt_position (_events_readAt_position),
+    .readAt_word     (_events_readAt_word),
+    .isWrong         (_events_isWrong),
+    .untold          (_events_untold),
+    .tells           (_events_tells),
+    .status          (status),
+    .present         (_ends_present),
+    .cut             (_ends_cut),
+    .framesLost      (framesLost),
+    .room            (roomForStates),
+    .free            (_events_free),
+    .fills           (_events_fills),
+    .place           (_events_place),
+    .kind            (_events_kind),
+    .owner           (_events_owner),
+    .own             (_events_own),
+    .offer           (_events_offer),
+    .wrong           (_events_wrong)
+  );
+  assign _slot_write = _events_fills | _records_fills;
+  assign _slot_place = _scheduler_idle ? _events_place : _records_step;
+  assign _slot_kind = _scheduler_idle ? _events_kind : 2'h1;
+  assign _slot_position = _scheduler_idle ? _events_owner : _records_owner;
+  assign _slot_data = _table_data;
+  assign _slot_offer = _events_offer | _records_offer;
+  EventSlot slot (
+    .clock       (clock),
+    .reset       (reset),
+    .free        (_slot_free),
+    .write       (_slot_write),
+    .place       (_slot_place),
+    .kind        (_slot_kind),
+    .position    (_slot_position),
+    .answer      (_exchange_answer),
+    .data        (_slot_data),
+    .own         (_events_own),
+    .offer       (_slot_offer),
+    .cancel      (_records_cancel),
+    .begins      (_records_begins),
+    .event_ready (event_ready),
+    .event_valid (event_valid),
+    .event_bits  (event_bits)
+  );
+  assign _table_writeAt_position = _scheduler_idle ? _events_readAt_position : _scanner_writeAt_position;
+  assign _table_writeAt_word = _scheduler_idle ? _events_readAt_word : _scanner_writeAt_word;
+  assign _table_changes_valid = _scanner_changes | _events_tells;
+  assign _table_changes_bits = ~_scheduler_idle;
+  assign _table_readAt_position =
+    _scheduler_ordersMay ? _orders_readAt : _scheduler_idle ? _events_readAt_position : _scanner_readAt_position;
+  assign _table_readAt_word =
+    _scheduler_ordersMay ? 2'h0 : _scheduler_idle ? _events_readAt_word : _scanner_readAt_word;
+  SlaveTable table_0 (
+    .clock            (clock),
+    .reset            (reset),
+    .write            (_scanner_write),
+    .writeAt_position (_table_writeAt_position),
+    .writeAt_word     (_table_writeAt_word),
+    .writeData        (_scanner_writeData),
+    .changes_valid    (_table_changes_valid),
+    .changes_bits     (_table_changes_bits),
+    .readAt_position  (_table_readAt_position),
+    .readAt_word      (_table_readAt_word),
+    .data             (_table_data),
+    .untold           (_events_untold),
+    .expected         (_scanner_expected),
+    .sweep_valid      (_scheduler_sweep_valid),
+    .sweep_bits       (_scheduler_sweep_bits),
+    .window           (window),
+    .windowByte       (windowByte),
+    .windowState      (windowState),
+    .expect_valid     (expect_valid),
+    .expect_bits      (expect_bits),
+    .listed           (_table_listed),
+    .look             (look),
+    .lookData         (lookData)
+  );
+  assign _cyclic_over_bits = _scheduler_over_bits & _ends_whole;
+  CyclicState cyclic (
+    .clock        (clock),
+    .reset        (reset),
+    .answer_valid (_scheduler_surveyed),
+    .answer_bits  (_exchange_answer),
+    .over_valid   (_scheduler_over_valid),
+    .over_bits    (_cyclic_over_bits),
+    .newAlarm     (_records_newAlarm),
+    .newSound     (_scanner_newSound),
+    .silence      (silence),
+    .resetAlarm   (resetAlarm),
+    .expires      (_orders_expires),
+    .givenUp      (_orders_givenUp),
+    .fire         (state_fire),
+    .sounding     (state_sounding),
+    .alarm        (state_alarm),
+    .slaveFault   (state_slaveFault),
+    .disabled     (state_disabled),
+    .testing      (state_testing)
+  );
+  assign result_valid = _scheduler_over_valid & _scheduler_hosts_valid;
+  assign result_bits = _scheduler_over_bits;
+  assign resultData = resultData_REG ? _exchange_kept[15:8] : _exchange_kept[7:0];
+  assign state_dead = isDead;
+  assign state_wrong = _events_wrong | isCrowded;
+  assign state_present = _ends_present;
+  assign state_known = known;
+  assign state_cut = _ends_cut;
 endmodule
 
-module UdpReceiver(
+module HeldCounter_1(
   input         clock,
   input         reset,
-  input         byte_valid,
-  input  [7:0]  byte_bits,
-  input         first,
-  input         end_valid,
-  input         end_bits,
-  input  [5:0]  at,
-  input         same,
-  input         mine,
-  output        data_valid,
-  output [7:0]  data_bits,
-  output [10:0] offset,
-  output        received_valid,
-  output [10:0] received_bits_length,
-  output        received_bits_fromServer,
-  output        received_bits_good
+  input         count,
+  input         holds,
+  output [31:0] value
 );
 
-  reg         wrong;
-  reg         foreign;
-  reg         summed;
-  reg         begun;
-  reg  [10:0] place;
-  reg  [10:0] left;
-  reg  [7:0]  ipSum_next;
-  reg  [7:0]  ipSum_other;
-  reg         ipSum_carry;
-  reg  [7:0]  udpSum_next;
-  reg  [7:0]  udpSum_other;
-  reg         udpSum_carry;
-  wire        payload = at > 6'h29 & left > 11'h5;
-  reg         received_valid_REG;
-  reg         received_bits_good_REG;
-  wire [9:0]  _ipSum_total_T_2 = {1'h0, ipSum_next, 1'h1} + {1'h0, byte_bits, ipSum_carry};
-  wire [9:0]  _udpSum_total_T_2 = {1'h0, udpSum_next, 1'h1} + {1'h0, byte_bits, udpSum_carry};
-  wire        _GEN = at > 6'h19;
-  wire        _GEN_0 = at < 6'h22;
-  wire        _left_T = at == 6'h10;
-  wire        _GEN_1 = at == 6'h11;
-  wire        _GEN_2 = at == 6'h26;
-  wire        _GEN_3 = _left_T | _GEN_1;
-  always @(posedge clock) begin
-    if (byte_valid) begin
-      wrong <=
-        at == 6'h27 & byte_bits != left[7:0] | _GEN_2 & byte_bits != {5'h0, left[10:8]} | at == 6'h17
-        & byte_bits != 8'h11 | at == 6'h15 & (|byte_bits) | at == 6'h14 & (|{byte_bits[7], byte_bits[5:0]}) | _GEN_1
-        & left[10:8] == 3'h5 & byte_bits > 8'hDC | _left_T & byte_bits > 8'h5 | at == 6'hE & byte_bits != 8'h45
-        | at == 6'hD & (|byte_bits) | at == 6'hC & byte_bits != 8'h8 | ~same
-        & (at > 6'h1D & _GEN_0 | at == 6'h24 | at == 6'h25) | ~first & wrong;
-      foreign <= ~same & _GEN & at < 6'h1E | ~first & foreign;
-      summed <= at == 6'h29 & (|byte_bits) | (at == 6'h28 ? (|byte_bits) : summed);
-      begun <= payload | ~first & begun;
-      if (payload)
-        place <= place + 11'h1;
-      else if (first)
-        place <= 11'h0;
-      if (_GEN_3)
-        left <= {_left_T ? byte_bits[2:0] : left[10:8], byte_bits};
-      else if (~_GEN_2 & (|(left[10:1])))
-        left <= left - 11'h1;
-      if (at > 6'hD & _GEN_0) begin
-        ipSum_next <= ipSum_other;
-        ipSum_other <= _ipSum_total_T_2[8:1];
-        ipSum_carry <= _ipSum_total_T_2[9];
-      end
-      else begin
-        if (first) begin
-          ipSum_next <= 8'h0;
-          ipSum_other <= 8'h0;
-        end
-        ipSum_carry <= ~first & ipSum_carry;
-      end
-      if (_GEN_3 | _GEN & (at < 6'h2A | payload)) begin
-        udpSum_next <= udpSum_other;
-        udpSum_other <= _udpSum_total_T_2[8:1];
-        udpSum_carry <= _udpSum_total_T_2[9];
-      end
-      else begin
-        if (first) begin
-          udpSum_next <= 8'hFF;
-          udpSum_other <= 8'hFC;
-        end
-        udpSum_carry <= ~first & udpSum_carry;
-      end
-    end
-    received_bits_good_REG <=
-      end_bits & ~wrong & begun & left == 11'h1 & (&ipSum_other) & (&(ipSum_next[7:1])) & ipSum_next[0] != ipSum_carry
-      & (~summed | (&udpSum_other) & (&(udpSum_next[7:1])) & udpSum_next[0] != udpSum_carry);
-    if (reset)
-      received_valid_REG <= 1'h0;
-    else
-      received_valid_REG <= end_valid & mine;
-  end // always @(posedge)
-  assign data_valid = byte_valid & payload;
-  assign data_bits = byte_bits;
-  assign offset = place;
-  assign received_valid = received_valid_REG;
-  assign received_bits_length = place;
-  assign received_bits_fromServer = ~foreign;
-  assign received_bits_good = received_bits_good_REG;
-endmodule
-
-// external module DualPortRam
-
-module ServerLink(
-  input         clock,
-  input         reset,
-  input         data_valid,
-  input  [7:0]  data_bits,
-  input  [10:0] offset,
-  input         received_valid,
-  input  [10:0] received_bits_length,
-  input         received_bits_fromServer,
-  input         received_bits_good,
-  input  [15:0] master,
-  input  [15:0] boot,
-  output        acknowledge_valid,
-  output [31:0] acknowledge_bits,
-  output        waiting,
-  output [8:0]  length,
-  input         take,
-  input  [7:0]  readAddress,
-  output [7:0]  readData,
-  output        refused,
-  output        dropped
-);
-
-  wire        _ram_write;
-  wire [7:0]  _ram_writeAddress;
-  reg         full;
-  reg  [8:0]  size;
-  reg         late;
-  wire        _blocked_T = offset == 11'h0;
-  reg         wrong;
-  reg         earlier;
-  reg         isAcknowledge;
-  reg         isReport;
   reg  [31:0] number;
-  reg  [7:0]  casez_tmp;
-  always @(*) begin
-    casez (offset[2:0])
-      3'b000:
-        casez_tmp = 8'h46;
-      3'b001:
-        casez_tmp = 8'h41;
-      3'b010:
-        casez_tmp = 8'h1;
-      3'b011:
-        casez_tmp = 8'h1;
-      3'b100:
-        casez_tmp = master[15:8];
-      3'b101:
-        casez_tmp = master[7:0];
-      3'b110:
-        casez_tmp = boot[15:8];
-      default:
-        casez_tmp = boot[7:0];
-    endcase
-  end // always @(*)
-  wire        isOurs = received_bits_good & received_bits_fromServer & received_bits_length > 11'hB & ~wrong;
-  wire        acknowledges = isOurs & isAcknowledge & received_bits_length == 11'hC & ~earlier;
-  wire        isMessage = isOurs & ~isAcknowledge & ~isReport & received_bits_length < 11'h101;
-  wire        _dropped_T = received_valid & isMessage;
-  wire        differs = data_bits != casez_tmp;
-  wire        _GEN = _dropped_T & ~late;
-  always @(posedge clock) begin
-    if (reset)
-      full <= 1'h0;
-    else
-      full <= _GEN | ~take & full;
-    if (_GEN)
-      size <= received_bits_length[8:0];
-    if (data_valid & _blocked_T)
-      late <= full;
-    if (data_valid) begin
-      wrong <=
-        differs & (offset == 11'h1 | offset == 11'h2 | offset == 11'h4 | offset == 11'h5)
-        | (_blocked_T ? differs : wrong);
-      earlier <= differs & (offset == 11'h6 | offset == 11'h7) | ~_blocked_T & earlier;
-    end
-    if (data_valid & offset == 11'h3) begin
-      isAcknowledge <= data_bits == 8'h2;
-      isReport <= data_bits == 8'h1;
-    end
-    if (data_valid & (|(offset[10:3])) & offset < 11'hC)
-      number <= {number[23:0], data_bits};
-  end // always @(posedge)
-  assign _ram_write = data_valid & ~(_blocked_T ? full : late) & offset < 11'h100;
-  assign _ram_writeAddress = offset[7:0];
-  DualPortRam #(
-    .ADDRESS_BITS(8),
-    .DEPTH(256),
-    .WIDTH(8)
-  ) ram (
-    .clock        (clock),
-    .write        (_ram_write),
-    .writeAddress (_ram_writeAddress),
-    .writeData    (data_bits),
-    .readAddress  (readAddress),
-    .readData     (readData)
-  );
-  assign acknowledge_valid = received_valid & acknowledges;
-  assign acknowledge_bits = number;
-  assign waiting = full;
-  assign length = size;
-  assign refused = received_valid & ~acknowledges & ~isMessage;
-  assign dropped = _dropped_T & late;
-endmodule
-
-// external module DualPortRam
-
-module ArpResponder(
-  input        clock,
-  input        reset,
-  input        byte_valid,
-  input  [7:0] byte_bits,
-  input        first,
-  input        end_valid,
-  input        end_bits,
-  input  [5:0] at,
-  input        same,
-  input        mine,
-  output [4:0] settingAddress,
-  input  [7:0] setting,
-  input        bytes_ready,
-  output       bytes_valid,
-  output [7:0] bytes_bits_data,
-  output       bytes_bits_last
-);
-
-  wire       _asker_write;
-  wire [4:0] _asker_writeAddress;
-  wire [4:0] _asker_readAddress;
-  wire [7:0] _asker_readData;
-  reg        wrong;
-  reg        all;
-  reg        answers;
-  reg  [5:0] sent;
-  reg  [1:0] age;
-  reg  [7:0] reply;
-  wire       bytes_valid_0 = age == 2'h2;
-  wire       bytes_bits_last_0 = sent == 6'h29;
-  reg  [7:0] casez_tmp;
-  always @(*) begin
-    casez (sent[3:0] + 4'h4)
-      4'b0000:
-        casez_tmp = 8'h8;
-      4'b0001:
-        casez_tmp = 8'h6;
-      4'b0010:
-        casez_tmp = 8'h0;
-      4'b0011:
-        casez_tmp = 8'h1;
-      4'b0100:
-        casez_tmp = 8'h8;
-      4'b0101:
-        casez_tmp = 8'h0;
-      4'b0110:
-        casez_tmp = 8'h6;
-      4'b0111:
-        casez_tmp = 8'h4;
-      4'b1000:
-        casez_tmp = 8'h0;
-      4'b1001:
-        casez_tmp = 8'h2;
-      4'b1010:
-        casez_tmp = 8'h8;
-      4'b1011:
-        casez_tmp = 8'h8;
-      4'b1100:
-        casez_tmp = 8'h8;
-      4'b1101:
-        casez_tmp = 8'h8;
-      4'b1110:
-        casez_tmp = 8'h8;
-      default:
-        casez_tmp = 8'h8;
-    endcase
-  end // always @(*)
-  wire       _GEN = byte_valid & ~answers;
-  wire       _GEN_0 = byte_bits != 8'h8;
-  wire       _GEN_1 = byte_bits != 8'h6;
-  wire       _GEN_2 = byte_bits != 8'h1;
-  wire       _GEN_3 = end_valid & ~answers;
-  wire       _age_T = bytes_ready & bytes_valid_0;
-  always @(posedge clock) begin
-    wrong <=
-      answers
-      | (_GEN
-           ? at > 6'h25 & at < 6'h2A & ~same | at == 6'h15 & _GEN_2 | at == 6'h14 & (|byte_bits) | at == 6'h13
-             & byte_bits != 8'h4 | at == 6'h12 & _GEN_1 | at == 6'h11 & (|byte_bits) | at == 6'h10 & _GEN_0 | at == 6'hF
-             & _GEN_2 | at == 6'hE & (|byte_bits) | at == 6'hD & _GEN_1 | at == 6'hC & _GEN_0 | ~first & wrong
-           : wrong);
-    if (_GEN)
-      all <= ~(at < 6'h6 & byte_bits != 8'hFF) & (first | all);
-    if (_age_T)
-      sent <= sent + 6'h1;
-    else if (_GEN_3)
-      sent <= 6'h0;
-    if (_age_T | ~answers)
-      age <= 2'h0;
-    else if (~bytes_valid_0)
-      age <= age + 2'h1;
-    reply <= sent < 6'h6 | sent[5] ? _asker_readData : sent > 6'hB & sent < 6'h16 ? casez_tmp : setting;
-    if (reset)
-      answers <= 1'h0;
-    else
-      answers <= ~(_age_T & bytes_bits_last_0) & (_GEN_3 ? end_bits & ~wrong & (all | mine) & at > 6'h2D : answers);
-  end // always @(posedge)
-  assign _asker_write = byte_valid & ~answers & at > 6'h15 & ~(at[5]);
-  assign _asker_writeAddress = at[4:0];
-  assign _asker_readAddress = sent[4:0] - 5'hA;
-  DualPortRam #(
-    .ADDRESS_BITS(5),
-    .DEPTH(32),
-    .WIDTH(8)
-  ) asker (
-    .clock        (clock),
-    .write        (_asker_write),
-    .writeAddress (_asker_writeAddress),
-    .writeData    (byte_bits),
-    .readAddress  (_asker_readAddress),
-    .readData     (_asker_readData)
-  );
-  assign settingAddress = {1'h0, sent[3:0]};
-  assign bytes_valid = bytes_valid_0;
-  assign bytes_bits_data = reply;
-  assign bytes_bits_last = bytes_bits_last_0;
-endmodule
-
-module UdpSender(
-  input         clock,
-  input         reset,
-  output [4:0]  settingAddress,
-  input  [7:0]  setting,
-  input         start,
-  input  [10:0] length,
-  output        busy,
-  output [10:0] readAddress,
-  input  [7:0]  readData,
-  input         bytes_ready,
-  output        bytes_valid,
-  output [7:0]  bytes_bits_data,
-  output        bytes_bits_last
-);
-
-  reg  [2:0]  state;
-  reg  [5:0]  at;
-  reg  [10:0] place;
-  reg  [1:0]  age;
-  reg  [10:0] size;
-  reg  [15:0] number;
-  reg  [7:0]  sum_next;
-  reg  [7:0]  sum_other;
-  reg         sum_carry;
-  reg  [15:0] check;
-  wire        inPayload = at == 6'h2A;
-  wire        _settingAddress_T = at < 6'hC;
-  reg  [7:0]  byte_0;
-  wire [10:0] _following_T = place + 11'h1;
-  wire        isLast = inPayload & _following_T == size;
-  wire        _check_T_1 = state == 3'h5;
-  wire [5:0]  _at_T = at + 6'h1;
-  wire [10:0] _lengths_T_2 = size + {6'h0, at[5] ? 5'h8 : 5'h1C};
-  wire        isNumber = at[5:1] == 5'h9;
-  wire        isCheck = at[5:1] == 5'hC | at[5:1] == 5'h14;
-  wire        _isSummed_T_4 = state == 3'h2;
-  wire        _isSummed_T_1 = state == 3'h1;
-  wire [9:0]  _summed_total_T_2 =
-    {1'h0, sum_next, 1'h1}
-    + {1'h0,
-       (~isCheck & (_isSummed_T_1 & at < 6'h22 | _isSummed_T_4 & ~isNumber) ? byte_0 : 8'h0)
-         ^ {8{_isSummed_T_4 | state == 3'h3}},
-       sum_carry};
-  wire        taken = (&age) & (_check_T_1 ? bytes_ready : (|state));
-  wire        _GEN = state == 3'h1;
-  wire        _GEN_0 = taken & at == 6'h23;
-  wire        _GEN_1 = _GEN & _GEN_0;
-  wire        _GEN_2 = state == 3'h2;
-  wire        _GEN_3 = state == 3'h3;
-  wire        _GEN_4 = state == 3'h4;
-  wire        _GEN_5 = taken & place[0];
-  wire        _GEN_6 = _GEN_4 & _GEN_5;
-  wire        _GEN_7 = _GEN_2 | _GEN_3;
-  wire        _GEN_8 = taken & isLast;
-  wire        _GEN_9 = ~taken | inPayload;
+  reg         waits;
+  wire        _waits_T = count | waits;
   always @(posedge clock) begin
     if (reset) begin
-      state <= 3'h0;
-      number <= 16'h0;
+      number <= 32'h0;
+      waits <= 1'h0;
     end
     else begin
-      if (|state) begin
-        if (_GEN) begin
-          if (_GEN_0)
-            state <= 3'h2;
-        end
-        else if (_GEN_2) begin
-          if (_GEN_8)
-            state <= place[0] ? 3'h4 : 3'h3;
-        end
-        else if (_GEN_3) begin
-          if (taken)
-            state <= 3'h4;
-        end
-        else if (_GEN_4) begin
-          if (_GEN_5)
-            state <= 3'h5;
-        end
-        else if (state == 3'h5 & _GEN_8)
-          state <= 3'h0;
-      end
-      else if (start)
-        state <= 3'h1;
-      if (~(|state) & start)
-        number <= number + 16'h1;
-    end
-    if (|state) begin
-      if (_GEN) begin
-        if (_GEN_0)
-          at <= 6'h10;
-        else if (_GEN_9) begin
-        end
-        else
-          at <= _at_T;
-      end
-      else if (_GEN_7 | ~_GEN_6) begin
-        if (_GEN_9) begin
-        end
-        else
-          at <= _at_T;
-      end
+      if (~holds & _waits_T)
+        number <= number + 32'h1;
+      if (holds)
+        waits <= _waits_T;
       else
-        at <= 6'h0;
-      if (_GEN_1) begin
-        sum_next <= 8'h80;
-        sum_other <= 8'h14;
-      end
-      else if (taken) begin
-        sum_next <= sum_other;
-        sum_other <= _summed_total_T_2[8:1];
-      end
-    end
-    else begin
-      at <= 6'hE;
-      size <= length;
-      sum_next <= 8'h0;
-      sum_other <= 8'h0;
-    end
-    if ((|state) & (_GEN | _GEN_7 | ~_GEN_6)) begin
-      if (taken & inPayload)
-        place <= _following_T;
-    end
-    else
-      place <= 11'h0;
-    if (taken | ~(|state))
-      age <= 2'h0;
-    else if (~(&age))
-      age <= age + 2'h1;
-    sum_carry <= ~(~(|state) | _GEN_1) & (taken ? _summed_total_T_2[9] : sum_carry);
-    if (taken & (_isSummed_T_1 | _check_T_1 & isCheck))
-      check <= {check[7:0], _check_T_1 ? sum_next : ~(_summed_total_T_2[8:1])};
-    byte_0 <=
-      inPayload
-        ? readData
-        : _settingAddress_T | at > 6'h19 & at < 6'h26
-            ? setting
-            : at[5:1] == 5'h8 | at[5:1] == 5'h13
-                ? (at[0] ? _lengths_T_2[7:0] : {5'h0, _lengths_T_2[10:8]})
-                : isNumber
-                    ? (at[0] ? number[7:0] : number[15:8])
-                    : isCheck
-                        ? check[15:8]
-                        : at == 6'h17
-                            ? 8'h11
-                            : at == 6'h16 | at == 6'h14 ? 8'h40 : at == 6'hE ? 8'h45 : {4'h0, at == 6'hC, 3'h0};
-  end // always @(posedge)
-  assign settingAddress = at[4:0] - {1'h0, _settingAddress_T ? 4'h0 : 4'hE};
-  assign busy = |state;
-  assign readAddress = place;
-  assign bytes_valid = _check_T_1 & (&age);
-  assign bytes_bits_data = byte_0;
-  assign bytes_bits_last = isLast;
-endmodule
-
-// external module DualPortRam
-
-module EventReporter(
-  input         clock,
-  input         reset,
-  output        event_0_ready,
-  input         event_0_valid,
-  input  [15:0] event_0_bits,
-  output        event_1_ready,
-  input         event_1_valid,
-  input  [15:0] event_1_bits,
-  input  [15:0] status_master,
-  input  [15:0] status_boot,
-  input  [7:0]  status_selfTest,
-  input  [7:0]  status_present,
-  input  [7:0]  status_known,
-  input  [31:0] status_lost,
-  input  [31:0] status_time,
-  output        room,
-  output [23:0] firstEvent,
-  output [23:0] nextEvent,
-  input         millisecond,
-  input  [11:0] repeatMs,
-  input  [11:0] heartbeatMs,
-  input         acknowledge_valid,
-  input  [31:0] acknowledge_bits,
-  output        start,
-  output [10:0] length,
-  input         busy,
-  input  [10:0] readAddress,
-  output [7:0]  readData
-);
-
-  wire        _ram_write;
-  wire [10:0] _ram_writeAddress;
-  wire [10:0] _ram_readAddress;
-  wire [15:0] _ram_readData;
-  reg  [1:0]  state;
-  reg  [3:0]  word;
-  reg  [31:0] first;
-  reg  [7:0]  count;
-  reg  [7:0]  before_0;
-  reg  [6:0]  inReport;
-  reg         chosen;
-  reg  [15:0] low;
-  wire [23:0] _nextEvent_T = first[23:0] + {16'h0, count};
-  wire        _event_1_ready_T = state == 2'h1;
-  wire        event_0_ready_0 = _event_1_ready_T & ~chosen;
-  wire        event_1_ready_0 = _event_1_ready_T & chosen;
-  wire [1:0]  _fires_T_2 = {event_1_ready_0 & event_1_valid, event_0_ready_0 & event_0_valid};
-  wire [31:0] _done_T = acknowledge_bits - first;
-  wire [31:0] _GEN = {24'h0, count};
-  wire        takes = acknowledge_valid & _done_T <= _GEN & (|_done_T);
-  reg         sending;
-  reg         fresh;
-  reg  [11:0] waited;
-  reg         second;
-  wire [10:0] _GEN_0 = {before_0, 3'h4};
-  wire        _GEN_1 = state == 2'h0;
-  wire        _GEN_2 = state == 2'h1;
-  wire        _GEN_3 = state == 2'h2;
-  wire        _GEN_4 = _GEN_1 | _GEN_2;
-  wire        _content_T_10 = word == 4'h8;
-  wire        _content_T_12 = word == 4'hA;
-  wire        _content_T_13 = word == 4'hB;
-  reg  [15:0] casez_tmp;
-  always @(*) begin
-    casez (state)
-      2'b00:
-        casez_tmp = low;
-      2'b01:
-        casez_tmp = chosen ? event_1_bits : event_0_bits;
-      2'b10:
-        casez_tmp = word[0] ? low : status_time[31:16];
-      default:
-        casez_tmp =
-          (word == 4'h0 ? 16'h4641 : 16'h0) | (word == 4'h1 ? 16'h101 : 16'h0) | (word == 4'h2 ? status_master : 16'h0)
-          | (word == 4'h3 ? status_boot : 16'h0) | (word == 4'h4 ? first[31:16] : 16'h0)
-          | (word == 4'h5 ? first[15:0] : 16'h0) | (word == 4'h6 ? {1'h0, inReport, status_selfTest} : 16'h0)
-          | (word == 4'h7 ? {status_present, status_known} : 16'h0) | (_content_T_10 ? status_time[31:16] : 16'h0)
-          | (word == 4'h9 ? low : 16'h0) | (_content_T_12 ? status_lost[31:16] : 16'h0) | (_content_T_13 ? low : 16'h0);
-    endcase
-  end // always @(*)
-  reg  [3:0]  casez_tmp_0;
-  always @(*) begin
-    casez (state)
-      2'b00:
-        casez_tmp_0 = 4'h0;
-      2'b01:
-        casez_tmp_0 = (|_fires_T_2) ? word + 4'h1 : word;
-      2'b10:
-        casez_tmp_0 = word + 4'h1;
-      default:
-        casez_tmp_0 = word + 4'h1;
-    endcase
-  end // always @(*)
-  wire        _GEN_5 = takes | busy;
-  wire        _GEN_6 = _GEN_1 | _GEN_2 | _GEN_3;
-  wire        _GEN_7 = ~_GEN_6 & (&state) & ~_GEN_5 & _content_T_13;
-  reg         REG;
-  wire        _GEN_8 = (event_0_valid | event_1_valid) & _nextEvent_T[7:0] != (sending ? before_0 : first[7:0] - 8'h2);
-  wire        _GEN_9 = ~sending & ~busy & ~takes & (fresh | waited >= ((|count) ? repeatMs : heartbeatMs));
-  always @(posedge clock) begin
-    if (reset) begin
-      state <= 2'h0;
-      first <= 32'h0;
-      count <= 8'h0;
-      sending <= 1'h0;
-      fresh <= 1'h0;
-      waited <= 12'hFFF;
-      REG <= 1'h0;
-    end
-    else begin
-      if (_GEN_1) begin
-        if (_GEN_8)
-          state <= 2'h1;
-        else if (_GEN_9)
-          state <= 2'h3;
-      end
-      else if (_GEN_2) begin
-        if ((|_fires_T_2) & word == 4'h5)
-          state <= 2'h2;
-      end
-      else if (_GEN_3 ? word[0] : (&state) & (_GEN_5 | _content_T_13))
-        state <= 2'h0;
-      if (takes)
-        first <= acknowledge_bits;
-      count <= count - (takes ? _done_T[7:0] : 8'h0) + {7'h0, ~_GEN_4 & _GEN_3 & word[0]};
-      sending <= ~(sending & ~busy & REG) & (_GEN_7 | sending);
-      fresh <=
-        takes & _done_T != _GEN
-        | (_GEN_4
-             ? fresh
-             : _GEN_3 ? word[0] | fresh : (&state) ? (_GEN_5 ? busy | fresh : ~_content_T_13 & fresh) : fresh);
-      if (_GEN_6 | ~(&state) | _GEN_5 | ~_content_T_13) begin
-        if (millisecond & waited != 12'hFFF)
-          waited <= waited + 12'h1;
-      end
-      else
-        waited <= 12'h0;
-      REG <= busy;
-    end
-    word <= casez_tmp_0;
-    if (~_GEN_1 | _GEN_8 | ~_GEN_9) begin
-    end
-    else begin
-      before_0 <= first[7:0] - 8'h2;
-      inReport <= count > 8'h40 ? 7'h40 : count[6:0];
-    end
-    if (_GEN_1)
-      chosen <= ~event_0_valid;
-    if (~_GEN_4) begin
-      if (_GEN_3) begin
-        if (word[0]) begin
-        end
-        else
-          low <= status_time[15:0];
-      end
-      else if (&state) begin
-        if (_content_T_12)
-          low <= status_lost[15:0];
-        else if (_content_T_10)
-          low <= status_time[15:0];
-      end
-    end
-    second <= readAddress[0];
-  end // always @(posedge)
-  assign _ram_write = (&state) | state == 2'h2 | (|_fires_T_2);
-  assign _ram_writeAddress = (&state) ? _GEN_0 + {7'h0, word} : {_nextEvent_T[7:0], word[2:0]};
-  assign _ram_readAddress = _GEN_0 + {1'h0, readAddress[10:1]};
-  DualPortRam #(
-    .ADDRESS_BITS(11),
-    .DEPTH(2048),
-    .WIDTH(16)
-  ) ram (
-    .clock        (clock),
-    .write        (_ram_write),
-    .writeAddress (_ram_writeAddress),
-    .writeData    (casez_tmp),
-    .readAddress  (_ram_readAddress),
-    .readData     (_ram_readData)
-  );
-  assign event_0_ready = event_0_ready_0;
-  assign event_1_ready = event_1_ready_0;
-  assign room = ~(count[7]);
-  assign firstEvent = first[23:0];
-  assign nextEvent = _nextEvent_T;
-  assign start = _GEN_7;
-  assign length = {inReport, 4'h0} + 11'h18;
-  assign readData = second ? _ram_readData[7:0] : _ram_readData[15:8];
-endmodule
-
-module ExpectedByte(
-  input        clock,
-  input        reset,
-  input        byte_valid,
-  input  [7:0] byte_bits,
-  input        end_valid,
-  output [4:0] address,
-  input  [7:0] setting,
-  output [5:0] at,
-  output       same,
-  output       mine
-);
-
-  reg  [5:0] place;
-  reg        ours;
-  wire       _same_output = byte_bits == setting;
-  always @(posedge clock) begin
-    if (reset) begin
-      place <= 6'h0;
-      ours <= 1'h0;
-    end
-    else begin
-      if (end_valid)
-        place <= 6'h0;
-      else if (byte_valid & place[5:4] != 2'h3)
-        place <= place + 6'h1;
-      ours <= ~end_valid & (byte_valid & place < 6'h6 ? _same_output & (ours | place == 6'h0) : ours);
+        waits <= count & waits;
     end
   end // always @(posedge)
-  assign address =
-    place[4:0] + (place < 6'h10 ? 5'h6 : place < 6'h1E ? 5'h16 : place < 6'h22 ? 5'hE : place < 6'h26 ? 5'h10 : 5'h6);
-  assign at = place;
-  assign same = _same_output;
-  assign mine = ours;
+  assign value = number;
 endmodule
-
-// external module DualPortRam
 
 module NetworkSettings(
   input        clock,
   input        write,
-  input  [6:0] writeAddress,
+  input  [7:0] writeAddress,
   input  [7:0] writeData,
-  input  [6:0] readAddress_0,
-  input  [6:0] readAddress_1,
-  input  [6:0] readAddress_2,
-  input  [6:0] readAddress_3,
-  input  [6:0] readAddress_4,
-  input  [6:0] readAddress_5,
+  input  [7:0] readAddress_0,
+  input  [7:0] readAddress_1,
+  input  [7:0] readAddress_2,
+  input  [7:0] readAddress_3,
   output [7:0] readData_0,
   output [7:0] readData_1,
   output [7:0] readData_2,
-  output [7:0] readData_3,
-  output [7:0] readData_4,
-  output [7:0] readData_5
+  output [7:0] readData_3
 );
 
   DualPortRam #(
-    .ADDRESS_BITS(7),
-    .DEPTH(128),
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
     .WIDTH(8)
   ) ram (
     .clock        (clock),
@@ -3660,8 +5917,8 @@ module NetworkSettings(
     .readData     (readData_0)
   );
   DualPortRam #(
-    .ADDRESS_BITS(7),
-    .DEPTH(128),
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
     .WIDTH(8)
   ) ram_1 (
     .clock        (clock),
@@ -3672,8 +5929,8 @@ module NetworkSettings(
     .readData     (readData_1)
   );
   DualPortRam #(
-    .ADDRESS_BITS(7),
-    .DEPTH(128),
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
     .WIDTH(8)
   ) ram_2 (
     .clock        (clock),
@@ -3684,8 +5941,8 @@ module NetworkSettings(
     .readData     (readData_2)
   );
   DualPortRam #(
-    .ADDRESS_BITS(7),
-    .DEPTH(128),
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
     .WIDTH(8)
   ) ram_3 (
     .clock        (clock),
@@ -3695,30 +5952,6 @@ module NetworkSettings(
     .readAddress  (readAddress_3),
     .readData     (readData_3)
   );
-  DualPortRam #(
-    .ADDRESS_BITS(7),
-    .DEPTH(128),
-    .WIDTH(8)
-  ) ram_4 (
-    .clock        (clock),
-    .write        (write),
-    .writeAddress (writeAddress),
-    .writeData    (writeData),
-    .readAddress  (readAddress_4),
-    .readData     (readData_4)
-  );
-  DualPortRam #(
-    .ADDRESS_BITS(7),
-    .DEPTH(128),
-    .WIDTH(8)
-  ) ram_5 (
-    .clock        (clock),
-    .write        (write),
-    .writeAddress (writeAddress),
-    .writeData    (writeData),
-    .readAddress  (readAddress_5),
-    .readData     (readData_5)
-  );
 endmodule
 
 module HostEvent(
@@ -3726,6 +5959,7 @@ module HostEvent(
   input         reset,
   input         go,
   output        busy,
+  input         granted,
   output [2:0]  readAddress,
   input  [7:0]  readData,
   input         event_ready,
@@ -3737,7 +5971,7 @@ module HostEvent(
   reg  [2:0] word;
   reg  [1:0] half;
   reg  [7:0] low;
-  wire       event_valid_0 = waits & (&half);
+  wire       event_valid_0 = waits & (&half) & granted;
   reg  [2:0] casez_tmp;
   always @(*) begin
     casez (word[1:0])
@@ -3751,7 +5985,6 @@ module HostEvent(
         casez_tmp = 3'h1;
     endcase
   end // always @(*)
-  wire       _GEN = word == 3'h5;
   wire       _half_T_1 = event_ready & event_valid_0;
   always @(posedge clock) begin
     if (reset) begin
@@ -3759,15 +5992,15 @@ module HostEvent(
       word <= 3'h0;
     end
     else begin
-      waits <= go | ~(_half_T_1 & _GEN) & waits;
+      waits <= go | ~(_half_T_1 & (&word)) & waits;
       if (_half_T_1) begin
-        if (_GEN)
+        if (&word)
           word <= 3'h0;
         else
           word <= word + 3'h1;
       end
     end
-    if (~waits | _half_T_1)
+    if (~waits | _half_T_1 | ~granted)
       half <= 2'h0;
     else if (~(&half))
       half <= half + 2'h1;
@@ -3778,47 +6011,7 @@ module HostEvent(
   assign readAddress = {casez_tmp[2:1], casez_tmp[0] | half[1]};
   assign event_valid = event_valid_0;
   assign event_bits =
-    word == 3'h3 ? {low, 8'h0} : word == 3'h2 | word == 3'h1 ? {readData, low} : word == 3'h0 ? {8'h8, low} : 16'h0;
-endmodule
-
-module FrameArbiter(
-  input        clock,
-  input        reset,
-  output       in_0_ready,
-  input        in_0_valid,
-  input  [7:0] in_0_bits_data,
-  input        in_0_bits_last,
-  output       in_1_ready,
-  input        in_1_valid,
-  input  [7:0] in_1_bits_data,
-  input        in_1_bits_last,
-  input        out_ready,
-  output       out_valid,
-  output [7:0] out_bits_data,
-  output       out_bits_last
-);
-
-  reg  inside_0;
-  reg  chosen;
-  wire second = inside_0 ? chosen : ~in_0_valid;
-  wire out_valid_0 = second ? in_1_valid : in_0_valid;
-  wire out_bits_last_0 = second ? in_1_bits_last : in_0_bits_last;
-  wire _GEN = out_ready & out_valid_0;
-  always @(posedge clock) begin
-    if (reset)
-      inside_0 <= 1'h0;
-    else if (_GEN)
-      inside_0 <= ~out_bits_last_0;
-    if (~_GEN | inside_0) begin
-    end
-    else
-      chosen <= ~in_0_valid;
-  end // always @(posedge)
-  assign in_0_ready = out_ready & ~second;
-  assign in_1_ready = out_ready & second;
-  assign out_valid = out_valid_0;
-  assign out_bits_data = second ? in_1_bits_data : in_0_bits_data;
-  assign out_bits_last = out_bits_last_0;
+    word == 3'h3 ? {low, 8'h0} : word == 3'h2 | word == 3'h1 ? {readData, low} : word == 3'h0 ? {8'h4, low} : 16'h0;
 endmodule
 
 module alarm_master(
@@ -3849,89 +6042,70 @@ module alarm_master(
   output        host_ack,
   output [7:0]  host_rdata,
   output        irq,
-  output        alarm_buzzer,
-  output        alarm_lamp
+  output        alarm_fire,
+  output        alarm_sounder,
+  output        alarm_fault_n,
+  output        alarm_disabled,
+  input         alarm_config_fault
 );
 
+  wire        _damaged_out;
+  wire        _own_granted;
   wire [2:0]  _own_readAddress;
-  wire [6:0]  _settings_readAddress_1;
-  wire [6:0]  _settings_readAddress_2;
-  wire [6:0]  _settings_readAddress_3;
-  wire [6:0]  _settings_readAddress_4;
-  wire [6:0]  _settings_readAddress_5;
+  wire [7:0]  _settings_readAddress_3;
   wire [7:0]  _settings_readData_0;
-  wire [7:0]  _settings_readData_5;
-  wire [7:0]  _expected_setting;
-  wire [4:0]  _expected_address;
-  wire [5:0]  _expected_at;
-  wire        _expected_same;
-  wire        _expected_mine;
-  wire        _plant_bytes_valid;
-  wire [7:0]  _plant_bytes_bits_data;
-  wire        _plant_bytes_bits_last;
-  wire        _plant_bytes_ready;
-  wire        _reports_event_1_valid;
-  wire [15:0] _reports_event_1_bits;
-  wire        _reports_millisecond;
-  wire        _reports_busy;
-  wire        _reports_event_1_ready;
-  wire [7:0]  _sender_setting;
-  wire        _sender_start;
-  wire [10:0] _sender_length;
-  wire [7:0]  _sender_readData;
-  wire        _sender_bytes_ready;
-  wire [4:0]  _sender_settingAddress;
-  wire        _sender_busy;
-  wire [10:0] _sender_readAddress;
-  wire        _sender_bytes_valid;
-  wire [7:0]  _sender_bytes_bits_data;
-  wire        _sender_bytes_bits_last;
-  wire [5:0]  _arp_at;
-  wire        _arp_same;
-  wire        _arp_mine;
-  wire [7:0]  _arp_setting;
-  wire        _arp_bytes_ready;
-  wire [4:0]  _arp_settingAddress;
-  wire        _arp_bytes_valid;
-  wire [7:0]  _arp_bytes_bits_data;
-  wire        _arp_bytes_bits_last;
-  wire        _link_acknowledge_valid;
-  wire [31:0] _link_acknowledge_bits;
-  wire        _link_waiting;
-  wire [8:0]  _link_length;
-  wire [5:0]  _udp_at;
-  wire        _udp_same;
-  wire        _udp_mine;
-  wire        _udp_data_valid;
-  wire [7:0]  _udp_data_bits;
-  wire [10:0] _udp_offset;
-  wire        _udp_received_valid;
-  wire [10:0] _udp_received_bits_length;
-  wire        _udp_received_bits_fromServer;
-  wire        _udp_received_bits_good;
-  wire        _receiver_byte_valid;
-  wire [7:0]  _receiver_byte_bits;
-  wire        _receiver_first;
-  wire        _receiver_end_valid;
-  wire        _receiver_end_bits;
+  wire [7:0]  _settings_readData_3;
+  wire [31:0] _framesLost_counter_value;
   wire [47:0] _line_source;
   wire [7:0]  _line_requestData;
   wire [3:0]  _line_resultAddress;
-  wire        _line_event_ready;
-  wire        _line_room;
-  wire [23:0] _line_nextEvent;
-  wire [23:0] _line_firstEvent;
+  wire [31:0] _line_framesLost;
+  wire [2:0]  _line_windowByte;
   wire        _line_request_ready;
   wire [3:0]  _line_requestAddress;
   wire        _line_result_valid;
   wire        _line_result_bits;
   wire [7:0]  _line_resultData;
-  wire        _line_event_valid;
-  wire [15:0] _line_event_bits;
-  wire [6:0]  _line_present;
-  wire [6:0]  _line_known;
-  wire        _line_alarm;
+  wire        _line_state_fire;
+  wire        _line_state_sounding;
+  wire        _line_state_alarm;
+  wire        _line_state_dead;
+  wire        _line_state_wrong;
+  wire        _line_state_slaveFault;
+  wire        _line_state_disabled;
+  wire        _line_state_testing;
+  wire [7:0]  _line_state_present;
+  wire [7:0]  _line_state_known;
+  wire [7:0]  _line_state_cut;
   wire        _line_lost;
+  wire [7:0]  _line_windowState;
+  wire [63:0] _time_counter_value;
+  wire [7:0]  _plant_setting_0;
+  wire [7:0]  _plant_setting_1;
+  wire [7:0]  _plant_master_present;
+  wire [7:0]  _plant_master_cut;
+  wire [31:0] _plant_master_lost;
+  wire [63:0] _plant_master_time;
+  wire [7:0]  _plant_known;
+  wire [7:0]  _plant_lookData;
+  wire        _plant_event_0_valid;
+  wire [15:0] _plant_event_0_bits;
+  wire        _plant_event_1_valid;
+  wire [15:0] _plant_event_1_bits;
+  wire [5:0]  _plant_mailbox_readAddress;
+  wire [7:0]  _plant_settingAddress_0;
+  wire [7:0]  _plant_settingAddress_1;
+  wire        _plant_holds;
+  wire [9:0]  _plant_look;
+  wire        _plant_event_0_ready;
+  wire        _plant_event_1_ready;
+  wire [15:0] _plant_firstEvent;
+  wire [15:0] _plant_nextEvent;
+  wire        _plant_roomForRecords;
+  wire        _plant_roomForStates;
+  wire        _plant_full;
+  wire        _plant_mailbox_waiting;
+  wire        _plant_serverSilent;
   wire        _transmitters_1_in_valid;
   wire        _transmitters_1_in_payload;
   wire [3:0]  _transmitters_1_in_data;
@@ -3974,25 +6148,41 @@ module alarm_master(
   wire        _crossing_read_overflow;
   wire        _links_crossing_1_out;
   wire        _links_crossing_out;
+  wire        _registers_set_host_alive_valid;
+  wire [15:0] _registers_set_host_alive_bits;
   wire        _registers_set_mailbox_offset_valid;
   wire [7:0]  _registers_set_mailbox_offset_bits;
+  wire [7:0]  _registers_status_ring_cut;
+  wire [63:0] _registers_status_master_time;
   wire [7:0]  _registers_status_mailbox_data;
   wire [8:0]  _registers_status_mailbox_length;
+  wire [31:0] _registers_status_frames_lost;
   wire        _registers_status_host_event_busy;
   wire        _registers_status_mailbox_waiting;
   wire        _registers_status_plant_link;
   wire        _registers_status_line_link;
+  wire [7:0]  _registers_status_slaves_known;
+  wire [7:0]  _registers_status_slaves_present;
   wire        _registers_event_invalid_frame_port1;
   wire        _registers_event_invalid_frame_port0;
   wire        _registers_event_dropped_messages;
   wire        _registers_event_refused_datagrams;
   wire [7:0]  _registers_setting;
+  wire [15:0] _registers_value_expected_node;
+  wire [7:0]  _registers_value_slave_index;
+  wire        _registers_value_storage_failed;
+  wire        _registers_value_earth_fault;
+  wire        _registers_value_battery_low;
+  wire        _registers_value_mains_failed;
+  wire [15:0] _registers_value_host_alive;
   wire        _registers_value_mailbox_done;
   wire [7:0]  _registers_value_mailbox_offset;
   wire        _registers_value_host_event_go;
   wire        _registers_value_request_go;
-  wire [7:0]  _registers_value_master_self_test;
-  wire        _registers_value_buzzer_off;
+  wire        _registers_value_reset_alarm;
+  wire        _registers_value_silence;
+  wire        _registers_value_lamp_test;
+  wire        _registers_value_line_listed;
   wire        _registers_value_report_run;
   wire        _registers_value_line_run;
   wire [11:0] _registers_value_report_heartbeat;
@@ -4000,13 +6190,17 @@ module alarm_master(
   wire [3:0]  _registers_value_retries;
   wire [15:0] _registers_value_answer_timeout;
   wire [19:0] _registers_value_bus_cycle;
-  wire [15:0] _registers_value_boot_number;
+  wire [7:0]  _registers_value_server_timeout;
+  wire [15:0] _registers_value_line_life;
   wire [15:0] _registers_value_master_id;
+  wire [7:0]  _registers_counts_refused_datagrams;
   wire        _registers_settingWrite;
-  wire [6:0]  _registers_settingAddress;
+  wire [7:0]  _registers_settingAddress;
   wire [7:0]  _registers_settingData;
   wire        _registers_reads_62;
   wire        _registers_reads_88;
+  wire        _registers_looks;
+  wire        _registers_writes_bb;
   wire        _slot_tick;
   reg         processStep;
   reg         transmitStep;
@@ -4018,20 +6212,38 @@ module alarm_master(
   wire        microsecond = processStep & microsecond_wrap_wrap;
   reg  [9:0]  millisecond_c_value;
   wire        millisecond_wrap_wrap = millisecond_c_value == 10'h3E7;
-  reg  [31:0] time_0;
-  reg  [31:0] framesLost;
-  reg         requestAnswered;
-  reg         isResult;
-  wire [7:0]  _GEN = {1'h0, _line_present};
-  wire [7:0]  _GEN_0 = {1'h0, _line_known};
-  reg         alarmOn;
+  wire        millisecond = microsecond & millisecond_wrap_wrap;
   reg         requestWaits;
   reg         requestFlies;
   reg         requestDone;
+  reg         requestAnswered;
+  reg         isResult;
+  reg         isWindow;
+  wire        status_bits_10_2 = _registers_value_host_alive == 16'h0;
+  wire [18:0] status =
+    {~_links_crossing_1_out,
+     _plant_full,
+     ~_registers_value_line_listed,
+     _registers_value_storage_failed,
+     _registers_value_earth_fault,
+     _registers_value_battery_low,
+     _registers_value_mains_failed,
+     _damaged_out,
+     status_bits_10_2,
+     _plant_serverSilent,
+     _line_state_testing,
+     _line_state_disabled,
+     _line_state_slaveFault,
+     _line_state_wrong,
+     1'h0,
+     _line_state_dead,
+     _line_state_alarm,
+     _line_state_sounding,
+     _line_state_fire};
   wire        requestBusy = requestWaits | requestFlies;
-  wire        _GEN_1 = _registers_value_request_go & ~requestBusy;
-  wire        _GEN_2 = _line_request_ready & requestWaits;
-  wire        _GEN_3 = _line_result_valid & requestFlies;
+  wire        _GEN = _registers_value_request_go & ~requestBusy;
+  wire        _GEN_0 = _line_request_ready & requestWaits;
+  wire        _GEN_1 = _line_result_valid & requestFlies;
   always @(posedge clock) begin
     if (reset) begin
       processStep <= 1'h0;
@@ -4040,13 +6252,10 @@ module alarm_master(
       receiver_cut_REG_1 <= 1'h0;
       microsecond_c_value <= 5'h0;
       millisecond_c_value <= 10'h0;
-      time_0 <= 32'h0;
-      framesLost <= 32'h0;
-      requestAnswered <= 1'h0;
-      alarmOn <= 1'h0;
       requestWaits <= 1'h0;
       requestFlies <= 1'h0;
       requestDone <= 1'h0;
+      requestAnswered <= 1'h0;
     end
     else begin
       processStep <= _slot_tick;
@@ -4064,20 +6273,17 @@ module alarm_master(
           millisecond_c_value <= 10'h0;
         else
           millisecond_c_value <= millisecond_c_value + 10'h1;
-        time_0 <= time_0 + 32'h1;
       end
-      if (_line_lost)
-        framesLost <= framesLost + 32'h1;
+      requestWaits <= ~_GEN_0 & (_GEN | requestWaits);
+      requestFlies <= ~_GEN_1 & (_GEN_0 | requestFlies);
+      requestDone <= _GEN_1 | ~(_GEN | _registers_reads_62) & requestDone;
       if (_line_result_valid)
         requestAnswered <= _line_result_bits;
-      alarmOn <= _line_alarm | ~_registers_value_buzzer_off & alarmOn;
-      requestWaits <= ~_GEN_2 & (_GEN_1 | requestWaits);
-      requestFlies <= ~_GEN_3 & (_GEN_2 | requestFlies);
-      requestDone <= _GEN_3 | ~(_GEN_1 | _registers_reads_62) & requestDone;
     end
     mii_tx_tick_r <= transmitStep;
     isResult <=
-      _registers_settingAddress[6:4] == 3'h6 & (_registers_settingAddress[3] | _registers_settingAddress[3:1] == 3'h2);
+      _registers_settingAddress[7:4] == 4'h6 & (_registers_settingAddress[3] | _registers_settingAddress[3:1] == 3'h2);
+    isWindow <= _registers_settingAddress[7:3] == 5'h18;
   end // always @(posedge)
   SlotTimer slot (
     .clock     (clock),
@@ -4085,14 +6291,23 @@ module alarm_master(
     .reference (phy_clk_ref),
     .tick      (_slot_tick)
   );
+  assign _registers_set_host_alive_valid = millisecond & (|_registers_value_host_alive);
+  assign _registers_set_host_alive_bits = _registers_value_host_alive - 16'h1;
   assign _registers_set_mailbox_offset_valid = _registers_reads_88 | _registers_value_mailbox_done;
   assign _registers_set_mailbox_offset_bits =
     _registers_value_mailbox_done ? 8'h0 : _registers_value_mailbox_offset + 8'h1;
-  assign _registers_status_mailbox_length = _link_waiting ? _link_length : 9'h0;
-  assign _registers_status_mailbox_waiting = _link_waiting;
+  assign _registers_status_ring_cut = _line_state_cut;
+  assign _registers_status_master_time = _time_counter_value;
+  assign _registers_status_mailbox_length = {2'h0, _plant_mailbox_waiting, 6'h0};
+  assign _registers_status_frames_lost = _framesLost_counter_value;
+  assign _registers_status_mailbox_waiting = _plant_mailbox_waiting;
   assign _registers_status_plant_link = _links_crossing_1_out;
   assign _registers_status_line_link = _links_crossing_out;
-  assign _registers_setting = _settings_readData_0 | (isResult & requestAnswered ? _line_resultData : 8'h0);
+  assign _registers_status_slaves_known = _line_state_known;
+  assign _registers_status_slaves_present = _line_state_present;
+  assign _registers_setting =
+    _settings_readData_0 | (isResult & requestAnswered ? _line_resultData : 8'h0)
+    | (isWindow ? _line_windowState : 8'h0);
   MasterHost registers (
     .clock                     (clock),
     .reset                     (reset),
@@ -4103,12 +6318,21 @@ module alarm_master(
     .host_be                   (host_be),
     .host_ack                  (host_ack),
     .host_rdata                (host_rdata),
+    .value_expected_node       (_registers_value_expected_node),
+    .value_slave_index         (_registers_value_slave_index),
+    .value_storage_failed      (_registers_value_storage_failed),
+    .value_earth_fault         (_registers_value_earth_fault),
+    .value_battery_low         (_registers_value_battery_low),
+    .value_mains_failed        (_registers_value_mains_failed),
+    .value_host_alive          (_registers_value_host_alive),
     .value_mailbox_done        (_registers_value_mailbox_done),
     .value_mailbox_offset      (_registers_value_mailbox_offset),
     .value_host_event_go       (_registers_value_host_event_go),
     .value_request_go          (_registers_value_request_go),
-    .value_master_self_test    (_registers_value_master_self_test),
-    .value_buzzer_off          (_registers_value_buzzer_off),
+    .value_reset_alarm         (_registers_value_reset_alarm),
+    .value_silence             (_registers_value_silence),
+    .value_lamp_test           (_registers_value_lamp_test),
+    .value_line_listed         (_registers_value_line_listed),
     .value_report_run          (_registers_value_report_run),
     .value_line_run            (_registers_value_line_run),
     .value_report_heartbeat    (_registers_value_report_heartbeat),
@@ -4116,38 +6340,46 @@ module alarm_master(
     .value_retries             (_registers_value_retries),
     .value_answer_timeout      (_registers_value_answer_timeout),
     .value_bus_cycle           (_registers_value_bus_cycle),
-    .value_boot_number         (_registers_value_boot_number),
+    .value_server_timeout      (_registers_value_server_timeout),
+    .value_line_life           (_registers_value_line_life),
     .value_master_id           (_registers_value_master_id),
+    .set_host_alive_valid      (_registers_set_host_alive_valid),
+    .set_host_alive_bits       (_registers_set_host_alive_bits),
     .set_mailbox_done_valid    (_registers_value_mailbox_done),
     .set_mailbox_offset_valid  (_registers_set_mailbox_offset_valid),
     .set_mailbox_offset_bits   (_registers_set_mailbox_offset_bits),
     .set_host_event_go_valid   (_registers_value_host_event_go),
     .set_request_go_valid      (_registers_value_request_go),
-    .set_buzzer_off_valid      (_registers_value_buzzer_off),
+    .set_reset_alarm_valid     (_registers_value_reset_alarm),
+    .set_silence_valid         (_registers_value_silence),
+    .status_ring_cut           (_registers_status_ring_cut),
+    .status_master_time        (_registers_status_master_time),
     .status_mailbox_data       (_registers_status_mailbox_data),
     .status_mailbox_length     (_registers_status_mailbox_length),
     .status_request_answered   (requestAnswered),
-    .status_master_time        (time_0),
-    .status_frames_lost        (framesLost),
+    .status_master_state       (status),
+    .status_frames_lost        (_registers_status_frames_lost),
     .status_host_event_busy    (_registers_status_host_event_busy),
-    .status_alarm_latched      (alarmOn),
     .status_request_busy       (requestBusy),
     .status_request_done       (requestDone),
     .status_mailbox_waiting    (_registers_status_mailbox_waiting),
     .status_plant_link         (_registers_status_plant_link),
     .status_line_link          (_registers_status_line_link),
-    .status_slaves_known       (_GEN_0),
-    .status_slaves_present     (_GEN),
+    .status_slaves_known       (_registers_status_slaves_known),
+    .status_slaves_present     (_registers_status_slaves_present),
     .event_invalid_frame_port1 (_registers_event_invalid_frame_port1),
     .event_invalid_frame_port0 (_registers_event_invalid_frame_port0),
     .event_dropped_messages    (_registers_event_dropped_messages),
     .event_refused_datagrams   (_registers_event_refused_datagrams),
+    .counts_refused_datagrams  (_registers_counts_refused_datagrams),
     .settingWrite              (_registers_settingWrite),
     .settingAddress            (_registers_settingAddress),
     .settingData               (_registers_settingData),
     .setting                   (_registers_setting),
     .reads_62                  (_registers_reads_62),
-    .reads_88                  (_registers_reads_88)
+    .reads_88                  (_registers_reads_88),
+    .looks                     (_registers_looks),
+    .writes_bb                 (_registers_writes_bb)
   );
   LevelCrossing links_crossing (
     .clock (clock),
@@ -4257,259 +6489,201 @@ module alarm_master(
     .txEn       (mii_1_tx_en),
     .txd        (mii_1_txd)
   );
+  assign _plant_master_present = _line_state_present;
+  assign _plant_master_cut = _line_state_cut;
+  assign _plant_master_lost = _framesLost_counter_value;
+  assign _plant_master_time = _time_counter_value;
+  assign _plant_known = _line_state_known;
+  assign _plant_mailbox_readAddress = _registers_value_mailbox_offset[5:0];
+  PlantSide plant (
+    .clock               (clock),
+    .reset               (reset),
+    .step                (processStep),
+    .in_valid            (_receivers_1_out_valid),
+    .in_payload          (_receivers_1_out_payload),
+    .in_data             (_receivers_1_out_data),
+    .in_last             (_receivers_1_out_last),
+    .in_bad              (_receivers_1_out_bad),
+    .out_valid           (_transmitters_1_in_valid),
+    .out_payload         (_transmitters_1_in_payload),
+    .out_data            (_transmitters_1_in_data),
+    .out_last            (_transmitters_1_in_last),
+    .out_bad             (_transmitters_1_in_bad),
+    .out_odd             (_transmitters_1_in_odd),
+    .out_crcGood         (_transmitters_1_in_crcGood),
+    .settingAddress_0    (_plant_settingAddress_0),
+    .settingAddress_1    (_plant_settingAddress_1),
+    .setting_0           (_plant_setting_0),
+    .setting_1           (_plant_setting_1),
+    .run                 (_registers_value_report_run),
+    .repeatMs            (_registers_value_report_repeat),
+    .heartbeatMs         (_registers_value_report_heartbeat),
+    .serverTimeout       (_registers_value_server_timeout),
+    .millisecond         (millisecond),
+    .master_status       (status),
+    .master_present      (_plant_master_present),
+    .master_cut          (_plant_master_cut),
+    .master_refused      (_registers_counts_refused_datagrams),
+    .master_lost         (_plant_master_lost),
+    .master_time         (_plant_master_time),
+    .holds               (_plant_holds),
+    .known               (_plant_known),
+    .look                (_plant_look),
+    .lookData            (_plant_lookData),
+    .event_0_ready       (_plant_event_0_ready),
+    .event_0_valid       (_plant_event_0_valid),
+    .event_0_bits        (_plant_event_0_bits),
+    .event_1_ready       (_plant_event_1_ready),
+    .event_1_valid       (_plant_event_1_valid),
+    .event_1_bits        (_plant_event_1_bits),
+    .firstEvent          (_plant_firstEvent),
+    .nextEvent           (_plant_nextEvent),
+    .roomForRecords      (_plant_roomForRecords),
+    .roomForStates       (_plant_roomForStates),
+    .full                (_plant_full),
+    .mailbox_waiting     (_plant_mailbox_waiting),
+    .mailbox_take        (_registers_value_mailbox_done),
+    .mailbox_looks       (_registers_looks),
+    .mailbox_readAddress (_plant_mailbox_readAddress),
+    .mailbox_readData    (_registers_status_mailbox_data),
+    .serverSilent        (_plant_serverSilent),
+    .refused             (_registers_event_refused_datagrams),
+    .dropped             (_registers_event_dropped_messages)
+  );
+  HeldCounter time_counter (
+    .clock (clock),
+    .reset (reset),
+    .count (microsecond),
+    .holds (_plant_holds),
+    .value (_time_counter_value)
+  );
   assign _line_source = {_registers_value_master_id, 32'h796C6604};
+  assign _line_requestData = _settings_readData_3;
   assign _line_resultAddress = _registers_settingAddress[3:0];
+  assign _line_framesLost = _framesLost_counter_value;
+  assign _line_windowByte = _registers_settingAddress[2:0];
   LineMaster line (
-    .clock          (clock),
-    .reset          (reset),
-    .step           (processStep),
-    .in_valid       (_receivers_0_out_valid),
-    .in_payload     (_receivers_0_out_payload),
-    .in_data        (_receivers_0_out_data),
-    .in_last        (_receivers_0_out_last),
-    .in_bad         (_receivers_0_out_bad),
-    .out_valid      (_transmitters_0_in_valid),
-    .out_payload    (_transmitters_0_in_payload),
-    .out_data       (_transmitters_0_in_data),
-    .out_last       (_transmitters_0_in_last),
-    .out_bad        (_transmitters_0_in_bad),
-    .out_odd        (_transmitters_0_in_odd),
-    .out_crcGood    (_transmitters_0_in_crcGood),
-    .source         (_line_source),
-    .run            (_registers_value_line_run),
-    .cycle          (_registers_value_bus_cycle),
-    .timeout        (_registers_value_answer_timeout),
-    .retries        (_registers_value_retries),
-    .request_ready  (_line_request_ready),
-    .request_valid  (requestWaits),
-    .requestAddress (_line_requestAddress),
-    .requestData    (_line_requestData),
-    .result_valid   (_line_result_valid),
-    .result_bits    (_line_result_bits),
-    .resultAddress  (_line_resultAddress),
-    .resultData     (_line_resultData),
-    .event_ready    (_line_event_ready),
-    .event_valid    (_line_event_valid),
-    .event_bits     (_line_event_bits),
-    .room           (_line_room),
-    .nextEvent      (_line_nextEvent),
-    .firstEvent     (_line_firstEvent),
-    .present        (_line_present),
-    .known          (_line_known),
-    .alarm          (_line_alarm),
-    .lost           (_line_lost)
+    .clock            (clock),
+    .reset            (reset),
+    .step             (processStep),
+    .in_0_valid       (_receivers_0_out_valid),
+    .in_0_payload     (_receivers_0_out_payload),
+    .in_0_data        (_receivers_0_out_data),
+    .in_0_last        (_receivers_0_out_last),
+    .in_0_bad         (_receivers_0_out_bad),
+    .out_0_valid      (_transmitters_0_in_valid),
+    .out_0_payload    (_transmitters_0_in_payload),
+    .out_0_data       (_transmitters_0_in_data),
+    .out_0_last       (_transmitters_0_in_last),
+    .out_0_bad        (_transmitters_0_in_bad),
+    .out_0_odd        (_transmitters_0_in_odd),
+    .out_0_crcGood    (_transmitters_0_in_crcGood),
+    .source           (_line_source),
+    .run              (_registers_value_line_run),
+    .cycle            (_registers_value_bus_cycle),
+    .timeout          (_registers_value_answer_timeout),
+    .retries          (_registers_value_retries),
+    .life             (_registers_value_line_life),
+    .listed           (_registers_value_line_listed),
+    .confirmed        (_plant_firstEvent),
+    .request_ready    (_line_request_ready),
+    .request_valid    (requestWaits),
+    .requestAddress   (_line_requestAddress),
+    .requestData      (_line_requestData),
+    .result_valid     (_line_result_valid),
+    .result_bits      (_line_result_bits),
+    .resultAddress    (_line_resultAddress),
+    .resultData       (_line_resultData),
+    .silence          (_registers_value_silence),
+    .resetAlarm       (_registers_value_reset_alarm),
+    .event_ready      (_plant_event_0_ready),
+    .event_valid      (_plant_event_0_valid),
+    .event_bits       (_plant_event_0_bits),
+    .nextEvent        (_plant_nextEvent),
+    .roomForRecords   (_plant_roomForRecords),
+    .roomForStates    (_plant_roomForStates),
+    .status           (status),
+    .framesLost       (_line_framesLost),
+    .state_fire       (_line_state_fire),
+    .state_sounding   (_line_state_sounding),
+    .state_alarm      (_line_state_alarm),
+    .state_dead       (_line_state_dead),
+    .state_wrong      (_line_state_wrong),
+    .state_slaveFault (_line_state_slaveFault),
+    .state_disabled   (_line_state_disabled),
+    .state_testing    (_line_state_testing),
+    .state_present    (_line_state_present),
+    .state_known      (_line_state_known),
+    .state_cut        (_line_state_cut),
+    .lost             (_line_lost),
+    .look             (_plant_look),
+    .lookData         (_plant_lookData),
+    .window           (_registers_value_slave_index),
+    .windowByte       (_line_windowByte),
+    .windowState      (_line_windowState),
+    .expect_valid     (_registers_writes_bb),
+    .expect_bits      (_registers_value_expected_node)
   );
-  EthernetReceiver receiver (
-    .clock      (clock),
-    .reset      (reset),
-    .step       (processStep),
-    .in_valid   (_receivers_1_out_valid),
-    .in_payload (_receivers_1_out_payload),
-    .in_data    (_receivers_1_out_data),
-    .in_last    (_receivers_1_out_last),
-    .in_bad     (_receivers_1_out_bad),
-    .byte_valid (_receiver_byte_valid),
-    .byte_bits  (_receiver_byte_bits),
-    .first      (_receiver_first),
-    .end_valid  (_receiver_end_valid),
-    .end_bits   (_receiver_end_bits)
+  HeldCounter_1 framesLost_counter (
+    .clock (clock),
+    .reset (reset),
+    .count (_line_lost),
+    .holds (_plant_holds),
+    .value (_framesLost_counter_value)
   );
-  assign _udp_at = _expected_at;
-  assign _udp_same = _expected_same;
-  assign _udp_mine = _expected_mine;
-  UdpReceiver udp (
-    .clock                    (clock),
-    .reset                    (reset),
-    .byte_valid               (_receiver_byte_valid),
-    .byte_bits                (_receiver_byte_bits),
-    .first                    (_receiver_first),
-    .end_valid                (_receiver_end_valid),
-    .end_bits                 (_receiver_end_bits),
-    .at                       (_udp_at),
-    .same                     (_udp_same),
-    .mine                     (_udp_mine),
-    .data_valid               (_udp_data_valid),
-    .data_bits                (_udp_data_bits),
-    .offset                   (_udp_offset),
-    .received_valid           (_udp_received_valid),
-    .received_bits_length     (_udp_received_bits_length),
-    .received_bits_fromServer (_udp_received_bits_fromServer),
-    .received_bits_good       (_udp_received_bits_good)
-  );
-  ServerLink link (
-    .clock                    (clock),
-    .reset                    (reset),
-    .data_valid               (_udp_data_valid),
-    .data_bits                (_udp_data_bits),
-    .offset                   (_udp_offset),
-    .received_valid           (_udp_received_valid),
-    .received_bits_length     (_udp_received_bits_length),
-    .received_bits_fromServer (_udp_received_bits_fromServer),
-    .received_bits_good       (_udp_received_bits_good),
-    .master                   (_registers_value_master_id),
-    .boot                     (_registers_value_boot_number),
-    .acknowledge_valid        (_link_acknowledge_valid),
-    .acknowledge_bits         (_link_acknowledge_bits),
-    .waiting                  (_link_waiting),
-    .length                   (_link_length),
-    .take                     (_registers_value_mailbox_done),
-    .readAddress              (_registers_value_mailbox_offset),
-    .readData                 (_registers_status_mailbox_data),
-    .refused                  (_registers_event_refused_datagrams),
-    .dropped                  (_registers_event_dropped_messages)
-  );
-  assign _arp_at = _expected_at;
-  assign _arp_same = _expected_same;
-  assign _arp_mine = _expected_mine;
-  ArpResponder arp (
-    .clock           (clock),
-    .reset           (reset),
-    .byte_valid      (_receiver_byte_valid),
-    .byte_bits       (_receiver_byte_bits),
-    .first           (_receiver_first),
-    .end_valid       (_receiver_end_valid),
-    .end_bits        (_receiver_end_bits),
-    .at              (_arp_at),
-    .same            (_arp_same),
-    .mine            (_arp_mine),
-    .settingAddress  (_arp_settingAddress),
-    .setting         (_arp_setting),
-    .bytes_ready     (_arp_bytes_ready),
-    .bytes_valid     (_arp_bytes_valid),
-    .bytes_bits_data (_arp_bytes_bits_data),
-    .bytes_bits_last (_arp_bytes_bits_last)
-  );
-  UdpSender sender (
-    .clock           (clock),
-    .reset           (reset),
-    .settingAddress  (_sender_settingAddress),
-    .setting         (_sender_setting),
-    .start           (_sender_start),
-    .length          (_sender_length),
-    .busy            (_sender_busy),
-    .readAddress     (_sender_readAddress),
-    .readData        (_sender_readData),
-    .bytes_ready     (_sender_bytes_ready),
-    .bytes_valid     (_sender_bytes_valid),
-    .bytes_bits_data (_sender_bytes_bits_data),
-    .bytes_bits_last (_sender_bytes_bits_last)
-  );
-  assign _reports_millisecond = microsecond & millisecond_wrap_wrap;
-  assign _reports_busy = _sender_busy | ~_registers_value_report_run;
-  EventReporter reports (
-    .clock             (clock),
-    .reset             (reset),
-    .event_0_ready     (_line_event_ready),
-    .event_0_valid     (_line_event_valid),
-    .event_0_bits      (_line_event_bits),
-    .event_1_ready     (_reports_event_1_ready),
-    .event_1_valid     (_reports_event_1_valid),
-    .event_1_bits      (_reports_event_1_bits),
-    .status_master     (_registers_value_master_id),
-    .status_boot       (_registers_value_boot_number),
-    .status_selfTest   (_registers_value_master_self_test),
-    .status_present    (_GEN),
-    .status_known      (_GEN_0),
-    .status_lost       (framesLost),
-    .status_time       (time_0),
-    .room              (_line_room),
-    .firstEvent        (_line_firstEvent),
-    .nextEvent         (_line_nextEvent),
-    .millisecond       (_reports_millisecond),
-    .repeatMs          (_registers_value_report_repeat),
-    .heartbeatMs       (_registers_value_report_heartbeat),
-    .acknowledge_valid (_link_acknowledge_valid),
-    .acknowledge_bits  (_link_acknowledge_bits),
-    .start             (_sender_start),
-    .length            (_sender_length),
-    .busy              (_reports_busy),
-    .readAddress       (_sender_readAddress),
-    .readData          (_sender_readData)
-  );
-  EthernetSender plant (
-    .clock           (clock),
-    .reset           (reset),
-    .step            (processStep),
-    .bytes_ready     (_plant_bytes_ready),
-    .bytes_valid     (_plant_bytes_valid),
-    .bytes_bits_data (_plant_bytes_bits_data),
-    .bytes_bits_last (_plant_bytes_bits_last),
-    .out_valid       (_transmitters_1_in_valid),
-    .out_payload     (_transmitters_1_in_payload),
-    .out_data        (_transmitters_1_in_data),
-    .out_last        (_transmitters_1_in_last),
-    .out_bad         (_transmitters_1_in_bad),
-    .out_odd         (_transmitters_1_in_odd),
-    .out_crcGood     (_transmitters_1_in_crcGood)
-  );
-  ExpectedByte expected (
-    .clock      (clock),
-    .reset      (reset),
-    .byte_valid (_receiver_byte_valid),
-    .byte_bits  (_receiver_byte_bits),
-    .end_valid  (_receiver_end_valid),
-    .address    (_expected_address),
-    .setting    (_expected_setting),
-    .at         (_expected_at),
-    .same       (_expected_same),
-    .mine       (_expected_mine)
-  );
-  assign _settings_readAddress_1 = {1'h0, _expected_address[4], ~(_expected_address[4]), _expected_address[3:0]};
-  assign _settings_readAddress_2 =
-    {1'h0, _sender_settingAddress[4], ~(_sender_settingAddress[4]), _sender_settingAddress[3:0]};
-  assign _settings_readAddress_3 = {1'h0, _arp_settingAddress[4], ~(_arp_settingAddress[4]), _arp_settingAddress[3:0]};
-  assign _settings_readAddress_4 = {3'h5, _line_requestAddress};
-  assign _settings_readAddress_5 = {4'hE, _own_readAddress};
+  assign _settings_readAddress_3 = {1'h0, requestFlies ? {3'h5, _line_requestAddress} : {4'hE, _own_readAddress}};
   NetworkSettings settings (
     .clock         (clock),
     .write         (_registers_settingWrite),
     .writeAddress  (_registers_settingAddress),
     .writeData     (_registers_settingData),
     .readAddress_0 (_registers_settingAddress),
-    .readAddress_1 (_settings_readAddress_1),
-    .readAddress_2 (_settings_readAddress_2),
+    .readAddress_1 (_plant_settingAddress_0),
+    .readAddress_2 (_plant_settingAddress_1),
     .readAddress_3 (_settings_readAddress_3),
-    .readAddress_4 (_settings_readAddress_4),
-    .readAddress_5 (_settings_readAddress_5),
     .readData_0    (_settings_readData_0),
-    .readData_1    (_expected_setting),
-    .readData_2    (_sender_setting),
-    .readData_3    (_arp_setting),
-    .readData_4    (_line_requestData),
-    .readData_5    (_settings_readData_5)
+    .readData_1    (_plant_setting_0),
+    .readData_2    (_plant_setting_1),
+    .readData_3    (_settings_readData_3)
   );
+  assign _own_granted = ~requestFlies;
   HostEvent own (
     .clock       (clock),
     .reset       (reset),
     .go          (_registers_value_host_event_go),
     .busy        (_registers_status_host_event_busy),
+    .granted     (_own_granted),
     .readAddress (_own_readAddress),
-    .readData    (_settings_readData_5),
-    .event_ready (_reports_event_1_ready),
-    .event_valid (_reports_event_1_valid),
-    .event_bits  (_reports_event_1_bits)
+    .readData    (_settings_readData_3),
+    .event_ready (_plant_event_1_ready),
+    .event_valid (_plant_event_1_valid),
+    .event_bits  (_plant_event_1_bits)
   );
-  FrameArbiter frames (
-    .clock          (clock),
-    .reset          (reset),
-    .in_0_ready     (_sender_bytes_ready),
-    .in_0_valid     (_sender_bytes_valid),
-    .in_0_bits_data (_sender_bytes_bits_data),
-    .in_0_bits_last (_sender_bytes_bits_last),
-    .in_1_ready     (_arp_bytes_ready),
-    .in_1_valid     (_arp_bytes_valid),
-    .in_1_bits_data (_arp_bytes_bits_data),
-    .in_1_bits_last (_arp_bytes_bits_last),
-    .out_ready      (_plant_bytes_ready),
-    .out_valid      (_plant_bytes_valid),
-    .out_bits_data  (_plant_bytes_bits_data),
-    .out_bits_last  (_plant_bytes_bits_last)
+  LevelCrossing damaged (
+    .clock (clock),
+    .in    (alarm_config_fault),
+    .out   (_damaged_out)
   );
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
-  assign irq = _link_waiting | requestDone;
-  assign alarm_buzzer = alarmOn;
-  assign alarm_lamp = alarmOn;
+  assign irq = _plant_mailbox_waiting | requestDone;
+  assign alarm_fire = _line_state_fire | _registers_value_lamp_test;
+  assign alarm_sounder = _line_state_sounding | _registers_value_lamp_test;
+  assign alarm_fault_n =
+    ~((|{~_links_crossing_1_out,
+         _plant_full,
+         ~_registers_value_line_listed,
+         _registers_value_storage_failed,
+         _registers_value_earth_fault,
+         _registers_value_battery_low,
+         _registers_value_mains_failed,
+         _damaged_out,
+         status_bits_10_2,
+         _plant_serverSilent,
+         _line_state_slaveFault,
+         _line_state_wrong,
+         _line_state_dead}) | _registers_value_lamp_test);
+  assign alarm_disabled = _line_state_disabled | _line_state_testing | _registers_value_lamp_test;
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

@@ -71,38 +71,16 @@
 #define ESC_EPU_ERROR                            0x030Cu /* ECAT processing unit error counter, 1 byte(s), host: r */
 #define ESC_LOST_LINK_PORT0                      0x0310u /* Lost link counter port 0, 1 byte(s), host: r */
 #define ESC_LOST_LINK_PORT1                      0x0311u /* Lost link counter port 1, 1 byte(s), host: r */
-#define ESC_ALARM_RECORD                         0x0E80u /* Alarm record, 8 byte(s), host: r */
-#define ESC_ALARM_SEQUENCE_MASK                  0xFFFFu
-#define ESC_ALARM_SEQUENCE_SHIFT                 0u
-#define ESC_ALARM_STATE_MASK                     0xFF0000u
-#define ESC_ALARM_STATE_SHIFT                    16u
-#define ESC_ALARM_RECORD_EPOCH_MASK              0xFF000000u
-#define ESC_ALARM_RECORD_EPOCH_SHIFT             24u
-#define ESC_ALARM_TIME_MASK                      0xFFFFFFFF00000000u
-#define ESC_ALARM_TIME_SHIFT                     32u
-#define ESC_ALARM_STATUS                         0x0E88u /* Alarm status, 2 byte(s), host: r */
-#define ESC_ALARM_EVENTS_MASK                    0x1Fu
-#define ESC_ALARM_EVENTS_SHIFT                   0u
-#define ESC_DETECTOR_STATE_MASK                  0x700u
-#define ESC_DETECTOR_STATE_SHIFT                 8u
-#define ESC_DETECTOR_SUPPLY_MASK                 0x1000u
-#define ESC_DETECTOR_SUPPLY_SHIFT                12u
-#define ESC_ALARM_LATCHED_MASK                   0x2000u
-#define ESC_ALARM_LATCHED_SHIFT                  13u
-#define ESC_ALARM_ACKNOWLEDGE                    0x0E8Au /* Alarm acknowledge, 2 byte(s), host: r */
 #define ESC_ALARM_COMMAND                        0x0E8Cu /* Alarm command, 1 byte(s), host: rw */
-#define ESC_ALARM_CLEAR_MASK                     0x1u
-#define ESC_ALARM_CLEAR_SHIFT                    0u
+#define ESC_ALARM_SILENCE_MASK                   0x1u
+#define ESC_ALARM_SILENCE_SHIFT                  0u
 #define ESC_DETECTOR_RESTART_MASK                0x2u
 #define ESC_DETECTOR_RESTART_SHIFT               1u
-#define ESC_ALARM_REPEAT_MASK                    0x4u
-#define ESC_ALARM_REPEAT_SHIFT                   2u
 #define ESC_ALARM_MESSAGES                       0x0E8Du /* Messages received, 1 byte(s), host: r/ack */
 #define ESC_BROADCAST_RECEIVED_MASK              0x1u
 #define ESC_BROADCAST_RECEIVED_SHIFT             0u
 #define ESC_MESSAGE_RECEIVED_MASK                0x2u
 #define ESC_MESSAGE_RECEIVED_SHIFT               1u
-#define ESC_ALARM_CONFIRM                        0x0E8Eu /* Alarm confirm, 2 byte(s), host: r */
 #define ESC_ALARM_BROADCAST                      0x0E90u /* Broadcast message, 8 byte(s), host: r */
 #define ESC_ALARM_MESSAGE                        0x0E98u /* Message, 8 byte(s), host: r */
 #define ESC_DETECTOR_DEBOUNCE                    0x0EA0u /* Detector debounce, 2 byte(s), host: rw */
@@ -114,6 +92,37 @@
 #define ESC_DETECTOR_ENABLE_SHIFT                0u
 #define ESC_ALARM_REPORT_MASK                    0x2u
 #define ESC_ALARM_REPORT_SHIFT                   1u
+#define ESC_SLAVE_STATE                          0x0EA8u /* State of the slave, 8 byte(s), host: r */
+#define ESC_SLAVE_STATUS_MASK                    0xFFFFu
+#define ESC_SLAVE_STATUS_SHIFT                   0u
+#define ESC_SLAVE_NODE_MASK                      0xFFFF0000u
+#define ESC_SLAVE_NODE_SHIFT                     16u
+#define ESC_SLAVE_SELF_TEST_MASK                 0xFF00000000u
+#define ESC_SLAVE_SELF_TEST_SHIFT                32u
+#define ESC_SLAVE_EPOCH_MASK                     0xFF0000000000u
+#define ESC_SLAVE_EPOCH_SHIFT                    40u
+#define ESC_SLAVE_DROPPED_MASK                   0xFF000000000000u
+#define ESC_SLAVE_DROPPED_SHIFT                  48u
+#define ESC_SLAVE_LINKS_MASK                     0xFF00000000000000u
+#define ESC_SLAVE_LINKS_SHIFT                    56u
+#define ESC_DETECTOR_MODE                        0x0EB0u /* Detector mode, 4 byte(s), host: rw */
+#define ESC_DETECTOR_MODE_MASK                   0x3u
+#define ESC_DETECTOR_MODE_SHIFT                  0u
+#define ESC_DETECTOR_SECONDS_MASK                0xFFFF0000u
+#define ESC_DETECTOR_SECONDS_SHIFT               16u
+#define ESC_HOST_ALIVE                           0x0EB4u /* Heartbeat of the host, 2 byte(s), host: rw */
+#define ESC_ALARM_ACKNOWLEDGE                    0x0EB8u /* Alarm acknowledge, 6 byte(s), host: r */
+#define ESC_ACKNOWLEDGE_SEQUENCE_MASK            0xFFFFu
+#define ESC_ACKNOWLEDGE_SEQUENCE_SHIFT           0u
+#define ESC_ACKNOWLEDGE_GUARD_MASK               0xFFFF0000u
+#define ESC_ACKNOWLEDGE_GUARD_SHIFT              16u
+#define ESC_ACKNOWLEDGE_TAG_MASK                 0xFFFF00000000u
+#define ESC_ACKNOWLEDGE_TAG_SHIFT                32u
+#define ESC_ALARM_CONFIRM                        0x0EC8u /* Alarm confirm, 4 byte(s), host: r */
+#define ESC_CONFIRM_NUMBER_MASK                  0xFFFFu
+#define ESC_CONFIRM_NUMBER_SHIFT                 0u
+#define ESC_CONFIRM_LIFE_MASK                    0xFFFF0000u
+#define ESC_CONFIRM_LIFE_SHIFT                   16u
 
 #define ESC_USER_RAM                             0x0F80u
 #define ESC_PROCESS_RAM                          0x1000u

@@ -2,7 +2,7 @@
 // Preset alarm-slave
 //   role                            0  code
 //   dataBusWidth                    8  bit
-//   maxSubTelegrams                15  datagrams
+//   maxSubTelegrams               128  datagrams
 //   nodeIdWidth                    16  bit
 //   ports                           2  ports
 //   coreClockMhz                  100  MHz
@@ -16,6 +16,7 @@
 //   digitalOutputs                  0  bytes
 //   alarm                           1  switch
 //   maxSlaves                      64  slaves
+//   linePorts                       1  ports
 //   sii                             0  code
 //   siiClockKhz                   400  kHz
 //   siiStartUs                    100  us
@@ -66,16 +67,17 @@ module RegisterFile(
   input  [11:0] writeAddress,
   input         writeMask,
   input  [7:0]  writeData,
+  output [15:0] value_host_alive,
+  output [15:0] value_detector_seconds,
+  output [1:0]  value_detector_mode,
   output        value_alarm_report,
   output        value_detector_enable,
   output [7:0]  value_alarm_epoch,
+  output [7:0]  value_self_test,
   output [15:0] value_detector_off_time,
   output [15:0] value_detector_debounce,
-  output [15:0] value_alarm_confirm,
-  output        value_alarm_repeat,
   output        value_detector_restart,
-  output        value_alarm_clear,
-  output [15:0] value_alarm_acknowledge,
+  output        value_alarm_silence,
   output        value_alias_enable,
   output [2:0]  value_rx_fifo_size,
   output [1:0]  value_loop_port1,
@@ -84,24 +86,26 @@ module RegisterFile(
   output        value_destroy_non_ethercat,
   output [15:0] value_station_alias,
   output [15:0] value_station_address,
-  input         set_alarm_repeat_valid,
+  input         set_host_alive_valid,
+  input  [15:0] set_host_alive_bits,
+  input         set_detector_seconds_valid,
+  input  [15:0] set_detector_seconds_bits,
+  input         set_detector_mode_valid,
   input         set_detector_restart_valid,
-  input         set_alarm_clear_valid,
+  input         set_alarm_silence_valid,
   input         set_loop_port1_valid,
   input  [1:0]  set_loop_port1_bits,
   input         set_loop_port0_valid,
   input  [1:0]  set_loop_port0_bits,
   input         set_temporary_use_valid,
+  input  [7:0]  status_slave_links,
+  input  [7:0]  status_slave_dropped,
+  input  [7:0]  status_slave_epoch,
+  input  [7:0]  status_slave_self_test,
+  input  [15:0] status_slave_node,
+  input  [15:0] status_slave_status,
   input         status_message_received,
   input         status_broadcast_received,
-  input         status_alarm_latched,
-  input         status_detector_supply,
-  input  [2:0]  status_detector_state,
-  input  [4:0]  status_alarm_events,
-  input  [31:0] status_alarm_time,
-  input  [7:0]  status_alarm_record_epoch,
-  input  [7:0]  status_alarm_state,
-  input  [15:0] status_alarm_sequence,
   input         status_communication_port1,
   input         status_loop_closed_port1,
   input         status_communication_port0,
@@ -137,88 +141,319 @@ module RegisterFile(
   reg  [7:0]  bytes_whole_16;
   reg  [7:0]  bytes_whole_17;
   reg  [7:0]  bytes_whole_18;
-  reg  [15:0] bytes_whole_21;
-  reg         bytes_whole_parts_alarm_clear;
+  reg         bytes_whole_parts_alarm_silence;
   reg         bytes_whole_parts_detector_restart;
-  reg         bytes_whole_parts_alarm_repeat;
+  reg  [15:0] bytes_whole_23;
   reg  [15:0] bytes_whole_24;
-  reg  [15:0] bytes_whole_27;
-  reg  [15:0] bytes_whole_28;
-  reg  [7:0]  bytes_whole_29;
-  reg  [7:0]  bytes_whole_30;
+  reg  [7:0]  bytes_whole_25;
+  reg  [7:0]  bytes_whole_26;
   reg         bytes_whole_parts_detector_enable;
   reg         bytes_whole_parts_alarm_report;
-  wire [12:0] _selected_T_202 =
-    (readAddress == 12'h0 ? 13'h1E2C : 13'h0) | (readAddress == 12'h1 ? 13'hC : 13'h0)
-    | (readAddress == 12'h2 ? 13'h2C : 13'h0) | (readAddress == 12'h3 ? 13'hC : 13'h0)
-    | (readAddress == 12'h4 ? 13'hC : 13'h0) | (readAddress == 12'h5 ? 13'hC : 13'h0)
-    | (readAddress == 12'h6 ? 13'h2C : 13'h0) | (readAddress == 12'h7 ? 13'h1EC : 13'h0)
-    | (readAddress == 12'h8 ? 13'h100C : 13'h0) | (readAddress == 12'h9 ? 13'hC : 13'h0)
-    | (readAddress == 12'h10 ? {bytes_whole_8[7:0], 5'hE} : 13'h0)
-    | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 5'hE} : 13'h0)
-    | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 5'hD} : 13'h0)
-    | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 5'hD} : 13'h0)
-    | (readAddress == 12'h100 ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_parts_old_4, 5'hE} : 13'h0)
-    | (readAddress == 12'h101 ? {4'h0, bytes_whole_parts_loop_port1, bytes_whole_parts_loop_port0, 5'hE} : 13'h0)
-    | (readAddress == 12'h102 ? {5'h0, bytes_whole_parts_parts_old_8, 5'hE} : 13'h0)
-    | (readAddress == 12'h103 ? {7'h0, bytes_whole_parts_alias_enable, 5'hE} : 13'h0)
-    | (readAddress == 12'h110
-         ? {2'h0, status_physical_link_port1, status_physical_link_port0, 3'h0, status_pdi_operational, 5'hC}
-         : 13'h0)
-    | (readAddress == 12'h111
-         ? {4'h5,
-            status_communication_port1,
-            status_loop_closed_port1,
-            status_communication_port0,
-            status_loop_closed_port0,
-            5'hC}
-         : 13'h0) | (readAddress == 12'h300 ? {bytes_whole_parts_invalid_frame_port0, 5'hE} : 13'h0)
-    | (readAddress == 12'h301 ? {bytes_whole_parts_rx_er_port0, 5'hE} : 13'h0)
-    | (readAddress == 12'h302 ? {bytes_whole_parts_invalid_frame_port1, 5'hE} : 13'h0)
-    | (readAddress == 12'h303 ? {bytes_whole_parts_rx_er_port1, 5'hE} : 13'h0)
-    | (readAddress == 12'h308 ? {bytes_whole_14, 5'hE} : 13'h0)
-    | (readAddress == 12'h309 ? {bytes_whole_15, 5'hE} : 13'h0)
-    | (readAddress == 12'h30C ? {bytes_whole_16, 5'hE} : 13'h0)
-    | (readAddress == 12'h310 ? {bytes_whole_17, 5'hE} : 13'h0)
-    | (readAddress == 12'h311 ? {bytes_whole_18, 5'hE} : 13'h0)
-    | (readAddress == 12'hE80 ? {status_alarm_sequence[7:0], 5'hC} : 13'h0)
-    | (readAddress == 12'hE81 ? {status_alarm_sequence[15:8], 5'hC} : 13'h0)
-    | (readAddress == 12'hE82 ? {status_alarm_state, 5'hC} : 13'h0)
-    | (readAddress == 12'hE83 ? {status_alarm_record_epoch, 5'hC} : 13'h0)
-    | (readAddress == 12'hE84 ? {status_alarm_time[7:0], 5'hC} : 13'h0)
-    | (readAddress == 12'hE85 ? {status_alarm_time[15:8], 5'hC} : 13'h0)
-    | (readAddress == 12'hE86 ? {status_alarm_time[23:16], 5'hC} : 13'h0)
-    | (readAddress == 12'hE87 ? {status_alarm_time[31:24], 5'hC} : 13'h0)
-    | (readAddress == 12'hE88 ? {3'h0, status_alarm_events, 5'hC} : 13'h0)
-    | (readAddress == 12'hE89
-         ? {2'h0, status_alarm_latched, status_detector_supply, 1'h0, status_detector_state, 5'hC}
-         : 13'h0) | (readAddress == 12'hE8A ? {bytes_whole_21[7:0], 5'hE} : 13'h0)
-    | (readAddress == 12'hE8B ? {bytes_whole_21[15:8], 5'hE} : 13'h0)
-    | (readAddress == 12'hE8C
-         ? {5'h0,
-            bytes_whole_parts_alarm_repeat,
-            bytes_whole_parts_detector_restart,
-            bytes_whole_parts_alarm_clear,
-            5'hF}
-         : 13'h0) | (readAddress == 12'hE8D ? {6'h0, status_message_received, status_broadcast_received, 5'hC} : 13'h0)
-    | (readAddress == 12'hE8E ? {bytes_whole_24[7:0], 5'hE} : 13'h0)
-    | (readAddress == 12'hE8F ? {bytes_whole_24[15:8], 5'hE} : 13'h0) | (readAddress == 12'hE90 ? 13'h1E : 13'h0)
-    | (readAddress == 12'hE91 ? 13'h1E : 13'h0) | (readAddress == 12'hE92 ? 13'h1E : 13'h0)
-    | (readAddress == 12'hE93 ? 13'h1E : 13'h0) | (readAddress == 12'hE94 ? 13'h1E : 13'h0)
-    | (readAddress == 12'hE95 ? 13'h1E : 13'h0) | (readAddress == 12'hE96 ? 13'h1E : 13'h0)
-    | (readAddress == 12'hE97 ? 13'h1E : 13'h0) | (readAddress == 12'hE98 ? 13'h1E : 13'h0)
-    | (readAddress == 12'hE99 ? 13'h1E : 13'h0) | (readAddress == 12'hE9A ? 13'h1E : 13'h0)
-    | (readAddress == 12'hE9B ? 13'h1E : 13'h0) | (readAddress == 12'hE9C ? 13'h1E : 13'h0)
-    | (readAddress == 12'hE9D ? 13'h1E : 13'h0) | (readAddress == 12'hE9E ? 13'h1E : 13'h0)
-    | (readAddress == 12'hE9F ? 13'h1E : 13'h0) | (readAddress == 12'hEA0 ? {bytes_whole_27[7:0], 5'hD} : 13'h0)
-    | (readAddress == 12'hEA1 ? {bytes_whole_27[15:8], 5'hD} : 13'h0)
-    | (readAddress == 12'hEA2 ? {bytes_whole_28[7:0], 5'hD} : 13'h0)
-    | (readAddress == 12'hEA3 ? {bytes_whole_28[15:8], 5'hD} : 13'h0)
-    | (readAddress == 12'hEA4 ? {bytes_whole_29, 5'hD} : 13'h0)
-    | (readAddress == 12'hEA5 ? {bytes_whole_30, 5'hD} : 13'h0)
-    | (readAddress == 12'hEA6
-         ? {6'h0, bytes_whole_parts_alarm_report, bytes_whole_parts_detector_enable, 5'hD}
-         : 13'h0);
+  reg  [1:0]  bytes_whole_parts_detector_mode;
+  reg  [15:0] bytes_whole_parts_detector_seconds;
+  reg  [15:0] bytes_whole_30;
+  reg  [7:0]  casez_tmp;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp = 8'hF1;
+      2'b01:
+        casez_tmp = 8'h0;
+      2'b10:
+        casez_tmp = 8'h1;
+      default:
+        casez_tmp = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_0;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_0 = 8'h0;
+      2'b01:
+        casez_tmp_0 = 8'h0;
+      2'b10:
+        casez_tmp_0 = 8'h1;
+      default:
+        casez_tmp_0 = 8'hF;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_1;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_1 = 8'h80;
+      2'b01:
+        casez_tmp_1 = 8'h0;
+      2'b10:
+        casez_tmp_1 = 8'h0;
+      default:
+        casez_tmp_1 = 8'h0;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_2;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_2 = 1'h1;
+      2'b01:
+        casez_tmp_2 = 1'h1;
+      2'b10:
+        casez_tmp_2 = 1'h0;
+      default:
+        casez_tmp_2 = 1'h0;
+    endcase
+  end // always @(*)
+  wire [1:0]  _GEN = {2{casez_tmp_2}};
+  reg  [7:0]  casez_tmp_3;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_3 = bytes_whole_8[7:0];
+      2'b01:
+        casez_tmp_3 = bytes_whole_8[15:8];
+      2'b10:
+        casez_tmp_3 = bytes_whole_9[7:0];
+      default:
+        casez_tmp_3 = bytes_whole_9[15:8];
+    endcase
+  end // always @(*)
+  reg         casez_tmp_4;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_4 = 1'h0;
+      2'b01:
+        casez_tmp_4 = 1'h0;
+      2'b10:
+        casez_tmp_4 = 1'h1;
+      default:
+        casez_tmp_4 = 1'h1;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_5;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_5 = {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_parts_old_4};
+      2'b01:
+        casez_tmp_5 = {4'h0, bytes_whole_parts_loop_port1, bytes_whole_parts_loop_port0};
+      2'b10:
+        casez_tmp_5 = {5'h0, bytes_whole_parts_parts_old_8};
+      default:
+        casez_tmp_5 = {7'h0, bytes_whole_parts_alias_enable};
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_6;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_6 = {2'h0, status_physical_link_port1, status_physical_link_port0, 3'h0, status_pdi_operational};
+      2'b01:
+        casez_tmp_6 =
+          {4'h5,
+           status_communication_port1,
+           status_loop_closed_port1,
+           status_communication_port0,
+           status_loop_closed_port0};
+      2'b10:
+        casez_tmp_6 = 8'h0;
+      default:
+        casez_tmp_6 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_7;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_7 = bytes_whole_parts_invalid_frame_port0;
+      2'b01:
+        casez_tmp_7 = bytes_whole_parts_rx_er_port0;
+      2'b10:
+        casez_tmp_7 = bytes_whole_parts_invalid_frame_port1;
+      default:
+        casez_tmp_7 = bytes_whole_parts_rx_er_port1;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_8;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_8 = bytes_whole_14;
+      2'b01:
+        casez_tmp_8 = bytes_whole_15;
+      2'b10:
+        casez_tmp_8 = 8'h0;
+      default:
+        casez_tmp_8 = 8'h0;
+    endcase
+  end // always @(*)
+  wire [2:0]  _GEN_0 = {3{casez_tmp_2}};
+  reg  [7:0]  casez_tmp_9;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_9 = bytes_whole_16;
+      2'b01:
+        casez_tmp_9 = 8'h0;
+      2'b10:
+        casez_tmp_9 = 8'h0;
+      default:
+        casez_tmp_9 = 8'h0;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_10;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_10 = 1'h1;
+      2'b01:
+        casez_tmp_10 = 1'h0;
+      2'b10:
+        casez_tmp_10 = 1'h0;
+      default:
+        casez_tmp_10 = 1'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_11;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_11 = bytes_whole_17;
+      2'b01:
+        casez_tmp_11 = bytes_whole_18;
+      2'b10:
+        casez_tmp_11 = 8'h0;
+      default:
+        casez_tmp_11 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_12;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_12 = {6'h0, bytes_whole_parts_detector_restart, bytes_whole_parts_alarm_silence};
+      2'b01:
+        casez_tmp_12 = {6'h0, status_message_received, status_broadcast_received};
+      2'b10:
+        casez_tmp_12 = 8'h0;
+      default:
+        casez_tmp_12 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_13;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_13 = bytes_whole_23[7:0];
+      2'b01:
+        casez_tmp_13 = bytes_whole_23[15:8];
+      2'b10:
+        casez_tmp_13 = bytes_whole_24[7:0];
+      default:
+        casez_tmp_13 = bytes_whole_24[15:8];
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_14;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_14 = bytes_whole_25;
+      2'b01:
+        casez_tmp_14 = bytes_whole_26;
+      2'b10:
+        casez_tmp_14 = {6'h0, bytes_whole_parts_alarm_report, bytes_whole_parts_detector_enable};
+      default:
+        casez_tmp_14 = 8'h0;
+    endcase
+  end // always @(*)
+  reg         casez_tmp_15;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_15 = 1'h1;
+      2'b01:
+        casez_tmp_15 = 1'h1;
+      2'b10:
+        casez_tmp_15 = 1'h1;
+      default:
+        casez_tmp_15 = 1'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_16;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_16 = status_slave_status[7:0];
+      2'b01:
+        casez_tmp_16 = status_slave_status[15:8];
+      2'b10:
+        casez_tmp_16 = status_slave_node[7:0];
+      default:
+        casez_tmp_16 = status_slave_node[15:8];
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_17;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_17 = status_slave_self_test;
+      2'b01:
+        casez_tmp_17 = status_slave_epoch;
+      2'b10:
+        casez_tmp_17 = status_slave_dropped;
+      default:
+        casez_tmp_17 = status_slave_links;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_18;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_18 = {6'h0, bytes_whole_parts_detector_mode};
+      2'b01:
+        casez_tmp_18 = 8'h0;
+      2'b10:
+        casez_tmp_18 = bytes_whole_parts_detector_seconds[7:0];
+      default:
+        casez_tmp_18 = bytes_whole_parts_detector_seconds[15:8];
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_19;
+  always @(*) begin
+    casez (readAddress[1:0])
+      2'b00:
+        casez_tmp_19 = bytes_whole_30[7:0];
+      2'b01:
+        casez_tmp_19 = bytes_whole_30[15:8];
+      2'b10:
+        casez_tmp_19 = 8'h0;
+      default:
+        casez_tmp_19 = 8'h0;
+    endcase
+  end // always @(*)
+  wire [12:0] _selected_T_70 =
+    (readAddress[11:2] == 10'h0 ? {casez_tmp, 5'hC} : 13'h0)
+    | (readAddress[11:2] == 10'h1 ? {casez_tmp_0, 5'hC} : 13'h0)
+    | (readAddress[11:2] == 10'h2 ? {casez_tmp_1, 1'h0, _GEN, 2'h0} : 13'h0)
+    | (readAddress[11:2] == 10'h4 ? {casez_tmp_3, 3'h3, casez_tmp_2, casez_tmp_4} : 13'h0)
+    | (readAddress[11:2] == 10'h40 ? {casez_tmp_5, 5'hE} : 13'h0)
+    | (readAddress[11:2] == 10'h44 ? {casez_tmp_6, 1'h0, _GEN, 2'h0} : 13'h0)
+    | (readAddress[11:2] == 10'hC0 ? {casez_tmp_7, 5'hE} : 13'h0)
+    | (readAddress[11:2] == 10'hC2 ? {casez_tmp_8, 1'h0, _GEN_0, 1'h0} : 13'h0)
+    | (readAddress[11:2] == 10'hC3 ? {casez_tmp_9, 1'h0, {3{casez_tmp_10}}, 1'h0} : 13'h0)
+    | (readAddress[11:2] == 10'hC4 ? {casez_tmp_11, 1'h0, _GEN_0, 1'h0} : 13'h0)
+    | (readAddress[11:2] == 10'h3A3 ? {casez_tmp_12, 1'h0, _GEN, {2{casez_tmp_10}}} : 13'h0)
+    | (readAddress[11:2] == 10'h3A4 ? 13'h1E : 13'h0) | (readAddress[11:2] == 10'h3A5 ? 13'h1E : 13'h0)
+    | (readAddress[11:2] == 10'h3A6 ? 13'h1E : 13'h0) | (readAddress[11:2] == 10'h3A7 ? 13'h1E : 13'h0)
+    | (readAddress[11:2] == 10'h3A8 ? {casez_tmp_13, 5'hD} : 13'h0)
+    | (readAddress[11:2] == 10'h3A9 ? {casez_tmp_14, 1'h0, {2{casez_tmp_15}}, 1'h0, casez_tmp_15} : 13'h0)
+    | (readAddress[11:2] == 10'h3AA ? {casez_tmp_16, 5'hC} : 13'h0)
+    | (readAddress[11:2] == 10'h3AB ? {casez_tmp_17, 5'hC} : 13'h0)
+    | (readAddress[11:2] == 10'h3AC ? {casez_tmp_18, 5'hF} : 13'h0)
+    | (readAddress[11:2] == 10'h3AD ? {casez_tmp_19, 1'h0, _GEN, 1'h0, casez_tmp_2} : 13'h0)
+    | (readAddress[11:2] == 10'h3AE ? 13'hE : 13'h0) | (readAddress[11:2] == 10'h3AF ? {9'h0, _GEN_0, 1'h0} : 13'h0)
+    | (readAddress[11:2] == 10'h3B2 ? 13'hE : 13'h0);
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_clear_T_140 = writeAddress == 12'h300;
@@ -229,8 +464,8 @@ module RegisterFile(
   wire        _bytes_whole_parts_clear_T_160 = writeAddress == 12'h309;
   wire        _bytes_whole_parts_clear_T_179 = writeAddress == 12'h310;
   wire        _bytes_whole_parts_clear_T_183 = writeAddress == 12'h311;
-  wire        _bytes_whole_parts_parts_T_84 = writeAddress == 12'hE8C;
-  wire        _bytes_whole_parts_parts_T_144 = writeAddress == 12'hEA6;
+  wire        _bytes_whole_parts_parts_T_66 = writeAddress == 12'hE8C;
+  wire        _bytes_whole_parts_parts_T_114 = writeAddress == 12'hEA6;
   always @(posedge clock) begin
     if (reset) begin
       bytes_whole_8 <= 16'h0;
@@ -250,17 +485,17 @@ module RegisterFile(
       bytes_whole_16 <= 8'h0;
       bytes_whole_17 <= 8'h0;
       bytes_whole_18 <= 8'h0;
-      bytes_whole_21 <= 16'h0;
-      bytes_whole_parts_alarm_clear <= 1'h0;
+      bytes_whole_parts_alarm_silence <= 1'h0;
       bytes_whole_parts_detector_restart <= 1'h0;
-      bytes_whole_parts_alarm_repeat <= 1'h0;
-      bytes_whole_24 <= 16'h0;
-      bytes_whole_27 <= 16'h3E8;
-      bytes_whole_28 <= 16'h7D0;
-      bytes_whole_29 <= 8'h0;
-      bytes_whole_30 <= 8'h0;
-      bytes_whole_parts_detector_enable <= 1'h0;
-      bytes_whole_parts_alarm_report <= 1'h0;
+      bytes_whole_23 <= 16'h3E8;
+      bytes_whole_24 <= 16'h7D0;
+      bytes_whole_25 <= 8'h0;
+      bytes_whole_26 <= 8'h0;
+      bytes_whole_parts_detector_enable <= 1'h1;
+      bytes_whole_parts_alarm_report <= 1'h1;
+      bytes_whole_parts_detector_mode <= 2'h0;
+      bytes_whole_parts_detector_seconds <= 16'h0;
+      bytes_whole_30 <= 16'h0;
     end
     else begin
       bytes_whole_8 <=
@@ -334,53 +569,61 @@ module RegisterFile(
         bytes_whole_18 <= 8'h0;
       else if (event_lost_link_port1 & bytes_whole_18 != 8'hFF)
         bytes_whole_18 <= bytes_whole_18 + 8'h1;
-      bytes_whole_21 <=
-        {write & writeAddress == 12'hE8B & writeMask ? writeData : bytes_whole_21[15:8],
-         write & writeAddress == 12'hE8A & writeMask ? writeData : bytes_whole_21[7:0]};
-      bytes_whole_parts_alarm_clear <=
-        ~set_alarm_clear_valid
-        & (write & _bytes_whole_parts_parts_T_84 & writeMask ? writeData[0] : bytes_whole_parts_alarm_clear);
+      bytes_whole_parts_alarm_silence <=
+        ~set_alarm_silence_valid
+        & (write & _bytes_whole_parts_parts_T_66 & writeMask ? writeData[0] : bytes_whole_parts_alarm_silence);
       bytes_whole_parts_detector_restart <=
         ~set_detector_restart_valid
-        & (write & _bytes_whole_parts_parts_T_84 & writeMask ? writeData[1] : bytes_whole_parts_detector_restart);
-      bytes_whole_parts_alarm_repeat <=
-        ~set_alarm_repeat_valid
-        & (write & _bytes_whole_parts_parts_T_84 & writeMask ? writeData[2] : bytes_whole_parts_alarm_repeat);
+        & (write & _bytes_whole_parts_parts_T_66 & writeMask ? writeData[1] : bytes_whole_parts_detector_restart);
+      bytes_whole_23 <=
+        {write & writeAddress == 12'hEA1 & writeMask ? writeData : bytes_whole_23[15:8],
+         write & writeAddress == 12'hEA0 & writeMask ? writeData : bytes_whole_23[7:0]};
       bytes_whole_24 <=
-        {write & writeAddress == 12'hE8F & writeMask ? writeData : bytes_whole_24[15:8],
-         write & writeAddress == 12'hE8E & writeMask ? writeData : bytes_whole_24[7:0]};
-      bytes_whole_27 <=
-        {write & writeAddress == 12'hEA1 & writeMask ? writeData : bytes_whole_27[15:8],
-         write & writeAddress == 12'hEA0 & writeMask ? writeData : bytes_whole_27[7:0]};
-      bytes_whole_28 <=
-        {write & writeAddress == 12'hEA3 & writeMask ? writeData : bytes_whole_28[15:8],
-         write & writeAddress == 12'hEA2 & writeMask ? writeData : bytes_whole_28[7:0]};
+        {write & writeAddress == 12'hEA3 & writeMask ? writeData : bytes_whole_24[15:8],
+         write & writeAddress == 12'hEA2 & writeMask ? writeData : bytes_whole_24[7:0]};
       if (write & writeAddress == 12'hEA4 & writeMask)
-        bytes_whole_29 <= writeData;
+        bytes_whole_25 <= writeData;
       if (write & writeAddress == 12'hEA5 & writeMask)
-        bytes_whole_30 <= writeData;
-      if (write & _bytes_whole_parts_parts_T_144 & writeMask)
+        bytes_whole_26 <= writeData;
+      if (write & _bytes_whole_parts_parts_T_114 & writeMask)
         bytes_whole_parts_detector_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_144 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_114 & writeMask)
         bytes_whole_parts_alarm_report <= writeData[1];
+      if (set_detector_mode_valid)
+        bytes_whole_parts_detector_mode <= 2'h0;
+      else if (write & writeAddress == 12'hEB0 & writeMask)
+        bytes_whole_parts_detector_mode <= writeData[1:0];
+      if (set_detector_seconds_valid)
+        bytes_whole_parts_detector_seconds <= set_detector_seconds_bits;
+      else
+        bytes_whole_parts_detector_seconds <=
+          {write & writeAddress == 12'hEB3 & writeMask ? writeData : bytes_whole_parts_detector_seconds[15:8],
+           write & writeAddress == 12'hEB2 & writeMask ? writeData : bytes_whole_parts_detector_seconds[7:0]};
+      if (set_host_alive_valid)
+        bytes_whole_30 <= set_host_alive_bits;
+      else
+        bytes_whole_30 <=
+          {write & writeAddress == 12'hEB5 & writeMask ? writeData : bytes_whole_30[15:8],
+           write & writeAddress == 12'hEB4 & writeMask ? writeData : bytes_whole_30[7:0]};
     end
   end // always @(posedge)
-  assign readData = _selected_T_202[12:5];
-  assign readableByEcat = _selected_T_202[3];
-  assign readableByPdi = _selected_T_202[2];
-  assign writableByEcat = _selected_T_202[1];
-  assign writableByPdi = _selected_T_202[0];
-  assign inRam = _selected_T_202[4];
+  assign readData = _selected_T_70[12:5];
+  assign readableByEcat = _selected_T_70[3];
+  assign readableByPdi = _selected_T_70[2];
+  assign writableByEcat = _selected_T_70[1];
+  assign writableByPdi = _selected_T_70[0];
+  assign inRam = _selected_T_70[4];
+  assign value_host_alive = bytes_whole_30;
+  assign value_detector_seconds = bytes_whole_parts_detector_seconds;
+  assign value_detector_mode = bytes_whole_parts_detector_mode;
   assign value_alarm_report = bytes_whole_parts_alarm_report;
   assign value_detector_enable = bytes_whole_parts_detector_enable;
-  assign value_alarm_epoch = bytes_whole_30;
-  assign value_detector_off_time = bytes_whole_28;
-  assign value_detector_debounce = bytes_whole_27;
-  assign value_alarm_confirm = bytes_whole_24;
-  assign value_alarm_repeat = bytes_whole_parts_alarm_repeat;
+  assign value_alarm_epoch = bytes_whole_26;
+  assign value_self_test = bytes_whole_25;
+  assign value_detector_off_time = bytes_whole_24;
+  assign value_detector_debounce = bytes_whole_23;
   assign value_detector_restart = bytes_whole_parts_detector_restart;
-  assign value_alarm_clear = bytes_whole_parts_alarm_clear;
-  assign value_alarm_acknowledge = bytes_whole_21;
+  assign value_alarm_silence = bytes_whole_parts_alarm_silence;
   assign value_alias_enable = bytes_whole_parts_alias_enable;
   assign value_rx_fifo_size = bytes_whole_parts_parts_old_8;
   assign value_loop_port1 = bytes_whole_parts_loop_port1;
@@ -537,16 +780,17 @@ module EscMemory(
   output        host_ack,
   output [7:0]  host_rdata,
   input         ramOpen,
+  output [15:0] value_host_alive,
+  output [15:0] value_detector_seconds,
+  output [1:0]  value_detector_mode,
   output        value_alarm_report,
   output        value_detector_enable,
   output [7:0]  value_alarm_epoch,
+  output [7:0]  value_self_test,
   output [15:0] value_detector_off_time,
   output [15:0] value_detector_debounce,
-  output [15:0] value_alarm_confirm,
-  output        value_alarm_repeat,
   output        value_detector_restart,
-  output        value_alarm_clear,
-  output [15:0] value_alarm_acknowledge,
+  output        value_alarm_silence,
   output        value_alias_enable,
   output [2:0]  value_rx_fifo_size,
   output [1:0]  value_loop_port1,
@@ -555,24 +799,26 @@ module EscMemory(
   output        value_destroy_non_ethercat,
   output [15:0] value_station_alias,
   output [15:0] value_station_address,
-  input         set_alarm_repeat_valid,
+  input         set_host_alive_valid,
+  input  [15:0] set_host_alive_bits,
+  input         set_detector_seconds_valid,
+  input  [15:0] set_detector_seconds_bits,
+  input         set_detector_mode_valid,
   input         set_detector_restart_valid,
-  input         set_alarm_clear_valid,
+  input         set_alarm_silence_valid,
   input         set_loop_port1_valid,
   input  [1:0]  set_loop_port1_bits,
   input         set_loop_port0_valid,
   input  [1:0]  set_loop_port0_bits,
   input         set_temporary_use_valid,
+  input  [7:0]  status_slave_links,
+  input  [7:0]  status_slave_dropped,
+  input  [7:0]  status_slave_epoch,
+  input  [7:0]  status_slave_self_test,
+  input  [15:0] status_slave_node,
+  input  [15:0] status_slave_status,
   input         status_message_received,
   input         status_broadcast_received,
-  input         status_alarm_latched,
-  input         status_detector_supply,
-  input  [2:0]  status_detector_state,
-  input  [4:0]  status_alarm_events,
-  input  [31:0] status_alarm_time,
-  input  [7:0]  status_alarm_record_epoch,
-  input  [7:0]  status_alarm_state,
-  input  [15:0] status_alarm_sequence,
   input         status_communication_port1,
   input         status_loop_closed_port1,
   input         status_communication_port0,
@@ -592,6 +838,7 @@ module EscMemory(
   output        registerWrite_valid,
   output [11:0] registerWrite_bits_address,
   output        registerWrite_bits_mask,
+  output [7:0]  registerWrite_bits_data,
   output        registersBusy,
   output        clearing,
   output        commitStarts
@@ -753,16 +1000,17 @@ module EscMemory(
     .writeAddress                (registerWrite_bits_REG_address),
     .writeMask                   (registerWrite_bits_REG_mask),
     .writeData                   (registerWrite_bits_REG_data),
+    .value_host_alive            (value_host_alive),
+    .value_detector_seconds      (value_detector_seconds),
+    .value_detector_mode         (value_detector_mode),
     .value_alarm_report          (value_alarm_report),
     .value_detector_enable       (value_detector_enable),
     .value_alarm_epoch           (value_alarm_epoch),
+    .value_self_test             (value_self_test),
     .value_detector_off_time     (value_detector_off_time),
     .value_detector_debounce     (value_detector_debounce),
-    .value_alarm_confirm         (value_alarm_confirm),
-    .value_alarm_repeat          (value_alarm_repeat),
     .value_detector_restart      (value_detector_restart),
-    .value_alarm_clear           (value_alarm_clear),
-    .value_alarm_acknowledge     (value_alarm_acknowledge),
+    .value_alarm_silence         (value_alarm_silence),
     .value_alias_enable          (value_alias_enable),
     .value_rx_fifo_size          (value_rx_fifo_size),
     .value_loop_port1            (value_loop_port1),
@@ -771,24 +1019,26 @@ module EscMemory(
     .value_destroy_non_ethercat  (value_destroy_non_ethercat),
     .value_station_alias         (value_station_alias),
     .value_station_address       (value_station_address),
-    .set_alarm_repeat_valid      (set_alarm_repeat_valid),
+    .set_host_alive_valid        (set_host_alive_valid),
+    .set_host_alive_bits         (set_host_alive_bits),
+    .set_detector_seconds_valid  (set_detector_seconds_valid),
+    .set_detector_seconds_bits   (set_detector_seconds_bits),
+    .set_detector_mode_valid     (set_detector_mode_valid),
     .set_detector_restart_valid  (set_detector_restart_valid),
-    .set_alarm_clear_valid       (set_alarm_clear_valid),
+    .set_alarm_silence_valid     (set_alarm_silence_valid),
     .set_loop_port1_valid        (set_loop_port1_valid),
     .set_loop_port1_bits         (set_loop_port1_bits),
     .set_loop_port0_valid        (set_loop_port0_valid),
     .set_loop_port0_bits         (set_loop_port0_bits),
     .set_temporary_use_valid     (set_temporary_use_valid),
+    .status_slave_links          (status_slave_links),
+    .status_slave_dropped        (status_slave_dropped),
+    .status_slave_epoch          (status_slave_epoch),
+    .status_slave_self_test      (status_slave_self_test),
+    .status_slave_node           (status_slave_node),
+    .status_slave_status         (status_slave_status),
     .status_message_received     (status_message_received),
     .status_broadcast_received   (status_broadcast_received),
-    .status_alarm_latched        (status_alarm_latched),
-    .status_detector_supply      (status_detector_supply),
-    .status_detector_state       (status_detector_state),
-    .status_alarm_events         (status_alarm_events),
-    .status_alarm_time           (status_alarm_time),
-    .status_alarm_record_epoch   (status_alarm_record_epoch),
-    .status_alarm_state          (status_alarm_state),
-    .status_alarm_sequence       (status_alarm_sequence),
     .status_communication_port1  (status_communication_port1),
     .status_loop_closed_port1    (status_loop_closed_port1),
     .status_communication_port0  (status_communication_port0),
@@ -883,6 +1133,7 @@ module EscMemory(
   assign registerWrite_valid = registerWrite_valid_REG;
   assign registerWrite_bits_address = registerWrite_bits_REG_address;
   assign registerWrite_bits_mask = registerWrite_bits_REG_mask;
+  assign registerWrite_bits_data = registerWrite_bits_REG_data;
   assign registersBusy =
     _log_busy | _log_replay_valid | registerWrite_valid_REG | hostWrite_registerToRam_ramWrite_valid;
   assign clearing = ~(hostWrite_unitWrites_isClear_cleared[9]);
@@ -1299,6 +1550,8 @@ module FrameProcessor(
   output        outPosition_checksumCleared
 );
 
+  wire        tooMany;
+  wire        _access_enable;
   wire [3:0]  _access_readNibble;
   wire [3:0]  _access_readMask;
   wire        _access_readSuccess;
@@ -1317,14 +1570,14 @@ module FrameProcessor(
   wire [7:0]  _parser_position_datagram;
   wire        _parser_position_notEtherCat;
   wire        _parser_position_checksumCleared;
-  wire        _circulate_T_1 = _parser_position_datagram < 8'hF;
+  assign tooMany = _parser_position_datagram[7];
   reg         destroy;
   reg         carry;
   reg         increments;
   reg         readWrite;
   wire        _lengthTop_T = _parser_position_part == 4'h3;
   wire        circulate =
-    _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & _circulate_T_1;
+    _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & ~tooMany;
   reg  [31:0] changesBefore;
   reg  [3:0]  lastChange;
   wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
@@ -1370,12 +1623,12 @@ module FrameProcessor(
            ? {in_data[3:2], in_data[1:0] | 2'h2}
            : _parser_position_part == 4'h1 & (_parser_position_byte == 5'h1A | _parser_position_byte == 5'h1B)
                ? 4'h0
-               : _lengthTop_T & (_parser_position_byte == 5'h2 | _parser_position_byte == 5'h3) & increments
-                 & _circulate_T_1 | inCounter
+               : _lengthTop_T & (_parser_position_byte == 5'h2 | _parser_position_byte == 5'h3) & increments & ~tooMany
+                 | inCounter
                    ? sum[3:0]
                    : circulate
                        ? {in_data[3], in_data[2:0] | 3'h4}
-                       : _lengthTop_T & (_parser_position_byte == 5'h8 | _parser_position_byte == 5'h9) & _circulate_T_1
+                       : _lengthTop_T & (_parser_position_byte == 5'h8 | _parser_position_byte == 5'h9) & ~tooMany
                            ? in_data
                            : (|_access_readMask)
                                ? _access_readNibble & _access_readMask | in_data
@@ -1424,7 +1677,7 @@ module FrameProcessor(
       output_crcGood <= 1'h0;
     end
     else begin
-      error_REG <= ends & (bad | _hadTooMany_T & (|(_parser_position_datagram[7:4])));
+      error_REG <= ends & (bad | _hadTooMany_T & _parser_position_datagram > 8'h80);
       frameGood_r <= ends & ~bad;
       if (step) begin
         output_valid <= in_valid & running;
@@ -1473,6 +1726,7 @@ module FrameProcessor(
     .request_incrementsAdp (_header_request_incrementsAdp),
     .request_address       (_header_request_address)
   );
+  assign _access_enable = ~tooMany;
   DataAccess access (
     .clock               (clock),
     .reset               (reset),
@@ -1487,7 +1741,7 @@ module FrameProcessor(
     .request_read        (_header_request_read),
     .request_write       (_header_request_write),
     .request_address     (_header_request_address),
-    .enable              (_circulate_T_1),
+    .enable              (_access_enable),
     .memory_frameStart   (memory_frameStart),
     .memory_read         (memory_read),
     .memory_readAddress  (memory_readAddress),
@@ -2073,47 +2327,13 @@ module DatagramAppender(
   input  [7:0] position_datagram,
   input        position_checksumCleared,
   input        pending,
-  input  [3:0] datagram_0,
-  input  [3:0] datagram_1,
-  input  [3:0] datagram_2,
-  input  [3:0] datagram_3,
-  input  [3:0] datagram_4,
-  input  [3:0] datagram_5,
-  input  [3:0] datagram_6,
-  input  [3:0] datagram_7,
-  input  [3:0] datagram_8,
-  input  [3:0] datagram_9,
-  input  [3:0] datagram_10,
-  input  [3:0] datagram_11,
-  input  [3:0] datagram_12,
-  input  [3:0] datagram_13,
-  input  [3:0] datagram_14,
-  input  [3:0] datagram_15,
-  input  [3:0] datagram_16,
-  input  [3:0] datagram_17,
-  input  [3:0] datagram_18,
-  input  [3:0] datagram_19,
-  input  [3:0] datagram_20,
-  input  [3:0] datagram_21,
-  input  [3:0] datagram_22,
-  input  [3:0] datagram_23,
-  input  [3:0] datagram_24,
-  input  [3:0] datagram_25,
-  input  [3:0] datagram_26,
-  input  [3:0] datagram_27,
-  input  [3:0] datagram_28,
-  input  [3:0] datagram_29,
-  input  [3:0] datagram_30,
-  input  [3:0] datagram_31,
-  input  [3:0] datagram_32,
-  input  [3:0] datagram_33,
-  input  [3:0] datagram_34,
-  input  [3:0] datagram_35,
-  input  [3:0] datagram_36,
-  input  [3:0] datagram_37,
-  input  [3:0] datagram_38,
-  input  [3:0] datagram_39,
-  output       busy
+  output       busy,
+  output [5:0] nibble,
+  output [5:0] nextNibble,
+  input  [3:0] data,
+  output       reads,
+  output       begins,
+  output       takes
 );
 
   wire        _ram_ram_write;
@@ -2140,10 +2360,12 @@ module DatagramAppender(
   wire [1:0]  at = {position_byte[0], position_high};
   wire        inHeader = in_payload & position_part == 4'h2 & ~position_checksumCleared;
   wire        _fits_T = length == 12'h0;
-  wire        _isMore_T = position_part == 4'h3;
+  wire        _inPosition_T = position_part == 4'h3;
+  wire        _inPosition_T_2 = position_datagram == 8'h0;
   wire        isBehind =
     in_payload & position_byte == 5'h0 & ~position_high
-    & (_fits_T ? _isMore_T & position_datagram == 8'h0 : position_part == 4'h6 & position_paddingBytes == 7'h0);
+    & (_fits_T ? _inPosition_T & _inPosition_T_2 : position_part == 4'h6 & position_paddingBytes == 7'h0);
+  reg  [7:0]  slave;
   wire        dropped = candidate & append & in_last & in_odd;
   wire        full = count > 8'h7D;
   wire        push = (delayed | chooses) & in_valid & ~dropped & ~(cut & ~starts) & count != 8'h80;
@@ -2153,7 +2375,7 @@ module DatagramAppender(
   reg         isBad;
   reg         inserted;
   reg         inserting;
-  reg  [5:0]  nibble;
+  reg  [5:0]  at_1;
   reg  [31:0] crc;
   reg  [1:0]  word;
   reg         inFcs;
@@ -2168,152 +2390,21 @@ module DatagramAppender(
   reg         held_crcGood;
   reg         shifts;
   reg  [3:0]  casez_tmp;
-  always @(*) begin
-    casez (nibble)
-      6'b000000:
-        casez_tmp = datagram_0;
-      6'b000001:
-        casez_tmp = datagram_1;
-      6'b000010:
-        casez_tmp = datagram_2;
-      6'b000011:
-        casez_tmp = datagram_3;
-      6'b000100:
-        casez_tmp = datagram_4;
-      6'b000101:
-        casez_tmp = datagram_5;
-      6'b000110:
-        casez_tmp = datagram_6;
-      6'b000111:
-        casez_tmp = datagram_7;
-      6'b001000:
-        casez_tmp = datagram_8;
-      6'b001001:
-        casez_tmp = datagram_9;
-      6'b001010:
-        casez_tmp = datagram_10;
-      6'b001011:
-        casez_tmp = datagram_11;
-      6'b001100:
-        casez_tmp = datagram_12;
-      6'b001101:
-        casez_tmp = datagram_13;
-      6'b001110:
-        casez_tmp = datagram_14;
-      6'b001111:
-        casez_tmp = datagram_15;
-      6'b010000:
-        casez_tmp = datagram_16;
-      6'b010001:
-        casez_tmp = datagram_17;
-      6'b010010:
-        casez_tmp = datagram_18;
-      6'b010011:
-        casez_tmp = datagram_19;
-      6'b010100:
-        casez_tmp = datagram_20;
-      6'b010101:
-        casez_tmp = datagram_21;
-      6'b010110:
-        casez_tmp = datagram_22;
-      6'b010111:
-        casez_tmp = datagram_23;
-      6'b011000:
-        casez_tmp = datagram_24;
-      6'b011001:
-        casez_tmp = datagram_25;
-      6'b011010:
-        casez_tmp = datagram_26;
-      6'b011011:
-        casez_tmp = datagram_27;
-      6'b011100:
-        casez_tmp = datagram_28;
-      6'b011101:
-        casez_tmp = datagram_29;
-      6'b011110:
-        casez_tmp = datagram_30;
-      6'b011111:
-        casez_tmp = datagram_31;
-      6'b100000:
-        casez_tmp = datagram_32;
-      6'b100001:
-        casez_tmp = datagram_33;
-      6'b100010:
-        casez_tmp = datagram_34;
-      6'b100011:
-        casez_tmp = datagram_35;
-      6'b100100:
-        casez_tmp = datagram_36;
-      6'b100101:
-        casez_tmp = datagram_37;
-      6'b100110:
-        casez_tmp = datagram_38;
-      6'b100111:
-        casez_tmp = datagram_39;
-      6'b101000:
-        casez_tmp = datagram_0;
-      6'b101001:
-        casez_tmp = datagram_0;
-      6'b101010:
-        casez_tmp = datagram_0;
-      6'b101011:
-        casez_tmp = datagram_0;
-      6'b101100:
-        casez_tmp = datagram_0;
-      6'b101101:
-        casez_tmp = datagram_0;
-      6'b101110:
-        casez_tmp = datagram_0;
-      6'b101111:
-        casez_tmp = datagram_0;
-      6'b110000:
-        casez_tmp = datagram_0;
-      6'b110001:
-        casez_tmp = datagram_0;
-      6'b110010:
-        casez_tmp = datagram_0;
-      6'b110011:
-        casez_tmp = datagram_0;
-      6'b110100:
-        casez_tmp = datagram_0;
-      6'b110101:
-        casez_tmp = datagram_0;
-      6'b110110:
-        casez_tmp = datagram_0;
-      6'b110111:
-        casez_tmp = datagram_0;
-      6'b111000:
-        casez_tmp = datagram_0;
-      6'b111001:
-        casez_tmp = datagram_0;
-      6'b111010:
-        casez_tmp = datagram_0;
-      6'b111011:
-        casez_tmp = datagram_0;
-      6'b111100:
-        casez_tmp = datagram_0;
-      6'b111101:
-        casez_tmp = datagram_0;
-      6'b111110:
-        casez_tmp = datagram_0;
-      default:
-        casez_tmp = datagram_0;
-    endcase
-  end // always @(*)
-  reg  [3:0]  casez_tmp_0;
-  wire [11:0] _newLength_T = length + 12'h14;
+  wire [11:0] _newLength_T = length + 12'h18;
   always @(*) begin
     casez (word)
       2'b00:
-        casez_tmp_0 = _newLength_T[3:0];
+        casez_tmp = _newLength_T[3:0];
       2'b01:
-        casez_tmp_0 = _newLength_T[7:4];
+        casez_tmp = _newLength_T[7:4];
       2'b10:
-        casez_tmp_0 = _newLength_T[11:8];
+        casez_tmp = _newLength_T[11:8];
       default:
-        casez_tmp_0 = _newLength_T[3:0];
+        casez_tmp = _newLength_T[3:0];
     endcase
   end // always @(*)
+  wire        _takes_T = step & active;
+  wire [5:0]  _at_T = at_1 + 6'h1;
   wire [6:0]  _readAt_T = readAt + 7'h1;
   wire        rested = gap == 5'h14;
   wire        next_last = active & (append ? ~inserts & inFcs & rest == 4'h1 : _ram_ram_readData[5]);
@@ -2326,8 +2417,9 @@ module DatagramAppender(
     ^ (crcNow_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crcNow_feedback[3] ? 32'hEDB88320 : 32'h0);
   wire [31:0] crcNow = shifts ? crc : _crcNow_T_5;
   wire        _GEN_2 = _ram_ram_readData[1:0] == 2'h1;
+  wire        _GEN_3 = step & chooses;
   wire        isOver = candidate & in_valid & in_last;
-  wire        _GEN_3 = active & inserts;
+  wire        _GEN_4 = active & inserts;
   always @(posedge clock) begin
     if (reset) begin
       inFrame <= 1'h0;
@@ -2366,11 +2458,11 @@ module DatagramAppender(
           gap <= 5'h0;
           if (append) begin
             if (inserts)
-              held_data <= casez_tmp;
+              held_data <= at_1 == 6'h2 ? slave[3:0] : at_1 == 6'h3 ? slave[7:4] : data;
             else if (inFcs)
               held_data <= ~(crcNow[3:0]);
             else
-              held_data <= _GEN_2 ? casez_tmp_0 : {_ram_ram_readData[1:0] == 2'h2, 3'h0} | _ram_ram_readData[9:6];
+              held_data <= _GEN_2 ? casez_tmp : {_ram_ram_readData[1:0] == 2'h2, 3'h0} | _ram_ram_readData[9:6];
           end
           else
             held_data <= _ram_ram_readData[9:6];
@@ -2398,15 +2490,15 @@ module DatagramAppender(
       append <=
         ~(step & active & next_last)
         & (_GEN_1 & inHeader & (&at)
-             ? in_data == 4'h1 & (_fits_T | length > 12'hB) & length < 12'hB4 & length < 12'h5C7 & ~(length[11])
+             ? in_data == 4'h1 & (_fits_T | length > 12'hB) & length < 12'h600 & length < 12'h5C3 & ~(length[11])
                & ~in_last
              : append);
       if (step & push)
         writeAt <= writeAt + 7'h1;
       if (step & pop)
         readAt <= _readAt_T;
-      if (step & _GEN_3)
-        inserting <= nibble != 6'h27;
+      if (step & _GEN_4)
+        inserting <= at_1 != 6'h2F;
     end
     if (_GEN_1 & inHeader & ~(&at))
       length <= {in_data, length[11:4]};
@@ -2418,17 +2510,21 @@ module DatagramAppender(
       else if (position_high)
         left <= left - 12'h1;
     end
-    wrong <= ~(step & chooses) & (_GEN_1 & isBehind & (|length) & (|left) | wrong);
+    wrong <= ~_GEN_3 & (_GEN_1 & isBehind & (|length) & (|left) | wrong);
+    if (_GEN_3)
+      slave <= 8'h0;
+    else if (_GEN_1 & in_payload & _inPosition_T & _inPosition_T_2 & position_byte == 5'h2 & (|length))
+      slave <= {in_data, slave[7:4]};
     if (step) begin
       if (isOver)
         rest <= {3'h4, ~dropped};
       else if (pop)
         rest <= rest - 4'h1;
-      inserted <= _GEN_3 | ~chooses & inserted;
-      if (_GEN_3)
-        nibble <= nibble + 6'h1;
+      inserted <= _GEN_4 | ~chooses & inserted;
+      if (_GEN_4)
+        at_1 <= _at_T;
       else if (chooses)
-        nibble <= 6'h0;
+        at_1 <= 6'h0;
       if (_GEN)
         crc <= {4'h0, crcNow[31:4]};
       else if (held_payload) begin
@@ -2458,7 +2554,7 @@ module DatagramAppender(
      in_crcGood,
      inHeader & ~(&at)
        ? 2'h1
-       : in_payload & _isMore_T & position_byte == 5'h7 & position_high & (|length) ? 2'h2 : {2{isBehind}}};
+       : in_payload & _inPosition_T & position_byte == 5'h7 & position_high & (|length) ? 2'h2 : {2{isBehind}}};
   assign _ram_ram_readAddress = step & pop ? _readAt_T : readAt;
   DualPortRam #(
     .ADDRESS_BITS(7),
@@ -2479,7 +2575,78 @@ module DatagramAppender(
   assign out_bad = delayed ? held_bad : in_bad;
   assign out_odd = delayed ? held_odd : in_odd;
   assign out_crcGood = delayed ? held_crcGood : in_crcGood;
-  assign busy = append | candidate | chooses;
+  assign busy = append | candidate | chooses | wanted;
+  assign nibble = at_1;
+  assign nextNibble = _takes_T & inserts ? _at_T : at_1;
+  assign reads = inserting;
+  assign begins = step & starts;
+  assign takes = _takes_T & inserts & ~inserted;
+endmodule
+
+module AlarmClock(
+  input         clock,
+  input         reset,
+  output        tenth,
+  output        millisecond,
+  output        second,
+  output [15:0] now,
+  output        wraps,
+  input         hold
+);
+
+  reg  [6:0]  microsecond_c_value;
+  wire        microsecond = microsecond_c_value == 7'h63;
+  reg  [3:0]  tenth_c_value;
+  wire        tenth_wrap_wrap = tenth_c_value == 4'h9;
+  wire        tenth_wrap = microsecond & tenth_wrap_wrap;
+  reg  [6:0]  millisecond_c_value;
+  wire        millisecond_wrap_wrap = millisecond_c_value == 7'h63;
+  wire        millisecond_wrap = tenth_wrap & millisecond_wrap_wrap;
+  reg  [9:0]  second_c_value;
+  wire        second_wrap_wrap = second_c_value == 10'h3E7;
+  reg  [15:0] time_0;
+  reg         due;
+  wire        goes = due & ~hold;
+  always @(posedge clock) begin
+    if (reset) begin
+      microsecond_c_value <= 7'h0;
+      tenth_c_value <= 4'h0;
+      millisecond_c_value <= 7'h0;
+      second_c_value <= 10'h0;
+      time_0 <= 16'h0;
+      due <= 1'h0;
+    end
+    else begin
+      if (microsecond) begin
+        microsecond_c_value <= 7'h0;
+        if (tenth_wrap_wrap)
+          tenth_c_value <= 4'h0;
+        else
+          tenth_c_value <= tenth_c_value + 4'h1;
+      end
+      else
+        microsecond_c_value <= microsecond_c_value + 7'h1;
+      if (tenth_wrap) begin
+        if (millisecond_wrap_wrap)
+          millisecond_c_value <= 7'h0;
+        else
+          millisecond_c_value <= millisecond_c_value + 7'h1;
+      end
+      if (millisecond_wrap) begin
+        if (second_wrap_wrap)
+          second_c_value <= 10'h0;
+        else
+          second_c_value <= second_c_value + 10'h1;
+      end
+      time_0 <= time_0 + {15'h0, goes};
+      due <= microsecond | due & hold;
+    end
+  end // always @(posedge)
+  assign tenth = tenth_wrap;
+  assign millisecond = millisecond_wrap;
+  assign second = millisecond_wrap & second_wrap_wrap;
+  assign now = time_0;
+  assign wraps = goes & (&time_0);
 endmodule
 
 module Detector(
@@ -2490,9 +2657,11 @@ module Detector(
   input         enable,
   input  [15:0] debounce,
   input  [15:0] offTime,
+  input         changes,
   input         restart,
-  output [2:0]  state,
-  output [31:0] time_0
+  input         tenth,
+  input         millisecond,
+  output [2:0]  state
 );
 
   wire        _level_crossing_2_in;
@@ -2501,69 +2670,61 @@ module Detector(
   wire        _level_crossing_1_out;
   wire        _level_crossing_in;
   wire        _level_crossing_out;
-  reg  [6:0]  microsecond_c_value;
-  reg  [3:0]  tenth_c_value;
-  reg  [6:0]  millisecond_c_value;
-  reg  [31:0] now;
-  reg  [16:0] off;
+  reg         off;
   reg         on;
   reg  [2:0]  last;
+  reg  [15:0] rest;
+  reg  [15:0] room;
+  reg  [1:0]  quarter;
+  reg         touched;
+  reg         above;
   reg  [2:0]  steady;
-  reg  [15:0] lasted;
-  wire        millisecond_wrap_wrap = millisecond_c_value == 7'h63;
-  wire        microsecond = microsecond_c_value == 7'h63;
-  wire        tenth_wrap_wrap = tenth_c_value == 4'h9;
-  wire        tenth = microsecond & tenth_wrap_wrap;
   wire [2:0]  seen =
     on ? (_level_crossing_2_out ? 3'h4 : {1'h0, _level_crossing_1_out ? 2'h2 : {~_level_crossing_out, 1'h1}}) : 3'h0;
-  wire        _GEN = seen == last;
+  wire        tick = off ? millisecond : tenth;
+  wire        isAnew = seen != last | changes;
+  wire        isSteady = ~isAnew & ~(|rest) & ~off;
+  wire        isNormal = seen == 3'h1;
+  wire        isCalm = tenth & ~touched & isNormal;
+  wire        isEmpty = room == debounce;
+  wire        isOver = ~on | isSteady | changes;
+  wire        less = tenth & ~isCalm & (|room);
   always @(posedge clock) begin
     if (reset) begin
-      microsecond_c_value <= 7'h0;
-      tenth_c_value <= 4'h0;
-      millisecond_c_value <= 7'h0;
-      now <= 32'h0;
-      off <= 17'h0;
+      off <= 1'h0;
       on <= 1'h0;
       last <= 3'h0;
+      quarter <= 2'h0;
+      touched <= 1'h0;
+      above <= 1'h0;
       steady <= 3'h0;
     end
     else begin
-      if (microsecond) begin
-        microsecond_c_value <= 7'h0;
-        if (tenth_wrap_wrap)
-          tenth_c_value <= 4'h0;
-        else
-          tenth_c_value <= tenth_c_value + 4'h1;
-        now <= now + 32'h1;
-      end
-      else
-        microsecond_c_value <= microsecond_c_value + 7'h1;
-      if (tenth) begin
-        if (millisecond_wrap_wrap)
-          millisecond_c_value <= 7'h0;
-        else
-          millisecond_c_value <= millisecond_c_value + 7'h1;
-      end
-      if (restart)
-        off <= {1'h0, offTime} + 17'h1;
-      else if (tenth & millisecond_wrap_wrap & (|off))
-        off <= off - 17'h1;
-      on <= enable & ~(|off) & ~restart;
+      off <= restart | ~(tick & ~(|rest)) & off;
+      on <= enable & ~off & ~restart;
       last <= seen;
+      quarter <= quarter + {1'h0, isCalm};
+      touched <= on & ~tenth & (touched | ~isNormal);
+      above <= ~isOver & (seen == 3'h2 | seen == 3'h4 | ~(isCalm & isEmpty) & above);
       if (on) begin
-        if (_GEN & lasted >= debounce)
+        if (isSteady)
           steady <= last;
+        else if ((|room) | isEmpty) begin
+        end
+        else
+          steady <= {2'h1, ~above};
       end
       else
         steady <= 3'h0;
     end
-    if (_GEN) begin
-      if (tenth & lasted < debounce)
-        lasted <= lasted + 16'h1;
-    end
+    if (restart | isAnew & ~off)
+      rest <= restart | off ? offTime : debounce;
     else
-      lasted <= 16'h0;
+      rest <= rest + {16{tick & (|rest)}};
+    if (isOver)
+      room <= debounce;
+    else
+      room <= room + {{15{less}}, less | isCalm & (&quarter) & ~isEmpty};
   end // always @(posedge)
   assign _level_crossing_in = current[0];
   LevelCrossing level_crossing (
@@ -2585,7 +2746,6 @@ module Detector(
   );
   assign supply = on;
   assign state = steady;
-  assign time_0 = now;
 endmodule
 
 // external module DualPortRam
@@ -2594,125 +2754,318 @@ module AlarmQueue(
   input         clock,
   input         reset,
   input  [2:0]  state,
-  input  [31:0] time_0,
-  output        head_valid,
-  output [15:0] head_bits_sequence,
-  output [2:0]  head_bits_state,
-  output [31:0] head_bits_time,
-  output [4:0]  kept,
+  input         test,
+  input  [7:0]  epoch,
+  input         forget,
+  input  [15:0] time_0,
+  input         wraps,
+  output        hold,
   input         acknowledge_valid,
-  input  [15:0] acknowledge_bits,
+  input  [15:0] acknowledge_bits_sequence,
+  input  [15:0] acknowledge_bits_guard,
+  input  [15:0] acknowledge_bits_tag,
+  input         acknowledgeChanges,
   input         confirm_valid,
   input  [15:0] confirm_bits,
-  input         repeat_0,
-  input         hold
+  input         confirmChanges,
+  input         newMaster,
+  output        offers,
+  output        isUrgent,
+  output        isNew,
+  input         busy,
+  input         read,
+  input  [2:0]  readWord,
+  output [15:0] readData,
+  output        waiting,
+  output        lacking,
+  output [7:0]  dropped
 );
 
-  wire [3:0]  _ram_writeAddress;
-  wire [50:0] _ram_writeData;
-  wire [50:0] _ram_readData;
-  reg  [3:0]  first;
+  wire        _ram_ram_write;
+  wire [7:0]  _ram_ram_writeAddress;
+  wire [7:0]  _ram_ram_readAddress;
+  wire [15:0] _ram_ram_readData;
   reg  [4:0]  count;
-  reg  [4:0]  told;
-  reg  [2:0]  reported;
-  reg  [15:0] sequence_0;
-  reg         seen;
-  reg         again;
-  reg         subtracts;
-  reg         acts;
-  wire        busy = confirm_valid | subtracts | acts;
-  wire        happens = state != reported & (|state) & count != 5'h10 & ~busy;
-  wire        rewinds = again & ~hold & ~busy;
-  wire        _valid_T = told != count;
-  wire        passes = seen & ~hold & ~rewinds & _valid_T & ~busy;
-  reg         valid;
-  wire [3:0]  _first_T_2 = first + told[3:0];
-  wire        _head_valid_output = valid & ~passes & ~rewinds;
-  reg         isNumber;
-  reg  [16:0] behind;
-  reg  [15:0] distance;
-  reg         late;
-  wire        _GEN = passes | rewinds;
-  wire [4:0]  _gone_T_2 = count - distance[4:0] + 5'h1;
-  wire        confirms =
-    acts & isNumber & distance[15:5] == 11'h0 & (|(distance[4:0])) & distance[4:0] <= count & _gone_T_2 <= told;
-  wire        takes = confirm_valid & ~subtracts & ~acts;
+  reg  [7:0]  drops;
+  reg         lacks;
+  reg  [3:0]  reported;
+  reg         hasTold;
+  reg         hasPlain;
+  reg         hasToldPlain;
+  reg  [3:0]  best;
+  reg         hasBest;
+  reg         bestIsAlarm;
+  reg         boxed;
+  reg  [3:0]  boxedAt;
+  reg         boxIsAlarm;
+  reg         offered;
+  wire        isCurrent = hasBest & boxed & boxedAt == best;
+  reg         acknowledges;
+  reg         confirms;
+  reg         clears;
+  reg  [2:0]  work;
+  reg         live;
+  reg  [3:0]  place;
+  reg  [2:0]  word;
+  reg  [3:0]  to;
+  reg         fetched;
+  wire        storing = work == 3'h5;
+  wire        copying = work == 3'h6;
+  wire        writesTime = storing & word < 3'h2;
+  wire        advances = fetched | writesTime;
+  wire [2:0]  _nextWord_T = word + {2'h0, advances};
+  wire        _ends_T = advances & (&word);
+  wire [3:0]  _nextOne_T_1 = place + {3'h0, _ends_T};
+  reg         counts;
+  reg         carries;
+  reg         fresh;
+  reg         carry;
+  wire        _ram_ram_readAddress_T_8 = storing | (&work);
+  reg         isAlarm;
+  reg         isMeant;
+  reg         isStored;
+  wire        wasTold = _ram_ram_readData[0] & ~storing;
+  wire        isTold = wasTold & work != 3'h3 | isMeant & live;
+  wire [15:0] written =
+    storing & ~(|word)
+      ? {epoch, reported[3], 4'h0, reported[2:0]}
+      : storing & word == 3'h1
+          ? time_0
+          : word == 3'h6 & isMeant
+              ? ~acknowledge_bits_tag
+              : (&word) ? {15'h0, isTold} : (&work) & fresh ? 16'h0 : _ram_ram_readData + {15'h0, (&work) & carry};
+  reg         removesTold;
+  reg         removesPlain;
+  reg         removed;
+  reg         ordersWait;
+  wire        _GEN = work == 3'h0;
+  wire        _GEN_0 = carries | counts;
+  wire        _GEN_1 = hasBest & ~isCurrent & ~offered & ~busy;
+  reg         waits;
+  wire        _GEN_2 = confirms & ~confirmChanges;
+  wire        _GEN_3 = hasTold & (|count);
+  wire        _GEN_4 = acknowledges & ~acknowledgeChanges;
+  wire        _GEN_5 = _GEN_4 & (|count);
+  wire [15:0] _ahead_T = confirm_bits + _ram_ram_readData;
+  wire        _GEN_6 = word == 3'h1;
+  wire        _GEN_7 = word == 3'h2;
+  wire        _GEN_8 = advances & (&work);
+  wire        isEnd = place == count[3:0] - 4'h1;
+  wire        goes =
+    work == 3'h4
+      ? (isEnd | (removesPlain | removesTold) & (~removesPlain | ~isAlarm) & (~removesTold | wasTold)) & ~removed
+      : work == 3'h2 & wasTold & isStored;
+  wire        ends = _ends_T & (|work);
+  wire        _GEN_9 = ends & copying;
+  wire        _GEN_10 = ends & (&work);
+  wire        _GEN_11 = ends & ~goes;
+  wire        _GEN_12 = _GEN_9 | _GEN_10;
+  wire        _GEN_13 = ~hasBest | isAlarm & ~bestIsAlarm;
+  wire        _GEN_14 = _GEN_10 | ~(ends & boxed & place == boxedAt & ~storing);
+  wire [3:0]  present = {test, state};
+  wire        happens = ~forget & present != reported & (|state);
+  wire        _GEN_15 =
+    happens & ~wraps & ~(ordersWait & (acknowledges & ~acknowledgeChanges | confirms & ~confirmChanges));
+  wire        _GEN_16 = _GEN_0 | _GEN_1;
+  wire        _GEN_17 = hasPlain | present == 4'h2;
+  wire        _GEN_18 = ~_GEN_8 | _GEN_6 | ~(_GEN_7 & ~fresh);
+  wire        _GEN_19 = ~_GEN_12 & ends & ~goes & isTold | hasTold;
+  wire        _GEN_20 = ~_GEN_12 & ends & ~goes & isTold & ~isAlarm | hasToldPlain;
+  wire        _GEN_21 = ~_GEN_12 & _GEN_11 & ~isTold & _GEN_13 | hasBest;
+  wire        _GEN_22 = ~_GEN_12 & ends & ~goes & ~isAlarm | hasPlain;
+  wire        _GEN_23 = ends & (storing | isEnd);
+  wire        _GEN_24 = _GEN_9 | _GEN_10 | _GEN_23;
+  wire        _GEN_25 = _GEN_17 & (|count);
+  wire        _GEN_26 = ~_GEN | _GEN_0 | _GEN_1 | _GEN_15 | ~_GEN_2;
+  wire        _GEN_27 = ~_GEN | _GEN_16;
+  wire        _GEN_28 = ~(count[4]) | ~_GEN_25;
   always @(posedge clock) begin
     if (reset) begin
-      first <= 4'h0;
       count <= 5'h0;
-      told <= 5'h0;
-      reported <= 3'h0;
-      sequence_0 <= 16'h1;
-      seen <= 1'h0;
-      again <= 1'h0;
-      subtracts <= 1'h0;
-      acts <= 1'h0;
-      valid <= 1'h0;
-      late <= 1'h0;
+      drops <= 8'h0;
+      lacks <= 1'h0;
+      reported <= 4'h0;
+      hasTold <= 1'h0;
+      hasPlain <= 1'h0;
+      hasToldPlain <= 1'h0;
+      hasBest <= 1'h0;
+      boxed <= 1'h0;
+      offered <= 1'h0;
+      acknowledges <= 1'h0;
+      confirms <= 1'h0;
+      clears <= 1'h0;
+      work <= 3'h0;
+      fetched <= 1'h0;
+      counts <= 1'h1;
+      carries <= 1'h0;
+      fresh <= 1'h1;
+      ordersWait <= 1'h0;
+      waits <= 1'h0;
     end
     else begin
-      if (passes & late) begin
-        first <= _first_T_2 + 4'h1;
-        count <= count - told + {4'h0, happens} - 5'h1;
+      if (_GEN_12 | ~_GEN_23) begin
+      end
+      else
+        count <= {1'h0, to} + {4'h0, ~goes};
+      if (~_GEN | _GEN_16 | ~(_GEN_15 & count[4] & ~hasToldPlain & drops != 8'hFF)) begin
+      end
+      else
+        drops <= drops + 8'h1;
+      lacks <= (|count) & (_GEN & ~_GEN_16 & _GEN_15 & count[4] & ~hasToldPlain | lacks);
+      if (forget)
+        reported <= 4'h0;
+      else if (~_GEN | _GEN_16 | ~_GEN_15 | count[4] & _GEN_17) begin
+      end
+      else
+        reported <= present;
+      if (_GEN_27) begin
+        hasTold <= _GEN_19;
+        hasPlain <= _GEN_22;
+        hasToldPlain <= _GEN_20;
+        hasBest <= _GEN_21;
+      end
+      else if (_GEN_15) begin
+        hasTold <= _GEN_28 & _GEN_19;
+        hasPlain <= _GEN_28 & _GEN_22;
+        hasToldPlain <= _GEN_28 & _GEN_20;
+        hasBest <= _GEN_28 & _GEN_21;
+      end
+      else if (_GEN_2) begin
+        hasTold <= ~_GEN_3 & _GEN_19;
+        hasPlain <= ~_GEN_3 & _GEN_22;
+        hasToldPlain <= ~_GEN_3 & _GEN_20;
+        hasBest <= ~_GEN_3 & _GEN_21;
       end
       else begin
-        if (confirms)
-          first <= first + _gone_T_2[3:0];
-        if (happens)
-          count <= count + 5'h1;
-        else if (confirms)
-          count <= distance[4:0] - 5'h1;
+        hasTold <= ~_GEN_5 & _GEN_19;
+        hasPlain <= ~_GEN_5 & _GEN_22;
+        hasToldPlain <= ~_GEN_5 & _GEN_20;
+        hasBest <= ~_GEN_5 & _GEN_21;
       end
-      if (passes) begin
-        if (late)
-          told <= 5'h0;
-        else
-          told <= told + 5'h1;
+      boxed <= ~(_GEN & ~hasBest) & (_GEN_9 | (_GEN_14 ? boxed : ~goes));
+      if (_GEN) begin
+        offered <= isCurrent;
+        if (_GEN_0)
+          work <= 3'h7;
+        else if (_GEN_1)
+          work <= 3'h6;
+        else if (_GEN_15) begin
+          if (count[4]) begin
+            if (_GEN_25)
+              work <= 3'h4;
+            else if (_GEN_24)
+              work <= 3'h0;
+          end
+          else
+            work <= 3'h5;
+        end
+        else if (_GEN_2) begin
+          if (_GEN_3)
+            work <= {2'h1, clears};
+          else if (_GEN_24)
+            work <= 3'h0;
+        end
+        else if (_GEN_5)
+          work <= 3'h1;
+        else if (_GEN_24)
+          work <= 3'h0;
+        waits <= hasBest | happens;
       end
-      else if (rewinds)
-        told <= 5'h0;
-      else if (confirms)
-        told <= told - _gone_T_2;
-      if (happens) begin
-        reported <= state;
-        if (&sequence_0)
-          sequence_0 <= 16'h1;
-        else
-          sequence_0 <= sequence_0 + 16'h1;
+      else if (_GEN_24)
+        work <= 3'h0;
+      acknowledges <= acknowledge_valid | (~_GEN | _GEN_0 | _GEN_1 | _GEN_15 | _GEN_2 | ~_GEN_4) & acknowledges;
+      confirms <= confirm_valid | _GEN_26 & confirms;
+      clears <= newMaster | _GEN_26 & clears;
+      fetched <= ~_GEN & ((|work) ? ~read : fetched);
+      counts <=
+        storing & ends | _GEN & ~_GEN_16 & _GEN_15 & ~(~(count[4]) | _GEN_17)
+        | (_GEN_18 ? counts : carry & (&_ram_ram_readData));
+      carries <= wraps | _GEN_18 & carries;
+      fresh <= (_GEN_9 | ~_GEN_10) & fresh;
+      if (_GEN_27) begin
       end
-      seen <= ~_GEN & (acknowledge_valid & _head_valid_output & acknowledge_bits == _ram_readData[50:35] | seen);
-      again <= repeat_0 | ~rewinds & again;
-      subtracts <= takes;
-      acts <= subtracts;
-      valid <= _valid_T & ~passes & ~rewinds;
-      late <= ~_GEN & (confirm_valid & seen & confirm_bits == _ram_readData[50:35] | late);
+      else if (_GEN_15)
+        ordersWait <= ~(count[4]) | ordersWait;
+      else
+        ordersWait <= ~(_GEN_2 | _GEN_4) & ordersWait;
     end
-    if (takes) begin
-      isNumber <= |confirm_bits;
-      behind <= {1'h0, sequence_0} - {1'h0, confirm_bits};
+    if (_GEN_12 | ~_GEN_11 | isTold | ~_GEN_13) begin
     end
-    distance <= behind[15:0] - {15'h0, behind[16]};
+    else begin
+      best <= to;
+      bestIsAlarm <= isAlarm;
+    end
+    if (_GEN_9) begin
+      boxedAt <= place;
+      boxIsAlarm <= isAlarm;
+    end
+    else if (_GEN_14) begin
+    end
+    else
+      boxedAt <= to;
+    live <= _GEN | ~(confirmChanges & work == 3'h2 | acknowledgeChanges & work == 3'h1) & live;
+    if (_GEN) begin
+      place <= _GEN_0 | ~_GEN_1 ? 4'h0 : best;
+      word <= 3'h0;
+      to <= _GEN_16 | ~(_GEN_15 & ~(count[4])) ? 4'h0 : count[3:0];
+    end
+    else begin
+      if (|work) begin
+        place <= _nextOne_T_1;
+        word <= _nextWord_T;
+      end
+      if (_GEN_12 | ~_GEN_11) begin
+      end
+      else
+        to <= to + 4'h1;
+    end
+    carry <= ~(_GEN & _GEN_0) & (_GEN_8 ? (_GEN_6 ? counts : _GEN_7 ? carries : carry & (&_ram_ram_readData)) : carry);
+    if (advances & ~(|word))
+      isAlarm <= written[7:0] == 8'h2;
+    if (advances & (|word)) begin
+      if (_GEN_6)
+        isMeant <= work == 3'h1 & _ram_ram_readData == acknowledge_bits_guard;
+      else
+        isMeant <= (~_GEN_7 | _ram_ram_readData == acknowledge_bits_sequence) & isMeant;
+    end
+    if (~advances | ~(|word) | _GEN_6 | _GEN_7 | word != 3'h6) begin
+    end
+    else
+      isStored <= work == 3'h2 & live & _ahead_T[15:8] != 8'hFF;
+    if (~_GEN | _GEN_16 | ~(_GEN_15 & count[4] & _GEN_17)) begin
+    end
+    else begin
+      removesTold <= hasPlain ? hasToldPlain : hasTold;
+      removesPlain <= hasPlain;
+    end
+    removed <= ~_GEN & (~_GEN_12 & ends & goes | removed);
   end // always @(posedge)
-  assign _ram_writeAddress = first + count[3:0];
-  assign _ram_writeData = {sequence_0, state, time_0};
+  assign _ram_ram_write = advances & (|work);
+  assign _ram_ram_writeAddress = {copying | (&work), copying ? 4'h0 : (&work) ? 4'h1 : to, word};
+  assign _ram_ram_readAddress =
+    read
+      ? {5'h10, readWord == 3'h2 ? 3'h1 : readWord == 3'h1 ? 3'h0 : readWord == 3'h0 ? 3'h2 : readWord}
+      : {_ram_ram_readAddress_T_8, _ram_ram_readAddress_T_8 ? 4'h1 : _nextOne_T_1, _nextWord_T};
   DualPortRam #(
-    .ADDRESS_BITS(4),
-    .DEPTH(16),
-    .WIDTH(51)
-  ) ram (
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(16)
+  ) ram_ram (
     .clock        (clock),
-    .write        (happens),
-    .writeAddress (_ram_writeAddress),
-    .writeData    (_ram_writeData),
-    .readAddress  (_first_T_2),
-    .readData     (_ram_readData)
+    .write        (_ram_ram_write),
+    .writeAddress (_ram_ram_writeAddress),
+    .writeData    (written),
+    .readAddress  (_ram_ram_readAddress),
+    .readData     (_ram_ram_readData)
   );
-  assign head_valid = _head_valid_output;
-  assign head_bits_sequence = _ram_readData[50:35];
-  assign head_bits_state = _ram_readData[34:32];
-  assign head_bits_time = _ram_readData[31:0];
-  assign kept = count;
+  assign hold = writesTime;
+  assign offers = offered;
+  assign isUrgent = boxIsAlarm;
+  assign isNew = _GEN & ~_GEN_0 & _GEN_1;
+  assign readData = _ram_ram_readData;
+  assign waiting = waits;
+  assign lacking = lacks;
+  assign dropped = drops;
 endmodule
 
 module AlarmUnit(
@@ -2722,159 +3075,226 @@ module AlarmUnit(
   output        pins_supply,
   output        pins_buzzer,
   output        pins_lamp,
+  input         pins_config_fault,
   input         detect,
   input         report,
   input  [15:0] debounce,
+  input         changes,
   input  [15:0] offTime,
+  input  [7:0]  selfTest,
   input  [7:0]  epoch,
   input  [15:0] node,
-  input         clear,
+  input  [1:0]  mode_value,
+  output        mode_load_valid,
+  input  [15:0] seconds_value,
+  output        seconds_load_valid,
+  output [15:0] seconds_load_bits,
+  input  [15:0] hostAlive_value,
+  output        hostAlive_load_valid,
+  output [15:0] hostAlive_load_bits,
+  input         registersBusy,
+  input         silence,
   input         restart,
   input         acknowledge_valid,
-  input  [15:0] acknowledge_bits,
+  input  [15:0] acknowledge_bits_sequence,
+  input  [15:0] acknowledge_bits_guard,
+  input  [15:0] acknowledge_bits_tag,
+  input         acknowledgeChanges,
   input         confirm_valid,
   input  [15:0] confirm_bits,
-  input         repeat_0,
-  output [2:0]  state,
-  output [4:0]  queued,
-  output [63:0] record_bits,
-  output        latched,
+  input         confirmChanges,
+  input         newMaster,
+  output [15:0] status,
+  output [7:0]  dropped,
   output        pending,
-  output [3:0]  datagram_0,
-  output [3:0]  datagram_1,
-  output [3:0]  datagram_2,
-  output [3:0]  datagram_3,
-  output [3:0]  datagram_4,
-  output [3:0]  datagram_5,
-  output [3:0]  datagram_6,
-  output [3:0]  datagram_7,
-  output [3:0]  datagram_8,
-  output [3:0]  datagram_9,
-  output [3:0]  datagram_10,
-  output [3:0]  datagram_11,
-  output [3:0]  datagram_12,
-  output [3:0]  datagram_13,
-  output [3:0]  datagram_14,
-  output [3:0]  datagram_15,
-  output [3:0]  datagram_16,
-  output [3:0]  datagram_17,
-  output [3:0]  datagram_18,
-  output [3:0]  datagram_19,
-  output [3:0]  datagram_20,
-  output [3:0]  datagram_21,
-  output [3:0]  datagram_22,
-  output [3:0]  datagram_23,
-  output [3:0]  datagram_24,
-  output [3:0]  datagram_25,
-  output [3:0]  datagram_26,
-  output [3:0]  datagram_27,
-  output [3:0]  datagram_28,
-  output [3:0]  datagram_29,
-  output [3:0]  datagram_30,
-  output [3:0]  datagram_31,
-  output [3:0]  datagram_32,
-  output [3:0]  datagram_33,
-  output [3:0]  datagram_34,
-  output [3:0]  datagram_35,
-  output [3:0]  datagram_36,
-  output [3:0]  datagram_37,
-  output [3:0]  datagram_38,
-  output [3:0]  datagram_39,
-  input         busy
+  input         busy,
+  input  [5:0]  nibble,
+  input  [2:0]  nextWord,
+  output [3:0]  data,
+  input         reads,
+  input         begins,
+  input         takes
 );
 
-  wire        _queue_head_valid;
-  wire [15:0] _queue_head_bits_sequence;
-  wire [2:0]  _queue_head_bits_state;
-  wire [31:0] _queue_head_bits_time;
+  wire        _configuration_out;
+  wire        _queue_forget;
+  wire [2:0]  _queue_readWord;
+  wire        _queue_offers;
+  wire        _queue_isUrgent;
+  wire        _queue_isNew;
+  wire [15:0] _queue_readData;
+  wire        _queue_waiting;
+  wire        _queue_lacking;
+  wire        _detector_supply;
   wire [2:0]  _detector_state;
-  wire [31:0] _detector_time;
-  wire [63:0] _record_bits_output =
-    _queue_head_valid ? {_queue_head_bits_time, epoch, 5'h0, _queue_head_bits_state, _queue_head_bits_sequence} : 64'h0;
-  reg         alarm;
-  reg  [2:0]  REG;
+  wire        _ticks_hold;
+  wire        _ticks_tenth;
+  wire        _ticks_millisecond;
+  wire        _ticks_second;
+  wire [15:0] _ticks_now;
+  wire        _ticks_wraps;
+  reg         secondOver_due;
+  wire        secondOver = secondOver_due & ~registersBusy;
+  reg         hostAlive_load_valid_due;
+  wire        disabled = mode_value == 2'h1;
+  wire        testing = mode_value == 2'h2;
+  wire [1:0]  modes = {disabled, testing};
+  wire        smoke = _detector_state == 3'h2;
+  wire        rings = smoke & ~disabled & ~testing & _detector_supply;
+  reg         latched;
+  reg         sounding;
+  reg         REG;
+  reg  [1:0]  queue_forget_REG;
+  reg  [1:0]  left;
+  reg  [3:0]  passed;
+  reg  [3:0]  casez_tmp;
+  always @(*) begin
+    casez (nibble[1:0])
+      2'b00:
+        casez_tmp = node[3:0];
+      2'b01:
+        casez_tmp = node[7:4];
+      2'b10:
+        casez_tmp = node[11:8];
+      default:
+        casez_tmp = node[15:12];
+    endcase
+  end // always @(*)
+  reg  [3:0]  casez_tmp_0;
+  always @(*) begin
+    casez (nibble[1:0])
+      2'b00:
+        casez_tmp_0 = _queue_readData[3:0];
+      2'b01:
+        casez_tmp_0 = _queue_readData[7:4];
+      2'b10:
+        casez_tmp_0 = _queue_readData[11:8];
+      default:
+        casez_tmp_0 = _queue_readData[15:12];
+    endcase
+  end // always @(*)
   always @(posedge clock) begin
-    if (reset)
-      alarm <= 1'h0;
-    else
-      alarm <= ~clear & (_detector_state == 3'h2 & REG != 3'h2 | alarm);
-    REG <= _detector_state;
+    if (reset) begin
+      secondOver_due <= 1'h0;
+      hostAlive_load_valid_due <= 1'h0;
+      latched <= 1'h0;
+      sounding <= 1'h0;
+      REG <= 1'h0;
+      queue_forget_REG <= 2'h0;
+      left <= 2'h0;
+      passed <= 4'h0;
+    end
+    else begin
+      secondOver_due <= _ticks_second | secondOver_due & registersBusy;
+      hostAlive_load_valid_due <= _ticks_millisecond | hostAlive_load_valid_due & registersBusy;
+      latched <= ~restart & (rings | latched);
+      sounding <= ~restart & (rings & ~REG | ~silence & sounding);
+      REG <= rings;
+      queue_forget_REG <= modes;
+      if (_queue_isNew)
+        left <= 2'h0;
+      else if (takes & ~(left[1]))
+        left <= left + 2'h1;
+      if (_queue_isNew | takes)
+        passed <= 4'h0;
+      else if (begins & ~(&passed))
+        passed <= passed + 4'h1;
+    end
   end // always @(posedge)
+  AlarmClock ticks (
+    .clock       (clock),
+    .reset       (reset),
+    .tenth       (_ticks_tenth),
+    .millisecond (_ticks_millisecond),
+    .second      (_ticks_second),
+    .now         (_ticks_now),
+    .wraps       (_ticks_wraps),
+    .hold        (_ticks_hold)
+  );
   Detector detector (
-    .clock    (clock),
-    .reset    (reset),
-    .current  (pins_current),
-    .supply   (pins_supply),
-    .enable   (detect),
-    .debounce (debounce),
-    .offTime  (offTime),
-    .restart  (restart),
-    .state    (_detector_state),
-    .time_0   (_detector_time)
+    .clock       (clock),
+    .reset       (reset),
+    .current     (pins_current),
+    .supply      (_detector_supply),
+    .enable      (detect),
+    .debounce    (debounce),
+    .offTime     (offTime),
+    .changes     (changes),
+    .restart     (restart),
+    .tenth       (_ticks_tenth),
+    .millisecond (_ticks_millisecond),
+    .state       (_detector_state)
   );
+  assign _queue_forget = _detector_state == 3'h0 | disabled | modes != queue_forget_REG;
+  assign _queue_readWord = nextWord + 3'h3;
   AlarmQueue queue (
-    .clock              (clock),
-    .reset              (reset),
-    .state              (_detector_state),
-    .time_0             (_detector_time),
-    .head_valid         (_queue_head_valid),
-    .head_bits_sequence (_queue_head_bits_sequence),
-    .head_bits_state    (_queue_head_bits_state),
-    .head_bits_time     (_queue_head_bits_time),
-    .kept               (queued),
-    .acknowledge_valid  (acknowledge_valid),
-    .acknowledge_bits   (acknowledge_bits),
-    .confirm_valid      (confirm_valid),
-    .confirm_bits       (confirm_bits),
-    .repeat_0           (repeat_0),
-    .hold               (busy)
+    .clock                     (clock),
+    .reset                     (reset),
+    .state                     (_detector_state),
+    .test                      (testing),
+    .epoch                     (epoch),
+    .forget                    (_queue_forget),
+    .time_0                    (_ticks_now),
+    .wraps                     (_ticks_wraps),
+    .hold                      (_ticks_hold),
+    .acknowledge_valid         (acknowledge_valid),
+    .acknowledge_bits_sequence (acknowledge_bits_sequence),
+    .acknowledge_bits_guard    (acknowledge_bits_guard),
+    .acknowledge_bits_tag      (acknowledge_bits_tag),
+    .acknowledgeChanges        (acknowledgeChanges),
+    .confirm_valid             (confirm_valid),
+    .confirm_bits              (confirm_bits),
+    .confirmChanges            (confirmChanges),
+    .newMaster                 (newMaster),
+    .offers                    (_queue_offers),
+    .isUrgent                  (_queue_isUrgent),
+    .isNew                     (_queue_isNew),
+    .busy                      (busy),
+    .read                      (reads),
+    .readWord                  (_queue_readWord),
+    .readData                  (_queue_readData),
+    .waiting                   (_queue_waiting),
+    .lacking                   (_queue_lacking),
+    .dropped                   (dropped)
   );
-  assign pins_buzzer = alarm;
-  assign pins_lamp = alarm;
-  assign state = _detector_state;
-  assign record_bits = _record_bits_output;
-  assign latched = alarm;
-  assign pending = _queue_head_valid & report;
-  assign datagram_0 = 4'h0;
-  assign datagram_1 = 4'h0;
-  assign datagram_2 = _queue_head_bits_sequence[3:0];
-  assign datagram_3 = _queue_head_bits_sequence[7:4];
-  assign datagram_4 = node[3:0];
-  assign datagram_5 = node[7:4];
-  assign datagram_6 = node[11:8];
-  assign datagram_7 = node[15:12];
-  assign datagram_8 = 4'h0;
-  assign datagram_9 = 4'h8;
-  assign datagram_10 = 4'hE;
-  assign datagram_11 = 4'h0;
-  assign datagram_12 = 4'h8;
-  assign datagram_13 = 4'h0;
-  assign datagram_14 = 4'h0;
-  assign datagram_15 = 4'h0;
-  assign datagram_16 = 4'h0;
-  assign datagram_17 = 4'h0;
-  assign datagram_18 = 4'h0;
-  assign datagram_19 = 4'h0;
-  assign datagram_20 = _record_bits_output[3:0];
-  assign datagram_21 = _record_bits_output[7:4];
-  assign datagram_22 = _record_bits_output[11:8];
-  assign datagram_23 = _record_bits_output[15:12];
-  assign datagram_24 = _record_bits_output[19:16];
-  assign datagram_25 = _record_bits_output[23:20];
-  assign datagram_26 = _record_bits_output[27:24];
-  assign datagram_27 = _record_bits_output[31:28];
-  assign datagram_28 = _record_bits_output[35:32];
-  assign datagram_29 = _record_bits_output[39:36];
-  assign datagram_30 = _record_bits_output[43:40];
-  assign datagram_31 = _record_bits_output[47:44];
-  assign datagram_32 = _record_bits_output[51:48];
-  assign datagram_33 = _record_bits_output[55:52];
-  assign datagram_34 = _record_bits_output[59:56];
-  assign datagram_35 = _record_bits_output[63:60];
-  assign datagram_36 = 4'h1;
-  assign datagram_37 = 4'h0;
-  assign datagram_38 = 4'h0;
-  assign datagram_39 = 4'h0;
+  LevelCrossing configuration (
+    .clock (clock),
+    .in    (pins_config_fault),
+    .out   (_configuration_out)
+  );
+  assign pins_supply = _detector_supply;
+  assign pins_buzzer = sounding;
+  assign pins_lamp = latched;
+  assign mode_load_valid = secondOver & seconds_value[15:1] == 15'h0;
+  assign seconds_load_valid = secondOver & (|seconds_value);
+  assign seconds_load_bits = seconds_value - 16'h1;
+  assign hostAlive_load_valid = hostAlive_load_valid_due & ~registersBusy & (|hostAlive_value);
+  assign hostAlive_load_bits = hostAlive_value - 16'h1;
+  assign status =
+    {2'h0,
+     _configuration_out,
+     selfTest != 8'h1,
+     _queue_lacking,
+     _queue_waiting,
+     smoke & testing,
+     testing,
+     disabled,
+     ~(|hostAlive_value),
+     ~_detector_supply | ~report,
+     _detector_state == 3'h4 & ~disabled,
+     _detector_state == 3'h3 & ~disabled,
+     sounding,
+     latched,
+     rings};
+  assign pending = _queue_offers & report & (_queue_isUrgent | ~(left[1]) | (&passed));
+  assign data =
+    nibble > 6'h13 & nibble < 6'h2C
+      ? casez_tmp_0
+      : (|(nibble[5:2])) & nibble < 6'h8
+          ? casez_tmp
+          : nibble == 6'h2C
+              ? 4'h1
+              : nibble == 6'hC ? 4'hC : nibble == 6'hA ? 4'hE : nibble == 6'h9 ? 4'hA : {nibble == 6'h8, 3'h0};
 endmodule
 
 module alarm_slave(
@@ -2909,53 +3329,21 @@ module alarm_slave(
   input  [2:0]  alarm_current,
   output        alarm_supply,
   output        alarm_buzzer,
-  output        alarm_lamp
+  output        alarm_lamp,
+  input         alarm_config_fault
 );
 
-  wire        _messages_alarmUnit_pins_supply;
-  wire [63:0] _messages_alarmUnit_record_bits;
+  wire [15:0] _messages_alarmUnit_acknowledge_bits_sequence;
+  wire [15:0] _messages_alarmUnit_acknowledge_bits_guard;
+  wire [15:0] _messages_alarmUnit_acknowledge_bits_tag;
+  wire        _messages_alarmUnit_acknowledgeChanges;
+  wire [15:0] _messages_alarmUnit_confirm_bits;
+  wire        _messages_alarmUnit_confirmChanges;
+  wire        _messages_alarmUnit_newMaster;
+  wire [2:0]  _messages_alarmUnit_nextWord;
   wire        _operational_crossing_out;
   wire        _appender_pending;
-  wire [3:0]  _appender_datagram_0;
-  wire [3:0]  _appender_datagram_1;
-  wire [3:0]  _appender_datagram_2;
-  wire [3:0]  _appender_datagram_3;
-  wire [3:0]  _appender_datagram_4;
-  wire [3:0]  _appender_datagram_5;
-  wire [3:0]  _appender_datagram_6;
-  wire [3:0]  _appender_datagram_7;
-  wire [3:0]  _appender_datagram_8;
-  wire [3:0]  _appender_datagram_9;
-  wire [3:0]  _appender_datagram_10;
-  wire [3:0]  _appender_datagram_11;
-  wire [3:0]  _appender_datagram_12;
-  wire [3:0]  _appender_datagram_13;
-  wire [3:0]  _appender_datagram_14;
-  wire [3:0]  _appender_datagram_15;
-  wire [3:0]  _appender_datagram_16;
-  wire [3:0]  _appender_datagram_17;
-  wire [3:0]  _appender_datagram_18;
-  wire [3:0]  _appender_datagram_19;
-  wire [3:0]  _appender_datagram_20;
-  wire [3:0]  _appender_datagram_21;
-  wire [3:0]  _appender_datagram_22;
-  wire [3:0]  _appender_datagram_23;
-  wire [3:0]  _appender_datagram_24;
-  wire [3:0]  _appender_datagram_25;
-  wire [3:0]  _appender_datagram_26;
-  wire [3:0]  _appender_datagram_27;
-  wire [3:0]  _appender_datagram_28;
-  wire [3:0]  _appender_datagram_29;
-  wire [3:0]  _appender_datagram_30;
-  wire [3:0]  _appender_datagram_31;
-  wire [3:0]  _appender_datagram_32;
-  wire [3:0]  _appender_datagram_33;
-  wire [3:0]  _appender_datagram_34;
-  wire [3:0]  _appender_datagram_35;
-  wire [3:0]  _appender_datagram_36;
-  wire [3:0]  _appender_datagram_37;
-  wire [3:0]  _appender_datagram_38;
-  wire [3:0]  _appender_datagram_39;
+  wire [3:0]  _appender_data;
   wire        _appender_out_valid;
   wire        _appender_out_payload;
   wire [3:0]  _appender_out_data;
@@ -2964,6 +3352,11 @@ module alarm_slave(
   wire        _appender_out_odd;
   wire        _appender_out_crcGood;
   wire        _appender_busy;
+  wire [5:0]  _appender_nibble;
+  wire [5:0]  _appender_nextNibble;
+  wire        _appender_reads;
+  wire        _appender_begins;
+  wire        _appender_takes;
   wire        _transmitters_1_in_valid;
   wire        _transmitters_1_in_payload;
   wire [3:0]  _transmitters_1_in_data;
@@ -3058,19 +3451,19 @@ module alarm_slave(
   wire [7:0]  _memory_ecat_writeData;
   wire        _memory_ecat_commit;
   wire        _memory_ramOpen;
+  wire        _memory_set_host_alive_valid;
+  wire [15:0] _memory_set_host_alive_bits;
+  wire        _memory_set_detector_seconds_valid;
+  wire [15:0] _memory_set_detector_seconds_bits;
+  wire        _memory_set_detector_mode_valid;
   wire        _memory_set_loop_port1_valid;
   wire [1:0]  _memory_set_loop_port1_bits;
   wire        _memory_set_loop_port0_valid;
   wire [1:0]  _memory_set_loop_port0_bits;
   wire        _memory_set_temporary_use_valid;
-  wire        _memory_status_alarm_latched;
-  wire        _memory_status_detector_supply;
-  wire [2:0]  _memory_status_detector_state;
-  wire [4:0]  _memory_status_alarm_events;
-  wire [31:0] _memory_status_alarm_time;
-  wire [7:0]  _memory_status_alarm_record_epoch;
-  wire [7:0]  _memory_status_alarm_state;
-  wire [15:0] _memory_status_alarm_sequence;
+  wire [7:0]  _memory_status_slave_links;
+  wire [7:0]  _memory_status_slave_dropped;
+  wire [15:0] _memory_status_slave_status;
   wire        _memory_status_loop_closed_port1;
   wire        _memory_status_loop_closed_port0;
   wire        _memory_status_pdi_operational;
@@ -3088,16 +3481,17 @@ module alarm_slave(
   wire        _memory_ecat_writable;
   wire        _memory_ecat_logFull;
   wire        _memory_host_ack;
+  wire [15:0] _memory_value_host_alive;
+  wire [15:0] _memory_value_detector_seconds;
+  wire [1:0]  _memory_value_detector_mode;
   wire        _memory_value_alarm_report;
   wire        _memory_value_detector_enable;
   wire [7:0]  _memory_value_alarm_epoch;
+  wire [7:0]  _memory_value_self_test;
   wire [15:0] _memory_value_detector_off_time;
   wire [15:0] _memory_value_detector_debounce;
-  wire [15:0] _memory_value_alarm_confirm;
-  wire        _memory_value_alarm_repeat;
   wire        _memory_value_detector_restart;
-  wire        _memory_value_alarm_clear;
-  wire [15:0] _memory_value_alarm_acknowledge;
+  wire        _memory_value_alarm_silence;
   wire        _memory_value_alias_enable;
   wire [2:0]  _memory_value_rx_fifo_size;
   wire [1:0]  _memory_value_loop_port1;
@@ -3109,6 +3503,7 @@ module alarm_slave(
   wire        _memory_registerWrite_valid;
   wire [11:0] _memory_registerWrite_bits_address;
   wire        _memory_registerWrite_bits_mask;
+  wire [7:0]  _memory_registerWrite_bits_data;
   wire        _memory_registersBusy;
   wire        _memory_clearing;
   wire        _memory_commitStarts;
@@ -3127,8 +3522,29 @@ module alarm_slave(
   wire        _processor_in_T_odd = _loops_open_1 ? _receivers_1_out_odd : _appender_out_odd;
   wire        _processor_in_T_crcGood = _loops_open_1 ? _receivers_1_out_crcGood : _appender_out_crcGood;
   reg         mii_tx_tick_r;
+  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T_20 = _memory_registerWrite_bits_address == 12'hEBD;
   reg         messages_alarmUnit_acknowledge_valid_REG;
+  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T_4 = _memory_registerWrite_bits_address == 12'hEB9;
+  reg  [7:0]  messages_alarmUnit_acknowledge_bits_sequence_sequence_1;
+  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T = _memory_registerWrite_bits_address == 12'hEB8;
+  reg  [7:0]  messages_alarmUnit_acknowledge_bits_sequence_sequence_0;
+  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T_12 = _memory_registerWrite_bits_address == 12'hEBB;
+  reg  [7:0]  messages_alarmUnit_acknowledge_bits_guard_guard_1;
+  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T_8 = _memory_registerWrite_bits_address == 12'hEBA;
+  reg  [7:0]  messages_alarmUnit_acknowledge_bits_guard_guard_0;
+  reg  [7:0]  messages_alarmUnit_acknowledge_bits_tag_tag_1;
+  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T_16 = _memory_registerWrite_bits_address == 12'hEBC;
+  reg  [7:0]  messages_alarmUnit_acknowledge_bits_tag_tag_0;
+  wire        _messages_alarmUnit_newMaster_byte_result_valid_T_4 = _memory_registerWrite_bits_address == 12'hECB;
   reg         messages_alarmUnit_confirm_valid_REG;
+  wire        _messages_alarmUnit_confirmChanges_result_valid_T_4 = _memory_registerWrite_bits_address == 12'hEC9;
+  reg  [7:0]  messages_alarmUnit_confirm_bits_number_1;
+  wire        _messages_alarmUnit_confirmChanges_result_valid_T = _memory_registerWrite_bits_address == 12'hEC8;
+  reg  [7:0]  messages_alarmUnit_confirm_bits_number_0;
+  wire        _messages_alarmUnit_newMaster_byte_result_valid_T = _memory_registerWrite_bits_address == 12'hECA;
+  reg  [7:0]  messages_life_life_1;
+  reg  [7:0]  messages_life_life_0;
+  reg         messages_alarmUnit_changes_REG;
   reg         messages_broadcast_received;
   reg         messages_REG;
   reg         messages_message_received;
@@ -3148,7 +3564,18 @@ module alarm_slave(
       receiver_cut_REG <= 1'h0;
       receiver_cut_REG_1 <= 1'h0;
       messages_alarmUnit_acknowledge_valid_REG <= 1'h0;
+      messages_alarmUnit_acknowledge_bits_sequence_sequence_1 <= 8'h0;
+      messages_alarmUnit_acknowledge_bits_sequence_sequence_0 <= 8'h0;
+      messages_alarmUnit_acknowledge_bits_guard_guard_1 <= 8'h0;
+      messages_alarmUnit_acknowledge_bits_guard_guard_0 <= 8'h0;
+      messages_alarmUnit_acknowledge_bits_tag_tag_1 <= 8'h0;
+      messages_alarmUnit_acknowledge_bits_tag_tag_0 <= 8'h0;
       messages_alarmUnit_confirm_valid_REG <= 1'h0;
+      messages_alarmUnit_confirm_bits_number_1 <= 8'h0;
+      messages_alarmUnit_confirm_bits_number_0 <= 8'h0;
+      messages_life_life_1 <= 8'h0;
+      messages_life_life_0 <= 8'h0;
+      messages_alarmUnit_changes_REG <= 1'h0;
       messages_broadcast_received <= 1'h0;
       messages_REG <= 1'h0;
       messages_message_received <= 1'h0;
@@ -3164,9 +3591,44 @@ module alarm_slave(
       receiver_cut_REG <= links_0;
       receiver_cut_REG_1 <= links_1;
       messages_alarmUnit_acknowledge_valid_REG <=
-        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hE8B & _memory_registerWrite_bits_mask;
+        _memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_20
+        & _memory_registerWrite_bits_mask;
+      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_4
+          & _memory_registerWrite_bits_mask)
+        messages_alarmUnit_acknowledge_bits_sequence_sequence_1 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T
+          & _memory_registerWrite_bits_mask)
+        messages_alarmUnit_acknowledge_bits_sequence_sequence_0 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_12
+          & _memory_registerWrite_bits_mask)
+        messages_alarmUnit_acknowledge_bits_guard_guard_1 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_8
+          & _memory_registerWrite_bits_mask)
+        messages_alarmUnit_acknowledge_bits_guard_guard_0 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_20
+          & _memory_registerWrite_bits_mask)
+        messages_alarmUnit_acknowledge_bits_tag_tag_1 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_16
+          & _memory_registerWrite_bits_mask)
+        messages_alarmUnit_acknowledge_bits_tag_tag_0 <= _memory_registerWrite_bits_data;
       messages_alarmUnit_confirm_valid_REG <=
-        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hE8F & _memory_registerWrite_bits_mask;
+        _memory_registerWrite_valid & _messages_alarmUnit_newMaster_byte_result_valid_T_4
+        & _memory_registerWrite_bits_mask;
+      if (_memory_registerWrite_valid & _messages_alarmUnit_confirmChanges_result_valid_T_4
+          & _memory_registerWrite_bits_mask)
+        messages_alarmUnit_confirm_bits_number_1 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _messages_alarmUnit_confirmChanges_result_valid_T
+          & _memory_registerWrite_bits_mask)
+        messages_alarmUnit_confirm_bits_number_0 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _messages_alarmUnit_newMaster_byte_result_valid_T_4
+          & _memory_registerWrite_bits_mask)
+        messages_life_life_1 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _messages_alarmUnit_newMaster_byte_result_valid_T
+          & _memory_registerWrite_bits_mask)
+        messages_life_life_0 <= _memory_registerWrite_bits_data;
+      messages_alarmUnit_changes_REG <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hEA0 & _memory_registerWrite_bits_mask
+        | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hEA1 & _memory_registerWrite_bits_mask;
       messages_broadcast_received <=
         messages_comes_result_valid | ~(_memory_host_ack & ~host_write & host_addr == 16'hE8D & host_be & ~messages_REG)
         & messages_broadcast_received;
@@ -3197,11 +3659,7 @@ module alarm_slave(
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
-  assign _memory_status_detector_supply = _messages_alarmUnit_pins_supply;
-  assign _memory_status_alarm_time = _messages_alarmUnit_record_bits[63:32];
-  assign _memory_status_alarm_record_epoch = _messages_alarmUnit_record_bits[31:24];
-  assign _memory_status_alarm_state = _messages_alarmUnit_record_bits[23:16];
-  assign _memory_status_alarm_sequence = _messages_alarmUnit_record_bits[15:0];
+  assign _memory_status_slave_links = {6'h0, links_1, links_0};
   assign _memory_status_pdi_operational = _operational_crossing_out;
   assign _memory_event_lost_link_port1 =
     memory_event_lost_link_port1_REG & ~links_1 & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
@@ -3236,16 +3694,17 @@ module alarm_slave(
     .host_ack                    (_memory_host_ack),
     .host_rdata                  (host_rdata),
     .ramOpen                     (_memory_ramOpen),
+    .value_host_alive            (_memory_value_host_alive),
+    .value_detector_seconds      (_memory_value_detector_seconds),
+    .value_detector_mode         (_memory_value_detector_mode),
     .value_alarm_report          (_memory_value_alarm_report),
     .value_detector_enable       (_memory_value_detector_enable),
     .value_alarm_epoch           (_memory_value_alarm_epoch),
+    .value_self_test             (_memory_value_self_test),
     .value_detector_off_time     (_memory_value_detector_off_time),
     .value_detector_debounce     (_memory_value_detector_debounce),
-    .value_alarm_confirm         (_memory_value_alarm_confirm),
-    .value_alarm_repeat          (_memory_value_alarm_repeat),
     .value_detector_restart      (_memory_value_detector_restart),
-    .value_alarm_clear           (_memory_value_alarm_clear),
-    .value_alarm_acknowledge     (_memory_value_alarm_acknowledge),
+    .value_alarm_silence         (_memory_value_alarm_silence),
     .value_alias_enable          (_memory_value_alias_enable),
     .value_rx_fifo_size          (_memory_value_rx_fifo_size),
     .value_loop_port1            (_memory_value_loop_port1),
@@ -3254,24 +3713,26 @@ module alarm_slave(
     .value_destroy_non_ethercat  (_memory_value_destroy_non_ethercat),
     .value_station_alias         (_memory_value_station_alias),
     .value_station_address       (_memory_value_station_address),
-    .set_alarm_repeat_valid      (_memory_value_alarm_repeat),
+    .set_host_alive_valid        (_memory_set_host_alive_valid),
+    .set_host_alive_bits         (_memory_set_host_alive_bits),
+    .set_detector_seconds_valid  (_memory_set_detector_seconds_valid),
+    .set_detector_seconds_bits   (_memory_set_detector_seconds_bits),
+    .set_detector_mode_valid     (_memory_set_detector_mode_valid),
     .set_detector_restart_valid  (_memory_value_detector_restart),
-    .set_alarm_clear_valid       (_memory_value_alarm_clear),
+    .set_alarm_silence_valid     (_memory_value_alarm_silence),
     .set_loop_port1_valid        (_memory_set_loop_port1_valid),
     .set_loop_port1_bits         (_memory_set_loop_port1_bits),
     .set_loop_port0_valid        (_memory_set_loop_port0_valid),
     .set_loop_port0_bits         (_memory_set_loop_port0_bits),
     .set_temporary_use_valid     (_memory_set_temporary_use_valid),
+    .status_slave_links          (_memory_status_slave_links),
+    .status_slave_dropped        (_memory_status_slave_dropped),
+    .status_slave_epoch          (_memory_value_alarm_epoch),
+    .status_slave_self_test      (_memory_value_self_test),
+    .status_slave_node           (_memory_value_station_alias),
+    .status_slave_status         (_memory_status_slave_status),
     .status_message_received     (messages_message_received),
     .status_broadcast_received   (messages_broadcast_received),
-    .status_alarm_latched        (_memory_status_alarm_latched),
-    .status_detector_supply      (_memory_status_detector_supply),
-    .status_detector_state       (_memory_status_detector_state),
-    .status_alarm_events         (_memory_status_alarm_events),
-    .status_alarm_time           (_memory_status_alarm_time),
-    .status_alarm_record_epoch   (_memory_status_alarm_record_epoch),
-    .status_alarm_state          (_memory_status_alarm_state),
-    .status_alarm_sequence       (_memory_status_alarm_sequence),
     .status_communication_port1  (links_1),
     .status_loop_closed_port1    (_memory_status_loop_closed_port1),
     .status_communication_port0  (links_0),
@@ -3291,6 +3752,7 @@ module alarm_slave(
     .registerWrite_valid         (_memory_registerWrite_valid),
     .registerWrite_bits_address  (_memory_registerWrite_bits_address),
     .registerWrite_bits_mask     (_memory_registerWrite_bits_mask),
+    .registerWrite_bits_data     (_memory_registerWrite_bits_data),
     .registersBusy               (_memory_registersBusy),
     .clearing                    (_memory_clearing),
     .commitStarts                (_memory_commitStarts)
@@ -3540,125 +4002,100 @@ module alarm_slave(
     .position_datagram        (_processor_outPosition_datagram),
     .position_checksumCleared (_processor_outPosition_checksumCleared),
     .pending                  (_appender_pending),
-    .datagram_0               (_appender_datagram_0),
-    .datagram_1               (_appender_datagram_1),
-    .datagram_2               (_appender_datagram_2),
-    .datagram_3               (_appender_datagram_3),
-    .datagram_4               (_appender_datagram_4),
-    .datagram_5               (_appender_datagram_5),
-    .datagram_6               (_appender_datagram_6),
-    .datagram_7               (_appender_datagram_7),
-    .datagram_8               (_appender_datagram_8),
-    .datagram_9               (_appender_datagram_9),
-    .datagram_10              (_appender_datagram_10),
-    .datagram_11              (_appender_datagram_11),
-    .datagram_12              (_appender_datagram_12),
-    .datagram_13              (_appender_datagram_13),
-    .datagram_14              (_appender_datagram_14),
-    .datagram_15              (_appender_datagram_15),
-    .datagram_16              (_appender_datagram_16),
-    .datagram_17              (_appender_datagram_17),
-    .datagram_18              (_appender_datagram_18),
-    .datagram_19              (_appender_datagram_19),
-    .datagram_20              (_appender_datagram_20),
-    .datagram_21              (_appender_datagram_21),
-    .datagram_22              (_appender_datagram_22),
-    .datagram_23              (_appender_datagram_23),
-    .datagram_24              (_appender_datagram_24),
-    .datagram_25              (_appender_datagram_25),
-    .datagram_26              (_appender_datagram_26),
-    .datagram_27              (_appender_datagram_27),
-    .datagram_28              (_appender_datagram_28),
-    .datagram_29              (_appender_datagram_29),
-    .datagram_30              (_appender_datagram_30),
-    .datagram_31              (_appender_datagram_31),
-    .datagram_32              (_appender_datagram_32),
-    .datagram_33              (_appender_datagram_33),
-    .datagram_34              (_appender_datagram_34),
-    .datagram_35              (_appender_datagram_35),
-    .datagram_36              (_appender_datagram_36),
-    .datagram_37              (_appender_datagram_37),
-    .datagram_38              (_appender_datagram_38),
-    .datagram_39              (_appender_datagram_39),
-    .busy                     (_appender_busy)
+    .busy                     (_appender_busy),
+    .nibble                   (_appender_nibble),
+    .nextNibble               (_appender_nextNibble),
+    .data                     (_appender_data),
+    .reads                    (_appender_reads),
+    .begins                   (_appender_begins),
+    .takes                    (_appender_takes)
   );
   LevelCrossing operational_crossing (
     .clock (clock),
     .in    (pdi_operational),
     .out   (_operational_crossing_out)
   );
+  assign _messages_alarmUnit_acknowledge_bits_sequence =
+    {messages_alarmUnit_acknowledge_bits_sequence_sequence_1, messages_alarmUnit_acknowledge_bits_sequence_sequence_0};
+  assign _messages_alarmUnit_acknowledge_bits_guard =
+    {messages_alarmUnit_acknowledge_bits_guard_guard_1, messages_alarmUnit_acknowledge_bits_guard_guard_0};
+  assign _messages_alarmUnit_acknowledge_bits_tag =
+    {messages_alarmUnit_acknowledge_bits_tag_tag_1, messages_alarmUnit_acknowledge_bits_tag_tag_0};
+  assign _messages_alarmUnit_acknowledgeChanges =
+    _memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T
+    & _memory_registerWrite_bits_mask | _memory_registerWrite_valid
+    & _messages_alarmUnit_acknowledgeChanges_result_valid_T_4 & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_8
+    & _memory_registerWrite_bits_mask | _memory_registerWrite_valid
+    & _messages_alarmUnit_acknowledgeChanges_result_valid_T_12 & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_16
+    & _memory_registerWrite_bits_mask | _memory_registerWrite_valid
+    & _messages_alarmUnit_acknowledgeChanges_result_valid_T_20 & _memory_registerWrite_bits_mask;
+  assign _messages_alarmUnit_confirm_bits =
+    {messages_alarmUnit_confirm_bits_number_1, messages_alarmUnit_confirm_bits_number_0};
+  assign _messages_alarmUnit_confirmChanges =
+    _memory_registerWrite_valid & _messages_alarmUnit_confirmChanges_result_valid_T & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _messages_alarmUnit_confirmChanges_result_valid_T_4
+    & _memory_registerWrite_bits_mask | _memory_registerWrite_valid & _messages_alarmUnit_newMaster_byte_result_valid_T
+    & _memory_registerWrite_bits_mask | _memory_registerWrite_valid
+    & _messages_alarmUnit_newMaster_byte_result_valid_T_4 & _memory_registerWrite_bits_mask;
+  assign _messages_alarmUnit_newMaster =
+    _memory_registerWrite_valid & _messages_alarmUnit_newMaster_byte_result_valid_T & _memory_registerWrite_bits_mask
+    & _memory_registerWrite_bits_data != messages_life_life_0 | _memory_registerWrite_valid
+    & _messages_alarmUnit_newMaster_byte_result_valid_T_4 & _memory_registerWrite_bits_mask
+    & _memory_registerWrite_bits_data != messages_life_life_1;
+  assign _messages_alarmUnit_nextWord = _appender_nextNibble[4:2];
   AlarmUnit messages_alarmUnit (
-    .clock             (clock),
-    .reset             (reset),
-    .pins_current      (alarm_current),
-    .pins_supply       (_messages_alarmUnit_pins_supply),
-    .pins_buzzer       (alarm_buzzer),
-    .pins_lamp         (alarm_lamp),
-    .detect            (_memory_value_detector_enable),
-    .report            (_memory_value_alarm_report),
-    .debounce          (_memory_value_detector_debounce),
-    .offTime           (_memory_value_detector_off_time),
-    .epoch             (_memory_value_alarm_epoch),
-    .node              (_memory_value_station_alias),
-    .clear             (_memory_value_alarm_clear),
-    .restart           (_memory_value_detector_restart),
-    .acknowledge_valid (messages_alarmUnit_acknowledge_valid_REG),
-    .acknowledge_bits  (_memory_value_alarm_acknowledge),
-    .confirm_valid     (messages_alarmUnit_confirm_valid_REG),
-    .confirm_bits      (_memory_value_alarm_confirm),
-    .repeat_0          (_memory_value_alarm_repeat),
-    .state             (_memory_status_detector_state),
-    .queued            (_memory_status_alarm_events),
-    .record_bits       (_messages_alarmUnit_record_bits),
-    .latched           (_memory_status_alarm_latched),
-    .pending           (_appender_pending),
-    .datagram_0        (_appender_datagram_0),
-    .datagram_1        (_appender_datagram_1),
-    .datagram_2        (_appender_datagram_2),
-    .datagram_3        (_appender_datagram_3),
-    .datagram_4        (_appender_datagram_4),
-    .datagram_5        (_appender_datagram_5),
-    .datagram_6        (_appender_datagram_6),
-    .datagram_7        (_appender_datagram_7),
-    .datagram_8        (_appender_datagram_8),
-    .datagram_9        (_appender_datagram_9),
-    .datagram_10       (_appender_datagram_10),
-    .datagram_11       (_appender_datagram_11),
-    .datagram_12       (_appender_datagram_12),
-    .datagram_13       (_appender_datagram_13),
-    .datagram_14       (_appender_datagram_14),
-    .datagram_15       (_appender_datagram_15),
-    .datagram_16       (_appender_datagram_16),
-    .datagram_17       (_appender_datagram_17),
-    .datagram_18       (_appender_datagram_18),
-    .datagram_19       (_appender_datagram_19),
-    .datagram_20       (_appender_datagram_20),
-    .datagram_21       (_appender_datagram_21),
-    .datagram_22       (_appender_datagram_22),
-    .datagram_23       (_appender_datagram_23),
-    .datagram_24       (_appender_datagram_24),
-    .datagram_25       (_appender_datagram_25),
-    .datagram_26       (_appender_datagram_26),
-    .datagram_27       (_appender_datagram_27),
-    .datagram_28       (_appender_datagram_28),
-    .datagram_29       (_appender_datagram_29),
-    .datagram_30       (_appender_datagram_30),
-    .datagram_31       (_appender_datagram_31),
-    .datagram_32       (_appender_datagram_32),
-    .datagram_33       (_appender_datagram_33),
-    .datagram_34       (_appender_datagram_34),
-    .datagram_35       (_appender_datagram_35),
-    .datagram_36       (_appender_datagram_36),
-    .datagram_37       (_appender_datagram_37),
-    .datagram_38       (_appender_datagram_38),
-    .datagram_39       (_appender_datagram_39),
-    .busy              (_appender_busy)
+    .clock                     (clock),
+    .reset                     (reset),
+    .pins_current              (alarm_current),
+    .pins_supply               (alarm_supply),
+    .pins_buzzer               (alarm_buzzer),
+    .pins_lamp                 (alarm_lamp),
+    .pins_config_fault         (alarm_config_fault),
+    .detect                    (_memory_value_detector_enable),
+    .report                    (_memory_value_alarm_report),
+    .debounce                  (_memory_value_detector_debounce),
+    .changes                   (messages_alarmUnit_changes_REG),
+    .offTime                   (_memory_value_detector_off_time),
+    .selfTest                  (_memory_value_self_test),
+    .epoch                     (_memory_value_alarm_epoch),
+    .node                      (_memory_value_station_alias),
+    .mode_value                (_memory_value_detector_mode),
+    .mode_load_valid           (_memory_set_detector_mode_valid),
+    .seconds_value             (_memory_value_detector_seconds),
+    .seconds_load_valid        (_memory_set_detector_seconds_valid),
+    .seconds_load_bits         (_memory_set_detector_seconds_bits),
+    .hostAlive_value           (_memory_value_host_alive),
+    .hostAlive_load_valid      (_memory_set_host_alive_valid),
+    .hostAlive_load_bits       (_memory_set_host_alive_bits),
+    .registersBusy             (_memory_registersBusy),
+    .silence                   (_memory_value_alarm_silence),
+    .restart                   (_memory_value_detector_restart),
+    .acknowledge_valid         (messages_alarmUnit_acknowledge_valid_REG),
+    .acknowledge_bits_sequence (_messages_alarmUnit_acknowledge_bits_sequence),
+    .acknowledge_bits_guard    (_messages_alarmUnit_acknowledge_bits_guard),
+    .acknowledge_bits_tag      (_messages_alarmUnit_acknowledge_bits_tag),
+    .acknowledgeChanges        (_messages_alarmUnit_acknowledgeChanges),
+    .confirm_valid             (messages_alarmUnit_confirm_valid_REG),
+    .confirm_bits              (_messages_alarmUnit_confirm_bits),
+    .confirmChanges            (_messages_alarmUnit_confirmChanges),
+    .newMaster                 (_messages_alarmUnit_newMaster),
+    .status                    (_memory_status_slave_status),
+    .dropped                   (_memory_status_slave_dropped),
+    .pending                   (_appender_pending),
+    .busy                      (_appender_busy),
+    .nibble                    (_appender_nibble),
+    .nextWord                  (_messages_alarmUnit_nextWord),
+    .data                      (_appender_data),
+    .reads                     (_appender_reads),
+    .begins                    (_appender_begins),
+    .takes                     (_appender_takes)
   );
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
   assign host_ack = _memory_host_ack;
   assign irq = messages_broadcast_received | messages_message_received;
-  assign alarm_supply = _messages_alarmUnit_pins_supply;
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

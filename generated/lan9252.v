@@ -17,6 +17,7 @@
 //   digitalOutputs                  0  bytes
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
+//   linePorts                       1  ports
 //   sii                             1  code
 //   siiClockKhz                   400  kHz
 //   siiStartUs                    100  us

@@ -5,34 +5,41 @@
 /* Numbers in datagrams between a master and the server. */
 enum {
   PROTOCOL_MAGIC =                          0x4641, /* every datagram begins with it */
-  PROTOCOL_VERSION =                        1,      /* it follows the magic number */
-  PROTOCOL_KIND_REPORT =                    1,      /* a master tells what has happened */
-  PROTOCOL_KIND_ACKNOWLEDGE =               2,      /* the server has stored events */
-  PROTOCOL_KIND_COMMAND =                   3,      /* the server orders something */
-  PROTOCOL_MOST_EVENTS =                    64,     /* of one report */
-  PROTOCOL_KEY_BYTES =                      32,     /* of the secret that master and server share */
-  PROTOCOL_ALARM_CLEAR =                    1,      /* a command: buzzers and lamps off */
-  /* a command: the supply of detectors off for a while */
-  PROTOCOL_DETECTOR_RESET =                 2,
-  PROTOCOL_ALL_NODES =                      0xFFFF, /* a command with this node ID is for all slaves */
+  PROTOCOL_VERSION =                        2,      /* it follows the magic number */
+  /* a master tells how its line is and what has happened */
+  PROTOCOL_KIND_REPORT =                    1,
+  /* the server answers a report, and may order something */
+  PROTOCOL_KIND_ANSWER =                    2,
+  PROTOCOL_MOST_EVENTS =                    32,     /* of one report */
+  PROTOCOL_KEY_BYTES =                      16,     /* of the secret that master and server share */
+  PROTOCOL_LIFE_BYTES =                     8,      /* of the random number of a life */
+  PROTOCOL_TAG_BYTES =                      16,     /* of the tag of a datagram */
+  PROTOCOL_OF_MASTER =                      77,     /* in the nonce: a report */
+  PROTOCOL_OF_SERVER =                      83,     /* in the nonce: an answer */
+  PROTOCOL_ALL_NODES =                      0xFFFF, /* an order with this node ID is for all slaves */
+};
+
+/* What the server may order. */
+enum protocol_order {
+  PROTOCOL_ORDER_NONE =                     0,      /* nothing */
+  PROTOCOL_ORDER_SILENCE =                  1,      /* sounders off, until the next alarm */
+  PROTOCOL_ORDER_RESET =                    2,      /* alarms end, detectors begin anew */
+  PROTOCOL_ORDER_DISABLE =                  3,      /* a detector is disabled for a time */
+  PROTOCOL_ORDER_TEST =                     4,      /* a detector is tested for a time */
+  /* a detector is neither disabled nor tested any more */
+  PROTOCOL_ORDER_WATCH =                    5,
+  PROTOCOL_ORDER_ACKNOWLEDGE =              6,      /* somebody has seen the alarm: only recorded */
 };
 
 /* Kinds of events. */
 enum protocol_event {
   PROTOCOL_EVENT_DETECTOR =                 1,      /* an alarm record of a slave */
-  /* the line has been listed; position: slaves listed, node: those that answer */
-  PROTOCOL_EVENT_SCANNED =                  2,
-  /* a slave is there; state: its self-test, sequence: its DL status */
-  PROTOCOL_EVENT_PRESENT =                  3,
-  PROTOCOL_EVENT_LOST =                     4,      /* a slave that was there does not answer any more */
-  /* it answers again; state and sequence as for a slave that is there */
-  PROTOCOL_EVENT_FOUND =                    5,
-  /* a slave has the same node ID as the one at the position in sequence */
-  PROTOCOL_EVENT_DUPLICATE =                6,
-  /* a node ID is not that of the slave before it, which is in sequence, plus one */
-  PROTOCOL_EVENT_GAP =                      7,
-  /* an order is over; position: the order, sequence: its number's low half, state: the result */
-  PROTOCOL_EVENT_COMMAND =                  8,
+  /* the state of a slave is another one; sequence: its status word, state: its self-test, slave time: records dropped (bits 15 to 8) and links (bits 7 to 0) */
+  PROTOCOL_EVENT_SLAVE =                    2,
+  /* the state of the master is another one; position: slaves that answer, node: first slave behind the cut, sequence and epoch: its status, low half and bits 23 to 16, slave time: frames sent in vain */
+  PROTOCOL_EVENT_LINE =                     3,
+  /* an order is over; position: the order, node: that of the order, sequence: its ticket's low half, state: the result */
+  PROTOCOL_EVENT_COMMAND =                  4,
 };
 
 /* What became of a command. */
@@ -41,6 +48,8 @@ enum protocol_result {
   PROTOCOL_RESULT_UNKNOWN_COMMAND =         1,      /* the master's host does not know it */
   PROTOCOL_RESULT_NO_ANSWER =               2,      /* the line has not answered */
   PROTOCOL_RESULT_NO_SUCH_NODE =            3,      /* no slave has this node ID */
+  /* the host's memory does not work, or a number is out of bounds */
+  PROTOCOL_RESULT_REFUSED =                 4,
 };
 
 /* Results of a host's self-test; all others say what failed. */
@@ -56,6 +65,67 @@ enum protocol_state {
   PROTOCOL_STATE_ALARM =                    2,      /* smoke */
   PROTOCOL_STATE_OPEN =                     3,      /* the line is broken */
   PROTOCOL_STATE_SHORT =                    4,      /* the line has a short circuit */
+  /* bit 7 of a record's state: the detector is being tested */
+  PROTOCOL_STATE_TEST =                     128,
+};
+
+/* What a detector is to do. */
+enum protocol_mode {
+  PROTOCOL_MODE_WATCH =                     0,      /* alarms count */
+  PROTOCOL_MODE_DISABLE =                   1,      /* nothing counts */
+  PROTOCOL_MODE_TEST =                      2,      /* alarms are reported as tests */
+};
+
+/* Bits of the status word of a slave. */
+enum protocol_slave {
+  PROTOCOL_SLAVE_ALARM =                    1,      /* smoke is at the detector */
+  /* there was smoke since the last reset: the lamp is on */
+  PROTOCOL_SLAVE_LATCHED =                  2,
+  PROTOCOL_SLAVE_SOUNDING =                 4,      /* an alarm is not silenced yet: the sounder is on */
+  PROTOCOL_SLAVE_OPEN =                     8,      /* the line of the detector is broken */
+  PROTOCOL_SLAVE_SHORT =                    16,     /* the line of the detector has a short circuit */
+  /* the detector is not supplied, or its records not reported */
+  PROTOCOL_SLAVE_UNWATCHED =                32,
+  PROTOCOL_SLAVE_HOST_DEAD =                64,     /* the host has not said for too long that it lives */
+  PROTOCOL_SLAVE_DISABLED =                 128,    /* the detector is disabled */
+  PROTOCOL_SLAVE_TESTING =                  0x0100, /* the detector is being tested */
+  PROTOCOL_SLAVE_TEST_ALARM =               0x0200, /* smoke is at the detector, which is being tested */
+  PROTOCOL_SLAVE_WAITING =                  0x0400, /* records wait for the master */
+  PROTOCOL_SLAVE_DROPPED =                  0x0800, /* records were dropped since none has been kept */
+  PROTOCOL_SLAVE_UNWELL =                   0x1000, /* the result of the host's self-test is not good */
+  PROTOCOL_SLAVE_CONFIGURATION =            0x2000, /* the FPGA's configuration is damaged */
+  /* told by the master: another slave is expected here */
+  PROTOCOL_SLAVE_WRONG =                    0x4000,
+  PROTOCOL_SLAVE_ABSENT =                   0x8000, /* told by the master: nobody answers here */
+  PROTOCOL_SLAVE_FAULTS =                   0x7878, /* what of them is a fault */
+};
+
+/* Bits of the status of a master. */
+enum protocol_master {
+  PROTOCOL_MASTER_FIRE =                    1,      /* there was smoke at a slave since the last reset */
+  PROTOCOL_MASTER_SOUNDING =                2,      /* an alarm is not silenced yet */
+  PROTOCOL_MASTER_ALARM =                   4,      /* smoke is at a detector now */
+  PROTOCOL_MASTER_LINE_DEAD =               8,      /* no slave answers */
+  PROTOCOL_MASTER_RING_OPEN =               16,     /* the ring is cut */
+  /* slaves are missing, or others than expected are there */
+  PROTOCOL_MASTER_WRONG_LINE =              32,
+  PROTOCOL_MASTER_SLAVE_FAULT =             64,     /* a slave has a fault */
+  PROTOCOL_MASTER_DISABLED =                128,    /* a detector is disabled */
+  PROTOCOL_MASTER_TESTING =                 0x0100, /* a detector is being tested */
+  /* no right answer of the server has come for too long */
+  PROTOCOL_MASTER_SERVER_SILENT =           0x0200,
+  PROTOCOL_MASTER_HOST_DEAD =               0x0400, /* the host has not said for too long that it lives */
+  PROTOCOL_MASTER_CONFIGURATION =           0x0800, /* the FPGA's configuration is damaged */
+  PROTOCOL_MASTER_MAINS =                   0x1000, /* the mains have failed */
+  PROTOCOL_MASTER_BATTERY =                 0x2000, /* the battery is low */
+  PROTOCOL_MASTER_EARTH =                   0x4000, /* an earth fault */
+  PROTOCOL_MASTER_STORAGE =                 0x8000, /* the host's memory does not work: no commands */
+  /* the expected slaves are not set: none can be missed */
+  PROTOCOL_MASTER_UNLISTED =                0x10000,
+  /* events wait for the server that has not taken the earlier ones */
+  PROTOCOL_MASTER_FULL =                    0x20000,
+  PROTOCOL_MASTER_PLANT_DEAD =              0x40000, /* no link to the plant network */
+  PROTOCOL_MASTER_FAULTS =                  0x7FE78, /* what of them is a fault */
 };
 
 /* Commands of EtherCAT datagrams. */
@@ -117,50 +187,60 @@ enum protocol_loop {
   PROTOCOL_LOOP_CLOSED =                    3,      /* closed */
 };
 
-/* The server tells which events it has, big endian. */
-enum {
-  PROTOCOL_ACKNOWLEDGEMENT_MAGIC_AT =       0,      /* PROTOCOL_MAGIC */
-  PROTOCOL_ACKNOWLEDGEMENT_MAGIC_BYTES =    2,      /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_VERSION_AT =     2,      /* PROTOCOL_VERSION */
-  PROTOCOL_ACKNOWLEDGEMENT_VERSION_BYTES =  1,      /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_KIND_AT =        3,      /* one of PROTOCOL_KIND_... */
-  PROTOCOL_ACKNOWLEDGEMENT_KIND_BYTES =     1,      /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_MASTER_AT =      4,      /* master ID */
-  PROTOCOL_ACKNOWLEDGEMENT_MASTER_BYTES =   2,      /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_BOOT_AT =        6,      /* boot number of the master */
-  PROTOCOL_ACKNOWLEDGEMENT_BOOT_BYTES =     2,      /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_NUMBER_AT =      8,      /* it has all events before this one */
-  PROTOCOL_ACKNOWLEDGEMENT_NUMBER_BYTES =   4,      /* of it */
-  PROTOCOL_ACKNOWLEDGEMENT_BYTES =          12,     /* of all */
-};
-
-/* A report before its events, big endian. */
+/* A report before the states of slaves, big endian. */
 enum {
   PROTOCOL_REPORT_MAGIC_AT =                0,      /* PROTOCOL_MAGIC */
   PROTOCOL_REPORT_MAGIC_BYTES =             2,      /* of it */
   PROTOCOL_REPORT_VERSION_AT =              2,      /* PROTOCOL_VERSION */
   PROTOCOL_REPORT_VERSION_BYTES =           1,      /* of it */
-  PROTOCOL_REPORT_KIND_AT =                 3,      /* one of PROTOCOL_KIND_... */
+  PROTOCOL_REPORT_KIND_AT =                 3,      /* PROTOCOL_KIND_REPORT or PROTOCOL_KIND_ANSWER */
   PROTOCOL_REPORT_KIND_BYTES =              1,      /* of it */
   PROTOCOL_REPORT_MASTER_AT =               4,      /* master ID */
   PROTOCOL_REPORT_MASTER_BYTES =            2,      /* of it */
-  PROTOCOL_REPORT_BOOT_AT =                 6,      /* boot number of the master */
-  PROTOCOL_REPORT_BOOT_BYTES =              2,      /* of it */
-  PROTOCOL_REPORT_NUMBER_AT =               8,      /* number of its first event */
+  PROTOCOL_REPORT_ZERO_AT =                 6,      /* 0 */
+  PROTOCOL_REPORT_ZERO_BYTES =              2,      /* of it */
+  /* of the master: random, another one after each start */
+  PROTOCOL_REPORT_LIFE_AT =                 8,
+  PROTOCOL_REPORT_LIFE_BYTES =              8,      /* of it */
+  /* life of the server; in a report as far as the master knows, or 0 */
+  PROTOCOL_REPORT_SERVER_AT =               16,
+  PROTOCOL_REPORT_SERVER_BYTES =            8,      /* of it */
+  /* of the reports of this life, from 1 on: in the nonce */
+  PROTOCOL_REPORT_COUNTER_AT =              24,
+  PROTOCOL_REPORT_COUNTER_BYTES =           4,      /* of it */
+  PROTOCOL_REPORT_NUMBER_AT =               28,     /* of its first event */
   PROTOCOL_REPORT_NUMBER_BYTES =            4,      /* of it */
-  PROTOCOL_REPORT_COUNT_AT =                12,     /* events that follow */
-  PROTOCOL_REPORT_COUNT_BYTES =             1,      /* of it */
-  PROTOCOL_REPORT_SELF_TEST_AT =            13,     /* result of the master's host */
-  PROTOCOL_REPORT_SELF_TEST_BYTES =         1,      /* of it */
-  PROTOCOL_REPORT_PRESENT_AT =              14,     /* slaves that answer */
-  PROTOCOL_REPORT_PRESENT_BYTES =           1,      /* of it */
-  PROTOCOL_REPORT_KNOWN_AT =                15,     /* slaves listed */
-  PROTOCOL_REPORT_KNOWN_BYTES =             1,      /* of it */
-  PROTOCOL_REPORT_TIME_AT =                 16,     /* time of the master in us */
-  PROTOCOL_REPORT_TIME_BYTES =              4,      /* of it */
-  PROTOCOL_REPORT_LOST_AT =                 20,     /* frames sent in vain */
+  PROTOCOL_REPORT_TIME_AT =                 32,     /* time of the master in us */
+  PROTOCOL_REPORT_TIME_BYTES =              8,      /* of it */
+  PROTOCOL_REPORT_STATUS_AT =               40,     /* bits of enum protocol_master */
+  PROTOCOL_REPORT_STATUS_BYTES =            4,      /* of it */
+  PROTOCOL_REPORT_LOST_AT =                 44,     /* frames sent in vain */
   PROTOCOL_REPORT_LOST_BYTES =              4,      /* of it */
-  PROTOCOL_REPORT_BYTES =                   24,     /* of all */
+  PROTOCOL_REPORT_COUNT_AT =                48,     /* events that follow */
+  PROTOCOL_REPORT_COUNT_BYTES =             1,      /* of it */
+  PROTOCOL_REPORT_SLAVES_AT =               49,     /* slaves whose state follows */
+  PROTOCOL_REPORT_SLAVES_BYTES =            1,      /* of it */
+  /* slaves that answer, also those that are not listed */
+  PROTOCOL_REPORT_PRESENT_AT =              50,
+  PROTOCOL_REPORT_PRESENT_BYTES =           1,      /* of it */
+  PROTOCOL_REPORT_SELF_TEST_AT =            51,     /* result of the master's host */
+  PROTOCOL_REPORT_SELF_TEST_BYTES =         1,      /* of it */
+  PROTOCOL_REPORT_CUT_AT =                  52,     /* first slave behind the cut of a ring */
+  PROTOCOL_REPORT_CUT_BYTES =               1,      /* of it */
+  PROTOCOL_REPORT_REFUSED_AT =              53,     /* datagrams refused, 255: as many or more */
+  PROTOCOL_REPORT_REFUSED_BYTES =           1,      /* of it */
+  PROTOCOL_REPORT_SPARE_AT =                54,     /* 0 */
+  PROTOCOL_REPORT_SPARE_BYTES =             2,      /* of it */
+  PROTOCOL_REPORT_BYTES =                   56,     /* of all */
+};
+
+/* State of a slave in a report, big endian. */
+enum {
+  PROTOCOL_REPORTED_SLAVE_STATUS_AT =       0,      /* bits of enum protocol_slave */
+  PROTOCOL_REPORTED_SLAVE_STATUS_BYTES =    2,      /* of it */
+  PROTOCOL_REPORTED_SLAVE_NODE_AT =         2,      /* its node ID, or the last one known */
+  PROTOCOL_REPORTED_SLAVE_NODE_BYTES =      2,      /* of it */
+  PROTOCOL_REPORTED_SLAVE_BYTES =           4,      /* of all */
 };
 
 /* An event of a report, big endian. */
@@ -179,36 +259,81 @@ enum {
   PROTOCOL_EVENT_EPOCH_AT =                 7,      /* of its alarm record */
   PROTOCOL_EVENT_EPOCH_BYTES =              1,      /* of it */
   PROTOCOL_EVENT_SLAVE_TIME_AT =            8,      /* time of the slave in us */
-  PROTOCOL_EVENT_SLAVE_TIME_BYTES =         4,      /* of it */
-  PROTOCOL_EVENT_MASTER_TIME_AT =           12,     /* time of the master in us, when it took the event */
-  PROTOCOL_EVENT_MASTER_TIME_BYTES =        4,      /* of it */
-  PROTOCOL_EVENT_BYTES =                    16,     /* of all */
+  PROTOCOL_EVENT_SLAVE_TIME_BYTES =         8,      /* of it */
+  PROTOCOL_EVENT_MASTER_TIME_AT =           16,     /* time of the master in us, when it took the event */
+  PROTOCOL_EVENT_MASTER_TIME_BYTES =        8,      /* of it */
+  PROTOCOL_EVENT_BYTES =                    24,     /* of all */
 };
 
-/* An order of the server, big endian. */
+/* What a report ends with, big endian. */
 enum {
-  PROTOCOL_COMMAND_MAGIC_AT =               0,      /* PROTOCOL_MAGIC */
-  PROTOCOL_COMMAND_MAGIC_BYTES =            2,      /* of it */
-  PROTOCOL_COMMAND_VERSION_AT =             2,      /* PROTOCOL_VERSION */
-  PROTOCOL_COMMAND_VERSION_BYTES =          1,      /* of it */
-  PROTOCOL_COMMAND_KIND_AT =                3,      /* one of PROTOCOL_KIND_... */
-  PROTOCOL_COMMAND_KIND_BYTES =             1,      /* of it */
-  PROTOCOL_COMMAND_MASTER_AT =              4,      /* master ID */
-  PROTOCOL_COMMAND_MASTER_BYTES =           2,      /* of it */
-  PROTOCOL_COMMAND_BOOT_AT =                6,      /* boot number of the master */
-  PROTOCOL_COMMAND_BOOT_BYTES =             2,      /* of it */
-  PROTOCOL_COMMAND_NUMBER_AT =              8,      /* rises with every command of a boot */
-  PROTOCOL_COMMAND_NUMBER_BYTES =           4,      /* of it */
-  PROTOCOL_COMMAND_ORDER_AT =               12,     /* PROTOCOL_ALARM_CLEAR or PROTOCOL_DETECTOR_RESET */
-  PROTOCOL_COMMAND_ORDER_BYTES =            1,      /* of it */
-  PROTOCOL_COMMAND_ZERO_AT =                13,     /* 0 */
-  PROTOCOL_COMMAND_ZERO_BYTES =             1,      /* of it */
-  PROTOCOL_COMMAND_NODE_AT =                14,     /* ID of a slave, or PROTOCOL_ALL_NODES */
-  PROTOCOL_COMMAND_NODE_BYTES =             2,      /* of it */
-  /* first half of HMAC-SHA-256 over all bytes before it */
-  PROTOCOL_COMMAND_CODE_AT =                16,
-  PROTOCOL_COMMAND_CODE_BYTES =             16,     /* of it */
-  PROTOCOL_COMMAND_BYTES =                  32,     /* of all */
+  PROTOCOL_REPORT_END_REST_AT =             0,      /* 0 */
+  PROTOCOL_REPORT_END_REST_BYTES =          16,     /* of it */
+  /* Ascon-AEAD128 tag of all before the rest, as associated data */
+  PROTOCOL_REPORT_END_TAG_AT =              16,
+  PROTOCOL_REPORT_END_TAG_BYTES =           16,     /* of it */
+  /* makes the sum of UDP right whose checksum was sent before */
+  PROTOCOL_REPORT_END_BALANCE_AT =          32,
+  PROTOCOL_REPORT_END_BALANCE_BYTES =       2,      /* of it */
+  PROTOCOL_REPORT_END_BYTES =               34,     /* of all */
+};
+
+/* The server answers a report, big endian. */
+enum {
+  PROTOCOL_ANSWER_MAGIC_AT =                0,      /* PROTOCOL_MAGIC */
+  PROTOCOL_ANSWER_MAGIC_BYTES =             2,      /* of it */
+  PROTOCOL_ANSWER_VERSION_AT =              2,      /* PROTOCOL_VERSION */
+  PROTOCOL_ANSWER_VERSION_BYTES =           1,      /* of it */
+  PROTOCOL_ANSWER_KIND_AT =                 3,      /* PROTOCOL_KIND_REPORT or PROTOCOL_KIND_ANSWER */
+  PROTOCOL_ANSWER_KIND_BYTES =              1,      /* of it */
+  PROTOCOL_ANSWER_MASTER_AT =               4,      /* master ID */
+  PROTOCOL_ANSWER_MASTER_BYTES =            2,      /* of it */
+  PROTOCOL_ANSWER_ZERO_AT =                 6,      /* 0 */
+  PROTOCOL_ANSWER_ZERO_BYTES =              2,      /* of it */
+  /* of the master: random, another one after each start */
+  PROTOCOL_ANSWER_LIFE_AT =                 8,
+  PROTOCOL_ANSWER_LIFE_BYTES =              8,      /* of it */
+  /* life of the server; in a report as far as the master knows, or 0 */
+  PROTOCOL_ANSWER_SERVER_AT =               16,
+  PROTOCOL_ANSWER_SERVER_BYTES =            8,      /* of it */
+  /* of the answers of this life of the server, from 1 on: in the nonce */
+  PROTOCOL_ANSWER_TURN_AT =                 24,
+  PROTOCOL_ANSWER_TURN_BYTES =              4,      /* of it */
+  /* counter of the report; answers to earlier ones do not count any more */
+  PROTOCOL_ANSWER_ECHO_AT =                 28,
+  PROTOCOL_ANSWER_ECHO_BYTES =              4,      /* of it */
+  PROTOCOL_ANSWER_NUMBER_AT =               32,     /* of the next event wanted: all before are stored */
+  PROTOCOL_ANSWER_NUMBER_BYTES =            4,      /* of it */
+  /* of the order: another one for each in a life of the master */
+  PROTOCOL_ANSWER_TICKET_AT =               36,
+  PROTOCOL_ANSWER_TICKET_BYTES =            4,      /* of it */
+  PROTOCOL_ANSWER_ORDER_AT =                40,     /* one of enum protocol_order */
+  PROTOCOL_ANSWER_ORDER_BYTES =             1,      /* of it */
+  PROTOCOL_ANSWER_TROUBLE_AT =              41,     /* 1: the server cannot write its log, else 0 */
+  PROTOCOL_ANSWER_TROUBLE_BYTES =           1,      /* of it */
+  PROTOCOL_ANSWER_NODE_AT =                 42,     /* ID of a slave, or PROTOCOL_ALL_NODES */
+  PROTOCOL_ANSWER_NODE_BYTES =              2,      /* of it */
+  PROTOCOL_ANSWER_SECONDS_AT =              44,     /* how long a detector is disabled or tested */
+  PROTOCOL_ANSWER_SECONDS_BYTES =           2,      /* of it */
+  PROTOCOL_ANSWER_SPARE_AT =                46,     /* 0 */
+  PROTOCOL_ANSWER_SPARE_BYTES =             2,      /* of it */
+  /* Ascon-AEAD128 tag of all before it, as associated data */
+  PROTOCOL_ANSWER_TAG_AT =                  48,
+  PROTOCOL_ANSWER_TAG_BYTES =               16,     /* of it */
+  PROTOCOL_ANSWER_BYTES =                   64,     /* of all */
+};
+
+/* What makes each tag another one, big endian. */
+enum {
+  PROTOCOL_NONCE_LIFE_AT =                  0,      /* of who sends it */
+  PROTOCOL_NONCE_LIFE_BYTES =               8,      /* of it */
+  PROTOCOL_NONCE_ORIGIN_AT =                8,      /* PROTOCOL_OF_MASTER or PROTOCOL_OF_SERVER */
+  PROTOCOL_NONCE_ORIGIN_BYTES =             1,      /* of it */
+  PROTOCOL_NONCE_ZERO_AT =                  9,      /* 0 */
+  PROTOCOL_NONCE_ZERO_BYTES =               3,      /* of it */
+  PROTOCOL_NONCE_COUNTER_AT =               12,     /* of a report; turn of an answer */
+  PROTOCOL_NONCE_COUNTER_BYTES =            4,      /* of it */
+  PROTOCOL_NONCE_BYTES =                    16,     /* of all */
 };
 
 /* An event of the host at its registers, little endian. */
@@ -219,7 +344,7 @@ enum {
   PROTOCOL_HOST_EVENT_STATE_BYTES =         1,      /* of it */
   PROTOCOL_HOST_EVENT_NODE_AT =             2,      /* of the event: that of the order */
   PROTOCOL_HOST_EVENT_NODE_BYTES =          2,      /* of it */
-  PROTOCOL_HOST_EVENT_SEQUENCE_AT =         4,      /* of the event: low half of the order's number */
+  PROTOCOL_HOST_EVENT_SEQUENCE_AT =         4,      /* of the event: low half of the order's ticket */
   PROTOCOL_HOST_EVENT_SEQUENCE_BYTES =      2,      /* of it */
   PROTOCOL_HOST_EVENT_BYTES =               6,      /* of all */
 };
@@ -228,13 +353,54 @@ enum {
 enum {
   PROTOCOL_RECORD_SEQUENCE_AT =             0,      /* number of the event, from 1 on */
   PROTOCOL_RECORD_SEQUENCE_BYTES =          2,      /* of it */
-  PROTOCOL_RECORD_STATE_AT =                2,      /* one of enum protocol_state */
+  PROTOCOL_RECORD_STATE_AT =                2,      /* one of enum protocol_state, and its test bit */
   PROTOCOL_RECORD_STATE_BYTES =             1,      /* of it */
-  PROTOCOL_RECORD_EPOCH_AT =                3,      /* of the host: another one after each start */
+  /* of the host when it happened: another one after each start */
+  PROTOCOL_RECORD_EPOCH_AT =                3,
   PROTOCOL_RECORD_EPOCH_BYTES =             1,      /* of it */
   PROTOCOL_RECORD_TIME_AT =                 4,      /* time of the slave in us */
-  PROTOCOL_RECORD_TIME_BYTES =              4,      /* of it */
-  PROTOCOL_RECORD_BYTES =                   8,      /* of all */
+  PROTOCOL_RECORD_TIME_BYTES =              8,      /* of it */
+  PROTOCOL_RECORD_BYTES =                   12,     /* of all */
+};
+
+/* The master has a record, little endian. */
+enum {
+  PROTOCOL_RECORD_ACK_SEQUENCE_AT =         0,      /* number of the record */
+  PROTOCOL_RECORD_ACK_SEQUENCE_BYTES =      2,      /* of it */
+  /* bits 15 to 0 of its time: no other record has both */
+  PROTOCOL_RECORD_ACK_GUARD_AT =            2,
+  PROTOCOL_RECORD_ACK_GUARD_BYTES =         2,      /* of it */
+  PROTOCOL_RECORD_ACK_TAG_AT =              4,      /* number that the event got at the master, low half */
+  PROTOCOL_RECORD_ACK_TAG_BYTES =           2,      /* of it */
+  PROTOCOL_RECORD_ACK_BYTES =               6,      /* of all */
+};
+
+/* What the server has, little endian. */
+enum {
+  /* the server has all events with tags before this one */
+  PROTOCOL_CONFIRM_NUMBER_AT =              0,
+  PROTOCOL_CONFIRM_NUMBER_BYTES =           2,      /* of it */
+  PROTOCOL_CONFIRM_LIFE_AT =                2,      /* of the master: another one after each start */
+  PROTOCOL_CONFIRM_LIFE_BYTES =             2,      /* of it */
+  PROTOCOL_CONFIRM_BYTES =                  4,      /* of all */
+};
+
+/* The state of a slave, little endian. */
+enum {
+  PROTOCOL_SLAVE_STATE_STATUS_AT =          0,      /* bits of enum protocol_slave */
+  PROTOCOL_SLAVE_STATE_STATUS_BYTES =       2,      /* of it */
+  PROTOCOL_SLAVE_STATE_NODE_AT =            2,      /* its node ID */
+  PROTOCOL_SLAVE_STATE_NODE_BYTES =         2,      /* of it */
+  PROTOCOL_SLAVE_STATE_SELF_TEST_AT =       4,      /* result of its host */
+  PROTOCOL_SLAVE_STATE_SELF_TEST_BYTES =    1,      /* of it */
+  PROTOCOL_SLAVE_STATE_EPOCH_AT =           5,      /* of its host: another one after each start */
+  PROTOCOL_SLAVE_STATE_EPOCH_BYTES =        1,      /* of it */
+  /* records dropped since its start, 255: as many or more */
+  PROTOCOL_SLAVE_STATE_DROPPED_AT =         6,
+  PROTOCOL_SLAVE_STATE_DROPPED_BYTES =      1,      /* of it */
+  PROTOCOL_SLAVE_STATE_LINKS_AT =           7,      /* bit y: link at port y */
+  PROTOCOL_SLAVE_STATE_LINKS_BYTES =        1,      /* of it */
+  PROTOCOL_SLAVE_STATE_BYTES =              8,      /* of all */
 };
 
 /* The header of an EtherCAT datagram, little endian. */
@@ -273,10 +439,10 @@ enum {
   PROTOCOL_APPENDED_IRQ_AT =                8,      /* event request */
   PROTOCOL_APPENDED_IRQ_BYTES =             2,      /* of it */
   PROTOCOL_APPENDED_RECORD_AT =             10,     /* the alarm record */
-  PROTOCOL_APPENDED_RECORD_BYTES =          8,      /* of it */
-  PROTOCOL_APPENDED_COUNTER_AT =            18,     /* working counter */
+  PROTOCOL_APPENDED_RECORD_BYTES =          12,     /* of it */
+  PROTOCOL_APPENDED_COUNTER_AT =            22,     /* working counter */
   PROTOCOL_APPENDED_COUNTER_BYTES =         2,      /* of it */
-  PROTOCOL_APPENDED_BYTES =                 20,     /* of all */
+  PROTOCOL_APPENDED_BYTES =                 24,     /* of all */
 };
 
 #endif

@@ -1,6 +1,6 @@
 # Makes a Quartus project of the alarm board and compiles it. `make quartus` generates the Verilog and calls
 #   quartus_sh -t fpga/alarm/alarm.tcl ROLE WIDTH [DIRECTORY]
-# ROLE is slave or master, WIDTH the bits of the host's data bus.
+# ROLE is slave or master, WIDTH the bits of the host's data bus. A master with linePorts 2 has three ports.
 # Reads what was generated, *.v and alarm-ROLE.json, from DIRECTORY (default build/board/ROLE); writes to
 # DIRECTORY/quartus. The core clock is the one in alarm-ROLE.json: PLL and constraints follow it.
 load_package flow
@@ -16,6 +16,13 @@ source [file join $root fpga clock.tcl]
 set core_mhz [core_clock [file join $rtl alarm-$role.json]]
 if {$core_mhz != 50 && $core_mhz != 100} {
   post_message -type error "coreClockMhz is $core_mhz but must be 50 or 100 on the alarm board."
+  qexit -error
+}
+
+set ring [expr {$role eq "master" && [parameter [file join $rtl alarm-$role.json] linePorts] == 2}]
+set wide [expr {$width == 32}]
+if {$ring && $wide} {
+  post_message -type error "dataBusWidth is 32 but must be 8 or 16 on the alarm board with linePorts 2."
   qexit -error
 }
 
@@ -35,6 +42,14 @@ set_global_assignment -name PROJECT_OUTPUT_DIRECTORY output
 set_parameter -name ROLE [expr {$role eq "master"}]
 set_parameter -name DATA_BUS_WIDTH $width
 set_parameter -name CORE_MHZ $core_mhz
+if {$ring} { set_global_assignment -name VERILOG_MACRO RING=1 }
+if {$wide} { set_global_assignment -name VERILOG_MACRO WIDE_BUS=1 }
+
+# The device checks its configuration while it works, and says at pin CRC_ERROR (99) if it is damaged.
+if {!$wide} {
+  set_global_assignment -name CRC_ERROR_CHECKING ON
+  set_global_assignment -name ERROR_CHECK_FREQUENCY_DIVISOR 2
+}
 
 # Configuration from a serial memory; nCEO (pin 101) is an ordinary pin.
 set_global_assignment -name CYCLONEIII_CONFIGURATION_SCHEME "ACTIVE SERIAL"

@@ -42,7 +42,9 @@ set_false_path -hold -to $answer
 
 # ---- Levels ------------------------------------------------------------------------------------------------
 set_false_path -from [get_ports {host_ready alarm_current*}]
+set_false_path -from [get_ports -nowarn config_error]
 set_false_path -to [get_ports {phy_reset_n irq alarm_supply alarm_buzzer alarm_lamp}]
+set_false_path -to [get_ports -nowarn alarm_disabled]
 
 # ResetCrossing: begins without a clock.
 set_false_path -to [get_pins -compatibility_mode {*ResetCrossing:*|*|clrn}]

@@ -2,8 +2,11 @@
 // both roles.
 //
 // Registers and clock crossings are not here but in what flyframe generates with --board: board_support.v
-// (reset, host bus) and alarm-slave.v or alarm-master.v. This file holds the vendor's PLL, the data pins'
+// (resets, host bus) and alarm-slave.v or alarm-master.v. This file holds the vendor's PLL, the data pins'
 // direction and the choice of the role.
+//
+// Macros: RING gives a master a second port to its slaves; WIDE_BUS is for a host bus of 32 bits, which
+// leaves no pins for config_error and alarm_disabled.
 `default_nettype none
 
 module board #(
@@ -36,6 +39,17 @@ module board #(
   output wire                        mii_1_tx_en,
   output wire [3:0]                  mii_1_txd,
 
+`ifdef RING
+  // Port 2. Master: the far end of the ring.
+  input  wire                        mii_2_rx_clk,
+  input  wire                        mii_2_rx_dv,
+  input  wire                        mii_2_rx_er,
+  input  wire [3:0]                  mii_2_rxd,
+  input  wire                        mii_2_link,
+  output wire                        mii_2_tx_en,
+  output wire [3:0]                  mii_2_txd,
+`endif
+
   // Asynchronous memory bus of the microcontroller, all but address and data low active.
   input  wire                        bus_ne,
   input  wire                        bus_noe,
@@ -47,15 +61,24 @@ module board #(
   output wire                        irq,              // high active
   input  wire                        host_ready,       // the microcontroller has loaded the configuration
 
-  // Detector, slave only; buzzer and lamp in both roles, high active.
+`ifndef WIDE_BUS
+  // A wire from pin CRC_ERROR of the FPGA: its configuration is damaged.
+  input  wire                        config_error,
+  // Master: a detector is disabled or tested.
+  output wire                        alarm_disabled,
+`endif
+
+  // Detector, slave only.
   input  wire [2:0]                  alarm_current,
+  // Slave: supply of the detector. Master: no fault (a relay that drops out is a fault).
   output wire                        alarm_supply,
+  // Both: sounder; lamp of an alarm, in a master the fire output.
   output wire                        alarm_buzzer,
   output wire                        alarm_lamp
 );
 
   // ---- Clocks: VCO 50 MHz * M 12 / N 1 = 600 MHz; C0 = 600 / CORE_MHZ: core clock, C1 = 24: 25 MHz --------
-  wire       core_clk, phy_clk_ref, pll_locked;
+  wire       core_clk, phy_clk_ref, pll_locked, pll_reset;
   wire [2:0] unused_clk;
 
   altpll #(
@@ -75,6 +98,7 @@ module board #(
     .width_clock(5)
   ) pll (
     .inclk({1'b0, clk_50}),
+    .areset(pll_reset),
     .clk({unused_clk, phy_clk_ref, core_clk}),
     .locked(pll_locked)
   );
@@ -90,7 +114,7 @@ module board #(
   wire                        bus_d_drive;
 
   board_support support (
-    .clock(core_clk), .pll_locked(pll_locked), .reset(reset),
+    .clock(core_clk), .pll_locked(pll_locked), .reset(reset), .oscillator(clk_50), .pll_reset(pll_reset),
     .bus_ne(bus_ne), .bus_noe(bus_noe), .bus_nwe(bus_nwe), .bus_nbl(bus_nbl), .bus_a(bus_a),
     .bus_d_in(bus_d), .bus_d_out(bus_d_out), .bus_d_drive(bus_d_drive), .bus_nwait(bus_nwait),
     .host_req(host_req), .host_write(host_write), .host_addr(host_addr),
@@ -102,6 +126,13 @@ module board #(
   wire link_0 = mii_0_link ^ (LINK_ACTIVE_LOW != 0);
   wire link_1 = mii_1_link ^ (LINK_ACTIVE_LOW != 0);
   wire unused_tx_tick;
+  wire disabled;
+`ifdef WIDE_BUS
+  wire config_error = 1'b0;
+  wire unused_disabled = disabled;
+`else
+  assign alarm_disabled = disabled;
+`endif
 
   generate
     if (ROLE == 0) begin : slave
@@ -115,8 +146,9 @@ module board #(
         .host_req(host_req), .host_write(host_write), .host_addr(host_addr),
         .host_wdata(host_wdata), .host_be(host_be), .host_ack(host_ack), .host_rdata(host_rdata), .irq(irq),
         .alarm_current(alarm_current), .alarm_supply(alarm_supply), .alarm_buzzer(alarm_buzzer),
-        .alarm_lamp(alarm_lamp)
+        .alarm_lamp(alarm_lamp), .alarm_config_fault(config_error)
       );
+      assign disabled = 1'b0;
     end else begin : master
       alarm_master core (
         .clock(core_clk), .reset(reset), .phy_clk_ref(phy_clk_ref), .phy_reset_n(phy_reset_n),
@@ -127,10 +159,15 @@ module board #(
         .mii_1_rxd(mii_1_rxd), .mii_1_link(link_1), .mii_1_tx_en(mii_1_tx_en), .mii_1_txd(mii_1_txd),
         .host_req(host_req), .host_write(host_write), .host_addr(host_addr),
         .host_wdata(host_wdata), .host_be(host_be), .host_ack(host_ack), .host_rdata(host_rdata), .irq(irq),
-        .alarm_buzzer(alarm_buzzer), .alarm_lamp(alarm_lamp)
+`ifdef RING
+        .mii_2_rx_clk(mii_2_rx_clk), .mii_2_rx_dv(mii_2_rx_dv), .mii_2_rx_er(mii_2_rx_er),
+        .mii_2_rxd(mii_2_rxd), .mii_2_link(mii_2_link ^ (LINK_ACTIVE_LOW != 0)),
+        .mii_2_tx_en(mii_2_tx_en), .mii_2_txd(mii_2_txd),
+`endif
+        .alarm_sounder(alarm_buzzer), .alarm_fire(alarm_lamp), .alarm_fault_n(alarm_supply),
+        .alarm_disabled(disabled), .alarm_config_fault(config_error)
       );
-      // A master has no detector, and runs as soon as its host says so in a register.
-      assign alarm_supply = 1'b0;
+      // A master has no detector, and its line runs without a host.
       wire unused_inputs = &{1'b0, alarm_current, host_ready};
     end
   endgenerate

@@ -7,7 +7,10 @@ ROLE ?= slave
 dataBusWidth ?= 8
 
 # Datagrams of a frame that are processed and appended: 1 to 128
-maxSubTelegrams ?= 15
+maxSubTelegrams ?= 128
 
 # Implemented bits of the node ID: 4 to 16
 nodeIdWidth ?= 16
+
+# Ports of a master to its slaves: 1 a line; 2 a ring, with a data bus of 8 or 16 bits
+linePorts ?= 1

@@ -27,10 +27,19 @@ free  mii_1_rx_er   80
 free  mii_1_tx_en   77
 free  mii_1_txd     {76 75 74 73}
 free  mii_1_link    98
+if {$ring} {
+  free mii_2_rx_clk 25                       ;# a clock input, too
+  free mii_2_rxd    {42 44 46 49}
+  free mii_2_rx_dv  50
+  free mii_2_rx_er  51
+  free mii_2_tx_en  52
+  free mii_2_txd    {53 54 55 58}
+  free mii_2_link   59
+}
 
 # ---- Host --------------------------------------------------------------------------------------------------
 # Two pins are shared: with 16 and 8 bits of data bus_a[11] and [12] take those of bus_d[31] and [30].
-free  host_ready    25
+free  host_ready    [expr {$ring ? 101 : 25}]
 free  irq           104
 free  bus_nwait     105
 free  bus_nwe       106
@@ -41,8 +50,14 @@ free  bus_d         {114 115 119 120 121 124 125 126 127 128 129 132 133 135 136
                      42 44 46 49 50 51 52 53 54 55 58 59 60 64 65 66}
 free  bus_a         {138 141 142 143 144 72 71 70 69 68 67 66 65}
 
-# ---- Detector ----------------------------------------------------------------------------------------------
+# ---- Detector and signals ----------------------------------------------------------------------------------
+# A pull-down of 1 kilo-ohm at each output: until the FPGA is configured, its pins pull up.
 free  alarm_current {89 90 91}
-free  alarm_supply  99
+free  alarm_supply  [expr {$wide ? 99 : 39}]
 free  alarm_buzzer  100
 free  alarm_lamp    103
+if {!$wide} {
+  # Pin 99 is CRC_ERROR: wire it to config_error.
+  free alarm_disabled 60
+  free config_error   64
+}

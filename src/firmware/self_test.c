@@ -6,7 +6,7 @@ static const char *const texts[SELF_TEST_CODES] = {
     "No controller answers, or another one than this program is for.",
     "A register or the RAM of the controller does not hold what was written.",
     "The non-volatile memory does not work.",
-    "All boot numbers are used up: give the master and the server a new key, then begin anew with 0.",
+    "The source of random numbers does not work.",
     "The node ID is 0, 0xFFFF, or wider than the controller holds.",
     "The debounce time is above 655,350 us.",
     "The off time is 0.",
@@ -19,10 +19,18 @@ static const char *const texts[SELF_TEST_CODES] = {
     "There are more than 15 retries.",
     "Repetition or heartbeat of reports is not 1 to 4,095 ms.",
     "The key is all zero.",
+    "The heartbeat's promise is below 10 ms.",
+    "The server's time-out is 0.",
+    "There are too many places, a node ID among them is none, or stands twice.",
+    "The display has not 2 to 4 lines of 20 to 40 columns.",
 };
 
 const char *self_test_text(enum self_test result) {
   return (unsigned)result < SELF_TEST_CODES ? texts[result] : "The self-test failed for an unknown reason.";
+}
+
+enum self_test worse(enum self_test first, enum self_test second) {
+  return first == SELF_TEST_GOOD ? second : first;
 }
 
 uint32_t read_number(struct board *board, uint16_t address, uint8_t length) {
@@ -67,4 +75,10 @@ bool memory_holds(struct board *board, uint16_t address, uint16_t length) {
   }
   for (uint16_t i = 0; i < length; ++i) write_number(board, (uint16_t)(address + i), 1, 0);
   return true;
+}
+
+bool is_zero(const uint8_t *bytes, uint16_t count) {
+  uint8_t all = 0;
+  for (uint16_t i = 0; i < count; ++i) all |= bytes[i];
+  return all == 0;
 }

@@ -65,7 +65,8 @@ object ParameterPage {
       ""
     ) ++ parameters(1, Presets.master) ++ Seq(
       "",
-      "Ports of the top module. MII port 0 leads to the line of slaves, port 1 to the plant network.",
+      "Ports of the top module. MII port 0 leads to the line of slaves, port 1 to the plant network; with",
+      "`linePorts` 2 port 2 is the other end of the ring.",
       ""
     ) ++ ports(PortTable.master)).mkString("", "\n", "\n")
 }

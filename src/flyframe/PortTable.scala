@@ -35,8 +35,10 @@ final case class PortInfo(
   /** The names it has with parameters `p`: none if it is not built. */
   def names(p: EscParams): Seq[String] =
     if (!built(p)) Nil
-    else if (name.contains("_y")) (0 until p.ports).map(y => name.replace("_y", s"_$y"))
-    else Seq(name)
+    else if (name.contains("_y")) {
+      val ports = if (p.isMaster) p.linePorts + 1 else p.ports // one to the plant network
+      (0 until ports).map(y => name.replace("_y", s"_$y"))
+    } else Seq(name)
 }
 
 /** The ports of both top modules in the order they are emitted: the only place that says in words what they
@@ -121,16 +123,23 @@ object PortTable {
         "comparators; the line's current is above that of [0] a whole line, [1] an alarm, " +
           "[2] a short circuit"),
       port("alarm_supply",  Out, 1, "switches the supply of the detector's line"),
-      port("alarm_buzzer",  Out, 1, "sounds from an alarm on until it is cleared"),
-      port("alarm_lamp",    Out, 1, "lit as long")
+      port("alarm_buzzer",  Out, 1, "sounds from an alarm on until it is silenced"),
+      port("alarm_lamp",    Out, 1, "lit from an alarm on until the detector is reset"),
+      port("alarm_config_fault", In, 1,
+        "high: the device has found its configuration damaged. Any clock")
     )
 
-  /** Ports of an alarm master. Its MII port 0 leads to the line, port 1 to the plant network. */
+  /** Ports of an alarm master. Its MII port 0 leads to the line, port 1 to the plant network; port 2 is the
+    * other end of a ring.
+    */
   val master: Seq[PortInfo] = clocks ++ mii ++ host ++ Seq(
-    port("irq",          Out, 1,
-      "interrupt to the host: a message of the server waits, or a datagram is back; a level"),
-    port("alarm_buzzer", Out, 1, "sounds from an alarm on until the host switches it off"),
-    port("alarm_lamp",   Out, 1, "lit as long")
+    port("irq",                Out, 1,
+      "interrupt to the host: an order of the server waits, or a datagram is back; a level"),
+    port("alarm_fire",         Out, 1, "fire: from an alarm on until it is reset"),
+    port("alarm_sounder",      Out, 1, "sounds from an alarm on until it is silenced"),
+    port("alarm_fault_n",      Out, 1, "low: there is a fault"),
+    port("alarm_disabled",     Out, 1, "a detector is disabled or tested"),
+    port("alarm_config_fault", In,  1, "high: the device has found its configuration damaged. Any clock")
   )
   // format: on
 

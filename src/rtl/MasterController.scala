@@ -8,18 +8,29 @@ import flyframe.memory.HostPort
 import flyframe.mii.MiiTransmitter
 import flyframe.params.EscParams
 import flyframe.port.SlotTimer
+import flyframe.protocol.{AnswerLayout, MasterStatus}
 import flyframe.registers.MasterRegisters
 
-/** What an alarm master sounds and lights. */
+/** The signals of an alarm master, and what its device says of itself. */
 class SignalPins extends Bundle {
 
-  /** From an alarm on until the host switches them off. */
-  val buzzer = Output(Bool())
-  val lamp   = Output(Bool())
+  /** There was smoke since the last reset; an alarm is not silenced yet. */
+  val fire    = Output(Bool())
+  val sounder = Output(Bool())
+
+  /** Low when there is a fault, so that a master without power or configuration shows one, too. */
+  val fault_n = Output(Bool())
+
+  /** A detector is disabled or tested. */
+  val disabled = Output(Bool())
+
+  /** The device has found its configuration damaged; a level, asynchronous. */
+  val config_fault = Input(Bool())
 }
 
 /** The master of a line of alarm slaves: port 0 leads to the first of them, port 1 to the plant network with
-  * the server; a host sets it up and hears of the server's messages (HOST-01 to HOST-07).
+  * the server; of a ring the far end comes back to port 2. A host sets it up and shows what it knows (HOST-01
+  * to HOST-14).
   *
   * @param p
   *   a parameter set of role 1 without [[EscParams.problems]]
@@ -28,15 +39,18 @@ class MasterController(p: EscParams) extends Module {
   import MasterController._
   override def desiredName = p.topName
 
+  // Ports to the slaves, see PlantPort.
+  private val linePorts = Seq(0, 2).take(p.linePorts)
+
   val phy_clk_ref = IO(Input(Bool()))
-  val mii         = IO(Vec(2, new MiiPort))
+  val mii         = IO(Vec(p.linePorts + 1, new MiiPort))
   val mii_tx_tick = IO(Output(Bool()))
 
   /** Low active, as PHYs want it. */
   val phy_reset_n = IO(Output(Bool()))
   val host        = IO(new HostPort(p.lanes))
 
-  /** A message of the server waits, or a datagram of the host is back; a level. */
+  /** An order of the server waits, or a datagram of the host is back; a level. */
   val irq   = IO(Output(Bool()))
   val alarm = IO(new SignalPins)
   phy_reset_n := !reset.asBool
@@ -51,7 +65,6 @@ class MasterController(p: EscParams) extends Module {
 
   private val registers = Module(new MasterHost(p))
   private val value     = registers.value
-  private val status    = registers.status
   registers.host <> host
 
   // Ports.
@@ -72,72 +85,89 @@ class MasterController(p: EscParams) extends Module {
   }
   mii_tx_tick := ShiftRegister(transmitStep, p.txShift + 1)
 
-  // Time.
+  // Time. Reports are made of it for less than a microsecond: meanwhile it stands still.
   private def every(event: Bool, count: Int): Bool = Counter(event, count)._2
+  private val plant                                = Module(new PlantSide)
   private val microsecond                          = every(processStep, SlotsPerUs)
   private val millisecond                          = every(microsecond, 1000)
-  private val time                                 = RegInit(0.U(32.W)) // us; reset: starts anew
-  when(microsecond) { time := time + 1.U }
+  private def counter(width: Int, event: Bool): UInt = {
+    val counter = Module(new HeldCounter(width))
+    counter.count := event
+    counter.holds := plant.holds
+    counter.value
+  }
+  private val time = counter(64, microsecond) // us
+
+  // What the host asks for: each bit that starts something returns to 0 at once.
+  private def action(name: String): Bool = {
+    registers.set.load(name).valid := value.bool(name)
+    registers.set.load(name).bits  := 0.U
+    value.bool(name)
+  }
 
   // The line.
-  private val line = Module(new LineMaster(p.maxSlaves, p.maxSubTelegrams))
-  line.step          := processStep
-  line.in            := receivers(0).out
-  transmitters(0).in := line.out
-  line.source        := Cat(value.uint("master_id"), LineSource.U(32.W))
-  line.run           := value.bool("line_run")
-  line.cycle         := value.uint("bus_cycle")
-  line.timeout       := value.uint("answer_timeout")
-  line.retries       := value.uint("retries")
-  private val framesLost = RegInit(0.U(32.W)) // reset: none
-  when(line.lost) { framesLost := framesLost + 1.U }
+  private val line = Module(new LineMaster(p.maxSlaves, p.maxSubTelegrams, p.linePorts))
+  line.step           := processStep
+  line.source         := Cat(value.uint("master_id"), LineSource.U(32.W))
+  line.run            := value.bool("line_run")
+  line.cycle          := value.uint("bus_cycle")
+  line.timeout        := value.uint("answer_timeout")
+  line.retries        := value.uint("retries")
+  line.life           := value.uint("line_life")
+  line.listed         := value.bool("line_listed")
+  line.silence        := action("silence")
+  line.resetAlarm     := action("reset_alarm")
+  line.confirmed      := plant.firstEvent
+  line.nextEvent      := plant.nextEvent
+  line.roomForRecords := plant.roomForRecords
+  line.roomForStates  := plant.roomForStates
+  line.look           := plant.look
+  line.window         := value.uint("slave_index")
+  line.expect.valid   := registers.writes(MasterRegisters.ExpectedNode + 1)
+  line.expect.bits    := value.uint("expected_node")
+  for ((port, y) <- linePorts.zipWithIndex) {
+    line.in(y)            := receivers(port).out
+    transmitters(port).in := line.out(y)
+  }
+  private val framesLost = counter(32, line.lost)
+  line.framesLost := framesLost
+
+  // A datagram of the host. Reset: none asked for, none back.
+  private val requestWaits = RegInit(false.B)
+  private val requestFlies = RegInit(false.B)
+  private val requestDone  = RegInit(false.B)
 
   // The plant network.
-  private val receiver = Module(new EthernetReceiver)
-  private val udp      = Module(new UdpReceiver)
-  private val link     = Module(new ServerLink)
-  private val arp      = Module(new ArpResponder)
-  private val sender   = Module(new UdpSender)
-  private val reports  = Module(new EventReporter(EventPlaces))
-  private val plant    = Module(new EthernetSender)
-  private val expected = Module(new ExpectedByte)
-  private val settings = Module(new NetworkSettings(6))
+  private val settings = Module(new NetworkSettings(4))
   private val own      = Module(new HostEvent)
-  receiver.step    := processStep
-  receiver.in      := receivers(1).out
-  udp.byte         := receiver.byte
-  udp.first        := receiver.first
-  udp.end          := receiver.end
-  udp.at           := expected.at
-  udp.same         := expected.same
-  udp.mine         := expected.mine
-  arp.byte         := receiver.byte
-  arp.first        := receiver.first
-  arp.end          := receiver.end
-  arp.at           := expected.at
-  arp.same         := expected.same
-  arp.mine         := expected.mine
-  link.data        := udp.data
-  link.offset      := udp.offset
-  link.received    := udp.received
-  link.master      := value.uint("master_id")
-  link.boot        := value.uint("boot_number")
-  link.take        := value.bool("mailbox_done")
-  link.readAddress := value.uint("mailbox_offset")
+  plant.step                 := processStep
+  plant.in                   := receivers(PlantPort).out
+  transmitters(PlantPort).in := plant.out
+  plant.run                  := value.bool("report_run")
+  plant.repeatMs             := value.uint("report_repeat")
+  plant.heartbeatMs          := value.uint("report_heartbeat")
+  plant.serverTimeout        := value.uint("server_timeout")
+  plant.millisecond          := millisecond
+  plant.known                := line.state.known
+  plant.lookData             := line.lookData
 
-  expected.byte         := receiver.byte
-  expected.end          := receiver.end
   settings.write        := registers.settingWrite
   settings.writeAddress := registers.settingAddress
   settings.writeData    := registers.settingData
   settings.readAddress := VecInit(
     registers.settingAddress,
-    NetworkSettings.ofNetwork(expected.address),
-    NetworkSettings.ofNetwork(sender.settingAddress),
-    NetworkSettings.ofNetwork(arp.settingAddress),
-    MasterRegisters.Request.U | line.requestAddress,
-    MasterRegisters.HostEvent.U | own.readAddress
+    plant.settingAddress(0),
+    plant.settingAddress(1),
+    Mux(
+      requestFlies,
+      MasterRegisters.Request.U | line.requestAddress,
+      MasterRegisters.HostEvent.U | own.readAddress
+    )
   )
+  plant.setting    := VecInit(settings.readData(1), settings.readData(2))
+  line.requestData := settings.readData(3)
+  own.readData     := settings.readData(3)
+  own.granted      := !requestFlies
   // What came back of the host's datagram; no setting has its address. Reset: nothing.
   private val requestAnswered = RegEnable(line.result.bits, false.B, line.result.valid)
   line.resultAddress := registers.settingAddress
@@ -147,61 +177,68 @@ class MasterController(p: EscParams) extends Module {
     f"MasterRegisters.Result is 0x${MasterRegisters.Result}%02x but must be a multiple of 16."
   )
   private val isResult = RegNext(
-    registers.settingAddress(6, 4) === (MasterRegisters.Result >> 4).U &&
+    registers.settingAddress(7, 4) === (MasterRegisters.Result >> 4).U &&
       (registers.settingAddress(3) || registers.settingAddress(3, 1) === 2.U)
   )
-  registers.setting := settings.readData(0) | Mux(isResult && requestAnswered, line.resultData, 0.U)
-  expected.setting  := settings.readData(1)
-  line.requestData  := settings.readData(4)
-  own.readData      := settings.readData(5)
-  sender.setting    := settings.readData(2)
-  arp.setting       := settings.readData(3)
+  line.windowByte := registers.settingAddress
+  private val isWindow =
+    RegNext(registers.settingAddress(7, 3) === (MasterRegisters.SlaveState >> 3).U)
+  registers.setting := settings.readData(0) | Mux(isResult && requestAnswered, line.resultData, 0.U) |
+    Mux(isWindow, line.windowState, 0.U)
 
-  reports.millisecond := millisecond
-  reports.repeatMs    := value.uint("report_repeat")
-  reports.heartbeatMs := value.uint("report_heartbeat")
-  reports.acknowledge := link.acknowledge
-  reports.busy        := sender.busy || !value.bool("report_run")
-  reports.readAddress := sender.readAddress
-  sender.readData     := reports.readData
-  sender.start        := reports.start
-  sender.length       := reports.length
-  line.room           := reports.room
-  line.firstEvent     := reports.firstEvent
-  line.nextEvent      := reports.nextEvent
+  // The heartbeat of the host (HOST-12).
+  private val alive = value.uint("host_alive")
+  registers.set.load("host_alive").valid := millisecond && alive =/= 0.U
+  registers.set.load("host_alive").bits  := alive - 1.U
 
-  private val frames = Module(new FrameArbiter)
-  frames.in(0) <> sender.bytes
-  frames.in(1) <> arp.bytes
-  plant.bytes <> frames.out
-  plant.step         := processStep
-  transmitters(1).in := plant.out
-
-  reports.status.master   := value.uint("master_id")
-  reports.status.boot     := value.uint("boot_number")
-  reports.status.selfTest := value.uint("master_self_test")
-  reports.status.present  := line.present
-  reports.status.known    := line.known
-  reports.status.lost     := framesLost
-  reports.status.time     := time
-
-  // What the host asks for: each bit that starts something returns to 0 at once.
-  private def action(name: String): Bool = {
-    registers.set.load(name).valid := value.bool(name)
-    registers.set.load(name).bits  := 0.U
-    value.bool(name)
+  // The status (HOST-11), and the signals that follow from it.
+  private val damaged = Module(new LevelCrossing)
+  damaged.in := alarm.config_fault
+  private val status = {
+    import MasterStatus._
+    val bits = Seq(
+      Fire          -> line.state.fire,
+      Sounding      -> line.state.sounding,
+      Alarm         -> line.state.alarm,
+      LineDead      -> line.state.dead,
+      RingOpen      -> line.state.ringOpen,
+      WrongLine     -> line.state.wrong,
+      SlaveFault    -> line.state.slaveFault,
+      Disabled      -> line.state.disabled,
+      Testing       -> line.state.testing,
+      ServerSilent  -> plant.serverSilent,
+      HostDead      -> (alive === 0.U),
+      Configuration -> damaged.out,
+      Mains         -> value.bool("mains_failed"),
+      Battery       -> value.bool("battery_low"),
+      Earth         -> value.bool("earth_fault"),
+      Storage       -> value.bool("storage_failed"),
+      Unlisted      -> !value.bool("line_listed"),
+      Full          -> plant.full,
+      PlantDead     -> !links(PlantPort)
+    )
+    require(
+      bits.map(_._1) == Seq.tabulate(Width)(1 << _),
+      s"MasterStatus has Width $Width but its bits are ${bits.map(_._1).mkString(", ")}."
+    )
+    VecInit(bits.map(_._2)).asUInt
   }
-  private val alarmOn = RegInit(false.B) // reset: quiet
-  when(action("buzzer_off")) { alarmOn := false.B }
-  when(line.alarm) { alarmOn := true.B }
-  alarm.buzzer := alarmOn
-  alarm.lamp   := alarmOn
+  private def lit(on: Bool): Bool = on || value.bool("lamp_test")
+  alarm.fire     := lit(line.state.fire)
+  alarm.sounder  := lit(line.state.sounding)
+  alarm.disabled := lit(line.state.disabled || line.state.testing)
+  alarm.fault_n  := !lit((status & MasterStatus.Faults.U).orR)
+  line.status    := status
 
-  // A datagram of the host. Reset: none asked for, none back.
-  private val requestWaits = RegInit(false.B)
-  private val requestFlies = RegInit(false.B)
-  private val requestDone  = RegInit(false.B)
-  private val requestBusy  = requestWaits || requestFlies
+  plant.master.status  := status
+  plant.master.present := line.state.present
+  plant.master.cut     := line.state.cut
+  plant.master.refused := registers.counts.uint("refused_datagrams")
+  plant.master.lost    := framesLost
+  plant.master.time    := time
+
+  // A datagram of the host.
+  private val requestBusy = requestWaits || requestFlies
   line.request.valid := requestWaits
   when(registers.reads(MasterRegisters.Answered)) { requestDone := false.B }
   when(action("request_go") && !requestBusy) {
@@ -219,44 +256,51 @@ class MasterController(p: EscParams) extends Module {
 
   // Events; those of the line come first.
   own.go := action("host_event_go")
-  reports.event(0) <> line.event
-  reports.event(1) <> own.event
+  plant.event(0) <> line.event
+  plant.event(1) <> own.event
 
   // The mailbox: reading a byte leads to the next.
   private val offset = registers.set.load("mailbox_offset")
-  offset.valid := registers.reads(MasterRegisters.MailboxData) || action("mailbox_done")
-  offset.bits  := Mux(value.bool("mailbox_done"), 0.U, value.uint("mailbox_offset") + 1.U)
-  irq          := link.waiting || requestDone
+  plant.mailbox.take        := value.bool("mailbox_done")
+  plant.mailbox.looks       := registers.looks
+  plant.mailbox.readAddress := value.uint("mailbox_offset")
+  offset.valid              := registers.reads(MasterRegisters.MailboxData) || action("mailbox_done")
+  offset.bits               := Mux(value.bool("mailbox_done"), 0.U, value.uint("mailbox_offset") + 1.U)
+  irq                       := plant.mailbox.waiting || requestDone
 
-  status.uint("slaves_present")   := line.present
-  status.uint("slaves_known")     := line.known
-  status.uint("line_link")        := links(0)
-  status.uint("plant_link")       := links(1)
-  status.uint("mailbox_waiting")  := link.waiting
-  status.uint("request_done")     := requestDone
-  status.uint("request_busy")     := requestBusy
-  status.uint("alarm_latched")    := alarmOn
-  status.uint("host_event_busy")  := own.busy
-  status.uint("frames_lost")      := framesLost
-  status.uint("master_time")      := time
-  status.uint("request_answered") := requestAnswered
-  status.uint("mailbox_length")   := Mux(link.waiting, link.length, 0.U)
-  status.uint("mailbox_data")     := link.readData
-
-  registers.event.pulse("refused_datagrams") := link.refused
-  registers.event.pulse("dropped_messages")  := link.dropped
-  for (y <- 0 until 2)
-    registers.event.pulse(s"invalid_frame_port$y") := receivers(y).events.invalidFrame
+  private val shown = registers.status
+  shown.uint("slaves_present")               := line.state.present
+  shown.uint("slaves_known")                 := line.state.known
+  shown.uint("line_link")                    := links(linePorts.head)
+  shown.uint("plant_link")                   := links(PlantPort)
+  shown.uint("mailbox_waiting")              := plant.mailbox.waiting
+  shown.uint("request_done")                 := requestDone
+  shown.uint("request_busy")                 := requestBusy
+  shown.uint("ring_closed")                  := line.state.ringClosed
+  shown.uint("host_event_busy")              := own.busy
+  shown.uint("frames_lost")                  := framesLost
+  shown.uint("master_state")                 := status
+  shown.uint("master_time")                  := time
+  shown.uint("request_answered")             := requestAnswered
+  shown.uint("mailbox_length")               := Mux(plant.mailbox.waiting, AnswerLayout.bytes.U, 0.U)
+  shown.uint("mailbox_data")                 := plant.mailbox.readData
+  shown.uint("ring_cut")                     := line.state.cut
+  registers.event.pulse("refused_datagrams") := plant.refused
+  registers.event.pulse("dropped_messages")  := plant.dropped
+  registers.event.pulse("invalid_frame_port0") := VecInit(
+    linePorts.map(receivers(_).events.invalidFrame)
+  ).asUInt.orR
+  registers.event.pulse("invalid_frame_port1") := receivers(PlantPort).events.invalidFrame
 }
 
 object MasterController {
   private val SlotsPerUs = 25
 
+  /** The plant network has this port, whether there is one port to the slaves or two. */
+  private val PlantPort = 1
+
   /** Source address of frames to the line, first byte in the low bits, behind it the master ID: bit 1 of the
     * first byte, which slaves set, must be 0.
     */
   private val LineSource = 0x796c6604
-
-  /** Places for events until the server has them. */
-  val EventPlaces = 256
 }

@@ -143,7 +143,7 @@ class SlaveController(p: EscParams, added: Seq[Register] = Nil) extends Module {
   } ++ (3 to 0 by -1).map(y => if (y < p.ports) links(y) else false.B) ++ Seq(false.B, false.B, operational))
   private val events = local.application(dlStatus)
   processor.config.ecatEvents := events.irqField
-  private val messages = alarm.zip(appender).map { case (pins, a) => local.alarm(pins, a) }
+  private val messages = alarm.zip(appender).map { case (pins, a) => local.alarm(pins, a, links) }
   irq.foreach(_ := events.irq || messages.getOrElse(false.B))
   digital_output.foreach(_ := value.uint("digital_output"))
   digital_output_driven.foreach(_ := operational && local.processDataRuns)

@@ -1,11 +1,14 @@
 package flyframe.server
 
-import java.nio.file.Path
-import java.sql.{Connection, DriverManager, SQLException}
+import java.nio.file.attribute.BasicFileAttributes
+import java.nio.file.{Files, Path}
+import java.sql.{Connection, SQLException}
 import java.time.Instant
+import scala.util.Try
 import anorm._
 import anorm.SqlParser._
-import flyframe.protocol.EventKind
+import org.sqlite.SQLiteConfig
+import flyframe.protocol.{DetectorState, EventKind}
 
 /** An event in the log.
   *
@@ -14,7 +17,10 @@ import flyframe.protocol.EventKind
   * @param number
   *   of the event in its life
   * @param again
-  *   an alarm record that the log has from an earlier life of the master (SRV-19)
+  *   an alarm record that the log has already (SRV-19)
+  * @param note
+  *   what it says, if it is an entry of the server itself: `life` has the life of the server then, and
+  *   `number` counts such entries
   */
 final case class LogEntry(
     id: Long,
@@ -22,164 +28,237 @@ final case class LogEntry(
     life: Life,
     number: Long,
     event: Event,
-    again: Boolean = false
-)
+    again: Boolean = false,
+    note: Option[String] = None
+) {
+
+  /** In words. */
+  def text: String = note.getOrElse(EventText.text(event))
+}
+
+object LogEntry {
+
+  /** Kind of an entry of the server: what became of an order for a zone (SRV-25); no byte, as those of
+    * masters are. Its position is the order, its state one of [[flyframe.protocol.CommandResult]].
+    */
+  val ZoneOrder = 256
+}
 
 /** What the log knows of a life of a master.
   *
   * @param next
   *   number of the next event wanted
-  * @param time
-  *   the master's time, in us, of a report that came at `heard`; later ones may have come without events
+  * @param gaps
+  *   first and last numbers of events that the log does not have, and the master has no more
   */
-final case class LifeRecord(life: Life, next: Long, time: Long, heard: Instant)
+final case class LifeRecord(life: Life, next: Long, gaps: Vector[(Long, Long)])
 
 /** The log in SQLite: every event once, in the order of its numbers (SRV-05 to SRV-08). What a method has
-  * stored is on the disk when it returns. For several threads.
+  * stored is on the disk when it returns. For several threads: those that read do not wait for one that
+  * writes.
   *
   * Methods throw `SQLException` when the database cannot be written or read.
   */
-final class EventStore private (connection: Connection) extends AutoCloseable {
+final class EventStore private (path: Path, writer: Connection, reader: Connection) extends AutoCloseable {
   import EventStore._
-  private implicit val sql: Connection = connection
+  private val file      = keyOf(path)
+  private val writeLock = new AnyRef
 
-  /** A life, if it has begun. */
-  def record(life: Life): Option[LifeRecord] = synchronized {
-    SQL"select * from life where master = ${life.master} and boot = ${life.boot}".as(lifeRecord.singleOpt)
-  }
+  private def reading[A](body: Connection => A): A = reader.synchronized(body(reader))
 
-  /** A life begins: its events are wanted from `first` on. Known ones stay as they are. */
-  def begin(life: Life, first: Long): Unit = transaction {
-    SQL"""insert or ignore into life (master, boot, next, counter, time, heard)
-          values (${life.master}, ${life.boot}, $first, 0, 0, 0)""".executeUpdate()
-  }
+  /** A life, if the log knows it. */
+  def record(life: Life): Option[LifeRecord] = reading(recordOf(life)(_))
 
-  /** Stores those events of a report which are wanted; none of them if events before are missing. The new
-    * entries are the result.
+  /** Stores those events of a report that the log does not have, and returns the new entries. A life that the
+    * log does not know begins. If events before are missing they are noted as a gap: the master has them no
+    * more, since a server has acknowledged them (SRV-06).
     */
-  def append(report: Report, received: Instant): Seq[LogEntry] = transaction {
-    val life   = report.life
-    val wanted = record(life).getOrElse(throw new IllegalArgumentException(s"$life has not begun")).next
-    val fresh = report.events.zipWithIndex.map { case (e, i) => (report.first + i, e) }.filter(_._1 >= wanted)
-    if (fresh.isEmpty || report.first > wanted) Nil
-    else {
-      val entries = fresh.map { case (number, e) =>
-        insert(LogEntry(0, received, life, number, e, isKnown(life, e)))
-      }
-      SQL"""update life set next = ${fresh.last._1 + 1}
-            where master = ${life.master} and boot = ${life.boot}""".executeUpdate()
-      update(life, report.time, received)
-      entries
+  def take(report: Report, received: Instant): (Seq[LogEntry], LifeRecord) = transaction { implicit sql =>
+    val life = report.life
+    if (recordOf(life).isEmpty)
+      SQL"insert into life (master, life, next) values (${life.master}, ${life.number}, 0)".executeUpdate()
+    val wanted = recordOf(life).get.next
+    if (report.first > wanted)
+      SQL"""insert into gap (master, life, first, last)
+            values (${life.master}, ${life.number}, $wanted, ${report.first - 1})""".executeUpdate()
+    val entries = report.events.zipWithIndex.collect {
+      case (e, i) if report.first + i >= wanted =>
+        insert(LogEntry(0, received, life, report.first + i, e, isKnown(life, e)))
+    }
+    if (report.end > wanted)
+      SQL"""update life set next = ${report.end}
+            where master = ${life.master} and life = ${life.number}""".executeUpdate()
+    (entries, recordOf(life).get)
+  }
+
+  /** Stores entries of the server itself. */
+  def note(entries: Seq[LogEntry]): Unit = transaction { implicit sql =>
+    for (e <- entries; text <- e.note) {
+      val id = insert(e).id
+      SQL"insert into note (event, text) values ($id, $text)".executeUpdate()
     }
   }
 
-  /** Remembers the time of a report (SRV-10). */
-  def remember(life: Life, time: Long, heard: Instant): Unit = transaction(update(life, time, heard))
-
-  private def update(life: Life, time: Long, heard: Instant): Unit =
-    SQL"""update life set time = $time, heard = ${heard.toEpochMilli}
-          where master = ${life.master} and boot = ${life.boot}""".executeUpdate()
-
-  private def insert(entry: LogEntry): LogEntry = {
-    val LogEntry(_, received, life, number, e, again) = entry
+  private def insert(entry: LogEntry)(implicit sql: Connection): LogEntry = {
+    val LogEntry(_, received, life, number, e, again, _) = entry
     val id =
-      SQL"""insert into event (received, master, boot, number, again, kind, position, node, sequence, state,
+      SQL"""insert into event (received, master, life, number, again, kind, position, node, sequence, state,
                                epoch, slave_time, master_time)
-            values (${received.toEpochMilli}, ${life.master}, ${life.boot}, $number, ${if (again) 1 else 0},
+            values (${received.toEpochMilli}, ${life.master}, ${life.number}, $number, ${if (again) 1 else 0},
                     ${e.kind}, ${e.position}, ${e.node}, ${e.sequence}, ${e.state}, ${e.epoch},
                     ${e.slaveTime}, ${e.masterTime})""".executeInsert(scalar[Long].single)
     entry.copy(id = id)
   }
 
-  /** An alarm record that is in the log. */
-  private def isKnown(life: Life, e: Event): Boolean = e.kind == EventKind.Detector &&
-    SQL"""select count(*) from event
-          where kind = #${EventKind.Detector} and master = ${life.master} and node = ${e.node}
-            and sequence = ${e.sequence} and epoch = ${e.epoch} and state = ${e.state}
-            and slave_time = ${e.slaveTime}""".as(scalar[Long].single) > 0
+  /** An alarm record that the log has already: a master reports it again if it has started anew, or if its
+    * slave was absent before it had the acknowledgement. Epoch 0 is that of no start of a host: before that a
+    * slave tells the same after each power-up. So it does when an epoch comes again after many starts: a
+    * record behind which the slave's log goes on is not the same.
+    */
+  private def isKnown(life: Life, e: Event)(implicit sql: Connection): Boolean =
+    e.kind == EventKind.Detector &&
+      SQL"""select max(id) from event
+            where kind = #${EventKind.Detector} and master = ${life.master} and epoch <> 0
+              and node = ${e.node} and position = ${e.position} and sequence = ${e.sequence}
+              and epoch = ${e.epoch} and state = ${e.state}
+              and slave_time = ${e.slaveTime}""".as(scalar[Long].singleOpt).exists { id =>
+        SQL"""select count(*) from event
+              where kind = #${EventKind.Detector} and master = ${life.master} and node = ${e.node}
+                and position = ${e.position} and id > $id""".as(scalar[Long].single) < MostBehind
+      }
 
-  /** A number for a command that is higher than all before in this life, from 1 on. */
-  def nextCounter(life: Life): Long = transaction {
-    SQL"update life set counter = counter + 1 where master = ${life.master} and boot = ${life.boot}"
-      .executeUpdate()
-    SQL"select counter from life where master = ${life.master} and boot = ${life.boot}"
-      .as(scalar[Long].single)
+  /** Finds out whether the log can be written, without changing it but for a counter. */
+  def probe(): Unit = transaction { implicit sql =>
+    SQL"update probe set written = written + 1".executeUpdate()
+    ()
   }
 
   /** The youngest life of each master, the youngest first. */
-  def youngest: Seq[LifeRecord] = synchronized {
-    SQL"select * from life where id in (select max(id) from life group by master) order by id desc"
-      .as(lifeRecord.*)
+  def youngest: Seq[LifeRecord] = reading { implicit sql =>
+    SQL"select master, life from life where id in (select max(id) from life group by master) order by id desc"
+      .as((int("master") ~ long("life")).map { case master ~ life => Life(master, life) }.*)
+      .flatMap(recordOf)
   }
 
-  /** What the detectors of a master's slaves have told last, in any life of it, by node ID. */
-  def detectors(master: Int): Map[Int, Detected] = synchronized {
-    SQL"""select node, state, epoch from event where id in
-            (select max(id) from event where kind = #${EventKind.Detector} and master = $master
-              group by node)"""
-      .as((int("node") ~ int("state") ~ int("epoch")).map { case n ~ s ~ e => n -> Detected(s, e) }.*)
+  /** What a life has told last of its slaves, by position, and of its master. */
+  def states(life: Life): Seq[Event] = reading { implicit sql =>
+    SQL"""select * from event where id in
+            (select max(id) from event
+             where kind in (#${EventKind.Slave}, #${EventKind.Line}) and master = ${life.master}
+               and life = ${life.number}
+             group by kind, case kind when #${EventKind.Slave} then position else 0 end)
+          order by id""".as(entry.*).map(_.event)
+  }
+
+  /** When the last alarm of each detector of a master came, by position. */
+  def alarms(master: Int): Map[Int, Instant] = reading { implicit sql =>
+    SQL"""select position, max(received) as received from event
+          where kind = #${EventKind.Detector} and state = #${DetectorState.Alarm} and again = 0
+            and master = $master group by position"""
+      .as((int("position") ~ long("received")).map { case p ~ r => p -> Instant.ofEpochMilli(r) }.*)
       .toMap
   }
 
+  /** The last alarm records of a master's slaves, at most `limit`, in order, also those that came again. */
+  def records(master: Int, limit: Int): Seq[Event] = reading { implicit sql =>
+    SQL"""select * from event where kind = #${EventKind.Detector} and master = $master
+          order by id desc limit $limit""".as(entry.*).reverse.map(_.event)
+  }
+
   /** Events of a life from number `from` on, at most `limit`, also those that came again. */
-  def ofLife(life: Life, from: Long, limit: Int): Seq[LogEntry] = synchronized {
-    SQL"""select * from event where master = ${life.master} and boot = ${life.boot} and number >= $from
+  def ofLife(life: Life, from: Long, limit: Int): Seq[LogEntry] = reading { implicit sql =>
+    SQL"""select * from event where master = ${life.master} and life = ${life.number} and number >= $from
           order by number limit $limit""".as(entry.*)
   }
 
   /** Entries behind `id`, at most `limit`, in order; without those that came again. */
-  def after(id: Long, limit: Int): Seq[LogEntry] = synchronized {
-    SQL"select * from event where id > $id and again = 0 order by id limit $limit".as(entry.*)
+  def after(id: Long, limit: Int): Seq[LogEntry] = reading { implicit sql =>
+    SQL"#$WithNotes where id > $id and again = 0 order by id limit $limit".as(noted.*)
   }
 
   /** The last entries, at most `limit`, in order; without those that came again. */
-  def latest(limit: Int): Seq[LogEntry] = synchronized {
-    SQL"select * from event where again = 0 order by id desc limit $limit".as(entry.*).reverse
+  def latest(limit: Int): Seq[LogEntry] = reading { implicit sql =>
+    SQL"#$WithNotes where again = 0 order by id desc limit $limit".as(noted.*).reverse
   }
 
-  def close(): Unit = synchronized(connection.close())
+  def close(): Unit = {
+    writeLock.synchronized(writer.close())
+    reader.synchronized(reader.close())
+  }
 
-  private def transaction[A](body: => A): A = synchronized {
-    connection.setAutoCommit(false)
+  private def transaction[A](body: Connection => A): A = writeLock.synchronized {
+    // SQLite goes on writing to a file that is not there any more: nobody would ever read that.
+    if (keyOf(path) != file) throw new SQLException(s"$path was replaced while the server ran; restart it")
+    // A transaction begins by taking the right to write: so it cannot fail in between. In SQL, since the
+    // driver's own transactions do not end well when they cannot begin.
+    implicit val sql: Connection = writer
+    SQL"begin immediate".execute()
     try {
-      val result = body
-      connection.commit()
+      val result = body(writer)
+      SQL"commit".execute()
       result
-    } catch { case e: Throwable => connection.rollback(); throw e }
-    finally connection.setAutoCommit(true)
+    } catch { case e: Throwable => Try(SQL"rollback".execute()); throw e }
   }
 }
 
 object EventStore {
-  private val SchemaVersion = 1
+  private val SchemaVersion = 2
+
+  /** A slave holds 16 records: those that it tells again are among its last ones. */
+  private val MostBehind = 32
+
+  /** How long to wait for other programs that hold the database, ms. */
+  private val WriterPatienceMs = 1000
+  private val ReaderPatienceMs = 100
+
+  /** Tells a file from another one with the same name. */
+  private def keyOf(path: Path): Option[AnyRef] =
+    Try(Files.readAttributes(path, classOf[BasicFileAttributes]).fileKey).toOption
 
   private val entry: RowParser[LogEntry] =
-    (long("id") ~ long("received") ~ int("master") ~ int("boot") ~ long("number") ~ int("again") ~ int(
-      "kind"
-    ) ~
-      int("position") ~ int("node") ~ int("sequence") ~ int("state") ~ int("epoch") ~ long("slave_time") ~
-      long("master_time")).map {
-      case id ~ received ~ master ~ boot ~ number ~ again ~ kind ~ position ~ node ~ sequence ~ state ~
+    (long("id") ~ long("received") ~ int("master") ~ long("life") ~ long("number") ~ int("again") ~
+      int("kind") ~ int("position") ~ int("node") ~ int("sequence") ~ int("state") ~ int("epoch") ~
+      long("slave_time") ~ long("master_time")).map {
+      case id ~ received ~ master ~ life ~ number ~ again ~ kind ~ position ~ node ~ sequence ~ state ~
           epoch ~ slave ~ time =>
         val event = Event(kind, position, node, sequence, state, epoch, slave, time)
-        LogEntry(id, Instant.ofEpochMilli(received), Life(master, boot), number, event, again != 0)
+        LogEntry(id, Instant.ofEpochMilli(received), Life(master, life), number, event, again != 0)
     }
 
-  private val lifeRecord: RowParser[LifeRecord] =
-    (int("master") ~ int("boot") ~ long("next") ~ long("time") ~ long("heard")).map {
-      case master ~ boot ~ next ~ time ~ heard =>
-        LifeRecord(Life(master, boot), next, time, Instant.ofEpochMilli(heard))
-    }
+  private val WithNotes = "select event.*, text from event left join note on note.event = event.id"
+  private val noted     = (entry ~ str("text").?).map { case entry ~ text => entry.copy(note = text) }
 
-  /** Opens the database at `path`, or makes it; Left: why that is not possible. */
-  def open(path: Path): Either[String, EventStore] =
+  private def recordOf(life: Life)(implicit sql: Connection): Option[LifeRecord] =
+    SQL"select next from life where master = ${life.master} and life = ${life.number}"
+      .as(scalar[Long].singleOpt)
+      .map { next =>
+        val gaps =
+          SQL"""select first, last from gap where master = ${life.master} and life = ${life.number}
+                order by first"""
+            .as((long("first") ~ long("last")).map { case first ~ last => (first, last) }.*)
+        LifeRecord(life, next, gaps.toVector)
+      }
+
+  private def connect(path: Path, patienceMs: Int): Connection = {
+    val config = new SQLiteConfig
+    config.setBusyTimeout(patienceMs)
+    config.createConnection(s"jdbc:sqlite:$path")
+  }
+
+  /** Opens the database at `path`, or makes it; Left: why that is not possible.
+    *
+    * @param patienceMs
+    *   how long a write waits for one who has locked it
+    */
+  def open(path: Path, patienceMs: Int = WriterPatienceMs): Either[String, EventStore] =
     try {
-      val connection = DriverManager.getConnection(s"jdbc:sqlite:$path")
+      val writer = connect(path, patienceMs)
       try
-        prepare(connection, path).map(_ => new EventStore(connection)).left.map { why =>
-          connection.close(); why
-        }
-      catch { case e: SQLException => connection.close(); throw e }
+        prepare(writer, path)
+          .map(_ => new EventStore(path, writer, connect(path, ReaderPatienceMs)))
+          .left
+          .map { why => writer.close(); why }
+      catch { case e: SQLException => writer.close(); throw e }
     } catch {
       case e: SQLException =>
         Left(s"The database $path cannot be used (${e.getMessage.takeWhile(_ != '\n')}).")
@@ -187,28 +266,34 @@ object EventStore {
 
   private def prepare(connection: Connection, path: Path): Either[String, Unit] = {
     implicit val sql: Connection = connection
-    SQL"pragma busy_timeout = 5000".execute()
-    val version = SQL"pragma user_version".as(scalar[Int].single)
-    val tables  = SQL"select count(*) from sqlite_master".as(scalar[Int].single)
-    if (version != SchemaVersion && (version != 0 || tables != 0))
+    val version                  = SQL"pragma user_version".as(scalar[Int].single)
+    val tables                   = SQL"select count(*) from sqlite_master".as(scalar[Int].single)
+    if (version == 1)
+      Left(s"The database $path is of an earlier version of this program: keep it, and give another file.")
+    else if (version != SchemaVersion && (version != 0 || tables != 0))
       Left(s"The database $path is not one of this program and version.")
     else {
       // An acknowledged event must survive a power failure: commits wait for the disk.
       SQL"pragma journal_mode = wal".execute()
       SQL"pragma synchronous = full".execute()
       SQL"""create table if not exists life (
-              id integer primary key, master integer not null, boot integer not null, next integer not null,
-              counter integer not null, time integer not null, heard integer not null,
-              unique (master, boot))""".execute()
+              id integer primary key, master integer not null, life integer not null, next integer not null,
+              unique (master, life))""".execute()
+      SQL"""create table if not exists gap (
+              master integer not null, life integer not null, first integer not null,
+              last integer not null)""".execute()
       SQL"""create table if not exists event (
               id integer primary key autoincrement, received integer not null, master integer not null,
-              boot integer not null, number integer not null, again integer not null,
+              life integer not null, number integer not null, again integer not null,
               kind integer not null, position integer not null, node integer not null,
               sequence integer not null, state integer not null, epoch integer not null,
               slave_time integer not null, master_time integer not null,
-              unique (master, boot, number))""".execute()
+              unique (master, life, number))""".execute()
       SQL"""create index if not exists record on event (master, node, sequence)
               where kind = #${EventKind.Detector}""".execute()
+      SQL"create table if not exists note (event integer primary key, text text not null)".execute()
+      SQL"create table if not exists probe (written integer not null)".execute()
+      SQL"insert into probe select 0 where not exists (select * from probe)".execute()
       SQL"pragma user_version = #$SchemaVersion".execute()
       Right(())
     }

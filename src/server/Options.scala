@@ -1,11 +1,10 @@
 package flyframe.server
 
 import java.net.InetAddress
-import java.nio.file.{Files, Path, Paths}
+import java.nio.file.{Path, Paths}
 import scala.util.Try
 import scopt.{OParser, OParserBuilder}
 import flyframe.BuildInfo
-import flyframe.protocol.ServerDatagram
 
 /** How the server is started.
   *
@@ -18,17 +17,17 @@ import flyframe.protocol.ServerDatagram
   * @param database
   *   SQLite file of the log
   * @param key
-  *   file with the key of the commands, 64 hexadecimal digits; None: no commands are sent
+  *   file with the keys shared with the masters, see [[Keys.read]]; the server does not start without
+  * @param expected
+  *   file with the slaves that are to be there, see [[Expected.read]]; None: any may be
   * @param hosts
   *   names under which a browser may ask for the page, besides localhost and IP addresses
   * @param masters
   *   masters that may report, with their addresses; empty: any
   * @param masterTimeoutMs
   *   a master that has not reported for so long is silent, 1 to 86,400,000
-  * @param commandIntervalMs
-  *   time between two tries of a command, 1 to 86,400,000
-  * @param commandTries
-  *   tries of a command, 1 to 1,000,000
+  * @param orderTimeoutMs
+  *   an order has failed when no result has come for so long, 1 to 86,400,000
   */
 final case class Options(
     listen: InetAddress = InetAddress.getByAddress("127.0.0.1", Array[Byte](127, 0, 0, 1)),
@@ -36,11 +35,11 @@ final case class Options(
     udpPort: Int = Options.ReportPort,
     database: Path = Paths.get("flyframe-log.db"),
     key: Option[Path] = None,
+    expected: Option[Path] = None,
     hosts: Seq[String] = Nil,
     masters: Map[Int, InetAddress] = Map.empty,
     masterTimeoutMs: Int = 5000,
-    commandIntervalMs: Int = 500,
-    commandTries: Int = 20
+    orderTimeoutMs: Int = 10000
 )
 
 object Options {
@@ -58,18 +57,6 @@ object Options {
         else if (shown.nonEmpty) Right(Left(shown.mkString("\n")))
         else parsed.toRight("The arguments could not be read; --help lists them.").map(Right(_))
     }
-
-  /** The key in a file of 64 hexadecimal digits in one line; Left: what is wrong with it. Never shows it. */
-  def readKey(path: Path): Either[String, Array[Byte]] = for {
-    text <- Try(Files.readString(path)).toEither.left.map(_ => s"The key file $path cannot be read.")
-    digits = text.stripLineEnd
-    _ <- Either.cond(
-      digits.matches(s"[0-9a-fA-F]{${2 * ServerDatagram.KeyBytes}}"),
-      (),
-      s"The key file $path must hold ${2 * ServerDatagram.KeyBytes} hexadecimal digits in one line, " +
-        "and nothing else."
-    )
-  } yield BigInt("1" + digits, 16).toByteArray.takeRight(ServerDatagram.KeyBytes)
 
   private val AddressText = """\d{1,3}(?:\.\d{1,3}){3}|[0-9a-fA-F:.]*:[0-9a-fA-F:.]*"""
 
@@ -126,9 +113,14 @@ object Options {
       path("database", s"SQLite file of the log; default ${defaults.database}")((v, o) =>
         o.copy(database = v)
       ),
-      path("key", "file with the key of the commands, 64 hexadecimal digits; without it none can be sent")(
-        (v, o) => o.copy(key = Some(v))
-      ),
+      path(
+        "key",
+        "file with the key of all masters, 32 hexadecimal digits, or with lines of ID and key; needed"
+      )((v, o) => o.copy(key = Some(v))),
+      path(
+        "expected",
+        "JSON file with the slaves that are to be there; without it none is missed from the start"
+      )((v, o) => o.copy(expected = Some(v))),
       opt[Seq[String]]("hosts")
         .valueName("<name>,...")
         .text("names under which the page may be asked for, besides localhost and IP addresses")
@@ -144,11 +136,8 @@ object Options {
       number("master-timeout-ms", 1 to day, s"a master is silent after; default ${defaults.masterTimeoutMs}")(
         (v, o) => o.copy(masterTimeoutMs = v)
       ),
-      number("command-interval-ms", 1 to day, s"time between tries; default ${defaults.commandIntervalMs}")(
-        (v, o) => o.copy(commandIntervalMs = v)
-      ),
-      number("command-tries", 1 to 1000000, s"tries of a command; default ${defaults.commandTries}")((v, o) =>
-        o.copy(commandTries = v)
+      number("order-timeout-ms", 1 to day, s"an order has failed after; default ${defaults.orderTimeoutMs}")(
+        (v, o) => o.copy(orderTimeoutMs = v)
       )
     )
   }

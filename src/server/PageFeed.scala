@@ -1,6 +1,7 @@
 package flyframe.server
 
 import java.io.IOException
+import java.sql.SQLException
 import java.util.concurrent.{Executors, RejectedExecutionException, ScheduledExecutorService, TimeUnit}
 import java.util.concurrent.atomic.{AtomicBoolean, AtomicLong}
 import scala.collection.mutable
@@ -10,9 +11,10 @@ import io.undertow.server.handlers.sse.ServerSentEventConnection
 /** Pushes picture and log to the open pages. A page gets the next message when it has taken the one before,
   * so that a slow one misses pictures in between, but neither the last one nor an entry of the log.
   *
-  * A message: `{"state": picture, "log": [entries], "fresh": true}`; fresh: the log begins anew.
+  * A message: `{"state": picture, "log": [entries], "fresh": true}`; fresh: the log begins anew. While the
+  * log cannot be read pages are told everything else.
   */
-final class PageFeed(picture: () => Picture, store: EventStore) extends AutoCloseable {
+final class PageFeed(picture: () => Picture, store: EventStore, expected: Expected) extends AutoCloseable {
   import PageFeed._
 
   private class Client(val connection: ServerSentEventConnection) {
@@ -85,13 +87,16 @@ final class PageFeed(picture: () => Picture, store: EventStore) extends AutoClos
   private def push(client: Client): Unit = if (client.busySince.isEmpty && client.version != version.get) {
     client.version = version.get
     client.busySince = Some(now)
-    val entries = client.upTo.fold(store.latest(LogShown))(store.after(_, LogShown))
+    val log =
+      try Some(client.upTo.fold(store.latest(LogShown))(store.after(_, LogShown)))
+      catch { case _: SQLException => None }
+    val entries = log.getOrElse(Nil)
     val message = ujson.Obj(
       "state" -> picture().json,
-      "log"   -> entries.map(Picture.json),
-      "fresh" -> client.upTo.isEmpty
+      "log"   -> entries.map(Picture.json(_, expected)),
+      "fresh" -> (client.upTo.isEmpty && log.nonEmpty)
     )
-    client.upTo = entries.lastOption.map(_.id).orElse(client.upTo).orElse(Some(0L))
+    if (log.nonEmpty) client.upTo = entries.lastOption.map(_.id).orElse(client.upTo).orElse(Some(0L))
     // A full message may not be the last one.
     if (entries.size == LogShown) client.version = -1
     client.connection.send(

@@ -1,16 +1,16 @@
 package flyframe.server
 
 import java.security.MessageDigest
-import java.util.Arrays
-import javax.crypto.Mac
-import javax.crypto.spec.SecretKeySpec
 import flyframe.protocol.{
-  AcknowledgementLayout,
-  CommandLayout,
+  AnswerLayout,
   EventLayout,
   HeadedLayout,
   Layout,
-  ReportLayout
+  NonceLayout,
+  Order,
+  ReportEndLayout,
+  ReportLayout,
+  ReportedSlaveLayout
 }
 import flyframe.protocol.ServerDatagram._
 
@@ -32,74 +32,163 @@ final case class Event(
     masterTime: Long = 0
 )
 
-/** A master from one start to the next: its ID and boot number. Its events are numbered from 0. */
-final case class Life(master: Int, boot: Int)
+/** A master from one start to the next: its ID and a random number of 64 bits. Its events are numbered from
+  * 0.
+  */
+final case class Life(master: Int, number: Long) {
+
+  /** The number, 16 hexadecimal digits. */
+  def hex: String = f"$number%016x"
+}
+
+/** State of a slave in a report.
+  *
+  * @param status
+  *   bits of [[flyframe.protocol.SlaveStatus]]
+  * @param node
+  *   its node ID, or the last one known
+  */
+final case class Reported(status: Int, node: Int) {
+
+  /** An ordinary EtherCAT slave: it has never told a state. */
+  def isOrdinary: Boolean = status == 0 && node == 0
+
+  /** Some of these bits are 1. */
+  def has(bits: Int): Boolean = (status & bits) != 0
+}
 
 /** What a master reports (REP-01).
   *
+  * @param server
+  *   life of the server as far as the master knows, or 0
+  * @param counter
+  *   of the reports of this life, from 1 on
   * @param first
   *   number of the first event
-  * @param selfTest
-  *   of the master: 0 not run, 1 good, else what failed
-  * @param present
-  *   slaves that answer
-  * @param known
-  *   slaves on the master's list
+  * @param slaves
+  *   by position, the first at the master
   * @param time
-  *   of the master, in us
+  *   of the master, us
+  * @param status
+  *   bits of [[flyframe.protocol.MasterStatus]]
   * @param lost
   *   frames sent in vain
+  * @param present
+  *   slaves that answer, also those that are not listed
+  * @param selfTest
+  *   of the master's host: 0 not run, 1 good, else what failed
+  * @param cut
+  *   position of the first slave behind the cut of a ring
+  * @param refused
+  *   datagrams that the master has refused, 255: as many or more
   */
 final case class Report(
     life: Life,
+    server: Long,
+    counter: Long,
     first: Long,
     events: Vector[Event] = Vector.empty,
-    selfTest: Int = 1,
-    present: Int = 0,
-    known: Int = 0,
+    slaves: Vector[Reported] = Vector.empty,
     time: Long = 0,
-    lost: Long = 0
+    status: Int = 0,
+    lost: Long = 0,
+    present: Int = 0,
+    selfTest: Int = 1,
+    cut: Int = 0,
+    refused: Int = 0
+) {
+
+  /** Number behind that of the last event. */
+  def end: Long = first + events.size
+}
+
+/** What the server answers (SRV-01).
+  *
+  * @param server
+  *   life of the server
+  * @param turn
+  *   of the answers of this life of the server, from 1 on
+  * @param echo
+  *   counter of the report
+  * @param number
+  *   of the next event wanted
+  * @param ticket
+  *   of the order; 0 if there is none
+  * @param order
+  *   one of [[flyframe.protocol.Order]]
+  * @param node
+  *   ID of a slave, or [[flyframe.protocol.ServerDatagram.AllNodes]]
+  * @param seconds
+  *   how long a detector is disabled or tested
+  * @param trouble
+  *   the server cannot write its log
+  */
+final case class Answer(
+    life: Life,
+    server: Long,
+    turn: Long,
+    echo: Long,
+    number: Long,
+    ticket: Long = 0,
+    order: Int = Order.None,
+    node: Int = 0,
+    seconds: Int = 0,
+    trouble: Boolean = false
 )
 
-/** An order to a master's host (SRV-12).
-  *
-  * @param counter
-  *   higher than that of every command before in this life
-  * @param code
-  *   [[ServerDatagram.AlarmClear]] or [[ServerDatagram.DetectorReset]]
-  * @param node
-  *   ID of a slave, or [[ServerDatagram.AllNodes]]
-  */
-final case class Command(life: Life, counter: Long, code: Int, node: Int)
-
-/** The datagrams between master and server, big endian. */
+/** The datagrams between master and server, big endian, and their tags. */
 object Protocol {
 
   /** Bytes of the longest report. */
-  val MostReportBytes = ReportLayout.bytes + Most * EventLayout.bytes
+  val MostReportBytes: Int =
+    ReportLayout.bytes + 255 * ReportedSlaveLayout.bytes + Most * EventLayout.bytes + ReportEndLayout.bytes
 
   /** Numbers of events end here. */
   val Numbers = 1L << 32
 
-  /** A report, if `datagram` is a whole and right one. */
+  /** Where the rest of a report begins; the tag covers what is before it. */
+  private def bytesOf(slaves: Int, events: Int): Int =
+    ReportLayout.bytes + slaves * ReportedSlaveLayout.bytes + events * EventLayout.bytes
+
+  /** A report, if `datagram` is a whole one. Its tag is not looked at: see [[isRight]]. */
   def report(datagram: Array[Byte]): Option[Report] =
-    head(ReportLayout, datagram, KindReport).flatMap { case (life, first) =>
-      def field(f: Layout.Field): Int = ReportLayout.read(datagram, f).toInt
-      val count                       = field(ReportLayout.Count)
-      val isWhole                     = datagram.length == ReportLayout.bytes + count * EventLayout.bytes
-      Option.when(count <= Most && isWhole && first + count < Numbers)(
-        Report(
-          life,
-          first,
-          Vector.tabulate(count)(i => event(datagram, ReportLayout.bytes + i * EventLayout.bytes)),
-          field(ReportLayout.SelfTest),
-          field(ReportLayout.Present),
-          field(ReportLayout.Known),
-          ReportLayout.read(datagram, ReportLayout.Time),
-          ReportLayout.read(datagram, ReportLayout.Lost)
+    Option
+      .when(datagram.length >= ReportLayout.bytes && isOf(datagram, ReportLayout, KindReport)) {
+        def field(f: Layout.Field): Long = ReportLayout.read(datagram, f)
+        val (slaves, events)             = (field(ReportLayout.Slaves).toInt, field(ReportLayout.Count).toInt)
+        val first                        = field(ReportLayout.Number)
+        val isWhole                      = datagram.length == bytesOf(slaves, events) + ReportEndLayout.bytes
+        Option.when(events <= Most && isWhole && first + events < Numbers)(
+          Report(
+            Life(field(ReportLayout.Master).toInt, field(ReportLayout.Life)),
+            server = field(ReportLayout.Server),
+            counter = field(ReportLayout.Counter),
+            first = first,
+            events = Vector.tabulate(events)(i => event(datagram, bytesOf(slaves, i))),
+            slaves = Vector.tabulate(slaves)(i => reported(datagram, bytesOf(i, 0))),
+            time = field(ReportLayout.Time),
+            status = field(ReportLayout.Status).toInt,
+            lost = field(ReportLayout.Lost),
+            present = field(ReportLayout.Present).toInt,
+            selfTest = field(ReportLayout.SelfTest).toInt,
+            cut = field(ReportLayout.Cut).toInt,
+            refused = field(ReportLayout.Refused).toInt
+          )
         )
-      )
-    }
+      }
+      .flatten
+
+  /** The tag of this report is right, made with the shared `key`. */
+  def isRight(report: Report, datagram: Array[Byte], key: Array[Byte]): Boolean = {
+    val (message, end) = datagram.splitAt(datagram.length - ReportEndLayout.bytes)
+    val tag            = end.slice(ReportEndLayout.Tag.offset, ReportEndLayout.Tag.end)
+    MessageDigest.isEqual(tag, AsconTag(key, nonce(report.life.number, OfMaster, report.counter), message))
+  }
+
+  private def reported(report: Array[Byte], start: Int): Reported = {
+    def field(f: Layout.Field): Int = ReportedSlaveLayout.read(report, f, start).toInt
+    Reported(field(ReportedSlaveLayout.Status), field(ReportedSlaveLayout.Node))
+  }
 
   private def event(report: Array[Byte], start: Int): Event = {
     def field(f: Layout.Field): Int = EventLayout.read(report, f, start).toInt
@@ -115,18 +204,30 @@ object Protocol {
     )
   }
 
-  /** As a master sends it. */
-  def encode(r: Report): Array[Byte] =
-    ReportLayout.encode(
-      begin(ReportLayout, KindReport, r.life, r.first) ++ Seq(
-        ReportLayout.Count    -> r.events.size.toLong,
-        ReportLayout.SelfTest -> r.selfTest.toLong,
-        ReportLayout.Present  -> r.present.toLong,
-        ReportLayout.Known    -> r.known.toLong,
+  /** As a master sends it, but for the balance of the UDP checksum, which is 0. */
+  def encode(r: Report, key: Array[Byte]): Array[Byte] = {
+    val head = ReportLayout.encode(
+      begin(ReportLayout, KindReport, r.life, r.server) ++ Seq(
+        ReportLayout.Counter  -> r.counter,
+        ReportLayout.Number   -> r.first,
         ReportLayout.Time     -> r.time,
-        ReportLayout.Lost     -> r.lost
+        ReportLayout.Status   -> r.status.toLong,
+        ReportLayout.Lost     -> r.lost,
+        ReportLayout.Count    -> r.events.size.toLong,
+        ReportLayout.Slaves   -> r.slaves.size.toLong,
+        ReportLayout.Present  -> r.present.toLong,
+        ReportLayout.SelfTest -> r.selfTest.toLong,
+        ReportLayout.Cut      -> r.cut.toLong,
+        ReportLayout.Refused  -> r.refused.toLong
       ): _*
-    ) ++ r.events.flatMap(e =>
+    )
+    val slaves = r.slaves.flatMap(s =>
+      ReportedSlaveLayout.encode(
+        ReportedSlaveLayout.Status -> s.status.toLong,
+        ReportedSlaveLayout.Node   -> s.node.toLong
+      )
+    )
+    val events = r.events.flatMap(e =>
       EventLayout.encode(
         EventLayout.Kind       -> e.kind.toLong,
         EventLayout.Position   -> e.position.toLong,
@@ -138,63 +239,75 @@ object Protocol {
         EventLayout.MasterTime -> e.masterTime
       )
     )
-
-  /** All events before `next` are stored (SRV-01). */
-  def acknowledgement(life: Life, next: Long): Array[Byte] =
-    AcknowledgementLayout.encode(begin(AcknowledgementLayout, KindAcknowledge, life, next): _*)
-
-  /** Life and number of an acknowledgement. */
-  def acknowledged(datagram: Array[Byte]): Option[(Life, Long)] =
-    head(AcknowledgementLayout, datagram, KindAcknowledge).filter(_ =>
-      datagram.length == AcknowledgementLayout.bytes
-    )
-
-  /** A command with the code that proves it, made with the shared `key`. */
-  def encode(c: Command, key: Array[Byte]): Array[Byte] = {
-    val datagram = CommandLayout.encode(
-      begin(CommandLayout, KindCommand, c.life, c.counter) ++ Seq(
-        CommandLayout.Order -> c.code.toLong,
-        CommandLayout.Node  -> c.node.toLong
-      ): _*
-    )
-    datagram.patch(CommandLayout.Code.offset, code(datagram, key), CommandLayout.Code.bytes)
+    val message = head ++ slaves ++ events
+    val tag     = AsconTag(key, nonce(r.life.number, OfMaster, r.counter), message)
+    message ++ new Array[Byte](ReportEndLayout.bytes).patch(ReportEndLayout.Tag.offset, tag, tag.length)
   }
 
-  /** A command, if its code is right: what a master's host does. */
-  def command(datagram: Array[Byte], key: Array[Byte]): Option[Command] =
-    head(CommandLayout, datagram, KindCommand).collect {
-      case (life, counter)
-          if datagram.length == CommandLayout.bytes &&
-            MessageDigest.isEqual(datagram.drop(CommandLayout.Code.offset), code(datagram, key)) =>
-        def field(f: Layout.Field): Int = CommandLayout.read(datagram, f).toInt
-        Command(life, counter, field(CommandLayout.Order), field(CommandLayout.Node))
-    }
+  /** As the server sends it. */
+  def encode(a: Answer, key: Array[Byte]): Array[Byte] = {
+    val datagram = AnswerLayout.encode(
+      begin(AnswerLayout, KindAnswer, a.life, a.server) ++ Seq(
+        AnswerLayout.Turn    -> a.turn,
+        AnswerLayout.Echo    -> a.echo,
+        AnswerLayout.Number  -> a.number,
+        AnswerLayout.Ticket  -> a.ticket,
+        AnswerLayout.Order   -> a.order.toLong,
+        AnswerLayout.Node    -> a.node.toLong,
+        AnswerLayout.Seconds -> a.seconds.toLong,
+        AnswerLayout.Trouble -> (if (a.trouble) 1L else 0L)
+      ): _*
+    )
+    datagram.patch(AnswerLayout.Tag.offset, answerTag(datagram, a.server, a.turn, key), TagBytes)
+  }
+
+  /** An answer, if its tag is right: what a master does. */
+  def answer(datagram: Array[Byte], key: Array[Byte]): Option[Answer] =
+    Option
+      .when(datagram.length == AnswerLayout.bytes && isOf(datagram, AnswerLayout, KindAnswer)) {
+        def field(f: Layout.Field): Long = AnswerLayout.read(datagram, f)
+        Answer(
+          Life(field(AnswerLayout.Master).toInt, field(AnswerLayout.Life)),
+          server = field(AnswerLayout.Server),
+          turn = field(AnswerLayout.Turn),
+          echo = field(AnswerLayout.Echo),
+          number = field(AnswerLayout.Number),
+          ticket = field(AnswerLayout.Ticket),
+          order = field(AnswerLayout.Order).toInt,
+          node = field(AnswerLayout.Node).toInt,
+          seconds = field(AnswerLayout.Seconds).toInt,
+          trouble = field(AnswerLayout.Trouble) != 0
+        )
+      }
+      .filter(a =>
+        MessageDigest.isEqual(
+          datagram.drop(AnswerLayout.Tag.offset),
+          answerTag(datagram, a.server, a.turn, key)
+        )
+      )
+
+  private def answerTag(datagram: Array[Byte], server: Long, turn: Long, key: Array[Byte]): Array[Byte] =
+    AsconTag(key, nonce(server, OfServer, turn), datagram.take(AnswerLayout.Tag.offset))
+
+  private def nonce(life: Long, origin: Int, counter: Long): Array[Byte] = NonceLayout.encode(
+    NonceLayout.Life    -> life,
+    NonceLayout.Origin  -> origin.toLong,
+    NonceLayout.Counter -> counter
+  )
 
   /** What a datagram begins with, for [[Layout.encode]]. */
-  private def begin(layout: HeadedLayout, kind: Int, life: Life, number: Long): Seq[(Layout.Field, Long)] =
+  private def begin(layout: HeadedLayout, kind: Int, life: Life, server: Long): Seq[(Layout.Field, Long)] =
     Seq(
       layout.Magic   -> Magic.toLong,
       layout.Version -> Version.toLong,
       layout.Kind    -> kind.toLong,
       layout.Master  -> life.master.toLong,
-      layout.Boot    -> life.boot.toLong,
-      layout.Number  -> number
+      layout.Life    -> life.number,
+      layout.Server  -> server
     )
 
-  /** Life and number of a datagram that is of this kind and not too short for it. */
-  private def head(layout: HeadedLayout, datagram: Array[Byte], kind: Int): Option[(Life, Long)] =
-    Option
-      .when(datagram.length >= layout.bytes) {
-        def field(f: Layout.Field): Int = layout.read(datagram, f).toInt
-        Option.when(
-          field(layout.Magic) == Magic && field(layout.Version) == Version && field(layout.Kind) == kind
-        )((Life(field(layout.Master), field(layout.Boot)), layout.read(datagram, layout.Number)))
-      }
-      .flatten
-
-  private def code(datagram: Array[Byte], key: Array[Byte]): Array[Byte] = {
-    val mac = Mac.getInstance("HmacSHA256")
-    mac.init(new SecretKeySpec(key, "HmacSHA256"))
-    Arrays.copyOf(mac.doFinal(Arrays.copyOf(datagram, CommandLayout.Code.offset)), CommandLayout.Code.bytes)
+  private def isOf(datagram: Array[Byte], layout: HeadedLayout, kind: Int): Boolean = {
+    def field(f: Layout.Field): Int = layout.read(datagram, f).toInt
+    field(layout.Magic) == Magic && field(layout.Version) == Version && field(layout.Kind) == kind
   }
 }

@@ -1,8 +1,9 @@
 package flyframe.server
 
 import java.net.InetAddress
-import java.util.concurrent.{CountDownLatch, Executors, TimeUnit}
+import java.util.concurrent.{CountDownLatch, Executors, RejectedExecutionException, TimeUnit}
 import java.util.logging.{Level, Logger}
+import scala.util.control.NonFatal
 
 /** The server of the smoke-alarm system (docs/server.md): takes the reports of masters, keeps the log, serves
   * the page.
@@ -39,6 +40,9 @@ object Server {
 
   private val TickMs = 20L
 
+  /** What is being written gets so much time at the end, ms. */
+  private val StopMs = 5000L
+
   // Held here: loggers that nobody holds forget their level. What they tell below a warning is of no use.
   private val quiet = Seq("org.xnio", "io.undertow", "org.jboss").map(Logger.getLogger)
 
@@ -46,23 +50,52 @@ object Server {
   def start(options: Options): Either[String, Running] = {
     quiet.foreach(_.setLevel(Level.WARNING))
     for {
-      key    <- options.key.map(Options.readKey(_).map(Option(_))).getOrElse(Right(None))
-      store  <- EventStore.open(options.database)
-      socket <- closing(store)(UdpLink.bind(options.listen, options.udpPort))
+      file     <- options.key.toRight("Give the keys of the masters (--key FILE): no report counts without.")
+      keys     <- Keys.read(file)
+      expected <- options.expected.map(Expected.read).getOrElse(Right(Expected()))
+      store    <- EventStore.open(options.database)
+      socket   <- closing(store)(UdpLink.bind(options.listen, options.udpPort))
       running <- closing(socket)(closing(store) {
-        lazy val supervisor: Supervisor =
-          new Supervisor(options, key, store, (datagram, to) => udp.send(datagram, to), () => feed.changed())
+        // Two threads, since what has to be done in time must not wait for the disk.
+        val ticking = Executors.newSingleThreadScheduledExecutor()
+        val writing = Executors.newSingleThreadExecutor()
+        lazy val supervisor: Supervisor = new Supervisor(
+          options,
+          keys,
+          expected,
+          store,
+          (datagram, to) => udp.send(datagram, to),
+          () => feed.changed(),
+          work => writing.execute(() => guarded(work()))
+        )
         lazy val udp  = new UdpLink(socket, (datagram, from) => supervisor.receive(datagram, from))
-        lazy val feed = new PageFeed(() => supervisor.picture, store)
-        closing(feed)(WebServer.start(options, supervisor, store, feed)).map { web =>
-          val ticking = Executors.newSingleThreadScheduledExecutor()
-          ticking.scheduleWithFixedDelay(() => supervisor.tick(), TickMs, TickMs, TimeUnit.MILLISECONDS)
-          udp.start()
-          new Running(options, store, udp, feed, web, () => { ticking.shutdown(); supervisor.close() })
+        lazy val feed = new PageFeed(() => supervisor.picture, store, expected)
+        def stopWorking(): Unit = for (executor <- Seq(ticking, writing)) {
+          executor.shutdown()
+          executor.awaitTermination(StopMs, TimeUnit.MILLISECONDS)
+        }
+        val stopper: AutoCloseable = () => stopWorking()
+        closing(stopper)(closing(feed)(WebServer.start(options, supervisor, store, feed, expected))).map {
+          web =>
+            ticking.scheduleWithFixedDelay(
+              () => guarded(supervisor.tick()),
+              TickMs,
+              TickMs,
+              TimeUnit.MILLISECONDS
+            )
+            udp.start()
+            new Running(options, store, udp, feed, web, () => stopWorking())
         }
       })
     } yield running
   }
+
+  private def guarded(body: => Unit): Unit =
+    try body
+    catch {
+      case _: RejectedExecutionException => () // the server ends
+      case NonFatal(e)                   => Console.err.println(s"The server could not do its work: $e")
+    }
 
   /** Closes what has been opened if what comes after it fails. */
   private def closing[A](opened: AutoCloseable)(body: => Either[String, A]): Either[String, A] =

@@ -1,9 +1,11 @@
 package flyframe.server
 
 import java.net.InetSocketAddress
+import java.security.SecureRandom
 import java.sql.SQLException
 import java.time.Instant
 import scala.collection.mutable
+import flyframe.protocol.{CommandResult, EventKind, Order, ServerDatagram, SlaveStatus}
 
 /** Why a datagram was ignored; each kind is counted. */
 sealed abstract class Refusal(val name: String)
@@ -15,91 +17,136 @@ object Refusal {
   /** Longer than any report. */
   case object Oversized extends Refusal("oversized")
 
-  /** Of a master that is not on the list, or at another address; or of one more than there may be. */
+  /** Of a master that is not on the list, at another address, or without a key; or of one more than there may
+    * be.
+    */
   case object Foreign extends Refusal("foreign")
 
-  /** In the name of a master that reports from another address. */
+  /** With a wrong tag. */
   case object Forged extends Refusal("forged")
 
-  /** Not younger than a report that came before, or of an earlier life. */
+  /** With a counter that is not higher than the last one, or of a life that is over. */
   case object Replayed extends Refusal("replayed")
 
-  val all: Seq[Refusal] = Seq(Malformed, Oversized, Foreign, Forged, Replayed)
+  /** By a master that does not know this life of the server. */
+  case object Unproven extends Refusal("unproven")
+
+  val all: Seq[Refusal] = Seq(Malformed, Oversized, Foreign, Forged, Replayed, Unproven)
 }
 
 /** A master as the server knows it.
   *
-  * @param address
-  *   where its reports come from; None: none has come since the start of the server
+  * @param life
+  *   None: nothing is known but that there is to be one
   * @param heardMs
-  *   when the last one came, monotonic; `heard`: the same as a time of day
-  * @param begunMs
-  *   when the first report of this life came, monotonic
-  * @param missing
-  *   numbers of events that the master has no more and the log has not
+  *   when its last report came, monotonic; None: none has come since the start of the server
+  * @param heard
+  *   the same as a time of day
+  * @param stored
+  *   number of the next event that the log wants; None: the log has not said it yet
+  * @param gaps
+  *   first and last numbers of events of this life that the log does not have
+  * @param fireMs
+  *   when the last slave began to burn, monotonic
+  * @param lost
+  *   frames that were sent in vain lately, also in the life before
   */
 final case class Master(
-    life: Life,
-    line: LineState,
-    last: Report,
-    heard: Instant,
-    heardMs: Long = 0,
-    begunMs: Long = 0,
-    address: Option[InetSocketAddress] = None,
-    missing: Option[(Long, Long)] = None
+    id: Int,
+    life: Option[Life] = None,
+    line: LineState = LineState(),
+    heardMs: Option[Long] = None,
+    heard: Option[Instant] = None,
+    stored: Option[Long] = None,
+    gaps: Vector[(Long, Long)] = Vector.empty,
+    fireMs: Long = 0,
+    lost: LostFrames = LostFrames()
 )
 
-/** The masters and what comes from them: which reports count, the log, the lines, the commands (SRV-05 to
-  * SRV-14). For several threads.
+/** The masters and what comes from them: which reports count, the lines, the log, the orders (SRV-05 to
+  * SRV-14). For several threads. What a report tells is shown at once; the log comes behind and can hold up
+  * nothing: neither page nor answers.
   *
   * @param send
   *   sends a datagram
   * @param changed
   *   called, under the lock, when something has changed that the page shows
+  * @param inBackground
+  *   runs what may take long: all writing
   * @param clockMs
-  *   a clock that never jumps, milliseconds
+  *   a clock that never jumps, milliseconds: all decisions go by it
   * @param timeOfDay
-  *   the other one, which the log goes by
+  *   the other one, which is only shown and written down
+  * @param random
+  *   for lives of the server and tickets
   */
 final class Supervisor(
     options: Options,
-    key: Option[Array[Byte]],
+    keys: Keys,
+    expected: Expected,
     store: EventStore,
     send: (Array[Byte], InetSocketAddress) => Unit,
     changed: () => Unit,
+    inBackground: (() => Unit) => Unit,
     clockMs: () => Long = () => System.nanoTime() / 1000000,
-    timeOfDay: () => Instant = () => Instant.now
+    timeOfDay: () => Instant = () => Instant.now,
+    random: () => Long = Supervisor.secureRandom
 ) {
   import Supervisor._
-  private val masters  = mutable.LinkedHashMap.empty[Int, Master]
-  private val commands = mutable.Map.empty[Int, Commands]
-  private val silent   = mutable.Set.empty[Int]
-  private val refused  = mutable.Map.empty[Refusal, Long].withDefaultValue(0L)
-  private var broken   = Option.empty[String]
+  private val masters = mutable.LinkedHashMap.empty[Int, Master]
+  private val orders  = mutable.Map.empty[Int, Orders]
+  private val silent  = mutable.Set.empty[Int]
+  private val refused = mutable.Map.empty[Refusal, Long].withDefaultValue(0L)
+  private val heard   = mutable.Map.empty[Int, Heard]
+  private val doubts  = mutable.Map.empty[Int, Doubts]
+  private val records = mutable.Map.empty[Int, RecordGaps]
+  private var broken  = Option.empty[String]
 
-  // After a start: what the log tells. No master has reported yet.
-  for (r <- store.youngest.take(MostMasters).reverse) {
-    masters(r.life.master) = Master(r.life, lineOf(r.life), Report(r.life, r.next, time = r.time), r.heard)
-    silent += r.life.master
-  }
+  // The life of the server; the number of the last answer in it; the last ticket.
+  private var life   = newLife()
+  private var turn   = 0L
+  private var ticket = random() & 0xffffffffL
 
-  private def lineOf(life: Life): LineState = Iterator
-    .unfold(0L) { from =>
-      val page = store.ofLife(life, from, 1000)
-      page.lastOption.map(last => (page, last.number + 1))
+  // What is to be written, one report per master; those whose answers wait for it. What the server itself
+  // has to say, and how often it has.
+  private val toWrite   = mutable.LinkedHashMap.empty[Int, Report]
+  private val toNote    = mutable.Buffer.empty[LogEntry]
+  private var noted     = 0L
+  private val waiting   = mutable.LinkedHashMap.empty[Int, Waiting]
+  private var isWriting = false
+  private var probedMs  = clockMs()
+
+  // After a start: what the log tells, and who is to be there. No master has reported yet.
+  for (id <- expected.masters.keys.toSeq.sorted) masters(id) = Master(id)
+  try
+    for (r <- store.youngest) {
+      val id = r.life.master
+      if (masters.contains(id) || masters.size < MostMasters) {
+        val line = LineState.fromLog(store.states(r.life), store.alarms(id), timeOfDay())
+        masters(id) = Master(id, Some(r.life), line, stored = Some(r.next), gaps = r.gaps)
+        store.records(id, MostRecords).foreach(gapsOf(id).seen)
+      }
     }
-    .flatten
-    .foldLeft(LineState(detectors = store.detectors(life.master)))((line, entry) => line.after(entry.event))
+  catch { case e: SQLException => broken = Some(s"The log cannot be read (${e.getMessage}).") }
+  silent ++= masters.keys
 
-  /** A datagram has come. What it brings is stored and acknowledged, or it is counted and ignored. */
+  private def gapsOf(master: Int): RecordGaps = records.getOrElseUpdate(master, new RecordGaps)
+
+  /** 0 stands for a server that is not known. */
+  private def newLife(): Long = Iterator.continually(random()).find(_ != 0).get
+
+  /** A datagram has come. A report is shown, stored and answered; all else is counted. */
   def receive(datagram: Array[Byte], from: InetSocketAddress): Unit = synchronized {
-    val result =
-      if (datagram.length > Protocol.MostReportBytes) Left(Refusal.Oversized)
-      else
-        Protocol
-          .report(datagram)
-          .toRight(Refusal.Malformed)
-          .flatMap(r => admit(r, from).map(take(r, from, _)))
+    val result = for {
+      _      <- Either.cond(datagram.length <= Protocol.MostReportBytes, (), Refusal.Oversized)
+      report <- Protocol.report(datagram).toRight(Refusal.Malformed)
+      id     = report.life.master
+      onList = options.masters.isEmpty || options.masters.get(id).contains(from.getAddress)
+      key <- keys.of(id).filter(_ => onList).toRight(Refusal.Foreign)
+      _   <- Either.cond(Protocol.isRight(report, datagram, key), (), Refusal.Forged)
+      _   <- if (report.server == life) Right(()) else doubt(report, from)
+      now <- admit(report)
+    } yield take(report, from, now)
     result.left.foreach(count)
   }
 
@@ -108,126 +155,325 @@ final class Supervisor(
     changed()
   }
 
-  /** Whether a report counts (SRV-10, SRV-11), and what is known of its master. */
-  private def admit(report: Report, from: InetSocketAddress): Either[Refusal, Option[Master]] = {
-    val known  = masters.get(report.life.master)
-    val onList = options.masters.isEmpty || options.masters.get(report.life.master).contains(from.getAddress)
-    val room   = known.nonEmpty || masters.size < MostMasters || silent.nonEmpty
-    known match {
-      case _ if !onList || !room                                => Left(Refusal.Foreign)
-      case Some(m) if !isSilent(m) && !m.address.contains(from) => Left(Refusal.Forged)
-      case Some(m) if m.life == report.life => fresh(report, m.last.time, m.heard).map(_ => known)
-      case Some(m) if !isSilent(m) && clockMs() - m.begunMs < LeastLifeMs => Left(Refusal.Replayed)
-      case _ =>
-        store.record(report.life) match {
-          case None                                  => Right(known)
-          case Some(_) if known.exists(!isSilent(_)) => Left(Refusal.Replayed)
-          case Some(r)                               => fresh(report, r.time, r.heard).map(_ => known)
-        }
-    }
-  }
-
-  /** A report is younger than one of the same life that came at `when` and had the master's time `time`. */
-  private def fresh(report: Report, time: Long, when: Instant): Either[Refusal, Unit] = {
-    val comparable = timeOfDay().toEpochMilli - when.toEpochMilli < ComparableMs
-    Either.cond(!comparable || (report.time - time).toInt > 0, (), Refusal.Replayed)
-  }
-
-  private def take(report: Report, from: InetSocketAddress, before: Option[Master]): Unit = logged {
-    val life    = report.life
-    val now     = timeOfDay()
-    val held    = before.filter(_.life == life).getOrElse(begin(report, now))
-    val entries = store.append(report, now)
-    val next    = store.record(life).get.next
-    broken = None
-    masters(life.master) = held.copy(
-      line = entries.foldLeft(held.line)((line, e) => line.after(e.event)),
-      last = report.copy(events = Vector.empty),
-      heard = now,
-      heardMs = clockMs(),
-      address = Some(from),
-      missing = Option.when(report.first > next)((next, report.first - 1))
+  /** A report that may be of any age. Its answer tells the master this life of the server; no event is
+    * acknowledged by it, and nothing is ordered.
+    */
+  private def doubt(report: Report, from: InetSocketAddress): Left[Refusal, Nothing] = {
+    val (id, now) = (report.life.master, clockMs())
+    val before    = doubts.getOrElse(id, Doubts(now, now, proven = true))
+    val isOver    = before.proven || now - before.lastMs > options.masterTimeoutMs
+    // The master's own reports have the highest counters: older ones, which anybody can send again, must not
+    // take their answers.
+    val isFresh = report.counter > before.counters.getOrElse(report.life.number, 0L)
+    val due     = before.answeredMs.get(isFresh).forall(now - _ >= AnswerDoubtMs)
+    doubts(id) = Doubts(
+      if (isOver) now else before.sinceMs,
+      now,
+      proven = false,
+      if (isFresh) before.counters.updated(report.life.number, report.counter) else before.counters,
+      if (due) before.answeredMs.updated(isFresh, now) else before.answeredMs
     )
-    silent -= life.master
-    entries.foreach(e => commandsOf(life.master).foreach(_.told(life, e.event)))
-    if (report.events.nonEmpty) send(Protocol.acknowledgement(life, next), from)
+    if (due) answer(report, from, report.first, None)
+    Left(Refusal.Unproven)
+  }
+
+  /** Whether a proven report counts (SRV-10, SRV-11), and what then is known of its master's lives. */
+  private def admit(report: Report): Either[Refusal, Heard] = {
+    val id = report.life.master
+    val room =
+      masters.contains(id) || masters.size < MostMasters || masters.keys.exists(mayGo)
+    val lives = heard.get(id) match {
+      case None => Some(Heard(report.life.number, report.counter, Set.empty))
+      case Some(h) if h.current == report.life.number =>
+        Option.when(report.counter > h.counter)(h.copy(counter = report.counter))
+      case Some(h) =>
+        Option.when(!h.over(report.life.number))(
+          Heard(report.life.number, report.counter, h.over + h.current)
+        )
+    }
+    if (report.counter == 0) Left(Refusal.Replayed)
+    else lives.toRight(Refusal.Replayed).filterOrElse(_ => room, Refusal.Foreign)
+  }
+
+  /** A master that another one may take the place of. */
+  private def mayGo(id: Int): Boolean =
+    isSilent(masters(id)) && !expected.masters.contains(id) && !masters(id).line.isBurning
+
+  private def take(report: Report, from: InetSocketAddress, lives: Heard): Unit = {
+    val id     = report.life.master
+    val now    = timeOfDay()
+    val before = masters.get(id)
+    if (before.isEmpty && masters.size >= MostMasters) masters.keys.find(mayGo).foreach(forget)
+    val held = before match {
+      case Some(m) if m.life.contains(report.life) => m
+      case other =>
+        orders.get(id).foreach(_.abandon())
+        Master(
+          id,
+          Some(report.life),
+          other.fold(LineState())(_.line.renewed),
+          fireMs = other.fold(0L)(_.fireMs),
+          lost = other.fold(LostFrames())(_.lost)
+        )
+    }
+    heard(id) = lives
+    doubts.updateWith(id)(_.map(_.copy(proven = true)))
+    silent -= id
+    val line = held.line.after(report, now)
+    val m = held.copy(
+      line = line,
+      heardMs = Some(clockMs()),
+      heard = Some(now),
+      fireMs = if (line.fires.keys.forall(held.line.fires.contains)) held.fireMs else clockMs(),
+      lost = held.heardMs.fold(held.lost)(held.lost.after(_, held.line.lost, line.lost))
+    )
+    masters(id) = m
+    report.events.foreach(ordersOf(id).told)
     changed()
-  }
-
-  /** Does what needs the log. If that fails the master gets no answer and repeats what it has to tell. */
-  private def logged(body: => Unit): Unit =
-    try body
-    catch {
-      case e: SQLException =>
-        broken = Some(s"The log cannot be written (${e.getMessage}).")
-        changed()
+    // An earlier report of this master still waits for the log: this one has all that is wanted of it.
+    waiting.remove(id).foreach(answerStored)
+    toWrite -= id
+    if (m.stored.exists(_ >= report.end)) {
+      settle(report)
+      answerStored(Waiting(report, from, 0))
+    } else {
+      waiting(id) = Waiting(report, from, clockMs() + PatienceMs)
+      toWrite(id) = report
+      write()
     }
+  }
 
-  /** Another life of a master, or a master that is new. */
-  private def begin(report: Report, now: Instant): Master = {
-    val life = report.life
-    store.begin(life, report.first)
-    if (!masters.contains(life.master) && masters.size >= MostMasters) {
-      val gone = masters.keys.find(silent).get
-      masters -= gone
-      silent -= gone
-      commands -= gone
+  private def forget(id: Int): Unit = {
+    masters -= id
+    silent -= id
+    orders -= id
+    records -= id
+  }
+
+  /** Writes in the background what there is to write. */
+  private def write(): Unit = if (!isWriting) {
+    isWriting = true
+    inBackground { () =>
+      try Iterator.continually(next()).takeWhile(_.nonEmpty).flatten.foreach(_())
+      catch { case e: Throwable => synchronized { isWriting = false }; throw e }
     }
-    masters.get(life.master).foreach(remember)
-    commands.get(life.master).foreach(_.abandon())
-    Master(life, lineOf(life), report, now, begunMs = clockMs())
   }
 
-  private def remember(m: Master): Unit = if (m.address.nonEmpty) store.remember(m.life, m.last.time, m.heard)
-
-  /** To be called at the end: what a later start is to know. */
-  def close(): Unit = synchronized(logged(masters.values.foreach(remember)))
-
-  private def isSilent(m: Master): Boolean =
-    m.address.isEmpty || clockMs() - m.heardMs > options.masterTimeoutMs
-
-  private def commandsOf(master: Int): Option[Commands] = key.map { k =>
-    commands.getOrElseUpdate(
-      master,
-      new Commands(k, options.commandIntervalMs, options.commandTries, store.nextCounter)
-    )
+  private def next(): Option[() => Unit] = synchronized {
+    val job = toWrite.headOption match {
+      case Some((id, report)) =>
+        toWrite -= id
+        Some(() => writeOne(report))
+      // They can wait for a log that works.
+      case None => Option.when(toNote.nonEmpty && broken.isEmpty)(() => writeNotes())
+    }
+    isWriting = job.nonEmpty
+    job
   }
 
-  /** An operator's command; Left: why it cannot be sent. */
-  def order(master: Int, code: Int, node: Int): Either[String, Order] = synchronized {
-    for {
-      m     <- masters.get(master).toRight(s"There is no master $master.")
-      queue <- commandsOf(master).toRight("The server was started without a key, so it sends no commands.")
-      _     <- Either.cond(!isSilent(m), (), s"Master $master is silent.")
-      order <- queue.add(m.life, code, node)
-    } yield {
-      tick()
+  private def writeNotes(): Unit = {
+    val notes = synchronized(toNote.toVector)
+    for (_ <- logged(store.note(notes))) synchronized {
+      toNote --= notes
       changed()
-      order
     }
   }
 
-  /** To be called often: sends commands, again if need be, and notices masters that have become silent. */
+  // Not under the lock, since it may take long.
+  private def writeOne(report: Report): Unit = {
+    val result = logged(store.take(report, timeOfDay()))
+    synchronized {
+      val id = report.life.master
+      for ((entries, record) <- result) {
+        entries.filter(_.event.kind == EventKind.Detector).foreach(e => gapsOf(id).seen(e.event))
+        settle(report)
+        masters
+          .get(id)
+          .filter(_.life.contains(report.life))
+          .foreach(m => masters(id) = m.copy(stored = Some(record.next), gaps = record.gaps))
+      }
+      waiting.get(id).filter(_.report eq report).foreach { w =>
+        waiting -= id
+        answerStored(w)
+      }
+      changed()
+    }
+  }
+
+  /** The log has all events of a report. If all that the slaves have told was in it, and they have no more to
+    * tell, what is missing before that does not come any more.
+    */
+  private def settle(report: Report): Unit =
+    if (report.events.size < ServerDatagram.Most)
+      for ((s, position) <- report.slaves.zipWithIndex if !s.has(SlaveStatus.Waiting | SlaveStatus.Absent))
+        gapsOf(report.life.master).settled(s.node, position)
+
+  /** Does what needs the log; says whether the log works. */
+  private def logged[A](body: => A): Option[A] =
+    try {
+      val result = body
+      synchronized { broken = None }
+      Some(result)
+    } catch {
+      case e: SQLException =>
+        val why = s"The log cannot be written (${e.getMessage.takeWhile(_ != '\n')}). What is shown of the " +
+          "detectors is right; events wait at the masters."
+        synchronized { broken = Some(why) }
+        None
+    }
+
+  /** Answers a report that counts. */
+  private def answerStored(w: Waiting): Unit = {
+    val m      = masters.get(w.report.life.master).filter(_.life.contains(w.report.life))
+    val stored = m.flatMap(_.stored).getOrElse(w.report.first)
+    val line   = LineState(w.report.slaves)
+    answer(w.report, w.from, stored, m.flatMap(m => ordersOf(m.id).ride(clockMs(), concerned(line, _))))
+  }
+
+  /** Positions of slaves that an order would silence or reset. */
+  private def concerned(line: LineState, t: Ticket): Set[Int] = {
+    val bits = t.order match {
+      case Order.Silence => SlaveStatus.Sounding
+      case Order.Reset   => SlaveStatus.Alarm | SlaveStatus.Latched
+      case _             => 0
+    }
+    val all = line.positions(bits)
+    if (t.node == ServerDatagram.AllNodes) all else all.filter(line.slaves(_).node == t.node)
+  }
+
+  private def answer(report: Report, from: InetSocketAddress, number: Long, order: Option[Ticket]): Unit = {
+    // With a turn that comes again a tag would, too.
+    if (turn == LastTurn) {
+      life = newLife()
+      turn = 0
+    }
+    turn += 1
+    val plain = Answer(report.life, life, turn, report.counter, number, trouble = broken.nonEmpty)
+    val full =
+      order.fold(plain)(t =>
+        plain.copy(ticket = t.number, order = t.order, node = t.node, seconds = t.seconds)
+      )
+    keys.of(report.life.master).foreach(key => send(Protocol.encode(full, key), from))
+  }
+
+  private def isSilent(m: Master): Boolean = m.heardMs.forall(clockMs() - _ > options.masterTimeoutMs)
+
+  private def ordersOf(master: Int): Orders = orders.getOrElseUpdate(
+    master,
+    new Orders(
+      options.orderTimeoutMs,
+      () => { ticket = if (ticket == 0xffffffffL) 1 else ticket + 1; ticket }
+    )
+  )
+
+  /** An operator's order; Left: why it cannot be sent. It leaves with the answer to the next report.
+    *
+    * @param shown
+    *   positions of slaves that the page showed sounding (silence), or in alarm or latched (reset); None: as
+    *   the last report has them
+    */
+  def order(
+      master: Int,
+      code: Int,
+      node: Int,
+      seconds: Int,
+      shown: Option[Set[Int]] = None
+  ): Either[String, Request] = synchronized {
+    for {
+      m <- reachable(master)
+      about = code match {
+        case Order.Silence => Some(shown.getOrElse(m.line.positions(SlaveStatus.Sounding)))
+        case Order.Reset   => Some(shown.getOrElse(m.line.positions(SlaveStatus.Alarm | SlaveStatus.Latched)))
+        case _             => None
+      }
+      request <- ordersOf(master).add(code, node, seconds, clockMs(), timeOfDay(), about)
+    } yield {
+      changed()
+      request
+    }
+  }
+
+  /** An operator's order for the slaves of a zone; Left: why it cannot be sent. */
+  def orderZone(master: Int, code: Int, zone: String, seconds: Int): Either[String, Request] = synchronized {
+    for {
+      m     <- reachable(master)
+      nodes <- expected.zones(master).toMap.get(zone).toRight(s"Master $master has no zone '$zone'.")
+      doubled = nodes.filter(m.line.answering(_).size > 1).toSet
+      request <- ordersOf(master).addZone(code, zone, nodes, doubled, seconds, clockMs(), timeOfDay())
+    } yield {
+      changed()
+      request
+    }
+  }
+
+  private def reachable(master: Int): Either[String, Master] = for {
+    m <- masters.get(master).toRight(s"There is no master $master.")
+    _ <- Either.cond(!isSilent(m), (), s"Master $master is silent.")
+  } yield m
+
+  /** To be called often: answers what has waited for the log too long, gives up orders, notices masters that
+    * have become silent, and looks after the log.
+    */
   def tick(): Unit = synchronized {
     val now = clockMs()
-    for ((id, queue) <- commands; m <- masters.get(id); address <- m.address) {
-      logged {
-        val (datagram, news) = queue.tick(now)
-        datagram.foreach(send(_, address))
-        if (news) changed()
+    for ((id, w) <- waiting.toSeq if now - w.untilMs >= 0) {
+      waiting -= id
+      answerStored(w)
+    }
+    for ((_, o)  <- orders if o.tick(now)) changed()
+    for ((id, o) <- orders; r <- o.takeEnded()) note(id, r)
+    if (toNote.nonEmpty && broken.isEmpty) write()
+    for ((id, m) <- masters if isSilent(m) && silent.add(id)) changed()
+    if (now - probedMs >= ProbeMs && !isWriting) {
+      probedMs = now
+      val before = broken
+      isWriting = true
+      inBackground { () =>
+        try logged(store.probe())
+        finally
+          synchronized {
+            isWriting = false
+            if (broken != before) changed()
+            if (toWrite.nonEmpty) write()
+          }
       }
     }
-    for ((id, m) <- masters if isSilent(m) && silent.add(id)) changed()
+  }
+
+  /** Has the log told what became of an order for a zone. */
+  private def note(master: Int, r: Request): Unit = for (outcome <- r.outcome) {
+    val result = outcome.fold(_ => CommandResult.NoAnswer, _ => CommandResult.Done)
+    val event  = Event(LogEntry.ZoneOrder, r.tickets.head.order, ServerDatagram.AllNodes, state = result)
+    val text   = s"${r.text}: ${outcome.fold("failed, " + _, _ => "done")}"
+    noted += 1
+    toNote += LogEntry(0, timeOfDay(), Life(master, life), noted, event, note = Some(text))
+    if (toNote.size > MostNotes) toNote.remove(0)
   }
 
   /** All there is to be shown. */
   def picture: Picture = synchronized {
+    val now = clockMs()
+    // Masters none of whose reports was proven are shown, too.
+    def isUnproven(id: Int) = doubts
+      .get(id)
+      .exists(d =>
+        !d.proven && now - d.lastMs <= options.masterTimeoutMs && now - d.sinceMs > options.masterTimeoutMs
+      )
+    val strangers = doubts.keys.filter(id => !masters.contains(id) && isUnproven(id)).take(MostMasters)
+    val shown     = masters.values.toVector ++ strangers.map(Master(_))
     Picture(
-      masters.values.toVector.sortBy(_.life.master).map { m =>
-        Picture.Seen(m, isSilent(m), commands.get(m.life.master).fold(Seq.empty[Order])(_.all))
+      shown.sortBy(_.id).map { m =>
+        Picture.Seen(
+          m,
+          expected,
+          isSilent(m),
+          isUnproven(m.id),
+          orders.get(m.id).fold(Seq.empty[Ticket])(_.all),
+          records.get(m.id).fold(Map.empty[Int, Int])(_.missing),
+          m.lost.areTooMany(now)
+        )
       },
       Refusal.all.map(r => r.name -> refused(r)),
-      key.nonEmpty,
       broken
     )
   }
@@ -238,9 +484,50 @@ object Supervisor {
   /** Masters at a time. */
   val MostMasters = 8
 
-  /** A master does not restart more often. */
-  private val LeastLifeMs = 1000L
+  /** An answer waits so long for the log, ms: then it leaves without acknowledging anything new. */
+  val PatienceMs = 100
 
-  /** For so long times of a master can be compared: half of the 2^32 us after which they begin anew. */
-  private val ComparableMs = (1L << 31) / 1000
+  /** Whether the log can be written is found out so often, ms. */
+  val ProbeMs = 5000
+
+  /** Records of a master's slaves that are looked through for gaps at the start. */
+  private val MostRecords = 100000
+
+  /** Entries of the server that wait for a log that can be written. */
+  private val MostNotes = 1000
+
+  private val LastTurn = 0xffffffffL
+
+  /** Between two answers to unproven reports of a master, for each of two kinds: so ten a second, ms. */
+  private val AnswerDoubtMs = 200L
+
+  private lazy val generator           = new SecureRandom
+  private val secureRandom: () => Long = () => generator.nextLong()
+
+  /** Lives of a master that were proven since the start of the server.
+    *
+    * @param counter
+    *   of the last report of the current one
+    */
+  private final case class Heard(current: Long, counter: Long, over: Set[Long])
+
+  /** Reports of a master that were not proven.
+    *
+    * @param proven
+    *   one was since
+    * @param counters
+    *   the highest one of each life
+    * @param answeredMs
+    *   when one with a higher counter than before was answered last, and one without
+    */
+  private final case class Doubts(
+      sinceMs: Long,
+      lastMs: Long,
+      proven: Boolean,
+      counters: Map[Long, Long] = Map.empty,
+      answeredMs: Map[Boolean, Long] = Map.empty
+  )
+
+  /** A report whose answer waits for the log. */
+  private final case class Waiting(report: Report, from: InetSocketAddress, untilMs: Long)
 }

@@ -10,15 +10,20 @@ import io.undertow.{Handlers, Undertow, UndertowOptions}
 import io.undertow.server.{HttpHandler, HttpServerExchange}
 import io.undertow.server.handlers.{BlockingHandler, RequestLimitingHandler}
 import io.undertow.util.{Headers, HttpString}
-import flyframe.protocol.ServerDatagram
+import flyframe.protocol.{Order, ServerDatagram}
 
-/** The page, its messages, the log as CSV, and commands from the page (SRV-15 to SRV-18). A page of another
+/** The page, its messages, the log as CSV, and orders from the page (SRV-15 to SRV-18). A page of another
   * origin can neither read anything nor send a command: the Host header must name this server (DNS
   * rebinding), an Origin header must be that of the page, and a command must carry the token that stands in
   * the page.
   */
-final class WebServer(options: Options, supervisor: Supervisor, store: EventStore, feed: PageFeed)
-    extends AutoCloseable {
+final class WebServer(
+    options: Options,
+    supervisor: Supervisor,
+    store: EventStore,
+    feed: PageFeed,
+    expected: Expected
+) extends AutoCloseable {
   import WebServer._
 
   private val token = {
@@ -95,36 +100,60 @@ final class WebServer(options: Options, supervisor: Supervisor, store: EventStor
     else
       order(new String(exchange.getInputStream.readNBytes(MostBodyBytes), UTF_8)) match {
         case None =>
-          refuse(exchange, 400, """A command is {"master": ID, "command": "clear" or "reset", "node": ID}.""")
-        case Some((master, code, node)) =>
-          supervisor.order(master, code, node) match {
+          refuse(
+            exchange,
+            400,
+            """A command is {"master": ID, "command": "silence", "reset", "acknowledge" or "watch", """ +
+              """"node": ID}, or "disable" or "test" with "node" and "seconds"; "disable", "test" and """ +
+              """"watch" may have "zone": NAME instead of "node"."""
+          )
+        case Some(give) =>
+          give() match {
             case Left(why) => refuse(exchange, 409, why)
-            case Right(order) =>
-              answer(exchange, 202, "application/json", ujson.Obj("id" -> order.id).render())
+            case Right(request) =>
+              answer(exchange, 202, "application/json", ujson.Obj("id" -> request.id).render())
           }
       }
   }
 
-  /** Master, command and node of a request; no node: all. */
-  private def order(body: String): Option[(Int, Int, Int)] = Try {
+  /** The order that a request asks for; neither node nor zone: for all. Detectors are disabled or tested one
+    * by one or by zones, and for a time; silence and reset are not for zones.
+    */
+  private def order(body: String): Option[() => Either[String, Request]] = Try {
     val json = ujson.read(body).obj
-    def u16(name: String) = json.get(name).map { v =>
+    def number(name: String, range: Range) = json.get(name).map { v =>
       val n = v.num
-      require(n.isWhole && n >= 0 && n <= 0xffff, s"$name is $n but must be 0 to 65535.")
+      require(
+        n.isWhole && range.contains(n.toInt),
+        s"$name is $n but must be ${range.start} to ${range.end}."
+      )
       n.toInt
     }
-    val code = json("command").str match {
-      case "clear" => ServerDatagram.AlarmClear
-      case "reset" => ServerDatagram.DetectorReset
-    }
-    (u16("master").get, code, u16("node").getOrElse(ServerDatagram.AllNodes))
+    val node    = number("node", 0 until ServerDatagram.AllNodes)
+    val seconds = number("seconds", 1 to 0xffff)
+    val code    = Codes(json("command").str)
+    val zone    = json.get("zone").map(_.str)
+    val isTimed = code == Order.Disable || code == Order.Test
+    require(
+      isTimed == seconds.nonEmpty && (node.nonEmpty || zone.nonEmpty || !isTimed),
+      "node, zone and seconds do not fit."
+    )
+    require(zone.isEmpty || node.isEmpty && (isTimed || code == Order.Watch), "This is not for a zone.")
+    val shown  = json.get("shown").map(_.arr.map(_.num.toInt).toSet)
+    val whom   = node.getOrElse(ServerDatagram.AllNodes)
+    val master = number("master", 0 to 0xffff).get
+    val time   = seconds.getOrElse(0)
+    () =>
+      zone.fold(supervisor.order(master, code, whom, time, shown))(
+        supervisor.orderZone(master, code, _, time)
+      )
   }.toOption
 
   private def csv(exchange: HttpServerExchange): Unit = {
     exchange.getResponseHeaders.put(Headers.CONTENT_TYPE, "text/csv; charset=utf-8")
     exchange.getResponseHeaders.put(Headers.CONTENT_DISPOSITION, "attachment; filename=\"flyframe-log.csv\"")
     val out = new BufferedWriter(new OutputStreamWriter(exchange.getOutputStream, UTF_8))
-    LogCsv.write(out, store.after(_, 1000))
+    LogCsv.write(out, expected, store.after(_, 1000))
     out.close()
   }
 }
@@ -132,6 +161,16 @@ final class WebServer(options: Options, supervisor: Supervisor, store: EventStor
 object WebServer {
   private val MostBodyBytes = 4096
   private val MostDownloads = 4
+
+  /** Orders by the names that the page has for them. */
+  private val Codes = Map(
+    "silence"     -> Order.Silence,
+    "reset"       -> Order.Reset,
+    "disable"     -> Order.Disable,
+    "test"        -> Order.Test,
+    "watch"       -> Order.Watch,
+    "acknowledge" -> Order.Acknowledge
+  )
 
   private val SecurityHeaders = Seq(
     "Content-Security-Policy" -> ("default-src 'none'; script-src 'self'; style-src 'self'; " +
@@ -148,9 +187,10 @@ object WebServer {
       options: Options,
       supervisor: Supervisor,
       store: EventStore,
-      feed: PageFeed
+      feed: PageFeed,
+      expected: Expected
   ): Either[String, WebServer] = {
-    val web = new WebServer(options, supervisor, store, feed)
+    val web = new WebServer(options, supervisor, store, feed, expected)
     try {
       web.start()
       Right(web)

@@ -18,17 +18,24 @@ OPTIONAL_PINS = {
     "alarm_supply": "alarmSupply",
     "alarm_buzzer": "alarmBuzzer",
     "alarm_lamp": "alarmLamp",
+    "alarm_fire": "alarmFire",
+    "alarm_fault_n": "alarmFaultN",
+    "alarm_disabled": "alarmDisabled",
+    "alarm_sounder": "alarmSounder",
+    "alarm_config_fault": "alarmConfigFault",
 }
 PORT_PINS = ["rx_clk", "rx_dv", "rx_er", "rxd", "link", "tx_en", "txd"]
 
 with open(sys.argv[1]) as file:
     preset = json.load(file)
-top, ports = preset["top"], preset["ports"]
+top = preset["top"]
 with open(sys.argv[2]) as file:
     header = re.search(rf"^module\s+{top}\b.*?;", file.read(), re.M | re.S)
 if not header:
     sys.exit(f"{sys.argv[2]} holds no module {top}.")
 pins = set(re.findall(r"\w+", re.sub(r"//.*", "", header.group())))
+# A master of a ring has one more than its parameter `ports` says.
+ports = sum(re.fullmatch(r"mii_\d+_rx_clk", pin) is not None for pin in pins)
 optional = "".join(f"    pins.{name} = &v.{pin};\n" for pin, name in OPTIONAL_PINS.items() if pin in pins)
 binds = "\n".join(
     f"    pins.ports[{y}] = {{" + ", ".join(f"&v.mii_{y}_{pin}" for pin in PORT_PINS) + "};"

@@ -27,8 +27,8 @@ SIM_CXXFLAGS    := $(COSIM_CXXFLAGS) -I$(SIM) -Isrc/firmware -Igenerated -isyste
 FIRMWARE_FLAGS  := -std=c99 -ffreestanding -Wall -Wextra -Wpedantic -Wconversion -Werror -O2 -fexceptions
 
 # Other flags or another Verilator, other objects.
-FLAGS_DIGEST    := $(shell { echo '$(CXX) $(SIM_CXXFLAGS) $(RUNTIME_FLAGS)'; $(VERILATOR) --version; } | \
-                     sha256sum | cut -c1-16)
+FLAGS_DIGEST    := $(shell { echo '$(CXX) $(SIM_CXXFLAGS) $(RUNTIME_FLAGS) $(CC) $(FIRMWARE_FLAGS)'; \
+                     $(VERILATOR) --version; } | sha256sum | cut -c1-16)
 SIM_OBJ         := $(SIM_CACHE)/objects/$(FLAGS_DIGEST)
 RUNTIME         := $(patsubst %,$(SIM_OBJ)/runtime/%.o,verilated verilated_fst_c verilated_threads)
 # The firmware includes headers of GENERATED, so that its objects belong to the program.
@@ -36,7 +36,8 @@ FIRMWARE        := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o,$(wildc
 # A line per preset: the files to link.
 MODELS          := $(patsubst %,$(COSIM_OUT)/models/%.link,$(PRESETS))
 # The objects of folders of the simulator.
-objects          = $(foreach f,$(1),$(patsubst $(SIM)/%.cpp,$(SIM_OBJ)/%.o,$(wildcard $(SIM)/$f/*.cpp)))
+objects          = $(foreach f,$(1),$(patsubst $(SIM)/%,$(SIM_OBJ)/%.o,$(basename \
+                     $(wildcard $(SIM)/$f/*.cpp $(SIM)/$f/*.c))))
 
 .PHONY: cosim sim-force
 cosim: $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency)
@@ -47,7 +48,7 @@ $(COSIM_OUT)/flyframe-fuzz:    $(call objects,core fuzz)
 $(COSIM_OUT)/flyframe-latency: $(call objects,core latency)
 $(COSIM_OUT)/flyframe-smsoak:  $(call objects,core smsoak)
 $(COSIM_OUT)/flyframe-alarm:   $(call objects,core alarm) $(FIRMWARE)
-$(COSIM_OUT)/flyframe-alarm:   private LIBRARIES := -lslirp -lmbedcrypto
+$(COSIM_OUT)/flyframe-alarm:   private LIBRARIES := -lslirp
 
 PROGRAMS        := $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency smsoak alarm)
 $(PROGRAMS): $(RUNTIME) $(MODELS) $(COSIM_OUT)/models/list
@@ -67,11 +68,13 @@ $(COSIM_OUT)/models/%.link: $(GENERATED)/%.v $(GENERATED)/%.json sim-force
 compile = mkdir -p $(@D) && $(1) -MMD -MP -MT $@ -MF $@.$$$$.d -c -o $@.$$$$ $< && \
           mv $@.$$$$.d $(@:.o=.d) && mv $@.$$$$ $@
 $(COSIM_OUT)/firmware/%.o: src/firmware/%.c
-	$(call compile,$(CC) $(FIRMWARE_FLAGS) -I$(GENERATED))
+	$(call compile,$(CC) $(FIRMWARE_FLAGS) -I$(GENERATED) -Igenerated)
 $(SIM_OBJ)/runtime/%.o: $(VERILATOR_INC)/%.cpp
 	$(call compile,$(CXX) $(RUNTIME_FLAGS))
 $(SIM_OBJ)/%.o: $(SIM)/%.cpp
 	$(call compile,$(CXX) $(SIM_CXXFLAGS))
+$(SIM_OBJ)/%.o: $(SIM)/%.c
+	$(call compile,$(CC) $(FIRMWARE_FLAGS))
 
 .SECONDARY:
 -include $(wildcard $(SIM_OBJ)/*/*.d $(COSIM_OUT)/firmware/*.d)

@@ -1,11 +1,12 @@
-// A controller as a host program sees it: registers behind a port, with the faults a test wants.
+// A controller as a host program sees it, and its board: registers behind a port, with the faults a test
+// wants.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <cstdio>
-#include <stdexcept>
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -23,9 +24,21 @@ struct board {
     uint16_t first, bytes, dead;
   } aliased{};
   std::vector<std::pair<uint16_t, uint8_t>> writes;
+
+  // Non-volatile memory. A number that is not 0 lets so many calls fail from now on, -1 all of them.
   uint32_t stored = 0;
-  bool storeWorks = true, storeKeeps = true;
-  std::string fatal;
+  bool storeKeeps = true;
+  int loadFails = 0, storeFails = 0, logWriteFails = 0, logReadFails = 0, randomFails = 0;
+  std::map<uint16_t, std::array<uint8_t, BOARD_LOG_BYTES>> log;
+  uint8_t erased = 0xff;
+  unsigned logWrites = 0;
+
+  uint32_t drawn = 0;  // what random numbers are made from
+  uint8_t inputs = 0;
+  std::array<std::string, 4> display;
+  unsigned displayed = 0;  // calls
+  unsigned watched = 0;    // so often the watchdog was served
+  std::vector<std::string> notices;
 
   // Where an address leads to.
   uint16_t place(uint16_t address) const {
@@ -40,6 +53,10 @@ struct board {
   virtual void wait(uint32_t) {}
 
   unsigned word(uint16_t address) { return memory.at(address) | memory.at(address + 1u) << 8; }
+  void setWord(uint16_t address, unsigned value) {
+    memory.at(address) = static_cast<uint8_t>(value),
+    memory.at(address + 1u) = static_cast<uint8_t>(value >> 8);
+  }
   bool wrote(uint16_t first, uint16_t last) const {
     for (auto& [address, value] : writes)
       if (address >= first && address <= last) return true;
@@ -50,6 +67,11 @@ struct board {
     for (size_t i = writes.size(); i-- > 0;)
       if (writes[i].first == address) return static_cast<int>(i);
     return -1;
+  }
+  static bool fails(int& left) {
+    if (left == 0) return false;
+    if (left > 0) --left;
+    return true;
   }
 };
 

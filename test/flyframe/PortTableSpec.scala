@@ -23,6 +23,11 @@ class PortTableSpec extends AnyFlatSpec {
       assert(told(p) == declared(p, Files.readString(Paths.get(s"generated/${p.preset}.v"))))
     }
 
+  "The ports of the master of a ring" should "be those of its Verilog" in {
+    val p = Presets.master.copy(preset = "ring", linePorts = 2)
+    assert(told(p) == declared(p, Emit.verilog(p)))
+  }
+
   "Every optional port" should "be as the table says where a preset has none of it" in {
     val p = Presets.default.params.copy(
       preset = "all-ports",

@@ -6,6 +6,7 @@ import flyframe.application.LedPins
 import flyframe.sii.SiiPins
 import flyframe.model.{SentFrame, Symbol, WireFrame}
 import flyframe.params.EscParams
+import flyframe.protocol.DetectorState
 import flyframe.rules.{Bench, EepromImage, Line}
 import flyframe.sii.I2cEeprom
 
@@ -43,8 +44,12 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
   /** The comparators of the smoke detector's current. */
   val current = Option.when(p.hasAlarm)(IO(Input(UInt(3.W))))
 
+  /** The configuration of the device is damaged. */
+  val damaged = Option.when(p.hasAlarm)(IO(Input(Bool())))
+
   private val dut = Module(controller(p))
   current.foreach(dut.alarm.get.current := _)
+  damaged.foreach(dut.alarm.get.config_fault := _)
   irq             := dut.irq.getOrElse(false.B)
   dut.phy_clk_ref := false.B
   dut.pdi_operational.foreach(_ := loaded)
@@ -102,6 +107,8 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
       dut.rxEr(y).poke(false)
     }
     dut.loaded.poke(true)
+    setLine(DetectorState.Normal)
+    dut.damaged.foreach(_.poke(false))
     dut.host.req.poke(false)
     dut.reset.poke(true.B)
     idle(4)
@@ -194,6 +201,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   }
   def advanceUs(us: Int): Unit = idle(us * 25)
 
+  def damage(): Unit            = dut.damaged.foreach(_.poke(true))
   def setLine(state: Int): Unit = dut.current.foreach(_.poke(Line.current(state)))
   def outputs: Option[Int] =
     Option.when(dut.outputsDriven.get.peek().litToBoolean)(dut.outputs.get.peek().litValue.toInt)

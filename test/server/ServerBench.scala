@@ -10,7 +10,7 @@ import flyframe.Directory
 
 /** A whole server on loopback, on free ports. */
 object ServerBench {
-  val key: Array[Byte] = Array.tabulate[Byte](32)(i => (200 - 5 * i).toByte)
+  val key: Array[Byte] = Array.tabulate[Byte](16)(i => (200 - 5 * i).toByte)
 
   def options(directory: Path): Options = {
     val file = directory.resolve("key")
@@ -22,8 +22,7 @@ object ServerBench {
       database = directory.resolve("log.db"),
       key = Some(file),
       masterTimeoutMs = 60000,
-      commandIntervalMs = 50,
-      commandTries = 1000
+      orderTimeoutMs = 60000
     )
   }
 

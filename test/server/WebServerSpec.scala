@@ -3,10 +3,12 @@ package flyframe.server
 import java.io.{BufferedReader, InputStreamReader}
 import java.net.Socket
 import java.nio.charset.StandardCharsets.UTF_8
+import java.nio.file.Files
 import scala.util.Using
 import org.scalatest.flatspec.AnyFlatSpec
 import ServerBench._
-import flyframe.protocol.{DetectorState, EventKind, ServerDatagram}
+import flyframe.Directory
+import flyframe.protocol.{DetectorState, EventKind, Order, ServerDatagram, SlaveStatus}
 
 /** HTTP, byte for byte, since clients do not let one choose the Host header. */
 class WebServerSpec extends AnyFlatSpec {
@@ -41,12 +43,12 @@ class WebServerSpec extends AnyFlatSpec {
     }
 
   private def host(server: Server.Running) = s"127.0.0.1:${server.httpPort}"
-  private val clear                        = """{"master": 1, "command": "clear"}"""
+  private val silence                      = """{"master": 1, "command": "silence"}"""
 
   /** A request as the page makes it, with one thing changed. */
   private def command(
       server: Server.Running,
-      body: String = clear,
+      body: String = silence,
       change: (String, Option[String]) = "" -> None
   ): Answer = {
     val headers = Map(
@@ -65,23 +67,64 @@ class WebServerSpec extends AnyFlatSpec {
 
   private def withMaster(check: (Server.Running, ModelMaster) => Unit): Unit = withServer() { server =>
     Using.resource(new ModelMaster(Life(1, 4), server.udpPort, key)) { master =>
-      eventually("the master is known") { master.report(); state(server)("masters").arr.nonEmpty }
+      master.settle()
       check(server, master)
     }
   }
 
-  "SRV-17: a command of the page" should "be sent to the master" in withMaster { (server, master) =>
-    val answer = command(server)
-    assert(answer.status == 202 && answer.body == """{"id":1}""")
-    eventually("the command") { master.listen(10); master.commands.nonEmpty }
-    assert(
-      master.commands.head == Command(
-        Life(1, 4),
-        1,
-        ServerDatagram.AlarmClear,
-        ServerDatagram.AllNodes
-      ) && master.refused == 0
+  "SRV-17: an order of the page" should "be sent to the master" in withMaster { (server, master) =>
+    val orders = Seq(
+      silence                                            -> (Order.Silence, ServerDatagram.AllNodes, 0),
+      """{"master": 1, "command": "reset", "node": 7}""" -> (Order.Reset, 7, 0),
+      """{"master": 1, "command": "disable", "node": 0, "seconds": 60}""" -> (Order.Disable, 0, 60),
+      """{"master": 1, "command": "test", "node": 7, "seconds": 65535}""" -> (Order.Test, 7, 65535),
+      """{"master": 1, "command": "watch", "node": 7}"""                  -> (Order.Watch, 7, 0),
+      """{"master": 1, "command": "acknowledge"}""" -> (Order.Acknowledge, ServerDatagram.AllNodes, 0)
     )
+    for (((body, order), i) <- orders.zipWithIndex) {
+      val answer = command(server, body)
+      assert(answer.status == 202 && answer.body == s"""{"id":${i + 1}}""")
+      eventually(body) { master.report(); master.listen(10); master.orders.size == i + 1 }
+      master.settle()
+      val taken = master.orders.last
+      assert((taken.order, taken.node, taken.seconds) == order && master.refused == 0)
+    }
+  }
+
+  "SRV-25: an order for a zone" should "be sent to each of its slaves" in Directory { d =>
+    val list = Files.writeString(
+      d.resolve("list"),
+      """{"masters": [{"id": 1, "expected": [{"node": 7, "zone": "Hall"}, {"node": 3, "zone": "A & <b>"},
+        {"node": 5, "zone": "Hall"}]}]}"""
+    )
+    withServer(_.copy(expected = Some(list))) { server =>
+      Using.resource(new ModelMaster(Life(1, 4), server.udpPort, key)) { master =>
+        master.line(Seq(7, 3, 5).map(Reported(0, _)): _*)
+        master.settle()
+        val orders = Seq(
+          """{"master": 1, "command": "disable", "zone": "Hall", "seconds": 60}""" ->
+            Seq((Order.Disable, 7, 60), (Order.Disable, 5, 60)),
+          """{"master": 1, "command": "test", "zone": "A & <b>", "seconds": 9}""" ->
+            Seq((Order.Test, 3, 9)),
+          """{"master": 1, "command": "watch", "zone": "Hall"}""" ->
+            Seq((Order.Watch, 7, 0), (Order.Watch, 5, 0))
+        )
+        for (((body, wanted), i) <- orders.zipWithIndex) {
+          val answer = command(server, body)
+          assert(answer.status == 202 && answer.body == s"""{"id":${i + 1}}""")
+          eventually(body) { master.report(); master.listen(10); master.orders.size == wanted.size }
+          master.settle()
+          assert(master.orders.map(a => (a.order, a.node, a.seconds)) == wanted)
+          master.orders.clear()
+          def orders = state(server)("masters")(0)("orders").arr
+          assert(orders.size == i + 1 && orders.last("state").str == "done")
+        }
+        eventually("the log")(get(server, "log.csv").body.contains("watch zone Hall: done"))
+        val unknown = command(server, """{"master": 1, "command": "watch", "zone": "<Attic>"}""")
+        assert(unknown.status == 409 && unknown.body == "Master 1 has no zone '<Attic>'.")
+        assert(unknown.headers("content-type").startsWith("text/plain"))
+      }
+    }
   }
 
   "SRV-17: a command of another origin, or without the token" should "be refused" in withMaster {
@@ -117,7 +160,7 @@ class WebServerSpec extends AnyFlatSpec {
       assert(status("Content-Type") == 415, "no content type")
       master.report()
       master.listen(300)
-      assert(master.commands.isEmpty && state(server)("masters")(0)("orders").arr.isEmpty)
+      assert(master.orders.isEmpty && state(server)("masters")(0)("orders").arr.isEmpty)
   }
 
   "SRV-17: a name that a DNS server could turn into this address" should "be refused for every path" in
@@ -171,15 +214,28 @@ class WebServerSpec extends AnyFlatSpec {
         "{}",
         """{"master": 1}""",
         """{"master": 1, "command": "reboot"}""",
-        """{"master": 1.5, "command": "clear"}""",
-        """{"master": 65536, "command": "clear"}""",
+        """{"master": 1.5, "command": "silence"}""",
+        """{"master": 65536, "command": "silence"}""",
+        """{"master": 1, "command": "silence", "seconds": 5}""",
+        """{"master": 1, "command": "disable", "node": 5}""",
+        """{"master": 1, "command": "test", "seconds": 5}""",
+        """{"master": 1, "command": "test", "node": 5, "seconds": 0}""",
+        """{"master": 1, "command": "test", "node": 5, "seconds": 65536}""",
+        """{"master": 1, "command": "reset", "node": 65535}""",
         """{"master": 1, "command": "reset", "node": -1}""",
-        """{"master": "1", "command": "clear"}""",
+        """{"master": "1", "command": "silence"}""",
+        """{"master": 1, "command": "silence", "zone": "Hall"}""",
+        """{"master": 1, "command": "reset", "zone": "Hall"}""",
+        """{"master": 1, "command": "acknowledge", "zone": "Hall"}""",
+        """{"master": 1, "command": "test", "zone": "Hall"}""",
+        """{"master": 1, "command": "watch", "zone": 5}""",
+        """{"master": 1, "command": "watch", "zone": "Hall", "node": 5}""",
+        """{"master": 1, "command": "watch", "zone": "Hall", "seconds": 5}""",
         "[" * 4000
       )
       for (body <- bad) assert(command(server, body).status == 400, body)
       assert(command(server, " " * 5000).status == 413)
-      assert(command(server, """{"master": 2, "command": "clear"}""").status == 409)
+      assert(command(server, """{"master": 2, "command": "silence"}""").status == 409)
       assert(ask(server, "GET /api/command", "Host" -> host(server))().status == 405)
       assert(ask(server, "GET /nothing", "Host" -> host(server))().status == 404)
       assert(ask(server, "GET /../build.sbt", "Host" -> host(server))().status >= 400)
@@ -189,10 +245,8 @@ class WebServerSpec extends AnyFlatSpec {
   "SRV-15: pages" should "be told of an event at once, and of the state when they are opened" in withMaster {
     (server, master) =>
       val page = new PageClient(server)
-      master.happen(
-        Event(EventKind.Present, 0, 1, state = 1),
-        Event(EventKind.Detector, 0, 1, 1, DetectorState.Normal)
-      )
+      master.happen(Event(EventKind.Slave, 0, 1), Event(EventKind.Detector, 0, 1, 1, DetectorState.Normal))
+      master.line(ModelMaster.line(0): _*)
       master.settle()
       Using.resource(page.messages()) { feed =>
         eventually("the first message")(feed.lines.nonEmpty)
@@ -203,6 +257,7 @@ class WebServerSpec extends AnyFlatSpec {
         val begin = System.nanoTime()
         for (i <- 2 to 11) {
           master.happen(Event(EventKind.Detector, 0, 1, i, DetectorState.Alarm))
+          master.slave(0, SlaveStatus.Alarm)
           master.settle()
           eventually("the alarm")(feed.lines.exists(_("log").arr.exists(_("id").num == i + 1)))
         }

@@ -16,13 +16,13 @@ build/selftest/eeprom-test: build/selftest/eeprom_test.o $(SIM_OBJ)/core/eeprom.
 build/selftest/%.o: test/sim/%.cpp
 	$(call compile,$(CXX) $(SIM_CXXFLAGS))
 
-# The host programs against fake controllers.
+# The host programs against fake controllers, and the tags of the simulator's server.
 firmware-test: $(COSIM_OUT)/firmware-test
 	$<
 FIRMWARE_TESTS := $(wildcard test/firmware/*.cpp)
 FIRMWARE_TEST  := $(patsubst test/firmware/%.cpp,$(COSIM_OUT)/firmware/test/%.o,$(FIRMWARE_TESTS))
-$(COSIM_OUT)/firmware-test: $(FIRMWARE_TEST) $(FIRMWARE)
-	$(CXX) -o $@ $^ -lmbedcrypto
+$(COSIM_OUT)/firmware-test: $(FIRMWARE_TEST) $(FIRMWARE) $(SIM_OBJ)/alarm/ascon.o
+	$(CXX) -o $@ $^
 $(COSIM_OUT)/firmware/test/%.o: test/firmware/%.cpp
 	$(call compile,$(CXX) $(SIM_CXXFLAGS) -I$(GENERATED))
 

@@ -1,25 +1,29 @@
 package flyframe.model
 
-import flyframe.protocol.DatagramLayout.{Length, Overhead}
+import flyframe.protocol.DatagramLayout.{Adp, Index, Length, Overhead}
 import flyframe.protocol.EtherType
 
 /** A datagram is appended to a passing frame (AP-01 to AP-08): the frame as a whole, not its timing. */
 object AppendModel {
   private val Longest = 1498 // of the EtherCAT length field in an Ethernet frame
 
+  /** The frame that leaves.
+    *
+    * @param bad
+    *   it is in error
+    * @param insertedAt
+    *   nibble at which the datagram begins, if it is there
+    */
+  final case class Result(payload: Vector[Int], bad: Boolean, insertedAt: Option[Int] = None)
+
   /** @param payload
     *   nibbles behind the SFD, FCS included, behind the processing unit
     * @param bad
     *   the frame is in error
-    * @return
-    *   the same for the frame that leaves
+    * @param datagram
+    *   its bytes, where the index does not matter: it becomes the position of the slave (AP-05)
     */
-  def append(
-      payload: Vector[Int],
-      bad: Boolean,
-      datagram: Seq[Int],
-      maxSubTelegrams: Int
-  ): (Vector[Int], Boolean) = {
+  def append(payload: Vector[Int], bad: Boolean, datagram: Seq[Int], maxSubTelegrams: Int): Result = {
     def byte(i: Int): Option[Int] =
       Option.when(2 * i + 1 < payload.size)(payload(2 * i) | payload(2 * i + 1) << 4)
     def big(i: Int): Option[Int]    = for (a <- byte(i); b <- byte(i + 1)) yield a << 8 | b
@@ -32,7 +36,7 @@ object AppendModel {
       ethertype == EtherType.EtherCat && header >> 12 == 1 && (length == 0 || length >= Overhead) &&
       length + datagram.size <= Longest && length < Overhead * maxSubTelegrams && payload.size > 2 * start
     }
-    if (!fits.contains(true)) (payload, bad)
+    if (!fits.contains(true)) Result(payload, bad)
     else {
       val length                         = little(start - 2).get & 0xfff
       val whole                          = payload.take(payload.size / 2 * 2)
@@ -50,15 +54,17 @@ object AppendModel {
           val next = begin + Overhead + (word & 0x7ff)
           if (more) behind(next) else Some(next)
       }
-      val end   = if (length == 0) Some(start) else behind(start)
-      val wrong = length != 0 && end.exists(e => 2 * e < payload.size && e != start + length)
-      val added = datagram.flatMap(b => Seq(b & 0xf, b >> 4)).toVector
-      val filled = end.filter(2 * _ <= body.length) match {
+      val end      = if (length == 0) Some(start) else behind(start)
+      val wrong    = length != 0 && end.exists(e => 2 * e < payload.size && e != start + length)
+      val position = if (length == 0) 0 else byte(start + Adp.offset).getOrElse(0)
+      val added    = datagram.updated(Index.offset, position).flatMap(b => Seq(b & 0xf, b >> 4)).toVector
+      val place    = end.filter(2 * _ <= body.length)
+      val filled = place match {
         case Some(e) => body.take(2 * e).toVector ++ added ++ body.drop(2 * e + added.size)
         case None    => body.toVector
       }
       val bytes = filled.grouped(2).map(n => n(0) | n(1) << 4).toSeq
-      (filled ++ Fcs.of(bytes).flatMap(b => Seq(b & 0xf, b >> 4)), bad || wrong)
+      Result(filled ++ Fcs.of(bytes).flatMap(b => Seq(b & 0xf, b >> 4)), bad || wrong, place.map(2 * _))
     }
   }
 }

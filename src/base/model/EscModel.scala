@@ -166,9 +166,12 @@ class EscModel(
 
     // After the loop-back of port 0 comes the processing unit, then the cycle starts again.
     def walk(left: Seq[Int], through: Boolean, payload: Vector[Int], bad: Boolean): (Int, SentFrame) = {
-      if (through && !waiting && extended.nibbles > 1)
-        extended = extended.copy(delayed = space.alarm.exists(_.datagram.isDefined))
-      val (now, isBad) = if (through && received.hasSfd) process(payload, bad) else (payload, bad)
+      val added = if (through && !waiting && extended.nibbles > 1) alarm.flatMap(_.datagram) else None
+      if (through) {
+        extended = extended.copy(delayed = added.isDefined)
+        alarm.foreach(_.frameBegins())
+      }
+      val (now, isBad) = if (through && received.hasSfd) process(payload, bad, added) else (payload, bad)
       if (through && !received.hasSfd) registers.count("epu_error")
       val next = left.head
       if (!opened(next)) walk(left.tail, next == 0, now, isBad)
@@ -178,10 +181,15 @@ class EscModel(
     walk(route, port == 0, received.payload, !received.good)
   }
 
-  /** Through the processing unit; the payload behind it, and whether the frame is in error. */
-  private def process(payload: Vector[Int], alreadyBad: Boolean): (Vector[Int], Boolean) = {
+  /** Through the processing unit, where a datagram may be appended; the payload behind it, and whether the
+    * frame is in error.
+    */
+  private def process(
+      payload: Vector[Int],
+      alreadyBad: Boolean,
+      added: Option[Seq[Int]]
+  ): (Vector[Int], Boolean) = {
     val frame = new space.Frame
-    val added = space.alarm.flatMap(_.datagram).filterNot(_ => waiting)
     val settings = ProcessingSettings(
       stationAddress = registers.value("station_address"),
       alias = Option.when(registers.value("alias_enable") == 1)(registers.value("station_alias")),
@@ -193,19 +201,19 @@ class EscModel(
     )
     val done = new ProcessingUnit(settings, frame).process(payload, alreadyBad)
     if (done.bad || done.tooMany) registers.count("epu_error")
+    // It takes the datagram before its writes take effect.
+    val sent = added.map(AppendModel.append(done.payload, done.bad, _, p.maxSubTelegrams))
+    if (sent.exists(_.insertedAt.isDefined)) alarm.foreach(_.frameTook())
     val before  = portNumbers.map(setting)
     val written = frame.end(!done.bad)
     if (!done.bad) settle(before, written)
     val destroyed = payload.size - done.payload.size // nibbles (B-11)
-    extended = extended.copy(nibbles = extended.nibbles - destroyed, hasTime = frame.hasTime)
-    added.fold((done.payload, done.bad)) { datagram =>
-      val sent = AppendModel.append(done.payload, done.bad, datagram, p.maxSubTelegrams)
-      if (sent._1 != done.payload) {
-        val nibbles = datagram.flatMap(b => Seq(b & 0xf, b >> 4))
-        extended = extended.copy(insertedAt = Some(sent._1.lastIndexOfSlice(nibbles)).filter(_ >= 0))
-      }
-      sent
-    }
+    extended = extended.copy(
+      nibbles = extended.nibbles - destroyed,
+      insertedAt = sent.flatMap(_.insertedAt),
+      hasTime = frame.hasTime
+    )
+    sent.fold((done.payload, done.bad))(s => (s.payload, s.bad))
   }
 
   /** A good frame has written to registers: what that means for the ports, whose settings were `before`. */

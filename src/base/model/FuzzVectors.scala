@@ -3,7 +3,8 @@ package flyframe.model
 import java.io.PrintStream
 import scala.util.Random
 import flyframe.params.EscParams
-import flyframe.protocol.Command.Bwr
+import flyframe.protocol.Command.{Apwr, Bwr}
+import flyframe.protocol.{AppendedLayout, DatagramLayout, EtherType, RecordAckLayout, RecordLayout}
 import flyframe.registers.{AlarmRegisters, DlRegisters, RegisterMap, StationRegisters, WatchdogRegisters}
 
 /** Writes operations and what must come of them as lines of text, for `build/flyframe-fuzz` (format:
@@ -89,6 +90,35 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
     model.advanceUs(us)
   }
 
+  // Records whose times the simulated slave has told. They are its own, and take the place of the model's in
+  // an acknowledgement.
+  private var shown = Map.empty[Int, AlarmModel.Record]
+
+  /** The number of the record that a whole frame acknowledges first of all. */
+  private def acknowledged(frame: WireFrame): Option[Int] = {
+    val bytes = Receiver.receive(frame).wholeBytes
+    val data  = bytes.slice(GuardByte - RecordAckLayout.Guard.offset, bytes.size).map(_.toByte).toArray
+    val asks = bytes.size > GuardByte + RecordAckLayout.bytes && frame.symbols.size == 16 + 2 * bytes.size &&
+      Fcs.good(bytes) && bytes.slice(12, 14) == Seq(EtherType.EtherCat >> 8, EtherType.EtherCat & 0xff) &&
+      bytes(16) == Apwr && bytes.slice(20, 22) == EtherCatFrame.little(AlarmRegisters.Acknowledge)
+    for (
+      r <- Option.when(asks)(RecordAckLayout.read(data, RecordAckLayout.Sequence).toInt).flatMap(shown.get)
+      if RecordAckLayout.read(data, RecordAckLayout.Guard) == (r.time & 0xffff)
+    ) yield r.sequence
+  }
+
+  /** The master has got the record on offer, if it has left, as number `tag`. */
+  def acknowledge(port: Int, tag: Int): Unit =
+    for (r <- model.alarm.flatMap(_.onOffer) if shown.contains(r.sequence)) {
+      val data = RecordAckLayout.encode(
+        RecordAckLayout.Sequence -> r.sequence.toLong,
+        RecordAckLayout.Guard    -> (r.time & 0xffff),
+        RecordAckLayout.Tag      -> tag.toLong
+      )
+      val datagram = Datagram(Apwr, 0, AlarmRegisters.Acknowledge, data.map(_ & 0xff).toSeq)
+      frame(port, WireFrame.withFcs(EtherCatFrame(Seq(datagram))))
+    }
+
   /** Waits for the detector where that has no debounce. */
   private def settle(): Unit = model.alarm.map(_.settlingUs).filter(_ > 0).foreach(advanceUs)
 
@@ -123,22 +153,27 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   def frame(port: Int, frame: WireFrame, gap: Int = 24): Option[(Int, SentFrame)] = {
     // The frame behind a delayed one has to wait. Whether the next but one has depends on the clocks.
     setClocks()
+    val guard = acknowledged(frame)
+    if (guard.isDefined) quiet()
     val waits = leaving.exists(_ + gap <= MinimumGap)
     if (port != lastPort || (leaving.isDefined && !waits)) quiet()
     lastPort = port
     model.waiting = waits
     val before = loops
     val errors = frame.symbols.indices.filter(frame.symbols(_).error)
+    val marks  = if (errors.isEmpty) "" else errors.mkString(" E", ",", "")
     out.println(
-      s"F $frames $port $gap ${hexNibbles(frame.symbols.map(_.nibble))}" + (if (errors.isEmpty) ""
-                                                                            else
-                                                                              errors.mkString(" E", ",", ""))
+      s"F $frames $port $gap ${hexNibbles(frame.symbols.map(_.nibble))}$marks" +
+        guard.fold("")(number => s" G$GuardByte:$number")
     )
     frames += 1
+    val offered = model.alarm.flatMap(_.onOffer)
     val sent    = model.receive(port, frame)
     val ext     = model.extension
     val unknown = if (ext.hasTime) " ?" else ext.insertedAt.fold("")(nibble => s" T${nibble + TimeNibble}")
     out.println(sent.fold("X -") { case (y, s) => s"X $y ${s.preamble} ${hexNibbles(s.payload)}$unknown" })
+    if (sent.isDefined && ext.insertedAt.isDefined && !ext.hasTime)
+      offered.foreach(r => shown += r.sequence -> r)
     if (waits) leaving = Some(Never)
     else if (ext.delayed)
       leaving = Some(if (ext.nibbles >= 32) frame.symbols.size - ext.nibbles else Never)
@@ -163,7 +198,10 @@ object VectorWriter {
   private val Never      = 1000
 
   /** Nibble of an alarm datagram at which the time stands. */
-  private val TimeNibble = 2 * (10 + 4)
+  private val TimeNibble = 2 * (AppendedLayout.Record.offset + RecordLayout.Time.offset)
+
+  /** Byte of a frame with one acknowledgement at which its guard stands. */
+  private val GuardByte = 16 + DatagramLayout.bytes + RecordAckLayout.Guard.offset
 }
 
 /** Random operations on one controller, with checkpoints. */
@@ -181,9 +219,9 @@ object FuzzVectors {
         writer.frame(0, WireFrame.withFcs(EtherCatFrame(Seq(Datagram(Bwr, 0, address, Seq(0, 0))))))
     if (p.hasAlarm) {
       writer.detector(1)
+      UnitTraffic.secondsOfMode.foreach(writer.hostWrite(_, 0xff)) // a mode lasts
       (AlarmRegisters.Debounce to AlarmRegisters.OffTime + 1)
         .foreach(writer.hostWrite(_, 0)) // no debounce, no off time
-      writer.hostWrite(AlarmRegisters.Enable, 3)
     }
     def port() = random.nextInt(p.ports)
     def memory() = {
@@ -221,6 +259,7 @@ object FuzzVectors {
       // At times faster than they are acknowledged.
       if (p.hasAlarm && random.nextInt(if (i / 100 % 3 == 0) 2 else 6) == 0)
         writer.detector(random.nextInt(8))
+      if (p.hasAlarm && random.nextInt(3) == 0) writer.acknowledge(main, tag = i & 0xffff)
       val gap = random.nextInt(10) match {
         case 0 => 22
         case 1 => 24 + random.nextInt(200)

@@ -52,7 +52,12 @@ class LocalSpace(
   private val leds =
     Option.when(p.hasLeds)(new LedModel(registers, () => emulation, () => sii.exists(_.loadFailed)))
 
-  val alarm: Option[AlarmModel] = Option.when(p.hasAlarm)(new AlarmModel(registers))
+  val alarm: Option[AlarmModel] = Option.when(p.hasAlarm)(
+    new AlarmModel(
+      registers,
+      () => (0 until p.ports).map(y => portStatus(s"physical_link_port$y") << y).sum
+    )
+  )
 
   private val units: Seq[ModelUnit] =
     watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ leds ++ alarm ++ addedUnits

@@ -167,33 +167,46 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
 
   // ---- smoke detector ----
 
-  import AlarmRegisters.Record
   private def alarm(): Datagram = random.nextInt(12) match {
-    case 0 => write(AlarmRegisters.Acknowledge + random.nextInt(2), bytes(1 + random.nextInt(2)))
-    case 1 => write(AlarmRegisters.Command, Seq(if (chance(3)) 2 else if (chance(20)) 4 else 1))
-    case 2 =>
+    case 0 => write(AlarmRegisters.Acknowledge + random.nextInt(6), bytes(1 + random.nextInt(3)))
+    case 1 =>
+      write(AlarmRegisters.Command, Seq(if (chance(3)) 2 else if (chance(20)) random.nextInt(4) else 1))
+    case 2 | 3 =>
       write(
         pick(Seq(AlarmRegisters.Broadcast, AlarmRegisters.Message)) + random.nextInt(8),
         bytes(1 + random.nextInt(8))
       )
-    case 3 =>
+    case 4 | 5 | 6 =>
       read(
-        pick(Seq(Record, AlarmRegisters.Status, AlarmRegisters.Acknowledge, AlarmRegisters.SelfTest)),
-        1 + random.nextInt(4)
+        pick(Seq(AlarmRegisters.State, AlarmRegisters.Confirm, AlarmRegisters.SelfTest)) + random.nextInt(3),
+        1 + random.nextInt(8)
       )
-    case 4 | 5 =>
-      val number = model.registers.value("alarm_acknowledge") - (if (chance(20)) 1 else 0)
-      write(AlarmRegisters.Confirm, EtherCatFrame.little(number))
-    case _ =>
-      write(AlarmRegisters.Acknowledge, Seq(model.registers.byte(Record), model.registers.byte(Record + 1)))
+    case 7 => write(AlarmRegisters.Mode, Seq(pick(Seq(0, 0, 0, 1, 2, random.nextInt(256)))))
+    case 8 => write(AlarmRegisters.Acknowledge, bytes(6)) // of nothing that there is
+    case _ => confirm()
   }
 
-  private def hostOnAlarm(writer: VectorWriter): Unit = random.nextInt(6) match {
-    case 0 => writer.hostRead(AlarmRegisters.Messages)
-    case 1 => writer.hostRead(pick(Seq(Record, Record + 2, AlarmRegisters.Status, AlarmRegisters.Status + 1)))
-    case 2 => writer.hostWrite(AlarmRegisters.Epoch, random.nextInt(256))
-    case 3 => writer.hostWrite(AlarmRegisters.Command, 1)
-    case _ => writer.hostWrite(AlarmRegisters.Enable, if (chance(70)) 3 else random.nextInt(256))
+  /** What the server has: up to about one of the records that the master has got; rarely of another life. */
+  private def confirm(): Datagram = {
+    val life   = model.alarm.get.masterLife
+    val tags   = model.alarm.get.tags
+    val tag    = if (tags.isEmpty) random.nextInt(0x10000) else pick(tags)
+    val number = tag + pick(Seq(0, 1, 2, 0x7fff, 0x8000))
+    write(
+      AlarmRegisters.Confirm,
+      EtherCatFrame.little(number & 0xffff) ++
+        EtherCatFrame.little(if (chance(95)) life else (life + 1) & 0xffff)
+    )
+  }
+
+  private def hostOnAlarm(writer: VectorWriter): Unit = random.nextInt(8) match {
+    case 0     => writer.hostRead(AlarmRegisters.Messages)
+    case 1 | 2 => writer.hostRead(AlarmRegisters.State + random.nextInt(8))
+    case 3     => writer.hostWrite(AlarmRegisters.Epoch, random.nextInt(256))
+    case 4     => writer.hostWrite(AlarmRegisters.Command, 1)
+    case 5     => writer.hostWrite(AlarmRegisters.Mode, pick(Seq(0, 0, 0, 1, 2)))
+    case 6     => writer.hostWrite(AlarmRegisters.SelfTest, random.nextInt(3))
+    case _     => writer.hostWrite(AlarmRegisters.Enable, if (chance(70)) 3 else random.nextInt(256))
   }
 
   // ---- host ----
@@ -289,6 +302,14 @@ object UnitTraffic {
   private def reaches(page: Int): Boolean =
     page == (DlRegisters.Control >> 8) - 1 || page == AlarmRegisters.Debounce >> 8
 
+  /** No debounce, no off time, and the host is never taken for alive. */
+  private val timesOfDetector =
+    (AlarmRegisters.Debounce to AlarmRegisters.OffTime + 1) ++
+      (AlarmRegisters.HostAlive to AlarmRegisters.HostAlive + 1)
+
+  /** A mode of the detector lasts longer than any random traffic. */
+  val secondsOfMode: Range = AlarmRegisters.Mode + 2 to AlarmRegisters.Mode + 3
+
   /** What may be written to `address` in random traffic in place of `byte`, so that no unit starts to count
     * time: no temporary loops, no watchdogs, no EEPROM commands, no debounce; and no FMMU that reaches those
     * registers.
@@ -298,11 +319,12 @@ object UnitTraffic {
     address match {
       case DlRegisters.Control => byte & 0xfd
       // Rarely a small RX FIFO, as clocks must be nearly right with it (LP-12, VectorWriter).
-      case DlRegisters.FifoByte                                                               => byte | 4
-      case a if p.hasWatchdogs && WatchdogRegisters.settings.contains(a)                      => 0
-      case a if p.hasSii && (a == SiiRegisters.Control || a == SiiRegisters.Control + 1)      => 0
-      case a if p.hasAlarm && a >= AlarmRegisters.Debounce && a <= AlarmRegisters.OffTime + 1 => 0
-      case a if inFmmus && p.hasBitwiseFmmus && apart(a).isDefined => apart(a).get(byte)
+      case DlRegisters.FifoByte                                                          => byte | 4
+      case a if p.hasWatchdogs && WatchdogRegisters.settings.contains(a)                 => 0
+      case a if p.hasSii && (a == SiiRegisters.Control || a == SiiRegisters.Control + 1) => 0
+      case a if p.hasAlarm && timesOfDetector.contains(a)                                => 0
+      case a if p.hasAlarm && secondsOfMode.contains(a)                                  => 0xff
+      case a if inFmmus && p.hasBitwiseFmmus && apart(a).isDefined                       => apart(a).get(byte)
       case a if inFmmus && a % 16 == PhysicalLow                            => byte & 0x7f
       case a if inFmmus && a % 16 == PhysicalHigh && byte >= 1 && byte <= 5 => byte | 0x10
       case _ => byte
@@ -335,13 +357,15 @@ object UnitTraffic {
         })
     }
 
-  /** With one access to the events of a detector, as masters do: two of them in a frame meet an order of
-    * times.
+  /** With one access to what works on the records of a detector, as masters do: two of them in a frame meet
+    * an order of times.
     */
   def oneForEvents(datagrams: Seq[Datagram]): Seq[Datagram] = {
     def touches(d: Datagram) = {
       val address = (d.address >> 16 & 0xffff).toInt
-      address <= AlarmRegisters.Confirm + 1 && address + d.data.size > AlarmRegisters.Acknowledge
+      Seq(AlarmRegisters.Acknowledge, AlarmRegisters.Confirm, AlarmRegisters.Command, AlarmRegisters.Mode)
+        .flatMap(at => AlarmRegisters.all.find(_.address == at))
+        .exists(r => address <= r.range.last && address + d.data.size > r.address)
     }
     val first = datagrams.indexWhere(touches)
     datagrams.zipWithIndex.map { case (d, i) =>

@@ -24,6 +24,7 @@ final case class EscParams(
     digitalOutputs: Int = 0,
     alarm: Int = 0,
     maxSlaves: Int = 64,
+    linePorts: Int = 1,
     sii: Int = 0,
     siiClockKhz: Int = 400,
     siiStartUs: Int = 100,
@@ -168,24 +169,32 @@ object ParamTable {
     "maxSubTelegrams",
     "coreClockMhz",
     "maxSlaves",
+    "linePorts",
     "txShift",
     "escType",
     "escRevision",
     "escBuild"
   )
-  private val notOfSlaves = Set("maxSlaves")
+  private val notOfSlaves = Set("maxSlaves", "linePorts")
 
   /** What is different in a master. */
   private val inMasters: Map[String, ParamInfo => ParamInfo] = {
     def text(text: String)(i: ParamInfo) = i.copy(text = text)
     val (clocks, isClock)                = oneOf(50, 100, 125)
     Map(
-      "dataBusWidth"    -> text("bits moved per access of the host") _,
-      "maxSubTelegrams" -> text("datagrams that the master puts into one frame; above 16 they are 16") _,
-      "coreClockMhz"    -> (_.copy(range = clocks, allowed = isClock)),
-      "escType"         -> text("identity: type, 0x00 of the host's registers") _,
-      "escRevision"     -> text("identity: revision, 0x01 of the host's registers") _,
-      "escBuild"        -> text("identity: build, 0x02:0x03 of the host's registers") _
+      "dataBusWidth" -> text("bits moved per access of the host") _,
+      "maxSubTelegrams" -> (i => {
+        val (range, isEnough) = between(EscParams.LeastOfMaster, 128)
+        i.copy(
+          text = "datagrams that the master puts into one frame; above 16 they are 16",
+          range = range,
+          allowed = isEnough
+        )
+      }),
+      "coreClockMhz" -> (_.copy(range = clocks, allowed = isClock)),
+      "escType"      -> text("identity: type, 0x00 of the host's registers") _,
+      "escRevision"  -> text("identity: revision, 0x01 of the host's registers") _,
+      "escBuild"     -> text("identity: build, 0x02:0x03 of the host's registers") _
     )
   }
 
@@ -262,6 +271,12 @@ object ParamTable {
       oneOf(2, 4, 8, 16, 32, 64, 128)
     )(_.maxSlaves)((p, v) => p.copy(maxSlaves = v)),
     info(
+      "linePorts",
+      "ports of a master to its slaves: 1 a line; 2 a ring, whose end comes back to the second port",
+      "ports",
+      between(1, 2)
+    )(_.linePorts)((p, v) => p.copy(linePorts = v)),
+    info(
       "sii",
       "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM; 2 emulated by the host",
       "code",
@@ -316,6 +331,11 @@ object ParamTable {
 }
 
 object EscParams {
+
+  /** Datagrams of a master's frame, at least: one acknowledgement must fit beside a survey, four reads, two
+    * orders, the host's datagram, and a confirmation (LM-01).
+    */
+  val LeastOfMaster = 10
 
   /** Why `p` cannot be built: one sentence per problem, naming the parameter, its value and the allowed
     * range. Empty = fine.

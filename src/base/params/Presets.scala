@@ -37,7 +37,7 @@ object Presets {
       "complete slave: two ports, 8 FMMUs, 8 SyncManagers, 8 KiB RAM, I2C EEPROM; no distributed clocks"
     ),
     Preset(
-      EscParams(preset = "alarm-slave", alarm = 1, ramKiB = 1),
+      EscParams(preset = "alarm-slave", alarm = 1, ramKiB = 1, maxSubTelegrams = 128),
       "smoke-alarm slave: cyclone4-min with a detector whose events are appended to passing frames"
     ),
     Preset(

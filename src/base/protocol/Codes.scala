@@ -35,10 +35,14 @@ object Codes {
   def all: Seq[Codes] =
     Seq(
       ServerDatagram,
+      Order,
       EventKind,
       CommandResult,
       SelfTest,
       DetectorState,
+      DetectorMode,
+      SlaveStatus,
+      MasterStatus,
       Command,
       EtherType,
       AlState,

@@ -36,7 +36,7 @@ abstract class Layout(val name: String, val meaning: String, val order: ByteOrde
     result
   }
 
-  /** The number in a field of at most seven bytes.
+  /** The number in a field; of eight bytes as a signed one.
     *
     * @param start
     *   where in `data` the first field begins
@@ -72,12 +72,17 @@ object Layout {
 
   /** Every layout, in the order of the header. */
   def all: Seq[Layout] = Seq(
-    AcknowledgementLayout,
     ReportLayout,
+    ReportedSlaveLayout,
     EventLayout,
-    CommandLayout,
+    ReportEndLayout,
+    AnswerLayout,
+    NonceLayout,
     HostEventLayout,
     RecordLayout,
+    RecordAckLayout,
+    ConfirmLayout,
+    SlaveStateLayout,
     DatagramLayout,
     AppendedLayout
   )

@@ -1,22 +1,17 @@
 package flyframe.registers
 
+import flyframe.protocol.{ConfirmLayout, RecordAckLayout}
 import RegisterTable._
 
 /** The registers of a smoke-alarm slave, where the register table has room for a maker's own (ALARM-01 to
-  * ALARM-08, DET-03, DET-04); used by [[flyframe.alarm.AlarmUnit]].
+  * ALARM-12, DET-01 to DET-07); used by [[flyframe.alarm.AlarmUnit]].
   */
 object AlarmRegisters {
 
-  /** The oldest event: the object of the datagrams that report it. */
-  val Record = 0x0e80
-
-  /** Where the master acknowledges it, and says what the server has; commands; what the host says of its
-    * slave, with the epoch behind it.
-    */
-  val Acknowledge = 0x0e8a
-  val Confirm     = 0x0e8e
+  /** Of the master: it has a record; what the server has; an order. */
+  val Acknowledge = 0x0eb8
+  val Confirm     = 0x0ec8
   val Command     = 0x0e8c
-  val SelfTest    = 0x0ea4
 
   /** Which messages have come, and the messages, eight bytes each. */
   val Messages     = 0x0e8d
@@ -24,43 +19,38 @@ object AlarmRegisters {
   val Message      = 0x0e98
   val MessageBytes = 8
 
-  /** How the detector is watched. */
+  /** How the detector is watched, and what the host says of its slave. */
   val Debounce = 0x0ea0
   val OffTime  = 0x0ea2
-  val Status   = 0x0e88
+  val SelfTest = 0x0ea4
   val Epoch    = 0x0ea5
   val Enable   = 0x0ea6
 
-  /** Value of a command: the events that are not confirmed are reported again. */
-  val Repeat = 4
+  /** The state of the slave as it goes to the master, see [[flyframe.protocol.SlaveStateLayout]]. Datagrams
+    * that report a record have this address, too.
+    */
+  val State = 0x0ea8
+
+  /** Disable and test; heartbeat of the host. */
+  val Mode      = 0x0eb0
+  val HostAlive = 0x0eb4
 
   // format: off
   val all: Seq[Register] = Seq(
-    register(Record,      8,            "alarm_record",      r,  r,   "ALARM-03",         "Alarm record",
-      field("alarm_sequence",     15,  0, status,   0,
-          "Number of the oldest event that the master has not acknowledged; 0: there is none"),
-      field("alarm_state",        23, 16, status,   0,
-          "State of the detector: 1 normal, 2 alarm, 3 line open, 4 line short"),
-      field("alarm_record_epoch", 31, 24, status,   0,    "As 0x0EA5"),
-      field("alarm_time",         63, 32, status,   0,    "Slave time of the event in us")),
-    register(Status,      2,            "alarm_status",      r,  r,   "ALARM-05",         "Alarm status",
-      field("alarm_events",        4,  0, status,   0,    "Events not confirmed"),
-      field("detector_state",     10,  8, status,   0,
-          "State of the detector now: as in the record, 0 off"),
-      field("detector_supply",    12, 12, status,   0,    "1: supply on"),
-      field("alarm_latched",      13, 13, status,   0,    "1: buzzer and lamp on")),
-    register(Acknowledge, 2,            "alarm_acknowledge", rw, r,   "ALARM-04",         "Alarm acknowledge",
-      field("alarm_acknowledge",  15,  0, stored,   0,    "The master has seen the event with this number")),
+    register(Acknowledge, RecordAckLayout.bytes, "alarm_acknowledge", rw, r, "ALARM-04", "Alarm acknowledge",
+      field("acknowledge_sequence", 15,  0, status, 0,    "The master has the record with this number,"),
+      field("acknowledge_guard",    31, 16, status, 0,    "with these bits 15 to 0 of its time;"),
+      field("acknowledge_tag",      47, 32, status, 0,    "at the master it has this number; all read 0")),
+    register(Confirm,     ConfirmLayout.bytes,   "alarm_confirm",     rw, r, "ALARM-04", "Alarm confirm",
+      field("confirm_number",       15,  0, status, 0,    "The server has all events before this one"),
+      field("confirm_life",         31, 16, status, 0,    "of this life of the master; both read 0")),
     register(Command,     1,            "alarm_command",     rw, rw,  "ALARM-06, DET-04", "Alarm command",
-      field("alarm_clear",         0,  0, loadable, 0,    "1: buzzer and lamp off; returns to 0"),
-      field("detector_restart",    1,  1, loadable, 0,    "1: supply off and on again; returns to 0"),
-      field("alarm_repeat",        2,  2, loadable, 0,
-          "1: events not confirmed are reported again; returns to 0")),
+      field("alarm_silence",       0,  0, loadable, 0,    "1: sounder off; returns to 0"),
+      field("detector_restart",    1,  1, loadable, 0,
+          "1: the alarm ends, supply off and on again; returns to 0")),
     register(Messages,    1,            "alarm_messages",    r,  ack, "ALARM-07",         "Messages received",
       field("broadcast_received",  0,  0, status,   0,    "1: 0x0E90 written since the host read this"),
       field("message_received",    1,  1, status,   0,    "1: 0x0E98 written since the host read this")),
-    register(Confirm,     2,            "alarm_confirm",     rw, r,   "ALARM-04",         "Alarm confirm",
-      field("alarm_confirm",      15,  0, stored,   0,    "The server has the events up to this number")),
     register(Broadcast,   MessageBytes, "alarm_broadcast",   rw, r,   "ALARM-07",         "Broadcast message",
       field("alarm_broadcast",    63,  0, ram,      0,    "From the master to the hosts of all slaves")),
     register(Message,     MessageBytes, "alarm_message",     rw, r,   "ALARM-07",         "Message",
@@ -73,11 +63,25 @@ object AlarmRegisters {
       field("self_test",           7,  0, stored,   0,
           "Result of the host: 0 not run, 1 good, else what failed")),
     register(Epoch,       1,            "alarm_epoch",       r,  rw,  "ALARM-08",         "Alarm epoch",
-      field("alarm_epoch",         7,  0, stored,   0,
-          "Changed by the host at each start: events count anew")),
-    register(Enable,      1,            "alarm_enable",      r,  rw,  "ALARM-08",         "Alarm enable",
-      field("detector_enable",     0,  0, stored,   0,    "1: detector supplied and watched"),
-      field("alarm_report",        1,  1, stored,   0,    "1: events are appended to passing frames"))
+      field("alarm_epoch",         7,  0, stored,   0,    "Changed by the host at each start")),
+    register(Enable,      1,            "alarm_enable",      r,  rw,  "ALARM-09",         "Alarm enable",
+      field("detector_enable",     0,  0, stored,   1,    "1: detector supplied and watched"),
+      field("alarm_report",        1,  1, stored,   1,    "1: records are appended to passing frames")),
+    register(State,       8,            "slave_state",       r,  r,   "ALARM-10",
+        "State of the slave",
+      field("slave_status",       15,  0, status,   0,    "Bits of enum protocol_slave"),
+      field("slave_node",         31, 16, status,   0,    "Station alias"),
+      field("slave_self_test",    39, 32, status,   0,    "As 0x0EA4"),
+      field("slave_epoch",        47, 40, status,   0,    "As 0x0EA5"),
+      field("slave_dropped",      55, 48, status,   0,    "Records dropped, 255: as many or more"),
+      field("slave_links",        63, 56, status,   0,    "Bit y: link at port y")),
+    register(Mode,        4,            "detector_mode",     rw, rw,  "DET-06",           "Detector mode",
+      field("detector_mode",       1,  0, loadable, 0,    "0 watch, 1 disable, 2 test; returns to 0"),
+      field("detector_seconds",   31, 16, loadable, 0,    "Seconds it has left")),
+    register(HostAlive,   2,            "host_alive",        r,  rw,  "ALARM-11",
+        "Heartbeat of the host",
+      field("host_alive",         15,  0, loadable, 0,
+          "The host will write this again within so many ms; counts down to 0"))
   )
   // format: on
 }

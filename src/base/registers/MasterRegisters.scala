@@ -4,13 +4,17 @@ import flyframe.params.EscParams
 import NetworkAddresses._
 import RegisterTable._
 
-/** The registers at the host port of an alarm master (HOST-01 to HOST-07); used by
+/** The registers at the host port of an alarm master (HOST-01 to HOST-14); used by
   * [[flyframe.master.MasterHost]]. Addresses and ports of the network stand there as on the wire, first byte
   * first; everything else is little endian.
   *
   * `mirrored`: units need the whole value at once; those that take it byte by byte read `ram`.
   */
 object MasterRegisters {
+
+  /** What units read byte by byte, besides addresses. */
+  val MasterId = 0x28
+  val SelfTest = 0x3d
 
   /** The host's datagram, what came back of it, and the host's event: they stand in RAM only. */
   val Request   = 0x50
@@ -22,6 +26,18 @@ object MasterRegisters {
 
   /** Reading it moves on to the next byte. */
   val MailboxData = 0x88
+
+  /** Reading its byte 0 or 4 keeps the three bytes behind. */
+  val MasterTime = 0x98
+
+  /** For the tags of datagrams. */
+  val MasterKey  = 0xa0
+  val MasterLife = 0xb0
+
+  /** A window on the table of slaves. */
+  val SlaveIndex   = 0xb8
+  val ExpectedNode = 0xba
+  val SlaveState   = 0xc0
 
   private val errors = counter("master_errors")
 
@@ -49,12 +65,16 @@ object MasterRegisters {
       field("master_port",         15,  0, ram,      0,             "UDP port of the master")),
     register(First + ServerPort, 2, "server_port",         no, rw,  "HOST-02", "UDP port of the server",
       field("server_port",         15,  0, ram,      0,             "UDP port of the server")),
-    register(0x28,               2, "master_id",           no, rw,  "HOST-02", "Master ID",
+    register(MasterId,           2, "master_id",           no, rw,  "HOST-02", "Master ID",
       field("master_id",           15,  0, mirrored, 0,             "Master ID")),
-    register(0x2a,               2, "boot_number",         no, rw,  "HOST-02",
-        "Boot number, another one after each start",
-      field("boot_number",         15,  0, mirrored, 0,
-          "Boot number, another one after each start")),
+    register(0x2a,               2, "line_life",           no, rw,  "HOST-02",
+        "Life of the master for the slaves, another one after each start",
+      field("line_life",           15,  0, mirrored, 0,
+          "Life of the master for the slaves, another one after each start")),
+    register(0x2c,               1, "server_timeout",      no, rw,  "HOST-03",
+        "Seconds without an answer after which the server is silent",
+      field("server_timeout",       7,  0, mirrored, 30,
+          "Seconds without an answer after which the server is silent")),
     register(0x30,               4, "bus_cycle",           no, rw,  "HOST-03",
         "Length of a bus cycle in slots of 40 ns",
       field("bus_cycle",           19,  0, mirrored, 25000,
@@ -75,10 +95,14 @@ object MasterRegisters {
       field("report_heartbeat",    11,  0, mirrored, 1000,
           "Time between reports without events in ms")),
     register(0x3c,               1, "master_control",      no, rw,  "HOST-03", "Master control",
-      field("line_run",             0,  0, stored,   0,             "1: the line runs"),
+      field("line_run",             0,  0, stored,   1,             "1: the line runs"),
       field("report_run",           1,  1, stored,   0,             "1: the server gets reports"),
-      field("buzzer_off",           2,  2, loadable, 0,             "1: buzzer and lamp off; returns to 0")),
-    register(0x3d,               1, "master_self_test",    no, rw,  "HOST-02",
+      field("line_listed",          2,  2, stored,   0,             "1: the expected slaves are set"),
+      field("lamp_test",            3,  3, stored,   0,             "1: all signals on"),
+      field("silence",              4,  4, loadable, 0,             "1: sounders off; returns to 0"),
+      field("reset_alarm",          5,  5, loadable, 0,
+          "1: alarms end, detectors begin anew; returns to 0")),
+    register(SelfTest,           1, "master_self_test",    no, rw,  "HOST-02",
         "Self-test of the host: 0 not run, 1 good, else what failed; in every report",
       field("master_self_test",     7,  0, mirrored, 0,
           "Self-test of the host: 0 not run, 1 good, else what failed; in every report")),
@@ -89,16 +113,16 @@ object MasterRegisters {
     register(0x42,               1, "master_status",       no, r,   "HOST-04", "Master status",
       field("line_link",            0,  0, status,   0,             "1: link to the first slave"),
       field("plant_link",           1,  1, status,   0,             "1: link to the plant network"),
-      field("mailbox_waiting",      2,  2, status,   0,             "1: a message of the server waits"),
+      field("mailbox_waiting",      2,  2, status,   0,             "1: an order of the server waits"),
       field("request_done",         3,  3, status,   0,             "1: a datagram of the host is back"),
       field("request_busy",         4,  4, status,   0,             "1: it is waiting or under way"),
-      field("alarm_latched",        5,  5, status,   0,             "1: buzzer and lamp on"),
+      field("ring_closed",          5,  5, status,   0,             "1: frames come round the ring"),
       field("host_event_busy",      6,  6, status,   0,
           "1: an event of the host waits for its place")),
     register(0x44,               4, "frames_lost",         no, r,   "HOST-04", "Frames sent in vain",
       field("frames_lost",         31,  0, status,   0,             "Frames sent in vain")),
-    register(0x48,               4, "master_time",         no, r,   "HOST-04", "Time of the master in us",
-      field("master_time",         31,  0, status,   0,             "Time of the master in us")),
+    register(0x48,               4, "master_state",        no, r,   "HOST-11", "Status of the master",
+      field("master_state",        18,  0, status,   0,             "Bits of enum protocol_master")),
     register(Request,            1, "request_command",     no, rw,  "HOST-05",
         "Command of the host's datagram",
       field("request_command",      7,  0, ram,      0,             "Command of the host's datagram")),
@@ -126,30 +150,60 @@ object MasterRegisters {
     register(HostEvent + 8,      1, "host_event_control",  no, rw,  "HOST-06", "Host event control",
       field("host_event_go",        0,  0, loadable, 0,             "1: report it; returns to 0")),
     register(0x80,               2, "mailbox_length",      no, r,   "SRV-02",
-        "Bytes of the message that waits, 0: none",
+        "Bytes of the order that waits, 0: none",
       field("mailbox_length",       8,  0, status,   0,
-          "Bytes of the message that waits, 0: none")),
+          "Bytes of the order that waits, 0: none")),
     register(0x82,               1, "mailbox_offset",      no, rw,  "SRV-02",  "Mailbox offset",
       field("mailbox_offset",       7,  0, loadable, 0,             "Number of the byte at 0x0088")),
     register(0x84,               1, "mailbox_control",     no, rw,  "SRV-02",  "Mailbox control",
       field("mailbox_done",         0,  0, loadable, 0,
-          "1: the message has been taken; returns to 0")),
+          "1: the order has been taken; returns to 0")),
     register(MailboxData,        1, "mailbox_data",        no, ack, "SRV-02",  "Mailbox data",
       field("mailbox_data",         7,  0, status,   0,
-          "A byte of the message; reading it alone moves the offset on")),
+          "A byte of it; reading it alone moves the offset on")),
     register(0x90,               1, "refused_datagrams",   no, clr, "HOST-07",
         "Frames to the master that were no message for it",
       field("refused_datagrams",    7,  0, errors,   0,
           "Frames to the master that were no message for it")),
     register(0x91,               1, "dropped_messages",    no, clr, "HOST-07",
-        "Messages dropped because another one waited",
+        "Orders dropped because another one waited",
       field("dropped_messages",     7,  0, errors,   0,
-          "Messages dropped because another one waited")),
+          "Orders dropped because another one waited")),
     register(0x92,               1, "invalid_frame_port0", no, clr, "HOST-07", "Bad frames from the line",
       field("invalid_frame_port0",  7,  0, errors,   0,             "Bad frames from the line")),
     register(0x93,               1, "invalid_frame_port1", no, clr, "HOST-07",
         "Bad frames from the plant network",
-      field("invalid_frame_port1",  7,  0, errors,   0,             "Bad frames from the plant network"))
+      field("invalid_frame_port1",  7,  0, errors,   0,             "Bad frames from the plant network")),
+    register(0x94,               2, "host_alive",          no, rw,  "HOST-12", "Heartbeat of the host",
+      field("host_alive",          15,  0, loadable, 0,
+          "The host will write this again within so many ms; counts down to 0")),
+    register(0x96,               1, "host_faults",         no, rw,  "HOST-12", "Faults that the host sees",
+      field("mains_failed",         0,  0, stored,   0,             "1: the mains have failed"),
+      field("battery_low",          1,  1, stored,   0,             "1: the battery is low"),
+      field("earth_fault",          2,  2, stored,   0,             "1: an earth fault"),
+      field("storage_failed",       3,  3, stored,   0,             "1: the host's memory does not work")),
+    register(MasterTime,         8, "master_time",         no, r,   "HOST-04", "Time of the master in us",
+      field("master_time",         63,  0, status,   0,
+          "Time of the master in us; reading byte 0 or 4 keeps it for reads of the bytes behind")),
+    register(MasterKey,         16, "master_key",          no, rw,  "HOST-13", "Key of the tags",
+      field("master_key",         127,  0, ram,      0,             "Key of the tags; reads 0")),
+    register(MasterLife,         8, "master_life",         no, rw,  "HOST-13", "Life of the master",
+      field("master_life",         63,  0, ram,      0,
+          "Random, another one after each start; as on the wire, first byte first")),
+    register(SlaveIndex,         1, "slave_index",         no, rw,  "HOST-14", "Position looked at",
+      field("slave_index",          7,  0, stored,   0,             "Position looked at")),
+    register(ExpectedNode,       2, "expected_node",       no, rw,  "HOST-14", "Node ID expected there",
+      field("expected_node",       15,  0, stored,   0,
+          "Node ID expected there, 0: none; its second byte is to be written last, behind the position")),
+    register(SlaveState,         8, "slave_state",         no, r,   "HOST-14", "State of the slave there",
+      field("slave_status",        15,  0, ram,      0,             "Bits of enum protocol_slave"),
+      field("slave_node",          31, 16, ram,      0,             "Its node ID, or the last one known"),
+      field("slave_self_test",     39, 32, ram,      0,             "Result of its host"),
+      field("slave_epoch",         47, 40, ram,      0,             "Epoch of its host"),
+      field("slave_dropped",       55, 48, ram,      0,             "Records dropped"),
+      field("slave_links",         63, 56, ram,      0,             "Bit y: link at port y")),
+    register(0xc8,               1, "ring_cut",            no, r,   "HOST-14", "Place of the cut",
+      field("ring_cut",             7,  0, status,   0,             "First slave behind the cut of the ring"))
   )
   // format: on
 }

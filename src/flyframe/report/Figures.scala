@@ -27,7 +27,7 @@ object Figures {
       p.coreClockMhz.toString -> ujson.Obj("latency_ns" -> latencyJson(r.latency(p.preset)))
     )
     val features =
-      (Points.variants ++ Points.completeVariants).map(v => v.title -> areaJson(r.area(v.params.preset)))
+      Points.allVariants.map(v => v.title -> areaJson(r.area(v.params.preset)))
     val units = Points.presets.map { p =>
       p.preset -> obj(Points.units.map { case (u, _) =>
         u -> areaJson(r.units(p.preset).getOrElse(u, Area()))

@@ -198,6 +198,10 @@ object Page {
        |The same for the complete slave, a row per feature:
        |
        |${block(features(r, Points.complete, Points.completeVariants))}
+       |
+       |And the alarm master:
+       |
+       |${block(features(r, Points.masterVariants.head.base, Points.masterVariants))}
        |![Logic elements with one parameter changed](report-features.svg)
        |
        |## Where the area goes

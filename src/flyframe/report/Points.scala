@@ -41,6 +41,16 @@ object Points {
     "dataBusWidth" -> Seq(32)
   ).flatMap { case (name, values) => values.map(variant(complete, "slave", name)) }
 
+  /** The same from the alarm master. */
+  val masterVariants: Seq[Variant] =
+    Seq(variant(Presets.named("alarm-master").map(_.params).get, "alarm-master", "linePorts")(2))
+
+  /** An alarm master with a ring. */
+  val ring: EscParams = masterVariants.head.params
+
+  /** All variants. */
+  def allVariants: Seq[Variant] = variants ++ completeVariants ++ masterVariants
+
   /** The base at every core clock, slowest first. */
   val clocks: Seq[EscParams] =
     (variants.filter(_.info.name == "coreClockMhz").map(_.params) :+ base).sortBy(_.coreClockMhz)
@@ -51,9 +61,11 @@ object Points {
   val slaves: Seq[EscParams] = presets.filterNot(_.isMaster)
 
   /** Everything that is elaborated. */
-  val all: Seq[EscParams] = presets ++ (variants ++ completeVariants).map(_.params)
+  val all: Seq[EscParams] = presets ++ allVariants.map(_.params)
 
-  /** The units the area is split into, with the modules they consist of, in the order of the wire path. */
+  /** The units the area is split into, with the modules that they begin at, in the order of the wire path.
+    * What lies below such a module belongs to its unit, but for what begins another one.
+    */
   val units: Seq[(String, Set[String])] = Seq(
     "Receive crossings"                       -> Set("MiiRxCrossing", "LevelCrossing"),
     "Receivers"                               -> Set("MiiReceiver"),
@@ -65,25 +77,16 @@ object Points {
     "Frame processor: counters, FCS, verdict" -> Set("FrameProcessor"),
     "Transmitters"                            -> Set("MiiTransmitter"),
     "Register file"                           -> Set("RegisterFile"),
-    "Memory and host port"                    -> Set("EscMemory", "HostSequencer"),
-    "SII EEPROM"                              -> Set("SiiController"),
-    "Smoke detector, appending" -> Set("AlarmUnit", "AlarmQueue", "Detector", "DatagramAppender"),
+    "Memory and host port" -> Set("EscMemory", "HostSequencer", "MasterHost", "NetworkSettings", "HostEvent"),
+    "SII EEPROM"           -> Set("SiiController"),
+    "Smoke detector, appending" -> Set("AlarmUnit", "DatagramAppender"),
     "Line master"               -> Set("LineMaster"),
-    "Plant network, reports" -> Set(
-      "EventReporter",
-      "UdpSender",
-      "UdpReceiver",
-      "ServerLink",
-      "ArpResponder",
-      "FrameArbiter",
-      "EthernetSender",
-      "EthernetReceiver"
-    ),
-    "AL, events, watchdogs" -> Set("Application", "Watchdog", "WatchdogDivider"),
-    "LEDs"                  -> Set("LedControl", "LedPattern"),
-    "Write log"             -> Set("WriteLog"),
-    "Loops and slot timer"  -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
-    "Wire path and glue"    -> Set.empty
+    "Plant network, reports"    -> Set("PlantSide"),
+    "AL, events, watchdogs"     -> Set("Application", "Watchdog", "WatchdogDivider"),
+    "LEDs"                      -> Set("LedControl", "LedPattern"),
+    "Write log"                 -> Set("WriteLog"),
+    "Loops and slot timer"      -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
+    "Wire path and glue"        -> Set.empty
   )
 
   /** The unit of everything that is in no other. */

@@ -30,7 +30,7 @@ object Report {
       say(s"${p.preset}: mapping unit by unit")
       p.preset -> m.areaByUnit(p)
     }
-    val speed = Tools.parallel(Points.presets) { p =>
+    val speed = Tools.parallel(Points.presets :+ Points.ring) { p =>
       say(s"${p.preset}: placing and routing for ECP5")
       p.preset -> m.speed(p)
     }

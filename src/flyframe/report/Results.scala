@@ -59,9 +59,12 @@ object Steps {
 
 object Goals {
 
-  /** Most logic elements of an alarm slave and an alarm master, alone and with their board. */
-  val AlarmSlave  = 3000
-  val AlarmMaster = 4500
+  /** Most logic elements of an alarm slave, and of an alarm master with a ring. */
+  val AlarmSlave  = 3150
+  val AlarmMaster = 5600
+
+  /** Most logic elements that a board has around them. */
+  val Board = 200
 
   /** What the project promises for [[Points.base]] and [[Points.complete]]. */
   def apply(r: Results): Seq[Goal] = {
@@ -80,6 +83,15 @@ object Goals {
       val measured = r.area(preset).logicElements
       Goal(s"Size of $preset", f"at most $limit%,d logic elements", f"$measured%,d", measured <= limit)
     }
+    def speed(p: EscParams) = {
+      val mhz = r.speed(p.preset).mhz
+      Goal(
+        s"Core clock of ${p.preset}, on the ECP5",
+        s"at least ${p.coreClockMhz} MHz",
+        f"$mhz%.1f MHz",
+        mhz >= p.coreClockMhz
+      )
+    }
     Seq(
       delay("Forwarding latency", 160, latency.forwarding),
       delay("Processing latency", 240, latency.processing),
@@ -87,6 +99,8 @@ object Goals {
       size(Points.complete.preset, 3600),
       size("alarm-slave", AlarmSlave),
       size("alarm-master", AlarmMaster),
+      size(Points.ring.preset, AlarmMaster),
+      speed(Points.ring),
       Goal(
         s"Memory of ${p.preset}",
         f"all $ramBits%,d bits in M9K blocks",

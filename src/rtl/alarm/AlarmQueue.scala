@@ -2,127 +2,363 @@ package flyframe.alarm
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
-import flyframe.protocol.DetectorState
+import flyframe.memory.{DualPortRam, DualPortRamIO}
+import flyframe.protocol.{DetectorState, RecordLayout}
 
-/** What has happened at a detector. */
-class AlarmEvent extends Bundle {
-
-  /** Counts the events of this slave from 1 on; 0 is left out when it wraps. */
+/** The master has a record: [[flyframe.protocol.RecordAckLayout]]. */
+class RecordAck extends Bundle {
   val sequence = UInt(16.W)
-  val state    = UInt(DetectorState.Width.W)
-
-  /** Slave time in us. */
-  val time = UInt(32.W)
+  val guard    = UInt(16.W)
+  val tag      = UInt(16.W)
 }
 
-/** Keeps the events of a detector, oldest first, until the server has them (ALARM-03, ALARM-04). What the
-  * master has seen is not reported again, but stays until it is confirmed: a master that starts anew may ask
-  * for it.
+/** Keeps the records of a slave until the server has them, oldest first (ALARM-02 to ALARM-05). A new alarm
+  * always finds a place.
   *
-  * Every change of the detector's state is an event. While the queue is full the state last reported is kept,
-  * and the change to the then present one is an event as soon as there is room: the newest state is never
-  * lost.
+  * The records lie in a block RAM of 16-bit words. All work is done by passing through them, word by word:
+  * each record is read, perhaps changed, and written to the place behind the last one that stays. A pass
+  * takes eight cycles for each record and no more than one piece of work: an acknowledgement, a confirmation,
+  * the removal of one record from a full queue. A new record is written behind the others.
+  *
+  * The record on offer is copied to a place of its own, the box. There the appender reads it, whatever
+  * happens to the queue meanwhile. Another place holds the number of the next record and the higher bits of
+  * the time.
   *
   * @param depth
-  *   events it holds, a power of two
+  *   records it holds, a power of two
+  * @param newRam
+  *   makes the RAM; another one for proofs, which cannot see into a black box
   */
-class AlarmQueue(depth: Int) extends Module {
-  private val countBits = log2Ceil(depth + 1)
+class AlarmQueue(depth: Int, newRam: (Int, Int, Clock) => DualPortRamIO = DualPortRam(_, _)(_).io)
+    extends Module {
+  import AlarmQueue._
+  private val placeBits = log2Ceil(depth)
 
+  /** What is to be recorded whenever it changes, and under which epoch. */
   val state = IO(Input(UInt(DetectorState.Width.W)))
-  val time  = IO(Input(UInt(32.W)))
+  val test  = IO(Input(Bool()))
+  val epoch = IO(Input(UInt(8.W)))
 
-  /** The oldest event that the master has not seen; how many there are, seen ones included. */
-  val head = IO(Output(Valid(new AlarmEvent)))
-  val kept = IO(Output(UInt(countBits.W)))
+  /** What was recorded last does not count any more, nor does the present state in this cycle. */
+  val forget = IO(Input(Bool()))
 
-  /** The master has seen the event with this number; anything else than that of `head` has no effect. */
-  val acknowledge = IO(Input(Valid(UInt(16.W))))
+  /** Of [[AlarmClock]]: the lowest bits of the time, which must stay as they are while `hold`. */
+  val time  = IO(Input(UInt(16.W)))
+  val wraps = IO(Input(Bool()))
+  val hold  = IO(Output(Bool()))
 
-  /** The server has the events up to this number; anything else than that of a seen one has no effect, nor
-    * has what comes less than three cycles after the one before.
+  /** Orders of the master. They must stay as they are until `changes` is true, at the latest in the cycle
+    * before they change. Of two that come too fast the first may have no effect.
     */
-  val confirm = IO(Input(Valid(UInt(16.W))))
+  val acknowledge        = IO(Input(Valid(new RecordAck)))
+  val acknowledgeChanges = IO(Input(Bool()))
+  val confirm            = IO(Input(Valid(UInt(16.W)))) // the server has all before this number
+  val confirmChanges     = IO(Input(Bool()))
 
-  /** The events that are not confirmed are to be reported again. */
-  val repeat = IO(Input(Bool()))
+  /** The master has become another one, which knows of no record. */
+  val newMaster = IO(Input(Bool()))
 
-  /** The event at the head is in use and must stay there. */
-  val hold = IO(Input(Bool()))
+  /** There is a record on offer, it is an alarm, and it is another one than before (for a cycle). It stays as
+    * it is while `busy`, which must be true for as long as it may be read, from the cycle behind the last one
+    * with `offers` on.
+    */
+  val offers   = IO(Output(Bool()))
+  val isUrgent = IO(Output(Bool()))
+  val isNew    = IO(Output(Bool()))
+  val busy     = IO(Input(Bool()))
 
-  private def next(number: UInt): UInt = Mux(number.andR, 1.U, number + 1.U)
+  /** Reads a word of the record on offer, as they stand in [[flyframe.protocol.RecordLayout]]; it comes a
+    * cycle later.
+    */
+  val read     = IO(Input(Bool()))
+  val readWord = IO(Input(UInt(WordBits.W)))
+  val readData = IO(Output(UInt(16.W)))
 
-  private val ram      = DualPortRam(depth, (new AlarmEvent).getWidth)(clock)
-  private val first    = RegInit(0.U(log2Ceil(depth).W))                     // reset: empty
-  private val count    = RegInit(0.U(countBits.W))
-  private val told     = RegInit(0.U(countBits.W))                           // of them seen by the master
-  private val reported = RegInit(DetectorState.Off.U(DetectorState.Width.W)) // reset: as the detector
-  private val sequence = RegInit(1.U(16.W)) // of the next event; reset: the first is 1
-  private val seen     = RegInit(false.B)   // the head has been acknowledged; reset: not
-  private val again    = RegInit(false.B)   // to begin with the oldest; reset: it does
+  /** The master has not got all records; some were dropped since the queue was empty; how many were dropped,
+    * up to 255.
+    */
+  val waiting = IO(Output(Bool()))
+  val lacking = IO(Output(Bool()))
+  val dropped = IO(Output(UInt(8.W)))
 
-  // A confirmation is worked out in two cycles, and acts in the third; meanwhile nothing else changes. Reset:
-  // none.
-  private val takes     = WireDefault(false.B)
-  private val subtracts = RegNext(takes, false.B)
-  private val acts      = RegNext(subtracts, false.B)
-  private val busy      = confirm.valid || subtracts || acts
-  takes := confirm.valid && !subtracts && !acts
+  private val count    = RegInit(0.U((placeBits + 1).W)) // reset: empty
+  private val drops    = RegInit(0.U(8.W))               // reset: none
+  private val lacks    = RegInit(false.B)                // since it was empty; reset: none was dropped
+  private val reported = RegInit(0.U(StateBits.W))       // state of the last record; reset: off, that is none
 
-  private val event = Wire(new AlarmEvent)
-  event.sequence := sequence
-  event.state    := state
-  event.time     := time
-  private val happens = state =/= reported && state =/= DetectorState.Off.U && count =/= depth.U && !busy
-  private val rewinds = again && !hold && !busy
-  private val passes  = seen && !hold && !rewinds && told =/= count && !busy
-  // The RAM answers a cycle after the head has changed.
-  private val valid = RegNext(told =/= count && !passes && !rewinds, false.B)
+  // What the last pass has found: whether there are records that the master has, such that are no alarm, both
+  // at once, and the one to be offered.
+  private val hasTold      = RegInit(false.B) // reset: empty
+  private val hasPlain     = RegInit(false.B)
+  private val hasToldPlain = RegInit(false.B)
+  private val best         = Reg(UInt(placeBits.W))
+  private val hasBest      = RegInit(false.B)
+  private val bestIsAlarm  = Reg(Bool())
 
-  ram.io.write        := happens
-  ram.io.writeAddress := first + count
-  ram.io.writeData    := event.asUInt
-  ram.io.readAddress  := first + told
-  head.valid          := valid && !passes && !rewinds
-  head.bits           := ram.io.readData.asTypeOf(new AlarmEvent)
-  kept                := count
+  // The record in the box.
+  private val boxed      = RegInit(false.B)       // it is in the queue, too; reset: none
+  private val boxedAt    = Reg(UInt(placeBits.W)) // there
+  private val boxIsAlarm = Reg(Bool())
+  private val offered    = RegInit(false.B)       // it may be taken; reset: none
+  private val isCurrent  = hasBest && boxed && boxedAt === best
 
-  when(happens) {
-    reported := state
-    sequence := next(sequence)
-  }
-  when(acknowledge.valid && head.valid && acknowledge.bits === head.bits.sequence) { seen := true.B }
-  when(passes || rewinds) { seen := false.B }
-  when(rewinds) { again := false.B }
-  when(repeat) { again := true.B }
+  // Orders that wait. Reset: none.
+  private val acknowledges = RegInit(false.B)
+  private val confirms     = RegInit(false.B)
+  private val clears       = RegInit(false.B)
 
-  // How far the number is behind that of the next event. Number 0 is left out: a borrow is brought around.
-  private val isNumber = RegEnable(confirm.bits.orR, takes)
-  private val behind   = RegEnable(sequence -& confirm.bits, takes)
-  private val distance = RegNext(behind(15, 0) - behind(16))
-  private val back     = distance(countBits - 1, 0)
-  private val gone     = count - back + 1.U // events up to that number
-  private val isSeen   = back =/= 0.U && back <= count && gone <= told
-  private val confirms = acts && isNumber && !distance(15, countBits).orR && isSeen
-  when(confirms) {
-    first := first + gone
-    count := back - 1.U
-    told  := told - gone
-  }
+  private val work       = RegInit(Work.none)
+  private val live       = Reg(Bool())                // the order is as it was at the beginning
+  private val place      = Reg(UInt(placeBits.W))     // of the record at hand
+  private val word       = Reg(UInt(WordBits.W))      // of it
+  private val to         = Reg(UInt(placeBits.W))     // where it goes
+  private val fetched    = RegInit(false.B)           // its word is at the output; reset: not
+  private val storing    = work === Work.store
+  private val copying    = work === Work.copy
+  private val carrying   = work === Work.carry
+  private val writesTime = storing && word <= Guard.U // and what stands in front of it
+  private val advances   = fetched || writesTime
+  private val isLast     = word.andR
+  private val nextWord   = word + advances
+  private val nextOne    = place + (advances && isLast)
 
-  // Acknowledged and confirmed in one frame: the confirmation waits while the record leaves.
-  private val late = RegInit(false.B) // reset: nothing waits
-  when(confirm.valid && seen && confirm.bits === head.bits.sequence) { late := true.B }
-  when(happens) { count := count + 1.U }
-  when(rewinds) { told := 0.U }
-  when(passes) {
-    told := told + 1.U
-    when(late) { // all up to the head
-      first := first + told + 1.U
-      count := count - told - 1.U + happens
-      told  := 0.U
+  // The next number, and the higher bits of the time: a carry goes to them. Reset: they become 0, then the
+  // number 1.
+  private val counts  = RegInit(true.B)
+  private val carries = RegInit(false.B)
+  private val fresh   = RegInit(true.B)
+  private val carry   = Reg(Bool())
+  hold := writesTime
+
+  // The RAM: the records, behind them the box, the number and the time.
+  private val ram = newRam(2 * depth * Words, 16, clock)
+  ram.readAddress := Mux(
+    read,
+    Cat(true.B, Box.U(placeBits.W), MuxLookup(readWord, readWord)(placeOf)),
+    Cat(storing || carrying, Mux(storing || carrying, Clock.U(placeBits.W), nextOne), nextWord)
+  )
+  readData := ram.readData
+  private val data = ram.readData
+
+  // What a record is.
+  private val isAlarm  = Reg(Bool())
+  private val isMeant  = Reg(Bool())         // by the acknowledgement
+  private val isStored = Reg(Bool())         // the server has it, if the master has
+  private val wasTold  = data(0) && !storing
+  private val written  = Wire(UInt(16.W))
+  private val isTold   = (wasTold && work =/= Work.clear) || (isMeant && live)
+  private val ahead    = confirm.bits + data // of its tag, less one, so minus one and less if it is behind
+  when(advances) {
+    switch(word) {
+      is(State.U) { isAlarm := written(7, 0) === DetectorState.Alarm.U }
+      is(Guard.U) { isMeant := work === Work.acknowledge && data === acknowledge.bits.guard }
+      is(Sequence.U) { when(data =/= acknowledge.bits.sequence) { isMeant := false.B } }
+      is(Tag.U) { isStored := work === Work.confirm && live && !ahead(15, LeadBits).andR }
     }
   }
-  when(passes || rewinds) { late := false.B }
+
+  ram.write := advances && work =/= Work.none
+  ram.writeAddress := Cat(
+    copying || carrying,
+    Mux(copying, Box.U, Mux(carrying, Clock.U(placeBits.W), to)),
+    word
+  )
+  ram.writeData := written
+  private val sum = data + (carrying && carry)
+  when(advances && carrying) {
+    carry := carry && data.andR
+    switch(word) {
+      is(Guard.U) { carry := counts }
+      is(Sequence.U) {
+        carry := carries
+        when(!fresh) {
+          counts  := carry && data.andR // once more: 0 is left out
+          carries := false.B
+        }
+      }
+    }
+  }
+  when(wraps) { carries := true.B }
+  written := MuxCase(
+    Mux(carrying && fresh, 0.U, sum),
+    Seq(
+      (storing && word === State.U) -> Cat(epoch, reported(3), 0.U(4.W), reported(2, 0)),
+      (storing && word === Guard.U) -> time,
+      (word === Tag.U && isMeant)   -> ~acknowledge.bits.tag, // so that it is easy to subtract
+      (word === Told.U)             -> isTold
+    )
+  )
+
+  // The end of a record: whether it stays, and what it is among those that do.
+  private val removesTold  = Reg(Bool()) // the first one that the master has
+  private val removesPlain = Reg(Bool()) // the first one that is no alarm; with both, which is both
+  private val removed      = Reg(Bool())
+  private val isEnd        = place === (count - 1.U)(placeBits - 1, 0)
+  private val isWanted =
+    (removesPlain || removesTold) && (!removesPlain || !isAlarm) && (!removesTold || wasTold)
+  private val isVictim = (isEnd || isWanted) && !removed // in any case one
+  private val goes = MuxLookup(work, false.B)(
+    Seq(Work.confirm -> (wasTold && isStored), Work.remove -> isVictim)
+  )
+  private val ends = advances && isLast && work =/= Work.none
+  when(work =/= Work.none) {
+    fetched := !read
+    word    := nextWord
+    place   := nextOne
+  }
+  when(ends && copying) {
+    boxed      := true.B
+    boxedAt    := place
+    boxIsAlarm := isAlarm
+    work       := Work.none
+  }.elsewhen(ends && carrying) {
+    fresh := false.B
+    work  := Work.none
+  }.elsewhen(ends) {
+    when(!goes) {
+      to := to + 1.U
+      when(isTold) {
+        hasTold := true.B
+        when(!isAlarm) { hasToldPlain := true.B }
+      }.elsewhen(!hasBest || (isAlarm && !bestIsAlarm)) {
+        hasBest     := true.B
+        best        := to
+        bestIsAlarm := isAlarm
+      }
+      when(!isAlarm) { hasPlain := true.B }
+    }
+    when(goes) { removed := true.B }
+    when(boxed && place === boxedAt && !storing) {
+      boxed   := !goes
+      boxedAt := to
+    }
+    when(storing || isEnd) {
+      count := to +& !goes
+      work  := Work.none
+    }
+  }
+  when(acknowledgeChanges && work === Work.acknowledge) { live := false.B }
+  when(confirmChanges && work === Work.confirm) { live := false.B }
+
+  // What is done next. A new master is served before what it acknowledges.
+  private val present    = Cat(test, state)
+  private val happens    = !forget && present =/= reported && state =/= DetectorState.Off.U
+  private val isFull     = count(placeBits)
+  private val newAlarm   = present === DetectorState.Alarm.U
+  private val ordered    = (acknowledges && !acknowledgeChanges) || (confirms && !confirmChanges)
+  private val ordersWait = RegInit(false.B) // a new record was the last work; reset: orders need not wait
+  isNew := false.B
+  private def pass(what: Work.Type): Unit = when(count =/= 0.U) {
+    work         := what
+    hasTold      := false.B
+    hasPlain     := false.B
+    hasToldPlain := false.B
+    hasBest      := false.B
+  }
+  private def drop(): Unit = {
+    lacks := true.B
+    when(!drops.andR) { drops := drops + 1.U }
+  }
+  when(work === Work.none) {
+    offered := isCurrent
+    when(!hasBest) { boxed := false.B } // when it comes again it is a new one
+    live    := true.B
+    word    := 0.U
+    place   := 0.U
+    to      := 0.U
+    removed := false.B
+    fetched := false.B
+    when(carries || counts) {
+      work  := Work.carry
+      carry := false.B
+    }.elsewhen(hasBest && !isCurrent && !offered && !busy) {
+      work  := Work.copy
+      place := best
+      isNew := true.B
+    }.elsewhen(happens && !wraps && !(ordersWait && ordered)) {
+      when(!isFull) {
+        ordersWait := true.B
+        work       := Work.store
+        to         := count
+        reported   := present
+      }.otherwise {
+        when(!hasToldPlain) { drop() }
+        when(hasPlain || newAlarm) {
+          removesTold  := Mux(hasPlain, hasToldPlain, hasTold)
+          removesPlain := hasPlain
+          pass(Work.remove)
+        }.otherwise {
+          reported := present
+          counts   := true.B
+        }
+      }
+    }.elsewhen(confirms && !confirmChanges) {
+      ordersWait := false.B
+      confirms   := false.B
+      clears     := false.B
+      when(hasTold) { pass(Mux(clears, Work.clear, Work.confirm)) }
+    }.elsewhen(acknowledges && !acknowledgeChanges) {
+      ordersWait   := false.B
+      acknowledges := false.B
+      pass(Work.acknowledge)
+    }
+  }
+  when(storing && ends) { counts := true.B }
+  when(forget) { reported := 0.U }
+  when(acknowledge.valid) { acknowledges := true.B }
+  when(confirm.valid) { confirms := true.B }
+  when(newMaster) { clears := true.B }
+
+  private val waits = RegInit(false.B) // reset: empty
+  when(work === Work.none) { waits := hasBest || happens }
+  when(count === 0.U) { lacks := false.B }
+  waiting  := waits
+  lacking  := lacks
+  dropped  := drops
+  offers   := offered
+  isUrgent := boxIsAlarm
+}
+
+object AlarmQueue {
+
+  /** The server has not got those events of the last 2^8 whose number is not less than the one that it wants:
+    * the master keeps fewer.
+    */
+  private val LeadBits  = 8
+  private val Words     = 8
+  private val WordBits  = 3
+  private val StateBits = DetectorState.Width + 1 // with the test bit
+
+  // The words of a record: those of the datagram, in another order, then what only the queue knows. State and
+  // time come first, as both go on. The tag comes before `Told`, so that it is right if that is true.
+  private val State    = 0 // and epoch
+  private val Guard    = 1 // the low word of the time
+  private val Sequence = 2
+  private val Tag      = Words - 2
+  private val Told     = Words - 1
+
+  // Where the words of the datagram are, if elsewhere.
+  private def placeOf = Seq(
+    RecordLayout.Sequence.word -> Sequence,
+    RecordLayout.State.word    -> State,
+    RecordLayout.Time.word     -> Guard
+  ).map { case (outside, inside) => outside.U -> inside.U(WordBits.W) }
+
+  // Places behind the records.
+  private val Box   = 0
+  private val Clock = 1
+
+  private object Work extends ChiselEnum {
+
+    /** What is being done.
+      *   - `acknowledge`: the master has a record;
+      *   - `confirm`: the server has what the master had before;
+      *   - `clear`: another master has none;
+      *   - `remove`: one has to make room;
+      *   - `store`: a new one is written;
+      *   - `copy`: one goes to the box;
+      *   - `carry`: the number of the next record, or the time, goes on.
+      */
+    val none, acknowledge, confirm, clear, remove, store, copy, carry = Value
+  }
 }

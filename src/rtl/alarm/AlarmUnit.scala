@@ -2,8 +2,19 @@ package flyframe.alarm
 
 import chisel3._
 import chisel3.util._
+import flyframe.clocks.LevelCrossing
+import flyframe.lanes.Lanes
 import flyframe.params.EscParams
-import flyframe.protocol.{AppendedLayout, Command, DetectorState, Layout, RecordLayout}
+import flyframe.protocol.{
+  AppendedLayout,
+  Command,
+  DetectorMode,
+  DetectorState,
+  Layout,
+  RecordLayout,
+  SelfTest,
+  SlaveStatus
+}
 import flyframe.registers.AlarmRegisters
 
 /** The pins of the detector and of the signals beside it. */
@@ -13,117 +24,198 @@ class AlarmPins extends Bundle {
   val current = Input(UInt(3.W))
   val supply  = Output(Bool())
 
-  /** Buzzer and lamp are on from an alarm until the master or the host clears it. */
+  /** The buzzer is on from an alarm until it is silenced, the lamp until the detector is reset. */
   val buzzer = Output(Bool())
   val lamp   = Output(Bool())
+
+  /** The device has found its configuration damaged. Asynchronous. */
+  val config_fault = Input(Bool())
 }
 
-/** What an alarm slave has beside an ordinary one: a detector, the queue of its events, and the datagram that
-  * reports the oldest of them (ALARM-01 to ALARM-09). Its registers are the [[AlarmRegisters]].
+/** What a register that counts down holds: the present value, and a new one. */
+class CountDown(width: Int) extends Bundle {
+  val value = Input(UInt(width.W))
+  val load  = Output(Valid(UInt(width.W)))
+}
+
+/** What an alarm slave has beside an ordinary one: a detector, lamp and sounder, the queue of its records,
+  * and the datagram that reports one of them (ALARM-01 to ALARM-12). Its registers are the
+  * [[AlarmRegisters]].
   */
 class AlarmUnit(p: EscParams) extends Module {
   val pins = IO(new AlarmPins)
 
-  // Settings of the host: the detector is switched on; how long its states must last, see [[Detector]]; and
-  // the host's epoch and node ID, which stand in the records.
+  // Settings of the host: the detector is switched on; how long its states must last, see [[Detector]]; what
+  // it says of itself; and its node ID.
   val detect   = IO(Input(Bool()))
-  val report   = IO(Input(Bool())) // true: events may be appended to frames
+  val report   = IO(Input(Bool())) // true: records may be appended to frames
   val debounce = IO(Input(UInt(16.W)))
+  val changes  = IO(Input(Bool())) // of debounce, see there
   val offTime  = IO(Input(UInt(16.W)))
+  val selfTest = IO(Input(UInt(8.W)))
   val epoch    = IO(Input(UInt(8.W)))
   val node     = IO(Input(UInt(16.W)))
 
-  // Commands of the master.
-  val clear       = IO(Input(Bool()))
-  val restart     = IO(Input(Bool()))
-  val acknowledge = IO(Input(Valid(UInt(16.W))))
-  val confirm     = IO(Input(Valid(UInt(16.W))))
-  val repeat      = IO(Input(Bool()))
+  // Registers that count down: the mode of the detector and the seconds it has left, the milliseconds for
+  // which the host is taken for alive. They are loaded only while nothing else writes registers.
+  val mode          = IO(new CountDown(DetectorMode.Width))
+  val seconds       = IO(new CountDown(16))
+  val hostAlive     = IO(new CountDown(16))
+  val registersBusy = IO(Input(Bool()))
 
-  // What the registers show: the state of the detector, how many events are kept, the record of the oldest
-  // event that the master has not seen, and whether buzzer and lamp are on.
-  val state   = IO(Output(UInt(DetectorState.Width.W)))
-  val queued  = IO(Output(UInt(log2Ceil(AlarmUnit.Depth + 1).W)))
-  val record  = IO(Output(Valid(UInt((8 * RecordLayout.bytes).W))))
-  val latched = IO(Output(Bool()))
+  // Orders of master and host, see [[AlarmQueue]].
+  val silence            = IO(Input(Bool()))
+  val restart            = IO(Input(Bool()))
+  val acknowledge        = IO(Input(Valid(new RecordAck)))
+  val acknowledgeChanges = IO(Input(Bool()))
+  val confirm            = IO(Input(Valid(UInt(16.W))))
+  val confirmChanges     = IO(Input(Bool()))
+  val newMaster          = IO(Input(Bool()))
 
-  /** To [[DatagramAppender]]: there is a datagram to append, and its nibbles, the low one of each byte first.
-    * It does not change while `busy`.
-    */
+  /** What the registers show (ALARM-10). */
+  val status  = IO(Output(UInt(16.W)))
+  val dropped = IO(Output(UInt(8.W)))
+
+  /** To [[DatagramAppender]], which see. */
   val pending  = IO(Output(Bool()))
-  val datagram = IO(Output(Vec(2 * AppendedLayout.bytes, UInt(4.W))))
   val busy     = IO(Input(Bool()))
+  val nibble   = IO(Input(UInt(AlarmUnit.NibbleBits.W)))
+  val nextWord = IO(Input(UInt(AlarmUnit.WordBits.W))) // where its next nibble is
+  val data     = IO(Output(UInt(4.W)))
+  val reads    = IO(Input(Bool()))
+  val begins   = IO(Input(Bool()))
+  val takes    = IO(Input(Bool()))
 
-  private val detector = Module(new Detector(p.coreClockMhz))
-  detector.current  := pins.current
-  detector.enable   := detect
-  detector.debounce := debounce
-  detector.offTime  := offTime
-  detector.restart  := restart
-  pins.supply       := detector.supply
-  state             := detector.state
+  private val ticks = Module(new AlarmClock(p.coreClockMhz))
+
+  private val detector = Module(new Detector)
+  detector.current     := pins.current
+  detector.enable      := detect
+  detector.debounce    := debounce
+  detector.changes     := changes
+  detector.offTime     := offTime
+  detector.restart     := restart
+  detector.tenth       := ticks.tenth
+  detector.millisecond := ticks.millisecond
+  pins.supply          := detector.supply
+  private val state = detector.state
+
+  // Mode and heartbeat. A tick waits until it can count. Reset: none has come.
+  private def counts(tick: Bool): Bool = {
+    val due = RegInit(false.B)
+    due := tick || (due && registersBusy)
+    due && !registersBusy
+  }
+  private val secondOver = counts(ticks.second)
+  seconds.load.valid := secondOver && seconds.value.orR
+  seconds.load.bits  := seconds.value - 1.U
+  mode.load.valid    := secondOver && !seconds.value(15, 1).orR
+  mode.load.bits     := DetectorMode.Watch.U
+  private val hostIsAlive = hostAlive.value.orR
+  hostAlive.load.valid := counts(ticks.millisecond) && hostIsAlive
+  hostAlive.load.bits  := hostAlive.value - 1.U
+
+  private val disabled = mode.value === DetectorMode.Disable.U
+  private val testing  = mode.value === DetectorMode.Test.U
+  private val watching = !disabled && !testing
+  private val modes    = Cat(disabled, testing)
+
+  // Lamp and sounder. A new alarm is never silenced by an order that comes with it. Reset: no alarm.
+  private val smoke    = state === DetectorState.Alarm.U
+  private val rings    = smoke && watching && detector.supply
+  private val latched  = RegInit(false.B)
+  private val sounding = RegInit(false.B)
+  when(silence) { sounding := false.B }
+  when(rings) { latched := true.B }
+  when(rings && !RegNext(rings, false.B)) { sounding := true.B }
+  when(restart) {
+    latched  := false.B
+    sounding := false.B
+  }
+  pins.lamp   := latched
+  pins.buzzer := sounding
 
   private val queue = Module(new AlarmQueue(AlarmUnit.Depth))
-  queue.state       := detector.state
-  queue.time        := detector.time
-  queue.acknowledge := acknowledge
-  queue.confirm     := confirm
-  queue.repeat      := repeat
-  queue.hold        := busy
-  queued            := queue.kept
+  queue.state              := state
+  queue.test               := testing
+  queue.epoch              := epoch
+  queue.forget             := state === DetectorState.Off.U || disabled || modes =/= RegNext(modes, 0.U)
+  queue.time               := ticks.now
+  queue.wraps              := ticks.wraps
+  ticks.hold               := queue.hold
+  queue.acknowledge        := acknowledge
+  queue.acknowledgeChanges := acknowledgeChanges
+  queue.confirm            := confirm
+  queue.confirmChanges     := confirmChanges
+  queue.newMaster          := newMaster
+  queue.busy               := busy
+  dropped                  := queue.dropped
 
-  private val event = queue.head.bits
-  record.valid := queue.head.valid
-  record.bits := Mux(
-    queue.head.valid,
-    AlarmUnit.word(RecordLayout)(
-      RecordLayout.Sequence -> event.sequence,
-      RecordLayout.State    -> event.state,
-      RecordLayout.Epoch    -> epoch,
-      RecordLayout.Time     -> event.time
-    ),
-    0.U
+  // A record that is no alarm, and that nobody wants, gives way to others (ALARM-09). Reset: as a new one.
+  private val left   = RegInit(0.U(2.W)) // times it has left, up to two
+  private val passed = RegInit(0.U(4.W)) // frames since it last did, up to 15
+  when(begins && !passed.andR) { passed := passed + 1.U }
+  when(takes) {
+    passed := 0.U
+    when(!left(1)) { left := left + 1.U }
+  }
+  when(queue.isNew) {
+    left   := 0.U
+    passed := 0.U
+  }
+  pending := queue.offers && report && (queue.isUrgent || !left(1) || passed.andR)
+
+  // The datagram: a NOP, which every controller passes untouched. What is not the record is chosen by
+  // nibbles.
+  private val fixed = AppendedLayout
+    .encode(
+      AppendedLayout.Command -> Command.Nop.toLong, // the appender knows the index
+      AppendedLayout.Ado     -> AlarmRegisters.State.toLong,
+      AppendedLayout.Length  -> RecordLayout.bytes.toLong,
+      AppendedLayout.Counter -> AppendedLayout.Counted.toLong
+    )
+    .flatMap(byte => Seq(byte & 0xf, byte >> 4 & 0xf))
+    .zipWithIndex
+    .collect { case (value, i) if value != 0 => i.U -> value.U(4.W) }
+    .toSeq
+  private def isIn(field: Layout.Field): Bool = nibble >= (2 * field.offset).U && nibble < (2 * field.end).U
+  queue.read     := reads
+  queue.readWord := nextWord - AppendedLayout.Record.word.U
+  data := MuxCase(
+    MuxLookup(nibble, 0.U)(fixed),
+    Seq(
+      isIn(AppendedLayout.Record) -> Lanes.nibbles(queue.readData, 4)(nibble(1, 0)),
+      isIn(AppendedLayout.Adp)    -> Lanes.nibbles(node, 4)(nibble(1, 0))
+    )
   )
 
-  // A NOP, which every controller passes untouched.
-  private val address = AlarmRegisters.Record.U(16.W)
-  private val length  = RecordLayout.bytes.U(16.W)
-  private val bytes = AlarmUnit.word(AppendedLayout)(
-    AppendedLayout.Command -> Command.Nop.U,
-    AppendedLayout.Index   -> event.sequence(7, 0),
-    AppendedLayout.Adp     -> node,
-    AppendedLayout.Ado     -> address,
-    AppendedLayout.Length  -> length,
-    AppendedLayout.Irq     -> 0.U,
-    AppendedLayout.Record  -> record.bits,
-    AppendedLayout.Counter -> AppendedLayout.Counted.U
-  )
-  pending  := queue.head.valid && report
-  datagram := bytes.asTypeOf(datagram)
-
-  // Reset: no alarm.
-  private val alarm = RegInit(false.B)
-  when(clear) { alarm := false.B }
-    .elsewhen(detector.state === DetectorState.Alarm.U && RegNext(detector.state) =/= DetectorState.Alarm.U) {
-      alarm := true.B
-    }
-  latched     := alarm
-  pins.buzzer := alarm
-  pins.lamp   := alarm
+  private val configuration = Module(new LevelCrossing)
+  configuration.in := pins.config_fault
+  status := Seq(
+    SlaveStatus.Alarm         -> rings,
+    SlaveStatus.Latched       -> latched,
+    SlaveStatus.Sounding      -> sounding,
+    SlaveStatus.Open          -> (state === DetectorState.Open.U && !disabled),
+    SlaveStatus.Short         -> (state === DetectorState.Short.U && !disabled),
+    SlaveStatus.Unwatched     -> (!detector.supply || !report), // nor is it enabled without supply
+    SlaveStatus.HostDead      -> !hostIsAlive,
+    SlaveStatus.Disabled      -> disabled,
+    SlaveStatus.Testing       -> testing,
+    SlaveStatus.TestAlarm     -> (smoke && testing),
+    SlaveStatus.Waiting       -> queue.waiting,
+    SlaveStatus.Dropped       -> queue.lacking,
+    SlaveStatus.Unwell        -> (selfTest =/= SelfTest.Good.U),
+    SlaveStatus.Configuration -> configuration.out
+  ).map { case (bit, isSet) => isSet.asUInt << log2Ceil(bit) }.reduce((a, b) => a.pad(16) | b.pad(16))
 }
 
 object AlarmUnit {
 
-  /** Events that wait for master and server. */
+  /** Records that are kept for master and server. */
   val Depth = 16
 
-  /** All fields of a little-endian layout, given in its order, as one word. */
-  private def word(layout: Layout)(fields: (Layout.Field, UInt)*): UInt = {
-    require(
-      fields.map(_._1) == layout.fields,
-      s"The fields given are ${fields.map(_._1.name).mkString(", ")} but must be those of the layout " +
-        s"${layout.name}: ${layout.fields.map(_.name).mkString(", ")}."
-    )
-    Cat(fields.reverse.map { case (field, value) => value.pad(8 * field.bytes) })
-  }
+  private val NibbleBits = log2Ceil(2 * AppendedLayout.bytes)
+
+  /** The record has no more than eight words: the highest bit of a word's number makes no difference. */
+  private val WordBits = 3
 }

@@ -6,8 +6,9 @@ import flyframe.frame.{FramePosition, Part}
 import flyframe.lanes.Lanes
 import flyframe.memory.{DualPortRam, DualPortRamIO}
 import flyframe.mii.{Crc32, NibbleStream}
+import flyframe.protocol.AppendedLayout
 
-/** Adds one datagram to a passing frame, behind the others (AP-01 to AP-09, docs/rules/alarm.md).
+/** Adds one datagram to a passing frame, behind the others (AP-01 to AP-10, docs/rules/alarm.md).
   *
   * While nothing is pending it is a wire. A frame that starts while a datagram is pending leaves
   * [[DatagramAppender.Delay]] nibbles late, so that its length field is known before it is sent, and its FCS
@@ -40,11 +41,23 @@ class DatagramAppender(
   /** Where `in` lies in its frame. */
   val position = IO(Input(new FramePosition))
 
-  /** There is a datagram to append, in the next cycle too: these nibbles, which must not change while `busy`.
+  /** There is a datagram to append. It must not change while `busy`, which is true, at the latest, in the
+    * cycle behind the last one with `pending`, and stays true while the datagram may be needed.
     */
-  val pending  = IO(Input(Bool()))
-  val datagram = IO(Input(Vec(nibbles, UInt(4.W))))
-  val busy     = IO(Output(Bool()))
+  val pending = IO(Input(Bool()))
+  val busy    = IO(Output(Bool()))
+
+  /** The number of the nibble needed now, the low one of each byte first, and the nibble; and which one will
+    * be needed in the next cycle. `reads` is true from the second nibble on.
+    */
+  val nibble     = IO(Output(UInt(log2Ceil(nibbles).W)))
+  val nextNibble = IO(Output(UInt(log2Ceil(nibbles).W)))
+  val data       = IO(Input(UInt(4.W)))
+  val reads      = IO(Output(Bool()))
+
+  /** For one cycle each: a frame begins, of whatever kind; a frame takes the datagram. */
+  val begins = IO(Output(Bool()))
+  val takes  = IO(Output(Bool()))
 
   // These describe the frame that comes in.
   private val inFrame   = RegInit(false.B) // a frame is coming in; reset: none
@@ -96,6 +109,13 @@ class DatagramAppender(
     when(isBehind && length =/= 0.U && left =/= 0.U) { wrong := true.B }
   }
 
+  // The position of this slave: what the first datagram of the frame has counted so far.
+  private val slave = Reg(UInt(8.W))
+  private val inPosition =
+    in.payload && position.part === Part.header && position.datagram === 0.U &&
+      position.byte === AppendedLayout.Adp.offset.U && length =/= 0.U
+  when(step && in.valid && candidate && inPosition) { slave := Cat(in.data, slave(7, 4)) }
+
   // Half a byte behind the FCS is not sent (AP-07), so that the new FCS stands where the frame's own one
   // stood.
   private val dropped = candidate && append && in.last && in.odd
@@ -124,12 +144,12 @@ class DatagramAppender(
   private val isBad     = Reg(Bool())
   private val inserted  = Reg(Bool())      // the first nibble of the datagram has left
   private val inserting = RegInit(false.B) // more nibbles of the datagram are to leave; reset: no
-  private val nibble    = Reg(UInt(log2Ceil(nibbles).W))
+  private val at        = Reg(UInt(log2Ceil(nibbles).W))
   private val crc       = Reg(UInt(32.W))
   private val word      = Reg(UInt(2.W))   // number of the next nibble of the length field
   private val inFcs     = RegInit(false.B) // only the FCS is left of the frame; reset: no frame
-  private val begins    = head.mark === Mark.behind && !(closed && rest < FcsNibbles.U)
-  private val inserts   = append && (inserting || (!inserted && begins))
+  private val isPlace   = head.mark === Mark.behind && !(closed && rest < FcsNibbles.U)
+  private val inserts   = append && (inserting || (!inserted && isPlace))
   private val pop       = active && !(inserts && inFcs)
   private val newLength = length + bytes.U
 
@@ -161,7 +181,13 @@ class DatagramAppender(
       next.odd     := false.B
       next.crcGood := true.B
       when(inserts) {
-        next.data := datagram(nibble)
+        next.data := MuxCase(
+          data,
+          Seq(
+            (at === (2 * AppendedLayout.Index.offset).U)     -> slave(3, 0),
+            (at === (2 * AppendedLayout.Index.offset + 1).U) -> slave(7, 4)
+          )
+        )
       }.elsewhen(inFcs) {
         next.data := ~crcNow(3, 0)
         next.last := rest === 1.U
@@ -173,7 +199,12 @@ class DatagramAppender(
     }
   }
   private val leaves = active && next.last
-  busy := append || candidate || chooses
+  busy       := append || candidate || chooses || wanted
+  nibble     := at
+  nextNibble := Mux(step && active && inserts, at + 1.U, at)
+  reads      := inserting
+  begins     := step && starts
+  takes      := step && active && inserts && !inserted
 
   ram.write        := step && push
   ram.writeAddress := writeAt
@@ -192,7 +223,8 @@ class DatagramAppender(
       inFcs    := false.B
       wrong    := false.B
       inserted := false.B
-      nibble   := 0.U
+      at       := 0.U
+      slave    := 0.U
       word     := 0.U
       shifts   := false.B
     }
@@ -222,8 +254,8 @@ class DatagramAppender(
       gap := 0.U
       when(inserts) {
         inserted  := true.B
-        inserting := nibble =/= (nibbles - 1).U
-        nibble    := nibble + 1.U
+        inserting := at =/= (nibbles - 1).U
+        at        := at + 1.U
       }
       when(head.mark === Mark.length) { word := word + 1.U }
     }.elsewhen(!rested) { gap := gap + 1.U }

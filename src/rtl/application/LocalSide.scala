@@ -6,9 +6,10 @@ import flyframe.alarm.{AlarmPins, AlarmUnit, DatagramAppender}
 import flyframe.clocks.LevelCrossing
 import flyframe.frame.FrameProcessor
 import flyframe.host.HostSequencer
+import flyframe.lanes.Lanes
 import flyframe.memory.{EscMemory, HostPort}
 import flyframe.params.EscParams
-import flyframe.protocol.{AlState, LedCode}
+import flyframe.protocol.{AlState, ConfirmLayout, Layout, LedCode, RecordAckLayout}
 import flyframe.registers.{
   AlarmRegisters,
   ApplicationRegisters,
@@ -219,49 +220,83 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor, adde
       LocalSide.Events(unit.irqField, unit.irq)
     }
 
-  /** Connects the smoke detector and the reports of its events; the result: a message waits for the host. */
-  def alarm(pins: AlarmPins, appender: DatagramAppender): Bool = {
+  /** Connects the smoke detector and the reports of what it sees; the result: a message waits for the host.
+    *
+    * @param links
+    *   at the ports
+    */
+  def alarm(pins: AlarmPins, appender: DatagramAppender, links: Seq[Bool]): Bool = {
     val unit  = Module(new AlarmUnit(p)).suggestName("alarmUnit")
     val value = memory.value
     unit.pins <> pins
-    unit.detect   := value.bool("detector_enable")
-    unit.report   := value.bool("alarm_report")
-    unit.debounce := value.uint("detector_debounce")
-    unit.offTime  := value.uint("detector_off_time")
-    unit.epoch    := value.uint("alarm_epoch")
-    unit.node     := value.uint("station_alias")
+    unit.detect        := value.bool("detector_enable")
+    unit.report        := value.bool("alarm_report")
+    unit.debounce      := value.uint("detector_debounce")
+    unit.offTime       := value.uint("detector_off_time")
+    unit.selfTest      := value.uint("self_test")
+    unit.epoch         := value.uint("alarm_epoch")
+    unit.node          := value.uint("station_alias")
+    unit.registersBusy := memory.registersBusy
     for (
-      (port, name, last) <- Seq(
-        (unit.acknowledge, "alarm_acknowledge", AlarmRegisters.Acknowledge + 1),
-        (unit.confirm, "alarm_confirm", AlarmRegisters.Confirm + 1)
+      (name, port) <- Seq(
+        "detector_mode"    -> unit.mode,
+        "detector_seconds" -> unit.seconds,
+        "host_alive"       -> unit.hostAlive
       )
     ) {
-      port.valid := RegNext(writes(last).valid, false.B) // both bytes are there
-      port.bits  := value.uint(name)
+      port.value            := value.uint(name)
+      memory.set.load(name) := port.load
     }
-    for (
-      (name, action) <- Seq(
-        "alarm_clear"      -> unit.clear,
-        "detector_restart" -> unit.restart,
-        "alarm_repeat"     -> unit.repeat
-      )
-    ) {
+
+    def changes(address: Int, bytes: Int) =
+      (address until address + bytes).map(writes(_).valid).reduce(_ || _)
+    // Orders stay as they were written last. Reset: 0, which is the number of no record; a life that ends.
+    def kept(address: Int, field: Layout.Field): UInt = Cat((0 until field.bytes).reverse.map { i =>
+      val byte = writes(address + field.offset + i)
+      RegEnable(byte.bits, 0.U(8.W), byte.valid).suggestName(s"${field.name}_$i")
+    })
+    // All bytes are there a cycle after the last one is written.
+    def comes(address: Int, bytes: Int) = RegNext(writes(address + bytes - 1).valid, false.B)
+    val (acknowledge, confirm)          = (AlarmRegisters.Acknowledge, AlarmRegisters.Confirm)
+    unit.acknowledge.valid         := comes(acknowledge, RecordAckLayout.bytes)
+    unit.acknowledge.bits.sequence := kept(acknowledge, RecordAckLayout.Sequence)
+    unit.acknowledge.bits.guard    := kept(acknowledge, RecordAckLayout.Guard)
+    unit.acknowledge.bits.tag      := kept(acknowledge, RecordAckLayout.Tag)
+    unit.acknowledgeChanges        := changes(acknowledge, RecordAckLayout.bytes)
+    unit.confirm.valid             := comes(confirm, ConfirmLayout.bytes)
+    unit.confirm.bits              := kept(confirm, ConfirmLayout.Number)
+    unit.confirmChanges            := changes(confirm, ConfirmLayout.bytes)
+    val life = kept(confirm, ConfirmLayout.Life)
+    unit.newMaster := (0 until ConfirmLayout.Life.bytes)
+      .map { i =>
+        val byte = writes(confirm + ConfirmLayout.Life.offset + i)
+        byte.valid && byte.bits =/= Lanes.byte(life, i)
+      }
+      .reduce(_ || _)
+    for (register <- Seq(acknowledge, confirm); r <- AlarmRegisters.all if r.address == register)
+      r.fields.foreach(f => status(f.name) := 0.U)
+    unit.changes := RegNext(changes(AlarmRegisters.Debounce, 2), false.B)
+    for ((name, action) <- Seq("alarm_silence" -> unit.silence, "detector_restart" -> unit.restart)) {
       action                      := value.bool(name)
       memory.set.load(name).valid := value.bool(name)
       memory.set.load(name).bits  := 0.U
     }
-    appender.pending  := unit.pending
-    appender.datagram := unit.datagram
-    unit.busy         := appender.busy
 
-    status("alarm_sequence")     := unit.record.bits(15, 0)
-    status("alarm_state")        := unit.record.bits(23, 16)
-    status("alarm_record_epoch") := unit.record.bits(31, 24)
-    status("alarm_time")         := unit.record.bits(63, 32)
-    status("alarm_events")       := unit.queued
-    status("detector_state")     := unit.state
-    status("detector_supply")    := pins.supply
-    status("alarm_latched")      := unit.latched
+    appender.pending := unit.pending
+    unit.busy        := appender.busy
+    unit.nibble      := appender.nibble
+    unit.nextWord    := appender.nextNibble >> 2
+    appender.data    := unit.data
+    unit.reads       := appender.reads
+    unit.begins      := appender.begins
+    unit.takes       := appender.takes
+
+    status("slave_status")    := unit.status
+    status("slave_node")      := unit.node
+    status("slave_self_test") := unit.selfTest
+    status("slave_epoch")     := unit.epoch
+    status("slave_dropped")   := unit.dropped
+    status("slave_links")     := VecInit(links).asUInt
 
     def message(name: String, address: Int): Bool = {
       val received = RegInit(false.B).suggestName(name) // reset: none

@@ -2,7 +2,7 @@ package flyframe.board
 
 import chisel3._
 import chisel3.util._
-import flyframe.clocks.ResetCrossing
+import flyframe.clocks.{BoardLevelCrossing, ResetCrossing}
 import flyframe.memory.HostPort
 
 /** The reset of core and PHYs: while the PLL has not locked, and 10 to 20 ms after (HB-06). */
@@ -30,6 +30,30 @@ object BoardReset {
   val LeastMs = 10
 }
 
+/** Resets a PLL that has lost its lock: it does not come back in the right phase by itself. Runs on the
+  * oscillator's clock, which needs no PLL: while there is no lock, a pulse of 0.7 ms every 5.2 ms at 50 MHz;
+  * a PLL locks within 1 ms.
+  *
+  * No reset: whatever the counter begins with, it comes round, or a lock clears it.
+  */
+class PllReset extends RawModule {
+  val clock  = IO(Input(Clock()))
+  val locked = IO(Input(Bool()))
+  val reset  = IO(Output(Bool()))
+
+  withClockAndReset(clock, false.B) {
+    val crossing = Module(new BoardLevelCrossing)
+    crossing.in := locked
+    val count = Reg(UInt(PllReset.CountBits.W))
+    count := Mux(crossing.out, 0.U, count + 1.U)
+    reset := RegNext(count.head(3).andR)
+  }
+}
+
+object PllReset {
+  private val CountBits = 18
+}
+
 /** What a board needs around a controller and is no part of the vendor's: its reset, and the bus of its host.
   * `fpga/alarm/board.v` connects it.
   *
@@ -42,6 +66,10 @@ class BoardSupport(lanes: Int, coreClockMhz: Int) extends RawModule {
   val clock      = IO(Input(Clock()))
   val pll_locked = IO(Input(Bool()))
   val reset      = IO(Output(Bool()))
+
+  /** The oscillator that the PLL is fed with, and the reset of the PLL. */
+  val oscillator = IO(Input(Clock()))
+  val pll_reset  = IO(Output(Bool()))
   val bus        = IO(new MemoryBus(lanes, HostBus.AddressBits - log2Ceil(lanes)))
   val host       = IO(Flipped(new HostPort(lanes)))
 
@@ -49,6 +77,11 @@ class BoardSupport(lanes: Int, coreClockMhz: Int) extends RawModule {
   boardReset.clock  := clock
   boardReset.locked := pll_locked
   reset             := boardReset.reset
+
+  private val pllReset = Module(new PllReset)
+  pllReset.clock  := oscillator
+  pllReset.locked := pll_locked
+  pll_reset       := pllReset.reset
 
   private val hostBus = withClockAndReset(clock, boardReset.reset)(Module(new HostBus(lanes)))
   hostBus.bus <> bus

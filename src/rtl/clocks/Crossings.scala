@@ -29,6 +29,11 @@ class LevelCrossing extends Module {
   out := stable
 }
 
+/** The same outside the controller. Quartus gets the Verilog of both, where a module may stand once: the name
+  * is another one.
+  */
+class BoardLevelCrossing extends LevelCrossing
+
 /** One symbol as the PHY gives it: RX_DV, RX_ER and RXD. */
 class MiiSymbol extends Bundle {
   val dv   = Bool()

@@ -3,7 +3,6 @@ package flyframe.master
 import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
-import flyframe.memory.DualPortRam
 
 /** Answers ARP requests for the master's IP address (MST-12), so that the server's computer finds it. */
 class ArpResponder extends Module {
@@ -18,9 +17,19 @@ class ArpResponder extends Module {
   val same = IO(Input(Bool()))
   val mine = IO(Input(Bool()))
 
-  /** The master's addresses for the answer, from [[NetworkSettings]]. */
+  /** The master's addresses for the answer, from [[NetworkSettings]], when they may be read. */
+  val wants          = IO(Output(Bool()))
+  val granted        = IO(Input(Bool()))
   val settingAddress = IO(Output(UInt(NetworkSettings.NetworkBits.W)))
   val setting        = IO(Input(UInt(8.W)))
+
+  /** The asker's MAC and IP address, from byte 22 to 31 of the request, each at its place modulo 32: to a
+    * memory that has the byte a cycle after its address, while `granted`.
+    */
+  val note        = IO(Output(Valid(UInt(8.W))))
+  val noteAddress = IO(Output(UInt(5.W)))
+  val readAddress = IO(Output(UInt(5.W)))
+  val asker       = IO(Input(UInt(8.W)))
 
   /** The answer. A request that comes while one is being answered is lost; it will be made again. */
   val bytes = IO(Decoupled(new FrameByte))
@@ -48,11 +57,9 @@ class ArpResponder extends Module {
     sent    := 0.U
   }
 
-  // The asker's MAC and IP address, from byte 22 to 31 of the request, each at its place modulo 32.
-  private val asker = DualPortRam(32, 8)(clock)
-  asker.io.write        := byte.valid && !answers && at >= 22.U && at < 32.U
-  asker.io.writeAddress := at
-  asker.io.writeData    := byte.bits
+  note.valid  := byte.valid && !answers && at >= 22.U && at < 32.U
+  note.bits   := byte.bits
+  noteAddress := at
 
   // The answer: the asker's MAC address, ours, type and kind, our addresses, the asker's.
   private val kind      = "h0806_0001_0800_0604_0002".U(80.W)
@@ -61,13 +68,14 @@ class ArpResponder extends Module {
   private val isKind    = sent >= 12.U && sent < 22.U
   private val age       = Reg(UInt(2.W)) // cycles since `sent` has changed, up to 2
   private val reply     = Reg(UInt(8.W))
-  asker.io.readAddress := sent - 10.U // 0 to 5 comes to 22 to 27, modulo 32, like 32 to 37
-  settingAddress       := sent(3, 0)  // 6 to 11, and 22 to 31 to 6 to 15
-  age                  := Mux(bytes.fire || !answers, 0.U, Mux(age === 2.U, age, age + 1.U))
-  bytes.valid          := age === 2.U
-  bytes.bits.data      := reply
-  bytes.bits.last      := sent === (Bytes - 1).U
-  reply := Mux(isAsker, asker.io.readData, Mux(isKind, kindBytes((sent - 12.U)(3, 0)), setting))
+  readAddress     := sent - 10.U // 0 to 5 comes to 22 to 27, modulo 32, like 32 to 37
+  settingAddress  := sent(3, 0)  // 6 to 11, and 22 to 31 to 6 to 15
+  wants           := answers
+  age             := Mux(bytes.fire || !answers || !granted, 0.U, Mux(age === 2.U, age, age + 1.U))
+  bytes.valid     := age === 2.U
+  bytes.bits.data := reply
+  bytes.bits.last := sent === (Bytes - 1).U
+  reply           := Mux(isAsker, asker, Mux(isKind, kindBytes((sent - 12.U)(3, 0)), setting))
   when(bytes.fire) {
     sent := sent + 1.U
     when(bytes.bits.last) { answers := false.B }

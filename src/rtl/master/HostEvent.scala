@@ -14,7 +14,8 @@ class HostEvent extends Module {
   val go   = IO(Input(Bool()))
   val busy = IO(Output(Bool()))
 
-  /** The byte comes a cycle after its address. */
+  /** The byte comes a cycle after its address, while this unit has the memory. */
+  val granted     = IO(Input(Bool()))
   val readAddress = IO(Output(UInt(3.W)))
   val readData    = IO(Input(UInt(8.W)))
 
@@ -28,7 +29,7 @@ class HostEvent extends Module {
   ) // 0: address of a low byte; 1: it comes; 2: the high one; 3: both are there
   private val low = Reg(UInt(8.W))
   busy        := waits
-  event.valid := waits && half === 3.U
+  event.valid := waits && half === 3.U && granted
 
   /** Where the bytes of words 0 to 3 are; those behind are 0. */
   private val lows = VecInit(Seq(Position, Node, Sequence, State).map(_.offset.U(3.W)))
@@ -42,7 +43,7 @@ class HostEvent extends Module {
       MasterEvent.State.U    -> Cat(low, 0.U(8.W))
     )
   )
-  half := Mux(!waits || event.fire, 0.U, Mux(half === 3.U, half, half + 1.U))
+  half := Mux(!waits || event.fire || !granted, 0.U, Mux(half === 3.U, half, half + 1.U))
   when(half === 1.U) { low := readData }
   when(event.fire) {
     word := word + 1.U

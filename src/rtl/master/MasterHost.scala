@@ -20,10 +20,12 @@ class MasterHost(p: EscParams) extends Module {
   val set    = IO(chiselTypeOf(file.set))
   val status = IO(chiselTypeOf(file.status))
   val event  = IO(chiselTypeOf(file.event))
+  val counts = IO(chiselTypeOf(file.count))
   value       := file.value
   file.set    := set
   file.status := status
   file.event  := event
+  counts      := file.count
 
   /** To [[NetworkSettings]]. */
   val settingWrite   = IO(Output(Bool()))
@@ -36,6 +38,16 @@ class MasterHost(p: EscParams) extends Module {
   private val watched =
     MasterHost.Watched.map(a => a -> IO(Output(Bool())).suggestName(f"reads_$a%02x")).toMap
   def reads(address: Int): Bool = watched(address)
+
+  /** The host will take the byte of the mailbox in the next cycle. */
+  val looks = IO(Output(Bool()))
+
+  /** The host has written the byte at `address`, one of [[MasterHost.Noticed]]: a pulse when its register has
+    * it.
+    */
+  private val noticed =
+    MasterHost.Noticed.map(a => a -> IO(Output(Bool())).suggestName(f"writes_$a%02x")).toMap
+  def writes(address: Int): Bool = noticed(address)
 
   private val registers = RegisterMap(p)
   // There is no check of what the host may do: it may read everything, and what it may not write stores
@@ -83,15 +95,34 @@ class MasterHost(p: EscParams) extends Module {
   settingAddress    := Mux(ready, setAddress, resetAddress)
   settingData       := Mux(ready, lanes(lane) & table(setAddress, _.mask), table(resetAddress, _.reset))
 
-  // Settings that are not there are 0, as is all else in the file that is not there.
-  private val read = Cat((1 until p.lanes).scanLeft(setting)((later, _) => RegNext(later)))
+  // The time stands still for a host that reads it in pieces: its first piece keeps those behind.
+  private def isAt(byte: Int) = address === (byte >> laneBits).U
+  if (p.lanes < 4) {
+    val halves = Seq(0, 32).map(low => status.uint("master_time")(low + 31, low))
+    val rest   = Reg(UInt((32 - 8 * p.lanes).W))
+    for ((half, i) <- halves.zipWithIndex)
+      when(active && isLast && inFile && isAt(MasterRegisters.MasterTime + 4 * i)) {
+        rest := half >> (8 * p.lanes)
+      }
+    file.status.uint("master_time") := Cat(
+      halves.reverse.flatMap(half => Seq(rest, half(8 * p.lanes - 1, 0)))
+    )
+  }
+
+  // Settings that are not there are 0, as is all else in the file that is not there, and the key.
+  require(MasterRegisters.MasterKey % 16 == 0, "the key is not where it is hidden")
+  private val isKey = address >> (4 - laneBits) === (MasterRegisters.MasterKey >> 4).U
+  private val read  = Cat((1 until p.lanes).scanLeft(setting)((later, _) => RegNext(later)))
   host.ack := RegNext(active && isLast, false.B)
   host.rdata := RegNext(
-    (file.readData & Fill(8 * p.lanes, inFile)) | (read & Fill(8 * p.lanes, inSettings))
+    (file.readData & Fill(8 * p.lanes, inFile)) | (read & Fill(8 * p.lanes, inSettings && !isKey))
   )
+  looks := active && count === (p.lanes - 1).U && !host.write && inFile && isAt(MasterRegisters.MailboxData)
   for ((address, pulse) <- watched) {
-    pulse := host.ack && !host.write && inFile && host.be(address % p.lanes) &&
-      this.address === (address >> laneBits).U
+    pulse := host.ack && !host.write && inFile && host.be(address % p.lanes) && isAt(address)
+  }
+  for ((address, pulse) <- noticed) {
+    pulse := host.ack && host.write && inFile && host.be(address % p.lanes) && isAt(address)
   }
 }
 
@@ -99,4 +130,7 @@ object MasterHost {
 
   /** Registers whose reading does something. */
   private val Watched = Seq(MasterRegisters.Answered, MasterRegisters.MailboxData)
+
+  /** Registers whose writing does something beside what they store. */
+  private val Noticed = Seq(MasterRegisters.ExpectedNode + 1)
 }

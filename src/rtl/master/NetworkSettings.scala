@@ -35,8 +35,8 @@ class NetworkSettings(readers: Int) extends Module {
 
 object NetworkSettings {
 
-  /** All settings have addresses below 0x80: low bits of the address of their registers. */
-  val AddressBits = 7
+  /** All settings have addresses below 0x100, those of their registers. */
+  val AddressBits = 8
 
   /** Bits of an address behind that of the first address in the network. */
   val NetworkBits = 5

@@ -75,8 +75,9 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   /** Values of status fields. */
   val status = IO(Input(record { case f @ Field(_, _, _, Source.Status, _, _) => UInt(f.width.W) }))
 
-  /** Pulses that count. */
+  /** Pulses that count, and how many there were. */
   val event = IO(Input(record { case Field(_, _, _, Source.Counter(_), _, _) => Bool() }))
+  val count = IO(Output(record { case Field(_, _, _, Source.Counter(_), _, _) => UInt(8.W) }))
 
   /** A byte address is being written. */
   private def writes(byteAddress: Int): Bool =
@@ -121,9 +122,12 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
       .filter(_.fields.exists(_.source == Source.Counter(group)))
       .flatMap(_.range.map(writes))
       .reduce(_ || _)
-    val count = RegInit(0.U(8.W)).suggestName(field.name) // reset: counters start at 0 (ERR-10)
-    when(clear) { count := 0.U }.elsewhen(event.pulse(field.name) && !count.andR) { count := count + 1.U }
-    count
+    val counted = RegInit(0.U(8.W)).suggestName(field.name) // reset: counters start at 0 (ERR-10)
+    when(clear) { counted := 0.U }.elsewhen(event.pulse(field.name) && !counted.andR) {
+      counted := counted + 1.U
+    }
+    count.uint(field.name) := counted
+    counted
   }
 
   private def source(register: Register, field: Field): UInt = field.source match {
@@ -176,8 +180,8 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private val words          = (bytes.keySet -- inBlocks).map(_ >> laneBits)
   private def wordAt(w: Int) = word(lane => bytes.getOrElse((w << laneBits) + lane, none))
   private val single =
-    if (!p.isMaster) words.toSeq.sorted.map(w => (readAddress === w.U) -> wordAt(w))
-    else // Registers lie close together: four words share a comparison.
+    if (!p.isMaster && !p.hasAlarm) words.toSeq.sorted.map(w => (readAddress === w.U) -> wordAt(w))
+    else // Many registers lie close together: four words share a comparison.
       words.map(_ / 4).toSeq.sorted.map { quad =>
         (readAddress >> 2 === quad.U) -> VecInit((0 until 4).map(i => wordAt(4 * quad + i)))(
           readAddress(1, 0)

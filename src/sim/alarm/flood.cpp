@@ -1,7 +1,5 @@
 #include "alarm/flood.h"
 
-#include <mbedtls/md.h>
-
 #include <algorithm>
 #include <chrono>
 #include <random>
@@ -15,16 +13,16 @@ namespace {
 using nlohmann::ordered_json;
 using namespace esc;
 
-constexpr size_t kBurst = 250;       // counters of the controller stop at 255
-constexpr size_t kBacklog = 200;     // nibbles that may wait for the cable
-constexpr uint32_t kCounter = 1000;  // of the first command
+constexpr size_t kBurst = 250;    // counters of the controller stop at 255
+constexpr size_t kBacklog = 200;  // nibbles that may wait for the cable
+constexpr size_t kRecorded = 50;  // answers that an attacker has written down
 
 class Flood {
  public:
   Flood(AlarmNetwork& network, const AlarmOptions& options)
       : network_(network),
         line_(network.line()),
-        server_(network),
+        server_(network, options),
         options_(options),
         random_(options.line.seed) {
     server_.onEvent = [this](const NibbleFrame& f, const ReportedEvent& e) { take(f, e); };
@@ -32,24 +30,32 @@ class Flood {
 
   ordered_json run(size_t count) {
     const auto begin = std::chrono::steady_clock::now();
-    waitFor("the line", [this] { return scanned_; });
+    waitFor("the line", [this] { return isComplete(server_, line_.slaves()); });
     for (size_t i = 1; i <= line_.slaves(); ++i) line_.node(i).setAlarmCurrent(kWholeLine);
-    waitFor("the first events", [this] { return told_ == line_.slaves(); });
-    execute(kCounter);
+    waitFor("the first events", [this] { return told_ >= line_.slaves(); });
+    record();
+    execute();
     collect();  // what came before does not count
     ordered_json kinds;
-    kinds["malformed"] = flood(count, [this] { return malformed(); });
-    kinds["oversized"] = flood(count, [this] { return oversized(); });
-    kinds["forged"] = flood(count, [this] { return forged(); });
-    kinds["replayed"] = flood(count, [this] { return replayed(); });
+    kinds["malformed"] = flood(count, [this] { return server_.frame(malformed()); });
+    kinds["headers"] = flood(count, [this] { return headers(); });
+    kinds["oversized"] = flood(count, [this] { return server_.frame(oversized()); });
+    kinds["wrong_tag"] = flood(count, [this] { return server_.frame(wrongTag()); });
+    kinds["other_key"] = flood(count, [this] { return server_.frame(otherKey()); });
+    kinds["changed"] = flood(count, [this] { return server_.frame(changed()); });
+    kinds["replayed"] = flood(count, [this] { return server_.frame(replayed()); });
+    kinds["other_life"] = flood(count, [this] { return server_.frame(otherLife()); });
+    kinds["reflected"] = flood(count, [this] { return server_.frame(server_.report()); });
     const unsigned before = commands_;
-    execute(kCounter + 1);
+    execute();
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
     std::sort(times_.begin(), times_.end());
     return {{"kinds", kinds},
             {"commands_before", before},
             {"commands_after", commands_},
-            {"accepted", host().accepted},
+            {"orders", network_.masterHost()->state().orders},
+            {"server_silent", (server_.line().status & PROTOCOL_MASTER_SERVER_SILENT) != 0},
+            {"reports_refused", server_.refused()},
             {"bus_cycle_us", options_.master.bus_cycle_us},
             {"alarms", times_.size()},
             {"to_report_us", {{"median", times_[times_.size() / 2]}, {"worst", times_.back()}}},
@@ -59,9 +65,7 @@ class Flood {
   }
 
  private:
-  const alarm_master& host() { return network_.masterHost()->state(); }
-
-  void waitFor(const char* what, const std::function<bool()>& there, int64_t ms = 20) {
+  void waitFor(const char* what, const std::function<bool()>& there, int64_t ms = 30) {
     const int64_t end = line_.ns() + ms * 1'000'000;
     while (!there()) {
       if (line_.ns() > end)
@@ -71,7 +75,6 @@ class Flood {
   }
 
   void take(const NibbleFrame& f, const ReportedEvent& e) {
-    if (e.kind == PROTOCOL_EVENT_SCANNED && e.position == line_.slaves()) scanned_ = true;
     if (e.kind == PROTOCOL_EVENT_COMMAND) ++commands_;
     if (e.kind != PROTOCOL_EVENT_DETECTOR) return;
     ++told_;
@@ -81,79 +84,101 @@ class Flood {
     }
   }
 
-  // A command with a right code.
-  Bytes command(unsigned boot, uint32_t counter, unsigned code, unsigned node) {
-    Bytes m = datagramOf(PROTOCOL_KIND_COMMAND);
-    putBig(m, options_.master.master_id, 2), putBig(m, boot, 2), putBig(m, counter, 4);
-    putBig(m, code, 1), putBig(m, 0, 1), putBig(m, node, 2);
-    uint8_t digest[32];
-    mbedtls_md_hmac(mbedtls_md_info_from_type(MBEDTLS_MD_SHA256), options_.master.key,
-                    sizeof options_.master.key, m.data(), m.size(), digest);
-    m.insert(m.end(), digest, digest + PROTOCOL_COMMAND_CODE_BYTES);
-    return m;
-  }
-  Bytes next() {
-    return command(server_.boot(), kCounter + 1000 + random_() % 1000, PROTOCOL_ALARM_CLEAR,
-                   PROTOCOL_ALL_NODES);
-  }
   uint8_t byte(unsigned least = 0) { return static_cast<uint8_t>(least + random_() % (256 - least)); }
+  void spoil(Bytes& b, size_t from, size_t bytes) { b[from + random_() % bytes] ^= byte(1); }
 
-  // As a whole or only its headers; none is a command.
+  // A real answer of the server: what is made from it must not count. With an order, which would show.
+  Bytes real() {
+    Bytes a = server_.answer();
+    a[PROTOCOL_ANSWER_ORDER_AT] = PROTOCOL_ORDER_RESET;
+    a[PROTOCOL_ANSWER_NODE_AT] = a[PROTOCOL_ANSWER_NODE_AT + 1] = 0xff;
+    for (int i = 0; i < 4; ++i) a[PROTOCOL_ANSWER_TICKET_AT + i] = byte(1);
+    ReportServer::tag(a, options_.master.key);
+    return a;
+  }
+
+  // What an attacker can write down.
+  void record() {
+    while (recorded_.size() < kRecorded) recorded_.push_back(server_.answer());
+    const Bytes later = server_.answer();
+    waitFor("a later answer", [&] { return echoOf(server_.answer()) > echoOf(later) + 2; });
+  }
+  static uint32_t echoOf(const Bytes& answer) { return big(answer, PROTOCOL_ANSWER_ECHO_AT, 4); }
+
+  // Another beginning, for another master, too short, or anything; its tag is right as far as it can be.
   Bytes malformed() {
-    Bytes m = next();
-    switch (random_() % 8) {
-      case 0:
-        m.resize(std::min<size_t>(random_() % PROTOCOL_COMMAND_BYTES + 1, PROTOCOL_COMMAND_BYTES - 1));
-        break;
-      case 1: m[random_() % 6] ^= byte(1); break;  // another beginning, or for another master
-      case 2:
-        m.assign(1 + random_() % 64, 0);
-        for (auto& b : m) b = byte();
-        m[0] = 0x45;
-        break;
-      case 3: m[PROTOCOL_COMMAND_ZERO_AT] = byte(1); break;
+    Bytes a = real();
+    switch (random_() % 4) {
+      case 0: a.resize(random_() % PROTOCOL_ANSWER_BYTES); return a;
+      case 1: spoil(a, 0, PROTOCOL_ANSWER_ZERO_AT); break;
+      case 2: a[PROTOCOL_ANSWER_KIND_AT] = PROTOCOL_KIND_REPORT; break;
       default: {
-        Bytes f = server_.frame(m);
-        switch (random_() % 5) {
-          case 0: f[24 + random_() % 2] ^= byte(1); return f;  // checksum of IP
-          case 1: f[40] = byte(1), f[41] = byte(1); return f;  // and of UDP
-          case 2: f[38] = byte(1); return f;                   // length of UDP
-          case 3:
-            f[17] = static_cast<uint8_t>(f[17] + 1 + random_() % 100);
-            break;                       // length of IP: more than there is
-          default: f[20] = 0x20; break;  // a fragment
-        }
-        putIpChecksum(f);
-        return f;
+        Bytes any(1 + random_() % 128);
+        for (auto& b : any) b = byte();
+        any[0] = 0x45;
+        return any;
       }
     }
-    return server_.frame(m);
+    ReportServer::tag(a, options_.master.key);
+    return a;
+  }
+  // A real answer within headers that do not fit, with right checksums.
+  Bytes headers() {
+    Bytes f = server_.frame(real());
+    switch (random_() % 3) {
+      case 0: f[38] = byte(1); return f;  // length of UDP
+      case 1:
+        f[17] = static_cast<uint8_t>(f[17] + 1 + random_() % 100);
+        break;                       // length of IP: more than there is
+      default: f[20] = 0x20; break;  // a fragment
+    }
+    putIpChecksum(f);
+    return f;
   }
   Bytes oversized() {
-    Bytes m = next();
+    Bytes a = real();
     const size_t longest = random_() % 10 == 0 ? 1472 : 256;
-    for (size_t more = 1 + random_() % (longest - m.size()); more > 0; --more) m.push_back(byte());
-    return server_.frame(m);
+    for (size_t more = 1 + random_() % (longest - a.size()); more > 0; --more) a.push_back(byte());
+    return a;
   }
-  Bytes forged() {
-    static constexpr size_t kCovered[] = {8, 9, 10, 11, 12, 14, 15};
-    Bytes m = next();
-    if (random_() % 2) m[PROTOCOL_COMMAND_CODE_AT + random_() % (PROTOCOL_COMMAND_CODE_BYTES)] ^= byte(1);
-    else m[kCovered[random_() % std::size(kCovered)]] ^= byte(1);
-    return server_.frame(m);
+  // One bit of it, or all.
+  Bytes wrongTag() {
+    Bytes a = real();
+    if (random_() % 2) a[PROTOCOL_ANSWER_TAG_AT + random_() % PROTOCOL_TAG_BYTES] ^= 1 << random_() % 8;
+    else
+      for (size_t i = 0; i < PROTOCOL_TAG_BYTES; ++i) a[PROTOCOL_ANSWER_TAG_AT + i] = byte();
+    return a;
   }
-  Bytes replayed() {
-    const bool otherBoot = random_() % 2;
-    const unsigned boot = otherBoot ? server_.boot() + 1 + random_() % 1000 : server_.boot();
-    return server_.frame(command(boot, otherBoot ? kCounter + 1000 : random_() % (kCounter + 1),
-                                 PROTOCOL_ALARM_CLEAR, PROTOCOL_ALL_NODES));
+  Bytes otherKey() {
+    uint8_t key[PROTOCOL_KEY_BYTES];
+    std::copy(std::begin(options_.master.key), std::end(options_.master.key), key);
+    key[random_() % PROTOCOL_KEY_BYTES] ^= static_cast<uint8_t>(1 << random_() % 8);
+    Bytes a = real();
+    ReportServer::tag(a, key);
+    return a;
+  }
+  // One bit between the head and the tag, which stays.
+  Bytes changed() {
+    Bytes a = real();
+    a[PROTOCOL_ANSWER_TURN_AT + random_() % (PROTOCOL_ANSWER_TAG_AT - PROTOCOL_ANSWER_TURN_AT)] ^=
+        static_cast<uint8_t>(1 << random_() % 8);
+    return a;
+  }
+  // As it was sent once.
+  Bytes replayed() { return recorded_[random_() % recorded_.size()]; }
+  // Right for an earlier life of the master.
+  Bytes otherLife() {
+    Bytes a = real();
+    spoil(a, PROTOCOL_ANSWER_LIFE_AT, PROTOCOL_LIFE_BYTES);
+    ReportServer::tag(a, options_.master.key);
+    return a;
   }
 
-  void execute(uint32_t counter) {
+  // An order of the server itself.
+  void execute() {
     const unsigned before = commands_;
-    network_.toMaster(
-        server_.frame(command(server_.boot(), counter, PROTOCOL_ALARM_CLEAR, PROTOCOL_ALL_NODES)));
-    waitFor("the end of a command", [&] { return commands_ == before + 1; });
+    server_.order(PROTOCOL_ORDER_SILENCE, PROTOCOL_ALL_NODES);
+    waitFor("the end of an order", [&] { return commands_ == before + 1; });
   }
 
   // The counters of the controller since this was done last.
@@ -164,7 +189,7 @@ class Flood {
   }
 
   ordered_json flood(size_t count, const std::function<Bytes()>& make) {
-    const alarm_master before = host();
+    const uint32_t orders = network_.masterHost()->state().orders;
     uint64_t refused = 0, dropped = 0, bad = 0;
     for (size_t sent = 0; sent < count;) {
       const size_t burst = std::min(kBurst, count - sent), middle = burst / 2;
@@ -177,22 +202,19 @@ class Flood {
           line_.node(1).setAlarmCurrent(state_ == PROTOCOL_STATE_ALARM ? kAlarmCurrent : kWholeLine);
         }
         network_.toMaster(make());
-        // Little waits, so that acknowledgements come in between.
+        // Little waits, so that answers come in between.
         while (line_.plantBacklog() > kBacklog) line_.advance();
       }
       waitFor("the report of an alarm", [this] { return changed_ < 0 && line_.plantBacklog() == 0; });
-      const int64_t taken = line_.ns() + 10'000;  // the host has taken the last one
+      const int64_t taken = line_.ns() + 30'000;  // the controller has checked the last one
       waitFor("some time", [&] { return line_.ns() >= taken; });
       const auto counters = collect();
       refused += counters[0], dropped += counters[1], bad += counters[3];
     }
-    const alarm_master& after = host();
     return {{"sent", count},
             {"refused", refused},
             {"dropped", dropped},
-            {"malformed", after.malformed - before.malformed},
-            {"forged", after.forged - before.forged},
-            {"replayed", after.replayed - before.replayed},
+            {"orders", network_.masterHost()->state().orders - orders},
             {"bad_frames", bad}};
   }
 
@@ -201,11 +223,11 @@ class Flood {
   ReportServer server_;
   const AlarmOptions& options_;
   std::mt19937_64 random_;
-  bool scanned_ = false;
+  std::vector<Bytes> recorded_;
   size_t told_ = 0;        // events of detectors
   unsigned commands_ = 0;  // whose end was reported
   unsigned state_ = PROTOCOL_STATE_NORMAL;
-  Time changed_ = -1;  // when the first detector got there; it has been reported
+  Time changed_ = -1;  // when the first detector got there; -1: it has been reported
   std::vector<double> times_;
 };
 }  // namespace

@@ -3,7 +3,7 @@
 
 #include "alarm/network.h"
 
-// `count` of each kind: malformed, oversized, forged, replayed. Every one of them must be counted by
-// controller or host, none executed; alarms are reported meanwhile. What was counted; a std::runtime_error if
-// something did not come.
+// `count` of each kind. Who sends them knows everything but the key. Every one of them must be counted by the
+// controller, and no order among them executed; alarms are reported meanwhile. What was counted; a
+// std::runtime_error if something did not come.
 nlohmann::ordered_json floodMaster(AlarmNetwork& network, const AlarmOptions& options, size_t count);

@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/host.h"
+#include "core/simulator.h"
 
 extern "C" {
 #include "alarm_master.h"
@@ -18,47 +20,65 @@ struct board {
   FirmwareHost* host;
 };
 
-// A board with a host program in C. Its non-volatile memory is a file.
+// What a board has besides its host program: it stays when that starts anew.
+struct BoardHardware {
+  std::string name;             // for messages, and that of its files
+  std::filesystem::path store;  // non-volatile memory: a number, and behind ".log" the log
+  bool storageWorks = true;
+  uint8_t contacts = 0;                      // those that stay: enum of port.h
+  std::array<Time, BOARD_INPUTS> pressed{};  // buttons: until when
+  double slowMs = 0;                         // what each pass of the program takes longer
+  double bootMs = 0;                         // what its start takes longer
+  std::array<std::string, PANEL_MOST_LINES> display;
+  Time watched = 0;  // when the watchdog was served last; it resets nobody here
+  std::vector<std::string> notices;
+};
+
+// A board with a host program in C.
 class FirmwareHost : public Host {
  public:
-  // `name` is for messages, and that of the file.
-  FirmwareHost(std::string name, const std::filesystem::path& folder)
-      : name_(std::move(name)),
-        store_(folder / name_) {}
+  explicit FirmwareHost(BoardHardware& hardware);
   std::string command(const std::vector<std::string>& words) override;
-  // Why the program gave up; empty if it did not.
-  const std::string& failure() const { return failure_; }
 
   // What struct board stands for.
   void readRegisters(uint16_t address, uint8_t* data, uint16_t length);
   void writeRegisters(uint16_t address, const uint8_t* data, uint16_t length);
   bool load(uint32_t& number) const;
   bool store(uint32_t number) const;
+  bool writeLog(uint16_t index, const uint8_t* record);
+  bool readLog(uint16_t index, uint8_t* record) const;
   void waitForInterrupt(uint32_t us);
-  [[noreturn]] void fail(const char* sentence);
+  void serveWatchdog();
+  uint8_t inputs();
+  void display(uint8_t line, const char* text) { hardware_.display.at(line) = text; }
+  void notice(const char* sentence);
 
  protected:
+  // Before the program begins.
+  void boot();
   // Waiting ends.
   virtual bool isWoken();
   board board_{this};
 
  private:
-  std::string name_;
-  std::filesystem::path store_;
-  std::string failure_;
+  std::filesystem::path logFile() const { return hardware_.store.string() + ".log"; }
+  BoardHardware& hardware_;
+  std::vector<uint8_t> log_;
 };
 
 class AlarmSlaveHost : public FirmwareHost {
  public:
-  AlarmSlaveHost(std::string name, const std::filesystem::path& folder,
-                 const alarm_slave_parameters& parameters)
-      : FirmwareHost(std::move(name), folder),
+  AlarmSlaveHost(BoardHardware& hardware, const alarm_slave_parameters& parameters)
+      : FirmwareHost(hardware),
         parameters_(parameters) {}
   ~AlarmSlaveHost() override { stop(); }
   const alarm_slave& state() const { return slave_; }
 
  protected:
-  void run() override { alarm_slave_run(&slave_, &board_, &parameters_); }
+  void run() override {
+    boot();
+    alarm_slave_run(&slave_, &board_, &parameters_);
+  }
 
  private:
   alarm_slave_parameters parameters_;
@@ -67,15 +87,16 @@ class AlarmSlaveHost : public FirmwareHost {
 
 class AlarmMasterHost : public FirmwareHost {
  public:
-  AlarmMasterHost(std::string name, const std::filesystem::path& folder,
-                  const alarm_master_parameters& parameters)
-      : FirmwareHost(std::move(name), folder),
+  AlarmMasterHost(BoardHardware& hardware, const alarm_master_parameters& parameters)
+      : FirmwareHost(hardware),
         parameters_(parameters) {}
   ~AlarmMasterHost() override { stop(); }
   const alarm_master& state() const { return master_; }
+  // The newest records of the log, the newest first.
+  std::vector<log_record> log(uint32_t count);
 
-  // The controller's error counters (HOST-07) are to be read and cleared between two commands; what they
-  // were, once that is done.
+  // The controller's error counters (HOST-07) are to be read and cleared between two orders; what they were,
+  // once that is done.
   using Counters = std::array<uint8_t, 4>;
   void askCounters() { counters_.reset(); }
   const std::optional<Counters>& counters() const { return counters_; }

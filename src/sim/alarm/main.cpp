@@ -19,14 +19,14 @@
 namespace {
 volatile std::sig_atomic_t stopRequested = 0;
 
-// 64 hex digits in one line.
+// 32 hex digits in one line.
 void readKey(const std::string& path, uint8_t (&key)[PROTOCOL_KEY_BYTES]) {
   std::ifstream file(path);
   std::string text, more;
   if (!file || !(file >> text)) throw UserError("cannot read the key file '" + path + "'.");
   if (text.size() != 2 * PROTOCOL_KEY_BYTES ||
       text.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos || file >> more)
-    throw UserError("the key file '" + path + "' does not hold 64 hex digits in one line.");
+    throw UserError("the key file '" + path + "' does not hold 32 hex digits in one line.");
   for (size_t i = 0; i < PROTOCOL_KEY_BYTES; ++i)
     key[i] = static_cast<uint8_t>(std::stoul(text.substr(2 * i, 2), nullptr, 16));
 }
@@ -83,14 +83,19 @@ int main(int argc, char** argv) {
   master.master_id = 1, master.master_port = 50000, master.answer_timeout_us = 100, master.retries = 2;
   master.bus_cycle_us = 1000, master.report_repeat_ms = 2, master.report_heartbeat_ms = 4;
   const std::array<uint8_t, 6> mac{0x02, 0x46, 0x41, 0, 0, 1};
+  master.server_timeout_s = 30, master.alive_ms = 20;
+  // So that nobody waits for long: simulated time is slow.
+  master.panel = {4, 40, 1, 40, nullptr, 0};
   copyTo(master.master_mac, mac), copyTo(master.server_mac, Plant::kServerMac);
   copyTo(master.master_ip, Plant::kMasterIp), copyTo(master.server_ip, Plant::kServerIp);
-  options.slave = {1, 100, 2};
+  options.slave = {1, 100, 2, 20};
   app.add_option("--slaves", options.line.slaves, "slaves on the line")
       ->capture_default_str()
       ->check(CLI::Range(1, 64));
+  app.add_flag("--ring", options.line.ring, "a cable leads from the last slave back to the master");
+  app.add_flag("!--unlisted", options.listed, "the master expects no slaves");
   app.add_option("--server-port", master.server_port, "UDP port of the server on 127.0.0.1");
-  app.add_option("--key", key, "file with the key that server and master share: 64 hex digits");
+  app.add_option("--key", key, "file with the key that server and master share: 32 hex digits");
   app.add_option("--state", state, "folder for the non-volatile memories of the hosts")
       ->capture_default_str();
   app.add_option("--control", control, "Unix socket that takes commands");
@@ -106,6 +111,21 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--heartbeat-ms", master.report_heartbeat_ms, "reports without events")
       ->capture_default_str();
+  app.add_option("--server-timeout-s", master.server_timeout_s,
+                 "without an answer for so long the server is silent")
+      ->capture_default_str();
+  app.add_option("--alive-ms", master.alive_ms, "hosts that say nothing for so long are dead")
+      ->capture_default_str();
+  app.add_option("--bounce-ms", master.panel.bounce_ms, "how long buttons must be pressed")
+      ->capture_default_str();
+  app.add_option("--page-ms", master.panel.page_ms, "how long a page of the display stands")
+      ->capture_default_str();
+  app.add_option("--display-lines", master.panel.lines, "lines of the display")
+      ->capture_default_str()
+      ->check(CLI::Range(2, 4));
+  app.add_option("--display-columns", master.panel.columns, "columns of the display")
+      ->capture_default_str()
+      ->check(CLI::Range(20, 40));
   app.add_option("--debounce-us", options.slave.debounce_us, "how long a detector's state must last")
       ->capture_default_str();
   app.add_option("--off-time-ms", options.slave.off_time_ms,
@@ -131,6 +151,7 @@ int main(int argc, char** argv) {
       if (key.empty() || master.server_port == 0) throw UserError("--server-port and --key are needed.");
       readKey(key, master.key);
     }
+    options.slave.alive_ms = master.alive_ms;
     options.state = state;
     std::error_code failed;
     std::filesystem::create_directories(options.state, failed);

@@ -19,7 +19,7 @@ class Meter {
   Meter(AlarmNetwork& network, const AlarmOptions& options)
       : network_(network),
         line_(network.line()),
-        server_(network),
+        server_(network, options),
         options_(options),
         cycleNs_(options.master.bus_cycle_us * 1000),
         random_(options.line.seed) {
@@ -28,13 +28,14 @@ class Meter {
 
   ordered_json run(size_t events) {
     const auto begin = std::chrono::steady_clock::now();
-    waitFor(500, [this] { return scanned_; });
+    waitFor(500, [this] { return isComplete(server_, line_.slaves()); });
     for (size_t i = 1; i <= line_.slaves(); ++i) line_.node(i).setAlarmCurrent(kWholeLine);
     pass(50 * cycleNs_);
     std::vector<double> first, last;
     std::vector<unsigned> state(line_.slaves() + 1, PROTOCOL_STATE_NORMAL);
     for (size_t n = 0; n < events; ++n) {
-      pass(3 * cycleNs_ + static_cast<int64_t>(random_() % static_cast<uint64_t>(3 * cycleNs_)));
+      // Longer than what follows from the event before is told: reports are one per millisecond then.
+      pass(60 * cycleNs_ + static_cast<int64_t>(random_() % static_cast<uint64_t>(10 * cycleNs_)));
       const size_t slave = 1 + random_() % line_.slaves();
       state[slave] = PROTOCOL_STATE_NORMAL + PROTOCOL_STATE_ALARM - state[slave];
       wantedPosition_ = slave - 1, wantedState_ = state[slave], found_ = false;
@@ -80,7 +81,6 @@ class Meter {
   }
 
   void take(const NibbleFrame& f, const ReportedEvent& e) {
-    if (e.kind == PROTOCOL_EVENT_SCANNED && e.position == line_.slaves()) scanned_ = true;
     if (e.kind == PROTOCOL_EVENT_DETECTOR && e.position == wantedPosition_ && e.state == wantedState_ &&
         !found_) {
       found_ = true;
@@ -94,7 +94,7 @@ class Meter {
   const AlarmOptions& options_;
   int64_t cycleNs_;
   std::mt19937_64 random_;
-  bool scanned_ = false, found_ = false;
+  bool found_ = false;
   size_t measured_ = 0, wantedPosition_ = 0;
   unsigned wantedState_ = 0;
   Time firstNibble_ = 0, lastNibble_ = 0;

@@ -12,10 +12,11 @@
 
 struct AlarmOptions {
   AlarmLineOptions line;
-  alarm_master_parameters master{};
-  alarm_slave_parameters slave{};   // of the first one; the others have the node IDs behind it
-  std::filesystem::path state;      // folder of the non-volatile memories
-  std::string linePcap, plantPcap;  // empty: not recorded
+  alarm_master_parameters master{};  // its places are made from the slaves
+  bool listed = true;                // the master expects the slaves that there are
+  alarm_slave_parameters slave{};    // of the first one; the others have the node IDs behind it
+  std::filesystem::path state;       // folder of the non-volatile memories
+  std::string linePcap, plantPcap;   // empty: not recorded
 };
 
 class AlarmNetwork {
@@ -30,18 +31,32 @@ class AlarmNetwork {
   // For the master.
   void toMaster(const Bytes& frame);
 
-  // `smoke 4|all on|off`, `line 2|all open|short|whole`, `cut 3`, `mend 3`, `restart master|2
-  // [MICROSECONDS]`, `status`, `time`.
+  // A line of the control socket: src/sim/README.md has them all.
   std::string command(const std::vector<std::string>& words);
 
  private:
   std::unique_ptr<Host> makeHost(size_t node);
   size_t slaveNumbered(const std::string& text) const;
+  size_t nodeNamed(const std::string& text) const;  // master: 0
+  bool commandOfLine(const std::vector<std::string>& words);
+  bool commandOfNode(const std::vector<std::string>& words);
+  bool commandOfPanel(const std::vector<std::string>& words);
+  void host(size_t node, const std::vector<std::string>& how);
+  void write(size_t node, const std::string& address, const std::string& value);
+  void press(const std::string& button, int64_t ms);
+  void noise(const std::string& cables, uint64_t bits);
   void change(const std::string& slaves, const std::function<void(SmokeDetector&)>& how);
   nlohmann::ordered_json status();
   nlohmann::ordered_json statusOf(size_t slave);
+  nlohmann::ordered_json statusOfMaster();
+  nlohmann::ordered_json statusOfBoard(size_t node);
+  nlohmann::ordered_json log(uint32_t count);
 
   AlarmOptions options_;
+  std::vector<std::string> labels_, zones_;  // of the places, which point at them
+  std::vector<alarm_place> places_;
+  std::vector<BoardHardware> boards_;  // by node
+  std::vector<uint16_t> nodeIds_;      // by node; the host writes it when it starts
   std::unique_ptr<CaptureWriter> lineRecord_, plantRecord_;
   uint64_t fromMaster_ = 0, toMaster_ = 0;
   AlarmLine line_;

@@ -37,6 +37,10 @@ class Noise : public NibbleSink {
     to_.nibble(launch, symbol);
   }
   uint64_t flipped() const { return flipped_; }
+  void setBits(uint64_t bits) {
+    bits_ = bits;
+    choose();
+  }
 
  private:
   void choose() {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/io_host.h"
+#include "core/mute_host.h"
 #include "core/slave.h"
 #include "core/user_error.h"
 
@@ -113,5 +114,6 @@ std::unique_ptr<Host> makeHost(const HostOptions& options) {
   if (options.program == "none") return nullptr;
   if (options.program == "io") return std::make_unique<IoHost>(options);
   if (options.program == "alive") return std::make_unique<AliveHost>();
-  throw UserError("no host program is called '" + options.program + "'; known: none, io, alive.");
+  if (options.program == "mute") return std::make_unique<MuteHost>();
+  throw UserError("no host program is called '" + options.program + "'; known: none, io, alive, mute.");
 }

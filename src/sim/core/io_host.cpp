@@ -1,5 +1,7 @@
 #include "core/io_host.h"
 
+#include <alarm-slave.h>  // in `generated`
+
 #include <algorithm>
 #include <cstdio>
 
@@ -72,6 +74,8 @@ std::string IoHost::command(const std::vector<std::string>& words) {
 }
 
 void IoHost::run() {
+  // A detector has nothing to report here: masters of others do not expect what it appends.
+  if (slave().hasDetector()) write(ESC_ALARM_ENABLE, {0});
   setEventMask();
   uint64_t polledAt = 0;
   const auto pollCycles = static_cast<uint64_t>(kPollNs * kNs / slave().corePeriod());

@@ -51,6 +51,7 @@ struct Pins {
   CData *pdiOperational, *irq;
   CData *siiSclLow, *siiSdaLow, *siiSda, *siiTwoByte;
   CData *alarmCurrent, *alarmSupply, *alarmBuzzer, *alarmLamp;
+  CData *alarmFire, *alarmFaultN, *alarmDisabled, *alarmSounder, *alarmConfigFault;
   bool hasEeprom() const { return siiSclLow && siiSdaLow && siiSda; }
 };
 

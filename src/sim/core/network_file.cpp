@@ -82,7 +82,7 @@ class SlaveReader {
     try {
       makeHost({name, 0, {}});
     } catch (const UserError&) {
-      bad("has the host program '" + name + "'; known: none, io, alive");
+      bad("has the host program '" + name + "'; known: none, io, alive, mute");
     }
     return name;
   }

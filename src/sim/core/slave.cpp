@@ -150,6 +150,10 @@ void Slave::setAlarmCurrent(unsigned comparators) {
   if (pins_.alarmCurrent) *pins_.alarmCurrent = static_cast<CData>(comparators), unseenLow_ |= 1;
 }
 
+void Slave::setConfigurationFault(bool on) {
+  if (pins_.alarmConfigFault) *pins_.alarmConfigFault = on, unseenLow_ |= 1;
+}
+
 void Slave::coreEdge(Time now) {
   // The host samples acknowledge and data at the edge, that is as they were before it, and changes its pins
   // after it.

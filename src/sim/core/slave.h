@@ -94,6 +94,14 @@ class Slave : public Actor {
   bool alarmSupply() const { return pins_.alarmSupply && *pins_.alarmSupply; }
   bool alarmBuzzer() const { return pins_.alarmBuzzer && *pins_.alarmBuzzer; }
   bool alarmLamp() const { return pins_.alarmLamp && *pins_.alarmLamp; }
+  bool alarmFire() const { return pins_.alarmFire && *pins_.alarmFire; }
+  // The pin is low then.
+  bool alarmFault() const { return pins_.alarmFaultN && !*pins_.alarmFaultN; }
+  bool alarmDisabled() const { return pins_.alarmDisabled && *pins_.alarmDisabled; }
+  bool alarmSounder() const { return pins_.alarmSounder && *pins_.alarmSounder; }
+  // What the device's checker of its configuration says.
+  void setConfigurationFault(bool on);
+  bool configurationFault() const { return pins_.alarmConfigFault && *pins_.alarmConfigFault; }
   // Called when the supply of the detector's line has been switched.
   std::function<void(bool on)> onAlarmSupply;
 

@@ -118,6 +118,28 @@ void Fuzz::header(VectorLine& v) {
   bench_ = std::make_unique<Bench>(preset, phaseSeed, [this](int y, NibbleFrame& f) { onFrame(y, f); });
 }
 
+// Puts other bytes into a frame, from payload byte `at` on, and corrects the FCS by what they change.
+static void replace(std::vector<uint8_t>& nibbles, size_t at, const uint8_t* with, size_t count) {
+  const Payload p = payloadOf(nibbles);
+  if (!p.sfd || p.bytes.size() < at + count + 4) return;
+  const size_t fcs = p.bytes.size() - 4;  // a bad frame has an odd nibble behind it
+  Bytes change(fcs), none(fcs);
+  for (size_t i = 0; i < count; ++i) change[at + i] = with[i] ^ p.bytes[at + i];
+  const uint32_t fcsChange = crc32(change.data(), fcs) ^ crc32(none.data(), fcs);
+  auto put = [&](size_t byte, uint8_t x) {
+    const size_t nibble = p.preamble + 1 + 2 * byte;
+    nibbles[nibble] ^= x & 0xf;
+    nibbles[nibble + 1] ^= x >> 4;
+  };
+  for (size_t i = 0; i < count; ++i) put(at + i, change[at + i]);
+  for (size_t i = 0; i < 4; ++i) put(fcs + i, fcsChange >> (8 * i) & 0xff);
+}
+
+static void replaceGuard(std::vector<uint8_t>& nibbles, int at, uint16_t guard) {
+  const uint8_t bytes[] = {static_cast<uint8_t>(guard & 0xff), static_cast<uint8_t>(guard >> 8)};
+  replace(nibbles, at, bytes, 2);
+}
+
 void Fuzz::frame(VectorLine& v) {
   auto sent = std::make_shared<Sent>();
   sent->line = v.number();
@@ -128,13 +150,26 @@ void Fuzz::frame(VectorLine& v) {
   const int gap = static_cast<int>(v.decimal(0, 1'000'000'000));
   sent->nibbles = v.nibbles();
   std::vector<bool> errors(sent->nibbles.size());
-  if (v.more()) {
-    sent->errors = v.text();
-    if (sent->errors[0] != 'E') v.bad("has '" + sent->errors + "' where E and the symbols with RX_ER belong");
-    std::istringstream list(sent->errors.substr(1));
-    for (std::string item; std::getline(list, item, ',');) {
-      VectorLine index("E " + item, v.number());
-      errors[index.decimal(0, static_cast<long>(errors.size()) - 1)] = true;
+  while (v.more()) {
+    const std::string field = v.text();
+    std::istringstream list(field.substr(1));
+    if (field[0] == 'E') {
+      sent->errors = field;
+      for (std::string item; std::getline(list, item, ',');) {
+        VectorLine index("E " + item, v.number());
+        errors[index.decimal(0, static_cast<long>(errors.size()) - 1)] = true;
+      }
+    } else if (field[0] == 'G') {
+      std::string at, event;
+      std::getline(list, at, ':'), std::getline(list, event);
+      sent->guard = static_cast<int>(VectorLine("G " + at, v.number()).decimal(0, 2000));
+      const auto known =
+          eventTimes_.find(static_cast<unsigned>(VectorLine("G " + event, v.number()).decimal(0, 0xffff)));
+      if (known == eventTimes_.end()) v.bad("has G and an event of which no frame has told the time");
+      sent->guardIs = static_cast<uint16_t>(known->second);
+      replaceGuard(sent->nibbles, sent->guard, sent->guardIs);
+    } else {
+      v.bad("has '" + field + "' where E and the symbols with RX_ER, or G, a byte and an event belong");
     }
   }
   sender.pushIdle(gap);
@@ -161,10 +196,11 @@ void Fuzz::expect(VectorLine& v) {
       } else {
         if (open[0] != 'T') v.bad("has '" + open + "' where T and a nibble or ? belongs");
         e.time = static_cast<int>(
-            VectorLine("T " + open.substr(1), v.number()).decimal(8, static_cast<long>(payload.size()) - 16));
+            VectorLine("T " + open.substr(1), v.number()).decimal(8, static_cast<long>(payload.size()) - 24));
       }
     }
   }
+  if (current_->guard >= 0) replaceGuard(e.nibbles, current_->guard, current_->guardIs);
   expected_[y].push_back(std::move(e));
 }
 
@@ -201,29 +237,20 @@ void Fuzz::onFrame(int port, NibbleFrame& frame) {
 // be is checked.
 bool Fuzz::takeTime(Expected& e, const NibbleFrame& frame) {
   if (frame.nibbles.size() != e.nibbles.size()) return true;
-  Payload wanted = payloadOf(e.nibbles);
-  const Payload got = payloadOf(frame.nibbles);
+  const Payload wanted = payloadOf(e.nibbles), got = payloadOf(frame.nibbles);
   if (!got.sfd || got.preamble != wanted.preamble) return true;
-  const size_t at = e.time / 2, fcs = wanted.bytes.size() - 4;  // a bad frame has an odd nibble behind it
-  Bytes change(fcs), none(fcs);
-  unsigned time = 0;
-  for (size_t i = 0; i < 4; ++i) {
-    change[at + i] = got.bytes[at + i] ^ wanted.bytes[at + i];
-    time |= unsigned{got.bytes[at + i]} << (8 * i);
-  }
-  const uint32_t fcsChange = crc32(change.data(), fcs) ^ crc32(none.data(), fcs);
-  auto put = [&](size_t byte, uint8_t x) {
-    const size_t nibble = wanted.preamble + 1 + 2 * byte;
-    e.nibbles[nibble] ^= x & 0xf;
-    e.nibbles[nibble + 1] ^= x >> 4;
-  };
-  for (size_t i = 0; i < 4; ++i) put(at + i, change[at + i]), put(fcs + i, fcsChange >> (8 * i) & 0xff);
+  const size_t at = e.time / 2;
+  if (got.bytes.size() < at + 8 + 4) return true;
+  uint64_t time = 0;
+  for (size_t i = 0; i < 8; ++i) time |= uint64_t{got.bytes[at + i]} << (8 * i);
+  replace(e.nibbles, at, &got.bytes[at], 8);
 
   const unsigned number = got.bytes[at - 4] | got.bytes[at - 3] << 8;
   const auto [event, isNew] = eventTimes_.emplace(number, time);
   const bool inOrder = (event == eventTimes_.begin() || std::prev(event)->second <= time) &&
                        (std::next(event) == eventTimes_.end() || std::next(event)->second >= time);
-  if (event->second != time || !inOrder || (isNew && time > bench_->sim().now() / (1000 * kNs)))
+  const bool isAhead = static_cast<Time>(time) > bench_->sim().now() / (1000 * kNs);
+  if (event->second != time || !inOrder || (isNew && isAhead))
     differ("the time of event " + std::to_string(number) + " is " + std::to_string(time) +
                " us, which is not what it was, or not between those of its neighbours",
            e.line, e.cause.get());

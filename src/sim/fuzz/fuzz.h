@@ -33,6 +33,8 @@ class Fuzz {
     int port;
     std::vector<uint8_t> nibbles;
     std::string errors;
+    int guard = -1;  // payload byte where the guard of an acknowledgement stands
+    uint16_t guardIs = 0;
   };
   struct Expected {
     uint64_t line;
@@ -59,7 +61,7 @@ class Fuzz {
   std::unique_ptr<Bench> bench_;
   std::vector<std::deque<Expected>> expected_;  // per port
   std::shared_ptr<Sent> current_;               // the last F line
-  std::map<unsigned, unsigned> eventTimes_;     // of all events with a time, by their numbers
+  std::map<unsigned, uint64_t> eventTimes_;     // of all events with a time, by their numbers
   bool reading_ = false;                        // the last line was an R line
   uint64_t lineNumber_ = 0, frames_ = 0, bytes_ = 0, cycles_ = 0;
   std::string difference_;

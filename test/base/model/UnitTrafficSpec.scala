@@ -76,10 +76,11 @@ class UnitTrafficSpec extends AnyFlatSpec {
     FuzzVectors.write(p, 4, 1500, new PrintStream(out))
     val lines                                  = out.toString.linesIterator.toSeq
     def times(what: String, at: Int = 5): Unit = assert(lines.count(_.matches(what)) >= at, what)
-    times("X .* T\\d+", 200) // appended
-    times("X .* \\?", 1)     // a time has been read
-    times("R 0e80 00", 2)    // no event waits
-    times("R 0e88 10", 2)    // the queue is full
+    times("X .* T\\d+", 200)      // appended
+    times("X .* \\?", 1)          // a time has been read
+    times("F .* G\\d+:\\d+", 100) // a record is acknowledged
+    times("R 0ea9 (4|0).", 2)     // no record waits; nothing was dropped
+    times("R 0eae 0[1-9a-f]", 1)  // the queue has been full
     times("D .*", 200)
     times("A 1100") // the supply has been off
     val waited = lines.sliding(3).count(l => l.head.matches("X .* T\\d+") && l(1).startsWith("F"))

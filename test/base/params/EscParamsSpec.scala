@@ -32,6 +32,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "role"                   -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
     "alarm"                  -> between(0, 1),
     "maxSlaves"              -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
+    "linePorts"              -> Limits(Seq(1, 2), Seq(0, 3)),
     "sii"                    -> between(0, 2),
     "siiClockKhz"            -> between(10, 1000),
     "siiStartUs"             -> between(1, 100000),
@@ -129,7 +130,10 @@ class EscParamsSpec extends AnyFlatSpec {
 
   it should "have the ranges of its role, written down here a second time" in {
     val master = EscParams(role = 1, ramKiB = 0)
-    val limits = this.limits + ("coreClockMhz" -> Limits(Seq(50, 100, 125), Seq(0, 25, 75, 126)))
+    val limits = this.limits ++ Seq(
+      "coreClockMhz"    -> Limits(Seq(50, 100, 125), Seq(0, 25, 75, 126)),
+      "maxSubTelegrams" -> between(10, 128)
+    )
     for (info <- ParamTable.all if info.roles(1) && info.name != "role") {
       val here  = info.in(1)
       val limit = limits(info.name)
@@ -149,8 +153,13 @@ class EscParamsSpec extends AnyFlatSpec {
   it should "have texts of its own where they differ" in {
     for (name <- Seq("dataBusWidth", "maxSubTelegrams", "escType", "escRevision", "escBuild")) {
       val info = ParamTable.named(name).get
-      assert(info.in(0).text != info.in(1).text && info.in(0).range == info.in(1).range, name)
+      assert(info.in(0).text != info.in(1).text, name)
+      assert((info.in(0).range == info.in(1).range) == (name != "maxSubTelegrams"), name)
     }
+    assert(
+      EscParams.problems(EscParams(role = 1, ramKiB = 0, maxSubTelegrams = 9)) ==
+        Seq("maxSubTelegrams is 9 but must be 10 to 128 datagrams if role is 1.")
+    )
     assert(ParamTable.all.forall(i => i.master.isEmpty || i.roles(1)))
   }
 

@@ -25,12 +25,18 @@ object Shell {
   }
 }
 
-/** The board of one role and data bus width, as `make quartus` generates it, and what Yosys makes of it. */
-final class BoardFiles(val role: String, val width: Int) {
+/** The board of one role, data bus width and number of line ports, as `make quartus` generates it, and what
+  * Yosys makes of it.
+  */
+final class BoardFiles(val role: String, val width: Int, val linePorts: Int = 1) {
   import Shell.output
-  private val dir = Files.createDirectories(Paths.get(s"build/check-board/$role-$width"))
+  private val dir = Files.createDirectories(Paths.get(s"build/check-board/$role-$width-$linePorts"))
   private lazy val p: EscParams =
-    Presets.named(s"alarm-$role").get.params.copy(preset = s"alarm-$role", dataBusWidth = width)
+    Presets
+      .named(s"alarm-$role")
+      .get
+      .params
+      .copy(preset = s"alarm-$role", dataBusWidth = width, linePorts = linePorts)
 
   /** Core clock, MHz. */
   def coreClockMhz: Int = p.coreClockMhz
@@ -51,11 +57,16 @@ final class BoardFiles(val role: String, val width: Int) {
   private def isMaster = if (role == "master") 1 else 0
   private def parameters =
     Seq("ROLE" -> isMaster, "DATA_BUS_WIDTH" -> width, "CORE_MHZ" -> p.coreClockMhz)
-  private def values = parameters.map { case (name, value) => s"-G$name=$value" }
+
+  /** What the Verilog is read with, as the project script says. */
+  private def macros = Seq("RING" -> (linePorts == 2), "WIDE_BUS" -> (width == 32)).collect {
+    case (name, true) => s"-D$name=1"
+  }
+  private def values = macros ++ parameters.map { case (name, value) => s"-G$name=$value" }
   private def yosys(kind: String, commands: String): ujson.Value = {
     val json   = dir.resolve(s"$kind.json")
     val set    = parameters.map { case (name, value) => s"-set $name $value" }.mkString(" ")
-    val script = s"read_verilog ${verilog.mkString(" ")}; chparam $set board; "
+    val script = s"read_verilog ${(macros ++ verilog).mkString(" ")}; chparam $set board; "
     output("yosys", "-q", "-p", s"$script $commands; write_json $json")
     Netlist.read(json)
   }

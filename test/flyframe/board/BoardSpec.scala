@@ -9,13 +9,19 @@ class BoardSpec extends AnyFlatSpec {
   import Shell.{ends, output}
   private val widths = Seq(8, 16, 32)
   private val page   = Files.readString(Paths.get("fpga/README.md")).replaceAll("\\s+", " ")
-  private val boards = for (role <- Seq("slave", "master"); width <- widths) yield new BoardFiles(role, width)
+  private val lines  = for (role <- Seq("slave", "master"); width <- widths) yield new BoardFiles(role, width)
+  private val rings  = for (width <- Seq(8, 16)) yield new BoardFiles("master", width, linePorts = 2)
+  private val boards = lines ++ rings
 
   /** Memory blocks of an EP4CE6. */
   private val M9k = 30
 
   /** The goals for whole boards with a host bus of 8 bits, logic elements; an EP4CE6 has 6,272. */
-  private val goals = Seq("slave" -> Goals.AlarmSlave, "master" -> Goals.AlarmMaster)
+  private val goals = Seq(
+    new BoardFiles("slave", 8)                 -> Goals.AlarmSlave,
+    new BoardFiles("master", 8)                -> Goals.AlarmMaster,
+    new BoardFiles("master", 8, linePorts = 2) -> Goals.AlarmMaster
+  ).map { case (board, most) => board -> (most + Goals.Board) }
 
   /** User pins of the package by number, with their kind. */
   private val userPins: Map[Int, String] = Files
@@ -29,10 +35,12 @@ class BoardSpec extends AnyFlatSpec {
     .toMap
   assert(userPins.size == 92)
 
-  for (board <- boards) {
-    val name = s"The ${board.role}'s board with ${board.width} bits"
+  private def isRing(board: BoardFiles) = board.linePorts == 2
+  private def name(board: BoardFiles) =
+    s"The ${board.role}'s board with ${board.width} bits${if (isRing(board)) " and a ring" else ""}"
 
-    s"$name" should "have no missing module but the PLL" in {
+  for (board <- boards) {
+    name(board) should "have no missing module but the PLL" in {
       val modules = board.design("modules").obj
       val missing = modules.values
         .flatMap(_("cells").obj.values.map(_("type").str))
@@ -60,14 +68,16 @@ class BoardSpec extends AnyFlatSpec {
         page.contains(s"has ${userPins.size} user pins") && page.contains(s"so $free remain"),
         "fpga/README.md"
       )
-      val number = """takes (\d+), (\d+) or (\d+) of them""".r.findFirstMatchIn(page).get
-      assert(pins.size == number.group(1 + widths.indexOf(board.width)).toInt, "fpga/README.md")
+      val number =
+        """takes (\d+), (\d+) or (\d+) of them.*?; a ring has (\d+) more""".r.findFirstMatchIn(page).get
+      val ring = if (isRing(board)) number.group(4).toInt else 0
+      assert(pins.size == number.group(1 + widths.indexOf(board.width)).toInt + ring, "fpga/README.md")
     }
 
     it should "match every name in the constraints" in {
       // No pin is left without one; the clocks' pins have a clock.
       val named = board.constraints.map(_._2).toSet
-      val bare  = board.ports.keySet -- named - "clk_50" - "mii_0_rx_clk" - "mii_1_rx_clk"
+      val bare  = board.ports.keySet -- named - "clk_50" - "mii_0_rx_clk" - "mii_1_rx_clk" - "mii_2_rx_clk"
       assert(bare.isEmpty)
     }
 
@@ -127,9 +137,9 @@ class BoardSpec extends AnyFlatSpec {
       info(told.trim)
     }
 
-  for ((role, most) <- goals)
-    s"The $role's board" should f"fit into an EP4CE6: at most $most%,d logic elements, and its RAM" in {
-      val area = Netlist.own(new BoardFiles(role, widths.head).mapped)
+  for ((board, most) <- goals)
+    name(board) should f"fit into an EP4CE6: at most $most%,d logic elements, and its RAM" in {
+      val area = Netlist.own(board.mapped)
       info(s"${area.logicElements} logic elements, ${area.m9k} M9K")
       assert(area.logicElements <= most)
       assert(area.m9k > 0 && area.m9k <= M9k)
@@ -145,7 +155,7 @@ class BoardSpec extends AnyFlatSpec {
   }
 
   for (board <- boards)
-    s"HB-01 to HB-06: ${board.width} bits at ${board.coreClockMhz} MHz" should "do all accesses once" in {
+    s"HB-01 to HB-06: ${name(board)} at ${board.coreClockMhz} MHz" should "do all accesses once" in {
       val told = output(board.busProgram, "--accesses", "100000", "--seed", s"${board.width}")
       assert(told.startsWith("accesses 100000 ") && told.trim.endsWith("errors 0"), told)
       info(told.trim)

@@ -10,13 +10,14 @@ module altpll #(
   parameter width_clock = 5
 ) (
   input  [1:0] inclk,
+  input        areset,
   output [4:0] clk,
   output       locked
 );
 `ifdef VERILATOR
   /* verilator lint_off UNUSED */
   reg [7:0] count = 0;
-  always @(posedge inclk[0]) count <= count[7] ? {6'h20, count[1:0] + 2'd1} : count + 8'd1;
+  always @(posedge inclk[0]) count <= areset ? 8'd0 : count[7] ? {6'h20, count[1:0] + 2'd1} : count + 8'd1;
   assign clk    = {3'b0, ~count[clk0_multiply_by - 1], inclk[0]};
   assign locked = count[7];
 `endif

@@ -4,6 +4,7 @@ import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.{TestSets, Tier}
 import flyframe.model.{FuzzVectors, VectorWriter}
 import flyframe.params.EscParams
+import flyframe.registers.AlarmRegisters
 import flyframe.rules.{
   AlarmRules,
   ApplicationRules,
@@ -70,6 +71,7 @@ class MatrixSpec extends AnyFlatSpec {
       for (rule <- rules(p)) {
         out.println(s"# ${rule.name}")
         bench.reset()
+        if (p.hasAlarm && plain.contains(rule)) bench.hostWrite(AlarmRegisters.Enable, 0) // it may take long
         rule.run(new Steps(bench))
       }
       FuzzVectors.write(p, seed = p.hashCode, count, out)

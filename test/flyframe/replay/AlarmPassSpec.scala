@@ -27,7 +27,12 @@ class AlarmPassSpec extends AnyFlatSpec {
     val title = s"pass-$name-" + line.map(p => if (p.hasAlarm) "a" else "o").mkString
     val network = Files.writeString(
       Files.createDirectories(folder).resolve(s"$title.json"),
-      line.map(p => s"""{"preset": "${p.preset}", "clock_ppm": 40}""").mkString("{\"slaves\": [", ", ", "]}")
+      line
+        .map { p =>
+          val host = if (p.hasAlarm) "mute" else "none"
+          s"""{"preset": "${p.preset}", "clock_ppm": 40, "host": "$host"}"""
+        }
+        .mkString("{\"slaves\": [", ", ", "]}")
     )
     val result = folder.resolve(s"$title.pcap")
     Plain.harness.replay(network, recording, result)

@@ -1,5 +1,6 @@
 package flyframe.report
 
+import java.nio.file.{Files, Paths}
 import org.scalatest.flatspec.AnyFlatSpec
 
 /** The packing count on netlists small enough to count by hand. */
@@ -56,6 +57,12 @@ class NetlistSpec extends AnyFlatSpec {
     }}""")
     val units = Netlist.byUnit(netlist, "top_1", "rest", Map("Receiver" -> "receivers").get)
     assert(units == Map("rest" -> Area(luts = 1), "receivers" -> Area(luts = 2, ffs = 2)))
+  }
+
+  "Modules that units begin at" should "be those of some preset" in {
+    val verilog = Points.presets.map(p => Files.readString(Paths.get(s"generated/${p.preset}.v")))
+    val modules = verilog.flatMap("(?m)^module (\\w+)".r.findAllMatchIn(_).map(_.group(1)))
+    assert(Points.units.flatMap(_._2).filterNot(modules.map(Netlist.plainName).toSet) == Nil)
   }
 
   "A module name" should "lose parameters and numbers" in {

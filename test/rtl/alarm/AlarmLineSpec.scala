@@ -8,6 +8,8 @@ import flyframe.memory.HostPort
 import flyframe.model._
 import flyframe.params.{EscParams, Presets}
 import flyframe.protocol.Command.{Aprd, Apwr, Brd, Nop}
+import flyframe.protocol.DetectorState.Normal
+import flyframe.registers.AlarmRegisters
 import flyframe.rules.{Line, Reply}
 import flyframe.{SharedSimulation, SlaveController}
 
@@ -27,7 +29,10 @@ class LineUnderTest(sets: Seq[EscParams]) extends Module {
   for ((slave, i) <- slaves.zipWithIndex) {
     slave.phy_clk_ref := false.B
     slave.pdi_operational.foreach(_ := true.B)
-    slave.alarm.foreach(_.current := current(i))
+    slave.alarm.foreach { a =>
+      a.current      := current(i)
+      a.config_fault := false.B
+    }
     slave.host <> host(i)
     for (port <- slave.mii) {
       port.rx_clk := (!clock.asBool).asClock
@@ -65,14 +70,15 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
     private val model = new LineModel(slaves)
     private var back  = Vector.empty[Int]
     dut.host.foreach(_.req.poke(false))
+    dut.current.foreach(_.poke(Line.current(Normal)))
     dut.rxDv.poke(false)
     idle(200)
     for (i <- alarms) {
       hostWrite(i, 0x0012, 0x40 + i)
       (0x0ea0 to 0x0ea3).foreach(hostWrite(i, _, 0))
-      hostWrite(i, 0x0ea6, 3)
-      detector(i, 1)
     }
+    idle(500)
+    slaves.foreach(_.advanceUs(20))
 
     private def slot(): Unit = {
       dut.clock.step()
@@ -106,12 +112,15 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
     def detector(slave: Int, state: Int): Unit = {
       dut.current(slave).poke(Line.current(state))
       slaves(slave).alarm.foreach(_.setLine(state))
-      idle(200)
-      slaves.foreach(_.advanceUs(8))
+      idle(500)
+      slaves.foreach(_.advanceUs(20))
     }
 
-    /** What comes back for a frame, which must be what comes back from the model, but for slave times. */
-    def send(frame: WireFrame): SentFrame = {
+    /** What comes back for a frame, which must be what comes back from the model for the same one with the
+      * model's times, but for slave times.
+      */
+    def send(frame: WireFrame): SentFrame = send(frame, frame)
+    def send(frame: WireFrame, forModel: WireFrame): SentFrame = {
       back = Vector.empty
       dut.rxDv.poke(true)
       for (s <- frame.symbols) {
@@ -122,7 +131,7 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
       do idle(100) while (dut.txEn.peek().litToBoolean)
       idle(100)
       val came     = SentFrame(back.indexOf(0xd), back.drop(back.indexOf(0xd) + 1))
-      val expected = model.send(frame).get
+      val expected = model.send(forModel).get
       assert(came.good == expected.good && came.payload.size == expected.payload.size, frame)
       if (came.good) assert(timeless(came) == timeless(expected), frame)
       came
@@ -134,13 +143,16 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
       @annotation.tailrec
       def clear(at: Int): Unit = {
         val d = Reply(bytes.drop(at).toSeq)
-        if (d.command == Nop && d.ado == 0x0e80) (at + 14 until at + 18).foreach(bytes(_) = 0)
+        if (d.command == Nop && d.ado == 0x0ea8) (at + 14 until at + 22).foreach(bytes(_) = 0)
+        if (d.command == Apwr && d.ado == AlarmRegisters.Acknowledge)
+          (at + 12 until at + 14).foreach(bytes(_) = 0)
         if (d.more) clear(at + 12 + d.length)
       }
       if (bytes(14) != 0) clear(16)
       bytes.toSeq.dropRight(4)
     }
   }
+  private def number(record: Seq[Int]) = record(0) | record(1) << 8
   private def datagrams(frame: SentFrame): Seq[Reply] = {
     def from(at: Int): Seq[Reply] = {
       val d = Reply(frame.bytes.drop(at))
@@ -154,30 +166,53 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
       val random   = new Random(1)
       val driver   = new Driver(dut)
       var appended = 0
+      var tag      = 0
+      var last     = Map.empty[Int, Seq[Int]] // by slave: the data of the record that came last
       for (round <- 1 to 120) {
         if (random.nextInt(3) == 0) driver.detector(alarms(random.nextInt(2)), 1 + random.nextInt(4))
         val slave = random.nextInt(5)
         val place = 0x0f80 + random.nextInt(0x40)
         val data  = Seq.fill(1 + random.nextInt(20))(random.nextInt(256))
-        val mine = Seq(
+        val plain = Seq(
           Datagram(Brd, 0, 0x0000, Seq(0)),
           Datagram(Apwr, -slave, place, data),
           Datagram(Aprd, -slave, place, data.map(_ => 0))
-        ).take(random.nextInt(4)) ++ Option.when(random.nextInt(3) == 0) {
-          val i         = alarms(random.nextInt(2)) // acknowledge, confirm
-          val registers = driver.slaves(i).registers
-          if (random.nextBoolean()) Datagram(Apwr, -i, 0x0e8a, Seq(0x0e80, 0x0e81).map(registers.byte))
-          else Datagram(Apwr, -i, 0x0e8e, EtherCatFrame.little(registers.value("alarm_acknowledge")))
+        ).take(random.nextInt(4))
+        // To the slave, then to the model, whose time is another one.
+        val i = alarms(random.nextInt(2))
+        val orders = random.nextInt(4) match {
+          case 0 | 1 =>
+            tag += 1
+            for {
+              mine <- last.get(i)
+              r    <- driver.slaves(i).alarm.flatMap(_.onOffer) if number(mine) == r.sequence
+            } yield Seq(mine.slice(4, 6), EtherCatFrame.little((r.time & 0xffff).toInt)).map { guard =>
+              val record = mine.take(2) ++ guard ++ EtherCatFrame.little(tag)
+              Datagram(Apwr, -i, AlarmRegisters.Acknowledge, record)
+            }
+          case 2 =>
+            val life  = Seq(random.nextInt(20) / 19, 0)
+            val order = Datagram(Apwr, -i, AlarmRegisters.Confirm, EtherCatFrame.little(tag) ++ life)
+            Some(Seq(order, order))
+          case _ => None
         }
-        val came    = datagrams(driver.send(WireFrame.withFcs(EtherCatFrame(mine))))
+        val frames  = (0 to 1).map(n => plain ++ orders.map(_(n)))
+        val mine    = frames(0)
+        val wires   = frames.map(f => WireFrame.withFcs(EtherCatFrame(f)))
+        val came    = datagrams(driver.send(wires(0), wires(1)))
         val records = came.drop(mine.size)
+        driver.idle(500)
+        driver.slaves.foreach(_.advanceUs(20))
         appended += records.size
         for ((d, sent) <- came.zip(mine))
           assert(d.workingCounter == (if (sent.command == Brd) 5 else 1), s"round $round")
-        if (mine.size >= 3 && mine(2).command == Aprd) assert(came(2).data == data, s"round $round")
+        if (plain.size == 3) assert(came(2).data == data, s"round $round")
         for (d <- records) {
-          assert((d.command, d.ado, d.length, d.workingCounter) == ((0, 0x0e80, 8, 1)) && d.irq == 0)
-          assert(alarms.map(0x40 + _).contains(d.adp) && d.data(2) >= 1 && d.data(2) <= 4)
+          assert((d.command, d.ado, d.length, d.workingCounter) == ((0, 0x0ea8, 12, 1)) && d.irq == 0)
+          val from = d.adp - 0x40
+          assert(alarms.contains(from) && d.data(2) >= 1 && d.data(2) <= 4)
+          if (plain.nonEmpty) assert(d.index == from + 1, "the position")
+          last += from -> d.data
         }
       }
       assert(appended > 60)

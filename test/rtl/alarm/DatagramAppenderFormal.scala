@@ -19,8 +19,8 @@ class RamModel(depth: Int, width: Int) extends Module {
 
 object AppenderUnderProof {
 
-  /** Its datagram has two bytes. */
-  def apply(): DatagramAppender = Module(new DatagramAppender(bytes = 2, maxSubTelegrams = 15, newRam))
+  /** Its datagram has four bytes. */
+  def apply(): DatagramAppender = Module(new DatagramAppender(bytes = 4, maxSubTelegrams = 15, newRam))
   private def newRam(depth: Int, width: Int, clock: Clock): DualPortRamIO = {
     val ram = Module(new RamModel(depth, width))
     ram.io.clock := clock
@@ -34,14 +34,14 @@ class WireProof extends Module {
   private val position = IO(Input(new FramePosition))
   private val step     = IO(Input(Bool()))
   private val pending  = IO(Input(Bool()))
-  private val datagram = IO(Input(Vec(4, UInt(4.W))))
+  private val data     = IO(Input(UInt(4.W)))
   private val dut      = AppenderUnderProof()
   assume(!pending)
   dut.step     := step
   dut.in       := in
   dut.position := position
   dut.pending  := pending
-  dut.datagram := datagram
+  dut.data     := data
   assert(dut.out.asUInt === in.asUInt, "something changed")
   assert(!dut.busy, "the datagram is in use")
 }

@@ -21,6 +21,8 @@ class AppenderBench(bytes: Int, maxSubTelegrams: Int) extends Module {
   val pending  = IO(Input(Bool()))
   val datagram = IO(Input(Vec(2 * bytes, UInt(4.W))))
   val busy     = IO(Output(Bool()))
+  val begins   = IO(Output(Bool()))
+  val takes    = IO(Output(Bool()))
 
   private val parser   = Module(new FrameParser)
   private val appender = Module(new DatagramAppender(bytes, maxSubTelegrams))
@@ -31,9 +33,16 @@ class AppenderBench(bytes: Int, maxSubTelegrams: Int) extends Module {
   appender.in       := RegEnable(in, NibbleStream.idle, step)
   appender.position := RegEnable(parser.position, step)
   appender.pending  := pending
-  appender.datagram := datagram
-  out               := appender.out
-  busy              := appender.busy
+  appender.data     := datagram(appender.nibble)
+  takes             := appender.takes
+  begins            := appender.begins
+  assert(RegNext(appender.nextNibble === appender.nibble || step, true.B), "only a step moves on")
+  assert(
+    RegNext(appender.nextNibble, 0.U) === appender.nibble || !appender.busy || !appender.reads,
+    "what was said to come next comes next"
+  )
+  out  := appender.out
+  busy := appender.busy
 }
 
 class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
@@ -171,7 +180,8 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
         val got = driver.sent.head
         assert(got.slot == begin + DatagramAppender.Delay)
         assert(!got.bad && !got.odd)
-        val bytes = EtherCatFrame(Nil).take(14) ++ EtherCatFrame.little(added.size | 0x1000) ++ added
+        val bytes = EtherCatFrame(Nil).take(14) ++ EtherCatFrame.little(added.size | 0x1000) ++
+          added.updated(1, 0) // no datagram has counted slaves
         assert(got.payload == closed(bytes.padTo(60, 0)))
       },
       "AP-03 to AP-08: random frames leave as the model says" -> { dut =>
@@ -184,8 +194,8 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
           driver.frame(frame, bad)
           driver.pending(random.nextBoolean())
           driver.idle(110)
-          val (expected, expectedBad) =
-            if (pending) AppendModel.append(frame, bad, added, max) else (frame, bad)
+          val AppendModel.Result(expected, expectedBad, _) =
+            if (pending) AppendModel.append(frame, bad, added, max) else AppendModel.Result(frame, bad)
           val got = driver.sent.last
           assert(driver.sent.size == number)
           assert(got.payload == expected && got.bad == expectedBad, s"frame $number, $frame")
@@ -207,7 +217,7 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
         var appended = 0
         for ((got, (frame, bad)) <- driver.sent.zip(frames)) {
           val changed = AppendModel.append(frame, bad, added, max)
-          if (got.payload == changed._1 && got.bad == changed._2) appended += 1
+          if (got.payload == changed.payload && got.bad == changed.bad) appended += 1
           else assert(got.payload == frame && got.bad == bad)
         }
         assert(appended > 30)
@@ -233,7 +243,7 @@ class DatagramAppenderSpec extends AnyFlatSpec with SharedSimulation {
           assert(grown <= 1518 + (if (vlan) 4 else 0), s"area of $length bytes")
           val appends = length + added.size <= 1498 && length < 12 * max
           assert(
-            got.payload == (if (appends) AppendModel.append(closed(bytes), false, added, max)._1
+            got.payload == (if (appends) AppendModel.append(closed(bytes), false, added, max).payload
                             else closed(bytes))
           )
         }

@@ -1,590 +1,467 @@
 package flyframe.master
 
 import chisel3._
-import chisel3.util._
 import chiseltest._
 import flyframe.SharedSimulation
-import flyframe.mii.NibbleStream
+import flyframe.master.TimedLine.{fresh, started}
 import flyframe.model._
-import flyframe.params.{EscParams, Presets}
+import flyframe.params.Presets
+import flyframe.protocol.{EventKind, SlaveStatus}
+import flyframe.protocol.Command.{Aprd, Apwr, Brd, Bwr}
+import flyframe.protocol.DetectorState.{Alarm, Normal, Open}
+import flyframe.registers.AlarmRegisters
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.protocol.{EventKind, MasterEvent}
 
-/** A line master that has two slaves, node IDs 1 and 2, for thousands of cycles: they only answer its first
-  * questions. A cycle is as short as it can be.
-  */
-class PlayedLine extends Module {
-  private val master = Module(new LineMaster(2, 1))
-
-  /** The slaves whose hosts have told the result of their self-tests. */
-  val started = IO(Input(Vec(2, Bool())))
-
-  /** How often each slave has been asked for it. */
-  val asked = IO(Output(Vec(2, UInt(16.W))))
-  val event = IO(chiselTypeOf(master.event))
-  master.step          := true.B
-  master.run           := true.B
-  master.source        := 0.U
-  master.cycle         := 1.U
-  master.timeout       := 1500.U
-  master.retries       := 2.U
-  master.request.valid := false.B
-  master.requestData   := 0.U
-  master.resultAddress := 0.U
-  master.room          := true.B
-  master.nextEvent     := 0.U
-  master.firstEvent    := 0.U
-  event <> master.event
-
-  // A frame comes back 40 slots later. It has one datagram: a BWR of one byte, or an APRD of two.
-  private val sent     = ShiftRegister(master.out, 40, NibbleStream.idle, true.B)
-  private val nibble   = RegInit(0.U(8.W))                      // reset: between frames
-  private val reads    = Reg(Bool())
-  private val position = Reg(UInt(1.W))
-  private val ado      = Reg(UInt(4.W))
-  private val value    = Mux(ado === 2.U, position +& 1.U, Mux(ado === 4.U, started(position), 0.U))
-  private val counts   = RegInit(VecInit(0.U(16.W), 0.U(16.W))) // reset: never
-  asked     := counts
-  master.in := sent
-  when(sent.valid) { nibble := Mux(sent.payload && !sent.last, nibble + 1.U, 0.U) }
-  when(sent.valid && sent.payload) {
-    switch(nibble) {
-      is(12.U) { master.in.data := sent.data | 2.U } // it has passed a slave
-      is(32.U) { reads := sent.data === 1.U }
-      is(36.U) { position := sent.data }
-      is(40.U) { ado := sent.data }
-      is(52.U) { when(reads) { master.in.data := value } }
-      is(54.U) { when(!reads) { master.in.data := 2.U } } // working counter
-      is(56.U) {
-        when(reads) {
-          master.in.data := 1.U
-          when(ado === 4.U) { counts(position) := counts(position) + 1.U }
-        }
-      }
-    }
-  }
-}
-
-/** The line master with modelled slaves. */
+/** The line master with modelled slaves on a plain line. */
 class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
-  private val slave       = Presets.named("alarm-slave").get.params
-  private val ordinary    = Presets.named("cyclone4-min").get.params
-  private def is(b: Bool) = b.peek().litToBoolean
-  private val CycleSlots  = 1000
-  private val CycleUs     = CycleSlots * 40 / 1000
-
-  private case class Event(
-      kind: Int,
-      position: Int,
-      node: Int,
-      sequence: Int,
-      state: Int,
-      epoch: Int,
-      time: Long
-  ) {
-    def brief: (Int, Int, Int) = (kind, position, node)
+  private def ordinary                          = new EscModel(Presets.named("cyclone4-min").get.params)
+  private def slaves(count: Int): Seq[EscModel] = Seq.tabulate(count)(i => started(i + 1))
+  private def bench(dut: LineMaster, count: Int): LineBench = {
+    val b = new LineBench(dut, new TimedLine(slaves(count)))
+    b.settle()
+    b
   }
+  private def set(b: LineBench, slave: Int, state: Int): Unit = {
+    b.line.slaves(slave).alarm.get.setLine(state)
+    b.line.slaves(slave).advanceUs(10)
+  }
+  private def restart(dut: LineMaster): Unit = {
+    dut.reset.poke(true.B)
+    dut.clock.step()
+    dut.reset.poke(false.B)
+  }
+  private val quiet = (false, false)
+  private val loud  = (true, true)
+  private val still = (true, false) // silenced
 
-  /** @param disturb
-    *   what becomes of the frame with this number on its way back; None: it is lost
-    */
-  private class Line(
-      dut: LineMaster,
-      val slaves: Seq[EscModel],
-      var disturb: (Int, SentFrame) => Option[SentFrame] = (_, f) => Some(f)
-  ) {
-    val line            = new LineModel(slaves)
-    var events          = Vector.empty[Event]
-    private var words   = Vector.empty[Int]                  // of the event that is on its way
-    private var request = Seq.empty[Int]                     // bytes of the host's datagram
-    var results         = Vector.empty[Boolean]
-    var frames          = 0
-    var alarms          = 0
-    var total           = 0                                  // events since the start
-    var serverHears     = true                               // and has every event at once
-    var taking          = true
-    var sent            = Vector.empty[Seq[(Int, Int, Int)]] // of each frame the datagrams: command, ADP, ADO
-    private var sending = Vector.empty[Int]
-    private var back    = Vector.empty[Option[(Int, Boolean, Boolean)]]
-    private var good    = false
-    private var before  = Option((-1, false, false))
-    private var slots   = 0
-    dut.source.poke(BigInt("665544332210", 16))
-    dut.cycle.poke(CycleSlots)
-    dut.timeout.poke(1500)
-    dut.retries.poke(2)
-    dut.request.valid.poke(false)
-    dut.room.poke(true)
-    dut.nextEvent.poke(0)
-    dut.firstEvent.poke(0)
-    dut.run.poke(true)
-    dut.step.poke(true)
-    dut.event.ready.poke(true)
-    dut.in.odd.poke(false)
-    dut.in.crcGood.poke(true)
-
-    private def cycle(): Unit = {
-      if (is(dut.event.valid)) words :+= dut.event.bits.peek().litValue.toInt
-      val happens = words.size == MasterEvent.Words
-      if (happens) {
-        val Seq(kind, node, sequence, state, high, low) = words
-        words = Vector.empty
-        events :+= Event(
-          kind >> 8,
-          kind & 0xff,
-          node,
-          sequence,
-          state >> 8,
-          state & 0xff,
-          high.toLong << 16 | low
-        )
+  together("a line", new LineMaster(8, 16, 1))(
+    "LM-01: each cycle has one frame, with what it is to have, in this order" -> { dut =>
+      val b = bench(dut, 6)
+      b.frames = Vector.empty
+      b.begins = Vector.empty
+      b.cycles(9)
+      assert(b.frames.size == 9 && b.begins.sliding(2).forall { case Seq(x, y) =>
+        (y - x - 1000).abs < 200 // they are not all of the same length
+      })
+      for ((_, frame) <- b.frames) {
+        assert(frame.head.command == Brd && frame.head.adp == 0 && frame.head.ado == AlarmRegisters.State)
+        assert(frame.head.data.size == 2)
+        assert(frame.last.command == Bwr && frame.last.ado == AlarmRegisters.Confirm)
+        val reads = frame.tail.init
+        assert(reads.nonEmpty && reads.forall(d => d.command == Aprd && d.ado == AlarmRegisters.State))
+        assert(reads.forall(d => d.data.size == 8 && d.adp == (-d.index & 0xffff)))
       }
-      if (is(dut.alarm)) alarms += 1
-      if (is(dut.result.valid)) results :+= is(dut.result.bits)
-      val asked = dut.requestAddress.peek().litValue.toInt
-      dut.clock.step()
-      if (request.nonEmpty) dut.requestData.poke(request(asked))
-      if (happens) {
-        total += 1
-        dut.nextEvent.poke(total)
-        if (serverHears) dut.firstEvent.poke(total)
+      assert(b.frames.map(_._2.head.index).sliding(2).forall { case Seq(x, y) => y == (x + 1 & 0xf) })
+      val reads = b.frames.flatMap(_._2).filter(_.command == Aprd).map(_.index)
+      assert(reads.groupBy(identity).values.map(_.size).toSet == Set(4, 5), "all in turns")
+    },
+    "LM-11: the table says what slaves say, for the host and for reports" -> { dut =>
+      val b = bench(dut, 6)
+      assert(b.present == 6 && b.known == 6 && !b.dead && !b.wrong)
+      for (i <- 0 until 6) {
+        assert(b.table(i) == (b.line.slaves(i).alarm.get.statusWord, i + 1, 1, TimedLine.Epoch, 0))
+        assert(b.reported(i) == (b.status(i), i + 1))
       }
-    }
-
-    /** The server has all there is from now on. */
-    def serverIsBack(): Unit = {
-      serverHears = true
-      dut.firstEvent.poke(total)
-    }
-    private def slot(): Unit = {
-      val now = back.headOption.flatten
-      back = back.drop(1)
-      if (now != before) {
-        dut.in.valid.poke(now.isDefined)
-        dut.in.data.poke(now.fold(0)(_._1))
-        dut.in.payload.poke(now.exists(_._2))
-        dut.in.last.poke(now.exists(_._3))
-        dut.in.bad.poke(now.exists(_._3) && !good)
-        before = now
+      set(b, 4, Open)
+      b.line.slaves(2).hostWrite(0x0ea4, 7)
+      b.settle()
+      assert((b.status(4) & SlaveStatus.Open) != 0 && b.table(2)._3 == 7 && b.slaveFault)
+      assert((b.status(2) & SlaveStatus.Unwell) != 0)
+    },
+    "LM-05, LM-08: an alarm sounds with the first frame, and is reported once" -> { dut =>
+      val b = bench(dut, 6)
+      assert(b.loud == quiet)
+      b.seen()
+      set(b, 4, Alarm)
+      assert(b.until(2)(b.loud == loud) < 2000 && b.alarm)
+      b.settle()
+      val Seq(e) = b.records()
+      assert((e.position, e.node, e.state, e.epoch) == ((4, 5, Alarm, TimedLine.Epoch)))
+      assert(b.line.waiting == 0 && b.line.kept == 0)
+      assert((b.status(4) & SlaveStatus.Sounding) != 0)
+      b.silence()
+      assert(b.loud == still)
+      b.settle()
+      assert(b.loud == still && !b.line.slaves(4).alarm.get.buzzer)
+      set(b, 4, Normal)
+      b.settle()
+      assert(b.loud == still && !b.alarm, "it is over, but nobody has reset it")
+      b.reset()
+      b.settle()
+      assert(b.loud == quiet && !b.line.slaves(4).alarm.get.lamp)
+    },
+    "LM-05: each further alarm sounds again" -> { dut =>
+      val b = bench(dut, 6)
+      for (i <- Seq(2, 0, 5, 3)) {
+        set(b, i, Alarm)
+        b.until(2)(b.loud == loud)
+        b.settle()
+        b.silence()
+        assert(b.loud == still)
+        b.settle()
+        assert(b.loud == still)
       }
-      cycle()
-      slots += 1
-      if (slots % CycleSlots == 0) slaves.foreach(_.advanceUs(CycleUs))
-      if (is(dut.out.valid)) {
-        if (is(dut.out.payload)) sending :+= dut.out.data.peek().litValue.toInt
-        if (is(dut.out.last)) {
-          sent :+= datagrams(bytes(sending))
-          for (sent <- line.send(WireFrame.ofNibbles(sending)); frame <- disturb(frames, sent)) {
-            good = frame.good
-            val start = Vector.fill(15)(5) :+ 13
-            back = Vector.fill(40)(None) ++ start.map(n => Some((n, false, false))) ++
-              frame.payload.zipWithIndex.map { case (n, i) => Some((n, true, i == frame.payload.size - 1)) }
-          }
-          frames += 1
-          sending = Vector.empty
+      // While the first one is not silenced at its slave.
+      set(b, 1, Alarm)
+      b.settle()
+      b.silence()
+      set(b, 4, Alarm)
+      b.until(3)(b.loud == loud)
+      b.settle()
+      assert(b.loud == loud && b.line.slaves(4).alarm.get.buzzer && !b.line.slaves(1).alarm.get.buzzer)
+    },
+    "LM-07: an alarm after a silence or a reset was asked for is touched by neither" -> { dut =>
+      for (delay <- 0 to 2400 by 301) {
+        val b = bench(dut, 6)
+        set(b, 1, Alarm)
+        b.settle()
+        if (delay % 2 == 0) b.silence() else b.reset()
+        for (_ <- 1 to delay) b.slot()
+        set(b, 3, Alarm)
+        b.until(3)(b.loud == loud)
+        b.settle()
+        b.settle()
+        assert(b.loud == loud && b.line.slaves(3).alarm.get.buzzer, s"after $delay slots")
+        restart(dut)
+      }
+    },
+    "LM-02, LM-07: buttons that are held keep no frame from leaving, and no alarm of others" -> { dut =>
+      val b = bench(dut, 4)
+      for (button <- Seq(dut.silence, dut.resetAlarm)) {
+        button.poke(true)
+        b.begins = Vector.empty
+        b.cycles(20)
+        assert(b.begins.size >= 19)
+        set(b, 2, Alarm)
+        b.settle()
+        assert(b.fire || button == dut.resetAlarm)
+        button.poke(false)
+        set(b, 2, Normal)
+        b.settle()
+        b.reset()
+        b.settle()
+      }
+      set(b, 2, Alarm)
+      b.until(2)(b.loud == loud)
+    },
+    "LM-07: smoke that is still there after a reset is a new alarm" -> { dut =>
+      val b = bench(dut, 3)
+      b.seen()
+      set(b, 1, Alarm)
+      b.settle()
+      assert(b.records().size == 1)
+      b.reset()
+      b.until(20)(b.loud == quiet)
+      b.until(60)(b.loud == loud)
+      b.settle()
+      assert(b.records().map(e => (e.position, e.state)) == Seq((1, Alarm)))
+    },
+    "LM-06: what cannot be asked any more stays: fire and sound, and in the table what was said last" -> {
+      dut =>
+        val b = bench(dut, 6)
+        set(b, 4, Alarm)
+        b.settle()
+        b.line.setCable(3, intact = false)
+        b.settle()
+        assert(b.loud == loud && b.present == 3 && b.known == 6)
+        assert((3 to 5).forall(b.isAbsent) && !b.isAbsent(2))
+        assert((b.status(4) & SlaveStatus.Alarm) != 0 && b.node(4) == 5)
+        b.line.setCable(0, intact = false)
+        b.settle()
+        assert(b.loud == loud && b.dead && b.present == 0 && (0 to 5).forall(b.isAbsent))
+        b.silence()
+        b.settle()
+        assert(b.loud == still)
+        // A slave that is lost for good does not keep people from a reset.
+        b.line.setCable(0, intact = true)
+        b.settle()
+        b.reset()
+        b.settle()
+        assert(b.loud == quiet && b.isAbsent(4) && (b.status(4) & SlaveStatus.Alarm) != 0)
+        // Its alarm is still there when it comes back.
+        b.line.setCable(3, intact = true)
+        b.until(3)(b.loud == loud)
+        b.settle()
+        assert(b.loud == loud && !b.isAbsent(4))
+    },
+    "LM-03: lost and bad frames delay nothing but the cycle, and double nothing" -> { dut =>
+      val random = new scala.util.Random(1)
+      val b      = bench(dut, 4)
+      b.seen()
+      b.disturb = (_, f) =>
+        random.nextInt(4) match {
+          case 0 => None
+          case 1 => Some(f.copy(payload = f.payload.updated(50, f.payload(50) ^ 4)))
+          case _ => Some(f)
         }
+      var changes = 0
+      for (round <- 1 to 30) {
+        set(b, round % 4, 2 + round / 4 % 3)
+        changes += 1
+        b.cycles(3)
       }
-    }
-    def bytes(nibbles: Seq[Int]): Seq[Int] = nibbles.grouped(2).map(n => n.head | n.last << 4).toSeq
-
-    /** Command, ADP and ADO of those in a frame. */
-    def datagrams(bytes: Seq[Int]): Seq[(Int, Int, Int)] = {
-      def word(at: Int) = bytes(at) | bytes(at + 1) << 8
-      val end           = 16 + (word(14) & 0x7ff)
-      Iterator
-        .iterate(16)(at => at + 12 + (word(at + 6) & 0x7ff))
-        .takeWhile(_ < end)
-        .map(at => (bytes(at), word(at + 2), word(at + 4)))
-        .toSeq
-    }
-    def cycles(n: Int): Unit = (1 to n * CycleSlots).foreach(_ => slot())
-
-    /** What has happened since this was asked last. */
-    def seen(): Seq[Event] = {
-      val now = events
-      events = Vector.empty
-      now
-    }
-    def present: Int = dut.present.peek().litValue.toInt
-
-    /** The host wants to send this, and would never stop. */
-    def asks(command: Int, address: Long, data: Seq[Int]): Unit = {
-      val header = Seq(command, data.size, 0, 0) ++ (0 until 4).map(i => (address >> 8 * i & 0xff).toInt)
-      request = (header ++ data).padTo(16, 0)
-      dut.request.valid.poke(true)
-    }
-    def host(command: Int, address: Long, data: Seq[Int]): Option[(Int, BigInt)] = {
-      results = Vector.empty
-      asks(command, address, data)
-      while (!is(dut.request.ready)) slot()
-      slot()
-      dut.request.valid.poke(false)
-      for (_ <- 1 to 10 if results.isEmpty) cycles(1)
-      cycles(1)
-      assert(results.size == 1)
-      def kept(at: Int): Int = {
-        dut.resultAddress.poke(at)
-        slot()
-        dut.resultData.peek().litValue.toInt
+      b.disturb = (_, f) => Some(f)
+      b.cycles(80)
+      val records = b.records()
+      for ((node, mine) <- records.groupBy(_.node))
+        assert(mine.map(_.sequence).toSet.size == mine.size, s"node $node")
+      assert(records.size == changes + 4 - 4 && b.line.kept == 0 && b.lost > 10)
+      assert(b.loud == loud)
+    },
+    "LM-03: a dead line is dead after three cycles more, and alive with the first answer" -> { dut =>
+      val b = bench(dut, 4)
+      b.disturb = (_, _) => None
+      b.cycles(3)
+      assert(!b.dead && b.present == 4)
+      b.disturb = (_, f) => Some(f)
+      b.cycles(2)
+      assert(!b.dead && (0 to 3).forall(!b.isAbsent(_)))
+      b.line.setCable(0, intact = false)
+      b.until(12)(b.dead)
+      b.settle()
+      assert((0 to 3).forall(b.isAbsent))
+      b.line.setCable(0, intact = true)
+      b.until(2)(!b.dead)
+      b.settle()
+      assert((0 to 3).forall(!b.isAbsent(_)) && b.loud == quiet)
+    },
+    "LM-09: without room nothing is taken, but everything sounds, once; with room nothing is missing" -> {
+      dut =>
+        val b = bench(dut, 4)
+        b.seen()
+        dut.roomForRecords.poke(false)
+        dut.roomForStates.poke(false)
+        set(b, 2, Alarm)
+        b.until(2)(b.loud == loud)
+        b.settle()
+        b.silence()
+        b.settle()
+        assert(b.loud == still && b.seen().isEmpty && b.line.waiting == 1)
+        set(b, 0, Alarm)
+        b.until(2)(b.loud == loud)
+        b.cycles(1)
+        b.silence()
+        b.settle()
+        assert(b.loud == still && b.line.waiting == 2)
+        dut.roomForRecords.poke(true)
+        b.settle()
+        assert(b.records().map(_.position).sorted == Seq(0, 2) && b.loud == still && b.line.waiting == 0)
+        dut.roomForStates.poke(true)
+        b.settle()
+        assert(b.seen().filter(_.kind == EventKind.Slave).map(_.position).sorted == Seq(0, 2), "run together")
+    },
+    "LM-02: a reporter that takes nothing for ever keeps no frame and no alarm" -> { dut =>
+      for (words <- 0 to 9) {
+        val b = bench(dut, 4)
+        set(b, 1, Open)
+        b.until(4)(b.line.slaves(1).alarm.get.waiting == 0 || b.events.nonEmpty || true)
+        for (_ <- 1 to words * 7) b.slot()
+        b.takes = false
+        b.begins = Vector.empty
+        b.cycles(20)
+        assert(b.begins.size >= 19)
+        set(b, 3, Alarm)
+        b.until(2)(b.loud == loud)
+        b.settle()
+        b.silence()
+        b.settle()
+        assert(b.loud == still)
+        b.takes = true
+        b.settle()
+        assert(b.records().count(e => e.position == 3 && e.state == Alarm) == 1 && b.line.kept == 0)
+        restart(dut)
       }
-      Option.when(results.head)(
-        (kept(4) | kept(5) << 8, (0 until 8).map(i => BigInt(kept(8 + i)) << (8 * i)).sum)
+    },
+    "LM-10: what the server does not have stays at the slaves, and a new life reports it again" -> { dut =>
+      val b = bench(dut, 3)
+      b.seen()
+      b.serverHears = false
+      for (state <- Seq(Alarm, Normal, Open)) {
+        set(b, 1, state)
+        b.settle()
+      }
+      assert(b.records().map(e => (e.position, e.state)) == Seq((1, Alarm), (1, Normal), (1, Open)))
+      assert(b.line.waiting == 0 && b.line.slaves(1).alarm.get.kept == 3)
+      b.serverHears = true
+      b.settle()
+      assert(b.line.kept == 0)
+    },
+    "LM-08: after a new life records that were taken are acknowledged again, and not taken twice" -> { dut =>
+      val b = bench(dut, 3)
+      b.serverHears = false
+      set(b, 1, Alarm)
+      b.settle()
+      b.silence()
+      b.settle()
+      b.seen()
+      dut.life.poke(0x4321)
+      b.settle()
+      assert(b.records().isEmpty && b.line.waiting == 0 && b.loud == still)
+      b.serverHears = true
+      b.settle()
+      assert(b.line.kept == 0)
+    },
+    "LM-08: a slave that restarts with the same numbers and epoch is heard again" -> { dut =>
+      val b = bench(dut, 3)
+      b.seen()
+      set(b, 2, Alarm)
+      b.settle()
+      assert(b.records().map(_.sequence) == Seq(2))
+      b.silence()
+      b.line.kill(2)
+      b.settle()
+      assert(b.isAbsent(2) && b.loud == still)
+      b.line.replace(2, started(3))
+      b.cycles(5)
+      set(b, 2, Alarm)
+      b.until(2)(b.loud == loud)
+      b.settle()
+      assert(b.records().map(e => (e.sequence, e.state)) == Seq((1, Normal), (2, Alarm)))
+      assert(b.line.kept == 0)
+    },
+    "LM-11: swapped slaves, and one that is bypassed, are wrong; the list says who is missing" -> { dut =>
+      val b = bench(dut, 5)
+      b.expect(1, 2, 3, 4, 5, 6)
+      b.settle()
+      assert(b.known == 6 && (0 to 4).forall(!b.isWrong(_)) && b.isWrong(5) && b.isAbsent(5) && b.wrong)
+      b.expect(1, 2, 3, 4, 5, 0)
+      b.settle()
+      assert((0 to 5).forall(!b.isWrong(_)) && !b.wrong)
+      // Without the second one.
+      val four = new LineBench(dut, new TimedLine(Seq(1, 3, 4, 5).map(started(_))))
+      four.expect(1, 2, 3, 4, 5, 0)
+      four.settle()
+      assert((0 to 4).map(four.isWrong) == Seq(false, true, true, true, true) && four.wrong)
+      assert((0 to 4).map(four.node) == Seq(1, 3, 4, 5, 5) && four.isAbsent(4))
+      val swapped = new LineBench(dut, new TimedLine(Seq(1, 3, 2, 4, 5).map(started(_))))
+      swapped.expect(1, 2, 3, 4, 5, 0)
+      swapped.settle()
+      assert((0 to 4).map(swapped.isWrong) == Seq(false, true, true, false, false))
+    },
+    "LM-11: ordinary slaves are neither absent nor wrong, and records behind them have their positions" -> {
+      dut =>
+        val b = new LineBench(dut, new TimedLine(Seq(started(1), ordinary, ordinary, started(4))))
+        b.expect(1, 0, 0, 4)
+        b.settle()
+        assert(b.present == 4 && (0 to 3).forall(i => !b.isAbsent(i) && !b.isWrong(i)) && !b.wrong)
+        b.seen()
+        set(b, 3, Alarm)
+        b.settle()
+        assert(b.records().map(e => (e.position, e.node)) == Seq((3, 4)) && b.loud == loud)
+        b.expect(1, 7, 0, 4)
+        b.settle()
+        assert(b.isWrong(1) && b.isAbsent(1) && !b.isWrong(2))
+    },
+    "LM-12: changes of a slave's state and of the master's are told, and run together without room" -> {
+      dut =>
+        val b = bench(dut, 3)
+        b.seen()
+        dut.framesLost.poke(0x12345678L)
+        dut.status.poke(0x5a5a5)
+        b.settle()
+        assert(b.seen() == Seq(SeenEvent(EventKind.Line, 3, 3, 0xa5a5, 0, 5, 0x12345678L)))
+        b.line.slaves(1).hostWrite(0x0ea5, 0x55)
+        b.settle()
+        val Seq(e) = b.seen()
+        assert(e == SeenEvent(EventKind.Slave, 1, 2, b.status(1), 1, 0x55, 3))
+        dut.roomForStates.poke(false)
+        for (test <- Seq(2, 3, 4)) {
+          b.line.slaves(2).hostWrite(0x0ea4, test)
+          b.settle()
+        }
+        assert(b.seen().isEmpty)
+        dut.roomForStates.poke(true)
+        b.settle()
+        assert(b.seen().map(e => (e.position, e.state)) == Seq((2, 4)))
+    },
+    "LM-13: the host's datagrams are sent, with an answer for each" -> { dut =>
+      val b = bench(dut, 3)
+      assert(b.host(Bwr, 0x0e90L << 16, 1 to 8).map(_._1).contains(3))
+      assert(b.line.slaves.forall(s => s.interrupt && s.hostRead(0x0e97) == 8))
+      assert(b.host(Apwr, 0xffffL | 0x0e98L << 16, Seq(9, 8, 7)).map(_._1).contains(1))
+      assert(b.line.slaves.map(_.hostRead(0x0e98)) == Seq(0, 9, 0))
+      assert(
+        b.host(Aprd, 0xfffeL | 0x0012L << 16, Seq(0, 0))
+          .map(r => (r._1, r._2 & 0xffff))
+          .contains((1, BigInt(3)))
       )
+      b.disturb = (_, _) => None
+      assert(b.host(Bwr, 0x0e90L << 16, Seq(1)).isEmpty)
+    },
+    "LM-02, LM-13: a host that always has something to send keeps nothing else from going" -> { dut =>
+      val b = bench(dut, 6)
+      b.seen()
+      b.asks(Bwr, 0x0e90L << 16, 1 to 8)
+      for (i <- 0 to 5) set(b, i, Alarm)
+      b.cycles(2)
+      assert(b.loud == loud)
+      b.settle()
+      assert(b.records().size == 6 && b.line.kept == 0)
+      b.silence()
+      b.settle()
+      assert(b.loud == still && b.line.slaves.forall(!_.alarm.get.buzzer))
+      assert(b.frames.takeRight(10).forall(_._2.exists(_.ado == 0x0e90)))
+    },
+    "LM-08: of more records than a frame can acknowledge all are taken once" -> { dut =>
+      val b = bench(dut, 8)
+      b.seen()
+      for (round <- 1 to 3; i <- 0 to 7) set(b, i, if (round % 2 == 1) Alarm else Open)
+      b.settle()
+      b.settle()
+      val records = b.records()
+      assert(records.size == 24 && records.map(e => (e.position, e.sequence)).distinct.size == 24)
+      assert(b.line.kept == 0 && b.frames.map(_._2.size).max <= 16)
+      val acks = b.frames.flatMap(_._2).filter(_.ado == AlarmRegisters.Acknowledge)
+      assert(acks.groupBy(a => (a.index, a.data)).values.forall(_.size == 1), "each acknowledged once")
     }
-  }
-
-  /** A slave whose host has started it. */
-  private def started(node: Int, params: EscParams = slave): EscModel = {
-    val s = new EscModel(params)
-    s.hostWrite(0x12, node & 0xff)
-    s.hostWrite(0x13, node >> 8)
-    Seq(0, 0).zipWithIndex.foreach { case (b, i) => s.hostWrite(0x0ea0 + i, b) }
-    Seq(1, 0x70 + node, 3).zipWithIndex.foreach { case (b, i) => s.hostWrite(0x0ea4 + i, b) }
-    s
-  }
-  private def detector(node: Int, position: Int, sequence: Int, state: Int)(e: Event) =
-    e.copy(time = 0) == Event(EventKind.Detector, position, node, sequence, state, 0x70 + node, 0)
-  import EventKind._
-
-  for (max <- Seq(1, 4, 15))
-    together(s"maxSubTelegrams $max", new LineMaster(8, max))(
-      "LM-01, LM-02: slaves are counted and listed, their first states reported" -> { dut =>
-        val line = new Line(dut, Seq.tabulate(3)(i => started(i + 1)))
-        line.slaves.foreach(_.alarm.get.setLine(1))
-        line.cycles(24)
-        val (scan, records) = line.seen().partition(_.kind != Detector)
-        assert(scan.map(_.brief) == Seq((Present, 0, 1), (Present, 1, 2), (Present, 2, 3), (Scanned, 3, 3)))
-        assert(
-          scan.take(3).map(_.state) == Seq(1, 1, 1) && scan.take(3).map(_.epoch) == Seq(0x71, 0x72, 0x73)
-        )
-        assert(records.sortBy(_.node).zipWithIndex.forall { case (e, i) =>
-          detector(i + 1, i, 1, 1)(e)
-        } && records.size == 3)
-        assert(line.present == 3)
-      },
-      "LM-05, LM-06: an alarm is reported once, and acknowledged" -> { dut =>
-        val line = new Line(dut, Seq.tabulate(3)(i => started(i + 1)))
-        line.cycles(24)
-        line.seen()
-        line.alarms = 0
-        for (round <- 2 to 4) {
-          line.slaves(1).alarm.get.setLine(if (round % 2 == 0) 2 else 1)
-          line.cycles(8)
-          val Seq(e) = line.seen()
-          assert(detector(2, 1, round, if (round % 2 == 0) 2 else 1)(e))
-          assert(line.slaves(1).hostRead(0x0e88) == 0, "acknowledged")
-        }
-        assert(line.alarms == 2)
-      },
-      "ALARM-02, LM-05: behind event 65,535 comes event 1, which is new" -> { dut =>
-        val line  = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
-        val alarm = line.slaves(1).alarm.get
-        alarm.countFrom(0xfffd)
-        line.cycles(24)
-        assert(line.seen().exists(detector(2, 1, 0xfffd, 1)))
-        line.alarms = 0
-        for ((number, i) <- Seq(0xfffe, 0xffff, 1, 2, 3).zipWithIndex) {
-          alarm.setLine(2 - i % 2)
-          line.cycles(8)
-          val events = line.seen()
-          assert(events.size == 1 && events.forall(detector(2, 1, number, 2 - i % 2)), s"event $number")
-          assert(line.slaves(1).hostRead(0x0e88) == 0, "acknowledged and confirmed")
-        }
-        assert(line.alarms == 3)
-      },
-      "LM-05: a record is newer by 1 to 32,767" -> { dut =>
-        val line  = new Line(dut, Seq(started(1)))
-        val alarm = line.slaves.head.alarm.get
-        line.cycles(16)
-        line.seen()
-        for ((number, state) <- Seq(0x8000 -> 2, 0xffff -> 1)) {
-          alarm.countFrom(number)
-          alarm.setLine(state)
-          line.cycles(8)
-          assert(line.seen().map(_.sequence) == Seq(number))
-        }
-        line.alarms = 0
-        alarm.countFrom(0x7fff)
-        alarm.setLine(2)
-        line.cycles(8)
-        assert(line.seen().isEmpty && line.alarms == 0 && line.slaves.head.hostRead(0x0e80) == 0)
-      },
-      "LM-01, LM-07: a host that always has something to send does not keep slaves from being counted" -> {
-        dut =>
-          val line = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
-          line.cycles(24)
-          line.sent = Vector.empty
-          line.asks(8, 0x0e90L << 16, Seq(1))
-          line.cycles(48)
-          assert(line.sent.count(_.headOption.contains((8, 0, 0x0103))) >= 2)
-          assert(line.sent.count(_.headOption.contains((8, 0, 0x0e90))) >= 30)
-      },
-      "LM-06: each record is acknowledged once, however often it has come meanwhile" -> { dut =>
-        val line = new Line(dut, Seq.tabulate(5)(i => started(i + 1)))
-        line.cycles(40)
-        line.seen()
-        line.sent = Vector.empty
-        for (round <- 1 to 3) {
-          line.slaves.foreach(_.alarm.get.setLine(1 + round % 2))
-          line.cycles(if (max == 1) 16 else 8)
-        }
-        assert(line.seen().count(_.kind == Detector) == 15)
-        val told = line.sent.flatten.collect { case (5, node, ado) => (node, ado) }
-        for (node <- 1 to 5; ado <- Seq(0x0e8a, 0x0e8e))
-          assert(told.count(_ == (node, ado)) == 3, f"slave $node, 0x$ado%04x")
-      },
-      "LM-06: records behind the frames that count slaves or ask new ones are taken too" -> { dut =>
-        val line = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
-        line.cycles(24)
-        line.seen()
-        // In each of 32 cycles a record, two of them with a count: none waits for the cycle after the next.
-        for (round <- 1 to 32) {
-          line.slaves.head.alarm.get.setLine(1 + round % 2)
-          line.slaves.head.advanceUs(CycleUs)
-          val before = line.frames
-          while (line.events.isEmpty) line.cycles(1)
-          assert(line.frames - before <= 2, s"round $round")
-          assert(line.seen().map(_.kind) == Seq(Detector))
-          line.cycles(2)
-        }
-        assert(line.sent.count(_.headOption.contains((8, 0, 0x0103))) >= 2)
-      },
-      "LM-03: a cut cable: slaves are lost; mended: found, and nothing is missed" -> { dut =>
-        val line = new Line(dut, Seq.tabulate(4)(i => started(i + 1)))
-        line.cycles(40)
-        line.seen()
-        line.line.setCable(2, intact = false)
-        line.slaves(3).alarm.get.setLine(2)
-        line.cycles(24)
-        assert(line.seen().map(_.brief) == Seq((Lost, 2, 3), (Lost, 3, 4)) && line.present == 2)
-        line.line.setCable(2, intact = true)
-        line.cycles(40)
-        val (scan, records) = line.seen().partition(_.kind != Detector)
-        assert(scan.map(_.brief) == Seq((Found, 2, 3), (Found, 3, 4), (Scanned, 4, 4)))
-        assert(records.size == 1 && detector(4, 3, 2, 2)(records.head))
-      },
-      "LM-04: doubled node IDs and gaps are told, ordinary slaves are listed too" -> { dut =>
-        val other = new EscModel(ordinary)
-        other.hostWrite(0x12, 3)
-        val line = new Line(dut, Seq(started(1), started(2), other, started(6), started(2)))
-        line.cycles(40)
-        val scan = line.seen().filter(_.kind != Detector)
-        assert(
-          scan.map(e => (e.kind, e.position, e.node, if (e.kind == Present) 0 else e.sequence)) == Seq(
-            (Present, 0, 1, 0),
-            (Present, 1, 2, 0),
-            (Present, 2, 3, 0),
-            (Present, 3, 6, 0),
-            (Gap, 3, 6, 3),
-            (Present, 4, 2, 0),
-            (Duplicate, 4, 2, 1),
-            (Gap, 4, 2, 6),
-            (Scanned, 5, 5, 0)
-          )
-        )
-      },
-      "LM-07: the host's datagrams are sent, with an answer for each" -> { dut =>
-        val line = new Line(dut, Seq.tabulate(3)(i => started(i + 1)))
-        line.cycles(24)
-        assert(line.host(8, 0x0e90L << 16, 1 to 8).map(_._1).contains(3))
-        assert(line.slaves.forall(s => s.interrupt && s.hostRead(0x0e97) == 8))
-        assert(line.host(5, 2L | 0x0e98L << 16, Seq(9, 8, 7)).map(_._1).contains(1))
-        assert(line.slaves.map(_.hostRead(0x0e98)) == Seq(0, 9, 0))
-        assert(
-          line.host(4, 3L | 0x0012L << 16, Seq(0, 0)).map(r => (r._1, r._2 & 0xffff)).contains((1, BigInt(3)))
-        )
-        line.disturb = (_, _) => None
-        assert(line.host(8, 0x0e90L << 16, Seq(1)).isEmpty)
-      },
-      "LM-06: bad and lost frames delay events, and double none" -> { dut =>
-        val random = new scala.util.Random(max)
-        val line   = new Line(dut, Seq.tabulate(3)(i => started(i + 1)))
-        line.disturb = (_, f) =>
-          random.nextInt(4) match {
-            case 0 => None
-            case 1 => Some(f.copy(payload = f.payload.updated(50, f.payload(50) ^ 4)))
-            case _ => Some(f)
-          }
-        line.cycles(60)
-        for (round <- 1 to 10) {
-          line.slaves(random.nextInt(3)).alarm.get.setLine(1 + random.nextInt(4))
-          line.cycles(2)
-        }
-        line.disturb = (_, f) => Some(f)
-        line.cycles(60)
-        val records = line.seen().filter(_.kind == Detector)
-        for ((node, mine) <- records.groupBy(_.node))
-          assert(mine.map(_.sequence) == (1 to mine.size), s"node $node")
-        assert(line.slaves.forall(_.hostRead(0x0e88) == 0) && records.size >= 5)
-      },
-      "LM-10: what the server does not have stays at the slaves, " +
-        "and a master that starts anew gets it again" -> { dut =>
-          val line = new Line(dut, Seq.tabulate(3)(i => started(i + 1)))
-          line.cycles(24)
-          line.seen()
-          assert(line.slaves.map(_.hostRead(0x0e88)) == Seq(0, 0, 0))
-          line.serverHears = false
-          for (state <- Seq(2, 1, 3)) {
-            line.slaves(1).alarm.get.setLine(state)
-            line.cycles(6)
-          }
-          line.slaves(2).alarm.get.setLine(2)
-          line.cycles(8)
-          assert(line.seen().map(e => (e.node, e.sequence)) == Seq(2 -> 2, 2 -> 3, 2 -> 4, 3 -> 2))
-          assert(line.slaves.map(_.hostRead(0x0e88)) == Seq(0, 3, 1))
-          assert(line.slaves.forall(_.alarm.get.datagram.isEmpty), "acknowledged all the same")
-          dut.run.poke(false)
-          line.cycles(4)
-          dut.run.poke(true)
-          line.cycles(40)
-          val again = line.seen().filter(_.kind == Detector)
-          assert(again.filter(_.node == 2).map(e => (e.sequence, e.state)) == Seq(2 -> 2, 3 -> 1, 4 -> 3))
-          assert(again.filter(_.node == 3).map(_.sequence) == Seq(2) && again.size == 4)
-          line.serverIsBack()
-          line.cycles(8)
-          assert(line.slaves.map(_.hostRead(0x0e88)) == Seq(0, 0, 0) && line.seen().isEmpty)
-        },
-      "LM-10: a confirmation that was lost is made again" -> { dut =>
-        val line = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
-        line.cycles(24)
-        line.serverHears = false
-        line.slaves(0).alarm.get.setLine(2)
-        line.slaves(1).alarm.get.setLine(2)
-        line.cycles(8)
-        line.disturb = (_, _) => None
-        line.serverIsBack()
-        line.cycles(12)
-        line.disturb = (_, f) => Some(f)
-        line.cycles(40)
-        assert(line.slaves.forall(_.hostRead(0x0e88) == 0))
-      },
-      "LM-09: without room for events, records wait at the slaves; a line without slaves is asked again" -> {
-        dut =>
-          val line = new Line(dut, Seq.tabulate(2)(i => started(i + 1)))
-          line.line.setCable(0, intact = false)
-          line.cycles(8)
-          assert(line.seen().isEmpty && line.present == 0)
-          line.line.setCable(0, intact = true)
-          dut.room.poke(false)
-          line.cycles(30)
-          assert(line.present == 2 && line.seen().map(_.kind).toSet == Set(Present, Scanned))
-          line.cycles(8)
-          assert(line.seen().isEmpty && line.slaves.forall(_.hostRead(0x0e88) == 1))
-          dut.room.poke(true)
-          line.cycles(10)
-          assert(line.seen().map(_.kind) == Seq(Detector, Detector))
-      }
-    )
+  )
 
   private val room = 4
-  together(s"maxSlaves $room", new LineMaster(room, 16))(
+  together(s"maxSlaves $room", new LineMaster(room, 10, 1))(
     Seq(room, room + 1, 2 * room + 1).map { count =>
-      s"LM-01, LM-03: of $count slaves no more are listed than there is room for" -> { (dut: LineMaster) =>
-        val line = new Line(dut, Seq.tabulate(count)(i => started(i + 1)))
-        line.cycles(40)
-        val (scan, records) = line.seen().partition(_.kind != Detector)
-        val listed          = Seq.tabulate(room)(i => (i, i + 1))
-        assert(
-          scan.map(_.brief) == listed.map { case (i, n) => (Present, i, n) } :+ ((Scanned, room, count))
-        )
-        assert(line.present == room && dut.known.peek().litValue == room)
-        assert(records.map(e => (e.position, e.node)).sorted == listed)
-        assert(line.slaves.map(_.hostRead(0x0e88)) == Seq.tabulate(count)(i => if (i < room) 0 else 1))
-        // What the table says of the first and the last one.
-        for (i <- Seq(0, room - 1)) {
-          line.slaves(i).alarm.get.setLine(2)
-          line.cycles(8)
-          val Seq(e) = line.seen()
-          assert(detector(i + 1, i, 2, 2)(e))
-        }
-        line.line.setCable(0, intact = false)
-        line.cycles(24)
-        assert(line.seen().map(_.brief) == listed.map { case (i, n) => (Lost, i, n) } && line.present == 0)
+      s"LM-11: of $count slaves no more are in the table than there is room for, and all sound" -> {
+        (dut: LineMaster) =>
+          val b = bench(dut, count)
+          assert(b.present == count && b.known == room && b.wrong == (count > room))
+          b.seen()
+          set(b, count - 1, Alarm)
+          b.until(2)(b.fire && b.sounding)
+          b.settle()
+          assert(b.records().map(_.position) == (if (count > room) Nil else Seq(count - 1)))
+          b.silence()
+          b.settle()
+          assert(!b.sounding && b.fire && !b.line.slaves(count - 1).alarm.get.buzzer)
+          b.reset()
+          b.settle()
+          assert(!b.fire && !b.line.slaves(count - 1).alarm.get.lamp)
       }
     }: _*
   )
 
-  together("maxSlaves 128, maxSubTelegrams 20", new LineMaster(128, 20))(
-    "LM-06, LM-07: of more than 32 answers, the rest comes again" -> { dut =>
-      val count = 20
-      val line  = new Line(dut, Seq.tabulate(count)(i => started(i + 1, slave.copy(maxSubTelegrams = 128))))
-      dut.timeout.poke(4000)
-      while (line.events.count(_.kind == Detector) < count) line.cycles(4)
-      line.cycles(8)
-      line.seen()
-      line.sent = Vector.empty
-      var answers = Vector.empty[Int]
-      line.disturb = (_, f) => {
-        answers :+= line.datagrams(line.bytes(f.payload)).size
-        Some(f)
-      }
-      for (round <- 2 to 3) {
-        line.slaves.foreach(_.alarm.get.setLine(2 - round % 2))
-        line.cycles(2)
-        assert(line.host(8, 0x0e90L << 16, 1 to 8).map(_._1).contains(count))
-        line.cycles(12)
-        val records = line.seen()
+  together("with more core cycles of a slot", new LineMaster(8, 12, 1))(
+    Seq(2, 4, 5).map { clocks =>
+      s"LM-01, LM-05, LM-08: with $clocks cycles of a slot" -> { (dut: LineMaster) =>
+        val b = new LineBench(dut, new TimedLine(slaves(6)), clocks = clocks)
+        b.settle()
+        b.seen()
+        for (i <- Seq(5, 0, 2)) {
+          set(b, i, Alarm)
+          b.until(2)(b.loud == loud)
+          b.settle()
+          assert(b.records().map(e => (e.position, e.sequence)) == Seq((i, 2)))
+          b.silence()
+          b.settle()
+          assert(b.loud == still && !b.line.slaves(i).alarm.get.buzzer && b.line.kept == 0)
+        }
+        b.reset()
+        b.settle()
+        assert(b.loud == quiet && b.lost == 0)
         assert(
-          records.map(e => (e.kind, e.node, e.sequence)).sorted == (1 to count).map((Detector, _, round))
+          (0 to 5).forall(i =>
+            b.table(i) == ((b.line.slaves(i).alarm.get.statusWord, i + 1, 1, TimedLine.Epoch, 0))
+          )
         )
-        assert(line.slaves.forall(_.hostRead(0x0e88) == 0))
       }
-      assert(answers.max > 32 && line.sent.map(_.size).max == 16)
-      val told = line.sent.flatten.collect { case (5, node, ado) => (node, ado) }
-      for (node <- 1 to count; ado <- Seq(0x0e8a, 0x0e8e))
-        assert(told.count(_ == (node, ado)) == 2, f"slave $node, 0x$ado%04x")
-    },
-    "LM-02, LM-03: 128 slaves are listed, and the last one is heard" -> { dut =>
-      val line = new Line(dut, Seq.tabulate(128)(i => started(i + 1)))
-      line.slaves.foreach(_.hostWrite(0x0ea6, 0))
-      while (line.present < 128) line.cycles(10)
-      val scan = Seq.tabulate(128)(i => (Present, i, i + 1)) :+ ((Scanned, 128, 128))
-      assert(line.seen().map(_.brief) == scan)
-      for (i <- Seq(127, 63)) {
-        line.slaves(i).hostWrite(0x0ea6, 3)
-        line.cycles(8)
-        val Seq(e) = line.seen()
-        assert(detector(i + 1, i, 1, 1)(e) && line.slaves(i).hostRead(0x0e88) == 0)
-      }
-      line.line.setCable(126, intact = false)
-      line.cycles(24)
-      assert(line.seen().map(_.brief) == Seq((Lost, 126, 127), (Lost, 127, 128)) && line.present == 126)
-    }
-  )
-
-  together("for thousands of cycles", new PlayedLine)(
-    "LM-02: a slave that does not start is waited for, for 1,023 cycles, and then hides no other one" -> {
-      dut =>
-        def number(u: UInt) = u.peek().litValue.toInt
-        def start(slaves: Boolean*): Unit = slaves.zipWithIndex.foreach { case (s, i) =>
-          dut.started(i).poke(s)
-        }
-        def await(): Boolean = (1 to 10000).exists { _ =>
-          dut.clock.step(200)
-          is(dut.event.valid)
-        }
-        def next(): (Int, Int, Int, Int) = {
-          val words = Seq.fill(MasterEvent.Words) {
-            while (!is(dut.event.valid)) dut.clock.step()
-            val word = number(dut.event.bits)
-            dut.event.ready.poke(true)
-            dut.clock.step()
-            dut.event.ready.poke(false)
-            word
-          }
-          (words.head >> 8, words.head & 0xff, words(1), words(3) >> 8)
-        }
-        dut.clock.setTimeout(0)
-        dut.event.ready.poke(false)
-        start(false, false)
-        assert(await() && number(dut.asked(0)) == 1024 && number(dut.asked(1)) == 0)
-        assert(next() == (Present, 0, 1, 0))
-        // The one behind it is waited for too.
-        dut.clock.step(10000)
-        assert(!is(dut.event.valid) && number(dut.asked(1)) > 3 && number(dut.asked(0)) == 1024)
-        start(false, true)
-        assert(await() && next() == (Present, 1, 2, 1))
-        assert(await() && next() == (Scanned, 2, 2, 0))
-    }
+    }: _*
   )
 }

@@ -2,7 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chiseltest._
-import flyframe.{MasterController, MiiPort}
+import flyframe.{MasterController, MiiPort, SignalPins}
 import flyframe.memory.HostPort
 import flyframe.model._
 import flyframe.params.EscParams
@@ -10,23 +10,21 @@ import flyframe.params.EscParams
 /** The master with its receive clocks as plain inputs, as chiseltest needs them. */
 class MasterUnderTest(p: EscParams) extends Module {
   val rxClock = IO(Input(Bool()))
-  val rxDv    = IO(Input(Vec(2, Bool())))
-  val rxd     = IO(Input(Vec(2, UInt(4.W))))
-  val txEn    = IO(Output(Vec(2, Bool())))
-  val txd     = IO(Output(Vec(2, UInt(4.W))))
+  val rxDv    = IO(Input(Vec(p.linePorts + 1, Bool())))
+  val rxd     = IO(Input(Vec(p.linePorts + 1, UInt(4.W))))
+  val txEn    = IO(Output(Vec(p.linePorts + 1, Bool())))
+  val txd     = IO(Output(Vec(p.linePorts + 1, UInt(4.W))))
   val txTick  = IO(Output(Bool()))
   val link    = IO(Input(Bool()))
   val host    = IO(new HostPort(p.lanes))
   val irq     = IO(Output(Bool()))
-  val buzzer  = IO(Output(Bool()))
-  val lamp    = IO(Output(Bool()))
+  val alarm   = IO(new SignalPins)
 
   private val dut = Module(new MasterController(p))
   dut.phy_clk_ref := false.B
   dut.host <> host
+  dut.alarm <> alarm
   irq    := dut.irq
-  buzzer := dut.alarm.buzzer
-  lamp   := dut.alarm.lamp
   txTick := dut.mii_tx_tick
   dut.mii.zipWithIndex.foreach { case (port: MiiPort, y) =>
     port.rx_clk := rxClock.asClock
@@ -57,18 +55,20 @@ class MasterBench(
     eachSlot: Long => Unit = _ => ()
 ) {
   private val cycles      = p.cyclesPerNibble
+  private val ports       = p.linePorts + 1
   private def is(b: Bool) = b.peek().litToBoolean
 
   /** Nibbles that are to come at a port; None: idle. */
-  private val coming  = Array.fill(2)(scala.collection.mutable.Queue.empty[Option[Int]])
-  private val leaving = Array.fill(2)(Vector.empty[Int])
-  private val before  = Array.fill(2)(Option(-1))
+  private val coming  = Array.fill(ports)(scala.collection.mutable.Queue.empty[Option[Int]])
+  private val leaving = Array.fill(ports)(Vector.empty[Int])
+  private val before  = Array.fill(ports)(Option(-1))
   var slots           = 0L
 
   dut.clock.setTimeout(0)
   dut.link.poke(true)
   dut.host.req.poke(false)
-  for (y <- 0 to 1) {
+  dut.alarm.config_fault.poke(false)
+  for (y <- 0 until ports) {
     dut.rxDv(y).poke(false)
     dut.rxd(y).poke(0)
   }
@@ -95,7 +95,7 @@ class MasterBench(
 
   private def step(): Unit = {
     dut.clock.step()
-    if (is(dut.txTick)) for (y <- 0 to 1) {
+    if (is(dut.txTick)) for (y <- 0 until ports) {
       if (is(dut.txEn(y))) leaving(y) :+= dut.txd(y).peek().litValue.toInt
       else if (leaving(y).nonEmpty) {
         val frame = leaving(y)
@@ -117,7 +117,7 @@ class MasterBench(
   /** One core cycle. Receive clocks rise in the middle of a slot, before they slip. */
   private def cycle(): Unit = {
     val moves = held == 0
-    if (moves && rxPhase == 0) for (y <- 0 to 1) {
+    if (moves && rxPhase == 0) for (y <- 0 until ports) {
       val now = if (coming(y).isEmpty) None else coming(y).dequeue()
       if (now != before(y)) {
         dut.rxDv(y).poke(now.isDefined)
@@ -150,7 +150,7 @@ class MasterBench(
     while (!is(dut.host.ack)) {
       cycle()
       waits += 1
-      assert(waits < 140, "no acknowledgement") // HOST-10
+      assert(waits < 270, "no acknowledgement") // HOST-10
     }
     val result = dut.host.rdata.peek().litValue
     cycle()
@@ -168,6 +168,11 @@ class MasterBench(
     val lane = (address + i) % p.lanes
     access(address + i - lane, isWrite = true, BigInt(b) << (8 * lane), 1 << lane)
   }
-  def irq: Boolean    = is(dut.irq)
-  def buzzer: Boolean = is(dut.buzzer) && is(dut.lamp)
+  def irq: Boolean = is(dut.irq)
+
+  /** The signals: fire, sounder, disabled; there is a fault. */
+  def fire: Boolean     = is(dut.alarm.fire)
+  def sounder: Boolean  = is(dut.alarm.sounder)
+  def disabled: Boolean = is(dut.alarm.disabled)
+  def fault: Boolean    = !is(dut.alarm.fault_n)
 }

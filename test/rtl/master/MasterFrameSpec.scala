@@ -9,56 +9,57 @@ import flyframe.SharedSimulation
 import flyframe.mii.NibbleStream
 import flyframe.model.{Datagram, EtherCatFrame, Fcs}
 import flyframe.protocol.Command.Nop
+import flyframe.registers.AlarmRegisters
 
 /** Composer and sender as in a master. */
-class ComposerBench(maxSubTelegrams: Int) extends Module {
-  private val composer = Module(new FrameComposer(maxSubTelegrams))
+class ComposerBench extends Module {
+  private val composer = Module(new FrameComposer)
   private val sender   = Module(new EthernetSender)
   val step             = IO(Input(Bool()))
   val out              = IO(Output(new NibbleStream))
   val clear            = IO(Input(Bool()))
-  val datagram         = IO(Flipped(Decoupled(new DatagramToSend)))
-  val data             = IO(Flipped(Decoupled(UInt(8.W))))
-  val full             = IO(Output(Bool()))
+  val byte             = IO(Flipped(Valid(UInt(8.W))))
   val send             = IO(Input(Bool()))
   val busy             = IO(Output(Bool()))
   composer.source := "h665544332210".U
   composer.clear  := clear
-  composer.datagram <> datagram
-  composer.data <> data
-  full          := composer.full
-  composer.send := send
-  busy          := composer.busy
+  composer.byte   := byte
+  composer.send   := send
+  composer.look   := 0.U
+  busy            := composer.busy
   sender.bytes <> composer.bytes
   sender.step := step
   out         := sender.out
 }
 
-/** Receiver and matcher as in a master. */
-class MatcherBench(maxSubTelegrams: Int) extends Module {
+/** Receiver and matcher as in a master, with the composer that knows what was sent. */
+class MatcherBench extends Module {
   private val receiver = Module(new EthernetReceiver)
-  private val matcher  = Module(new AnswerMatcher(maxSubTelegrams))
+  private val matcher  = Module(new AnswerMatcher)
+  private val composer = Module(new FrameComposer)
   val step             = IO(Input(Bool()))
   val in               = IO(Input(new NibbleStream))
   val clear            = IO(Input(Bool()))
-  val expect           = IO(Flipped(Valid(new DatagramToSend)))
-  val data             = IO(Output(Valid(UInt(8.W))))
-  val offset           = IO(Output(UInt(11.W)))
-  val number           = IO(Output(UInt(7.W)))
+  val byte             = IO(Flipped(Valid(UInt(8.W))))
   val word             = IO(Output(Valid(new AnswerWord)))
+  val whole            = IO(Output(Bool()))
   val done             = IO(Output(Valid(Bool())))
-  receiver.step  := step
-  receiver.in    := in
-  matcher.byte   := receiver.byte
-  matcher.first  := receiver.first
-  matcher.end    := receiver.end
-  matcher.clear  := clear
-  matcher.expect := expect
-  data           := matcher.data
-  offset         := matcher.offset
-  number         := matcher.number
-  word           := matcher.word
-  done           := matcher.done
+  receiver.step        := step
+  receiver.in          := in
+  matcher.byte         := receiver.byte
+  matcher.first        := receiver.first
+  matcher.end          := receiver.end
+  matcher.length       := composer.length
+  matcher.sent         := composer.sent
+  composer.look        := matcher.look
+  composer.clear       := clear
+  composer.byte        := byte
+  composer.send        := false.B
+  composer.source      := 0.U
+  composer.bytes.ready := false.B
+  word                 := matcher.word
+  whole                := matcher.whole
+  done                 := matcher.done
 }
 
 class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
@@ -70,40 +71,22 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
     index = random.nextInt(256)
   ).copy(address = random.nextInt() & 0xffffffffL)
 
+  private def area(datagrams: Seq[Datagram]): Seq[Int] =
+    datagrams.zipWithIndex.flatMap { case (d, i) => d.bytes(more = i < datagrams.size - 1) }
+
   private class Composing(dut: ComposerBench) {
     dut.clear.poke(false)
     dut.send.poke(false)
-    dut.datagram.valid.poke(false)
-    dut.data.valid.poke(false)
+    dut.byte.valid.poke(false)
     dut.step.poke(false)
     def pulse(signal: Bool): Unit = {
       signal.poke(true)
       dut.clock.step()
       signal.poke(false)
     }
-    def offer(d: Datagram): Boolean = {
-      val bits = dut.datagram.bits
-      bits.command.poke(d.command)
-      bits.index.poke(d.index)
-      bits.address.poke(d.address)
-      bits.length.poke(d.data.size)
-      dut.datagram.valid.poke(true)
-      val taken = !is(dut.full)
-      for (_ <- 1 to 20 if taken && !is(dut.datagram.ready)) dut.clock.step()
-      assert(taken == is(dut.datagram.ready))
-      dut.clock.step()
-      dut.datagram.valid.poke(false)
-      if (taken) {
-        for (b <- d.data) {
-          dut.data.bits.poke(b)
-          dut.data.valid.poke(true)
-          while (!is(dut.data.ready)) dut.clock.step()
-          dut.clock.step()
-        }
-        dut.data.valid.poke(false)
-        while (is(dut.busy)) dut.clock.step()
-      }
-      taken
+    def put(byte: Int): Unit = {
+      dut.byte.bits.poke(byte)
+      pulse(dut.byte.valid)
     }
 
     /** The payload of the frame, sent with a slot every `cycles`. */
@@ -130,85 +113,77 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
     (bytes ++ Fcs.of(bytes)).flatMap(b => Seq(b & 0xf, b >> 4))
   }
 
-  for (max <- Seq(1, 4, 15))
-    together(s"maxSubTelegrams $max", new ComposerBench(max))(
-      "MST-02: datagrams become a frame, which can be sent again; then a new one begins" -> { dut =>
-        val random   = new Random(max)
-        val composer = new Composing(dut)
-        for (round <- 1 to 12) {
-          composer.pulse(dut.clear)
-          val datagrams = Seq.fill(random.nextInt(max + 1))(any(random, 90))
-          for (d <- datagrams) assert(composer.offer(d))
-          for (_ <- 1 to 1 + round % 2) assert(composer.send(1 + round % 4) == wire(datagrams))
-        }
-      },
-      "MST-03: what does not fit is refused and changes nothing" -> { dut =>
-        val random   = new Random(max)
-        val composer = new Composing(dut)
+  together("frames", new ComposerBench)(
+    "MST-02: bytes become a frame, which can be sent again; then a new one begins" -> { dut =>
+      val random   = new Random(1)
+      val composer = new Composing(dut)
+      for (round <- 1 to 20) {
         composer.pulse(dut.clear)
-        var taken = Vector.empty[Datagram]
-        for (_ <- 1 to 20) {
-          val d = any(random, 700)
-          if (composer.offer(d)) taken :+= d
-          val area = (taken :+ d).map(_.data.size + 12).sum
-          assert(taken.lastOption.contains(d) || taken.size == max || area > 1498)
-        }
-        assert(composer.send(2) == wire(taken))
-        composer.pulse(dut.clear)
-        assert(!composer.offer(any(random, 1).copy(data = Seq.fill(1487)(1))))
-        assert(composer.offer(any(random, 1).copy(data = Seq.fill(1486)(1))))
+        val datagrams = Seq.fill(1 + random.nextInt(5))(any(random, 90))
+        area(datagrams).foreach(composer.put)
+        for (_ <- 1 to 1 + round % 2) assert(composer.send(1 + round % 4) == wire(datagrams))
       }
-    )
+    },
+    "MST-02: the longest frame of a master" -> { dut =>
+      val composer = new Composing(dut)
+      composer.pulse(dut.clear)
+      val longest = Seq(any(new Random(1), 1).copy(data = Seq.tabulate(499)(_ & 0xff)))
+      area(longest).foreach(composer.put)
+      assert(composer.send(2) == wire(longest))
+    }
+  )
 
-  private case class Seen(number: Int, address: Long, counter: Int, appended: Boolean, data: Seq[Int])
+  /** A datagram as the matcher tells of it; of its data as much as it keeps. */
+  private case class Seen(index: Int, command: Int, adp: Int, counter: Option[Int], data: Seq[Int])
+  private def seenOf(d: Datagram) =
+    Seen(d.index, d.command, (d.address & 0xffff).toInt, Some(d.workingCounter), d.data.take(8))
+  private def recordOf(d: Datagram) = seenOf(d).copy(counter = None, data = d.data)
 
   private class Matching(dut: MatcherBench) {
     def expect(sent: Seq[Datagram]): Unit = {
       dut.step.poke(false)
-      dut.expect.valid.poke(false)
+      dut.byte.valid.poke(false)
       dut.clear.poke(true)
       dut.clock.step()
       dut.clear.poke(false)
-      for (d <- sent) {
-        dut.expect.bits.command.poke(d.command)
-        dut.expect.bits.index.poke(d.index)
-        dut.expect.bits.length.poke(d.data.size)
-        dut.expect.bits.address.poke(d.address)
-        dut.expect.valid.poke(true)
+      for (b <- area(sent)) {
+        dut.byte.bits.poke(b)
+        dut.byte.valid.poke(true)
         dut.clock.step()
       }
-      dut.expect.valid.poke(false)
+      dut.byte.valid.poke(false)
     }
 
     /** What it says of a frame: the datagrams, and whether they count. */
     def receive(bytes: Seq[Int], bad: Boolean = false): (Seq[Seen], Boolean) = {
       val payload = (bytes ++ Seq(1, 2, 3, 4)).flatMap(b => Seq(b & 0xf, b >> 4))
       var seen    = Vector.empty[Seen]
-      var data    = Vector.empty[Int]
       var words   = Vector.fill(AnswerWord.Count)(0)
+      var size    = 0
+      var counter = Option.empty[Int]
       var done    = Option.empty[Boolean]
       def look(): Unit = {
-        if (is(dut.data.valid)) {
-          assert(dut.offset.peek().litValue == data.size)
-          data :+= dut.data.bits.peek().litValue.toInt
-        }
         if (is(dut.word.valid)) {
           val place = dut.word.bits.place.peek().litValue.toInt
-          words = words.updated(place, dut.word.bits.data.peek().litValue.toInt)
-          if (place == AnswerWord.Counter) {
-            assert((words(AnswerWord.Kind) & 0x7fff) == data.size)
-            val kept = (0 until 8).map(i => words(AnswerWord.Data + i / 2) >> 8 * (i % 2) & 0xff)
-            assert(data.take(8) == kept.take(data.size))
-            seen :+= Seen(
-              dut.number.peek().litValue.toInt,
-              words(AnswerWord.Ado).toLong << 16 | words(AnswerWord.Adp),
-              words(AnswerWord.Counter),
-              words(AnswerWord.Kind) >> 15 == 1,
-              data
-            )
-            data = Vector.empty
+          val word  = dut.word.bits.data.peek().litValue.toInt
+          val ends  = is(dut.whole) && place == AnswerWord.Counter
+          if (ends) counter = Some(word)
+          else {
+            // A word of data comes twice, if there are two bytes of it.
+            if (place >= AnswerWord.Data) {
+              val at = 2 * (place - AnswerWord.Data)
+              size = if (size == at) at + 1 else at + 2
+            }
+            words = words.updated(place, word)
           }
         }
+        if (is(dut.whole)) {
+          val most = if (counter.isDefined) 8 else 12
+          val kept = (0 until (size min most)).map(i => words(AnswerWord.Data + i / 2) >> 8 * (i % 2) & 0xff)
+          seen :+= Seen(words(1) >> 8, words(1) & 0xff, words(0), counter, kept)
+          counter = None
+        }
+        if (is(dut.word.valid) && dut.word.bits.place.peek().litValue == AnswerWord.Index) size = 0
         if (is(dut.done.valid)) done = Some(is(dut.done.bits))
       }
       for ((nibble, i) <- (Seq.fill(15)(5) ++ Seq(13) ++ payload ++ Seq.fill(4)(0)).zipWithIndex) {
@@ -229,36 +204,47 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
   }
   private def back(datagrams: Seq[Datagram]) = EtherCatFrame(datagrams).updated(6, 0x12)
 
-  together("answers", new MatcherBench(15))(
+  private def record(random: Random): Datagram =
+    Datagram(Nop, random.nextInt(), AlarmRegisters.State, Seq.fill(12)(random.nextInt(256)))
+      .copy(index = 1 + random.nextInt(128), workingCounter = 1)
+
+  together("answers", new MatcherBench)(
     "MST-04: what comes back as sent counts, with its data and working counter" -> { dut =>
       val random   = new Random(1)
       val matching = new Matching(dut)
       for (_ <- 1 to 20) {
-        val sent = Seq.fill(random.nextInt(6))(any(random, 60))
+        val sent = Seq.fill(1 + random.nextInt(5))(any(random, 60))
         val came = sent.map(d =>
           d.copy(
             data = d.data.map(_ ^ 0x55),
             workingCounter = random.nextInt(0x10000),
-            address = random.nextInt(0x1000)
+            address = random.nextInt(0x1000),
+            circulating = random.nextBoolean()
           )
         )
         matching.expect(sent)
         val (seen, good) = matching.receive(back(came))
-        assert(good && seen == came.zipWithIndex.map { case (d, i) =>
-          Seen(i, d.address, d.workingCounter, appended = false, d.data)
-        })
+        assert(good && seen == came.map(seenOf))
       }
     },
-    "MST-05: datagrams of slaves behind them are told apart" -> { dut =>
+    "MST-05: records of slaves behind them are told apart; what else is there is left out" -> { dut =>
       val random   = new Random(2)
       val matching = new Matching(dut)
-      for (count <- 0 to 3; more <- 1 to 3) {
-        val sent  = Seq.fill(count)(any(random, 20))
-        val added = Seq.fill(more)(any(random, 20).copy(command = Nop, workingCounter = 1))
+      for (count <- 1 to 3; more <- 1 to 3) {
+        val sent    = Seq.fill(count)(any(random, 20))
+        val records = Seq.fill(more)(record(random))
+        val others = Seq(
+          record(random).copy(command = 1),
+          record(random).copy(address = 0x0ea9L << 16),
+          record(random).copy(address = 0x1ea8L << 16),
+          record(random).copy(data = Seq.fill(13)(1)),
+          record(random).copy(data = Seq.fill(268)(1)),
+          record(random).copy(data = Nil)
+        )
         matching.expect(sent)
+        val added        = records.flatMap(r => Seq(others(random.nextInt(others.size)), r))
         val (seen, good) = matching.receive(back(sent ++ added))
-        assert(good && seen.map(_.appended) == Seq.fill(count)(false) ++ Seq.fill(more)(true))
-        assert(seen.drop(count).map(s => (s.address, s.data)) == added.map(d => (d.address, d.data)))
+        assert(good && seen == sent.map(seenOf) ++ records.map(recordOf))
       }
     },
     "MST-06: another command, index or length, missing ones, bad frames and others do not count" -> { dut =>
@@ -279,7 +265,6 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
       assert(!counts(EtherCatFrame(sent)), "it has passed no slave")
       assert(!counts(back(sent).updated(13, 0xa5)) && !counts(back(sent).updated(12, 0x08)))
       assert(!counts(back(sent).updated(15, 0x40 | back(sent)(15) & 0xf)), "header type")
-      assert(!counts(back(sent).updated(14, back(sent)(14) ^ 1)), "length of the area")
       assert(!counts(back(sent).take(40)), "cut off")
       val long = Seq(any(random, 1).copy(data = Seq.fill(90)(7)))
       matching.expect(long)

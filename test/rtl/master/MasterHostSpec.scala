@@ -2,11 +2,13 @@ package flyframe.master
 
 import scala.util.Random
 import chisel3._
+import chisel3.util._
 import chiseltest._
 import flyframe.SharedSimulation
 import flyframe.memory.HostPort
 import flyframe.params.{EscParams, Presets}
-import flyframe.registers.{Field, RegisterMap, Source}
+import flyframe.protocol.ServerDatagram
+import flyframe.registers.{Field, MasterRegisters, RegisterMap, Source}
 import org.scalatest.flatspec.AnyFlatSpec
 
 /** The registers of a master with nothing around them that would change one. */
@@ -31,6 +33,13 @@ class MasterHostBench(p: EscParams) extends Module {
   settings.readAddress  := VecInit(registers.settingAddress, readAddress)
   registers.setting     := settings.readData(0)
   readData              := settings.readData(1)
+
+  /** How often a unit was told of an expected node, and of which one the last time. */
+  val told          = IO(Output(UInt(8.W)))
+  val heard         = IO(Output(UInt(16.W)))
+  private val pulse = registers.writes(MasterRegisters.ExpectedNode + 1)
+  told  := Counter(pulse, 256)._1
+  heard := RegEnable(value.uint("expected_node"), pulse)
 }
 
 class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
@@ -44,6 +53,8 @@ class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
       (whole >> (8 * (address - r.address)) & 0xff).toInt
     }
     private def any(f: Field) = BigInt(f.width, random)
+    private def isKey(address: Int) =
+      address >= MasterRegisters.MasterKey && address < MasterRegisters.MasterKey + ServerDatagram.KeyBytes
 
     for (f <- registers.flatMap(_.fields) if f.source == Source.Status) {
       values(f.name) = any(f)
@@ -62,7 +73,7 @@ class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
       while (!dut.host.ack.peek().litToBoolean) {
         dut.clock.step()
         cycles += 1
-        assert(cycles < 200, "no acknowledgement")
+        assert(cycles < 300, "no acknowledgement")
       }
       val result = dut.host.rdata.peek().litValue
       dut.clock.step()
@@ -99,7 +110,7 @@ class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
     def check(): Unit = {
       for (a <- (0 until 0x100 by p.lanes)) {
         val (cycles, read) = access(a, isWrite = false, 0, (1 << p.lanes) - 1)
-        val wanted         = (0 until p.lanes).map(i => BigInt(expected(a + i)) << (8 * i)).sum
+        val wanted = (0 until p.lanes).map(i => BigInt(if (isKey(a)) 0 else expected(a + i)) << (8 * i)).sum
         assert(read == wanted && cycles <= p.lanes + 1, f"at 0x$a%02x")
       }
       for (f <- registers.flatMap(_.fields)) f.source match {
@@ -128,14 +139,55 @@ class MasterHostSpec extends AnyFlatSpec with SharedSimulation {
           host.check()
         }
       },
+      "HOST-13: units read the key, the host does not" -> { dut =>
+        val host = new Host(dut, p, new Random(width + 3))
+        for (a <- 0xa0 until 0xb0 by p.lanes) {
+          host.access(a, isWrite = true, (BigInt(1) << (8 * p.lanes)) - 1, (1 << p.lanes) - 1)
+          assert(host.access(a, isWrite = false, 0, (1 << p.lanes) - 1)._2 == 0)
+          dut.readAddress.poke(a)
+          dut.clock.step()
+          assert(dut.readData.peek().litValue == 0xff)
+        }
+      },
+      "HOST-04: halves of the time that change while they are read do not tear" -> { dut =>
+        val random = new Random(width + 4)
+        val host   = new Host(dut, p, random)
+        for (n <- 1 to 60; half <- Seq(0, 4)) {
+          // The next time is another one in every byte.
+          val before = if (n % 2 == 0) BigInt(64, random) else (BigInt(1) << (8 * (1 + n % 7))) - 1
+          var time   = before
+          def set()  = dut.status.uint("master_time").poke(time.U)
+          set()
+          val parts = for (a <- half until half + 4 by p.lanes) yield {
+            val read = host.access(0x98 + a, isWrite = false, 0, (1 << p.lanes) - 1)._2
+            time = (time + 1 + (BigInt(1) << 32)) & ((BigInt(1) << 64) - 1)
+            set()
+            read << (8 * (a - half))
+          }
+          assert(parts.sum == (before >> (8 * half) & 0xffffffffL))
+        }
+      },
+      "HOST-14: a unit hears of each write of an expected node, when it is there" -> { dut =>
+        val host = new Host(dut, p, new Random(width + 5))
+        for (n <- 1 to 40) {
+          val node = BigInt(16, new Random(n))
+          for (a <- 0xb8 until 0xbc by p.lanes) {
+            val shift = 8 * (a - 0xba)
+            val data  = if (shift >= 0) node >> shift else node << -shift
+            host.access(a, isWrite = true, data & ((BigInt(1) << (8 * p.lanes)) - 1), (1 << p.lanes) - 1)
+            host.access(a, isWrite = false, 0, (1 << p.lanes) - 1)
+          }
+          assert(dut.told.peek().litValue == n && dut.heard.peek().litValue == node)
+        }
+      },
       "HOST-10: a reset gives every register its reset value, before the host port answers" -> { dut =>
         val host = new Host(dut, p, new Random(width + 1))
-        for (early <- Seq(1, 2, 60, 127)) {
+        for (early <- Seq(1, 2, 60, 127, 255)) {
           host.writeAll()
           host.reset()
           dut.clock.step(early) // another reset while the first one goes on
           host.reset()
-          assert(host.access(0x30, isWrite = false, 0, 1)._1 <= 140)
+          assert(host.access(0x30, isWrite = false, 0, 1)._1 <= 270)
           host.check()
         }
       },

@@ -2,7 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.MasterController
+import flyframe.{MasterController, SignalPins}
 import flyframe.memory.HostPort
 import flyframe.params.EscParams
 
@@ -77,7 +77,10 @@ class RecordedMaster(p: EscParams) extends Module {
   val restart = IO(Input(Bool()))
   val link    = IO(Input(Vec(2, Bool())))
   val host    = IO(new HostPort(p.lanes))
-  val buzzer  = IO(Output(Bool()))
+  val alarm   = IO(new SignalPins)
+
+  /** When the sounder went on last. */
+  val soundedAt = IO(Output(UInt(40.W)))
 
   /** Of the players. */
   val load       = IO(Input(Vec(2, Bool())))
@@ -103,7 +106,8 @@ class RecordedMaster(p: EscParams) extends Module {
   when(rxClock) { now := now + 1.U }
   dut.phy_clk_ref := false.B
   dut.host <> host
-  buzzer := dut.alarm.buzzer
+  dut.alarm <> alarm
+  soundedAt := RegEnable(now, dut.alarm.sounder && !RegNext(dut.alarm.sounder))
   private val recorders = dut.mii.zipWithIndex.map { case (mii, y) =>
     val player = Module(new FramePlayer)
     player.now     := now

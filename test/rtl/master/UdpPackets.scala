@@ -4,6 +4,7 @@ import java.net.{Inet4Address, InetAddress}
 import chisel3._
 import chisel3.util._
 import chiseltest._
+import flyframe.memory.DualPortRam
 import flyframe.registers.NetworkAddresses
 import org.pcap4j.packet._
 import org.pcap4j.packet.namednumber._
@@ -39,24 +40,6 @@ abstract class SettingsBench(readers: Int) extends Module {
   }
 }
 
-class UdpSenderBench extends SettingsBench(1) {
-  private val sender = Module(new UdpSender)
-  val start          = IO(Input(Bool()))
-  val length         = IO(Input(UInt(11.W)))
-  val busy           = IO(Output(Bool()))
-  val readAddress    = IO(Output(UInt(11.W)))
-  val readData       = IO(Input(UInt(8.W)))
-  val bytes          = IO(Decoupled(new FrameByte))
-  sender.start         := start
-  sender.length        := length
-  busy                 := sender.busy
-  readAddress          := sender.readAddress
-  sender.readData      := readData
-  settings.readAddress := VecInit(Seq(NetworkSettings.ofNetwork(sender.settingAddress)))
-  sender.setting       := settings.readData(0)
-  bytes <> sender.bytes
-}
-
 /** Both units that look at what comes from the plant network. */
 class PlantBench extends SettingsBench(2) {
   val byte             = IO(Flipped(Valid(UInt(8.W))))
@@ -69,26 +52,33 @@ class PlantBench extends SettingsBench(2) {
   val offset           = IO(chiselTypeOf(receiver.offset))
   val received         = IO(chiselTypeOf(receiver.received))
   val answer           = IO(Decoupled(new FrameByte))
-  expected.byte        := byte
-  expected.end         := end
-  expected.setting     := settings.readData(0)
-  receiver.byte        := byte
-  receiver.first       := first
-  receiver.end         := end
-  receiver.at          := expected.at
-  receiver.same        := expected.same
-  receiver.mine        := expected.mine
-  arp.byte             := byte
-  arp.first            := first
-  arp.end              := end
-  arp.at               := expected.at
-  arp.same             := expected.same
-  arp.mine             := expected.mine
-  settings.readAddress := VecInit(Seq(expected.address, arp.settingAddress).map(NetworkSettings.ofNetwork))
-  arp.setting          := settings.readData(1)
-  data                 := receiver.data
-  offset               := receiver.offset
-  received             := receiver.received
+  expected.byte    := byte
+  expected.end     := end
+  expected.setting := settings.readData(0)
+  receiver.byte    := byte
+  receiver.first   := first
+  receiver.end     := end
+  receiver.at      := expected.at
+  receiver.same    := expected.same
+  receiver.mine    := expected.mine
+  arp.byte         := byte
+  arp.first        := first
+  arp.end          := end
+  arp.at           := expected.at
+  arp.same         := expected.same
+  arp.mine         := expected.mine
+  arp.granted      := true.B
+  private val askers = DualPortRam(32, 8)(clock)
+  askers.io.write        := arp.note.valid
+  askers.io.writeAddress := arp.noteAddress
+  askers.io.writeData    := arp.note.bits
+  askers.io.readAddress  := arp.readAddress
+  arp.asker              := askers.io.readData
+  settings.readAddress   := VecInit(Seq(expected.address, arp.settingAddress).map(NetworkSettings.ofNetwork))
+  arp.setting            := settings.readData(1)
+  data                   := receiver.data
+  offset                 := receiver.offset
+  received               := receiver.received
   answer <> arp.bytes
 }
 

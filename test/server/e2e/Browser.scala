@@ -47,7 +47,12 @@ final class Browser(page: String) extends AutoCloseable {
   /** Runs JavaScript in the page; what it returns. */
   def script(code: String): AnyRef = driver.executeScript(code)
 
-  def clear(): Unit                = driver.findElement(By.cssSelector("button.clear")).click()
+  /** The banner of a server that cannot write its log; empty if there is none. */
+  def broken: String = look(driver.findElement(By.id("broken")).getText).getOrElse("")
+
+  /** Presses a button of the master: acknowledge, silence or reset. */
+  def order(name: String): Unit = driver.findElement(By.cssSelector(s".buttons [data-order=$name]")).click()
+
   def reset(position: Int): Unit   = all(".card[data-state] button.reset")(position).click()
   def screenshot(file: Path): Unit = Files.write(file, driver.getScreenshotAs(OutputType.BYTES))
   def close(): Unit                = driver.quit()

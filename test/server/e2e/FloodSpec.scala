@@ -34,25 +34,17 @@ class FloodSpec extends AnyFlatSpec {
     }
     info(result.render(indent = 2))
     def counts(kind: String, name: String) = result("kinds")(kind)(name).num.toInt
-    val verdicts                           = Seq("refused", "dropped", "malformed", "forged", "replayed")
-    for (kind <- Seq("malformed", "oversized", "forged", "replayed")) {
-      assert(counts(kind, "sent") == PerKind)
-      assert(verdicts.map(counts(kind, _)).sum == PerKind, s"each $kind one is counted, once")
-      assert(counts(kind, "bad_frames") == 0)
+    val kinds                              = result("kinds").obj.keys.toSeq
+    for (kind <- Seq("malformed", "oversized", "wrong_tag", "other_key", "changed", "replayed", "other_life"))
+      assert(kinds.contains(kind))
+    for (kind <- kinds) {
+      assert(counts(kind, "sent") == PerKind, kind)
+      assert(counts(kind, "orders") == 0 && counts(kind, "bad_frames") == 0, kind)
+      assert(counts(kind, "refused") > 0, kind)
     }
-    // What gets as far as the host program is what it is said to be.
-    for ((kind, own) <- Seq("forged" -> "forged", "replayed" -> "replayed")) {
-      assert(counts(kind, own) > PerKind / 2)
-      assert(counts(kind, own) + counts(kind, "dropped") == PerKind, kind)
-    }
-    for (kind <- Seq("malformed", "oversized")) {
-      assert(counts(kind, "refused") > PerKind / 20, kind)
-      assert(counts(kind, "forged") == 0 && counts(kind, "replayed") == 0, kind)
-    }
-    assert(
-      result("commands_before").num == 1 && result("commands_after").num == 2 && result("accepted").num == 2
-    )
-    assert(result("alarms").num == 4 * PerKind / 250)
+    assert(result("commands_before").num == 1 && result("commands_after").num == 2)
+    assert(!result("server_silent").bool)
+    assert(result("alarms").num >= kinds.size)
     assert(
       result("to_report_us")("worst").num < 5 * result("bus_cycle_us").num,
       "alarms are reported meanwhile"

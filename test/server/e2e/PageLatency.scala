@@ -3,9 +3,9 @@ package flyframe.e2e
 import java.nio.file.{Files, Path, Paths}
 import java.time.Instant
 import java.time.temporal.ChronoUnit.MICROS
+import java.util.HexFormat
 import scala.util.{Random, Using}
-import flyframe.protocol.DetectorState
-import flyframe.protocol.EventKind
+import flyframe.protocol.{DetectorState, EventKind, SlaveStatus}
 import flyframe.server.{Event, Life, ModelMaster, Options, Server}
 
 /** Times of events from the report's arrival at the server, ms.
@@ -75,9 +75,15 @@ object PageLatency {
     *   for the server's log
     */
   def measure(events: Int, folder: Path, seed: Long = 1): PageTimes = {
-    val options = Options(httpPort = 0, udpPort = 0, database = folder.resolve("log.db"))
+    val options = Options(
+      httpPort = 0,
+      udpPort = 0,
+      database = folder.resolve("log.db"),
+      key = Some(AlarmSystem.makeKey(folder.resolve("key")))
+    )
+    val key = Files.readString(options.key.get).trim
     Using.resource(Server.start(options).fold(why => throw new AssertionError(why), identity)) { server =>
-      Using.resource(new ModelMaster(Life(1, 1), server.udpPort)) { master =>
+      Using.resource(new ModelMaster(Life(1, 1), server.udpPort, HexFormat.of.parseHex(key))) { master =>
         Using.resource(new Browser(server.page))(run(master, _, events, new Random(seed)))
       }
     }
@@ -87,9 +93,12 @@ object PageLatency {
     val states         = Array.fill(Slaves)(DetectorState.Normal)
     val sequences      = Array.fill(Slaves)(1)
     def record(i: Int) = Event(EventKind.Detector, i, i + 1, sequences(i), states(i), 1)
-    val begin = (0 until Slaves).map(i => Event(EventKind.Present, i, i + 1, state = 1, epoch = 1)) ++
-      (Event(EventKind.Scanned, Slaves) +: (0 until Slaves).map(record))
+    def line = ModelMaster.line(
+      states.toSeq.map(s => if (s == DetectorState.Alarm) SlaveStatus.Alarm else 0): _*
+    )
+    val begin = (0 until Slaves).map(record)
     master.happen(begin: _*)
+    master.line(line: _*)
     master.settle()
     until("the line is shown", master)(browser.detectors == Seq.fill(Slaves)("normal"))
     browser.script(observe)
@@ -100,6 +109,7 @@ object PageLatency {
       states(slave) = DetectorState.Normal + DetectorState.Alarm - states(slave)
       sequences(slave) += 1
       master.happen(record(slave))
+      master.line(line: _*)
       val at = now
       master.report()
       master.listen(Pauses._1 + random.nextInt(Pauses._2 - Pauses._1))

@@ -2,7 +2,7 @@ package flyframe.e2e
 
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.protocol.DetectorState.{Alarm, Normal, Open}
-import flyframe.protocol.EventKind
+import flyframe.protocol.{EventKind, SlaveStatus}
 
 /** One master and five slaves, in RTL with their host programs, over UDP to a server with its log: whatever
   * happens to line, master and server, each event is in the log once, in order per slave.
@@ -11,7 +11,7 @@ class StressSpec extends AnyFlatSpec {
   private val slaves = 1 to 5
 
   private def withSystem(name: String, settings: String*)(body: AlarmSystem => Unit): AlarmSystem = {
-    val system = new AlarmSystem(name, Seq("--bus-cycle-us", "200", "--debounce-us", "20") ++ settings: _*)
+    val system = new AlarmSystem(name, Seq("--bus-cycle-us", "200", "--debounce-us", "20") ++ settings)
     try {
       system.await("the first event of every detector")(detected(system).size == slaves.size)
       body(system)
@@ -25,7 +25,6 @@ class StressSpec extends AnyFlatSpec {
   private def states(log: Seq[Logged], slave: Int): Seq[Int] = {
     val events = log.filter(e => e.kind == EventKind.Detector && e.node == slave)
     assert(events.map(_.sequence) == (1 to events.size), s"slave $slave: ${events.mkString("\n")}")
-    assert(events.map(_.epoch).distinct.size == 1)
     assert(events.forall(e => e.position == slave - 1))
     events.map(_.state)
   }
@@ -40,17 +39,17 @@ class StressSpec extends AnyFlatSpec {
 
   /** Each number of each life of the master at most once, in order. */
   private def numbered(log: Seq[Logged]): Unit =
-    for ((boot, events) <- log.groupBy(_.boot))
-      assert(events.map(_.number) == events.map(_.number).distinct.sorted, s"boot $boot")
+    for ((life, events) <- log.groupBy(_.life))
+      assert(events.map(_.number) == events.map(_.number).distinct.sorted, s"life $life")
 
   private def dissect(system: AlarmSystem): Unit = {
     import AlarmSystem.tshark
     val line = tshark(system.linePcap, "-Y", "ecat", "-T", "fields", "-e", "ecat.cmd", "-e", "ecat.ado")
     assert(line.size > 20)
     assert(line.size == tshark(system.linePcap).size)
-    // NOP datagrams at 0x0e80: those that slaves have appended.
+    // NOP datagrams at 0x0ea8: those that slaves have appended.
     assert(
-      line.exists(l => l.split("\t")(0).split(",").contains("0x00") && l.contains("0x0e80")),
+      line.exists(l => l.split("\t")(0).split(",").contains("0x00") && l.contains("0x0ea8")),
       line.take(20)
     )
     assert(tshark(system.linePcap, "-Y", "_ws.malformed || _ws.expert.severity >= 0x600000") == Nil)
@@ -85,17 +84,19 @@ class StressSpec extends AnyFlatSpec {
         system.simulate(500)
       }
       expect(system, _ => Seq(Normal, Alarm) ++ Seq.fill(rounds)(Seq(Open, Alarm)).flatten)
-      assert(system.status("master")("buzzer").bool && system.status("slaves").arr.forall(_("lamp").bool))
+      assert(system.status("master")("sounder").bool && system.status("slaves").arr.forall(_("lamp").bool))
     }
     dissect(system)
   }
 
   "AP-07, LM-06: one bit in 10,000 flipped on every cable" should "lose and double nothing" in {
-    val rounds = 20
+    val rounds = 16
     val system = withSystem("bit-errors", "--bit-errors", "10000", "--seed", "3") { system =>
+      // Half of the frames are bad, and a record that is no alarm leaves with few of them (ALARM-09): faster
+      // changes would be dropped, and counted.
       for (round <- 1 to rounds) {
         system.bench(if (round % 2 == 1) "line all open" else "line all whole")
-        system.simulate(1000)
+        system.simulate(5000)
       }
       expect(system, _ => Normal +: Seq.tabulate(rounds)(i => if (i % 2 == 0) Open else Normal))
       val line = system.status("line")
@@ -128,17 +129,22 @@ class StressSpec extends AnyFlatSpec {
 
   "LM-03: a cable cut before slave 3 and mended" should "show, and lose no event behind the cut" in {
     withSystem("cut") { system =>
-      def of(kind: Int) = system.log.filter(_.kind == kind).map(_.position)
+      // Positions whose last state in the log is absent.
+      def absent = system.log
+        .filter(_.kind == EventKind.Slave)
+        .groupMapReduce(_.position)(_.sequence)((_, last) => last)
+        .collect { case (position, status) if (status & SlaveStatus.Absent) != 0 => position }
+        .toSeq
+        .sorted
       system.bench("cut 3")
-      system.await("three slaves are lost")(of(EventKind.Lost) == Seq(2, 3, 4))
+      system.await("three slaves are absent")(absent == Seq(2, 3, 4))
       system.bench("smoke 4 on")
       system.bench("smoke 1 on")
       system.simulate(2000)
       assert(states(system.log, 4) == Seq(Normal))
       system.bench("mend 3")
-      system.await("three slaves are found")(of(EventKind.Found) == Seq(2, 3, 4))
+      system.await("three slaves are back")(absent.isEmpty)
       expect(system, s => Normal +: Option.when(s == 1 || s == 4)(Alarm).toSeq)
-      assert(of(EventKind.Lost) == Seq(2, 3, 4) && of(EventKind.Found) == Seq(2, 3, 4))
     }
   }
 
@@ -151,11 +157,10 @@ class StressSpec extends AnyFlatSpec {
       system.simulate(1000)
       system.bench("restart master")
       system.simulate(9000)
-      assert(system.status("master")("boot").num == 2)
       system.bench("smoke 5 on")
       system.restartServer()
       expect(system, s => Normal +: Option.when(s == 2 || s == 3 || s == 5)(Alarm).toSeq)
-      assert(system.log.map(_.boot).distinct == Seq(1, 2))
+      assert(system.log.map(_.life).distinct.size == 2)
     }
   }
 
@@ -167,10 +172,7 @@ class StressSpec extends AnyFlatSpec {
       system.await("its alarm")(detected(system).size == 7)
       system.simulate(3000)
       val events = detected(system).filter(_.node == 2)
-      assert(
-        events.map(e => (e.epoch, e.sequence, e.state)) == Seq((1, 1, Normal), (2, 1, Normal), (2, 2, Alarm))
-      )
-      assert(!system.log.exists(_.kind == EventKind.Lost))
+      assert(events.map(e => (e.sequence, e.state)) == Seq((1, Normal), (1, Normal), (2, Alarm)))
     }
   }
 }

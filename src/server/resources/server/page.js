@@ -44,17 +44,41 @@ async function command(body) {
 }
 
 const orderStates = {
-  waiting: "waits for the one before", sent: "sent, waiting for the master", done: "done", failed: "failed",
+  waiting: "waits for the one before", next: "waits for the master's next report",
+  sent: "sent, waiting for the master", done: "done", failed: "failed",
 };
 const orderText = o =>
-  `${o.text[0].toUpperCase()}${o.text.slice(1)}: ${orderStates[o.state]}${o.reason ? `, ${o.reason}` : ""}`;
+  [`${o.text[0].toUpperCase()}${o.text.slice(1)}: ${orderStates[o.state]}`, o.progress, o.reason]
+    .filter(Boolean).join(", ");
+
+/** What is seen of those that an order would silence or reset: it shall not meet an alarm that is not. */
+const ordersAbout = { silence: "sounding", reset: "burning" };
+function shown(id, order) {
+  const m = before && before.masters.find(m => m.id === id);
+  const about = ordersAbout[order];
+  return m && about ? { shown: m.slaves.filter(s => s[about]).map(s => s.position) } : {};
+}
+
+/** All buttons within that order something; `more` is what else the order says. */
+function onOrders(within, more) {
+  within.querySelectorAll("[data-order]").forEach(button =>
+    button.addEventListener("click", () => {
+      const order = button.dataset.order;
+      command({ command: order, ...more(order) });
+    }));
+}
+
+/** How long a detector is tested or disabled, as chosen within an element. */
+const time = (within, order) =>
+  order === "test" || order === "disable" ? { seconds: Number($(".time", within).value) } : {};
 
 // The line
 
 function slaveCard(id) {
   const card = $("#slave-template").content.cloneNode(true).firstElementChild;
-  $(".reset", card).addEventListener("click", () =>
-    command({ master: id, command: "reset", node: Number(card.dataset.node) }));
+  onOrders(card, order => ({
+    master: id, node: Number(card.dataset.node), ...shown(id, order), ...time(card, order)
+  }));
   return card;
 }
 
@@ -68,38 +92,71 @@ function drawSlave(card, slave, isCut, canCommand) {
   if (use.getAttribute("href") !== shape) use.setAttribute("href", shape);
   set($(".label", card), "textContent", slave.label);
   set($(".state", card), "textContent", slave.text);
-  set($(".notes", card), "textContent", [`ID ${slave.node}`, ...slave.notes].join(", "));
-  const reset = $(".reset", card);
-  set(reset, "ariaLabel", `Reset detector ${slave.label}`);
-  set(reset, "disabled", !canCommand || slave.twin);
+  const notes = [...slave.zone ? [slave.zone] : [], `ID ${slave.node}`, ...slave.notes];
+  set($(".notes", card), "textContent", notes.join(", "));
+  set($(".reset", card), "ariaLabel", `Reset detector ${slave.label}`);
+  card.querySelectorAll("button, select").forEach(b => set(b, "disabled", !canCommand || slave.twin));
 }
 
 function masterSection(id) {
   const section = $("#master-template").content.cloneNode(true).firstElementChild;
   section.dataset.master = id;
   set($("h2", section), "textContent", `Master ${id}`);
-  $(".clear", section).addEventListener("click", () => command({ master: id, command: "clear" }));
+  onOrders($(".bar", section), order => ({ master: id, ...shown(id, order) }));
+  const zones = $(".zones", section);
+  $(".zone", zones).after($("#slave-template").content.querySelector(".time").cloneNode(true));
+  onOrders(zones, order => ({ master: id, zone: $(".zone", zones).value, ...time(zones, order) }));
   return section;
+}
+
+function drawZones(section, zones) {
+  set($(".zones", section), "hidden", zones.length === 0);
+  const choice = $(".zone", section);
+  if ([...choice.options].map(o => o.value).join("\n") !== zones.join("\n"))
+    choice.replaceChildren(...zones.map(zone => new Option(zone, zone)));
 }
 
 function drawMaster(section, m, state) {
   const line = $(".line", section);
   while (line.children.length > m.slaves.length + 1) line.lastElementChild.remove();
   while (line.children.length < m.slaves.length + 1) line.append(slaveCard(m.id));
-  const canCommand = state.commands && !m.silent && online;
+  const canCommand = !m.silent && !m.unproven && online;
   m.slaves.forEach((slave, i) => drawSlave(line.children[i + 1], slave, m.cut === i, canCommand));
-  set($(".head .state", section), "textContent", m.silent ? "silent" : m.selfTest);
+  set($(".head .state", section), "textContent",
+    m.unproven ? "not proven" : m.silent ? "silent" : m.selfTest);
+  set(section, "className", m.silent || m.unproven ? "master is-silent" : "master");
   set($(".facts", section), "textContent", [
     m.heard ? `last report ${localTime(m.heard)}` : "no report since the server's start",
-    `${m.present} of ${plural(m.known, "slave")} answering`,
+    `${plural(m.present, "slave")} answering`,
     `${plural(m.framesLost, "frame")} lost`,
-    `boot number ${m.boot}`
+    `${plural(m.refused, "datagram")} refused by the master`,
+    ...m.life ? [`life ${m.life}`] : []
   ].join(" · "));
+  show($(".signs", section), m.signs.join(" · "));
   listItems($(".notices", section), m.notices);
   listItems($(".orders", section), m.orders.slice(-3).map(orderText));
-  const clear = $(".clear", section);
-  set(clear, "disabled", !canCommand);
-  set(clear, "title", state.commands ? "" : "The server was started without a key.");
+  drawZones(section, m.zones);
+  section.querySelectorAll(".buttons button, .buttons select").forEach(b => set(b, "disabled", !canCommand));
+}
+
+/** Who burns, where, since when. The first and the last alarm are said to be so. */
+function fireText(state) {
+  const fires = state.masters.filter(m => m.fire);
+  if (!fires.length) return "";
+  const at = fires.flatMap(m => m.fire.at.map(f => ({ ...f, master: m.id })))
+    .sort((a, b) => new Date(a.since) - new Date(b.since));
+  const many = state.masters.length > 1;
+  const one = (f, i) => (many ? `${f.master}/` : "") + f.label + (f.zone ? ` (${f.zone})` : "") +
+    ` since ${localTime(f.since)}` +
+    (at.length === 1 ? "" : i === 0 ? " (first alarm)" : i === at.length - 1 ? " (last alarm)" : "") +
+    (f.smoke ? "" : ", smoke is gone");
+  const unknown = fires.filter(m => !m.fire.at.length)
+    .map(m => `Fire at master ${m.id}, detector not known.`);
+  const known = at.length ? [`Fire at ${plural(at.length, "detector")}: ${at.map(one).join("; ")}.`] : [];
+  const seen = fires.filter(m => m.fire.acknowledged).map(m =>
+    `Acknowledged ${localTime(m.fire.acknowledged)}${many ? ` at master ${m.id}` : ""}.`);
+  const silenced = fires.every(m => !m.fire.sounding) ? ["Sounders are off."] : [];
+  return [...known, ...unknown, ...silenced, ...seen].join(" ");
 }
 
 let before = null; // the state last shown
@@ -128,11 +185,10 @@ function draw(state) {
   });
   sections.forEach(section => section.remove());
 
-  const alarms = state.masters.flatMap(m =>
-    m.alarms.map(label => state.masters.length > 1 ? `${m.id}/${label}` : label));
-  const detectors = plural(alarms.length, "detector");
-  show($("#alarm"), alarms.length ? `Alarm at ${detectors}: ${alarms.join(", ")}` : "");
-  document.title = (alarms.length ? `▲ ${plural(alarms.length, "alarm")} – ` : "") + "flyframe smoke alarm";
+  const fire = fireText(state);
+  show($("#alarm"), fire);
+  const burning = state.masters.reduce((n, m) => n + (m.fire ? Math.max(m.fire.at.length, 1) : 0), 0);
+  document.title = (burning ? `▲ ${plural(burning, "alarm")} – ` : "") + "flyframe smoke alarm";
   set($("#empty"), "hidden", state.masters.length > 0);
   show($("#broken"), state.broken);
   const refused = Object.entries(state.refused).map(([name, n]) => `${name} ${n}`);
