@@ -45,10 +45,10 @@ class FloodSpec extends AnyFlatSpec {
     assert(result("commands_before").num == 1 && result("commands_after").num == 2)
     assert(!result("server_silent").bool)
     assert(result("alarms").num >= kinds.size)
-    assert(
-      result("to_report_us")("worst").num < 5 * result("bus_cycle_us").num,
-      "alarms are reported meanwhile"
-    )
+    // REP-03: alarms every few milliseconds are more news than seven reports tell at once; then a report
+    // waits for its millisecond.
+    val bound = 2 * result("bus_cycle_us").num + 1000 + 50
+    assert(result("to_report_us")("worst").num < bound, "alarms are reported meanwhile")
     assert(result("line_frames_bad").num == 0)
   }
 }
