@@ -90,8 +90,6 @@
 #define ESC_ALARM_ENABLE                         0x0EA6u /* Alarm enable, 1 byte(s), host: rw */
 #define ESC_DETECTOR_ENABLE_MASK                 0x1u
 #define ESC_DETECTOR_ENABLE_SHIFT                0u
-#define ESC_ALARM_REPORT_MASK                    0x2u
-#define ESC_ALARM_REPORT_SHIFT                   1u
 #define ESC_SLAVE_STATE                          0x0EA8u /* State of the slave, 8 byte(s), host: r */
 #define ESC_SLAVE_STATUS_MASK                    0xFFFFu
 #define ESC_SLAVE_STATUS_SHIFT                   0u

@@ -70,7 +70,6 @@ module RegisterFile(
   output [15:0] value_host_alive,
   output [15:0] value_detector_seconds,
   output [1:0]  value_detector_mode,
-  output        value_alarm_report,
   output        value_detector_enable,
   output [7:0]  value_alarm_epoch,
   output [7:0]  value_self_test,
@@ -148,7 +147,6 @@ module RegisterFile(
   reg  [7:0]  bytes_whole_25;
   reg  [7:0]  bytes_whole_26;
   reg         bytes_whole_parts_detector_enable;
-  reg         bytes_whole_parts_alarm_report;
   reg  [1:0]  bytes_whole_parts_detector_mode;
   reg  [15:0] bytes_whole_parts_detector_seconds;
   reg  [15:0] bytes_whole_30;
@@ -362,7 +360,7 @@ module RegisterFile(
       2'b01:
         casez_tmp_14 = bytes_whole_26;
       2'b10:
-        casez_tmp_14 = {6'h0, bytes_whole_parts_alarm_report, bytes_whole_parts_detector_enable};
+        casez_tmp_14 = {7'h0, bytes_whole_parts_detector_enable};
       default:
         casez_tmp_14 = 8'h0;
     endcase
@@ -465,7 +463,6 @@ module RegisterFile(
   wire        _bytes_whole_parts_clear_T_179 = writeAddress == 12'h310;
   wire        _bytes_whole_parts_clear_T_183 = writeAddress == 12'h311;
   wire        _bytes_whole_parts_parts_T_66 = writeAddress == 12'hE8C;
-  wire        _bytes_whole_parts_parts_T_114 = writeAddress == 12'hEA6;
   always @(posedge clock) begin
     if (reset) begin
       bytes_whole_8 <= 16'h0;
@@ -492,7 +489,6 @@ module RegisterFile(
       bytes_whole_25 <= 8'h0;
       bytes_whole_26 <= 8'h0;
       bytes_whole_parts_detector_enable <= 1'h1;
-      bytes_whole_parts_alarm_report <= 1'h1;
       bytes_whole_parts_detector_mode <= 2'h0;
       bytes_whole_parts_detector_seconds <= 16'h0;
       bytes_whole_30 <= 16'h0;
@@ -585,10 +581,8 @@ module RegisterFile(
         bytes_whole_25 <= writeData;
       if (write & writeAddress == 12'hEA5 & writeMask)
         bytes_whole_26 <= writeData;
-      if (write & _bytes_whole_parts_parts_T_114 & writeMask)
+      if (write & writeAddress == 12'hEA6 & writeMask)
         bytes_whole_parts_detector_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_114 & writeMask)
-        bytes_whole_parts_alarm_report <= writeData[1];
       if (set_detector_mode_valid)
         bytes_whole_parts_detector_mode <= 2'h0;
       else if (write & writeAddress == 12'hEB0 & writeMask)
@@ -616,7 +610,6 @@ module RegisterFile(
   assign value_host_alive = bytes_whole_30;
   assign value_detector_seconds = bytes_whole_parts_detector_seconds;
   assign value_detector_mode = bytes_whole_parts_detector_mode;
-  assign value_alarm_report = bytes_whole_parts_alarm_report;
   assign value_detector_enable = bytes_whole_parts_detector_enable;
   assign value_alarm_epoch = bytes_whole_26;
   assign value_self_test = bytes_whole_25;
@@ -783,7 +776,6 @@ module EscMemory(
   output [15:0] value_host_alive,
   output [15:0] value_detector_seconds,
   output [1:0]  value_detector_mode,
-  output        value_alarm_report,
   output        value_detector_enable,
   output [7:0]  value_alarm_epoch,
   output [7:0]  value_self_test,
@@ -1003,7 +995,6 @@ module EscMemory(
     .value_host_alive            (value_host_alive),
     .value_detector_seconds      (value_detector_seconds),
     .value_detector_mode         (value_detector_mode),
-    .value_alarm_report          (value_alarm_report),
     .value_detector_enable       (value_detector_enable),
     .value_alarm_epoch           (value_alarm_epoch),
     .value_self_test             (value_self_test),
@@ -3077,7 +3068,6 @@ module AlarmUnit(
   output        pins_lamp,
   input         pins_config_fault,
   input         detect,
-  input         report,
   input  [15:0] debounce,
   input         changes,
   input  [15:0] offTime,
@@ -3147,6 +3137,7 @@ module AlarmUnit(
   reg  [1:0]  queue_forget_REG;
   reg  [1:0]  left;
   reg  [3:0]  passed;
+  reg         confirmed;
   reg  [3:0]  casez_tmp;
   always @(*) begin
     casez (nibble[1:0])
@@ -3183,6 +3174,7 @@ module AlarmUnit(
       queue_forget_REG <= 2'h0;
       left <= 2'h0;
       passed <= 4'h0;
+      confirmed <= 1'h0;
     end
     else begin
       secondOver_due <= _ticks_second | secondOver_due & registersBusy;
@@ -3199,6 +3191,7 @@ module AlarmUnit(
         passed <= 4'h0;
       else if (begins & ~(&passed))
         passed <= passed + 4'h1;
+      confirmed <= confirm_valid | confirmed;
     end
   end // always @(posedge)
   AlarmClock ticks (
@@ -3280,13 +3273,13 @@ module AlarmUnit(
      testing,
      disabled,
      ~(|hostAlive_value),
-     ~_detector_supply | ~report,
+     ~_detector_supply,
      _detector_state == 3'h4 & ~disabled,
      _detector_state == 3'h3 & ~disabled,
      sounding,
      latched,
      rings};
-  assign pending = _queue_offers & report & (_queue_isUrgent | ~(left[1]) | (&passed));
+  assign pending = _queue_offers & confirmed & (_queue_isUrgent | ~(left[1]) | (&passed));
   assign data =
     nibble > 6'h13 & nibble < 6'h2C
       ? casez_tmp_0
@@ -3484,7 +3477,6 @@ module alarm_slave(
   wire [15:0] _memory_value_host_alive;
   wire [15:0] _memory_value_detector_seconds;
   wire [1:0]  _memory_value_detector_mode;
-  wire        _memory_value_alarm_report;
   wire        _memory_value_detector_enable;
   wire [7:0]  _memory_value_alarm_epoch;
   wire [7:0]  _memory_value_self_test;
@@ -3697,7 +3689,6 @@ module alarm_slave(
     .value_host_alive            (_memory_value_host_alive),
     .value_detector_seconds      (_memory_value_detector_seconds),
     .value_detector_mode         (_memory_value_detector_mode),
-    .value_alarm_report          (_memory_value_alarm_report),
     .value_detector_enable       (_memory_value_detector_enable),
     .value_alarm_epoch           (_memory_value_alarm_epoch),
     .value_self_test             (_memory_value_self_test),
@@ -4054,7 +4045,6 @@ module alarm_slave(
     .pins_lamp                 (alarm_lamp),
     .pins_config_fault         (alarm_config_fault),
     .detect                    (_memory_value_detector_enable),
-    .report                    (_memory_value_alarm_report),
     .debounce                  (_memory_value_detector_debounce),
     .changes                   (messages_alarmUnit_changes_REG),
     .offTime                   (_memory_value_detector_off_time),

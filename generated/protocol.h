@@ -84,8 +84,7 @@ enum protocol_slave {
   PROTOCOL_SLAVE_SOUNDING =                 4,      /* an alarm is not silenced yet: the sounder is on */
   PROTOCOL_SLAVE_OPEN =                     8,      /* the line of the detector is broken */
   PROTOCOL_SLAVE_SHORT =                    16,     /* the line of the detector has a short circuit */
-  /* the detector is not supplied, or its records not reported */
-  PROTOCOL_SLAVE_UNWATCHED =                32,
+  PROTOCOL_SLAVE_UNWATCHED =                32,     /* the detector is not supplied */
   PROTOCOL_SLAVE_HOST_DEAD =                64,     /* the host has not said for too long that it lives */
   PROTOCOL_SLAVE_DISABLED =                 128,    /* the detector is disabled */
   PROTOCOL_SLAVE_TESTING =                  0x0100, /* the detector is being tested */

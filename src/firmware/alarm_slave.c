@@ -8,8 +8,7 @@ enum {
   TYPE = 0xf1,
   USER_RAM_BYTES = 128,
   POLL_US = 1000,
-  PATIENCE_MS = 1000, /* that the supply may be off for longer than a reset of the detector takes */
-  ENABLE = ESC_DETECTOR_ENABLE_MASK | ESC_ALARM_REPORT_MASK
+  PATIENCE_MS = 1000 /* that the supply may be off for longer than a reset of the detector takes */
 };
 
 static bool is_there(struct board *board) {
@@ -50,12 +49,13 @@ enum self_test alarm_slave_start(struct alarm_slave *slave, struct board *board,
   /* Of an unknown controller nothing is written. */
   if (!is_there(board)) return slave->self_test = SELF_TEST_CONTROLLER;
   /* Before anything that takes time; a detector that is on stays on. */
-  write_number(board, ESC_ALARM_ENABLE, 1, ENABLE);
+  write_number(board, ESC_ALARM_ENABLE, 1, ESC_DETECTOR_ENABLE_MASK);
   enum self_test result =
       memory_holds(board, ESC_USER_RAM, USER_RAM_BYTES) ? SELF_TEST_GOOD : SELF_TEST_MEMORY;
   result = worse(result, write_parameters(board, parameters));
   result = worse(result, begin_epoch(slave));
-  if (read_number(board, ESC_ALARM_ENABLE, 1) != ENABLE) result = worse(result, SELF_TEST_MEMORY);
+  if (read_number(board, ESC_ALARM_ENABLE, 1) != ESC_DETECTOR_ENABLE_MASK)
+    result = worse(result, SELF_TEST_MEMORY);
   slave->self_test = result;
   /* The master takes a slave for well when its self-test is: everything else must be there before. */
   slave->marked = number_holds(board, ESC_SELF_TEST, 1, result) && slave->marked;
@@ -86,8 +86,8 @@ static void take_messages(struct alarm_slave *slave) {
 
 /* The detector has its supply, or has been without no longer than a reset takes. */
 static bool detector_goes_on(struct alarm_slave *slave, uint16_t passed_ms) {
-  if (read_number(slave->board, ESC_ALARM_ENABLE, 1) != ENABLE)
-    write_number(slave->board, ESC_ALARM_ENABLE, 1, ENABLE);
+  if (read_number(slave->board, ESC_ALARM_ENABLE, 1) != ESC_DETECTOR_ENABLE_MASK)
+    write_number(slave->board, ESC_ALARM_ENABLE, 1, ESC_DETECTOR_ENABLE_MASK);
   const uint32_t limit = (uint32_t)slave->parameters.off_time_ms + PATIENCE_MS;
   if (!(alarm_slave_status(slave) & PROTOCOL_SLAVE_UNWATCHED)) slave->unwatched_ms = 0;
   else if (slave->unwatched_ms <= limit) slave->unwatched_ms += passed_ms;

@@ -21,7 +21,7 @@ struct SlaveController : board {
     memory.fill(0);
     memory[ESC_ESC_TYPE] = 0xf1;
     memory[ESC_RAM_SIZE] = 1;
-    memory[ESC_ALARM_ENABLE] = 3;
+    memory[ESC_ALARM_ENABLE] = 1;
     setWord(ESC_DETECTOR_DEBOUNCE, 1000), setWord(ESC_DETECTOR_OFF_TIME, 2000);
     std::copy(kMessages[0], kMessages[0] + 8, &memory[ESC_ALARM_BROADCAST]);
     std::copy(kMessages[1], kMessages[1] + 8, &memory[ESC_ALARM_MESSAGE]);
@@ -33,7 +33,7 @@ struct SlaveController : board {
   }
   void writeByte(uint16_t address, uint8_t value) override {
     board::writeByte(address, value);
-    if (address == ESC_ALARM_ENABLE && value != 3) detectorOff = true;
+    if (address == ESC_ALARM_ENABLE && value != 1) detectorOff = true;
   }
   void wait(uint32_t time) override {
     for (us += time; us >= 1000; us -= 1000) {
@@ -52,7 +52,7 @@ void start() {
   check("its controller gets the parameters",
         c.word(ESC_STATION_ALIAS) == 7 && c.word(ESC_DETECTOR_DEBOUNCE) == 1234 &&
             c.word(ESC_DETECTOR_OFF_TIME) == 2000 && c.memory[ESC_SELF_TEST] == 1 &&
-            c.memory[ESC_ALARM_ENABLE] == 3);
+            c.memory[ESC_ALARM_ENABLE] == 1);
   check("ALARM-11: and the promise to live", c.word(ESC_HOST_ALIVE) == 5000);
   const int selfTest = c.lastWrite(ESC_SELF_TEST);
   check("the self-test is told behind node ID and epoch",
@@ -80,7 +80,7 @@ void goesOn(
   const enum self_test got = alarm_slave_start(&host, &c, &parameters);
   for (int i = 0; i < 20; ++i) alarm_slave_serve(&host);
   check(std::string(name) + ", but the detector goes on: " + self_test_text(expected),
-        got == expected && c.memory[ESC_SELF_TEST] == expected && c.memory[ESC_ALARM_ENABLE] == 3 &&
+        got == expected && c.memory[ESC_SELF_TEST] == expected && c.memory[ESC_ALARM_ENABLE] == 1 &&
             !c.detectorOff && c.word(ESC_HOST_ALIVE) > 0 && host.epoch != 0 && c.watched > 0);
 }
 
@@ -169,7 +169,7 @@ void accepted(const char* name, const alarm_slave_parameters& parameters) {
   SlaveController c;
   alarm_slave host;
   check(std::string("still allowed: ") + name,
-        alarm_slave_start(&host, &c, &parameters) == SELF_TEST_GOOD && c.memory[ESC_ALARM_ENABLE] == 3 &&
+        alarm_slave_start(&host, &c, &parameters) == SELF_TEST_GOOD && c.memory[ESC_ALARM_ENABLE] == 1 &&
             c.word(ESC_STATION_ALIAS) == parameters.node_id &&
             c.word(ESC_DETECTOR_DEBOUNCE) == parameters.debounce_us / 10 &&
             c.word(ESC_DETECTOR_OFF_TIME) == parameters.off_time_ms &&
@@ -237,7 +237,7 @@ void life() {
   check("and again when it is back", c.watched == after + 1);
   c.memory[ESC_ALARM_ENABLE] = 0;
   alarm_slave_serve(&host);
-  check("ALARM-13: a detector that is off by itself is switched on", c.memory[ESC_ALARM_ENABLE] == 3);
+  check("ALARM-13: a detector that is off by itself is switched on", c.memory[ESC_ALARM_ENABLE] == 1);
 }
 
 void resets() {

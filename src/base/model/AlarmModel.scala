@@ -40,17 +40,18 @@ class AlarmModel(registers: ModelRegisters, links: () => Int = () => 0) extends 
   private var sounding = false
 
   // Records.
-  private var time     = 0L
-  private var reported = Option.empty[Int]    // state of the last record, if that still is known
-  private var sequence = 1
-  private var queue    = Vector.empty[Record] // oldest first
-  private var dropped  = 0
-  private var lacking  = false                // records were dropped since there were none
-  private var orders   = Map.empty[Int, Int]  // bytes of acknowledgement and confirmation as written last
-  private var clears   = false                // the master has become another one
-  private var offered  = Option.empty[Record]
-  private var left     = 0                    // times the record on offer has left
-  private var passed   = 0                    // frames since then
+  private var time      = 0L
+  private var reported  = Option.empty[Int]    // state of the last record, if that still is known
+  private var sequence  = 1
+  private var queue     = Vector.empty[Record] // oldest first
+  private var dropped   = 0
+  private var lacking   = false                // records were dropped since there were none
+  private var orders    = Map.empty[Int, Int]  // bytes of acknowledgement and confirmation as written last
+  private var clears    = false                // the master has become another one
+  private var confirmed = false                // it expects records
+  private var offered   = Option.empty[Record]
+  private var left      = 0                    // times the record on offer has left
+  private var passed    = 0                    // frames since then
 
   private var damaged  = false // the FPGA's configuration
   private var received = Set.empty[String]
@@ -231,7 +232,8 @@ class AlarmModel(registers: ModelRegisters, links: () => Int = () => 0) extends 
     }
   }
 
-  private def confirm(): Unit =
+  private def confirm(): Unit = {
+    confirmed = true
     if (clears) {
       clears = false
       queue.foreach(_.told = false)
@@ -246,10 +248,11 @@ class AlarmModel(registers: ModelRegisters, links: () => Int = () => 0) extends 
       queue = stay
       if (queue.isEmpty) lacking = false
     }
+  }
 
   /** What a frame that begins now may take, without its index, which is the position. */
   def datagram: Option[Seq[Int]] =
-    for (r <- offered if value("alarm_report") == 1 && (r.isAlarm || left < Often || passed == Pause))
+    for (r <- offered if confirmed && (r.isAlarm || left < Often || passed == Pause))
       yield {
         val data = RecordLayout
           .encode(
@@ -283,7 +286,7 @@ class AlarmModel(registers: ModelRegisters, links: () => Int = () => 0) extends 
     SlaveStatus.Sounding      -> sounding,
     SlaveStatus.Open          -> (state == Open && mode != DetectorMode.Disable),
     SlaveStatus.Short         -> (state == Short && mode != DetectorMode.Disable),
-    SlaveStatus.Unwatched     -> (!supplied || value("alarm_report") == 0),
+    SlaveStatus.Unwatched     -> !supplied,
     SlaveStatus.HostDead      -> (value("host_alive") == 0),
     SlaveStatus.Disabled      -> (mode == DetectorMode.Disable),
     SlaveStatus.Testing       -> (mode == DetectorMode.Test),

@@ -48,7 +48,6 @@ class AlarmUnit(p: EscParams) extends Module {
   // Settings of the host: the detector is switched on; how long its states must last, see [[Detector]]; what
   // it says of itself; and its node ID.
   val detect   = IO(Input(Bool()))
-  val report   = IO(Input(Bool())) // true: records may be appended to frames
   val debounce = IO(Input(UInt(16.W)))
   val changes  = IO(Input(Bool())) // of debounce, see there
   val offTime  = IO(Input(UInt(16.W)))
@@ -163,7 +162,11 @@ class AlarmUnit(p: EscParams) extends Module {
     left   := 0.U
     passed := 0.U
   }
-  pending := queue.offers && report && (queue.isUrgent || !left(1) || passed.andR)
+
+  // An ordinary master expects nothing that is appended (ALARM-09). Reset: it may be one.
+  private val confirmed = RegInit(false.B)
+  when(confirm.valid) { confirmed := true.B }
+  pending := queue.offers && confirmed && (queue.isUrgent || !left(1) || passed.andR)
 
   // The datagram: a NOP, which every controller passes untouched. What is not the record is chosen by
   // nibbles.
@@ -197,7 +200,7 @@ class AlarmUnit(p: EscParams) extends Module {
     SlaveStatus.Sounding      -> sounding,
     SlaveStatus.Open          -> (state === DetectorState.Open.U && !disabled),
     SlaveStatus.Short         -> (state === DetectorState.Short.U && !disabled),
-    SlaveStatus.Unwatched     -> (!detector.supply || !report), // nor is it enabled without supply
+    SlaveStatus.Unwatched     -> !detector.supply, // nor is it enabled then
     SlaveStatus.HostDead      -> !hostIsAlive,
     SlaveStatus.Disabled      -> disabled,
     SlaveStatus.Testing       -> testing,

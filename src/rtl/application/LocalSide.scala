@@ -230,7 +230,6 @@ class LocalSide(p: EscParams, memory: EscMemory, processor: FrameProcessor, adde
     val value = memory.value
     unit.pins <> pins
     unit.detect        := value.bool("detector_enable")
-    unit.report        := value.bool("alarm_report")
     unit.debounce      := value.uint("detector_debounce")
     unit.offTime       := value.uint("detector_off_time")
     unit.selfTest      := value.uint("self_test")

@@ -35,7 +35,7 @@ class Meter {
     std::vector<unsigned> state(line_.slaves() + 1, PROTOCOL_STATE_NORMAL);
     for (size_t n = 0; n < events; ++n) {
       // Longer than what follows from the event before is told: reports are one per millisecond then.
-      pass(60 * cycleNs_ + static_cast<int64_t>(random_() % static_cast<uint64_t>(10 * cycleNs_)));
+      pass(45 * cycleNs_ + static_cast<int64_t>(random_() % static_cast<uint64_t>(10 * cycleNs_)));
       const size_t slave = 1 + random_() % line_.slaves();
       state[slave] = PROTOCOL_STATE_NORMAL + PROTOCOL_STATE_ALARM - state[slave];
       wantedPosition_ = slave - 1, wantedState_ = state[slave], found_ = false;

@@ -74,8 +74,6 @@ std::string IoHost::command(const std::vector<std::string>& words) {
 }
 
 void IoHost::run() {
-  // A detector has nothing to report here: masters of others do not expect what it appends.
-  if (slave().hasDetector()) write(ESC_ALARM_ENABLE, {0});
   setEventMask();
   uint64_t polledAt = 0;
   const auto pollCycles = static_cast<uint64_t>(kPollNs * kNs / slave().corePeriod());

@@ -98,6 +98,7 @@ class SlaveModel(val number: Int, listedNode: Int, watcher: SlaveWatcher) extend
   /** Since the queue was last empty. */
   private var hasDropped = false
   private var life       = 0
+  private var confirmed  = false // the master expects records
   private var frames     = 0
   private var nextAt     = Never
   private var dueAt      = Never
@@ -147,6 +148,7 @@ class SlaveModel(val number: Int, listedNode: Int, watcher: SlaveWatcher) extend
       dropped = 0
       hasDropped = false
       life = 0
+      confirmed = false
       frames = 0
       toggleAt = if (half > 0) now + half else Never
     } else {
@@ -432,7 +434,7 @@ class SlaveModel(val number: Int, listedNode: Int, watcher: SlaveWatcher) extend
 
   override def appended(): Option[Record] = {
     frames += 1
-    if (queue.isEmpty) None
+    if (queue.isEmpty || !confirmed) None
     else
       offer.filter(e => e.record.isAlarm || e.sent < 2 || frames % 16 == 0).map { e =>
         e.sent += 1
@@ -451,19 +453,22 @@ class SlaveModel(val number: Int, listedNode: Int, watcher: SlaveWatcher) extend
       show()
     }
 
-  override def confirm(number: Int, of: Int): Unit = if (of != life) {
-    life = of
-    queue.foreach(_.told = false)
-    watcher.changed()
-    show()
-  } else if (queue.nonEmpty) {
-    // The master keeps no more than that: with another tag its event is none any more.
-    def isStored(e: Entry) = e.told && ((e.tag - number) & 0xffff) >= Outstanding
-    if (queue.exists(isStored)) {
-      queue.filterInPlace(!isStored(_))
-      if (queue.isEmpty) hasDropped = false
+  override def confirm(number: Int, of: Int): Unit = {
+    confirmed = true
+    if (of != life) {
+      life = of
+      queue.foreach(_.told = false)
       watcher.changed()
       show()
+    } else if (queue.nonEmpty) {
+      // The master keeps no more than that: with another tag its event is none any more.
+      def isStored(e: Entry) = e.told && ((e.tag - number) & 0xffff) >= Outstanding
+      if (queue.exists(isStored)) {
+        queue.filterInPlace(!isStored(_))
+        if (queue.isEmpty) hasDropped = false
+        watcher.changed()
+        show()
+      }
     }
   }
 

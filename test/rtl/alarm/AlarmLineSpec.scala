@@ -7,7 +7,7 @@ import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.memory.HostPort
 import flyframe.model._
 import flyframe.params.{EscParams, Presets}
-import flyframe.protocol.Command.{Aprd, Apwr, Brd, Nop}
+import flyframe.protocol.Command.{Aprd, Apwr, Brd, Bwr, Nop}
 import flyframe.protocol.DetectorState.Normal
 import flyframe.registers.AlarmRegisters
 import flyframe.rules.{Line, Reply}
@@ -79,6 +79,10 @@ class AlarmLineSpec extends AnyFlatSpec with SharedSimulation {
     }
     idle(500)
     slaves.foreach(_.advanceUs(20))
+    // From now on records are expected.
+    send(
+      WireFrame.withFcs(EtherCatFrame(Seq(Datagram(Bwr, 0, AlarmRegisters.Confirm, Seq.fill(4)(0)))))
+    )
 
     private def slot(): Unit = {
       dut.clock.step()

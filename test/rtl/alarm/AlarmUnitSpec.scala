@@ -42,7 +42,6 @@ class AlarmUnderTest(p: EscParams) extends Module {
   unit.pins.current       := current
   unit.pins.config_fault  := damaged
   unit.detect             := true.B
-  unit.report             := true.B
   unit.debounce           := 0.U
   unit.changes            := false.B
   unit.offTime            := 0.U

@@ -55,6 +55,7 @@ class LineBench(dut: LineMaster, val line: TimedLine, ports: Int = 1, cycle: Int
   private var words    = Vector.empty[Int]            // of the event that is on its way
   private var request  = Seq.empty[Int]               // bytes of the host's datagram
   private val leaving  = Array.fill(ports)(Vector.empty[Int])
+  private val rested   = Array.fill(ports)(false)     // no frame of another bench is leaving
   private val back     = Array.fill(ports)(Vector.empty[Option[(Int, Boolean, Boolean)]])
   private val good     = Array.fill(ports)(false)
   private val before   = Array.fill(ports)(Option((-1, false, false)))
@@ -177,10 +178,12 @@ class LineBench(dut: LineMaster, val line: TimedLine, ports: Int = 1, cycle: Int
       for (_ <- 1 until clocks) clock()
     } else clock()
     slots += 1
-    for (y <- 0 until ports if is(dut.out(y).valid)) {
-      if (is(dut.out(y).payload)) leaving(y) :+= number(dut.out(y).data)
-      if (is(dut.out(y).last)) left(y)
-    }
+    for (y <- 0 until ports)
+      if (!is(dut.out(y).valid)) rested(y) = true
+      else if (rested(y)) {
+        if (is(dut.out(y).payload)) leaving(y) :+= number(dut.out(y).data)
+        if (is(dut.out(y).last)) left(y)
+      }
   }
 
   /** Cuts a cable, or mends it, now: a frame that is in flight gets lost, or comes back bad. */

@@ -6,7 +6,8 @@ import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
 import flyframe.model._
 import flyframe.params.Presets
-import flyframe.protocol.Command.{Aprd, Brd}
+import flyframe.protocol.Command.{Aprd, Brd, Bwr}
+import flyframe.registers.AlarmRegisters
 
 /** The exchange of a master with a line of modelled slaves. */
 class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
@@ -133,6 +134,8 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
         s.advanceUs(20)
       }
       val master = new Master(dut, slaves)
+      // A master that confirms expects records.
+      master.exchange(Datagram(Bwr, 0, AlarmRegisters.Confirm, Seq.fill(4)(0)))
       dut.keeps.valid.poke(true)
       dut.keeps.bits.poke(1)
       val answers =

@@ -435,6 +435,31 @@ class LineMasterSpec extends AnyFlatSpec with SharedSimulation {
           b.settle()
           assert(!b.fire && !b.line.slaves(count - 1).alarm.get.lamp)
       }
+    } :+ "LM-07: to more slaves than the table has places for, silence and reset go to all" -> {
+      (dut: LineMaster) =>
+        val b = bench(dut, 2 * room)
+        // Orders as they leave: command, position.
+        def orders = b.frames.flatMap(_._2).collect {
+          case d if d.ado == AlarmRegisters.Command => d.command
+        }
+        for (i <- Seq(0, room, 2 * room - 1)) set(b, i, Alarm)
+        b.until(2)(b.loud == loud)
+        b.settle()
+        b.frames = Vector.empty
+        b.silence()
+        b.settle()
+        assert(orders.nonEmpty && orders.forall(_ == Bwr), orders)
+        assert(b.loud == still && b.line.slaves.forall(!_.alarm.get.buzzer))
+        set(b, room + 1, Alarm)
+        b.until(2)(b.loud == loud)
+        b.settle()
+        assert(b.loud == loud, "a new alarm sounds, wherever it is")
+        b.frames = Vector.empty
+        for (i <- 0 until 2 * room) set(b, i, Normal)
+        b.reset()
+        b.settle()
+        assert(orders.nonEmpty && orders.forall(_ == Bwr), orders)
+        assert(b.loud == quiet && b.line.slaves.forall(!_.alarm.get.lamp))
     }: _*
   )
 

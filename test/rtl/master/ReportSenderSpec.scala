@@ -190,6 +190,33 @@ class ReportSenderSpec extends AnyFlatSpec with SharedSimulation {
       dut.clock.step(3 * PlantSideBench.MsCycles)
       assert(is(dut.silent))
     },
+    "REP-05: a number that is older, or of an event that does not exist yet, acknowledges nothing" -> { dut =>
+      val d      = new PlantDriver(dut)
+      val server = new Server(d, new Random(9))
+      var turn   = 0L
+      def first  = dut.firstEvent.peek().litValue.toLong
+      def answer(number: Long): Unit = {
+        turn += 1
+        d.datagram(PlantServer.answer(server.life, turn, d.seen().last.counter, number, 0, Order.None))
+        d.ms(2)
+      }
+      d.ms(2)
+      for (_ <- 1 to 9) d.offer(0, Seq.fill(16)(1))
+      d.ms(8)
+      answer(5)
+      assert(first == 5)
+      for (wrong <- Seq(0L, 4L, 10L, 11L, 0x7fffffffL, 0x80000000L, 0xffffffffL)) {
+        dut.status.poke((wrong & 0xff) + 1) // for another report, which can be answered
+        d.ms(8)
+        answer(wrong)
+        assert(first == 5 && d.refused == 0, s"number $wrong")
+      }
+      dut.status.poke(0)
+      d.ms(8)
+      assert(d.reports.last._2.events.size == 4, "and nothing is forgotten")
+      answer(9)
+      assert(first == 9)
+    },
     "SRV-02: an order waits in the mailbox" -> { dut =>
       val d      = new PlantDriver(dut)
       val server = new Server(d, new Random(7))

@@ -214,6 +214,51 @@ class RingSpec extends AnyFlatSpec with SharedSimulation {
       b.until(6)(b.loud == loud)
       assert(b.present == Slaves)
     },
+    "LM-04, LM-07: where a cut makes an order void the master sounds as long as a slave does" -> { dut =>
+      val b                     = bench(dut)
+      def buzzers               = b.line.slaves.exists(_.alarm.get.buzzer)
+      def lamps                 = b.line.slaves.exists(_.alarm.get.lamp)
+      def agrees(where: String) = assert((b.fire || !lamps) && (b.sounding || !buzzers), where)
+      for (
+        (cut, delay) <- (0 to Slaves).zip(Iterator.iterate(0)(d => (d + 430) % 1500));
+        mends        <- Seq(false, true)
+      ) {
+        // The order comes in the cycle of a cut, or of its mending.
+        def changes(after: Int): Unit = {
+          for (_ <- 1 to after) b.slot()
+          b.line.setCable(cut, intact = mends)
+        }
+        val where = s"cut $cut, mended $mends"
+        if (mends) b.line.setCable(cut, intact = false)
+        b.settle()
+        for (i <- Seq(1, 4)) set(b, i, Alarm)
+        b.until(4)(b.loud == loud)
+        b.settle()
+        b.silence()
+        changes(delay)
+        b.settle()
+        agrees(where)
+        b.silence()
+        b.settle()
+        assert(b.loud == still && !buzzers, where)
+        for (i <- Seq(1, 4)) set(b, i, Normal)
+        b.line.setCable(cut, intact = !mends)
+        b.settle()
+        agrees(where)
+        b.reset()
+        changes(delay)
+        b.settle()
+        b.settle()
+        agrees(where)
+        b.reset()
+        b.settle()
+        b.settle()
+        assert(b.loud == quiet && !lamps, where)
+        b.line.setCable(cut, intact = true)
+        b.settle()
+        assert(b.ringClosed && b.loud == quiet)
+      }
+    },
     "LM-13: the host's datagram reaches both parts of a ring that is cut, also in the cycle of the cut" -> {
       dut =>
         val b = bench(dut)
