@@ -62,6 +62,9 @@ def floor(name: String): Seq[Setting[_]] = {
     Test / envVars += "OBJCACHE" -> (root.value / "test" / "objcache").toString,
     Test / testForkedParallel    := true,
     Test / testOptions += Tests.Argument(TestFrameworks.ScalaTest, "-oD"),
+    // Of each suite that has ended: a long run that was interrupted goes on behind them (.ci/run-soak).
+    Test / testOptions ++=
+      sys.env.get("FLYFRAME_REPORTS").map(Tests.Argument(TestFrameworks.ScalaTest, "-u", _)).toSeq,
     libraryDependencies += scalatest % Test
   )
 }

@@ -30,7 +30,8 @@ results = [json.loads(line) for line in options.results.read_text().splitlines()
 if not results:
     sys.exit(f"{options.results} is empty: no soak has run.")
 checks = {}
-for result in results:
+# Of a part that has run again the last result counts.
+for result in {(r["check"], r["part"]): r for r in results}.values():
     checks.setdefault(result["check"], []).append(result)
 describe = ["git", "describe", "--always", "--dirty"]
 commit = subprocess.run(describe, capture_output=True, text=True, check=True)
@@ -39,7 +40,7 @@ print("# Soak")
 print()
 print("Written by `make soak`, which does in full what `make test` does in samples. Do not edit.")
 print()
-print(f"Sources: {commit.stdout.strip()}. The whole run took {duration(options.seconds)}")
+print(f"Sources: {commit.stdout.strip()}. All runs together took {duration(options.seconds)}")
 print(f"on {os.cpu_count()} cores, on which several parts ran at the same time.")
 print()
 print("## What is a sample in `make test`")

@@ -1,7 +1,5 @@
 #include "core/io_host.h"
 
-#include <alarm-slave.h>  // in `generated`
-
 #include <algorithm>
 #include <cstdio>
 
