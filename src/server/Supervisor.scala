@@ -7,62 +7,6 @@ import java.time.Instant
 import scala.collection.mutable
 import flyframe.protocol.{CommandResult, EventKind, Order, ServerDatagram, SlaveStatus}
 
-/** Why a datagram was ignored; each kind is counted. */
-sealed abstract class Refusal(val name: String)
-object Refusal {
-
-  /** No report. */
-  case object Malformed extends Refusal("malformed")
-
-  /** Longer than any report. */
-  case object Oversized extends Refusal("oversized")
-
-  /** Of a master that is not on the list, at another address, or without a key; or of one more than there may
-    * be.
-    */
-  case object Foreign extends Refusal("foreign")
-
-  /** With a wrong tag. */
-  case object Forged extends Refusal("forged")
-
-  /** With a counter that is not higher than the last one, or of a life that is over. */
-  case object Replayed extends Refusal("replayed")
-
-  /** By a master that does not know this life of the server. */
-  case object Unproven extends Refusal("unproven")
-
-  val all: Seq[Refusal] = Seq(Malformed, Oversized, Foreign, Forged, Replayed, Unproven)
-}
-
-/** A master as the server knows it.
-  *
-  * @param life
-  *   None: nothing is known but that there is to be one
-  * @param heardMs
-  *   when its last report came, monotonic; None: none has come since the start of the server
-  * @param heard
-  *   the same as a time of day
-  * @param stored
-  *   number of the next event that the log wants; None: the log has not said it yet
-  * @param gaps
-  *   first and last numbers of events of this life that the log does not have
-  * @param fireMs
-  *   when the last slave began to burn, monotonic
-  * @param lost
-  *   frames that were sent in vain lately, also in the life before
-  */
-final case class Master(
-    id: Int,
-    life: Option[Life] = None,
-    line: LineState = LineState(),
-    heardMs: Option[Long] = None,
-    heard: Option[Instant] = None,
-    stored: Option[Long] = None,
-    gaps: Vector[(Long, Long)] = Vector.empty,
-    fireMs: Long = 0,
-    lost: LostFrames = LostFrames()
-)
-
 /** The masters and what comes from them: which reports count, the lines, the log, the orders (SRV-05 to
   * SRV-14). For several threads. What a report tells is shown at once; the log comes behind and can hold up
   * nothing: neither page nor answers.
@@ -97,8 +41,7 @@ final class Supervisor(
   private val orders  = mutable.Map.empty[Int, Orders]
   private val silent  = mutable.Set.empty[Int]
   private val refused = mutable.Map.empty[Refusal, Long].withDefaultValue(0L)
-  private val heard   = mutable.Map.empty[Int, Heard]
-  private val doubts  = mutable.Map.empty[Int, Doubts]
+  private val admits  = new Admission(options, keys, clockMs)
   private val records = mutable.Map.empty[Int, RecordGaps]
   private var broken  = Option.empty[String]
 
@@ -138,16 +81,19 @@ final class Supervisor(
   /** A datagram has come. A report is shown, stored and answered; all else is counted. */
   def receive(datagram: Array[Byte], from: InetSocketAddress): Unit = synchronized {
     val result = for {
-      _      <- Either.cond(datagram.length <= Protocol.MostReportBytes, (), Refusal.Oversized)
-      report <- Protocol.report(datagram).toRight(Refusal.Malformed)
-      id     = report.life.master
-      onList = options.masters.isEmpty || options.masters.get(id).contains(from.getAddress)
-      key <- keys.of(id).filter(_ => onList).toRight(Refusal.Foreign)
-      _   <- Either.cond(Protocol.isRight(report, datagram, key), (), Refusal.Forged)
-      _   <- if (report.server == life) Right(()) else doubt(report, from)
-      now <- admit(report)
-    } yield take(report, from, now)
+      report <- admits.authentic(datagram, from.getAddress)
+      _      <- if (report.server == life) Right(()) else doubt(report, from)
+      _      <- admits.admit(report, hasRoom(report.life.master))
+    } yield take(report, from)
     result.left.foreach(count)
+  }
+
+  /** The answer tells the master this life of the server; no event is acknowledged by it, and nothing is
+    * ordered.
+    */
+  private def doubt(report: Report, from: InetSocketAddress): Left[Refusal, Nothing] = {
+    if (admits.doubt(report)) answer(report, from, report.first, None)
+    Left(Refusal.Unproven)
   }
 
   private def count(why: Refusal): Unit = {
@@ -155,51 +101,14 @@ final class Supervisor(
     changed()
   }
 
-  /** A report that may be of any age. Its answer tells the master this life of the server; no event is
-    * acknowledged by it, and nothing is ordered.
-    */
-  private def doubt(report: Report, from: InetSocketAddress): Left[Refusal, Nothing] = {
-    val (id, now) = (report.life.master, clockMs())
-    val before    = doubts.getOrElse(id, Doubts(now, now, proven = true))
-    val isOver    = before.proven || now - before.lastMs > options.masterTimeoutMs
-    // The master's own reports have the highest counters: older ones, which anybody can send again, must not
-    // take their answers.
-    val isFresh = report.counter > before.counters.getOrElse(report.life.number, 0L)
-    val due     = before.answeredMs.get(isFresh).forall(now - _ >= AnswerDoubtMs)
-    doubts(id) = Doubts(
-      if (isOver) now else before.sinceMs,
-      now,
-      proven = false,
-      if (isFresh) before.counters.updated(report.life.number, report.counter) else before.counters,
-      if (due) before.answeredMs.updated(isFresh, now) else before.answeredMs
-    )
-    if (due) answer(report, from, report.first, None)
-    Left(Refusal.Unproven)
-  }
-
-  /** Whether a proven report counts (SRV-10, SRV-11), and what then is known of its master's lives. */
-  private def admit(report: Report): Either[Refusal, Heard] = {
-    val id = report.life.master
-    val room =
-      masters.contains(id) || masters.size < MostMasters || masters.keys.exists(mayGo)
-    val lives = heard.get(id) match {
-      case None => Some(Heard(report.life.number, report.counter, Set.empty))
-      case Some(h) if h.current == report.life.number =>
-        Option.when(report.counter > h.counter)(h.copy(counter = report.counter))
-      case Some(h) =>
-        Option.when(!h.over(report.life.number))(
-          Heard(report.life.number, report.counter, h.over + h.current)
-        )
-    }
-    if (report.counter == 0) Left(Refusal.Replayed)
-    else lives.toRight(Refusal.Replayed).filterOrElse(_ => room, Refusal.Foreign)
-  }
+  private def hasRoom(id: Int): Boolean =
+    masters.contains(id) || masters.size < MostMasters || masters.keys.exists(mayGo)
 
   /** A master that another one may take the place of. */
   private def mayGo(id: Int): Boolean =
     isSilent(masters(id)) && !expected.masters.contains(id) && !masters(id).line.isBurning
 
-  private def take(report: Report, from: InetSocketAddress, lives: Heard): Unit = {
+  private def take(report: Report, from: InetSocketAddress): Unit = {
     val id     = report.life.master
     val now    = timeOfDay()
     val before = masters.get(id)
@@ -216,8 +125,6 @@ final class Supervisor(
           lost = other.fold(LostFrames())(_.lost)
         )
     }
-    heard(id) = lives
-    doubts.updateWith(id)(_.map(_.copy(proven = true)))
     silent -= id
     val line = held.line.after(report, now)
     val m = held.copy(
@@ -454,12 +361,7 @@ final class Supervisor(
   def picture: Picture = synchronized {
     val now = clockMs()
     // Masters none of whose reports was proven are shown, too.
-    def isUnproven(id: Int) = doubts
-      .get(id)
-      .exists(d =>
-        !d.proven && now - d.lastMs <= options.masterTimeoutMs && now - d.sinceMs > options.masterTimeoutMs
-      )
-    val strangers = doubts.keys.filter(id => !masters.contains(id) && isUnproven(id)).take(MostMasters)
+    val strangers = admits.unproven.filterNot(masters.contains).take(MostMasters)
     val shown     = masters.values.toVector ++ strangers.map(Master(_))
     Picture(
       shown.sortBy(_.id).map { m =>
@@ -467,7 +369,7 @@ final class Supervisor(
           m,
           expected,
           isSilent(m),
-          isUnproven(m.id),
+          admits.isUnproven(m.id),
           orders.get(m.id).fold(Seq.empty[Ticket])(_.all),
           records.get(m.id).fold(Map.empty[Int, Int])(_.missing),
           m.lost.areTooMany(now)
@@ -498,35 +400,8 @@ object Supervisor {
 
   private val LastTurn = 0xffffffffL
 
-  /** Between two answers to unproven reports of a master, for each of two kinds: so ten a second, ms. */
-  private val AnswerDoubtMs = 200L
-
   private lazy val generator           = new SecureRandom
   private val secureRandom: () => Long = () => generator.nextLong()
-
-  /** Lives of a master that were proven since the start of the server.
-    *
-    * @param counter
-    *   of the last report of the current one
-    */
-  private final case class Heard(current: Long, counter: Long, over: Set[Long])
-
-  /** Reports of a master that were not proven.
-    *
-    * @param proven
-    *   one was since
-    * @param counters
-    *   the highest one of each life
-    * @param answeredMs
-    *   when one with a higher counter than before was answered last, and one without
-    */
-  private final case class Doubts(
-      sinceMs: Long,
-      lastMs: Long,
-      proven: Boolean,
-      counters: Map[Long, Long] = Map.empty,
-      answeredMs: Map[Boolean, Long] = Map.empty
-  )
 
   /** A report whose answer waits for the log. */
   private final case class Waiting(report: Report, from: InetSocketAddress, untilMs: Long)
