@@ -20,6 +20,7 @@ object Figures {
       val entry = ujson.Obj()
       r.latency.get(p.preset).foreach(l => entry("latency_ns") = latencyJson(l))
       areaJson(r.area(p.preset)).value.foreach { case (k, v) => entry(k) = v }
+      entry("logic_elements_with_carry") = r.withCarry(p.preset).logicElements
       entry("fmax_mhz") = tenths(r.speed(p.preset).mhz)
       p.preset -> entry
     }
@@ -55,7 +56,8 @@ object Figures {
     o
   }
 
-  private val head = "date,version,preset,forwarding_ns,processing_ns,luts,ffs,logic_elements,m9k,fmax_mhz"
+  private[report] val head = "date,version,preset,forwarding_ns,processing_ns,luts,ffs,logic_elements,m9k," +
+    "fmax_mhz,logic_elements_with_carry"
 
   /** Lines to append to a history whose lines are `old`: one for each preset whose version or figures
     * changed.
@@ -65,8 +67,8 @@ object Figures {
       val a      = r.area(p.preset)
       val delays = r.delays(p).fold(Seq("", ""))(_.map(_.toString))
       val counts = Seq(a.luts, a.ffs, a.logicElements, a.m9k).map(_.toString)
-      val line = ((Seq(r.version, p.preset) ++ delays ++ counts) :+ tenths(r.speed(p.preset).mhz).toString)
-        .mkString(",")
+      val others = Seq(tenths(r.speed(p.preset).mhz).toString, r.withCarry(p.preset).logicElements.toString)
+      val line   = (Seq(r.version, p.preset) ++ delays ++ counts ++ others).mkString(",")
       val last = old
         .map(_.split(",", 2))
         .collect { case Array(_, rest) if rest.split(",").lift(1).contains(p.preset) => rest }

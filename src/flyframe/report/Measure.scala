@@ -60,30 +60,30 @@ final class Measure(dir: Path) {
 
   private def synthesise(p: EscParams, kind: String, commands: String): Path = {
     val netlist = file(s"${p.preset}.$kind.netlist.json")
-    val script  = s"read_verilog ${file(p.preset + ".v")}; ${commands.replace("NETLIST", netlist.toString)}"
-    unlessMade(p, netlist, Seq(script))(Tools.run(file(s"${p.preset}.$kind.log"), Seq(yosys, "-p", script)))
+    val script  = s"read_verilog ${file(p.preset + ".v")}; $commands; write_json $netlist"
+    unlessMade(p, netlist, script +: Cyclone4.maps)(
+      Tools.run(file(s"${p.preset}.$kind.log"), Seq(yosys, "-p", script))
+    )
   }
 
   /** The area of the whole controller. */
-  def area(p: EscParams): Area = {
-    val path =
-      synthesise(p, "flat", s"synth_intel -family cycloneive -top ${p.topName}; flatten; write_json NETLIST")
-    Netlist.own(Netlist.read(path)("modules")(p.topName))
-  }
+  def area(p: EscParams): Area = whole(p, synthesise(p, "flat", Cyclone4.flat(p.topName)))
+
+  /** The same with carry chains. */
+  def areaWithCarry(p: EscParams): Area = whole(p, synthesise(p, "carry", Cyclone4.withCarry(p.topName)))
+
+  private def whole(p: EscParams, netlist: Path): Area =
+    Netlist.own(Netlist.read(netlist)("modules")(p.topName))
 
   /** The area of each unit, from a run that keeps the hierarchy. */
   def areaByUnit(p: EscParams): Map[String, Area] = {
-    val path = synthesise(
-      p,
-      "units",
-      s"synth_intel -family cycloneive -noflatten -top ${p.topName}; write_json NETLIST"
-    )
+    val path = synthesise(p, "units", Cyclone4.byModule(p.topName))
     Netlist.byUnit(Netlist.read(path), p.topName, Points.rest, Points.unitOf)
   }
 
   /** The core clock an ECP5-85 of speed grade 6 reaches. */
   def speed(p: EscParams): Speed = {
-    val netlist = synthesise(p, "ecp5", s"synth_ecp5 -top ${p.topName} -json NETLIST")
+    val netlist = synthesise(p, "ecp5", s"synth_ecp5 -top ${p.topName}")
     val result  = file(s"${p.preset}.timing.json")
     val options =
       "--85k --package CABGA756 --speed 6 --freq 125 --seed 1 --textcfg /dev/null --timing-allow-fail"

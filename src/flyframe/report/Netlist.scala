@@ -5,7 +5,7 @@ import java.nio.file.{Files, Path}
 /** What a netlist takes of a Cyclone IV.
   *
   * @param luts
-  *   4-input look-up tables, carry chain included
+  *   4-input look-up tables, those that add included
   * @param ffs
   *   registers
   * @param paired
@@ -23,7 +23,7 @@ final case class Area(luts: Int = 0, ffs: Int = 0, paired: Int = 0, m9k: Int = 0
   def +(o: Area): Area = Area(luts + o.luts, ffs + o.ffs, paired + o.paired, m9k + o.m9k, ramBits + o.ramBits)
 }
 
-/** Counts the cells of a netlist that yosys wrote as JSON after `synth_intel -family cycloneive`. */
+/** Counts the cells of a netlist that yosys wrote as JSON after the commands of [[Cyclone4]]. */
 object Netlist {
 
   /** Bits of one M9K block, parity included, and its widest word. */
@@ -44,16 +44,9 @@ object Netlist {
   private def bits(cell: ujson.Value, pin: String): Seq[Int] =
     cell("connections").obj.get(pin).toSeq.flatMap(_.arr).collect { case ujson.Num(n) => n.toInt }
 
-  /** Words and bits per word of an `altsyncram`; yosys swaps WIDTH and WIDTHAD, so the word count tells which
-    * is which.
-    */
-  private def shape(cell: ujson.Value): (Int, Int) = {
-    val p     = cell("parameters").obj
-    val words = number(p("numwords_a"))
-    val sizes = Seq(number(p("width_a")), number(p("widthad_a")))
-    val width = if (1L << sizes(1) == words) sizes(0) else sizes(1)
-    (words, width)
-  }
+  /** Words and bits per word of an `altsyncram`. */
+  private def shape(cell: ujson.Value): (Int, Int) =
+    (number(cell("parameters")("numwords_a")), number(cell("parameters")("width_a")))
 
   /** The area of the cells of `module` itself, instances left out.
     *

@@ -38,14 +38,13 @@ object Page {
         "Registers",
         "Logic elements",
         "M9K",
+        "Logic elements with carry chains",
         "ECP5 MHz"
       ),
       Points.presets.map { p =>
         val delays = r.delays(p).fold(Seq("-", "-"))(_.map(ns))
-        (s"`${p.preset}`" +: delays) ++ cells(
-          r.area(p.preset)
-        ) :+
-          f"${r.speed(p.preset).mhz}%.1f"
+        (s"`${p.preset}`" +: delays) ++ cells(r.area(p.preset)) ++
+          Seq(n(r.withCarry(p.preset).logicElements), f"${r.speed(p.preset).mhz}%.1f")
       }
     )
 
@@ -165,6 +164,8 @@ object Page {
        |## Presets
        |
        |${block(presets(r))}
+       |Goals are for the logic elements without carry chains.
+       |
        |${clockNote(r)}
        |## Latency at each core clock
        |
@@ -217,10 +218,12 @@ object Page {
        |
        |Tools: ${r.tools.map { case (t, v) => s"$t $v" }.mkString(", ")}.
        |
-       |- **LUTs, registers, M9K**: `yosys`, `synth_intel -family cycloneive`, cells counted in the flattened
-       |  netlist: `cycloneive_lcell_comb`, `dffeas`, `altsyncram`. A LUT used as inverter or for the carry
-       |  chain counts; an unmapped word-level cell such as `$$not` would count as one LUT for each bit. Every
-       |  `altsyncram` is one M9K block: the program reads words and width from the parameters of each
+       |- **LUTs, registers, M9K**: `yosys`, the stages of `synth_intel -family cycloneive`, cells counted in
+       |  the flattened netlist: `cycloneive_lcell_comb`, `dffeas`, `altsyncram`. Memory is mapped by
+       |  `src/flyframe/report/cyclone4/m9k.v`, which connects every port of a block, so that all logic around
+       |  it counts: the map of yosys leaves the read address open. Adders and comparators are LUTs. A LUT
+       |  used as inverter counts; an unmapped word-level cell such as `$$not` counts as one LUT for each bit.
+       |  Every `altsyncram` is one M9K block: the program reads words and width from the parameters of each
        |  and stops if one is over ${n(Netlist.M9kBits)} bits or ${Netlist.M9kWidth} bits wide.
        |  (${n(blocks)} bytes need two blocks: they are ${n(8 * blocks)} bits, but 8 bits wide a block
        |  has 1,024 words.)
@@ -228,6 +231,10 @@ object Page {
        |  LUT that drives its D input, each LUT taking at most one register; every other register takes one of
        |  its own. So logic elements = LUTs + registers not so paired. Quartus also packs LUTs and registers
        |  that have nothing to do with each other, so the figure is on the safe side.
+       |- **Logic elements with carry chains**: counted in the same way, but mapped closer to what a Cyclone
+       |  IV has, by `carry.v` and `clear.v` beside it. An adder or comparator of four bits or more takes one
+       |  element per bit, in arithmetic mode; comparisons with constants remain LUTs. Four registers or more
+       |  that are cleared together use the synchronous clear of their elements.
        |- **ECP5 MHz**: `synth_ecp5`, then `nextpnr-ecp5 --85k --package CABGA756 --speed 6 --freq 125 --seed
        |  1`; core clock only. One seed: another may differ by some per cent.
        |- **Latency**: the Verilated RTL in the network simulator (`flyframe-latency`), 400 phases of the

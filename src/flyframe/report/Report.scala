@@ -26,6 +26,10 @@ object Report {
       say(s"${p.preset}: mapping to Cyclone IV")
       p.preset -> m.area(p)
     }
+    val withCarry = Tools.parallel(Points.presets) { p =>
+      say(s"${p.preset}: mapping with carry chains")
+      p.preset -> m.areaWithCarry(p)
+    }
     val units = Tools.parallel(Points.presets) { p =>
       say(s"${p.preset}: mapping unit by unit")
       p.preset -> m.areaByUnit(p)
@@ -35,7 +39,16 @@ object Report {
       p.preset -> m.speed(p)
     }
     say("done")
-    Results(BuildInfo.version, m.tools, area.toMap, units.toMap, speed.toMap, latency, alarm)
+    Results(
+      BuildInfo.version,
+      m.tools,
+      area.toMap,
+      withCarry.toMap,
+      units.toMap,
+      speed.toMap,
+      latency,
+      alarm
+    )
   }
 
   private def write(path: Path, text: String): Unit = {

@@ -5,11 +5,15 @@ import flyframe.params.EscParams
 
 /** All figures of one run. Keys of the maps are file names of parameter sets, as in
   * [[flyframe.params.EscParams.preset]].
+  *
+  * @param withCarry
+  *   the area of presets with carry chains; goals are for `area`, without them
   */
 final case class Results(
     version: String,
     tools: Seq[(String, String)],
     area: Map[String, Area],
+    withCarry: Map[String, Area],
     units: Map[String, Map[String, Area]],
     speed: Map[String, Speed],
     latency: Map[String, Latency],

@@ -4,7 +4,7 @@ import java.nio.file.{Files, Path, Paths}
 import scala.sys.process._
 import flyframe.{Documents, Emit}
 import flyframe.params.{EscParams, Presets}
-import flyframe.report.Netlist
+import flyframe.report.{Cyclone4, Netlist}
 
 /** Runs programs for the tests of the board. */
 object Shell {
@@ -76,7 +76,7 @@ final class BoardFiles(val role: String, val width: Int, val linePorts: Int = 1)
 
   /** Mapped to Cyclone IV and flat. */
   lazy val mapped: ujson.Value =
-    yosys("mapped", "synth_intel -family cycloneive -top board; flatten")("modules")("board")
+    yosys("mapped", Cyclone4.flat("board"))("modules")("board")
 
   /** What Verilator complains about. */
   def lint(): String = {

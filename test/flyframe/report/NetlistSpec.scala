@@ -9,12 +9,9 @@ class NetlistSpec extends AnyFlatSpec {
     s"""{"type": "cycloneive_lcell_comb", "connections": {"combout": [$out], "dataa": [2], "datab": ["1"]}}"""
   private def flop(d: String, q: Int) = s"""{"type": "dffeas", "connections": {"d": [$d], "q": [$q]}}"""
   private def ram(words: Int, width: Int) = {
-    // As yosys 0.23 writes it: WIDTH has the address bits, WIDTHAD the width.
     def bits(v: Int) = "\"" + v.toBinaryString + "\""
-    val address      = Integer.numberOfTrailingZeros(words)
-    s"""{"type": "altsyncram", "parameters": {"numwords_a": ${bits(words)}, "width_a": ${bits(
-        address
-      )}, "widthad_a": ${bits(width)}}, "connections": {}}"""
+    s"""{"type": "altsyncram", "parameters": {"numwords_a": ${bits(words)}, "width_a": ${bits(width)}},
+       | "connections": {}}""".stripMargin
   }
   private def module(cells: String*) =
     ujson.read(
