@@ -59,7 +59,7 @@
 #define MASTER_RING_CLOSED_SHIFT                 5u
 #define MASTER_HOST_EVENT_BUSY_MASK              0x40u
 #define MASTER_HOST_EVENT_BUSY_SHIFT             6u
-#define MASTER_FRAMES_LOST                       0x0044u /* Frames sent in vain, 4 byte(s), host: r */
+#define MASTER_FRAMES_LOST                       0x0044u /* Frames sent in vain, 2 byte(s), host: r */
 #define MASTER_MASTER_STATE                      0x0048u /* Status of the master, 4 byte(s), host: r */
 #define MASTER_MASTER_STATE_MASK                 0x7FFFFu
 #define MASTER_MASTER_STATE_SHIFT                0u

@@ -100,7 +100,7 @@ module RegisterFile(
   input  [8:0]  status_mailbox_length,
   input         status_request_answered,
   input  [18:0] status_master_state,
-  input  [31:0] status_frames_lost,
+  input  [15:0] status_frames_lost,
   input         status_host_event_busy,
   input         status_request_busy,
   input         status_request_done,
@@ -147,35 +147,38 @@ module RegisterFile(
   reg  [15:0] bytes_whole_49;
   reg  [7:0]  casez_tmp;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
         casez_tmp = 8'hF2;
-      2'b01:
+      3'b001:
         casez_tmp = 8'h0;
-      2'b10:
+      3'b010:
         casez_tmp = 8'h1;
+      3'b011:
+        casez_tmp = 8'h0;
+      3'b100:
+        casez_tmp = 8'h40;
+      3'b101:
+        casez_tmp = 8'h0;
+      3'b110:
+        casez_tmp = 8'h0;
       default:
         casez_tmp = 8'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_0;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_0 = 8'h40;
-      2'b01:
+    casez (readAddress[2:0])
+      3'b000:
         casez_tmp_0 = 8'h0;
-      2'b10:
+      3'b001:
         casez_tmp_0 = 8'h0;
-      default:
+      3'b010:
         casez_tmp_0 = 8'h0;
-    endcase
-  end // always @(*)
-  reg  [7:0]  casez_tmp_1;
-  always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_1 =
+      3'b011:
+        casez_tmp_0 = 8'h0;
+      3'b100:
+        casez_tmp_0 =
           {2'h0,
            bytes_whole_parts_reset_alarm,
            bytes_whole_parts_silence,
@@ -183,23 +186,23 @@ module RegisterFile(
            bytes_whole_parts_line_listed,
            bytes_whole_parts_report_run,
            bytes_whole_parts_line_run};
-      2'b01:
-        casez_tmp_1 = 8'h0;
-      2'b10:
-        casez_tmp_1 = 8'h0;
+      3'b101:
+        casez_tmp_0 = 8'h0;
+      3'b110:
+        casez_tmp_0 = 8'h0;
       default:
-        casez_tmp_1 = 8'h0;
+        casez_tmp_0 = 8'h0;
     endcase
   end // always @(*)
-  reg  [7:0]  casez_tmp_2;
+  reg  [7:0]  casez_tmp_1;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_2 = status_slaves_present;
-      2'b01:
-        casez_tmp_2 = status_slaves_known;
-      2'b10:
-        casez_tmp_2 =
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_1 = status_slaves_present;
+      3'b001:
+        casez_tmp_1 = status_slaves_known;
+      3'b010:
+        casez_tmp_1 =
           {1'h0,
            status_host_event_busy,
            1'h0,
@@ -208,57 +211,118 @@ module RegisterFile(
            status_mailbox_waiting,
            status_plant_link,
            status_line_link};
+      3'b011:
+        casez_tmp_1 = 8'h0;
+      3'b100:
+        casez_tmp_1 = status_frames_lost[7:0];
+      3'b101:
+        casez_tmp_1 = status_frames_lost[15:8];
+      3'b110:
+        casez_tmp_1 = 8'h0;
+      default:
+        casez_tmp_1 = 8'h0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_2;
+  always @(*) begin
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_2 = status_master_state[7:0];
+      3'b001:
+        casez_tmp_2 = status_master_state[15:8];
+      3'b010:
+        casez_tmp_2 = {5'h0, status_master_state[18:16]};
+      3'b011:
+        casez_tmp_2 = 8'h0;
+      3'b100:
+        casez_tmp_2 = 8'h0;
+      3'b101:
+        casez_tmp_2 = 8'h0;
+      3'b110:
+        casez_tmp_2 = 8'h0;
       default:
         casez_tmp_2 = 8'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_3;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_3 = status_frames_lost[7:0];
-      2'b01:
-        casez_tmp_3 = status_frames_lost[15:8];
-      2'b10:
-        casez_tmp_3 = status_frames_lost[23:16];
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_3 = {7'h0, bytes_whole_parts_request_go};
+      3'b001:
+        casez_tmp_3 = 8'h0;
+      3'b010:
+        casez_tmp_3 = {7'h0, status_request_answered};
+      3'b011:
+        casez_tmp_3 = 8'h0;
+      3'b100:
+        casez_tmp_3 = 8'h0;
+      3'b101:
+        casez_tmp_3 = 8'h0;
+      3'b110:
+        casez_tmp_3 = 8'h0;
       default:
-        casez_tmp_3 = status_frames_lost[31:24];
+        casez_tmp_3 = 8'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_4;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_4 = status_master_state[7:0];
-      2'b01:
-        casez_tmp_4 = status_master_state[15:8];
-      2'b10:
-        casez_tmp_4 = {5'h0, status_master_state[18:16]};
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_4 = {7'h0, bytes_whole_parts_parts_old_23};
+      3'b001:
+        casez_tmp_4 = 8'h0;
+      3'b010:
+        casez_tmp_4 = 8'h0;
+      3'b011:
+        casez_tmp_4 = 8'h0;
+      3'b100:
+        casez_tmp_4 = 8'h0;
+      3'b101:
+        casez_tmp_4 = 8'h0;
+      3'b110:
+        casez_tmp_4 = 8'h0;
       default:
         casez_tmp_4 = 8'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_5;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_5 = {7'h0, bytes_whole_parts_request_go};
-      2'b01:
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_5 = status_mailbox_length[7:0];
+      3'b001:
+        casez_tmp_5 = {7'h0, status_mailbox_length[8]};
+      3'b010:
+        casez_tmp_5 = bytes_whole_36;
+      3'b011:
         casez_tmp_5 = 8'h0;
-      2'b10:
-        casez_tmp_5 = {7'h0, status_request_answered};
+      3'b100:
+        casez_tmp_5 = {7'h0, bytes_whole_parts_mailbox_done};
+      3'b101:
+        casez_tmp_5 = 8'h0;
+      3'b110:
+        casez_tmp_5 = 8'h0;
       default:
         casez_tmp_5 = 8'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_6;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_6 = {7'h0, bytes_whole_parts_parts_old_23};
-      2'b01:
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_6 = status_mailbox_data;
+      3'b001:
         casez_tmp_6 = 8'h0;
-      2'b10:
+      3'b010:
+        casez_tmp_6 = 8'h0;
+      3'b011:
+        casez_tmp_6 = 8'h0;
+      3'b100:
+        casez_tmp_6 = 8'h0;
+      3'b101:
+        casez_tmp_6 = 8'h0;
+      3'b110:
         casez_tmp_6 = 8'h0;
       default:
         casez_tmp_6 = 8'h0;
@@ -266,38 +330,67 @@ module RegisterFile(
   end // always @(*)
   reg  [7:0]  casez_tmp_7;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_7 = status_mailbox_length[7:0];
-      2'b01:
-        casez_tmp_7 = {7'h0, status_mailbox_length[8]};
-      2'b10:
-        casez_tmp_7 = bytes_whole_36;
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_7 = bytes_whole_39;
+      3'b001:
+        casez_tmp_7 = bytes_whole_40;
+      3'b010:
+        casez_tmp_7 = bytes_whole_41;
+      3'b011:
+        casez_tmp_7 = bytes_whole_42;
+      3'b100:
+        casez_tmp_7 = bytes_whole_43[7:0];
+      3'b101:
+        casez_tmp_7 = bytes_whole_43[15:8];
+      3'b110:
+        casez_tmp_7 =
+          {4'h0,
+           bytes_whole_parts_storage_failed,
+           bytes_whole_parts_earth_fault,
+           bytes_whole_parts_battery_low,
+           bytes_whole_parts_mains_failed};
       default:
         casez_tmp_7 = 8'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_8;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_8 = {7'h0, bytes_whole_parts_mailbox_done};
-      2'b01:
-        casez_tmp_8 = 8'h0;
-      2'b10:
-        casez_tmp_8 = 8'h0;
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_8 = status_master_time[7:0];
+      3'b001:
+        casez_tmp_8 = status_master_time[15:8];
+      3'b010:
+        casez_tmp_8 = status_master_time[23:16];
+      3'b011:
+        casez_tmp_8 = status_master_time[31:24];
+      3'b100:
+        casez_tmp_8 = status_master_time[39:32];
+      3'b101:
+        casez_tmp_8 = status_master_time[47:40];
+      3'b110:
+        casez_tmp_8 = status_master_time[55:48];
       default:
-        casez_tmp_8 = 8'h0;
+        casez_tmp_8 = status_master_time[63:56];
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_9;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_9 = status_mailbox_data;
-      2'b01:
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_9 = bytes_whole_48;
+      3'b001:
         casez_tmp_9 = 8'h0;
-      2'b10:
+      3'b010:
+        casez_tmp_9 = bytes_whole_49[7:0];
+      3'b011:
+        casez_tmp_9 = bytes_whole_49[15:8];
+      3'b100:
+        casez_tmp_9 = 8'h0;
+      3'b101:
+        casez_tmp_9 = 8'h0;
+      3'b110:
         casez_tmp_9 = 8'h0;
       default:
         casez_tmp_9 = 8'h0;
@@ -305,85 +398,23 @@ module RegisterFile(
   end // always @(*)
   reg  [7:0]  casez_tmp_10;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_10 = bytes_whole_39;
-      2'b01:
-        casez_tmp_10 = bytes_whole_40;
-      2'b10:
-        casez_tmp_10 = bytes_whole_41;
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_10 = status_ring_cut;
+      3'b001:
+        casez_tmp_10 = 8'h0;
+      3'b010:
+        casez_tmp_10 = 8'h0;
+      3'b011:
+        casez_tmp_10 = 8'h0;
+      3'b100:
+        casez_tmp_10 = 8'h0;
+      3'b101:
+        casez_tmp_10 = 8'h0;
+      3'b110:
+        casez_tmp_10 = 8'h0;
       default:
-        casez_tmp_10 = bytes_whole_42;
-    endcase
-  end // always @(*)
-  reg  [7:0]  casez_tmp_11;
-  always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_11 = bytes_whole_43[7:0];
-      2'b01:
-        casez_tmp_11 = bytes_whole_43[15:8];
-      2'b10:
-        casez_tmp_11 =
-          {4'h0,
-           bytes_whole_parts_storage_failed,
-           bytes_whole_parts_earth_fault,
-           bytes_whole_parts_battery_low,
-           bytes_whole_parts_mains_failed};
-      default:
-        casez_tmp_11 = 8'h0;
-    endcase
-  end // always @(*)
-  reg  [7:0]  casez_tmp_12;
-  always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_12 = status_master_time[7:0];
-      2'b01:
-        casez_tmp_12 = status_master_time[15:8];
-      2'b10:
-        casez_tmp_12 = status_master_time[23:16];
-      default:
-        casez_tmp_12 = status_master_time[31:24];
-    endcase
-  end // always @(*)
-  reg  [7:0]  casez_tmp_13;
-  always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_13 = status_master_time[39:32];
-      2'b01:
-        casez_tmp_13 = status_master_time[47:40];
-      2'b10:
-        casez_tmp_13 = status_master_time[55:48];
-      default:
-        casez_tmp_13 = status_master_time[63:56];
-    endcase
-  end // always @(*)
-  reg  [7:0]  casez_tmp_14;
-  always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_14 = bytes_whole_48;
-      2'b01:
-        casez_tmp_14 = 8'h0;
-      2'b10:
-        casez_tmp_14 = bytes_whole_49[7:0];
-      default:
-        casez_tmp_14 = bytes_whole_49[15:8];
-    endcase
-  end // always @(*)
-  reg  [7:0]  casez_tmp_15;
-  always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_15 = status_ring_cut;
-      2'b01:
-        casez_tmp_15 = 8'h0;
-      2'b10:
-        casez_tmp_15 = 8'h0;
-      default:
-        casez_tmp_15 = 8'h0;
+        casez_tmp_10 = 8'h0;
     endcase
   end // always @(*)
   wire        _bytes_whole_parts_parts_T_120 = writeAddress == 8'h3C;
@@ -517,15 +548,12 @@ module RegisterFile(
     end
   end // always @(posedge)
   assign readData =
-    (readAddress[7:2] == 6'h0 ? casez_tmp : 8'h0) | (readAddress[7:2] == 6'h1 ? casez_tmp_0 : 8'h0)
-    | (readAddress[7:2] == 6'hF ? casez_tmp_1 : 8'h0) | (readAddress[7:2] == 6'h10 ? casez_tmp_2 : 8'h0)
-    | (readAddress[7:2] == 6'h11 ? casez_tmp_3 : 8'h0) | (readAddress[7:2] == 6'h12 ? casez_tmp_4 : 8'h0)
-    | (readAddress[7:2] == 6'h18 ? casez_tmp_5 : 8'h0) | (readAddress[7:2] == 6'h1E ? casez_tmp_6 : 8'h0)
-    | (readAddress[7:2] == 6'h20 ? casez_tmp_7 : 8'h0) | (readAddress[7:2] == 6'h21 ? casez_tmp_8 : 8'h0)
-    | (readAddress[7:2] == 6'h22 ? casez_tmp_9 : 8'h0) | (readAddress[7:2] == 6'h24 ? casez_tmp_10 : 8'h0)
-    | (readAddress[7:2] == 6'h25 ? casez_tmp_11 : 8'h0) | (readAddress[7:2] == 6'h26 ? casez_tmp_12 : 8'h0)
-    | (readAddress[7:2] == 6'h27 ? casez_tmp_13 : 8'h0) | (readAddress[7:2] == 6'h2E ? casez_tmp_14 : 8'h0)
-    | (readAddress[7:2] == 6'h32 ? casez_tmp_15 : 8'h0);
+    (readAddress[7:3] == 5'h0 ? casez_tmp : 8'h0) | (readAddress[7:3] == 5'h7 ? casez_tmp_0 : 8'h0)
+    | (readAddress[7:3] == 5'h8 ? casez_tmp_1 : 8'h0) | (readAddress[7:3] == 5'h9 ? casez_tmp_2 : 8'h0)
+    | (readAddress[7:3] == 5'hC ? casez_tmp_3 : 8'h0) | (readAddress[7:3] == 5'hF ? casez_tmp_4 : 8'h0)
+    | (readAddress[7:3] == 5'h10 ? casez_tmp_5 : 8'h0) | (readAddress[7:3] == 5'h11 ? casez_tmp_6 : 8'h0)
+    | (readAddress[7:3] == 5'h12 ? casez_tmp_7 : 8'h0) | (readAddress[7:3] == 5'h13 ? casez_tmp_8 : 8'h0)
+    | (readAddress[7:3] == 5'h17 ? casez_tmp_9 : 8'h0) | (readAddress[7:3] == 5'h19 ? casez_tmp_10 : 8'h0);
   assign value_expected_node = bytes_whole_49;
   assign value_slave_index = bytes_whole_48;
   assign value_storage_failed = bytes_whole_parts_storage_failed;
@@ -604,7 +632,7 @@ module MasterHost(
   input  [8:0]  status_mailbox_length,
   input         status_request_answered,
   input  [18:0] status_master_state,
-  input  [31:0] status_frames_lost,
+  input  [15:0] status_frames_lost,
   input         status_host_event_busy,
   input         status_request_busy,
   input         status_request_done,
@@ -1919,7 +1947,7 @@ module ReportSender(
   input  [7:0]  master_present,
   input  [7:0]  master_cut,
   input  [7:0]  master_refused,
-  input  [31:0] master_lost,
+  input  [15:0] master_lost,
   output        holds,
   input  [7:0]  known,
   input  [7:0]  kept,
@@ -1990,9 +2018,9 @@ module ReportSender(
       3'b011:
         casez_tmp = master_status[7:0];
       3'b100:
-        casez_tmp = master_lost[31:24];
+        casez_tmp = 8'h0;
       3'b101:
-        casez_tmp = master_lost[23:16];
+        casez_tmp = 8'h0;
       3'b110:
         casez_tmp = master_lost[15:8];
       default:
@@ -2729,7 +2757,7 @@ module PlantSide(
   input  [7:0]  master_present,
   input  [7:0]  master_cut,
   input  [7:0]  master_refused,
-  input  [31:0] master_lost,
+  input  [15:0] master_lost,
   input  [63:0] master_time,
   output        holds,
   input  [7:0]  known,
@@ -4836,7 +4864,7 @@ module EventWriter(
   input  [18:0] status,
   input  [7:0]  present,
   input  [7:0]  cut,
-  input  [31:0] framesLost,
+  input  [15:0] framesLost,
   input         room,
   input         free,
   output        fills,
@@ -4856,7 +4884,7 @@ module EventWriter(
   reg  [18:0] told;
   reg         now;
   reg         last;
-  wire [15:0] _own_T_14 = {8'h0, _place_T == 3'h1 ? cut : 8'h0} | (_place_T == 3'h2 ? status[15:0] : 16'h0);
+  wire [15:0] _own_T_10 = {8'h0, _place_T == 3'h1 ? cut : 8'h0} | (_place_T == 3'h2 ? status[15:0] : 16'h0);
   assign _place_T = at[2:0] - 3'h1;
   wire        _GEN = state == 2'h0;
   wire        _GEN_0 = state == 2'h1;
@@ -4938,8 +4966,7 @@ module EventWriter(
   assign kind = {1'h1, ofOwn};
   assign owner = ofOwn ? present : {2'h0, turn};
   assign own =
-    {_own_T_14[15:3], _own_T_14[2:0] | (_place_T == 3'h3 ? status[18:16] : 3'h0)}
-    | (_place_T == 3'h6 ? framesLost[31:16] : 16'h0) | ((&_place_T) ? framesLost[15:0] : 16'h0);
+    {_own_T_10[15:3], _own_T_10[2:0] | (_place_T == 3'h3 ? status[18:16] : 3'h0)} | ((&_place_T) ? framesLost : 16'h0);
   assign offer = ~_GEN_2 & _GEN_1 & _GEN_3;
   assign wrong = last;
 endmodule
@@ -5301,7 +5328,7 @@ module LineMaster(
   input         roomForRecords,
   input         roomForStates,
   input  [18:0] status,
-  input  [31:0] framesLost,
+  input  [15:0] framesLost,
   output        state_fire,
   output        state_sounding,
   output        state_alarm,
@@ -5866,20 +5893,20 @@ module HeldCounter_1(
   input         reset,
   input         count,
   input         holds,
-  output [31:0] value
+  output [15:0] value
 );
 
-  reg  [31:0] number;
+  reg  [15:0] number;
   reg         waits;
   wire        _waits_T = count | waits;
   always @(posedge clock) begin
     if (reset) begin
-      number <= 32'h0;
+      number <= 16'h0;
       waits <= 1'h0;
     end
     else begin
       if (~holds & _waits_T)
-        number <= number + 32'h1;
+        number <= number + 16'h1;
       if (holds)
         waits <= _waits_T;
       else
@@ -6055,11 +6082,11 @@ module alarm_master(
   wire [7:0]  _settings_readAddress_3;
   wire [7:0]  _settings_readData_0;
   wire [7:0]  _settings_readData_3;
-  wire [31:0] _framesLost_counter_value;
+  wire [15:0] _framesLost_counter_value;
   wire [47:0] _line_source;
   wire [7:0]  _line_requestData;
   wire [3:0]  _line_resultAddress;
-  wire [31:0] _line_framesLost;
+  wire [15:0] _line_framesLost;
   wire [2:0]  _line_windowByte;
   wire        _line_request_ready;
   wire [3:0]  _line_requestAddress;
@@ -6084,7 +6111,7 @@ module alarm_master(
   wire [7:0]  _plant_setting_1;
   wire [7:0]  _plant_master_present;
   wire [7:0]  _plant_master_cut;
-  wire [31:0] _plant_master_lost;
+  wire [15:0] _plant_master_lost;
   wire [63:0] _plant_master_time;
   wire [7:0]  _plant_known;
   wire [7:0]  _plant_lookData;
@@ -6156,7 +6183,7 @@ module alarm_master(
   wire [63:0] _registers_status_master_time;
   wire [7:0]  _registers_status_mailbox_data;
   wire [8:0]  _registers_status_mailbox_length;
-  wire [31:0] _registers_status_frames_lost;
+  wire [15:0] _registers_status_frames_lost;
   wire        _registers_status_host_event_busy;
   wire        _registers_status_mailbox_waiting;
   wire        _registers_status_plant_link;

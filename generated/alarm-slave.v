@@ -152,109 +152,174 @@ module RegisterFile(
   reg  [15:0] bytes_whole_30;
   reg  [7:0]  casez_tmp;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
         casez_tmp = 8'hF1;
-      2'b01:
+      3'b001:
         casez_tmp = 8'h0;
-      2'b10:
+      3'b010:
+        casez_tmp = 8'h1;
+      3'b011:
+        casez_tmp = 8'h0;
+      3'b100:
+        casez_tmp = 8'h0;
+      3'b101:
+        casez_tmp = 8'h0;
+      3'b110:
         casez_tmp = 8'h1;
       default:
-        casez_tmp = 8'h0;
+        casez_tmp = 8'hF;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_0;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_0 = 8'h80;
+      3'b001:
         casez_tmp_0 = 8'h0;
-      2'b01:
+      3'b010:
         casez_tmp_0 = 8'h0;
-      2'b10:
-        casez_tmp_0 = 8'h1;
+      3'b011:
+        casez_tmp_0 = 8'h0;
+      3'b100:
+        casez_tmp_0 = 8'h0;
+      3'b101:
+        casez_tmp_0 = 8'h0;
+      3'b110:
+        casez_tmp_0 = 8'h0;
       default:
-        casez_tmp_0 = 8'hF;
+        casez_tmp_0 = 8'h0;
     endcase
   end // always @(*)
-  reg  [7:0]  casez_tmp_1;
+  reg         casez_tmp_1;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_1 = 8'h80;
-      2'b01:
-        casez_tmp_1 = 8'h0;
-      2'b10:
-        casez_tmp_1 = 8'h0;
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_1 = 1'h1;
+      3'b001:
+        casez_tmp_1 = 1'h1;
+      3'b010:
+        casez_tmp_1 = 1'h0;
+      3'b011:
+        casez_tmp_1 = 1'h0;
+      3'b100:
+        casez_tmp_1 = 1'h0;
+      3'b101:
+        casez_tmp_1 = 1'h0;
+      3'b110:
+        casez_tmp_1 = 1'h0;
       default:
-        casez_tmp_1 = 8'h0;
+        casez_tmp_1 = 1'h0;
     endcase
   end // always @(*)
-  reg         casez_tmp_2;
+  wire [1:0]  _GEN = {2{casez_tmp_1}};
+  reg  [7:0]  casez_tmp_2;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_2 = 1'h1;
-      2'b01:
-        casez_tmp_2 = 1'h1;
-      2'b10:
-        casez_tmp_2 = 1'h0;
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_2 = bytes_whole_8[7:0];
+      3'b001:
+        casez_tmp_2 = bytes_whole_8[15:8];
+      3'b010:
+        casez_tmp_2 = bytes_whole_9[7:0];
+      3'b011:
+        casez_tmp_2 = bytes_whole_9[15:8];
+      3'b100:
+        casez_tmp_2 = 8'h0;
+      3'b101:
+        casez_tmp_2 = 8'h0;
+      3'b110:
+        casez_tmp_2 = 8'h0;
       default:
-        casez_tmp_2 = 1'h0;
+        casez_tmp_2 = 8'h0;
     endcase
   end // always @(*)
-  wire [1:0]  _GEN = {2{casez_tmp_2}};
-  reg  [7:0]  casez_tmp_3;
+  reg         casez_tmp_3;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_3 = bytes_whole_8[7:0];
-      2'b01:
-        casez_tmp_3 = bytes_whole_8[15:8];
-      2'b10:
-        casez_tmp_3 = bytes_whole_9[7:0];
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_3 = 1'h1;
+      3'b001:
+        casez_tmp_3 = 1'h1;
+      3'b010:
+        casez_tmp_3 = 1'h1;
+      3'b011:
+        casez_tmp_3 = 1'h1;
+      3'b100:
+        casez_tmp_3 = 1'h0;
+      3'b101:
+        casez_tmp_3 = 1'h0;
+      3'b110:
+        casez_tmp_3 = 1'h0;
       default:
-        casez_tmp_3 = bytes_whole_9[15:8];
+        casez_tmp_3 = 1'h0;
     endcase
   end // always @(*)
   reg         casez_tmp_4;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
         casez_tmp_4 = 1'h0;
-      2'b01:
+      3'b001:
         casez_tmp_4 = 1'h0;
-      2'b10:
+      3'b010:
         casez_tmp_4 = 1'h1;
+      3'b011:
+        casez_tmp_4 = 1'h1;
+      3'b100:
+        casez_tmp_4 = 1'h0;
+      3'b101:
+        casez_tmp_4 = 1'h0;
+      3'b110:
+        casez_tmp_4 = 1'h0;
       default:
-        casez_tmp_4 = 1'h1;
+        casez_tmp_4 = 1'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_5;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
         casez_tmp_5 = {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_parts_old_4};
-      2'b01:
+      3'b001:
         casez_tmp_5 = {4'h0, bytes_whole_parts_loop_port1, bytes_whole_parts_loop_port0};
-      2'b10:
+      3'b010:
         casez_tmp_5 = {5'h0, bytes_whole_parts_parts_old_8};
-      default:
+      3'b011:
         casez_tmp_5 = {7'h0, bytes_whole_parts_alias_enable};
+      3'b100:
+        casez_tmp_5 = 8'h0;
+      3'b101:
+        casez_tmp_5 = 8'h0;
+      3'b110:
+        casez_tmp_5 = 8'h0;
+      default:
+        casez_tmp_5 = 8'h0;
     endcase
   end // always @(*)
+  wire [2:0]  _GEN_0 = {3{casez_tmp_3}};
   reg  [7:0]  casez_tmp_6;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
         casez_tmp_6 = {2'h0, status_physical_link_port1, status_physical_link_port0, 3'h0, status_pdi_operational};
-      2'b01:
+      3'b001:
         casez_tmp_6 =
           {4'h5,
            status_communication_port1,
            status_loop_closed_port1,
            status_communication_port0,
            status_loop_closed_port0};
-      2'b10:
+      3'b010:
+        casez_tmp_6 = 8'h0;
+      3'b011:
+        casez_tmp_6 = 8'h0;
+      3'b100:
+        casez_tmp_6 = 8'h0;
+      3'b101:
+        casez_tmp_6 = 8'h0;
+      3'b110:
         casez_tmp_6 = 8'h0;
       default:
         casez_tmp_6 = 8'h0;
@@ -262,104 +327,167 @@ module RegisterFile(
   end // always @(*)
   reg  [7:0]  casez_tmp_7;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
         casez_tmp_7 = bytes_whole_parts_invalid_frame_port0;
-      2'b01:
+      3'b001:
         casez_tmp_7 = bytes_whole_parts_rx_er_port0;
-      2'b10:
+      3'b010:
         casez_tmp_7 = bytes_whole_parts_invalid_frame_port1;
-      default:
+      3'b011:
         casez_tmp_7 = bytes_whole_parts_rx_er_port1;
+      3'b100:
+        casez_tmp_7 = 8'h0;
+      3'b101:
+        casez_tmp_7 = 8'h0;
+      3'b110:
+        casez_tmp_7 = 8'h0;
+      default:
+        casez_tmp_7 = 8'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_8;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
         casez_tmp_8 = bytes_whole_14;
-      2'b01:
+      3'b001:
         casez_tmp_8 = bytes_whole_15;
-      2'b10:
+      3'b010:
+        casez_tmp_8 = 8'h0;
+      3'b011:
+        casez_tmp_8 = 8'h0;
+      3'b100:
+        casez_tmp_8 = bytes_whole_16;
+      3'b101:
+        casez_tmp_8 = 8'h0;
+      3'b110:
         casez_tmp_8 = 8'h0;
       default:
         casez_tmp_8 = 8'h0;
     endcase
   end // always @(*)
-  wire [2:0]  _GEN_0 = {3{casez_tmp_2}};
-  reg  [7:0]  casez_tmp_9;
+  reg         casez_tmp_9;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_9 = bytes_whole_16;
-      2'b01:
-        casez_tmp_9 = 8'h0;
-      2'b10:
-        casez_tmp_9 = 8'h0;
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_9 = 1'h1;
+      3'b001:
+        casez_tmp_9 = 1'h1;
+      3'b010:
+        casez_tmp_9 = 1'h0;
+      3'b011:
+        casez_tmp_9 = 1'h0;
+      3'b100:
+        casez_tmp_9 = 1'h1;
+      3'b101:
+        casez_tmp_9 = 1'h0;
+      3'b110:
+        casez_tmp_9 = 1'h0;
       default:
-        casez_tmp_9 = 8'h0;
+        casez_tmp_9 = 1'h0;
     endcase
   end // always @(*)
-  reg         casez_tmp_10;
+  reg  [7:0]  casez_tmp_10;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_10 = 1'h1;
-      2'b01:
-        casez_tmp_10 = 1'h0;
-      2'b10:
-        casez_tmp_10 = 1'h0;
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_10 = bytes_whole_17;
+      3'b001:
+        casez_tmp_10 = bytes_whole_18;
+      3'b010:
+        casez_tmp_10 = 8'h0;
+      3'b011:
+        casez_tmp_10 = 8'h0;
+      3'b100:
+        casez_tmp_10 = 8'h0;
+      3'b101:
+        casez_tmp_10 = 8'h0;
+      3'b110:
+        casez_tmp_10 = 8'h0;
       default:
-        casez_tmp_10 = 1'h0;
+        casez_tmp_10 = 8'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_11;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_11 = bytes_whole_17;
-      2'b01:
-        casez_tmp_11 = bytes_whole_18;
-      2'b10:
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_11 = 8'h0;
+      3'b001:
+        casez_tmp_11 = 8'h0;
+      3'b010:
+        casez_tmp_11 = 8'h0;
+      3'b011:
+        casez_tmp_11 = 8'h0;
+      3'b100:
+        casez_tmp_11 = {6'h0, bytes_whole_parts_detector_restart, bytes_whole_parts_alarm_silence};
+      3'b101:
+        casez_tmp_11 = {6'h0, status_message_received, status_broadcast_received};
+      3'b110:
         casez_tmp_11 = 8'h0;
       default:
         casez_tmp_11 = 8'h0;
     endcase
   end // always @(*)
-  reg  [7:0]  casez_tmp_12;
+  reg         casez_tmp_12;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_12 = {6'h0, bytes_whole_parts_detector_restart, bytes_whole_parts_alarm_silence};
-      2'b01:
-        casez_tmp_12 = {6'h0, status_message_received, status_broadcast_received};
-      2'b10:
-        casez_tmp_12 = 8'h0;
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_12 = 1'h0;
+      3'b001:
+        casez_tmp_12 = 1'h0;
+      3'b010:
+        casez_tmp_12 = 1'h0;
+      3'b011:
+        casez_tmp_12 = 1'h0;
+      3'b100:
+        casez_tmp_12 = 1'h1;
+      3'b101:
+        casez_tmp_12 = 1'h1;
+      3'b110:
+        casez_tmp_12 = 1'h0;
       default:
-        casez_tmp_12 = 8'h0;
+        casez_tmp_12 = 1'h0;
     endcase
   end // always @(*)
-  reg  [7:0]  casez_tmp_13;
+  reg         casez_tmp_13;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_13 = bytes_whole_23[7:0];
-      2'b01:
-        casez_tmp_13 = bytes_whole_23[15:8];
-      2'b10:
-        casez_tmp_13 = bytes_whole_24[7:0];
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_13 = 1'h0;
+      3'b001:
+        casez_tmp_13 = 1'h0;
+      3'b010:
+        casez_tmp_13 = 1'h0;
+      3'b011:
+        casez_tmp_13 = 1'h0;
+      3'b100:
+        casez_tmp_13 = 1'h1;
+      3'b101:
+        casez_tmp_13 = 1'h0;
+      3'b110:
+        casez_tmp_13 = 1'h0;
       default:
-        casez_tmp_13 = bytes_whole_24[15:8];
+        casez_tmp_13 = 1'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_14;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_14 = bytes_whole_23[7:0];
+      3'b001:
+        casez_tmp_14 = bytes_whole_23[15:8];
+      3'b010:
+        casez_tmp_14 = bytes_whole_24[7:0];
+      3'b011:
+        casez_tmp_14 = bytes_whole_24[15:8];
+      3'b100:
         casez_tmp_14 = bytes_whole_25;
-      2'b01:
+      3'b101:
         casez_tmp_14 = bytes_whole_26;
-      2'b10:
+      3'b110:
         casez_tmp_14 = {7'h0, bytes_whole_parts_detector_enable};
       default:
         casez_tmp_14 = 8'h0;
@@ -367,12 +495,20 @@ module RegisterFile(
   end // always @(*)
   reg         casez_tmp_15;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
         casez_tmp_15 = 1'h1;
-      2'b01:
+      3'b001:
         casez_tmp_15 = 1'h1;
-      2'b10:
+      3'b010:
+        casez_tmp_15 = 1'h1;
+      3'b011:
+        casez_tmp_15 = 1'h1;
+      3'b100:
+        casez_tmp_15 = 1'h1;
+      3'b101:
+        casez_tmp_15 = 1'h1;
+      3'b110:
         casez_tmp_15 = 1'h1;
       default:
         casez_tmp_15 = 1'h0;
@@ -380,78 +516,83 @@ module RegisterFile(
   end // always @(*)
   reg  [7:0]  casez_tmp_16;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
+    casez (readAddress[2:0])
+      3'b000:
         casez_tmp_16 = status_slave_status[7:0];
-      2'b01:
+      3'b001:
         casez_tmp_16 = status_slave_status[15:8];
-      2'b10:
+      3'b010:
         casez_tmp_16 = status_slave_node[7:0];
-      default:
+      3'b011:
         casez_tmp_16 = status_slave_node[15:8];
+      3'b100:
+        casez_tmp_16 = status_slave_self_test;
+      3'b101:
+        casez_tmp_16 = status_slave_epoch;
+      3'b110:
+        casez_tmp_16 = status_slave_dropped;
+      default:
+        casez_tmp_16 = status_slave_links;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_17;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_17 = status_slave_self_test;
-      2'b01:
-        casez_tmp_17 = status_slave_epoch;
-      2'b10:
-        casez_tmp_17 = status_slave_dropped;
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_17 = {6'h0, bytes_whole_parts_detector_mode};
+      3'b001:
+        casez_tmp_17 = 8'h0;
+      3'b010:
+        casez_tmp_17 = bytes_whole_parts_detector_seconds[7:0];
+      3'b011:
+        casez_tmp_17 = bytes_whole_parts_detector_seconds[15:8];
+      3'b100:
+        casez_tmp_17 = bytes_whole_30[7:0];
+      3'b101:
+        casez_tmp_17 = bytes_whole_30[15:8];
+      3'b110:
+        casez_tmp_17 = 8'h0;
       default:
-        casez_tmp_17 = status_slave_links;
+        casez_tmp_17 = 8'h0;
     endcase
   end // always @(*)
-  reg  [7:0]  casez_tmp_18;
+  reg         casez_tmp_18;
   always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_18 = {6'h0, bytes_whole_parts_detector_mode};
-      2'b01:
-        casez_tmp_18 = 8'h0;
-      2'b10:
-        casez_tmp_18 = bytes_whole_parts_detector_seconds[7:0];
+    casez (readAddress[2:0])
+      3'b000:
+        casez_tmp_18 = 1'h1;
+      3'b001:
+        casez_tmp_18 = 1'h1;
+      3'b010:
+        casez_tmp_18 = 1'h1;
+      3'b011:
+        casez_tmp_18 = 1'h1;
+      3'b100:
+        casez_tmp_18 = 1'h1;
+      3'b101:
+        casez_tmp_18 = 1'h1;
+      3'b110:
+        casez_tmp_18 = 1'h0;
       default:
-        casez_tmp_18 = bytes_whole_parts_detector_seconds[15:8];
+        casez_tmp_18 = 1'h0;
     endcase
   end // always @(*)
-  reg  [7:0]  casez_tmp_19;
-  always @(*) begin
-    casez (readAddress[1:0])
-      2'b00:
-        casez_tmp_19 = bytes_whole_30[7:0];
-      2'b01:
-        casez_tmp_19 = bytes_whole_30[15:8];
-      2'b10:
-        casez_tmp_19 = 8'h0;
-      default:
-        casez_tmp_19 = 8'h0;
-    endcase
-  end // always @(*)
-  wire [12:0] _selected_T_70 =
-    (readAddress[11:2] == 10'h0 ? {casez_tmp, 5'hC} : 13'h0)
-    | (readAddress[11:2] == 10'h1 ? {casez_tmp_0, 5'hC} : 13'h0)
-    | (readAddress[11:2] == 10'h2 ? {casez_tmp_1, 1'h0, _GEN, 2'h0} : 13'h0)
-    | (readAddress[11:2] == 10'h4 ? {casez_tmp_3, 3'h3, casez_tmp_2, casez_tmp_4} : 13'h0)
-    | (readAddress[11:2] == 10'h40 ? {casez_tmp_5, 5'hE} : 13'h0)
-    | (readAddress[11:2] == 10'h44 ? {casez_tmp_6, 1'h0, _GEN, 2'h0} : 13'h0)
-    | (readAddress[11:2] == 10'hC0 ? {casez_tmp_7, 5'hE} : 13'h0)
-    | (readAddress[11:2] == 10'hC2 ? {casez_tmp_8, 1'h0, _GEN_0, 1'h0} : 13'h0)
-    | (readAddress[11:2] == 10'hC3 ? {casez_tmp_9, 1'h0, {3{casez_tmp_10}}, 1'h0} : 13'h0)
-    | (readAddress[11:2] == 10'hC4 ? {casez_tmp_11, 1'h0, _GEN_0, 1'h0} : 13'h0)
-    | (readAddress[11:2] == 10'h3A3 ? {casez_tmp_12, 1'h0, _GEN, {2{casez_tmp_10}}} : 13'h0)
-    | (readAddress[11:2] == 10'h3A4 ? 13'h1E : 13'h0) | (readAddress[11:2] == 10'h3A5 ? 13'h1E : 13'h0)
-    | (readAddress[11:2] == 10'h3A6 ? 13'h1E : 13'h0) | (readAddress[11:2] == 10'h3A7 ? 13'h1E : 13'h0)
-    | (readAddress[11:2] == 10'h3A8 ? {casez_tmp_13, 5'hD} : 13'h0)
-    | (readAddress[11:2] == 10'h3A9 ? {casez_tmp_14, 1'h0, {2{casez_tmp_15}}, 1'h0, casez_tmp_15} : 13'h0)
-    | (readAddress[11:2] == 10'h3AA ? {casez_tmp_16, 5'hC} : 13'h0)
-    | (readAddress[11:2] == 10'h3AB ? {casez_tmp_17, 5'hC} : 13'h0)
-    | (readAddress[11:2] == 10'h3AC ? {casez_tmp_18, 5'hF} : 13'h0)
-    | (readAddress[11:2] == 10'h3AD ? {casez_tmp_19, 1'h0, _GEN, 1'h0, casez_tmp_2} : 13'h0)
-    | (readAddress[11:2] == 10'h3AE ? 13'hE : 13'h0) | (readAddress[11:2] == 10'h3AF ? {9'h0, _GEN_0, 1'h0} : 13'h0)
-    | (readAddress[11:2] == 10'h3B2 ? 13'hE : 13'h0);
+  wire [12:0] _selected_T_46 =
+    (readAddress[11:3] == 9'h0 ? {casez_tmp, 5'hC} : 13'h0)
+    | (readAddress[11:3] == 9'h1 ? {casez_tmp_0, 1'h0, _GEN, 2'h0} : 13'h0)
+    | (readAddress[11:3] == 9'h2 ? {casez_tmp_2, 1'h0, {2{casez_tmp_3}}, casez_tmp_1, casez_tmp_4} : 13'h0)
+    | (readAddress[11:3] == 9'h20 ? {casez_tmp_5, 1'h0, _GEN_0, 1'h0} : 13'h0)
+    | (readAddress[11:3] == 9'h22 ? {casez_tmp_6, 1'h0, _GEN, 2'h0} : 13'h0)
+    | (readAddress[11:3] == 9'h60 ? {casez_tmp_7, 1'h0, _GEN_0, 1'h0} : 13'h0)
+    | (readAddress[11:3] == 9'h61 ? {casez_tmp_8, 1'h0, {3{casez_tmp_9}}, 1'h0} : 13'h0)
+    | (readAddress[11:3] == 9'h62 ? {casez_tmp_10, 1'h0, {3{casez_tmp_1}}, 1'h0} : 13'h0)
+    | (readAddress[11:3] == 9'h1D1 ? {casez_tmp_11, 1'h0, {2{casez_tmp_12}}, {2{casez_tmp_13}}} : 13'h0)
+    | (readAddress[11:3] == 9'h1D2 ? 13'h1E : 13'h0) | (readAddress[11:3] == 9'h1D3 ? 13'h1E : 13'h0)
+    | (readAddress[11:3] == 9'h1D4 ? {casez_tmp_14, 1'h0, {2{casez_tmp_15}}, 1'h0, casez_tmp_15} : 13'h0)
+    | (readAddress[11:3] == 9'h1D5 ? {casez_tmp_16, 5'hC} : 13'h0)
+    | (readAddress[11:3] == 9'h1D6 ? {casez_tmp_17, 1'h0, {2{casez_tmp_18}}, casez_tmp_3, casez_tmp_18} : 13'h0)
+    | (readAddress[11:3] == 9'h1D7 ? {9'h0, {3{casez_tmp_18}}, 1'h0} : 13'h0)
+    | (readAddress[11:3] == 9'h1D9 ? {9'h0, _GEN_0, 1'h0} : 13'h0);
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_clear_T_140 = writeAddress == 12'h300;
@@ -601,12 +742,12 @@ module RegisterFile(
            write & writeAddress == 12'hEB4 & writeMask ? writeData : bytes_whole_30[7:0]};
     end
   end // always @(posedge)
-  assign readData = _selected_T_70[12:5];
-  assign readableByEcat = _selected_T_70[3];
-  assign readableByPdi = _selected_T_70[2];
-  assign writableByEcat = _selected_T_70[1];
-  assign writableByPdi = _selected_T_70[0];
-  assign inRam = _selected_T_70[4];
+  assign readData = _selected_T_46[12:5];
+  assign readableByEcat = _selected_T_46[3];
+  assign readableByPdi = _selected_T_46[2];
+  assign writableByEcat = _selected_T_46[1];
+  assign writableByPdi = _selected_T_46[0];
+  assign inRam = _selected_T_46[4];
   assign value_host_alive = bytes_whole_30;
   assign value_detector_seconds = bytes_whole_parts_detector_seconds;
   assign value_detector_mode = bytes_whole_parts_detector_mode;

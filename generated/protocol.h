@@ -213,7 +213,7 @@ enum {
   PROTOCOL_REPORT_TIME_BYTES =              8,      /* of it */
   PROTOCOL_REPORT_STATUS_AT =               40,     /* bits of enum protocol_master */
   PROTOCOL_REPORT_STATUS_BYTES =            4,      /* of it */
-  PROTOCOL_REPORT_LOST_AT =                 44,     /* frames sent in vain */
+  PROTOCOL_REPORT_LOST_AT =                 44,     /* frames sent in vain, modulo 65,536 */
   PROTOCOL_REPORT_LOST_BYTES =              4,      /* of it */
   PROTOCOL_REPORT_COUNT_AT =                48,     /* events that follow */
   PROTOCOL_REPORT_COUNT_BYTES =             1,      /* of it */

@@ -129,7 +129,7 @@ class MasterController(p: EscParams) extends Module {
     line.in(y)            := receivers(port).out
     transmitters(port).in := line.out(y)
   }
-  private val framesLost = counter(32, line.lost)
+  private val framesLost = counter(16, line.lost)
   line.framesLost := framesLost
 
   // A datagram of the host. Reset: none asked for, none back.

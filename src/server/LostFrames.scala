@@ -15,9 +15,7 @@ final case class LostFrames(rises: Vector[(Long, Long)] = Vector.empty) {
     *   when the report before came, monotonic; the counter was `before` then
     */
   def after(sinceMs: Long, before: Long, now: Long): LostFrames = {
-    val risen = (now - before) & (Counters - 1)
-    // More than a line can lose between two reports: the counter has begun anew.
-    val by = if (risen < MostBetween) risen else now
+    val by = (now - before) & (Counters - 1)
     // Each is one or more: so many are enough to tell whether they are too many.
     if (by == 0) this else copy((rises :+ (sinceMs -> by)).takeRight(TooMany.toInt))
   }
@@ -33,6 +31,5 @@ object LostFrames {
   val TooMany  = 50L
   val WithinMs = 20000L
 
-  private val Counters    = 1L << 32
-  private val MostBetween = 1L << 24
+  private val Counters = 1L << 16
 }

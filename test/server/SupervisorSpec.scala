@@ -665,12 +665,10 @@ class SupervisorSpec extends AnyFlatSpec {
     assert(!losing(b), "also without a report")
   }
 
-  it should "be counted over a counter that wraps, or begins anew with a life or without" in bench() { b =>
-    assert(!lost(b, one, 0, 0xffffffebL) && !lost(b, one, 1000, 28) && lost(b, one, 1000, 29))
+  it should "be counted over a counter that wraps, or begins anew with a life" in bench() { b =>
+    assert(!lost(b, one, 0, 0xffebL) && !lost(b, one, 1000, 28) && lost(b, one, 1000, 29))
     assert(!lost(b, one, 30000, 29) && !lost(b, two, 1000, 1000), "what it was before is not known")
     assert(!lost(b, two, 1000, 1049) && lost(b, two, 1000, 1050) && lost(b, Life(1, 3), 1000, 7))
-    assert(!lost(b, Life(1, 3), 30000, 100000) && !lost(b, Life(1, 3), 1000, 49), "cleared")
-    assert(lost(b, Life(1, 3), 1000, 50))
   }
 
   it should "be no more than known of a master that was silent" in bench() { b =>

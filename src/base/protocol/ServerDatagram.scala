@@ -111,7 +111,7 @@ object ReportLayout extends HeadedLayout("report", "A report before the states o
   val Number   = field("number", 4, "of its first event")
   val Time     = field("time", 8, "time of the master in us")
   val Status   = field("status", 4, "bits of enum protocol_master")
-  val Lost     = field("lost", 4, "frames sent in vain")
+  val Lost     = field("lost", 4, "frames sent in vain, modulo 65,536")
   val Count    = field("count", 1, "events that follow")
   val Slaves   = field("slaves", 1, "slaves whose state follows")
   val Present  = field("present", 1, "slaves that answer, also those that are not listed")

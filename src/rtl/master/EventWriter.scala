@@ -30,7 +30,7 @@ class EventWriter(maxSlaves: Int) extends Module {
   val status     = IO(Input(UInt(19.W)))
   val present    = IO(Input(UInt(8.W)))
   val cut        = IO(Input(UInt(8.W)))
-  val framesLost = IO(Input(UInt(32.W)))
+  val framesLost = IO(Input(UInt(16.W)))
 
   /** There is room for such events; see [[EventSlot]]. */
   val room  = IO(Input(Bool()))
@@ -74,8 +74,7 @@ class EventWriter(maxSlaves: Int) extends Module {
       on(MasterEvent.Node)      -> cut,
       on(MasterEvent.Sequence)  -> status(15, 0),
       on(MasterEvent.State)     -> status(18, 16),
-      on(MasterEvent.Words - 2) -> framesLost(31, 16),
-      on(MasterEvent.Words - 1) -> framesLost(15, 0)
+      on(MasterEvent.Words - 1) -> framesLost
     )
   )
   fills := false.B

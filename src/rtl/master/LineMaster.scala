@@ -69,7 +69,7 @@ class LineMaster(maxSlaves: Int, maxSubTelegrams: Int, linePorts: Int) extends M
 
   /** Status word of the master, frames sent in vain: for events. */
   val status     = IO(Input(UInt(19.W)))
-  val framesLost = IO(Input(UInt(32.W)))
+  val framesLost = IO(Input(UInt(16.W)))
 
   val state = IO(Output(new LineState))
 

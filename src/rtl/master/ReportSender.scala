@@ -13,7 +13,7 @@ class ReportedMaster extends Bundle {
   val present = UInt(8.W)  // slaves that answer
   val cut     = UInt(8.W)  // first slave behind the cut
   val refused = UInt(8.W)  // datagrams refused
-  val lost    = UInt(32.W) // frames sent in vain
+  val lost    = UInt(16.W) // frames sent in vain
   val time    = UInt(64.W) // of the master, in us
 }
 
@@ -141,7 +141,7 @@ class ReportSender extends Module {
       (isHeader && (isWord(16) || isWord(38)))          -> Mux(at(0), length(7, 0), length(10, 8)),
       inGroup(Server)                                   -> server,
       inGroup(Time)                                     -> Mux(at(0), time(7, 0), time(15, 8)),
-      inGroup(Status)        -> of(Cat(master.status.pad(32), master.lost), at(2, 0)),
+      inGroup(Status)        -> of(Cat(master.status.pad(32), master.lost.pad(32)), at(2, 0)),
       inGroup(Count)         -> of(counts, at(2, 0)),
       (part === Part.slaves) -> lookData,
       (part === Part.events) -> eventData,

@@ -181,10 +181,10 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private def wordAt(w: Int) = word(lane => bytes.getOrElse((w << laneBits) + lane, none))
   private val single =
     if (!p.isMaster && !p.hasAlarm) words.toSeq.sorted.map(w => (readAddress === w.U) -> wordAt(w))
-    else // Many registers lie close together: four words share a comparison.
-      words.map(_ / 4).toSeq.sorted.map { quad =>
-        (readAddress >> 2 === quad.U) -> VecInit((0 until 4).map(i => wordAt(4 * quad + i)))(
-          readAddress(1, 0)
+    else // Many registers lie close together: eight words share a comparison.
+      words.map(_ / 8).toSeq.sorted.map { row =>
+        (readAddress >> 3 === row.U) -> VecInit((0 until 8).map(i => wordAt(8 * row + i)))(
+          readAddress(2, 0)
         )
       }
 

@@ -352,7 +352,7 @@ class MasterModel(settings: MasterSettings, val life: Long, bus: Bus, started: L
     var answer = Option.empty[BusAnswer]
     while (answer.isEmpty && tries <= settings.retries) {
       answer = bus.exchange(end, frame)
-      if (answer.isEmpty) lost += 1
+      if (answer.isEmpty) lost = (lost + 1) & 0xffff
       tries += 1
     }
     if (answer.nonEmpty) {

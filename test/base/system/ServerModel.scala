@@ -72,6 +72,7 @@ class ServerModel(random: Random, changed: () => Unit) extends AlarmServer {
   private var now        = 0L
   private var lostAt     = 0L
   private var lostBefore = 0
+  private var lostLife   = Option.empty[Long]
 
   override def picture: Option[Seq[ReportedSlave]] = seen
   override def log: Seq[Event]                     = stored.values.toSeq
@@ -167,13 +168,15 @@ class ServerModel(random: Random, changed: () => Unit) extends AlarmServer {
     }
 
   /** Some frames are lost at each cut; a bad cable loses them all the time. */
-  private def lookAtLost(r: Report): Unit =
-    if (r.lost < lostBefore) lostBefore = r.lost
-    else if (now - lostAt >= LostTime) {
-      if (r.lost - lostBefore >= LostMost) shown += "frames lost" else shown -= "frames lost"
+  private def lookAtLost(r: Report): Unit = {
+    if (!lostLife.contains(r.life)) lostBefore = r.lost // it counts anew
+    lostLife = Some(r.life)
+    if (now - lostAt >= LostTime) {
+      if (((r.lost - lostBefore) & 0xffff) >= LostMost) shown += "frames lost" else shown -= "frames lost"
       lostBefore = r.lost
       lostAt = now
     }
+  }
 
   private def store(r: Report, next: Int): Unit = {
     for ((e, i) <- r.events.zipWithIndex if r.number + i >= next) {

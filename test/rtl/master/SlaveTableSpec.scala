@@ -134,7 +134,7 @@ class TableBench(maxSlaves: Int) extends Module {
   events.status     := status
   events.present    := known
   events.cut        := 0x33.U
-  events.framesLost := "h01020304".U
+  events.framesLost := "h0304".U
   events.room       := room
   events.free       := slot.free
   summary           := events.wrong
@@ -349,7 +349,7 @@ class SlaveTableSpec extends AnyFlatSpec with SharedSimulation {
       assert(
         events.map(_.take(3)).toSet == Set(Seq(0x0201, 7, Short), Seq(0x0203, 8, Open), Seq(0x0304, 0x33, 1))
       )
-      assert(events.find(_.head >> 8 == EventKind.Line).get.drop(3) == Seq(6, 0, 0, 0x0102, 0x0304))
+      assert(events.find(_.head >> 8 == EventKind.Line).get.drop(3) == Seq(6, 0, 0, 0, 0x0304))
       assert(t.events().isEmpty)
     },
     "LM-11: who does not answer is absent, and stays what it was; a sounder that comes back is heard" -> {
