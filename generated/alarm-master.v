@@ -1075,14 +1075,12 @@ module MiiReceiver(
   output       out_valid,
   output       out_payload,
   output [3:0] out_data,
-  output       out_last,
+  output       out_end,
   output       out_bad,
   output       events_invalidFrame
 );
 
   reg  [2:0]  state;
-  reg  [3:0]  held;
-  reg         heldIsPayload;
   reg  [12:0] count;
   reg         longEnough;
   reg  [31:0] crc;
@@ -1090,24 +1088,23 @@ module MiiReceiver(
   reg         output_valid;
   reg         output_payload;
   reg  [3:0]  output_data;
-  reg         output_last;
+  reg         output_end;
   reg         output_bad;
   reg         cutNow;
   wire        crcRight = crc == 32'hDEBB20E3;
-  wire        odd = heldIsPayload & count[0];
+  wire        behind = state == 3'h2;
   wire        _inFrame_T = state == 3'h1;
-  wire        _badInside_T = state == 3'h2;
-  wire        inFrame = _inFrame_T | _badInside_T;
+  wire        inFrame = _inFrame_T | behind;
   wire        isSfd = symbols_symbol_data == 4'hD;
   wire        lost = ~symbols_available | symbols_overflow | cutNow | cut;
   wire        _startFault_T = symbols_symbol_data != 4'h5;
   wire        faulty =
-    lost | symbols_symbol_dv & (symbols_symbol_er | (_badInside_T ? count[12] : ~isSfd & (_startFault_T | count[12])));
+    lost | symbols_symbol_dv & (symbols_symbol_er | (behind ? count[12] : ~isSfd & (_startFault_T | count[12])));
   wire        ended = ~lost & ~symbols_symbol_dv;
-  wire        crcGood = odd ? crcWasGood : crcRight;
+  wire        crcGood = count[0] ? crcWasGood : crcRight;
   wire        start = ~(|state) & symbols_available & symbols_symbol_dv & symbols_settled;
   wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
-  wire        _output_last_T = state == 3'h3;
+  wire        runs = ~faulty & ~ended;
   wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
   wire        _GEN = state == 3'h1 | state == 3'h2;
   always @(posedge clock) begin
@@ -1116,7 +1113,7 @@ module MiiReceiver(
       output_valid <= 1'h0;
       output_payload <= 1'h0;
       output_data <= 4'h0;
-      output_last <= 1'h0;
+      output_end <= 1'h0;
       output_bad <= 1'h0;
       cutNow <= 1'h0;
     end
@@ -1138,18 +1135,15 @@ module MiiReceiver(
         end
         else if (start)
           state <= {1'h0, startFault ? 2'h3 : isSfd ? 2'h2 : 2'h1};
-        output_valid <= inFrame | _output_last_T;
-        output_payload <= heldIsPayload;
-        output_data <= held;
-        output_last <= _output_last_T | faulty | ended;
-        output_bad <= ~(ended & heldIsPayload & crcGood & (longEnough | count[7]));
+        output_valid <= start | inFrame & runs;
+        output_payload <= behind;
+        output_data <= start & startFault ? 4'h5 : symbols_symbol_data;
+        output_end <= inFrame & ~runs | state == 3'h3;
+        output_bad <= ~(ended & behind & crcGood & (longEnough | count[7]));
       end
       cutNow <= ~tick & (cut & inFrame | cutNow);
     end
-    if (tick & (~(|state) | _GEN))
-      held <= symbols_symbol_data;
     if (tick) begin
-      heldIsPayload <= (|state) & (_GEN & ~(faulty | ended | _inFrame_T) | heldIsPayload);
       if (|state) begin
         if (~_GEN | faulty | ended) begin
         end
@@ -1164,25 +1158,25 @@ module MiiReceiver(
       end
       else
         count <= {12'h0, ~(start & isSfd)};
-      longEnough <= _badInside_T & (count[7] | longEnough);
-      if (_badInside_T)
+      longEnough <= behind & (count[7] | longEnough);
+      if (behind)
         crc <=
           {4'h0, crc[31:4]} ^ (crc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
           ^ (crc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crc_feedback[3] ? 32'hEDB88320 : 32'h0);
       else
         crc <= 32'hFFFFFFFF;
     end
-    if (tick & _badInside_T)
+    if (tick & behind)
       crcWasGood <= crcRight;
   end // always @(posedge)
   assign symbols_take = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
   assign out_valid = output_valid;
   assign out_payload = output_payload;
   assign out_data = output_data;
-  assign out_last = output_last;
+  assign out_end = output_end;
   assign out_bad = output_bad;
   assign events_invalidFrame =
-    tick & inFrame & (faulty | ended) & (faulty | ~heldIsPayload | ~crcGood & ~odd) | tick & start & startFault;
+    tick & inFrame & (faulty | ended) & (faulty | ~behind | ~crcGood & ~(count[0])) | tick & start & startFault;
 endmodule
 
 module MiiTransmitter(
@@ -1192,7 +1186,7 @@ module MiiTransmitter(
   input        in_valid,
   input        in_payload,
   input  [3:0] in_data,
-  input        in_last,
+  input        in_end,
   input        in_bad,
   input        in_odd,
   input        in_crcGood,
@@ -1202,28 +1196,19 @@ module MiiTransmitter(
 
   reg        enable;
   reg  [3:0] data;
-  reg  [1:0] extra;
-  wire       _GEN = in_valid & in_last & in_bad;
+  reg  [1:0] left;
+  wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
   always @(posedge clock) begin
     if (reset) begin
       enable <= 1'h0;
-      extra <= 2'h0;
+      left <= 2'h0;
     end
     else if (tick) begin
-      enable <= (|extra) | in_valid & ~(in_last & ~in_bad & in_odd);
-      if (|extra)
-        extra <= extra - 2'h1;
-      else if (_GEN) begin
-        if (in_payload & in_odd) begin
-          if (in_crcGood)
-            extra <= 2'h2;
-        end
-        else
-          extra <= 2'h1;
-      end
+      enable <= in_valid | (|mark);
+      left <= mark - {1'h0, |mark};
     end
     if (tick)
-      data <= (|extra) ? 4'h0 : _GEN ? (in_payload ? {4{~in_odd}} & {4{in_crcGood}} ^ in_data : 4'hD) : in_data;
+      data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
   end // always @(posedge)
   assign txEn = enable;
   assign txd = data;
@@ -1236,7 +1221,7 @@ module EthernetReceiver(
   input        in_valid,
   input        in_payload,
   input  [3:0] in_data,
-  input        in_last,
+  input        in_end,
   input        in_bad,
   output       byte_valid,
   output [7:0] byte_bits,
@@ -1248,11 +1233,11 @@ module EthernetReceiver(
   reg  [3:0] low;
   reg        high;
   reg        begun;
-  wire       _end_valid_T = step & in_valid;
+  wire       _byte_valid_T = step & in_valid;
   reg        end_valid_REG;
   reg        end_bits_REG;
   always @(posedge clock) begin
-    if (_end_valid_T)
+    if (_byte_valid_T)
       low <= in_data;
     end_bits_REG <= ~in_bad;
     if (reset) begin
@@ -1261,14 +1246,14 @@ module EthernetReceiver(
       end_valid_REG <= 1'h0;
     end
     else begin
-      if (_end_valid_T) begin
-        high <= in_payload & ~in_last & ~high;
-        begun <= ~(~in_payload | in_last) & (high | begun);
+      if (_byte_valid_T) begin
+        high <= in_payload & ~high;
+        begun <= in_payload & (high | begun);
       end
-      end_valid_REG <= _end_valid_T & in_last;
+      end_valid_REG <= step & in_end;
     end
   end // always @(posedge)
-  assign byte_valid = _end_valid_T & in_payload & high;
+  assign byte_valid = _byte_valid_T & in_payload & high;
   assign byte_bits = {in_data, low};
   assign first = ~begun;
   assign end_valid = end_valid_REG;
@@ -2612,7 +2597,7 @@ module EthernetSender(
   output       out_valid,
   output       out_payload,
   output [3:0] out_data,
-  output       out_last,
+  output       out_end,
   output       out_bad,
   output       out_odd,
   output       out_crcGood
@@ -2633,16 +2618,13 @@ module EthernetSender(
   wire        whole =
     (&(count[2:0]))
     & count[6:3] == (state == 3'h4 ? 4'h0 : state == 3'h3 | state == 3'h2 ? 4'hE : {2'h0, state == 3'h1 ? 2'h1 : 2'h2});
-  wire        content = _content_T | state == 3'h3;
   reg         out_r_valid;
   reg         out_r_payload;
   reg  [3:0]  out_r_data;
-  reg         out_r_last;
+  reg         out_r_end;
   reg         out_r_bad;
   reg         out_r_odd;
   reg         out_r_crcGood;
-  wire        _next_last_T = state == 3'h4;
-  wire        next_payload = content | _next_last_T;
   reg  [2:0]  casez_tmp;
   wire [2:0]  _GEN_0 = late ? 3'h5 : count[0] & ended ? (whole ? 3'h4 : 3'h3) : state;
   wire [2:0]  _GEN_1 = _GEN & full & following_last ? 3'h0 : state;
@@ -2668,6 +2650,7 @@ module EthernetSender(
   end // always @(*)
   wire        _GEN_2 = state == 3'h0;
   wire        _GEN_3 = ~full & bytes_valid;
+  wire        content = _content_T | state == 3'h3;
   wire        _GEN_4 = state == 3'h1;
   wire        _GEN_5 = state == 3'h2;
   wire [3:0]  next_data =
@@ -2680,7 +2663,7 @@ module EthernetSender(
       out_r_valid <= 1'h0;
       out_r_payload <= 1'h0;
       out_r_data <= 4'h0;
-      out_r_last <= 1'h0;
+      out_r_end <= 1'h0;
       out_r_bad <= 1'h0;
       out_r_odd <= 1'h0;
       out_r_crcGood <= 1'h0;
@@ -2688,12 +2671,12 @@ module EthernetSender(
     else begin
       if (step) begin
         state <= casez_tmp;
-        out_r_valid <= state == 3'h1 | next_payload;
-        out_r_payload <= next_payload;
+        out_r_valid <= state == 3'h1 | content | state == 3'h4;
+        out_r_payload <= state != 3'h1;
         out_r_data <= next_data;
-        out_r_last <= late | _next_last_T & whole;
-        out_r_bad <= late;
-        out_r_odd <= late;
+        out_r_end <= state == 3'h5 & count == 7'h0;
+        out_r_bad <= ~ended;
+        out_r_odd <= ~ended;
       end
       full <= _GEN_3 | ~(step & (takes | _GEN)) & full;
       out_r_crcGood <= step | out_r_crcGood;
@@ -2722,7 +2705,7 @@ module EthernetSender(
   assign out_valid = out_r_valid;
   assign out_payload = out_r_payload;
   assign out_data = out_r_data;
-  assign out_last = out_r_last;
+  assign out_end = out_r_end;
   assign out_bad = out_r_bad;
   assign out_odd = out_r_odd;
   assign out_crcGood = out_r_crcGood;
@@ -2735,12 +2718,12 @@ module PlantSide(
   input         in_valid,
   input         in_payload,
   input  [3:0]  in_data,
-  input         in_last,
+  input         in_end,
   input         in_bad,
   output        out_valid,
   output        out_payload,
   output [3:0]  out_data,
-  output        out_last,
+  output        out_end,
   output        out_bad,
   output        out_odd,
   output        out_crcGood,
@@ -2970,7 +2953,7 @@ module PlantSide(
     .in_valid   (in_valid),
     .in_payload (in_payload),
     .in_data    (in_data),
-    .in_last    (in_last),
+    .in_end     (in_end),
     .in_bad     (in_bad),
     .byte_valid (_receiver_byte_valid),
     .byte_bits  (_receiver_byte_bits),
@@ -3222,7 +3205,7 @@ module PlantSide(
     .out_valid       (out_valid),
     .out_payload     (out_payload),
     .out_data        (out_data),
-    .out_last        (out_last),
+    .out_end         (out_end),
     .out_bad         (out_bad),
     .out_odd         (out_odd),
     .out_crcGood     (out_crcGood)
@@ -3516,12 +3499,12 @@ module LineExchange(
   input         in_0_valid,
   input         in_0_payload,
   input  [3:0]  in_0_data,
-  input         in_0_last,
+  input         in_0_end,
   input         in_0_bad,
   output        out_0_valid,
   output        out_0_payload,
   output [3:0]  out_0_data,
-  output        out_0_last,
+  output        out_0_end,
   output        out_0_bad,
   output        out_0_odd,
   output        out_0_crcGood,
@@ -3580,7 +3563,7 @@ module LineExchange(
   reg  [15:0] left;
   reg  [3:0]  tries;
   wire        good = _matcher_done_valid & _matcher_done_bits & begun & waiting;
-  wire        late = waiting & ~(|left) & ~_composer_busy & ~in_0_valid;
+  wire        late = waiting & ~(|left) & ~_composer_busy & ~(in_0_valid | in_0_end);
   wire        _done_valid_T = tries == 4'h0;
   wire        _GEN = _receiver_byte_valid & _receiver_first;
   wire        _GEN_0 = good | ~late;
@@ -3643,7 +3626,7 @@ module LineExchange(
     .out_valid       (out_0_valid),
     .out_payload     (out_0_payload),
     .out_data        (out_0_data),
-    .out_last        (out_0_last),
+    .out_end         (out_0_end),
     .out_bad         (out_0_bad),
     .out_odd         (out_0_odd),
     .out_crcGood     (out_0_crcGood)
@@ -3655,7 +3638,7 @@ module LineExchange(
     .in_valid   (in_0_valid),
     .in_payload (in_0_payload),
     .in_data    (in_0_data),
-    .in_last    (in_0_last),
+    .in_end     (in_0_end),
     .in_bad     (in_0_bad),
     .byte_valid (_receiver_byte_valid),
     .byte_bits  (_receiver_byte_bits),
@@ -5294,12 +5277,12 @@ module LineMaster(
   input         in_0_valid,
   input         in_0_payload,
   input  [3:0]  in_0_data,
-  input         in_0_last,
+  input         in_0_end,
   input         in_0_bad,
   output        out_0_valid,
   output        out_0_payload,
   output [3:0]  out_0_data,
-  output        out_0_last,
+  output        out_0_end,
   output        out_0_bad,
   output        out_0_odd,
   output        out_0_crcGood,
@@ -5528,12 +5511,12 @@ module LineMaster(
     .in_0_valid    (in_0_valid),
     .in_0_payload  (in_0_payload),
     .in_0_data     (in_0_data),
-    .in_0_last     (in_0_last),
+    .in_0_end      (in_0_end),
     .in_0_bad      (in_0_bad),
     .out_0_valid   (out_0_valid),
     .out_0_payload (out_0_payload),
     .out_0_data    (out_0_data),
-    .out_0_last    (out_0_last),
+    .out_0_end     (out_0_end),
     .out_0_bad     (out_0_bad),
     .out_0_odd     (out_0_odd),
     .out_0_crcGood (out_0_crcGood),
@@ -6136,14 +6119,14 @@ module alarm_master(
   wire        _transmitters_1_in_valid;
   wire        _transmitters_1_in_payload;
   wire [3:0]  _transmitters_1_in_data;
-  wire        _transmitters_1_in_last;
+  wire        _transmitters_1_in_end;
   wire        _transmitters_1_in_bad;
   wire        _transmitters_1_in_odd;
   wire        _transmitters_1_in_crcGood;
   wire        _transmitters_0_in_valid;
   wire        _transmitters_0_in_payload;
   wire [3:0]  _transmitters_0_in_data;
-  wire        _transmitters_0_in_last;
+  wire        _transmitters_0_in_end;
   wire        _transmitters_0_in_bad;
   wire        _transmitters_0_in_odd;
   wire        _transmitters_0_in_crcGood;
@@ -6151,7 +6134,7 @@ module alarm_master(
   wire        _receivers_1_out_valid;
   wire        _receivers_1_out_payload;
   wire [3:0]  _receivers_1_out_data;
-  wire        _receivers_1_out_last;
+  wire        _receivers_1_out_end;
   wire        _receivers_1_out_bad;
   wire        _crossing_1_read_take;
   wire        _crossing_1_read_symbol_dv;
@@ -6164,7 +6147,7 @@ module alarm_master(
   wire        _receivers_0_out_valid;
   wire        _receivers_0_out_payload;
   wire [3:0]  _receivers_0_out_data;
-  wire        _receivers_0_out_last;
+  wire        _receivers_0_out_end;
   wire        _receivers_0_out_bad;
   wire        _crossing_read_take;
   wire        _crossing_read_symbol_dv;
@@ -6449,7 +6432,7 @@ module alarm_master(
     .out_valid           (_receivers_0_out_valid),
     .out_payload         (_receivers_0_out_payload),
     .out_data            (_receivers_0_out_data),
-    .out_last            (_receivers_0_out_last),
+    .out_end             (_receivers_0_out_end),
     .out_bad             (_receivers_0_out_bad),
     .events_invalidFrame (_registers_event_invalid_frame_port0)
   );
@@ -6484,7 +6467,7 @@ module alarm_master(
     .out_valid           (_receivers_1_out_valid),
     .out_payload         (_receivers_1_out_payload),
     .out_data            (_receivers_1_out_data),
-    .out_last            (_receivers_1_out_last),
+    .out_end             (_receivers_1_out_end),
     .out_bad             (_receivers_1_out_bad),
     .events_invalidFrame (_registers_event_invalid_frame_port1)
   );
@@ -6495,7 +6478,7 @@ module alarm_master(
     .in_valid   (_transmitters_0_in_valid),
     .in_payload (_transmitters_0_in_payload),
     .in_data    (_transmitters_0_in_data),
-    .in_last    (_transmitters_0_in_last),
+    .in_end     (_transmitters_0_in_end),
     .in_bad     (_transmitters_0_in_bad),
     .in_odd     (_transmitters_0_in_odd),
     .in_crcGood (_transmitters_0_in_crcGood),
@@ -6509,7 +6492,7 @@ module alarm_master(
     .in_valid   (_transmitters_1_in_valid),
     .in_payload (_transmitters_1_in_payload),
     .in_data    (_transmitters_1_in_data),
-    .in_last    (_transmitters_1_in_last),
+    .in_end     (_transmitters_1_in_end),
     .in_bad     (_transmitters_1_in_bad),
     .in_odd     (_transmitters_1_in_odd),
     .in_crcGood (_transmitters_1_in_crcGood),
@@ -6529,12 +6512,12 @@ module alarm_master(
     .in_valid            (_receivers_1_out_valid),
     .in_payload          (_receivers_1_out_payload),
     .in_data             (_receivers_1_out_data),
-    .in_last             (_receivers_1_out_last),
+    .in_end              (_receivers_1_out_end),
     .in_bad              (_receivers_1_out_bad),
     .out_valid           (_transmitters_1_in_valid),
     .out_payload         (_transmitters_1_in_payload),
     .out_data            (_transmitters_1_in_data),
-    .out_last            (_transmitters_1_in_last),
+    .out_end             (_transmitters_1_in_end),
     .out_bad             (_transmitters_1_in_bad),
     .out_odd             (_transmitters_1_in_odd),
     .out_crcGood         (_transmitters_1_in_crcGood),
@@ -6596,12 +6579,12 @@ module alarm_master(
     .in_0_valid       (_receivers_0_out_valid),
     .in_0_payload     (_receivers_0_out_payload),
     .in_0_data        (_receivers_0_out_data),
-    .in_0_last        (_receivers_0_out_last),
+    .in_0_end         (_receivers_0_out_end),
     .in_0_bad         (_receivers_0_out_bad),
     .out_0_valid      (_transmitters_0_in_valid),
     .out_0_payload    (_transmitters_0_in_payload),
     .out_0_data       (_transmitters_0_in_data),
-    .out_0_last       (_transmitters_0_in_last),
+    .out_0_end        (_transmitters_0_in_end),
     .out_0_bad        (_transmitters_0_in_bad),
     .out_0_odd        (_transmitters_0_in_odd),
     .out_0_crcGood    (_transmitters_0_in_crcGood),

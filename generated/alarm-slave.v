@@ -53,6 +53,1024 @@ module SlotTimer(
   assign tick = count == 2'h0;
 endmodule
 
+module AlarmClock(
+  input         clock,
+  input         reset,
+  output        tenth,
+  output        millisecond,
+  output        second,
+  output [15:0] now,
+  output        wraps,
+  input         hold
+);
+
+  reg  [6:0]  microsecond_c_value;
+  wire        microsecond = microsecond_c_value == 7'h63;
+  reg  [3:0]  tenth_c_value;
+  wire        tenth_wrap_wrap = tenth_c_value == 4'h9;
+  wire        tenth_wrap = microsecond & tenth_wrap_wrap;
+  reg  [6:0]  millisecond_c_value;
+  wire        millisecond_wrap_wrap = millisecond_c_value == 7'h63;
+  wire        millisecond_wrap = tenth_wrap & millisecond_wrap_wrap;
+  reg  [9:0]  second_c_value;
+  wire        second_wrap_wrap = second_c_value == 10'h3E7;
+  reg  [15:0] time_0;
+  reg         due;
+  wire        goes = due & ~hold;
+  always @(posedge clock) begin
+    if (reset) begin
+      microsecond_c_value <= 7'h0;
+      tenth_c_value <= 4'h0;
+      millisecond_c_value <= 7'h0;
+      second_c_value <= 10'h0;
+      time_0 <= 16'h0;
+      due <= 1'h0;
+    end
+    else begin
+      if (microsecond) begin
+        microsecond_c_value <= 7'h0;
+        if (tenth_wrap_wrap)
+          tenth_c_value <= 4'h0;
+        else
+          tenth_c_value <= tenth_c_value + 4'h1;
+      end
+      else
+        microsecond_c_value <= microsecond_c_value + 7'h1;
+      if (tenth_wrap) begin
+        if (millisecond_wrap_wrap)
+          millisecond_c_value <= 7'h0;
+        else
+          millisecond_c_value <= millisecond_c_value + 7'h1;
+      end
+      if (millisecond_wrap) begin
+        if (second_wrap_wrap)
+          second_c_value <= 10'h0;
+        else
+          second_c_value <= second_c_value + 10'h1;
+      end
+      time_0 <= time_0 + {15'h0, goes};
+      due <= microsecond | due & hold;
+    end
+  end // always @(posedge)
+  assign tenth = tenth_wrap;
+  assign millisecond = millisecond_wrap;
+  assign second = millisecond_wrap & second_wrap_wrap;
+  assign now = time_0;
+  assign wraps = goes & (&time_0);
+endmodule
+
+module LevelCrossing(
+  input  clock,
+  input  in,
+  output out
+);
+
+  reg meta;
+  reg stable;
+  always @(posedge clock) begin
+    meta <= in;
+    stable <= meta;
+  end // always @(posedge)
+  assign out = stable;
+endmodule
+
+module Detector(
+  input         clock,
+  input         reset,
+  input  [2:0]  current,
+  output        supply,
+  input         enable,
+  input  [15:0] debounce,
+  input  [15:0] offTime,
+  input         changes,
+  input         restart,
+  input         tenth,
+  input         millisecond,
+  output [2:0]  state
+);
+
+  wire        _level_crossing_2_in;
+  wire        _level_crossing_2_out;
+  wire        _level_crossing_1_in;
+  wire        _level_crossing_1_out;
+  wire        _level_crossing_in;
+  wire        _level_crossing_out;
+  reg         off;
+  reg         on;
+  reg  [2:0]  last;
+  reg  [15:0] rest;
+  reg  [15:0] room;
+  reg  [1:0]  quarter;
+  reg         touched;
+  reg         above;
+  reg  [2:0]  steady;
+  wire [2:0]  seen =
+    on ? (_level_crossing_2_out ? 3'h4 : {1'h0, _level_crossing_1_out ? 2'h2 : {~_level_crossing_out, 1'h1}}) : 3'h0;
+  wire        tick = off ? millisecond : tenth;
+  wire        isAnew = seen != last | changes;
+  wire        isSteady = ~isAnew & ~(|rest) & ~off;
+  wire        isNormal = seen == 3'h1;
+  wire        isCalm = tenth & ~touched & isNormal;
+  wire        isEmpty = room == debounce;
+  wire        isOver = ~on | isSteady | changes;
+  wire        less = tenth & ~isCalm & (|room);
+  always @(posedge clock) begin
+    if (reset) begin
+      off <= 1'h0;
+      on <= 1'h0;
+      last <= 3'h0;
+      quarter <= 2'h0;
+      touched <= 1'h0;
+      above <= 1'h0;
+      steady <= 3'h0;
+    end
+    else begin
+      off <= restart | ~(tick & ~(|rest)) & off;
+      on <= enable & ~off & ~restart;
+      last <= seen;
+      quarter <= quarter + {1'h0, isCalm};
+      touched <= on & ~tenth & (touched | ~isNormal);
+      above <= ~isOver & (seen == 3'h2 | seen == 3'h4 | ~(isCalm & isEmpty) & above);
+      if (on) begin
+        if (isSteady)
+          steady <= last;
+        else if ((|room) | isEmpty) begin
+        end
+        else
+          steady <= {2'h1, ~above};
+      end
+      else
+        steady <= 3'h0;
+    end
+    if (restart | isAnew & ~off)
+      rest <= restart | off ? offTime : debounce;
+    else
+      rest <= rest + {16{tick & (|rest)}};
+    if (isOver)
+      room <= debounce;
+    else
+      room <= room + {{15{less}}, less | isCalm & (&quarter) & ~isEmpty};
+  end // always @(posedge)
+  assign _level_crossing_in = current[0];
+  LevelCrossing level_crossing (
+    .clock (clock),
+    .in    (_level_crossing_in),
+    .out   (_level_crossing_out)
+  );
+  assign _level_crossing_1_in = current[1];
+  LevelCrossing level_crossing_1 (
+    .clock (clock),
+    .in    (_level_crossing_1_in),
+    .out   (_level_crossing_1_out)
+  );
+  assign _level_crossing_2_in = current[2];
+  LevelCrossing level_crossing_2 (
+    .clock (clock),
+    .in    (_level_crossing_2_in),
+    .out   (_level_crossing_2_out)
+  );
+  assign supply = on;
+  assign state = steady;
+endmodule
+
+// external module DualPortRam
+
+module AlarmQueue(
+  input         clock,
+  input         reset,
+  input  [2:0]  state,
+  input         test,
+  input  [7:0]  epoch,
+  input         forget,
+  input  [15:0] time_0,
+  input         wraps,
+  output        hold,
+  input         acknowledge_valid,
+  input  [15:0] acknowledge_bits_sequence,
+  input  [15:0] acknowledge_bits_guard,
+  input  [15:0] acknowledge_bits_tag,
+  input         acknowledgeChanges,
+  input         confirm_valid,
+  input  [15:0] confirm_bits,
+  input         confirmChanges,
+  input         newMaster,
+  output        offers,
+  output        isUrgent,
+  output        isNew,
+  input         busy,
+  input         read,
+  input  [2:0]  readWord,
+  output [15:0] readData,
+  output        waiting,
+  output        lacking,
+  output [7:0]  dropped
+);
+
+  wire        _ram_ram_write;
+  wire [7:0]  _ram_ram_writeAddress;
+  wire [7:0]  _ram_ram_readAddress;
+  wire [15:0] _ram_ram_readData;
+  reg  [4:0]  count;
+  reg  [7:0]  drops;
+  reg         lacks;
+  reg  [3:0]  reported;
+  reg         hasTold;
+  reg         hasPlain;
+  reg         hasToldPlain;
+  reg  [3:0]  best;
+  reg         hasBest;
+  reg         bestIsAlarm;
+  reg         boxed;
+  reg  [3:0]  boxedAt;
+  reg         boxIsAlarm;
+  reg         offered;
+  wire        isCurrent = hasBest & boxed & boxedAt == best;
+  reg         acknowledges;
+  reg         confirms;
+  reg         clears;
+  reg  [2:0]  work;
+  reg         live;
+  reg  [3:0]  place;
+  reg  [2:0]  word;
+  reg  [3:0]  to;
+  reg         fetched;
+  wire        storing = work == 3'h5;
+  wire        copying = work == 3'h6;
+  wire        writesTime = storing & word < 3'h2;
+  wire        advances = fetched | writesTime;
+  wire [2:0]  _nextWord_T = word + {2'h0, advances};
+  wire        _ends_T = advances & (&word);
+  wire [3:0]  _nextOne_T_1 = place + {3'h0, _ends_T};
+  reg         counts;
+  reg         carries;
+  reg         fresh;
+  reg         carry;
+  wire        _ram_ram_readAddress_T_8 = storing | (&work);
+  reg         isAlarm;
+  reg         isMeant;
+  reg         isStored;
+  wire        wasTold = _ram_ram_readData[0] & ~storing;
+  wire        isTold = wasTold & work != 3'h3 | isMeant & live;
+  wire [15:0] written =
+    storing & ~(|word)
+      ? {epoch, reported[3], 4'h0, reported[2:0]}
+      : storing & word == 3'h1
+          ? time_0
+          : word == 3'h6 & isMeant
+              ? ~acknowledge_bits_tag
+              : (&word) ? {15'h0, isTold} : (&work) & fresh ? 16'h0 : _ram_ram_readData + {15'h0, (&work) & carry};
+  reg         removesTold;
+  reg         removesPlain;
+  reg         removed;
+  reg         ordersWait;
+  wire        _GEN = work == 3'h0;
+  wire        _GEN_0 = carries | counts;
+  wire        _GEN_1 = hasBest & ~isCurrent & ~offered & ~busy;
+  reg         waits;
+  wire        _GEN_2 = confirms & ~confirmChanges;
+  wire        _GEN_3 = hasTold & (|count);
+  wire        _GEN_4 = acknowledges & ~acknowledgeChanges;
+  wire        _GEN_5 = _GEN_4 & (|count);
+  wire [15:0] _ahead_T = confirm_bits + _ram_ram_readData;
+  wire        _GEN_6 = word == 3'h1;
+  wire        _GEN_7 = word == 3'h2;
+  wire        _GEN_8 = advances & (&work);
+  wire        isEnd = place == count[3:0] - 4'h1;
+  wire        goes =
+    work == 3'h4
+      ? (isEnd | (removesPlain | removesTold) & (~removesPlain | ~isAlarm) & (~removesTold | wasTold)) & ~removed
+      : work == 3'h2 & wasTold & isStored;
+  wire        ends = _ends_T & (|work);
+  wire        _GEN_9 = ends & copying;
+  wire        _GEN_10 = ends & (&work);
+  wire        _GEN_11 = ends & ~goes;
+  wire        _GEN_12 = _GEN_9 | _GEN_10;
+  wire        _GEN_13 = ~hasBest | isAlarm & ~bestIsAlarm;
+  wire        _GEN_14 = _GEN_10 | ~(ends & boxed & place == boxedAt & ~storing);
+  wire [3:0]  present = {test, state};
+  wire        happens = ~forget & present != reported & (|state);
+  wire        _GEN_15 =
+    happens & ~wraps & ~(ordersWait & (acknowledges & ~acknowledgeChanges | confirms & ~confirmChanges));
+  wire        _GEN_16 = _GEN_0 | _GEN_1;
+  wire        _GEN_17 = hasPlain | present == 4'h2;
+  wire        _GEN_18 = ~_GEN_8 | _GEN_6 | ~(_GEN_7 & ~fresh);
+  wire        _GEN_19 = ~_GEN_12 & ends & ~goes & isTold | hasTold;
+  wire        _GEN_20 = ~_GEN_12 & ends & ~goes & isTold & ~isAlarm | hasToldPlain;
+  wire        _GEN_21 = ~_GEN_12 & _GEN_11 & ~isTold & _GEN_13 | hasBest;
+  wire        _GEN_22 = ~_GEN_12 & ends & ~goes & ~isAlarm | hasPlain;
+  wire        _GEN_23 = ends & (storing | isEnd);
+  wire        _GEN_24 = _GEN_9 | _GEN_10 | _GEN_23;
+  wire        _GEN_25 = _GEN_17 & (|count);
+  wire        _GEN_26 = ~_GEN | _GEN_0 | _GEN_1 | _GEN_15 | ~_GEN_2;
+  wire        _GEN_27 = ~_GEN | _GEN_16;
+  wire        _GEN_28 = ~(count[4]) | ~_GEN_25;
+  always @(posedge clock) begin
+    if (reset) begin
+      count <= 5'h0;
+      drops <= 8'h0;
+      lacks <= 1'h0;
+      reported <= 4'h0;
+      hasTold <= 1'h0;
+      hasPlain <= 1'h0;
+      hasToldPlain <= 1'h0;
+      hasBest <= 1'h0;
+      boxed <= 1'h0;
+      offered <= 1'h0;
+      acknowledges <= 1'h0;
+      confirms <= 1'h0;
+      clears <= 1'h0;
+      work <= 3'h0;
+      fetched <= 1'h0;
+      counts <= 1'h1;
+      carries <= 1'h0;
+      fresh <= 1'h1;
+      ordersWait <= 1'h0;
+      waits <= 1'h0;
+    end
+    else begin
+      if (_GEN_12 | ~_GEN_23) begin
+      end
+      else
+        count <= {1'h0, to} + {4'h0, ~goes};
+      if (~_GEN | _GEN_16 | ~(_GEN_15 & count[4] & ~hasToldPlain & drops != 8'hFF)) begin
+      end
+      else
+        drops <= drops + 8'h1;
+      lacks <= (|count) & (_GEN & ~_GEN_16 & _GEN_15 & count[4] & ~hasToldPlain | lacks);
+      if (forget)
+        reported <= 4'h0;
+      else if (~_GEN | _GEN_16 | ~_GEN_15 | count[4] & _GEN_17) begin
+      end
+      else
+        reported <= present;
+      if (_GEN_27) begin
+        hasTold <= _GEN_19;
+        hasPlain <= _GEN_22;
+        hasToldPlain <= _GEN_20;
+        hasBest <= _GEN_21;
+      end
+      else if (_GEN_15) begin
+        hasTold <= _GEN_28 & _GEN_19;
+        hasPlain <= _GEN_28 & _GEN_22;
+        hasToldPlain <= _GEN_28 & _GEN_20;
+        hasBest <= _GEN_28 & _GEN_21;
+      end
+      else if (_GEN_2) begin
+        hasTold <= ~_GEN_3 & _GEN_19;
+        hasPlain <= ~_GEN_3 & _GEN_22;
+        hasToldPlain <= ~_GEN_3 & _GEN_20;
+        hasBest <= ~_GEN_3 & _GEN_21;
+      end
+      else begin
+        hasTold <= ~_GEN_5 & _GEN_19;
+        hasPlain <= ~_GEN_5 & _GEN_22;
+        hasToldPlain <= ~_GEN_5 & _GEN_20;
+        hasBest <= ~_GEN_5 & _GEN_21;
+      end
+      boxed <= ~(_GEN & ~hasBest) & (_GEN_9 | (_GEN_14 ? boxed : ~goes));
+      if (_GEN) begin
+        offered <= isCurrent;
+        if (_GEN_0)
+          work <= 3'h7;
+        else if (_GEN_1)
+          work <= 3'h6;
+        else if (_GEN_15) begin
+          if (count[4]) begin
+            if (_GEN_25)
+              work <= 3'h4;
+            else if (_GEN_24)
+              work <= 3'h0;
+          end
+          else
+            work <= 3'h5;
+        end
+        else if (_GEN_2) begin
+          if (_GEN_3)
+            work <= {2'h1, clears};
+          else if (_GEN_24)
+            work <= 3'h0;
+        end
+        else if (_GEN_5)
+          work <= 3'h1;
+        else if (_GEN_24)
+          work <= 3'h0;
+        waits <= hasBest | happens;
+      end
+      else if (_GEN_24)
+        work <= 3'h0;
+      acknowledges <= acknowledge_valid | (~_GEN | _GEN_0 | _GEN_1 | _GEN_15 | _GEN_2 | ~_GEN_4) & acknowledges;
+      confirms <= confirm_valid | _GEN_26 & confirms;
+      clears <= newMaster | _GEN_26 & clears;
+      fetched <= ~_GEN & ((|work) ? ~read : fetched);
+      counts <=
+        storing & ends | _GEN & ~_GEN_16 & _GEN_15 & ~(~(count[4]) | _GEN_17)
+        | (_GEN_18 ? counts : carry & (&_ram_ram_readData));
+      carries <= wraps | _GEN_18 & carries;
+      fresh <= (_GEN_9 | ~_GEN_10) & fresh;
+      if (_GEN_27) begin
+      end
+      else if (_GEN_15)
+        ordersWait <= ~(count[4]) | ordersWait;
+      else
+        ordersWait <= ~(_GEN_2 | _GEN_4) & ordersWait;
+    end
+    if (_GEN_12 | ~_GEN_11 | isTold | ~_GEN_13) begin
+    end
+    else begin
+      best <= to;
+      bestIsAlarm <= isAlarm;
+    end
+    if (_GEN_9) begin
+      boxedAt <= place;
+      boxIsAlarm <= isAlarm;
+    end
+    else if (_GEN_14) begin
+    end
+    else
+      boxedAt <= to;
+    live <= _GEN | ~(confirmChanges & work == 3'h2 | acknowledgeChanges & work == 3'h1) & live;
+    if (_GEN) begin
+      place <= _GEN_0 | ~_GEN_1 ? 4'h0 : best;
+      word <= 3'h0;
+      to <= _GEN_16 | ~(_GEN_15 & ~(count[4])) ? 4'h0 : count[3:0];
+    end
+    else begin
+      if (|work) begin
+        place <= _nextOne_T_1;
+        word <= _nextWord_T;
+      end
+      if (_GEN_12 | ~_GEN_11) begin
+      end
+      else
+        to <= to + 4'h1;
+    end
+    carry <= ~(_GEN & _GEN_0) & (_GEN_8 ? (_GEN_6 ? counts : _GEN_7 ? carries : carry & (&_ram_ram_readData)) : carry);
+    if (advances & ~(|word))
+      isAlarm <= written[7:0] == 8'h2;
+    if (advances & (|word)) begin
+      if (_GEN_6)
+        isMeant <= work == 3'h1 & _ram_ram_readData == acknowledge_bits_guard;
+      else
+        isMeant <= (~_GEN_7 | _ram_ram_readData == acknowledge_bits_sequence) & isMeant;
+    end
+    if (~advances | ~(|word) | _GEN_6 | _GEN_7 | word != 3'h6) begin
+    end
+    else
+      isStored <= work == 3'h2 & live & _ahead_T[15:8] != 8'hFF;
+    if (~_GEN | _GEN_16 | ~(_GEN_15 & count[4] & _GEN_17)) begin
+    end
+    else begin
+      removesTold <= hasPlain ? hasToldPlain : hasTold;
+      removesPlain <= hasPlain;
+    end
+    removed <= ~_GEN & (~_GEN_12 & ends & goes | removed);
+  end // always @(posedge)
+  assign _ram_ram_write = advances & (|work);
+  assign _ram_ram_writeAddress = {copying | (&work), copying ? 4'h0 : (&work) ? 4'h1 : to, word};
+  assign _ram_ram_readAddress =
+    read
+      ? {5'h10, readWord == 3'h2 ? 3'h1 : readWord == 3'h1 ? 3'h0 : readWord == 3'h0 ? 3'h2 : readWord}
+      : {_ram_ram_readAddress_T_8, _ram_ram_readAddress_T_8 ? 4'h1 : _nextOne_T_1, _nextWord_T};
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(16)
+  ) ram_ram (
+    .clock        (clock),
+    .write        (_ram_ram_write),
+    .writeAddress (_ram_ram_writeAddress),
+    .writeData    (written),
+    .readAddress  (_ram_ram_readAddress),
+    .readData     (_ram_ram_readData)
+  );
+  assign hold = writesTime;
+  assign offers = offered;
+  assign isUrgent = boxIsAlarm;
+  assign isNew = _GEN & ~_GEN_0 & _GEN_1;
+  assign readData = _ram_ram_readData;
+  assign waiting = waits;
+  assign lacking = lacks;
+  assign dropped = drops;
+endmodule
+
+module AlarmUnit(
+  input         clock,
+  input         reset,
+  input  [2:0]  pins_current,
+  output        pins_supply,
+  output        pins_buzzer,
+  output        pins_lamp,
+  input         pins_config_fault,
+  input         detect,
+  input  [15:0] debounce,
+  input         changes,
+  input  [15:0] offTime,
+  input  [7:0]  selfTest,
+  input  [7:0]  epoch,
+  input  [15:0] node,
+  input  [1:0]  mode_value,
+  output        mode_load_valid,
+  input  [15:0] seconds_value,
+  output        seconds_load_valid,
+  output [15:0] seconds_load_bits,
+  input  [15:0] hostAlive_value,
+  output        hostAlive_load_valid,
+  output [15:0] hostAlive_load_bits,
+  input         registersBusy,
+  input         silence,
+  input         restart,
+  input         acknowledge_valid,
+  input  [15:0] acknowledge_bits_sequence,
+  input  [15:0] acknowledge_bits_guard,
+  input  [15:0] acknowledge_bits_tag,
+  input         acknowledgeChanges,
+  input         confirm_valid,
+  input  [15:0] confirm_bits,
+  input         confirmChanges,
+  input         newMaster,
+  output [15:0] status,
+  output [7:0]  dropped,
+  output        pending,
+  input         busy,
+  input  [5:0]  nibble,
+  input  [2:0]  nextWord,
+  output [3:0]  data,
+  input         reads,
+  input         begins,
+  input         takes
+);
+
+  wire        _configuration_out;
+  wire        _queue_forget;
+  wire [2:0]  _queue_readWord;
+  wire        _queue_offers;
+  wire        _queue_isUrgent;
+  wire        _queue_isNew;
+  wire [15:0] _queue_readData;
+  wire        _queue_waiting;
+  wire        _queue_lacking;
+  wire        _detector_supply;
+  wire [2:0]  _detector_state;
+  wire        _ticks_hold;
+  wire        _ticks_tenth;
+  wire        _ticks_millisecond;
+  wire        _ticks_second;
+  wire [15:0] _ticks_now;
+  wire        _ticks_wraps;
+  reg         secondOver_due;
+  wire        secondOver = secondOver_due & ~registersBusy;
+  reg         hostAlive_load_valid_due;
+  wire        disabled = mode_value == 2'h1;
+  wire        testing = mode_value == 2'h2;
+  wire [1:0]  modes = {disabled, testing};
+  wire        smoke = _detector_state == 3'h2;
+  wire        rings = smoke & ~disabled & ~testing & _detector_supply;
+  reg         latched;
+  reg         sounding;
+  reg         REG;
+  reg  [1:0]  queue_forget_REG;
+  reg  [1:0]  left;
+  reg  [3:0]  passed;
+  reg         confirmed;
+  reg  [3:0]  casez_tmp;
+  always @(*) begin
+    casez (nibble[1:0])
+      2'b00:
+        casez_tmp = node[3:0];
+      2'b01:
+        casez_tmp = node[7:4];
+      2'b10:
+        casez_tmp = node[11:8];
+      default:
+        casez_tmp = node[15:12];
+    endcase
+  end // always @(*)
+  reg  [3:0]  casez_tmp_0;
+  always @(*) begin
+    casez (nibble[1:0])
+      2'b00:
+        casez_tmp_0 = _queue_readData[3:0];
+      2'b01:
+        casez_tmp_0 = _queue_readData[7:4];
+      2'b10:
+        casez_tmp_0 = _queue_readData[11:8];
+      default:
+        casez_tmp_0 = _queue_readData[15:12];
+    endcase
+  end // always @(*)
+  always @(posedge clock) begin
+    if (reset) begin
+      secondOver_due <= 1'h0;
+      hostAlive_load_valid_due <= 1'h0;
+      latched <= 1'h0;
+      sounding <= 1'h0;
+      REG <= 1'h0;
+      queue_forget_REG <= 2'h0;
+      left <= 2'h0;
+      passed <= 4'h0;
+      confirmed <= 1'h0;
+    end
+    else begin
+      secondOver_due <= _ticks_second | secondOver_due & registersBusy;
+      hostAlive_load_valid_due <= _ticks_millisecond | hostAlive_load_valid_due & registersBusy;
+      latched <= ~restart & (rings | latched);
+      sounding <= ~restart & (rings & ~REG | ~silence & sounding);
+      REG <= rings;
+      queue_forget_REG <= modes;
+      if (_queue_isNew)
+        left <= 2'h0;
+      else if (takes & ~(left[1]))
+        left <= left + 2'h1;
+      if (_queue_isNew | takes)
+        passed <= 4'h0;
+      else if (begins & ~(&passed))
+        passed <= passed + 4'h1;
+      confirmed <= confirm_valid | confirmed;
+    end
+  end // always @(posedge)
+  AlarmClock ticks (
+    .clock       (clock),
+    .reset       (reset),
+    .tenth       (_ticks_tenth),
+    .millisecond (_ticks_millisecond),
+    .second      (_ticks_second),
+    .now         (_ticks_now),
+    .wraps       (_ticks_wraps),
+    .hold        (_ticks_hold)
+  );
+  Detector detector (
+    .clock       (clock),
+    .reset       (reset),
+    .current     (pins_current),
+    .supply      (_detector_supply),
+    .enable      (detect),
+    .debounce    (debounce),
+    .offTime     (offTime),
+    .changes     (changes),
+    .restart     (restart),
+    .tenth       (_ticks_tenth),
+    .millisecond (_ticks_millisecond),
+    .state       (_detector_state)
+  );
+  assign _queue_forget = _detector_state == 3'h0 | disabled | modes != queue_forget_REG;
+  assign _queue_readWord = nextWord + 3'h3;
+  AlarmQueue queue (
+    .clock                     (clock),
+    .reset                     (reset),
+    .state                     (_detector_state),
+    .test                      (testing),
+    .epoch                     (epoch),
+    .forget                    (_queue_forget),
+    .time_0                    (_ticks_now),
+    .wraps                     (_ticks_wraps),
+    .hold                      (_ticks_hold),
+    .acknowledge_valid         (acknowledge_valid),
+    .acknowledge_bits_sequence (acknowledge_bits_sequence),
+    .acknowledge_bits_guard    (acknowledge_bits_guard),
+    .acknowledge_bits_tag      (acknowledge_bits_tag),
+    .acknowledgeChanges        (acknowledgeChanges),
+    .confirm_valid             (confirm_valid),
+    .confirm_bits              (confirm_bits),
+    .confirmChanges            (confirmChanges),
+    .newMaster                 (newMaster),
+    .offers                    (_queue_offers),
+    .isUrgent                  (_queue_isUrgent),
+    .isNew                     (_queue_isNew),
+    .busy                      (busy),
+    .read                      (reads),
+    .readWord                  (_queue_readWord),
+    .readData                  (_queue_readData),
+    .waiting                   (_queue_waiting),
+    .lacking                   (_queue_lacking),
+    .dropped                   (dropped)
+  );
+  LevelCrossing configuration (
+    .clock (clock),
+    .in    (pins_config_fault),
+    .out   (_configuration_out)
+  );
+  assign pins_supply = _detector_supply;
+  assign pins_buzzer = sounding;
+  assign pins_lamp = latched;
+  assign mode_load_valid = secondOver & seconds_value[15:1] == 15'h0;
+  assign seconds_load_valid = secondOver & (|seconds_value);
+  assign seconds_load_bits = seconds_value - 16'h1;
+  assign hostAlive_load_valid = hostAlive_load_valid_due & ~registersBusy & (|hostAlive_value);
+  assign hostAlive_load_bits = hostAlive_value - 16'h1;
+  assign status =
+    {2'h0,
+     _configuration_out,
+     selfTest != 8'h1,
+     _queue_lacking,
+     _queue_waiting,
+     smoke & testing,
+     testing,
+     disabled,
+     ~(|hostAlive_value),
+     ~_detector_supply,
+     _detector_state == 3'h4 & ~disabled,
+     _detector_state == 3'h3 & ~disabled,
+     sounding,
+     latched,
+     rings};
+  assign pending = _queue_offers & confirmed & (_queue_isUrgent | ~(left[1]) | (&passed));
+  assign data =
+    nibble > 6'h13 & nibble < 6'h2C
+      ? casez_tmp_0
+      : (|(nibble[5:2])) & nibble < 6'h8
+          ? casez_tmp
+          : nibble == 6'h2C
+              ? 4'h1
+              : nibble == 6'hC ? 4'hC : nibble == 6'hA ? 4'hE : nibble == 6'h9 ? 4'hA : {nibble == 6'h8, 3'h0};
+endmodule
+
+// external module DualPortRam
+
+module DatagramAppender(
+  input        clock,
+  input        reset,
+  input        step,
+  input        in_valid,
+  input        in_payload,
+  input  [3:0] in_data,
+  input        in_end,
+  input        in_bad,
+  input        in_odd,
+  input        in_crcGood,
+  output       out_valid,
+  output       out_payload,
+  output [3:0] out_data,
+  output       out_end,
+  output       out_bad,
+  output       out_odd,
+  output       out_crcGood,
+  input  [3:0] position_part,
+  input  [4:0] position_byte,
+  input        position_high,
+  input  [6:0] position_paddingBytes,
+  input  [7:0] position_datagram,
+  input        position_checksumCleared,
+  input        pending,
+  output       busy,
+  output [5:0] nibble,
+  output [5:0] nextNibble,
+  input  [3:0] data,
+  output       reads,
+  output       begins,
+  output       takes
+);
+
+  wire        _ram_ram_write;
+  wire [10:0] _ram_ram_writeData;
+  wire [6:0]  _ram_ram_readAddress;
+  wire [10:0] _ram_ram_readData;
+  reg         inFrame;
+  reg         delayed;
+  reg         candidate;
+  reg         append;
+  wire        starts = in_valid & ~inFrame;
+  reg  [6:0]  writeAt;
+  reg  [6:0]  readAt;
+  reg  [7:0]  count;
+  reg  [7:0]  ends;
+  reg         active;
+  reg  [4:0]  gap;
+  reg         cut;
+  reg         wanted;
+  wire        chooses = starts & ~delayed & wanted & ~in_payload;
+  reg  [11:0] length;
+  reg  [11:0] left;
+  reg         wrong;
+  wire [1:0]  at = {position_byte[0], position_high};
+  wire        inHeader = in_payload & position_part == 4'h2 & ~position_checksumCleared;
+  wire        _fits_T = length == 12'h0;
+  wire        _inPosition_T = position_part == 4'h3;
+  wire        _inPosition_T_2 = position_datagram == 8'h0;
+  wire        isBehind =
+    in_payload & position_byte == 5'h0 & ~position_high
+    & (_fits_T ? _inPosition_T & _inPosition_T_2 : position_part == 4'h6 & position_paddingBytes == 7'h0);
+  reg  [7:0]  slave;
+  wire        full = count > 8'h7D;
+  wire        _push_T = in_valid | in_end;
+  wire        push = (delayed | chooses) & _push_T & ~(cut & ~starts) & count != 8'h80;
+  wire        entry_end = in_end | full;
+  reg         closed;
+  reg  [3:0]  rest;
+  reg         isBad;
+  reg         inserted;
+  reg         inserting;
+  reg  [5:0]  at_1;
+  reg  [31:0] crc;
+  reg  [1:0]  word;
+  reg         inFcs;
+  wire        inserts = append & (inserting | ~inserted & (&(_ram_ram_readData[1:0])) & ~(closed & ~(rest[3])));
+  wire        pop = active & ~(inserts & inFcs);
+  reg         held_valid;
+  reg         held_payload;
+  reg  [3:0]  held_data;
+  reg         held_end;
+  reg         held_bad;
+  reg         held_odd;
+  reg         held_crcGood;
+  reg         shifts;
+  reg  [3:0]  casez_tmp;
+  wire [11:0] _newLength_T = length + 12'h18;
+  always @(*) begin
+    casez (word)
+      2'b00:
+        casez_tmp = _newLength_T[3:0];
+      2'b01:
+        casez_tmp = _newLength_T[7:4];
+      2'b10:
+        casez_tmp = _newLength_T[11:8];
+      default:
+        casez_tmp = _newLength_T[3:0];
+    endcase
+  end // always @(*)
+  wire        _takes_T = step & active;
+  wire [5:0]  _at_T = at_1 + 6'h1;
+  wire [6:0]  _readAt_T = readAt + 7'h1;
+  wire        rested = gap == 5'h13;
+  wire        next_end = active & _ram_ram_readData[5];
+  wire        _GEN = active & append & inFcs & ~inserts;
+  wire        _GEN_0 = step & in_valid & candidate;
+  wire [3:0]  crcNow_feedback = crc[3:0] ^ held_data;
+  wire [31:0] _crcNow_T_5 =
+    {4'h0, crc[31:4]} ^ (crcNow_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crcNow_feedback[1] ? 32'h3B6E20C8 : 32'h0)
+    ^ (crcNow_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crcNow_feedback[3] ? 32'hEDB88320 : 32'h0);
+  wire [31:0] crcNow = shifts ? crc : _crcNow_T_5;
+  wire        _GEN_1 = _ram_ram_readData[1:0] == 2'h1;
+  wire        _GEN_2 = step & chooses;
+  wire        isOver = candidate & in_end;
+  wire        _GEN_3 = active & inserts;
+  always @(posedge clock) begin
+    if (reset) begin
+      inFrame <= 1'h0;
+      delayed <= 1'h0;
+      candidate <= 1'h0;
+      append <= 1'h0;
+      writeAt <= 7'h0;
+      readAt <= 7'h0;
+      count <= 8'h0;
+      ends <= 8'h0;
+      active <= 1'h0;
+      gap <= 5'h13;
+      cut <= 1'h0;
+      wanted <= 1'h0;
+      closed <= 1'h0;
+      inserting <= 1'h0;
+      inFcs <= 1'h0;
+      held_valid <= 1'h0;
+      held_payload <= 1'h0;
+      held_data <= 4'h0;
+      held_end <= 1'h0;
+      held_bad <= 1'h0;
+      held_odd <= 1'h0;
+      held_crcGood <= 1'h0;
+    end
+    else begin
+      if (step & _push_T)
+        inFrame <= in_valid;
+      if (step) begin
+        delayed <= chooses | ~(count == 8'h0 & ~active & rested & ~(cut & inFrame) & ~push) & delayed;
+        candidate <= ~isOver & (starts ? chooses : candidate);
+        count <= count + {7'h0, push} - {7'h0, pop};
+        ends <= ends + {7'h0, push & entry_end} - {7'h0, pop & _ram_ram_readData[5]};
+        if (active) begin
+          active <= ~next_end;
+          gap <= 5'h0;
+          if (append) begin
+            if (inserts)
+              held_data <= at_1 == 6'h2 ? slave[3:0] : at_1 == 6'h3 ? slave[7:4] : data;
+            else if (inFcs) begin
+              if (|rest)
+                held_data <= crcNow[3:0] ^ {4{~isBad}};
+              else
+                held_data <= _ram_ram_readData[9:6];
+            end
+            else
+              held_data <= _GEN_1 ? casez_tmp : {_ram_ram_readData[1:0] == 2'h2, 3'h0} | _ram_ram_readData[9:6];
+          end
+          else
+            held_data <= _ram_ram_readData[9:6];
+        end
+        else begin
+          active <= delayed & rested & (count > 8'h8 | ~candidate & (|(count[7:1])) | (|ends));
+          if (~rested)
+            gap <= gap + 5'h1;
+          held_data <= 4'h0;
+        end
+        cut <= push & full | ~starts & cut;
+        wanted <= pending;
+        closed <= isOver | ~chooses & closed;
+        if (isOver)
+          inFcs <= in_odd;
+        else
+          inFcs <= closed & (inFcs | pop);
+        held_valid <= active & ~(_ram_ram_readData[5]);
+        held_payload <= active & _ram_ram_readData[10];
+        held_end <= next_end;
+        held_bad <= active & (append ? isBad : _ram_ram_readData[4]);
+        held_odd <= active & _ram_ram_readData[3];
+        held_crcGood <= active & (append ? ~isBad : _ram_ram_readData[2]);
+      end
+      append <=
+        ~(step & active & next_end)
+        & (_GEN_0 & inHeader & (&at)
+             ? in_data == 4'h1 & (_fits_T | length > 12'hB) & length < 12'h600 & length < 12'h5C3 & ~(length[11])
+             : append);
+      if (step & push)
+        writeAt <= writeAt + 7'h1;
+      if (step & pop)
+        readAt <= _readAt_T;
+      if (step & _GEN_3)
+        inserting <= at_1 != 6'h2F;
+    end
+    if (_GEN_0 & inHeader & ~(&at))
+      length <= {in_data, length[11:4]};
+    if (_GEN_0) begin
+      if (inHeader) begin
+        if (&at)
+          left <= length;
+      end
+      else if (position_high)
+        left <= left - 12'h1;
+    end
+    wrong <= ~_GEN_2 & (_GEN_0 & isBehind & (|length) & (|left) | wrong);
+    if (_GEN_2)
+      slave <= 8'h0;
+    else if (_GEN_0 & in_payload & _inPosition_T & _inPosition_T_2 & position_byte == 5'h2 & (|length))
+      slave <= {in_data, slave[7:4]};
+    if (step) begin
+      if (isOver)
+        rest <= {3'h4, ~in_odd};
+      else if (pop)
+        rest <= rest - 4'h1;
+      inserted <= _GEN_3 | ~chooses & inserted;
+      if (_GEN_3)
+        at_1 <= _at_T;
+      else if (chooses)
+        at_1 <= 6'h0;
+      if (_GEN)
+        crc <= {4'h0, crcNow[31:4]};
+      else if (held_payload) begin
+        if (shifts) begin
+        end
+        else
+          crc <= _crcNow_T_5;
+      end
+      else
+        crc <= 32'hFFFFFFFF;
+      if (active & _GEN_1)
+        word <= word + 2'h1;
+      else if (chooses)
+        word <= 2'h0;
+      shifts <= _GEN | ~chooses & shifts;
+    end
+    if (step & isOver)
+      isBad <= in_bad | wrong;
+  end // always @(posedge)
+  assign _ram_ram_write = step & push;
+  assign _ram_ram_writeData =
+    {in_payload,
+     in_data,
+     entry_end,
+     in_bad | full,
+     in_odd,
+     in_crcGood,
+     in_end
+       ? 2'h0
+       : inHeader & ~(&at)
+           ? 2'h1
+           : in_payload & _inPosition_T & position_byte == 5'h7 & position_high & (|length) ? 2'h2 : {2{isBehind}}};
+  assign _ram_ram_readAddress = step & pop ? _readAt_T : readAt;
+  DualPortRam #(
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
+    .WIDTH(11)
+  ) ram_ram (
+    .clock        (clock),
+    .write        (_ram_ram_write),
+    .writeAddress (writeAt),
+    .writeData    (_ram_ram_writeData),
+    .readAddress  (_ram_ram_readAddress),
+    .readData     (_ram_ram_readData)
+  );
+  assign out_valid = ~chooses & (delayed ? held_valid : in_valid);
+  assign out_payload = delayed ? held_payload : in_payload;
+  assign out_data = delayed ? held_data : in_data;
+  assign out_end = delayed ? held_end : in_end;
+  assign out_bad = delayed ? held_bad : in_bad;
+  assign out_odd = delayed ? held_odd : in_odd;
+  assign out_crcGood = delayed ? held_crcGood : in_crcGood;
+  assign busy = append | candidate | chooses | wanted;
+  assign nibble = at_1;
+  assign nextNibble = _takes_T & inserts ? _at_T : at_1;
+  assign reads = inserting;
+  assign begins = step & starts;
+  assign takes = _takes_T & inserts & ~inserted;
+endmodule
+
 module RegisterFile(
   input         clock,
   input         reset,
@@ -1278,7 +2296,7 @@ module FrameParser(
   input        in_valid,
   input        in_payload,
   input  [3:0] in_data,
-  input        in_last,
+  input        in_end,
   input        abandon,
   output [3:0] position_part,
   output [4:0] position_byte,
@@ -1337,8 +2355,10 @@ module FrameParser(
   always @(posedge clock) begin
     if (reset)
       part <= 4'h8;
+    else if (step & in_end)
+      part <= 4'h8;
     else if (_GEN_5) begin
-      if (abandon | in_last)
+      if (abandon)
         part <= 4'h8;
       else if (in_payload) begin
         if (~high | isTag) begin
@@ -1558,7 +2578,7 @@ module DataAccess(
   input         in_valid,
   input         in_payload,
   input  [3:0]  in_data,
-  input         in_last,
+  input         in_end,
   input  [3:0]  position_part,
   input  [4:0]  position_byte,
   input         position_high,
@@ -1587,8 +2607,7 @@ module DataAccess(
   wire        _memory_frameStart_T = step & in_valid;
   wire        active = _memory_frameStart_T & in_payload;
   reg  [16:0] address;
-  wire        _flush_T = active & inData;
-  wire        byteEnd = _flush_T & position_high;
+  wire        byteEnd = active & inData & position_high;
   reg         memory_read_REG;
   reg  [16:0] memory_readAddress_REG;
   reg         arriving;
@@ -1628,7 +2647,7 @@ module DataAccess(
   assign memory_frameStart = _memory_frameStart_T & ~in_payload;
   assign memory_read = memory_read_REG;
   assign memory_readAddress = memory_readAddress_REG;
-  assign memory_write = _flush_T & (position_high | in_last) & accept;
+  assign memory_write = (byteEnd | step & in_end & inData) & accept;
   assign memory_writeAddress = address[15:0];
   assign memory_writeMask = accept;
   assign memory_writeData = accept ? {in_data, low} : 8'h0;
@@ -1645,14 +2664,14 @@ module FrameProcessor(
   input         in_valid,
   input         in_payload,
   input  [3:0]  in_data,
-  input         in_last,
+  input         in_end,
   input         in_bad,
   input         in_odd,
   input         in_crcGood,
   output        out_valid,
   output        out_payload,
   output [3:0]  out_data,
-  output        out_last,
+  output        out_end,
   output        out_bad,
   output        out_odd,
   output        out_crcGood,
@@ -1712,30 +2731,27 @@ module FrameProcessor(
     _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & ~tooMany;
   reg  [31:0] changesBefore;
   reg  [3:0]  lastChange;
-  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
-  wire [31:0] changes =
-    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
-    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
-    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
   wire        _busy_T = _parser_position_part != 4'h8;
-  wire        abort = in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  wire        abort =
+    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  reg         aborted;
   reg         error_REG;
-  reg         frameGood_r;
+  reg         frameGood_REG;
   reg         output_valid;
   reg         output_payload;
   reg  [3:0]  output_data;
-  reg         output_last;
+  reg         output_end;
   reg         output_bad;
   reg         output_odd;
   reg         output_crcGood;
-  reg         oddChanges;
   reg  [3:0]  outPosition_r_part;
   reg  [4:0]  outPosition_r_byte;
   reg         outPosition_r_high;
   reg  [6:0]  outPosition_r_paddingBytes;
   reg  [7:0]  outPosition_r_datagram;
   reg         outPosition_r_checksumCleared;
-  wire        running = _busy_T | ~in_payload;
+  wire        end_0 = aborted | in_end & _busy_T;
+  wire        ends = step & end_0;
   wire        active = step & in_valid;
   wire        inCounter =
     _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
@@ -1748,6 +2764,11 @@ module FrameProcessor(
              ? {2'h0, _access_readSuccess}
                + {1'h0, readWrite ? {_access_writeSuccess, 1'h0} : {1'h0, _access_writeSuccess}}
              : 3'h1};
+  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
+  wire [31:0] changes =
+    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
+    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
+    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
   wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire [3:0]  data =
     in_payload
@@ -1767,14 +2788,10 @@ module FrameProcessor(
                                  & (~_access_readMask | {4{_header_request_broadcast}})
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
-  wire        ends = active & running & (abort | in_last);
   wire        bad =
-    abort | in_bad
-    | ~(_hadTooMany_T
-        & (_parser_position_high & ~in_odd
-             ? _parser_position_paddingBytes > 7'h2 & _parser_position_paddingBytes < 7'h44
-             : (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45))
-    & ~((_parser_position_part == 4'h7 | _parser_position_notEtherCat) & ~_parser_position_checksumCleared);
+    aborted | in_bad
+    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
+        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
   always @(posedge clock) begin
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
@@ -1789,7 +2806,6 @@ module FrameProcessor(
     increments <= _header_request_incrementsAdp;
     readWrite <= _header_request_readWrite;
     if (step) begin
-      oddChanges <= |changes;
       outPosition_r_part <= _parser_position_part;
       outPosition_r_byte <= _parser_position_byte;
       outPosition_r_high <= _parser_position_high;
@@ -1798,28 +2814,30 @@ module FrameProcessor(
       outPosition_r_checksumCleared <= _parser_position_checksumCleared;
     end
     if (reset) begin
+      aborted <= 1'h0;
       error_REG <= 1'h0;
-      frameGood_r <= 1'h0;
+      frameGood_REG <= 1'h0;
       output_valid <= 1'h0;
       output_payload <= 1'h0;
       output_data <= 4'h0;
-      output_last <= 1'h0;
+      output_end <= 1'h0;
       output_bad <= 1'h0;
       output_odd <= 1'h0;
       output_crcGood <= 1'h0;
     end
     else begin
-      error_REG <= ends & (bad | _hadTooMany_T & _parser_position_datagram > 8'h80);
-      frameGood_r <= ends & ~bad;
       if (step) begin
-        output_valid <= in_valid & running;
+        aborted <= abort;
+        output_valid <= in_valid & (_busy_T | ~in_payload);
         output_payload <= in_payload;
         output_data <= data;
-        output_last <= in_last | abort;
+        output_end <= end_0;
         output_bad <= bad;
-        output_odd <= in_odd & ~abort;
-        output_crcGood <= in_crcGood;
+        output_odd <= in_odd;
+        output_crcGood <= in_crcGood & (in_odd ? changesBefore : changes) == 32'h0;
       end
+      error_REG <= ends & (bad | _hadTooMany_T & _parser_position_datagram > 8'h80);
+      frameGood_REG <= ends & ~bad;
     end
   end // always @(posedge)
   FrameParser parser (
@@ -1829,7 +2847,7 @@ module FrameProcessor(
     .in_valid                 (in_valid),
     .in_payload               (in_payload),
     .in_data                  (in_data),
-    .in_last                  (in_last),
+    .in_end                   (in_end),
     .abandon                  (abort),
     .position_part            (_parser_position_part),
     .position_byte            (_parser_position_byte),
@@ -1866,7 +2884,7 @@ module FrameProcessor(
     .in_valid            (in_valid),
     .in_payload          (in_payload),
     .in_data             (in_data),
-    .in_last             (in_last),
+    .in_end              (in_end),
     .position_part       (_parser_position_part),
     .position_byte       (_parser_position_byte),
     .position_high       (_parser_position_high),
@@ -1893,11 +2911,11 @@ module FrameProcessor(
   assign out_valid = output_valid;
   assign out_payload = output_payload;
   assign out_data = output_data;
-  assign out_last = output_last;
+  assign out_end = output_end;
   assign out_bad = output_bad;
   assign out_odd = output_odd;
-  assign out_crcGood = output_crcGood & ~(output_odd ? oddChanges : (|changes));
-  assign memory_commit = frameGood_r;
+  assign out_crcGood = output_crcGood;
+  assign memory_commit = frameGood_REG;
   assign error = error_REG;
   assign outPosition_part = outPosition_r_part;
   assign outPosition_byte = outPosition_r_byte;
@@ -1905,98 +2923,6 @@ module FrameProcessor(
   assign outPosition_paddingBytes = outPosition_r_paddingBytes;
   assign outPosition_datagram = outPosition_r_datagram;
   assign outPosition_checksumCleared = outPosition_r_checksumCleared;
-endmodule
-
-module LoopControl(
-  input        clock,
-  input        reset,
-  input        link_0,
-  input        link_1,
-  input  [1:0] setting_0,
-  input  [1:0] setting_1,
-  input        settingWritten,
-  input        goodFrame_0,
-  input        goodFrame_1,
-  input        quiet_0,
-  input        quiet_1,
-  output       open_0,
-  output       open_1,
-  output       reportClosed_0,
-  output       reportClosed_1,
-  output       circulating
-);
-
-  reg  wanted_released_0;
-  wire wanted_0 = setting_0 != 2'h3 & (setting_0 == 2'h2 | (setting_0 != 2'h1 | wanted_released_0) & link_0);
-  reg  wanted_released_1;
-  wire wanted_1 = setting_1 != 2'h3 & (setting_1 == 2'h2 | (setting_1 != 2'h1 | wanted_released_1) & link_1);
-  reg  open_0_0;
-  reg  open_1_0;
-  always @(posedge clock) begin
-    if (reset) begin
-      wanted_released_0 <= 1'h0;
-      wanted_released_1 <= 1'h0;
-      open_0_0 <= 1'h0;
-      open_1_0 <= 1'h0;
-    end
-    else begin
-      wanted_released_0 <= link_0 & (wanted_released_0 | settingWritten | goodFrame_0);
-      wanted_released_1 <= link_1 & (wanted_released_1 | settingWritten | goodFrame_1);
-      if (quiet_0)
-        open_0_0 <= wanted_0 | {wanted_1, wanted_0} == 2'h0;
-      if (quiet_1)
-        open_1_0 <= wanted_1;
-    end
-  end // always @(posedge)
-  assign open_0 = open_0_0;
-  assign open_1 = open_1_0;
-  assign reportClosed_0 = ~(open_0_0 & wanted_0);
-  assign reportClosed_1 = ~(open_1_0 & wanted_1);
-  assign circulating = ~open_0_0 & (setting_0 == 2'h0 | setting_0 == 2'h1);
-endmodule
-
-module TemporaryLoops(
-  input        clock,
-  input        commitStarts,
-  input  [1:0] setting_0,
-  input  [1:0] setting_1,
-  input        temporary,
-  output       restore,
-  output [1:0] former_0,
-  output [1:0] former_1
-);
-
-  reg [26:0] counter;
-  reg [1:0]  saved_0;
-  reg [1:0]  saved_1;
-  always @(posedge clock) begin
-    if (temporary)
-      counter <= counter - 27'h1;
-    else
-      counter <= 27'h5F5E0FF;
-    if (commitStarts & ~temporary) begin
-      saved_0 <= setting_0;
-      saved_1 <= setting_1;
-    end
-  end // always @(posedge)
-  assign restore = temporary & counter == 27'h0;
-  assign former_0 = saved_0;
-  assign former_1 = saved_1;
-endmodule
-
-module LevelCrossing(
-  input  clock,
-  input  in,
-  output out
-);
-
-  reg meta;
-  reg stable;
-  always @(posedge clock) begin
-    meta <= in;
-    stable <= meta;
-  end // always @(posedge)
-  assign out = stable;
 endmodule
 
 module MiiRxWriteSide(
@@ -2258,7 +3184,7 @@ module MiiReceiver(
   output       out_valid,
   output       out_payload,
   output [3:0] out_data,
-  output       out_last,
+  output       out_end,
   output       out_bad,
   output       out_odd,
   output       out_crcGood,
@@ -2270,8 +3196,6 @@ module MiiReceiver(
 );
 
   reg  [2:0]  state;
-  reg  [3:0]  held;
-  reg         heldIsPayload;
   reg  [12:0] count;
   reg         longEnough;
   reg  [31:0] crc;
@@ -2279,29 +3203,28 @@ module MiiReceiver(
   reg         output_valid;
   reg         output_payload;
   reg  [3:0]  output_data;
-  reg         output_last;
+  reg         output_end;
   reg         output_bad;
   reg         output_odd;
   reg         output_crcGood;
   reg         cutNow;
   wire        crcRight = crc == 32'hDEBB20E3;
-  wire        odd = heldIsPayload & count[0];
+  wire        behind = state == 3'h2;
   wire        _inFrame_T = state == 3'h1;
-  wire        _badInside_T = state == 3'h2;
-  wire        inFrame = _inFrame_T | _badInside_T;
+  wire        inFrame = _inFrame_T | behind;
   wire        isSfd = symbols_symbol_data == 4'hD;
   wire        lost = ~symbols_available | symbols_overflow | cutNow | cut;
   wire        _startFault_T = symbols_symbol_data != 4'h5;
   wire        faulty =
-    lost | symbols_symbol_dv & (symbols_symbol_er | (_badInside_T ? count[12] : ~isSfd & (_startFault_T | count[12])));
+    lost | symbols_symbol_dv & (symbols_symbol_er | (behind ? count[12] : ~isSfd & (_startFault_T | count[12])));
   wire        ended = ~lost & ~symbols_symbol_dv;
-  wire        crcGood = odd ? crcWasGood : crcRight;
-  wire        good = ended & heldIsPayload & crcGood & (longEnough | count[7]);
+  wire        crcGood = count[0] ? crcWasGood : crcRight;
+  wire        good = ended & behind & crcGood & (longEnough | count[7]);
   wire        start = ~(|state) & symbols_available & symbols_symbol_dv & symbols_settled;
   wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
   wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
   wire        endOfFrame = tick & inFrame & (faulty | ended);
-  wire        _output_last_T = state == 3'h3;
+  wire        runs = ~faulty & ~ended;
   wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
   wire        _GEN = state == 3'h1 | state == 3'h2;
   always @(posedge clock) begin
@@ -2310,7 +3233,7 @@ module MiiReceiver(
       output_valid <= 1'h0;
       output_payload <= 1'h0;
       output_data <= 4'h0;
-      output_last <= 1'h0;
+      output_end <= 1'h0;
       output_bad <= 1'h0;
       output_odd <= 1'h0;
       output_crcGood <= 1'h0;
@@ -2334,20 +3257,17 @@ module MiiReceiver(
         end
         else if (start)
           state <= {1'h0, startFault ? 2'h3 : isSfd ? 2'h2 : 2'h1};
-        output_valid <= inFrame | _output_last_T;
-        output_payload <= heldIsPayload;
-        output_data <= held;
-        output_last <= _output_last_T | faulty | ended;
+        output_valid <= start | inFrame & runs;
+        output_payload <= behind;
+        output_data <= start & startFault ? 4'h5 : symbols_symbol_data;
+        output_end <= inFrame & ~runs | state == 3'h3;
         output_bad <= ~good;
-        output_odd <= odd;
+        output_odd <= count[0];
         output_crcGood <= crcGood;
       end
       cutNow <= ~tick & (cut & inFrame | cutNow);
     end
-    if (tick & (~(|state) | _GEN))
-      held <= symbols_symbol_data;
     if (tick) begin
-      heldIsPayload <= (|state) & (_GEN & ~(faulty | ended | _inFrame_T) | heldIsPayload);
       if (|state) begin
         if (~_GEN | faulty | ended) begin
         end
@@ -2362,30 +3282,30 @@ module MiiReceiver(
       end
       else
         count <= {12'h0, ~(start & isSfd)};
-      longEnough <= _badInside_T & (count[7] | longEnough);
-      if (_badInside_T)
+      longEnough <= behind & (count[7] | longEnough);
+      if (behind)
         crc <=
           {4'h0, crc[31:4]} ^ (crc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
           ^ (crc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crc_feedback[3] ? 32'hEDB88320 : 32'h0);
       else
         crc <= 32'hFFFFFFFF;
     end
-    if (tick & _badInside_T)
+    if (tick & behind)
       crcWasGood <= crcRight;
   end // always @(posedge)
   assign symbols_take = symbols_take_0;
   assign out_valid = output_valid;
   assign out_payload = output_payload;
   assign out_data = output_data;
-  assign out_last = output_last;
+  assign out_end = output_end;
   assign out_bad = output_bad;
   assign out_odd = output_odd;
   assign out_crcGood = output_crcGood;
-  assign events_invalidFrame = endOfFrame & (faulty | ~heldIsPayload | ~crcGood & ~odd) | tick & start & startFault;
+  assign events_invalidFrame = endOfFrame & (faulty | ~behind | ~crcGood & ~(count[0])) | tick & start & startFault;
   assign events_rxEr = symbols_take_0 & symbols_symbol_er;
-  assign events_forwardedError = endOfFrame & ended & heldIsPayload & ~crcGood & odd;
+  assign events_forwardedError = endOfFrame & ended & behind & ~crcGood & count[0];
   assign events_goodFrame = endOfFrame & good;
-  assign idle = (~(|state) | state == 3'h4) & ~output_valid;
+  assign idle = (~(|state) | state == 3'h4) & ~(output_valid | output_end);
 endmodule
 
 module MiiTransmitter(
@@ -2395,7 +3315,7 @@ module MiiTransmitter(
   input        in_valid,
   input        in_payload,
   input  [3:0] in_data,
-  input        in_last,
+  input        in_end,
   input        in_bad,
   input        in_odd,
   input        in_crcGood,
@@ -2405,1030 +3325,99 @@ module MiiTransmitter(
 
   reg        enable;
   reg  [3:0] data;
-  reg  [1:0] extra;
-  wire       _GEN = in_valid & in_last & in_bad;
+  reg  [1:0] left;
+  wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
   always @(posedge clock) begin
     if (reset) begin
       enable <= 1'h0;
-      extra <= 2'h0;
+      left <= 2'h0;
     end
     else if (tick) begin
-      enable <= (|extra) | in_valid & ~(in_last & ~in_bad & in_odd);
-      if (|extra)
-        extra <= extra - 2'h1;
-      else if (_GEN) begin
-        if (in_payload & in_odd) begin
-          if (in_crcGood)
-            extra <= 2'h2;
-        end
-        else
-          extra <= 2'h1;
-      end
+      enable <= in_valid | (|mark);
+      left <= mark - {1'h0, |mark};
     end
     if (tick)
-      data <= (|extra) ? 4'h0 : _GEN ? (in_payload ? {4{~in_odd}} & {4{in_crcGood}} ^ in_data : 4'hD) : in_data;
+      data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
   end // always @(posedge)
   assign txEn = enable;
   assign txd = data;
 endmodule
 
-// external module DualPortRam
-
-module DatagramAppender(
+module LoopControl(
   input        clock,
   input        reset,
-  input        step,
-  input        in_valid,
-  input        in_payload,
-  input  [3:0] in_data,
-  input        in_last,
-  input        in_bad,
-  input        in_odd,
-  input        in_crcGood,
-  output       out_valid,
-  output       out_payload,
-  output [3:0] out_data,
-  output       out_last,
-  output       out_bad,
-  output       out_odd,
-  output       out_crcGood,
-  input  [3:0] position_part,
-  input  [4:0] position_byte,
-  input        position_high,
-  input  [6:0] position_paddingBytes,
-  input  [7:0] position_datagram,
-  input        position_checksumCleared,
-  input        pending,
-  output       busy,
-  output [5:0] nibble,
-  output [5:0] nextNibble,
-  input  [3:0] data,
-  output       reads,
-  output       begins,
-  output       takes
+  input        link_0,
+  input        link_1,
+  input  [1:0] setting_0,
+  input  [1:0] setting_1,
+  input        settingWritten,
+  input        goodFrame_0,
+  input        goodFrame_1,
+  input        quiet_0,
+  input        quiet_1,
+  output       open_0,
+  output       open_1,
+  output       reportClosed_0,
+  output       reportClosed_1,
+  output       circulating
 );
 
-  wire        _ram_ram_write;
-  wire [10:0] _ram_ram_writeData;
-  wire [6:0]  _ram_ram_readAddress;
-  wire [10:0] _ram_ram_readData;
-  reg         inFrame;
-  reg         delayed;
-  reg         candidate;
-  reg         append;
-  wire        starts = in_valid & ~inFrame;
-  reg  [6:0]  writeAt;
-  reg  [6:0]  readAt;
-  reg  [7:0]  count;
-  reg  [7:0]  ends;
-  reg         active;
-  reg  [4:0]  gap;
-  reg         cut;
-  reg         wanted;
-  wire        chooses = starts & ~delayed & wanted & ~in_last & ~in_payload;
-  reg  [11:0] length;
-  reg  [11:0] left;
-  reg         wrong;
-  wire [1:0]  at = {position_byte[0], position_high};
-  wire        inHeader = in_payload & position_part == 4'h2 & ~position_checksumCleared;
-  wire        _fits_T = length == 12'h0;
-  wire        _inPosition_T = position_part == 4'h3;
-  wire        _inPosition_T_2 = position_datagram == 8'h0;
-  wire        isBehind =
-    in_payload & position_byte == 5'h0 & ~position_high
-    & (_fits_T ? _inPosition_T & _inPosition_T_2 : position_part == 4'h6 & position_paddingBytes == 7'h0);
-  reg  [7:0]  slave;
-  wire        dropped = candidate & append & in_last & in_odd;
-  wire        full = count > 8'h7D;
-  wire        push = (delayed | chooses) & in_valid & ~dropped & ~(cut & ~starts) & count != 8'h80;
-  wire        entry_last = in_last | full;
-  reg         closed;
-  reg  [3:0]  rest;
-  reg         isBad;
-  reg         inserted;
-  reg         inserting;
-  reg  [5:0]  at_1;
-  reg  [31:0] crc;
-  reg  [1:0]  word;
-  reg         inFcs;
-  wire        inserts = append & (inserting | ~inserted & (&(_ram_ram_readData[1:0])) & ~(closed & ~(rest[3])));
-  wire        pop = active & ~(inserts & inFcs);
-  reg         held_valid;
-  reg         held_payload;
-  reg  [3:0]  held_data;
-  reg         held_last;
-  reg         held_bad;
-  reg         held_odd;
-  reg         held_crcGood;
-  reg         shifts;
-  reg  [3:0]  casez_tmp;
-  wire [11:0] _newLength_T = length + 12'h18;
-  always @(*) begin
-    casez (word)
-      2'b00:
-        casez_tmp = _newLength_T[3:0];
-      2'b01:
-        casez_tmp = _newLength_T[7:4];
-      2'b10:
-        casez_tmp = _newLength_T[11:8];
-      default:
-        casez_tmp = _newLength_T[3:0];
-    endcase
-  end // always @(*)
-  wire        _takes_T = step & active;
-  wire [5:0]  _at_T = at_1 + 6'h1;
-  wire [6:0]  _readAt_T = readAt + 7'h1;
-  wire        rested = gap == 5'h14;
-  wire        next_last = active & (append ? ~inserts & inFcs & rest == 4'h1 : _ram_ram_readData[5]);
-  wire        _GEN = active & append & inFcs & ~inserts;
-  wire        _GEN_0 = step & in_valid;
-  wire        _GEN_1 = _GEN_0 & candidate;
-  wire [3:0]  crcNow_feedback = crc[3:0] ^ held_data;
-  wire [31:0] _crcNow_T_5 =
-    {4'h0, crc[31:4]} ^ (crcNow_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crcNow_feedback[1] ? 32'h3B6E20C8 : 32'h0)
-    ^ (crcNow_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crcNow_feedback[3] ? 32'hEDB88320 : 32'h0);
-  wire [31:0] crcNow = shifts ? crc : _crcNow_T_5;
-  wire        _GEN_2 = _ram_ram_readData[1:0] == 2'h1;
-  wire        _GEN_3 = step & chooses;
-  wire        isOver = candidate & in_valid & in_last;
-  wire        _GEN_4 = active & inserts;
+  reg  wanted_released_0;
+  wire wanted_0 = setting_0 != 2'h3 & (setting_0 == 2'h2 | (setting_0 != 2'h1 | wanted_released_0) & link_0);
+  reg  wanted_released_1;
+  wire wanted_1 = setting_1 != 2'h3 & (setting_1 == 2'h2 | (setting_1 != 2'h1 | wanted_released_1) & link_1);
+  reg  open_0_0;
+  reg  open_1_0;
   always @(posedge clock) begin
     if (reset) begin
-      inFrame <= 1'h0;
-      delayed <= 1'h0;
-      candidate <= 1'h0;
-      append <= 1'h0;
-      writeAt <= 7'h0;
-      readAt <= 7'h0;
-      count <= 8'h0;
-      ends <= 8'h0;
-      active <= 1'h0;
-      gap <= 5'h14;
-      cut <= 1'h0;
-      wanted <= 1'h0;
-      closed <= 1'h0;
-      inserting <= 1'h0;
-      inFcs <= 1'h0;
-      held_valid <= 1'h0;
-      held_payload <= 1'h0;
-      held_data <= 4'h0;
-      held_last <= 1'h0;
-      held_bad <= 1'h0;
-      held_odd <= 1'h0;
-      held_crcGood <= 1'h0;
+      wanted_released_0 <= 1'h0;
+      wanted_released_1 <= 1'h0;
+      open_0_0 <= 1'h0;
+      open_1_0 <= 1'h0;
     end
     else begin
-      if (_GEN_0)
-        inFrame <= ~in_last;
-      if (step) begin
-        delayed <= chooses | ~(count == 8'h0 & ~active & rested & ~(cut & inFrame) & ~push) & delayed;
-        candidate <= ~isOver & (starts ? chooses : candidate);
-        count <= count + {7'h0, push} - {7'h0, pop};
-        ends <= ends + {7'h0, push & entry_last} - {7'h0, pop & _ram_ram_readData[5]};
-        if (active) begin
-          active <= ~next_last;
-          gap <= 5'h0;
-          if (append) begin
-            if (inserts)
-              held_data <= at_1 == 6'h2 ? slave[3:0] : at_1 == 6'h3 ? slave[7:4] : data;
-            else if (inFcs)
-              held_data <= ~(crcNow[3:0]);
-            else
-              held_data <= _GEN_2 ? casez_tmp : {_ram_ram_readData[1:0] == 2'h2, 3'h0} | _ram_ram_readData[9:6];
-          end
-          else
-            held_data <= _ram_ram_readData[9:6];
-        end
-        else begin
-          active <= delayed & rested & ((|(count[7:3])) | ~candidate & (|(count[7:1])) | (|ends));
-          if (~rested)
-            gap <= gap + 5'h1;
-          held_data <= 4'h0;
-        end
-        cut <= push & full | ~starts & cut;
-        wanted <= pending;
-        closed <= isOver | ~chooses & closed;
-        if (isOver)
-          inFcs <= dropped;
-        else
-          inFcs <= closed & (rest != 4'h9 | pop);
-        held_valid <= active;
-        held_payload <= active & _ram_ram_readData[10];
-        held_last <= next_last;
-        held_bad <= active & (append ? isBad : _ram_ram_readData[4]);
-        held_odd <= active & ~append & _ram_ram_readData[3];
-        held_crcGood <= active & (append | _ram_ram_readData[2]);
-      end
-      append <=
-        ~(step & active & next_last)
-        & (_GEN_1 & inHeader & (&at)
-             ? in_data == 4'h1 & (_fits_T | length > 12'hB) & length < 12'h600 & length < 12'h5C3 & ~(length[11])
-               & ~in_last
-             : append);
-      if (step & push)
-        writeAt <= writeAt + 7'h1;
-      if (step & pop)
-        readAt <= _readAt_T;
-      if (step & _GEN_4)
-        inserting <= at_1 != 6'h2F;
+      wanted_released_0 <= link_0 & (wanted_released_0 | settingWritten | goodFrame_0);
+      wanted_released_1 <= link_1 & (wanted_released_1 | settingWritten | goodFrame_1);
+      if (quiet_0)
+        open_0_0 <= wanted_0 | {wanted_1, wanted_0} == 2'h0;
+      if (quiet_1)
+        open_1_0 <= wanted_1;
     end
-    if (_GEN_1 & inHeader & ~(&at))
-      length <= {in_data, length[11:4]};
-    if (_GEN_1) begin
-      if (inHeader) begin
-        if (&at)
-          left <= length;
-      end
-      else if (position_high)
-        left <= left - 12'h1;
-    end
-    wrong <= ~_GEN_3 & (_GEN_1 & isBehind & (|length) & (|left) | wrong);
-    if (_GEN_3)
-      slave <= 8'h0;
-    else if (_GEN_1 & in_payload & _inPosition_T & _inPosition_T_2 & position_byte == 5'h2 & (|length))
-      slave <= {in_data, slave[7:4]};
-    if (step) begin
-      if (isOver)
-        rest <= {3'h4, ~dropped};
-      else if (pop)
-        rest <= rest - 4'h1;
-      inserted <= _GEN_4 | ~chooses & inserted;
-      if (_GEN_4)
-        at_1 <= _at_T;
-      else if (chooses)
-        at_1 <= 6'h0;
-      if (_GEN)
-        crc <= {4'h0, crcNow[31:4]};
-      else if (held_payload) begin
-        if (shifts) begin
-        end
-        else
-          crc <= _crcNow_T_5;
-      end
-      else
-        crc <= 32'hFFFFFFFF;
-      if (active & _GEN_2)
-        word <= word + 2'h1;
-      else if (chooses)
-        word <= 2'h0;
-      shifts <= _GEN | ~chooses & shifts;
-    end
-    if (step & isOver)
-      isBad <= in_bad | wrong;
   end // always @(posedge)
-  assign _ram_ram_write = step & push;
-  assign _ram_ram_writeData =
-    {in_payload,
-     in_data,
-     entry_last,
-     in_bad | full,
-     in_odd,
-     in_crcGood,
-     inHeader & ~(&at)
-       ? 2'h1
-       : in_payload & _inPosition_T & position_byte == 5'h7 & position_high & (|length) ? 2'h2 : {2{isBehind}}};
-  assign _ram_ram_readAddress = step & pop ? _readAt_T : readAt;
-  DualPortRam #(
-    .ADDRESS_BITS(7),
-    .DEPTH(128),
-    .WIDTH(11)
-  ) ram_ram (
-    .clock        (clock),
-    .write        (_ram_ram_write),
-    .writeAddress (writeAt),
-    .writeData    (_ram_ram_writeData),
-    .readAddress  (_ram_ram_readAddress),
-    .readData     (_ram_ram_readData)
-  );
-  assign out_valid = ~chooses & (delayed ? held_valid : in_valid);
-  assign out_payload = delayed ? held_payload : in_payload;
-  assign out_data = delayed ? held_data : in_data;
-  assign out_last = ~chooses & (delayed ? held_last : in_last);
-  assign out_bad = delayed ? held_bad : in_bad;
-  assign out_odd = delayed ? held_odd : in_odd;
-  assign out_crcGood = delayed ? held_crcGood : in_crcGood;
-  assign busy = append | candidate | chooses | wanted;
-  assign nibble = at_1;
-  assign nextNibble = _takes_T & inserts ? _at_T : at_1;
-  assign reads = inserting;
-  assign begins = step & starts;
-  assign takes = _takes_T & inserts & ~inserted;
+  assign open_0 = open_0_0;
+  assign open_1 = open_1_0;
+  assign reportClosed_0 = ~(open_0_0 & wanted_0);
+  assign reportClosed_1 = ~(open_1_0 & wanted_1);
+  assign circulating = ~open_0_0 & (setting_0 == 2'h0 | setting_0 == 2'h1);
 endmodule
 
-module AlarmClock(
-  input         clock,
-  input         reset,
-  output        tenth,
-  output        millisecond,
-  output        second,
-  output [15:0] now,
-  output        wraps,
-  input         hold
+module TemporaryLoops(
+  input        clock,
+  input        commitStarts,
+  input  [1:0] setting_0,
+  input  [1:0] setting_1,
+  input        temporary,
+  output       restore,
+  output [1:0] former_0,
+  output [1:0] former_1
 );
 
-  reg  [6:0]  microsecond_c_value;
-  wire        microsecond = microsecond_c_value == 7'h63;
-  reg  [3:0]  tenth_c_value;
-  wire        tenth_wrap_wrap = tenth_c_value == 4'h9;
-  wire        tenth_wrap = microsecond & tenth_wrap_wrap;
-  reg  [6:0]  millisecond_c_value;
-  wire        millisecond_wrap_wrap = millisecond_c_value == 7'h63;
-  wire        millisecond_wrap = tenth_wrap & millisecond_wrap_wrap;
-  reg  [9:0]  second_c_value;
-  wire        second_wrap_wrap = second_c_value == 10'h3E7;
-  reg  [15:0] time_0;
-  reg         due;
-  wire        goes = due & ~hold;
+  reg [26:0] counter;
+  reg [1:0]  saved_0;
+  reg [1:0]  saved_1;
   always @(posedge clock) begin
-    if (reset) begin
-      microsecond_c_value <= 7'h0;
-      tenth_c_value <= 4'h0;
-      millisecond_c_value <= 7'h0;
-      second_c_value <= 10'h0;
-      time_0 <= 16'h0;
-      due <= 1'h0;
-    end
-    else begin
-      if (microsecond) begin
-        microsecond_c_value <= 7'h0;
-        if (tenth_wrap_wrap)
-          tenth_c_value <= 4'h0;
-        else
-          tenth_c_value <= tenth_c_value + 4'h1;
-      end
-      else
-        microsecond_c_value <= microsecond_c_value + 7'h1;
-      if (tenth_wrap) begin
-        if (millisecond_wrap_wrap)
-          millisecond_c_value <= 7'h0;
-        else
-          millisecond_c_value <= millisecond_c_value + 7'h1;
-      end
-      if (millisecond_wrap) begin
-        if (second_wrap_wrap)
-          second_c_value <= 10'h0;
-        else
-          second_c_value <= second_c_value + 10'h1;
-      end
-      time_0 <= time_0 + {15'h0, goes};
-      due <= microsecond | due & hold;
+    if (temporary)
+      counter <= counter - 27'h1;
+    else
+      counter <= 27'h5F5E0FF;
+    if (commitStarts & ~temporary) begin
+      saved_0 <= setting_0;
+      saved_1 <= setting_1;
     end
   end // always @(posedge)
-  assign tenth = tenth_wrap;
-  assign millisecond = millisecond_wrap;
-  assign second = millisecond_wrap & second_wrap_wrap;
-  assign now = time_0;
-  assign wraps = goes & (&time_0);
-endmodule
-
-module Detector(
-  input         clock,
-  input         reset,
-  input  [2:0]  current,
-  output        supply,
-  input         enable,
-  input  [15:0] debounce,
-  input  [15:0] offTime,
-  input         changes,
-  input         restart,
-  input         tenth,
-  input         millisecond,
-  output [2:0]  state
-);
-
-  wire        _level_crossing_2_in;
-  wire        _level_crossing_2_out;
-  wire        _level_crossing_1_in;
-  wire        _level_crossing_1_out;
-  wire        _level_crossing_in;
-  wire        _level_crossing_out;
-  reg         off;
-  reg         on;
-  reg  [2:0]  last;
-  reg  [15:0] rest;
-  reg  [15:0] room;
-  reg  [1:0]  quarter;
-  reg         touched;
-  reg         above;
-  reg  [2:0]  steady;
-  wire [2:0]  seen =
-    on ? (_level_crossing_2_out ? 3'h4 : {1'h0, _level_crossing_1_out ? 2'h2 : {~_level_crossing_out, 1'h1}}) : 3'h0;
-  wire        tick = off ? millisecond : tenth;
-  wire        isAnew = seen != last | changes;
-  wire        isSteady = ~isAnew & ~(|rest) & ~off;
-  wire        isNormal = seen == 3'h1;
-  wire        isCalm = tenth & ~touched & isNormal;
-  wire        isEmpty = room == debounce;
-  wire        isOver = ~on | isSteady | changes;
-  wire        less = tenth & ~isCalm & (|room);
-  always @(posedge clock) begin
-    if (reset) begin
-      off <= 1'h0;
-      on <= 1'h0;
-      last <= 3'h0;
-      quarter <= 2'h0;
-      touched <= 1'h0;
-      above <= 1'h0;
-      steady <= 3'h0;
-    end
-    else begin
-      off <= restart | ~(tick & ~(|rest)) & off;
-      on <= enable & ~off & ~restart;
-      last <= seen;
-      quarter <= quarter + {1'h0, isCalm};
-      touched <= on & ~tenth & (touched | ~isNormal);
-      above <= ~isOver & (seen == 3'h2 | seen == 3'h4 | ~(isCalm & isEmpty) & above);
-      if (on) begin
-        if (isSteady)
-          steady <= last;
-        else if ((|room) | isEmpty) begin
-        end
-        else
-          steady <= {2'h1, ~above};
-      end
-      else
-        steady <= 3'h0;
-    end
-    if (restart | isAnew & ~off)
-      rest <= restart | off ? offTime : debounce;
-    else
-      rest <= rest + {16{tick & (|rest)}};
-    if (isOver)
-      room <= debounce;
-    else
-      room <= room + {{15{less}}, less | isCalm & (&quarter) & ~isEmpty};
-  end // always @(posedge)
-  assign _level_crossing_in = current[0];
-  LevelCrossing level_crossing (
-    .clock (clock),
-    .in    (_level_crossing_in),
-    .out   (_level_crossing_out)
-  );
-  assign _level_crossing_1_in = current[1];
-  LevelCrossing level_crossing_1 (
-    .clock (clock),
-    .in    (_level_crossing_1_in),
-    .out   (_level_crossing_1_out)
-  );
-  assign _level_crossing_2_in = current[2];
-  LevelCrossing level_crossing_2 (
-    .clock (clock),
-    .in    (_level_crossing_2_in),
-    .out   (_level_crossing_2_out)
-  );
-  assign supply = on;
-  assign state = steady;
-endmodule
-
-// external module DualPortRam
-
-module AlarmQueue(
-  input         clock,
-  input         reset,
-  input  [2:0]  state,
-  input         test,
-  input  [7:0]  epoch,
-  input         forget,
-  input  [15:0] time_0,
-  input         wraps,
-  output        hold,
-  input         acknowledge_valid,
-  input  [15:0] acknowledge_bits_sequence,
-  input  [15:0] acknowledge_bits_guard,
-  input  [15:0] acknowledge_bits_tag,
-  input         acknowledgeChanges,
-  input         confirm_valid,
-  input  [15:0] confirm_bits,
-  input         confirmChanges,
-  input         newMaster,
-  output        offers,
-  output        isUrgent,
-  output        isNew,
-  input         busy,
-  input         read,
-  input  [2:0]  readWord,
-  output [15:0] readData,
-  output        waiting,
-  output        lacking,
-  output [7:0]  dropped
-);
-
-  wire        _ram_ram_write;
-  wire [7:0]  _ram_ram_writeAddress;
-  wire [7:0]  _ram_ram_readAddress;
-  wire [15:0] _ram_ram_readData;
-  reg  [4:0]  count;
-  reg  [7:0]  drops;
-  reg         lacks;
-  reg  [3:0]  reported;
-  reg         hasTold;
-  reg         hasPlain;
-  reg         hasToldPlain;
-  reg  [3:0]  best;
-  reg         hasBest;
-  reg         bestIsAlarm;
-  reg         boxed;
-  reg  [3:0]  boxedAt;
-  reg         boxIsAlarm;
-  reg         offered;
-  wire        isCurrent = hasBest & boxed & boxedAt == best;
-  reg         acknowledges;
-  reg         confirms;
-  reg         clears;
-  reg  [2:0]  work;
-  reg         live;
-  reg  [3:0]  place;
-  reg  [2:0]  word;
-  reg  [3:0]  to;
-  reg         fetched;
-  wire        storing = work == 3'h5;
-  wire        copying = work == 3'h6;
-  wire        writesTime = storing & word < 3'h2;
-  wire        advances = fetched | writesTime;
-  wire [2:0]  _nextWord_T = word + {2'h0, advances};
-  wire        _ends_T = advances & (&word);
-  wire [3:0]  _nextOne_T_1 = place + {3'h0, _ends_T};
-  reg         counts;
-  reg         carries;
-  reg         fresh;
-  reg         carry;
-  wire        _ram_ram_readAddress_T_8 = storing | (&work);
-  reg         isAlarm;
-  reg         isMeant;
-  reg         isStored;
-  wire        wasTold = _ram_ram_readData[0] & ~storing;
-  wire        isTold = wasTold & work != 3'h3 | isMeant & live;
-  wire [15:0] written =
-    storing & ~(|word)
-      ? {epoch, reported[3], 4'h0, reported[2:0]}
-      : storing & word == 3'h1
-          ? time_0
-          : word == 3'h6 & isMeant
-              ? ~acknowledge_bits_tag
-              : (&word) ? {15'h0, isTold} : (&work) & fresh ? 16'h0 : _ram_ram_readData + {15'h0, (&work) & carry};
-  reg         removesTold;
-  reg         removesPlain;
-  reg         removed;
-  reg         ordersWait;
-  wire        _GEN = work == 3'h0;
-  wire        _GEN_0 = carries | counts;
-  wire        _GEN_1 = hasBest & ~isCurrent & ~offered & ~busy;
-  reg         waits;
-  wire        _GEN_2 = confirms & ~confirmChanges;
-  wire        _GEN_3 = hasTold & (|count);
-  wire        _GEN_4 = acknowledges & ~acknowledgeChanges;
-  wire        _GEN_5 = _GEN_4 & (|count);
-  wire [15:0] _ahead_T = confirm_bits + _ram_ram_readData;
-  wire        _GEN_6 = word == 3'h1;
-  wire        _GEN_7 = word == 3'h2;
-  wire        _GEN_8 = advances & (&work);
-  wire        isEnd = place == count[3:0] - 4'h1;
-  wire        goes =
-    work == 3'h4
-      ? (isEnd | (removesPlain | removesTold) & (~removesPlain | ~isAlarm) & (~removesTold | wasTold)) & ~removed
-      : work == 3'h2 & wasTold & isStored;
-  wire        ends = _ends_T & (|work);
-  wire        _GEN_9 = ends & copying;
-  wire        _GEN_10 = ends & (&work);
-  wire        _GEN_11 = ends & ~goes;
-  wire        _GEN_12 = _GEN_9 | _GEN_10;
-  wire        _GEN_13 = ~hasBest | isAlarm & ~bestIsAlarm;
-  wire        _GEN_14 = _GEN_10 | ~(ends & boxed & place == boxedAt & ~storing);
-  wire [3:0]  present = {test, state};
-  wire        happens = ~forget & present != reported & (|state);
-  wire        _GEN_15 =
-    happens & ~wraps & ~(ordersWait & (acknowledges & ~acknowledgeChanges | confirms & ~confirmChanges));
-  wire        _GEN_16 = _GEN_0 | _GEN_1;
-  wire        _GEN_17 = hasPlain | present == 4'h2;
-  wire        _GEN_18 = ~_GEN_8 | _GEN_6 | ~(_GEN_7 & ~fresh);
-  wire        _GEN_19 = ~_GEN_12 & ends & ~goes & isTold | hasTold;
-  wire        _GEN_20 = ~_GEN_12 & ends & ~goes & isTold & ~isAlarm | hasToldPlain;
-  wire        _GEN_21 = ~_GEN_12 & _GEN_11 & ~isTold & _GEN_13 | hasBest;
-  wire        _GEN_22 = ~_GEN_12 & ends & ~goes & ~isAlarm | hasPlain;
-  wire        _GEN_23 = ends & (storing | isEnd);
-  wire        _GEN_24 = _GEN_9 | _GEN_10 | _GEN_23;
-  wire        _GEN_25 = _GEN_17 & (|count);
-  wire        _GEN_26 = ~_GEN | _GEN_0 | _GEN_1 | _GEN_15 | ~_GEN_2;
-  wire        _GEN_27 = ~_GEN | _GEN_16;
-  wire        _GEN_28 = ~(count[4]) | ~_GEN_25;
-  always @(posedge clock) begin
-    if (reset) begin
-      count <= 5'h0;
-      drops <= 8'h0;
-      lacks <= 1'h0;
-      reported <= 4'h0;
-      hasTold <= 1'h0;
-      hasPlain <= 1'h0;
-      hasToldPlain <= 1'h0;
-      hasBest <= 1'h0;
-      boxed <= 1'h0;
-      offered <= 1'h0;
-      acknowledges <= 1'h0;
-      confirms <= 1'h0;
-      clears <= 1'h0;
-      work <= 3'h0;
-      fetched <= 1'h0;
-      counts <= 1'h1;
-      carries <= 1'h0;
-      fresh <= 1'h1;
-      ordersWait <= 1'h0;
-      waits <= 1'h0;
-    end
-    else begin
-      if (_GEN_12 | ~_GEN_23) begin
-      end
-      else
-        count <= {1'h0, to} + {4'h0, ~goes};
-      if (~_GEN | _GEN_16 | ~(_GEN_15 & count[4] & ~hasToldPlain & drops != 8'hFF)) begin
-      end
-      else
-        drops <= drops + 8'h1;
-      lacks <= (|count) & (_GEN & ~_GEN_16 & _GEN_15 & count[4] & ~hasToldPlain | lacks);
-      if (forget)
-        reported <= 4'h0;
-      else if (~_GEN | _GEN_16 | ~_GEN_15 | count[4] & _GEN_17) begin
-      end
-      else
-        reported <= present;
-      if (_GEN_27) begin
-        hasTold <= _GEN_19;
-        hasPlain <= _GEN_22;
-        hasToldPlain <= _GEN_20;
-        hasBest <= _GEN_21;
-      end
-      else if (_GEN_15) begin
-        hasTold <= _GEN_28 & _GEN_19;
-        hasPlain <= _GEN_28 & _GEN_22;
-        hasToldPlain <= _GEN_28 & _GEN_20;
-        hasBest <= _GEN_28 & _GEN_21;
-      end
-      else if (_GEN_2) begin
-        hasTold <= ~_GEN_3 & _GEN_19;
-        hasPlain <= ~_GEN_3 & _GEN_22;
-        hasToldPlain <= ~_GEN_3 & _GEN_20;
-        hasBest <= ~_GEN_3 & _GEN_21;
-      end
-      else begin
-        hasTold <= ~_GEN_5 & _GEN_19;
-        hasPlain <= ~_GEN_5 & _GEN_22;
-        hasToldPlain <= ~_GEN_5 & _GEN_20;
-        hasBest <= ~_GEN_5 & _GEN_21;
-      end
-      boxed <= ~(_GEN & ~hasBest) & (_GEN_9 | (_GEN_14 ? boxed : ~goes));
-      if (_GEN) begin
-        offered <= isCurrent;
-        if (_GEN_0)
-          work <= 3'h7;
-        else if (_GEN_1)
-          work <= 3'h6;
-        else if (_GEN_15) begin
-          if (count[4]) begin
-            if (_GEN_25)
-              work <= 3'h4;
-            else if (_GEN_24)
-              work <= 3'h0;
-          end
-          else
-            work <= 3'h5;
-        end
-        else if (_GEN_2) begin
-          if (_GEN_3)
-            work <= {2'h1, clears};
-          else if (_GEN_24)
-            work <= 3'h0;
-        end
-        else if (_GEN_5)
-          work <= 3'h1;
-        else if (_GEN_24)
-          work <= 3'h0;
-        waits <= hasBest | happens;
-      end
-      else if (_GEN_24)
-        work <= 3'h0;
-      acknowledges <= acknowledge_valid | (~_GEN | _GEN_0 | _GEN_1 | _GEN_15 | _GEN_2 | ~_GEN_4) & acknowledges;
-      confirms <= confirm_valid | _GEN_26 & confirms;
-      clears <= newMaster | _GEN_26 & clears;
-      fetched <= ~_GEN & ((|work) ? ~read : fetched);
-      counts <=
-        storing & ends | _GEN & ~_GEN_16 & _GEN_15 & ~(~(count[4]) | _GEN_17)
-        | (_GEN_18 ? counts : carry & (&_ram_ram_readData));
-      carries <= wraps | _GEN_18 & carries;
-      fresh <= (_GEN_9 | ~_GEN_10) & fresh;
-      if (_GEN_27) begin
-      end
-      else if (_GEN_15)
-        ordersWait <= ~(count[4]) | ordersWait;
-      else
-        ordersWait <= ~(_GEN_2 | _GEN_4) & ordersWait;
-    end
-    if (_GEN_12 | ~_GEN_11 | isTold | ~_GEN_13) begin
-    end
-    else begin
-      best <= to;
-      bestIsAlarm <= isAlarm;
-    end
-    if (_GEN_9) begin
-      boxedAt <= place;
-      boxIsAlarm <= isAlarm;
-    end
-    else if (_GEN_14) begin
-    end
-    else
-      boxedAt <= to;
-    live <= _GEN | ~(confirmChanges & work == 3'h2 | acknowledgeChanges & work == 3'h1) & live;
-    if (_GEN) begin
-      place <= _GEN_0 | ~_GEN_1 ? 4'h0 : best;
-      word <= 3'h0;
-      to <= _GEN_16 | ~(_GEN_15 & ~(count[4])) ? 4'h0 : count[3:0];
-    end
-    else begin
-      if (|work) begin
-        place <= _nextOne_T_1;
-        word <= _nextWord_T;
-      end
-      if (_GEN_12 | ~_GEN_11) begin
-      end
-      else
-        to <= to + 4'h1;
-    end
-    carry <= ~(_GEN & _GEN_0) & (_GEN_8 ? (_GEN_6 ? counts : _GEN_7 ? carries : carry & (&_ram_ram_readData)) : carry);
-    if (advances & ~(|word))
-      isAlarm <= written[7:0] == 8'h2;
-    if (advances & (|word)) begin
-      if (_GEN_6)
-        isMeant <= work == 3'h1 & _ram_ram_readData == acknowledge_bits_guard;
-      else
-        isMeant <= (~_GEN_7 | _ram_ram_readData == acknowledge_bits_sequence) & isMeant;
-    end
-    if (~advances | ~(|word) | _GEN_6 | _GEN_7 | word != 3'h6) begin
-    end
-    else
-      isStored <= work == 3'h2 & live & _ahead_T[15:8] != 8'hFF;
-    if (~_GEN | _GEN_16 | ~(_GEN_15 & count[4] & _GEN_17)) begin
-    end
-    else begin
-      removesTold <= hasPlain ? hasToldPlain : hasTold;
-      removesPlain <= hasPlain;
-    end
-    removed <= ~_GEN & (~_GEN_12 & ends & goes | removed);
-  end // always @(posedge)
-  assign _ram_ram_write = advances & (|work);
-  assign _ram_ram_writeAddress = {copying | (&work), copying ? 4'h0 : (&work) ? 4'h1 : to, word};
-  assign _ram_ram_readAddress =
-    read
-      ? {5'h10, readWord == 3'h2 ? 3'h1 : readWord == 3'h1 ? 3'h0 : readWord == 3'h0 ? 3'h2 : readWord}
-      : {_ram_ram_readAddress_T_8, _ram_ram_readAddress_T_8 ? 4'h1 : _nextOne_T_1, _nextWord_T};
-  DualPortRam #(
-    .ADDRESS_BITS(8),
-    .DEPTH(256),
-    .WIDTH(16)
-  ) ram_ram (
-    .clock        (clock),
-    .write        (_ram_ram_write),
-    .writeAddress (_ram_ram_writeAddress),
-    .writeData    (written),
-    .readAddress  (_ram_ram_readAddress),
-    .readData     (_ram_ram_readData)
-  );
-  assign hold = writesTime;
-  assign offers = offered;
-  assign isUrgent = boxIsAlarm;
-  assign isNew = _GEN & ~_GEN_0 & _GEN_1;
-  assign readData = _ram_ram_readData;
-  assign waiting = waits;
-  assign lacking = lacks;
-  assign dropped = drops;
-endmodule
-
-module AlarmUnit(
-  input         clock,
-  input         reset,
-  input  [2:0]  pins_current,
-  output        pins_supply,
-  output        pins_buzzer,
-  output        pins_lamp,
-  input         pins_config_fault,
-  input         detect,
-  input  [15:0] debounce,
-  input         changes,
-  input  [15:0] offTime,
-  input  [7:0]  selfTest,
-  input  [7:0]  epoch,
-  input  [15:0] node,
-  input  [1:0]  mode_value,
-  output        mode_load_valid,
-  input  [15:0] seconds_value,
-  output        seconds_load_valid,
-  output [15:0] seconds_load_bits,
-  input  [15:0] hostAlive_value,
-  output        hostAlive_load_valid,
-  output [15:0] hostAlive_load_bits,
-  input         registersBusy,
-  input         silence,
-  input         restart,
-  input         acknowledge_valid,
-  input  [15:0] acknowledge_bits_sequence,
-  input  [15:0] acknowledge_bits_guard,
-  input  [15:0] acknowledge_bits_tag,
-  input         acknowledgeChanges,
-  input         confirm_valid,
-  input  [15:0] confirm_bits,
-  input         confirmChanges,
-  input         newMaster,
-  output [15:0] status,
-  output [7:0]  dropped,
-  output        pending,
-  input         busy,
-  input  [5:0]  nibble,
-  input  [2:0]  nextWord,
-  output [3:0]  data,
-  input         reads,
-  input         begins,
-  input         takes
-);
-
-  wire        _configuration_out;
-  wire        _queue_forget;
-  wire [2:0]  _queue_readWord;
-  wire        _queue_offers;
-  wire        _queue_isUrgent;
-  wire        _queue_isNew;
-  wire [15:0] _queue_readData;
-  wire        _queue_waiting;
-  wire        _queue_lacking;
-  wire        _detector_supply;
-  wire [2:0]  _detector_state;
-  wire        _ticks_hold;
-  wire        _ticks_tenth;
-  wire        _ticks_millisecond;
-  wire        _ticks_second;
-  wire [15:0] _ticks_now;
-  wire        _ticks_wraps;
-  reg         secondOver_due;
-  wire        secondOver = secondOver_due & ~registersBusy;
-  reg         hostAlive_load_valid_due;
-  wire        disabled = mode_value == 2'h1;
-  wire        testing = mode_value == 2'h2;
-  wire [1:0]  modes = {disabled, testing};
-  wire        smoke = _detector_state == 3'h2;
-  wire        rings = smoke & ~disabled & ~testing & _detector_supply;
-  reg         latched;
-  reg         sounding;
-  reg         REG;
-  reg  [1:0]  queue_forget_REG;
-  reg  [1:0]  left;
-  reg  [3:0]  passed;
-  reg         confirmed;
-  reg  [3:0]  casez_tmp;
-  always @(*) begin
-    casez (nibble[1:0])
-      2'b00:
-        casez_tmp = node[3:0];
-      2'b01:
-        casez_tmp = node[7:4];
-      2'b10:
-        casez_tmp = node[11:8];
-      default:
-        casez_tmp = node[15:12];
-    endcase
-  end // always @(*)
-  reg  [3:0]  casez_tmp_0;
-  always @(*) begin
-    casez (nibble[1:0])
-      2'b00:
-        casez_tmp_0 = _queue_readData[3:0];
-      2'b01:
-        casez_tmp_0 = _queue_readData[7:4];
-      2'b10:
-        casez_tmp_0 = _queue_readData[11:8];
-      default:
-        casez_tmp_0 = _queue_readData[15:12];
-    endcase
-  end // always @(*)
-  always @(posedge clock) begin
-    if (reset) begin
-      secondOver_due <= 1'h0;
-      hostAlive_load_valid_due <= 1'h0;
-      latched <= 1'h0;
-      sounding <= 1'h0;
-      REG <= 1'h0;
-      queue_forget_REG <= 2'h0;
-      left <= 2'h0;
-      passed <= 4'h0;
-      confirmed <= 1'h0;
-    end
-    else begin
-      secondOver_due <= _ticks_second | secondOver_due & registersBusy;
-      hostAlive_load_valid_due <= _ticks_millisecond | hostAlive_load_valid_due & registersBusy;
-      latched <= ~restart & (rings | latched);
-      sounding <= ~restart & (rings & ~REG | ~silence & sounding);
-      REG <= rings;
-      queue_forget_REG <= modes;
-      if (_queue_isNew)
-        left <= 2'h0;
-      else if (takes & ~(left[1]))
-        left <= left + 2'h1;
-      if (_queue_isNew | takes)
-        passed <= 4'h0;
-      else if (begins & ~(&passed))
-        passed <= passed + 4'h1;
-      confirmed <= confirm_valid | confirmed;
-    end
-  end // always @(posedge)
-  AlarmClock ticks (
-    .clock       (clock),
-    .reset       (reset),
-    .tenth       (_ticks_tenth),
-    .millisecond (_ticks_millisecond),
-    .second      (_ticks_second),
-    .now         (_ticks_now),
-    .wraps       (_ticks_wraps),
-    .hold        (_ticks_hold)
-  );
-  Detector detector (
-    .clock       (clock),
-    .reset       (reset),
-    .current     (pins_current),
-    .supply      (_detector_supply),
-    .enable      (detect),
-    .debounce    (debounce),
-    .offTime     (offTime),
-    .changes     (changes),
-    .restart     (restart),
-    .tenth       (_ticks_tenth),
-    .millisecond (_ticks_millisecond),
-    .state       (_detector_state)
-  );
-  assign _queue_forget = _detector_state == 3'h0 | disabled | modes != queue_forget_REG;
-  assign _queue_readWord = nextWord + 3'h3;
-  AlarmQueue queue (
-    .clock                     (clock),
-    .reset                     (reset),
-    .state                     (_detector_state),
-    .test                      (testing),
-    .epoch                     (epoch),
-    .forget                    (_queue_forget),
-    .time_0                    (_ticks_now),
-    .wraps                     (_ticks_wraps),
-    .hold                      (_ticks_hold),
-    .acknowledge_valid         (acknowledge_valid),
-    .acknowledge_bits_sequence (acknowledge_bits_sequence),
-    .acknowledge_bits_guard    (acknowledge_bits_guard),
-    .acknowledge_bits_tag      (acknowledge_bits_tag),
-    .acknowledgeChanges        (acknowledgeChanges),
-    .confirm_valid             (confirm_valid),
-    .confirm_bits              (confirm_bits),
-    .confirmChanges            (confirmChanges),
-    .newMaster                 (newMaster),
-    .offers                    (_queue_offers),
-    .isUrgent                  (_queue_isUrgent),
-    .isNew                     (_queue_isNew),
-    .busy                      (busy),
-    .read                      (reads),
-    .readWord                  (_queue_readWord),
-    .readData                  (_queue_readData),
-    .waiting                   (_queue_waiting),
-    .lacking                   (_queue_lacking),
-    .dropped                   (dropped)
-  );
-  LevelCrossing configuration (
-    .clock (clock),
-    .in    (pins_config_fault),
-    .out   (_configuration_out)
-  );
-  assign pins_supply = _detector_supply;
-  assign pins_buzzer = sounding;
-  assign pins_lamp = latched;
-  assign mode_load_valid = secondOver & seconds_value[15:1] == 15'h0;
-  assign seconds_load_valid = secondOver & (|seconds_value);
-  assign seconds_load_bits = seconds_value - 16'h1;
-  assign hostAlive_load_valid = hostAlive_load_valid_due & ~registersBusy & (|hostAlive_value);
-  assign hostAlive_load_bits = hostAlive_value - 16'h1;
-  assign status =
-    {2'h0,
-     _configuration_out,
-     selfTest != 8'h1,
-     _queue_lacking,
-     _queue_waiting,
-     smoke & testing,
-     testing,
-     disabled,
-     ~(|hostAlive_value),
-     ~_detector_supply,
-     _detector_state == 3'h4 & ~disabled,
-     _detector_state == 3'h3 & ~disabled,
-     sounding,
-     latched,
-     rings};
-  assign pending = _queue_offers & confirmed & (_queue_isUrgent | ~(left[1]) | (&passed));
-  assign data =
-    nibble > 6'h13 & nibble < 6'h2C
-      ? casez_tmp_0
-      : (|(nibble[5:2])) & nibble < 6'h8
-          ? casez_tmp
-          : nibble == 6'h2C
-              ? 4'h1
-              : nibble == 6'hC ? 4'hC : nibble == 6'hA ? 4'hE : nibble == 6'h9 ? 4'hA : {nibble == 6'h8, 3'h0};
+  assign restore = temporary & counter == 27'h0;
+  assign former_0 = saved_0;
+  assign former_1 = saved_1;
 endmodule
 
 module alarm_slave(
@@ -3459,49 +3448,32 @@ module alarm_slave(
   input         host_be,
   output        host_ack,
   output [7:0]  host_rdata,
-  output        irq,
   input  [2:0]  alarm_current,
   output        alarm_supply,
   output        alarm_buzzer,
   output        alarm_lamp,
-  input         alarm_config_fault
+  input         alarm_config_fault,
+  output        irq
 );
 
-  wire [15:0] _messages_alarmUnit_acknowledge_bits_sequence;
-  wire [15:0] _messages_alarmUnit_acknowledge_bits_guard;
-  wire [15:0] _messages_alarmUnit_acknowledge_bits_tag;
-  wire        _messages_alarmUnit_acknowledgeChanges;
-  wire [15:0] _messages_alarmUnit_confirm_bits;
-  wire        _messages_alarmUnit_confirmChanges;
-  wire        _messages_alarmUnit_newMaster;
-  wire [2:0]  _messages_alarmUnit_nextWord;
   wire        _operational_crossing_out;
-  wire        _appender_pending;
-  wire [3:0]  _appender_data;
-  wire        _appender_out_valid;
-  wire        _appender_out_payload;
-  wire [3:0]  _appender_out_data;
-  wire        _appender_out_last;
-  wire        _appender_out_bad;
-  wire        _appender_out_odd;
-  wire        _appender_out_crcGood;
-  wire        _appender_busy;
-  wire [5:0]  _appender_nibble;
-  wire [5:0]  _appender_nextNibble;
-  wire        _appender_reads;
-  wire        _appender_begins;
-  wire        _appender_takes;
+  wire        _temporaryLoops_restore;
+  wire        _loops_settingWritten;
+  wire        _loops_quiet_0;
+  wire        _loops_quiet_1;
+  wire        _loops_open_0;
+  wire        _loops_open_1;
   wire        _transmitters_1_in_valid;
   wire        _transmitters_1_in_payload;
   wire [3:0]  _transmitters_1_in_data;
-  wire        _transmitters_1_in_last;
+  wire        _transmitters_1_in_end;
   wire        _transmitters_1_in_bad;
   wire        _transmitters_1_in_odd;
   wire        _transmitters_1_in_crcGood;
   wire        _transmitters_0_in_valid;
   wire        _transmitters_0_in_payload;
   wire [3:0]  _transmitters_0_in_data;
-  wire        _transmitters_0_in_last;
+  wire        _transmitters_0_in_end;
   wire        _transmitters_0_in_bad;
   wire        _transmitters_0_in_odd;
   wire        _transmitters_0_in_crcGood;
@@ -3509,13 +3481,14 @@ module alarm_slave(
   wire        _receivers_1_out_valid;
   wire        _receivers_1_out_payload;
   wire [3:0]  _receivers_1_out_data;
-  wire        _receivers_1_out_last;
+  wire        _receivers_1_out_end;
   wire        _receivers_1_out_bad;
   wire        _receivers_1_out_odd;
   wire        _receivers_1_out_crcGood;
   wire        _receivers_1_events_invalidFrame;
   wire        _receivers_1_events_rxEr;
   wire        _receivers_1_events_forwardedError;
+  wire        _receivers_1_events_goodFrame;
   wire        _receivers_1_idle;
   wire        _crossing_1_shortMargin;
   wire        _crossing_1_read_take;
@@ -3529,13 +3502,14 @@ module alarm_slave(
   wire        _receivers_0_out_valid;
   wire        _receivers_0_out_payload;
   wire [3:0]  _receivers_0_out_data;
-  wire        _receivers_0_out_last;
+  wire        _receivers_0_out_end;
   wire        _receivers_0_out_bad;
   wire        _receivers_0_out_odd;
   wire        _receivers_0_out_crcGood;
   wire        _receivers_0_events_invalidFrame;
   wire        _receivers_0_events_rxEr;
   wire        _receivers_0_events_forwardedError;
+  wire        _receivers_0_events_goodFrame;
   wire        _receivers_0_idle;
   wire        _crossing_shortMargin;
   wire        _crossing_read_take;
@@ -3547,35 +3521,14 @@ module alarm_slave(
   wire        _crossing_read_overflow;
   wire        _links_crossing_1_out;
   wire        _links_crossing_out;
-  wire        _temporaryLoops_restore;
-  wire        _loops_settingWritten;
-  wire        _loops_goodFrame_0;
-  wire        _loops_goodFrame_1;
-  wire        _loops_quiet_0;
-  wire        _loops_quiet_1;
-  wire        _loops_open_0;
-  wire        _loops_open_1;
   wire        _processor_in_valid;
   wire        _processor_in_payload;
   wire [3:0]  _processor_in_data;
-  wire        _processor_in_last;
+  wire        _processor_in_end;
   wire        _processor_in_bad;
   wire        _processor_in_odd;
   wire        _processor_in_crcGood;
   wire        _processor_config_circulating;
-  wire        _processor_out_valid;
-  wire        _processor_out_payload;
-  wire [3:0]  _processor_out_data;
-  wire        _processor_out_last;
-  wire        _processor_out_bad;
-  wire        _processor_out_odd;
-  wire        _processor_out_crcGood;
-  wire [3:0]  _processor_outPosition_part;
-  wire [4:0]  _processor_outPosition_byte;
-  wire        _processor_outPosition_high;
-  wire [6:0]  _processor_outPosition_paddingBytes;
-  wire [7:0]  _processor_outPosition_datagram;
-  wire        _processor_outPosition_checksumCleared;
   wire        _memory_ecat_frameStart;
   wire        _memory_ecat_read;
   wire [16:0] _memory_ecat_readAddress;
@@ -3585,19 +3538,12 @@ module alarm_slave(
   wire [7:0]  _memory_ecat_writeData;
   wire        _memory_ecat_commit;
   wire        _memory_ramOpen;
-  wire        _memory_set_host_alive_valid;
-  wire [15:0] _memory_set_host_alive_bits;
-  wire        _memory_set_detector_seconds_valid;
-  wire [15:0] _memory_set_detector_seconds_bits;
-  wire        _memory_set_detector_mode_valid;
   wire        _memory_set_loop_port1_valid;
   wire [1:0]  _memory_set_loop_port1_bits;
   wire        _memory_set_loop_port0_valid;
   wire [1:0]  _memory_set_loop_port0_bits;
   wire        _memory_set_temporary_use_valid;
   wire [7:0]  _memory_status_slave_links;
-  wire [7:0]  _memory_status_slave_dropped;
-  wire [15:0] _memory_status_slave_status;
   wire        _memory_status_loop_closed_port1;
   wire        _memory_status_loop_closed_port0;
   wire        _memory_status_pdi_operational;
@@ -3615,14 +3561,8 @@ module alarm_slave(
   wire        _memory_ecat_writable;
   wire        _memory_ecat_logFull;
   wire        _memory_host_ack;
-  wire [15:0] _memory_value_host_alive;
-  wire [15:0] _memory_value_detector_seconds;
-  wire [1:0]  _memory_value_detector_mode;
-  wire        _memory_value_detector_enable;
   wire [7:0]  _memory_value_alarm_epoch;
   wire [7:0]  _memory_value_self_test;
-  wire [15:0] _memory_value_detector_off_time;
-  wire [15:0] _memory_value_detector_debounce;
   wire        _memory_value_detector_restart;
   wire        _memory_value_alarm_silence;
   wire        _memory_value_alias_enable;
@@ -3640,6 +3580,61 @@ module alarm_slave(
   wire        _memory_registersBusy;
   wire        _memory_clearing;
   wire        _memory_commitStarts;
+  wire        _appender_in_valid;
+  wire        _appender_in_payload;
+  wire [3:0]  _appender_in_data;
+  wire        _appender_in_end;
+  wire        _appender_in_bad;
+  wire        _appender_in_odd;
+  wire        _appender_in_crcGood;
+  wire [3:0]  _appender_position_part;
+  wire [4:0]  _appender_position_byte;
+  wire        _appender_position_high;
+  wire [6:0]  _appender_position_paddingBytes;
+  wire [7:0]  _appender_position_datagram;
+  wire        _appender_position_checksumCleared;
+  wire        _appender_out_valid;
+  wire        _appender_out_payload;
+  wire [3:0]  _appender_out_data;
+  wire        _appender_out_end;
+  wire        _appender_out_bad;
+  wire        _appender_out_odd;
+  wire        _appender_out_crcGood;
+  wire [5:0]  _appender_nextNibble;
+  wire        _alarmUnit_detect;
+  wire [15:0] _alarmUnit_debounce;
+  wire [15:0] _alarmUnit_offTime;
+  wire [7:0]  _alarmUnit_selfTest;
+  wire [7:0]  _alarmUnit_epoch;
+  wire [15:0] _alarmUnit_node;
+  wire [1:0]  _alarmUnit_mode_value;
+  wire [15:0] _alarmUnit_seconds_value;
+  wire [15:0] _alarmUnit_hostAlive_value;
+  wire        _alarmUnit_registersBusy;
+  wire        _alarmUnit_silence;
+  wire        _alarmUnit_restart;
+  wire [15:0] _alarmUnit_acknowledge_bits_sequence;
+  wire [15:0] _alarmUnit_acknowledge_bits_guard;
+  wire [15:0] _alarmUnit_acknowledge_bits_tag;
+  wire        _alarmUnit_acknowledgeChanges;
+  wire [15:0] _alarmUnit_confirm_bits;
+  wire        _alarmUnit_confirmChanges;
+  wire        _alarmUnit_newMaster;
+  wire        _alarmUnit_busy;
+  wire [5:0]  _alarmUnit_nibble;
+  wire [2:0]  _alarmUnit_nextWord;
+  wire        _alarmUnit_reads;
+  wire        _alarmUnit_begins;
+  wire        _alarmUnit_takes;
+  wire        _alarmUnit_mode_load_valid;
+  wire        _alarmUnit_seconds_load_valid;
+  wire [15:0] _alarmUnit_seconds_load_bits;
+  wire        _alarmUnit_hostAlive_load_valid;
+  wire [15:0] _alarmUnit_hostAlive_load_bits;
+  wire [15:0] _alarmUnit_status;
+  wire [7:0]  _alarmUnit_dropped;
+  wire        _alarmUnit_pending;
+  wire [3:0]  _alarmUnit_data;
   wire        _slot_tick;
   reg         processStep;
   reg         transmitStep;
@@ -3647,48 +3642,48 @@ module alarm_slave(
   wire        links_1 = _links_crossing_1_out & ~_memory_clearing;
   reg         receiver_cut_REG;
   reg         receiver_cut_REG_1;
-  wire        _processor_in_T_valid = _loops_open_1 ? _receivers_1_out_valid : _appender_out_valid;
-  wire        _processor_in_T_payload = _loops_open_1 ? _receivers_1_out_payload : _appender_out_payload;
-  wire [3:0]  _processor_in_T_data = _loops_open_1 ? _receivers_1_out_data : _appender_out_data;
-  wire        _processor_in_T_last = _loops_open_1 ? _receivers_1_out_last : _appender_out_last;
-  wire        _processor_in_T_bad = _loops_open_1 ? _receivers_1_out_bad : _appender_out_bad;
-  wire        _processor_in_T_odd = _loops_open_1 ? _receivers_1_out_odd : _appender_out_odd;
-  wire        _processor_in_T_crcGood = _loops_open_1 ? _receivers_1_out_crcGood : _appender_out_crcGood;
-  reg         mii_tx_tick_r;
-  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T_20 = _memory_registerWrite_bits_address == 12'hEBD;
-  reg         messages_alarmUnit_acknowledge_valid_REG;
-  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T_4 = _memory_registerWrite_bits_address == 12'hEB9;
-  reg  [7:0]  messages_alarmUnit_acknowledge_bits_sequence_sequence_1;
-  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T = _memory_registerWrite_bits_address == 12'hEB8;
-  reg  [7:0]  messages_alarmUnit_acknowledge_bits_sequence_sequence_0;
-  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T_12 = _memory_registerWrite_bits_address == 12'hEBB;
-  reg  [7:0]  messages_alarmUnit_acknowledge_bits_guard_guard_1;
-  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T_8 = _memory_registerWrite_bits_address == 12'hEBA;
-  reg  [7:0]  messages_alarmUnit_acknowledge_bits_guard_guard_0;
-  reg  [7:0]  messages_alarmUnit_acknowledge_bits_tag_tag_1;
-  wire        _messages_alarmUnit_acknowledgeChanges_result_valid_T_16 = _memory_registerWrite_bits_address == 12'hEBC;
-  reg  [7:0]  messages_alarmUnit_acknowledge_bits_tag_tag_0;
-  wire        _messages_alarmUnit_newMaster_byte_result_valid_T_4 = _memory_registerWrite_bits_address == 12'hECB;
-  reg         messages_alarmUnit_confirm_valid_REG;
-  wire        _messages_alarmUnit_confirmChanges_result_valid_T_4 = _memory_registerWrite_bits_address == 12'hEC9;
-  reg  [7:0]  messages_alarmUnit_confirm_bits_number_1;
-  wire        _messages_alarmUnit_confirmChanges_result_valid_T = _memory_registerWrite_bits_address == 12'hEC8;
-  reg  [7:0]  messages_alarmUnit_confirm_bits_number_0;
-  wire        _messages_alarmUnit_newMaster_byte_result_valid_T = _memory_registerWrite_bits_address == 12'hECA;
-  reg  [7:0]  messages_life_life_1;
-  reg  [7:0]  messages_life_life_0;
-  reg         messages_alarmUnit_changes_REG;
-  reg         messages_broadcast_received;
-  reg         messages_REG;
-  reg         messages_message_received;
-  reg         messages_REG_1;
   reg  [1:0]  loops_setting_0_r;
+  reg         drops_REG;
   reg  [1:0]  loops_setting_1_r;
-  reg         memory_event_lost_link_port0_REG;
-  reg         memory_event_lost_link_port1_REG;
-  wire        messages_comes_result_valid =
+  reg         drops_REG_1;
+  reg         alarmUnit_changes_REG;
+  wire        _alarmUnit_acknowledgeChanges_result_valid_T_20 = _memory_registerWrite_bits_address == 12'hEBD;
+  reg         alarmUnit_acknowledge_valid_REG;
+  wire        _alarmUnit_acknowledgeChanges_result_valid_T = _memory_registerWrite_bits_address == 12'hEB8;
+  wire        _alarmUnit_acknowledgeChanges_result_valid_T_4 = _memory_registerWrite_bits_address == 12'hEB9;
+  reg  [7:0]  alarmUnit_acknowledge_bits_sequence_acknowledge_sequence_1;
+  reg  [7:0]  alarmUnit_acknowledge_bits_sequence_acknowledge_sequence_0;
+  wire        _alarmUnit_acknowledgeChanges_result_valid_T_8 = _memory_registerWrite_bits_address == 12'hEBA;
+  wire        _alarmUnit_acknowledgeChanges_result_valid_T_12 = _memory_registerWrite_bits_address == 12'hEBB;
+  reg  [7:0]  alarmUnit_acknowledge_bits_guard_acknowledge_guard_1;
+  reg  [7:0]  alarmUnit_acknowledge_bits_guard_acknowledge_guard_0;
+  wire        _alarmUnit_acknowledgeChanges_result_valid_T_16 = _memory_registerWrite_bits_address == 12'hEBC;
+  reg  [7:0]  alarmUnit_acknowledge_bits_tag_acknowledge_tag_1;
+  reg  [7:0]  alarmUnit_acknowledge_bits_tag_acknowledge_tag_0;
+  wire        _alarmUnit_newMaster_result_valid_T_4 = _memory_registerWrite_bits_address == 12'hECB;
+  reg         alarmUnit_confirm_valid_REG;
+  wire        _alarmUnit_confirmChanges_result_valid_T = _memory_registerWrite_bits_address == 12'hEC8;
+  wire        _alarmUnit_confirmChanges_result_valid_T_4 = _memory_registerWrite_bits_address == 12'hEC9;
+  reg  [7:0]  alarmUnit_confirm_bits_confirm_number_1;
+  reg  [7:0]  alarmUnit_confirm_bits_confirm_number_0;
+  wire        _alarmUnit_newMaster_result_valid_T = _memory_registerWrite_bits_address == 12'hECA;
+  reg  [7:0]  life_confirm_life_1;
+  reg  [7:0]  life_confirm_life_0;
+  reg         broadcast_received;
+  reg         waits_REG;
+  reg         message_received;
+  reg         waits_REG_1;
+  wire        processor_in_on_valid = _loops_open_1 ? _receivers_1_out_valid : _appender_out_valid;
+  wire        processor_in_on_payload = _loops_open_1 ? _receivers_1_out_payload : _appender_out_payload;
+  wire [3:0]  processor_in_on_data = _loops_open_1 ? _receivers_1_out_data : _appender_out_data;
+  wire        processor_in_on_end = _loops_open_1 ? _receivers_1_out_end : _appender_out_end;
+  wire        processor_in_on_bad = _loops_open_1 ? _receivers_1_out_bad : _appender_out_bad;
+  wire        processor_in_on_odd = _loops_open_1 ? _receivers_1_out_odd : _appender_out_odd;
+  wire        processor_in_on_crcGood = _loops_open_1 ? _receivers_1_out_crcGood : _appender_out_crcGood;
+  reg         mii_tx_tick_r;
+  wire        waits_result_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hE97 & _memory_registerWrite_bits_mask;
-  wire        messages_comes_result_1_valid =
+  wire        waits_result_1_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hE9F & _memory_registerWrite_bits_mask;
   always @(posedge clock) begin
     if (reset) begin
@@ -3696,89 +3691,81 @@ module alarm_slave(
       transmitStep <= 1'h0;
       receiver_cut_REG <= 1'h0;
       receiver_cut_REG_1 <= 1'h0;
-      messages_alarmUnit_acknowledge_valid_REG <= 1'h0;
-      messages_alarmUnit_acknowledge_bits_sequence_sequence_1 <= 8'h0;
-      messages_alarmUnit_acknowledge_bits_sequence_sequence_0 <= 8'h0;
-      messages_alarmUnit_acknowledge_bits_guard_guard_1 <= 8'h0;
-      messages_alarmUnit_acknowledge_bits_guard_guard_0 <= 8'h0;
-      messages_alarmUnit_acknowledge_bits_tag_tag_1 <= 8'h0;
-      messages_alarmUnit_acknowledge_bits_tag_tag_0 <= 8'h0;
-      messages_alarmUnit_confirm_valid_REG <= 1'h0;
-      messages_alarmUnit_confirm_bits_number_1 <= 8'h0;
-      messages_alarmUnit_confirm_bits_number_0 <= 8'h0;
-      messages_life_life_1 <= 8'h0;
-      messages_life_life_0 <= 8'h0;
-      messages_alarmUnit_changes_REG <= 1'h0;
-      messages_broadcast_received <= 1'h0;
-      messages_REG <= 1'h0;
-      messages_message_received <= 1'h0;
-      messages_REG_1 <= 1'h0;
       loops_setting_0_r <= 2'h0;
+      drops_REG <= 1'h0;
       loops_setting_1_r <= 2'h0;
-      memory_event_lost_link_port0_REG <= 1'h0;
-      memory_event_lost_link_port1_REG <= 1'h0;
+      drops_REG_1 <= 1'h0;
+      alarmUnit_changes_REG <= 1'h0;
+      alarmUnit_acknowledge_valid_REG <= 1'h0;
+      alarmUnit_acknowledge_bits_sequence_acknowledge_sequence_1 <= 8'h0;
+      alarmUnit_acknowledge_bits_sequence_acknowledge_sequence_0 <= 8'h0;
+      alarmUnit_acknowledge_bits_guard_acknowledge_guard_1 <= 8'h0;
+      alarmUnit_acknowledge_bits_guard_acknowledge_guard_0 <= 8'h0;
+      alarmUnit_acknowledge_bits_tag_acknowledge_tag_1 <= 8'h0;
+      alarmUnit_acknowledge_bits_tag_acknowledge_tag_0 <= 8'h0;
+      alarmUnit_confirm_valid_REG <= 1'h0;
+      alarmUnit_confirm_bits_confirm_number_1 <= 8'h0;
+      alarmUnit_confirm_bits_confirm_number_0 <= 8'h0;
+      life_confirm_life_1 <= 8'h0;
+      life_confirm_life_0 <= 8'h0;
+      broadcast_received <= 1'h0;
+      waits_REG <= 1'h0;
+      message_received <= 1'h0;
+      waits_REG_1 <= 1'h0;
     end
     else begin
       processStep <= _slot_tick;
       transmitStep <= processStep;
       receiver_cut_REG <= links_0;
       receiver_cut_REG_1 <= links_1;
-      messages_alarmUnit_acknowledge_valid_REG <=
-        _memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_20
-        & _memory_registerWrite_bits_mask;
-      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_4
-          & _memory_registerWrite_bits_mask)
-        messages_alarmUnit_acknowledge_bits_sequence_sequence_1 <= _memory_registerWrite_bits_data;
-      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T
-          & _memory_registerWrite_bits_mask)
-        messages_alarmUnit_acknowledge_bits_sequence_sequence_0 <= _memory_registerWrite_bits_data;
-      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_12
-          & _memory_registerWrite_bits_mask)
-        messages_alarmUnit_acknowledge_bits_guard_guard_1 <= _memory_registerWrite_bits_data;
-      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_8
-          & _memory_registerWrite_bits_mask)
-        messages_alarmUnit_acknowledge_bits_guard_guard_0 <= _memory_registerWrite_bits_data;
-      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_20
-          & _memory_registerWrite_bits_mask)
-        messages_alarmUnit_acknowledge_bits_tag_tag_1 <= _memory_registerWrite_bits_data;
-      if (_memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_16
-          & _memory_registerWrite_bits_mask)
-        messages_alarmUnit_acknowledge_bits_tag_tag_0 <= _memory_registerWrite_bits_data;
-      messages_alarmUnit_confirm_valid_REG <=
-        _memory_registerWrite_valid & _messages_alarmUnit_newMaster_byte_result_valid_T_4
-        & _memory_registerWrite_bits_mask;
-      if (_memory_registerWrite_valid & _messages_alarmUnit_confirmChanges_result_valid_T_4
-          & _memory_registerWrite_bits_mask)
-        messages_alarmUnit_confirm_bits_number_1 <= _memory_registerWrite_bits_data;
-      if (_memory_registerWrite_valid & _messages_alarmUnit_confirmChanges_result_valid_T
-          & _memory_registerWrite_bits_mask)
-        messages_alarmUnit_confirm_bits_number_0 <= _memory_registerWrite_bits_data;
-      if (_memory_registerWrite_valid & _messages_alarmUnit_newMaster_byte_result_valid_T_4
-          & _memory_registerWrite_bits_mask)
-        messages_life_life_1 <= _memory_registerWrite_bits_data;
-      if (_memory_registerWrite_valid & _messages_alarmUnit_newMaster_byte_result_valid_T
-          & _memory_registerWrite_bits_mask)
-        messages_life_life_0 <= _memory_registerWrite_bits_data;
-      messages_alarmUnit_changes_REG <=
-        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hEA0 & _memory_registerWrite_bits_mask
-        | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hEA1 & _memory_registerWrite_bits_mask;
-      messages_broadcast_received <=
-        messages_comes_result_valid | ~(_memory_host_ack & ~host_write & host_addr == 16'hE8D & host_be & ~messages_REG)
-        & messages_broadcast_received;
-      messages_REG <= messages_comes_result_valid;
-      messages_message_received <=
-        messages_comes_result_1_valid
-        | ~(_memory_host_ack & ~host_write & host_addr == 16'hE8D & host_be & ~messages_REG_1)
-        & messages_message_received;
-      messages_REG_1 <= messages_comes_result_1_valid;
       if (_memory_registersBusy) begin
       end
       else begin
         loops_setting_0_r <= _memory_value_loop_port0;
         loops_setting_1_r <= _memory_value_loop_port1;
       end
-      memory_event_lost_link_port0_REG <= links_0;
-      memory_event_lost_link_port1_REG <= links_1;
+      drops_REG <= links_0;
+      drops_REG_1 <= links_1;
+      alarmUnit_changes_REG <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hEA0 & _memory_registerWrite_bits_mask
+        | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hEA1 & _memory_registerWrite_bits_mask;
+      alarmUnit_acknowledge_valid_REG <=
+        _memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_20 & _memory_registerWrite_bits_mask;
+      if (_memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_4
+          & _memory_registerWrite_bits_mask)
+        alarmUnit_acknowledge_bits_sequence_acknowledge_sequence_1 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T & _memory_registerWrite_bits_mask)
+        alarmUnit_acknowledge_bits_sequence_acknowledge_sequence_0 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_12
+          & _memory_registerWrite_bits_mask)
+        alarmUnit_acknowledge_bits_guard_acknowledge_guard_1 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_8
+          & _memory_registerWrite_bits_mask)
+        alarmUnit_acknowledge_bits_guard_acknowledge_guard_0 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_20
+          & _memory_registerWrite_bits_mask)
+        alarmUnit_acknowledge_bits_tag_acknowledge_tag_1 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_16
+          & _memory_registerWrite_bits_mask)
+        alarmUnit_acknowledge_bits_tag_acknowledge_tag_0 <= _memory_registerWrite_bits_data;
+      alarmUnit_confirm_valid_REG <=
+        _memory_registerWrite_valid & _alarmUnit_newMaster_result_valid_T_4 & _memory_registerWrite_bits_mask;
+      if (_memory_registerWrite_valid & _alarmUnit_confirmChanges_result_valid_T_4 & _memory_registerWrite_bits_mask)
+        alarmUnit_confirm_bits_confirm_number_1 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _alarmUnit_confirmChanges_result_valid_T & _memory_registerWrite_bits_mask)
+        alarmUnit_confirm_bits_confirm_number_0 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _alarmUnit_newMaster_result_valid_T_4 & _memory_registerWrite_bits_mask)
+        life_confirm_life_1 <= _memory_registerWrite_bits_data;
+      if (_memory_registerWrite_valid & _alarmUnit_newMaster_result_valid_T & _memory_registerWrite_bits_mask)
+        life_confirm_life_0 <= _memory_registerWrite_bits_data;
+      broadcast_received <=
+        waits_result_valid | ~(_memory_host_ack & ~host_write & host_addr == 16'hE8D & host_be & ~waits_REG)
+        & broadcast_received;
+      waits_REG <= waits_result_valid;
+      message_received <=
+        waits_result_1_valid | ~(_memory_host_ack & ~host_write & host_addr == 16'hE8D & host_be & ~waits_REG_1)
+        & message_received;
+      waits_REG_1 <= waits_result_1_valid;
     end
     mii_tx_tick_r <= transmitStep;
   end // always @(posedge)
@@ -3788,16 +3775,125 @@ module alarm_slave(
     .reference (phy_clk_ref),
     .tick      (_slot_tick)
   );
+  assign _alarmUnit_selfTest = _memory_value_self_test;
+  assign _alarmUnit_epoch = _memory_value_alarm_epoch;
+  assign _alarmUnit_node = _memory_value_station_alias;
+  assign _alarmUnit_registersBusy = _memory_registersBusy;
+  assign _alarmUnit_silence = _memory_value_alarm_silence;
+  assign _alarmUnit_restart = _memory_value_detector_restart;
+  assign _alarmUnit_acknowledge_bits_sequence =
+    {alarmUnit_acknowledge_bits_sequence_acknowledge_sequence_1,
+     alarmUnit_acknowledge_bits_sequence_acknowledge_sequence_0};
+  assign _alarmUnit_acknowledge_bits_guard =
+    {alarmUnit_acknowledge_bits_guard_acknowledge_guard_1, alarmUnit_acknowledge_bits_guard_acknowledge_guard_0};
+  assign _alarmUnit_acknowledge_bits_tag =
+    {alarmUnit_acknowledge_bits_tag_acknowledge_tag_1, alarmUnit_acknowledge_bits_tag_acknowledge_tag_0};
+  assign _alarmUnit_acknowledgeChanges =
+    _memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_4 & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_8 & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_12 & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_16 & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _alarmUnit_acknowledgeChanges_result_valid_T_20 & _memory_registerWrite_bits_mask;
+  assign _alarmUnit_confirm_bits = {alarmUnit_confirm_bits_confirm_number_1, alarmUnit_confirm_bits_confirm_number_0};
+  assign _alarmUnit_confirmChanges =
+    _memory_registerWrite_valid & _alarmUnit_confirmChanges_result_valid_T & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _alarmUnit_confirmChanges_result_valid_T_4 & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _alarmUnit_newMaster_result_valid_T & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _alarmUnit_newMaster_result_valid_T_4 & _memory_registerWrite_bits_mask;
+  assign _alarmUnit_newMaster =
+    _memory_registerWrite_valid & _alarmUnit_newMaster_result_valid_T & _memory_registerWrite_bits_mask
+    & _memory_registerWrite_bits_data != life_confirm_life_0 | _memory_registerWrite_valid
+    & _alarmUnit_newMaster_result_valid_T_4 & _memory_registerWrite_bits_mask
+    & _memory_registerWrite_bits_data != life_confirm_life_1;
+  assign _alarmUnit_nextWord = _appender_nextNibble[4:2];
+  AlarmUnit alarmUnit (
+    .clock                     (clock),
+    .reset                     (reset),
+    .pins_current              (alarm_current),
+    .pins_supply               (alarm_supply),
+    .pins_buzzer               (alarm_buzzer),
+    .pins_lamp                 (alarm_lamp),
+    .pins_config_fault         (alarm_config_fault),
+    .detect                    (_alarmUnit_detect),
+    .debounce                  (_alarmUnit_debounce),
+    .changes                   (alarmUnit_changes_REG),
+    .offTime                   (_alarmUnit_offTime),
+    .selfTest                  (_alarmUnit_selfTest),
+    .epoch                     (_alarmUnit_epoch),
+    .node                      (_alarmUnit_node),
+    .mode_value                (_alarmUnit_mode_value),
+    .mode_load_valid           (_alarmUnit_mode_load_valid),
+    .seconds_value             (_alarmUnit_seconds_value),
+    .seconds_load_valid        (_alarmUnit_seconds_load_valid),
+    .seconds_load_bits         (_alarmUnit_seconds_load_bits),
+    .hostAlive_value           (_alarmUnit_hostAlive_value),
+    .hostAlive_load_valid      (_alarmUnit_hostAlive_load_valid),
+    .hostAlive_load_bits       (_alarmUnit_hostAlive_load_bits),
+    .registersBusy             (_alarmUnit_registersBusy),
+    .silence                   (_alarmUnit_silence),
+    .restart                   (_alarmUnit_restart),
+    .acknowledge_valid         (alarmUnit_acknowledge_valid_REG),
+    .acknowledge_bits_sequence (_alarmUnit_acknowledge_bits_sequence),
+    .acknowledge_bits_guard    (_alarmUnit_acknowledge_bits_guard),
+    .acknowledge_bits_tag      (_alarmUnit_acknowledge_bits_tag),
+    .acknowledgeChanges        (_alarmUnit_acknowledgeChanges),
+    .confirm_valid             (alarmUnit_confirm_valid_REG),
+    .confirm_bits              (_alarmUnit_confirm_bits),
+    .confirmChanges            (_alarmUnit_confirmChanges),
+    .newMaster                 (_alarmUnit_newMaster),
+    .status                    (_alarmUnit_status),
+    .dropped                   (_alarmUnit_dropped),
+    .pending                   (_alarmUnit_pending),
+    .busy                      (_alarmUnit_busy),
+    .nibble                    (_alarmUnit_nibble),
+    .nextWord                  (_alarmUnit_nextWord),
+    .data                      (_alarmUnit_data),
+    .reads                     (_alarmUnit_reads),
+    .begins                    (_alarmUnit_begins),
+    .takes                     (_alarmUnit_takes)
+  );
+  DatagramAppender appender (
+    .clock                    (clock),
+    .reset                    (reset),
+    .step                     (processStep),
+    .in_valid                 (_appender_in_valid),
+    .in_payload               (_appender_in_payload),
+    .in_data                  (_appender_in_data),
+    .in_end                   (_appender_in_end),
+    .in_bad                   (_appender_in_bad),
+    .in_odd                   (_appender_in_odd),
+    .in_crcGood               (_appender_in_crcGood),
+    .out_valid                (_appender_out_valid),
+    .out_payload              (_appender_out_payload),
+    .out_data                 (_appender_out_data),
+    .out_end                  (_appender_out_end),
+    .out_bad                  (_appender_out_bad),
+    .out_odd                  (_appender_out_odd),
+    .out_crcGood              (_appender_out_crcGood),
+    .position_part            (_appender_position_part),
+    .position_byte            (_appender_position_byte),
+    .position_high            (_appender_position_high),
+    .position_paddingBytes    (_appender_position_paddingBytes),
+    .position_datagram        (_appender_position_datagram),
+    .position_checksumCleared (_appender_position_checksumCleared),
+    .pending                  (_alarmUnit_pending),
+    .busy                     (_alarmUnit_busy),
+    .nibble                   (_alarmUnit_nibble),
+    .nextNibble               (_appender_nextNibble),
+    .data                     (_alarmUnit_data),
+    .reads                    (_alarmUnit_reads),
+    .begins                   (_alarmUnit_begins),
+    .takes                    (_alarmUnit_takes)
+  );
   assign _memory_ramOpen = _operational_crossing_out;
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
   assign _memory_status_slave_links = {6'h0, links_1, links_0};
   assign _memory_status_pdi_operational = _operational_crossing_out;
-  assign _memory_event_lost_link_port1 =
-    memory_event_lost_link_port1_REG & ~links_1 & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
-  assign _memory_event_lost_link_port0 =
-    memory_event_lost_link_port0_REG & ~links_0 & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
+  assign _memory_event_lost_link_port1 = drops_REG_1 & ~links_1 & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
+  assign _memory_event_lost_link_port0 = drops_REG & ~links_0 & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
   assign _memory_event_forwarded_error_port1 = _receivers_1_events_forwardedError & _loops_open_1;
   assign _memory_event_forwarded_error_port0 = _receivers_0_events_forwardedError & _loops_open_0;
   assign _memory_event_rx_er_port1 = _receivers_1_events_rxEr & _loops_open_1;
@@ -3827,14 +3923,14 @@ module alarm_slave(
     .host_ack                    (_memory_host_ack),
     .host_rdata                  (host_rdata),
     .ramOpen                     (_memory_ramOpen),
-    .value_host_alive            (_memory_value_host_alive),
-    .value_detector_seconds      (_memory_value_detector_seconds),
-    .value_detector_mode         (_memory_value_detector_mode),
-    .value_detector_enable       (_memory_value_detector_enable),
+    .value_host_alive            (_alarmUnit_hostAlive_value),
+    .value_detector_seconds      (_alarmUnit_seconds_value),
+    .value_detector_mode         (_alarmUnit_mode_value),
+    .value_detector_enable       (_alarmUnit_detect),
     .value_alarm_epoch           (_memory_value_alarm_epoch),
     .value_self_test             (_memory_value_self_test),
-    .value_detector_off_time     (_memory_value_detector_off_time),
-    .value_detector_debounce     (_memory_value_detector_debounce),
+    .value_detector_off_time     (_alarmUnit_offTime),
+    .value_detector_debounce     (_alarmUnit_debounce),
     .value_detector_restart      (_memory_value_detector_restart),
     .value_alarm_silence         (_memory_value_alarm_silence),
     .value_alias_enable          (_memory_value_alias_enable),
@@ -3845,11 +3941,11 @@ module alarm_slave(
     .value_destroy_non_ethercat  (_memory_value_destroy_non_ethercat),
     .value_station_alias         (_memory_value_station_alias),
     .value_station_address       (_memory_value_station_address),
-    .set_host_alive_valid        (_memory_set_host_alive_valid),
-    .set_host_alive_bits         (_memory_set_host_alive_bits),
-    .set_detector_seconds_valid  (_memory_set_detector_seconds_valid),
-    .set_detector_seconds_bits   (_memory_set_detector_seconds_bits),
-    .set_detector_mode_valid     (_memory_set_detector_mode_valid),
+    .set_host_alive_valid        (_alarmUnit_hostAlive_load_valid),
+    .set_host_alive_bits         (_alarmUnit_hostAlive_load_bits),
+    .set_detector_seconds_valid  (_alarmUnit_seconds_load_valid),
+    .set_detector_seconds_bits   (_alarmUnit_seconds_load_bits),
+    .set_detector_mode_valid     (_alarmUnit_mode_load_valid),
     .set_detector_restart_valid  (_memory_value_detector_restart),
     .set_alarm_silence_valid     (_memory_value_alarm_silence),
     .set_loop_port1_valid        (_memory_set_loop_port1_valid),
@@ -3858,13 +3954,13 @@ module alarm_slave(
     .set_loop_port0_bits         (_memory_set_loop_port0_bits),
     .set_temporary_use_valid     (_memory_set_temporary_use_valid),
     .status_slave_links          (_memory_status_slave_links),
-    .status_slave_dropped        (_memory_status_slave_dropped),
+    .status_slave_dropped        (_alarmUnit_dropped),
     .status_slave_epoch          (_memory_value_alarm_epoch),
     .status_slave_self_test      (_memory_value_self_test),
     .status_slave_node           (_memory_value_station_alias),
-    .status_slave_status         (_memory_status_slave_status),
-    .status_message_received     (messages_message_received),
-    .status_broadcast_received   (messages_broadcast_received),
+    .status_slave_status         (_alarmUnit_status),
+    .status_message_received     (message_received),
+    .status_broadcast_received   (broadcast_received),
     .status_communication_port1  (links_1),
     .status_loop_closed_port1    (_memory_status_loop_closed_port1),
     .status_communication_port0  (links_0),
@@ -3889,13 +3985,13 @@ module alarm_slave(
     .clearing                    (_memory_clearing),
     .commitStarts                (_memory_commitStarts)
   );
-  assign _processor_in_valid = _loops_open_0 ? _receivers_0_out_valid : _processor_in_T_valid;
-  assign _processor_in_payload = _loops_open_0 ? _receivers_0_out_payload : _processor_in_T_payload;
-  assign _processor_in_data = _loops_open_0 ? _receivers_0_out_data : _processor_in_T_data;
-  assign _processor_in_last = _loops_open_0 ? _receivers_0_out_last : _processor_in_T_last;
-  assign _processor_in_bad = _loops_open_0 ? _receivers_0_out_bad : _processor_in_T_bad;
-  assign _processor_in_odd = _loops_open_0 ? _receivers_0_out_odd : _processor_in_T_odd;
-  assign _processor_in_crcGood = _loops_open_0 ? _receivers_0_out_crcGood : _processor_in_T_crcGood;
+  assign _processor_in_valid = _loops_open_0 ? _receivers_0_out_valid : processor_in_on_valid;
+  assign _processor_in_payload = _loops_open_0 ? _receivers_0_out_payload : processor_in_on_payload;
+  assign _processor_in_data = _loops_open_0 ? _receivers_0_out_data : processor_in_on_data;
+  assign _processor_in_end = _loops_open_0 ? _receivers_0_out_end : processor_in_on_end;
+  assign _processor_in_bad = _loops_open_0 ? _receivers_0_out_bad : processor_in_on_bad;
+  assign _processor_in_odd = _loops_open_0 ? _receivers_0_out_odd : processor_in_on_odd;
+  assign _processor_in_crcGood = _loops_open_0 ? _receivers_0_out_crcGood : processor_in_on_crcGood;
   FrameProcessor processor (
     .clock                       (clock),
     .reset                       (reset),
@@ -3903,17 +3999,17 @@ module alarm_slave(
     .in_valid                    (_processor_in_valid),
     .in_payload                  (_processor_in_payload),
     .in_data                     (_processor_in_data),
-    .in_last                     (_processor_in_last),
+    .in_end                      (_processor_in_end),
     .in_bad                      (_processor_in_bad),
     .in_odd                      (_processor_in_odd),
     .in_crcGood                  (_processor_in_crcGood),
-    .out_valid                   (_processor_out_valid),
-    .out_payload                 (_processor_out_payload),
-    .out_data                    (_processor_out_data),
-    .out_last                    (_processor_out_last),
-    .out_bad                     (_processor_out_bad),
-    .out_odd                     (_processor_out_odd),
-    .out_crcGood                 (_processor_out_crcGood),
+    .out_valid                   (_appender_in_valid),
+    .out_payload                 (_appender_in_payload),
+    .out_data                    (_appender_in_data),
+    .out_end                     (_appender_in_end),
+    .out_bad                     (_appender_in_bad),
+    .out_odd                     (_appender_in_odd),
+    .out_crcGood                 (_appender_in_crcGood),
     .config_stationAddress       (_memory_value_station_address),
     .config_stationAlias         (_memory_value_station_alias),
     .config_aliasEnable          (_memory_value_alias_enable),
@@ -3932,44 +4028,12 @@ module alarm_slave(
     .memory_writeData            (_memory_ecat_writeData),
     .memory_commit               (_memory_ecat_commit),
     .error                       (_memory_event_epu_error),
-    .outPosition_part            (_processor_outPosition_part),
-    .outPosition_byte            (_processor_outPosition_byte),
-    .outPosition_high            (_processor_outPosition_high),
-    .outPosition_paddingBytes    (_processor_outPosition_paddingBytes),
-    .outPosition_datagram        (_processor_outPosition_datagram),
-    .outPosition_checksumCleared (_processor_outPosition_checksumCleared)
-  );
-  assign _loops_settingWritten =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
-  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_valid;
-  assign _loops_quiet_1 = _receivers_1_idle & ~_appender_out_valid;
-  LoopControl loops (
-    .clock          (clock),
-    .reset          (reset),
-    .link_0         (links_0),
-    .link_1         (links_1),
-    .setting_0      (loops_setting_0_r),
-    .setting_1      (loops_setting_1_r),
-    .settingWritten (_loops_settingWritten),
-    .goodFrame_0    (_loops_goodFrame_0),
-    .goodFrame_1    (_loops_goodFrame_1),
-    .quiet_0        (_loops_quiet_0),
-    .quiet_1        (_loops_quiet_1),
-    .open_0         (_loops_open_0),
-    .open_1         (_loops_open_1),
-    .reportClosed_0 (_memory_status_loop_closed_port0),
-    .reportClosed_1 (_memory_status_loop_closed_port1),
-    .circulating    (_processor_config_circulating)
-  );
-  TemporaryLoops temporaryLoops (
-    .clock        (clock),
-    .commitStarts (_memory_commitStarts),
-    .setting_0    (_memory_value_loop_port0),
-    .setting_1    (_memory_value_loop_port1),
-    .temporary    (_memory_value_temporary_use),
-    .restore      (_temporaryLoops_restore),
-    .former_0     (_memory_set_loop_port0_bits),
-    .former_1     (_memory_set_loop_port1_bits)
+    .outPosition_part            (_appender_position_part),
+    .outPosition_byte            (_appender_position_byte),
+    .outPosition_high            (_appender_position_high),
+    .outPosition_paddingBytes    (_appender_position_paddingBytes),
+    .outPosition_datagram        (_appender_position_datagram),
+    .outPosition_checksumCleared (_appender_position_checksumCleared)
   );
   LevelCrossing links_crossing (
     .clock (clock),
@@ -4014,14 +4078,14 @@ module alarm_slave(
     .out_valid             (_receivers_0_out_valid),
     .out_payload           (_receivers_0_out_payload),
     .out_data              (_receivers_0_out_data),
-    .out_last              (_receivers_0_out_last),
+    .out_end               (_receivers_0_out_end),
     .out_bad               (_receivers_0_out_bad),
     .out_odd               (_receivers_0_out_odd),
     .out_crcGood           (_receivers_0_out_crcGood),
     .events_invalidFrame   (_receivers_0_events_invalidFrame),
     .events_rxEr           (_receivers_0_events_rxEr),
     .events_forwardedError (_receivers_0_events_forwardedError),
-    .events_goodFrame      (_loops_goodFrame_0),
+    .events_goodFrame      (_receivers_0_events_goodFrame),
     .idle                  (_receivers_0_idle)
   );
   assign _crossing_1_shortMargin = ~(_memory_value_rx_fifo_size[2]);
@@ -4057,23 +4121,23 @@ module alarm_slave(
     .out_valid             (_receivers_1_out_valid),
     .out_payload           (_receivers_1_out_payload),
     .out_data              (_receivers_1_out_data),
-    .out_last              (_receivers_1_out_last),
+    .out_end               (_receivers_1_out_end),
     .out_bad               (_receivers_1_out_bad),
     .out_odd               (_receivers_1_out_odd),
     .out_crcGood           (_receivers_1_out_crcGood),
     .events_invalidFrame   (_receivers_1_events_invalidFrame),
     .events_rxEr           (_receivers_1_events_rxEr),
     .events_forwardedError (_receivers_1_events_forwardedError),
-    .events_goodFrame      (_loops_goodFrame_1),
+    .events_goodFrame      (_receivers_1_events_goodFrame),
     .idle                  (_receivers_1_idle)
   );
-  assign _transmitters_0_in_valid = _loops_open_0 & _processor_in_T_valid;
-  assign _transmitters_0_in_payload = _loops_open_0 & _processor_in_T_payload;
-  assign _transmitters_0_in_data = _loops_open_0 ? _processor_in_T_data : 4'h0;
-  assign _transmitters_0_in_last = _loops_open_0 & _processor_in_T_last;
-  assign _transmitters_0_in_bad = _loops_open_0 & _processor_in_T_bad;
-  assign _transmitters_0_in_odd = _loops_open_0 & _processor_in_T_odd;
-  assign _transmitters_0_in_crcGood = _loops_open_0 & _processor_in_T_crcGood;
+  assign _transmitters_0_in_valid = _loops_open_0 & processor_in_on_valid;
+  assign _transmitters_0_in_payload = _loops_open_0 & processor_in_on_payload;
+  assign _transmitters_0_in_data = _loops_open_0 ? processor_in_on_data : 4'h0;
+  assign _transmitters_0_in_end = _loops_open_0 & processor_in_on_end;
+  assign _transmitters_0_in_bad = _loops_open_0 & processor_in_on_bad;
+  assign _transmitters_0_in_odd = _loops_open_0 & processor_in_on_odd;
+  assign _transmitters_0_in_crcGood = _loops_open_0 & processor_in_on_crcGood;
   MiiTransmitter transmitters_0 (
     .clock      (clock),
     .reset      (reset),
@@ -4081,7 +4145,7 @@ module alarm_slave(
     .in_valid   (_transmitters_0_in_valid),
     .in_payload (_transmitters_0_in_payload),
     .in_data    (_transmitters_0_in_data),
-    .in_last    (_transmitters_0_in_last),
+    .in_end     (_transmitters_0_in_end),
     .in_bad     (_transmitters_0_in_bad),
     .in_odd     (_transmitters_0_in_odd),
     .in_crcGood (_transmitters_0_in_crcGood),
@@ -4091,7 +4155,7 @@ module alarm_slave(
   assign _transmitters_1_in_valid = _loops_open_1 & _appender_out_valid;
   assign _transmitters_1_in_payload = _loops_open_1 & _appender_out_payload;
   assign _transmitters_1_in_data = _loops_open_1 ? _appender_out_data : 4'h0;
-  assign _transmitters_1_in_last = _loops_open_1 & _appender_out_last;
+  assign _transmitters_1_in_end = _loops_open_1 & _appender_out_end;
   assign _transmitters_1_in_bad = _loops_open_1 & _appender_out_bad;
   assign _transmitters_1_in_odd = _loops_open_1 & _appender_out_odd;
   assign _transmitters_1_in_crcGood = _loops_open_1 & _appender_out_crcGood;
@@ -4102,131 +4166,54 @@ module alarm_slave(
     .in_valid   (_transmitters_1_in_valid),
     .in_payload (_transmitters_1_in_payload),
     .in_data    (_transmitters_1_in_data),
-    .in_last    (_transmitters_1_in_last),
+    .in_end     (_transmitters_1_in_end),
     .in_bad     (_transmitters_1_in_bad),
     .in_odd     (_transmitters_1_in_odd),
     .in_crcGood (_transmitters_1_in_crcGood),
     .txEn       (mii_1_tx_en),
     .txd        (mii_1_txd)
   );
-  DatagramAppender appender (
-    .clock                    (clock),
-    .reset                    (reset),
-    .step                     (processStep),
-    .in_valid                 (_processor_out_valid),
-    .in_payload               (_processor_out_payload),
-    .in_data                  (_processor_out_data),
-    .in_last                  (_processor_out_last),
-    .in_bad                   (_processor_out_bad),
-    .in_odd                   (_processor_out_odd),
-    .in_crcGood               (_processor_out_crcGood),
-    .out_valid                (_appender_out_valid),
-    .out_payload              (_appender_out_payload),
-    .out_data                 (_appender_out_data),
-    .out_last                 (_appender_out_last),
-    .out_bad                  (_appender_out_bad),
-    .out_odd                  (_appender_out_odd),
-    .out_crcGood              (_appender_out_crcGood),
-    .position_part            (_processor_outPosition_part),
-    .position_byte            (_processor_outPosition_byte),
-    .position_high            (_processor_outPosition_high),
-    .position_paddingBytes    (_processor_outPosition_paddingBytes),
-    .position_datagram        (_processor_outPosition_datagram),
-    .position_checksumCleared (_processor_outPosition_checksumCleared),
-    .pending                  (_appender_pending),
-    .busy                     (_appender_busy),
-    .nibble                   (_appender_nibble),
-    .nextNibble               (_appender_nextNibble),
-    .data                     (_appender_data),
-    .reads                    (_appender_reads),
-    .begins                   (_appender_begins),
-    .takes                    (_appender_takes)
+  assign _loops_settingWritten =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
+  assign _loops_quiet_0 = _receivers_0_idle & ~(processor_in_on_valid | processor_in_on_end);
+  assign _loops_quiet_1 = _receivers_1_idle & ~(_appender_out_valid | _appender_out_end);
+  LoopControl loops (
+    .clock          (clock),
+    .reset          (reset),
+    .link_0         (links_0),
+    .link_1         (links_1),
+    .setting_0      (loops_setting_0_r),
+    .setting_1      (loops_setting_1_r),
+    .settingWritten (_loops_settingWritten),
+    .goodFrame_0    (_receivers_0_events_goodFrame),
+    .goodFrame_1    (_receivers_1_events_goodFrame),
+    .quiet_0        (_loops_quiet_0),
+    .quiet_1        (_loops_quiet_1),
+    .open_0         (_loops_open_0),
+    .open_1         (_loops_open_1),
+    .reportClosed_0 (_memory_status_loop_closed_port0),
+    .reportClosed_1 (_memory_status_loop_closed_port1),
+    .circulating    (_processor_config_circulating)
+  );
+  TemporaryLoops temporaryLoops (
+    .clock        (clock),
+    .commitStarts (_memory_commitStarts),
+    .setting_0    (_memory_value_loop_port0),
+    .setting_1    (_memory_value_loop_port1),
+    .temporary    (_memory_value_temporary_use),
+    .restore      (_temporaryLoops_restore),
+    .former_0     (_memory_set_loop_port0_bits),
+    .former_1     (_memory_set_loop_port1_bits)
   );
   LevelCrossing operational_crossing (
     .clock (clock),
     .in    (pdi_operational),
     .out   (_operational_crossing_out)
   );
-  assign _messages_alarmUnit_acknowledge_bits_sequence =
-    {messages_alarmUnit_acknowledge_bits_sequence_sequence_1, messages_alarmUnit_acknowledge_bits_sequence_sequence_0};
-  assign _messages_alarmUnit_acknowledge_bits_guard =
-    {messages_alarmUnit_acknowledge_bits_guard_guard_1, messages_alarmUnit_acknowledge_bits_guard_guard_0};
-  assign _messages_alarmUnit_acknowledge_bits_tag =
-    {messages_alarmUnit_acknowledge_bits_tag_tag_1, messages_alarmUnit_acknowledge_bits_tag_tag_0};
-  assign _messages_alarmUnit_acknowledgeChanges =
-    _memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T
-    & _memory_registerWrite_bits_mask | _memory_registerWrite_valid
-    & _messages_alarmUnit_acknowledgeChanges_result_valid_T_4 & _memory_registerWrite_bits_mask
-    | _memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_8
-    & _memory_registerWrite_bits_mask | _memory_registerWrite_valid
-    & _messages_alarmUnit_acknowledgeChanges_result_valid_T_12 & _memory_registerWrite_bits_mask
-    | _memory_registerWrite_valid & _messages_alarmUnit_acknowledgeChanges_result_valid_T_16
-    & _memory_registerWrite_bits_mask | _memory_registerWrite_valid
-    & _messages_alarmUnit_acknowledgeChanges_result_valid_T_20 & _memory_registerWrite_bits_mask;
-  assign _messages_alarmUnit_confirm_bits =
-    {messages_alarmUnit_confirm_bits_number_1, messages_alarmUnit_confirm_bits_number_0};
-  assign _messages_alarmUnit_confirmChanges =
-    _memory_registerWrite_valid & _messages_alarmUnit_confirmChanges_result_valid_T & _memory_registerWrite_bits_mask
-    | _memory_registerWrite_valid & _messages_alarmUnit_confirmChanges_result_valid_T_4
-    & _memory_registerWrite_bits_mask | _memory_registerWrite_valid & _messages_alarmUnit_newMaster_byte_result_valid_T
-    & _memory_registerWrite_bits_mask | _memory_registerWrite_valid
-    & _messages_alarmUnit_newMaster_byte_result_valid_T_4 & _memory_registerWrite_bits_mask;
-  assign _messages_alarmUnit_newMaster =
-    _memory_registerWrite_valid & _messages_alarmUnit_newMaster_byte_result_valid_T & _memory_registerWrite_bits_mask
-    & _memory_registerWrite_bits_data != messages_life_life_0 | _memory_registerWrite_valid
-    & _messages_alarmUnit_newMaster_byte_result_valid_T_4 & _memory_registerWrite_bits_mask
-    & _memory_registerWrite_bits_data != messages_life_life_1;
-  assign _messages_alarmUnit_nextWord = _appender_nextNibble[4:2];
-  AlarmUnit messages_alarmUnit (
-    .clock                     (clock),
-    .reset                     (reset),
-    .pins_current              (alarm_current),
-    .pins_supply               (alarm_supply),
-    .pins_buzzer               (alarm_buzzer),
-    .pins_lamp                 (alarm_lamp),
-    .pins_config_fault         (alarm_config_fault),
-    .detect                    (_memory_value_detector_enable),
-    .debounce                  (_memory_value_detector_debounce),
-    .changes                   (messages_alarmUnit_changes_REG),
-    .offTime                   (_memory_value_detector_off_time),
-    .selfTest                  (_memory_value_self_test),
-    .epoch                     (_memory_value_alarm_epoch),
-    .node                      (_memory_value_station_alias),
-    .mode_value                (_memory_value_detector_mode),
-    .mode_load_valid           (_memory_set_detector_mode_valid),
-    .seconds_value             (_memory_value_detector_seconds),
-    .seconds_load_valid        (_memory_set_detector_seconds_valid),
-    .seconds_load_bits         (_memory_set_detector_seconds_bits),
-    .hostAlive_value           (_memory_value_host_alive),
-    .hostAlive_load_valid      (_memory_set_host_alive_valid),
-    .hostAlive_load_bits       (_memory_set_host_alive_bits),
-    .registersBusy             (_memory_registersBusy),
-    .silence                   (_memory_value_alarm_silence),
-    .restart                   (_memory_value_detector_restart),
-    .acknowledge_valid         (messages_alarmUnit_acknowledge_valid_REG),
-    .acknowledge_bits_sequence (_messages_alarmUnit_acknowledge_bits_sequence),
-    .acknowledge_bits_guard    (_messages_alarmUnit_acknowledge_bits_guard),
-    .acknowledge_bits_tag      (_messages_alarmUnit_acknowledge_bits_tag),
-    .acknowledgeChanges        (_messages_alarmUnit_acknowledgeChanges),
-    .confirm_valid             (messages_alarmUnit_confirm_valid_REG),
-    .confirm_bits              (_messages_alarmUnit_confirm_bits),
-    .confirmChanges            (_messages_alarmUnit_confirmChanges),
-    .newMaster                 (_messages_alarmUnit_newMaster),
-    .status                    (_memory_status_slave_status),
-    .dropped                   (_memory_status_slave_dropped),
-    .pending                   (_appender_pending),
-    .busy                      (_appender_busy),
-    .nibble                    (_appender_nibble),
-    .nextWord                  (_messages_alarmUnit_nextWord),
-    .data                      (_appender_data),
-    .reads                     (_appender_reads),
-    .begins                    (_appender_begins),
-    .takes                     (_appender_takes)
-  );
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
   assign host_ack = _memory_host_ack;
-  assign irq = messages_broadcast_received | messages_message_received;
+  assign irq = broadcast_received | message_received;
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

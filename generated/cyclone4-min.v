@@ -646,7 +646,7 @@ module FrameParser(
   input        in_valid,
   input        in_payload,
   input  [3:0] in_data,
-  input        in_last,
+  input        in_end,
   input        abandon,
   output [3:0] position_part,
   output [4:0] position_byte,
@@ -705,8 +705,10 @@ module FrameParser(
   always @(posedge clock) begin
     if (reset)
       part <= 4'h8;
+    else if (step & in_end)
+      part <= 4'h8;
     else if (_GEN_5) begin
-      if (abandon | in_last)
+      if (abandon)
         part <= 4'h8;
       else if (in_payload) begin
         if (~high | isTag) begin
@@ -926,7 +928,7 @@ module DataAccess(
   input         in_valid,
   input         in_payload,
   input  [3:0]  in_data,
-  input         in_last,
+  input         in_end,
   input  [3:0]  position_part,
   input  [4:0]  position_byte,
   input         position_high,
@@ -955,8 +957,7 @@ module DataAccess(
   wire        _memory_frameStart_T = step & in_valid;
   wire        active = _memory_frameStart_T & in_payload;
   reg  [16:0] address;
-  wire        _flush_T = active & inData;
-  wire        byteEnd = _flush_T & position_high;
+  wire        byteEnd = active & inData & position_high;
   reg         memory_read_REG;
   reg  [16:0] memory_readAddress_REG;
   reg         arriving;
@@ -996,7 +997,7 @@ module DataAccess(
   assign memory_frameStart = _memory_frameStart_T & ~in_payload;
   assign memory_read = memory_read_REG;
   assign memory_readAddress = memory_readAddress_REG;
-  assign memory_write = _flush_T & (position_high | in_last) & accept;
+  assign memory_write = (byteEnd | step & in_end & inData) & accept;
   assign memory_writeAddress = address[15:0];
   assign memory_writeMask = accept;
   assign memory_writeData = accept ? {in_data, low} : 8'h0;
@@ -1013,14 +1014,14 @@ module FrameProcessor(
   input         in_valid,
   input         in_payload,
   input  [3:0]  in_data,
-  input         in_last,
+  input         in_end,
   input         in_bad,
   input         in_odd,
   input         in_crcGood,
   output        out_valid,
   output        out_payload,
   output [3:0]  out_data,
-  output        out_last,
+  output        out_end,
   output        out_bad,
   output        out_odd,
   output        out_crcGood,
@@ -1072,24 +1073,21 @@ module FrameProcessor(
     _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & _circulate_T_1;
   reg  [31:0] changesBefore;
   reg  [3:0]  lastChange;
-  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
-  wire [31:0] changes =
-    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
-    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
-    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
   wire        _busy_T = _parser_position_part != 4'h8;
-  wire        abort = in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  wire        abort =
+    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  reg         aborted;
   reg         error_REG;
-  reg         frameGood_r;
+  reg         frameGood_REG;
   reg         output_valid;
   reg         output_payload;
   reg  [3:0]  output_data;
-  reg         output_last;
+  reg         output_end;
   reg         output_bad;
   reg         output_odd;
   reg         output_crcGood;
-  reg         oddChanges;
-  wire        running = _busy_T | ~in_payload;
+  wire        end_0 = aborted | in_end & _busy_T;
+  wire        ends = step & end_0;
   wire        active = step & in_valid;
   wire        inCounter =
     _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
@@ -1102,6 +1100,11 @@ module FrameProcessor(
              ? {2'h0, _access_readSuccess}
                + {1'h0, readWrite ? {_access_writeSuccess, 1'h0} : {1'h0, _access_writeSuccess}}
              : 3'h1};
+  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
+  wire [31:0] changes =
+    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
+    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
+    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
   wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire [3:0]  data =
     in_payload
@@ -1121,14 +1124,10 @@ module FrameProcessor(
                                  & (~_access_readMask | {4{_header_request_broadcast}})
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
-  wire        ends = active & running & (abort | in_last);
   wire        bad =
-    abort | in_bad
-    | ~(_hadTooMany_T
-        & (_parser_position_high & ~in_odd
-             ? _parser_position_paddingBytes > 7'h2 & _parser_position_paddingBytes < 7'h44
-             : (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45))
-    & ~((_parser_position_part == 4'h7 | _parser_position_notEtherCat) & ~_parser_position_checksumCleared);
+    aborted | in_bad
+    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
+        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
   always @(posedge clock) begin
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
@@ -1142,31 +1141,31 @@ module FrameProcessor(
     end
     increments <= _header_request_incrementsAdp;
     readWrite <= _header_request_readWrite;
-    if (step)
-      oddChanges <= |changes;
     if (reset) begin
+      aborted <= 1'h0;
       error_REG <= 1'h0;
-      frameGood_r <= 1'h0;
+      frameGood_REG <= 1'h0;
       output_valid <= 1'h0;
       output_payload <= 1'h0;
       output_data <= 4'h0;
-      output_last <= 1'h0;
+      output_end <= 1'h0;
       output_bad <= 1'h0;
       output_odd <= 1'h0;
       output_crcGood <= 1'h0;
     end
     else begin
-      error_REG <= ends & (bad | _hadTooMany_T & (|(_parser_position_datagram[7:4])));
-      frameGood_r <= ends & ~bad;
       if (step) begin
-        output_valid <= in_valid & running;
+        aborted <= abort;
+        output_valid <= in_valid & (_busy_T | ~in_payload);
         output_payload <= in_payload;
         output_data <= data;
-        output_last <= in_last | abort;
+        output_end <= end_0;
         output_bad <= bad;
-        output_odd <= in_odd & ~abort;
-        output_crcGood <= in_crcGood;
+        output_odd <= in_odd;
+        output_crcGood <= in_crcGood & (in_odd ? changesBefore : changes) == 32'h0;
       end
+      error_REG <= ends & (bad | _hadTooMany_T & (|(_parser_position_datagram[7:4])));
+      frameGood_REG <= ends & ~bad;
     end
   end // always @(posedge)
   FrameParser parser (
@@ -1176,7 +1175,7 @@ module FrameProcessor(
     .in_valid                 (in_valid),
     .in_payload               (in_payload),
     .in_data                  (in_data),
-    .in_last                  (in_last),
+    .in_end                   (in_end),
     .abandon                  (abort),
     .position_part            (_parser_position_part),
     .position_byte            (_parser_position_byte),
@@ -1212,7 +1211,7 @@ module FrameProcessor(
     .in_valid            (in_valid),
     .in_payload          (in_payload),
     .in_data             (in_data),
-    .in_last             (in_last),
+    .in_end              (in_end),
     .position_part       (_parser_position_part),
     .position_byte       (_parser_position_byte),
     .position_high       (_parser_position_high),
@@ -1239,89 +1238,12 @@ module FrameProcessor(
   assign out_valid = output_valid;
   assign out_payload = output_payload;
   assign out_data = output_data;
-  assign out_last = output_last;
+  assign out_end = output_end;
   assign out_bad = output_bad;
   assign out_odd = output_odd;
-  assign out_crcGood = output_crcGood & ~(output_odd ? oddChanges : (|changes));
-  assign memory_commit = frameGood_r;
+  assign out_crcGood = output_crcGood;
+  assign memory_commit = frameGood_REG;
   assign error = error_REG;
-endmodule
-
-module LoopControl(
-  input        clock,
-  input        reset,
-  input        link_0,
-  input        link_1,
-  input  [1:0] setting_0,
-  input  [1:0] setting_1,
-  input        settingWritten,
-  input        goodFrame_0,
-  input        goodFrame_1,
-  input        quiet_0,
-  input        quiet_1,
-  output       open_0,
-  output       open_1,
-  output       reportClosed_0,
-  output       reportClosed_1,
-  output       circulating
-);
-
-  reg  wanted_released_0;
-  wire wanted_0 = setting_0 != 2'h3 & (setting_0 == 2'h2 | (setting_0 != 2'h1 | wanted_released_0) & link_0);
-  reg  wanted_released_1;
-  wire wanted_1 = setting_1 != 2'h3 & (setting_1 == 2'h2 | (setting_1 != 2'h1 | wanted_released_1) & link_1);
-  reg  open_0_0;
-  reg  open_1_0;
-  always @(posedge clock) begin
-    if (reset) begin
-      wanted_released_0 <= 1'h0;
-      wanted_released_1 <= 1'h0;
-      open_0_0 <= 1'h0;
-      open_1_0 <= 1'h0;
-    end
-    else begin
-      wanted_released_0 <= link_0 & (wanted_released_0 | settingWritten | goodFrame_0);
-      wanted_released_1 <= link_1 & (wanted_released_1 | settingWritten | goodFrame_1);
-      if (quiet_0)
-        open_0_0 <= wanted_0 | {wanted_1, wanted_0} == 2'h0;
-      if (quiet_1)
-        open_1_0 <= wanted_1;
-    end
-  end // always @(posedge)
-  assign open_0 = open_0_0;
-  assign open_1 = open_1_0;
-  assign reportClosed_0 = ~(open_0_0 & wanted_0);
-  assign reportClosed_1 = ~(open_1_0 & wanted_1);
-  assign circulating = ~open_0_0 & (setting_0 == 2'h0 | setting_0 == 2'h1);
-endmodule
-
-module TemporaryLoops(
-  input        clock,
-  input        commitStarts,
-  input  [1:0] setting_0,
-  input  [1:0] setting_1,
-  input        temporary,
-  output       restore,
-  output [1:0] former_0,
-  output [1:0] former_1
-);
-
-  reg [26:0] counter;
-  reg [1:0]  saved_0;
-  reg [1:0]  saved_1;
-  always @(posedge clock) begin
-    if (temporary)
-      counter <= counter - 27'h1;
-    else
-      counter <= 27'h5F5E0FF;
-    if (commitStarts & ~temporary) begin
-      saved_0 <= setting_0;
-      saved_1 <= setting_1;
-    end
-  end // always @(posedge)
-  assign restore = temporary & counter == 27'h0;
-  assign former_0 = saved_0;
-  assign former_1 = saved_1;
 endmodule
 
 module LevelCrossing(
@@ -1598,7 +1520,7 @@ module MiiReceiver(
   output       out_valid,
   output       out_payload,
   output [3:0] out_data,
-  output       out_last,
+  output       out_end,
   output       out_bad,
   output       out_odd,
   output       out_crcGood,
@@ -1610,8 +1532,6 @@ module MiiReceiver(
 );
 
   reg  [2:0]  state;
-  reg  [3:0]  held;
-  reg         heldIsPayload;
   reg  [12:0] count;
   reg         longEnough;
   reg  [31:0] crc;
@@ -1619,29 +1539,28 @@ module MiiReceiver(
   reg         output_valid;
   reg         output_payload;
   reg  [3:0]  output_data;
-  reg         output_last;
+  reg         output_end;
   reg         output_bad;
   reg         output_odd;
   reg         output_crcGood;
   reg         cutNow;
   wire        crcRight = crc == 32'hDEBB20E3;
-  wire        odd = heldIsPayload & count[0];
+  wire        behind = state == 3'h2;
   wire        _inFrame_T = state == 3'h1;
-  wire        _badInside_T = state == 3'h2;
-  wire        inFrame = _inFrame_T | _badInside_T;
+  wire        inFrame = _inFrame_T | behind;
   wire        isSfd = symbols_symbol_data == 4'hD;
   wire        lost = ~symbols_available | symbols_overflow | cutNow | cut;
   wire        _startFault_T = symbols_symbol_data != 4'h5;
   wire        faulty =
-    lost | symbols_symbol_dv & (symbols_symbol_er | (_badInside_T ? count[12] : ~isSfd & (_startFault_T | count[12])));
+    lost | symbols_symbol_dv & (symbols_symbol_er | (behind ? count[12] : ~isSfd & (_startFault_T | count[12])));
   wire        ended = ~lost & ~symbols_symbol_dv;
-  wire        crcGood = odd ? crcWasGood : crcRight;
-  wire        good = ended & heldIsPayload & crcGood & (longEnough | count[7]);
+  wire        crcGood = count[0] ? crcWasGood : crcRight;
+  wire        good = ended & behind & crcGood & (longEnough | count[7]);
   wire        start = ~(|state) & symbols_available & symbols_symbol_dv & symbols_settled;
   wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
   wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
   wire        endOfFrame = tick & inFrame & (faulty | ended);
-  wire        _output_last_T = state == 3'h3;
+  wire        runs = ~faulty & ~ended;
   wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
   wire        _GEN = state == 3'h1 | state == 3'h2;
   always @(posedge clock) begin
@@ -1650,7 +1569,7 @@ module MiiReceiver(
       output_valid <= 1'h0;
       output_payload <= 1'h0;
       output_data <= 4'h0;
-      output_last <= 1'h0;
+      output_end <= 1'h0;
       output_bad <= 1'h0;
       output_odd <= 1'h0;
       output_crcGood <= 1'h0;
@@ -1674,20 +1593,17 @@ module MiiReceiver(
         end
         else if (start)
           state <= {1'h0, startFault ? 2'h3 : isSfd ? 2'h2 : 2'h1};
-        output_valid <= inFrame | _output_last_T;
-        output_payload <= heldIsPayload;
-        output_data <= held;
-        output_last <= _output_last_T | faulty | ended;
+        output_valid <= start | inFrame & runs;
+        output_payload <= behind;
+        output_data <= start & startFault ? 4'h5 : symbols_symbol_data;
+        output_end <= inFrame & ~runs | state == 3'h3;
         output_bad <= ~good;
-        output_odd <= odd;
+        output_odd <= count[0];
         output_crcGood <= crcGood;
       end
       cutNow <= ~tick & (cut & inFrame | cutNow);
     end
-    if (tick & (~(|state) | _GEN))
-      held <= symbols_symbol_data;
     if (tick) begin
-      heldIsPayload <= (|state) & (_GEN & ~(faulty | ended | _inFrame_T) | heldIsPayload);
       if (|state) begin
         if (~_GEN | faulty | ended) begin
         end
@@ -1702,30 +1618,30 @@ module MiiReceiver(
       end
       else
         count <= {12'h0, ~(start & isSfd)};
-      longEnough <= _badInside_T & (count[7] | longEnough);
-      if (_badInside_T)
+      longEnough <= behind & (count[7] | longEnough);
+      if (behind)
         crc <=
           {4'h0, crc[31:4]} ^ (crc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
           ^ (crc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crc_feedback[3] ? 32'hEDB88320 : 32'h0);
       else
         crc <= 32'hFFFFFFFF;
     end
-    if (tick & _badInside_T)
+    if (tick & behind)
       crcWasGood <= crcRight;
   end // always @(posedge)
   assign symbols_take = symbols_take_0;
   assign out_valid = output_valid;
   assign out_payload = output_payload;
   assign out_data = output_data;
-  assign out_last = output_last;
+  assign out_end = output_end;
   assign out_bad = output_bad;
   assign out_odd = output_odd;
   assign out_crcGood = output_crcGood;
-  assign events_invalidFrame = endOfFrame & (faulty | ~heldIsPayload | ~crcGood & ~odd) | tick & start & startFault;
+  assign events_invalidFrame = endOfFrame & (faulty | ~behind | ~crcGood & ~(count[0])) | tick & start & startFault;
   assign events_rxEr = symbols_take_0 & symbols_symbol_er;
-  assign events_forwardedError = endOfFrame & ended & heldIsPayload & ~crcGood & odd;
+  assign events_forwardedError = endOfFrame & ended & behind & ~crcGood & count[0];
   assign events_goodFrame = endOfFrame & good;
-  assign idle = (~(|state) | state == 3'h4) & ~output_valid;
+  assign idle = (~(|state) | state == 3'h4) & ~(output_valid | output_end);
 endmodule
 
 module MiiTransmitter(
@@ -1735,7 +1651,7 @@ module MiiTransmitter(
   input        in_valid,
   input        in_payload,
   input  [3:0] in_data,
-  input        in_last,
+  input        in_end,
   input        in_bad,
   input        in_odd,
   input        in_crcGood,
@@ -1745,31 +1661,99 @@ module MiiTransmitter(
 
   reg        enable;
   reg  [3:0] data;
-  reg  [1:0] extra;
-  wire       _GEN = in_valid & in_last & in_bad;
+  reg  [1:0] left;
+  wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
   always @(posedge clock) begin
     if (reset) begin
       enable <= 1'h0;
-      extra <= 2'h0;
+      left <= 2'h0;
     end
     else if (tick) begin
-      enable <= (|extra) | in_valid & ~(in_last & ~in_bad & in_odd);
-      if (|extra)
-        extra <= extra - 2'h1;
-      else if (_GEN) begin
-        if (in_payload & in_odd) begin
-          if (in_crcGood)
-            extra <= 2'h2;
-        end
-        else
-          extra <= 2'h1;
-      end
+      enable <= in_valid | (|mark);
+      left <= mark - {1'h0, |mark};
     end
     if (tick)
-      data <= (|extra) ? 4'h0 : _GEN ? (in_payload ? {4{~in_odd}} & {4{in_crcGood}} ^ in_data : 4'hD) : in_data;
+      data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
   end // always @(posedge)
   assign txEn = enable;
   assign txd = data;
+endmodule
+
+module LoopControl(
+  input        clock,
+  input        reset,
+  input        link_0,
+  input        link_1,
+  input  [1:0] setting_0,
+  input  [1:0] setting_1,
+  input        settingWritten,
+  input        goodFrame_0,
+  input        goodFrame_1,
+  input        quiet_0,
+  input        quiet_1,
+  output       open_0,
+  output       open_1,
+  output       reportClosed_0,
+  output       reportClosed_1,
+  output       circulating
+);
+
+  reg  wanted_released_0;
+  wire wanted_0 = setting_0 != 2'h3 & (setting_0 == 2'h2 | (setting_0 != 2'h1 | wanted_released_0) & link_0);
+  reg  wanted_released_1;
+  wire wanted_1 = setting_1 != 2'h3 & (setting_1 == 2'h2 | (setting_1 != 2'h1 | wanted_released_1) & link_1);
+  reg  open_0_0;
+  reg  open_1_0;
+  always @(posedge clock) begin
+    if (reset) begin
+      wanted_released_0 <= 1'h0;
+      wanted_released_1 <= 1'h0;
+      open_0_0 <= 1'h0;
+      open_1_0 <= 1'h0;
+    end
+    else begin
+      wanted_released_0 <= link_0 & (wanted_released_0 | settingWritten | goodFrame_0);
+      wanted_released_1 <= link_1 & (wanted_released_1 | settingWritten | goodFrame_1);
+      if (quiet_0)
+        open_0_0 <= wanted_0 | {wanted_1, wanted_0} == 2'h0;
+      if (quiet_1)
+        open_1_0 <= wanted_1;
+    end
+  end // always @(posedge)
+  assign open_0 = open_0_0;
+  assign open_1 = open_1_0;
+  assign reportClosed_0 = ~(open_0_0 & wanted_0);
+  assign reportClosed_1 = ~(open_1_0 & wanted_1);
+  assign circulating = ~open_0_0 & (setting_0 == 2'h0 | setting_0 == 2'h1);
+endmodule
+
+module TemporaryLoops(
+  input        clock,
+  input        commitStarts,
+  input  [1:0] setting_0,
+  input  [1:0] setting_1,
+  input        temporary,
+  output       restore,
+  output [1:0] former_0,
+  output [1:0] former_1
+);
+
+  reg [26:0] counter;
+  reg [1:0]  saved_0;
+  reg [1:0]  saved_1;
+  always @(posedge clock) begin
+    if (temporary)
+      counter <= counter - 27'h1;
+    else
+      counter <= 27'h5F5E0FF;
+    if (commitStarts & ~temporary) begin
+      saved_0 <= setting_0;
+      saved_1 <= setting_1;
+    end
+  end // always @(posedge)
+  assign restore = temporary & counter == 27'h0;
+  assign former_0 = saved_0;
+  assign former_1 = saved_1;
 endmodule
 
 module cyclone4_min(
@@ -1803,17 +1787,23 @@ module cyclone4_min(
 );
 
   wire        _operational_crossing_out;
+  wire        _temporaryLoops_restore;
+  wire        _loops_settingWritten;
+  wire        _loops_quiet_0;
+  wire        _loops_quiet_1;
+  wire        _loops_open_0;
+  wire        _loops_open_1;
   wire        _transmitters_1_in_valid;
   wire        _transmitters_1_in_payload;
   wire [3:0]  _transmitters_1_in_data;
-  wire        _transmitters_1_in_last;
+  wire        _transmitters_1_in_end;
   wire        _transmitters_1_in_bad;
   wire        _transmitters_1_in_odd;
   wire        _transmitters_1_in_crcGood;
   wire        _transmitters_0_in_valid;
   wire        _transmitters_0_in_payload;
   wire [3:0]  _transmitters_0_in_data;
-  wire        _transmitters_0_in_last;
+  wire        _transmitters_0_in_end;
   wire        _transmitters_0_in_bad;
   wire        _transmitters_0_in_odd;
   wire        _transmitters_0_in_crcGood;
@@ -1821,13 +1811,14 @@ module cyclone4_min(
   wire        _receivers_1_out_valid;
   wire        _receivers_1_out_payload;
   wire [3:0]  _receivers_1_out_data;
-  wire        _receivers_1_out_last;
+  wire        _receivers_1_out_end;
   wire        _receivers_1_out_bad;
   wire        _receivers_1_out_odd;
   wire        _receivers_1_out_crcGood;
   wire        _receivers_1_events_invalidFrame;
   wire        _receivers_1_events_rxEr;
   wire        _receivers_1_events_forwardedError;
+  wire        _receivers_1_events_goodFrame;
   wire        _receivers_1_idle;
   wire        _crossing_1_shortMargin;
   wire        _crossing_1_read_take;
@@ -1841,13 +1832,14 @@ module cyclone4_min(
   wire        _receivers_0_out_valid;
   wire        _receivers_0_out_payload;
   wire [3:0]  _receivers_0_out_data;
-  wire        _receivers_0_out_last;
+  wire        _receivers_0_out_end;
   wire        _receivers_0_out_bad;
   wire        _receivers_0_out_odd;
   wire        _receivers_0_out_crcGood;
   wire        _receivers_0_events_invalidFrame;
   wire        _receivers_0_events_rxEr;
   wire        _receivers_0_events_forwardedError;
+  wire        _receivers_0_events_goodFrame;
   wire        _receivers_0_idle;
   wire        _crossing_shortMargin;
   wire        _crossing_read_take;
@@ -1859,20 +1851,10 @@ module cyclone4_min(
   wire        _crossing_read_overflow;
   wire        _links_crossing_1_out;
   wire        _links_crossing_out;
-  wire        _temporaryLoops_restore;
-  wire        _loops_link_0;
-  wire        _loops_link_1;
-  wire        _loops_settingWritten;
-  wire        _loops_goodFrame_0;
-  wire        _loops_goodFrame_1;
-  wire        _loops_quiet_0;
-  wire        _loops_quiet_1;
-  wire        _loops_open_0;
-  wire        _loops_open_1;
   wire        _processor_in_valid;
   wire        _processor_in_payload;
   wire [3:0]  _processor_in_data;
-  wire        _processor_in_last;
+  wire        _processor_in_end;
   wire        _processor_in_bad;
   wire        _processor_in_odd;
   wire        _processor_in_crcGood;
@@ -1880,7 +1862,7 @@ module cyclone4_min(
   wire        _processor_out_valid;
   wire        _processor_out_payload;
   wire [3:0]  _processor_out_data;
-  wire        _processor_out_last;
+  wire        _processor_out_end;
   wire        _processor_out_bad;
   wire        _processor_out_odd;
   wire        _processor_out_crcGood;
@@ -1936,18 +1918,18 @@ module cyclone4_min(
   reg         transmitStep;
   reg         receiver_cut_REG;
   reg         receiver_cut_REG_1;
-  wire        _processor_in_T_valid = _loops_open_1 ? _receivers_1_out_valid : _processor_out_valid;
-  wire        _processor_in_T_payload = _loops_open_1 ? _receivers_1_out_payload : _processor_out_payload;
-  wire [3:0]  _processor_in_T_data = _loops_open_1 ? _receivers_1_out_data : _processor_out_data;
-  wire        _processor_in_T_last = _loops_open_1 ? _receivers_1_out_last : _processor_out_last;
-  wire        _processor_in_T_bad = _loops_open_1 ? _receivers_1_out_bad : _processor_out_bad;
-  wire        _processor_in_T_odd = _loops_open_1 ? _receivers_1_out_odd : _processor_out_odd;
-  wire        _processor_in_T_crcGood = _loops_open_1 ? _receivers_1_out_crcGood : _processor_out_crcGood;
-  reg         mii_tx_tick_r;
   reg  [1:0]  loops_setting_0_r;
+  reg         drops_REG;
   reg  [1:0]  loops_setting_1_r;
-  reg         memory_event_lost_link_port0_REG;
-  reg         memory_event_lost_link_port1_REG;
+  reg         drops_REG_1;
+  wire        processor_in_on_valid = _loops_open_1 ? _receivers_1_out_valid : _processor_out_valid;
+  wire        processor_in_on_payload = _loops_open_1 ? _receivers_1_out_payload : _processor_out_payload;
+  wire [3:0]  processor_in_on_data = _loops_open_1 ? _receivers_1_out_data : _processor_out_data;
+  wire        processor_in_on_end = _loops_open_1 ? _receivers_1_out_end : _processor_out_end;
+  wire        processor_in_on_bad = _loops_open_1 ? _receivers_1_out_bad : _processor_out_bad;
+  wire        processor_in_on_odd = _loops_open_1 ? _receivers_1_out_odd : _processor_out_odd;
+  wire        processor_in_on_crcGood = _loops_open_1 ? _receivers_1_out_crcGood : _processor_out_crcGood;
+  reg         mii_tx_tick_r;
   always @(posedge clock) begin
     if (reset) begin
       processStep <= 1'h0;
@@ -1955,9 +1937,9 @@ module cyclone4_min(
       receiver_cut_REG <= 1'h0;
       receiver_cut_REG_1 <= 1'h0;
       loops_setting_0_r <= 2'h0;
+      drops_REG <= 1'h0;
       loops_setting_1_r <= 2'h0;
-      memory_event_lost_link_port0_REG <= 1'h0;
-      memory_event_lost_link_port1_REG <= 1'h0;
+      drops_REG_1 <= 1'h0;
     end
     else begin
       processStep <= _slot_tick;
@@ -1970,8 +1952,8 @@ module cyclone4_min(
         loops_setting_0_r <= _memory_value_loop_port0;
         loops_setting_1_r <= _memory_value_loop_port1;
       end
-      memory_event_lost_link_port0_REG <= _links_crossing_out;
-      memory_event_lost_link_port1_REG <= _links_crossing_1_out;
+      drops_REG <= _links_crossing_out;
+      drops_REG_1 <= _links_crossing_1_out;
     end
     mii_tx_tick_r <= transmitStep;
   end // always @(posedge)
@@ -1991,9 +1973,9 @@ module cyclone4_min(
   assign _memory_status_physical_link_port0 = _links_crossing_out;
   assign _memory_status_pdi_operational = _operational_crossing_out;
   assign _memory_event_lost_link_port1 =
-    memory_event_lost_link_port1_REG & ~_links_crossing_1_out & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
+    drops_REG_1 & ~_links_crossing_1_out & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
   assign _memory_event_lost_link_port0 =
-    memory_event_lost_link_port0_REG & ~_links_crossing_out & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
+    drops_REG & ~_links_crossing_out & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
   assign _memory_event_forwarded_error_port1 = _receivers_1_events_forwardedError & _loops_open_1;
   assign _memory_event_forwarded_error_port0 = _receivers_0_events_forwardedError & _loops_open_0;
   assign _memory_event_rx_er_port1 = _receivers_1_events_rxEr & _loops_open_1;
@@ -2058,13 +2040,13 @@ module cyclone4_min(
     .registersBusy               (_memory_registersBusy),
     .commitStarts                (_memory_commitStarts)
   );
-  assign _processor_in_valid = _loops_open_0 ? _receivers_0_out_valid : _processor_in_T_valid;
-  assign _processor_in_payload = _loops_open_0 ? _receivers_0_out_payload : _processor_in_T_payload;
-  assign _processor_in_data = _loops_open_0 ? _receivers_0_out_data : _processor_in_T_data;
-  assign _processor_in_last = _loops_open_0 ? _receivers_0_out_last : _processor_in_T_last;
-  assign _processor_in_bad = _loops_open_0 ? _receivers_0_out_bad : _processor_in_T_bad;
-  assign _processor_in_odd = _loops_open_0 ? _receivers_0_out_odd : _processor_in_T_odd;
-  assign _processor_in_crcGood = _loops_open_0 ? _receivers_0_out_crcGood : _processor_in_T_crcGood;
+  assign _processor_in_valid = _loops_open_0 ? _receivers_0_out_valid : processor_in_on_valid;
+  assign _processor_in_payload = _loops_open_0 ? _receivers_0_out_payload : processor_in_on_payload;
+  assign _processor_in_data = _loops_open_0 ? _receivers_0_out_data : processor_in_on_data;
+  assign _processor_in_end = _loops_open_0 ? _receivers_0_out_end : processor_in_on_end;
+  assign _processor_in_bad = _loops_open_0 ? _receivers_0_out_bad : processor_in_on_bad;
+  assign _processor_in_odd = _loops_open_0 ? _receivers_0_out_odd : processor_in_on_odd;
+  assign _processor_in_crcGood = _loops_open_0 ? _receivers_0_out_crcGood : processor_in_on_crcGood;
   FrameProcessor processor (
     .clock                     (clock),
     .reset                     (reset),
@@ -2072,14 +2054,14 @@ module cyclone4_min(
     .in_valid                  (_processor_in_valid),
     .in_payload                (_processor_in_payload),
     .in_data                   (_processor_in_data),
-    .in_last                   (_processor_in_last),
+    .in_end                    (_processor_in_end),
     .in_bad                    (_processor_in_bad),
     .in_odd                    (_processor_in_odd),
     .in_crcGood                (_processor_in_crcGood),
     .out_valid                 (_processor_out_valid),
     .out_payload               (_processor_out_payload),
     .out_data                  (_processor_out_data),
-    .out_last                  (_processor_out_last),
+    .out_end                   (_processor_out_end),
     .out_bad                   (_processor_out_bad),
     .out_odd                   (_processor_out_odd),
     .out_crcGood               (_processor_out_crcGood),
@@ -2101,40 +2083,6 @@ module cyclone4_min(
     .memory_writeData          (_memory_ecat_writeData),
     .memory_commit             (_memory_ecat_commit),
     .error                     (_memory_event_epu_error)
-  );
-  assign _loops_link_0 = _links_crossing_out;
-  assign _loops_link_1 = _links_crossing_1_out;
-  assign _loops_settingWritten =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
-  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_valid;
-  assign _loops_quiet_1 = _receivers_1_idle & ~_processor_out_valid;
-  LoopControl loops (
-    .clock          (clock),
-    .reset          (reset),
-    .link_0         (_loops_link_0),
-    .link_1         (_loops_link_1),
-    .setting_0      (loops_setting_0_r),
-    .setting_1      (loops_setting_1_r),
-    .settingWritten (_loops_settingWritten),
-    .goodFrame_0    (_loops_goodFrame_0),
-    .goodFrame_1    (_loops_goodFrame_1),
-    .quiet_0        (_loops_quiet_0),
-    .quiet_1        (_loops_quiet_1),
-    .open_0         (_loops_open_0),
-    .open_1         (_loops_open_1),
-    .reportClosed_0 (_memory_status_loop_closed_port0),
-    .reportClosed_1 (_memory_status_loop_closed_port1),
-    .circulating    (_processor_config_circulating)
-  );
-  TemporaryLoops temporaryLoops (
-    .clock        (clock),
-    .commitStarts (_memory_commitStarts),
-    .setting_0    (_memory_value_loop_port0),
-    .setting_1    (_memory_value_loop_port1),
-    .temporary    (_memory_value_temporary_use),
-    .restore      (_temporaryLoops_restore),
-    .former_0     (_memory_set_loop_port0_bits),
-    .former_1     (_memory_set_loop_port1_bits)
   );
   LevelCrossing links_crossing (
     .clock (clock),
@@ -2179,14 +2127,14 @@ module cyclone4_min(
     .out_valid             (_receivers_0_out_valid),
     .out_payload           (_receivers_0_out_payload),
     .out_data              (_receivers_0_out_data),
-    .out_last              (_receivers_0_out_last),
+    .out_end               (_receivers_0_out_end),
     .out_bad               (_receivers_0_out_bad),
     .out_odd               (_receivers_0_out_odd),
     .out_crcGood           (_receivers_0_out_crcGood),
     .events_invalidFrame   (_receivers_0_events_invalidFrame),
     .events_rxEr           (_receivers_0_events_rxEr),
     .events_forwardedError (_receivers_0_events_forwardedError),
-    .events_goodFrame      (_loops_goodFrame_0),
+    .events_goodFrame      (_receivers_0_events_goodFrame),
     .idle                  (_receivers_0_idle)
   );
   assign _crossing_1_shortMargin = ~(_memory_value_rx_fifo_size[2]);
@@ -2222,23 +2170,23 @@ module cyclone4_min(
     .out_valid             (_receivers_1_out_valid),
     .out_payload           (_receivers_1_out_payload),
     .out_data              (_receivers_1_out_data),
-    .out_last              (_receivers_1_out_last),
+    .out_end               (_receivers_1_out_end),
     .out_bad               (_receivers_1_out_bad),
     .out_odd               (_receivers_1_out_odd),
     .out_crcGood           (_receivers_1_out_crcGood),
     .events_invalidFrame   (_receivers_1_events_invalidFrame),
     .events_rxEr           (_receivers_1_events_rxEr),
     .events_forwardedError (_receivers_1_events_forwardedError),
-    .events_goodFrame      (_loops_goodFrame_1),
+    .events_goodFrame      (_receivers_1_events_goodFrame),
     .idle                  (_receivers_1_idle)
   );
-  assign _transmitters_0_in_valid = _loops_open_0 & _processor_in_T_valid;
-  assign _transmitters_0_in_payload = _loops_open_0 & _processor_in_T_payload;
-  assign _transmitters_0_in_data = _loops_open_0 ? _processor_in_T_data : 4'h0;
-  assign _transmitters_0_in_last = _loops_open_0 & _processor_in_T_last;
-  assign _transmitters_0_in_bad = _loops_open_0 & _processor_in_T_bad;
-  assign _transmitters_0_in_odd = _loops_open_0 & _processor_in_T_odd;
-  assign _transmitters_0_in_crcGood = _loops_open_0 & _processor_in_T_crcGood;
+  assign _transmitters_0_in_valid = _loops_open_0 & processor_in_on_valid;
+  assign _transmitters_0_in_payload = _loops_open_0 & processor_in_on_payload;
+  assign _transmitters_0_in_data = _loops_open_0 ? processor_in_on_data : 4'h0;
+  assign _transmitters_0_in_end = _loops_open_0 & processor_in_on_end;
+  assign _transmitters_0_in_bad = _loops_open_0 & processor_in_on_bad;
+  assign _transmitters_0_in_odd = _loops_open_0 & processor_in_on_odd;
+  assign _transmitters_0_in_crcGood = _loops_open_0 & processor_in_on_crcGood;
   MiiTransmitter transmitters_0 (
     .clock      (clock),
     .reset      (reset),
@@ -2246,7 +2194,7 @@ module cyclone4_min(
     .in_valid   (_transmitters_0_in_valid),
     .in_payload (_transmitters_0_in_payload),
     .in_data    (_transmitters_0_in_data),
-    .in_last    (_transmitters_0_in_last),
+    .in_end     (_transmitters_0_in_end),
     .in_bad     (_transmitters_0_in_bad),
     .in_odd     (_transmitters_0_in_odd),
     .in_crcGood (_transmitters_0_in_crcGood),
@@ -2256,7 +2204,7 @@ module cyclone4_min(
   assign _transmitters_1_in_valid = _loops_open_1 & _processor_out_valid;
   assign _transmitters_1_in_payload = _loops_open_1 & _processor_out_payload;
   assign _transmitters_1_in_data = _loops_open_1 ? _processor_out_data : 4'h0;
-  assign _transmitters_1_in_last = _loops_open_1 & _processor_out_last;
+  assign _transmitters_1_in_end = _loops_open_1 & _processor_out_end;
   assign _transmitters_1_in_bad = _loops_open_1 & _processor_out_bad;
   assign _transmitters_1_in_odd = _loops_open_1 & _processor_out_odd;
   assign _transmitters_1_in_crcGood = _loops_open_1 & _processor_out_crcGood;
@@ -2267,12 +2215,44 @@ module cyclone4_min(
     .in_valid   (_transmitters_1_in_valid),
     .in_payload (_transmitters_1_in_payload),
     .in_data    (_transmitters_1_in_data),
-    .in_last    (_transmitters_1_in_last),
+    .in_end     (_transmitters_1_in_end),
     .in_bad     (_transmitters_1_in_bad),
     .in_odd     (_transmitters_1_in_odd),
     .in_crcGood (_transmitters_1_in_crcGood),
     .txEn       (mii_1_tx_en),
     .txd        (mii_1_txd)
+  );
+  assign _loops_settingWritten =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
+  assign _loops_quiet_0 = _receivers_0_idle & ~(processor_in_on_valid | processor_in_on_end);
+  assign _loops_quiet_1 = _receivers_1_idle & ~(_processor_out_valid | _processor_out_end);
+  LoopControl loops (
+    .clock          (clock),
+    .reset          (reset),
+    .link_0         (_links_crossing_out),
+    .link_1         (_links_crossing_1_out),
+    .setting_0      (loops_setting_0_r),
+    .setting_1      (loops_setting_1_r),
+    .settingWritten (_loops_settingWritten),
+    .goodFrame_0    (_receivers_0_events_goodFrame),
+    .goodFrame_1    (_receivers_1_events_goodFrame),
+    .quiet_0        (_loops_quiet_0),
+    .quiet_1        (_loops_quiet_1),
+    .open_0         (_loops_open_0),
+    .open_1         (_loops_open_1),
+    .reportClosed_0 (_memory_status_loop_closed_port0),
+    .reportClosed_1 (_memory_status_loop_closed_port1),
+    .circulating    (_processor_config_circulating)
+  );
+  TemporaryLoops temporaryLoops (
+    .clock        (clock),
+    .commitStarts (_memory_commitStarts),
+    .setting_0    (_memory_value_loop_port0),
+    .setting_1    (_memory_value_loop_port1),
+    .temporary    (_memory_value_temporary_use),
+    .restore      (_temporaryLoops_restore),
+    .former_0     (_memory_set_loop_port0_bits),
+    .former_1     (_memory_set_loop_port1_bits)
   );
   LevelCrossing operational_crossing (
     .clock (clock),

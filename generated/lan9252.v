@@ -1379,7 +1379,7 @@ module FrameParser(
   input         in_valid,
   input         in_payload,
   input  [3:0]  in_data,
-  input         in_last,
+  input         in_end,
   input         abandon,
   output [3:0]  position_part,
   output [4:0]  position_byte,
@@ -1439,8 +1439,10 @@ module FrameParser(
   always @(posedge clock) begin
     if (reset)
       part <= 4'h8;
+    else if (step & in_end)
+      part <= 4'h8;
     else if (_GEN_5) begin
-      if (abandon | in_last)
+      if (abandon)
         part <= 4'h8;
       else if (in_payload) begin
         if (~high | isTag) begin
@@ -1997,7 +1999,6 @@ module TranslatedAccess(
   input         in_valid,
   input         in_payload,
   input  [3:0]  in_data,
-  input         in_last,
   input  [3:0]  position_part,
   input  [4:0]  position_byte,
   input         position_high,
@@ -2022,8 +2023,8 @@ module TranslatedAccess(
   output [3:0]  readMask,
   output        readSuccess,
   output        writeSuccess,
-  output        readDlStatus,
-  output        readAlStatus,
+  output        reads_al_status,
+  output        reads_dl_status,
   input         registerWrite_valid,
   input  [11:0] registerWrite_bits_address,
   input         registerWrite_bits_mask,
@@ -2088,7 +2089,7 @@ module TranslatedAccess(
   wire        _areas_access_write_T_1 = cycle == 4'h2;
   reg  [32:0] behind;
   reg         past;
-  wire        _readAlStatus_T_3 = cycle == 4'h0;
+  wire        _reads_al_status_T_2 = cycle == 4'h0;
   reg         mappedPast;
   reg         areaRead_exists;
   reg  [15:0] areaRead_address;
@@ -2157,7 +2158,7 @@ module TranslatedAccess(
   reg         readSingle;
   reg  [7:0]  readBits_mask;
   reg  [2:0]  readBits_turn;
-  wire        lookUpRead = _readAlStatus_T_3 & readMay;
+  wire        lookUpRead = _reads_al_status_T_2 & readMay;
   reg         readArrives_r;
   reg         readArrives;
   reg  [7:0]  readByte;
@@ -2201,7 +2202,7 @@ module TranslatedAccess(
      & (~(|writeBits_turn) | writeBits_last | isLast)) & (has ? written_upperBefore_may : upper_may)
     & ~(written_address < 17'hF80 & memory_logFull);
   reg         closes_r;
-  wire        closes = closes_r & _readAlStatus_T_3;
+  wire        closes = closes_r & _reads_al_status_T_2;
   wire        writes = hasUpper & writeMay & writesArea & ~(writeBits_early & isLast);
   reg         single;
   wire        opens =
@@ -2210,9 +2211,9 @@ module TranslatedAccess(
   reg  [1:0]  areas_number_r;
   reg         anyRead;
   reg         anyWrite;
-  wire        _readAlStatus_T = tick & isRead;
-  reg         readDlStatus_r;
-  reg         readAlStatus_r;
+  wire        _GEN = tick & isRead;
+  reg         reads_dl_status_r;
+  reg         reads_al_status_r;
   wire        begins = inHeader & position_byte < 5'h8;
   wire        readMapped_hit = _fmmus_read_hit & ~mappedPast;
   wire        writeMapped_hit = _fmmus_writes_hit & ~mappedPast;
@@ -2222,7 +2223,7 @@ module TranslatedAccess(
   wire [14:0] _areaWriteBits_b_b_mask_T_2 = 15'hFF << _fmmus_writes_startBit;
   wire        isEarly = inHeader & position_byte < 5'h7;
   wire [1:0]  _ahead_T_2 = inHeader ? position_byte[1:0] : 2'h2;
-  wire        goesOn = enable & ~in_last & (~inHeader | position_byte > 5'h6);
+  wire        goesOn = enable & (~inHeader | position_byte > 5'h6);
   wire        first = _first_T & position_high & position_byte == 5'h5;
   wire        _readAddress_sum_T = fetched_area_hit & fetched_byte_inManaged;
   wire        _readAddress_T_4 = cycle == 4'h6;
@@ -2336,15 +2337,15 @@ module TranslatedAccess(
       searchedWriteBits_last <= areaWriteBits_last;
       searchedWriteBits_early <= areaWriteBits_early;
     end
-    if (_readAlStatus_T_3) begin
+    if (_reads_al_status_T_2) begin
       if (isEarly)
         behind <= {1'h0, request_logicalAddress};
       else
         behind <= behind + 33'h1;
       past <= ~isEarly & (past | behind[32]);
       mappedPast <= past;
-      readDlStatus_r <= readAddress[16:1] == 16'h88;
-      readAlStatus_r <= readAddress[16:1] == 16'h98;
+      reads_dl_status_r <= readAddress[16:1] == 16'h88;
+      reads_al_status_r <= readAddress[16:1] == 16'h98;
     end
     if (tick) begin
       inDatagram <= goesOn & _ahead_T_2 != 2'h3 & ((|(position_dataLeft[10:2])) | position_dataLeft[1:0] > _ahead_T_2);
@@ -2504,13 +2505,13 @@ module TranslatedAccess(
     {4{inData}} & (position_high ? _ok_T_6[7:4] & readBits_mask[7:4] : _ok_T_6[3:0] & readBits_mask[3:0]);
   assign readSuccess = anyRead;
   assign writeSuccess = anyWrite;
-  assign readDlStatus = _readAlStatus_T & readDlStatus_r;
-  assign readAlStatus = _readAlStatus_T & readAlStatus_r;
+  assign reads_al_status = _GEN & reads_al_status_r;
+  assign reads_dl_status = _GEN & reads_dl_status_r;
   assign areas_index = index;
-  assign areas_turn = _readAlStatus_T_3 | _areas_access_write_T | _areas_access_write_T_1 | _areas_access_single_T_4;
+  assign areas_turn = _reads_al_status_T_2 | _areas_access_write_T | _areas_access_write_T_1 | _areas_access_single_T_4;
   assign areas_request = closes | writes | _areas_access_write_T_1 & request_write & _asks_T_2 | opens;
   assign areas_number =
-    (_readAlStatus_T_3 ? areas_number_r : 2'h0) | (_areas_access_write_T ? writeArea2_index : 2'h0)
+    (_reads_al_status_T_2 ? areas_number_r : 2'h0) | (_areas_access_write_T ? writeArea2_index : 2'h0)
     | (_areas_access_write_T_1 ? writeTarget_area_index : 2'h0)
     | (_areas_access_single_T_4 ? _scan_result_index : 2'h0);
   assign areas_access_write = _areas_access_write_T | _areas_access_write_T_1;
@@ -2520,7 +2521,7 @@ module TranslatedAccess(
     | _areas_access_single_T_4 & _scan_result_first;
   assign areas_access_close = closes | writes & writeArea2_last;
   assign areas_access_single =
-    _readAlStatus_T_3 & single | _areas_access_write_T & writeSingle | _areas_access_write_T_1
+    _reads_al_status_T_2 & single | _areas_access_write_T & writeSingle | _areas_access_write_T_1
     & _areas_access_single_T_3 | _areas_access_single_T_4 & _scan_result_first & _scan_result_last;
 endmodule
 
@@ -2531,14 +2532,14 @@ module FrameProcessor(
   input         in_valid,
   input         in_payload,
   input  [3:0]  in_data,
-  input         in_last,
+  input         in_end,
   input         in_bad,
   input         in_odd,
   input         in_crcGood,
   output        out_valid,
   output        out_payload,
   output [3:0]  out_data,
-  output        out_last,
+  output        out_end,
   output        out_bad,
   output        out_odd,
   output        out_crcGood,
@@ -2559,8 +2560,8 @@ module FrameProcessor(
   output [15:0] memory_writeAddress,
   output [7:0]  memory_writeData,
   output        memory_commit,
-  output        readDlStatus,
-  output        readAlStatus,
+  output        reads_al_status,
+  output        reads_dl_status,
   output        frameGood,
   output        frameBad,
   output        busy,
@@ -2623,11 +2624,6 @@ module FrameProcessor(
     _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & ~tooMany;
   reg  [31:0] changesBefore;
   reg  [3:0]  lastChange;
-  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
-  wire [31:0] changes =
-    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
-    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
-    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
   reg  [3:0]  casez_tmp;
   always @(*) begin
     casez ({_parser_position_byte[0], _parser_position_high})
@@ -2642,27 +2638,21 @@ module FrameProcessor(
     endcase
   end // always @(*)
   wire        _busy_T = _parser_position_part != 4'h8;
-  wire        abort = in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  wire        abort =
+    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  reg         aborted;
   reg         error_REG;
-  reg         frameGood_r;
-  reg         frameGood_r_1;
-  reg         frameGood_r_2;
-  reg         frameGood_r_3;
-  reg         frameGood_r_4;
-  reg         frameBad_r;
-  reg         frameBad_r_1;
-  reg         frameBad_r_2;
-  reg         frameBad_r_3;
-  reg         frameBad_r_4;
+  reg         frameGood_REG;
+  reg         frameBad_REG;
   reg         output_valid;
   reg         output_payload;
   reg  [3:0]  output_data;
-  reg         output_last;
+  reg         output_end;
   reg         output_bad;
   reg         output_odd;
   reg         output_crcGood;
-  reg         oddChanges;
-  wire        running = _busy_T | ~in_payload;
+  wire        end_0 = aborted | in_end & _busy_T;
+  wire        ends = step & end_0;
   wire        active = step & in_valid;
   wire        inCounter =
     _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
@@ -2675,6 +2665,11 @@ module FrameProcessor(
              ? {2'h0, _translated_readSuccess}
                + {1'h0, readWrite ? {_translated_writeSuccess, 1'h0} : {1'h0, _translated_writeSuccess}}
              : 3'h1};
+  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
+  wire [31:0] changes =
+    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
+    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
+    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
   wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire [3:0]  data =
     in_payload
@@ -2694,14 +2689,10 @@ module FrameProcessor(
                                  & (~_translated_readMask | {4{_header_request_broadcast}})
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
-  wire        ends = active & running & (abort | in_last);
   wire        bad =
-    abort | in_bad
-    | ~(_hadTooMany_T
-        & (_parser_position_high & ~in_odd
-             ? _parser_position_paddingBytes > 7'h2 & _parser_position_paddingBytes < 7'h44
-             : (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45))
-    & ~((_parser_position_part == 4'h7 | _parser_position_notEtherCat) & ~_parser_position_checksumCleared);
+    aborted | in_bad
+    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
+        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
   always @(posedge clock) begin
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
@@ -2715,49 +2706,33 @@ module FrameProcessor(
     end
     increments <= _header_request_incrementsAdp;
     readWrite <= _header_request_readWrite;
-    if (step)
-      oddChanges <= |changes;
     if (reset) begin
+      aborted <= 1'h0;
       error_REG <= 1'h0;
-      frameGood_r <= 1'h0;
-      frameGood_r_1 <= 1'h0;
-      frameGood_r_2 <= 1'h0;
-      frameGood_r_3 <= 1'h0;
-      frameGood_r_4 <= 1'h0;
-      frameBad_r <= 1'h0;
-      frameBad_r_1 <= 1'h0;
-      frameBad_r_2 <= 1'h0;
-      frameBad_r_3 <= 1'h0;
-      frameBad_r_4 <= 1'h0;
+      frameGood_REG <= 1'h0;
+      frameBad_REG <= 1'h0;
       output_valid <= 1'h0;
       output_payload <= 1'h0;
       output_data <= 4'h0;
-      output_last <= 1'h0;
+      output_end <= 1'h0;
       output_bad <= 1'h0;
       output_odd <= 1'h0;
       output_crcGood <= 1'h0;
     end
     else begin
-      error_REG <= ends & (bad | _hadTooMany_T & _parser_position_datagram > 8'h80);
-      frameGood_r <= ends & ~bad;
-      frameGood_r_1 <= frameGood_r;
-      frameGood_r_2 <= frameGood_r_1;
-      frameGood_r_3 <= frameGood_r_2;
-      frameGood_r_4 <= frameGood_r_3;
-      frameBad_r <= ends & bad;
-      frameBad_r_1 <= frameBad_r;
-      frameBad_r_2 <= frameBad_r_1;
-      frameBad_r_3 <= frameBad_r_2;
-      frameBad_r_4 <= frameBad_r_3;
       if (step) begin
-        output_valid <= in_valid & running;
+        aborted <= abort;
+        output_valid <= in_valid & (_busy_T | ~in_payload);
         output_payload <= in_payload;
         output_data <= data;
-        output_last <= in_last | abort;
+        output_end <= end_0;
         output_bad <= bad;
-        output_odd <= in_odd & ~abort;
-        output_crcGood <= in_crcGood;
+        output_odd <= in_odd;
+        output_crcGood <= in_crcGood & (in_odd ? changesBefore : changes) == 32'h0;
       end
+      error_REG <= ends & (bad | _hadTooMany_T & _parser_position_datagram > 8'h80);
+      frameGood_REG <= ends & ~bad;
+      frameBad_REG <= ends & bad;
     end
   end // always @(posedge)
   FrameParser parser (
@@ -2767,7 +2742,7 @@ module FrameProcessor(
     .in_valid                 (in_valid),
     .in_payload               (in_payload),
     .in_data                  (in_data),
-    .in_last                  (in_last),
+    .in_end                   (in_end),
     .abandon                  (abort),
     .position_part            (_parser_position_part),
     .position_byte            (_parser_position_byte),
@@ -2807,7 +2782,6 @@ module FrameProcessor(
     .in_valid                   (in_valid),
     .in_payload                 (in_payload),
     .in_data                    (in_data),
-    .in_last                    (in_last),
     .position_part              (_parser_position_part),
     .position_byte              (_parser_position_byte),
     .position_high              (_parser_position_high),
@@ -2832,8 +2806,8 @@ module FrameProcessor(
     .readMask                   (_translated_readMask),
     .readSuccess                (_translated_readSuccess),
     .writeSuccess               (_translated_writeSuccess),
-    .readDlStatus               (readDlStatus),
-    .readAlStatus               (readAlStatus),
+    .reads_al_status            (reads_al_status),
+    .reads_dl_status            (reads_dl_status),
     .registerWrite_valid        (registerWrite_valid),
     .registerWrite_bits_address (registerWrite_bits_address),
     .registerWrite_bits_mask    (registerWrite_bits_mask),
@@ -2860,92 +2834,15 @@ module FrameProcessor(
   assign out_valid = output_valid;
   assign out_payload = output_payload;
   assign out_data = output_data;
-  assign out_last = output_last;
+  assign out_end = output_end;
   assign out_bad = output_bad;
   assign out_odd = output_odd;
-  assign out_crcGood = output_crcGood & ~(output_odd ? oddChanges : (|changes));
+  assign out_crcGood = output_crcGood;
   assign memory_commit = buffersSettled;
-  assign frameGood = frameGood_r_4;
-  assign frameBad = frameBad_r_4;
+  assign frameGood = frameGood_REG;
+  assign frameBad = frameBad_REG;
   assign busy = _busy_T;
   assign error = error_REG;
-endmodule
-
-module LoopControl(
-  input        clock,
-  input        reset,
-  input        link_0,
-  input        link_1,
-  input  [1:0] setting_0,
-  input  [1:0] setting_1,
-  input        settingWritten,
-  input        goodFrame_0,
-  input        goodFrame_1,
-  input        quiet_0,
-  input        quiet_1,
-  output       open_0,
-  output       open_1,
-  output       reportClosed_0,
-  output       reportClosed_1,
-  output       circulating
-);
-
-  reg  wanted_released_0;
-  wire wanted_0 = setting_0 != 2'h3 & (setting_0 == 2'h2 | (setting_0 != 2'h1 | wanted_released_0) & link_0);
-  reg  wanted_released_1;
-  wire wanted_1 = setting_1 != 2'h3 & (setting_1 == 2'h2 | (setting_1 != 2'h1 | wanted_released_1) & link_1);
-  reg  open_0_0;
-  reg  open_1_0;
-  always @(posedge clock) begin
-    if (reset) begin
-      wanted_released_0 <= 1'h0;
-      wanted_released_1 <= 1'h0;
-      open_0_0 <= 1'h0;
-      open_1_0 <= 1'h0;
-    end
-    else begin
-      wanted_released_0 <= link_0 & (wanted_released_0 | settingWritten | goodFrame_0);
-      wanted_released_1 <= link_1 & (wanted_released_1 | settingWritten | goodFrame_1);
-      if (quiet_0)
-        open_0_0 <= wanted_0 | {wanted_1, wanted_0} == 2'h0;
-      if (quiet_1)
-        open_1_0 <= wanted_1;
-    end
-  end // always @(posedge)
-  assign open_0 = open_0_0;
-  assign open_1 = open_1_0;
-  assign reportClosed_0 = ~(open_0_0 & wanted_0);
-  assign reportClosed_1 = ~(open_1_0 & wanted_1);
-  assign circulating = ~open_0_0 & (setting_0 == 2'h0 | setting_0 == 2'h1);
-endmodule
-
-module TemporaryLoops(
-  input        clock,
-  input        commitStarts,
-  input  [1:0] setting_0,
-  input  [1:0] setting_1,
-  input        temporary,
-  output       restore,
-  output [1:0] former_0,
-  output [1:0] former_1
-);
-
-  reg [26:0] counter;
-  reg [1:0]  saved_0;
-  reg [1:0]  saved_1;
-  always @(posedge clock) begin
-    if (temporary)
-      counter <= counter - 27'h1;
-    else
-      counter <= 27'h5F5E0FF;
-    if (commitStarts & ~temporary) begin
-      saved_0 <= setting_0;
-      saved_1 <= setting_1;
-    end
-  end // always @(posedge)
-  assign restore = temporary & counter == 27'h0;
-  assign former_0 = saved_0;
-  assign former_1 = saved_1;
 endmodule
 
 module LevelCrossing(
@@ -3222,7 +3119,7 @@ module MiiReceiver(
   output       out_valid,
   output       out_payload,
   output [3:0] out_data,
-  output       out_last,
+  output       out_end,
   output       out_bad,
   output       out_odd,
   output       out_crcGood,
@@ -3234,8 +3131,6 @@ module MiiReceiver(
 );
 
   reg  [2:0]  state;
-  reg  [3:0]  held;
-  reg         heldIsPayload;
   reg  [12:0] count;
   reg         longEnough;
   reg  [31:0] crc;
@@ -3243,29 +3138,28 @@ module MiiReceiver(
   reg         output_valid;
   reg         output_payload;
   reg  [3:0]  output_data;
-  reg         output_last;
+  reg         output_end;
   reg         output_bad;
   reg         output_odd;
   reg         output_crcGood;
   reg         cutNow;
   wire        crcRight = crc == 32'hDEBB20E3;
-  wire        odd = heldIsPayload & count[0];
+  wire        behind = state == 3'h2;
   wire        _inFrame_T = state == 3'h1;
-  wire        _badInside_T = state == 3'h2;
-  wire        inFrame = _inFrame_T | _badInside_T;
+  wire        inFrame = _inFrame_T | behind;
   wire        isSfd = symbols_symbol_data == 4'hD;
   wire        lost = ~symbols_available | symbols_overflow | cutNow | cut;
   wire        _startFault_T = symbols_symbol_data != 4'h5;
   wire        faulty =
-    lost | symbols_symbol_dv & (symbols_symbol_er | (_badInside_T ? count[12] : ~isSfd & (_startFault_T | count[12])));
+    lost | symbols_symbol_dv & (symbols_symbol_er | (behind ? count[12] : ~isSfd & (_startFault_T | count[12])));
   wire        ended = ~lost & ~symbols_symbol_dv;
-  wire        crcGood = odd ? crcWasGood : crcRight;
-  wire        good = ended & heldIsPayload & crcGood & (longEnough | count[7]);
+  wire        crcGood = count[0] ? crcWasGood : crcRight;
+  wire        good = ended & behind & crcGood & (longEnough | count[7]);
   wire        start = ~(|state) & symbols_available & symbols_symbol_dv & symbols_settled;
   wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
   wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
   wire        endOfFrame = tick & inFrame & (faulty | ended);
-  wire        _output_last_T = state == 3'h3;
+  wire        runs = ~faulty & ~ended;
   wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
   wire        _GEN = state == 3'h1 | state == 3'h2;
   always @(posedge clock) begin
@@ -3274,7 +3168,7 @@ module MiiReceiver(
       output_valid <= 1'h0;
       output_payload <= 1'h0;
       output_data <= 4'h0;
-      output_last <= 1'h0;
+      output_end <= 1'h0;
       output_bad <= 1'h0;
       output_odd <= 1'h0;
       output_crcGood <= 1'h0;
@@ -3298,20 +3192,17 @@ module MiiReceiver(
         end
         else if (start)
           state <= {1'h0, startFault ? 2'h3 : isSfd ? 2'h2 : 2'h1};
-        output_valid <= inFrame | _output_last_T;
-        output_payload <= heldIsPayload;
-        output_data <= held;
-        output_last <= _output_last_T | faulty | ended;
+        output_valid <= start | inFrame & runs;
+        output_payload <= behind;
+        output_data <= start & startFault ? 4'h5 : symbols_symbol_data;
+        output_end <= inFrame & ~runs | state == 3'h3;
         output_bad <= ~good;
-        output_odd <= odd;
+        output_odd <= count[0];
         output_crcGood <= crcGood;
       end
       cutNow <= ~tick & (cut & inFrame | cutNow);
     end
-    if (tick & (~(|state) | _GEN))
-      held <= symbols_symbol_data;
     if (tick) begin
-      heldIsPayload <= (|state) & (_GEN & ~(faulty | ended | _inFrame_T) | heldIsPayload);
       if (|state) begin
         if (~_GEN | faulty | ended) begin
         end
@@ -3326,30 +3217,30 @@ module MiiReceiver(
       end
       else
         count <= {12'h0, ~(start & isSfd)};
-      longEnough <= _badInside_T & (count[7] | longEnough);
-      if (_badInside_T)
+      longEnough <= behind & (count[7] | longEnough);
+      if (behind)
         crc <=
           {4'h0, crc[31:4]} ^ (crc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
           ^ (crc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crc_feedback[3] ? 32'hEDB88320 : 32'h0);
       else
         crc <= 32'hFFFFFFFF;
     end
-    if (tick & _badInside_T)
+    if (tick & behind)
       crcWasGood <= crcRight;
   end // always @(posedge)
   assign symbols_take = symbols_take_0;
   assign out_valid = output_valid;
   assign out_payload = output_payload;
   assign out_data = output_data;
-  assign out_last = output_last;
+  assign out_end = output_end;
   assign out_bad = output_bad;
   assign out_odd = output_odd;
   assign out_crcGood = output_crcGood;
-  assign events_invalidFrame = endOfFrame & (faulty | ~heldIsPayload | ~crcGood & ~odd) | tick & start & startFault;
+  assign events_invalidFrame = endOfFrame & (faulty | ~behind | ~crcGood & ~(count[0])) | tick & start & startFault;
   assign events_rxEr = symbols_take_0 & symbols_symbol_er;
-  assign events_forwardedError = endOfFrame & ended & heldIsPayload & ~crcGood & odd;
+  assign events_forwardedError = endOfFrame & ended & behind & ~crcGood & count[0];
   assign events_goodFrame = endOfFrame & good;
-  assign idle = (~(|state) | state == 3'h4) & ~output_valid;
+  assign idle = (~(|state) | state == 3'h4) & ~(output_valid | output_end);
 endmodule
 
 module MiiTransmitter(
@@ -3359,7 +3250,7 @@ module MiiTransmitter(
   input        in_valid,
   input        in_payload,
   input  [3:0] in_data,
-  input        in_last,
+  input        in_end,
   input        in_bad,
   input        in_odd,
   input        in_crcGood,
@@ -3369,31 +3260,99 @@ module MiiTransmitter(
 
   reg        enable;
   reg  [3:0] data;
-  reg  [1:0] extra;
-  wire       _GEN = in_valid & in_last & in_bad;
+  reg  [1:0] left;
+  wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
   always @(posedge clock) begin
     if (reset) begin
       enable <= 1'h0;
-      extra <= 2'h0;
+      left <= 2'h0;
     end
     else if (tick) begin
-      enable <= (|extra) | in_valid & ~(in_last & ~in_bad & in_odd);
-      if (|extra)
-        extra <= extra - 2'h1;
-      else if (_GEN) begin
-        if (in_payload & in_odd) begin
-          if (in_crcGood)
-            extra <= 2'h2;
-        end
-        else
-          extra <= 2'h1;
-      end
+      enable <= in_valid | (|mark);
+      left <= mark - {1'h0, |mark};
     end
     if (tick)
-      data <= (|extra) ? 4'h0 : _GEN ? (in_payload ? {4{~in_odd}} & {4{in_crcGood}} ^ in_data : 4'hD) : in_data;
+      data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
   end // always @(posedge)
   assign txEn = enable;
   assign txd = data;
+endmodule
+
+module LoopControl(
+  input        clock,
+  input        reset,
+  input        link_0,
+  input        link_1,
+  input  [1:0] setting_0,
+  input  [1:0] setting_1,
+  input        settingWritten,
+  input        goodFrame_0,
+  input        goodFrame_1,
+  input        quiet_0,
+  input        quiet_1,
+  output       open_0,
+  output       open_1,
+  output       reportClosed_0,
+  output       reportClosed_1,
+  output       circulating
+);
+
+  reg  wanted_released_0;
+  wire wanted_0 = setting_0 != 2'h3 & (setting_0 == 2'h2 | (setting_0 != 2'h1 | wanted_released_0) & link_0);
+  reg  wanted_released_1;
+  wire wanted_1 = setting_1 != 2'h3 & (setting_1 == 2'h2 | (setting_1 != 2'h1 | wanted_released_1) & link_1);
+  reg  open_0_0;
+  reg  open_1_0;
+  always @(posedge clock) begin
+    if (reset) begin
+      wanted_released_0 <= 1'h0;
+      wanted_released_1 <= 1'h0;
+      open_0_0 <= 1'h0;
+      open_1_0 <= 1'h0;
+    end
+    else begin
+      wanted_released_0 <= link_0 & (wanted_released_0 | settingWritten | goodFrame_0);
+      wanted_released_1 <= link_1 & (wanted_released_1 | settingWritten | goodFrame_1);
+      if (quiet_0)
+        open_0_0 <= wanted_0 | {wanted_1, wanted_0} == 2'h0;
+      if (quiet_1)
+        open_1_0 <= wanted_1;
+    end
+  end // always @(posedge)
+  assign open_0 = open_0_0;
+  assign open_1 = open_1_0;
+  assign reportClosed_0 = ~(open_0_0 & wanted_0);
+  assign reportClosed_1 = ~(open_1_0 & wanted_1);
+  assign circulating = ~open_0_0 & (setting_0 == 2'h0 | setting_0 == 2'h1);
+endmodule
+
+module TemporaryLoops(
+  input        clock,
+  input        commitStarts,
+  input  [1:0] setting_0,
+  input  [1:0] setting_1,
+  input        temporary,
+  output       restore,
+  output [1:0] former_0,
+  output [1:0] former_1
+);
+
+  reg [26:0] counter;
+  reg [1:0]  saved_0;
+  reg [1:0]  saved_1;
+  always @(posedge clock) begin
+    if (temporary)
+      counter <= counter - 27'h1;
+    else
+      counter <= 27'h5F5E0FF;
+    if (commitStarts & ~temporary) begin
+      saved_0 <= setting_0;
+      saved_1 <= setting_1;
+    end
+  end // always @(posedge)
+  assign restore = temporary & counter == 27'h0;
+  assign former_0 = saved_0;
+  assign former_1 = saved_1;
 endmodule
 
 // external module DualPortRam
@@ -4687,10 +4646,10 @@ module SyncManagers(
         casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_3;
     endcase
   end // always @(*)
-  wire        _trigger_watchdogTrigger_result_valid_T_4 = write_bits_address == 12'h804;
-  wire        _trigger_watchdogTrigger_result_valid_T_12 = write_bits_address == 12'h80C;
-  wire        _trigger_watchdogTrigger_result_valid_T_20 = write_bits_address == 12'h814;
-  wire        _trigger_watchdogTrigger_result_valid_T_28 = write_bits_address == 12'h81C;
+  wire        _trigger_watchdogTrigger_written_source_result_valid_T = write_bits_address == 12'h804;
+  wire        _trigger_watchdogTrigger_written_source_result_valid_T_4 = write_bits_address == 12'h80C;
+  wire        _trigger_watchdogTrigger_written_source_result_valid_T_8 = write_bits_address == 12'h814;
+  wire        _trigger_watchdogTrigger_written_source_result_valid_T_12 = write_bits_address == 12'h81C;
   always @(posedge clock) begin
     if (reset) begin
       control_control_0 <= 4'h0;
@@ -4711,13 +4670,13 @@ module SyncManagers(
       trigger_watchdogTrigger_watchdogTrigger_3 <= 1'h0;
     end
     else begin
-      if (write_valid & _trigger_watchdogTrigger_result_valid_T_4 & write_bits_mask)
+      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T & write_bits_mask)
         control_control_0 <= {write_bits_data[5:4], write_bits_data[2:1]};
-      if (write_valid & _trigger_watchdogTrigger_result_valid_T_12 & write_bits_mask)
+      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_4 & write_bits_mask)
         control_control_1 <= {write_bits_data[5:4], write_bits_data[2:1]};
-      if (write_valid & _trigger_watchdogTrigger_result_valid_T_20 & write_bits_mask)
+      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_8 & write_bits_mask)
         control_control_2 <= {write_bits_data[5:4], write_bits_data[2:1]};
-      if (write_valid & _trigger_watchdogTrigger_result_valid_T_28 & write_bits_mask)
+      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_12 & write_bits_mask)
         control_control_3 <= {write_bits_data[5:4], write_bits_data[2:1]};
       if (write_valid & write_bits_address == 12'h807 & write_bits_mask)
         deactivate_0 <= write_bits_data[0];
@@ -4735,13 +4694,13 @@ module SyncManagers(
         deactivated_2_0 <= deactivate_2;
       if (quiet & ~_states_walking)
         deactivated_3_0 <= deactivate_3;
-      if (write_valid & _trigger_watchdogTrigger_result_valid_T_4 & write_bits_mask)
+      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T & write_bits_mask)
         trigger_watchdogTrigger_watchdogTrigger_0 <= write_bits_data[6];
-      if (write_valid & _trigger_watchdogTrigger_result_valid_T_12 & write_bits_mask)
+      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_4 & write_bits_mask)
         trigger_watchdogTrigger_watchdogTrigger_1 <= write_bits_data[6];
-      if (write_valid & _trigger_watchdogTrigger_result_valid_T_20 & write_bits_mask)
+      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_8 & write_bits_mask)
         trigger_watchdogTrigger_watchdogTrigger_2 <= write_bits_data[6];
-      if (write_valid & _trigger_watchdogTrigger_result_valid_T_28 & write_bits_mask)
+      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_12 & write_bits_mask)
         trigger_watchdogTrigger_watchdogTrigger_3 <= write_bits_data[6];
     end
     last <= ecat_index;
@@ -4910,183 +4869,6 @@ module SyncManagers(
   assign alEvent_2 = control_control_2[3] & (control_control_2[1] ? _states_writeEvent_2 : _states_readEvent_2);
   assign alEvent_3 = control_control_3[3] & (control_control_3[1] ? _states_writeEvent_3 : _states_readEvent_3);
   assign trigger = _states_written_valid & casez_tmp_5;
-endmodule
-
-module HostSequencer(
-  input         clock,
-  input         reset,
-  input         host_req,
-  input         host_write,
-  input  [15:0] host_addr,
-  input  [7:0]  host_wdata,
-  input         host_be,
-  output        host_ack,
-  output [7:0]  host_rdata,
-  output        memory_req,
-  output        memory_write,
-  output [15:0] memory_addr,
-  output [7:0]  memory_wdata,
-  output        memory_be,
-  input         memory_ack,
-  input  [7:0]  memory_rdata,
-  output [2:0]  areas_index,
-  input  [1:0]  areas_entries_0_index,
-  input  [15:0] areas_entries_0_start,
-  input  [15:0] areas_entries_0_length,
-  input  [17:0] areas_entries_0_extent,
-  input         areas_entries_0_takesPart,
-  output        areas_request,
-  input         areas_granted,
-  output [1:0]  areas_number,
-  output        areas_access_write,
-  output        areas_access_touch,
-  output        areas_access_first,
-  output        areas_access_close,
-  output        areas_access_single,
-  input         areas_answer_allowed,
-  input         areas_answer_inBuffer,
-  input  [1:0]  areas_answer_buffer,
-  input         areas_answer_works,
-  input         areas_answer_locked,
-  input         areas_changing,
-  input         areas_ramOpen,
-  output        quiet
-);
-
-  wire        _area_scan_entry_takesPart;
-  wire        _area_scan_result_hit;
-  wire [15:0] _area_scan_result_length;
-  wire        _area_scan_result_first;
-  wire        _area_scan_result_last;
-  reg  [3:0]  state;
-  reg         lane;
-  reg  [7:0]  data;
-  reg  [17:0] through;
-  reg  [3:0]  count;
-  reg         area_scan_entry_begins_REG;
-  wire        single = _area_scan_result_first & _area_scan_result_last;
-  wire        exists = host_addr < 16'h1000 ? host_addr[7] : areas_ramOpen & host_addr < 16'h2000;
-  reg         inBuffer;
-  wire        _areas_access_touch_T = state == 4'h3;
-  wire        _areas_access_close_T = state == 4'h7;
-  wire        _host_rdata_T = state == 4'h1;
-  wire        _GEN = state == 4'h1;
-  wire        _GEN_0 = state == 4'h2;
-  wire        _GEN_1 = state == 4'h3;
-  wire        _GEN_2 = state == 4'h4;
-  wire        _GEN_3 = state == 4'h5;
-  wire        _GEN_4 = state == 4'h6;
-  wire        _GEN_5 = state == 4'h7;
-  wire        _GEN_6 = state == 4'h8;
-  wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5;
-  wire        _GEN_8 = _GEN_0 | _GEN_7;
-  wire        plain = ~_area_scan_result_hit | ~areas_answer_works & ~areas_answer_locked;
-  wire        _GEN_9 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
-  always @(posedge clock) begin
-    if (reset)
-      state <= 4'h0;
-    else if (|state) begin
-      if (_GEN) begin
-        if (memory_ack)
-          state <= 4'h0;
-      end
-      else if (_GEN_0) begin
-        if (host_be) begin
-          if (count == 4'hA)
-            state <= 4'h3;
-        end
-        else
-          state <= 4'h8;
-      end
-      else if (_GEN_1) begin
-        if (_area_scan_result_hit) begin
-          if (areas_granted)
-            state <= 4'h4;
-        end
-        else
-          state <= 4'h5;
-      end
-      else if (_GEN_2)
-        state <= 4'h5;
-      else if (_GEN_3)
-        state <= plain | exists & areas_answer_allowed ? 4'h6 : 4'h8;
-      else if (_GEN_4) begin
-        if (memory_ack | (|(through[17:16])))
-          state <= 4'h7;
-      end
-      else if (_GEN_5) begin
-        if (~inBuffer | areas_granted)
-          state <= 4'h8;
-      end
-      else if (_GEN_6)
-        state <= {2'h0, lane, 1'h0};
-    end
-    else if (host_req)
-      state <= {2'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1};
-    lane <= (|state) & (_GEN | _GEN_8 | ~_GEN_6 ? lane : lane - 1'h1);
-    if (|state) begin
-      data <= {8{~(_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3)}} & {8{_GEN_4 & memory_ack}} & memory_rdata | data;
-      if (~_GEN) begin
-        if (_GEN_0)
-          count <= count + 4'h1;
-        else if (_GEN_7 | ~_GEN_6) begin
-        end
-        else
-          count <= 4'h0;
-      end
-    end
-    else begin
-      data <= 8'h0;
-      count <= 4'h0;
-    end
-    if (_GEN_9) begin
-    end
-    else
-      through <=
-        {2'h0, host_addr}
-        + {1'h0,
-           plain | single
-             ? 17'h0
-             : areas_answer_buffer[1]
-                 ? {_area_scan_result_length, 1'h0}
-                 : {1'h0, areas_answer_buffer[0] ? _area_scan_result_length : 16'h0}};
-    area_scan_entry_begins_REG <= count == 4'h0;
-    if (_GEN_9) begin
-    end
-    else
-      inBuffer <= _area_scan_result_hit & exists & areas_answer_inBuffer;
-  end // always @(posedge)
-  assign _area_scan_entry_takesPart = areas_entries_0_takesPart & count < 4'h9;
-  AreaScan area_scan (
-    .clock           (clock),
-    .entry_index     (areas_entries_0_index),
-    .entry_start     (areas_entries_0_start),
-    .entry_length    (areas_entries_0_length),
-    .entry_extent    (areas_entries_0_extent),
-    .entry_takesPart (_area_scan_entry_takesPart),
-    .entry_begins    (area_scan_entry_begins_REG),
-    .address         (host_addr),
-    .result_hit      (_area_scan_result_hit),
-    .result_index    (areas_number),
-    .result_length   (_area_scan_result_length),
-    .result_first    (_area_scan_result_first),
-    .result_last     (_area_scan_result_last)
-  );
-  assign host_ack = (|state) & (_GEN ? memory_ack : ~_GEN_8 & _GEN_6 & ~lane);
-  assign host_rdata = _host_rdata_T ? memory_rdata : data;
-  assign memory_req = _host_rdata_T & (host_write | ~areas_changing) | state == 4'h6 & ~(|(through[17:16]));
-  assign memory_write = host_write;
-  assign memory_addr = _host_rdata_T ? host_addr : through[15:0];
-  assign memory_wdata = host_wdata;
-  assign memory_be = ~_host_rdata_T | host_be;
-  assign areas_index = count[3] ? 3'h7 : count[2:0];
-  assign areas_request = _areas_access_touch_T & _area_scan_result_hit | _areas_access_close_T & inBuffer;
-  assign areas_access_write = host_write;
-  assign areas_access_touch = exists & _areas_access_touch_T != single;
-  assign areas_access_first = _area_scan_result_first;
-  assign areas_access_close = _areas_access_close_T & _area_scan_result_last;
-  assign areas_access_single = single;
-  assign quiet = ~(|state);
 endmodule
 
 module I2cMaster(
@@ -6057,79 +5839,6 @@ module SiiController(
   assign loading = isFirst & _busy_output;
 endmodule
 
-module Application(
-  input         clock,
-  input         reset,
-  input  [6:0]  alStatus,
-  input         emulation,
-  input         alControlWritten,
-  input         alControlRead,
-  output        copyControl,
-  output        alControlFree,
-  input  [15:0] dlStatus,
-  input         readDlStatus,
-  input         readAlStatus,
-  input         good,
-  input         bad,
-  input  [3:0]  smEcatEvents,
-  input  [3:0]  smAlEvents,
-  input  [3:0]  smChanged,
-  input         watchdog,
-  input         eeprom,
-  input  [15:0] ecatMask,
-  input  [11:0] alMask,
-  output [15:0] ecatEvents,
-  output [31:0] alEvents,
-  output [15:0] irqField,
-  output        irq
-);
-
-  reg         controlEvent;
-  reg         REG;
-  reg         copyControl_REG;
-  reg  [15:0] dlEvent_before;
-  reg         dlEvent_pending;
-  reg         dlEvent;
-  reg  [6:0]  alEvent_before;
-  reg         alEvent_pending;
-  reg         alEvent;
-  wire [15:0] _ecatEvents_output = {8'h0, smEcatEvents, alEvent, dlEvent, 2'h0};
-  wire [11:0] _GEN = {smAlEvents, 1'h0, watchdog, eeprom, |smChanged, 3'h0, controlEvent} & alMask;
-  wire        _alEvent_T = good | bad;
-  wire        _GEN_0 = dlStatus == dlEvent_before;
-  wire        _GEN_1 = alStatus == alEvent_before;
-  always @(posedge clock) begin
-    if (reset) begin
-      controlEvent <= 1'h0;
-      REG <= 1'h0;
-      copyControl_REG <= 1'h0;
-      dlEvent_before <= 16'h0;
-      dlEvent_pending <= 1'h0;
-      dlEvent <= 1'h0;
-      alEvent_before <= 7'h1;
-      alEvent_pending <= 1'h0;
-      alEvent <= 1'h0;
-    end
-    else begin
-      controlEvent <= alControlWritten & ~emulation | ~(alControlRead & ~REG) & controlEvent;
-      REG <= alControlWritten;
-      copyControl_REG <= alControlWritten;
-      dlEvent_before <= dlStatus;
-      dlEvent_pending <= _GEN_0 & ~_alEvent_T & (readDlStatus | dlEvent_pending);
-      dlEvent <= ~_GEN_0 | ~(good & dlEvent_pending) & dlEvent;
-      alEvent_before <= alStatus;
-      alEvent_pending <= _GEN_1 & ~_alEvent_T & (readAlStatus | alEvent_pending);
-      alEvent <= ~_GEN_1 | ~(good & alEvent_pending) & alEvent;
-    end
-  end // always @(posedge)
-  assign copyControl = copyControl_REG & emulation;
-  assign alControlFree = emulation | ~controlEvent;
-  assign ecatEvents = _ecatEvents_output;
-  assign alEvents = {20'h0, smAlEvents, 1'h0, watchdog, eeprom, |smChanged, 3'h0, controlEvent};
-  assign irqField = _ecatEvents_output & ecatMask;
-  assign irq = |{_GEN[11:8], _GEN[6:4], _GEN[0]};
-endmodule
-
 module WatchdogDivider(
   input         clock,
   input         reset,
@@ -6274,6 +5983,183 @@ module LinkActivity(
   assign lit = link & ~dark;
 endmodule
 
+module HostSequencer(
+  input         clock,
+  input         reset,
+  input         host_req,
+  input         host_write,
+  input  [15:0] host_addr,
+  input  [7:0]  host_wdata,
+  input         host_be,
+  output        host_ack,
+  output [7:0]  host_rdata,
+  output        memory_req,
+  output        memory_write,
+  output [15:0] memory_addr,
+  output [7:0]  memory_wdata,
+  output        memory_be,
+  input         memory_ack,
+  input  [7:0]  memory_rdata,
+  output [2:0]  areas_index,
+  input  [1:0]  areas_entries_0_index,
+  input  [15:0] areas_entries_0_start,
+  input  [15:0] areas_entries_0_length,
+  input  [17:0] areas_entries_0_extent,
+  input         areas_entries_0_takesPart,
+  output        areas_request,
+  input         areas_granted,
+  output [1:0]  areas_number,
+  output        areas_access_write,
+  output        areas_access_touch,
+  output        areas_access_first,
+  output        areas_access_close,
+  output        areas_access_single,
+  input         areas_answer_allowed,
+  input         areas_answer_inBuffer,
+  input  [1:0]  areas_answer_buffer,
+  input         areas_answer_works,
+  input         areas_answer_locked,
+  input         areas_changing,
+  input         areas_ramOpen,
+  output        quiet
+);
+
+  wire        _area_scan_entry_takesPart;
+  wire        _area_scan_result_hit;
+  wire [15:0] _area_scan_result_length;
+  wire        _area_scan_result_first;
+  wire        _area_scan_result_last;
+  reg  [3:0]  state;
+  reg         lane;
+  reg  [7:0]  data;
+  reg  [17:0] through;
+  reg  [3:0]  count;
+  reg         area_scan_entry_begins_REG;
+  wire        single = _area_scan_result_first & _area_scan_result_last;
+  wire        exists = host_addr < 16'h1000 ? host_addr[7] : areas_ramOpen & host_addr < 16'h2000;
+  reg         inBuffer;
+  wire        _areas_access_touch_T = state == 4'h3;
+  wire        _areas_access_close_T = state == 4'h7;
+  wire        _host_rdata_T = state == 4'h1;
+  wire        _GEN = state == 4'h1;
+  wire        _GEN_0 = state == 4'h2;
+  wire        _GEN_1 = state == 4'h3;
+  wire        _GEN_2 = state == 4'h4;
+  wire        _GEN_3 = state == 4'h5;
+  wire        _GEN_4 = state == 4'h6;
+  wire        _GEN_5 = state == 4'h7;
+  wire        _GEN_6 = state == 4'h8;
+  wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5;
+  wire        _GEN_8 = _GEN_0 | _GEN_7;
+  wire        plain = ~_area_scan_result_hit | ~areas_answer_works & ~areas_answer_locked;
+  wire        _GEN_9 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
+  always @(posedge clock) begin
+    if (reset)
+      state <= 4'h0;
+    else if (|state) begin
+      if (_GEN) begin
+        if (memory_ack)
+          state <= 4'h0;
+      end
+      else if (_GEN_0) begin
+        if (host_be) begin
+          if (count == 4'hA)
+            state <= 4'h3;
+        end
+        else
+          state <= 4'h8;
+      end
+      else if (_GEN_1) begin
+        if (_area_scan_result_hit) begin
+          if (areas_granted)
+            state <= 4'h4;
+        end
+        else
+          state <= 4'h5;
+      end
+      else if (_GEN_2)
+        state <= 4'h5;
+      else if (_GEN_3)
+        state <= plain | exists & areas_answer_allowed ? 4'h6 : 4'h8;
+      else if (_GEN_4) begin
+        if (memory_ack | (|(through[17:16])))
+          state <= 4'h7;
+      end
+      else if (_GEN_5) begin
+        if (~inBuffer | areas_granted)
+          state <= 4'h8;
+      end
+      else if (_GEN_6)
+        state <= {2'h0, lane, 1'h0};
+    end
+    else if (host_req)
+      state <= {2'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1};
+    lane <= (|state) & (_GEN | _GEN_8 | ~_GEN_6 ? lane : lane - 1'h1);
+    if (|state) begin
+      data <= {8{~(_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3)}} & {8{_GEN_4 & memory_ack}} & memory_rdata | data;
+      if (~_GEN) begin
+        if (_GEN_0)
+          count <= count + 4'h1;
+        else if (_GEN_7 | ~_GEN_6) begin
+        end
+        else
+          count <= 4'h0;
+      end
+    end
+    else begin
+      data <= 8'h0;
+      count <= 4'h0;
+    end
+    if (_GEN_9) begin
+    end
+    else
+      through <=
+        {2'h0, host_addr}
+        + {1'h0,
+           plain | single
+             ? 17'h0
+             : areas_answer_buffer[1]
+                 ? {_area_scan_result_length, 1'h0}
+                 : {1'h0, areas_answer_buffer[0] ? _area_scan_result_length : 16'h0}};
+    area_scan_entry_begins_REG <= count == 4'h0;
+    if (_GEN_9) begin
+    end
+    else
+      inBuffer <= _area_scan_result_hit & exists & areas_answer_inBuffer;
+  end // always @(posedge)
+  assign _area_scan_entry_takesPart = areas_entries_0_takesPart & count < 4'h9;
+  AreaScan area_scan (
+    .clock           (clock),
+    .entry_index     (areas_entries_0_index),
+    .entry_start     (areas_entries_0_start),
+    .entry_length    (areas_entries_0_length),
+    .entry_extent    (areas_entries_0_extent),
+    .entry_takesPart (_area_scan_entry_takesPart),
+    .entry_begins    (area_scan_entry_begins_REG),
+    .address         (host_addr),
+    .result_hit      (_area_scan_result_hit),
+    .result_index    (areas_number),
+    .result_length   (_area_scan_result_length),
+    .result_first    (_area_scan_result_first),
+    .result_last     (_area_scan_result_last)
+  );
+  assign host_ack = (|state) & (_GEN ? memory_ack : ~_GEN_8 & _GEN_6 & ~lane);
+  assign host_rdata = _host_rdata_T ? memory_rdata : data;
+  assign memory_req = _host_rdata_T & (host_write | ~areas_changing) | state == 4'h6 & ~(|(through[17:16]));
+  assign memory_write = host_write;
+  assign memory_addr = _host_rdata_T ? host_addr : through[15:0];
+  assign memory_wdata = host_wdata;
+  assign memory_be = ~_host_rdata_T | host_be;
+  assign areas_index = count[3] ? 3'h7 : count[2:0];
+  assign areas_request = _areas_access_touch_T & _area_scan_result_hit | _areas_access_close_T & inBuffer;
+  assign areas_access_write = host_write;
+  assign areas_access_touch = exists & _areas_access_touch_T != single;
+  assign areas_access_first = _area_scan_result_first;
+  assign areas_access_close = _areas_access_close_T & _area_scan_result_last;
+  assign areas_access_single = single;
+  assign quiet = ~(|state);
+endmodule
+
 module lan9252(
   input         clock,
   input         reset,
@@ -6302,7 +6188,6 @@ module lan9252(
   input         host_be,
   output        host_ack,
   output [7:0]  host_rdata,
-  output        irq,
   output        sii_scl_low,
   output        sii_sda_low,
   input         sii_sda,
@@ -6310,9 +6195,15 @@ module lan9252(
   output        led_run,
   output        led_err,
   output        led_linkact_0,
-  output        led_linkact_1
+  output        led_linkact_1,
+  output        irq
 );
 
+  wire [3:0]  _memory_status_sm_activation_event_T_56;
+  wire        _hostSequencer_memory_write;
+  wire [15:0] _hostSequencer_memory_addr;
+  wire        _hostSequencer_memory_be;
+  wire        _hostSequencer_quiet;
   wire        _unit_1_traffic;
   wire        _unit_traffic;
   wire        _led_err_write_valid;
@@ -6322,37 +6213,26 @@ module lan9252(
   wire [3:0]  _led_run_automaticCode;
   wire        _led_run_write_valid;
   wire [4:0]  _led_run_write_bits;
+  wire        _led_run_drop;
   wire [3:0]  _led_run_code;
-  wire        _application_watchdog_watchdog_watchdog_time_pdi_running;
-  wire        _application_watchdog_watchdog_watchdog_time_pdi_expired;
-  wire        _application_watchdog_watchdog_watchdog_time_process_data_expired;
-  wire        _application_watchdog_watchdogDivider_tick;
-  wire        _application_alControlWritten;
-  wire        _application_alControlRead;
-  wire [15:0] _application_dlStatus;
-  wire [3:0]  _application_smEcatEvents;
-  wire [3:0]  _application_smAlEvents;
-  wire [3:0]  _application_smChanged;
-  wire [11:0] _application_alMask;
-  wire [15:0] _application_ecatEvents;
-  wire [31:0] _application_alEvents;
-  wire        _operational_sii_lines_twoByte_crossing_out;
-  wire        _operational_sii_lines_twoByte;
-  wire        _operational_sii_lines_sda;
-  wire        _operational_sii_writeLow_valid;
-  wire        _operational_sii_writeLow_bits;
-  wire        _operational_sii_writeHigh_valid;
-  wire [2:0]  _operational_sii_writeHigh_bits;
-  wire [4:0]  _operational_sii_enhancedLinkDetection;
-  wire        _operational_sii_pdiMayWrite;
-  wire        _operational_sii_notLoaded;
-  wire        _operational_sii_waits;
-  wire        _operational_sii_loadFailed;
-  wire        _operational_sii_loading;
-  wire        _hostSequencer_memory_write;
-  wire [15:0] _hostSequencer_memory_addr;
-  wire        _hostSequencer_memory_be;
-  wire        _hostSequencer_quiet;
+  wire        _sii_lines_twoByte_crossing_out;
+  wire        _watchdog_pdi_running;
+  wire        _watchdog_pdi_expired;
+  wire        _watchdog_process_data_expired;
+  wire        _watchdogDivider_tick;
+  wire        _sii_1_lines_twoByte;
+  wire        _sii_1_lines_sda;
+  wire        _sii_1_writeLow_valid;
+  wire        _sii_1_writeLow_bits;
+  wire        _sii_1_writeHigh_valid;
+  wire [2:0]  _sii_1_writeHigh_bits;
+  wire        _sii_1_frameStart;
+  wire [4:0]  _sii_1_enhancedLinkDetection;
+  wire        _sii_1_pdiMayWrite;
+  wire        _sii_1_notLoaded;
+  wire        _sii_1_waits;
+  wire        _sii_1_loadFailed;
+  wire        _sii_1_loading;
   wire [2:0]  _syncManagers_pdi_index;
   wire        _syncManagers_pdi_request;
   wire [1:0]  _syncManagers_pdi_number;
@@ -6385,10 +6265,18 @@ module lan9252(
   wire        _syncManagers_alEvent_2;
   wire        _syncManagers_alEvent_3;
   wire        _syncManagers_trigger;
+  wire        _temporaryLoops_restore;
+  wire        _loops_settingWritten;
+  wire        _loops_quiet_0;
+  wire        _loops_quiet_1;
+  wire        _loops_open_0;
+  wire        _loops_open_1;
+  wire        _loops_reportClosed_0;
+  wire        _loops_reportClosed_1;
   wire        _transmitters_1_in_valid;
   wire        _transmitters_1_in_payload;
   wire [3:0]  _transmitters_1_in_data;
-  wire        _transmitters_1_in_last;
+  wire        _transmitters_1_in_end;
   wire        _transmitters_1_in_bad;
   wire        _transmitters_1_in_odd;
   wire        _transmitters_1_in_crcGood;
@@ -6396,7 +6284,7 @@ module lan9252(
   wire        _transmitters_0_in_valid;
   wire        _transmitters_0_in_payload;
   wire [3:0]  _transmitters_0_in_data;
-  wire        _transmitters_0_in_last;
+  wire        _transmitters_0_in_end;
   wire        _transmitters_0_in_bad;
   wire        _transmitters_0_in_odd;
   wire        _transmitters_0_in_crcGood;
@@ -6405,13 +6293,14 @@ module lan9252(
   wire        _receivers_1_out_valid;
   wire        _receivers_1_out_payload;
   wire [3:0]  _receivers_1_out_data;
-  wire        _receivers_1_out_last;
+  wire        _receivers_1_out_end;
   wire        _receivers_1_out_bad;
   wire        _receivers_1_out_odd;
   wire        _receivers_1_out_crcGood;
   wire        _receivers_1_events_invalidFrame;
   wire        _receivers_1_events_rxEr;
   wire        _receivers_1_events_forwardedError;
+  wire        _receivers_1_events_goodFrame;
   wire        _receivers_1_idle;
   wire        _crossing_1_shortMargin;
   wire        _crossing_1_read_take;
@@ -6425,13 +6314,14 @@ module lan9252(
   wire        _receivers_0_out_valid;
   wire        _receivers_0_out_payload;
   wire [3:0]  _receivers_0_out_data;
-  wire        _receivers_0_out_last;
+  wire        _receivers_0_out_end;
   wire        _receivers_0_out_bad;
   wire        _receivers_0_out_odd;
   wire        _receivers_0_out_crcGood;
   wire        _receivers_0_events_invalidFrame;
   wire        _receivers_0_events_rxEr;
   wire        _receivers_0_events_forwardedError;
+  wire        _receivers_0_events_goodFrame;
   wire        _receivers_0_idle;
   wire        _crossing_shortMargin;
   wire        _crossing_read_take;
@@ -6443,20 +6333,10 @@ module lan9252(
   wire        _crossing_read_overflow;
   wire        _links_crossing_1_out;
   wire        _links_crossing_out;
-  wire        _temporaryLoops_restore;
-  wire        _loops_settingWritten;
-  wire        _loops_goodFrame_0;
-  wire        _loops_goodFrame_1;
-  wire        _loops_quiet_0;
-  wire        _loops_quiet_1;
-  wire        _loops_open_0;
-  wire        _loops_open_1;
-  wire        _loops_reportClosed_0;
-  wire        _loops_reportClosed_1;
   wire        _processor_in_valid;
   wire        _processor_in_payload;
   wire [3:0]  _processor_in_data;
-  wire        _processor_in_last;
+  wire        _processor_in_end;
   wire        _processor_in_bad;
   wire        _processor_in_odd;
   wire        _processor_in_crcGood;
@@ -6475,13 +6355,13 @@ module lan9252(
   wire        _processor_out_valid;
   wire        _processor_out_payload;
   wire [3:0]  _processor_out_data;
-  wire        _processor_out_last;
+  wire        _processor_out_end;
   wire        _processor_out_bad;
   wire        _processor_out_odd;
   wire        _processor_out_crcGood;
   wire        _processor_memory_frameStart;
-  wire        _processor_readDlStatus;
-  wire        _processor_readAlStatus;
+  wire        _processor_reads_al_status;
+  wire        _processor_reads_dl_status;
   wire        _processor_frameGood;
   wire        _processor_frameBad;
   wire        _processor_busy;
@@ -6554,12 +6434,8 @@ module lan9252(
   wire        _memory_status_watchdog_pdi;
   wire        _memory_status_watchdog_process_data;
   wire [3:0]  _memory_status_sm_al_event;
-  wire        _memory_status_watchdog_event;
   wire        _memory_status_sm_activation_event;
-  wire        _memory_status_al_control_event;
   wire [3:0]  _memory_status_sm_ecat_event;
-  wire        _memory_status_al_status_event;
-  wire        _memory_status_dl_status_event;
   wire        _memory_status_err_led_enable;
   wire [3:0]  _memory_status_err_led_code;
   wire        _memory_status_run_led_enable;
@@ -6641,14 +6517,10 @@ module lan9252(
   wire        links_1 = _links_crossing_1_out & ~_memory_clearing;
   reg         receiver_cut_REG;
   reg         receiver_cut_REG_1;
-  wire        _processor_in_T_valid = _loops_open_1 ? _receivers_1_out_valid : _processor_out_valid;
-  wire        _processor_in_T_payload = _loops_open_1 ? _receivers_1_out_payload : _processor_out_payload;
-  wire [3:0]  _processor_in_T_data = _loops_open_1 ? _receivers_1_out_data : _processor_out_data;
-  wire        _processor_in_T_last = _loops_open_1 ? _receivers_1_out_last : _processor_out_last;
-  wire        _processor_in_T_bad = _loops_open_1 ? _receivers_1_out_bad : _processor_out_bad;
-  wire        _processor_in_T_odd = _loops_open_1 ? _receivers_1_out_odd : _processor_out_odd;
-  wire        _processor_in_T_crcGood = _loops_open_1 ? _receivers_1_out_crcGood : _processor_out_crcGood;
-  reg         mii_tx_tick_r;
+  reg  [1:0]  loops_setting_0_r;
+  reg         drops_REG;
+  reg  [1:0]  loops_setting_1_r;
+  reg         drops_REG_1;
   reg         syncManagers_quiet_r;
   reg         syncManagers_quiet_r_1;
   reg         syncManagers_quiet_r_2;
@@ -6657,49 +6529,125 @@ module lan9252(
   reg         syncManagers_quiet_r_5;
   reg         syncManagers_quiet_r_6;
   reg         syncManagers_quiet_r_7;
-  reg  [6:0]  alChanged_REG;
-  wire        alChanged = _memory_value_al_status != alChanged_REG;
-  reg         application_smChanged_sm0_changed;
-  reg         application_smChanged_REG;
-  reg         application_smChanged_sm1_changed;
-  reg         application_smChanged_REG_1;
-  reg         application_smChanged_sm2_changed;
-  reg         application_smChanged_REG_2;
-  reg         application_smChanged_sm3_changed;
-  reg         application_smChanged_REG_3;
-  reg         application_watchdog_watchdog_watchdog_time_process_data_restart_REG;
-  reg         application_watchdog_watchdog_watchdog_time_pdi_restart_REG;
-  reg         application_watchdog_watchdog_event;
+  reg         memory_status_sm_activation_event_sm0_changed;
+  reg         memory_status_sm_activation_event_REG;
+  reg         memory_status_sm_activation_event_sm1_changed;
+  reg         memory_status_sm_activation_event_REG_1;
+  reg         memory_status_sm_activation_event_sm2_changed;
+  reg         memory_status_sm_activation_event_REG_2;
+  reg         memory_status_sm_activation_event_sm3_changed;
+  reg         memory_status_sm_activation_event_REG_3;
+  assign _memory_status_sm_activation_event_T_56 =
+    {memory_status_sm_activation_event_sm3_changed,
+     memory_status_sm_activation_event_sm2_changed,
+     memory_status_sm_activation_event_sm1_changed,
+     memory_status_sm_activation_event_sm0_changed};
+  reg         watchdog_process_data_restart_REG;
+  reg         watchdog_pdi_restart_REG;
+  reg         memory_status_watchdog_event_watchdog_event;
+  reg         memory_status_watchdog_event_REG;
+  reg         controlEvent;
+  reg         waits_REG;
+  reg         REG;
+  reg  [15:0] memory_status_dl_status_event_REG;
+  reg         memory_status_dl_status_event_dl_status_changed;
+  reg         memory_status_dl_status_event_isRead;
+  wire [15:0] _GEN = {9'h0, _memory_value_al_status};
+  reg  [15:0] memory_status_al_status_event_REG;
+  reg         memory_status_al_status_event_al_status_changed;
+  reg         memory_status_al_status_event_isRead;
+  wire [11:0] _GEN_0 =
+    {_syncManagers_alEvent_3,
+     _syncManagers_alEvent_2,
+     _syncManagers_alEvent_1,
+     _syncManagers_alEvent_0,
+     1'h0,
+     memory_status_watchdog_event_watchdog_event,
+     1'h0,
+     |_memory_status_sm_activation_event_T_56,
+     3'h0,
+     controlEvent}
+    & {_memory_value_sm_mask,
+       1'h0,
+       _memory_value_watchdog_mask,
+       _memory_value_eeprom_mask,
+       _memory_value_sm_activation_mask,
+       3'h0,
+       _memory_value_al_control_mask};
   reg  [22:0] tick_value;
   wire        tick = tick_value == 23'h4C4B3F;
+  reg  [15:0] changed_REG;
   reg  [3:0]  latched;
   wire [3:0]  error =
-    _operational_sii_loadFailed
+    _sii_1_loadFailed
       ? 4'hE
       : (|latched) ? latched : {3'h0, _memory_value_al_status[4] & ~_memory_value_device_emulation};
-  reg  [3:0]  REG;
-  reg  [1:0]  loops_setting_0_r;
-  reg  [1:0]  loops_setting_1_r;
-  reg         memory_event_lost_link_port0_REG;
-  reg         memory_event_lost_link_port1_REG;
-  wire        application_smChanged_changes =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h806 & _memory_registerWrite_bits_mask
-    & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm0_repeat_request, _memory_value_sm0_enable};
-  wire        application_smChanged_changes_1 =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h80E & _memory_registerWrite_bits_mask
-    & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm1_repeat_request, _memory_value_sm1_enable};
-  wire        application_smChanged_changes_2 =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h816 & _memory_registerWrite_bits_mask
-    & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm2_repeat_request, _memory_value_sm2_enable};
-  wire        application_smChanged_changes_3 =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h81E & _memory_registerWrite_bits_mask
-    & _memory_registerWrite_bits_data[1:0] != {_memory_value_sm3_repeat_request, _memory_value_sm3_enable};
+  reg  [3:0]  REG_1;
+  wire        processor_in_on_valid = _loops_open_1 ? _receivers_1_out_valid : _processor_out_valid;
+  wire        processor_in_on_payload = _loops_open_1 ? _receivers_1_out_payload : _processor_out_payload;
+  wire [3:0]  processor_in_on_data = _loops_open_1 ? _receivers_1_out_data : _processor_out_data;
+  wire        processor_in_on_end = _loops_open_1 ? _receivers_1_out_end : _processor_out_end;
+  wire        processor_in_on_bad = _loops_open_1 ? _receivers_1_out_bad : _processor_out_bad;
+  wire        processor_in_on_odd = _loops_open_1 ? _receivers_1_out_odd : _processor_out_odd;
+  wire        processor_in_on_crcGood = _loops_open_1 ? _receivers_1_out_crcGood : _processor_out_crcGood;
+  reg         mii_tx_tick_r;
+  wire        _memory_status_sm_activation_event_written_source_result_valid_T_4 =
+    _memory_registerWrite_bits_address == 12'h806;
+  wire        _memory_status_sm_activation_event_T_4 =
+    _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_4
+    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[0] != _memory_value_sm0_enable
+    | _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_4
+    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[1] != _memory_value_sm0_repeat_request;
+  wire        _memory_status_sm_activation_event_written_source_result_valid_T_12 =
+    _memory_registerWrite_bits_address == 12'h80E;
+  wire        _memory_status_sm_activation_event_T_18 =
+    _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_12
+    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[0] != _memory_value_sm1_enable
+    | _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_12
+    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[1] != _memory_value_sm1_repeat_request;
+  wire        _memory_status_sm_activation_event_written_source_result_valid_T_20 =
+    _memory_registerWrite_bits_address == 12'h816;
+  wire        _memory_status_sm_activation_event_T_32 =
+    _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_20
+    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[0] != _memory_value_sm2_enable
+    | _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_20
+    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[1] != _memory_value_sm2_repeat_request;
+  wire        _memory_status_sm_activation_event_written_source_result_valid_T_28 =
+    _memory_registerWrite_bits_address == 12'h81E;
+  wire        _memory_status_sm_activation_event_T_46 =
+    _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_28
+    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[0] != _memory_value_sm3_enable
+    | _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_28
+    & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[1] != _memory_value_sm3_repeat_request;
+  wire        written =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h120 & _memory_registerWrite_bits_mask
+    | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h121 & _memory_registerWrite_bits_mask;
+  wire        _waits_T_1 = written & ~_memory_value_device_emulation;
+  wire [15:0] _GEN_1 =
+    {4'h5,
+     links_1,
+     _loops_reportClosed_1,
+     links_0,
+     _loops_reportClosed_0,
+     2'h0,
+     links_1,
+     links_0,
+     2'h0,
+     _watchdog_pdi_running,
+     ~_sii_1_notLoaded};
+  wire        _memory_status_al_status_event_T_5 = _processor_frameGood | _processor_frameBad;
+  wire        _GEN_2 = _GEN_1 == memory_status_dl_status_event_REG;
+  wire        _GEN_3 = _GEN == memory_status_al_status_event_REG;
   always @(posedge clock) begin
     if (reset) begin
       processStep <= 1'h0;
       transmitStep <= 1'h0;
       receiver_cut_REG <= 1'h0;
       receiver_cut_REG_1 <= 1'h0;
+      loops_setting_0_r <= 2'h0;
+      drops_REG <= 1'h0;
+      loops_setting_1_r <= 2'h0;
+      drops_REG_1 <= 1'h0;
       syncManagers_quiet_r <= 1'h0;
       syncManagers_quiet_r_1 <= 1'h0;
       syncManagers_quiet_r_2 <= 1'h0;
@@ -6708,29 +6656,44 @@ module lan9252(
       syncManagers_quiet_r_5 <= 1'h0;
       syncManagers_quiet_r_6 <= 1'h0;
       syncManagers_quiet_r_7 <= 1'h0;
-      application_smChanged_sm0_changed <= 1'h0;
-      application_smChanged_REG <= 1'h0;
-      application_smChanged_sm1_changed <= 1'h0;
-      application_smChanged_REG_1 <= 1'h0;
-      application_smChanged_sm2_changed <= 1'h0;
-      application_smChanged_REG_2 <= 1'h0;
-      application_smChanged_sm3_changed <= 1'h0;
-      application_smChanged_REG_3 <= 1'h0;
-      application_watchdog_watchdog_watchdog_time_process_data_restart_REG <= 1'h0;
-      application_watchdog_watchdog_watchdog_time_pdi_restart_REG <= 1'h0;
-      application_watchdog_watchdog_event <= 1'h0;
+      memory_status_sm_activation_event_sm0_changed <= 1'h0;
+      memory_status_sm_activation_event_REG <= 1'h0;
+      memory_status_sm_activation_event_sm1_changed <= 1'h0;
+      memory_status_sm_activation_event_REG_1 <= 1'h0;
+      memory_status_sm_activation_event_sm2_changed <= 1'h0;
+      memory_status_sm_activation_event_REG_2 <= 1'h0;
+      memory_status_sm_activation_event_sm3_changed <= 1'h0;
+      memory_status_sm_activation_event_REG_3 <= 1'h0;
+      watchdog_process_data_restart_REG <= 1'h0;
+      watchdog_pdi_restart_REG <= 1'h0;
+      memory_status_watchdog_event_watchdog_event <= 1'h0;
+      memory_status_watchdog_event_REG <= 1'h0;
+      controlEvent <= 1'h0;
+      waits_REG <= 1'h0;
+      REG <= 1'h0;
+      memory_status_dl_status_event_REG <= 16'h5000;
+      memory_status_dl_status_event_dl_status_changed <= 1'h0;
+      memory_status_dl_status_event_isRead <= 1'h0;
+      memory_status_al_status_event_REG <= 16'h1;
+      memory_status_al_status_event_al_status_changed <= 1'h0;
+      memory_status_al_status_event_isRead <= 1'h0;
       tick_value <= 23'h0;
+      changed_REG <= 16'h1;
       latched <= 4'h0;
-      loops_setting_0_r <= 2'h0;
-      loops_setting_1_r <= 2'h0;
-      memory_event_lost_link_port0_REG <= 1'h0;
-      memory_event_lost_link_port1_REG <= 1'h0;
     end
     else begin
       processStep <= _slot_tick;
       transmitStep <= processStep;
       receiver_cut_REG <= links_0;
       receiver_cut_REG_1 <= links_1;
+      if (_memory_registersBusy) begin
+      end
+      else begin
+        loops_setting_0_r <= _memory_value_loop_port0;
+        loops_setting_1_r <= _memory_value_loop_port1;
+      end
+      drops_REG <= links_0;
+      drops_REG_1 <= links_1;
       syncManagers_quiet_r <= _processor_busy;
       syncManagers_quiet_r_1 <= syncManagers_quiet_r;
       syncManagers_quiet_r_2 <= syncManagers_quiet_r_1;
@@ -6739,60 +6702,78 @@ module lan9252(
       syncManagers_quiet_r_5 <= syncManagers_quiet_r_4;
       syncManagers_quiet_r_6 <= syncManagers_quiet_r_5;
       syncManagers_quiet_r_7 <= syncManagers_quiet_r_6;
-      application_smChanged_sm0_changed <=
-        application_smChanged_changes
+      memory_status_sm_activation_event_sm0_changed <=
+        _memory_status_sm_activation_event_T_4
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h806
-            & _hostSequencer_memory_be & ~application_smChanged_REG) & application_smChanged_sm0_changed;
-      application_smChanged_REG <= application_smChanged_changes;
-      application_smChanged_sm1_changed <=
-        application_smChanged_changes_1
+            & _hostSequencer_memory_be & ~memory_status_sm_activation_event_REG)
+        & memory_status_sm_activation_event_sm0_changed;
+      memory_status_sm_activation_event_REG <= _memory_status_sm_activation_event_T_4;
+      memory_status_sm_activation_event_sm1_changed <=
+        _memory_status_sm_activation_event_T_18
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h80E
-            & _hostSequencer_memory_be & ~application_smChanged_REG_1) & application_smChanged_sm1_changed;
-      application_smChanged_REG_1 <= application_smChanged_changes_1;
-      application_smChanged_sm2_changed <=
-        application_smChanged_changes_2
+            & _hostSequencer_memory_be & ~memory_status_sm_activation_event_REG_1)
+        & memory_status_sm_activation_event_sm1_changed;
+      memory_status_sm_activation_event_REG_1 <= _memory_status_sm_activation_event_T_18;
+      memory_status_sm_activation_event_sm2_changed <=
+        _memory_status_sm_activation_event_T_32
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h816
-            & _hostSequencer_memory_be & ~application_smChanged_REG_2) & application_smChanged_sm2_changed;
-      application_smChanged_REG_2 <= application_smChanged_changes_2;
-      application_smChanged_sm3_changed <=
-        application_smChanged_changes_3
+            & _hostSequencer_memory_be & ~memory_status_sm_activation_event_REG_2)
+        & memory_status_sm_activation_event_sm2_changed;
+      memory_status_sm_activation_event_REG_2 <= _memory_status_sm_activation_event_T_32;
+      memory_status_sm_activation_event_sm3_changed <=
+        _memory_status_sm_activation_event_T_46
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h81E
-            & _hostSequencer_memory_be & ~application_smChanged_REG_3) & application_smChanged_sm3_changed;
-      application_smChanged_REG_3 <= application_smChanged_changes_3;
-      application_watchdog_watchdog_watchdog_time_process_data_restart_REG <=
+            & _hostSequencer_memory_be & ~memory_status_sm_activation_event_REG_3)
+        & memory_status_sm_activation_event_sm3_changed;
+      memory_status_sm_activation_event_REG_3 <= _memory_status_sm_activation_event_T_46;
+      watchdog_process_data_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h420 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h421 & _memory_registerWrite_bits_mask;
-      application_watchdog_watchdog_watchdog_time_pdi_restart_REG <=
+      watchdog_pdi_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h410 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h411 & _memory_registerWrite_bits_mask;
-      application_watchdog_watchdog_event <=
-        _application_watchdog_watchdog_watchdog_time_process_data_expired
-        | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h440
-            & _hostSequencer_memory_be | _memory_host_ack & ~_hostSequencer_memory_write
-            & _hostSequencer_memory_addr == 16'h441 & _hostSequencer_memory_be) & application_watchdog_watchdog_event;
+      memory_status_watchdog_event_watchdog_event <=
+        _watchdog_process_data_expired
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write
+            & (_hostSequencer_memory_addr == 16'h440 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h441
+               & _hostSequencer_memory_be) & ~memory_status_watchdog_event_REG)
+        & memory_status_watchdog_event_watchdog_event;
+      memory_status_watchdog_event_REG <= _watchdog_process_data_expired;
+      controlEvent <=
+        _waits_T_1
+        | ~(_memory_host_ack & ~_hostSequencer_memory_write
+            & (_hostSequencer_memory_addr == 16'h120 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h121
+               & _hostSequencer_memory_be) & ~waits_REG) & controlEvent;
+      waits_REG <= _waits_T_1;
+      REG <= written;
+      memory_status_dl_status_event_REG <= _GEN_1;
+      memory_status_dl_status_event_dl_status_changed <=
+        ~_GEN_2 | ~(_processor_frameGood & memory_status_dl_status_event_isRead)
+        & memory_status_dl_status_event_dl_status_changed;
+      memory_status_dl_status_event_isRead <=
+        _GEN_2 & ~_memory_status_al_status_event_T_5
+        & (_processor_reads_dl_status | memory_status_dl_status_event_isRead);
+      memory_status_al_status_event_REG <= _GEN;
+      memory_status_al_status_event_al_status_changed <=
+        ~_GEN_3 | ~(_processor_frameGood & memory_status_al_status_event_isRead)
+        & memory_status_al_status_event_al_status_changed;
+      memory_status_al_status_event_isRead <=
+        _GEN_3 & ~_memory_status_al_status_event_T_5
+        & (_processor_reads_al_status | memory_status_al_status_event_isRead);
       if (tick)
         tick_value <= 23'h0;
       else
         tick_value <= tick_value + 23'h1;
-      if (_application_watchdog_watchdog_watchdog_time_pdi_expired)
+      changed_REG <= _GEN;
+      if (_watchdog_pdi_expired)
         latched <= 4'hF;
-      else if (_application_watchdog_watchdog_watchdog_time_process_data_expired & _memory_value_al_status[3:0] == 4'h8
-               & latched != 4'hF)
+      else if (_watchdog_process_data_expired & _memory_value_al_status[3:0] == 4'h8 & latched != 4'hF)
         latched <= 4'h2;
-      else if (alChanged)
+      else if (~(_GEN == changed_REG))
         latched <= 4'h0;
-      if (_memory_registersBusy) begin
-      end
-      else begin
-        loops_setting_0_r <= _memory_value_loop_port0;
-        loops_setting_1_r <= _memory_value_loop_port1;
-      end
-      memory_event_lost_link_port0_REG <= links_0;
-      memory_event_lost_link_port1_REG <= links_1;
     end
+    REG_1 <= error;
     mii_tx_tick_r <= transmitStep;
-    alChanged_REG <= _memory_value_al_status;
-    REG <= error;
   end // always @(posedge)
   SlotTimer slot (
     .clock     (clock),
@@ -6804,41 +6785,39 @@ module lan9252(
   assign _memory_host_write = _hostSequencer_memory_write;
   assign _memory_host_addr = _hostSequencer_memory_addr;
   assign _memory_host_be = _hostSequencer_memory_be;
-  assign _memory_ramOpen = ~_operational_sii_notLoaded;
+  assign _memory_ramOpen = ~_sii_1_notLoaded;
   assign _memory_guard_sm3_disabled = ~_memory_value_sm3_enable;
   assign _memory_guard_sm2_disabled = ~_memory_value_sm2_enable;
   assign _memory_guard_sm1_disabled = ~_memory_value_sm1_enable;
   assign _memory_guard_sm0_disabled = ~_memory_value_sm0_enable;
-  assign _memory_guard_sii_pdi_may_write = _operational_sii_pdiMayWrite;
-  assign _memory_guard_sii_pdi_may_answer = _operational_sii_pdiMayWrite | _operational_sii_waits;
+  assign _memory_guard_sii_pdi_may_write = _sii_1_pdiMayWrite;
+  assign _memory_guard_sii_pdi_may_answer = _sii_1_pdiMayWrite | _sii_1_waits;
   assign _memory_guard_sii_pdi_may_take =
     (_memory_value_eeprom_offered | _memory_value_eeprom_taken) & ~_memory_value_eeprom_force;
   assign _memory_guard_al_status_by_pdi = ~_memory_value_device_emulation;
+  assign _memory_guard_al_control_free = _memory_value_device_emulation | ~controlEvent;
+  assign _memory_set_al_status_valid = REG & _memory_value_device_emulation;
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
-  assign _memory_status_eeprom_not_loaded = _operational_sii_notLoaded;
-  assign _memory_status_eeprom_two_address_bytes = _operational_sii_lines_twoByte_crossing_out;
-  assign _memory_status_watchdog_pdi = _application_watchdog_watchdog_watchdog_time_pdi_running;
-  assign _memory_status_sm_al_event = _application_alEvents[11:8];
-  assign _memory_status_watchdog_event = _application_alEvents[6];
-  assign _memory_status_sm_activation_event = _application_alEvents[4];
-  assign _memory_status_al_control_event = _application_alEvents[0];
-  assign _memory_status_sm_ecat_event = _application_ecatEvents[7:4];
-  assign _memory_status_al_status_event = _application_ecatEvents[3];
-  assign _memory_status_dl_status_event = _application_ecatEvents[2];
+  assign _memory_status_eeprom_not_loaded = _sii_1_notLoaded;
+  assign _memory_status_eeprom_two_address_bytes = _sii_lines_twoByte_crossing_out;
+  assign _memory_status_watchdog_pdi = _watchdog_pdi_running;
+  assign _memory_status_sm_al_event =
+    {_syncManagers_alEvent_3, _syncManagers_alEvent_2, _syncManagers_alEvent_1, _syncManagers_alEvent_0};
+  assign _memory_status_sm_activation_event = |_memory_status_sm_activation_event_T_56;
+  assign _memory_status_sm_ecat_event =
+    {_syncManagers_ecatEvent_3, _syncManagers_ecatEvent_2, _syncManagers_ecatEvent_1, _syncManagers_ecatEvent_0};
   assign _memory_status_err_led_code = _led_err_code;
   assign _memory_status_run_led_code = _led_run_code;
   assign _memory_status_loop_closed_port1 = _loops_reportClosed_1;
   assign _memory_status_loop_closed_port0 = _loops_reportClosed_0;
-  assign _memory_status_pdi_watchdog = _application_watchdog_watchdog_watchdog_time_pdi_running;
-  assign _memory_status_pdi_operational = ~_operational_sii_notLoaded;
-  assign _memory_event_watchdog_count_pdi = _application_watchdog_watchdog_watchdog_time_pdi_expired;
-  assign _memory_event_watchdog_count_process_data = _application_watchdog_watchdog_watchdog_time_process_data_expired;
-  assign _memory_event_lost_link_port1 =
-    memory_event_lost_link_port1_REG & ~links_1 & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
-  assign _memory_event_lost_link_port0 =
-    memory_event_lost_link_port0_REG & ~links_0 & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
+  assign _memory_status_pdi_watchdog = _watchdog_pdi_running;
+  assign _memory_status_pdi_operational = ~_sii_1_notLoaded;
+  assign _memory_event_watchdog_count_pdi = _watchdog_pdi_expired;
+  assign _memory_event_watchdog_count_process_data = _watchdog_process_data_expired;
+  assign _memory_event_lost_link_port1 = drops_REG_1 & ~links_1 & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
+  assign _memory_event_lost_link_port0 = drops_REG & ~links_0 & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
   assign _memory_event_forwarded_error_port1 = _receivers_1_events_forwardedError & _loops_open_1;
   assign _memory_event_forwarded_error_port0 = _receivers_0_events_forwardedError & _loops_open_0;
   assign _memory_event_rx_er_port1 = _receivers_1_events_rxEr & _loops_open_1;
@@ -6948,12 +6927,12 @@ module lan9252(
     .status_watchdog_pdi               (_memory_status_watchdog_pdi),
     .status_watchdog_process_data      (_memory_status_watchdog_process_data),
     .status_sm_al_event                (_memory_status_sm_al_event),
-    .status_watchdog_event             (_memory_status_watchdog_event),
+    .status_watchdog_event             (memory_status_watchdog_event_watchdog_event),
     .status_sm_activation_event        (_memory_status_sm_activation_event),
-    .status_al_control_event           (_memory_status_al_control_event),
+    .status_al_control_event           (controlEvent),
     .status_sm_ecat_event              (_memory_status_sm_ecat_event),
-    .status_al_status_event            (_memory_status_al_status_event),
-    .status_dl_status_event            (_memory_status_dl_status_event),
+    .status_al_status_event            (memory_status_al_status_event_al_status_changed),
+    .status_dl_status_event            (memory_status_dl_status_event_dl_status_changed),
     .status_err_led_enable             (_memory_status_err_led_enable),
     .status_err_led_code               (_memory_status_err_led_code),
     .status_run_led_enable             (_memory_status_run_led_enable),
@@ -6995,13 +6974,23 @@ module lan9252(
     .clearing                          (_memory_clearing),
     .commitStarts                      (_memory_commitStarts)
   );
-  assign _processor_in_valid = _loops_open_0 ? _receivers_0_out_valid : _processor_in_T_valid;
-  assign _processor_in_payload = _loops_open_0 ? _receivers_0_out_payload : _processor_in_T_payload;
-  assign _processor_in_data = _loops_open_0 ? _receivers_0_out_data : _processor_in_T_data;
-  assign _processor_in_last = _loops_open_0 ? _receivers_0_out_last : _processor_in_T_last;
-  assign _processor_in_bad = _loops_open_0 ? _receivers_0_out_bad : _processor_in_T_bad;
-  assign _processor_in_odd = _loops_open_0 ? _receivers_0_out_odd : _processor_in_T_odd;
-  assign _processor_in_crcGood = _loops_open_0 ? _receivers_0_out_crcGood : _processor_in_T_crcGood;
+  assign _processor_in_valid = _loops_open_0 ? _receivers_0_out_valid : processor_in_on_valid;
+  assign _processor_in_payload = _loops_open_0 ? _receivers_0_out_payload : processor_in_on_payload;
+  assign _processor_in_data = _loops_open_0 ? _receivers_0_out_data : processor_in_on_data;
+  assign _processor_in_end = _loops_open_0 ? _receivers_0_out_end : processor_in_on_end;
+  assign _processor_in_bad = _loops_open_0 ? _receivers_0_out_bad : processor_in_on_bad;
+  assign _processor_in_odd = _loops_open_0 ? _receivers_0_out_odd : processor_in_on_odd;
+  assign _processor_in_crcGood = _loops_open_0 ? _receivers_0_out_crcGood : processor_in_on_crcGood;
+  assign _processor_config_ecatEvents =
+    {8'h0,
+     _memory_value_ecat_event_mask[7:0]
+       & {_syncManagers_ecatEvent_3,
+          _syncManagers_ecatEvent_2,
+          _syncManagers_ecatEvent_1,
+          _syncManagers_ecatEvent_0,
+          memory_status_al_status_event_al_status_changed,
+          memory_status_dl_status_event_dl_status_changed,
+          2'h0}};
   FrameProcessor processor (
     .clock                      (clock),
     .reset                      (reset),
@@ -7009,14 +6998,14 @@ module lan9252(
     .in_valid                   (_processor_in_valid),
     .in_payload                 (_processor_in_payload),
     .in_data                    (_processor_in_data),
-    .in_last                    (_processor_in_last),
+    .in_end                     (_processor_in_end),
     .in_bad                     (_processor_in_bad),
     .in_odd                     (_processor_in_odd),
     .in_crcGood                 (_processor_in_crcGood),
     .out_valid                  (_processor_out_valid),
     .out_payload                (_processor_out_payload),
     .out_data                   (_processor_out_data),
-    .out_last                   (_processor_out_last),
+    .out_end                    (_processor_out_end),
     .out_bad                    (_processor_out_bad),
     .out_odd                    (_processor_out_odd),
     .out_crcGood                (_processor_out_crcGood),
@@ -7037,8 +7026,8 @@ module lan9252(
     .memory_writeAddress        (_memory_ecat_writeAddress),
     .memory_writeData           (_memory_ecat_writeData),
     .memory_commit              (_memory_ecat_commit),
-    .readDlStatus               (_processor_readDlStatus),
-    .readAlStatus               (_processor_readAlStatus),
+    .reads_al_status            (_processor_reads_al_status),
+    .reads_dl_status            (_processor_reads_dl_status),
     .frameGood                  (_processor_frameGood),
     .frameBad                   (_processor_frameBad),
     .busy                       (_processor_busy),
@@ -7066,38 +7055,6 @@ module lan9252(
     .areas_answer_buffer        (_processor_areas_answer_buffer),
     .areas_ramOpen              (_processor_areas_ramOpen),
     .buffersSettled             (_processor_buffersSettled)
-  );
-  assign _loops_settingWritten =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
-  assign _loops_quiet_0 = _receivers_0_idle & ~_processor_in_T_valid;
-  assign _loops_quiet_1 = _receivers_1_idle & ~_processor_out_valid;
-  LoopControl loops (
-    .clock          (clock),
-    .reset          (reset),
-    .link_0         (links_0),
-    .link_1         (links_1),
-    .setting_0      (loops_setting_0_r),
-    .setting_1      (loops_setting_1_r),
-    .settingWritten (_loops_settingWritten),
-    .goodFrame_0    (_loops_goodFrame_0),
-    .goodFrame_1    (_loops_goodFrame_1),
-    .quiet_0        (_loops_quiet_0),
-    .quiet_1        (_loops_quiet_1),
-    .open_0         (_loops_open_0),
-    .open_1         (_loops_open_1),
-    .reportClosed_0 (_loops_reportClosed_0),
-    .reportClosed_1 (_loops_reportClosed_1),
-    .circulating    (_processor_config_circulating)
-  );
-  TemporaryLoops temporaryLoops (
-    .clock        (clock),
-    .commitStarts (_memory_commitStarts),
-    .setting_0    (_memory_value_loop_port0),
-    .setting_1    (_memory_value_loop_port1),
-    .temporary    (_memory_value_temporary_use),
-    .restore      (_temporaryLoops_restore),
-    .former_0     (_memory_set_loop_port0_bits),
-    .former_1     (_memory_set_loop_port1_bits)
   );
   LevelCrossing links_crossing (
     .clock (clock),
@@ -7142,14 +7099,14 @@ module lan9252(
     .out_valid             (_receivers_0_out_valid),
     .out_payload           (_receivers_0_out_payload),
     .out_data              (_receivers_0_out_data),
-    .out_last              (_receivers_0_out_last),
+    .out_end               (_receivers_0_out_end),
     .out_bad               (_receivers_0_out_bad),
     .out_odd               (_receivers_0_out_odd),
     .out_crcGood           (_receivers_0_out_crcGood),
     .events_invalidFrame   (_receivers_0_events_invalidFrame),
     .events_rxEr           (_receivers_0_events_rxEr),
     .events_forwardedError (_receivers_0_events_forwardedError),
-    .events_goodFrame      (_loops_goodFrame_0),
+    .events_goodFrame      (_receivers_0_events_goodFrame),
     .idle                  (_receivers_0_idle)
   );
   assign _crossing_1_shortMargin = ~(_memory_value_rx_fifo_size[2]);
@@ -7185,23 +7142,23 @@ module lan9252(
     .out_valid             (_receivers_1_out_valid),
     .out_payload           (_receivers_1_out_payload),
     .out_data              (_receivers_1_out_data),
-    .out_last              (_receivers_1_out_last),
+    .out_end               (_receivers_1_out_end),
     .out_bad               (_receivers_1_out_bad),
     .out_odd               (_receivers_1_out_odd),
     .out_crcGood           (_receivers_1_out_crcGood),
     .events_invalidFrame   (_receivers_1_events_invalidFrame),
     .events_rxEr           (_receivers_1_events_rxEr),
     .events_forwardedError (_receivers_1_events_forwardedError),
-    .events_goodFrame      (_loops_goodFrame_1),
+    .events_goodFrame      (_receivers_1_events_goodFrame),
     .idle                  (_receivers_1_idle)
   );
-  assign _transmitters_0_in_valid = _loops_open_0 & _processor_in_T_valid;
-  assign _transmitters_0_in_payload = _loops_open_0 & _processor_in_T_payload;
-  assign _transmitters_0_in_data = _loops_open_0 ? _processor_in_T_data : 4'h0;
-  assign _transmitters_0_in_last = _loops_open_0 & _processor_in_T_last;
-  assign _transmitters_0_in_bad = _loops_open_0 & _processor_in_T_bad;
-  assign _transmitters_0_in_odd = _loops_open_0 & _processor_in_T_odd;
-  assign _transmitters_0_in_crcGood = _loops_open_0 & _processor_in_T_crcGood;
+  assign _transmitters_0_in_valid = _loops_open_0 & processor_in_on_valid;
+  assign _transmitters_0_in_payload = _loops_open_0 & processor_in_on_payload;
+  assign _transmitters_0_in_data = _loops_open_0 ? processor_in_on_data : 4'h0;
+  assign _transmitters_0_in_end = _loops_open_0 & processor_in_on_end;
+  assign _transmitters_0_in_bad = _loops_open_0 & processor_in_on_bad;
+  assign _transmitters_0_in_odd = _loops_open_0 & processor_in_on_odd;
+  assign _transmitters_0_in_crcGood = _loops_open_0 & processor_in_on_crcGood;
   MiiTransmitter transmitters_0 (
     .clock      (clock),
     .reset      (reset),
@@ -7209,7 +7166,7 @@ module lan9252(
     .in_valid   (_transmitters_0_in_valid),
     .in_payload (_transmitters_0_in_payload),
     .in_data    (_transmitters_0_in_data),
-    .in_last    (_transmitters_0_in_last),
+    .in_end     (_transmitters_0_in_end),
     .in_bad     (_transmitters_0_in_bad),
     .in_odd     (_transmitters_0_in_odd),
     .in_crcGood (_transmitters_0_in_crcGood),
@@ -7219,7 +7176,7 @@ module lan9252(
   assign _transmitters_1_in_valid = _loops_open_1 & _processor_out_valid;
   assign _transmitters_1_in_payload = _loops_open_1 & _processor_out_payload;
   assign _transmitters_1_in_data = _loops_open_1 ? _processor_out_data : 4'h0;
-  assign _transmitters_1_in_last = _loops_open_1 & _processor_out_last;
+  assign _transmitters_1_in_end = _loops_open_1 & _processor_out_end;
   assign _transmitters_1_in_bad = _loops_open_1 & _processor_out_bad;
   assign _transmitters_1_in_odd = _loops_open_1 & _processor_out_odd;
   assign _transmitters_1_in_crcGood = _loops_open_1 & _processor_out_crcGood;
@@ -7230,14 +7187,46 @@ module lan9252(
     .in_valid   (_transmitters_1_in_valid),
     .in_payload (_transmitters_1_in_payload),
     .in_data    (_transmitters_1_in_data),
-    .in_last    (_transmitters_1_in_last),
+    .in_end     (_transmitters_1_in_end),
     .in_bad     (_transmitters_1_in_bad),
     .in_odd     (_transmitters_1_in_odd),
     .in_crcGood (_transmitters_1_in_crcGood),
     .txEn       (_transmitters_1_txEn),
     .txd        (mii_1_txd)
   );
-  assign _syncManagers_ramOpen = ~_operational_sii_notLoaded;
+  assign _loops_settingWritten =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
+  assign _loops_quiet_0 = _receivers_0_idle & ~(processor_in_on_valid | processor_in_on_end);
+  assign _loops_quiet_1 = _receivers_1_idle & ~(_processor_out_valid | _processor_out_end);
+  LoopControl loops (
+    .clock          (clock),
+    .reset          (reset),
+    .link_0         (links_0),
+    .link_1         (links_1),
+    .setting_0      (loops_setting_0_r),
+    .setting_1      (loops_setting_1_r),
+    .settingWritten (_loops_settingWritten),
+    .goodFrame_0    (_receivers_0_events_goodFrame),
+    .goodFrame_1    (_receivers_1_events_goodFrame),
+    .quiet_0        (_loops_quiet_0),
+    .quiet_1        (_loops_quiet_1),
+    .open_0         (_loops_open_0),
+    .open_1         (_loops_open_1),
+    .reportClosed_0 (_loops_reportClosed_0),
+    .reportClosed_1 (_loops_reportClosed_1),
+    .circulating    (_processor_config_circulating)
+  );
+  TemporaryLoops temporaryLoops (
+    .clock        (clock),
+    .commitStarts (_memory_commitStarts),
+    .setting_0    (_memory_value_loop_port0),
+    .setting_1    (_memory_value_loop_port1),
+    .temporary    (_memory_value_temporary_use),
+    .restore      (_temporaryLoops_restore),
+    .former_0     (_memory_set_loop_port0_bits),
+    .former_1     (_memory_set_loop_port1_bits)
+  );
+  assign _syncManagers_ramOpen = ~_sii_1_notLoaded;
   assign _syncManagers_quiet = _hostSequencer_quiet & ~_processor_busy & ~syncManagers_quiet_r_7;
   SyncManagers syncManagers (
     .clock                    (clock),
@@ -7324,6 +7313,157 @@ module lan9252(
     .alEvent_3                (_syncManagers_alEvent_3),
     .trigger                  (_syncManagers_trigger)
   );
+  assign _sii_1_lines_twoByte = _sii_lines_twoByte_crossing_out;
+  assign _sii_1_writeLow_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h502 & _memory_registerWrite_bits_mask;
+  assign _sii_1_writeLow_bits = _memory_registerWrite_bits_data[0];
+  assign _sii_1_writeHigh_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h503 & _memory_registerWrite_bits_mask;
+  assign _sii_1_writeHigh_bits = _memory_registerWrite_bits_data[2:0];
+  assign _sii_1_frameStart = _processor_memory_frameStart & ~_processor_busy;
+  assign _sii_1_enhancedLinkDetection = {_memory_value_esc_configuration[6:3], _memory_value_esc_configuration[0]};
+  SiiController sii_1 (
+    .clock                 (clock),
+    .reset                 (reset),
+    .lines_twoByte         (_sii_1_lines_twoByte),
+    .lines_sclLow          (sii_scl_low),
+    .lines_sdaLow          (sii_sda_low),
+    .lines_sda             (_sii_1_lines_sda),
+    .writeLow_valid        (_sii_1_writeLow_valid),
+    .writeLow_bits         (_sii_1_writeLow_bits),
+    .writeHigh_valid       (_sii_1_writeHigh_valid),
+    .writeHigh_bits        (_sii_1_writeHigh_bits),
+    .byHost                (_memory_registerWriteByHost),
+    .registersBusy         (_memory_registersBusy),
+    .frameStart            (_sii_1_frameStart),
+    .offered               (_memory_value_eeprom_offered),
+    .taken                 (_memory_value_eeprom_taken),
+    .enhancedLinkDetection (_sii_1_enhancedLinkDetection),
+    .fifoSize              (_memory_value_rx_fifo_size),
+    .write_ready           (_memory_unitWrite_ready),
+    .write_valid           (_memory_unitWrite_valid),
+    .write_bits_address    (_memory_unitWrite_bits_address),
+    .write_bits_data       (_memory_unitWrite_bits_data),
+    .read_ready            (_memory_unitRead_ready),
+    .read_valid            (_memory_unitRead_valid),
+    .read_bits             (_memory_unitRead_bits),
+    .data_valid            (_memory_unitData_valid),
+    .data_bits             (_memory_unitData_bits),
+    .ecatMayWrite          (_memory_guard_sii_ecat_may_write),
+    .pdiMayWrite           (_sii_1_pdiMayWrite),
+    .writeEnable           (_memory_status_eeprom_write_enable),
+    .command               (_memory_status_eeprom_command),
+    .checksumError         (_memory_status_eeprom_checksum_error),
+    .notLoaded             (_sii_1_notLoaded),
+    .commandError          (_memory_status_eeprom_command_error),
+    .writeError            (_memory_status_eeprom_write_error),
+    .busy                  (_memory_status_eeprom_busy),
+    .waits                 (_sii_1_waits),
+    .loadFailed            (_sii_1_loadFailed),
+    .loading               (_sii_1_loading)
+  );
+  WatchdogDivider watchdogDivider (
+    .clock   (clock),
+    .reset   (reset),
+    .divider (_memory_value_watchdog_divider),
+    .tick    (_watchdogDivider_tick)
+  );
+  Watchdog watchdog_process_data (
+    .clock     (clock),
+    .reset     (reset),
+    .tick      (_watchdogDivider_tick),
+    .timeTicks (_memory_value_watchdog_time_process_data),
+    .trigger   (_syncManagers_trigger),
+    .restart   (watchdog_process_data_restart_REG),
+    .running   (_memory_status_watchdog_process_data),
+    .expired   (_watchdog_process_data_expired)
+  );
+  Watchdog watchdog_pdi (
+    .clock     (clock),
+    .reset     (reset),
+    .tick      (_watchdogDivider_tick),
+    .timeTicks (_memory_value_watchdog_time_pdi),
+    .trigger   (_memory_host_ack),
+    .restart   (watchdog_pdi_restart_REG),
+    .running   (_watchdog_pdi_running),
+    .expired   (_watchdog_pdi_expired)
+  );
+  LevelCrossing sii_lines_sda_crossing (
+    .clock (clock),
+    .in    (sii_sda),
+    .out   (_sii_1_lines_sda)
+  );
+  LevelCrossing sii_lines_twoByte_crossing (
+    .clock (clock),
+    .in    (sii_two_byte),
+    .out   (_sii_lines_twoByte_crossing_out)
+  );
+  assign _led_run_automaticCode =
+    _sii_1_loading | _memory_value_al_status[3:0] == 4'h3
+      ? 4'hE
+      : _memory_value_al_status[3:0] == 4'h8
+          ? 4'hF
+          : _memory_value_al_status[3:0] == 4'h4 ? 4'h1 : _memory_value_al_status[3:0] == 4'h2 ? 4'hD : 4'h0;
+  assign _led_run_write_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h138 & _memory_registerWrite_bits_mask;
+  assign _led_run_write_bits = _memory_registerWrite_bits_data[4:0];
+  assign _led_run_drop = _GEN != changed_REG;
+  LedControl led_run_0 (
+    .clock         (clock),
+    .reset         (reset),
+    .automaticCode (_led_run_automaticCode),
+    .write_valid   (_led_run_write_valid),
+    .write_bits    (_led_run_write_bits),
+    .drop          (_led_run_drop),
+    .code          (_led_run_code),
+    .taken         (_memory_status_run_led_enable)
+  );
+  LedPattern pattern_run (
+    .clock (clock),
+    .reset (reset),
+    .tick  (tick),
+    .code  (_led_run_code),
+    .lit   (led_run)
+  );
+  assign _led_err_write_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h139 & _memory_registerWrite_bits_mask;
+  assign _led_err_write_bits = _memory_registerWrite_bits_data[4:0];
+  assign _led_err_drop = (|error) & error != REG_1;
+  LedControl led_err_0 (
+    .clock         (clock),
+    .reset         (reset),
+    .automaticCode (error),
+    .write_valid   (_led_err_write_valid),
+    .write_bits    (_led_err_write_bits),
+    .drop          (_led_err_drop),
+    .code          (_led_err_code),
+    .taken         (_memory_status_err_led_enable)
+  );
+  LedPattern pattern_err (
+    .clock (clock),
+    .reset (reset),
+    .tick  (tick),
+    .code  (_led_err_code),
+    .lit   (led_err)
+  );
+  assign _unit_traffic = ~_receivers_0_idle | _transmitters_0_txEn;
+  LinkActivity unit (
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (tick),
+    .link    (links_0),
+    .traffic (_unit_traffic),
+    .lit     (led_linkact_0)
+  );
+  assign _unit_1_traffic = ~_receivers_1_idle | _transmitters_1_txEn;
+  LinkActivity unit_1 (
+    .clock   (clock),
+    .reset   (reset),
+    .tick    (tick),
+    .link    (links_1),
+    .traffic (_unit_1_traffic),
+    .lit     (led_linkact_1)
+  );
   HostSequencer hostSequencer (
     .clock                     (clock),
     .reset                     (reset),
@@ -7364,222 +7504,12 @@ module lan9252(
     .areas_ramOpen             (_syncManagers_pdi_ramOpen),
     .quiet                     (_hostSequencer_quiet)
   );
-  assign _operational_sii_lines_twoByte = _operational_sii_lines_twoByte_crossing_out;
-  assign _operational_sii_writeLow_valid =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h502 & _memory_registerWrite_bits_mask;
-  assign _operational_sii_writeLow_bits = _memory_registerWrite_bits_data[0];
-  assign _operational_sii_writeHigh_valid =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h503 & _memory_registerWrite_bits_mask;
-  assign _operational_sii_writeHigh_bits = _memory_registerWrite_bits_data[2:0];
-  assign _operational_sii_enhancedLinkDetection =
-    {_memory_value_esc_configuration[6:3], _memory_value_esc_configuration[0]};
-  SiiController operational_sii (
-    .clock                 (clock),
-    .reset                 (reset),
-    .lines_twoByte         (_operational_sii_lines_twoByte),
-    .lines_sclLow          (sii_scl_low),
-    .lines_sdaLow          (sii_sda_low),
-    .lines_sda             (_operational_sii_lines_sda),
-    .writeLow_valid        (_operational_sii_writeLow_valid),
-    .writeLow_bits         (_operational_sii_writeLow_bits),
-    .writeHigh_valid       (_operational_sii_writeHigh_valid),
-    .writeHigh_bits        (_operational_sii_writeHigh_bits),
-    .byHost                (_memory_registerWriteByHost),
-    .registersBusy         (_memory_registersBusy),
-    .frameStart            (_processor_memory_frameStart),
-    .offered               (_memory_value_eeprom_offered),
-    .taken                 (_memory_value_eeprom_taken),
-    .enhancedLinkDetection (_operational_sii_enhancedLinkDetection),
-    .fifoSize              (_memory_value_rx_fifo_size),
-    .write_ready           (_memory_unitWrite_ready),
-    .write_valid           (_memory_unitWrite_valid),
-    .write_bits_address    (_memory_unitWrite_bits_address),
-    .write_bits_data       (_memory_unitWrite_bits_data),
-    .read_ready            (_memory_unitRead_ready),
-    .read_valid            (_memory_unitRead_valid),
-    .read_bits             (_memory_unitRead_bits),
-    .data_valid            (_memory_unitData_valid),
-    .data_bits             (_memory_unitData_bits),
-    .ecatMayWrite          (_memory_guard_sii_ecat_may_write),
-    .pdiMayWrite           (_operational_sii_pdiMayWrite),
-    .writeEnable           (_memory_status_eeprom_write_enable),
-    .command               (_memory_status_eeprom_command),
-    .checksumError         (_memory_status_eeprom_checksum_error),
-    .notLoaded             (_operational_sii_notLoaded),
-    .commandError          (_memory_status_eeprom_command_error),
-    .writeError            (_memory_status_eeprom_write_error),
-    .busy                  (_memory_status_eeprom_busy),
-    .waits                 (_operational_sii_waits),
-    .loadFailed            (_operational_sii_loadFailed),
-    .loading               (_operational_sii_loading)
-  );
-  LevelCrossing operational_sii_lines_sda_crossing (
-    .clock (clock),
-    .in    (sii_sda),
-    .out   (_operational_sii_lines_sda)
-  );
-  LevelCrossing operational_sii_lines_twoByte_crossing (
-    .clock (clock),
-    .in    (sii_two_byte),
-    .out   (_operational_sii_lines_twoByte_crossing_out)
-  );
-  assign _application_alControlWritten =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h120 & _memory_registerWrite_bits_mask
-    | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h121 & _memory_registerWrite_bits_mask;
-  assign _application_alControlRead =
-    _memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h120 & _hostSequencer_memory_be
-    | _memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h121
-    & _hostSequencer_memory_be;
-  assign _application_dlStatus =
-    {5'h5,
-     links_1,
-     _loops_reportClosed_1,
-     links_0,
-     _loops_reportClosed_0,
-     2'h0,
-     links_1,
-     links_0,
-     2'h0,
-     ~_operational_sii_notLoaded};
-  assign _application_smEcatEvents =
-    {_syncManagers_ecatEvent_3, _syncManagers_ecatEvent_2, _syncManagers_ecatEvent_1, _syncManagers_ecatEvent_0};
-  assign _application_smAlEvents =
-    {_syncManagers_alEvent_3, _syncManagers_alEvent_2, _syncManagers_alEvent_1, _syncManagers_alEvent_0};
-  assign _application_smChanged =
-    {application_smChanged_sm3_changed,
-     application_smChanged_sm2_changed,
-     application_smChanged_sm1_changed,
-     application_smChanged_sm0_changed};
-  assign _application_alMask =
-    {_memory_value_sm_mask,
-     1'h0,
-     _memory_value_watchdog_mask,
-     _memory_value_eeprom_mask,
-     _memory_value_sm_activation_mask,
-     3'h0,
-     _memory_value_al_control_mask};
-  Application application (
-    .clock            (clock),
-    .reset            (reset),
-    .alStatus         (_memory_value_al_status),
-    .emulation        (_memory_value_device_emulation),
-    .alControlWritten (_application_alControlWritten),
-    .alControlRead    (_application_alControlRead),
-    .copyControl      (_memory_set_al_status_valid),
-    .alControlFree    (_memory_guard_al_control_free),
-    .dlStatus         (_application_dlStatus),
-    .readDlStatus     (_processor_readDlStatus),
-    .readAlStatus     (_processor_readAlStatus),
-    .good             (_processor_frameGood),
-    .bad              (_processor_frameBad),
-    .smEcatEvents     (_application_smEcatEvents),
-    .smAlEvents       (_application_smAlEvents),
-    .smChanged        (_application_smChanged),
-    .watchdog         (application_watchdog_watchdog_event),
-    .eeprom           (_operational_sii_waits),
-    .ecatMask         (_memory_value_ecat_event_mask),
-    .alMask           (_application_alMask),
-    .ecatEvents       (_application_ecatEvents),
-    .alEvents         (_application_alEvents),
-    .irqField         (_processor_config_ecatEvents),
-    .irq              (irq)
-  );
-  WatchdogDivider application_watchdog_watchdogDivider (
-    .clock   (clock),
-    .reset   (reset),
-    .divider (_memory_value_watchdog_divider),
-    .tick    (_application_watchdog_watchdogDivider_tick)
-  );
-  Watchdog application_watchdog_watchdog_watchdog_time_process_data (
-    .clock     (clock),
-    .reset     (reset),
-    .tick      (_application_watchdog_watchdogDivider_tick),
-    .timeTicks (_memory_value_watchdog_time_process_data),
-    .trigger   (_syncManagers_trigger),
-    .restart   (application_watchdog_watchdog_watchdog_time_process_data_restart_REG),
-    .running   (_memory_status_watchdog_process_data),
-    .expired   (_application_watchdog_watchdog_watchdog_time_process_data_expired)
-  );
-  Watchdog application_watchdog_watchdog_watchdog_time_pdi (
-    .clock     (clock),
-    .reset     (reset),
-    .tick      (_application_watchdog_watchdogDivider_tick),
-    .timeTicks (_memory_value_watchdog_time_pdi),
-    .trigger   (_memory_host_ack),
-    .restart   (application_watchdog_watchdog_watchdog_time_pdi_restart_REG),
-    .running   (_application_watchdog_watchdog_watchdog_time_pdi_running),
-    .expired   (_application_watchdog_watchdog_watchdog_time_pdi_expired)
-  );
-  assign _led_run_automaticCode =
-    _operational_sii_loading | _memory_value_al_status[3:0] == 4'h3
-      ? 4'hE
-      : _memory_value_al_status[3:0] == 4'h8
-          ? 4'hF
-          : _memory_value_al_status[3:0] == 4'h4 ? 4'h1 : _memory_value_al_status[3:0] == 4'h2 ? 4'hD : 4'h0;
-  assign _led_run_write_valid =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h138 & _memory_registerWrite_bits_mask;
-  assign _led_run_write_bits = _memory_registerWrite_bits_data[4:0];
-  LedControl led_run_0 (
-    .clock         (clock),
-    .reset         (reset),
-    .automaticCode (_led_run_automaticCode),
-    .write_valid   (_led_run_write_valid),
-    .write_bits    (_led_run_write_bits),
-    .drop          (alChanged),
-    .code          (_led_run_code),
-    .taken         (_memory_status_run_led_enable)
-  );
-  LedPattern pattern_run (
-    .clock (clock),
-    .reset (reset),
-    .tick  (tick),
-    .code  (_led_run_code),
-    .lit   (led_run)
-  );
-  assign _led_err_write_valid =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h139 & _memory_registerWrite_bits_mask;
-  assign _led_err_write_bits = _memory_registerWrite_bits_data[4:0];
-  assign _led_err_drop = (|error) & error != REG;
-  LedControl led_err_0 (
-    .clock         (clock),
-    .reset         (reset),
-    .automaticCode (error),
-    .write_valid   (_led_err_write_valid),
-    .write_bits    (_led_err_write_bits),
-    .drop          (_led_err_drop),
-    .code          (_led_err_code),
-    .taken         (_memory_status_err_led_enable)
-  );
-  LedPattern pattern_err (
-    .clock (clock),
-    .reset (reset),
-    .tick  (tick),
-    .code  (_led_err_code),
-    .lit   (led_err)
-  );
-  assign _unit_traffic = ~_receivers_0_idle | _transmitters_0_txEn;
-  LinkActivity unit (
-    .clock   (clock),
-    .reset   (reset),
-    .tick    (tick),
-    .link    (links_0),
-    .traffic (_unit_traffic),
-    .lit     (led_linkact_0)
-  );
-  assign _unit_1_traffic = ~_receivers_1_idle | _transmitters_1_txEn;
-  LinkActivity unit_1 (
-    .clock   (clock),
-    .reset   (reset),
-    .tick    (tick),
-    .link    (links_1),
-    .traffic (_unit_1_traffic),
-    .lit     (led_linkact_1)
-  );
-  assign eeprom_loaded = ~_operational_sii_notLoaded;
+  assign eeprom_loaded = ~_sii_1_notLoaded;
   assign mii_0_tx_en = _transmitters_0_txEn;
   assign mii_1_tx_en = _transmitters_1_txEn;
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
+  assign irq = |{_GEN_0[11:8], _GEN_0[6], _GEN_0[4], _GEN_0[0]};
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

@@ -41,7 +41,7 @@ object Emit {
 
   private def body(p: EscParams): String = plain(
     ChiselStage.emitSystemVerilog(
-      if (p.isMaster) new MasterController(p) else new SlaveController(p),
+      Controller(p),
       firtoolOpts = firtoolOptions
     )
   )

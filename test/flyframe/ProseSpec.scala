@@ -80,7 +80,7 @@ class ProseSpec extends AnyFlatSpec {
     assert(wrong("    make verilog ARGS=\"--preset et1100\" # a make target\n\n`make help lint`") == Nil)
     assert(wrong("`testOnly flyframe.mii.MiiReceiverSpec`, `testOnly flyframe.mii.*`") == Nil)
     assert(wrong(s"$step| a | `src/rtl/mii/Crc32.scala` | `next`, `Start` |") == Nil)
-    assert(wrong("`MiiReceiver.scala`: `held` and `endOfFrame`") == Nil)
+    assert(wrong("`MiiReceiver.scala`: `symbol` and `endOfFrame`") == Nil)
   }
 
   for (

@@ -15,7 +15,7 @@ import flyframe.sii.I2cEeprom
   * @param controller
   *   makes it, or that of a product
   */
-class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController = new SlaveController(_))
+class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController = Controller.slave(_))
     extends Module {
   val rxClock = IO(Input(Vec(p.ports, Bool())))
   val rxDv    = IO(Input(Vec(p.ports, Bool())))
@@ -48,8 +48,12 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
   val damaged = Option.when(p.hasAlarm)(IO(Input(Bool())))
 
   private val dut = Module(controller(p))
-  current.foreach(dut.alarm.get.current := _)
-  damaged.foreach(dut.alarm.get.config_fault := _)
+  dut match {
+    case slave: AlarmSlave =>
+      slave.alarm.current      := current.get
+      slave.alarm.config_fault := damaged.get
+    case _ =>
+  }
   irq             := dut.irq.getOrElse(false.B)
   dut.phy_clk_ref := false.B
   dut.pdi_operational.foreach(_ := loaded)

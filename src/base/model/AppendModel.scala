@@ -34,12 +34,12 @@ object AppendModel {
     val fits = for (ethertype <- big(typeAt); header <- little(start - 2)) yield {
       val length = header & 0xfff
       ethertype == EtherType.EtherCat && header >> 12 == 1 && (length == 0 || length >= Overhead) &&
-      length + datagram.size <= Longest && length < Overhead * maxSubTelegrams && payload.size > 2 * start
+      length + datagram.size <= Longest && length < Overhead * maxSubTelegrams
     }
     if (!fits.contains(true)) Result(payload, bad)
     else {
       val length                         = little(start - 2).get & 0xfff
-      val whole                          = payload.take(payload.size / 2 * 2)
+      val (whole, dribble)               = payload.splitAt(payload.size / 2 * 2)
       val body                           = whole.dropRight(8).toArray // the FCS is made anew
       def put(i: Int, nibble: Int): Unit = if (i < body.length) body(i) = nibble
       for (k <- 0 until 3) put(2 * (start - 2) + k, (length + datagram.size) >> (4 * k) & 0xf)
@@ -64,7 +64,9 @@ object AppendModel {
         case None    => body.toVector
       }
       val bytes = filled.grouped(2).map(n => n(0) | n(1) << 4).toSeq
-      Result(filled ++ Fcs.of(bytes).flatMap(b => Seq(b & 0xf, b >> 4)), bad || wrong, place.map(2 * _))
+      val isBad = bad || wrong
+      val fcs   = Fcs.of(bytes).map(_ ^ (if (isBad) 0xff else 0)).flatMap(b => Seq(b & 0xf, b >> 4))
+      Result(filled ++ fcs ++ dribble, isBad, place.map(2 * _))
     }
   }
 }

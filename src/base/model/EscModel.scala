@@ -138,7 +138,8 @@ class EscModel(
     */
   def receive(port: Int, frame: WireFrame): Option[(Int, SentFrame)] = {
     val received = Receiver.receive(frame)
-    extended = Extension(nibbles = received.preamble + 1 + received.payload.size)
+    extended =
+      Extension(nibbles = received.preamble + (if (received.hasSfd) 1 else 0) + received.payload.size)
     val wasOpen = opened(port)
     val sent    = Option.when(wasOpen)(pass(port, received))
     // Counted when the frame is over: a datagram in it still reads the old values.
@@ -166,7 +167,7 @@ class EscModel(
 
     // After the loop-back of port 0 comes the processing unit, then the cycle starts again.
     def walk(left: Seq[Int], through: Boolean, payload: Vector[Int], bad: Boolean): (Int, SentFrame) = {
-      val added = if (through && !waiting && extended.nibbles > 1) alarm.flatMap(_.datagram) else None
+      val added = if (through && !waiting) alarm.flatMap(_.datagram) else None
       if (through) {
         extended = extended.copy(delayed = added.isDefined)
         alarm.foreach(_.frameBegins())

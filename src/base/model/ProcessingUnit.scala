@@ -140,7 +140,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         if (circle) putLittle(start + 6, little(start + 6) | Circulating)
         if (mine) {
           if (begun(start + 8)) putLittle(start + 8, little(start + 8) | settings.ecatEvents)
-          if (begun(start + 8)) execute(start, length)
+          if (has(start + 7)) execute(start, length)
         }
         if (!has(end - 1)) passed(bad = true)
         else if ((little(start + 6) & More) != 0) datagrams(end, index + 1)
@@ -202,8 +202,9 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       )
     }
 
-    /** All data bytes in the order of time, and the working counter. Reading looks one byte ahead (B-55).
-      * Byte -1, the last of the header, is where byte 0 may need something early.
+    /** All data bytes in the order of time, and the working counter. Reading looks ahead: a byte is accessed
+      * when the last but one before it has passed (B-55). Byte -1, the last of the header, is where byte 0
+      * may need something early.
       *
       * @param read
       *   what to make of byte number `i`, if it can be read
@@ -223,12 +224,12 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
       val data         = start + DatagramLayout.bytes
       var readSuccess  = false
       var writeSuccess = false
-      def readByte(i: Int): Unit = if (i < length && begun(data + i - 1)) read(i).foreach { change =>
+      def readByte(i: Int): Unit = if (i < length && has(data + i - 2)) read(i).foreach { change =>
         put(data + i, change(byteIn(data + i)))
         readSuccess = true
       }
       if (length > 0) readByte(-1)
-      for (i <- -1 until length if length > 0 && begun(data + i)) {
+      for (i <- -1 until length if length > 0 && has(data + i - 1)) {
         val close = space.closings()
         if (has(data + i)) writeFirst(i, byteIn(data + i))
         readByte(i + 1)

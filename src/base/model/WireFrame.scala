@@ -26,8 +26,8 @@ final case class SentFrame(preamble: Int, payload: Vector[Int]) {
   /** The whole bytes of the payload, FCS included. */
   def bytes: Vector[Int] = payload.grouped(2).collect { case Seq(low, high) => low | high << 4 }.toVector
 
-  /** FCS right and no odd nibble: what a network card accepts. */
-  def good: Boolean = payload.size % 2 == 0 && bytes.size >= 64 && Fcs.good(bytes)
+  /** FCS right: what a network card accepts; half a byte behind it does not count (OP-10). */
+  def good: Boolean = bytes.size >= 64 && Fcs.good(bytes)
 
   /** The same on the wire towards the next station. */
   def onWire: WireFrame = WireFrame.ofNibbles(payload, preamble)
@@ -85,9 +85,8 @@ object Receiver {
     val stop =
       symbols.indices.find(i => bad(symbols(i), i) || symbols(i).nibble == 0xd).getOrElse(symbols.size)
     if (stop == symbols.size || bad(symbols(stop), stop)) {
-      // The last symbol that is passed on is spoiled into an SFD; the very first is passed on in any case.
-      val passed = stop max 1
-      ReceivedFrame(passed - 1, hasSfd = false, Vector.empty, Verdict.Invalid, rxErrors)
+      // In place of the very first symbol a nibble of preamble is passed on in any case.
+      ReceivedFrame(stop max 1, hasSfd = false, Vector.empty, Verdict.Invalid, rxErrors)
     } else {
       val behind  = symbols.drop(stop + 1)
       val fault   = behind.indices.find(i => behind(i).error || i >= Limit)
@@ -107,21 +106,21 @@ object Receiver {
 /** The transmitter (B-04, B-05). */
 object Transmitter {
 
-  /** A frame that is in order; a dribble nibble is dropped. */
-  def good(preamble: Int, payload: Vector[Int]): SentFrame =
-    SentFrame(preamble, payload.take(payload.size / 2 * 2))
+  /** A frame that is in order, with the dribble nibble it may have. */
+  def good(preamble: Int, payload: Vector[Int]): SentFrame = SentFrame(preamble, payload)
 
-  /** A frame that is in error, to be spoiled and marked (ERR-06, ERR-07). */
+  /** A frame that is in error, to be marked behind what has been sent (ERR-06, ERR-07). */
   def bad(preamble: Int, hasSfd: Boolean, payload: Vector[Int]): SentFrame =
-    if (!hasSfd || payload.isEmpty) SentFrame(preamble, Vector(0))
+    if (!hasSfd) SentFrame(preamble, Vector(0))
     else {
       val odd     = payload.size % 2 == 1
       val crcGood = Fcs.good(SentFrame(preamble, payload).bytes)
-      val ending =
-        if (!odd && crcGood) payload.init :+ (payload.last ^ 0xf) :+ 0
-        else if (!odd) payload :+ 0
-        else if (crcGood) payload ++ Vector(0, 0)
-        else payload
-      SentFrame(preamble, ending)
+      val added = (odd, crcGood) match {
+        case (false, false) => 1
+        case (true, true)   => 2
+        case (false, true)  => 3
+        case (true, false)  => 0
+      }
+      SentFrame(preamble, payload ++ Vector.fill(added)(0))
     }
 }

@@ -4,7 +4,7 @@ import flyframe.protocol.{ConfirmLayout, RecordAckLayout}
 import RegisterTable._
 
 /** The registers of a smoke-alarm slave, where the register table has room for a maker's own (ALARM-01 to
-  * ALARM-12, DET-01 to DET-07); used by [[flyframe.alarm.AlarmUnit]].
+  * ALARM-12, DET-01 to DET-07); used by [[flyframe.alarm.SmokeAlarm]].
   */
 object AlarmRegisters {
 

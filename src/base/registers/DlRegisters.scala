@@ -50,8 +50,9 @@ object DlRegisters {
 
   private def linkStatus(p: EscParams) = {
     val watchdog          = if (p.hasWatchdogs) status else constant
+    val ecat              = if (p.hasApplicationLayer) ack else r // ends an event, see EventRegisters
     def source(port: Int) = if (port < p.ports) status else constant
-    register(Status,  2, "dl_status",  r,  r, "LP-02", "ESC DL status", Seq(
+    register(Status,  2, "dl_status",  ecat, r, "LP-02", "ESC DL status", Seq(
       field("pdi_operational",               0,         0, status,     0,
           "1: configuration loaded, process data RAM open"),
       field("pdi_watchdog",                  1,         1, watchdog,   0,

@@ -3,7 +3,7 @@ package flyframe.registers
 import flyframe.params.EscParams
 import RegisterTable._
 
-/** What ports and processing unit count (ERR-01 to ERR-11); used by [[flyframe.SlaveController]]. A write of
+/** What ports and processing unit count (ERR-01 to ERR-11); used by [[flyframe.port.DataLink]]. A write of
   * one clears all of its group.
   */
 object ErrorCounters {

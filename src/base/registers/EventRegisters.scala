@@ -22,6 +22,7 @@ object EventRegisters {
     val allSms = (BigInt(1) << sms) - 1
     val eeprom = if (p.hasEmulation) status else constant
     val expiry = if (p.hasWatchdogs) status else constant
+    val active = if (sms > 0) status else constant
     Seq(
     register(EcatMask,    2, "ecat_event_mask",    rw, r,  "IRQ-08", "ECAT event mask",
       field("ecat_event_mask",     15, 0, stored, 0,
@@ -47,7 +48,7 @@ object EventRegisters {
     register(AlRequest,   4, "al_event_request",   r,  r,  "IRQ-02", "AL event request", Seq(
       field("al_control_event",     0, 0, status, 0,
           "1: AL control was written; ends with a PDI read of 0x0120"),
-      field("sm_activation_event",  4, 4, status, 0,
+      field("sm_activation_event",  4, 4, active, 0,
           "1: an activate register changed; ends with PDI reads of all changed"),
       field("eeprom_event",         5, 5, eeprom, 0,      "1: an EEPROM command waits for the PDI (SII-21)"),
       field("watchdog_event",       6, 6, expiry, 0,

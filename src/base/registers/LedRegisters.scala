@@ -2,7 +2,7 @@ package flyframe.registers
 
 import RegisterTable._
 
-/** The override of the state LEDs (LED-02, LED-04); used by [[flyframe.application.LedControl]]. */
+/** The override of the state LEDs (LED-02, LED-04); used by [[flyframe.application.Leds]]. */
 object LedRegisters {
   val Run = 0x0138
   val Err = 0x0139

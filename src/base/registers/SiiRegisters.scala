@@ -4,7 +4,7 @@ import flyframe.params.EscParams
 import RegisterTable._
 
 /** The EEPROM interface and the configuration loaded from there (SII-07 to SII-24); used by
-  * [[flyframe.sii.SiiController]].
+  * [[flyframe.sii.SiiUnit]].
   */
 object SiiRegisters {
   val PdiControl          = 0x0140

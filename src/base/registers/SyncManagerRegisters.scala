@@ -4,7 +4,7 @@ import flyframe.params.EscParams
 import RegisterTable._
 
 /** Configuration and state of the SyncManagers (SM-01 to SM-35); used by
-  * [[flyframe.syncmanager.SyncManagers]].
+  * [[flyframe.syncmanager.SyncManagerUnit]].
   */
 object SyncManagerRegisters {
   val First  = 0x0800

@@ -2,7 +2,7 @@ package flyframe.registers
 
 import RegisterTable._
 
-/** The watchdogs (WD-01 to WD-09); used by [[flyframe.application.Watchdog]]. */
+/** The watchdogs (WD-01 to WD-09); used by [[flyframe.application.Watchdogs]]. */
 object WatchdogRegisters {
   val TimePdi           = 0x0410
   val TimeProcessData   = 0x0420

@@ -82,7 +82,7 @@ object Points {
     "Smoke detector, appending" -> Set("AlarmUnit", "DatagramAppender"),
     "Line master"               -> Set("LineMaster"),
     "Plant network, reports"    -> Set("PlantSide"),
-    "AL, events, watchdogs"     -> Set("Application", "Watchdog", "WatchdogDivider"),
+    "Watchdogs"                 -> Set("Watchdog", "WatchdogDivider"),
     "LEDs"                      -> Set("LedControl", "LedPattern"),
     "Write log"                 -> Set("WriteLog"),
     "Loops and slot timer"      -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),

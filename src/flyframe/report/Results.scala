@@ -31,8 +31,8 @@ final case class Goal(title: String, goal: String, measured: String, reached: Bo
 /** Core cycles from the receive clock edge that samples a nibble to the edge after which it is on TXD, in the
   * worst phase.
   */
-final case class Steps(synchroniser: Int, margin: Int, slot: Int, held: Int, process: Int, transmit: Int) {
-  def cycles: Seq[Int] = Seq(synchroniser, margin, slot, held, process, transmit)
+final case class Steps(synchroniser: Int, margin: Int, slot: Int, process: Int, transmit: Int) {
+  def cycles: Seq[Int] = Seq(synchroniser, margin, slot, process, transmit)
   def total: Int       = cycles.sum
 }
 
@@ -44,15 +44,13 @@ object Steps {
     "Wait for the margin" ->
       "so that the symbols of a whole frame never run out while the clocks drift (LP-12)",
     "Wait for the slot" -> "the symbol is ready just after a slot was; it is taken one slot later",
-    "Nibble held back" ->
-      "until it is known whether another follows, so that `last` and the verdict go with it",
     "Processing step"   -> "one register, in the processing unit or waiting beside it",
     "Transmit register" -> "the register behind TXD"
   )
 
   /** The steps of a nibble that goes through the processing unit, as the source has them. */
   def processing(p: EscParams): Steps =
-    Steps(2, MiiRxCrossing.margin(p.coreClockMhz), p.cyclesPerNibble, p.cyclesPerNibble, 1, 1 + p.txShift)
+    Steps(2, MiiRxCrossing.margin(p.coreClockMhz), p.cyclesPerNibble, 1, 1 + p.txShift)
 
   /** The same for a nibble that is only forwarded: with one cycle per slot it does not wait for the
     * processing step.
@@ -97,8 +95,8 @@ object Goals {
       )
     }
     Seq(
-      delay("Forwarding latency", 160, latency.forwarding),
-      delay("Processing latency", 240, latency.processing),
+      delay("Forwarding latency", 100, latency.forwarding),
+      delay("Processing latency", 100, latency.processing),
       size(p.preset, 1800),
       size(Points.complete.preset, 3600),
       size("alarm-slave", AlarmSlave),

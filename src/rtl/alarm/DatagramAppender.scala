@@ -71,7 +71,7 @@ class DatagramAppender(
   private val writeAt = RegInit(0.U(log2Ceil(Depth).W))     // reset: empty
   private val readAt  = RegInit(0.U(log2Ceil(Depth).W))
   private val count   = RegInit(0.U(log2Ceil(Depth + 1).W))
-  private val ends    = RegInit(0.U(log2Ceil(Depth + 1).W)) // entries with `last`
+  private val ends    = RegInit(0.U(log2Ceil(Depth + 1).W)) // entries that are ends
   private val active  = RegInit(false.B)                    // a frame is leaving; reset: no
   private val gap    = RegInit(Gap.U(5.W)) // slots since the last frame left; reset: long ago
   private val cut    = RegInit(false.B)    // the rest of a frame does not fit; reset: no
@@ -79,7 +79,7 @@ class DatagramAppender(
   // Only when nothing is left in the buffer, and no end of a cut frame is to come, may frames pass undelayed.
   private val empty    = count === 0.U && !active && rested && !(cut && inFrame)
   private val wanted   = RegEnable(pending, false.B, step) // reset: nothing pending
-  private val chooses  = starts && !delayed && wanted && !in.last && !in.payload
+  private val chooses  = starts && !delayed && wanted && !in.payload
   private val buffered = delayed || chooses
 
   // What a nibble means is known when it comes in. It is kept with it as a mark, for the time when it leaves.
@@ -102,7 +102,7 @@ class DatagramAppender(
     when(inHeader) {
       when(quarter =/= 3.U) { length := Cat(in.data, length(11, 4)) }
         .otherwise {
-          append := in.data === 1.U && fits && !in.last
+          append := in.data === 1.U && fits
           left   := length
         }
     }.elsewhen(position.high) { left := left - 1.U }
@@ -116,21 +116,19 @@ class DatagramAppender(
       position.byte === AppendedLayout.Adp.offset.U && length =/= 0.U
   when(step && in.valid && candidate && inPosition) { slave := Cat(in.data, slave(7, 4)) }
 
-  // Half a byte behind the FCS is not sent (AP-07), so that the new FCS stands where the frame's own one
-  // stood.
-  private val dropped = candidate && append && in.last && in.odd
-  private val full    = count >= (Depth - 2).U
-  private val push    = buffered && in.valid && !dropped && !(cut && !starts) && count =/= Depth.U
-  private val entry   = Wire(new Entry)
+  private val full  = count >= (Depth - 2).U
+  private val push  = buffered && in.busy && !(cut && !starts) && count =/= Depth.U
+  private val entry = Wire(new Entry)
   entry.payload := in.payload
   entry.data    := in.data
-  entry.last    := in.last || full
+  entry.end     := in.end || full
   entry.bad     := in.bad || full
   entry.odd     := in.odd
   entry.crcGood := in.crcGood
   entry.mark := MuxCase(
     Mark.none,
     Seq(
+      in.end                        -> Mark.none,
       (inHeader && quarter =/= 3.U) -> Mark.length,
       isMore                        -> Mark.more,
       isBehind                      -> Mark.behind
@@ -139,8 +137,8 @@ class DatagramAppender(
 
   // These describe the frame that leaves.
   private val head      = ram.readData.asTypeOf(new Entry)
-  private val closed    = RegInit(false.B) // the last nibble of the frame to be extended has come; reset: no
-  private val rest      = Reg(UInt(4.W))   // nibbles of it that are still to leave, counted once it is closed
+  private val closed    = RegInit(false.B) // the end of the frame to be extended has come; reset: no
+  private val rest      = Reg(UInt(4.W))   // nibbles of it up to its FCS that are still to leave, once closed
   private val isBad     = Reg(Bool())
   private val inserted  = Reg(Bool())      // the first nibble of the datagram has left
   private val inserting = RegInit(false.B) // more nibbles of the datagram are to leave; reset: no
@@ -158,28 +156,23 @@ class DatagramAppender(
   private val next = WireDefault(NibbleStream.idle)
   private val held = RegEnable(next, NibbleStream.idle, step)
   out := Mux(delayed, held, in)
-  when(chooses) {
-    out.valid := false.B
-    out.last  := false.B
-  }
+  when(chooses) { out.valid := false.B }
 
   // `crc` covers the nibbles before the one held, and `crcNow` that one, too. As soon as the FCS leaves,
   // `crc` is only shifted out.
   private val shifts = Reg(Bool()) // the FCS is leaving
   private val crcNow = Mux(shifts, crc, Crc32.next(crc, held.data))
   when(active) {
-    next.valid   := true.B
+    next.valid   := !head.end
     next.payload := head.payload
     next.data    := head.data
-    next.last    := head.last
+    next.end     := head.end // never while the datagram is inserted: that is done before the FCS
     next.bad     := head.bad
     next.odd     := head.odd
     next.crcGood := head.crcGood
     when(append) {
-      next.last    := false.B
       next.bad     := isBad
-      next.odd     := false.B
-      next.crcGood := true.B
+      next.crcGood := !isBad
       when(inserts) {
         next.data := MuxCase(
           data,
@@ -189,8 +182,7 @@ class DatagramAppender(
           )
         )
       }.elsewhen(inFcs) {
-        next.data := ~crcNow(3, 0)
-        next.last := rest === 1.U
+        when(rest =/= 0.U) { next.data := crcNow(3, 0) ^ Fill(4, !isBad) } // else half a byte
       }.elsewhen(head.mark === Mark.length) {
         next.data := Lanes.nibbles(newLength, 3)(word)
       }.elsewhen(head.mark === Mark.more) {
@@ -198,7 +190,7 @@ class DatagramAppender(
       }
     }
   }
-  private val leaves = active && next.last
+  private val leaves = active && next.end
   busy       := append || candidate || chooses || wanted
   nibble     := at
   nextNibble := Mux(step && active && inserts, at + 1.U, at)
@@ -212,7 +204,7 @@ class DatagramAppender(
   ram.readAddress  := Mux(step && pop, readAt + 1.U, readAt)
 
   when(step) {
-    when(in.valid) { inFrame := !in.last }
+    when(in.busy) { inFrame := in.valid }
     when(chooses) { delayed := true.B }.elsewhen(empty && !push) { delayed := false.B }
     when(starts) {
       candidate := chooses
@@ -234,12 +226,15 @@ class DatagramAppender(
     }
     when(pop) { readAt := readAt + 1.U }
     count := count + push - pop
-    ends  := ends + (push && entry.last) - (pop && head.last)
+    ends  := ends + (push && entry.end) - (pop && head.end)
 
-    // With the last nibble of the frame that may be extended it is known how many nibbles are left to leave.
-    val isOver = candidate && in.valid && in.last
-    when(isOver) { rest := Mux(dropped, FcsNibbles.U, Lag.U) }.elsewhen(pop) { rest := rest - 1.U }
-    inFcs := Mux(isOver, dropped, closed && (rest =/= Lag.U || pop))
+    // With the end of the frame that may be extended it is known how many nibbles are left to leave. The
+    // first of those in the buffer is the one before its FCS, if no half byte is behind that.
+    val isOver = candidate && in.end
+    when(isOver) { rest := Mux(in.odd, FcsNibbles.U, (FcsNibbles + 1).U) }.elsewhen(pop) {
+      rest := rest - 1.U
+    }
+    inFcs := Mux(isOver, in.odd, closed && (inFcs || pop))
     when(isOver) {
       candidate := false.B
       closed    := true.B
@@ -249,7 +244,7 @@ class DatagramAppender(
     // A frame begins to leave when its lag is in the buffer. One that cannot be extended, or has come as a
     // whole, need not wait for that, but its first nibble must have been in the RAM for a slot.
     val ready = count >= (Lag - 1).U || (!candidate && count > 1.U) || ends =/= 0.U
-    active := Mux(active, !next.last, delayed && rested && ready)
+    active := Mux(active, !next.end, delayed && rested && ready)
     when(active) {
       gap := 0.U
       when(inserts) {
@@ -270,11 +265,12 @@ class DatagramAppender(
 
 object DatagramAppender {
 
-  /** Nibbles a frame is held back so that it can be extended: one more than its FCS has, and one to choose.
+  /** Nibbles a frame is held back so that it can be extended: its FCS, half a byte behind it, its end, and
+    * one to choose.
     */
-  val Delay = 10
+  val Delay = 11
 
-  private val Lag        = 9
+  private val Lag        = 10
   private val FcsNibbles = 8
 
   /** Entries of the buffer. It holds the lag and as many nibbles as the datagram has, and what piles up while
@@ -282,10 +278,11 @@ object DatagramAppender {
     */
   private val Depth = 128
 
-  /** Slots between frames that leave through the buffer. Frames come with 24, less what the crossings take;
-    * with more than that between those that leave, the buffer would never get empty.
+  /** Slots between the end of a frame and the next one that leave through the buffer. Frames come with 24,
+    * less what the crossings take; with more than that between those that leave, the buffer would never get
+    * empty.
     */
-  private val Gap = 20
+  private val Gap = 19
 
   /** The longest EtherCAT length field in an Ethernet frame: 1500 bytes less its header. */
   private val LongestLength = 1498
@@ -304,7 +301,7 @@ object DatagramAppender {
   private class Entry extends Bundle {
     val payload = Bool()
     val data    = UInt(4.W)
-    val last    = Bool()
+    val end     = Bool()
     val bad     = Bool()
     val odd     = Bool()
     val crcGood = Bool()

@@ -2,7 +2,11 @@ package flyframe.application
 
 import chisel3._
 import chisel3.util._
-import flyframe.protocol.LedCode
+import flyframe.memory.{RegisterBus, RegisterUnit}
+import flyframe.params.EscParams
+import flyframe.protocol.{AlState, LedCode}
+import flyframe.registers.LedRegisters
+import flyframe.sii.SiiUnit
 
 /** The LEDs: RUN, ERR and one per port. */
 class LedPins(ports: Int) extends Bundle {
@@ -78,4 +82,76 @@ class LinkActivity extends Module {
   }
   when(traffic) { seen := true.B }
   lit := link && !dark
+}
+
+/** All LEDs, two of them behind their registers (LED-01 to LED-06).
+  *
+  * @param links
+  *   at the ports
+  * @param active
+  *   a frame comes or goes at the port
+  */
+class Leds(
+    p: EscParams,
+    pins: LedPins,
+    links: Seq[Bool],
+    active: Seq[Bool],
+    sii: Option[SiiUnit],
+    watchdogs: Option[Watchdogs]
+) extends RegisterUnit(LedRegisters.all) {
+  private def known(signal: Option[Bool]): Bool = signal.getOrElse(false.B)
+
+  def connect(bus: RegisterBus): Unit = {
+    val tick      = Counter(p.coreClockMhz * 50000).inc()
+    val al        = bus.value("al_status")
+    val changed   = bus.changes("al_status")
+    val emulation = bus.bool("device_emulation", default = false)
+    val state = MuxLookup(al(3, 0), LedCode.Off.U)(
+      Seq(
+        AlState.PreOperational  -> LedCode.Blinking,
+        AlState.SafeOperational -> LedCode.Single,
+        AlState.Operational     -> LedCode.On,
+        AlState.Bootstrap       -> LedCode.Flicker
+      ).map { case (s, c) => s.U -> c.U }
+    )
+    // Errors that are edges stay until the state changes.
+    val latched = RegInit(LedCode.Off.U(4.W)) // reset: no error
+    when(changed) { latched := LedCode.Off.U }
+    when(
+      known(watchdogs.map(_.processDataExpires)) && al(3, 0) === AlState.Operational.U &&
+        latched =/= LedCode.On.U
+    ) {
+      latched := LedCode.Double.U
+    }
+    when(known(watchdogs.map(_.pdiExpires))) { latched := LedCode.On.U }
+    val error = Mux(
+      known(sii.map(_.loadFailed)),
+      LedCode.Flicker.U,
+      Mux(latched =/= LedCode.Off.U, latched, Mux(al(4) && !emulation, LedCode.Single.U, LedCode.Off.U))
+    )
+
+    def led(name: String, automatic: UInt, drop: Bool, pin: Bool): Unit = {
+      val control       = Module(new LedControl).suggestName(s"led_$name")
+      val pattern       = Module(new LedPattern).suggestName(s"pattern_$name")
+      val (code, taken) = (s"${name}_led_code", s"${name}_led_enable")
+      control.automaticCode := automatic
+      control.write.valid   := bus.written(code).valid
+      control.write.bits    := Cat(bus.written(taken).bits, bus.written(code).bits)
+      control.drop          := drop
+      pattern.tick          := tick
+      pattern.code          := control.code
+      bus.status(code)      := control.code
+      bus.status(taken)     := control.taken
+      pin                   := pattern.lit
+    }
+    led("run", Mux(known(sii.map(_.loading)), LedCode.Flicker.U, state), changed, pins.run)
+    led("err", error, error =/= LedCode.Off.U && error =/= RegNext(error), pins.err)
+    for (((pin, link), traffic) <- pins.linkact.zip(links).zip(active)) {
+      val unit = Module(new LinkActivity)
+      unit.tick    := tick
+      unit.link    := link
+      unit.traffic := traffic
+      pin          := unit.lit
+    }
+  }
 }

@@ -2,6 +2,9 @@ package flyframe.application
 
 import chisel3._
 import chisel3.util._
+import flyframe.memory.{RegisterBus, RegisterUnit}
+import flyframe.params.EscParams
+import flyframe.registers.WatchdogRegisters
 
 /** A watchdog ([[flyframe.registers.WatchdogRegisters]]): counts ticks from its last trigger and expires at
   * tick `timeTicks` + 1 (WD-02, B-61).
@@ -46,4 +49,37 @@ class WatchdogDivider(cyclesPerNibble: Int) extends Module {
     left   := Mux(begins, divider, left - 1.U)
   }
   tick := end
+}
+
+/** Both watchdogs behind their registers.
+  *
+  * @param bufferWritten
+  *   triggers that of the process data (WD-04)
+  */
+class Watchdogs(p: EscParams, bufferWritten: Bool) extends RegisterUnit(WatchdogRegisters.all) {
+  private val divider     = Module(new WatchdogDivider(p.cyclesPerNibble)).suggestName("watchdogDivider")
+  private val processData = Module(new Watchdog).suggestName("watchdog_process_data")
+  private val pdi         = Module(new Watchdog).suggestName("watchdog_pdi")
+
+  /** Pulses: they expire. */
+  val processDataExpires: Bool = processData.expired
+  val pdiExpires: Bool         = pdi.expired
+
+  def connect(bus: RegisterBus): Unit = {
+    divider.divider     := bus.value("watchdog_divider")
+    processData.trigger := bufferWritten
+    pdi.trigger         := bus.hostAccess
+    for ((name, watchdog) <- Seq("process_data" -> processData, "pdi" -> pdi)) {
+      val time = s"watchdog_time_$name"
+      watchdog.tick                       := divider.tick
+      watchdog.timeTicks                  := bus.value(time)
+      watchdog.restart                    := RegNext(bus.writes(time), false.B)
+      bus.status(s"watchdog_$name")       := watchdog.running
+      bus.counts(s"watchdog_count_$name") := watchdog.expired
+    }
+    bus.status("pdi_watchdog") := pdi.running
+    bus.status("watchdog_event") := bus
+      .untilHostReads("watchdog_status_process_data")(processData.expired)
+      .suggestName("watchdog_event")
+  }
 }

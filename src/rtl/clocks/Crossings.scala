@@ -29,6 +29,16 @@ class LevelCrossing extends Module {
   out := stable
 }
 
+object LevelCrossing {
+
+  /** A level in the clock of the module that asks for it. */
+  def apply(level: Bool): Bool = {
+    val crossing = Module(new LevelCrossing)
+    crossing.in := level
+    crossing.out
+  }
+}
+
 /** The same outside the controller. Quartus gets the Verilog of both, where a module may stand once: the name
   * is another one.
   */

@@ -3,7 +3,7 @@ package flyframe.fmmu
 import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
-import flyframe.memory.{RegisterWrite, WideTable}
+import flyframe.memory.{RegisterWrite, RegisterWrites, WideTable}
 import flyframe.params.EscParams
 import flyframe.registers.FmmuRegisters
 
@@ -57,6 +57,7 @@ class Fmmus(p: EscParams) extends Module {
     f"FmmuRegisters has First 0x${FmmuRegisters.First}%04x and Stride ${FmmuRegisters.Stride} " +
       "but must have First at a multiple of 256 and Stride 16."
   )
+  private val taken   = new RegisterWrites(FmmuRegisters(p), write)
   private val address = write.bits.byteAddress
   private val hitsArea =
     write.valid && address(11, 8) === (FmmuRegisters.First >> 8).U && address(3, 2) =/= 3.U
@@ -93,8 +94,8 @@ class Fmmus(p: EscParams) extends Module {
     }
     val active = RegInit(VecInit(Seq.fill(8)(false.B))).suggestName(s"active_$bank") // reset: as the register
     for (i <- 0 until count) {
-      val byte = write.bits.byteAt(write.valid, FmmuRegisters.of(8 * bank + i) + FmmuRegisters.Activate)
-      when(byte.valid) { active(i) := byte.bits(0) }
+      val written = taken.written(s"fmmu${8 * bank + i}_activate")
+      when(written.valid) { active(i) := written.bits.asBool }
     }
 
     // First stage: distance from the start. -1 is the byte before.

@@ -4,7 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
 import flyframe.protocol.DatagramLayout.Ado
-import flyframe.registers.{ApplicationRegisters, DlRegisters, RegisterMap}
+import flyframe.registers.{Register, RegisterMap}
 
 /** Moves the data of a datagram between wire and memory: reads each word ahead, picks bytes, gathers written
   * bytes to words.
@@ -16,8 +16,11 @@ import flyframe.registers.{ApplicationRegisters, DlRegisters, RegisterMap}
   *   bytes per access
   * @param cyclesPerNibble
   *   core cycles per nibble slot
+  * @param acknowledged
+  *   registers whose reading by the bus is told of
   */
-class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes) {
+class DataAccess(lanes: Int, cyclesPerNibble: Int, acknowledged: Seq[Register])
+    extends DataAccessUnit(lanes, acknowledged) {
   private val inData   = position.part === Part.data
   private val inHeader = position.part === Part.header
   private val active   = step && in.valid && in.payload
@@ -68,7 +71,7 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes)
   private val wordData = VecInit((0 until lanes).map { i =>
     Mux(byteMask(i), written, Lanes.byte(gatheredData, i))
   }).asUInt
-  private val flush = active && inData && ((position.high && wordEnd) || in.last)
+  private val flush = (byteEnd && wordEnd) || (step && in.end && inData)
 
   memory.logByte      := accept && toRegister
   memory.write        := flush && wordMask.orR
@@ -91,9 +94,8 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int) extends DataAccessUnit(lanes)
     when(accept) { anyWrite := true.B }
   }
   readSuccess  := anyRead
-  readDlStatus := byteEnd && readNow && isWord(address, DlRegisters.Status)
-  readAlStatus := byteEnd && readNow && isWord(address, ApplicationRegisters.Status)
   writeSuccess := anyWrite
+  tellReads(byteEnd && readNow, isAt => isAt(address))
 
   memory.frameStart := step && in.valid && !in.payload
   memory.commit     := false.B // the frame processor knows; see there

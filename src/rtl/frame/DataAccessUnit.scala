@@ -1,16 +1,20 @@
 package flyframe.frame
 
 import chisel3._
+import chisel3.util._
 import flyframe.memory.EcatAccess
 import flyframe.mii.NibbleStream
+import flyframe.registers.{FieldRecord, Register}
 
 /** The unit that moves the data of a datagram between wire and memory. There are two of them: [[DataAccess]]
   * in a controller without FMMUs and SyncManagers, [[TranslatedAccess]] in one that has them.
   *
   * @param lanes
   *   bytes per access
+  * @param acknowledged
+  *   registers whose reading by the bus is told of
   */
-abstract class DataAccessUnit(lanes: Int) extends Module {
+abstract class DataAccessUnit(lanes: Int, acknowledged: Seq[Register]) extends Module {
 
   /** Once per nibble slot: `in` is over and the next nibble begins. */
   val step     = IO(Input(Bool()))
@@ -34,14 +38,16 @@ abstract class DataAccessUnit(lanes: Int) extends Module {
   val readSuccess  = IO(Output(Bool()))
   val writeSuccess = IO(Output(Bool()))
 
-  /** The master has just read a byte of DL status, of AL status: that takes back an event request (IRQ-02).
-    */
-  val readDlStatus = IO(Output(Bool()))
-  val readAlStatus = IO(Output(Bool()))
+  /** By register: the master has just read a byte of it. That takes back an event request (IRQ-02). */
+  val reads = IO(Output(FieldRecord.pulses(acknowledged.map(_.name))))
 
-  /** `address` is that of a byte of the register of two bytes at `register`. */
-  protected def isWord(address: UInt, register: Int): Bool = {
-    require(register % 2 == 0, f"the register is at 0x$register%04x but must be at an even address.")
-    address(16, 1) === (register >> 1).U
-  }
+  /** A byte is read, where `isAt` tells whether it is one of a register. */
+  protected def tellReads(read: Bool, isAt: (UInt => Bool) => Bool): Unit =
+    for (r <- acknowledged) reads.pulse(r.name) := read && isAt(isIn(_, r))
+
+  /** `address`, of 17 bits, is that of a byte of the register. */
+  private def isIn(address: UInt, r: Register): Bool =
+    if (isPow2(r.bytes) && r.address % r.bytes == 0)
+      address(16, log2Ceil(r.bytes)) === (r.address / r.bytes).U
+    else r.range.map(address === _.U).reduce(_ || _)
 }

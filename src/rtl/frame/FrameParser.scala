@@ -174,6 +174,7 @@ class FrameParser extends Module {
         }
       }
     }
-    when(abandon || in.last) { part := Part.ended }
+    when(abandon) { part := Part.ended }
   }
+  when(step && in.end) { part := Part.ended }
 }

@@ -7,7 +7,7 @@ import flyframe.memory.{EcatAccess, RegisterWrite}
 import flyframe.mii.{Crc32, NibbleStream}
 import flyframe.params.EscParams
 import flyframe.protocol.{DatagramLayout, Layout}
-import flyframe.registers.Register
+import flyframe.registers.{Access, FieldRecord, Register, RegisterMap}
 import flyframe.syncmanager.AreaPort
 
 /** What the registers and the loop control tell the frame processor. */
@@ -46,11 +46,15 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   val config = IO(Input(new FrameProcessorConfig))
   val memory = IO(new EcatAccess(p.lanes))
 
-  /** The master has read a byte of DL status, of AL status. That counts only if the frame ends well. */
-  val readDlStatus = IO(Output(Bool()))
-  val readAlStatus = IO(Output(Bool()))
+  private val registers    = RegisterMap(p, added)
+  private val acknowledged = registers.filter(_.ecat == Access.ReadAcknowledge)
 
-  /** A frame has ended, well or badly: a pulse after its last nibble, when its last data are in memory.
+  /** By register whose reading acknowledges: the master has read a byte of it. That counts only if the frame
+    * ends well.
+    */
+  val reads = IO(Output(FieldRecord.pulses(acknowledged.map(_.name))))
+
+  /** A frame has ended, well or badly: a pulse behind the slot of its end, when its last data are in memory.
     * `busy` says that a frame is in the unit.
     */
   val frameGood = IO(Output(Bool()))
@@ -64,11 +68,12 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private val header = Module(new DatagramHeader(logical = p.fmmus > 0))
 
   /** FMMUs and SyncManagers, where they are built. */
-  private val translated = Option.when(p.translates)(Module(new TranslatedAccess(p, added)))
-  private val access     = translated.getOrElse(Module(new DataAccess(p.lanes, p.cyclesPerNibble)))
+  private val translated = Option.when(p.translates)(Module(new TranslatedAccess(p, registers, acknowledged)))
+  private val access =
+    translated.getOrElse(Module(new DataAccess(p.lanes, p.cyclesPerNibble, acknowledged)))
 
   /** Where `out` lies in its frame. */
-  val outPosition = Option.when(p.hasAlarm)(IO(Output(new FramePosition)))
+  val outPosition = IO(Output(new FramePosition))
 
   /** Register writes as they take effect, for the FMMUs. */
   val registerWrite = Option.when(p.translates)(IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites)))))
@@ -101,8 +106,7 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
 
   private val tooMany = position.datagram >= p.maxSubTelegrams.U
   access.enable := !tooMany
-  readDlStatus  := access.readDlStatus
-  readAlStatus  := access.readAlStatus
+  reads         := access.reads
 
   // 0x0100[0] as it was when the frame started (B-12).
   private val destroy = Reg(Bool())
@@ -175,46 +179,38 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   // Verdict on the frame.
   private val isForeign = position.notEtherCat && destroy
   private val circled   = circulate && in.data(2)
-  private val abort     = in.payload && part =/= Part.ended && (isForeign || circled)
+  private val abort     = in.valid && in.payload && part =/= Part.ended && (isForeign || circled)
+  private val aborted   = RegEnable(abort, false.B, step) // in the slot before; reset: no frame
   parser.abandon := abort
-  // 4 to 68 whole bytes behind the last datagram, the one that this nibble may complete included.
-  private val completes = position.high && !in.odd
-  private val lengthGood = part === Part.padding && Mux(
-    completes,
-    position.paddingBytes >= 3.U && position.paddingBytes <= 67.U,
-    position.paddingBytes >= 4.U && position.paddingBytes <= 68.U
-  )
-  private val mayEndHere = (part === Part.foreign || position.notEtherCat) && !position.checksumCleared
-  private val lengthBad  = !lengthGood && !mayEndHere
+  // 4 to 68 whole bytes behind the last datagram.
+  private val lengthGood =
+    part === Part.padding && position.paddingBytes >= 4.U && position.paddingBytes <= 68.U
+  private val mayEndHere = part === Part.foreign && !position.checksumCleared
   private val running    = part =/= Part.ended || !in.payload
-  private val ends       = active && running && (abort || in.last)
-  private val bad        = abort || in.bad || lengthBad
+  private val end        = aborted || (in.end && part =/= Part.ended)
+  private val ends       = step && end
+  private val bad        = aborted || in.bad || !(lengthGood || mayEndHere)
   private val hadTooMany = part === Part.padding && position.datagram > p.maxSubTelegrams.U
 
   // One cycle later, which nobody minds: counters and log are off the wire path.
-  error := RegNext(ends && (bad || hadTooMany), false.B)
-  // With SyncManagers the last byte may still be on its way to memory; buffers change hands before registers
-  // are written (B-57).
-  private val settle = if (p.translates) 5 else 1
-  frameGood     := ShiftRegister(ends && !bad, settle, false.B, true.B)
-  frameBad      := ShiftRegister(ends && bad, settle, false.B, true.B)
+  error     := RegNext(ends && (bad || hadTooMany), false.B)
+  frameGood := RegNext(ends && !bad, false.B)
+  frameBad  := RegNext(ends && bad, false.B)
+  // Buffers change hands before registers are written (B-57).
   memory.commit := buffersSettled.getOrElse(if (p.translates) RegNext(frameGood, false.B) else frameGood)
   busy          := part =/= Part.ended
 
   // Control bits have a reset, so that nothing leaves before the first frame.
-  private val output     = RegInit(NibbleStream.idle)
-  private val oddChanges = Reg(Bool()) // there were changes before an odd last nibble
+  private val output = RegInit(NibbleStream.idle)
   when(step) {
     output       := in
     output.valid := in.valid && running
     output.data  := data
-    output.last  := in.last || abort
+    output.end   := end
     output.bad   := bad
-    output.odd   := in.odd && !abort
-    oddChanges   := changes.orR
+    // What leaves has a right FCS if what came had one and all changes to it have cancelled out.
+    output.crcGood := in.crcGood && !Mux(in.odd, changesBefore, changes).orR
   }
-  out := output
-  outPosition.foreach(_ := RegEnable(position, step))
-  // What leaves has a right FCS if what came had one and all changes have cancelled out.
-  out.crcGood := output.crcGood && !Mux(output.odd, oddChanges, changes.orR)
+  out         := output
+  outPosition := RegEnable(position, step)
 }

@@ -7,7 +7,7 @@ import flyframe.lanes.Lanes
 import flyframe.memory.{EscMemory, RegisterWrite}
 import flyframe.params.EscParams
 import flyframe.protocol.DatagramLayout.{Ado, Irq, Length}
-import flyframe.registers.{ApplicationRegisters, DlRegisters, Register, RegisterMap}
+import flyframe.registers.{Register, RegisterMap}
 import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan, ManagedSpace}
 
 /** Moves the data of a datagram between wire and memory like [[DataAccess]], through FMMUs and SyncManagers.
@@ -26,10 +26,13 @@ import flyframe.syncmanager.{AreaHit, AreaPort, AreaScan, ManagedSpace}
   * state of SyncManagers is asked for and changed in the cycles 0, 1, 2 and 4, with the answer two cycles
   * later.
   *
-  * @param added
-  *   registers beside those of the units
+  * @param registers
+  *   all of the controller
+  * @param acknowledged
+  *   those whose reading by the bus is told of
   */
-class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAccessUnit(p.lanes) {
+class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq[Register])
+    extends DataAccessUnit(p.lanes, acknowledged) {
   require( // eight core cycles per byte
     p.cyclesPerNibble >= 4,
     s"coreClockMhz is ${p.coreClockMhz} but must be 100, 125 with FMMUs or SyncManagers."
@@ -37,7 +40,7 @@ class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAcc
   val registerWrite = IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites))))
   val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
 
-  private val managed  = new ManagedSpace(p, RegisterMap(p, added))
+  private val managed  = new ManagedSpace(p, registers)
   private val bitwise  = p.hasBitwiseFmmus
   private val inData   = position.part === Part.data
   private val inHeader = position.part === Part.header
@@ -203,7 +206,7 @@ class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAcc
     // Data bytes that come before; -1 in the last byte of the length.
     val ahead                   = Mux(inHeader, position.byte - Irq.offset.U, 2.U)(1, 0)
     def more(count: UInt): Bool = position.dataLeft(10, 2).orR || position.dataLeft(1, 0) > count
-    val goesOn                  = enable && !in.last && (!inHeader || position.byte >= Length.last.U)
+    val goesOn                  = enable && (!inHeader || position.byte >= Length.last.U)
     inDatagram     := goesOn && !ahead.andR && more(ahead)
     nextInDatagram := goesOn && Mux(ahead === 2.U, position.dataLeft > 3.U, more(ahead + 1.U))
   }
@@ -385,9 +388,8 @@ class TranslatedAccess(p: EscParams, added: Seq[Register] = Nil) extends DataAcc
     when(accept) { anyWrite := true.B }
   }
   readSuccess  := anyRead
-  readDlStatus := tick && isRead && RegEnable(isWord(readAddress, DlRegisters.Status), inCycle(0))
-  readAlStatus := tick && isRead && RegEnable(isWord(readAddress, ApplicationRegisters.Status), inCycle(0))
   writeSuccess := anyWrite
+  tellReads(tick && isRead, isAt => RegEnable(isAt(readAddress), inCycle(0)))
 
   memory.frameStart := newFrame
   memory.commit     := false.B // the frame processor knows; see there

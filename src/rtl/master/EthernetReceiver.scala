@@ -30,13 +30,13 @@ class EthernetReceiver extends Module {
   byte.valid := step && in.valid && in.payload && high
   byte.bits  := Cat(in.data, low)
   first      := !begun
-  end.valid  := RegNext(step && in.valid && in.last, false.B)
+  end.valid  := RegNext(step && in.end, false.B)
   end.bits   := RegNext(!in.bad)
 
   when(step && in.valid) {
     low  := in.data
-    high := in.payload && !in.last && !high
+    high := in.payload && !high
     when(high) { begun := true.B }
-    when(!in.payload || in.last) { begun := false.B }
+    when(!in.payload) { begun := false.B }
   }
 }

@@ -56,12 +56,12 @@ class EthernetSender extends Module {
   private val next    = WireDefault(NibbleStream.idle)
   private val content = state === data || state === padding
   out          := RegEnable(next, NibbleStream.idle, step)
+  next.valid   := state === preamble || content || state === fcs
+  next.payload := state =/= preamble
+  next.end     := state === gap && count === 0.U
+  next.bad     := !ended // late: with a nibble that means nothing
+  next.odd     := !ended
   next.crcGood := true.B
-  next.valid   := state === preamble || next.payload
-  next.payload := content || state === fcs
-  next.last    := late || (state === fcs && whole)
-  next.bad     := late
-  next.odd     := late
   switch(state) {
     is(preamble) { next.data := Mux(whole, 0xd.U, 5.U) }
     is(data) { next.data := nibble }

@@ -90,9 +90,9 @@ class LineExchange(linePorts: Int) extends Module {
       val sends = atSecond === (y == 1).B
       out(y)       := sender.out
       out(y).valid := sender.out.valid && sends
-      out(y).last  := sender.out.last && sends
+      out(y).end   := sender.out.end && sends
     }
-    val now = Mux(in(prefers.asUInt).valid, prefers, Mux(in(!prefers.asUInt).valid, !prefers, listens))
+    val now = Mux(in(prefers.asUInt).busy, prefers, Mux(in(!prefers.asUInt).busy, !prefers, listens))
     when(step) { listens := now }
     receiver.in := in(now.asUInt)
   }
@@ -124,10 +124,10 @@ class LineExchange(linePorts: Int) extends Module {
   }.elsewhen(matcher.whole && room) { came := came + 1.U }
 
   // Sending, and waiting.
-  private val left  = Reg(UInt(16.W))                                                 // slots
-  private val tries = Reg(UInt(4.W))                                                  // that are left
+  private val left  = Reg(UInt(16.W))                                                // slots
+  private val tries = Reg(UInt(4.W))                                                 // that are left
   private val good  = matcher.done.valid && matcher.done.bits && begun && waiting
-  private val late  = waiting && left === 0.U && !composer.busy && !receiver.in.valid // for it to begin
+  private val late  = waiting && left === 0.U && !composer.busy && !receiver.in.busy // for it to begin
   composer.send := go || (late && tries =/= 0.U && !good)
   sending       := composer.busy
   done.valid    := good || (late && tries === 0.U)

@@ -16,7 +16,7 @@ import flyframe.registers.{FmmuRegisters, Register, RegisterFile, RegisterMap, R
   * @param added
   *   registers beside those of the units
   */
-class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module {
+class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with RegisterPort {
   private val lanes    = p.lanes
   private val laneBits = log2Ceil(lanes)
 

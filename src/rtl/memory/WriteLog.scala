@@ -92,7 +92,7 @@ class WriteLog(lanes: Int, depth: Int, bitWrites: Boolean = false) extends Modul
   }
   full := bytes === depth.U
 
-  // Playback. A frame commits when its last nibble passes, at least 24 slots before the next `frameStart`.
+  // Playback. A frame commits behind its last nibble, at least 20 slots before the next `frameStart`.
   private val next    = RegInit(0.U(countBits.W)) // entry to be read; reset: nothing to play
   private val end     = RegInit(0.U(countBits.W))
   private val reading = next =/= end

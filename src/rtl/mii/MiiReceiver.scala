@@ -22,9 +22,8 @@ class ReceiverEvents extends Bundle {
 
 /** Finds the frames in the symbols of one port: SFD, odd nibbles, FCS, length, RX_ER (B-01 to B-03).
   *
-  * It holds one nibble back until it knows whether another follows, so that `last` and the verdict travel
-  * with the frame's last nibble: that nibble can still be spoiled, or dropped, behind. Delay: one nibble slot
-  * from taking a symbol to `out`.
+  * A symbol leaves in the slot in which it is taken; the one that ends the frame becomes the end with its
+  * verdict. Delay: one core cycle from taking a symbol to `out`.
   *
   * @param shortest
   *   whole bytes of the shortest good frame, a power of two; 64 but in proofs
@@ -46,13 +45,11 @@ class MiiReceiver(shortest: Int = 64) extends Module {
 
   private val state = RegInit(State.idle)
 
-  // The nibble held back. Data path registers need no reset: `state` says when they count.
-  private val held          = Reg(UInt(4.W))
-  private val heldIsPayload = Reg(Bool())
-  private val count         = Reg(UInt(13.W)) // nibbles of this part (preamble, then payload), up to 4096
-  private val longEnough    = Reg(Bool())     // `shortest` whole bytes have come
-  private val crc           = Reg(UInt(32.W))
-  private val crcWasGood    = Reg(Bool())     // `crc` was right one nibble earlier
+  // Data path registers need no reset: `state` says when they count.
+  private val count      = Reg(UInt(13.W)) // nibbles of this part (preamble, then payload), up to 4096
+  private val longEnough = Reg(Bool())     // `shortest` whole bytes have come
+  private val crc        = Reg(UInt(32.W))
+  private val crcWasGood = Reg(Bool())     // `crc` was right one nibble earlier
 
   private val output = RegInit(NibbleStream.idle)
   private val cutNow = RegInit(false.B) // a cut waits for the next slot
@@ -62,19 +59,20 @@ class MiiReceiver(shortest: Int = 64) extends Module {
   private val full     = count(12)
   private val longNow  = count(log2Ceil(2 * shortest)) // together with `longEnough`: at least that many
   private val crcRight = crc === Crc32.Residue
-  private val odd      = heldIsPayload && count(0)
-  private val inFrame  = state === State.preamble || state === State.payload
+  private val behind   = state === State.payload
+  private val odd      = count(0)
+  private val inFrame  = state === State.preamble || behind
 
   // What the symbol at hand means for the running frame.
   private val isFive    = symbol.data === 5.U
   private val isSfd     = symbol.data === 0xd.U
   private val lost      = !symbols.available || symbols.overflow || cutNow || cut
-  private val badInside = symbol.er || Mux(state === State.payload, full, !isSfd && (!isFive || full))
+  private val badInside = symbol.er || Mux(behind, full, !isSfd && (!isFive || full))
   private val faulty    = lost || (symbol.dv && badInside)
   private val ended     = !lost && !symbol.dv
 
   private val crcGood = Mux(odd, crcWasGood, crcRight)
-  private val good    = ended && heldIsPayload && crcGood && (longEnough || longNow)
+  private val good    = ended && behind && crcGood && (longEnough || longNow)
 
   private val start      = state === State.idle && symbols.available && symbol.dv && symbols.settled
   private val startFault = symbol.er || (!isFive && !isSfd)
@@ -82,18 +80,19 @@ class MiiReceiver(shortest: Int = 64) extends Module {
   symbols.take := tick && symbols.available && (state =/= State.idle || !symbol.dv || symbols.settled)
 
   private val endOfFrame = tick && inFrame && (faulty || ended)
-  events.invalidFrame := (endOfFrame && (faulty || !heldIsPayload || (!crcGood && !odd))) ||
+  events.invalidFrame := (endOfFrame && (faulty || !behind || (!crcGood && !odd))) ||
     (tick && start && startFault)
-  events.forwardedError := endOfFrame && ended && heldIsPayload && !crcGood && odd
+  events.forwardedError := endOfFrame && ended && behind && !crcGood && odd
   events.goodFrame      := endOfFrame && good
   events.rxEr           := symbols.take && symbol.er
-  idle                  := (state === State.idle || state === State.skip) && !output.valid
+  idle                  := (state === State.idle || state === State.skip) && !output.busy
 
   when(tick) {
-    output.valid   := inFrame || state === State.faultyStart
-    output.payload := heldIsPayload
-    output.data    := held
-    output.last    := state === State.faultyStart || faulty || ended
+    val runs = !faulty && !ended
+    output.valid   := start || (inFrame && runs)
+    output.end     := (inFrame && !runs) || state === State.faultyStart
+    output.payload := behind
+    output.data    := Mux(start && startFault, 5.U, symbol.data)
     output.bad     := !good
     output.odd     := odd
     output.crcGood := crcGood
@@ -101,16 +100,13 @@ class MiiReceiver(shortest: Int = 64) extends Module {
 
     switch(state) {
       is(State.idle) {
-        heldIsPayload := false.B
-        count         := 1.U
-        held          := symbol.data
+        count := 1.U
         when(start) {
           state := Mux(startFault, State.faultyStart, Mux(isSfd, State.payload, State.preamble))
           when(isSfd) { count := 0.U }
         }
       }
       is(State.preamble, State.payload) {
-        held := symbol.data
         when(faulty) {
           state := State.skip
         }.elsewhen(ended) {
@@ -119,8 +115,7 @@ class MiiReceiver(shortest: Int = 64) extends Module {
           count := Mux(isSfd, 0.U, count + 1.U)
           when(isSfd) { state := State.payload }
         }.otherwise {
-          heldIsPayload := true.B
-          count         := count + 1.U
+          count := count + 1.U
         }
       }
       is(State.faultyStart) {
@@ -131,7 +126,7 @@ class MiiReceiver(shortest: Int = 64) extends Module {
       }
     }
 
-    when(state === State.payload) {
+    when(behind) {
       crc        := Crc32.next(crc, symbol.data)
       crcWasGood := crcRight
       when(longNow) { longEnough := true.B }
@@ -147,7 +142,7 @@ class MiiReceiver(shortest: Int = 64) extends Module {
 object MiiReceiver {
   private object State extends ChiselEnum {
 
-    /** `faultyStart`: the very first symbol was in error and leaves as a frame of its own; `skip`: the rest
+    /** `faultyStart`: the very first symbol was in error, and the frame that has begun ends; `skip`: the rest
       * of a cut-off frame.
       */
     val idle, preamble, payload, faultyStart, skip = Value

@@ -1,10 +1,10 @@
 package flyframe.mii
 
 import chisel3._
+import chisel3.util._
 
-/** Drives TXD and TX_EN from a [[NibbleStream]] and finishes frames that ended bad (ERR-06, ERR-07, B-04):
-  * spoils the last nibble where the FCS would be right, and appends the extra nibble that marks the error as
-  * counted.
+/** Drives TXD and TX_EN from a [[NibbleStream]] and adds the mark behind a frame that ended bad (ERR-06,
+  * ERR-07, B-04): as many nibbles as make an odd number behind an FCS that is wrong.
   *
   * Runs on the core clock; there is no TX FIFO (PHY-02). Delay: one core cycle.
   */
@@ -18,32 +18,18 @@ class MiiTransmitter extends Module {
 
   private val enable = RegInit(false.B)  // reset: no nibble may leave before the first frame
   private val data   = Reg(UInt(4.W))
-  private val extra  = RegInit(0.U(2.W)) // nibbles still to be appended
+  private val left   = RegInit(0.U(2.W)) // nibbles of the mark that are still to be added; reset: none
   txEn := enable
   txd  := data
 
-  private val dribble = in.last && !in.bad && in.odd
-  private val spoil   = in.last && in.bad
+  // Without an SFD the mark begins with it: a fragment that the next ESC recognises.
+  private val all  = Mux(in.payload, Cat(in.crcGood, !in.odd), 2.U)
+  private val mark = Mux(in.end && in.bad, all, left)
+  private val adds = mark =/= 0.U
 
   when(tick) {
-    when(extra =/= 0.U) {
-      enable := true.B
-      data   := 0.U
-      extra  := extra - 1.U
-    }.otherwise {
-      enable := in.valid && !dribble
-      data   := in.data
-      when(in.valid && spoil) {
-        when(!in.payload) { // no payload yet: an SFD and the mark make a fragment the next ESC recognises
-          data  := 0xd.U
-          extra := 1.U
-        }.elsewhen(!in.odd) {
-          data  := in.data ^ VecInit.fill(4)(in.crcGood).asUInt
-          extra := 1.U
-        }.elsewhen(in.crcGood) {
-          extra := 2.U
-        }
-      }
-    }
+    enable := in.valid || adds
+    data   := Mux(in.valid, in.data, Mux(in.end && !in.payload, 0xd.U, 0.U))
+    left   := mark - adds
   }
 }

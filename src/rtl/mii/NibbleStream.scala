@@ -5,32 +5,38 @@ import chisel3._
 /** What runs between the units on the wire path: one nibble of a frame per nibble slot (40 ns), preamble
   * included.
   *
-  * Every stage takes one of these and gives one, so stages can be tested alone, left out or put in another
-  * order. The end-of-frame fields are meaningful with `last`; `crcGood` always.
+  * A frame is one nibble or more, slot by slot, and in the slot behind the last one its end, with the
+  * verdict. Every stage takes one of these and gives one, so stages can be tested alone, left out or put in
+  * another order.
   */
 class NibbleStream extends Bundle {
 
   /** This slot carries a nibble of a frame. */
   val valid = Bool()
 
-  /** The nibble is behind the SFD. */
+  /** The slot is behind the SFD. */
   val payload = Bool()
 
   /** The nibble: 0x5 in the preamble, 0xD as the end of the SFD, data behind it (low half of a byte first).
     */
   val data = UInt(4.W)
 
-  /** The frame ends with this nibble. */
-  val last = Bool()
+  /** The frame has ended with the slot before; never with `valid`. */
+  val end = Bool()
 
-  /** With `last`: the frame is in error (ERR-06). */
+  /** With `end`: the frame is in error (ERR-06). */
   val bad = Bool()
 
-  /** The payload up to and with this nibble has an odd number of nibbles. */
+  /** With `end`, and from receivers in every slot behind the SFD: the payload before this slot has an odd
+    * number of nibbles.
+    */
   val odd = Bool()
 
-  /** The FCS over the whole bytes up to here is right. */
+  /** The same: the FCS over the whole bytes before this slot is right. */
   val crcGood = Bool()
+
+  /** The slot belongs to a frame. */
+  def busy: Bool = valid || end
 }
 
 object NibbleStream {

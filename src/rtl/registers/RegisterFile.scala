@@ -16,6 +16,42 @@ class FieldRecord(types: SeqMap[String, Data]) extends Record {
   def load(name: String): Valid[UInt] = elements(name).asInstanceOf[Valid[UInt]]
 }
 
+/** Records of signals for the fields of registers, each as a [[RegisterFile]] has it. */
+object FieldRecord {
+
+  /** A pulse or a level by each of these names. */
+  def pulses(names: Seq[String]): FieldRecord = new FieldRecord(SeqMap.from(names.map(_ -> Bool())))
+
+  /** Present values of the stored fields. */
+  def value(registers: Seq[Register]): FieldRecord =
+    of(registers) { case f @ Field(_, _, _, _: Source.Stored, _, _) => UInt(f.width.W) }
+
+  /** New values from units, for stored fields that allow it. */
+  def set(registers: Seq[Register]): FieldRecord =
+    of(registers) { case f @ Field(_, _, _, Source.Stored(true, _), _, _) => Valid(UInt(f.width.W)) }
+
+  /** Values of status fields. */
+  def status(registers: Seq[Register]): FieldRecord =
+    of(registers) { case f @ Field(_, _, _, Source.Status, _, _) => UInt(f.width.W) }
+
+  /** Pulses that count. */
+  def event(registers: Seq[Register]): FieldRecord =
+    of(registers) { case Field(_, _, _, Source.Counter(_), _, _) => Bool() }
+
+  /** How many there were. */
+  def count(registers: Seq[Register]): FieldRecord =
+    of(registers) { case Field(_, _, _, Source.Counter(_), _, _) => UInt(8.W) }
+
+  /** Conditions under which guarded registers may be written, by name. */
+  def guard(registers: Seq[Register]): FieldRecord =
+    pulses(registers.flatMap(r => r.ecatGuard ++ r.pdiGuard).distinct)
+
+  private def of(registers: Seq[Register])(select: PartialFunction[Field, Data]): FieldRecord =
+    new FieldRecord(SeqMap.from(registers.flatMap(_.fields).collect {
+      case f if select.isDefinedAt(f) => f.name -> select(f)
+    }))
+}
+
 /** Decode, storage and counters of all registers, built from [[RegisterMap]].
   *
   * Reading is combinational in `readAddress`; words are `lanes` bytes. A write acts at the next clock edge;
@@ -28,10 +64,6 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private val lanes     = p.lanes
   private val laneBits  = log2Ceil(lanes)
   private val registers = RegisterMap(p, added)
-  private val fields    = registers.flatMap(_.fields)
-
-  private def record(select: PartialFunction[Field, Data]) =
-    new FieldRecord(SeqMap.from(fields.collect { case f if select.isDefinedAt(f) => f.name -> select(f) }))
 
   private val addressBits = RegisterMap.addressBits(p) - laneBits
 
@@ -45,16 +77,8 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   /** The byte is read from the register RAM; `readData` is 0 for it. */
   val inRam = IO(Output(UInt(lanes.W)))
 
-  /** Conditions under which guarded registers may be written, by name. */
-  val guard = IO(
-    Input(
-      new FieldRecord(
-        SeqMap.from(
-          registers.flatMap(r => r.ecatGuard ++ r.pdiGuard).distinct.map(_ -> Bool())
-        )
-      )
-    )
-  )
+  /** See [[FieldRecord]], also for the records below. */
+  val guard = IO(Input(FieldRecord.guard(registers)))
 
   val write        = IO(Input(Bool()))
   val writeAddress = IO(Input(UInt(addressBits.W)))
@@ -64,20 +88,11 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   /** Bits that are written, where there are registers that are written bit by bit (FMMU-10). */
   val writeBits = Option.when(p.hasBitWrites)(IO(Input(UInt((8 * lanes).W))))
 
-  /** Present values of the stored fields. */
-  val value = IO(Output(record { case f @ Field(_, _, _, _: Source.Stored, _, _) => UInt(f.width.W) }))
-
-  /** New values from units, for stored fields that allow it. */
-  val set = IO(Input(record { case f @ Field(_, _, _, Source.Stored(true, _), _, _) =>
-    Valid(UInt(f.width.W))
-  }))
-
-  /** Values of status fields. */
-  val status = IO(Input(record { case f @ Field(_, _, _, Source.Status, _, _) => UInt(f.width.W) }))
-
-  /** Pulses that count, and how many there were. */
-  val event = IO(Input(record { case Field(_, _, _, Source.Counter(_), _, _) => Bool() }))
-  val count = IO(Output(record { case Field(_, _, _, Source.Counter(_), _, _) => UInt(8.W) }))
+  val value  = IO(Output(FieldRecord.value(registers)))
+  val set    = IO(Input(FieldRecord.set(registers)))
+  val status = IO(Input(FieldRecord.status(registers)))
+  val event  = IO(Input(FieldRecord.event(registers)))
+  val count  = IO(Output(FieldRecord.count(registers)))
 
   /** A byte address is being written. */
   private def writes(byteAddress: Int): Bool =

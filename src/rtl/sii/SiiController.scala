@@ -4,7 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.memory.UnitWrite
 import flyframe.params.EscParams
-import flyframe.registers.{DlRegisters, SiiRegisters, StationRegisters}
+import flyframe.registers.{RegisterMap, RegisterNames, SiiRegisters}
 
 /** The pins of the I2C EEPROM: 1 at `scl_low` or `sda_low` pulls that line low, `sda` is the level of the
   * data line, and `two_byte` is the strap that says how many address bytes the EEPROM has (SII-16).
@@ -225,18 +225,23 @@ class SiiController(p: EscParams) extends Module {
   write.valid := false.B
   write.bits  := 0.U.asTypeOf(new UnitWrite)
 
+  private val names                          = new RegisterNames(RegisterMap(p))
+  private def bytes(register: String): Range = names.register(register).range
+  private val addressAt                      = bytes("eeprom_address").head
+  private val dataAt                         = bytes("eeprom_data").head
+
   private val lastByte = count === Mux(loads, 15.U, 7.U)
   // The number of a byte is added to these addresses by an OR, so their low bits must be 0.
   for (
-    (name, address, bytes) <- Seq(
-      ("Scratch", SiiRegisters.Scratch.start, 16),
-      ("Data", SiiRegisters.Data, 8),
-      ("Address", SiiRegisters.Address, 4)
+    (name, address, size) <- Seq(
+      ("the scratch area", SiiRegisters.Scratch.start, 16),
+      ("eeprom_data", dataAt, 8),
+      ("eeprom_address", addressAt, 4)
     )
   )
     require(
-      address % bytes == 0,
-      f"SiiRegisters.$name is at 0x$address%04x but must be at a multiple of $bytes."
+      address % size == 0,
+      f"$name is at 0x$address%04x but must be at a multiple of $size."
     )
   private val scratch = SiiRegisters.Scratch.start
   private val first   = if (p.hasI2c) start else point // the state with which a load begins
@@ -252,7 +257,7 @@ class SiiController(p: EscParams) extends Module {
     is(settle) { when(!registersBusy) { state := Mux(loads, first, if (p.hasI2c) address0 else serve) } }
     is(put) {
       store(
-        Mux(loads, scratch.U | count, SiiRegisters.Data.U | count),
+        Mux(loads, scratch.U | count, dataAt.U | count),
         byte,
         if (p.hasI2c) Mux(lastByte, stop, in) else take
       )
@@ -283,20 +288,8 @@ class SiiController(p: EscParams) extends Module {
       // Word 2 belongs to distributed clocks, which are not built, and is left out. The alias and some bits
       // of the configuration are taken only from the first load (SII-08).
       val target = MuxLookup(count, 0.U(12.W))(
-        Seq(
-          0  -> SiiRegisters.PdiControl,
-          1  -> SiiRegisters.ConfigurationA0,
-          2  -> SiiRegisters.PdiConfiguration,
-          3  -> (SiiRegisters.PdiConfiguration + 1),
-          6  -> SiiRegisters.PdiConfigurationExt,
-          7  -> (SiiRegisters.PdiConfigurationExt + 1),
-          8  -> StationRegisters.Alias,
-          9  -> (StationRegisters.Alias + 1),
-          10 -> SiiRegisters.ConfigurationA5,
-          11 -> (SiiRegisters.ConfigurationA5 + 1),
-          12 -> SiiRegisters.ConfigurationA6,
-          13 -> DlRegisters.FifoByte
-        ).map { case (i, a) => i.U -> a.U(12.W) }
+        (for ((first, register) <- SiiController.Loaded; (a, i) <- bytes(register).zipWithIndex)
+          yield (first + i).U -> a.U(12.W)) :+ (13.U -> names.field("rx_fifo_size").byte.U(12.W))
       )
       val value = MuxLookup(count, byte)(
         Seq(
@@ -336,7 +329,7 @@ class SiiController(p: EscParams) extends Module {
     is(point) {
       // Bit 3 of `count` says which half of the load the address is for; bits 1 and 0 number its bytes.
       crc := Mux(count(3), crc, ConfigurationChecksum.Start.U)
-      store(SiiRegisters.Address.U | count(1, 0), Mux(count(1, 0) === 0.U && count(3), 4.U, 0.U), point)
+      store(addressAt.U | count(1, 0), Mux(count(1, 0) === 0.U && count(3), 4.U, 0.U), point)
       when(write.fire) {
         count := count + 1.U
         when(count(1, 0).andR) {
@@ -352,7 +345,7 @@ class SiiController(p: EscParams) extends Module {
         when(!loads && failure.get) { noAck := true.B }
       }
     }
-    is(take) { fetchFrom(SiiRegisters.Data.U | count(2, 0), put) }
+    is(take) { fetchFrom(dataAt.U | count(2, 0), put) }
   }
 
   /** Drives the I2C master: each state gives it one command, some with a byte to send (SII-18, SII-19). */
@@ -393,15 +386,15 @@ class SiiController(p: EscParams) extends Module {
 
     switch(state) {
       is(address0) {
-        fetchFrom(SiiRegisters.Address.U, address1)
+        fetchFrom(addressAt.U, address1)
       }
       is(address1) {
         byteAddress := byte << 1
-        fetchFrom((SiiRegisters.Address + 1).U, address2)
+        fetchFrom((addressAt + 1).U, address2)
       }
       is(address2) {
         byteAddress := Cat(byte, byteAddress(8, 0))
-        fetchFrom((SiiRegisters.Address + 2).U, start)
+        fetchFrom((addressAt + 2).U, start)
       }
       is(start) {
         when(!loads) { byteAddress := Cat(byte(1, 0), byteAddress(16, 0)) }
@@ -421,7 +414,7 @@ class SiiController(p: EscParams) extends Module {
           byte := i2c.received
         }
       }
-      is(fetch) { fetchFrom(SiiRegisters.Data.U | count, out) }
+      is(fetch) { fetchFrom(dataAt.U | count, out) }
       is(out) {
         transfer(I2cCommand.write, Mux(count(0), stop, fetch), byte)
         when(finished) { count := count + 1.U }
@@ -434,4 +427,18 @@ class SiiController(p: EscParams) extends Module {
       }
     }
   }
+}
+
+object SiiController {
+
+  /** Which registers are loaded, and from which byte of the EEPROM on. */
+  private val Loaded = Seq(
+    0  -> "pdi_control",
+    1  -> "esc_configuration_a0",
+    2  -> "pdi_configuration",
+    6  -> "extended_pdi_configuration",
+    8  -> "station_alias",
+    10 -> "esc_configuration_a5",
+    12 -> "esc_configuration_a6"
+  )
 }

@@ -2,7 +2,7 @@ package flyframe.syncmanager
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.{RegisterWrite, WideTable}
+import flyframe.memory.{RegisterWrite, RegisterWrites, WideTable}
 import flyframe.params.EscParams
 import flyframe.registers.{Register, RegisterMap, SyncManagerRegisters}
 
@@ -97,7 +97,7 @@ class SyncManagers(p: EscParams) extends Module {
   val deactivated = IO(Output(Vec(n, Bool())))
 
   /** Events for the master (0x0210) and the host (0x0220). */
-  val ecatEvent = IO(Output(Vec(n, Bool())))
+  val ecatEvent = IO(Output(Vec(n min 8, Bool()))) // 0x0210 has eight bits for them
   val alEvent   = IO(Output(Vec(n, Bool())))
 
   /** A buffer with watchdog trigger has been written (WD-04). */
@@ -130,27 +130,22 @@ class SyncManagers(p: EscParams) extends Module {
     val ecatWrites = Bool()
     val isMailbox  = Bool()
   }
-  private def byte(i: Int, offset: Int): Valid[UInt] =
-    write.bits.byteAt(write.valid, SyncManagerRegisters.of(i) + offset)
+  private val writes = new RegisterWrites(SyncManagerRegisters(p), write)
   private val control = VecInit((0 until n).map { i =>
-    val bits = byte(i, SyncManagerRegisters.Control).bits
-    val value = RegEnable(bits(5, 4) ## bits(2, 1), 0.U(4.W), byte(i, SyncManagerRegisters.Control).valid)
-      .suggestName(s"control_$i")
-    value.asTypeOf(new Control)
+    val written          = writes.written(s"sm${i}_control")
+    val (al, ecat, mode) = (written.bits(5), written.bits(4), written.bits(2, 1))
+    val stored           = if (i < ecatEvent.size) al ## ecat ## mode else al ## mode
+    val value            = RegEnable(stored, 0.U(stored.getWidth.W), written.valid).suggestName(s"control_$i")
+    val all              = if (i < ecatEvent.size) value else value(2) ## false.B ## value(1, 0)
+    all.asTypeOf(new Control)
   })
   private lazy val watchdogTrigger = VecInit((0 until n).map { i =>
-    RegEnable(
-      byte(i, SyncManagerRegisters.Control).bits(6),
-      false.B,
-      byte(i, SyncManagerRegisters.Control).valid
-    ).suggestName(s"watchdogTrigger_$i")
+    val written = writes.written(s"sm${i}_control")
+    RegEnable(written.bits(6), false.B, written.valid).suggestName(s"watchdogTrigger_$i")
   })
-  private val wantsOff = (0 until n).map { i => // 0x0807[0] as written
-    RegEnable(
-      byte(i, SyncManagerRegisters.PdiControl).bits(0),
-      false.B,
-      byte(i, SyncManagerRegisters.PdiControl).valid
-    ).suggestName(s"deactivate_$i")
+  private val wantsOff = (0 until n).map { i => // as written
+    val written = writes.written(s"sm${i}_deactivated")
+    RegEnable(written.bits.asBool, false.B, written.valid).suggestName(s"deactivate_$i")
   }
   private val isOff = wantsOff.zipWithIndex.map { case (w, i) =>
     RegEnable(w, false.B, quiet && !states.walking).suggestName(s"deactivated_$i")
@@ -188,8 +183,9 @@ class SyncManagers(p: EscParams) extends Module {
     val bufferLast = Mux(s.anyWritten, Mux(s.newer, s.next, s.reader), 3.U)
     full(i)       := control(i).isMailbox && s.newer
     lastBuffer(i) := Mux(control(i).isMailbox, 0.U, bufferLast)
-    ecatEvent(i)  := control(i).ecatEvent && Mux(control(i).ecatWrites, readEvent(i), writeEvent(i))
-    alEvent(i)    := control(i).alEvent && Mux(control(i).ecatWrites, writeEvent(i), readEvent(i))
+    if (i < ecatEvent.size)
+      ecatEvent(i) := control(i).ecatEvent && Mux(control(i).ecatWrites, readEvent(i), writeEvent(i))
+    alEvent(i)     := control(i).alEvent && Mux(control(i).ecatWrites, writeEvent(i), readEvent(i))
   }
   writeEvent := states.writeEvent
   readEvent  := states.readEvent

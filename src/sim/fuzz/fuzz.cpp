@@ -121,8 +121,11 @@ void Fuzz::header(VectorLine& v) {
 // Puts other bytes into a frame, from payload byte `at` on, and corrects the FCS by what they change.
 static void replace(std::vector<uint8_t>& nibbles, size_t at, const uint8_t* with, size_t count) {
   const Payload p = payloadOf(nibbles);
-  if (!p.sfd || p.bytes.size() < at + count + 4) return;
-  const size_t fcs = p.bytes.size() - 4;  // a bad frame has an odd nibble behind it
+  const auto right = [&](size_t size) { return crc32(p.bytes.data(), size) == kCrcResidue; };
+  // The mark of a bad frame has a whole byte if the FCS before it is right.
+  const size_t last = p.bytes.size(), marked = p.odd && last > 0 && !right(last) && right(last - 1);
+  if (!p.sfd || last < at + count + 4 + marked) return;
+  const size_t fcs = last - 4 - marked;
   Bytes change(fcs), none(fcs);
   for (size_t i = 0; i < count; ++i) change[at + i] = with[i] ^ p.bytes[at + i];
   const uint32_t fcsChange = crc32(change.data(), fcs) ^ crc32(none.data(), fcs);

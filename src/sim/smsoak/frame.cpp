@@ -12,7 +12,7 @@ constexpr size_t kHeader = 10;
 // A nibble is processed some cycles before it leaves; what it causes happens a few cycles around that.
 constexpr int kBefore = 12, kAfter = 4;
 // From the last nibble to the end of the frame, to the first and last register write.
-constexpr int kEnd = 12, kCommit = 24;
+constexpr int kEnd = 13, kCommit = 24;
 // To the end of a host access that is under way, per byte of a word.
 constexpr int kHostByte = 24;
 }  // namespace
@@ -73,8 +73,6 @@ void Frame::finish(const Core& core, uint64_t firstStep, const std::function<uns
   const Returned& back = core.returned();
   const size_t first = actions.size();
   const auto time = [&](size_t nibble) { return back.times[std::min(nibble, nibbles_ - 1)]; };
-  // The last nibble of a bad frame may have been inverted.
-  const size_t sure = nibbles_ - 1;
   const auto value = [&](size_t byte) {
     return static_cast<uint8_t>(back.nibbles[2 * byte] | back.nibbles[2 * byte + 1] << 4);
   };
@@ -89,21 +87,21 @@ void Frame::finish(const Core& core, uint64_t firstStep, const std::function<uns
   for (Datagram& d : datagrams_) {
     const size_t data = d.header + kHeader, end = data + d.data.size();
     d.increment = -1;
-    for (size_t j = data; j < end && 2 * j + 1 < sure; ++j) d.returned.push_back(value(j));
-    if (2 * (end + 1) + 1 < sure) d.increment = value(end) | value(end + 1) << 8;
+    for (size_t j = data; j < end && 2 * j + 1 < nibbles_; ++j) d.returned.push_back(value(j));
+    if (2 * (end + 1) + 1 < nibbles_) d.increment = value(end) | value(end + 1) << 8;
     if (!d.checked) continue;
     for (size_t k = 1; k <= 2; ++k) {
       const size_t nibble = 2 * (d.header + 8) + k;
-      if (nibble < sure)
+      if (nibble < nibbles_)
         actions.push_back({Kind::irqNibble, time(nibble) - kBefore, time(nibble) + kAfter,
                            static_cast<uint16_t>(k), 0, back.nibbles[nibble], k == 1 ? 0x0fu : 0xf0u, step});
     }
-    // Reading looks one byte ahead (B-55).
+    // Reading looks ahead, when the last but one byte before has passed (B-55).
     const auto read = [&](size_t j) {
       const size_t before = 2 * (data + j) - 2;
-      if (d.reads < 0 || j >= d.data.size() || before >= nibbles_) return;
+      if (d.reads < 0 || j >= d.data.size() || before > nibbles_) return;
       const auto a = static_cast<uint16_t>(d.reads + j);
-      const bool known = 2 * (data + j) + 1 < sure;
+      const bool known = 2 * (data + j) + 1 < nibbles_;
       touched |= managers(a);
       actions.push_back({Kind::read, time(before) - kBefore, time(before + 2) + kAfter, a, d.data[j],
                          known ? value(data + j) : -1, managers(a), step});

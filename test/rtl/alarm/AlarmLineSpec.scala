@@ -11,7 +11,7 @@ import flyframe.protocol.Command.{Aprd, Apwr, Brd, Bwr, Nop}
 import flyframe.protocol.DetectorState.Normal
 import flyframe.registers.AlarmRegisters
 import flyframe.rules.{Line, Reply}
-import flyframe.{SharedSimulation, SlaveController}
+import flyframe.{AlarmSlave, Controller, SharedSimulation}
 
 /** Controllers in a line, port 1 of each wired to port 0 of the next. Core clock and nibble clock are one;
   * receivers sample in the middle of a nibble.
@@ -25,13 +25,15 @@ class LineUnderTest(sets: Seq[EscParams]) extends Module {
   val host    = IO(Vec(sets.size, new HostPort(1)))
   val current = IO(Vec(sets.size, Input(UInt(3.W))))
 
-  private val slaves = sets.map(p => Module(new SlaveController(p)))
+  private val slaves = sets.map(p => Module(Controller.slave(p)))
   for ((slave, i) <- slaves.zipWithIndex) {
     slave.phy_clk_ref := false.B
     slave.pdi_operational.foreach(_ := true.B)
-    slave.alarm.foreach { a =>
-      a.current      := current(i)
-      a.config_fault := false.B
+    slave match {
+      case s: AlarmSlave =>
+        s.alarm.current      := current(i)
+        s.alarm.config_fault := false.B
+      case _ =>
     }
     slave.host <> host(i)
     for (port <- slave.mii) {

@@ -5,19 +5,47 @@ import chiseltest._
 import org.scalatest.Assertions
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
+import flyframe.memory.UnitUnderTest
 import flyframe.params.EscParams
+import flyframe.registers.ApplicationRegisters
+
+class ApplicationUnderTest(p: EscParams) extends UnitUnderTest(p, new Application(p)) {
+  val forDatagrams = IO(Output(UInt(16.W)))
+  forDatagrams := unit.irqField
+}
 
 /** Events, and what happens when two things meet in one cycle: AL-04, AL-05, IRQ-01, IRQ-08, B-41, B-42. */
 class ApplicationSpec extends AnyFlatSpec with SharedSimulation {
-  private class Bench(val dut: Application) extends Assertions {
-    private val pulses =
-      Seq(dut.alControlWritten, dut.alControlRead, dut.readDlStatus, dut.readAlStatus, dut.good, dut.bad)
-    for (input <- pulses :+ dut.emulation :+ dut.watchdog) input.poke(false)
-    for (i <- Seq(dut.smEcatEvents, dut.smAlEvents, dut.smChanged, dut.ecatMask, dut.alMask, dut.dlStatus))
-      i.poke(0)
-    dut.alControl.poke(1)
-    dut.alStatus.poke(1)
+  private class Bench(val dut: ApplicationUnderTest) extends Assertions {
+    for (record <- Seq(dut.value, dut.others, dut.reads)) record.elements.values.foreach(poke(_, 0))
+    for (input  <- Seq(dut.good, dut.bad, dut.begins, dut.busy, dut.error)) input.poke(false)
+    dut.registerWrite.valid.poke(false)
+    dut.registerWrite.bits.mask.poke(1)
+    dut.registerWrite.bits.address.poke(ApplicationRegisters.Control)
+    dut.host.ack.poke(false)
+    dut.host.write.poke(false)
+    dut.host.be.poke(1)
+    dut.host.addr.poke(ApplicationRegisters.Control)
+    value("al_control", 1)
+    al(1)
     dut.clock.step()
+
+    private def poke(signal: Data, value: BigInt): Unit = signal match {
+      case u: UInt => u.poke(value.U)
+      case other   => fail(s"$other")
+    }
+
+    /** The stored value of a field, what another unit shows in one, and what this one does. */
+    def value(field: String, value: Int): Unit  = poke(dut.value(field), value)
+    def others(field: String, value: Int): Unit = poke(dut.others(field), value)
+    def shows(field: String): Boolean           = dut.status.uint(field).peek().litValue == 1
+    def al(state: Int): Unit                    = value("al_status", state)
+    def dl(state: Int): Unit = for (
+      (field, bit) <- Seq("physical_link_port0" -> 2, "pdi_operational" -> 4, "pdi_watchdog" -> 8)
+    ) others(field, if ((state & bit) != 0) 1 else 0)
+
+    def written: Bool  = dut.registerWrite.valid // AL control is, read by the host
+    def hostRead: Bool = dut.host.ack
 
     /** One cycle with these inputs high. */
     def step(high: Bool*): Unit = {
@@ -25,12 +53,10 @@ class ApplicationSpec extends AnyFlatSpec with SharedSimulation {
       dut.clock.step()
       high.foreach(_.poke(false))
     }
-    def dl: Boolean      = (dut.ecatEvents.peek().litValue.toInt >> 2 & 1) == 1
-    def al: Boolean      = (dut.ecatEvents.peek().litValue.toInt >> 3 & 1) == 1
-    def control: Boolean = (dut.alEvents.peek().litValue.toInt & 1) == 1
-    def free: Boolean    = dut.alControlFree.peek().litToBoolean
+    def control: Boolean = shows("al_control_event")
+    def free: Boolean    = dut.guard.pulse("al_control_free").peek().litToBoolean
   }
-  private def check(name: String)(run: Bench => Unit): (String, Application => Unit) =
+  private def check(name: String)(run: Bench => Unit): (String, ApplicationUnderTest => Unit) =
     name -> (dut => run(new Bench(dut)))
 
   // Both change events behave alike.
@@ -84,92 +110,97 @@ class ApplicationSpec extends AnyFlatSpec with SharedSimulation {
     )
 
   // Five SyncManagers: not all that the registers have room for.
-  private val p = EscParams(syncManagers = 5, applicationLayer = 1, watchdogs = 1)
-  together("five SyncManagers", new Application(p))(
-    change("AL status event", _.al, (b, v) => b.dut.alStatus.poke(v), _.dut.readAlStatus) ++
-      change("DL status event", _.dl, (b, v) => b.dut.dlStatus.poke(v), _.dut.readDlStatus) ++ Seq(
+  private val p = EscParams(syncManagers = 5, applicationLayer = 1, watchdogs = 1, sii = 1)
+  together("five SyncManagers", new ApplicationUnderTest(p))(
+    change("AL status event", _.shows("al_status_event"), _.al(_), _.dut.reads.pulse("al_status")) ++
+      change("DL status event", _.shows("dl_status_event"), _.dl(_), _.dut.reads.pulse("dl_status")) ++ Seq(
         check("B-42: a read of one status ends the event of the other not") { b =>
-          b.dut.alStatus.poke(2)
-          b.dut.dlStatus.poke(2)
+          b.al(2)
+          b.dl(2)
           b.step()
-          assert(b.al && b.dl)
-          b.step(b.dut.readAlStatus)
+          assert(b.shows("al_status_event") && b.shows("dl_status_event"))
+          b.step(b.dut.reads.pulse("al_status"))
           b.step(b.dut.good)
-          assert(!b.al && b.dl)
-          b.step(b.dut.readDlStatus)
+          assert(!b.shows("al_status_event") && b.shows("dl_status_event"))
+          b.step(b.dut.reads.pulse("dl_status"))
           b.step(b.dut.good)
-          assert(!b.al && !b.dl)
+          assert(!b.shows("al_status_event") && !b.shows("dl_status_event"))
+        },
+        check("B-42: every bit of DL status raises the event when it changes") { b =>
+          for (state <- Seq(2, 6, 14, 10, 8, 0)) {
+            b.dl(state)
+            b.step()
+            assert(b.shows("dl_status_event"), state)
+            b.step(b.dut.reads.pulse("dl_status"))
+            b.step(b.dut.good)
+            assert(!b.shows("dl_status_event"), state)
+          }
         },
         check("AL-04, B-41: a write closes AL control until the PDI reads") { b =>
           assert(b.free && !b.control)
-          b.step(b.dut.alControlWritten)
+          b.step(b.written)
           assert(!b.free && b.control)
           b.step(b.dut.good)
           assert(!b.free && b.control)
-          b.step(b.dut.alControlRead)
+          b.step(b.hostRead)
           assert(b.free && !b.control)
         },
-        check("B-41: a write in the very cycle of the read wins") { b =>
-          b.step(b.dut.alControlWritten)
-          b.step(b.dut.alControlRead, b.dut.alControlWritten)
+        check("B-41: a write in the very cycle of the read wins, or in the one before") { b =>
+          b.step(b.written)
+          b.step(b.hostRead, b.written)
           assert(!b.free && b.control)
+          b.step(b.hostRead)
+          assert(!b.free && b.control, "the read was answered a cycle earlier")
+          b.step(b.hostRead)
+          assert(b.free && !b.control)
         },
         check("AL-05, B-41: emulation copies, raises nothing and stays open") { b =>
-          def copies = b.dut.copyControl.peek().litToBoolean
-          b.dut.emulation.poke(true)
+          def copies = b.dut.set.load("al_status").valid.peek().litToBoolean
+          b.value("device_emulation", 1)
           assert(!copies)
-          b.step(b.dut.alControlWritten)
+          b.step(b.written)
           assert(copies && b.free && !b.control, "when the register has its new value")
           b.step()
           assert(!copies)
-          b.dut.emulation.poke(false)
-          b.step(b.dut.alControlWritten)
+          b.value("device_emulation", 0)
+          b.step(b.written)
           assert(!copies && !b.free)
-          b.dut.emulation.poke(true)
+          b.value("device_emulation", 1)
           assert(b.free)
         },
-        check("IRQ-02, IRQ-08: where each event stands") { b =>
-          b.dut.smEcatEvents.poke(0x15)
-          b.dut.smAlEvents.poke(0x0a)
-          assert(b.dut.ecatEvents.peek().litValue == 0x0150)
-          assert(b.dut.alEvents.peek().litValue == 0x0a00)
-          for (bit <- 0 until 5) {
-            b.dut.smChanged.poke(1 << bit)
-            assert(b.dut.alEvents.peek().litValue == 0x0a10)
-          }
-          b.dut.smChanged.poke(0)
-          b.dut.watchdog.poke(true)
-          assert(b.dut.alEvents.peek().litValue == 0x0a40)
-          b.step(b.dut.alControlWritten)
-          assert(b.dut.alEvents.peek().litValue == 0x0a41)
-        },
         check("IRQ-01, IRQ-08, B-43: each event alone, and its mask alone") { b =>
-          b.dut.alStatus.poke(2)
-          b.dut.dlStatus.poke(2)
-          b.dut.smEcatEvents.poke(0x1f)
-          b.dut.smAlEvents.poke(0x1f)
-          b.dut.smChanged.poke(1)
-          b.dut.watchdog.poke(true)
-          b.step(b.dut.alControlWritten)
-          assert(b.dut.irqField.peek().litValue == 0 && !b.dut.irq.peek().litToBoolean)
+          b.al(2)
+          b.dl(2)
+          b.others("sm_ecat_event", 0x1f)
+          b.others("sm_al_event", 0x1f)
+          b.others("sm_activation_event", 1)
+          b.others("watchdog_event", 1)
+          b.step(b.written)
+          assert(b.dut.forDatagrams.peek().litValue == 0 && !b.dut.irq.peek().litToBoolean)
           for (bit <- 0 until 16) {
-            b.dut.ecatMask.poke(1 << bit)
-            assert(b.dut.irqField.peek().litValue == (if (bit >= 2 && bit < 9) 1 << bit else 0), bit)
+            b.value("ecat_event_mask", 1 << bit)
+            assert(b.dut.forDatagrams.peek().litValue == (if (bit >= 2 && bit < 9) 1 << bit else 0), bit)
           }
-          for (bit <- 0 until 13) {
-            b.dut.alMask.poke(1 << bit)
-            assert(b.dut.irq.peek().litToBoolean == (Seq(0, 4, 6).contains(bit) || bit >= 8), bit)
+          val masks =
+            Seq("al_control_mask", "sm_activation_mask", "eeprom_mask", "watchdog_mask").map(_ -> 1) ++
+              (0 until 5).map(n => "sm_mask" -> (1 << n))
+          for ((mask, bit) <- masks) {
+            b.value(mask, bit)
+            assert(b.dut.irq.peek().litToBoolean == (mask != "eeprom_mask"), mask)
+            b.value(mask, 0)
           }
+          b.value("sm_mask", 0x0a)
+          b.others("sm_al_event", 0x15)
+          assert(!b.dut.irq.peek().litToBoolean, "other SyncManagers")
         }
       ): _*
   )
 
-  together("twelve SyncManagers", new Application(p.copy(syncManagers = 12)))(
-    check("IRQ-02, IRQ-08: the master sees eight SyncManagers, the host all") { b =>
-      b.dut.smEcatEvents.poke(0xa5a)
-      b.dut.smAlEvents.poke(0xa5a)
-      assert(b.dut.ecatEvents.peek().litValue == 0x05a0)
-      assert(b.dut.alEvents.peek().litValue == 0xa5a00)
+  together("twelve SyncManagers", new ApplicationUnderTest(p.copy(syncManagers = 12)))(
+    check("IRQ-08: the master sees eight SyncManagers") { b =>
+      b.value("ecat_event_mask", 0xffff)
+      b.others("sm_ecat_event", 0xa5)
+      assert(b.dut.forDatagrams.peek().litValue == 0x0a50)
     }
   )
 }

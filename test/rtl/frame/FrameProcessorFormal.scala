@@ -32,6 +32,7 @@ class ProcessorUnderProof extends Module {
   protected val number                            = RegInit(0.U(8.W))
   protected val running                           = RegInit(true.B)
   protected val ends                              = running && last && number >= Datagram.U
+  protected val over                              = RegNext(ends, false.B) // behind the last nibble
   number := number + 1.U
   when(ends) { running := false.B }
 
@@ -45,9 +46,9 @@ class ProcessorUnderProof extends Module {
   dut.in.valid        := running
   dut.in.payload      := number =/= 0.U
   dut.in.data         := data
-  dut.in.last         := ends
+  dut.in.end          := over
   dut.in.bad          := bad
-  dut.in.odd          := number(0) && number =/= 0.U
+  dut.in.odd          := !number(0)
   dut.in.crcGood      := !bad
   dut.memory.readData := readData
   dut.memory.readable := access(0)
@@ -70,8 +71,8 @@ class ProcessorUnderProof extends Module {
 
 /** FP-33: nothing commits unless the frame ends, and ends well. */
 class CommitProof extends ProcessorUnderProof {
-  when(dut.memory.commit) { assert(RegNext(ends && !bad, false.B), "commit without the good end of a frame") }
-  when(RegNext(ends && bad, false.B)) { assert(dut.error, "a bad frame is not counted") }
+  when(dut.memory.commit) { assert(RegNext(over && !bad, false.B), "commit without the good end of a frame") }
+  when(RegNext(over && bad, false.B)) { assert(dut.error, "a bad frame is not counted") }
 }
 
 /** FP-14 to FP-24: in the first datagram, if it does not address this ESC, ADP, IRQ and nothing else changes.
@@ -152,16 +153,18 @@ class ReceiverProof extends Module {
     state   := next
     nibbles := nibbles + 1.U
     when(nibbles(0)) { even := next }
-    when(out.last && !out.bad) {
-      assert(Mux(nibbles(0), next, even) === "hdebb20e3".U, "a frame with a wrong FCS passes as good")
-    }
   }
-  when(out.valid && (!out.payload || out.last)) {
+  private val right = Mux(nibbles(0), even, state) === "hdebb20e3".U
+  when(out.end && out.payload) {
+    assert(out.bad || right, "a frame with a wrong FCS passes as good")
+    assert(out.crcGood === right && out.odd === nibbles(0), "the mark of a bad frame would be wrong")
+  }
+  when(out.end || (out.valid && !out.payload)) {
     state   := "hffffffff".U
     even    := "hffffffff".U
     nibbles := 0.U
   }
-  when(out.valid && out.last && !out.payload) { assert(out.bad, "a frame without payload passes as good") }
+  when(out.end && !out.payload) { assert(out.bad, "a frame without payload passes as good") }
 }
 
 class FrameProcessorFormal extends AnyFlatSpec with ChiselScalatestTester with Formal {
@@ -175,6 +178,6 @@ class FrameProcessorFormal extends AnyFlatSpec with ChiselScalatestTester with F
   "FP-14, FP-22, FP-23, FP-27" should "hold: an unaddressed datagram leaves unchanged but for ADP and IRQ" in
     prove(new UnaddressedProof, 68)
 
-  "ERR-02, FP-33" should "hold: no frame with a wrong FCS leaves the receiver as good" in
+  "ERR-02, ERR-07, FP-33" should "hold: no frame with a wrong FCS leaves the receiver as good" in
     prove(new ReceiverProof, 16)
 }

@@ -31,10 +31,10 @@ class EthernetReceiverSpec extends AnyFlatSpec with SharedSimulation {
     val all = Seq.fill(15)(5) ++ Seq(13) ++ nibbles
     for ((nibble, i) <- (all ++ Seq.fill(4)(0)).zipWithIndex) {
       dut.in.valid.poke(i < all.size)
-      dut.in.payload.poke(i >= 16 && i < all.size)
+      dut.in.payload.poke(i >= 16 && i <= all.size)
       dut.in.data.poke(nibble)
-      dut.in.last.poke(i == all.size - 1)
-      dut.in.bad.poke(bad && i == all.size - 1)
+      dut.in.end.poke(i == all.size)
+      dut.in.bad.poke(bad && i == all.size)
       for (cycle <- 1 to cycles) {
         dut.step.poke(cycle == cycles)
         look()
@@ -52,7 +52,8 @@ class EthernetReceiverSpec extends AnyFlatSpec with SharedSimulation {
         val nibbles             = bytes.flatMap(b => Seq(b & 0xf, b >> 4))
         assert(receive(dut, nibbles, cycles) == (bytes             -> true))
         assert(receive(dut, nibbles, cycles, bad = true) == (bytes -> false))
-        // An odd nibble is no byte, and the next frame begins anew.
+        // An odd nibble is no byte, also behind a good frame, and the next frame begins anew.
+        assert(receive(dut, nibbles :+ 7, cycles) == (bytes             -> true))
         assert(receive(dut, nibbles :+ 7, cycles, bad = true) == (bytes -> false))
       }
       assert(receive(dut, Nil, 2, bad = true) == (Nil -> false), "nothing but preamble")

@@ -49,14 +49,15 @@ class EthernetSenderSpec extends AnyFlatSpec with SharedSimulation {
       if (dut.out.valid.peek().litToBoolean) {
         idle = 0
         val data = dut.out.data.peek().litValue.toInt
+        assert(!dut.out.end.peek().litToBoolean)
         if (dut.out.payload.peek().litToBoolean) payload :+= data else preamble :+= data
-        if (dut.out.last.peek().litToBoolean) {
-          sent :+= Sent(preamble, payload, dut.out.bad.peek().litToBoolean, gap)
-          assert(dut.out.odd.peek().litToBoolean == (payload.size % 2 == 1))
-          preamble = Vector.empty
-          payload = Vector.empty
-          gap = 0
-        }
+      } else if (dut.out.end.peek().litToBoolean) {
+        assert(dut.out.payload.peek().litToBoolean && preamble.nonEmpty)
+        sent :+= Sent(preamble, payload, dut.out.bad.peek().litToBoolean, gap)
+        assert(dut.out.odd.peek().litToBoolean == (payload.size % 2 == 1))
+        preamble = Vector.empty
+        payload = Vector.empty
+        gap = 1
       } else {
         assert(preamble.isEmpty, "no hole in a frame")
         gap += 1

@@ -163,10 +163,10 @@ class LineBench(dut: LineMaster, val line: TimedLine, ports: Int = 1, cycle: Int
       back(y) = back(y).drop(1)
       if (now != before(y)) {
         val in = dut.in(y)
-        in.valid.poke(now.isDefined)
+        in.valid.poke(now.exists(!_._3))
         in.data.poke(now.fold(0)(_._1))
         in.payload.poke(now.exists(_._2))
-        in.last.poke(now.exists(_._3))
+        in.end.poke(now.exists(_._3))
         in.bad.poke(now.exists(_._3) && !good(y))
         before(y) = now
       }
@@ -179,11 +179,10 @@ class LineBench(dut: LineMaster, val line: TimedLine, ports: Int = 1, cycle: Int
     } else clock()
     slots += 1
     for (y <- 0 until ports)
-      if (!is(dut.out(y).valid)) rested(y) = true
-      else if (rested(y)) {
-        if (is(dut.out(y).payload)) leaving(y) :+= number(dut.out(y).data)
-        if (is(dut.out(y).last)) left(y)
-      }
+      if (is(dut.out(y).end)) {
+        if (rested(y)) left(y)
+      } else if (!is(dut.out(y).valid)) rested(y) = true
+      else if (rested(y) && is(dut.out(y).payload)) leaving(y) :+= number(dut.out(y).data)
   }
 
   /** Cuts a cable, or mends it, now: a frame that is in flight gets lost, or comes back bad. */
@@ -202,7 +201,7 @@ class LineBench(dut: LineMaster, val line: TimedLine, ports: Int = 1, cycle: Int
 
   private def left(y: Int): Unit = {
     val payload = leaving(y)
-    val start   = slots - payload.size - 16
+    val start   = slots - payload.size - 17 // its end took a slot, too
     leaving(y) = Vector.empty
     frames :+= (y -> datagrams(payload))
     begins :+= start
@@ -214,7 +213,7 @@ class LineBench(dut: LineMaster, val line: TimedLine, ports: Int = 1, cycle: Int
         val delay = (time - slots).toInt max 1
         back(at) = Vector.fill(delay)(None) ++
           (Vector.fill(15)(5) :+ 13).map(n => Some((n, false, false))) ++
-          frame.payload.zipWithIndex.map { case (n, i) => Some((n, true, i == frame.payload.size - 1)) }
+          frame.payload.map(n => Some((n, true, false))) :+ Some((0, true, true))
       }
     for ((cable, intact) <- breaks) {
       breaks = None

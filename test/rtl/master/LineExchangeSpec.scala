@@ -23,10 +23,14 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
       line: LineModel,
       disturb: (Int, SentFrame) => Option[SentFrame] = (_, f) => Some(f)
   ) {
-    var frames          = 0
-    var lost            = 0
+    var frames = 0
+    var lost   = 0
+    def waits(slots: Int, retries: Int): Unit = {
+      dut.timeout.poke(slots)
+      dut.retries.poke(retries)
+    }
     private var sending = Vector.empty[Int]
-    private var back    = Vector.empty[Option[(Int, Boolean, Boolean)]] // nibble, payload, last
+    private var back    = Vector.empty[Option[(Int, Boolean, Boolean)]] // nibble, payload, end
     private var good    = false
     dut.source.poke(BigInt("665544332210", 16))
     dut.timeout.poke(900)
@@ -46,27 +50,25 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
     private def slot(): Unit = {
       val now = back.headOption.flatten
       back = back.drop(1)
-      in.valid.poke(now.isDefined)
+      in.valid.poke(now.exists(!_._3))
       in.data.poke(now.fold(0)(_._1))
       in.payload.poke(now.exists(_._2))
-      in.last.poke(now.exists(_._3))
+      in.end.poke(now.exists(_._3))
       in.bad.poke(now.exists(_._3) && !good)
       dut.step.poke(true)
       cycle()
       dut.step.poke(false)
       cycle()
-      if (is(out.valid)) {
-        if (is(out.payload)) sending :+= out.data.peek().litValue.toInt
-        if (is(out.last)) {
-          for (sent <- line.send(WireFrame.ofNibbles(sending)); frame <- disturb(frames, sent)) {
-            good = frame.good
-            val start = Vector.fill(15)(5) :+ 13
-            back = Vector.fill(40)(None) ++ start.map(n => Some((n, false, false))) ++
-              frame.payload.zipWithIndex.map { case (n, i) => Some((n, true, i == frame.payload.size - 1)) }
-          }
-          frames += 1
-          sending = Vector.empty
+      if (is(out.valid) && is(out.payload)) sending :+= out.data.peek().litValue.toInt
+      if (is(out.end)) {
+        for (sent <- line.send(WireFrame.ofNibbles(sending)); frame <- disturb(frames, sent)) {
+          good = frame.good
+          val start = Vector.fill(15)(5) :+ 13
+          back = Vector.fill(40)(None) ++ start.map(n => Some((n, false, false))) ++
+            frame.payload.map(n => Some((n, true, false))) :+ Some((0, true, true))
         }
+        frames += 1
+        sending = Vector.empty
       }
     }
     private var result = Option.empty[Boolean]
@@ -122,6 +124,17 @@ class LineExchangeSpec extends AnyFlatSpec with SharedSimulation {
       assert(answers.map(_.counter) == Seq.fill(5)(1) && answers.map(_.data.head) == (0x20 to 0x24))
       assert(answers.map(_.index) == (0 until 5) && answers.forall(_.command == Aprd))
       assert(master.lost == 0 && master.frames == 2)
+    },
+    "MST-08: an answer that has begun in time is waited for, whenever the time-out passes in it" -> { dut =>
+      for (retries <- Seq(0, 2); timeout <- 125 to 270) {
+        val master = new Master(dut, line(1))
+        master.waits(timeout, retries)
+        val counters = master.exchange(Datagram(Brd, 0, 0, Seq(0))).map(_.map(_.counter))
+        assert(
+          counters.contains(Seq(1)) && master.lost == 0 && master.frames == 1,
+          s"time-out after $timeout slots, $retries retries"
+        )
+      }
     },
     "MST-07, AP-05: a frame collects what slaves have to say, and the host's answer is kept" -> { dut =>
       val slaves = line(5)

@@ -99,7 +99,7 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
         dut.clock.step()
         dut.step.poke(false)
         if (is(dut.out.valid) && is(dut.out.payload)) payload :+= dut.out.data.peek().litValue.toInt
-        ended = is(dut.out.valid) && is(dut.out.last)
+        ended = is(dut.out.end)
         if (ended) assert(!is(dut.out.bad))
         if (cycles > 1) dut.clock.step(cycles - 1)
       }
@@ -190,7 +190,7 @@ class MasterFrameSpec extends AnyFlatSpec with SharedSimulation {
         dut.in.valid.poke(i < 16 + payload.size)
         dut.in.payload.poke(i >= 16)
         dut.in.data.poke(nibble)
-        dut.in.last.poke(i == 15 + payload.size)
+        dut.in.end.poke(i == 16 + payload.size)
         dut.in.bad.poke(bad)
         dut.step.poke(true)
         look()

@@ -131,9 +131,9 @@ object TimedLine {
   val parameters: EscParams = Presets.named("alarm-slave").get.params.copy(maxSubTelegrams = 128)
 
   /** Times of a slave, docs/report.md, and of the cable before it, 10 m. */
-  private val ForwardSlots = 140 / 40.0
+  private val ForwardSlots = 100 / 40.0
   private val CableSlots   = 50 / 40.0
-  private val AppendSlots  = 10
+  private val AppendSlots  = 11
 
   /** From the detector's pins to the datagram, without debounce: 10 cycles of 10 ns, rounded up. */
   private val DetectorSlots = 3

@@ -7,7 +7,7 @@ import flyframe.model.{Fcs, Symbol, WireFrame}
 /** The receiver alone: what it makes of a frame (B-01 to B-03) and what it counts (ERR-02). */
 class MiiReceiverSpec extends AnyFlatSpec with ChiselScalatestTester {
 
-  /** The nibbles that left, the flags with the last one, and how often each event came. */
+  /** The nibbles that left, the flags at the end, and how often each event came. */
   private case class Seen(
       nibbles: Vector[Int] = Vector.empty,
       payload: Int = 0,
@@ -53,16 +53,24 @@ class MiiReceiverSpec extends AnyFlatSpec with ChiselScalatestTester {
             good = seen.good + count(dut.events.goodFrame)
           )
           if (tick && dut.out.valid.peek().litToBoolean) {
-            assert(seen.ends == 0, "nothing comes behind the last nibble")
-            val last = dut.out.last.peek().litToBoolean
+            assert(seen.ends == 0 && count(dut.out.end) == 0, "nothing comes behind the end")
             seen = seen.copy(
               nibbles = seen.nibbles :+ dut.out.data.peek().litValue.toInt,
-              payload = seen.payload + count(dut.out.payload),
-              bad = last && dut.out.bad.peek().litToBoolean,
-              odd = last && dut.out.odd.peek().litToBoolean,
-              ends = seen.ends + (if (last) 1 else 0)
+              payload = seen.payload + count(dut.out.payload)
             )
-          }
+          } else if (tick && dut.out.end.peek().litToBoolean) {
+            val payload = seen.nibbles.takeRight(seen.payload)
+            assert(dut.out.payload.peek().litToBoolean == seen.nibbles.contains(0xd), "behind the SFD")
+            if (payload.nonEmpty) {
+              val bytes = payload.grouped(2).collect { case Seq(low, high) => low | high << 4 }.toSeq
+              assert(dut.out.crcGood.peek().litToBoolean == Fcs.good(bytes), "the FCS up to here")
+            }
+            seen = seen.copy(
+              bad = dut.out.bad.peek().litToBoolean,
+              odd = payload.nonEmpty && dut.out.odd.peek().litToBoolean,
+              ends = seen.ends + 1
+            )
+          } else assert(!tick || seen.nibbles.isEmpty || seen.ends == 1, "no hole in a frame")
           dut.clock.step()
         }
       }
@@ -132,12 +140,16 @@ class MiiReceiverSpec extends AnyFlatSpec with ChiselScalatestTester {
   }
   it should "leave one nibble if it comes with the first" in {
     val seen = receive(hit(0))
-    assert(seen.bad && seen.nibbles.size == 1 && seen.payload == 0 && seen.counts == invalidWithRxEr)
+    assert(seen.bad && seen.nibbles == Seq(5) && seen.payload == 0 && seen.counts == invalidWithRxEr)
+    for (first <- 0 to 0xf) { // whatever it is, it leaves as preamble
+      val seen = receive(Symbol(first, error = true) +: good.tail)
+      assert(seen.bad && seen.nibbles == Seq(5) && seen.counts == invalidWithRxEr)
+    }
   }
   "B-01, B-02: a wrong preamble nibble" should "be no SFD" in {
     for (at <- Seq(0, 1, 7)) {
       val seen = receive(good.updated(at, Symbol(7)))
-      assert(seen.bad && seen.nibbles.size == (at max 1) && seen.payload == 0 && seen.counts == invalid)
+      assert(seen.bad && seen.nibbles == Seq.fill(at max 1)(5) && seen.payload == 0 && seen.counts == invalid)
     }
   }
   "B-01, B-02, FP-11: too long a preamble or payload" should "be cut off at 4,096 nibbles" in {

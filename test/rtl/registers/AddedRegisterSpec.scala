@@ -1,9 +1,9 @@
 package flyframe.registers
 
-import chisel3._
 import scala.util.Random
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.{ControllerUnderTest, RtlBench, SharedSimulation, SlaveController}
+import flyframe.memory.{RegisterBus, RegisterUnit}
 import flyframe.model.{Datagram, EscModel, EtherCatFrame, ModelUnit}
 import flyframe.params.{EscParams, Presets}
 import flyframe.protocol.Command._
@@ -26,14 +26,10 @@ object BellRegisters {
   // format: on
 }
 
-/** The product's controller: connects the field that is not storage. */
-class BellController(p: EscParams) extends SlaveController(p, BellRegisters.all) {
-  private val rung  = RegInit(false.B) // reset: nobody has rung
-  private val rings = local.writes(BellRegisters.Bell).valid
-  private val heard = Seq(0, 1).map(i => local.hostReads(BellRegisters.Bell + i)).reduce(_ || _)
-  when(heard && !RegNext(rings, false.B)) { rung := false.B }
-  when(rings) { rung := true.B }
-  memory.status.uint("bell_rung") := rung
+/** The unit behind them: drives the field that is not storage. */
+class Bell extends RegisterUnit(BellRegisters.all) {
+  def connect(bus: RegisterBus): Unit =
+    bus.status("bell_rung") := bus.untilHostReads("bell")(bus.written("bell_tone").valid)
 }
 
 /** The same in the golden model. */
@@ -167,8 +163,9 @@ class AddedRegisterSpec extends AnyFlatSpec with SharedSimulation {
       ("random traffic is the same as on the model" -> { bench: RtlBench =>
         random(seed = 11, count = 300)(bench)
       })
-    together(p.preset, new ControllerUnderTest(p, new BellController(_)))(checks.map { case (name, check) =>
-      name -> { dut: ControllerUnderTest => check(new RtlBench(dut, p)) }
+    together(p.preset, new ControllerUnderTest(p, new SlaveController(_, Seq(new Bell))))(checks.map {
+      case (name, check) =>
+        name -> { dut: ControllerUnderTest => check(new RtlBench(dut, p)) }
     }: _*)
   }
 }

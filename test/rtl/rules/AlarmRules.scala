@@ -433,6 +433,7 @@ object AlarmRules extends Rules {
     start(s)
     val bytes           = EtherCatFrame(Nil)
     val sent: SentFrame = marked(bench.send(0, WireFrame.ofBytes(bytes ++ Fcs.of(bytes).map(_ ^ 0x10))))
-    assert(sent.payload.size == 129 && status(s) == SlaveStatus.Waiting)
+    assert(sent.payload.size == 128 + 1, "it got a wrong FCS, and the mark behind that")
+    assert(status(s) == SlaveStatus.Waiting)
   }
 }

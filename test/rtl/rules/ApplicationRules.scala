@@ -218,4 +218,20 @@ object ApplicationRules extends Rules {
     assert((get(0x0110, 1).get.head & 2) == 0)
     assert(get(0x0448, 1).contains(Seq(0)) && get(0x0443, 1).contains(Seq(1)))
   }
+  rule("IRQ-09, B-42: the expiry of the host's watchdog raises the DL status event", watchdogs) { s =>
+    import s._
+    def event = (get(0x0210, 1).get.head & 4) != 0 // read by the bus, as the host's accesses trigger
+    assert(put(0x0410, 10, 0))
+    for (step <- Seq(() => bench.hostRead(0x0000), () => bench.advanceMs(2), () => bench.hostRead(0x0000))) {
+      step()
+      get(0x0110, 2)
+      assert(!event, "read")
+    }
+    bench.advanceMs(2)
+    assert(event, "expired")
+    get(0x0110, 1)
+    assert(!event, "read")
+    bench.hostRead(0x0000)
+    assert(event, "runs again")
+  }
 }

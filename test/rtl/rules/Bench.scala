@@ -137,7 +137,7 @@ class Steps(val bench: Bench) extends org.scalatest.Assertions {
   def good(sent: Option[(Int, SentFrame)], at: Int = nextPort): Seq[Int] = sent match {
     case Some((port, frame)) =>
       assert(port == at, s"frame left at port $port, not $at")
-      assert(frame.good, s"frame is not in order: $frame")
+      assert(frame.good && frame.payload.size % 2 == 0, s"frame is not in order: $frame")
       frame.bytes
     case None => fail("nothing left the controller")
   }

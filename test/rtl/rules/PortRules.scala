@@ -246,11 +246,12 @@ object PortRules extends Rules {
     assert(write(Bwr, 0, 0x0310, 0).workingCounter == 1)
     assert(lostLinks(1) == 0)
   }
-  rule("OP-10: a dribble nibble behind a good frame is dropped") { s =>
+  rule("OP-10, B-03: a frame with half a byte behind a good FCS is good, and leaves as it came") { s =>
     import s._
-    val frame = WireFrame.withFcs(plain).symbols :+ Symbol(3)
-    assert(good(bench.send(0, WireFrame(frame))).size == 64)
-    assert(epuErrors == 0 && invalid(0) == 0)
+    val frame        = WireFrame.withFcs(plain).symbols :+ Symbol(3)
+    val (port, sent) = bench.send(0, WireFrame(frame)).get
+    assert(port == nextPort && sent.good && sent.payload.size == 129 && sent.payload.last == 3)
+    assert(epuErrors == 0 && invalid(0) == 0 && forwarded(0) == 0)
   }
   rule("PHY-02, PHY-03: a short preamble, or none, is enough", _ => true) { s =>
     import s._

@@ -488,17 +488,17 @@ object SyncManagerRules extends Rules {
     assert(put(Area + 2, 3, 4, 5, 6, 7, 8))
     assert(bench.hostRead(0x0805) == 9 && bench.hostRead(0x080d) == 9)
   }
-  rule("B-55: reading looks one byte ahead, so that a cut frame has touched it", some) { s =>
+  rule("B-55: reading looks ahead, so that a cut frame has touched a byte that it does not hold", some) { s =>
     import s._
     syncManager(0, Area, 4, PdiMailbox)
     hostPut(Area, 1, 2, 3, 4)
     assert(get(Area, 1).isDefined)
     val bytes = EtherCatFrame(Seq(Datagram(Aprd, 0, Area + 1, Seq.fill(60)(0))))
-    // Cut within the byte before the data: bytes 0 to 24, and the low nibble of byte 25.
+    // Cut before the last byte of the header: bytes 0 to 24, without and with the high nibble of byte 24.
     val nibbles = bytes.take(26).flatMap(b => Seq(b & 0xf, b >> 4))
-    marked(bench.send(0, WireFrame.ofNibbles(nibbles.take(50))))
+    marked(bench.send(0, WireFrame.ofNibbles(nibbles.take(49))))
     assert(get(Area + 1, 1).isDefined, "not begun")
-    marked(bench.send(0, WireFrame.ofNibbles(nibbles.take(51))))
+    marked(bench.send(0, WireFrame.ofNibbles(nibbles.take(50))))
     assert(get(Area + 1, 1).isEmpty, "touched, closed")
     assert(get(Area, 4).contains(Seq(1, 2, 3, 4)))
   }

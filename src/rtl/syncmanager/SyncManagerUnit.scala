@@ -1,0 +1,56 @@
+package flyframe.syncmanager
+
+import chisel3._
+import chisel3.util._
+import flyframe.memory.{RegisterBus, RegisterUnit}
+import flyframe.params.EscParams
+import flyframe.registers.SyncManagerRegisters
+
+/** [[SyncManagers]] behind their registers. */
+class SyncManagerUnit(p: EscParams) extends RegisterUnit(SyncManagerRegisters(p)) {
+  private val unit = Module(new SyncManagers(p)).suggestName("syncManagers")
+
+  /** What the two sides see. */
+  val ecat: AreaPort = unit.ecat
+  val pdi: AreaPort  = unit.pdi
+
+  /** No access of the host is under way; to be connected. */
+  val hostIsQuiet: Bool = Wire(Bool())
+
+  /** All buffers a good frame has closed have changed hands: one pulse. */
+  val settled: Bool = unit.settled
+
+  /** A buffer with watchdog trigger has been written (WD-04). */
+  val trigger: Bool = unit.trigger
+
+  def connect(bus: RegisterBus): Unit = {
+    unit.write   := bus.write
+    unit.ramOpen := bus.bool("pdi_operational")
+    unit.good    := bus.frame.good
+    unit.bad     := bus.frame.bad
+    unit.quiet   := hostIsQuiet && !bus.frame.busy && !ShiftRegister(bus.frame.busy, 8, false.B, true.B)
+    for (n <- 0 until p.syncManagers) {
+      unit.enable(n)                     := bus.bool(s"sm${n}_enable")
+      bus.guard(s"sm${n}_disabled")      := !bus.bool(s"sm${n}_enable")
+      bus.status(s"sm${n}_write_event")  := unit.writeEvent(n)
+      bus.status(s"sm${n}_read_event")   := unit.readEvent(n)
+      bus.status(s"sm${n}_mailbox_full") := unit.full(n)
+      bus.status(s"sm${n}_last_buffer")  := unit.lastBuffer(n)
+      bus.status(s"sm${n}_deactivated")  := unit.deactivated(n)
+    }
+    bus.status("sm_ecat_event")       := unit.ecatEvent.asUInt
+    bus.status("sm_al_event")         := unit.alEvent.asUInt
+    bus.status("sm_activation_event") := VecInit((0 until p.syncManagers).map(activation(bus, _))).asUInt.orR
+  }
+
+  /** The host has not read yet that the activate register has changed. */
+  private def activation(bus: RegisterBus, n: Int): Bool = {
+    def changes(field: String) = {
+      val written = bus.written(field)
+      written.valid && written.bits =/= bus.value(field)
+    }
+    bus
+      .untilHostReads(s"sm${n}_activate")(changes(s"sm${n}_enable") || changes(s"sm${n}_repeat_request"))
+      .suggestName(s"sm${n}_changed")
+  }
+}
