@@ -693,7 +693,7 @@ class Cluster(unittest.TestCase):
             process = self.begin_remote(remote.address, "--patience", 1)
             output, _ = process.communicate(timeout=60)
             self.assertEqual(process.returncode, 2, output)
-            self.assertEqual(output.count("campaign: "), 1, output)
+            self.assertEqual(output.count("campaign: not run: "), 1, output)
             self.assertRegex(output, r"not run: 6 shards of mhz25: no worker is willing; .* The hash of set ")
             process = self.begin_remote(remote.address)
             wait_for(lambda: "It waits 55 s more." in process.stdout.readline(), "the notice")
