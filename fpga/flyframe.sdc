@@ -11,10 +11,17 @@ default tx_shift   0        ;# parameter txShift
 default core_port  clock    ;# pin of the core clock; "" if it comes from a PLL: name the PLL's output below
 default core_clock core     ;# name of the core clock
 default mii        mii_     ;# pins are named ${mii}0_rx_clk, ${mii}0_rx_dv, ... as ports of the top module
+default rmii       rmii_    ;# and these ${rmii}0_ref_clk, ${rmii}0_crs_dv, ...
 
 # When a PHY's TX_CLK rises at the FPGA after the 25 MHz output of the PLL rises: output buffer, board, PHY
 # (data sheet), modulo 40 ns.
 default tx_clk_ns  0.0
+
+# When the 50 MHz of the RMII rises at the PHYs after the 25 MHz output of the PLL rises, modulo 20 ns; when the
+# clock does that takes RXD, and its name, if it comes from a PLL.
+default ref_clk_ns 0.0
+default capture_ns $ref_clk_ns
+default rmii_clock ""
 
 # ---- Clocks ------------------------------------------------------------------------------------------------
 set core_ns [expr {1000.0 / $core_mhz}]
@@ -27,17 +34,24 @@ derive_clock_uncertainty
 # TX_CLK never enters the FPGA, as the core clock has its frequency; a virtual clock stands for it.
 create_clock -name mii_tx_clk -period 40 -waveform [list $tx_clk_ns [expr {$tx_clk_ns + 20}]]
 
+# The same for RMII, whose clock goes from the PLL to the PHYs.
+create_clock -name rmii_clk -period 20 -waveform [list $ref_clk_ns [expr {$ref_clk_ns + 10}]]
+
 # ---- Pins --------------------------------------------------------------------------------------------------
 # TXD changes once in 40 ns: five core cycles and txShift after the PLL's 25 MHz rises (SlotTimer two, one
 # more for each of the three steps of a nibble slot). At 25 MHz there is nothing to align: it changes with
 # every core clock edge.
 set slot_cycles [expr {$core_mhz / 25}]
 set change_ns [expr {$slot_cycles == 1 ? 0.0 : fmod((5 + $tx_shift) * $core_ns, 40)}]
-# From there to the TX_CLK edge that takes it, in whole core cycles; the analysis by itself would take the
-# last core edge.
-set distance [expr {fmod($tx_clk_ns - $change_ns + 80, 40)}]
-if {$distance < 0.001} { set distance 40.0 }
-set tx_cycles [expr {int(ceil($distance / $core_ns - 0.001))}]
+# From there to the clock edge that takes it, in whole core cycles; the analysis by itself would take the last
+# core edge.
+proc cycles_to {edge_ns change_ns period_ns} {
+  global core_ns
+  set distance [expr {fmod($edge_ns - $change_ns + 2 * $period_ns, $period_ns)}]
+  if {$distance < 0.001} { set distance $period_ns }
+  return [expr {int(ceil($distance / $core_ns - 0.001))}]
+}
+set tx_cycles [cycles_to $tx_clk_ns $change_ns 40.0]
 
 for {set y 0} {$y < 4} {incr y} {
   set rx_clk [get_ports -nowarn ${mii}${y}_rx_clk]
@@ -59,8 +73,40 @@ for {set y 0} {$y < 4} {incr y} {
   set_multicycle_path -setup -start -from [get_clocks $core_clock] -to $tx $tx_cycles
   set_multicycle_path -hold -start -from [get_clocks $core_clock] -to $tx [expr {$slot_cycles - 1}]
 
-  # A level, brought over by LevelCrossing:links_crossing.
+  # A level, brought over by LevelCrossing:core_link_crossing.
   set_false_path -from [get_ports ${mii}${y}_link]
+}
+
+# With RMII half nibbles change once in 20 ns, one core cycle later than those of MII.
+set half_ns [expr {fmod((6 + $tx_shift) * $core_ns, 20)}]
+set half_cycles [cycles_to $ref_clk_ns $half_ns 20.0]
+for {set y 0} {$y < 4} {incr y} {
+  set crs [get_ports -nowarn ${rmii}${y}_crs_dv]
+  if {[get_collection_size $crs] == 0} { continue }
+
+  # The reference clock is a pin if the controller is alone; the pins are timed against the PHYs' clock in both
+  # cases.
+  set capture $rmii_clock
+  if {$capture eq ""} {
+    set capture rmii_${y}_ref_clk
+    create_clock -name $capture -period 20 -waveform [list $ref_clk_ns [expr {$ref_clk_ns + 10}]] \
+      [get_ports ${rmii}${y}_ref_clk]
+  }
+
+  # Both sides want 4 ns of setup and 2 ns of hold (RMII specification 1.2, section 7.4).
+  set rx [get_ports "${rmii}${y}_crs_dv ${rmii}${y}_rx_er ${rmii}${y}_rxd*"]
+  set_input_delay -clock rmii_clk -max 16 $rx
+  set_input_delay -clock rmii_clk -min 2 $rx
+  # A clock that rises shortly behind that of the PHYs takes what they gave a period before.
+  if {fmod($capture_ns - $ref_clk_ns + 19.999, 20) < 16} {
+    set_multicycle_path -setup -from $rx -to [get_clocks $capture] 2
+  }
+  set tx [get_ports "${rmii}${y}_tx_en ${rmii}${y}_txd*"]
+  set_output_delay -clock rmii_clk -max 4 $tx
+  set_output_delay -clock rmii_clk -min -2 $tx
+  set_multicycle_path -setup -start -from [get_clocks $core_clock] -to $tx $half_cycles
+  set_multicycle_path -hold -start -from [get_clocks $core_clock] -to $tx [expr {$slot_cycles / 2 - 1}]
+  set_false_path -from [get_ports ${rmii}${y}_link]
 }
 
 # ---- Clock crossings ---------------------------------------------------------------------------------------

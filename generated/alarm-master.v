@@ -22,6 +22,7 @@
 //   siiStartUs                    100  us
 //   registerWritesPerFrame          0  bytes
 //   txShift                         0  core cycles
+//   rmiiPorts                  0x0000  bits
 //   temporaryLoopMs              1000  ms
 //   escType                    0x00f2  code
 //   escRevision                0x0000  code
@@ -806,21 +807,6 @@ module MasterHost(
   assign writes_bb = host_ack_REG & host_write & inFile & host_be & host_addr[7:0] == 8'hBB;
 endmodule
 
-module LevelCrossing(
-  input  clock,
-  input  in,
-  output out
-);
-
-  reg meta;
-  reg stable;
-  always @(posedge clock) begin
-    meta <= in;
-    stable <= meta;
-  end // always @(posedge)
-  assign out = stable;
-endmodule
-
 module MiiRxWriteSide(
   input        clock,
   input        pins_dv,
@@ -1060,6 +1046,40 @@ module MiiRxCrossing(
   );
 endmodule
 
+module MiiTransmitter(
+  input        clock,
+  input        reset,
+  input        tick,
+  input        in_valid,
+  input        in_payload,
+  input  [3:0] in_data,
+  input        in_end,
+  input        in_bad,
+  input        in_odd,
+  output       txEn,
+  output [3:0] txd
+);
+
+  reg        enable;
+  reg  [3:0] data;
+  reg  [1:0] left;
+  wire [1:0] mark = in_end & in_bad ? (in_payload ? {1'h1, ~in_odd} : 2'h2) : left;
+  always @(posedge clock) begin
+    if (reset) begin
+      enable <= 1'h0;
+      left <= 2'h0;
+    end
+    else if (tick) begin
+      enable <= in_valid | (|mark);
+      left <= mark - {1'h0, |mark};
+    end
+    if (tick)
+      data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
+  end // always @(posedge)
+  assign txEn = enable;
+  assign txd = data;
+endmodule
+
 module MiiReceiver(
   input        clock,
   input        reset,
@@ -1179,39 +1199,118 @@ module MiiReceiver(
     tick & inFrame & (faulty | ended) & (faulty | ~behind | ~crcGood & ~(count[0])) | tick & start & startFault;
 endmodule
 
-module MiiTransmitter(
-  input        clock,
-  input        reset,
-  input        tick,
-  input        in_valid,
-  input        in_payload,
-  input  [3:0] in_data,
-  input        in_end,
-  input        in_bad,
-  input        in_odd,
-  input        in_crcGood,
-  output       txEn,
-  output [3:0] txd
+module LevelCrossing(
+  input  clock,
+  input  in,
+  output out
 );
 
-  reg        enable;
-  reg  [3:0] data;
-  reg  [1:0] left;
-  wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
+  reg meta;
+  reg stable;
   always @(posedge clock) begin
-    if (reset) begin
-      enable <= 1'h0;
-      left <= 2'h0;
-    end
-    else if (tick) begin
-      enable <= in_valid | (|mark);
-      left <= mark - {1'h0, |mark};
-    end
-    if (tick)
-      data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
+    meta <= in;
+    stable <= meta;
   end // always @(posedge)
-  assign txEn = enable;
-  assign txd = data;
+  assign out = stable;
+endmodule
+
+module MiiPort(
+  input        clock,
+  input        reset,
+  input        core_receiveStep,
+  input        core_transmitStep,
+  input        core_toWire_valid,
+  input        core_toWire_payload,
+  input  [3:0] core_toWire_data,
+  input        core_toWire_end,
+  input        core_toWire_bad,
+  input        core_toWire_odd,
+  output       core_fromWire_valid,
+  output       core_fromWire_payload,
+  output [3:0] core_fromWire_data,
+  output       core_fromWire_end,
+  output       core_fromWire_bad,
+  output       core_link,
+  output       core_events_invalidFrame,
+  input        pins_rx_clk,
+  input        pins_rx_dv,
+  input        pins_rx_er,
+  input  [3:0] pins_rxd,
+  input        pins_link,
+  output       pins_tx_en,
+  output [3:0] pins_txd
+);
+
+  wire       _core_link_crossing_out;
+  wire       _receiver_cut;
+  wire       _crossing_read_take;
+  wire       _crossing_read_symbol_dv;
+  wire       _crossing_read_symbol_er;
+  wire [3:0] _crossing_read_symbol_data;
+  wire       _crossing_read_available;
+  wire       _crossing_read_settled;
+  wire       _crossing_read_overflow;
+  reg        receiver_cut_REG;
+  always @(posedge clock) begin
+    if (reset)
+      receiver_cut_REG <= 1'h0;
+    else
+      receiver_cut_REG <= _core_link_crossing_out;
+  end // always @(posedge)
+  MiiRxCrossing crossing (
+    .clock            (clock),
+    .reset            (reset),
+    .rxClock          (pins_rx_clk),
+    .pins_dv          (pins_rx_dv),
+    .pins_er          (pins_rx_er),
+    .pins_data        (pins_rxd),
+    .read_symbol_dv   (_crossing_read_symbol_dv),
+    .read_symbol_er   (_crossing_read_symbol_er),
+    .read_symbol_data (_crossing_read_symbol_data),
+    .read_available   (_crossing_read_available),
+    .read_settled     (_crossing_read_settled),
+    .read_overflow    (_crossing_read_overflow),
+    .read_take        (_crossing_read_take)
+  );
+  MiiTransmitter transmitter (
+    .clock      (clock),
+    .reset      (reset),
+    .tick       (core_transmitStep),
+    .in_valid   (core_toWire_valid),
+    .in_payload (core_toWire_payload),
+    .in_data    (core_toWire_data),
+    .in_end     (core_toWire_end),
+    .in_bad     (core_toWire_bad),
+    .in_odd     (core_toWire_odd),
+    .txEn       (pins_tx_en),
+    .txd        (pins_txd)
+  );
+  assign _receiver_cut = receiver_cut_REG & ~_core_link_crossing_out;
+  MiiReceiver receiver (
+    .clock               (clock),
+    .reset               (reset),
+    .tick                (core_receiveStep),
+    .symbols_symbol_dv   (_crossing_read_symbol_dv),
+    .symbols_symbol_er   (_crossing_read_symbol_er),
+    .symbols_symbol_data (_crossing_read_symbol_data),
+    .symbols_available   (_crossing_read_available),
+    .symbols_settled     (_crossing_read_settled),
+    .symbols_overflow    (_crossing_read_overflow),
+    .symbols_take        (_crossing_read_take),
+    .cut                 (_receiver_cut),
+    .out_valid           (core_fromWire_valid),
+    .out_payload         (core_fromWire_payload),
+    .out_data            (core_fromWire_data),
+    .out_end             (core_fromWire_end),
+    .out_bad             (core_fromWire_bad),
+    .events_invalidFrame (core_events_invalidFrame)
+  );
+  LevelCrossing core_link_crossing (
+    .clock (clock),
+    .in    (pins_link),
+    .out   (_core_link_crossing_out)
+  );
+  assign core_link = _core_link_crossing_out;
 endmodule
 
 module EthernetReceiver(
@@ -2599,8 +2698,7 @@ module EthernetSender(
   output [3:0] out_data,
   output       out_end,
   output       out_bad,
-  output       out_odd,
-  output       out_crcGood
+  output       out_odd
 );
 
   reg  [2:0]  state;
@@ -2624,7 +2722,6 @@ module EthernetSender(
   reg         out_r_end;
   reg         out_r_bad;
   reg         out_r_odd;
-  reg         out_r_crcGood;
   reg  [2:0]  casez_tmp;
   wire [2:0]  _GEN_0 = late ? 3'h5 : count[0] & ended ? (whole ? 3'h4 : 3'h3) : state;
   wire [2:0]  _GEN_1 = _GEN & full & following_last ? 3'h0 : state;
@@ -2666,7 +2763,6 @@ module EthernetSender(
       out_r_end <= 1'h0;
       out_r_bad <= 1'h0;
       out_r_odd <= 1'h0;
-      out_r_crcGood <= 1'h0;
     end
     else begin
       if (step) begin
@@ -2679,7 +2775,6 @@ module EthernetSender(
         out_r_odd <= ~ended;
       end
       full <= _GEN_3 | ~(step & (takes | _GEN)) & full;
-      out_r_crcGood <= step | out_r_crcGood;
     end
     if (step) begin
       if (_GEN_2 | ~(_GEN_4 | ~((_GEN_5 | state == 3'h3) & late)))
@@ -2708,7 +2803,6 @@ module EthernetSender(
   assign out_end = out_r_end;
   assign out_bad = out_r_bad;
   assign out_odd = out_r_odd;
-  assign out_crcGood = out_r_crcGood;
 endmodule
 
 module PlantSide(
@@ -2726,7 +2820,6 @@ module PlantSide(
   output        out_end,
   output        out_bad,
   output        out_odd,
-  output        out_crcGood,
   output [7:0]  settingAddress_0,
   output [7:0]  settingAddress_1,
   input  [7:0]  setting_0,
@@ -3207,8 +3300,7 @@ module PlantSide(
     .out_data        (out_data),
     .out_end         (out_end),
     .out_bad         (out_bad),
-    .out_odd         (out_odd),
-    .out_crcGood     (out_crcGood)
+    .out_odd         (out_odd)
   );
   assign settingAddress_0 = {2'h0, _expected_address[4], ~(_expected_address[4]), _expected_address[3:0]};
   assign settingAddress_1 = casez_tmp;
@@ -3507,7 +3599,6 @@ module LineExchange(
   output        out_0_end,
   output        out_0_bad,
   output        out_0_odd,
-  output        out_0_crcGood,
   input  [47:0] source,
   input         clear,
   input         byte_valid,
@@ -3628,8 +3719,7 @@ module LineExchange(
     .out_data        (out_0_data),
     .out_end         (out_0_end),
     .out_bad         (out_0_bad),
-    .out_odd         (out_0_odd),
-    .out_crcGood     (out_0_crcGood)
+    .out_odd         (out_0_odd)
   );
   EthernetReceiver receiver (
     .clock      (clock),
@@ -5285,7 +5375,6 @@ module LineMaster(
   output        out_0_end,
   output        out_0_bad,
   output        out_0_odd,
-  output        out_0_crcGood,
   input  [47:0] source,
   input         run,
   input  [19:0] cycle,
@@ -5519,7 +5608,6 @@ module LineMaster(
     .out_0_end     (out_0_end),
     .out_0_bad     (out_0_bad),
     .out_0_odd     (out_0_odd),
-    .out_0_crcGood (out_0_crcGood),
     .source        (source),
     .clear         (_exchange_clear),
     .byte_valid    (_exchange_byte_valid),
@@ -6028,20 +6116,6 @@ module alarm_master(
   input         clock,
   input         reset,
   input         phy_clk_ref,
-  input         mii_0_rx_clk,
-  input         mii_0_rx_dv,
-  input         mii_0_rx_er,
-  input  [3:0]  mii_0_rxd,
-  input         mii_0_link,
-  output        mii_0_tx_en,
-  output [3:0]  mii_0_txd,
-  input         mii_1_rx_clk,
-  input         mii_1_rx_dv,
-  input         mii_1_rx_er,
-  input  [3:0]  mii_1_rxd,
-  input         mii_1_link,
-  output        mii_1_tx_en,
-  output [3:0]  mii_1_txd,
   output        mii_tx_tick,
   output        phy_reset_n,
   input         host_req,
@@ -6056,7 +6130,21 @@ module alarm_master(
   output        alarm_sounder,
   output        alarm_fault_n,
   output        alarm_disabled,
-  input         alarm_config_fault
+  input         alarm_config_fault,
+  input         mii_0_rx_clk,
+  input         mii_0_rx_dv,
+  input         mii_0_rx_er,
+  input  [3:0]  mii_0_rxd,
+  input         mii_0_link,
+  output        mii_0_tx_en,
+  output [3:0]  mii_0_txd,
+  input         mii_1_rx_clk,
+  input         mii_1_rx_dv,
+  input         mii_1_rx_er,
+  input  [3:0]  mii_1_rxd,
+  input         mii_1_link,
+  output        mii_1_tx_en,
+  output [3:0]  mii_1_txd
 );
 
   wire        _damaged_out;
@@ -6116,48 +6204,29 @@ module alarm_master(
   wire        _plant_full;
   wire        _plant_mailbox_waiting;
   wire        _plant_serverSilent;
-  wire        _transmitters_1_in_valid;
-  wire        _transmitters_1_in_payload;
-  wire [3:0]  _transmitters_1_in_data;
-  wire        _transmitters_1_in_end;
-  wire        _transmitters_1_in_bad;
-  wire        _transmitters_1_in_odd;
-  wire        _transmitters_1_in_crcGood;
-  wire        _transmitters_0_in_valid;
-  wire        _transmitters_0_in_payload;
-  wire [3:0]  _transmitters_0_in_data;
-  wire        _transmitters_0_in_end;
-  wire        _transmitters_0_in_bad;
-  wire        _transmitters_0_in_odd;
-  wire        _transmitters_0_in_crcGood;
-  wire        _receivers_1_cut;
-  wire        _receivers_1_out_valid;
-  wire        _receivers_1_out_payload;
-  wire [3:0]  _receivers_1_out_data;
-  wire        _receivers_1_out_end;
-  wire        _receivers_1_out_bad;
-  wire        _crossing_1_read_take;
-  wire        _crossing_1_read_symbol_dv;
-  wire        _crossing_1_read_symbol_er;
-  wire [3:0]  _crossing_1_read_symbol_data;
-  wire        _crossing_1_read_available;
-  wire        _crossing_1_read_settled;
-  wire        _crossing_1_read_overflow;
-  wire        _receivers_0_cut;
-  wire        _receivers_0_out_valid;
-  wire        _receivers_0_out_payload;
-  wire [3:0]  _receivers_0_out_data;
-  wire        _receivers_0_out_end;
-  wire        _receivers_0_out_bad;
-  wire        _crossing_read_take;
-  wire        _crossing_read_symbol_dv;
-  wire        _crossing_read_symbol_er;
-  wire [3:0]  _crossing_read_symbol_data;
-  wire        _crossing_read_available;
-  wire        _crossing_read_settled;
-  wire        _crossing_read_overflow;
-  wire        _links_crossing_1_out;
-  wire        _links_crossing_out;
+  wire        _ports_1_core_toWire_valid;
+  wire        _ports_1_core_toWire_payload;
+  wire [3:0]  _ports_1_core_toWire_data;
+  wire        _ports_1_core_toWire_end;
+  wire        _ports_1_core_toWire_bad;
+  wire        _ports_1_core_toWire_odd;
+  wire        _ports_1_core_fromWire_valid;
+  wire        _ports_1_core_fromWire_payload;
+  wire [3:0]  _ports_1_core_fromWire_data;
+  wire        _ports_1_core_fromWire_end;
+  wire        _ports_1_core_fromWire_bad;
+  wire        _ports_1_core_link;
+  wire        _ports_0_core_toWire_valid;
+  wire        _ports_0_core_toWire_payload;
+  wire [3:0]  _ports_0_core_toWire_data;
+  wire        _ports_0_core_toWire_end;
+  wire        _ports_0_core_toWire_bad;
+  wire        _ports_0_core_toWire_odd;
+  wire        _ports_0_core_fromWire_valid;
+  wire        _ports_0_core_fromWire_payload;
+  wire [3:0]  _ports_0_core_fromWire_data;
+  wire        _ports_0_core_fromWire_end;
+  wire        _ports_0_core_fromWire_bad;
   wire        _registers_set_host_alive_valid;
   wire [15:0] _registers_set_host_alive_bits;
   wire        _registers_set_mailbox_offset_valid;
@@ -6214,8 +6283,6 @@ module alarm_master(
   wire        _slot_tick;
   reg         processStep;
   reg         transmitStep;
-  reg         receiver_cut_REG;
-  reg         receiver_cut_REG_1;
   reg         mii_tx_tick_r;
   reg  [4:0]  microsecond_c_value;
   wire        microsecond_wrap_wrap = microsecond_c_value == 5'h18;
@@ -6231,7 +6298,7 @@ module alarm_master(
   reg         isWindow;
   wire        status_bits_10_2 = _registers_value_host_alive == 16'h0;
   wire [18:0] status =
-    {~_links_crossing_1_out,
+    {~_ports_1_core_link,
      _plant_full,
      ~_registers_value_line_listed,
      _registers_value_storage_failed,
@@ -6258,8 +6325,6 @@ module alarm_master(
     if (reset) begin
       processStep <= 1'h0;
       transmitStep <= 1'h0;
-      receiver_cut_REG <= 1'h0;
-      receiver_cut_REG_1 <= 1'h0;
       microsecond_c_value <= 5'h0;
       millisecond_c_value <= 10'h0;
       requestWaits <= 1'h0;
@@ -6270,8 +6335,6 @@ module alarm_master(
     else begin
       processStep <= _slot_tick;
       transmitStep <= processStep;
-      receiver_cut_REG <= _links_crossing_out;
-      receiver_cut_REG_1 <= _links_crossing_1_out;
       if (processStep) begin
         if (microsecond_wrap_wrap)
           microsecond_c_value <= 5'h0;
@@ -6311,8 +6374,7 @@ module alarm_master(
   assign _registers_status_mailbox_length = {2'h0, _plant_mailbox_waiting, 6'h0};
   assign _registers_status_frames_lost = _framesLost_counter_value;
   assign _registers_status_mailbox_waiting = _plant_mailbox_waiting;
-  assign _registers_status_plant_link = _links_crossing_1_out;
-  assign _registers_status_line_link = _links_crossing_out;
+  assign _registers_status_plant_link = _ports_1_core_link;
   assign _registers_status_slaves_known = _line_state_known;
   assign _registers_status_slaves_present = _line_state_present;
   assign _registers_setting =
@@ -6391,113 +6453,57 @@ module alarm_master(
     .looks                     (_registers_looks),
     .writes_bb                 (_registers_writes_bb)
   );
-  LevelCrossing links_crossing (
-    .clock (clock),
-    .in    (mii_0_link),
-    .out   (_links_crossing_out)
+  MiiPort ports_0 (
+    .clock                    (clock),
+    .reset                    (reset),
+    .core_receiveStep         (_slot_tick),
+    .core_transmitStep        (transmitStep),
+    .core_toWire_valid        (_ports_0_core_toWire_valid),
+    .core_toWire_payload      (_ports_0_core_toWire_payload),
+    .core_toWire_data         (_ports_0_core_toWire_data),
+    .core_toWire_end          (_ports_0_core_toWire_end),
+    .core_toWire_bad          (_ports_0_core_toWire_bad),
+    .core_toWire_odd          (_ports_0_core_toWire_odd),
+    .core_fromWire_valid      (_ports_0_core_fromWire_valid),
+    .core_fromWire_payload    (_ports_0_core_fromWire_payload),
+    .core_fromWire_data       (_ports_0_core_fromWire_data),
+    .core_fromWire_end        (_ports_0_core_fromWire_end),
+    .core_fromWire_bad        (_ports_0_core_fromWire_bad),
+    .core_link                (_registers_status_line_link),
+    .core_events_invalidFrame (_registers_event_invalid_frame_port0),
+    .pins_rx_clk              (mii_0_rx_clk),
+    .pins_rx_dv               (mii_0_rx_dv),
+    .pins_rx_er               (mii_0_rx_er),
+    .pins_rxd                 (mii_0_rxd),
+    .pins_link                (mii_0_link),
+    .pins_tx_en               (mii_0_tx_en),
+    .pins_txd                 (mii_0_txd)
   );
-  LevelCrossing links_crossing_1 (
-    .clock (clock),
-    .in    (mii_1_link),
-    .out   (_links_crossing_1_out)
-  );
-  MiiRxCrossing crossing (
-    .clock            (clock),
-    .reset            (reset),
-    .rxClock          (mii_0_rx_clk),
-    .pins_dv          (mii_0_rx_dv),
-    .pins_er          (mii_0_rx_er),
-    .pins_data        (mii_0_rxd),
-    .read_symbol_dv   (_crossing_read_symbol_dv),
-    .read_symbol_er   (_crossing_read_symbol_er),
-    .read_symbol_data (_crossing_read_symbol_data),
-    .read_available   (_crossing_read_available),
-    .read_settled     (_crossing_read_settled),
-    .read_overflow    (_crossing_read_overflow),
-    .read_take        (_crossing_read_take)
-  );
-  assign _receivers_0_cut = receiver_cut_REG & ~_links_crossing_out;
-  MiiReceiver receivers_0 (
-    .clock               (clock),
-    .reset               (reset),
-    .tick                (_slot_tick),
-    .symbols_symbol_dv   (_crossing_read_symbol_dv),
-    .symbols_symbol_er   (_crossing_read_symbol_er),
-    .symbols_symbol_data (_crossing_read_symbol_data),
-    .symbols_available   (_crossing_read_available),
-    .symbols_settled     (_crossing_read_settled),
-    .symbols_overflow    (_crossing_read_overflow),
-    .symbols_take        (_crossing_read_take),
-    .cut                 (_receivers_0_cut),
-    .out_valid           (_receivers_0_out_valid),
-    .out_payload         (_receivers_0_out_payload),
-    .out_data            (_receivers_0_out_data),
-    .out_end             (_receivers_0_out_end),
-    .out_bad             (_receivers_0_out_bad),
-    .events_invalidFrame (_registers_event_invalid_frame_port0)
-  );
-  MiiRxCrossing crossing_1 (
-    .clock            (clock),
-    .reset            (reset),
-    .rxClock          (mii_1_rx_clk),
-    .pins_dv          (mii_1_rx_dv),
-    .pins_er          (mii_1_rx_er),
-    .pins_data        (mii_1_rxd),
-    .read_symbol_dv   (_crossing_1_read_symbol_dv),
-    .read_symbol_er   (_crossing_1_read_symbol_er),
-    .read_symbol_data (_crossing_1_read_symbol_data),
-    .read_available   (_crossing_1_read_available),
-    .read_settled     (_crossing_1_read_settled),
-    .read_overflow    (_crossing_1_read_overflow),
-    .read_take        (_crossing_1_read_take)
-  );
-  assign _receivers_1_cut = receiver_cut_REG_1 & ~_links_crossing_1_out;
-  MiiReceiver receivers_1 (
-    .clock               (clock),
-    .reset               (reset),
-    .tick                (_slot_tick),
-    .symbols_symbol_dv   (_crossing_1_read_symbol_dv),
-    .symbols_symbol_er   (_crossing_1_read_symbol_er),
-    .symbols_symbol_data (_crossing_1_read_symbol_data),
-    .symbols_available   (_crossing_1_read_available),
-    .symbols_settled     (_crossing_1_read_settled),
-    .symbols_overflow    (_crossing_1_read_overflow),
-    .symbols_take        (_crossing_1_read_take),
-    .cut                 (_receivers_1_cut),
-    .out_valid           (_receivers_1_out_valid),
-    .out_payload         (_receivers_1_out_payload),
-    .out_data            (_receivers_1_out_data),
-    .out_end             (_receivers_1_out_end),
-    .out_bad             (_receivers_1_out_bad),
-    .events_invalidFrame (_registers_event_invalid_frame_port1)
-  );
-  MiiTransmitter transmitters_0 (
-    .clock      (clock),
-    .reset      (reset),
-    .tick       (transmitStep),
-    .in_valid   (_transmitters_0_in_valid),
-    .in_payload (_transmitters_0_in_payload),
-    .in_data    (_transmitters_0_in_data),
-    .in_end     (_transmitters_0_in_end),
-    .in_bad     (_transmitters_0_in_bad),
-    .in_odd     (_transmitters_0_in_odd),
-    .in_crcGood (_transmitters_0_in_crcGood),
-    .txEn       (mii_0_tx_en),
-    .txd        (mii_0_txd)
-  );
-  MiiTransmitter transmitters_1 (
-    .clock      (clock),
-    .reset      (reset),
-    .tick       (transmitStep),
-    .in_valid   (_transmitters_1_in_valid),
-    .in_payload (_transmitters_1_in_payload),
-    .in_data    (_transmitters_1_in_data),
-    .in_end     (_transmitters_1_in_end),
-    .in_bad     (_transmitters_1_in_bad),
-    .in_odd     (_transmitters_1_in_odd),
-    .in_crcGood (_transmitters_1_in_crcGood),
-    .txEn       (mii_1_tx_en),
-    .txd        (mii_1_txd)
+  MiiPort ports_1 (
+    .clock                    (clock),
+    .reset                    (reset),
+    .core_receiveStep         (_slot_tick),
+    .core_transmitStep        (transmitStep),
+    .core_toWire_valid        (_ports_1_core_toWire_valid),
+    .core_toWire_payload      (_ports_1_core_toWire_payload),
+    .core_toWire_data         (_ports_1_core_toWire_data),
+    .core_toWire_end          (_ports_1_core_toWire_end),
+    .core_toWire_bad          (_ports_1_core_toWire_bad),
+    .core_toWire_odd          (_ports_1_core_toWire_odd),
+    .core_fromWire_valid      (_ports_1_core_fromWire_valid),
+    .core_fromWire_payload    (_ports_1_core_fromWire_payload),
+    .core_fromWire_data       (_ports_1_core_fromWire_data),
+    .core_fromWire_end        (_ports_1_core_fromWire_end),
+    .core_fromWire_bad        (_ports_1_core_fromWire_bad),
+    .core_link                (_ports_1_core_link),
+    .core_events_invalidFrame (_registers_event_invalid_frame_port1),
+    .pins_rx_clk              (mii_1_rx_clk),
+    .pins_rx_dv               (mii_1_rx_dv),
+    .pins_rx_er               (mii_1_rx_er),
+    .pins_rxd                 (mii_1_rxd),
+    .pins_link                (mii_1_link),
+    .pins_tx_en               (mii_1_tx_en),
+    .pins_txd                 (mii_1_txd)
   );
   assign _plant_master_present = _line_state_present;
   assign _plant_master_cut = _line_state_cut;
@@ -6509,18 +6515,17 @@ module alarm_master(
     .clock               (clock),
     .reset               (reset),
     .step                (processStep),
-    .in_valid            (_receivers_1_out_valid),
-    .in_payload          (_receivers_1_out_payload),
-    .in_data             (_receivers_1_out_data),
-    .in_end              (_receivers_1_out_end),
-    .in_bad              (_receivers_1_out_bad),
-    .out_valid           (_transmitters_1_in_valid),
-    .out_payload         (_transmitters_1_in_payload),
-    .out_data            (_transmitters_1_in_data),
-    .out_end             (_transmitters_1_in_end),
-    .out_bad             (_transmitters_1_in_bad),
-    .out_odd             (_transmitters_1_in_odd),
-    .out_crcGood         (_transmitters_1_in_crcGood),
+    .in_valid            (_ports_1_core_fromWire_valid),
+    .in_payload          (_ports_1_core_fromWire_payload),
+    .in_data             (_ports_1_core_fromWire_data),
+    .in_end              (_ports_1_core_fromWire_end),
+    .in_bad              (_ports_1_core_fromWire_bad),
+    .out_valid           (_ports_1_core_toWire_valid),
+    .out_payload         (_ports_1_core_toWire_payload),
+    .out_data            (_ports_1_core_toWire_data),
+    .out_end             (_ports_1_core_toWire_end),
+    .out_bad             (_ports_1_core_toWire_bad),
+    .out_odd             (_ports_1_core_toWire_odd),
     .settingAddress_0    (_plant_settingAddress_0),
     .settingAddress_1    (_plant_settingAddress_1),
     .setting_0           (_plant_setting_0),
@@ -6576,18 +6581,17 @@ module alarm_master(
     .clock            (clock),
     .reset            (reset),
     .step             (processStep),
-    .in_0_valid       (_receivers_0_out_valid),
-    .in_0_payload     (_receivers_0_out_payload),
-    .in_0_data        (_receivers_0_out_data),
-    .in_0_end         (_receivers_0_out_end),
-    .in_0_bad         (_receivers_0_out_bad),
-    .out_0_valid      (_transmitters_0_in_valid),
-    .out_0_payload    (_transmitters_0_in_payload),
-    .out_0_data       (_transmitters_0_in_data),
-    .out_0_end        (_transmitters_0_in_end),
-    .out_0_bad        (_transmitters_0_in_bad),
-    .out_0_odd        (_transmitters_0_in_odd),
-    .out_0_crcGood    (_transmitters_0_in_crcGood),
+    .in_0_valid       (_ports_0_core_fromWire_valid),
+    .in_0_payload     (_ports_0_core_fromWire_payload),
+    .in_0_data        (_ports_0_core_fromWire_data),
+    .in_0_end         (_ports_0_core_fromWire_end),
+    .in_0_bad         (_ports_0_core_fromWire_bad),
+    .out_0_valid      (_ports_0_core_toWire_valid),
+    .out_0_payload    (_ports_0_core_toWire_payload),
+    .out_0_data       (_ports_0_core_toWire_data),
+    .out_0_end        (_ports_0_core_toWire_end),
+    .out_0_bad        (_ports_0_core_toWire_bad),
+    .out_0_odd        (_ports_0_core_toWire_odd),
     .source           (_line_source),
     .run              (_registers_value_line_run),
     .cycle            (_registers_value_bus_cycle),
@@ -6680,7 +6684,7 @@ module alarm_master(
   assign alarm_fire = _line_state_fire | _registers_value_lamp_test;
   assign alarm_sounder = _line_state_sounding | _registers_value_lamp_test;
   assign alarm_fault_n =
-    ~((|{~_links_crossing_1_out,
+    ~((|{~_ports_1_core_link,
          _plant_full,
          ~_registers_value_line_listed,
          _registers_value_storage_failed,

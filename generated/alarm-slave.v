@@ -22,6 +22,7 @@
 //   siiStartUs                    100  us
 //   registerWritesPerFrame          0  bytes
 //   txShift                         0  core cycles
+//   rmiiPorts                  0x0000  bits
 //   temporaryLoopMs              1000  ms
 //   escType                    0x00f1  code
 //   escRevision                0x0000  code
@@ -29,6 +30,557 @@
 //   reportedRamKiB                 -1  KiB
 //   reportedPorts                  -1  code
 //   reportedFeatures               -1  code
+
+module MiiRxWriteSide(
+  input        clock,
+  input        pins_dv,
+  input        pins_er,
+  input  [3:0] pins_data,
+  output       slots_0_dv,
+  output       slots_0_er,
+  output [3:0] slots_0_data,
+  output       slots_1_dv,
+  output       slots_1_er,
+  output [3:0] slots_1_data,
+  output       slots_2_dv,
+  output       slots_2_er,
+  output [3:0] slots_2_data,
+  output       slots_3_dv,
+  output       slots_3_er,
+  output [3:0] slots_3_data,
+  output [2:0] writeGray
+);
+
+  reg        wasActive;
+  reg  [2:0] gray;
+  reg        storage_0_dv;
+  reg        storage_0_er;
+  reg  [3:0] storage_0_data;
+  reg        storage_1_dv;
+  reg        storage_1_er;
+  reg  [3:0] storage_1_data;
+  reg        storage_2_dv;
+  reg        storage_2_er;
+  reg  [3:0] storage_2_data;
+  reg        storage_3_dv;
+  reg        storage_3_er;
+  reg  [3:0] storage_3_data;
+  wire       _wasActive_T = pins_dv | pins_er;
+  wire       _GEN = _wasActive_T | wasActive;
+  wire [1:0] _GEN_0 = {^(gray[2:1]), ^gray};
+  wire [2:0] _gray_T = {gray[2], ^(gray[2:1]), ^gray} + 3'h1;
+  always @(posedge clock) begin
+    wasActive <= _wasActive_T;
+    if (_GEN)
+      gray <= {_gray_T[2], _gray_T[1:0] ^ _gray_T[2:1]};
+    if (_GEN & _GEN_0 == 2'h0) begin
+      storage_0_dv <= pins_dv;
+      storage_0_er <= pins_er;
+      storage_0_data <= pins_data;
+    end
+    if (_GEN & _GEN_0 == 2'h1) begin
+      storage_1_dv <= pins_dv;
+      storage_1_er <= pins_er;
+      storage_1_data <= pins_data;
+    end
+    if (_GEN & _GEN_0 == 2'h2) begin
+      storage_2_dv <= pins_dv;
+      storage_2_er <= pins_er;
+      storage_2_data <= pins_data;
+    end
+    if (_GEN & (&_GEN_0)) begin
+      storage_3_dv <= pins_dv;
+      storage_3_er <= pins_er;
+      storage_3_data <= pins_data;
+    end
+  end // always @(posedge)
+  assign slots_0_dv = storage_0_dv;
+  assign slots_0_er = storage_0_er;
+  assign slots_0_data = storage_0_data;
+  assign slots_1_dv = storage_1_dv;
+  assign slots_1_er = storage_1_er;
+  assign slots_1_data = storage_1_data;
+  assign slots_2_dv = storage_2_dv;
+  assign slots_2_er = storage_2_er;
+  assign slots_2_data = storage_2_data;
+  assign slots_3_dv = storage_3_dv;
+  assign slots_3_er = storage_3_er;
+  assign slots_3_data = storage_3_data;
+  assign writeGray = gray;
+endmodule
+
+module MiiRxReadSide(
+  input        clock,
+  input        reset,
+  input        slots_0_dv,
+  input        slots_0_er,
+  input  [3:0] slots_0_data,
+  input        slots_1_dv,
+  input        slots_1_er,
+  input  [3:0] slots_1_data,
+  input        slots_2_dv,
+  input        slots_2_er,
+  input  [3:0] slots_2_data,
+  input        slots_3_dv,
+  input        slots_3_er,
+  input  [3:0] slots_3_data,
+  input  [2:0] writeGray,
+  input        shortMargin,
+  output       read_symbol_dv,
+  output       read_symbol_er,
+  output [3:0] read_symbol_data,
+  output       read_available,
+  output       read_settled,
+  output       read_overflow,
+  input        read_take
+);
+
+  reg  [2:0] meta;
+  reg  [2:0] visible;
+  reg  [2:0] earlier_1;
+  reg  [2:0] earlier_2;
+  reg  [2:0] pointer;
+  wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
+  wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
+  reg        casez_tmp;
+  always @(*) begin
+    casez (pointer[1:0])
+      2'b00:
+        casez_tmp = slots_0_dv;
+      2'b01:
+        casez_tmp = slots_1_dv;
+      2'b10:
+        casez_tmp = slots_2_dv;
+      default:
+        casez_tmp = slots_3_dv;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_0;
+  always @(*) begin
+    casez (pointer[1:0])
+      2'b00:
+        casez_tmp_0 = slots_0_er;
+      2'b01:
+        casez_tmp_0 = slots_1_er;
+      2'b10:
+        casez_tmp_0 = slots_2_er;
+      default:
+        casez_tmp_0 = slots_3_er;
+    endcase
+  end // always @(*)
+  reg  [3:0] casez_tmp_1;
+  always @(*) begin
+    casez (pointer[1:0])
+      2'b00:
+        casez_tmp_1 = slots_0_data;
+      2'b01:
+        casez_tmp_1 = slots_1_data;
+      2'b10:
+        casez_tmp_1 = slots_2_data;
+      default:
+        casez_tmp_1 = slots_3_data;
+    endcase
+  end // always @(*)
+  always @(posedge clock) begin
+    meta <= writeGray;
+    visible <= meta;
+    earlier_1 <= visible;
+    earlier_2 <= earlier_1;
+    if (reset)
+      pointer <= {visible[2], ^(visible[2:1]), ^visible};
+    else if (read_take)
+      pointer <= pointer + 3'h1;
+  end // always @(posedge)
+  assign read_symbol_dv = casez_tmp;
+  assign read_symbol_er = casez_tmp_0;
+  assign read_symbol_data = casez_tmp_1;
+  assign read_available = visible != pointerGray;
+  assign read_settled = (shortMargin ? earlier_1 : earlier_2) != pointerGray;
+  assign read_overflow = _waiting_T_7[2];
+endmodule
+
+module MiiRxCrossing(
+  input        clock,
+  input        reset,
+  input        rxClock,
+  input        pins_dv,
+  input        pins_er,
+  input  [3:0] pins_data,
+  input        shortMargin,
+  output       read_symbol_dv,
+  output       read_symbol_er,
+  output [3:0] read_symbol_data,
+  output       read_available,
+  output       read_settled,
+  output       read_overflow,
+  input        read_take
+);
+
+  wire       _writeSide_slots_0_dv;
+  wire       _writeSide_slots_0_er;
+  wire [3:0] _writeSide_slots_0_data;
+  wire       _writeSide_slots_1_dv;
+  wire       _writeSide_slots_1_er;
+  wire [3:0] _writeSide_slots_1_data;
+  wire       _writeSide_slots_2_dv;
+  wire       _writeSide_slots_2_er;
+  wire [3:0] _writeSide_slots_2_data;
+  wire       _writeSide_slots_3_dv;
+  wire       _writeSide_slots_3_er;
+  wire [3:0] _writeSide_slots_3_data;
+  wire [2:0] _writeSide_writeGray;
+  MiiRxWriteSide writeSide (
+    .clock        (rxClock),
+    .pins_dv      (pins_dv),
+    .pins_er      (pins_er),
+    .pins_data    (pins_data),
+    .slots_0_dv   (_writeSide_slots_0_dv),
+    .slots_0_er   (_writeSide_slots_0_er),
+    .slots_0_data (_writeSide_slots_0_data),
+    .slots_1_dv   (_writeSide_slots_1_dv),
+    .slots_1_er   (_writeSide_slots_1_er),
+    .slots_1_data (_writeSide_slots_1_data),
+    .slots_2_dv   (_writeSide_slots_2_dv),
+    .slots_2_er   (_writeSide_slots_2_er),
+    .slots_2_data (_writeSide_slots_2_data),
+    .slots_3_dv   (_writeSide_slots_3_dv),
+    .slots_3_er   (_writeSide_slots_3_er),
+    .slots_3_data (_writeSide_slots_3_data),
+    .writeGray    (_writeSide_writeGray)
+  );
+  MiiRxReadSide readSide (
+    .clock            (clock),
+    .reset            (reset),
+    .slots_0_dv       (_writeSide_slots_0_dv),
+    .slots_0_er       (_writeSide_slots_0_er),
+    .slots_0_data     (_writeSide_slots_0_data),
+    .slots_1_dv       (_writeSide_slots_1_dv),
+    .slots_1_er       (_writeSide_slots_1_er),
+    .slots_1_data     (_writeSide_slots_1_data),
+    .slots_2_dv       (_writeSide_slots_2_dv),
+    .slots_2_er       (_writeSide_slots_2_er),
+    .slots_2_data     (_writeSide_slots_2_data),
+    .slots_3_dv       (_writeSide_slots_3_dv),
+    .slots_3_er       (_writeSide_slots_3_er),
+    .slots_3_data     (_writeSide_slots_3_data),
+    .writeGray        (_writeSide_writeGray),
+    .shortMargin      (shortMargin),
+    .read_symbol_dv   (read_symbol_dv),
+    .read_symbol_er   (read_symbol_er),
+    .read_symbol_data (read_symbol_data),
+    .read_available   (read_available),
+    .read_settled     (read_settled),
+    .read_overflow    (read_overflow),
+    .read_take        (read_take)
+  );
+endmodule
+
+module MiiTransmitter(
+  input        clock,
+  input        reset,
+  input        tick,
+  input        in_valid,
+  input        in_payload,
+  input  [3:0] in_data,
+  input        in_end,
+  input        in_bad,
+  input        in_odd,
+  input        in_crcGood,
+  output       txEn,
+  output [3:0] txd
+);
+
+  reg        enable;
+  reg  [3:0] data;
+  reg  [1:0] left;
+  wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
+  always @(posedge clock) begin
+    if (reset) begin
+      enable <= 1'h0;
+      left <= 2'h0;
+    end
+    else if (tick) begin
+      enable <= in_valid | (|mark);
+      left <= mark - {1'h0, |mark};
+    end
+    if (tick)
+      data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
+  end // always @(posedge)
+  assign txEn = enable;
+  assign txd = data;
+endmodule
+
+module MiiReceiver(
+  input        clock,
+  input        reset,
+  input        tick,
+  input        symbols_symbol_dv,
+  input        symbols_symbol_er,
+  input  [3:0] symbols_symbol_data,
+  input        symbols_available,
+  input        symbols_settled,
+  input        symbols_overflow,
+  output       symbols_take,
+  input        cut,
+  output       out_valid,
+  output       out_payload,
+  output [3:0] out_data,
+  output       out_end,
+  output       out_bad,
+  output       out_odd,
+  output       out_crcGood,
+  output       events_invalidFrame,
+  output       events_rxEr,
+  output       events_forwardedError,
+  output       events_goodFrame,
+  output       idle
+);
+
+  reg  [2:0]  state;
+  reg  [12:0] count;
+  reg         longEnough;
+  reg  [31:0] crc;
+  reg         crcWasGood;
+  reg         output_valid;
+  reg         output_payload;
+  reg  [3:0]  output_data;
+  reg         output_end;
+  reg         output_bad;
+  reg         output_odd;
+  reg         output_crcGood;
+  reg         cutNow;
+  wire        crcRight = crc == 32'hDEBB20E3;
+  wire        behind = state == 3'h2;
+  wire        _inFrame_T = state == 3'h1;
+  wire        inFrame = _inFrame_T | behind;
+  wire        isSfd = symbols_symbol_data == 4'hD;
+  wire        lost = ~symbols_available | symbols_overflow | cutNow | cut;
+  wire        _startFault_T = symbols_symbol_data != 4'h5;
+  wire        faulty =
+    lost | symbols_symbol_dv & (symbols_symbol_er | (behind ? count[12] : ~isSfd & (_startFault_T | count[12])));
+  wire        ended = ~lost & ~symbols_symbol_dv;
+  wire        crcGood = count[0] ? crcWasGood : crcRight;
+  wire        good = ended & behind & crcGood & (longEnough | count[7]);
+  wire        start = ~(|state) & symbols_available & symbols_symbol_dv & symbols_settled;
+  wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
+  wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
+  wire        endOfFrame = tick & inFrame & (faulty | ended);
+  wire        runs = ~faulty & ~ended;
+  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
+  wire        _GEN = state == 3'h1 | state == 3'h2;
+  always @(posedge clock) begin
+    if (reset) begin
+      state <= 3'h0;
+      output_valid <= 1'h0;
+      output_payload <= 1'h0;
+      output_data <= 4'h0;
+      output_end <= 1'h0;
+      output_bad <= 1'h0;
+      output_odd <= 1'h0;
+      output_crcGood <= 1'h0;
+      cutNow <= 1'h0;
+    end
+    else begin
+      if (tick) begin
+        if (|state) begin
+          if (_GEN) begin
+            if (faulty)
+              state <= 3'h4;
+            else if (ended)
+              state <= 3'h0;
+            else if (_inFrame_T & isSfd)
+              state <= 3'h2;
+          end
+          else if (state == 3'h3)
+            state <= {~(symbols_available & ~symbols_symbol_dv), 2'h0};
+          else if (state == 3'h4 & symbols_available & ~symbols_symbol_dv)
+            state <= 3'h0;
+        end
+        else if (start)
+          state <= {1'h0, startFault ? 2'h3 : isSfd ? 2'h2 : 2'h1};
+        output_valid <= start | inFrame & runs;
+        output_payload <= behind;
+        output_data <= start & startFault ? 4'h5 : symbols_symbol_data;
+        output_end <= inFrame & ~runs | state == 3'h3;
+        output_bad <= ~good;
+        output_odd <= count[0];
+        output_crcGood <= crcGood;
+      end
+      cutNow <= ~tick & (cut & inFrame | cutNow);
+    end
+    if (tick) begin
+      if (|state) begin
+        if (~_GEN | faulty | ended) begin
+        end
+        else if (_inFrame_T) begin
+          if (isSfd)
+            count <= 13'h0;
+          else
+            count <= count + 13'h1;
+        end
+        else
+          count <= count + 13'h1;
+      end
+      else
+        count <= {12'h0, ~(start & isSfd)};
+      longEnough <= behind & (count[7] | longEnough);
+      if (behind)
+        crc <=
+          {4'h0, crc[31:4]} ^ (crc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
+          ^ (crc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crc_feedback[3] ? 32'hEDB88320 : 32'h0);
+      else
+        crc <= 32'hFFFFFFFF;
+    end
+    if (tick & behind)
+      crcWasGood <= crcRight;
+  end // always @(posedge)
+  assign symbols_take = symbols_take_0;
+  assign out_valid = output_valid;
+  assign out_payload = output_payload;
+  assign out_data = output_data;
+  assign out_end = output_end;
+  assign out_bad = output_bad;
+  assign out_odd = output_odd;
+  assign out_crcGood = output_crcGood;
+  assign events_invalidFrame = endOfFrame & (faulty | ~behind | ~crcGood & ~(count[0])) | tick & start & startFault;
+  assign events_rxEr = symbols_take_0 & symbols_symbol_er;
+  assign events_forwardedError = endOfFrame & ended & behind & ~crcGood & count[0];
+  assign events_goodFrame = endOfFrame & good;
+  assign idle = (~(|state) | state == 3'h4) & ~(output_valid | output_end);
+endmodule
+
+module LevelCrossing(
+  input  clock,
+  input  in,
+  output out
+);
+
+  reg meta;
+  reg stable;
+  always @(posedge clock) begin
+    meta <= in;
+    stable <= meta;
+  end // always @(posedge)
+  assign out = stable;
+endmodule
+
+module MiiPort(
+  input        clock,
+  input        reset,
+  input        core_receiveStep,
+  input        core_transmitStep,
+  input        core_enable,
+  input        core_shortMargin,
+  input        core_toWire_valid,
+  input        core_toWire_payload,
+  input  [3:0] core_toWire_data,
+  input        core_toWire_end,
+  input        core_toWire_bad,
+  input        core_toWire_odd,
+  input        core_toWire_crcGood,
+  output       core_fromWire_valid,
+  output       core_fromWire_payload,
+  output [3:0] core_fromWire_data,
+  output       core_fromWire_end,
+  output       core_fromWire_bad,
+  output       core_fromWire_odd,
+  output       core_fromWire_crcGood,
+  output       core_link,
+  output       core_events_invalidFrame,
+  output       core_events_rxEr,
+  output       core_events_forwardedError,
+  output       core_events_goodFrame,
+  output       core_receiverIdle,
+  input        pins_rx_clk,
+  input        pins_rx_dv,
+  input        pins_rx_er,
+  input  [3:0] pins_rxd,
+  input        pins_link,
+  output       pins_tx_en,
+  output [3:0] pins_txd
+);
+
+  wire       core_link_0;
+  wire       _core_link_crossing_out;
+  wire       _receiver_cut;
+  wire       _crossing_read_take;
+  wire       _crossing_read_symbol_dv;
+  wire       _crossing_read_symbol_er;
+  wire [3:0] _crossing_read_symbol_data;
+  wire       _crossing_read_available;
+  wire       _crossing_read_settled;
+  wire       _crossing_read_overflow;
+  reg        receiver_cut_REG;
+  assign core_link_0 = _core_link_crossing_out & core_enable;
+  always @(posedge clock) begin
+    if (reset)
+      receiver_cut_REG <= 1'h0;
+    else
+      receiver_cut_REG <= core_link_0;
+  end // always @(posedge)
+  MiiRxCrossing crossing (
+    .clock            (clock),
+    .reset            (reset),
+    .rxClock          (pins_rx_clk),
+    .pins_dv          (pins_rx_dv),
+    .pins_er          (pins_rx_er),
+    .pins_data        (pins_rxd),
+    .shortMargin      (core_shortMargin),
+    .read_symbol_dv   (_crossing_read_symbol_dv),
+    .read_symbol_er   (_crossing_read_symbol_er),
+    .read_symbol_data (_crossing_read_symbol_data),
+    .read_available   (_crossing_read_available),
+    .read_settled     (_crossing_read_settled),
+    .read_overflow    (_crossing_read_overflow),
+    .read_take        (_crossing_read_take)
+  );
+  MiiTransmitter transmitter (
+    .clock      (clock),
+    .reset      (reset),
+    .tick       (core_transmitStep),
+    .in_valid   (core_toWire_valid),
+    .in_payload (core_toWire_payload),
+    .in_data    (core_toWire_data),
+    .in_end     (core_toWire_end),
+    .in_bad     (core_toWire_bad),
+    .in_odd     (core_toWire_odd),
+    .in_crcGood (core_toWire_crcGood),
+    .txEn       (pins_tx_en),
+    .txd        (pins_txd)
+  );
+  assign _receiver_cut = receiver_cut_REG & ~core_link_0;
+  MiiReceiver receiver (
+    .clock                 (clock),
+    .reset                 (reset),
+    .tick                  (core_receiveStep),
+    .symbols_symbol_dv     (_crossing_read_symbol_dv),
+    .symbols_symbol_er     (_crossing_read_symbol_er),
+    .symbols_symbol_data   (_crossing_read_symbol_data),
+    .symbols_available     (_crossing_read_available),
+    .symbols_settled       (_crossing_read_settled),
+    .symbols_overflow      (_crossing_read_overflow),
+    .symbols_take          (_crossing_read_take),
+    .cut                   (_receiver_cut),
+    .out_valid             (core_fromWire_valid),
+    .out_payload           (core_fromWire_payload),
+    .out_data              (core_fromWire_data),
+    .out_end               (core_fromWire_end),
+    .out_bad               (core_fromWire_bad),
+    .out_odd               (core_fromWire_odd),
+    .out_crcGood           (core_fromWire_crcGood),
+    .events_invalidFrame   (core_events_invalidFrame),
+    .events_rxEr           (core_events_rxEr),
+    .events_forwardedError (core_events_forwardedError),
+    .events_goodFrame      (core_events_goodFrame),
+    .idle                  (core_receiverIdle)
+  );
+  LevelCrossing core_link_crossing (
+    .clock (clock),
+    .in    (pins_link),
+    .out   (_core_link_crossing_out)
+  );
+  assign core_link = core_link_0;
+endmodule
 
 module SlotTimer(
   input  clock,
@@ -117,21 +669,6 @@ module AlarmClock(
   assign second = millisecond_wrap & second_wrap_wrap;
   assign now = time_0;
   assign wraps = goes & (&time_0);
-endmodule
-
-module LevelCrossing(
-  input  clock,
-  input  in,
-  output out
-);
-
-  reg meta;
-  reg stable;
-  always @(posedge clock) begin
-    meta <= in;
-    stable <= meta;
-  end // always @(posedge)
-  assign out = stable;
 endmodule
 
 module Detector(
@@ -1071,6 +1608,151 @@ module DatagramAppender(
   assign takes = _takes_T & inserts & ~inserted;
 endmodule
 
+// external module DualPortRam
+
+module EventCounters(
+  input        clock,
+  input        reset,
+  input        event_0,
+  input        event_1,
+  input        event_2,
+  input        event_3,
+  input        event_4,
+  input        event_5,
+  input        event_6,
+  input        event_7,
+  input        event_8,
+  input        clear_0,
+  input        clear_1,
+  input        clear_2,
+  input  [5:0] readAddress,
+  output [7:0] data,
+  output       valid_0,
+  output       valid_1,
+  output       valid_2
+);
+
+  wire       _data_copy_write;
+  wire [5:0] _data_copy_writeAddress;
+  wire       _own_write = 1'h1;
+  wire [5:0] _own_writeAddress;
+  wire [5:0] _own_readAddress;
+  wire [7:0] _own_readData;
+  reg  [3:0] next;
+  reg  [3:0] visited;
+  reg  [1:0] events_0;
+  reg  [1:0] events_1;
+  wire       addresses_1_1 = visited == 4'h1;
+  reg  [1:0] events_2;
+  wire       addresses_2_1 = visited == 4'h2;
+  reg  [1:0] events_3;
+  wire       addresses_3_1 = visited == 4'h3;
+  reg  [1:0] events_4;
+  wire       addresses_4_1 = visited == 4'h4;
+  reg  [1:0] events_5;
+  wire       addresses_5_1 = visited == 4'h5;
+  reg  [1:0] events_6;
+  wire       addresses_6_1 = visited == 4'h6;
+  reg  [1:0] events_7;
+  wire       addresses_7_1 = visited == 4'h7;
+  reg  [1:0] events_8;
+  wire       addresses_8_1 = visited == 4'h8;
+  reg        stale_0;
+  reg        stale_1;
+  reg        stale_2;
+  reg        stale_3;
+  reg        stale_4;
+  reg        stale_5;
+  reg        stale_6;
+  reg        stale_7;
+  reg        stale_8;
+  wire [8:0] sum =
+    {1'h0,
+     stale_0 & ~(|visited) | stale_1 & addresses_1_1 | stale_2 & addresses_2_1 | stale_3 & addresses_3_1 | stale_4
+     & addresses_4_1 | stale_5 & addresses_5_1 | stale_6 & addresses_6_1 | stale_7 & addresses_7_1 | stale_8
+     & addresses_8_1
+       ? 8'h0
+       : _own_readData}
+    + {7'h0,
+       ((|visited) ? 2'h0 : events_0) | (addresses_1_1 ? events_1 : 2'h0) | (addresses_2_1 ? events_2 : 2'h0)
+         | (addresses_3_1 ? events_3 : 2'h0) | (addresses_4_1 ? events_4 : 2'h0) | (addresses_5_1 ? events_5 : 2'h0)
+         | (addresses_6_1 ? events_6 : 2'h0) | (addresses_7_1 ? events_7 : 2'h0) | (addresses_8_1 ? events_8 : 2'h0)};
+  wire [7:0] count = sum[7:0] | {8{sum[8]}};
+  wire [1:0] events_before = ~(|visited) | clear_0 | reset ? 2'h0 : events_0;
+  wire [1:0] events_before_1 = addresses_1_1 | clear_0 | reset ? 2'h0 : events_1;
+  wire [1:0] events_before_2 = addresses_2_1 | clear_0 | reset ? 2'h0 : events_2;
+  wire [1:0] events_before_3 = addresses_3_1 | clear_0 | reset ? 2'h0 : events_3;
+  wire [1:0] events_before_4 = addresses_4_1 | clear_0 | reset ? 2'h0 : events_4;
+  wire [1:0] events_before_5 = addresses_5_1 | clear_0 | reset ? 2'h0 : events_5;
+  wire [1:0] events_before_6 = addresses_6_1 | clear_1 | reset ? 2'h0 : events_6;
+  wire [1:0] events_before_7 = addresses_7_1 | clear_2 | reset ? 2'h0 : events_7;
+  wire [1:0] events_before_8 = addresses_8_1 | clear_2 | reset ? 2'h0 : events_8;
+  always @(posedge clock) begin
+    if (reset) begin
+      next <= 4'h0;
+      visited <= 4'h8;
+    end
+    else begin
+      if (next == 4'h8)
+        next <= 4'h0;
+      else
+        next <= next + 4'h1;
+      visited <= next;
+    end
+    events_0 <= events_before + {1'h0, event_0 & events_before != 2'h3};
+    events_1 <= events_before_1 + {1'h0, event_1 & events_before_1 != 2'h3};
+    events_2 <= events_before_2 + {1'h0, event_2 & events_before_2 != 2'h3};
+    events_3 <= events_before_3 + {1'h0, event_3 & events_before_3 != 2'h3};
+    events_4 <= events_before_4 + {1'h0, event_4 & events_before_4 != 2'h3};
+    events_5 <= events_before_5 + {1'h0, event_5 & events_before_5 != 2'h3};
+    events_6 <= events_before_6 + {1'h0, event_6 & events_before_6 != 2'h3};
+    events_7 <= events_before_7 + {1'h0, event_7 & events_before_7 != 2'h3};
+    events_8 <= events_before_8 + {1'h0, event_8 & events_before_8 != 2'h3};
+    stale_0 <= clear_0 | reset | stale_0 & (|visited);
+    stale_1 <= clear_0 | reset | stale_1 & ~addresses_1_1;
+    stale_2 <= clear_0 | reset | stale_2 & ~addresses_2_1;
+    stale_3 <= clear_0 | reset | stale_3 & ~addresses_3_1;
+    stale_4 <= clear_0 | reset | stale_4 & ~addresses_4_1;
+    stale_5 <= clear_0 | reset | stale_5 & ~addresses_5_1;
+    stale_6 <= clear_1 | reset | stale_6 & ~addresses_6_1;
+    stale_7 <= clear_2 | reset | stale_7 & ~addresses_7_1;
+    stale_8 <= clear_2 | reset | stale_8 & ~addresses_8_1;
+  end // always @(posedge)
+  assign _own_writeAddress = {2'h0, visited};
+  assign _own_readAddress = {2'h0, next};
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(8)
+  ) own (
+    .clock        (clock),
+    .write        (_own_write),
+    .writeAddress (_own_writeAddress),
+    .writeData    (count),
+    .readAddress  (_own_readAddress),
+    .readData     (_own_readData)
+  );
+  assign _data_copy_write = visited < 4'h9;
+  assign _data_copy_writeAddress =
+    (addresses_3_1 ? 6'h3 : 6'h0) | (addresses_5_1 ? 6'h9 : 6'h0) | (addresses_6_1 ? 6'hC : 6'h0)
+    | (addresses_8_1 ? 6'h11 : 6'h0) | {1'h0, addresses_7_1, addresses_4_1, 1'h0, addresses_2_1, addresses_1_1};
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(8)
+  ) data_copy (
+    .clock        (clock),
+    .write        (_data_copy_write),
+    .writeAddress (_data_copy_writeAddress),
+    .writeData    (count),
+    .readAddress  (readAddress),
+    .readData     (data)
+  );
+  assign valid_0 = ~(stale_0 | stale_1 | stale_2 | stale_3 | stale_4 | stale_5);
+  assign valid_1 = ~stale_6;
+  assign valid_2 = ~(stale_7 | stale_8);
+endmodule
+
 module RegisterFile(
   input         clock,
   input         reset,
@@ -1081,6 +1763,8 @@ module RegisterFile(
   output        writableByEcat,
   output        writableByPdi,
   output        inRam,
+  output        isCount,
+  output [7:0]  countData,
   input         write,
   input  [11:0] writeAddress,
   input         writeMask,
@@ -1141,6 +1825,13 @@ module RegisterFile(
   input         event_invalid_frame_port0
 );
 
+  wire        _counters_clear_0;
+  wire        _counters_clear_1;
+  wire        _counters_clear_2;
+  wire [5:0]  _counters_readAddress;
+  wire        _counters_valid_0;
+  wire        _counters_valid_1;
+  wire        _counters_valid_2;
   reg  [15:0] bytes_whole_8;
   reg  [15:0] bytes_whole_9;
   reg         bytes_whole_parts_parts_old_4;
@@ -1149,15 +1840,6 @@ module RegisterFile(
   reg  [1:0]  bytes_whole_parts_loop_port1;
   reg  [2:0]  bytes_whole_parts_parts_old_8;
   reg         bytes_whole_parts_alias_enable;
-  reg  [7:0]  bytes_whole_parts_invalid_frame_port0;
-  reg  [7:0]  bytes_whole_parts_rx_er_port0;
-  reg  [7:0]  bytes_whole_parts_invalid_frame_port1;
-  reg  [7:0]  bytes_whole_parts_rx_er_port1;
-  reg  [7:0]  bytes_whole_14;
-  reg  [7:0]  bytes_whole_15;
-  reg  [7:0]  bytes_whole_16;
-  reg  [7:0]  bytes_whole_17;
-  reg  [7:0]  bytes_whole_18;
   reg         bytes_whole_parts_alarm_silence;
   reg         bytes_whole_parts_detector_restart;
   reg  [15:0] bytes_whole_23;
@@ -1343,46 +2025,46 @@ module RegisterFile(
         casez_tmp_6 = 8'h0;
     endcase
   end // always @(*)
-  reg  [7:0]  casez_tmp_7;
+  reg         casez_tmp_7;
   always @(*) begin
     casez (readAddress[2:0])
       3'b000:
-        casez_tmp_7 = bytes_whole_parts_invalid_frame_port0;
+        casez_tmp_7 = _counters_valid_0;
       3'b001:
-        casez_tmp_7 = bytes_whole_parts_rx_er_port0;
+        casez_tmp_7 = _counters_valid_0;
       3'b010:
-        casez_tmp_7 = bytes_whole_parts_invalid_frame_port1;
+        casez_tmp_7 = _counters_valid_0;
       3'b011:
-        casez_tmp_7 = bytes_whole_parts_rx_er_port1;
+        casez_tmp_7 = _counters_valid_0;
       3'b100:
-        casez_tmp_7 = 8'h0;
+        casez_tmp_7 = 1'h0;
       3'b101:
-        casez_tmp_7 = 8'h0;
+        casez_tmp_7 = 1'h0;
       3'b110:
-        casez_tmp_7 = 8'h0;
+        casez_tmp_7 = 1'h0;
       default:
-        casez_tmp_7 = 8'h0;
+        casez_tmp_7 = 1'h0;
     endcase
   end // always @(*)
-  reg  [7:0]  casez_tmp_8;
+  reg         casez_tmp_8;
   always @(*) begin
     casez (readAddress[2:0])
       3'b000:
-        casez_tmp_8 = bytes_whole_14;
+        casez_tmp_8 = _counters_valid_0;
       3'b001:
-        casez_tmp_8 = bytes_whole_15;
+        casez_tmp_8 = _counters_valid_0;
       3'b010:
-        casez_tmp_8 = 8'h0;
+        casez_tmp_8 = 1'h0;
       3'b011:
-        casez_tmp_8 = 8'h0;
+        casez_tmp_8 = 1'h0;
       3'b100:
-        casez_tmp_8 = bytes_whole_16;
+        casez_tmp_8 = _counters_valid_1;
       3'b101:
-        casez_tmp_8 = 8'h0;
+        casez_tmp_8 = 1'h0;
       3'b110:
-        casez_tmp_8 = 8'h0;
+        casez_tmp_8 = 1'h0;
       default:
-        casez_tmp_8 = 8'h0;
+        casez_tmp_8 = 1'h0;
     endcase
   end // always @(*)
   reg         casez_tmp_9;
@@ -1406,25 +2088,25 @@ module RegisterFile(
         casez_tmp_9 = 1'h0;
     endcase
   end // always @(*)
-  reg  [7:0]  casez_tmp_10;
+  reg         casez_tmp_10;
   always @(*) begin
     casez (readAddress[2:0])
       3'b000:
-        casez_tmp_10 = bytes_whole_17;
+        casez_tmp_10 = _counters_valid_2;
       3'b001:
-        casez_tmp_10 = bytes_whole_18;
+        casez_tmp_10 = _counters_valid_2;
       3'b010:
-        casez_tmp_10 = 8'h0;
+        casez_tmp_10 = 1'h0;
       3'b011:
-        casez_tmp_10 = 8'h0;
+        casez_tmp_10 = 1'h0;
       3'b100:
-        casez_tmp_10 = 8'h0;
+        casez_tmp_10 = 1'h0;
       3'b101:
-        casez_tmp_10 = 8'h0;
+        casez_tmp_10 = 1'h0;
       3'b110:
-        casez_tmp_10 = 8'h0;
+        casez_tmp_10 = 1'h0;
       default:
-        casez_tmp_10 = 8'h0;
+        casez_tmp_10 = 1'h0;
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_11;
@@ -1595,32 +2277,24 @@ module RegisterFile(
         casez_tmp_18 = 1'h0;
     endcase
   end // always @(*)
-  wire [12:0] _selected_T_46 =
-    (readAddress[11:3] == 9'h0 ? {casez_tmp, 5'hC} : 13'h0)
-    | (readAddress[11:3] == 9'h1 ? {casez_tmp_0, 1'h0, _GEN, 2'h0} : 13'h0)
-    | (readAddress[11:3] == 9'h2 ? {casez_tmp_2, 1'h0, {2{casez_tmp_3}}, casez_tmp_1, casez_tmp_4} : 13'h0)
-    | (readAddress[11:3] == 9'h20 ? {casez_tmp_5, 1'h0, _GEN_0, 1'h0} : 13'h0)
-    | (readAddress[11:3] == 9'h22 ? {casez_tmp_6, 1'h0, _GEN, 2'h0} : 13'h0)
-    | (readAddress[11:3] == 9'h60 ? {casez_tmp_7, 1'h0, _GEN_0, 1'h0} : 13'h0)
-    | (readAddress[11:3] == 9'h61 ? {casez_tmp_8, 1'h0, {3{casez_tmp_9}}, 1'h0} : 13'h0)
-    | (readAddress[11:3] == 9'h62 ? {casez_tmp_10, 1'h0, {3{casez_tmp_1}}, 1'h0} : 13'h0)
-    | (readAddress[11:3] == 9'h1D1 ? {casez_tmp_11, 1'h0, {2{casez_tmp_12}}, {2{casez_tmp_13}}} : 13'h0)
-    | (readAddress[11:3] == 9'h1D2 ? 13'h1E : 13'h0) | (readAddress[11:3] == 9'h1D3 ? 13'h1E : 13'h0)
-    | (readAddress[11:3] == 9'h1D4 ? {casez_tmp_14, 1'h0, {2{casez_tmp_15}}, 1'h0, casez_tmp_15} : 13'h0)
-    | (readAddress[11:3] == 9'h1D5 ? {casez_tmp_16, 5'hC} : 13'h0)
-    | (readAddress[11:3] == 9'h1D6 ? {casez_tmp_17, 1'h0, {2{casez_tmp_18}}, casez_tmp_3, casez_tmp_18} : 13'h0)
-    | (readAddress[11:3] == 9'h1D7 ? {9'h0, {3{casez_tmp_18}}, 1'h0} : 13'h0)
-    | (readAddress[11:3] == 9'h1D9 ? {9'h0, _GEN_0, 1'h0} : 13'h0);
+  wire [13:0] _selected_T_46 =
+    (readAddress[11:3] == 9'h0 ? {casez_tmp, 6'hC} : 14'h0)
+    | (readAddress[11:3] == 9'h1 ? {casez_tmp_0, 2'h0, _GEN, 2'h0} : 14'h0)
+    | (readAddress[11:3] == 9'h2 ? {casez_tmp_2, 2'h0, {2{casez_tmp_3}}, casez_tmp_1, casez_tmp_4} : 14'h0)
+    | (readAddress[11:3] == 9'h20 ? {casez_tmp_5, 2'h0, _GEN_0, 1'h0} : 14'h0)
+    | (readAddress[11:3] == 9'h22 ? {casez_tmp_6, 2'h0, _GEN, 2'h0} : 14'h0)
+    | (readAddress[11:3] == 9'h60 ? {9'h0, casez_tmp_7, _GEN_0, 1'h0} : 14'h0)
+    | (readAddress[11:3] == 9'h61 ? {9'h0, casez_tmp_8, {3{casez_tmp_9}}, 1'h0} : 14'h0)
+    | (readAddress[11:3] == 9'h62 ? {9'h0, casez_tmp_10, {3{casez_tmp_1}}, 1'h0} : 14'h0)
+    | (readAddress[11:3] == 9'h1D1 ? {casez_tmp_11, 2'h0, {2{casez_tmp_12}}, {2{casez_tmp_13}}} : 14'h0)
+    | (readAddress[11:3] == 9'h1D2 ? 14'h2E : 14'h0) | (readAddress[11:3] == 9'h1D3 ? 14'h2E : 14'h0)
+    | (readAddress[11:3] == 9'h1D4 ? {casez_tmp_14, 2'h0, {2{casez_tmp_15}}, 1'h0, casez_tmp_15} : 14'h0)
+    | (readAddress[11:3] == 9'h1D5 ? {casez_tmp_16, 6'hC} : 14'h0)
+    | (readAddress[11:3] == 9'h1D6 ? {casez_tmp_17, 2'h0, {2{casez_tmp_18}}, casez_tmp_3, casez_tmp_18} : 14'h0)
+    | (readAddress[11:3] == 9'h1D7 ? {10'h0, {3{casez_tmp_18}}, 1'h0} : 14'h0)
+    | (readAddress[11:3] == 9'h1D9 ? {10'h0, _GEN_0, 1'h0} : 14'h0);
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
-  wire        _bytes_whole_parts_clear_T_140 = writeAddress == 12'h300;
-  wire        _bytes_whole_parts_clear_T_144 = writeAddress == 12'h301;
-  wire        _bytes_whole_parts_clear_T_148 = writeAddress == 12'h302;
-  wire        _bytes_whole_parts_clear_T_152 = writeAddress == 12'h303;
-  wire        _bytes_whole_parts_clear_T_156 = writeAddress == 12'h308;
-  wire        _bytes_whole_parts_clear_T_160 = writeAddress == 12'h309;
-  wire        _bytes_whole_parts_clear_T_179 = writeAddress == 12'h310;
-  wire        _bytes_whole_parts_clear_T_183 = writeAddress == 12'h311;
   wire        _bytes_whole_parts_parts_T_66 = writeAddress == 12'hE8C;
   always @(posedge clock) begin
     if (reset) begin
@@ -1632,15 +2306,6 @@ module RegisterFile(
       bytes_whole_parts_loop_port1 <= 2'h0;
       bytes_whole_parts_parts_old_8 <= 3'h7;
       bytes_whole_parts_alias_enable <= 1'h0;
-      bytes_whole_parts_invalid_frame_port0 <= 8'h0;
-      bytes_whole_parts_rx_er_port0 <= 8'h0;
-      bytes_whole_parts_invalid_frame_port1 <= 8'h0;
-      bytes_whole_parts_rx_er_port1 <= 8'h0;
-      bytes_whole_14 <= 8'h0;
-      bytes_whole_15 <= 8'h0;
-      bytes_whole_16 <= 8'h0;
-      bytes_whole_17 <= 8'h0;
-      bytes_whole_18 <= 8'h0;
       bytes_whole_parts_alarm_silence <= 1'h0;
       bytes_whole_parts_detector_restart <= 1'h0;
       bytes_whole_23 <= 16'h3E8;
@@ -1676,54 +2341,6 @@ module RegisterFile(
         bytes_whole_parts_parts_old_8 <= writeData[2:0];
       if (write & writeAddress == 12'h103 & writeMask)
         bytes_whole_parts_alias_enable <= writeData[0];
-      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
-          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
-          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
-        bytes_whole_parts_invalid_frame_port0 <= 8'h0;
-      else if (event_invalid_frame_port0 & bytes_whole_parts_invalid_frame_port0 != 8'hFF)
-        bytes_whole_parts_invalid_frame_port0 <= bytes_whole_parts_invalid_frame_port0 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
-          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
-          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
-        bytes_whole_parts_rx_er_port0 <= 8'h0;
-      else if (event_rx_er_port0 & bytes_whole_parts_rx_er_port0 != 8'hFF)
-        bytes_whole_parts_rx_er_port0 <= bytes_whole_parts_rx_er_port0 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
-          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
-          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
-        bytes_whole_parts_invalid_frame_port1 <= 8'h0;
-      else if (event_invalid_frame_port1 & bytes_whole_parts_invalid_frame_port1 != 8'hFF)
-        bytes_whole_parts_invalid_frame_port1 <= bytes_whole_parts_invalid_frame_port1 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
-          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
-          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
-        bytes_whole_parts_rx_er_port1 <= 8'h0;
-      else if (event_rx_er_port1 & bytes_whole_parts_rx_er_port1 != 8'hFF)
-        bytes_whole_parts_rx_er_port1 <= bytes_whole_parts_rx_er_port1 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
-          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
-          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
-        bytes_whole_14 <= 8'h0;
-      else if (event_forwarded_error_port0 & bytes_whole_14 != 8'hFF)
-        bytes_whole_14 <= bytes_whole_14 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_140 & writeMask | write & _bytes_whole_parts_clear_T_144 & writeMask
-          | write & _bytes_whole_parts_clear_T_148 & writeMask | write & _bytes_whole_parts_clear_T_152 & writeMask
-          | write & _bytes_whole_parts_clear_T_156 & writeMask | write & _bytes_whole_parts_clear_T_160 & writeMask)
-        bytes_whole_15 <= 8'h0;
-      else if (event_forwarded_error_port1 & bytes_whole_15 != 8'hFF)
-        bytes_whole_15 <= bytes_whole_15 + 8'h1;
-      if (write & writeAddress == 12'h30C & writeMask)
-        bytes_whole_16 <= 8'h0;
-      else if (event_epu_error & bytes_whole_16 != 8'hFF)
-        bytes_whole_16 <= bytes_whole_16 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_179 & writeMask | write & _bytes_whole_parts_clear_T_183 & writeMask)
-        bytes_whole_17 <= 8'h0;
-      else if (event_lost_link_port0 & bytes_whole_17 != 8'hFF)
-        bytes_whole_17 <= bytes_whole_17 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_179 & writeMask | write & _bytes_whole_parts_clear_T_183 & writeMask)
-        bytes_whole_18 <= 8'h0;
-      else if (event_lost_link_port1 & bytes_whole_18 != 8'hFF)
-        bytes_whole_18 <= bytes_whole_18 + 8'h1;
       bytes_whole_parts_alarm_silence <=
         ~set_alarm_silence_valid
         & (write & _bytes_whole_parts_parts_T_66 & writeMask ? writeData[0] : bytes_whole_parts_alarm_silence);
@@ -1760,12 +2377,41 @@ module RegisterFile(
            write & writeAddress == 12'hEB4 & writeMask ? writeData : bytes_whole_30[7:0]};
     end
   end // always @(posedge)
-  assign readData = _selected_T_46[12:5];
+  assign _counters_clear_0 =
+    write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
+    & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
+    & writeAddress == 12'h308 & writeMask | write & writeAddress == 12'h309 & writeMask;
+  assign _counters_clear_1 = write & writeAddress == 12'h30C & writeMask;
+  assign _counters_clear_2 = write & writeAddress == 12'h310 & writeMask | write & writeAddress == 12'h311 & writeMask;
+  assign _counters_readAddress = readAddress[5:0];
+  EventCounters counters (
+    .clock       (clock),
+    .reset       (reset),
+    .event_0     (event_invalid_frame_port0),
+    .event_1     (event_rx_er_port0),
+    .event_2     (event_invalid_frame_port1),
+    .event_3     (event_rx_er_port1),
+    .event_4     (event_forwarded_error_port0),
+    .event_5     (event_forwarded_error_port1),
+    .event_6     (event_epu_error),
+    .event_7     (event_lost_link_port0),
+    .event_8     (event_lost_link_port1),
+    .clear_0     (_counters_clear_0),
+    .clear_1     (_counters_clear_1),
+    .clear_2     (_counters_clear_2),
+    .readAddress (_counters_readAddress),
+    .data        (countData),
+    .valid_0     (_counters_valid_0),
+    .valid_1     (_counters_valid_1),
+    .valid_2     (_counters_valid_2)
+  );
+  assign readData = _selected_T_46[13:6];
   assign readableByEcat = _selected_T_46[3];
   assign readableByPdi = _selected_T_46[2];
   assign writableByEcat = _selected_T_46[1];
   assign writableByPdi = _selected_T_46[0];
-  assign inRam = _selected_T_46[4];
+  assign inRam = _selected_T_46[5];
+  assign isCount = _selected_T_46[4];
   assign value_host_alive = bytes_whole_30;
   assign value_detector_seconds = bytes_whole_parts_detector_seconds;
   assign value_detector_mode = bytes_whole_parts_detector_mode;
@@ -2018,6 +2664,8 @@ module EscMemory(
   wire        _file_writableByEcat;
   wire        _file_writableByPdi;
   wire        _file_inRam;
+  wire        _file_isCount;
+  wire [7:0]  _file_countData;
   wire [16:0] _GEN = {1'h0, host_addr};
   wire [16:0] readAddress = ecat_read ? ecat_readAddress : _GEN;
   wire        readTarget_user = readAddress[15:7] == 9'h1F;
@@ -2026,7 +2674,8 @@ module EscMemory(
   reg         registerHit;
   reg  [7:0]  registerData;
   reg         fromRam;
-  wire [7:0]  readData = {8{fromRam}} & _ram_readData | registerData;
+  reg         fromCounters;
+  wire [7:0]  readData = {8{fromRam}} & _ram_readData | {8{fromCounters}} & _file_countData | registerData;
   reg         ecat_readable_register;
   reg         ecat_writable_register;
   reg         forHost_register;
@@ -2079,6 +2728,7 @@ module EscMemory(
     registerHit <= readTarget_register;
     registerData <= {8{readTarget_register}} & _file_readData;
     fromRam <= readTarget_ram | readTarget_register & _file_inRam;
+    fromCounters <= readTarget_register & _file_isCount;
     ecat_readable_register <= _file_readableByEcat;
     ecat_writable_register <= _file_writableByEcat;
     forHost_register <= _file_readableByPdi;
@@ -2147,6 +2797,8 @@ module EscMemory(
     .writableByEcat              (_file_writableByEcat),
     .writableByPdi               (_file_writableByPdi),
     .inRam                       (_file_inRam),
+    .isCount                     (_file_isCount),
+    .countData                   (_file_countData),
     .write                       (_file_write),
     .writeAddress                (registerWrite_bits_REG_address),
     .writeMask                   (registerWrite_bits_REG_mask),
@@ -2465,12 +3117,14 @@ module DatagramHeader(
   output        request_broadcast,
   output        request_readWrite,
   output        request_incrementsAdp,
-  output [15:0] request_address
+  output [16:0] request_address,
+  input         advance
 );
 
   reg  [3:0]  code;
   reg         reserved;
-  reg  [15:0] address;
+  reg         high;
+  reg  [15:0] low;
   reg         zero;
   reg         stationMatch;
   reg         aliasMatch;
@@ -2522,27 +3176,38 @@ module DatagramHeader(
   wire        _request_readWrite_T_2 = code == 4'h4;
   wire        _request_readWrite_T_18 = code == 4'h6;
   wire        _request_readWrite_T_17 = code == 4'h5;
-  wire        _GEN = step & in_valid & position_part == 4'h3;
-  wire        _GEN_0 = position_byte == 5'h0;
-  wire        _GEN_1 = position_byte == 5'h2 | position_byte == 5'h3;
+  wire [16:0] _next_T_1 = {high, low} + 17'h1;
+  wire        _GEN = position_byte == 5'h4 | position_byte == 5'h5;
+  wire        _GEN_0 = step & in_valid & position_part == 4'h3;
+  wire        _GEN_1 = position_byte == 5'h0;
+  wire        _GEN_2 = position_byte == 5'h2 | position_byte == 5'h3;
   always @(posedge clock) begin
-    if (~(_GEN & _GEN_0) | position_high) begin
+    if (~(_GEN_0 & _GEN_1) | position_high) begin
     end
     else
       code <= in_data;
-    if (_GEN & _GEN_0 & position_high)
+    if (_GEN_0 & _GEN_1 & position_high)
       reserved <= |in_data;
-    if (~_GEN | _GEN_0 | _GEN_1 | ~(position_byte == 5'h4 | position_byte == 5'h5)) begin
+    if (advance) begin
+      high <= _next_T_1[16];
+      low <= _next_T_1[15:0];
     end
-    else
-      address <= {in_data, address[15:4]};
-    if (_GEN) begin
-      zero <= _GEN_0 | ~(_GEN_1 & (|in_data)) & zero;
-      stationMatch <= _GEN_0 | (~_GEN_1 | in_data == casez_tmp) & stationMatch;
-      if (_GEN_0)
+    else begin
+      high <= (~_GEN_0 | _GEN_1 | _GEN_2 | ~_GEN) & high;
+      if (~_GEN_0 | _GEN_1) begin
+      end
+      else if (_GEN_2)
+        low <= {in_data, low[15:4]};
+      else if (_GEN)
+        low <= {in_data, low[15:4]};
+    end
+    if (_GEN_0) begin
+      zero <= _GEN_1 | ~(_GEN_2 & (|in_data)) & zero;
+      stationMatch <= _GEN_1 | (~_GEN_2 | in_data == casez_tmp) & stationMatch;
+      if (_GEN_1)
         aliasMatch <= aliasEnable;
       else
-        aliasMatch <= (~_GEN_1 | in_data == casez_tmp_0) & aliasMatch;
+        aliasMatch <= (~_GEN_2 | in_data == casez_tmp_0) & aliasMatch;
     end
   end // always @(posedge)
   assign request_read =
@@ -2568,7 +3233,7 @@ module DatagramHeader(
     ~reserved
     & (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_incrementsAdp_T_4
        | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10);
-  assign request_address = address;
+  assign request_address = {high, low};
 endmodule
 
 module DataAccess(
@@ -2584,7 +3249,7 @@ module DataAccess(
   input         position_high,
   input         request_read,
   input         request_write,
-  input  [15:0] request_address,
+  input  [16:0] request_address,
   input         enable,
   output        memory_frameStart,
   output        memory_read,
@@ -2597,39 +3262,30 @@ module DataAccess(
   output [15:0] memory_writeAddress,
   output        memory_writeMask,
   output [7:0]  memory_writeData,
+  output        advance,
   output [3:0]  readNibble,
   output [3:0]  readMask,
   output        readSuccess,
   output        writeSuccess
 );
 
-  wire        inData = position_part == 4'h4;
-  wire        _memory_frameStart_T = step & in_valid;
-  wire        active = _memory_frameStart_T & in_payload;
-  reg  [16:0] address;
-  wire        byteEnd = active & inData & position_high;
-  reg         memory_read_REG;
-  reg  [16:0] memory_readAddress_REG;
-  reg         arriving;
-  reg  [7:0]  kept_data;
-  reg         kept_readable;
-  reg         kept_writable;
-  wire        readNow = inData & enable & request_read & kept_readable;
-  reg  [3:0]  low;
-  wire        accept = byteEnd & enable & request_write & kept_writable & ~(address < 17'hF80 & memory_logFull);
-  reg         anyRead;
-  reg         anyWrite;
-  wire        inHeader = position_part == 4'h3;
-  wire [16:0] _ahead_T = address + 17'h1;
-  wire        first = active & inHeader & position_byte == 5'h6 & ~position_high;
-  wire [16:0] _GEN = {1'h0, request_address};
+  wire       inData = position_part == 4'h4;
+  wire       _memory_frameStart_T = step & in_valid;
+  wire       active = _memory_frameStart_T & in_payload;
+  wire       byteEnd = active & inData & position_high;
+  reg        memory_read_REG;
+  reg        arriving;
+  reg  [7:0] kept_data;
+  reg        kept_readable;
+  reg        kept_writable;
+  wire       readNow = inData & enable & request_read & kept_readable;
+  reg  [3:0] low;
+  wire       accept = byteEnd & enable & request_write & kept_writable & ~(request_address < 17'hF80 & memory_logFull);
+  reg        anyRead;
+  reg        anyWrite;
+  wire       first = active & position_part == 4'h3 & position_byte == 5'h6 & ~position_high;
   always @(posedge clock) begin
-    if (first)
-      address <= _GEN;
-    else if (byteEnd)
-      address <= _ahead_T;
     memory_read_REG <= first | byteEnd;
-    memory_readAddress_REG <= inHeader ? _GEN : _ahead_T;
     if (arriving) begin
       kept_data <= memory_readData;
       kept_readable <= memory_readable;
@@ -2646,11 +3302,12 @@ module DataAccess(
   end // always @(posedge)
   assign memory_frameStart = _memory_frameStart_T & ~in_payload;
   assign memory_read = memory_read_REG;
-  assign memory_readAddress = memory_readAddress_REG;
+  assign memory_readAddress = request_address;
   assign memory_write = (byteEnd | step & in_end & inData) & accept;
-  assign memory_writeAddress = address[15:0];
+  assign memory_writeAddress = request_address[15:0];
   assign memory_writeMask = accept;
   assign memory_writeData = accept ? {in_data, low} : 8'h0;
+  assign advance = byteEnd;
   assign readNibble = position_high ? kept_data[7:4] : kept_data[3:0];
   assign readMask = {4{readNow}};
   assign readSuccess = anyRead;
@@ -2707,12 +3364,13 @@ module FrameProcessor(
   wire [3:0]  _access_readMask;
   wire        _access_readSuccess;
   wire        _access_writeSuccess;
+  wire        _header_advance;
   wire        _header_request_read;
   wire        _header_request_write;
   wire        _header_request_broadcast;
   wire        _header_request_readWrite;
   wire        _header_request_incrementsAdp;
-  wire [15:0] _header_request_address;
+  wire [16:0] _header_request_address;
   wire [3:0]  _parser_position_part;
   wire [4:0]  _parser_position_byte;
   wire        _parser_position_high;
@@ -2874,7 +3532,8 @@ module FrameProcessor(
     .request_broadcast     (_header_request_broadcast),
     .request_readWrite     (_header_request_readWrite),
     .request_incrementsAdp (_header_request_incrementsAdp),
-    .request_address       (_header_request_address)
+    .request_address       (_header_request_address),
+    .advance               (_header_advance)
   );
   assign _access_enable = ~tooMany;
   DataAccess access (
@@ -2903,6 +3562,7 @@ module FrameProcessor(
     .memory_writeAddress (memory_writeAddress),
     .memory_writeMask    (memory_writeMask),
     .memory_writeData    (memory_writeData),
+    .advance             (_header_advance),
     .readNibble          (_access_readNibble),
     .readMask            (_access_readMask),
     .readSuccess         (_access_readSuccess),
@@ -2923,424 +3583,6 @@ module FrameProcessor(
   assign outPosition_paddingBytes = outPosition_r_paddingBytes;
   assign outPosition_datagram = outPosition_r_datagram;
   assign outPosition_checksumCleared = outPosition_r_checksumCleared;
-endmodule
-
-module MiiRxWriteSide(
-  input        clock,
-  input        pins_dv,
-  input        pins_er,
-  input  [3:0] pins_data,
-  output       slots_0_dv,
-  output       slots_0_er,
-  output [3:0] slots_0_data,
-  output       slots_1_dv,
-  output       slots_1_er,
-  output [3:0] slots_1_data,
-  output       slots_2_dv,
-  output       slots_2_er,
-  output [3:0] slots_2_data,
-  output       slots_3_dv,
-  output       slots_3_er,
-  output [3:0] slots_3_data,
-  output [2:0] writeGray
-);
-
-  reg        wasActive;
-  reg  [2:0] gray;
-  reg        storage_0_dv;
-  reg        storage_0_er;
-  reg  [3:0] storage_0_data;
-  reg        storage_1_dv;
-  reg        storage_1_er;
-  reg  [3:0] storage_1_data;
-  reg        storage_2_dv;
-  reg        storage_2_er;
-  reg  [3:0] storage_2_data;
-  reg        storage_3_dv;
-  reg        storage_3_er;
-  reg  [3:0] storage_3_data;
-  wire       _wasActive_T = pins_dv | pins_er;
-  wire       _GEN = _wasActive_T | wasActive;
-  wire [1:0] _GEN_0 = {^(gray[2:1]), ^gray};
-  wire [2:0] _gray_T = {gray[2], ^(gray[2:1]), ^gray} + 3'h1;
-  always @(posedge clock) begin
-    wasActive <= _wasActive_T;
-    if (_GEN)
-      gray <= {_gray_T[2], _gray_T[1:0] ^ _gray_T[2:1]};
-    if (_GEN & _GEN_0 == 2'h0) begin
-      storage_0_dv <= pins_dv;
-      storage_0_er <= pins_er;
-      storage_0_data <= pins_data;
-    end
-    if (_GEN & _GEN_0 == 2'h1) begin
-      storage_1_dv <= pins_dv;
-      storage_1_er <= pins_er;
-      storage_1_data <= pins_data;
-    end
-    if (_GEN & _GEN_0 == 2'h2) begin
-      storage_2_dv <= pins_dv;
-      storage_2_er <= pins_er;
-      storage_2_data <= pins_data;
-    end
-    if (_GEN & (&_GEN_0)) begin
-      storage_3_dv <= pins_dv;
-      storage_3_er <= pins_er;
-      storage_3_data <= pins_data;
-    end
-  end // always @(posedge)
-  assign slots_0_dv = storage_0_dv;
-  assign slots_0_er = storage_0_er;
-  assign slots_0_data = storage_0_data;
-  assign slots_1_dv = storage_1_dv;
-  assign slots_1_er = storage_1_er;
-  assign slots_1_data = storage_1_data;
-  assign slots_2_dv = storage_2_dv;
-  assign slots_2_er = storage_2_er;
-  assign slots_2_data = storage_2_data;
-  assign slots_3_dv = storage_3_dv;
-  assign slots_3_er = storage_3_er;
-  assign slots_3_data = storage_3_data;
-  assign writeGray = gray;
-endmodule
-
-module MiiRxReadSide(
-  input        clock,
-  input        reset,
-  input        slots_0_dv,
-  input        slots_0_er,
-  input  [3:0] slots_0_data,
-  input        slots_1_dv,
-  input        slots_1_er,
-  input  [3:0] slots_1_data,
-  input        slots_2_dv,
-  input        slots_2_er,
-  input  [3:0] slots_2_data,
-  input        slots_3_dv,
-  input        slots_3_er,
-  input  [3:0] slots_3_data,
-  input  [2:0] writeGray,
-  input        shortMargin,
-  output       read_symbol_dv,
-  output       read_symbol_er,
-  output [3:0] read_symbol_data,
-  output       read_available,
-  output       read_settled,
-  output       read_overflow,
-  input        read_take
-);
-
-  reg  [2:0] meta;
-  reg  [2:0] visible;
-  reg  [2:0] earlier_1;
-  reg  [2:0] earlier_2;
-  reg  [2:0] pointer;
-  wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
-  wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
-  reg        casez_tmp;
-  always @(*) begin
-    casez (pointer[1:0])
-      2'b00:
-        casez_tmp = slots_0_dv;
-      2'b01:
-        casez_tmp = slots_1_dv;
-      2'b10:
-        casez_tmp = slots_2_dv;
-      default:
-        casez_tmp = slots_3_dv;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_0;
-  always @(*) begin
-    casez (pointer[1:0])
-      2'b00:
-        casez_tmp_0 = slots_0_er;
-      2'b01:
-        casez_tmp_0 = slots_1_er;
-      2'b10:
-        casez_tmp_0 = slots_2_er;
-      default:
-        casez_tmp_0 = slots_3_er;
-    endcase
-  end // always @(*)
-  reg  [3:0] casez_tmp_1;
-  always @(*) begin
-    casez (pointer[1:0])
-      2'b00:
-        casez_tmp_1 = slots_0_data;
-      2'b01:
-        casez_tmp_1 = slots_1_data;
-      2'b10:
-        casez_tmp_1 = slots_2_data;
-      default:
-        casez_tmp_1 = slots_3_data;
-    endcase
-  end // always @(*)
-  always @(posedge clock) begin
-    meta <= writeGray;
-    visible <= meta;
-    earlier_1 <= visible;
-    earlier_2 <= earlier_1;
-    if (reset)
-      pointer <= {visible[2], ^(visible[2:1]), ^visible};
-    else if (read_take)
-      pointer <= pointer + 3'h1;
-  end // always @(posedge)
-  assign read_symbol_dv = casez_tmp;
-  assign read_symbol_er = casez_tmp_0;
-  assign read_symbol_data = casez_tmp_1;
-  assign read_available = visible != pointerGray;
-  assign read_settled = (shortMargin ? earlier_1 : earlier_2) != pointerGray;
-  assign read_overflow = _waiting_T_7[2];
-endmodule
-
-module MiiRxCrossing(
-  input        clock,
-  input        reset,
-  input        rxClock,
-  input        pins_dv,
-  input        pins_er,
-  input  [3:0] pins_data,
-  input        shortMargin,
-  output       read_symbol_dv,
-  output       read_symbol_er,
-  output [3:0] read_symbol_data,
-  output       read_available,
-  output       read_settled,
-  output       read_overflow,
-  input        read_take
-);
-
-  wire       _writeSide_slots_0_dv;
-  wire       _writeSide_slots_0_er;
-  wire [3:0] _writeSide_slots_0_data;
-  wire       _writeSide_slots_1_dv;
-  wire       _writeSide_slots_1_er;
-  wire [3:0] _writeSide_slots_1_data;
-  wire       _writeSide_slots_2_dv;
-  wire       _writeSide_slots_2_er;
-  wire [3:0] _writeSide_slots_2_data;
-  wire       _writeSide_slots_3_dv;
-  wire       _writeSide_slots_3_er;
-  wire [3:0] _writeSide_slots_3_data;
-  wire [2:0] _writeSide_writeGray;
-  MiiRxWriteSide writeSide (
-    .clock        (rxClock),
-    .pins_dv      (pins_dv),
-    .pins_er      (pins_er),
-    .pins_data    (pins_data),
-    .slots_0_dv   (_writeSide_slots_0_dv),
-    .slots_0_er   (_writeSide_slots_0_er),
-    .slots_0_data (_writeSide_slots_0_data),
-    .slots_1_dv   (_writeSide_slots_1_dv),
-    .slots_1_er   (_writeSide_slots_1_er),
-    .slots_1_data (_writeSide_slots_1_data),
-    .slots_2_dv   (_writeSide_slots_2_dv),
-    .slots_2_er   (_writeSide_slots_2_er),
-    .slots_2_data (_writeSide_slots_2_data),
-    .slots_3_dv   (_writeSide_slots_3_dv),
-    .slots_3_er   (_writeSide_slots_3_er),
-    .slots_3_data (_writeSide_slots_3_data),
-    .writeGray    (_writeSide_writeGray)
-  );
-  MiiRxReadSide readSide (
-    .clock            (clock),
-    .reset            (reset),
-    .slots_0_dv       (_writeSide_slots_0_dv),
-    .slots_0_er       (_writeSide_slots_0_er),
-    .slots_0_data     (_writeSide_slots_0_data),
-    .slots_1_dv       (_writeSide_slots_1_dv),
-    .slots_1_er       (_writeSide_slots_1_er),
-    .slots_1_data     (_writeSide_slots_1_data),
-    .slots_2_dv       (_writeSide_slots_2_dv),
-    .slots_2_er       (_writeSide_slots_2_er),
-    .slots_2_data     (_writeSide_slots_2_data),
-    .slots_3_dv       (_writeSide_slots_3_dv),
-    .slots_3_er       (_writeSide_slots_3_er),
-    .slots_3_data     (_writeSide_slots_3_data),
-    .writeGray        (_writeSide_writeGray),
-    .shortMargin      (shortMargin),
-    .read_symbol_dv   (read_symbol_dv),
-    .read_symbol_er   (read_symbol_er),
-    .read_symbol_data (read_symbol_data),
-    .read_available   (read_available),
-    .read_settled     (read_settled),
-    .read_overflow    (read_overflow),
-    .read_take        (read_take)
-  );
-endmodule
-
-module MiiReceiver(
-  input        clock,
-  input        reset,
-  input        tick,
-  input        symbols_symbol_dv,
-  input        symbols_symbol_er,
-  input  [3:0] symbols_symbol_data,
-  input        symbols_available,
-  input        symbols_settled,
-  input        symbols_overflow,
-  output       symbols_take,
-  input        cut,
-  output       out_valid,
-  output       out_payload,
-  output [3:0] out_data,
-  output       out_end,
-  output       out_bad,
-  output       out_odd,
-  output       out_crcGood,
-  output       events_invalidFrame,
-  output       events_rxEr,
-  output       events_forwardedError,
-  output       events_goodFrame,
-  output       idle
-);
-
-  reg  [2:0]  state;
-  reg  [12:0] count;
-  reg         longEnough;
-  reg  [31:0] crc;
-  reg         crcWasGood;
-  reg         output_valid;
-  reg         output_payload;
-  reg  [3:0]  output_data;
-  reg         output_end;
-  reg         output_bad;
-  reg         output_odd;
-  reg         output_crcGood;
-  reg         cutNow;
-  wire        crcRight = crc == 32'hDEBB20E3;
-  wire        behind = state == 3'h2;
-  wire        _inFrame_T = state == 3'h1;
-  wire        inFrame = _inFrame_T | behind;
-  wire        isSfd = symbols_symbol_data == 4'hD;
-  wire        lost = ~symbols_available | symbols_overflow | cutNow | cut;
-  wire        _startFault_T = symbols_symbol_data != 4'h5;
-  wire        faulty =
-    lost | symbols_symbol_dv & (symbols_symbol_er | (behind ? count[12] : ~isSfd & (_startFault_T | count[12])));
-  wire        ended = ~lost & ~symbols_symbol_dv;
-  wire        crcGood = count[0] ? crcWasGood : crcRight;
-  wire        good = ended & behind & crcGood & (longEnough | count[7]);
-  wire        start = ~(|state) & symbols_available & symbols_symbol_dv & symbols_settled;
-  wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
-  wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
-  wire        endOfFrame = tick & inFrame & (faulty | ended);
-  wire        runs = ~faulty & ~ended;
-  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
-  wire        _GEN = state == 3'h1 | state == 3'h2;
-  always @(posedge clock) begin
-    if (reset) begin
-      state <= 3'h0;
-      output_valid <= 1'h0;
-      output_payload <= 1'h0;
-      output_data <= 4'h0;
-      output_end <= 1'h0;
-      output_bad <= 1'h0;
-      output_odd <= 1'h0;
-      output_crcGood <= 1'h0;
-      cutNow <= 1'h0;
-    end
-    else begin
-      if (tick) begin
-        if (|state) begin
-          if (_GEN) begin
-            if (faulty)
-              state <= 3'h4;
-            else if (ended)
-              state <= 3'h0;
-            else if (_inFrame_T & isSfd)
-              state <= 3'h2;
-          end
-          else if (state == 3'h3)
-            state <= {~(symbols_available & ~symbols_symbol_dv), 2'h0};
-          else if (state == 3'h4 & symbols_available & ~symbols_symbol_dv)
-            state <= 3'h0;
-        end
-        else if (start)
-          state <= {1'h0, startFault ? 2'h3 : isSfd ? 2'h2 : 2'h1};
-        output_valid <= start | inFrame & runs;
-        output_payload <= behind;
-        output_data <= start & startFault ? 4'h5 : symbols_symbol_data;
-        output_end <= inFrame & ~runs | state == 3'h3;
-        output_bad <= ~good;
-        output_odd <= count[0];
-        output_crcGood <= crcGood;
-      end
-      cutNow <= ~tick & (cut & inFrame | cutNow);
-    end
-    if (tick) begin
-      if (|state) begin
-        if (~_GEN | faulty | ended) begin
-        end
-        else if (_inFrame_T) begin
-          if (isSfd)
-            count <= 13'h0;
-          else
-            count <= count + 13'h1;
-        end
-        else
-          count <= count + 13'h1;
-      end
-      else
-        count <= {12'h0, ~(start & isSfd)};
-      longEnough <= behind & (count[7] | longEnough);
-      if (behind)
-        crc <=
-          {4'h0, crc[31:4]} ^ (crc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
-          ^ (crc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crc_feedback[3] ? 32'hEDB88320 : 32'h0);
-      else
-        crc <= 32'hFFFFFFFF;
-    end
-    if (tick & behind)
-      crcWasGood <= crcRight;
-  end // always @(posedge)
-  assign symbols_take = symbols_take_0;
-  assign out_valid = output_valid;
-  assign out_payload = output_payload;
-  assign out_data = output_data;
-  assign out_end = output_end;
-  assign out_bad = output_bad;
-  assign out_odd = output_odd;
-  assign out_crcGood = output_crcGood;
-  assign events_invalidFrame = endOfFrame & (faulty | ~behind | ~crcGood & ~(count[0])) | tick & start & startFault;
-  assign events_rxEr = symbols_take_0 & symbols_symbol_er;
-  assign events_forwardedError = endOfFrame & ended & behind & ~crcGood & count[0];
-  assign events_goodFrame = endOfFrame & good;
-  assign idle = (~(|state) | state == 3'h4) & ~(output_valid | output_end);
-endmodule
-
-module MiiTransmitter(
-  input        clock,
-  input        reset,
-  input        tick,
-  input        in_valid,
-  input        in_payload,
-  input  [3:0] in_data,
-  input        in_end,
-  input        in_bad,
-  input        in_odd,
-  input        in_crcGood,
-  output       txEn,
-  output [3:0] txd
-);
-
-  reg        enable;
-  reg  [3:0] data;
-  reg  [1:0] left;
-  wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
-  always @(posedge clock) begin
-    if (reset) begin
-      enable <= 1'h0;
-      left <= 2'h0;
-    end
-    else if (tick) begin
-      enable <= in_valid | (|mark);
-      left <= mark - {1'h0, |mark};
-    end
-    if (tick)
-      data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
-  end // always @(posedge)
-  assign txEn = enable;
-  assign txd = data;
 endmodule
 
 module LoopControl(
@@ -3425,6 +3667,15 @@ module alarm_slave(
   input         reset,
   input         phy_clk_ref,
   input         pdi_operational,
+  output        mii_tx_tick,
+  output        phy_reset_n,
+  input         host_req,
+  input         host_write,
+  input  [15:0] host_addr,
+  input  [7:0]  host_wdata,
+  input         host_be,
+  output        host_ack,
+  output [7:0]  host_rdata,
   input         mii_0_rx_clk,
   input         mii_0_rx_dv,
   input         mii_0_rx_er,
@@ -3439,15 +3690,6 @@ module alarm_slave(
   input         mii_1_link,
   output        mii_1_tx_en,
   output [3:0]  mii_1_txd,
-  output        mii_tx_tick,
-  output        phy_reset_n,
-  input         host_req,
-  input         host_write,
-  input  [15:0] host_addr,
-  input  [7:0]  host_wdata,
-  input         host_be,
-  output        host_ack,
-  output [7:0]  host_rdata,
   input  [2:0]  alarm_current,
   output        alarm_supply,
   output        alarm_buzzer,
@@ -3456,6 +3698,7 @@ module alarm_slave(
   output        irq
 );
 
+  wire        _memory_value_rx_fifo_size_2;
   wire        _operational_crossing_out;
   wire        _temporaryLoops_restore;
   wire        _loops_settingWritten;
@@ -3463,64 +3706,6 @@ module alarm_slave(
   wire        _loops_quiet_1;
   wire        _loops_open_0;
   wire        _loops_open_1;
-  wire        _transmitters_1_in_valid;
-  wire        _transmitters_1_in_payload;
-  wire [3:0]  _transmitters_1_in_data;
-  wire        _transmitters_1_in_end;
-  wire        _transmitters_1_in_bad;
-  wire        _transmitters_1_in_odd;
-  wire        _transmitters_1_in_crcGood;
-  wire        _transmitters_0_in_valid;
-  wire        _transmitters_0_in_payload;
-  wire [3:0]  _transmitters_0_in_data;
-  wire        _transmitters_0_in_end;
-  wire        _transmitters_0_in_bad;
-  wire        _transmitters_0_in_odd;
-  wire        _transmitters_0_in_crcGood;
-  wire        _receivers_1_cut;
-  wire        _receivers_1_out_valid;
-  wire        _receivers_1_out_payload;
-  wire [3:0]  _receivers_1_out_data;
-  wire        _receivers_1_out_end;
-  wire        _receivers_1_out_bad;
-  wire        _receivers_1_out_odd;
-  wire        _receivers_1_out_crcGood;
-  wire        _receivers_1_events_invalidFrame;
-  wire        _receivers_1_events_rxEr;
-  wire        _receivers_1_events_forwardedError;
-  wire        _receivers_1_events_goodFrame;
-  wire        _receivers_1_idle;
-  wire        _crossing_1_shortMargin;
-  wire        _crossing_1_read_take;
-  wire        _crossing_1_read_symbol_dv;
-  wire        _crossing_1_read_symbol_er;
-  wire [3:0]  _crossing_1_read_symbol_data;
-  wire        _crossing_1_read_available;
-  wire        _crossing_1_read_settled;
-  wire        _crossing_1_read_overflow;
-  wire        _receivers_0_cut;
-  wire        _receivers_0_out_valid;
-  wire        _receivers_0_out_payload;
-  wire [3:0]  _receivers_0_out_data;
-  wire        _receivers_0_out_end;
-  wire        _receivers_0_out_bad;
-  wire        _receivers_0_out_odd;
-  wire        _receivers_0_out_crcGood;
-  wire        _receivers_0_events_invalidFrame;
-  wire        _receivers_0_events_rxEr;
-  wire        _receivers_0_events_forwardedError;
-  wire        _receivers_0_events_goodFrame;
-  wire        _receivers_0_idle;
-  wire        _crossing_shortMargin;
-  wire        _crossing_read_take;
-  wire        _crossing_read_symbol_dv;
-  wire        _crossing_read_symbol_er;
-  wire [3:0]  _crossing_read_symbol_data;
-  wire        _crossing_read_available;
-  wire        _crossing_read_settled;
-  wire        _crossing_read_overflow;
-  wire        _links_crossing_1_out;
-  wire        _links_crossing_out;
   wire        _processor_in_valid;
   wire        _processor_in_payload;
   wire [3:0]  _processor_in_data;
@@ -3636,12 +3821,56 @@ module alarm_slave(
   wire        _alarmUnit_pending;
   wire [3:0]  _alarmUnit_data;
   wire        _slot_tick;
+  wire        _ports_1_core_receiveStep;
+  wire        _ports_1_core_enable;
+  wire        _ports_1_core_shortMargin;
+  wire        _ports_1_core_toWire_valid;
+  wire        _ports_1_core_toWire_payload;
+  wire [3:0]  _ports_1_core_toWire_data;
+  wire        _ports_1_core_toWire_end;
+  wire        _ports_1_core_toWire_bad;
+  wire        _ports_1_core_toWire_odd;
+  wire        _ports_1_core_toWire_crcGood;
+  wire        _ports_1_core_fromWire_valid;
+  wire        _ports_1_core_fromWire_payload;
+  wire [3:0]  _ports_1_core_fromWire_data;
+  wire        _ports_1_core_fromWire_end;
+  wire        _ports_1_core_fromWire_bad;
+  wire        _ports_1_core_fromWire_odd;
+  wire        _ports_1_core_fromWire_crcGood;
+  wire        _ports_1_core_link;
+  wire        _ports_1_core_events_invalidFrame;
+  wire        _ports_1_core_events_rxEr;
+  wire        _ports_1_core_events_forwardedError;
+  wire        _ports_1_core_events_goodFrame;
+  wire        _ports_1_core_receiverIdle;
+  wire        _ports_0_core_receiveStep;
+  wire        _ports_0_core_enable;
+  wire        _ports_0_core_shortMargin;
+  wire        _ports_0_core_toWire_valid;
+  wire        _ports_0_core_toWire_payload;
+  wire [3:0]  _ports_0_core_toWire_data;
+  wire        _ports_0_core_toWire_end;
+  wire        _ports_0_core_toWire_bad;
+  wire        _ports_0_core_toWire_odd;
+  wire        _ports_0_core_toWire_crcGood;
+  wire        _ports_0_core_fromWire_valid;
+  wire        _ports_0_core_fromWire_payload;
+  wire [3:0]  _ports_0_core_fromWire_data;
+  wire        _ports_0_core_fromWire_end;
+  wire        _ports_0_core_fromWire_bad;
+  wire        _ports_0_core_fromWire_odd;
+  wire        _ports_0_core_fromWire_crcGood;
+  wire        _ports_0_core_link;
+  wire        _ports_0_core_events_invalidFrame;
+  wire        _ports_0_core_events_rxEr;
+  wire        _ports_0_core_events_forwardedError;
+  wire        _ports_0_core_events_goodFrame;
+  wire        _ports_0_core_receiverIdle;
   reg         processStep;
   reg         transmitStep;
-  wire        links_0 = _links_crossing_out & ~_memory_clearing;
-  wire        links_1 = _links_crossing_1_out & ~_memory_clearing;
-  reg         receiver_cut_REG;
-  reg         receiver_cut_REG_1;
+  assign _memory_value_rx_fifo_size_2 = _memory_value_rx_fifo_size[2];
+  reg         mii_tx_tick_r;
   reg  [1:0]  loops_setting_0_r;
   reg         drops_REG;
   reg  [1:0]  loops_setting_1_r;
@@ -3673,14 +3902,13 @@ module alarm_slave(
   reg         waits_REG;
   reg         message_received;
   reg         waits_REG_1;
-  wire        processor_in_on_valid = _loops_open_1 ? _receivers_1_out_valid : _appender_out_valid;
-  wire        processor_in_on_payload = _loops_open_1 ? _receivers_1_out_payload : _appender_out_payload;
-  wire [3:0]  processor_in_on_data = _loops_open_1 ? _receivers_1_out_data : _appender_out_data;
-  wire        processor_in_on_end = _loops_open_1 ? _receivers_1_out_end : _appender_out_end;
-  wire        processor_in_on_bad = _loops_open_1 ? _receivers_1_out_bad : _appender_out_bad;
-  wire        processor_in_on_odd = _loops_open_1 ? _receivers_1_out_odd : _appender_out_odd;
-  wire        processor_in_on_crcGood = _loops_open_1 ? _receivers_1_out_crcGood : _appender_out_crcGood;
-  reg         mii_tx_tick_r;
+  wire        _processor_in_T_valid = _loops_open_1 ? _ports_1_core_fromWire_valid : _appender_out_valid;
+  wire        _processor_in_T_payload = _loops_open_1 ? _ports_1_core_fromWire_payload : _appender_out_payload;
+  wire [3:0]  _processor_in_T_data = _loops_open_1 ? _ports_1_core_fromWire_data : _appender_out_data;
+  wire        _processor_in_T_end = _loops_open_1 ? _ports_1_core_fromWire_end : _appender_out_end;
+  wire        _processor_in_T_bad = _loops_open_1 ? _ports_1_core_fromWire_bad : _appender_out_bad;
+  wire        _processor_in_T_odd = _loops_open_1 ? _ports_1_core_fromWire_odd : _appender_out_odd;
+  wire        _processor_in_T_crcGood = _loops_open_1 ? _ports_1_core_fromWire_crcGood : _appender_out_crcGood;
   wire        waits_result_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hE97 & _memory_registerWrite_bits_mask;
   wire        waits_result_1_valid =
@@ -3689,8 +3917,6 @@ module alarm_slave(
     if (reset) begin
       processStep <= 1'h0;
       transmitStep <= 1'h0;
-      receiver_cut_REG <= 1'h0;
-      receiver_cut_REG_1 <= 1'h0;
       loops_setting_0_r <= 2'h0;
       drops_REG <= 1'h0;
       loops_setting_1_r <= 2'h0;
@@ -3716,16 +3942,14 @@ module alarm_slave(
     else begin
       processStep <= _slot_tick;
       transmitStep <= processStep;
-      receiver_cut_REG <= links_0;
-      receiver_cut_REG_1 <= links_1;
       if (_memory_registersBusy) begin
       end
       else begin
         loops_setting_0_r <= _memory_value_loop_port0;
         loops_setting_1_r <= _memory_value_loop_port1;
       end
-      drops_REG <= links_0;
-      drops_REG_1 <= links_1;
+      drops_REG <= _ports_0_core_link;
+      drops_REG_1 <= _ports_1_core_link;
       alarmUnit_changes_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hEA0 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hEA1 & _memory_registerWrite_bits_mask;
@@ -3769,6 +3993,96 @@ module alarm_slave(
     end
     mii_tx_tick_r <= transmitStep;
   end // always @(posedge)
+  assign _ports_0_core_receiveStep = _slot_tick;
+  assign _ports_0_core_enable = ~_memory_clearing;
+  assign _ports_0_core_shortMargin = ~_memory_value_rx_fifo_size_2;
+  assign _ports_0_core_toWire_valid = _loops_open_0 & _processor_in_T_valid;
+  assign _ports_0_core_toWire_payload = _loops_open_0 & _processor_in_T_payload;
+  assign _ports_0_core_toWire_data = _loops_open_0 ? _processor_in_T_data : 4'h0;
+  assign _ports_0_core_toWire_end = _loops_open_0 & _processor_in_T_end;
+  assign _ports_0_core_toWire_bad = _loops_open_0 & _processor_in_T_bad;
+  assign _ports_0_core_toWire_odd = _loops_open_0 & _processor_in_T_odd;
+  assign _ports_0_core_toWire_crcGood = _loops_open_0 & _processor_in_T_crcGood;
+  MiiPort ports_0 (
+    .clock                      (clock),
+    .reset                      (reset),
+    .core_receiveStep           (_ports_0_core_receiveStep),
+    .core_transmitStep          (transmitStep),
+    .core_enable                (_ports_0_core_enable),
+    .core_shortMargin           (_ports_0_core_shortMargin),
+    .core_toWire_valid          (_ports_0_core_toWire_valid),
+    .core_toWire_payload        (_ports_0_core_toWire_payload),
+    .core_toWire_data           (_ports_0_core_toWire_data),
+    .core_toWire_end            (_ports_0_core_toWire_end),
+    .core_toWire_bad            (_ports_0_core_toWire_bad),
+    .core_toWire_odd            (_ports_0_core_toWire_odd),
+    .core_toWire_crcGood        (_ports_0_core_toWire_crcGood),
+    .core_fromWire_valid        (_ports_0_core_fromWire_valid),
+    .core_fromWire_payload      (_ports_0_core_fromWire_payload),
+    .core_fromWire_data         (_ports_0_core_fromWire_data),
+    .core_fromWire_end          (_ports_0_core_fromWire_end),
+    .core_fromWire_bad          (_ports_0_core_fromWire_bad),
+    .core_fromWire_odd          (_ports_0_core_fromWire_odd),
+    .core_fromWire_crcGood      (_ports_0_core_fromWire_crcGood),
+    .core_link                  (_ports_0_core_link),
+    .core_events_invalidFrame   (_ports_0_core_events_invalidFrame),
+    .core_events_rxEr           (_ports_0_core_events_rxEr),
+    .core_events_forwardedError (_ports_0_core_events_forwardedError),
+    .core_events_goodFrame      (_ports_0_core_events_goodFrame),
+    .core_receiverIdle          (_ports_0_core_receiverIdle),
+    .pins_rx_clk                (mii_0_rx_clk),
+    .pins_rx_dv                 (mii_0_rx_dv),
+    .pins_rx_er                 (mii_0_rx_er),
+    .pins_rxd                   (mii_0_rxd),
+    .pins_link                  (mii_0_link),
+    .pins_tx_en                 (mii_0_tx_en),
+    .pins_txd                   (mii_0_txd)
+  );
+  assign _ports_1_core_receiveStep = _slot_tick;
+  assign _ports_1_core_enable = ~_memory_clearing;
+  assign _ports_1_core_shortMargin = ~_memory_value_rx_fifo_size_2;
+  assign _ports_1_core_toWire_valid = _loops_open_1 & _appender_out_valid;
+  assign _ports_1_core_toWire_payload = _loops_open_1 & _appender_out_payload;
+  assign _ports_1_core_toWire_data = _loops_open_1 ? _appender_out_data : 4'h0;
+  assign _ports_1_core_toWire_end = _loops_open_1 & _appender_out_end;
+  assign _ports_1_core_toWire_bad = _loops_open_1 & _appender_out_bad;
+  assign _ports_1_core_toWire_odd = _loops_open_1 & _appender_out_odd;
+  assign _ports_1_core_toWire_crcGood = _loops_open_1 & _appender_out_crcGood;
+  MiiPort ports_1 (
+    .clock                      (clock),
+    .reset                      (reset),
+    .core_receiveStep           (_ports_1_core_receiveStep),
+    .core_transmitStep          (transmitStep),
+    .core_enable                (_ports_1_core_enable),
+    .core_shortMargin           (_ports_1_core_shortMargin),
+    .core_toWire_valid          (_ports_1_core_toWire_valid),
+    .core_toWire_payload        (_ports_1_core_toWire_payload),
+    .core_toWire_data           (_ports_1_core_toWire_data),
+    .core_toWire_end            (_ports_1_core_toWire_end),
+    .core_toWire_bad            (_ports_1_core_toWire_bad),
+    .core_toWire_odd            (_ports_1_core_toWire_odd),
+    .core_toWire_crcGood        (_ports_1_core_toWire_crcGood),
+    .core_fromWire_valid        (_ports_1_core_fromWire_valid),
+    .core_fromWire_payload      (_ports_1_core_fromWire_payload),
+    .core_fromWire_data         (_ports_1_core_fromWire_data),
+    .core_fromWire_end          (_ports_1_core_fromWire_end),
+    .core_fromWire_bad          (_ports_1_core_fromWire_bad),
+    .core_fromWire_odd          (_ports_1_core_fromWire_odd),
+    .core_fromWire_crcGood      (_ports_1_core_fromWire_crcGood),
+    .core_link                  (_ports_1_core_link),
+    .core_events_invalidFrame   (_ports_1_core_events_invalidFrame),
+    .core_events_rxEr           (_ports_1_core_events_rxEr),
+    .core_events_forwardedError (_ports_1_core_events_forwardedError),
+    .core_events_goodFrame      (_ports_1_core_events_goodFrame),
+    .core_receiverIdle          (_ports_1_core_receiverIdle),
+    .pins_rx_clk                (mii_1_rx_clk),
+    .pins_rx_dv                 (mii_1_rx_dv),
+    .pins_rx_er                 (mii_1_rx_er),
+    .pins_rxd                   (mii_1_rxd),
+    .pins_link                  (mii_1_link),
+    .pins_tx_en                 (mii_1_tx_en),
+    .pins_txd                   (mii_1_txd)
+  );
   SlotTimer slot (
     .clock     (clock),
     .reset     (reset),
@@ -3890,16 +4204,18 @@ module alarm_slave(
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
-  assign _memory_status_slave_links = {6'h0, links_1, links_0};
+  assign _memory_status_slave_links = {6'h0, _ports_1_core_link, _ports_0_core_link};
   assign _memory_status_pdi_operational = _operational_crossing_out;
-  assign _memory_event_lost_link_port1 = drops_REG_1 & ~links_1 & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
-  assign _memory_event_lost_link_port0 = drops_REG & ~links_0 & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
-  assign _memory_event_forwarded_error_port1 = _receivers_1_events_forwardedError & _loops_open_1;
-  assign _memory_event_forwarded_error_port0 = _receivers_0_events_forwardedError & _loops_open_0;
-  assign _memory_event_rx_er_port1 = _receivers_1_events_rxEr & _loops_open_1;
-  assign _memory_event_invalid_frame_port1 = _receivers_1_events_invalidFrame & _loops_open_1;
-  assign _memory_event_rx_er_port0 = _receivers_0_events_rxEr & _loops_open_0;
-  assign _memory_event_invalid_frame_port0 = _receivers_0_events_invalidFrame & _loops_open_0;
+  assign _memory_event_lost_link_port1 =
+    drops_REG_1 & ~_ports_1_core_link & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
+  assign _memory_event_lost_link_port0 =
+    drops_REG & ~_ports_0_core_link & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
+  assign _memory_event_forwarded_error_port1 = _ports_1_core_events_forwardedError & _loops_open_1;
+  assign _memory_event_forwarded_error_port0 = _ports_0_core_events_forwardedError & _loops_open_0;
+  assign _memory_event_rx_er_port1 = _ports_1_core_events_rxEr & _loops_open_1;
+  assign _memory_event_invalid_frame_port1 = _ports_1_core_events_invalidFrame & _loops_open_1;
+  assign _memory_event_rx_er_port0 = _ports_0_core_events_rxEr & _loops_open_0;
+  assign _memory_event_invalid_frame_port0 = _ports_0_core_events_invalidFrame & _loops_open_0;
   EscMemory memory (
     .clock                       (clock),
     .reset                       (reset),
@@ -3961,12 +4277,12 @@ module alarm_slave(
     .status_slave_status         (_alarmUnit_status),
     .status_message_received     (message_received),
     .status_broadcast_received   (broadcast_received),
-    .status_communication_port1  (links_1),
+    .status_communication_port1  (_ports_1_core_link),
     .status_loop_closed_port1    (_memory_status_loop_closed_port1),
-    .status_communication_port0  (links_0),
+    .status_communication_port0  (_ports_0_core_link),
     .status_loop_closed_port0    (_memory_status_loop_closed_port0),
-    .status_physical_link_port1  (links_1),
-    .status_physical_link_port0  (links_0),
+    .status_physical_link_port1  (_ports_1_core_link),
+    .status_physical_link_port0  (_ports_0_core_link),
     .status_pdi_operational      (_memory_status_pdi_operational),
     .event_lost_link_port1       (_memory_event_lost_link_port1),
     .event_lost_link_port0       (_memory_event_lost_link_port0),
@@ -3985,13 +4301,13 @@ module alarm_slave(
     .clearing                    (_memory_clearing),
     .commitStarts                (_memory_commitStarts)
   );
-  assign _processor_in_valid = _loops_open_0 ? _receivers_0_out_valid : processor_in_on_valid;
-  assign _processor_in_payload = _loops_open_0 ? _receivers_0_out_payload : processor_in_on_payload;
-  assign _processor_in_data = _loops_open_0 ? _receivers_0_out_data : processor_in_on_data;
-  assign _processor_in_end = _loops_open_0 ? _receivers_0_out_end : processor_in_on_end;
-  assign _processor_in_bad = _loops_open_0 ? _receivers_0_out_bad : processor_in_on_bad;
-  assign _processor_in_odd = _loops_open_0 ? _receivers_0_out_odd : processor_in_on_odd;
-  assign _processor_in_crcGood = _loops_open_0 ? _receivers_0_out_crcGood : processor_in_on_crcGood;
+  assign _processor_in_valid = _loops_open_0 ? _ports_0_core_fromWire_valid : _processor_in_T_valid;
+  assign _processor_in_payload = _loops_open_0 ? _ports_0_core_fromWire_payload : _processor_in_T_payload;
+  assign _processor_in_data = _loops_open_0 ? _ports_0_core_fromWire_data : _processor_in_T_data;
+  assign _processor_in_end = _loops_open_0 ? _ports_0_core_fromWire_end : _processor_in_T_end;
+  assign _processor_in_bad = _loops_open_0 ? _ports_0_core_fromWire_bad : _processor_in_T_bad;
+  assign _processor_in_odd = _loops_open_0 ? _ports_0_core_fromWire_odd : _processor_in_T_odd;
+  assign _processor_in_crcGood = _loops_open_0 ? _ports_0_core_fromWire_crcGood : _processor_in_T_crcGood;
   FrameProcessor processor (
     .clock                       (clock),
     .reset                       (reset),
@@ -4035,158 +4351,20 @@ module alarm_slave(
     .outPosition_datagram        (_appender_position_datagram),
     .outPosition_checksumCleared (_appender_position_checksumCleared)
   );
-  LevelCrossing links_crossing (
-    .clock (clock),
-    .in    (mii_0_link),
-    .out   (_links_crossing_out)
-  );
-  LevelCrossing links_crossing_1 (
-    .clock (clock),
-    .in    (mii_1_link),
-    .out   (_links_crossing_1_out)
-  );
-  assign _crossing_shortMargin = ~(_memory_value_rx_fifo_size[2]);
-  MiiRxCrossing crossing (
-    .clock            (clock),
-    .reset            (reset),
-    .rxClock          (mii_0_rx_clk),
-    .pins_dv          (mii_0_rx_dv),
-    .pins_er          (mii_0_rx_er),
-    .pins_data        (mii_0_rxd),
-    .shortMargin      (_crossing_shortMargin),
-    .read_symbol_dv   (_crossing_read_symbol_dv),
-    .read_symbol_er   (_crossing_read_symbol_er),
-    .read_symbol_data (_crossing_read_symbol_data),
-    .read_available   (_crossing_read_available),
-    .read_settled     (_crossing_read_settled),
-    .read_overflow    (_crossing_read_overflow),
-    .read_take        (_crossing_read_take)
-  );
-  assign _receivers_0_cut = receiver_cut_REG & ~links_0;
-  MiiReceiver receivers_0 (
-    .clock                 (clock),
-    .reset                 (reset),
-    .tick                  (_slot_tick),
-    .symbols_symbol_dv     (_crossing_read_symbol_dv),
-    .symbols_symbol_er     (_crossing_read_symbol_er),
-    .symbols_symbol_data   (_crossing_read_symbol_data),
-    .symbols_available     (_crossing_read_available),
-    .symbols_settled       (_crossing_read_settled),
-    .symbols_overflow      (_crossing_read_overflow),
-    .symbols_take          (_crossing_read_take),
-    .cut                   (_receivers_0_cut),
-    .out_valid             (_receivers_0_out_valid),
-    .out_payload           (_receivers_0_out_payload),
-    .out_data              (_receivers_0_out_data),
-    .out_end               (_receivers_0_out_end),
-    .out_bad               (_receivers_0_out_bad),
-    .out_odd               (_receivers_0_out_odd),
-    .out_crcGood           (_receivers_0_out_crcGood),
-    .events_invalidFrame   (_receivers_0_events_invalidFrame),
-    .events_rxEr           (_receivers_0_events_rxEr),
-    .events_forwardedError (_receivers_0_events_forwardedError),
-    .events_goodFrame      (_receivers_0_events_goodFrame),
-    .idle                  (_receivers_0_idle)
-  );
-  assign _crossing_1_shortMargin = ~(_memory_value_rx_fifo_size[2]);
-  MiiRxCrossing crossing_1 (
-    .clock            (clock),
-    .reset            (reset),
-    .rxClock          (mii_1_rx_clk),
-    .pins_dv          (mii_1_rx_dv),
-    .pins_er          (mii_1_rx_er),
-    .pins_data        (mii_1_rxd),
-    .shortMargin      (_crossing_1_shortMargin),
-    .read_symbol_dv   (_crossing_1_read_symbol_dv),
-    .read_symbol_er   (_crossing_1_read_symbol_er),
-    .read_symbol_data (_crossing_1_read_symbol_data),
-    .read_available   (_crossing_1_read_available),
-    .read_settled     (_crossing_1_read_settled),
-    .read_overflow    (_crossing_1_read_overflow),
-    .read_take        (_crossing_1_read_take)
-  );
-  assign _receivers_1_cut = receiver_cut_REG_1 & ~links_1;
-  MiiReceiver receivers_1 (
-    .clock                 (clock),
-    .reset                 (reset),
-    .tick                  (_slot_tick),
-    .symbols_symbol_dv     (_crossing_1_read_symbol_dv),
-    .symbols_symbol_er     (_crossing_1_read_symbol_er),
-    .symbols_symbol_data   (_crossing_1_read_symbol_data),
-    .symbols_available     (_crossing_1_read_available),
-    .symbols_settled       (_crossing_1_read_settled),
-    .symbols_overflow      (_crossing_1_read_overflow),
-    .symbols_take          (_crossing_1_read_take),
-    .cut                   (_receivers_1_cut),
-    .out_valid             (_receivers_1_out_valid),
-    .out_payload           (_receivers_1_out_payload),
-    .out_data              (_receivers_1_out_data),
-    .out_end               (_receivers_1_out_end),
-    .out_bad               (_receivers_1_out_bad),
-    .out_odd               (_receivers_1_out_odd),
-    .out_crcGood           (_receivers_1_out_crcGood),
-    .events_invalidFrame   (_receivers_1_events_invalidFrame),
-    .events_rxEr           (_receivers_1_events_rxEr),
-    .events_forwardedError (_receivers_1_events_forwardedError),
-    .events_goodFrame      (_receivers_1_events_goodFrame),
-    .idle                  (_receivers_1_idle)
-  );
-  assign _transmitters_0_in_valid = _loops_open_0 & processor_in_on_valid;
-  assign _transmitters_0_in_payload = _loops_open_0 & processor_in_on_payload;
-  assign _transmitters_0_in_data = _loops_open_0 ? processor_in_on_data : 4'h0;
-  assign _transmitters_0_in_end = _loops_open_0 & processor_in_on_end;
-  assign _transmitters_0_in_bad = _loops_open_0 & processor_in_on_bad;
-  assign _transmitters_0_in_odd = _loops_open_0 & processor_in_on_odd;
-  assign _transmitters_0_in_crcGood = _loops_open_0 & processor_in_on_crcGood;
-  MiiTransmitter transmitters_0 (
-    .clock      (clock),
-    .reset      (reset),
-    .tick       (transmitStep),
-    .in_valid   (_transmitters_0_in_valid),
-    .in_payload (_transmitters_0_in_payload),
-    .in_data    (_transmitters_0_in_data),
-    .in_end     (_transmitters_0_in_end),
-    .in_bad     (_transmitters_0_in_bad),
-    .in_odd     (_transmitters_0_in_odd),
-    .in_crcGood (_transmitters_0_in_crcGood),
-    .txEn       (mii_0_tx_en),
-    .txd        (mii_0_txd)
-  );
-  assign _transmitters_1_in_valid = _loops_open_1 & _appender_out_valid;
-  assign _transmitters_1_in_payload = _loops_open_1 & _appender_out_payload;
-  assign _transmitters_1_in_data = _loops_open_1 ? _appender_out_data : 4'h0;
-  assign _transmitters_1_in_end = _loops_open_1 & _appender_out_end;
-  assign _transmitters_1_in_bad = _loops_open_1 & _appender_out_bad;
-  assign _transmitters_1_in_odd = _loops_open_1 & _appender_out_odd;
-  assign _transmitters_1_in_crcGood = _loops_open_1 & _appender_out_crcGood;
-  MiiTransmitter transmitters_1 (
-    .clock      (clock),
-    .reset      (reset),
-    .tick       (transmitStep),
-    .in_valid   (_transmitters_1_in_valid),
-    .in_payload (_transmitters_1_in_payload),
-    .in_data    (_transmitters_1_in_data),
-    .in_end     (_transmitters_1_in_end),
-    .in_bad     (_transmitters_1_in_bad),
-    .in_odd     (_transmitters_1_in_odd),
-    .in_crcGood (_transmitters_1_in_crcGood),
-    .txEn       (mii_1_tx_en),
-    .txd        (mii_1_txd)
-  );
   assign _loops_settingWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
-  assign _loops_quiet_0 = _receivers_0_idle & ~(processor_in_on_valid | processor_in_on_end);
-  assign _loops_quiet_1 = _receivers_1_idle & ~(_appender_out_valid | _appender_out_end);
+  assign _loops_quiet_0 = _ports_0_core_receiverIdle & ~(_processor_in_T_valid | _processor_in_T_end);
+  assign _loops_quiet_1 = _ports_1_core_receiverIdle & ~(_appender_out_valid | _appender_out_end);
   LoopControl loops (
     .clock          (clock),
     .reset          (reset),
-    .link_0         (links_0),
-    .link_1         (links_1),
+    .link_0         (_ports_0_core_link),
+    .link_1         (_ports_1_core_link),
     .setting_0      (loops_setting_0_r),
     .setting_1      (loops_setting_1_r),
     .settingWritten (_loops_settingWritten),
-    .goodFrame_0    (_receivers_0_events_goodFrame),
-    .goodFrame_1    (_receivers_1_events_goodFrame),
+    .goodFrame_0    (_ports_0_core_events_goodFrame),
+    .goodFrame_1    (_ports_1_core_events_goodFrame),
     .quiet_0        (_loops_quiet_0),
     .quiet_1        (_loops_quiet_1),
     .open_0         (_loops_open_0),

@@ -23,6 +23,7 @@
 //   siiStartUs                    100  us
 //   registerWritesPerFrame          0  bytes
 //   txShift                         0  core cycles
+//   rmiiPorts                  0x0000  bits
 //   temporaryLoopMs              1000  ms
 //   escType                    0x0011  code
 //   escRevision                0x0000  code
@@ -30,6 +31,561 @@
 //   reportedRamKiB                 -1  KiB
 //   reportedPorts              0x003b  code
 //   reportedFeatures           0x00fc  code
+
+module MiiRxWriteSide(
+  input        clock,
+  input        pins_dv,
+  input        pins_er,
+  input  [3:0] pins_data,
+  output       slots_0_dv,
+  output       slots_0_er,
+  output [3:0] slots_0_data,
+  output       slots_1_dv,
+  output       slots_1_er,
+  output [3:0] slots_1_data,
+  output       slots_2_dv,
+  output       slots_2_er,
+  output [3:0] slots_2_data,
+  output       slots_3_dv,
+  output       slots_3_er,
+  output [3:0] slots_3_data,
+  output [2:0] writeGray
+);
+
+  reg        wasActive;
+  reg  [2:0] gray;
+  reg        storage_0_dv;
+  reg        storage_0_er;
+  reg  [3:0] storage_0_data;
+  reg        storage_1_dv;
+  reg        storage_1_er;
+  reg  [3:0] storage_1_data;
+  reg        storage_2_dv;
+  reg        storage_2_er;
+  reg  [3:0] storage_2_data;
+  reg        storage_3_dv;
+  reg        storage_3_er;
+  reg  [3:0] storage_3_data;
+  wire       _wasActive_T = pins_dv | pins_er;
+  wire       _GEN = _wasActive_T | wasActive;
+  wire [1:0] _GEN_0 = {^(gray[2:1]), ^gray};
+  wire [2:0] _gray_T = {gray[2], ^(gray[2:1]), ^gray} + 3'h1;
+  always @(posedge clock) begin
+    wasActive <= _wasActive_T;
+    if (_GEN)
+      gray <= {_gray_T[2], _gray_T[1:0] ^ _gray_T[2:1]};
+    if (_GEN & _GEN_0 == 2'h0) begin
+      storage_0_dv <= pins_dv;
+      storage_0_er <= pins_er;
+      storage_0_data <= pins_data;
+    end
+    if (_GEN & _GEN_0 == 2'h1) begin
+      storage_1_dv <= pins_dv;
+      storage_1_er <= pins_er;
+      storage_1_data <= pins_data;
+    end
+    if (_GEN & _GEN_0 == 2'h2) begin
+      storage_2_dv <= pins_dv;
+      storage_2_er <= pins_er;
+      storage_2_data <= pins_data;
+    end
+    if (_GEN & (&_GEN_0)) begin
+      storage_3_dv <= pins_dv;
+      storage_3_er <= pins_er;
+      storage_3_data <= pins_data;
+    end
+  end // always @(posedge)
+  assign slots_0_dv = storage_0_dv;
+  assign slots_0_er = storage_0_er;
+  assign slots_0_data = storage_0_data;
+  assign slots_1_dv = storage_1_dv;
+  assign slots_1_er = storage_1_er;
+  assign slots_1_data = storage_1_data;
+  assign slots_2_dv = storage_2_dv;
+  assign slots_2_er = storage_2_er;
+  assign slots_2_data = storage_2_data;
+  assign slots_3_dv = storage_3_dv;
+  assign slots_3_er = storage_3_er;
+  assign slots_3_data = storage_3_data;
+  assign writeGray = gray;
+endmodule
+
+module MiiRxReadSide(
+  input        clock,
+  input        reset,
+  input        slots_0_dv,
+  input        slots_0_er,
+  input  [3:0] slots_0_data,
+  input        slots_1_dv,
+  input        slots_1_er,
+  input  [3:0] slots_1_data,
+  input        slots_2_dv,
+  input        slots_2_er,
+  input  [3:0] slots_2_data,
+  input        slots_3_dv,
+  input        slots_3_er,
+  input  [3:0] slots_3_data,
+  input  [2:0] writeGray,
+  input        shortMargin,
+  output       read_symbol_dv,
+  output       read_symbol_er,
+  output [3:0] read_symbol_data,
+  output       read_available,
+  output       read_settled,
+  output       read_overflow,
+  input        read_take
+);
+
+  reg  [2:0] meta;
+  reg  [2:0] visible;
+  reg  [2:0] earlier_1;
+  reg  [2:0] earlier_2;
+  reg  [2:0] pointer;
+  wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
+  wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
+  reg        casez_tmp;
+  always @(*) begin
+    casez (pointer[1:0])
+      2'b00:
+        casez_tmp = slots_0_dv;
+      2'b01:
+        casez_tmp = slots_1_dv;
+      2'b10:
+        casez_tmp = slots_2_dv;
+      default:
+        casez_tmp = slots_3_dv;
+    endcase
+  end // always @(*)
+  reg        casez_tmp_0;
+  always @(*) begin
+    casez (pointer[1:0])
+      2'b00:
+        casez_tmp_0 = slots_0_er;
+      2'b01:
+        casez_tmp_0 = slots_1_er;
+      2'b10:
+        casez_tmp_0 = slots_2_er;
+      default:
+        casez_tmp_0 = slots_3_er;
+    endcase
+  end // always @(*)
+  reg  [3:0] casez_tmp_1;
+  always @(*) begin
+    casez (pointer[1:0])
+      2'b00:
+        casez_tmp_1 = slots_0_data;
+      2'b01:
+        casez_tmp_1 = slots_1_data;
+      2'b10:
+        casez_tmp_1 = slots_2_data;
+      default:
+        casez_tmp_1 = slots_3_data;
+    endcase
+  end // always @(*)
+  always @(posedge clock) begin
+    meta <= writeGray;
+    visible <= meta;
+    earlier_1 <= visible;
+    earlier_2 <= earlier_1;
+    if (reset)
+      pointer <= {visible[2], ^(visible[2:1]), ^visible};
+    else if (read_take)
+      pointer <= pointer + 3'h1;
+  end // always @(posedge)
+  assign read_symbol_dv = casez_tmp;
+  assign read_symbol_er = casez_tmp_0;
+  assign read_symbol_data = casez_tmp_1;
+  assign read_available = visible != pointerGray;
+  assign read_settled = (shortMargin ? earlier_1 : earlier_2) != pointerGray;
+  assign read_overflow = _waiting_T_7[2];
+endmodule
+
+module MiiRxCrossing(
+  input        clock,
+  input        reset,
+  input        rxClock,
+  input        pins_dv,
+  input        pins_er,
+  input  [3:0] pins_data,
+  input        shortMargin,
+  output       read_symbol_dv,
+  output       read_symbol_er,
+  output [3:0] read_symbol_data,
+  output       read_available,
+  output       read_settled,
+  output       read_overflow,
+  input        read_take
+);
+
+  wire       _writeSide_slots_0_dv;
+  wire       _writeSide_slots_0_er;
+  wire [3:0] _writeSide_slots_0_data;
+  wire       _writeSide_slots_1_dv;
+  wire       _writeSide_slots_1_er;
+  wire [3:0] _writeSide_slots_1_data;
+  wire       _writeSide_slots_2_dv;
+  wire       _writeSide_slots_2_er;
+  wire [3:0] _writeSide_slots_2_data;
+  wire       _writeSide_slots_3_dv;
+  wire       _writeSide_slots_3_er;
+  wire [3:0] _writeSide_slots_3_data;
+  wire [2:0] _writeSide_writeGray;
+  MiiRxWriteSide writeSide (
+    .clock        (rxClock),
+    .pins_dv      (pins_dv),
+    .pins_er      (pins_er),
+    .pins_data    (pins_data),
+    .slots_0_dv   (_writeSide_slots_0_dv),
+    .slots_0_er   (_writeSide_slots_0_er),
+    .slots_0_data (_writeSide_slots_0_data),
+    .slots_1_dv   (_writeSide_slots_1_dv),
+    .slots_1_er   (_writeSide_slots_1_er),
+    .slots_1_data (_writeSide_slots_1_data),
+    .slots_2_dv   (_writeSide_slots_2_dv),
+    .slots_2_er   (_writeSide_slots_2_er),
+    .slots_2_data (_writeSide_slots_2_data),
+    .slots_3_dv   (_writeSide_slots_3_dv),
+    .slots_3_er   (_writeSide_slots_3_er),
+    .slots_3_data (_writeSide_slots_3_data),
+    .writeGray    (_writeSide_writeGray)
+  );
+  MiiRxReadSide readSide (
+    .clock            (clock),
+    .reset            (reset),
+    .slots_0_dv       (_writeSide_slots_0_dv),
+    .slots_0_er       (_writeSide_slots_0_er),
+    .slots_0_data     (_writeSide_slots_0_data),
+    .slots_1_dv       (_writeSide_slots_1_dv),
+    .slots_1_er       (_writeSide_slots_1_er),
+    .slots_1_data     (_writeSide_slots_1_data),
+    .slots_2_dv       (_writeSide_slots_2_dv),
+    .slots_2_er       (_writeSide_slots_2_er),
+    .slots_2_data     (_writeSide_slots_2_data),
+    .slots_3_dv       (_writeSide_slots_3_dv),
+    .slots_3_er       (_writeSide_slots_3_er),
+    .slots_3_data     (_writeSide_slots_3_data),
+    .writeGray        (_writeSide_writeGray),
+    .shortMargin      (shortMargin),
+    .read_symbol_dv   (read_symbol_dv),
+    .read_symbol_er   (read_symbol_er),
+    .read_symbol_data (read_symbol_data),
+    .read_available   (read_available),
+    .read_settled     (read_settled),
+    .read_overflow    (read_overflow),
+    .read_take        (read_take)
+  );
+endmodule
+
+module MiiTransmitter(
+  input        clock,
+  input        reset,
+  input        tick,
+  input        in_valid,
+  input        in_payload,
+  input  [3:0] in_data,
+  input        in_end,
+  input        in_bad,
+  input        in_odd,
+  input        in_crcGood,
+  output       txEn,
+  output [3:0] txd
+);
+
+  reg        enable;
+  reg  [3:0] data;
+  reg  [1:0] left;
+  wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
+  always @(posedge clock) begin
+    if (reset) begin
+      enable <= 1'h0;
+      left <= 2'h0;
+    end
+    else if (tick) begin
+      enable <= in_valid | (|mark);
+      left <= mark - {1'h0, |mark};
+    end
+    if (tick)
+      data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
+  end // always @(posedge)
+  assign txEn = enable;
+  assign txd = data;
+endmodule
+
+module MiiReceiver(
+  input        clock,
+  input        reset,
+  input        tick,
+  input        symbols_symbol_dv,
+  input        symbols_symbol_er,
+  input  [3:0] symbols_symbol_data,
+  input        symbols_available,
+  input        symbols_settled,
+  input        symbols_overflow,
+  output       symbols_take,
+  input        cut,
+  output       out_valid,
+  output       out_payload,
+  output [3:0] out_data,
+  output       out_end,
+  output       out_bad,
+  output       out_odd,
+  output       out_crcGood,
+  output       events_invalidFrame,
+  output       events_rxEr,
+  output       events_forwardedError,
+  output       events_goodFrame,
+  output       idle
+);
+
+  reg  [2:0]  state;
+  reg  [12:0] count;
+  reg         longEnough;
+  reg  [31:0] crc;
+  reg         crcWasGood;
+  reg         output_valid;
+  reg         output_payload;
+  reg  [3:0]  output_data;
+  reg         output_end;
+  reg         output_bad;
+  reg         output_odd;
+  reg         output_crcGood;
+  reg         cutNow;
+  wire        crcRight = crc == 32'hDEBB20E3;
+  wire        behind = state == 3'h2;
+  wire        _inFrame_T = state == 3'h1;
+  wire        inFrame = _inFrame_T | behind;
+  wire        isSfd = symbols_symbol_data == 4'hD;
+  wire        lost = ~symbols_available | symbols_overflow | cutNow | cut;
+  wire        _startFault_T = symbols_symbol_data != 4'h5;
+  wire        faulty =
+    lost | symbols_symbol_dv & (symbols_symbol_er | (behind ? count[12] : ~isSfd & (_startFault_T | count[12])));
+  wire        ended = ~lost & ~symbols_symbol_dv;
+  wire        crcGood = count[0] ? crcWasGood : crcRight;
+  wire        good = ended & behind & crcGood & (longEnough | count[7]);
+  wire        start = ~(|state) & symbols_available & symbols_symbol_dv & symbols_settled;
+  wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
+  wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
+  wire        endOfFrame = tick & inFrame & (faulty | ended);
+  wire        runs = ~faulty & ~ended;
+  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
+  wire        _GEN = state == 3'h1 | state == 3'h2;
+  always @(posedge clock) begin
+    if (reset) begin
+      state <= 3'h0;
+      output_valid <= 1'h0;
+      output_payload <= 1'h0;
+      output_data <= 4'h0;
+      output_end <= 1'h0;
+      output_bad <= 1'h0;
+      output_odd <= 1'h0;
+      output_crcGood <= 1'h0;
+      cutNow <= 1'h0;
+    end
+    else begin
+      if (tick) begin
+        if (|state) begin
+          if (_GEN) begin
+            if (faulty)
+              state <= 3'h4;
+            else if (ended)
+              state <= 3'h0;
+            else if (_inFrame_T & isSfd)
+              state <= 3'h2;
+          end
+          else if (state == 3'h3)
+            state <= {~(symbols_available & ~symbols_symbol_dv), 2'h0};
+          else if (state == 3'h4 & symbols_available & ~symbols_symbol_dv)
+            state <= 3'h0;
+        end
+        else if (start)
+          state <= {1'h0, startFault ? 2'h3 : isSfd ? 2'h2 : 2'h1};
+        output_valid <= start | inFrame & runs;
+        output_payload <= behind;
+        output_data <= start & startFault ? 4'h5 : symbols_symbol_data;
+        output_end <= inFrame & ~runs | state == 3'h3;
+        output_bad <= ~good;
+        output_odd <= count[0];
+        output_crcGood <= crcGood;
+      end
+      cutNow <= ~tick & (cut & inFrame | cutNow);
+    end
+    if (tick) begin
+      if (|state) begin
+        if (~_GEN | faulty | ended) begin
+        end
+        else if (_inFrame_T) begin
+          if (isSfd)
+            count <= 13'h0;
+          else
+            count <= count + 13'h1;
+        end
+        else
+          count <= count + 13'h1;
+      end
+      else
+        count <= {12'h0, ~(start & isSfd)};
+      longEnough <= behind & (count[7] | longEnough);
+      if (behind)
+        crc <=
+          {4'h0, crc[31:4]} ^ (crc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
+          ^ (crc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crc_feedback[3] ? 32'hEDB88320 : 32'h0);
+      else
+        crc <= 32'hFFFFFFFF;
+    end
+    if (tick & behind)
+      crcWasGood <= crcRight;
+  end // always @(posedge)
+  assign symbols_take = symbols_take_0;
+  assign out_valid = output_valid;
+  assign out_payload = output_payload;
+  assign out_data = output_data;
+  assign out_end = output_end;
+  assign out_bad = output_bad;
+  assign out_odd = output_odd;
+  assign out_crcGood = output_crcGood;
+  assign events_invalidFrame = endOfFrame & (faulty | ~behind | ~crcGood & ~(count[0])) | tick & start & startFault;
+  assign events_rxEr = symbols_take_0 & symbols_symbol_er;
+  assign events_forwardedError = endOfFrame & ended & behind & ~crcGood & count[0];
+  assign events_goodFrame = endOfFrame & good;
+  assign idle = (~(|state) | state == 3'h4) & ~(output_valid | output_end);
+endmodule
+
+module LevelCrossing(
+  input  clock,
+  input  in,
+  output out
+);
+
+  reg meta;
+  reg stable;
+  always @(posedge clock) begin
+    meta <= in;
+    stable <= meta;
+  end // always @(posedge)
+  assign out = stable;
+endmodule
+
+module MiiPort(
+  input        clock,
+  input        reset,
+  input        core_receiveStep,
+  input        core_transmitStep,
+  input        core_enable,
+  input        core_shortMargin,
+  input        core_toWire_valid,
+  input        core_toWire_payload,
+  input  [3:0] core_toWire_data,
+  input        core_toWire_end,
+  input        core_toWire_bad,
+  input        core_toWire_odd,
+  input        core_toWire_crcGood,
+  output       core_fromWire_valid,
+  output       core_fromWire_payload,
+  output [3:0] core_fromWire_data,
+  output       core_fromWire_end,
+  output       core_fromWire_bad,
+  output       core_fromWire_odd,
+  output       core_fromWire_crcGood,
+  output       core_link,
+  output       core_events_invalidFrame,
+  output       core_events_rxEr,
+  output       core_events_forwardedError,
+  output       core_events_goodFrame,
+  output       core_receiverIdle,
+  output       core_transmitterIdle,
+  input        pins_rx_clk,
+  input        pins_rx_dv,
+  input        pins_rx_er,
+  input  [3:0] pins_rxd,
+  input        pins_link,
+  output       pins_tx_en,
+  output [3:0] pins_txd
+);
+
+  wire       core_link_0;
+  wire       _core_link_crossing_out;
+  wire       _receiver_cut;
+  wire       _transmitter_txEn;
+  wire       _crossing_read_take;
+  wire       _crossing_read_symbol_dv;
+  wire       _crossing_read_symbol_er;
+  wire [3:0] _crossing_read_symbol_data;
+  wire       _crossing_read_available;
+  wire       _crossing_read_settled;
+  wire       _crossing_read_overflow;
+  reg        receiver_cut_REG;
+  assign core_link_0 = _core_link_crossing_out & core_enable;
+  always @(posedge clock) begin
+    if (reset)
+      receiver_cut_REG <= 1'h0;
+    else
+      receiver_cut_REG <= core_link_0;
+  end // always @(posedge)
+  MiiRxCrossing crossing (
+    .clock            (clock),
+    .reset            (reset),
+    .rxClock          (pins_rx_clk),
+    .pins_dv          (pins_rx_dv),
+    .pins_er          (pins_rx_er),
+    .pins_data        (pins_rxd),
+    .shortMargin      (core_shortMargin),
+    .read_symbol_dv   (_crossing_read_symbol_dv),
+    .read_symbol_er   (_crossing_read_symbol_er),
+    .read_symbol_data (_crossing_read_symbol_data),
+    .read_available   (_crossing_read_available),
+    .read_settled     (_crossing_read_settled),
+    .read_overflow    (_crossing_read_overflow),
+    .read_take        (_crossing_read_take)
+  );
+  MiiTransmitter transmitter (
+    .clock      (clock),
+    .reset      (reset),
+    .tick       (core_transmitStep),
+    .in_valid   (core_toWire_valid),
+    .in_payload (core_toWire_payload),
+    .in_data    (core_toWire_data),
+    .in_end     (core_toWire_end),
+    .in_bad     (core_toWire_bad),
+    .in_odd     (core_toWire_odd),
+    .in_crcGood (core_toWire_crcGood),
+    .txEn       (_transmitter_txEn),
+    .txd        (pins_txd)
+  );
+  assign _receiver_cut = receiver_cut_REG & ~core_link_0;
+  MiiReceiver receiver (
+    .clock                 (clock),
+    .reset                 (reset),
+    .tick                  (core_receiveStep),
+    .symbols_symbol_dv     (_crossing_read_symbol_dv),
+    .symbols_symbol_er     (_crossing_read_symbol_er),
+    .symbols_symbol_data   (_crossing_read_symbol_data),
+    .symbols_available     (_crossing_read_available),
+    .symbols_settled       (_crossing_read_settled),
+    .symbols_overflow      (_crossing_read_overflow),
+    .symbols_take          (_crossing_read_take),
+    .cut                   (_receiver_cut),
+    .out_valid             (core_fromWire_valid),
+    .out_payload           (core_fromWire_payload),
+    .out_data              (core_fromWire_data),
+    .out_end               (core_fromWire_end),
+    .out_bad               (core_fromWire_bad),
+    .out_odd               (core_fromWire_odd),
+    .out_crcGood           (core_fromWire_crcGood),
+    .events_invalidFrame   (core_events_invalidFrame),
+    .events_rxEr           (core_events_rxEr),
+    .events_forwardedError (core_events_forwardedError),
+    .events_goodFrame      (core_events_goodFrame),
+    .idle                  (core_receiverIdle)
+  );
+  LevelCrossing core_link_crossing (
+    .clock (clock),
+    .in    (pins_link),
+    .out   (_core_link_crossing_out)
+  );
+  assign core_link = core_link_0;
+  assign core_transmitterIdle = ~_transmitter_txEn;
+  assign pins_tx_en = _transmitter_txEn;
+endmodule
 
 module SlotTimer(
   input  clock,
@@ -54,6 +610,239 @@ module SlotTimer(
   assign tick = count == 2'h0;
 endmodule
 
+// external module DualPortRam
+
+// external module DualPortRam
+
+module EventCounters(
+  input        clock,
+  input        reset,
+  input        event_0,
+  input        event_1,
+  input        event_2,
+  input        event_3,
+  input        event_4,
+  input        event_5,
+  input        event_6,
+  input        event_7,
+  input        event_8,
+  input        event_9,
+  input        event_10,
+  input        event_11,
+  input        event_12,
+  input        event_13,
+  input        event_14,
+  input        event_15,
+  input        event_16,
+  input        event_17,
+  input        event_18,
+  input        clear_0,
+  input        clear_1,
+  input        clear_2,
+  input        clear_3,
+  input  [6:0] readAddress,
+  output [7:0] data,
+  output       valid_0,
+  output       valid_1,
+  output       valid_2,
+  output       valid_3
+);
+
+  wire       _data_copy_write;
+  wire [6:0] _data_copy_writeAddress;
+  wire       _own_write = 1'h1;
+  wire [5:0] _own_writeAddress;
+  wire [5:0] _own_readAddress;
+  wire [7:0] _own_readData;
+  reg  [4:0] next;
+  reg  [4:0] visited;
+  reg  [2:0] events_0;
+  reg  [2:0] events_1;
+  wire       addresses_1_1 = visited == 5'h1;
+  reg  [2:0] events_2;
+  wire       addresses_2_1 = visited == 5'h2;
+  reg  [2:0] events_3;
+  wire       addresses_3_1 = visited == 5'h3;
+  reg  [2:0] events_4;
+  wire       addresses_4_1 = visited == 5'h4;
+  reg  [2:0] events_5;
+  wire       addresses_5_1 = visited == 5'h5;
+  reg  [2:0] events_6;
+  wire       addresses_6_1 = visited == 5'h6;
+  reg  [2:0] events_7;
+  wire       addresses_7_1 = visited == 5'h7;
+  reg  [2:0] events_8;
+  wire       addresses_8_1 = visited == 5'h8;
+  reg  [2:0] events_9;
+  wire       addresses_9_1 = visited == 5'h9;
+  reg  [2:0] events_10;
+  wire       addresses_10_1 = visited == 5'hA;
+  reg  [2:0] events_11;
+  wire       addresses_11_1 = visited == 5'hB;
+  reg  [2:0] events_12;
+  wire       addresses_12_1 = visited == 5'hC;
+  reg  [2:0] events_13;
+  wire       addresses_13_1 = visited == 5'hD;
+  reg  [2:0] events_14;
+  wire       addresses_14_1 = visited == 5'hE;
+  reg  [2:0] events_15;
+  wire       addresses_15_1 = visited == 5'hF;
+  reg  [2:0] events_16;
+  wire       addresses_16_1 = visited == 5'h10;
+  reg  [2:0] events_17;
+  wire       addresses_17_1 = visited == 5'h11;
+  reg  [2:0] events_18;
+  wire       addresses_18_1 = visited == 5'h12;
+  reg        stale_0;
+  reg        stale_1;
+  reg        stale_2;
+  reg        stale_3;
+  reg        stale_4;
+  reg        stale_5;
+  reg        stale_6;
+  reg        stale_7;
+  reg        stale_8;
+  reg        stale_9;
+  reg        stale_10;
+  reg        stale_11;
+  reg        stale_12;
+  reg        stale_13;
+  reg        stale_14;
+  reg        stale_15;
+  reg        stale_16;
+  reg        stale_17;
+  reg        stale_18;
+  wire [8:0] sum =
+    {1'h0,
+     stale_0 & ~(|visited) | stale_1 & addresses_1_1 | stale_2 & addresses_2_1 | stale_3 & addresses_3_1 | stale_4
+     & addresses_4_1 | stale_5 & addresses_5_1 | stale_6 & addresses_6_1 | stale_7 & addresses_7_1 | stale_8
+     & addresses_8_1 | stale_9 & addresses_9_1 | stale_10 & addresses_10_1 | stale_11 & addresses_11_1 | stale_12
+     & addresses_12_1 | stale_13 & addresses_13_1 | stale_14 & addresses_14_1 | stale_15 & addresses_15_1 | stale_16
+     & addresses_16_1 | stale_17 & addresses_17_1 | stale_18 & addresses_18_1
+       ? 8'h0
+       : _own_readData}
+    + {6'h0,
+       ((|visited) ? 3'h0 : events_0) | (addresses_1_1 ? events_1 : 3'h0) | (addresses_2_1 ? events_2 : 3'h0)
+         | (addresses_3_1 ? events_3 : 3'h0) | (addresses_4_1 ? events_4 : 3'h0) | (addresses_5_1 ? events_5 : 3'h0)
+         | (addresses_6_1 ? events_6 : 3'h0) | (addresses_7_1 ? events_7 : 3'h0) | (addresses_8_1 ? events_8 : 3'h0)
+         | (addresses_9_1 ? events_9 : 3'h0) | (addresses_10_1 ? events_10 : 3'h0) | (addresses_11_1 ? events_11 : 3'h0)
+         | (addresses_12_1 ? events_12 : 3'h0) | (addresses_13_1 ? events_13 : 3'h0)
+         | (addresses_14_1 ? events_14 : 3'h0) | (addresses_15_1 ? events_15 : 3'h0)
+         | (addresses_16_1 ? events_16 : 3'h0) | (addresses_17_1 ? events_17 : 3'h0)
+         | (addresses_18_1 ? events_18 : 3'h0)};
+  wire [7:0] count = sum[7:0] | {8{sum[8]}};
+  wire [2:0] events_before = ~(|visited) | clear_0 | reset ? 3'h0 : events_0;
+  wire [2:0] events_before_1 = addresses_1_1 | clear_0 | reset ? 3'h0 : events_1;
+  wire [2:0] events_before_2 = addresses_2_1 | clear_0 | reset ? 3'h0 : events_2;
+  wire [2:0] events_before_3 = addresses_3_1 | clear_0 | reset ? 3'h0 : events_3;
+  wire [2:0] events_before_4 = addresses_4_1 | clear_0 | reset ? 3'h0 : events_4;
+  wire [2:0] events_before_5 = addresses_5_1 | clear_0 | reset ? 3'h0 : events_5;
+  wire [2:0] events_before_6 = addresses_6_1 | clear_0 | reset ? 3'h0 : events_6;
+  wire [2:0] events_before_7 = addresses_7_1 | clear_0 | reset ? 3'h0 : events_7;
+  wire [2:0] events_before_8 = addresses_8_1 | clear_0 | reset ? 3'h0 : events_8;
+  wire [2:0] events_before_9 = addresses_9_1 | clear_0 | reset ? 3'h0 : events_9;
+  wire [2:0] events_before_10 = addresses_10_1 | clear_0 | reset ? 3'h0 : events_10;
+  wire [2:0] events_before_11 = addresses_11_1 | clear_0 | reset ? 3'h0 : events_11;
+  wire [2:0] events_before_12 = addresses_12_1 | clear_1 | reset ? 3'h0 : events_12;
+  wire [2:0] events_before_13 = addresses_13_1 | clear_2 | reset ? 3'h0 : events_13;
+  wire [2:0] events_before_14 = addresses_14_1 | clear_2 | reset ? 3'h0 : events_14;
+  wire [2:0] events_before_15 = addresses_15_1 | clear_2 | reset ? 3'h0 : events_15;
+  wire [2:0] events_before_16 = addresses_16_1 | clear_2 | reset ? 3'h0 : events_16;
+  wire [2:0] events_before_17 = addresses_17_1 | clear_3 | reset ? 3'h0 : events_17;
+  wire [2:0] events_before_18 = addresses_18_1 | clear_3 | reset ? 3'h0 : events_18;
+  always @(posedge clock) begin
+    if (reset) begin
+      next <= 5'h0;
+      visited <= 5'h12;
+    end
+    else begin
+      if (next == 5'h12)
+        next <= 5'h0;
+      else
+        next <= next + 5'h1;
+      visited <= next;
+    end
+    events_0 <= events_before + {2'h0, event_0 & events_before != 3'h7};
+    events_1 <= events_before_1 + {2'h0, event_1 & events_before_1 != 3'h7};
+    events_2 <= events_before_2 + {2'h0, event_2 & events_before_2 != 3'h7};
+    events_3 <= events_before_3 + {2'h0, event_3 & events_before_3 != 3'h7};
+    events_4 <= events_before_4 + {2'h0, event_4 & events_before_4 != 3'h7};
+    events_5 <= events_before_5 + {2'h0, event_5 & events_before_5 != 3'h7};
+    events_6 <= events_before_6 + {2'h0, event_6 & events_before_6 != 3'h7};
+    events_7 <= events_before_7 + {2'h0, event_7 & events_before_7 != 3'h7};
+    events_8 <= events_before_8 + {2'h0, event_8 & events_before_8 != 3'h7};
+    events_9 <= events_before_9 + {2'h0, event_9 & events_before_9 != 3'h7};
+    events_10 <= events_before_10 + {2'h0, event_10 & events_before_10 != 3'h7};
+    events_11 <= events_before_11 + {2'h0, event_11 & events_before_11 != 3'h7};
+    events_12 <= events_before_12 + {2'h0, event_12 & events_before_12 != 3'h7};
+    events_13 <= events_before_13 + {2'h0, event_13 & events_before_13 != 3'h7};
+    events_14 <= events_before_14 + {2'h0, event_14 & events_before_14 != 3'h7};
+    events_15 <= events_before_15 + {2'h0, event_15 & events_before_15 != 3'h7};
+    events_16 <= events_before_16 + {2'h0, event_16 & events_before_16 != 3'h7};
+    events_17 <= events_before_17 + {2'h0, event_17 & events_before_17 != 3'h7};
+    events_18 <= events_before_18 + {2'h0, event_18 & events_before_18 != 3'h7};
+    stale_0 <= clear_0 | reset | stale_0 & (|visited);
+    stale_1 <= clear_0 | reset | stale_1 & ~addresses_1_1;
+    stale_2 <= clear_0 | reset | stale_2 & ~addresses_2_1;
+    stale_3 <= clear_0 | reset | stale_3 & ~addresses_3_1;
+    stale_4 <= clear_0 | reset | stale_4 & ~addresses_4_1;
+    stale_5 <= clear_0 | reset | stale_5 & ~addresses_5_1;
+    stale_6 <= clear_0 | reset | stale_6 & ~addresses_6_1;
+    stale_7 <= clear_0 | reset | stale_7 & ~addresses_7_1;
+    stale_8 <= clear_0 | reset | stale_8 & ~addresses_8_1;
+    stale_9 <= clear_0 | reset | stale_9 & ~addresses_9_1;
+    stale_10 <= clear_0 | reset | stale_10 & ~addresses_10_1;
+    stale_11 <= clear_0 | reset | stale_11 & ~addresses_11_1;
+    stale_12 <= clear_1 | reset | stale_12 & ~addresses_12_1;
+    stale_13 <= clear_2 | reset | stale_13 & ~addresses_13_1;
+    stale_14 <= clear_2 | reset | stale_14 & ~addresses_14_1;
+    stale_15 <= clear_2 | reset | stale_15 & ~addresses_15_1;
+    stale_16 <= clear_2 | reset | stale_16 & ~addresses_16_1;
+    stale_17 <= clear_3 | reset | stale_17 & ~addresses_17_1;
+    stale_18 <= clear_3 | reset | stale_18 & ~addresses_18_1;
+  end // always @(posedge)
+  assign _own_writeAddress = {1'h0, visited};
+  assign _own_readAddress = {1'h0, next};
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(8)
+  ) own (
+    .clock        (clock),
+    .write        (_own_write),
+    .writeAddress (_own_writeAddress),
+    .writeData    (count),
+    .readAddress  (_own_readAddress),
+    .readData     (_own_readData)
+  );
+  assign _data_copy_write = visited < 5'h13;
+  assign _data_copy_writeAddress =
+    (addresses_3_1 ? 7'h3 : 7'h0) | (addresses_5_1 ? 7'h5 : 7'h0) | (addresses_6_1 ? 7'h6 : 7'h0)
+    | (addresses_7_1 ? 7'h7 : 7'h0) | (addresses_9_1 ? 7'h9 : 7'h0) | (addresses_10_1 ? 7'hA : 7'h0)
+    | (addresses_11_1 ? 7'hB : 7'h0) | (addresses_12_1 ? 7'hC : 7'h0) | (addresses_14_1 ? 7'h11 : 7'h0)
+    | (addresses_15_1 ? 7'h12 : 7'h0) | (addresses_16_1 ? 7'h13 : 7'h0) | (addresses_17_1 ? 7'h42 : 7'h0)
+    | (addresses_18_1 ? 7'h43 : 7'h0)
+    | {2'h0, addresses_13_1, addresses_8_1, addresses_4_1, addresses_2_1, addresses_1_1};
+  DualPortRam #(
+    .ADDRESS_BITS(7),
+    .DEPTH(128),
+    .WIDTH(8)
+  ) data_copy (
+    .clock        (clock),
+    .write        (_data_copy_write),
+    .writeAddress (_data_copy_writeAddress),
+    .writeData    (count),
+    .readAddress  (readAddress),
+    .readData     (data)
+  );
+  assign valid_0 =
+    ~(stale_0 | stale_1 | stale_2 | stale_3 | stale_4 | stale_5 | stale_6 | stale_7 | stale_8 | stale_9 | stale_10
+      | stale_11);
+  assign valid_1 = ~stale_12;
+  assign valid_2 = ~(stale_13 | stale_14 | stale_15 | stale_16);
+  assign valid_3 = ~(stale_17 | stale_18);
+endmodule
+
 module RegisterFile(
   input         clock,
   input         reset,
@@ -64,6 +853,8 @@ module RegisterFile(
   output        writableByEcat,
   output        writableByPdi,
   output        inRam,
+  output        isCount,
+  output [7:0]  countData,
   input         guard_sm7_disabled,
   input         guard_sm6_disabled,
   input         guard_sm5_disabled,
@@ -232,6 +1023,15 @@ module RegisterFile(
   input         event_invalid_frame_port0
 );
 
+  wire        _counters_clear_0;
+  wire        _counters_clear_1;
+  wire        _counters_clear_2;
+  wire        _counters_clear_3;
+  wire [6:0]  _counters_readAddress;
+  wire        _counters_valid_0;
+  wire        _counters_valid_1;
+  wire        _counters_valid_2;
+  wire        _counters_valid_3;
   reg  [15:0] bytes_whole_8;
   reg  [15:0] bytes_whole_9;
   reg         bytes_whole_parts_parts_old_4;
@@ -253,28 +1053,9 @@ module RegisterFile(
   reg         bytes_whole_parts_eeprom_mask;
   reg         bytes_whole_parts_watchdog_mask;
   reg  [7:0]  bytes_whole_parts_sm_mask;
-  reg  [7:0]  bytes_whole_parts_invalid_frame_port0;
-  reg  [7:0]  bytes_whole_parts_rx_er_port0;
-  reg  [7:0]  bytes_whole_parts_invalid_frame_port1;
-  reg  [7:0]  bytes_whole_parts_rx_er_port1;
-  reg  [7:0]  bytes_whole_parts_invalid_frame_port2;
-  reg  [7:0]  bytes_whole_parts_rx_er_port2;
-  reg  [7:0]  bytes_whole_parts_invalid_frame_port3;
-  reg  [7:0]  bytes_whole_parts_rx_er_port3;
-  reg  [7:0]  bytes_whole_31;
-  reg  [7:0]  bytes_whole_32;
-  reg  [7:0]  bytes_whole_33;
-  reg  [7:0]  bytes_whole_34;
-  reg  [7:0]  bytes_whole_35;
-  reg  [7:0]  bytes_whole_36;
-  reg  [7:0]  bytes_whole_37;
-  reg  [7:0]  bytes_whole_38;
-  reg  [7:0]  bytes_whole_39;
   reg  [15:0] bytes_whole_40;
   reg  [15:0] bytes_whole_41;
   reg  [15:0] bytes_whole_42;
-  reg  [7:0]  bytes_whole_44;
-  reg  [7:0]  bytes_whole_45;
   reg         bytes_whole_parts_eeprom_offered;
   reg         bytes_whole_parts_eeprom_force;
   reg         bytes_whole_parts_eeprom_taken;
@@ -396,27 +1177,27 @@ module RegisterFile(
         casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_56, status_sm7_deactivated};
     endcase
   end // always @(*)
-  wire [12:0] _GEN =
-    (readAddress == 12'h0 ? 13'h22C : 13'h0) | (readAddress == 12'h1 ? 13'hC : 13'h0)
-    | (readAddress == 12'h2 ? 13'h6C : 13'h0) | (readAddress == 12'h3 ? 13'hC : 13'h0)
-    | (readAddress == 12'h4 ? 13'h10C : 13'h0) | (readAddress == 12'h5 ? 13'h10C : 13'h0)
-    | (readAddress == 12'h6 ? 13'h10C : 13'h0) | (readAddress == 12'h7 ? 13'h76C : 13'h0)
-    | (readAddress == 12'h8 ? 13'h1F8C : 13'h0) | (readAddress == 12'h9 ? 13'hC : 13'h0)
-    | (readAddress == 12'h10 ? {bytes_whole_8[7:0], 5'hE} : 13'h0)
-    | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 5'hE} : 13'h0)
-    | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 5'hD} : 13'h0)
-    | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 5'hD} : 13'h0)
-    | (readAddress == 12'h100 ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_parts_old_4, 5'hE} : 13'h0)
+  wire [13:0] _GEN =
+    (readAddress == 12'h0 ? 14'h44C : 14'h0) | (readAddress == 12'h1 ? 14'hC : 14'h0)
+    | (readAddress == 12'h2 ? 14'hCC : 14'h0) | (readAddress == 12'h3 ? 14'hC : 14'h0)
+    | (readAddress == 12'h4 ? 14'h20C : 14'h0) | (readAddress == 12'h5 ? 14'h20C : 14'h0)
+    | (readAddress == 12'h6 ? 14'h20C : 14'h0) | (readAddress == 12'h7 ? 14'hECC : 14'h0)
+    | (readAddress == 12'h8 ? 14'h3F0C : 14'h0) | (readAddress == 12'h9 ? 14'hC : 14'h0)
+    | (readAddress == 12'h10 ? {bytes_whole_8[7:0], 6'hE} : 14'h0)
+    | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 6'hE} : 14'h0)
+    | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 6'hD} : 14'h0)
+    | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 6'hD} : 14'h0)
+    | (readAddress == 12'h100 ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_parts_old_4, 6'hE} : 14'h0)
     | (readAddress == 12'h101
          ? {bytes_whole_parts_loop_port3,
             bytes_whole_parts_loop_port2,
             bytes_whole_parts_loop_port1,
             bytes_whole_parts_loop_port0,
-            5'hE}
-         : 13'h0)
+            6'hE}
+         : 14'h0)
     | (readAddress == 12'h102
-         ? {bytes_whole_parts_dl_configuration, 1'h0, bytes_whole_parts_rx_fifo_size, 5'hE}
-         : 13'h0) | (readAddress == 12'h103 ? {7'h0, bytes_whole_parts_alias_enable, 5'hE} : 13'h0)
+         ? {bytes_whole_parts_dl_configuration, 1'h0, bytes_whole_parts_rx_fifo_size, 6'hE}
+         : 14'h0) | (readAddress == 12'h103 ? {7'h0, bytes_whole_parts_alias_enable, 6'hE} : 14'h0)
     | (readAddress == 12'h110
          ? {status_physical_link_port3,
             status_physical_link_port2,
@@ -425,8 +1206,8 @@ module RegisterFile(
             2'h0,
             status_pdi_watchdog,
             status_pdi_operational,
-            5'hC}
-         : 13'h0)
+            6'hC}
+         : 14'h0)
     | (readAddress == 12'h111
          ? {status_communication_port3,
             status_loop_closed_port3,
@@ -436,22 +1217,22 @@ module RegisterFile(
             status_loop_closed_port1,
             status_communication_port0,
             status_loop_closed_port0,
-            5'hC}
-         : 13'h0)
-    | (readAddress == 12'h120 ? {1'h0, bytes_whole_parts_al_control, 3'h3, guard_al_control_free, 1'h0} : 13'h0)
-    | (readAddress == 12'h121 ? {11'h3, guard_al_control_free, 1'h0} : 13'h0)
-    | (readAddress == 12'h130 ? {1'h0, bytes_whole_parts_al_status, 4'h6, guard_al_status_by_pdi} : 13'h0)
-    | (readAddress == 12'h131 ? {12'h6, guard_al_status_by_pdi} : 13'h0) | (readAddress == 12'h134 ? 13'h1D : 13'h0)
-    | (readAddress == 12'h135 ? 13'h1D : 13'h0)
-    | (readAddress == 12'h138 ? {3'h0, status_run_led_enable, status_run_led_code, 5'hF} : 13'h0)
-    | (readAddress == 12'h139 ? {3'h0, status_err_led_enable, status_err_led_code, 5'hF} : 13'h0)
-    | (readAddress == 12'h140 ? 13'h1C : 13'h0)
-    | (readAddress == 12'h141 ? {bytes_whole_parts_esc_configuration, bytes_whole_parts_device_emulation, 5'hC} : 13'h0)
-    | (readAddress == 12'h142 ? 13'h1C : 13'h0) | (readAddress == 12'h143 ? 13'h1C : 13'h0)
-    | (readAddress == 12'h144 ? 13'h1C : 13'h0) | (readAddress == 12'h150 ? 13'h1C : 13'h0)
-    | (readAddress == 12'h151 ? 13'h1C : 13'h0) | (readAddress == 12'h152 ? 13'h1C : 13'h0)
-    | (readAddress == 12'h153 ? 13'h1C : 13'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 5'hE} : 13'h0)
-    | (readAddress == 12'h201 ? {bytes_whole_23[15:8], 5'hE} : 13'h0)
+            6'hC}
+         : 14'h0)
+    | (readAddress == 12'h120 ? {1'h0, bytes_whole_parts_al_control, 4'h3, guard_al_control_free, 1'h0} : 14'h0)
+    | (readAddress == 12'h121 ? {12'h3, guard_al_control_free, 1'h0} : 14'h0)
+    | (readAddress == 12'h130 ? {1'h0, bytes_whole_parts_al_status, 5'h6, guard_al_status_by_pdi} : 14'h0)
+    | (readAddress == 12'h131 ? {13'h6, guard_al_status_by_pdi} : 14'h0) | (readAddress == 12'h134 ? 14'h2D : 14'h0)
+    | (readAddress == 12'h135 ? 14'h2D : 14'h0)
+    | (readAddress == 12'h138 ? {3'h0, status_run_led_enable, status_run_led_code, 6'hF} : 14'h0)
+    | (readAddress == 12'h139 ? {3'h0, status_err_led_enable, status_err_led_code, 6'hF} : 14'h0)
+    | (readAddress == 12'h140 ? 14'h2C : 14'h0)
+    | (readAddress == 12'h141 ? {bytes_whole_parts_esc_configuration, bytes_whole_parts_device_emulation, 6'hC} : 14'h0)
+    | (readAddress == 12'h142 ? 14'h2C : 14'h0) | (readAddress == 12'h143 ? 14'h2C : 14'h0)
+    | (readAddress == 12'h144 ? 14'h2C : 14'h0) | (readAddress == 12'h150 ? 14'h2C : 14'h0)
+    | (readAddress == 12'h151 ? 14'h2C : 14'h0) | (readAddress == 12'h152 ? 14'h2C : 14'h0)
+    | (readAddress == 12'h153 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 6'hE} : 14'h0)
+    | (readAddress == 12'h201 ? {bytes_whole_23[15:8], 6'hE} : 14'h0)
     | (readAddress == 12'h204
          ? {1'h0,
             bytes_whole_parts_watchdog_mask,
@@ -459,54 +1240,54 @@ module RegisterFile(
             bytes_whole_parts_parts_old_20,
             3'h0,
             bytes_whole_parts_parts_old_19,
-            5'hD}
-         : 13'h0) | (readAddress == 12'h205 ? {bytes_whole_parts_sm_mask, 5'hD} : 13'h0)
-    | (readAddress == 12'h206 ? 13'hD : 13'h0) | (readAddress == 12'h207 ? 13'hD : 13'h0)
+            6'hD}
+         : 14'h0) | (readAddress == 12'h205 ? {bytes_whole_parts_sm_mask, 6'hD} : 14'h0)
+    | (readAddress == 12'h206 ? 14'hD : 14'h0) | (readAddress == 12'h207 ? 14'hD : 14'h0)
     | (readAddress == 12'h210
-         ? {status_sm_ecat_event[3:0], status_al_status_event, status_dl_status_event, 7'hC}
-         : 13'h0) | (readAddress == 12'h211 ? {4'h0, status_sm_ecat_event[7:4], 5'hC} : 13'h0)
+         ? {status_sm_ecat_event[3:0], status_al_status_event, status_dl_status_event, 8'hC}
+         : 14'h0) | (readAddress == 12'h211 ? {4'h0, status_sm_ecat_event[7:4], 6'hC} : 14'h0)
     | (readAddress == 12'h220
-         ? {1'h0, status_watchdog_event, 1'h0, status_sm_activation_event, 3'h0, status_al_control_event, 5'hC}
-         : 13'h0) | (readAddress == 12'h221 ? {status_sm_al_event, 5'hC} : 13'h0)
-    | (readAddress == 12'h222 ? 13'hC : 13'h0) | (readAddress == 12'h223 ? 13'hC : 13'h0)
-    | (readAddress == 12'h300 ? {bytes_whole_parts_invalid_frame_port0, 5'hE} : 13'h0)
-    | (readAddress == 12'h301 ? {bytes_whole_parts_rx_er_port0, 5'hE} : 13'h0)
-    | (readAddress == 12'h302 ? {bytes_whole_parts_invalid_frame_port1, 5'hE} : 13'h0)
-    | (readAddress == 12'h303 ? {bytes_whole_parts_rx_er_port1, 5'hE} : 13'h0)
-    | (readAddress == 12'h304 ? {bytes_whole_parts_invalid_frame_port2, 5'hE} : 13'h0)
-    | (readAddress == 12'h305 ? {bytes_whole_parts_rx_er_port2, 5'hE} : 13'h0)
-    | (readAddress == 12'h306 ? {bytes_whole_parts_invalid_frame_port3, 5'hE} : 13'h0)
-    | (readAddress == 12'h307 ? {bytes_whole_parts_rx_er_port3, 5'hE} : 13'h0)
-    | (readAddress == 12'h308 ? {bytes_whole_31, 5'hE} : 13'h0);
-  wire [12:0] _GEN_0 =
-    (readAddress == 12'h309 ? {bytes_whole_32, 5'hE} : 13'h0)
-    | (readAddress == 12'h30A ? {bytes_whole_33, 5'hE} : 13'h0)
-    | (readAddress == 12'h30B ? {bytes_whole_34, 5'hE} : 13'h0)
-    | (readAddress == 12'h30C ? {bytes_whole_35, 5'hE} : 13'h0)
-    | (readAddress == 12'h310 ? {bytes_whole_36, 5'hE} : 13'h0)
-    | (readAddress == 12'h311 ? {bytes_whole_37, 5'hE} : 13'h0)
-    | (readAddress == 12'h312 ? {bytes_whole_38, 5'hE} : 13'h0)
-    | (readAddress == 12'h313 ? {bytes_whole_39, 5'hE} : 13'h0)
-    | (readAddress == 12'h400 ? {bytes_whole_40[7:0], 5'hE} : 13'h0)
-    | (readAddress == 12'h401 ? {bytes_whole_40[15:8], 5'hE} : 13'h0)
-    | (readAddress == 12'h410 ? {bytes_whole_41[7:0], 5'hE} : 13'h0)
-    | (readAddress == 12'h411 ? {bytes_whole_41[15:8], 5'hE} : 13'h0)
-    | (readAddress == 12'h420 ? {bytes_whole_42[7:0], 5'hE} : 13'h0)
-    | (readAddress == 12'h421 ? {bytes_whole_42[15:8], 5'hE} : 13'h0)
-    | (readAddress == 12'h440 ? {7'h0, status_watchdog_process_data, 5'hC} : 13'h0)
-    | (readAddress == 12'h441 ? 13'hC : 13'h0) | (readAddress == 12'h442 ? {bytes_whole_44, 5'hE} : 13'h0)
-    | (readAddress == 12'h443 ? {bytes_whole_45, 5'hE} : 13'h0)
-    | (readAddress == 12'h448 ? {7'h0, status_watchdog_pdi, 5'hC} : 13'h0)
-    | (readAddress == 12'h500 ? {6'h0, bytes_whole_parts_eeprom_force, bytes_whole_parts_eeprom_offered, 5'hE} : 13'h0)
-    | (readAddress == 12'h501 ? {7'h0, bytes_whole_parts_eeprom_taken, 4'h6, guard_sii_pdi_may_take} : 13'h0)
+         ? {1'h0, status_watchdog_event, 1'h0, status_sm_activation_event, 3'h0, status_al_control_event, 6'hC}
+         : 14'h0) | (readAddress == 12'h221 ? {status_sm_al_event, 6'hC} : 14'h0)
+    | (readAddress == 12'h222 ? 14'hC : 14'h0) | (readAddress == 12'h223 ? 14'hC : 14'h0)
+    | (readAddress == 12'h300 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h301 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h302 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h303 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h304 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h305 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h306 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h307 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h308 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0);
+  wire [13:0] _GEN_0 =
+    (readAddress == 12'h309 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h30A ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h30B ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h30C ? {9'h0, _counters_valid_1, 4'hE} : 14'h0)
+    | (readAddress == 12'h310 ? {9'h0, _counters_valid_2, 4'hE} : 14'h0)
+    | (readAddress == 12'h311 ? {9'h0, _counters_valid_2, 4'hE} : 14'h0)
+    | (readAddress == 12'h312 ? {9'h0, _counters_valid_2, 4'hE} : 14'h0)
+    | (readAddress == 12'h313 ? {9'h0, _counters_valid_2, 4'hE} : 14'h0)
+    | (readAddress == 12'h400 ? {bytes_whole_40[7:0], 6'hE} : 14'h0)
+    | (readAddress == 12'h401 ? {bytes_whole_40[15:8], 6'hE} : 14'h0)
+    | (readAddress == 12'h410 ? {bytes_whole_41[7:0], 6'hE} : 14'h0)
+    | (readAddress == 12'h411 ? {bytes_whole_41[15:8], 6'hE} : 14'h0)
+    | (readAddress == 12'h420 ? {bytes_whole_42[7:0], 6'hE} : 14'h0)
+    | (readAddress == 12'h421 ? {bytes_whole_42[15:8], 6'hE} : 14'h0)
+    | (readAddress == 12'h440 ? {7'h0, status_watchdog_process_data, 6'hC} : 14'h0)
+    | (readAddress == 12'h441 ? 14'hC : 14'h0) | (readAddress == 12'h442 ? {9'h0, _counters_valid_3, 4'hE} : 14'h0)
+    | (readAddress == 12'h443 ? {9'h0, _counters_valid_3, 4'hE} : 14'h0)
+    | (readAddress == 12'h448 ? {7'h0, status_watchdog_pdi, 6'hC} : 14'h0)
+    | (readAddress == 12'h500 ? {6'h0, bytes_whole_parts_eeprom_force, bytes_whole_parts_eeprom_offered, 6'hE} : 14'h0)
+    | (readAddress == 12'h501 ? {7'h0, bytes_whole_parts_eeprom_taken, 5'h6, guard_sii_pdi_may_take} : 14'h0)
     | (readAddress == 12'h502
          ? {status_eeprom_two_address_bytes,
             6'h20,
             status_eeprom_write_enable,
-            3'h3,
+            4'h3,
             guard_sii_ecat_may_write,
             guard_sii_pdi_may_answer}
-         : 13'h0)
+         : 14'h0)
     | (readAddress == 12'h503
          ? {status_eeprom_busy,
             status_eeprom_write_error,
@@ -514,66 +1295,48 @@ module RegisterFile(
             status_eeprom_not_loaded,
             status_eeprom_checksum_error,
             status_eeprom_command,
-            3'h3,
+            4'h3,
             guard_sii_ecat_may_write,
             guard_sii_pdi_may_answer}
-         : 13'h0) | (readAddress == 12'h504 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
-    | (readAddress == 12'h505 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
-    | (readAddress == 12'h506 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
-    | (readAddress == 12'h507 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 13'h0)
-    | (readAddress == 12'h508 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 13'h0)
-    | (readAddress == 12'h509 ? {11'h7, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 13'h0)
-    | (readAddress == 12'h50A ? 13'h1C : 13'h0) | (readAddress == 12'h50B ? 13'h1C : 13'h0)
-    | (readAddress == 12'h50C ? 13'h1C : 13'h0) | (readAddress == 12'h50D ? 13'h1C : 13'h0)
-    | (readAddress == 12'h50E ? 13'h1C : 13'h0) | (readAddress == 12'h50F ? 13'h1C : 13'h0)
-    | (ofUnits_hit & readAddress[2:0] == 3'h0 ? {11'h7, casez_tmp, 1'h0} : 13'h0)
-    | (ofUnits_hit & readAddress[2:0] == 3'h1 ? {11'h7, casez_tmp, 1'h0} : 13'h0)
-    | (ofUnits_hit & readAddress[2:0] == 3'h2 ? {11'h7, casez_tmp, 1'h0} : 13'h0)
-    | (ofUnits_hit & readAddress[2:0] == 3'h3 ? {11'h7, casez_tmp, 1'h0} : 13'h0)
-    | (ofUnits_hit & readAddress[2:0] == 3'h4 ? {11'h7, casez_tmp, 1'h0} : 13'h0)
-    | (ofUnits_hit & readAddress[2:0] == 3'h5 ? {casez_tmp_0, 5'hC} : 13'h0)
-    | (ofUnits_hit & readAddress[2:0] == 3'h6 ? {casez_tmp_1, 5'hE} : 13'h0)
-    | (ofUnits_hit & (&(readAddress[2:0])) ? {casez_tmp_2, 5'hD} : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'h0 ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'h1 ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'h2 ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'h3 ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'h4 ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'h5 ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'h6 ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'h7 ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'h8 ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'h9 ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'hA ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'hB ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'hC ? 13'h1E : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'hD ? 13'hC : 13'h0)
-    | (ofUnits_hit_1 & readAddress[3:0] == 4'hE ? 13'hC : 13'h0)
-    | (ofUnits_hit_1 & (&(readAddress[3:0])) ? 13'hC : 13'h0);
-  wire [12:0] _selected_T_349 = _GEN | _GEN_0;
+         : 14'h0) | (readAddress == 12'h504 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 14'h0)
+    | (readAddress == 12'h505 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 14'h0)
+    | (readAddress == 12'h506 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 14'h0)
+    | (readAddress == 12'h507 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 14'h0)
+    | (readAddress == 12'h508 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 14'h0)
+    | (readAddress == 12'h509 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 14'h0)
+    | (readAddress == 12'h50A ? 14'h2C : 14'h0) | (readAddress == 12'h50B ? 14'h2C : 14'h0)
+    | (readAddress == 12'h50C ? 14'h2C : 14'h0) | (readAddress == 12'h50D ? 14'h2C : 14'h0)
+    | (readAddress == 12'h50E ? 14'h2C : 14'h0) | (readAddress == 12'h50F ? 14'h2C : 14'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h0 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h1 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h2 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h3 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h4 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h5 ? {casez_tmp_0, 6'hC} : 14'h0)
+    | (ofUnits_hit & readAddress[2:0] == 3'h6 ? {casez_tmp_1, 6'hE} : 14'h0)
+    | (ofUnits_hit & (&(readAddress[2:0])) ? {casez_tmp_2, 6'hD} : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h0 ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h1 ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h2 ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h3 ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h4 ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h5 ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h6 ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h7 ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h8 ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'h9 ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'hA ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'hB ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'hC ? 14'h2E : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'hD ? 14'hC : 14'h0)
+    | (ofUnits_hit_1 & readAddress[3:0] == 4'hE ? 14'hC : 14'h0)
+    | (ofUnits_hit_1 & (&(readAddress[3:0])) ? 14'hC : 14'h0);
+  wire [13:0] _selected_T_349 = _GEN | _GEN_0;
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_54 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_parts_T_66 = writeAddress == 12'h102;
   wire        _bytes_whole_parts_parts_T_96 = writeAddress == 12'h141;
   wire        _bytes_whole_parts_parts_T_132 = writeAddress == 12'h204;
-  wire        _bytes_whole_parts_clear_T_638 = writeAddress == 12'h300;
-  wire        _bytes_whole_parts_clear_T_642 = writeAddress == 12'h301;
-  wire        _bytes_whole_parts_clear_T_646 = writeAddress == 12'h302;
-  wire        _bytes_whole_parts_clear_T_650 = writeAddress == 12'h303;
-  wire        _bytes_whole_parts_clear_T_654 = writeAddress == 12'h304;
-  wire        _bytes_whole_parts_clear_T_658 = writeAddress == 12'h305;
-  wire        _bytes_whole_parts_clear_T_662 = writeAddress == 12'h306;
-  wire        _bytes_whole_parts_clear_T_666 = writeAddress == 12'h307;
-  wire        _bytes_whole_parts_clear_T_670 = writeAddress == 12'h308;
-  wire        _bytes_whole_parts_clear_T_674 = writeAddress == 12'h309;
-  wire        _bytes_whole_parts_clear_T_678 = writeAddress == 12'h30A;
-  wire        _bytes_whole_parts_clear_T_682 = writeAddress == 12'h30B;
-  wire        _bytes_whole_parts_clear_T_753 = writeAddress == 12'h310;
-  wire        _bytes_whole_parts_clear_T_757 = writeAddress == 12'h311;
-  wire        _bytes_whole_parts_clear_T_761 = writeAddress == 12'h312;
-  wire        _bytes_whole_parts_clear_T_765 = writeAddress == 12'h313;
-  wire        _bytes_whole_parts_clear_T_779 = writeAddress == 12'h442;
-  wire        _bytes_whole_parts_clear_T_783 = writeAddress == 12'h443;
   wire        _bytes_whole_parts_parts_T_186 = writeAddress == 12'h500;
   wire        _bytes_whole_parts_parts_T_204 = writeAddress == 12'h806;
   wire        _bytes_whole_parts_parts_T_222 = writeAddress == 12'h80E;
@@ -606,28 +1369,9 @@ module RegisterFile(
       bytes_whole_parts_eeprom_mask <= 1'h0;
       bytes_whole_parts_watchdog_mask <= 1'h0;
       bytes_whole_parts_sm_mask <= 8'hFF;
-      bytes_whole_parts_invalid_frame_port0 <= 8'h0;
-      bytes_whole_parts_rx_er_port0 <= 8'h0;
-      bytes_whole_parts_invalid_frame_port1 <= 8'h0;
-      bytes_whole_parts_rx_er_port1 <= 8'h0;
-      bytes_whole_parts_invalid_frame_port2 <= 8'h0;
-      bytes_whole_parts_rx_er_port2 <= 8'h0;
-      bytes_whole_parts_invalid_frame_port3 <= 8'h0;
-      bytes_whole_parts_rx_er_port3 <= 8'h0;
-      bytes_whole_31 <= 8'h0;
-      bytes_whole_32 <= 8'h0;
-      bytes_whole_33 <= 8'h0;
-      bytes_whole_34 <= 8'h0;
-      bytes_whole_35 <= 8'h0;
-      bytes_whole_36 <= 8'h0;
-      bytes_whole_37 <= 8'h0;
-      bytes_whole_38 <= 8'h0;
-      bytes_whole_39 <= 8'h0;
       bytes_whole_40 <= 16'h9C2;
       bytes_whole_41 <= 16'h3E8;
       bytes_whole_42 <= 16'h3E8;
-      bytes_whole_44 <= 8'h0;
-      bytes_whole_45 <= 8'h0;
       bytes_whole_parts_eeprom_offered <= 1'h0;
       bytes_whole_parts_eeprom_force <= 1'h0;
       bytes_whole_parts_eeprom_taken <= 1'h0;
@@ -713,138 +1457,6 @@ module RegisterFile(
         bytes_whole_parts_watchdog_mask <= writeData[6];
       if (write & writeAddress == 12'h205 & writeMask)
         bytes_whole_parts_sm_mask <= writeData;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_parts_invalid_frame_port0 <= 8'h0;
-      else if (event_invalid_frame_port0 & bytes_whole_parts_invalid_frame_port0 != 8'hFF)
-        bytes_whole_parts_invalid_frame_port0 <= bytes_whole_parts_invalid_frame_port0 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_parts_rx_er_port0 <= 8'h0;
-      else if (event_rx_er_port0 & bytes_whole_parts_rx_er_port0 != 8'hFF)
-        bytes_whole_parts_rx_er_port0 <= bytes_whole_parts_rx_er_port0 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_parts_invalid_frame_port1 <= 8'h0;
-      else if (event_invalid_frame_port1 & bytes_whole_parts_invalid_frame_port1 != 8'hFF)
-        bytes_whole_parts_invalid_frame_port1 <= bytes_whole_parts_invalid_frame_port1 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_parts_rx_er_port1 <= 8'h0;
-      else if (event_rx_er_port1 & bytes_whole_parts_rx_er_port1 != 8'hFF)
-        bytes_whole_parts_rx_er_port1 <= bytes_whole_parts_rx_er_port1 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_parts_invalid_frame_port2 <= 8'h0;
-      else if (event_invalid_frame_port2 & bytes_whole_parts_invalid_frame_port2 != 8'hFF)
-        bytes_whole_parts_invalid_frame_port2 <= bytes_whole_parts_invalid_frame_port2 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_parts_rx_er_port2 <= 8'h0;
-      else if (event_rx_er_port2 & bytes_whole_parts_rx_er_port2 != 8'hFF)
-        bytes_whole_parts_rx_er_port2 <= bytes_whole_parts_rx_er_port2 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_parts_invalid_frame_port3 <= 8'h0;
-      else if (event_invalid_frame_port3 & bytes_whole_parts_invalid_frame_port3 != 8'hFF)
-        bytes_whole_parts_invalid_frame_port3 <= bytes_whole_parts_invalid_frame_port3 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_parts_rx_er_port3 <= 8'h0;
-      else if (event_rx_er_port3 & bytes_whole_parts_rx_er_port3 != 8'hFF)
-        bytes_whole_parts_rx_er_port3 <= bytes_whole_parts_rx_er_port3 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_31 <= 8'h0;
-      else if (event_forwarded_error_port0 & bytes_whole_31 != 8'hFF)
-        bytes_whole_31 <= bytes_whole_31 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_32 <= 8'h0;
-      else if (event_forwarded_error_port1 & bytes_whole_32 != 8'hFF)
-        bytes_whole_32 <= bytes_whole_32 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_33 <= 8'h0;
-      else if (event_forwarded_error_port2 & bytes_whole_33 != 8'hFF)
-        bytes_whole_33 <= bytes_whole_33 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_638 & writeMask | write & _bytes_whole_parts_clear_T_642 & writeMask
-          | write & _bytes_whole_parts_clear_T_646 & writeMask | write & _bytes_whole_parts_clear_T_650 & writeMask
-          | write & _bytes_whole_parts_clear_T_654 & writeMask | write & _bytes_whole_parts_clear_T_658 & writeMask
-          | write & _bytes_whole_parts_clear_T_662 & writeMask | write & _bytes_whole_parts_clear_T_666 & writeMask
-          | write & _bytes_whole_parts_clear_T_670 & writeMask | write & _bytes_whole_parts_clear_T_674 & writeMask
-          | write & _bytes_whole_parts_clear_T_678 & writeMask | write & _bytes_whole_parts_clear_T_682 & writeMask)
-        bytes_whole_34 <= 8'h0;
-      else if (event_forwarded_error_port3 & bytes_whole_34 != 8'hFF)
-        bytes_whole_34 <= bytes_whole_34 + 8'h1;
-      if (write & writeAddress == 12'h30C & writeMask)
-        bytes_whole_35 <= 8'h0;
-      else if (event_epu_error & bytes_whole_35 != 8'hFF)
-        bytes_whole_35 <= bytes_whole_35 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_753 & writeMask | write & _bytes_whole_parts_clear_T_757 & writeMask
-          | write & _bytes_whole_parts_clear_T_761 & writeMask | write & _bytes_whole_parts_clear_T_765 & writeMask)
-        bytes_whole_36 <= 8'h0;
-      else if (event_lost_link_port0 & bytes_whole_36 != 8'hFF)
-        bytes_whole_36 <= bytes_whole_36 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_753 & writeMask | write & _bytes_whole_parts_clear_T_757 & writeMask
-          | write & _bytes_whole_parts_clear_T_761 & writeMask | write & _bytes_whole_parts_clear_T_765 & writeMask)
-        bytes_whole_37 <= 8'h0;
-      else if (event_lost_link_port1 & bytes_whole_37 != 8'hFF)
-        bytes_whole_37 <= bytes_whole_37 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_753 & writeMask | write & _bytes_whole_parts_clear_T_757 & writeMask
-          | write & _bytes_whole_parts_clear_T_761 & writeMask | write & _bytes_whole_parts_clear_T_765 & writeMask)
-        bytes_whole_38 <= 8'h0;
-      else if (event_lost_link_port2 & bytes_whole_38 != 8'hFF)
-        bytes_whole_38 <= bytes_whole_38 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_753 & writeMask | write & _bytes_whole_parts_clear_T_757 & writeMask
-          | write & _bytes_whole_parts_clear_T_761 & writeMask | write & _bytes_whole_parts_clear_T_765 & writeMask)
-        bytes_whole_39 <= 8'h0;
-      else if (event_lost_link_port3 & bytes_whole_39 != 8'hFF)
-        bytes_whole_39 <= bytes_whole_39 + 8'h1;
       bytes_whole_40 <=
         {write & writeAddress == 12'h401 & writeMask ? writeData : bytes_whole_40[15:8],
          write & writeAddress == 12'h400 & writeMask ? writeData : bytes_whole_40[7:0]};
@@ -854,14 +1466,6 @@ module RegisterFile(
       bytes_whole_42 <=
         {write & writeAddress == 12'h421 & writeMask ? writeData : bytes_whole_42[15:8],
          write & writeAddress == 12'h420 & writeMask ? writeData : bytes_whole_42[7:0]};
-      if (write & _bytes_whole_parts_clear_T_779 & writeMask | write & _bytes_whole_parts_clear_T_783 & writeMask)
-        bytes_whole_44 <= 8'h0;
-      else if (event_watchdog_count_process_data & bytes_whole_44 != 8'hFF)
-        bytes_whole_44 <= bytes_whole_44 + 8'h1;
-      if (write & _bytes_whole_parts_clear_T_779 & writeMask | write & _bytes_whole_parts_clear_T_783 & writeMask)
-        bytes_whole_45 <= 8'h0;
-      else if (event_watchdog_count_pdi & bytes_whole_45 != 8'hFF)
-        bytes_whole_45 <= bytes_whole_45 + 8'h1;
       if (write & _bytes_whole_parts_parts_T_186 & writeMask)
         bytes_whole_parts_eeprom_offered <= writeData[0];
       if (write & _bytes_whole_parts_parts_T_186 & writeMask)
@@ -919,12 +1523,59 @@ module RegisterFile(
         bytes_whole_parts_parts_old_56 <= writeData[1];
     end
   end // always @(posedge)
-  assign readData = _selected_T_349[12:5];
+  assign _counters_clear_0 =
+    write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
+    & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
+    & writeAddress == 12'h304 & writeMask | write & writeAddress == 12'h305 & writeMask | write
+    & writeAddress == 12'h306 & writeMask | write & writeAddress == 12'h307 & writeMask | write
+    & writeAddress == 12'h308 & writeMask | write & writeAddress == 12'h309 & writeMask | write
+    & writeAddress == 12'h30A & writeMask | write & writeAddress == 12'h30B & writeMask;
+  assign _counters_clear_1 = write & writeAddress == 12'h30C & writeMask;
+  assign _counters_clear_2 =
+    write & writeAddress == 12'h310 & writeMask | write & writeAddress == 12'h311 & writeMask | write
+    & writeAddress == 12'h312 & writeMask | write & writeAddress == 12'h313 & writeMask;
+  assign _counters_clear_3 = write & writeAddress == 12'h442 & writeMask | write & writeAddress == 12'h443 & writeMask;
+  assign _counters_readAddress = readAddress[6:0];
+  EventCounters counters (
+    .clock       (clock),
+    .reset       (reset),
+    .event_0     (event_invalid_frame_port0),
+    .event_1     (event_rx_er_port0),
+    .event_2     (event_invalid_frame_port1),
+    .event_3     (event_rx_er_port1),
+    .event_4     (event_invalid_frame_port2),
+    .event_5     (event_rx_er_port2),
+    .event_6     (event_invalid_frame_port3),
+    .event_7     (event_rx_er_port3),
+    .event_8     (event_forwarded_error_port0),
+    .event_9     (event_forwarded_error_port1),
+    .event_10    (event_forwarded_error_port2),
+    .event_11    (event_forwarded_error_port3),
+    .event_12    (event_epu_error),
+    .event_13    (event_lost_link_port0),
+    .event_14    (event_lost_link_port1),
+    .event_15    (event_lost_link_port2),
+    .event_16    (event_lost_link_port3),
+    .event_17    (event_watchdog_count_process_data),
+    .event_18    (event_watchdog_count_pdi),
+    .clear_0     (_counters_clear_0),
+    .clear_1     (_counters_clear_1),
+    .clear_2     (_counters_clear_2),
+    .clear_3     (_counters_clear_3),
+    .readAddress (_counters_readAddress),
+    .data        (countData),
+    .valid_0     (_counters_valid_0),
+    .valid_1     (_counters_valid_1),
+    .valid_2     (_counters_valid_2),
+    .valid_3     (_counters_valid_3)
+  );
+  assign readData = _selected_T_349[13:6];
   assign readableByEcat = _selected_T_349[3];
   assign readableByPdi = _selected_T_349[2];
   assign writableByEcat = _selected_T_349[1];
   assign writableByPdi = _selected_T_349[0];
-  assign inRam = _selected_T_349[4];
+  assign inRam = _selected_T_349[5];
+  assign isCount = _selected_T_349[4];
   assign value_sm7_repeat_request = bytes_whole_parts_parts_old_55;
   assign value_sm7_enable = bytes_whole_parts_sm7_enable;
   assign value_sm6_repeat_request = bytes_whole_parts_parts_old_52;
@@ -1325,6 +1976,8 @@ module EscMemory(
   wire        _file_writableByEcat;
   wire        _file_writableByPdi;
   wire        _file_inRam;
+  wire        _file_isCount;
+  wire [7:0]  _file_countData;
   reg         unitWaits;
   reg  [11:0] unitAddress;
   reg  [16:0] readAddress;
@@ -1334,7 +1987,8 @@ module EscMemory(
   reg         registerHit;
   reg  [7:0]  registerData;
   reg         fromRam;
-  wire [7:0]  readData = {8{fromRam}} & _ram_readData | registerData;
+  reg         fromCounters;
+  wire [7:0]  readData = {8{fromRam}} & _ram_readData | {8{fromCounters}} & _file_countData | registerData;
   reg         ecat_readable_register;
   reg         ecat_writable_register;
   reg         forHost_register;
@@ -1470,6 +2124,7 @@ module EscMemory(
     registerHit <= readTarget_register;
     registerData <= {8{readTarget_register}} & _file_readData;
     fromRam <= readTarget_ram | readTarget_register & _file_inRam;
+    fromCounters <= readTarget_register & _file_isCount;
     ecat_readable_register <= _file_readableByEcat;
     ecat_writable_register <= _file_writableByEcat;
     forHost_register <= _file_readableByPdi;
@@ -1510,6 +2165,8 @@ module EscMemory(
     .writableByEcat                    (_file_writableByEcat),
     .writableByPdi                     (_file_writableByPdi),
     .inRam                             (_file_inRam),
+    .isCount                           (_file_isCount),
+    .countData                         (_file_countData),
     .guard_sm7_disabled                (guard_sm7_disabled),
     .guard_sm6_disabled                (guard_sm6_disabled),
     .guard_sm5_disabled                (guard_sm5_disabled),
@@ -1680,7 +2337,7 @@ module EscMemory(
   assign _ram_readPlace_process = |_readTarget_t_place_process_T;
   assign _ram_readPlace_index =
     (|_readTarget_t_place_process_T)
-      ? {readAddress[12] - 1'h1, readAddress[11:0]}
+      ? readAddress[12:0]
       : {3'h0,
          readTarget_user
            ? {3'h0, readAddress[6:0]}
@@ -1699,7 +2356,7 @@ module EscMemory(
   assign _ram_writePlace_index =
     ecatToRam
       ? ((|(ecat_writeAddress[15:12]))
-           ? {ecat_writeAddress[12] - 1'h1, ecat_writeAddress[11:0]}
+           ? ecat_writeAddress[12:0]
            : {3'h0,
               ecatTarget_user
                 ? {3'h0, ecat_writeAddress[6:0]}
@@ -1710,7 +2367,7 @@ module EscMemory(
       : hostWrite_registerToRam
           ? hostWrite_registerToRam_ramWrite_bits_place_index
           : (|(hostAddress[15:12]))
-              ? {hostAddress[12] - 1'h1, hostAddress[11:0]}
+              ? hostAddress[12:0]
               : {3'h0,
                  hostTarget_user
                    ? {3'h0, hostAddress[6:0]}
@@ -1946,14 +2603,14 @@ module DatagramHeader(
   output        request_readWrite,
   output        request_incrementsAdp,
   output        request_logical,
-  output [31:0] request_logicalAddress,
-  output [15:0] request_address
+  output [32:0] request_address,
+  input         advance
 );
 
   reg  [3:0]  code;
   reg         reserved;
-  reg  [15:0] address;
-  reg  [15:0] adp;
+  reg  [16:0] high;
+  reg  [15:0] low;
   reg         zero;
   reg         stationMatch;
   reg         aliasMatch;
@@ -2006,31 +2663,46 @@ module DatagramHeader(
   wire        _request_readWrite_T_2 = code == 4'h4;
   wire        _request_readWrite_T_18 = code == 4'h6;
   wire        _request_readWrite_T_17 = code == 4'h5;
-  wire        _GEN = step & in_valid & position_part == 4'h3;
-  wire        _GEN_0 = position_byte == 5'h0;
-  wire        _GEN_1 = position_byte == 5'h2 | position_byte == 5'h3;
+  wire [32:0] _next_T_1 = {high, low} + 33'h1;
+  wire        _GEN = position_byte == 5'h4 | position_byte == 5'h5;
+  wire        _GEN_0 = code == 4'hA | code == 4'hB | code == 4'hC;
+  wire        _GEN_1 = step & in_valid & position_part == 4'h3;
+  wire        _GEN_2 = position_byte == 5'h0;
+  wire        _GEN_3 = position_byte == 5'h2 | position_byte == 5'h3;
   always @(posedge clock) begin
-    if (~(_GEN & _GEN_0) | position_high) begin
+    if (~(_GEN_1 & _GEN_2) | position_high) begin
     end
     else
       code <= in_data;
-    if (_GEN & _GEN_0 & position_high)
+    if (_GEN_1 & _GEN_2 & position_high)
       reserved <= |in_data;
-    if (~_GEN | _GEN_0 | _GEN_1 | ~(position_byte == 5'h4 | position_byte == 5'h5)) begin
+    if (advance) begin
+      high <= _next_T_1[32:16];
+      low <= _next_T_1[15:0];
     end
-    else
-      address <= {in_data, address[15:4]};
-    if (~_GEN | _GEN_0 | ~_GEN_1) begin
+    else begin
+      if (~_GEN_1 | _GEN_2 | _GEN_3 | ~_GEN) begin
+      end
+      else if (_GEN_0)
+        high <= {1'h0, in_data, high[15:4]};
+      else
+        high <= 17'h0;
+      if (~_GEN_1 | _GEN_2) begin
+      end
+      else if (_GEN_3)
+        low <= {in_data, low[15:4]};
+      else if (~_GEN | _GEN_0) begin
+      end
+      else
+        low <= {in_data, low[15:4]};
     end
-    else
-      adp <= {in_data, adp[15:4]};
-    if (_GEN) begin
-      zero <= _GEN_0 | ~(_GEN_1 & (|in_data)) & zero;
-      stationMatch <= _GEN_0 | (~_GEN_1 | in_data == casez_tmp) & stationMatch;
-      if (_GEN_0)
+    if (_GEN_1) begin
+      zero <= _GEN_2 | ~(_GEN_3 & (|in_data)) & zero;
+      stationMatch <= _GEN_2 | (~_GEN_3 | in_data == casez_tmp) & stationMatch;
+      if (_GEN_2)
         aliasMatch <= aliasEnable;
       else
-        aliasMatch <= (~_GEN_1 | in_data == casez_tmp_0) & aliasMatch;
+        aliasMatch <= (~_GEN_3 | in_data == casez_tmp_0) & aliasMatch;
     end
   end // always @(posedge)
   assign request_read =
@@ -2057,8 +2729,33 @@ module DatagramHeader(
     & (_request_incrementsAdp_T_1 | _request_incrementsAdp_T_2 | _request_incrementsAdp_T_3 | _request_incrementsAdp_T_4
        | _request_incrementsAdp_T_8 | _request_incrementsAdp_T_9 | _request_incrementsAdp_T_10);
   assign request_logical = byFmmu;
-  assign request_logicalAddress = {address, adp};
-  assign request_address = address;
+  assign request_address = {high, low};
+endmodule
+
+module ByteTimes(
+  input        clock,
+  input        reset,
+  input        ends,
+  output       schedule_ends,
+  output [3:0] schedule_cycle,
+  output [1:0] schedule_number
+);
+
+  reg [3:0] cycle;
+  reg [1:0] number;
+  always @(posedge clock) begin
+    if (reset)
+      cycle <= 4'hF;
+    else if (ends)
+      cycle <= 4'h0;
+    else if (cycle != 4'hF)
+      cycle <= cycle + 4'h1;
+    if (ends)
+      number <= number + 2'h1;
+  end // always @(posedge)
+  assign schedule_ends = ends;
+  assign schedule_cycle = cycle;
+  assign schedule_number = number;
 endmodule
 
 // external module DualPortRam
@@ -2074,33 +2771,23 @@ module WideTable(
   output [31:0] readData_0
 );
 
+  wire [31:0] _rams_0_writeData;
   wire [2:0]  _rams_0_readAddress;
   wire [31:0] _rams_0_readData;
   reg         merging;
   reg  [2:0]  index;
-  reg  [3:0]  mask;
-  reg  [31:0] data;
-  reg  [31:0] last;
-  reg         again;
-  wire [31:0] merged =
-    {mask[3] ? data[31:24] : again ? last[31:24] : _rams_0_readData[31:24],
-     mask[2] ? data[23:16] : again ? last[23:16] : _rams_0_readData[23:16],
-     mask[1] ? data[15:8] : again ? last[15:8] : _rams_0_readData[15:8],
-     mask[0] ? data[7:0] : again ? last[7:0] : _rams_0_readData[7:0]};
   always @(posedge clock) begin
-    if (reset) begin
+    if (reset)
       merging <= 1'h0;
-      again <= 1'h0;
-    end
-    else begin
+    else
       merging <= write;
-      again <= merging & write & index == writeIndex;
-    end
     index <= writeIndex;
-    mask <= writeMask;
-    data <= writeData;
-    last <= merged;
   end // always @(posedge)
+  assign _rams_0_writeData =
+    {writeMask[3] ? writeData[31:24] : _rams_0_readData[31:24],
+     writeMask[2] ? writeData[23:16] : _rams_0_readData[23:16],
+     writeMask[1] ? writeData[15:8] : _rams_0_readData[15:8],
+     writeMask[0] ? writeData[7:0] : _rams_0_readData[7:0]};
   assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
   DualPortRam #(
     .ADDRESS_BITS(3),
@@ -2110,294 +2797,905 @@ module WideTable(
     .clock        (clock),
     .write        (merging),
     .writeAddress (index),
-    .writeData    (merged),
+    .writeData    (_rams_0_writeData),
     .readAddress  (_rams_0_readAddress),
     .readData     (_rams_0_readData)
   );
   assign readData_0 = _rams_0_readData;
 endmodule
 
+// external module DualPortRam
+
+module WideTable_1(
+  input         clock,
+  input         reset,
+  input         write,
+  input  [2:0]  writeIndex,
+  input  [3:0]  writeMask,
+  input  [21:0] writeData,
+  input  [2:0]  readIndex_0,
+  output [21:0] readData_0
+);
+
+  wire [21:0] _rams_0_writeData;
+  wire [2:0]  _rams_0_readAddress;
+  wire [21:0] _rams_0_readData;
+  reg         merging;
+  reg  [2:0]  index;
+  always @(posedge clock) begin
+    if (reset)
+      merging <= 1'h0;
+    else
+      merging <= write;
+    index <= writeIndex;
+  end // always @(posedge)
+  assign _rams_0_writeData =
+    {writeMask[3] ? writeData[21:19] : _rams_0_readData[21:19],
+     writeMask[2] ? writeData[18:16] : _rams_0_readData[18:16],
+     writeMask[1] ? writeData[15:8] : _rams_0_readData[15:8],
+     writeMask[0] ? writeData[7:0] : _rams_0_readData[7:0]};
+  assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(22)
+  ) rams_0 (
+    .clock        (clock),
+    .write        (merging),
+    .writeAddress (index),
+    .writeData    (_rams_0_writeData),
+    .readAddress  (_rams_0_readAddress),
+    .readData     (_rams_0_readData)
+  );
+  assign readData_0 = _rams_0_readData;
+endmodule
+
+// external module DualPortRam
+
+module WideTable_2(
+  input         clock,
+  input         reset,
+  input         write,
+  input  [2:0]  writeIndex,
+  input  [3:0]  writeMask,
+  input  [20:0] writeData,
+  input  [2:0]  readIndex_0,
+  output [20:0] readData_0
+);
+
+  wire [20:0] _rams_0_writeData;
+  wire [2:0]  _rams_0_readAddress;
+  wire [20:0] _rams_0_readData;
+  reg         merging;
+  reg  [2:0]  index;
+  always @(posedge clock) begin
+    if (reset)
+      merging <= 1'h0;
+    else
+      merging <= write;
+    index <= writeIndex;
+  end // always @(posedge)
+  assign _rams_0_writeData =
+    {writeMask[3] ? writeData[20:19] : _rams_0_readData[20:19],
+     writeMask[2] ? writeData[18:16] : _rams_0_readData[18:16],
+     writeMask[1] ? writeData[15:8] : _rams_0_readData[15:8],
+     writeMask[0] ? writeData[7:0] : _rams_0_readData[7:0]};
+  assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(21)
+  ) rams_0 (
+    .clock        (clock),
+    .write        (merging),
+    .writeAddress (index),
+    .writeData    (_rams_0_writeData),
+    .readAddress  (_rams_0_readAddress),
+    .readData     (_rams_0_readData)
+  );
+  assign readData_0 = _rams_0_readData;
+endmodule
+
+// external module DualPortRam
+
+module BitwiseFmmuBank(
+  input         clock,
+  input         reset,
+  input         table_valid,
+  input  [9:0]  table_word,
+  input  [3:0]  table_mask,
+  input  [31:0] table_data,
+  input  [2:0]  search_index,
+  input  [32:0] search_behind,
+  input         search_direct,
+  input  [1:0]  search_slot,
+  input         search_before,
+  input         search_past,
+  input  [1:0]  readSlot,
+  input  [1:0]  writeSlot,
+  output        read_hit,
+  output [16:0] read_address,
+  output        read_before,
+  output        read_bits_first,
+  output        read_bits_last,
+  output        read_bits_early,
+  output [2:0]  read_bits_startBit,
+  output [2:0]  read_bits_stopBit,
+  output [2:0]  read_bits_turn,
+  output        write_hit,
+  output [16:0] write_address,
+  output        write_before,
+  output        write_bits_first,
+  output        write_bits_last,
+  output        write_bits_early,
+  output [2:0]  write_bits_startBit,
+  output [2:0]  write_bits_stopBit,
+  output [2:0]  write_bits_turn
+);
+
+  wire        _kept_1_write;
+  wire [30:0] _kept_1_writeData;
+  wire [3:0]  _kept_1_readAddress;
+  wire [30:0] _kept_1_readData;
+  wire        _kept_write;
+  wire [30:0] _kept_writeData;
+  wire [3:0]  _kept_readAddress;
+  wire [30:0] _kept_readData;
+  wire        _local_table_local_write;
+  wire [2:0]  _local_table_local_writeIndex;
+  wire [20:0] _local_table_local_writeData;
+  wire [20:0] _local_table_local_readData_0;
+  wire        _extent_table_extent_write;
+  wire [2:0]  _extent_table_extent_writeIndex;
+  wire [21:0] _extent_table_extent_writeData;
+  wire [21:0] _extent_table_extent_readData_0;
+  wire        _logicalStart_table_logical_write;
+  wire [2:0]  _logicalStart_table_logical_writeIndex;
+  wire [31:0] _logicalStart_table_logical_readData_0;
+  wire        mine = table_valid & table_word[9:6] == 4'h6 & ~(table_word[5]);
+  reg  [2:0]  index;
+  reg         active_0;
+  reg         active_1;
+  reg         active_2;
+  reg         active_3;
+  reg         active_4;
+  reg         active_5;
+  reg         active_6;
+  reg         active_7;
+  reg         isActivate;
+  reg  [2:0]  REG;
+  reg         isActive;
+  reg         casez_tmp;
+  always @(*) begin
+    casez (index)
+      3'b000:
+        casez_tmp = active_0;
+      3'b001:
+        casez_tmp = active_1;
+      3'b010:
+        casez_tmp = active_2;
+      3'b011:
+        casez_tmp = active_3;
+      3'b100:
+        casez_tmp = active_4;
+      3'b101:
+        casez_tmp = active_5;
+      3'b110:
+        casez_tmp = active_6;
+      default:
+        casez_tmp = active_7;
+    endcase
+  end // always @(*)
+  reg  [32:0] distance;
+  wire        upward = _local_table_local_readData_0[18:16] > _extent_table_extent_readData_0[18:16];
+  wire [16:0] left = {1'h0, _extent_table_extent_readData_0[15:0]} + {1'h0, ~(distance[15:0])};
+  wire        isEarly = (&distance) & upward & (|(_extent_table_extent_readData_0[15:0]));
+  wire [17:0] _sum_T_4 = {1'h0, _local_table_local_readData_0[15:0], 1'h1} + {1'h0, distance[15:0], upward};
+  wire        m_hit = distance[32:16] == 17'h0 & left[16] | isEarly;
+  wire [16:0] m_address = {_sum_T_4[17] & ~isEarly, _sum_T_4[16:1]};
+  reg         begins_r;
+  reg         begins;
+  reg  [1:0]  place_r;
+  reg  [1:0]  place;
+  reg         before_r;
+  reg         before_0;
+  reg         hit_0;
+  wire        word_hit = search_direct | m_hit & ~search_past & isActive & _local_table_local_readData_0[19];
+  wire        word_bits_first = ~search_direct & distance[15:0] == 16'h0;
+  wire        word_bits_last = ~search_direct & left[15:0] == 16'h0;
+  wire        word_bits_early = ~search_direct & isEarly;
+  wire [2:0]  word_bits_startBit = search_direct ? 3'h0 : _extent_table_extent_readData_0[18:16];
+  wire [2:0]  word_bits_stopBit = search_direct ? 3'h0 : _extent_table_extent_readData_0[21:19];
+  wire [2:0]  word_bits_turn =
+    search_direct ? 3'h0 : _local_table_local_readData_0[18:16] - _extent_table_extent_readData_0[18:16];
+  wire [3:0]  _GEN = {2'h0, place};
+  reg         hit_1;
+  wire        word_1_hit = search_direct | m_hit & ~search_past & isActive & _local_table_local_readData_0[20];
+  wire        _GEN_0 = isActivate & table_mask[0];
+  always @(posedge clock) begin
+    index <= search_index;
+    REG <= table_word[4:2];
+    isActive <= casez_tmp;
+    distance <= search_behind + {1'h1, ~_logicalStart_table_logical_readData_0};
+    begins_r <= search_index == 3'h0;
+    begins <= begins_r;
+    place_r <= search_slot;
+    place <= place_r;
+    before_r <= search_before;
+    before_0 <= before_r;
+    if (begins | ~hit_0)
+      hit_0 <= word_hit;
+    if (begins | ~hit_1)
+      hit_1 <= word_1_hit;
+    if (reset) begin
+      active_0 <= 1'h0;
+      active_1 <= 1'h0;
+      active_2 <= 1'h0;
+      active_3 <= 1'h0;
+      active_4 <= 1'h0;
+      active_5 <= 1'h0;
+      active_6 <= 1'h0;
+      active_7 <= 1'h0;
+      isActivate <= 1'h0;
+    end
+    else begin
+      if (_GEN_0 & REG == 3'h0)
+        active_0 <= table_data[0];
+      if (_GEN_0 & REG == 3'h1)
+        active_1 <= table_data[0];
+      if (_GEN_0 & REG == 3'h2)
+        active_2 <= table_data[0];
+      if (_GEN_0 & REG == 3'h3)
+        active_3 <= table_data[0];
+      if (_GEN_0 & REG == 3'h4)
+        active_4 <= table_data[0];
+      if (_GEN_0 & REG == 3'h5)
+        active_5 <= table_data[0];
+      if (_GEN_0 & REG == 3'h6)
+        active_6 <= table_data[0];
+      if (_GEN_0 & (&REG))
+        active_7 <= table_data[0];
+      isActivate <= mine & (&(table_word[1:0]));
+    end
+  end // always @(posedge)
+  assign _logicalStart_table_logical_write = mine & table_word[1:0] == 2'h0;
+  assign _logicalStart_table_logical_writeIndex = table_word[4:2];
+  WideTable logicalStart_table_logical (
+    .clock       (clock),
+    .reset       (reset),
+    .write       (_logicalStart_table_logical_write),
+    .writeIndex  (_logicalStart_table_logical_writeIndex),
+    .writeMask   (table_mask),
+    .writeData   (table_data),
+    .readIndex_0 (search_index),
+    .readData_0  (_logicalStart_table_logical_readData_0)
+  );
+  assign _extent_table_extent_write = mine & table_word[1:0] == 2'h1;
+  assign _extent_table_extent_writeIndex = table_word[4:2];
+  assign _extent_table_extent_writeData = {table_data[26:24], table_data[18:0]};
+  WideTable_1 extent_table_extent (
+    .clock       (clock),
+    .reset       (reset),
+    .write       (_extent_table_extent_write),
+    .writeIndex  (_extent_table_extent_writeIndex),
+    .writeMask   (table_mask),
+    .writeData   (_extent_table_extent_writeData),
+    .readIndex_0 (index),
+    .readData_0  (_extent_table_extent_readData_0)
+  );
+  assign _local_table_local_write = mine & table_word[1:0] == 2'h2;
+  assign _local_table_local_writeIndex = table_word[4:2];
+  assign _local_table_local_writeData = {table_data[25:24], table_data[18:0]};
+  WideTable_2 local_table_local (
+    .clock       (clock),
+    .reset       (reset),
+    .write       (_local_table_local_write),
+    .writeIndex  (_local_table_local_writeIndex),
+    .writeMask   (table_mask),
+    .writeData   (_local_table_local_writeData),
+    .readIndex_0 (index),
+    .readData_0  (_local_table_local_readData_0)
+  );
+  assign _kept_write = begins | ~hit_0;
+  assign _kept_writeData =
+    {word_hit,
+     search_direct ? search_behind[16:0] : m_address,
+     before_0,
+     word_bits_first,
+     word_bits_last,
+     word_bits_early,
+     word_bits_startBit,
+     word_bits_stopBit,
+     word_bits_turn};
+  assign _kept_readAddress = {2'h0, readSlot};
+  DualPortRam #(
+    .ADDRESS_BITS(4),
+    .DEPTH(16),
+    .WIDTH(31)
+  ) kept (
+    .clock        (clock),
+    .write        (_kept_write),
+    .writeAddress (_GEN),
+    .writeData    (_kept_writeData),
+    .readAddress  (_kept_readAddress),
+    .readData     (_kept_readData)
+  );
+  assign _kept_1_write = begins | ~hit_1;
+  assign _kept_1_writeData =
+    {word_1_hit,
+     search_direct ? search_behind[16:0] : m_address,
+     before_0,
+     word_bits_first,
+     word_bits_last,
+     word_bits_early,
+     word_bits_startBit,
+     word_bits_stopBit,
+     word_bits_turn};
+  assign _kept_1_readAddress = {2'h0, writeSlot};
+  DualPortRam #(
+    .ADDRESS_BITS(4),
+    .DEPTH(16),
+    .WIDTH(31)
+  ) kept_1 (
+    .clock        (clock),
+    .write        (_kept_1_write),
+    .writeAddress (_GEN),
+    .writeData    (_kept_1_writeData),
+    .readAddress  (_kept_1_readAddress),
+    .readData     (_kept_1_readData)
+  );
+  assign read_hit = _kept_readData[30];
+  assign read_address = _kept_readData[29:13];
+  assign read_before = _kept_readData[12];
+  assign read_bits_first = _kept_readData[11];
+  assign read_bits_last = _kept_readData[10];
+  assign read_bits_early = _kept_readData[9];
+  assign read_bits_startBit = _kept_readData[8:6];
+  assign read_bits_stopBit = _kept_readData[5:3];
+  assign read_bits_turn = _kept_readData[2:0];
+  assign write_hit = _kept_1_readData[30];
+  assign write_address = _kept_1_readData[29:13];
+  assign write_before = _kept_1_readData[12];
+  assign write_bits_first = _kept_1_readData[11];
+  assign write_bits_last = _kept_1_readData[10];
+  assign write_bits_early = _kept_1_readData[9];
+  assign write_bits_startBit = _kept_1_readData[8:6];
+  assign write_bits_stopBit = _kept_1_readData[5:3];
+  assign write_bits_turn = _kept_1_readData[2:0];
+endmodule
+
 module Fmmus(
   input         clock,
   input         reset,
-  input         write_valid,
-  input  [11:0] write_bits_address,
-  input         write_bits_mask,
-  input  [7:0]  write_bits_data,
-  input  [2:0]  index,
-  input  [32:0] behind,
+  input         table_valid,
+  input  [9:0]  table_word,
+  input  [3:0]  table_mask,
+  input  [31:0] table_data,
+  input  [2:0]  search_index,
+  input  [32:0] search_behind,
+  input         search_direct,
+  input  [1:0]  search_slot,
+  input         search_before,
+  input         search_past,
+  input  [1:0]  readSlot,
+  input  [1:0]  writeSlot,
   output        read_hit,
   output [16:0] read_address,
-  output        read_first,
-  output        read_last,
-  output        read_early,
-  output [2:0]  read_startBit,
-  output [2:0]  read_stopBit,
-  output [2:0]  read_turn,
-  output        writes_hit,
-  output [16:0] writes_address,
-  output        writes_first,
-  output        writes_last,
-  output        writes_early,
-  output [2:0]  writes_startBit,
-  output [2:0]  writes_stopBit,
-  output [2:0]  writes_turn
+  output        read_before,
+  output        read_bits_first,
+  output        read_bits_last,
+  output        read_bits_early,
+  output [2:0]  read_bits_startBit,
+  output [2:0]  read_bits_stopBit,
+  output [2:0]  read_bits_turn,
+  output        write_hit,
+  output [16:0] write_address,
+  output        write_before,
+  output        write_bits_first,
+  output        write_bits_last,
+  output        write_bits_early,
+  output [2:0]  write_bits_startBit,
+  output [2:0]  write_bits_stopBit,
+  output [2:0]  write_bits_turn
 );
 
-  wire        _results_table_0_2_write;
-  wire [2:0]  _results_table_0_2_writeIndex;
-  wire [3:0]  _results_table_0_2_writeMask;
-  wire [31:0] _results_table_0_2_writeData;
-  wire [31:0] _results_table_0_2_readData_0;
-  wire        _results_table_0_1_write;
-  wire [2:0]  _results_table_0_1_writeIndex;
-  wire [3:0]  _results_table_0_1_writeMask;
-  wire [31:0] _results_table_0_1_writeData;
-  wire [31:0] _results_table_0_1_readData_0;
-  wire        _results_table_0_0_write;
-  wire [2:0]  _results_table_0_0_writeIndex;
-  wire [3:0]  _results_table_0_0_writeMask;
-  wire [31:0] _results_table_0_0_writeData;
-  wire [31:0] _results_table_0_0_readData_0;
-  wire        hitsArea = write_valid & write_bits_address[11:8] == 4'h6 & write_bits_address[3:2] != 2'h3;
-  wire [7:0]  _GEN = {7'h0, write_bits_mask};
-  wire [7:0]  _GEN_0 = {6'h0, write_bits_address[1:0]};
-  wire [7:0]  _results_mask_T_2 = _GEN << _GEN_0;
-  wire [7:0]  _results_mask_T_5 = _GEN << _GEN_0;
-  wire [7:0]  _results_mask_T_8 = _GEN << _GEN_0;
-  reg         results_active_0_0;
-  reg         results_active_0_1;
-  reg         results_active_0_2;
-  reg         results_active_0_3;
-  reg         results_active_0_4;
-  reg         results_active_0_5;
-  reg         results_active_0_6;
-  reg         results_active_0_7;
-  reg  [2:0]  results_started;
-  reg  [32:0] results_distance;
-  reg  [15:0] results_length;
-  reg  [15:0] results_start;
-  reg         results_forReads;
-  reg         results_forWrites;
-  reg         results_takes;
-  reg         casez_tmp;
-  always @(*) begin
-    casez (results_started)
-      3'b000:
-        casez_tmp = results_active_0_0;
-      3'b001:
-        casez_tmp = results_active_0_1;
-      3'b010:
-        casez_tmp = results_active_0_2;
-      3'b011:
-        casez_tmp = results_active_0_3;
-      3'b100:
-        casez_tmp = results_active_0_4;
-      3'b101:
-        casez_tmp = results_active_0_5;
-      3'b110:
-        casez_tmp = results_active_0_6;
-      default:
-        casez_tmp = results_active_0_7;
-    endcase
-  end // always @(*)
-  reg         results_begins;
-  reg  [2:0]  results_startBit;
-  reg  [2:0]  results_stopBit;
-  reg  [2:0]  results_turn;
-  reg         results_upward;
-  reg         found_read_0_hit;
-  reg  [16:0] found_read_0_address;
-  reg         found_read_0_first;
-  reg         found_read_0_last;
-  reg         found_read_0_early;
-  reg  [2:0]  found_read_0_startBit;
-  reg  [2:0]  found_read_0_stopBit;
-  reg  [2:0]  found_read_0_turn;
-  reg         found_write_0_hit;
-  reg  [16:0] found_write_0_address;
-  reg         found_write_0_first;
-  reg         found_write_0_last;
-  reg         found_write_0_early;
-  reg  [2:0]  found_write_0_startBit;
-  reg  [2:0]  found_write_0_stopBit;
-  reg  [2:0]  found_write_0_turn;
-  wire [16:0] results_left = {1'h0, results_length} + {1'h0, ~(results_distance[15:0])};
-  wire        results_isLast = results_left[15:0] == 16'h0;
-  wire        results_isEarly = (&results_distance) & results_upward & (|results_length);
-  wire        results_inside = ~(results_distance[32]) & results_distance[31:16] == 16'h0 & results_left[16];
-  wire [17:0] _results_sum_T_3 = {1'h0, results_start, 1'h1} + {1'h0, results_distance[15:0], results_upward};
-  wire [16:0] results_physical = {_results_sum_T_3[17] & ~results_isEarly, _results_sum_T_3[16:1]};
-  always @(posedge clock) begin
-    if (reset) begin
-      results_active_0_0 <= 1'h0;
-      results_active_0_1 <= 1'h0;
-      results_active_0_2 <= 1'h0;
-      results_active_0_3 <= 1'h0;
-      results_active_0_4 <= 1'h0;
-      results_active_0_5 <= 1'h0;
-      results_active_0_6 <= 1'h0;
-      results_active_0_7 <= 1'h0;
-    end
-    else begin
-      if (write_valid & write_bits_address == 12'h60C & write_bits_mask)
-        results_active_0_0 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h61C & write_bits_mask)
-        results_active_0_1 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h62C & write_bits_mask)
-        results_active_0_2 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h63C & write_bits_mask)
-        results_active_0_3 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h64C & write_bits_mask)
-        results_active_0_4 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h65C & write_bits_mask)
-        results_active_0_5 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h66C & write_bits_mask)
-        results_active_0_6 <= write_bits_data[0];
-      if (write_valid & write_bits_address == 12'h67C & write_bits_mask)
-        results_active_0_7 <= write_bits_data[0];
-    end
-    results_started <= index;
-    results_distance <= behind + {1'h1, ~_results_table_0_0_readData_0};
-    results_length <= _results_table_0_1_readData_0[15:0];
-    results_start <= _results_table_0_2_readData_0[15:0];
-    results_forReads <= _results_table_0_2_readData_0[24];
-    results_forWrites <= _results_table_0_2_readData_0[25];
-    results_takes <= casez_tmp;
-    results_begins <= results_started == 3'h0;
-    results_startBit <= _results_table_0_1_readData_0[18:16];
-    results_stopBit <= _results_table_0_1_readData_0[26:24];
-    results_turn <= _results_table_0_2_readData_0[18:16] - _results_table_0_1_readData_0[18:16];
-    results_upward <= _results_table_0_2_readData_0[18:16] > _results_table_0_1_readData_0[18:16];
-    if (results_begins | ~found_read_0_hit) begin
-      found_read_0_hit <= results_takes & (results_inside | results_isEarly) & results_forReads;
-      found_read_0_address <= results_physical;
-      found_read_0_first <= ~(|(results_distance[15:0]));
-      found_read_0_last <= results_isLast;
-      found_read_0_early <= results_isEarly;
-      found_read_0_startBit <= results_startBit;
-      found_read_0_stopBit <= results_stopBit;
-      found_read_0_turn <= results_turn;
-    end
-    if (results_begins | ~found_write_0_hit) begin
-      found_write_0_hit <= results_takes & (results_inside | results_isEarly) & results_forWrites;
-      found_write_0_address <= results_physical;
-      found_write_0_first <= ~(|(results_distance[15:0]));
-      found_write_0_last <= results_isLast;
-      found_write_0_early <= results_isEarly;
-      found_write_0_startBit <= results_startBit;
-      found_write_0_stopBit <= results_stopBit;
-      found_write_0_turn <= results_turn;
-    end
-  end // always @(posedge)
-  assign _results_table_0_0_write = hitsArea & write_bits_address[3:2] == 2'h0;
-  assign _results_table_0_0_writeIndex = write_bits_address[6:4];
-  assign _results_table_0_0_writeMask = _results_mask_T_2[3:0];
-  assign _results_table_0_0_writeData = {4{write_bits_data}};
-  WideTable results_table_0_0 (
-    .clock       (clock),
-    .reset       (reset),
-    .write       (_results_table_0_0_write),
-    .writeIndex  (_results_table_0_0_writeIndex),
-    .writeMask   (_results_table_0_0_writeMask),
-    .writeData   (_results_table_0_0_writeData),
-    .readIndex_0 (index),
-    .readData_0  (_results_table_0_0_readData_0)
+  BitwiseFmmuBank bank_0 (
+    .clock               (clock),
+    .reset               (reset),
+    .table_valid         (table_valid),
+    .table_word          (table_word),
+    .table_mask          (table_mask),
+    .table_data          (table_data),
+    .search_index        (search_index),
+    .search_behind       (search_behind),
+    .search_direct       (search_direct),
+    .search_slot         (search_slot),
+    .search_before       (search_before),
+    .search_past         (search_past),
+    .readSlot            (readSlot),
+    .writeSlot           (writeSlot),
+    .read_hit            (read_hit),
+    .read_address        (read_address),
+    .read_before         (read_before),
+    .read_bits_first     (read_bits_first),
+    .read_bits_last      (read_bits_last),
+    .read_bits_early     (read_bits_early),
+    .read_bits_startBit  (read_bits_startBit),
+    .read_bits_stopBit   (read_bits_stopBit),
+    .read_bits_turn      (read_bits_turn),
+    .write_hit           (write_hit),
+    .write_address       (write_address),
+    .write_before        (write_before),
+    .write_bits_first    (write_bits_first),
+    .write_bits_last     (write_bits_last),
+    .write_bits_early    (write_bits_early),
+    .write_bits_startBit (write_bits_startBit),
+    .write_bits_stopBit  (write_bits_stopBit),
+    .write_bits_turn     (write_bits_turn)
   );
-  assign _results_table_0_1_write = hitsArea & write_bits_address[3:2] == 2'h1;
-  assign _results_table_0_1_writeIndex = write_bits_address[6:4];
-  assign _results_table_0_1_writeMask = _results_mask_T_5[3:0];
-  assign _results_table_0_1_writeData = {4{write_bits_data}};
-  WideTable results_table_0_1 (
-    .clock       (clock),
-    .reset       (reset),
-    .write       (_results_table_0_1_write),
-    .writeIndex  (_results_table_0_1_writeIndex),
-    .writeMask   (_results_table_0_1_writeMask),
-    .writeData   (_results_table_0_1_writeData),
-    .readIndex_0 (index),
-    .readData_0  (_results_table_0_1_readData_0)
-  );
-  assign _results_table_0_2_write = hitsArea & write_bits_address[3:2] == 2'h2;
-  assign _results_table_0_2_writeIndex = write_bits_address[6:4];
-  assign _results_table_0_2_writeMask = _results_mask_T_8[3:0];
-  assign _results_table_0_2_writeData = {4{write_bits_data}};
-  WideTable results_table_0_2 (
-    .clock       (clock),
-    .reset       (reset),
-    .write       (_results_table_0_2_write),
-    .writeIndex  (_results_table_0_2_writeIndex),
-    .writeMask   (_results_table_0_2_writeMask),
-    .writeData   (_results_table_0_2_writeData),
-    .readIndex_0 (index),
-    .readData_0  (_results_table_0_2_readData_0)
-  );
-  assign read_hit = found_read_0_hit;
-  assign read_address = found_read_0_address;
-  assign read_first = found_read_0_first;
-  assign read_last = found_read_0_last;
-  assign read_early = found_read_0_early;
-  assign read_startBit = found_read_0_startBit;
-  assign read_stopBit = found_read_0_stopBit;
-  assign read_turn = found_read_0_turn;
-  assign writes_hit = found_write_0_hit;
-  assign writes_address = found_write_0_address;
-  assign writes_first = found_write_0_first;
-  assign writes_last = found_write_0_last;
-  assign writes_early = found_write_0_early;
-  assign writes_startBit = found_write_0_startBit;
-  assign writes_stopBit = found_write_0_stopBit;
-  assign writes_turn = found_write_0_turn;
 endmodule
 
 module AreaScan(
   input         clock,
   input  [2:0]  entry_index,
   input  [15:0] entry_start,
-  input  [15:0] entry_length,
   input  [17:0] entry_extent,
   input         entry_takesPart,
   input         entry_begins,
   input  [15:0] address,
   output        result_hit,
   output [2:0]  result_index,
-  output [15:0] result_length,
   output        result_first,
   output        result_last
 );
 
   reg  [2:0]  stage_index;
-  reg  [15:0] stage_length;
   reg  [17:0] stage_extent;
   reg         stage_takesPart;
   reg         stage_begins;
   reg  [16:0] distance;
   reg         found_hit;
   reg  [2:0]  found_index;
-  reg  [15:0] found_length;
   reg         found_first;
   reg         found_last;
-  wire [18:0] left = {1'h0, stage_extent} - {3'h0, distance[15:0]};
+  wire [18:0] left = {1'h0, stage_extent} + {3'h3, ~(distance[15:0])};
   always @(posedge clock) begin
     stage_index <= entry_index;
-    stage_length <= entry_length;
     stage_extent <= entry_extent;
     stage_takesPart <= entry_takesPart;
     stage_begins <= entry_begins;
     distance <= {1'h0, address} - {1'h0, entry_start};
     if (stage_begins | ~found_hit) begin
-      found_hit <= stage_takesPart & ~(distance[16]) & ~(left[18]) & (|(left[17:0]));
+      found_hit <= stage_takesPart & ~(distance[16]) & left[18];
       found_index <= stage_index;
-      found_length <= stage_length;
       found_first <= distance[15:0] == 16'h0;
-      found_last <= left[17:0] == 18'h1;
+      found_last <= left[17:0] == 18'h0;
     end
   end // always @(posedge)
   assign result_hit = found_hit;
   assign result_index = found_index;
-  assign result_length = found_length;
   assign result_first = found_first;
   assign result_last = found_last;
+endmodule
+
+module AreaSearch(
+  input         clock,
+  input  [3:0]  schedule_cycle,
+  input         mapped_hit,
+  input  [16:0] mapped_address,
+  input         mapped_before,
+  input         mapped_bits_last,
+  input         mapped_bits_early,
+  input  [2:0]  mapped_bits_stopBit,
+  input  [2:0]  mapped_bits_turn,
+  input  [2:0]  entries_0_index,
+  input  [15:0] entries_0_start,
+  input  [17:0] entries_0_extent,
+  input         entries_0_takesPart,
+  input         entries_0_begins,
+  input         ramOpen,
+  output        target_exists,
+  output        target_inManaged,
+  output        target_inMemory,
+  output        target_area_hit,
+  output [2:0]  target_area_index,
+  output        target_area_first,
+  output        target_area_last
+);
+
+  reg         exists;
+  reg  [15:0] address;
+  reg         target_exists_r;
+  reg         target_inManaged_r;
+  reg         target_inMemory_r;
+  wire [3:0]  _exists_T_12 = {1'h0, mapped_bits_stopBit} + {1'h0, mapped_bits_turn};
+  always @(posedge clock) begin
+    if (schedule_cycle == 4'h3) begin
+      exists <=
+        mapped_hit & ~(mapped_address[16])
+        & (mapped_before
+             ? (|mapped_bits_turn) & (mapped_bits_early | ~mapped_bits_last)
+             : mapped_bits_early | ~mapped_bits_last | ~(|mapped_bits_turn) | _exists_T_12[3]);
+      address <= mapped_address[15:0];
+      target_exists_r <= exists;
+      target_inManaged_r <= address > 16'hF7F;
+      target_inMemory_r <= exists & (address < 16'h1000 ? address[7] : ramOpen & address < 16'h3000);
+    end
+  end // always @(posedge)
+  AreaScan target_area_scan (
+    .clock           (clock),
+    .entry_index     (entries_0_index),
+    .entry_start     (entries_0_start),
+    .entry_extent    (entries_0_extent),
+    .entry_takesPart (entries_0_takesPart),
+    .entry_begins    (entries_0_begins),
+    .address         (address),
+    .result_hit      (target_area_hit),
+    .result_index    (target_area_index),
+    .result_first    (target_area_first),
+    .result_last     (target_area_last)
+  );
+  assign target_exists = target_exists_r;
+  assign target_inManaged = target_inManaged_r;
+  assign target_inMemory = target_inMemory_r;
+endmodule
+
+module Fetch(
+  input         clock,
+  input  [3:0]  schedule_cycle,
+  input         newFrame,
+  input         readTarget_exists,
+  input         readTarget_inManaged,
+  input         readTarget_inMemory,
+  input         readTarget_area_hit,
+  input  [2:0]  readTarget_area_index,
+  input         readTarget_area_first,
+  input         readTarget_area_last,
+  input         writeTarget_exists,
+  input         writeTarget_inManaged,
+  input         writeTarget_inMemory,
+  input         writeTarget_area_hit,
+  input  [2:0]  writeTarget_area_index,
+  input         writeTarget_area_first,
+  input         writeTarget_area_last,
+  input         reads,
+  input         writes,
+  input  [15:0] readAddress,
+  input  [15:0] writeAddress,
+  output        ask_valid,
+  output [2:0]  ask_number,
+  output        ask_access_write,
+  output        ask_access_touch,
+  output        ask_access_first,
+  output        ask_access_single,
+  input         answer_allowed,
+  input         answer_inBuffer,
+  input  [16:0] offset,
+  output [16:0] read_address,
+  output        read_may,
+  output        read_inBuffer,
+  output [2:0]  read_index,
+  output        read_first,
+  output        read_last,
+  output        read_single,
+  output [16:0] write_address,
+  output        write_may,
+  output        write_inBuffer,
+  output [2:0]  write_index,
+  output        write_first,
+  output        write_last,
+  output        write_single
+);
+
+  wire        _ask_access_touch_T = schedule_cycle == 4'h5;
+  reg         reading_exists;
+  reg         reading_inManaged;
+  reg         reading_inMemory;
+  reg         reading_area_hit;
+  reg  [2:0]  reading_area_index;
+  reg         reading_area_first;
+  reg         reading_area_last;
+  reg         wanted;
+  reg         writing_exists;
+  reg         writing_inManaged;
+  reg         writing_inMemory;
+  reg         writing_area_hit;
+  reg  [2:0]  writing_area_index;
+  reg         writing_area_first;
+  reg         writing_area_last;
+  wire        asked_area_first = _ask_access_touch_T ? readTarget_area_first : writing_area_first;
+  wire        _ask_access_write_T = schedule_cycle == 4'h2;
+  wire        _write_inBuffer_T = writing_area_hit & writing_inManaged;
+  reg         may;
+  reg  [16:0] read_address_r;
+  reg         read_inBuffer_r;
+  reg  [2:0]  read_index_r;
+  reg         read_first_r;
+  reg         read_last_r;
+  reg         may_1;
+  reg  [16:0] write_address_r;
+  reg         write_inBuffer_r;
+  reg  [2:0]  write_index_r;
+  reg         write_first_r;
+  reg         write_last_r;
+  wire [17:0] moved =
+    {2'h0, schedule_cycle[0] ? readAddress : writeAddress}
+    + {1'h0,
+       (schedule_cycle[0] ? reading_area_hit : writing_area_hit)
+       & (schedule_cycle[0] ? reading_inManaged : writing_inManaged)
+       & ~((schedule_cycle[0] ? reading_area_first : writing_area_first)
+           & (schedule_cycle[0] ? reading_area_last : writing_area_last))
+         ? offset
+         : 17'h0};
+  wire [16:0] address = {|(moved[17:16]), moved[15:0]};
+  wire        _GEN = schedule_cycle == 4'h7;
+  wire        _GEN_0 = schedule_cycle == 4'h4;
+  wire        _read_inBuffer_T = reading_area_hit & reading_inManaged;
+  always @(posedge clock) begin
+    if (_ask_access_touch_T) begin
+      reading_exists <= readTarget_exists;
+      reading_inManaged <= readTarget_inManaged;
+      reading_inMemory <= readTarget_inMemory;
+      reading_area_hit <= readTarget_area_hit;
+      reading_area_index <= readTarget_area_index;
+      reading_area_first <= readTarget_area_first;
+      reading_area_last <= readTarget_area_last;
+      wanted <= reads;
+      writing_exists <= writeTarget_exists;
+      writing_inManaged <= writeTarget_inManaged;
+      writing_inMemory <= writeTarget_inMemory;
+      writing_area_hit <= writeTarget_area_hit;
+      writing_area_index <= writeTarget_area_index;
+      writing_area_first <= writeTarget_area_first;
+      writing_area_last <= writeTarget_area_last;
+    end
+    if (_GEN) begin
+      read_address_r <= address;
+      read_inBuffer_r <= _read_inBuffer_T & reading_inMemory & answer_inBuffer;
+      read_index_r <= reading_area_index;
+      read_first_r <= reading_area_first;
+      read_last_r <= reading_area_last;
+    end
+    if (_GEN_0) begin
+      write_address_r <= address;
+      write_inBuffer_r <= _write_inBuffer_T & writing_inMemory & answer_inBuffer;
+      write_index_r <= writing_area_index;
+      write_first_r <= writing_area_first;
+      write_last_r <= writing_area_last;
+    end
+    if (newFrame) begin
+      may <= 1'h0;
+      may_1 <= 1'h0;
+    end
+    else begin
+      if (_GEN)
+        may <= reading_exists & (~_read_inBuffer_T | reading_inMemory & answer_allowed) & wanted;
+      if (_GEN_0)
+        may_1 <= writing_exists & (~_write_inBuffer_T | writing_inMemory & answer_allowed);
+    end
+  end // always @(posedge)
+  assign ask_valid =
+    _ask_access_touch_T & reads & readTarget_area_hit & readTarget_inManaged & readTarget_inMemory | _ask_access_write_T
+    & writes & _write_inBuffer_T;
+  assign ask_number = _ask_access_touch_T ? readTarget_area_index : writing_area_index;
+  assign ask_access_write = _ask_access_write_T;
+  assign ask_access_touch = _ask_access_touch_T;
+  assign ask_access_first = asked_area_first;
+  assign ask_access_single = asked_area_first & (_ask_access_touch_T ? readTarget_area_last : writing_area_last);
+  assign read_address = read_address_r;
+  assign read_may = may;
+  assign read_inBuffer = read_inBuffer_r;
+  assign read_index = read_index_r;
+  assign read_first = read_first_r;
+  assign read_last = read_last_r;
+  assign read_single = read_first_r & read_last_r;
+  assign write_address = write_address_r;
+  assign write_may = may_1;
+  assign write_inBuffer = write_inBuffer_r;
+  assign write_index = write_index_r;
+  assign write_first = write_first_r;
+  assign write_last = write_last_r;
+  assign write_single = write_first_r & write_last_r;
+endmodule
+
+module BitMover(
+  input         clock,
+  input         schedule_ends,
+  input  [7:0]  readByte,
+  input         isRead,
+  input         readFrom_hit,
+  input         readFrom_before,
+  input         readFrom_bits_first,
+  input         readFrom_bits_last,
+  input         readFrom_bits_early,
+  input  [2:0]  readFrom_bits_startBit,
+  input  [2:0]  readFrom_bits_stopBit,
+  input  [2:0]  readFrom_bits_turn,
+  input         high,
+  output [3:0]  readNibble,
+  output [3:0]  readMask,
+  input  [7:0]  passed,
+  input         first,
+  input         second,
+  input         isLast,
+  input  [16:0] address,
+  input         may,
+  input         writeTo_hit,
+  input         writeTo_before,
+  input         writeTo_bits_first,
+  input         writeTo_bits_last,
+  input         writeTo_bits_early,
+  input  [2:0]  writeTo_bits_startBit,
+  input  [2:0]  writeTo_bits_stopBit,
+  input  [2:0]  writeTo_bits_turn,
+  output        written_valid,
+  output [16:0] written_bits_address,
+  output        written_bits_may,
+  output [7:0]  written_bits_data
+);
+
+  reg  [6:0]  byteBefore;
+  reg         isReadBefore;
+  wire [2:0]  low = readFrom_bits_first ? readFrom_bits_startBit : 3'h0;
+  wire [2:0]  high_1 = readFrom_bits_last ? readFrom_bits_stopBit : 3'h7;
+  wire        some = readFrom_hit & ~readFrom_bits_early & ~readFrom_before & low <= high_1;
+  wire        both_1 = (|readFrom_bits_turn) & readFrom_bits_turn < 3'h2 ? byteBefore[0] : readByte[1];
+  wire        both_2 = (|readFrom_bits_turn) & readFrom_bits_turn < 3'h3 ? byteBefore[1] : readByte[2];
+  wire        both_3 = (|readFrom_bits_turn) & ~(readFrom_bits_turn[2]) ? byteBefore[2] : readByte[3];
+  wire        both_4 = (|readFrom_bits_turn) & readFrom_bits_turn < 3'h5 ? byteBefore[3] : readByte[4];
+  wire        both_5 = (|readFrom_bits_turn) & readFrom_bits_turn[2:1] != 2'h3 ? byteBefore[4] : readByte[5];
+  wire        both_6 = (|readFrom_bits_turn) & readFrom_bits_turn != 3'h7 ? byteBefore[5] : readByte[6];
+  wire        both_7 = (|readFrom_bits_turn) ? byteBefore[6] : readByte[7];
+  wire [2:0]  readMask_bit = {high, 2'h0};
+  wire [2:0]  _readNibble_T_1 = readFrom_bits_turn ^ readMask_bit;
+  wire        _readNibble_T_3 = _readNibble_T_1[0] ? both_1 : readByte[0];
+  wire        _readNibble_T_5 = _readNibble_T_1[0] ? both_2 : both_1;
+  wire        _readNibble_T_7 = _readNibble_T_1[0] ? both_3 : both_2;
+  wire        _readNibble_T_9 = _readNibble_T_1[0] ? both_4 : both_3;
+  wire        _readNibble_T_11 = _readNibble_T_1[0] ? both_5 : both_4;
+  wire        _readNibble_T_13 = _readNibble_T_1[0] ? both_6 : both_5;
+  wire        _readNibble_T_15 = _readNibble_T_1[0] ? both_7 : both_6;
+  wire        _readNibble_T_17 = _readNibble_T_1[0] ? readByte[0] : both_7;
+  wire [3:0]  _GEN = {1'h0, readFrom_bits_turn};
+  wire [3:0]  _readMask_T_5 = {1'h0, high, 2'h0} + _GEN;
+  wire [2:0]  readMask_bit_1 = {high, 2'h1};
+  wire [3:0]  _readMask_T_16 = {1'h0, high, 2'h1} + _GEN;
+  wire [2:0]  readMask_bit_2 = {high, 2'h2};
+  wire [3:0]  _readMask_T_27 = {1'h0, high, 2'h2} + _GEN;
+  wire [2:0]  readMask_bit_3 = {high, 2'h3};
+  wire [3:0]  _readMask_T_38 = {1'h0, high, 2'h3} + _GEN;
+  wire [2:0]  low_1 = writeTo_bits_first ? writeTo_bits_startBit : 3'h0;
+  wire [2:0]  high_2 = writeTo_bits_last ? writeTo_bits_stopBit : 3'h7;
+  wire        some_1 = writeTo_hit & ~writeTo_bits_early & ~writeTo_before & low_1 <= high_2;
+  wire        _lower_mask_local_T = low_1 == 3'h0;
+  wire        _upper_data_local_T_5 = passed[0] & some_1 & _lower_mask_local_T;
+  wire        _lower_mask_local_T_4 = low_1 < 3'h2;
+  wire        _upper_data_local_T_11 = passed[1] & some_1 & _lower_mask_local_T_4 & (|high_2);
+  wire        _lower_mask_local_T_8 = low_1 < 3'h3;
+  wire        _upper_data_local_T_17 = passed[2] & some_1 & _lower_mask_local_T_8 & (|(high_2[2:1]));
+  wire        _lower_mask_local_T_14 = high_2 > 3'h2;
+  wire        _upper_data_local_T_23 = passed[3] & some_1 & ~(low_1[2]) & _lower_mask_local_T_14;
+  wire        _lower_mask_local_T_16 = low_1 < 3'h5;
+  wire        _upper_data_local_T_29 = passed[4] & some_1 & _lower_mask_local_T_16 & high_2[2];
+  wire        _lower_mask_local_T_20 = low_1[2:1] != 2'h3;
+  wire        _lower_mask_local_T_22 = high_2 > 3'h4;
+  wire        _upper_data_local_T_35 = passed[5] & some_1 & _lower_mask_local_T_20 & _lower_mask_local_T_22;
+  wire        _lower_mask_local_T_24 = low_1 != 3'h7;
+  wire        _lower_mask_local_T_26 = high_2 > 3'h5;
+  wire        _upper_data_local_T_41 = passed[6] & some_1 & _lower_mask_local_T_24 & _lower_mask_local_T_26;
+  wire        _upper_data_local_T_47 = passed[7] & some_1 & (&high_2);
+  wire [3:0]  _GEN_0 = {1'h0, writeTo_bits_turn};
+  wire [2:0]  _GEN_1 = 3'h0 - writeTo_bits_turn;
+  wire        _upper_data_local_T_51 = _GEN_1[0] ? _upper_data_local_T_11 : _upper_data_local_T_5;
+  wire        _upper_data_local_T_53 = _GEN_1[0] ? _upper_data_local_T_17 : _upper_data_local_T_11;
+  wire        _upper_data_local_T_55 = _GEN_1[0] ? _upper_data_local_T_23 : _upper_data_local_T_17;
+  wire        _upper_data_local_T_57 = _GEN_1[0] ? _upper_data_local_T_29 : _upper_data_local_T_23;
+  wire        _upper_data_local_T_59 = _GEN_1[0] ? _upper_data_local_T_35 : _upper_data_local_T_29;
+  wire        _upper_data_local_T_61 = _GEN_1[0] ? _upper_data_local_T_41 : _upper_data_local_T_35;
+  wire        _upper_data_local_T_63 = _GEN_1[0] ? _upper_data_local_T_47 : _upper_data_local_T_41;
+  wire        _upper_data_local_T_65 = _GEN_1[0] ? _upper_data_local_T_5 : _upper_data_local_T_47;
+  wire        _upper_data_local_T_67 = _GEN_1[1] ? _upper_data_local_T_55 : _upper_data_local_T_51;
+  wire        _upper_data_local_T_69 = _GEN_1[1] ? _upper_data_local_T_57 : _upper_data_local_T_53;
+  wire        _upper_data_local_T_71 = _GEN_1[1] ? _upper_data_local_T_59 : _upper_data_local_T_55;
+  wire        _upper_data_local_T_73 = _GEN_1[1] ? _upper_data_local_T_61 : _upper_data_local_T_57;
+  wire        _upper_data_local_T_75 = _GEN_1[1] ? _upper_data_local_T_63 : _upper_data_local_T_59;
+  wire        _upper_data_local_T_77 = _GEN_1[1] ? _upper_data_local_T_65 : _upper_data_local_T_61;
+  wire        _upper_data_local_T_79 = _GEN_1[1] ? _upper_data_local_T_51 : _upper_data_local_T_63;
+  wire        _upper_data_local_T_81 = _GEN_1[1] ? _upper_data_local_T_53 : _upper_data_local_T_65;
+  wire        _lower_mask_T_6 = writeTo_bits_turn < 3'h2;
+  wire        _lower_mask_T_11 = writeTo_bits_turn < 3'h3;
+  wire        _lower_mask_T_21 = writeTo_bits_turn < 3'h5;
+  wire        _lower_mask_T_26 = writeTo_bits_turn[2:1] != 2'h3;
+  wire        _lower_mask_T_31 = writeTo_bits_turn != 3'h7;
+  wire [7:0]  upper_data =
+    {(_GEN_1[2] ? _upper_data_local_T_73 : _upper_data_local_T_81) & ~(|writeTo_bits_turn),
+     (_GEN_1[2] ? _upper_data_local_T_71 : _upper_data_local_T_79) & ~((|writeTo_bits_turn) & _lower_mask_T_31),
+     (_GEN_1[2] ? _upper_data_local_T_69 : _upper_data_local_T_77) & ~((|writeTo_bits_turn) & _lower_mask_T_26),
+     (_GEN_1[2] ? _upper_data_local_T_67 : _upper_data_local_T_75) & ~((|writeTo_bits_turn) & _lower_mask_T_21),
+     (_GEN_1[2] ? _upper_data_local_T_81 : _upper_data_local_T_73) & ~((|writeTo_bits_turn) & ~(writeTo_bits_turn[2])),
+     (_GEN_1[2] ? _upper_data_local_T_79 : _upper_data_local_T_71) & ~((|writeTo_bits_turn) & _lower_mask_T_11),
+     (_GEN_1[2] ? _upper_data_local_T_77 : _upper_data_local_T_69) & ~((|writeTo_bits_turn) & _lower_mask_T_6),
+     _GEN_1[2] ? _upper_data_local_T_75 : _upper_data_local_T_67};
+  reg  [16:0] upperBefore_address;
+  reg         upperBefore_may;
+  reg  [7:0]  upperBefore_data;
+  wire        _lower_data_local_T_5 = passed[0] & some_1 & _lower_mask_local_T;
+  wire        _lower_data_local_T_11 = passed[1] & some_1 & _lower_mask_local_T_4 & (|high_2);
+  wire        _lower_data_local_T_17 = passed[2] & some_1 & _lower_mask_local_T_8 & (|(high_2[2:1]));
+  wire        _lower_data_local_T_23 = passed[3] & some_1 & ~(low_1[2]) & _lower_mask_local_T_14;
+  wire        _lower_data_local_T_29 = passed[4] & some_1 & _lower_mask_local_T_16 & high_2[2];
+  wire        _lower_data_local_T_35 = passed[5] & some_1 & _lower_mask_local_T_20 & _lower_mask_local_T_22;
+  wire        _lower_data_local_T_41 = passed[6] & some_1 & _lower_mask_local_T_24 & _lower_mask_local_T_26;
+  wire        _lower_data_local_T_47 = passed[7] & some_1 & (&high_2);
+  wire        _lower_data_local_T_51 = _GEN_1[0] ? _lower_data_local_T_11 : _lower_data_local_T_5;
+  wire        _lower_data_local_T_53 = _GEN_1[0] ? _lower_data_local_T_17 : _lower_data_local_T_11;
+  wire        _lower_data_local_T_55 = _GEN_1[0] ? _lower_data_local_T_23 : _lower_data_local_T_17;
+  wire        _lower_data_local_T_57 = _GEN_1[0] ? _lower_data_local_T_29 : _lower_data_local_T_23;
+  wire        _lower_data_local_T_59 = _GEN_1[0] ? _lower_data_local_T_35 : _lower_data_local_T_29;
+  wire        _lower_data_local_T_61 = _GEN_1[0] ? _lower_data_local_T_41 : _lower_data_local_T_35;
+  wire        _lower_data_local_T_63 = _GEN_1[0] ? _lower_data_local_T_47 : _lower_data_local_T_41;
+  wire        _lower_data_local_T_65 = _GEN_1[0] ? _lower_data_local_T_5 : _lower_data_local_T_47;
+  wire        _lower_data_local_T_69 = _GEN_1[1] ? _lower_data_local_T_57 : _lower_data_local_T_53;
+  wire        _lower_data_local_T_71 = _GEN_1[1] ? _lower_data_local_T_59 : _lower_data_local_T_55;
+  wire        _lower_data_local_T_73 = _GEN_1[1] ? _lower_data_local_T_61 : _lower_data_local_T_57;
+  wire        _lower_data_local_T_77 = _GEN_1[1] ? _lower_data_local_T_65 : _lower_data_local_T_61;
+  wire        _lower_data_local_T_79 = _GEN_1[1] ? _lower_data_local_T_51 : _lower_data_local_T_63;
+  wire        _lower_data_local_T_81 = _GEN_1[1] ? _lower_data_local_T_53 : _lower_data_local_T_65;
+  wire [3:0]  _written_valid_T_1 = {1'h0, low_1} + _GEN_0;
+  wire [3:0]  _written_valid_T_8 = {1'h0, high_2} + _GEN_0;
+  always @(posedge clock) begin
+    if (schedule_ends) begin
+      byteBefore <= readByte[7:1];
+      isReadBefore <= isRead;
+    end
+    if (second) begin
+      upperBefore_address <= address;
+      upperBefore_may <= may;
+      upperBefore_data <= upper_data;
+    end
+  end // always @(posedge)
+  assign readNibble =
+    {_readNibble_T_1[2]
+       ? (_readNibble_T_1[1] ? _readNibble_T_5 : _readNibble_T_17)
+       : _readNibble_T_1[1] ? _readNibble_T_13 : _readNibble_T_9,
+     _readNibble_T_1[2]
+       ? (_readNibble_T_1[1] ? _readNibble_T_3 : _readNibble_T_15)
+       : _readNibble_T_1[1] ? _readNibble_T_11 : _readNibble_T_7,
+     _readNibble_T_1[2]
+       ? (_readNibble_T_1[1] ? _readNibble_T_17 : _readNibble_T_13)
+       : _readNibble_T_1[1] ? _readNibble_T_9 : _readNibble_T_5,
+     _readNibble_T_1[2]
+       ? (_readNibble_T_1[1] ? _readNibble_T_15 : _readNibble_T_11)
+       : _readNibble_T_1[1] ? _readNibble_T_7 : _readNibble_T_3};
+  assign readMask =
+    {some & readMask_bit_3 >= low & readMask_bit_3 <= high_1
+       & ((|readFrom_bits_turn) & ~(_readMask_T_38[3]) ? isReadBefore : isRead),
+     some & readMask_bit_2 >= low & readMask_bit_2 <= high_1
+       & ((|readFrom_bits_turn) & ~(_readMask_T_27[3]) ? isReadBefore : isRead),
+     some & readMask_bit_1 >= low & readMask_bit_1 <= high_1
+       & ((|readFrom_bits_turn) & ~(_readMask_T_16[3]) ? isReadBefore : isRead),
+     some & readMask_bit >= low & readMask_bit <= high_1
+       & ((|readFrom_bits_turn) & ~(_readMask_T_5[3]) ? isReadBefore : isRead)};
+  assign written_valid =
+    first & some_1 & (|writeTo_bits_turn) & ~(_written_valid_T_1[3]) | second & some_1
+    & ~((|writeTo_bits_turn) & ~(_written_valid_T_8[3])) & (~(|writeTo_bits_turn) | writeTo_bits_last | isLast);
+  assign written_bits_address = first ? upperBefore_address : address;
+  assign written_bits_may = first ? upperBefore_may : may;
+  assign written_bits_data =
+    first
+      ? upperBefore_data
+        | {(_GEN_1[2] ? _lower_data_local_T_73 : _lower_data_local_T_81) & (|writeTo_bits_turn),
+           (_GEN_1[2] ? _lower_data_local_T_71 : _lower_data_local_T_79) & (|writeTo_bits_turn) & _lower_mask_T_31,
+           (_GEN_1[2] ? _lower_data_local_T_69 : _lower_data_local_T_77) & (|writeTo_bits_turn) & _lower_mask_T_26,
+           (_GEN_1[2]
+              ? (_GEN_1[1] ? _lower_data_local_T_55 : _lower_data_local_T_51)
+              : _GEN_1[1] ? _lower_data_local_T_63 : _lower_data_local_T_59) & (|writeTo_bits_turn) & _lower_mask_T_21,
+           (_GEN_1[2] ? _lower_data_local_T_81 : _lower_data_local_T_73) & (|writeTo_bits_turn)
+             & ~(writeTo_bits_turn[2]),
+           (_GEN_1[2] ? _lower_data_local_T_79 : _lower_data_local_T_71) & (|writeTo_bits_turn) & _lower_mask_T_11,
+           (_GEN_1[2] ? _lower_data_local_T_77 : _lower_data_local_T_69) & (|writeTo_bits_turn) & _lower_mask_T_6,
+           1'h0}
+      : upper_data;
 endmodule
 
 module TranslatedAccess(
@@ -2414,8 +3712,7 @@ module TranslatedAccess(
   input         request_read,
   input         request_write,
   input         request_logical,
-  input  [31:0] request_logicalAddress,
-  input  [15:0] request_address,
+  input  [32:0] request_address,
   input         enable,
   output        memory_frameStart,
   output        memory_read,
@@ -2427,20 +3724,20 @@ module TranslatedAccess(
   output        memory_write,
   output [15:0] memory_writeAddress,
   output [7:0]  memory_writeData,
+  output        advance,
   output [3:0]  readNibble,
   output [3:0]  readMask,
   output        readSuccess,
   output        writeSuccess,
   output        reads_al_status,
   output        reads_dl_status,
-  input         registerWrite_valid,
-  input  [11:0] registerWrite_bits_address,
-  input         registerWrite_bits_mask,
-  input  [7:0]  registerWrite_bits_data,
+  input         tableWrite_valid,
+  input  [9:0]  tableWrite_word,
+  input  [3:0]  tableWrite_mask,
+  input  [31:0] tableWrite_data,
   output [2:0]  areas_index,
   input  [2:0]  areas_entries_0_index,
   input  [15:0] areas_entries_0_start,
-  input  [15:0] areas_entries_0_length,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
   output        areas_turn,
@@ -2453,484 +3750,432 @@ module TranslatedAccess(
   output        areas_access_single,
   input         areas_answer_allowed,
   input         areas_answer_inBuffer,
-  input  [1:0]  areas_answer_buffer,
+  input  [16:0] areas_offset,
   input         areas_ramOpen
 );
 
-  wire        _scan_1_result_hit;
-  wire [2:0]  _scan_1_result_index;
-  wire [15:0] _scan_1_result_length;
-  wire        _scan_1_result_first;
-  wire        _scan_1_result_last;
-  wire        _scan_result_hit;
-  wire [2:0]  _scan_result_index;
-  wire [15:0] _scan_result_length;
-  wire        _scan_result_first;
-  wire        _scan_result_last;
-  wire [2:0]  _fmmus_index;
+  wire        _mover_may;
+  wire [3:0]  _mover_readMask;
+  wire        _mover_written_valid;
+  wire [16:0] _mover_written_bits_address;
+  wire        _mover_written_bits_may;
+  wire        _fetch_reads;
+  wire [15:0] _fetch_readAddress;
+  wire [15:0] _fetch_writeAddress;
+  wire        _fetch_ask_valid;
+  wire [2:0]  _fetch_ask_number;
+  wire        _fetch_ask_access_write;
+  wire        _fetch_ask_access_touch;
+  wire        _fetch_ask_access_first;
+  wire        _fetch_ask_access_single;
+  wire [16:0] _fetch_read_address;
+  wire        _fetch_read_may;
+  wire        _fetch_read_inBuffer;
+  wire [2:0]  _fetch_read_index;
+  wire        _fetch_read_first;
+  wire        _fetch_read_last;
+  wire        _fetch_read_single;
+  wire [16:0] _fetch_write_address;
+  wire        _fetch_write_may;
+  wire        _fetch_write_inBuffer;
+  wire [2:0]  _fetch_write_index;
+  wire        _fetch_write_first;
+  wire        _fetch_write_last;
+  wire        _fetch_write_single;
+  wire        _areaWrite_target_exists;
+  wire        _areaWrite_target_inManaged;
+  wire        _areaWrite_target_inMemory;
+  wire        _areaWrite_target_area_hit;
+  wire [2:0]  _areaWrite_target_area_index;
+  wire        _areaWrite_target_area_first;
+  wire        _areaWrite_target_area_last;
+  wire        _areaRead_target_exists;
+  wire        _areaRead_target_inManaged;
+  wire        _areaRead_target_inMemory;
+  wire        _areaRead_target_area_hit;
+  wire [2:0]  _areaRead_target_area_index;
+  wire        _areaRead_target_area_first;
+  wire        _areaRead_target_area_last;
+  wire [2:0]  _fmmus_search_index;
+  wire        _fmmus_search_direct;
+  wire [1:0]  _fmmus_readSlot;
+  wire [1:0]  _fmmus_writeSlot;
   wire        _fmmus_read_hit;
   wire [16:0] _fmmus_read_address;
-  wire        _fmmus_read_first;
-  wire        _fmmus_read_last;
-  wire        _fmmus_read_early;
-  wire [2:0]  _fmmus_read_startBit;
-  wire [2:0]  _fmmus_read_stopBit;
-  wire [2:0]  _fmmus_read_turn;
-  wire        _fmmus_writes_hit;
-  wire [16:0] _fmmus_writes_address;
-  wire        _fmmus_writes_first;
-  wire        _fmmus_writes_last;
-  wire        _fmmus_writes_early;
-  wire [2:0]  _fmmus_writes_startBit;
-  wire [2:0]  _fmmus_writes_stopBit;
-  wire [2:0]  _fmmus_writes_turn;
+  wire        _fmmus_read_before;
+  wire        _fmmus_read_bits_first;
+  wire        _fmmus_read_bits_last;
+  wire        _fmmus_read_bits_early;
+  wire [2:0]  _fmmus_read_bits_startBit;
+  wire [2:0]  _fmmus_read_bits_stopBit;
+  wire [2:0]  _fmmus_read_bits_turn;
+  wire        _fmmus_write_hit;
+  wire [16:0] _fmmus_write_address;
+  wire        _fmmus_write_before;
+  wire        _fmmus_write_bits_first;
+  wire        _fmmus_write_bits_last;
+  wire        _fmmus_write_bits_early;
+  wire [2:0]  _fmmus_write_bits_startBit;
+  wire [2:0]  _fmmus_write_bits_stopBit;
+  wire [2:0]  _fmmus_write_bits_turn;
+  wire        _times_ends;
+  wire        _times_schedule_ends;
+  wire [3:0]  _times_schedule_cycle;
+  wire [1:0]  _times_schedule_number;
   wire        inData = position_part == 4'h4;
   wire        inHeader = position_part == 4'h3;
   wire        _newFrame_T = step & in_valid;
   wire        active = _newFrame_T & in_payload;
   wire        byteEnd = active & inData & position_high;
-  wire        _first_T = active & inHeader;
-  wire        tick = byteEnd | _first_T & position_high & position_byte > 5'h4;
-  reg  [3:0]  cycle;
   wire        newFrame = _newFrame_T & ~in_payload;
-  reg  [16:0] direct;
-  wire        _areas_access_write_T_1 = cycle == 4'h2;
-  reg  [32:0] behind;
+  wire        isBefore = inHeader & position_byte < 5'h7;
   reg         past;
-  wire        _reads_al_status_T_2 = cycle == 4'h0;
-  reg         mappedPast;
-  reg         areaRead_exists;
-  reg  [15:0] areaRead_address;
-  reg         areaWrite_exists;
-  reg  [15:0] areaWrite_address;
-  reg  [2:0]  index;
-  wire        _areas_access_write_T = cycle == 4'h1;
-  reg         scanBegins;
-  reg         searchedRead_local_exists;
-  reg  [15:0] searchedRead_local_address;
-  reg         searchedRead_inManaged;
-  reg         searchedRead_inMemory;
-  reg         searchedWrite_local_exists;
-  reg  [15:0] searchedWrite_local_address;
-  reg         searchedWrite_inManaged;
-  reg         searchedWrite_inMemory;
-  reg  [7:0]  areaReadBits_mask;
-  reg  [2:0]  areaReadBits_turn;
-  reg         areaReadBits_early;
-  reg  [7:0]  areaWriteBits_mask;
-  reg  [2:0]  areaWriteBits_turn;
-  reg         areaWriteBits_last;
-  reg         areaWriteBits_early;
-  reg  [7:0]  searchedReadBits_mask;
-  reg  [2:0]  searchedReadBits_turn;
-  reg         searchedReadBits_early;
-  reg  [7:0]  searchedWriteBits_mask;
-  reg  [2:0]  searchedWriteBits_turn;
-  reg         searchedWriteBits_last;
-  reg         searchedWriteBits_early;
+  wire        _reads_al_status_T_2 = _times_schedule_cycle == 4'h0;
+  wire        _mover_writeTo_T = _times_schedule_cycle == 4'h4;
+  reg         fmmus_search_past_REG;
+  wire        _areas_turn_T_3 = _times_schedule_cycle == 4'h2;
+  wire [1:0]  _fmmus_writeSlot_T_1 = _times_schedule_number - 2'h1;
+  reg  [2:0]  areaIndex;
+  reg         area_entries_0_begins_REG;
+  reg         area_entries_0_begins_REG_1;
   reg         inDatagram;
   reg         nextInDatagram;
-  wire        wanted = searchedReadBits_early ? nextInDatagram : inDatagram;
-  wire        _areas_access_single_T_4 = cycle == 4'h4;
-  reg         fetched_byte_local_exists;
-  reg  [15:0] fetched_byte_local_address;
-  reg         fetched_byte_inManaged;
-  reg         fetched_byte_inMemory;
-  reg         fetched_area_hit;
-  reg  [2:0]  fetched_area_index;
-  reg  [15:0] fetched_area_length;
-  reg         fetched_area_first;
-  reg         fetched_area_last;
-  reg  [7:0]  fetchedBits_mask;
-  reg  [2:0]  fetchedBits_turn;
-  reg         fetchedWanted;
-  reg         fetchedMay;
-  reg         fetchedCloses;
-  reg  [16:0] readAddress;
-  reg         writeTarget_byte_local_exists;
-  reg  [15:0] writeTarget_byte_local_address;
-  reg         writeTarget_byte_inManaged;
-  reg         writeTarget_byte_inMemory;
-  reg         writeTarget_area_hit;
-  reg  [2:0]  writeTarget_area_index;
-  reg  [15:0] writeTarget_area_length;
-  reg         writeTarget_area_first;
-  reg         writeTarget_area_last;
-  reg  [7:0]  writeTargetBits_mask;
-  reg  [2:0]  writeTargetBits_turn;
-  reg         writeTargetBits_last;
-  reg         writeTargetBits_early;
-  reg         readMay;
-  reg         readCloses;
-  reg  [2:0]  readIndex;
-  reg         readSingle;
-  reg  [7:0]  readBits_mask;
-  reg  [2:0]  readBits_turn;
-  wire        lookUpRead = _reads_al_status_T_2 & readMay;
+  wire        lookUpRead = _reads_al_status_T_2 & _fetch_read_may;
   reg         readArrives_r;
   reg         readArrives;
+  reg         reading_may;
+  reg         reading_inBuffer;
+  reg  [2:0]  reading_index;
+  reg         reading_first;
+  reg         reading_last;
+  reg         reading_single;
   reg  [7:0]  readByte;
   reg         readable;
-  wire        isRead = readMay & readable;
-  reg  [7:0]  byteBefore;
-  reg         okBefore;
-  wire [15:0] _value_T_4 = {readByte, byteBefore} >> {12'h0, ~(|readBits_turn), readBits_turn};
-  wire [15:0] _ok_T_6 = {{8{isRead}}, {8{okBefore}}} >> {12'h0, ~(|readBits_turn), readBits_turn};
-  wire        _asks_T_2 = writeTarget_area_hit & writeTarget_byte_inManaged;
-  wire        _areas_access_single_T_3 = writeTarget_area_first & writeTarget_area_last;
-  reg  [16:0] writeAddress;
-  reg         writeMay;
-  reg         writesArea;
-  reg  [2:0]  writeArea2_index;
-  reg         writeArea2_first;
-  reg         writeArea2_last;
-  reg         writeSingle;
-  reg  [7:0]  writeBits_mask;
-  reg  [2:0]  writeBits_turn;
-  reg         writeBits_last;
-  reg         writeBits_early;
-  wire        lookUpWrite = cycle == 4'h5 & writeMay;
-  reg         writeArrives_r;
-  reg         writeArrives;
+  wire        isRead = reading_may & readable;
+  wire        _areas_turn_T_5 = _times_schedule_cycle == 4'h5;
+  wire        lookUpWrite = _areas_turn_T_5 & _fetch_write_may;
+  reg         writable_r;
+  reg         writable_r_1;
   reg         writable;
   reg  [3:0]  low;
-  reg  [7:0]  passed;
   reg         isLast;
-  reg         has;
-  reg         hasUpper;
-  wire [22:0] _writeData_T_4 = {15'h0, passed & writeBits_mask} << {19'h0, ~(|writeBits_turn), writeBits_turn};
-  wire [22:0] _writeMask_T_3 = {15'h0, writeBits_mask} << {19'h0, ~(|writeBits_turn), writeBits_turn};
-  wire        upper_may = writeMay & writable;
-  reg  [16:0] written_upperBefore_address;
-  reg         written_upperBefore_may;
-  reg  [7:0]  written_upperBefore_data;
-  wire [16:0] written_address = has ? written_upperBefore_address : writeAddress;
+  reg         first;
+  reg         second;
+  reg         mover_readFrom_r_hit;
+  reg         mover_readFrom_r_before;
+  reg         mover_readFrom_r_bits_first;
+  reg         mover_readFrom_r_bits_last;
+  reg         mover_readFrom_r_bits_early;
+  reg  [2:0]  mover_readFrom_r_bits_startBit;
+  reg  [2:0]  mover_readFrom_r_bits_stopBit;
+  reg  [2:0]  mover_readFrom_r_bits_turn;
+  wire [3:0]  _readMask_output = {4{inData}} & _mover_readMask;
+  reg  [7:0]  mover_passed_r;
+  reg         mover_writeTo_r_hit;
+  reg         mover_writeTo_r_before;
+  reg         mover_writeTo_r_bits_first;
+  reg         mover_writeTo_r_bits_last;
+  reg         mover_writeTo_r_bits_early;
+  reg  [2:0]  mover_writeTo_r_bits_startBit;
+  reg  [2:0]  mover_writeTo_r_bits_stopBit;
+  reg  [2:0]  mover_writeTo_r_bits_turn;
   wire        accept =
-    (has & (|(_writeMask_T_3[7:0])) | hasUpper & (|(_writeMask_T_3[15:8]))
-     & (~(|writeBits_turn) | writeBits_last | isLast)) & (has ? written_upperBefore_may : upper_may)
-    & ~(written_address < 17'hF80 & memory_logFull);
-  reg         closes_r;
-  wire        closes = closes_r & _reads_al_status_T_2;
-  wire        writes = hasUpper & writeMay & writesArea & ~(writeBits_early & isLast);
-  reg         single;
-  wire        opens =
-    _areas_access_single_T_4 & wanted & request_read & _scan_result_hit & searchedRead_inManaged
-    & searchedRead_inMemory;
-  reg  [2:0]  areas_number_r;
+    _mover_written_valid & _mover_written_bits_may & ~(_mover_written_bits_address < 17'hF80 & memory_logFull);
+  wire        closes = _reads_al_status_T_2 & reading_may & reading_inBuffer & reading_last;
+  wire        touches =
+    second & _fetch_write_may & _fetch_write_inBuffer
+    & ~((mover_writeTo_r_before | mover_writeTo_r_bits_early) & isLast);
+  wire        _areas_access_write_T = _times_schedule_cycle == 4'h1;
+  wire        tells = _reads_al_status_T_2 | _areas_access_write_T;
   reg         anyRead;
   reg         anyWrite;
-  wire        _GEN = tick & isRead;
+  wire        _GEN = _times_schedule_ends & isRead;
   reg         reads_dl_status_r;
   reg         reads_al_status_r;
-  wire        begins = inHeader & position_byte < 5'h8;
-  wire        readMapped_hit = _fmmus_read_hit & ~mappedPast;
-  wire        writeMapped_hit = _fmmus_writes_hit & ~mappedPast;
-  wire [3:0]  _areaRead_needed_T_9 = {1'h0, _fmmus_read_stopBit} + {1'h0, _fmmus_read_turn};
-  wire [3:0]  _areaWrite_needed_T_9 = {1'h0, _fmmus_writes_stopBit} + {1'h0, _fmmus_writes_turn};
-  wire [14:0] _areaReadBits_b_b_mask_T_2 = 15'hFF << _fmmus_read_startBit;
-  wire [14:0] _areaWriteBits_b_b_mask_T_2 = 15'hFF << _fmmus_writes_startBit;
-  wire        isEarly = inHeader & position_byte < 5'h7;
   wire [1:0]  _ahead_T_2 = inHeader ? position_byte[1:0] : 2'h2;
   wire        goesOn = enable & (~inHeader | position_byte > 5'h6);
-  wire        first = _first_T & position_high & position_byte == 5'h5;
-  wire        _readAddress_sum_T = fetched_area_hit & fetched_byte_inManaged;
-  wire        _readAddress_T_4 = cycle == 4'h6;
-  wire        _readSingle_T = fetched_area_first & fetched_area_last;
-  wire [17:0] writeAddress_sum =
-    {2'h0, writeTarget_byte_local_address}
-    + {1'h0,
-       _asks_T_2 & ~_areas_access_single_T_3
-         ? (areas_answer_buffer[1]
-              ? {writeTarget_area_length, 1'h0}
-              : {1'h0, areas_answer_buffer[0] ? writeTarget_area_length : 16'h0})
-         : 17'h0};
-  wire [17:0] readAddress_sum =
-    {2'h0, fetched_byte_local_address}
-    + {1'h0,
-       _readAddress_sum_T & ~_readSingle_T
-         ? (areas_answer_buffer[1]
-              ? {fetched_area_length, 1'h0}
-              : {1'h0, areas_answer_buffer[0] ? fetched_area_length : 16'h0})
-         : 17'h0};
+  wire        _area_entries_0_begins_T_1 = areaIndex == 3'h0;
+  wire        _GEN_0 = _times_schedule_ends & inHeader & position_byte == 5'h5;
   always @(posedge clock) begin
-    if (reset) begin
-      cycle <= 4'hF;
-      index <= 3'h7;
-      scanBegins <= 1'h0;
-      readArrives_r <= 1'h0;
-      readArrives <= 1'h0;
-      writeArrives_r <= 1'h0;
-      writeArrives <= 1'h0;
-      has <= 1'h0;
-      hasUpper <= 1'h0;
-    end
-    else begin
-      if (tick)
-        cycle <= 4'h0;
-      else if (cycle != 4'hF)
-        cycle <= cycle + 4'h1;
-      if (_areas_access_write_T)
-        index <= 3'h0;
-      else if (index != 3'h7)
-        index <= index + 3'h1;
-      scanBegins <= index == 3'h0;
-      readArrives_r <= lookUpRead;
-      readArrives <= readArrives_r;
-      writeArrives_r <= lookUpWrite;
-      writeArrives <= writeArrives_r;
-      has <= tick & enable & request_write & (inData | inHeader & position_byte == 5'h9);
-      hasUpper <= has;
-    end
-    if (_areas_access_write_T_1) begin
-      if (begins)
-        direct <= {1'h0, request_address};
-      else
-        direct <= direct + 17'h1;
-      areaRead_exists <=
-        request_logical
-          ? readMapped_hit & ~(_fmmus_read_address[16])
-            & (begins
-                 ? (|_fmmus_read_turn) & (_fmmus_read_early | ~_fmmus_read_last)
-                 : _fmmus_read_early | ~_fmmus_read_last | ~(|_fmmus_read_turn) | _areaRead_needed_T_9[3])
-          : ~(direct[16]) & ~begins;
-      areaRead_address <= request_logical ? _fmmus_read_address[15:0] : direct[15:0];
-      areaWrite_exists <=
-        request_logical
-          ? writeMapped_hit & ~(_fmmus_writes_address[16])
-            & (begins
-                 ? (|_fmmus_writes_turn) & (_fmmus_writes_early | ~_fmmus_writes_last)
-                 : _fmmus_writes_early | ~_fmmus_writes_last | ~(|_fmmus_writes_turn) | _areaWrite_needed_T_9[3])
-          : ~(direct[16]) & ~begins;
-      areaWrite_address <= request_logical ? _fmmus_writes_address[15:0] : direct[15:0];
-      searchedRead_local_exists <= areaRead_exists;
-      searchedRead_local_address <= areaRead_address;
-      searchedRead_inManaged <= areaRead_address > 16'hF7F;
-      searchedRead_inMemory <=
-        areaRead_exists
-        & (areaRead_address < 16'h1000 ? areaRead_address[7] : areas_ramOpen & areaRead_address < 16'h3000);
-      searchedWrite_local_exists <= areaWrite_exists;
-      searchedWrite_local_address <= areaWrite_address;
-      searchedWrite_inManaged <= areaWrite_address > 16'hF7F;
-      searchedWrite_inMemory <=
-        areaWrite_exists
-        & (areaWrite_address < 16'h1000 ? areaWrite_address[7] : areas_ramOpen & areaWrite_address < 16'h3000);
-      areaReadBits_mask <=
-        request_logical
-          ? (begins
-               ? 8'h0
-               : (_fmmus_read_early | ~readMapped_hit
-                    ? 8'h0
-                    : _fmmus_read_first ? _areaReadBits_b_b_mask_T_2[7:0] : 8'hFF)
-                 & (_fmmus_read_last ? 8'hFF >> ~_fmmus_read_stopBit : 8'hFF))
-          : 8'hFF;
-      areaReadBits_turn <= request_logical ? _fmmus_read_turn : 3'h0;
-      areaReadBits_early <= request_logical & (begins | _fmmus_read_early);
-      areaWriteBits_mask <=
-        request_logical
-          ? (begins
-               ? 8'h0
-               : (_fmmus_writes_early | ~writeMapped_hit
-                    ? 8'h0
-                    : _fmmus_writes_first ? _areaWriteBits_b_b_mask_T_2[7:0] : 8'hFF)
-                 & (_fmmus_writes_last ? 8'hFF >> ~_fmmus_writes_stopBit : 8'hFF))
-          : 8'hFF;
-      areaWriteBits_turn <= request_logical ? _fmmus_writes_turn : 3'h0;
-      areaWriteBits_last <= ~request_logical | _fmmus_writes_last;
-      areaWriteBits_early <= request_logical & (begins | _fmmus_writes_early);
-      searchedReadBits_mask <= areaReadBits_mask;
-      searchedReadBits_turn <= areaReadBits_turn;
-      searchedReadBits_early <= areaReadBits_early;
-      searchedWriteBits_mask <= areaWriteBits_mask;
-      searchedWriteBits_turn <= areaWriteBits_turn;
-      searchedWriteBits_last <= areaWriteBits_last;
-      searchedWriteBits_early <= areaWriteBits_early;
-    end
     if (_reads_al_status_T_2) begin
-      if (isEarly)
-        behind <= {1'h0, request_logicalAddress};
-      else
-        behind <= behind + 33'h1;
-      past <= ~isEarly & (past | behind[32]);
-      mappedPast <= past;
-      reads_dl_status_r <= readAddress[16:1] == 16'h88;
-      reads_al_status_r <= readAddress[16:1] == 16'h98;
+      past <= ~isBefore & (past | request_address[32]);
+      reading_inBuffer <= _fetch_read_inBuffer;
+      reading_index <= _fetch_read_index;
+      reading_first <= _fetch_read_first;
+      reading_last <= _fetch_read_last;
+      reading_single <= _fetch_read_single;
+      mover_readFrom_r_hit <= _fmmus_read_hit;
+      mover_readFrom_r_before <= _fmmus_read_before;
+      mover_readFrom_r_bits_first <= _fmmus_read_bits_first;
+      mover_readFrom_r_bits_last <= _fmmus_read_bits_last;
+      mover_readFrom_r_bits_early <= _fmmus_read_bits_early;
+      mover_readFrom_r_bits_startBit <= _fmmus_read_bits_startBit;
+      mover_readFrom_r_bits_stopBit <= _fmmus_read_bits_stopBit;
+      mover_readFrom_r_bits_turn <= _fmmus_read_bits_turn;
+      reads_dl_status_r <= _fetch_read_address[16:1] == 16'h88;
+      reads_al_status_r <= _fetch_read_address[16:1] == 16'h98;
     end
-    if (tick) begin
+    fmmus_search_past_REG <= past;
+    if (_times_schedule_ends) begin
       inDatagram <= goesOn & _ahead_T_2 != 2'h3 & ((|(position_dataLeft[10:2])) | position_dataLeft[1:0] > _ahead_T_2);
       nextInDatagram <=
         goesOn
         & (_ahead_T_2 == 2'h2
              ? (|(position_dataLeft[10:2]))
              : (|(position_dataLeft[10:2])) | position_dataLeft[1:0] > _ahead_T_2 + 2'h1);
-      readCloses <= fetchedCloses;
-      readIndex <= fetched_area_index;
-      readSingle <= _readSingle_T;
-      readBits_mask <= fetchedBits_mask;
-      readBits_turn <= fetchedBits_turn;
-      byteBefore <= readByte;
-      okBefore <= isRead;
-      isLast <= inHeader ? position_dataLeft == 11'h0 : position_dataLeft == 11'h1;
-      closes_r <= readMay & readCloses;
-      single <= readSingle;
-      areas_number_r <= readIndex;
+      isLast <= position_dataLeft == {10'h0, ~inHeader};
     end
-    if (_areas_access_single_T_4) begin
-      fetched_byte_local_exists <= searchedRead_local_exists;
-      fetched_byte_local_address <= searchedRead_local_address;
-      fetched_byte_inManaged <= searchedRead_inManaged;
-      fetched_byte_inMemory <= searchedRead_inMemory;
-      fetched_area_hit <= _scan_result_hit;
-      fetched_area_index <= _scan_result_index;
-      fetched_area_length <= _scan_result_length;
-      fetched_area_first <= _scan_result_first;
-      fetched_area_last <= _scan_result_last;
-      fetchedBits_mask <= searchedReadBits_mask;
-      fetchedBits_turn <= searchedReadBits_turn;
-      fetchedWanted <= wanted & request_read;
-      writeTarget_byte_local_exists <= searchedWrite_local_exists;
-      writeTarget_byte_local_address <= searchedWrite_local_address;
-      writeTarget_byte_inManaged <= searchedWrite_inManaged;
-      writeTarget_byte_inMemory <= searchedWrite_inMemory;
-      writeTarget_area_hit <= _scan_1_result_hit;
-      writeTarget_area_index <= _scan_1_result_index;
-      writeTarget_area_length <= _scan_1_result_length;
-      writeTarget_area_first <= _scan_1_result_first;
-      writeTarget_area_last <= _scan_1_result_last;
-      writeTargetBits_mask <= searchedWriteBits_mask;
-      writeTargetBits_turn <= searchedWriteBits_turn;
-      writeTargetBits_last <= searchedWriteBits_last;
-      writeTargetBits_early <= searchedWriteBits_early;
-      writeAddress <= {|(writeAddress_sum[17:16]), writeAddress_sum[15:0]};
-      writesArea <= _asks_T_2 & writeTarget_byte_inMemory & areas_answer_inBuffer;
-      writeArea2_index <= writeTarget_area_index;
-      writeArea2_first <= writeTarget_area_first;
-      writeArea2_last <= writeTarget_area_last;
-      writeSingle <= _areas_access_single_T_3;
-      writeBits_mask <= writeTargetBits_mask;
-      writeBits_turn <= writeTargetBits_turn;
-      writeBits_last <= writeTargetBits_last;
-      writeBits_early <= writeTargetBits_early;
-    end
-    fetchedMay <=
-      ~newFrame
-      & (_readAddress_T_4
-           ? fetched_byte_local_exists & (~_readAddress_sum_T | fetched_byte_inMemory & areas_answer_allowed)
-             & fetchedWanted
-           : fetchedMay);
-    if (_readAddress_T_4) begin
-      fetchedCloses <= _readAddress_sum_T & fetched_byte_inMemory & areas_answer_inBuffer & fetched_area_last;
-      readAddress <= {|(readAddress_sum[17:16]), readAddress_sum[15:0]};
-    end
-    readMay <= ~newFrame & (tick ? fetchedMay : readMay);
+    reading_may <= ~newFrame & (_reads_al_status_T_2 ? _fetch_read_may : reading_may);
     if (readArrives) begin
       readByte <= memory_readData;
       readable <= memory_readable;
     end
-    writeMay <=
-      ~newFrame
-      & (_areas_access_single_T_4
-           ? writeTarget_byte_local_exists & (~_asks_T_2 | writeTarget_byte_inMemory & areas_answer_allowed)
-           : writeMay);
-    if (writeArrives)
+    if (writable_r_1)
       writable <= memory_writable;
     if (step)
       low <= in_data;
     if (byteEnd)
-      passed <= {in_data, low};
-    if (hasUpper) begin
-      written_upperBefore_address <= writeAddress;
-      written_upperBefore_may <= upper_may;
-      written_upperBefore_data <= _writeData_T_4[15:8];
+      mover_passed_r <= {in_data, low};
+    if (_mover_writeTo_T) begin
+      mover_writeTo_r_hit <= _fmmus_write_hit;
+      mover_writeTo_r_before <= _fmmus_write_before;
+      mover_writeTo_r_bits_first <= _fmmus_write_bits_first;
+      mover_writeTo_r_bits_last <= _fmmus_write_bits_last;
+      mover_writeTo_r_bits_early <= _fmmus_write_bits_early;
+      mover_writeTo_r_bits_startBit <= _fmmus_write_bits_startBit;
+      mover_writeTo_r_bits_stopBit <= _fmmus_write_bits_stopBit;
+      mover_writeTo_r_bits_turn <= _fmmus_write_bits_turn;
     end
-    anyRead <= ~first & (byteEnd & (|(_ok_T_6[7:0] & readBits_mask)) | anyRead);
-    anyWrite <= ~first & (accept | anyWrite);
+    anyRead <= ~_GEN_0 & (active & (|_readMask_output) | anyRead);
+    anyWrite <= ~_GEN_0 & (accept | anyWrite);
+    if (reset) begin
+      areaIndex <= 3'h7;
+      area_entries_0_begins_REG <= 1'h0;
+      area_entries_0_begins_REG_1 <= 1'h0;
+      readArrives_r <= 1'h0;
+      readArrives <= 1'h0;
+      writable_r <= 1'h0;
+      writable_r_1 <= 1'h0;
+      first <= 1'h0;
+      second <= 1'h0;
+    end
+    else begin
+      if (_areas_turn_T_3)
+        areaIndex <= 3'h0;
+      else if (areaIndex != 3'h7)
+        areaIndex <= areaIndex + 3'h1;
+      area_entries_0_begins_REG <= _area_entries_0_begins_T_1;
+      area_entries_0_begins_REG_1 <= _area_entries_0_begins_T_1;
+      readArrives_r <= lookUpRead;
+      readArrives <= readArrives_r;
+      writable_r <= lookUpWrite;
+      writable_r_1 <= writable_r;
+      first <= _times_schedule_ends & enable & request_write & (inData | inHeader & position_byte == 5'h9);
+      second <= first;
+    end
   end // always @(posedge)
-  assign _fmmus_index = cycle[3] ? 3'h7 : cycle[2:0];
+  assign _times_ends = byteEnd | active & inHeader & position_high & position_byte > 5'h4;
+  ByteTimes times (
+    .clock           (clock),
+    .reset           (reset),
+    .ends            (_times_ends),
+    .schedule_ends   (_times_schedule_ends),
+    .schedule_cycle  (_times_schedule_cycle),
+    .schedule_number (_times_schedule_number)
+  );
+  assign _fmmus_search_index = _times_schedule_cycle[3] ? 3'h7 : _times_schedule_cycle[2:0];
+  assign _fmmus_search_direct = ~request_logical;
+  assign _fmmus_readSlot = _areas_turn_T_3 ? _fmmus_writeSlot_T_1 : _times_schedule_number - 2'h2;
+  assign _fmmus_writeSlot = _areas_turn_T_3 ? _fmmus_writeSlot_T_1 : _times_schedule_number + 2'h1;
   Fmmus fmmus (
-    .clock              (clock),
-    .reset              (reset),
-    .write_valid        (registerWrite_valid),
-    .write_bits_address (registerWrite_bits_address),
-    .write_bits_mask    (registerWrite_bits_mask),
-    .write_bits_data    (registerWrite_bits_data),
-    .index              (_fmmus_index),
-    .behind             (behind),
-    .read_hit           (_fmmus_read_hit),
-    .read_address       (_fmmus_read_address),
-    .read_first         (_fmmus_read_first),
-    .read_last          (_fmmus_read_last),
-    .read_early         (_fmmus_read_early),
-    .read_startBit      (_fmmus_read_startBit),
-    .read_stopBit       (_fmmus_read_stopBit),
-    .read_turn          (_fmmus_read_turn),
-    .writes_hit         (_fmmus_writes_hit),
-    .writes_address     (_fmmus_writes_address),
-    .writes_first       (_fmmus_writes_first),
-    .writes_last        (_fmmus_writes_last),
-    .writes_early       (_fmmus_writes_early),
-    .writes_startBit    (_fmmus_writes_startBit),
-    .writes_stopBit     (_fmmus_writes_stopBit),
-    .writes_turn        (_fmmus_writes_turn)
+    .clock               (clock),
+    .reset               (reset),
+    .table_valid         (tableWrite_valid),
+    .table_word          (tableWrite_word),
+    .table_mask          (tableWrite_mask),
+    .table_data          (tableWrite_data),
+    .search_index        (_fmmus_search_index),
+    .search_behind       (request_address),
+    .search_direct       (_fmmus_search_direct),
+    .search_slot         (_times_schedule_number),
+    .search_before       (isBefore),
+    .search_past         (fmmus_search_past_REG),
+    .readSlot            (_fmmus_readSlot),
+    .writeSlot           (_fmmus_writeSlot),
+    .read_hit            (_fmmus_read_hit),
+    .read_address        (_fmmus_read_address),
+    .read_before         (_fmmus_read_before),
+    .read_bits_first     (_fmmus_read_bits_first),
+    .read_bits_last      (_fmmus_read_bits_last),
+    .read_bits_early     (_fmmus_read_bits_early),
+    .read_bits_startBit  (_fmmus_read_bits_startBit),
+    .read_bits_stopBit   (_fmmus_read_bits_stopBit),
+    .read_bits_turn      (_fmmus_read_bits_turn),
+    .write_hit           (_fmmus_write_hit),
+    .write_address       (_fmmus_write_address),
+    .write_before        (_fmmus_write_before),
+    .write_bits_first    (_fmmus_write_bits_first),
+    .write_bits_last     (_fmmus_write_bits_last),
+    .write_bits_early    (_fmmus_write_bits_early),
+    .write_bits_startBit (_fmmus_write_bits_startBit),
+    .write_bits_stopBit  (_fmmus_write_bits_stopBit),
+    .write_bits_turn     (_fmmus_write_bits_turn)
   );
-  AreaScan scan (
-    .clock           (clock),
-    .entry_index     (areas_entries_0_index),
-    .entry_start     (areas_entries_0_start),
-    .entry_length    (areas_entries_0_length),
-    .entry_extent    (areas_entries_0_extent),
-    .entry_takesPart (areas_entries_0_takesPart),
-    .entry_begins    (scanBegins),
-    .address         (areaRead_address),
-    .result_hit      (_scan_result_hit),
-    .result_index    (_scan_result_index),
-    .result_length   (_scan_result_length),
-    .result_first    (_scan_result_first),
-    .result_last     (_scan_result_last)
+  AreaSearch areaRead (
+    .clock               (clock),
+    .schedule_cycle      (_times_schedule_cycle),
+    .mapped_hit          (_fmmus_read_hit),
+    .mapped_address      (_fmmus_read_address),
+    .mapped_before       (_fmmus_read_before),
+    .mapped_bits_last    (_fmmus_read_bits_last),
+    .mapped_bits_early   (_fmmus_read_bits_early),
+    .mapped_bits_stopBit (_fmmus_read_bits_stopBit),
+    .mapped_bits_turn    (_fmmus_read_bits_turn),
+    .entries_0_index     (areas_entries_0_index),
+    .entries_0_start     (areas_entries_0_start),
+    .entries_0_extent    (areas_entries_0_extent),
+    .entries_0_takesPart (areas_entries_0_takesPart),
+    .entries_0_begins    (area_entries_0_begins_REG),
+    .ramOpen             (areas_ramOpen),
+    .target_exists       (_areaRead_target_exists),
+    .target_inManaged    (_areaRead_target_inManaged),
+    .target_inMemory     (_areaRead_target_inMemory),
+    .target_area_hit     (_areaRead_target_area_hit),
+    .target_area_index   (_areaRead_target_area_index),
+    .target_area_first   (_areaRead_target_area_first),
+    .target_area_last    (_areaRead_target_area_last)
   );
-  AreaScan scan_1 (
-    .clock           (clock),
-    .entry_index     (areas_entries_0_index),
-    .entry_start     (areas_entries_0_start),
-    .entry_length    (areas_entries_0_length),
-    .entry_extent    (areas_entries_0_extent),
-    .entry_takesPart (areas_entries_0_takesPart),
-    .entry_begins    (scanBegins),
-    .address         (areaWrite_address),
-    .result_hit      (_scan_1_result_hit),
-    .result_index    (_scan_1_result_index),
-    .result_length   (_scan_1_result_length),
-    .result_first    (_scan_1_result_first),
-    .result_last     (_scan_1_result_last)
+  AreaSearch areaWrite (
+    .clock               (clock),
+    .schedule_cycle      (_times_schedule_cycle),
+    .mapped_hit          (_fmmus_write_hit),
+    .mapped_address      (_fmmus_write_address),
+    .mapped_before       (_fmmus_write_before),
+    .mapped_bits_last    (_fmmus_write_bits_last),
+    .mapped_bits_early   (_fmmus_write_bits_early),
+    .mapped_bits_stopBit (_fmmus_write_bits_stopBit),
+    .mapped_bits_turn    (_fmmus_write_bits_turn),
+    .entries_0_index     (areas_entries_0_index),
+    .entries_0_start     (areas_entries_0_start),
+    .entries_0_extent    (areas_entries_0_extent),
+    .entries_0_takesPart (areas_entries_0_takesPart),
+    .entries_0_begins    (area_entries_0_begins_REG_1),
+    .ramOpen             (areas_ramOpen),
+    .target_exists       (_areaWrite_target_exists),
+    .target_inManaged    (_areaWrite_target_inManaged),
+    .target_inMemory     (_areaWrite_target_inMemory),
+    .target_area_hit     (_areaWrite_target_area_hit),
+    .target_area_index   (_areaWrite_target_area_index),
+    .target_area_first   (_areaWrite_target_area_first),
+    .target_area_last    (_areaWrite_target_area_last)
+  );
+  assign _fetch_reads = request_read & (_fmmus_read_before | _fmmus_read_bits_early ? nextInDatagram : inDatagram);
+  assign _fetch_readAddress = _fmmus_read_address[15:0];
+  assign _fetch_writeAddress = _fmmus_write_address[15:0];
+  Fetch fetch (
+    .clock                  (clock),
+    .schedule_cycle         (_times_schedule_cycle),
+    .newFrame               (newFrame),
+    .readTarget_exists      (_areaRead_target_exists),
+    .readTarget_inManaged   (_areaRead_target_inManaged),
+    .readTarget_inMemory    (_areaRead_target_inMemory),
+    .readTarget_area_hit    (_areaRead_target_area_hit),
+    .readTarget_area_index  (_areaRead_target_area_index),
+    .readTarget_area_first  (_areaRead_target_area_first),
+    .readTarget_area_last   (_areaRead_target_area_last),
+    .writeTarget_exists     (_areaWrite_target_exists),
+    .writeTarget_inManaged  (_areaWrite_target_inManaged),
+    .writeTarget_inMemory   (_areaWrite_target_inMemory),
+    .writeTarget_area_hit   (_areaWrite_target_area_hit),
+    .writeTarget_area_index (_areaWrite_target_area_index),
+    .writeTarget_area_first (_areaWrite_target_area_first),
+    .writeTarget_area_last  (_areaWrite_target_area_last),
+    .reads                  (_fetch_reads),
+    .writes                 (request_write),
+    .readAddress            (_fetch_readAddress),
+    .writeAddress           (_fetch_writeAddress),
+    .ask_valid              (_fetch_ask_valid),
+    .ask_number             (_fetch_ask_number),
+    .ask_access_write       (_fetch_ask_access_write),
+    .ask_access_touch       (_fetch_ask_access_touch),
+    .ask_access_first       (_fetch_ask_access_first),
+    .ask_access_single      (_fetch_ask_access_single),
+    .answer_allowed         (areas_answer_allowed),
+    .answer_inBuffer        (areas_answer_inBuffer),
+    .offset                 (areas_offset),
+    .read_address           (_fetch_read_address),
+    .read_may               (_fetch_read_may),
+    .read_inBuffer          (_fetch_read_inBuffer),
+    .read_index             (_fetch_read_index),
+    .read_first             (_fetch_read_first),
+    .read_last              (_fetch_read_last),
+    .read_single            (_fetch_read_single),
+    .write_address          (_fetch_write_address),
+    .write_may              (_fetch_write_may),
+    .write_inBuffer         (_fetch_write_inBuffer),
+    .write_index            (_fetch_write_index),
+    .write_first            (_fetch_write_first),
+    .write_last             (_fetch_write_last),
+    .write_single           (_fetch_write_single)
+  );
+  assign _mover_may = _fetch_write_may & writable;
+  BitMover mover (
+    .clock                  (clock),
+    .schedule_ends          (_times_schedule_ends),
+    .readByte               (readByte),
+    .isRead                 (isRead),
+    .readFrom_hit           (mover_readFrom_r_hit),
+    .readFrom_before        (mover_readFrom_r_before),
+    .readFrom_bits_first    (mover_readFrom_r_bits_first),
+    .readFrom_bits_last     (mover_readFrom_r_bits_last),
+    .readFrom_bits_early    (mover_readFrom_r_bits_early),
+    .readFrom_bits_startBit (mover_readFrom_r_bits_startBit),
+    .readFrom_bits_stopBit  (mover_readFrom_r_bits_stopBit),
+    .readFrom_bits_turn     (mover_readFrom_r_bits_turn),
+    .high                   (position_high),
+    .readNibble             (readNibble),
+    .readMask               (_mover_readMask),
+    .passed                 (mover_passed_r),
+    .first                  (first),
+    .second                 (second),
+    .isLast                 (isLast),
+    .address                (_fetch_write_address),
+    .may                    (_mover_may),
+    .writeTo_hit            (mover_writeTo_r_hit),
+    .writeTo_before         (mover_writeTo_r_before),
+    .writeTo_bits_first     (mover_writeTo_r_bits_first),
+    .writeTo_bits_last      (mover_writeTo_r_bits_last),
+    .writeTo_bits_early     (mover_writeTo_r_bits_early),
+    .writeTo_bits_startBit  (mover_writeTo_r_bits_startBit),
+    .writeTo_bits_stopBit   (mover_writeTo_r_bits_stopBit),
+    .writeTo_bits_turn      (mover_writeTo_r_bits_turn),
+    .written_valid          (_mover_written_valid),
+    .written_bits_address   (_mover_written_bits_address),
+    .written_bits_may       (_mover_written_bits_may),
+    .written_bits_data      (memory_writeData)
   );
   assign memory_frameStart = newFrame;
   assign memory_read = lookUpRead | lookUpWrite;
-  assign memory_readAddress = lookUpRead ? readAddress : writeAddress;
+  assign memory_readAddress = lookUpRead ? _fetch_read_address : _fetch_write_address;
   assign memory_write = accept;
-  assign memory_writeAddress = written_address[15:0];
-  assign memory_writeData = has ? written_upperBefore_data | _writeData_T_4[7:0] : _writeData_T_4[15:8];
-  assign readNibble = position_high ? _value_T_4[7:4] : _value_T_4[3:0];
-  assign readMask =
-    {4{inData}} & (position_high ? _ok_T_6[7:4] & readBits_mask[7:4] : _ok_T_6[3:0] & readBits_mask[3:0]);
+  assign memory_writeAddress = _mover_written_bits_address[15:0];
+  assign advance = (request_logical ? _reads_al_status_T_2 : _mover_writeTo_T) & ~isBefore;
+  assign readMask = _readMask_output;
   assign readSuccess = anyRead;
   assign writeSuccess = anyWrite;
   assign reads_al_status = _GEN & reads_al_status_r;
   assign reads_dl_status = _GEN & reads_dl_status_r;
-  assign areas_index = index;
-  assign areas_turn = _reads_al_status_T_2 | _areas_access_write_T | _areas_access_write_T_1 | _areas_access_single_T_4;
-  assign areas_request = closes | writes | _areas_access_write_T_1 & request_write & _asks_T_2 | opens;
-  assign areas_number =
-    (_reads_al_status_T_2 ? areas_number_r : 3'h0) | (_areas_access_write_T ? writeArea2_index : 3'h0)
-    | (_areas_access_write_T_1 ? writeTarget_area_index : 3'h0)
-    | (_areas_access_single_T_4 ? _scan_result_index : 3'h0);
-  assign areas_access_write = _areas_access_write_T | _areas_access_write_T_1;
-  assign areas_access_touch = writes | opens;
+  assign areas_index = areaIndex;
+  assign areas_turn = _reads_al_status_T_2 | _areas_access_write_T | _areas_turn_T_3 | _areas_turn_T_5;
+  assign areas_request = closes | touches | _fetch_ask_valid;
+  assign areas_number = tells ? (_reads_al_status_T_2 ? reading_index : _fetch_write_index) : _fetch_ask_number;
+  assign areas_access_write = tells ? _areas_access_write_T : _fetch_ask_access_write;
+  assign areas_access_touch = tells ? touches : _fetch_ask_access_touch;
   assign areas_access_first =
-    _areas_access_write_T & writeArea2_first | _areas_access_write_T_1 & writeTarget_area_first
-    | _areas_access_single_T_4 & _scan_result_first;
-  assign areas_access_close = closes | writes & writeArea2_last;
+    tells ? (_reads_al_status_T_2 ? reading_first : _fetch_write_first) : _fetch_ask_access_first;
+  assign areas_access_close = tells & (closes | touches & (_reads_al_status_T_2 ? reading_last : _fetch_write_last));
   assign areas_access_single =
-    _reads_al_status_T_2 & single | _areas_access_write_T & writeSingle | _areas_access_write_T_1
-    & _areas_access_single_T_3 | _areas_access_single_T_4 & _scan_result_first & _scan_result_last;
+    tells ? (_reads_al_status_T_2 ? reading_single : _fetch_write_single) : _fetch_ask_access_single;
 endmodule
 
 module FrameProcessor(
@@ -2974,14 +4219,13 @@ module FrameProcessor(
   output        frameBad,
   output        busy,
   output        error,
-  input         registerWrite_valid,
-  input  [11:0] registerWrite_bits_address,
-  input         registerWrite_bits_mask,
-  input  [7:0]  registerWrite_bits_data,
+  input         tableWrite_valid,
+  input  [9:0]  tableWrite_word,
+  input  [3:0]  tableWrite_mask,
+  input  [31:0] tableWrite_data,
   output [2:0]  areas_index,
   input  [2:0]  areas_entries_0_index,
   input  [15:0] areas_entries_0_start,
-  input  [15:0] areas_entries_0_length,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
   output        areas_turn,
@@ -2994,7 +4238,7 @@ module FrameProcessor(
   output        areas_access_single,
   input         areas_answer_allowed,
   input         areas_answer_inBuffer,
-  input  [1:0]  areas_answer_buffer,
+  input  [16:0] areas_offset,
   input         areas_ramOpen,
   input         buffersSettled
 );
@@ -3005,14 +4249,14 @@ module FrameProcessor(
   wire [3:0]  _translated_readMask;
   wire        _translated_readSuccess;
   wire        _translated_writeSuccess;
+  wire        _header_advance;
   wire        _header_request_read;
   wire        _header_request_write;
   wire        _header_request_broadcast;
   wire        _header_request_readWrite;
   wire        _header_request_incrementsAdp;
   wire        _header_request_logical;
-  wire [31:0] _header_request_logicalAddress;
-  wire [15:0] _header_request_address;
+  wire [32:0] _header_request_address;
   wire [3:0]  _parser_position_part;
   wire [4:0]  _parser_position_byte;
   wire        _parser_position_high;
@@ -3163,81 +4407,80 @@ module FrameProcessor(
     .position_checksumCleared (_parser_position_checksumCleared)
   );
   DatagramHeader header (
-    .clock                  (clock),
-    .step                   (step),
-    .in_valid               (in_valid),
-    .in_data                (in_data),
-    .position_part          (_parser_position_part),
-    .position_byte          (_parser_position_byte),
-    .position_high          (_parser_position_high),
-    .stationAddress         (config_stationAddress),
-    .stationAlias           (config_stationAlias),
-    .aliasEnable            (config_aliasEnable),
-    .request_read           (_header_request_read),
-    .request_write          (_header_request_write),
-    .request_broadcast      (_header_request_broadcast),
-    .request_readWrite      (_header_request_readWrite),
-    .request_incrementsAdp  (_header_request_incrementsAdp),
-    .request_logical        (_header_request_logical),
-    .request_logicalAddress (_header_request_logicalAddress),
-    .request_address        (_header_request_address)
+    .clock                 (clock),
+    .step                  (step),
+    .in_valid              (in_valid),
+    .in_data               (in_data),
+    .position_part         (_parser_position_part),
+    .position_byte         (_parser_position_byte),
+    .position_high         (_parser_position_high),
+    .stationAddress        (config_stationAddress),
+    .stationAlias          (config_stationAlias),
+    .aliasEnable           (config_aliasEnable),
+    .request_read          (_header_request_read),
+    .request_write         (_header_request_write),
+    .request_broadcast     (_header_request_broadcast),
+    .request_readWrite     (_header_request_readWrite),
+    .request_incrementsAdp (_header_request_incrementsAdp),
+    .request_logical       (_header_request_logical),
+    .request_address       (_header_request_address),
+    .advance               (_header_advance)
   );
   assign _translated_enable = ~tooMany;
   TranslatedAccess translated (
-    .clock                      (clock),
-    .reset                      (reset),
-    .step                       (step),
-    .in_valid                   (in_valid),
-    .in_payload                 (in_payload),
-    .in_data                    (in_data),
-    .position_part              (_parser_position_part),
-    .position_byte              (_parser_position_byte),
-    .position_high              (_parser_position_high),
-    .position_dataLeft          (_parser_position_dataLeft),
-    .request_read               (_header_request_read),
-    .request_write              (_header_request_write),
-    .request_logical            (_header_request_logical),
-    .request_logicalAddress     (_header_request_logicalAddress),
-    .request_address            (_header_request_address),
-    .enable                     (_translated_enable),
-    .memory_frameStart          (memory_frameStart),
-    .memory_read                (memory_read),
-    .memory_readAddress         (memory_readAddress),
-    .memory_readData            (memory_readData),
-    .memory_readable            (memory_readable),
-    .memory_writable            (memory_writable),
-    .memory_logFull             (memory_logFull),
-    .memory_write               (memory_write),
-    .memory_writeAddress        (memory_writeAddress),
-    .memory_writeData           (memory_writeData),
-    .readNibble                 (_translated_readNibble),
-    .readMask                   (_translated_readMask),
-    .readSuccess                (_translated_readSuccess),
-    .writeSuccess               (_translated_writeSuccess),
-    .reads_al_status            (reads_al_status),
-    .reads_dl_status            (reads_dl_status),
-    .registerWrite_valid        (registerWrite_valid),
-    .registerWrite_bits_address (registerWrite_bits_address),
-    .registerWrite_bits_mask    (registerWrite_bits_mask),
-    .registerWrite_bits_data    (registerWrite_bits_data),
-    .areas_index                (areas_index),
-    .areas_entries_0_index      (areas_entries_0_index),
-    .areas_entries_0_start      (areas_entries_0_start),
-    .areas_entries_0_length     (areas_entries_0_length),
-    .areas_entries_0_extent     (areas_entries_0_extent),
-    .areas_entries_0_takesPart  (areas_entries_0_takesPart),
-    .areas_turn                 (areas_turn),
-    .areas_request              (areas_request),
-    .areas_number               (areas_number),
-    .areas_access_write         (areas_access_write),
-    .areas_access_touch         (areas_access_touch),
-    .areas_access_first         (areas_access_first),
-    .areas_access_close         (areas_access_close),
-    .areas_access_single        (areas_access_single),
-    .areas_answer_allowed       (areas_answer_allowed),
-    .areas_answer_inBuffer      (areas_answer_inBuffer),
-    .areas_answer_buffer        (areas_answer_buffer),
-    .areas_ramOpen              (areas_ramOpen)
+    .clock                     (clock),
+    .reset                     (reset),
+    .step                      (step),
+    .in_valid                  (in_valid),
+    .in_payload                (in_payload),
+    .in_data                   (in_data),
+    .position_part             (_parser_position_part),
+    .position_byte             (_parser_position_byte),
+    .position_high             (_parser_position_high),
+    .position_dataLeft         (_parser_position_dataLeft),
+    .request_read              (_header_request_read),
+    .request_write             (_header_request_write),
+    .request_logical           (_header_request_logical),
+    .request_address           (_header_request_address),
+    .enable                    (_translated_enable),
+    .memory_frameStart         (memory_frameStart),
+    .memory_read               (memory_read),
+    .memory_readAddress        (memory_readAddress),
+    .memory_readData           (memory_readData),
+    .memory_readable           (memory_readable),
+    .memory_writable           (memory_writable),
+    .memory_logFull            (memory_logFull),
+    .memory_write              (memory_write),
+    .memory_writeAddress       (memory_writeAddress),
+    .memory_writeData          (memory_writeData),
+    .advance                   (_header_advance),
+    .readNibble                (_translated_readNibble),
+    .readMask                  (_translated_readMask),
+    .readSuccess               (_translated_readSuccess),
+    .writeSuccess              (_translated_writeSuccess),
+    .reads_al_status           (reads_al_status),
+    .reads_dl_status           (reads_dl_status),
+    .tableWrite_valid          (tableWrite_valid),
+    .tableWrite_word           (tableWrite_word),
+    .tableWrite_mask           (tableWrite_mask),
+    .tableWrite_data           (tableWrite_data),
+    .areas_index               (areas_index),
+    .areas_entries_0_index     (areas_entries_0_index),
+    .areas_entries_0_start     (areas_entries_0_start),
+    .areas_entries_0_extent    (areas_entries_0_extent),
+    .areas_entries_0_takesPart (areas_entries_0_takesPart),
+    .areas_turn                (areas_turn),
+    .areas_request             (areas_request),
+    .areas_number              (areas_number),
+    .areas_access_write        (areas_access_write),
+    .areas_access_touch        (areas_access_touch),
+    .areas_access_first        (areas_access_first),
+    .areas_access_close        (areas_access_close),
+    .areas_access_single       (areas_access_single),
+    .areas_answer_allowed      (areas_answer_allowed),
+    .areas_answer_inBuffer     (areas_answer_inBuffer),
+    .areas_offset              (areas_offset),
+    .areas_ramOpen             (areas_ramOpen)
   );
   assign out_valid = output_valid;
   assign out_payload = output_payload;
@@ -3251,439 +4494,6 @@ module FrameProcessor(
   assign frameBad = frameBad_REG;
   assign busy = _busy_T;
   assign error = error_REG;
-endmodule
-
-module LevelCrossing(
-  input  clock,
-  input  in,
-  output out
-);
-
-  reg meta;
-  reg stable;
-  always @(posedge clock) begin
-    meta <= in;
-    stable <= meta;
-  end // always @(posedge)
-  assign out = stable;
-endmodule
-
-module MiiRxWriteSide(
-  input        clock,
-  input        pins_dv,
-  input        pins_er,
-  input  [3:0] pins_data,
-  output       slots_0_dv,
-  output       slots_0_er,
-  output [3:0] slots_0_data,
-  output       slots_1_dv,
-  output       slots_1_er,
-  output [3:0] slots_1_data,
-  output       slots_2_dv,
-  output       slots_2_er,
-  output [3:0] slots_2_data,
-  output       slots_3_dv,
-  output       slots_3_er,
-  output [3:0] slots_3_data,
-  output [2:0] writeGray
-);
-
-  reg        wasActive;
-  reg  [2:0] gray;
-  reg        storage_0_dv;
-  reg        storage_0_er;
-  reg  [3:0] storage_0_data;
-  reg        storage_1_dv;
-  reg        storage_1_er;
-  reg  [3:0] storage_1_data;
-  reg        storage_2_dv;
-  reg        storage_2_er;
-  reg  [3:0] storage_2_data;
-  reg        storage_3_dv;
-  reg        storage_3_er;
-  reg  [3:0] storage_3_data;
-  wire       _wasActive_T = pins_dv | pins_er;
-  wire       _GEN = _wasActive_T | wasActive;
-  wire [1:0] _GEN_0 = {^(gray[2:1]), ^gray};
-  wire [2:0] _gray_T = {gray[2], ^(gray[2:1]), ^gray} + 3'h1;
-  always @(posedge clock) begin
-    wasActive <= _wasActive_T;
-    if (_GEN)
-      gray <= {_gray_T[2], _gray_T[1:0] ^ _gray_T[2:1]};
-    if (_GEN & _GEN_0 == 2'h0) begin
-      storage_0_dv <= pins_dv;
-      storage_0_er <= pins_er;
-      storage_0_data <= pins_data;
-    end
-    if (_GEN & _GEN_0 == 2'h1) begin
-      storage_1_dv <= pins_dv;
-      storage_1_er <= pins_er;
-      storage_1_data <= pins_data;
-    end
-    if (_GEN & _GEN_0 == 2'h2) begin
-      storage_2_dv <= pins_dv;
-      storage_2_er <= pins_er;
-      storage_2_data <= pins_data;
-    end
-    if (_GEN & (&_GEN_0)) begin
-      storage_3_dv <= pins_dv;
-      storage_3_er <= pins_er;
-      storage_3_data <= pins_data;
-    end
-  end // always @(posedge)
-  assign slots_0_dv = storage_0_dv;
-  assign slots_0_er = storage_0_er;
-  assign slots_0_data = storage_0_data;
-  assign slots_1_dv = storage_1_dv;
-  assign slots_1_er = storage_1_er;
-  assign slots_1_data = storage_1_data;
-  assign slots_2_dv = storage_2_dv;
-  assign slots_2_er = storage_2_er;
-  assign slots_2_data = storage_2_data;
-  assign slots_3_dv = storage_3_dv;
-  assign slots_3_er = storage_3_er;
-  assign slots_3_data = storage_3_data;
-  assign writeGray = gray;
-endmodule
-
-module MiiRxReadSide(
-  input        clock,
-  input        reset,
-  input        slots_0_dv,
-  input        slots_0_er,
-  input  [3:0] slots_0_data,
-  input        slots_1_dv,
-  input        slots_1_er,
-  input  [3:0] slots_1_data,
-  input        slots_2_dv,
-  input        slots_2_er,
-  input  [3:0] slots_2_data,
-  input        slots_3_dv,
-  input        slots_3_er,
-  input  [3:0] slots_3_data,
-  input  [2:0] writeGray,
-  input        shortMargin,
-  output       read_symbol_dv,
-  output       read_symbol_er,
-  output [3:0] read_symbol_data,
-  output       read_available,
-  output       read_settled,
-  output       read_overflow,
-  input        read_take
-);
-
-  reg  [2:0] meta;
-  reg  [2:0] visible;
-  reg  [2:0] earlier_1;
-  reg  [2:0] earlier_2;
-  reg  [2:0] pointer;
-  wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
-  wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
-  reg        casez_tmp;
-  always @(*) begin
-    casez (pointer[1:0])
-      2'b00:
-        casez_tmp = slots_0_dv;
-      2'b01:
-        casez_tmp = slots_1_dv;
-      2'b10:
-        casez_tmp = slots_2_dv;
-      default:
-        casez_tmp = slots_3_dv;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_0;
-  always @(*) begin
-    casez (pointer[1:0])
-      2'b00:
-        casez_tmp_0 = slots_0_er;
-      2'b01:
-        casez_tmp_0 = slots_1_er;
-      2'b10:
-        casez_tmp_0 = slots_2_er;
-      default:
-        casez_tmp_0 = slots_3_er;
-    endcase
-  end // always @(*)
-  reg  [3:0] casez_tmp_1;
-  always @(*) begin
-    casez (pointer[1:0])
-      2'b00:
-        casez_tmp_1 = slots_0_data;
-      2'b01:
-        casez_tmp_1 = slots_1_data;
-      2'b10:
-        casez_tmp_1 = slots_2_data;
-      default:
-        casez_tmp_1 = slots_3_data;
-    endcase
-  end // always @(*)
-  always @(posedge clock) begin
-    meta <= writeGray;
-    visible <= meta;
-    earlier_1 <= visible;
-    earlier_2 <= earlier_1;
-    if (reset)
-      pointer <= {visible[2], ^(visible[2:1]), ^visible};
-    else if (read_take)
-      pointer <= pointer + 3'h1;
-  end // always @(posedge)
-  assign read_symbol_dv = casez_tmp;
-  assign read_symbol_er = casez_tmp_0;
-  assign read_symbol_data = casez_tmp_1;
-  assign read_available = visible != pointerGray;
-  assign read_settled = (shortMargin ? earlier_1 : earlier_2) != pointerGray;
-  assign read_overflow = _waiting_T_7[2];
-endmodule
-
-module MiiRxCrossing(
-  input        clock,
-  input        reset,
-  input        rxClock,
-  input        pins_dv,
-  input        pins_er,
-  input  [3:0] pins_data,
-  input        shortMargin,
-  output       read_symbol_dv,
-  output       read_symbol_er,
-  output [3:0] read_symbol_data,
-  output       read_available,
-  output       read_settled,
-  output       read_overflow,
-  input        read_take
-);
-
-  wire       _writeSide_slots_0_dv;
-  wire       _writeSide_slots_0_er;
-  wire [3:0] _writeSide_slots_0_data;
-  wire       _writeSide_slots_1_dv;
-  wire       _writeSide_slots_1_er;
-  wire [3:0] _writeSide_slots_1_data;
-  wire       _writeSide_slots_2_dv;
-  wire       _writeSide_slots_2_er;
-  wire [3:0] _writeSide_slots_2_data;
-  wire       _writeSide_slots_3_dv;
-  wire       _writeSide_slots_3_er;
-  wire [3:0] _writeSide_slots_3_data;
-  wire [2:0] _writeSide_writeGray;
-  MiiRxWriteSide writeSide (
-    .clock        (rxClock),
-    .pins_dv      (pins_dv),
-    .pins_er      (pins_er),
-    .pins_data    (pins_data),
-    .slots_0_dv   (_writeSide_slots_0_dv),
-    .slots_0_er   (_writeSide_slots_0_er),
-    .slots_0_data (_writeSide_slots_0_data),
-    .slots_1_dv   (_writeSide_slots_1_dv),
-    .slots_1_er   (_writeSide_slots_1_er),
-    .slots_1_data (_writeSide_slots_1_data),
-    .slots_2_dv   (_writeSide_slots_2_dv),
-    .slots_2_er   (_writeSide_slots_2_er),
-    .slots_2_data (_writeSide_slots_2_data),
-    .slots_3_dv   (_writeSide_slots_3_dv),
-    .slots_3_er   (_writeSide_slots_3_er),
-    .slots_3_data (_writeSide_slots_3_data),
-    .writeGray    (_writeSide_writeGray)
-  );
-  MiiRxReadSide readSide (
-    .clock            (clock),
-    .reset            (reset),
-    .slots_0_dv       (_writeSide_slots_0_dv),
-    .slots_0_er       (_writeSide_slots_0_er),
-    .slots_0_data     (_writeSide_slots_0_data),
-    .slots_1_dv       (_writeSide_slots_1_dv),
-    .slots_1_er       (_writeSide_slots_1_er),
-    .slots_1_data     (_writeSide_slots_1_data),
-    .slots_2_dv       (_writeSide_slots_2_dv),
-    .slots_2_er       (_writeSide_slots_2_er),
-    .slots_2_data     (_writeSide_slots_2_data),
-    .slots_3_dv       (_writeSide_slots_3_dv),
-    .slots_3_er       (_writeSide_slots_3_er),
-    .slots_3_data     (_writeSide_slots_3_data),
-    .writeGray        (_writeSide_writeGray),
-    .shortMargin      (shortMargin),
-    .read_symbol_dv   (read_symbol_dv),
-    .read_symbol_er   (read_symbol_er),
-    .read_symbol_data (read_symbol_data),
-    .read_available   (read_available),
-    .read_settled     (read_settled),
-    .read_overflow    (read_overflow),
-    .read_take        (read_take)
-  );
-endmodule
-
-module MiiReceiver(
-  input        clock,
-  input        reset,
-  input        tick,
-  input        symbols_symbol_dv,
-  input        symbols_symbol_er,
-  input  [3:0] symbols_symbol_data,
-  input        symbols_available,
-  input        symbols_settled,
-  input        symbols_overflow,
-  output       symbols_take,
-  input        cut,
-  output       out_valid,
-  output       out_payload,
-  output [3:0] out_data,
-  output       out_end,
-  output       out_bad,
-  output       out_odd,
-  output       out_crcGood,
-  output       events_invalidFrame,
-  output       events_rxEr,
-  output       events_forwardedError,
-  output       events_goodFrame,
-  output       idle
-);
-
-  reg  [2:0]  state;
-  reg  [12:0] count;
-  reg         longEnough;
-  reg  [31:0] crc;
-  reg         crcWasGood;
-  reg         output_valid;
-  reg         output_payload;
-  reg  [3:0]  output_data;
-  reg         output_end;
-  reg         output_bad;
-  reg         output_odd;
-  reg         output_crcGood;
-  reg         cutNow;
-  wire        crcRight = crc == 32'hDEBB20E3;
-  wire        behind = state == 3'h2;
-  wire        _inFrame_T = state == 3'h1;
-  wire        inFrame = _inFrame_T | behind;
-  wire        isSfd = symbols_symbol_data == 4'hD;
-  wire        lost = ~symbols_available | symbols_overflow | cutNow | cut;
-  wire        _startFault_T = symbols_symbol_data != 4'h5;
-  wire        faulty =
-    lost | symbols_symbol_dv & (symbols_symbol_er | (behind ? count[12] : ~isSfd & (_startFault_T | count[12])));
-  wire        ended = ~lost & ~symbols_symbol_dv;
-  wire        crcGood = count[0] ? crcWasGood : crcRight;
-  wire        good = ended & behind & crcGood & (longEnough | count[7]);
-  wire        start = ~(|state) & symbols_available & symbols_symbol_dv & symbols_settled;
-  wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
-  wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
-  wire        endOfFrame = tick & inFrame & (faulty | ended);
-  wire        runs = ~faulty & ~ended;
-  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
-  wire        _GEN = state == 3'h1 | state == 3'h2;
-  always @(posedge clock) begin
-    if (reset) begin
-      state <= 3'h0;
-      output_valid <= 1'h0;
-      output_payload <= 1'h0;
-      output_data <= 4'h0;
-      output_end <= 1'h0;
-      output_bad <= 1'h0;
-      output_odd <= 1'h0;
-      output_crcGood <= 1'h0;
-      cutNow <= 1'h0;
-    end
-    else begin
-      if (tick) begin
-        if (|state) begin
-          if (_GEN) begin
-            if (faulty)
-              state <= 3'h4;
-            else if (ended)
-              state <= 3'h0;
-            else if (_inFrame_T & isSfd)
-              state <= 3'h2;
-          end
-          else if (state == 3'h3)
-            state <= {~(symbols_available & ~symbols_symbol_dv), 2'h0};
-          else if (state == 3'h4 & symbols_available & ~symbols_symbol_dv)
-            state <= 3'h0;
-        end
-        else if (start)
-          state <= {1'h0, startFault ? 2'h3 : isSfd ? 2'h2 : 2'h1};
-        output_valid <= start | inFrame & runs;
-        output_payload <= behind;
-        output_data <= start & startFault ? 4'h5 : symbols_symbol_data;
-        output_end <= inFrame & ~runs | state == 3'h3;
-        output_bad <= ~good;
-        output_odd <= count[0];
-        output_crcGood <= crcGood;
-      end
-      cutNow <= ~tick & (cut & inFrame | cutNow);
-    end
-    if (tick) begin
-      if (|state) begin
-        if (~_GEN | faulty | ended) begin
-        end
-        else if (_inFrame_T) begin
-          if (isSfd)
-            count <= 13'h0;
-          else
-            count <= count + 13'h1;
-        end
-        else
-          count <= count + 13'h1;
-      end
-      else
-        count <= {12'h0, ~(start & isSfd)};
-      longEnough <= behind & (count[7] | longEnough);
-      if (behind)
-        crc <=
-          {4'h0, crc[31:4]} ^ (crc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
-          ^ (crc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crc_feedback[3] ? 32'hEDB88320 : 32'h0);
-      else
-        crc <= 32'hFFFFFFFF;
-    end
-    if (tick & behind)
-      crcWasGood <= crcRight;
-  end // always @(posedge)
-  assign symbols_take = symbols_take_0;
-  assign out_valid = output_valid;
-  assign out_payload = output_payload;
-  assign out_data = output_data;
-  assign out_end = output_end;
-  assign out_bad = output_bad;
-  assign out_odd = output_odd;
-  assign out_crcGood = output_crcGood;
-  assign events_invalidFrame = endOfFrame & (faulty | ~behind | ~crcGood & ~(count[0])) | tick & start & startFault;
-  assign events_rxEr = symbols_take_0 & symbols_symbol_er;
-  assign events_forwardedError = endOfFrame & ended & behind & ~crcGood & count[0];
-  assign events_goodFrame = endOfFrame & good;
-  assign idle = (~(|state) | state == 3'h4) & ~(output_valid | output_end);
-endmodule
-
-module MiiTransmitter(
-  input        clock,
-  input        reset,
-  input        tick,
-  input        in_valid,
-  input        in_payload,
-  input  [3:0] in_data,
-  input        in_end,
-  input        in_bad,
-  input        in_odd,
-  input        in_crcGood,
-  output       txEn,
-  output [3:0] txd
-);
-
-  reg        enable;
-  reg  [3:0] data;
-  reg  [1:0] left;
-  wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
-  always @(posedge clock) begin
-    if (reset) begin
-      enable <= 1'h0;
-      left <= 2'h0;
-    end
-    else if (tick) begin
-      enable <= in_valid | (|mark);
-      left <= mark - {1'h0, |mark};
-    end
-    if (tick)
-      data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
-  end // always @(posedge)
-  assign txEn = enable;
-  assign txd = data;
 endmodule
 
 module LoopControl(
@@ -3814,36 +4624,27 @@ module WideTable_3(
   input  [31:0] writeData,
   input  [2:0]  readIndex_0,
   input  [2:0]  readIndex_1,
+  input  [2:0]  readIndex_2,
   output [31:0] readData_0,
-  output [31:0] readData_1
+  output [31:0] readData_1,
+  output [31:0] readData_2
 );
 
   wire [2:0]  _rams_0_readAddress;
   wire [31:0] _rams_0_readData;
   reg         merging;
   reg  [2:0]  index;
-  reg  [3:0]  mask;
-  reg  [31:0] data;
-  reg  [31:0] last;
-  reg         again;
   wire [31:0] merged =
-    {mask[3] ? data[31:24] : again ? last[31:24] : _rams_0_readData[31:24],
-     mask[2] ? data[23:16] : again ? last[23:16] : _rams_0_readData[23:16],
-     mask[1] ? data[15:8] : again ? last[15:8] : _rams_0_readData[15:8],
-     mask[0] ? data[7:0] : again ? last[7:0] : _rams_0_readData[7:0]};
+    {writeMask[3] ? writeData[31:24] : _rams_0_readData[31:24],
+     writeMask[2] ? writeData[23:16] : _rams_0_readData[23:16],
+     writeMask[1] ? writeData[15:8] : _rams_0_readData[15:8],
+     writeMask[0] ? writeData[7:0] : _rams_0_readData[7:0]};
   always @(posedge clock) begin
-    if (reset) begin
+    if (reset)
       merging <= 1'h0;
-      again <= 1'h0;
-    end
-    else begin
+    else
       merging <= write;
-      again <= merging & write & index == writeIndex;
-    end
     index <= writeIndex;
-    mask <= writeMask;
-    data <= writeData;
-    last <= merged;
   end // always @(posedge)
   assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
   DualPortRam #(
@@ -3869,6 +4670,18 @@ module WideTable_3(
     .writeData    (merged),
     .readAddress  (readIndex_1),
     .readData     (readData_1)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(3),
+    .DEPTH(8),
+    .WIDTH(32)
+  ) rams_2 (
+    .clock        (clock),
+    .write        (merging),
+    .writeAddress (index),
+    .writeData    (merged),
+    .readAddress  (readIndex_2),
+    .readData     (readData_2)
   );
   assign readData_0 = _rams_0_readData;
 endmodule
@@ -4655,7 +5468,6 @@ module SyncManagerStates(
   input        ecat_access_single,
   output       ecat_answer_allowed,
   output       ecat_answer_inBuffer,
-  output [1:0] ecat_answer_buffer,
   input        pdi_request,
   output       pdi_granted,
   input  [2:0] pdi_number,
@@ -4666,13 +5478,14 @@ module SyncManagerStates(
   input        pdi_access_single,
   output       pdi_answer_allowed,
   output       pdi_answer_inBuffer,
-  output [1:0] pdi_answer_buffer,
   output       pdi_answer_works,
   output       pdi_answer_locked,
   input        good,
   input        bad,
   output       walking,
   output       settled,
+  output [2:0] asked,
+  output [1:0] buffer,
   output [1:0] states_0_next,
   output [1:0] states_0_reader,
   output       states_0_newer,
@@ -4736,7 +5549,6 @@ module SyncManagerStates(
   wire       _bank_after_closed;
   wire       _bank_answer_allowed;
   wire       _bank_answer_inBuffer;
-  wire [1:0] _bank_answer_buffer;
   wire       _bank_answer_works;
   wire       _bank_answer_locked;
   wire [1:0] _bank_states_0_next;
@@ -4814,10 +5626,11 @@ module SyncManagerStates(
   reg        walks;
   reg        wasGood;
   reg  [2:0] walk;
+  reg        begins;
   reg        walking_REG;
   reg        settled_r;
   reg        settled_r_1;
-  wire       pdi_granted_0 = ~walks & ~good & ~bad & ~ecat_turn;
+  wire       pdi_granted_0 = ~walks & ~good & ~bad & ~begins & ~ecat_turn;
   wire [2:0] number = walks ? walk : ecat_turn ? ecat_number : pdi_number;
   reg        casez_tmp;
   always @(*) begin
@@ -5117,16 +5930,16 @@ module SyncManagerStates(
   reg        bank_access_REG_single;
   reg        answer_allowed;
   reg        answer_inBuffer;
-  reg  [1:0] answer_buffer;
   reg        answer_works;
   reg        answer_locked;
   wire       isLast = walks & (&walk);
-  wire       _GEN = good | bad;
+  wire       _begins_T = good | bad;
   wire       accesses = (ecat_request | pdi_request & pdi_granted_0) & ~walks;
   wire       _bank_state_T_1 = bank_acts_REG & bank_number_REG == number;
   always @(posedge clock) begin
     if (reset) begin
       walks <= 1'h0;
+      begins <= 1'h0;
       walking_REG <= 1'h0;
       settled_r <= 1'h0;
       settled_r_1 <= 1'h0;
@@ -5135,7 +5948,8 @@ module SyncManagerStates(
       bank_bad_REG <= 1'h0;
     end
     else begin
-      walks <= _GEN | (walks ? ~isLast : walks);
+      walks <= begins | (walks ? ~isLast : walks);
+      begins <= _begins_T;
       walking_REG <= walks;
       settled_r <= isLast & wasGood;
       settled_r_1 <= settled_r;
@@ -5143,10 +5957,10 @@ module SyncManagerStates(
       bank_good_REG <= walks & wasGood;
       bank_bad_REG <= walks & ~wasGood;
     end
-    if (_GEN) begin
+    if (_begins_T)
       wasGood <= good;
+    if (begins)
       walk <= 3'h0;
-    end
     else if (walks)
       walk <= walk + 3'h1;
     bank_number_REG <= number;
@@ -5171,7 +5985,6 @@ module SyncManagerStates(
     bank_access_REG_single <= ecat_turn ? ecat_access_single : pdi_access_single;
     answer_allowed <= _bank_answer_allowed;
     answer_inBuffer <= _bank_answer_inBuffer;
-    answer_buffer <= _bank_answer_buffer;
     answer_works <= _bank_answer_works;
     answer_locked <= _bank_answer_locked;
   end // always @(posedge)
@@ -5220,7 +6033,7 @@ module SyncManagerStates(
     .bad                 (bank_bad_REG),
     .answer_allowed      (_bank_answer_allowed),
     .answer_inBuffer     (_bank_answer_inBuffer),
-    .answer_buffer       (_bank_answer_buffer),
+    .answer_buffer       (buffer),
     .answer_works        (_bank_answer_works),
     .answer_locked       (_bank_answer_locked),
     .states_0_next       (_bank_states_0_next),
@@ -5316,15 +6129,14 @@ module SyncManagerStates(
   );
   assign ecat_answer_allowed = answer_allowed;
   assign ecat_answer_inBuffer = answer_inBuffer;
-  assign ecat_answer_buffer = answer_buffer;
   assign pdi_granted = pdi_granted_0;
   assign pdi_answer_allowed = answer_allowed;
   assign pdi_answer_inBuffer = answer_inBuffer;
-  assign pdi_answer_buffer = answer_buffer;
   assign pdi_answer_works = answer_works;
   assign pdi_answer_locked = answer_locked;
-  assign walking = walks | good | bad | walking_REG;
+  assign walking = walks | good | bad | begins | walking_REG;
   assign settled = settled_r_1;
+  assign asked = number;
   assign states_0_next = _bank_states_0_next;
   assign states_0_reader = _bank_states_0_reader;
   assign states_0_newer = _bank_states_0_newer;
@@ -5366,10 +6178,12 @@ module SyncManagers(
   input  [11:0] write_bits_address,
   input         write_bits_mask,
   input  [7:0]  write_bits_data,
+  input         table_valid,
+  input  [3:0]  table_mask,
+  input  [31:0] table_data,
   input  [2:0]  ecat_index,
   output [2:0]  ecat_entries_0_index,
   output [15:0] ecat_entries_0_start,
-  output [15:0] ecat_entries_0_length,
   output [17:0] ecat_entries_0_extent,
   output        ecat_entries_0_takesPart,
   input         ecat_turn,
@@ -5382,12 +6196,11 @@ module SyncManagers(
   input         ecat_access_single,
   output        ecat_answer_allowed,
   output        ecat_answer_inBuffer,
-  output [1:0]  ecat_answer_buffer,
+  output [16:0] ecat_offset,
   output        ecat_ramOpen,
   input  [2:0]  pdi_index,
   output [2:0]  pdi_entries_0_index,
   output [15:0] pdi_entries_0_start,
-  output [15:0] pdi_entries_0_length,
   output [17:0] pdi_entries_0_extent,
   output        pdi_entries_0_takesPart,
   input         pdi_request,
@@ -5400,9 +6213,9 @@ module SyncManagers(
   input         pdi_access_single,
   output        pdi_answer_allowed,
   output        pdi_answer_inBuffer,
-  output [1:0]  pdi_answer_buffer,
   output        pdi_answer_works,
   output        pdi_answer_locked,
+  output [16:0] pdi_offset,
   output        pdi_changing,
   output        pdi_ramOpen,
   input         ramOpen,
@@ -5502,6 +6315,7 @@ module SyncManagers(
   wire        _states_settings_7_isMailbox;
   wire        _states_settings_7_ecatWrites;
   wire        _states_walking;
+  wire [1:0]  _states_buffer;
   wire [1:0]  _states_states_0_next;
   wire [1:0]  _states_states_0_reader;
   wire        _states_states_0_newer;
@@ -5554,11 +6368,10 @@ module SyncManagers(
   wire [2:0]  _states_written_bits;
   wire        _table_0_write;
   wire [2:0]  _table_0_writeIndex;
-  wire [3:0]  _table_0_writeMask;
-  wire [31:0] _table_0_writeData;
+  wire [2:0]  _table_0_readIndex_2;
   wire [31:0] _table_0_readData_0;
   wire [31:0] _table_0_readData_1;
-  wire [7:0]  _table_0_writeMask_T_2 = {7'h0, write_bits_mask} << write_bits_address[1:0];
+  wire [31:0] _table_0_readData_2;
   reg  [3:0]  control_control_0;
   reg  [3:0]  control_control_1;
   reg  [3:0]  control_control_2;
@@ -5719,6 +6532,7 @@ module SyncManagers(
         casez_tmp_4 = enable_7;
     endcase
   end // always @(*)
+  reg  [16:0] offset;
   reg         trigger_watchdogTrigger_watchdogTrigger_0;
   reg         trigger_watchdogTrigger_watchdogTrigger_1;
   reg         trigger_watchdogTrigger_watchdogTrigger_2;
@@ -5859,23 +6673,27 @@ module SyncManagers(
     end
     last <= ecat_index;
     last_1 <= pdi_index;
+    offset <=
+      _states_buffer[1]
+        ? {_table_0_readData_2[31:16], 1'h0}
+        : {1'h0, _states_buffer[0] ? _table_0_readData_2[31:16] : 16'h0};
   end // always @(posedge)
   assign _table_0_write =
-    write_valid & write_bits_address[11:7] == 5'h10 & ~(write_bits_address[2]) & ~(write_bits_address[6]);
+    table_valid & write_bits_address[11:7] == 5'h10 & ~(write_bits_address[2]) & ~(write_bits_address[6]);
   assign _table_0_writeIndex = write_bits_address[5:3];
-  assign _table_0_writeMask = _table_0_writeMask_T_2[3:0];
-  assign _table_0_writeData = {2{{2{write_bits_data}}}};
   WideTable_3 table_0 (
     .clock       (clock),
     .reset       (reset),
     .write       (_table_0_write),
     .writeIndex  (_table_0_writeIndex),
-    .writeMask   (_table_0_writeMask),
-    .writeData   (_table_0_writeData),
+    .writeMask   (table_mask),
+    .writeData   (table_data),
     .readIndex_0 (ecat_index),
     .readIndex_1 (pdi_index),
+    .readIndex_2 (_table_0_readIndex_2),
     .readData_0  (_table_0_readData_0),
-    .readData_1  (_table_0_readData_1)
+    .readData_1  (_table_0_readData_1),
+    .readData_2  (_table_0_readData_2)
   );
   assign _states_settings_0_works = enable_0 & ~deactivated_0_0;
   assign _states_settings_0_isMailbox = control_control_0[0];
@@ -5946,7 +6764,6 @@ module SyncManagers(
     .ecat_access_single    (ecat_access_single),
     .ecat_answer_allowed   (ecat_answer_allowed),
     .ecat_answer_inBuffer  (ecat_answer_inBuffer),
-    .ecat_answer_buffer    (ecat_answer_buffer),
     .pdi_request           (pdi_request),
     .pdi_granted           (pdi_granted),
     .pdi_number            (pdi_number),
@@ -5957,13 +6774,14 @@ module SyncManagers(
     .pdi_access_single     (pdi_access_single),
     .pdi_answer_allowed    (pdi_answer_allowed),
     .pdi_answer_inBuffer   (pdi_answer_inBuffer),
-    .pdi_answer_buffer     (pdi_answer_buffer),
     .pdi_answer_works      (pdi_answer_works),
     .pdi_answer_locked     (pdi_answer_locked),
     .good                  (good),
     .bad                   (bad),
     .walking               (_states_walking),
     .settled               (settled),
+    .asked                 (_table_0_readIndex_2),
+    .buffer                (_states_buffer),
     .states_0_next         (_states_states_0_next),
     .states_0_reader       (_states_states_0_reader),
     .states_0_newer        (_states_states_0_newer),
@@ -6017,18 +6835,18 @@ module SyncManagers(
   );
   assign ecat_entries_0_index = last;
   assign ecat_entries_0_start = _table_0_readData_0[15:0];
-  assign ecat_entries_0_length = _table_0_readData_0[31:16];
   assign ecat_entries_0_extent =
     {2'h0, _table_0_readData_0[31:16]} + {1'h0, casez_tmp_0 & ~casez_tmp ? {_table_0_readData_0[31:16], 1'h0} : 17'h0};
   assign ecat_entries_0_takesPart = casez_tmp_1;
+  assign ecat_offset = offset;
   assign ecat_ramOpen = ramOpen;
   assign pdi_entries_0_index = last_1;
   assign pdi_entries_0_start = _table_0_readData_1[15:0];
-  assign pdi_entries_0_length = _table_0_readData_1[31:16];
   assign pdi_entries_0_extent =
     {2'h0, _table_0_readData_1[31:16]}
     + {1'h0, casez_tmp_3 & ~casez_tmp_2 ? {_table_0_readData_1[31:16], 1'h0} : 17'h0};
   assign pdi_entries_0_takesPart = casez_tmp_4;
+  assign pdi_offset = offset;
   assign pdi_changing = _states_walking;
   assign pdi_ramOpen = ramOpen;
   assign writeEvent_0 = _states_writeEvent_0;
@@ -7246,7 +8064,6 @@ module HostSequencer(
   output [2:0]  areas_index,
   input  [2:0]  areas_entries_0_index,
   input  [15:0] areas_entries_0_start,
-  input  [15:0] areas_entries_0_length,
   input  [17:0] areas_entries_0_extent,
   input         areas_entries_0_takesPart,
   output        areas_request,
@@ -7259,9 +8076,9 @@ module HostSequencer(
   output        areas_access_single,
   input         areas_answer_allowed,
   input         areas_answer_inBuffer,
-  input  [1:0]  areas_answer_buffer,
   input         areas_answer_works,
   input         areas_answer_locked,
+  input  [16:0] areas_offset,
   input         areas_changing,
   input         areas_ramOpen,
   output        quiet
@@ -7269,7 +8086,6 @@ module HostSequencer(
 
   wire        _area_scan_entry_takesPart;
   wire        _area_scan_result_hit;
-  wire [15:0] _area_scan_result_length;
   wire        _area_scan_result_first;
   wire        _area_scan_result_last;
   reg  [3:0]  state;
@@ -7356,14 +8172,7 @@ module HostSequencer(
     if (_GEN_9) begin
     end
     else
-      through <=
-        {2'h0, host_addr}
-        + {1'h0,
-           plain | single
-             ? 17'h0
-             : areas_answer_buffer[1]
-                 ? {_area_scan_result_length, 1'h0}
-                 : {1'h0, areas_answer_buffer[0] ? _area_scan_result_length : 16'h0}};
+      through <= {2'h0, host_addr} + {1'h0, plain | single ? 17'h0 : areas_offset};
     area_scan_entry_begins_REG <= count == 4'h0;
     if (_GEN_9) begin
     end
@@ -7375,14 +8184,12 @@ module HostSequencer(
     .clock           (clock),
     .entry_index     (areas_entries_0_index),
     .entry_start     (areas_entries_0_start),
-    .entry_length    (areas_entries_0_length),
     .entry_extent    (areas_entries_0_extent),
     .entry_takesPart (_area_scan_entry_takesPart),
     .entry_begins    (area_scan_entry_begins_REG),
     .address         (host_addr),
     .result_hit      (_area_scan_result_hit),
     .result_index    (areas_number),
-    .result_length   (_area_scan_result_length),
     .result_first    (_area_scan_result_first),
     .result_last     (_area_scan_result_last)
   );
@@ -7408,6 +8215,25 @@ module et1100(
   input         reset,
   input         phy_clk_ref,
   output        eeprom_loaded,
+  output        mii_tx_tick,
+  output        phy_reset_n,
+  input         host_req,
+  input         host_write,
+  input  [15:0] host_addr,
+  input  [7:0]  host_wdata,
+  input         host_be,
+  output        host_ack,
+  output [7:0]  host_rdata,
+  output        sii_scl_low,
+  output        sii_sda_low,
+  input         sii_sda,
+  input         sii_two_byte,
+  output        led_run,
+  output        led_err,
+  output        led_linkact_0,
+  output        led_linkact_1,
+  output        led_linkact_2,
+  output        led_linkact_3,
   input         mii_0_rx_clk,
   input         mii_0_rx_dv,
   input         mii_0_rx_er,
@@ -7436,29 +8262,11 @@ module et1100(
   input         mii_3_link,
   output        mii_3_tx_en,
   output [3:0]  mii_3_txd,
-  output        mii_tx_tick,
-  output        phy_reset_n,
-  input         host_req,
-  input         host_write,
-  input  [15:0] host_addr,
-  input  [7:0]  host_wdata,
-  input         host_be,
-  output        host_ack,
-  output [7:0]  host_rdata,
-  output        sii_scl_low,
-  output        sii_sda_low,
-  input         sii_sda,
-  input         sii_two_byte,
-  output        led_run,
-  output        led_err,
-  output        led_linkact_0,
-  output        led_linkact_1,
-  output        led_linkact_2,
-  output        led_linkact_3,
   output        irq
 );
 
   wire [7:0]  _memory_status_sm_activation_event_T_112;
+  wire        _memory_value_rx_fifo_size_2;
   wire        _hostSequencer_memory_write;
   wire [15:0] _hostSequencer_memory_addr;
   wire        _hostSequencer_memory_be;
@@ -7506,15 +8314,14 @@ module et1100(
   wire        _syncManagers_quiet;
   wire [2:0]  _syncManagers_pdi_entries_0_index;
   wire [15:0] _syncManagers_pdi_entries_0_start;
-  wire [15:0] _syncManagers_pdi_entries_0_length;
   wire [17:0] _syncManagers_pdi_entries_0_extent;
   wire        _syncManagers_pdi_entries_0_takesPart;
   wire        _syncManagers_pdi_granted;
   wire        _syncManagers_pdi_answer_allowed;
   wire        _syncManagers_pdi_answer_inBuffer;
-  wire [1:0]  _syncManagers_pdi_answer_buffer;
   wire        _syncManagers_pdi_answer_works;
   wire        _syncManagers_pdi_answer_locked;
+  wire [16:0] _syncManagers_pdi_offset;
   wire        _syncManagers_pdi_changing;
   wire        _syncManagers_pdi_ramOpen;
   wire        _syncManagers_ecatEvent_0;
@@ -7548,126 +8355,6 @@ module et1100(
   wire        _loops_reportClosed_1;
   wire        _loops_reportClosed_2;
   wire        _loops_reportClosed_3;
-  wire        _transmitters_3_in_valid;
-  wire        _transmitters_3_in_payload;
-  wire [3:0]  _transmitters_3_in_data;
-  wire        _transmitters_3_in_end;
-  wire        _transmitters_3_in_bad;
-  wire        _transmitters_3_in_odd;
-  wire        _transmitters_3_in_crcGood;
-  wire        _transmitters_3_txEn;
-  wire        _transmitters_2_in_valid;
-  wire        _transmitters_2_in_payload;
-  wire [3:0]  _transmitters_2_in_data;
-  wire        _transmitters_2_in_end;
-  wire        _transmitters_2_in_bad;
-  wire        _transmitters_2_in_odd;
-  wire        _transmitters_2_in_crcGood;
-  wire        _transmitters_2_txEn;
-  wire        _transmitters_1_in_valid;
-  wire        _transmitters_1_in_payload;
-  wire [3:0]  _transmitters_1_in_data;
-  wire        _transmitters_1_in_end;
-  wire        _transmitters_1_in_bad;
-  wire        _transmitters_1_in_odd;
-  wire        _transmitters_1_in_crcGood;
-  wire        _transmitters_1_txEn;
-  wire        _transmitters_0_in_valid;
-  wire        _transmitters_0_in_payload;
-  wire [3:0]  _transmitters_0_in_data;
-  wire        _transmitters_0_in_end;
-  wire        _transmitters_0_in_bad;
-  wire        _transmitters_0_in_odd;
-  wire        _transmitters_0_in_crcGood;
-  wire        _transmitters_0_txEn;
-  wire        _receivers_3_cut;
-  wire        _receivers_3_out_valid;
-  wire        _receivers_3_out_payload;
-  wire [3:0]  _receivers_3_out_data;
-  wire        _receivers_3_out_end;
-  wire        _receivers_3_out_bad;
-  wire        _receivers_3_out_odd;
-  wire        _receivers_3_out_crcGood;
-  wire        _receivers_3_events_invalidFrame;
-  wire        _receivers_3_events_rxEr;
-  wire        _receivers_3_events_forwardedError;
-  wire        _receivers_3_events_goodFrame;
-  wire        _receivers_3_idle;
-  wire        _crossing_3_shortMargin;
-  wire        _crossing_3_read_take;
-  wire        _crossing_3_read_symbol_dv;
-  wire        _crossing_3_read_symbol_er;
-  wire [3:0]  _crossing_3_read_symbol_data;
-  wire        _crossing_3_read_available;
-  wire        _crossing_3_read_settled;
-  wire        _crossing_3_read_overflow;
-  wire        _receivers_2_cut;
-  wire        _receivers_2_out_valid;
-  wire        _receivers_2_out_payload;
-  wire [3:0]  _receivers_2_out_data;
-  wire        _receivers_2_out_end;
-  wire        _receivers_2_out_bad;
-  wire        _receivers_2_out_odd;
-  wire        _receivers_2_out_crcGood;
-  wire        _receivers_2_events_invalidFrame;
-  wire        _receivers_2_events_rxEr;
-  wire        _receivers_2_events_forwardedError;
-  wire        _receivers_2_events_goodFrame;
-  wire        _receivers_2_idle;
-  wire        _crossing_2_shortMargin;
-  wire        _crossing_2_read_take;
-  wire        _crossing_2_read_symbol_dv;
-  wire        _crossing_2_read_symbol_er;
-  wire [3:0]  _crossing_2_read_symbol_data;
-  wire        _crossing_2_read_available;
-  wire        _crossing_2_read_settled;
-  wire        _crossing_2_read_overflow;
-  wire        _receivers_1_cut;
-  wire        _receivers_1_out_valid;
-  wire        _receivers_1_out_payload;
-  wire [3:0]  _receivers_1_out_data;
-  wire        _receivers_1_out_end;
-  wire        _receivers_1_out_bad;
-  wire        _receivers_1_out_odd;
-  wire        _receivers_1_out_crcGood;
-  wire        _receivers_1_events_invalidFrame;
-  wire        _receivers_1_events_rxEr;
-  wire        _receivers_1_events_forwardedError;
-  wire        _receivers_1_events_goodFrame;
-  wire        _receivers_1_idle;
-  wire        _crossing_1_shortMargin;
-  wire        _crossing_1_read_take;
-  wire        _crossing_1_read_symbol_dv;
-  wire        _crossing_1_read_symbol_er;
-  wire [3:0]  _crossing_1_read_symbol_data;
-  wire        _crossing_1_read_available;
-  wire        _crossing_1_read_settled;
-  wire        _crossing_1_read_overflow;
-  wire        _receivers_0_cut;
-  wire        _receivers_0_out_valid;
-  wire        _receivers_0_out_payload;
-  wire [3:0]  _receivers_0_out_data;
-  wire        _receivers_0_out_end;
-  wire        _receivers_0_out_bad;
-  wire        _receivers_0_out_odd;
-  wire        _receivers_0_out_crcGood;
-  wire        _receivers_0_events_invalidFrame;
-  wire        _receivers_0_events_rxEr;
-  wire        _receivers_0_events_forwardedError;
-  wire        _receivers_0_events_goodFrame;
-  wire        _receivers_0_idle;
-  wire        _crossing_shortMargin;
-  wire        _crossing_read_take;
-  wire        _crossing_read_symbol_dv;
-  wire        _crossing_read_symbol_er;
-  wire [3:0]  _crossing_read_symbol_data;
-  wire        _crossing_read_available;
-  wire        _crossing_read_settled;
-  wire        _crossing_read_overflow;
-  wire        _links_crossing_3_out;
-  wire        _links_crossing_2_out;
-  wire        _links_crossing_1_out;
-  wire        _links_crossing_out;
   wire        _processor_in_valid;
   wire        _processor_in_payload;
   wire [3:0]  _processor_in_data;
@@ -7677,14 +8364,14 @@ module et1100(
   wire        _processor_in_crcGood;
   wire        _processor_config_circulating;
   wire [15:0] _processor_config_ecatEvents;
+  wire [9:0]  _processor_tableWrite_word;
   wire [2:0]  _processor_areas_entries_0_index;
   wire [15:0] _processor_areas_entries_0_start;
-  wire [15:0] _processor_areas_entries_0_length;
   wire [17:0] _processor_areas_entries_0_extent;
   wire        _processor_areas_entries_0_takesPart;
   wire        _processor_areas_answer_allowed;
   wire        _processor_areas_answer_inBuffer;
-  wire [1:0]  _processor_areas_answer_buffer;
+  wire [16:0] _processor_areas_offset;
   wire        _processor_areas_ramOpen;
   wire        _processor_buffersSettled;
   wire        _processor_out_valid;
@@ -7894,16 +8581,106 @@ module et1100(
   wire        _memory_clearing;
   wire        _memory_commitStarts;
   wire        _slot_tick;
+  wire        _ports_3_core_receiveStep;
+  wire        _ports_3_core_enable;
+  wire        _ports_3_core_shortMargin;
+  wire        _ports_3_core_toWire_valid;
+  wire        _ports_3_core_toWire_payload;
+  wire [3:0]  _ports_3_core_toWire_data;
+  wire        _ports_3_core_toWire_end;
+  wire        _ports_3_core_toWire_bad;
+  wire        _ports_3_core_toWire_odd;
+  wire        _ports_3_core_toWire_crcGood;
+  wire        _ports_3_core_fromWire_valid;
+  wire        _ports_3_core_fromWire_payload;
+  wire [3:0]  _ports_3_core_fromWire_data;
+  wire        _ports_3_core_fromWire_end;
+  wire        _ports_3_core_fromWire_bad;
+  wire        _ports_3_core_fromWire_odd;
+  wire        _ports_3_core_fromWire_crcGood;
+  wire        _ports_3_core_link;
+  wire        _ports_3_core_events_invalidFrame;
+  wire        _ports_3_core_events_rxEr;
+  wire        _ports_3_core_events_forwardedError;
+  wire        _ports_3_core_events_goodFrame;
+  wire        _ports_3_core_receiverIdle;
+  wire        _ports_3_core_transmitterIdle;
+  wire        _ports_2_core_receiveStep;
+  wire        _ports_2_core_enable;
+  wire        _ports_2_core_shortMargin;
+  wire        _ports_2_core_toWire_valid;
+  wire        _ports_2_core_toWire_payload;
+  wire [3:0]  _ports_2_core_toWire_data;
+  wire        _ports_2_core_toWire_end;
+  wire        _ports_2_core_toWire_bad;
+  wire        _ports_2_core_toWire_odd;
+  wire        _ports_2_core_toWire_crcGood;
+  wire        _ports_2_core_fromWire_valid;
+  wire        _ports_2_core_fromWire_payload;
+  wire [3:0]  _ports_2_core_fromWire_data;
+  wire        _ports_2_core_fromWire_end;
+  wire        _ports_2_core_fromWire_bad;
+  wire        _ports_2_core_fromWire_odd;
+  wire        _ports_2_core_fromWire_crcGood;
+  wire        _ports_2_core_link;
+  wire        _ports_2_core_events_invalidFrame;
+  wire        _ports_2_core_events_rxEr;
+  wire        _ports_2_core_events_forwardedError;
+  wire        _ports_2_core_events_goodFrame;
+  wire        _ports_2_core_receiverIdle;
+  wire        _ports_2_core_transmitterIdle;
+  wire        _ports_1_core_receiveStep;
+  wire        _ports_1_core_enable;
+  wire        _ports_1_core_shortMargin;
+  wire        _ports_1_core_toWire_valid;
+  wire        _ports_1_core_toWire_payload;
+  wire [3:0]  _ports_1_core_toWire_data;
+  wire        _ports_1_core_toWire_end;
+  wire        _ports_1_core_toWire_bad;
+  wire        _ports_1_core_toWire_odd;
+  wire        _ports_1_core_toWire_crcGood;
+  wire        _ports_1_core_fromWire_valid;
+  wire        _ports_1_core_fromWire_payload;
+  wire [3:0]  _ports_1_core_fromWire_data;
+  wire        _ports_1_core_fromWire_end;
+  wire        _ports_1_core_fromWire_bad;
+  wire        _ports_1_core_fromWire_odd;
+  wire        _ports_1_core_fromWire_crcGood;
+  wire        _ports_1_core_link;
+  wire        _ports_1_core_events_invalidFrame;
+  wire        _ports_1_core_events_rxEr;
+  wire        _ports_1_core_events_forwardedError;
+  wire        _ports_1_core_events_goodFrame;
+  wire        _ports_1_core_receiverIdle;
+  wire        _ports_1_core_transmitterIdle;
+  wire        _ports_0_core_receiveStep;
+  wire        _ports_0_core_enable;
+  wire        _ports_0_core_shortMargin;
+  wire        _ports_0_core_toWire_valid;
+  wire        _ports_0_core_toWire_payload;
+  wire [3:0]  _ports_0_core_toWire_data;
+  wire        _ports_0_core_toWire_end;
+  wire        _ports_0_core_toWire_bad;
+  wire        _ports_0_core_toWire_odd;
+  wire        _ports_0_core_toWire_crcGood;
+  wire        _ports_0_core_fromWire_valid;
+  wire        _ports_0_core_fromWire_payload;
+  wire [3:0]  _ports_0_core_fromWire_data;
+  wire        _ports_0_core_fromWire_end;
+  wire        _ports_0_core_fromWire_bad;
+  wire        _ports_0_core_fromWire_odd;
+  wire        _ports_0_core_fromWire_crcGood;
+  wire        _ports_0_core_link;
+  wire        _ports_0_core_events_invalidFrame;
+  wire        _ports_0_core_events_rxEr;
+  wire        _ports_0_core_events_forwardedError;
+  wire        _ports_0_core_events_goodFrame;
+  wire        _ports_0_core_receiverIdle;
+  wire        _ports_0_core_transmitterIdle;
   reg         processStep;
   reg         transmitStep;
-  wire        links_0 = _links_crossing_out & ~_memory_clearing;
-  wire        links_1 = _links_crossing_1_out & ~_memory_clearing;
-  wire        links_2 = _links_crossing_2_out & ~_memory_clearing;
-  wire        links_3 = _links_crossing_3_out & ~_memory_clearing;
-  reg         receiver_cut_REG;
-  reg         receiver_cut_REG_1;
-  reg         receiver_cut_REG_2;
-  reg         receiver_cut_REG_3;
+  assign _memory_value_rx_fifo_size_2 = _memory_value_rx_fifo_size[2];
+  reg         mii_tx_tick_r;
   reg  [1:0]  loops_setting_0_r;
   reg         drops_REG;
   reg  [1:0]  loops_setting_1_r;
@@ -7912,6 +8689,21 @@ module et1100(
   reg         drops_REG_2;
   reg  [1:0]  loops_setting_3_r;
   reg         drops_REG_3;
+  wire [7:0]  _syncManagers_table_tableWrite_T_2 =
+    {7'h0, _memory_registerWrite_bits_mask} << _memory_registerWrite_bits_address[1:0];
+  wire        syncManagers_table_tableWrite_valid =
+    _memory_registerWrite_valid & (|(_syncManagers_table_tableWrite_T_2[3:0]));
+  reg  [9:0]  syncManagers_table_tableWrite_tableWord;
+  reg  [3:0]  syncManagers_table_tableWrite_tableMask;
+  reg  [7:0]  syncManagers_table_tableWrite_tableByte_0;
+  reg  [7:0]  syncManagers_table_tableWrite_tableByte_1;
+  reg  [7:0]  syncManagers_table_tableWrite_tableByte_2;
+  reg  [7:0]  syncManagers_table_tableWrite_tableByte_3;
+  wire [31:0] syncManagers_table_tableWrite_data =
+    {syncManagers_table_tableWrite_tableByte_3,
+     syncManagers_table_tableWrite_tableByte_2,
+     syncManagers_table_tableWrite_tableByte_1,
+     syncManagers_table_tableWrite_tableByte_0};
   reg         syncManagers_quiet_r;
   reg         syncManagers_quiet_r_1;
   reg         syncManagers_quiet_r_2;
@@ -7990,28 +8782,27 @@ module et1100(
       ? 4'hE
       : (|latched) ? latched : {3'h0, _memory_value_al_status[4] & ~_memory_value_device_emulation};
   reg  [3:0]  REG_1;
-  wire        processor_in_on_valid = _loops_open_3 ? _receivers_3_out_valid : _processor_out_valid;
-  wire        processor_in_on_payload = _loops_open_3 ? _receivers_3_out_payload : _processor_out_payload;
-  wire [3:0]  processor_in_on_data = _loops_open_3 ? _receivers_3_out_data : _processor_out_data;
-  wire        processor_in_on_end = _loops_open_3 ? _receivers_3_out_end : _processor_out_end;
-  wire        processor_in_on_bad = _loops_open_3 ? _receivers_3_out_bad : _processor_out_bad;
-  wire        processor_in_on_odd = _loops_open_3 ? _receivers_3_out_odd : _processor_out_odd;
-  wire        processor_in_on_crcGood = _loops_open_3 ? _receivers_3_out_crcGood : _processor_out_crcGood;
-  wire        processor_in_on_1_valid = _loops_open_1 ? _receivers_1_out_valid : processor_in_on_valid;
-  wire        processor_in_on_1_payload = _loops_open_1 ? _receivers_1_out_payload : processor_in_on_payload;
-  wire [3:0]  processor_in_on_1_data = _loops_open_1 ? _receivers_1_out_data : processor_in_on_data;
-  wire        processor_in_on_1_end = _loops_open_1 ? _receivers_1_out_end : processor_in_on_end;
-  wire        processor_in_on_1_bad = _loops_open_1 ? _receivers_1_out_bad : processor_in_on_bad;
-  wire        processor_in_on_1_odd = _loops_open_1 ? _receivers_1_out_odd : processor_in_on_odd;
-  wire        processor_in_on_1_crcGood = _loops_open_1 ? _receivers_1_out_crcGood : processor_in_on_crcGood;
-  wire        processor_in_on_2_valid = _loops_open_2 ? _receivers_2_out_valid : processor_in_on_1_valid;
-  wire        processor_in_on_2_payload = _loops_open_2 ? _receivers_2_out_payload : processor_in_on_1_payload;
-  wire [3:0]  processor_in_on_2_data = _loops_open_2 ? _receivers_2_out_data : processor_in_on_1_data;
-  wire        processor_in_on_2_end = _loops_open_2 ? _receivers_2_out_end : processor_in_on_1_end;
-  wire        processor_in_on_2_bad = _loops_open_2 ? _receivers_2_out_bad : processor_in_on_1_bad;
-  wire        processor_in_on_2_odd = _loops_open_2 ? _receivers_2_out_odd : processor_in_on_1_odd;
-  wire        processor_in_on_2_crcGood = _loops_open_2 ? _receivers_2_out_crcGood : processor_in_on_1_crcGood;
-  reg         mii_tx_tick_r;
+  wire        _processor_in_T_valid = _loops_open_3 ? _ports_3_core_fromWire_valid : _processor_out_valid;
+  wire        _processor_in_T_payload = _loops_open_3 ? _ports_3_core_fromWire_payload : _processor_out_payload;
+  wire [3:0]  _processor_in_T_data = _loops_open_3 ? _ports_3_core_fromWire_data : _processor_out_data;
+  wire        _processor_in_T_end = _loops_open_3 ? _ports_3_core_fromWire_end : _processor_out_end;
+  wire        _processor_in_T_bad = _loops_open_3 ? _ports_3_core_fromWire_bad : _processor_out_bad;
+  wire        _processor_in_T_odd = _loops_open_3 ? _ports_3_core_fromWire_odd : _processor_out_odd;
+  wire        _processor_in_T_crcGood = _loops_open_3 ? _ports_3_core_fromWire_crcGood : _processor_out_crcGood;
+  wire        _processor_in_T_1_valid = _loops_open_1 ? _ports_1_core_fromWire_valid : _processor_in_T_valid;
+  wire        _processor_in_T_1_payload = _loops_open_1 ? _ports_1_core_fromWire_payload : _processor_in_T_payload;
+  wire [3:0]  _processor_in_T_1_data = _loops_open_1 ? _ports_1_core_fromWire_data : _processor_in_T_data;
+  wire        _processor_in_T_1_end = _loops_open_1 ? _ports_1_core_fromWire_end : _processor_in_T_end;
+  wire        _processor_in_T_1_bad = _loops_open_1 ? _ports_1_core_fromWire_bad : _processor_in_T_bad;
+  wire        _processor_in_T_1_odd = _loops_open_1 ? _ports_1_core_fromWire_odd : _processor_in_T_odd;
+  wire        _processor_in_T_1_crcGood = _loops_open_1 ? _ports_1_core_fromWire_crcGood : _processor_in_T_crcGood;
+  wire        _processor_in_T_2_valid = _loops_open_2 ? _ports_2_core_fromWire_valid : _processor_in_T_1_valid;
+  wire        _processor_in_T_2_payload = _loops_open_2 ? _ports_2_core_fromWire_payload : _processor_in_T_1_payload;
+  wire [3:0]  _processor_in_T_2_data = _loops_open_2 ? _ports_2_core_fromWire_data : _processor_in_T_1_data;
+  wire        _processor_in_T_2_end = _loops_open_2 ? _ports_2_core_fromWire_end : _processor_in_T_1_end;
+  wire        _processor_in_T_2_bad = _loops_open_2 ? _ports_2_core_fromWire_bad : _processor_in_T_1_bad;
+  wire        _processor_in_T_2_odd = _loops_open_2 ? _ports_2_core_fromWire_odd : _processor_in_T_1_odd;
+  wire        _processor_in_T_2_crcGood = _loops_open_2 ? _ports_2_core_fromWire_crcGood : _processor_in_T_1_crcGood;
   wire        _memory_status_sm_activation_event_written_source_result_valid_T_4 =
     _memory_registerWrite_bits_address == 12'h806;
   wire        _memory_status_sm_activation_event_T_4 =
@@ -8073,18 +8864,18 @@ module et1100(
     | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h121 & _memory_registerWrite_bits_mask;
   wire        _waits_T_1 = written & ~_memory_value_device_emulation;
   wire [15:0] _GEN_1 =
-    {links_3,
+    {_ports_3_core_link,
      _loops_reportClosed_3,
-     links_2,
+     _ports_2_core_link,
      _loops_reportClosed_2,
-     links_1,
+     _ports_1_core_link,
      _loops_reportClosed_1,
-     links_0,
+     _ports_0_core_link,
      _loops_reportClosed_0,
-     links_3,
-     links_2,
-     links_1,
-     links_0,
+     _ports_3_core_link,
+     _ports_2_core_link,
+     _ports_1_core_link,
+     _ports_0_core_link,
      2'h0,
      _watchdog_pdi_running,
      ~_sii_1_notLoaded};
@@ -8095,10 +8886,6 @@ module et1100(
     if (reset) begin
       processStep <= 1'h0;
       transmitStep <= 1'h0;
-      receiver_cut_REG <= 1'h0;
-      receiver_cut_REG_1 <= 1'h0;
-      receiver_cut_REG_2 <= 1'h0;
-      receiver_cut_REG_3 <= 1'h0;
       loops_setting_0_r <= 2'h0;
       drops_REG <= 1'h0;
       loops_setting_1_r <= 2'h0;
@@ -8107,6 +8894,7 @@ module et1100(
       drops_REG_2 <= 1'h0;
       loops_setting_3_r <= 2'h0;
       drops_REG_3 <= 1'h0;
+      syncManagers_table_tableWrite_tableMask <= 4'h0;
       syncManagers_quiet_r <= 1'h0;
       syncManagers_quiet_r_1 <= 1'h0;
       syncManagers_quiet_r_2 <= 1'h0;
@@ -8151,10 +8939,6 @@ module et1100(
     else begin
       processStep <= _slot_tick;
       transmitStep <= processStep;
-      receiver_cut_REG <= links_0;
-      receiver_cut_REG_1 <= links_1;
-      receiver_cut_REG_2 <= links_2;
-      receiver_cut_REG_3 <= links_3;
       if (_memory_registersBusy) begin
       end
       else begin
@@ -8163,10 +8947,16 @@ module et1100(
         loops_setting_2_r <= _memory_value_loop_port2;
         loops_setting_3_r <= _memory_value_loop_port3;
       end
-      drops_REG <= links_0;
-      drops_REG_1 <= links_1;
-      drops_REG_2 <= links_2;
-      drops_REG_3 <= links_3;
+      drops_REG <= _ports_0_core_link;
+      drops_REG_1 <= _ports_1_core_link;
+      drops_REG_2 <= _ports_2_core_link;
+      drops_REG_3 <= _ports_3_core_link;
+      if (syncManagers_table_tableWrite_valid)
+        syncManagers_table_tableWrite_tableMask <=
+          _syncManagers_table_tableWrite_T_2[3:0]
+          | (_memory_registerWrite_bits_address[11:2] == syncManagers_table_tableWrite_tableWord
+               ? syncManagers_table_tableWrite_tableMask
+               : 4'h0);
       syncManagers_quiet_r <= _processor_busy;
       syncManagers_quiet_r_1 <= syncManagers_quiet_r;
       syncManagers_quiet_r_2 <= syncManagers_quiet_r_1;
@@ -8269,9 +9059,203 @@ module et1100(
       else if (~(_GEN == changed_REG))
         latched <= 4'h0;
     end
-    REG_1 <= error;
     mii_tx_tick_r <= transmitStep;
+    if (syncManagers_table_tableWrite_valid)
+      syncManagers_table_tableWrite_tableWord <= _memory_registerWrite_bits_address[11:2];
+    if (syncManagers_table_tableWrite_valid & _syncManagers_table_tableWrite_T_2[0])
+      syncManagers_table_tableWrite_tableByte_0 <= _memory_registerWrite_bits_data;
+    if (syncManagers_table_tableWrite_valid & _syncManagers_table_tableWrite_T_2[1])
+      syncManagers_table_tableWrite_tableByte_1 <= _memory_registerWrite_bits_data;
+    if (syncManagers_table_tableWrite_valid & _syncManagers_table_tableWrite_T_2[2])
+      syncManagers_table_tableWrite_tableByte_2 <= _memory_registerWrite_bits_data;
+    if (syncManagers_table_tableWrite_valid & _syncManagers_table_tableWrite_T_2[3])
+      syncManagers_table_tableWrite_tableByte_3 <= _memory_registerWrite_bits_data;
+    REG_1 <= error;
   end // always @(posedge)
+  assign _ports_0_core_receiveStep = _slot_tick;
+  assign _ports_0_core_enable = ~_memory_clearing;
+  assign _ports_0_core_shortMargin = ~_memory_value_rx_fifo_size_2;
+  assign _ports_0_core_toWire_valid = _loops_open_0 & _processor_in_T_2_valid;
+  assign _ports_0_core_toWire_payload = _loops_open_0 & _processor_in_T_2_payload;
+  assign _ports_0_core_toWire_data = _loops_open_0 ? _processor_in_T_2_data : 4'h0;
+  assign _ports_0_core_toWire_end = _loops_open_0 & _processor_in_T_2_end;
+  assign _ports_0_core_toWire_bad = _loops_open_0 & _processor_in_T_2_bad;
+  assign _ports_0_core_toWire_odd = _loops_open_0 & _processor_in_T_2_odd;
+  assign _ports_0_core_toWire_crcGood = _loops_open_0 & _processor_in_T_2_crcGood;
+  MiiPort ports_0 (
+    .clock                      (clock),
+    .reset                      (reset),
+    .core_receiveStep           (_ports_0_core_receiveStep),
+    .core_transmitStep          (transmitStep),
+    .core_enable                (_ports_0_core_enable),
+    .core_shortMargin           (_ports_0_core_shortMargin),
+    .core_toWire_valid          (_ports_0_core_toWire_valid),
+    .core_toWire_payload        (_ports_0_core_toWire_payload),
+    .core_toWire_data           (_ports_0_core_toWire_data),
+    .core_toWire_end            (_ports_0_core_toWire_end),
+    .core_toWire_bad            (_ports_0_core_toWire_bad),
+    .core_toWire_odd            (_ports_0_core_toWire_odd),
+    .core_toWire_crcGood        (_ports_0_core_toWire_crcGood),
+    .core_fromWire_valid        (_ports_0_core_fromWire_valid),
+    .core_fromWire_payload      (_ports_0_core_fromWire_payload),
+    .core_fromWire_data         (_ports_0_core_fromWire_data),
+    .core_fromWire_end          (_ports_0_core_fromWire_end),
+    .core_fromWire_bad          (_ports_0_core_fromWire_bad),
+    .core_fromWire_odd          (_ports_0_core_fromWire_odd),
+    .core_fromWire_crcGood      (_ports_0_core_fromWire_crcGood),
+    .core_link                  (_ports_0_core_link),
+    .core_events_invalidFrame   (_ports_0_core_events_invalidFrame),
+    .core_events_rxEr           (_ports_0_core_events_rxEr),
+    .core_events_forwardedError (_ports_0_core_events_forwardedError),
+    .core_events_goodFrame      (_ports_0_core_events_goodFrame),
+    .core_receiverIdle          (_ports_0_core_receiverIdle),
+    .core_transmitterIdle       (_ports_0_core_transmitterIdle),
+    .pins_rx_clk                (mii_0_rx_clk),
+    .pins_rx_dv                 (mii_0_rx_dv),
+    .pins_rx_er                 (mii_0_rx_er),
+    .pins_rxd                   (mii_0_rxd),
+    .pins_link                  (mii_0_link),
+    .pins_tx_en                 (mii_0_tx_en),
+    .pins_txd                   (mii_0_txd)
+  );
+  assign _ports_1_core_receiveStep = _slot_tick;
+  assign _ports_1_core_enable = ~_memory_clearing;
+  assign _ports_1_core_shortMargin = ~_memory_value_rx_fifo_size_2;
+  assign _ports_1_core_toWire_valid = _loops_open_1 & _processor_in_T_valid;
+  assign _ports_1_core_toWire_payload = _loops_open_1 & _processor_in_T_payload;
+  assign _ports_1_core_toWire_data = _loops_open_1 ? _processor_in_T_data : 4'h0;
+  assign _ports_1_core_toWire_end = _loops_open_1 & _processor_in_T_end;
+  assign _ports_1_core_toWire_bad = _loops_open_1 & _processor_in_T_bad;
+  assign _ports_1_core_toWire_odd = _loops_open_1 & _processor_in_T_odd;
+  assign _ports_1_core_toWire_crcGood = _loops_open_1 & _processor_in_T_crcGood;
+  MiiPort ports_1 (
+    .clock                      (clock),
+    .reset                      (reset),
+    .core_receiveStep           (_ports_1_core_receiveStep),
+    .core_transmitStep          (transmitStep),
+    .core_enable                (_ports_1_core_enable),
+    .core_shortMargin           (_ports_1_core_shortMargin),
+    .core_toWire_valid          (_ports_1_core_toWire_valid),
+    .core_toWire_payload        (_ports_1_core_toWire_payload),
+    .core_toWire_data           (_ports_1_core_toWire_data),
+    .core_toWire_end            (_ports_1_core_toWire_end),
+    .core_toWire_bad            (_ports_1_core_toWire_bad),
+    .core_toWire_odd            (_ports_1_core_toWire_odd),
+    .core_toWire_crcGood        (_ports_1_core_toWire_crcGood),
+    .core_fromWire_valid        (_ports_1_core_fromWire_valid),
+    .core_fromWire_payload      (_ports_1_core_fromWire_payload),
+    .core_fromWire_data         (_ports_1_core_fromWire_data),
+    .core_fromWire_end          (_ports_1_core_fromWire_end),
+    .core_fromWire_bad          (_ports_1_core_fromWire_bad),
+    .core_fromWire_odd          (_ports_1_core_fromWire_odd),
+    .core_fromWire_crcGood      (_ports_1_core_fromWire_crcGood),
+    .core_link                  (_ports_1_core_link),
+    .core_events_invalidFrame   (_ports_1_core_events_invalidFrame),
+    .core_events_rxEr           (_ports_1_core_events_rxEr),
+    .core_events_forwardedError (_ports_1_core_events_forwardedError),
+    .core_events_goodFrame      (_ports_1_core_events_goodFrame),
+    .core_receiverIdle          (_ports_1_core_receiverIdle),
+    .core_transmitterIdle       (_ports_1_core_transmitterIdle),
+    .pins_rx_clk                (mii_1_rx_clk),
+    .pins_rx_dv                 (mii_1_rx_dv),
+    .pins_rx_er                 (mii_1_rx_er),
+    .pins_rxd                   (mii_1_rxd),
+    .pins_link                  (mii_1_link),
+    .pins_tx_en                 (mii_1_tx_en),
+    .pins_txd                   (mii_1_txd)
+  );
+  assign _ports_2_core_receiveStep = _slot_tick;
+  assign _ports_2_core_enable = ~_memory_clearing;
+  assign _ports_2_core_shortMargin = ~_memory_value_rx_fifo_size_2;
+  assign _ports_2_core_toWire_valid = _loops_open_2 & _processor_in_T_1_valid;
+  assign _ports_2_core_toWire_payload = _loops_open_2 & _processor_in_T_1_payload;
+  assign _ports_2_core_toWire_data = _loops_open_2 ? _processor_in_T_1_data : 4'h0;
+  assign _ports_2_core_toWire_end = _loops_open_2 & _processor_in_T_1_end;
+  assign _ports_2_core_toWire_bad = _loops_open_2 & _processor_in_T_1_bad;
+  assign _ports_2_core_toWire_odd = _loops_open_2 & _processor_in_T_1_odd;
+  assign _ports_2_core_toWire_crcGood = _loops_open_2 & _processor_in_T_1_crcGood;
+  MiiPort ports_2 (
+    .clock                      (clock),
+    .reset                      (reset),
+    .core_receiveStep           (_ports_2_core_receiveStep),
+    .core_transmitStep          (transmitStep),
+    .core_enable                (_ports_2_core_enable),
+    .core_shortMargin           (_ports_2_core_shortMargin),
+    .core_toWire_valid          (_ports_2_core_toWire_valid),
+    .core_toWire_payload        (_ports_2_core_toWire_payload),
+    .core_toWire_data           (_ports_2_core_toWire_data),
+    .core_toWire_end            (_ports_2_core_toWire_end),
+    .core_toWire_bad            (_ports_2_core_toWire_bad),
+    .core_toWire_odd            (_ports_2_core_toWire_odd),
+    .core_toWire_crcGood        (_ports_2_core_toWire_crcGood),
+    .core_fromWire_valid        (_ports_2_core_fromWire_valid),
+    .core_fromWire_payload      (_ports_2_core_fromWire_payload),
+    .core_fromWire_data         (_ports_2_core_fromWire_data),
+    .core_fromWire_end          (_ports_2_core_fromWire_end),
+    .core_fromWire_bad          (_ports_2_core_fromWire_bad),
+    .core_fromWire_odd          (_ports_2_core_fromWire_odd),
+    .core_fromWire_crcGood      (_ports_2_core_fromWire_crcGood),
+    .core_link                  (_ports_2_core_link),
+    .core_events_invalidFrame   (_ports_2_core_events_invalidFrame),
+    .core_events_rxEr           (_ports_2_core_events_rxEr),
+    .core_events_forwardedError (_ports_2_core_events_forwardedError),
+    .core_events_goodFrame      (_ports_2_core_events_goodFrame),
+    .core_receiverIdle          (_ports_2_core_receiverIdle),
+    .core_transmitterIdle       (_ports_2_core_transmitterIdle),
+    .pins_rx_clk                (mii_2_rx_clk),
+    .pins_rx_dv                 (mii_2_rx_dv),
+    .pins_rx_er                 (mii_2_rx_er),
+    .pins_rxd                   (mii_2_rxd),
+    .pins_link                  (mii_2_link),
+    .pins_tx_en                 (mii_2_tx_en),
+    .pins_txd                   (mii_2_txd)
+  );
+  assign _ports_3_core_receiveStep = _slot_tick;
+  assign _ports_3_core_enable = ~_memory_clearing;
+  assign _ports_3_core_shortMargin = ~_memory_value_rx_fifo_size_2;
+  assign _ports_3_core_toWire_valid = _loops_open_3 & _processor_out_valid;
+  assign _ports_3_core_toWire_payload = _loops_open_3 & _processor_out_payload;
+  assign _ports_3_core_toWire_data = _loops_open_3 ? _processor_out_data : 4'h0;
+  assign _ports_3_core_toWire_end = _loops_open_3 & _processor_out_end;
+  assign _ports_3_core_toWire_bad = _loops_open_3 & _processor_out_bad;
+  assign _ports_3_core_toWire_odd = _loops_open_3 & _processor_out_odd;
+  assign _ports_3_core_toWire_crcGood = _loops_open_3 & _processor_out_crcGood;
+  MiiPort ports_3 (
+    .clock                      (clock),
+    .reset                      (reset),
+    .core_receiveStep           (_ports_3_core_receiveStep),
+    .core_transmitStep          (transmitStep),
+    .core_enable                (_ports_3_core_enable),
+    .core_shortMargin           (_ports_3_core_shortMargin),
+    .core_toWire_valid          (_ports_3_core_toWire_valid),
+    .core_toWire_payload        (_ports_3_core_toWire_payload),
+    .core_toWire_data           (_ports_3_core_toWire_data),
+    .core_toWire_end            (_ports_3_core_toWire_end),
+    .core_toWire_bad            (_ports_3_core_toWire_bad),
+    .core_toWire_odd            (_ports_3_core_toWire_odd),
+    .core_toWire_crcGood        (_ports_3_core_toWire_crcGood),
+    .core_fromWire_valid        (_ports_3_core_fromWire_valid),
+    .core_fromWire_payload      (_ports_3_core_fromWire_payload),
+    .core_fromWire_data         (_ports_3_core_fromWire_data),
+    .core_fromWire_end          (_ports_3_core_fromWire_end),
+    .core_fromWire_bad          (_ports_3_core_fromWire_bad),
+    .core_fromWire_odd          (_ports_3_core_fromWire_odd),
+    .core_fromWire_crcGood      (_ports_3_core_fromWire_crcGood),
+    .core_link                  (_ports_3_core_link),
+    .core_events_invalidFrame   (_ports_3_core_events_invalidFrame),
+    .core_events_rxEr           (_ports_3_core_events_rxEr),
+    .core_events_forwardedError (_ports_3_core_events_forwardedError),
+    .core_events_goodFrame      (_ports_3_core_events_goodFrame),
+    .core_receiverIdle          (_ports_3_core_receiverIdle),
+    .core_transmitterIdle       (_ports_3_core_transmitterIdle),
+    .pins_rx_clk                (mii_3_rx_clk),
+    .pins_rx_dv                 (mii_3_rx_dv),
+    .pins_rx_er                 (mii_3_rx_er),
+    .pins_rxd                   (mii_3_rxd),
+    .pins_link                  (mii_3_link),
+    .pins_tx_en                 (mii_3_tx_en),
+    .pins_txd                   (mii_3_txd)
+  );
   SlotTimer slot (
     .clock     (clock),
     .reset     (reset),
@@ -8335,22 +9319,26 @@ module et1100(
   assign _memory_status_pdi_operational = ~_sii_1_notLoaded;
   assign _memory_event_watchdog_count_pdi = _watchdog_pdi_expired;
   assign _memory_event_watchdog_count_process_data = _watchdog_process_data_expired;
-  assign _memory_event_lost_link_port3 = drops_REG_3 & ~links_3 & _loops_open_3 & _memory_value_loop_port3 == 2'h0;
-  assign _memory_event_lost_link_port2 = drops_REG_2 & ~links_2 & _loops_open_2 & _memory_value_loop_port2 == 2'h0;
-  assign _memory_event_lost_link_port1 = drops_REG_1 & ~links_1 & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
-  assign _memory_event_lost_link_port0 = drops_REG & ~links_0 & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
-  assign _memory_event_forwarded_error_port3 = _receivers_3_events_forwardedError & _loops_open_3;
-  assign _memory_event_forwarded_error_port2 = _receivers_2_events_forwardedError & _loops_open_2;
-  assign _memory_event_forwarded_error_port1 = _receivers_1_events_forwardedError & _loops_open_1;
-  assign _memory_event_forwarded_error_port0 = _receivers_0_events_forwardedError & _loops_open_0;
-  assign _memory_event_rx_er_port3 = _receivers_3_events_rxEr & _loops_open_3;
-  assign _memory_event_invalid_frame_port3 = _receivers_3_events_invalidFrame & _loops_open_3;
-  assign _memory_event_rx_er_port2 = _receivers_2_events_rxEr & _loops_open_2;
-  assign _memory_event_invalid_frame_port2 = _receivers_2_events_invalidFrame & _loops_open_2;
-  assign _memory_event_rx_er_port1 = _receivers_1_events_rxEr & _loops_open_1;
-  assign _memory_event_invalid_frame_port1 = _receivers_1_events_invalidFrame & _loops_open_1;
-  assign _memory_event_rx_er_port0 = _receivers_0_events_rxEr & _loops_open_0;
-  assign _memory_event_invalid_frame_port0 = _receivers_0_events_invalidFrame & _loops_open_0;
+  assign _memory_event_lost_link_port3 =
+    drops_REG_3 & ~_ports_3_core_link & _loops_open_3 & _memory_value_loop_port3 == 2'h0;
+  assign _memory_event_lost_link_port2 =
+    drops_REG_2 & ~_ports_2_core_link & _loops_open_2 & _memory_value_loop_port2 == 2'h0;
+  assign _memory_event_lost_link_port1 =
+    drops_REG_1 & ~_ports_1_core_link & _loops_open_1 & _memory_value_loop_port1 == 2'h0;
+  assign _memory_event_lost_link_port0 =
+    drops_REG & ~_ports_0_core_link & _loops_open_0 & _memory_value_loop_port0 == 2'h0;
+  assign _memory_event_forwarded_error_port3 = _ports_3_core_events_forwardedError & _loops_open_3;
+  assign _memory_event_forwarded_error_port2 = _ports_2_core_events_forwardedError & _loops_open_2;
+  assign _memory_event_forwarded_error_port1 = _ports_1_core_events_forwardedError & _loops_open_1;
+  assign _memory_event_forwarded_error_port0 = _ports_0_core_events_forwardedError & _loops_open_0;
+  assign _memory_event_rx_er_port3 = _ports_3_core_events_rxEr & _loops_open_3;
+  assign _memory_event_invalid_frame_port3 = _ports_3_core_events_invalidFrame & _loops_open_3;
+  assign _memory_event_rx_er_port2 = _ports_2_core_events_rxEr & _loops_open_2;
+  assign _memory_event_invalid_frame_port2 = _ports_2_core_events_invalidFrame & _loops_open_2;
+  assign _memory_event_rx_er_port1 = _ports_1_core_events_rxEr & _loops_open_1;
+  assign _memory_event_invalid_frame_port1 = _ports_1_core_events_invalidFrame & _loops_open_1;
+  assign _memory_event_rx_er_port0 = _ports_0_core_events_rxEr & _loops_open_0;
+  assign _memory_event_invalid_frame_port0 = _ports_0_core_events_invalidFrame & _loops_open_0;
   EscMemory memory (
     .clock                             (clock),
     .reset                             (reset),
@@ -8502,18 +9490,18 @@ module et1100(
     .status_err_led_code               (_memory_status_err_led_code),
     .status_run_led_enable             (_memory_status_run_led_enable),
     .status_run_led_code               (_memory_status_run_led_code),
-    .status_communication_port3        (links_3),
+    .status_communication_port3        (_ports_3_core_link),
     .status_loop_closed_port3          (_memory_status_loop_closed_port3),
-    .status_communication_port2        (links_2),
+    .status_communication_port2        (_ports_2_core_link),
     .status_loop_closed_port2          (_memory_status_loop_closed_port2),
-    .status_communication_port1        (links_1),
+    .status_communication_port1        (_ports_1_core_link),
     .status_loop_closed_port1          (_memory_status_loop_closed_port1),
-    .status_communication_port0        (links_0),
+    .status_communication_port0        (_ports_0_core_link),
     .status_loop_closed_port0          (_memory_status_loop_closed_port0),
-    .status_physical_link_port3        (links_3),
-    .status_physical_link_port2        (links_2),
-    .status_physical_link_port1        (links_1),
-    .status_physical_link_port0        (links_0),
+    .status_physical_link_port3        (_ports_3_core_link),
+    .status_physical_link_port2        (_ports_2_core_link),
+    .status_physical_link_port1        (_ports_1_core_link),
+    .status_physical_link_port0        (_ports_0_core_link),
     .status_pdi_watchdog               (_memory_status_pdi_watchdog),
     .status_pdi_operational            (_memory_status_pdi_operational),
     .event_watchdog_count_pdi          (_memory_event_watchdog_count_pdi),
@@ -8553,13 +9541,13 @@ module et1100(
     .clearing                          (_memory_clearing),
     .commitStarts                      (_memory_commitStarts)
   );
-  assign _processor_in_valid = _loops_open_0 ? _receivers_0_out_valid : processor_in_on_2_valid;
-  assign _processor_in_payload = _loops_open_0 ? _receivers_0_out_payload : processor_in_on_2_payload;
-  assign _processor_in_data = _loops_open_0 ? _receivers_0_out_data : processor_in_on_2_data;
-  assign _processor_in_end = _loops_open_0 ? _receivers_0_out_end : processor_in_on_2_end;
-  assign _processor_in_bad = _loops_open_0 ? _receivers_0_out_bad : processor_in_on_2_bad;
-  assign _processor_in_odd = _loops_open_0 ? _receivers_0_out_odd : processor_in_on_2_odd;
-  assign _processor_in_crcGood = _loops_open_0 ? _receivers_0_out_crcGood : processor_in_on_2_crcGood;
+  assign _processor_in_valid = _loops_open_0 ? _ports_0_core_fromWire_valid : _processor_in_T_2_valid;
+  assign _processor_in_payload = _loops_open_0 ? _ports_0_core_fromWire_payload : _processor_in_T_2_payload;
+  assign _processor_in_data = _loops_open_0 ? _ports_0_core_fromWire_data : _processor_in_T_2_data;
+  assign _processor_in_end = _loops_open_0 ? _ports_0_core_fromWire_end : _processor_in_T_2_end;
+  assign _processor_in_bad = _loops_open_0 ? _ports_0_core_fromWire_bad : _processor_in_T_2_bad;
+  assign _processor_in_odd = _loops_open_0 ? _ports_0_core_fromWire_odd : _processor_in_T_2_odd;
+  assign _processor_in_crcGood = _loops_open_0 ? _ports_0_core_fromWire_crcGood : _processor_in_T_2_crcGood;
   assign _processor_config_ecatEvents =
     {4'h0,
      _memory_value_ecat_event_mask[11:0]
@@ -8574,369 +9562,93 @@ module et1100(
           memory_status_al_status_event_al_status_changed,
           memory_status_dl_status_event_dl_status_changed,
           2'h0}};
+  assign _processor_tableWrite_word = _memory_registerWrite_bits_address[11:2];
   FrameProcessor processor (
-    .clock                      (clock),
-    .reset                      (reset),
-    .step                       (processStep),
-    .in_valid                   (_processor_in_valid),
-    .in_payload                 (_processor_in_payload),
-    .in_data                    (_processor_in_data),
-    .in_end                     (_processor_in_end),
-    .in_bad                     (_processor_in_bad),
-    .in_odd                     (_processor_in_odd),
-    .in_crcGood                 (_processor_in_crcGood),
-    .out_valid                  (_processor_out_valid),
-    .out_payload                (_processor_out_payload),
-    .out_data                   (_processor_out_data),
-    .out_end                    (_processor_out_end),
-    .out_bad                    (_processor_out_bad),
-    .out_odd                    (_processor_out_odd),
-    .out_crcGood                (_processor_out_crcGood),
-    .config_stationAddress      (_memory_value_station_address),
-    .config_stationAlias        (_memory_value_station_alias),
-    .config_aliasEnable         (_memory_value_alias_enable),
-    .config_destroyNonEtherCat  (_memory_value_destroy_non_ethercat),
-    .config_circulating         (_processor_config_circulating),
-    .config_ecatEvents          (_processor_config_ecatEvents),
-    .memory_frameStart          (_processor_memory_frameStart),
-    .memory_read                (_memory_ecat_read),
-    .memory_readAddress         (_memory_ecat_readAddress),
-    .memory_readData            (_memory_ecat_readData),
-    .memory_readable            (_memory_ecat_readable),
-    .memory_writable            (_memory_ecat_writable),
-    .memory_logFull             (_memory_ecat_logFull),
-    .memory_write               (_memory_ecat_write),
-    .memory_writeAddress        (_memory_ecat_writeAddress),
-    .memory_writeData           (_memory_ecat_writeData),
-    .memory_commit              (_memory_ecat_commit),
-    .reads_al_status            (_processor_reads_al_status),
-    .reads_dl_status            (_processor_reads_dl_status),
-    .frameGood                  (_processor_frameGood),
-    .frameBad                   (_processor_frameBad),
-    .busy                       (_processor_busy),
-    .error                      (_memory_event_epu_error),
-    .registerWrite_valid        (_memory_registerWrite_valid),
-    .registerWrite_bits_address (_memory_registerWrite_bits_address),
-    .registerWrite_bits_mask    (_memory_registerWrite_bits_mask),
-    .registerWrite_bits_data    (_memory_registerWrite_bits_data),
-    .areas_index                (_processor_areas_index),
-    .areas_entries_0_index      (_processor_areas_entries_0_index),
-    .areas_entries_0_start      (_processor_areas_entries_0_start),
-    .areas_entries_0_length     (_processor_areas_entries_0_length),
-    .areas_entries_0_extent     (_processor_areas_entries_0_extent),
-    .areas_entries_0_takesPart  (_processor_areas_entries_0_takesPart),
-    .areas_turn                 (_processor_areas_turn),
-    .areas_request              (_processor_areas_request),
-    .areas_number               (_processor_areas_number),
-    .areas_access_write         (_processor_areas_access_write),
-    .areas_access_touch         (_processor_areas_access_touch),
-    .areas_access_first         (_processor_areas_access_first),
-    .areas_access_close         (_processor_areas_access_close),
-    .areas_access_single        (_processor_areas_access_single),
-    .areas_answer_allowed       (_processor_areas_answer_allowed),
-    .areas_answer_inBuffer      (_processor_areas_answer_inBuffer),
-    .areas_answer_buffer        (_processor_areas_answer_buffer),
-    .areas_ramOpen              (_processor_areas_ramOpen),
-    .buffersSettled             (_processor_buffersSettled)
-  );
-  LevelCrossing links_crossing (
-    .clock (clock),
-    .in    (mii_0_link),
-    .out   (_links_crossing_out)
-  );
-  LevelCrossing links_crossing_1 (
-    .clock (clock),
-    .in    (mii_1_link),
-    .out   (_links_crossing_1_out)
-  );
-  LevelCrossing links_crossing_2 (
-    .clock (clock),
-    .in    (mii_2_link),
-    .out   (_links_crossing_2_out)
-  );
-  LevelCrossing links_crossing_3 (
-    .clock (clock),
-    .in    (mii_3_link),
-    .out   (_links_crossing_3_out)
-  );
-  assign _crossing_shortMargin = ~(_memory_value_rx_fifo_size[2]);
-  MiiRxCrossing crossing (
-    .clock            (clock),
-    .reset            (reset),
-    .rxClock          (mii_0_rx_clk),
-    .pins_dv          (mii_0_rx_dv),
-    .pins_er          (mii_0_rx_er),
-    .pins_data        (mii_0_rxd),
-    .shortMargin      (_crossing_shortMargin),
-    .read_symbol_dv   (_crossing_read_symbol_dv),
-    .read_symbol_er   (_crossing_read_symbol_er),
-    .read_symbol_data (_crossing_read_symbol_data),
-    .read_available   (_crossing_read_available),
-    .read_settled     (_crossing_read_settled),
-    .read_overflow    (_crossing_read_overflow),
-    .read_take        (_crossing_read_take)
-  );
-  assign _receivers_0_cut = receiver_cut_REG & ~links_0;
-  MiiReceiver receivers_0 (
-    .clock                 (clock),
-    .reset                 (reset),
-    .tick                  (_slot_tick),
-    .symbols_symbol_dv     (_crossing_read_symbol_dv),
-    .symbols_symbol_er     (_crossing_read_symbol_er),
-    .symbols_symbol_data   (_crossing_read_symbol_data),
-    .symbols_available     (_crossing_read_available),
-    .symbols_settled       (_crossing_read_settled),
-    .symbols_overflow      (_crossing_read_overflow),
-    .symbols_take          (_crossing_read_take),
-    .cut                   (_receivers_0_cut),
-    .out_valid             (_receivers_0_out_valid),
-    .out_payload           (_receivers_0_out_payload),
-    .out_data              (_receivers_0_out_data),
-    .out_end               (_receivers_0_out_end),
-    .out_bad               (_receivers_0_out_bad),
-    .out_odd               (_receivers_0_out_odd),
-    .out_crcGood           (_receivers_0_out_crcGood),
-    .events_invalidFrame   (_receivers_0_events_invalidFrame),
-    .events_rxEr           (_receivers_0_events_rxEr),
-    .events_forwardedError (_receivers_0_events_forwardedError),
-    .events_goodFrame      (_receivers_0_events_goodFrame),
-    .idle                  (_receivers_0_idle)
-  );
-  assign _crossing_1_shortMargin = ~(_memory_value_rx_fifo_size[2]);
-  MiiRxCrossing crossing_1 (
-    .clock            (clock),
-    .reset            (reset),
-    .rxClock          (mii_1_rx_clk),
-    .pins_dv          (mii_1_rx_dv),
-    .pins_er          (mii_1_rx_er),
-    .pins_data        (mii_1_rxd),
-    .shortMargin      (_crossing_1_shortMargin),
-    .read_symbol_dv   (_crossing_1_read_symbol_dv),
-    .read_symbol_er   (_crossing_1_read_symbol_er),
-    .read_symbol_data (_crossing_1_read_symbol_data),
-    .read_available   (_crossing_1_read_available),
-    .read_settled     (_crossing_1_read_settled),
-    .read_overflow    (_crossing_1_read_overflow),
-    .read_take        (_crossing_1_read_take)
-  );
-  assign _receivers_1_cut = receiver_cut_REG_1 & ~links_1;
-  MiiReceiver receivers_1 (
-    .clock                 (clock),
-    .reset                 (reset),
-    .tick                  (_slot_tick),
-    .symbols_symbol_dv     (_crossing_1_read_symbol_dv),
-    .symbols_symbol_er     (_crossing_1_read_symbol_er),
-    .symbols_symbol_data   (_crossing_1_read_symbol_data),
-    .symbols_available     (_crossing_1_read_available),
-    .symbols_settled       (_crossing_1_read_settled),
-    .symbols_overflow      (_crossing_1_read_overflow),
-    .symbols_take          (_crossing_1_read_take),
-    .cut                   (_receivers_1_cut),
-    .out_valid             (_receivers_1_out_valid),
-    .out_payload           (_receivers_1_out_payload),
-    .out_data              (_receivers_1_out_data),
-    .out_end               (_receivers_1_out_end),
-    .out_bad               (_receivers_1_out_bad),
-    .out_odd               (_receivers_1_out_odd),
-    .out_crcGood           (_receivers_1_out_crcGood),
-    .events_invalidFrame   (_receivers_1_events_invalidFrame),
-    .events_rxEr           (_receivers_1_events_rxEr),
-    .events_forwardedError (_receivers_1_events_forwardedError),
-    .events_goodFrame      (_receivers_1_events_goodFrame),
-    .idle                  (_receivers_1_idle)
-  );
-  assign _crossing_2_shortMargin = ~(_memory_value_rx_fifo_size[2]);
-  MiiRxCrossing crossing_2 (
-    .clock            (clock),
-    .reset            (reset),
-    .rxClock          (mii_2_rx_clk),
-    .pins_dv          (mii_2_rx_dv),
-    .pins_er          (mii_2_rx_er),
-    .pins_data        (mii_2_rxd),
-    .shortMargin      (_crossing_2_shortMargin),
-    .read_symbol_dv   (_crossing_2_read_symbol_dv),
-    .read_symbol_er   (_crossing_2_read_symbol_er),
-    .read_symbol_data (_crossing_2_read_symbol_data),
-    .read_available   (_crossing_2_read_available),
-    .read_settled     (_crossing_2_read_settled),
-    .read_overflow    (_crossing_2_read_overflow),
-    .read_take        (_crossing_2_read_take)
-  );
-  assign _receivers_2_cut = receiver_cut_REG_2 & ~links_2;
-  MiiReceiver receivers_2 (
-    .clock                 (clock),
-    .reset                 (reset),
-    .tick                  (_slot_tick),
-    .symbols_symbol_dv     (_crossing_2_read_symbol_dv),
-    .symbols_symbol_er     (_crossing_2_read_symbol_er),
-    .symbols_symbol_data   (_crossing_2_read_symbol_data),
-    .symbols_available     (_crossing_2_read_available),
-    .symbols_settled       (_crossing_2_read_settled),
-    .symbols_overflow      (_crossing_2_read_overflow),
-    .symbols_take          (_crossing_2_read_take),
-    .cut                   (_receivers_2_cut),
-    .out_valid             (_receivers_2_out_valid),
-    .out_payload           (_receivers_2_out_payload),
-    .out_data              (_receivers_2_out_data),
-    .out_end               (_receivers_2_out_end),
-    .out_bad               (_receivers_2_out_bad),
-    .out_odd               (_receivers_2_out_odd),
-    .out_crcGood           (_receivers_2_out_crcGood),
-    .events_invalidFrame   (_receivers_2_events_invalidFrame),
-    .events_rxEr           (_receivers_2_events_rxEr),
-    .events_forwardedError (_receivers_2_events_forwardedError),
-    .events_goodFrame      (_receivers_2_events_goodFrame),
-    .idle                  (_receivers_2_idle)
-  );
-  assign _crossing_3_shortMargin = ~(_memory_value_rx_fifo_size[2]);
-  MiiRxCrossing crossing_3 (
-    .clock            (clock),
-    .reset            (reset),
-    .rxClock          (mii_3_rx_clk),
-    .pins_dv          (mii_3_rx_dv),
-    .pins_er          (mii_3_rx_er),
-    .pins_data        (mii_3_rxd),
-    .shortMargin      (_crossing_3_shortMargin),
-    .read_symbol_dv   (_crossing_3_read_symbol_dv),
-    .read_symbol_er   (_crossing_3_read_symbol_er),
-    .read_symbol_data (_crossing_3_read_symbol_data),
-    .read_available   (_crossing_3_read_available),
-    .read_settled     (_crossing_3_read_settled),
-    .read_overflow    (_crossing_3_read_overflow),
-    .read_take        (_crossing_3_read_take)
-  );
-  assign _receivers_3_cut = receiver_cut_REG_3 & ~links_3;
-  MiiReceiver receivers_3 (
-    .clock                 (clock),
-    .reset                 (reset),
-    .tick                  (_slot_tick),
-    .symbols_symbol_dv     (_crossing_3_read_symbol_dv),
-    .symbols_symbol_er     (_crossing_3_read_symbol_er),
-    .symbols_symbol_data   (_crossing_3_read_symbol_data),
-    .symbols_available     (_crossing_3_read_available),
-    .symbols_settled       (_crossing_3_read_settled),
-    .symbols_overflow      (_crossing_3_read_overflow),
-    .symbols_take          (_crossing_3_read_take),
-    .cut                   (_receivers_3_cut),
-    .out_valid             (_receivers_3_out_valid),
-    .out_payload           (_receivers_3_out_payload),
-    .out_data              (_receivers_3_out_data),
-    .out_end               (_receivers_3_out_end),
-    .out_bad               (_receivers_3_out_bad),
-    .out_odd               (_receivers_3_out_odd),
-    .out_crcGood           (_receivers_3_out_crcGood),
-    .events_invalidFrame   (_receivers_3_events_invalidFrame),
-    .events_rxEr           (_receivers_3_events_rxEr),
-    .events_forwardedError (_receivers_3_events_forwardedError),
-    .events_goodFrame      (_receivers_3_events_goodFrame),
-    .idle                  (_receivers_3_idle)
-  );
-  assign _transmitters_0_in_valid = _loops_open_0 & processor_in_on_2_valid;
-  assign _transmitters_0_in_payload = _loops_open_0 & processor_in_on_2_payload;
-  assign _transmitters_0_in_data = _loops_open_0 ? processor_in_on_2_data : 4'h0;
-  assign _transmitters_0_in_end = _loops_open_0 & processor_in_on_2_end;
-  assign _transmitters_0_in_bad = _loops_open_0 & processor_in_on_2_bad;
-  assign _transmitters_0_in_odd = _loops_open_0 & processor_in_on_2_odd;
-  assign _transmitters_0_in_crcGood = _loops_open_0 & processor_in_on_2_crcGood;
-  MiiTransmitter transmitters_0 (
-    .clock      (clock),
-    .reset      (reset),
-    .tick       (transmitStep),
-    .in_valid   (_transmitters_0_in_valid),
-    .in_payload (_transmitters_0_in_payload),
-    .in_data    (_transmitters_0_in_data),
-    .in_end     (_transmitters_0_in_end),
-    .in_bad     (_transmitters_0_in_bad),
-    .in_odd     (_transmitters_0_in_odd),
-    .in_crcGood (_transmitters_0_in_crcGood),
-    .txEn       (_transmitters_0_txEn),
-    .txd        (mii_0_txd)
-  );
-  assign _transmitters_1_in_valid = _loops_open_1 & processor_in_on_valid;
-  assign _transmitters_1_in_payload = _loops_open_1 & processor_in_on_payload;
-  assign _transmitters_1_in_data = _loops_open_1 ? processor_in_on_data : 4'h0;
-  assign _transmitters_1_in_end = _loops_open_1 & processor_in_on_end;
-  assign _transmitters_1_in_bad = _loops_open_1 & processor_in_on_bad;
-  assign _transmitters_1_in_odd = _loops_open_1 & processor_in_on_odd;
-  assign _transmitters_1_in_crcGood = _loops_open_1 & processor_in_on_crcGood;
-  MiiTransmitter transmitters_1 (
-    .clock      (clock),
-    .reset      (reset),
-    .tick       (transmitStep),
-    .in_valid   (_transmitters_1_in_valid),
-    .in_payload (_transmitters_1_in_payload),
-    .in_data    (_transmitters_1_in_data),
-    .in_end     (_transmitters_1_in_end),
-    .in_bad     (_transmitters_1_in_bad),
-    .in_odd     (_transmitters_1_in_odd),
-    .in_crcGood (_transmitters_1_in_crcGood),
-    .txEn       (_transmitters_1_txEn),
-    .txd        (mii_1_txd)
-  );
-  assign _transmitters_2_in_valid = _loops_open_2 & processor_in_on_1_valid;
-  assign _transmitters_2_in_payload = _loops_open_2 & processor_in_on_1_payload;
-  assign _transmitters_2_in_data = _loops_open_2 ? processor_in_on_1_data : 4'h0;
-  assign _transmitters_2_in_end = _loops_open_2 & processor_in_on_1_end;
-  assign _transmitters_2_in_bad = _loops_open_2 & processor_in_on_1_bad;
-  assign _transmitters_2_in_odd = _loops_open_2 & processor_in_on_1_odd;
-  assign _transmitters_2_in_crcGood = _loops_open_2 & processor_in_on_1_crcGood;
-  MiiTransmitter transmitters_2 (
-    .clock      (clock),
-    .reset      (reset),
-    .tick       (transmitStep),
-    .in_valid   (_transmitters_2_in_valid),
-    .in_payload (_transmitters_2_in_payload),
-    .in_data    (_transmitters_2_in_data),
-    .in_end     (_transmitters_2_in_end),
-    .in_bad     (_transmitters_2_in_bad),
-    .in_odd     (_transmitters_2_in_odd),
-    .in_crcGood (_transmitters_2_in_crcGood),
-    .txEn       (_transmitters_2_txEn),
-    .txd        (mii_2_txd)
-  );
-  assign _transmitters_3_in_valid = _loops_open_3 & _processor_out_valid;
-  assign _transmitters_3_in_payload = _loops_open_3 & _processor_out_payload;
-  assign _transmitters_3_in_data = _loops_open_3 ? _processor_out_data : 4'h0;
-  assign _transmitters_3_in_end = _loops_open_3 & _processor_out_end;
-  assign _transmitters_3_in_bad = _loops_open_3 & _processor_out_bad;
-  assign _transmitters_3_in_odd = _loops_open_3 & _processor_out_odd;
-  assign _transmitters_3_in_crcGood = _loops_open_3 & _processor_out_crcGood;
-  MiiTransmitter transmitters_3 (
-    .clock      (clock),
-    .reset      (reset),
-    .tick       (transmitStep),
-    .in_valid   (_transmitters_3_in_valid),
-    .in_payload (_transmitters_3_in_payload),
-    .in_data    (_transmitters_3_in_data),
-    .in_end     (_transmitters_3_in_end),
-    .in_bad     (_transmitters_3_in_bad),
-    .in_odd     (_transmitters_3_in_odd),
-    .in_crcGood (_transmitters_3_in_crcGood),
-    .txEn       (_transmitters_3_txEn),
-    .txd        (mii_3_txd)
+    .clock                     (clock),
+    .reset                     (reset),
+    .step                      (processStep),
+    .in_valid                  (_processor_in_valid),
+    .in_payload                (_processor_in_payload),
+    .in_data                   (_processor_in_data),
+    .in_end                    (_processor_in_end),
+    .in_bad                    (_processor_in_bad),
+    .in_odd                    (_processor_in_odd),
+    .in_crcGood                (_processor_in_crcGood),
+    .out_valid                 (_processor_out_valid),
+    .out_payload               (_processor_out_payload),
+    .out_data                  (_processor_out_data),
+    .out_end                   (_processor_out_end),
+    .out_bad                   (_processor_out_bad),
+    .out_odd                   (_processor_out_odd),
+    .out_crcGood               (_processor_out_crcGood),
+    .config_stationAddress     (_memory_value_station_address),
+    .config_stationAlias       (_memory_value_station_alias),
+    .config_aliasEnable        (_memory_value_alias_enable),
+    .config_destroyNonEtherCat (_memory_value_destroy_non_ethercat),
+    .config_circulating        (_processor_config_circulating),
+    .config_ecatEvents         (_processor_config_ecatEvents),
+    .memory_frameStart         (_processor_memory_frameStart),
+    .memory_read               (_memory_ecat_read),
+    .memory_readAddress        (_memory_ecat_readAddress),
+    .memory_readData           (_memory_ecat_readData),
+    .memory_readable           (_memory_ecat_readable),
+    .memory_writable           (_memory_ecat_writable),
+    .memory_logFull            (_memory_ecat_logFull),
+    .memory_write              (_memory_ecat_write),
+    .memory_writeAddress       (_memory_ecat_writeAddress),
+    .memory_writeData          (_memory_ecat_writeData),
+    .memory_commit             (_memory_ecat_commit),
+    .reads_al_status           (_processor_reads_al_status),
+    .reads_dl_status           (_processor_reads_dl_status),
+    .frameGood                 (_processor_frameGood),
+    .frameBad                  (_processor_frameBad),
+    .busy                      (_processor_busy),
+    .error                     (_memory_event_epu_error),
+    .tableWrite_valid          (syncManagers_table_tableWrite_valid),
+    .tableWrite_word           (_processor_tableWrite_word),
+    .tableWrite_mask           (syncManagers_table_tableWrite_tableMask),
+    .tableWrite_data           (syncManagers_table_tableWrite_data),
+    .areas_index               (_processor_areas_index),
+    .areas_entries_0_index     (_processor_areas_entries_0_index),
+    .areas_entries_0_start     (_processor_areas_entries_0_start),
+    .areas_entries_0_extent    (_processor_areas_entries_0_extent),
+    .areas_entries_0_takesPart (_processor_areas_entries_0_takesPart),
+    .areas_turn                (_processor_areas_turn),
+    .areas_request             (_processor_areas_request),
+    .areas_number              (_processor_areas_number),
+    .areas_access_write        (_processor_areas_access_write),
+    .areas_access_touch        (_processor_areas_access_touch),
+    .areas_access_first        (_processor_areas_access_first),
+    .areas_access_close        (_processor_areas_access_close),
+    .areas_access_single       (_processor_areas_access_single),
+    .areas_answer_allowed      (_processor_areas_answer_allowed),
+    .areas_answer_inBuffer     (_processor_areas_answer_inBuffer),
+    .areas_offset              (_processor_areas_offset),
+    .areas_ramOpen             (_processor_areas_ramOpen),
+    .buffersSettled            (_processor_buffersSettled)
   );
   assign _loops_settingWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
-  assign _loops_quiet_0 = _receivers_0_idle & ~(processor_in_on_2_valid | processor_in_on_2_end);
-  assign _loops_quiet_1 = _receivers_1_idle & ~(processor_in_on_valid | processor_in_on_end);
-  assign _loops_quiet_2 = _receivers_2_idle & ~(processor_in_on_1_valid | processor_in_on_1_end);
-  assign _loops_quiet_3 = _receivers_3_idle & ~(_processor_out_valid | _processor_out_end);
+  assign _loops_quiet_0 = _ports_0_core_receiverIdle & ~(_processor_in_T_2_valid | _processor_in_T_2_end);
+  assign _loops_quiet_1 = _ports_1_core_receiverIdle & ~(_processor_in_T_valid | _processor_in_T_end);
+  assign _loops_quiet_2 = _ports_2_core_receiverIdle & ~(_processor_in_T_1_valid | _processor_in_T_1_end);
+  assign _loops_quiet_3 = _ports_3_core_receiverIdle & ~(_processor_out_valid | _processor_out_end);
   LoopControl loops (
     .clock          (clock),
     .reset          (reset),
-    .link_0         (links_0),
-    .link_1         (links_1),
-    .link_2         (links_2),
-    .link_3         (links_3),
+    .link_0         (_ports_0_core_link),
+    .link_1         (_ports_1_core_link),
+    .link_2         (_ports_2_core_link),
+    .link_3         (_ports_3_core_link),
     .setting_0      (loops_setting_0_r),
     .setting_1      (loops_setting_1_r),
     .setting_2      (loops_setting_2_r),
     .setting_3      (loops_setting_3_r),
     .settingWritten (_loops_settingWritten),
-    .goodFrame_0    (_receivers_0_events_goodFrame),
-    .goodFrame_1    (_receivers_1_events_goodFrame),
-    .goodFrame_2    (_receivers_2_events_goodFrame),
-    .goodFrame_3    (_receivers_3_events_goodFrame),
+    .goodFrame_0    (_ports_0_core_events_goodFrame),
+    .goodFrame_1    (_ports_1_core_events_goodFrame),
+    .goodFrame_2    (_ports_2_core_events_goodFrame),
+    .goodFrame_3    (_ports_3_core_events_goodFrame),
     .quiet_0        (_loops_quiet_0),
     .quiet_1        (_loops_quiet_1),
     .quiet_2        (_loops_quiet_2),
@@ -8974,10 +9686,12 @@ module et1100(
     .write_bits_address       (_memory_registerWrite_bits_address),
     .write_bits_mask          (_memory_registerWrite_bits_mask),
     .write_bits_data          (_memory_registerWrite_bits_data),
+    .table_valid              (syncManagers_table_tableWrite_valid),
+    .table_mask               (syncManagers_table_tableWrite_tableMask),
+    .table_data               (syncManagers_table_tableWrite_data),
     .ecat_index               (_processor_areas_index),
     .ecat_entries_0_index     (_processor_areas_entries_0_index),
     .ecat_entries_0_start     (_processor_areas_entries_0_start),
-    .ecat_entries_0_length    (_processor_areas_entries_0_length),
     .ecat_entries_0_extent    (_processor_areas_entries_0_extent),
     .ecat_entries_0_takesPart (_processor_areas_entries_0_takesPart),
     .ecat_turn                (_processor_areas_turn),
@@ -8990,12 +9704,11 @@ module et1100(
     .ecat_access_single       (_processor_areas_access_single),
     .ecat_answer_allowed      (_processor_areas_answer_allowed),
     .ecat_answer_inBuffer     (_processor_areas_answer_inBuffer),
-    .ecat_answer_buffer       (_processor_areas_answer_buffer),
+    .ecat_offset              (_processor_areas_offset),
     .ecat_ramOpen             (_processor_areas_ramOpen),
     .pdi_index                (_syncManagers_pdi_index),
     .pdi_entries_0_index      (_syncManagers_pdi_entries_0_index),
     .pdi_entries_0_start      (_syncManagers_pdi_entries_0_start),
-    .pdi_entries_0_length     (_syncManagers_pdi_entries_0_length),
     .pdi_entries_0_extent     (_syncManagers_pdi_entries_0_extent),
     .pdi_entries_0_takesPart  (_syncManagers_pdi_entries_0_takesPart),
     .pdi_request              (_syncManagers_pdi_request),
@@ -9008,9 +9721,9 @@ module et1100(
     .pdi_access_single        (_syncManagers_pdi_access_single),
     .pdi_answer_allowed       (_syncManagers_pdi_answer_allowed),
     .pdi_answer_inBuffer      (_syncManagers_pdi_answer_inBuffer),
-    .pdi_answer_buffer        (_syncManagers_pdi_answer_buffer),
     .pdi_answer_works         (_syncManagers_pdi_answer_works),
     .pdi_answer_locked        (_syncManagers_pdi_answer_locked),
+    .pdi_offset               (_syncManagers_pdi_offset),
     .pdi_changing             (_syncManagers_pdi_changing),
     .pdi_ramOpen              (_syncManagers_pdi_ramOpen),
     .ramOpen                  (_syncManagers_ramOpen),
@@ -9217,39 +9930,39 @@ module et1100(
     .code  (_led_err_code),
     .lit   (led_err)
   );
-  assign _unit_traffic = ~_receivers_0_idle | _transmitters_0_txEn;
+  assign _unit_traffic = ~_ports_0_core_receiverIdle | ~_ports_0_core_transmitterIdle;
   LinkActivity unit (
     .clock   (clock),
     .reset   (reset),
     .tick    (tick),
-    .link    (links_0),
+    .link    (_ports_0_core_link),
     .traffic (_unit_traffic),
     .lit     (led_linkact_0)
   );
-  assign _unit_1_traffic = ~_receivers_1_idle | _transmitters_1_txEn;
+  assign _unit_1_traffic = ~_ports_1_core_receiverIdle | ~_ports_1_core_transmitterIdle;
   LinkActivity unit_1 (
     .clock   (clock),
     .reset   (reset),
     .tick    (tick),
-    .link    (links_1),
+    .link    (_ports_1_core_link),
     .traffic (_unit_1_traffic),
     .lit     (led_linkact_1)
   );
-  assign _unit_2_traffic = ~_receivers_2_idle | _transmitters_2_txEn;
+  assign _unit_2_traffic = ~_ports_2_core_receiverIdle | ~_ports_2_core_transmitterIdle;
   LinkActivity unit_2 (
     .clock   (clock),
     .reset   (reset),
     .tick    (tick),
-    .link    (links_2),
+    .link    (_ports_2_core_link),
     .traffic (_unit_2_traffic),
     .lit     (led_linkact_2)
   );
-  assign _unit_3_traffic = ~_receivers_3_idle | _transmitters_3_txEn;
+  assign _unit_3_traffic = ~_ports_3_core_receiverIdle | ~_ports_3_core_transmitterIdle;
   LinkActivity unit_3 (
     .clock   (clock),
     .reset   (reset),
     .tick    (tick),
-    .link    (links_3),
+    .link    (_ports_3_core_link),
     .traffic (_unit_3_traffic),
     .lit     (led_linkact_3)
   );
@@ -9273,7 +9986,6 @@ module et1100(
     .areas_index               (_syncManagers_pdi_index),
     .areas_entries_0_index     (_syncManagers_pdi_entries_0_index),
     .areas_entries_0_start     (_syncManagers_pdi_entries_0_start),
-    .areas_entries_0_length    (_syncManagers_pdi_entries_0_length),
     .areas_entries_0_extent    (_syncManagers_pdi_entries_0_extent),
     .areas_entries_0_takesPart (_syncManagers_pdi_entries_0_takesPart),
     .areas_request             (_syncManagers_pdi_request),
@@ -9286,18 +9998,14 @@ module et1100(
     .areas_access_single       (_syncManagers_pdi_access_single),
     .areas_answer_allowed      (_syncManagers_pdi_answer_allowed),
     .areas_answer_inBuffer     (_syncManagers_pdi_answer_inBuffer),
-    .areas_answer_buffer       (_syncManagers_pdi_answer_buffer),
     .areas_answer_works        (_syncManagers_pdi_answer_works),
     .areas_answer_locked       (_syncManagers_pdi_answer_locked),
+    .areas_offset              (_syncManagers_pdi_offset),
     .areas_changing            (_syncManagers_pdi_changing),
     .areas_ramOpen             (_syncManagers_pdi_ramOpen),
     .quiet                     (_hostSequencer_quiet)
   );
   assign eeprom_loaded = ~_sii_1_notLoaded;
-  assign mii_0_tx_en = _transmitters_0_txEn;
-  assign mii_1_tx_en = _transmitters_1_txEn;
-  assign mii_2_tx_en = _transmitters_2_txEn;
-  assign mii_3_tx_en = _transmitters_3_txEn;
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
   assign irq = |{_GEN_0[15:8], _GEN_0[6], _GEN_0[4], _GEN_0[0]};

@@ -21,6 +21,12 @@ if {$core_mhz != 50 && $core_mhz != 100} {
 
 set ring [expr {$role eq "master" && [parameter [file join $rtl alarm-$role.json] linePorts] == 2}]
 set wide [expr {$width == 32}]
+set rmii [parameter [file join $rtl alarm-$role.json] rmiiPorts]
+set all  [expr {$ring ? 7 : 3}]
+if {$rmii != 0 && $rmii != $all} {
+  post_message -type error "rmiiPorts is $rmii but must be 0 or $all on the alarm board, the same at all ports."
+  qexit -error
+}
 if {$ring && $wide} {
   post_message -type error "dataBusWidth is 32 but must be 8 or 16 on the alarm board with linePorts 2."
   qexit -error
@@ -42,6 +48,7 @@ set_global_assignment -name PROJECT_OUTPUT_DIRECTORY output
 set_parameter -name ROLE [expr {$role eq "master"}]
 set_parameter -name DATA_BUS_WIDTH $width
 set_parameter -name CORE_MHZ $core_mhz
+if {$rmii} { set_global_assignment -name VERILOG_MACRO RMII=1 }
 if {$ring} { set_global_assignment -name VERILOG_MACRO RING=1 }
 if {$wide} { set_global_assignment -name VERILOG_MACRO WIDE_BUS=1 }
 

@@ -10,11 +10,17 @@ set core_clock {pll|auto_generated|pll1|clk[0]}
 # modulo 40 ns.
 set tx_clk_ns  0.0
 
+# With RMII: when the 50 MHz rises at the PHYs after the PLL's 25 MHz rises (its phase in board.v, output
+# buffer, board), and when the clock rises that takes RXD in the FPGA, modulo 20 ns.
+set ref_clk_ns 13.0
+set capture_ns 15.0
+set rmii_clock {pll|auto_generated|pll1|clk[3]}
+
 # ---- Clocks and controller ---------------------------------------------------------------------------------
 create_clock -name clk_50 -period 20 [get_ports clk_50]
 source [file join [file dirname [info script]] .. flyframe.sdc]
 
-# The PHYs' clock: what comes back is the virtual clock mii_tx_clk.
+# The PHYs' clock: what comes back is a virtual clock, mii_tx_clk or rmii_clk.
 set_false_path -to [get_ports phy_clk]
 
 # ---- Host bus ----------------------------------------------------------------------------------------------

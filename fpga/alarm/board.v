@@ -5,9 +5,38 @@
 // (resets, host bus) and alarm-slave.v or alarm-master.v. This file holds the vendor's PLL, the data pins'
 // direction and the choice of the role.
 //
-// Macros: RING gives a master a second port to its slaves; WIDE_BUS is for a host bus of 32 bits, which
-// leaves no pins for config_error and alarm_disabled.
+// Macros: RMII is for PHYs with RMII; RING gives a master a second port to its slaves; WIDE_BUS is for a host
+// bus of 32 bits, which leaves no pins for config_error and alarm_disabled.
 `default_nettype none
+
+// The pins of a port of the controller.
+`ifdef RMII
+`define PORT_0 \
+  .rmii_0_ref_clk(rmii_clk), .rmii_0_crs_dv(rmii_0_crs_dv), .rmii_0_rx_er(rmii_0_rx_er), \
+  .rmii_0_rxd(rmii_0_rxd), .rmii_0_link(rmii_0_link ^ (LINK_ACTIVE_LOW != 0)), \
+  .rmii_0_tx_en(rmii_0_tx_en), .rmii_0_txd(rmii_0_txd)
+`define PORT_1 \
+  .rmii_1_ref_clk(rmii_clk), .rmii_1_crs_dv(rmii_1_crs_dv), .rmii_1_rx_er(rmii_1_rx_er), \
+  .rmii_1_rxd(rmii_1_rxd), .rmii_1_link(rmii_1_link ^ (LINK_ACTIVE_LOW != 0)), \
+  .rmii_1_tx_en(rmii_1_tx_en), .rmii_1_txd(rmii_1_txd)
+`define PORT_2 \
+  .rmii_2_ref_clk(rmii_clk), .rmii_2_crs_dv(rmii_2_crs_dv), .rmii_2_rx_er(rmii_2_rx_er), \
+  .rmii_2_rxd(rmii_2_rxd), .rmii_2_link(rmii_2_link ^ (LINK_ACTIVE_LOW != 0)), \
+  .rmii_2_tx_en(rmii_2_tx_en), .rmii_2_txd(rmii_2_txd)
+`else
+`define PORT_0 \
+  .mii_0_rx_clk(mii_0_rx_clk), .mii_0_rx_dv(mii_0_rx_dv), .mii_0_rx_er(mii_0_rx_er), \
+  .mii_0_rxd(mii_0_rxd), .mii_0_link(mii_0_link ^ (LINK_ACTIVE_LOW != 0)), \
+  .mii_0_tx_en(mii_0_tx_en), .mii_0_txd(mii_0_txd)
+`define PORT_1 \
+  .mii_1_rx_clk(mii_1_rx_clk), .mii_1_rx_dv(mii_1_rx_dv), .mii_1_rx_er(mii_1_rx_er), \
+  .mii_1_rxd(mii_1_rxd), .mii_1_link(mii_1_link ^ (LINK_ACTIVE_LOW != 0)), \
+  .mii_1_tx_en(mii_1_tx_en), .mii_1_txd(mii_1_txd)
+`define PORT_2 \
+  .mii_2_rx_clk(mii_2_rx_clk), .mii_2_rx_dv(mii_2_rx_dv), .mii_2_rx_er(mii_2_rx_er), \
+  .mii_2_rxd(mii_2_rxd), .mii_2_link(mii_2_link ^ (LINK_ACTIVE_LOW != 0)), \
+  .mii_2_tx_en(mii_2_tx_en), .mii_2_txd(mii_2_txd)
+`endif
 
 module board #(
   parameter ROLE            = 0,   // 0 slave, 1 master
@@ -18,10 +47,18 @@ module board #(
   parameter ADDRESS_BITS    = 13 - DATA_BUS_WIDTH / 16
 ) (
   input  wire                        clk_50,           // oscillator, 50 MHz, 25 ppm
-  output wire                        phy_clk,          // 25 MHz for both PHYs
+  output wire                        phy_clk,          // for all PHYs: 25 MHz, or 50 MHz with RMII
   output wire                        phy_reset_n,
 
   // Port 0. Slave: towards the master. Master: the alarm line.
+`ifdef RMII
+  input  wire                        rmii_0_crs_dv,
+  input  wire                        rmii_0_rx_er,
+  input  wire [1:0]                  rmii_0_rxd,
+  input  wire                        rmii_0_link,
+  output wire                        rmii_0_tx_en,
+  output wire [1:0]                  rmii_0_txd,
+`else
   input  wire                        mii_0_rx_clk,
   input  wire                        mii_0_rx_dv,
   input  wire                        mii_0_rx_er,
@@ -29,8 +66,17 @@ module board #(
   input  wire                        mii_0_link,
   output wire                        mii_0_tx_en,
   output wire [3:0]                  mii_0_txd,
+`endif
 
   // Port 1. Slave: away from the master. Master: the plant network.
+`ifdef RMII
+  input  wire                        rmii_1_crs_dv,
+  input  wire                        rmii_1_rx_er,
+  input  wire [1:0]                  rmii_1_rxd,
+  input  wire                        rmii_1_link,
+  output wire                        rmii_1_tx_en,
+  output wire [1:0]                  rmii_1_txd,
+`else
   input  wire                        mii_1_rx_clk,
   input  wire                        mii_1_rx_dv,
   input  wire                        mii_1_rx_er,
@@ -38,9 +84,18 @@ module board #(
   input  wire                        mii_1_link,
   output wire                        mii_1_tx_en,
   output wire [3:0]                  mii_1_txd,
+`endif
 
 `ifdef RING
   // Port 2. Master: the far end of the ring.
+`ifdef RMII
+  input  wire                        rmii_2_crs_dv,
+  input  wire                        rmii_2_rx_er,
+  input  wire [1:0]                  rmii_2_rxd,
+  input  wire                        rmii_2_link,
+  output wire                        rmii_2_tx_en,
+  output wire [1:0]                  rmii_2_txd,
+`else
   input  wire                        mii_2_rx_clk,
   input  wire                        mii_2_rx_dv,
   input  wire                        mii_2_rx_er,
@@ -48,6 +103,7 @@ module board #(
   input  wire                        mii_2_link,
   output wire                        mii_2_tx_en,
   output wire [3:0]                  mii_2_txd,
+`endif
 `endif
 
   // Asynchronous memory bus of the microcontroller, all but address and data low active.
@@ -78,8 +134,14 @@ module board #(
 );
 
   // ---- Clocks: VCO 50 MHz * M 12 / N 1 = 600 MHz; C0 = 600 / CORE_MHZ: core clock, C1 = 24: 25 MHz --------
+  // With RMII C2 = C3 = 12: 50 MHz for the PHYs, half a period behind the change of TXD, and for their RXD.
   wire       core_clk, phy_clk_ref, pll_locked, pll_reset;
-  wire [2:0] unused_clk;
+  wire       unused_clk;
+`ifdef RMII
+  wire       rmii_clk;
+`else
+  wire [1:0] unused_rmii_clk;
+`endif
 
   altpll #(
     .intended_device_family("Cyclone IV E"),
@@ -95,14 +157,30 @@ module board #(
     .clk1_divide_by(2),
     .clk1_duty_cycle(50),
     .clk1_phase_shift("0"),
+`ifdef RMII
+    .clk2_multiply_by(1),
+    .clk2_divide_by(1),
+    .clk2_duty_cycle(50),
+    .clk2_phase_shift("10000"),      // ps; ref_clk_ns in board.sdc follows it
+    .clk3_multiply_by(1),
+    .clk3_divide_by(1),
+    .clk3_duty_cycle(50),
+    .clk3_phase_shift("15000"),      // capture_ns there
+`endif
     .width_clock(5)
   ) pll (
     .inclk({1'b0, clk_50}),
     .areset(pll_reset),
-    .clk({unused_clk, phy_clk_ref, core_clk}),
+`ifdef RMII
+    .clk({unused_clk, rmii_clk, phy_clk, phy_clk_ref, core_clk}),
+`else
+    .clk({unused_clk, unused_rmii_clk, phy_clk_ref, core_clk}),
+`endif
     .locked(pll_locked)
   );
+`ifndef RMII
   assign phy_clk = phy_clk_ref;
+`endif
 
   // ---- Reset and host bus ---------------------------------------------------------------------------------
   wire                        reset;
@@ -123,8 +201,6 @@ module board #(
   assign bus_d = bus_d_drive ? bus_d_out : {DATA_BUS_WIDTH{1'bz}};
 
   // ---- The controller -------------------------------------------------------------------------------------
-  wire link_0 = mii_0_link ^ (LINK_ACTIVE_LOW != 0);
-  wire link_1 = mii_1_link ^ (LINK_ACTIVE_LOW != 0);
   wire unused_tx_tick;
   wire disabled;
 `ifdef WIDE_BUS
@@ -139,10 +215,7 @@ module board #(
       alarm_slave core (
         .clock(core_clk), .reset(reset), .phy_clk_ref(phy_clk_ref), .phy_reset_n(phy_reset_n),
         .mii_tx_tick(unused_tx_tick), .pdi_operational(host_ready),
-        .mii_0_rx_clk(mii_0_rx_clk), .mii_0_rx_dv(mii_0_rx_dv), .mii_0_rx_er(mii_0_rx_er),
-        .mii_0_rxd(mii_0_rxd), .mii_0_link(link_0), .mii_0_tx_en(mii_0_tx_en), .mii_0_txd(mii_0_txd),
-        .mii_1_rx_clk(mii_1_rx_clk), .mii_1_rx_dv(mii_1_rx_dv), .mii_1_rx_er(mii_1_rx_er),
-        .mii_1_rxd(mii_1_rxd), .mii_1_link(link_1), .mii_1_tx_en(mii_1_tx_en), .mii_1_txd(mii_1_txd),
+        `PORT_0, `PORT_1,
         .host_req(host_req), .host_write(host_write), .host_addr(host_addr),
         .host_wdata(host_wdata), .host_be(host_be), .host_ack(host_ack), .host_rdata(host_rdata), .irq(irq),
         .alarm_current(alarm_current), .alarm_supply(alarm_supply), .alarm_buzzer(alarm_buzzer),
@@ -153,16 +226,11 @@ module board #(
       alarm_master core (
         .clock(core_clk), .reset(reset), .phy_clk_ref(phy_clk_ref), .phy_reset_n(phy_reset_n),
         .mii_tx_tick(unused_tx_tick),
-        .mii_0_rx_clk(mii_0_rx_clk), .mii_0_rx_dv(mii_0_rx_dv), .mii_0_rx_er(mii_0_rx_er),
-        .mii_0_rxd(mii_0_rxd), .mii_0_link(link_0), .mii_0_tx_en(mii_0_tx_en), .mii_0_txd(mii_0_txd),
-        .mii_1_rx_clk(mii_1_rx_clk), .mii_1_rx_dv(mii_1_rx_dv), .mii_1_rx_er(mii_1_rx_er),
-        .mii_1_rxd(mii_1_rxd), .mii_1_link(link_1), .mii_1_tx_en(mii_1_tx_en), .mii_1_txd(mii_1_txd),
+        `PORT_0, `PORT_1,
         .host_req(host_req), .host_write(host_write), .host_addr(host_addr),
         .host_wdata(host_wdata), .host_be(host_be), .host_ack(host_ack), .host_rdata(host_rdata), .irq(irq),
 `ifdef RING
-        .mii_2_rx_clk(mii_2_rx_clk), .mii_2_rx_dv(mii_2_rx_dv), .mii_2_rx_er(mii_2_rx_er),
-        .mii_2_rxd(mii_2_rxd), .mii_2_link(mii_2_link ^ (LINK_ACTIVE_LOW != 0)),
-        .mii_2_tx_en(mii_2_tx_en), .mii_2_txd(mii_2_txd),
+        `PORT_2,
 `endif
         .alarm_sounder(alarm_buzzer), .alarm_fire(alarm_lamp), .alarm_fault_n(alarm_supply),
         .alarm_disabled(disabled), .alarm_config_fault(config_error)

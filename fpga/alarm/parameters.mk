@@ -12,5 +12,8 @@ maxSubTelegrams ?= 128
 # Implemented bits of the node ID: 4 to 16
 nodeIdWidth ?= 16
 
+# 0: PHYs with MII; 3: with RMII, at both ports; 7: the same with linePorts 2
+rmiiPorts ?= 0
+
 # Ports of a master to its slaves: 1 a line; 2 a ring, with a data bus of 8 or 16 bits
 linePorts ?= 1

@@ -10,24 +10,49 @@
 # ---- Clocks ------------------------------------------------------------------------------------------------
 fixed clk_50        23                       ;# clock input of PLL 1: 23, 24 or 25
 fixed phy_clk       43                       ;# PLL1_CLKOUTp; a series resistor for each PHY
-fixed mii_0_rx_clk  24                       ;# any clock input
-fixed mii_1_rx_clk  88                       ;# any clock input
+if {!$rmii} {
+  fixed mii_0_rx_clk  24                     ;# any clock input
+  fixed mii_1_rx_clk  88                     ;# any clock input
+}
 
 # ---- PHYs --------------------------------------------------------------------------------------------------
+# With RMII a port has half of the data pins, and no clock.
 free  phy_reset_n   38
-free  mii_0_rxd     {34 33 32 31}
-free  mii_0_rx_dv   30
-free  mii_0_rx_er   28
-free  mii_0_tx_en   11
-free  mii_0_txd     {10 7 3 2}
-free  mii_0_link    1
-free  mii_1_rxd     {87 86 85 84}
-free  mii_1_rx_dv   83
-free  mii_1_rx_er   80
-free  mii_1_tx_en   77
-free  mii_1_txd     {76 75 74 73}
-free  mii_1_link    98
-if {$ring} {
+if {$rmii} {
+  free  rmii_0_rxd     {34 33}
+  free  rmii_0_crs_dv  30
+  free  rmii_0_rx_er   28
+  free  rmii_0_tx_en   11
+  free  rmii_0_txd     {10 7}
+  free  rmii_0_link    1
+  free  rmii_1_rxd     {87 86}
+  free  rmii_1_crs_dv  83
+  free  rmii_1_rx_er   80
+  free  rmii_1_tx_en   77
+  free  rmii_1_txd     {76 75}
+  free  rmii_1_link    98
+} else {
+  free  mii_0_rxd     {34 33 32 31}
+  free  mii_0_rx_dv   30
+  free  mii_0_rx_er   28
+  free  mii_0_tx_en   11
+  free  mii_0_txd     {10 7 3 2}
+  free  mii_0_link    1
+  free  mii_1_rxd     {87 86 85 84}
+  free  mii_1_rx_dv   83
+  free  mii_1_rx_er   80
+  free  mii_1_tx_en   77
+  free  mii_1_txd     {76 75 74 73}
+  free  mii_1_link    98
+}
+if {$ring && $rmii} {
+  free rmii_2_rxd    {42 44}
+  free rmii_2_crs_dv 50
+  free rmii_2_rx_er  51
+  free rmii_2_tx_en  52
+  free rmii_2_txd    {53 54}
+  free rmii_2_link   59
+} elseif {$ring} {
   free mii_2_rx_clk 25                       ;# a clock input, too
   free mii_2_rxd    {42 44 46 49}
   free mii_2_rx_dv  50

@@ -55,7 +55,7 @@ object ParameterPage {
   ) ++
     parameters(0, default) ++ Seq(
       "",
-      "Ports of the top module; `y` is the number of an MII port, from 0 on.",
+      "Ports of the top module; `y` is the number of a port, from 0 on.",
       ""
     ) ++ ports(PortTable.slave) ++ Seq(
       "",
@@ -65,7 +65,7 @@ object ParameterPage {
       ""
     ) ++ parameters(1, Presets.master) ++ Seq(
       "",
-      "Ports of the top module. MII port 0 leads to the line of slaves, port 1 to the plant network; with",
+      "Ports of the top module. Port 0 leads to the line of slaves, port 1 to the plant network; with",
       "`linePorts` 2 port 2 is the other end of the ring.",
       ""
     ) ++ ports(PortTable.master)).mkString("", "\n", "\n")

@@ -12,7 +12,7 @@ object Direction {
 /** A port of a top module.
   *
   * @param name
-  *   in Verilog; with `y` in place of a number it stands once per MII port
+  *   in Verilog; with `y` in place of a number it stands once per port
   * @param bits
   *   its width with given parameters
   * @param width
@@ -21,6 +21,8 @@ object Direction {
   *   parameter sets that have it
   * @param condition
   *   the same in words; empty: all
+  * @param onPort
+  *   ports that have it, if it stands once per port
   */
 final case class PortInfo(
     name: String,
@@ -29,16 +31,16 @@ final case class PortInfo(
     width: String,
     built: EscParams => Boolean,
     condition: String,
-    meaning: String
+    meaning: String,
+    onPort: (EscParams, Int) => Boolean = (_, _) => true
 ) {
 
   /** The names it has with parameters `p`: none if it is not built. */
   def names(p: EscParams): Seq[String] =
     if (!built(p)) Nil
-    else if (name.contains("_y")) {
-      val ports = if (p.isMaster) p.linePorts + 1 else p.ports // one to the plant network
-      (0 until ports).map(y => name.replace("_y", s"_$y"))
-    } else Seq(name)
+    else if (name.contains("_y"))
+      (0 until p.portCount).filter(onPort(p, _)).map(y => name.replace("_y", s"_$y"))
+    else Seq(name)
 }
 
 /** The ports of both top modules in the order they are emitted: the only place that says in words what they
@@ -59,10 +61,11 @@ object PortTable {
     port("clock",       In, 1, "core clock, `coreClockMhz`, from a PLL"),
     port("reset",       In, 1, "active high, synchronous to `clock`; hold it until the PLL has locked"),
     port("phy_clk_ref", In, 1,
-      "the 25 MHz the PHYs get, from the same PLL; it aligns the nibble slots. Tied low: any phase")
+      "the 25 MHz that PHYs with MII get, from the same PLL; it aligns the nibble slots. Tied low: any " +
+        "phase, which PHYs with RMII do not allow")
   )
 
-  private val mii = Seq(
+  private val mii = optional("MII at port `y`", _ => true)(
     port("mii_y_rx_clk", In,  1, "RX_CLK of the PHY"),
     port("mii_y_rx_dv",  In,  1, "RX_DV, in `mii_y_rx_clk`"),
     port("mii_y_rx_er",  In,  1, "RX_ER, in `mii_y_rx_clk`"),
@@ -70,7 +73,20 @@ object PortTable {
     port("mii_y_link",   In,  1,
       "high while the PHY reports a link (invert an active-low LED pin). Any clock"),
     port("mii_y_tx_en",  Out, 1, "TX_EN, in `clock`, a new value every 40 ns. Tie TX_ER of the PHY low"),
-    port("mii_y_txd",    Out, 4, "TXD, likewise"),
+    port("mii_y_txd",    Out, 4, "TXD, likewise")
+  ).map(_.copy(onPort = !_.isRmii(_)))
+
+  private val rmii = optional("`rmiiPorts` has bit `y`", _.rmiiPorts != 0)(
+    port("rmii_y_ref_clk", In, 1, "the PHY's 50 MHz, from the same PLL as `clock`"),
+    port("rmii_y_crs_dv",  In, 1, "CRS_DV, in `rmii_y_ref_clk`"),
+    port("rmii_y_rx_er",   In, 1, "RX_ER, likewise; tie it low if the PHY has none"),
+    port("rmii_y_rxd",     In, 2, "RXD, likewise"),
+    port("rmii_y_link",    In, 1, "as `mii_y_link`"),
+    port("rmii_y_tx_en",  Out, 1, "TX_EN, in `clock`, a new value every 20 ns"),
+    port("rmii_y_txd",    Out, 2, "TXD, likewise")
+  ).map(_.copy(onPort = _.isRmii(_)))
+
+  private val phys = mii ++ rmii ++ Seq(
     port("mii_tx_tick",  Out, 1,
       "high in the first core cycle of each new TXD; to check the phase, else leave open"),
     port("phy_reset_n",  Out, 1, "low while `reset` is high; to the PHYs' reset")
@@ -98,7 +114,7 @@ object PortTable {
     ) ++
     optional("`sii` 1 or 2", _.hasSii)(
       port("eeprom_loaded", Out, 1, "the configuration has come from the EEPROM")
-    ) ++ mii ++ host ++
+    ) ++ phys ++ host ++
     optional("`applicationLayer` or `alarm`", p => p.hasApplicationLayer || p.hasAlarm)(
       port("irq", Out, 1, "interrupt to the host, a level")
     ) ++
@@ -129,10 +145,10 @@ object PortTable {
         "high: the device has found its configuration damaged. Any clock")
     )
 
-  /** Ports of an alarm master. Its MII port 0 leads to the line, port 1 to the plant network; port 2 is the
+  /** Ports of an alarm master. Its port 0 leads to the line, port 1 to the plant network; port 2 is the
     * other end of a ring.
     */
-  val master: Seq[PortInfo] = clocks ++ mii ++ host ++ Seq(
+  val master: Seq[PortInfo] = clocks ++ phys ++ host ++ Seq(
     port("irq",                Out, 1,
       "interrupt to the host: an order of the server waits, or a datagram is back; a level"),
     port("alarm_fire",         Out, 1, "fire: from an alarm on until it is reset"),

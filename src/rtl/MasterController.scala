@@ -5,7 +5,7 @@ import chisel3.util._
 import flyframe.clocks.LevelCrossing
 import flyframe.master._
 import flyframe.memory.HostPort
-import flyframe.mii.MiiTransmitter
+import flyframe.mii.Port
 import flyframe.params.EscParams
 import flyframe.port.SlotTimer
 import flyframe.protocol.{AnswerLayout, MasterStatus}
@@ -43,7 +43,6 @@ class MasterController(p: EscParams) extends Module {
   private val linePorts = Seq(0, 2).take(p.linePorts)
 
   val phy_clk_ref = IO(Input(Bool()))
-  val mii         = IO(Vec(p.linePorts + 1, new MiiPort))
   val mii_tx_tick = IO(Output(Bool()))
 
   /** Low active, as PHYs want it. */
@@ -67,21 +66,15 @@ class MasterController(p: EscParams) extends Module {
   private val value     = registers.value
   registers.host <> host
 
-  // Ports.
-  private val links = mii.map { port =>
-    val crossing = Module(new LevelCrossing)
-    crossing.in := port.link
-    crossing.out
-  }
-  private val receivers = mii.zip(links).map { case (port, link) =>
-    MiiPort.receiver(port, link, receiveStep, shortMargin = false.B, p.coreClockMhz)
-  }
-  private val transmitters = mii.map { port =>
-    val transmitter = Module(new MiiTransmitter)
-    transmitter.tick := transmitStep
-    port.tx_en       := ShiftRegister(transmitter.txEn, p.txShift)
-    port.txd         := ShiftRegister(transmitter.txd, p.txShift)
-    transmitter
+  private val ports = Seq.tabulate(p.portCount)(Port(p, _))
+
+  /** Pins of the ports, by their numbers. */
+  val phys: Seq[Bundle] = Port.pins(ports)
+  for (port <- ports) {
+    port.core.receiveStep  := receiveStep
+    port.core.transmitStep := transmitStep
+    port.core.enable       := true.B
+    port.core.shortMargin  := false.B
   }
   mii_tx_tick := ShiftRegister(transmitStep, p.txShift + 1)
 
@@ -126,8 +119,8 @@ class MasterController(p: EscParams) extends Module {
   line.expect.valid   := registers.writes(MasterRegisters.ExpectedNode + 1)
   line.expect.bits    := value.uint("expected_node")
   for ((port, y) <- linePorts.zipWithIndex) {
-    line.in(y)            := receivers(port).out
-    transmitters(port).in := line.out(y)
+    line.in(y)              := ports(port).core.fromWire
+    ports(port).core.toWire := line.out(y)
   }
   private val framesLost = counter(16, line.lost)
   line.framesLost := framesLost
@@ -140,16 +133,16 @@ class MasterController(p: EscParams) extends Module {
   // The plant network.
   private val settings = Module(new NetworkSettings(4))
   private val own      = Module(new HostEvent)
-  plant.step                 := processStep
-  plant.in                   := receivers(PlantPort).out
-  transmitters(PlantPort).in := plant.out
-  plant.run                  := value.bool("report_run")
-  plant.repeatMs             := value.uint("report_repeat")
-  plant.heartbeatMs          := value.uint("report_heartbeat")
-  plant.serverTimeout        := value.uint("server_timeout")
-  plant.millisecond          := millisecond
-  plant.known                := line.state.known
-  plant.lookData             := line.lookData
+  plant.step                   := processStep
+  plant.in                     := ports(PlantPort).core.fromWire
+  ports(PlantPort).core.toWire := plant.out
+  plant.run                    := value.bool("report_run")
+  plant.repeatMs               := value.uint("report_repeat")
+  plant.heartbeatMs            := value.uint("report_heartbeat")
+  plant.serverTimeout          := value.uint("server_timeout")
+  plant.millisecond            := millisecond
+  plant.known                  := line.state.known
+  plant.lookData               := line.lookData
 
   settings.write        := registers.settingWrite
   settings.writeAddress := registers.settingAddress
@@ -215,7 +208,7 @@ class MasterController(p: EscParams) extends Module {
       Storage       -> value.bool("storage_failed"),
       Unlisted      -> !value.bool("line_listed"),
       Full          -> plant.full,
-      PlantDead     -> !links(PlantPort)
+      PlantDead     -> !ports(PlantPort).core.link
     )
     require(
       bits.map(_._1) == Seq.tabulate(Width)(1 << _),
@@ -271,8 +264,8 @@ class MasterController(p: EscParams) extends Module {
   private val shown = registers.status
   shown.uint("slaves_present")               := line.state.present
   shown.uint("slaves_known")                 := line.state.known
-  shown.uint("line_link")                    := links(linePorts.head)
-  shown.uint("plant_link")                   := links(PlantPort)
+  shown.uint("line_link")                    := ports(linePorts.head).core.link
+  shown.uint("plant_link")                   := ports(PlantPort).core.link
   shown.uint("mailbox_waiting")              := plant.mailbox.waiting
   shown.uint("request_done")                 := requestDone
   shown.uint("request_busy")                 := requestBusy
@@ -288,9 +281,9 @@ class MasterController(p: EscParams) extends Module {
   registers.event.pulse("refused_datagrams") := plant.refused
   registers.event.pulse("dropped_messages")  := plant.dropped
   registers.event.pulse("invalid_frame_port0") := VecInit(
-    linePorts.map(receivers(_).events.invalidFrame)
+    linePorts.map(ports(_).core.events.invalidFrame)
   ).asUInt.orR
-  registers.event.pulse("invalid_frame_port1") := receivers(PlantPort).events.invalidFrame
+  registers.event.pulse("invalid_frame_port1") := ports(PlantPort).core.events.invalidFrame
 }
 
 object MasterController {

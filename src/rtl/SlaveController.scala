@@ -8,14 +8,15 @@ import flyframe.clocks.LevelCrossing
 import flyframe.frame.{FrameProcessor, Stage}
 import flyframe.host.HostSequencer
 import flyframe.memory.{EscMemory, FrameEvents, HostPort, RegisterBus, RegisterUnit}
-import flyframe.mii.{MiiTransmitter, NibbleStream}
+import flyframe.mii.Port
 import flyframe.params.EscParams
 import flyframe.port.{DataLink, SlotTimer}
 import flyframe.registers.RegisterMap
 import flyframe.sii.{SiiPins, SiiUnit}
 import flyframe.syncmanager.SyncManagerUnit
 
-/** An EtherCAT slave controller: 1 to 4 MII ports, the processing unit, registers, memory and a host port.
+/** An EtherCAT slave controller: 1 to 4 ports with MII or RMII, the processing unit, registers, memory and a
+  * host port.
   *
   * The wire path, in the order of LP-07: port 0 - processing unit - port 3 - port 1 - port 2 - port 0; a
   * closed loop passes the stream on, an open one sends it out and goes on with what comes in. Each nibble
@@ -35,7 +36,6 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   /** High when the local configuration is loaded: an input, or what the SII interface found. */
   val pdi_operational = Option.when(!p.hasSii)(IO(Input(Bool())))
   val eeprom_loaded   = Option.when(p.hasSii)(IO(Output(Bool())))
-  val mii             = IO(Vec(p.ports, new MiiPort))
   val mii_tx_tick     = IO(Output(Bool()))
 
   /** Holds the PHYs in reset while the controller is, so that no link appears (PHY-01); low active, as PHYs
@@ -54,8 +54,11 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   val digital_output        = Option.when(p.digitalOutputs > 0)(IO(Output(UInt((8 * p.digitalOutputs).W))))
   val digital_output_driven = Option.when(p.digitalOutputs > 0)(IO(Output(Bool())))
 
-  private val portNumbers = 0 until p.ports
-  private val ready       = Wire(Bool()) // register RAM cleared after reset: frames may come
+  private val ports = Seq.tabulate(p.ports)(Port(p, _))
+
+  /** Pins of the ports, by their numbers. */
+  val phys: Seq[Bundle] = Port.pins(ports)
+
   phy_reset_n := !reset.asBool
 
   // The three steps of a nibble slot.
@@ -67,8 +70,10 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   slot.reference := phy_clk_ref
 
   // What a product adds, and its registers, as far as the parameters have not got them already.
-  private val addedUnits                             = added
-  private val addedRegisters                         = addedUnits.flatMap(_.registers).diff(RegisterMap(p))
+  private val addedUnits     = added
+  private val addedRegisters = addedUnits.flatMap(_.registers).diff(RegisterMap(p))
+
+  /** The unit of this class among those added, which there must be. */
   protected def unit[U <: RegisterUnit: ClassTag]: U = addedUnits.collectFirst { case u: U => u }.get
 
   private val memory    = Module(new EscMemory(p, addedRegisters))
@@ -87,23 +92,24 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
     )
   )
 
-  // Receivers.
-  private val links = mii.map(port => LevelCrossing(port.link) && ready)
-  private val receivers = mii.zip(links).map { case (port, link) =>
-    MiiPort.receiver(port, link, receiveStep, bus.value("rx_fifo_size") < 4.U, p.coreClockMhz)
+  for (port <- ports) {
+    port.core.receiveStep  := receiveStep
+    port.core.transmitStep := transmitStep
+    port.core.enable       := !memory.clearing // the register RAM, after a reset: then frames may come
+    port.core.shortMargin  := bus.value("rx_fifo_size") < 4.U
   }
-  private val transmitters = portNumbers.map(_ => Module(new MiiTransmitter))
+  mii_tx_tick := ShiftRegister(transmitStep, p.txShift + 1)
 
   // Units, each with its registers.
-  private val dataLink     = new DataLink(p, links, receivers)
+  private val dataLink     = new DataLink(p, ports.map(_.core))
   private val syncManagers = Option.when(p.syncManagers > 0)(new SyncManagerUnit(p))
   private val eeprom       = Option.when(p.hasSii)(new SiiUnit(p, sii))
   private val watchdogs =
     Option.when(p.hasWatchdogs)(new Watchdogs(p, syncManagers.fold(false.B)(_.trigger)))
   private val application = Option.when(p.hasApplicationLayer)(new Application(p))
   private val leds = led.map { pins =>
-    val active = receivers.zip(transmitters).map { case (r, t) => !r.idle || t.txEn }
-    new Leds(p, pins, links, active, eeprom, watchdogs)
+    val active = ports.map(port => !port.core.receiverIdle || !port.core.transmitterIdle)
+    new Leds(p, pins, ports.map(_.core.link), active, eeprom, watchdogs)
   }
   private val units =
     Seq(dataLink) ++ syncManagers ++ eeprom ++ watchdogs ++ application ++ leds ++ addedUnits
@@ -119,11 +125,6 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   }
 
   // The wire path. Behind the processing unit stands what units have there.
-  private def through(number: Int, stream: NibbleStream): NibbleStream = {
-    val (on, sent) = dataLink.through(number, stream)
-    transmitters(number).in := sent
-    on
-  }
   private val stages = units.collect { case s: Stage => s }
   require(stages.size <= 1, s"there are ${stages.size} stages behind the frame processor but must be 0 or 1.")
   private val processed = stages.foldLeft(processor.out) { (stream, stage) =>
@@ -131,14 +132,7 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   }
   private val order = Seq(3, 1, 2, 0).filter(_ < p.ports)
   processor.step := processStep
-  processor.in   := order.foldLeft(processed)((stream, number) => through(number, stream))
-
-  for ((port, transmitter) <- mii.zip(transmitters)) {
-    transmitter.tick := transmitStep
-    port.tx_en       := ShiftRegister(transmitter.txEn, p.txShift)
-    port.txd         := ShiftRegister(transmitter.txd, p.txShift)
-  }
-  mii_tx_tick := ShiftRegister(transmitStep, p.txShift + 1)
+  processor.in   := order.foldLeft(processed)((stream, number) => dataLink.through(number, stream))
 
   // Processing unit and memory.
   processor.config.stationAddress     := bus.value("station_address")
@@ -147,9 +141,8 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   processor.config.destroyNonEtherCat := bus.bool("destroy_non_ethercat")
   processor.config.circulating        := dataLink.circulating
   processor.config.ecatEvents         := application.fold(0.U)(_.irqField)
-  processor.registerWrite.foreach(_ := bus.write)
+  processor.tableWrite.foreach(_ := bus.tableWrite)
   memory.ecat <> processor.memory
-  ready := !memory.clearing
 
   // The host reaches memory through SyncManagers, where there are any.
   syncManagers match {

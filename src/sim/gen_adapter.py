@@ -24,7 +24,11 @@ OPTIONAL_PINS = {
     "alarm_sounder": "alarmSounder",
     "alarm_config_fault": "alarmConfigFault",
 }
-PORT_PINS = ["rx_clk", "rx_dv", "rx_er", "rxd", "link", "tx_en", "txd"]
+# By the interface of the port's PHY, in the order of PortPins.
+PORT_PINS = {
+    "mii": ["rx_clk", "rx_dv", "rx_er", "rxd", "link", "tx_en", "txd"],
+    "rmii": ["ref_clk", "crs_dv", "rx_er", "rxd", "link", "tx_en", "txd"],
+}
 
 with open(sys.argv[1]) as file:
     preset = json.load(file)
@@ -35,11 +39,15 @@ if not header:
     sys.exit(f"{sys.argv[2]} holds no module {top}.")
 pins = set(re.findall(r"\w+", re.sub(r"//.*", "", header.group())))
 # A master of a ring has one more than its parameter `ports` says.
-ports = sum(re.fullmatch(r"mii_\d+_rx_clk", pin) is not None for pin in pins)
+links = (re.fullmatch(r"(r?mii)_(\d+)_link", pin) for pin in pins)
+interfaces = {int(link.group(2)): link.group(1) for link in links if link}
+ports = len(interfaces)
 optional = "".join(f"    pins.{name} = &v.{pin};\n" for pin, name in OPTIONAL_PINS.items() if pin in pins)
 binds = "\n".join(
-    f"    pins.ports[{y}] = {{" + ", ".join(f"&v.mii_{y}_{pin}" for pin in PORT_PINS) + "};"
-    for y in range(ports)
+    f"    pins.ports[{y}] = {{"
+    + ", ".join(f"&v.{kind}_{y}_{pin}" for pin in PORT_PINS[kind])
+    + f", {str(kind == 'rmii').lower()}}};"
+    for y, kind in sorted(interfaces.items())
 )
 numbers = [ports] + [preset[key] for key in ("cyclesPerNibble", "coreClockMhz", "dataBusWidth")]
 info = f'"{preset["preset"]}", ' + ", ".join(map(str, numbers))

@@ -13,9 +13,9 @@ object TestSets {
   /** Of random frames, each with its share of them: presets, and every core clock with another bus width.
     */
   val fuzz: Seq[(EscParams, Int)] = Seq(
-    min                                                                     -> 50000,
-    min.copy(preset = "four", ports = 4, ramKiB = 8, maxSubTelegrams = 128) -> 10000,
-    complete                                                                -> 30000,
+    min                                                                                      -> 50000,
+    min.copy(preset = "four", ports = 4, rmiiPorts = 0x5, ramKiB = 8, maxSubTelegrams = 128) -> 10000,
+    complete                                                                                 -> 30000,
     complete.copy(
       preset = "complete-125",
       coreClockMhz = 125,
@@ -39,7 +39,7 @@ object TestSets {
     preset("frame-processor")                                                                        -> 10000,
     min.copy(preset = "mhz25", coreClockMhz = 25, ports = 3, maxSubTelegrams = 128)                  -> 10000,
     min.copy(preset = "mhz25-32", coreClockMhz = 25, dataBusWidth = 32, nodeIdWidth = 12, alarm = 1) -> 5000,
-    min.copy(preset = "mhz50-16", coreClockMhz = 50, dataBusWidth = 16, ramKiB = 3)                  -> 5000,
+    min.copy(preset = "mhz50-16", coreClockMhz = 50, rmiiPorts = 0x3, dataBusWidth = 16, ramKiB = 3) -> 5000,
     min.copy(preset = "mhz125-8", coreClockMhz = 125, ports = 1, txShift = 3)                        -> 5000,
     preset("alarm-slave")                                                                            -> 20000,
     preset("alarm-slave").copy(preset = "alarm-125", coreClockMhz = 125, dataBusWidth = 32)          -> 5000,
@@ -76,7 +76,14 @@ object TestSets {
     ruled
       .copy(preset = "four-25", ports = 4, ramKiB = 8, coreClockMhz = 25, dataBusWidth = 32),
     ruled
-      .copy(preset = "wide-50", coreClockMhz = 50, dataBusWidth = 16, maxSubTelegrams = 4, nodeIdWidth = 8)
+      .copy(
+        preset = "wide-50",
+        coreClockMhz = 50,
+        dataBusWidth = 16,
+        maxSubTelegrams = 4,
+        nodeIdWidth = 8,
+        rmiiPorts = 0x1
+      )
   )
 
   private val ruledUnits = ruled

@@ -37,7 +37,8 @@ class PortTableSpec extends AnyFlatSpec {
       digitalOutputs = 3,
       alarm = 1,
       sii = 2,
-      ports = 3
+      ports = 3,
+      rmiiPorts = 0x1
     )
     assert(told(p) == declared(p, Emit.verilog(p)))
     val seen = (p +: Presets.all.map(_.params)).flatMap(told).map(_._3).toSet

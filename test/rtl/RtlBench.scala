@@ -3,6 +3,7 @@ package flyframe
 import chisel3._
 import chiseltest._
 import flyframe.application.LedPins
+import flyframe.mii.{MiiPins, RmiiPins}
 import flyframe.sii.SiiPins
 import flyframe.model.{SentFrame, Symbol, WireFrame}
 import flyframe.params.EscParams
@@ -66,13 +67,27 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
   outputs.foreach(_ := dut.digital_output.get)
   outputsDriven.foreach(_ := dut.digital_output_driven.get)
   for (y <- 0 until p.ports) {
-    dut.mii(y).rx_clk := rxClock(y).asClock
-    dut.mii(y).rx_dv  := rxDv(y)
-    dut.mii(y).rx_er  := rxEr(y)
-    dut.mii(y).rxd    := rxd(y)
-    dut.mii(y).link   := link(y)
-    txEn(y)           := dut.mii(y).tx_en
-    txd(y)            := dut.mii(y).txd
+    dut.phys(y) match {
+      case mii: MiiPins =>
+        mii.rx_clk := rxClock(y).asClock
+        mii.rx_dv  := rxDv(y)
+        mii.rx_er  := rxEr(y)
+        mii.rxd    := rxd(y)
+        mii.link   := link(y)
+        txEn(y)    := mii.tx_en
+        txd(y)     := mii.txd
+      case rmii: RmiiPins =>
+        val phy = Module(new RmiiPhy(p.cyclesPerNibble))
+        phy.rxClock := rxClock(y)
+        phy.rx.dv   := rxDv(y)
+        phy.rx.er   := rxEr(y)
+        phy.rx.data := rxd(y)
+        phy.rmii <> rmii
+        phy.txTick := txTick
+        phy.linkUp := link(y)
+        txEn(y)    := phy.tx.valid
+        txd(y)     := phy.tx.bits
+    }
   }
 }
 

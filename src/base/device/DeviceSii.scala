@@ -16,8 +16,8 @@ object DeviceSii {
       d.pdos.flatMap(p => p.name +: p.entries.map(_.name)) ++
       d.dcModes.flatMap(m => Seq(m.name, m.description))).filter(_.nonEmpty).distinct
 
-  /** The image for device `d`, which must have passed [[DeviceCheck]], on a controller with `ports` MII ports
-    * (1 to 4).
+  /** The image for device `d`, which must have passed [[DeviceCheck]], on a controller with `ports` ports
+    * with MII or RMII (1 to 4).
     */
   def image(d: Device, ports: Int): SiiImage = {
     val texts                  = strings(d)

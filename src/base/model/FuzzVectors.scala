@@ -224,6 +224,8 @@ object FuzzVectors {
         .foreach(writer.hostWrite(_, 0)) // no debounce, no off time
     }
     def port() = random.nextInt(p.ports)
+    def frame(port: Int) =
+      Iterator.continually(generator.next()).find(f => !p.isRmii(port) || f.isOfRmii).get
     def memory() = {
       val start = RegisterMap.ProcessRamStart + 64 * random.nextInt((p.ramBytes / 64) max 1)
       start until start + 64
@@ -265,7 +267,7 @@ object FuzzVectors {
         case 1 => 24 + random.nextInt(200)
         case _ => 24
       }
-      val sent = writer.frame(main, generator.next(), gap)
+      val sent = writer.frame(main, frame(main), gap)
       // Sometimes the frame comes back, as in a line.
       if (random.nextInt(8) == 0) sent.foreach { case (y, s) =>
         if (y != main) writer.frame(y, s.onWire, 24 + random.nextInt(30))

@@ -30,6 +30,7 @@ final case class EscParams(
     siiStartUs: Int = 100,
     registerWritesPerFrame: Int = 0,
     txShift: Int = 0,
+    rmiiPorts: Int = 0,
     temporaryLoopMs: Int = 1000,
     escType: Int = 0xf1,
     escRevision: Int = 0,
@@ -41,6 +42,12 @@ final case class EscParams(
 
   /** The master of a line of alarm slaves (LM) instead of a slave controller. */
   def isMaster: Boolean = role == 1
+
+  /** Ports: of a master those to the slaves, and one to the plant network. */
+  def portCount: Int = if (isMaster) linePorts + 1 else ports
+
+  /** The PHY of a port has RMII, not MII. */
+  def isRmii(port: Int): Boolean = (rmiiPorts >> port & 1) == 1
 
   /** Core clock cycles per nibble slot (40 ns on the wire): 1, 2, 4 or 5. */
   def cyclesPerNibble: Int = coreClockMhz / 25
@@ -89,18 +96,21 @@ final case class EscParams(
   def hasRegisterRam: Boolean = hasAlarm || fmmus > 0 || syncManagers > 0 || hasApplicationLayer || hasSii
 
   /** Register bytes one frame may write; more are refused without a working counter. The log must be
-    * committed before the next frame can reach a register: 88 nibble slots lie between, of which 64 are used.
+    * committed before the next frame can reach a register: 87 nibble slots lie between, of which 64 are used.
     */
   def writeLogDepth: Int =
     if (registerWritesPerFrame > 0) registerWritesPerFrame else (64 * cyclesPerNibble) min 256
 
-  /** The longest log that can be committed in time; SyncManagers come before it, one per cycle. */
-  def longestWriteLog: Int = 88 * cyclesPerNibble - (if (syncManagers > 0) 24 else 0)
+  /** The longest log that can be committed in time; SyncManagers come before it, one per cycle, and FMMUs are
+    * searched before the datagram's first byte.
+    */
+  def longestWriteLog: Int =
+    (if (fmmus > 0) 78 else 87) * cyclesPerNibble - (if (syncManagers > 0) 20 else 0)
 
   /** Byte 0x0006 as reported, KiB. */
   def ramSizeReported: Int = if (reportedRamKiB >= 0) reportedRamKiB else ramKiB
 
-  /** Byte 0x0007 as reported: two bits per port, 11 = MII. */
+  /** Byte 0x0007 as reported: two bits per port, 11 = MII or RMII. */
   def portDescriptor: Int = if (reportedPorts >= 0) reportedPorts else (1 << (2 * ports)) - 1
 
   /** Word 0x0008 as reported (GEN-07); derived: bit 7, separate counting of forwarded errors. */
@@ -171,6 +181,7 @@ object ParamTable {
     "maxSlaves",
     "linePorts",
     "txShift",
+    "rmiiPorts",
     "escType",
     "escRevision",
     "escBuild"
@@ -181,6 +192,7 @@ object ParamTable {
   private val inMasters: Map[String, ParamInfo => ParamInfo] = {
     def text(text: String)(i: ParamInfo) = i.copy(text = text)
     val (clocks, isClock)                = oneOf(50, 100, 125)
+    val (threePorts, isOfThree)          = between(0, 0x7)
     Map(
       "dataBusWidth" -> text("bits moved per access of the host") _,
       "maxSubTelegrams" -> (i => {
@@ -192,6 +204,7 @@ object ParamTable {
         )
       }),
       "coreClockMhz" -> (_.copy(range = clocks, allowed = isClock)),
+      "rmiiPorts"    -> (_.copy(range = threePorts, allowed = isOfThree)),
       "escType"      -> text("identity: type, 0x00 of the host's registers") _,
       "escRevision"  -> text("identity: revision, 0x01 of the host's registers") _,
       "escBuild"     -> text("identity: build, 0x02:0x03 of the host's registers") _
@@ -224,7 +237,7 @@ object ParamTable {
     info("nodeIdWidth", "implemented bits of station address and alias", "bit", between(4, 16))(
       _.nodeIdWidth
     )((p, v) => p.copy(nodeIdWidth = v)),
-    info("ports", "MII ports", "ports", between(1, 4))(_.ports)((p, v) => p.copy(ports = v)),
+    info("ports", "ports", "ports", between(1, 4))(_.ports)((p, v) => p.copy(ports = v)),
     info("coreClockMhz", "core clock", "MHz", oneOf(25, 50, 100, 125))(_.coreClockMhz)((p, v) =>
       p.copy(coreClockMhz = v)
     ),
@@ -292,11 +305,18 @@ object ParamTable {
       "registerWritesPerFrame",
       "register bytes one frame may write (0: as many as the core clock can commit, at most 256)",
       "bytes",
-      ("0 (derived) or 16 to 352", v => v == 0 || (v >= 16 && v <= 352))
+      ("0 (derived) or 16 to 348", v => v == 0 || (v >= 16 && v <= 348))
     )(_.registerWritesPerFrame)((p, v) => p.copy(registerWritesPerFrame = v)),
     info("txShift", "delay of TXD and TX_EN against the nibble slot", "core cycles", between(0, 4))(
       _.txShift
     )((p, v) => p.copy(txShift = v)),
+    info(
+      "rmiiPorts",
+      "ports whose PHY has RMII with a reference clock of 50 MHz instead of MII: bit y for port y",
+      "bits",
+      between(0, 0xf),
+      hex = true
+    )(_.rmiiPorts)((p, v) => p.copy(rmiiPorts = v)),
     info("temporaryLoopMs", "how long a temporary loop setting (0x0100[1]) lasts", "ms", between(1, 2000))(
       _.temporaryLoopMs
     )((p, v) => p.copy(temporaryLoopMs = v)),
@@ -353,7 +373,18 @@ object EscParams {
           s"txShift is ${p.txShift} but must be 0 to ${p.cyclesPerNibble - 1} core cycles at " +
             s"coreClockMhz ${p.coreClockMhz}."
         )
-        .toSeq ++ (if (p.isMaster) ofMaster(p) else ofSlave(p))
+        .toSeq ++ rmii(p) ++ (if (p.isMaster) ofMaster(p) else ofSlave(p))
+  }
+
+  /** Half a nibble is a whole number of core cycles. */
+  private def rmii(p: EscParams): Option[String] = {
+    val all = (1 << p.portCount) - 1
+    if (p.rmiiPorts > all)
+      Some(f"rmiiPorts is 0x${p.rmiiPorts}%x but must be 0x0 to 0x$all%x with ${p.portCount} ports.")
+    else
+      Option.when(p.rmiiPorts != 0 && p.coreClockMhz % 50 != 0)(
+        f"rmiiPorts is 0x${p.rmiiPorts}%x but must be 0x0 at coreClockMhz ${p.coreClockMhz}."
+      )
   }
 
   private def ofSlave(p: EscParams): Seq[String] = Seq(

@@ -21,7 +21,7 @@ object InformationRegisters {
       field("ram_size",                 7, 0, constant, p.ramSizeReported, "Process data RAM in KiB")),
     register(0x0007, 1, "port_descriptor",         r, r, "GEN-07", "Port descriptor",
       field("port_descriptor",          7, 0, constant, p.portDescriptor,
-          "Two bits per port: 00 absent, 11 MII")),
+          "Two bits per port: 00 absent, 11 MII or RMII")),
     register(0x0008, 2, "features",                r, r, "GEN-07", "ESC features supported",
       field("features",                15, 0, constant, p.features,        "Feature bits (GEN-07)"))
   )

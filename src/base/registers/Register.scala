@@ -46,7 +46,9 @@ object Source {
     */
   case object Ram extends Source
 
-  /** Counts events up to 0xFF and stays there (ERR-10); cleared with all other counters of `group`. */
+  /** Counts events up to 0xFF and stays there (ERR-10); cleared with all other counters of `group`. A whole
+    * byte; of a slave it lives in block RAM.
+    */
   final case class Counter(group: String) extends Source
 }
 
@@ -66,6 +68,14 @@ final case class Field(
     s"field $name has bits $high to $low but must have bits from high to low, down to 0."
   )
   def width: Int = high - low + 1
+  source match {
+    case Source.Counter(_) =>
+      require(
+        width == 8 && low % 8 == 0,
+        s"field $name counts and has bits $high to $low but must be a whole byte."
+      )
+    case _ =>
+  }
 
   /** Bits set where the field is in the register. */
   def mask: BigInt = ((BigInt(1) << width) - 1) << low

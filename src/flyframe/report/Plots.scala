@@ -77,7 +77,7 @@ object Plots {
       "worst latency, ns",
       Seq("forwarding" -> all.map(_.forwarding.worstNs), "processing" -> all.map(_.processing.worstNs)),
       lying = false,
-      Seq("goal at 100 MHz" -> 100.0)
+      Seq(s"goal at ${Points.base.coreClockMhz} MHz" -> Points.latencyNs.toDouble)
     )
     svg("latency", chart, 720, 400)
   }

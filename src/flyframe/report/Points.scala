@@ -13,6 +13,9 @@ object Points {
   /** The preset the goals are set for and the variants start from. */
   val base: EscParams = Presets.named("cyclone4-min").map(_.params).get
 
+  /** What a frame may take through `base`, both ways, in ns. */
+  val latencyNs = 100
+
   /** The preset with everything a master needs. */
   val complete: EscParams = Presets.named("slave").map(_.params).get
 
@@ -28,7 +31,8 @@ object Points {
     "maxSubTelegrams" -> Seq(1, 128),
     "nodeIdWidth"     -> Seq(4, 8),
     "ramKiB"          -> Seq(8),
-    "coreClockMhz"    -> Seq(25, 50, 125)
+    "coreClockMhz"    -> Seq(25, 50, 125),
+    "rmiiPorts"       -> Seq(3)
   ).flatMap { case (name, values) => values.map(variant(base, "min", name)) }
 
   /** The same from the complete slave. */
@@ -76,7 +80,7 @@ object Points {
     "SyncManagers"                            -> Set("SyncManagers", "AreaScan"),
     "Frame processor: counters, FCS, verdict" -> Set("FrameProcessor"),
     "Transmitters"                            -> Set("MiiTransmitter"),
-    "Register file"                           -> Set("RegisterFile"),
+    "Register file"                           -> Set("RegisterFile", "EventCounters"),
     "Memory and host port" -> Set("EscMemory", "HostSequencer", "MasterHost", "NetworkSettings", "HostEvent"),
     "SII EEPROM"           -> Set("SiiController"),
     "Smoke detector, appending" -> Set("AlarmUnit", "DatagramAppender"),

@@ -95,8 +95,8 @@ object Goals {
       )
     }
     Seq(
-      delay("Forwarding latency", 100, latency.forwarding),
-      delay("Processing latency", 100, latency.processing),
+      delay("Forwarding latency", Points.latencyNs, latency.forwarding),
+      delay("Processing latency", Points.latencyNs, latency.processing),
       size(p.preset, 1800),
       size(Points.complete.preset, 3600),
       size("alarm-slave", AlarmSlave),

@@ -2,8 +2,8 @@ package flyframe.alarm
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.{DualPortRam, DualPortRamIO}
 import flyframe.protocol.{DetectorState, RecordLayout}
+import flyframe.ram.{DualPortRam, DualPortRamIO}
 
 /** The master has a record: [[flyframe.protocol.RecordAckLayout]]. */
 class RecordAck extends Bundle {

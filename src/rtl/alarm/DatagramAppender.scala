@@ -4,9 +4,9 @@ import chisel3._
 import chisel3.util._
 import flyframe.frame.{FramePosition, Part}
 import flyframe.lanes.Lanes
-import flyframe.memory.{DualPortRam, DualPortRamIO}
 import flyframe.mii.{Crc32, NibbleStream}
 import flyframe.protocol.AppendedLayout
+import flyframe.ram.{DualPortRam, DualPortRamIO}
 
 /** Adds one datagram to a passing frame, behind the others (AP-01 to AP-10, docs/rules/alarm.md).
   *

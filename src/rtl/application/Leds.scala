@@ -90,6 +90,10 @@ class LinkActivity extends Module {
   *   at the ports
   * @param active
   *   a frame comes or goes at the port
+  * @param sii
+  *   a load that has failed flickers at ERR
+  * @param watchdogs
+  *   one that has expired shows at ERR
   */
 class Leds(
     p: EscParams,

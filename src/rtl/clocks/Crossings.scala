@@ -85,8 +85,8 @@ class MiiRxWriteSide(depth: Int) extends Module {
 
   val pins = IO(Input(new MiiSymbol))
 
-  /** Tied high in hardware; the formal proof uses it as the clock edge. */
-  val edge = IO(Input(Bool()))
+  /** The pins have a symbol in this cycle; the formal proof uses it as the clock edge. */
+  val valid = IO(Input(Bool()))
 
   val slots     = IO(Output(Vec(depth, new MiiSymbol)))
   val writeGray = IO(Output(UInt(pointerBits.W)))
@@ -95,7 +95,7 @@ class MiiRxWriteSide(depth: Int) extends Module {
   private val gray      = Reg(UInt(pointerBits.W)) // the only pointer, so that no two can disagree
   private val storage   = Reg(Vec(depth, new MiiSymbol))
   private val pointer   = Crossings.toBinary(gray)
-  when(edge) {
+  when(valid) {
     wasActive := pins.dv || pins.er
     when(pins.dv || pins.er || wasActive) {
       storage(pointer(pointerBits - 2, 0)) := pins
@@ -144,8 +144,8 @@ class MiiRxReadSide(depth: Int, margin: Int) extends Module {
   read.overflow  := waiting(pointerBits - 1)
 }
 
-/** Brings the symbols of one MII receiver from RX_CLK into the core clock (PHY-03): a small FIFO with
-  * Gray-coded write pointer.
+/** Brings the symbols of one receiver from RX_CLK into the core clock (PHY-03): a small FIFO with Gray-coded
+  * write pointer. With MII each cycle of RX_CLK has a `valid` symbol; with RMII the clock is twice as fast.
   *
   * Symbols are written only while RX_DV or RX_ER is high, and once more behind them, so that the end is seen.
   * No clock difference can add up between frames. A frame may start to be read when its first symbol has been
@@ -160,13 +160,14 @@ class MiiRxCrossing(coreClockMhz: Int) extends Module {
 
   val rxClock     = IO(Input(Clock()))
   val pins        = IO(Input(new MiiSymbol))
+  val valid       = IO(Input(Bool()))
   val shortMargin = IO(Input(Bool()))
   val read        = IO(new MiiRxCrossingRead)
 
   private val writeSide = withClock(rxClock)(Module(new MiiRxWriteSide(depth)))
   private val readSide  = Module(new MiiRxReadSide(depth, MiiRxCrossing.margin(coreClockMhz)))
   writeSide.pins       := pins
-  writeSide.edge       := true.B
+  writeSide.valid      := valid
   readSide.slots       := writeSide.slots
   readSide.writeGray   := writeSide.writeGray
   readSide.shortMargin := shortMargin

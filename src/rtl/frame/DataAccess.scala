@@ -20,23 +20,23 @@ import flyframe.registers.{Register, RegisterMap}
   *   registers whose reading by the bus is told of
   */
 class DataAccess(lanes: Int, cyclesPerNibble: Int, acknowledged: Seq[Register])
-    extends DataAccessUnit(lanes, acknowledged) {
+    extends DataAccessUnit(lanes, logical = false, acknowledged) {
   private val inData   = position.part === Part.data
   private val inHeader = position.part === Part.header
   private val active   = step && in.valid && in.payload
 
-  // Address of the byte at hand; one bit more than 16, so that it cannot wrap (B-18).
-  private val address = Reg(UInt(17.W))
+  // Address of the byte at hand.
+  private val address = request.address(16, 0)
   private val here    = Lanes.of(address, lanes)
-  private val ahead   = address + 1.U
   private val first   = active && inHeader && position.byte === (Ado.last + 1).U && !position.high
   private val byteEnd = active && inData && position.high
   private val wordEnd = here === (lanes - 1).U || position.dataLeft === 1.U
 
-  private def staged[T <: Data](signal: T): T = if (cyclesPerNibble == 1) signal else RegNext(signal)
-  memory.read        := staged(first || (byteEnd && wordEnd))
-  memory.readAddress := staged(Mux(inHeader, request.address, ahead))
-  when(first) { address := request.address }.elsewhen(byteEnd) { address := ahead }
+  // In the cycle behind the nibble the address is already that of the next byte.
+  private val asks = first || (byteEnd && wordEnd)
+  advance            := byteEnd
+  memory.read        := (if (cyclesPerNibble == 1) asks else RegNext(asks))
+  memory.readAddress := (if (cyclesPerNibble == 1) Mux(inHeader, address, address + 1.U) else address)
 
   // The word read last.
   private class Answer extends Bundle {

@@ -11,20 +11,25 @@ import flyframe.registers.{FieldRecord, Register}
   *
   * @param lanes
   *   bytes per access
+  * @param logical
+  *   logical commands are executed
   * @param acknowledged
   *   registers whose reading by the bus is told of
   */
-abstract class DataAccessUnit(lanes: Int, acknowledged: Seq[Register]) extends Module {
+abstract class DataAccessUnit(lanes: Int, logical: Boolean, acknowledged: Seq[Register]) extends Module {
 
   /** Once per nibble slot: `in` is over and the next nibble begins. */
   val step     = IO(Input(Bool()))
   val in       = IO(Input(new NibbleStream))
   val position = IO(Input(new FramePosition))
-  val request  = IO(Input(new DatagramRequest))
+  val request  = IO(Input(new DatagramRequest(logical)))
 
   /** The datagram is to be executed; those behind the first `maxSubTelegrams` of a frame are not. */
   val enable = IO(Input(Bool()))
   val memory = IO(new EcatAccess(lanes))
+
+  /** The address in `request` goes on to the next byte. */
+  val advance = IO(Output(Bool()))
 
   /** The nibble that was read for this place of the frame. Bits with a 1 in `readMask` replace those
     * received, or are OR-ed into them if the command is a broadcast; the others pass unchanged.

@@ -8,8 +8,11 @@ import flyframe.protocol.DatagramLayout.{Ado, Adp, Command}
 
 /** What the header of the datagram at hand asks of this controller. All of it is steady from the last byte of
   * the header to the end of the datagram; some of it, as noted, is so earlier.
+  *
+  * @param hasLogical
+  *   logical commands are executed
   */
-class DatagramRequest extends Bundle {
+class DatagramRequest(hasLogical: Boolean) extends Bundle {
 
   /** Data is to be read from here into the frame. */
   val read = Bool()
@@ -31,11 +34,11 @@ class DatagramRequest extends Bundle {
   /** The address is a logical one: an FMMU decides where each byte is. */
   val logical = Bool()
 
-  /** The logical address of the first data byte, if FMMUs are built. */
-  val logicalAddress = UInt(32.W)
-
-  /** ADO, the local address of the first data byte (FP-18). Steady from its own last nibble on. */
-  val address = UInt(16.W)
+  /** The logical address, if FMMUs are built; else, and for a command without, ADO, the local address
+    * (FP-18): of the first data byte from the last nibble of ADO on, then as it is counted. One bit more than
+    * the address has, so that it cannot wrap (B-18).
+    */
+  val address = UInt((if (hasLogical) 33 else 17).W)
 }
 
 /** Collects command and address of a datagram nibble by nibble and compares ADP while it passes (FP-14 to
@@ -51,13 +54,16 @@ class DatagramHeader(logical: Boolean) extends Module {
   val stationAddress = IO(Input(UInt(16.W)))
   val stationAlias   = IO(Input(UInt(16.W)))
   val aliasEnable    = IO(Input(Bool()))
-  val request        = IO(Output(new DatagramRequest))
+  val request        = IO(Output(new DatagramRequest(logical)))
+
+  /** Count the address. */
+  val advance = IO(Input(Bool()))
 
   // Data path registers: each is written before it is read in every datagram, so none needs a reset.
   private val code         = Reg(UInt(4.W))
-  private val reserved     = Reg(Bool()) // command 16 to 255
-  private val address      = Reg(UInt(16.W))
-  private val adp          = Reg(UInt(16.W))
+  private val reserved     = Reg(Bool())                           // command 16 to 255
+  private val high         = Reg(UInt((if (logical) 17 else 1).W)) // upper part of `request.address`
+  private val low          = Reg(UInt(16.W))
   private val zero         = Reg(Bool())
   private val stationMatch = Reg(Bool())
   private val aliasMatch   = Reg(Bool())
@@ -73,15 +79,28 @@ class DatagramHeader(logical: Boolean) extends Module {
         aliasMatch   := aliasEnable
       }
       is(Adp.offset.U, Adp.last.U) {
-        adp := Cat(in.data, adp(15, 4))
+        low := Cat(in.data, low(15, 4))
         when(in.data =/= 0.U) { zero := false.B }
         when(in.data =/= Lanes.nibbles(stationAddress, 4)(adpNibble)) { stationMatch := false.B }
         when(in.data =/= Lanes.nibbles(stationAlias, 4)(adpNibble)) { aliasMatch := false.B }
       }
       is(Ado.offset.U, Ado.last.U) {
-        address := Cat(in.data, address(15, 4))
+        if (logical)
+          when(CommandDecode.logical(code)) { high := Cat(0.U(1.W), in.data, high(15, 4)) }.otherwise {
+            high := 0.U
+            low  := Cat(in.data, low(15, 4))
+          }
+        else {
+          high := 0.U
+          low  := Cat(in.data, low(15, 4))
+        }
       }
     }
+  }
+  when(advance) {
+    val next = Cat(high, low) + 1.U
+    high := next >> 16
+    low  := next
   }
 
   private val hit       = Mux(CommandDecode.byPosition(code), zero, stationMatch || aliasMatch)
@@ -90,11 +109,10 @@ class DatagramHeader(logical: Boolean) extends Module {
   request.broadcast := broadcast
   private val byFmmu    = if (logical) CommandDecode.logical(code) else false.B
   private val addressed = Mux(CommandDecode.logical(code), byFmmu, hit || broadcast)
-  request.read           := !reserved && addressed && (CommandDecode.reads(code) || others)
-  request.write          := !reserved && Mux(others, !hit, addressed && CommandDecode.writes(code))
-  request.logical        := byFmmu
-  request.logicalAddress := (if (logical) Cat(address, adp) else 0.U)
-  request.readWrite      := CommandDecode.reads(code) && CommandDecode.writes(code)
-  request.incrementsAdp  := !reserved && CommandDecode.incrementsAdp(code)
-  request.address        := address
+  request.read          := !reserved && addressed && (CommandDecode.reads(code) || others)
+  request.write         := !reserved && Mux(others, !hit, addressed && CommandDecode.writes(code))
+  request.logical       := byFmmu
+  request.readWrite     := CommandDecode.reads(code) && CommandDecode.writes(code)
+  request.incrementsAdp := !reserved && CommandDecode.incrementsAdp(code)
+  request.address       := Cat(high, low)
 }

@@ -3,7 +3,7 @@ package flyframe.frame
 import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
-import flyframe.memory.{EcatAccess, RegisterWrite}
+import flyframe.memory.{EcatAccess, TableWrite}
 import flyframe.mii.{Crc32, NibbleStream}
 import flyframe.params.EscParams
 import flyframe.protocol.{DatagramLayout, Layout}
@@ -76,13 +76,13 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   val outPosition = IO(Output(new FramePosition))
 
   /** Register writes as they take effect, for the FMMUs. */
-  val registerWrite = Option.when(p.translates)(IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites)))))
-  val areas         = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
+  val tableWrite = Option.when(p.translates)(IO(Input(new TableWrite)))
+  val areas      = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
 
   /** The buffers of a good frame have changed hands. */
   val buffersSettled = Option.when(p.syncManagers > 0)(IO(Input(Bool())))
   translated.foreach { t =>
-    t.registerWrite := registerWrite.get
+    t.tableWrite := tableWrite.get
     t.areas.foreach(_ <> areas.get)
   }
 
@@ -102,6 +102,7 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   access.in             := in
   access.position       := position
   access.request        := header.request
+  header.advance        := access.advance
   memory <> access.memory
 
   private val tooMany = position.datagram >= p.maxSubTelegrams.U

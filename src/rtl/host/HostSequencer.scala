@@ -73,8 +73,6 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
   // (SM-28).
   private val plain    = !area.hit || (!areas.answer.works && !areas.answer.locked)
   private val may      = plain || (exists && areas.answer.allowed)
-  private val number   = areas.answer.buffer
-  private val offset   = Mux(number(1), area.length << 1, Mux(number(0), area.length, 0.U))
   private val inBuffer = Reg(Bool()) // the access has the direction of the byte's SyncManager
   // A buffer may reach beyond 64 KiB, or to a register that SyncManagers do not act on: nothing is accessed
   // there.
@@ -127,7 +125,7 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
     is(answer) { state := choose }
     is(choose) {
       inBuffer := area.hit && exists && areas.answer.inBuffer
-      through  := address +& Mux(!plain && !single, offset, 0.U)
+      through  := address +& Mux(!plain && !single, areas.offset, 0.U)
       state    := Mux(may, access, next)
     }
     is(access) {

@@ -2,7 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
+import flyframe.ram.DualPortRam
 
 /** The state of Ascon, five words of 64 bits, and its round (NIST SP 800-232), in pieces of 16 bits.
   *

@@ -2,7 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
+import flyframe.ram.DualPortRam
 import flyframe.registers.MasterRegisters
 
 /** Makes tags by Ascon-AEAD128 (NIST SP 800-232): of a message as associated data, without plaintext.

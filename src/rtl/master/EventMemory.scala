@@ -2,8 +2,8 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
 import flyframe.protocol.{EventLayout, MasterEvent}
+import flyframe.ram.DualPortRam
 
 /** Keeps events until the server has them (REP-02, REP-06): each as it came, with the time of the master. */
 class EventMemory extends Module {

@@ -2,8 +2,8 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
 import flyframe.protocol.{EventKind, MasterEvent}
+import flyframe.ram.DualPortRam
 
 /** Holds an event that is on its way to the reporter, so that nobody else waits for that (LM-09). */
 class EventSlot extends Module {

@@ -3,8 +3,8 @@ package flyframe.master
 import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
-import flyframe.memory.DualPortRam
 import flyframe.protocol.EtherType
+import flyframe.ram.DualPortRam
 
 /** Keeps the datagrams of a frame and sends it (FP-02, FP-12): the bytes of its EtherCAT area come one after
   * the other; then the frame is sent, as often as wanted, until a new one is begun.

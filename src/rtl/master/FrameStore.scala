@@ -2,7 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
+import flyframe.ram.DualPortRam
 
 /** A frame on its way to its sender: it begins to leave when so much of it is here that its source, which is
   * faster than the wire but for what it needs at the end, is not too late for any byte. Beside it there is

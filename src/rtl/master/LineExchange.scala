@@ -2,8 +2,8 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
 import flyframe.mii.NibbleStream
+import flyframe.ram.DualPortRam
 
 /** Exchanges frames with the slaves of a line: sends a frame, and waits for its answer; without a right one
   * in time it is sent again (MST-07, MST-08). The answers are kept until the next frame is begun.

@@ -2,7 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
+import flyframe.ram.DualPortRam
 import flyframe.registers.NetworkAddresses
 
 /** What the host has set, in block RAM at the addresses of its registers (see [[MasterHost]]); whoever needs

@@ -2,7 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
+import flyframe.ram.DualPortRam
 
 /** Takes silence and reset to the slaves that had something to silence or to reset when it was asked for, and
   * to nobody else (LM-07): an alarm that comes later is never silenced by an order that was given before.

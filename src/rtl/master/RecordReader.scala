@@ -2,8 +2,8 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
 import flyframe.protocol.{DetectorState, RecordLayout}
+import flyframe.ram.DualPortRam
 
 /** Takes the alarm records that slaves have appended to a frame, and has them acknowledged (LM-08 to LM-10).
   *

@@ -2,9 +2,9 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
-import flyframe.protocol.{AnswerLayout, ServerDatagram}
 import flyframe.protocol.AnswerLayout._
+import flyframe.protocol.{AnswerLayout, ServerDatagram}
+import flyframe.ram.DualPortRam
 import flyframe.registers.MasterRegisters
 
 /** What comes from the server (SRV-01 to SRV-03): answers to reports, of which some bring an order for the

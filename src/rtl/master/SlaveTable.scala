@@ -2,7 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.DualPortRam
+import flyframe.ram.DualPortRam
 
 /** A word of a slave in the table. */
 class TableAddress(positionBits: Int) extends Bundle {

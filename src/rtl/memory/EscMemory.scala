@@ -73,7 +73,9 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with Re
     val t       = Wire(new Target)
     val user    = address(15, 7) === (RegisterMap.UserRamStart >> 7).U
     val process = address(15, 12) =/= 0.U && address < (RegisterMap.ProcessRamStart + p.ramBytes).U(17.W)
-    val processOffset = Cat(address(15, 12) - 1.U, address(11, 0))
+    // If its size is a power of 2, the RAM may begin at any of its words.
+    val processOffset =
+      if (isPow2(p.ramBytes max 1)) address else Cat(address(15, 12) - 1.U, address(11, 0))
     val localOffset =
       if (p.hasRegisterRam) Mux(user, address(6, 0), EscRam.RegisterStart.U | RegisterPlace(address(11, 0)))
       else address(6, 0)
@@ -124,7 +126,9 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with Re
   private val fromRam = latched(
     Fill(lanes, readTarget.ram) | (if (p.hasRegisterRam) inRegisters & file.inRam else 0.U)
   )
-  private val readData = (FillInterleaved(8, fromRam) & ramData) | registerData
+  private val fromCounters = latched(inRegisters & file.isCount)
+  private val readData = (FillInterleaved(8, fromRam) & ramData) |
+    (FillInterleaved(8, fromCounters) & file.countData) | registerData
   ecat.readData := readData
   ecat.readable := everyLane | (Fill(lanes, registerHit) & latched(file.readableByEcat))
   ecat.writable := everyLane | (Fill(lanes, registerHit) & latched(file.writableByEcat))

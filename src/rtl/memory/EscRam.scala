@@ -4,6 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
 import flyframe.params.EscParams
+import flyframe.ram.DualPortRam
 
 /** The place of a word in [[EscRam]]: one of its two memories, and the number of the word there. */
 class RamPlace(p: EscParams) extends Bundle {

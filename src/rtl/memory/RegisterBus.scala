@@ -32,9 +32,13 @@ final case class FrameEvents(
 
 /** What a [[RegisterBus]] needs of registers and register RAM: [[EscMemory]], or a test in place of it. */
 trait RegisterPort {
+
+  /** Present values of stored fields; new ones for those that units may load; values of status fields. */
   val value: FieldRecord
   val set: FieldRecord
   val status: FieldRecord
+
+  /** Pulses that count, and conditions under which guarded registers may be written. */
   val event: FieldRecord
   val guard: FieldRecord
 
@@ -69,6 +73,9 @@ class RegisterBus(p: EscParams, memory: RegisterPort, registers: Seq[Register], 
     extends RegisterWrites(registers, memory.registerWrite) {
 
   // ---- what a unit asks ----
+
+  /** Register writes for tables of registers. */
+  lazy val tableWrite: TableWrite = TableWrite(write)
 
   /** The present value of a field: stored, a constant, or what its unit shows. */
   def value(field: String): UInt = {
@@ -163,7 +170,7 @@ class RegisterBus(p: EscParams, memory: RegisterPort, registers: Seq[Register], 
     bool(field)
   }
 
-  /** A pulse that the field counts. */
+  /** A pulse that the field counts; at most one in a nibble slot. */
   def counts(field: String): Bool = own(field, memory.event.pulse(field))
 
   /** Registers with this guard may be written. */

@@ -3,6 +3,7 @@ package flyframe.memory
 import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
+import flyframe.ram.DualPortRam
 
 /** One logged register write: a word address, the bytes of it that are written, and the word.
   *
@@ -44,9 +45,8 @@ class UnitWrite extends Bundle {
 
 /** Holds the register writes of a frame back until the frame has ended well (FP-32, FP-33), in block RAM.
   *
-  * `commit` plays them back in order, one per cycle. The next frame may start meanwhile: its first register
-  * write comes at least 88 nibble slots after the end of this frame, and `EscParams` allows no log that takes
-  * longer.
+  * `commit` plays them back in order, one per cycle. The next frame may start meanwhile:
+  * [[flyframe.params.EscParams.longestWriteLog]] allows no log that lasts until it asks for registers.
   *
   * @param lanes
   *   bytes per word

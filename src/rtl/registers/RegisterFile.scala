@@ -8,12 +8,19 @@ import flyframe.params.EscParams
 
 /** Signals by field name, so that the names survive into the Verilog. */
 class FieldRecord(types: SeqMap[String, Data]) extends Record {
-  val elements: SeqMap[String, Data]  = types.map { case (name, data) => name -> data.cloneType }
-  def apply(name: String): Data       = elements(name)
-  def uint(name: String): UInt        = elements(name).asInstanceOf[UInt]
+  val elements: SeqMap[String, Data] = types.map { case (name, data) => name -> data.cloneType }
+
+  /** The signal of a name; a name without one ends the program. */
+  def apply(name: String): Data = elements.getOrElse(
+    name,
+    throw new IllegalArgumentException(
+      s"the name is $name but must be one of ${elements.keys.toSeq.sorted.mkString(", ")}."
+    )
+  )
+  def uint(name: String): UInt        = apply(name).asInstanceOf[UInt]
   def bool(name: String): Bool        = uint(name)(0)
-  def pulse(name: String): Bool       = elements(name).asInstanceOf[Bool]
-  def load(name: String): Valid[UInt] = elements(name).asInstanceOf[Valid[UInt]]
+  def pulse(name: String): Bool       = apply(name).asInstanceOf[Bool]
+  def load(name: String): Valid[UInt] = apply(name).asInstanceOf[Valid[UInt]]
 }
 
 /** Records of signals for the fields of registers, each as a [[RegisterFile]] has it. */
@@ -38,7 +45,7 @@ object FieldRecord {
   def event(registers: Seq[Register]): FieldRecord =
     of(registers) { case Field(_, _, _, Source.Counter(_), _, _) => Bool() }
 
-  /** How many there were. */
+  /** How many there were, as far as flip-flops count. */
   def count(registers: Seq[Register]): FieldRecord =
     of(registers) { case Field(_, _, _, Source.Counter(_), _, _) => UInt(8.W) }
 
@@ -54,8 +61,9 @@ object FieldRecord {
 
 /** Decode, storage and counters of all registers, built from [[RegisterMap]].
   *
-  * Reading is combinational in `readAddress`; words are `lanes` bytes. A write acts at the next clock edge;
-  * the caller has checked that its side may write (`writableByEcat`, `writableByPdi`).
+  * Reading is combinational in `readAddress`, but for what block RAM holds; words are `lanes` bytes. A write
+  * acts at the next clock edge; the caller has checked that its side may write (`writableByEcat`,
+  * `writableByPdi`).
   *
   * @param p
   *   registers are those of `RegisterMap(p, added)`
@@ -77,6 +85,13 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   /** The byte is read from the register RAM; `readData` is 0 for it. */
   val inRam = IO(Output(UInt(lanes.W)))
 
+  /** The byte is a counter in block RAM: `countData` has it in the next cycle, `readData` is 0 for it. In a
+    * master counters are flip-flops, as its units look at them.
+    */
+  private val blockRamCounts = if (p.isMaster) 0 else 1
+  val isCount                = IO(Output(UInt((lanes * blockRamCounts).W)))
+  val countData              = IO(Output(UInt((8 * lanes * blockRamCounts).W)))
+
   /** See [[FieldRecord]], also for the records below. */
   val guard = IO(Input(FieldRecord.guard(registers)))
 
@@ -92,7 +107,9 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   val set    = IO(Input(FieldRecord.set(registers)))
   val status = IO(Input(FieldRecord.status(registers)))
   val event  = IO(Input(FieldRecord.event(registers)))
-  val count  = IO(Output(FieldRecord.count(registers)))
+
+  /** Of a master. */
+  val count = IO(Output(FieldRecord.count(if (p.isMaster) registers else Nil)))
 
   /** A byte address is being written. */
   private def writes(byteAddress: Int): Bool =
@@ -132,11 +149,15 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
     flipFlops
   }
 
+  /** A write of any counter of the group. */
+  private def clears(group: String): Bool = registers
+    .filter(_.fields.exists(_.source == Source.Counter(group)))
+    .flatMap(_.range.map(writes))
+    .reduce(_ || _)
+
+  /** A counter of a master, in flip-flops. */
   private def counter(field: Field, group: String): UInt = {
-    val clear = registers
-      .filter(_.fields.exists(_.source == Source.Counter(group)))
-      .flatMap(_.range.map(writes))
-      .reduce(_ || _)
+    val clear   = clears(group)
     val counted = RegInit(0.U(8.W)).suggestName(field.name) // reset: counters start at 0 (ERR-10)
     when(clear) { counted := 0.U }.elsewhen(event.pulse(field.name) && !counted.andR) {
       counted := counted + 1.U
@@ -145,12 +166,34 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
     counted
   }
 
+  // Those of a slave, in block RAM.
+  private val counted = for {
+    r     <- registers if !p.isMaster
+    f     <- r.fields
+    group <- Option(f.source).collect { case Source.Counter(group) => group }
+  } yield (f, r.address + f.low / 8, group)
+  private val counters = Option.when(counted.nonEmpty) {
+    val places = counted.map { case (_, address, group) => address -> group }
+    val engine = Module(new EventCounters(places, lanes, p.cyclesPerNibble))
+    engine.event       := counted.map { case (field, _, _) => event.pulse(field.name) }
+    engine.clear       := engine.groups.map(clears)
+    engine.readAddress := readAddress(engine.readAddress.getWidth - 1, 0)
+    engine
+  }
+  countData := counters.fold(0.U)(_.data)
+
+  /** The byte at this address is a counter in block RAM, which has counted since it was cleared last. */
+  private def isCounted(byteAddress: Int): Bool = {
+    val group = counted.collectFirst { case (_, `byteAddress`, group) => group }
+    group.fold(false.B)(g => counters.get.valid(counters.get.groups.indexOf(g)))
+  }
+
   private def source(register: Register, field: Field): UInt = field.source match {
     case Source.Constant       => field.reset.U(field.width.W)
     case Source.Ram            => 0.U(field.width.W)
     case _: Source.Stored      => storage(register, field)
     case Source.Status         => status.uint(field.name)
-    case Source.Counter(group) => counter(field, group)
+    case Source.Counter(group) => if (p.isMaster) counter(field, group) else 0.U(field.width.W)
   }
 
   /** The whole register as it reads, reserved bits 0. */
@@ -164,6 +207,7 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private class Decoded extends Bundle {
     val data         = UInt(8.W)
     val inRam        = Bool()
+    val isCount      = UInt(blockRamCounts.W)
     val readableEcat = Bool()
     val readablePdi  = Bool()
     val writableEcat = Bool()
@@ -178,6 +222,7 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
       val d = Wire(new Decoded)
       d.data         := (if (r.inRam) 0.U else Lanes.byte(whole, a - r.address))
       d.inRam        := r.inRam.B
+      d.isCount      := isCounted(a)
       d.readableEcat := r.ecat.readable.B
       d.readablePdi  := r.pdi.readable.B
       d.writableEcat := may(r.ecat, r.ecatGuard)
@@ -225,6 +270,7 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
     .asTypeOf(Vec(lanes, new Decoded))
   readData       := VecInit(selected.map(_.data)).asUInt
   inRam          := VecInit(selected.map(_.inRam)).asUInt
+  isCount        := VecInit(selected.map(_.isCount)).asUInt
   readableByEcat := VecInit(selected.map(_.readableEcat)).asUInt
   readableByPdi  := VecInit(selected.map(_.readablePdi)).asUInt
   writableByEcat := VecInit(selected.map(_.writableEcat)).asUInt

@@ -6,18 +6,14 @@ import chisel3._
 class AreaHit(indexBits: Int) extends Bundle {
   val hit   = Bool()
   val index = UInt(indexBits.W)
-
-  /** Length of a buffer. */
-  val length = UInt(16.W)
-  val first  = Bool()
-  val last   = Bool()
+  val first = Bool()
+  val last  = Bool()
 }
 
 /** One entry of the SyncManager table on its way through the scan. */
 class AreaEntry(indexBits: Int) extends Bundle {
-  val index  = UInt(indexBits.W)
-  val start  = UInt(16.W)
-  val length = UInt(16.W)
+  val index = UInt(indexBits.W)
+  val start = UInt(16.W)
 
   /** Bytes of the area: one buffer, or all three of a locked one (SM-27). */
   val extent = UInt(18.W)
@@ -40,16 +36,15 @@ class AreaScan(indexBits: Int) extends Module {
 
   private val stage    = RegNext(entry)
   private val distance = RegNext(address -& entry.start) // bit 16: below the start
-  private val left     = stage.extent -& distance(15, 0) // bytes from here to the end; bit 18: beyond it
+  // Bytes behind this one; bit 18 not set: it lies beyond the end.
+  private val left = stage.extent +& ~distance(15, 0).pad(18)
 
-  private val inside = stage.takesPart && !distance(16) && !left(18) && left(17, 0) =/= 0.U
-  private val found  = Reg(new AreaHit(indexBits))
+  private val found = Reg(new AreaHit(indexBits))
   when(stage.begins || !found.hit) {
-    found.hit    := inside
-    found.index  := stage.index
-    found.length := stage.length
-    found.first  := distance(15, 0) === 0.U
-    found.last   := left(17, 0) === 1.U
+    found.hit   := stage.takesPart && !distance(16) && left(18)
+    found.index := stage.index
+    found.first := !distance(15, 0).orR
+    found.last  := !left(17, 0).orR
   }
   result := found
 }

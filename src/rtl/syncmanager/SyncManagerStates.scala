@@ -42,6 +42,10 @@ class SyncManagerStates(n: Int) extends Module {
   val walking = IO(Output(Bool()))
   val settled = IO(Output(Bool()))
 
+  /** Which SyncManager the present request is for; a cycle later, a cycle before the answer, the buffer. */
+  val asked  = IO(Output(UInt(indexBits.W)))
+  val buffer = IO(Output(UInt(2.W)))
+
   private val bank = Module(new SyncManagerBank(n))
   val states       = IO(chiselTypeOf(bank.states))
   val writeEvent   = IO(chiselTypeOf(bank.writeEvent))
@@ -57,19 +61,21 @@ class SyncManagerStates(n: Int) extends Module {
   private val wasGood = Reg(Bool())
   private val walk    = Reg(UInt(indexBits.W))
   private val isLast  = walks && walk === (n - 1).U
-  when(good || bad) {
-    walks   := true.B
-    wasGood := good
-    walk    := 0.U
+  // What ECAT asks for in the cycle behind a frame's end still belongs to the frame (B-55).
+  private val begins = RegNext(good || bad, false.B)
+  when(good || bad) { wasGood := good }
+  when(begins) {
+    walks := true.B
+    walk  := 0.U
   }.elsewhen(walks) {
     walk  := walk + 1.U
     walks := !isLast
   }
-  walking := walks || good || bad || RegNext(walks, false.B)
+  walking := walks || good || bad || begins || RegNext(walks, false.B)
   settled := ShiftRegister(isLast && wasGood, 2, false.B, true.B)
 
   ecat.granted := true.B
-  pdi.granted  := !walks && !good && !bad && !ecat.turn
+  pdi.granted  := !walks && !good && !bad && !begins && !ecat.turn
   private val accesses = (ecat.request || (pdi.request && pdi.granted)) && !walks
   private val number   = Mux(walks, walk, Mux(ecat.turn, ecat.number, pdi.number))
   // What does not work must not keep the state it had: it may work again in the next cycle, and then begins
@@ -92,6 +98,8 @@ class SyncManagerStates(n: Int) extends Module {
     RegNext(access)
   }
   private val answer = RegNext(bank.answer)
+  asked       := number
+  buffer      := bank.answer.buffer
   ecat.answer := answer
   pdi.answer  := answer
 }

@@ -25,6 +25,7 @@ class SyncManagerUnit(p: EscParams) extends RegisterUnit(SyncManagerRegisters(p)
 
   def connect(bus: RegisterBus): Unit = {
     unit.write   := bus.write
+    unit.table   := bus.tableWrite
     unit.ramOpen := bus.bool("pdi_operational")
     unit.good    := bus.frame.good
     unit.bad     := bus.frame.bad

@@ -2,7 +2,7 @@ package flyframe.syncmanager
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.{RegisterWrite, RegisterWrites, WideTable}
+import flyframe.memory.{RegisterWrite, RegisterWrites, TableWrite, WideTable}
 import flyframe.params.EscParams
 import flyframe.registers.{Register, RegisterMap, SyncManagerRegisters}
 
@@ -24,6 +24,9 @@ class AreaPort(p: EscParams) extends Bundle {
   val number  = Input(UInt(p.smIndexBits.W))
   val access  = Input(new BufferAccess)
   val answer  = Output(new BufferAnswer)
+
+  /** With the answer: how far behind the byte's address the one in the buffer lies. */
+  val offset = Output(UInt(17.W))
 
   /** The end of a frame is being carried out. */
   val changing = Output(Bool())
@@ -72,6 +75,7 @@ class SyncManagers(p: EscParams) extends Module {
   private val n = p.syncManagers
 
   val write = IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites))))
+  val table = IO(Input(new TableWrite)) // the same
   val ecat  = IO(new AreaPort(p))
   val pdi   = IO(new AreaPort(p))
 
@@ -111,14 +115,14 @@ class SyncManagers(p: EscParams) extends Module {
       "but must have First at a multiple of 128 and Stride 8."
   )
   private val address  = write.bits.byteAddress
-  private val hitsArea = write.valid && address(11, 7) === (SyncManagerRegisters.First >> 7).U && !address(2)
+  private val hitsArea = table.valid && address(11, 7) === (SyncManagerRegisters.First >> 7).U && !address(2)
   private val tables = Seq.tabulate(p.smBanks) { bank =>
-    val table = Module(new WideTable(n min 8, 4, copies = 2)).suggestName(s"table_$bank")
-    table.write      := hitsArea && address(6) === bank.U && address(5, 3) < (n min 8).U
-    table.writeIndex := address(5, 3)
-    table.writeMask  := write.bits.maskIn(4)
-    table.writeData  := write.bits.dataIn(4)
-    table
+    val copy = Module(new WideTable(n min 8, Seq.fill(4)(8), copies = 3)).suggestName(s"table_$bank")
+    copy.write      := hitsArea && address(6) === bank.U && address(5, 3) < (n min 8).U
+    copy.writeIndex := address(5, 3)
+    copy.writeMask  := table.mask
+    copy.writeData  := table.data
+    copy
   }
 
   private val states = Module(new SyncManagerStates(n))
@@ -166,11 +170,16 @@ class SyncManagers(p: EscParams) extends Module {
     port.ramOpen       := ramOpen
     entry.index        := number
     entry.start        := word(15, 0)
-    entry.length       := word(31, 16)
     entry.takesPart    := exists && enable(chosen)
-    entry.extent       := entry.length +& Mux(threefold, entry.length << 1, 0.U(17.W))
+    entry.extent       := word(31, 16) +& Mux(threefold, word(31, 16) << 1, 0.U(17.W))
     entry.begins       := false.B
   }
+
+  // Of the SyncManager that is asked. The buffers follow each other.
+  tables.foreach(_.readIndex(2) := states.asked)
+  private val lengths = VecInit(tables.map(_.readData(2)(31, 16)))
+  private val length  = if (p.smBanks == 1) lengths(0) else lengths(RegNext(states.asked(3)))
+  private val offset  = RegNext(Mux(states.buffer(1), length << 1, Mux(states.buffer(0), length, 0.U)))
 
   for (i <- 0 until n) {
     val settings = states.settings(i)
@@ -202,5 +211,6 @@ class SyncManagers(p: EscParams) extends Module {
     port.granted  := side.granted
     port.changing := states.walking
     port.answer   := side.answer
+    port.offset   := offset
   }
 }

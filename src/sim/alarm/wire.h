@@ -51,10 +51,11 @@ class Noise : public NibbleSink {
   std::mt19937_64 random_;
 };
 
-// The bytes of a frame without its FCS; empty if the frame is not good.
+// The bytes of a frame without its FCS; empty if the frame is not good. A nibble more behind a right FCS does
+// no harm (OP-10).
 inline Bytes goodFrame(const NibbleFrame& frame) {
   Payload p = payloadOf(frame.nibbles);
-  if (!p.sfd || p.odd || p.bytes.size() < 64 || crc32(p.bytes.data(), p.bytes.size()) != kCrcResidue)
+  if (!p.sfd || p.bytes.size() < 64 || crc32(p.bytes.data(), p.bytes.size()) != kCrcResidue)
     return {};
   p.bytes.resize(p.bytes.size() - 4);
   return p.bytes;

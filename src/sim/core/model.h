@@ -37,8 +37,10 @@ struct WidePin {
   }
 };
 
+// With RMII rxClk is the reference clock, and rxDv is CRS_DV.
 struct PortPins {
   CData *rxClk, *rxDv, *rxEr, *rxd, *link, *txEn, *txd;
+  bool rmii;
 };
 
 struct Pins {

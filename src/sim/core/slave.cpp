@@ -11,6 +11,30 @@ void Cable::nibble(Time launch, Symbol symbol) {
   if (slave_) slave_->next = std::min(slave_->next, nextEdge());
 }
 
+void Cable::arrive(Time now) {
+  for (; !arrivals_.empty() && arrivals_.front().at <= now; arrivals_.pop_front())
+    rmii_->arrive(arrivals_.front().symbol);
+}
+
+void RmiiPhy::arrive(Symbol symbol) {
+  if (!symbol.idle() || !last_.idle()) kept_.push_back(symbol);
+  last_ = symbol;
+}
+
+void RmiiPhy::half(const PortPins& pins) {
+  constexpr size_t kKept = 3;  // nibbles; the longest frame slips by less than one
+  second_ = !second_;
+  if (!second_) {
+    reads_ = !kept_.empty() && (reads_ || kept_.size() >= kKept || last_.idle());
+    now_ = reads_ ? kept_.front() : Symbol{};
+    if (reads_) kept_.pop_front();
+    reads_ = reads_ && !now_.idle();
+  }
+  *pins.rxDv = last_.dv || (now_.dv && second_);
+  *pins.rxEr = now_.er;
+  *pins.rxd = now_.dv ? now_.data >> (second_ ? 2 : 0) & 3 : 0;
+}
+
 Slave::Slave(const Preset& preset, VerilatedContext& context, const std::string& name, double ppm, Time phase)
     : preset_(preset),
       model_(preset.make(context, name)),
@@ -19,6 +43,11 @@ Slave::Slave(const Preset& preset, VerilatedContext& context, const std::string&
       half_(periodOf(preset.info.coreClockMhz, ppm) / 2),
       coreNext_(phase) {
   for (Cable& c : receivers_) c.slave_ = this;
+  for (int y = 0; y < ports_; ++y) {
+    if (!pins_.ports[y].rmii) continue;
+    hasRmii_ = true;
+    receivers_[y].rmii_ = &rmii_[y];
+  }
   eval();
   schedule();
 }
@@ -133,6 +162,34 @@ void Slave::step() {
   schedule();
 }
 
+// The reference clock of RMII ports has two periods per nibble and rises with the core clock. Half nibbles
+// change where it falls.
+void Slave::rmiiHalves(Time now) {
+  const int period = preset_.info.cyclesPerNibble / 2;
+  const bool falls = period == 1 || cycles_ % period == 1, rises = period == 1 || !falls;
+  const auto forRmii = [&](auto act) {
+    for (int y = 0; y < ports_; ++y)
+      if (pins_.ports[y].rmii) act(y, pins_.ports[y]);
+  };
+  if (falls)
+    forRmii([&](int y, const PortPins& p) {
+      receivers_[y].arrive(now);
+      *p.rxClk = 0;
+      rmii_[y].half(p);
+    });
+  if (falls && rises) model_->eval();
+  if (rises)
+    forRmii([&](int y, const PortPins& p) {
+      *p.rxClk = 1;
+      if (const Symbol* s = rmii_[y].sampled(); s && onSample) onSample(y, now, *s);
+    });
+}
+
+void Slave::send(int port, Time now, Symbol symbol) {
+  if (symbol.dv) lastActive_ = now;
+  if (sinks_[port] && (symbol.dv || !muted_)) sinks_[port]->nibble(now, symbol);
+}
+
 void Slave::idleUntil(Time end) {
   muted_ = true;
   while (next < end) step();
@@ -159,6 +216,7 @@ void Slave::coreEdge(Time now) {
   // after it.
   const bool acknowledged = *pins_.hostAck;
   if (port_ == HostPort::requested && acknowledged) hostResult_ = pins_.hostRdata.get();
+  if (hasRmii_) rmiiHalves(now);
   *pins_.clock = 1;
   eval();
   ++cycles_;
@@ -176,10 +234,12 @@ void Slave::coreEdge(Time now) {
     supplied_ = !supplied_;
     if (onAlarmSupply) onAlarmSupply(supplied_);
   }
-  if (!*pins_.txTick) return;
+  const bool tick = *pins_.txTick, second = cycles_ == firstHalf_ + preset_.info.cyclesPerNibble / 2;
   for (int y = 0; y < ports_; ++y) {
-    const Symbol s{*pins_.ports[y].txEn != 0, false, *pins_.ports[y].txd};
-    if (s.dv) lastActive_ = now;
-    if (sinks_[y] && (s.dv || !muted_)) sinks_[y]->nibble(now, s);
+    const PortPins& p = pins_.ports[y];
+    if (p.rmii && second) send(y, now, rmii_[y].sent(p));
+    if (p.rmii && cycles_ == firstHalf_) rmii_[y].firstSent(p);
+    if (!p.rmii && tick) send(y, now, {*p.txEn != 0, false, *p.txd});
   }
+  if (tick) firstHalf_ = cycles_ + 1;  // what is sent leaves a core cycle later than with MII
 }

@@ -36,9 +36,34 @@ class Cable : public NibbleSink {
   Time half_ = kNibble / 2;
   Time rise_ = kNever;  // the rising edge that follows the last falling one
   std::deque<Arrival> arrivals_;
+  class RmiiPhy* rmii_ = nullptr;  // has no receive clock of its own: takes what has arrived when it looks
+  void arrive(Time now);
   Time nextEdge() const {
+    if (rmii_) return kNever;
     return rise_ != kNever ? rise_ : arrivals_.empty() ? kNever : arrivals_.front().at;
   }
+};
+
+// A PHY with RMII. Its reference clock is that of the slave, so it keeps some nibbles of what arrives: it
+// knows of the carrier before it has data, and has data when the carrier has gone.
+class RmiiPhy {
+ public:
+  void arrive(Symbol symbol);
+  // Begins the next half of a nibble: sets the pins to it.
+  void half(const PortPins& pins);
+  // The nibble whose second half is at the pins; none in its first half.
+  const Symbol* sampled() const { return second_ ? &now_ : nullptr; }
+  // The first half of a nibble that leaves is at the pins; the second one is: the whole nibble.
+  void firstSent(const PortPins& pins) { low_ = *pins.txd; }
+  Symbol sent(const PortPins& pins) const {
+    return {*pins.txEn != 0, false, static_cast<uint8_t>(low_ | *pins.txd << 2)};
+  }
+
+ private:
+  std::deque<Symbol> kept_;
+  Symbol now_{}, last_{};
+  bool reads_ = false, second_ = true;
+  uint8_t low_ = 0;
 };
 
 class Slave : public Actor {
@@ -116,6 +141,8 @@ class Slave : public Actor {
 
   void eepromLines(Time now);
   void coreEdge(Time now);
+  void send(int port, Time now, Symbol symbol);
+  void rmiiHalves(Time now);
   void schedule();
   void eval();
 
@@ -128,6 +155,9 @@ class Slave : public Actor {
   Time lastActive_ = 0;
   std::array<Cable, 4> receivers_;
   std::array<Symbol, 4> arriving_{};
+  std::array<RmiiPhy, 4> rmii_;
+  bool hasRmii_ = false;
+  uint64_t firstHalf_ = 0;  // core cycle in which the first half of a nibble is at the pins of RMII ports
   std::array<NibbleSink*, 4> sinks_{};
   // Falling edges do nothing in the RTL, so they are evaluated together with the next rising edge of another
   // clock. A clock whose low level the model has not seen yet has its bit set: bit 0 the core clock, bit 1 +

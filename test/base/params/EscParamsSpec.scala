@@ -16,8 +16,9 @@ class EscParamsSpec extends AnyFlatSpec {
     "ports"                  -> between(1, 4),
     "coreClockMhz"           -> Limits(Seq(25, 50, 100, 125), Seq(0, 24, 75, 101, 126)),
     "ramKiB"                 -> between(0, 60),
-    "registerWritesPerFrame" -> Limits(Seq(0, 16, 352), Seq(-1, 1, 15, 353)),
+    "registerWritesPerFrame" -> Limits(Seq(0, 16, 348), Seq(-1, 1, 15, 349)),
     "txShift"                -> between(0, 4).copy(base = EscParams(coreClockMhz = 125)),
+    "rmiiPorts"              -> between(0, 0xf).copy(base = EscParams(ports = 4)),
     "temporaryLoopMs"        -> between(1, 2000),
     "escType"                -> between(0, 0xff),
     "escRevision"            -> between(0, 0xff),
@@ -67,8 +68,8 @@ class EscParamsSpec extends AnyFlatSpec {
     }
   }
 
-  "registerWritesPerFrame" should "be at most 88 per core cycle of a nibble" in {
-    for ((clock, most) <- Seq(25 -> 88, 50 -> 176, 100 -> 352)) {
+  "registerWritesPerFrame" should "be at most 87 per core cycle of a nibble" in {
+    for ((clock, most) <- Seq(25 -> 87, 50 -> 174, 100 -> 348)) {
       val p = EscParams(coreClockMhz = clock)
       assert(EscParams.problems(p.copy(registerWritesPerFrame = most)).isEmpty)
       if (clock < 100)
@@ -84,6 +85,8 @@ class EscParamsSpec extends AnyFlatSpec {
     val most = EscParams(syncManagers = 16, applicationLayer = 1, registerWritesPerFrame = 328)
     assert(EscParams.problems(most).isEmpty)
     assert(EscParams.problems(most.copy(registerWritesPerFrame = 329)).size == 1)
+    assert(EscParams.problems(most.copy(fmmus = 8, registerWritesPerFrame = 292)).isEmpty)
+    assert(EscParams.problems(most.copy(fmmus = 8, registerWritesPerFrame = 293)).size == 1)
   }
   it should "have a default that fits every core clock" in {
     for (clock <- Seq(25, 50, 100, 125)) {
@@ -132,12 +135,17 @@ class EscParamsSpec extends AnyFlatSpec {
     val master = EscParams(role = 1, ramKiB = 0)
     val limits = this.limits ++ Seq(
       "coreClockMhz"    -> Limits(Seq(50, 100, 125), Seq(0, 25, 75, 126)),
-      "maxSubTelegrams" -> between(10, 128)
+      "maxSubTelegrams" -> between(10, 128),
+      "rmiiPorts"       -> between(0, 0x7)
     )
     for (info <- ParamTable.all if info.roles(1) && info.name != "role") {
       val here  = info.in(1)
       val limit = limits(info.name)
-      val base  = if (info.name == "txShift") master.copy(coreClockMhz = 125) else master
+      val base = info.name match {
+        case "txShift"   => master.copy(coreClockMhz = 125)
+        case "rmiiPorts" => master.copy(linePorts = 2)
+        case _           => master
+      }
       for (value <- limit.inside) assert(EscParams.problems(here.set(base, value)).isEmpty, here.name)
       for (value <- limit.outside) {
         val p    = here.set(base, value)

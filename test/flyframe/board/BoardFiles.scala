@@ -25,18 +25,24 @@ object Shell {
   }
 }
 
-/** The board of one role, data bus width and number of line ports, as `make quartus` generates it, and what
-  * Yosys makes of it.
+/** The board of one role, data bus width, number of line ports and kind of PHYs, as `make quartus` generates
+  * it, and what Yosys makes of it.
   */
-final class BoardFiles(val role: String, val width: Int, val linePorts: Int = 1) {
+final class BoardFiles(val role: String, val width: Int, val linePorts: Int = 1, val rmii: Boolean = false) {
   import Shell.output
-  private val dir = Files.createDirectories(Paths.get(s"build/check-board/$role-$width-$linePorts"))
+  private val kind = if (rmii) "rmii" else "mii"
+  private val dir  = Files.createDirectories(Paths.get(s"build/check-board/$role-$width-$linePorts-$kind"))
   private lazy val p: EscParams =
     Presets
       .named(s"alarm-$role")
       .get
       .params
-      .copy(preset = s"alarm-$role", dataBusWidth = width, linePorts = linePorts)
+      .copy(
+        preset = s"alarm-$role",
+        dataBusWidth = width,
+        linePorts = linePorts,
+        rmiiPorts = if (rmii) (2 << linePorts) - 1 else 0
+      )
 
   /** Core clock, MHz. */
   def coreClockMhz: Int = p.coreClockMhz
@@ -59,9 +65,10 @@ final class BoardFiles(val role: String, val width: Int, val linePorts: Int = 1)
     Seq("ROLE" -> isMaster, "DATA_BUS_WIDTH" -> width, "CORE_MHZ" -> p.coreClockMhz)
 
   /** What the Verilog is read with, as the project script says. */
-  private def macros = Seq("RING" -> (linePorts == 2), "WIDE_BUS" -> (width == 32)).collect {
-    case (name, true) => s"-D$name=1"
-  }
+  private def macros =
+    Seq("RMII" -> rmii, "RING" -> (linePorts == 2), "WIDE_BUS" -> (width == 32)).collect {
+      case (name, true) => s"-D$name=1"
+    }
   private def values = macros ++ parameters.map { case (name, value) => s"-G$name=$value" }
   private def yosys(kind: String, commands: String): ujson.Value = {
     val json   = dir.resolve(s"$kind.json")

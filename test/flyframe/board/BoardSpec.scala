@@ -1,7 +1,10 @@
 package flyframe.board
 
 import java.nio.file.{Files, Paths}
+import scala.jdk.CollectionConverters._
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.PortTable
+import flyframe.params.Presets
 import flyframe.report.{Goals, Netlist}
 
 /** The board project in `fpga/alarm` without Quartus: both roles, every data bus width. */
@@ -11,7 +14,11 @@ class BoardSpec extends AnyFlatSpec {
   private val page   = Files.readString(Paths.get("fpga/README.md")).replaceAll("\\s+", " ")
   private val lines  = for (role <- Seq("slave", "master"); width <- widths) yield new BoardFiles(role, width)
   private val rings  = for (width <- Seq(8, 16)) yield new BoardFiles("master", width, linePorts = 2)
-  private val boards = lines ++ rings
+  private val rmii = Seq(
+    new BoardFiles("slave", 8, rmii = true),
+    new BoardFiles("master", 16, linePorts = 2, rmii = true)
+  )
+  private val boards = lines ++ rings ++ rmii
 
   /** Memory blocks of an EP4CE6. */
   private val M9k = 30
@@ -37,7 +44,8 @@ class BoardSpec extends AnyFlatSpec {
 
   private def isRing(board: BoardFiles) = board.linePorts == 2
   private def name(board: BoardFiles) =
-    s"The ${board.role}'s board with ${board.width} bits${if (isRing(board)) " and a ring" else ""}"
+    s"The ${board.role}'s board with ${board.width} bits${if (isRing(board)) " and a ring" else ""}" +
+      (if (board.rmii) " and RMII" else "")
 
   for (board <- boards) {
     name(board) should "have no missing module but the PLL" in {
@@ -61,7 +69,7 @@ class BoardSpec extends AnyFlatSpec {
         assert(userPins.get(pin).exists(_ != "memory"), s"$port on pin $pin")
         assert(userPins(pin) == "io" || board.ports(port) == "input", s"$port on pin $pin")
       }
-      for (clock <- Seq("clk_50", "mii_0_rx_clk", "mii_1_rx_clk"))
+      for (clock <- pins.map(_._1).filter(name => name == "clk_50" || name.endsWith("_rx_clk")))
         assert(userPins(pins.toMap.apply(clock)) == "in", clock)
       val free = userPins.values.count(_ != "memory")
       assert(
@@ -69,9 +77,13 @@ class BoardSpec extends AnyFlatSpec {
         "fpga/README.md"
       )
       val number =
-        """takes (\d+), (\d+) or (\d+) of them.*?; a ring has (\d+) more""".r.findFirstMatchIn(page).get
-      val ring = if (isRing(board)) number.group(4).toInt else 0
-      assert(pins.size == number.group(1 + widths.indexOf(board.width)).toInt + ring, "fpga/README.md")
+        """takes (\d+), (\d+) or (\d+) of them.*?; a ring has (\d+) more\. RMII saves (\d+) at each port""".r
+          .findFirstMatchIn(page)
+          .get
+      def told(i: Int) = number.group(i).toInt
+      val ring         = if (isRing(board)) told(4) else 0
+      val saved        = if (board.rmii) told(5) * (1 + board.linePorts) else 0
+      assert(pins.size == told(1 + widths.indexOf(board.width)) + ring - saved, "fpga/README.md")
     }
 
     it should "match every name in the constraints" in {
@@ -79,6 +91,9 @@ class BoardSpec extends AnyFlatSpec {
       val named = board.constraints.map(_._2).toSet
       val bare  = board.ports.keySet -- named - "clk_50" - "mii_0_rx_clk" - "mii_1_rx_clk" - "mii_2_rx_clk"
       assert(bare.isEmpty)
+      // Each port's pins, and with RMII the clock that takes them.
+      val delayed = board.constraints.collect { case ("input" | "output", name) => name.takeWhile(_ != '_') }
+      assert(delayed.toSet == Set(if (board.rmii) "rmii" else "mii"))
     }
 
     it should s"have ${board.coreClockMhz} MHz, as generated, at the PLL and in the constraints" in {
@@ -121,6 +136,24 @@ class BoardSpec extends AnyFlatSpec {
     val sdc = Files.readString(Paths.get(s"build/quartus/$preset/clock.sdc")).linesIterator.toSeq
     assert(sdc.contains(s"set core_mhz $core"))
     assert(sdc.last == s"source {${Paths.get("fpga/flyframe.sdc").toRealPath()}}")
+  }
+
+  "Ports with RMII" should "have every pin constrained, against the clock of the PHY" in {
+    val p     = Presets.named("slave").get.params.copy(rmiiPorts = 0x3)
+    val dir   = Files.createTempDirectory("flyframe-board")
+    val ports = PortTable(p).flatMap(_.names(p)).map(n => s"port {$n}")
+    // Of the crossings one register each: only pins are looked at here.
+    val registers = Seq("writeSide|gray", "writeSide|storage_0", "readSide|meta", "LevelCrossing:c|meta")
+    val names     = Files.write(dir.resolve("names"), (ports ++ registers.map(r => s"register {$r}")).asJava)
+    val file =
+      Files.writeString(dir.resolve("a.sdc"), s"source {${Paths.get("fpga/flyframe.sdc").toRealPath()}}")
+    val told =
+      output("tclsh", "test/flyframe/board/timing.tcl", names.toString, file.toString).linesIterator.toSet
+    for (y <- 0 to 1; edge <- Seq("min", "max")) {
+      for (pin <- Seq("crs_dv", "rx_er", "rxd")) assert(told(s"input $edge rmii_${y}_$pin"))
+      for (pin <- Seq("tx_en", "txd")) assert(told(s"output $edge rmii_${y}_$pin"))
+      assert(told(s"false from rmii_${y}_link"))
+    }
   }
 
   // These take longer: each role once in simulation, with different widths, and once mapped, with the default

@@ -7,6 +7,8 @@ module altpll #(
   parameter inclk0_input_frequency = 0,
   parameter clk0_multiply_by = 1, clk0_divide_by = 1, clk0_duty_cycle = 50, clk0_phase_shift = "0",
   parameter clk1_multiply_by = 1, clk1_divide_by = 1, clk1_duty_cycle = 50, clk1_phase_shift = "0",
+  parameter clk2_multiply_by = 1, clk2_divide_by = 1, clk2_duty_cycle = 50, clk2_phase_shift = "0",
+  parameter clk3_multiply_by = 1, clk3_divide_by = 1, clk3_duty_cycle = 50, clk3_phase_shift = "0",
   parameter width_clock = 5
 ) (
   input  [1:0] inclk,

@@ -42,7 +42,7 @@ proc create_clock {args} {
 }
 proc derive_pll_clocks {} {
   global clocks
-  lappend clocks {pll|auto_generated|pll1|clk[0]} {pll|auto_generated|pll1|clk[1]}
+  foreach output {0 1 2 3} { lappend clocks "pll|auto_generated|pll1|clk\[$output\]" }
 }
 proc derive_clock_uncertainty {} {}
 proc get_clocks {name} {

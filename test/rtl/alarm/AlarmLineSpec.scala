@@ -5,13 +5,14 @@ import chisel3._
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.memory.HostPort
+import flyframe.mii.MiiPins
 import flyframe.model._
 import flyframe.params.{EscParams, Presets}
 import flyframe.protocol.Command.{Aprd, Apwr, Brd, Bwr, Nop}
 import flyframe.protocol.DetectorState.Normal
 import flyframe.registers.AlarmRegisters
 import flyframe.rules.{Line, Reply}
-import flyframe.{AlarmSlave, Controller, SharedSimulation}
+import flyframe.{AlarmSlave, Controller, SharedSimulation, SlaveController}
 
 /** Controllers in a line, port 1 of each wired to port 0 of the next. Core clock and nibble clock are one;
   * receivers sample in the middle of a nibble.
@@ -25,7 +26,8 @@ class LineUnderTest(sets: Seq[EscParams]) extends Module {
   val host    = IO(Vec(sets.size, new HostPort(1)))
   val current = IO(Vec(sets.size, Input(UInt(3.W))))
 
-  private val slaves = sets.map(p => Module(Controller.slave(p)))
+  private def mii(slave: SlaveController): Seq[MiiPins] = slave.phys.collect { case m: MiiPins => m }
+  private val slaves                                    = sets.map(p => Module(Controller.slave(p)))
   for ((slave, i) <- slaves.zipWithIndex) {
     slave.phy_clk_ref := false.B
     slave.pdi_operational.foreach(_ := true.B)
@@ -36,7 +38,7 @@ class LineUnderTest(sets: Seq[EscParams]) extends Module {
       case _ =>
     }
     slave.host <> host(i)
-    for (port <- slave.mii) {
+    for (port <- mii(slave)) {
       port.rx_clk := (!clock.asBool).asClock
       port.rx_er  := false.B
       port.rx_dv  := false.B
@@ -44,16 +46,16 @@ class LineUnderTest(sets: Seq[EscParams]) extends Module {
       port.link   := true.B
     }
   }
-  slaves.last.mii(1).link  := false.B
-  slaves.head.mii(0).rx_dv := rxDv
-  slaves.head.mii(0).rxd   := rxd
-  txEn                     := slaves.head.mii(0).tx_en
-  txd                      := slaves.head.mii(0).txd
+  mii(slaves.last)(1).link  := false.B
+  mii(slaves.head)(0).rx_dv := rxDv
+  mii(slaves.head)(0).rxd   := rxd
+  txEn                      := mii(slaves.head)(0).tx_en
+  txd                       := mii(slaves.head)(0).txd
   for ((near, far) <- slaves.zip(slaves.tail)) {
-    far.mii(0).rx_dv  := near.mii(1).tx_en
-    far.mii(0).rxd    := near.mii(1).txd
-    near.mii(1).rx_dv := far.mii(0).tx_en
-    near.mii(1).rxd   := far.mii(0).txd
+    mii(far)(0).rx_dv  := mii(near)(1).tx_en
+    mii(far)(0).rxd    := mii(near)(1).txd
+    mii(near)(1).rx_dv := mii(far)(0).tx_en
+    mii(near)(1).rxd   := mii(far)(0).txd
   }
 }
 

@@ -6,8 +6,8 @@ import chiseltest._
 import chiseltest.formal._
 import chiseltest.formal.backends.Engines
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.memory.DualPortRamIO
 import flyframe.protocol.DetectorState
+import flyframe.ram.DualPortRamIO
 
 /** A RAM from which anything may come, but not the highest number, behind which the queue counts on. */
 class AnyRam(depth: Int, width: Int) extends Module {

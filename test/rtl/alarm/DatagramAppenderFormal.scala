@@ -6,10 +6,10 @@ import chiseltest.formal._
 import chiseltest.formal.backends.Engines
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.frame.FramePosition
-import flyframe.memory.DualPortRamIO
 import flyframe.mii.NibbleStream
+import flyframe.ram.DualPortRamIO
 
-/** What [[flyframe.memory.DualPortRam]] does, as the solver can see it. */
+/** What [[flyframe.ram.DualPortRam]] does, as the solver can see it. */
 class RamModel(depth: Int, width: Int) extends Module {
   val io            = IO(new DualPortRamIO(depth, width))
   private val words = Mem(depth, UInt(width.W))

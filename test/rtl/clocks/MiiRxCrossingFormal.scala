@@ -54,7 +54,7 @@ class CrossingUnderProof(coreClockMhz: Int, late: Boolean, shortMargin: Boolean,
   }.otherwise {
     count := count - 1.U
   }
-  writeSide.edge := edge
+  writeSide.valid := edge
 
   // A frame without end: its first symbol comes with the first edge; where that falls in a slot is the
   // solver's choice (`phase`). The write pointer starts anywhere; by symmetry zero stands for all.

@@ -1,13 +1,32 @@
 package flyframe.fmmu
 
+import chisel3._
+import chisel3.util._
 import chiseltest._
 import org.scalatest.Assertions
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
+import flyframe.memory.{RegisterWrite, TableWrite}
 import flyframe.params.EscParams
 
 /** Which FMMU maps a logical byte, and where to: FMMU-01 to FMMU-05, FMMU-09, B-45, B-46, B-47. */
 class FmmusSpec extends AnyFlatSpec with SharedSimulation {
+
+  /** The FMMUs behind register writes. */
+  private class FmmusUnderTest(p: EscParams) extends Module {
+    private val fmmus = Module(new Fmmus(p))
+    val write         = IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites))))
+    val search        = IO(Input(new FmmuSearch))
+    val slot          = IO(Input(UInt(2.W)))
+    val read          = IO(Output(chiselTypeOf(fmmus.read)))
+    val writes        = IO(Output(chiselTypeOf(fmmus.write)))
+    fmmus.table     := TableWrite(write)
+    fmmus.search    := search
+    fmmus.readSlot  := slot
+    fmmus.writeSlot := slot
+    read            := fmmus.read
+    writes          := fmmus.write
+  }
 
   /** First and last bit of the logical area, first bit of the local one: without effect in whole bytes. */
   private case class Bits(start: Int, stop: Int, physical: Int)
@@ -52,9 +71,13 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
   }
   private val none = Entry(0, 0, 0, 0, active = false)
 
-  private class Bench(dut: Fmmus, p: EscParams) extends Assertions {
+  private class Bench(dut: FmmusUnderTest, p: EscParams) extends Assertions {
     private val entries = Array.fill(p.fmmus)(none)
-    dut.index.poke(7)
+    private var slot    = 0
+    dut.search.index.poke(7)
+    dut.search.direct.poke(false)
+    dut.search.before.poke(false)
+    dut.search.past.poke(false)
     dut.write.valid.poke(false)
     for (n <- 0 until p.fmmus) set(n, none)
 
@@ -80,9 +103,12 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
 
     /** What the search finds, read and write. */
     def search(byte: Long): Seq[Option[Int]] = {
-      dut.behind.poke(byte + 1)
-      for (i <- 0 until 8) { dut.index.poke(i); dut.clock.step() }
-      dut.clock.step(2) // three cycles after the one of the last entry
+      slot = (slot + 1) % 4
+      dut.search.slot.poke(slot)
+      dut.slot.poke(slot)
+      dut.search.behind.poke(byte + 1)
+      for (i <- 0 until 8) { dut.search.index.poke(i); dut.clock.step() }
+      dut.clock.step(3) // four cycles after the last entry, and one for the answer
       Seq(dut.read, dut.writes).map(m =>
         Option.when(m.hit.peek().litToBoolean)(m.address.peek().litValue.toInt)
       )
@@ -100,17 +126,17 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
       for ((m, d) <- Seq(dut.read, dut.writes).zipWithIndex) {
         val hint  = f"byte 0x$byte%x, direction $d of ${entries.toSeq}"
         val hit   = m.hit.peek().litToBoolean
-        val early = hit && m.early.peek().litToBoolean
+        val early = hit && m.bits.get.early.peek().litToBoolean
         val upper = m.address.peek().litValue.toInt
-        val turn  = m.turn.peek().litValue.toInt
+        val turn  = m.bits.get.turn.peek().litValue.toInt
         // Early: the byte before an area that begins in the upper one of two local bytes.
         val next = entries.toSeq.find(e =>
           e.active && (e.typ >> d & 1) == 1 && e.length > 0 && byte == e.logical - 1 &&
             e.bits.physical > e.bits.start
         )
         assert(early == next.isDefined && next.forall(_.physical == upper), hint)
-        val from = if (m.first.peek().litToBoolean) m.startBit.peek().litValue.toInt else 0
-        val to   = if (m.last.peek().litToBoolean) m.stopBit.peek().litValue.toInt else 7
+        val from = if (m.bits.get.first.peek().litToBoolean) m.bits.get.startBit.peek().litValue.toInt else 0
+        val to   = if (m.bits.get.last.peek().litToBoolean) m.bits.get.stopBit.peek().litValue.toInt else 7
         val mapped =
           if (!hit || early) Map.empty[Int, (Int, Int)]
           else
@@ -137,9 +163,9 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
       EscParams(fmmus = 1)
     )
   ) {
-    def check(name: String)(run: Bench => Unit): (String, Fmmus => Unit) =
+    def check(name: String)(run: Bench => Unit): (String, FmmusUnderTest => Unit) =
       name -> (dut => run(new Bench(dut, p)))
-    together(s"${p.fmmus} FMMUs, ${p.lanes}-byte words", new Fmmus(p))(
+    together(s"${p.fmmus} FMMUs, ${p.lanes}-byte words", new FmmusUnderTest(p))(
       check("FMMU-01, B-45: the ends of an FMMU, in every number, byte by byte and in words") { b =>
         for (n <- 0 until p.fmmus; wide <- Seq(false, true)) {
           val e = Entry(0x10000L * (n + 1) + 0x123, 17 + n, 0x1000 + 0x111 * n, 3)
@@ -212,10 +238,10 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
       EscParams(fmmus = 3, fmmuBitwise = 1, dataBusWidth = 32, digitalOutputs = 4)
     )
   ) {
-    def check(name: String)(run: Bench => Unit): (String, Fmmus => Unit) =
+    def check(name: String)(run: Bench => Unit): (String, FmmusUnderTest => Unit) =
       name -> (dut => run(new Bench(dut, p)))
     def possible(e: Entry) = e.length > 1 || e.bits.stop >= e.bits.start
-    together(s"${p.fmmus} bit-wise FMMUs, ${p.lanes}-byte words", new Fmmus(p))(
+    together(s"${p.fmmus} bit-wise FMMUs, ${p.lanes}-byte words", new FmmusUnderTest(p))(
       check("FMMU-09, B-46, B-47: any first and last bit, from any bit of the local byte on") { b =>
         for (
           start <- 0 until 8; stop <- 0 until 8; physical <- 0 until 8; length <- Seq(1, 2, 5);

@@ -51,18 +51,18 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
 
     // What was asked in the cycle before acts in this one; the answer is there in the next.
     private var asked  = Option.empty[(Int, Boolean, Boolean, Boolean, Boolean, Boolean)]
-    private var answer = Option.empty[(Boolean, Boolean, Boolean, Boolean, Int)]
+    private var answer = Option.empty[(Boolean, Boolean, Boolean, Boolean, Int)] // last: the offset
 
     private def act(): Unit = {
       val port = dut.areas.answer
       def any  = random.nextBoolean() // the answer is there for its cycle only
-      val (allowed, inBuffer, works, locked, buffer) =
-        answer.getOrElse((any, any, any, any, random.nextInt(3)))
+      val (allowed, inBuffer, works, locked, offset) =
+        answer.getOrElse((any, any, any, any, random.nextInt(0x20000)))
       port.allowed.poke(allowed)
       port.inBuffer.poke(inBuffer)
       port.works.poke(works)
       port.locked.poke(locked)
-      port.buffer.poke(buffer)
+      dut.areas.offset.poke(offset)
       answer = asked.map { case (n, write, touch, first, close, single) =>
         val a        = areas.lift(n)
         val works    = a.exists(_.works)
@@ -77,7 +77,7 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
           log :+= Close(n)
           isOpen = isOpen.updated(n, false)
         }
-        (inBuffer || (works && single), inBuffer, works, a.exists(!_.works), buffer)
+        (inBuffer || (works && single), inBuffer, works, a.exists(!_.works), buffer * a.fold(0)(_.length))
       }
       asked = None
     }
@@ -89,7 +89,6 @@ class HostSequencerSpec extends AnyFlatSpec with SharedSimulation {
       val area  = if (atTheEnd) areas.headOption.filter(_ => lastIndex == 7) else areas.lift(lastIndex)
       entry.index.poke(if (atTheEnd) 0 else lastIndex min 3)
       entry.start.poke(area.fold(0)(_.start))
-      entry.length.poke(area.fold(0)(_.length))
       entry.extent.poke(area.fold(0)(a => a.length * a.buffers))
       entry.takesPart.poke(area.isDefined)
       lastIndex = dut.areas.index.peek().litValue.toInt

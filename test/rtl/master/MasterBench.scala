@@ -2,8 +2,9 @@ package flyframe.master
 
 import chisel3._
 import chiseltest._
-import flyframe.{MasterController, MiiPort, SignalPins}
+import flyframe.{MasterController, SignalPins}
 import flyframe.memory.HostPort
+import flyframe.mii.MiiPins
 import flyframe.model._
 import flyframe.params.EscParams
 
@@ -26,14 +27,14 @@ class MasterUnderTest(p: EscParams) extends Module {
   dut.alarm <> alarm
   irq    := dut.irq
   txTick := dut.mii_tx_tick
-  dut.mii.zipWithIndex.foreach { case (port: MiiPort, y) =>
-    port.rx_clk := rxClock.asClock
-    port.rx_dv  := rxDv(y)
-    port.rx_er  := false.B
-    port.rxd    := rxd(y)
-    port.link   := link
-    txEn(y)     := port.tx_en
-    txd(y)      := port.txd
+  dut.phys.zipWithIndex.foreach { case (mii: MiiPins, y) =>
+    mii.rx_clk := rxClock.asClock
+    mii.rx_dv  := rxDv(y)
+    mii.rx_er  := false.B
+    mii.rxd    := rxd(y)
+    mii.link   := link
+    txEn(y)    := mii.tx_en
+    txd(y)     := mii.txd
   }
 }
 

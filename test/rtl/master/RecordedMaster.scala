@@ -4,6 +4,7 @@ import chisel3._
 import chisel3.util._
 import flyframe.{MasterController, SignalPins}
 import flyframe.memory.HostPort
+import flyframe.mii.MiiPins
 import flyframe.params.EscParams
 
 /** Keeps the last two frames a port has sent, so that nobody has to look at every nibble. */
@@ -108,7 +109,7 @@ class RecordedMaster(p: EscParams) extends Module {
   dut.host <> host
   dut.alarm <> alarm
   soundedAt := RegEnable(now, dut.alarm.sounder && !RegNext(dut.alarm.sounder))
-  private val recorders = dut.mii.zipWithIndex.map { case (mii, y) =>
+  private val recorders = dut.phys.zipWithIndex.collect { case (mii: MiiPins, y) =>
     val player = Module(new FramePlayer)
     player.now     := now
     player.load    := load(y)

@@ -4,7 +4,7 @@ import java.net.{Inet4Address, InetAddress}
 import chisel3._
 import chisel3.util._
 import chiseltest._
-import flyframe.memory.DualPortRam
+import flyframe.ram.DualPortRam
 import flyframe.registers.NetworkAddresses
 import org.pcap4j.packet._
 import org.pcap4j.packet.namednumber._

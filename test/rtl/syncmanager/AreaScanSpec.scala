@@ -7,18 +7,17 @@ import flyframe.SharedSimulation
 /** Rule B-51: to which SyncManager an address belongs. */
 class AreaScanSpec extends AnyFlatSpec with SharedSimulation {
   private case class Area(index: Int, start: Int, length: Int, extent: Int, takesPart: Boolean = true)
-  private case class Found(index: Int, length: Int, first: Boolean, last: Boolean)
+  private case class Found(index: Int, first: Boolean, last: Boolean)
 
   private def expected(areas: Seq[Area], address: Int): Option[Found] = areas
     .find(a => a.takesPart && address >= a.start && address < a.start + a.extent)
-    .map(a => Found(a.index, a.length, address == a.start, address == a.start + a.extent - 1))
+    .map(a => Found(a.index, address == a.start, address == a.start + a.extent - 1))
 
   private def scan(dut: AreaScan, areas: Seq[Area], address: Int): Option[Found] = {
     dut.address.poke(address)
     for ((a, i) <- areas.zipWithIndex) {
       dut.entry.index.poke(a.index)
       dut.entry.start.poke(a.start)
-      dut.entry.length.poke(a.length)
       dut.entry.extent.poke(a.extent)
       dut.entry.takesPart.poke(a.takesPart)
       dut.entry.begins.poke(i == 0)
@@ -31,7 +30,6 @@ class AreaScanSpec extends AnyFlatSpec with SharedSimulation {
     Option.when(r.hit.peek().litToBoolean)(
       Found(
         r.index.peek().litValue.toInt,
-        r.length.peek().litValue.toInt,
         r.first.peek().litToBoolean,
         r.last.peek().litToBoolean
       )

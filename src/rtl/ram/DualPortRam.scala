@@ -1,4 +1,4 @@
-package flyframe.memory
+package flyframe.ram
 
 import chisel3._
 import chisel3.util._
