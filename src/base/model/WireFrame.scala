@@ -6,8 +6,10 @@ final case class Symbol(nibble: Int, error: Boolean = false)
 /** What a PHY gives between RX_DV rising and falling: preamble, SFD, payload, as they came. */
 final case class WireFrame(symbols: Vector[Symbol]) {
 
-  /** A PHY with RMII gives the same symbols: up to the SFD there is nothing but a preamble (B-71). */
-  def isOfRmii: Boolean = symbols.map(_.nibble).takeWhile(_ != 0xd).forall(_ == 5)
+  /** A PHY with RMII gives the same symbols: up to the SFD there is nothing but a preamble, and the carrier
+    * is longer than the PHY keeps its data (B-71).
+    */
+  def isOfRmii: Boolean = symbols.size >= 8 && symbols.map(_.nibble).takeWhile(_ != 0xd).forall(_ == 5)
 }
 
 object WireFrame {
