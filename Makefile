@@ -25,8 +25,8 @@ SHARD         := PYTHONPATH=src python3 -m campaign.shard
 # Role and parameters of the board.
 include fpga/alarm/parameters.mk
 QUARTUS ?= quartus_sh
-BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts $(if $(filter master,$(ROLE)),linePorts),\
-             --$(p) $($(p)))
+BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
+             $(if $(filter master,$(ROLE)),linePorts),--$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak campaign campaign-programs \
         campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim cosim-selftest \

@@ -17,8 +17,8 @@ default rmii       rmii_    ;# and these ${rmii}0_ref_clk, ${rmii}0_crs_dv, ...
 # (data sheet), modulo 40 ns.
 default tx_clk_ns  0.0
 
-# When the 50 MHz of the RMII rises at the PHYs after the 25 MHz output of the PLL rises, modulo 20 ns; when the
-# clock does that takes RXD, and its name, if it comes from a PLL.
+# When the 50 MHz of the RMII rises at the PHYs after the 25 MHz output of the PLL rises, modulo 20 ns; when
+# the clock does that takes RXD, and its name, if it comes from a PLL.
 default ref_clk_ns 0.0
 default capture_ns $ref_clk_ns
 default rmii_clock ""
@@ -84,8 +84,8 @@ for {set y 0} {$y < 4} {incr y} {
   set crs [get_ports -nowarn ${rmii}${y}_crs_dv]
   if {[get_collection_size $crs] == 0} { continue }
 
-  # The reference clock is a pin if the controller is alone; the pins are timed against the PHYs' clock in both
-  # cases.
+  # The reference clock is a pin if the controller is alone; the pins are timed against the PHYs' clock in
+  # both cases.
   set capture $rmii_clock
   if {$capture eq ""} {
     set capture rmii_${y}_ref_clk

@@ -24,7 +24,7 @@ set wide [expr {$width == 32}]
 set rmii [parameter [file join $rtl alarm-$role.json] rmiiPorts]
 set all  [expr {$ring ? 7 : 3}]
 if {$rmii != 0 && $rmii != $all} {
-  post_message -type error "rmiiPorts is $rmii but must be 0 or $all on the alarm board, the same at all ports."
+  post_message -type error "rmiiPorts is $rmii but must be 0 or $all on the alarm board."
   qexit -error
 }
 if {$ring && $wide} {
