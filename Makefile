@@ -5,6 +5,7 @@ FRAMES ?= 100000
 SEED   ?= 1
 STEPS  ?= 10000000
 EVENTS ?= 1000
+CYCLES ?= 10000
 SET    ?= smsoak
 # What `make test-changed` compares with: the commit before one's own, on branch main the last commit.
 SINCE  ?= $(shell git merge-base HEAD main 2>/dev/null || echo HEAD)
@@ -28,10 +29,10 @@ QUARTUS ?= quartus_sh
 BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
              $(if $(filter master,$(ROLE)),linePorts),--$(p) $($(p)))
 
-.PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak campaign campaign-programs \
-        campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim cosim-selftest \
-        interop lint matrix format check-format report figures quartus check-board clean demo server \
-        firmware-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies
+.PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak faults campaign \
+        campaign-programs campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim \
+        cosim-selftest interop lint matrix format check-format report figures quartus check-board clean demo \
+        server firmware-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies
 
 # A text too long for its line goes on in the next, behind a backslash.
 help: ## this text
@@ -75,6 +76,13 @@ smsoak: $(if $(PROGRAMS),,tools-for-smsoak) ## SyncManagers between bus and host
         # STEPS=10000000 SEED=1 SET=smsoak-wide
 	$(if $(PROGRAMS),,$(SBT) "Test / runMain flyframe.campaign.Programs smsoak soak")
 	$(SHARD) $(or $(PROGRAMS),build/smsoak) $(SET) $(SEED) $(STEPS)
+
+faults: PRESET = slave
+faults: tools-for-faults ## slaves in OP behind cables that fail: CYCLES=100000 SEED=1 \
+        # ARGS="--ring --slaves 8"
+	$(MAKE) -s -f $(SIM) build/faults/flyframe-faults COSIM_OUT=build/faults PRESETS=$(PRESET) COSIM_TRACE=0 \
+	  COSIM_OPT=-O3
+	build/faults/flyframe-faults --preset $(PRESET) --cycles $(CYCLES) --seed $(SEED) $(ARGS)
 
 # Random frames and soak runs in shards on the workers of Dask: docs/campaign.md. SEED counts from the first
 # shard on. The build is in the environment, as the campaign checks SETS and the other settings before it.

@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "alarm/detector.h"
-#include "alarm/wire.h"
+#include "core/wire.h"
 #include "core/slave.h"
 
 // A second processor for idle times, when the slaves have nothing to do with each other.

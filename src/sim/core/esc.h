@@ -20,6 +20,8 @@ constexpr uint16_t kSyncManagersSupported = ESC_SYNC_MANAGERS_SUPPORTED,
                    kAlControl = ESC_AL_CONTROL, kAlStatus = ESC_AL_STATUS, kAlStatusCode = ESC_AL_STATUS_CODE,
                    kEcatEventMask = ESC_ECAT_EVENT_MASK, kAlEventMask = ESC_AL_EVENT_MASK,
                    kAlEvents = ESC_AL_EVENT_REQUEST, kWatchdogStatus = ESC_WATCHDOG_STATUS_PROCESS_DATA,
+                   kRxErrors = ESC_RX_ERROR_PORT0, kForwardedErrors = ESC_FORWARDED_ERROR_PORT0,
+                   kLostLinks = ESC_LOST_LINK_PORT0, kWatchdogTime = ESC_WATCHDOG_TIME_PROCESS_DATA,
                    kFmmus = ESC_FMMUN_LOGICAL_START(0), kSyncManagers = ESC_SMN_START(0),
                    kRam = ESC_PROCESS_RAM;
 constexpr uint16_t kFmmuBytes = ESC_FMMUN_LOGICAL_START(1) - kFmmus,

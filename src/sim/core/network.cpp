@@ -3,6 +3,7 @@
 #include <verilated_fst_c.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <random>
@@ -20,6 +21,8 @@ constexpr Time kEepromQuiet = 1000 * kUs, kEepromLimit = 50'000 * kUs;
 constexpr Time kEepromSettle = 100 * kUs;
 // Time a host program gets to react before idle time is skipped.
 constexpr double kHostSettleUs = 100;
+// How often a crystal's error follows its drift.
+constexpr Time kDriftStep = 100 * kUs;
 
 void saveImage(const std::string& path, const Bytes& data) {
   std::ofstream file(path, std::ios::binary | std::ios::trunc);
@@ -28,53 +31,62 @@ void saveImage(const std::string& path, const Bytes& data) {
 }
 }  // namespace
 
-Network::Network(const std::vector<SlaveSpec>& specs, const NetworkOptions& options, OnFrame onFrame)
+Network::Network(const NetworkSpec& spec, const NetworkOptions& options, OnFrame onFrame)
     : options_(options) {
-  std::mt19937_64 random(options.seed);
+  std::mt19937_64 random(spec.seed);
   auto phase = [&] { return static_cast<Time>(random() % kNibble); };
-  auto delay = [&](size_t i) { return static_cast<Time>(specs[i].cableNs * kNs); };
-  for (size_t i = 0; i < specs.size(); ++i) {
-    const Preset& preset = findPreset(specs[i].preset);
-    if (preset.info.ports < 2 && i + 1 < specs.size())
-      throw UserError("slave " + std::to_string(i) + " has one port (preset '" + specs[i].preset +
-                      "') but is not the last.");
-    slaves_.push_back(
-        std::make_unique<Slave>(preset, context_, "slave" + std::to_string(i), specs[i].clockPpm, phase()));
-    sim_.add(*slaves_.back());
-    if (!slaves_[i]->takesEeprom()) continue;
-    std::unique_ptr<Eeprom> eeprom;
-    if (specs[i].eeprom) {
-      eeprom = std::make_unique<Eeprom>(*specs[i].eepromChip, *specs[i].eeprom);
-      if (!specs[i].eepromSave.empty())
-        eeprom->onWritten = [path = specs[i].eepromSave](const Eeprom& e) { saveImage(path, e.contents()); };
-    }
-    slaves_[i]->setEeprom(std::move(eeprom));
+  for (const SlaveSpec& slave : spec.slaves) addSlave(slave, phase());
+  for (size_t i = 0; i < (spec.ring ? 2 : 1); ++i) {
+    cards_.push_back(std::make_unique<Card>(spec.masterPpm, phase(), [this, onFrame, i](NibbleFrame& f) {
+      onFrame(f.end / kNs + skippedNs_, f, i);
+    }));
   }
+  auto link = [&](const CableSpec& cable, Link::End near, Link::End far) {
+    links_.push_back(std::make_unique<Link>(cable, near, far, random()));
+  };
   Time longest = 0;
-  for (size_t i = 0; i < specs.size(); ++i) {
-    slaves_[i]->receiver(0).setDelay(delay(i));
-    if (i > 0) {
-      slaves_[i - 1]->connect(1, slaves_[i]->receiver(0));
-      slaves_[i]->connect(0, slaves_[i - 1]->receiver(1));
-      slaves_[i - 1]->receiver(1).setDelay(delay(i));
-    }
-    longest = std::max(longest, delay(i));
-  }
-  card_ = std::make_unique<FrameCollector>(
-      [this, onFrame](NibbleFrame& f) {
-        if (!cardCut_) onFrame(f.end / kNs + skippedNs_, f);
-      },
-      delay(0));
-  slaves_[0]->connect(0, *card_);
-  master_ = std::make_unique<Sender>(slaves_[0]->receiver(0), 0, phase());
-  sim_.add(*master_);
   double settleUs = options.settleUs;
-  for (const SlaveSpec& spec : specs)
-    if (spec.host.program == "io") settleUs = std::max(settleUs, kHostSettleUs);
+  for (size_t i = 0; i < spec.slaves.size(); ++i) {
+    const SlaveSpec& slave = spec.slaves[i];
+    const Link::End master{nullptr, 0, cards_[0].get()};
+    const Link::End before = i == 0 ? master : Link::End{slaves_[slave.behind].get(), slave.port};
+    link(slave.cable, before, {slaves_[i].get(), 0});
+    longest = std::max(longest, static_cast<Time>(slave.cable.ns * kNs));
+    if (slave.host.program == "io") settleUs = std::max(settleUs, kHostSettleUs);
+    if (slave.driftPpm > 0)
+      drifts_.push_back({i, slave.clockPpm, slave.driftPpm, slave.driftSeconds,
+                         std::uniform_real_distribution<double>(0, 2 * M_PI)(random)});
+  }
+  if (spec.ring) link(*spec.ring, {slaves_.back().get(), 1}, {nullptr, 0, cards_[1].get()});
+  for (auto& card : cards_) sim_.add(card->sender());
   settle_ = static_cast<Time>(settleUs * kUs) + longest;
   quietAfter_ = static_cast<Time>(options.settleUs * kUs) + longest;
   if (!options.traceFile.empty()) trace(options.traceFile);
-  powerUp(specs);
+  powerUp(spec.slaves);
+  for (size_t i = 0; i < links_.size(); ++i) {
+    const CableSpec& cable = i < spec.slaves.size() ? spec.slaves[i].cable : *spec.ring;
+    setDrops(i, cable.dropsPerSecond, cable.dropUs);
+  }
+}
+
+void Network::setDrops(size_t link, double perSecond, double us) {
+  links_[link]->setDrops(perSecond, us, sim_.now());
+  change();
+}
+
+void Network::addSlave(const SlaveSpec& spec, Time phase) {
+  slaves_.push_back(std::make_unique<Slave>(findPreset(spec.preset), context_,
+                                            "slave" + std::to_string(slaves_.size()), spec.clockPpm, phase));
+  Slave& slave = *slaves_.back();
+  sim_.add(slave);
+  if (!slave.takesEeprom()) return;
+  std::unique_ptr<Eeprom> eeprom;
+  if (spec.eeprom) {
+    eeprom = std::make_unique<Eeprom>(*spec.eepromChip, *spec.eeprom);
+    if (!spec.eepromSave.empty())
+      eeprom->onWritten = [path = spec.eepromSave](const Eeprom& e) { saveImage(path, e.contents()); };
+  }
+  slave.setEeprom(std::move(eeprom));
 }
 
 Network::~Network() {
@@ -103,10 +115,7 @@ void Network::powerUp(const std::vector<SlaveSpec>& specs) {
   runNs(2000);
   for (auto& s : slaves_) s->setReset(false);
   // Two ports that face each other come up together.
-  for (size_t i = 0; i < slaves_.size(); ++i) {
-    slaves_[i]->setLink(0, true);
-    if (i + 1 < slaves_.size()) slaves_[i]->setLink(1, true);
-  }
+  for (auto& link : links_) link->setWhole(true);
   runNs(2000);
   for (size_t i = 0; i < slaves_.size(); ++i) loadEeprom(i, specs[i]);
   runNs(40'000);  // 1000 cycles of the slowest core clock
@@ -145,16 +154,20 @@ void Network::hostWrite(size_t slave, uint16_t addr, uint8_t value) {
   }
 }
 
-int64_t Network::send(const Bytes& frame) {
+int64_t Network::send(const Bytes& frame, size_t card) {
+  Sender& sender = cards_[card]->sender();
   const std::vector<uint8_t> nibbles = toNibbles(frame);
-  for (uint8_t n : nibbles) master_->push({true, false, n});
-  master_->pushIdle(kMinimumGap);
-  return (master_->nextSlot() + static_cast<Time>(nibbles.size() - 1) * kNibble) / kNs + skippedNs_;
+  for (uint8_t n : nibbles) sender.push({true, false, n});
+  sender.pushIdle(kMinimumGap);
+  return (sender.nextSlot() + static_cast<Time>(nibbles.size() - 1) * kNibble) / kNs + skippedNs_;
 }
 
 Time Network::quietFor() const {
-  if (master_->backlog() > 0) return 0;
-  Time last = master_->lastActive();
+  Time last = 0;
+  for (auto& card : cards_) {
+    if (card->sender().backlog() > 0) return 0;
+    last = std::max(last, card->sender().lastActive());
+  }
   for (auto& s : slaves_) last = std::max(last, s->lastActive());
   return sim_.now() - last;
 }
@@ -170,26 +183,36 @@ bool Network::idle() const {
 
 void Network::idleUntil(int64_t ns) {
   const Time end = (ns - skippedNs_) * kNs;
-  if (trace_) return sim_.runUntil(end);
-  for (auto& s : slaves_) s->idleUntil(end);
-  master_->skipTo(end);
-  sim_.advance(end);
+  while (sim_.now() < end) {
+    const Time until = std::min(end, std::max(nextChange_, sim_.now() + 1));
+    if (trace_) {
+      sim_.runUntil(until);
+    } else {
+      for (auto& s : slaves_) s->idleUntil(until);
+      for (auto& card : cards_) card->sender().skipTo(until);
+      sim_.advance(until);
+    }
+    if (sim_.now() >= nextChange_) change();
+  }
 }
 
-void Network::setCable(size_t slave, bool whole) {
-  slaves_[slave]->receiver(0).setCut(!whole);
-  slaves_[slave]->setLink(0, whole);
-  if (slave > 0) {
-    slaves_[slave - 1]->receiver(1).setCut(!whole);
-    slaves_[slave - 1]->setLink(1, whole);
-  } else {
-    cardCut_ = !whole;
+void Network::change() {
+  const Time now = sim_.now();
+  nextChange_ = drifts_.empty() ? kNever : now + kDriftStep;
+  for (const Drift& d : drifts_) {
+    const double turns = static_cast<double>(now) / (1e9 * kNs * d.seconds);
+    slaves_[d.slave]->setPpm(d.mean + d.height * std::sin(2 * M_PI * turns + d.phase));
+  }
+  for (auto& link : links_) {
+    link->change(now);
+    nextChange_ = std::min(nextChange_, link->next());
   }
 }
 
 void Network::step(int64_t wakeNs) {
   // Skipping shifts all clocks by the same time: the slaves stand still meanwhile, as if frozen.
   if (options_.skipIdle && wakeNs > ns() && idle()) skippedNs_ += wakeNs - ns();
+  if (sim_.now() >= nextChange_) change();
   sim_.step();
 }
 

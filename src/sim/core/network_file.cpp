@@ -5,6 +5,7 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "core/host.h"
 #include "core/model.h"
@@ -13,16 +14,55 @@
 namespace {
 using nlohmann::json;
 
-// Checks one slave's object key by key; `where` begins every complaint.
-class SlaveReader {
+// Checks an object key by key; `where` begins every complaint.
+class Reader {
+ public:
+  explicit Reader(std::string where) : where_(std::move(where)) {}
+  [[noreturn]] void bad(const std::string& why) const { throw UserError(where_ + " " + why + "."); }
+
+  // Whether the key is one of a cable.
+  bool readCable(const std::string& key, const json& value, CableSpec& spec) const {
+    if (key == "cable_ns") spec.ns = number(key, value, 0, 1e6);
+    else if (key == "bit_errors") spec.bitErrors = whole(key, value, 1'000'000'000'000);
+    else if (key == "link_drops_per_s") spec.dropsPerSecond = number(key, value, 0, 1e5);
+    else if (key == "link_drop_us") spec.dropUs = number(key, value, 1, 1e6);
+    else return false;
+    return true;
+  }
+  std::string text(const std::string& key, const json& value) const {
+    if (!value.is_string()) bad("has " + key + " " + value.dump() + ", but it must be a string");
+    return value.get<std::string>();
+  }
+  double number(const std::string& key, const json& value, double low, double high) const {
+    if (!value.is_number() || value.get<double>() < low || value.get<double>() > high) {
+      const auto shown = [](double x) { return x == std::floor(x) ? json(std::llround(x)) : json(x); };
+      bad("has " + key + " " + value.dump() + ", but it must be a number from " + shown(low).dump() + " to " +
+          shown(high).dump());
+    }
+    return value.get<double>();
+  }
+  uint64_t whole(const std::string& key, const json& value, uint64_t high) const {
+    if (!value.is_number_unsigned() || value.get<uint64_t>() > high)
+      bad("has " + key + " " + value.dump() + ", but it must be a whole number from 0 to " +
+          std::to_string(high));
+    return value.get<uint64_t>();
+  }
+
+ private:
+  std::string where_;
+};
+
+class SlaveReader : private Reader {
  public:
   SlaveReader(const std::string& networkPath, size_t index)
-      : folder_(std::filesystem::path(networkPath).parent_path()),
-        where_("slave " + std::to_string(index) + " of the network '" + networkPath + "'") {}
+      : Reader("slave " + std::to_string(index) + " of the network '" + networkPath + "'"),
+        folder_(std::filesystem::path(networkPath).parent_path()),
+        index_(index) {}
 
   SlaveSpec read(const json& object) {
     if (!object.is_object()) bad("is not a JSON object");
     SlaveSpec spec;
+    if (index_ > 0) spec.behind = index_ - 1;
     bool saveInPlace = false;
     for (const auto& [key, value] : object.items()) {
       if (key == "preset") spec.preset = text(key, value);
@@ -33,14 +73,20 @@ class SlaveReader {
       else if (key == "host") spec.host.program = program(text(key, value));
       else if (key == "host_delay_us") spec.host.delayUs = number(key, value, 0, 1e6);
       else if (key == "host_replies") spec.host.replies = messages(key, value);
-      else if (key == "cable_ns") spec.cableNs = number(key, value, 0, 1e6);
+      else if (readCable(key, value, spec.cable)) continue;
+      else if (key == "behind") spec.behind = whole(key, value, index_ == 0 ? 0 : index_ - 1);
+      else if (key == "port") spec.port = static_cast<int>(whole(key, value, 3));
       else if (key == "clock_ppm") spec.clockPpm = number(key, value, -1000, 1000);
+      else if (key == "drift_ppm") spec.driftPpm = number(key, value, 0, 1000);
+      else if (key == "drift_s") spec.driftSeconds = number(key, value, 0.001, 1e6);
       else
         bad("has the unknown key '" + key +
-            "'; known: preset, eeprom, eeprom_chip, eeprom_save, host, host_delay_us, host_replies, "
-            "cable_ns, clock_ppm");
+            "'; known: preset, eeprom, eeprom_chip, eeprom_save, host, host_delay_us, host_replies, behind, "
+            "port, cable_ns, bit_errors, link_drops_per_s, link_drop_us, clock_ppm, drift_ppm, drift_s");
     }
     if (spec.preset.empty()) bad("has no preset");
+    if (index_ == 0 && (object.contains("behind") || object.contains("port")))
+      bad("is behind the master, so that it has neither 'behind' nor 'port'");
     findPreset(spec.preset);
     if (spec.eepromPath.empty()) {
       if (spec.eepromChip || saveInPlace || !spec.eepromSave.empty())
@@ -68,11 +114,6 @@ class SlaveReader {
   }
 
  private:
-  [[noreturn]] void bad(const std::string& why) const { throw UserError(where_ + " " + why + "."); }
-  std::string text(const std::string& key, const json& value) const {
-    if (!value.is_string()) bad("has " + key + " " + value.dump() + ", but it must be a string");
-    return value.get<std::string>();
-  }
   const EepromChip* chip(const std::string& name) const {
     const EepromChip* c = findEepromChip(name);
     if (!c) bad("has the eeprom_chip '" + name + "'; known: 24C16, 24C32");
@@ -101,19 +142,45 @@ class SlaveReader {
     }
     return all;
   }
-  double number(const std::string& key, const json& value, double low, double high) const {
-    if (!value.is_number() || value.get<double>() < low || value.get<double>() > high)
-      bad("has " + key + " " + value.dump() + ", but it must be a number from " +
-          json(std::llround(low)).dump() + " to " + json(std::llround(high)).dump());
-    return value.get<double>();
-  }
 
   std::filesystem::path folder_;
-  std::string where_;
+  size_t index_;
 };
+
+// The cable that makes a ring; `true`: an ordinary one.
+std::optional<CableSpec> readRing(const std::string& path, const json& value) {
+  if (value.is_boolean()) return value.get<bool>() ? std::optional(CableSpec{}) : std::nullopt;
+  const Reader reader("the ring of the network '" + path + "'");
+  if (!value.is_object()) reader.bad("is neither true, false, nor a JSON object");
+  CableSpec cable;
+  for (const auto& [key, item] : value.items())
+    if (!reader.readCable(key, item, cable))
+      reader.bad("has the unknown key '" + key +
+                 "'; known: cable_ns, bit_errors, link_drops_per_s, link_drop_us");
+  return cable;
+}
+
+// Each cable leads to a port that there is, and no other cable is there.
+void checkPorts(const NetworkSpec& network, const std::string& path) {
+  std::set<std::pair<size_t, int>> taken;
+  const auto take = [&](const std::string& whose, size_t slave, int port) {
+    const std::string end = "port " + std::to_string(port) + " of slave " + std::to_string(slave);
+    const PresetInfo& preset = findPreset(network.slaves[slave].preset).info;
+    if (port >= preset.ports)
+      throw UserError("the cable of " + whose + " in the network '" + path + "' leads to " + end +
+                      ", whose preset '" + preset.name + "' has " + std::to_string(preset.ports) + ".");
+    if (!taken.insert({slave, port}).second)
+      throw UserError("two cables of the network '" + path + "' lead to " + end + ".");
+  };
+  const size_t size = network.slaves.size();
+  for (size_t i = 0; i < size; ++i) take("the slave itself", i, 0);
+  for (size_t i = 1; i < size; ++i)
+    take("slave " + std::to_string(i), network.slaves[i].behind, network.slaves[i].port);
+  if (network.ring) take("the ring", size - 1, 1);
+}
 }  // namespace
 
-std::vector<SlaveSpec> readNetwork(const std::string& path) {
+NetworkSpec readNetwork(const std::string& path) {
   std::ifstream file(path);
   if (!file || std::filesystem::is_directory(path))
     throw UserError("cannot read the network '" + path + "'.");
@@ -126,12 +193,19 @@ std::vector<SlaveSpec> readNetwork(const std::string& path) {
   if (!root.is_object() || !root.contains("slaves") || !root["slaves"].is_array() || root["slaves"].empty())
     throw UserError("the network '" + path +
                     "' must be an object with a list 'slaves' of one slave or more.");
-  for (const auto& [key, value] : root.items())
-    if (key != "slaves")
-      throw UserError("the network '" + path + "' has the unknown key '" + key + "'; known: slaves.");
-  std::vector<SlaveSpec> slaves;
-  for (const json& object : root["slaves"]) slaves.push_back(SlaveReader(path, slaves.size()).read(object));
-  return slaves;
+  const Reader reader("the network '" + path + "'");
+  NetworkSpec network;
+  for (const auto& [key, value] : root.items()) {
+    if (key == "slaves") continue;
+    else if (key == "seed") network.seed = reader.whole(key, value, UINT32_MAX);
+    else if (key == "master_ppm") network.masterPpm = reader.number(key, value, -1000, 1000);
+    else if (key == "ring") network.ring = readRing(path, value);
+    else reader.bad("has the unknown key '" + key + "'; known: slaves, ring, master_ppm, seed");
+  }
+  for (const json& object : root["slaves"])
+    network.slaves.push_back(SlaveReader(path, network.slaves.size()).read(object));
+  checkPorts(network, path);
+  return network;
 }
 
 std::string eepromProblem(const Bytes& image) {

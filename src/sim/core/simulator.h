@@ -78,13 +78,11 @@ struct NibbleFrame {
 // Gathers nibbles to frames.
 class FrameCollector : public NibbleSink {
  public:
-  explicit FrameCollector(std::function<void(NibbleFrame&)> onFrame, Time delay = 0)
-      : onFrame_(std::move(onFrame)),
-        delay_(delay) {}
+  explicit FrameCollector(std::function<void(NibbleFrame&)> onFrame) : onFrame_(std::move(onFrame)) {}
   void nibble(Time launch, Symbol symbol) override {
     if (symbol.dv) {
-      if (frame_.nibbles.empty()) frame_.start = launch + delay_;
-      frame_.end = launch + delay_;
+      if (frame_.nibbles.empty()) frame_.start = launch;
+      frame_.end = launch;
       frame_.nibbles.push_back(symbol.data);
       lastActive_ = launch;
     } else if (!frame_.nibbles.empty()) {
@@ -98,7 +96,6 @@ class FrameCollector : public NibbleSink {
 
  private:
   std::function<void(NibbleFrame&)> onFrame_;
-  Time delay_;
   Time lastActive_ = 0;
   NibbleFrame frame_;
 };

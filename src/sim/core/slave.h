@@ -82,6 +82,8 @@ class Slave : public Actor {
   // Where the nibbles of a port go.
   void connect(int port, NibbleSink& sink) { sinks_[port] = &sink; }
   void setLink(int port, bool up);
+  // The error of its crystal from now on.
+  void setPpm(double ppm) { half_ = periodOf(preset_.info.coreClockMhz, ppm) / 2; }
   void setReset(bool active);
   void setPdiOperational(bool on);
   // Evaluate every clock edge in its own step; needed for a readable trace, costs time.

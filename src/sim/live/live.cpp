@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdio>
 #include <deque>
+#include <memory>
 #include <optional>
 
 #include "core/control.h"
@@ -27,7 +28,7 @@ volatile std::sig_atomic_t stopRequested = 0;
 class Signals {
  public:
   Signals() {
-    struct sigaction action {};
+    struct sigaction action{};
     action.sa_handler = [](int) { stopRequested = 1; };
     sigset_t ours;
     sigemptyset(&ours);
@@ -66,10 +67,18 @@ class Pacer {
 
 class Live {
  public:
-  Live(const std::vector<SlaveSpec>& specs, const NetworkOptions& networkOptions, const LiveOptions& options)
-      : nic_(options.interface),
-        network_(specs, networkOptions, [this](int64_t, const NibbleFrame& f) { returned(f); }),
-        pacer_(options.timeScale, network_.ns()) {
+  Live(const NetworkSpec& spec, const NetworkOptions& networkOptions, const LiveOptions& options)
+      : network_(spec, networkOptions,
+                 [this](int64_t, const NibbleFrame& f, size_t card) { returned(f, card); }),
+        pacer_(options.timeScale, network_.ns()),
+        staleSeconds_(options.staleMs * 1e-3) {
+    if (spec.ring && options.ringInterface.empty())
+      throw UserError("the network is a ring: --ring-interface is needed for its other end.");
+    if (!spec.ring && !options.ringInterface.empty())
+      throw UserError("--ring-interface is given, but the network is no ring.");
+    nics_.push_back(std::make_unique<PacketSocket>(options.interface));
+    if (spec.ring) nics_.push_back(std::make_unique<PacketSocket>(options.ringInterface));
+    waiting_.resize(nics_.size());
     if (!options.control.empty())
       control_.emplace(options.control, [this](auto& words) { return command(words); });
     std::printf("joined %s: %zu slaves\n", options.interface.c_str(), network_.size());
@@ -108,20 +117,36 @@ class Live {
  private:
   // Waits for frames, control lines or a signal, and takes what has come.
   void look(const timespec* timeout) {
-    fds_.assign(1, {nic_.fd(), POLLIN, 0});
+    fds_.clear();
+    for (auto& nic : nics_) fds_.push_back({nic->fd(), POLLIN, 0});
     if (control_) control_->wanted(fds_);
-    if (ppoll(fds_.data(), fds_.size(), timeout, signals_.waiting()) <= 0) return;
-    if (fds_[0].revents)
-      while (nic_.receive(frame_)) {
-        network_.send(frame_);
-        inFlight_.push_back(Clock::now());
-        ++result_.received;
-      }
-    if (control_ && std::any_of(fds_.begin() + 1, fds_.end(), [](auto& f) { return f.revents != 0; }))
-      control_->serve();
+    if (ppoll(fds_.data(), fds_.size(), timeout, signals_.waiting()) > 0) {
+      for (size_t i = 0; i < nics_.size(); ++i)
+        while (fds_[i].revents && nics_[i]->receive(frame_)) {
+          waiting_[i].push_back({Clock::now(), frame_});
+          ++result_.received;
+        }
+      const auto lines = fds_.begin() + static_cast<std::ptrdiff_t>(nics_.size());
+      if (control_ && std::any_of(lines, fds_.end(), [](auto& f) { return f.revents != 0; }))
+        control_->serve();
+    }
+    for (size_t i = 0; i < nics_.size(); ++i) send(i);
   }
 
-  void returned(const NibbleFrame& f) {
+  // A card takes the next frame when it has sent the one before. What has waited for too long is answered by
+  // nobody: its master has given it up, and a late answer would hold up those behind it.
+  void send(size_t card) {
+    for (auto& queue = waiting_[card]; !queue.empty() && network_.sent(card); queue.pop_front()) {
+      if (staleSeconds_ > 0 && secondsSince(queue.front().came) > staleSeconds_) {
+        ++result_.stale;
+        continue;
+      }
+      network_.send(queue.front().frame, card);
+      inFlight_.push_back(queue.front().came);
+    }
+  }
+
+  void returned(const NibbleFrame& f, size_t card) {
     if (!inFlight_.empty()) {
       const double us = secondsSince(inFlight_.front()) * 1e6;
       inFlight_.pop_front();
@@ -135,7 +160,7 @@ class Live {
       ++result_.badFcs;
     } else {
       p.bytes.resize(p.bytes.size() - 4);
-      nic_.send(p.bytes);
+      nics_[card]->send(p.bytes);
       ++result_.returned;
     }
   }
@@ -143,7 +168,9 @@ class Live {
   std::string command(const std::vector<std::string>& words) {
     const std::string verb = words.empty() ? "" : words[0];
     if ((verb == "cut" || verb == "mend") && words.size() == 2) {
-      network_.setCable(number(words[1], network_.size() - 1), verb == "mend");
+      network_.link(number(words[1], network_.links() - 1)).setWhole(verb == "mend");
+    } else if (verb == "noise" && words.size() == 3) {
+      network_.link(number(words[1], network_.links() - 1)).setBitErrors(number(words[2], 999'999'999));
     } else if (verb == "host" && words.size() >= 2) {
       const size_t i = number(words[1], network_.size() - 1);
       Host* host = network_.slave(i).host();
@@ -158,7 +185,9 @@ class Live {
     } else if (verb == "quit" && words.size() == 1) {
       quit_ = true;
     } else {
-      throw UserError("known: cut SLAVE, mend SLAVE, host SLAVE ..., advance MICROSECONDS, time, quit.");
+      throw UserError(
+          "known: cut CABLE, mend CABLE, noise CABLE BITS, host SLAVE ..., advance MICROSECONDS, time, "
+          "quit.");
     }
     return "";
   }
@@ -171,11 +200,17 @@ class Live {
   }
 
   Signals signals_;
-  PacketSocket nic_;
+  struct Waiting {
+    Clock::time_point came;
+    Bytes frame;
+  };
+  std::vector<std::unique_ptr<PacketSocket>> nics_;  // of each card
   Network network_;
   Pacer pacer_;
   std::optional<Control> control_;
+  double staleSeconds_;
   std::vector<pollfd> fds_;
+  std::vector<std::deque<Waiting>> waiting_;  // at each card
   Bytes frame_;
   std::deque<Clock::time_point> inFlight_;  // when the frames on their way came
   LiveResult result_;
@@ -183,9 +218,8 @@ class Live {
 };
 }  // namespace
 
-LiveResult live(const std::vector<SlaveSpec>& specs, const NetworkOptions& networkOptions,
-                const LiveOptions& options) {
+LiveResult live(const NetworkSpec& spec, const NetworkOptions& networkOptions, const LiveOptions& options) {
   NetworkOptions network = networkOptions;
   network.skipIdle = false;
-  return Live(specs, network, options).run();
+  return Live(spec, network, options).run();
 }

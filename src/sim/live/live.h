@@ -1,4 +1,4 @@
-// Joins a Linux interface: a real master sees the simulated line of slaves.
+// Joins a Linux interface, or two with a ring: a real master sees the simulated network.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,14 @@
 
 struct LiveOptions {
   std::string interface;
-  std::string control;   // path of the control socket; empty: none
-  double timeScale = 1;  // simulated time per wall time while idle; 0: idle time stands still
+  std::string ringInterface;  // of the master's second card; empty: there is none
+  std::string control;        // path of the control socket; empty: none
+  double timeScale = 1;       // simulated time per wall time while idle; 0: idle time stands still
+  double staleMs = 0;         // wall time after which a frame that waits is lost; 0: never
 };
 
 struct LiveResult {
-  uint64_t received = 0, returned = 0, lost = 0;
+  uint64_t received = 0, returned = 0, lost = 0, stale = 0;
   uint64_t badFcs = 0, runts = 0;  // came back, but no network card would have shown them
   int64_t simulatedNs = 0;
   uint64_t coreCycles = 0;
@@ -22,5 +24,4 @@ struct LiveResult {
 };
 
 // Runs until SIGINT, SIGTERM or the control line `quit`.
-LiveResult live(const std::vector<SlaveSpec>& specs, const NetworkOptions& networkOptions,
-                const LiveOptions& options);
+LiveResult live(const NetworkSpec& spec, const NetworkOptions& networkOptions, const LiveOptions& options);

@@ -1,7 +1,8 @@
-// Simulates a line of slaves for a master: one on a network interface, or the recording of one.
+// Simulates a network of slaves for a master: one on a network interface, or the recording of one.
 #include <chrono>
 #include <cstdio>
 #include <iostream>
+#include <optional>
 
 #include "live/live.h"
 #include "core/model.h"
@@ -10,23 +11,23 @@
 #include "core/user_error.h"
 
 namespace {
-int runLive(const std::vector<SlaveSpec>& specs, const NetworkOptions& net, const LiveOptions& opt) {
-  const LiveResult r = live(specs, net, opt);
-  std::fprintf(stderr, "received %zu, returned %zu, lost %zu, bad FCS %zu, runts %zu\n", size_t(r.received),
-               size_t(r.returned), size_t(r.lost), size_t(r.badFcs), size_t(r.runts));
-  const double cycles = static_cast<double>(r.coreCycles) / static_cast<double>(specs.size());
+int runLive(const NetworkSpec& spec, const NetworkOptions& net, const LiveOptions& opt) {
+  const LiveResult r = live(spec, net, opt);
+  std::fprintf(stderr, "received %zu, returned %zu, lost %zu, stale %zu, bad FCS %zu, runts %zu\n",
+               size_t(r.received), size_t(r.returned), size_t(r.lost), size_t(r.stale), size_t(r.badFcs),
+               size_t(r.runts));
+  const double cycles = static_cast<double>(r.coreCycles) / static_cast<double>(spec.slaves.size());
   std::fprintf(stderr,
                "simulated %.6f s, %.0f core cycles in each of %zu slaves, %.2f s, %.0f core cycles/s, frames "
                "took %.0f us, worst %.0f us\n",
-               r.simulatedNs * 1e-9, cycles, specs.size(), r.busySeconds,
+               r.simulatedNs * 1e-9, cycles, spec.slaves.size(), r.busySeconds,
                r.busySeconds > 0 ? cycles / r.busySeconds : 0, r.meanRoundUs, r.worstRoundUs);
   return 0;
 }
 
-int runReplay(const std::vector<SlaveSpec>& specs, const NetworkOptions& net, const ReplayOptions& opt,
-              bool stats) {
+int runReplay(const NetworkSpec& spec, const NetworkOptions& net, const ReplayOptions& opt, bool stats) {
   const auto start = std::chrono::steady_clock::now();
-  const ReplayResult r = replay(specs, net, opt);
+  const ReplayResult r = replay(spec, net, opt);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::fprintf(stderr, "sent %zu, returned %zu, lost %zu, bad FCS %zu, runts %zu\n", size_t(r.sent),
                size_t(r.returned), size_t(r.lost), size_t(r.badFcs), size_t(r.runts));
@@ -34,24 +35,30 @@ int runReplay(const std::vector<SlaveSpec>& specs, const NetworkOptions& net, co
     std::fprintf(stderr,
                  "simulated %.6f s, of it skipped %.6f s, %zu core cycles in each of %zu slaves, %.2f s, "
                  "%.0f core cycles/s\n",
-                 r.simulatedNs * 1e-9, r.skippedNs * 1e-9, size_t(r.coreCycles / specs.size()), specs.size(),
-                 seconds, r.coreCycles / specs.size() / seconds);
+                 r.simulatedNs * 1e-9, r.skippedNs * 1e-9, size_t(r.coreCycles / spec.slaves.size()),
+                 spec.slaves.size(), seconds, r.coreCycles / spec.slaves.size() / seconds);
   return 0;
 }
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Simulates a line of slaves: joins a network interface, for a real master, or replays the recorded "
+      "Simulates a network of slaves: joins a network interface, for a real master, or replays the recorded "
       "frames of one.",
       "flyframe-cosim");
   std::string network;
+  std::optional<uint64_t> seed;
   NetworkOptions net;
   ReplayOptions replayOptions;
   LiveOptions liveOptions;
   bool stats = false, noSkip = false, list = false;
   app.add_option("--network", network, "network file (JSON)");
   app.add_option("--interface", liveOptions.interface, "Linux network interface to join");
+  app.add_option("--ring-interface", liveOptions.ringInterface, "live: that of the master's second card");
+  app.add_option("--stale-ms", liveOptions.staleMs,
+                 "live: a frame that has waited so long is lost, as its master has given it up (0: never)")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--time-scale", liveOptions.timeScale,
                  "live: simulated time per wall time while idle, as far as the machine keeps up")
       ->capture_default_str()
@@ -68,7 +75,7 @@ int main(int argc, char** argv) {
   app.add_option("--settle-us", net.settleUs, "quiet time after which the network counts as idle")
       ->capture_default_str()
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--seed", net.seed, "seed of the clocks' start phases")->capture_default_str();
+  app.add_option("--seed", seed, "seed of all that is random, instead of that of the network file");
   app.add_flag("--no-skip", noSkip, "replay: simulate idle time in full");
   app.add_flag("--stats", stats, "replay: print the speed of the simulation");
   app.add_flag("--list", list, "print the presets built in");
@@ -78,8 +85,11 @@ int main(int argc, char** argv) {
     if (network.empty() || (!isLive && (replayOptions.in.empty() || replayOptions.out.empty())))
       throw UserError("--network and either --interface or --replay and --out are needed.");
     if (isLive && !replayOptions.in.empty()) throw UserError("--interface and --replay exclude each other.");
+    if (!isLive && !liveOptions.ringInterface.empty())
+      throw UserError("--ring-interface is for --interface only.");
     net.skipIdle = !noSkip;
-    const std::vector<SlaveSpec> specs = readNetwork(network);
-    return isLive ? runLive(specs, net, liveOptions) : runReplay(specs, net, replayOptions, stats);
+    NetworkSpec spec = readNetwork(network);
+    if (seed) spec.seed = *seed;
+    return isLive ? runLive(spec, net, liveOptions) : runReplay(spec, net, replayOptions, stats);
   });
 }

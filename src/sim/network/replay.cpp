@@ -15,7 +15,7 @@ constexpr int64_t kIdleSliceNs = 10'000;
 bool fromMaster(const RecordedFrame& f) { return f.bytes.size() >= 14 && (f.bytes[6] & 0x02) == 0; }
 }  // namespace
 
-ReplayResult replay(const std::vector<SlaveSpec>& specs, const NetworkOptions& networkOptions,
+ReplayResult replay(const NetworkSpec& spec, const NetworkOptions& networkOptions,
                     const ReplayOptions& options) {
   std::vector<RecordedFrame> frames = readCapture(options.in);
   frames.erase(std::remove_if(frames.begin(), frames.end(), [](auto& f) { return !fromMaster(f); }),
@@ -29,7 +29,7 @@ ReplayResult replay(const std::vector<SlaveSpec>& specs, const NetworkOptions& n
   auto expire = [&](int64_t now) {
     for (; !pending.empty() && now - pending.front() > timeout; pending.pop_front()) ++result.lost;
   };
-  Network network(specs, networkOptions, [&](int64_t ns, const NibbleFrame& f) {
+  Network network(spec, networkOptions, [&](int64_t ns, const NibbleFrame& f, size_t) {
     expire(ns);
     if (!pending.empty()) pending.pop_front();
     Payload p = payloadOf(f.nibbles);

@@ -19,5 +19,5 @@ struct ReplayResult {
   uint64_t coreCycles = 0;
 };
 
-ReplayResult replay(const std::vector<SlaveSpec>& specs, const NetworkOptions& networkOptions,
+ReplayResult replay(const NetworkSpec& spec, const NetworkOptions& networkOptions,
                     const ReplayOptions& options);

@@ -103,6 +103,12 @@ final class Harness(name: String, sets: Seq[EscParams], optimise: String = "-O2"
   def soak(set: EscParams, steps: Long, seed: Long): String =
     run(soakProgram, "--preset", set.preset, "--steps", s"$steps", "--seed", s"$seed")
 
+  /** Slaves of the first set behind cables that fail; what the program says. */
+  def faults(cycles: Long, seed: Long, more: String*): String = {
+    val arguments = Seq("--preset", sets.head.preset, "--cycles", s"$cycles", "--seed", s"$seed") ++ more
+    run(program("flyframe-faults") +: arguments: _*)
+  }
+
   /** The program that simulates the smoke-alarm system. */
   lazy val alarmProgram: Path = Paths.get(program("flyframe-alarm", "-O3"))
 

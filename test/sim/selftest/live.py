@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Proves flyframe-cosim --interface on repeaters, inside a network namespace of its own. Usage (by run.py):
 unshare --user --net --map-root-user live.py FOLDER-OF-PROGRAMS"""
+
 import json
 import pathlib
 import random
@@ -51,8 +52,8 @@ def cosim(*args, interface="veth-slaves"):
     return [OUT / "flyframe-cosim", "--network", OUT / "live.json", "--interface", interface, *args]
 
 
-def told(name, words, *args):
-    r = subprocess.run(cosim(**({"interface": args[0]} if args else {})), capture_output=True, text=True)
+def told(name, words, interface="veth-slaves", *args):
+    r = subprocess.run(cosim(*args, interface=interface), capture_output=True, text=True)
     check(name, r.returncode == 2 and words in r.stderr and r.stderr.count("\n") == 1, r.stdout + r.stderr)
 
 
@@ -140,7 +141,7 @@ check("quit is answered", ask("quit") == "ok")
 err = process.communicate(timeout=10)[1]
 check(
     "the statistics say it all",
-    process.returncode == 0 and "received 103, returned 102, lost 1, bad FCS 0, runts 0" in err,
+    process.returncode == 0 and "received 103, returned 102, lost 1, stale 0, bad FCS 0, runts 0" in err,
     err,
 )
 check("the socket is gone", not (OUT / "live.sock").exists())
@@ -163,6 +164,40 @@ for scale, low, high in (0, 0, 0), (0.001, 400_000, 900_000):
     process.send_signal(signal.SIGTERM if scale else signal.SIGINT)
     process.communicate(timeout=10)
     check(f"time scale {scale}: a signal ends it cleanly", process.returncode == 0)
+
+process, _ = begin("--stale-ms", "1")
+for f in frames:
+    card.send(f)
+card.settimeout(1)
+answered = [f for f in iter(receive, None)]
+check("what is stale is dropped, the rest is answered in order", 0 < len(answered) < len(frames))
+check("those before it are", answered == [f.ljust(60, b"\0") for f in frames[: len(answered)]])
+card.send(frames[7])
+check("what comes later is answered at once", receive() == frames[7].ljust(60, b"\0"))
+process.send_signal(signal.SIGTERM)
+err = process.communicate(timeout=10)[1]
+check("the statistics tell what was stale", f"stale {len(frames) - len(answered)}," in err, err)
+
+told("a second card is for a ring", "the network is no ring", "veth-slaves", "--ring-interface", "veth-end")
+ip("link", "add", "veth-back", "type", "veth", "peer", "name", "veth-end")
+for name in "veth-back", "veth-end":
+    (pathlib.Path("/proc/sys/net/ipv6/conf") / name / "disable_ipv6").write_text("1")
+    ip("link", "set", name, "up")
+(OUT / "live.json").write_text(json.dumps({"slaves": line, "ring": True}))
+told("a ring needs a second card", "--ring-interface is needed")
+process, ready = begin("--ring-interface", "veth-end", "--time-scale", "0")
+first, second = card, socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(3))
+second.bind(("veth-back", 0))
+second.settimeout(5)
+first.send(frames[8])
+card = second
+check("in a ring a frame comes to the other card", receive() == frames[8])
+second.send(frames[9])
+card = first
+check("and the other way", receive() == frames[9])
+process.send_signal(signal.SIGTERM)
+process.communicate(timeout=10)
+check("a ring ends cleanly", process.returncode == 0)
 
 print(f"{len(failures)} failed" if failures else "all passed")
 sys.exit(1 if failures else 0)

@@ -2,9 +2,11 @@
 """Proves the simulator on repeaters: what must pass passes, what must be found is found.
 
 Usage: run.py FOLDER-OF-PROGRAMS"""
+
 import json
 import pathlib
 import random
+import re
 import struct
 import subprocess
 import sys
@@ -46,8 +48,8 @@ def read_pcap(path):
     return frames
 
 
-def network(path, *slaves):
-    path.write_text(json.dumps({"slaves": list(slaves)}))
+def network(path, *slaves, **more):
+    path.write_text(json.dumps({"slaves": list(slaves), **more}))
     return path
 
 
@@ -116,6 +118,53 @@ check(
     err,
 )
 
+
+# --- cables and crystals that are not as they should be
+def through(*slaves, seed=None, **more):
+    net = network(OUT / "net2.json", *slaves, **more)
+    chosen = ["--seed", seed] if seed else []
+    code, _, err = run(
+        "cosim",
+        "--network",
+        net,
+        "--replay",
+        OUT / "in.pcap",
+        "--out",
+        OUT / "out.pcap",
+        "--no-skip",
+        *chosen,
+    )
+    assert code == 0, err
+    counts = dict(re.findall(r"(\w[\w ]*?) (\d+)(?:,|$)", err.splitlines()[-1]))
+    return {k: int(v) for k, v in counts.items()}, read_pcap(OUT / "out.pcap")
+
+
+_, out = through(*line, ring=True)
+check("a ring returns all frames at its other end", [b for _, b in out] == padded)
+check("a ring's cable takes its time", through(*line, ring={"cable_ns": 9000})[1][0][0] - out[0][0] == 8950)
+check(
+    "drifting crystals lose no frame",
+    [
+        b
+        for _, b in through(
+            {"preset": "repeater", "drift_ppm": 50, "drift_s": 0.002},
+            {"preset": "repeater-wide", "clock_ppm": 50, "drift_ppm": 50, "drift_s": 0.003},
+            {"preset": "repeater", "clock_ppm": -100},
+            master_ppm=-50,
+        )[1]
+    ]
+    == padded,
+)
+noisy = {"preset": "repeater", "bit_errors": 60_000}
+counts, out = through(noisy, line[2])
+check("bit errors are seen as bad frames", 0 < counts["bad FCS"] < 40 and counts["lost"] == 0, counts)
+check("and those that are good are right", all(b in padded for _, b in out))
+check("the same seed gives the same errors", through(noisy, line[2])[1] == out)
+check("another one gives others", through(noisy, line[2], seed=9)[1] != out)
+counts, out = through({"preset": "repeater", "link_drops_per_s": 3000, "link_drop_us": 60}, line[2])
+check("links that drop cut frames", counts["runts"] + counts["bad FCS"] > 0 and 5 < len(out) < 45, counts)
+check("those that pass are right, too", all(b in padded for _, b in out))
+
 (OUT / "huge.bin").write_bytes(bytes(4097))
 (OUT / "large.bin").write_bytes(bytes(4096))
 # --- mistakes: one sentence, exit code 2
@@ -146,8 +195,22 @@ for name, slave, words in [
     ),
     ("chip without image", {"preset": "repeater", "eeprom_save": True}, "names no image"),
     ("unknown host program", {"preset": "repeater", "host": "robot"}, "known: none, io"),
+    ("port that is not there", {"preset": "repeater", "port": 2}, "whose preset 'repeater' has 2"),
+    ("port that is taken", {"preset": "repeater", "port": 0}, "lead to port 0 of slave 0"),
+    ("cable to a later slave", {"preset": "repeater", "behind": 1}, "behind 1, but"),
+    ("fraction of a bit", {"preset": "repeater", "bit_errors": 0.5}, "a whole number from 0"),
+    ("drift without time", {"preset": "repeater", "drift_s": 0}, "from 0.001 to 1000000"),
 ]:
-    bad = network(OUT / "bad.json", slave)
+    bad = network(OUT / "bad.json", {"preset": "repeater"}, slave)
+    code, _, err = run("cosim", "--network", bad, "--replay", OUT / "in.pcap", "--out", OUT / "out.pcap")
+    check(f"{name} is told", code == 2 and words in err and err.count("\n") == 1, err)
+for name, more, words in [
+    ("ring that is none", {"ring": 3}, "neither true, false"),
+    ("ring with an unknown key", {"ring": {"cable": 3}}, "unknown key 'cable'"),
+    ("seed that is none", {"seed": -1}, "seed -1"),
+    ("unknown key of a network", {"master": 1}, "known: slaves, ring, master_ppm, seed"),
+]:
+    bad = network(OUT / "bad.json", {"preset": "repeater"}, **more)
     code, _, err = run("cosim", "--network", bad, "--replay", OUT / "in.pcap", "--out", OUT / "out.pcap")
     check(f"{name} is told", code == 2 and words in err and err.count("\n") == 1, err)
 for name, override in [

@@ -1,5 +1,4 @@
-// What happens to nibbles between two ports of the alarm line: they are recorded, and now and then a bit
-// flips.
+// What happens to nibbles between two ports: they are recorded, and now and then a bit flips.
 #pragma once
 
 #include <cmath>
@@ -55,8 +54,7 @@ class Noise : public NibbleSink {
 // no harm (OP-10).
 inline Bytes goodFrame(const NibbleFrame& frame) {
   Payload p = payloadOf(frame.nibbles);
-  if (!p.sfd || p.bytes.size() < 64 || crc32(p.bytes.data(), p.bytes.size()) != kCrcResidue)
-    return {};
+  if (!p.sfd || p.bytes.size() < 64 || crc32(p.bytes.data(), p.bytes.size()) != kCrcResidue) return {};
   p.bytes.resize(p.bytes.size() - 4);
   return p.bytes;
 }
