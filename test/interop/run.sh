@@ -7,6 +7,9 @@
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
 out=$root/build/interop
+# A simulated network is far slower than a real one. So the clock of a master goes slower, too, and with it
+# that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
+clock=0.01
 preset=slave alarm= masters='soem ethercrab' only= cycles=10000 capture= simulator=$out/flyframe-cosim master=
 while [ $# -gt 0 ]; do
   case $1 in
@@ -22,6 +25,8 @@ while [ $# -gt 0 ]; do
   esac
   shift
 done
+
+faketime=$(ls /usr/lib/*/faketime/libfaketime.so.1 2>/dev/null)
 
 # What runs a master; empty if it is not there.
 command_of() {
@@ -42,10 +47,12 @@ run() {
   echo "--- $scenario, $slaves slaves"
   net=$out/$master/$scenario-$slaves
   python3 "$here/make_network.py" "$net" "$slaves" --preset "$preset" "$@" || exit 2
+  second=
+  [ "$scenario" = ring ] && second='--ring-interface veth-end'
   rm -f "$net/ready"
   mkfifo "$net/ready"
   "$simulator" --network "$net/net.json" --interface veth-slaves --control "$net/control.sock" \
-    >"$net/ready" 2>"$net/log" &
+    --time-scale $clock $second >"$net/ready" 2>"$net/log" &
   cosim=$!
   if ! read -r line <"$net/ready"; then
     cat "$net/log"
@@ -61,7 +68,9 @@ run() {
   limit=600
   [ "$scenario" = cycles ] && limit=1800
   begin=$(date +%s)
-  if timeout $limit $program veth-master "$net/control.sock" "$scenario" "$slaves" "$cycles"; then
+  # shellcheck disable=SC2086 # the program has arguments
+  if timeout $limit env LD_PRELOAD="$faketime" FAKETIME="+0 x$clock" \
+    $program veth-master "$net/control.sock" "$scenario" "$slaves" "$cycles"; then
     passed=$((passed + 1))
   else
     failed=$((failed + 1))
@@ -81,7 +90,8 @@ if [ -n "$master" ]; then
   program=$(command_of "$master")
   passed=0 failed=0
   ip link add veth-master type veth peer name veth-slaves || exit 2
-  for name in veth-master veth-slaves; do
+  ip link add veth-back type veth peer name veth-end || exit 2
+  for name in veth-master veth-slaves veth-back veth-end; do
     echo 1 >/proc/sys/net/ipv6/conf/$name/disable_ipv6
     ip link set "$name" up
   done
@@ -91,6 +101,7 @@ if [ -n "$master" ]; then
     run overlap 3
     run lrd_lwr 3 --no-lrw
     [ -z "$alarm" ] || run alarm 3 --second "$alarm"
+    run ring 3 --ring # ethercrab has one card only
   fi
   run cable 3
   run refuse 3
@@ -103,6 +114,11 @@ fi
 # In a namespace nothing can reach a real network, and no root is needed.
 if ! unshare --user --net --map-root-user ip link add v0 type veth peer name v1 2>/dev/null; then
   echo "skipped: interoperability needs unshare, ip (iproute2), unprivileged user namespaces and veth"
+  echo "0 passed, 0 failed, 1 skipped"
+  exit 0
+fi
+if [ -z "$faketime" ]; then
+  echo "skipped: interoperability needs libfaketime"
   echo "0 passed, 0 failed, 1 skipped"
   exit 0
 fi
@@ -132,7 +148,7 @@ for master in $running; do
 done
 if [ "$passed$failed$skipped" = 000 ]; then
   echo "Nothing to run. Scenarios: scan, cycles, cable, refuse, watchdog, eeprom;" \
-    "only with soem: overlap, lrd_lwr, alarm." >&2
+    "only with soem: overlap, lrd_lwr, alarm, ring." >&2
   exit 2
 fi
 echo "$passed passed, $failed failed, $skipped skipped"

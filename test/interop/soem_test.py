@@ -16,14 +16,16 @@ import pysoem
 from make_network import PRODUCT, REVISION, SIZES, VENDOR, crc8
 
 INTERFACE, CONTROL, SCENARIO, SLAVES = *sys.argv[1:4], int(sys.argv[4])
+RING_INTERFACE = "veth-back"  # of run.sh
 CYCLES = int(sys.argv[5]) if len(sys.argv) > 5 else 10_000
 FULL_WKC = 3 * SLAVES  # 1 for reading, 2 for writing
 AL_STATUS, AL_STATUS_CODE, DL_STATUS, EEPROM_STATUS = 0x0130, 0x0134, 0x0110, 0x0502
 DETECTOR_DEBOUNCE = 0x0EA0
 PORT_1 = 1 << 5 | 3 << 10  # DL status: link, loop closed, communication
 SAFEOP_ERROR = pysoem.SAFEOP_STATE + pysoem.STATE_ERROR
-# Time-outs in us of wall time; the simulation is slower than that, and the machine may be busy.
-FRAME, EEPROM, STATE = 10_000_000, 20_000_000, 60_000_000
+# Time-outs as they are by default, in us of the master's clock.
+TIMEOUTS = pysoem.settings.timeouts
+FRAME, EEPROM, STATE = TIMEOUTS.ret, TIMEOUTS.eeprom, TIMEOUTS.state
 LAG = 16  # cycles until a slave's inputs show its outputs, at most
 failures = 0
 
@@ -74,13 +76,10 @@ def looped(slave, cycle):
 
 class Bus:
     def __init__(self):
-        t = pysoem.settings.timeouts
-        t.ret = t.safe = FRAME
-        t.eeprom, t.state = EEPROM, STATE
         self.simulator = Simulator(CONTROL)
         self.overlap = False
         self.master = pysoem.Master()
-        self.master.open(INTERFACE)
+        self.master.open(INTERFACE, RING_INTERFACE if SCENARIO == "ring" else None)
 
     def close(self):
         self.master.close()
@@ -235,6 +234,23 @@ def cable(bus):
     bus.cycle(50)
 
 
+def ring(bus):
+    """With both ends at the master: cut at each place, mended, and cut at the next."""
+    bus.scan()
+    bus.safeop()
+    bus.op()
+    bus.cycle(20)
+    for at in range(SLAVES + 1):
+        bus.simulator.ask(f"cut {at}")
+        bus.cycle(20)
+        states = [state for state, _ in bus.states()]
+        check(f"cut before slave {at}: all stay in OP", states == [pysoem.OP_STATE] * SLAVES, states)
+        bus.simulator.ask(f"mend {at}")
+        bus.cycle(20)
+    states = [bus.state_of(i) for i in range(SLAVES)]
+    check("mended: all are in OP", states == [(pysoem.OP_STATE, 0)] * SLAVES, states)
+
+
 def short_watchdogs(bus):
     for s in bus.master.slaves:
         # 5 ms; set_watchdog() has a fixed timeout, too short here
@@ -334,7 +350,7 @@ def eeprom(bus):
 
 bus = Bus()
 with contextlib.suppress(Wrong):
-    {f.__name__: f for f in (scan, cycles, overlap, lrd_lwr, alarm, cable, refuse, watchdog, eeprom)}[
+    {f.__name__: f for f in (scan, cycles, overlap, lrd_lwr, alarm, cable, ring, refuse, watchdog, eeprom)}[
         SCENARIO
     ](bus)
 bus.close()

@@ -90,15 +90,8 @@ struct Bus {
 impl Bus {
     fn new(interface: &str, control: &str, slaves: usize) -> Result<Self, String> {
         let (tx, rx, pdus) = STORAGE.try_split().map_err(|_| "the PDU storage is taken")?;
-        // Timeouts are of wall time; the simulation is slower than that, and the machine may be busy.
-        let timeouts = Timeouts {
-            state_transition: Duration::from_secs(60),
-            pdu: Duration::from_secs(10),
-            eeprom: Duration::from_secs(20),
-            ..Default::default()
-        };
         let config = MainDeviceConfig { dc_static_sync_iterations: 0, ..Default::default() };
-        let master = Box::leak(Box::new(MainDevice::new(pdus, timeouts, config)));
+        let master = Box::leak(Box::new(MainDevice::new(pdus, Timeouts::default(), config)));
         let task = ethercrab::std::tx_rx_task(interface, tx, rx).map_err(|e| format!("{interface}: {e}"))?;
         smol::spawn(task).detach();
         let stream = UnixStream::connect(control).map_err(|e| format!("{control}: {e}"))?;
@@ -195,7 +188,7 @@ impl Bus {
         self.set_register(slave, 0x0120, control).await?;
         let begin = Instant::now();
         while self.register(slave, 0x0130).await? != state {
-            if begin.elapsed() > Duration::from_secs(60) {
+            if begin.elapsed() > Duration::from_secs(5) {
                 return Err(format!(
                     "slave {slave} does not reach state {state}: {:x?}",
                     self.states().await?
