@@ -155,10 +155,11 @@ interop: PRESET = slave
 interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated network: PRESET=slave \
          # ARGS="--only scan"
 	$(SBT) "run --preset $(PRESET) --out build/interop/verilog" \
-	  "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog"
+	  "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog" \
+	  "run --preset $(PRESET) --ports 4 --name $(PRESET)-star --out build/interop/verilog"
 	$(MAKE) -s -f $(SIM) build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
-	  PRESETS="$(PRESET) $(PRESET)-alarm" COSIM_TRACE=0 COSIM_OPT=-O3
-	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm $(ARGS)
+	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star" COSIM_TRACE=0 COSIM_OPT=-O3
+	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm --star $(PRESET)-star $(ARGS)
 
 lint: tools-for-lint ## verilator -Wall on generated/, and a plain Verilog reader
 	test/sim/lint.sh generated

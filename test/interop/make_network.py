@@ -3,11 +3,13 @@
 flyframe-cosim.
 
 Usage: make_network.py FOLDER N [--preset NAME] [--second NAME] [--corrupt SLAVE] [--no-lrw] [--ring]
+                       [--star NAME]
 
 Slave i has SIZES[i] bytes of outputs and inputs; its name, product code, alias and serial number tell which
 one it is. SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read
 their EEPROMs.
 """
+
 import argparse
 import json
 import pathlib
@@ -15,6 +17,13 @@ import struct
 
 SIZES = [(8, 8), (3, 5), (4, 2), (1, 1), (16, 16)]
 VENDOR, PRODUCT, REVISION = 0xF1F1F1F1, 0x00F1_0001, 0x0001_0002  # for tests only, nobody's
+# Of a star, in the order in which a frame reaches them: by ports 3, 1 and 2 of the first.
+BEHIND = {
+    1: {"behind": 0, "port": 3},
+    2: {"behind": 0, "port": 1},
+    3: {"behind": 2, "port": 1},
+    4: {"behind": 0, "port": 2},
+}
 OUTPUTS, INPUTS = 0x1000, 0x1100  # three buffers each; in 1 KiB of RAM
 
 
@@ -67,6 +76,9 @@ if __name__ == "__main__":
     parser.add_argument("--corrupt", type=int, help="this slave's EEPROM has a wrong checksum")
     parser.add_argument("--no-lrw", action="store_true", help="the EEPROMs say that LRW must not be used")
     parser.add_argument("--ring", action="store_true", help="the last slave is connected to the master, too")
+    parser.add_argument(
+        "--star", help="preset of the first slave, with four ports, others behind all of them"
+    )
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     slaves = []
@@ -74,4 +86,8 @@ if __name__ == "__main__":
         (args.folder / f"{i}.bin").write_bytes(image(i, i == args.corrupt, args.no_lrw))
         preset = args.second if i == 1 and args.second else args.preset
         slaves.append({"preset": preset, "eeprom": f"{i}.bin", "host": "io", "clock_ppm": 30 * (-1) ** i})
+        if args.star and i == 0:
+            slaves[i]["preset"] = args.star
+        elif args.star:
+            slaves[i].update(BEHIND[i])
     (args.folder / "net.json").write_text(json.dumps({"slaves": slaves, "ring": args.ring}, indent=1))

@@ -1,8 +1,8 @@
 #!/bin/sh
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other,
 # in a network namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME]
-# [--masters "soem ethercrab"] [--alarm NAME] [--only SCENARIO] [--cycles N] [--capture] [--simulator FILE];
-# NAME: the same slave with a smoke detector.
+# [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--only SCENARIO] [--cycles N] [--capture]
+# [--simulator FILE]; the NAMEs: the same slave with a smoke detector, and with four ports.
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -10,11 +10,12 @@ out=$root/build/interop
 # A simulated network is far slower than a real one. So the clock of a master goes slower, too, and with it
 # that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
 clock=0.01
-preset=slave alarm= masters='soem ethercrab' only= cycles=10000 capture= simulator=$out/flyframe-cosim master=
+preset=slave alarm= star= masters='soem ethercrab' only= cycles=10000 capture= simulator=$out/flyframe-cosim master=
 while [ $# -gt 0 ]; do
   case $1 in
     --preset) preset=$2; shift ;;
     --alarm) alarm=$2; shift ;;
+    --star) star=$2; shift ;;
     --masters) masters=$2; shift ;;
     --only) only=$2; shift ;;
     --cycles) cycles=$2; shift ;;
@@ -103,6 +104,7 @@ if [ -n "$master" ]; then
     [ -z "$alarm" ] || run alarm 3 --second "$alarm"
     run ring 3 --ring # ethercrab has one card only
   fi
+  [ -z "$star" ] || run star 5 --star "$star"
   run cable 3
   run refuse 3
   run watchdog 3
@@ -134,7 +136,7 @@ for master in $masters; do
   mkdir -p "$out/$master"
   rm -f "$out/$master/result"
   unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" \
-    ${alarm:+--alarm "$alarm"} ${only:+--only "$only"} \
+    ${alarm:+--alarm "$alarm"} ${star:+--star "$star"} ${only:+--only "$only"} \
     --cycles "$cycles" ${capture:+--capture} --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
   running="$running $master"
 done
@@ -147,7 +149,7 @@ for master in $running; do
   fi
 done
 if [ "$passed$failed$skipped" = 000 ]; then
-  echo "Nothing to run. Scenarios: scan, cycles, cable, refuse, watchdog, eeprom;" \
+  echo "Nothing to run. Scenarios: scan, cycles, star, cable, refuse, watchdog, eeprom;" \
     "only with soem: overlap, lrd_lwr, alarm, ring." >&2
   exit 2
 fi

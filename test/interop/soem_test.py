@@ -5,6 +5,7 @@ Usage: soem_test.py INTERFACE CONTROL-SOCKET SCENARIO SLAVES [CYCLES]
 
 The slaves are those of make_network.py. Prints a line per check; exit code 1 if one is wrong.
 """
+
 import contextlib
 import socket
 import struct
@@ -180,6 +181,16 @@ def cycles(bus, count=CYCLES):
         bus.request(state, name)
 
 
+def star(bus):
+    """The first slave has four ports, with others behind all of them."""
+    bus.scan()
+    bus.safeop()
+    bus.op()
+    links = [bus.register(i, DL_STATUS, 2) >> 4 & 0xF for i in range(SLAVES)]
+    check("the links are those of the star", links == [0xF, 1, 3, 1, 1], links)
+    bus.cycle(CYCLES // 10)
+
+
 def overlap(bus):
     """Inputs and outputs of a slave at the same logical addresses; `cycles` has all outputs, then all
     inputs."""
@@ -350,8 +361,9 @@ def eeprom(bus):
 
 bus = Bus()
 with contextlib.suppress(Wrong):
-    {f.__name__: f for f in (scan, cycles, overlap, lrd_lwr, alarm, cable, ring, refuse, watchdog, eeprom)}[
-        SCENARIO
-    ](bus)
+    {
+        f.__name__: f
+        for f in (scan, cycles, star, overlap, lrd_lwr, alarm, cable, ring, refuse, watchdog, eeprom)
+    }[SCENARIO](bus)
 bus.close()
 sys.exit(1 if failures else 0)

@@ -240,6 +240,17 @@ async fn cycles(bus: &mut Bus, count: usize) -> Outcome {
     check("all are back in INIT", states == vec![(INIT, 0); bus.slaves], states)
 }
 
+/// The first slave has four ports, with others behind all of them.
+async fn star(bus: &mut Bus, count: usize) -> Outcome {
+    let group = bus.to_op().await?;
+    let mut links = Vec::new();
+    for i in 0..bus.slaves {
+        links.push(bus.register(i, 0x0110).await? >> 4 & 0xF);
+    }
+    check("the links are those of the star", links == [0xF, 1, 3, 1, 1], links)?;
+    bus.cycle(&group, count).await
+}
+
 /// Cut in the middle of the line for longer than the watchdog, and mended.
 async fn cable(bus: &mut Bus) -> Outcome {
     let group = bus.to_op().await?;
@@ -345,6 +356,7 @@ fn main() {
         match scenario.as_str() {
             "scan" => scan(&mut bus).await,
             "cycles" => cycles(&mut bus, count).await,
+            "star" => star(&mut bus, count / 10).await,
             "cable" => cable(&mut bus).await,
             "refuse" => refuse(&mut bus).await,
             "watchdog" => watchdog(&mut bus).await,
