@@ -19,7 +19,8 @@ SETS          ?= fuzz
 SCHEDULER     ?=
 PROGRAMS      ?=
 CAMPAIGN      := PYTHONPATH=src $(VENV)/bin/python -m campaign
-CAMPAIGN_ARGS  = --sets "$(SETS)" --frames "$(FRAMES)" --steps "$(STEPS)" --seed "$(SEED)" \
+CAMPAIGN_ARGS  = --sets "$(SETS)" --frames "$(FRAMES)" --steps "$(STEPS)" \
+                 --cycles "$(CYCLES)" --seed "$(SEED)" \
                  --scheduler "$(SCHEDULER)"
 SHARD         := PYTHONPATH=src python3 -m campaign.shard
 

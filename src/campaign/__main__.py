@@ -15,8 +15,8 @@ from multiprocessing import resource_tracker
 from pathlib import Path
 
 from campaign import programs as programs_module
-from campaign.plan import SHARD_FRAMES, SHARD_STEPS, Journal, plan
-from campaign.shard import PROGRAMS, Parser, Refused, built_sets, keep_vectors, number
+from campaign.plan import SHARD_SIZES, Journal, plan
+from campaign.shard import PROGRAMS, UNITS, Parser, Refused, built_sets, keep_vectors, number
 
 
 def names(text):
@@ -36,14 +36,17 @@ def address(text):
 
 def parse(arguments):
     # What a user of make may set has its default in the Makefile.
-    text = "Random frames and soak runs in shards, on the workers of Dask."
+    text = "Random frames and other long runs in shards, on the workers of Dask."
     parser = Parser(prog="campaign", description=text)
-    parser.add_argument("--sets", type=names, required=True, help="names of sets; fuzz, soak: all of a kind")
+    kinds = ", ".join(UNITS)
+    parser.add_argument("--sets", type=names, required=True, help=f"names of sets; {kinds}: all of a kind")
     parser.add_argument("--frames", type=number(1), required=True, help="random frames of all sets together")
     parser.add_argument("--steps", type=number(1), required=True, help="steps of the soak sets together")
+    parser.add_argument("--cycles", type=number(1), required=True, help="cycles of the faults sets together")
     parser.add_argument("--seed", type=number(0), required=True, help="of each set's first shard")
-    parser.add_argument("--shard-frames", type=number(1), default=SHARD_FRAMES, metavar="FRAMES")
-    parser.add_argument("--shard-steps", type=number(1), default=SHARD_STEPS, metavar="STEPS")
+    for kind, unit in UNITS.items():
+        size = SHARD_SIZES[kind]
+        parser.add_argument(f"--shard-{unit}", type=number(1), default=size, metavar=unit.upper())
     parser.add_argument(
         "--scheduler", type=address, default="", help="tcp://host:port; default: this machine alone"
     )
@@ -122,10 +125,9 @@ class Campaign:
         self.options, self.folder = options, folder
         self.sets = chosen(options.sets, built_sets(folder))
         self.journal = Journal(options.state, self.sets, options.seed)
-        self.shards = plan(
-            self.sets, options.frames, options.steps, options.seed, options.shard_frames, options.shard_steps,
-            self.journal.results,
-        )
+        totals = {kind: getattr(options, unit) for kind, unit in UNITS.items()}
+        sizes = {kind: getattr(options, f"shard_{unit}") for kind, unit in UNITS.items()}
+        self.shards = plan(self.sets, totals, options.seed, sizes, self.journal.results)
         self.todo = [shard for shard in self.shards if shard not in self.journal.results]
         self.ran = []
         self.bar = None
@@ -144,7 +146,8 @@ class Campaign:
             warn(f"line {line} of {self.journal.path} is no result and is passed over.")
         without = sorted(set(self.sets) - {shard.set for shard in self.shards})
         if without:
-            warn(f"sets without a shard, as there are fewer frames or steps than sets: {', '.join(without)}.")
+            fewer = "as there are fewer frames, steps or cycles than sets"
+            warn(f"sets without a shard, {fewer}: {', '.join(without)}.")
         finished = len(self.shards) - len(self.todo)
         print(f"campaign {self.journal.folder}: {len(self.shards)} shards, of which {finished} are finished")
         for shard, result in self.results.items():
@@ -154,7 +157,7 @@ class Campaign:
 
     def tell(self, shard, result):
         """A finding as it is reported: set, seed, range, what differed, the command that repeats it."""
-        unit = "frames" if shard.kind == "fuzz" else "steps"
+        unit = UNITS[shard.kind]
         text = result["finding"]["text"]
         lines = [f"FINDING in {shard.set}, seed {shard.seed}, {unit} 1 to {shard.size}:"]
         lines += [line[:500] for line in text.splitlines()]
@@ -220,7 +223,7 @@ class Campaign:
         print(
             f"{len(results)} of {len(self.shards)} shards finished, {len(findings)} findings; "
             f"this run: {len(self.ran)} shards, {time.monotonic() - self.began:.0f} s, "
-            f"{self.speed():,.0f} frames or steps/s",
+            f"{self.speed():,.0f} frames, steps or cycles/s",
             flush=True,
         )
         for failure in failures:

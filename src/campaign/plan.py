@@ -10,8 +10,7 @@ from campaign.shard import Refused, Shard, fits
 
 # Sizes of a shard: so large that the start of its programs costs little, and so small that an interruption
 # loses little and no worker is idle for long at the end.
-SHARD_FRAMES = 20_000
-SHARD_STEPS = 250_000
+SHARD_SIZES = {"fuzz": 20_000, "soak": 250_000, "faults": 20_000}
 
 
 def share(total, count):
@@ -19,8 +18,8 @@ def share(total, count):
     return [total // count + (i < total % count) for i in range(count)]
 
 
-def plan(sets, frames, steps, seed, shard_frames, shard_steps, finished=()):
-    """The shards of `frames` random frames over all sets of that kind, and of `steps` steps over all others.
+def plan(sets, totals, seed, sizes, finished=()):
+    """The shards of each kind: `totals` of its unit over all sets of that kind, `sizes` of it in a shard.
 
     `sets`: name -> kind and hash, as `sets.json` has it. Every shard has a seed of its own, counted from
     `seed` on for each set: the model's state runs through all frames of a seed, so nothing begins in the
@@ -31,9 +30,9 @@ def plan(sets, frames, steps, seed, shard_frames, shard_steps, finished=()):
     """
     known = {(shard.kind, shard.set, shard.hash, shard.seed): shard for shard in finished}
     rounds = []
-    for kind, total, size in (("fuzz", frames, shard_frames), ("soak", steps, shard_steps)):
+    for kind, size in sizes.items():
         names = [name for name in sets if sets[name]["kind"] == kind]
-        for name, left in zip(names, share(total, len(names)) if names else []):
+        for name, left in zip(names, share(totals[kind], len(names)) if names else []):
             turn, digest = 0, sets[name]["hash"]
             while left > 0:
                 new = Shard(kind, name, seed + turn, min(left, size), digest)

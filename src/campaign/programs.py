@@ -30,7 +30,7 @@ def _kept(programs):
 def _files(programs):
     """Paths, relative to `programs`, of all that a shard needs."""
     jars = [f"jars/{jar}" for jar in built(programs)["jars"]]
-    return ["sets.json", "flyframe-fuzz", "flyframe-smsoak", *jars]
+    return ["sets.json", "flyframe-fuzz", "flyframe-smsoak", "flyframe-faults", *jars]
 
 
 def _digest(programs):

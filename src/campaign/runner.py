@@ -352,10 +352,10 @@ def default_workers():
 
 
 def summary(results):
-    """One line per set: shards, frames or steps, and findings."""
+    """One line per set: shards, what they did, and findings."""
     shards, done, found = Counter(), Counter(), Counter()
     for result in results:
-        name = result["set"], "frames" if result["kind"] == "fuzz" else "steps"
+        name = result["set"], shards_module.UNITS[result["kind"]]
         shards[name] += 1
         done[name] += result["done"]
         found[name] += result["finding"] is not None

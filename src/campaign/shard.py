@@ -22,16 +22,21 @@ BEHIND = 8
 TIED = ["setpriv", "--pdeathsig", "KILL", "--"]
 
 
+# What the size of a shard counts, by its kind: random frames; steps of bus and host at the SyncManagers;
+# cycles of a master whose cables fail.
+UNITS = {"fuzz": "frames", "soak": "steps", "faults": "cycles"}
+
+
 class Refused(Exception):
     """A shard cannot be run here; the message is a sentence that says why."""
 
 
 @dataclass(frozen=True)
 class Shard:
-    kind: str  # fuzz: random frames; soak: steps of bus and host at the SyncManagers
+    kind: str  # a key of UNITS
     set: str
     seed: int
-    size: int  # frames or steps, all from `seed` on
+    size: int  # in that unit, all from `seed` on
     hash: str  # of the set's Verilog and of what the programs are made from
 
     @property
@@ -84,6 +89,8 @@ def repeat(shard, text):
     """The command that repeats a finding: not further than the frame that differed."""
     if shard.kind == "soak":
         return f"make smsoak SET={shard.set} SEED={shard.seed} STEPS={shard.size}"
+    if shard.kind == "faults":
+        return f"make faults SEED={shard.seed} CYCLES={shard.size}"
     frame = re.search(r", frame (\d+):", text)
     size = min(shard.size, int(frame.group(1)) + 1 + BEHIND) if frame else shard.size
     return f"make fuzz PRESET={shard.set} SEED={shard.seed} FRAMES={size}"
@@ -116,20 +123,32 @@ def run_fuzz(shard, programs):
     return play.returncode, text, r"^frames (\d+), .*"
 
 
-def run_soak(shard, programs):
-    numbers = ["--steps", str(shard.size), "--seed", str(shard.seed)]
-    done = subprocess.run(
-        [*TIED, f"{programs}/flyframe-smsoak", "--preset", shard.set, *numbers],
-        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
-    )
-    return done.returncode, done.stdout, r"^steps (\d+) .*"
+def run_alone(program, unit):
+    """Runs shards whose program makes its random numbers itself."""
+
+    def run_it(shard, programs):
+        numbers = [f"--{unit}", str(shard.size), "--seed", str(shard.seed)]
+        done = subprocess.run(
+            [*TIED, f"{programs}/{program}", "--preset", shard.set, *numbers],
+            stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True,
+        )
+        return done.returncode, done.stdout, rf"^{unit} (\d+) .*"
+
+    return run_it
+
+
+RUN = {
+    "fuzz": run_fuzz,
+    "soak": run_alone("flyframe-smsoak", "steps"),
+    "faults": run_alone("flyframe-faults", "cycles"),
+}
 
 
 def run(shard, programs=PROGRAMS):
     """Runs a shard: its fields, what was done, seconds, the program's last line, and the finding or None."""
     check(shard, programs)
     start = time.monotonic()
-    code, text, pattern = (run_fuzz if shard.kind == "fuzz" else run_soak)(shard, programs)
+    code, text, pattern = RUN[shard.kind](shard, programs)
     summary = re.search(pattern, text, re.MULTILINE)
     if code not in (0, 1) or not summary:
         raise RuntimeError(f"The program of {shard.key} ended with exit code {code}: {text.strip()[-500:]}")
@@ -198,7 +217,7 @@ def main(arguments=None):
     parser.add_argument("programs", help="folder of the programs")
     parser.add_argument("set")
     parser.add_argument("seed", type=number(0, 2**63 - 1))
-    parser.add_argument("size", type=number(1, 2**63 - 1), help="frames or steps")
+    parser.add_argument("size", type=number(1, 2**63 - 1), help="frames, steps or cycles")
     parser.add_argument("--vectors", metavar="FILE", help="where vectors that show a difference are kept")
     options = parser.parse_args(arguments)
     try:

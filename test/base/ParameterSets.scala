@@ -64,9 +64,12 @@ object TestSets {
   /** Of SyncManagers used by bus and host at once, each with its share of the steps. */
   val soak: Seq[(EscParams, Long)] = Seq(soakSmall -> 19L, soakWide -> 1L)
 
-  /** The set of random frames or of SyncManagers with this name, else the preset. */
+  /** Of slaves behind cables that fail. */
+  val faults: Seq[EscParams] = Seq(preset("slave").copy(preset = "faults"))
+
+  /** The set of random frames, of SyncManagers or of faults with this name, else the preset. */
   def named(name: String): Option[EscParams] =
-    (fuzz ++ soak).map(_._1).find(_.preset == name).orElse(Presets.named(name).map(_.params))
+    ((fuzz ++ soak).map(_._1) ++ faults).find(_.preset == name).orElse(Presets.named(name).map(_.params))
 
   // Temporary loops end soon, which saves time.
   private val ruled = min.copy(temporaryLoopMs = 1)

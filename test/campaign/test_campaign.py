@@ -32,14 +32,23 @@ FAKE = {
     "a": {"kind": "fuzz", "hash": "1"},
     "b": {"kind": "fuzz", "hash": "2"},
     "c": {"kind": "soak", "hash": "3"},
+    "d": {"kind": "faults", "hash": "4"},
 }
+
+
+SIZES = {"fuzz": 100, "soak": 20, "faults": 30}
+
+
+def totals(frames, steps):
+    return {"fuzz": frames, "soak": steps, "faults": 70}
 
 
 def command(state, *arguments, programs=PROGRAMS):
     workers = [] if "--scheduler" in arguments else ["--workers", "2"]
     return [
         sys.executable, "-m", "campaign", "--sets", SET, "--programs", programs, "--state", str(state),
-        "--frames", "100", "--steps", "100", "--seed", "1", *workers, *(str(a) for a in arguments),
+        "--frames", "100", "--steps", "100", "--cycles", "100", "--seed", "1",
+        *workers, *(str(a) for a in arguments),
     ]
 
 
@@ -81,42 +90,43 @@ def lines(state):
 class Plan(unittest.TestCase):
     def test_covers_all_frames_and_steps_exactly(self):
         for frames in (1, 7, 99, 100, 101, 12345):
-            shards = plan(FAKE, frames, 50, 1, 100, 20)
+            shards = plan(FAKE, totals(frames, 50), 1, SIZES)
             self.assertEqual(sum(s.size for s in shards if s.kind == "fuzz"), frames)
             self.assertEqual(sum(s.size for s in shards if s.kind == "soak"), 50)
+            self.assertEqual([s.size for s in shards if s.kind == "faults"], [30, 30, 10])
             self.assertTrue(all(s.size <= 100 for s in shards))
 
     def test_is_the_same_for_the_same_arguments(self):
-        self.assertEqual(plan(FAKE, 1000, 50, 7, 100, 20), plan(FAKE, 1000, 50, 7, 100, 20))
-        self.assertNotEqual(plan(FAKE, 1000, 50, 7, 100, 20), plan(FAKE, 1000, 50, 8, 100, 20))
+        self.assertEqual(plan(FAKE, totals(1000, 50), 7, SIZES), plan(FAKE, totals(1000, 50), 7, SIZES))
+        self.assertNotEqual(plan(FAKE, totals(1000, 50), 7, SIZES), plan(FAKE, totals(1000, 50), 8, SIZES))
 
     def test_gives_every_shard_of_a_set_a_seed_of_its_own(self):
-        shards = plan(FAKE, 1000, 100, 7, 100, 20)
+        shards = plan(FAKE, totals(1000, 100), 7, SIZES)
         self.assertEqual(len({(s.set, s.seed) for s in shards}), len(shards))
         self.assertEqual(sorted(s.seed for s in shards if s.set == "a"), [7, 8, 9, 10, 11])
 
     def test_with_more_frames_goes_on_behind_the_finished_shards(self):
         for frames, more in ((1, 2), (250, 450), (1000, 1001), (999, 12345)):
-            small = plan(FAKE, frames, 50, 7, 100, 20)
-            large = plan(FAKE, more, 90, 7, 100, 20, small)
+            small = plan(FAKE, totals(frames, 50), 7, SIZES)
+            large = plan(FAKE, totals(more, 90), 7, SIZES, small)
             self.assertLess(set(small), set(large))
             self.assertEqual(sum(s.size for s in large if s.kind == "fuzz"), more)
             self.assertEqual(sum(s.size for s in large if s.kind == "soak"), 90)
             self.assertEqual(len({(s.set, s.seed) for s in large}), len(large))
             # Only some of the smaller are finished, in any order.
             some = small[::2]
-            large = plan(FAKE, more, 90, 7, 100, 20, some)
+            large = plan(FAKE, totals(more, 90), 7, SIZES, some)
             self.assertLessEqual(set(some), set(large))
             self.assertEqual(sum(s.size for s in large if s.kind == "fuzz"), more)
 
     def test_with_fewer_frames_runs_nothing_that_is_finished(self):
-        large = plan(FAKE, 1000, 100, 7, 100, 20)
-        self.assertLessEqual(set(plan(FAKE, 330, 30, 7, 100, 20, large)), set(large))
+        large = plan(FAKE, totals(1000, 100), 7, SIZES)
+        self.assertLessEqual(set(plan(FAKE, totals(330, 30), 7, SIZES, large)), set(large))
 
     def test_takes_no_shard_of_other_programs_for_finished(self):
         changed = {**FAKE, "a": {"kind": "fuzz", "hash": "9"}}
-        finished = plan(changed, 250, 50, 7, 100, 20)
-        self.assertFalse({s for s in plan(FAKE, 450, 50, 7, 100, 20, finished) if s.hash == "9"})
+        finished = plan(changed, totals(250, 50), 7, SIZES)
+        self.assertFalse({s for s in plan(FAKE, totals(450, 50), 7, SIZES, finished) if s.hash == "9"})
 
 
 class Journals(unittest.TestCase):
@@ -124,7 +134,7 @@ class Journals(unittest.TestCase):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         self.root = folder.name
-        self.shards = plan(FAKE, 300, 20, 1, 100, 20)
+        self.shards = plan(FAKE, totals(300, 20), 1, SIZES)
 
     def journal(self, sets=FAKE, seed=1):
         journal = Journal(self.root, sets, seed)
@@ -210,7 +220,8 @@ class Programs(unittest.TestCase):
         """A command that builds programs in which the set `a` has this hash."""
         sets = json.dumps({"jars": [jar], "sets": {"a": {"kind": "fuzz", "hash": digest}}})
         return (
-            f"cd {self.folder}; mkdir -p jars; for f in flyframe-fuzz flyframe-smsoak jars/{jar}; do "
+            f"cd {self.folder}; mkdir -p jars; "
+            f"for f in flyframe-fuzz flyframe-smsoak flyframe-faults jars/{jar}; do "
             f"echo {digest} >$f; done; echo '{sets}' >sets.json"
         )
 
@@ -358,6 +369,7 @@ class Arguments(unittest.TestCase):
             (["--frames", "1e5"], "'1e5'"),
             (["--frames", "9" * 5000], "99999"),
             (["--steps", "0"], "'0'"),
+            (["--cycles", "0"], "'0'"),
             (["--seed", "-1"], "'-1'"),
             (["--seed", str(2**63 - 1)], f"'{2**63 - 1}'"),
             (["--seed", str(2**31)], f"{2**31 - 1}"),
@@ -408,7 +420,7 @@ class Arguments(unittest.TestCase):
             arguments = ["--sets", f"{SET} other", "--frames", 1]
             done = run(folder, *arguments, programs=str(copy.relative_to(ROOT)))
             self.assertEqual(done.returncode, 0, done.stderr)
-            said = "sets without a shard, as there are fewer frames or steps than sets: other.\n"
+            said = "sets without a shard, as there are fewer frames, steps or cycles than sets: other.\n"
             self.assertIn(said, done.stderr)
 
 

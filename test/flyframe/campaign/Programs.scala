@@ -8,8 +8,8 @@ import flyframe.TestSets
 import flyframe.cosim.Harness
 import flyframe.params.EscParams
 
-/** Builds what a campaign runs: `flyframe-fuzz`, `flyframe-smsoak`, the writer of vectors with its jars, and
-  * `sets.json`, which tells what has been built and from what.
+/** Builds what a campaign runs: `flyframe-fuzz`, `flyframe-smsoak`, `flyframe-faults`, the writer of vectors
+  * with its jars, and `sets.json`, which tells what has been built and from what.
   */
 object Programs {
 
@@ -45,8 +45,9 @@ object Programs {
   }
 
   private def setsNamed(name: String): Seq[EscParams] = name match {
-    case "fuzz" => TestSets.fuzz.map(_._1)
-    case "soak" => TestSets.soak.map(_._1)
+    case "fuzz"   => TestSets.fuzz.map(_._1)
+    case "soak"   => TestSets.soak.map(_._1)
+    case "faults" => TestSets.faults
     case _ =>
       val set = TestSets.named(name).getOrElse(stop(s"The set is $name, which no set is called."))
       if (set.isMaster) stop(s"The set is $name, a master; random frames are for slaves.")
@@ -58,7 +59,8 @@ object Programs {
     sys.exit(2)
   }
 
-  /** Arguments: a folder below `build`, and sets, where `fuzz` and `soak` mean all of their kind. */
+  /** Arguments: a folder below `build`, and sets, where `fuzz`, `soak` and `faults` mean all of their kind.
+    */
   def main(arguments: Array[String]): Unit = {
     val sets = arguments.toSeq.drop(1).flatMap(setsNamed).distinct
     if (sets.isEmpty) stop("A folder below build and at least one set must be named.")
@@ -67,13 +69,14 @@ object Programs {
 
     val jars     = copyJars(out.resolve("jars"))
     val programs = hash(sources.map(Paths.get(_)).flatMap(filesOf))
-    val soak     = TestSets.soak.map(_._1)
+    def kind(p: EscParams) =
+      if (TestSets.soak.exists(_._1 == p)) "soak" else if (TestSets.faults.contains(p)) "faults" else "fuzz"
     val document = ujson.Obj(
       "jars" -> jars,
       "sets" -> ujson.Obj.from(sets.map { p =>
         val verilog = out.resolve(s"verilog/${p.preset}.v")
         p.preset -> ujson.Obj(
-          "kind" -> (if (soak.contains(p)) "soak" else "fuzz"),
+          "kind" -> kind(p),
           "hash" -> hash(Seq(verilog)).take(16).concat(programs.take(16))
         )
       })

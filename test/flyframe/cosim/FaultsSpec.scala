@@ -1,14 +1,13 @@
 package flyframe.cosim
 
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.Tier
-import flyframe.params.Presets
+import flyframe.{TestSets, Tier}
 
 /** Five slaves in OP while one cable after the other is bad, and a ring that is cut in mid-frame. `make
   * faults` takes any number of cycles from any seed.
   */
 class FaultsSpec extends AnyFlatSpec {
-  private val harness = new Harness("faults", Seq(Presets.named("slave").map(_.params).get))
+  private val harness = new Harness("faults", TestSets.faults)
 
   private val tier =
     Tier("Five slaves behind cables that fail, in OP", "cycles of the master", test = 1200, soak = 40000)

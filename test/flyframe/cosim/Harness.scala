@@ -115,6 +115,7 @@ final class Harness(name: String, sets: Seq[EscParams], optimise: String = "-O2"
   /** The program that uses SyncManagers from bus and host at once. */
   private lazy val soakProgram: String = program("flyframe-smsoak")
 
-  /** `flyframe-fuzz` and `flyframe-smsoak` as fast as they get, for runs of many frames. */
-  def longRuns(): Unit = Seq("flyframe-fuzz", "flyframe-smsoak").foreach(program(_, "-O3"))
+  /** The programs for runs of many frames, as fast as they get. */
+  def longRuns(): Unit =
+    Seq("flyframe-fuzz", "flyframe-smsoak", "flyframe-faults").foreach(program(_, "-O3"))
 }
