@@ -23,6 +23,14 @@
 //   registerWritesPerFrame          0  bytes
 //   txShift                         0  core cycles
 //   rmiiPorts                  0x0000  bits
+//   mi                              0  code
+//   phyAddressOffset                0  address
+//   phyAddresses                   -1  code
+//   miLinkDetection                 0  switch
+//   enhancedLinkDetection           0  switch
+//   linkLowPorts               0x0000  bits
+//   fxPorts                    0x0000  bits
+//   resetRegisters                  0  switch
 //   temporaryLoopMs              1000  ms
 //   escType                    0x00f1  code
 //   escRevision                0x0000  code

@@ -40,11 +40,11 @@ object Documents {
         "",
         s"Generated from `src/base/registers` for preset `${p.preset}` with all it may have " +
           s"(`ports` ${p.ports},",
-        s"`digitalOutputs`, `alarm`), and for preset `${master.preset}`; do not edit. Multi-byte registers " +
-          "are little",
-        "endian. Bits without a row are reserved: they read 0 and ignore writes. `r/clr`: a write of any " +
-          "value clears",
-        "the whole group.",
+        "`digitalOutputs`, `alarm`, `mi` with link detection, `resetRegisters`), and for preset " +
+          s"`${master.preset}`; do not",
+        "edit. Multi-byte registers are little endian. Bits without a row are reserved: they read 0 and " +
+          "ignore writes.",
+        "`r/clr`: a write of any value clears the whole group.",
         "",
         "## Slave",
         "",

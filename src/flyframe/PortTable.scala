@@ -71,7 +71,7 @@ object PortTable {
     port("mii_y_rx_er",  In,  1, "RX_ER, in `mii_y_rx_clk`"),
     port("mii_y_rxd",    In,  4, "RXD, in `mii_y_rx_clk`"),
     port("mii_y_link",   In,  1,
-      "high while the PHY reports a link (invert an active-low LED pin). Any clock"),
+      "high while the PHY reports a link, or low, as `linkLowPorts` says. Any clock"),
     port("mii_y_tx_en",  Out, 1, "TX_EN, in `clock`, a new value every 40 ns. Tie TX_ER of the PHY low"),
     port("mii_y_txd",    Out, 4, "TXD, likewise")
   ).map(_.copy(onPort = !_.isRmii(_)))
@@ -123,6 +123,20 @@ object PortTable {
       port("sii_sda_low",  Out, 1, "the same for its data line"),
       port("sii_sda",      In,  1, "level of the data line"),
       port("sii_two_byte", In,  1, "strap: high for EEPROMs of 32 Kbit and more")
+    ) ++
+    optional("`mi` 1 or 2", _.hasMi)(
+      port("mi_mdc",         Out, 1, "MDC of the management bus to the PHYs, at most 2.5 MHz"),
+      port("mi_mdio_in",     In,  1, "level of its data line, which has a pull-up (1.5 kΩ)"),
+      port("mi_mdio_out",    Out, 1, "level to drive it with"),
+      port("mi_mdio_enable", Out, 1, "drive it")
+    ) ++
+    optional("`enhancedLinkDetection` and `fxPorts`", _.resetsPhys)(
+      port("phy_port_reset_n_y", Out, 1,
+        "to the reset of the PHY at port `y`, in place of `phy_reset_n`: low also when it must begin anew")
+    ) ++
+    optional("`resetRegisters`", _.hasResetRegisters)(
+      port("reset_request", Out, 1,
+        "high until there is a reset: bus or host ask for one of the whole chip, PHYs and host included")
     ) ++
     optional("`leds`", _.hasLeds)(
       port("led_run",       Out, 1, "RUN, high = lit"),

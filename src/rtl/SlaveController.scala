@@ -3,11 +3,12 @@ package flyframe
 import chisel3._
 import chisel3.util._
 import scala.reflect.ClassTag
-import flyframe.application.{Application, LedPins, Leds, Watchdogs}
+import flyframe.application.{Application, LedPins, Leds, ResetRequest, Watchdogs}
 import flyframe.clocks.LevelCrossing
 import flyframe.frame.{FrameProcessor, Stage}
 import flyframe.host.HostSequencer
 import flyframe.memory.{EscMemory, FrameEvents, HostPort, RegisterBus, RegisterUnit}
+import flyframe.mi.{LinkUnit, MiPins, MiUnit}
 import flyframe.mii.Port
 import flyframe.params.EscParams
 import flyframe.port.{DataLink, SlotTimer}
@@ -46,6 +47,15 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
 
   /** I2C EEPROM: 1 pulls a line low; high while the EEPROM has two address bytes. */
   val sii = Option.when(p.hasI2c)(IO(new SiiPins))
+
+  /** MII management of the PHYs. */
+  val mi = Option.when(p.hasMi)(IO(new MiPins))
+
+  /** Resets of the ports' PHYs, low active: while the controller is reset, and when a PHY must begin anew. */
+  val phy_port_reset_n = Option.when(p.resetsPhys)(IO(Output(Vec(p.ports, Bool()))))
+
+  /** Bus or host ask for a reset of the whole chip, this controller included. */
+  val reset_request = Option.when(p.hasResetRegisters)(IO(Output(Bool())))
 
   /** LEDs, high = lit. */
   val led = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
@@ -101,9 +111,20 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   mii_tx_tick := ShiftRegister(transmitStep, p.txShift + 1)
 
   // Units, each with its registers.
-  private val dataLink     = new DataLink(p, ports.map(_.core))
+  private val dataLink = new DataLink(p, ports.map(_.core), linkUnit.fold(ports.map(_.core.link))(_.physical))
   private val syncManagers = Option.when(p.syncManagers > 0)(new SyncManagerUnit(p))
   private val eeprom       = Option.when(p.hasSii)(new SiiUnit(p, sii))
+  private val management   = mi.map(new MiUnit(p, _))
+  private val linkUnit = Option.when(p.detectsLinks)(
+    new LinkUnit(
+      p,
+      ports.map(_.core),
+      management.flatMap(_.own),
+      phy_port_reset_n,
+      eeprom.map(e => (e.loading, e.loadFailed))
+    )
+  )
+  private val resets = reset_request.map(new ResetRequest(_))
   private val watchdogs =
     Option.when(p.hasWatchdogs)(new Watchdogs(p, syncManagers.fold(false.B)(_.trigger)))
   private val application = Option.when(p.hasApplicationLayer)(new Application(p))
@@ -112,7 +133,10 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
     new Leds(p, pins, ports.map(_.core.link), active, eeprom, watchdogs)
   }
   private val units =
-    Seq(dataLink) ++ syncManagers ++ eeprom ++ watchdogs ++ application ++ leds ++ addedUnits
+    Seq(
+      dataLink
+    ) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ watchdogs ++ application ++ leds ++
+      addedUnits
   private val unlisted = units.flatMap(_.registers).diff(RegisterMap(p, addedRegisters)).map(_.name)
   require(unlisted.isEmpty, s"registers ${unlisted.mkString(", ")} are of units but must be in RegisterMap.")
   units.foreach(_.connect(bus))

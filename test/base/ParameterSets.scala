@@ -155,8 +155,37 @@ object TestSets {
     )
   )
 
+  // Management of the PHYs: by commands alone; with links found by it; with fibre, and an EEPROM that says
+  // where enhanced link detection is on.
+  private val ruledMi = Seq(
+    ruled.copy(preset = "mi-25", coreClockMhz = 25, mi = 2, phyAddressOffset = 16, linkLowPorts = 0x2),
+    ruled.copy(
+      preset = "mi-links",
+      coreClockMhz = 50,
+      dataBusWidth = 16,
+      ports = 3,
+      mi = 2,
+      phyAddresses = 9 << 10 | 1 << 5 | 30,
+      miLinkDetection = 1,
+      enhancedLinkDetection = 1
+    ),
+    ruled.copy(
+      preset = "mi-fibre",
+      coreClockMhz = 25,
+      mi = 1,
+      sii = 1,
+      siiClockKhz = 1000,
+      siiStartUs = 1,
+      miLinkDetection = 1,
+      enhancedLinkDetection = 1,
+      fxPorts = 0x2
+    ),
+    ruled.copy(preset = "mi-errors", coreClockMhz = 25, mi = 1, enhancedLinkDetection = 1, resetRegisters = 1)
+  )
+
   /** Of the rule tests, on model and RTL. */
-  val rules: Seq[EscParams] = ruledSets ++ ruledUnitSets ++ ruledEepromSets ++ ruledEmulated ++ ruledAlarms
+  val rules: Seq[EscParams] =
+    ruledSets ++ ruledUnitSets ++ ruledEepromSets ++ ruledEmulated ++ ruledAlarms ++ ruledMi
 
   /** FMMUs 0, 1, 3, 8, 16 and SyncManagers 0, 2, 4, 8, 16, each with the most and the least of the other
     * kind.

@@ -38,7 +38,11 @@ class PortTableSpec extends AnyFlatSpec {
       alarm = 1,
       sii = 2,
       ports = 3,
-      rmiiPorts = 0x1
+      rmiiPorts = 0x1,
+      mi = 1,
+      enhancedLinkDetection = 1,
+      fxPorts = 0x1,
+      resetRegisters = 1
     )
     assert(told(p) == declared(p, Emit.verilog(p)))
     val seen = (p +: Presets.all.map(_.params)).flatMap(told).map(_._3).toSet

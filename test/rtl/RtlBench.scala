@@ -3,6 +3,7 @@ package flyframe
 import chisel3._
 import chiseltest._
 import flyframe.application.LedPins
+import flyframe.mi.{PhyRegisters, Phys}
 import flyframe.mii.{MiiPins, RmiiPins}
 import flyframe.sii.SiiPins
 import flyframe.model.{SentFrame, Symbol, WireFrame}
@@ -42,6 +43,11 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
   val outputs       = Option.when(p.digitalOutputs > 0)(IO(Output(UInt((8 * p.digitalOutputs).W))))
   val outputsDriven = Option.when(p.digitalOutputs > 0)(IO(Output(Bool())))
 
+  /** The PHYs on the management bus; and the management data line is driven from both ends. */
+  val phys         = Option.when(p.hasMi)(IO(new PhyControl))
+  val resetRequest = Option.when(p.hasResetRegisters)(IO(Output(Bool())))
+  val phyResetsN   = Option.when(p.resetsPhys)(IO(Output(UInt(p.ports.W))))
+
   /** The comparators of the smoke detector's current. */
   val current = Option.when(p.hasAlarm)(IO(Input(UInt(3.W))))
 
@@ -66,6 +72,19 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
   led.foreach(_ := dut.led.get)
   outputs.foreach(_ := dut.digital_output.get)
   outputsDriven.foreach(_ := dut.digital_output_driven.get)
+  for (pins <- dut.mi; control <- phys) {
+    val all = withReset(false.B)(Module(new Phys))
+    all.mdc         := pins.mdc
+    all.line        := pins.mdio_out || !pins.mdio_enable
+    all.present     := control.present
+    all.at          := control.at
+    all.store       := control.store
+    control.value   := all.value
+    control.collide := all.drives && pins.mdio_enable
+    pins.mdio_in    := all.level
+  }
+  resetRequest.foreach(_ := dut.reset_request.get)
+  phyResetsN.foreach(_ := dut.phy_port_reset_n.get.asUInt)
   for (y <- 0 until p.ports) {
     dut.phys(y) match {
       case mii: MiiPins =>
@@ -89,6 +108,17 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
         txd(y)     := phy.tx.bits
     }
   }
+}
+
+/** A test's access to [[flyframe.mi.Phys]]. */
+class PhyControl extends Bundle {
+  val present = Input(UInt(32.W))
+  val at      = Input(UInt(10.W))
+  val value   = Output(UInt(16.W))
+  val store   = Input(chisel3.util.Valid(UInt(16.W)))
+
+  /** The data line is driven from both ends. */
+  val collide = Output(Bool())
 }
 
 /** Drives a [[ControllerUnderTest]] with nominal clocks. */
@@ -121,7 +151,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
 
   private def restart(): Unit = {
     for (y <- 0 until p.ports) {
-      dut.link(y).poke(true)
+      dut.link(y).poke(!p.isLinkLow(y))
       dut.rxDv(y).poke(false)
       dut.rxEr(y).poke(false)
     }
@@ -131,6 +161,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     dut.host.req.poke(false)
     dut.reset.poke(true.B)
     idle(4)
+    if (p.hasMi) powerOnPhys()
     dut.reset.poke(false.B)
     idle(if (p.hasRegisterRam) 560 / p.cyclesPerNibble + 40 else 40)
     running = Map.empty
@@ -182,7 +213,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   def idle(slots: Int): Unit = (0 until slots).foreach(_ => slot(0, dv = false, er = false, 0))
 
   def setLink(port: Int, up: Boolean): Unit = {
-    dut.link(port).poke(up)
+    dut.link(port).poke(up != p.isLinkLow(port))
     idle(20)
   }
 
@@ -225,6 +256,38 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   def outputs: Option[Int] =
     Option.when(dut.outputsDriven.get.peek().litToBoolean)(dut.outputs.get.peek().litValue.toInt)
   def interrupt: Boolean = dut.irq.peek().litToBoolean
+
+  private var there = BigInt(0) // addresses of the PHYs that answer
+  private def powerOnPhys(): Unit = {
+    there = 0
+    for (y <- 0 until p.ports; a = p.phyAddress(y)) {
+      phys.insert(a)
+      for (r <- 0 until 32) phys.set(a, r, Phys.PowerOn.getOrElse(r, 0))
+    }
+  }
+  object phys extends PhyRegisters {
+    private val control                        = dut.phys.orNull
+    private def point(phy: Int, register: Int) = control.at.poke(phy << 5 | register)
+    private def change(now: BigInt): Unit = {
+      there = now
+      control.present.poke(now)
+    }
+    def get(phy: Int, register: Int): Int = {
+      point(phy, register)
+      control.value.peek().litValue.toInt
+    }
+    def set(phy: Int, register: Int, value: Int): Unit = {
+      point(phy, register)
+      control.store.valid.poke(true)
+      control.store.bits.poke(value)
+      dut.clock.step()
+      control.store.valid.poke(false)
+    }
+    def remove(phy: Int): Unit = change(there.clearBit(phy))
+    def insert(phy: Int): Unit = change(there.setBit(phy))
+  }
+  def resetRequested: Boolean = dut.resetRequest.exists(_.peek().litToBoolean)
+  def phyResets: Int          = dut.phyResetsN.fold(0)(n => ~n.peek().litValue.toInt & (1 << p.ports) - 1)
 
   /** Symbols with RX_ER outside a frame. */
   def falseCarrier(port: Int, symbols: Int): Unit = {

@@ -24,7 +24,7 @@ class EscModel(
   // By name of the field. The model asks for them with every access.
   private val statuses: Map[String, () => Boolean] = (0 until 4).flatMap { y =>
     Seq[(String, () => Boolean)](
-      s"physical_link_port$y" -> (() => links(y)),
+      s"physical_link_port$y" -> (() => detection.fold(links(y))(_.found(y))),
       s"communication_port$y" -> (() => links(y)),
       s"loop_closed_port$y"   -> (() => !wanted(y))
     )
@@ -36,7 +36,13 @@ class EscModel(
   // Auto close: written, or a good frame, since the link came up (LP-04).
   private val released = Array.fill(p.ports)(true)
   private val opened   = Array.fill(p.ports)(true)
-  private val space    = new LocalSpace(p, eeprom, status, added, addedUnits)
+
+  /** What the management bus leads to. */
+  var phys: PhyBus = PhyBus.Empty
+  private val detection: Option[LinkModel] =
+    Option.when(p.detectsLinks)(new LinkModel(p, () => phys, y => space.enhancedLink(y)))
+  private val space: LocalSpace =
+    new LocalSpace(p, eeprom, status, added, addedUnits ++ detection, () => phys)
 
   val registers: ModelRegisters = space.registers
 
@@ -76,12 +82,29 @@ class EscModel(
 
   private def status(name: String): Int = if (statuses(name)()) 1 else 0
 
+  /** The link input of the port says so. */
   def setLink(port: Int, up: Boolean): Unit = {
+    detection.fold(change(port, up))(_.signal(port, up))
+    follow()
+  }
+
+  /** Links are what link detection makes of them. */
+  private def follow(): Unit = {
+    for (d <- detection; y <- portNumbers if links(y) != d.link(y)) change(y, d.link(y))
+    updateLoops()
+  }
+
+  private def change(port: Int, up: Boolean): Unit = {
     if (links(port) && !up && opened(port) && setting(port) == 0) registers.count(s"lost_link_port$port")
     if (!up) released(port) = false
     links(port) = up
-    updateLoops()
   }
+
+  /** Bus or host ask for a reset (SYS-04). */
+  def resetRequested: Boolean = space.resetRequested
+
+  /** The resets of PHYs that are active, a bit per port (LNK-10). */
+  def phyResets: Int = detection.fold(0)(_.resets)
 
   // ---- local side ----
 
@@ -107,7 +130,8 @@ class EscModel(
   def advanceMs(ms: Int): Unit = {
     space.watchdogs.foreach(_.advance(ms * 25000L))
     alarm.foreach(_.advance(ms * 1000L))
-    space.watch()
+    detection.foreach(_.advanceMs(ms))
+    follow()
     advanceLoops(ms)
   }
 
@@ -118,6 +142,7 @@ class EscModel(
   def advanceUs(us: Int): Unit = {
     space.watchdogs.foreach(_.advance(us * 25L))
     alarm.foreach(_.advance(us))
+    detection.foreach(_.advanceUs(us))
     space.watch()
   }
 
@@ -152,13 +177,17 @@ class EscModel(
       }
     }
     if (received.good && links(port)) released(port) = true
-    updateLoops()
+    detection.foreach(_.errors(port, received.rxErrors))
+    follow()
     sent
   }
 
   /** Symbols with RX_ER outside a frame (HINT-04). */
-  def falseCarrier(port: Int, symbols: Int): Unit =
+  def falseCarrier(port: Int, symbols: Int): Unit = {
     if (opened(port)) registers.count(s"rx_er_port$port", symbols)
+    detection.foreach(_.errors(port, symbols))
+    follow()
+  }
 
   /** The way from behind loop-back `port` on (LP-08, LP-09). */
   private def pass(port: Int, received: ReceivedFrame): (Int, SentFrame) = {

@@ -1,7 +1,7 @@
 package flyframe.model
 
 import flyframe.params.EscParams
-import flyframe.registers.{DlRegisters, EventRegisters, Register, RegisterMap}
+import flyframe.registers.{DlRegisters, EventRegisters, Register, RegisterMap, ResetRegisters}
 
 /** What lies at the local addresses: memory, registers and the units behind them, as the host and as ECAT
   * reach it.
@@ -12,13 +12,16 @@ import flyframe.registers.{DlRegisters, EventRegisters, Register, RegisterMap}
   *   registers of a product beside those of the units
   * @param addedUnits
   *   the units behind them
+  * @param phys
+  *   gives what the management bus leads to
   */
 class LocalSpace(
     p: EscParams,
     eeprom: Option[Seq[Int]],
     portStatus: String => Int,
     added: Seq[Register] = Nil,
-    addedUnits: Seq[ModelUnit] = Nil
+    addedUnits: Seq[ModelUnit] = Nil,
+    phys: () => PhyBus = () => PhyBus.Empty
 ) {
   private val memory = new Array[Int](0x10000)
 
@@ -49,6 +52,9 @@ class LocalSpace(
   private val sii = Option.when(p.hasSii)(
     new SiiModel(registers, eeprom, p.hasEmulation, () => pdiOperational, () => pdiOperational = true)
   )
+  private val management =
+    Option.when(p.hasMi)(new MiiManagementModel(p, registers, phys))
+  private val reset = Option.when(p.hasResetRegisters)(new ResetModel)
   private val leds =
     Option.when(p.hasLeds)(new LedModel(registers, () => emulation, () => sii.exists(_.loadFailed)))
 
@@ -60,7 +66,9 @@ class LocalSpace(
   )
 
   private val units: Seq[ModelUnit] =
-    watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ leds ++ alarm ++ addedUnits
+    watchdogs.toSeq ++ application ++ Seq(
+      syncManagers
+    ) ++ sii ++ management ++ reset ++ leds ++ alarm ++ addedUnits
 
   if (p.hasEmulation) pdiOperational = false
   else if (eeprom.isDefined) sii.foreach(s => pdiOperational = s.loadFirst())
@@ -70,6 +78,12 @@ class LocalSpace(
     .collectFirst { case Some(v) => v }
     .getOrElse(if (field == "pdi_operational") { if (pdiOperational) 1 else 0 }
     else portStatus(field))
+
+  /** Enhanced link detection is on at this port (LNK-11). */
+  def enhancedLink(port: Int): Boolean = sii.forall { s =>
+    val a0 = registers.value("esc_configuration") << 1
+    !s.firstFailed && ((a0 >> 1 & 1) == 1 || (a0 >> (4 + port) & 1) == 1)
+  }
 
   private def allowed(guard: Option[String]): Boolean =
     guard.forall(name => units.exists(_.guard(name).contains(true)))
@@ -108,6 +122,7 @@ class LocalSpace(
     */
   def hostRead(address: Int, bytes: Int): Seq[Int] = {
     val values = (0 until bytes).map(i => hostReadByte(address + i))
+    reset.foreach(_.otherCommand())
     watchdogs.foreach(_.pdi.trigger())
     watch()
     values
@@ -125,6 +140,7 @@ class LocalSpace(
     }
 
   def hostWrite(address: Int, byte: Int): Unit = {
+    if (address != ResetRegisters.Pdi) reset.foreach(_.otherCommand())
     passed(Side.Pdi, write = true, address).foreach { local =>
       if (isMemory(local)) memory(local) = byte
       else if (registers.pdi(local).writable && allowed(registers.register(local).flatMap(_.pdiGuard)))
@@ -150,6 +166,7 @@ class LocalSpace(
     /** It has read of a time ([[AlarmModel.isTime]]). */
     var hasTime = false
     syncManagers.frameStarts()
+    reset.foreach(_.frameStarts())
 
     def read(address: Int): Option[Int] = passed(Side.Ecat, write = false, address).flatMap { local =>
       if (isMemory(local)) Some(memory(local))
@@ -188,10 +205,14 @@ class LocalSpace(
         read.flatMap(registers.register(_)).foreach(r => units.foreach(_.readByEcat(r)))
         pending.foreach { case (address, byte, bits) => store(address, byte, bits, byHost = false) }
         sii.foreach(_.frameEnds())
+        management.foreach(_.frameEnds())
         pending.map(_._1)
       }
     }
   }
+
+  /** Bus or host ask for a reset (SYS-04). */
+  def resetRequested: Boolean = reset.exists(_.requested)
 
   /** Digital outputs are driven while the process data watchdog runs (SM-26, WD-05). */
   def outputs: Option[Int] =

@@ -36,6 +36,9 @@ class SiiModel(
   private def offered = registers.value("eeprom_offered") == 1
   private def taken   = registers.value("eeprom_taken") == 1
 
+  /** The load after reset has found no configuration. */
+  var firstFailed: Boolean = false
+
   if (emulated) serve(4)
 
   override def status(field: String): Option[Int] = {
@@ -150,6 +153,7 @@ class SiiModel(
         checksumError = false
         serve(4)
       } else {
+        firstFailed |= isFirst
         isFirst = false
         failed = true
         if (failure) commandError = true
@@ -158,7 +162,10 @@ class SiiModel(
   }
 
   /** The load after reset. */
-  def loadFirst(): Boolean = content.exists(c => load(c.toSeq, first = true))
+  def loadFirst(): Boolean = {
+    firstFailed = !content.exists(c => load(c.toSeq, first = true))
+    !firstFailed
+  }
 
   /** Takes the configuration area into the registers (SII-07, SII-08); false if its checksum is wrong. */
   private def load(bytes: Seq[Int], first: Boolean): Boolean = {

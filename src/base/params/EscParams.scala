@@ -31,6 +31,14 @@ final case class EscParams(
     registerWritesPerFrame: Int = 0,
     txShift: Int = 0,
     rmiiPorts: Int = 0,
+    mi: Int = 0,
+    phyAddressOffset: Int = 0,
+    phyAddresses: Int = -1,
+    miLinkDetection: Int = 0,
+    enhancedLinkDetection: Int = 0,
+    linkLowPorts: Int = 0,
+    fxPorts: Int = 0,
+    resetRegisters: Int = 0,
     temporaryLoopMs: Int = 1000,
     escType: Int = 0xf1,
     escRevision: Int = 0,
@@ -88,6 +96,38 @@ final case class EscParams(
   def hasSii: Boolean       = sii > 0
   def hasI2c: Boolean       = sii == 1
   def hasEmulation: Boolean = sii == 2
+
+  /** The MII management interface is built (MI); the PDI may take it over (MI-07). */
+  def hasMi: Boolean      = mi > 0
+  def hasMiByPdi: Boolean = mi == 2
+
+  /** Links are also found through MII management (LNK-06). */
+  def hasMiLinks: Boolean = miLinkDetection == 1
+
+  /** Enhanced link detection is built (LNK-08); it resets PHYs instead of restarting their auto-negotiation
+    * (LNK-10).
+    */
+  def hasEnhancedLinks: Boolean = enhancedLinkDetection == 1
+  def resetsPhys: Boolean       = hasEnhancedLinks && fxPorts != 0
+
+  /** Bus and host may ask for a reset of the whole chip (SYS-04). */
+  def hasResetRegisters: Boolean = resetRegisters == 1
+
+  /** More than the link input decides on a link. */
+  def detectsLinks: Boolean = hasMiLinks || hasEnhancedLinks
+
+  /** The controller accesses PHYs by itself, beside the commands of bus and host. */
+  def hasOwnMiAccesses: Boolean = hasMiLinks || (hasEnhancedLinks && !resetsPhys)
+
+  /** The port has a fibre PHY. */
+  def isFx(port: Int): Boolean = (fxPorts >> port & 1) == 1
+
+  /** The link input of the port is low while there is a link. */
+  def isLinkLow(port: Int): Boolean = !isMaster && (linkLowPorts >> port & 1) == 1
+
+  /** MII management address of a port's PHY (MI-08, MI-09). */
+  def phyAddress(port: Int): Int =
+    if (phyAddresses >= 0) phyAddresses >> (5 * port) & 31 else (phyAddressOffset + port) % 32
 
   /** A smoke detector and the reporting of its events in passing frames are built (ALARM). */
   def hasAlarm: Boolean = alarm == 1
@@ -317,6 +357,58 @@ object ParamTable {
       between(0, 0xf),
       hex = true
     )(_.rmiiPorts)((p, v) => p.copy(rmiiPorts = v)),
+    info(
+      "mi",
+      "MII management interface to the PHYs: 0 none; 1 of the bus; 2 the host may take it over",
+      "code",
+      between(0, 2)
+    )(_.mi)((p, v) => p.copy(mi = v)),
+    info(
+      "phyAddressOffset",
+      "MII management address of port 0; further ports follow it",
+      "address",
+      between(0, 31)
+    )(
+      _.phyAddressOffset
+    )((p, v) => p.copy(phyAddressOffset = v)),
+    info(
+      "phyAddresses",
+      "MII management addresses of ports 0 to 3, five bits each from the lowest up",
+      "code",
+      ("-1 (by phyAddressOffset) or 0x0 to 0xfffff", v => v >= -1 && v <= 0xfffff),
+      hex = true
+    )(_.phyAddresses)((p, v) => p.copy(phyAddresses = v)),
+    info(
+      "miLinkDetection",
+      "1: PHYs are configured and asked for their links through MII management",
+      "switch",
+      between(0, 1)
+    )(_.miLinkDetection)((p, v) => p.copy(miLinkDetection = v)),
+    info(
+      "enhancedLinkDetection",
+      "1: a port with many RX_ER closes, and its PHY begins anew",
+      "switch",
+      between(0, 1)
+    )(_.enhancedLinkDetection)((p, v) => p.copy(enhancedLinkDetection = v)),
+    info(
+      "linkLowPorts",
+      "ports whose link input is low while there is a link: bit y for port y",
+      "bits",
+      between(0, 0xf),
+      hex = true
+    )(_.linkLowPorts)((p, v) => p.copy(linkLowPorts = v)),
+    info(
+      "fxPorts",
+      "ports whose PHY is on fibre (100BASE-FX): bit y for port y",
+      "bits",
+      between(0, 0xf),
+      hex = true
+    )(
+      _.fxPorts
+    )((p, v) => p.copy(fxPorts = v)),
+    info("resetRegisters", "1: bus and host may ask for a reset of the whole chip", "switch", between(0, 1))(
+      _.resetRegisters
+    )((p, v) => p.copy(resetRegisters = v)),
     info("temporaryLoopMs", "how long a temporary loop setting (0x0100[1]) lasts", "ms", between(1, 2000))(
       _.temporaryLoopMs
     )((p, v) => p.copy(temporaryLoopMs = v)),
@@ -401,7 +493,25 @@ object EscParams {
     Option.when(p.syncManagers > 0 && !p.hasApplicationLayer)(
       s"syncManagers is ${p.syncManagers} but must be 0 if applicationLayer is 0."
     )
-  ).flatten
+  ).flatten ++ phys(p)
+
+  /** PHYs: parameters of ports that there are, each PHY with an address of its own (LNK-12). */
+  private def phys(p: EscParams): Seq[String] = {
+    val all       = (1 << p.ports) - 1
+    val addresses = (0 until p.ports).map(p.phyAddress)
+    Seq("linkLowPorts" -> p.linkLowPorts, "fxPorts" -> p.fxPorts).collect {
+      case (name, value) if value > all =>
+        f"$name is 0x$value%x but must be 0x0 to 0x$all%x with ${p.ports} ports."
+    } ++ Seq("miLinkDetection" -> p.miLinkDetection, "enhancedLinkDetection" -> p.enhancedLinkDetection)
+      .collect {
+        case (name, 1) if !p.hasMi => s"$name is 1 but must be 0 if mi is 0."
+      } ++ Option.when(p.phyAddresses >= 0 && p.phyAddressOffset != 0)(
+      f"phyAddressOffset is ${p.phyAddressOffset} but must be 0 if phyAddresses is 0x${p.phyAddresses}%04x."
+    ) ++ Option.when(addresses.distinct.size < p.ports)(
+      f"phyAddresses is 0x${p.phyAddresses}%04x but must have ${p.ports} different addresses for as many " +
+        "ports."
+    )
+  }
 
   /** FMMUs and SyncManagers are looked through one per core cycle, in two halves, while a byte passes. */
   private def scanned(name: String, value: Int, p: EscParams): Option[String] =
@@ -420,7 +530,11 @@ object EscParams {
       "leds",
       "digitalOutputs",
       "alarm",
-      "sii"
+      "sii",
+      "resetRegisters",
+      "mi",
+      "miLinkDetection",
+      "enhancedLinkDetection"
     )
     Option.when(p.ports != 2)(s"ports is ${p.ports} but must be 2 if role is 1.").toSeq ++
       nothing.flatMap(ParamTable.named).filter(_.get(p) != 0).map { i =>

@@ -115,7 +115,15 @@ object Presets {
   def default: Preset                     = all(1)
 
   /** A slave that has every register there is, for the list of them. */
-  def allRegisters: EscParams = named("slave").get.params.copy(ports = 4, digitalOutputs = 4, alarm = 1)
+  def allRegisters: EscParams = named("slave").get.params.copy(
+    ports = 4,
+    digitalOutputs = 4,
+    alarm = 1,
+    mi = 2,
+    miLinkDetection = 1,
+    enhancedLinkDetection = 1,
+    resetRegisters = 1
+  )
 
   /** Parameters of the alarm master. */
   def master: EscParams = named("alarm-master").get.params

@@ -50,6 +50,7 @@ object DlRegisters {
 
   private def linkStatus(p: EscParams) = {
     val watchdog          = if (p.hasWatchdogs) status else constant
+    val enhanced          = if (p.hasSii) status else constant
     val ecat              = if (p.hasApplicationLayer) ack else r // ends an event, see EventRegisters
     def source(port: Int) = if (port < p.ports) status else constant
     register(Status,  2, "dl_status",  ecat, r, "LP-02", "ESC DL status", Seq(
@@ -57,6 +58,9 @@ object DlRegisters {
           "1: configuration loaded, process data RAM open"),
       field("pdi_watchdog",                  1,         1, watchdog,   0,
           "1: the PDI watchdog runs or is off; 0: expired (WD-07)")
+    ) ++ Option.when(p.hasEnhancedLinks)(
+      field("enhanced_link_detection",       2,         2, enhanced,   1,
+          "1: enhanced link detection is on at a port (LNK-11)")
     ) ++ (0 until 4).map(y => link(y, source(y))) ++
       (0 until 4).flatMap(y => port(y, source(y), if (y < p.ports) 0 else 1)): _*)
   }

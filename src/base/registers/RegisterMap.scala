@@ -22,6 +22,8 @@ object RegisterMap {
       where(p.hasWatchdogs)(WatchdogRegisters.all) ++
       where(p.hasLeds)(LedRegisters.all) ++
       where(p.hasSii)(SiiRegisters(p)) ++
+      where(p.hasResetRegisters)(ResetRegisters.all) ++
+      where(p.hasMi)(MiRegisters(p)) ++ where(p.hasMiLinks)(MiRegisters.ports(p)) ++
       where(p.digitalOutputs > 0)(DigitalOutputRegisters(p)) ++
       where(p.hasAlarm)(AlarmRegisters.all) ++
       FmmuRegisters(p) ++ SyncManagerRegisters(p)

@@ -110,6 +110,10 @@ class RegisterBus(p: EscParams, memory: RegisterPort, registers: Seq[Register], 
     */
   def hostReads(register: String): Bool =
     hostAccess && !memory.host.write && names.register(register).range.map(isHostAt).reduce(_ || _)
+
+  /** The host writes a byte of the register, or tries to. */
+  def hostWrites(register: String): Bool =
+    hostAccess && memory.host.write && names.register(register).range.map(isHostAt).reduce(_ || _)
   private def isHostAt(address: Int): Bool =
     memory.host.addr(15, log2Ceil(p.lanes)) === (address / p.lanes).U && memory.host.be(address % p.lanes)
 

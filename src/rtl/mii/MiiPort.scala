@@ -15,7 +15,7 @@ class MiiPins extends Bundle {
 }
 
 /** A port to a PHY with MII. */
-class MiiPort(p: EscParams) extends Port(p) {
+class MiiPort(p: EscParams, number: Int) extends Port(p, number) {
 
   /** RX_DV, RX_ER and RXD in `rx_clk`; TX_EN and TXD in the core clock. */
   val pins     = IO(new MiiPins)

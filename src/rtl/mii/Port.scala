@@ -5,8 +5,20 @@ import chisel3.util._
 import flyframe.clocks.{LevelCrossing, MiiRxCrossing}
 import flyframe.params.EscParams
 
-/** A port as the rest of a controller sees it, in the core clock, whatever interface its PHY has. */
-class PortSignals extends Bundle {
+/** The link of a port, if more than its input decides on it. */
+class LinkSignals extends Bundle {
+
+  /** The link input says that there is one; and whether there is. */
+  val signal = Output(Bool())
+  val link   = Input(Bool())
+}
+
+/** A port as the rest of a controller sees it, in the core clock, whatever interface its PHY has.
+  *
+  * @param detectsLinks
+  *   more than the link input decides on a link
+  */
+class PortSignals(detectsLinks: Boolean = false) extends Bundle {
 
   /** The steps of a nibble slot in which the port receives and sends. */
   val receiveStep  = Input(Bool())
@@ -26,16 +38,19 @@ class PortSignals extends Bundle {
   /** No frame is being received; none is being sent. */
   val receiverIdle    = Output(Bool())
   val transmitterIdle = Output(Bool())
+
+  /** What decides on `link` beside `enable`. */
+  val detection = Option.when(detectsLinks)(new LinkSignals)
 }
 
 /** One port of a controller: its receiver, transmitter and link, with the pins of its PHY. A frame is cut off
   * when the link goes down (B-30).
   *
   * @param p
-  *   `coreClockMhz`, `txShift`
+  *   `coreClockMhz`, `txShift`, `linkLowPorts`
   */
-abstract class Port(p: EscParams) extends Module {
-  val core = IO(new PortSignals)
+abstract class Port(p: EscParams, number: Int) extends Module {
+  val core = IO(new PortSignals(p.detectsLinks))
 
   /** The pins of its PHY, and what their names at the top begin with. */
   def pins: Bundle
@@ -56,7 +71,15 @@ abstract class Port(p: EscParams) extends Module {
   core.receiverIdle    := receiver.idle
   core.transmitterIdle := !transmitter.txEn
 
-  protected def setLink(pin: Bool): Unit = core.link := LevelCrossing(pin) && core.enable
+  protected def setLink(pin: Bool): Unit = {
+    def signal = LevelCrossing(if (p.isLinkLow(number)) !pin else pin) && core.enable
+    core.detection match {
+      case None => core.link := signal
+      case Some(detection) =>
+        detection.signal := signal
+        core.link        := detection.link
+    }
+  }
 
   /** What leaves, `txShift` core cycles later. */
   protected def shifted[T <: Data](pin: T): T = ShiftRegister(pin, p.txShift)
@@ -66,7 +89,7 @@ object Port {
 
   /** Port number `number` of a controller, with the interface its parameters say. */
   def apply(p: EscParams, number: Int): Port =
-    if (p.isRmii(number)) Module(new RmiiPort(p)) else Module(new MiiPort(p))
+    if (p.isRmii(number)) Module(new RmiiPort(p, number)) else Module(new MiiPort(p, number))
 
   /** Pins of the top module for all `ports`, by their numbers. */
   def pins(ports: Seq[Port]): Seq[Bundle] = ports.zipWithIndex.map { case (port, number) =>

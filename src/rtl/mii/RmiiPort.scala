@@ -88,7 +88,7 @@ class RmiiSymbols extends Module {
 /** A port to a PHY with RMII: half nibbles at 50 MHz. What is sent leaves one core cycle later than at a port
   * with MII.
   */
-class RmiiPort(p: EscParams) extends Port(p) {
+class RmiiPort(p: EscParams, number: Int) extends Port(p, number) {
 
   /** CRS_DV, RX_ER and RXD in `ref_clk`; TX_EN and TXD in the core clock. */
   val pins     = IO(new RmiiPins)

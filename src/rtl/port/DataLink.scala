@@ -12,8 +12,10 @@ import flyframe.registers.{DlRegisters, ErrorCounters}
   *
   * @param ports
   *   all, by their numbers
+  * @param physical
+  *   their links as DL status shows them, before enhanced link detection; asked for by `connect`
   */
-class DataLink(p: EscParams, ports: Seq[PortSignals])
+class DataLink(p: EscParams, ports: Seq[PortSignals], physical: => Seq[Bool])
     extends RegisterUnit(DlRegisters(p) ++ ErrorCounters(p)) {
   private val loops          = Module(new LoopControl(p)).suggestName("loops")
   private val temporaryLoops = Module(new TemporaryLoops(p)).suggestName("temporaryLoops")
@@ -35,6 +37,7 @@ class DataLink(p: EscParams, ports: Seq[PortSignals])
     temporaryLoops.temporary    := bus.bool("temporary_use")
     bus.set("temporary_use", temporaryLoops.restore, 0.U)
     bus.counts("epu_error") := bus.frame.error
+    val shown = physical
     for (y <- 0 until p.ports) {
       val setting = bus.value(s"loop_port$y")
       loops.link(y) := ports(y).link
@@ -44,7 +47,7 @@ class DataLink(p: EscParams, ports: Seq[PortSignals])
       loops.goodFrame(y)        := ports(y).events.goodFrame
       temporaryLoops.setting(y) := setting
       bus.set(s"loop_port$y", temporaryLoops.restore, temporaryLoops.former(y))
-      bus.status(s"physical_link_port$y") := ports(y).link
+      bus.status(s"physical_link_port$y") := shown(y)
       bus.status(s"communication_port$y") := ports(y).link
       bus.status(s"loop_closed_port$y")   := loops.reportClosed(y)
 

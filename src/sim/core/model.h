@@ -52,6 +52,7 @@ struct Pins {
   // Pins that not every core has; null where it has not.
   CData *pdiOperational, *irq;
   CData *siiSclLow, *siiSdaLow, *siiSda, *siiTwoByte;
+  CData *miMdioIn, *miMdioOut, *miMdioEnable;
   CData *alarmCurrent, *alarmSupply, *alarmBuzzer, *alarmLamp;
   CData *alarmFire, *alarmFaultN, *alarmDisabled, *alarmSounder, *alarmConfigFault;
   bool hasEeprom() const { return siiSclLow && siiSdaLow && siiSda; }

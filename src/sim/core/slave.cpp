@@ -97,6 +97,12 @@ void Slave::eepromLines(Time now) {
   unseenLow_ |= 1;
 }
 
+// It has a pull-up, and no PHY on it.
+void Slave::managementLine() {
+  const CData level = *pins_.miMdioEnable ? *pins_.miMdioOut : 1;
+  if (*pins_.miMdioIn != level) *pins_.miMdioIn = level, unseenLow_ |= 1;
+}
+
 void Slave::hostAccess(uint16_t addr, bool write, uint32_t data, unsigned lanes) {
   *pins_.hostAddr = addr & ~(info().lanes() - 1);
   pins_.hostWdata.set(data);
@@ -230,6 +236,7 @@ void Slave::coreEdge(Time now) {
   }
   if (hostProgram_ && cycles_ >= hostProgram_->wakeAt() && port_ == HostPort::idle) hostProgram_->resume();
   if (pins_.siiSclLow) eepromLines(now);
+  if (pins_.miMdioIn) managementLine();
   if (supplied_ != alarmSupply()) {
     supplied_ = !supplied_;
     if (onAlarmSupply) onAlarmSupply(supplied_);

@@ -142,6 +142,7 @@ class Slave : public Actor {
   enum class HostPort { idle, requested, recover };
 
   void eepromLines(Time now);
+  void managementLine();
   void coreEdge(Time now);
   void send(int port, Time now, Symbol symbol);
   void rmiiHalves(Time now);

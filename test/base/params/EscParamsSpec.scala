@@ -19,6 +19,14 @@ class EscParamsSpec extends AnyFlatSpec {
     "registerWritesPerFrame" -> Limits(Seq(0, 16, 348), Seq(-1, 1, 15, 349)),
     "txShift"                -> between(0, 4).copy(base = EscParams(coreClockMhz = 125)),
     "rmiiPorts"              -> between(0, 0xf).copy(base = EscParams(ports = 4)),
+    "mi"                     -> between(0, 2),
+    "phyAddressOffset"       -> between(0, 31),
+    "phyAddresses"           -> between(-1, 0xfffff).copy(base = EscParams(ports = 1)),
+    "miLinkDetection"        -> between(0, 1).copy(base = EscParams(mi = 1)),
+    "enhancedLinkDetection"  -> between(0, 1).copy(base = EscParams(mi = 1)),
+    "linkLowPorts"           -> between(0, 0xf).copy(base = EscParams(ports = 4)),
+    "fxPorts"                -> between(0, 0xf).copy(base = EscParams(ports = 4)),
+    "resetRegisters"         -> between(0, 1),
     "temporaryLoopMs"        -> between(1, 2000),
     "escType"                -> between(0, 0xff),
     "escRevision"            -> between(0, 0xff),
@@ -108,6 +116,25 @@ class EscParamsSpec extends AnyFlatSpec {
           )
         )
     }
+  }
+
+  "PHYs" should "have addresses of their own, and management if links are found by it" in {
+    val p = EscParams(ports = 3)
+    for (
+      (set, sentence) <- Seq(
+        p.copy(miLinkDetection = 1)       -> "miLinkDetection is 1 but must be 0 if mi is 0.",
+        p.copy(enhancedLinkDetection = 1) -> "enhancedLinkDetection is 1 but must be 0 if mi is 0.",
+        p.copy(linkLowPorts = 8)          -> "linkLowPorts is 0x8 but must be 0x0 to 0x7 with 3 ports.",
+        p.copy(fxPorts = 8)               -> "fxPorts is 0x8 but must be 0x0 to 0x7 with 3 ports.",
+        p.copy(phyAddresses = 0x0421) ->
+          "phyAddresses is 0x0421 but must have 3 different addresses for as many ports.",
+        p.copy(phyAddresses = 0x0443, phyAddressOffset = 1) ->
+          "phyAddressOffset is 1 but must be 0 if phyAddresses is 0x0443."
+      )
+    ) assert(EscParams.problems(set) == Seq(sentence))
+    val fits = p.copy(mi = 1, miLinkDetection = 1, phyAddresses = 0x0443)
+    assert(EscParams.problems(fits).isEmpty && (0 to 2).map(fits.phyAddress) == Seq(3, 2, 1))
+    assert((0 to 3).map(EscParams(phyAddressOffset = 30).phyAddress) == Seq(30, 31, 0, 1))
   }
 
   "A master" should "have two ports and nothing of a slave" in {

@@ -31,7 +31,11 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
       .copy(preset = "complete-wide", sii = 0, dataBusWidth = 32, fmmus = 3, syncManagers = 12, ramKiB = 1)
   )
 
-  for (p <- sets)
+  // PHY management that the host only reads; the writes make it show the address of port 3.
+  private val managed =
+    small.copy(preset = "managed", coreClockMhz = 25, mi = 1, phyAddresses = 31 << 15 | 1 << 5)
+
+  for (p <- sets :+ managed)
     together(p.preset, new ControllerUnderTest(p))(RegisterWalk.all.map { case (name, walk) =>
       name -> { dut: ControllerUnderTest => walk(new RegisterWalk(new RtlBench(dut, p))) }
     }: _*)
@@ -39,7 +43,8 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
   /** Parameter sets whose register tables are compared with the list of the reference. */
   private val listed = Presets.all.map(_.params).filterNot(_.isMaster) ++ Seq(
     Presets.default.params.copy(preset = "emulation", sii = 2),
-    Presets.named("et1100").get.params.copy(preset = "outputs", digitalOutputs = 4)
+    Presets.named("et1100").get.params.copy(preset = "outputs", digitalOutputs = 4),
+    Presets.default.params.copy(preset = "managed", mi = 2, miLinkDetection = 1, enhancedLinkDetection = 1)
   )
 
   /** Where a register is not as in the list, and why. */
@@ -48,7 +53,14 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
     val otherReset = "is 0x1 after a reset, in the list another value"
     val absent     = "the loop of a port that does not exist is closed (LP-05)"
     val whole      = "it takes its word of the EEPROM whole, reserved bits included (SII-07)"
-    Seq(
+    val ports =
+      for (y <- 0 to 1; side <- Seq("ECAT", "PDI"))
+        yield (
+          s"mi_port$y",
+          s"$side access is rw, in the list r and r/(clr)",
+          "what a write clears is the business of its unit (LNK-05)"
+        )
+    val others = Seq(
       ("features", noBits, "0x0008[15:13] are constants: a replay preset may report any value"),
       (
         "dl_configuration",
@@ -77,8 +89,10 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
         "ECAT writes the first word only, so that the others are a register of their own"
       ),
       ("eeprom_data_high", "is not in the list", "it is the second part of 0x0508:0x050F"),
-      ("eeprom_emulated", otherReset, "the emulation is a parameter")
-    ).map { case (name, text, reason) => RegisterList.Difference(name, text) -> reason }.toMap
+      ("eeprom_emulated", otherReset, "the emulation is a parameter"),
+      ("mi_link_detection", otherReset, "link detection through MI is a parameter")
+    )
+    (ports ++ others).map { case (name, text, reason) => RegisterList.Difference(name, text) -> reason }.toMap
   }
 
   "GEN-04, GEN-07, OP-01: every register" should
@@ -163,7 +177,7 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
   private var linksSeen = false
 
   /** Status bits that show what was written. */
-  private def showsWritten(f: Field): Boolean = f.name.matches("(run|err)_led_.*|sm\\d+_deactivated")
+  private def showsWritten(f: Field): Boolean = f.name.matches("(run|err)_led_.*|sm\\d+_deactivated|mi_data")
 
   /** The bits of a byte that keep what is written. */
   private def stored(address: Int): Int =
@@ -239,15 +253,17 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
       assert(reply.workingCounter == (if (may(address)) 1 else 0), hex(address))
     }
     def after(address: Int) =
-      if (may(address)) written(address, ~initial(address) & 0xff) else initial(address) ^ reactions(address)
+      (if (may(address)) written(address, ~initial(address) & 0xff) else initial(address)) ^
+        reactions(address)
 
     /** What the units show after all this. */
     def reactions(address: Int): Int = bits(
       address,
       f =>
-        f.name == "al_control_event" || f.name == "sm_activation_event" || f.name.matches(
-          "sm\\d+_last_buffer"
-        ),
+        f.name == "al_control_event" || f.name == "sm_activation_event" || f.name == "mi_command_error" ||
+          f.name == "mi_port_address" || f.name.matches(
+            "sm\\d+_last_buffer"
+          ),
       f => (BigInt(1) << f.width) - 1 // all are mailboxes now
     )
 

@@ -1,5 +1,6 @@
 package flyframe.rules
 
+import flyframe.mi.{ModelPhys, PhyRegisters}
 import flyframe.model._
 import flyframe.params.EscParams
 import flyframe.protocol.Command._
@@ -30,6 +31,15 @@ trait Bench {
   def damage(): Unit
   def advanceMs(ms: Int): Unit
   def advanceUs(us: Int): Unit
+
+  /** The PHYs on the management bus; after power-on one at each port ([[flyframe.mi.Phys]]). */
+  def phys: PhyRegisters
+
+  /** Bus or host ask for a reset of the chip. */
+  def resetRequested: Boolean
+
+  /** PHYs that are held in reset by themselves, a bit per port. */
+  def phyResets: Int
 
   /** Power-on with an EEPROM of this content; the RTL has not loaded it yet ([[Steps.eepromDone]]). */
   def powerOn(image: Seq[Int]): Unit
@@ -63,10 +73,22 @@ class ModelBench(
 ) extends Bench {
   private var model  = controller(p)
   private var record = writer(model)
+  private var bus    = connected()
+
+  private def connected(): ModelPhys = {
+    val phys = new ModelPhys((0 until p.ports).map(p.phyAddress))
+    model.phys = phys
+    phys
+  }
+  def phys: PhyRegisters = bus
+  def phyResets: Int     = model.phyResets
+
+  def resetRequested: Boolean = model.resetRequested
 
   def reset(): Unit = {
     model = controller(p)
     record = writer(model)
+    bus = connected()
   }
   def send(port: Int, frame: WireFrame): Option[(Int, SentFrame)] =
     record.fold(model.receive(port, frame)) { r =>
@@ -90,6 +112,7 @@ class ModelBench(
   def powerOn(image: Seq[Int]): Unit = {
     model = new EscModel(p, Some(image))
     record = None
+    bus = connected()
   }
 }
 

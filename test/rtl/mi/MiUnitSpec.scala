@@ -1,0 +1,126 @@
+package flyframe.mi
+
+import chisel3._
+import chiseltest._
+import org.scalatest.Assertions
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.SharedSimulation
+import flyframe.memory.UnitUnderTest
+import flyframe.params.EscParams
+import flyframe.registers.MiRegisters
+
+class MiUnitUnderTest(p: EscParams)
+    extends UnitUnderTest(p, new MiUnit(p, IO(new MiPins).suggestName("pins"))) {
+  val pins: MiPins = unit.pins
+}
+
+/** What meets a command while it waits or runs: MI-02, MI-03, MI-07, B-90 to B-92. */
+class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
+  private val p     = EscParams(coreClockMhz = 25, mi = 2)
+  private val Read  = 1
+  private val Write = 2
+
+  private class Bench(val dut: MiUnitUnderTest) extends Assertions {
+    for (record <- Seq(dut.value, dut.others)) record.elements.values.foreach {
+      case u: UInt => u.poke(0.U)
+      case other   => fail(s"$other")
+    }
+    for (input <- Seq(dut.begins, dut.busy, dut.registersBusy, dut.registerWrite.valid)) input.poke(false)
+    dut.registerWrite.bits.mask.poke(1)
+    dut.pins.mdio_in.poke(true) // no PHY
+    dut.clock.step()
+
+    def shows(field: String): Int   = dut.status.uint(field).peek().litValue.toInt
+    def may(guard: String): Boolean = dut.guard.pulse(guard).peek().litToBoolean
+    def mdc: Boolean                = dut.pins.mdc.peek().litToBoolean
+    def write(address: Int, byte: Int, byHost: Boolean = false): Unit = {
+      dut.registerWrite.valid.poke(true)
+      dut.registerWrite.bits.address.poke(address)
+      dut.registerWrite.bits.data.poke(byte)
+      dut.registerWriteByHost.poke(byHost)
+      dut.clock.step()
+      dut.registerWrite.valid.poke(false)
+    }
+
+    /** Cycles until the interface is free. */
+    def untilFree(most: Int = 1200): Int = {
+      var cycles = 0
+      while (shows("mi_busy") == 1) {
+        dut.clock.step()
+        cycles += 1
+        assert(cycles <= most, "busy does not end")
+      }
+      cycles
+    }
+  }
+  private def check(name: String)(run: Bench => Unit) = name -> { dut: MiUnitUnderTest =>
+    run(new Bench(dut))
+  }
+
+  together("unit", new MiUnitUnderTest(p))(
+    check("B-90: a command waits for the register writes of its frame, and then runs") { b =>
+      b.dut.registersBusy.poke(true)
+      b.write(MiRegisters.CommandByte, Read)
+      for (_ <- 0 until 100) { assert(b.shows("mi_busy") == 1 && !b.mdc); b.dut.clock.step() }
+      b.dut.registersBusy.poke(false)
+      assert(b.untilFree() > 1000 && b.shows("mi_read_error") == 1)
+    },
+    check("MI-02, B-91: what comes while a command runs is dropped, and none may be written") { b =>
+      b.write(MiRegisters.CommandByte, Read)
+      b.dut.clock.step(500)
+      assert(!b.may("mi_ecat_may_write") && !b.may("mi_pdi_may_write") && b.shows("mi_command") == Read)
+      b.write(MiRegisters.CommandByte, 7)
+      b.write(MiRegisters.CommandByte, 0)
+      assert(b.shows("mi_busy") == 1 && b.untilFree() < 600)
+      assert(b.shows("mi_read_error") == 1 && b.shows("mi_command_error") == 0 && b.may("mi_ecat_may_write"))
+    },
+    check("MI-03: the enable ends with the next frame, and is of ECAT only") { b =>
+      b.write(MiRegisters.Control, 1, byHost = true)
+      b.write(MiRegisters.CommandByte, Write)
+      assert(b.shows("mi_command_error") == 1)
+      b.write(MiRegisters.Control, 1)
+      b.dut.begins.poke(true)
+      b.dut.clock.step()
+      b.dut.begins.poke(false)
+      b.write(MiRegisters.CommandByte, Write)
+      assert(b.shows("mi_command_error") == 1 && b.shows("mi_busy") == 0)
+      b.write(MiRegisters.Control, 1)
+      b.write(MiRegisters.CommandByte, Write)
+      assert(b.shows("mi_command_error") == 0 && b.untilFree() > 1000)
+    },
+    check("MI-07, B-92: the PDI cannot take the interface while a frame is under way") { b =>
+      assert(b.may("mi_pdi_may_take"))
+      for (signal <- Seq(b.dut.busy, b.dut.registersBusy)) {
+        signal.poke(true)
+        assert(!b.may("mi_pdi_may_take"))
+        signal.poke(false)
+      }
+      b.write(MiRegisters.PdiAccess, 1, byHost = true)
+      b.dut.busy.poke(true)
+      assert(b.may("mi_pdi_may_take"), "it may give it back")
+    },
+    check("MI-07: taken by force from a PDI whose command runs, the interface is free when that is done") {
+      b =>
+        b.write(MiRegisters.PdiAccess, 1, byHost = true)
+        assert(b.may("mi_pdi_may_write") && !b.may("mi_ecat_may_write"))
+        b.write(MiRegisters.CommandByte, Read, byHost = true)
+        b.dut.clock.step(300)
+        b.write(MiRegisters.PdiAccess, 2)
+        b.dut.clock.step()
+        assert(b.shows("mi_taken") == 0 && b.shows("mi_busy") == 1 && !b.may("mi_ecat_may_write"))
+        assert(b.untilFree() < 800 && b.may("mi_ecat_may_write"))
+        b.write(MiRegisters.CommandByte, Read)
+        assert(b.untilFree() > 1000)
+    },
+    check("MI-02: a reset in the middle of a command leaves the interface free") { b =>
+      b.write(MiRegisters.CommandByte, Read)
+      b.dut.clock.step(700)
+      b.dut.reset.poke(true.B)
+      b.dut.clock.step()
+      b.dut.reset.poke(false.B)
+      assert(b.shows("mi_busy") == 0 && b.shows("mi_read_error") == 0 && !b.mdc)
+      b.write(MiRegisters.CommandByte, Read)
+      assert(b.untilFree() > 1000)
+    }
+  )
+}
