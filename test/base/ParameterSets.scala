@@ -203,7 +203,16 @@ object TestSets {
 
   /** All there is, in both ways to keep the configuration. */
   private val matrixComplete: Seq[EscParams] = Seq(
-    EscParams(preset = "all_i2c", fmmus = 8, syncManagers = 8, sii = 1),
+    EscParams(
+      preset = "all_i2c",
+      fmmus = 8,
+      syncManagers = 8,
+      sii = 1,
+      mi = 2,
+      miLinkDetection = 1,
+      enhancedLinkDetection = 1,
+      resetRegisters = 1
+    ),
     EscParams(
       preset = "all_emulated",
       fmmus = 16,

@@ -10,7 +10,7 @@ out=$root/build/interop
 # A simulated network is far slower than a real one. So the clock of a master goes slower, too, and with it
 # that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
 clock=0.01
-preset=slave alarm= star= masters='soem ethercrab' only= cycles=10000 capture=
+preset=slave alarm= star= masters='soem ethercrab' only= cycles=5000 capture=
 simulator=$out/flyframe-cosim master=
 while [ $# -gt 0 ]; do
   case $1 in

@@ -152,10 +152,8 @@ void Master::lookAt(size_t slave) {
   stations_[slave].inOp = status == kOp;
   if (status == kOp) return;
   if (status & kAlError) ++recoveries_;
-  const unsigned wanted = status & kAlError ? state | kAlError
-                          : state == kInit  ? kPreop
-                          : state == kPreop ? kSafeop
-                                            : kOp;
+  const unsigned onward = state == kInit ? kPreop : state == kPreop ? kSafeop : kOp;
+  const unsigned wanted = status & kAlError ? state | kAlError : onward;
   bus_.exchange({station(PROTOCOL_ECAT_FPWR, slave, reg::kAlControl, {low(wanted), 0})});
 }
 
