@@ -14,6 +14,7 @@ object Documents {
     case _: Source.Stored      => "stored"
     case Source.Status         => "status"
     case Source.Ram            => "RAM"
+    case Source.Kept           => "RAM of its unit"
     case Source.Counter(group) => s"counter, group $group"
   }
 
@@ -40,11 +41,9 @@ object Documents {
         "",
         s"Generated from `src/base/registers` for preset `${p.preset}` with all it may have " +
           s"(`ports` ${p.ports},",
-        "`digitalOutputs`, `alarm`, `mi` with link detection, `resetRegisters`), and for preset " +
-          s"`${master.preset}`; do not",
-        "edit. Multi-byte registers are little endian. Bits without a row are reserved: they read 0 and " +
-          "ignore writes.",
-        "`r/clr`: a write of any value clears the whole group.",
+        "`digitalOutputs`, `clocks`, `alarm`, `mi` with link detection, `resetRegisters`), and for preset",
+        s"`${master.preset}`; do not edit. Multi-byte registers are little endian. Bits without a row are",
+        "reserved: they read 0 and ignore writes. `r/clr`: a write of any value clears the whole group.",
         "",
         "## Slave",
         "",

@@ -71,7 +71,7 @@ object PortTable {
     port("mii_y_rx_er",  In,  1, "RX_ER, in `mii_y_rx_clk`"),
     port("mii_y_rxd",    In,  4, "RXD, in `mii_y_rx_clk`"),
     port("mii_y_link",   In,  1,
-      "high while the PHY reports a link, or low, as `linkLowPorts` says. Any clock"),
+      "high while the PHY reports a link; of a slave also low, as `linkLowPorts` says. Any clock"),
     port("mii_y_tx_en",  Out, 1, "TX_EN, in `clock`, a new value every 40 ns. Tie TX_ER of the PHY low"),
     port("mii_y_txd",    Out, 4, "TXD, likewise")
   ).map(_.copy(onPort = !_.isRmii(_)))

@@ -5,6 +5,7 @@ import chisel3.util._
 import scala.reflect.ClassTag
 import flyframe.application.{Application, LedPins, Leds, ResetRequest, Watchdogs}
 import flyframe.clocks.LevelCrossing
+import flyframe.dc.{DistributedClocks, PortActivity}
 import flyframe.frame.{FrameProcessor, Stage}
 import flyframe.host.HostSequencer
 import flyframe.memory.{EscMemory, FrameEvents, HostPort, RegisterBus, RegisterUnit}
@@ -132,11 +133,13 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
     val active = ports.map(port => !port.core.receiverIdle || !port.core.transmitterIdle)
     new Leds(p, pins, ports.map(_.core.link), active, eeprom, watchdogs)
   }
+  private val clocks = processor.stamps.map { request =>
+    val activity = ports.map(port => PortActivity(port.core.fromWire.valid, port.core.link))
+    new DistributedClocks(p, activity, request)
+  }
   private val units =
-    Seq(
-      dataLink
-    ) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ watchdogs ++ application ++ leds ++
-      addedUnits
+    Seq(dataLink) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ watchdogs ++ application ++
+      leds ++ clocks ++ addedUnits
   private val unlisted = units.flatMap(_.registers).diff(RegisterMap(p, addedRegisters)).map(_.name)
   require(unlisted.isEmpty, s"registers ${unlisted.mkString(", ")} are of units but must be in RegisterMap.")
   units.foreach(_.connect(bus))

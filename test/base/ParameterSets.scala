@@ -44,6 +44,7 @@ object TestSets {
     preset("alarm-slave")                                                                            -> 20000,
     preset("alarm-slave").copy(preset = "alarm-125", coreClockMhz = 125, dataBusWidth = 32)          -> 5000,
     complete.copy(preset = "complete-alarm", alarm = 1, dataBusWidth = 16, maxSubTelegrams = 4)      -> 3000,
+    min.copy(preset = "clocks-50", clocks = 1, coreClockMhz = 50, ports = 4, dataBusWidth = 16)      -> 5000,
     min.copy(preset = "mhz100-32", dataBusWidth = 32, ramKiB = 60, registerWritesPerFrame = 16)      -> 5000
   )
 
@@ -183,9 +184,24 @@ object TestSets {
     ruled.copy(preset = "mi-errors", coreClockMhz = 25, mi = 1, enhancedLinkDetection = 1, resetRegisters = 1)
   )
 
+  private val ruledClocks = Seq(
+    ruled.copy(preset = "clocks", ports = 3, clocks = 1),
+    ruled.copy(
+      preset = "clocks-32",
+      clocks = 1,
+      clockBits = 32,
+      dataBusWidth = 32,
+      coreClockMhz = 125,
+      ramKiB = 8,
+      fmmus = 3,
+      syncManagers = 4,
+      applicationLayer = 1
+    )
+  )
+
   /** Of the rule tests, on model and RTL. */
   val rules: Seq[EscParams] =
-    ruledSets ++ ruledUnitSets ++ ruledEepromSets ++ ruledEmulated ++ ruledAlarms ++ ruledMi
+    ruledSets ++ ruledUnitSets ++ ruledClocks ++ ruledEepromSets ++ ruledEmulated ++ ruledAlarms ++ ruledMi
 
   /** FMMUs 0, 1, 3, 8, 16 and SyncManagers 0, 2, 4, 8, 16, each with the most and the least of the other
     * kind.

@@ -286,8 +286,11 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     def remove(phy: Int): Unit = change(there.clearBit(phy))
     def insert(phy: Int): Unit = change(there.setBit(phy))
   }
-  def resetRequested: Boolean = dut.resetRequest.exists(_.peek().litToBoolean)
-  def phyResets: Int          = dut.phyResetsN.fold(0)(n => ~n.peek().litValue.toInt & (1 << p.ports) - 1)
+  def resetRequested: Boolean = {
+    step() // the request stands in a register
+    dut.resetRequest.exists(_.peek().litToBoolean)
+  }
+  def phyResets: Int = dut.phyResetsN.fold(0)(n => ~n.peek().litValue.toInt & (1 << p.ports) - 1)
 
   /** Symbols with RX_ER outside a frame. */
   def falseCarrier(port: Int, symbols: Int): Unit = {

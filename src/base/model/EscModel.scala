@@ -49,6 +49,9 @@ class EscModel(
   /** The smoke detector, where there is one. */
   val alarm: Option[AlarmModel] = space.alarm
 
+  /** The byte at `address` tells a time, which the model does not know to the nanosecond. */
+  def isTime(address: Int): Boolean = space.isTime(address)
+
   /** A frame is still leaving delayed when the next one begins: that gets no datagram (AP-09). */
   var waiting: Boolean = false
 
@@ -98,6 +101,7 @@ class EscModel(
     if (links(port) && !up && opened(port) && setting(port) == 0) registers.count(s"lost_link_port$port")
     if (!up) released(port) = false
     links(port) = up
+    if (!up) space.clock.foreach(_.portGoes(port))
   }
 
   /** Bus or host ask for a reset (SYS-04). */
@@ -131,6 +135,7 @@ class EscModel(
     space.watchdogs.foreach(_.advance(ms * 25000L))
     alarm.foreach(_.advance(ms * 1000L))
     detection.foreach(_.advanceMs(ms))
+    space.clock.foreach(_.advance(ms * 1000000L))
     follow()
     advanceLoops(ms)
   }
@@ -143,6 +148,7 @@ class EscModel(
     space.watchdogs.foreach(_.advance(us * 25L))
     alarm.foreach(_.advance(us))
     detection.foreach(_.advanceUs(us))
+    space.clock.foreach(_.advance(us * 1000L))
     space.watch()
   }
 
@@ -166,7 +172,8 @@ class EscModel(
     extended =
       Extension(nibbles = received.preamble + (if (received.hasSfd) 1 else 0) + received.payload.size)
     val wasOpen = opened(port)
-    val sent    = Option.when(wasOpen)(pass(port, received))
+    space.clock.foreach(_.portBegins(port))
+    val sent = Option.when(wasOpen)(pass(port, received))
     // Counted when the frame is over: a datagram in it still reads the old values.
     if (wasOpen) {
       registers.count(s"rx_er_port$port", received.rxErrors)
@@ -179,6 +186,7 @@ class EscModel(
     if (received.good && links(port)) released(port) = true
     detection.foreach(_.errors(port, received.rxErrors))
     follow()
+    space.clock.foreach(_.advance(40L * frame.symbols.size))
     sent
   }
 
@@ -202,7 +210,10 @@ class EscModel(
         alarm.foreach(_.frameBegins())
       }
       val (now, isBad) = if (through && received.hasSfd) process(payload, bad, added) else (payload, bad)
-      if (through && !received.hasSfd) registers.count("epu_error")
+      if (through && !received.hasSfd) {
+        registers.count("epu_error")
+        space.frameWithoutSfd()
+      }
       val next = left.head
       if (!opened(next)) walk(left.tail, next == 0, now, isBad)
       else if (isBad) next -> Transmitter.bad(received.preamble, received.hasSfd, now)

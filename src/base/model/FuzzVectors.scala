@@ -129,7 +129,7 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   }
 
   private def readLine(address: Int): Int = {
-    val isTime = model.alarm.exists(_.isTime(address))
+    val isTime = model.isTime(address)
     val byte   = model.hostRead(address)
     if (!isTime) out.println(s"R ${hex(address, 4)} ${hex(byte, 2)}")
     byte
@@ -138,8 +138,10 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   /** The host must read these bytes, all of one word, in one access. */
   def hostReadWord(address: Int): Unit = {
     quiet()
-    val bytes = model.hostRead(address, p.lanes)
-    out.println(s"R ${hex(address, 4)}" + bytes.map(b => " " + hex(b, 2)).mkString)
+    val isTime = (address until address + p.lanes).exists(model.isTime)
+    val bytes  = model.hostRead(address, p.lanes)
+    if (!isTime)
+      out.println(s"R ${hex(address, 4)}" + bytes.map(b => " " + hex(b, 2)).mkString)
   }
 
   def falseCarrier(port: Int, symbols: Int): Unit = {

@@ -65,10 +65,13 @@ class LocalSpace(
     )
   )
 
+  val clock: Option[ClockModel] = Option.when(p.hasClocks)(
+    new ClockModel(p, registers, y => portStatus(s"physical_link_port$y") == 1)
+  )
+
   private val units: Seq[ModelUnit] =
-    watchdogs.toSeq ++ application ++ Seq(
-      syncManagers
-    ) ++ sii ++ management ++ reset ++ leds ++ alarm ++ addedUnits
+    watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ management ++ reset ++ leds ++ clock ++
+      alarm ++ addedUnits
 
   if (p.hasEmulation) pdiOperational = false
   else if (eeprom.isDefined) sii.foreach(s => pdiOperational = s.loadFirst())
@@ -156,24 +159,34 @@ class LocalSpace(
     leds.foreach(_.watch())
   }
 
+  /** The byte at `address` tells a time, which the model does not know to the nanosecond. */
+  def isTime(address: Int): Boolean = alarm.exists(_.isTime(address)) || clock.exists(_.isTime(address))
+
   // ---- ECAT ----
+
+  /** What passed the processing unit had no SFD; a frame it was all the same. */
+  def frameWithoutSfd(): Unit = reset.foreach(_.frameStarts())
 
   /** The frame that now enters the processing unit. */
   class Frame extends AddressSpace {
     private var pending = Vector.empty[(Int, Int, Int)]
     private var read    = Set.empty[Int]
+    private var command = 0
 
-    /** It has read of a time ([[AlarmModel.isTime]]). */
+    /** It has read of a time ([[isTime]]). */
     var hasTime = false
     syncManagers.frameStarts()
     reset.foreach(_.frameStarts())
+    clock.foreach(_.processingBegins())
+
+    override def executes(now: Int): Unit = command = now
 
     def read(address: Int): Option[Int] = passed(Side.Ecat, write = false, address).flatMap { local =>
       if (isMemory(local)) Some(memory(local))
       else
         Option.when(registers.ecat(local).readable) {
           read += local
-          if (alarm.exists(_.isTime(local))) hasTime = true
+          if (isTime(local)) hasTime = true
           registers.byte(local)
         }
     }
@@ -186,6 +199,7 @@ class LocalSpace(
             registers.ecat(local).writable && allowed(registers.register(local).flatMap(_.ecatGuard))
           ) { (byte: Int, bits: Int) =>
             val may = pending.size < p.writeLogDepth // B-17
+            if (may) clock.foreach(_.isWritten(local, command))
             if (may)
               pending :+= (local, byte, if (registers.register(local).exists(_.bitWritable)) bits else 0xff)
             may
@@ -200,6 +214,7 @@ class LocalSpace(
     /** FP-32, FP-35: the frame is over; what it wrote to registers, in order. */
     def end(good: Boolean): Seq[Int] = {
       syncManagers.frameEnds(good)
+      clock.foreach(_.frameEnds(good))
       if (!good) Nil
       else {
         read.flatMap(registers.register(_)).foreach(r => units.foreach(_.readByEcat(r)))

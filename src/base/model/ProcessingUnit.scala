@@ -6,6 +6,9 @@ import flyframe.protocol.{DatagramLayout, EtherType}
 /** What the processing unit needs of the controller around it. */
 trait AddressSpace {
 
+  /** The command of the datagram whose accesses follow. */
+  def executes(command: Int): Unit = ()
+
   /** The byte as ECAT reads it, if it may. */
   def read(address: Int): Option[Int]
 
@@ -155,6 +158,7 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
     /** Section 5: what the datagram does here; section 6: what it counts. */
     private def execute(start: Int, length: Int): Unit = {
       val command = byteIn(start)
+      space.executes(command)
       if (Logical(command)) logical(start, length, command)
       else physical(start, length, command)
     }

@@ -22,6 +22,8 @@ final case class EscParams(
     watchdogs: Int = 0,
     leds: Int = 0,
     digitalOutputs: Int = 0,
+    clocks: Int = 0,
+    clockBits: Int = 64,
     alarm: Int = 0,
     maxSlaves: Int = 64,
     linePorts: Int = 1,
@@ -123,11 +125,20 @@ final case class EscParams(
   def isFx(port: Int): Boolean = (fxPorts >> port & 1) == 1
 
   /** The link input of the port is low while there is a link. */
-  def isLinkLow(port: Int): Boolean = !isMaster && (linkLowPorts >> port & 1) == 1
+  def isLinkLow(port: Int): Boolean = (linkLowPorts >> port & 1) == 1
 
   /** MII management address of a port's PHY (MI-08, MI-09). */
   def phyAddress(port: Int): Int =
     if (phyAddresses >= 0) phyAddresses >> (5 * port) & 31 else (phyAddressOffset + port) % 32
+
+  /** Receive times are stamped by a local clock (DC-05). */
+  def hasClocks: Boolean = clocks > 0
+
+  /** Bytes of a time (DC-01): 4 or 8. */
+  def clockBytes: Int = clockBits / 8
+
+  /** What the local clock counts per core cycle, in ns: 8, 10, 20 or 40 (DC-02). */
+  def clockPeriodNs: Int = 1000 / coreClockMhz
 
   /** A smoke detector and the reporting of its events in passing frames are built (ALARM). */
   def hasAlarm: Boolean = alarm == 1
@@ -153,9 +164,20 @@ final case class EscParams(
   /** Byte 0x0007 as reported: two bits per port, 11 = MII or RMII. */
   def portDescriptor: Int = if (reportedPorts >= 0) reportedPorts else (1 << (2 * ports)) - 1
 
-  /** Word 0x0008 as reported (GEN-07); derived: bit 7, separate counting of forwarded errors. */
+  /** Word 0x0008 as reported (GEN-07); derived: bit 7, separate counting of forwarded errors; bit 6, enhanced
+    * link detection; bits 2 and 3, distributed clocks and those of 64 bits; bit 0, FMMUs that map whole bytes
+    * only.
+    */
   def features: Int =
-    if (reportedFeatures >= 0) reportedFeatures else 0x0080 | (if (fmmus > 0 && !hasBitwiseFmmus) 1 else 0)
+    if (reportedFeatures >= 0) reportedFeatures
+    else
+      Seq(
+        0x0080 -> true,
+        0x0040 -> hasEnhancedLinks,
+        0x0008 -> (hasClocks && clockBits == 64),
+        0x0004 -> hasClocks,
+        0x0001 -> (fmmus > 0 && !hasBitwiseFmmus)
+      ).collect { case (bit, true) => bit }.sum
 
   /** Verilog name of the top module. */
   def topName: String = preset.replaceAll("[^A-Za-z0-9]", "_")
@@ -311,6 +333,15 @@ object ParamTable {
       "bytes",
       between(0, 4)
     )(_.digitalOutputs)((p, v) => p.copy(digitalOutputs = v)),
+    info(
+      "clocks",
+      "distributed clocks: 0 none; 1 receive times of frames, by which a master measures delays",
+      "code",
+      between(0, 1)
+    )(_.clocks)((p, v) => p.copy(clocks = v)),
+    info("clockBits", "bits of a time of distributed clocks", "bit", oneOf(32, 64))(_.clockBits)((p, v) =>
+      p.copy(clockBits = v)
+    ),
     info(
       "alarm",
       "1: smoke detector whose events are appended to passing frames",
@@ -529,12 +560,15 @@ object EscParams {
       "watchdogs",
       "leds",
       "digitalOutputs",
+      "clocks",
       "alarm",
       "sii",
       "resetRegisters",
       "mi",
       "miLinkDetection",
-      "enhancedLinkDetection"
+      "enhancedLinkDetection",
+      "linkLowPorts",
+      "fxPorts"
     )
     Option.when(p.ports != 2)(s"ports is ${p.ports} but must be 2 if role is 1.").toSeq ++
       nothing.flatMap(ParamTable.named).filter(_.get(p) != 0).map { i =>

@@ -118,6 +118,7 @@ object Presets {
   def allRegisters: EscParams = named("slave").get.params.copy(
     ports = 4,
     digitalOutputs = 4,
+    clocks = 1,
     alarm = 1,
     mi = 2,
     miLinkDetection = 1,

@@ -46,6 +46,11 @@ object Source {
     */
   case object Ram extends Source
 
+  /** Kept by its unit in block RAM of the unit's own, which answers a cycle after the address. Whole bytes,
+    * which no write changes; those of one controller stand within 256 bytes.
+    */
+  case object Kept extends Source
+
   /** Counts events up to 0xFF and stays there (ERR-10); cleared with all other counters of `group`. A whole
     * byte; of a slave it lives in block RAM.
     */

@@ -25,6 +25,7 @@ object RegisterMap {
       where(p.hasResetRegisters)(ResetRegisters.all) ++
       where(p.hasMi)(MiRegisters(p)) ++ where(p.hasMiLinks)(MiRegisters.ports(p)) ++
       where(p.digitalOutputs > 0)(DigitalOutputRegisters(p)) ++
+      where(p.hasClocks)(ClockRegisters(p)) ++
       where(p.hasAlarm)(AlarmRegisters.all) ++
       FmmuRegisters(p) ++ SyncManagerRegisters(p)
   }

@@ -23,6 +23,7 @@ object RegisterTable {
   val mirrored: Source               = Source.Stored(mirrored = true)
   val status: Source                 = Source.Status
   val ram: Source                    = Source.Ram
+  val kept: Source                   = Source.Kept
   def counter(group: String): Source = Source.Counter(group)
 
   /** The row of a register.

@@ -15,11 +15,12 @@ class ResetRequest(request: Bool) extends RegisterUnit(ResetRegisters.all) {
 
   def connect(bus: RegisterBus): Unit = {
     val added = RegInit(false.B) // the frame has written a value; reset: none has
-    val ecat  = progress(bus, "reset_ecat", cancel = bus.frame.begins && !added, isFirst = !added)
+    val ecat  = progress(bus, "reset_ecat", cancel = bus.nextFrame && !added, isFirst = !added)
     val pdi   = progress(bus, "reset_pdi", cancel = bus.hostAccess && !bus.hostWrites("reset_pdi"))
-    when(bus.frame.begins) { added := false.B }
+    when(bus.nextFrame) { added := false.B }
     when(bus.writes("reset_ecat")) { added := true.B }
-    request := ecat === Complete.U || pdi === Complete.U
+    // In a register, as a spike would reset the chip. Reset: nothing is asked for.
+    request := RegNext(ecat === Complete.U || pdi === Complete.U, false.B)
   }
 
   /** How many values of the sequence are written; `isFirst`: the one that is written now may be the next. */

@@ -3,11 +3,11 @@ package flyframe.frame
 import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
-import flyframe.memory.{EcatAccess, TableWrite}
+import flyframe.memory.{EcatAccess, StampRequest, TableWrite}
 import flyframe.mii.{Crc32, NibbleStream}
 import flyframe.params.EscParams
-import flyframe.protocol.{DatagramLayout, Layout}
-import flyframe.registers.{Access, FieldRecord, Register, RegisterMap}
+import flyframe.protocol.{Command, DatagramLayout, Layout}
+import flyframe.registers.{Access, ClockRegisters, FieldRecord, Register, RegisterMap}
 import flyframe.syncmanager.AreaPort
 
 /** What the registers and the loop control tell the frame processor. */
@@ -79,6 +79,9 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   val tableWrite = Option.when(p.translates)(IO(Input(new TableWrite)))
   val areas      = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
 
+  /** What the frame asks of the receive times. */
+  val stamps = Option.when(p.hasClocks)(IO(Output(new StampRequest)))
+
   /** The buffers of a good frame have changed hands. */
   val buffersSettled = Option.when(p.syncManagers > 0)(IO(Input(Bool())))
   translated.foreach { t =>
@@ -108,6 +111,14 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private val tooMany = position.datagram >= p.maxSubTelegrams.U
   access.enable := !tooMany
   reads         := access.reads
+
+  // DC-07: BWR or FPWR. The byte is written before the command of the next datagram comes.
+  for (s <- stamps) {
+    val isCommand = active && on(DatagramLayout.Command) && !position.high
+    s.written := memory.write && memory.writeMask(ClockRegisters.Trigger % p.lanes) &&
+      memory.writeAddress / p.lanes.U === (ClockRegisters.Trigger / p.lanes).U
+    s.ofPorts := RegEnable(in.data === Command.Bwr.U || in.data === Command.Fpwr.U, isCommand)
+  }
 
   // 0x0100[0] as it was when the frame started (B-12).
   private val destroy = Reg(Bool())

@@ -46,3 +46,13 @@ class EcatAccess(lanes: Int) extends Bundle {
   /** The frame ended without error: let its register writes take effect. */
   val commit = Output(Bool())
 }
+
+/** What a frame asks of the receive times (DC-07). */
+class StampRequest extends Bundle {
+
+  /** A byte of the frame is being written to 0x0900. */
+  val written = Bool()
+
+  /** With `written`: the command is one that has the times at the ports kept, too. */
+  val ofPorts = Bool()
+}

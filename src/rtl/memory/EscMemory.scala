@@ -4,7 +4,15 @@ import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
 import flyframe.params.EscParams
-import flyframe.registers.{FmmuRegisters, Register, RegisterFile, RegisterMap, RegisterRam, SiiRegisters}
+import flyframe.registers.{
+  FmmuRegisters,
+  KeptRead,
+  Register,
+  RegisterFile,
+  RegisterMap,
+  RegisterRam,
+  SiiRegisters
+}
 
 /** The 64 KiB address space of the controller (GEN-04): registers, user RAM, process data RAM, and the
   * arbiter between the frame processor and the host.
@@ -37,6 +45,11 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with Re
   file.set    := set
   file.status := status
   file.event  := event
+  override val kept: Option[KeptRead] = file.kept.map { port =>
+    val outside = IO(chiselTypeOf(port)).suggestName("kept")
+    outside <> port
+    outside
+  }
 
   /** A register write of a frame or the host takes effect in this cycle; for units that react to the writing
     * itself.

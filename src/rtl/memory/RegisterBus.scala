@@ -3,7 +3,7 @@ package flyframe.memory
 import chisel3._
 import chisel3.util._
 import flyframe.params.EscParams
-import flyframe.registers.{FieldRecord, Register, Source}
+import flyframe.registers.{FieldRecord, KeptRead, Register, Source}
 
 /** What frames do, as units see it.
   *
@@ -55,6 +55,9 @@ trait RegisterPort {
 
   /** A unit of the controller writes a register, whatever its access. */
   val unitWrite: DecoupledIO[UnitWrite]
+
+  /** What a unit keeps in its own block RAM is read, where there is such a unit. */
+  def kept: Option[KeptRead] = None
 
   /** A unit reads the register RAM: byte address, and in a later cycle the byte. */
   val unitRead: DecoupledIO[UInt]
@@ -153,6 +156,30 @@ class RegisterBus(p: EscParams, memory: RegisterPort, registers: Seq[Register], 
     event
   }
 
+  /** A frame has begun, and all register writes of the one before it have taken effect: these may last longer
+    * than the gap between them.
+    */
+  lazy val nextFrame: Bool = {
+    val waits = RegInit(false.B) // reset: no frame has begun
+    val next  = waits && !writesPending
+    when(next) { waits := false.B }
+    when(frame.begins) { waits := true.B }
+    next
+  }
+
+  /** A frame is in the processing unit, or its register writes may still take effect. */
+  lazy val frameOpen: Bool = {
+    val open      = RegInit(false.B) // reset: no frame
+    val committed = RegInit(false.B)
+    when(frame.bad || (committed && !writesPending)) {
+      open      := false.B
+      committed := false.B
+    }
+    when(commits) { committed := true.B }
+    when(frame.busy) { open := true.B }
+    open || frame.busy || writesPending
+  }
+
   // ---- what a unit drives ----
 
   /** The value that a status field shows. */
@@ -192,6 +219,9 @@ class RegisterBus(p: EscParams, memory: RegisterPort, registers: Seq[Register], 
 
   /** What all units ask for together; None: nobody may interrupt. */
   def interruptLevel: Option[Bool] = interrupts.reduceOption(_ || _)
+
+  /** The unit's block RAM is read: for one unit. */
+  def keptRead: KeptRead = own("kept", memory.kept.get)
 
   // ---- the register RAM ----
 

@@ -27,8 +27,10 @@ class EnhancedLinkDetection(ports: Int, coreClockMhz: Int) extends Module {
 
   tick := Counter(coreClockMhz * 10).inc()
   for (y <- 0 until ports) {
-    val errors = RegInit(0.U(6.W)) // of this interval, up to 32
-    when(tick) { errors := rxEr(y) }.elsewhen(rxEr(y) && !errors(5)) { errors := errors + 1.U }
+    val errors = RegInit(0.U(6.W)) // of this interval, up to 32; without a link there are many
+    when(!found(y)) { errors := 0.U }
+      .elsewhen(tick) { errors := rxEr(y) }
+      .elsewhen(rxEr(y) && !errors(5)) { errors := errors + 1.U }
     val held = RegInit(false.B) // reset: no link is held off
     held        := found(y) && (held || (on(y) && errors(5)))
     restarts(y) := found(y) && !held && on(y) && errors(5)
@@ -46,9 +48,9 @@ class PhyReset extends Module {
   val start  = IO(Input(Bool()))
   val resetN = IO(Output(Bool()))
 
-  private val left = RegInit(0.U(2.W)) // ticks; reset: none, as the pin's register has the PHY in reset
+  private val left = RegInit(0.U(2.W)) // ticks; reset: none, as the pin follows the reset itself
   when(start) { left := 2.U }.elsewhen(tick && left =/= 0.U) { left := left - 1.U }
-  resetN := RegNext(left === 0.U, false.B)
+  resetN := RegNext(left === 0.U, false.B) && !reset.asBool // at once, though the clock may not run (PHY-01)
 }
 
 /** Restarts the auto-negotiation of PHYs where nothing else accesses them (LNK-08).

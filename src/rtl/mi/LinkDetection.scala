@@ -47,6 +47,7 @@ class LinkDetection(p: EscParams) extends Module {
   private val rewrites = RegInit(false.B)                  // the register of this step is being written
   private val changed  = Reg(Bool())                       // auto-negotiation is to begin anew
   private val complete = Reg(Bool())                       // auto-negotiation has ended
+  private val looked   = Reg(Bool())                       // there was no link, which may be that of earlier
   private val known    = RegInit(VecInit.fill(n)(false.B)) // the PHY is configured, and answers
   private val dropped  = RegInit(VecInit.fill(n)(false.B)) // the link input has fallen (LNK-03)
   private val shown    = RegInit(0.U.asTypeOf(Vec(n, new PhyStatus)))
@@ -102,6 +103,7 @@ class LinkDetection(p: EscParams) extends Module {
   }
   when(step === begin) {
     changed := again
+    looked  := false.B
     step    := Mux(at(known) && !again, linked, Mux(isFx || at(known), control, gigabit))
   }
   private val isSilent = access.silent && !rewrites
@@ -123,19 +125,21 @@ class LinkDetection(p: EscParams) extends Module {
       next()
     }.elsewhen(!isWanted) {
       rewrites := true.B
+    }.elsewhen(step === linked && !answer(2) && !looked) {
+      looked := true.B // the bit stays low until it has been read: once more
     }.otherwise {
       step := step.next
       when(step === linked) {
         complete := answer(5)
         for (y <- 0 until n) when(port === y.U) { shown(y).physical := answer(2) }
-        when(isFx) { judge(answer(2), true.B, true.B) }
+        when(isFx || !answer(2)) { judge(answer(2), true.B, true.B) }
       }
       when(step === partner) { judge(at(shown.map(_.physical)), complete, answer(8)) }
     }
   }
 
   for (y <- 0 until n) {
-    val tellsNone = access.done && !isSilent && step === linked && port === y.U && !answer(2)
+    val tellsNone = access.done && !isSilent && step === linked && port === y.U && !answer(2) && looked
     val falls     = RegNext(signal(y), false.B) && !signal(y)
     dropped(y)   := !signal(y) && !tellsNone && (dropped(y) || falls)
     link(y)      := Mux(known(y), shown(y).link && !dropped(y) && (signal(y) || !falls), signal(y))

@@ -61,7 +61,8 @@ class LinkUnit(
       for ((link, left) <- links.zip(enhanced.link)) link.link := left
       for (y            <- 0 until p.ports) {
         val pending = RegInit(false.B).suggestName(s"restarts_$y") // reset: no PHY begins anew
-        if (!p.resetsPhys) pending := enhanced.restarts(y) || (pending && !done(y))
+        // A link that is gone needs no restart any more.
+        if (!p.resetsPhys) pending := physical(y) && (enhanced.restarts(y) || (pending && !done(y)))
         asks(y)                    := pending
       }
       if (!p.resetsPhys && detection.isEmpty) {

@@ -23,11 +23,11 @@ class MiPins extends Bundle {
   */
 class Mdio(coreClockMhz: Int) extends Module {
 
-  /** Carry out an access, up to `done`; the frame stands still while it `rests`. `isWrite`, `phy` and
-    * `phyRegister` hold meanwhile.
+  /** Carry out an access, up to `done`; it begins when nothing `delays` it. `isWrite`, `phy` and
+    * `phyRegister` hold from then on.
     */
   val run         = IO(Input(Bool()))
-  val rests       = IO(Input(Bool()))
+  val delays      = IO(Input(Bool()))
   val isWrite     = IO(Input(Bool()))
   val phy         = IO(Input(UInt(5.W)))
   val phyRegister = IO(Input(UInt(5.W)))
@@ -50,10 +50,10 @@ class Mdio(coreClockMhz: Int) extends Module {
   private val count  = RegInit(0.U((7 + period).W)) // reset: no access
   private val bit    = count >> period              // of the frame: preamble, from 32 header, from 48 data
   private val rises  = count(period - 1, 0) === ((1 << (period - 1)) - 1).U
-  private val ends   = count(period - 1, 0).andR && !rests
+  private val ends   = count(period - 1, 0).andR
   mdc  := count(period - 1)
   done := bit(6) && bit(0) // behind one clock that nobody drives
-  when(run && !rests) { count := count + 1.U }
+  when(run && !(delays && count === 0.U)) { count := count + 1.U }
   when(done) { count := 0.U }
 
   private val sampled  = RegEnable(mdioIn, rises)

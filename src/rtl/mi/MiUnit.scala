@@ -41,7 +41,7 @@ class MiUnit(p: EscParams, val pins: MiPins) extends RegisterUnit(MiRegisters(p)
 
     val command = bus.written("mi_command")
     val low     = bus.written("mi_write_enable")
-    when(bus.frame.begins) { enable := false.B }
+    when(bus.nextFrame) { enable := false.B }
     when(low.valid && !bus.writtenByHost) { enable := low.bits }
     when(endsCommand) {
       busy := false.B
@@ -50,7 +50,7 @@ class MiUnit(p: EscParams, val pins: MiPins) extends RegisterUnit(MiRegisters(p)
     // One that comes while another runs was on its way before; it is dropped (B-91).
     when(command.valid && !busy) {
       val code  = command.bits
-      val may   = taken || enable || (low.valid && low.bits(0))
+      val may   = taken || Mux(low.valid, low.bits(0), enable)
       val valid = code === Code.Read.U || (code === Code.Write.U && may)
       readError    := false.B
       commandError := !valid && code =/= Code.Clear.U
@@ -74,7 +74,7 @@ class MiUnit(p: EscParams, val pins: MiPins) extends RegisterUnit(MiRegisters(p)
     val bytes = bus.writtenBytes("mi_data")
     if (own.isEmpty) {
       mdio.run    := busy
-      mdio.rests  := bus.writesPending
+      mdio.delays := bus.writesPending
       endsCommand := mdio.done
       mdio.load.zip(bytes).foreach { case (load, byte) => load := byte }
       bus.status("mi_data") := mdio.data
@@ -98,7 +98,7 @@ class MiUnit(p: EscParams, val pins: MiPins) extends RegisterUnit(MiRegisters(p)
         mdio.isWrite     := access.isWrite
       }
       mdio.run    := runs
-      mdio.rests  := false.B
+      mdio.delays := false.B
       endsCommand := mdio.done && !isOwn
       for (i <- 0 to 1) {
         mdio.load(i).valid := !runs
@@ -119,7 +119,7 @@ class MiUnit(p: EscParams, val pins: MiPins) extends RegisterUnit(MiRegisters(p)
       when(forces.valid && !bus.writtenByHost) { force := forces.bits }
       when(force) { taken := false.B }
       bus.guard("mi_pdi_may_take") := !force && (taken ||
-        (!bus.bool("mi_exclusive") && !bus.frame.busy && !bus.writesPending))
+        (!bus.bool("mi_exclusive") && !bus.frameOpen))
       bus.guard("mi_ecat_may_claim") := !taken
       bus.guard("mi_pdi_may_write")  := taken && !busy
       bus.status("mi_taken")         := taken

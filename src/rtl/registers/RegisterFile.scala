@@ -59,6 +59,20 @@ object FieldRecord {
     }))
 }
 
+/** What a unit keeps in its own block RAM is read.
+  *
+  * @param addressBits
+  *   of the word that is read
+  * @param lanes
+  *   bytes per word
+  */
+class KeptRead(addressBits: Int, lanes: Int) extends Bundle {
+  val address = Output(UInt(addressBits.W))
+
+  /** In the next cycle: the word. */
+  val data = Input(UInt((8 * lanes).W))
+}
+
 /** Decode, storage and counters of all registers, built from [[RegisterMap]].
   *
   * Reading is combinational in `readAddress`, but for what block RAM holds; words are `lanes` bytes. A write
@@ -91,6 +105,17 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private val blockRamCounts = if (p.isMaster) 0 else 1
   val isCount                = IO(Output(UInt((lanes * blockRamCounts).W)))
   val countData              = IO(Output(UInt((8 * lanes * blockRamCounts).W)))
+
+  /** Bytes that a unit keeps in its own block RAM, where there are any: `isCount` and `countData` have them,
+    * too.
+    */
+  private val keptBytes =
+    registers.filter(_.fields.exists(_.source == Source.Kept)).flatMap(_.range).toSet
+  require(
+    keptBytes.map(_ >> 8).size <= 1,
+    s"registers kept by units are in ${keptBytes.map(_ >> 8).size} pages of 256 bytes but must be in 1."
+  )
+  val kept = Option.when(keptBytes.nonEmpty)(IO(new KeptRead(addressBits, lanes)))
 
   /** See [[FieldRecord]], also for the records below. */
   val guard = IO(Input(FieldRecord.guard(registers)))
@@ -181,16 +206,24 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
     engine
   }
   countData := counters.fold(0.U)(_.data)
+  for (port <- kept) {
+    port.address := readAddress
+    val isHere = RegNext(readAddress >> (8 - laneBits) === (keptBytes.head >> 8).U)
+    when(isHere) { countData := port.data }
+  }
 
-  /** The byte at this address is a counter in block RAM, which has counted since it was cleared last. */
+  /** The byte at this address is a counter in block RAM, which has counted since it was cleared last, or one
+    * that its unit keeps.
+    */
   private def isCounted(byteAddress: Int): Bool = {
     val group = counted.collectFirst { case (_, `byteAddress`, group) => group }
-    group.fold(false.B)(g => counters.get.valid(counters.get.groups.indexOf(g)))
+    group.fold(keptBytes(byteAddress).B)(g => counters.get.valid(counters.get.groups.indexOf(g)))
   }
 
   private def source(register: Register, field: Field): UInt = field.source match {
     case Source.Constant       => field.reset.U(field.width.W)
     case Source.Ram            => 0.U(field.width.W)
+    case Source.Kept           => 0.U(field.width.W)
     case _: Source.Stored      => storage(register, field)
     case Source.Status         => status.uint(field.name)
     case Source.Counter(group) => if (p.isMaster) counter(field, group) else 0.U(field.width.W)

@@ -39,6 +39,8 @@ class EscParamsSpec extends AnyFlatSpec {
     "fmmuBitwise"            -> between(0, 1),
     "digitalOutputs"         -> between(0, 4),
     "role"                   -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
+    "clocks"                 -> between(0, 1),
+    "clockBits"              -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
     "alarm"                  -> between(0, 1),
     "maxSlaves"              -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
     "linePorts"              -> Limits(Seq(1, 2), Seq(0, 3)),
@@ -118,7 +120,7 @@ class EscParamsSpec extends AnyFlatSpec {
     }
   }
 
-  "PHYs" should "have addresses of their own, and management if links are found by it" in {
+  "LNK-12: PHYs" should "have addresses of their own, and management if links are found by it" in {
     val p = EscParams(ports = 3)
     for (
       (set, sentence) <- Seq(

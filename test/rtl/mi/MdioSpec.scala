@@ -9,7 +9,7 @@ import flyframe.SharedSimulation
 class MdioUnderTest(coreClockMhz: Int) extends Module {
   private val dut = Module(new Mdio(coreClockMhz))
   val run         = IO(Input(Bool()))
-  val rests       = IO(Input(Bool()))
+  val delays      = IO(Input(Bool()))
   val isWrite     = IO(Input(Bool()))
   val phy         = IO(Input(UInt(5.W)))
   val phyRegister = IO(Input(UInt(5.W)))
@@ -29,7 +29,7 @@ class MdioUnderTest(coreClockMhz: Int) extends Module {
 
   private val phys = Module(new Phys)
   dut.run         := run
-  dut.rests       := rests
+  dut.delays      := delays
   dut.isWrite     := isWrite
   dut.phy         := phy
   dut.phyRegister := phyRegister
@@ -65,7 +65,7 @@ class MdioSpec extends AnyFlatSpec with SharedSimulation {
     private var last  = (false, false, false)
 
     dut.run.poke(false)
-    dut.rests.poke(false)
+    dut.delays.poke(false)
     dut.present.poke(1 << 9)
     dut.reset.poke(true.B)
     dut.clock.step()
@@ -103,12 +103,12 @@ class MdioSpec extends AnyFlatSpec with SharedSimulation {
       dut.run.poke(true)
       var cycles = 0
       while (!is(dut.done)) {
-        dut.rests.poke(rest(cycles))
+        dut.delays.poke(rest(cycles))
         step()
         cycles += 1
         assert(cycles < 40000, "never done")
       }
-      dut.rests.poke(false)
+      dut.delays.poke(false)
       val result = Option.when(!is(dut.silent))(dut.data.peek().litValue.toInt)
       step()
       dut.run.poke(false)
@@ -151,7 +151,7 @@ class MdioSpec extends AnyFlatSpec with SharedSimulation {
         val periods = b.rises.zip(b.rises.tail).map { case (a, b) => b - a }
         assert(periods.min * 1000 >= 400 * mhz)
       },
-      "MI-06: a frame that rests goes on as it was" -> { dut =>
+      "MI-06: a frame that delays goes on as it was" -> { dut =>
         val b = new Bench(dut)
         assert(b.access(isWrite = true, 9, 4, 0x6a95, rest = c => c / 7 % 3 == 0)._1.contains(0x6a95))
         assert(b.stored(9, 4) == 0x6a95)

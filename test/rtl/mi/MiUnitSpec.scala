@@ -25,7 +25,16 @@ class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
       case u: UInt => u.poke(0.U)
       case other   => fail(s"$other")
     }
-    for (input <- Seq(dut.begins, dut.busy, dut.registersBusy, dut.registerWrite.valid)) input.poke(false)
+    for (
+      input <- Seq(
+        dut.begins,
+        dut.busy,
+        dut.bad,
+        dut.commitStarts,
+        dut.registersBusy,
+        dut.registerWrite.valid
+      )
+    ) input.poke(false)
     dut.registerWrite.bits.mask.poke(1)
     dut.pins.mdio_in.poke(true) // no PHY
     dut.clock.step()
@@ -82,6 +91,7 @@ class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
       b.dut.begins.poke(true)
       b.dut.clock.step()
       b.dut.begins.poke(false)
+      b.dut.clock.step()
       b.write(MiRegisters.CommandByte, Write)
       assert(b.shows("mi_command_error") == 1 && b.shows("mi_busy") == 0)
       b.write(MiRegisters.Control, 1)
@@ -90,11 +100,28 @@ class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
     },
     check("MI-07, B-92: the PDI cannot take the interface while a frame is under way") { b =>
       assert(b.may("mi_pdi_may_take"))
-      for (signal <- Seq(b.dut.busy, b.dut.registersBusy)) {
-        signal.poke(true)
+      def frame(end: Bool): Unit = {
+        b.dut.busy.poke(true)
         assert(!b.may("mi_pdi_may_take"))
-        signal.poke(false)
+        b.dut.clock.step()
+        b.dut.busy.poke(false)
+        for (_ <- 0 until 30) { // until its verdict, and until its writes begin to take effect
+          assert(!b.may("mi_pdi_may_take"))
+          b.dut.clock.step()
+        }
+        end.poke(true)
+        b.dut.clock.step()
+        end.poke(false)
       }
+      frame(b.dut.bad)
+      assert(b.may("mi_pdi_may_take"))
+      frame(b.dut.commitStarts)
+      b.dut.registersBusy.poke(true)
+      assert(!b.may("mi_pdi_may_take"))
+      b.dut.clock.step()
+      b.dut.registersBusy.poke(false)
+      b.dut.clock.step()
+      assert(b.may("mi_pdi_may_take"))
       b.write(MiRegisters.PdiAccess, 1, byHost = true)
       b.dut.busy.poke(true)
       assert(b.may("mi_pdi_may_take"), "it may give it back")

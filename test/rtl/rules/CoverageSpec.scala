@@ -44,7 +44,10 @@ class CoverageSpec extends AnyFlatSpec {
 
   /** Numbers within a group that no rule has, and none will get: never given, or withdrawn (3 of MST). */
   private val unused: Map[String, Seq[Int]] =
-    Map("B" -> Seq(7 to 9, 22 to 29, 36 to 39, 49 to 49, 73 to 89).flatten, "MST" -> Seq(3, 9))
+    Map(
+      "B"   -> Seq(7 to 9, 22 to 29, 36 to 39, 49 to 49, 73 to 79, 84 to 89).flatten,
+      "MST" -> Seq(3, 9)
+    )
 
   /** Rows of the table of rules without test: IDs, and why there is none. */
   private val reasons: Seq[(String, String)] = Files

@@ -60,7 +60,7 @@ object FrameRules extends Rules {
   rule("GEN-08, FP-31: an access that touches nothing implemented does not count") { s =>
     import s._
     val firstAbsent = Seq(0x0600 + 16 * p.fmmus, 0x0800 + 8 * p.syncManagers)
-    for (address <- Seq(0x000a, 0x0900, 0x0f7f) ++ firstAbsent) {
+    for (address <- Seq(0x000a, 0x0940, 0x0f7f) ++ firstAbsent) {
       assert(read(Aprd, 0, address, 1).workingCounter == 0)
       assert(write(Apwr, 0, address, 1).workingCounter == 0)
     }

@@ -144,7 +144,7 @@ object LinkRules extends Rules {
     assert(bench.phys.get(p.phyAddress(0), 27) == 0x77ee && status(s, 1) % 8 == 3)
   }
   rule(
-    "LNK-06, LNK-10: a fibre PHY is fixed to 100 Mbit/s full duplex, and its link needs no partner",
+    "LNK-06: a fibre PHY is fixed to 100 Mbit/s full duplex, and its link needs no partner",
     fibre
   ) { s =>
     import s._
@@ -158,7 +158,7 @@ object LinkRules extends Rules {
     assert(status(s, 1) == 0x20 && !physical(s, 1))
   }
   rule(
-    "LNK-08, LNK-09, LNK-12: 32 RX_ER within 10 us close the port, until its link has gone and come",
+    "LNK-08, LNK-09: 32 RX_ER within 10 us close the port, until its link has gone and come",
     enhanced
   ) { s =>
     import s._

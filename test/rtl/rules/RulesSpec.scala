@@ -10,7 +10,7 @@ import flyframe.params.EscParams
 class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val rules =
     FrameRules.all ++ PortRules.all ++ FmmuRules.all ++ SyncManagerRules.all ++ ApplicationRules.all ++
-      WatchdogRules.all ++ LedRules.all ++ OutputRules.all
+      WatchdogRules.all ++ LedRules.all ++ OutputRules.all ++ ClockRules.all
 
   private val sets = TestSets.rules
   private def rulesFor(p: EscParams) =

@@ -1,0 +1,122 @@
+package flyframe.dc
+
+import scala.util.Random
+import chisel3._
+import chiseltest._
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.SharedSimulation
+
+/** The clock and the stamps together, as the unit connects them. */
+class ClockAndTimes(val ports: Int, val periodNs: Int, val bytes: Int, val lanes: Int) extends Module {
+  private val local  = Module(new LocalClock(periodNs, bytes))
+  private val stamps = Module(new ReceiveTimes(ports, periodNs, bytes, lanes))
+  stamps.timeByte := local.timeByte
+  stamps.place    := local.place
+  stamps.last     := local.last
+  val begins   = IO(chiselTypeOf(stamps.begins))
+  val keep     = IO(chiselTypeOf(stamps.keep))
+  val absent   = IO(chiselTypeOf(stamps.absent))
+  val readWord = IO(chiselTypeOf(stamps.readWord))
+  val data     = IO(chiselTypeOf(stamps.data))
+  for ((inner, outer) <- Seq(stamps.begins -> begins, stamps.keep -> keep, stamps.absent -> absent))
+    inner         := outer
+  stamps.readWord := readWord
+  data            := stamps.data
+}
+
+/** Receive times alone, against the numbers of the cycles in which frames have begun. */
+class ReceiveTimesSpec extends AnyFlatSpec with SharedSimulation {
+  private class Bench(dut: ClockAndTimes) {
+    private val sources = dut.ports + 1
+    val unit            = dut.ports
+    var cycle           = 0L
+    dut.clock.setTimeout(0)
+    dut.reset.poke(true.B)
+    for (p <- dut.begins ++ dut.keep ++ dut.absent) p.poke(false.B)
+    dut.clock.step()
+    dut.reset.poke(false.B)
+
+    def step(begins: Set[Int] = Set.empty, keep: Set[Int] = Set.empty): Unit = {
+      for (i <- 0 until sources) {
+        dut.begins(i).poke(begins(i))
+        dut.keep(i).poke(keep(i))
+      }
+      dut.clock.step()
+      cycle += 1
+    }
+    def idle(cycles: Int): Unit = for (_ <- 1 to cycles) step()
+
+    /** A frame begins at these sources; its time. */
+    def begin(at: Int*): BigInt = {
+      val now = BigInt(cycle) * dut.periodNs
+      step(begins = at.toSet)
+      now
+    }
+    def keepAll(): Unit = step(keep = (0 until sources).toSet)
+    def read(source: Int): BigInt = {
+      val (from, count) = if (source == unit) (0x18, dut.bytes) else (4 * source, 4)
+      (0 until count).map { i =>
+        dut.readWord.poke((from + i) / dut.lanes)
+        step()
+        (dut.data.peek().litValue >> (8 * ((from + i) % dut.lanes)) & 0xff) << (8 * i)
+      }.sum
+    }
+    def settle(): Unit = idle(8 * dut.bytes)
+  }
+
+  for ((ports, period, bytes, lanes) <- Seq((2, 10, 8, 1), (4, 8, 8, 4), (3, 40, 4, 2), (1, 20, 4, 1)))
+    together(
+      s"$ports ports, $period ns, $bytes bytes, words of $lanes",
+      new ClockAndTimes(ports, period, bytes, lanes)
+    )(
+      "DC-07: what begins at the same time in all places has the same time, at any phase" -> { dut =>
+        val b = new Bench(dut)
+        for (_ <- 1 to 40) {
+          b.idle(b.cycle.toInt * 7 % 23)
+          val time = b.begin(0 to ports: _*)
+          b.settle()
+          b.keepAll()
+          b.idle(4)
+          for (i <- 0 to ports) assert(b.read(i) == time, s"source $i")
+        }
+      },
+      "DC-08, B-80: at a port before the frame ends or behind it, and nothing of other frames" -> { dut =>
+        val b      = new Bench(dut)
+        val random = new Random(1)
+        for (_ <- 1 to 100) {
+          b.begin(random.nextInt(ports)) // of another frame
+          b.idle(100)
+          val start = b.begin(0, b.unit)
+          b.idle(random.nextInt(20))
+          val early = (1 until ports).filter(_ => random.nextBoolean())
+          val times = scala.collection.mutable.Map(0 -> start, b.unit -> start)
+          for (y <- early) {
+            times(y) = b.begin(y)
+            b.idle(random.nextInt(20))
+          }
+          b.keepAll() // a time may still be on its way
+          b.idle(random.nextInt(200))
+          for (y <- 1 until ports if !early.contains(y)) {
+            times(y) = b.begin(y)
+            b.idle(random.nextInt(3))
+          }
+          b.settle()
+          b.begin(0, b.unit) // not kept
+          for (y <- 1 until ports) b.begin(y)
+          b.settle()
+          for ((source, time) <- times) assert(b.read(source) == time, s"source $source")
+        }
+      },
+      "B-82: nothing is kept of a port without link, nor after a reset" -> { dut =>
+        val b = new Bench(dut)
+        b.begin(b.unit)
+        b.keepAll()
+        dut.absent.foreach(_.poke(true.B))
+        b.step()
+        dut.absent.foreach(_.poke(false.B))
+        for (y <- 0 until ports) b.begin(y)
+        b.settle()
+        for (y <- 0 until ports) assert(b.read(y) == 0)
+      }
+    )
+}
