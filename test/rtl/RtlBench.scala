@@ -73,15 +73,17 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
   outputs.foreach(_ := dut.digital_output.get)
   outputsDriven.foreach(_ := dut.digital_output_driven.get)
   for (pins <- dut.mi; control <- phys) {
-    val all = withReset(false.B)(Module(new Phys))
-    all.mdc         := pins.mdc
-    all.line        := pins.mdio_out || !pins.mdio_enable
-    all.present     := control.present
-    all.at          := control.at
-    all.store       := control.store
-    control.value   := all.value
-    control.collide := all.drives && pins.mdio_enable
-    pins.mdio_in    := all.level
+    val all = Module(new Phys) // with the controller in reset, but for what the PHYs' registers hold (PHY-01)
+    all.mdc       := pins.mdc
+    all.line      := pins.mdio_out || !pins.mdio_enable
+    all.present   := control.present
+    all.at        := control.at
+    all.store     := control.store
+    control.value := all.value
+    val collided = RegInit(false.B)
+    when(all.drives && pins.mdio_enable) { collided := true.B }
+    control.collided := collided
+    pins.mdio_in     := all.level
   }
   resetRequest.foreach(_ := dut.reset_request.get)
   phyResetsN.foreach(_ := dut.phy_port_reset_n.get.asUInt)
@@ -117,8 +119,8 @@ class PhyControl extends Bundle {
   val value   = Output(UInt(16.W))
   val store   = Input(chisel3.util.Valid(UInt(16.W)))
 
-  /** The data line is driven from both ends. */
-  val collide = Output(Bool())
+  /** The data line has been driven from both ends. */
+  val collided = Output(Bool())
 }
 
 /** Drives a [[ControllerUnderTest]] with nominal clocks. */
@@ -249,7 +251,10 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     dut.clock.step(ms * 25000 * cycles)
     idle(8)
   }
-  def advanceUs(us: Int): Unit = idle(us * 25)
+  def advanceUs(us: Int): Unit = {
+    idle(us * 25)
+    dut.phys.foreach(control => assert(!control.collided.peek().litToBoolean, "both ends drive MDIO"))
+  }
 
   def damage(): Unit            = dut.damaged.foreach(_.poke(true))
   def setLine(state: Int): Unit = dut.current.foreach(_.poke(Line.current(state)))

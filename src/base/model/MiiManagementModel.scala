@@ -44,8 +44,8 @@ class MiiManagementModel(p: EscParams, registers: ModelRegisters, phys: () => Ph
   }
 
   override def guard(name: String): Option[Boolean] = name match {
-    case "mi_ecat_may_write" | "mi_ecat_may_claim" => Some(!taken)
-    case "mi_pdi_may_write"                        => Some(taken)
+    case "mi_ecat_may_write" | "mi_ecat_may_claim" | "mi_ecat_may_clear" => Some(!taken)
+    case "mi_pdi_may_write" | "mi_pdi_may_clear"                         => Some(taken)
     case "mi_pdi_may_take" => Some(!force && (taken || registers.value("mi_exclusive") == 0))
     case _                 => None
   }

@@ -61,8 +61,9 @@ object MiRegisters {
   }
 
   private def port(p: EscParams, y: Int) = {
-    val pdi = if (p.hasMiByPdi) rw else r
-    register(PortStatus + y, 1, s"mi_port$y", rw, pdi, "LNK-05", s"PHY port $y status",
+    // Who has the interface clears.
+    val (ecat, pdi) = if (p.hasMiByPdi) (rwIf("mi_ecat_may_clear"), rwIf("mi_pdi_may_clear")) else (rw, r)
+    register(PortStatus + y, 1, s"mi_port$y", ecat, pdi, "LNK-05", s"PHY port $y status",
       field(s"mi_physical_link_port$y", 0, 0, status, 0, "1: the PHY reports a link"),
       field(s"mi_link_port$y",          1, 1, status, 0, "1: and one that suits EtherCAT"),
       field(s"mi_link_error_port$y",    2, 2, status, 0, "1: the link does not suit, and is held off"),

@@ -112,7 +112,9 @@ class LinkDetection(p: EscParams) extends Module {
       rewrites := false.B
       changed  := true.B
       step     := step.next
-      for (y <- 0 until n) when(port === y.U && !again) { shown(y).configured := true.B }
+      for (y <- 0 until n) when(port === y.U && !(again && step === control)) {
+        shown(y).configured := true.B
+      }
     }.elsewhen(isSilent) {
       for (y <- 0 until n) when(port === y.U) {
         known(y)              := false.B

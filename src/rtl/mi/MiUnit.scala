@@ -122,8 +122,12 @@ class MiUnit(p: EscParams, val pins: MiPins) extends RegisterUnit(MiRegisters(p)
         (!bus.bool("mi_exclusive") && !bus.frameOpen))
       bus.guard("mi_ecat_may_claim") := !taken
       bus.guard("mi_pdi_may_write")  := taken && !busy
-      bus.status("mi_taken")         := taken
-      bus.status("mi_force")         := force
+      if (p.hasMiLinks) {
+        bus.guard("mi_ecat_may_clear") := !taken
+        bus.guard("mi_pdi_may_clear")  := taken
+      }
+      bus.status("mi_taken") := taken
+      bus.status("mi_force") := force
     }
     bus.guard("mi_ecat_may_write") := !taken && !busy
     bus.status("mi_write_enable")  := enable || taken

@@ -60,7 +60,7 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
       for (y <- 0 to 1; side <- Seq("ECAT", "PDI"))
         yield (
           s"mi_port$y",
-          s"$side access is rw, in the list r and r/(clr)",
+          s"$side access is r/(w), in the list r and r/(clr)",
           "what a write clears is the business of its unit (LNK-05)"
         )
     val others = Seq(

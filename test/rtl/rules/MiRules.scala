@@ -180,6 +180,22 @@ object MiRules extends Rules {
     assert(bench.hostRead(0x0517) == 2, "while force is set")
     assert(put(0x0517, 1) && bench.hostRead(0x0517) == 0, "ECAT writes bit 1 only")
   }
+  rule("MI-07, LNK-05, B-92: who has the interface clears what ports show", p => byPdi(p) && p.hasMiLinks) {
+    s =>
+      import s._
+      def errs() = (bench.hostRead(0x0518) & 8) != 0
+      bench.phys.remove(p.phyAddress(0))
+      bench.advanceMs(2)
+      assert(errs())
+      bench.phys.insert(p.phyAddress(0))
+      bench.advanceMs(2)
+      bench.hostWrite(0x0518, 0)
+      assert(errs(), "the interface is ECAT's")
+      bench.hostWrite(0x0517, 1)
+      assert(!put(0x0518, 0) && errs(), "it is the PDI's")
+      bench.hostWrite(0x0518, 0)
+      assert(!errs())
+  }
   rule("MI-07: without the PDI's part the host only looks on", p => mi(p) && !p.hasMiByPdi) { s =>
     import s._
     assert((bench.hostRead(0x0510) & 2) == 0 && get(0x0516, 2).isEmpty)
