@@ -43,13 +43,15 @@ final class Measure(dir: Path) {
       if (!Files.exists(path) || Files.readString(path) != text) Files.writeString(path, text)
     }
 
-  /** The file that `make` leaves, made again only if the Verilog, the command or a tool's version has changed
-    * since: the tools are deterministic, and slow.
+  /** The file that `make` leaves, made again only if the Verilog (but for the comments at its beginning,
+    * which name all parameters), the command or a tool's version has changed since: the tools are
+    * deterministic, and slow.
     */
   private def unlessMade(p: EscParams, result: Path, command: Seq[String])(make: => Unit): Path = {
-    val inputs = Seq(Files.readString(file(s"${p.preset}.v")), command.mkString(" "), tools.mkString(" "))
-    val key    = Hash.of(inputs)
-    val made   = file(s"${result.getFileName}.key")
+    val verilog = Files.readString(file(s"${p.preset}.v")).linesIterator.dropWhile(_.startsWith("//"))
+    val inputs  = Seq(verilog.mkString("\n"), command.mkString(" "), tools.mkString(" "))
+    val key     = Hash.of(inputs)
+    val made    = file(s"${result.getFileName}.key")
     if (!Files.exists(result) || !Files.exists(made) || Files.readString(made) != key) {
       Files.deleteIfExists(made)
       make
