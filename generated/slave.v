@@ -16,6 +16,9 @@
 //   digitalOutputs                  0  bytes
 //   clocks                          0  code
 //   clockBits                      64  bit
+//   syncSignals                     0  signals
+//   latchSignals                    0  signals
+//   syncPulse                    1000  10 ns
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports

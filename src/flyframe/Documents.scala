@@ -14,7 +14,7 @@ object Documents {
     case _: Source.Stored      => "stored"
     case Source.Status         => "status"
     case Source.Ram            => "RAM"
-    case Source.Kept           => "RAM of its unit"
+    case _: Source.Kept        => "RAM of its unit"
     case Source.Counter(group) => s"counter, group $group"
   }
 

@@ -5,7 +5,7 @@ import chisel3.util._
 import scala.reflect.ClassTag
 import flyframe.application.{Application, LedPins, Leds, ResetRequest, Watchdogs}
 import flyframe.clocks.LevelCrossing
-import flyframe.dc.{DistributedClocks, PortActivity}
+import flyframe.dc.{ClockPins, DistributedClocks, PortActivity}
 import flyframe.frame.{FrameProcessor, Stage}
 import flyframe.host.HostSequencer
 import flyframe.memory.{EscMemory, FrameEvents, HostPort, RegisterBus, RegisterUnit}
@@ -57,6 +57,9 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
 
   /** Bus or host ask for a reset of the whole chip, this controller included. */
   val reset_request = Option.when(p.hasResetRegisters)(IO(Output(Bool())))
+
+  /** SYNC and LATCH signals of distributed clocks. */
+  val clock_signals = Option.when(p.hasClockPins)(IO(new ClockPins(p)))
 
   /** LEDs, high = lit. */
   val led = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
@@ -134,8 +137,8 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
     new Leds(p, pins, ports.map(_.core.link), active, eeprom, watchdogs)
   }
   private val clocks = processor.stamps.map { request =>
-    val activity = ports.map(port => PortActivity(port.core.fromWire.valid, port.core.link))
-    new DistributedClocks(p, activity, request)
+    val activity = ports.map(port => PortActivity(port.core.fromWire.valid, port.core.waited, port.core.link))
+    new DistributedClocks(p, activity, request, clock_signals)
   }
   private val units =
     Seq(dataLink) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ watchdogs ++ application ++

@@ -34,7 +34,10 @@ object TestSets {
       syncManagers = 2,
       ramKiB = 1,
       watchdogs = 0,
-      leds = 0
+      leds = 0,
+      clocks = 2,
+      syncSignals = 2,
+      latchSignals = 2
     )                                                                                                -> 10000,
     preset("frame-processor")                                                                        -> 10000,
     min.copy(preset = "mhz25", coreClockMhz = 25, ports = 3, maxSubTelegrams = 128)                  -> 10000,
@@ -185,10 +188,22 @@ object TestSets {
   )
 
   private val ruledClocks = Seq(
-    ruled.copy(preset = "clocks", ports = 3, clocks = 1),
+    ruled.copy(
+      preset = "clocks",
+      ports = 3,
+      clocks = 2,
+      syncSignals = 2,
+      syncPulse = 0,
+      latchSignals = 2,
+      applicationLayer = 1,
+      syncManagers = 2
+    ),
     ruled.copy(
       preset = "clocks-32",
-      clocks = 1,
+      clocks = 2,
+      syncSignals = 1,
+      syncPulse = 5000,
+      latchSignals = 1,
       clockBits = 32,
       dataBusWidth = 32,
       coreClockMhz = 125,

@@ -3,6 +3,7 @@ package flyframe
 import chisel3._
 import chiseltest._
 import flyframe.application.LedPins
+import flyframe.dc.ClockPins
 import flyframe.mi.{PhyRegisters, Phys}
 import flyframe.mii.{MiiPins, RmiiPins}
 import flyframe.sii.SiiPins
@@ -48,6 +49,8 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
   val resetRequest = Option.when(p.hasResetRegisters)(IO(Output(Bool())))
   val phyResetsN   = Option.when(p.resetsPhys)(IO(Output(UInt(p.ports.W))))
 
+  val clockSignals = Option.when(p.hasClockPins)(IO(new ClockPins(p)))
+
   /** The comparators of the smoke detector's current. */
   val current = Option.when(p.hasAlarm)(IO(Input(UInt(3.W))))
 
@@ -85,6 +88,7 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
     control.collided := collided
     pins.mdio_in     := all.level
   }
+  clockSignals.foreach(_ <> dut.clock_signals.get)
   resetRequest.foreach(_ := dut.reset_request.get)
   phyResetsN.foreach(_ := dut.phy_port_reset_n.get.asUInt)
   for (y <- 0 until p.ports) {
@@ -161,6 +165,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     setLine(DetectorState.Normal)
     dut.damaged.foreach(_.poke(false))
     dut.host.req.poke(false)
+    for (pins <- dut.clockSignals; latch <- pins.latch) latch.poke(false)
     dut.reset.poke(true.B)
     idle(4)
     if (p.hasMi) powerOnPhys()
@@ -260,7 +265,12 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   def setLine(state: Int): Unit = dut.current.foreach(_.poke(Line.current(state)))
   def outputs: Option[Int] =
     Option.when(dut.outputsDriven.get.peek().litToBoolean)(dut.outputs.get.peek().litValue.toInt)
-  def interrupt: Boolean = dut.irq.peek().litToBoolean
+  def interrupt: Boolean         = dut.irq.peek().litToBoolean
+  def syncLevel(n: Int): Boolean = dut.clockSignals.get.sync(n).peek().litToBoolean
+  def setLatch(n: Int, level: Boolean): Unit = {
+    dut.clockSignals.get.latch(n).poke(level)
+    idle(40) // it crosses, and its time is taken
+  }
 
   private var there = BigInt(0) // addresses of the PHYs that answer
   private def powerOnPhys(): Unit = {

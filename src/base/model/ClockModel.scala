@@ -2,14 +2,16 @@ package flyframe.model
 
 import flyframe.params.EscParams
 import flyframe.protocol.Command
-import flyframe.registers.ClockRegisters
+import flyframe.registers.{ClockRegisters, Register}
 
-/** Distributed clocks: the receive times of frames (DC-07, DC-08). Its time is that of the bench, in which a
-  * frame comes as a whole: the beginning of each frame is right, as far as the bench tells the time between
-  * them.
+/** Distributed clocks: the receive times of frames (DC-07, DC-08), and the system time (DC-16 to DC-23). Its
+  * time is that of the bench, in which a frame comes as a whole: the beginning of each frame is right, as far
+  * as the bench tells the time between them.
   */
 class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolean) extends ModelUnit {
+  import ClockModel._
   private var now    = 0L
+  private var part   = 0.0                                     // of a ns, beside `now`
   private val began  = Array.fill(p.ports)(Option.empty[Long]) // since a frame came to the processing unit
   private val awaits = Array.fill(p.ports)(false)              // the frame is on its way back to there
   private var latest = Option.empty[(Int, Long)]               // port and time of the frame at hand
@@ -17,12 +19,55 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   // What the frame in the processing unit has written 0x0900 with.
   private var commands = Set.empty[Int]
 
+  // What has been written to the system time, by byte, and whether the frame has written the first one.
+  private val received = new Array[Int](4)
+  private var compares = false
+  private val loop     = new TimeLoop
+  private var slew     = 0  // ns to fall back by
+  private var ofFrame  = 0L // the system time of the frame at hand
+
+  private val sync    = Option.when(p.syncSignals > 0)(new SyncModel(p, registers))
+  private val latches = (0 until p.latchSignals).map(new LatchModel(registers, _))
+
+  /** SYNC and LATCH signals, each a unit of its own. */
+  def signals: Seq[ModelUnit] = sync.toSeq ++ latches
+
+  /** The level of SYNC signal `n`. */
+  def syncLevel(n: Int): Boolean = sync.exists(_.level(n))
+
+  /** LATCH signal `n` has a new level. */
+  def setLatch(n: Int, level: Boolean): Unit = latches(n).set(level, systemTime)
+
+  override def status(field: String): Option[Int] = field match {
+    case "latch_event"      => Some(if (latches.exists(_.waits(host = true))) 1 else 0)
+    case "ecat_latch_event" => Some(if (latches.exists(_.waits(host = false))) 1 else 0)
+    case _                  => None
+  }
+
   /** Lets time pass, ns. */
-  def advance(ns: Long): Unit = now += ns
+  def advance(ns: Long): Unit = {
+    val falls = slew.max((-ns / SlewNs).toInt).min((ns / SlewNs).toInt)
+    slew -= falls
+    part += ns.toDouble / p.clockPeriodNs * loop.winsPerCycle
+    now += ns - falls + part.floor.toLong
+    part -= part.floor
+    sync.foreach(_.follow(systemTime, ns))
+  }
+
+  private def systemTime: Long = now + registers.wide("system_time_offset")
+
+  private def show(time: Long): Unit = {
+    registers.setWide("system_time", time & 0xffffffffL)
+    if (p.clockBits == 64) registers.setWide("system_time_high", time >>> 32)
+  }
+
+  /** The host reads from `address` on: it sees the time at the first byte. */
+  def hostReads(address: Int): Unit =
+    if (p.hasSystemTime && address == ClockRegisters.SystemTime) show(systemTime)
 
   /** A time, of which a bench without a common clock knows nothing. */
   def isTime(address: Int): Boolean =
-    registers.register(address).exists(r => ClockRegisters(p).exists(_.name == r.name))
+    registers.register(address).exists(r => ClockRegisters(p).exists(_.name == r.name) && !r.stores)
 
   /** A frame begins at `port`. */
   def portBegins(port: Int): Unit = {
@@ -35,6 +80,11 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   def processingBegins(): Unit = {
     for (port <- began.indices) began(port) = latest.collect { case (`port`, time) => time }
     commands = Set.empty
+    if (p.hasSystemTime) {
+      ofFrame = latest.fold(now)(_._2) + registers.wide("system_time_offset") -
+        registers.wide("system_time_delay")
+      show(ofFrame)
+    }
   }
 
   /** It writes the byte at `address`. */
@@ -56,6 +106,31 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
     commands = Set.empty
   }
 
+  override def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit =
+    register.name match {
+      case "system_time" =>
+        received(address - register.address) = byte
+        if (address == register.address) compares = true
+      case "speed_counter_start" => loop.reset(registers.value("speed_counter_start"))
+      case "time_filter_depth"   => loop.resetMean()
+      case "speed_filter_depth"  => loop.resetSpeed()
+      case _                     =>
+    }
+
+  /** All that the frame has written has taken effect: it is compared (DC-17). */
+  def compare(): Unit = if (p.hasSystemTime) {
+    if (compares)
+      slew = loop.sample(
+        ofFrame.toInt - received.foldRight(0)((byte, rest) => rest << 8 | byte),
+        registers.value("speed_counter_start"),
+        registers.value("time_filter_depth"),
+        registers.value("speed_filter_depth")
+      )
+    compares = false
+    registers.setWide("system_time_difference", loop.shownDifference)
+    registers.set("speed_counter_difference", loop.shownSpeed)
+  }
+
   /** Its link goes down: nothing comes back from there. */
   def portGoes(port: Int): Unit = awaits(port) = false
 
@@ -66,4 +141,13 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
       left >> (8 * bytes)
     }
   }
+}
+
+private[model] object ClockModel {
+
+  /** The time falls back by 1 ns in so many ns. */
+  val SlewNs = 80L
+
+  /** Cycle times of SYNC0 that work (B-86). */
+  val ShortestCycleNs = 4000L
 }

@@ -48,6 +48,7 @@ class EscModel(
 
   /** The smoke detector, where there is one. */
   val alarm: Option[AlarmModel] = space.alarm
+  val clock: Option[ClockModel] = space.clock
 
   /** The byte at `address` tells a time, which the model does not know to the nanosecond. */
   def isTime(address: Int): Boolean = space.isTime(address)

@@ -71,7 +71,7 @@ class LocalSpace(
 
   private val units: Seq[ModelUnit] =
     watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ management ++ reset ++ leds ++ clock ++
-      alarm ++ addedUnits
+      clock.toSeq.flatMap(_.signals) ++ alarm ++ addedUnits
 
   if (p.hasEmulation) pdiOperational = false
   else if (eeprom.isDefined) sii.foreach(s => pdiOperational = s.loadFirst())
@@ -124,6 +124,7 @@ class LocalSpace(
     * it ends: it sees that watchdog as it was (B-62).
     */
   def hostRead(address: Int, bytes: Int): Seq[Int] = {
+    clock.foreach(_.hostReads(address))
     val values = (0 until bytes).map(i => hostReadByte(address + i))
     reset.foreach(_.otherCommand())
     watchdogs.foreach(_.pdi.trigger())
@@ -219,6 +220,7 @@ class LocalSpace(
       else {
         read.flatMap(registers.register(_)).foreach(r => units.foreach(_.readByEcat(r)))
         pending.foreach { case (address, byte, bits) => store(address, byte, bits, byHost = false) }
+        clock.foreach(_.compare())
         sii.foreach(_.frameEnds())
         management.foreach(_.frameEnds())
         pending.map(_._1)

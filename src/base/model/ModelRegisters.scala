@@ -23,11 +23,17 @@ class ModelRegisters(p: EscParams, status: String => Int, added: Seq[Register] =
   def register(address: Int): Option[Register] =
     if (address >= 0 && address < byByte.length) Option(byByte(address)) else None
 
+  /** Bytes of the register with this name. */
+  def bytes(name: String): Int = registers.find(_.name == name).fold(0)(_.bytes)
+
   private val firstManaged   = RegisterMap.firstManaged(registers)
   private val unmanagedWords = RegisterMap.unmanagedWords(registers).toSet
 
   /** SyncManagers act on this address (B-52). */
   def isManaged(address: Int): Boolean = address >= firstManaged && !unmanagedWords(address / 4)
+
+  /** There is a field of this name. */
+  def has(name: String): Boolean = values.contains(name)
 
   /** Present value of a field. */
   def value(name: String): Int            = values(name).toInt
@@ -58,7 +64,7 @@ class ModelRegisters(p: EscParams, status: String => Int, added: Seq[Register] =
     val first = 8 * (address - r.address) // lowest bit of this byte in the register
     r.fields.foreach { f =>
       f.source match {
-        case _: Source.Stored | Source.Ram =>
+        case _: Source.Stored | Source.Ram | Source.Kept(true) =>
           for (
             bit <- f.low to f.high if bit >= first && bit < first + 8 && (mask >> (bit - first) & 1) == 1
           ) {

@@ -175,6 +175,7 @@ class SiiModel(
     if (!checksumError) {
       registers.set("pdi_type", word(0) & 0xff)
       registers.set("pdi_configuration", word(1))
+      if (registers.has("sync_pulse_length")) registers.set("sync_pulse_length", word(2))
       registers.set("extended_pdi_configuration", word(3))
       registers.set("esc_configuration_a5", word(5))
       registers.set("dl_configuration", word(5) >> 4 & 0xf)

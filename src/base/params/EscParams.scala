@@ -24,6 +24,9 @@ final case class EscParams(
     digitalOutputs: Int = 0,
     clocks: Int = 0,
     clockBits: Int = 64,
+    syncSignals: Int = 0,
+    latchSignals: Int = 0,
+    syncPulse: Int = 1000,
     alarm: Int = 0,
     maxSlaves: Int = 64,
     linePorts: Int = 1,
@@ -134,6 +137,12 @@ final case class EscParams(
   /** Receive times are stamped by a local clock (DC-05). */
   def hasClocks: Boolean = clocks > 0
 
+  /** The local time is brought to that of a reference clock (DC-16 to DC-25). */
+  def hasSystemTime: Boolean = clocks > 1
+
+  /** There are pins of SYNC or LATCH signals. */
+  def hasClockPins: Boolean = syncSignals + latchSignals > 0
+
   /** Bytes of a time (DC-01): 4 or 8. */
   def clockBytes: Int = clockBits / 8
 
@@ -144,7 +153,8 @@ final case class EscParams(
   def hasAlarm: Boolean = alarm == 1
 
   /** Some registers live in block RAM: 512 bytes behind user RAM. */
-  def hasRegisterRam: Boolean = hasAlarm || fmmus > 0 || syncManagers > 0 || hasApplicationLayer || hasSii
+  def hasRegisterRam: Boolean =
+    hasAlarm || hasSystemTime || fmmus > 0 || syncManagers > 0 || hasApplicationLayer || hasSii
 
   /** Register bytes one frame may write; more are refused without a working counter. The log must be
     * committed before the next frame can reach a register: 87 nibble slots lie between, of which 64 are used.
@@ -335,13 +345,26 @@ object ParamTable {
     )(_.digitalOutputs)((p, v) => p.copy(digitalOutputs = v)),
     info(
       "clocks",
-      "distributed clocks: 0 none; 1 receive times of frames, by which a master measures delays",
+      "distributed clocks: 0 none; 1 receive times of frames, by which a master measures delays; 2 and a " +
+        "system time that follows a reference clock",
       "code",
-      between(0, 1)
+      between(0, 2)
     )(_.clocks)((p, v) => p.copy(clocks = v)),
     info("clockBits", "bits of a time of distributed clocks", "bit", oneOf(32, 64))(_.clockBits)((p, v) =>
       p.copy(clockBits = v)
     ),
+    info("syncSignals", "SYNC signals: SYNC0, or SYNC0 and SYNC1", "signals", between(0, 2))(_.syncSignals)(
+      (p, v) => p.copy(syncSignals = v)
+    ),
+    info("latchSignals", "LATCH signals: LATCH0, or LATCH0 and LATCH1", "signals", between(0, 2))(
+      _.latchSignals
+    )((p, v) => p.copy(latchSignals = v)),
+    info(
+      "syncPulse",
+      "length of a pulse of SYNC signals until an EEPROM tells it; 0: until the host reads its status",
+      "10 ns",
+      between(0, 0xffff)
+    )(_.syncPulse)((p, v) => p.copy(syncPulse = v)),
     info(
       "alarm",
       "1: smoke detector whose events are appended to passing frames",
@@ -517,6 +540,13 @@ object EscParams {
     ),
     scanned("fmmus", p.fmmus, p),
     scanned("syncManagers", p.syncManagers, p),
+    Option.when(p.hasSystemTime && p.coreClockMhz < 100)(
+      s"clocks is ${p.clocks} but must be 0 to 1 at coreClockMhz ${p.coreClockMhz}."
+    ),
+    Seq("syncSignals" -> p.syncSignals, "latchSignals" -> p.latchSignals).collectFirst {
+      case (name, value) if value > 0 && !p.hasSystemTime =>
+        s"$name is $value but must be 0 if clocks is ${p.clocks}."
+    },
     Option.when(p.hasWatchdogs && !p.hasApplicationLayer)(
       "watchdogs is 1 but must be 0 if applicationLayer is 0."
     ),
@@ -561,6 +591,8 @@ object EscParams {
       "leds",
       "digitalOutputs",
       "clocks",
+      "syncSignals",
+      "latchSignals",
       "alarm",
       "sii",
       "resetRegisters",

@@ -46,10 +46,13 @@ object Source {
     */
   case object Ram extends Source
 
-  /** Kept by its unit in block RAM of the unit's own, which answers a cycle after the address. Whole bytes,
-    * which no write changes; those of one controller stand within 256 bytes.
+  /** Kept by its unit in block RAM of the unit's own, which answers a cycle after the address. Whole bytes;
+    * those of one controller stand within 256 bytes.
+    *
+    * @param written
+    *   a write changes it; else only its unit does
     */
-  case object Kept extends Source
+  final case class Kept(written: Boolean = false) extends Source
 
   /** Counts events up to 0xFF and stays there (ERR-10); cleared with all other counters of `group`. A whole
     * byte; of a slave it lives in block RAM.
@@ -154,6 +157,7 @@ final case class Register(
   /** A write of it changes something. */
   def stores: Boolean = fields.exists(_.source match {
     case _: Source.Stored | Source.Ram | _: Source.Counter => true
+    case Source.Kept(written)                              => written
     case _                                                 => false
   })
 

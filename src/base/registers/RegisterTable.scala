@@ -23,7 +23,8 @@ object RegisterTable {
   val mirrored: Source               = Source.Stored(mirrored = true)
   val status: Source                 = Source.Status
   val ram: Source                    = Source.Ram
-  val kept: Source                   = Source.Kept
+  val kept: Source                   = Source.Kept()
+  val keptWritten: Source            = Source.Kept(written = true)
   def counter(group: String): Source = Source.Counter(group)
 
   /** The row of a register.

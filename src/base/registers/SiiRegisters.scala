@@ -47,8 +47,8 @@ object SiiRegisters {
       field("device_emulation",            0,  0, stored,   0,
           "1: AL status follows AL control (AL-05)"),
       field("esc_configuration",           7,  1, stored,   0x79,
-          if (p.hasEnhancedLinks) "EEPROM A0[15:9]: enhanced link detection (LNK-11); DC is not built"
-          else "EEPROM A0[15:9]; enhanced link detection and DC are not built")),
+          if (p.hasEnhancedLinks) "EEPROM A0[15:9]: enhanced link detection (LNK-11); bits 2, 3: no effect"
+          else "EEPROM A0[15:9]: no effect")),
     register(ConfigurationA5,     2, "esc_configuration_a5",       r,      r,       "SII-07",
         "ESC configuration A5",
       field("esc_configuration_a5",       15,  0, ram,      0,        "EEPROM A5")),

@@ -42,6 +42,8 @@ object Points {
     "watchdogs"    -> Seq(0),
     "leds"         -> Seq(0),
     "sii"          -> Seq(0),
+    "mi"           -> Seq(1),
+    "clocks"       -> Seq(1, 2),
     "dataBusWidth" -> Seq(32)
   ).flatMap { case (name, values) => values.map(variant(complete, "slave", name)) }
 
@@ -86,11 +88,13 @@ object Points {
     "Smoke detector, appending" -> Set("AlarmUnit", "DatagramAppender"),
     "Line master"               -> Set("LineMaster"),
     "Plant network, reports"    -> Set("PlantSide"),
-    "Watchdogs"                 -> Set("Watchdog", "WatchdogDivider"),
-    "LEDs"                      -> Set("LedControl", "LedPattern"),
-    "Write log"                 -> Set("WriteLog"),
-    "Loops and slot timer"      -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
-    "Wire path and glue"        -> Set.empty
+    "Distributed clocks" ->
+      Set("LocalClock", "ReceiveTimes", "WordEngine", "SpeedControl", "SyncSignal", "LatchEdge"),
+    "Watchdogs"            -> Set("Watchdog", "WatchdogDivider"),
+    "LEDs"                 -> Set("LedControl", "LedPattern"),
+    "Write log"            -> Set("WriteLog"),
+    "Loops and slot timer" -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
+    "Wire path and glue"   -> Set.empty
   )
 
   /** The unit of everything that is in no other. */

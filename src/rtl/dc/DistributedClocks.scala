@@ -10,32 +10,49 @@ import flyframe.registers.ClockRegisters
   *
   * @param receives
   *   a nibble of a frame comes in
+  * @param waited
+  *   cycles that its first one has waited
   * @param link
   *   there is one
   */
-final case class PortActivity(receives: Bool, link: Bool)
+final case class PortActivity(receives: Bool, waited: UInt, link: Bool)
 
-/** Distributed clocks behind their registers: the receive times of frames (DC-03 to DC-08).
+/** The pins of distributed clocks: as many SYNC and LATCH signals as there are. */
+class ClockPins(p: EscParams) extends Bundle {
+  val sync  = Output(Vec(p.syncSignals, Bool()))
+  val latch = Input(Vec(p.latchSignals, Bool()))
+}
+
+/** Distributed clocks behind their registers: the receive times of frames (DC-03 to DC-08), the system time
+  * (DC-16 to DC-23), SYNC signals (DC-26 to DC-35) and LATCH signals (DC-37 to DC-41).
   *
   * @param ports
   *   all, by their numbers
   * @param request
   *   what the frame in the processing unit asks for
+  * @param pins
+  *   where there are SYNC or LATCH signals
   */
-class DistributedClocks(p: EscParams, ports: Seq[PortActivity], request: StampRequest)
-    extends RegisterUnit(ClockRegisters(p)) {
+class DistributedClocks(
+    p: EscParams,
+    ports: Seq[PortActivity],
+    request: StampRequest,
+    val pins: Option[ClockPins]
+) extends RegisterUnit(ClockRegisters(p)) {
 
   def connect(bus: RegisterBus): Unit = {
-    val clock = Module(new LocalClock(p.clockPeriodNs, p.clockBytes)).suggestName("localClock")
-    val times =
-      Module(new ReceiveTimes(p.ports, p.clockPeriodNs, p.clockBytes, p.lanes)).suggestName("receiveTimes")
+    val round = if (p.hasSystemTime) 8 else p.clockBytes
+    val clock = Module(new LocalClock(p.clockPeriodNs, p.clockBytes, round)).suggestName("localClock")
+    val times = Module(new ReceiveTimes(p.ports, p.clockPeriodNs, round, p.lanes)).suggestName("receiveTimes")
     times.timeByte := clock.timeByte
     times.place    := clock.place
     times.last     := clock.last
+
     // A frame at a port, and that frame in the processing unit behind it, begin in the same cycle.
-    times.begins := VecInit(
-      ports.map(y => y.receives && !RegNext(y.receives, false.B)) :+ bus.frame.begins
-    )
+    val begins = VecInit(ports.map(y => y.receives && !RegNext(y.receives, false.B)))
+    val waited = Mux1H(begins, ports.map(_.waited))
+    times.begins := VecInit(begins :+ bus.frame.begins)
+    times.waited := VecInit(ports.map(_.waited) :+ waited)
     times.absent := VecInit(ports.map(!_.link))
 
     // What the frame has asked for counts when it ends well.
@@ -53,6 +70,18 @@ class DistributedClocks(p: EscParams, ports: Seq[PortActivity], request: StampRe
 
     val read = bus.keptRead
     times.readWord := read.address
-    read.data      := times.data
+    if (p.hasSystemTime) {
+      val engine = new ClockEngine(p, clock)
+      new SystemTime(engine, waited, read, times.data).connect(bus)
+      for (pins <- pins) {
+        if (p.syncSignals > 0) new SyncSignals(engine, pins.sync).connect(bus)
+        if (p.latchSignals > 0) new LatchSignals(engine, pins.latch).connect(bus)
+      }
+      engine.connect(bus)
+    } else {
+      clock.more      := 0.S
+      read.host.ready := true.B
+      read.data       := times.data
+    }
   }
 }

@@ -30,8 +30,9 @@ class ReceiveTimes(ports: Int, periodNs: Int, bytes: Int, lanes: Int) extends Mo
   val place    = IO(Input(UInt(log2Ceil(bytes).W)))
   val last     = IO(Input(Bool()))
 
-  /** A frame begins there, by source. */
+  /** A frame begins there, by source, and how many cycles ago it could be seen. */
   val begins = IO(Input(Vec(sources, Bool())))
+  val waited = IO(Input(Vec(sources, UInt(4.W))))
 
   /** The times of the frame that is in the processing unit are to be kept, by source: of a port at once if it
     * has met a frame since, else with the next one that begins there (B-80).
@@ -46,37 +47,40 @@ class ReceiveTimes(ports: Int, periodNs: Int, bytes: Int, lanes: Int) extends Mo
   val data     = IO(Output(UInt((8 * lanes).W)))
 
   // Cycles that a source waits, and those that it takes to be seen here.
-  private val longest = (sources + 1) * bytes + 2
+  private val longest = (sources + 1) * bytes + 2 + 15
   private val ageBits = log2Ceil(longest + 1)
   private val waits   = RegInit(VecInit(Seq.fill(sources)(false.B))) // reset: no frame has begun
   private val ages = Seq.tabulate(sources) { i =>
     val age = Reg(UInt(ageBits.W)).suggestName(s"age_$i")
-    age := Mux(begins(i), 2.U, age + 1.U)
+    age := Mux(begins(i), 2.U +& waited(i), age + 1.U)
     age
   }
 
   // One source per round is served.
-  private val serves  = RegInit(false.B) // reset: none
-  private val source  = Reg(UInt(log2Ceil(sources).W))
-  private val age     = Reg(UInt(ageBits.W))
-  private val isEpu   = source === ports.U
-  private val written = serves && last
+  private val chosen = RegInit(false.B) // reset: none
+  private val choice = Reg(UInt(log2Ceil(sources).W))
+  private val age    = Reg(UInt(ageBits.W))
   when(last) {
-    serves := waits.asUInt.orR
-    source := PriorityEncoder(waits)
+    chosen := waits.asUInt.orR
+    choice := PriorityEncoder(waits)
     age    := PriorityMux(waits, ages)
   }
-  private val chosen = PriorityEncoderOH(waits.asUInt)
+  private val next = PriorityEncoderOH(waits.asUInt)
   for (i <- 0 until sources) {
-    when(last && chosen(i)) { waits(i) := false.B }
+    when(last && next(i)) { waits(i) := false.B }
     when(begins(i)) { waits(i) := true.B }
   }
 
-  // The time less the age.
-  private val since  = (age * periodNs.U).pad(16)
-  private val taken  = Mux(place === 0.U, since(7, 0), Mux(place === 1.U, since(15, 8), 0.U))
-  private val borrow = Reg(Bool())
-  private val less   = (timeByte -& taken) - Mux(place === 0.U, 0.U, borrow)
+  // A cycle later its time is written: that of the round less the age.
+  private val serves  = RegNext(chosen, false.B) // reset: none
+  private val source  = RegNext(choice)
+  private val at      = RegNext(place)
+  private val isEpu   = source === ports.U
+  private val written = serves && RegNext(last)
+  private val since   = RegNext(age * periodNs.U).pad(16)
+  private val taken   = Mux(at === 0.U, since(7, 0), Mux(at === 1.U, since(15, 8), 0.U))
+  private val borrow  = Reg(Bool())
+  private val less    = (RegNext(timeByte) -& taken) - Mux(at === 0.U, 0.U, borrow)
   borrow := less(8)
 
   // Whose place is kept, whether there is anything, what is new, and what is to be kept when it comes.
@@ -101,8 +105,8 @@ class ReceiveTimes(ports: Int, periodNs: Int, bytes: Int, lanes: Int) extends Mo
 
   // The memories, one per lane, as the bytes stand behind 0x0900, twice.
   private val spare  = !kept(source)
-  private val offset = Mux(isEpu, Processing.U, source << 2).pad(5) | place
-  private val writes = serves && (isEpu || place < 4.U)
+  private val offset = Mux(isEpu, Processing.U, source << 2).pad(5) | at
+  private val writes = serves && (isEpu || at < 4.U)
   private val place4 = readWord >> (2 - laneBits) // four bytes have one source
   private def ofReader(of: Vec[Bool]): Bool =
     Mux(

@@ -110,8 +110,11 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with Re
   private val twoCycles                        = EscMemory.readCycles(p) == 2
   private def chosen[T <: Data](request: T): T = if (twoCycles) RegNext(request) else request
   private val hostReading = WireDefault(false.B) // a read of the host has been chosen and is not done
-  private val hostRead    = host.req && !host.write && !ecat.read && !host.ack && !hostReading
-  private val unitWaits   = RegInit(false.B)     // reset: no request
+  private val hostRead =
+    host.req && !host.write && file.keptForHost.fold(true.B)(
+      _.ready
+    ) && !ecat.read && !host.ack && !hostReading
+  private val unitWaits   = RegInit(false.B) // reset: no request
   private val unitAddress = RegEnable(unitRead.bits, unitRead.fire)
   private val unitReads   = unitWaits && !ecat.read && !host.req
   unitRead.ready := !unitWaits
@@ -122,7 +125,12 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with Re
   )
   private val readTarget = target(readAddress(15, 0), readAddress(16))
   file.readAddress := readAddress(11, laneBits)
-  ram.readPlace    := readTarget.place
+  for (kept <- file.keptForHost) {
+    kept.reads   := chosen(!ecat.read)
+    kept.asks    := host.req && !host.write && host.addr < (1 << 12).U
+    kept.address := host.addr(11, laneBits)
+  }
+  ram.readPlace := readTarget.place
 
   // All but the RAM's answer, which comes late, is ready at the end of this cycle.
   private def latched(bits: UInt) = {

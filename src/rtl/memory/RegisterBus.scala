@@ -53,6 +53,9 @@ trait RegisterPort {
   val registersBusy: Bool
   val commitStarts: Bool
 
+  /** The register RAM is being cleared after a reset. */
+  val clearing: Bool
+
   /** A unit of the controller writes a register, whatever its access. */
   val unitWrite: DecoupledIO[UnitWrite]
 
@@ -132,6 +135,11 @@ class RegisterBus(p: EscParams, memory: RegisterPort, registers: Seq[Register], 
   /** The register writes of a frame are about to take effect. */
   def commits: Bool = memory.commitStarts
 
+  /** Register writes are those by which the register RAM is cleared after a reset: each of its bytes becomes
+    * 0.
+    */
+  def clears: Bool = memory.clearing
+
   /** An event until the host reads a byte of the register; what comes while it reads is not lost. */
   def untilHostReads(register: String)(happens: Bool): Bool = {
     val event = RegInit(false.B) // reset: has not happened
@@ -143,12 +151,17 @@ class RegisterBus(p: EscParams, memory: RegisterPort, registers: Seq[Register], 
   /** An event until the bus reads a byte of the register, in a frame that ends well (B-42); what comes behind
     * that read is not lost.
     */
-  def untilEcatReads(register: String)(happens: Bool): Bool = {
+  def untilEcatReads(register: String)(happens: Bool): Bool = untilReads(register, byHost = false.B)(happens)
+
+  /** An event until the side of `byHost`, bus or host, reads a byte of the register as above. */
+  def untilReads(register: String, byHost: Bool)(happens: Bool): Bool = {
     val event  = RegInit(false.B) // reset: has not happened
     val isRead = RegInit(false.B) // in this frame; reset: not
     when(frame.reads.pulse(register)) { isRead := true.B }
     when(frame.good || frame.bad) { isRead := false.B }
-    when(frame.good && isRead) { event := false.B }
+    when(Mux(byHost, hostReads(register) && !RegNext(happens, false.B), frame.good && isRead)) {
+      event := false.B
+    }
     when(happens) {
       event  := true.B
       isRead := false.B

@@ -18,6 +18,9 @@ class RegisterWrites(registers: Seq[Register], val write: Valid[RegisterWrite]) 
   /** A byte of the register is written. */
   def writes(register: String): Bool = names.register(register).range.map(byte(_).valid).reduce(_ || _)
 
+  /** The first byte of the register is written. */
+  def begins(register: String): Bool = byte(names.register(register).address).valid
+
   /** The last byte of the register is written. */
   def completes(register: String): Bool = byte(names.register(register).range.last).valid
 

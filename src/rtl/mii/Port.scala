@@ -35,6 +35,9 @@ class PortSignals(detectsLinks: Boolean = false) extends Bundle {
   val link     = Output(Bool())
   val events   = Output(new ReceiverEvents)
 
+  /** Core cycles that the first symbol of the frame has waited, while the first nibble comes. */
+  val waited = Output(UInt(4.W))
+
   /** No frame is being received; none is being sent. */
   val receiverIdle    = Output(Bool())
   val transmitterIdle = Output(Bool())
@@ -60,6 +63,9 @@ abstract class Port(p: EscParams, number: Int) extends Module {
   protected val transmitter = Module(new MiiTransmitter)
   private val receiver      = Module(new MiiReceiver)
 
+  private val waited = Reg(UInt(4.W))
+  when(receiver.idle) { waited := Mux(crossing.read.available, waited + 1.U, 0.U) }
+
   receiver.symbols <> crossing.read
   receiver.tick        := core.receiveStep
   receiver.cut         := RegNext(core.link, false.B) && !core.link
@@ -69,6 +75,7 @@ abstract class Port(p: EscParams, number: Int) extends Module {
   core.fromWire        := receiver.out
   core.events          := receiver.events
   core.receiverIdle    := receiver.idle
+  core.waited          := waited
   core.transmitterIdle := !transmitter.txEn
 
   protected def setLink(pin: Bool): Unit = {

@@ -71,6 +71,23 @@ class KeptRead(addressBits: Int, lanes: Int) extends Bundle {
 
   /** In the next cycle: the word. */
   val data = Input(UInt((8 * lanes).W))
+  val host = new KeptForHost(addressBits)
+}
+
+/** What a unit that keeps bytes knows of the host.
+  *
+  * @param addressBits
+  *   of a word
+  */
+class KeptForHost(addressBits: Int) extends Bundle {
+
+  /** The host reads, not a frame. */
+  val reads = Output(Bool())
+
+  /** The host wants to read the word at `address`, and may when it is `ready`. */
+  val asks    = Output(Bool())
+  val address = Output(UInt(addressBits.W))
+  val ready   = Input(Bool())
 }
 
 /** Decode, storage and counters of all registers, built from [[RegisterMap]].
@@ -110,12 +127,14 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
     * too.
     */
   private val keptBytes =
-    registers.filter(_.fields.exists(_.source == Source.Kept)).flatMap(_.range).toSet
+    registers.filter(_.fields.exists(_.source.isInstanceOf[Source.Kept])).flatMap(_.range).toSet
   require(
     keptBytes.map(_ >> 8).size <= 1,
     s"registers kept by units are in ${keptBytes.map(_ >> 8).size} pages of 256 bytes but must be in 1."
   )
   val kept = Option.when(keptBytes.nonEmpty)(IO(new KeptRead(addressBits, lanes)))
+
+  val keptForHost = Option.when(keptBytes.nonEmpty)(IO(Flipped(new KeptForHost(addressBits))))
 
   /** See [[FieldRecord]], also for the records below. */
   val guard = IO(Input(FieldRecord.guard(registers)))
@@ -208,6 +227,7 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   countData := counters.fold(0.U)(_.data)
   for (port <- kept) {
     port.address := readAddress
+    port.host <> keptForHost.get
     val isHere = RegNext(readAddress >> (8 - laneBits) === (keptBytes.head >> 8).U)
     when(isHere) { countData := port.data }
   }
@@ -223,7 +243,7 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private def source(register: Register, field: Field): UInt = field.source match {
     case Source.Constant       => field.reset.U(field.width.W)
     case Source.Ram            => 0.U(field.width.W)
-    case Source.Kept           => 0.U(field.width.W)
+    case _: Source.Kept        => 0.U(field.width.W)
     case _: Source.Stored      => storage(register, field)
     case Source.Status         => status.uint(field.name)
     case Source.Counter(group) => if (p.isMaster) counter(field, group) else 0.U(field.width.W)

@@ -285,10 +285,9 @@ class SiiController(p: EscParams) extends Module {
     }
     is(copy) { fetchFrom(scratch.U | count, place) }
     is(place) {
-      // Word 2 belongs to distributed clocks, which are not built, and is left out. The alias and some bits
-      // of the configuration are taken only from the first load (SII-08).
+      // The alias and some bits of the configuration are taken only from the first load (SII-08).
       val target = MuxLookup(count, 0.U(12.W))(
-        (for ((first, register) <- SiiController.Loaded; (a, i) <- bytes(register).zipWithIndex)
+        (for ((first, register) <- SiiController.loaded(p); (a, i) <- bytes(register).zipWithIndex)
           yield (first + i).U -> a.U(12.W)) :+ (13.U -> names.field("rx_fifo_size").byte.U(12.W))
       )
       val value = MuxLookup(count, byte)(
@@ -431,8 +430,8 @@ class SiiController(p: EscParams) extends Module {
 
 object SiiController {
 
-  /** Which registers are loaded, and from which byte of the EEPROM on. */
-  private val Loaded = Seq(
+  /** Which registers are loaded, and from which byte of the EEPROM on; what is not built is left out. */
+  private def loaded(p: EscParams): Seq[(Int, String)] = Seq(
     0  -> "pdi_control",
     1  -> "esc_configuration_a0",
     2  -> "pdi_configuration",
@@ -440,5 +439,5 @@ object SiiController {
     8  -> "station_alias",
     10 -> "esc_configuration_a5",
     12 -> "esc_configuration_a6"
-  )
+  ) ++ Option.when(p.syncSignals > 0)(4 -> "sync_pulse_length")
 }

@@ -39,7 +39,10 @@ class EscParamsSpec extends AnyFlatSpec {
     "fmmuBitwise"            -> between(0, 1),
     "digitalOutputs"         -> between(0, 4),
     "role"                   -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
-    "clocks"                 -> between(0, 1),
+    "clocks"                 -> between(0, 2),
+    "syncSignals"            -> between(0, 2).copy(base = EscParams(clocks = 2)),
+    "latchSignals"           -> between(0, 2).copy(base = EscParams(clocks = 2)),
+    "syncPulse"              -> between(0, 0xffff),
     "clockBits"              -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
     "alarm"                  -> between(0, 1),
     "maxSlaves"              -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
@@ -232,5 +235,18 @@ class EscParamsSpec extends AnyFlatSpec {
     assert((p.ramSizeReported, p.portDescriptor, p.features) == ((5, 0x3f, 0x80)))
     val setByUser = p.copy(reportedRamKiB = 8, reportedPorts = 0x3b, reportedFeatures = 0xfc)
     assert((setByUser.ramSizeReported, setByUser.portDescriptor, setByUser.features) == ((8, 0x3b, 0xfc)))
+  }
+
+  "DC-06: SYNC and LATCH signals" should "need the system time, and that a core clock of 100 MHz or more" in {
+    val p = EscParams(clocks = 1, coreClockMhz = 50)
+    assert(
+      EscParams.problems(p.copy(syncSignals = 1)) == Seq("syncSignals is 1 but must be 0 if clocks is 1.")
+    )
+    assert(
+      EscParams.problems(p.copy(latchSignals = 2)) == Seq("latchSignals is 2 but must be 0 if clocks is 1.")
+    )
+    assert(
+      EscParams.problems(p.copy(clocks = 2)) == Seq("clocks is 2 but must be 0 to 1 at coreClockMhz 50.")
+    )
   }
 }

@@ -8,9 +8,10 @@ import flyframe.SharedSimulation
 /** The local clock alone, against a count of its cycles. */
 class LocalClockSpec extends AnyFlatSpec with SharedSimulation {
   for ((period, bytes) <- Seq(8 -> 8, 10 -> 8, 20 -> 4, 40 -> 4))
-    together(s"$period ns, $bytes bytes", new LocalClock(period, bytes))(
+    together(s"$period ns, $bytes bytes", new LocalClock(period, bytes, bytes))(
       "DC-01, DC-02, DC-03: each round gives the time of its first cycle" -> { dut: LocalClock =>
         dut.clock.setTimeout(0)
+        dut.more.poke(0.S)
         dut.reset.poke(true.B)
         dut.clock.step()
         dut.reset.poke(false.B)

@@ -8,17 +8,26 @@ import flyframe.SharedSimulation
 
 /** The clock and the stamps together, as the unit connects them. */
 class ClockAndTimes(val ports: Int, val periodNs: Int, val bytes: Int, val lanes: Int) extends Module {
-  private val local  = Module(new LocalClock(periodNs, bytes))
+  private val local  = Module(new LocalClock(periodNs, bytes, bytes))
   private val stamps = Module(new ReceiveTimes(ports, periodNs, bytes, lanes))
   stamps.timeByte := local.timeByte
   stamps.place    := local.place
   stamps.last     := local.last
+  local.more      := 0.S
   val begins   = IO(chiselTypeOf(stamps.begins))
+  val waited   = IO(chiselTypeOf(stamps.waited))
   val keep     = IO(chiselTypeOf(stamps.keep))
   val absent   = IO(chiselTypeOf(stamps.absent))
   val readWord = IO(chiselTypeOf(stamps.readWord))
   val data     = IO(chiselTypeOf(stamps.data))
-  for ((inner, outer) <- Seq(stamps.begins -> begins, stamps.keep -> keep, stamps.absent -> absent))
+  for (
+    (inner, outer) <- Seq(
+      stamps.begins -> begins,
+      stamps.waited -> waited,
+      stamps.keep   -> keep,
+      stamps.absent -> absent
+    )
+  )
     inner         := outer
   stamps.readWord := readWord
   data            := stamps.data

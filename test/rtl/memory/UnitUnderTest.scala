@@ -3,7 +3,7 @@ package flyframe.memory
 import chisel3._
 import chisel3.util._
 import flyframe.params.EscParams
-import flyframe.registers.{Access, FieldRecord, RegisterMap}
+import flyframe.registers.{Access, FieldRecord, KeptRead, RegisterMap, Source}
 
 /** A unit alone, with its bus at the pins: the test writes and reads registers, and is all other units.
   *
@@ -22,9 +22,15 @@ class UnitUnderTest[U <: RegisterUnit](p: EscParams, make: => U) extends Module 
   val registerWriteByHost: Bool   = IO(Input(Bool()))
   val registersBusy: Bool         = IO(Input(Bool()))
   val commitStarts: Bool          = IO(Input(Bool()))
+  val clearing: Bool              = IO(Input(Bool()))
   val unitWrite                   = IO(Decoupled(new UnitWrite))
   val unitRead: DecoupledIO[UInt] = IO(Decoupled(UInt(12.W)))
   val unitData: Valid[UInt]       = IO(Input(Valid(UInt(8.W))))
+
+  override val kept: Option[KeptRead] = Option.when(registers.exists(_.fields.exists(_.source match {
+    case _: Source.Kept => true
+    case _              => false
+  })))(IO(Flipped(new KeptRead(12 - log2Ceil(p.lanes), p.lanes))))
 
   /** What frames do. */
   val begins = IO(Input(Bool()))

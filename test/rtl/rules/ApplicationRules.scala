@@ -80,12 +80,13 @@ object ApplicationRules extends Rules {
   }
   rule("IRQ-01: masks after reset, and what of them is writable", al) { s =>
     import s._
-    val sms  = ((1L << p.syncManagers) - 1) << 8
-    def mask = hostGet(0x0204, 4).zipWithIndex.map { case (b, i) => b.toLong << 8 * i }.sum
-    assert(mask == (sms | 1))
+    val sms    = ((1L << p.syncManagers) - 1) << 8
+    def mask   = hostGet(0x0204, 4).zipWithIndex.map { case (b, i) => b.toLong << 8 * i }.sum
+    val clocks = (if (p.latchSignals > 0) 2 else 0) | (0 until p.syncSignals).map(4 << _).sum
+    assert(mask == (sms | clocks | 1))
     hostPut(0x0204, 0xff, 0xff, 0xff, 0xff)
-    assert(mask == (sms | 0x71))
-    assert(!put(0x0204, 0) && mask == (sms | 0x71), "ECAT cannot write it")
+    assert(mask == (sms | clocks | 0x71))
+    assert(!put(0x0204, 0) && mask == (sms | clocks | 0x71), "ECAT cannot write it")
     assert(put(0x0200, 0xa5, 0x5a))
     assert(word(0x0200) == 0x5aa5)
     bench.hostWrite(0x0200, 0)

@@ -24,6 +24,10 @@ trait Bench {
   /** The levels of the digital outputs, while they are driven. */
   def outputs: Option[Int]
 
+  /** The level of SYNC signal `n`; LATCH signal `n` gets one. */
+  def syncLevel(n: Int): Boolean
+  def setLatch(n: Int, level: Boolean): Unit
+
   /** What the line of the smoke detector is in, a code of [[flyframe.protocol.DetectorState]]. */
   def setLine(state: Int): Unit
 
@@ -102,9 +106,11 @@ class ModelBench(
   def hostRead(address: Int): Int = record.fold(model.hostRead(address))(_.hostRead(address))
   def hostWrite(address: Int, byte: Int): Unit =
     record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
-  def interrupt: Boolean   = model.interrupt
-  def outputs: Option[Int] = model.outputs
-  def damage(): Unit       = model.alarm.foreach(_.damage())
+  def interrupt: Boolean                     = model.interrupt
+  def outputs: Option[Int]                   = model.outputs
+  def syncLevel(n: Int): Boolean             = model.clock.exists(_.syncLevel(n))
+  def setLatch(n: Int, level: Boolean): Unit = model.clock.foreach(_.setLatch(n, level))
+  def damage(): Unit                         = model.alarm.foreach(_.damage())
   def setLine(state: Int): Unit =
     record.fold(model.alarm.foreach(_.setLine(state)))(_.detector(Line.current(state)))
   def advanceMs(ms: Int): Unit = model.advanceMs(ms)

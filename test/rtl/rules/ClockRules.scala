@@ -25,7 +25,7 @@ object ClockRules extends Rules {
   rule("DC-05, B-83: the features tell of clocks and of the width of times", built) { s =>
     import s._
     assert((word(0x0008) & 0x000c) == (if (p.clockBits == 64) 0x000c else 0x0004))
-    assert(get(0x0910, 1).isEmpty, "receive times only")
+    assert(get(0x0910, 1).isDefined == p.hasSystemTime, "or receive times only")
   }
   rule("DC-05: without clocks there are none of their registers", p => !p.hasClocks && !p.hasAlarm) { s =>
     import s._
@@ -150,5 +150,306 @@ object ClockRules extends Rules {
     (1 until p.ports).foreach(nothingAt)
     assert(processingUnit != 0)
     assert(ofPorts.map(_ != 0) == (0 until 4).map(_ < p.ports))
+  }
+
+  // ---- system time ----
+
+  private def follows(p: EscParams) = p.hasSystemTime
+  private class SystemTime(val s: Steps) {
+    import s._
+    def number(bytes: Seq[Int]): BigInt = bytes.foldRight(BigInt(0))((byte, rest) => rest << 8 | byte)
+
+    /** The host reads that SYNC signal `n` is active, which ends it. */
+    def acknowledges(n: Int): Boolean = {
+      val was = bench.syncLevel(n) && bench.hostRead(0x098e + n) == 1
+      bench.advanceUs(1)
+      was && !bench.syncLevel(n)
+    }
+    def bytes(value: BigInt, count: Int): Seq[Int] =
+      (0 until count).map(i => (value >> (8 * i) & 0xff).toInt)
+    val width: Int       = p.clockBytes
+    val mask: BigInt     = (BigInt(1) << p.clockBits) - 1
+    def local: BigInt    = number(get(0x0918, width).get)
+    def hostTime: BigInt = number(hostGet(0x0910, width))
+    def time: Datagram   = Datagram(Aprd, 0, 0x0910, Seq.fill(width)(0))
+    def set(address: Int, value: BigInt, count: Int): Unit =
+      assert(put(address, bytes(value, count): _*), f"0x$address%04x")
+
+    /** A frame with the time of the reference clock; how late that is here. */
+    def sample(reference: BigInt, write: Datagram => Datagram = identity): BigInt = {
+      val replies = exchange(time, write(Datagram(Bwr, 0, 0x0910, bytes(reference, 4))))
+      bench.advanceUs(20)
+      val late = (number(replies.head.data.take(4)) - reference) & 0xffffffffL
+      if (late.testBit(31)) late - (BigInt(1) << 32) else late
+    }
+
+    /** What 0x092C shows, with its sign as that of DC-17. */
+    def difference: BigInt = {
+      val shown     = number(get(0x092c, 4).get)
+      val magnitude = shown & 0x7fffffff
+      if (shown.testBit(31)) magnitude else -magnitude
+    }
+    def speed: Int = number(get(0x0932, 2).get).toInt
+  }
+  rule("DC-04, DC-16, B-84: the system time is local time and offset, of a frame less its delay", follows) {
+    s =>
+      import s._
+      val t = new SystemTime(s)
+      for ((offset, delay) <- Seq(0L -> 0, 0x123456789abL -> 0, 1000L -> 777, -5000L -> 123456)) {
+        t.set(0x0920, BigInt(offset) & t.mask, t.width)
+        t.set(0x0928, delay, 4)
+        val replies = exchange(t.time, Datagram(Bwr, 0, 0x0900, Seq(0)))
+        assert(t.number(replies.head.data) == ((t.local + offset - delay) & t.mask))
+        val ahead = (t.hostTime - offset - t.local) & t.mask
+        assert(ahead < 200000, "the host's is without the delay")
+        assert(t.number(get(0x0920, t.width).get) == (BigInt(offset) & t.mask))
+        assert(t.number(get(0x0928, 4).get) == delay)
+      }
+      assert(word(0x0912) == word(0x0912), "it stands while it is read")
+  }
+  rule("DC-17, DC-19, DC-23: a write is compared with the time of its frame", follows) { s =>
+    import s._
+    val t = new SystemTime(s)
+    assert(t.difference == 0 && t.number(get(0x092c, 4).get) == 0)
+    assert(get(0x0934, 2).get == Seq(4, 12) && t.number(get(0x0930, 2).get) == 0x1000)
+    t.set(0x0934, 0, 1)
+    for (reference <- Seq[BigInt](0, 1, 5000000, BigInt("80000000", 16))) {
+      val late = t.sample(reference)
+      assert(t.difference == late, s"$reference")
+      assert(hostGet(0x092c, 4) == get(0x092c, 4).get)
+    }
+    t.set(0x0934, 4, 1)
+    assert(t.difference == 0, "the filter has begun anew")
+    val late = t.sample(0)
+    assert((t.difference * 16 - late).abs <= 16, "the mean of sixteen")
+  }
+  rule("DC-17, DC-21, B-84: FRMW and ARMW of another slave compare, what only reads does not", follows) { s =>
+    import s._
+    val t = new SystemTime(s)
+    stationAddress(0x55)
+    t.set(0x0934, 0, 1)
+    val frmw = t.sample(0, d => d.copy(command = Frmw, address = 0x0910L << 16 | 0x33))
+    assert(t.difference == frmw)
+    val armw = t.sample(0, d => d.copy(command = Armw, address = 0x0910L << 16 | 0x0001))
+    assert(t.difference == armw && armw > frmw)
+    t.sample(0, d => d.copy(command = Frmw, address = 0x0910L << 16 | 0x55))
+    assert(t.difference == armw, "that is the reference clock itself")
+    spoiled(Datagram(Bwr, 0, 0x0910, Seq(0, 0, 0, 0)))
+    bench.advanceUs(20)
+    assert(t.difference == armw, "a frame in error")
+    exchange(Datagram(Bwr, 0, 0x0911, Seq(0, 0, 0)))
+    bench.advanceUs(20)
+    assert(t.difference == armw, "without the first byte")
+    hostPut(0x0910, 0, 0, 0, 0)
+    bench.advanceUs(20)
+    assert(t.difference == armw, "nor does the host")
+  }
+  rule("DC-18, DC-20, DC-22, B-85: the speed follows the sign, and a reset ends it", follows) { s =>
+    import s._
+    val t = new SystemTime(s)
+    t.set(0x0935, 0, 1)
+    val late = t.sample(0)
+    assert(late > 0 && t.speed == (late.min(16384) / 256).toInt)
+    t.set(0x0930, 0x1000, 2)
+    assert(t.difference == 0 && t.speed == 0)
+    t.set(0x0935, 0, 1)
+    for (n <- 1 to 3) {
+      t.sample(t.number(exchange(t.time).head.data.take(4)) + 40000000)
+      assert(t.speed == 0x10000 - 64 * n, "at most 64 at once")
+    }
+    t.set(0x0930, 0x0085, 2)
+    for (_ <- 1 to 3) t.sample(0)
+    assert(t.speed == 6, "within the start - 0x7F")
+    t.set(0x0935, 3, 1)
+    assert(t.speed == 0, "its mean begins anew")
+  }
+  rule("DC-20, B-84: who may write what of the time loop", follows) { s =>
+    import s._
+    for ((address, count) <- Seq(0x0920 -> p.clockBytes, 0x0928 -> 4, 0x0930 -> 2, 0x0934 -> 2)) {
+      val before = get(address, count).get
+      hostPut(address, Seq.fill(count)(0x11): _*)
+      assert(get(address, count).get == before, f"the host, 0x$address%04x")
+    }
+    for (address <- Seq(0x092c, 0x0932, 0x0914)) assert(!put(address, 1), f"0x$address%04x")
+    assert(put(0x0930, 0xff, 0xff) && get(0x0930, 2).get == Seq(0xff, 0x7f))
+    assert(put(0x0934, 0xff, 0xff) && get(0x0934, 2).get == Seq(0x0f, 0x0f))
+  }
+
+  // ---- SYNC ----
+
+  private def synchronises(p: EscParams) = p.syncSignals > 0
+  private def both(p: EscParams)         = p.syncSignals > 1
+  private def held(p: EscParams)         = p.syncSignals > 0 && p.syncPulse == 0
+
+  /** The cyclic unit becomes active `us` after now; when. */
+  private def begin(t: SystemTime, us: Int, cycle: Int, second: Int = 0, bits: Int = 7): BigInt = {
+    val start = (t.hostTime + 1000 * us) & t.mask
+    t.set(0x0990, start, t.width)
+    t.set(0x09a0, cycle, 4)
+    if (t.s.p.syncSignals > 1) t.set(0x09a4, second, 4)
+    t.set(0x0981, bits, 1)
+    start
+  }
+  rule(
+    "DC-26, DC-28, DC-34: SYNC0 is active for the length of its pulses",
+    p => synchronises(p) && !held(p)
+  ) { s =>
+    import s._
+    val t = new SystemTime(s)
+    assert(hostGet(0x0982, 2) == EtherCatFrame.little(p.syncPulse))
+    begin(t, us = 100, cycle = 200000)
+    assert(!bench.syncLevel(0))
+    bench.advanceUs(110)
+    assert(bench.syncLevel(0) && bench.hostRead(0x098e) == 1)
+    bench.advanceUs(p.syncPulse / 100 + 5)
+    assert(!bench.syncLevel(0) && bench.hostRead(0x098e) == 0)
+    bench.advanceUs(195 - p.syncPulse / 100)
+    assert(bench.syncLevel(0), "the next one")
+    t.set(0x0981, 6, 1)
+    bench.advanceUs(1)
+    assert(!bench.syncLevel(0))
+  }
+  rule("DC-30, DC-35, IRQ-04: SYNC0 stays until the host reads its status", held) { s =>
+    import s._
+    val t = new SystemTime(s)
+    begin(t, us = 100, cycle = 200000)
+    bench.advanceUs(150)
+    assert(bench.syncLevel(0) && (!p.hasApplicationLayer || (bench.hostRead(0x0220) & 4) == 4))
+    assert(get(0x098e, 1).get == Seq(1))
+    assert(bench.syncLevel(0), "the bus does not acknowledge")
+    assert(t.acknowledges(0) && (!p.hasApplicationLayer || (bench.hostRead(0x0220) & 4) == 0))
+    bench.advanceUs(200)
+    assert(bench.syncLevel(0), "the next one")
+    if (p.hasApplicationLayer) {
+      hostPut(0x0204, 0x04, 0, 0, 0)
+      assert(bench.interrupt)
+      assert(t.acknowledges(0) && !bench.interrupt)
+    }
+  }
+  rule(
+    "DC-27, DC-29, DC-31, B-88: a single pulse at the start time, and another one by another activation",
+    held
+  ) { s =>
+    import s._
+    val t = new SystemTime(s)
+    for (_ <- 1 to 2) {
+      val start = begin(t, us = 100, cycle = 0)
+      assert(t.number(get(0x0990, t.width).get) == start)
+      assert(!bench.syncLevel(0))
+      bench.advanceUs(180)
+      assert(t.acknowledges(0))
+      bench.advanceUs(300)
+      assert(!bench.syncLevel(0))
+      t.set(0x0990, t.hostTime + 50000 & t.mask, t.width)
+      bench.advanceUs(100)
+      assert(!bench.syncLevel(0), "a start time alone")
+      t.set(0x0981, 0, 1)
+    }
+  }
+  rule("DC-27: a start in the past never comes, and another one does", held) { s =>
+    import s._
+    val t = new SystemTime(s)
+    begin(t, us = -10, cycle = 100000)
+    bench.advanceUs(400)
+    assert(!bench.syncLevel(0))
+    t.set(0x0981, 0, 1)
+    begin(t, us = 50, cycle = 100000)
+    bench.advanceUs(100)
+    assert(bench.syncLevel(0))
+  }
+  rule("DC-32, DC-33: SYNC1 follows SYNC0 by its own cycle time", p => held(p) && both(p)) { s =>
+    import s._
+    val t = new SystemTime(s)
+    begin(t, us = 100, cycle = 400000, second = 150000)
+    bench.advanceUs(150)
+    assert(bench.syncLevel(0) && !bench.syncLevel(1))
+    bench.advanceUs(150)
+    assert(t.acknowledges(1))
+    t.set(0x0981, 3, 1)
+    bench.advanceUs(500)
+    assert(!bench.syncLevel(1), "it is not enabled")
+  }
+  rule("DC-40, B-89: the cyclic unit belongs to one side, SYNC1 to it or the other one", synchronises) { s =>
+    import s._
+    hostPut(0x0990, 1)
+    assert(hostGet(0x0990, 1) == Seq(0))
+    hostPut(0x0981, 1)
+    assert(bench.hostRead(0x0981) == 0)
+    bench.hostWrite(0x0980, 1)
+    assert(bench.hostRead(0x0980) == 0, "the master decides")
+    assert(put(0x0980, 1) && !put(0x0981, 1) && !put(0x0990, 1) && !put(0x09a0, 1))
+    hostPut(0x0981, 3)
+    hostPut(0x09a0, 5)
+    assert(bench.hostRead(0x0981) == 3 && bench.hostRead(0x09a0) == 5)
+    if (both(p)) {
+      assert(put(0x0980, 3) && put(0x0981, 4) && bench.hostRead(0x0981) == 7, "each its own bits")
+      hostPut(0x0981, 0)
+      assert(bench.hostRead(0x0981) == 4)
+      assert(put(0x09a4, 9) && !put(0x09a0, 9) && bench.hostRead(0x09a4) == 9)
+    }
+  }
+
+  // ---- LATCH ----
+
+  private def latches(p: EscParams)    = p.latchSignals > 0
+  private def twoLatches(p: EscParams) = p.latchSignals > 1
+  rule("DC-37, DC-39, DC-41: every edge leaves its system time", latches) { s =>
+    import s._
+    val t = new SystemTime(s)
+    t.set(0x0920, 1000000, t.width)
+    for (n <- 0 until p.latchSignals; high <- Seq(true, false, true)) {
+      val before = t.hostTime
+      bench.setLatch(n, high)
+      val after = t.hostTime
+      val time  = t.number(get(0x09b0 + 16 * n + (if (high) 0 else 8), t.width).get)
+      assert(time >= before - 100 && time <= after)
+      assert(bench.hostRead(0x09ae + n) == (if (high) 4 else 0), "the pin, and no event")
+      bench.advanceUs(3)
+    }
+  }
+  rule("DC-38, DC-40: of single events the first one stays until its owner reads it", latches) { s =>
+    import s._
+    val t = new SystemTime(s)
+    def events: (Int, Int) =
+      if (p.hasApplicationLayer) (bench.hostRead(0x0210) & 1, bench.hostRead(0x0220) & 2) else (0, 0)
+    def pulse(): Unit = for (high <- Seq(true, false)) {
+      bench.setLatch(0, high)
+      bench.advanceUs(2)
+    }
+    def status = bench.hostRead(0x09ae)
+    assert(put(0x09a8, 3))
+    pulse()
+    val first = hostGet(0x09b0, t.width)
+    assert(status == 3, "the host does not have it")
+    if (p.hasApplicationLayer) assert(events == ((1, 0)))
+    pulse()
+    assert(hostGet(0x09b0, t.width) == first)
+    spoiled(t.time.copy(address = 0x09b0L << 16))
+    assert(status == 3)
+    assert(get(0x09b0, t.width).get == first)
+    assert(status == 2)
+    assert(get(0x09b8, 1).isDefined && status == 0 && events == ((0, 0)))
+    pulse()
+    assert(status == 3 && t.number(get(0x09b0, t.width).get) > t.number(first))
+    get(0x09b8, 1)
+    // The same with the host.
+    assert(put(0x0980, 0x10) && !put(0x09a8, 0))
+    pulse()
+    get(0x09b0, t.width)
+    assert(status == 3)
+    if (p.hasApplicationLayer) assert(events == ((0, 2)) && bench.interrupt)
+    bench.hostRead(0x09b0)
+    bench.hostRead(0x09b8)
+    assert(status == 0 && events == ((0, 0)))
+    hostPut(0x09a8, 0)
+    pulse()
+    assert(status == 0, "continuously")
+  }
+  rule("DC-41: LATCH1 has its own registers", twoLatches) { s =>
+    import s._
+    assert(put(0x09a9, 1))
+    bench.setLatch(1, level = true)
+    assert(hostGet(0x09ae, 2) == Seq(0, 5))
+    assert(get(0x09c0, 1).isDefined && hostGet(0x09ae, 2) == Seq(0, 4))
   }
 }

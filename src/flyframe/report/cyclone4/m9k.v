@@ -15,6 +15,7 @@ module \$__M9K_ALTSYNCRAM_SINGLEPORT_FULL (
   parameter CFG_DBITS = 36;
   parameter CLKPOL2 = 1;
   parameter CLKPOL3 = 1;
+  parameter [(1 << CFG_ABITS) * CFG_DBITS - 1:0] INIT = 0; // of a table of constants; not counted
 
   altsyncram #(
     .operation_mode("DUAL_PORT"),

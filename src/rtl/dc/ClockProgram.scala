@@ -1,0 +1,301 @@
+package flyframe.dc
+
+import flyframe.dc.WordEngine.{Command, Condition}
+import flyframe.params.EscParams
+
+/** What the engine of distributed clocks does: its words, tasks and the steps of these.
+  *
+  * Tasks in front are short, as none begins before the one at hand has ended: at most 21 rounds. The
+  * registers are those of [[flyframe.registers.ClockRegisters]].
+  */
+object ClockProgram {
+
+  /** Words of the engine. Those of the drift control:
+    *
+    *   - `Mean`: mean difference of the system time (0x092C), in 1/65536 ns
+    *   - `Integral`: deviation of the speed (speed counter difference), in 1/65536
+    *   - `Speed`: the same, averaged, in 2^-32^
+    *   - `Rest`: what is left to correct, in 1/256 ns
+    *   - `Difference`: of the system time in the frame at hand, ns
+    */
+  object Word {
+    val Mean       = 0
+    val Integral   = 1
+    val Speed      = 2
+    val Difference = 3
+    val Rest       = 4
+    val Scratch    = 5
+    val Limit      = 23
+
+    /** Of tasks in front. */
+    val Front = 15
+
+    /** System time when a frame has begun, less the delay; every other frame has the other one. */
+    val Frame = 6
+
+    /** What registers show, by the numbers of [[Shown]]: as it is, as a frame sees it, and the host. A frame,
+      * and the host from the first byte on, see all bytes of the same time.
+      */
+    val Live    = 8
+    val ForEcat = 16
+    val ForHost = 24
+  }
+
+  /** Words that registers show. */
+  object Shown {
+
+    /** Mean difference (0x092C, places 4 to 7) and speed counter difference (0x0932, places 2 and 3). */
+    val Drift = 0
+
+    /** Next pulses of SYNC0 and SYNC1 (0x0990, 0x0998). */
+    val Next0 = 1
+    val Next1 = 2
+
+    /** Positive and negative edge of LATCH0, then of LATCH1 (0x09B0 on). */
+    val Latch = 3
+
+    /** System time (0x0910), which is not kept, but calculated for whoever asks. */
+    val Time = 7
+  }
+
+  /** Numbers from outside. */
+  object Input {
+
+    /** Time since what the task in front is for, ns; speed counter start; ns from the round that takes the
+      * time to the end of the one that arms a pulse.
+      */
+    val Age        = 0
+    val SpeedStart = 1
+    val ToArm      = 2
+    val Count      = 3
+
+    /** Constants: 0x80, 0x7F, 16384. */
+    val Bit7      = 3
+    val Least     = 4
+    val Most      = 5
+    val Constants = Seq(0x80, 0x7f, 16384)
+  }
+
+  /** Conditions from outside. */
+  object Is {
+
+    /** A pulse of the signal is to come, and it is not armed. */
+    val Waiting0 = Condition.Outside
+    val Waiting1 = Condition.Outside + 1
+
+    /** SYNC0 has had its first pulse; SYNC1 follows a pulse of SYNC0. */
+    val Started   = Condition.Outside + 2
+    val Following = Condition.Outside + 3
+
+    /** The edge is latched once, until its time is read. */
+    val Single = Condition.Outside + 4
+    val Count  = 5
+  }
+
+  /** Commands to outside. */
+  object Out {
+
+    /** ns that the local time is to fall back by and by; cycles between those that it loses, less 2, and
+      * between those that it wins.
+      */
+    val Slew = Command.Outside
+    val Lose = Command.Outside + 1
+    val Win  = Command.Outside + 2
+
+    /** The pulse of the signal comes in so many ns. */
+    val Arm0 = Command.Outside + 3
+    val Arm1 = Command.Outside + 4
+
+    /** No pulse of SYNC0 comes any more; SYNC1 follows a pulse of SYNC0, or none. */
+    val Stop   = Command.Outside + 5
+    val Follow = Command.Outside + 6
+    val Drop   = Command.Outside + 7
+
+    /** The time of an edge is there. */
+    val Caught = Command.Outside + 8
+    val Count  = 9
+  }
+
+  import First.{Time, Zero, Word => Of}
+  import Second.{Setting, Word => And, Zero => Nothing, Input => From}
+  import Word._
+
+  private val double = Add(Of(Scratch), And(Scratch), to = Some(Scratch), repeats = true)
+
+  /** The system time when the frame has begun, as the reference clock has sent it (DC-17); and what else the
+    * frame may read.
+    */
+  private def frame(shown: Seq[Int]) = "frame" -> (Seq(
+    Add(Time, From(Input.Age), to = Some(Frame), toIndexed = true, subtract = true),
+    Add(Of(Frame, indexed = true), Setting(0x0920), to = Some(Frame), toIndexed = true),
+    Add(Of(Frame, indexed = true), Setting(0x0928), to = Some(Frame), toIndexed = true, subtract = true)
+  ) ++ shown.map(w => Add(Zero, And(Live + w), to = Some(ForEcat + w))) :+ End)
+
+  private val host = Seq(
+    "hostTime" -> Seq(Add(Time, Setting(0x0920), to = Some(ForHost + Shown.Time)), End),
+    "hostCopy" -> Seq(
+      Add(Zero, And(Live, indexed = true), to = Some(ForHost), toIndexed = true),
+      End
+    )
+  )
+
+  /** A frame has brought the time of the reference clock: DC-17 to DC-19, B-84, B-85. */
+  private val sample = Seq(
+    "sampleOf1" -> Seq(
+      Add(Of(Frame + 1), Setting(0x0910), to = Some(Difference), subtract = true, narrow = true),
+      Branch("average")
+    ),
+    "sampleOf0" -> Seq(
+      Add(Of(Frame), Setting(0x0910), to = Some(Difference), subtract = true, narrow = true)
+    ),
+    "average" -> Seq(
+      Add(
+        Of(Difference),
+        And(Mean, up = 2),
+        to = Some(Scratch),
+        subtract = true,
+        command = Command.Depth
+      ),
+      double,
+      Add(Of(Mean), And(Scratch), to = Some(Mean)),
+      Add(Zero, And(Mean, up = 2), to = Some(Scratch)),
+      Branch("below", Condition.Negative),
+      Add(Of(Scratch), From(Input.Bit7, low = 3), to = Some(Scratch)),
+      Branch("show")
+    ),
+    "below" -> Seq(Add(Zero, And(Scratch), to = Some(Scratch), subtract = true)),
+    "show"  -> Seq(Add(Zero, And(Scratch, up = -4), to = Some(Live + Shown.Drift), places = Places.Upper)),
+    // At most 16384 ns count.
+    "clamp" -> Seq(
+      Add(Of(Difference), From(Input.Most)),
+      Branch("tooLow", Condition.Negative),
+      Add(Of(Difference), From(Input.Most), subtract = true),
+      Branch("correct", Condition.Negative),
+      Add(Zero, From(Input.Most), to = Some(Difference)),
+      Branch("correct")
+    ),
+    "tooLow" -> Seq(Add(Zero, From(Input.Most), to = Some(Difference), subtract = true)),
+    // A sixteenth of the difference is corrected at once, what is less than 1 ns later.
+    "correct" -> Seq(
+      Add(Zero, And(Difference), to = Some(Scratch), command = Command.Four),
+      double,
+      Add(Of(Rest), And(Scratch), to = Some(Rest)),
+      Add(Zero, And(Rest, up = 1), command = Out.Slew),
+      Add(Zero, Nothing, to = Some(Rest), places = Places.Rest)
+    ),
+    // The speed counter difference changes by 1 per 256 ns, and stays within the speed counter start - 0x7F.
+    "integrate" -> Seq(
+      Add(Of(Integral), And(Difference, up = -1), to = Some(Integral)),
+      Add(Zero, From(Input.SpeedStart, low = 2), to = Some(Limit)),
+      Add(Of(Limit), From(Input.Least, low = 2), to = Some(Limit), subtract = true),
+      Branch("limit", Condition.Negative, when = false),
+      Add(Zero, Nothing, to = Some(Limit))
+    ),
+    "limit" -> Seq(
+      Add(Of(Limit), And(Integral)),
+      Branch("tooSlow", Condition.Negative),
+      Add(Of(Limit), And(Integral), subtract = true),
+      Branch("smooth", Condition.Negative, when = false),
+      Add(Zero, And(Limit), to = Some(Integral)),
+      Branch("smooth")
+    ),
+    "tooSlow" -> Seq(Add(Zero, And(Limit), to = Some(Integral), subtract = true)),
+    "smooth" -> Seq(
+      Add(
+        Of(Integral),
+        And(Speed, up = 2),
+        to = Some(Scratch),
+        subtract = true,
+        command = Command.Depth + 1
+      ),
+      double,
+      Add(Of(Speed), And(Scratch), to = Some(Speed)),
+      Add(Zero, And(Speed, up = 2), to = Some(Live + Shown.Drift), places = Places.Speed)
+    ),
+    "drive" -> Seq(
+      Add(Zero, From(Input.SpeedStart), to = Some(Scratch)),
+      Add(Of(Scratch), And(Integral, up = 2), command = Out.Win),
+      Add(Of(Scratch), And(Integral, up = 2), subtract = true, command = Out.Lose),
+      End
+    )
+  )
+
+  private def clear(word: Int, places: Int = Places.All) =
+    Add(Zero, Nothing, to = Some(word), places = places)
+
+  /** The filters are reset (DC-20). */
+  private val resets = Seq(
+    "reset"      -> (Seq(Mean, Integral, Speed, Rest, Live + Shown.Drift).map(clear(_)) :+ Branch("drive")),
+    "resetMean"  -> Seq(clear(Mean), clear(Live + Shown.Drift, Places.Upper), End),
+    "resetSpeed" -> Seq(clear(Speed), clear(Live + Shown.Drift, Places.Speed), End)
+  )
+
+  // ---- SYNC signals: 0x0990 start time, 0x09A0 and 0x09A4 cycle times ----
+  private val (next0, next1) = (Live + Shown.Next0, Live + Shown.Next1)
+  private val addCycle       = Add(Of(next0), Setting(0x09a0, half = true), to = Some(next0))
+
+  /** SYNC1 follows the next pulse of SYNC0. */
+  private val follow = Add(Of(next0), Setting(0x09a0, up = 4), to = Some(next1), command = Out.Follow)
+
+  /** Arms the pulse at `next` if it comes within 65 us. */
+  private def arm(next: Int, late: String, done: String, narrow: Boolean, command: Int) = Seq(
+    Add(Time, Setting(0x0920), to = Some(Front)),
+    Add(Of(next), And(Front), to = Some(Front), subtract = true, narrow = narrow),
+    Add(Of(Front), From(Input.ToArm), to = Some(Front), subtract = true, narrow = narrow),
+    Branch(late, Condition.Negative),
+    Branch(done, Condition.Far),
+    Add(Zero, And(Front), command = command)
+  )
+
+  private def sync(narrow: Boolean) = Seq(
+    "start" -> Seq(Add(Zero, Setting(0x0990), to = Some(next0)), follow, End),
+    // SYNC1 has had its pulse: it follows a pulse of SYNC0 that is still to come (DC-32, OP-05).
+    "fired1" -> Seq(
+      Add(Of(next1), And(next0), subtract = true),
+      Branch("checked", Condition.Negative, when = false),
+      follow,
+      End
+    ),
+    // SYNC0 has had its pulse: with a cycle time of 0 the only one.
+    "fired0" -> Seq(
+      Add(Zero, Setting(0x09a0, half = true), subtract = true),
+      Branch("goOn", Condition.Negative),
+      Add(Zero, Nothing, command = Out.Stop),
+      End
+    ),
+    "goOn" -> Seq(addCycle, Branch("check", Is.Following), follow),
+    "check" -> (Branch("check1", Is.Waiting0, when = false) +:
+      arm(next0, "late0", "check1", narrow, Out.Arm0)),
+    "check1" -> (Branch("checked", Is.Waiting1, when = false) +:
+      arm(next1, "late1", "checked", narrow, Out.Arm1)),
+    "checked" -> Seq(End),
+    // A pulse whose time has passed is left out; a start in the past never comes (DC-27).
+    "late0" -> Seq(Branch("check1", Is.Started, when = false), addCycle, Branch("check1")),
+    "late1" -> Seq(Add(Zero, Nothing, command = Out.Drop), End)
+  )
+
+  // ---- LATCH signals ----
+  private val latch = Seq(
+    "latch" -> Seq(
+      Add(Time, From(Input.Age), to = Some(Live), toIndexed = true, subtract = true),
+      Add(Of(Live, indexed = true), Setting(0x0920), to = Some(Live), toIndexed = true),
+      Branch("caught", Is.Single, when = false),
+      // Who sees the event, in a frame that has begun before, sees its time.
+      Add(Zero, And(Live, indexed = true), to = Some(ForEcat), toIndexed = true),
+      Add(Zero, And(Live, indexed = true), to = Some(ForHost), toIndexed = true)
+    ),
+    "caught" -> Seq(Add(Zero, Nothing, command = Out.Caught), End)
+  )
+
+  /** Words of [[Shown]] that are kept, by the parameters. */
+  def shown(p: EscParams): Seq[Int] =
+    Seq(Shown.Drift) ++ (0 until p.syncSignals).map(Shown.Next0 + _) ++
+      (0 until 2 * p.latchSignals).map(Shown.Latch + _)
+
+  /** All steps, as far as they are built. */
+  def apply(p: EscParams): Program = Program(
+    (frame(shown(p)) +: host) ++ sample ++ resets ++
+      (if (p.syncSignals > 0) sync(narrow = p.clockBits == 32) else Nil) ++
+      (if (p.latchSignals > 0) latch else Nil)
+  )
+}

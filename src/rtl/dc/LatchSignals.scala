@@ -1,0 +1,53 @@
+package flyframe.dc
+
+import chisel3._
+import chisel3.util._
+import flyframe.clocks.LevelCrossing
+import flyframe.memory.RegisterBus
+
+/** LATCH0 and LATCH1: the system time of their edges (DC-37 to DC-41). */
+private[dc] class LatchSignals(clocks: ClockEngine, pins: Vec[Bool]) {
+  import ClockProgram.{Is, Out, Shown}
+  private val p = clocks.p
+
+  def connect(bus: RegisterBus): Unit = {
+    val singles =
+      for (n <- pins.indices; edge <- Seq("positive", "negative"))
+        yield bus.bool(s"latch${n}_${edge}_single")
+    val latest   = Reg(UInt(2.W)) // the edge whose time is being taken
+    val isCaught = clocks.command(Out.Caught)
+    clocks.is(Is.Single, VecInit(singles)(latest(log2Ceil(singles.size) - 1, 0)))
+
+    val events = for ((pin, n) <- pins.zipWithIndex) yield {
+      val owner = bus.bool(s"latch${n}_by_pdi")
+      bus.guard(s"latch${n}_of_ecat") := !owner
+      bus.guard(s"latch${n}_of_pdi")  := owner
+      val level  = LevelCrossing(pin)
+      val before = RegNext(level)
+      val seen = for ((edge, e) <- Seq("positive", "negative").zipWithIndex) yield {
+        val number = 2 * n + e
+        val unit   = Module(new LatchEdge).suggestName(s"latch${n}_$edge")
+        val caught = isCaught && latest === number.U
+        val taken  = clocks.ask(Task("latch", Shown.Latch + number), unit.asks, unit.age)
+        val event = bus
+          .untilReads(s"latch${n}_${edge}_time", byHost = owner)(caught && singles(number))
+          .suggestName(s"latch${n}_${edge}_event")
+        when(taken) { latest := number.U }
+        unit.edge   := (if (e == 0) level && !before else !level && before)
+        unit.single := singles(number)
+        unit.event  := event
+        unit.taken  := taken
+        unit.caught := caught
+        val shows = event && singles(number)
+        bus.status(s"latch${n}_$edge") := shows
+        shows
+      }
+      bus.status(s"latch${n}_pin") := level
+      (seen.reduce(_ || _), owner)
+    }
+    if (p.hasApplicationLayer) {
+      bus.status("latch_event")      := events.map { case (event, owner) => event && owner }.reduce(_ || _)
+      bus.status("ecat_latch_event") := events.map { case (event, owner) => event && !owner }.reduce(_ || _)
+    }
+  }
+}
