@@ -33,7 +33,8 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak faults campaign \
         campaign-programs campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim \
         cosim-selftest interop lint matrix format check-format report figures quartus check-board clean demo \
-        server firmware-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies
+        server firmware-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies \
+        clocks
 
 # A text too long for its line goes on in the next, behind a backslash.
 help: ## this text
@@ -157,10 +158,17 @@ interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated netwo
          # ARGS="--only scan"
 	$(SBT) "run --preset $(PRESET) --out build/interop/verilog" \
 	  "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog" \
-	  "run --preset $(PRESET) --ports 4 --name $(PRESET)-star --out build/interop/verilog"
+	  "run --preset $(PRESET) --ports 4 --name $(PRESET)-star --out build/interop/verilog" \
+	  "run --preset $(PRESET) --clocks 2 --syncSignals 2 --name $(PRESET)-clocks --out build/interop/verilog"
 	$(MAKE) -s -f $(SIM) build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
-	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star" COSIM_TRACE=0 COSIM_OPT=-O3
-	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm --star $(PRESET)-star $(ARGS)
+	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks" COSIM_TRACE=0 COSIM_OPT=-O3
+	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm --star $(PRESET)-star \
+	  --clocks $(PRESET)-clocks $(ARGS)
+
+clocks: ## pulses of SYNC0 for 11 s in slaves that real masters have set up, and in long lines: \
+        # docs/clocks.md; takes hours
+	$(MAKE) interop ARGS="--only clocks --sync-cycles 11200"
+	$(SBT) "runMain flyframe.report.ClockPage"
 
 lint: tools-for-lint ## verilator -Wall on generated/, and a plain Verilog reader
 	test/sim/lint.sh generated

@@ -17,6 +17,8 @@ OPTIONAL_PINS = {
     "mi_mdio_in": "miMdioIn",
     "mi_mdio_out": "miMdioOut",
     "mi_mdio_enable": "miMdioEnable",
+    "clock_signals_sync_0": "sync[0]",
+    "clock_signals_sync_1": "sync[1]",
     "alarm_current": "alarmCurrent",
     "alarm_supply": "alarmSupply",
     "alarm_buzzer": "alarmBuzzer",

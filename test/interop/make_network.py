@@ -3,7 +3,7 @@
 flyframe-cosim.
 
 Usage: make_network.py FOLDER N [--preset NAME] [--second NAME] [--corrupt SLAVE] [--no-lrw] [--ring]
-                       [--star NAME]
+                       [--star NAME] [--clocks NAME]
 
 Slave i has SIZES[i] bytes of outputs and inputs; its name, product code, alias and serial number tell which
 one it is. SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read
@@ -24,6 +24,11 @@ BEHIND = {
     3: {"behind": 2, "port": 1},
     4: {"behind": 0, "port": 2},
 }
+# Crystals within 100 ppm that drift, and cables of 1 to 100 m.
+CLOCKS = [
+    {"clock_ppm": ppm, "drift_ppm": 1, "drift_s": 3, "cable_ns": ns}
+    for ppm, ns in ((100, 5), (-100, 500), (40, 70), (-25, 255), (80, 150))
+]
 OUTPUTS, INPUTS = 0x1000, 0x1100  # three buffers each; in 1 KiB of RAM
 
 
@@ -49,7 +54,8 @@ def pdo(index, sync_manager, first_object, size):
 
 def image(i, corrupt, no_lrw):
     outputs, inputs = SIZES[i % len(SIZES)]
-    area = struct.pack("<7H", 0x0080, 0, 0, 0, 0x0100 + i, 0, 0)  # PDI: on-chip bus; alias
+    # PDI: on-chip bus; pulses of SYNC signals: 10 us; alias
+    area = struct.pack("<7H", 0x0080, 0, 1000, 0, 0x0100 + i, 0, 0)
     head = area + struct.pack("<H", crc8(area) ^ (0x5A if corrupt else 0))
     head += struct.pack("<4I", VENDOR, PRODUCT + i, REVISION, 1000 + i)
     head = head.ljust(0x3E * 2, b"\0") + struct.pack("<HH", 15, 1)  # 16 Kbit, version 1
@@ -79,6 +85,7 @@ if __name__ == "__main__":
     parser.add_argument(
         "--star", help="preset of the first slave, with four ports, others behind all of them"
     )
+    parser.add_argument("--clocks", help="preset of slaves with clocks, whose crystals and cables differ")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     slaves = []
@@ -90,4 +97,6 @@ if __name__ == "__main__":
             slaves[i]["preset"] = args.star
         elif args.star:
             slaves[i].update(BEHIND[i])
+        if args.clocks:
+            slaves[i].update(CLOCKS[i], preset=args.clocks)
     (args.folder / "net.json").write_text(json.dumps({"slaves": slaves, "ring": args.ring}, indent=1))

@@ -1,8 +1,9 @@
 #!/bin/sh
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other,
 # in a network namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME]
-# [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--only SCENARIO] [--cycles N] [--capture]
-# [--simulator FILE]; the NAMEs: the same slave with a smoke detector, and with four ports.
+# [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--clocks NAME] [--only SCENARIO] [--cycles N]
+# [--sync-cycles N] [--capture] [--simulator FILE]; the NAMEs: the same slave with a smoke detector, with four
+# ports, with distributed clocks.
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -10,20 +11,22 @@ out=$root/build/interop
 # A simulated network is far slower than a real one. So the clock of a master goes slower, too, and with it
 # that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
 clock=0.01
-preset=slave alarm= star= masters='soem ethercrab' only= cycles=5000 capture=
+preset=slave alarm= star= clocks= masters='soem ethercrab' only= cycles=5000 sync=200 capture=
 simulator=$out/flyframe-cosim master=
 while [ $# -gt 0 ]; do
   case $1 in
     --preset) preset=$2; shift ;;
     --alarm) alarm=$2; shift ;;
     --star) star=$2; shift ;;
+    --clocks) clocks=$2; shift ;;
     --masters) masters=$2; shift ;;
     --only) only=$2; shift ;;
     --cycles) cycles=$2; shift ;;
+    --sync-cycles) sync=$2; shift ;;
     --capture) capture=yes ;;
     --simulator) simulator=$2; shift ;;
     --in-namespace) master=$2; shift ;; # this script's own
-    *) sed -n '2,5s/^# //p' "$0" >&2; exit 2 ;;
+    *) sed -n '2,6s/^# //p' "$0" >&2; exit 2 ;;
   esac
   shift
 done
@@ -41,6 +44,15 @@ command_of() {
   esac
 }
 
+# After 1,000 cycles clocks are locked; SYNC0 begins with the hundredth.
+judge() {
+  [ "$scenario" = clocks ] || return 0
+  settled=
+  [ "$sync" -le 1100 ] || settled='--settled 900 --within 40'
+  # shellcheck disable=SC2086 # options
+  python3 "$here/sync_pulses.py" "$net/sync.txt" "$slaves" --out "$net/apart.txt" $settled
+}
+
 # scenario SLAVES [options of make_network.py]
 run() {
   scenario=$1 slaves=$2
@@ -51,6 +63,7 @@ run() {
   python3 "$here/make_network.py" "$net" "$slaves" --preset "$preset" "$@" || exit 2
   second=
   [ "$scenario" = ring ] && second='--ring-interface veth-end'
+  [ "$scenario" = clocks ] && second="--sync $net/sync.txt"
   rm -f "$net/ready"
   mkfifo "$net/ready"
   "$simulator" --network "$net/net.json" --interface veth-slaves --control "$net/control.sock" \
@@ -67,12 +80,13 @@ run() {
     tshark=$!
     sleep 2
   fi
-  limit=600
+  limit=600 count=$cycles
   [ "$scenario" = cycles ] && limit=1800
+  [ "$scenario" = clocks ] && limit=$((600 + sync / 2)) count=$sync
   begin=$(date +%s)
   # shellcheck disable=SC2086 # the program has arguments
   if timeout $limit env LD_PRELOAD="$faketime" FAKETIME="+0 x$clock" \
-    $program veth-master "$net/control.sock" "$scenario" "$slaves" "$cycles"; then
+    $program veth-master "$net/control.sock" "$scenario" "$slaves" "$count" && judge; then
     passed=$((passed + 1))
   else
     failed=$((failed + 1))
@@ -106,6 +120,7 @@ if [ -n "$master" ]; then
     run ring 3 --ring # ethercrab has one card only
   fi
   [ -z "$star" ] || run star 5 --star "$star"
+  [ -z "$clocks" ] || run clocks 5 --clocks "$clocks"
   run cable 3
   run refuse 3
   run watchdog 3
@@ -137,8 +152,9 @@ for master in $masters; do
   mkdir -p "$out/$master"
   rm -f "$out/$master/result"
   unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" \
-    ${alarm:+--alarm "$alarm"} ${star:+--star "$star"} ${only:+--only "$only"} \
-    --cycles "$cycles" ${capture:+--capture} --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
+    ${alarm:+--alarm "$alarm"} ${star:+--star "$star"} ${clocks:+--clocks "$clocks"} \
+    ${only:+--only "$only"} --cycles "$cycles" --sync-cycles "$sync" ${capture:+--capture} \
+    --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
   running="$running $master"
 done
 wait
@@ -150,7 +166,7 @@ for master in $running; do
   fi
 done
 if [ "$passed$failed$skipped" = 000 ]; then
-  echo "Nothing to run. Scenarios: scan, cycles, star, cable, refuse, watchdog, eeprom;" \
+  echo "Nothing to run. Scenarios: scan, cycles, star, clocks, cable, refuse, watchdog, eeprom;" \
     "only with soem: overlap, lrd_lwr, alarm, ring." >&2
   exit 2
 fi

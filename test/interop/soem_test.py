@@ -22,6 +22,9 @@ CYCLES = int(sys.argv[5]) if len(sys.argv) > 5 else 10_000
 FULL_WKC = 3 * SLAVES  # 1 for reading, 2 for writing
 AL_STATUS, AL_STATUS_CODE, DL_STATUS, EEPROM_STATUS = 0x0130, 0x0134, 0x0110, 0x0502
 DETECTOR_DEBOUNCE = 0x0EA0
+DELAY = 0x0928
+CORE_CYCLE_NS = 10
+SYNC_US = 1000
 PORT_1 = 1 << 5 | 3 << 10  # DL status: link, loop closed, communication
 SAFEOP_ERROR = pysoem.SAFEOP_STATE + pysoem.STATE_ERROR
 # Time-outs as they are by default, in us of the master's clock.
@@ -189,6 +192,26 @@ def star(bus):
     links = [bus.register(i, DL_STATUS, 2) >> 4 & 0xF for i in range(SLAVES)]
     check("the links are those of the star", links == [0xF, 1, 3, 1, 1], links)
     bus.cycle(CYCLES // 10)
+
+
+def clocks(bus):
+    """Crystals and cables differ: the master measures delays and starts SYNC0; then its frame is repeated, so
+    that simulated time goes faster. sync_pulses.py looks at the pulses."""
+    bus.scan()
+    check("slaves with clocks are found", bus.master.config_dc())
+    delays = [bus.register(i, DELAY, 4) for i in range(SLAVES)]
+    loops = [float(ns) for ns in bus.simulator.ask("loops").split()]
+    true = [(loops[0] - loop) / 2 for loop in loops]
+    print(f"      delays {delays}, true {true} ns")
+    wrong = [d for d, t in zip(delays, true) if abs(d - t) > CORE_CYCLE_NS]
+    check("delays are those of the frame within a core cycle", len(true) == SLAVES and not wrong, wrong)
+    bus.safeop()
+    for s in bus.master.slaves:
+        s.dc_sync(True, SYNC_US * 1000)
+    bus.op()
+    got = bus.exchange()
+    check("the clock's datagram does not disturb process data", got == FULL_WKC, got)
+    bus.simulator.ask(f"repeat {CYCLES} {SYNC_US}")
 
 
 def overlap(bus):
@@ -363,7 +386,7 @@ bus = Bus()
 with contextlib.suppress(Wrong):
     {
         f.__name__: f
-        for f in (scan, cycles, star, overlap, lrd_lwr, alarm, cable, ring, refuse, watchdog, eeprom)
+        for f in (scan, cycles, star, clocks, overlap, lrd_lwr, alarm, cable, ring, refuse, watchdog, eeprom)
     }[SCENARIO](bus)
 bus.close()
 sys.exit(1 if failures else 0)

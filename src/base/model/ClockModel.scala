@@ -127,6 +127,7 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
         registers.value("speed_filter_depth")
       )
     compares = false
+    sync.foreach(_.settle())
     registers.setWide("system_time_difference", loop.shownDifference)
     registers.set("speed_counter_difference", loop.shownSpeed)
   }

@@ -13,7 +13,8 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
   private val rest   = Array(0L, 0L)              // of the pulse, ns
   private val held   = Array(false, false)        // until it is acknowledged
   private var time   = 0L
-  private var began  = false
+  private var began  = false                      // there has been a pulse
+  private var begins = false                      // with the end of the frame
 
   private def length: Long = registers.value("sync_pulse_length") * 10L
   private def cycle(n: Int): Long =
@@ -48,7 +49,7 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
       val cycles = between(t, now) / cycle(0).max(1) + 1
       if (cycle(0) > 0 && cycles < 1000000) next(0) = Some(t + cycles * cycle(0))
     }
-    for (t <- next(1) if between(t, now) > 0) next(1) = None
+    for (t <- next(1); n <- next(0) if t < n && between(t, now) > 0) next(1) = Some(n + cycle(1))
     show()
   }
 
@@ -66,6 +67,18 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
       next(0) = Option.when(cycle(0) >= ClockModel.ShortestCycleNs)(at + cycle(0))
       if (next(1).isEmpty) next(1) = next(0).map(_ + cycle(1))
     }
+  }
+
+  /** All that a frame has written is there: the start time that is there now counts (B-88). */
+  def settle(): Unit = {
+    if (begins && active(0)) begin()
+    begins = false
+  }
+  private def begin(): Unit = {
+    began = false
+    next(0) = Some(startTime)
+    next(1) = Some(startTime + cycle(1))
+    show()
   }
 
   private def show(): Unit = {
@@ -114,11 +127,7 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
         val was = active(0)
         for ((n, owner) <- Seq(0 -> 0, 1 -> 0, 2 -> 1) if byHost == byPdi(owner) && n <= p.syncSignals)
           active(n) = (byte >> n & 1) == 1
-        if (active(0) && !was) {
-          began = false
-          next(0) = Some(startTime)
-          next(1) = Some(startTime + cycle(1))
-        }
+        if (active(0) && !was) if (byHost) begin() else begins = true
         if (!active(0)) for (n <- 0 to 1) next(n) = None
         for (n <- 0 to 1 if !active(0) || !active(1 + n)) {
           rest(n) = 0

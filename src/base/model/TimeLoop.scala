@@ -41,12 +41,14 @@ class TimeLoop {
   def sample(difference: Int, start: Int, timeDepth: Int, speedDepth: Int): Int = {
     mean += (difference - (mean >> 16)) << (16 - timeDepth)
     sampled = true
-    val counts = difference.max(-16384).min(16384)
-    rest += 16 * counts
+    val isFar  = difference < -16384 || difference >= 16384
+    val isNear = difference >= -128 && difference < 128
+    rest += (if (isFar) difference.sign * 4096 * 256 else (if (isNear) 16 else 64) * difference)
     val now = rest >> 8
     rest -= now << 8
     val limit = (start - 0x7f).max(0).toLong << 16
-    integral = (integral + 256L * counts).max(-limit).min(limit)
+    if (!isFar) integral += (if (isNear) 256L else 4096L) * difference
+    integral = integral.max(-limit).min(limit)
     speed += (integral - (speed >> 16)) << (16 - speedDepth)
     drive(start)
     now.toInt

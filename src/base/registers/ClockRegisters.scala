@@ -20,6 +20,7 @@ object ClockRegisters {
   val Delay      = 0x0928
   val Difference = 0x092c
   val SpeedStart = 0x0930
+  val Speed      = 0x0932
   val Activation = 0x0981
   val StartTime  = 0x0990
   val NextSync1  = 0x0998
@@ -71,7 +72,7 @@ object ClockRegisters {
     register(SpeedStart, 2, "speed_counter_start",         rw, r, "DC-20",       "Speed counter start",
       field("speed_counter_start",      14, 0, stored, 0x1000,
           "Bandwidth of the drift control; a write resets its filters")),
-    register(0x0932,     2, "speed_counter_difference",    r,  r, "B-85",        "Speed counter difference",
+    register(Speed,      2, "speed_counter_difference",    r,  r, "B-85",        "Speed counter difference",
       field("speed_counter_difference", 15, 0, kept, 0, "Mean deviation of the local clock's speed")),
     register(0x0934,     1, "time_filter_depth",           rw, r, "DC-20, B-85",
         "System time difference filter depth",

@@ -1,12 +1,13 @@
 package flyframe.report
 
 import java.awt.{BasicStroke, Color, Font, Rectangle}
-import org.jfree.chart.axis.NumberAxis
+import org.jfree.chart.axis.{LogarithmicAxis, NumberAxis}
 import org.jfree.chart.plot.{CategoryPlot, PlotOrientation, ValueMarker}
 import org.jfree.chart.renderer.category.{BarRenderer, StandardBarPainter}
 import org.jfree.chart.labels.StandardCategoryItemLabelGenerator
 import org.jfree.chart.{ChartFactory, JFreeChart}
 import org.jfree.data.category.DefaultCategoryDataset
+import org.jfree.data.xy.{XYSeries, XYSeriesCollection}
 import org.jfree.svg.SVGGraphics2D
 import org.jfree.chart.ui.{RectangleAnchor, TextAnchor}
 
@@ -91,9 +92,30 @@ object Plots {
       "logic elements",
       Seq("logic elements" -> rows.map { case (_, name) => r.area(name).logicElements.toDouble }),
       lying = true,
-      Seq("goal, cyclone4-min" -> 1800.0)
+      Seq("goal, cyclone4-min" -> 1500.0)
     )
     svg("features", chart, 720, 460)
+  }
+
+  /** Differences in ns over time in s, with a limit; of many values the worst of each of 500 sections. */
+  def apart(name: String, series: Seq[(String, Seq[(Double, Double)])], limit: Double): String = {
+    val data = new XYSeriesCollection
+    for ((title, values) <- series) {
+      val line = new XYSeries(title)
+      for (section <- values.grouped((values.size / 500).max(1)))
+        line.add(section.head._1, section.map(_._2).max.max(1))
+      data.addSeries(line)
+    }
+    val chart = ChartFactory.createXYLineChart(null, "s", "ns", data)
+    val plot  = chart.getXYPlot
+    plot.setRangeAxis(new LogarithmicAxis("ns"))
+    plot.setBackgroundPaint(Color.WHITE)
+    plot.setRangeGridlinePaint(Color.LIGHT_GRAY)
+    plot.setDomainGridlinesVisible(false)
+    plot.addRangeMarker(new ValueMarker(limit, goalInk, new BasicStroke(1.5f)))
+    chart.setBackgroundPaint(Color.WHITE)
+    series.indices.foreach(i => plot.getRenderer.setSeriesPaint(i, colours(i % colours.size)))
+    svg(name, chart, 720, 400)
   }
 
   /** Logic elements of every unit in every preset. */

@@ -97,7 +97,7 @@ object Goals {
     Seq(
       delay("Forwarding latency", Points.latencyNs, latency.forwarding),
       delay("Processing latency", Points.latencyNs, latency.processing),
-      size(p.preset, 1800),
+      size(p.preset, 1500),
       size(Points.complete.preset, 3600),
       size("alarm-slave", AlarmSlave),
       size("alarm-master", AlarmMaster),

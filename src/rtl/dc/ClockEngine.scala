@@ -32,6 +32,9 @@ private[dc] class ClockEngine(val p: EscParams, clock: LocalClock) {
   /** ns that this cycle of the local clock counts. */
   val passes: UInt = (p.clockPeriodNs.S(5.W) + speed.more).asUInt(3, 0)
 
+  /** The host gets its copy of this word of [[ClockProgram.Shown]]. */
+  val copied: Vec[Bool] = WireInit(VecInit(Seq.fill(8)(false.B)))
+
   /** Asks for a task until it is taken; the time that `age` cycles have passed since is told to it. True: it
     * is taken, and begins in the next cycle.
     */
@@ -92,8 +95,8 @@ private[dc] class ClockEngine(val p: EscParams, clock: LocalClock) {
 
 private[dc] object ClockEngine {
 
-  /** Core cycles that a task may wait: all tasks of [[ClockProgram]] at once, and the host's between each two
-    * of them, take less than 100 rounds.
+  /** Core cycles that a task may wait: all tasks of [[ClockProgram]] at once, some of them twice, and the
+    * host's between each two of them, take less than 200 rounds, and an edge waits 256 cycles before.
     */
-  val AgeBits = 10
+  val AgeBits = 11
 }

@@ -69,11 +69,12 @@ object ClockProgram {
     val ToArm      = 2
     val Count      = 3
 
-    /** Constants: 0x80, 0x7F, 16384. */
+    /** Constants: 0x80, 0x7F, 16384, and 16. */
     val Bit7      = 3
     val Least     = 4
     val Most      = 5
-    val Constants = Seq(0x80, 0x7f, 16384)
+    val Sixteen   = 6
+    val Constants = Seq(0x80, 0x7f, 16384, 16)
   }
 
   /** Conditions from outside. */
@@ -86,10 +87,7 @@ object ClockProgram {
     /** SYNC0 has had its first pulse; SYNC1 follows a pulse of SYNC0. */
     val Started   = Condition.Outside + 2
     val Following = Condition.Outside + 3
-
-    /** The edge is latched once, until its time is read. */
-    val Single = Condition.Outside + 4
-    val Count  = 5
+    val Count     = 4
   }
 
   /** Commands to outside. */
@@ -106,21 +104,21 @@ object ClockProgram {
     val Arm0 = Command.Outside + 3
     val Arm1 = Command.Outside + 4
 
-    /** No pulse of SYNC0 comes any more; SYNC1 follows a pulse of SYNC0, or none. */
+    /** No pulse of SYNC0 comes any more; SYNC1 follows a pulse of SYNC0. */
     val Stop   = Command.Outside + 5
     val Follow = Command.Outside + 6
-    val Drop   = Command.Outside + 7
 
     /** The time of an edge is there. */
-    val Caught = Command.Outside + 8
-    val Count  = 9
+    val Caught = Command.Outside + 7
+    val Count  = 8
   }
 
   import First.{Time, Zero, Word => Of}
   import Second.{Setting, Word => And, Zero => Nothing, Input => From}
   import Word._
 
-  private val double = Add(Of(Scratch), And(Scratch), to = Some(Scratch), repeats = true)
+  private val doubleOnce = Add(Of(Scratch), And(Scratch), to = Some(Scratch))
+  private val double     = doubleOnce.copy(repeats = true)
 
   /** The system time when the frame has begun, as the reference clock has sent it (DC-17); and what else the
     * frame may read.
@@ -165,27 +163,49 @@ object ClockProgram {
     ),
     "below" -> Seq(Add(Zero, And(Scratch), to = Some(Scratch), subtract = true)),
     "show"  -> Seq(Add(Zero, And(Scratch, up = -4), to = Some(Live + Shown.Drift), places = Places.Upper)),
-    // At most 16384 ns count.
-    "clamp" -> Seq(
+    // More than 16384 ns are no matter of speed: 4096 of them are corrected.
+    "compare" -> Seq(
       Add(Of(Difference), From(Input.Most)),
-      Branch("tooLow", Condition.Negative),
+      Branch("farBehind", Condition.Negative),
       Add(Of(Difference), From(Input.Most), subtract = true),
-      Branch("correct", Condition.Negative),
-      Add(Zero, From(Input.Most), to = Some(Difference)),
+      Branch("near", Condition.Negative),
+      Add(Zero, From(Input.Sixteen, low = 2), to = Some(Scratch)),
       Branch("correct")
     ),
-    "tooLow" -> Seq(Add(Zero, From(Input.Most), to = Some(Difference), subtract = true)),
-    // A sixteenth of the difference is corrected at once, what is less than 1 ns later.
-    "correct" -> Seq(
+    "farBehind" -> Seq(
+      Add(Zero, From(Input.Sixteen, low = 2), to = Some(Scratch), subtract = true),
+      Branch("correct")
+    ),
+    "near" -> Seq(
+      Add(Of(Difference), From(Input.Bit7)),
+      Branch("follow", Condition.Negative),
+      Add(Of(Difference), From(Input.Bit7), subtract = true),
+      Branch("follow", Condition.Negative, when = false)
+    ),
+    // Less than 128 ns come from the ways of frames, too, of which no two take the same time: a sixteenth of
+    // them is corrected, and the speed counter difference changes by 1 per 256 ns.
+    "calm" -> Seq(
+      Add(Of(Integral), And(Difference, up = -1), to = Some(Integral)),
       Add(Zero, And(Difference), to = Some(Scratch), command = Command.Four),
       double,
+      Branch("correct")
+    ),
+    // Of more it is a quarter, and 1 per 16 ns.
+    "follow" -> Seq(
+      Add(Zero, And(Difference), to = Some(Scratch), command = Command.Four),
+      double,
+      Add(Of(Integral), And(Scratch, up = -1), to = Some(Integral)),
+      doubleOnce,
+      doubleOnce
+    ),
+    // At once, but what is less than 1 ns.
+    "correct" -> Seq(
       Add(Of(Rest), And(Scratch), to = Some(Rest)),
       Add(Zero, And(Rest, up = 1), command = Out.Slew),
       Add(Zero, Nothing, to = Some(Rest), places = Places.Rest)
     ),
-    // The speed counter difference changes by 1 per 256 ns, and stays within the speed counter start - 0x7F.
-    "integrate" -> Seq(
-      Add(Of(Integral), And(Difference, up = -1), to = Some(Integral)),
+    // The speed counter difference stays within the speed counter start - 0x7F.
+    "bound" -> Seq(
       Add(Zero, From(Input.SpeedStart, low = 2), to = Some(Limit)),
       Add(Of(Limit), From(Input.Least, low = 2), to = Some(Limit), subtract = true),
       Branch("limit", Condition.Negative, when = false),
@@ -248,13 +268,13 @@ object ClockProgram {
   )
 
   private def sync(narrow: Boolean) = Seq(
-    "start" -> Seq(Add(Zero, Setting(0x0990), to = Some(next0)), follow, End),
+    "start" -> Seq(Add(Zero, Setting(0x0990), to = Some(next0)), follow, Branch("check")),
     // SYNC1 has had its pulse: it follows a pulse of SYNC0 that is still to come (DC-32, OP-05).
     "fired1" -> Seq(
       Add(Of(next1), And(next0), subtract = true),
-      Branch("checked", Condition.Negative, when = false),
+      Branch("check1", Condition.Negative, when = false),
       follow,
-      End
+      Branch("check1")
     ),
     // SYNC0 has had its pulse: with a cycle time of 0 the only one.
     "fired0" -> Seq(
@@ -271,20 +291,21 @@ object ClockProgram {
     "checked" -> Seq(End),
     // A pulse whose time has passed is left out; a start in the past never comes (DC-27).
     "late0" -> Seq(Branch("check1", Is.Started, when = false), addCycle, Branch("check1")),
-    "late1" -> Seq(Add(Zero, Nothing, command = Out.Drop), End)
+    "late1" -> Seq(
+      Add(Of(next1), And(next0), subtract = true),
+      Branch("checked", Condition.Negative, when = false),
+      follow,
+      End
+    )
   )
 
   // ---- LATCH signals ----
   private val latch = Seq(
     "latch" -> Seq(
       Add(Time, From(Input.Age), to = Some(Live), toIndexed = true, subtract = true),
-      Add(Of(Live, indexed = true), Setting(0x0920), to = Some(Live), toIndexed = true),
-      Branch("caught", Is.Single, when = false),
-      // Who sees the event, in a frame that has begun before, sees its time.
-      Add(Zero, And(Live, indexed = true), to = Some(ForEcat), toIndexed = true),
-      Add(Zero, And(Live, indexed = true), to = Some(ForHost), toIndexed = true)
-    ),
-    "caught" -> Seq(Add(Zero, Nothing, command = Out.Caught), End)
+      Add(Of(Live, indexed = true), Setting(0x0920), to = Some(Live), toIndexed = true, command = Out.Caught),
+      End
+    )
   )
 
   /** Words of [[Shown]] that are kept, by the parameters. */

@@ -50,7 +50,9 @@ class DistributedClocks(
 
     // A frame at a port, and that frame in the processing unit behind it, begin in the same cycle.
     val begins = VecInit(ports.map(y => y.receives && !RegNext(y.receives, false.B)))
-    val waited = Mux1H(begins, ports.map(_.waited))
+    // Frames may begin at several ports at once: that of the first open port comes to the processing unit.
+    val order  = Seq(0, 2, 1, 3).filter(_ < p.ports)
+    val waited = PriorityMux(order.map(y => begins(y) -> ports(y).waited))
     times.begins := VecInit(begins :+ bus.frame.begins)
     times.waited := VecInit(ports.map(_.waited) :+ waited)
     times.absent := VecInit(ports.map(!_.link))

@@ -7,7 +7,7 @@ import flyframe.memory.RegisterBus
 
 /** LATCH0 and LATCH1: the system time of their edges (DC-37 to DC-41). */
 private[dc] class LatchSignals(clocks: ClockEngine, pins: Vec[Bool]) {
-  import ClockProgram.{Is, Out, Shown}
+  import ClockProgram.{Out, Shown}
   private val p = clocks.p
 
   def connect(bus: RegisterBus): Unit = {
@@ -16,7 +16,7 @@ private[dc] class LatchSignals(clocks: ClockEngine, pins: Vec[Bool]) {
         yield bus.bool(s"latch${n}_${edge}_single")
     val latest   = Reg(UInt(2.W)) // the edge whose time is being taken
     val isCaught = clocks.command(Out.Caught)
-    clocks.is(Is.Single, VecInit(singles)(latest(log2Ceil(singles.size) - 1, 0)))
+    val may      = Counter(true.B, 256)._2
 
     val events = for ((pin, n) <- pins.zipWithIndex) yield {
       val owner = bus.bool(s"latch${n}_by_pdi")
@@ -29,18 +29,22 @@ private[dc] class LatchSignals(clocks: ClockEngine, pins: Vec[Bool]) {
         val unit   = Module(new LatchEdge).suggestName(s"latch${n}_$edge")
         val caught = isCaught && latest === number.U
         val taken  = clocks.ask(Task("latch", Shown.Latch + number), unit.asks, unit.age)
-        val event = bus
-          .untilReads(s"latch${n}_${edge}_time", byHost = owner)(caught && singles(number))
-          .suggestName(s"latch${n}_${edge}_event")
+        val time   = s"latch${n}_${edge}_time"
         when(taken) { latest := number.U }
-        unit.edge   := (if (e == 0) level && !before else !level && before)
-        unit.single := singles(number)
-        unit.event  := event
-        unit.taken  := taken
-        unit.caught := caught
-        val shows = event && singles(number)
-        bus.status(s"latch${n}_$edge") := shows
-        shows
+        unit.edge                      := (if (e == 0) level && !before else !level && before)
+        unit.may                       := may
+        unit.single                    := singles(number)
+        unit.byHost                    := owner
+        unit.taken                     := taken
+        unit.caught                    := caught
+        unit.copied                    := clocks.copied(Shown.Latch + number)
+        unit.hostReads                 := bus.hostReads(time)
+        unit.begins                    := bus.frame.begins
+        unit.reads                     := bus.frame.reads.pulse(time)
+        unit.good                      := bus.frame.good
+        unit.bad                       := bus.frame.bad
+        bus.status(s"latch${n}_$edge") := unit.event
+        unit.event
       }
       bus.status(s"latch${n}_pin") := level
       (seen.reduce(_ || _), owner)

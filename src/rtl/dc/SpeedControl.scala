@@ -33,7 +33,7 @@ class SpeedControl extends Module {
   private val loses = every(lose)
   private val wins  = every(win)
 
-  private val behind = RegInit(0.S(12.W)) // reset: nothing to correct
+  private val behind = RegInit(0.S(14.W)) // reset: nothing to correct
   private val falls  = round && behind > 0.S
   private val climbs = round && behind < 0.S
   when(falls) { behind := behind - 1.S }

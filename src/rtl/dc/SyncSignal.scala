@@ -50,7 +50,9 @@ class SyncSignal(periodNs: Int) extends Module {
   private val held   = RegInit(false.B)   // reset: nothing to acknowledge
   private val sets   = fires && enabled && active
   when(rest =/= 0.U && counts) { rest := rest - 1.U }
-  when(acknowledge) { held := false.B }
+  // The host has looked two cycles ago, and has not seen what has come since then.
+  private val isNew = RegNext(sets, false.B) || ShiftRegister(sets, 2, false.B, true.B)
+  when(acknowledge && !isNew) { held := false.B }
   when(sets) {
     rest := length
     held := true.B

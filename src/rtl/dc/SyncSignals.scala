@@ -44,8 +44,9 @@ private[dc] class SyncSignals(clocks: ClockEngine, pins: Vec[Bool]) {
 
     // The start time is taken when the unit becomes active; before that the register shows it.
     val starts = RegInit(false.B) // reset: nothing is written
-    when(clocks.ask(Task("start"), starts)) { starts := false.B }
-    when(activated || (bus.writes("start_time") && !active)) { starts := true.B }
+    when(clocks.ask(Task("start"), starts && !bus.writesPending)) { starts := false.B }
+    val ends = RegNext(active, false.B) && !active
+    when(activated || ends || (bus.writes("start_time") && !active)) { starts := true.B }
 
     val runs    = RegInit(false.B)              // a pulse of SYNC0 is to come; reset: none
     val started = RegInit(false.B)              // there has been one; reset: none
@@ -54,7 +55,6 @@ private[dc] class SyncSignals(clocks: ClockEngine, pins: Vec[Bool]) {
     // It may have been of a pulse before the unit became active again.
     when(clocks.command(Out.Stop) && !starts) { runs := false.B }
     when(clocks.command(Out.Follow)) { follows := true.B }
-    when(clocks.command(Out.Drop)) { follows := false.B }
     for ((signal, n) <- signals.zipWithIndex) when(signal.fires) {
       fired(n)            := true.B
       if (n == 0) started := true.B else follows := false.B

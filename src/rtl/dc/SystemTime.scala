@@ -29,19 +29,24 @@ private[dc] class SystemTime(clocks: ClockEngine, waited: UInt, read: KeptRead, 
     age := Mux(bus.frame.begins, 2.U +& waited, age + 1.U)
     for (n <- 0 to 1)
       when(clocks.ask(Task("frame", n), waits && odd === (n == 1).B, age)) { waits := false.B }
-    when(bus.frame.begins) {
+    // What is taken in the cycle behind that was asked for by the frame before.
+    when(bus.frame.begins || RegNext(bus.frame.begins, false.B)) {
       waits := true.B
-      odd   := !odd
     }
+    when(bus.frame.begins) { odd := !odd }
 
     // It has brought the time of the reference clock, which is compared when its writes have taken effect.
-    val ofOdd    = RegEnable(odd, bus.commits)
+    val commits  = RegEnable(odd, bus.commits)
+    val ofOdd    = Reg(Bool())
     val received = RegInit(false.B) // reset: nothing
     for (n <- 0 to 1)
       when(clocks.askBack(s"sampleOf$n", received && !bus.writesPending && ofOdd === (n == 1).B)) {
         received := false.B
       }
-    when(bus.begins("system_time")) { received := true.B }
+    when(bus.begins("system_time")) {
+      received := true.B
+      ofOdd    := commits
+    }
     val resets = Seq(
       "reset"      -> "speed_counter_start",
       "resetMean"  -> "time_filter_depth",
@@ -90,8 +95,10 @@ private[dc] class SystemTime(clocks: ClockEngine, waited: UInt, read: KeptRead, 
     )
 
     // The host sees a time as it is when it reads the first byte, and waits until that is there.
-    val asked                 = (read.host.address << laneBits).pad(12)
-    def begins(at: Int): Bool = asked === (at & ~(p.lanes - 1)).U
+    val asked                   = (read.host.address << laneBits).pad(12)
+    def isAtWord(at: Int): Bool = asked === (at & ~(p.lanes - 1)).U
+    def begins(at: Int): Bool =
+      isAtWord(at) || (if (at == ClockRegisters.Difference) isAtWord(ClockRegisters.Speed) else false.B)
     val settles = RegInit(0.U(5.W)) // cycles of the copy, and then until the access is done; reset: none
     val isThere = settles(4)
     val asks    = read.host.asks && settles === 0.U
@@ -104,7 +111,10 @@ private[dc] class SystemTime(clocks: ClockEngine, waited: UInt, read: KeptRead, 
       }
     when(settles =/= 0.U && !isThere) { settles := settles + 1.U }
     for ((task, at) <- firsts)
-      when(clocks.ask(task, asks && begins(at))) { settles := 1.U }
+      when(clocks.ask(task, asks && begins(at))) {
+        settles                                                 := 1.U
+        if (task.label == "hostCopy") clocks.copied(task.index) := true.B
+      }
     when(!read.host.asks) { settles := 0.U }
     read.host.ready := isThere || !firsts.map { case (_, at) => begins(at) }.reduce(_ || _)
   }

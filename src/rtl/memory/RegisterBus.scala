@@ -151,17 +151,12 @@ class RegisterBus(p: EscParams, memory: RegisterPort, registers: Seq[Register], 
   /** An event until the bus reads a byte of the register, in a frame that ends well (B-42); what comes behind
     * that read is not lost.
     */
-  def untilEcatReads(register: String)(happens: Bool): Bool = untilReads(register, byHost = false.B)(happens)
-
-  /** An event until the side of `byHost`, bus or host, reads a byte of the register as above. */
-  def untilReads(register: String, byHost: Bool)(happens: Bool): Bool = {
+  def untilEcatReads(register: String)(happens: Bool): Bool = {
     val event  = RegInit(false.B) // reset: has not happened
     val isRead = RegInit(false.B) // in this frame; reset: not
     when(frame.reads.pulse(register)) { isRead := true.B }
     when(frame.good || frame.bad) { isRead := false.B }
-    when(Mux(byHost, hostReads(register) && !RegNext(happens, false.B), frame.good && isRead)) {
-      event := false.B
-    }
+    when(frame.good && isRead) { event := false.B }
     when(happens) {
       event  := true.B
       isRead := false.B

@@ -53,6 +53,7 @@ struct Pins {
   CData *pdiOperational, *irq;
   CData *siiSclLow, *siiSdaLow, *siiSda, *siiTwoByte;
   CData *miMdioIn, *miMdioOut, *miMdioEnable;
+  std::array<CData*, 2> sync;
   CData *alarmCurrent, *alarmSupply, *alarmBuzzer, *alarmLamp;
   CData *alarmFire, *alarmFaultN, *alarmDisabled, *alarmSounder, *alarmConfigFault;
   bool hasEeprom() const { return siiSclLow && siiSdaLow && siiSda; }

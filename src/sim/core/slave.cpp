@@ -160,7 +160,7 @@ void Slave::step() {
       if (rises & (2u << y)) {
         *pins_.ports[y].rxClk = 1;
         receivers_[y].rise_ = kNever;
-        if (onSample) onSample(y, now, arriving_[y]);
+        sampled(y, now, arriving_[y]);
       }
     if (rises & 1) coreEdge(now);
     else eval();
@@ -187,8 +187,22 @@ void Slave::rmiiHalves(Time now) {
   if (rises)
     forRmii([&](int y, const PortPins& p) {
       *p.rxClk = 1;
-      if (const Symbol* s = rmii_[y].sampled(); s && onSample) onSample(y, now, *s);
+      if (const Symbol* s = rmii_[y].sampled()) sampled(y, now, *s);
     });
+}
+
+void Slave::sampled(int port, Time now, Symbol symbol) {
+  if (symbol.dv && !receives_[port]) arrivals_[port] = now;
+  receives_[port] = symbol.dv;
+  if (onSample) onSample(port, now, symbol);
+}
+
+void Slave::syncSignals(Time now) {
+  for (size_t n = 0; n < syncs_.size(); ++n) {
+    if (!pins_.sync[n] || syncs_[n] == (*pins_.sync[n] != 0)) continue;
+    syncs_[n] = !syncs_[n];
+    if (onSync) onSync(static_cast<int>(n), syncs_[n], now);
+  }
 }
 
 void Slave::send(int port, Time now, Symbol symbol) {
@@ -237,6 +251,7 @@ void Slave::coreEdge(Time now) {
   if (hostProgram_ && cycles_ >= hostProgram_->wakeAt() && port_ == HostPort::idle) hostProgram_->resume();
   if (pins_.siiSclLow) eepromLines(now);
   if (pins_.miMdioIn) managementLine();
+  if (pins_.sync[0]) syncSignals(now);
   if (supplied_ != alarmSupply()) {
     supplied_ = !supplied_;
     if (onAlarmSupply) onAlarmSupply(supplied_);

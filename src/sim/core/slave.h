@@ -134,6 +134,10 @@ class Slave : public Actor {
 
   // Called at each rising edge of a port's receive clock with the symbol sampled there.
   std::function<void(int port, Time, Symbol)> onSample;
+  // Called when a SYNC signal has changed.
+  std::function<void(int signal, bool level, Time)> onSync;
+  // When the first nibble of the last frame came to a port.
+  Time arrival(int port) const { return arrivals_[port]; }
 
   void step() override;
 
@@ -145,6 +149,8 @@ class Slave : public Actor {
   void managementLine();
   void coreEdge(Time now);
   void send(int port, Time now, Symbol symbol);
+  void sampled(int port, Time now, Symbol symbol);
+  void syncSignals(Time now);
   void rmiiHalves(Time now);
   void schedule();
   void eval();
@@ -158,6 +164,9 @@ class Slave : public Actor {
   Time lastActive_ = 0;
   std::array<Cable, 4> receivers_;
   std::array<Symbol, 4> arriving_{};
+  std::array<Time, 4> arrivals_{};
+  std::array<bool, 4> receives_{};
+  std::array<bool, 2> syncs_{};
   std::array<RmiiPhy, 4> rmii_;
   bool hasRmii_ = false;
   uint64_t firstHalf_ = 0;  // core cycle in which the first half of a nibble is at the pins of RMII ports

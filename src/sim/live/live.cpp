@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdio>
 #include <deque>
+#include <fstream>
 #include <memory>
 #include <optional>
 
@@ -37,6 +38,12 @@ class Signals {
     for (int s : {SIGINT, SIGTERM}) sigdelset(&waiting_, s);
   }
   const sigset_t* waiting() const { return &waiting_; }
+  // One has come that the loop has not taken yet.
+  static bool pending() {
+    sigset_t set;
+    sigpending(&set);
+    return sigismember(&set, SIGINT) || sigismember(&set, SIGTERM);
+  }
 
  private:
   sigset_t waiting_;
@@ -79,6 +86,7 @@ class Live {
     nics_.push_back(std::make_unique<PacketSocket>(options.interface));
     if (spec.ring) nics_.push_back(std::make_unique<PacketSocket>(options.ringInterface));
     waiting_.resize(nics_.size());
+    if (!options.sync.empty()) writeSync(options.sync);
     if (!options.control.empty())
       control_.emplace(options.control, [this](auto& words) { return command(words); });
     std::printf("joined %s: %zu slaves\n", options.interface.c_str(), network_.size());
@@ -142,11 +150,59 @@ class Live {
         continue;
       }
       network_.send(queue.front().frame, card);
+      last_ = queue.front().frame;
+      stamped_ = asksForTimes(last_);
       inFlight_.push_back(queue.front().came);
     }
   }
 
+  void writeSync(const std::string& path) {
+    sync_.open(path, std::ios::trunc);
+    if (!sync_) throw UserError("cannot write '" + path + "'.");
+    for (size_t i = 0; i < network_.size(); ++i)
+      network_.slave(i).onSync = [this, i](int signal, bool level, Time at) {
+        sync_ << i << ' ' << signal << ' ' << level << ' ' << nsText(at) << '\n';
+      };
+  }
+
+  static std::string nsText(Time at) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%.2f", static_cast<double>(at) / kNs);
+    return text;
+  }
+
+  // The master's last frame again and again, faster than it could send it; no master sees what comes back.
+  void repeat(size_t count, int64_t periodNs) {
+    if (last_.empty()) throw UserError("the master has sent no frame yet.");
+    while (!network_.quiet()) network_.step(network_.ns());
+    repeats_ = true;
+    for (int64_t due = network_.ns(); count > 0 && !signals_.pending(); --count, due += periodNs) {
+      if (due > network_.ns()) network_.idleUntil(due);
+      network_.send(last_);
+      while (!network_.quiet()) network_.step(network_.ns());
+    }
+    repeats_ = false;
+    sync_.flush();
+  }
+
+  // Its first datagram is a BWR of 0x0900: slaves keep the times at which it comes to their ports.
+  static bool asksForTimes(const Bytes& f) {
+    return f.size() > 22 && f[16] == 8 && f[20] == 0x00 && f[21] == 0x09;
+  }
+
+  // How long that frame was away at each slave, from port 0 to its coming back at port 1; 0 at the last.
+  void noteLoops() {
+    loops_.clear();
+    for (size_t i = 0; i < network_.size(); ++i) {
+      const Slave& slave = network_.slave(i);
+      loops_ += (i ? " " : "") + nsText(std::max<Time>(slave.arrival(1) - slave.arrival(0), 0));
+    }
+    stamped_ = false;
+  }
+
   void returned(const NibbleFrame& f, size_t card) {
+    if (stamped_) noteLoops();
+    if (repeats_) return;
     if (!inFlight_.empty()) {
       const double us = secondsSince(inFlight_.front()) * 1e6;
       inFlight_.pop_front();
@@ -180,14 +236,18 @@ class Live {
       const int64_t end = network_.ns() + static_cast<int64_t>(number(words[1], 10'000'000)) * 1000;
       while (!network_.quiet()) network_.step(network_.ns());
       if (end > network_.ns()) network_.idleUntil(end);
+    } else if (verb == "repeat" && words.size() == 3) {
+      repeat(number(words[1], 99'999'999), static_cast<int64_t>(number(words[2], 10'000'000)) * 1000);
+    } else if (verb == "loops" && words.size() == 1) {
+      return loops_;
     } else if (verb == "time" && words.size() == 1) {
       return std::to_string(network_.ns()) + " ns";
     } else if (verb == "quit" && words.size() == 1) {
       quit_ = true;
     } else {
       throw UserError(
-          "known: cut CABLE, mend CABLE, noise CABLE BITS, host SLAVE ..., advance MICROSECONDS, time, "
-          "quit.");
+          "known: cut CABLE, mend CABLE, noise CABLE BITS, host SLAVE ..., advance MICROSECONDS, repeat "
+          "COUNT MICROSECONDS, loops, time, quit.");
     }
     return "";
   }
@@ -211,10 +271,12 @@ class Live {
   double staleSeconds_;
   std::vector<pollfd> fds_;
   std::vector<std::deque<Waiting>> waiting_;  // at each card
-  Bytes frame_;
-  std::deque<Clock::time_point> inFlight_;  // when the frames on their way came
+  Bytes frame_, last_;                        // the one that comes, the last one sent
+  std::deque<Clock::time_point> inFlight_;    // when the frames on their way came
   LiveResult result_;
-  bool quit_ = false;
+  bool quit_ = false, repeats_ = false, stamped_ = false;
+  std::string loops_;
+  std::ofstream sync_;
 };
 }  // namespace
 

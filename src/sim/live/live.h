@@ -10,6 +10,7 @@ struct LiveOptions {
   std::string interface;
   std::string ringInterface;  // of the master's second card; empty: there is none
   std::string control;        // path of the control socket; empty: none
+  std::string sync;           // file that gets the edges of SYNC signals; empty: none
   double timeScale = 1;       // simulated time per wall time while idle; 0: idle time stands still
   double staleMs = 0;         // wall time after which a frame that waits is lost; 0: never
 };

@@ -64,6 +64,8 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1000.0));
   app.add_option("--control", liveOptions.control, "live: Unix socket that takes commands");
+  app.add_option("--sync", liveOptions.sync,
+                 "live: file to write: the edges of SYNC signals, a line each: slave, signal, level, ns");
   app.add_option("--replay", replayOptions.in, "capture whose frames the master sends (pcap or pcapng)");
   app.add_option("--out", replayOptions.out, "replay: capture to write: what comes back (pcap, nanoseconds)");
   app.add_flag("--both", replayOptions.both, "replay: record the sent frames too");
@@ -87,6 +89,7 @@ int main(int argc, char** argv) {
     if (isLive && !replayOptions.in.empty()) throw UserError("--interface and --replay exclude each other.");
     if (!isLive && !liveOptions.ringInterface.empty())
       throw UserError("--ring-interface is for --interface only.");
+    if (!isLive && !liveOptions.sync.empty()) throw UserError("--sync is for --interface only.");
     net.skipIdle = !noSkip;
     NetworkSpec spec = readNetwork(network);
     if (seed) spec.seed = *seed;

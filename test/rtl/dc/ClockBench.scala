@@ -108,15 +108,20 @@ class ClockBench(val dut: ClocksUnderTest) {
   }
   def read(address: Int, count: Int): BigInt =
     (0 until count).map(i => byte(address + i, host = false) << (8 * i)).sum
-  def hostRead(address: Int, count: Int): BigInt = (0 until count).map { i =>
-    kept.host.asks.poke(true)
-    kept.host.address.poke((address + i) / lanes)
-    while (!kept.host.ready.peek().litToBoolean) step()
-    val data = byte(address + i, host = true)
-    kept.host.asks.poke(false)
-    step()
-    data << (8 * i)
-  }.sum
+  def hostRead(address: Int, count: Int): BigInt = (address until address + count)
+    .groupBy(_ / lanes)
+    .toSeq
+    .sortBy(_._1)
+    .flatMap { case (word, bytes) =>
+      kept.host.asks.poke(true)
+      kept.host.address.poke(word)
+      while (!kept.host.ready.peek().litToBoolean) step()
+      val data = bytes.map(a => byte(a, host = true) << (8 * (a - address)))
+      kept.host.asks.poke(false)
+      step()
+      data
+    }
+    .sum
   def hostTime(): BigInt = hostRead(ClockRegisters.SystemTime, p.clockBytes)
 
   /** A frame whose reference is `difference` ns behind; with it to the model. */

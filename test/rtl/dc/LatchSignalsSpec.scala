@@ -37,30 +37,48 @@ class LatchSignalsSpec extends AnyFlatSpec with SharedSimulation {
       end(None)
       read(ClockRegisters.LatchTimes + 8 * edge, p.clockBytes).toLong
     }
-    def status(n: Int): Int = Seq("positive", "negative", "pin").zipWithIndex.map { case (bit, i) =>
+
+    /** A frame has begun, and sees this. */
+    def status(n: Int): Int = {
+      begins()
+      shown(n)
+    }
+    def shown(n: Int): Int = Seq("positive", "negative", "pin").zipWithIndex.map { case (bit, i) =>
       dut.status.uint(s"latch${n}_$bit").peek().litValue.toInt << i
     }.sum
+    def begins(): Unit = {
+      dut.begins.poke(true)
+      step()
+      dut.begins.poke(false)
+    }
     def near(is: Long, wanted: Long): Unit =
       Predef.assert(is >= wanted - p.clockPeriodNs && is <= wanted + p.clockPeriodNs, s"$is, not $wanted")
 
     /** A frame reads the time of an edge, and ends well or not. */
-    def ecatReads(edge: String, ends: Boolean = true): Unit = {
-      dut.reads.pulse(s"latch0_${edge}_time").poke(true)
+    def ecatReads(edge: String, ends: Boolean = true, of: Int = 0): Unit = {
+      begins()
+      goesOn(edge, ends, of)
+    }
+    def goesOn(edge: String, ends: Boolean = true, of: Int = 0): Unit = {
+      dut.reads.pulse(s"latch${of}_${edge}_time").poke(true)
       step()
-      dut.reads.pulse(s"latch0_${edge}_time").poke(false)
+      dut.reads.pulse(s"latch${of}_${edge}_time").poke(false)
       (if (ends) dut.good else dut.bad).poke(true)
       step()
       dut.good.poke(false)
       dut.bad.poke(false)
     }
-    def hostReads(edge: Int): Unit = {
-      val at = ClockRegisters.LatchTimes + 8 * edge
+    def hostReads(edge: Int, byte: Int = 0): BigInt = {
+      val at   = ClockRegisters.LatchTimes + 8 * edge + byte
+      val data = hostRead(at, 1)
       dut.host.ack.poke(true)
       dut.host.write.poke(false)
       dut.host.addr.poke(at)
-      dut.host.be.poke(1)
+      dut.host.be.poke(1 << (at % p.lanes))
       step()
       dut.host.ack.poke(false)
+      step()
+      data
     }
   }
   private def check(name: String)(run: Bench => Unit) = name -> { dut: ClocksUnderTest =>
@@ -98,6 +116,55 @@ class LatchSignalsSpec extends AnyFlatSpec with SharedSimulation {
           }
         }
       },
+      check("DC-38, B-89: an edge while the time of one before is read is another event") { b =>
+        b.single(0, "positive", on = true)
+        b.byPdi(0, on = true)
+        val (first, _) = b.pulse(0)
+        val low        = b.hostReads(0)
+        assert(b.status(0) == 0)
+        val (second, _) = b.pulse(0)
+        assert(b.status(0) == 1)
+        val bytes = low +: (1 until b.p.clockBytes).map(i => b.hostReads(0, i))
+        if (b.p.lanes == 1)
+          b.near(bytes.zipWithIndex.map { case (byte, i) => byte << (8 * i) }.sum.toLong, first)
+        else b.near((b.hostReads(0) | b.hostReads(0, 1) << 8).toLong & 0xffff, second & 0xffff)
+        if (b.p.lanes == 1) {
+          assert(b.status(0) == 1, "only the first byte acknowledges")
+          val again = (0 until b.p.clockBytes).map(i => b.hostReads(0, i) << (8 * i)).sum
+          b.near(again.toLong, second)
+        }
+        assert(b.status(0) == 0)
+        b.byPdi(0, on = false)
+        // A frame that has begun before does not see it, nor does it acknowledge.
+        b.begins()
+        val (third, _) = b.pulse(0)
+        b.goesOn("positive")
+        assert(b.status(0) == 1)
+        b.near(b.time(0), third)
+        b.ecatReads("positive")
+        assert(b.status(0) == 0)
+        b.single(0, "positive", on = false)
+      },
+      check("DC-37, B-89: a pin that never rests leaves the engine to the other one") { b =>
+        for (k <- 1 to 5) {
+          for (i <- 1 to 100) {
+            b.pin(0, level = i % 2 == 1)
+            b.step(11)
+          }
+          val up = b.pin(1, level = true)
+          for (i <- 1 to 200) {
+            b.pin(0, level = i % 2 == 1)
+            b.step(11)
+          }
+          val last = b.pin(0, level = true)
+          b.step(1100)
+          b.near(b.time(2), up)
+          b.near(b.time(0), last)
+          b.pin(0, level = false)
+          b.pin(1, level = false)
+          b.step(1100)
+        }
+      },
       check("DC-38: a single event is the first edge, until its time is read; DC-41: the pin") { b =>
         b.single(0, "positive", on = true)
         val (up, down) = b.pulse(0)
@@ -118,26 +185,24 @@ class LatchSignalsSpec extends AnyFlatSpec with SharedSimulation {
         b.step(10)
         assert(b.status(0) == 5)
       },
-      check("DC-38: who sees the event sees its time, also in a frame that has begun before") { b =>
+      check("DC-38, B-89: a frame sees events and times as they were when it began") { b =>
         b.single(1, "negative", on = true)
         b.pulse(1)
         val old = b.time(3)
-        b.byPdi(1, on = true)
-        b.hostReads(3)
-        b.byPdi(1, on = false)
+        b.ecatReads("negative", of = 1)
         assert(b.status(1) == 0)
-        b.frame()
+        b.step(300)
+        b.begins()
+        b.step(20)
         b.pin(1, level = true)
         b.step(30)
-        val down   = b.pin(1, level = false)
-        var before = 0
-        while ((b.status(1) & 2) == 0) {
-          val time = b.read(ClockRegisters.LatchTimes + 24, b.p.clockBytes)
-          if ((b.status(1) & 2) == 0 && time == old) before += 1
-        }
-        assert(before > 0)
-        b.near(b.read(ClockRegisters.LatchTimes + 24, b.p.clockBytes).toLong, down)
-        b.end(None)
+        val down = b.pin(1, level = false)
+        b.step(400)
+        assert((b.shown(1) & 2) == 0)
+        val seen = b.read(ClockRegisters.LatchTimes + 24, b.p.clockBytes)
+        assert(seen == old || (seen - down).abs <= b.p.clockPeriodNs)
+        b.near(b.time(3), down)
+        assert((b.status(1) & 2) == 2)
       },
       check("DC-40: only the owner acknowledges, and has the event") { b =>
         for (edge <- Seq("positive", "negative")) b.single(0, edge, on = true)

@@ -132,6 +132,47 @@ class SyncSignalsSpec extends AnyFlatSpec with SharedSimulation {
           b.activate(0)
         }
       },
+      check("DC-27, B-88: a start 5 us ahead is not missed, at no phase of the engine") { b =>
+        b.cycles(0, 0)
+        for (phase <- 0 until 300 by 7) {
+          b.activate(0)
+          b.step(phase + 600)
+          val start = b.now + 5000 + b.period * p.clockBytes
+          b.start(start)
+          b.forget()
+          b.activate(3)
+          b.watch(7)
+          b.beganAt(0, Seq(start))
+        }
+        b.activate(0)
+      },
+      check("DC-32: SYNC1 waits as long as it has to") { b =>
+        // With 32 bits more than half the range: it seems to have passed.
+        b.cycles(20000, BigInt("c0000000", 16))
+        b.start(b.now + 10000)
+        b.activate(7)
+        b.forget()
+        b.watch(500)
+        assert(b.begins(1).isEmpty)
+        assert(b.next(1) > b.now + BigInt("b0000000", 16) || p.clockBits == 32)
+        val first = b.begins(0).head - b.period
+        assert((b.next(1) - BigInt("c0000000", 16) - first).abs <= b.period, "of the first pulse still")
+        b.activate(0)
+      },
+      check("B-86: SYNC1 with the shortest cycle") { b =>
+        for (second <- Seq(500, 1000, 3500)) {
+          val start = b.now + 20000
+          b.start(start)
+          b.cycles(4000, second)
+          b.activate(7)
+          b.forget()
+          b.watch(120)
+          val end = b.now - b.period
+          b.beganAt(0, Iterator.iterate(start)(_ + 4000).takeWhile(_ < end).toSeq)
+          b.beganAt(1, followers(start, 4000, second, end))
+          b.activate(0)
+        }
+      },
       check("DC-27: the first pulse may be far away") { b =>
         val start = b.now + 400000
         b.start(start)

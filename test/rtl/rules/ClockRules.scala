@@ -248,17 +248,23 @@ object ClockRules extends Rules {
     import s._
     val t = new SystemTime(s)
     t.set(0x0935, 0, 1)
-    val late = t.sample(0)
-    assert(late > 0 && t.speed == (late.min(16384) / 256).toInt)
-    t.set(0x0930, 0x1000, 2)
-    assert(t.difference == 0 && t.speed == 0)
-    t.set(0x0935, 0, 1)
-    for (n <- 1 to 3) {
-      t.sample(t.number(exchange(t.time).head.data.take(4)) + 40000000)
-      assert(t.speed == 0x10000 - 64 * n, "at most 64 at once")
+    def now     = t.number(exchange(t.time).head.data.take(4))
+    val elapses = t.sample(now) // between two exchanges
+    def start(value: Int): Unit = {
+      t.set(0x0930, value, 2)
+      assert(t.difference == 0 && t.speed == 0)
+      t.set(0x0935, 0, 1)
     }
-    t.set(0x0930, 0x0085, 2)
-    for (_ <- 1 to 3) t.sample(0)
+    for (by <- Seq(3200, -3200)) {
+      start(0x1000)
+      val late = t.sample(now + elapses - by)
+      assert((late > 0) == (by > 0) && late.abs < 16384 && t.speed == ((late >> 4) & 0xffff).toInt)
+      assert((bench.hostRead(0x0932) | bench.hostRead(0x0933) << 8) == t.speed, "the host sees it, too")
+      for (far <- Seq(40000000, -40000000)) t.sample(now + far)
+      assert(t.speed == ((late >> 4) & 0xffff).toInt, "a jump is no matter of speed")
+    }
+    start(0x0085)
+    for (_ <- 1 to 3) t.sample(now + elapses - 3200)
     assert(t.speed == 6, "within the start - 0x7F")
     t.set(0x0935, 3, 1)
     assert(t.speed == 0, "its mean begins anew")
@@ -346,6 +352,19 @@ object ClockRules extends Rules {
       t.set(0x0981, 0, 1)
     }
   }
+  rule("DC-27, B-88: a frame that makes the unit active writes the start time behind that", held) { s =>
+    import s._
+    val t = new SystemTime(s)
+    begin(t, us = 200, cycle = 0)
+    t.set(0x0981, 0, 1)
+    val start = t.hostTime + 100000 & t.mask
+    exchange(Datagram(Bwr, 0, 0x0981, Seq(3)), Datagram(Bwr, 0, 0x0990, t.bytes(start, t.width)))
+    assert(t.number(get(0x0990, t.width).get) == start)
+    assert(!bench.syncLevel(0))
+    bench.advanceUs(150)
+    assert(t.acknowledges(0))
+    t.set(0x0981, 0, 1)
+  }
   rule("DC-27: a start in the past never comes, and another one does", held) { s =>
     import s._
     val t = new SystemTime(s)
@@ -416,7 +435,10 @@ object ClockRules extends Rules {
       bench.setLatch(0, high)
       bench.advanceUs(2)
     }
-    def status = bench.hostRead(0x09ae)
+    def status = {
+      get(0x0000, 1) // events of the bus show with the next frame
+      bench.hostRead(0x09ae)
+    }
     assert(put(0x09a8, 3))
     pulse()
     val first = hostGet(0x09b0, t.width)
@@ -449,6 +471,7 @@ object ClockRules extends Rules {
     import s._
     assert(put(0x09a9, 1))
     bench.setLatch(1, level = true)
+    get(0x0000, 1)
     assert(hostGet(0x09ae, 2) == Seq(0, 5))
     assert(get(0x09c0, 1).isDefined && hostGet(0x09ae, 2) == Seq(0, 4))
   }

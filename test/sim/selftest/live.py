@@ -171,7 +171,8 @@ for f in frames:
 card.settimeout(1)
 answered = [f for f in iter(receive, None)]
 check("what is stale is dropped, the rest is answered in order", 0 < len(answered) < len(frames))
-check("those before it are", answered == [f.ljust(60, b"\0") for f in frames[: len(answered)]])
+left = (f.ljust(60, b"\0") for f in frames)
+check("in the order in which they came", all(f in left for f in answered))
 card.send(frames[7])
 check("what comes later is answered at once", receive() == frames[7].ljust(60, b"\0"))
 process.send_signal(signal.SIGTERM)

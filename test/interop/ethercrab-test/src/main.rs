@@ -4,9 +4,9 @@
 //! code 1 if one is wrong.
 
 use ethercrab::error::Error;
-use ethercrab::subdevice_group::Op;
+use ethercrab::subdevice_group::{DcConfiguration, Op};
 use ethercrab::{
-    Command, MainDevice, MainDeviceConfig, PduStorage, SubDeviceGroup, Timeouts, std::ethercat_now,
+    Command, DcSync, MainDevice, MainDeviceConfig, PduStorage, SubDeviceGroup, Timeouts, std::ethercat_now,
 };
 use std::io::{BufRead, BufReader, Write};
 use std::os::unix::net::UnixStream;
@@ -20,6 +20,9 @@ static STORAGE: PduStorage<16, { PduStorage::element_size(1100) }> = PduStorage:
 const SIZES: [(usize, usize); 5] = [(8, 8), (3, 5), (4, 2), (1, 1), (16, 16)];
 const IDENTITY: (u32, u32, u32) = (0xF1F1_F1F1, 0x00F1_0001, 0x0001_0002);
 const FIRST_ADDRESS: u16 = 0x1000;
+/// Cycle of SYNC0.
+const SYNC: Duration = Duration::from_millis(1);
+const CORE_CYCLE_NS: f64 = 10.0;
 /// Cycles until a slave's inputs show its outputs, at most.
 const LAG: usize = 16;
 
@@ -56,13 +59,16 @@ struct Simulator(BufReader<UnixStream>);
 
 impl Simulator {
     fn ask(&mut self, line: &str) -> Outcome {
+        self.told(line).map(|_| ())
+    }
+
+    fn told(&mut self, line: &str) -> Result<String, String> {
         let mut answer = String::new();
         writeln!(self.0.get_mut(), "{line}").map_err(|e| e.to_string())?;
         self.0.read_line(&mut answer).map_err(|e| e.to_string())?;
-        if answer.starts_with("ok") {
-            Ok(())
-        } else {
-            Err(format!("'{line}' answered by '{}'", answer.trim()))
+        match answer.trim().strip_prefix("ok") {
+            Some(text) => Ok(text.to_string()),
+            None => Err(format!("'{line}' answered by '{}'", answer.trim())),
         }
     }
 }
@@ -88,9 +94,10 @@ struct Bus {
 }
 
 impl Bus {
-    fn new(interface: &str, control: &str, slaves: usize) -> Result<Self, String> {
+    /// `clocks`: frames that bring the clocks near to each other before anything else.
+    fn new(interface: &str, control: &str, slaves: usize, clocks: u32) -> Result<Self, String> {
         let (tx, rx, pdus) = STORAGE.try_split().map_err(|_| "the PDU storage is taken")?;
-        let config = MainDeviceConfig { dc_static_sync_iterations: 0, ..Default::default() };
+        let config = MainDeviceConfig { dc_static_sync_iterations: clocks, ..Default::default() };
         let master = Box::leak(Box::new(MainDevice::new(pdus, Timeouts::default(), config)));
         let task = ethercrab::std::tx_rx_task(interface, tx, rx).map_err(|e| format!("{interface}: {e}"))?;
         smol::spawn(task).detach();
@@ -251,6 +258,35 @@ async fn star(bus: &mut Bus, count: usize) -> Outcome {
     bus.cycle(&group, count).await
 }
 
+/// Crystals and cables differ: the master measures delays and starts SYNC0; then its frame is repeated, so
+/// that simulated time goes faster. sync_pulses.py looks at the pulses.
+async fn clocks(bus: &mut Bus, count: usize) -> Outcome {
+    let mut group = bus.scan().await?;
+    let text = bus.simulator.told("loops")?;
+    let loops: Vec<f64> = text.split_whitespace().map(|ns| ns.parse().unwrap_or(f64::NAN)).collect();
+    let truth: Vec<f64> = loops.iter().map(|ns| (loops[0] - ns) / 2.0).collect();
+    let delays: Vec<u32> = group.iter(bus.master).map(|s| s.propagation_delay()).collect();
+    println!("      delays {delays:?}, true {truth:?} ns");
+    let near = delays.iter().zip(&truth).all(|(&d, &t)| (f64::from(d) - t).abs() <= CORE_CYCLE_NS);
+    check("delays are those of the frame within a core cycle", near && truth.len() == delays.len(), &delays)?;
+    for mut s in group.iter_mut(bus.master) {
+        s.set_dc_sync(DcSync::Sync0);
+    }
+    let group = told("FMMUs", group.into_pre_op_pdi(bus.master).await)?;
+    let sync = DcConfiguration {
+        start_delay: Duration::from_millis(100),
+        sync0_period: SYNC,
+        sync0_shift: Duration::ZERO,
+    };
+    let group = told("SYNC0", group.configure_dc_sync(bus.master, sync).await)?;
+    let group = told("SAFEOP", group.into_safe_op(bus.master).await)?;
+    told("exchange", group.tx_rx_dc(bus.master).await)?;
+    let group = told("OP", group.into_op(bus.master).await)?;
+    let wkc = told("exchange", group.tx_rx_dc(bus.master).await)?.working_counter;
+    check("the clock's datagram does not disturb process data", wkc == bus.full_wkc(), wkc)?;
+    bus.simulator.ask(&format!("repeat {count} {}", SYNC.as_micros()))
+}
+
 /// Cut in the middle of the line for longer than the watchdog, and mended.
 async fn cable(bus: &mut Bus) -> Outcome {
     let group = bus.to_op().await?;
@@ -352,11 +388,13 @@ fn main() {
     };
     let count = args.get(4).map_or(10_000, |n| n.parse().expect("number of cycles"));
     let outcome = smol::block_on(async {
-        let mut bus = Bus::new(interface, control, slaves.parse().map_err(|_| "SLAVES is no number")?)?;
+        let slaves = slaves.parse().map_err(|_| "SLAVES is no number")?;
+        let mut bus = Bus::new(interface, control, slaves, if scenario == "clocks" { 100 } else { 0 })?;
         match scenario.as_str() {
             "scan" => scan(&mut bus).await,
             "cycles" => cycles(&mut bus, count).await,
             "star" => star(&mut bus, count / 10).await,
+            "clocks" => clocks(&mut bus, count).await,
             "cable" => cable(&mut bus).await,
             "refuse" => refuse(&mut bus).await,
             "watchdog" => watchdog(&mut bus).await,
