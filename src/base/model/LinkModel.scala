@@ -49,11 +49,13 @@ class LinkModel(p: EscParams, phys: () => PhyBus, isOn: Int => Boolean) extends 
       settle()
     }
 
-    /** LNK-06: what must not be is rewritten, and auto-negotiation begun anew. None: it cannot be read. */
+    /** LNK-06: what must not be is rewritten, and auto-negotiation begun anew. None: it cannot be read, or is
+      * still in its reset.
+      */
     private def configure(): Option[Unit] = {
       var touched = false
       def check(register: Int, value: Int)(right: Int => Boolean): Option[Unit] =
-        phys().read(address, register).map { present =>
+        phys().read(address, register).filter(v => register != 0 || (v & 0x8000) == 0).map { present =>
           if (!right(present)) {
             phys().write(address, register, value)
             touched = true

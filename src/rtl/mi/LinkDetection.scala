@@ -106,7 +106,8 @@ class LinkDetection(p: EscParams) extends Module {
     looked  := false.B
     step    := Mux(at(known) && !again, linked, Mux(isFx || at(known), control, gigabit))
   }
-  private val isSilent = access.silent && !rewrites
+  // A PHY that still resets itself need not take what is written: it has not answered yet (B-94).
+  private val isSilent = !rewrites && (access.silent || (step === control && answer(15)))
   when(access.done) {
     when(rewrites) {
       rewrites := false.B

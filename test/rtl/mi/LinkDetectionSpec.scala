@@ -89,6 +89,15 @@ class LinkDetectionSpec extends AnyFlatSpec with SharedSimulation {
         assert(b.link == Seq(true, false, true), "as the inputs are")
         assert(b.answers(0).head == ((0, 9, None)), "the configuration again")
     },
+    check("LNK-06, B-94: a PHY in its reset has not answered, and is configured behind that") { b =>
+      b.answers(0, 0x0101, 0x9000)
+      assert(b.dut.status(0).pollError.peek().litToBoolean)
+      b.answers(0, 0x0101, 0x1000, 0x24, 0x100)
+      assert(b.answers(0xa100).head == ((2, 0, None)), "fibre")
+      assert(b.answers(0, 0x01e1, 0).map(a => (a._1, a._2)) == Seq(0 -> 9, 0 -> 4, 0 -> 4))
+      assert(b.answers(0x1000, 0, 0x24, 0x100).map(_._3) == Seq(None, Some(0x1200), None, None))
+      assert(b.answers(0x24, 0x100).map(_._1) == Seq(1, 1) && b.answers(0x3100).head == ((2, 0, None)))
+    },
     check("LNK-08, MI-10: a restart is one write between the questions, and confirmed once") { b =>
       b.round()
       b.dut.restart(1).poke(true)
