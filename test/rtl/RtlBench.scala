@@ -76,7 +76,9 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
   outputs.foreach(_ := dut.digital_output.get)
   outputsDriven.foreach(_ := dut.digital_output_driven.get)
   for (pins <- dut.mi; control <- phys) {
-    val all = Module(new Phys) // with the controller in reset, but for what the PHYs' registers hold (PHY-01)
+    val all = Module(
+      new Phys(p.coreClockMhz)
+    ) // with the controller in reset, but for what the PHYs' registers hold (PHY-01)
     all.mdc       := pins.mdc
     all.line      := pins.mdio_out || !pins.mdio_enable
     all.present   := control.present

@@ -27,7 +27,7 @@ class MdioUnderTest(coreClockMhz: Int) extends Module {
   val at      = IO(Input(UInt(10.W)))
   val value   = IO(Output(UInt(16.W)))
 
-  private val phys = Module(new Phys)
+  private val phys = Module(new Phys(coreClockMhz))
   dut.run         := run
   dut.delays      := delays
   dut.isWrite     := isWrite
