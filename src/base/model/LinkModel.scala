@@ -32,13 +32,17 @@ class LinkModel(p: EscParams, phys: () => PhyBus, isOn: Int => Boolean) extends 
     def link: Boolean  = found && !held
     def settle(): Unit = if (!found) held = false
 
+    private def hasLink(status: Int): Boolean = (status & 4) != 0
+
     def ask(): Unit = {
       val result = for {
-        _       <- if (poll.isEmpty) configure() else Some(())
-        status  <- phys().read(address, 1)
+        // B-93: nothing is known of it, or its link has gone since it was asked last.
+        unsure  <- if (poll.exists(_.link)) phys().read(address, 1).map(!hasLink(_)) else Some(poll.isEmpty)
+        _       <- if (unsure) configure() else Some(())
+        status  <- current()
         partner <- if (fibre) Some(0) else phys().read(address, 5)
       } yield {
-        val link       = (status & 4) != 0
+        val link       = hasLink(status)
         val negotiated = fibre || (status & 0x20) != 0
         val fullTx     = fibre || (partner & 0x100) != 0
         Polled(link, link && negotiated && fullTx, link && negotiated && !fullTx)
@@ -48,6 +52,10 @@ class LinkModel(p: EscParams, phys: () => PhyBus, isOn: Int => Boolean) extends 
       if (result.exists(!_.link)) fell = false
       settle()
     }
+
+    /** Register 1 with the link of now: a low bit may be that of earlier, until it has been read (B-94). */
+    private def current(): Option[Int] =
+      phys().read(address, 1).flatMap(s => if (hasLink(s)) Some(s) else phys().read(address, 1))
 
     /** LNK-06: what must not be is rewritten, and auto-negotiation begun anew. None: it cannot be read, or is
       * still in its reset.

@@ -15,7 +15,7 @@ class PhyStatus extends Bundle {
 }
 
 /** Finds links through MII management: port after port it checks the PHY's configuration, until it is as
-  * wanted, and asks for its link (LNK-01 to LNK-06, B-93 to B-95).
+  * wanted and whenever the link has gone, and asks for its link (LNK-01 to LNK-06, B-93 to B-95).
   */
 class LinkDetection(p: EscParams) extends Module {
   private val n = p.ports
@@ -48,7 +48,8 @@ class LinkDetection(p: EscParams) extends Module {
   private val changed  = Reg(Bool())                       // auto-negotiation is to begin anew
   private val complete = Reg(Bool())                       // auto-negotiation has ended
   private val looked   = Reg(Bool())                       // there was no link, which may be that of earlier
-  private val known    = RegInit(VecInit.fill(n)(false.B)) // the PHY is configured, and answers
+  private val checked  = RegInit(VecInit.fill(n)(false.B)) // the configuration, since the PHY last had a link
+  private val known    = RegInit(VecInit.fill(n)(false.B)) // the PHY has been configured, and answers
   private val dropped  = RegInit(VecInit.fill(n)(false.B)) // the link input has fallen (LNK-03)
   private val shown    = RegInit(0.U.asTypeOf(Vec(n, new PhyStatus)))
 
@@ -87,12 +88,22 @@ class LinkDetection(p: EscParams) extends Module {
   /** The PHY has told all: whether it has a link, and whether that suits. */
   private def judge(hasLink: Bool, isComplete: Bool, partner: Bool): Unit = {
     for (y <- 0 until n) when(port === y.U) {
+      checked(y)            := true.B
       known(y)              := true.B
       shown(y).link         := hasLink && isComplete && partner
       shown(y).error        := hasLink && !(isComplete && partner)
       shown(y).partnerError := hasLink && isComplete && !partner
     }
     next()
+  }
+
+  /** The PHY tells no link any more. */
+  private def endLink(): Unit = for (y <- 0 until n) when(port === y.U) {
+    checked(y)            := false.B
+    shown(y).physical     := false.B
+    shown(y).link         := false.B
+    shown(y).error        := false.B
+    shown(y).partnerError := false.B
   }
 
   when(clear) {
@@ -104,7 +115,7 @@ class LinkDetection(p: EscParams) extends Module {
   when(step === begin) {
     changed := again
     looked  := false.B
-    step    := Mux(at(known) && !again, linked, Mux(isFx || at(known), control, gigabit))
+    step    := Mux(at(checked) && !again, linked, Mux(isFx || at(checked), control, gigabit))
   }
   // A PHY that still resets itself need not take what is written: it has not answered yet (B-94).
   private val isSilent = !rewrites && (access.silent || (step === control && answer(15)))
@@ -117,17 +128,17 @@ class LinkDetection(p: EscParams) extends Module {
         shown(y).configured := true.B
       }
     }.elsewhen(isSilent) {
+      endLink()
       for (y <- 0 until n) when(port === y.U) {
-        known(y)              := false.B
-        shown(y).physical     := false.B
-        shown(y).link         := false.B
-        shown(y).error        := false.B
-        shown(y).partnerError := false.B
-        shown(y).pollError    := true.B
+        known(y)           := false.B
+        shown(y).pollError := true.B
       }
       next()
     }.elsewhen(!isWanted) {
       rewrites := true.B
+    }.elsewhen(step === linked && !answer(2) && at(shown.map(_.physical))) {
+      endLink() // the PHY may have been reset: first its configuration, even if there is a link again (B-93)
+      step := begin
     }.elsewhen(step === linked && !answer(2) && !looked) {
       looked := true.B // the bit stays low until it has been read: once more
     }.otherwise {

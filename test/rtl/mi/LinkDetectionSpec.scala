@@ -98,6 +98,19 @@ class LinkDetectionSpec extends AnyFlatSpec with SharedSimulation {
       assert(b.answers(0x1000, 0, 0x24, 0x100).map(_._3) == Seq(None, Some(0x1200), None, None))
       assert(b.answers(0x24, 0x100).map(_._1) == Seq(1, 1) && b.answers(0x3100).head == ((2, 0, None)))
     },
+    check("LNK-06, B-93: where the link has gone the next questions are the configuration, once") { b =>
+      b.round()
+      assert(b.answers(0x20).head == ((0, 1, None)) && !b.link.head, "taken at once")
+      // Link again, and bits that stay as they are.
+      val copper = b.answers(0x0300, 0, 0x01e1, 0, 0x1000, 0, 0x24, 0x100)
+      assert(copper.map(a => (a._1, a._2)) == Seq(9, 9, 4, 4, 0, 0, 1, 5).map(0 -> _) && b.link.head)
+      assert(b.answers(0x24, 0x100).forall(_._1 == 1))
+      assert(b.answers(0).head == ((2, 1, None)) && b.link == Seq(true, true, false))
+      assert(b.answers(0x2100, 0, 0).map(a => (a._1, a._2)) == Seq(2 -> 0, 2 -> 1, 2 -> 1), "fibre")
+      b.answers(0x24, 0x100, 0x24, 0x100)
+      assert(b.answers(0, 0).forall(a => (a._1, a._2) == (2 -> 1)) && !b.link(2), "still none")
+      assert(b.answers(0x24, 0x100).map(_._2) == Seq(1, 5), "the bits were not looked at again")
+    },
     check("LNK-08, MI-10: a restart is one write between the questions, and confirmed once") { b =>
       b.round()
       b.dut.restart(1).poke(true)

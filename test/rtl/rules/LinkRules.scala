@@ -1,5 +1,6 @@
 package flyframe.rules
 
+import flyframe.mi.Phys
 import flyframe.model._
 import flyframe.params.EscParams
 import flyframe.protocol.Command._
@@ -61,6 +62,58 @@ object LinkRules extends Rules {
     bench.phys.set(p.phyAddress(0), 4, 0x01e1)
     poll(s)
     assert(bench.phys.get(p.phyAddress(0), 4) == 0x01e1, "once")
+  }
+  rule("LNK-06, B-93: a PHY that has lost its link is configured again before the next one counts", copper) {
+    s =>
+      import s._
+      poll(s)
+      put(0x0518, 0)
+      for (y <- 0 until p.ports) for ((r, v) <- Phys.PowerOn) bench.phys.set(p.phyAddress(y), r, v)
+      poll(s)
+      assert(status(s, 0) == 3 && basic(s, 0) == 0x3100, "with its link it is left alone")
+      phy(s, 1, link = false)
+      poll(s)
+      def register(r: Int) = bench.phys.get(p.phyAddress(1), r)
+      assert((register(9), register(4), register(0)) == ((0, 0x0101, 0x1200)))
+      assert(status(s, 1) == 0x20 && basic(s, 0) == 0x3100, "the others are left alone")
+      for ((r, v) <- Phys.PowerOn if r != 1) bench.phys.set(p.phyAddress(1), r, v)
+      poll(s)
+      assert(register(4) == 0x01e1, "once, while there is no link")
+      phy(s, 1, link = true)
+      poll(s)
+      assert(status(s, 1) == 0x23 && physical(s, 1) && register(4) == 0x01e1, "its bits may be fixed")
+      phy(s, 1, link = false)
+      poll(s)
+      assert(register(4) == 0x0101, "another loss")
+  }
+  rule("LNK-06, B-93, B-94: a PHY that resets itself is configured when it is out of its reset", copper) {
+    s =>
+      import s._
+      def resets(control: Int, link: Boolean): Unit = {
+        for ((r, v) <- Phys.PowerOn if r != 1) bench.phys.set(p.phyAddress(1), r, v)
+        bench.phys.set(p.phyAddress(1), 0, control)
+        phy(s, 1, link)
+      }
+      poll(s)
+      put(0x0518, 0)
+      for (link <- Seq(false, true)) { // it may tell anything meanwhile
+        resets(0xb100, link)
+        poll(s)
+        if (!link) assert((status(s, 1) & 0xf) == 8 && basic(s, 1) == 0xb100, "no answer yet")
+      }
+      assert((status(s, 1) & 0xf) == 8 && basic(s, 1) == 0xb100)
+      resets(0x3100, link = true)
+      poll(s)
+      assert(basic(s, 1) == 0x1200 && bench.phys.get(p.phyAddress(1), 4) == 0x0101)
+      assert((status(s, 1) & 7) == 3 && physical(s, 1))
+  }
+  rule("LNK-06, B-93, B-94: a link that has gone between two polls has gone", copper) { s =>
+    import s._
+    poll(s)
+    bench.phys.set(p.phyAddress(1), 4, 0x01e1)
+    bench.phys.blink(p.phyAddress(1))
+    poll(s)
+    assert(bench.phys.get(p.phyAddress(1), 4) == 0x0101 && status(s, 1) % 8 == 3 && physical(s, 1))
   }
   rule("LNK-06, B-93: a PHY that is as wanted is not written", copper) { s =>
     import s._
