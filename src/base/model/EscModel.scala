@@ -136,7 +136,7 @@ class EscModel(
     space.watchdogs.foreach(_.advance(ms * 25000L))
     alarm.foreach(_.advance(ms * 1000L))
     detection.foreach(_.advanceMs(ms))
-    space.clock.foreach(_.advance(ms * 1000000L))
+    space.advance(ms * 1000000L)
     follow()
     advanceLoops(ms)
   }
@@ -149,7 +149,7 @@ class EscModel(
     space.watchdogs.foreach(_.advance(us * 25L))
     alarm.foreach(_.advance(us))
     detection.foreach(_.advanceUs(us))
-    space.clock.foreach(_.advance(us * 1000L))
+    space.advance(us * 1000L)
     space.watch()
   }
 
@@ -187,7 +187,7 @@ class EscModel(
     if (received.good && links(port)) released(port) = true
     detection.foreach(_.errors(port, received.rxErrors))
     follow()
-    space.clock.foreach(_.advance(40L * frame.symbols.size))
+    space.advance(40L * frame.symbols.size)
     sent
   }
 

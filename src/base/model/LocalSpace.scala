@@ -165,6 +165,12 @@ class LocalSpace(
 
   // ---- ECAT ----
 
+  /** Time passes, in ns, for the local clock and for commands to PHYs. */
+  def advance(ns: Long): Unit = {
+    clock.foreach(_.advance(ns))
+    management.foreach(_.advance(ns))
+  }
+
   /** What passed the processing unit had no SFD; a frame it was all the same. */
   def frameWithoutSfd(): Unit = reset.foreach(_.frameStarts())
 
@@ -178,6 +184,7 @@ class LocalSpace(
     var hasTime = false
     syncManagers.frameStarts()
     reset.foreach(_.frameStarts())
+    management.foreach(_.frameStarts())
     clock.foreach(_.processingBegins())
 
     override def executes(now: Int): Unit = command = now

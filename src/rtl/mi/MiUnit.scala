@@ -110,6 +110,12 @@ class MiUnit(p: EscParams, val pins: MiPins) extends RegisterUnit(MiRegisters(p)
       bus.status("mi_data") := data.asUInt
     }
 
+    // What keeps ECAT off when a frame begins does so to its end, so that all of its datagrams are treated alike
+    // (B-92). Reset: nothing.
+    val wasBusy  = RegEnable(busy, false.B, bus.nextFrame)
+    val wasTaken = if (p.hasMiByPdi) RegEnable(taken, false.B, bus.nextFrame) else false.B
+    val isFree   = !taken && !wasTaken
+
     // Not while a frame is under way, whose writes have been accepted when ECAT had the interface (B-92).
     if (p.hasMiByPdi) {
       val force  = RegInit(false.B) // reset: not by force
@@ -120,16 +126,16 @@ class MiUnit(p: EscParams, val pins: MiPins) extends RegisterUnit(MiRegisters(p)
       when(force) { taken := false.B }
       bus.guard("mi_pdi_may_take") := !force && (taken ||
         (!bus.bool("mi_exclusive") && !bus.frameOpen))
-      bus.guard("mi_ecat_may_claim") := !taken
+      bus.guard("mi_ecat_may_claim") := isFree
       bus.guard("mi_pdi_may_write")  := taken && !busy
       if (p.hasMiLinks) {
-        bus.guard("mi_ecat_may_clear") := !taken
+        bus.guard("mi_ecat_may_clear") := isFree
         bus.guard("mi_pdi_may_clear")  := taken
       }
       bus.status("mi_taken") := taken
       bus.status("mi_force") := force
     }
-    bus.guard("mi_ecat_may_write") := !taken && !busy
+    bus.guard("mi_ecat_may_write") := isFree && !busy && !wasBusy
     bus.status("mi_write_enable")  := enable || taken
     bus.status("mi_port_address")  := Mux(isOff, portAddress(phy(1, 0)), p.phyAddress(0).U)
     bus.status("mi_command")       := Mux(busy, Cat(isWrite, !isWrite), 0.U)

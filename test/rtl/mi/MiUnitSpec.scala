@@ -58,6 +58,14 @@ class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
         dut.clock.step()
         cycles += 1
         assert(cycles <= most, "busy does not end")
+    /** A frame begins. */
+    def frame(): Unit = {
+      dut.begins.poke(true)
+      dut.clock.step()
+      dut.begins.poke(false)
+      dut.clock.step()
+    }
+
       }
       cycles
     }
@@ -88,10 +96,7 @@ class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
       b.write(MiRegisters.CommandByte, Write)
       assert(b.shows("mi_command_error") == 1)
       b.write(MiRegisters.Control, 1)
-      b.dut.begins.poke(true)
-      b.dut.clock.step()
-      b.dut.begins.poke(false)
-      b.dut.clock.step()
+      b.frame()
       b.write(MiRegisters.CommandByte, Write)
       assert(b.shows("mi_command_error") == 1 && b.shows("mi_busy") == 0)
       b.write(MiRegisters.Control, 1)
@@ -124,6 +129,25 @@ class MiUnitSpec extends AnyFlatSpec with SharedSimulation {
       assert(b.may("mi_pdi_may_take"))
       b.write(MiRegisters.PdiAccess, 1, byHost = true)
       b.dut.busy.poke(true)
+    check("MI-02, MI-07, B-92: what keeps ECAT off when a frame begins does so to its end") { b =>
+      val guards = Seq("mi_ecat_may_write", "mi_ecat_may_claim")
+      b.write(MiRegisters.CommandByte, Read)
+      b.frame()
+      b.untilFree()
+      b.dut.clock.step(20)
+      assert(guards.map(b.may) == Seq(false, true))
+      b.frame()
+      assert(guards.forall(b.may))
+      b.write(MiRegisters.PdiAccess, 1, byHost = true)
+      b.dut.clock.step()
+      assert(!guards.exists(b.may), "at once")
+      b.frame()
+      b.write(MiRegisters.PdiAccess, 0, byHost = true)
+      b.dut.clock.step(20)
+      assert(!guards.exists(b.may))
+      b.frame()
+      assert(guards.forall(b.may))
+    },
       assert(b.may("mi_pdi_may_take"), "it may give it back")
     },
     check("MI-07: taken by force from a PDI whose command runs, the interface is free when that is done") {

@@ -21,10 +21,11 @@ object MiRules extends Rules {
   /** Waits for the interface: a command with all accesses of the controller takes well below a millisecond.
     */
   private def done(s: Steps): Unit = {
-    var left = 20000
+    var left = 500
     while ((status(s) & 0x80) != 0) {
       left -= 1
       assert(left > 0, "the management interface stays busy")
+      s.bench.advanceUs(2)
     }
   }
 
@@ -195,6 +196,33 @@ object MiRules extends Rules {
       assert(!put(0x0518, 0) && errs(), "it is the PDI's")
       bench.hostWrite(0x0518, 0)
       assert(!errs())
+  }
+  rule(
+    "MI-02, B-92: what ECAT may write while a command runs does not change within a frame",
+    p => mi(p) && p.maxSubTelegrams > 2
+  ) { s =>
+    import s._
+    def write(register: Int) = Datagram(Apwr, 0, 0x0513, Seq(register))
+    for (fill <- Seq(1, 1200)) { // the command runs all the time, or ends between the two
+      bench.phys.set(phyOf(s, 0), 26, 0x1c00 + fill)
+      assert(put(0x0510, 0, Read, 0, 26))
+      val replies = exchange(write(3), Datagram(Nop, 0, 0, Seq.fill(fill)(0)), write(4))
+      assert(replies.map(_.workingCounter) == Seq(0, 0, 0))
+      done(s)
+      assert(bench.hostRead(0x0513) == 26 && data(s) == 0x1c00 + fill)
+    }
+    assert(exchange(write(3), write(4)).forall(_.workingCounter == 1) && bench.hostRead(0x0513) == 4)
+  }
+  rule(
+    "MI-07, B-92: the PDI's interface is so for all datagrams of a frame",
+    p => byPdi(p) && p.maxSubTelegrams > 1
+  ) { s =>
+    import s._
+    bench.hostWrite(0x0517, 1)
+    val replies = exchange(Datagram(Apwr, 0, 0x0517, Seq(2)), Datagram(Apwr, 0, 0x0512, Seq(1, 1)))
+    assert(replies.map(_.workingCounter) == Seq(1, 0) && bench.hostRead(0x0517) == 2)
+    val free = exchange(Datagram(Apwr, 0, 0x0516, Seq(1)), Datagram(Apwr, 0, 0x0512, Seq(1, 1)))
+    assert(free.map(_.workingCounter) == Seq(1, 1))
   }
   rule("MI-07: without the PDI's part the host only looks on", p => mi(p) && !p.hasMiByPdi) { s =>
     import s._
