@@ -556,22 +556,42 @@ object EscParams {
     )
   ).flatten ++ phys(p)
 
-  /** PHYs: parameters of ports that there are, each PHY with an address of its own (LNK-12). */
+  /** PHYs: parameters of ports that there are and of units that are built, each PHY with an address of its
+    * own (LNK-12).
+    */
   private def phys(p: EscParams): Seq[String] = {
-    val all       = (1 << p.ports) - 1
-    val addresses = (0 until p.ports).map(p.phyAddress)
-    Seq("linkLowPorts" -> p.linkLowPorts, "fxPorts" -> p.fxPorts).collect {
-      case (name, value) if value > all =>
-        f"$name is 0x$value%x but must be 0x0 to 0x$all%x with ${p.ports} ports."
-    } ++ Seq("miLinkDetection" -> p.miLinkDetection, "enhancedLinkDetection" -> p.enhancedLinkDetection)
-      .collect {
-        case (name, 1) if !p.hasMi => s"$name is 1 but must be 0 if mi is 0."
-      } ++ Option.when(p.phyAddresses >= 0 && p.phyAddressOffset != 0)(
-      f"phyAddressOffset is ${p.phyAddressOffset} but must be 0 if phyAddresses is 0x${p.phyAddresses}%04x."
-    ) ++ Option.when(addresses.distinct.size < p.ports)(
-      f"phyAddresses is 0x${p.phyAddresses}%04x but must have ${p.ports} different addresses for as many " +
-        "ports."
-    )
+    val all = (1 << p.ports) - 1
+    Seq(
+      Seq("linkLowPorts" -> p.linkLowPorts, "fxPorts" -> p.fxPorts).collect {
+        case (name, value) if value > all =>
+          f"$name is 0x$value%x but must be 0x0 to 0x$all%x with ${p.ports} ports."
+      },
+      Option.when(p.fxPorts != 0 && p.fxPorts <= all && !p.detectsLinks)(
+        f"fxPorts is 0x${p.fxPorts}%x but must be 0x0 if miLinkDetection and enhancedLinkDetection are 0."
+      ),
+      if (p.hasMi) addressing(p)
+      else
+        Seq(
+          "miLinkDetection"       -> p.miLinkDetection,
+          "enhancedLinkDetection" -> p.enhancedLinkDetection,
+          "phyAddressOffset"      -> p.phyAddressOffset
+        ).collect { case (name, value) if value != 0 => s"$name is $value but must be 0 if mi is 0." } ++
+          Option.when(p.phyAddresses >= 0)(
+            f"phyAddresses is 0x${p.phyAddresses}%04x but must be -1 if mi is 0."
+          )
+    ).flatten
+  }
+
+  private def addressing(p: EscParams): Seq[String] = {
+    val shown = f"0x${p.phyAddresses}%04x"
+    Seq(
+      Option.when(p.phyAddresses >= 0 && p.phyAddressOffset != 0)(
+        s"phyAddressOffset is ${p.phyAddressOffset} but must be 0 if phyAddresses is $shown."
+      ),
+      Option.when((0 until p.ports).map(p.phyAddress).distinct.size < p.ports)(
+        s"phyAddresses is $shown but must have ${p.ports} different addresses for as many ports."
+      )
+    ).flatten
   }
 
   /** FMMUs and SyncManagers are looked through one per core cycle, in two halves, while a byte passes. */
@@ -597,6 +617,7 @@ object EscParams {
       "sii",
       "resetRegisters",
       "mi",
+      "phyAddressOffset",
       "miLinkDetection",
       "enhancedLinkDetection",
       "linkLowPorts",
@@ -605,7 +626,9 @@ object EscParams {
     Option.when(p.ports != 2)(s"ports is ${p.ports} but must be 2 if role is 1.").toSeq ++
       nothing.flatMap(ParamTable.named).filter(_.get(p) != 0).map { i =>
         s"${i.name} is ${i.get(p)} but must be 0 if role is 1."
-      }
+      } ++ Option.when(p.phyAddresses >= 0)(
+        f"phyAddresses is 0x${p.phyAddresses}%04x but must be -1 if role is 1."
+      )
   }
 
   /** `p` if it can be built, else the first problem. */

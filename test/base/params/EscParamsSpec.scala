@@ -20,39 +20,39 @@ class EscParamsSpec extends AnyFlatSpec {
     "txShift"                -> between(0, 4).copy(base = EscParams(coreClockMhz = 125)),
     "rmiiPorts"              -> between(0, 0xf).copy(base = EscParams(ports = 4)),
     "mi"                     -> between(0, 2),
-    "phyAddressOffset"       -> between(0, 31),
-    "phyAddresses"           -> between(-1, 0xfffff).copy(base = EscParams(ports = 1)),
+    "phyAddressOffset"       -> between(0, 31).copy(base = EscParams(mi = 1)),
+    "phyAddresses"           -> between(-1, 0xfffff).copy(base = EscParams(ports = 1, mi = 1)),
     "miLinkDetection"        -> between(0, 1).copy(base = EscParams(mi = 1)),
     "enhancedLinkDetection"  -> between(0, 1).copy(base = EscParams(mi = 1)),
     "linkLowPorts"           -> between(0, 0xf).copy(base = EscParams(ports = 4)),
-    "fxPorts"                -> between(0, 0xf).copy(base = EscParams(ports = 4)),
-    "resetRegisters"         -> between(0, 1),
-    "temporaryLoopMs"        -> between(1, 2000),
-    "escType"                -> between(0, 0xff),
-    "escRevision"            -> between(0, 0xff),
-    "escBuild"               -> between(0, 0xffff),
-    "fmmus"                  -> between(0, 16),
-    "syncManagers"           -> between(0, 16).copy(base = local),
-    "applicationLayer"       -> between(0, 1),
-    "watchdogs"              -> between(0, 1).copy(base = local),
-    "leds"                   -> between(0, 1).copy(base = local),
-    "fmmuBitwise"            -> between(0, 1),
-    "digitalOutputs"         -> between(0, 4),
-    "role"                   -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
-    "clocks"                 -> between(0, 2),
-    "syncSignals"            -> between(0, 2).copy(base = EscParams(clocks = 2)),
-    "latchSignals"           -> between(0, 2).copy(base = EscParams(clocks = 2)),
-    "syncPulse"              -> between(0, 0xffff),
-    "clockBits"              -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
-    "alarm"                  -> between(0, 1),
-    "maxSlaves"              -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
-    "linePorts"              -> Limits(Seq(1, 2), Seq(0, 3)),
-    "sii"                    -> between(0, 2),
-    "siiClockKhz"            -> between(10, 1000),
-    "siiStartUs"             -> between(1, 100000),
-    "reportedRamKiB"         -> between(-1, 60),
-    "reportedPorts"          -> between(-1, 0xff),
-    "reportedFeatures"       -> between(-1, 0xffff)
+    "fxPorts"         -> between(0, 0xf).copy(base = EscParams(ports = 4, mi = 1, enhancedLinkDetection = 1)),
+    "resetRegisters"  -> between(0, 1),
+    "temporaryLoopMs" -> between(1, 2000),
+    "escType"         -> between(0, 0xff),
+    "escRevision"     -> between(0, 0xff),
+    "escBuild"        -> between(0, 0xffff),
+    "fmmus"           -> between(0, 16),
+    "syncManagers"    -> between(0, 16).copy(base = local),
+    "applicationLayer" -> between(0, 1),
+    "watchdogs"        -> between(0, 1).copy(base = local),
+    "leds"             -> between(0, 1).copy(base = local),
+    "fmmuBitwise"      -> between(0, 1),
+    "digitalOutputs"   -> between(0, 4),
+    "role"             -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
+    "clocks"           -> between(0, 2),
+    "syncSignals"      -> between(0, 2).copy(base = EscParams(clocks = 2)),
+    "latchSignals"     -> between(0, 2).copy(base = EscParams(clocks = 2)),
+    "syncPulse"        -> between(0, 0xffff),
+    "clockBits"        -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
+    "alarm"            -> between(0, 1),
+    "maxSlaves"        -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
+    "linePorts"        -> Limits(Seq(1, 2), Seq(0, 3)),
+    "sii"              -> between(0, 2),
+    "siiClockKhz"      -> between(10, 1000),
+    "siiStartUs"       -> between(1, 100000),
+    "reportedRamKiB"   -> between(-1, 60),
+    "reportedPorts"    -> between(-1, 0xff),
+    "reportedFeatures" -> between(-1, 0xffff)
   )
 
   "The limits of this test" should "cover every parameter" in
@@ -123,18 +123,28 @@ class EscParamsSpec extends AnyFlatSpec {
     }
   }
 
-  "LNK-12: PHYs" should "have addresses of their own, and management if links are found by it" in {
-    val p = EscParams(ports = 3)
+  "LNK-12: PHYs" should "have addresses of their own, and nothing without effect" in {
+    val p    = EscParams(ports = 3, mi = 1)
+    val none = EscParams(ports = 3)
+    val fx   = "must be 0x0 if miLinkDetection and enhancedLinkDetection are 0."
     for (
       (set, sentence) <- Seq(
-        p.copy(miLinkDetection = 1)       -> "miLinkDetection is 1 but must be 0 if mi is 0.",
-        p.copy(enhancedLinkDetection = 1) -> "enhancedLinkDetection is 1 but must be 0 if mi is 0.",
-        p.copy(linkLowPorts = 8)          -> "linkLowPorts is 0x8 but must be 0x0 to 0x7 with 3 ports.",
-        p.copy(fxPorts = 8)               -> "fxPorts is 0x8 but must be 0x0 to 0x7 with 3 ports.",
+        none.copy(miLinkDetection = 1)       -> "miLinkDetection is 1 but must be 0 if mi is 0.",
+        none.copy(enhancedLinkDetection = 1) -> "enhancedLinkDetection is 1 but must be 0 if mi is 0.",
+        none.copy(phyAddressOffset = 16)     -> "phyAddressOffset is 16 but must be 0 if mi is 0.",
+        none.copy(phyAddresses = 0x0443)     -> "phyAddresses is 0x0443 but must be -1 if mi is 0.",
+        none.copy(linkLowPorts = 8)          -> "linkLowPorts is 0x8 but must be 0x0 to 0x7 with 3 ports.",
+        none.copy(fxPorts = 4)               -> s"fxPorts is 0x4 but $fx",
+        p.copy(fxPorts = 4)                  -> s"fxPorts is 0x4 but $fx",
+        p.copy(fxPorts = 8)                  -> "fxPorts is 0x8 but must be 0x0 to 0x7 with 3 ports.",
         p.copy(phyAddresses = 0x0421) ->
           "phyAddresses is 0x0421 but must have 3 different addresses for as many ports.",
         p.copy(phyAddresses = 0x0443, phyAddressOffset = 1) ->
-          "phyAddressOffset is 1 but must be 0 if phyAddresses is 0x0443."
+          "phyAddressOffset is 1 but must be 0 if phyAddresses is 0x0443.",
+        EscParams(role = 1, ramKiB = 0, phyAddressOffset = 1) ->
+          "phyAddressOffset is 1 but must be 0 if role is 1.",
+        EscParams(role = 1, ramKiB = 0, phyAddresses = 2) ->
+          "phyAddresses is 0x0002 but must be -1 if role is 1."
       )
     ) assert(EscParams.problems(set) == Seq(sentence))
     val fits = p.copy(mi = 1, miLinkDetection = 1, phyAddresses = 0x0443)
