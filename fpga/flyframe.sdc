@@ -128,6 +128,38 @@ set_false_path -hold -from $symbols -to [get_clocks $core_clock]
 # 2. LevelCrossing: the first of its two flip-flops may take any time.
 set_false_path -to [get_registers -compatibility_mode {*LevelCrossing:*|meta}]
 
+# ---- Slow pins ---------------------------------------------------------------------------------------------
+# Named as ports of the top module, as far as they are there. Whoever is at the other end has no clock of the
+# controller: levels, and buses that the controller clocks itself, much slower than any delay of a pin.
+#   sii: the lines of the EEPROM change a quarter of a microsecond apart, or more.
+#   mi: MDIO changes where MDC falls, and the PHY takes it where MDC rises, 256 ns later or more. Its answer
+#     comes at most 300 ns behind a rise, and is taken 500 ns behind it or later, by way of a LevelCrossing.
+#   Inputs have a LevelCrossing; of LATCH that loses a core cycle, beside which a pin's delay does not matter.
+set slow_inputs {
+  pdi_operational sii_sda sii_two_byte mi_mdio_in clock_signals_latch_* alarm_current alarm_config_fault
+}
+set slow_outputs {
+  eeprom_loaded irq sii_scl_low sii_sda_low mi_mdc mi_mdio_out mi_mdio_enable phy_port_reset_n_* reset_request
+  led_* digital_output digital_output_driven
+  alarm_supply alarm_buzzer alarm_lamp alarm_fire alarm_sounder alarm_fault_n alarm_disabled
+}
+foreach name $slow_inputs {
+  set pins [get_ports -nowarn $name]
+  if {[get_collection_size $pins] > 0} { set_false_path -from $pins }
+}
+foreach name $slow_outputs {
+  set pins [get_ports -nowarn $name]
+  if {[get_collection_size $pins] > 0} { set_false_path -to $pins }
+}
+
+# At an edge of SYNC slaves do something together: they have the limit of the host bus (alarm/board.sdc), so
+# that no placement makes one slave later than another by more than that.
+set sync_pins [get_ports -nowarn clock_signals_sync_*]
+if {[get_collection_size $sync_pins] > 0} {
+  set_max_delay -to $sync_pins 15
+  set_false_path -hold -to $sync_pins
+}
+
 # ---- The controller alone ----------------------------------------------------------------------------------
 # Inside a design these are not pins. Alone, the host port gets a register's delay on either side, so that its
 # paths count for Fmax.

@@ -138,6 +138,19 @@ object PortTable {
       port("reset_request", Out, 1,
         "high until there is a reset: bus or host ask for one of the whole chip, PHYs and host included")
     ) ++
+    optional("`syncSignals` 1 or 2", _.syncSignals > 0)(
+      port("clock_signals_sync_0", Out, 1, "SYNC0 of distributed clocks, high in its pulse")
+    ) ++
+    optional("`syncSignals` 2", _.syncSignals > 1)(
+      port("clock_signals_sync_1", Out, 1, "SYNC1, likewise")
+    ) ++
+    optional("`latchSignals` 1 or 2", _.latchSignals > 0)(
+      port("clock_signals_latch_0", In, 1,
+        "LATCH0 of distributed clocks: the time of its edges is kept. Any clock")
+    ) ++
+    optional("`latchSignals` 2", _.latchSignals > 1)(
+      port("clock_signals_latch_1", In, 1, "LATCH1, likewise")
+    ) ++
     optional("`leds`", _.hasLeds)(
       port("led_run",       Out, 1, "RUN, high = lit"),
       port("led_err",       Out, 1, "ERR, high = lit"),

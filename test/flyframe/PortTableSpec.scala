@@ -42,7 +42,10 @@ class PortTableSpec extends AnyFlatSpec {
       mi = 1,
       enhancedLinkDetection = 1,
       fxPorts = 0x1,
-      resetRegisters = 1
+      resetRegisters = 1,
+      clocks = 2,
+      syncSignals = 2,
+      latchSignals = 2
     )
     assert(told(p) == declared(p, Emit.verilog(p)))
     val seen = (p +: Presets.all.map(_.params)).flatMap(told).map(_._3).toSet

@@ -4,7 +4,7 @@ import java.nio.file.{Files, Paths}
 import scala.jdk.CollectionConverters._
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.PortTable
-import flyframe.params.Presets
+import flyframe.params.{EscParams, Presets}
 import flyframe.report.{Goals, Netlist}
 
 /** The board project in `fpga/alarm` without Quartus: both roles, every data bus width. */
@@ -138,22 +138,44 @@ class BoardSpec extends AnyFlatSpec {
     assert(sdc.last == s"source {${Paths.get("fpga/flyframe.sdc").toRealPath()}}")
   }
 
-  "Ports with RMII" should "have every pin constrained, against the clock of the PHY" in {
-    val p     = Presets.named("slave").get.params.copy(rmiiPorts = 0x3)
+  /** What the constraints of a controller alone name, by its ports. */
+  private def constrained(p: EscParams): Set[String] = {
     val dir   = Files.createTempDirectory("flyframe-board")
     val ports = PortTable(p).flatMap(_.names(p)).map(n => s"port {$n}")
     // Of the crossings one register each: only pins are looked at here.
     val registers = Seq("writeSide|gray", "writeSide|storage_0", "readSide|meta", "LevelCrossing:c|meta")
     val names     = Files.write(dir.resolve("names"), (ports ++ registers.map(r => s"register {$r}")).asJava)
-    val file =
-      Files.writeString(dir.resolve("a.sdc"), s"source {${Paths.get("fpga/flyframe.sdc").toRealPath()}}")
-    val told =
-      output("tclsh", "test/flyframe/board/timing.tcl", names.toString, file.toString).linesIterator.toSet
+    val file = Files.writeString(
+      dir.resolve("a.sdc"),
+      s"set core_mhz ${p.coreClockMhz}\nset tx_shift ${p.txShift}\n" +
+        s"source {${Paths.get("fpga/flyframe.sdc").toRealPath()}}"
+    )
+    output("tclsh", "test/flyframe/board/timing.tcl", names.toString, file.toString).linesIterator.toSet
+  }
+
+  "Ports with RMII" should "have every pin constrained, against the clock of the PHY" in {
+    val told = constrained(Presets.named("slave").get.params.copy(rmiiPorts = 0x3))
     for (y <- 0 to 1; edge <- Seq("min", "max")) {
       for (pin <- Seq("crs_dv", "rx_er", "rxd")) assert(told(s"input $edge rmii_${y}_$pin"))
       for (pin <- Seq("tx_en", "txd")) assert(told(s"output $edge rmii_${y}_$pin"))
       assert(told(s"false from rmii_${y}_link"))
     }
+  }
+
+  "Every pin of every preset" should "be constrained, and those that no preset has" in {
+    val most = Presets.allRegisters.copy(clocks = 2, syncSignals = 2, latchSignals = 2, fxPorts = 0x1)
+    for (
+      p <- Presets.all.map(_.params) ++ Seq(most, most.copy(sii = 0), Presets.master.copy(linePorts = 2))
+    ) {
+      val told  = constrained(p).map(_.split(' ').last)
+      val plain = PortTable(p).flatMap(_.names(p)).filterNot(n => n == "clock" || n.endsWith("_clk"))
+      assert(plain.filterNot(told) == Nil, p.preset)
+    }
+    val told = constrained(most)
+    for (pin <- Seq("mi_mdc", "mi_mdio_out", "mi_mdio_enable", "phy_port_reset_n_3", "reset_request"))
+      assert(told(s"false to $pin"))
+    for (pin <- Seq("mi_mdio_in", "clock_signals_latch_1")) assert(told(s"false from $pin"))
+    for (n   <- 0 to 1) assert(told(s"max=15 to clock_signals_sync_$n"))
   }
 
   // These take longer: each role once in simulation, with different widths, and once mapped, with the default
