@@ -158,11 +158,14 @@ class MdioSpec extends AnyFlatSpec with SharedSimulation {
         assert(b.access(isWrite = false, 9, 4, 0, rest = c => c / 5 % 2 == 0)._1.contains(0x6a95))
       },
       "MI-11: a reset within a frame lets the line go, and the next access is whole" -> { dut =>
-        for (at <- Seq(3, 30, 40, 50, 63)) {
+        for (at <- Seq(3, 30, 40, 47, 50, 63)) {
           val b = new Bench(dut)
           dut.isWrite.poke(at % 2 == 0)
           dut.run.poke(true)
           while (b.bits.size < at) b.step()
+          dut.reset.poke(true.B)
+          dut.clock.step()
+          assert(!dut.enable.peek().litToBoolean && !dut.mdc.peek().litToBoolean, s"bit $at")
           val again = new Bench(dut)
           assert(again.access(isWrite = true, 9, 6, 0x1000 | at)._1.contains(0x1000 | at))
           assert(again.stored(9, 6) == (0x1000 | at))

@@ -232,6 +232,25 @@ object LinkRules extends Rules {
     bench.setLink(1, up = true)
     assert(communication(s, 1))
   }
+  rule("LNK-08, B-96: symbols with RX_ER within a frame close the port like those between frames", enhanced) {
+    s =>
+      import s._
+      start(s)
+      poll(s)
+      val symbols = WireFrame.withFcs(EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq.fill(1200)(0))))).symbols
+      def damaged(from: Int, count: Int) = WireFrame(symbols.zipWithIndex.map { case (n, i) =>
+        n.copy(error = i >= from && i < from + count)
+      })
+      bench.send(1, damaged(1000, 31))
+      bench.advanceUs(20)
+      assert(communication(s, 1))
+      bench.send(1, damaged(1000, many))
+      assert(physical(s, 1) && !communication(s, 1) && communication(s, 0))
+      poll(s)
+      bench.setLink(1, up = false)
+      bench.setLink(1, up = true)
+      assert(communication(s, 1))
+  }
   rule(
     "LNK-08, MI-10: the PHY of a closed port restarts its auto-negotiation",
     p => enhanced(p) && !p.resetsPhys
