@@ -110,8 +110,8 @@ class MiUnit(p: EscParams, val pins: MiPins) extends RegisterUnit(MiRegisters(p)
       bus.status("mi_data") := data.asUInt
     }
 
-    // What keeps ECAT off when a frame begins does so to its end, so that all of its datagrams are treated alike
-    // (B-92). Reset: nothing.
+    // What keeps ECAT off when a frame begins does so to its end, so that all of its datagrams are treated
+    // alike (B-92). Reset: nothing.
     val wasBusy  = RegEnable(busy, false.B, bus.nextFrame)
     val wasTaken = if (p.hasMiByPdi) RegEnable(taken, false.B, bus.nextFrame) else false.B
     val isFree   = !taken && !wasTaken
