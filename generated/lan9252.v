@@ -7039,6 +7039,7 @@ module lan9252(
 
   wire [3:0]  _memory_status_sm_activation_event_T_56;
   wire        _memory_value_rx_fifo_size_2;
+  wire        _hostSequencer_host_ack;
   wire        _hostSequencer_memory_write;
   wire [15:0] _hostSequencer_memory_addr;
   wire        _hostSequencer_memory_be;
@@ -7055,6 +7056,7 @@ module lan9252(
   wire        _led_run_drop;
   wire [3:0]  _led_run_code;
   wire        _sii_lines_twoByte_crossing_out;
+  wire        _watchdog_pdi_trigger;
   wire        _watchdog_pdi_running;
   wire        _watchdog_pdi_expired;
   wire        _watchdog_process_data_expired;
@@ -8186,12 +8188,13 @@ module lan9252(
     .running   (_memory_status_watchdog_process_data),
     .expired   (_watchdog_process_data_expired)
   );
+  assign _watchdog_pdi_trigger = _hostSequencer_host_ack;
   Watchdog watchdog_pdi (
     .clock     (clock),
     .reset     (reset),
     .tick      (_watchdogDivider_tick),
     .timeTicks (_memory_value_watchdog_time_pdi),
-    .trigger   (_memory_host_ack),
+    .trigger   (_watchdog_pdi_trigger),
     .restart   (watchdog_pdi_restart_REG),
     .running   (_watchdog_pdi_running),
     .expired   (_watchdog_pdi_expired)
@@ -8280,7 +8283,7 @@ module lan9252(
     .host_addr                 (host_addr),
     .host_wdata                (host_wdata),
     .host_be                   (host_be),
-    .host_ack                  (host_ack),
+    .host_ack                  (_hostSequencer_host_ack),
     .host_rdata                (host_rdata),
     .memory_req                (_memory_host_req),
     .memory_write              (_hostSequencer_memory_write),
@@ -8314,6 +8317,7 @@ module lan9252(
   assign eeprom_loaded = ~_sii_1_notLoaded;
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
+  assign host_ack = _hostSequencer_host_ack;
   assign irq = |{_GEN_0[11:8], _GEN_0[6], _GEN_0[4], _GEN_0[0]};
 endmodule
 

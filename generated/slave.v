@@ -8045,6 +8045,7 @@ module slave(
 
   wire [7:0]  _memory_status_sm_activation_event_T_112;
   wire        _memory_value_rx_fifo_size_2;
+  wire        _hostSequencer_host_ack;
   wire        _hostSequencer_memory_write;
   wire [15:0] _hostSequencer_memory_addr;
   wire        _hostSequencer_memory_be;
@@ -8061,6 +8062,7 @@ module slave(
   wire        _led_run_drop;
   wire [3:0]  _led_run_code;
   wire        _sii_lines_twoByte_crossing_out;
+  wire        _watchdog_pdi_trigger;
   wire        _watchdog_pdi_running;
   wire        _watchdog_pdi_expired;
   wire        _watchdog_process_data_expired;
@@ -9394,12 +9396,13 @@ module slave(
     .running   (_memory_status_watchdog_process_data),
     .expired   (_watchdog_process_data_expired)
   );
+  assign _watchdog_pdi_trigger = _hostSequencer_host_ack;
   Watchdog watchdog_pdi (
     .clock     (clock),
     .reset     (reset),
     .tick      (_watchdogDivider_tick),
     .timeTicks (_memory_value_watchdog_time_pdi),
-    .trigger   (_memory_host_ack),
+    .trigger   (_watchdog_pdi_trigger),
     .restart   (watchdog_pdi_restart_REG),
     .running   (_watchdog_pdi_running),
     .expired   (_watchdog_pdi_expired)
@@ -9488,7 +9491,7 @@ module slave(
     .host_addr                 (host_addr),
     .host_wdata                (host_wdata),
     .host_be                   (host_be),
-    .host_ack                  (host_ack),
+    .host_ack                  (_hostSequencer_host_ack),
     .host_rdata                (host_rdata),
     .memory_req                (_memory_host_req),
     .memory_write              (_hostSequencer_memory_write),
@@ -9522,6 +9525,7 @@ module slave(
   assign eeprom_loaded = ~_sii_1_notLoaded;
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
+  assign host_ack = _hostSequencer_host_ack;
   assign irq = |{_GEN_0[15:8], _GEN_0[6], _GEN_0[4], _GEN_0[0]};
 endmodule
 

@@ -103,7 +103,8 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
       processor.busy,
       processor.error,
       processor.reads
-    )
+    ),
+    host.ack
   )
 
   for (port <- ports) {

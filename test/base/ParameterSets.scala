@@ -105,7 +105,7 @@ object TestSets {
       digitalOutputs = 4
     )
   private val ruledUnitSets = Seq(
-    ruledUnits,
+    ruledUnits.copy(resetRegisters = 1),
     ruledUnits.copy(
       preset = "units-16",
       watchdogs = 1,

@@ -74,9 +74,17 @@ trait RegisterPort {
   *
   * @param registers
   *   all of the controller
+  * @param hostAccess
+  *   an access of the host is done, to whatever address, and also one that SyncManagers have kept from the
+  *   memory
   */
-class RegisterBus(p: EscParams, memory: RegisterPort, registers: Seq[Register], val frame: FrameEvents)
-    extends RegisterWrites(registers, memory.registerWrite) {
+class RegisterBus(
+    p: EscParams,
+    memory: RegisterPort,
+    registers: Seq[Register],
+    val frame: FrameEvents,
+    val hostAccess: Bool
+) extends RegisterWrites(registers, memory.registerWrite) {
 
   // ---- what a unit asks ----
 
@@ -115,16 +123,13 @@ class RegisterBus(p: EscParams, memory: RegisterPort, registers: Seq[Register], 
     * has not seen.
     */
   def hostReads(register: String): Bool =
-    hostAccess && !memory.host.write && names.register(register).range.map(isHostAt).reduce(_ || _)
+    memory.host.ack && !memory.host.write && names.register(register).range.map(isHostAt).reduce(_ || _)
 
   /** The host writes a byte of the register, or tries to. */
   def hostWrites(register: String): Bool =
-    hostAccess && memory.host.write && names.register(register).range.map(isHostAt).reduce(_ || _)
+    memory.host.ack && memory.host.write && names.register(register).range.map(isHostAt).reduce(_ || _)
   private def isHostAt(address: Int): Bool =
     memory.host.addr(15, log2Ceil(p.lanes)) === (address / p.lanes).U && memory.host.be(address % p.lanes)
-
-  /** An access of the host is done, to whatever address. */
-  def hostAccess: Bool = memory.host.ack
 
   /** The write that takes effect comes from the host. */
   def writtenByHost: Bool = memory.registerWriteByHost

@@ -47,7 +47,8 @@ class UnitUnderTest[U <: RegisterUnit](p: EscParams, make: => U) extends Module 
   status := others
   for (record <- Seq(set, event, guard)) record := 0.U.asTypeOf(record)
   protected val unit: U = make
-  private val bus = new RegisterBus(p, this, registers, FrameEvents(begins, good, bad, busy, error, reads))
+  private val bus =
+    new RegisterBus(p, this, registers, FrameEvents(begins, good, bad, busy, error, reads), host.ack)
   unit.connect(bus)
   irq := bus.interruptLevel.getOrElse(false.B)
 }

@@ -69,4 +69,22 @@ object ResetRules extends Rules {
     }
     assert(bench.resetRequested)
   }
+  rule(
+    "SYS-04, B-72, B-62: an access that a SyncManager denies is a command of the host, too",
+    p => built(p) && p.syncManagers > 0
+  ) { s =>
+    import s._
+    syncManager(0, 0x1000, 4, 0x26) // a mailbox that the host reads, and empty
+    for (other <- Seq[() => Any](() => bench.hostRead(0x1000), () => bench.hostWrite(0x1000, 1))) {
+      bench.hostWrite(0x0041, sequence.head)
+      other()
+      bench.hostWrite(0x0041, sequence(1))
+      assert(get(0x0041, 1).contains(Seq(0)))
+    }
+    // An access that is allowed is none of the sequence, either.
+    bench.hostWrite(0x0041, sequence.head)
+    bench.hostWrite(0x0f80, 7)
+    bench.hostWrite(0x0041, sequence(1))
+    assert(get(0x0041, 1).contains(Seq(0)))
+  }
 }

@@ -51,7 +51,14 @@ object WatchdogRules extends Rules {
     import s._
     times(s, pdi = 3, processData = 0)
     def alive = get(0x0448, 1).contains(Seq(1))
-    for (access <- Seq[() => Any](() => bench.hostRead(0), () => bench.hostWrite(0x0f80, 1))) {
+    // The last two are denied by the SyncManager, whose buffer ECAT writes.
+    val accesses = Seq[() => Any](
+      () => bench.hostRead(0),
+      () => bench.hostWrite(0x0f80, 1),
+      () => bench.hostWrite(0x1000, 1),
+      () => bench.hostWrite(0x1001, 1)
+    )
+    for (access <- accesses) {
       access()
       for (_ <- 0 until 3) {
         bench.advanceMs(1)
