@@ -32,6 +32,8 @@
 #define ESC_PDI_OPERATIONAL_SHIFT                0u
 #define ESC_PDI_WATCHDOG_MASK                    0x2u
 #define ESC_PDI_WATCHDOG_SHIFT                   1u
+#define ESC_ENHANCED_LINK_DETECTION_MASK         0x4u
+#define ESC_ENHANCED_LINK_DETECTION_SHIFT        2u
 #define ESC_PHYSICAL_LINK_PORT0_MASK             0x10u
 #define ESC_PHYSICAL_LINK_PORT0_SHIFT            4u
 #define ESC_PHYSICAL_LINK_PORT1_MASK             0x20u
@@ -87,6 +89,12 @@
 #define ESC_AL_EVENT_MASK                        0x0204u /* AL event mask, 4 byte(s), host: rw */
 #define ESC_AL_CONTROL_MASK_MASK                 0x1u
 #define ESC_AL_CONTROL_MASK_SHIFT                0u
+#define ESC_LATCH_MASK_MASK                      0x2u
+#define ESC_LATCH_MASK_SHIFT                     1u
+#define ESC_SYNC0_MASK_MASK                      0x4u
+#define ESC_SYNC0_MASK_SHIFT                     2u
+#define ESC_SYNC1_MASK_MASK                      0x8u
+#define ESC_SYNC1_MASK_SHIFT                     3u
 #define ESC_SM_ACTIVATION_MASK_MASK              0x10u
 #define ESC_SM_ACTIVATION_MASK_SHIFT             4u
 #define ESC_EEPROM_MASK_MASK                     0x20u
@@ -96,6 +104,8 @@
 #define ESC_SM_MASK_MASK                         0xF00u
 #define ESC_SM_MASK_SHIFT                        8u
 #define ESC_ECAT_EVENT_REQUEST                   0x0210u /* ECAT event request, 2 byte(s), host: r */
+#define ESC_ECAT_LATCH_EVENT_MASK                0x1u
+#define ESC_ECAT_LATCH_EVENT_SHIFT               0u
 #define ESC_DL_STATUS_EVENT_MASK                 0x4u
 #define ESC_DL_STATUS_EVENT_SHIFT                2u
 #define ESC_AL_STATUS_EVENT_MASK                 0x8u
@@ -105,6 +115,12 @@
 #define ESC_AL_EVENT_REQUEST                     0x0220u /* AL event request, 4 byte(s), host: r */
 #define ESC_AL_CONTROL_EVENT_MASK                0x1u
 #define ESC_AL_CONTROL_EVENT_SHIFT               0u
+#define ESC_LATCH_EVENT_MASK                     0x2u
+#define ESC_LATCH_EVENT_SHIFT                    1u
+#define ESC_SYNC0_EVENT_MASK                     0x4u
+#define ESC_SYNC0_EVENT_SHIFT                    2u
+#define ESC_SYNC1_EVENT_MASK                     0x8u
+#define ESC_SYNC1_EVENT_SHIFT                    3u
 #define ESC_SM_ACTIVATION_EVENT_MASK             0x10u
 #define ESC_SM_ACTIVATION_EVENT_SHIFT            4u
 #define ESC_EEPROM_EVENT_MASK                    0x20u
@@ -171,6 +187,32 @@
 #define ESC_EEPROM_ADDRESS                       0x0504u /* EEPROM address, 4 byte(s), host: r/(w) */
 #define ESC_EEPROM_DATA                          0x0508u /* EEPROM data, 2 byte(s), host: r/(w) */
 #define ESC_EEPROM_DATA_HIGH                     0x050Au /* EEPROM data, further words, 6 byte(s), host: r */
+#define ESC_MI_CONTROL                           0x0510u /* PHY control and status, 2 byte(s), host: r */
+#define ESC_MI_WRITE_ENABLE_MASK                 0x1u
+#define ESC_MI_WRITE_ENABLE_SHIFT                0u
+#define ESC_MI_PDI_POSSIBLE_MASK                 0x2u
+#define ESC_MI_PDI_POSSIBLE_SHIFT                1u
+#define ESC_MI_LINK_DETECTION_MASK               0x4u
+#define ESC_MI_LINK_DETECTION_SHIFT              2u
+#define ESC_MI_PORT_ADDRESS_MASK                 0xF8u
+#define ESC_MI_PORT_ADDRESS_SHIFT                3u
+#define ESC_MI_COMMAND_MASK                      0x700u
+#define ESC_MI_COMMAND_SHIFT                     8u
+#define ESC_MI_READ_ERROR_MASK                   0x2000u
+#define ESC_MI_READ_ERROR_SHIFT                  13u
+#define ESC_MI_COMMAND_ERROR_MASK                0x4000u
+#define ESC_MI_COMMAND_ERROR_SHIFT               14u
+#define ESC_MI_BUSY_MASK                         0x8000u
+#define ESC_MI_BUSY_SHIFT                        15u
+#define ESC_MI_PHY                               0x0512u /* PHY address, 1 byte(s), host: r */
+#define ESC_MI_PHY_ADDRESS_MASK                  0x1Fu
+#define ESC_MI_PHY_ADDRESS_SHIFT                 0u
+#define ESC_MI_TRANSLATION_OFF_MASK              0x80u
+#define ESC_MI_TRANSLATION_OFF_SHIFT             7u
+#define ESC_MI_REGISTER                          0x0513u /* PHY register address, 1 byte(s), host: r */
+#define ESC_MI_REGISTER_ADDRESS_MASK             0x1Fu
+#define ESC_MI_REGISTER_ADDRESS_SHIFT            0u
+#define ESC_MI_DATA                              0x0514u /* PHY data, 2 byte(s), host: r */
 #define ESC_FMMUN_LOGICAL_START(n)               (0x0600u + 16u * (n)) /* FMMU logical start address, 4 byte(s), host: r */
 #define ESC_FMMUN_LENGTH(n)                      (0x0604u + 16u * (n)) /* FMMU length, 2 byte(s), host: r */
 #define ESC_FMMUN_START_BIT(n)                   (0x0606u + 16u * (n)) /* FMMU logical start bit, 1 byte(s), host: r */
@@ -212,6 +254,99 @@
 #define ESC_SMN_DEACTIVATED_SHIFT                0u
 #define ESC_SMN_REPEAT_ACKNOWLEDGE_MASK          0x2u
 #define ESC_SMN_REPEAT_ACKNOWLEDGE_SHIFT         1u
+#define ESC_RECEIVE_TIME_TRIGGER                 0x0900u /* Receive time of port 0, low, 1 byte(s), host: r */
+#define ESC_RECEIVE_TIME_PORT0                   0x0901u /* Receive time of port 0, high, 3 byte(s), host: r */
+#define ESC_RECEIVE_TIME_PORT1                   0x0904u /* Receive time of port 1, 4 byte(s), host: r */
+#define ESC_RECEIVE_TIME_PORT2                   0x0908u /* Receive time of port 2, 4 byte(s), host: r */
+#define ESC_RECEIVE_TIME_PORT3                   0x090Cu /* Receive time of port 3, 4 byte(s), host: r */
+#define ESC_SYSTEM_TIME                          0x0910u /* System time, 4 byte(s), host: r */
+#define ESC_SYSTEM_TIME_HIGH                     0x0914u /* System time, high half, 4 byte(s), host: r */
+#define ESC_RECEIVE_TIME_PROCESSING_UNIT         0x0918u /* Receive time of the processing unit, 8 byte(s), host: r */
+#define ESC_SYSTEM_TIME_OFFSET                   0x0920u /* System time offset, 8 byte(s), host: r */
+#define ESC_SYSTEM_TIME_DELAY                    0x0928u /* System time delay, 4 byte(s), host: r */
+#define ESC_SYSTEM_TIME_DIFFERENCE               0x092Cu /* System time difference, 4 byte(s), host: r */
+#define ESC_SPEED_COUNTER_START                  0x0930u /* Speed counter start, 2 byte(s), host: r */
+#define ESC_SPEED_COUNTER_START_MASK             0x7FFFu
+#define ESC_SPEED_COUNTER_START_SHIFT            0u
+#define ESC_SPEED_COUNTER_DIFFERENCE             0x0932u /* Speed counter difference, 2 byte(s), host: r */
+#define ESC_TIME_FILTER_DEPTH                    0x0934u /* System time difference filter depth, 1 byte(s), host: r */
+#define ESC_TIME_FILTER_DEPTH_MASK               0xFu
+#define ESC_TIME_FILTER_DEPTH_SHIFT              0u
+#define ESC_SPEED_FILTER_DEPTH                   0x0935u /* Speed counter filter depth, 1 byte(s), host: r */
+#define ESC_SPEED_FILTER_DEPTH_MASK              0xFu
+#define ESC_SPEED_FILTER_DEPTH_SHIFT             0u
+#define ESC_CYCLIC_UNIT_CONTROL                  0x0980u /* Cyclic unit control, 1 byte(s), host: r */
+#define ESC_SYNC0_BY_PDI_MASK                    0x1u
+#define ESC_SYNC0_BY_PDI_SHIFT                   0u
+#define ESC_SYNC1_BY_OTHER_MASK                  0x2u
+#define ESC_SYNC1_BY_OTHER_SHIFT                 1u
+#define ESC_LATCH0_BY_PDI_MASK                   0x10u
+#define ESC_LATCH0_BY_PDI_SHIFT                  4u
+#define ESC_LATCH1_BY_PDI_MASK                   0x20u
+#define ESC_LATCH1_BY_PDI_SHIFT                  5u
+#define ESC_SYNC_ACTIVATION                      0x0981u /* SYNC activation, 1 byte(s), host: r/(w) */
+#define ESC_CYCLIC_ACTIVE_MASK                   0x1u
+#define ESC_CYCLIC_ACTIVE_SHIFT                  0u
+#define ESC_SYNC0_ENABLE_MASK                    0x2u
+#define ESC_SYNC0_ENABLE_SHIFT                   1u
+#define ESC_SYNC1_ENABLE_MASK                    0x4u
+#define ESC_SYNC1_ENABLE_SHIFT                   2u
+#define ESC_AUTO_ACTIVATION_MASK                 0x8u
+#define ESC_AUTO_ACTIVATION_SHIFT                3u
+#define ESC_START_TIME_EXTENDED_MASK             0x10u
+#define ESC_START_TIME_EXTENDED_SHIFT            4u
+#define ESC_START_TIME_CHECKED_MASK              0x20u
+#define ESC_START_TIME_CHECKED_SHIFT             5u
+#define ESC_NEAR_FUTURE_MASK                     0x40u
+#define ESC_NEAR_FUTURE_SHIFT                    6u
+#define ESC_DEBUG_PULSE_MASK                     0x80u
+#define ESC_DEBUG_PULSE_SHIFT                    7u
+#define ESC_SYNC_PULSE_LENGTH                    0x0982u /* Pulse length of SYNC signals, 2 byte(s), host: r */
+#define ESC_SYNC_ACTIVATION_STATUS               0x0984u /* SYNC activation status, 1 byte(s), host: r */
+#define ESC_SYNC0_PENDING_MASK                   0x1u
+#define ESC_SYNC0_PENDING_SHIFT                  0u
+#define ESC_SYNC1_PENDING_MASK                   0x2u
+#define ESC_SYNC1_PENDING_SHIFT                  1u
+#define ESC_START_IMPLAUSIBLE_MASK               0x4u
+#define ESC_START_IMPLAUSIBLE_SHIFT              2u
+#define ESC_SYNC0_STATUS                         0x098Eu /* SYNC0 status, 1 byte(s), host: r/ack */
+#define ESC_SYNC0_STATUS_MASK                    0x1u
+#define ESC_SYNC0_STATUS_SHIFT                   0u
+#define ESC_SYNC1_STATUS                         0x098Fu /* SYNC1 status, 1 byte(s), host: r/ack */
+#define ESC_SYNC1_STATUS_MASK                    0x1u
+#define ESC_SYNC1_STATUS_SHIFT                   0u
+#define ESC_START_TIME                           0x0990u /* Start time, next SYNC0 pulse, 8 byte(s), host: r/(w) */
+#define ESC_NEXT_SYNC1                           0x0998u /* Next SYNC1 pulse, 8 byte(s), host: r */
+#define ESC_SYNC0_CYCLE                          0x09A0u /* SYNC0 cycle time, 4 byte(s), host: r/(w) */
+#define ESC_SYNC1_CYCLE                          0x09A4u /* SYNC1 cycle time, 4 byte(s), host: r/(w) */
+#define ESC_LATCH0_CONTROL                       0x09A8u /* LATCH0 control, 1 byte(s), host: r/(w) */
+#define ESC_LATCH0_POSITIVE_SINGLE_MASK          0x1u
+#define ESC_LATCH0_POSITIVE_SINGLE_SHIFT         0u
+#define ESC_LATCH0_NEGATIVE_SINGLE_MASK          0x2u
+#define ESC_LATCH0_NEGATIVE_SINGLE_SHIFT         1u
+#define ESC_LATCH1_CONTROL                       0x09A9u /* LATCH1 control, 1 byte(s), host: r/(w) */
+#define ESC_LATCH1_POSITIVE_SINGLE_MASK          0x1u
+#define ESC_LATCH1_POSITIVE_SINGLE_SHIFT         0u
+#define ESC_LATCH1_NEGATIVE_SINGLE_MASK          0x2u
+#define ESC_LATCH1_NEGATIVE_SINGLE_SHIFT         1u
+#define ESC_LATCH0_STATUS                        0x09AEu /* LATCH0 status, 1 byte(s), host: r */
+#define ESC_LATCH0_POSITIVE_MASK                 0x1u
+#define ESC_LATCH0_POSITIVE_SHIFT                0u
+#define ESC_LATCH0_NEGATIVE_MASK                 0x2u
+#define ESC_LATCH0_NEGATIVE_SHIFT                1u
+#define ESC_LATCH0_PIN_MASK                      0x4u
+#define ESC_LATCH0_PIN_SHIFT                     2u
+#define ESC_LATCH1_STATUS                        0x09AFu /* LATCH1 status, 1 byte(s), host: r */
+#define ESC_LATCH1_POSITIVE_MASK                 0x1u
+#define ESC_LATCH1_POSITIVE_SHIFT                0u
+#define ESC_LATCH1_NEGATIVE_MASK                 0x2u
+#define ESC_LATCH1_NEGATIVE_SHIFT                1u
+#define ESC_LATCH1_PIN_MASK                      0x4u
+#define ESC_LATCH1_PIN_SHIFT                     2u
+#define ESC_LATCH0_POSITIVE_TIME                 0x09B0u /* LATCH0 time of the positive edge, 8 byte(s), host: r/ack */
+#define ESC_LATCH0_NEGATIVE_TIME                 0x09B8u /* LATCH0 time of the negative edge, 8 byte(s), host: r/ack */
+#define ESC_LATCH1_POSITIVE_TIME                 0x09C0u /* LATCH1 time of the positive edge, 8 byte(s), host: r/ack */
+#define ESC_LATCH1_NEGATIVE_TIME                 0x09C8u /* LATCH1 time of the negative edge, 8 byte(s), host: r/ack */
 
 #define ESC_USER_RAM                             0x0F80u
 #define ESC_PROCESS_RAM                          0x1000u

@@ -15,11 +15,13 @@
 //   watchdogs                       1  switch
 //   leds                            1  switch
 //   digitalOutputs                  0  bytes
-//   clocks                          0  code
+//   clocks                          2  code
 //   clockBits                      64  bit
-//   syncSignals                     0  signals
-//   latchSignals                    0  signals
+//   syncSignals                     2  signals
+//   latchSignals                    2  signals
 //   syncPulse                    1000  10 ns
+//   clockPowerSaving                1  switch
+//   enhancedSync                    1  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports
@@ -29,11 +31,11 @@
 //   registerWritesPerFrame          0  bytes
 //   txShift                         0  core cycles
 //   rmiiPorts                  0x0000  bits
-//   mi                              0  code
+//   mi                              1  code
 //   phyAddressOffset                0  address
 //   phyAddresses                   -1  code
 //   miLinkDetection                 0  switch
-//   enhancedLinkDetection           0  switch
+//   enhancedLinkDetection           1  switch
 //   linkLowPorts               0x0000  bits
 //   fxPorts                    0x0000  bits
 //   resetRegisters                  0  switch
@@ -504,8 +506,11 @@ module MiiPort(
   output       core_events_rxEr,
   output       core_events_forwardedError,
   output       core_events_goodFrame,
+  output [3:0] core_waited,
   output       core_receiverIdle,
   output       core_transmitterIdle,
+  output       core_detection_signal,
+  input        core_detection_link,
   input        pins_rx_clk,
   input        pins_rx_dv,
   input        pins_rx_er,
@@ -515,9 +520,9 @@ module MiiPort(
   output [3:0] pins_txd
 );
 
-  wire       core_link_0;
-  wire       _core_link_crossing_out;
+  wire       _core_detection_signal_crossing_out;
   wire       _receiver_cut;
+  wire       _receiver_idle;
   wire       _transmitter_txEn;
   wire       _crossing_read_take;
   wire       _crossing_read_symbol_dv;
@@ -526,13 +531,19 @@ module MiiPort(
   wire       _crossing_read_available;
   wire       _crossing_read_settled;
   wire       _crossing_read_overflow;
+  reg  [3:0] waited;
   reg        receiver_cut_REG;
-  assign core_link_0 = _core_link_crossing_out & core_enable;
   always @(posedge clock) begin
+    if (_receiver_idle) begin
+      if (_crossing_read_available)
+        waited <= waited + 4'h1;
+      else
+        waited <= 4'h0;
+    end
     if (reset)
       receiver_cut_REG <= 1'h0;
     else
-      receiver_cut_REG <= core_link_0;
+      receiver_cut_REG <= core_detection_link;
   end // always @(posedge)
   MiiRxCrossing crossing (
     .clock            (clock),
@@ -564,7 +575,7 @@ module MiiPort(
     .txEn       (_transmitter_txEn),
     .txd        (pins_txd)
   );
-  assign _receiver_cut = receiver_cut_REG & ~core_link_0;
+  assign _receiver_cut = receiver_cut_REG & ~core_detection_link;
   MiiReceiver receiver (
     .clock                 (clock),
     .reset                 (reset),
@@ -588,15 +599,18 @@ module MiiPort(
     .events_rxEr           (core_events_rxEr),
     .events_forwardedError (core_events_forwardedError),
     .events_goodFrame      (core_events_goodFrame),
-    .idle                  (core_receiverIdle)
+    .idle                  (_receiver_idle)
   );
-  LevelCrossing core_link_crossing (
+  LevelCrossing core_detection_signal_crossing (
     .clock (clock),
     .in    (pins_link),
-    .out   (_core_link_crossing_out)
+    .out   (_core_detection_signal_crossing_out)
   );
-  assign core_link = core_link_0;
+  assign core_link = core_detection_link;
+  assign core_waited = waited;
+  assign core_receiverIdle = _receiver_idle;
   assign core_transmitterIdle = ~_transmitter_txEn;
+  assign core_detection_signal = _core_detection_signal_crossing_out & core_enable;
   assign pins_tx_en = _transmitter_txEn;
 endmodule
 
@@ -801,10 +815,34 @@ module RegisterFile(
   output        inRam,
   output        isCount,
   output [7:0]  countData,
+  output [11:0] kept_address,
+  input  [7:0]  kept_data,
+  output        kept_host_reads,
+  output        kept_host_asks,
+  output [11:0] kept_host_address,
+  input         kept_host_ready,
+  input         keptForHost_reads,
+  input         keptForHost_asks,
+  input  [11:0] keptForHost_address,
+  output        keptForHost_ready,
+  input         guard_latch1_of_pdi,
+  input         guard_latch1_of_ecat,
+  input         guard_latch_on,
+  input         guard_latch0_of_pdi,
+  input         guard_latch0_of_ecat,
+  input         guard_sync1_of_pdi,
+  input         guard_sync1_of_ecat,
+  input         guard_sync0_of_pdi,
+  input         guard_sync0_of_ecat,
+  input         guard_sync_on,
+  input         guard_sync_of_pdi,
+  input         guard_sync_of_ecat,
+  input         guard_clocks_on,
   input         guard_sm3_disabled,
   input         guard_sm2_disabled,
   input         guard_sm1_disabled,
   input         guard_sm0_disabled,
+  input         guard_mi_ecat_may_write,
   input         guard_sii_pdi_may_write,
   input         guard_sii_pdi_may_answer,
   input         guard_sii_ecat_may_write,
@@ -815,6 +853,18 @@ module RegisterFile(
   input  [11:0] writeAddress,
   input         writeMask,
   input  [7:0]  writeData,
+  output        value_latch1_negative_single,
+  output        value_latch1_positive_single,
+  output        value_latch0_negative_single,
+  output        value_latch0_positive_single,
+  output [15:0] value_sync_pulse_length,
+  output        value_latch1_by_pdi,
+  output        value_latch0_by_pdi,
+  output        value_sync1_by_other,
+  output        value_sync0_by_pdi,
+  output [3:0]  value_speed_filter_depth,
+  output [3:0]  value_time_filter_depth,
+  output [14:0] value_speed_counter_start,
   output        value_sm3_repeat_request,
   output        value_sm3_enable,
   output        value_sm2_repeat_request,
@@ -823,6 +873,9 @@ module RegisterFile(
   output        value_sm1_enable,
   output        value_sm0_repeat_request,
   output        value_sm0_enable,
+  output [4:0]  value_mi_register_address,
+  output        value_mi_translation_off,
+  output [4:0]  value_mi_phy_address,
   output        value_eeprom_taken,
   output        value_eeprom_force,
   output        value_eeprom_offered,
@@ -833,6 +886,9 @@ module RegisterFile(
   output        value_watchdog_mask,
   output        value_eeprom_mask,
   output        value_sm_activation_mask,
+  output        value_sync1_mask,
+  output        value_sync0_mask,
+  output        value_latch_mask,
   output        value_al_control_mask,
   output [15:0] value_ecat_event_mask,
   output [6:0]  value_esc_configuration,
@@ -855,6 +911,24 @@ module RegisterFile(
   input         set_loop_port0_valid,
   input  [1:0]  set_loop_port0_bits,
   input         set_temporary_use_valid,
+  input         status_latch1_pin,
+  input         status_latch1_negative,
+  input         status_latch1_positive,
+  input         status_latch0_pin,
+  input         status_latch0_negative,
+  input         status_latch0_positive,
+  input         status_sync1_status,
+  input         status_sync0_status,
+  input         status_start_implausible,
+  input         status_sync1_pending,
+  input         status_sync0_pending,
+  input         status_near_future,
+  input         status_start_time_checked,
+  input         status_start_time_extended,
+  input         status_auto_activation,
+  input         status_sync1_enable,
+  input         status_sync0_enable,
+  input         status_cyclic_active,
   input         status_sm3_deactivated,
   input  [1:0]  status_sm3_last_buffer,
   input         status_sm3_mailbox_full,
@@ -875,6 +949,13 @@ module RegisterFile(
   input         status_sm0_mailbox_full,
   input         status_sm0_read_event,
   input         status_sm0_write_event,
+  input  [15:0] status_mi_data,
+  input         status_mi_busy,
+  input         status_mi_command_error,
+  input         status_mi_read_error,
+  input  [2:0]  status_mi_command,
+  input  [4:0]  status_mi_port_address,
+  input         status_mi_write_enable,
   input         status_eeprom_busy,
   input         status_eeprom_write_error,
   input         status_eeprom_command_error,
@@ -888,10 +969,14 @@ module RegisterFile(
   input  [3:0]  status_sm_al_event,
   input         status_watchdog_event,
   input         status_sm_activation_event,
+  input         status_sync1_event,
+  input         status_sync0_event,
+  input         status_latch_event,
   input         status_al_control_event,
   input  [3:0]  status_sm_ecat_event,
   input         status_al_status_event,
   input         status_dl_status_event,
+  input         status_ecat_latch_event,
   input         status_err_led_enable,
   input  [3:0]  status_err_led_code,
   input         status_run_led_enable,
@@ -902,6 +987,7 @@ module RegisterFile(
   input         status_loop_closed_port0,
   input         status_physical_link_port1,
   input         status_physical_link_port0,
+  input         status_enhanced_link_detection,
   input         status_pdi_watchdog,
   input         status_pdi_operational,
   input         event_watchdog_count_pdi,
@@ -922,10 +1008,12 @@ module RegisterFile(
   wire        _counters_clear_2;
   wire        _counters_clear_3;
   wire [6:0]  _counters_readAddress;
+  wire [7:0]  _counters_data;
   wire        _counters_valid_0;
   wire        _counters_valid_1;
   wire        _counters_valid_2;
   wire        _counters_valid_3;
+  reg         isHere;
   reg  [15:0] bytes_whole_8;
   reg  [15:0] bytes_whole_9;
   reg         bytes_whole_parts_parts_old_4;
@@ -941,7 +1029,10 @@ module RegisterFile(
   reg  [6:0]  bytes_whole_parts_esc_configuration;
   reg  [15:0] bytes_whole_23;
   reg         bytes_whole_parts_parts_old_17;
-  reg         bytes_whole_parts_parts_old_18;
+  reg         bytes_whole_parts_latch_mask;
+  reg         bytes_whole_parts_sync0_mask;
+  reg         bytes_whole_parts_sync1_mask;
+  reg         bytes_whole_parts_parts_old_21;
   reg         bytes_whole_parts_eeprom_mask;
   reg         bytes_whole_parts_watchdog_mask;
   reg  [3:0]  bytes_whole_parts_sm_mask;
@@ -951,20 +1042,39 @@ module RegisterFile(
   reg         bytes_whole_parts_eeprom_offered;
   reg         bytes_whole_parts_eeprom_force;
   reg         bytes_whole_parts_eeprom_taken;
-  reg         bytes_whole_parts_sm0_enable;
-  reg         bytes_whole_parts_parts_old_32;
-  reg         bytes_whole_parts_parts_old_33;
-  reg         bytes_whole_parts_sm1_enable;
+  reg  [4:0]  bytes_whole_parts_parts_old_34;
   reg         bytes_whole_parts_parts_old_35;
-  reg         bytes_whole_parts_parts_old_36;
-  reg         bytes_whole_parts_sm2_enable;
+  reg  [4:0]  bytes_whole_parts_parts_old_36;
+  reg         bytes_whole_parts_sm0_enable;
   reg         bytes_whole_parts_parts_old_38;
   reg         bytes_whole_parts_parts_old_39;
-  reg         bytes_whole_parts_sm3_enable;
+  reg         bytes_whole_parts_sm1_enable;
   reg         bytes_whole_parts_parts_old_41;
   reg         bytes_whole_parts_parts_old_42;
+  reg         bytes_whole_parts_sm2_enable;
+  reg         bytes_whole_parts_parts_old_44;
+  reg         bytes_whole_parts_parts_old_45;
+  reg         bytes_whole_parts_sm3_enable;
+  reg         bytes_whole_parts_parts_old_47;
+  reg         bytes_whole_parts_parts_old_48;
+  reg  [14:0] bytes_whole_parts_speed_counter_start;
+  reg  [3:0]  bytes_whole_parts_parts_old_51;
+  reg  [3:0]  bytes_whole_parts_parts_old_52;
+  reg         bytes_whole_parts_sync0_by_pdi;
+  reg         bytes_whole_parts_parts_old_54;
+  reg         bytes_whole_parts_parts_old_55;
+  reg         bytes_whole_parts_parts_old_56;
+  reg  [15:0] bytes_whole_116;
+  reg         bytes_whole_parts_parts_old_59;
+  reg         bytes_whole_parts_parts_old_60;
+  reg         bytes_whole_parts_parts_old_61;
+  reg         bytes_whole_parts_parts_old_62;
   wire        ofUnits_hit = readAddress[11:6] == 6'h18 & readAddress[5:4] != 2'h3;
   wire        ofUnits_hit_1 = readAddress[11:5] == 7'h40;
+  wire [2:0]  _GEN = {3{guard_clocks_on}};
+  wire [1:0]  _GEN_0 = {2{guard_clocks_on}};
+  wire [1:0]  _GEN_1 = {2{guard_sync_on}};
+  wire [1:0]  _GEN_2 = {2{guard_latch_on}};
   reg         casez_tmp;
   always @(*) begin
     casez (readAddress[4:3])
@@ -999,29 +1109,29 @@ module RegisterFile(
   always @(*) begin
     casez (readAddress[4:3])
       2'b00:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_32, bytes_whole_parts_sm0_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_38, bytes_whole_parts_sm0_enable};
       2'b01:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_35, bytes_whole_parts_sm1_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_41, bytes_whole_parts_sm1_enable};
       2'b10:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_38, bytes_whole_parts_sm2_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_44, bytes_whole_parts_sm2_enable};
       default:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_41, bytes_whole_parts_sm3_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_47, bytes_whole_parts_sm3_enable};
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_2;
   always @(*) begin
     casez (readAddress[4:3])
       2'b00:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_33, status_sm0_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_39, status_sm0_deactivated};
       2'b01:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_36, status_sm1_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_42, status_sm1_deactivated};
       2'b10:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_39, status_sm2_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_45, status_sm2_deactivated};
       default:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_42, status_sm3_deactivated};
+        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_48, status_sm3_deactivated};
     endcase
   end // always @(*)
-  wire [13:0] _GEN =
+  wire [13:0] _GEN_3 =
     (readAddress == 12'h0 ? 14'h48C : 14'h0) | (readAddress == 12'h1 ? 14'h4C : 14'h0)
     | (readAddress == 12'h2 ? 14'h4C : 14'h0) | (readAddress == 12'h3 ? 14'hC : 14'h0)
     | (readAddress == 12'h4 ? 14'hCC : 14'h0) | (readAddress == 12'h5 ? 14'h10C : 14'h0)
@@ -1039,7 +1149,8 @@ module RegisterFile(
          ? {2'h0,
             status_physical_link_port1,
             status_physical_link_port0,
-            2'h0,
+            1'h0,
+            status_enhanced_link_detection,
             status_pdi_watchdog,
             status_pdi_operational,
             6'hC}
@@ -1070,30 +1181,41 @@ module RegisterFile(
          ? {1'h0,
             bytes_whole_parts_watchdog_mask,
             bytes_whole_parts_eeprom_mask,
-            bytes_whole_parts_parts_old_18,
-            3'h0,
+            bytes_whole_parts_parts_old_21,
+            bytes_whole_parts_sync1_mask,
+            bytes_whole_parts_sync0_mask,
+            bytes_whole_parts_latch_mask,
             bytes_whole_parts_parts_old_17,
             6'hD}
          : 14'h0) | (readAddress == 12'h205 ? {4'h0, bytes_whole_parts_sm_mask, 6'hD} : 14'h0)
     | (readAddress == 12'h206 ? 14'hD : 14'h0) | (readAddress == 12'h207 ? 14'hD : 14'h0)
-    | (readAddress == 12'h210 ? {status_sm_ecat_event, status_al_status_event, status_dl_status_event, 8'hC} : 14'h0)
-    | (readAddress == 12'h211 ? 14'hC : 14'h0)
+    | (readAddress == 12'h210
+         ? {status_sm_ecat_event, status_al_status_event, status_dl_status_event, 1'h0, status_ecat_latch_event, 6'hC}
+         : 14'h0) | (readAddress == 12'h211 ? 14'hC : 14'h0)
     | (readAddress == 12'h220
-         ? {1'h0, status_watchdog_event, 1'h0, status_sm_activation_event, 3'h0, status_al_control_event, 6'hC}
+         ? {1'h0,
+            status_watchdog_event,
+            1'h0,
+            status_sm_activation_event,
+            status_sync1_event,
+            status_sync0_event,
+            status_latch_event,
+            status_al_control_event,
+            6'hC}
          : 14'h0) | (readAddress == 12'h221 ? {4'h0, status_sm_al_event, 6'hC} : 14'h0)
     | (readAddress == 12'h222 ? 14'hC : 14'h0) | (readAddress == 12'h223 ? 14'hC : 14'h0)
     | (readAddress == 12'h300 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
     | (readAddress == 12'h301 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
     | (readAddress == 12'h302 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
     | (readAddress == 12'h303 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
-    | (readAddress == 12'h308 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0);
-  wire [13:0] _GEN_0 =
-    (readAddress == 12'h309 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h308 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h309 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
     | (readAddress == 12'h30C ? {9'h0, _counters_valid_1, 4'hE} : 14'h0)
     | (readAddress == 12'h310 ? {9'h0, _counters_valid_2, 4'hE} : 14'h0)
     | (readAddress == 12'h311 ? {9'h0, _counters_valid_2, 4'hE} : 14'h0)
-    | (readAddress == 12'h400 ? {bytes_whole_34[7:0], 6'hE} : 14'h0)
-    | (readAddress == 12'h401 ? {bytes_whole_34[15:8], 6'hE} : 14'h0)
+    | (readAddress == 12'h400 ? {bytes_whole_34[7:0], 6'hE} : 14'h0);
+  wire [13:0] _GEN_4 =
+    (readAddress == 12'h401 ? {bytes_whole_34[15:8], 6'hE} : 14'h0)
     | (readAddress == 12'h410 ? {bytes_whole_35[7:0], 6'hE} : 14'h0)
     | (readAddress == 12'h411 ? {bytes_whole_35[15:8], 6'hE} : 14'h0)
     | (readAddress == 12'h420 ? {bytes_whole_36[7:0], 6'hE} : 14'h0)
@@ -1131,6 +1253,203 @@ module RegisterFile(
     | (readAddress == 12'h50A ? 14'h2C : 14'h0) | (readAddress == 12'h50B ? 14'h2C : 14'h0)
     | (readAddress == 12'h50C ? 14'h2C : 14'h0) | (readAddress == 12'h50D ? 14'h2C : 14'h0)
     | (readAddress == 12'h50E ? 14'h2C : 14'h0) | (readAddress == 12'h50F ? 14'h2C : 14'h0)
+    | (readAddress == 12'h510
+         ? {status_mi_port_address, 2'h0, status_mi_write_enable, 4'h3, guard_mi_ecat_may_write, 1'h0}
+         : 14'h0)
+    | (readAddress == 12'h511
+         ? {status_mi_busy,
+            status_mi_command_error,
+            status_mi_read_error,
+            2'h0,
+            status_mi_command,
+            4'h3,
+            guard_mi_ecat_may_write,
+            1'h0}
+         : 14'h0)
+    | (readAddress == 12'h512
+         ? {bytes_whole_parts_parts_old_35, 2'h0, bytes_whole_parts_parts_old_34, 4'h3, guard_mi_ecat_may_write, 1'h0}
+         : 14'h0)
+    | (readAddress == 12'h513 ? {3'h0, bytes_whole_parts_parts_old_36, 4'h3, guard_mi_ecat_may_write, 1'h0} : 14'h0)
+    | (readAddress == 12'h514 ? {status_mi_data[7:0], 4'h3, guard_mi_ecat_may_write, 1'h0} : 14'h0)
+    | (readAddress == 12'h515 ? {status_mi_data[15:8], 4'h3, guard_mi_ecat_may_write, 1'h0} : 14'h0)
+    | (readAddress == 12'h900 ? 14'h1E : 14'h0) | (readAddress == 12'h901 ? 14'h1C : 14'h0)
+    | (readAddress == 12'h902 ? 14'h1C : 14'h0) | (readAddress == 12'h903 ? 14'h1C : 14'h0)
+    | (readAddress == 12'h904 ? 14'h1C : 14'h0) | (readAddress == 12'h905 ? 14'h1C : 14'h0)
+    | (readAddress == 12'h906 ? 14'h1C : 14'h0) | (readAddress == 12'h907 ? 14'h1C : 14'h0)
+    | (readAddress == 12'h908 ? 14'h1C : 14'h0) | (readAddress == 12'h909 ? 14'h1C : 14'h0)
+    | (readAddress == 12'h90A ? 14'h1C : 14'h0) | (readAddress == 12'h90B ? 14'h1C : 14'h0)
+    | (readAddress == 12'h90C ? 14'h1C : 14'h0) | (readAddress == 12'h90D ? 14'h1C : 14'h0)
+    | (readAddress == 12'h90E ? 14'h1C : 14'h0) | (readAddress == 12'h90F ? 14'h1C : 14'h0)
+    | (readAddress == 12'h910 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h911 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h912 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h913 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h914 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h915 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h916 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h917 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h918 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h919 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h91A ? {10'h1, _GEN_0, 2'h0} : 14'h0);
+  wire [13:0] _GEN_5 =
+    (readAddress == 12'h91B ? {10'h1, _GEN_0, 2'h0} : 14'h0) | (readAddress == 12'h91C ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h91D ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h91E ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h91F ? {10'h1, _GEN_0, 2'h0} : 14'h0) | (readAddress == 12'h920 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h921 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h922 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h923 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h924 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h925 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h926 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h927 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h928 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h929 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h92A ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h92B ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h92C ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h92D ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h92E ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h92F ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h930 ? {bytes_whole_parts_speed_counter_start[7:0], 2'h0, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h931 ? {1'h0, bytes_whole_parts_speed_counter_start[14:8], 2'h0, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h932 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h933 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h934 ? {4'h0, bytes_whole_parts_parts_old_51, 2'h0, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h935 ? {4'h0, bytes_whole_parts_parts_old_52, 2'h0, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h980
+         ? {2'h0,
+            bytes_whole_parts_parts_old_56,
+            bytes_whole_parts_parts_old_55,
+            2'h0,
+            bytes_whole_parts_parts_old_54,
+            bytes_whole_parts_sync0_by_pdi,
+            2'h0,
+            _GEN,
+            1'h0}
+         : 14'h0)
+    | (readAddress == 12'h981
+         ? {1'h0,
+            status_near_future,
+            status_start_time_checked,
+            status_start_time_extended,
+            status_auto_activation,
+            status_sync1_enable,
+            status_sync0_enable,
+            status_cyclic_active,
+            2'h0,
+            _GEN_1,
+            guard_sync_on & guard_sync_of_ecat,
+            guard_sync_on & guard_sync_of_pdi}
+         : 14'h0) | (readAddress == 12'h982 ? {bytes_whole_116[7:0], 2'h0, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h983 ? {bytes_whole_116[15:8], 2'h0, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h984
+         ? {5'h0, status_start_implausible, status_sync1_pending, status_sync0_pending, 2'h0, _GEN_1, 2'h0}
+         : 14'h0) | (readAddress == 12'h98E ? {7'h0, status_sync0_status, 2'h0, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h98F ? {7'h0, status_sync1_status, 2'h0, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h990
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h991
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h992
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h993
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h994
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h995
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h996
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h997
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0) | (readAddress == 12'h998 ? {10'h1, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h999 ? {10'h1, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h99A ? {10'h1, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h99B ? {10'h1, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h99C ? {10'h1, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h99D ? {10'h1, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h99E ? {10'h1, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h99F ? {10'h1, _GEN_1, 2'h0} : 14'h0)
+    | (readAddress == 12'h9A0
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h9A1
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h9A2
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h9A3
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync0_of_ecat, guard_sync_on & guard_sync0_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h9A4
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync1_of_ecat, guard_sync_on & guard_sync1_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h9A5
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync1_of_ecat, guard_sync_on & guard_sync1_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h9A6
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync1_of_ecat, guard_sync_on & guard_sync1_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h9A7
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync1_of_ecat, guard_sync_on & guard_sync1_of_pdi}
+         : 14'h0)
+    | (readAddress == 12'h9A8
+         ? {6'h0,
+            bytes_whole_parts_parts_old_60,
+            bytes_whole_parts_parts_old_59,
+            2'h0,
+            _GEN_2,
+            guard_latch_on & guard_latch0_of_ecat,
+            guard_latch_on & guard_latch0_of_pdi}
+         : 14'h0);
+  wire [13:0] _GEN_6 =
+    (readAddress == 12'h9A9
+       ? {6'h0,
+          bytes_whole_parts_parts_old_62,
+          bytes_whole_parts_parts_old_61,
+          2'h0,
+          _GEN_2,
+          guard_latch_on & guard_latch1_of_ecat,
+          guard_latch_on & guard_latch1_of_pdi}
+       : 14'h0)
+    | (readAddress == 12'h9AE
+         ? {5'h0, status_latch0_pin, status_latch0_negative, status_latch0_positive, 2'h0, _GEN_2, 2'h0}
+         : 14'h0)
+    | (readAddress == 12'h9AF
+         ? {5'h0, status_latch1_pin, status_latch1_negative, status_latch1_positive, 2'h0, _GEN_2, 2'h0}
+         : 14'h0) | (readAddress == 12'h9B0 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9B1 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9B2 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9B3 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9B4 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9B5 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9B6 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9B7 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9B8 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9B9 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9BA ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9BB ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9BC ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9BD ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9BE ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9BF ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9C0 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9C1 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9C2 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9C3 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9C4 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9C5 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9C6 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9C7 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9C8 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9C9 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9CA ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9CB ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9CC ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9CD ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9CE ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9CF ? {10'h1, _GEN_2, 2'h0} : 14'h0)
     | (ofUnits_hit & readAddress[3:0] == 4'h0 ? 14'h2E : 14'h0)
     | (ofUnits_hit & readAddress[3:0] == 4'h1 ? 14'h2E : 14'h0)
     | (ofUnits_hit & readAddress[3:0] == 4'h2 ? 14'h2E : 14'h0)
@@ -1154,18 +1473,23 @@ module RegisterFile(
     | (ofUnits_hit_1 & readAddress[2:0] == 3'h5 ? {casez_tmp_0, 6'hC} : 14'h0)
     | (ofUnits_hit_1 & readAddress[2:0] == 3'h6 ? {casez_tmp_1, 6'hE} : 14'h0)
     | (ofUnits_hit_1 & (&(readAddress[2:0])) ? {casez_tmp_2, 6'hD} : 14'h0);
-  wire [13:0] _selected_T_325 = _GEN | _GEN_0;
+  wire [13:0] _selected_T_706 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6;
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_parts_T_54 = writeAddress == 12'h102;
   wire        _bytes_whole_parts_parts_T_84 = writeAddress == 12'h141;
-  wire        _bytes_whole_parts_parts_T_120 = writeAddress == 12'h204;
-  wire        _bytes_whole_parts_parts_T_174 = writeAddress == 12'h500;
-  wire        _bytes_whole_parts_parts_T_192 = writeAddress == 12'h806;
-  wire        _bytes_whole_parts_parts_T_210 = writeAddress == 12'h80E;
-  wire        _bytes_whole_parts_parts_T_228 = writeAddress == 12'h816;
-  wire        _bytes_whole_parts_parts_T_246 = writeAddress == 12'h81E;
+  wire        _bytes_whole_parts_parts_T_138 = writeAddress == 12'h204;
+  wire        _bytes_whole_parts_parts_T_192 = writeAddress == 12'h500;
+  wire        _bytes_whole_parts_parts_T_210 = writeAddress == 12'h512;
+  wire        _bytes_whole_parts_parts_T_228 = writeAddress == 12'h806;
+  wire        _bytes_whole_parts_parts_T_246 = writeAddress == 12'h80E;
+  wire        _bytes_whole_parts_parts_T_264 = writeAddress == 12'h816;
+  wire        _bytes_whole_parts_parts_T_282 = writeAddress == 12'h81E;
+  wire        _bytes_whole_parts_parts_T_336 = writeAddress == 12'h980;
+  wire        _bytes_whole_parts_parts_T_360 = writeAddress == 12'h9A8;
+  wire        _bytes_whole_parts_parts_T_372 = writeAddress == 12'h9A9;
   always @(posedge clock) begin
+    isHere <= readAddress[11:8] == 4'h9;
     if (reset) begin
       bytes_whole_8 <= 16'h0;
       bytes_whole_9 <= 16'h0;
@@ -1182,7 +1506,10 @@ module RegisterFile(
       bytes_whole_parts_esc_configuration <= 7'h79;
       bytes_whole_23 <= 16'h0;
       bytes_whole_parts_parts_old_17 <= 1'h1;
-      bytes_whole_parts_parts_old_18 <= 1'h0;
+      bytes_whole_parts_latch_mask <= 1'h1;
+      bytes_whole_parts_sync0_mask <= 1'h1;
+      bytes_whole_parts_sync1_mask <= 1'h1;
+      bytes_whole_parts_parts_old_21 <= 1'h0;
       bytes_whole_parts_eeprom_mask <= 1'h0;
       bytes_whole_parts_watchdog_mask <= 1'h0;
       bytes_whole_parts_sm_mask <= 4'hF;
@@ -1192,18 +1519,33 @@ module RegisterFile(
       bytes_whole_parts_eeprom_offered <= 1'h0;
       bytes_whole_parts_eeprom_force <= 1'h0;
       bytes_whole_parts_eeprom_taken <= 1'h0;
-      bytes_whole_parts_sm0_enable <= 1'h0;
-      bytes_whole_parts_parts_old_32 <= 1'h0;
-      bytes_whole_parts_parts_old_33 <= 1'h0;
-      bytes_whole_parts_sm1_enable <= 1'h0;
+      bytes_whole_parts_parts_old_34 <= 5'h0;
       bytes_whole_parts_parts_old_35 <= 1'h0;
-      bytes_whole_parts_parts_old_36 <= 1'h0;
-      bytes_whole_parts_sm2_enable <= 1'h0;
+      bytes_whole_parts_parts_old_36 <= 5'h0;
+      bytes_whole_parts_sm0_enable <= 1'h0;
       bytes_whole_parts_parts_old_38 <= 1'h0;
       bytes_whole_parts_parts_old_39 <= 1'h0;
-      bytes_whole_parts_sm3_enable <= 1'h0;
+      bytes_whole_parts_sm1_enable <= 1'h0;
       bytes_whole_parts_parts_old_41 <= 1'h0;
       bytes_whole_parts_parts_old_42 <= 1'h0;
+      bytes_whole_parts_sm2_enable <= 1'h0;
+      bytes_whole_parts_parts_old_44 <= 1'h0;
+      bytes_whole_parts_parts_old_45 <= 1'h0;
+      bytes_whole_parts_sm3_enable <= 1'h0;
+      bytes_whole_parts_parts_old_47 <= 1'h0;
+      bytes_whole_parts_parts_old_48 <= 1'h0;
+      bytes_whole_parts_speed_counter_start <= 15'h1000;
+      bytes_whole_parts_parts_old_51 <= 4'h4;
+      bytes_whole_parts_parts_old_52 <= 4'hC;
+      bytes_whole_parts_sync0_by_pdi <= 1'h0;
+      bytes_whole_parts_parts_old_54 <= 1'h0;
+      bytes_whole_parts_parts_old_55 <= 1'h0;
+      bytes_whole_parts_parts_old_56 <= 1'h0;
+      bytes_whole_116 <= 16'h3E8;
+      bytes_whole_parts_parts_old_59 <= 1'h0;
+      bytes_whole_parts_parts_old_60 <= 1'h0;
+      bytes_whole_parts_parts_old_61 <= 1'h0;
+      bytes_whole_parts_parts_old_62 <= 1'h0;
     end
     else begin
       bytes_whole_8 <=
@@ -1244,13 +1586,19 @@ module RegisterFile(
       bytes_whole_23 <=
         {write & writeAddress == 12'h201 & writeMask ? writeData : bytes_whole_23[15:8],
          write & writeAddress == 12'h200 & writeMask ? writeData : bytes_whole_23[7:0]};
-      if (write & _bytes_whole_parts_parts_T_120 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_138 & writeMask)
         bytes_whole_parts_parts_old_17 <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_120 & writeMask)
-        bytes_whole_parts_parts_old_18 <= writeData[4];
-      if (write & _bytes_whole_parts_parts_T_120 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_138 & writeMask)
+        bytes_whole_parts_latch_mask <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_138 & writeMask)
+        bytes_whole_parts_sync0_mask <= writeData[2];
+      if (write & _bytes_whole_parts_parts_T_138 & writeMask)
+        bytes_whole_parts_sync1_mask <= writeData[3];
+      if (write & _bytes_whole_parts_parts_T_138 & writeMask)
+        bytes_whole_parts_parts_old_21 <= writeData[4];
+      if (write & _bytes_whole_parts_parts_T_138 & writeMask)
         bytes_whole_parts_eeprom_mask <= writeData[5];
-      if (write & _bytes_whole_parts_parts_T_120 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_138 & writeMask)
         bytes_whole_parts_watchdog_mask <= writeData[6];
       if (write & writeAddress == 12'h205 & writeMask)
         bytes_whole_parts_sm_mask <= writeData[3:0];
@@ -1263,37 +1611,69 @@ module RegisterFile(
       bytes_whole_36 <=
         {write & writeAddress == 12'h421 & writeMask ? writeData : bytes_whole_36[15:8],
          write & writeAddress == 12'h420 & writeMask ? writeData : bytes_whole_36[7:0]};
-      if (write & _bytes_whole_parts_parts_T_174 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_192 & writeMask)
         bytes_whole_parts_eeprom_offered <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_174 & writeMask)
+      if (write & _bytes_whole_parts_parts_T_192 & writeMask)
         bytes_whole_parts_eeprom_force <= writeData[1];
       bytes_whole_parts_eeprom_taken <=
         ~set_eeprom_taken_valid
         & (write & writeAddress == 12'h501 & writeMask ? writeData[0] : bytes_whole_parts_eeprom_taken);
-      if (write & _bytes_whole_parts_parts_T_192 & writeMask)
-        bytes_whole_parts_sm0_enable <= writeData[0];
-      if (write & _bytes_whole_parts_parts_T_192 & writeMask)
-        bytes_whole_parts_parts_old_32 <= writeData[1];
-      if (write & writeAddress == 12'h807 & writeMask)
-        bytes_whole_parts_parts_old_33 <= writeData[1];
       if (write & _bytes_whole_parts_parts_T_210 & writeMask)
-        bytes_whole_parts_sm1_enable <= writeData[0];
+        bytes_whole_parts_parts_old_34 <= writeData[4:0];
       if (write & _bytes_whole_parts_parts_T_210 & writeMask)
-        bytes_whole_parts_parts_old_35 <= writeData[1];
-      if (write & writeAddress == 12'h80F & writeMask)
-        bytes_whole_parts_parts_old_36 <= writeData[1];
+        bytes_whole_parts_parts_old_35 <= writeData[7];
+      if (write & writeAddress == 12'h513 & writeMask)
+        bytes_whole_parts_parts_old_36 <= writeData[4:0];
       if (write & _bytes_whole_parts_parts_T_228 & writeMask)
-        bytes_whole_parts_sm2_enable <= writeData[0];
+        bytes_whole_parts_sm0_enable <= writeData[0];
       if (write & _bytes_whole_parts_parts_T_228 & writeMask)
         bytes_whole_parts_parts_old_38 <= writeData[1];
-      if (write & writeAddress == 12'h817 & writeMask)
+      if (write & writeAddress == 12'h807 & writeMask)
         bytes_whole_parts_parts_old_39 <= writeData[1];
       if (write & _bytes_whole_parts_parts_T_246 & writeMask)
-        bytes_whole_parts_sm3_enable <= writeData[0];
+        bytes_whole_parts_sm1_enable <= writeData[0];
       if (write & _bytes_whole_parts_parts_T_246 & writeMask)
         bytes_whole_parts_parts_old_41 <= writeData[1];
-      if (write & writeAddress == 12'h81F & writeMask)
+      if (write & writeAddress == 12'h80F & writeMask)
         bytes_whole_parts_parts_old_42 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_264 & writeMask)
+        bytes_whole_parts_sm2_enable <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_264 & writeMask)
+        bytes_whole_parts_parts_old_44 <= writeData[1];
+      if (write & writeAddress == 12'h817 & writeMask)
+        bytes_whole_parts_parts_old_45 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_282 & writeMask)
+        bytes_whole_parts_sm3_enable <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_282 & writeMask)
+        bytes_whole_parts_parts_old_47 <= writeData[1];
+      if (write & writeAddress == 12'h81F & writeMask)
+        bytes_whole_parts_parts_old_48 <= writeData[1];
+      bytes_whole_parts_speed_counter_start <=
+        {write & writeAddress == 12'h931 & writeMask ? writeData[6:0] : bytes_whole_parts_speed_counter_start[14:8],
+         write & writeAddress == 12'h930 & writeMask ? writeData : bytes_whole_parts_speed_counter_start[7:0]};
+      if (write & writeAddress == 12'h934 & writeMask)
+        bytes_whole_parts_parts_old_51 <= writeData[3:0];
+      if (write & writeAddress == 12'h935 & writeMask)
+        bytes_whole_parts_parts_old_52 <= writeData[3:0];
+      if (write & _bytes_whole_parts_parts_T_336 & writeMask)
+        bytes_whole_parts_sync0_by_pdi <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_336 & writeMask)
+        bytes_whole_parts_parts_old_54 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_336 & writeMask)
+        bytes_whole_parts_parts_old_55 <= writeData[4];
+      if (write & _bytes_whole_parts_parts_T_336 & writeMask)
+        bytes_whole_parts_parts_old_56 <= writeData[5];
+      bytes_whole_116 <=
+        {write & writeAddress == 12'h983 & writeMask ? writeData : bytes_whole_116[15:8],
+         write & writeAddress == 12'h982 & writeMask ? writeData : bytes_whole_116[7:0]};
+      if (write & _bytes_whole_parts_parts_T_360 & writeMask)
+        bytes_whole_parts_parts_old_59 <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_360 & writeMask)
+        bytes_whole_parts_parts_old_60 <= writeData[1];
+      if (write & _bytes_whole_parts_parts_T_372 & writeMask)
+        bytes_whole_parts_parts_old_61 <= writeData[0];
+      if (write & _bytes_whole_parts_parts_T_372 & writeMask)
+        bytes_whole_parts_parts_old_62 <= writeData[1];
     end
   end // always @(posedge)
   assign _counters_clear_0 =
@@ -1323,27 +1703,48 @@ module RegisterFile(
     .clear_2     (_counters_clear_2),
     .clear_3     (_counters_clear_3),
     .readAddress (_counters_readAddress),
-    .data        (countData),
+    .data        (_counters_data),
     .valid_0     (_counters_valid_0),
     .valid_1     (_counters_valid_1),
     .valid_2     (_counters_valid_2),
     .valid_3     (_counters_valid_3)
   );
-  assign readData = _selected_T_325[13:6];
-  assign readableByEcat = _selected_T_325[3];
-  assign readableByPdi = _selected_T_325[2];
-  assign writableByEcat = _selected_T_325[1];
-  assign writableByPdi = _selected_T_325[0];
-  assign inRam = _selected_T_325[5];
-  assign isCount = _selected_T_325[4];
-  assign value_sm3_repeat_request = bytes_whole_parts_parts_old_41;
+  assign readData = _selected_T_706[13:6];
+  assign readableByEcat = _selected_T_706[3];
+  assign readableByPdi = _selected_T_706[2];
+  assign writableByEcat = _selected_T_706[1];
+  assign writableByPdi = _selected_T_706[0];
+  assign inRam = _selected_T_706[5];
+  assign isCount = _selected_T_706[4];
+  assign countData = isHere ? kept_data : _counters_data;
+  assign kept_address = readAddress;
+  assign kept_host_reads = keptForHost_reads;
+  assign kept_host_asks = keptForHost_asks;
+  assign kept_host_address = keptForHost_address;
+  assign keptForHost_ready = kept_host_ready;
+  assign value_latch1_negative_single = bytes_whole_parts_parts_old_62;
+  assign value_latch1_positive_single = bytes_whole_parts_parts_old_61;
+  assign value_latch0_negative_single = bytes_whole_parts_parts_old_60;
+  assign value_latch0_positive_single = bytes_whole_parts_parts_old_59;
+  assign value_sync_pulse_length = bytes_whole_116;
+  assign value_latch1_by_pdi = bytes_whole_parts_parts_old_56;
+  assign value_latch0_by_pdi = bytes_whole_parts_parts_old_55;
+  assign value_sync1_by_other = bytes_whole_parts_parts_old_54;
+  assign value_sync0_by_pdi = bytes_whole_parts_sync0_by_pdi;
+  assign value_speed_filter_depth = bytes_whole_parts_parts_old_52;
+  assign value_time_filter_depth = bytes_whole_parts_parts_old_51;
+  assign value_speed_counter_start = bytes_whole_parts_speed_counter_start;
+  assign value_sm3_repeat_request = bytes_whole_parts_parts_old_47;
   assign value_sm3_enable = bytes_whole_parts_sm3_enable;
-  assign value_sm2_repeat_request = bytes_whole_parts_parts_old_38;
+  assign value_sm2_repeat_request = bytes_whole_parts_parts_old_44;
   assign value_sm2_enable = bytes_whole_parts_sm2_enable;
-  assign value_sm1_repeat_request = bytes_whole_parts_parts_old_35;
+  assign value_sm1_repeat_request = bytes_whole_parts_parts_old_41;
   assign value_sm1_enable = bytes_whole_parts_sm1_enable;
-  assign value_sm0_repeat_request = bytes_whole_parts_parts_old_32;
+  assign value_sm0_repeat_request = bytes_whole_parts_parts_old_38;
   assign value_sm0_enable = bytes_whole_parts_sm0_enable;
+  assign value_mi_register_address = bytes_whole_parts_parts_old_36;
+  assign value_mi_translation_off = bytes_whole_parts_parts_old_35;
+  assign value_mi_phy_address = bytes_whole_parts_parts_old_34;
   assign value_eeprom_taken = bytes_whole_parts_eeprom_taken;
   assign value_eeprom_force = bytes_whole_parts_eeprom_force;
   assign value_eeprom_offered = bytes_whole_parts_eeprom_offered;
@@ -1353,7 +1754,10 @@ module RegisterFile(
   assign value_sm_mask = bytes_whole_parts_sm_mask;
   assign value_watchdog_mask = bytes_whole_parts_watchdog_mask;
   assign value_eeprom_mask = bytes_whole_parts_eeprom_mask;
-  assign value_sm_activation_mask = bytes_whole_parts_parts_old_18;
+  assign value_sm_activation_mask = bytes_whole_parts_parts_old_21;
+  assign value_sync1_mask = bytes_whole_parts_sync1_mask;
+  assign value_sync0_mask = bytes_whole_parts_sync0_mask;
+  assign value_latch_mask = bytes_whole_parts_latch_mask;
   assign value_al_control_mask = bytes_whole_parts_parts_old_17;
   assign value_ecat_event_mask = bytes_whole_23;
   assign value_esc_configuration = bytes_whole_parts_esc_configuration;
@@ -1514,6 +1918,18 @@ module EscMemory(
   output        host_ack,
   output [7:0]  host_rdata,
   input         ramOpen,
+  output        value_latch1_negative_single,
+  output        value_latch1_positive_single,
+  output        value_latch0_negative_single,
+  output        value_latch0_positive_single,
+  output [15:0] value_sync_pulse_length,
+  output        value_latch1_by_pdi,
+  output        value_latch0_by_pdi,
+  output        value_sync1_by_other,
+  output        value_sync0_by_pdi,
+  output [3:0]  value_speed_filter_depth,
+  output [3:0]  value_time_filter_depth,
+  output [14:0] value_speed_counter_start,
   output        value_sm3_repeat_request,
   output        value_sm3_enable,
   output        value_sm2_repeat_request,
@@ -1522,6 +1938,9 @@ module EscMemory(
   output        value_sm1_enable,
   output        value_sm0_repeat_request,
   output        value_sm0_enable,
+  output [4:0]  value_mi_register_address,
+  output        value_mi_translation_off,
+  output [4:0]  value_mi_phy_address,
   output        value_eeprom_taken,
   output        value_eeprom_force,
   output        value_eeprom_offered,
@@ -1532,6 +1951,9 @@ module EscMemory(
   output        value_watchdog_mask,
   output        value_eeprom_mask,
   output        value_sm_activation_mask,
+  output        value_sync1_mask,
+  output        value_sync0_mask,
+  output        value_latch_mask,
   output        value_al_control_mask,
   output [15:0] value_ecat_event_mask,
   output [6:0]  value_esc_configuration,
@@ -1546,10 +1968,24 @@ module EscMemory(
   output        value_destroy_non_ethercat,
   output [15:0] value_station_alias,
   output [15:0] value_station_address,
+  input         guard_latch1_of_pdi,
+  input         guard_latch1_of_ecat,
+  input         guard_latch_on,
+  input         guard_latch0_of_pdi,
+  input         guard_latch0_of_ecat,
+  input         guard_sync1_of_pdi,
+  input         guard_sync1_of_ecat,
+  input         guard_sync0_of_pdi,
+  input         guard_sync0_of_ecat,
+  input         guard_sync_on,
+  input         guard_sync_of_pdi,
+  input         guard_sync_of_ecat,
+  input         guard_clocks_on,
   input         guard_sm3_disabled,
   input         guard_sm2_disabled,
   input         guard_sm1_disabled,
   input         guard_sm0_disabled,
+  input         guard_mi_ecat_may_write,
   input         guard_sii_pdi_may_write,
   input         guard_sii_pdi_may_answer,
   input         guard_sii_ecat_may_write,
@@ -1564,6 +2000,24 @@ module EscMemory(
   input         set_loop_port0_valid,
   input  [1:0]  set_loop_port0_bits,
   input         set_temporary_use_valid,
+  input         status_latch1_pin,
+  input         status_latch1_negative,
+  input         status_latch1_positive,
+  input         status_latch0_pin,
+  input         status_latch0_negative,
+  input         status_latch0_positive,
+  input         status_sync1_status,
+  input         status_sync0_status,
+  input         status_start_implausible,
+  input         status_sync1_pending,
+  input         status_sync0_pending,
+  input         status_near_future,
+  input         status_start_time_checked,
+  input         status_start_time_extended,
+  input         status_auto_activation,
+  input         status_sync1_enable,
+  input         status_sync0_enable,
+  input         status_cyclic_active,
   input         status_sm3_deactivated,
   input  [1:0]  status_sm3_last_buffer,
   input         status_sm3_mailbox_full,
@@ -1584,6 +2038,13 @@ module EscMemory(
   input         status_sm0_mailbox_full,
   input         status_sm0_read_event,
   input         status_sm0_write_event,
+  input  [15:0] status_mi_data,
+  input         status_mi_busy,
+  input         status_mi_command_error,
+  input         status_mi_read_error,
+  input  [2:0]  status_mi_command,
+  input  [4:0]  status_mi_port_address,
+  input         status_mi_write_enable,
   input         status_eeprom_busy,
   input         status_eeprom_write_error,
   input         status_eeprom_command_error,
@@ -1597,10 +2058,14 @@ module EscMemory(
   input  [3:0]  status_sm_al_event,
   input         status_watchdog_event,
   input         status_sm_activation_event,
+  input         status_sync1_event,
+  input         status_sync0_event,
+  input         status_latch_event,
   input         status_al_control_event,
   input  [3:0]  status_sm_ecat_event,
   input         status_al_status_event,
   input         status_dl_status_event,
+  input         status_ecat_latch_event,
   input         status_err_led_enable,
   input  [3:0]  status_err_led_code,
   input         status_run_led_enable,
@@ -1611,6 +2076,7 @@ module EscMemory(
   input         status_loop_closed_port0,
   input         status_physical_link_port1,
   input         status_physical_link_port0,
+  input         status_enhanced_link_detection,
   input         status_pdi_watchdog,
   input         status_pdi_operational,
   input         event_watchdog_count_pdi,
@@ -1624,6 +2090,12 @@ module EscMemory(
   input         event_invalid_frame_port1,
   input         event_rx_er_port0,
   input         event_invalid_frame_port0,
+  output [11:0] kept_address,
+  input  [7:0]  kept_data,
+  output        kept_host_reads,
+  output        kept_host_asks,
+  output [11:0] kept_host_address,
+  input         kept_host_ready,
   output        registerWrite_valid,
   output [11:0] registerWrite_bits_address,
   output        registerWrite_bits_mask,
@@ -1661,6 +2133,8 @@ module EscMemory(
   wire [7:0]  _ram_writeData;
   wire [7:0]  _ram_readData;
   wire [11:0] _file_readAddress;
+  wire        _file_keptForHost_asks;
+  wire [11:0] _file_keptForHost_address;
   wire        _file_write;
   wire [7:0]  _file_readData;
   wire        _file_readableByEcat;
@@ -1670,11 +2144,13 @@ module EscMemory(
   wire        _file_inRam;
   wire        _file_isCount;
   wire [7:0]  _file_countData;
+  wire        _file_keptForHost_ready;
   reg         unitWaits;
   reg  [11:0] unitAddress;
   reg  [16:0] readAddress;
   wire        readTarget_user = readAddress[15:7] == 9'h1F;
   assign _readTarget_t_place_process_T = readAddress[15:12];
+  reg         file_keptForHost_reads_REG;
   reg         ramHit;
   reg         registerHit;
   reg  [7:0]  registerData;
@@ -1812,6 +2288,7 @@ module EscMemory(
     if (_unitAddress_T)
       unitAddress <= unitRead_bits;
     readAddress <= ecat_read ? ecat_readAddress : {1'h0, unitReads ? {4'h0, unitAddress} : host_addr};
+    file_keptForHost_reads_REG <= ~ecat_read;
     ramHit <= readTarget_ram;
     registerHit <= readTarget_register;
     registerData <= {8{readTarget_register}} & _file_readData;
@@ -1843,9 +2320,12 @@ module EscMemory(
         ? (hostWrite_unitWrites_isClear_cleared[9] ? unitWrite_bits_data : 8'h0)
         : _log_replay_valid ? _log_replay_bits_data : hostData;
     registerWriteByHost_REG <= ~_log_replay_valid & ~hostWrite_unitWrites;
-    hostReadChosen <= host_req & ~host_write & ~ecat_read & ~host_ack_REG & ~(hostReadChosen | hostReadDone);
+    hostReadChosen <=
+      host_req & ~host_write & _file_keptForHost_ready & ~ecat_read & ~host_ack_REG & ~(hostReadChosen | hostReadDone);
   end // always @(posedge)
   assign _file_readAddress = readAddress[11:0];
+  assign _file_keptForHost_asks = host_req & ~host_write & host_addr < 16'h1000;
+  assign _file_keptForHost_address = host_addr[11:0];
   assign _file_write = registerWrite_valid_REG & hostWrite_unitWrites_isClear_cleared[9] & file_write_REG;
   RegisterFile file (
     .clock                             (clock),
@@ -1859,10 +2339,34 @@ module EscMemory(
     .inRam                             (_file_inRam),
     .isCount                           (_file_isCount),
     .countData                         (_file_countData),
+    .kept_address                      (kept_address),
+    .kept_data                         (kept_data),
+    .kept_host_reads                   (kept_host_reads),
+    .kept_host_asks                    (kept_host_asks),
+    .kept_host_address                 (kept_host_address),
+    .kept_host_ready                   (kept_host_ready),
+    .keptForHost_reads                 (file_keptForHost_reads_REG),
+    .keptForHost_asks                  (_file_keptForHost_asks),
+    .keptForHost_address               (_file_keptForHost_address),
+    .keptForHost_ready                 (_file_keptForHost_ready),
+    .guard_latch1_of_pdi               (guard_latch1_of_pdi),
+    .guard_latch1_of_ecat              (guard_latch1_of_ecat),
+    .guard_latch_on                    (guard_latch_on),
+    .guard_latch0_of_pdi               (guard_latch0_of_pdi),
+    .guard_latch0_of_ecat              (guard_latch0_of_ecat),
+    .guard_sync1_of_pdi                (guard_sync1_of_pdi),
+    .guard_sync1_of_ecat               (guard_sync1_of_ecat),
+    .guard_sync0_of_pdi                (guard_sync0_of_pdi),
+    .guard_sync0_of_ecat               (guard_sync0_of_ecat),
+    .guard_sync_on                     (guard_sync_on),
+    .guard_sync_of_pdi                 (guard_sync_of_pdi),
+    .guard_sync_of_ecat                (guard_sync_of_ecat),
+    .guard_clocks_on                   (guard_clocks_on),
     .guard_sm3_disabled                (guard_sm3_disabled),
     .guard_sm2_disabled                (guard_sm2_disabled),
     .guard_sm1_disabled                (guard_sm1_disabled),
     .guard_sm0_disabled                (guard_sm0_disabled),
+    .guard_mi_ecat_may_write           (guard_mi_ecat_may_write),
     .guard_sii_pdi_may_write           (guard_sii_pdi_may_write),
     .guard_sii_pdi_may_answer          (guard_sii_pdi_may_answer),
     .guard_sii_ecat_may_write          (guard_sii_ecat_may_write),
@@ -1873,6 +2377,18 @@ module EscMemory(
     .writeAddress                      (registerWrite_bits_REG_address),
     .writeMask                         (registerWrite_bits_REG_mask),
     .writeData                         (registerWrite_bits_REG_data),
+    .value_latch1_negative_single      (value_latch1_negative_single),
+    .value_latch1_positive_single      (value_latch1_positive_single),
+    .value_latch0_negative_single      (value_latch0_negative_single),
+    .value_latch0_positive_single      (value_latch0_positive_single),
+    .value_sync_pulse_length           (value_sync_pulse_length),
+    .value_latch1_by_pdi               (value_latch1_by_pdi),
+    .value_latch0_by_pdi               (value_latch0_by_pdi),
+    .value_sync1_by_other              (value_sync1_by_other),
+    .value_sync0_by_pdi                (value_sync0_by_pdi),
+    .value_speed_filter_depth          (value_speed_filter_depth),
+    .value_time_filter_depth           (value_time_filter_depth),
+    .value_speed_counter_start         (value_speed_counter_start),
     .value_sm3_repeat_request          (value_sm3_repeat_request),
     .value_sm3_enable                  (value_sm3_enable),
     .value_sm2_repeat_request          (value_sm2_repeat_request),
@@ -1881,6 +2397,9 @@ module EscMemory(
     .value_sm1_enable                  (value_sm1_enable),
     .value_sm0_repeat_request          (value_sm0_repeat_request),
     .value_sm0_enable                  (value_sm0_enable),
+    .value_mi_register_address         (value_mi_register_address),
+    .value_mi_translation_off          (value_mi_translation_off),
+    .value_mi_phy_address              (value_mi_phy_address),
     .value_eeprom_taken                (value_eeprom_taken),
     .value_eeprom_force                (value_eeprom_force),
     .value_eeprom_offered              (value_eeprom_offered),
@@ -1891,6 +2410,9 @@ module EscMemory(
     .value_watchdog_mask               (value_watchdog_mask),
     .value_eeprom_mask                 (value_eeprom_mask),
     .value_sm_activation_mask          (value_sm_activation_mask),
+    .value_sync1_mask                  (value_sync1_mask),
+    .value_sync0_mask                  (value_sync0_mask),
+    .value_latch_mask                  (value_latch_mask),
     .value_al_control_mask             (value_al_control_mask),
     .value_ecat_event_mask             (value_ecat_event_mask),
     .value_esc_configuration           (value_esc_configuration),
@@ -1913,6 +2435,24 @@ module EscMemory(
     .set_loop_port0_valid              (set_loop_port0_valid),
     .set_loop_port0_bits               (set_loop_port0_bits),
     .set_temporary_use_valid           (set_temporary_use_valid),
+    .status_latch1_pin                 (status_latch1_pin),
+    .status_latch1_negative            (status_latch1_negative),
+    .status_latch1_positive            (status_latch1_positive),
+    .status_latch0_pin                 (status_latch0_pin),
+    .status_latch0_negative            (status_latch0_negative),
+    .status_latch0_positive            (status_latch0_positive),
+    .status_sync1_status               (status_sync1_status),
+    .status_sync0_status               (status_sync0_status),
+    .status_start_implausible          (status_start_implausible),
+    .status_sync1_pending              (status_sync1_pending),
+    .status_sync0_pending              (status_sync0_pending),
+    .status_near_future                (status_near_future),
+    .status_start_time_checked         (status_start_time_checked),
+    .status_start_time_extended        (status_start_time_extended),
+    .status_auto_activation            (status_auto_activation),
+    .status_sync1_enable               (status_sync1_enable),
+    .status_sync0_enable               (status_sync0_enable),
+    .status_cyclic_active              (status_cyclic_active),
     .status_sm3_deactivated            (status_sm3_deactivated),
     .status_sm3_last_buffer            (status_sm3_last_buffer),
     .status_sm3_mailbox_full           (status_sm3_mailbox_full),
@@ -1933,6 +2473,13 @@ module EscMemory(
     .status_sm0_mailbox_full           (status_sm0_mailbox_full),
     .status_sm0_read_event             (status_sm0_read_event),
     .status_sm0_write_event            (status_sm0_write_event),
+    .status_mi_data                    (status_mi_data),
+    .status_mi_busy                    (status_mi_busy),
+    .status_mi_command_error           (status_mi_command_error),
+    .status_mi_read_error              (status_mi_read_error),
+    .status_mi_command                 (status_mi_command),
+    .status_mi_port_address            (status_mi_port_address),
+    .status_mi_write_enable            (status_mi_write_enable),
     .status_eeprom_busy                (status_eeprom_busy),
     .status_eeprom_write_error         (status_eeprom_write_error),
     .status_eeprom_command_error       (status_eeprom_command_error),
@@ -1946,10 +2493,14 @@ module EscMemory(
     .status_sm_al_event                (status_sm_al_event),
     .status_watchdog_event             (status_watchdog_event),
     .status_sm_activation_event        (status_sm_activation_event),
+    .status_sync1_event                (status_sync1_event),
+    .status_sync0_event                (status_sync0_event),
+    .status_latch_event                (status_latch_event),
     .status_al_control_event           (status_al_control_event),
     .status_sm_ecat_event              (status_sm_ecat_event),
     .status_al_status_event            (status_al_status_event),
     .status_dl_status_event            (status_dl_status_event),
+    .status_ecat_latch_event           (status_ecat_latch_event),
     .status_err_led_enable             (status_err_led_enable),
     .status_err_led_code               (status_err_led_code),
     .status_run_led_enable             (status_run_led_enable),
@@ -1960,6 +2511,7 @@ module EscMemory(
     .status_loop_closed_port0          (status_loop_closed_port0),
     .status_physical_link_port1        (status_physical_link_port1),
     .status_physical_link_port0        (status_physical_link_port0),
+    .status_enhanced_link_detection    (status_enhanced_link_detection),
     .status_pdi_watchdog               (status_pdi_watchdog),
     .status_pdi_operational            (status_pdi_operational),
     .event_watchdog_count_pdi          (event_watchdog_count_pdi),
@@ -3343,6 +3895,10 @@ module TranslatedAccess(
   output [3:0]  readMask,
   output        readSuccess,
   output        writeSuccess,
+  output        reads_latch1_negative_time,
+  output        reads_latch1_positive_time,
+  output        reads_latch0_negative_time,
+  output        reads_latch0_positive_time,
   output        reads_al_status,
   output        reads_dl_status,
   input         tableWrite_valid,
@@ -3444,7 +4000,7 @@ module TranslatedAccess(
   wire        newFrame = _newFrame_T & ~in_payload;
   wire        isBefore = inHeader & position_byte < 5'h7;
   reg         past;
-  wire        _reads_al_status_T_2 = _times_schedule_cycle == 4'h0;
+  wire        _reads_latch1_negative_time_T_2 = _times_schedule_cycle == 4'h0;
   wire        _mover_writeTo_T = _times_schedule_cycle == 4'h4;
   reg         fmmus_search_past_REG;
   wire        _areas_turn_T_3 = _times_schedule_cycle == 4'h2;
@@ -3454,7 +4010,7 @@ module TranslatedAccess(
   reg         area_entries_0_begins_REG_1;
   reg         inDatagram;
   reg         nextInDatagram;
-  wire        lookUpRead = _reads_al_status_T_2 & _fetch_read_may;
+  wire        lookUpRead = _reads_latch1_negative_time_T_2 & _fetch_read_may;
   reg         readArrives_r;
   reg         readArrives;
   reg         reading_may;
@@ -3495,23 +4051,27 @@ module TranslatedAccess(
   reg  [2:0]  mover_writeTo_r_bits_turn;
   wire        accept =
     _mover_written_valid & _mover_written_bits_may & ~(_mover_written_bits_address < 17'hF80 & memory_logFull);
-  wire        closes = _reads_al_status_T_2 & reading_may & reading_inBuffer & reading_last;
+  wire        closes = _reads_latch1_negative_time_T_2 & reading_may & reading_inBuffer & reading_last;
   wire        touches =
     second & _fetch_write_may & _fetch_write_inBuffer
     & ~((mover_writeTo_r_before | mover_writeTo_r_bits_early) & isLast);
   wire        _areas_access_write_T = _times_schedule_cycle == 4'h1;
-  wire        tells = _reads_al_status_T_2 | _areas_access_write_T;
+  wire        tells = _reads_latch1_negative_time_T_2 | _areas_access_write_T;
   reg         anyRead;
   reg         anyWrite;
   wire        _GEN = _times_schedule_ends & isRead;
   reg         reads_dl_status_r;
   reg         reads_al_status_r;
+  reg         reads_latch0_positive_time_r;
+  reg         reads_latch0_negative_time_r;
+  reg         reads_latch1_positive_time_r;
+  reg         reads_latch1_negative_time_r;
   wire [1:0]  _ahead_T_2 = inHeader ? position_byte[1:0] : 2'h2;
   wire        goesOn = enable & (~inHeader | position_byte > 5'h6);
   wire        _area_entries_0_begins_T_1 = areaIndex == 3'h0;
   wire        _GEN_0 = _times_schedule_ends & inHeader & position_byte == 5'h5;
   always @(posedge clock) begin
-    if (_reads_al_status_T_2) begin
+    if (_reads_latch1_negative_time_T_2) begin
       past <= ~isBefore & (past | request_address[32]);
       reading_inBuffer <= _fetch_read_inBuffer;
       reading_index <= _fetch_read_index;
@@ -3528,6 +4088,10 @@ module TranslatedAccess(
       mover_readFrom_r_bits_turn <= _fmmus_read_bits_turn;
       reads_dl_status_r <= _fetch_read_address[16:1] == 16'h88;
       reads_al_status_r <= _fetch_read_address[16:1] == 16'h98;
+      reads_latch0_positive_time_r <= _fetch_read_address[16:3] == 14'h136;
+      reads_latch0_negative_time_r <= _fetch_read_address[16:3] == 14'h137;
+      reads_latch1_positive_time_r <= _fetch_read_address[16:3] == 14'h138;
+      reads_latch1_negative_time_r <= _fetch_read_address[16:3] == 14'h139;
     end
     fmmus_search_past_REG <= past;
     if (_times_schedule_ends) begin
@@ -3539,7 +4103,7 @@ module TranslatedAccess(
              : (|(position_dataLeft[10:2])) | position_dataLeft[1:0] > _ahead_T_2 + 2'h1);
       isLast <= position_dataLeft == {10'h0, ~inHeader};
     end
-    reading_may <= ~newFrame & (_reads_al_status_T_2 ? _fetch_read_may : reading_may);
+    reading_may <= ~newFrame & (_reads_latch1_negative_time_T_2 ? _fetch_read_may : reading_may);
     if (readArrives) begin
       readByte <= memory_readData;
       readable <= memory_readable;
@@ -3773,23 +4337,29 @@ module TranslatedAccess(
   assign memory_readAddress = lookUpRead ? _fetch_read_address : _fetch_write_address;
   assign memory_write = accept;
   assign memory_writeAddress = _mover_written_bits_address[15:0];
-  assign advance = (request_logical ? _reads_al_status_T_2 : _mover_writeTo_T) & ~isBefore;
+  assign advance = (request_logical ? _reads_latch1_negative_time_T_2 : _mover_writeTo_T) & ~isBefore;
   assign readMask = _readMask_output;
   assign readSuccess = anyRead;
   assign writeSuccess = anyWrite;
+  assign reads_latch1_negative_time = _GEN & reads_latch1_negative_time_r;
+  assign reads_latch1_positive_time = _GEN & reads_latch1_positive_time_r;
+  assign reads_latch0_negative_time = _GEN & reads_latch0_negative_time_r;
+  assign reads_latch0_positive_time = _GEN & reads_latch0_positive_time_r;
   assign reads_al_status = _GEN & reads_al_status_r;
   assign reads_dl_status = _GEN & reads_dl_status_r;
   assign areas_index = areaIndex;
-  assign areas_turn = _reads_al_status_T_2 | _areas_access_write_T | _areas_turn_T_3 | _areas_turn_T_5;
+  assign areas_turn = _reads_latch1_negative_time_T_2 | _areas_access_write_T | _areas_turn_T_3 | _areas_turn_T_5;
   assign areas_request = closes | touches | _fetch_ask_valid;
-  assign areas_number = tells ? (_reads_al_status_T_2 ? reading_index : _fetch_write_index) : _fetch_ask_number;
+  assign areas_number =
+    tells ? (_reads_latch1_negative_time_T_2 ? reading_index : _fetch_write_index) : _fetch_ask_number;
   assign areas_access_write = tells ? _areas_access_write_T : _fetch_ask_access_write;
   assign areas_access_touch = tells ? touches : _fetch_ask_access_touch;
   assign areas_access_first =
-    tells ? (_reads_al_status_T_2 ? reading_first : _fetch_write_first) : _fetch_ask_access_first;
-  assign areas_access_close = tells & (closes | touches & (_reads_al_status_T_2 ? reading_last : _fetch_write_last));
+    tells ? (_reads_latch1_negative_time_T_2 ? reading_first : _fetch_write_first) : _fetch_ask_access_first;
+  assign areas_access_close =
+    tells & (closes | touches & (_reads_latch1_negative_time_T_2 ? reading_last : _fetch_write_last));
   assign areas_access_single =
-    tells ? (_reads_al_status_T_2 ? reading_single : _fetch_write_single) : _fetch_ask_access_single;
+    tells ? (_reads_latch1_negative_time_T_2 ? reading_single : _fetch_write_single) : _fetch_ask_access_single;
 endmodule
 
 module FrameProcessor(
@@ -3827,6 +4397,10 @@ module FrameProcessor(
   output [15:0] memory_writeAddress,
   output [7:0]  memory_writeData,
   output        memory_commit,
+  output        reads_latch1_negative_time,
+  output        reads_latch1_positive_time,
+  output        reads_latch0_negative_time,
+  output        reads_latch0_positive_time,
   output        reads_al_status,
   output        reads_dl_status,
   output        frameGood,
@@ -3854,11 +4428,15 @@ module FrameProcessor(
   input         areas_answer_inBuffer,
   input  [16:0] areas_offset,
   input         areas_ramOpen,
+  output        stamps_written,
+  output        stamps_ofPorts,
   input         buffersSettled
 );
 
   wire        tooMany;
   wire        _translated_enable;
+  wire        _translated_memory_write;
+  wire [15:0] _translated_memory_writeAddress;
   wire [3:0]  _translated_readNibble;
   wire [3:0]  _translated_readMask;
   wire        _translated_readSuccess;
@@ -3881,11 +4459,12 @@ module FrameProcessor(
   wire        _parser_position_notEtherCat;
   wire        _parser_position_checksumCleared;
   assign tooMany = _parser_position_datagram[7];
+  wire        _lengthTop_T = _parser_position_part == 4'h3;
+  reg         stamps_ofPorts_r;
   reg         destroy;
   reg         carry;
   reg         increments;
   reg         readWrite;
-  wire        _lengthTop_T = _parser_position_part == 4'h3;
   wire        circulate =
     _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & ~tooMany;
   reg  [31:0] changesBefore;
@@ -3920,8 +4499,8 @@ module FrameProcessor(
   wire        end_0 = aborted | in_end & _busy_T;
   wire        ends = step & end_0;
   wire        active = step & in_valid;
-  wire        inCounter =
-    _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
+  wire        _inCounter_T_1 = _parser_position_byte == 5'h0;
+  wire        inCounter = _parser_position_part == 4'h5 & (_inCounter_T_1 | _parser_position_byte == 5'h1);
   wire [4:0]  sum =
     {1'h0, in_data}
     + {2'h0,
@@ -3960,6 +4539,8 @@ module FrameProcessor(
     | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
         | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
   always @(posedge clock) begin
+    if (active & _lengthTop_T & _inCounter_T_1 & ~_parser_position_high)
+      stamps_ofPorts_r <= in_data == 4'h8 | in_data == 4'h5;
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
     if (active) begin
@@ -4042,59 +4623,63 @@ module FrameProcessor(
   );
   assign _translated_enable = ~tooMany;
   TranslatedAccess translated (
-    .clock                     (clock),
-    .reset                     (reset),
-    .step                      (step),
-    .in_valid                  (in_valid),
-    .in_payload                (in_payload),
-    .in_data                   (in_data),
-    .position_part             (_parser_position_part),
-    .position_byte             (_parser_position_byte),
-    .position_high             (_parser_position_high),
-    .position_dataLeft         (_parser_position_dataLeft),
-    .request_read              (_header_request_read),
-    .request_write             (_header_request_write),
-    .request_logical           (_header_request_logical),
-    .request_address           (_header_request_address),
-    .enable                    (_translated_enable),
-    .memory_frameStart         (memory_frameStart),
-    .memory_read               (memory_read),
-    .memory_readAddress        (memory_readAddress),
-    .memory_readData           (memory_readData),
-    .memory_readable           (memory_readable),
-    .memory_writable           (memory_writable),
-    .memory_logFull            (memory_logFull),
-    .memory_write              (memory_write),
-    .memory_writeAddress       (memory_writeAddress),
-    .memory_writeData          (memory_writeData),
-    .advance                   (_header_advance),
-    .readNibble                (_translated_readNibble),
-    .readMask                  (_translated_readMask),
-    .readSuccess               (_translated_readSuccess),
-    .writeSuccess              (_translated_writeSuccess),
-    .reads_al_status           (reads_al_status),
-    .reads_dl_status           (reads_dl_status),
-    .tableWrite_valid          (tableWrite_valid),
-    .tableWrite_word           (tableWrite_word),
-    .tableWrite_mask           (tableWrite_mask),
-    .tableWrite_data           (tableWrite_data),
-    .areas_index               (areas_index),
-    .areas_entries_0_index     (areas_entries_0_index),
-    .areas_entries_0_start     (areas_entries_0_start),
-    .areas_entries_0_extent    (areas_entries_0_extent),
-    .areas_entries_0_takesPart (areas_entries_0_takesPart),
-    .areas_turn                (areas_turn),
-    .areas_request             (areas_request),
-    .areas_number              (areas_number),
-    .areas_access_write        (areas_access_write),
-    .areas_access_touch        (areas_access_touch),
-    .areas_access_first        (areas_access_first),
-    .areas_access_close        (areas_access_close),
-    .areas_access_single       (areas_access_single),
-    .areas_answer_allowed      (areas_answer_allowed),
-    .areas_answer_inBuffer     (areas_answer_inBuffer),
-    .areas_offset              (areas_offset),
-    .areas_ramOpen             (areas_ramOpen)
+    .clock                      (clock),
+    .reset                      (reset),
+    .step                       (step),
+    .in_valid                   (in_valid),
+    .in_payload                 (in_payload),
+    .in_data                    (in_data),
+    .position_part              (_parser_position_part),
+    .position_byte              (_parser_position_byte),
+    .position_high              (_parser_position_high),
+    .position_dataLeft          (_parser_position_dataLeft),
+    .request_read               (_header_request_read),
+    .request_write              (_header_request_write),
+    .request_logical            (_header_request_logical),
+    .request_address            (_header_request_address),
+    .enable                     (_translated_enable),
+    .memory_frameStart          (memory_frameStart),
+    .memory_read                (memory_read),
+    .memory_readAddress         (memory_readAddress),
+    .memory_readData            (memory_readData),
+    .memory_readable            (memory_readable),
+    .memory_writable            (memory_writable),
+    .memory_logFull             (memory_logFull),
+    .memory_write               (_translated_memory_write),
+    .memory_writeAddress        (_translated_memory_writeAddress),
+    .memory_writeData           (memory_writeData),
+    .advance                    (_header_advance),
+    .readNibble                 (_translated_readNibble),
+    .readMask                   (_translated_readMask),
+    .readSuccess                (_translated_readSuccess),
+    .writeSuccess               (_translated_writeSuccess),
+    .reads_latch1_negative_time (reads_latch1_negative_time),
+    .reads_latch1_positive_time (reads_latch1_positive_time),
+    .reads_latch0_negative_time (reads_latch0_negative_time),
+    .reads_latch0_positive_time (reads_latch0_positive_time),
+    .reads_al_status            (reads_al_status),
+    .reads_dl_status            (reads_dl_status),
+    .tableWrite_valid           (tableWrite_valid),
+    .tableWrite_word            (tableWrite_word),
+    .tableWrite_mask            (tableWrite_mask),
+    .tableWrite_data            (tableWrite_data),
+    .areas_index                (areas_index),
+    .areas_entries_0_index      (areas_entries_0_index),
+    .areas_entries_0_start      (areas_entries_0_start),
+    .areas_entries_0_extent     (areas_entries_0_extent),
+    .areas_entries_0_takesPart  (areas_entries_0_takesPart),
+    .areas_turn                 (areas_turn),
+    .areas_request              (areas_request),
+    .areas_number               (areas_number),
+    .areas_access_write         (areas_access_write),
+    .areas_access_touch         (areas_access_touch),
+    .areas_access_first         (areas_access_first),
+    .areas_access_close         (areas_access_close),
+    .areas_access_single        (areas_access_single),
+    .areas_answer_allowed       (areas_answer_allowed),
+    .areas_answer_inBuffer      (areas_answer_inBuffer),
+    .areas_offset               (areas_offset),
+    .areas_ramOpen              (areas_ramOpen)
   );
   assign out_valid = output_valid;
   assign out_payload = output_payload;
@@ -4103,11 +4688,15 @@ module FrameProcessor(
   assign out_bad = output_bad;
   assign out_odd = output_odd;
   assign out_crcGood = output_crcGood;
+  assign memory_write = _translated_memory_write;
+  assign memory_writeAddress = _translated_memory_writeAddress;
   assign memory_commit = buffersSettled;
   assign frameGood = frameGood_REG;
   assign frameBad = frameBad_REG;
   assign busy = _busy_T;
   assign error = error_REG;
+  assign stamps_written = _translated_memory_write & _translated_memory_writeAddress == 16'h900;
+  assign stamps_ofPorts = stamps_ofPorts_r;
 endmodule
 
 module LoopControl(
@@ -5892,9 +6481,9 @@ module SiiController(
       4'b0011:
         casez_tmp = 12'h151;
       4'b0100:
-        casez_tmp = 12'h0;
+        casez_tmp = 12'h982;
       4'b0101:
-        casez_tmp = 12'h0;
+        casez_tmp = 12'h983;
       4'b0110:
         casez_tmp = 12'h152;
       4'b0111:
@@ -6679,6 +7268,110 @@ module SiiController(
   assign loading = isFirst & _busy_output;
 endmodule
 
+module Mdio(
+  input         clock,
+  input         reset,
+  input         run,
+  input         isWrite,
+  input  [4:0]  phy,
+  input  [4:0]  phyRegister,
+  output        done,
+  output        silent,
+  output [15:0] data,
+  input         load_0_valid,
+  input  [7:0]  load_0_bits,
+  input         load_1_valid,
+  input  [7:0]  load_1_bits,
+  output        mdc,
+  input         mdioIn,
+  output        mdioOut,
+  output        mdioEnable
+);
+
+  reg  [12:0] count;
+  wire        _done_output = count[12] & count[6];
+  reg         sampled;
+  reg         noAnswer;
+  reg  [7:0]  shift_0;
+  reg  [7:0]  shift_1;
+  reg         casez_tmp;
+  always @(*) begin
+    casez (count[9:6])
+      4'b0000:
+        casez_tmp = 1'h0;
+      4'b0001:
+        casez_tmp = 1'h1;
+      4'b0010:
+        casez_tmp = ~isWrite;
+      4'b0011:
+        casez_tmp = isWrite;
+      4'b0100:
+        casez_tmp = phy[4];
+      4'b0101:
+        casez_tmp = phy[3];
+      4'b0110:
+        casez_tmp = phy[2];
+      4'b0111:
+        casez_tmp = phy[1];
+      4'b1000:
+        casez_tmp = phy[0];
+      4'b1001:
+        casez_tmp = phyRegister[4];
+      4'b1010:
+        casez_tmp = phyRegister[3];
+      4'b1011:
+        casez_tmp = phyRegister[2];
+      4'b1100:
+        casez_tmp = phyRegister[1];
+      4'b1101:
+        casez_tmp = phyRegister[0];
+      4'b1110:
+        casez_tmp = 1'h1;
+      default:
+        casez_tmp = 1'h0;
+    endcase
+  end // always @(*)
+  reg         mdioOut_REG;
+  reg         mdioEnable_REG;
+  wire        inData = count[11] & count[10];
+  always @(posedge clock) begin
+    if (reset) begin
+      count <= 13'h0;
+      shift_0 <= 8'h0;
+      shift_1 <= 8'h0;
+      mdioEnable_REG <= 1'h0;
+    end
+    else begin
+      if (_done_output)
+        count <= 13'h0;
+      else if (run)
+        count <= count + 13'h1;
+      if ((&(count[5:0])) & inData) begin
+        shift_0 <= {shift_0[6:0], isWrite ? shift_1[7] : sampled};
+        shift_1 <= {shift_1[6:0], shift_0[7]};
+      end
+      else begin
+        if (load_0_valid)
+          shift_0 <= load_0_bits;
+        if (load_1_valid)
+          shift_1 <= load_1_bits;
+      end
+      mdioEnable_REG <= run & ~(count[12]) & ~(~isWrite & count[11] & (count[10] | (&(count[9:7]))));
+    end
+    if (count[5:0] == 6'h1F)
+      sampled <= mdioIn;
+    if ((&(count[5:0])) & ~(count[12]) & ~(count[10]))
+      noAnswer <= sampled;
+    mdioOut_REG <= inData ? shift_1[7] : ~(count[11]) | casez_tmp;
+  end // always @(posedge)
+  assign done = _done_output;
+  assign silent = noAnswer & ~isWrite;
+  assign data = {shift_1, shift_0};
+  assign mdc = count[5];
+  assign mdioOut = mdioOut_REG;
+  assign mdioEnable = mdioEnable_REG;
+endmodule
+
 module WatchdogDivider(
   input         clock,
   input         reset,
@@ -6736,6 +7429,98 @@ module Watchdog(
   end // always @(posedge)
   assign running = alive | ~(|timeTicks);
   assign expired = _expired_output;
+endmodule
+
+module EnhancedLinkDetection(
+  input  clock,
+  input  reset,
+  input  found_0,
+  input  found_1,
+  input  rxEr_0,
+  input  rxEr_1,
+  input  on_0,
+  input  on_1,
+  output link_0,
+  output link_1,
+  output restarts_0,
+  output restarts_1
+);
+
+  reg  [9:0] tick_value;
+  reg  [5:0] errors;
+  reg        held;
+  reg  [5:0] errors_1;
+  reg        held_1;
+  wire       tick_wrap = tick_value == 10'h3E7;
+  always @(posedge clock) begin
+    if (reset) begin
+      tick_value <= 10'h0;
+      errors <= 6'h0;
+      held <= 1'h0;
+      errors_1 <= 6'h0;
+      held_1 <= 1'h0;
+    end
+    else begin
+      if (tick_wrap)
+        tick_value <= 10'h0;
+      else
+        tick_value <= tick_value + 10'h1;
+      if (found_0) begin
+        if (tick_wrap)
+          errors <= {5'h0, rxEr_0};
+        else if (rxEr_0 & ~(errors[5]))
+          errors <= errors + 6'h1;
+      end
+      else
+        errors <= 6'h0;
+      held <= found_0 & (held | on_0 & errors[5]);
+      if (found_1) begin
+        if (tick_wrap)
+          errors_1 <= {5'h0, rxEr_1};
+        else if (rxEr_1 & ~(errors_1[5]))
+          errors_1 <= errors_1 + 6'h1;
+      end
+      else
+        errors_1 <= 6'h0;
+      held_1 <= found_1 & (held_1 | on_1 & errors_1[5]);
+    end
+  end // always @(posedge)
+  assign link_0 = found_0 & ~held;
+  assign link_1 = found_1 & ~held_1;
+  assign restarts_0 = found_0 & ~held & on_0 & errors[5];
+  assign restarts_1 = found_1 & ~held_1 & on_1 & errors_1[5];
+endmodule
+
+module Restarts(
+  input        clock,
+  input        reset,
+  input        restart_0,
+  input        restart_1,
+  output       restarted_0,
+  output       restarted_1,
+  output       access_valid,
+  output [1:0] access_port,
+  input        access_done
+);
+
+  reg       runs;
+  reg [1:0] port;
+  always @(posedge clock) begin
+    if (reset)
+      runs <= 1'h0;
+    else if (runs)
+      runs <= ~access_done & runs;
+    else
+      runs <= |{restart_1, restart_0};
+    if (runs) begin
+    end
+    else
+      port <= {1'h0, ~restart_0};
+  end // always @(posedge)
+  assign restarted_0 = access_done & port == 2'h0;
+  assign restarted_1 = access_done & port == 2'h1;
+  assign access_valid = runs;
+  assign access_port = port;
 endmodule
 
 module LedControl(
@@ -6821,6 +7606,1062 @@ module LinkActivity(
     end
   end // always @(posedge)
   assign lit = link & ~dark;
+endmodule
+
+module LocalClock(
+  input        clock,
+  input        reset,
+  input  [2:0] more,
+  output [7:0] timeByte,
+  output [2:0] place,
+  output       last
+);
+
+  reg  [2:0] phase;
+  reg  [7:0] time_0;
+  reg  [7:0] time_1;
+  reg  [7:0] time_2;
+  reg  [7:0] time_3;
+  reg  [7:0] time_4;
+  reg  [7:0] time_5;
+  reg  [7:0] time_6;
+  reg  [7:0] time_7;
+  reg        REG;
+  reg        REG_1;
+  reg        REG_2;
+  reg        REG_3;
+  reg        REG_4;
+  reg        REG_5;
+  reg        REG_6;
+  reg  [7:0] casez_tmp;
+  always @(*) begin
+    casez (phase)
+      3'b000:
+        casez_tmp = time_0;
+      3'b001:
+        casez_tmp = time_1;
+      3'b010:
+        casez_tmp = time_2;
+      3'b011:
+        casez_tmp = time_3;
+      3'b100:
+        casez_tmp = time_4;
+      3'b101:
+        casez_tmp = time_5;
+      3'b110:
+        casez_tmp = time_6;
+      default:
+        casez_tmp = time_7;
+    endcase
+  end // always @(*)
+  wire [8:0] sum = {1'h0, time_0} + {1'h0, {{5{more[2]}}, more} + 8'hA};
+  wire [8:0] sum_1 = {1'h0, time_1} + {8'h0, REG};
+  wire [8:0] sum_2 = {1'h0, time_2} + {8'h0, REG_1};
+  wire [8:0] sum_3 = {1'h0, time_3} + {8'h0, REG_2};
+  wire [8:0] sum_4 = {1'h0, time_4} + {8'h0, REG_3};
+  wire [8:0] sum_5 = {1'h0, time_5} + {8'h0, REG_4};
+  wire [8:0] sum_6 = {1'h0, time_6} + {8'h0, REG_5};
+  always @(posedge clock) begin
+    if (reset) begin
+      phase <= 3'h0;
+      time_0 <= 8'h0;
+      time_1 <= 8'h0;
+      time_2 <= 8'h0;
+      time_3 <= 8'h0;
+      time_4 <= 8'h0;
+      time_5 <= 8'h0;
+      time_6 <= 8'h0;
+      time_7 <= 8'h0;
+      REG <= 1'h0;
+      REG_1 <= 1'h0;
+      REG_2 <= 1'h0;
+      REG_3 <= 1'h0;
+      REG_4 <= 1'h0;
+      REG_5 <= 1'h0;
+      REG_6 <= 1'h0;
+    end
+    else begin
+      phase <= phase + 3'h1;
+      time_0 <= sum[7:0];
+      time_1 <= sum_1[7:0];
+      time_2 <= sum_2[7:0];
+      time_3 <= sum_3[7:0];
+      time_4 <= sum_4[7:0];
+      time_5 <= sum_5[7:0];
+      time_6 <= sum_6[7:0];
+      time_7 <= time_7 + {7'h0, REG_6};
+      REG <= sum[8];
+      REG_1 <= sum_1[8];
+      REG_2 <= sum_2[8];
+      REG_3 <= sum_3[8];
+      REG_4 <= sum_4[8];
+      REG_5 <= sum_5[8];
+      REG_6 <= sum_6[8];
+    end
+  end // always @(posedge)
+  assign timeByte = casez_tmp;
+  assign place = phase;
+  assign last = &phase;
+endmodule
+
+module ReceiveTimes(
+  input        clock,
+  input        reset,
+  input  [7:0] timeByte,
+  input  [2:0] place,
+  input        last,
+  input        begins_0,
+  input        begins_1,
+  input        begins_2,
+  input  [3:0] waited_0,
+  input  [3:0] waited_1,
+  input  [3:0] waited_2,
+  input        keep_0,
+  input        keep_1,
+  input        keep_2,
+  input        absent_0,
+  input        absent_1,
+  input  [4:0] readWord,
+  output [7:0] data
+);
+
+  wire       _data_ram_write;
+  wire [5:0] _data_ram_writeAddress;
+  wire [7:0] _data_ram_writeData;
+  wire [5:0] _data_ram_readAddress;
+  wire [7:0] _data_ram_readData;
+  reg        waits_0;
+  reg        waits_1;
+  reg        waits_2;
+  reg  [5:0] age_0;
+  reg  [5:0] age_1;
+  reg  [5:0] age_2;
+  reg        chosen;
+  reg  [1:0] choice;
+  reg  [5:0] age;
+  reg        serves;
+  reg  [1:0] source;
+  reg  [2:0] at;
+  wire       isEpu = source == 2'h2;
+  reg        written_REG;
+  reg  [9:0] since_REG;
+  wire       _less_T_2 = at == 3'h0;
+  reg        borrow;
+  reg  [7:0] less_REG;
+  wire [8:0] _less_T_4 =
+    {1'h0, less_REG} - {1'h0, _less_T_2 ? since_REG[7:0] : at == 3'h1 ? {6'h0, since_REG[9:8]} : 8'h0}
+    - {8'h0, ~_less_T_2 & borrow};
+  reg        kept_0;
+  reg        kept_1;
+  reg        kept_2;
+  reg        valid_0;
+  reg        valid_1;
+  reg        valid_2;
+  reg        fresh_0;
+  reg        fresh_1;
+  reg        fresh_2;
+  reg        due_0;
+  reg        due_1;
+  reg        due_2;
+  reg        casez_tmp;
+  always @(*) begin
+    casez (source)
+      2'b00:
+        casez_tmp = kept_0;
+      2'b01:
+        casez_tmp = kept_1;
+      2'b10:
+        casez_tmp = kept_2;
+      default:
+        casez_tmp = kept_0;
+    endcase
+  end // always @(*)
+  wire [4:0] _offset_T_2 = isEpu ? 5'h18 : {1'h0, source, 2'h0};
+  wire       _data_ram_io_readAddress_T = readWord[4:2] > 3'h5;
+  reg        casez_tmp_0;
+  always @(*) begin
+    casez (readWord[3:2])
+      2'b00:
+        casez_tmp_0 = valid_0;
+      2'b01:
+        casez_tmp_0 = valid_1;
+      2'b10:
+        casez_tmp_0 = 1'h0;
+      default:
+        casez_tmp_0 = 1'h0;
+    endcase
+  end // always @(*)
+  reg        shown;
+  reg        casez_tmp_1;
+  always @(*) begin
+    casez (readWord[3:2])
+      2'b00:
+        casez_tmp_1 = kept_0;
+      2'b01:
+        casez_tmp_1 = kept_1;
+      2'b10:
+        casez_tmp_1 = 1'h0;
+      default:
+        casez_tmp_1 = 1'h0;
+    endcase
+  end // always @(*)
+  wire [2:0] next = waits_0 ? 3'h1 : waits_1 ? 3'h2 : {waits_2, 2'h0};
+  wire       written = serves & written_REG;
+  wire       _isServed_T = source == 2'h0;
+  wire       changes = due_0 & fresh_0 & ~(serves & _isServed_T);
+  wire       _isServed_T_1 = source == 2'h1;
+  wire       changes_1 = due_1 & fresh_1 & ~(serves & _isServed_T_1);
+  wire       changes_2 = due_2 & fresh_2 & ~(serves & isEpu);
+  always @(posedge clock) begin
+    if (reset) begin
+      waits_0 <= 1'h0;
+      waits_1 <= 1'h0;
+      waits_2 <= 1'h0;
+      chosen <= 1'h0;
+      serves <= 1'h0;
+      valid_0 <= 1'h0;
+      valid_1 <= 1'h0;
+      valid_2 <= 1'h0;
+      fresh_0 <= 1'h0;
+      fresh_1 <= 1'h0;
+      fresh_2 <= 1'h0;
+      due_0 <= 1'h0;
+      due_1 <= 1'h0;
+      due_2 <= 1'h0;
+    end
+    else begin
+      waits_0 <= begins_0 | ~(last & next[0]) & waits_0;
+      waits_1 <= begins_1 | ~(last & next[1]) & waits_1;
+      waits_2 <= begins_2 | ~(last & next[2]) & waits_2;
+      if (last)
+        chosen <= |{waits_2, waits_1, waits_0};
+      serves <= chosen;
+      valid_0 <= changes | valid_0;
+      valid_1 <= changes_1 | valid_1;
+      valid_2 <= changes_2 | valid_2;
+      fresh_0 <= written & _isServed_T | ~(changes | begins_2) & fresh_0;
+      fresh_1 <= written & _isServed_T_1 | ~(changes_1 | begins_2) & fresh_1;
+      fresh_2 <= written & isEpu | ~(changes_2 | begins_2) & fresh_2;
+      due_0 <= ~(changes | absent_0) & (keep_0 | due_0);
+      due_1 <= ~(changes_1 | absent_1) & (keep_1 | due_1);
+      due_2 <= ~changes_2 & (keep_2 | due_2);
+    end
+    if (begins_0)
+      age_0 <= {1'h0, {1'h0, waited_0} + 5'h2};
+    else
+      age_0 <= age_0 + 6'h1;
+    if (begins_1)
+      age_1 <= {1'h0, {1'h0, waited_1} + 5'h2};
+    else
+      age_1 <= age_1 + 6'h1;
+    if (begins_2)
+      age_2 <= {1'h0, {1'h0, waited_2} + 5'h2};
+    else
+      age_2 <= age_2 + 6'h1;
+    if (last) begin
+      choice <= waits_0 ? 2'h0 : waits_1 ? 2'h1 : 2'h2;
+      age <= waits_0 ? age_0 : waits_1 ? age_1 : age_2;
+    end
+    source <= choice;
+    at <= place;
+    written_REG <= last;
+    since_REG <= {4'h0, age} * 10'hA;
+    borrow <= _less_T_4[8];
+    less_REG <= timeByte;
+    kept_0 <= changes ^ kept_0;
+    kept_1 <= changes_1 ^ kept_1;
+    kept_2 <= changes_2 ^ kept_2;
+    shown <= (readWord[4:2] < 3'h2 | _data_ram_io_readAddress_T) & (_data_ram_io_readAddress_T ? valid_2 : casez_tmp_0);
+  end // always @(posedge)
+  assign _data_ram_write = serves & (isEpu | ~(at[2]));
+  assign _data_ram_writeAddress = {~casez_tmp, _offset_T_2[4:3], _offset_T_2[2:0] | at};
+  assign _data_ram_writeData = _less_T_4[7:0];
+  assign _data_ram_readAddress = {_data_ram_io_readAddress_T ? kept_2 : casez_tmp_1, readWord};
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(8)
+  ) data_ram (
+    .clock        (clock),
+    .write        (_data_ram_write),
+    .writeAddress (_data_ram_writeAddress),
+    .writeData    (_data_ram_writeData),
+    .readAddress  (_data_ram_readAddress),
+    .readData     (_data_ram_readData)
+  );
+  assign data = shown ? _data_ram_readData : 8'h0;
+endmodule
+
+// external module ClockProgram
+
+// external module DualPortRam
+
+module WordEngine(
+  input         clock,
+  input         reset,
+  input  [7:0]  timeByte,
+  input  [2:0]  place,
+  input         ask_0,
+  input         ask_1,
+  input         ask_2,
+  input         ask_3,
+  input         ask_4,
+  input         ask_5,
+  input         ask_6,
+  input         ask_7,
+  input         ask_8,
+  input         ask_9,
+  input         ask_10,
+  input         ask_11,
+  input         ask_12,
+  input         ask_13,
+  input         ask_14,
+  input         ask_15,
+  input         ask_16,
+  input         ask_17,
+  input         ask_18,
+  output        taken_0,
+  output        taken_1,
+  output        taken_2,
+  output        taken_3,
+  output        taken_4,
+  output        taken_5,
+  output        taken_6,
+  output        taken_7,
+  output        taken_8,
+  output        taken_9,
+  output        taken_10,
+  output        taken_11,
+  output        taken_12,
+  output        taken_13,
+  output        taken_14,
+  output        taken_15,
+  output        taken_16,
+  output        taken_17,
+  output        taken_18,
+  input         backAsk_0,
+  input         backAsk_1,
+  input         backAsk_2,
+  input         backAsk_3,
+  input         backAsk_4,
+  output        backTaken_0,
+  output        backTaken_1,
+  output        backTaken_2,
+  output        backTaken_3,
+  output        backTaken_4,
+  input  [15:0] input_0,
+  input  [15:0] input_1,
+  input         condition_0,
+  input         condition_1,
+  input         condition_2,
+  input         condition_3,
+  input         condition_4,
+  input         condition_5,
+  input         condition_6,
+  input  [3:0]  depth_0,
+  input  [3:0]  depth_1,
+  output        command_0,
+  output        command_1,
+  output        command_2,
+  output        command_3,
+  output        command_4,
+  output        command_5,
+  output        command_6,
+  output        command_7,
+  output        command_8,
+  output [15:0] result,
+  input         write,
+  input  [7:0]  writeAddress,
+  input         writeMask,
+  input  [7:0]  writeData,
+  input  [7:0]  readAddress,
+  output [7:0]  settingData,
+  input  [4:0]  readWord,
+  output [7:0]  wordData
+);
+
+  wire [7:0]  nextPc;
+  wire [7:0]  _wordData_ram_readAddress;
+  wire        _settings_ram_1_write;
+  wire        _settings_ram_write;
+  wire [7:0]  _settings_ram_readAddress;
+  wire [7:0]  _settings_ram_readData;
+  wire [7:0]  _others_readAddress;
+  wire [7:0]  _others_readData;
+  wire [7:0]  _firsts_readAddress;
+  wire [7:0]  _firsts_readData;
+  wire [7:0]  _rom_rom_address;
+  wire [35:0] _rom_rom_data;
+  reg  [5:0]  cleared;
+  reg  [7:0]  pc;
+  reg  [2:0]  index;
+  reg         isFront;
+  reg         isBack;
+  reg         backRuns;
+  reg  [7:0]  backPc;
+  wire [4:0]  from = {_rom_rom_data[24], _rom_rom_data[24:21]} + {2'h0, place};
+  wire [2:0]  _GEN = _rom_rom_data[18:16] | (_rom_rom_data[15:13] == 3'h2 ? index : 3'h0);
+  reg  [1:0]  asked_first;
+  reg  [2:0]  asked_second;
+  reg  [2:0]  asked_input;
+  reg         asked_subtract;
+  reg         asked_narrow;
+  reg  [2:0]  asked_places;
+  reg  [4:0]  asked_to;
+  reg  [3:0]  asked_command;
+  reg         asked_flags;
+  reg         asked_front;
+  reg  [4:0]  there;
+  reg         upper;
+  reg         sign;
+  reg  [15:0] casez_tmp;
+  always @(*) begin
+    casez (asked_input)
+      3'b000:
+        casez_tmp = input_0;
+      3'b001:
+        casez_tmp = input_1;
+      3'b010:
+        casez_tmp = 16'h208;
+      3'b011:
+        casez_tmp = 16'h80;
+      3'b100:
+        casez_tmp = 16'h7F;
+      3'b101:
+        casez_tmp = 16'h4000;
+      3'b110:
+        casez_tmp = 16'h10;
+      default:
+        casez_tmp = input_0;
+    endcase
+  end // always @(*)
+  reg  [7:0]  casez_tmp_0;
+  wire        behind = $signed(there) > 5'sh7;
+  wire [7:0]  ofWord = behind ? {8{sign}} : _others_readData;
+  always @(*) begin
+    casez (asked_second)
+      3'b000:
+        casez_tmp_0 = 8'h0;
+      3'b001:
+        casez_tmp_0 = ofWord;
+      3'b010:
+        casez_tmp_0 = ofWord;
+      3'b011:
+        casez_tmp_0 = behind ? 8'h0 : _settings_ram_readData;
+      3'b100:
+        casez_tmp_0 = upper ? 8'h0 : _settings_ram_readData;
+      3'b101:
+        casez_tmp_0 = there == 5'h0 ? casez_tmp[7:0] : there == 5'h1 ? casez_tmp[15:8] : 8'h0;
+      3'b110:
+        casez_tmp_0 = 8'h0;
+      default:
+        casez_tmp_0 = 8'h0;
+    endcase
+  end // always @(*)
+  reg         now_subtract;
+  reg         now_narrow;
+  reg  [2:0]  now_places;
+  reg  [4:0]  now_to;
+  reg  [3:0]  now_command;
+  reg         now_flags;
+  reg         now_front;
+  reg  [2:0]  at_r;
+  reg  [2:0]  at;
+  reg  [7:0]  a_REG;
+  reg  [7:0]  a;
+  reg  [7:0]  b;
+  reg         carry;
+  reg         narrow;
+  wire        _sum_T_1 = at == 3'h0;
+  wire [8:0]  _sum_T_3 = {1'h0, a} + {1'h0, b} + {8'h0, _sum_T_1 ? now_subtract : carry};
+  wire [7:0]  byte_0 = now_narrow & at[2] ? {8{narrow}} : _sum_T_3[7:0];
+  wire        stores =
+    now_places == 3'h4 ? (|at) : now_places == 3'h3 ? at[2:1] == 2'h1 : now_places == 3'h2 ? at[2] : now_places == 3'h1;
+  wire [7:0]  writeAt = {now_to, at};
+  reg  [15:0] low;
+  reg         far;
+  reg         negative_0;
+  reg         negative_1;
+  reg         isFar_0;
+  reg         isFar_1;
+  reg  [3:0]  due;
+  reg  [4:0]  counter;
+  reg         ends;
+  reg         casez_tmp_1;
+  always @(*) begin
+    casez (_rom_rom_data[11:8])
+      4'b0000:
+        casez_tmp_1 = 1'h1;
+      4'b0001:
+        casez_tmp_1 = isFront ? negative_1 : negative_0;
+      4'b0010:
+        casez_tmp_1 = isFront ? isFar_1 : isFar_0;
+      4'b0011:
+        casez_tmp_1 = condition_0;
+      4'b0100:
+        casez_tmp_1 = condition_1;
+      4'b0101:
+        casez_tmp_1 = condition_2;
+      4'b0110:
+        casez_tmp_1 = condition_3;
+      4'b0111:
+        casez_tmp_1 = condition_4;
+      4'b1000:
+        casez_tmp_1 = condition_5;
+      4'b1001:
+        casez_tmp_1 = condition_6;
+      4'b1010:
+        casez_tmp_1 = 1'h1;
+      4'b1011:
+        casez_tmp_1 = 1'h1;
+      4'b1100:
+        casez_tmp_1 = 1'h1;
+      4'b1101:
+        casez_tmp_1 = 1'h1;
+      4'b1110:
+        casez_tmp_1 = 1'h1;
+      default:
+        casez_tmp_1 = 1'h1;
+    endcase
+  end // always @(*)
+  reg  [7:0]  next;
+  reg         asks_0;
+  reg         asks_1;
+  reg         asks_2;
+  reg         asks_3;
+  reg         asks_4;
+  reg         asks_5;
+  reg         asks_6;
+  reg         asks_7;
+  reg         asks_8;
+  reg         asks_9;
+  reg         asks_10;
+  reg         asks_11;
+  reg         asks_12;
+  reg         asks_13;
+  reg         asks_14;
+  reg         asks_15;
+  reg         asks_16;
+  reg         asks_17;
+  reg         asks_18;
+  reg         backAsks_0;
+  reg         backAsks_1;
+  reg         backAsks_2;
+  reg         backAsks_3;
+  reg         backAsks_4;
+  wire        goesOn = isFront & ~ends;
+  wire        backGoesOn = isBack ? ~ends : backRuns;
+  wire        begins = (&place) & cleared[5] & ~goesOn;
+  wire [18:0] _anyAsks_T =
+    {asks_18,
+     asks_17,
+     asks_16,
+     asks_15,
+     asks_14,
+     asks_13,
+     asks_12,
+     asks_11,
+     asks_10,
+     asks_9,
+     asks_8,
+     asks_7,
+     asks_6,
+     asks_5,
+     asks_4,
+     asks_3,
+     asks_2,
+     asks_1,
+     asks_0};
+  wire [18:0] enc =
+    asks_0
+      ? 19'h1
+      : asks_1
+          ? 19'h2
+          : asks_2
+              ? 19'h4
+              : asks_3
+                  ? 19'h8
+                  : asks_4
+                      ? 19'h10
+                      : asks_5
+                          ? 19'h20
+                          : asks_6
+                              ? 19'h40
+                              : asks_7
+                                  ? 19'h80
+                                  : asks_8
+                                      ? 19'h100
+                                      : asks_9
+                                          ? 19'h200
+                                          : asks_10
+                                              ? 19'h400
+                                              : asks_11
+                                                  ? 19'h800
+                                                  : asks_12
+                                                      ? 19'h1000
+                                                      : asks_13
+                                                          ? 19'h2000
+                                                          : asks_14
+                                                              ? 19'h4000
+                                                              : asks_15
+                                                                  ? 19'h8000
+                                                                  : asks_16
+                                                                      ? 19'h10000
+                                                                      : asks_17 ? 19'h20000 : {asks_18, 18'h0};
+  wire [4:0]  enc_1 =
+    backAsks_0 ? 5'h1 : backAsks_1 ? 5'h2 : backAsks_2 ? 5'h4 : backAsks_3 ? 5'h8 : {backAsks_4, 4'h0};
+  wire [7:0]  _backNext_T_4 = backAsks_0 ? 8'h46 : backAsks_1 ? 8'h4C : backAsks_2 ? 8'h4F : backAsks_3 ? 8'h11 : 8'hF;
+  assign nextPc =
+    goesOn
+      ? next
+      : (|_anyAsks_T)
+          ? (asks_0 | asks_1
+               ? 8'h0
+               : asks_2
+                   ? 8'hB
+                   : asks_3 | asks_4 | asks_5 | asks_6 | asks_7 | asks_8 | asks_9
+                       ? 8'hD
+                       : asks_10
+                           ? 8'h63
+                           : asks_11
+                               ? 8'h67
+                               : asks_12
+                                   ? 8'h61
+                                   : asks_13 ? 8'h52 : asks_14 | asks_15 | asks_16 | asks_17 ? 8'h84 : 8'h6E)
+          : backGoesOn ? (isBack ? next : backPc) : _backNext_T_4;
+  wire        _backRuns_T = backGoesOn | (|{backAsks_4, backAsks_3, backAsks_2, backAsks_1, backAsks_0});
+  wire        _GEN_0 = (&at) & now_flags;
+  wire        _isFar_T_1 = (|byte_0) | far;
+  wire        step_flags = (isFront | isBack) & (_rom_rom_data[1:0] == 2'h0 | _rom_rom_data[1:0] == 2'h1);
+  wire        repeats = _rom_rom_data[1:0] == 2'h1;
+  always @(posedge clock) begin
+    if (reset) begin
+      cleared <= 6'h0;
+      isFront <= 1'h0;
+      isBack <= 1'h0;
+      backRuns <= 1'h0;
+      negative_0 <= 1'h0;
+      negative_1 <= 1'h0;
+      isFar_0 <= 1'h0;
+      isFar_1 <= 1'h0;
+      due <= 4'h0;
+    end
+    else begin
+      if ((&place) & ~(cleared[5]))
+        cleared <= cleared + 6'h1;
+      if (begins) begin
+        isFront <= |_anyAsks_T;
+        isBack <= ~(|_anyAsks_T) & _backRuns_T;
+        backRuns <= _backRuns_T;
+      end
+      if (_GEN_0 & ~now_front) begin
+        negative_0 <= byte_0[7];
+        isFar_0 <= _isFar_T_1;
+      end
+      if (_GEN_0 & now_front) begin
+        negative_1 <= byte_0[7];
+        isFar_1 <= _isFar_T_1;
+      end
+      due <= (&at) ? now_command : 4'h0;
+    end
+    if (&place)
+      pc <= nextPc;
+    if (begins & (|_anyAsks_T))
+      index <=
+        asks_0
+          ? 3'h0
+          : asks_1
+              ? 3'h1
+              : asks_2 | asks_3
+                  ? 3'h0
+                  : asks_4
+                      ? 3'h1
+                      : asks_5
+                          ? 3'h2
+                          : asks_6
+                              ? 3'h3
+                              : asks_7
+                                  ? 3'h4
+                                  : asks_8
+                                      ? 3'h5
+                                      : asks_9
+                                          ? 3'h6
+                                          : asks_10 | asks_11 | asks_12 | asks_13
+                                              ? 3'h0
+                                              : asks_14
+                                                  ? 3'h3
+                                                  : asks_15 ? 3'h4 : asks_16 ? 3'h5 : asks_17 ? 3'h6 : 3'h0;
+    if (begins) begin
+      if (backGoesOn) begin
+        if (isBack)
+          backPc <= next;
+      end
+      else
+        backPc <= _backNext_T_4;
+    end
+    asked_first <= cleared[5] ? _rom_rom_data[7:6] : 2'h0;
+    asked_second <= cleared[5] ? _rom_rom_data[15:13] : 3'h0;
+    asked_input <= _rom_rom_data[18:16];
+    asked_subtract <= cleared[5] & _rom_rom_data[25];
+    asked_narrow <= cleared[5] & _rom_rom_data[26];
+    asked_places <= cleared[5] ? (step_flags ? _rom_rom_data[29:27] : 3'h0) : 3'h1;
+    asked_to <=
+      cleared[5] ? {_rom_rom_data[34:33], _rom_rom_data[32:30] | (_rom_rom_data[35] ? index : 3'h0)} : cleared[4:0];
+    asked_command <= step_flags ? _rom_rom_data[5:2] : 4'h0;
+    asked_flags <= step_flags;
+    asked_front <= isFront;
+    there <= from;
+    upper <= place[2];
+    sign <= casez_tmp_0[7];
+    now_subtract <= asked_subtract;
+    now_narrow <= asked_narrow;
+    now_places <= asked_places;
+    now_to <= asked_to;
+    now_command <= asked_command;
+    now_flags <= asked_flags;
+    now_front <= asked_front;
+    at_r <= place;
+    at <= at_r;
+    a_REG <= timeByte;
+    a <= asked_first == 2'h1 ? a_REG : asked_first == 2'h0 ? 8'h0 : _firsts_readData;
+    b <= ($signed(there) < 5'sh0 ? 8'h0 : casez_tmp_0) ^ {8{asked_subtract}};
+    carry <= _sum_T_3[8];
+    if (at[2]) begin
+    end
+    else
+      narrow <= byte_0[7];
+    if (at == 3'h1)
+      low <= {byte_0, low[7:0]};
+    else if (_sum_T_1)
+      low <= {low[15:8], byte_0};
+    far <= (|byte_0) & (|(at[2:1])) | far & (|at);
+    if (due == 4'h3)
+      counter <= 5'h4;
+    else if (due == 4'h2)
+      counter <= 5'h10 - {1'h0, depth_1};
+    else if (due == 4'h1)
+      counter <= 5'h10 - {1'h0, depth_0};
+    else if ((&place) & isBack & repeats)
+      counter <= counter - 5'h1;
+    ends <= &(_rom_rom_data[1:0]);
+    next <=
+      _rom_rom_data[1:0] == 2'h2 & casez_tmp_1 == _rom_rom_data[12]
+        ? _rom_rom_data[23:16]
+        : repeats & counter != 5'h1 ? pc : pc + 8'h1;
+    asks_0 <= ask_0;
+    asks_1 <= ask_1;
+    asks_2 <= ask_2;
+    asks_3 <= ask_3;
+    asks_4 <= ask_4;
+    asks_5 <= ask_5;
+    asks_6 <= ask_6;
+    asks_7 <= ask_7;
+    asks_8 <= ask_8;
+    asks_9 <= ask_9;
+    asks_10 <= ask_10;
+    asks_11 <= ask_11;
+    asks_12 <= ask_12;
+    asks_13 <= ask_13;
+    asks_14 <= ask_14;
+    asks_15 <= ask_15;
+    asks_16 <= ask_16;
+    asks_17 <= ask_17;
+    asks_18 <= ask_18;
+    backAsks_0 <= backAsk_0;
+    backAsks_1 <= backAsk_1;
+    backAsks_2 <= backAsk_2;
+    backAsks_3 <= backAsk_3;
+    backAsks_4 <= backAsk_4;
+  end // always @(posedge)
+  assign _rom_rom_address = (&place) ? nextPc : pc;
+  ClockProgram rom_rom (
+    .clock   (clock),
+    .address (_rom_rom_address),
+    .data    (_rom_rom_data)
+  );
+  assign _firsts_readAddress =
+    {_rom_rom_data[12:11], _rom_rom_data[10:8] | ((&(_rom_rom_data[7:6])) ? index : 3'h0), place};
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(8)
+  ) firsts (
+    .clock        (clock),
+    .write        (stores),
+    .writeAddress (writeAt),
+    .writeData    (byte_0),
+    .readAddress  (_firsts_readAddress),
+    .readData     (_firsts_readData)
+  );
+  assign _others_readAddress = {_rom_rom_data[20:19], _GEN, from[2:0]};
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(8)
+  ) others (
+    .clock        (clock),
+    .write        (stores),
+    .writeAddress (writeAt),
+    .writeData    (byte_0),
+    .readAddress  (_others_readAddress),
+    .readData     (_others_readData)
+  );
+  assign _settings_ram_write = write & writeMask;
+  assign _settings_ram_readAddress = {_rom_rom_data[20:19], _GEN, from[2:0]};
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(8)
+  ) settings_ram (
+    .clock        (clock),
+    .write        (_settings_ram_write),
+    .writeAddress (writeAddress),
+    .writeData    (writeData),
+    .readAddress  (_settings_ram_readAddress),
+    .readData     (_settings_ram_readData)
+  );
+  assign _settings_ram_1_write = write & writeMask;
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(8)
+  ) settings_ram_1 (
+    .clock        (clock),
+    .write        (_settings_ram_1_write),
+    .writeAddress (writeAddress),
+    .writeData    (writeData),
+    .readAddress  (readAddress),
+    .readData     (settingData)
+  );
+  assign _wordData_ram_readAddress = {readWord, readAddress[2:0]};
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
+    .WIDTH(8)
+  ) wordData_ram (
+    .clock        (clock),
+    .write        (stores),
+    .writeAddress (writeAt),
+    .writeData    (byte_0),
+    .readAddress  (_wordData_ram_readAddress),
+    .readData     (wordData)
+  );
+  assign taken_0 = enc[0] & begins;
+  assign taken_1 = enc[1] & begins;
+  assign taken_2 = enc[2] & begins;
+  assign taken_3 = enc[3] & begins;
+  assign taken_4 = enc[4] & begins;
+  assign taken_5 = enc[5] & begins;
+  assign taken_6 = enc[6] & begins;
+  assign taken_7 = enc[7] & begins;
+  assign taken_8 = enc[8] & begins;
+  assign taken_9 = enc[9] & begins;
+  assign taken_10 = enc[10] & begins;
+  assign taken_11 = enc[11] & begins;
+  assign taken_12 = enc[12] & begins;
+  assign taken_13 = enc[13] & begins;
+  assign taken_14 = enc[14] & begins;
+  assign taken_15 = enc[15] & begins;
+  assign taken_16 = enc[16] & begins;
+  assign taken_17 = enc[17] & begins;
+  assign taken_18 = enc[18] & begins;
+  assign backTaken_0 = enc_1[0] & begins & ~backGoesOn;
+  assign backTaken_1 = enc_1[1] & begins & ~backGoesOn;
+  assign backTaken_2 = enc_1[2] & begins & ~backGoesOn;
+  assign backTaken_3 = enc_1[3] & begins & ~backGoesOn;
+  assign backTaken_4 = enc_1[4] & begins & ~backGoesOn;
+  assign command_0 = due == 4'h4;
+  assign command_1 = due == 4'h5;
+  assign command_2 = due == 4'h6;
+  assign command_3 = due == 4'h7;
+  assign command_4 = due == 4'h8;
+  assign command_5 = due == 4'h9;
+  assign command_6 = due == 4'hA;
+  assign command_7 = due == 4'hB;
+  assign command_8 = due == 4'hC;
+  assign result = low;
+endmodule
+
+module SpeedControl(
+  input         clock,
+  input         reset,
+  input  [15:0] value,
+  input         slew,
+  input         lose,
+  input         win,
+  input         round,
+  output [2:0]  more
+);
+
+  reg  [14:0] loses_period;
+  reg  [14:0] loses_left;
+  reg  [14:0] wins_period;
+  reg  [14:0] wins_left;
+  reg  [13:0] behind;
+  reg  [1:0]  more_REG;
+  wire        loses = loses_left == 15'h0;
+  wire        wins = wins_left == 15'h0;
+  wire        falls = round & $signed(behind) > 14'sh0;
+  wire        climbs = round & $signed(behind) < 14'sh0;
+  always @(posedge clock) begin
+    if (reset) begin
+      loses_period <= 15'h1000;
+      loses_left <= 15'h0;
+      wins_period <= 15'h1000;
+      wins_left <= 15'h0;
+      behind <= 14'h0;
+      more_REG <= 2'h0;
+    end
+    else begin
+      if (lose)
+        loses_period <= value[14:0];
+      if (loses)
+        loses_left <= loses_period + 15'h1;
+      else
+        loses_left <= loses_left - 15'h1;
+      if (win)
+        wins_period <= value[14:0];
+      if (wins)
+        wins_left <= wins_period + 15'h1;
+      else
+        wins_left <= wins_left - 15'h1;
+      if (slew)
+        behind <= value[13:0];
+      else if (climbs)
+        behind <= behind + 14'h1;
+      else if (falls)
+        behind <= behind - 14'h1;
+      more_REG <= {1'h0, wins} - {1'h0, loses} + {1'h0, climbs} - {1'h0, falls};
+    end
+  end // always @(posedge)
+  assign more = {more_REG[1], more_REG};
+endmodule
+
+module SyncSignal(
+  input         clock,
+  input         reset,
+  input         active,
+  input         byHand,
+  input         enabled,
+  input         arm,
+  input  [15:0] value,
+  input  [3:0]  passes,
+  input  [15:0] length,
+  input         acknowledge,
+  output        armed,
+  output        fires,
+  output        level
+);
+
+  reg         isArmed;
+  reg  [15:0] left;
+  wire [15:0] _GEN = {12'h0, passes};
+  wire        _fires_output = isArmed & left < _GEN;
+  reg  [15:0] rest;
+  reg         held;
+  reg         pings;
+  reg         isNew_REG;
+  reg         isNew_r;
+  reg         isNew_r_1;
+  reg         ends_REG;
+  wire        _level_output = length == 16'h0 ? held : (|rest);
+  wire        sets = (_fires_output & active | byHand) & enabled;
+  wire        _GEN_0 = ~active & ends_REG | ~enabled | ~active & ~pings & ~byHand;
+  always @(posedge clock) begin
+    if (reset) begin
+      isArmed <= 1'h0;
+      rest <= 16'h0;
+      held <= 1'h0;
+      pings <= 1'h0;
+      isNew_REG <= 1'h0;
+      isNew_r <= 1'h0;
+      isNew_r_1 <= 1'h0;
+      ends_REG <= 1'h0;
+    end
+    else begin
+      isArmed <= arm & active | ~(_fires_output | ~active) & isArmed;
+      if (_GEN_0)
+        rest <= 16'h0;
+      else if (sets)
+        rest <= length;
+      else if (|rest)
+        rest <= rest - 16'h1;
+      held <= ~_GEN_0 & (sets | ~(acknowledge & ~(isNew_REG | isNew_r_1)) & held);
+      pings <= ~_GEN_0 & (byHand | _level_output & pings);
+      isNew_REG <= sets;
+      isNew_r <= sets;
+      isNew_r_1 <= isNew_r;
+      ends_REG <= active;
+    end
+    if (arm)
+      left <= value;
+    else
+      left <= left - _GEN;
+  end // always @(posedge)
+  assign armed = isArmed;
+  assign fires = _fires_output;
+  assign level = _level_output;
+endmodule
+
+module LatchEdge(
+  input         clock,
+  input         reset,
+  input         on,
+  input         edge_0,
+  input         may,
+  input         single,
+  input         byHost,
+  output        asks,
+  input         taken,
+  output [10:0] age,
+  input         caught,
+  input         copied,
+  input         hostReads,
+  input         begins,
+  input         reads,
+  input         good,
+  input         bad,
+  output        event_0
+);
+
+  reg         waits;
+  reg         isCaught;
+  reg         comes;
+  reg         mayAsk;
+  reg  [10:0] since;
+  reg         hostHas;
+  reg         seen;
+  reg         isRead;
+  wire        ends = byHost ? hostReads & hostHas : good & isRead & seen;
+  wire        _GEN = caught & single;
+  wire        stamps = edge_0 & ~(single & (isCaught | waits | comes));
+  always @(posedge clock) begin
+    if (reset) begin
+      waits <= 1'h0;
+      isCaught <= 1'h0;
+      comes <= 1'h0;
+      mayAsk <= 1'h1;
+      hostHas <= 1'h0;
+      seen <= 1'h0;
+      isRead <= 1'h0;
+    end
+    else begin
+      waits <= stamps | ~taken & waits;
+      isCaught <= on & (_GEN | ~ends & isCaught);
+      comes <= ~caught & (taken | comes);
+      mayAsk <= ~taken & (may | mayAsk);
+      hostHas <= ~(_GEN | hostReads) & (copied ? isCaught : hostHas);
+      seen <= ~(~on | ends) & (begins ? isCaught : seen);
+      isRead <= ~(good | bad) & (reads | isRead);
+    end
+    if (stamps)
+      since <= 11'h4;
+    else
+      since <= since + 11'h1;
+  end // always @(posedge)
+  assign asks = waits & mayAsk;
+  assign age = since;
+  assign event_0 = isCaught & single & (byHost | seen);
 endmodule
 
 module HostSequencer(
@@ -7007,6 +8848,14 @@ module et1200(
   output        sii_sda_low,
   input         sii_sda,
   input         sii_two_byte,
+  output        mi_mdc,
+  input         mi_mdio_in,
+  output        mi_mdio_out,
+  output        mi_mdio_enable,
+  output        clock_signals_sync_0,
+  output        clock_signals_sync_1,
+  input         clock_signals_latch_0,
+  input         clock_signals_latch_1,
   output        led_run,
   output        led_err,
   output        led_linkact_0,
@@ -7028,6 +8877,11 @@ module et1200(
   output        irq
 );
 
+  wire        _memory_status_ecat_latch_event_T_4;
+  wire        _memory_status_latch_event_T_2;
+  wire        _memory_status_sync1_event_T;
+  wire        _memory_status_sync0_event_T;
+  reg         runs;
   wire [3:0]  _memory_status_sm_activation_event_T_56;
   wire        _memory_value_rx_fifo_size_2;
   wire        _hostSequencer_host_ack;
@@ -7035,6 +8889,118 @@ module et1200(
   wire [15:0] _hostSequencer_memory_addr;
   wire        _hostSequencer_memory_be;
   wire        _hostSequencer_quiet;
+  wire        _events_seen_latch1_negative_on;
+  wire        _events_seen_latch1_negative_edge;
+  wire        _events_seen_latch1_negative_may;
+  wire        _events_seen_latch1_negative_caught;
+  wire        _events_seen_latch1_negative_hostReads;
+  wire [10:0] _events_seen_latch1_negative_age;
+  wire        _events_seen_latch1_negative_event;
+  wire        _events_seen_latch1_positive_on;
+  wire        _events_seen_latch1_positive_edge;
+  wire        _events_seen_latch1_positive_may;
+  wire        _events_seen_latch1_positive_caught;
+  wire        _events_seen_latch1_positive_hostReads;
+  wire [10:0] _events_seen_latch1_positive_age;
+  wire        _events_seen_latch1_positive_event;
+  wire        _events_level_crossing_1_out;
+  wire        _events_seen_latch0_negative_on;
+  wire        _events_seen_latch0_negative_edge;
+  wire        _events_seen_latch0_negative_may;
+  wire        _events_seen_latch0_negative_caught;
+  wire        _events_seen_latch0_negative_hostReads;
+  wire [10:0] _events_seen_latch0_negative_age;
+  wire        _events_seen_latch0_negative_event;
+  wire        _events_seen_latch0_positive_on;
+  wire        _events_seen_latch0_positive_edge;
+  wire        _events_seen_latch0_positive_may;
+  wire        _events_seen_latch0_positive_caught;
+  wire        _events_seen_latch0_positive_hostReads;
+  wire [10:0] _events_seen_latch0_positive_age;
+  wire        _events_seen_latch0_positive_event;
+  wire        _events_level_crossing_out;
+  wire        _sync1_arm;
+  wire        _sync1_acknowledge;
+  wire        _sync1_armed;
+  wire        _sync1_fires;
+  wire        _sync1_level;
+  wire        _sync0_arm;
+  wire        _sync0_acknowledge;
+  wire        _sync0_armed;
+  wire        _sync0_fires;
+  wire        _sync0_level;
+  wire [2:0]  _speedControl_more;
+  wire        _clockEngine_ask_0;
+  wire        _clockEngine_ask_1;
+  wire        _clockEngine_ask_2;
+  wire        _clockEngine_ask_3;
+  wire        _clockEngine_ask_4;
+  wire        _clockEngine_ask_5;
+  wire        _clockEngine_ask_6;
+  wire        _clockEngine_ask_7;
+  wire        _clockEngine_ask_8;
+  wire        _clockEngine_ask_9;
+  wire        _clockEngine_ask_12;
+  wire        _clockEngine_ask_13;
+  wire        _clockEngine_ask_14;
+  wire        _clockEngine_ask_15;
+  wire        _clockEngine_ask_16;
+  wire        _clockEngine_ask_17;
+  wire        _clockEngine_backAsk_3;
+  wire        _clockEngine_backAsk_4;
+  wire [15:0] _clockEngine_input_0;
+  wire [15:0] _clockEngine_input_1;
+  wire        _clockEngine_condition_5;
+  wire        _clockEngine_write;
+  wire [7:0]  _clockEngine_writeAddress;
+  wire [7:0]  _clockEngine_readAddress;
+  wire [4:0]  _clockEngine_readWord;
+  wire        _clockEngine_taken_0;
+  wire        _clockEngine_taken_1;
+  wire        _clockEngine_taken_2;
+  wire        _clockEngine_taken_3;
+  wire        _clockEngine_taken_4;
+  wire        _clockEngine_taken_5;
+  wire        _clockEngine_taken_6;
+  wire        _clockEngine_taken_7;
+  wire        _clockEngine_taken_8;
+  wire        _clockEngine_taken_9;
+  wire        _clockEngine_taken_10;
+  wire        _clockEngine_taken_11;
+  wire        _clockEngine_taken_12;
+  wire        _clockEngine_taken_13;
+  wire        _clockEngine_taken_14;
+  wire        _clockEngine_taken_15;
+  wire        _clockEngine_taken_16;
+  wire        _clockEngine_taken_17;
+  wire        _clockEngine_taken_18;
+  wire        _clockEngine_backTaken_0;
+  wire        _clockEngine_backTaken_1;
+  wire        _clockEngine_backTaken_2;
+  wire        _clockEngine_backTaken_3;
+  wire        _clockEngine_backTaken_4;
+  wire        _clockEngine_command_0;
+  wire        _clockEngine_command_1;
+  wire        _clockEngine_command_2;
+  wire        _clockEngine_command_3;
+  wire        _clockEngine_command_4;
+  wire        _clockEngine_command_5;
+  wire        _clockEngine_command_6;
+  wire        _clockEngine_command_7;
+  wire        _clockEngine_command_8;
+  wire [15:0] _clockEngine_result;
+  wire [7:0]  _clockEngine_settingData;
+  wire [7:0]  _clockEngine_wordData;
+  wire        _receiveTimes_begins_1;
+  wire        _receiveTimes_keep_2;
+  wire        _receiveTimes_absent_0;
+  wire        _receiveTimes_absent_1;
+  wire [4:0]  _receiveTimes_readWord;
+  wire [7:0]  _receiveTimes_data;
+  wire [2:0]  _localClock_more;
+  wire [7:0]  _localClock_timeByte;
+  wire [2:0]  _localClock_place;
+  wire        _localClock_last;
   wire        _unit_1_traffic;
   wire        _unit_traffic;
   wire        _led_err_write_valid;
@@ -7046,19 +9012,38 @@ module et1200(
   wire [4:0]  _led_run_write_bits;
   wire        _led_run_drop;
   wire [3:0]  _led_run_code;
+  wire        _restarts_access_done;
+  wire        _restarts_restarted_0;
+  wire        _restarts_restarted_1;
+  wire        _restarts_access_valid;
+  wire [1:0]  _restarts_access_port;
+  wire        _enhancedLinks_on_0;
+  wire        _enhancedLinks_on_1;
+  wire        _enhancedLinks_restarts_0;
+  wire        _enhancedLinks_restarts_1;
   wire        _sii_lines_twoByte_crossing_out;
   wire        _watchdog_pdi_trigger;
   wire        _watchdog_pdi_running;
   wire        _watchdog_pdi_expired;
   wire        _watchdog_process_data_expired;
   wire        _watchdogDivider_tick;
+  wire        _mdio_isWrite;
+  wire [4:0]  _mdio_phy;
+  wire [4:0]  _mdio_phyRegister;
+  wire        _mdio_load_0_valid;
+  wire [7:0]  _mdio_load_0_bits;
+  wire        _mdio_load_1_valid;
+  wire [7:0]  _mdio_load_1_bits;
+  wire        _mdio_mdioIn;
+  wire        _mdio_done;
+  wire        _mdio_silent;
+  wire [15:0] _mdio_data;
   wire        _sii_1_lines_twoByte;
   wire        _sii_1_lines_sda;
   wire        _sii_1_writeLow_valid;
   wire        _sii_1_writeLow_bits;
   wire        _sii_1_writeHigh_valid;
   wire [2:0]  _sii_1_writeHigh_bits;
-  wire        _sii_1_frameStart;
   wire [4:0]  _sii_1_enhancedLinkDetection;
   wire        _sii_1_pdiMayWrite;
   wire        _sii_1_notLoaded;
@@ -7131,6 +9116,10 @@ module et1200(
   wire        _processor_out_odd;
   wire        _processor_out_crcGood;
   wire        _processor_memory_frameStart;
+  wire        _processor_reads_latch1_negative_time;
+  wire        _processor_reads_latch1_positive_time;
+  wire        _processor_reads_latch0_negative_time;
+  wire        _processor_reads_latch0_positive_time;
   wire        _processor_reads_al_status;
   wire        _processor_reads_dl_status;
   wire        _processor_frameGood;
@@ -7145,6 +9134,8 @@ module et1200(
   wire        _processor_areas_access_first;
   wire        _processor_areas_access_close;
   wire        _processor_areas_access_single;
+  wire        _processor_stamps_written;
+  wire        _processor_stamps_ofPorts;
   wire        _memory_ecat_frameStart;
   wire        _memory_ecat_read;
   wire [16:0] _memory_ecat_readAddress;
@@ -7158,10 +9149,20 @@ module et1200(
   wire [7:0]  _memory_host_wdata;
   wire        _memory_host_be;
   wire        _memory_ramOpen;
+  wire        _memory_guard_latch1_of_ecat;
+  wire        _memory_guard_latch_on;
+  wire        _memory_guard_latch0_of_ecat;
+  wire        _memory_guard_sync1_of_ecat;
+  wire        _memory_guard_sync0_of_ecat;
+  wire        _memory_guard_sync_on;
+  wire        _memory_guard_sync_of_pdi;
+  wire        _memory_guard_sync_of_ecat;
+  wire        _memory_guard_clocks_on;
   wire        _memory_guard_sm3_disabled;
   wire        _memory_guard_sm2_disabled;
   wire        _memory_guard_sm1_disabled;
   wire        _memory_guard_sm0_disabled;
+  wire        _memory_guard_mi_ecat_may_write;
   wire        _memory_guard_sii_pdi_may_write;
   wire        _memory_guard_sii_pdi_may_answer;
   wire        _memory_guard_sii_ecat_may_write;
@@ -7174,6 +9175,14 @@ module et1200(
   wire        _memory_set_loop_port0_valid;
   wire [1:0]  _memory_set_loop_port0_bits;
   wire        _memory_set_temporary_use_valid;
+  wire        _memory_status_latch1_pin;
+  wire        _memory_status_latch1_negative;
+  wire        _memory_status_latch1_positive;
+  wire        _memory_status_latch0_pin;
+  wire        _memory_status_latch0_negative;
+  wire        _memory_status_latch0_positive;
+  wire        _memory_status_sync1_status;
+  wire        _memory_status_sync0_status;
   wire        _memory_status_sm3_deactivated;
   wire [1:0]  _memory_status_sm3_last_buffer;
   wire        _memory_status_sm3_mailbox_full;
@@ -7194,6 +9203,8 @@ module et1200(
   wire        _memory_status_sm0_mailbox_full;
   wire        _memory_status_sm0_read_event;
   wire        _memory_status_sm0_write_event;
+  wire [2:0]  _memory_status_mi_command;
+  wire [4:0]  _memory_status_mi_port_address;
   wire        _memory_status_eeprom_busy;
   wire        _memory_status_eeprom_write_error;
   wire        _memory_status_eeprom_command_error;
@@ -7226,6 +9237,8 @@ module et1200(
   wire        _memory_event_invalid_frame_port1;
   wire        _memory_event_rx_er_port0;
   wire        _memory_event_invalid_frame_port0;
+  wire [7:0]  _memory_kept_data;
+  wire        _memory_kept_host_ready;
   wire        _memory_unitWrite_valid;
   wire [11:0] _memory_unitWrite_bits_address;
   wire [7:0]  _memory_unitWrite_bits_data;
@@ -7237,6 +9250,18 @@ module et1200(
   wire        _memory_ecat_logFull;
   wire        _memory_host_ack;
   wire [7:0]  _memory_host_rdata;
+  wire        _memory_value_latch1_negative_single;
+  wire        _memory_value_latch1_positive_single;
+  wire        _memory_value_latch0_negative_single;
+  wire        _memory_value_latch0_positive_single;
+  wire [15:0] _memory_value_sync_pulse_length;
+  wire        _memory_value_latch1_by_pdi;
+  wire        _memory_value_latch0_by_pdi;
+  wire        _memory_value_sync1_by_other;
+  wire        _memory_value_sync0_by_pdi;
+  wire [3:0]  _memory_value_speed_filter_depth;
+  wire [3:0]  _memory_value_time_filter_depth;
+  wire [14:0] _memory_value_speed_counter_start;
   wire        _memory_value_sm3_repeat_request;
   wire        _memory_value_sm3_enable;
   wire        _memory_value_sm2_repeat_request;
@@ -7245,6 +9270,9 @@ module et1200(
   wire        _memory_value_sm1_enable;
   wire        _memory_value_sm0_repeat_request;
   wire        _memory_value_sm0_enable;
+  wire [4:0]  _memory_value_mi_register_address;
+  wire        _memory_value_mi_translation_off;
+  wire [4:0]  _memory_value_mi_phy_address;
   wire        _memory_value_eeprom_taken;
   wire        _memory_value_eeprom_force;
   wire        _memory_value_eeprom_offered;
@@ -7255,6 +9283,9 @@ module et1200(
   wire        _memory_value_watchdog_mask;
   wire        _memory_value_eeprom_mask;
   wire        _memory_value_sm_activation_mask;
+  wire        _memory_value_sync1_mask;
+  wire        _memory_value_sync0_mask;
+  wire        _memory_value_latch_mask;
   wire        _memory_value_al_control_mask;
   wire [15:0] _memory_value_ecat_event_mask;
   wire [6:0]  _memory_value_esc_configuration;
@@ -7269,6 +9300,10 @@ module et1200(
   wire        _memory_value_destroy_non_ethercat;
   wire [15:0] _memory_value_station_alias;
   wire [15:0] _memory_value_station_address;
+  wire [11:0] _memory_kept_address;
+  wire        _memory_kept_host_reads;
+  wire        _memory_kept_host_asks;
+  wire [11:0] _memory_kept_host_address;
   wire        _memory_registerWrite_valid;
   wire [11:0] _memory_registerWrite_bits_address;
   wire        _memory_registerWrite_bits_mask;
@@ -7292,6 +9327,7 @@ module et1200(
   wire        _ports_1_core_toWire_bad;
   wire        _ports_1_core_toWire_odd;
   wire        _ports_1_core_toWire_crcGood;
+  wire        _ports_1_core_detection_link;
   wire        _ports_1_core_fromWire_valid;
   wire        _ports_1_core_fromWire_payload;
   wire [3:0]  _ports_1_core_fromWire_data;
@@ -7304,8 +9340,10 @@ module et1200(
   wire        _ports_1_core_events_rxEr;
   wire        _ports_1_core_events_forwardedError;
   wire        _ports_1_core_events_goodFrame;
+  wire [3:0]  _ports_1_core_waited;
   wire        _ports_1_core_receiverIdle;
   wire        _ports_1_core_transmitterIdle;
+  wire        _ports_1_core_detection_signal;
   wire        _ports_0_core_receiveStep;
   wire        _ports_0_core_enable;
   wire        _ports_0_core_shortMargin;
@@ -7316,6 +9354,7 @@ module et1200(
   wire        _ports_0_core_toWire_bad;
   wire        _ports_0_core_toWire_odd;
   wire        _ports_0_core_toWire_crcGood;
+  wire        _ports_0_core_detection_link;
   wire        _ports_0_core_fromWire_valid;
   wire        _ports_0_core_fromWire_payload;
   wire [3:0]  _ports_0_core_fromWire_data;
@@ -7328,10 +9367,13 @@ module et1200(
   wire        _ports_0_core_events_rxEr;
   wire        _ports_0_core_events_forwardedError;
   wire        _ports_0_core_events_goodFrame;
+  wire [3:0]  _ports_0_core_waited;
   wire        _ports_0_core_receiverIdle;
   wire        _ports_0_core_transmitterIdle;
+  wire        _ports_0_core_detection_signal;
   reg         processStep;
   reg         transmitStep;
+  wire        _GEN = _processor_memory_frameStart & ~_processor_busy;
   assign _memory_value_rx_fifo_size_2 = _memory_value_rx_fifo_size[2];
   reg         mii_tx_tick_r;
   reg  [1:0]  loops_setting_0_r;
@@ -7374,21 +9416,67 @@ module et1200(
      memory_status_sm_activation_event_sm2_changed,
      memory_status_sm_activation_event_sm1_changed,
      memory_status_sm_activation_event_sm0_changed};
+  reg         enable;
+  reg         busy;
+  reg         isWrite;
+  reg         readError;
+  reg         commandError;
+  reg         nextFrame_waits;
+  reg  [7:0]  data_0;
+  reg  [7:0]  data_1;
+  reg         isOwn;
+  wire        ready = busy & ~_memory_registersBusy;
+  wire [15:0] _memory_status_mi_data_T = {data_1, data_0};
+  wire [15:0] next = ready ? _memory_status_mi_data_T : 16'h1200;
+  reg  [4:0]  casez_tmp;
+  always @(*) begin
+    casez (_restarts_access_port)
+      2'b00:
+        casez_tmp = 5'h0;
+      2'b01:
+        casez_tmp = 5'h1;
+      2'b10:
+        casez_tmp = 5'h2;
+      default:
+        casez_tmp = 5'h3;
+    endcase
+  end // always @(*)
+  wire        endsCommand = _mdio_done & ~isOwn;
+  reg         wasBusy;
+  reg  [4:0]  casez_tmp_0;
+  always @(*) begin
+    casez (_memory_value_mi_phy_address[1:0])
+      2'b00:
+        casez_tmp_0 = 5'h0;
+      2'b01:
+        casez_tmp_0 = 5'h1;
+      2'b10:
+        casez_tmp_0 = 5'h2;
+      default:
+        casez_tmp_0 = 5'h3;
+    endcase
+  end // always @(*)
+  reg         enhancedLinksOff;
+  reg         REG;
+  wire        _memory_status_enhanced_link_detection_T_5 =
+    ~enhancedLinksOff & (_memory_value_esc_configuration[0] | (|(_memory_value_esc_configuration[6:3])));
+  reg         restarts_0;
+  reg         restarts_1;
   reg         watchdog_process_data_restart_REG;
   reg         watchdog_pdi_restart_REG;
   reg         memory_status_watchdog_event_watchdog_event;
   reg         memory_status_watchdog_event_REG;
   reg         controlEvent;
   reg         waits_REG;
-  reg         REG;
+  reg         REG_1;
   reg  [15:0] memory_status_dl_status_event_REG;
   reg         memory_status_dl_status_event_dl_status_changed;
   reg         memory_status_dl_status_event_isRead;
-  wire [15:0] _GEN = {9'h0, _memory_value_al_status};
+  wire [15:0] _GEN_0 = {9'h0, _memory_value_al_status};
   reg  [15:0] memory_status_al_status_event_REG;
   reg         memory_status_al_status_event_al_status_changed;
   reg         memory_status_al_status_event_isRead;
-  wire [11:0] _GEN_0 =
+  wire [11:0] _GEN_1 =
     {_syncManagers_alEvent_3,
      _syncManagers_alEvent_2,
      _syncManagers_alEvent_1,
@@ -7397,14 +9485,18 @@ module et1200(
      memory_status_watchdog_event_watchdog_event,
      1'h0,
      |_memory_status_sm_activation_event_T_56,
-     3'h0,
+     _memory_status_sync1_event_T,
+     _memory_status_sync0_event_T,
+     _memory_status_latch_event_T_2,
      controlEvent}
     & {_memory_value_sm_mask,
        1'h0,
        _memory_value_watchdog_mask,
        _memory_value_eeprom_mask,
        _memory_value_sm_activation_mask,
-       3'h0,
+       _memory_value_sync1_mask,
+       _memory_value_sync0_mask,
+       _memory_value_latch_mask,
        _memory_value_al_control_mask};
   reg  [22:0] tick_value;
   wire        tick = tick_value == 23'h4C4B3F;
@@ -7414,7 +9506,88 @@ module et1200(
     _sii_1_loadFailed
       ? 4'hE
       : (|latched) ? latched : {3'h0, _memory_value_al_status[4] & ~_memory_value_device_emulation};
-  reg  [3:0]  REG_1;
+  reg  [3:0]  REG_2;
+  reg         begins_REG;
+  wire        begins_0 = _ports_0_core_fromWire_valid & ~begins_REG;
+  reg         begins_REG_1;
+  wire [3:0]  waited = begins_0 ? _ports_0_core_waited : _ports_1_core_waited;
+  reg         asked;
+  reg         ofPorts;
+  wire        _GEN_2 = _processor_frameGood & ofPorts;
+  wire [3:0]  _passes_T = {_speedControl_more[2], _speedControl_more} - 4'h6;
+  reg         odd;
+  reg         waits;
+  reg  [10:0] age;
+  reg         REG_3;
+  reg         commits;
+  reg         ofOdd;
+  reg         received;
+  wire        _GEN_3 = received & ~_memory_registersBusy;
+  reg         due;
+  reg         due_1;
+  reg         due_2;
+  wire [2:0]  shown =
+    (_memory_kept_address[7:3] == 5'h16 ? 3'h3 : 3'h0)
+    | {_memory_kept_address[7:3] == 5'h17, _memory_kept_address[7:3] == 5'h13, _memory_kept_address[7:3] == 5'h12}
+    | (_memory_kept_address[7:3] == 5'h18 ? 3'h5 : 3'h0) | (_memory_kept_address[7:3] == 5'h19 ? 3'h6 : 3'h0)
+    | {3{_memory_kept_address[7:3] == 5'h2}};
+  wire        isTime = _memory_kept_address[7:3] == 5'h2;
+  reg         memory_kept_data_REG;
+  reg         memory_kept_data_REG_1;
+  reg  [4:0]  settles;
+  wire        asks_1 = _memory_kept_host_asks & ~(|settles);
+  wire        _memory_kept_host_ready_T_1 = _memory_kept_host_address == 12'h910;
+  wire        _memory_kept_host_ready_T_2 = _memory_kept_host_address == 12'h92C;
+  wire        _memory_kept_host_ready_T_3 = _memory_kept_host_address == 12'h932;
+  wire        _memory_kept_host_ready_T_6 = _memory_kept_host_address == 12'h990;
+  wire        _memory_kept_host_ready_T_8 = _memory_kept_host_address == 12'h998;
+  wire        _memory_kept_host_ready_T_10 = _memory_kept_host_address == 12'h9B0;
+  wire        _memory_kept_host_ready_T_12 = _memory_kept_host_address == 12'h9B8;
+  wire        _memory_kept_host_ready_T_14 = _memory_kept_host_address == 12'h9C0;
+  wire        _memory_kept_host_ready_T_16 = _memory_kept_host_address == 12'h9C8;
+  wire        owner1 = _memory_value_sync0_by_pdi ^ _memory_value_sync1_by_other;
+  reg         start_time_extended;
+  reg         start_time_checked;
+  reg         near_future;
+  reg         automatic_auto_activation;
+  reg         cyclic_active;
+  reg         sync0_enable;
+  reg         sync1_enable;
+  reg         byHand;
+  reg         ends_REG;
+  reg         starts_takes;
+  reg         starts_prepares;
+  reg         starts_implausible;
+  wire        starts = starts_takes | starts_prepares;
+  reg         runs_1;
+  reg         started;
+  reg         follows;
+  reg         fired_0;
+  reg         fired_1;
+  wire        waits_0 = runs_1 & ~_sync0_armed & ~fired_0 & ~starts;
+  wire        waits_1 = follows & ~_sync1_armed & ~fired_1 & ~starts;
+  reg         looks;
+  reg  [7:0]  c_value;
+  reg         sync0_waits;
+  reg         sync1_waits;
+  reg         clock_signals_sync_0_REG;
+  reg         memory_status_sync0_event_mapped;
+  assign _memory_status_sync0_event_T = _sync0_level & memory_status_sync0_event_mapped;
+  reg         clock_signals_sync_1_REG;
+  reg         memory_status_sync1_event_mapped;
+  assign _memory_status_sync1_event_T = _sync1_level & memory_status_sync1_event_mapped;
+  reg  [1:0]  latest;
+  reg  [7:0]  may_c_value;
+  reg         events_before;
+  wire        events_0_1 = _events_seen_latch0_positive_event | _events_seen_latch0_negative_event;
+  reg         events_before_1;
+  wire        events_1_1 = _events_seen_latch1_positive_event | _events_seen_latch1_negative_event;
+  assign _memory_status_latch_event_T_2 =
+    events_0_1 & _memory_value_latch0_by_pdi | events_1_1 & _memory_value_latch1_by_pdi;
+  assign _memory_status_ecat_latch_event_T_4 =
+    events_0_1 & ~_memory_value_latch0_by_pdi | events_1_1 & ~_memory_value_latch1_by_pdi;
+  reg  [10:0] age_1;
+  reg  [14:0] clockEngine_input_0_REG;
   wire        _processor_in_T_valid = _loops_open_1 ? _ports_1_core_fromWire_valid : _processor_out_valid;
   wire        _processor_in_T_payload = _loops_open_1 ? _ports_1_core_fromWire_payload : _processor_out_payload;
   wire [3:0]  _processor_in_T_data = _loops_open_1 ? _ports_1_core_fromWire_data : _processor_out_data;
@@ -7450,25 +9623,53 @@ module et1200(
     & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[0] != _memory_value_sm3_enable
     | _memory_registerWrite_valid & _memory_status_sm_activation_event_written_source_result_valid_T_28
     & _memory_registerWrite_bits_mask & _memory_registerWrite_bits_data[1] != _memory_value_sm3_repeat_request;
+  wire        low_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h510 & _memory_registerWrite_bits_mask;
+  wire        nextFrame = nextFrame_waits & ~_memory_registersBusy;
   wire        written =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h120 & _memory_registerWrite_bits_mask
     | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h121 & _memory_registerWrite_bits_mask;
   wire        _waits_T_1 = written & ~_memory_value_device_emulation;
-  wire [15:0] _GEN_1 =
+  wire [15:0] _GEN_4 =
     {4'h5,
      _ports_1_core_link,
      _loops_reportClosed_1,
      _ports_0_core_link,
      _loops_reportClosed_0,
      2'h0,
-     _ports_1_core_link,
-     _ports_0_core_link,
-     2'h0,
+     _ports_1_core_detection_signal,
+     _ports_0_core_detection_signal,
+     1'h0,
+     _memory_status_enhanced_link_detection_T_5,
      _watchdog_pdi_running,
      ~_sii_1_notLoaded};
   wire        _memory_status_al_status_event_T_5 = _processor_frameGood | _processor_frameBad;
-  wire        _GEN_2 = _GEN_1 == memory_status_dl_status_event_REG;
-  wire        _GEN_3 = _GEN == memory_status_al_status_event_REG;
+  wire        _GEN_5 = _GEN_4 == memory_status_dl_status_event_REG;
+  wire        _GEN_6 = _GEN_0 == memory_status_al_status_event_REG;
+  wire        _GEN_7 = _memory_status_al_status_event_T_5 | _GEN;
+  wire        _byHand_written_source_result_valid_T = _memory_registerWrite_bits_address == 12'h981;
+  wire        _byHand_T = _memory_registerWriteByHost == _memory_value_sync0_by_pdi;
+  wire        _starts_result_valid_T_12 = _memory_registerWrite_bits_address == 12'h993;
+  wire        _starts_result_valid_T_28 = _memory_registerWrite_bits_address == 12'h997;
+  wire        automatic_0 =
+    automatic_auto_activation
+    & (start_time_extended
+         ? _memory_registerWrite_valid & _starts_result_valid_T_12 & _memory_registerWrite_bits_mask
+         : _memory_registerWrite_valid & _starts_result_valid_T_28 & _memory_registerWrite_bits_mask);
+  wire        begins_1 =
+    automatic_0 | _memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+    & _byHand_T & _memory_registerWrite_bits_data[0];
+  wire        activated = begins_1 & ~cyclic_active;
+  wire        _enables_written_T_1 = _memory_registerWriteByHost == owner1;
+  wire        _memory_status_sync1_event_written_result_valid_T_4 = _memory_registerWrite_bits_address == 12'h151;
+  wire        valid =
+    _memory_registerWrite_bits_data[2:0] == 3'h1 | _memory_registerWrite_bits_data[2:0] == 3'h2
+    & (low_valid ? _memory_registerWrite_bits_data[0] : enable);
+  wire        _GEN_8 =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h511 & _memory_registerWrite_bits_mask
+    & ~busy;
+  wire        result_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h910 & _memory_registerWrite_bits_mask;
   always @(posedge clock) begin
     if (reset) begin
       processStep <= 1'h0;
@@ -7494,14 +9695,27 @@ module et1200(
       memory_status_sm_activation_event_REG_2 <= 1'h0;
       memory_status_sm_activation_event_sm3_changed <= 1'h0;
       memory_status_sm_activation_event_REG_3 <= 1'h0;
+      enable <= 1'h0;
+      busy <= 1'h0;
+      readError <= 1'h0;
+      commandError <= 1'h0;
+      nextFrame_waits <= 1'h0;
+      data_0 <= 8'h0;
+      data_1 <= 8'h0;
+      runs <= 1'h0;
+      wasBusy <= 1'h0;
+      enhancedLinksOff <= 1'h0;
+      REG <= 1'h0;
+      restarts_0 <= 1'h0;
+      restarts_1 <= 1'h0;
       watchdog_process_data_restart_REG <= 1'h0;
       watchdog_pdi_restart_REG <= 1'h0;
       memory_status_watchdog_event_watchdog_event <= 1'h0;
       memory_status_watchdog_event_REG <= 1'h0;
       controlEvent <= 1'h0;
       waits_REG <= 1'h0;
-      REG <= 1'h0;
-      memory_status_dl_status_event_REG <= 16'h5000;
+      REG_1 <= 1'h0;
+      memory_status_dl_status_event_REG <= 16'h5004;
       memory_status_dl_status_event_dl_status_changed <= 1'h0;
       memory_status_dl_status_event_isRead <= 1'h0;
       memory_status_al_status_event_REG <= 16'h1;
@@ -7510,6 +9724,44 @@ module et1200(
       tick_value <= 23'h0;
       changed_REG <= 16'h1;
       latched <= 4'h0;
+      begins_REG <= 1'h0;
+      begins_REG_1 <= 1'h0;
+      asked <= 1'h0;
+      ofPorts <= 1'h0;
+      odd <= 1'h0;
+      waits <= 1'h0;
+      REG_3 <= 1'h0;
+      received <= 1'h0;
+      due <= 1'h0;
+      due_1 <= 1'h0;
+      due_2 <= 1'h0;
+      settles <= 5'h0;
+      start_time_extended <= 1'h0;
+      start_time_checked <= 1'h0;
+      near_future <= 1'h0;
+      automatic_auto_activation <= 1'h0;
+      cyclic_active <= 1'h0;
+      sync0_enable <= 1'h0;
+      sync1_enable <= 1'h0;
+      byHand <= 1'h0;
+      ends_REG <= 1'h0;
+      starts_takes <= 1'h0;
+      starts_prepares <= 1'h0;
+      starts_implausible <= 1'h0;
+      runs_1 <= 1'h0;
+      started <= 1'h0;
+      follows <= 1'h0;
+      fired_0 <= 1'h0;
+      fired_1 <= 1'h0;
+      looks <= 1'h0;
+      c_value <= 8'h0;
+      sync0_waits <= 1'h0;
+      sync1_waits <= 1'h0;
+      clock_signals_sync_0_REG <= 1'h0;
+      memory_status_sync0_event_mapped <= 1'h0;
+      clock_signals_sync_1_REG <= 1'h0;
+      memory_status_sync1_event_mapped <= 1'h0;
+      may_c_value <= 8'h0;
     end
     else begin
       processStep <= _slot_tick;
@@ -7560,6 +9812,37 @@ module et1200(
             & _hostSequencer_memory_be & ~memory_status_sm_activation_event_REG_3)
         & memory_status_sm_activation_event_sm3_changed;
       memory_status_sm_activation_event_REG_3 <= _memory_status_sm_activation_event_T_46;
+      if (low_valid & ~_memory_registerWriteByHost)
+        enable <= _memory_registerWrite_bits_data[0];
+      else
+        enable <= ~nextFrame & enable;
+      if (_GEN_8) begin
+        busy <= valid;
+        commandError <= ~valid & (|(_memory_registerWrite_bits_data[2:0]));
+      end
+      else
+        busy <= ~endsCommand & busy;
+      readError <= ~_GEN_8 & (endsCommand & _mdio_silent | readError);
+      nextFrame_waits <= _GEN | ~nextFrame & nextFrame_waits;
+      if (endsCommand) begin
+        data_0 <= _mdio_data[7:0];
+        data_1 <= _mdio_data[15:8];
+      end
+      else begin
+        if (_memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h514
+            & _memory_registerWrite_bits_mask)
+          data_0 <= _memory_registerWrite_bits_data;
+        if (_memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h515
+            & _memory_registerWrite_bits_mask)
+          data_1 <= _memory_registerWrite_bits_data;
+      end
+      runs <= ~_mdio_done & (runs ? runs : ready | _restarts_access_valid);
+      if (nextFrame)
+        wasBusy <= busy;
+      enhancedLinksOff <= REG & ~_sii_1_loading & _sii_1_loadFailed | enhancedLinksOff;
+      REG <= _sii_1_loading;
+      restarts_0 <= _ports_0_core_detection_signal & (_enhancedLinks_restarts_0 | restarts_0 & ~_restarts_restarted_0);
+      restarts_1 <= _ports_1_core_detection_signal & (_enhancedLinks_restarts_1 | restarts_1 & ~_restarts_restarted_1);
       watchdog_process_data_restart_REG <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h420 & _memory_registerWrite_bits_mask
         | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h421 & _memory_registerWrite_bits_mask;
@@ -7579,32 +9862,148 @@ module et1200(
             & (_hostSequencer_memory_addr == 16'h120 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h121
                & _hostSequencer_memory_be) & ~waits_REG) & controlEvent;
       waits_REG <= _waits_T_1;
-      REG <= written;
-      memory_status_dl_status_event_REG <= _GEN_1;
+      REG_1 <= written;
+      memory_status_dl_status_event_REG <= _GEN_4;
       memory_status_dl_status_event_dl_status_changed <=
-        ~_GEN_2 | ~(_processor_frameGood & memory_status_dl_status_event_isRead)
+        ~_GEN_5 | ~(_processor_frameGood & memory_status_dl_status_event_isRead)
         & memory_status_dl_status_event_dl_status_changed;
       memory_status_dl_status_event_isRead <=
-        _GEN_2 & ~_memory_status_al_status_event_T_5
+        _GEN_5 & ~_memory_status_al_status_event_T_5
         & (_processor_reads_dl_status | memory_status_dl_status_event_isRead);
-      memory_status_al_status_event_REG <= _GEN;
+      memory_status_al_status_event_REG <= _GEN_0;
       memory_status_al_status_event_al_status_changed <=
-        ~_GEN_3 | ~(_processor_frameGood & memory_status_al_status_event_isRead)
+        ~_GEN_6 | ~(_processor_frameGood & memory_status_al_status_event_isRead)
         & memory_status_al_status_event_al_status_changed;
       memory_status_al_status_event_isRead <=
-        _GEN_3 & ~_memory_status_al_status_event_T_5
+        _GEN_6 & ~_memory_status_al_status_event_T_5
         & (_processor_reads_al_status | memory_status_al_status_event_isRead);
       if (tick)
         tick_value <= 23'h0;
       else
         tick_value <= tick_value + 23'h1;
-      changed_REG <= _GEN;
+      changed_REG <= _GEN_0;
       if (_watchdog_pdi_expired)
         latched <= 4'hF;
       else if (_watchdog_process_data_expired & _memory_value_al_status[3:0] == 4'h8 & latched != 4'hF)
         latched <= 4'h2;
-      else if (~(_GEN == changed_REG))
+      else if (~(_GEN_0 == changed_REG))
         latched <= 4'h0;
+      begins_REG <= _ports_0_core_fromWire_valid;
+      begins_REG_1 <= _ports_1_core_fromWire_valid;
+      asked <= ~_GEN_7 & (_processor_stamps_written | asked);
+      ofPorts <= ~_GEN_7 & (_processor_stamps_written & _processor_stamps_ofPorts | ofPorts);
+      odd <= _GEN ^ odd;
+      waits <= _GEN | REG_3 | ~(_clockEngine_taken_1 | _clockEngine_taken_0) & waits;
+      REG_3 <= _GEN;
+      received <= result_valid | ~(_clockEngine_backTaken_4 | _clockEngine_backTaken_3) & received;
+      due <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h930 & _memory_registerWrite_bits_mask
+        | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h931 & _memory_registerWrite_bits_mask
+        | ~_clockEngine_backTaken_0 & due;
+      due_1 <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h934 & _memory_registerWrite_bits_mask
+        | ~_clockEngine_backTaken_1 & due_1;
+      due_2 <=
+        _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h935 & _memory_registerWrite_bits_mask
+        | ~_clockEngine_backTaken_2 & due_2;
+      if (_memory_kept_host_asks) begin
+        if (_clockEngine_taken_9 | _clockEngine_taken_8 | _clockEngine_taken_7 | _clockEngine_taken_6
+            | _clockEngine_taken_5 | _clockEngine_taken_4 | _clockEngine_taken_3 | _clockEngine_taken_2)
+          settles <= 5'h1;
+        else if ((|settles) & ~(settles[4]))
+          settles <= settles + 5'h1;
+      end
+      else
+        settles <= 5'h0;
+      start_time_extended <=
+        _memory_value_esc_configuration[1]
+        & (_memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+           & _byHand_T
+             ? _memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+               & _byHand_T & _memory_registerWrite_bits_data[4]
+             : start_time_extended);
+      start_time_checked <=
+        _memory_value_esc_configuration[1]
+        & (_memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+           & _byHand_T
+             ? _memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+               & _byHand_T & _memory_registerWrite_bits_data[5]
+             : start_time_checked);
+      near_future <=
+        _memory_value_esc_configuration[1]
+        & (_memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+           & _byHand_T
+             ? _memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+               & _byHand_T & _memory_registerWrite_bits_data[6]
+             : near_future);
+      automatic_auto_activation <=
+        _memory_value_esc_configuration[1]
+        & (_memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+           & _byHand_T
+             ? _memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+               & _byHand_T & _memory_registerWrite_bits_data[3]
+             : automatic_auto_activation);
+      cyclic_active <=
+        _memory_value_esc_configuration[1]
+        & (_memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+           & _byHand_T | automatic_0
+             ? begins_1
+             : cyclic_active);
+      sync0_enable <=
+        _memory_value_esc_configuration[1]
+        & (_memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+           & _byHand_T
+             ? _memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+               & _byHand_T & _memory_registerWrite_bits_data[1]
+             : sync0_enable);
+      sync1_enable <=
+        _memory_value_esc_configuration[1]
+        & (_memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+           & _enables_written_T_1
+             ? _memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+               & _enables_written_T_1 & _memory_registerWrite_bits_data[2]
+             : sync1_enable);
+      byHand <=
+        _memory_registerWrite_valid & _byHand_written_source_result_valid_T & _memory_registerWrite_bits_mask
+        & _byHand_T & _memory_registerWrite_bits_data[7];
+      ends_REG <= cyclic_active;
+      starts_takes <= _clockEngine_taken_13 | ~_clockEngine_taken_12 & starts_takes;
+      starts_prepares <=
+        activated | ends_REG & ~cyclic_active
+        | (_memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h990 & _memory_registerWrite_bits_mask
+           | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h991
+           & _memory_registerWrite_bits_mask | _memory_registerWrite_valid
+           & _memory_registerWrite_bits_address == 12'h992 & _memory_registerWrite_bits_mask
+           | _memory_registerWrite_valid & _starts_result_valid_T_12 & _memory_registerWrite_bits_mask
+           | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h994
+           & _memory_registerWrite_bits_mask | _memory_registerWrite_valid
+           & _memory_registerWrite_bits_address == 12'h995 & _memory_registerWrite_bits_mask
+           | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h996
+           & _memory_registerWrite_bits_mask | _memory_registerWrite_valid & _starts_result_valid_T_28
+           & _memory_registerWrite_bits_mask) & ~cyclic_active | ~_clockEngine_taken_13 & starts_prepares;
+      starts_implausible <=
+        _clockEngine_command_8 & cyclic_active | ~(_clockEngine_taken_13 & cyclic_active) & starts_implausible;
+      runs_1 <= ~(~cyclic_active & ~activated) & (activated | ~(_clockEngine_command_5 & ~starts) & runs_1);
+      started <= ~activated & (_sync0_fires | started);
+      follows <= ~(~cyclic_active | _sync1_fires) & (_clockEngine_command_6 | follows);
+      fired_0 <= ~(_clockEngine_taken_11 | ~cyclic_active) & (_sync0_fires | fired_0);
+      fired_1 <= ~(_clockEngine_taken_10 | ~cyclic_active) & (_sync1_fires | fired_1);
+      if (&c_value)
+        looks <= waits_0 | waits_1;
+      else
+        looks <= ~_clockEngine_taken_18 & looks;
+      c_value <= c_value + 8'h1;
+      sync0_waits <= activated | ~(_sync0_fires | ~cyclic_active) & sync0_waits;
+      sync1_waits <= activated | ~(_sync1_fires | ~cyclic_active) & sync1_waits;
+      clock_signals_sync_0_REG <= _sync0_level;
+      if (_memory_registerWrite_valid & _memory_status_sync1_event_written_result_valid_T_4
+          & _memory_registerWrite_bits_mask)
+        memory_status_sync0_event_mapped <= _memory_registerWrite_bits_data[3];
+      clock_signals_sync_1_REG <= _sync1_level;
+      if (_memory_registerWrite_valid & _memory_status_sync1_event_written_result_valid_T_4
+          & _memory_registerWrite_bits_mask)
+        memory_status_sync1_event_mapped <= _memory_registerWrite_bits_data[7];
+      may_c_value <= may_c_value + 8'h1;
     end
     mii_tx_tick_r <= transmitStep;
     if (syncManagers_table_tableWrite_valid)
@@ -7617,7 +10016,47 @@ module et1200(
       syncManagers_table_tableWrite_tableByte_2 <= _memory_registerWrite_bits_data;
     if (syncManagers_table_tableWrite_valid & _syncManagers_table_tableWrite_T_2[3])
       syncManagers_table_tableWrite_tableByte_3 <= _memory_registerWrite_bits_data;
-    REG_1 <= error;
+    if (_GEN_8)
+      isWrite <= _memory_registerWrite_bits_data[1];
+    if (runs) begin
+    end
+    else
+      isOwn <= ~ready;
+    REG_2 <= error;
+    if (_GEN)
+      age <= {6'h0, {1'h0, waited} + 5'h2};
+    else
+      age <= age + 11'h1;
+    if (_memory_commitStarts)
+      commits <= odd;
+    if (result_valid)
+      ofOdd <= commits;
+    memory_kept_data_REG <= _memory_kept_address[7:5] == 3'h0 & ~isTime;
+    memory_kept_data_REG_1 <=
+      _memory_kept_address[7:3] == 5'h4 | _memory_kept_address[7:2] == 6'hA | _memory_kept_address[7:3] == 5'h14;
+    if (_clockEngine_taken_17)
+      latest <= 2'h3;
+    else if (_clockEngine_taken_16)
+      latest <= 2'h2;
+    else if (_clockEngine_taken_15)
+      latest <= 2'h1;
+    else if (_clockEngine_taken_14)
+      latest <= 2'h0;
+    events_before <= _events_level_crossing_out;
+    events_before_1 <= _events_level_crossing_1_out;
+    if (|{_clockEngine_taken_17,
+          _clockEngine_taken_16,
+          _clockEngine_taken_15,
+          _clockEngine_taken_14,
+          _clockEngine_taken_1,
+          _clockEngine_taken_0})
+      age_1 <=
+        (_clockEngine_taken_0 | _clockEngine_taken_1 ? age : 11'h0)
+        | (_clockEngine_taken_14 ? _events_seen_latch0_positive_age : 11'h0)
+        | (_clockEngine_taken_15 ? _events_seen_latch0_negative_age : 11'h0)
+        | (_clockEngine_taken_16 ? _events_seen_latch1_positive_age : 11'h0)
+        | (_clockEngine_taken_17 ? _events_seen_latch1_negative_age : 11'h0);
+    clockEngine_input_0_REG <= {4'h0, age_1} * 15'hA;
   end // always @(posedge)
   assign _ports_0_core_receiveStep = _slot_tick;
   assign _ports_0_core_enable = ~_memory_clearing;
@@ -7655,8 +10094,11 @@ module et1200(
     .core_events_rxEr           (_ports_0_core_events_rxEr),
     .core_events_forwardedError (_ports_0_core_events_forwardedError),
     .core_events_goodFrame      (_ports_0_core_events_goodFrame),
+    .core_waited                (_ports_0_core_waited),
     .core_receiverIdle          (_ports_0_core_receiverIdle),
     .core_transmitterIdle       (_ports_0_core_transmitterIdle),
+    .core_detection_signal      (_ports_0_core_detection_signal),
+    .core_detection_link        (_ports_0_core_detection_link),
     .pins_rx_clk                (mii_0_rx_clk),
     .pins_rx_dv                 (mii_0_rx_dv),
     .pins_rx_er                 (mii_0_rx_er),
@@ -7701,8 +10143,11 @@ module et1200(
     .core_events_rxEr           (_ports_1_core_events_rxEr),
     .core_events_forwardedError (_ports_1_core_events_forwardedError),
     .core_events_goodFrame      (_ports_1_core_events_goodFrame),
+    .core_waited                (_ports_1_core_waited),
     .core_receiverIdle          (_ports_1_core_receiverIdle),
     .core_transmitterIdle       (_ports_1_core_transmitterIdle),
+    .core_detection_signal      (_ports_1_core_detection_signal),
+    .core_detection_link        (_ports_1_core_detection_link),
     .pins_rx_clk                (mii_1_rx_clk),
     .pins_rx_dv                 (mii_1_rx_dv),
     .pins_rx_er                 (mii_1_rx_er),
@@ -7722,20 +10167,40 @@ module et1200(
   assign _memory_host_addr = _hostSequencer_memory_addr;
   assign _memory_host_be = _hostSequencer_memory_be;
   assign _memory_ramOpen = ~_sii_1_notLoaded;
+  assign _memory_guard_latch1_of_ecat = ~_memory_value_latch1_by_pdi;
+  assign _memory_guard_latch_on = _memory_value_esc_configuration[2];
+  assign _memory_guard_latch0_of_ecat = ~_memory_value_latch0_by_pdi;
+  assign _memory_guard_sync1_of_ecat = ~owner1;
+  assign _memory_guard_sync0_of_ecat = ~_memory_value_sync0_by_pdi;
+  assign _memory_guard_sync_on = _memory_value_esc_configuration[1];
+  assign _memory_guard_sync_of_pdi = _memory_value_sync0_by_pdi | owner1;
+  assign _memory_guard_sync_of_ecat = ~(_memory_value_sync0_by_pdi & owner1);
+  assign _memory_guard_clocks_on = _memory_value_esc_configuration[1] | _memory_value_esc_configuration[2];
   assign _memory_guard_sm3_disabled = ~_memory_value_sm3_enable;
   assign _memory_guard_sm2_disabled = ~_memory_value_sm2_enable;
   assign _memory_guard_sm1_disabled = ~_memory_value_sm1_enable;
   assign _memory_guard_sm0_disabled = ~_memory_value_sm0_enable;
+  assign _memory_guard_mi_ecat_may_write = ~busy & ~wasBusy;
   assign _memory_guard_sii_pdi_may_write = _sii_1_pdiMayWrite;
   assign _memory_guard_sii_pdi_may_answer = _sii_1_pdiMayWrite | _sii_1_waits;
   assign _memory_guard_sii_pdi_may_take =
     (_memory_value_eeprom_offered | _memory_value_eeprom_taken) & ~_memory_value_eeprom_force;
   assign _memory_guard_al_status_by_pdi = ~_memory_value_device_emulation;
   assign _memory_guard_al_control_free = _memory_value_device_emulation | ~controlEvent;
-  assign _memory_set_al_status_valid = REG & _memory_value_device_emulation;
+  assign _memory_set_al_status_valid = REG_1 & _memory_value_device_emulation;
   assign _memory_set_loop_port1_valid = _temporaryLoops_restore;
   assign _memory_set_loop_port0_valid = _temporaryLoops_restore;
   assign _memory_set_temporary_use_valid = _temporaryLoops_restore;
+  assign _memory_status_latch1_pin = _events_level_crossing_1_out;
+  assign _memory_status_latch1_negative = _events_seen_latch1_negative_event;
+  assign _memory_status_latch1_positive = _events_seen_latch1_positive_event;
+  assign _memory_status_latch0_pin = _events_level_crossing_out;
+  assign _memory_status_latch0_negative = _events_seen_latch0_negative_event;
+  assign _memory_status_latch0_positive = _events_seen_latch0_positive_event;
+  assign _memory_status_sync1_status = _sync1_level;
+  assign _memory_status_sync0_status = _sync0_level;
+  assign _memory_status_mi_command = {1'h0, busy ? {isWrite, ~isWrite} : 2'h0};
+  assign _memory_status_mi_port_address = _memory_value_mi_translation_off ? casez_tmp_0 : 5'h0;
   assign _memory_status_eeprom_not_loaded = _sii_1_notLoaded;
   assign _memory_status_eeprom_two_address_bytes = _sii_lines_twoByte_crossing_out;
   assign _memory_status_watchdog_pdi = _watchdog_pdi_running;
@@ -7762,6 +10227,15 @@ module et1200(
   assign _memory_event_invalid_frame_port1 = _ports_1_core_events_invalidFrame & _loops_open_1;
   assign _memory_event_rx_er_port0 = _ports_0_core_events_rxEr & _loops_open_0;
   assign _memory_event_invalid_frame_port0 = _ports_0_core_events_invalidFrame & _loops_open_0;
+  assign _memory_kept_data =
+    memory_kept_data_REG
+      ? _receiveTimes_data
+      : memory_kept_data_REG_1 ? _clockEngine_settingData : _clockEngine_wordData;
+  assign _memory_kept_host_ready =
+    settles[4]
+    | ~(_memory_kept_host_ready_T_1 | _memory_kept_host_ready_T_2 | _memory_kept_host_ready_T_3
+        | _memory_kept_host_ready_T_6 | _memory_kept_host_ready_T_8 | _memory_kept_host_ready_T_10
+        | _memory_kept_host_ready_T_12 | _memory_kept_host_ready_T_14 | _memory_kept_host_ready_T_16);
   EscMemory memory (
     .clock                             (clock),
     .reset                             (reset),
@@ -7784,6 +10258,18 @@ module et1200(
     .host_ack                          (_memory_host_ack),
     .host_rdata                        (_memory_host_rdata),
     .ramOpen                           (_memory_ramOpen),
+    .value_latch1_negative_single      (_memory_value_latch1_negative_single),
+    .value_latch1_positive_single      (_memory_value_latch1_positive_single),
+    .value_latch0_negative_single      (_memory_value_latch0_negative_single),
+    .value_latch0_positive_single      (_memory_value_latch0_positive_single),
+    .value_sync_pulse_length           (_memory_value_sync_pulse_length),
+    .value_latch1_by_pdi               (_memory_value_latch1_by_pdi),
+    .value_latch0_by_pdi               (_memory_value_latch0_by_pdi),
+    .value_sync1_by_other              (_memory_value_sync1_by_other),
+    .value_sync0_by_pdi                (_memory_value_sync0_by_pdi),
+    .value_speed_filter_depth          (_memory_value_speed_filter_depth),
+    .value_time_filter_depth           (_memory_value_time_filter_depth),
+    .value_speed_counter_start         (_memory_value_speed_counter_start),
     .value_sm3_repeat_request          (_memory_value_sm3_repeat_request),
     .value_sm3_enable                  (_memory_value_sm3_enable),
     .value_sm2_repeat_request          (_memory_value_sm2_repeat_request),
@@ -7792,6 +10278,9 @@ module et1200(
     .value_sm1_enable                  (_memory_value_sm1_enable),
     .value_sm0_repeat_request          (_memory_value_sm0_repeat_request),
     .value_sm0_enable                  (_memory_value_sm0_enable),
+    .value_mi_register_address         (_memory_value_mi_register_address),
+    .value_mi_translation_off          (_memory_value_mi_translation_off),
+    .value_mi_phy_address              (_memory_value_mi_phy_address),
     .value_eeprom_taken                (_memory_value_eeprom_taken),
     .value_eeprom_force                (_memory_value_eeprom_force),
     .value_eeprom_offered              (_memory_value_eeprom_offered),
@@ -7802,6 +10291,9 @@ module et1200(
     .value_watchdog_mask               (_memory_value_watchdog_mask),
     .value_eeprom_mask                 (_memory_value_eeprom_mask),
     .value_sm_activation_mask          (_memory_value_sm_activation_mask),
+    .value_sync1_mask                  (_memory_value_sync1_mask),
+    .value_sync0_mask                  (_memory_value_sync0_mask),
+    .value_latch_mask                  (_memory_value_latch_mask),
     .value_al_control_mask             (_memory_value_al_control_mask),
     .value_ecat_event_mask             (_memory_value_ecat_event_mask),
     .value_esc_configuration           (_memory_value_esc_configuration),
@@ -7816,10 +10308,24 @@ module et1200(
     .value_destroy_non_ethercat        (_memory_value_destroy_non_ethercat),
     .value_station_alias               (_memory_value_station_alias),
     .value_station_address             (_memory_value_station_address),
+    .guard_latch1_of_pdi               (_memory_value_latch1_by_pdi),
+    .guard_latch1_of_ecat              (_memory_guard_latch1_of_ecat),
+    .guard_latch_on                    (_memory_guard_latch_on),
+    .guard_latch0_of_pdi               (_memory_value_latch0_by_pdi),
+    .guard_latch0_of_ecat              (_memory_guard_latch0_of_ecat),
+    .guard_sync1_of_pdi                (owner1),
+    .guard_sync1_of_ecat               (_memory_guard_sync1_of_ecat),
+    .guard_sync0_of_pdi                (_memory_value_sync0_by_pdi),
+    .guard_sync0_of_ecat               (_memory_guard_sync0_of_ecat),
+    .guard_sync_on                     (_memory_guard_sync_on),
+    .guard_sync_of_pdi                 (_memory_guard_sync_of_pdi),
+    .guard_sync_of_ecat                (_memory_guard_sync_of_ecat),
+    .guard_clocks_on                   (_memory_guard_clocks_on),
     .guard_sm3_disabled                (_memory_guard_sm3_disabled),
     .guard_sm2_disabled                (_memory_guard_sm2_disabled),
     .guard_sm1_disabled                (_memory_guard_sm1_disabled),
     .guard_sm0_disabled                (_memory_guard_sm0_disabled),
+    .guard_mi_ecat_may_write           (_memory_guard_mi_ecat_may_write),
     .guard_sii_pdi_may_write           (_memory_guard_sii_pdi_may_write),
     .guard_sii_pdi_may_answer          (_memory_guard_sii_pdi_may_answer),
     .guard_sii_ecat_may_write          (_memory_guard_sii_ecat_may_write),
@@ -7834,6 +10340,24 @@ module et1200(
     .set_loop_port0_valid              (_memory_set_loop_port0_valid),
     .set_loop_port0_bits               (_memory_set_loop_port0_bits),
     .set_temporary_use_valid           (_memory_set_temporary_use_valid),
+    .status_latch1_pin                 (_memory_status_latch1_pin),
+    .status_latch1_negative            (_memory_status_latch1_negative),
+    .status_latch1_positive            (_memory_status_latch1_positive),
+    .status_latch0_pin                 (_memory_status_latch0_pin),
+    .status_latch0_negative            (_memory_status_latch0_negative),
+    .status_latch0_positive            (_memory_status_latch0_positive),
+    .status_sync1_status               (_memory_status_sync1_status),
+    .status_sync0_status               (_memory_status_sync0_status),
+    .status_start_implausible          (starts_implausible),
+    .status_sync1_pending              (sync1_waits),
+    .status_sync0_pending              (sync0_waits),
+    .status_near_future                (near_future),
+    .status_start_time_checked         (start_time_checked),
+    .status_start_time_extended        (start_time_extended),
+    .status_auto_activation            (automatic_auto_activation),
+    .status_sync1_enable               (sync1_enable),
+    .status_sync0_enable               (sync0_enable),
+    .status_cyclic_active              (cyclic_active),
     .status_sm3_deactivated            (_memory_status_sm3_deactivated),
     .status_sm3_last_buffer            (_memory_status_sm3_last_buffer),
     .status_sm3_mailbox_full           (_memory_status_sm3_mailbox_full),
@@ -7854,6 +10378,13 @@ module et1200(
     .status_sm0_mailbox_full           (_memory_status_sm0_mailbox_full),
     .status_sm0_read_event             (_memory_status_sm0_read_event),
     .status_sm0_write_event            (_memory_status_sm0_write_event),
+    .status_mi_data                    (_memory_status_mi_data_T),
+    .status_mi_busy                    (busy),
+    .status_mi_command_error           (commandError),
+    .status_mi_read_error              (readError),
+    .status_mi_command                 (_memory_status_mi_command),
+    .status_mi_port_address            (_memory_status_mi_port_address),
+    .status_mi_write_enable            (enable),
     .status_eeprom_busy                (_memory_status_eeprom_busy),
     .status_eeprom_write_error         (_memory_status_eeprom_write_error),
     .status_eeprom_command_error       (_memory_status_eeprom_command_error),
@@ -7867,10 +10398,14 @@ module et1200(
     .status_sm_al_event                (_memory_status_sm_al_event),
     .status_watchdog_event             (memory_status_watchdog_event_watchdog_event),
     .status_sm_activation_event        (_memory_status_sm_activation_event),
+    .status_sync1_event                (_memory_status_sync1_event_T),
+    .status_sync0_event                (_memory_status_sync0_event_T),
+    .status_latch_event                (_memory_status_latch_event_T_2),
     .status_al_control_event           (controlEvent),
     .status_sm_ecat_event              (_memory_status_sm_ecat_event),
     .status_al_status_event            (memory_status_al_status_event_al_status_changed),
     .status_dl_status_event            (memory_status_dl_status_event_dl_status_changed),
+    .status_ecat_latch_event           (_memory_status_ecat_latch_event_T_4),
     .status_err_led_enable             (_memory_status_err_led_enable),
     .status_err_led_code               (_memory_status_err_led_code),
     .status_run_led_enable             (_memory_status_run_led_enable),
@@ -7879,8 +10414,9 @@ module et1200(
     .status_loop_closed_port1          (_memory_status_loop_closed_port1),
     .status_communication_port0        (_ports_0_core_link),
     .status_loop_closed_port0          (_memory_status_loop_closed_port0),
-    .status_physical_link_port1        (_ports_1_core_link),
-    .status_physical_link_port0        (_ports_0_core_link),
+    .status_physical_link_port1        (_ports_1_core_detection_signal),
+    .status_physical_link_port0        (_ports_0_core_detection_signal),
+    .status_enhanced_link_detection    (_memory_status_enhanced_link_detection_T_5),
     .status_pdi_watchdog               (_memory_status_pdi_watchdog),
     .status_pdi_operational            (_memory_status_pdi_operational),
     .event_watchdog_count_pdi          (_memory_event_watchdog_count_pdi),
@@ -7894,6 +10430,12 @@ module et1200(
     .event_invalid_frame_port1         (_memory_event_invalid_frame_port1),
     .event_rx_er_port0                 (_memory_event_rx_er_port0),
     .event_invalid_frame_port0         (_memory_event_invalid_frame_port0),
+    .kept_address                      (_memory_kept_address),
+    .kept_data                         (_memory_kept_data),
+    .kept_host_reads                   (_memory_kept_host_reads),
+    .kept_host_asks                    (_memory_kept_host_asks),
+    .kept_host_address                 (_memory_kept_host_address),
+    .kept_host_ready                   (_memory_kept_host_ready),
     .registerWrite_valid               (_memory_registerWrite_valid),
     .registerWrite_bits_address        (_memory_registerWrite_bits_address),
     .registerWrite_bits_mask           (_memory_registerWrite_bits_mask),
@@ -7928,71 +10470,78 @@ module et1200(
           _syncManagers_ecatEvent_0,
           memory_status_al_status_event_al_status_changed,
           memory_status_dl_status_event_dl_status_changed,
-          2'h0}};
+          1'h0,
+          _memory_status_ecat_latch_event_T_4}};
   assign _processor_tableWrite_word = _memory_registerWrite_bits_address[11:2];
   FrameProcessor processor (
-    .clock                     (clock),
-    .reset                     (reset),
-    .step                      (processStep),
-    .in_valid                  (_processor_in_valid),
-    .in_payload                (_processor_in_payload),
-    .in_data                   (_processor_in_data),
-    .in_end                    (_processor_in_end),
-    .in_bad                    (_processor_in_bad),
-    .in_odd                    (_processor_in_odd),
-    .in_crcGood                (_processor_in_crcGood),
-    .out_valid                 (_processor_out_valid),
-    .out_payload               (_processor_out_payload),
-    .out_data                  (_processor_out_data),
-    .out_end                   (_processor_out_end),
-    .out_bad                   (_processor_out_bad),
-    .out_odd                   (_processor_out_odd),
-    .out_crcGood               (_processor_out_crcGood),
-    .config_stationAddress     (_memory_value_station_address),
-    .config_stationAlias       (_memory_value_station_alias),
-    .config_aliasEnable        (_memory_value_alias_enable),
-    .config_destroyNonEtherCat (_memory_value_destroy_non_ethercat),
-    .config_circulating        (_processor_config_circulating),
-    .config_ecatEvents         (_processor_config_ecatEvents),
-    .memory_frameStart         (_processor_memory_frameStart),
-    .memory_read               (_memory_ecat_read),
-    .memory_readAddress        (_memory_ecat_readAddress),
-    .memory_readData           (_memory_ecat_readData),
-    .memory_readable           (_memory_ecat_readable),
-    .memory_writable           (_memory_ecat_writable),
-    .memory_logFull            (_memory_ecat_logFull),
-    .memory_write              (_memory_ecat_write),
-    .memory_writeAddress       (_memory_ecat_writeAddress),
-    .memory_writeData          (_memory_ecat_writeData),
-    .memory_commit             (_memory_ecat_commit),
-    .reads_al_status           (_processor_reads_al_status),
-    .reads_dl_status           (_processor_reads_dl_status),
-    .frameGood                 (_processor_frameGood),
-    .frameBad                  (_processor_frameBad),
-    .busy                      (_processor_busy),
-    .error                     (_memory_event_epu_error),
-    .tableWrite_valid          (syncManagers_table_tableWrite_valid),
-    .tableWrite_word           (_processor_tableWrite_word),
-    .tableWrite_mask           (syncManagers_table_tableWrite_tableMask),
-    .tableWrite_data           (syncManagers_table_tableWrite_data),
-    .areas_index               (_processor_areas_index),
-    .areas_entries_0_index     (_processor_areas_entries_0_index),
-    .areas_entries_0_start     (_processor_areas_entries_0_start),
-    .areas_entries_0_extent    (_processor_areas_entries_0_extent),
-    .areas_entries_0_takesPart (_processor_areas_entries_0_takesPart),
-    .areas_turn                (_processor_areas_turn),
-    .areas_request             (_processor_areas_request),
-    .areas_number              (_processor_areas_number),
-    .areas_access_write        (_processor_areas_access_write),
-    .areas_access_touch        (_processor_areas_access_touch),
-    .areas_access_first        (_processor_areas_access_first),
-    .areas_access_close        (_processor_areas_access_close),
-    .areas_access_single       (_processor_areas_access_single),
-    .areas_answer_allowed      (_processor_areas_answer_allowed),
-    .areas_answer_inBuffer     (_processor_areas_answer_inBuffer),
-    .areas_offset              (_processor_areas_offset),
-    .areas_ramOpen             (_processor_areas_ramOpen),
-    .buffersSettled            (_processor_buffersSettled)
+    .clock                      (clock),
+    .reset                      (reset),
+    .step                       (processStep),
+    .in_valid                   (_processor_in_valid),
+    .in_payload                 (_processor_in_payload),
+    .in_data                    (_processor_in_data),
+    .in_end                     (_processor_in_end),
+    .in_bad                     (_processor_in_bad),
+    .in_odd                     (_processor_in_odd),
+    .in_crcGood                 (_processor_in_crcGood),
+    .out_valid                  (_processor_out_valid),
+    .out_payload                (_processor_out_payload),
+    .out_data                   (_processor_out_data),
+    .out_end                    (_processor_out_end),
+    .out_bad                    (_processor_out_bad),
+    .out_odd                    (_processor_out_odd),
+    .out_crcGood                (_processor_out_crcGood),
+    .config_stationAddress      (_memory_value_station_address),
+    .config_stationAlias        (_memory_value_station_alias),
+    .config_aliasEnable         (_memory_value_alias_enable),
+    .config_destroyNonEtherCat  (_memory_value_destroy_non_ethercat),
+    .config_circulating         (_processor_config_circulating),
+    .config_ecatEvents          (_processor_config_ecatEvents),
+    .memory_frameStart          (_processor_memory_frameStart),
+    .memory_read                (_memory_ecat_read),
+    .memory_readAddress         (_memory_ecat_readAddress),
+    .memory_readData            (_memory_ecat_readData),
+    .memory_readable            (_memory_ecat_readable),
+    .memory_writable            (_memory_ecat_writable),
+    .memory_logFull             (_memory_ecat_logFull),
+    .memory_write               (_memory_ecat_write),
+    .memory_writeAddress        (_memory_ecat_writeAddress),
+    .memory_writeData           (_memory_ecat_writeData),
+    .memory_commit              (_memory_ecat_commit),
+    .reads_latch1_negative_time (_processor_reads_latch1_negative_time),
+    .reads_latch1_positive_time (_processor_reads_latch1_positive_time),
+    .reads_latch0_negative_time (_processor_reads_latch0_negative_time),
+    .reads_latch0_positive_time (_processor_reads_latch0_positive_time),
+    .reads_al_status            (_processor_reads_al_status),
+    .reads_dl_status            (_processor_reads_dl_status),
+    .frameGood                  (_processor_frameGood),
+    .frameBad                   (_processor_frameBad),
+    .busy                       (_processor_busy),
+    .error                      (_memory_event_epu_error),
+    .tableWrite_valid           (syncManagers_table_tableWrite_valid),
+    .tableWrite_word            (_processor_tableWrite_word),
+    .tableWrite_mask            (syncManagers_table_tableWrite_tableMask),
+    .tableWrite_data            (syncManagers_table_tableWrite_data),
+    .areas_index                (_processor_areas_index),
+    .areas_entries_0_index      (_processor_areas_entries_0_index),
+    .areas_entries_0_start      (_processor_areas_entries_0_start),
+    .areas_entries_0_extent     (_processor_areas_entries_0_extent),
+    .areas_entries_0_takesPart  (_processor_areas_entries_0_takesPart),
+    .areas_turn                 (_processor_areas_turn),
+    .areas_request              (_processor_areas_request),
+    .areas_number               (_processor_areas_number),
+    .areas_access_write         (_processor_areas_access_write),
+    .areas_access_touch         (_processor_areas_access_touch),
+    .areas_access_first         (_processor_areas_access_first),
+    .areas_access_close         (_processor_areas_access_close),
+    .areas_access_single        (_processor_areas_access_single),
+    .areas_answer_allowed       (_processor_areas_answer_allowed),
+    .areas_answer_inBuffer      (_processor_areas_answer_inBuffer),
+    .areas_offset               (_processor_areas_offset),
+    .areas_ramOpen              (_processor_areas_ramOpen),
+    .stamps_written             (_processor_stamps_written),
+    .stamps_ofPorts             (_processor_stamps_ofPorts),
+    .buffersSettled             (_processor_buffersSettled)
   );
   assign _loops_settingWritten =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h101 & _memory_registerWrite_bits_mask;
@@ -8121,7 +10670,6 @@ module et1200(
   assign _sii_1_writeHigh_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h503 & _memory_registerWrite_bits_mask;
   assign _sii_1_writeHigh_bits = _memory_registerWrite_bits_data[2:0];
-  assign _sii_1_frameStart = _processor_memory_frameStart & ~_processor_busy;
   assign _sii_1_enhancedLinkDetection = {_memory_value_esc_configuration[6:3], _memory_value_esc_configuration[0]};
   SiiController sii_1 (
     .clock                 (clock),
@@ -8136,7 +10684,7 @@ module et1200(
     .writeHigh_bits        (_sii_1_writeHigh_bits),
     .byHost                (_memory_registerWriteByHost),
     .registersBusy         (_memory_registersBusy),
-    .frameStart            (_sii_1_frameStart),
+    .frameStart            (_GEN),
     .offered               (_memory_value_eeprom_offered),
     .taken                 (_memory_value_eeprom_taken),
     .enhancedLinkDetection (_sii_1_enhancedLinkDetection),
@@ -8162,6 +10710,32 @@ module et1200(
     .waits                 (_sii_1_waits),
     .loadFailed            (_sii_1_loadFailed),
     .loading               (_sii_1_loading)
+  );
+  assign _mdio_isWrite = isOwn | isWrite;
+  assign _mdio_phy = isOwn ? casez_tmp : _memory_value_mi_phy_address;
+  assign _mdio_phyRegister = isOwn ? 5'h0 : _memory_value_mi_register_address;
+  assign _mdio_load_0_valid = ~runs;
+  assign _mdio_load_0_bits = next[7:0];
+  assign _mdio_load_1_valid = ~runs;
+  assign _mdio_load_1_bits = next[15:8];
+  Mdio mdio (
+    .clock        (clock),
+    .reset        (reset),
+    .run          (runs),
+    .isWrite      (_mdio_isWrite),
+    .phy          (_mdio_phy),
+    .phyRegister  (_mdio_phyRegister),
+    .done         (_mdio_done),
+    .silent       (_mdio_silent),
+    .data         (_mdio_data),
+    .load_0_valid (_mdio_load_0_valid),
+    .load_0_bits  (_mdio_load_0_bits),
+    .load_1_valid (_mdio_load_1_valid),
+    .load_1_bits  (_mdio_load_1_bits),
+    .mdc          (mi_mdc),
+    .mdioIn       (_mdio_mdioIn),
+    .mdioOut      (mi_mdio_out),
+    .mdioEnable   (mi_mdio_enable)
   );
   WatchdogDivider watchdogDivider (
     .clock   (clock),
@@ -8200,6 +10774,41 @@ module et1200(
     .in    (sii_two_byte),
     .out   (_sii_lines_twoByte_crossing_out)
   );
+  LevelCrossing mdio_mdioIn_crossing (
+    .clock (clock),
+    .in    (mi_mdio_in),
+    .out   (_mdio_mdioIn)
+  );
+  assign _enhancedLinks_on_0 =
+    ~enhancedLinksOff & (_memory_value_esc_configuration[0] | _memory_value_esc_configuration[3]);
+  assign _enhancedLinks_on_1 =
+    ~enhancedLinksOff & (_memory_value_esc_configuration[0] | _memory_value_esc_configuration[4]);
+  EnhancedLinkDetection enhancedLinks (
+    .clock      (clock),
+    .reset      (reset),
+    .found_0    (_ports_0_core_detection_signal),
+    .found_1    (_ports_1_core_detection_signal),
+    .rxEr_0     (_ports_0_core_events_rxEr),
+    .rxEr_1     (_ports_1_core_events_rxEr),
+    .on_0       (_enhancedLinks_on_0),
+    .on_1       (_enhancedLinks_on_1),
+    .link_0     (_ports_0_core_detection_link),
+    .link_1     (_ports_1_core_detection_link),
+    .restarts_0 (_enhancedLinks_restarts_0),
+    .restarts_1 (_enhancedLinks_restarts_1)
+  );
+  assign _restarts_access_done = _mdio_done & isOwn;
+  Restarts restarts (
+    .clock        (clock),
+    .reset        (reset),
+    .restart_0    (restarts_0),
+    .restart_1    (restarts_1),
+    .restarted_0  (_restarts_restarted_0),
+    .restarted_1  (_restarts_restarted_1),
+    .access_valid (_restarts_access_valid),
+    .access_port  (_restarts_access_port),
+    .access_done  (_restarts_access_done)
+  );
   assign _led_run_automaticCode =
     _sii_1_loading | _memory_value_al_status[3:0] == 4'h3
       ? 4'hE
@@ -8209,7 +10818,7 @@ module et1200(
   assign _led_run_write_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h138 & _memory_registerWrite_bits_mask;
   assign _led_run_write_bits = _memory_registerWrite_bits_data[4:0];
-  assign _led_run_drop = _GEN != changed_REG;
+  assign _led_run_drop = _GEN_0 != changed_REG;
   LedControl led_run_0 (
     .clock         (clock),
     .reset         (reset),
@@ -8230,7 +10839,7 @@ module et1200(
   assign _led_err_write_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h139 & _memory_registerWrite_bits_mask;
   assign _led_err_write_bits = _memory_registerWrite_bits_data[4:0];
-  assign _led_err_drop = (|error) & error != REG_1;
+  assign _led_err_drop = (|error) & error != REG_2;
   LedControl led_err_0 (
     .clock         (clock),
     .reset         (reset),
@@ -8265,6 +10874,329 @@ module et1200(
     .link    (_ports_1_core_link),
     .traffic (_unit_1_traffic),
     .lit     (led_linkact_1)
+  );
+  assign _localClock_more = _speedControl_more;
+  LocalClock localClock (
+    .clock    (clock),
+    .reset    (reset),
+    .more     (_localClock_more),
+    .timeByte (_localClock_timeByte),
+    .place    (_localClock_place),
+    .last     (_localClock_last)
+  );
+  assign _receiveTimes_begins_1 = _ports_1_core_fromWire_valid & ~begins_REG_1;
+  assign _receiveTimes_keep_2 = _processor_frameGood & asked;
+  assign _receiveTimes_absent_0 = ~_ports_0_core_link;
+  assign _receiveTimes_absent_1 = ~_ports_1_core_link;
+  assign _receiveTimes_readWord = _memory_kept_address[4:0];
+  ReceiveTimes receiveTimes (
+    .clock    (clock),
+    .reset    (reset),
+    .timeByte (_localClock_timeByte),
+    .place    (_localClock_place),
+    .last     (_localClock_last),
+    .begins_0 (begins_0),
+    .begins_1 (_receiveTimes_begins_1),
+    .begins_2 (_GEN),
+    .waited_0 (_ports_0_core_waited),
+    .waited_1 (_ports_1_core_waited),
+    .waited_2 (waited),
+    .keep_0   (_GEN_2),
+    .keep_1   (_GEN_2),
+    .keep_2   (_receiveTimes_keep_2),
+    .absent_0 (_receiveTimes_absent_0),
+    .absent_1 (_receiveTimes_absent_1),
+    .readWord (_receiveTimes_readWord),
+    .data     (_receiveTimes_data)
+  );
+  assign _clockEngine_ask_0 = waits & ~odd;
+  assign _clockEngine_ask_1 = waits & odd;
+  assign _clockEngine_ask_2 = asks_1 & _memory_kept_host_ready_T_1;
+  assign _clockEngine_ask_3 = asks_1 & (_memory_kept_host_ready_T_2 | _memory_kept_host_ready_T_3);
+  assign _clockEngine_ask_4 = asks_1 & _memory_kept_host_ready_T_6;
+  assign _clockEngine_ask_5 = asks_1 & _memory_kept_host_ready_T_8;
+  assign _clockEngine_ask_6 = asks_1 & _memory_kept_host_ready_T_10;
+  assign _clockEngine_ask_7 = asks_1 & _memory_kept_host_ready_T_12;
+  assign _clockEngine_ask_8 = asks_1 & _memory_kept_host_ready_T_14;
+  assign _clockEngine_ask_9 = asks_1 & _memory_kept_host_ready_T_16;
+  assign _clockEngine_ask_12 = starts_takes & ~_memory_registersBusy;
+  assign _clockEngine_ask_13 = starts_prepares & ~_memory_registersBusy;
+  assign _clockEngine_backAsk_3 = _GEN_3 & ~ofOdd;
+  assign _clockEngine_backAsk_4 = _GEN_3 & ofOdd;
+  assign _clockEngine_input_0 = {1'h0, clockEngine_input_0_REG};
+  assign _clockEngine_input_1 = {1'h0, _memory_value_speed_counter_start};
+  assign _clockEngine_condition_5 = start_time_checked & cyclic_active;
+  assign _clockEngine_write =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address[11:8] == (_memory_clearing ? 4'h6 : 4'h9);
+  assign _clockEngine_writeAddress = _memory_registerWrite_bits_address[7:0];
+  assign _clockEngine_readAddress = _memory_kept_address[7:0];
+  assign _clockEngine_readWord = _memory_kept_host_reads ? {2'h3, shown} : isTime ? {4'h3, odd} : {2'h2, shown};
+  WordEngine clockEngine (
+    .clock        (clock),
+    .reset        (reset),
+    .timeByte     (_localClock_timeByte),
+    .place        (_localClock_place),
+    .ask_0        (_clockEngine_ask_0),
+    .ask_1        (_clockEngine_ask_1),
+    .ask_2        (_clockEngine_ask_2),
+    .ask_3        (_clockEngine_ask_3),
+    .ask_4        (_clockEngine_ask_4),
+    .ask_5        (_clockEngine_ask_5),
+    .ask_6        (_clockEngine_ask_6),
+    .ask_7        (_clockEngine_ask_7),
+    .ask_8        (_clockEngine_ask_8),
+    .ask_9        (_clockEngine_ask_9),
+    .ask_10       (fired_1),
+    .ask_11       (fired_0),
+    .ask_12       (_clockEngine_ask_12),
+    .ask_13       (_clockEngine_ask_13),
+    .ask_14       (_clockEngine_ask_14),
+    .ask_15       (_clockEngine_ask_15),
+    .ask_16       (_clockEngine_ask_16),
+    .ask_17       (_clockEngine_ask_17),
+    .ask_18       (looks),
+    .taken_0      (_clockEngine_taken_0),
+    .taken_1      (_clockEngine_taken_1),
+    .taken_2      (_clockEngine_taken_2),
+    .taken_3      (_clockEngine_taken_3),
+    .taken_4      (_clockEngine_taken_4),
+    .taken_5      (_clockEngine_taken_5),
+    .taken_6      (_clockEngine_taken_6),
+    .taken_7      (_clockEngine_taken_7),
+    .taken_8      (_clockEngine_taken_8),
+    .taken_9      (_clockEngine_taken_9),
+    .taken_10     (_clockEngine_taken_10),
+    .taken_11     (_clockEngine_taken_11),
+    .taken_12     (_clockEngine_taken_12),
+    .taken_13     (_clockEngine_taken_13),
+    .taken_14     (_clockEngine_taken_14),
+    .taken_15     (_clockEngine_taken_15),
+    .taken_16     (_clockEngine_taken_16),
+    .taken_17     (_clockEngine_taken_17),
+    .taken_18     (_clockEngine_taken_18),
+    .backAsk_0    (due),
+    .backAsk_1    (due_1),
+    .backAsk_2    (due_2),
+    .backAsk_3    (_clockEngine_backAsk_3),
+    .backAsk_4    (_clockEngine_backAsk_4),
+    .backTaken_0  (_clockEngine_backTaken_0),
+    .backTaken_1  (_clockEngine_backTaken_1),
+    .backTaken_2  (_clockEngine_backTaken_2),
+    .backTaken_3  (_clockEngine_backTaken_3),
+    .backTaken_4  (_clockEngine_backTaken_4),
+    .input_0      (_clockEngine_input_0),
+    .input_1      (_clockEngine_input_1),
+    .condition_0  (waits_0),
+    .condition_1  (waits_1),
+    .condition_2  (started),
+    .condition_3  (follows),
+    .condition_4  (start_time_extended),
+    .condition_5  (_clockEngine_condition_5),
+    .condition_6  (near_future),
+    .depth_0      (_memory_value_time_filter_depth),
+    .depth_1      (_memory_value_speed_filter_depth),
+    .command_0    (_clockEngine_command_0),
+    .command_1    (_clockEngine_command_1),
+    .command_2    (_clockEngine_command_2),
+    .command_3    (_clockEngine_command_3),
+    .command_4    (_clockEngine_command_4),
+    .command_5    (_clockEngine_command_5),
+    .command_6    (_clockEngine_command_6),
+    .command_7    (_clockEngine_command_7),
+    .command_8    (_clockEngine_command_8),
+    .result       (_clockEngine_result),
+    .write        (_clockEngine_write),
+    .writeAddress (_clockEngine_writeAddress),
+    .writeMask    (_memory_registerWrite_bits_mask),
+    .writeData    (_memory_registerWrite_bits_data),
+    .readAddress  (_clockEngine_readAddress),
+    .settingData  (_clockEngine_settingData),
+    .readWord     (_clockEngine_readWord),
+    .wordData     (_clockEngine_wordData)
+  );
+  SpeedControl speedControl (
+    .clock (clock),
+    .reset (reset),
+    .value (_clockEngine_result),
+    .slew  (_clockEngine_command_0),
+    .lose  (_clockEngine_command_1),
+    .win   (_clockEngine_command_2),
+    .round (_localClock_last),
+    .more  (_speedControl_more)
+  );
+  assign _sync0_arm = _clockEngine_command_3 & waits_0;
+  assign _sync0_acknowledge =
+    _memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h98E & _hostSequencer_memory_be;
+  SyncSignal sync0 (
+    .clock       (clock),
+    .reset       (reset),
+    .active      (cyclic_active),
+    .byHand      (byHand),
+    .enabled     (sync0_enable),
+    .arm         (_sync0_arm),
+    .value       (_clockEngine_result),
+    .passes      (_passes_T),
+    .length      (_memory_value_sync_pulse_length),
+    .acknowledge (_sync0_acknowledge),
+    .armed       (_sync0_armed),
+    .fires       (_sync0_fires),
+    .level       (_sync0_level)
+  );
+  assign _sync1_arm = _clockEngine_command_4 & waits_1;
+  assign _sync1_acknowledge =
+    _memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h98F & _hostSequencer_memory_be;
+  SyncSignal sync1 (
+    .clock       (clock),
+    .reset       (reset),
+    .active      (cyclic_active),
+    .byHand      (byHand),
+    .enabled     (sync1_enable),
+    .arm         (_sync1_arm),
+    .value       (_clockEngine_result),
+    .passes      (_passes_T),
+    .length      (_memory_value_sync_pulse_length),
+    .acknowledge (_sync1_acknowledge),
+    .armed       (_sync1_armed),
+    .fires       (_sync1_fires),
+    .level       (_sync1_level)
+  );
+  LevelCrossing events_level_crossing (
+    .clock (clock),
+    .in    (clock_signals_latch_0),
+    .out   (_events_level_crossing_out)
+  );
+  assign _events_seen_latch0_positive_on = _memory_value_esc_configuration[2];
+  assign _events_seen_latch0_positive_edge = _events_level_crossing_out & ~events_before;
+  assign _events_seen_latch0_positive_may = &may_c_value;
+  assign _events_seen_latch0_positive_caught = _clockEngine_command_7 & latest == 2'h0;
+  assign _events_seen_latch0_positive_hostReads =
+    _memory_host_ack & ~_hostSequencer_memory_write
+    & (_hostSequencer_memory_addr == 16'h9B0 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9B1
+       & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9B2 & _hostSequencer_memory_be
+       | _hostSequencer_memory_addr == 16'h9B3 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9B4
+       & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9B5 & _hostSequencer_memory_be
+       | _hostSequencer_memory_addr == 16'h9B6 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9B7
+       & _hostSequencer_memory_be);
+  LatchEdge events_seen_latch0_positive (
+    .clock     (clock),
+    .reset     (reset),
+    .on        (_events_seen_latch0_positive_on),
+    .edge_0    (_events_seen_latch0_positive_edge),
+    .may       (_events_seen_latch0_positive_may),
+    .single    (_memory_value_latch0_positive_single),
+    .byHost    (_memory_value_latch0_by_pdi),
+    .asks      (_clockEngine_ask_14),
+    .taken     (_clockEngine_taken_14),
+    .age       (_events_seen_latch0_positive_age),
+    .caught    (_events_seen_latch0_positive_caught),
+    .copied    (_clockEngine_taken_6),
+    .hostReads (_events_seen_latch0_positive_hostReads),
+    .begins    (_GEN),
+    .reads     (_processor_reads_latch0_positive_time),
+    .good      (_processor_frameGood),
+    .bad       (_processor_frameBad),
+    .event_0   (_events_seen_latch0_positive_event)
+  );
+  assign _events_seen_latch0_negative_on = _memory_value_esc_configuration[2];
+  assign _events_seen_latch0_negative_edge = ~_events_level_crossing_out & events_before;
+  assign _events_seen_latch0_negative_may = &may_c_value;
+  assign _events_seen_latch0_negative_caught = _clockEngine_command_7 & latest == 2'h1;
+  assign _events_seen_latch0_negative_hostReads =
+    _memory_host_ack & ~_hostSequencer_memory_write
+    & (_hostSequencer_memory_addr == 16'h9B8 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9B9
+       & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9BA & _hostSequencer_memory_be
+       | _hostSequencer_memory_addr == 16'h9BB & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9BC
+       & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9BD & _hostSequencer_memory_be
+       | _hostSequencer_memory_addr == 16'h9BE & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9BF
+       & _hostSequencer_memory_be);
+  LatchEdge events_seen_latch0_negative (
+    .clock     (clock),
+    .reset     (reset),
+    .on        (_events_seen_latch0_negative_on),
+    .edge_0    (_events_seen_latch0_negative_edge),
+    .may       (_events_seen_latch0_negative_may),
+    .single    (_memory_value_latch0_negative_single),
+    .byHost    (_memory_value_latch0_by_pdi),
+    .asks      (_clockEngine_ask_15),
+    .taken     (_clockEngine_taken_15),
+    .age       (_events_seen_latch0_negative_age),
+    .caught    (_events_seen_latch0_negative_caught),
+    .copied    (_clockEngine_taken_7),
+    .hostReads (_events_seen_latch0_negative_hostReads),
+    .begins    (_GEN),
+    .reads     (_processor_reads_latch0_negative_time),
+    .good      (_processor_frameGood),
+    .bad       (_processor_frameBad),
+    .event_0   (_events_seen_latch0_negative_event)
+  );
+  LevelCrossing events_level_crossing_1 (
+    .clock (clock),
+    .in    (clock_signals_latch_1),
+    .out   (_events_level_crossing_1_out)
+  );
+  assign _events_seen_latch1_positive_on = _memory_value_esc_configuration[2];
+  assign _events_seen_latch1_positive_edge = _events_level_crossing_1_out & ~events_before_1;
+  assign _events_seen_latch1_positive_may = &may_c_value;
+  assign _events_seen_latch1_positive_caught = _clockEngine_command_7 & latest == 2'h2;
+  assign _events_seen_latch1_positive_hostReads =
+    _memory_host_ack & ~_hostSequencer_memory_write
+    & (_hostSequencer_memory_addr == 16'h9C0 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9C1
+       & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9C2 & _hostSequencer_memory_be
+       | _hostSequencer_memory_addr == 16'h9C3 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9C4
+       & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9C5 & _hostSequencer_memory_be
+       | _hostSequencer_memory_addr == 16'h9C6 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9C7
+       & _hostSequencer_memory_be);
+  LatchEdge events_seen_latch1_positive (
+    .clock     (clock),
+    .reset     (reset),
+    .on        (_events_seen_latch1_positive_on),
+    .edge_0    (_events_seen_latch1_positive_edge),
+    .may       (_events_seen_latch1_positive_may),
+    .single    (_memory_value_latch1_positive_single),
+    .byHost    (_memory_value_latch1_by_pdi),
+    .asks      (_clockEngine_ask_16),
+    .taken     (_clockEngine_taken_16),
+    .age       (_events_seen_latch1_positive_age),
+    .caught    (_events_seen_latch1_positive_caught),
+    .copied    (_clockEngine_taken_8),
+    .hostReads (_events_seen_latch1_positive_hostReads),
+    .begins    (_GEN),
+    .reads     (_processor_reads_latch1_positive_time),
+    .good      (_processor_frameGood),
+    .bad       (_processor_frameBad),
+    .event_0   (_events_seen_latch1_positive_event)
+  );
+  assign _events_seen_latch1_negative_on = _memory_value_esc_configuration[2];
+  assign _events_seen_latch1_negative_edge = ~_events_level_crossing_1_out & events_before_1;
+  assign _events_seen_latch1_negative_may = &may_c_value;
+  assign _events_seen_latch1_negative_caught = _clockEngine_command_7 & (&latest);
+  assign _events_seen_latch1_negative_hostReads =
+    _memory_host_ack & ~_hostSequencer_memory_write
+    & (_hostSequencer_memory_addr == 16'h9C8 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9C9
+       & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9CA & _hostSequencer_memory_be
+       | _hostSequencer_memory_addr == 16'h9CB & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9CC
+       & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9CD & _hostSequencer_memory_be
+       | _hostSequencer_memory_addr == 16'h9CE & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9CF
+       & _hostSequencer_memory_be);
+  LatchEdge events_seen_latch1_negative (
+    .clock     (clock),
+    .reset     (reset),
+    .on        (_events_seen_latch1_negative_on),
+    .edge_0    (_events_seen_latch1_negative_edge),
+    .may       (_events_seen_latch1_negative_may),
+    .single    (_memory_value_latch1_negative_single),
+    .byHost    (_memory_value_latch1_by_pdi),
+    .asks      (_clockEngine_ask_17),
+    .taken     (_clockEngine_taken_17),
+    .age       (_events_seen_latch1_negative_age),
+    .caught    (_events_seen_latch1_negative_caught),
+    .copied    (_clockEngine_taken_9),
+    .hostReads (_events_seen_latch1_negative_hostReads),
+    .begins    (_GEN),
+    .reads     (_processor_reads_latch1_negative_time),
+    .good      (_processor_frameGood),
+    .bad       (_processor_frameBad),
+    .event_0   (_events_seen_latch1_negative_event)
   );
   HostSequencer hostSequencer (
     .clock                     (clock),
@@ -8309,7 +11241,9 @@ module et1200(
   assign mii_tx_tick = mii_tx_tick_r;
   assign phy_reset_n = ~reset;
   assign host_ack = _hostSequencer_host_ack;
-  assign irq = |{_GEN_0[11:8], _GEN_0[6], _GEN_0[4], _GEN_0[0]};
+  assign clock_signals_sync_0 = clock_signals_sync_0_REG;
+  assign clock_signals_sync_1 = clock_signals_sync_1_REG;
+  assign irq = |{_GEN_1[11:8], _GEN_1[6], _GEN_1[4:0]};
 endmodule
 
 // One write and one read port, one clock; infers block RAM.
@@ -8330,5 +11264,152 @@ module DualPortRam #(
     if (write) words[writeAddress] <= writeData;
     readData <= words[readAddress];
   end
+endmodule
+
+// A table of constants; infers block RAM.
+module ClockProgram (
+  input                 clock,
+  input      [7:0] address,
+  (* romstyle = "M9K" *) output reg [35:0] data
+);
+  always @(posedge clock)
+    case (address)
+      8'd0: data <= 36'h98a00a040;
+      8'd1: data <= 36'h9880466c0;
+      8'd2: data <= 36'h98a0566c0;
+      8'd3: data <= 36'h408082000;
+      8'd4: data <= 36'h448092000;
+      8'd5: data <= 36'h4880a2000;
+      8'd6: data <= 36'h4c80b2000;
+      8'd7: data <= 36'h5080c2000;
+      8'd8: data <= 36'h5480d2000;
+      8'd9: data <= 36'h5880e2000;
+      8'd10: data <= 36'h3;
+      8'd11: data <= 36'h7c8046040;
+      8'd12: data <= 36'h3;
+      8'd13: data <= 36'he08084000;
+      8'd14: data <= 36'h3;
+      8'd15: data <= 36'hce026780;
+      8'd16: data <= 36'h121002;
+      8'd17: data <= 36'hce026680;
+      8'd18: data <= 36'h14a402384;
+      8'd19: data <= 36'h148052581;
+      8'd20: data <= 36'h8052080;
+      8'd21: data <= 36'h148402000;
+      8'd22: data <= 36'h191102;
+      8'd23: data <= 36'h149a3a580;
+      8'd24: data <= 36'h1a1002;
+      8'd25: data <= 36'h14a052000;
+      8'd26: data <= 36'h211852000;
+      8'd27: data <= 36'h5a380;
+      8'd28: data <= 36'h211102;
+      8'd29: data <= 36'h205a380;
+      8'd30: data <= 36'h231102;
+      8'd31: data <= 36'h149c6a000;
+      8'd32: data <= 36'h301002;
+      8'd33: data <= 36'h14bc6a000;
+      8'd34: data <= 36'h301002;
+      8'd35: data <= 36'h3a380;
+      8'd36: data <= 36'h2b1102;
+      8'd37: data <= 36'h203a380;
+      8'd38: data <= 36'h2b0102;
+      8'd39: data <= 36'h49e32180;
+      8'd40: data <= 36'h14803200c;
+      8'd41: data <= 36'h148052581;
+      8'd42: data <= 36'h301002;
+      8'd43: data <= 36'h14803200c;
+      8'd44: data <= 36'h148052581;
+      8'd45: data <= 36'h49e52180;
+      8'd46: data <= 36'h148052580;
+      8'd47: data <= 36'h148052580;
+      8'd48: data <= 36'h108052480;
+      8'd49: data <= 36'h242010;
+      8'd50: data <= 36'h120000000;
+      8'd51: data <= 36'h5c9c1a000;
+      8'd52: data <= 36'h5cbc4b780;
+      8'd53: data <= 36'h370102;
+      8'd54: data <= 36'h5c8000000;
+      8'd55: data <= 36'h13780;
+      8'd56: data <= 36'h3d1102;
+      8'd57: data <= 36'h2013780;
+      8'd58: data <= 36'h3e0102;
+      8'd59: data <= 36'h48172000;
+      8'd60: data <= 36'h3e1002;
+      8'd61: data <= 36'h4a172000;
+      8'd62: data <= 36'h14a422188;
+      8'd63: data <= 36'h148052581;
+      8'd64: data <= 36'h88052280;
+      8'd65: data <= 36'h218422000;
+      8'd66: data <= 36'h14801a000;
+      8'd67: data <= 36'h412598;
+      8'd68: data <= 36'h2412594;
+      8'd69: data <= 36'h3;
+      8'd70: data <= 36'h8000000;
+      8'd71: data <= 36'h48000000;
+      8'd72: data <= 36'h88000000;
+      8'd73: data <= 36'h108000000;
+      8'd74: data <= 36'h208000000;
+      8'd75: data <= 36'h421002;
+      8'd76: data <= 36'h8000000;
+      8'd77: data <= 36'h210000000;
+      8'd78: data <= 36'h3;
+      8'd79: data <= 36'h88000000;
+      8'd80: data <= 36'h218000000;
+      8'd81: data <= 36'h3;
+      8'd82: data <= 36'h248126000;
+      8'd83: data <= 36'h3c8046040;
+      8'd84: data <= 36'h570702;
+      8'd85: data <= 36'h24e0f2980;
+      8'd86: data <= 36'h2480f2980;
+      8'd87: data <= 36'h3ca0f2980;
+      8'd88: data <= 36'h5c1102;
+      8'd89: data <= 36'h600902;
+      8'd90: data <= 36'h3a3af80;
+      8'd91: data <= 36'h601102;
+      8'd92: data <= 36'h30;
+      8'd93: data <= 36'h600802;
+      8'd94: data <= 36'h248046040;
+      8'd95: data <= 36'h24805a980;
+      8'd96: data <= 36'h3;
+      8'd97: data <= 36'h2889469a8;
+      8'd98: data <= 36'h6e1002;
+      8'd99: data <= 36'h2092a80;
+      8'd100: data <= 36'h750102;
+      8'd101: data <= 36'h2889469a8;
+      8'd102: data <= 36'h751002;
+      8'd103: data <= 36'h2148000;
+      8'd104: data <= 36'h6b1102;
+      8'd105: data <= 36'h24;
+      8'd106: data <= 36'h3;
+      8'd107: data <= 36'h248148980;
+      8'd108: data <= 36'h6e1602;
+      8'd109: data <= 36'h2889469a8;
+      8'd110: data <= 36'h750302;
+      8'd111: data <= 36'h3c8046040;
+      8'd112: data <= 36'h3ca0f2980;
+      8'd113: data <= 36'h3ca02af80;
+      8'd114: data <= 36'h7d1102;
+      8'd115: data <= 36'h751202;
+      8'd116: data <= 36'hf201c;
+      8'd117: data <= 36'h7c0402;
+      8'd118: data <= 36'h3c8046040;
+      8'd119: data <= 36'h3ca0f2a80;
+      8'd120: data <= 36'h3ca02af80;
+      8'd121: data <= 36'h801102;
+      8'd122: data <= 36'h7c1202;
+      8'd123: data <= 36'hf2020;
+      8'd124: data <= 36'h3;
+      8'd125: data <= 36'h750502;
+      8'd126: data <= 36'h248148980;
+      8'd127: data <= 36'h751002;
+      8'd128: data <= 36'h2092a80;
+      8'd129: data <= 36'h7c0102;
+      8'd130: data <= 36'h2889469a8;
+      8'd131: data <= 36'h3;
+      8'd132: data <= 36'ha0a00a040;
+      8'd133: data <= 36'ha080468ec;
+      8'd134: data <= 36'h3;
+      default: data <= 36'h0;
+    endcase
 endmodule
 

@@ -19,6 +19,8 @@
 //   syncSignals                     0  signals
 //   latchSignals                    0  signals
 //   syncPulse                    1000  10 ns
+//   clockPowerSaving                0  switch
+//   enhancedSync                    0  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports

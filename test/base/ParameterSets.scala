@@ -194,6 +194,7 @@ object TestSets {
       clocks = 2,
       syncSignals = 2,
       syncPulse = 0,
+      enhancedSync = 1,
       latchSignals = 2,
       applicationLayer = 1,
       syncManagers = 2
@@ -211,6 +212,15 @@ object TestSets {
       fmmus = 3,
       syncManagers = 4,
       applicationLayer = 1
+    ),
+    ruledEeprom.copy(
+      preset = "clocks-eeprom",
+      coreClockMhz = 100,
+      leds = 0,
+      clocks = 2,
+      syncSignals = 2,
+      latchSignals = 2,
+      clockPowerSaving = 1
     )
   )
 

@@ -38,6 +38,17 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   /** LATCH signal `n` has a new level. */
   def setLatch(n: Int, level: Boolean): Unit = latches(n).set(level, systemTime)
 
+  override def guard(name: String): Option[Boolean] = name match {
+    case "clocks_on" => Some(isOn("sync") || isOn("latch"))
+    case "sync_on"   => Some(isOn("sync"))
+    case "latch_on"  => Some(isOn("latch"))
+    case _           => None
+  }
+
+  /** 0x0141[3:2] (DC-06). */
+  private def isOn(unit: String): Boolean = !p.savesClockPower ||
+    (registers.value("esc_configuration") >> (if (unit == "sync") 1 else 2) & 1) == 1
+
   override def status(field: String): Option[Int] = field match {
     case "latch_event"      => Some(if (latches.exists(_.waits(host = true))) 1 else 0)
     case "ecat_latch_event" => Some(if (latches.exists(_.waits(host = false))) 1 else 0)
@@ -51,6 +62,8 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
     part += ns.toDouble / p.clockPeriodNs * loop.winsPerCycle
     now += ns - falls + part.floor.toLong
     part -= part.floor
+    if (!isOn("sync")) sync.foreach(_.switchOff())
+    if (!isOn("latch")) latches.foreach(_.switchOff())
     sync.foreach(_.follow(systemTime, ns))
   }
 

@@ -22,6 +22,9 @@ class LatchModel(registers: ModelRegisters, n: Int) extends ModelUnit {
     level = now
   }
 
+  /** The unit is not there (DC-06). */
+  def switchOff(): Unit = for (e <- edges.indices) event(e) = false
+
   override def guard(name: String): Option[Boolean] =
     if (name == s"latch${n}_of_ecat") Some(!byPdi)
     else if (name == s"latch${n}_of_pdi") Some(byPdi)

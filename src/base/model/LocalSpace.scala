@@ -88,8 +88,10 @@ class LocalSpace(
     !s.firstFailed && ((a0 >> 1 & 1) == 1 || (a0 >> (4 + port) & 1) == 1)
   }
 
-  private def allowed(guard: Option[String]): Boolean =
-    guard.forall(name => units.exists(_.guard(name).contains(true)))
+  /** The condition of the register at `address` holds, if it has one. */
+  private def allowed(address: Int)(guard: Register => Option[String]): Boolean =
+    registers.register(address).flatMap(guard).forall(name => units.exists(_.guard(name).contains(true)))
+  private def isPresent(address: Int): Boolean = allowed(address)(_.present)
 
   private def isMemory(address: Int): Boolean =
     (address >= RegisterMap.UserRamStart && address < RegisterMap.ProcessRamStart) ||
@@ -135,7 +137,7 @@ class LocalSpace(
   private def hostReadByte(address: Int): Int =
     passed(Side.Pdi, write = false, address).fold(0) { local =>
       if (isMemory(local)) memory(local)
-      else if (!registers.pdi(local).readable) 0
+      else if (!registers.pdi(local).readable || !isPresent(local)) 0
       else {
         val byte = registers.byte(local)
         registers.register(local).foreach(r => units.foreach(_.readByHost(r)))
@@ -147,7 +149,7 @@ class LocalSpace(
     if (address != ResetRegisters.Pdi) reset.foreach(_.otherCommand())
     passed(Side.Pdi, write = true, address).foreach { local =>
       if (isMemory(local)) memory(local) = byte
-      else if (registers.pdi(local).writable && allowed(registers.register(local).flatMap(_.pdiGuard)))
+      else if (registers.pdi(local).writable && isPresent(local) && allowed(local)(_.pdiGuard))
         store(local, byte, 0xff, byHost = true)
     }
     watchdogs.foreach(_.pdi.trigger())
@@ -192,7 +194,7 @@ class LocalSpace(
     def read(address: Int): Option[Int] = passed(Side.Ecat, write = false, address).flatMap { local =>
       if (isMemory(local)) Some(memory(local))
       else
-        Option.when(registers.ecat(local).readable) {
+        Option.when(registers.ecat(local).readable && isPresent(local)) {
           read += local
           if (isTime(local)) hasTime = true
           registers.byte(local)
@@ -204,7 +206,7 @@ class LocalSpace(
         if (isMemory(local)) Some((byte, _) => { memory(local) = byte; true })
         else
           Option.when(
-            registers.ecat(local).writable && allowed(registers.register(local).flatMap(_.ecatGuard))
+            registers.ecat(local).writable && isPresent(local) && allowed(local)(_.ecatGuard)
           ) { (byte: Int, bits: Int) =>
             val may = pending.size < p.writeLogDepth // B-17
             if (may) clock.foreach(_.isWritten(local, command))

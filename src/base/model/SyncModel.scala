@@ -3,10 +3,11 @@ package flyframe.model
 import flyframe.params.EscParams
 import flyframe.registers.Register
 
-/** The cyclic unit with SYNC0 and SYNC1 (DC-26 to DC-35, DC-40). Its time is that of the bench, which comes
+/** The cyclic unit with SYNC0 and SYNC1 (DC-26 to DC-36, DC-40). Its time is that of the bench, which comes
   * in steps: a pulse begins in the step in which its time comes, and what ends within the step has not been.
   */
 class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
+  import SyncModel._
   private val start  = new Array[Int](8)
   private val active = Array(false, false, false) // the cyclic unit, SYNC0, SYNC1
   private val next   = Array.fill(2)(Option.empty[Long])
@@ -15,11 +16,21 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
   private var time   = 0L
   private var began  = false                      // there has been a pulse
   private var begins = false                      // with the end of the frame
+  private var modes  = 0                          // 0x0981[6:3] (DC-36)
+  private val pings  = Array(false, false)        // a pulse by hand goes on
+
+  // The first pulse is to come; the start time was not in the near future.
+  private val pending     = Array(false, false)
+  private var implausible = false
 
   private def length: Long = registers.value("sync_pulse_length") * 10L
   private def cycle(n: Int): Long =
     if (n < p.syncSignals) registers.wide(s"sync${n}_cycle") else 0
-  private def startTime: Long = start.foldRight(0L)((byte, rest) => rest << 8 | byte)
+  private def startTime: Long = {
+    val written = start.foldRight(0L)((byte, rest) => rest << 8 | byte)
+    if (isOn(ExtendedStart)) time + (written - time).toInt else written
+  }
+  private def isOn(mode: Int): Boolean = (modes & mode) != 0
 
   /** The signal is active. */
   def level(n: Int): Boolean = if (length == 0) held(n) else rest(n) > 0
@@ -30,7 +41,10 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
 
   /** The system time is `now`, `ns` after the last step. */
   def follow(now: Long, ns: Long): Unit = {
-    for (n <- 0 to 1) rest(n) = (rest(n) - ns).max(0)
+    for (n <- 0 to 1) {
+      rest(n) = (rest(n) - ns).max(0)
+      if (!level(n)) pings(n) = false
+    }
     // What a jump of the time has passed over has not been.
     val passed = between(time, now)
     if (passed < 0) time = now else if (passed > 2 * ns) time = now - ns
@@ -60,6 +74,7 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
       held(n) = true
     }
     time = at
+    pending(n) = false
     if (n == 1) next(1) = next(0).filter(between(at, _) > 0).map(_ + cycle(1))
     else {
       began = true
@@ -76,8 +91,12 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
   }
   private def begin(): Unit = {
     began = false
-    next(0) = Some(startTime)
-    next(1) = Some(startTime + cycle(1))
+    for (n <- 0 until p.syncSignals) pending(n) = true
+    val ahead = between(time, startTime)
+    implausible = ahead < 0 || (isOn(NearFuture) && ahead >= (1L << 31))
+    val first = if (implausible && isOn(CheckedStart)) time + AtOnceNs else startTime
+    next(0) = Some(first)
+    next(1) = Some(first + cycle(1))
     show()
   }
 
@@ -106,14 +125,22 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
 
   override def status(field: String): Option[Int] = {
     val set = field match {
-      case "cyclic_active" => Some(active(0))
-      case "sync0_enable"  => Some(active(1))
-      case "sync1_enable"  => Some(active(2))
-      case "sync0_status"  => Some(level(0))
-      case "sync1_status"  => Some(level(1))
-      case "sync0_event"   => Some(level(0) && isMapped(0))
-      case "sync1_event"   => Some(level(1) && isMapped(1))
-      case _               => None
+      case "cyclic_active"       => Some(active(0))
+      case "sync0_enable"        => Some(active(1))
+      case "sync1_enable"        => Some(active(2))
+      case "sync0_status"        => Some(level(0))
+      case "sync1_status"        => Some(level(1))
+      case "sync0_event"         => Some(level(0) && isMapped(0))
+      case "sync1_event"         => Some(level(1) && isMapped(1))
+      case "auto_activation"     => Some(isOn(AutoActivation))
+      case "start_time_extended" => Some(isOn(ExtendedStart))
+      case "start_time_checked"  => Some(isOn(CheckedStart))
+      case "near_future"         => Some(isOn(NearFuture))
+      case "debug_pulse"         => Some(false)
+      case "sync0_pending"       => Some(pending(0))
+      case "sync1_pending"       => Some(pending(1))
+      case "start_implausible"   => Some(implausible)
+      case _                     => None
     }
     set.map(if (_) 1 else 0)
   }
@@ -121,24 +148,67 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
   override def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit =
     register.name match {
       case "start_time" =>
-        start(address - register.address) = byte
+        val place = address - register.address
+        start(place) = byte
+        val last = if (isOn(ExtendedStart)) 3 else p.clockBytes - 1
+        if (isOn(AutoActivation) && place == last && !active(0)) {
+          active(0) = true
+          if (byHost) begin() else begins = true
+        }
         if (!active(0)) show()
       case "sync_activation" =>
         val was = active(0)
         for ((n, owner) <- Seq(0 -> 0, 1 -> 0, 2 -> 1) if byHost == byPdi(owner) && n <= p.syncSignals)
           active(n) = (byte >> n & 1) == 1
-        if (active(0) && !was) if (byHost) begin() else begins = true
-        if (!active(0)) for (n <- 0 to 1) next(n) = None
-        for (n <- 0 to 1 if !active(0) || !active(1 + n)) {
-          rest(n) = 0
-          held(n) = false
+        if (p.hasEnhancedSync && byHost == byPdi(0)) {
+          modes = byte & 0x78
+          if ((byte & DebugPulse) != 0) for (n <- 0 until p.syncSignals if active(1 + n)) {
+            rest(n) = length
+            held(n) = true
+            pings(n) = true
+          }
         }
+        if (was && !active(0)) for (n <- 0 to 1) pings(n) = false
+        if (active(0) && !was) if (byHost) begin() else begins = true
+        end()
       case _ =>
     }
+
+  /** What is not active has neither pulses nor levels. */
+  private def end(): Unit = {
+    if (!active(0)) for (n <- 0 to 1) {
+      next(n) = None
+      pending(n) = false
+    }
+    for (n <- 0 to 1 if !(active(0) || pings(n)) || !active(1 + n)) {
+      rest(n) = 0
+      held(n) = false
+    }
+  }
+
+  /** The unit is not there (DC-06). */
+  def switchOff(): Unit = {
+    for (n <- active.indices) active(n) = false
+    modes = 0
+    end()
+  }
 
   override def readByHost(register: Register): Unit = register.name match {
     case "sync0_status" => held(0) = false
     case "sync1_status" => held(1) = false
     case _              =>
   }
+}
+
+private[model] object SyncModel {
+
+  // 0x0981[7:3] (DC-36).
+  val AutoActivation = 0x08
+  val ExtendedStart  = 0x10
+  val CheckedStart   = 0x20
+  val NearFuture     = 0x40
+  val DebugPulse     = 0x80
+
+  /** The first pulse that comes at once does so this long after the unit has become active (B-99). */
+  val AtOnceNs = 16384L
 }

@@ -27,6 +27,8 @@ final case class EscParams(
     syncSignals: Int = 0,
     latchSignals: Int = 0,
     syncPulse: Int = 1000,
+    clockPowerSaving: Int = 0,
+    enhancedSync: Int = 0,
     alarm: Int = 0,
     maxSlaves: Int = 64,
     linePorts: Int = 1,
@@ -140,6 +142,12 @@ final case class EscParams(
   /** The local time is brought to that of a reference clock (DC-16 to DC-25). */
   def hasSystemTime: Boolean = clocks > 1
 
+  /** SYNC signals have the extended activation (DC-36). */
+  def hasEnhancedSync: Boolean = enhancedSync == 1
+
+  /** The units of distributed clocks are there as the EEPROM says (DC-06). */
+  def savesClockPower: Boolean = clockPowerSaving == 1
+
   /** There are pins of SYNC or LATCH signals. */
   def hasClockPins: Boolean = syncSignals + latchSignals > 0
 
@@ -174,14 +182,15 @@ final case class EscParams(
   /** Byte 0x0007 as reported: two bits per port, 11 = MII or RMII. */
   def portDescriptor: Int = if (reportedPorts >= 0) reportedPorts else (1 << (2 * ports)) - 1
 
-  /** Word 0x0008 as reported (GEN-07); derived: bit 7, separate counting of forwarded errors; bit 6, enhanced
-    * link detection; bits 2 and 3, distributed clocks and those of 64 bits; bit 0, FMMUs that map whole bytes
-    * only.
+  /** Word 0x0008 as reported (GEN-07); derived: bit 8, extended activation of SYNC signals; bit 7, separate
+    * counting of forwarded errors; bit 6, enhanced link detection; bits 2 and 3, distributed clocks and those
+    * of 64 bits; bit 0, FMMUs that map whole bytes only.
     */
   def features: Int =
     if (reportedFeatures >= 0) reportedFeatures
     else
       Seq(
+        0x0100 -> hasEnhancedSync,
         0x0080 -> true,
         0x0040 -> hasEnhancedLinks,
         0x0008 -> (hasClocks && clockBits == 64),
@@ -366,6 +375,20 @@ object ParamTable {
       between(0, 0xffff)
     )(_.syncPulse)((p, v) => p.copy(syncPulse = v)),
     info(
+      "clockPowerSaving",
+      "1: SYNC and LATCH units are off, and with both of them the system time, until the EEPROM switches " +
+        "them on",
+      "switch",
+      between(0, 1)
+    )(_.clockPowerSaving)((p, v) => p.copy(clockPowerSaving = v)),
+    info(
+      "enhancedSync",
+      "1: SYNC signals become active by their start time, which is completed and checked, and give single " +
+        "pulses by hand",
+      "switch",
+      between(0, 1)
+    )(_.enhancedSync)((p, v) => p.copy(enhancedSync = v)),
+    info(
       "alarm",
       "1: smoke detector whose events are appended to passing frames",
       "switch",
@@ -547,6 +570,13 @@ object EscParams {
       case (name, value) if value > 0 && !p.hasSystemTime =>
         s"$name is $value but must be 0 if clocks is ${p.clocks}."
     },
+    Option.when(p.hasEnhancedSync && p.syncSignals == 0)(
+      "enhancedSync is 1 but must be 0 if syncSignals is 0."
+    ),
+    Option.when(p.savesClockPower && !p.hasClockPins)(
+      "clockPowerSaving is 1 but must be 0 if syncSignals and latchSignals are 0."
+    ),
+    Option.when(p.savesClockPower && !p.hasSii)("clockPowerSaving is 1 but must be 0 if sii is 0."),
     Option.when(p.hasWatchdogs && !p.hasApplicationLayer)(
       "watchdogs is 1 but must be 0 if applicationLayer is 0."
     ),
@@ -613,6 +643,8 @@ object EscParams {
       "clocks",
       "syncSignals",
       "latchSignals",
+      "clockPowerSaving",
+      "enhancedSync",
       "alarm",
       "sii",
       "resetRegisters",

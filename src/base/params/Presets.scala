@@ -60,9 +60,15 @@ object Presets {
         leds = 1,
         sii = 1,
         reportedPorts = 0x3b,
-        reportedFeatures = 0x00fc
+        reportedFeatures = 0x00fc,
+        clocks = 2,
+        syncSignals = 2,
+        latchSignals = 2,
+        clockPowerSaving = 1,
+        mi = 2,
+        enhancedLinkDetection = 1
       ),
-      "four ports, 8 FMMUs, 8 SyncManagers, 8 KiB RAM; no distributed clocks yet",
+      "four ports, 8 FMMUs, 8 SyncManagers, 8 KiB RAM, distributed clocks",
       replayOnly
     ),
     Preset(
@@ -82,9 +88,16 @@ object Presets {
         escRevision = 1,
         escBuild = 1,
         reportedPorts = 0x4a,
-        reportedFeatures = 0x01fc
+        reportedFeatures = 0x01fc,
+        clocks = 2,
+        syncSignals = 2,
+        latchSignals = 2,
+        enhancedSync = 1,
+        clockPowerSaving = 1,
+        mi = 1,
+        enhancedLinkDetection = 1
       ),
-      "two ports, 3 FMMUs, 4 SyncManagers, 1 KiB RAM; no distributed clocks yet",
+      "two ports, 3 FMMUs, 4 SyncManagers, 1 KiB RAM, distributed clocks",
       replayOnly
     ),
     Preset(
@@ -104,9 +117,16 @@ object Presets {
         escRevision = 2,
         escBuild = 1,
         reportedPorts = 0x1f,
-        reportedFeatures = 0x01cc
+        reportedFeatures = 0x01cc,
+        clocks = 2,
+        syncSignals = 2,
+        latchSignals = 2,
+        enhancedSync = 1,
+        clockPowerSaving = 1,
+        mi = 1,
+        enhancedLinkDetection = 1
       ),
-      "two ports, 3 FMMUs, 4 SyncManagers, 4 KiB RAM; no distributed clocks yet",
+      "two ports, 3 FMMUs, 4 SyncManagers, 4 KiB RAM, distributed clocks",
       replayOnly
     )
   )
@@ -118,7 +138,10 @@ object Presets {
   def allRegisters: EscParams = named("slave").get.params.copy(
     ports = 4,
     digitalOutputs = 4,
-    clocks = 1,
+    clocks = 2,
+    syncSignals = 2,
+    latchSignals = 2,
+    enhancedSync = 1,
     alarm = 1,
     mi = 2,
     miLinkDetection = 1,

@@ -34,12 +34,17 @@ object ClockRegisters {
 
   // format: off
   /** All of them, as far as they are built. */
-  def apply(p: EscParams): Seq[Register] =
-    receiveTimes(p) ++ (if (p.hasSystemTime) systemTime(p) else Nil) ++ owners(p) ++
-      (if (p.syncSignals > 0) syncSignals(p) else Nil) ++
-      (0 until p.latchSignals).flatMap(latchSignal(p, _))
+  def apply(p: EscParams): Seq[Register] = {
+    def switched(on: String)(registers: Seq[Register]) =
+      if (p.savesClockPower) registers.map(_.copy(present = Some(on))) else registers
+    receiveTimes ++
+      switched("clocks_on")(processingTime(p) +: (if (p.hasSystemTime) systemTime(p) else Nil)) ++
+      switched("clocks_on")(owners(p)) ++
+      switched("sync_on")(if (p.syncSignals > 0) syncSignals(p) else Nil) ++
+      switched("latch_on")((0 until p.latchSignals).flatMap(latchSignal(p, _)))
+  }
 
-  private def receiveTimes(p: EscParams): Seq[Register] = Seq(
+  private val receiveTimes: Seq[Register] = Seq(
     register(Trigger, 1, "receive_time_trigger",           rw, r, "DC-07", "Receive time of port 0, low",
       field("receive_time_port0_low",    7, 0, kept, 0,
           "A write has the receive times of its frame kept; its data is ignored")),
@@ -48,7 +53,9 @@ object ClockRegisters {
   ) ++ (1 to 3).map(y =>
     register(Trigger + 4 * y, 4, s"receive_time_port$y",   r, r, "DC-07", s"Receive time of port $y",
       field(s"receive_time_port$y",     31, 0, kept, 0, "Local time, ns"))
-  ) :+
+  )
+
+  private def processingTime(p: EscParams): Register =
     register(Processing, p.clockBytes, "receive_time_processing_unit", r, r, "DC-07",
         "Receive time of the processing unit",
       field("receive_time_processing_unit", 8 * p.clockBytes - 1, 0, kept, 0, "Local time, ns"))
@@ -106,13 +113,21 @@ object ClockRegisters {
       register(Activation, 1, "sync_activation", syncEcat, syncPdi, "DC-26 to DC-31", "SYNC activation",
         field("cyclic_active", 0, 0, status, 0, "1: the cyclic unit is active, with the start time then") +:
           field("sync0_enable", 1, 1, status, 0, "1: SYNC0 has pulses") +:
-          Option.when(two)(field("sync1_enable", 2, 2, status, 0, "1: SYNC1 has pulses")).toSeq: _*),
+          Option.when(two)(field("sync1_enable", 2, 2, status, 0, "1: SYNC1 has pulses")).toSeq ++:
+          (if (p.hasEnhancedSync) extendedActivation else Nil): _*),
       register(0x0982, 2, "sync_pulse_length", r, r, "DC-26", "Pulse length of SYNC signals",
         field("sync_pulse_length", 15, 0, if (p.hasSii) stored else constant, p.syncPulse,
             "In 10 ns; 0: until the host reads the status" + (if (p.hasSii) "; EEPROM A2" else ""))),
       register(StartTime, bytes, "start_time", sync0Ecat, sync0Pdi, "DC-27", "Start time, next SYNC0 pulse",
         field("start_time", 8 * bytes - 1, 0, kept, 0,
             "Written: system time of the first pulse, ns; read: that of the next one"))
+    ) ++ Option.when(p.hasEnhancedSync)(
+      register(0x0984, 1, "sync_activation_status", r, r, "DC-36", "SYNC activation status",
+        field("sync0_pending", 0, 0, status, 0, "1: the first pulse of SYNC0 is still to come") +:
+          Option.when(two)(
+            field("sync1_pending", 1, 1, status, 0, "1: the first pulse of SYNC1 is still to come")).toSeq :+
+          field("start_implausible", 2, 2, status, 0,
+              "1: the start time was not in the near future when the unit became active"): _*)
     ) ++ Option.when(two)(
       register(NextSync1, bytes, "next_sync1", r, r, "DC-32", "Next SYNC1 pulse",
         field("next_sync1", 8 * bytes - 1, 0, kept, 0, "System time, ns"))
@@ -127,6 +142,16 @@ object ClockRegisters {
         field(s"sync${n}_status", 0, 0, status, 0, s"1: SYNC$n is active"))
     )
   }
+
+  private def extendedActivation: Seq[Field] = Seq(
+    field("auto_activation",     3, 3, status, 0, "1: the unit becomes active by a write of the start time"),
+    field("start_time_extended", 4, 4, status, 0,
+        "1: the upper half of the start time follows from the lower"),
+    field("start_time_checked",  5, 5, status, 0,
+        "1: the first pulse comes at once if the start time is not in the near future"),
+    field("near_future",         6, 6, status, 0, "Near future: 0: half the range of times; 1: 2^31 ns"),
+    field("debug_pulse",         7, 7, status, 0, "Written 1: one pulse at once on the enabled signals")
+  )
 
   private def latchSignal(p: EscParams, n: Int): Seq[Register] = {
     val edges = Seq("positive", "negative").zipWithIndex

@@ -116,6 +116,8 @@ final case class Block(index: Int, count: Int, stride: Int)
   *   name of the condition under which ECAT may write, if there is one
   * @param pdiGuard
   *   the same for the PDI
+  * @param present
+  *   name of the condition under which it is there, if there is one; else nobody may read or write it
   * @param block
   *   set if there are several of its kind
   * @param managed
@@ -134,6 +136,7 @@ final case class Register(
     fields: Seq[Field],
     ecatGuard: Option[String] = None,
     pdiGuard: Option[String] = None,
+    present: Option[String] = None,
     block: Option[Block] = None,
     managed: Boolean = false,
     bitWritable: Boolean = false
@@ -145,6 +148,9 @@ final case class Register(
       s"field ${f.name} has bits ${f.high} to ${f.low} but must be within ${8 * bytes - 1} to 0 of " +
         s"register $name."
     )
+
+  /** Names of all conditions for access to it. */
+  def guards: Seq[String] = (ecatGuard ++ pdiGuard ++ present).toSeq
 
   /** It is read from the register RAM. */
   def inRam: Boolean = fields.exists(_.inRam)

@@ -203,6 +203,10 @@ object Page {
        |And the alarm master:
        |
        |${block(features(r, Points.masterVariants.head.base, Points.masterVariants))}
+       |
+       |And the largest controller:
+       |
+       |${block(features(r, Points.largestVariants.head.base, Points.largestVariants))}
        |![Logic elements with one parameter changed](report-features.svg)
        |
        |## Where the area goes

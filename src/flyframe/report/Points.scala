@@ -54,8 +54,15 @@ object Points {
   /** An alarm master with a ring. */
   val ring: EscParams = masterVariants.head.params
 
+  /** The same from the largest controller. */
+  val largestVariants: Seq[Variant] =
+    Seq(variant(Presets.named("et1100").map(_.params).get, "et1100", "ports")(2))
+
+  /** It with two ports. */
+  val largest: EscParams = largestVariants.head.params
+
   /** All variants. */
-  def allVariants: Seq[Variant] = variants ++ completeVariants ++ masterVariants
+  def allVariants: Seq[Variant] = variants ++ completeVariants ++ masterVariants ++ largestVariants
 
   /** The base at every core clock, slowest first. */
   val clocks: Seq[EscParams] =

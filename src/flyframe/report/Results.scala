@@ -85,6 +85,10 @@ object Goals {
       val measured = r.area(preset).logicElements
       Goal(s"Size of $preset", f"at most $limit%,d logic elements", f"$measured%,d", measured <= limit)
     }
+    def blocks(preset: String, limit: Int) = {
+      val measured = r.area(preset).m9k
+      Goal(s"Memory of $preset", s"at most $limit M9K", s"$measured", measured <= limit)
+    }
     def speed(p: EscParams) = {
       val mhz = r.speed(p.preset).mhz
       Goal(
@@ -99,6 +103,9 @@ object Goals {
       delay("Processing latency", Points.latencyNs, latency.processing),
       size(p.preset, 1500),
       size(Points.complete.preset, 3600),
+      blocks(Points.complete.preset, 24),
+      size(Points.largest.preset, 5000),
+      blocks(Points.largest.preset, 28),
       size("alarm-slave", AlarmSlave),
       size("alarm-master", AlarmMaster),
       size(Points.ring.preset, AlarmMaster),

@@ -14,7 +14,8 @@ private[dc] class ClockEngine(val p: EscParams, clock: LocalClock) {
   private val front: Seq[Task] =
     Seq(Task("frame"), Task("frame", 1), Task("hostTime")) ++
       ClockProgram.shown(p).map(Task("hostCopy", _)) ++
-      Seq("fired1", "fired0", "start").take(if (p.syncSignals > 0) 3 else 0).map(Task(_)) ++
+      (if (p.syncSignals > 0) Seq("fired1", "fired0", "start").map(Task(_)) else Nil) ++
+      Option.when(p.hasEnhancedSync)(Task("prepare")) ++
       (0 until 2 * p.latchSignals).map(e => Task("latch", ClockProgram.Shown.Latch + e)) ++
       Option.when(p.syncSignals > 0)(Task("check"))
   private val back: Seq[Task] =

@@ -87,7 +87,12 @@ object ClockProgram {
     /** SYNC0 has had its first pulse; SYNC1 follows a pulse of SYNC0. */
     val Started   = Condition.Outside + 2
     val Following = Condition.Outside + 3
-    val Count     = 4
+
+    /** The start time has only its lower half; it is checked; the near future is 2^31 ns. */
+    val Extended = Condition.Outside + 4
+    val Checked  = Condition.Outside + 5
+    val Near     = Condition.Outside + 6
+    val Count    = 7
   }
 
   /** Commands to outside. */
@@ -110,7 +115,10 @@ object ClockProgram {
 
     /** The time of an edge is there. */
     val Caught = Command.Outside + 7
-    val Count  = 8
+
+    /** The start time is not in the near future. */
+    val Implausible = Command.Outside + 8
+    val Count       = 9
   }
 
   import First.{Time, Zero, Word => Of}
@@ -250,55 +258,6 @@ object ClockProgram {
     "resetSpeed" -> Seq(clear(Speed), clear(Live + Shown.Drift, Places.Speed), End)
   )
 
-  // ---- SYNC signals: 0x0990 start time, 0x09A0 and 0x09A4 cycle times ----
-  private val (next0, next1) = (Live + Shown.Next0, Live + Shown.Next1)
-  private val addCycle       = Add(Of(next0), Setting(0x09a0, half = true), to = Some(next0))
-
-  /** SYNC1 follows the next pulse of SYNC0. */
-  private val follow = Add(Of(next0), Setting(0x09a0, up = 4), to = Some(next1), command = Out.Follow)
-
-  /** Arms the pulse at `next` if it comes within 65 us. */
-  private def arm(next: Int, late: String, done: String, narrow: Boolean, command: Int) = Seq(
-    Add(Time, Setting(0x0920), to = Some(Front)),
-    Add(Of(next), And(Front), to = Some(Front), subtract = true, narrow = narrow),
-    Add(Of(Front), From(Input.ToArm), to = Some(Front), subtract = true, narrow = narrow),
-    Branch(late, Condition.Negative),
-    Branch(done, Condition.Far),
-    Add(Zero, And(Front), command = command)
-  )
-
-  private def sync(narrow: Boolean) = Seq(
-    "start" -> Seq(Add(Zero, Setting(0x0990), to = Some(next0)), follow, Branch("check")),
-    // SYNC1 has had its pulse: it follows a pulse of SYNC0 that is still to come (DC-32, OP-05).
-    "fired1" -> Seq(
-      Add(Of(next1), And(next0), subtract = true),
-      Branch("check1", Condition.Negative, when = false),
-      follow,
-      Branch("check1")
-    ),
-    // SYNC0 has had its pulse: with a cycle time of 0 the only one.
-    "fired0" -> Seq(
-      Add(Zero, Setting(0x09a0, half = true), subtract = true),
-      Branch("goOn", Condition.Negative),
-      Add(Zero, Nothing, command = Out.Stop),
-      End
-    ),
-    "goOn" -> Seq(addCycle, Branch("check", Is.Following), follow),
-    "check" -> (Branch("check1", Is.Waiting0, when = false) +:
-      arm(next0, "late0", "check1", narrow, Out.Arm0)),
-    "check1" -> (Branch("checked", Is.Waiting1, when = false) +:
-      arm(next1, "late1", "checked", narrow, Out.Arm1)),
-    "checked" -> Seq(End),
-    // A pulse whose time has passed is left out; a start in the past never comes (DC-27).
-    "late0" -> Seq(Branch("check1", Is.Started, when = false), addCycle, Branch("check1")),
-    "late1" -> Seq(
-      Add(Of(next1), And(next0), subtract = true),
-      Branch("checked", Condition.Negative, when = false),
-      follow,
-      End
-    )
-  )
-
   // ---- LATCH signals ----
   private val latch = Seq(
     "latch" -> Seq(
@@ -316,7 +275,7 @@ object ClockProgram {
   /** All steps, as far as they are built. */
   def apply(p: EscParams): Program = Program(
     (frame(shown(p)) +: host) ++ sample ++ resets ++
-      (if (p.syncSignals > 0) sync(narrow = p.clockBits == 32) else Nil) ++
+      (if (p.syncSignals > 0) SyncProgram(p) else Nil) ++
       (if (p.latchSignals > 0) latch else Nil)
   )
 }

@@ -40,6 +40,17 @@ class DistributedClocks(
     val pins: Option[ClockPins]
 ) extends RegisterUnit(ClockRegisters(p)) {
 
+  /** SYNC and LATCH units are on: always, or as the EEPROM says (DC-06). */
+  private def switches(bus: RegisterBus): (Bool, Bool) = if (!p.savesClockPower) (true.B, true.B)
+  else {
+    val bits          = bus.value("esc_configuration") // 0x0141[7:1]
+    val (sync, latch) = (bits(1), bits(2))
+    bus.guard("clocks_on")                        := sync || latch
+    if (p.syncSignals > 0) bus.guard("sync_on")   := sync
+    if (p.latchSignals > 0) bus.guard("latch_on") := latch
+    (sync, latch)
+  }
+
   def connect(bus: RegisterBus): Unit = {
     val round = if (p.hasSystemTime) 8 else p.clockBytes
     val clock = Module(new LocalClock(p.clockPeriodNs, p.clockBytes, round)).suggestName("localClock")
@@ -75,9 +86,10 @@ class DistributedClocks(
     if (p.hasSystemTime) {
       val engine = new ClockEngine(p, clock)
       new SystemTime(engine, waited, read, times.data).connect(bus)
+      val (syncOn, latchOn) = switches(bus)
       for (pins <- pins) {
-        if (p.syncSignals > 0) new SyncSignals(engine, pins.sync).connect(bus)
-        if (p.latchSignals > 0) new LatchSignals(engine, pins.latch).connect(bus)
+        if (p.syncSignals > 0) new SyncSignals(engine, pins.sync, syncOn).connect(bus)
+        if (p.latchSignals > 0) new LatchSignals(engine, pins.latch, latchOn).connect(bus)
       }
       engine.connect(bus)
     } else {

@@ -7,6 +7,9 @@ import chisel3._
   */
 class LatchEdge extends Module {
 
+  /** The unit is there; else there is no event. */
+  val on = IO(Input(Bool()))
+
   /** The edge, and now and then: its time may be asked for again. */
   val edge = IO(Input(Bool()))
   val may  = IO(Input(Bool()))
@@ -71,6 +74,10 @@ class LatchEdge extends Module {
   when(caught && single) {
     isCaught := true.B
     hostHas  := false.B
+  }
+  when(!on) {
+    isCaught := false.B
+    seen     := false.B
   }
   event := isCaught && single && (byHost || seen)
 }

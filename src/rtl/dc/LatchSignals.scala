@@ -5,8 +5,12 @@ import chisel3.util._
 import flyframe.clocks.LevelCrossing
 import flyframe.memory.RegisterBus
 
-/** LATCH0 and LATCH1: the system time of their edges (DC-37 to DC-41). */
-private[dc] class LatchSignals(clocks: ClockEngine, pins: Vec[Bool]) {
+/** LATCH0 and LATCH1: the system time of their edges (DC-37 to DC-41).
+  *
+  * @param on
+  *   the unit is there; else it has no events
+  */
+private[dc] class LatchSignals(clocks: ClockEngine, pins: Vec[Bool], on: Bool) {
   import ClockProgram.{Out, Shown}
   private val p = clocks.p
 
@@ -31,6 +35,7 @@ private[dc] class LatchSignals(clocks: ClockEngine, pins: Vec[Bool]) {
         val taken  = clocks.ask(Task("latch", Shown.Latch + number), unit.asks, unit.age)
         val time   = s"latch${n}_${edge}_time"
         when(taken) { latest := number.U }
+        unit.on                        := on
         unit.edge                      := (if (e == 0) level && !before else !level && before)
         unit.may                       := may
         unit.single                    := singles(number)

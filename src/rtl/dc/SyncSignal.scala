@@ -3,15 +3,18 @@ package flyframe.dc
 import chisel3._
 import chisel3.util._
 
-/** One SYNC signal (DC-26 to DC-34): counts down to its pulse, and shapes it.
+/** One SYNC signal (DC-26 to DC-34, DC-36): counts down to its pulse, and shapes it.
   *
   * @param periodNs
   *   of a core cycle: 8 or 10
   */
 class SyncSignal(periodNs: Int) extends Module {
 
-  /** The cyclic unit is active; else there is neither pulse nor level. */
+  /** The cyclic unit is active; else there is neither pulse nor level, but those by hand. */
   val active = IO(Input(Bool()))
+
+  /** One pulse at once, also if it is not active. */
+  val byHand = IO(Input(Bool()))
 
   /** Pulses go out. */
   val enabled = IO(Input(Bool()))
@@ -48,7 +51,8 @@ class SyncSignal(periodNs: Int) extends Module {
   private val counts = if (periodNs == 10) true.B else Counter(true.B, 5)._1 =/= 0.U
   private val rest   = RegInit(0.U(16.W)) // reset: no pulse
   private val held   = RegInit(false.B)   // reset: nothing to acknowledge
-  private val sets   = fires && enabled && active
+  private val pings  = RegInit(false.B)   // a pulse by hand goes on; reset: none
+  private val sets   = (fires && active || byHand) && enabled
   when(rest =/= 0.U && counts) { rest := rest - 1.U }
   // The host has looked two cycles ago, and has not seen what has come since then.
   private val isNew = RegNext(sets, false.B) || ShiftRegister(sets, 2, false.B, true.B)
@@ -57,9 +61,13 @@ class SyncSignal(periodNs: Int) extends Module {
     rest := length
     held := true.B
   }
-  when(!active || !enabled) {
-    rest := 0.U
-    held := false.B
+  private val ends = (!active && RegNext(active, false.B)) || !enabled
+  when(!level) { pings := false.B }
+  when(byHand) { pings := true.B }
+  when(ends || (!active && !pings && !byHand)) {
+    rest  := 0.U
+    held  := false.B
+    pings := false.B
   }
   level := Mux(length === 0.U, held, rest =/= 0.U)
 }

@@ -49,9 +49,8 @@ object FieldRecord {
   def count(registers: Seq[Register]): FieldRecord =
     of(registers) { case Field(_, _, _, Source.Counter(_), _, _) => UInt(8.W) }
 
-  /** Conditions under which guarded registers may be written, by name. */
-  def guard(registers: Seq[Register]): FieldRecord =
-    pulses(registers.flatMap(r => r.ecatGuard ++ r.pdiGuard).distinct)
+  /** Conditions under which registers are there, or guarded ones may be written, by name. */
+  def guard(registers: Seq[Register]): FieldRecord = pulses(registers.flatMap(_.guards).distinct)
 
   private def of(registers: Seq[Register])(select: PartialFunction[Field, Data]): FieldRecord =
     new FieldRecord(SeqMap.from(registers.flatMap(_.fields).collect {
@@ -266,8 +265,8 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
     val writableEcat = Bool()
     val writablePdi  = Bool()
   }
-  private def may(access: Access, name: Option[String]): Bool =
-    if (!access.writable) false.B else name.fold(true.B)(n => guard.elements(n).asInstanceOf[Bool])
+  private def may(allowed: Boolean, names: Option[String]*): Bool =
+    if (allowed) names.flatten.foldLeft(true.B)((all, name) => all && guard.pulse(name)) else false.B
 
   private val bytes: Map[Int, Decoded] = registers.flatMap { r =>
     val whole = image(r)
@@ -276,10 +275,10 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
       d.data         := (if (r.inRam) 0.U else Lanes.byte(whole, a - r.address))
       d.inRam        := r.inRam.B
       d.isCount      := isCounted(a)
-      d.readableEcat := r.ecat.readable.B
-      d.readablePdi  := r.pdi.readable.B
-      d.writableEcat := may(r.ecat, r.ecatGuard)
-      d.writablePdi  := may(r.pdi, r.pdiGuard)
+      d.readableEcat := may(r.ecat.readable, r.present)
+      d.readablePdi  := may(r.pdi.readable, r.present)
+      d.writableEcat := may(r.ecat.writable, r.present, r.ecatGuard)
+      d.writablePdi  := may(r.pdi.writable, r.present, r.pdiGuard)
       a              -> d
     }
   }.toMap

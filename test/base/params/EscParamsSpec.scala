@@ -43,6 +43,8 @@ class EscParamsSpec extends AnyFlatSpec {
     "syncSignals"      -> between(0, 2).copy(base = EscParams(clocks = 2)),
     "latchSignals"     -> between(0, 2).copy(base = EscParams(clocks = 2)),
     "syncPulse"        -> between(0, 0xffff),
+    "clockPowerSaving" -> between(0, 1).copy(base = EscParams(clocks = 2, syncSignals = 1, sii = 1)),
+    "enhancedSync"     -> between(0, 1).copy(base = EscParams(clocks = 2, syncSignals = 1)),
     "clockBits"        -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
     "alarm"            -> between(0, 1),
     "maxSlaves"        -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
@@ -257,6 +259,17 @@ class EscParamsSpec extends AnyFlatSpec {
     )
     assert(
       EscParams.problems(p.copy(clocks = 2)) == Seq("clocks is 2 but must be 0 to 1 at coreClockMhz 50.")
+    )
+  }
+  "DC-06: units that the EEPROM switches" should "be there, and an EEPROM" in {
+    val p = EscParams(clocks = 2, clockPowerSaving = 1)
+    assert(
+      EscParams.problems(p.copy(sii = 1)) == Seq(
+        "clockPowerSaving is 1 but must be 0 if syncSignals and latchSignals are 0."
+      )
+    )
+    assert(
+      EscParams.problems(p.copy(latchSignals = 1)) == Seq("clockPowerSaving is 1 but must be 0 if sii is 0.")
     )
   }
 }

@@ -4,9 +4,11 @@ import scala.collection.mutable
 import flyframe.device.SiiCodec
 import flyframe.rules.Reply
 
-/** A datagram of a recording as it came back, and the positions of the slaves it addressed. */
+/** A datagram of a recording as it came back, and the positions of the slaves it addressed; of ARMW and FRMW
+  * that is the one that is read.
+  */
 final case class Addressed(frame: Int, number: Int, reply: Reply, slaves: Set[Int]) {
-  def reads: Boolean  = Set(1, 3, 4, 6, 7, 9).contains(reply.command)
+  def reads: Boolean  = Set(1, 3, 4, 6, 7, 9, 13, 14).contains(reply.command)
   def writes: Boolean = Set(2, 3, 5, 6, 8, 9).contains(reply.command)
 
   /** It touches a byte of `area`. */
@@ -31,10 +33,10 @@ final class Line(size: Int, answers: Seq[Option[RecordedFrame]]) {
   } yield {
     // Every slave has added 1 to the position address of the answer.
     val slaves: Set[Int] = reply.command match {
-      case 1 | 2 | 3 => Set((size - reply.adp) & 0xffff).filter(_ < size)
-      case 4 | 5 | 6 => stations.get(reply.adp).toSet
-      case 7 | 8 | 9 => (0 until size).toSet
-      case _         => Set.empty
+      case 1 | 2 | 3 | 13 => Set((size - reply.adp) & 0xffff).filter(_ < size)
+      case 4 | 5 | 6 | 14 => stations.get(reply.adp).toSet
+      case 7 | 8 | 9      => (0 until size).toSet
+      case _              => Set.empty
     }
     val addressed = Addressed(frame, number, reply, slaves)
     if (addressed.writes && reply.ado == 0x0010 && reply.length >= 2 && reply.workingCounter > 0) {

@@ -72,6 +72,9 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
           s"$side access is r/(w), in the list r and r/(clr)",
           "what a write clears is the business of its unit (LNK-05)"
         )
+    val management =
+      for (name <- Seq("mi_phy", "mi_register", "mi_data"))
+        yield (name, "PDI access is r, in the list r/(w)", "with `mi` 1 the interface is the bus's alone")
     val others = Seq(
       ("features", noBits, "0x0008[15:13] are constants: a replay preset may report any value"),
       (
@@ -143,7 +146,7 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
             "the pulse length is a parameter until the EEPROM is loaded"
           )
         )
-    (ports ++ others ++ clocks).map { case (name, text, reason) =>
+    (ports ++ management ++ others ++ clocks).map { case (name, text, reason) =>
       RegisterList.Difference(name, text) -> reason
     }.toMap
   }

@@ -6,8 +6,8 @@ import flyframe.protocol.Command._
 
 /** Distributed clocks: rule group DC. */
 object ClockRules extends Rules {
-  private def built(p: EscParams)   = p.hasClocks
-  private def several(p: EscParams) = p.hasClocks && p.ports > 1
+  private def built(p: EscParams)   = p.hasClocks && !p.savesClockPower
+  private def several(p: EscParams) = built(p) && p.ports > 1
 
   private class Times(s: Steps) {
     import s._
@@ -154,7 +154,7 @@ object ClockRules extends Rules {
 
   // ---- system time ----
 
-  private def follows(p: EscParams) = p.hasSystemTime
+  private def follows(p: EscParams) = built(p) && p.hasSystemTime
   private class SystemTime(val s: Steps) {
     import s._
     def number(bytes: Seq[Int]): BigInt = bytes.foldRight(BigInt(0))((byte, rest) => rest << 8 | byte)
@@ -283,9 +283,9 @@ object ClockRules extends Rules {
 
   // ---- SYNC ----
 
-  private def synchronises(p: EscParams) = p.syncSignals > 0
-  private def both(p: EscParams)         = p.syncSignals > 1
-  private def held(p: EscParams)         = p.syncSignals > 0 && p.syncPulse == 0
+  private def synchronises(p: EscParams) = built(p) && p.syncSignals > 0
+  private def both(p: EscParams)         = built(p) && p.syncSignals > 1
+  private def held(p: EscParams)         = synchronises(p) && p.syncPulse == 0
 
   /** The cyclic unit becomes active `us` after now; when. */
   private def begin(t: SystemTime, us: Int, cycle: Int, second: Int = 0, bits: Int = 7): BigInt = {
@@ -410,8 +410,8 @@ object ClockRules extends Rules {
 
   // ---- LATCH ----
 
-  private def latches(p: EscParams)    = p.latchSignals > 0
-  private def twoLatches(p: EscParams) = p.latchSignals > 1
+  private def latches(p: EscParams)    = built(p) && p.latchSignals > 0
+  private def twoLatches(p: EscParams) = built(p) && p.latchSignals > 1
   rule("DC-37, DC-39, DC-41: every edge leaves its system time", latches) { s =>
     import s._
     val t = new SystemTime(s)
@@ -474,5 +474,172 @@ object ClockRules extends Rules {
     get(0x0000, 1)
     assert(hostGet(0x09ae, 2) == Seq(0, 5))
     assert(get(0x09c0, 1).isDefined && hostGet(0x09ae, 2) == Seq(0, 4))
+  }
+
+  // ---- extended activation ----
+
+  private def extended(p: EscParams) = held(p) && p.hasEnhancedSync
+  private def whole(p: EscParams)    = extended(p) && p.clockBits == 64
+
+  /** 0x0984 without the pulses that are to come. */
+  private def isImplausible(s: Steps): Boolean = (s.bench.hostRead(0x0984) & 4) == 4
+
+  rule("DC-36: without extended activation there is nothing of it", p => synchronises(p) && !extended(p)) {
+    s =>
+      import s._
+      assert(put(0x0981, 0xf8) && get(0x0981, 1).get == Seq(0) && get(0x0984, 1).isEmpty)
+      assert((word(0x0008) & 0x0100) == 0)
+  }
+  rule("DC-36, B-99: the unit becomes active by the last byte of the start time", extended) { s =>
+    import s._
+    val t = new SystemTime(s)
+    assert((word(0x0008) & 0x0100) == 0x0100)
+    t.set(0x09a0, 5000000, 4)
+    t.set(0x0981, 0x0e, 1)
+    val start = t.hostTime + 200000 & t.mask
+    val bytes = t.bytes(start, t.width)
+    assert(put(0x0990, bytes.init: _*) && get(0x0981, 1).get == Seq(0x0e), "not by the others")
+    assert(put(0x0990, bytes: _*) && get(0x0981, 1).get == Seq(0x0f))
+    assert(bench.hostRead(0x0984) == (if (both(p)) 3 else 1), "the first pulses are to come")
+    bench.advanceUs(220)
+    assert(bench.syncLevel(0) && bench.hostRead(0x0984) == 0)
+    val next = t.number(get(0x0990, t.width).get)
+    assert(next == (start + 5000000 & t.mask))
+    t.set(0x0990, t.hostTime + 100000, t.width)
+    assert(t.number(get(0x0990, t.width).get) == next, "it is active")
+  }
+  rule("DC-36, B-99: the lower half of a start time is completed from the present one", whole) { s =>
+    import s._
+    val t = new SystemTime(s)
+    // The time is at the end of its lower half, so that the start is behind that.
+    t.set(0x0920, (BigInt(0x123456) << 32) - t.hostTime - 150000, 8)
+    val start = t.hostTime + 300000
+    assert(start >> 32 == 0x123456 && t.hostTime >> 32 == 0x123455)
+    t.set(0x0981, 0x1a, 1)
+    assert(put(0x0990, t.bytes(start & 0xffffffffL, 4): _*))
+    assert(t.number(get(0x0990, 8).get) == start && get(0x0981, 1).get == Seq(0x1b))
+    assert(!isImplausible(s))
+    bench.advanceUs(320)
+    assert(bench.syncLevel(0))
+  }
+  rule("DC-36, B-99: a start time that is not in the near future is told of, and waited for", extended) { s =>
+    import s._
+    val t      = new SystemTime(s)
+    val second = BigInt(1000000000)
+    t.set(0x0920, second * 100, t.width)
+    def tells(ahead: BigInt, near: Boolean): Boolean = {
+      t.set(0x0981, 0, 1)
+      t.set(0x0990, t.hostTime + ahead & t.mask, t.width)
+      t.set(0x0981, if (near) 0x43 else 0x03, 1)
+      get(0x0000, 1) // time for it
+      isImplausible(s)
+    }
+    for (near <- Seq(false, true)) {
+      assert(!tells(second / 1000, near) && !tells(second * 2, near), s"near $near")
+      assert(tells(-second / 1000, near) && tells(-second, near), s"near $near")
+    }
+    val isFar = p.clockBits == 32 // half the range
+    assert(tells(second * 3, near = false) == isFar && tells(second * 3, near = true))
+    bench.advanceUs(100)
+    assert(!bench.syncLevel(0), "without the check it is waited for")
+    assert(!tells(second, near = false), "until the next time")
+  }
+  rule("DC-36, B-99: with the check the pulses begin at once instead", extended) { s =>
+    import s._
+    val t = new SystemTime(s)
+    t.set(0x09a0, 200000, 4)
+    for (ahead <- Seq(-1000000, 1000000)) {
+      t.set(0x0981, 0, 1)
+      val start = t.hostTime + ahead & t.mask
+      t.set(0x0990, start, t.width)
+      t.set(0x0981, 0x23, 1)
+      bench.advanceUs(40)
+      assert(isImplausible(s) == (ahead < 0) && bench.syncLevel(0) == (ahead < 0))
+      if (ahead < 0) {
+        assert(t.acknowledges(0))
+        bench.advanceUs(200)
+        assert(bench.syncLevel(0), "the next one")
+      }
+    }
+  }
+  rule("DC-36, B-99: a pulse by hand on the signals that are enabled", p => extended(p) && both(p)) { s =>
+    import s._
+    val t = new SystemTime(s)
+    t.set(0x0981, 0x82, 1)
+    bench.advanceUs(1)
+    assert(bench.syncLevel(0) && !bench.syncLevel(1) && get(0x0981, 1).get == Seq(0x02))
+    assert(t.acknowledges(0) && !bench.syncLevel(0))
+    t.set(0x0981, 0x86, 1)
+    bench.advanceUs(1)
+    assert(bench.syncLevel(0) && bench.syncLevel(1))
+    t.set(0x0981, 0x04, 1)
+    bench.advanceUs(1)
+    assert(!bench.syncLevel(0) && bench.syncLevel(1), "SYNC0 is not enabled any more")
+    t.set(0x0981, 0x00, 1)
+    bench.advanceUs(1)
+    assert(!bench.syncLevel(1))
+    t.set(0x0981, 0x80, 1)
+    bench.advanceUs(1)
+    assert(!bench.syncLevel(0) && !bench.syncLevel(1))
+  }
+
+  // ---- switched by the EEPROM ----
+
+  private def switched(p: EscParams) = p.savesClockPower
+
+  /** Power-on with this word A0 in the EEPROM; SYNC0 is an event of the host until that reads its status. */
+  private def start(s: Steps, a0: Int): Unit = {
+    s.bench.powerOn(EepromImage(a0, 0x0800, 0).updated(14, 0xa4).updated(15, 0x88))
+    s.eepromDone()
+  }
+
+  rule("DC-06, B-98: 0x0141[3:2] tell which units are there; either has the system time", switched) { s =>
+    import s._
+    for (a0 <- Seq(0x0000, 0x0400, 0x0800, 0x0c00)) {
+      start(s, a0)
+      val (sync, latch) = ((a0 & 0x400) != 0, (a0 & 0x800) != 0)
+      val any           = sync || latch
+      val readable = Seq(0x0900 -> true, 0x090c -> true, 0x0910 -> any, 0x0918 -> any, 0x0920 -> any) ++
+        Seq(0x092c -> any, 0x0934 -> any, 0x0980 -> any, 0x0981 -> sync, 0x0990 -> sync, 0x0998 -> sync) ++
+        Seq(0x09a0 -> sync, 0x09a8 -> latch, 0x09b0 -> latch, 0x09c8 -> latch)
+      for ((address, there) <- readable)
+        assert(get(address, 1).isDefined == there, f"A0 $a0%04x: 0x$address%04x is read")
+      val writable = Seq(0x0900 -> true, 0x0910 -> any, 0x0918 -> false, 0x0930 -> any, 0x0981 -> sync) ++
+        Seq(0x09a4 -> sync, 0x09a9 -> latch)
+      for ((address, there) <- writable)
+        assert(put(address, 0) == there, f"A0 $a0%04x: 0x$address%04x is written")
+      assert(hostGet(0x0934, 1) == Seq(if (any) 4 else 0), "the host sees the same")
+      assert(put(0x0980, 0x11) == any)
+      hostPut(0x09a0, 0x55)
+      hostPut(0x09a8, 0x01)
+      assert(hostGet(0x09a0, 1) == Seq(if (sync) 0x55 else 0))
+      assert(hostGet(0x09a8, 1) == Seq(if (latch) 0x01 else 0))
+    }
+  }
+  rule("DC-06, B-98, SII-08: what a reload switches off is not active, and has no events", switched) { s =>
+    import s._
+    start(s, 0x0c00)
+    val t      = new SystemTime(s)
+    def events = bench.hostRead(0x0220) & 6
+    def reload(a0: Int): Unit = {
+      assert(put(0x0508, 0, a0 >> 8))
+      for (command <- Seq(Seq(1, 2, 0, 0), Seq(0, 4, 0, 0))) {
+        assert(put(0x0502, command: _*))
+        eepromDone()
+      }
+      assert((bench.hostRead(0x0141) & 0x0c) == a0 >> 8, f"A0 $a0%04x")
+    }
+    assert(put(0x0980, 0x10) && get(0x0980, 1).get == Seq(0x10))
+    hostPut(0x09a8, 1)
+    begin(t, us = 100, cycle = 5000000)
+    bench.setLatch(0, level = true)
+    bench.advanceUs(150)
+    assert(bench.syncLevel(0) && events == 6)
+    reload(0x0800)
+    assert(!bench.syncLevel(0) && events == 2)
+    reload(0x0000)
+    assert(events == 0)
+    reload(0x0c00)
+    assert(!bench.syncLevel(0) && events == 0 && get(0x0981, 1).get == Seq(0))
   }
 }

@@ -14,7 +14,8 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
 
   private val sets = TestSets.rules
   private def rulesFor(p: EscParams) =
-    ((if (p.hasClocks) ClockRules.all ++ ApplicationRules.all
+    ((if (p.savesClockPower) ClockRules.all
+      else if (p.hasClocks) ClockRules.all ++ ApplicationRules.all
       else if (p.hasAlarm) AlarmRules.all
       else if (p.hasEmulation) EmulationRules.all
       else if (p.hasI2c) EepromRules.all
