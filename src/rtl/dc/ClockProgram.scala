@@ -25,7 +25,11 @@ object ClockProgram {
     val Difference = 3
     val Rest       = 4
     val Scratch    = 5
-    val Limit      = 23
+
+    /** Of the background too; 8 to 14 are [[Live]], and 15 is [[Front]]. Of the words behind those it takes
+      * one that nobody has: [[ForEcat]] and [[Shown.Time]], as frames read the time at [[Frame]].
+      */
+    val Limit = 23
 
     /** Of tasks in front. */
     val Front = 15

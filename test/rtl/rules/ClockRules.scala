@@ -205,7 +205,9 @@ object ClockRules extends Rules {
         assert(t.number(get(0x0920, t.width).get) == (BigInt(offset) & t.mask))
         assert(t.number(get(0x0928, 4).get) == delay)
       }
-      assert(word(0x0912) == word(0x0912), "it stands while it is read")
+      val within = exchange(t.time, t.time).map(_.data)
+      assert(within.head == within.last, "it stands while a frame reads it")
+      assert(exchange(t.time).head.data != within.head, "the next frame has its own")
   }
   rule("DC-17, DC-19, DC-23: a write is compared with the time of its frame", follows) { s =>
     import s._
