@@ -9815,7 +9815,7 @@ endmodule
 module SpeedControl(
   input         clock,
   input         reset,
-  input  [15:0] value,
+  input  [14:0] value,
   input         slew,
   input         lose,
   input         win,
@@ -9844,13 +9844,13 @@ module SpeedControl(
     end
     else begin
       if (lose)
-        loses_period <= value[14:0];
+        loses_period <= value;
       if (loses)
         loses_left <= loses_period + 15'h1;
       else
         loses_left <= loses_left - 15'h1;
       if (win)
-        wins_period <= value[14:0];
+        wins_period <= value;
       if (wins)
         wins_left <= wins_period + 15'h1;
       else
@@ -10270,6 +10270,7 @@ module et1100(
   wire        _sync0_armed;
   wire        _sync0_fires;
   wire        _sync0_level;
+  wire [14:0] _speedControl_value;
   wire [2:0]  _speedControl_more;
   wire        _clockEngine_ask_0;
   wire        _clockEngine_ask_1;
@@ -12852,10 +12853,11 @@ module et1100(
     .readWord     (_clockEngine_readWord),
     .wordData     (_clockEngine_wordData)
   );
+  assign _speedControl_value = _clockEngine_result[14:0];
   SpeedControl speedControl (
     .clock (clock),
     .reset (reset),
-    .value (_clockEngine_result),
+    .value (_speedControl_value),
     .slew  (_clockEngine_command_0),
     .lose  (_clockEngine_command_1),
     .win   (_clockEngine_command_2),

@@ -70,7 +70,7 @@ private[dc] class ClockEngine(val p: EscParams, clock: LocalClock) {
     engine.place    := clock.place
     engine.depth(0) := bus.value("time_filter_depth")
     engine.depth(1) := bus.value("speed_filter_depth")
-    speed.value     := engine.result
+    speed.value     := engine.result(14, 0)
     speed.slew      := command(Out.Slew)
     speed.lose      := command(Out.Lose)
     speed.win       := command(Out.Win)

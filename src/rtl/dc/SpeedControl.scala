@@ -11,7 +11,7 @@ import chisel3._
 class SpeedControl extends Module {
 
   /** New values: ns to fall back by (two's complement), and start - D and start + D. */
-  val value = IO(Input(UInt(16.W)))
+  val value = IO(Input(UInt(15.W)))
   val slew  = IO(Input(Bool()))
   val lose  = IO(Input(Bool()))
   val win   = IO(Input(Bool()))

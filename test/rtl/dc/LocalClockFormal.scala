@@ -10,7 +10,7 @@ import org.scalatest.flatspec.AnyFlatSpec
   * From reset on, so only carries into the second byte are reached.
   */
 class LocalClockProof(periodNs: Int) extends Module {
-  private val value      = IO(Input(UInt(16.W)))
+  private val value      = IO(Input(UInt(15.W)))
   private val slew       = IO(Input(Bool()))
   private val lose       = IO(Input(Bool()))
   private val win        = IO(Input(Bool()))
