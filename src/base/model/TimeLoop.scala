@@ -47,7 +47,7 @@ class TimeLoop {
     val now = rest >> 8
     rest -= now << 8
     val limit = (start - 0x7f).max(0).toLong << 16
-    if (!isFar) integral += (if (isNear) 256L else 4096L) * difference
+    if (!isFar) integral += (if (isNear) 2048L else 4096L) * difference
     integral = integral.max(-limit).min(limit)
     speed += (integral - (speed >> 16)) << (16 - speedDepth)
     drive(start)

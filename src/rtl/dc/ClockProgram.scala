@@ -195,11 +195,13 @@ object ClockProgram {
       Branch("follow", Condition.Negative, when = false)
     ),
     // Less than 128 ns come from the ways of frames, too, of which no two take the same time: a sixteenth of
-    // them is corrected, and the speed counter difference changes by 1 per 256 ns.
+    // them is corrected, and the speed counter difference changes by 1 per 32 ns.
     "calm" -> Seq(
-      Add(Of(Integral), And(Difference, up = -1), to = Some(Integral)),
-      Add(Zero, And(Difference), to = Some(Scratch), command = Command.Four),
-      double,
+      Add(Of(Difference), And(Difference), to = Some(Scratch)),
+      doubleOnce,
+      doubleOnce,
+      Add(Of(Integral), And(Scratch, up = -1), to = Some(Integral)),
+      doubleOnce,
       Branch("correct")
     ),
     // Of more it is a quarter, and 1 per 16 ns.

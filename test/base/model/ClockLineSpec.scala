@@ -5,7 +5,7 @@ import org.scalatest.flatspec.AnyFlatSpec
 /** Clocks of lines, by the model of their loops. */
 class ClockLineSpec extends AnyFlatSpec {
   for (
-    (slaves, cycleUs, within, lockMs) <- Seq((5, 250, 60, 1500), (5, 1000, 60, 1500), (64, 1000, 250, 1500))
+    (slaves, cycleUs, within, lockMs) <- Seq((5, 250, 40, 600), (5, 1000, 40, 600), (64, 1000, 250, 600))
   ) {
     s"DC-16, DC-23: $slaves slaves, a frame in $cycleUs us" should s"lock, and keep within $within ns" in {
       val apart   = new ClockLine(slaves, cycleUs).apart(5000000 / cycleUs)
