@@ -815,12 +815,14 @@ module RegisterFile(
   output        inRam,
   output        isCount,
   output [7:0]  countData,
-  output [11:0] kept_address,
-  input  [7:0]  kept_data,
-  output        kept_host_reads,
-  output        kept_host_asks,
-  output [11:0] kept_host_address,
-  input         kept_host_ready,
+  output [11:0] kept_800_address,
+  input  [7:0]  kept_800_data,
+  output [11:0] kept_900_address,
+  input  [7:0]  kept_900_data,
+  output        kept_900_host_reads,
+  output        kept_900_host_asks,
+  output [11:0] kept_900_host_address,
+  input         kept_900_host_ready,
   input         keptForHost_reads,
   input         keptForHost_asks,
   input  [11:0] keptForHost_address,
@@ -930,25 +932,9 @@ module RegisterFile(
   input         status_sync0_enable,
   input         status_cyclic_active,
   input         status_sm3_deactivated,
-  input  [1:0]  status_sm3_last_buffer,
-  input         status_sm3_mailbox_full,
-  input         status_sm3_read_event,
-  input         status_sm3_write_event,
   input         status_sm2_deactivated,
-  input  [1:0]  status_sm2_last_buffer,
-  input         status_sm2_mailbox_full,
-  input         status_sm2_read_event,
-  input         status_sm2_write_event,
   input         status_sm1_deactivated,
-  input  [1:0]  status_sm1_last_buffer,
-  input         status_sm1_mailbox_full,
-  input         status_sm1_read_event,
-  input         status_sm1_write_event,
   input         status_sm0_deactivated,
-  input  [1:0]  status_sm0_last_buffer,
-  input         status_sm0_mailbox_full,
-  input         status_sm0_read_event,
-  input         status_sm0_write_event,
   input  [15:0] status_mi_data,
   input         status_mi_busy,
   input         status_mi_command_error,
@@ -1013,7 +999,8 @@ module RegisterFile(
   wire        _counters_valid_1;
   wire        _counters_valid_2;
   wire        _counters_valid_3;
-  reg         isHere;
+  reg         REG;
+  reg         REG_1;
   reg  [15:0] bytes_whole_8;
   reg  [15:0] bytes_whole_9;
   reg         bytes_whole_parts_parts_old_4;
@@ -1092,43 +1079,26 @@ module RegisterFile(
   always @(*) begin
     casez (readAddress[4:3])
       2'b00:
-        casez_tmp_0 =
-          {2'h0, status_sm0_last_buffer, status_sm0_mailbox_full, 1'h0, status_sm0_read_event, status_sm0_write_event};
+        casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_38, bytes_whole_parts_sm0_enable};
       2'b01:
-        casez_tmp_0 =
-          {2'h0, status_sm1_last_buffer, status_sm1_mailbox_full, 1'h0, status_sm1_read_event, status_sm1_write_event};
+        casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_41, bytes_whole_parts_sm1_enable};
       2'b10:
-        casez_tmp_0 =
-          {2'h0, status_sm2_last_buffer, status_sm2_mailbox_full, 1'h0, status_sm2_read_event, status_sm2_write_event};
+        casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_44, bytes_whole_parts_sm2_enable};
       default:
-        casez_tmp_0 =
-          {2'h0, status_sm3_last_buffer, status_sm3_mailbox_full, 1'h0, status_sm3_read_event, status_sm3_write_event};
+        casez_tmp_0 = {6'h0, bytes_whole_parts_parts_old_47, bytes_whole_parts_sm3_enable};
     endcase
   end // always @(*)
   reg  [7:0]  casez_tmp_1;
   always @(*) begin
     casez (readAddress[4:3])
       2'b00:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_38, bytes_whole_parts_sm0_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_39, status_sm0_deactivated};
       2'b01:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_41, bytes_whole_parts_sm1_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_42, status_sm1_deactivated};
       2'b10:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_44, bytes_whole_parts_sm2_enable};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_45, status_sm2_deactivated};
       default:
-        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_47, bytes_whole_parts_sm3_enable};
-    endcase
-  end // always @(*)
-  reg  [7:0]  casez_tmp_2;
-  always @(*) begin
-    casez (readAddress[4:3])
-      2'b00:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_39, status_sm0_deactivated};
-      2'b01:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_42, status_sm1_deactivated};
-      2'b10:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_45, status_sm2_deactivated};
-      default:
-        casez_tmp_2 = {6'h0, bytes_whole_parts_parts_old_48, status_sm3_deactivated};
+        casez_tmp_1 = {6'h0, bytes_whole_parts_parts_old_48, status_sm3_deactivated};
     endcase
   end // always @(*)
   wire [13:0] _GEN_3 =
@@ -1470,9 +1440,9 @@ module RegisterFile(
     | (ofUnits_hit_1 & readAddress[2:0] == 3'h2 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
     | (ofUnits_hit_1 & readAddress[2:0] == 3'h3 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
     | (ofUnits_hit_1 & readAddress[2:0] == 3'h4 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
-    | (ofUnits_hit_1 & readAddress[2:0] == 3'h5 ? {casez_tmp_0, 6'hC} : 14'h0)
-    | (ofUnits_hit_1 & readAddress[2:0] == 3'h6 ? {casez_tmp_1, 6'hE} : 14'h0)
-    | (ofUnits_hit_1 & (&(readAddress[2:0])) ? {casez_tmp_2, 6'hD} : 14'h0);
+    | (ofUnits_hit_1 & readAddress[2:0] == 3'h5 ? 14'h1C : 14'h0)
+    | (ofUnits_hit_1 & readAddress[2:0] == 3'h6 ? {casez_tmp_0, 6'hE} : 14'h0)
+    | (ofUnits_hit_1 & (&(readAddress[2:0])) ? {casez_tmp_1, 6'hD} : 14'h0);
   wire [13:0] _selected_T_706 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6;
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
@@ -1489,7 +1459,8 @@ module RegisterFile(
   wire        _bytes_whole_parts_parts_T_360 = writeAddress == 12'h9A8;
   wire        _bytes_whole_parts_parts_T_372 = writeAddress == 12'h9A9;
   always @(posedge clock) begin
-    isHere <= readAddress[11:8] == 4'h9;
+    REG <= readAddress[11:8] == 4'h8;
+    REG_1 <= readAddress[11:8] == 4'h9;
     if (reset) begin
       bytes_whole_8 <= 16'h0;
       bytes_whole_9 <= 16'h0;
@@ -1716,12 +1687,13 @@ module RegisterFile(
   assign writableByPdi = _selected_T_706[0];
   assign inRam = _selected_T_706[5];
   assign isCount = _selected_T_706[4];
-  assign countData = isHere ? kept_data : _counters_data;
-  assign kept_address = readAddress;
-  assign kept_host_reads = keptForHost_reads;
-  assign kept_host_asks = keptForHost_asks;
-  assign kept_host_address = keptForHost_address;
-  assign keptForHost_ready = kept_host_ready;
+  assign countData = REG_1 ? kept_900_data : REG ? kept_800_data : _counters_data;
+  assign kept_800_address = readAddress;
+  assign kept_900_address = readAddress;
+  assign kept_900_host_reads = keptForHost_reads;
+  assign kept_900_host_asks = keptForHost_asks;
+  assign kept_900_host_address = keptForHost_address;
+  assign keptForHost_ready = kept_900_host_ready;
   assign value_latch1_negative_single = bytes_whole_parts_parts_old_62;
   assign value_latch1_positive_single = bytes_whole_parts_parts_old_61;
   assign value_latch0_negative_single = bytes_whole_parts_parts_old_60;
@@ -2025,25 +1997,9 @@ module EscMemory(
   input         status_sync0_enable,
   input         status_cyclic_active,
   input         status_sm3_deactivated,
-  input  [1:0]  status_sm3_last_buffer,
-  input         status_sm3_mailbox_full,
-  input         status_sm3_read_event,
-  input         status_sm3_write_event,
   input         status_sm2_deactivated,
-  input  [1:0]  status_sm2_last_buffer,
-  input         status_sm2_mailbox_full,
-  input         status_sm2_read_event,
-  input         status_sm2_write_event,
   input         status_sm1_deactivated,
-  input  [1:0]  status_sm1_last_buffer,
-  input         status_sm1_mailbox_full,
-  input         status_sm1_read_event,
-  input         status_sm1_write_event,
   input         status_sm0_deactivated,
-  input  [1:0]  status_sm0_last_buffer,
-  input         status_sm0_mailbox_full,
-  input         status_sm0_read_event,
-  input         status_sm0_write_event,
   input  [15:0] status_mi_data,
   input         status_mi_busy,
   input         status_mi_command_error,
@@ -2096,12 +2052,14 @@ module EscMemory(
   input         event_invalid_frame_port1,
   input         event_rx_er_port0,
   input         event_invalid_frame_port0,
-  output [11:0] kept_address,
-  input  [7:0]  kept_data,
-  output        kept_host_reads,
-  output        kept_host_asks,
-  output [11:0] kept_host_address,
-  input         kept_host_ready,
+  output [11:0] kept_800_address,
+  input  [7:0]  kept_800_data,
+  output [11:0] kept_900_address,
+  input  [7:0]  kept_900_data,
+  output        kept_900_host_reads,
+  output        kept_900_host_asks,
+  output [11:0] kept_900_host_address,
+  input         kept_900_host_ready,
   output        registerWrite_valid,
   output [11:0] registerWrite_bits_address,
   output        registerWrite_bits_mask,
@@ -2345,12 +2303,14 @@ module EscMemory(
     .inRam                             (_file_inRam),
     .isCount                           (_file_isCount),
     .countData                         (_file_countData),
-    .kept_address                      (kept_address),
-    .kept_data                         (kept_data),
-    .kept_host_reads                   (kept_host_reads),
-    .kept_host_asks                    (kept_host_asks),
-    .kept_host_address                 (kept_host_address),
-    .kept_host_ready                   (kept_host_ready),
+    .kept_800_address                  (kept_800_address),
+    .kept_800_data                     (kept_800_data),
+    .kept_900_address                  (kept_900_address),
+    .kept_900_data                     (kept_900_data),
+    .kept_900_host_reads               (kept_900_host_reads),
+    .kept_900_host_asks                (kept_900_host_asks),
+    .kept_900_host_address             (kept_900_host_address),
+    .kept_900_host_ready               (kept_900_host_ready),
     .keptForHost_reads                 (file_keptForHost_reads_REG),
     .keptForHost_asks                  (_file_keptForHost_asks),
     .keptForHost_address               (_file_keptForHost_address),
@@ -2460,25 +2420,9 @@ module EscMemory(
     .status_sync0_enable               (status_sync0_enable),
     .status_cyclic_active              (status_cyclic_active),
     .status_sm3_deactivated            (status_sm3_deactivated),
-    .status_sm3_last_buffer            (status_sm3_last_buffer),
-    .status_sm3_mailbox_full           (status_sm3_mailbox_full),
-    .status_sm3_read_event             (status_sm3_read_event),
-    .status_sm3_write_event            (status_sm3_write_event),
     .status_sm2_deactivated            (status_sm2_deactivated),
-    .status_sm2_last_buffer            (status_sm2_last_buffer),
-    .status_sm2_mailbox_full           (status_sm2_mailbox_full),
-    .status_sm2_read_event             (status_sm2_read_event),
-    .status_sm2_write_event            (status_sm2_write_event),
     .status_sm1_deactivated            (status_sm1_deactivated),
-    .status_sm1_last_buffer            (status_sm1_last_buffer),
-    .status_sm1_mailbox_full           (status_sm1_mailbox_full),
-    .status_sm1_read_event             (status_sm1_read_event),
-    .status_sm1_write_event            (status_sm1_write_event),
     .status_sm0_deactivated            (status_sm0_deactivated),
-    .status_sm0_last_buffer            (status_sm0_last_buffer),
-    .status_sm0_mailbox_full           (status_sm0_mailbox_full),
-    .status_sm0_read_event             (status_sm0_read_event),
-    .status_sm0_write_event            (status_sm0_write_event),
     .status_mi_data                    (status_mi_data),
     .status_mi_busy                    (status_mi_busy),
     .status_mi_command_error           (status_mi_command_error),
@@ -4858,6 +4802,148 @@ module WideTable_3(
   assign readData_0 = _rams_0_readData;
 endmodule
 
+module StateMemory(
+  input         clock,
+  input         reset,
+  input         works_0,
+  input         works_1,
+  input         works_2,
+  input         works_3,
+  input  [1:0]  number,
+  output [1:0]  acting,
+  output [1:0]  state_next,
+  output [1:0]  state_reader,
+  output        state_newer,
+  output        state_anyWritten,
+  output        state_ecatOpen,
+  output        state_pdiOpen,
+  output        state_touched,
+  output        state_began,
+  output        state_closed,
+  output        state_writeEvent,
+  output        state_readEvent,
+  input         acts,
+  input  [1:0]  after_next,
+  input  [1:0]  after_reader,
+  input         after_newer,
+  input         after_anyWritten,
+  input         after_ecatOpen,
+  input         after_pdiOpen,
+  input         after_touched,
+  input         after_began,
+  input         after_closed,
+  input         after_writeEvent,
+  input         after_readEvent,
+  output        isFresh_0,
+  output        isFresh_1,
+  output        isFresh_2,
+  output        isFresh_3,
+  output        ram_clock,
+  output        ram_write,
+  output [5:0]  ram_writeAddress,
+  output [12:0] ram_writeData,
+  output [5:0]  ram_readAddress,
+  input  [12:0] ram_readData
+);
+
+  reg [1:0] acting_REG;
+  reg       fresh_0;
+  reg       fresh_1;
+  reg       fresh_2;
+  reg       fresh_3;
+  reg       again;
+  reg       kept_REG;
+  reg       casez_tmp;
+  always @(*) begin
+    casez (number)
+      2'b00:
+        casez_tmp = fresh_0;
+      2'b01:
+        casez_tmp = fresh_1;
+      2'b10:
+        casez_tmp = fresh_2;
+      default:
+        casez_tmp = fresh_3;
+    endcase
+  end // always @(*)
+  reg [1:0] state_REG_next;
+  reg [1:0] state_REG_reader;
+  reg       state_REG_newer;
+  reg       state_REG_anyWritten;
+  reg       state_REG_ecatOpen;
+  reg       state_REG_pdiOpen;
+  reg       state_REG_touched;
+  reg       state_REG_began;
+  reg       state_REG_closed;
+  reg       state_REG_writeEvent;
+  reg       state_REG_readEvent;
+  always @(posedge clock) begin
+    acting_REG <= number;
+    kept_REG <= casez_tmp;
+    state_REG_next <= after_next;
+    state_REG_reader <= after_reader;
+    state_REG_newer <= after_newer;
+    state_REG_anyWritten <= after_anyWritten;
+    state_REG_ecatOpen <= after_ecatOpen;
+    state_REG_pdiOpen <= after_pdiOpen;
+    state_REG_touched <= after_touched;
+    state_REG_began <= after_began;
+    state_REG_closed <= after_closed;
+    state_REG_writeEvent <= after_writeEvent;
+    state_REG_readEvent <= after_readEvent;
+    if (reset) begin
+      fresh_0 <= 1'h1;
+      fresh_1 <= 1'h1;
+      fresh_2 <= 1'h1;
+      fresh_3 <= 1'h1;
+      again <= 1'h0;
+    end
+    else begin
+      fresh_0 <= ~works_0 | ~(acts & acting_REG == 2'h0) & fresh_0;
+      fresh_1 <= ~works_1 | ~(acts & acting_REG == 2'h1) & fresh_1;
+      fresh_2 <= ~works_2 | ~(acts & acting_REG == 2'h2) & fresh_2;
+      fresh_3 <= ~works_3 | ~(acts & (&acting_REG)) & fresh_3;
+      again <= acts & acting_REG == number;
+    end
+  end // always @(posedge)
+  assign acting = acting_REG;
+  assign state_next = again ? state_REG_next : kept_REG ? 2'h1 : ram_readData[12:11];
+  assign state_reader = again ? state_REG_reader : kept_REG ? 2'h2 : ram_readData[10:9];
+  assign state_newer = again ? state_REG_newer : ~kept_REG & ram_readData[8];
+  assign state_anyWritten = again ? state_REG_anyWritten : ~kept_REG & ram_readData[7];
+  assign state_ecatOpen = again ? state_REG_ecatOpen : ~kept_REG & ram_readData[6];
+  assign state_pdiOpen = again ? state_REG_pdiOpen : ~kept_REG & ram_readData[5];
+  assign state_touched = again ? state_REG_touched : ~kept_REG & ram_readData[4];
+  assign state_began = again ? state_REG_began : ~kept_REG & ram_readData[3];
+  assign state_closed = again ? state_REG_closed : ~kept_REG & ram_readData[2];
+  assign state_writeEvent = again ? state_REG_writeEvent : ~kept_REG & ram_readData[1];
+  assign state_readEvent = again ? state_REG_readEvent : ~kept_REG & ram_readData[0];
+  assign isFresh_0 = fresh_0;
+  assign isFresh_1 = fresh_1;
+  assign isFresh_2 = fresh_2;
+  assign isFresh_3 = fresh_3;
+  assign ram_clock = clock;
+  assign ram_write = acts;
+  assign ram_writeAddress = {4'h0, acting_REG};
+  assign ram_writeData =
+    {after_next,
+     after_reader,
+     after_newer,
+     after_anyWritten,
+     after_ecatOpen,
+     after_pdiOpen,
+     after_touched,
+     after_began,
+     after_closed,
+     after_writeEvent,
+     after_readEvent};
+  assign ram_readAddress = {4'h0, number};
+endmodule
+
+// external module DualPortRam
+
+// external module DualPortRam
+
 module SyncManager(
   input  [1:0] state_next,
   input  [1:0] state_reader,
@@ -4868,6 +4954,8 @@ module SyncManager(
   input        state_touched,
   input        state_began,
   input        state_closed,
+  input        state_writeEvent,
+  input        state_readEvent,
   input        settings_works,
   input        settings_locked,
   input        settings_isMailbox,
@@ -4889,15 +4977,14 @@ module SyncManager(
   output       after_touched,
   output       after_began,
   output       after_closed,
+  output       after_writeEvent,
+  output       after_readEvent,
   output       answer_allowed,
   output       answer_inBuffer,
   output [1:0] answer_buffer,
   output       answer_works,
   output       answer_locked,
-  output       writeEvent,
-  output       readEvent,
-  output       writeEventEnd,
-  output       readEventEnd
+  output       written
 );
 
   wire       right = settings_ecatWrites != byPdi == access_write;
@@ -4931,421 +5018,39 @@ module SyncManager(
   assign after_touched = (state_touched | touches & ~byPdi) & ~good & ~bad;
   assign after_began = (state_began | begins & ~byPdi) & ~good & ~bad;
   assign after_closed = (state_closed | closes & ~byPdi) & ~good & ~bad;
+  assign after_writeEvent = writerDone | state_writeEvent & ~(settings_ecatWrites ? pdiBegan : ecatBegan);
+  assign after_readEvent = readerDone | state_readEvent & ~(settings_ecatWrites ? ecatBegan : pdiBegan);
   assign answer_allowed = inBuffer | settings_works & access_single;
   assign answer_inBuffer = inBuffer;
   assign answer_buffer = settings_isMailbox ? 2'h0 : access_write ? ~_after_next_T : takes ? state_next : state_reader;
   assign answer_works = settings_works;
   assign answer_locked = settings_locked;
-  assign writeEvent = writerDone;
-  assign readEvent = readerDone;
-  assign writeEventEnd = settings_ecatWrites ? pdiBegan : ecatBegan;
-  assign readEventEnd = settings_ecatWrites ? ecatBegan : pdiBegan;
+  assign written = writerDone;
 endmodule
 
-module SyncManagerBank(
+// external module DualPortRam
+
+module SyncManagerStates(
   input        clock,
   input        reset,
   input        works_0,
   input        works_1,
   input        works_2,
   input        works_3,
-  input        acts,
-  input  [1:0] number,
-  input        chosen_works,
-  input        chosen_locked,
-  input        chosen_isMailbox,
-  input        chosen_ecatWrites,
-  input  [1:0] state_next,
-  input  [1:0] state_reader,
-  input        state_newer,
-  input        state_anyWritten,
-  input        state_ecatOpen,
-  input        state_pdiOpen,
-  input        state_touched,
-  input        state_began,
-  input        state_closed,
-  output [1:0] after_next,
-  output [1:0] after_reader,
-  output       after_newer,
-  output       after_anyWritten,
-  output       after_ecatOpen,
-  output       after_pdiOpen,
-  output       after_touched,
-  output       after_began,
-  output       after_closed,
-  input        access_write,
-  input        access_touch,
-  input        access_first,
-  input        access_close,
-  input        access_single,
-  input        byPdi,
-  input        good,
-  input        bad,
-  output       answer_allowed,
-  output       answer_inBuffer,
-  output [1:0] answer_buffer,
-  output       answer_works,
-  output       answer_locked,
-  output [1:0] states_0_next,
-  output [1:0] states_0_reader,
-  output       states_0_newer,
-  output       states_0_anyWritten,
-  output       states_0_ecatOpen,
-  output       states_0_pdiOpen,
-  output       states_0_touched,
-  output       states_0_began,
-  output       states_0_closed,
-  output [1:0] states_1_next,
-  output [1:0] states_1_reader,
-  output       states_1_newer,
-  output       states_1_anyWritten,
-  output       states_1_ecatOpen,
-  output       states_1_pdiOpen,
-  output       states_1_touched,
-  output       states_1_began,
-  output       states_1_closed,
-  output [1:0] states_2_next,
-  output [1:0] states_2_reader,
-  output       states_2_newer,
-  output       states_2_anyWritten,
-  output       states_2_ecatOpen,
-  output       states_2_pdiOpen,
-  output       states_2_touched,
-  output       states_2_began,
-  output       states_2_closed,
-  output [1:0] states_3_next,
-  output [1:0] states_3_reader,
-  output       states_3_newer,
-  output       states_3_anyWritten,
-  output       states_3_ecatOpen,
-  output       states_3_pdiOpen,
-  output       states_3_touched,
-  output       states_3_began,
-  output       states_3_closed,
-  output       writeEvent_0,
-  output       writeEvent_1,
-  output       writeEvent_2,
-  output       writeEvent_3,
-  output       readEvent_0,
-  output       readEvent_1,
-  output       readEvent_2,
-  output       readEvent_3,
-  output       written_valid,
-  output [1:0] written_bits
-);
-
-  wire [1:0] _logic_after_next;
-  wire [1:0] _logic_after_reader;
-  wire       _logic_after_newer;
-  wire       _logic_after_anyWritten;
-  wire       _logic_after_ecatOpen;
-  wire       _logic_after_pdiOpen;
-  wire       _logic_after_touched;
-  wire       _logic_after_began;
-  wire       _logic_after_closed;
-  wire       _logic_writeEvent;
-  wire       _logic_readEvent;
-  wire       _logic_writeEventEnd;
-  wire       _logic_readEventEnd;
-  reg  [1:0] state_0_next;
-  reg  [1:0] state_0_reader;
-  reg        state_0_newer;
-  reg        state_0_anyWritten;
-  reg        state_0_ecatOpen;
-  reg        state_0_pdiOpen;
-  reg        state_0_touched;
-  reg        state_0_began;
-  reg        state_0_closed;
-  reg        writeEvent_0_isWritten_0;
-  reg        readEvent_0_isRead_0;
-  reg  [1:0] state_1_next;
-  reg  [1:0] state_1_reader;
-  reg        state_1_newer;
-  reg        state_1_anyWritten;
-  reg        state_1_ecatOpen;
-  reg        state_1_pdiOpen;
-  reg        state_1_touched;
-  reg        state_1_began;
-  reg        state_1_closed;
-  reg        writeEvent_1_isWritten_1;
-  reg        readEvent_1_isRead_1;
-  reg  [1:0] state_2_next;
-  reg  [1:0] state_2_reader;
-  reg        state_2_newer;
-  reg        state_2_anyWritten;
-  reg        state_2_ecatOpen;
-  reg        state_2_pdiOpen;
-  reg        state_2_touched;
-  reg        state_2_began;
-  reg        state_2_closed;
-  reg        writeEvent_2_isWritten_2;
-  reg        readEvent_2_isRead_2;
-  reg  [1:0] state_3_next;
-  reg  [1:0] state_3_reader;
-  reg        state_3_newer;
-  reg        state_3_anyWritten;
-  reg        state_3_ecatOpen;
-  reg        state_3_pdiOpen;
-  reg        state_3_touched;
-  reg        state_3_began;
-  reg        state_3_closed;
-  reg        writeEvent_3_isWritten_3;
-  reg        readEvent_3_isRead_3;
-  wire       mine = acts & number == 2'h0;
-  wire       mine_1 = acts & number == 2'h1;
-  wire       mine_2 = acts & number == 2'h2;
-  wire       mine_3 = acts & (&number);
-  always @(posedge clock) begin
-    if (reset) begin
-      state_0_next <= 2'h1;
-      state_0_reader <= 2'h2;
-      state_0_newer <= 1'h0;
-      state_0_anyWritten <= 1'h0;
-      state_0_ecatOpen <= 1'h0;
-      state_0_pdiOpen <= 1'h0;
-      state_0_touched <= 1'h0;
-      state_0_began <= 1'h0;
-      state_0_closed <= 1'h0;
-      writeEvent_0_isWritten_0 <= 1'h0;
-      readEvent_0_isRead_0 <= 1'h0;
-      state_1_next <= 2'h1;
-      state_1_reader <= 2'h2;
-      state_1_newer <= 1'h0;
-      state_1_anyWritten <= 1'h0;
-      state_1_ecatOpen <= 1'h0;
-      state_1_pdiOpen <= 1'h0;
-      state_1_touched <= 1'h0;
-      state_1_began <= 1'h0;
-      state_1_closed <= 1'h0;
-      writeEvent_1_isWritten_1 <= 1'h0;
-      readEvent_1_isRead_1 <= 1'h0;
-      state_2_next <= 2'h1;
-      state_2_reader <= 2'h2;
-      state_2_newer <= 1'h0;
-      state_2_anyWritten <= 1'h0;
-      state_2_ecatOpen <= 1'h0;
-      state_2_pdiOpen <= 1'h0;
-      state_2_touched <= 1'h0;
-      state_2_began <= 1'h0;
-      state_2_closed <= 1'h0;
-      writeEvent_2_isWritten_2 <= 1'h0;
-      readEvent_2_isRead_2 <= 1'h0;
-      state_3_next <= 2'h1;
-      state_3_reader <= 2'h2;
-      state_3_newer <= 1'h0;
-      state_3_anyWritten <= 1'h0;
-      state_3_ecatOpen <= 1'h0;
-      state_3_pdiOpen <= 1'h0;
-      state_3_touched <= 1'h0;
-      state_3_began <= 1'h0;
-      state_3_closed <= 1'h0;
-      writeEvent_3_isWritten_3 <= 1'h0;
-      readEvent_3_isRead_3 <= 1'h0;
-    end
-    else begin
-      if (works_0) begin
-        if (mine) begin
-          state_0_next <= _logic_after_next;
-          state_0_reader <= _logic_after_reader;
-        end
-      end
-      else begin
-        state_0_next <= 2'h1;
-        state_0_reader <= 2'h2;
-      end
-      state_0_newer <= works_0 & (mine ? _logic_after_newer : state_0_newer);
-      state_0_anyWritten <= works_0 & (mine ? _logic_after_anyWritten : state_0_anyWritten);
-      state_0_ecatOpen <= works_0 & (mine ? _logic_after_ecatOpen : state_0_ecatOpen);
-      state_0_pdiOpen <= works_0 & (mine ? _logic_after_pdiOpen : state_0_pdiOpen);
-      state_0_touched <= works_0 & (mine ? _logic_after_touched : state_0_touched);
-      state_0_began <= works_0 & (mine ? _logic_after_began : state_0_began);
-      state_0_closed <= works_0 & (mine ? _logic_after_closed : state_0_closed);
-      writeEvent_0_isWritten_0 <=
-        works_0 & (mine & _logic_writeEvent | ~(mine & _logic_writeEventEnd) & writeEvent_0_isWritten_0);
-      readEvent_0_isRead_0 <=
-        works_0 & (mine & _logic_readEvent | ~(mine & _logic_readEventEnd) & readEvent_0_isRead_0);
-      if (works_1) begin
-        if (mine_1) begin
-          state_1_next <= _logic_after_next;
-          state_1_reader <= _logic_after_reader;
-        end
-      end
-      else begin
-        state_1_next <= 2'h1;
-        state_1_reader <= 2'h2;
-      end
-      state_1_newer <= works_1 & (mine_1 ? _logic_after_newer : state_1_newer);
-      state_1_anyWritten <= works_1 & (mine_1 ? _logic_after_anyWritten : state_1_anyWritten);
-      state_1_ecatOpen <= works_1 & (mine_1 ? _logic_after_ecatOpen : state_1_ecatOpen);
-      state_1_pdiOpen <= works_1 & (mine_1 ? _logic_after_pdiOpen : state_1_pdiOpen);
-      state_1_touched <= works_1 & (mine_1 ? _logic_after_touched : state_1_touched);
-      state_1_began <= works_1 & (mine_1 ? _logic_after_began : state_1_began);
-      state_1_closed <= works_1 & (mine_1 ? _logic_after_closed : state_1_closed);
-      writeEvent_1_isWritten_1 <=
-        works_1 & (mine_1 & _logic_writeEvent | ~(mine_1 & _logic_writeEventEnd) & writeEvent_1_isWritten_1);
-      readEvent_1_isRead_1 <=
-        works_1 & (mine_1 & _logic_readEvent | ~(mine_1 & _logic_readEventEnd) & readEvent_1_isRead_1);
-      if (works_2) begin
-        if (mine_2) begin
-          state_2_next <= _logic_after_next;
-          state_2_reader <= _logic_after_reader;
-        end
-      end
-      else begin
-        state_2_next <= 2'h1;
-        state_2_reader <= 2'h2;
-      end
-      state_2_newer <= works_2 & (mine_2 ? _logic_after_newer : state_2_newer);
-      state_2_anyWritten <= works_2 & (mine_2 ? _logic_after_anyWritten : state_2_anyWritten);
-      state_2_ecatOpen <= works_2 & (mine_2 ? _logic_after_ecatOpen : state_2_ecatOpen);
-      state_2_pdiOpen <= works_2 & (mine_2 ? _logic_after_pdiOpen : state_2_pdiOpen);
-      state_2_touched <= works_2 & (mine_2 ? _logic_after_touched : state_2_touched);
-      state_2_began <= works_2 & (mine_2 ? _logic_after_began : state_2_began);
-      state_2_closed <= works_2 & (mine_2 ? _logic_after_closed : state_2_closed);
-      writeEvent_2_isWritten_2 <=
-        works_2 & (mine_2 & _logic_writeEvent | ~(mine_2 & _logic_writeEventEnd) & writeEvent_2_isWritten_2);
-      readEvent_2_isRead_2 <=
-        works_2 & (mine_2 & _logic_readEvent | ~(mine_2 & _logic_readEventEnd) & readEvent_2_isRead_2);
-      if (works_3) begin
-        if (mine_3) begin
-          state_3_next <= _logic_after_next;
-          state_3_reader <= _logic_after_reader;
-        end
-      end
-      else begin
-        state_3_next <= 2'h1;
-        state_3_reader <= 2'h2;
-      end
-      state_3_newer <= works_3 & (mine_3 ? _logic_after_newer : state_3_newer);
-      state_3_anyWritten <= works_3 & (mine_3 ? _logic_after_anyWritten : state_3_anyWritten);
-      state_3_ecatOpen <= works_3 & (mine_3 ? _logic_after_ecatOpen : state_3_ecatOpen);
-      state_3_pdiOpen <= works_3 & (mine_3 ? _logic_after_pdiOpen : state_3_pdiOpen);
-      state_3_touched <= works_3 & (mine_3 ? _logic_after_touched : state_3_touched);
-      state_3_began <= works_3 & (mine_3 ? _logic_after_began : state_3_began);
-      state_3_closed <= works_3 & (mine_3 ? _logic_after_closed : state_3_closed);
-      writeEvent_3_isWritten_3 <=
-        works_3 & (mine_3 & _logic_writeEvent | ~(mine_3 & _logic_writeEventEnd) & writeEvent_3_isWritten_3);
-      readEvent_3_isRead_3 <=
-        works_3 & (mine_3 & _logic_readEvent | ~(mine_3 & _logic_readEventEnd) & readEvent_3_isRead_3);
-    end
-  end // always @(posedge)
-  SyncManager logic_0 (
-    .state_next          (state_next),
-    .state_reader        (state_reader),
-    .state_newer         (state_newer),
-    .state_anyWritten    (state_anyWritten),
-    .state_ecatOpen      (state_ecatOpen),
-    .state_pdiOpen       (state_pdiOpen),
-    .state_touched       (state_touched),
-    .state_began         (state_began),
-    .state_closed        (state_closed),
-    .settings_works      (chosen_works),
-    .settings_locked     (chosen_locked),
-    .settings_isMailbox  (chosen_isMailbox),
-    .settings_ecatWrites (chosen_ecatWrites),
-    .access_write        (access_write),
-    .access_touch        (access_touch),
-    .access_first        (access_first),
-    .access_close        (access_close),
-    .access_single       (access_single),
-    .byPdi               (byPdi),
-    .good                (good),
-    .bad                 (bad),
-    .after_next          (_logic_after_next),
-    .after_reader        (_logic_after_reader),
-    .after_newer         (_logic_after_newer),
-    .after_anyWritten    (_logic_after_anyWritten),
-    .after_ecatOpen      (_logic_after_ecatOpen),
-    .after_pdiOpen       (_logic_after_pdiOpen),
-    .after_touched       (_logic_after_touched),
-    .after_began         (_logic_after_began),
-    .after_closed        (_logic_after_closed),
-    .answer_allowed      (answer_allowed),
-    .answer_inBuffer     (answer_inBuffer),
-    .answer_buffer       (answer_buffer),
-    .answer_works        (answer_works),
-    .answer_locked       (answer_locked),
-    .writeEvent          (_logic_writeEvent),
-    .readEvent           (_logic_readEvent),
-    .writeEventEnd       (_logic_writeEventEnd),
-    .readEventEnd        (_logic_readEventEnd)
-  );
-  assign after_next = _logic_after_next;
-  assign after_reader = _logic_after_reader;
-  assign after_newer = _logic_after_newer;
-  assign after_anyWritten = _logic_after_anyWritten;
-  assign after_ecatOpen = _logic_after_ecatOpen;
-  assign after_pdiOpen = _logic_after_pdiOpen;
-  assign after_touched = _logic_after_touched;
-  assign after_began = _logic_after_began;
-  assign after_closed = _logic_after_closed;
-  assign states_0_next = state_0_next;
-  assign states_0_reader = state_0_reader;
-  assign states_0_newer = state_0_newer;
-  assign states_0_anyWritten = state_0_anyWritten;
-  assign states_0_ecatOpen = state_0_ecatOpen;
-  assign states_0_pdiOpen = state_0_pdiOpen;
-  assign states_0_touched = state_0_touched;
-  assign states_0_began = state_0_began;
-  assign states_0_closed = state_0_closed;
-  assign states_1_next = state_1_next;
-  assign states_1_reader = state_1_reader;
-  assign states_1_newer = state_1_newer;
-  assign states_1_anyWritten = state_1_anyWritten;
-  assign states_1_ecatOpen = state_1_ecatOpen;
-  assign states_1_pdiOpen = state_1_pdiOpen;
-  assign states_1_touched = state_1_touched;
-  assign states_1_began = state_1_began;
-  assign states_1_closed = state_1_closed;
-  assign states_2_next = state_2_next;
-  assign states_2_reader = state_2_reader;
-  assign states_2_newer = state_2_newer;
-  assign states_2_anyWritten = state_2_anyWritten;
-  assign states_2_ecatOpen = state_2_ecatOpen;
-  assign states_2_pdiOpen = state_2_pdiOpen;
-  assign states_2_touched = state_2_touched;
-  assign states_2_began = state_2_began;
-  assign states_2_closed = state_2_closed;
-  assign states_3_next = state_3_next;
-  assign states_3_reader = state_3_reader;
-  assign states_3_newer = state_3_newer;
-  assign states_3_anyWritten = state_3_anyWritten;
-  assign states_3_ecatOpen = state_3_ecatOpen;
-  assign states_3_pdiOpen = state_3_pdiOpen;
-  assign states_3_touched = state_3_touched;
-  assign states_3_began = state_3_began;
-  assign states_3_closed = state_3_closed;
-  assign writeEvent_0 = writeEvent_0_isWritten_0;
-  assign writeEvent_1 = writeEvent_1_isWritten_1;
-  assign writeEvent_2 = writeEvent_2_isWritten_2;
-  assign writeEvent_3 = writeEvent_3_isWritten_3;
-  assign readEvent_0 = readEvent_0_isRead_0;
-  assign readEvent_1 = readEvent_1_isRead_1;
-  assign readEvent_2 = readEvent_2_isRead_2;
-  assign readEvent_3 = readEvent_3_isRead_3;
-  assign written_valid = acts & _logic_writeEvent;
-  assign written_bits = number;
-endmodule
-
-module SyncManagerStates(
-  input        clock,
-  input        reset,
-  input        settings_0_works,
-  input        settings_0_locked,
-  input        settings_0_isMailbox,
-  input        settings_0_ecatWrites,
-  input        settings_1_works,
-  input        settings_1_locked,
-  input        settings_1_isMailbox,
-  input        settings_1_ecatWrites,
-  input        settings_2_works,
-  input        settings_2_locked,
-  input        settings_2_isMailbox,
-  input        settings_2_ecatWrites,
-  input        settings_3_works,
-  input        settings_3_locked,
-  input        settings_3_isMailbox,
-  input        settings_3_ecatWrites,
+  input        locked_0,
+  input        locked_1,
+  input        locked_2,
+  input        locked_3,
+  input        isMailbox_0,
+  input        isMailbox_1,
+  input        isMailbox_2,
+  input        isMailbox_3,
+  input        controls,
+  input  [1:0] controlIndex,
+  input        control_watchdogTrigger,
+  input        control_alEvent,
+  input        control_ecatEvent,
+  input        control_ecatWrites,
   input        ecat_turn,
   input        ecat_request,
   input  [1:0] ecat_number,
@@ -5374,292 +5079,184 @@ module SyncManagerStates(
   output       settled,
   output [1:0] asked,
   output [1:0] buffer,
-  output [1:0] states_0_next,
-  output [1:0] states_0_reader,
-  output       states_0_newer,
-  output       states_0_anyWritten,
-  output [1:0] states_1_next,
-  output [1:0] states_1_reader,
-  output       states_1_newer,
-  output       states_1_anyWritten,
-  output [1:0] states_2_next,
-  output [1:0] states_2_reader,
-  output       states_2_newer,
-  output       states_2_anyWritten,
-  output [1:0] states_3_next,
-  output [1:0] states_3_reader,
-  output       states_3_newer,
-  output       states_3_anyWritten,
-  output       writeEvent_0,
-  output       writeEvent_1,
-  output       writeEvent_2,
-  output       writeEvent_3,
-  output       readEvent_0,
-  output       readEvent_1,
-  output       readEvent_2,
-  output       readEvent_3,
-  output       written_valid,
-  output [1:0] written_bits
+  input  [1:0] statusIndex,
+  output [7:0] status,
+  output       ecatEvent_0,
+  output       ecatEvent_1,
+  output       ecatEvent_2,
+  output       ecatEvent_3,
+  output       alEvent_0,
+  output       alEvent_1,
+  output       alEvent_2,
+  output       alEvent_3,
+  output       trigger
 );
 
-  wire [1:0] _bank_after_next;
-  wire [1:0] _bank_after_reader;
-  wire       _bank_after_newer;
-  wire       _bank_after_anyWritten;
-  wire       _bank_after_ecatOpen;
-  wire       _bank_after_pdiOpen;
-  wire       _bank_after_touched;
-  wire       _bank_after_began;
-  wire       _bank_after_closed;
-  wire       _bank_answer_allowed;
-  wire       _bank_answer_inBuffer;
-  wire       _bank_answer_works;
-  wire       _bank_answer_locked;
-  wire [1:0] _bank_states_0_next;
-  wire [1:0] _bank_states_0_reader;
-  wire       _bank_states_0_newer;
-  wire       _bank_states_0_anyWritten;
-  wire       _bank_states_0_ecatOpen;
-  wire       _bank_states_0_pdiOpen;
-  wire       _bank_states_0_touched;
-  wire       _bank_states_0_began;
-  wire       _bank_states_0_closed;
-  wire [1:0] _bank_states_1_next;
-  wire [1:0] _bank_states_1_reader;
-  wire       _bank_states_1_newer;
-  wire       _bank_states_1_anyWritten;
-  wire       _bank_states_1_ecatOpen;
-  wire       _bank_states_1_pdiOpen;
-  wire       _bank_states_1_touched;
-  wire       _bank_states_1_began;
-  wire       _bank_states_1_closed;
-  wire [1:0] _bank_states_2_next;
-  wire [1:0] _bank_states_2_reader;
-  wire       _bank_states_2_newer;
-  wire       _bank_states_2_anyWritten;
-  wire       _bank_states_2_ecatOpen;
-  wire       _bank_states_2_pdiOpen;
-  wire       _bank_states_2_touched;
-  wire       _bank_states_2_began;
-  wire       _bank_states_2_closed;
-  wire [1:0] _bank_states_3_next;
-  wire [1:0] _bank_states_3_reader;
-  wire       _bank_states_3_newer;
-  wire       _bank_states_3_anyWritten;
-  wire       _bank_states_3_ecatOpen;
-  wire       _bank_states_3_pdiOpen;
-  wire       _bank_states_3_touched;
-  wire       _bank_states_3_began;
-  wire       _bank_states_3_closed;
-  reg        walks;
-  reg        wasGood;
-  reg  [1:0] walk;
-  reg        begins;
-  reg        walking_REG;
-  reg        settled_r;
-  reg        settled_r_1;
-  wire       pdi_granted_0 = ~walks & ~good & ~bad & ~begins & ~ecat_turn;
-  wire [1:0] number = walks ? walk : ecat_turn ? ecat_number : pdi_number;
-  reg        casez_tmp;
+  wire [5:0]  _statusRam_writeAddress;
+  wire [4:0]  _statusRam_writeData;
+  wire [5:0]  _statusRam_readAddress;
+  wire [4:0]  _statusRam_readData;
+  wire        _logic_settings_ecatWrites;
+  wire [1:0]  _logic_after_next;
+  wire [1:0]  _logic_after_reader;
+  wire        _logic_after_newer;
+  wire        _logic_after_anyWritten;
+  wire        _logic_after_writeEvent;
+  wire        _logic_after_readEvent;
+  wire        _logic_answer_allowed;
+  wire        _logic_answer_inBuffer;
+  wire        _logic_answer_works;
+  wire        _logic_answer_locked;
+  wire        _logic_written;
+  wire [5:0]  _controlRam_writeAddress;
+  wire [3:0]  _controlRam_writeData;
+  wire [5:0]  _controlRam_readAddress;
+  wire [3:0]  _controlRam_readData;
+  wire [1:0]  _memory_after_next;
+  wire [1:0]  _memory_after_reader;
+  wire        _memory_after_newer;
+  wire        _memory_after_anyWritten;
+  wire        _memory_after_ecatOpen;
+  wire        _memory_after_pdiOpen;
+  wire        _memory_after_touched;
+  wire        _memory_after_began;
+  wire        _memory_after_closed;
+  wire        _memory_after_writeEvent;
+  wire        _memory_after_readEvent;
+  wire [12:0] _memory_ram_readData;
+  wire [1:0]  _memory_acting;
+  wire [1:0]  _memory_state_next;
+  wire [1:0]  _memory_state_reader;
+  wire        _memory_state_newer;
+  wire        _memory_state_anyWritten;
+  wire        _memory_state_ecatOpen;
+  wire        _memory_state_pdiOpen;
+  wire        _memory_state_touched;
+  wire        _memory_state_began;
+  wire        _memory_state_closed;
+  wire        _memory_state_writeEvent;
+  wire        _memory_state_readEvent;
+  wire        _memory_isFresh_0;
+  wire        _memory_isFresh_1;
+  wire        _memory_isFresh_2;
+  wire        _memory_isFresh_3;
+  wire        _memory_ram_clock;
+  wire        _memory_ram_write;
+  wire [5:0]  _memory_ram_writeAddress;
+  wire [12:0] _memory_ram_writeData;
+  wire [5:0]  _memory_ram_readAddress;
+  reg         walks;
+  reg         wasGood;
+  reg  [1:0]  walk;
+  reg         begins;
+  reg         walking_REG;
+  reg         settled_r;
+  reg         settled_r_1;
+  wire        pdi_granted_0 = ~walks & ~good & ~bad & ~begins & ~ecat_turn;
+  wire [1:0]  number = walks ? walk : ecat_turn ? ecat_number : pdi_number;
+  reg         casez_tmp;
   always @(*) begin
     casez (number)
       2'b00:
-        casez_tmp = settings_0_works;
+        casez_tmp = works_0;
       2'b01:
-        casez_tmp = settings_1_works;
+        casez_tmp = works_1;
       2'b10:
-        casez_tmp = settings_2_works;
+        casez_tmp = works_2;
       default:
-        casez_tmp = settings_3_works;
+        casez_tmp = works_3;
     endcase
   end // always @(*)
-  reg        casez_tmp_0;
+  reg         acts;
+  reg         logic_settings_works_REG;
+  reg         logic_settings_locked_REG;
+  reg         casez_tmp_0;
   always @(*) begin
     casez (number)
       2'b00:
-        casez_tmp_0 = settings_0_locked;
+        casez_tmp_0 = locked_0;
       2'b01:
-        casez_tmp_0 = settings_1_locked;
+        casez_tmp_0 = locked_1;
       2'b10:
-        casez_tmp_0 = settings_2_locked;
+        casez_tmp_0 = locked_2;
       default:
-        casez_tmp_0 = settings_3_locked;
+        casez_tmp_0 = locked_3;
     endcase
   end // always @(*)
-  reg        casez_tmp_1;
+  reg         logic_settings_isMailbox_REG;
+  reg         casez_tmp_1;
   always @(*) begin
     casez (number)
       2'b00:
-        casez_tmp_1 = settings_0_isMailbox;
+        casez_tmp_1 = isMailbox_0;
       2'b01:
-        casez_tmp_1 = settings_1_isMailbox;
+        casez_tmp_1 = isMailbox_1;
       2'b10:
-        casez_tmp_1 = settings_2_isMailbox;
+        casez_tmp_1 = isMailbox_2;
       default:
-        casez_tmp_1 = settings_3_isMailbox;
+        casez_tmp_1 = isMailbox_3;
     endcase
   end // always @(*)
-  reg        casez_tmp_2;
+  reg         logic_byPdi_REG;
+  reg         logic_good_REG;
+  reg         logic_bad_REG;
+  reg         logic_access_REG_write;
+  reg         logic_access_REG_touch;
+  reg         logic_access_REG_first;
+  reg         logic_access_REG_close;
+  reg         logic_access_REG_single;
+  reg         answer_allowed;
+  reg         answer_inBuffer;
+  reg         answer_works;
+  reg         answer_locked;
+  reg         ecatEvent_0_0;
+  reg         ecatEvent_1_0;
+  reg         ecatEvent_2_0;
+  reg         ecatEvent_3_0;
+  reg         alEvent_0_0;
+  reg         alEvent_1_0;
+  reg         alEvent_2_0;
+  reg         alEvent_3_0;
+  reg         fresh_REG;
+  reg         casez_tmp_2;
   always @(*) begin
-    casez (number)
+    casez (statusIndex)
       2'b00:
-        casez_tmp_2 = settings_0_ecatWrites;
+        casez_tmp_2 = isMailbox_0;
       2'b01:
-        casez_tmp_2 = settings_1_ecatWrites;
+        casez_tmp_2 = isMailbox_1;
       2'b10:
-        casez_tmp_2 = settings_2_ecatWrites;
+        casez_tmp_2 = isMailbox_2;
       default:
-        casez_tmp_2 = settings_3_ecatWrites;
+        casez_tmp_2 = isMailbox_3;
     endcase
   end // always @(*)
-  reg        bank_acts_REG;
-  reg  [1:0] bank_number_REG;
-  reg        bank_chosen_REG_works;
-  reg        bank_chosen_REG_locked;
-  reg        bank_chosen_REG_isMailbox;
-  reg        bank_chosen_REG_ecatWrites;
-  reg  [1:0] casez_tmp_3;
+  reg         shown_REG;
+  reg         casez_tmp_3;
   always @(*) begin
-    casez (number)
+    casez (statusIndex)
       2'b00:
-        casez_tmp_3 = _bank_states_0_next;
+        casez_tmp_3 = _memory_isFresh_0;
       2'b01:
-        casez_tmp_3 = _bank_states_1_next;
+        casez_tmp_3 = _memory_isFresh_1;
       2'b10:
-        casez_tmp_3 = _bank_states_2_next;
+        casez_tmp_3 = _memory_isFresh_2;
       default:
-        casez_tmp_3 = _bank_states_3_next;
+        casez_tmp_3 = _memory_isFresh_3;
     endcase
   end // always @(*)
-  reg  [1:0] casez_tmp_4;
-  always @(*) begin
-    casez (number)
-      2'b00:
-        casez_tmp_4 = _bank_states_0_reader;
-      2'b01:
-        casez_tmp_4 = _bank_states_1_reader;
-      2'b10:
-        casez_tmp_4 = _bank_states_2_reader;
-      default:
-        casez_tmp_4 = _bank_states_3_reader;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_5;
-  always @(*) begin
-    casez (number)
-      2'b00:
-        casez_tmp_5 = _bank_states_0_newer;
-      2'b01:
-        casez_tmp_5 = _bank_states_1_newer;
-      2'b10:
-        casez_tmp_5 = _bank_states_2_newer;
-      default:
-        casez_tmp_5 = _bank_states_3_newer;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_6;
-  always @(*) begin
-    casez (number)
-      2'b00:
-        casez_tmp_6 = _bank_states_0_anyWritten;
-      2'b01:
-        casez_tmp_6 = _bank_states_1_anyWritten;
-      2'b10:
-        casez_tmp_6 = _bank_states_2_anyWritten;
-      default:
-        casez_tmp_6 = _bank_states_3_anyWritten;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_7;
-  always @(*) begin
-    casez (number)
-      2'b00:
-        casez_tmp_7 = _bank_states_0_ecatOpen;
-      2'b01:
-        casez_tmp_7 = _bank_states_1_ecatOpen;
-      2'b10:
-        casez_tmp_7 = _bank_states_2_ecatOpen;
-      default:
-        casez_tmp_7 = _bank_states_3_ecatOpen;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_8;
-  always @(*) begin
-    casez (number)
-      2'b00:
-        casez_tmp_8 = _bank_states_0_pdiOpen;
-      2'b01:
-        casez_tmp_8 = _bank_states_1_pdiOpen;
-      2'b10:
-        casez_tmp_8 = _bank_states_2_pdiOpen;
-      default:
-        casez_tmp_8 = _bank_states_3_pdiOpen;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_9;
-  always @(*) begin
-    casez (number)
-      2'b00:
-        casez_tmp_9 = _bank_states_0_touched;
-      2'b01:
-        casez_tmp_9 = _bank_states_1_touched;
-      2'b10:
-        casez_tmp_9 = _bank_states_2_touched;
-      default:
-        casez_tmp_9 = _bank_states_3_touched;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_10;
-  always @(*) begin
-    casez (number)
-      2'b00:
-        casez_tmp_10 = _bank_states_0_began;
-      2'b01:
-        casez_tmp_10 = _bank_states_1_began;
-      2'b10:
-        casez_tmp_10 = _bank_states_2_began;
-      default:
-        casez_tmp_10 = _bank_states_3_began;
-    endcase
-  end // always @(*)
-  reg        casez_tmp_11;
-  always @(*) begin
-    casez (number)
-      2'b00:
-        casez_tmp_11 = _bank_states_0_closed;
-      2'b01:
-        casez_tmp_11 = _bank_states_1_closed;
-      2'b10:
-        casez_tmp_11 = _bank_states_2_closed;
-      default:
-        casez_tmp_11 = _bank_states_3_closed;
-    endcase
-  end // always @(*)
-  reg  [1:0] bank_state_REG_next;
-  reg  [1:0] bank_state_REG_reader;
-  reg        bank_state_REG_newer;
-  reg        bank_state_REG_anyWritten;
-  reg        bank_state_REG_ecatOpen;
-  reg        bank_state_REG_pdiOpen;
-  reg        bank_state_REG_touched;
-  reg        bank_state_REG_began;
-  reg        bank_state_REG_closed;
-  reg        bank_byPdi_REG;
-  reg        bank_good_REG;
-  reg        bank_bad_REG;
-  reg        bank_access_REG_write;
-  reg        bank_access_REG_touch;
-  reg        bank_access_REG_first;
-  reg        bank_access_REG_close;
-  reg        bank_access_REG_single;
-  reg        answer_allowed;
-  reg        answer_inBuffer;
-  reg        answer_works;
-  reg        answer_locked;
-  wire       isLast = walks & (&walk);
-  wire       _begins_T = good | bad;
-  wire       accesses = (ecat_request | pdi_request & pdi_granted_0) & ~walks;
-  wire       _bank_state_T_1 = bank_acts_REG & bank_number_REG == number;
+  wire [4:0]  shown = shown_REG ? (fresh_REG ? 5'h0 : 5'h18) : _statusRam_readData;
+  wire        isLast = walks & (&walk);
+  wire        _GEN =
+    _controlRam_readData[1] & (_controlRam_readData[0] ? _logic_after_readEvent : _logic_after_writeEvent);
+  wire        _GEN_0 = acts & _memory_acting == 2'h0;
+  wire        _GEN_1 = acts & _memory_acting == 2'h1;
+  wire        _GEN_2 = acts & _memory_acting == 2'h2;
+  wire        _GEN_3 = acts & (&_memory_acting);
+  wire        _GEN_4 =
+    _controlRam_readData[2] & (_controlRam_readData[0] ? _logic_after_writeEvent : _logic_after_readEvent);
+  wire        _begins_T = good | bad;
+  wire        accesses = (ecat_request | pdi_request & pdi_granted_0) & ~walks;
   always @(posedge clock) begin
     if (reset) begin
       walks <= 1'h0;
@@ -5667,9 +5264,17 @@ module SyncManagerStates(
       walking_REG <= 1'h0;
       settled_r <= 1'h0;
       settled_r_1 <= 1'h0;
-      bank_acts_REG <= 1'h0;
-      bank_good_REG <= 1'h0;
-      bank_bad_REG <= 1'h0;
+      acts <= 1'h0;
+      logic_good_REG <= 1'h0;
+      logic_bad_REG <= 1'h0;
+      ecatEvent_0_0 <= 1'h0;
+      ecatEvent_1_0 <= 1'h0;
+      ecatEvent_2_0 <= 1'h0;
+      ecatEvent_3_0 <= 1'h0;
+      alEvent_0_0 <= 1'h0;
+      alEvent_1_0 <= 1'h0;
+      alEvent_2_0 <= 1'h0;
+      alEvent_3_0 <= 1'h0;
     end
     else begin
       walks <= begins | (walks ? ~isLast : walks);
@@ -5677,9 +5282,17 @@ module SyncManagerStates(
       walking_REG <= walks;
       settled_r <= isLast & wasGood;
       settled_r_1 <= settled_r;
-      bank_acts_REG <= (walks | accesses) & casez_tmp;
-      bank_good_REG <= walks & wasGood;
-      bank_bad_REG <= walks & ~wasGood;
+      acts <= (walks | accesses) & casez_tmp;
+      logic_good_REG <= walks & wasGood;
+      logic_bad_REG <= walks & ~wasGood;
+      ecatEvent_0_0 <= works_0 & (_GEN_0 ? _GEN : ecatEvent_0_0);
+      ecatEvent_1_0 <= works_1 & (_GEN_1 ? _GEN : ecatEvent_1_0);
+      ecatEvent_2_0 <= works_2 & (_GEN_2 ? _GEN : ecatEvent_2_0);
+      ecatEvent_3_0 <= works_3 & (_GEN_3 ? _GEN : ecatEvent_3_0);
+      alEvent_0_0 <= works_0 & (_GEN_0 ? _GEN_4 : alEvent_0_0);
+      alEvent_1_0 <= works_1 & (_GEN_1 ? _GEN_4 : alEvent_1_0);
+      alEvent_2_0 <= works_2 & (_GEN_2 ? _GEN_4 : alEvent_2_0);
+      alEvent_3_0 <= works_3 & (_GEN_3 ? _GEN_4 : alEvent_3_0);
     end
     if (_begins_T)
       wasGood <= good;
@@ -5687,121 +5300,161 @@ module SyncManagerStates(
       walk <= 2'h0;
     else if (walks)
       walk <= walk + 2'h1;
-    bank_number_REG <= number;
-    bank_chosen_REG_works <= casez_tmp;
-    bank_chosen_REG_locked <= casez_tmp_0;
-    bank_chosen_REG_isMailbox <= casez_tmp_1;
-    bank_chosen_REG_ecatWrites <= casez_tmp_2;
-    bank_state_REG_next <= _bank_state_T_1 ? _bank_after_next : casez_tmp_3;
-    bank_state_REG_reader <= _bank_state_T_1 ? _bank_after_reader : casez_tmp_4;
-    bank_state_REG_newer <= _bank_state_T_1 ? _bank_after_newer : casez_tmp_5;
-    bank_state_REG_anyWritten <= _bank_state_T_1 ? _bank_after_anyWritten : casez_tmp_6;
-    bank_state_REG_ecatOpen <= _bank_state_T_1 ? _bank_after_ecatOpen : casez_tmp_7;
-    bank_state_REG_pdiOpen <= _bank_state_T_1 ? _bank_after_pdiOpen : casez_tmp_8;
-    bank_state_REG_touched <= _bank_state_T_1 ? _bank_after_touched : casez_tmp_9;
-    bank_state_REG_began <= _bank_state_T_1 ? _bank_after_began : casez_tmp_10;
-    bank_state_REG_closed <= _bank_state_T_1 ? _bank_after_closed : casez_tmp_11;
-    bank_byPdi_REG <= ~ecat_turn;
-    bank_access_REG_write <= ecat_turn ? ecat_access_write : pdi_access_write;
-    bank_access_REG_touch <= accesses & (ecat_turn ? ecat_access_touch : pdi_access_touch);
-    bank_access_REG_first <= ecat_turn ? ecat_access_first : pdi_access_first;
-    bank_access_REG_close <= accesses & (ecat_turn ? ecat_access_close : pdi_access_close);
-    bank_access_REG_single <= ecat_turn ? ecat_access_single : pdi_access_single;
-    answer_allowed <= _bank_answer_allowed;
-    answer_inBuffer <= _bank_answer_inBuffer;
-    answer_works <= _bank_answer_works;
-    answer_locked <= _bank_answer_locked;
+    logic_settings_works_REG <= casez_tmp;
+    logic_settings_locked_REG <= casez_tmp_0;
+    logic_settings_isMailbox_REG <= casez_tmp_1;
+    logic_byPdi_REG <= ~ecat_turn;
+    logic_access_REG_write <= ecat_turn ? ecat_access_write : pdi_access_write;
+    logic_access_REG_touch <= accesses & (ecat_turn ? ecat_access_touch : pdi_access_touch);
+    logic_access_REG_first <= ecat_turn ? ecat_access_first : pdi_access_first;
+    logic_access_REG_close <= accesses & (ecat_turn ? ecat_access_close : pdi_access_close);
+    logic_access_REG_single <= ecat_turn ? ecat_access_single : pdi_access_single;
+    answer_allowed <= _logic_answer_allowed;
+    answer_inBuffer <= _logic_answer_inBuffer;
+    answer_works <= _logic_answer_works;
+    answer_locked <= _logic_answer_locked;
+    fresh_REG <= casez_tmp_2;
+    shown_REG <= casez_tmp_3;
   end // always @(posedge)
-  SyncManagerBank bank (
-    .clock               (clock),
-    .reset               (reset),
-    .works_0             (settings_0_works),
-    .works_1             (settings_1_works),
-    .works_2             (settings_2_works),
-    .works_3             (settings_3_works),
-    .acts                (bank_acts_REG),
-    .number              (bank_number_REG),
-    .chosen_works        (bank_chosen_REG_works),
-    .chosen_locked       (bank_chosen_REG_locked),
-    .chosen_isMailbox    (bank_chosen_REG_isMailbox),
-    .chosen_ecatWrites   (bank_chosen_REG_ecatWrites),
-    .state_next          (bank_state_REG_next),
-    .state_reader        (bank_state_REG_reader),
-    .state_newer         (bank_state_REG_newer),
-    .state_anyWritten    (bank_state_REG_anyWritten),
-    .state_ecatOpen      (bank_state_REG_ecatOpen),
-    .state_pdiOpen       (bank_state_REG_pdiOpen),
-    .state_touched       (bank_state_REG_touched),
-    .state_began         (bank_state_REG_began),
-    .state_closed        (bank_state_REG_closed),
-    .after_next          (_bank_after_next),
-    .after_reader        (_bank_after_reader),
-    .after_newer         (_bank_after_newer),
-    .after_anyWritten    (_bank_after_anyWritten),
-    .after_ecatOpen      (_bank_after_ecatOpen),
-    .after_pdiOpen       (_bank_after_pdiOpen),
-    .after_touched       (_bank_after_touched),
-    .after_began         (_bank_after_began),
-    .after_closed        (_bank_after_closed),
-    .access_write        (bank_access_REG_write),
-    .access_touch        (bank_access_REG_touch),
-    .access_first        (bank_access_REG_first),
-    .access_close        (bank_access_REG_close),
-    .access_single       (bank_access_REG_single),
-    .byPdi               (bank_byPdi_REG),
-    .good                (bank_good_REG),
-    .bad                 (bank_bad_REG),
-    .answer_allowed      (_bank_answer_allowed),
-    .answer_inBuffer     (_bank_answer_inBuffer),
+  assign _memory_after_next = _logic_after_next;
+  assign _memory_after_reader = _logic_after_reader;
+  assign _memory_after_newer = _logic_after_newer;
+  assign _memory_after_anyWritten = _logic_after_anyWritten;
+  assign _memory_after_writeEvent = _logic_after_writeEvent;
+  assign _memory_after_readEvent = _logic_after_readEvent;
+  StateMemory memory (
+    .clock            (clock),
+    .reset            (reset),
+    .works_0          (works_0),
+    .works_1          (works_1),
+    .works_2          (works_2),
+    .works_3          (works_3),
+    .number           (number),
+    .acting           (_memory_acting),
+    .state_next       (_memory_state_next),
+    .state_reader     (_memory_state_reader),
+    .state_newer      (_memory_state_newer),
+    .state_anyWritten (_memory_state_anyWritten),
+    .state_ecatOpen   (_memory_state_ecatOpen),
+    .state_pdiOpen    (_memory_state_pdiOpen),
+    .state_touched    (_memory_state_touched),
+    .state_began      (_memory_state_began),
+    .state_closed     (_memory_state_closed),
+    .state_writeEvent (_memory_state_writeEvent),
+    .state_readEvent  (_memory_state_readEvent),
+    .acts             (acts),
+    .after_next       (_memory_after_next),
+    .after_reader     (_memory_after_reader),
+    .after_newer      (_memory_after_newer),
+    .after_anyWritten (_memory_after_anyWritten),
+    .after_ecatOpen   (_memory_after_ecatOpen),
+    .after_pdiOpen    (_memory_after_pdiOpen),
+    .after_touched    (_memory_after_touched),
+    .after_began      (_memory_after_began),
+    .after_closed     (_memory_after_closed),
+    .after_writeEvent (_memory_after_writeEvent),
+    .after_readEvent  (_memory_after_readEvent),
+    .isFresh_0        (_memory_isFresh_0),
+    .isFresh_1        (_memory_isFresh_1),
+    .isFresh_2        (_memory_isFresh_2),
+    .isFresh_3        (_memory_isFresh_3),
+    .ram_clock        (_memory_ram_clock),
+    .ram_write        (_memory_ram_write),
+    .ram_writeAddress (_memory_ram_writeAddress),
+    .ram_writeData    (_memory_ram_writeData),
+    .ram_readAddress  (_memory_ram_readAddress),
+    .ram_readData     (_memory_ram_readData)
+  );
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(13)
+  ) states (
+    .clock        (_memory_ram_clock),
+    .write        (_memory_ram_write),
+    .writeAddress (_memory_ram_writeAddress),
+    .writeData    (_memory_ram_writeData),
+    .readAddress  (_memory_ram_readAddress),
+    .readData     (_memory_ram_readData)
+  );
+  assign _controlRam_writeAddress = {4'h0, controlIndex};
+  assign _controlRam_writeData = {control_watchdogTrigger, control_alEvent, control_ecatEvent, control_ecatWrites};
+  assign _controlRam_readAddress = {4'h0, number};
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(4)
+  ) controlRam (
+    .clock        (clock),
+    .write        (controls),
+    .writeAddress (_controlRam_writeAddress),
+    .writeData    (_controlRam_writeData),
+    .readAddress  (_controlRam_readAddress),
+    .readData     (_controlRam_readData)
+  );
+  assign _logic_settings_ecatWrites = _controlRam_readData[0];
+  SyncManager logic_0 (
+    .state_next          (_memory_state_next),
+    .state_reader        (_memory_state_reader),
+    .state_newer         (_memory_state_newer),
+    .state_anyWritten    (_memory_state_anyWritten),
+    .state_ecatOpen      (_memory_state_ecatOpen),
+    .state_pdiOpen       (_memory_state_pdiOpen),
+    .state_touched       (_memory_state_touched),
+    .state_began         (_memory_state_began),
+    .state_closed        (_memory_state_closed),
+    .state_writeEvent    (_memory_state_writeEvent),
+    .state_readEvent     (_memory_state_readEvent),
+    .settings_works      (logic_settings_works_REG),
+    .settings_locked     (logic_settings_locked_REG),
+    .settings_isMailbox  (logic_settings_isMailbox_REG),
+    .settings_ecatWrites (_logic_settings_ecatWrites),
+    .access_write        (logic_access_REG_write),
+    .access_touch        (logic_access_REG_touch),
+    .access_first        (logic_access_REG_first),
+    .access_close        (logic_access_REG_close),
+    .access_single       (logic_access_REG_single),
+    .byPdi               (logic_byPdi_REG),
+    .good                (logic_good_REG),
+    .bad                 (logic_bad_REG),
+    .after_next          (_logic_after_next),
+    .after_reader        (_logic_after_reader),
+    .after_newer         (_logic_after_newer),
+    .after_anyWritten    (_logic_after_anyWritten),
+    .after_ecatOpen      (_memory_after_ecatOpen),
+    .after_pdiOpen       (_memory_after_pdiOpen),
+    .after_touched       (_memory_after_touched),
+    .after_began         (_memory_after_began),
+    .after_closed        (_memory_after_closed),
+    .after_writeEvent    (_logic_after_writeEvent),
+    .after_readEvent     (_logic_after_readEvent),
+    .answer_allowed      (_logic_answer_allowed),
+    .answer_inBuffer     (_logic_answer_inBuffer),
     .answer_buffer       (buffer),
-    .answer_works        (_bank_answer_works),
-    .answer_locked       (_bank_answer_locked),
-    .states_0_next       (_bank_states_0_next),
-    .states_0_reader     (_bank_states_0_reader),
-    .states_0_newer      (_bank_states_0_newer),
-    .states_0_anyWritten (_bank_states_0_anyWritten),
-    .states_0_ecatOpen   (_bank_states_0_ecatOpen),
-    .states_0_pdiOpen    (_bank_states_0_pdiOpen),
-    .states_0_touched    (_bank_states_0_touched),
-    .states_0_began      (_bank_states_0_began),
-    .states_0_closed     (_bank_states_0_closed),
-    .states_1_next       (_bank_states_1_next),
-    .states_1_reader     (_bank_states_1_reader),
-    .states_1_newer      (_bank_states_1_newer),
-    .states_1_anyWritten (_bank_states_1_anyWritten),
-    .states_1_ecatOpen   (_bank_states_1_ecatOpen),
-    .states_1_pdiOpen    (_bank_states_1_pdiOpen),
-    .states_1_touched    (_bank_states_1_touched),
-    .states_1_began      (_bank_states_1_began),
-    .states_1_closed     (_bank_states_1_closed),
-    .states_2_next       (_bank_states_2_next),
-    .states_2_reader     (_bank_states_2_reader),
-    .states_2_newer      (_bank_states_2_newer),
-    .states_2_anyWritten (_bank_states_2_anyWritten),
-    .states_2_ecatOpen   (_bank_states_2_ecatOpen),
-    .states_2_pdiOpen    (_bank_states_2_pdiOpen),
-    .states_2_touched    (_bank_states_2_touched),
-    .states_2_began      (_bank_states_2_began),
-    .states_2_closed     (_bank_states_2_closed),
-    .states_3_next       (_bank_states_3_next),
-    .states_3_reader     (_bank_states_3_reader),
-    .states_3_newer      (_bank_states_3_newer),
-    .states_3_anyWritten (_bank_states_3_anyWritten),
-    .states_3_ecatOpen   (_bank_states_3_ecatOpen),
-    .states_3_pdiOpen    (_bank_states_3_pdiOpen),
-    .states_3_touched    (_bank_states_3_touched),
-    .states_3_began      (_bank_states_3_began),
-    .states_3_closed     (_bank_states_3_closed),
-    .writeEvent_0        (writeEvent_0),
-    .writeEvent_1        (writeEvent_1),
-    .writeEvent_2        (writeEvent_2),
-    .writeEvent_3        (writeEvent_3),
-    .readEvent_0         (readEvent_0),
-    .readEvent_1         (readEvent_1),
-    .readEvent_2         (readEvent_2),
-    .readEvent_3         (readEvent_3),
-    .written_valid       (written_valid),
-    .written_bits        (written_bits)
+    .answer_works        (_logic_answer_works),
+    .answer_locked       (_logic_answer_locked),
+    .written             (_logic_written)
+  );
+  assign _statusRam_writeAddress = {4'h0, _memory_acting};
+  assign _statusRam_writeData =
+    {logic_settings_isMailbox_REG
+       ? 2'h0
+       : _logic_after_anyWritten ? (_logic_after_newer ? _logic_after_next : _logic_after_reader) : 2'h3,
+     logic_settings_isMailbox_REG & _logic_after_newer,
+     _logic_after_readEvent,
+     _logic_after_writeEvent};
+  assign _statusRam_readAddress = {4'h0, statusIndex};
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(5)
+  ) statusRam (
+    .clock        (clock),
+    .write        (acts),
+    .writeAddress (_statusRam_writeAddress),
+    .writeData    (_statusRam_writeData),
+    .readAddress  (_statusRam_readAddress),
+    .readData     (_statusRam_readData)
   );
   assign ecat_answer_allowed = answer_allowed;
   assign ecat_answer_inBuffer = answer_inBuffer;
@@ -5813,22 +5466,16 @@ module SyncManagerStates(
   assign walking = walks | good | bad | begins | walking_REG;
   assign settled = settled_r_1;
   assign asked = number;
-  assign states_0_next = _bank_states_0_next;
-  assign states_0_reader = _bank_states_0_reader;
-  assign states_0_newer = _bank_states_0_newer;
-  assign states_0_anyWritten = _bank_states_0_anyWritten;
-  assign states_1_next = _bank_states_1_next;
-  assign states_1_reader = _bank_states_1_reader;
-  assign states_1_newer = _bank_states_1_newer;
-  assign states_1_anyWritten = _bank_states_1_anyWritten;
-  assign states_2_next = _bank_states_2_next;
-  assign states_2_reader = _bank_states_2_reader;
-  assign states_2_newer = _bank_states_2_newer;
-  assign states_2_anyWritten = _bank_states_2_anyWritten;
-  assign states_3_next = _bank_states_3_next;
-  assign states_3_reader = _bank_states_3_reader;
-  assign states_3_newer = _bank_states_3_newer;
-  assign states_3_anyWritten = _bank_states_3_anyWritten;
+  assign status = {2'h0, shown[4:2], 1'h0, shown[1:0]};
+  assign ecatEvent_0 = ecatEvent_0_0;
+  assign ecatEvent_1 = ecatEvent_1_0;
+  assign ecatEvent_2 = ecatEvent_2_0;
+  assign ecatEvent_3 = ecatEvent_3_0;
+  assign alEvent_0 = alEvent_0_0;
+  assign alEvent_1 = alEvent_1_0;
+  assign alEvent_2 = alEvent_2_0;
+  assign alEvent_3 = alEvent_3_0;
+  assign trigger = acts & _logic_written & _controlRam_readData[3];
 endmodule
 
 module SyncManagers(
@@ -5887,22 +5534,8 @@ module SyncManagers(
   input         enable_1,
   input         enable_2,
   input         enable_3,
-  output        writeEvent_0,
-  output        writeEvent_1,
-  output        writeEvent_2,
-  output        writeEvent_3,
-  output        readEvent_0,
-  output        readEvent_1,
-  output        readEvent_2,
-  output        readEvent_3,
-  output        full_0,
-  output        full_1,
-  output        full_2,
-  output        full_3,
-  output [1:0]  lastBuffer_0,
-  output [1:0]  lastBuffer_1,
-  output [1:0]  lastBuffer_2,
-  output [1:0]  lastBuffer_3,
+  input  [1:0]  statusIndex,
+  output [7:0]  status,
   output        deactivated_0,
   output        deactivated_1,
   output        deactivated_2,
@@ -5918,46 +5551,18 @@ module SyncManagers(
   output        trigger
 );
 
-  wire        _states_settings_0_works;
-  wire        _states_settings_0_isMailbox;
-  wire        _states_settings_0_ecatWrites;
-  wire        _states_settings_1_works;
-  wire        _states_settings_1_isMailbox;
-  wire        _states_settings_1_ecatWrites;
-  wire        _states_settings_2_works;
-  wire        _states_settings_2_isMailbox;
-  wire        _states_settings_2_ecatWrites;
-  wire        _states_settings_3_works;
-  wire        _states_settings_3_isMailbox;
-  wire        _states_settings_3_ecatWrites;
+  wire        _states_works_0;
+  wire        _states_works_1;
+  wire        _states_works_2;
+  wire        _states_works_3;
+  wire        _states_controls;
+  wire [1:0]  _states_controlIndex;
+  wire        _states_control_watchdogTrigger;
+  wire        _states_control_alEvent;
+  wire        _states_control_ecatEvent;
+  wire        _states_control_ecatWrites;
   wire        _states_walking;
   wire [1:0]  _states_buffer;
-  wire [1:0]  _states_states_0_next;
-  wire [1:0]  _states_states_0_reader;
-  wire        _states_states_0_newer;
-  wire        _states_states_0_anyWritten;
-  wire [1:0]  _states_states_1_next;
-  wire [1:0]  _states_states_1_reader;
-  wire        _states_states_1_newer;
-  wire        _states_states_1_anyWritten;
-  wire [1:0]  _states_states_2_next;
-  wire [1:0]  _states_states_2_reader;
-  wire        _states_states_2_newer;
-  wire        _states_states_2_anyWritten;
-  wire [1:0]  _states_states_3_next;
-  wire [1:0]  _states_states_3_reader;
-  wire        _states_states_3_newer;
-  wire        _states_states_3_anyWritten;
-  wire        _states_writeEvent_0;
-  wire        _states_writeEvent_1;
-  wire        _states_writeEvent_2;
-  wire        _states_writeEvent_3;
-  wire        _states_readEvent_0;
-  wire        _states_readEvent_1;
-  wire        _states_readEvent_2;
-  wire        _states_readEvent_3;
-  wire        _states_written_valid;
-  wire [1:0]  _states_written_bits;
   wire        _table_0_write;
   wire [1:0]  _table_0_writeIndex;
   wire [1:0]  _table_0_readIndex_0;
@@ -5966,10 +5571,11 @@ module SyncManagers(
   wire [31:0] _table_0_readData_0;
   wire [31:0] _table_0_readData_1;
   wire [31:0] _table_0_readData_2;
-  reg  [3:0]  control_control_0;
-  reg  [3:0]  control_control_1;
-  reg  [3:0]  control_control_2;
-  reg  [3:0]  control_control_3;
+  wire        isInTable = write_bits_address[11:7] == 5'h10;
+  reg         isMailbox_isMailbox_0;
+  reg         isMailbox_isMailbox_1;
+  reg         isMailbox_isMailbox_2;
+  reg         isMailbox_isMailbox_3;
   reg         deactivate_0;
   reg         deactivate_1;
   reg         deactivate_2;
@@ -5987,13 +5593,13 @@ module SyncManagers(
   always @(*) begin
     casez (last[1:0])
       2'b00:
-        casez_tmp = control_control_0[0];
+        casez_tmp = isMailbox_isMailbox_0;
       2'b01:
-        casez_tmp = control_control_1[0];
+        casez_tmp = isMailbox_isMailbox_1;
       2'b10:
-        casez_tmp = control_control_2[0];
+        casez_tmp = isMailbox_isMailbox_2;
       default:
-        casez_tmp = control_control_3[0];
+        casez_tmp = isMailbox_isMailbox_3;
     endcase
   end // always @(*)
   reg         casez_tmp_0;
@@ -6027,13 +5633,13 @@ module SyncManagers(
   always @(*) begin
     casez (last_1[1:0])
       2'b00:
-        casez_tmp_2 = control_control_0[0];
+        casez_tmp_2 = isMailbox_isMailbox_0;
       2'b01:
-        casez_tmp_2 = control_control_1[0];
+        casez_tmp_2 = isMailbox_isMailbox_1;
       2'b10:
-        casez_tmp_2 = control_control_2[0];
+        casez_tmp_2 = isMailbox_isMailbox_2;
       default:
-        casez_tmp_2 = control_control_3[0];
+        casez_tmp_2 = isMailbox_isMailbox_3;
     endcase
   end // always @(*)
   reg         casez_tmp_3;
@@ -6063,33 +5669,12 @@ module SyncManagers(
     endcase
   end // always @(*)
   reg  [16:0] offset;
-  reg         trigger_watchdogTrigger_watchdogTrigger_0;
-  reg         trigger_watchdogTrigger_watchdogTrigger_1;
-  reg         trigger_watchdogTrigger_watchdogTrigger_2;
-  reg         trigger_watchdogTrigger_watchdogTrigger_3;
-  reg         casez_tmp_5;
-  always @(*) begin
-    casez (_states_written_bits)
-      2'b00:
-        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_0;
-      2'b01:
-        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_1;
-      2'b10:
-        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_2;
-      default:
-        casez_tmp_5 = trigger_watchdogTrigger_watchdogTrigger_3;
-    endcase
-  end // always @(*)
-  wire        _trigger_watchdogTrigger_written_source_result_valid_T = write_bits_address == 12'h804;
-  wire        _trigger_watchdogTrigger_written_source_result_valid_T_4 = write_bits_address == 12'h80C;
-  wire        _trigger_watchdogTrigger_written_source_result_valid_T_8 = write_bits_address == 12'h814;
-  wire        _trigger_watchdogTrigger_written_source_result_valid_T_12 = write_bits_address == 12'h81C;
   always @(posedge clock) begin
     if (reset) begin
-      control_control_0 <= 4'h0;
-      control_control_1 <= 4'h0;
-      control_control_2 <= 4'h0;
-      control_control_3 <= 4'h0;
+      isMailbox_isMailbox_0 <= 1'h0;
+      isMailbox_isMailbox_1 <= 1'h0;
+      isMailbox_isMailbox_2 <= 1'h0;
+      isMailbox_isMailbox_3 <= 1'h0;
       deactivate_0 <= 1'h0;
       deactivate_1 <= 1'h0;
       deactivate_2 <= 1'h0;
@@ -6098,20 +5683,16 @@ module SyncManagers(
       deactivated_1_0 <= 1'h0;
       deactivated_2_0 <= 1'h0;
       deactivated_3_0 <= 1'h0;
-      trigger_watchdogTrigger_watchdogTrigger_0 <= 1'h0;
-      trigger_watchdogTrigger_watchdogTrigger_1 <= 1'h0;
-      trigger_watchdogTrigger_watchdogTrigger_2 <= 1'h0;
-      trigger_watchdogTrigger_watchdogTrigger_3 <= 1'h0;
     end
     else begin
-      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T & write_bits_mask)
-        control_control_0 <= {write_bits_data[5:4], write_bits_data[2:1]};
-      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_4 & write_bits_mask)
-        control_control_1 <= {write_bits_data[5:4], write_bits_data[2:1]};
-      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_8 & write_bits_mask)
-        control_control_2 <= {write_bits_data[5:4], write_bits_data[2:1]};
-      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_12 & write_bits_mask)
-        control_control_3 <= {write_bits_data[5:4], write_bits_data[2:1]};
+      if (write_valid & write_bits_address == 12'h804 & write_bits_mask)
+        isMailbox_isMailbox_0 <= write_bits_data[1];
+      if (write_valid & write_bits_address == 12'h80C & write_bits_mask)
+        isMailbox_isMailbox_1 <= write_bits_data[1];
+      if (write_valid & write_bits_address == 12'h814 & write_bits_mask)
+        isMailbox_isMailbox_2 <= write_bits_data[1];
+      if (write_valid & write_bits_address == 12'h81C & write_bits_mask)
+        isMailbox_isMailbox_3 <= write_bits_data[1];
       if (write_valid & write_bits_address == 12'h807 & write_bits_mask)
         deactivate_0 <= write_bits_data[0];
       if (write_valid & write_bits_address == 12'h80F & write_bits_mask)
@@ -6128,14 +5709,6 @@ module SyncManagers(
         deactivated_2_0 <= deactivate_2;
       if (quiet & ~_states_walking)
         deactivated_3_0 <= deactivate_3;
-      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T & write_bits_mask)
-        trigger_watchdogTrigger_watchdogTrigger_0 <= write_bits_data[6];
-      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_4 & write_bits_mask)
-        trigger_watchdogTrigger_watchdogTrigger_1 <= write_bits_data[6];
-      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_8 & write_bits_mask)
-        trigger_watchdogTrigger_watchdogTrigger_2 <= write_bits_data[6];
-      if (write_valid & _trigger_watchdogTrigger_written_source_result_valid_T_12 & write_bits_mask)
-        trigger_watchdogTrigger_watchdogTrigger_3 <= write_bits_data[6];
     end
     last <= ecat_index;
     last_1 <= pdi_index;
@@ -6145,8 +5718,7 @@ module SyncManagers(
         : {1'h0, _states_buffer[0] ? _table_0_readData_2[31:16] : 16'h0};
   end // always @(posedge)
   assign _table_0_write =
-    table_valid & write_bits_address[11:7] == 5'h10 & ~(write_bits_address[2]) & ~(write_bits_address[6])
-    & ~(write_bits_address[5]);
+    table_valid & isInTable & ~(write_bits_address[2]) & ~(write_bits_address[6]) & ~(write_bits_address[5]);
   assign _table_0_writeIndex = write_bits_address[4:3];
   assign _table_0_readIndex_0 = ecat_index[1:0];
   assign _table_0_readIndex_1 = pdi_index[1:0];
@@ -6164,91 +5736,76 @@ module SyncManagers(
     .readData_1  (_table_0_readData_1),
     .readData_2  (_table_0_readData_2)
   );
-  assign _states_settings_0_works = enable_0 & ~deactivated_0_0;
-  assign _states_settings_0_isMailbox = control_control_0[0];
-  assign _states_settings_0_ecatWrites = control_control_0[1];
-  assign _states_settings_1_works = enable_1 & ~deactivated_1_0;
-  assign _states_settings_1_isMailbox = control_control_1[0];
-  assign _states_settings_1_ecatWrites = control_control_1[1];
-  assign _states_settings_2_works = enable_2 & ~deactivated_2_0;
-  assign _states_settings_2_isMailbox = control_control_2[0];
-  assign _states_settings_2_ecatWrites = control_control_2[1];
-  assign _states_settings_3_works = enable_3 & ~deactivated_3_0;
-  assign _states_settings_3_isMailbox = control_control_3[0];
-  assign _states_settings_3_ecatWrites = control_control_3[1];
+  assign _states_works_0 = enable_0 & ~deactivated_0_0;
+  assign _states_works_1 = enable_1 & ~deactivated_1_0;
+  assign _states_works_2 = enable_2 & ~deactivated_2_0;
+  assign _states_works_3 = enable_3 & ~deactivated_3_0;
+  assign _states_controls = write_valid & isInTable & write_bits_address[2:0] == 3'h4 & write_bits_mask;
+  assign _states_controlIndex = write_bits_address[4:3];
+  assign _states_control_watchdogTrigger = write_bits_data[6];
+  assign _states_control_alEvent = write_bits_data[5];
+  assign _states_control_ecatEvent = write_bits_data[4];
+  assign _states_control_ecatWrites = write_bits_data[2];
   SyncManagerStates states (
-    .clock                 (clock),
-    .reset                 (reset),
-    .settings_0_works      (_states_settings_0_works),
-    .settings_0_locked     (locked_0),
-    .settings_0_isMailbox  (_states_settings_0_isMailbox),
-    .settings_0_ecatWrites (_states_settings_0_ecatWrites),
-    .settings_1_works      (_states_settings_1_works),
-    .settings_1_locked     (locked_1),
-    .settings_1_isMailbox  (_states_settings_1_isMailbox),
-    .settings_1_ecatWrites (_states_settings_1_ecatWrites),
-    .settings_2_works      (_states_settings_2_works),
-    .settings_2_locked     (locked_2),
-    .settings_2_isMailbox  (_states_settings_2_isMailbox),
-    .settings_2_ecatWrites (_states_settings_2_ecatWrites),
-    .settings_3_works      (_states_settings_3_works),
-    .settings_3_locked     (locked_3),
-    .settings_3_isMailbox  (_states_settings_3_isMailbox),
-    .settings_3_ecatWrites (_states_settings_3_ecatWrites),
-    .ecat_turn             (ecat_turn),
-    .ecat_request          (ecat_request),
-    .ecat_number           (ecat_number),
-    .ecat_access_write     (ecat_access_write),
-    .ecat_access_touch     (ecat_access_touch),
-    .ecat_access_first     (ecat_access_first),
-    .ecat_access_close     (ecat_access_close),
-    .ecat_access_single    (ecat_access_single),
-    .ecat_answer_allowed   (ecat_answer_allowed),
-    .ecat_answer_inBuffer  (ecat_answer_inBuffer),
-    .pdi_request           (pdi_request),
-    .pdi_granted           (pdi_granted),
-    .pdi_number            (pdi_number),
-    .pdi_access_write      (pdi_access_write),
-    .pdi_access_touch      (pdi_access_touch),
-    .pdi_access_first      (pdi_access_first),
-    .pdi_access_close      (pdi_access_close),
-    .pdi_access_single     (pdi_access_single),
-    .pdi_answer_allowed    (pdi_answer_allowed),
-    .pdi_answer_inBuffer   (pdi_answer_inBuffer),
-    .pdi_answer_works      (pdi_answer_works),
-    .pdi_answer_locked     (pdi_answer_locked),
-    .good                  (good),
-    .bad                   (bad),
-    .walking               (_states_walking),
-    .settled               (settled),
-    .asked                 (_table_0_readIndex_2),
-    .buffer                (_states_buffer),
-    .states_0_next         (_states_states_0_next),
-    .states_0_reader       (_states_states_0_reader),
-    .states_0_newer        (_states_states_0_newer),
-    .states_0_anyWritten   (_states_states_0_anyWritten),
-    .states_1_next         (_states_states_1_next),
-    .states_1_reader       (_states_states_1_reader),
-    .states_1_newer        (_states_states_1_newer),
-    .states_1_anyWritten   (_states_states_1_anyWritten),
-    .states_2_next         (_states_states_2_next),
-    .states_2_reader       (_states_states_2_reader),
-    .states_2_newer        (_states_states_2_newer),
-    .states_2_anyWritten   (_states_states_2_anyWritten),
-    .states_3_next         (_states_states_3_next),
-    .states_3_reader       (_states_states_3_reader),
-    .states_3_newer        (_states_states_3_newer),
-    .states_3_anyWritten   (_states_states_3_anyWritten),
-    .writeEvent_0          (_states_writeEvent_0),
-    .writeEvent_1          (_states_writeEvent_1),
-    .writeEvent_2          (_states_writeEvent_2),
-    .writeEvent_3          (_states_writeEvent_3),
-    .readEvent_0           (_states_readEvent_0),
-    .readEvent_1           (_states_readEvent_1),
-    .readEvent_2           (_states_readEvent_2),
-    .readEvent_3           (_states_readEvent_3),
-    .written_valid         (_states_written_valid),
-    .written_bits          (_states_written_bits)
+    .clock                   (clock),
+    .reset                   (reset),
+    .works_0                 (_states_works_0),
+    .works_1                 (_states_works_1),
+    .works_2                 (_states_works_2),
+    .works_3                 (_states_works_3),
+    .locked_0                (locked_0),
+    .locked_1                (locked_1),
+    .locked_2                (locked_2),
+    .locked_3                (locked_3),
+    .isMailbox_0             (isMailbox_isMailbox_0),
+    .isMailbox_1             (isMailbox_isMailbox_1),
+    .isMailbox_2             (isMailbox_isMailbox_2),
+    .isMailbox_3             (isMailbox_isMailbox_3),
+    .controls                (_states_controls),
+    .controlIndex            (_states_controlIndex),
+    .control_watchdogTrigger (_states_control_watchdogTrigger),
+    .control_alEvent         (_states_control_alEvent),
+    .control_ecatEvent       (_states_control_ecatEvent),
+    .control_ecatWrites      (_states_control_ecatWrites),
+    .ecat_turn               (ecat_turn),
+    .ecat_request            (ecat_request),
+    .ecat_number             (ecat_number),
+    .ecat_access_write       (ecat_access_write),
+    .ecat_access_touch       (ecat_access_touch),
+    .ecat_access_first       (ecat_access_first),
+    .ecat_access_close       (ecat_access_close),
+    .ecat_access_single      (ecat_access_single),
+    .ecat_answer_allowed     (ecat_answer_allowed),
+    .ecat_answer_inBuffer    (ecat_answer_inBuffer),
+    .pdi_request             (pdi_request),
+    .pdi_granted             (pdi_granted),
+    .pdi_number              (pdi_number),
+    .pdi_access_write        (pdi_access_write),
+    .pdi_access_touch        (pdi_access_touch),
+    .pdi_access_first        (pdi_access_first),
+    .pdi_access_close        (pdi_access_close),
+    .pdi_access_single       (pdi_access_single),
+    .pdi_answer_allowed      (pdi_answer_allowed),
+    .pdi_answer_inBuffer     (pdi_answer_inBuffer),
+    .pdi_answer_works        (pdi_answer_works),
+    .pdi_answer_locked       (pdi_answer_locked),
+    .good                    (good),
+    .bad                     (bad),
+    .walking                 (_states_walking),
+    .settled                 (settled),
+    .asked                   (_table_0_readIndex_2),
+    .buffer                  (_states_buffer),
+    .statusIndex             (statusIndex),
+    .status                  (status),
+    .ecatEvent_0             (ecatEvent_0),
+    .ecatEvent_1             (ecatEvent_1),
+    .ecatEvent_2             (ecatEvent_2),
+    .ecatEvent_3             (ecatEvent_3),
+    .alEvent_0               (alEvent_0),
+    .alEvent_1               (alEvent_1),
+    .alEvent_2               (alEvent_2),
+    .alEvent_3               (alEvent_3),
+    .trigger                 (trigger)
   );
   assign ecat_entries_0_index = last[1:0];
   assign ecat_entries_0_start = _table_0_readData_0[15:0];
@@ -6266,47 +5823,10 @@ module SyncManagers(
   assign pdi_offset = offset;
   assign pdi_changing = _states_walking;
   assign pdi_ramOpen = ramOpen;
-  assign writeEvent_0 = _states_writeEvent_0;
-  assign writeEvent_1 = _states_writeEvent_1;
-  assign writeEvent_2 = _states_writeEvent_2;
-  assign writeEvent_3 = _states_writeEvent_3;
-  assign readEvent_0 = _states_readEvent_0;
-  assign readEvent_1 = _states_readEvent_1;
-  assign readEvent_2 = _states_readEvent_2;
-  assign readEvent_3 = _states_readEvent_3;
-  assign full_0 = control_control_0[0] & _states_states_0_newer;
-  assign full_1 = control_control_1[0] & _states_states_1_newer;
-  assign full_2 = control_control_2[0] & _states_states_2_newer;
-  assign full_3 = control_control_3[0] & _states_states_3_newer;
-  assign lastBuffer_0 =
-    control_control_0[0]
-      ? 2'h0
-      : _states_states_0_anyWritten ? (_states_states_0_newer ? _states_states_0_next : _states_states_0_reader) : 2'h3;
-  assign lastBuffer_1 =
-    control_control_1[0]
-      ? 2'h0
-      : _states_states_1_anyWritten ? (_states_states_1_newer ? _states_states_1_next : _states_states_1_reader) : 2'h3;
-  assign lastBuffer_2 =
-    control_control_2[0]
-      ? 2'h0
-      : _states_states_2_anyWritten ? (_states_states_2_newer ? _states_states_2_next : _states_states_2_reader) : 2'h3;
-  assign lastBuffer_3 =
-    control_control_3[0]
-      ? 2'h0
-      : _states_states_3_anyWritten ? (_states_states_3_newer ? _states_states_3_next : _states_states_3_reader) : 2'h3;
   assign deactivated_0 = deactivated_0_0;
   assign deactivated_1 = deactivated_1_0;
   assign deactivated_2 = deactivated_2_0;
   assign deactivated_3 = deactivated_3_0;
-  assign ecatEvent_0 = control_control_0[2] & (control_control_0[1] ? _states_readEvent_0 : _states_writeEvent_0);
-  assign ecatEvent_1 = control_control_1[2] & (control_control_1[1] ? _states_readEvent_1 : _states_writeEvent_1);
-  assign ecatEvent_2 = control_control_2[2] & (control_control_2[1] ? _states_readEvent_2 : _states_writeEvent_2);
-  assign ecatEvent_3 = control_control_3[2] & (control_control_3[1] ? _states_readEvent_3 : _states_writeEvent_3);
-  assign alEvent_0 = control_control_0[3] & (control_control_0[1] ? _states_writeEvent_0 : _states_readEvent_0);
-  assign alEvent_1 = control_control_1[3] & (control_control_1[1] ? _states_writeEvent_1 : _states_readEvent_1);
-  assign alEvent_2 = control_control_2[3] & (control_control_2[1] ? _states_writeEvent_2 : _states_readEvent_2);
-  assign alEvent_3 = control_control_3[3] & (control_control_3[1] ? _states_writeEvent_3 : _states_readEvent_3);
-  assign trigger = _states_written_valid & casez_tmp_5;
 endmodule
 
 module I2cMaster(
@@ -8219,7 +7739,7 @@ module WordEngine(
                                                                       : asks_17 ? 19'h20000 : {asks_18, 18'h0};
   wire [4:0]  enc_1 =
     backAsks_0 ? 5'h1 : backAsks_1 ? 5'h2 : backAsks_2 ? 5'h4 : backAsks_3 ? 5'h8 : {backAsks_4, 4'h0};
-  wire [7:0]  _backNext_T_4 = backAsks_0 ? 8'h46 : backAsks_1 ? 8'h4C : backAsks_2 ? 8'h4F : backAsks_3 ? 8'h11 : 8'hF;
+  wire [7:0]  _backNext_T_4 = backAsks_0 ? 8'h48 : backAsks_1 ? 8'h4E : backAsks_2 ? 8'h51 : backAsks_3 ? 8'h11 : 8'hF;
   assign nextPc =
     goesOn
       ? next
@@ -8231,12 +7751,12 @@ module WordEngine(
                    : asks_3 | asks_4 | asks_5 | asks_6 | asks_7 | asks_8 | asks_9
                        ? 8'hD
                        : asks_10
-                           ? 8'h63
+                           ? 8'h65
                            : asks_11
-                               ? 8'h67
+                               ? 8'h69
                                : asks_12
-                                   ? 8'h61
-                                   : asks_13 ? 8'h52 : asks_14 | asks_15 | asks_16 | asks_17 ? 8'h84 : 8'h6E)
+                                   ? 8'h63
+                                   : asks_13 ? 8'h54 : asks_14 | asks_15 | asks_16 | asks_17 ? 8'h86 : 8'h70)
           : backGoesOn ? (isBack ? next : backPc) : _backNext_T_4;
   wire        _backRuns_T = backGoesOn | (|{backAsks_4, backAsks_3, backAsks_2, backAsks_1, backAsks_0});
   wire        _GEN_0 = (&at) & now_flags;
@@ -9070,6 +8590,7 @@ module lan9252(
   wire        _syncManagers_pdi_access_single;
   wire        _syncManagers_ramOpen;
   wire        _syncManagers_quiet;
+  wire [1:0]  _syncManagers_statusIndex;
   wire [1:0]  _syncManagers_pdi_entries_0_index;
   wire [15:0] _syncManagers_pdi_entries_0_start;
   wire [17:0] _syncManagers_pdi_entries_0_extent;
@@ -9194,25 +8715,9 @@ module lan9252(
   wire        _memory_status_sync1_status;
   wire        _memory_status_sync0_status;
   wire        _memory_status_sm3_deactivated;
-  wire [1:0]  _memory_status_sm3_last_buffer;
-  wire        _memory_status_sm3_mailbox_full;
-  wire        _memory_status_sm3_read_event;
-  wire        _memory_status_sm3_write_event;
   wire        _memory_status_sm2_deactivated;
-  wire [1:0]  _memory_status_sm2_last_buffer;
-  wire        _memory_status_sm2_mailbox_full;
-  wire        _memory_status_sm2_read_event;
-  wire        _memory_status_sm2_write_event;
   wire        _memory_status_sm1_deactivated;
-  wire [1:0]  _memory_status_sm1_last_buffer;
-  wire        _memory_status_sm1_mailbox_full;
-  wire        _memory_status_sm1_read_event;
-  wire        _memory_status_sm1_write_event;
   wire        _memory_status_sm0_deactivated;
-  wire [1:0]  _memory_status_sm0_last_buffer;
-  wire        _memory_status_sm0_mailbox_full;
-  wire        _memory_status_sm0_read_event;
-  wire        _memory_status_sm0_write_event;
   wire [2:0]  _memory_status_mi_command;
   wire [4:0]  _memory_status_mi_port_address;
   wire        _memory_status_eeprom_busy;
@@ -9247,8 +8752,9 @@ module lan9252(
   wire        _memory_event_invalid_frame_port1;
   wire        _memory_event_rx_er_port0;
   wire        _memory_event_invalid_frame_port0;
-  wire [7:0]  _memory_kept_data;
-  wire        _memory_kept_host_ready;
+  wire [7:0]  _memory_kept_800_data;
+  wire [7:0]  _memory_kept_900_data;
+  wire        _memory_kept_900_host_ready;
   wire        _memory_unitWrite_valid;
   wire [11:0] _memory_unitWrite_bits_address;
   wire [7:0]  _memory_unitWrite_bits_data;
@@ -9310,10 +8816,11 @@ module lan9252(
   wire        _memory_value_destroy_non_ethercat;
   wire [15:0] _memory_value_station_alias;
   wire [15:0] _memory_value_station_address;
-  wire [11:0] _memory_kept_address;
-  wire        _memory_kept_host_reads;
-  wire        _memory_kept_host_asks;
-  wire [11:0] _memory_kept_host_address;
+  wire [11:0] _memory_kept_800_address;
+  wire [11:0] _memory_kept_900_address;
+  wire        _memory_kept_900_host_reads;
+  wire        _memory_kept_900_host_asks;
+  wire [11:0] _memory_kept_900_host_address;
   wire        _memory_registerWrite_valid;
   wire [11:0] _memory_registerWrite_bits_address;
   wire        _memory_registerWrite_bits_mask;
@@ -9537,24 +9044,25 @@ module lan9252(
   reg         due_1;
   reg         due_2;
   wire [2:0]  shown =
-    (_memory_kept_address[7:3] == 5'h16 ? 3'h3 : 3'h0)
-    | {_memory_kept_address[7:3] == 5'h17, _memory_kept_address[7:3] == 5'h13, _memory_kept_address[7:3] == 5'h12}
-    | (_memory_kept_address[7:3] == 5'h18 ? 3'h5 : 3'h0) | (_memory_kept_address[7:3] == 5'h19 ? 3'h6 : 3'h0)
-    | {3{_memory_kept_address[7:3] == 5'h2}};
-  wire        isTime = _memory_kept_address[7:3] == 5'h2;
-  reg         memory_kept_data_REG;
-  reg         memory_kept_data_REG_1;
+    (_memory_kept_900_address[7:3] == 5'h16 ? 3'h3 : 3'h0)
+    | {_memory_kept_900_address[7:3] == 5'h17,
+       _memory_kept_900_address[7:3] == 5'h13,
+       _memory_kept_900_address[7:3] == 5'h12} | (_memory_kept_900_address[7:3] == 5'h18 ? 3'h5 : 3'h0)
+    | (_memory_kept_900_address[7:3] == 5'h19 ? 3'h6 : 3'h0) | {3{_memory_kept_900_address[7:3] == 5'h2}};
+  wire        isTime = _memory_kept_900_address[7:3] == 5'h2;
+  reg         memory_kept_900_data_REG;
+  reg         memory_kept_900_data_REG_1;
   reg  [4:0]  settles;
-  wire        asks_1 = _memory_kept_host_asks & ~(|settles);
-  wire        _memory_kept_host_ready_T_1 = _memory_kept_host_address == 12'h910;
-  wire        _memory_kept_host_ready_T_2 = _memory_kept_host_address == 12'h92C;
-  wire        _memory_kept_host_ready_T_3 = _memory_kept_host_address == 12'h932;
-  wire        _memory_kept_host_ready_T_6 = _memory_kept_host_address == 12'h990;
-  wire        _memory_kept_host_ready_T_8 = _memory_kept_host_address == 12'h998;
-  wire        _memory_kept_host_ready_T_10 = _memory_kept_host_address == 12'h9B0;
-  wire        _memory_kept_host_ready_T_12 = _memory_kept_host_address == 12'h9B8;
-  wire        _memory_kept_host_ready_T_14 = _memory_kept_host_address == 12'h9C0;
-  wire        _memory_kept_host_ready_T_16 = _memory_kept_host_address == 12'h9C8;
+  wire        asks_1 = _memory_kept_900_host_asks & ~(|settles);
+  wire        _memory_kept_900_host_ready_T_1 = _memory_kept_900_host_address == 12'h910;
+  wire        _memory_kept_900_host_ready_T_2 = _memory_kept_900_host_address == 12'h92C;
+  wire        _memory_kept_900_host_ready_T_3 = _memory_kept_900_host_address == 12'h932;
+  wire        _memory_kept_900_host_ready_T_6 = _memory_kept_900_host_address == 12'h990;
+  wire        _memory_kept_900_host_ready_T_8 = _memory_kept_900_host_address == 12'h998;
+  wire        _memory_kept_900_host_ready_T_10 = _memory_kept_900_host_address == 12'h9B0;
+  wire        _memory_kept_900_host_ready_T_12 = _memory_kept_900_host_address == 12'h9B8;
+  wire        _memory_kept_900_host_ready_T_14 = _memory_kept_900_host_address == 12'h9C0;
+  wire        _memory_kept_900_host_ready_T_16 = _memory_kept_900_host_address == 12'h9C8;
   wire        owner1 = _memory_value_sync0_by_pdi ^ _memory_value_sync1_by_other;
   reg         start_time_extended;
   reg         start_time_checked;
@@ -9916,7 +9424,7 @@ module lan9252(
       due_2 <=
         _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h935 & _memory_registerWrite_bits_mask
         | ~_clockEngine_backTaken_2 & due_2;
-      if (_memory_kept_host_asks) begin
+      if (_memory_kept_900_host_asks) begin
         if (_clockEngine_taken_9 | _clockEngine_taken_8 | _clockEngine_taken_7 | _clockEngine_taken_6
             | _clockEngine_taken_5 | _clockEngine_taken_4 | _clockEngine_taken_3 | _clockEngine_taken_2)
           settles <= 5'h1;
@@ -10041,9 +9549,10 @@ module lan9252(
       commits <= odd;
     if (result_valid)
       ofOdd <= commits;
-    memory_kept_data_REG <= _memory_kept_address[7:5] == 3'h0 & ~isTime;
-    memory_kept_data_REG_1 <=
-      _memory_kept_address[7:3] == 5'h4 | _memory_kept_address[7:2] == 6'hA | _memory_kept_address[7:3] == 5'h14;
+    memory_kept_900_data_REG <= _memory_kept_900_address[7:5] == 3'h0 & ~isTime;
+    memory_kept_900_data_REG_1 <=
+      _memory_kept_900_address[7:3] == 5'h4 | _memory_kept_900_address[7:2] == 6'hA
+      | _memory_kept_900_address[7:3] == 5'h14;
     if (_clockEngine_taken_17)
       latest <= 2'h3;
     else if (_clockEngine_taken_16)
@@ -10237,15 +9746,15 @@ module lan9252(
   assign _memory_event_invalid_frame_port1 = _ports_1_core_events_invalidFrame & _loops_open_1;
   assign _memory_event_rx_er_port0 = _ports_0_core_events_rxEr & _loops_open_0;
   assign _memory_event_invalid_frame_port0 = _ports_0_core_events_invalidFrame & _loops_open_0;
-  assign _memory_kept_data =
-    memory_kept_data_REG
+  assign _memory_kept_900_data =
+    memory_kept_900_data_REG
       ? _receiveTimes_data
-      : memory_kept_data_REG_1 ? _clockEngine_settingData : _clockEngine_wordData;
-  assign _memory_kept_host_ready =
+      : memory_kept_900_data_REG_1 ? _clockEngine_settingData : _clockEngine_wordData;
+  assign _memory_kept_900_host_ready =
     settles[4]
-    | ~(_memory_kept_host_ready_T_1 | _memory_kept_host_ready_T_2 | _memory_kept_host_ready_T_3
-        | _memory_kept_host_ready_T_6 | _memory_kept_host_ready_T_8 | _memory_kept_host_ready_T_10
-        | _memory_kept_host_ready_T_12 | _memory_kept_host_ready_T_14 | _memory_kept_host_ready_T_16);
+    | ~(_memory_kept_900_host_ready_T_1 | _memory_kept_900_host_ready_T_2 | _memory_kept_900_host_ready_T_3
+        | _memory_kept_900_host_ready_T_6 | _memory_kept_900_host_ready_T_8 | _memory_kept_900_host_ready_T_10
+        | _memory_kept_900_host_ready_T_12 | _memory_kept_900_host_ready_T_14 | _memory_kept_900_host_ready_T_16);
   EscMemory memory (
     .clock                             (clock),
     .reset                             (reset),
@@ -10369,25 +9878,9 @@ module lan9252(
     .status_sync0_enable               (sync0_enable),
     .status_cyclic_active              (cyclic_active),
     .status_sm3_deactivated            (_memory_status_sm3_deactivated),
-    .status_sm3_last_buffer            (_memory_status_sm3_last_buffer),
-    .status_sm3_mailbox_full           (_memory_status_sm3_mailbox_full),
-    .status_sm3_read_event             (_memory_status_sm3_read_event),
-    .status_sm3_write_event            (_memory_status_sm3_write_event),
     .status_sm2_deactivated            (_memory_status_sm2_deactivated),
-    .status_sm2_last_buffer            (_memory_status_sm2_last_buffer),
-    .status_sm2_mailbox_full           (_memory_status_sm2_mailbox_full),
-    .status_sm2_read_event             (_memory_status_sm2_read_event),
-    .status_sm2_write_event            (_memory_status_sm2_write_event),
     .status_sm1_deactivated            (_memory_status_sm1_deactivated),
-    .status_sm1_last_buffer            (_memory_status_sm1_last_buffer),
-    .status_sm1_mailbox_full           (_memory_status_sm1_mailbox_full),
-    .status_sm1_read_event             (_memory_status_sm1_read_event),
-    .status_sm1_write_event            (_memory_status_sm1_write_event),
     .status_sm0_deactivated            (_memory_status_sm0_deactivated),
-    .status_sm0_last_buffer            (_memory_status_sm0_last_buffer),
-    .status_sm0_mailbox_full           (_memory_status_sm0_mailbox_full),
-    .status_sm0_read_event             (_memory_status_sm0_read_event),
-    .status_sm0_write_event            (_memory_status_sm0_write_event),
     .status_mi_data                    (_memory_status_mi_data_T),
     .status_mi_busy                    (busy),
     .status_mi_command_error           (commandError),
@@ -10440,12 +9933,14 @@ module lan9252(
     .event_invalid_frame_port1         (_memory_event_invalid_frame_port1),
     .event_rx_er_port0                 (_memory_event_rx_er_port0),
     .event_invalid_frame_port0         (_memory_event_invalid_frame_port0),
-    .kept_address                      (_memory_kept_address),
-    .kept_data                         (_memory_kept_data),
-    .kept_host_reads                   (_memory_kept_host_reads),
-    .kept_host_asks                    (_memory_kept_host_asks),
-    .kept_host_address                 (_memory_kept_host_address),
-    .kept_host_ready                   (_memory_kept_host_ready),
+    .kept_800_address                  (_memory_kept_800_address),
+    .kept_800_data                     (_memory_kept_800_data),
+    .kept_900_address                  (_memory_kept_900_address),
+    .kept_900_data                     (_memory_kept_900_data),
+    .kept_900_host_reads               (_memory_kept_900_host_reads),
+    .kept_900_host_asks                (_memory_kept_900_host_asks),
+    .kept_900_host_address             (_memory_kept_900_host_address),
+    .kept_900_host_ready               (_memory_kept_900_host_ready),
     .registerWrite_valid               (_memory_registerWrite_valid),
     .registerWrite_bits_address        (_memory_registerWrite_bits_address),
     .registerWrite_bits_mask           (_memory_registerWrite_bits_mask),
@@ -10587,6 +10082,7 @@ module lan9252(
   );
   assign _syncManagers_ramOpen = ~_sii_1_notLoaded;
   assign _syncManagers_quiet = _hostSequencer_quiet & ~_processor_busy & ~syncManagers_quiet_r_7;
+  assign _syncManagers_statusIndex = _memory_kept_800_address[4:3];
   SyncManagers syncManagers (
     .clock                    (clock),
     .reset                    (reset),
@@ -10643,22 +10139,8 @@ module lan9252(
     .enable_1                 (_memory_value_sm1_enable),
     .enable_2                 (_memory_value_sm2_enable),
     .enable_3                 (_memory_value_sm3_enable),
-    .writeEvent_0             (_memory_status_sm0_write_event),
-    .writeEvent_1             (_memory_status_sm1_write_event),
-    .writeEvent_2             (_memory_status_sm2_write_event),
-    .writeEvent_3             (_memory_status_sm3_write_event),
-    .readEvent_0              (_memory_status_sm0_read_event),
-    .readEvent_1              (_memory_status_sm1_read_event),
-    .readEvent_2              (_memory_status_sm2_read_event),
-    .readEvent_3              (_memory_status_sm3_read_event),
-    .full_0                   (_memory_status_sm0_mailbox_full),
-    .full_1                   (_memory_status_sm1_mailbox_full),
-    .full_2                   (_memory_status_sm2_mailbox_full),
-    .full_3                   (_memory_status_sm3_mailbox_full),
-    .lastBuffer_0             (_memory_status_sm0_last_buffer),
-    .lastBuffer_1             (_memory_status_sm1_last_buffer),
-    .lastBuffer_2             (_memory_status_sm2_last_buffer),
-    .lastBuffer_3             (_memory_status_sm3_last_buffer),
+    .statusIndex              (_syncManagers_statusIndex),
+    .status                   (_memory_kept_800_data),
     .deactivated_0            (_memory_status_sm0_deactivated),
     .deactivated_1            (_memory_status_sm1_deactivated),
     .deactivated_2            (_memory_status_sm2_deactivated),
@@ -10898,7 +10380,7 @@ module lan9252(
   assign _receiveTimes_keep_2 = _processor_frameGood & asked;
   assign _receiveTimes_absent_0 = ~_ports_0_core_link;
   assign _receiveTimes_absent_1 = ~_ports_1_core_link;
-  assign _receiveTimes_readWord = _memory_kept_address[4:0];
+  assign _receiveTimes_readWord = _memory_kept_900_address[4:0];
   ReceiveTimes receiveTimes (
     .clock    (clock),
     .reset    (reset),
@@ -10921,14 +10403,14 @@ module lan9252(
   );
   assign _clockEngine_ask_0 = waits & ~odd;
   assign _clockEngine_ask_1 = waits & odd;
-  assign _clockEngine_ask_2 = asks_1 & _memory_kept_host_ready_T_1;
-  assign _clockEngine_ask_3 = asks_1 & (_memory_kept_host_ready_T_2 | _memory_kept_host_ready_T_3);
-  assign _clockEngine_ask_4 = asks_1 & _memory_kept_host_ready_T_6;
-  assign _clockEngine_ask_5 = asks_1 & _memory_kept_host_ready_T_8;
-  assign _clockEngine_ask_6 = asks_1 & _memory_kept_host_ready_T_10;
-  assign _clockEngine_ask_7 = asks_1 & _memory_kept_host_ready_T_12;
-  assign _clockEngine_ask_8 = asks_1 & _memory_kept_host_ready_T_14;
-  assign _clockEngine_ask_9 = asks_1 & _memory_kept_host_ready_T_16;
+  assign _clockEngine_ask_2 = asks_1 & _memory_kept_900_host_ready_T_1;
+  assign _clockEngine_ask_3 = asks_1 & (_memory_kept_900_host_ready_T_2 | _memory_kept_900_host_ready_T_3);
+  assign _clockEngine_ask_4 = asks_1 & _memory_kept_900_host_ready_T_6;
+  assign _clockEngine_ask_5 = asks_1 & _memory_kept_900_host_ready_T_8;
+  assign _clockEngine_ask_6 = asks_1 & _memory_kept_900_host_ready_T_10;
+  assign _clockEngine_ask_7 = asks_1 & _memory_kept_900_host_ready_T_12;
+  assign _clockEngine_ask_8 = asks_1 & _memory_kept_900_host_ready_T_14;
+  assign _clockEngine_ask_9 = asks_1 & _memory_kept_900_host_ready_T_16;
   assign _clockEngine_ask_12 = starts_takes & ~_memory_registersBusy;
   assign _clockEngine_ask_13 = starts_prepares & ~_memory_registersBusy;
   assign _clockEngine_backAsk_3 = _GEN_3 & ~ofOdd;
@@ -10939,8 +10421,8 @@ module lan9252(
   assign _clockEngine_write =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address[11:8] == (_memory_clearing ? 4'h6 : 4'h9);
   assign _clockEngine_writeAddress = _memory_registerWrite_bits_address[7:0];
-  assign _clockEngine_readAddress = _memory_kept_address[7:0];
-  assign _clockEngine_readWord = _memory_kept_host_reads ? {2'h3, shown} : isTime ? {4'h3, odd} : {2'h2, shown};
+  assign _clockEngine_readAddress = _memory_kept_900_address[7:0];
+  assign _clockEngine_readWord = _memory_kept_900_host_reads ? {2'h3, shown} : isTime ? {4'h3, odd} : {2'h2, shown};
   WordEngine clockEngine (
     .clock        (clock),
     .reset        (reset),
@@ -11317,109 +10799,111 @@ module ClockProgram (
       8'd29: data <= 36'h205a380;
       8'd30: data <= 36'h231102;
       8'd31: data <= 36'h149c6a000;
-      8'd32: data <= 36'h301002;
+      8'd32: data <= 36'h321002;
       8'd33: data <= 36'h14bc6a000;
-      8'd34: data <= 36'h301002;
+      8'd34: data <= 36'h321002;
       8'd35: data <= 36'h3a380;
-      8'd36: data <= 36'h2b1102;
+      8'd36: data <= 36'h2d1102;
       8'd37: data <= 36'h203a380;
-      8'd38: data <= 36'h2b0102;
-      8'd39: data <= 36'h49e32180;
-      8'd40: data <= 36'h14803200c;
-      8'd41: data <= 36'h148052581;
-      8'd42: data <= 36'h301002;
-      8'd43: data <= 36'h14803200c;
-      8'd44: data <= 36'h148052581;
-      8'd45: data <= 36'h49e52180;
-      8'd46: data <= 36'h148052580;
-      8'd47: data <= 36'h148052580;
-      8'd48: data <= 36'h108052480;
-      8'd49: data <= 36'h242010;
-      8'd50: data <= 36'h120000000;
-      8'd51: data <= 36'h5c9c1a000;
-      8'd52: data <= 36'h5cbc4b780;
-      8'd53: data <= 36'h370102;
-      8'd54: data <= 36'h5c8000000;
-      8'd55: data <= 36'h13780;
-      8'd56: data <= 36'h3d1102;
-      8'd57: data <= 36'h2013780;
-      8'd58: data <= 36'h3e0102;
-      8'd59: data <= 36'h48172000;
-      8'd60: data <= 36'h3e1002;
-      8'd61: data <= 36'h4a172000;
-      8'd62: data <= 36'h14a422188;
-      8'd63: data <= 36'h148052581;
-      8'd64: data <= 36'h88052280;
-      8'd65: data <= 36'h218422000;
-      8'd66: data <= 36'h14801a000;
-      8'd67: data <= 36'h412598;
-      8'd68: data <= 36'h2412594;
-      8'd69: data <= 36'h3;
-      8'd70: data <= 36'h8000000;
-      8'd71: data <= 36'h48000000;
-      8'd72: data <= 36'h88000000;
-      8'd73: data <= 36'h108000000;
-      8'd74: data <= 36'h208000000;
-      8'd75: data <= 36'h421002;
-      8'd76: data <= 36'h8000000;
-      8'd77: data <= 36'h210000000;
-      8'd78: data <= 36'h3;
-      8'd79: data <= 36'h88000000;
-      8'd80: data <= 36'h218000000;
-      8'd81: data <= 36'h3;
-      8'd82: data <= 36'h248126000;
-      8'd83: data <= 36'h3c8046040;
-      8'd84: data <= 36'h570702;
-      8'd85: data <= 36'h24e0f2980;
-      8'd86: data <= 36'h2480f2980;
-      8'd87: data <= 36'h3ca0f2980;
-      8'd88: data <= 36'h5c1102;
-      8'd89: data <= 36'h600902;
-      8'd90: data <= 36'h3a3af80;
-      8'd91: data <= 36'h601102;
-      8'd92: data <= 36'h30;
-      8'd93: data <= 36'h600802;
-      8'd94: data <= 36'h248046040;
-      8'd95: data <= 36'h24805a980;
-      8'd96: data <= 36'h3;
-      8'd97: data <= 36'h2889469a8;
-      8'd98: data <= 36'h6e1002;
-      8'd99: data <= 36'h2092a80;
-      8'd100: data <= 36'h750102;
-      8'd101: data <= 36'h2889469a8;
-      8'd102: data <= 36'h751002;
-      8'd103: data <= 36'h2148000;
-      8'd104: data <= 36'h6b1102;
-      8'd105: data <= 36'h24;
-      8'd106: data <= 36'h3;
-      8'd107: data <= 36'h248148980;
-      8'd108: data <= 36'h6e1602;
-      8'd109: data <= 36'h2889469a8;
-      8'd110: data <= 36'h750302;
-      8'd111: data <= 36'h3c8046040;
-      8'd112: data <= 36'h3ca0f2980;
-      8'd113: data <= 36'h3ca02af80;
-      8'd114: data <= 36'h7d1102;
-      8'd115: data <= 36'h751202;
-      8'd116: data <= 36'hf201c;
-      8'd117: data <= 36'h7c0402;
-      8'd118: data <= 36'h3c8046040;
-      8'd119: data <= 36'h3ca0f2a80;
-      8'd120: data <= 36'h3ca02af80;
-      8'd121: data <= 36'h801102;
-      8'd122: data <= 36'h7c1202;
-      8'd123: data <= 36'hf2020;
-      8'd124: data <= 36'h3;
-      8'd125: data <= 36'h750502;
-      8'd126: data <= 36'h248148980;
-      8'd127: data <= 36'h751002;
-      8'd128: data <= 36'h2092a80;
-      8'd129: data <= 36'h7c0102;
-      8'd130: data <= 36'h2889469a8;
-      8'd131: data <= 36'h3;
-      8'd132: data <= 36'ha0a00a040;
-      8'd133: data <= 36'ha080468ec;
-      8'd134: data <= 36'h3;
+      8'd38: data <= 36'h2d0102;
+      8'd39: data <= 36'h148032380;
+      8'd40: data <= 36'h148052580;
+      8'd41: data <= 36'h148052580;
+      8'd42: data <= 36'h49e52180;
+      8'd43: data <= 36'h148052580;
+      8'd44: data <= 36'h321002;
+      8'd45: data <= 36'h14803200c;
+      8'd46: data <= 36'h148052581;
+      8'd47: data <= 36'h49e52180;
+      8'd48: data <= 36'h148052580;
+      8'd49: data <= 36'h148052580;
+      8'd50: data <= 36'h108052480;
+      8'd51: data <= 36'h242010;
+      8'd52: data <= 36'h120000000;
+      8'd53: data <= 36'h5c9c1a000;
+      8'd54: data <= 36'h5cbc4b780;
+      8'd55: data <= 36'h390102;
+      8'd56: data <= 36'h5c8000000;
+      8'd57: data <= 36'h13780;
+      8'd58: data <= 36'h3f1102;
+      8'd59: data <= 36'h2013780;
+      8'd60: data <= 36'h400102;
+      8'd61: data <= 36'h48172000;
+      8'd62: data <= 36'h401002;
+      8'd63: data <= 36'h4a172000;
+      8'd64: data <= 36'h14a422188;
+      8'd65: data <= 36'h148052581;
+      8'd66: data <= 36'h88052280;
+      8'd67: data <= 36'h218422000;
+      8'd68: data <= 36'h14801a000;
+      8'd69: data <= 36'h412598;
+      8'd70: data <= 36'h2412594;
+      8'd71: data <= 36'h3;
+      8'd72: data <= 36'h8000000;
+      8'd73: data <= 36'h48000000;
+      8'd74: data <= 36'h88000000;
+      8'd75: data <= 36'h108000000;
+      8'd76: data <= 36'h208000000;
+      8'd77: data <= 36'h441002;
+      8'd78: data <= 36'h8000000;
+      8'd79: data <= 36'h210000000;
+      8'd80: data <= 36'h3;
+      8'd81: data <= 36'h88000000;
+      8'd82: data <= 36'h218000000;
+      8'd83: data <= 36'h3;
+      8'd84: data <= 36'h248126000;
+      8'd85: data <= 36'h3c8046040;
+      8'd86: data <= 36'h590702;
+      8'd87: data <= 36'h24e0f2980;
+      8'd88: data <= 36'h2480f2980;
+      8'd89: data <= 36'h3ca0f2980;
+      8'd90: data <= 36'h5e1102;
+      8'd91: data <= 36'h620902;
+      8'd92: data <= 36'h3a3af80;
+      8'd93: data <= 36'h621102;
+      8'd94: data <= 36'h30;
+      8'd95: data <= 36'h620802;
+      8'd96: data <= 36'h248046040;
+      8'd97: data <= 36'h24805a980;
+      8'd98: data <= 36'h3;
+      8'd99: data <= 36'h2889469a8;
+      8'd100: data <= 36'h701002;
+      8'd101: data <= 36'h2092a80;
+      8'd102: data <= 36'h770102;
+      8'd103: data <= 36'h2889469a8;
+      8'd104: data <= 36'h771002;
+      8'd105: data <= 36'h2148000;
+      8'd106: data <= 36'h6d1102;
+      8'd107: data <= 36'h24;
+      8'd108: data <= 36'h3;
+      8'd109: data <= 36'h248148980;
+      8'd110: data <= 36'h701602;
+      8'd111: data <= 36'h2889469a8;
+      8'd112: data <= 36'h770302;
+      8'd113: data <= 36'h3c8046040;
+      8'd114: data <= 36'h3ca0f2980;
+      8'd115: data <= 36'h3ca02af80;
+      8'd116: data <= 36'h7f1102;
+      8'd117: data <= 36'h771202;
+      8'd118: data <= 36'hf201c;
+      8'd119: data <= 36'h7e0402;
+      8'd120: data <= 36'h3c8046040;
+      8'd121: data <= 36'h3ca0f2a80;
+      8'd122: data <= 36'h3ca02af80;
+      8'd123: data <= 36'h821102;
+      8'd124: data <= 36'h7e1202;
+      8'd125: data <= 36'hf2020;
+      8'd126: data <= 36'h3;
+      8'd127: data <= 36'h770502;
+      8'd128: data <= 36'h248148980;
+      8'd129: data <= 36'h771002;
+      8'd130: data <= 36'h2092a80;
+      8'd131: data <= 36'h7e0102;
+      8'd132: data <= 36'h2889469a8;
+      8'd133: data <= 36'h3;
+      8'd134: data <= 36'ha0a00a040;
+      8'd135: data <= 36'ha080468ec;
+      8'd136: data <= 36'h3;
       default: data <= 36'h0;
     endcase
 endmodule

@@ -53,7 +53,10 @@ class ModelRegisters(p: EscParams, status: String => Int, added: Seq[Register] =
   /** The byte at `address` as it reads; reserved bits and absent bytes are 0. */
   def byte(address: Int): Int = register(address).fold(0) { r =>
     val whole = r.fields.foldLeft(0L) { (image, f) =>
-      val v = if (f.source == Source.Status) status(f.name).toLong else values(f.name)
+      val v = f.source match {
+        case Source.Status | Source.Kept(_, true) => status(f.name).toLong
+        case _                                    => values(f.name)
+      }
       image | v << f.low
     }
     (whole >> (8 * (address - r.address)) & 0xff).toInt
@@ -64,7 +67,7 @@ class ModelRegisters(p: EscParams, status: String => Int, added: Seq[Register] =
     val first = 8 * (address - r.address) // lowest bit of this byte in the register
     r.fields.foreach { f =>
       f.source match {
-        case _: Source.Stored | Source.Ram | Source.Kept(true) =>
+        case _: Source.Stored | Source.Ram | Source.Kept(true, _) =>
           for (
             bit <- f.low to f.high if bit >= first && bit < first + 8 && (mask >> (bit - first) & 1) == 1
           ) {

@@ -46,13 +46,16 @@ object Source {
     */
   case object Ram extends Source
 
-  /** Kept by its unit in block RAM of the unit's own, which answers a cycle after the address. Whole bytes;
-    * those of one controller stand within 256 bytes.
+  /** Kept by its unit in block RAM of the unit's own, which answers a cycle after the address, with the
+    * reserved bits. All fields of a register are; those of a unit stand within 256 bytes, from an address on
+    * that ends with 00, in which no other unit keeps any.
     *
     * @param written
     *   a write changes it; else only its unit does
+    * @param shown
+    *   it is what the unit shows, as a [[Status]] is
     */
-  final case class Kept(written: Boolean = false) extends Source
+  final case class Kept(written: Boolean = false, shown: Boolean = false) extends Source
 
   /** Counts events up to 0xFF and stays there (ERR-10); cleared with all other counters of `group`. A whole
     * byte; of a slave it lives in block RAM.
@@ -163,7 +166,7 @@ final case class Register(
   /** A write of it changes something. */
   def stores: Boolean = fields.exists(_.source match {
     case _: Source.Stored | Source.Ram | _: Source.Counter => true
-    case Source.Kept(written)                              => written
+    case Source.Kept(written, _)                           => written
     case _                                                 => false
   })
 

@@ -25,6 +25,7 @@ object RegisterTable {
   val ram: Source                    = Source.Ram
   val kept: Source                   = Source.Kept()
   val keptWritten: Source            = Source.Kept(written = true)
+  val keptStatus: Source             = Source.Kept(shown = true)
   def counter(group: String): Source = Source.Counter(group)
 
   /** The row of a register.

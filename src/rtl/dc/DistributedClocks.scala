@@ -81,7 +81,7 @@ class DistributedClocks(
     }
     times.keep := VecInit(Seq.fill(p.ports)(bus.frame.good && ofPorts) :+ (bus.frame.good && asked))
 
-    val read = bus.keptRead
+    val read = bus.keptRead("receive_time_trigger")
     times.readWord := read.address
     if (p.hasSystemTime) {
       val engine = new ClockEngine(p, clock)

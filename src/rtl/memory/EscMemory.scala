@@ -45,10 +45,10 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with Re
   file.set    := set
   file.status := status
   file.event  := event
-  override val kept: Option[KeptRead] = file.kept.map { port =>
-    val outside = IO(chiselTypeOf(port)).suggestName("kept")
+  override val kept: Map[Int, KeptRead] = file.kept.map { case (page, port) =>
+    val outside = IO(chiselTypeOf(port)).suggestName(f"kept_$page%x00")
     outside <> port
-    outside
+    page -> outside
   }
 
   /** A register write of a frame or the host takes effect in this cycle; for units that react to the writing

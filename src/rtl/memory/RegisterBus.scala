@@ -59,8 +59,10 @@ trait RegisterPort {
   /** A unit of the controller writes a register, whatever its access. */
   val unitWrite: DecoupledIO[UnitWrite]
 
-  /** What a unit keeps in its own block RAM is read, where there is such a unit. */
-  def kept: Option[KeptRead] = None
+  /** What units keep in their own block RAM is read, where there are such units: by the upper digits of their
+    * addresses.
+    */
+  def kept: Map[Int, KeptRead] = Map.empty
 
   /** A unit reads the register RAM: byte address, and in a later cycle the byte. */
   val unitRead: DecoupledIO[UInt]
@@ -233,8 +235,13 @@ class RegisterBus(
   /** What all units ask for together; None: nobody may interrupt. */
   def interruptLevel: Option[Bool] = interrupts.reduceOption(_ || _)
 
-  /** The unit's block RAM is read: for one unit. */
-  def keptRead: KeptRead = own("kept", memory.kept.get)
+  /** The block RAM is read in which a unit keeps this register, and others with the same upper digits of
+    * their addresses.
+    */
+  def keptRead(register: String): KeptRead = {
+    val page = names.register(register).address >> 8
+    own(f"what is kept at 0x$page%x00", memory.kept(page))
+  }
 
   // ---- the register RAM ----
 

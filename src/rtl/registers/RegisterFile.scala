@@ -73,6 +73,16 @@ class KeptRead(addressBits: Int, lanes: Int) extends Bundle {
   val host = new KeptForHost(addressBits)
 }
 
+object KeptRead {
+
+  /** Addresses of the bytes that units keep. */
+  def bytes(registers: Seq[Register]): Set[Int] =
+    registers.filter(_.fields.exists(_.source.isInstanceOf[Source.Kept])).flatMap(_.range).toSet
+
+  /** Their upper digits: a unit's bytes stand within 256. */
+  def pages(registers: Seq[Register]): Seq[Int] = bytes(registers).map(_ >> 8).toSeq.sorted
+}
+
 /** What a unit that keeps bytes knows of the host.
   *
   * @param addressBits
@@ -123,15 +133,13 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   val countData              = IO(Output(UInt((8 * lanes * blockRamCounts).W)))
 
   /** Bytes that a unit keeps in its own block RAM, where there are any: `isCount` and `countData` have them,
-    * too.
+    * too; by the upper digits of their addresses.
     */
-  private val keptBytes =
-    registers.filter(_.fields.exists(_.source.isInstanceOf[Source.Kept])).flatMap(_.range).toSet
-  require(
-    keptBytes.map(_ >> 8).size <= 1,
-    s"registers kept by units are in ${keptBytes.map(_ >> 8).size} pages of 256 bytes but must be in 1."
-  )
-  val kept = Option.when(keptBytes.nonEmpty)(IO(new KeptRead(addressBits, lanes)))
+  private val keptBytes = KeptRead.bytes(registers)
+  val kept: Map[Int, KeptRead] = KeptRead
+    .pages(registers)
+    .map(page => page -> IO(new KeptRead(addressBits, lanes)).suggestName(f"kept_$page%x00"))
+    .toMap
 
   val keptForHost = Option.when(keptBytes.nonEmpty)(IO(Flipped(new KeptForHost(addressBits))))
 
@@ -224,12 +232,14 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
     engine
   }
   countData := counters.fold(0.U)(_.data)
-  for (port <- kept) {
-    port.address := readAddress
-    port.host <> keptForHost.get
-    val isHere = RegNext(readAddress >> (8 - laneBits) === (keptBytes.head >> 8).U)
-    when(isHere) { countData := port.data }
+  for ((page, port) <- kept) {
+    port.address      := readAddress
+    port.host.reads   := keptForHost.get.reads
+    port.host.asks    := keptForHost.get.asks
+    port.host.address := keptForHost.get.address
+    when(RegNext(readAddress >> (8 - laneBits) === page.U)) { countData := port.data }
   }
+  keptForHost.foreach(_.ready := kept.values.map(_.host.ready).reduce(_ && _))
 
   /** The byte at this address is a counter in block RAM, which has counted since it was cleared last, or one
     * that its unit keeps.

@@ -20,6 +20,10 @@ class SyncManagerState extends Bundle {
   val began   = Bool()
   val closed  = Bool()
 
+  /** Events: a buffer has been written, has been read (SM-21). */
+  val writeEvent = Bool()
+  val readEvent  = Bool()
+
   def writer: UInt = ~(next ^ reader)
 }
 
@@ -106,11 +110,8 @@ class SyncManager extends Module {
   val after  = IO(Output(new SyncManagerState))
   val answer = IO(Output(new BufferAnswer))
 
-  /** Events: a buffer has been written, has been read; they rise, they end; rising comes last (B-57). */
-  val writeEvent    = IO(Output(Bool()))
-  val readEvent     = IO(Output(Bool()))
-  val writeEventEnd = IO(Output(Bool()))
-  val readEventEnd  = IO(Output(Bool()))
+  /** A buffer is complete. */
+  val written = IO(Output(Bool()))
 
   private val buffered   = !settings.isMailbox
   private val ecatWrites = settings.ecatWrites
@@ -163,9 +164,10 @@ class SyncManager extends Module {
   }
   when(readerDone && !buffered) { after.newer := false.B }
 
-  // Beginning a buffer ends the event of the other side's last one.
-  writeEvent    := writerDone
-  readEvent     := readerDone
-  writeEventEnd := Mux(ecatWrites, pdiBegan, ecatBegan)
-  readEventEnd  := Mux(ecatWrites, ecatBegan, pdiBegan)
+  // Beginning a buffer ends the event of the other side's last one; a new one comes behind that (B-57).
+  private val writerBegan = Mux(ecatWrites, ecatBegan, pdiBegan)
+  private val readerBegan = Mux(ecatWrites, pdiBegan, ecatBegan)
+  after.writeEvent := writerDone || (state.writeEvent && !readerBegan)
+  after.readEvent  := readerDone || (state.readEvent && !writerBegan)
+  written          := writerDone
 }

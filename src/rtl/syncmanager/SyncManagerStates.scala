@@ -2,6 +2,7 @@ package flyframe.syncmanager
 
 import chisel3._
 import chisel3.util._
+import flyframe.ram.DualPortRam
 
 /** How one side accesses buffers.
   *
@@ -24,15 +25,45 @@ class StatePort(indexBits: Int) extends Bundle {
   val answer  = Output(new BufferAnswer)
 }
 
+/** What of the control register (0x0804) acts when something happens to a SyncManager. */
+class SyncManagerControl extends Bundle {
+  val watchdogTrigger = Bool()
+  val alEvent         = Bool()
+  val ecatEvent       = Bool()
+  val ecatWrites      = Bool()
+}
+
+object SyncManagerControl {
+
+  /** Of the register as it is written. */
+  def apply(register: UInt): SyncManagerControl = {
+    val control = Wire(new SyncManagerControl)
+    control.watchdogTrigger := register(6)
+    control.alEvent         := register(5)
+    control.ecatEvent       := register(4)
+    control.ecatWrites      := register(2)
+    control
+  }
+}
+
 /** What happens to the SyncManagers, one after the other: the ends of frames, else ECAT's accesses, else the
   * PDI's. Two steps, so that neither is long: choose, then act.
   */
 class SyncManagerStates(n: Int) extends Module {
   private val indexBits = log2Ceil(n) max 1
 
-  val settings = IO(Input(Vec(n, new SyncManagerSettings)))
-  val ecat     = IO(new StatePort(indexBits))
-  val pdi      = IO(new StatePort(indexBits))
+  /** Each: enabled and not deactivated; enabled and deactivated; a mailbox. */
+  val works     = IO(Input(Vec(n, Bool())))
+  val locked    = IO(Input(Vec(n, Bool())))
+  val isMailbox = IO(Input(Vec(n, Bool())))
+
+  /** The control register of one is written, which does not work. */
+  val controls     = IO(Input(Bool()))
+  val controlIndex = IO(Input(UInt(indexBits.W)))
+  val control      = IO(Input(new SyncManagerControl))
+
+  val ecat = IO(new StatePort(indexBits))
+  val pdi  = IO(new StatePort(indexBits))
 
   /** End of a frame. */
   val good = IO(Input(Bool()))
@@ -46,16 +77,14 @@ class SyncManagerStates(n: Int) extends Module {
   val asked  = IO(Output(UInt(indexBits.W)))
   val buffer = IO(Output(UInt(2.W)))
 
-  private val bank = Module(new SyncManagerBank(n))
-  val states       = IO(chiselTypeOf(bank.states))
-  val writeEvent   = IO(chiselTypeOf(bank.writeEvent))
-  val readEvent    = IO(chiselTypeOf(bank.readEvent))
-  val written      = IO(chiselTypeOf(bank.written))
-  states     := bank.states
-  writeEvent := bank.writeEvent
-  readEvent  := bank.readEvent
-  written    := bank.written
-  bank.works := VecInit(settings.map(_.works))
+  /** The status register (0x0805) of one is read; a cycle later it is there. */
+  val statusIndex = IO(Input(UInt(indexBits.W)))
+  val status      = IO(Output(UInt(8.W)))
+
+  /** Events of each for ECAT and for the PDI; a buffer with watchdog trigger has been written (WD-04). */
+  val ecatEvent = IO(Output(Vec(n, Bool())))
+  val alEvent   = IO(Output(Vec(n, Bool())))
+  val trigger   = IO(Output(Bool()))
 
   private val walks   = RegInit(false.B) // reset: no frame
   private val wasGood = Reg(Bool())
@@ -78,18 +107,35 @@ class SyncManagerStates(n: Int) extends Module {
   pdi.granted  := !walks && !good && !bad && !begins && !ecat.turn
   private val accesses = (ecat.request || (pdi.request && pdi.granted)) && !walks
   private val number   = Mux(walks, walk, Mux(ecat.turn, ecat.number, pdi.number))
-  // What does not work must not keep the state it had: it may work again in the next cycle, and then begins
-  // anew.
-  bank.acts   := RegNext((walks || accesses) && settings(number).works, false.B)
-  bank.number := RegNext(number)
-  // A cycle old; of the state, what happened in that cycle is added. The configuration changes only while the
-  // SyncManager does not work, and that clears its state at once.
-  bank.chosen := RegNext(settings(number))
-  bank.state  := RegNext(Mux(bank.acts && bank.number === number, bank.after, bank.states(number)))
-  bank.byPdi  := RegNext(!ecat.turn)
-  bank.good   := RegNext(walks && wasGood, false.B)
-  bank.bad    := RegNext(walks && !wasGood, false.B)
-  bank.access := {
+
+  // Of the one that is chosen. What does not work must not keep the state it had: it may work again in the
+  // next cycle, and then begins anew.
+  private val acts   = RegNext((walks || accesses) && works(number), false.B)
+  private val memory = Module(new StateMemory(n))
+  private val ram    = Module(new DualPortRam(StateMemory.Words, memory.state.getWidth)).suggestName("states")
+  ram.io <> memory.ram
+  memory.works  := works
+  memory.number := number
+  memory.acts   := acts
+
+  private val controlRam = DualPortRam(StateMemory.Words, (new SyncManagerControl).getWidth)(clock)
+  controlRam.io.write        := controls
+  controlRam.io.writeAddress := controlIndex
+  controlRam.io.writeData    := control.asUInt
+  controlRam.io.readAddress  := number
+  private val chosen = controlRam.io.readData.asTypeOf(new SyncManagerControl)
+
+  private val logic = Module(new SyncManager)
+  logic.state               := memory.state
+  memory.after              := logic.after
+  logic.settings.works      := RegNext(works(number))
+  logic.settings.locked     := RegNext(locked(number))
+  logic.settings.isMailbox  := RegNext(isMailbox(number))
+  logic.settings.ecatWrites := chosen.ecatWrites
+  logic.byPdi               := RegNext(!ecat.turn)
+  logic.good                := RegNext(walks && wasGood, false.B)
+  logic.bad                 := RegNext(walks && !wasGood, false.B)
+  logic.access := {
     val access = WireDefault(Mux(ecat.turn, ecat.access, pdi.access))
     when(!accesses) {
       access.touch := false.B
@@ -97,67 +143,40 @@ class SyncManagerStates(n: Int) extends Module {
     }
     RegNext(access)
   }
-  private val answer = RegNext(bank.answer)
+  private val answer = RegNext(logic.answer)
   asked       := number
-  buffer      := bank.answer.buffer
+  buffer      := logic.answer.buffer
   ecat.answer := answer
   pdi.answer  := answer
+  trigger     := acts && logic.written && chosen.watchdogTrigger
+
+  // A written buffer is an event for the side that reads, a read one for the side that writes.
+  private val (written, isRead) = (logic.after.writeEvent, logic.after.readEvent)
+  private def events(side: String, now: Bool) = VecInit((0 until n).map { i =>
+    val event = RegInit(false.B).suggestName(s"${side}Event_$i") // reset: none
+    when(acts && memory.acting === i.U) { event := now }
+    when(!works(i)) { event := false.B }
+    event
+  })
+  ecatEvent := events("ecat", chosen.ecatEvent && Mux(chosen.ecatWrites, isRead, written))
+  alEvent   := events("al", chosen.alEvent && Mux(chosen.ecatWrites, written, isRead))
+
+  // The status of one to which nothing has happened depends on its mode only.
+  private val after      = logic.after
+  private val lastBuffer = Mux(after.anyWritten, Mux(after.newer, after.next, after.reader), 3.U(2.W))
+  private val mailbox    = logic.settings.isMailbox
+  private val statusRam  = DualPortRam(StateMemory.Words, 5)(clock)
+  statusRam.io.write        := acts
+  statusRam.io.writeAddress := memory.acting
+  statusRam.io.writeData    := Cat(Mux(mailbox, 0.U, lastBuffer), mailbox && after.newer, isRead, written)
+  statusRam.io.readAddress  := statusIndex
+  private val fresh = Mux(RegNext(isMailbox(statusIndex)), 0.U, SyncManagerStates.NoneWritten.U(5.W))
+  private val shown = Mux(RegNext(memory.isFresh(statusIndex)), fresh, statusRam.io.readData)
+  status := Cat(shown(4, 3), shown(2), 0.U(1.W), shown(1, 0))
 }
 
-/** The states and events of all SyncManagers, and the logic they share: one of them acts in a cycle. */
-class SyncManagerBank(n: Int) extends Module {
-  private val indexBits = log2Ceil(n) max 1
+private object SyncManagerStates {
 
-  /** Each: enabled and not deactivated. */
-  val works = IO(Input(Vec(n, Bool())))
-
-  /** Something happens to SyncManager `number`: an access, or the end of a frame. */
-  val acts   = IO(Input(Bool()))
-  val number = IO(Input(UInt(indexBits.W)))
-  val chosen = IO(Input(new SyncManagerSettings)) // of that one
-  val state  = IO(Input(new SyncManagerState))    // of that one
-  val after  = IO(Output(new SyncManagerState))   // and what becomes of it
-  val access = IO(Input(new BufferAccess))
-  val byPdi  = IO(Input(Bool()))
-  val good   = IO(Input(Bool()))
-  val bad    = IO(Input(Bool()))
-  val answer = IO(Output(new BufferAnswer))
-
-  val states     = IO(Output(Vec(n, new SyncManagerState)))
-  val writeEvent = IO(Output(Vec(n, Bool())))
-  val readEvent  = IO(Output(Vec(n, Bool())))
-
-  /** A buffer has been written completely: that of this SyncManager. */
-  val written = IO(Output(Valid(UInt(indexBits.W))))
-
-  private val logic = Module(new SyncManager)
-  logic.state    := state
-  logic.settings := chosen
-  logic.access   := access
-  logic.byPdi    := byPdi
-  logic.good     := good
-  logic.bad      := bad
-  after          := logic.after
-  answer         := logic.answer
-
-  for (i <- 0 until n) {
-    val mine = acts && number === i.U
-    val own  = RegInit(SyncManagerState.start).suggestName(s"state_$i")
-    when(mine) { own := logic.after }
-    when(!works(i)) { own := SyncManagerState.start }
-    states(i) := own
-
-    // Reset: no event.
-    def event(begin: Bool, end: Bool, name: String): Bool = {
-      val flag = RegInit(false.B).suggestName(s"${name}_$i")
-      when(mine && end) { flag := false.B }
-      when(mine && begin) { flag := true.B }
-      when(!works(i)) { flag := false.B }
-      flag
-    }
-    writeEvent(i) := event(logic.writeEvent, logic.writeEventEnd, "isWritten")
-    readEvent(i)  := event(logic.readEvent, logic.readEventEnd, "isRead")
-  }
-  written.valid := acts && logic.writeEvent
-  written.bits  := number
+  /** Status of three buffers: none has been written yet. */
+  val NoneWritten = 0x18
 }

@@ -31,14 +31,14 @@ class SyncManagerUnit(p: EscParams) extends RegisterUnit(SyncManagerRegisters(p)
     unit.bad     := bus.frame.bad
     unit.quiet   := hostIsQuiet && !bus.frame.busy && !ShiftRegister(bus.frame.busy, 8, false.B, true.B)
     for (n <- 0 until p.syncManagers) {
-      unit.enable(n)                     := bus.bool(s"sm${n}_enable")
-      bus.guard(s"sm${n}_disabled")      := !bus.bool(s"sm${n}_enable")
-      bus.status(s"sm${n}_write_event")  := unit.writeEvent(n)
-      bus.status(s"sm${n}_read_event")   := unit.readEvent(n)
-      bus.status(s"sm${n}_mailbox_full") := unit.full(n)
-      bus.status(s"sm${n}_last_buffer")  := unit.lastBuffer(n)
-      bus.status(s"sm${n}_deactivated")  := unit.deactivated(n)
+      unit.enable(n)                    := bus.bool(s"sm${n}_enable")
+      bus.guard(s"sm${n}_disabled")     := !bus.bool(s"sm${n}_enable")
+      bus.status(s"sm${n}_deactivated") := unit.deactivated(n)
     }
+    val status = bus.keptRead("sm0_status")
+    unit.statusIndex                  := (status.address << log2Ceil(p.lanes)) >> 3
+    status.data                       := unit.status << (8 * (SyncManagerRegisters.Status % p.lanes))
+    status.host.ready                 := true.B
     bus.status("sm_ecat_event")       := unit.ecatEvent.asUInt
     bus.status("sm_al_event")         := unit.alEvent.asUInt
     bus.status("sm_activation_event") := VecInit((0 until p.syncManagers).map(activation(bus, _))).asUInt.orR

@@ -2,6 +2,7 @@ package flyframe.syncmanager
 
 import chisel3._
 import chisel3.util._
+import flyframe.lanes.Lanes
 import flyframe.memory.{RegisterWrite, RegisterWrites, TableWrite, WideTable}
 import flyframe.params.EscParams
 import flyframe.registers.{Register, RegisterMap, SyncManagerRegisters}
@@ -93,11 +94,11 @@ class SyncManagers(p: EscParams) extends Module {
   /** 0x0806[0] of each. */
   val enable = IO(Input(Vec(n, Bool())))
 
-  /** 0x0805 of each, without the reserved bits; 0x0807[0]. */
-  val writeEvent  = IO(Output(Vec(n, Bool())))
-  val readEvent   = IO(Output(Vec(n, Bool())))
-  val full        = IO(Output(Vec(n, Bool())))
-  val lastBuffer  = IO(Output(Vec(n, UInt(2.W))))
+  /** 0x0805 of one is read; a cycle later it is there. */
+  val statusIndex = IO(Input(UInt(p.smIndexBits.W)))
+  val status      = IO(Output(UInt(8.W)))
+
+  /** 0x0807[0] of each. */
   val deactivated = IO(Output(Vec(n, Bool())))
 
   /** Events for the master (0x0210) and the host (0x0220). */
@@ -114,8 +115,9 @@ class SyncManagers(p: EscParams) extends Module {
       f"${SyncManagerRegisters.Stride} " +
       "but must have First at a multiple of 128 and Stride 8."
   )
-  private val address  = write.bits.byteAddress
-  private val hitsArea = table.valid && address(11, 7) === (SyncManagerRegisters.First >> 7).U && !address(2)
+  private val address   = write.bits.byteAddress
+  private val isInTable = address(11, 7) === (SyncManagerRegisters.First >> 7).U
+  private val hitsArea  = table.valid && isInTable && !address(2)
   private val tables = Seq.tabulate(p.smBanks) { bank =>
     val copy = Module(new WideTable(n min 8, Seq.fill(4)(8), copies = 3)).suggestName(s"table_$bank")
     copy.write      := hitsArea && address(6) === bank.U && address(5, 3) < (n min 8).U
@@ -127,25 +129,11 @@ class SyncManagers(p: EscParams) extends Module {
 
   private val states = Module(new SyncManagerStates(n))
 
-  // Control bits of each that act all the time; reset as the registers.
-  private class Control extends Bundle {
-    val alEvent    = Bool()
-    val ecatEvent  = Bool()
-    val ecatWrites = Bool()
-    val isMailbox  = Bool()
-  }
+  // What acts all the time is in flip-flops, reset as the registers.
   private val writes = new RegisterWrites(SyncManagerRegisters(p), write)
-  private val control = VecInit((0 until n).map { i =>
-    val written          = writes.written(s"sm${i}_control")
-    val (al, ecat, mode) = (written.bits(5), written.bits(4), written.bits(2, 1))
-    val stored           = if (i < ecatEvent.size) al ## ecat ## mode else al ## mode
-    val value            = RegEnable(stored, 0.U(stored.getWidth.W), written.valid).suggestName(s"control_$i")
-    val all              = if (i < ecatEvent.size) value else value(2) ## false.B ## value(1, 0)
-    all.asTypeOf(new Control)
-  })
-  private lazy val watchdogTrigger = VecInit((0 until n).map { i =>
+  private val isMailbox = VecInit((0 until n).map { i =>
     val written = writes.written(s"sm${i}_control")
-    RegEnable(written.bits(6), false.B, written.valid).suggestName(s"watchdogTrigger_$i")
+    RegEnable(written.bits(1), false.B, written.valid).suggestName(s"isMailbox_$i")
   })
   private val wantsOff = (0 until n).map { i => // as written
     val written = writes.written(s"sm${i}_deactivated")
@@ -165,7 +153,7 @@ class SyncManagers(p: EscParams) extends Module {
     val number         = if (p.smBanks == 1) last else Cat(bank.U(1.W), last)
     val exists         = number < n.U
     val chosen         = number(p.smIndexBits - 1, 0)
-    val threefold      = locked(chosen) && !control(chosen).isMailbox
+    val threefold      = locked(chosen) && !isMailbox(chosen)
     table.readIndex(i) := port.index
     port.ramOpen       := ramOpen
     entry.index        := number
@@ -181,25 +169,19 @@ class SyncManagers(p: EscParams) extends Module {
   private val length  = if (p.smBanks == 1) lengths(0) else lengths(RegNext(states.asked(3)))
   private val offset  = RegNext(Mux(states.buffer(1), length << 1, Mux(states.buffer(0), length, 0.U)))
 
-  for (i <- 0 until n) {
-    val settings = states.settings(i)
-    settings.works      := works(i)
-    settings.locked     := locked(i)
-    settings.isMailbox  := control(i).isMailbox
-    settings.ecatWrites := control(i).ecatWrites
-
-    val s          = states.states(i)
-    val bufferLast = Mux(s.anyWritten, Mux(s.newer, s.next, s.reader), 3.U)
-    full(i)       := control(i).isMailbox && s.newer
-    lastBuffer(i) := Mux(control(i).isMailbox, 0.U, bufferLast)
-    if (i < ecatEvent.size)
-      ecatEvent(i) := control(i).ecatEvent && Mux(control(i).ecatWrites, readEvent(i), writeEvent(i))
-    alEvent(i)     := control(i).alEvent && Mux(control(i).ecatWrites, writeEvent(i), readEvent(i))
-  }
-  writeEvent := states.writeEvent
-  readEvent  := states.readEvent
-  trigger := states.written.valid && (if (p.hasWatchdogs) watchdogTrigger(states.written.bits) else false.B)
-  settled := states.settled
+  private val controlAt = SyncManagerRegisters.Control
+  states.works        := works
+  states.locked       := locked
+  states.isMailbox    := isMailbox
+  states.controls     := write.valid && isInTable && address(2, 0) === controlAt.U && write.bits.mask(0)
+  states.controlIndex := address(6, 3)
+  states.control      := SyncManagerControl(Lanes.byte(write.bits.data, controlAt % p.lanes))
+  states.statusIndex  := statusIndex
+  status              := states.status
+  ecatEvent           := VecInit(states.ecatEvent.take(ecatEvent.size))
+  alEvent             := states.alEvent
+  trigger             := (if (p.hasWatchdogs) states.trigger else false.B)
+  settled             := states.settled
 
   states.good := good
   states.bad  := bad

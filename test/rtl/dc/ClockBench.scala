@@ -35,7 +35,7 @@ class ClocksUnderTest(val p: EscParams)
 class ClockBench(val dut: ClocksUnderTest) {
   private val p     = dut.p
   private val lanes = p.lanes
-  private val kept  = dut.kept.get
+  private val kept  = dut.kept.values.head
   var cycle         = 0L
   private val settings = scala.collection.mutable.Map(
     "speed_counter_start" -> 0x1000,

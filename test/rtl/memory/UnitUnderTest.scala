@@ -3,7 +3,7 @@ package flyframe.memory
 import chisel3._
 import chisel3.util._
 import flyframe.params.EscParams
-import flyframe.registers.{Access, FieldRecord, KeptRead, RegisterMap, Source}
+import flyframe.registers.{Access, FieldRecord, KeptRead, RegisterMap}
 
 /** A unit alone, with its bus at the pins: the test writes and reads registers, and is all other units.
   *
@@ -27,10 +27,10 @@ class UnitUnderTest[U <: RegisterUnit](p: EscParams, make: => U) extends Module 
   val unitRead: DecoupledIO[UInt] = IO(Decoupled(UInt(12.W)))
   val unitData: Valid[UInt]       = IO(Input(Valid(UInt(8.W))))
 
-  override val kept: Option[KeptRead] = Option.when(registers.exists(_.fields.exists(_.source match {
-    case _: Source.Kept => true
-    case _              => false
-  })))(IO(Flipped(new KeptRead(12 - log2Ceil(p.lanes), p.lanes))))
+  override val kept: Map[Int, KeptRead] = KeptRead
+    .pages(registers)
+    .map(_ -> IO(Flipped(new KeptRead(12 - log2Ceil(p.lanes), p.lanes))))
+    .toMap
 
   /** What frames do. */
   val begins = IO(Input(Bool()))
@@ -46,6 +46,10 @@ class UnitUnderTest[U <: RegisterUnit](p: EscParams, make: => U) extends Module 
 
   status := others
   for (record <- Seq(set, event, guard)) record := 0.U.asTypeOf(record)
+  for (port   <- kept.values) {
+    port.data       := 0.U
+    port.host.ready := true.B
+  }
   protected val unit: U = make
   private val bus =
     new RegisterBus(p, this, registers, FrameEvents(begins, good, bad, busy, error, reads), host.ack)

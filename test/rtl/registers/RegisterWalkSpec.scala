@@ -258,8 +258,8 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
         address,
         f =>
           f.source match {
-            case _: Source.Stored | Source.Ram | Source.Kept(true) => true
-            case _                                                 => showsWritten(f)
+            case _: Source.Stored | Source.Ram | Source.Kept(true, _) => true
+            case _                                                    => showsWritten(f)
           },
         f => (BigInt(1) << f.width) - 1
       )

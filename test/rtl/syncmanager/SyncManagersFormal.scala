@@ -43,7 +43,10 @@ class SyncManagersProof extends Module {
   private val isMailbox                 = steady(modes)
   private val ecatWrites                = steady(directions)
 
-  private val dut     = Module(new SyncManagerBank(n))
+  private val dut     = Module(new SyncManager)
+  private val acts    = Wire(Bool())
+  private val number  = Wire(UInt(1.W))
+  private val states  = RegInit(VecInit(Seq.fill(n)(SyncManagerState.start)))
   private val enabled = RegInit(0.U(n.W))
   private val locked  = RegInit(0.U(n.W))
 
@@ -80,7 +83,7 @@ class SyncManagersProof extends Module {
   private val hostIndex = Reg(UInt(1.W))
   private val hostAsks  = pdi.touch && !busActs && !hostEnds
   private val hostTouch = hostAsks && dut.answer.inBuffer
-  private val hostClose = pdi.close && !busActs && hostEnds && dut.states(hostIndex).pdiOpen
+  private val hostClose = pdi.close && !busActs && hostEnds && states(hostIndex).pdiOpen
   when(hostTouch) {
     hostEnds  := pdi.last && !pdi.first
     hostIndex := pdi.index
@@ -93,26 +96,25 @@ class SyncManagersProof extends Module {
 
   dut.good          := ends.orR && wasGood
   dut.bad           := ends.orR && !wasGood
-  dut.acts          := busActs && !(good || bad) || hostAsks || hostClose
-  dut.number        := Mux(ends.orR, ends(1), Mux(busActs, ecat.index, Mux(hostClose, hostIndex, pdi.index)))
+  acts              := busActs && !(good || bad) || hostAsks || hostClose
+  number            := Mux(ends.orR, ends(1), Mux(busActs, ecat.index, Mux(hostClose, hostIndex, pdi.index)))
   dut.byPdi         := !busActs
-  dut.access.write  := dut.byPdi =/= ecatWrites(dut.number) // the side's own direction
+  dut.access.write  := dut.byPdi =/= ecatWrites(number) // the side's own direction
   dut.access.touch  := busAsks || hostAsks
   dut.access.first  := Mux(busActs, ecat.first, pdi.first)
   dut.access.close  := Mux(busAsks, busWrites && busLast, busCloses || hostClose)
   dut.access.single := false.B
 
-  dut.state := dut.states(
-    dut.number
-  ) // SyncManagerStates reads it a cycle before and adds what happens in that
+  dut.state := states(number) // SyncManagerStates has them in a [[StateMemory]]
+  when(acts) { states(number) := dut.after }
   private def works(i: UInt): Bool = enabled(i) && !locked(i)
-  dut.chosen.works      := works(dut.number)
-  dut.chosen.locked     := enabled(dut.number) && locked(dut.number)
-  dut.chosen.isMailbox  := isMailbox(dut.number)
-  dut.chosen.ecatWrites := ecatWrites(dut.number)
+  dut.settings.works      := works(number)
+  dut.settings.locked     := enabled(number) && locked(number)
+  dut.settings.isMailbox  := isMailbox(number)
+  dut.settings.ecatWrites := ecatWrites(number)
 
   for (i <- 0 until n) {
-    dut.works(i) := works(i.U)
+    when(!works(i.U)) { states(i) := SyncManagerState.start }
     val bus   = busTouch && ecat.index === i.U
     val host  = hostTouch && pdi.index === i.U
     val busC  = busClose && ecat.index === i.U
@@ -123,8 +125,8 @@ class SyncManagersProof extends Module {
     val good      = ends(i) && wasGood
     val bad       = ends(i) && !wasGood
     val buffered  = !isMailbox(i)
-    val writer    = dut.states(i).writer
-    val reader    = dut.states(i).reader
+    val writer    = states(i).writer
+    val reader    = states(i).reader
     val byEcat    = ecatWrites(i)
     val busDone   = good && closed(i)
     val wrote     = Mux(byEcat, busDone, hostC)
@@ -176,19 +178,19 @@ class SyncManagersProof extends Module {
         assert(writer =/= held, "the reader's buffer is written")
       }
       when(anyWritten) { assert(writer =/= complete, "the newest buffer is written") }
-      when(anyWritten && dut.states(i).newer) {
-        assert(dut.states(i).next === complete, "NEXT is the newest")
+      when(anyWritten && states(i).newer) {
+        assert(states(i).next === complete, "NEXT is the newest")
       }
     }
     when(working) {
-      assert(buffered || dut.states(i).newer === full, "mailbox full in the status")
-      assert(dut.writeEvent(i) === writeEvent && dut.readEvent(i) === readEvent, "events")
-      assert((dut.written.valid && dut.written.bits === i.U) === wrote, "a complete write, for the watchdog")
+      assert(buffered || states(i).newer === full, "mailbox full in the status")
+      assert(states(i).writeEvent === writeEvent && states(i).readEvent === readEvent, "events")
+      assert((acts && dut.written && number === i.U) === wrote, "a complete write, for the watchdog")
     }
 
     // Nobody acts on this one: it stays as it is, whatever happens to the other.
     val untouched = started && !bus && !busC && !host && !hostC && !(ends(i) && touched(i))
-    val state     = Cat(dut.writeEvent(i), dut.readEvent(i), dut.states(i).asUInt)
+    val state     = states(i).asUInt
     when(RegNext(untouched && working, false.B) && working) {
       assert(state === RegNext(state), "changes by what concerns another")
     }
