@@ -21,6 +21,7 @@
 //   syncPulse                    1000  10 ns
 //   clockPowerSaving                0  switch
 //   enhancedSync                    0  switch
+//   meanWays                        0  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports

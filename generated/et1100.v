@@ -22,6 +22,7 @@
 //   syncPulse                    1000  10 ns
 //   clockPowerSaving                1  switch
 //   enhancedSync                    0  switch
+//   meanWays                        0  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports
@@ -7988,17 +7989,17 @@ module ReceiveTimes(
   reg         chosen;
   reg  [2:0]  choice;
   reg  [6:0]  age;
+  reg  [10:0] since_REG;
   reg         serves;
   reg  [2:0]  source;
   reg  [2:0]  at;
   wire        isEpu = source == 3'h4;
-  reg         written_REG;
-  reg  [10:0] since_REG;
+  reg         written_r;
   wire        _less_T_2 = at == 3'h0;
   reg         borrow;
-  reg  [7:0]  less_REG;
+  reg  [7:0]  less_r;
   wire [8:0]  _less_T_4 =
-    {1'h0, less_REG} - {1'h0, _less_T_2 ? since_REG[7:0] : at == 3'h1 ? {5'h0, since_REG[10:8]} : 8'h0}
+    {1'h0, less_r} - {1'h0, _less_T_2 ? since_REG[7:0] : at == 3'h1 ? {5'h0, since_REG[10:8]} : 8'h0}
     - {8'h0, ~_less_T_2 & borrow};
   reg         kept_0;
   reg         kept_1;
@@ -8041,7 +8042,7 @@ module ReceiveTimes(
         casez_tmp = kept_0;
     endcase
   end // always @(*)
-  wire [4:0]  _offset_T_2 = isEpu ? 5'h18 : {source, 2'h0};
+  wire [4:0]  _offset_T_1 = isEpu ? 5'h18 : {source, 2'h0};
   wire        _data_ram_io_readAddress_T = readWord[4:2] > 3'h5;
   reg         casez_tmp_0;
   always @(*) begin
@@ -8070,16 +8071,16 @@ module ReceiveTimes(
         casez_tmp_1 = kept_3;
     endcase
   end // always @(*)
-  wire [4:0]  next = waits_0 ? 5'h1 : waits_1 ? 5'h2 : waits_2 ? 5'h4 : waits_3 ? 5'h8 : {waits_4, 4'h0};
-  wire        written = serves & written_REG;
-  wire        _isServed_T = source == 3'h0;
-  wire        changes = due_0 & fresh_0 & ~(serves & _isServed_T);
-  wire        _isServed_T_1 = source == 3'h1;
-  wire        changes_1 = due_1 & fresh_1 & ~(serves & _isServed_T_1);
-  wire        _isServed_T_2 = source == 3'h2;
-  wire        changes_2 = due_2 & fresh_2 & ~(serves & _isServed_T_2);
-  wire        _isServed_T_3 = source == 3'h3;
-  wire        changes_3 = due_3 & fresh_3 & ~(serves & _isServed_T_3);
+  wire [4:0]  isServed = waits_0 ? 5'h1 : waits_1 ? 5'h2 : waits_2 ? 5'h4 : waits_3 ? 5'h8 : {waits_4, 4'h0};
+  wire        written = serves & written_r;
+  wire        _isWritten_T = source == 3'h0;
+  wire        changes = due_0 & fresh_0 & ~(serves & _isWritten_T);
+  wire        _isWritten_T_1 = source == 3'h1;
+  wire        changes_1 = due_1 & fresh_1 & ~(serves & _isWritten_T_1);
+  wire        _isWritten_T_2 = source == 3'h2;
+  wire        changes_2 = due_2 & fresh_2 & ~(serves & _isWritten_T_2);
+  wire        _isWritten_T_3 = source == 3'h3;
+  wire        changes_3 = due_3 & fresh_3 & ~(serves & _isWritten_T_3);
   wire        changes_4 = due_4 & fresh_4 & ~(serves & isEpu);
   always @(posedge clock) begin
     if (reset) begin
@@ -8107,11 +8108,11 @@ module ReceiveTimes(
       due_4 <= 1'h0;
     end
     else begin
-      waits_0 <= begins_0 | ~(last & next[0]) & waits_0;
-      waits_1 <= begins_1 | ~(last & next[1]) & waits_1;
-      waits_2 <= begins_2 | ~(last & next[2]) & waits_2;
-      waits_3 <= begins_3 | ~(last & next[3]) & waits_3;
-      waits_4 <= begins_4 | ~(last & next[4]) & waits_4;
+      waits_0 <= begins_0 | ~(last & isServed[0]) & waits_0;
+      waits_1 <= begins_1 | ~(last & isServed[1]) & waits_1;
+      waits_2 <= begins_2 | ~(last & isServed[2]) & waits_2;
+      waits_3 <= begins_3 | ~(last & isServed[3]) & waits_3;
+      waits_4 <= begins_4 | ~(last & isServed[4]) & waits_4;
       if (last)
         chosen <= |{waits_4, waits_3, waits_2, waits_1, waits_0};
       serves <= chosen;
@@ -8120,10 +8121,10 @@ module ReceiveTimes(
       valid_2 <= changes_2 | valid_2;
       valid_3 <= changes_3 | valid_3;
       valid_4 <= changes_4 | valid_4;
-      fresh_0 <= written & _isServed_T | ~(changes | begins_4) & fresh_0;
-      fresh_1 <= written & _isServed_T_1 | ~(changes_1 | begins_4) & fresh_1;
-      fresh_2 <= written & _isServed_T_2 | ~(changes_2 | begins_4) & fresh_2;
-      fresh_3 <= written & _isServed_T_3 | ~(changes_3 | begins_4) & fresh_3;
+      fresh_0 <= written & _isWritten_T | ~(changes | begins_4) & fresh_0;
+      fresh_1 <= written & _isWritten_T_1 | ~(changes_1 | begins_4) & fresh_1;
+      fresh_2 <= written & _isWritten_T_2 | ~(changes_2 | begins_4) & fresh_2;
+      fresh_3 <= written & _isWritten_T_3 | ~(changes_3 | begins_4) & fresh_3;
       fresh_4 <= written & isEpu | ~(changes_4 | begins_4) & fresh_4;
       due_0 <= ~(changes | absent_0) & (keep_0 | due_0);
       due_1 <= ~(changes_1 | absent_1) & (keep_1 | due_1);
@@ -8155,12 +8156,12 @@ module ReceiveTimes(
       choice <= waits_0 ? 3'h0 : waits_1 ? 3'h1 : waits_2 ? 3'h2 : waits_3 ? 3'h3 : 3'h4;
       age <= waits_0 ? age_0 : waits_1 ? age_1 : waits_2 ? age_2 : waits_3 ? age_3 : age_4;
     end
+    since_REG <= {4'h0, age} * 11'hA;
     source <= choice;
     at <= place;
-    written_REG <= last;
-    since_REG <= {4'h0, age} * 11'hA;
+    written_r <= last;
     borrow <= _less_T_4[8];
-    less_REG <= timeByte;
+    less_r <= timeByte;
     kept_0 <= changes ^ kept_0;
     kept_1 <= changes_1 ^ kept_1;
     kept_2 <= changes_2 ^ kept_2;
@@ -8169,7 +8170,7 @@ module ReceiveTimes(
     shown <= (~(readWord[4]) | _data_ram_io_readAddress_T) & (_data_ram_io_readAddress_T ? valid_4 : casez_tmp_0);
   end // always @(posedge)
   assign _data_ram_write = serves & (isEpu | ~(at[2]));
-  assign _data_ram_writeAddress = {~casez_tmp, _offset_T_2[4:3], _offset_T_2[2:0] | at};
+  assign _data_ram_writeAddress = {~casez_tmp, _offset_T_1[4:3], _offset_T_1[2:0] | at};
   assign _data_ram_writeData = _less_T_4[7:0];
   assign _data_ram_readAddress = {_data_ram_io_readAddress_T ? kept_4 : casez_tmp_1, readWord};
   DualPortRam #(

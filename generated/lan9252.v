@@ -22,6 +22,7 @@
 //   syncPulse                    1000  10 ns
 //   clockPowerSaving                1  switch
 //   enhancedSync                    1  switch
+//   meanWays                        0  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports
@@ -7268,17 +7269,17 @@ module ReceiveTimes(
   reg        chosen;
   reg  [1:0] choice;
   reg  [5:0] age;
+  reg  [9:0] since_REG;
   reg        serves;
   reg  [1:0] source;
   reg  [2:0] at;
   wire       isEpu = source == 2'h2;
-  reg        written_REG;
-  reg  [9:0] since_REG;
+  reg        written_r;
   wire       _less_T_2 = at == 3'h0;
   reg        borrow;
-  reg  [7:0] less_REG;
+  reg  [7:0] less_r;
   wire [8:0] _less_T_4 =
-    {1'h0, less_REG} - {1'h0, _less_T_2 ? since_REG[7:0] : at == 3'h1 ? {6'h0, since_REG[9:8]} : 8'h0}
+    {1'h0, less_r} - {1'h0, _less_T_2 ? since_REG[7:0] : at == 3'h1 ? {6'h0, since_REG[9:8]} : 8'h0}
     - {8'h0, ~_less_T_2 & borrow};
   reg        kept_0;
   reg        kept_1;
@@ -7305,7 +7306,7 @@ module ReceiveTimes(
         casez_tmp = kept_0;
     endcase
   end // always @(*)
-  wire [4:0] _offset_T_2 = isEpu ? 5'h18 : {1'h0, source, 2'h0};
+  wire [4:0] _offset_T_1 = isEpu ? 5'h18 : {1'h0, source, 2'h0};
   wire       _data_ram_io_readAddress_T = readWord[4:2] > 3'h5;
   reg        casez_tmp_0;
   always @(*) begin
@@ -7334,12 +7335,12 @@ module ReceiveTimes(
         casez_tmp_1 = 1'h0;
     endcase
   end // always @(*)
-  wire [2:0] next = waits_0 ? 3'h1 : waits_1 ? 3'h2 : {waits_2, 2'h0};
-  wire       written = serves & written_REG;
-  wire       _isServed_T = source == 2'h0;
-  wire       changes = due_0 & fresh_0 & ~(serves & _isServed_T);
-  wire       _isServed_T_1 = source == 2'h1;
-  wire       changes_1 = due_1 & fresh_1 & ~(serves & _isServed_T_1);
+  wire [2:0] isServed = waits_0 ? 3'h1 : waits_1 ? 3'h2 : {waits_2, 2'h0};
+  wire       written = serves & written_r;
+  wire       _isWritten_T = source == 2'h0;
+  wire       changes = due_0 & fresh_0 & ~(serves & _isWritten_T);
+  wire       _isWritten_T_1 = source == 2'h1;
+  wire       changes_1 = due_1 & fresh_1 & ~(serves & _isWritten_T_1);
   wire       changes_2 = due_2 & fresh_2 & ~(serves & isEpu);
   always @(posedge clock) begin
     if (reset) begin
@@ -7359,17 +7360,17 @@ module ReceiveTimes(
       due_2 <= 1'h0;
     end
     else begin
-      waits_0 <= begins_0 | ~(last & next[0]) & waits_0;
-      waits_1 <= begins_1 | ~(last & next[1]) & waits_1;
-      waits_2 <= begins_2 | ~(last & next[2]) & waits_2;
+      waits_0 <= begins_0 | ~(last & isServed[0]) & waits_0;
+      waits_1 <= begins_1 | ~(last & isServed[1]) & waits_1;
+      waits_2 <= begins_2 | ~(last & isServed[2]) & waits_2;
       if (last)
         chosen <= |{waits_2, waits_1, waits_0};
       serves <= chosen;
       valid_0 <= changes | valid_0;
       valid_1 <= changes_1 | valid_1;
       valid_2 <= changes_2 | valid_2;
-      fresh_0 <= written & _isServed_T | ~(changes | begins_2) & fresh_0;
-      fresh_1 <= written & _isServed_T_1 | ~(changes_1 | begins_2) & fresh_1;
+      fresh_0 <= written & _isWritten_T | ~(changes | begins_2) & fresh_0;
+      fresh_1 <= written & _isWritten_T_1 | ~(changes_1 | begins_2) & fresh_1;
       fresh_2 <= written & isEpu | ~(changes_2 | begins_2) & fresh_2;
       due_0 <= ~(changes | absent_0) & (keep_0 | due_0);
       due_1 <= ~(changes_1 | absent_1) & (keep_1 | due_1);
@@ -7391,19 +7392,19 @@ module ReceiveTimes(
       choice <= waits_0 ? 2'h0 : waits_1 ? 2'h1 : 2'h2;
       age <= waits_0 ? age_0 : waits_1 ? age_1 : age_2;
     end
+    since_REG <= {4'h0, age} * 10'hA;
     source <= choice;
     at <= place;
-    written_REG <= last;
-    since_REG <= {4'h0, age} * 10'hA;
+    written_r <= last;
     borrow <= _less_T_4[8];
-    less_REG <= timeByte;
+    less_r <= timeByte;
     kept_0 <= changes ^ kept_0;
     kept_1 <= changes_1 ^ kept_1;
     kept_2 <= changes_2 ^ kept_2;
     shown <= (readWord[4:2] < 3'h2 | _data_ram_io_readAddress_T) & (_data_ram_io_readAddress_T ? valid_2 : casez_tmp_0);
   end // always @(posedge)
   assign _data_ram_write = serves & (isEpu | ~(at[2]));
-  assign _data_ram_writeAddress = {~casez_tmp, _offset_T_2[4:3], _offset_T_2[2:0] | at};
+  assign _data_ram_writeAddress = {~casez_tmp, _offset_T_1[4:3], _offset_T_1[2:0] | at};
   assign _data_ram_writeData = _less_T_4[7:0];
   assign _data_ram_readAddress = {_data_ram_io_readAddress_T ? kept_2 : casez_tmp_1, readWord};
   DualPortRam #(

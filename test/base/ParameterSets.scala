@@ -195,6 +195,7 @@ object TestSets {
       syncSignals = 2,
       syncPulse = 0,
       enhancedSync = 1,
+      meanWays = 1,
       latchSignals = 2,
       applicationLayer = 1,
       syncManagers = 2

@@ -82,7 +82,7 @@ run() {
   fi
   limit=600 count=$cycles
   [ "$scenario" = cycles ] && limit=1800
-  [ "$scenario" = clocks ] && limit=$((600 + sync / 2)) count=$sync
+  [ "$scenario" = clocks ] && limit=$((600 + sync)) count=$sync
   begin=$(date +%s)
   # shellcheck disable=SC2086 # the program has arguments
   if timeout $limit env LD_PRELOAD="$faketime" FAKETIME="+0 x$clock" \

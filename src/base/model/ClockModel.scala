@@ -15,6 +15,8 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   private val began  = Array.fill(p.ports)(Option.empty[Long]) // since a frame came to the processing unit
   private val awaits = Array.fill(p.ports)(false)              // the frame is on its way back to there
   private var latest = Option.empty[(Int, Long)]               // port and time of the frame at hand
+  private var first  = Option.empty[Long]                      // when the last frame came to port 0
+  private val ways = Array.fill(p.ports)((0.0, 0)) // from there to the port, on the mean, ns; of frames
 
   // What the frame in the processing unit has written 0x0900 with.
   private var commands = Set.empty[Int]
@@ -84,9 +86,25 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
 
   /** A frame begins at `port`. */
   def portBegins(port: Int): Unit = {
-    latest = Some(port -> now)
-    began(port) = Some(now)
-    if (awaits(port)) keep(port, now)
+    if (port == 0) first = Some(now)
+    val time = if (port > 0 && p.hasMeanWays) now - math.round(lateAt(port)) else now
+    latest = Some(port -> time)
+    began(port) = Some(time)
+    if (awaits(port)) keep(port, time)
+  }
+
+  /** By how much a frame comes later to `port` than frames do on the mean, ns; the mean follows (B-100). */
+  private def lateAt(port: Int): Double = first.map(now - _).filter(_ < 65535L * p.clockPeriodNs) match {
+    case None => 0
+    case Some(way) =>
+      val (mean, frames) = ways(port)
+      val late           = way - mean
+      val isNear         = frames > 0 && late >= -64 * p.clockPeriodNs && late < 64 * p.clockPeriodNs
+      ways(port) =
+        if (isNear) (mean + late / (if (frames == 63) 256 else 16), (frames + 1) min 63)
+        else if (frames > 1) (mean, frames / 2)
+        else (way.toDouble, 1)
+      if (isNear) late else 0
   }
 
   /** The frame at hand enters the processing unit. */
@@ -146,7 +164,10 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   }
 
   /** Its link goes down: nothing comes back from there. */
-  def portGoes(port: Int): Unit = awaits(port) = false
+  def portGoes(port: Int): Unit = {
+    awaits(port) = false
+    if (port == 0) ways.indices.foreach(ways(_) = (0.0, 0)) else ways(port) = (0.0, 0)
+  }
 
   private def keep(port: Int, time: Long): Unit = {
     awaits(port) = false

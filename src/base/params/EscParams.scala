@@ -29,6 +29,7 @@ final case class EscParams(
     syncPulse: Int = 1000,
     clockPowerSaving: Int = 0,
     enhancedSync: Int = 0,
+    meanWays: Int = 0,
     alarm: Int = 0,
     maxSlaves: Int = 64,
     linePorts: Int = 1,
@@ -144,6 +145,9 @@ final case class EscParams(
 
   /** SYNC signals have the extended activation (DC-36). */
   def hasEnhancedSync: Boolean = enhancedSync == 1
+
+  /** Receive times of frames on their way back are means (B-100). */
+  def hasMeanWays: Boolean = meanWays == 1
 
   /** The units of distributed clocks are there as the EEPROM says (DC-06). */
   def savesClockPower: Boolean = clockPowerSaving == 1
@@ -389,6 +393,13 @@ object ParamTable {
       between(0, 1)
     )(_.enhancedSync)((p, v) => p.copy(enhancedSync = v)),
     info(
+      "meanWays",
+      "1: frames that come back have the receive time they have on the mean, for masters that measure " +
+        "delays with one frame",
+      "switch",
+      between(0, 1)
+    )(_.meanWays)((p, v) => p.copy(meanWays = v)),
+    info(
       "alarm",
       "1: smoke detector whose events are appended to passing frames",
       "switch",
@@ -573,6 +584,8 @@ object EscParams {
     Option.when(p.hasEnhancedSync && p.syncSignals == 0)(
       "enhancedSync is 1 but must be 0 if syncSignals is 0."
     ),
+    Option.when(p.hasMeanWays && !p.hasClocks)("meanWays is 1 but must be 0 if clocks is 0."),
+    Option.when(p.hasMeanWays && p.ports == 1)("meanWays is 1 but must be 0 if ports is 1."),
     Option.when(p.savesClockPower && !p.hasClockPins)(
       "clockPowerSaving is 1 but must be 0 if syncSignals and latchSignals are 0."
     ),
@@ -645,6 +658,7 @@ object EscParams {
       "latchSignals",
       "clockPowerSaving",
       "enhancedSync",
+      "meanWays",
       "alarm",
       "sii",
       "resetRegisters",

@@ -59,7 +59,11 @@ object ClockPage {
        |Five slaves, Verilated RTL, with crystals within 100 ppm that go up and down by 1 ppm in 3 s, and
        |cables of 1 to 100 m; see `test/interop/make_network.py`. The master measures delays, sets the
        |clocks and starts SYNC0 with a cycle of 1 ms. Then its frame is repeated every ms. The first pulse
-       |comes 100 ms later.
+       |comes 100 ms later. The slaves have `meanWays` (B-100).
+       |
+       |No neighbours among them have crystals that are apart by a multiple of 40 ppm. Of such a pair the
+       |first one lets every frame wait for the same time, up to 40 ns, until the crystals have drifted on:
+       |what comes behind them is so much late or early, for seconds, and no slave can see that.
        |
        |$head
        |$line

@@ -96,7 +96,7 @@ object Points {
     "Line master"               -> Set("LineMaster"),
     "Plant network, reports"    -> Set("PlantSide"),
     "Distributed clocks" ->
-      Set("LocalClock", "ReceiveTimes", "WordEngine", "SpeedControl", "SyncSignal", "LatchEdge"),
+      Set("LocalClock", "ReceiveTimes", "MeanWays", "WordEngine", "SpeedControl", "SyncSignal", "LatchEdge"),
     "Watchdogs"            -> Set("Watchdog", "WatchdogDivider"),
     "LEDs"                 -> Set("LedControl", "LedPattern"),
     "Write log"            -> Set("WriteLog"),

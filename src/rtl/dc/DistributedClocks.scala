@@ -54,7 +54,8 @@ class DistributedClocks(
   def connect(bus: RegisterBus): Unit = {
     val round = if (p.hasSystemTime) 8 else p.clockBytes
     val clock = Module(new LocalClock(p.clockPeriodNs, p.clockBytes, round)).suggestName("localClock")
-    val times = Module(new ReceiveTimes(p.ports, p.clockPeriodNs, round, p.lanes)).suggestName("receiveTimes")
+    val times = Module(new ReceiveTimes(p.ports, p.clockPeriodNs, round, p.lanes, p.hasMeanWays))
+      .suggestName("receiveTimes")
     times.timeByte := clock.timeByte
     times.place    := clock.place
     times.last     := clock.last

@@ -19,8 +19,11 @@ import flyframe.ram.DualPortRam
   *   of a time, 4 or 8; of those of ports the lowest 4 are kept
   * @param lanes
   *   bytes of a word that is read
+  * @param means
+  *   the time of a port other than 0 is that of port 0 and the mean way ([[MeanWays]], B-100); with 2 ports
+  *   and more
   */
-class ReceiveTimes(ports: Int, periodNs: Int, bytes: Int, lanes: Int) extends Module {
+class ReceiveTimes(ports: Int, periodNs: Int, bytes: Int, lanes: Int, means: Boolean) extends Module {
   import ReceiveTimes._
   private val laneBits = log2Ceil(lanes)
   private val sources  = ports + 1
@@ -47,7 +50,8 @@ class ReceiveTimes(ports: Int, periodNs: Int, bytes: Int, lanes: Int) extends Mo
   val data     = IO(Output(UInt((8 * lanes).W)))
 
   // Cycles that a source waits, and those that it takes to be seen here.
-  private val longest = (sources + 1) * bytes + 2 + 15
+  private val delay   = if (means) 2 else 1
+  private val longest = (sources + 1) * bytes + delay + 1 + 15
   private val ageBits = log2Ceil(longest + 1)
   private val waits   = RegInit(VecInit(Seq.fill(sources)(false.B))) // reset: no frame has begun
   private val ages = Seq.tabulate(sources) { i =>
@@ -57,30 +61,46 @@ class ReceiveTimes(ports: Int, periodNs: Int, bytes: Int, lanes: Int) extends Mo
   }
 
   // One source per round is served.
-  private val chosen = RegInit(false.B) // reset: none
-  private val choice = Reg(UInt(log2Ceil(sources).W))
-  private val age    = Reg(UInt(ageBits.W))
+  private val chosen   = RegInit(false.B) // reset: none
+  private val choice   = Reg(UInt(log2Ceil(sources).W))
+  private val age      = Reg(UInt(ageBits.W))
+  private val next     = PriorityEncoder(waits)
+  private val nextAge  = PriorityMux(waits, ages)
+  private val isServed = PriorityEncoderOH(waits.asUInt)
   when(last) {
     chosen := waits.asUInt.orR
-    choice := PriorityEncoder(waits)
-    age    := PriorityMux(waits, ages)
+    choice := next
+    age    := nextAge
   }
-  private val next = PriorityEncoderOH(waits.asUInt)
   for (i <- 0 until sources) {
-    when(last && next(i)) { waits(i) := false.B }
+    when(last && isServed(i)) { waits(i) := false.B }
     when(begins(i)) { waits(i) := true.B }
   }
 
-  // A cycle later its time is written: that of the round less the age.
-  private val serves  = RegNext(chosen, false.B) // reset: none
-  private val source  = RegNext(choice)
-  private val at      = RegNext(place)
-  private val isEpu   = source === ports.U
-  private val written = serves && RegNext(last)
-  private val since   = RegNext(age * periodNs.U).pad(16)
-  private val taken   = Mux(at === 0.U, since(7, 0), Mux(at === 1.U, since(15, 8), 0.U))
-  private val borrow  = Reg(Bool())
-  private val less    = (RegNext(timeByte) -& taken) - Mux(at === 0.U, 0.U, borrow)
+  // Its time is that of the round less the age, and less what the frame was longer on its way than frames are.
+  private def late: UInt = {
+    val ways = Module(new MeanWays(ports, ageBits))
+    ways.first  := begins(0)
+    ways.waited := waited(0)
+    ways.takes  := last
+    ways.port   := next
+    ways.age    := nextAge
+    ways.comes  := chosen && place === 0.U
+    ways.absent := absent
+    val cycles = (age ## 0.U(MeanWays.LatePartBits.W)).zext +& ways.late
+    RegEnable(((cycles * periodNs.S) >> MeanWays.LatePartBits).pad(16).asUInt, RegNext(ways.comes))
+  }
+  private def delayed[T <: Data](signal: T): T = ShiftRegister(signal, delay)
+  private val since                            = if (means) late else RegNext(age * periodNs.U).pad(16)
+  private val serves                           = ShiftRegister(chosen, delay, false.B, true.B) // reset: none
+  private val source                           = delayed(choice)
+  private val at                               = delayed(place)
+  private val isEpu                            = source === ports.U
+  private val written                          = serves && delayed(last)
+  private val above                            = if (means) Fill(8, since(15)) else 0.U
+  private val taken  = Mux(at === 0.U, since(7, 0), Mux(at === 1.U, since(15, 8), above))
+  private val borrow = Reg(Bool())
+  private val less   = (delayed(timeByte) -& taken) - Mux(at === 0.U, 0.U, borrow)
   borrow := less(8)
 
   // Whose place is kept, whether there is anything, what is new, and what is to be kept when it comes.
@@ -89,8 +109,8 @@ class ReceiveTimes(ports: Int, periodNs: Int, bytes: Int, lanes: Int) extends Mo
   private val fresh = RegInit(VecInit(Seq.fill(sources)(false.B))) // reset: no frame has begun
   private val due   = RegInit(VecInit(Seq.fill(sources)(false.B))) // reset: nobody has asked
   for (i <- 0 until sources) {
-    val isServed = serves && source === i.U
-    val changes  = due(i) && fresh(i) && !isServed
+    val isWritten = serves && source === i.U
+    val changes   = due(i) && fresh(i) && !isWritten
     when(keep(i)) { due(i) := true.B }
     if (i < ports) when(absent(i)) { due(i) := false.B }
     when(begins(ports)) { fresh(i) := false.B } // what has been met before is of other frames

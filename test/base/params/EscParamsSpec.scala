@@ -45,6 +45,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "syncPulse"        -> between(0, 0xffff),
     "clockPowerSaving" -> between(0, 1).copy(base = EscParams(clocks = 2, syncSignals = 1, sii = 1)),
     "enhancedSync"     -> between(0, 1).copy(base = EscParams(clocks = 2, syncSignals = 1)),
+    "meanWays"         -> between(0, 1).copy(base = EscParams(clocks = 1)),
     "clockBits"        -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
     "alarm"            -> between(0, 1),
     "maxSlaves"        -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),

@@ -7,9 +7,10 @@ import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
 
 /** The clock and the stamps together, as the unit connects them. */
-class ClockAndTimes(val ports: Int, val periodNs: Int, val bytes: Int, val lanes: Int) extends Module {
+class ClockAndTimes(val ports: Int, val periodNs: Int, val bytes: Int, val lanes: Int, val means: Boolean)
+    extends Module {
   private val local  = Module(new LocalClock(periodNs, bytes, bytes))
-  private val stamps = Module(new ReceiveTimes(ports, periodNs, bytes, lanes))
+  private val stamps = Module(new ReceiveTimes(ports, periodNs, bytes, lanes, means))
   stamps.timeByte := local.timeByte
   stamps.place    := local.place
   stamps.last     := local.last
@@ -58,8 +59,36 @@ class ReceiveTimesSpec extends AnyFlatSpec with SharedSimulation {
     /** A frame begins at these sources; its time. */
     def begin(at: Int*): BigInt = {
       val now = BigInt(cycle) * dut.periodNs
+      if (at.contains(0)) first = Some(cycle)
+      val late = at.find(port => dut.means && port > 0 && port < dut.ports).fold(BigInt(0))(lateAt)
       step(begins = at.toSet)
-      now
+      now - late
+    }
+
+    // The mean ways, in 1/4096 of a cycle, and how many frames have taken it (B-100).
+    private var first  = Option.empty[Long]
+    private val ways   = Array.fill(4)(BigInt(0))
+    private val trusts = Array.fill(4)(0)
+
+    /** By how much a frame comes late to `port` now, ns; the mean follows. */
+    private def lateAt(port: Int): BigInt = first.map(cycle - _).filter(_ < 65535).fold(BigInt(0)) { cycles =>
+      val (way, trust) = (BigInt(cycles) << 12, trusts(port))
+      val late         = way - ways(port)
+      if (trust > 0 && late >= -64 * 4096 && late < 64 * 4096) {
+        ways(port) += late >> (if (trust == 63) 8 else 4)
+        trusts(port) = (trust + 1) min 63
+        ((late >> 6) * dut.periodNs) >> 6
+      } else {
+        if (trust <= 1) ways(port) = way
+        trusts(port) = 1 max trust / 2
+        BigInt(0)
+      }
+    }
+    def noLink(): Unit = {
+      for (pin <- dut.absent) pin.poke(true.B)
+      step()
+      for (pin <- dut.absent) pin.poke(false.B)
+      trusts.indices.foreach(trusts(_) = 0)
     }
     def keepAll(): Unit = step(keep = (0 until sources).toSet)
     def read(source: Int): BigInt = {
@@ -73,10 +102,17 @@ class ReceiveTimesSpec extends AnyFlatSpec with SharedSimulation {
     def settle(): Unit = idle(8 * dut.bytes)
   }
 
-  for ((ports, period, bytes, lanes) <- Seq((2, 10, 8, 1), (4, 8, 8, 4), (3, 40, 4, 2), (1, 20, 4, 1)))
+  for (
+    (ports, period, bytes, lanes, means) <- Seq(
+      (2, 10, 8, 1, true),
+      (4, 8, 8, 4, false),
+      (3, 40, 4, 2, true),
+      (1, 20, 4, 1, false)
+    )
+  )
     together(
-      s"$ports ports, $period ns, $bytes bytes, words of $lanes",
-      new ClockAndTimes(ports, period, bytes, lanes)
+      s"$ports ports, $period ns, $bytes bytes, words of $lanes" + (if (means) ", means" else ""),
+      new ClockAndTimes(ports, period, bytes, lanes, means)
     )(
       "DC-07: what begins at the same time in all places has the same time, at any phase" -> { dut =>
         val b = new Bench(dut)
@@ -116,13 +152,41 @@ class ReceiveTimesSpec extends AnyFlatSpec with SharedSimulation {
           for ((source, time) <- times) assert(b.read(source) == time, s"source $source")
         }
       },
+      "B-100: what frames wait on their way is averaged; few others do not matter" -> { dut =>
+        val b      = new Bench(dut)
+        val random = new Random(2)
+        def exchange(port: Int, way: Int): BigInt = {
+          b.begin(0, b.unit)
+          b.keepAll()
+          b.idle(way - 2)
+          b.begin(port)
+          b.settle()
+          (b.read(port) - b.read(0)) & 0xffffffffL
+        }
+        for (port <- 1 until ports if means) {
+          def isMean(parts: Int): Unit = {
+            val way = exchange(port, 200 + random.nextInt(5))
+            assert((way - 202 * period).abs * parts < period, s"$way ns")
+          }
+          for (_ <- 1 to 600) exchange(port, 200 + random.nextInt(5))
+          for (_ <- 1 to 40) isMean(parts = 2)
+          for (_ <- 1 to 10) {
+            assert(exchange(port, 100) == 100 * period, "it comes as it is")
+            for (_ <- 1 to 4) isMean(parts = 1)
+          }
+          for (_ <- 1 to 60) isMean(parts = 1)
+          for (_ <- 1 to 6) assert(exchange(port, 130) == 130 * period)
+          assert(exchange(port, 134) == 130 * period, "another way counts behind six frames")
+          exchange(port, 131)
+          b.noLink()
+          assert(exchange(port, 133) == 133 * period, "nothing is known of the way of another cable")
+        }
+      },
       "B-82: nothing is kept of a port without link, nor after a reset" -> { dut =>
         val b = new Bench(dut)
         b.begin(b.unit)
         b.keepAll()
-        dut.absent.foreach(_.poke(true.B))
-        b.step()
-        dut.absent.foreach(_.poke(false.B))
+        b.noLink()
         for (y <- 0 until ports) b.begin(y)
         b.settle()
         for (y <- 0 until ports) assert(b.read(y) == 0)

@@ -118,6 +118,21 @@ object ClockRules extends Rules {
     nothingAt(nextPort)
     assert(port(nextPort) > port(0))
   }
+  rule(
+    "B-100: a frame that takes another way back is stamped as it comes",
+    p => several(p) && p.hasMeanWays
+  ) { s =>
+    import s._
+    val times = new Times(s)
+    import times._
+    for (us <- Seq(20, 20, 60, 30)) {
+      stamp()
+      bench.advanceUs(us)
+      nothingAt(nextPort)
+      val back = port(nextPort) - port(0)
+      assert(back >= 1000 * us && back < 1000 * us + 20000, s"$back ns for $us us")
+    }
+  }
   rule("B-80: nothing is waited for at a port without link", several) { s =>
     import s._
     val times = new Times(s)
