@@ -159,7 +159,8 @@ interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated netwo
 	$(SBT) "run --preset $(PRESET) --out build/interop/verilog" \
 	  "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog" \
 	  "run --preset $(PRESET) --ports 4 --name $(PRESET)-star --out build/interop/verilog" \
-	  "run --preset $(PRESET) --clocks 2 --syncSignals 2 --meanWays 1 --name $(PRESET)-clocks --out build/interop/verilog"
+	  "run --preset $(PRESET) --clocks 2 --syncSignals 2 --meanWays 1 --name $(PRESET)-clocks \
+	    --out build/interop/verilog"
 	$(MAKE) -s -f $(SIM) build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
 	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks" COSIM_TRACE=0 COSIM_OPT=-O3
 	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm --star $(PRESET)-star \

@@ -11,6 +11,8 @@
 //   fmmus                           3  FMMUs
 //   fmmuBitwise                     1  switch
 //   syncManagers                    4  SyncManagers
+//   sequentialMode                  0  switch
+//   deactivationDelay               0  switch
 //   applicationLayer                1  switch
 //   watchdogs                       1  switch
 //   leds                            1  switch
@@ -5223,7 +5225,7 @@ module SyncManagerStates(
         casez_tmp_2 = isMailbox_3;
     endcase
   end // always @(*)
-  reg         shown_REG;
+  reg         isFresh;
   reg         casez_tmp_3;
   always @(*) begin
     casez (statusIndex)
@@ -5237,7 +5239,7 @@ module SyncManagerStates(
         casez_tmp_3 = _memory_isFresh_3;
     endcase
   end // always @(*)
-  wire [4:0]  shown = shown_REG ? (fresh_REG ? 5'h0 : 5'h18) : _statusRam_readData;
+  wire [4:0]  shown = isFresh ? (fresh_REG ? 5'h0 : 5'h18) : _statusRam_readData;
   wire        isLast = walks & (&walk);
   wire        _GEN =
     _controlRam_readData[1] & (_controlRam_readData[0] ? _logic_after_readEvent : _logic_after_writeEvent);
@@ -5306,7 +5308,7 @@ module SyncManagerStates(
     answer_works <= _logic_answer_works;
     answer_locked <= _logic_answer_locked;
     fresh_REG <= casez_tmp_2;
-    shown_REG <= casez_tmp_3;
+    isFresh <= casez_tmp_3;
   end // always @(posedge)
   assign _memory_after_next = _logic_after_next;
   assign _memory_after_reader = _logic_after_reader;
@@ -5585,26 +5587,26 @@ module SyncManagers(
   always @(*) begin
     casez (last[1:0])
       2'b00:
-        casez_tmp = isMailbox_isMailbox_0;
+        casez_tmp = locked_0;
       2'b01:
-        casez_tmp = isMailbox_isMailbox_1;
+        casez_tmp = locked_1;
       2'b10:
-        casez_tmp = isMailbox_isMailbox_2;
+        casez_tmp = locked_2;
       default:
-        casez_tmp = isMailbox_isMailbox_3;
+        casez_tmp = locked_3;
     endcase
   end // always @(*)
   reg         casez_tmp_0;
   always @(*) begin
     casez (last[1:0])
       2'b00:
-        casez_tmp_0 = locked_0;
+        casez_tmp_0 = isMailbox_isMailbox_0;
       2'b01:
-        casez_tmp_0 = locked_1;
+        casez_tmp_0 = isMailbox_isMailbox_1;
       2'b10:
-        casez_tmp_0 = locked_2;
+        casez_tmp_0 = isMailbox_isMailbox_2;
       default:
-        casez_tmp_0 = locked_3;
+        casez_tmp_0 = isMailbox_isMailbox_3;
     endcase
   end // always @(*)
   reg         casez_tmp_1;
@@ -5625,26 +5627,26 @@ module SyncManagers(
   always @(*) begin
     casez (last_1[1:0])
       2'b00:
-        casez_tmp_2 = isMailbox_isMailbox_0;
+        casez_tmp_2 = locked_0;
       2'b01:
-        casez_tmp_2 = isMailbox_isMailbox_1;
+        casez_tmp_2 = locked_1;
       2'b10:
-        casez_tmp_2 = isMailbox_isMailbox_2;
+        casez_tmp_2 = locked_2;
       default:
-        casez_tmp_2 = isMailbox_isMailbox_3;
+        casez_tmp_2 = locked_3;
     endcase
   end // always @(*)
   reg         casez_tmp_3;
   always @(*) begin
     casez (last_1[1:0])
       2'b00:
-        casez_tmp_3 = locked_0;
+        casez_tmp_3 = isMailbox_isMailbox_0;
       2'b01:
-        casez_tmp_3 = locked_1;
+        casez_tmp_3 = isMailbox_isMailbox_1;
       2'b10:
-        casez_tmp_3 = locked_2;
+        casez_tmp_3 = isMailbox_isMailbox_2;
       default:
-        casez_tmp_3 = locked_3;
+        casez_tmp_3 = isMailbox_isMailbox_3;
     endcase
   end // always @(*)
   reg         casez_tmp_4;
@@ -5802,7 +5804,7 @@ module SyncManagers(
   assign ecat_entries_0_index = last[1:0];
   assign ecat_entries_0_start = _table_0_readData_0[15:0];
   assign ecat_entries_0_extent =
-    {2'h0, _table_0_readData_0[31:16]} + {1'h0, casez_tmp_0 & ~casez_tmp ? {_table_0_readData_0[31:16], 1'h0} : 17'h0};
+    {2'h0, _table_0_readData_0[31:16]} + {1'h0, casez_tmp & ~casez_tmp_0 ? {_table_0_readData_0[31:16], 1'h0} : 17'h0};
   assign ecat_entries_0_takesPart = ~(last[2]) & casez_tmp_1;
   assign ecat_offset = offset;
   assign ecat_ramOpen = ramOpen;
@@ -5810,7 +5812,7 @@ module SyncManagers(
   assign pdi_entries_0_start = _table_0_readData_1[15:0];
   assign pdi_entries_0_extent =
     {2'h0, _table_0_readData_1[31:16]}
-    + {1'h0, casez_tmp_3 & ~casez_tmp_2 ? {_table_0_readData_1[31:16], 1'h0} : 17'h0};
+    + {1'h0, casez_tmp_2 & ~casez_tmp_3 ? {_table_0_readData_1[31:16], 1'h0} : 17'h0};
   assign pdi_entries_0_takesPart = ~(last_1[2]) & casez_tmp_4;
   assign pdi_offset = offset;
   assign pdi_changing = _states_walking;

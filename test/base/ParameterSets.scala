@@ -22,6 +22,8 @@ object TestSets {
       dataBusWidth = 32,
       fmmus = 16,
       syncManagers = 16,
+      sequentialMode = 1,
+      deactivationDelay = 1,
       digitalOutputs = 2,
       ports = 3
     ) -> 10000,
@@ -32,6 +34,8 @@ object TestSets {
       fmmuBitwise = 0,
       digitalOutputs = 3,
       syncManagers = 2,
+      sequentialMode = 1,
+      deactivationDelay = 1,
       ramKiB = 1,
       watchdogs = 0,
       leds = 0,
@@ -105,7 +109,7 @@ object TestSets {
       digitalOutputs = 4
     )
   private val ruledUnitSets = Seq(
-    ruledUnits.copy(resetRegisters = 1),
+    ruledUnits.copy(resetRegisters = 1, sequentialMode = 1, deactivationDelay = 1),
     ruledUnits.copy(
       preset = "units-16",
       watchdogs = 1,
@@ -114,6 +118,7 @@ object TestSets {
       fmmus = 16,
       fmmuBitwise = 0,
       syncManagers = 16,
+      deactivationDelay = 1,
       coreClockMhz = 125
     )
   )

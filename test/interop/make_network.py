@@ -25,8 +25,8 @@ BEHIND = {
     4: {"behind": 0, "port": 2},
 }
 # Crystals within 100 ppm that drift, and cables of 1 to 100 m. With a frame per ms, 40 ppm between neighbours
-# are one period of the transmit clock per frame. Neighbours that are apart by a multiple of that make all frames
-# wait for the same time for seconds, which no slave can average: none are.
+# are one period of the transmit clock per frame. Neighbours that are apart by a multiple of that make all
+# frames wait for the same time for seconds, which no slave can average: none are.
 CLOCKS = [
     {"clock_ppm": ppm, "drift_ppm": 1, "drift_s": 3, "cable_ns": ns}
     for ppm, ns in ((94, 5), (-97, 500), (48, 70), (-22, 255), (81, 150))

@@ -44,7 +44,7 @@ class LocalSpace(
   )
   val syncManagers: SyncManagerBank =
     new SyncManagerBank(
-      p.syncManagers,
+      p,
       registers,
       exists,
       () => watchdogs.foreach(_.processData.trigger())
@@ -107,9 +107,12 @@ class LocalSpace(
     if (address > 0xffff) None
     else if (!registers.isManaged(address)) Some(address)
     else
-      syncManagers.owner(address) match {
-        case Some(manager) => manager.access(side, write, address)
-        case None          => Option.when(exists(address))(address)
+      syncManagers.owner(side, write, address) match {
+        case Some(manager) =>
+          val place = manager.access(side, write, address)
+          syncManagers.settle()
+          place
+        case None => Option.when(exists(address))(address)
       }
 
   private def store(address: Int, byte: Int, bits: Int, byHost: Boolean): Unit = {
@@ -139,7 +142,9 @@ class LocalSpace(
       if (isMemory(local)) memory(local)
       else if (!registers.pdi(local).readable || !isPresent(local)) 0
       else {
+        syncManagers.reader = Side.Pdi
         val byte = registers.byte(local)
+        syncManagers.reader = Side.Ecat
         registers.register(local).foreach(r => units.foreach(_.readByHost(r)))
         byte
       }

@@ -1,5 +1,6 @@
 package flyframe.model
 
+import flyframe.params.EscParams
 import flyframe.registers.Register
 
 /** All SyncManagers with their registers.
@@ -7,15 +8,27 @@ import flyframe.registers.Register
   * @param exists
   *   there is memory at a local address
   */
-class SyncManagerBank(count: Int, registers: ModelRegisters, exists: Int => Boolean, trigger: () => Unit)
+class SyncManagerBank(p: EscParams, registers: ModelRegisters, exists: Int => Boolean, trigger: () => Unit)
     extends ModelUnit {
+  private def count                          = p.syncManagers
   val managers: IndexedSeq[SyncManagerModel] = Vector.fill(count)(new SyncManagerModel(exists, trigger))
   private val deactivated                    = Array.fill(count)(false)
+  private val lingering                      = Array.fill(count)(false)
   private val activation                     = Array.fill(count)(0)     // +6 as it was last
   private val changed                        = Array.fill(count)(false) // B-60
 
   /** The one an address belongs to (B-51). */
-  def owner(address: Int): Option[SyncManagerModel] = managers.find(_.settings.covers(address))
+  def owner(side: Side, write: Boolean, address: Int): Option[SyncManagerModel] =
+    managers.find(_.settings.covers(side, write, address))
+
+  /** Something was read of the one that owns `address`: that may end its delay (SM-31). */
+  def settle(): Unit = for (n <- managers.indices if lingering(n) && !managers(n).hasData) {
+    lingering(n) = false
+    configure(n)
+  }
+
+  /** Registers are read by this side. */
+  var reader: Side = Side.Ecat
 
   def frameStarts(): Unit            = managers.foreach(_.frameStarts())
   def frameEnds(good: Boolean): Unit = managers.foreach(_.frameEnds(good))
@@ -28,7 +41,7 @@ class SyncManagerBank(count: Int, registers: ModelRegisters, exists: Int => Bool
         1 << n
     }.sum
   def alEvents: Int   = eventsFor(Side.Pdi, _.alEvent)
-  def ecatEvents: Int = eventsFor(Side.Ecat, _.ecatEvent) & 0xff
+  def ecatEvents: Int = eventsFor(Side.Ecat, s => s.ecatEvent && !s.lingering) & 0xff
 
   private val Name = "sm(\\d+)_(.*)".r
 
@@ -40,13 +53,17 @@ class SyncManagerBank(count: Int, registers: ModelRegisters, exists: Int => Bool
     case "sm_ecat_event"       => Some(ecatEvents)
     case Name(n, part) =>
       val m = managers(n.toInt)
+      // What is switched off for ECAT looks so (SM-30).
+      val hidden = m.settings.lingering && reader == Side.Ecat && !m.settings.sequential
       part match {
-        case "write_event"  => Some(bit(m.writeEvent))
-        case "read_event"   => Some(bit(m.readEvent))
-        case "mailbox_full" => Some(bit(m.mailboxFull))
-        case "last_buffer"  => Some(m.lastBuffer)
-        case "deactivated"  => Some(bit(deactivated(n.toInt)))
-        case _              => None
+        case "write_event"      => Some(bit(m.writeEvent && !hidden))
+        case "read_event"       => Some(bit(m.readEvent && !hidden))
+        case "sequential_error" => Some(bit(m.sequentialError && !hidden))
+        case "mailbox_full"     => Some(bit(m.mailboxFull && !hidden))
+        case "last_buffer"      => Some(if (hidden && !m.settings.mailbox) 3 else m.lastBuffer)
+        case "deactivated"      => Some(bit(deactivated(n.toInt)))
+        case "delay_active"     => Some(bit(lingering(n.toInt)))
+        case _                  => None
       }
     case _ => None
   }
@@ -60,14 +77,26 @@ class SyncManagerBank(count: Int, registers: ModelRegisters, exists: Int => Bool
     register.name match {
       case Name(number, part) =>
         val n = number.toInt
-        if (part == "pdi_control") deactivated(n) = (byte & 1) == 1
+        if (part == "pdi_control") {
+          deactivated(n) = (byte & 1) == 1
+          if (deactivated(n) || !delayed(n)) lingering(n) = false
+        }
+        if (Seq("start", "length", "control").contains(part)) lingering(n) = false // B-102
         if (part == "activate") {
+          val (was, is) = ((activation(n) & 1) == 1, (byte & 1) == 1)
+          if (is && lingering(n)) { // begins anew
+            lingering(n) = false
+            managers(n).configure(managers(n).settings.copy(enabled = false, lingering = false))
+          }
+          if (was && !is) lingering(n) = delayed(n) && managers(n).hasData
           changed(n) |= activation(n) != (byte & 3)
           activation(n) = byte & 3
         }
         configure(n)
       case _ =>
     }
+
+  private def delayed(n: Int) = p.hasDeactivationDelay && registers.value(s"sm${n}_deactivation_delay") == 1
 
   private def configure(n: Int): Unit = {
     def value(name: String) = registers.value(s"sm${n}_$name")
@@ -77,7 +106,9 @@ class SyncManagerBank(count: Int, registers: ModelRegisters, exists: Int => Bool
         value("length"),
         value("control"),
         value("enable") == 1,
-        deactivated(n)
+        deactivated(n),
+        lingering(n),
+        p.hasSequentialMode
       )
     )
   }

@@ -7,24 +7,36 @@ object Side {
   case object Pdi  extends Side
 }
 
-/** How a SyncManager is configured (B-50). `enabled` and `deactivated` as the two sides have set them. */
+/** How a SyncManager is configured (B-50). `enabled` and `deactivated` as the two sides have set them;
+  * `lingering` while its deactivation is delayed (SM-29), `sequences` if there is the sequential mode
+  * (SM-32).
+  */
 final case class SyncManagerSettings(
     start: Int = 0,
     length: Int = 0,
     control: Int = 0,
     enabled: Boolean = false,
-    deactivated: Boolean = false
+    deactivated: Boolean = false,
+    lingering: Boolean = false,
+    sequences: Boolean = false
 ) {
-  def mailbox: Boolean        = (control & 2) != 0
-  def writer: Side            = if ((control & 4) != 0) Side.Ecat else Side.Pdi
-  def ecatEvent: Boolean      = (control & 0x10) != 0
-  def alEvent: Boolean        = (control & 0x20) != 0
-  def triggers: Boolean       = (control & 0x40) != 0
-  def working: Boolean        = enabled && !deactivated && length > 0
-  def locked: Boolean         = enabled && deactivated && length > 0
-  def end: Int                = start + length - 1
-  private def buffers         = if (locked && !mailbox) 3 else 1
-  def covers(a: Int): Boolean = (working || locked) && a >= start && a < start + buffers * length
+  def mailbox: Boolean    = (control & 2) != 0
+  def writer: Side        = if ((control & 4) != 0) Side.Ecat else Side.Pdi
+  def ecatEvent: Boolean  = (control & 0x10) != 0
+  def alEvent: Boolean    = (control & 0x20) != 0
+  def triggers: Boolean   = (control & 0x40) != 0
+  def sequential: Boolean = sequences && (control & 0x80) != 0
+  def working: Boolean    = (enabled || lingering) && !deactivated && length > 0
+  def locked: Boolean     = enabled && deactivated && length > 0
+  def end: Int            = start + length - 1
+
+  /** Of those to which an access may belong. */
+  def covers(side: Side, write: Boolean, address: Int): Boolean = {
+    val blocked = locked || (lingering && side == Side.Ecat)
+    val buffers = if (blocked && !mailbox) 3 else 1
+    (working || locked) && !(lingering && side == Side.Ecat && !write) &&
+    address >= start && address < start + buffers * length
+  }
 }
 
 /** One SyncManager: which access goes where, and what comes of it (B-50 to B-57).
@@ -45,6 +57,11 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
   private var open                     = Set.empty[Side]
   private var events                   = Events(written = false, read = false)
   private var inFrame                  = FrameState()
+
+  // Sequential mode: so many bytes are written without a gap, the last one came behind one.
+  private var inSequence = 0
+  private var gap        = false
+  private var violated   = false
 
   private case class Events(written: Boolean, read: Boolean)
 
@@ -70,8 +87,18 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
       open = Set.empty
       events = Events(written = false, read = false)
       inFrame = FrameState()
+      inSequence = 0
+      gap = false
+      violated = false
     }
   }
+
+  /** The last buffer had a gap (SM-33). */
+  def sequentialError: Boolean = violated
+
+  /** There is something of ECAT's that the host may read (SM-29). */
+  def hasData: Boolean =
+    now.working && now.writer == Side.Ecat && (if (now.mailbox) full else lastWritten != 3)
 
   def writeEvent: Boolean  = events.written
   def readEvent: Boolean   = events.read
@@ -80,7 +107,7 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
 
   /** An access to an address it covers: the address in memory, or None if it is denied or absent. */
   def access(side: Side, write: Boolean, address: Int): Option[Int] =
-    if (!now.working) None
+    if (!now.working || (now.lingering && side == Side.Ecat)) None
     else if (now.length == 1) Option.when(exists(address)) { plain(side, write); address }
     else if (write != (side == now.writer)) None       // SM wrong direction, B-54
     else if (side == Side.Ecat && inFrame.closed) None // B-56
@@ -96,9 +123,17 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
         if (takes) take()
         open += side
         touched(side, write, first, last = address == now.end)
+        if (side == Side.Ecat && write) follows(address - now.start)
         Option.when(memory <= 0xffff && exists(memory))(memory)
       } else None
     }
+
+  /** SM-32: the first byte begins; bytes may come again, but not before those in front of them. */
+  private def follows(offset: Int): Unit = {
+    if (offset == 0) inSequence = 1
+    else if (offset == inSequence) inSequence += 1
+    gap = offset >= inSequence
+  }
 
   private def mayOpen(write: Boolean): Boolean =
     if (now.mailbox) write != full else write || lastWritten != 3
@@ -164,7 +199,10 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
     val write = now.writer == Side.Ecat
     if (good) {
       if (inFrame.first) begin(write)
-      if (inFrame.closed || inFrame.closing) complete(Side.Ecat, write)
+      if (inFrame.closed || inFrame.closing) {
+        if (write) violated = now.sequential && gap
+        if (write && violated) open -= Side.Ecat else complete(Side.Ecat, write)
+      }
     } else if (inFrame.touched) open -= Side.Ecat
     inFrame = FrameState()
   }

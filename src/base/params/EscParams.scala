@@ -18,6 +18,8 @@ final case class EscParams(
     fmmus: Int = 0,
     fmmuBitwise: Int = 0,
     syncManagers: Int = 0,
+    sequentialMode: Int = 0,
+    deactivationDelay: Int = 0,
     applicationLayer: Int = 0,
     watchdogs: Int = 0,
     leds: Int = 0,
@@ -138,6 +140,12 @@ final case class EscParams(
     if (phyAddresses >= 0) phyAddresses >> (5 * port) & 31 else (phyAddressOffset + port) % 32
 
   /** Receive times are stamped by a local clock (DC-05). */
+  /** SyncManagers have the sequential mode (SM-32). */
+  def hasSequentialMode: Boolean = sequentialMode == 1
+
+  /** SyncManagers have the deactivation delay (SM-29). */
+  def hasDeactivationDelay: Boolean = deactivationDelay == 1
+
   def hasClocks: Boolean = clocks > 0
 
   /** The local time is brought to that of a reference clock (DC-16 to DC-25). */
@@ -186,14 +194,16 @@ final case class EscParams(
   /** Byte 0x0007 as reported: two bits per port, 11 = MII or RMII. */
   def portDescriptor: Int = if (reportedPorts >= 0) reportedPorts else (1 << (2 * ports)) - 1
 
-  /** Word 0x0008 as reported (GEN-07); derived: bit 8, extended activation of SYNC signals; bit 7, separate
-    * counting of forwarded errors; bit 6, enhanced link detection; bits 2 and 3, distributed clocks and those
-    * of 64 bits; bit 0, FMMUs that map whole bytes only.
+  /** Word 0x0008 as reported (GEN-07); derived: bit 12, sequential mode of SyncManagers; bit 8, extended
+    * activation of SYNC signals; bit 7, separate counting of forwarded errors; bit 6, enhanced link
+    * detection; bits 2 and 3, distributed clocks and those of 64 bits; bit 0, FMMUs that map whole bytes
+    * only.
     */
   def features: Int =
     if (reportedFeatures >= 0) reportedFeatures
     else
       Seq(
+        0x1000 -> hasSequentialMode,
         0x0100 -> hasEnhancedSync,
         0x0080 -> true,
         0x0040 -> hasEnhancedLinks,
@@ -336,6 +346,18 @@ object ParamTable {
     info("syncManagers", "SyncManagers, 0x0800 on", "SyncManagers", between(0, 16))(_.syncManagers)((p, v) =>
       p.copy(syncManagers = v)
     ),
+    info(
+      "sequentialMode",
+      "1: SyncManagers can ask for their buffers to be written byte after byte",
+      "switch",
+      between(0, 1)
+    )(_.sequentialMode)((p, v) => p.copy(sequentialMode = v)),
+    info(
+      "deactivationDelay",
+      "1: the host can read the last buffer of a SyncManager that the master has switched off",
+      "switch",
+      between(0, 1)
+    )(_.deactivationDelay)((p, v) => p.copy(deactivationDelay = v)),
     info(
       "applicationLayer",
       "1: AL control, status and code, event requests and masks",
@@ -574,6 +596,10 @@ object EscParams {
     ),
     scanned("fmmus", p.fmmus, p),
     scanned("syncManagers", p.syncManagers, p),
+    Seq("sequentialMode" -> p.sequentialMode, "deactivationDelay" -> p.deactivationDelay).collectFirst {
+      case (name, value) if value > 0 && p.syncManagers == 0 =>
+        s"$name is $value but must be 0 if syncManagers is 0."
+    },
     Option.when(p.hasSystemTime && p.coreClockMhz < 100)(
       s"clocks is ${p.clocks} but must be 0 to 1 at coreClockMhz ${p.coreClockMhz}."
     ),
@@ -649,6 +675,8 @@ object EscParams {
       "ramKiB",
       "fmmus",
       "syncManagers",
+      "sequentialMode",
+      "deactivationDelay",
       "applicationLayer",
       "watchdogs",
       "leds",

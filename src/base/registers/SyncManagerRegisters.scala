@@ -31,12 +31,14 @@ object SyncManagerRegisters {
     register(first + Control,    1, s"sm${n}_control",     idle, r,   "SM-01 to SM-10", "SyncManager control",
       field(s"sm${n}_control",             7, 0, ram,    0,
           "[1] 0 buffered, 1 mailbox; [2] 1 ECAT writes; [4] ECAT, [5] AL interrupt; [6] watchdog " +
-            "trigger; writable while inactive")),
+            "trigger; [7] sequential mode, if that is built; writable while inactive")),
     register(first + Status,     1, s"sm${n}_status",      r,    r,   "SM-15, SM-21",   "SyncManager status",
       field(s"sm${n}_write_event",         0, 0, keptStatus, 0,
           "1: completely written; ends with the read of the first byte"),
       field(s"sm${n}_read_event",          1, 1, keptStatus, 0,
           "1: completely read; ends with the write of the first byte"),
+      field(s"sm${n}_sequential_error",    2, 2, keptStatus, 0,
+          "Sequential mode: 1 the end was written before a byte in front of it"),
       field(s"sm${n}_mailbox_full",        3, 3, keptStatus, 0, "Mailbox: 1 full"),
       field(s"sm${n}_last_buffer",         5, 4, keptStatus, 3, "Buffered: buffer written last, 3 = none")),
     register(first + Activate,   1, s"sm${n}_activate",    rw,   ack, "SM-28, SM-35",
@@ -46,13 +48,24 @@ object SyncManagerRegisters {
     register(first + PdiControl, 1, s"sm${n}_pdi_control", r,    rw,  "SM-27, SM-35",
         "SyncManager PDI control",
       field(s"sm${n}_deactivated",         0, 0, status, 0, "1: switched off by the host, area locked"),
-      field(s"sm${n}_repeat_acknowledge",  1, 1, stored, 0, "Toggled by the host"))
+      field(s"sm${n}_repeat_acknowledge",  1, 1, stored, 0, "Toggled by the host"),
+      field(s"sm${n}_deactivation_delay",  6, 6, stored, 0, "1: the last buffer outlives the master's 0"),
+      field(s"sm${n}_delay_active",        7, 7, status, 0, "1: it does so"))
     )
   }
   // format: on
 
+  private def isBuilt(p: EscParams, field: Field): Boolean = field.name.replaceFirst("sm\\d+_", "") match {
+    case "sequential_error"                    => p.hasSequentialMode
+    case "deactivation_delay" | "delay_active" => p.hasDeactivationDelay
+    case _                                     => true
+  }
+
   def apply(p: EscParams): Seq[Register] = for {
     n <- 0 until p.syncManagers
     r <- syncManager(n, of(n))
-  } yield r.copy(block = Some(Block(n, p.syncManagers, Stride)))
+  } yield r.copy(
+    fields = r.fields.filter(isBuilt(p, _)),
+    block = Some(Block(n, p.syncManagers, Stride))
+  )
 }

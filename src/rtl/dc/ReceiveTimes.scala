@@ -77,7 +77,7 @@ class ReceiveTimes(ports: Int, periodNs: Int, bytes: Int, lanes: Int, means: Boo
     when(begins(i)) { waits(i) := true.B }
   }
 
-  // Its time is that of the round less the age, and less what the frame was longer on its way than frames are.
+  // Its time is that of the round less the age, and less what the frame was longer on its way than the mean.
   private def late: UInt = {
     val ways = Module(new MeanWays(ports, ageBits))
     ways.first  := begins(0)

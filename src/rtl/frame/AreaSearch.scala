@@ -35,8 +35,11 @@ class Target(indexBits: Int) extends Bundle {
 }
 
 /** The search for the SyncManager that a byte belongs to, for one direction: *area* in [[TranslatedAccess]].
+  *
+  * @param reads
+  *   bytes are read; else written
   */
-class AreaSearch(p: EscParams, registers: Seq[Register]) extends Module {
+class AreaSearch(p: EscParams, registers: Seq[Register], reads: Boolean) extends Module {
   val schedule = IO(Input(new Schedule))
 
   /** There with `keepMapped`. */
@@ -64,8 +67,9 @@ class AreaSearch(p: EscParams, registers: Seq[Register]) extends Module {
       target.inMemory  := known(exists && space.exists(address, ramOpen))
       target.area := AreaScan.lowest(banks.map { entry =>
         val scan = Module(new AreaScan(p.smIndexBits))
-        scan.entry   := entry
-        scan.address := address
+        scan.entry                                                := entry
+        if (reads && p.hasDeactivationDelay) scan.entry.takesPart := entry.takesReads
+        scan.address                                              := address
         scan.result
       })
   }

@@ -7,10 +7,10 @@ import flyframe.registers.Register
 import flyframe.syncmanager.{BufferAccess, BufferAnswer, ManagedSpace}
 
 /** A question to a SyncManager, or what is told to it. */
-class AreaRequest(indexBits: Int) extends Bundle {
+class AreaRequest(p: EscParams) extends Bundle {
   val valid  = Bool()
-  val number = UInt(indexBits.W)
-  val access = new BufferAccess
+  val number = UInt(p.smIndexBits.W)
+  val access = new BufferAccess(p.hasSequentialMode)
 }
 
 /** A byte whose place in memory is known. */
@@ -54,7 +54,7 @@ class Fetch(p: EscParams, registers: Seq[Register]) extends Module {
   val writeAddress = IO(Input(UInt(16.W)))
 
   /** With `askRead` and `askWrite`; the answer is there with `keepRead` and `keepWrite`. */
-  val ask    = IO(Output(new AreaRequest(indexBits)))
+  val ask    = IO(Output(new AreaRequest(p)))
   val answer = IO(Input(new BufferAnswer))
   val offset = IO(Input(UInt(17.W)))
 
@@ -69,12 +69,13 @@ class Fetch(p: EscParams, registers: Seq[Register]) extends Module {
   private val asked = Mux(schedule.askRead, readTarget, writing)
   ask.valid := (schedule.askRead && reads && readTarget.managed && readTarget.inMemory) ||
     (schedule.askWrite && writes && writing.managed)
-  ask.number        := asked.area.index
-  ask.access.first  := asked.area.first
-  ask.access.single := asked.single
-  ask.access.write  := schedule.askWrite
-  ask.access.touch  := schedule.askRead
-  ask.access.close  := false.B
+  ask.number         := asked.area.index
+  ask.access.first   := asked.area.first
+  ask.access.single  := asked.single
+  ask.access.write   := schedule.askWrite
+  ask.access.touch   := schedule.askRead
+  ask.access.close   := false.B
+  ask.access.address := 0.U // nothing is written
 
   // One adder for both. A buffer does not reach what is past the end, nor a register that SyncManagers do not
   // act on.

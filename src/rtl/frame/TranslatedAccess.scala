@@ -69,8 +69,8 @@ class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq
   fmmus.writeSlot     := Mux(schedule.askMapped, number - 1.U, number - 3.U)
 
   // area.
-  private def search(mapped: Mapped): AreaSearch = {
-    val area = Module(new AreaSearch(p, registers))
+  private def search(mapped: Mapped, reads: Boolean): AreaSearch = {
+    val area = Module(new AreaSearch(p, registers, reads))
     area.schedule := schedule
     area.mapped   := mapped
     area.ramOpen  := areas.fold(true.B)(_.ramOpen)
@@ -85,8 +85,8 @@ class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq
     when(schedule.askMapped) { index := 0.U }.elsewhen(!index.andR) { index := index + 1.U }
     port.index := index
   }
-  private val areaRead  = search(fmmus.read).suggestName("areaRead")
-  private val areaWrite = search(fmmus.write).suggestName("areaWrite")
+  private val areaRead  = search(fmmus.read, reads = true).suggestName("areaRead")
+  private val areaWrite = search(fmmus.write, reads = false).suggestName("areaWrite")
 
   // fetch. The byte is in the datagram; so is the one behind it, which an early byte is for.
   private val inDatagram     = Reg(Bool())
@@ -183,6 +183,7 @@ class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq
       port.access.touch  := touches
       port.access.close  := closes || (touches && told.last)
     }
+    port.access.address := fetch.write.address // of what is written
   }
 
   private val anyRead  = Reg(Bool())

@@ -21,6 +21,9 @@ class AreaEntry(indexBits: Int) extends Bundle {
   /** Working or locked. */
   val takesPart = Bool()
 
+  /** It does for ECAT that reads; one whose deactivation is delayed does not (SM-30). */
+  val takesReads = Bool()
+
   /** First entry of a scan. */
   val begins = Bool()
 }

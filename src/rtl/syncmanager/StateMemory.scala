@@ -9,8 +9,10 @@ import flyframe.ram.DualPortRamIO
   *
   * @param n
   *   how many
+  * @param sequential
+  *   there is the sequential mode
   */
-class StateMemory(n: Int) extends Module {
+class StateMemory(n: Int, sequential: Boolean) extends Module {
 
   /** Each: enabled and not deactivated. */
   val works = IO(Input(Vec(n, Bool())))
@@ -20,9 +22,9 @@ class StateMemory(n: Int) extends Module {
 
   /** A cycle later: which one that was, and its state; if `acts`, that becomes `after`. */
   val acting = IO(Output(UInt(number.getWidth.W)))
-  val state  = IO(Output(new SyncManagerState))
+  val state  = IO(Output(new SyncManagerState(sequential)))
   val acts   = IO(Input(Bool()))
-  val after  = IO(Input(new SyncManagerState))
+  val after  = IO(Input(new SyncManagerState(sequential)))
 
   /** Nothing has happened to it since it began to work, or it does not. */
   val isFresh = IO(Output(Vec(n, Bool())))
@@ -47,7 +49,8 @@ class StateMemory(n: Int) extends Module {
 
   // What is written while it is read is not yet in what is read.
   private val again = RegNext(acts && acting === number, false.B)
-  private val kept  = Mux(RegNext(fresh(number)), SyncManagerState.start, ram.readData.asTypeOf(state))
+  private val kept =
+    Mux(RegNext(fresh(number)), SyncManagerState.start(sequential), ram.readData.asTypeOf(state))
   state := Mux(again, RegNext(after), kept)
 }
 

@@ -2,8 +2,12 @@ package flyframe.syncmanager
 
 import chisel3._
 
-/** What one SyncManager remembers from one access to the next. */
-class SyncManagerState extends Bundle {
+/** What one SyncManager remembers from one access to the next.
+  *
+  * @param sequential
+  *   there is the sequential mode
+  */
+class SyncManagerState(sequential: Boolean) extends Bundle {
 
   /** The buffer in the middle, and that of the reader; the third is the writer's. */
   val next   = UInt(2.W)
@@ -24,14 +28,21 @@ class SyncManagerState extends Bundle {
   val writeEvent = Bool()
   val readEvent  = Bool()
 
+  /** Sequential mode: the address behind what ECAT has written of the buffer, byte after byte; a byte was
+    * left out before the one written last; before the last byte of the last buffer (SM-33).
+    */
+  val behind   = UInt((if (sequential) 16 else 0).W)
+  val gap      = UInt((if (sequential) 1 else 0).W)
+  val violated = UInt((if (sequential) 1 else 0).W)
+
   def writer: UInt = ~(next ^ reader)
 }
 
 object SyncManagerState {
 
   /** As after reset, and whenever work starts or stops (B-50). */
-  def start: SyncManagerState = {
-    val s = WireDefault(0.U.asTypeOf(new SyncManagerState))
+  def start(sequential: Boolean): SyncManagerState = {
+    val s = WireDefault(0.U.asTypeOf(new SyncManagerState(sequential)))
     s.next   := 1.U
     s.reader := 2.U
     s
@@ -50,10 +61,17 @@ class SyncManagerSettings extends Bundle {
 
   /** ECAT writes and the PDI reads; else the other way round. */
   val ecatWrites = Bool()
+
+  /** Sequential mode, where it is built. */
+  val isSequential = Bool()
 }
 
-/** An access of one side to a byte of a SyncManager's area. What is not allowed has no effect. */
-class BufferAccess extends Bundle {
+/** An access of one side to a byte of a SyncManager's area. What is not allowed has no effect.
+  *
+  * @param sequential
+  *   there is the sequential mode
+  */
+class BufferAccess(sequential: Boolean) extends Bundle {
 
   /** The side writes; else it reads. */
   val write = Bool()
@@ -69,6 +87,9 @@ class BufferAccess extends Bundle {
 
   /** The buffer is one byte long: events, but no exchange (B-53). */
   val single = Bool()
+
+  /** Where the byte is in memory, if ECAT writes it. */
+  val address = UInt((if (sequential) 16 else 0).W)
 }
 
 /** What becomes of an access. */
@@ -94,20 +115,23 @@ class BufferAnswer extends Bundle {
   *
   * What ECAT does in a frame becomes final with its good end (FP-35); the PDI's accesses act at once. At most
   * one of an access, `good` and `bad` in a cycle.
+  *
+  * @param sequential
+  *   there is the sequential mode (SM-32 to SM-34, B-101)
   */
-class SyncManager extends Module {
-  val state    = IO(Input(new SyncManagerState))
+class SyncManager(sequential: Boolean) extends Module {
+  val state    = IO(Input(new SyncManagerState(sequential)))
   val settings = IO(Input(new SyncManagerSettings))
 
   /** An access, by the PDI or by ECAT. */
-  val access = IO(Input(new BufferAccess))
+  val access = IO(Input(new BufferAccess(sequential)))
   val byPdi  = IO(Input(Bool()))
 
   /** The frame has ended, well or badly. */
   val good = IO(Input(Bool()))
   val bad  = IO(Input(Bool()))
 
-  val after  = IO(Output(new SyncManagerState))
+  val after  = IO(Output(new SyncManagerState(sequential)))
   val answer = IO(Output(new BufferAnswer))
 
   /** A buffer is complete. */
@@ -148,8 +172,9 @@ class SyncManager extends Module {
   when(ecatDone || (bad && state.touched)) { after.ecatOpen := false.B }
   when(pdiDone) { after.pdiOpen := false.B }
 
-  // The same by task.
-  private val writerDone = Mux(ecatWrites, ecatDone, pdiDone)
+  // The same by task. A buffer with a gap is not taken over.
+  private val hasGap     = if (sequential) settings.isSequential && state.gap.asBool else false.B
+  private val writerDone = Mux(ecatWrites, ecatDone && !hasGap, pdiDone)
   private val readerDone = Mux(ecatWrites, pdiDone, ecatDone)
   private val exchanges  = Mux(good, state.ecatOpen, !single) // a buffer of one byte is never open
   when(begins && !access.write && !single && takes) {
@@ -170,4 +195,14 @@ class SyncManager extends Module {
   after.writeEvent := writerDone || (state.writeEvent && !readerBegan)
   after.readEvent  := readerDone || (state.readEvent && !writerBegan)
   written          := writerDone
+
+  // The first byte begins a sequence. Bytes may come again, but not before those in front of them.
+  if (sequential) {
+    val distance = access.address - state.behind
+    when(touches && !byPdi && access.write) {
+      when(access.first || !distance.orR) { after.behind := access.address + 1.U }
+      after.gap := !access.first && distance.orR && !distance(15)
+    }
+    when(ecatDone && ecatWrites) { after.violated := hasGap }
+  }
 }

@@ -2,14 +2,11 @@ package flyframe.syncmanager
 
 import chisel3._
 import chisel3.util._
+import flyframe.params.EscParams
 import flyframe.ram.DualPortRam
 
-/** How one side accesses buffers.
-  *
-  * @param indexBits
-  *   bits of a SyncManager's number
-  */
-class StatePort(indexBits: Int) extends Bundle {
+/** How one side accesses buffers. */
+class StatePort(p: EscParams) extends Bundle {
 
   /** The side may make a request in this cycle; ECAT keeps the PDI away. */
   val turn = Input(Bool())
@@ -20,28 +17,32 @@ class StatePort(indexBits: Int) extends Bundle {
     */
   val request = Input(Bool())
   val granted = Output(Bool())
-  val number  = Input(UInt(indexBits.W))
-  val access  = Input(new BufferAccess)
+  val number  = Input(UInt(p.smIndexBits.W))
+  val access  = Input(new BufferAccess(p.hasSequentialMode))
   val answer  = Output(new BufferAnswer)
 }
 
 /** What of the control register (0x0804) acts when something happens to a SyncManager. */
-class SyncManagerControl extends Bundle {
+class SyncManagerControl(sequential: Boolean) extends Bundle {
   val watchdogTrigger = Bool()
   val alEvent         = Bool()
   val ecatEvent       = Bool()
   val ecatWrites      = Bool()
+
+  /** Where that is built. */
+  val isSequential = UInt((if (sequential) 1 else 0).W)
 }
 
 object SyncManagerControl {
 
   /** Of the register as it is written. */
-  def apply(register: UInt): SyncManagerControl = {
-    val control = Wire(new SyncManagerControl)
+  def apply(register: UInt, sequential: Boolean): SyncManagerControl = {
+    val control = Wire(new SyncManagerControl(sequential))
     control.watchdogTrigger := register(6)
     control.alEvent         := register(5)
     control.ecatEvent       := register(4)
     control.ecatWrites      := register(2)
+    control.isSequential    := register(7)
     control
   }
 }
@@ -49,21 +50,26 @@ object SyncManagerControl {
 /** What happens to the SyncManagers, one after the other: the ends of frames, else ECAT's accesses, else the
   * PDI's. Two steps, so that neither is long: choose, then act.
   */
-class SyncManagerStates(n: Int) extends Module {
-  private val indexBits = log2Ceil(n) max 1
+class SyncManagerStates(p: EscParams) extends Module {
+  private val n          = p.syncManagers
+  private val indexBits  = p.smIndexBits
+  private val sequential = p.hasSequentialMode
 
   /** Each: enabled and not deactivated; enabled and deactivated; a mailbox. */
   val works     = IO(Input(Vec(n, Bool())))
   val locked    = IO(Input(Vec(n, Bool())))
   val isMailbox = IO(Input(Vec(n, Bool())))
 
+  /** Each, with the deactivation delay: it works for the host only. */
+  val lingers = IO(Input(Vec(if (p.hasDeactivationDelay) n else 0, Bool())))
+
   /** The control register of one is written, which does not work. */
   val controls     = IO(Input(Bool()))
   val controlIndex = IO(Input(UInt(indexBits.W)))
-  val control      = IO(Input(new SyncManagerControl))
+  val control      = IO(Input(new SyncManagerControl(sequential)))
 
-  val ecat = IO(new StatePort(indexBits))
-  val pdi  = IO(new StatePort(indexBits))
+  val ecat = IO(new StatePort(p))
+  val pdi  = IO(new StatePort(p))
 
   /** End of a frame. */
   val good = IO(Input(Bool()))
@@ -77,14 +83,18 @@ class SyncManagerStates(n: Int) extends Module {
   val asked  = IO(Output(UInt(indexBits.W)))
   val buffer = IO(Output(UInt(2.W)))
 
-  /** The status register (0x0805) of one is read; a cycle later it is there. */
+  /** The status register (0x0805) of one is read, by the host or not; a cycle later it is there. */
   val statusIndex = IO(Input(UInt(indexBits.W)))
+  val statusByPdi = IO(Input(Bool()))
   val status      = IO(Output(UInt(8.W)))
 
   /** Events of each for ECAT and for the PDI; a buffer with watchdog trigger has been written (WD-04). */
   val ecatEvent = IO(Output(Vec(n, Bool())))
   val alEvent   = IO(Output(Vec(n, Bool())))
   val trigger   = IO(Output(Bool()))
+
+  /** With the deactivation delay: what ECAT has written, and the host may read. */
+  val hasData = IO(Output(Vec(lingers.size, Bool())))
 
   private val walks   = RegInit(false.B) // reset: no frame
   private val wasGood = Reg(Bool())
@@ -110,31 +120,33 @@ class SyncManagerStates(n: Int) extends Module {
 
   // Of the one that is chosen. What does not work must not keep the state it had: it may work again in the
   // next cycle, and then begins anew.
-  private val acts   = RegNext((walks || accesses) && works(number), false.B)
-  private val memory = Module(new StateMemory(n))
+  private val hidden = if (p.hasDeactivationDelay) !walks && ecat.turn && lingers(number) else false.B
+  private val acts   = RegNext((walks || accesses) && works(number) && !hidden, false.B)
+  private val memory = Module(new StateMemory(n, sequential))
   private val ram    = Module(new DualPortRam(StateMemory.Words, memory.state.getWidth)).suggestName("states")
   ram.io <> memory.ram
   memory.works  := works
   memory.number := number
   memory.acts   := acts
 
-  private val controlRam = DualPortRam(StateMemory.Words, (new SyncManagerControl).getWidth)(clock)
+  private val controlRam = DualPortRam(StateMemory.Words, control.getWidth)(clock)
   controlRam.io.write        := controls
   controlRam.io.writeAddress := controlIndex
   controlRam.io.writeData    := control.asUInt
   controlRam.io.readAddress  := number
-  private val chosen = controlRam.io.readData.asTypeOf(new SyncManagerControl)
+  private val chosen = controlRam.io.readData.asTypeOf(control)
 
-  private val logic = Module(new SyncManager)
-  logic.state               := memory.state
-  memory.after              := logic.after
-  logic.settings.works      := RegNext(works(number))
-  logic.settings.locked     := RegNext(locked(number))
-  logic.settings.isMailbox  := RegNext(isMailbox(number))
-  logic.settings.ecatWrites := chosen.ecatWrites
-  logic.byPdi               := RegNext(!ecat.turn)
-  logic.good                := RegNext(walks && wasGood, false.B)
-  logic.bad                 := RegNext(walks && !wasGood, false.B)
+  private val logic = Module(new SyncManager(sequential))
+  logic.state                 := memory.state
+  memory.after                := logic.after
+  logic.settings.works        := RegNext(works(number) && !hidden)
+  logic.settings.locked       := RegNext(locked(number))
+  logic.settings.isMailbox    := RegNext(isMailbox(number))
+  logic.settings.ecatWrites   := chosen.ecatWrites
+  logic.settings.isSequential := (if (sequential) chosen.isSequential.asBool else false.B)
+  logic.byPdi                 := RegNext(!ecat.turn)
+  logic.good                  := RegNext(walks && wasGood, false.B)
+  logic.bad                   := RegNext(walks && !wasGood, false.B)
   logic.access := {
     val access = WireDefault(Mux(ecat.turn, ecat.access, pdi.access))
     when(!accesses) {
@@ -150,29 +162,43 @@ class SyncManagerStates(n: Int) extends Module {
   pdi.answer  := answer
   trigger     := acts && logic.written && chosen.watchdogTrigger
 
-  // A written buffer is an event for the side that reads, a read one for the side that writes.
-  private val (written, isRead) = (logic.after.writeEvent, logic.after.readEvent)
-  private def events(side: String, now: Bool) = VecInit((0 until n).map { i =>
-    val event = RegInit(false.B).suggestName(s"${side}Event_$i") // reset: none
-    when(acts && memory.acting === i.U) { event := now }
-    when(!works(i)) { event := false.B }
-    event
-  })
-  ecatEvent := events("ecat", chosen.ecatEvent && Mux(chosen.ecatWrites, isRead, written))
-  alEvent   := events("al", chosen.alEvent && Mux(chosen.ecatWrites, written, isRead))
+  // What comes of it is in flip-flops, if it is looked at all the time.
+  private def each(name: String, to: Vec[Bool], now: Bool): Unit = for ((shown, i) <- to.zipWithIndex) {
+    val flag = RegInit(false.B).suggestName(s"${name}_$i") // reset: nothing has happened
+    when(acts && memory.acting === i.U) { flag := now }
+    when(!works(i)) { flag := false.B }
+    shown := flag
+  }
 
-  // The status of one to which nothing has happened depends on its mode only.
-  private val after      = logic.after
+  // A written buffer is an event for the side that reads, a read one for the side that writes.
+  private val after             = logic.after
+  private val (written, isRead) = (after.writeEvent, after.readEvent)
+  private val mailbox           = logic.settings.isMailbox
+  each("ecatEvent", ecatEvent, chosen.ecatEvent && Mux(chosen.ecatWrites, isRead, written))
+  each("alEvent", alEvent, chosen.alEvent && Mux(chosen.ecatWrites, written, isRead))
+  each("hasData", hasData, chosen.ecatWrites && Mux(mailbox, after.newer, after.anyWritten))
+
+  // The status of one to which nothing has happened depends on its mode only, and so does that of one which
+  // has been switched off for ECAT.
   private val lastBuffer = Mux(after.anyWritten, Mux(after.newer, after.next, after.reader), 3.U(2.W))
-  private val mailbox    = logic.settings.isMailbox
-  private val statusRam  = DualPortRam(StateMemory.Words, 5)(clock)
+  private val states     = Cat(Mux(mailbox, 0.U, lastBuffer), mailbox && after.newer, isRead, written)
+  private val sequences  = if (sequential) logic.settings.isSequential ## after.violated else 0.U(0.W)
+  private val statusRam  = DualPortRam(StateMemory.Words, states.getWidth + sequences.getWidth)(clock)
   statusRam.io.write        := acts
   statusRam.io.writeAddress := memory.acting
-  statusRam.io.writeData    := Cat(Mux(mailbox, 0.U, lastBuffer), mailbox && after.newer, isRead, written)
+  statusRam.io.writeData    := sequences ## states
   statusRam.io.readAddress  := statusIndex
-  private val fresh = Mux(RegNext(isMailbox(statusIndex)), 0.U, SyncManagerStates.NoneWritten.U(5.W))
-  private val shown = Mux(RegNext(memory.isFresh(statusIndex)), fresh, statusRam.io.readData)
-  status := Cat(shown(4, 3), shown(2), 0.U(1.W), shown(1, 0))
+  private val isHidden =
+    if (!p.hasDeactivationDelay) false.B
+    else {
+      val here = RegNext(lingers(statusIndex) && !statusByPdi)
+      if (sequential) here && !statusRam.io.readData(6) else here
+    }
+  private val fresh   = Mux(RegNext(isMailbox(statusIndex)), 0.U, SyncManagerStates.NoneWritten.U(5.W))
+  private val isFresh = RegNext(memory.isFresh(statusIndex)) || isHidden
+  private val shown   = Mux(isFresh, fresh, statusRam.io.readData)
+  private val error   = if (sequential) !isFresh && statusRam.io.readData(5) else false.B
+  status := Cat(shown(4, 3), shown(2), error, shown(1, 0))
 }
 
 private object SyncManagerStates {

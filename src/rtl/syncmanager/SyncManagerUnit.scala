@@ -34,9 +34,14 @@ class SyncManagerUnit(p: EscParams) extends RegisterUnit(SyncManagerRegisters(p)
       unit.enable(n)                    := bus.bool(s"sm${n}_enable")
       bus.guard(s"sm${n}_disabled")     := !bus.bool(s"sm${n}_enable")
       bus.status(s"sm${n}_deactivated") := unit.deactivated(n)
+      if (p.hasDeactivationDelay) {
+        unit.delays(n)                     := bus.bool(s"sm${n}_deactivation_delay")
+        bus.status(s"sm${n}_delay_active") := unit.delayActive(n)
+      }
     }
     val status = bus.keptRead("sm0_status")
     unit.statusIndex                  := (status.address << log2Ceil(p.lanes)) >> 3
+    unit.statusByPdi                  := status.host.reads
     status.data                       := unit.status << (8 * (SyncManagerRegisters.Status % p.lanes))
     status.host.ready                 := true.B
     bus.status("sm_ecat_event")       := unit.ecatEvent.asUInt

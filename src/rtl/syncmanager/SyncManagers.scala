@@ -23,7 +23,7 @@ class AreaPort(p: EscParams) extends Bundle {
   val request = Input(Bool())
   val granted = Output(Bool())
   val number  = Input(UInt(p.smIndexBits.W))
-  val access  = Input(new BufferAccess)
+  val access  = Input(new BufferAccess(p.hasSequentialMode))
   val answer  = Output(new BufferAnswer)
 
   /** With the answer: how far behind the byte's address the one in the buffer lies. */
@@ -94,12 +94,17 @@ class SyncManagers(p: EscParams) extends Module {
   /** 0x0806[0] of each. */
   val enable = IO(Input(Vec(n, Bool())))
 
-  /** 0x0805 of one is read; a cycle later it is there. */
+  /** 0x0805 of one is read, by the host or not; a cycle later it is there. */
   val statusIndex = IO(Input(UInt(p.smIndexBits.W)))
+  val statusByPdi = IO(Input(Bool()))
   val status      = IO(Output(UInt(8.W)))
 
   /** 0x0807[0] of each. */
   val deactivated = IO(Output(Vec(n, Bool())))
+
+  /** 0x0807[6] and [7] of each, with the deactivation delay. */
+  val delays      = IO(Input(Vec(if (p.hasDeactivationDelay) n else 0, Bool())))
+  val delayActive = IO(Output(Vec(delays.size, Bool())))
 
   /** Events for the master (0x0210) and the host (0x0220). */
   val ecatEvent = IO(Output(Vec(n min 8, Bool()))) // 0x0210 has eight bits for them
@@ -127,7 +132,7 @@ class SyncManagers(p: EscParams) extends Module {
     copy
   }
 
-  private val states = Module(new SyncManagerStates(n))
+  private val states = Module(new SyncManagerStates(p))
 
   // What acts all the time is in flip-flops, reset as the registers.
   private val writes = new RegisterWrites(SyncManagerRegisters(p), write)
@@ -142,7 +147,22 @@ class SyncManagers(p: EscParams) extends Module {
   private val isOff = wantsOff.zipWithIndex.map { case (w, i) =>
     RegEnable(w, false.B, quiet && !states.walking).suggestName(s"deactivated_$i")
   }
-  private val works  = VecInit((0 until n).map(i => enable(i) && !isOff(i)))
+  private val lingering = (0 until delayActive.size).map { i =>
+    val unit = Module(new DeactivationDelay).suggestName(s"delay_$i")
+    unit.isOn       := delays(i) && !isOff(i) && states.hasData(i)
+    unit.enable     := writes.written(s"sm${i}_enable")
+    unit.wasEnabled := enable(i)
+    unit.changes := Seq("start", "length", "control")
+      .map(name => writes.writes(s"sm${i}_$name"))
+      .reduce(_ || _)
+    unit
+  }
+  private def lingers(i: UInt): Bool = if (p.hasDeactivationDelay) delayActive(i) else false.B
+  for ((shown, unit) <- delayActive.zip(lingering)) shown := unit.active
+  private val works = VecInit((0 until n).map { i =>
+    if (!p.hasDeactivationDelay) enable(i) && !isOff(i)
+    else (enable(i) || delayActive(i)) && !isOff(i) && !lingering(i).restarts
+  })
   private val locked = VecInit((0 until n).map(i => enable(i) && isOff(i)))
   deactivated := VecInit(isOff)
 
@@ -153,12 +173,14 @@ class SyncManagers(p: EscParams) extends Module {
     val number         = if (p.smBanks == 1) last else Cat(bank.U(1.W), last)
     val exists         = number < n.U
     val chosen         = number(p.smIndexBits - 1, 0)
-    val threefold      = locked(chosen) && !isMailbox(chosen)
+    val isBlocked      = locked(chosen) || (if (port == ecat) lingers(chosen) else false.B)
+    val threefold      = isBlocked && !isMailbox(chosen)
     table.readIndex(i) := port.index
     port.ramOpen       := ramOpen
     entry.index        := number
     entry.start        := word(15, 0)
-    entry.takesPart    := exists && enable(chosen)
+    entry.takesPart    := exists && (enable(chosen) || lingers(chosen))
+    entry.takesReads   := exists && enable(chosen)
     entry.extent       := word(31, 16) +& Mux(threefold, word(31, 16) << 1, 0.U(17.W))
     entry.begins       := false.B
   }
@@ -175,13 +197,19 @@ class SyncManagers(p: EscParams) extends Module {
   states.isMailbox    := isMailbox
   states.controls     := write.valid && isInTable && address(2, 0) === controlAt.U && write.bits.mask(0)
   states.controlIndex := address(6, 3)
-  states.control      := SyncManagerControl(Lanes.byte(write.bits.data, controlAt % p.lanes))
-  states.statusIndex  := statusIndex
-  status              := states.status
-  ecatEvent           := VecInit(states.ecatEvent.take(ecatEvent.size))
-  alEvent             := states.alEvent
-  trigger             := (if (p.hasWatchdogs) states.trigger else false.B)
-  settled             := states.settled
+  states.control := SyncManagerControl(
+    Lanes.byte(write.bits.data, controlAt % p.lanes),
+    p.hasSequentialMode
+  )
+  states.statusIndex := statusIndex
+  states.statusByPdi := statusByPdi
+  states.lingers     := delayActive
+  status             := states.status
+  for ((event, i) <- ecatEvent.zipWithIndex)
+    event := (if (p.hasDeactivationDelay) states.ecatEvent(i) && !delayActive(i) else states.ecatEvent(i))
+  alEvent := states.alEvent
+  trigger := (if (p.hasWatchdogs) states.trigger else false.B)
+  settled := states.settled
 
   states.good := good
   states.bad  := bad

@@ -148,14 +148,16 @@ class SyncManagerModelSpec extends AnyFlatSpec {
     }
   }
   "SM-25: length 0" should "cover nothing" in {
-    assert(!new Bench(0x04, length = 0).sm.settings.covers(Start))
+    assert(!new Bench(0x04, length = 0).sm.settings.covers(Side.Ecat, write = true, Start))
   }
   "SM-27, B-51: deactivation" should "reset and lock all three buffers, or the mailbox" in {
     for ((control, bytes) <- Seq(0x04 -> 12, 0x06 -> 4)) {
       val b = new Bench(control)
       b.frame(write = true, b.all)
       b.sm.configure(b.sm.settings.copy(deactivated = true))
-      assert((-1 to 13).filter(o => b.sm.settings.covers(Start + o)) == (0 until bytes))
+      assert(
+        (-1 to 13).filter(o => b.sm.settings.covers(Side.Ecat, write = true, Start + o)) == (0 until bytes)
+      )
       assert(b.frame(write = true, b.all) == b.denied && b.access(Pdi, write = false, b.all) == b.denied)
       b.sm.configure(b.sm.settings.copy(deactivated = false))
       assert(!b.sm.writeEvent && b.access(Pdi, write = false, b.all) == b.denied)
@@ -165,7 +167,7 @@ class SyncManagerModelSpec extends AnyFlatSpec {
   "SM-28: disabling" should "leave the addresses alone at once" in {
     val b = ecatBuffer
     b.sm.configure(b.sm.settings.copy(enabled = false))
-    assert(!b.sm.settings.covers(Start))
+    assert(!b.sm.settings.covers(Side.Ecat, write = true, Start))
   }
   "OP-11, B-54: the wrong direction" should "be denied" in {
     val b = ecatMailbox

@@ -18,6 +18,7 @@ object SyncManagerRules extends Rules {
   private val EcatMailbox = 0x06
   private val PdiMailbox  = 0x02
   private val BothEvents  = 0x30
+  private val Sequential  = 0x80
   private val Area        = 0x1000
 
   private val directions = Seq(EcatBuffer, PdiBuffer, EcatMailbox, PdiMailbox)
@@ -444,6 +445,132 @@ object SyncManagerRules extends Rules {
     hostPut(0x0800, 0xff, 0xff, 0xff, 0xff, 0xff)
     assert(hostGet(0x0800, 5) == Seq(0, 0x10, 8, 0, EcatBuffer), "the host cannot")
     assert(!put(0x0805, 0) && !put(0x0807, 1))
+  }
+  private def sequential(p: EscParams) = some(p) && p.hasSequentialMode
+  rule("GEN-07, SM-32: the features tell of the sequential mode", some) { s =>
+    assert((s.word(0x0008) >> 12 & 1) == s.p.sequentialMode)
+  }
+  rule("SM-32, SM-33, B-101: in sequential mode a buffer with a gap is not taken over", sequential) { s =>
+    import s._
+    for (mode <- Seq(EcatBuffer, EcatMailbox)) {
+      syncManager(0, Area, 6, mode | BothEvents | Sequential)
+      assert(put(Area, 1, 2) && put(Area + 4, 5, 6))
+      assert((bench.hostRead(0x0805) & 0x0f) == 4 && get(0x0805, 1).exists(b => (b.head & 0x0f) == 4))
+      assert((bench.hostRead(0x0221) & 1) == 0, "not written")
+      assert(hostGet(Area, 6).forall(_ == 0))
+      assert(!put(Area + 2, 3), "anew from the first byte on")
+      assert(put(Area, 1, 2) && put(Area + 2, 3, 4) && put(Area + 1, 7, 8, 9) && put(Area + 4, 5, 6))
+      assert((bench.hostRead(0x0805) & 0x07) == 1, "bytes may come again")
+      assert(hostGet(Area, 6) == Seq(1, 7, 8, 9, 5, 6))
+      assert(put(Area, 9, 9, 9, 9) && put(Area, 8) && put(Area + 4, 8, 8))
+      assert((bench.hostRead(0x0805) & 0x05) == 4, "the first byte begins a sequence")
+      assert(put(Area, 1, 2, 3) && put(Area + 4, 5) && put(Area + 3, 4) && put(Area + 5, 6))
+      assert((bench.hostRead(0x0805) & 0x05) == 4, "not in order")
+    }
+  }
+  rule("SM-32, B-101: without control bit 7, or where ECAT reads, gaps do not matter", sequential) { s =>
+    import s._
+    for (mode <- directions) {
+      val c = sides(s, if ((mode & 4) == 0) mode | Sequential else mode)
+      c.write(0, 1)
+      c.write(3, 4)
+      assert((bench.hostRead(0x0805) & 5) == 1, s"mode $mode")
+      assert(c.read(0, 1) == Seq(1))
+    }
+  }
+  rule("SM-34: in sequential mode a bad frame ends a buffer as it does without", sequential) { s =>
+    import s._
+    syncManager(0, Area, 6, EcatBuffer | Sequential)
+    assert(put(Area, 1, 2))
+    spoiled(Datagram(Apwr, 0, Area + 2, Seq(3, 4)))
+    assert(!put(Area + 2, 3, 4) && !put(Area + 4, 5, 6))
+    assert(put(Area, 1, 2) && put(Area + 2, 3, 4) && put(Area + 4, 5, 6))
+    assert(hostGet(Area, 6) == Seq(1, 2, 3, 4, 5, 6))
+  }
+
+  private def delays(p: EscParams) = some(p) && p.hasDeactivationDelay
+  private def delayed(s: Steps, control: Int): Unit = {
+    s.syncManager(0, Area, 4, control)
+    s.bench.hostWrite(0x0807, 0x40)
+  }
+  private def isActive(s: Steps) = {
+    val shown = s.bench.hostRead(0x0807) & 0xc1
+    assert(s.get(0x0807, 1).exists(b => (b.head & 0xc1) == shown))
+    (shown & 0x80) != 0
+  }
+  rule("SM-29, SM-30: switched off by ECAT, the last buffer stays for the host", delays) { s =>
+    import s._
+    delayed(s, EcatBuffer | BothEvents)
+    assert(put(Area, 1, 2, 3, 4) && put(Area, 5, 6, 7, 8) && !isActive(s))
+    assert(hostGet(Area, 2) == Seq(5, 6))
+    assert(put(0x0806, 0) && isActive(s))
+    assert(bench.hostRead(0x0806) == 0 && get(0x0806, 1).contains(Seq(0)))
+    assert(get(0x0805, 1).contains(Seq(0x30)) && bench.hostRead(0x0805) == 0x10)
+    assert(hostGet(Area + 2, 2) == Seq(7, 8), "of the buffer that is open")
+    assert(bench.hostRead(0x0805) == 0x12 && (get(0x0210, 1).get.head & 0x10) == 0, "ECAT sees no event")
+    assert(hostGet(Area, 4) == Seq(5, 6, 7, 8), "also from its beginning")
+    for (i <- 0 until 12) assert(!put(Area + i, 9), s"byte $i")
+    assert(get(Area, 4).contains(Seq(1, 2, 3, 4)), "ECAT reads plain memory")
+    assert(put(Area + 12, 9))
+  }
+  rule("SM-30: in sequential mode ECAT sees the status", p => delays(p) && sequential(p)) { s =>
+    import s._
+    delayed(s, EcatBuffer | Sequential)
+    assert(put(Area, 1, 2, 3, 4) && put(0x0806, 0) && isActive(s))
+    assert(get(0x0805, 1).contains(Seq(0x01)))
+  }
+  rule("SM-31: ECAT that switches it on again ends the delay, and begins anew", delays) { s =>
+    import s._
+    delayed(s, EcatBuffer)
+    assert(put(Area, 1, 2, 3, 4) && hostGet(Area, 1) == Seq(1))
+    assert(put(0x0806, 0) && isActive(s))
+    assert(put(0x0806, 1) && !isActive(s))
+    assert(bench.hostRead(0x0805) == 0x30 && hostGet(Area, 4).forall(_ == 0))
+    assert(put(Area, 5, 6, 7, 8) && hostGet(Area, 4) == Seq(5, 6, 7, 8))
+  }
+  rule("SM-31, B-102: the host, or another start, length or control ends the delay", delays) { s =>
+    import s._
+    val ends = Seq[() => Unit](
+      () => bench.hostWrite(0x0807, 0),
+      () => bench.hostWrite(0x0807, 0x41),
+      () => assert(put(0x0800, 0)),
+      () => assert(put(0x0803, 0)),
+      () => assert(put(0x0804, 0))
+    )
+    for ((end, i) <- ends.zipWithIndex) {
+      bench.hostWrite(0x0807, 0)
+      delayed(s, EcatBuffer)
+      assert(put(Area, 1, 2, 3, 4) && put(Area, 5, 6, 7, 8) && put(0x0806, 0) && isActive(s))
+      end()
+      assert(!isActive(s), s"end $i")
+      assert(hostGet(Area, 4) == Seq(1, 2, 3, 4) && put(Area + 5, 9), "plain memory")
+      bench.hostWrite(0x0807, 0x40)
+      assert(!isActive(s))
+    }
+  }
+  rule("SM-31: a mailbox that the host has read ends the delay", delays) { s =>
+    import s._
+    delayed(s, EcatMailbox)
+    assert(put(Area, 1, 2, 3, 4) && put(0x0806, 0) && isActive(s))
+    assert(get(0x0805, 1).contains(Seq(0)) && bench.hostRead(0x0805) == 9)
+    assert(hostGet(Area, 3) == Seq(1, 2, 3) && isActive(s))
+    assert(bench.hostRead(Area + 3) == 4 && !isActive(s))
+    assert(put(Area, 9) && bench.hostRead(Area) == 9)
+  }
+  rule("SM-29: no delay of what nobody has written, of the host's buffers, nor unless it is wanted", delays) {
+    s =>
+      import s._
+      delayed(s, EcatBuffer)
+      assert(put(Area, 1, 2) && put(0x0806, 0) && !isActive(s), "not written")
+      delayed(s, PdiBuffer)
+      hostPut(Area, 1, 2, 3, 4)
+      assert(put(0x0806, 0) && !isActive(s), "the host writes")
+      delayed(s, EcatMailbox)
+      assert(put(Area, 1, 2, 3, 4) && hostGet(Area, 4) == Seq(1, 2, 3, 4))
+      assert(put(0x0806, 0) && !isActive(s), "read")
+      bench.hostWrite(0x0807, 0)
+      syncManager(0, Area, 4, EcatBuffer)
+      assert(put(Area, 1, 2, 3, 4) && put(0x0806, 0) && !isActive(s), "not wanted")
   }
   rule("SM-35: repeat request and acknowledge are kept, the request raises the event", some) { s =>
     import s._

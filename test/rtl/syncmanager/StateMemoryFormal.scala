@@ -12,9 +12,9 @@ class StateMemoryProof extends Module {
   private val works    = IO(Input(Vec(n, Bool())))
   private val number   = IO(Input(UInt(1.W)))
   private val wantsAct = IO(Input(Bool()))
-  private val after    = IO(Input(new SyncManagerState))
+  private val after    = IO(Input(new SyncManagerState(sequential = true)))
 
-  private val dut    = Module(new StateMemory(n))
+  private val dut    = Module(new StateMemory(n, sequential = true))
   private val worked = RegNext(works(number), false.B)
   private val acts   = wantsAct && worked
   dut.works  := works
@@ -27,11 +27,13 @@ class StateMemoryProof extends Module {
   dut.ram.readData := RegNext(words(dut.ram.readAddress(0)))
   when(dut.ram.write) { words(dut.ram.writeAddress(0)) := dut.ram.writeData }
 
-  private val states = RegInit(VecInit(Seq.fill(n)(SyncManagerState.start)))
+  private val states = RegInit(VecInit(Seq.fill(n)(SyncManagerState.start(sequential = true))))
   when(acts) { states(dut.acting) := after }
   for (i <- 0 until n) {
-    when(!works(i)) { states(i) := SyncManagerState.start }
-    when(dut.isFresh(i)) { assert(states(i).asUInt === SyncManagerState.start.asUInt, "fresh, but not new") }
+    when(!works(i)) { states(i) := SyncManagerState.start(sequential = true) }
+    when(dut.isFresh(i)) {
+      assert(states(i).asUInt === SyncManagerState.start(sequential = true).asUInt, "fresh, but not new")
+    }
   }
   when(worked) { assert(dut.state.asUInt === states(dut.acting).asUInt, "another state") }
 }

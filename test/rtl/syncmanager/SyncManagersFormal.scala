@@ -43,10 +43,10 @@ class SyncManagersProof extends Module {
   private val isMailbox                 = steady(modes)
   private val ecatWrites                = steady(directions)
 
-  private val dut     = Module(new SyncManager)
+  private val dut     = Module(new SyncManager(sequential = false))
   private val acts    = Wire(Bool())
   private val number  = Wire(UInt(1.W))
-  private val states  = RegInit(VecInit(Seq.fill(n)(SyncManagerState.start)))
+  private val states  = RegInit(VecInit(Seq.fill(n)(SyncManagerState.start(sequential = false))))
   private val enabled = RegInit(0.U(n.W))
   private val locked  = RegInit(0.U(n.W))
 
@@ -94,16 +94,18 @@ class SyncManagersProof extends Module {
   when(resting) { enabled := wantEnabled }
   when(resting && !hostTouch && !hostEnds) { locked := wantLocked }
 
-  dut.good          := ends.orR && wasGood
-  dut.bad           := ends.orR && !wasGood
-  acts              := busActs && !(good || bad) || hostAsks || hostClose
-  number            := Mux(ends.orR, ends(1), Mux(busActs, ecat.index, Mux(hostClose, hostIndex, pdi.index)))
-  dut.byPdi         := !busActs
-  dut.access.write  := dut.byPdi =/= ecatWrites(number) // the side's own direction
-  dut.access.touch  := busAsks || hostAsks
-  dut.access.first  := Mux(busActs, ecat.first, pdi.first)
-  dut.access.close  := Mux(busAsks, busWrites && busLast, busCloses || hostClose)
-  dut.access.single := false.B
+  dut.good           := ends.orR && wasGood
+  dut.bad            := ends.orR && !wasGood
+  acts               := busActs && !(good || bad) || hostAsks || hostClose
+  number             := Mux(ends.orR, ends(1), Mux(busActs, ecat.index, Mux(hostClose, hostIndex, pdi.index)))
+  dut.byPdi          := !busActs
+  dut.access.write   := dut.byPdi =/= ecatWrites(number) // the side's own direction
+  dut.access.touch   := busAsks || hostAsks
+  dut.access.first   := Mux(busActs, ecat.first, pdi.first)
+  dut.access.close   := Mux(busAsks, busWrites && busLast, busCloses || hostClose)
+  dut.access.single  := false.B
+  dut.access.address := 0.U
+  dut.settings.isSequential := false.B
 
   dut.state := states(number) // SyncManagerStates has them in a [[StateMemory]]
   when(acts) { states(number) := dut.after }
@@ -114,7 +116,7 @@ class SyncManagersProof extends Module {
   dut.settings.ecatWrites := ecatWrites(number)
 
   for (i <- 0 until n) {
-    when(!works(i.U)) { states(i) := SyncManagerState.start }
+    when(!works(i.U)) { states(i) := SyncManagerState.start(sequential = false) }
     val bus   = busTouch && ecat.index === i.U
     val host  = hostTouch && pdi.index === i.U
     val busC  = busClose && ecat.index === i.U
