@@ -42,6 +42,7 @@
 //   linkLowPorts               0x0000  bits
 //   fxPorts                    0x0000  bits
 //   resetRegisters                  0  switch
+//   writeProtection                 0  switch
 //   temporaryLoopMs              1000  ms
 //   escType                    0x0012  code
 //   escRevision                0x0001  code

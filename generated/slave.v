@@ -41,6 +41,7 @@
 //   linkLowPorts               0x0000  bits
 //   fxPorts                    0x0000  bits
 //   resetRegisters                  0  switch
+//   writeProtection                 0  switch
 //   temporaryLoopMs              1000  ms
 //   escType                    0x00f1  code
 //   escRevision                0x0000  code

@@ -8,7 +8,7 @@ import flyframe.clocks.LevelCrossing
 import flyframe.dc.{ClockPins, DistributedClocks, PortActivity}
 import flyframe.frame.{FrameProcessor, Stage}
 import flyframe.host.HostSequencer
-import flyframe.memory.{EscMemory, FrameEvents, HostPort, RegisterBus, RegisterUnit}
+import flyframe.memory.{EscMemory, FrameEvents, HostPort, RegisterBus, RegisterUnit, WriteProtection}
 import flyframe.mi.{LinkUnit, MiPins, MiUnit}
 import flyframe.mii.Port
 import flyframe.params.EscParams
@@ -129,7 +129,8 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
       eeprom.map(e => (e.loading, e.loadFailed))
     )
   )
-  private val resets = reset_request.map(new ResetRequest(_))
+  private val resets     = reset_request.map(new ResetRequest(_))
+  private val protection = processor.protection.map(new WriteProtection(_))
   private val watchdogs =
     Option.when(p.hasWatchdogs)(new Watchdogs(p, syncManagers.fold(false.B)(_.trigger)))
   private val application = Option.when(p.hasApplicationLayer)(new Application(p))
@@ -142,7 +143,9 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
     new DistributedClocks(p, activity, request, clock_signals)
   }
   private val units =
-    Seq(dataLink) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ watchdogs ++ application ++
+    Seq(
+      dataLink
+    ) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ protection ++ watchdogs ++ application ++
       leds ++ clocks ++ addedUnits
   private val unlisted = units.flatMap(_.registers).diff(RegisterMap(p, addedRegisters)).map(_.name)
   require(unlisted.isEmpty, s"registers ${unlisted.mkString(", ")} are of units but must be in RegisterMap.")

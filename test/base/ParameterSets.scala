@@ -25,7 +25,8 @@ object TestSets {
       sequentialMode = 1,
       deactivationDelay = 1,
       digitalOutputs = 2,
-      ports = 3
+      ports = 3,
+      writeProtection = 1
     ) -> 10000,
     complete.copy(
       preset = "complete-3",
@@ -46,13 +47,20 @@ object TestSets {
     preset("frame-processor")                                                                        -> 10000,
     min.copy(preset = "mhz25", coreClockMhz = 25, ports = 3, maxSubTelegrams = 128)                  -> 10000,
     min.copy(preset = "mhz25-32", coreClockMhz = 25, dataBusWidth = 32, nodeIdWidth = 12, alarm = 1) -> 5000,
-    min.copy(preset = "mhz50-16", coreClockMhz = 50, rmiiPorts = 0x3, dataBusWidth = 16, ramKiB = 3) -> 5000,
-    min.copy(preset = "mhz125-8", coreClockMhz = 125, ports = 1, txShift = 3)                        -> 5000,
-    preset("alarm-slave")                                                                            -> 20000,
-    preset("alarm-slave").copy(preset = "alarm-125", coreClockMhz = 125, dataBusWidth = 32)          -> 5000,
-    complete.copy(preset = "complete-alarm", alarm = 1, dataBusWidth = 16, maxSubTelegrams = 4)      -> 3000,
-    min.copy(preset = "clocks-50", clocks = 1, coreClockMhz = 50, ports = 4, dataBusWidth = 16)      -> 5000,
-    min.copy(preset = "mhz100-32", dataBusWidth = 32, ramKiB = 60, registerWritesPerFrame = 16)      -> 5000
+    min.copy(
+      preset = "mhz50-16",
+      coreClockMhz = 50,
+      rmiiPorts = 0x3,
+      dataBusWidth = 16,
+      ramKiB = 3,
+      writeProtection = 1
+    )                                                                                           -> 5000,
+    min.copy(preset = "mhz125-8", coreClockMhz = 125, ports = 1, txShift = 3)                   -> 5000,
+    preset("alarm-slave")                                                                       -> 20000,
+    preset("alarm-slave").copy(preset = "alarm-125", coreClockMhz = 125, dataBusWidth = 32)     -> 5000,
+    complete.copy(preset = "complete-alarm", alarm = 1, dataBusWidth = 16, maxSubTelegrams = 4) -> 3000,
+    min.copy(preset = "clocks-50", clocks = 1, coreClockMhz = 50, ports = 4, dataBusWidth = 16) -> 5000,
+    min.copy(preset = "mhz100-32", dataBusWidth = 32, ramKiB = 60, registerWritesPerFrame = 16) -> 5000
   )
 
   // As the preset `slave`, but for what only costs time here: further ports, LEDs, the EEPROM's start.
@@ -85,7 +93,14 @@ object TestSets {
   private val ruledSets = Seq(
     ruled,
     ruled
-      .copy(preset = "four-25", ports = 4, ramKiB = 8, coreClockMhz = 25, dataBusWidth = 32),
+      .copy(
+        preset = "four-25",
+        ports = 4,
+        ramKiB = 8,
+        coreClockMhz = 25,
+        dataBusWidth = 32,
+        writeProtection = 1
+      ),
     ruled
       .copy(
         preset = "wide-50",
@@ -93,7 +108,8 @@ object TestSets {
         dataBusWidth = 16,
         maxSubTelegrams = 4,
         nodeIdWidth = 8,
-        rmiiPorts = 0x1
+        rmiiPorts = 0x1,
+        writeProtection = 1
       )
   )
 
@@ -109,7 +125,7 @@ object TestSets {
       digitalOutputs = 4
     )
   private val ruledUnitSets = Seq(
-    ruledUnits.copy(resetRegisters = 1, sequentialMode = 1, deactivationDelay = 1),
+    ruledUnits.copy(resetRegisters = 1, writeProtection = 1, sequentialMode = 1, deactivationDelay = 1),
     ruledUnits.copy(
       preset = "units-16",
       watchdogs = 1,
@@ -217,7 +233,8 @@ object TestSets {
       ramKiB = 8,
       fmmus = 3,
       syncManagers = 4,
-      applicationLayer = 1
+      applicationLayer = 1,
+      writeProtection = 1
     ),
     ruledEeprom.copy(
       preset = "clocks-eeprom",

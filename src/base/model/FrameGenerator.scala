@@ -4,7 +4,7 @@ import scala.util.Random
 import flyframe.params.EscParams
 import flyframe.protocol.Command._
 import flyframe.protocol.DatagramLayout
-import flyframe.registers.{DlRegisters, RegisterMap}
+import flyframe.registers.{DlRegisters, ProtectionRegisters, RegisterMap}
 
 /** Random frames for one controller: valid ones that reach deep, and everything a broken sender, cable or
   * attacker may produce.
@@ -80,6 +80,11 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
     )
   }
 
+  /** Else, as random writes protect all sooner or later, nothing would be written any more. */
+  private val enables = Seq(ProtectionRegisters.RegisterEnable, ProtectionRegisters.EscEnable).map(a =>
+    Datagram(Bwr, a.toLong << 16, Seq(1))
+  )
+
   private def datagrams(): Seq[Datagram] = {
     val count =
       if (chance(60)) 1 + random.nextInt(3)
@@ -89,7 +94,8 @@ class FrameGenerator(p: EscParams, model: EscModel, random: Random) {
       if (units.exists && count <= 20)
         Seq.fill(count)(if (chance(65)) units.next() else Seq(datagram())).flatten.map(UnitTraffic.calm(p, _))
       else Seq.fill(count)(if (count > 20) datagram().copy(data = Nil) else datagram())
-    val apart = if (p.hasAlarm) UnitTraffic.oneForEvents(all) else all
+    val free  = if (p.hasWriteProtection && chance(70)) enables ++ all else all
+    val apart = if (p.hasAlarm) UnitTraffic.oneForEvents(free) else free
     apart.zip(apart.scanLeft(0)((s, d) => s + d.data.size + DatagramLayout.Overhead)).collect {
       case (d, before) if before + d.data.size < 1480 => d
     }

@@ -54,7 +54,8 @@ class LocalSpace(
   )
   private val management =
     Option.when(p.hasMi)(new MiiManagementModel(p, registers, phys))
-  private val reset = Option.when(p.hasResetRegisters)(new ResetModel)
+  private val reset      = Option.when(p.hasResetRegisters)(new ResetModel)
+  private val protection = Option.when(p.hasWriteProtection)(new ProtectionModel(registers))
   private val leds =
     Option.when(p.hasLeds)(new LedModel(registers, () => emulation, () => sii.exists(_.loadFailed)))
 
@@ -70,7 +71,9 @@ class LocalSpace(
   )
 
   private val units: Seq[ModelUnit] =
-    watchdogs.toSeq ++ application ++ Seq(syncManagers) ++ sii ++ management ++ reset ++ leds ++ clock ++
+    watchdogs.toSeq ++ application ++ Seq(
+      syncManagers
+    ) ++ sii ++ management ++ reset ++ protection ++ leds ++ clock ++
       clock.toSeq.flatMap(_.signals) ++ alarm ++ addedUnits
 
   if (p.hasEmulation) pdiOperational = false
@@ -179,7 +182,10 @@ class LocalSpace(
   }
 
   /** What passed the processing unit had no SFD; a frame it was all the same. */
-  def frameWithoutSfd(): Unit = reset.foreach(_.frameStarts())
+  def frameWithoutSfd(): Unit = {
+    reset.foreach(_.frameStarts())
+    protection.foreach(_.frameStarts())
+  }
 
   /** The frame that now enters the processing unit. */
   class Frame extends AddressSpace {
@@ -191,6 +197,7 @@ class LocalSpace(
     var hasTime = false
     syncManagers.frameStarts()
     reset.foreach(_.frameStarts())
+    protection.foreach(_.frameStarts())
     management.foreach(_.frameStarts())
     clock.foreach(_.processingBegins())
 
@@ -207,6 +214,9 @@ class LocalSpace(
     }
 
     def claim(address: Int): Option[(Int, Int) => Boolean] =
+      if (protection.exists(_.refuses(address))) None else claimed(address)
+
+    private def claimed(address: Int): Option[(Int, Int) => Boolean] =
       passed(Side.Ecat, write = true, address).flatMap { local =>
         if (isMemory(local)) Some((byte, _) => { memory(local) = byte; true })
         else
@@ -215,6 +225,7 @@ class LocalSpace(
           ) { (byte: Int, bits: Int) =>
             val may = pending.size < p.writeLogDepth // B-17
             if (may) clock.foreach(_.isWritten(local, command))
+            if (may) protection.foreach(_.passes(local))
             if (may)
               pending :+= (local, byte, if (registers.register(local).exists(_.bitWritable)) bits else 0xff)
             may

@@ -49,6 +49,7 @@ final case class EscParams(
     linkLowPorts: Int = 0,
     fxPorts: Int = 0,
     resetRegisters: Int = 0,
+    writeProtection: Int = 0,
     temporaryLoopMs: Int = 1000,
     escType: Int = 0xf1,
     escRevision: Int = 0,
@@ -122,6 +123,9 @@ final case class EscParams(
 
   /** Bus and host may ask for a reset of the whole chip (SYS-04). */
   def hasResetRegisters: Boolean = resetRegisters == 1
+
+  /** The bus may protect registers, or all it can write, against its own frames (SYS-02, SYS-03). */
+  def hasWriteProtection: Boolean = writeProtection == 1
 
   /** More than the link input decides on a link. */
   def detectsLinks: Boolean = hasMiLinks || hasEnhancedLinks
@@ -519,6 +523,12 @@ object ParamTable {
     info("resetRegisters", "1: bus and host may ask for a reset of the whole chip", "switch", between(0, 1))(
       _.resetRegisters
     )((p, v) => p.copy(resetRegisters = v)),
+    info(
+      "writeProtection",
+      "1: the bus may protect registers, and all it can write, against frames that do not ask to write",
+      "switch",
+      between(0, 1)
+    )(_.writeProtection)((p, v) => p.copy(writeProtection = v)),
     info("temporaryLoopMs", "how long a temporary loop setting (0x0100[1]) lasts", "ms", between(1, 2000))(
       _.temporaryLoopMs
     )((p, v) => p.copy(temporaryLoopMs = v)),
@@ -690,6 +700,7 @@ object EscParams {
       "alarm",
       "sii",
       "resetRegisters",
+      "writeProtection",
       "mi",
       "phyAddressOffset",
       "miLinkDetection",

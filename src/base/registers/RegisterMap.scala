@@ -23,6 +23,7 @@ object RegisterMap {
       where(p.hasLeds)(LedRegisters.all) ++
       where(p.hasSii)(SiiRegisters(p)) ++
       where(p.hasResetRegisters)(ResetRegisters.all) ++
+      where(p.hasWriteProtection)(ProtectionRegisters.all) ++
       where(p.hasMi)(MiRegisters(p)) ++ where(p.hasMiLinks)(MiRegisters.ports(p)) ++
       where(p.digitalOutputs > 0)(DigitalOutputRegisters(p)) ++
       where(p.hasClocks)(ClockRegisters(p)) ++

@@ -18,9 +18,15 @@ import flyframe.registers.{Register, RegisterMap}
   *   core cycles per nibble slot
   * @param acknowledged
   *   registers whose reading by the bus is told of
+  * @param isProtected
+  *   what is written may be refused (SYS-02, SYS-03)
   */
-class DataAccess(lanes: Int, cyclesPerNibble: Int, acknowledged: Seq[Register])
-    extends DataAccessUnit(lanes, logical = false, acknowledged) {
+class DataAccess(
+    lanes: Int,
+    cyclesPerNibble: Int,
+    acknowledged: Seq[Register],
+    isProtected: Boolean = false
+) extends DataAccessUnit(lanes, logical = false, acknowledged, isProtected) {
   private val inData   = position.part === Part.data
   private val inHeader = position.part === Part.header
   private val active   = step && in.valid && in.payload
@@ -60,9 +66,14 @@ class DataAccess(lanes: Int, cyclesPerNibble: Int, acknowledged: Seq[Register])
   // Writing: a byte counts when its high nibble has come.
   private val low        = RegEnable(in.data, step)
   private val toRegister = address < RegisterMap.UserRamStart.U
-  private val accept =
+  private val accept = permitted(
     byteEnd && enable && request.write && Lanes.bits(answer.writable, lanes)(here).asBool &&
       !(toRegister && memory.logFull)
+  )
+  for (byte <- protection) {
+    byte.address  := address
+    byte.accepted := accept
+  }
   private val gatheredMask = RegInit(0.U(lanes.W)) // reset: nothing to write
   private val gatheredData = Reg(UInt((8 * lanes).W))
   private val byteMask     = Mux(accept, UIntToOH(here, lanes), 0.U)

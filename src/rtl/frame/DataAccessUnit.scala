@@ -2,7 +2,7 @@ package flyframe.frame
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.EcatAccess
+import flyframe.memory.{EcatAccess, ProtectedWrite}
 import flyframe.mii.NibbleStream
 import flyframe.registers.{FieldRecord, Register}
 
@@ -15,8 +15,15 @@ import flyframe.registers.{FieldRecord, Register}
   *   logical commands are executed
   * @param acknowledged
   *   registers whose reading by the bus is told of
+  * @param isProtected
+  *   what is written may be refused (SYS-02, SYS-03)
   */
-abstract class DataAccessUnit(lanes: Int, logical: Boolean, acknowledged: Seq[Register]) extends Module {
+abstract class DataAccessUnit(
+    lanes: Int,
+    logical: Boolean,
+    acknowledged: Seq[Register],
+    isProtected: Boolean
+) extends Module {
 
   /** Once per nibble slot: `in` is over and the next nibble begins. */
   val step     = IO(Input(Bool()))
@@ -27,6 +34,8 @@ abstract class DataAccessUnit(lanes: Int, logical: Boolean, acknowledged: Seq[Re
   /** The datagram is to be executed; those behind the first `maxSubTelegrams` of a frame are not. */
   val enable = IO(Input(Bool()))
   val memory = IO(new EcatAccess(lanes))
+
+  val protection = Option.when(isProtected)(IO(new ProtectedWrite))
 
   /** The address in `request` goes on to the next byte. */
   val advance = IO(Output(Bool()))
@@ -45,6 +54,9 @@ abstract class DataAccessUnit(lanes: Int, logical: Boolean, acknowledged: Seq[Re
 
   /** By register: the master has just read a byte of it. That takes back an event request (IRQ-02). */
   val reads = IO(Output(FieldRecord.pulses(acknowledged.map(_.name))))
+
+  /** `writes`, unless the byte in `protection` must not be written. */
+  protected def permitted(writes: Bool): Bool = protection.fold(writes)(writes && !_.refused)
 
   /** A byte is read, where `isAt` tells whether it is one of a register. */
   protected def tellReads(read: Bool, isAt: (UInt => Bool) => Bool): Unit =

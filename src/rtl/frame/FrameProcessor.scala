@@ -3,7 +3,7 @@ package flyframe.frame
 import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
-import flyframe.memory.{EcatAccess, StampRequest, TableWrite}
+import flyframe.memory.{EcatAccess, ProtectedWrite, StampRequest, TableWrite}
 import flyframe.mii.{Crc32, NibbleStream}
 import flyframe.params.EscParams
 import flyframe.protocol.{Command, DatagramLayout, Layout}
@@ -70,7 +70,9 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   /** FMMUs and SyncManagers, where they are built. */
   private val translated = Option.when(p.translates)(Module(new TranslatedAccess(p, registers, acknowledged)))
   private val access =
-    translated.getOrElse(Module(new DataAccess(p.lanes, p.cyclesPerNibble, acknowledged)))
+    translated.getOrElse(
+      Module(new DataAccess(p.lanes, p.cyclesPerNibble, acknowledged, p.hasWriteProtection))
+    )
 
   /** Where `out` lies in its frame. */
   val outPosition = IO(Output(new FramePosition))
@@ -78,6 +80,9 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   /** Register writes as they take effect, for the FMMUs. */
   val tableWrite = Option.when(p.translates)(IO(Input(new TableWrite)))
   val areas      = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
+
+  /** The byte that is to be written, where that may be refused (SYS-02, SYS-03). */
+  val protection = access.protection.map(_ => IO(new ProtectedWrite))
 
   /** What the frame asks of the receive times. */
   val stamps = Option.when(p.hasClocks)(IO(Output(new StampRequest)))
@@ -107,6 +112,7 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   access.request        := header.request
   header.advance        := access.advance
   memory <> access.memory
+  for ((outside, byte) <- protection.zip(access.protection)) outside <> byte
 
   private val tooMany = position.datagram >= p.maxSubTelegrams.U
   access.enable := !tooMany

@@ -31,7 +31,7 @@ import flyframe.syncmanager.AreaPort
   *   those whose reading by the bus is told of
   */
 class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq[Register])
-    extends DataAccessUnit(p.lanes, logical = p.fmmus > 0, acknowledged) {
+    extends DataAccessUnit(p.lanes, logical = p.fmmus > 0, acknowledged, p.hasWriteProtection) {
   require( // eight core cycles per byte
     p.cyclesPerNibble >= 4,
     s"coreClockMhz is ${p.coreClockMhz} but must be 100, 125 with FMMUs or SyncManagers."
@@ -153,7 +153,12 @@ class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq
 
   private val written    = mover.written.bits
   private val toRegister = written.address < RegisterMap.UserRamStart.U
-  private val accept     = mover.written.valid && written.may && !(toRegister && memory.logFull)
+  private val accept =
+    permitted(mover.written.valid && written.may && !(toRegister && memory.logFull))
+  for (byte <- protection) {
+    byte.address  := written.address
+    byte.accepted := accept
+  }
   memory.read         := lookUpRead || lookUpWrite
   memory.readAddress  := Mux(lookUpRead, fetch.read.address, fetch.write.address)
   memory.logByte      := accept && toRegister
@@ -168,10 +173,12 @@ class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq
   // The SyncManagers are told of what has been read and written, each in its cycle. The byte addressed
   // decides on the access, not the one in the buffer (B-52).
   for (port <- areas) {
-    val closes  = schedule.close && reading.may && reading.inBuffer && reading.last
-    val touches = second && fetch.write.may && fetch.write.inBuffer && !(mover.writeTo.early && isLast)
-    val told    = Mux(schedule.close, reading, fetch.write)
-    val tells   = schedule.close || schedule.touch
+    val closes = schedule.close && reading.may && reading.inBuffer && reading.last
+    val touches = permitted(
+      second && fetch.write.may && fetch.write.inBuffer && !(mover.writeTo.early && isLast)
+    )
+    val told  = Mux(schedule.close, reading, fetch.write)
+    val tells = schedule.close || schedule.touch
     port.turn    := schedule.turn
     port.request := closes || touches || fetch.ask.valid
     port.number  := Mux(tells, told.index, fetch.ask.number)

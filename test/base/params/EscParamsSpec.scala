@@ -27,6 +27,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "linkLowPorts"           -> between(0, 0xf).copy(base = EscParams(ports = 4)),
     "fxPorts"         -> between(0, 0xf).copy(base = EscParams(ports = 4, mi = 1, enhancedLinkDetection = 1)),
     "resetRegisters"  -> between(0, 1),
+    "writeProtection" -> between(0, 1),
     "temporaryLoopMs" -> between(1, 2000),
     "escType"         -> between(0, 0xff),
     "escRevision"     -> between(0, 0xff),

@@ -54,6 +54,7 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
     Presets.default.params.copy(preset = "clocks", clocks = 1),
     Presets.default.params.copy(preset = "sync", clocks = 2, syncSignals = 2, latchSignals = 2),
     Presets.default.params.copy(preset = "emulation", sii = 2),
+    Presets.default.params.copy(preset = "protected", writeProtection = 1),
     Presets.named("et1100").get.params.copy(preset = "outputs", digitalOutputs = 4),
     Presets.default.params.copy(preset = "managed", mi = 2, miLinkDetection = 1, enhancedLinkDetection = 1)
   )

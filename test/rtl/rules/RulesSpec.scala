@@ -19,7 +19,8 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
       else if (p.hasAlarm) AlarmRules.all
       else if (p.hasEmulation) EmulationRules.all
       else if (p.hasI2c) EepromRules.all
-      else rules) ++ MiRules.all ++ LinkRules.all ++ ResetRules.all).filter(_.needs(p))
+      else rules) ++ MiRules.all ++ LinkRules.all ++ ResetRules.all ++ ProtectionRules.all)
+      .filter(_.needs(p))
 
   for (
     p    <- sets;
