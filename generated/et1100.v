@@ -25,6 +25,7 @@
 //   clockPowerSaving                1  switch
 //   enhancedSync                    0  switch
 //   meanWays                        0  switch
+//   eventTimes                      0  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports

@@ -140,7 +140,7 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   }
   private val clocks = processor.stamps.map { request =>
     val activity = ports.map(port => PortActivity(port.core.fromWire.valid, port.core.waited, port.core.link))
-    new DistributedClocks(p, activity, request, clock_signals)
+    new DistributedClocks(p, activity, request, clock_signals, syncManagers.flatMap(_.events))
   }
   private val units =
     Seq(

@@ -42,7 +42,9 @@ object TestSets {
       leds = 0,
       clocks = 2,
       syncSignals = 2,
-      latchSignals = 2
+      latchSignals = 2,
+      eventTimes = 1,
+      meanWays = 1
     )                                                                                                -> 10000,
     preset("frame-processor")                                                                        -> 10000,
     min.copy(preset = "mhz25", coreClockMhz = 25, ports = 3, maxSubTelegrams = 128)                  -> 10000,
@@ -217,6 +219,7 @@ object TestSets {
       syncPulse = 0,
       enhancedSync = 1,
       meanWays = 1,
+      eventTimes = 1,
       latchSignals = 2,
       applicationLayer = 1,
       syncManagers = 2
@@ -234,7 +237,8 @@ object TestSets {
       fmmus = 3,
       syncManagers = 4,
       applicationLayer = 1,
-      writeProtection = 1
+      writeProtection = 1,
+      eventTimes = 1
     ),
     ruledEeprom.copy(
       preset = "clocks-eeprom",

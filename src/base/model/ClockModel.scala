@@ -77,8 +77,10 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   }
 
   /** The host reads from `address` on: it sees the time at the first byte. */
-  def hostReads(address: Int): Unit =
+  def hostReads(address: Int): Unit = {
     if (p.hasSystemTime && address == ClockRegisters.SystemTime) show(systemTime)
+    for (r <- registers.register(address) if address == r.address) showBuffers(_ == r.name)
+  }
 
   /** A time, of which a bench without a common clock knows nothing. */
   def isTime(address: Int): Boolean =
@@ -111,12 +113,22 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   def processingBegins(): Unit = {
     for (port <- began.indices) began(port) = latest.collect { case (`port`, time) => time }
     commands = Set.empty
+    showBuffers(_ => true)
     if (p.hasSystemTime) {
       ofFrame = latest.fold(now)(_._2) + registers.wide("system_time_offset") -
         registers.wide("system_time_delay")
       show(ofFrame)
     }
   }
+
+  /** A buffer of a SyncManager changes (DC-42): by a frame, whose beginning counts, or by the host, now. */
+  def happens(event: BufferEvent): Unit = if (p.hasEventTimes) {
+    val time = if (event == BufferEvent.EcatChange) latest.fold(now)(_._2) else now
+    buffers += event.field -> (time & 0xffffffffL)
+  }
+  private var buffers = Map.empty[String, Long]
+  private def showBuffers(field: String => Boolean): Unit =
+    for ((name, time) <- buffers if field(name)) registers.setWide(name, time)
 
   /** It writes the byte at `address`. */
   def isWritten(address: Int, command: Int): Unit =

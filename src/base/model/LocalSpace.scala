@@ -47,7 +47,8 @@ class LocalSpace(
       p,
       registers,
       exists,
-      () => watchdogs.foreach(_.processData.trigger())
+      () => watchdogs.foreach(_.processData.trigger()),
+      event => clock.foreach(_.happens(event))
     )
   private val sii = Option.when(p.hasSii)(
     new SiiModel(registers, eeprom, p.hasEmulation, () => pdiOperational, () => pdiOperational = true)

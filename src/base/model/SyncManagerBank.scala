@@ -7,15 +7,23 @@ import flyframe.registers.Register
   *
   * @param exists
   *   there is memory at a local address
+  * @param happens
+  *   see [[SyncManagerModel]]
   */
-class SyncManagerBank(p: EscParams, registers: ModelRegisters, exists: Int => Boolean, trigger: () => Unit)
-    extends ModelUnit {
-  private def count                          = p.syncManagers
-  val managers: IndexedSeq[SyncManagerModel] = Vector.fill(count)(new SyncManagerModel(exists, trigger))
-  private val deactivated                    = Array.fill(count)(false)
-  private val lingering                      = Array.fill(count)(false)
-  private val activation                     = Array.fill(count)(0)     // +6 as it was last
-  private val changed                        = Array.fill(count)(false) // B-60
+class SyncManagerBank(
+    p: EscParams,
+    registers: ModelRegisters,
+    exists: Int => Boolean,
+    trigger: () => Unit,
+    happens: BufferEvent => Unit
+) extends ModelUnit {
+  private def count = p.syncManagers
+  val managers: IndexedSeq[SyncManagerModel] =
+    Vector.fill(count)(new SyncManagerModel(exists, trigger, happens))
+  private val deactivated = Array.fill(count)(false)
+  private val lingering   = Array.fill(count)(false)
+  private val activation  = Array.fill(count)(0)     // +6 as it was last
+  private val changed     = Array.fill(count)(false) // B-60
 
   /** The one an address belongs to (B-51). */
   def owner(side: Side, write: Boolean, address: Int): Option[SyncManagerModel] =

@@ -7,6 +7,14 @@ object Side {
   case object Pdi  extends Side
 }
 
+/** What happens to a buffer and has a time (DC-42), with the field that shows it. */
+sealed abstract class BufferEvent(val field: String)
+object BufferEvent {
+  case object EcatChange extends BufferEvent("ecat_buffer_change_time")
+  case object PdiStart   extends BufferEvent("pdi_buffer_start_time")
+  case object PdiChange  extends BufferEvent("pdi_buffer_change_time")
+}
+
 /** How a SyncManager is configured (B-50). `enabled` and `deactivated` as the two sides have set them;
   * `lingering` while its deactivation is delayed (SM-29), `sequences` if there is the sequential mode
   * (SM-32).
@@ -45,8 +53,14 @@ final case class SyncManagerSettings(
   *   there is memory at a local address (B-52)
   * @param completelyWritten
   *   called after a complete write, if the watchdog is to be triggered
+  * @param happens
+  *   called for what has a time (DC-42)
   */
-class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = () => ()) {
+class SyncManagerModel(
+    exists: Int => Boolean,
+    completelyWritten: () => Unit = () => (),
+    happens: BufferEvent => Unit = _ => ()
+) {
   private var now = SyncManagerSettings()
 
   // Buffer numbers, for the two sides and between them (SM-12).
@@ -150,8 +164,14 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
 
   private def touched(side: Side, write: Boolean, first: Boolean, last: Boolean): Unit = side match {
     case Side.Pdi =>
-      if (first) begin(write)
-      if (last) complete(side, write)
+      if (first) {
+        happens(BufferEvent.PdiStart)
+        begin(write)
+      }
+      if (last) {
+        happens(BufferEvent.PdiChange)
+        complete(side, write)
+      }
     case Side.Ecat =>
       inFrame = FrameState(
         touched = true,
@@ -201,7 +221,11 @@ class SyncManagerModel(exists: Int => Boolean, completelyWritten: () => Unit = (
       if (inFrame.first) begin(write)
       if (inFrame.closed || inFrame.closing) {
         if (write) violated = now.sequential && gap
-        if (write && violated) open -= Side.Ecat else complete(Side.Ecat, write)
+        if (write && violated) open -= Side.Ecat
+        else {
+          happens(BufferEvent.EcatChange)
+          complete(Side.Ecat, write)
+        }
       }
     } else if (inFrame.touched) open -= Side.Ecat
     inFrame = FrameState()

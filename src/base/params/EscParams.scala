@@ -32,6 +32,7 @@ final case class EscParams(
     clockPowerSaving: Int = 0,
     enhancedSync: Int = 0,
     meanWays: Int = 0,
+    eventTimes: Int = 0,
     alarm: Int = 0,
     maxSlaves: Int = 64,
     linePorts: Int = 1,
@@ -160,6 +161,9 @@ final case class EscParams(
 
   /** Receive times of frames on their way back are means (B-100). */
   def hasMeanWays: Boolean = meanWays == 1
+
+  /** The local times of changes of SyncManagers' buffers are kept (DC-42). */
+  def hasEventTimes: Boolean = eventTimes == 1
 
   /** The units of distributed clocks are there as the EEPROM says (DC-06). */
   def savesClockPower: Boolean = clockPowerSaving == 1
@@ -426,6 +430,12 @@ object ParamTable {
       between(0, 1)
     )(_.meanWays)((p, v) => p.copy(meanWays = v)),
     info(
+      "eventTimes",
+      "1: the times at which buffers of SyncManagers have changed last are kept",
+      "switch",
+      between(0, 1)
+    )(_.eventTimes)((p, v) => p.copy(eventTimes = v)),
+    info(
       "alarm",
       "1: smoke detector whose events are appended to passing frames",
       "switch",
@@ -622,6 +632,10 @@ object EscParams {
     ),
     Option.when(p.hasMeanWays && !p.hasClocks)("meanWays is 1 but must be 0 if clocks is 0."),
     Option.when(p.hasMeanWays && p.ports == 1)("meanWays is 1 but must be 0 if ports is 1."),
+    Option.when(p.hasEventTimes && !p.hasClocks)("eventTimes is 1 but must be 0 if clocks is 0."),
+    Option.when(p.hasEventTimes && p.syncManagers == 0)(
+      "eventTimes is 1 but must be 0 if syncManagers is 0."
+    ),
     Option.when(p.savesClockPower && !p.hasClockPins)(
       "clockPowerSaving is 1 but must be 0 if syncSignals and latchSignals are 0."
     ),
@@ -697,6 +711,7 @@ object EscParams {
       "clockPowerSaving",
       "enhancedSync",
       "meanWays",
+      "eventTimes",
       "alarm",
       "sii",
       "resetRegisters",

@@ -27,6 +27,9 @@ object ClockRegisters {
   val SyncCycles = 0x09a0
   val LatchTimes = 0x09b0
 
+  /** Times of SyncManagers' buffers: of frames, where the host begins, and where it changes them. */
+  val EventTimes: Seq[Int] = Seq(0x09f0, 0x09f8, 0x09fc)
+
   /** Names of the fields of a port, lowest first, with their bytes. */
   def port(y: Int): Seq[(String, Int)] =
     if (y == 0) Seq("receive_time_port0_low" -> 1, "receive_time_port0_high" -> 3)
@@ -41,7 +44,8 @@ object ClockRegisters {
       switched("clocks_on")(processingTime(p) +: (if (p.hasSystemTime) systemTime(p) else Nil)) ++
       switched("clocks_on")(owners(p)) ++
       switched("sync_on")(if (p.syncSignals > 0) syncSignals(p) else Nil) ++
-      switched("latch_on")((0 until p.latchSignals).flatMap(latchSignal(p, _)))
+      switched("latch_on")((0 until p.latchSignals).flatMap(latchSignal(p, _))) ++
+      (if (p.hasEventTimes) eventTimes else Nil)
   }
 
   private val receiveTimes: Seq[Register] = Seq(
@@ -86,6 +90,17 @@ object ClockRegisters {
       field("time_filter_depth",         3, 0, stored, 4,  "2^n samples; a write resets this filter")),
     register(0x0935,     1, "speed_filter_depth",          rw, r, "DC-20, B-85", "Speed counter filter depth",
       field("speed_filter_depth",        3, 0, stored, 12, "2^n samples; a write resets this filter"))
+  )
+
+  private val eventTimes: Seq[Register] = Seq(
+    register(EventTimes(0), 4, "ecat_buffer_change_time", r, r, "DC-42, B-111", "ECAT buffer change event time",
+      field("ecat_buffer_change_time",  31, 0, kept, 0,
+          "Local time of the beginning of the last frame that changed a buffer of a SyncManager, ns")),
+    register(EventTimes(1), 4, "pdi_buffer_start_time",   r, r, "DC-42, B-111", "PDI buffer start event time",
+      field("pdi_buffer_start_time",    31, 0, kept, 0,
+          "Local time at which the host last accessed the first byte of a buffer, ns")),
+    register(EventTimes(2), 4, "pdi_buffer_change_time",  r, r, "DC-42, B-111", "PDI buffer change event time",
+      field("pdi_buffer_change_time",   31, 0, kept, 0, "Local time at which the host last changed a buffer, ns"))
   )
 
   /** Who has the units: one register of all that there are. */

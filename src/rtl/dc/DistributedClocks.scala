@@ -2,7 +2,7 @@ package flyframe.dc
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.{RegisterBus, RegisterUnit, StampRequest}
+import flyframe.memory.{BufferEvents, RegisterBus, RegisterUnit, StampRequest}
 import flyframe.params.EscParams
 import flyframe.registers.ClockRegisters
 
@@ -24,7 +24,8 @@ class ClockPins(p: EscParams) extends Bundle {
 }
 
 /** Distributed clocks behind their registers: the receive times of frames (DC-03 to DC-08), the system time
-  * (DC-16 to DC-23), SYNC signals (DC-26 to DC-35) and LATCH signals (DC-37 to DC-41).
+  * (DC-16 to DC-23), SYNC signals (DC-26 to DC-35), LATCH signals (DC-37 to DC-41), and the times of
+  * SyncManagers' buffers (DC-42).
   *
   * @param ports
   *   all, by their numbers
@@ -32,12 +33,15 @@ class ClockPins(p: EscParams) extends Bundle {
   *   what the frame in the processing unit asks for
   * @param pins
   *   where there are SYNC or LATCH signals
+  * @param events
+  *   what happens to buffers of SyncManagers, where its times are kept (DC-42)
   */
 class DistributedClocks(
     p: EscParams,
     ports: Seq[PortActivity],
     request: StampRequest,
-    val pins: Option[ClockPins]
+    val pins: Option[ClockPins],
+    events: Option[BufferEvents] = None
 ) extends RegisterUnit(ClockRegisters(p)) {
 
   /** SYNC and LATCH units are on: always, or as the EEPROM says (DC-06). */
@@ -97,6 +101,20 @@ class DistributedClocks(
       clock.more      := 0.S
       read.host.ready := true.B
       read.data       := times.data
+    }
+    for (e <- events) {
+      val unit = Module(new EventTimes(p.clockPeriodNs, round, p.lanes)).suggestName("eventTimes")
+      unit.timeByte         := clock.timeByte
+      unit.place            := clock.place
+      unit.last             := clock.last
+      unit.begins           := bus.frame.begins
+      unit.waited           := waited
+      unit.events           := e
+      unit.read.byHost      := read.host.reads
+      unit.read.address     := read.address
+      unit.read.hostAsks    := read.host.asks
+      unit.read.hostAddress := read.host.address
+      when(unit.isHere) { read.data := unit.data }
     }
   }
 }

@@ -1,6 +1,7 @@
 package flyframe.syncmanager
 
 import chisel3._
+import flyframe.memory.BufferEvents
 
 /** What one SyncManager remembers from one access to the next.
   *
@@ -137,6 +138,9 @@ class SyncManager(sequential: Boolean) extends Module {
   /** A buffer is complete. */
   val written = IO(Output(Bool()))
 
+  /** What of it has a time (DC-42). */
+  val events = IO(Output(new BufferEvents))
+
   private val buffered   = !settings.isMailbox
   private val ecatWrites = settings.ecatWrites
   private val single     = access.single
@@ -195,6 +199,9 @@ class SyncManager(sequential: Boolean) extends Module {
   after.writeEvent := writerDone || (state.writeEvent && !readerBegan)
   after.readEvent  := readerDone || (state.readEvent && !writerBegan)
   written          := writerDone
+  events.byEcat    := Mux(ecatWrites, writerDone, readerDone)
+  events.byPdi     := Mux(ecatWrites, readerDone, writerDone)
+  events.begun     := pdiBegan
 
   // The first byte begins a sequence. Bytes may come again, but not before those in front of them.
   if (sequential) {

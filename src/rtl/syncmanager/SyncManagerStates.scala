@@ -2,6 +2,7 @@ package flyframe.syncmanager
 
 import chisel3._
 import chisel3.util._
+import flyframe.memory.BufferEvents
 import flyframe.params.EscParams
 import flyframe.ram.DualPortRam
 
@@ -96,6 +97,9 @@ class SyncManagerStates(p: EscParams) extends Module {
   /** With the deactivation delay: what ECAT has written, and the host may read. */
   val hasData = IO(Output(Vec(lingers.size, Bool())))
 
+  /** What happens to buffers, where its times are kept (DC-42). */
+  val events = Option.when(p.hasEventTimes)(IO(Output(new BufferEvents)))
+
   private val walks   = RegInit(false.B) // reset: no frame
   private val wasGood = Reg(Bool())
   private val walk    = Reg(UInt(indexBits.W))
@@ -177,6 +181,12 @@ class SyncManagerStates(p: EscParams) extends Module {
   each("ecatEvent", ecatEvent, chosen.ecatEvent && Mux(chosen.ecatWrites, isRead, written))
   each("alEvent", alEvent, chosen.alEvent && Mux(chosen.ecatWrites, written, isRead))
   each("hasData", hasData, chosen.ecatWrites && Mux(mailbox, after.newer, after.anyWritten))
+
+  for (shown <- events) {
+    shown.byEcat := acts && logic.events.byEcat
+    shown.byPdi  := acts && logic.events.byPdi
+    shown.begun  := acts && logic.events.begun
+  }
 
   // The status of one to which nothing has happened depends on its mode only, and so does that of one which
   // has been switched off for ECAT.

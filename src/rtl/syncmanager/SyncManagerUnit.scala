@@ -2,7 +2,7 @@ package flyframe.syncmanager
 
 import chisel3._
 import chisel3.util._
-import flyframe.memory.{RegisterBus, RegisterUnit}
+import flyframe.memory.{BufferEvents, RegisterBus, RegisterUnit}
 import flyframe.params.EscParams
 import flyframe.registers.SyncManagerRegisters
 
@@ -22,6 +22,9 @@ class SyncManagerUnit(p: EscParams) extends RegisterUnit(SyncManagerRegisters(p)
 
   /** A buffer with watchdog trigger has been written (WD-04). */
   val trigger: Bool = unit.trigger
+
+  /** What happens to buffers, where its times are kept (DC-42). */
+  val events: Option[BufferEvents] = unit.events
 
   def connect(bus: RegisterBus): Unit = {
     unit.write   := bus.write

@@ -134,6 +134,10 @@ class SyncManagers(p: EscParams) extends Module {
 
   private val states = Module(new SyncManagerStates(p))
 
+  /** For their times (DC-42). */
+  val events = states.events.map(of => IO(chiselTypeOf(of)))
+  for ((outside, inside) <- events.zip(states.events)) outside := inside
+
   // What acts all the time is in flip-flops, reset as the registers.
   private val writes = new RegisterWrites(SyncManagerRegisters(p), write)
   private val isMailbox = VecInit((0 until n).map { i =>

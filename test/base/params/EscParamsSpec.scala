@@ -49,6 +49,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "clockPowerSaving"  -> between(0, 1).copy(base = EscParams(clocks = 2, syncSignals = 1, sii = 1)),
     "enhancedSync"      -> between(0, 1).copy(base = EscParams(clocks = 2, syncSignals = 1)),
     "meanWays"          -> between(0, 1).copy(base = EscParams(clocks = 1)),
+    "eventTimes"        -> between(0, 1).copy(base = local.copy(clocks = 1, syncManagers = 1)),
     "clockBits"         -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
     "alarm"             -> between(0, 1),
     "maxSlaves"         -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
@@ -264,6 +265,16 @@ class EscParamsSpec extends AnyFlatSpec {
     assert(
       EscParams.problems(p.copy(clocks = 2)) == Seq("clocks is 2 but must be 0 to 1 at coreClockMhz 50.")
     )
+  }
+  "DC-42: times of SyncManagers' buffers" should "have clocks and SyncManagers" in {
+    val p = EscParams(eventTimes = 1)
+    assert(
+      EscParams.problems(p) == Seq(
+        "eventTimes is 1 but must be 0 if clocks is 0.",
+        "eventTimes is 1 but must be 0 if syncManagers is 0."
+      )
+    )
+    assert(EscParams.problems(p.copy(clocks = 1, syncManagers = 1, applicationLayer = 1)) == Nil)
   }
   "DC-06: units that the EEPROM switches" should "be there, and an EEPROM" in {
     val p = EscParams(clocks = 2, clockPowerSaving = 1)

@@ -35,6 +35,7 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
       clocks = 2,
       syncSignals = 2,
       latchSignals = 2,
+      eventTimes = 1,
       applicationLayer = 1,
       syncManagers = 1
     )
@@ -52,7 +53,8 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
   /** Parameter sets whose register tables are compared with the list of the reference. */
   private val listed = Presets.all.map(_.params).filterNot(_.isMaster) ++ Seq(
     Presets.default.params.copy(preset = "clocks", clocks = 1),
-    Presets.default.params.copy(preset = "sync", clocks = 2, syncSignals = 2, latchSignals = 2),
+    Presets.default.params
+      .copy(preset = "sync", clocks = 2, syncSignals = 2, latchSignals = 2, eventTimes = 1),
     Presets.default.params.copy(preset = "emulation", sii = 2),
     Presets.default.params.copy(preset = "protected", writeProtection = 1),
     Presets.named("et1100").get.params.copy(preset = "outputs", digitalOutputs = 4),

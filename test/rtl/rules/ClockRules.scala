@@ -167,6 +167,82 @@ object ClockRules extends Rules {
     assert(ofPorts.map(_ != 0) == (0 until 4).map(_ < p.ports))
   }
 
+  // ---- times of SyncManagers' buffers ----
+
+  private def hasEvents(p: EscParams) = built(p) && p.hasEventTimes
+  private class BufferTimes(s: Steps) {
+    import s._
+    private def number(bytes: Seq[Int]) = bytes.foldRight(0L)((byte, rest) => rest << 8 | byte)
+    def all: Seq[Long]                  = Seq(0x09f0, 0x09f8, 0x09fc).map(a => number(get(a, 4).get))
+    def ofHost(address: Int): Long      = number(hostGet(address, 4))
+
+    /** SyncManager 0 has a buffer that ECAT writes, 1 a mailbox that it reads, four bytes each. */
+    def managers(): Unit = {
+      syncManager(0, 0x1000, 4, 0x04)
+      syncManager(1, 0x1100, 4, 0x02)
+    }
+    def stamp(more: Datagram*): Long = {
+      assert(exchange(Datagram(Bwr, 0, 0x0900, Seq(0)) +: more: _*).forall(_.workingCounter == 1))
+      number(get(0x0918, 4).get)
+    }
+  }
+  rule("DC-42, SM-23, B-111: a frame that closes a buffer leaves the time of its beginning", hasEvents) { s =>
+    import s._
+    val t = new BufferTimes(s)
+    t.managers()
+    bench.advanceUs(100)
+    assert(t.all == Seq(0, 0, 0) && put(0x1000, 1, 2, 3) && t.all == Seq(0, 0, 0), "not closed")
+    val written = t.stamp(Datagram(Apwr, 0, 0x1003, Seq(4)))
+    assert(t.all == Seq(written, 0, 0) && t.ofHost(0x09f0) == written)
+    bench.advanceUs(100)
+    spoiled(Datagram(Apwr, 0, 0x1000, Seq(5, 6, 7, 8)))
+    assert(put(0x1000, 1) && get(0x1100, 4).isEmpty && t.all.head == written, "bad, not closed, denied")
+    hostPut(0x1100, 1, 2, 3, 4)
+    val read = t.stamp(Datagram(Aprd, 0, 0x1100, Seq(0, 0, 0, 0)))
+    assert(t.all.head == read && read > written + 100000)
+  }
+  rule("DC-42, SM-23, B-111: the host begins with a buffer, and closes it", hasEvents) { s =>
+    import s._
+    val t = new BufferTimes(s)
+    t.managers()
+    bench.advanceUs(100)
+    def within(act: => Unit): (Long, Long) = {
+      val before = t.stamp()
+      bench.advanceUs(10)
+      act
+      bench.advanceUs(10)
+      before -> t.stamp()
+    }
+    def isIn(time: Long, span: (Long, Long)) = time > span._1 + 5000 && time < span._2
+    val begun                                = within(bench.hostWrite(0x1100, 1))
+    assert(isIn(t.all(1), begun) && t.all(2) == 0)
+    hostPut(0x1101, 2, 3)
+    assert(isIn(t.all(1), begun) && t.all(2) == 0, "neither the first nor the last byte")
+    val closed = within(bench.hostWrite(0x1103, 4))
+    assert(isIn(t.all(1), begun) && isIn(t.all(2), closed) && t.all.head == 0)
+    assert(Seq(1, 2).map(n => t.ofHost(0x09f4 + 4 * n)) == t.all.tail)
+    val times = t.all
+    bench.hostWrite(0x1100, 1) // the mailbox is full
+    bench.hostRead(0x1000)     // and nothing has been written there
+    assert(t.all == times, "denied")
+    assert(put(0x1000, 1, 2, 3, 4))
+    val again = within(assert(hostGet(0x1000, 4) == Seq(1, 2, 3, 4)))
+    assert(isIn(t.all(1), again) && isIn(t.all(2), again) && t.all(1) <= t.all(2))
+  }
+  rule("B-111: the host sees a time as it was at its first byte", p => hasEvents(p) && p.lanes == 1) { s =>
+    import s._
+    val t = new BufferTimes(s)
+    t.managers()
+    assert(put(0x1000, 1, 2, 3, 4))
+    def read(): Unit = assert(hostGet(0x1000, 4) == Seq(1, 2, 3, 4))
+    read()
+    val before = hostGet(0x09fc, 4)
+    bench.advanceUs(200)
+    assert(bench.hostRead(0x09fc) == before.head)
+    read()
+    assert(hostGet(0x09fd, 3) == before.tail && hostGet(0x09fc, 4) != before)
+  }
+
   // ---- system time ----
 
   private def follows(p: EscParams) = built(p) && p.hasSystemTime
