@@ -143,10 +143,8 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
     new DistributedClocks(p, activity, request, clock_signals, syncManagers.flatMap(_.events))
   }
   private val units =
-    Seq(
-      dataLink
-    ) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ protection ++ watchdogs ++ application ++
-      leds ++ clocks ++ addedUnits
+    Seq(dataLink) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ protection ++ watchdogs ++
+      application ++ leds ++ clocks ++ addedUnits
   private val unlisted = units.flatMap(_.registers).diff(RegisterMap(p, addedRegisters)).map(_.name)
   require(unlisted.isEmpty, s"registers ${unlisted.mkString(", ")} are of units but must be in RegisterMap.")
   units.foreach(_.connect(bus))

@@ -204,7 +204,9 @@ def clocks(bus):
     true = [(loops[0] - loop) / 2 for loop in loops]
     print(f"      delays {delays}, true {true} ns")
     wrong = [d for d, t in zip(delays, true) if abs(d - t) > CORE_CYCLE_NS]
-    check("delays are those of the frame within a core cycle", len(true) == SLAVES and not wrong, wrong)
+    check(
+        "delays are those of frames on the mean within a core cycle", len(true) == SLAVES and not wrong, wrong
+    )
     bus.safeop()
     for s in bus.master.slaves:
         s.dc_sync(True, SYNC_US * 1000)

@@ -93,14 +93,17 @@ object ClockRegisters {
   )
 
   private val eventTimes: Seq[Register] = Seq(
-    register(EventTimes(0), 4, "ecat_buffer_change_time", r, r, "DC-42, B-111", "ECAT buffer change event time",
+    register(EventTimes(0), 4, "ecat_buffer_change_time", r, r, "DC-42, B-111",
+        "ECAT buffer change event time",
       field("ecat_buffer_change_time",  31, 0, kept, 0,
           "Local time of the beginning of the last frame that changed a buffer of a SyncManager, ns")),
     register(EventTimes(1), 4, "pdi_buffer_start_time",   r, r, "DC-42, B-111", "PDI buffer start event time",
       field("pdi_buffer_start_time",    31, 0, kept, 0,
           "Local time at which the host last accessed the first byte of a buffer, ns")),
-    register(EventTimes(2), 4, "pdi_buffer_change_time",  r, r, "DC-42, B-111", "PDI buffer change event time",
-      field("pdi_buffer_change_time",   31, 0, kept, 0, "Local time at which the host last changed a buffer, ns"))
+    register(EventTimes(2), 4, "pdi_buffer_change_time",  r, r, "DC-42, B-111",
+        "PDI buffer change event time",
+      field("pdi_buffer_change_time",   31, 0, kept, 0,
+          "Local time at which the host last changed a buffer, ns"))
   )
 
   /** Who has the units: one register of all that there are. */

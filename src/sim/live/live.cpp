@@ -9,6 +9,8 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/control.h"
 #include "live/packet_socket.h"
@@ -151,7 +153,6 @@ class Live {
       }
       network_.send(queue.front().frame, card);
       last_ = queue.front().frame;
-      stamped_ = asksForTimes(last_);
       inFlight_.push_back(queue.front().came);
     }
   }
@@ -185,23 +186,26 @@ class Live {
     sync_.flush();
   }
 
-  // Its first datagram is a BWR of 0x0900: slaves keep the times at which it comes to their ports.
-  static bool asksForTimes(const Bytes& f) {
-    return f.size() > 22 && f[16] == 8 && f[20] == 0x00 && f[21] == 0x09;
-  }
-
-  // How long that frame was away at each slave, from port 0 to its coming back at port 1; 0 at the last.
+  // How long frames were away at each slave, from port 0 to their coming back at port 1; 0 at the last. Of
+  // those that were alone on their way.
   void noteLoops() {
-    loops_.clear();
+    if (inFlight_.size() != 1 && !repeats_) return;
+    loops_.resize(network_.size());
     for (size_t i = 0; i < network_.size(); ++i) {
       const Slave& slave = network_.slave(i);
-      loops_ += (i ? " " : "") + nsText(std::max<Time>(slave.arrival(1) - slave.arrival(0), 0));
+      loops_[i] += static_cast<double>(std::max<Time>(slave.arrival(1) - slave.arrival(0), 0));
     }
-    stamped_ = false;
+    ++noted_;
+  }
+
+  std::string loops() const {
+    std::string text;
+    for (double sum : loops_) text += (text.empty() ? "" : " ") + nsText(static_cast<Time>(sum / noted_));
+    return text;
   }
 
   void returned(const NibbleFrame& f, size_t card) {
-    if (stamped_) noteLoops();
+    noteLoops();
     if (repeats_) return;
     if (!inFlight_.empty()) {
       const double us = secondsSince(inFlight_.front()) * 1e6;
@@ -239,7 +243,7 @@ class Live {
     } else if (verb == "repeat" && words.size() == 3) {
       repeat(number(words[1], 99'999'999), static_cast<int64_t>(number(words[2], 10'000'000)) * 1000);
     } else if (verb == "loops" && words.size() == 1) {
-      return loops_;
+      return loops();
     } else if (verb == "time" && words.size() == 1) {
       return std::to_string(network_.ns()) + " ns";
     } else if (verb == "quit" && words.size() == 1) {
@@ -274,8 +278,9 @@ class Live {
   Bytes frame_, last_;                        // the one that comes, the last one sent
   std::deque<Clock::time_point> inFlight_;    // when the frames on their way came
   LiveResult result_;
-  bool quit_ = false, repeats_ = false, stamped_ = false;
-  std::string loops_;
+  bool quit_ = false, repeats_ = false;
+  std::vector<double> loops_;  // sums, in units of Time
+  size_t noted_ = 0;
   std::ofstream sync_;
 };
 }  // namespace
