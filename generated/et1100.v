@@ -13,6 +13,7 @@
 //   syncManagers                    8  SyncManagers
 //   sequentialMode                  0  switch
 //   deactivationDelay               0  switch
+//   openBuffers                     0  switch
 //   applicationLayer                1  switch
 //   watchdogs                       1  switch
 //   leds                            1  switch
@@ -5205,6 +5206,7 @@ module StateMemory(
   output        state_anyWritten,
   output        state_ecatOpen,
   output        state_pdiOpen,
+  output        state_leftOpen,
   output        state_touched,
   output        state_began,
   output        state_closed,
@@ -5217,6 +5219,7 @@ module StateMemory(
   input         after_anyWritten,
   input         after_ecatOpen,
   input         after_pdiOpen,
+  input         after_leftOpen,
   input         after_touched,
   input         after_began,
   input         after_closed,
@@ -5233,9 +5236,9 @@ module StateMemory(
   output        ram_clock,
   output        ram_write,
   output [5:0]  ram_writeAddress,
-  output [12:0] ram_writeData,
+  output [13:0] ram_writeData,
   output [5:0]  ram_readAddress,
-  input  [12:0] ram_readData
+  input  [13:0] ram_readData
 );
 
   reg [2:0] acting_REG;
@@ -5276,6 +5279,7 @@ module StateMemory(
   reg       state_REG_anyWritten;
   reg       state_REG_ecatOpen;
   reg       state_REG_pdiOpen;
+  reg       state_REG_leftOpen;
   reg       state_REG_touched;
   reg       state_REG_began;
   reg       state_REG_closed;
@@ -5290,6 +5294,7 @@ module StateMemory(
     state_REG_anyWritten <= after_anyWritten;
     state_REG_ecatOpen <= after_ecatOpen;
     state_REG_pdiOpen <= after_pdiOpen;
+    state_REG_leftOpen <= after_leftOpen;
     state_REG_touched <= after_touched;
     state_REG_began <= after_began;
     state_REG_closed <= after_closed;
@@ -5319,12 +5324,13 @@ module StateMemory(
     end
   end // always @(posedge)
   assign acting = acting_REG;
-  assign state_next = again ? state_REG_next : kept_REG ? 2'h1 : ram_readData[12:11];
-  assign state_reader = again ? state_REG_reader : kept_REG ? 2'h2 : ram_readData[10:9];
-  assign state_newer = again ? state_REG_newer : ~kept_REG & ram_readData[8];
-  assign state_anyWritten = again ? state_REG_anyWritten : ~kept_REG & ram_readData[7];
-  assign state_ecatOpen = again ? state_REG_ecatOpen : ~kept_REG & ram_readData[6];
-  assign state_pdiOpen = again ? state_REG_pdiOpen : ~kept_REG & ram_readData[5];
+  assign state_next = again ? state_REG_next : kept_REG ? 2'h1 : ram_readData[13:12];
+  assign state_reader = again ? state_REG_reader : kept_REG ? 2'h2 : ram_readData[11:10];
+  assign state_newer = again ? state_REG_newer : ~kept_REG & ram_readData[9];
+  assign state_anyWritten = again ? state_REG_anyWritten : ~kept_REG & ram_readData[8];
+  assign state_ecatOpen = again ? state_REG_ecatOpen : ~kept_REG & ram_readData[7];
+  assign state_pdiOpen = again ? state_REG_pdiOpen : ~kept_REG & ram_readData[6];
+  assign state_leftOpen = again ? state_REG_leftOpen : ~kept_REG & ram_readData[5];
   assign state_touched = again ? state_REG_touched : ~kept_REG & ram_readData[4];
   assign state_began = again ? state_REG_began : ~kept_REG & ram_readData[3];
   assign state_closed = again ? state_REG_closed : ~kept_REG & ram_readData[2];
@@ -5348,6 +5354,7 @@ module StateMemory(
      after_anyWritten,
      after_ecatOpen,
      after_pdiOpen,
+     after_leftOpen,
      after_touched,
      after_began,
      after_closed,
@@ -5367,6 +5374,7 @@ module SyncManager(
   input        state_anyWritten,
   input        state_ecatOpen,
   input        state_pdiOpen,
+  input        state_leftOpen,
   input        state_touched,
   input        state_began,
   input        state_closed,
@@ -5390,6 +5398,7 @@ module SyncManager(
   output       after_anyWritten,
   output       after_ecatOpen,
   output       after_pdiOpen,
+  output       after_leftOpen,
   output       after_touched,
   output       after_began,
   output       after_closed,
@@ -5421,6 +5430,7 @@ module SyncManager(
   wire       ecatDone = good & state_closed;
   wire       pdiDone = closes & byPdi;
   wire       _GEN = begins & ~access_single;
+  wire       _after_ecatOpen_output = ~(ecatDone | bad & state_touched) & (_GEN & ~byPdi | state_ecatOpen);
   wire       writerDone = settings_ecatWrites ? ecatDone : pdiDone;
   wire       readerDone = settings_ecatWrites ? pdiDone : ecatDone;
   wire       _GEN_0 = begins & ~access_write & ~access_single & takes;
@@ -5429,8 +5439,9 @@ module SyncManager(
   assign after_reader = _GEN_0 ? state_next : state_reader;
   assign after_newer = ~(readerDone & settings_isMailbox) & (_GEN_1 | ~_GEN_0 & state_newer);
   assign after_anyWritten = _GEN_1 | state_anyWritten;
-  assign after_ecatOpen = ~(ecatDone | bad & state_touched) & (_GEN & ~byPdi | state_ecatOpen);
+  assign after_ecatOpen = _after_ecatOpen_output;
   assign after_pdiOpen = ~pdiDone & (_GEN & byPdi | state_pdiOpen);
+  assign after_leftOpen = good | bad ? _after_ecatOpen_output : state_leftOpen;
   assign after_touched = (state_touched | touches & ~byPdi) & ~good & ~bad;
   assign after_began = (state_began | begins & ~byPdi) & ~good & ~bad;
   assign after_closed = (state_closed | closes & ~byPdi) & ~good & ~bad;
@@ -5554,12 +5565,13 @@ module SyncManagerStates(
   wire        _memory_after_anyWritten;
   wire        _memory_after_ecatOpen;
   wire        _memory_after_pdiOpen;
+  wire        _memory_after_leftOpen;
   wire        _memory_after_touched;
   wire        _memory_after_began;
   wire        _memory_after_closed;
   wire        _memory_after_writeEvent;
   wire        _memory_after_readEvent;
-  wire [12:0] _memory_ram_readData;
+  wire [13:0] _memory_ram_readData;
   wire [2:0]  _memory_acting;
   wire [1:0]  _memory_state_next;
   wire [1:0]  _memory_state_reader;
@@ -5567,6 +5579,7 @@ module SyncManagerStates(
   wire        _memory_state_anyWritten;
   wire        _memory_state_ecatOpen;
   wire        _memory_state_pdiOpen;
+  wire        _memory_state_leftOpen;
   wire        _memory_state_touched;
   wire        _memory_state_began;
   wire        _memory_state_closed;
@@ -5583,7 +5596,7 @@ module SyncManagerStates(
   wire        _memory_ram_clock;
   wire        _memory_ram_write;
   wire [5:0]  _memory_ram_writeAddress;
-  wire [12:0] _memory_ram_writeData;
+  wire [13:0] _memory_ram_writeData;
   wire [5:0]  _memory_ram_readAddress;
   reg         walks;
   reg         wasGood;
@@ -5849,6 +5862,7 @@ module SyncManagerStates(
     .state_anyWritten (_memory_state_anyWritten),
     .state_ecatOpen   (_memory_state_ecatOpen),
     .state_pdiOpen    (_memory_state_pdiOpen),
+    .state_leftOpen   (_memory_state_leftOpen),
     .state_touched    (_memory_state_touched),
     .state_began      (_memory_state_began),
     .state_closed     (_memory_state_closed),
@@ -5861,6 +5875,7 @@ module SyncManagerStates(
     .after_anyWritten (_memory_after_anyWritten),
     .after_ecatOpen   (_memory_after_ecatOpen),
     .after_pdiOpen    (_memory_after_pdiOpen),
+    .after_leftOpen   (_memory_after_leftOpen),
     .after_touched    (_memory_after_touched),
     .after_began      (_memory_after_began),
     .after_closed     (_memory_after_closed),
@@ -5884,7 +5899,7 @@ module SyncManagerStates(
   DualPortRam #(
     .ADDRESS_BITS(6),
     .DEPTH(64),
-    .WIDTH(13)
+    .WIDTH(14)
   ) states (
     .clock        (_memory_ram_clock),
     .write        (_memory_ram_write),
@@ -5916,6 +5931,7 @@ module SyncManagerStates(
     .state_anyWritten    (_memory_state_anyWritten),
     .state_ecatOpen      (_memory_state_ecatOpen),
     .state_pdiOpen       (_memory_state_pdiOpen),
+    .state_leftOpen      (_memory_state_leftOpen),
     .state_touched       (_memory_state_touched),
     .state_began         (_memory_state_began),
     .state_closed        (_memory_state_closed),
@@ -5939,6 +5955,7 @@ module SyncManagerStates(
     .after_anyWritten    (_logic_after_anyWritten),
     .after_ecatOpen      (_memory_after_ecatOpen),
     .after_pdiOpen       (_memory_after_pdiOpen),
+    .after_leftOpen      (_memory_after_leftOpen),
     .after_touched       (_memory_after_touched),
     .after_began         (_memory_after_began),
     .after_closed        (_memory_after_closed),

@@ -12,6 +12,7 @@
 //   syncManagers                    0  SyncManagers
 //   sequentialMode                  0  switch
 //   deactivationDelay               0  switch
+//   openBuffers                     0  switch
 //   applicationLayer                0  switch
 //   watchdogs                       0  switch
 //   leds                            0  switch

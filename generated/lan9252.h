@@ -244,6 +244,10 @@
 #define ESC_SMN_MAILBOX_FULL_SHIFT               3u
 #define ESC_SMN_LAST_BUFFER_MASK                 0x30u
 #define ESC_SMN_LAST_BUFFER_SHIFT                4u
+#define ESC_SMN_READ_OPEN_MASK                   0x40u
+#define ESC_SMN_READ_OPEN_SHIFT                  6u
+#define ESC_SMN_WRITE_OPEN_MASK                  0x80u
+#define ESC_SMN_WRITE_OPEN_SHIFT                 7u
 #define ESC_SMN_ACTIVATE(n)                      (0x0806u + 8u * (n)) /* SyncManager activate, 1 byte(s), host: r/ack */
 #define ESC_SMN_ENABLE_MASK                      0x1u
 #define ESC_SMN_ENABLE_SHIFT                     0u

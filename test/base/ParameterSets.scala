@@ -24,6 +24,7 @@ object TestSets {
       syncManagers = 16,
       sequentialMode = 1,
       deactivationDelay = 1,
+      openBuffers = 1,
       digitalOutputs = 2,
       ports = 3,
       writeProtection = 1
@@ -127,7 +128,13 @@ object TestSets {
       digitalOutputs = 4
     )
   private val ruledUnitSets = Seq(
-    ruledUnits.copy(resetRegisters = 1, writeProtection = 1, sequentialMode = 1, deactivationDelay = 1),
+    ruledUnits.copy(
+      resetRegisters = 1,
+      writeProtection = 1,
+      sequentialMode = 1,
+      deactivationDelay = 1,
+      openBuffers = 1
+    ),
     ruledUnits.copy(
       preset = "units-16",
       watchdogs = 1,
@@ -137,6 +144,7 @@ object TestSets {
       fmmuBitwise = 0,
       syncManagers = 16,
       deactivationDelay = 1,
+      openBuffers = 1,
       coreClockMhz = 125
     )
   )

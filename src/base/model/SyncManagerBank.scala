@@ -19,7 +19,12 @@ class SyncManagerBank(
 ) extends ModelUnit {
   private def count = p.syncManagers
   val managers: IndexedSeq[SyncManagerModel] =
-    Vector.fill(count)(new SyncManagerModel(exists, trigger, happens))
+    Vector.tabulate(count)(n => new SyncManagerModel(exists, trigger, e => if (latches(n, e)) happens(e)))
+
+  /** 0x0806[7:6] of SyncManager `n`: times of this kind are kept (DC-42). */
+  private def latches(n: Int, event: BufferEvent): Boolean =
+    p.hasEventTimes &&
+      registers.value(s"sm${n}_latch_${if (event == BufferEvent.EcatChange) "ecat" else "pdi"}") == 1
   private val deactivated = Array.fill(count)(false)
   private val lingering   = Array.fill(count)(false)
   private val activation  = Array.fill(count)(0)     // +6 as it was last
@@ -68,6 +73,8 @@ class SyncManagerBank(
         case "read_event"       => Some(bit(m.readEvent && !hidden))
         case "sequential_error" => Some(bit(m.sequentialError && !hidden))
         case "mailbox_full"     => Some(bit(m.mailboxFull && !hidden))
+        case "write_open"       => Some(bit(m.writeOpen && !hidden))
+        case "read_open"        => Some(bit(m.readOpen && !hidden))
         case "last_buffer"      => Some(if (hidden && !m.settings.mailbox) 3 else m.lastBuffer)
         case "deactivated"      => Some(bit(deactivated(n.toInt)))
         case "delay_active"     => Some(bit(lingering(n.toInt)))

@@ -69,6 +69,7 @@ class SyncManagerModel(
   private var lastWritten              = 3
   private var full                     = false
   private var open                     = Set.empty[Side]
+  private var leftOpen                 = false // by the last frame
   private var events                   = Events(written = false, read = false)
   private var inFrame                  = FrameState()
 
@@ -99,6 +100,7 @@ class SyncManagerModel(
       lastWritten = 3
       full = false
       open = Set.empty
+      leftOpen = false
       events = Events(written = false, read = false)
       inFrame = FrameState()
       inSequence = 0
@@ -113,6 +115,11 @@ class SyncManagerModel(
   /** There is something of ECAT's that the host may read (SM-29). */
   def hasData: Boolean =
     now.working && now.writer == Side.Ecat && (if (now.mailbox) full else lastWritten != 3)
+
+  /** The side that writes has its buffer open, or the one that reads has (B-103). */
+  def writeOpen: Boolean              = isOpen(now.writer == Side.Ecat)
+  def readOpen: Boolean               = isOpen(now.writer != Side.Ecat)
+  private def isOpen(byEcat: Boolean) = if (byEcat) leftOpen else open(Side.Pdi)
 
   def writeEvent: Boolean  = events.written
   def readEvent: Boolean   = events.read
@@ -228,6 +235,7 @@ class SyncManagerModel(
         }
       }
     } else if (inFrame.touched) open -= Side.Ecat
+    leftOpen = open(Side.Ecat)
     inFrame = FrameState()
   }
 }

@@ -20,6 +20,7 @@ final case class EscParams(
     syncManagers: Int = 0,
     sequentialMode: Int = 0,
     deactivationDelay: Int = 0,
+    openBuffers: Int = 0,
     applicationLayer: Int = 0,
     watchdogs: Int = 0,
     leds: Int = 0,
@@ -150,6 +151,9 @@ final case class EscParams(
 
   /** SyncManagers have the deactivation delay (SM-29). */
   def hasDeactivationDelay: Boolean = deactivationDelay == 1
+
+  /** The status of SyncManagers tells of open buffers (B-103). */
+  def tellsOpenBuffers: Boolean = openBuffers == 1
 
   def hasClocks: Boolean = clocks > 0
 
@@ -366,6 +370,12 @@ object ParamTable {
       "switch",
       between(0, 1)
     )(_.deactivationDelay)((p, v) => p.copy(deactivationDelay = v)),
+    info(
+      "openBuffers",
+      "1: the status of SyncManagers tells which of their buffers are open",
+      "switch",
+      between(0, 1)
+    )(_.openBuffers)((p, v) => p.copy(openBuffers = v)),
     info(
       "applicationLayer",
       "1: AL control, status and code, event requests and masks",
@@ -616,7 +626,11 @@ object EscParams {
     ),
     scanned("fmmus", p.fmmus, p),
     scanned("syncManagers", p.syncManagers, p),
-    Seq("sequentialMode" -> p.sequentialMode, "deactivationDelay" -> p.deactivationDelay).collectFirst {
+    Seq(
+      "sequentialMode"    -> p.sequentialMode,
+      "deactivationDelay" -> p.deactivationDelay,
+      "openBuffers"       -> p.openBuffers
+    ).collectFirst {
       case (name, value) if value > 0 && p.syncManagers == 0 =>
         s"$name is $value but must be 0 if syncManagers is 0."
     },
@@ -701,6 +715,7 @@ object EscParams {
       "syncManagers",
       "sequentialMode",
       "deactivationDelay",
+      "openBuffers",
       "applicationLayer",
       "watchdogs",
       "leds",

@@ -109,6 +109,7 @@ object Presets {
         fmmus = 3,
         fmmuBitwise = 1,
         syncManagers = 4,
+        openBuffers = 1,
         applicationLayer = 1,
         watchdogs = 1,
         leds = 1,

@@ -40,11 +40,15 @@ object SyncManagerRegisters {
       field(s"sm${n}_sequential_error",    2, 2, keptStatus, 0,
           "Sequential mode: 1 the end was written before a byte in front of it"),
       field(s"sm${n}_mailbox_full",        3, 3, keptStatus, 0, "Mailbox: 1 full"),
-      field(s"sm${n}_last_buffer",         5, 4, keptStatus, 3, "Buffered: buffer written last, 3 = none")),
+      field(s"sm${n}_last_buffer",         5, 4, keptStatus, 3, "Buffered: buffer written last, 3 = none"),
+      field(s"sm${n}_read_open",           6, 6, keptStatus, 0, "1: a buffer is open for reading"),
+      field(s"sm${n}_write_open",          7, 7, keptStatus, 0, "1: a buffer is open for writing")),
     register(first + Activate,   1, s"sm${n}_activate",    rw,   ack, "SM-28, SM-35",
         "SyncManager activate",
       field(s"sm${n}_enable",              0, 0, stored, 0, "1: active"),
-      field(s"sm${n}_repeat_request",      1, 1, stored, 0, "Toggled by the master")),
+      field(s"sm${n}_repeat_request",      1, 1, stored, 0, "Toggled by the master"),
+      field(s"sm${n}_latch_ecat",          6, 6, stored, 0, "1: buffers that the master changes have times"),
+      field(s"sm${n}_latch_pdi",           7, 7, stored, 0, "1: buffers of the host have times")),
     register(first + PdiControl, 1, s"sm${n}_pdi_control", r,    rw,  "SM-27, SM-35",
         "SyncManager PDI control",
       field(s"sm${n}_deactivated",         0, 0, status, 0, "1: switched off by the host, area locked"),
@@ -58,6 +62,8 @@ object SyncManagerRegisters {
   private def isBuilt(p: EscParams, field: Field): Boolean = field.name.replaceFirst("sm\\d+_", "") match {
     case "sequential_error"                    => p.hasSequentialMode
     case "deactivation_delay" | "delay_active" => p.hasDeactivationDelay
+    case "read_open" | "write_open"            => p.tellsOpenBuffers
+    case "latch_ecat" | "latch_pdi"            => p.hasEventTimes
     case _                                     => true
   }
 

@@ -20,6 +20,9 @@ class SyncManagerState(sequential: Boolean) extends Bundle {
   val ecatOpen   = Bool()
   val pdiOpen    = Bool()
 
+  /** ECAT had it open when its last frame ended. */
+  val leftOpen = Bool()
+
   /** What ECAT did in this frame: accessed any byte, the first, the last. */
   val touched = Bool()
   val began   = Bool()
@@ -175,6 +178,7 @@ class SyncManager(sequential: Boolean) extends Module {
   when(begins && !single) { when(byPdi) { after.pdiOpen := true.B }.otherwise { after.ecatOpen := true.B } }
   when(ecatDone || (bad && state.touched)) { after.ecatOpen := false.B }
   when(pdiDone) { after.pdiOpen := false.B }
+  when(good || bad) { after.leftOpen := after.ecatOpen }
 
   // The same by task. A buffer with a gap is not taken over.
   private val hasGap     = if (sequential) settings.isSequential && state.gap.asBool else false.B

@@ -97,8 +97,12 @@ class SyncManagerStates(p: EscParams) extends Module {
   /** With the deactivation delay: what ECAT has written, and the host may read. */
   val hasData = IO(Output(Vec(lingers.size, Bool())))
 
-  /** What happens to buffers, where its times are kept (DC-42). */
-  val events = Option.when(p.hasEventTimes)(IO(Output(new BufferEvents)))
+  /** What happens to buffers, where its times are kept (DC-42): of those that are told to (0x0806[7:6]), for
+    * ECAT and for the host.
+    */
+  val events    = Option.when(p.hasEventTimes)(IO(Output(new BufferEvents)))
+  val latchEcat = IO(Input(Vec(if (p.hasEventTimes) n else 0, Bool())))
+  val latchPdi  = IO(Input(Vec(latchEcat.size, Bool())))
 
   private val walks   = RegInit(false.B) // reset: no frame
   private val wasGood = Reg(Bool())
@@ -183,9 +187,9 @@ class SyncManagerStates(p: EscParams) extends Module {
   each("hasData", hasData, chosen.ecatWrites && Mux(mailbox, after.newer, after.anyWritten))
 
   for (shown <- events) {
-    shown.byEcat := acts && logic.events.byEcat
-    shown.byPdi  := acts && logic.events.byPdi
-    shown.begun  := acts && logic.events.begun
+    shown.byEcat := acts && logic.events.byEcat && latchEcat(memory.acting)
+    shown.byPdi  := acts && logic.events.byPdi && latchPdi(memory.acting)
+    shown.begun  := acts && logic.events.begun && latchPdi(memory.acting)
   }
 
   // The status of one to which nothing has happened depends on its mode only, and so does that of one which
@@ -193,10 +197,16 @@ class SyncManagerStates(p: EscParams) extends Module {
   private val lastBuffer = Mux(after.anyWritten, Mux(after.newer, after.next, after.reader), 3.U(2.W))
   private val states     = Cat(Mux(mailbox, 0.U, lastBuffer), mailbox && after.newer, isRead, written)
   private val sequences  = if (sequential) logic.settings.isSequential ## after.violated else 0.U(0.W)
-  private val statusRam  = DualPortRam(StateMemory.Words, states.getWidth + sequences.getWidth)(clock)
+  private val (writerOpen, readerOpen) = {
+    val (ecat, pdi) = (after.leftOpen, after.pdiOpen)
+    (Mux(chosen.ecatWrites, ecat, pdi), Mux(chosen.ecatWrites, pdi, ecat))
+  }
+  private val open      = if (p.tellsOpenBuffers) writerOpen ## readerOpen else 0.U(0.W)
+  private val statusNow = open ## sequences ## states
+  private val statusRam = DualPortRam(StateMemory.Words, statusNow.getWidth)(clock)
   statusRam.io.write        := acts
   statusRam.io.writeAddress := memory.acting
-  statusRam.io.writeData    := sequences ## states
+  statusRam.io.writeData    := statusNow
   statusRam.io.readAddress  := statusIndex
   private val isHidden =
     if (!p.hasDeactivationDelay) false.B
@@ -208,7 +218,8 @@ class SyncManagerStates(p: EscParams) extends Module {
   private val isFresh = RegNext(memory.isFresh(statusIndex)) || isHidden
   private val shown   = Mux(isFresh, fresh, statusRam.io.readData)
   private val error   = if (sequential) !isFresh && statusRam.io.readData(5) else false.B
-  status := Cat(shown(4, 3), shown(2), error, shown(1, 0))
+  private val isOpen  = if (p.tellsOpenBuffers) Mux(isFresh, 0.U, statusRam.io.readData.head(2)) else 0.U(2.W)
+  status := Cat(isOpen, shown(4, 3), shown(2), error, shown(1, 0))
 }
 
 private object SyncManagerStates {

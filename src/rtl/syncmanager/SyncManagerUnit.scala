@@ -37,6 +37,10 @@ class SyncManagerUnit(p: EscParams) extends RegisterUnit(SyncManagerRegisters(p)
       unit.enable(n)                    := bus.bool(s"sm${n}_enable")
       bus.guard(s"sm${n}_disabled")     := !bus.bool(s"sm${n}_enable")
       bus.status(s"sm${n}_deactivated") := unit.deactivated(n)
+      if (p.hasEventTimes) {
+        unit.latchEcat(n) := bus.bool(s"sm${n}_latch_ecat")
+        unit.latchPdi(n)  := bus.bool(s"sm${n}_latch_pdi")
+      }
       if (p.hasDeactivationDelay) {
         unit.delays(n)                     := bus.bool(s"sm${n}_deactivation_delay")
         bus.status(s"sm${n}_delay_active") := unit.delayActive(n)

@@ -137,6 +137,10 @@ class SyncManagers(p: EscParams) extends Module {
   /** For their times (DC-42). */
   val events = states.events.map(of => IO(chiselTypeOf(of)))
   for ((outside, inside) <- events.zip(states.events)) outside := inside
+  val latchEcat = IO(chiselTypeOf(states.latchEcat))
+  val latchPdi  = IO(chiselTypeOf(states.latchPdi))
+  states.latchEcat := latchEcat
+  states.latchPdi  := latchPdi
 
   // What acts all the time is in flip-flops, reset as the registers.
   private val writes = new RegisterWrites(SyncManagerRegisters(p), write)

@@ -21,7 +21,8 @@ class UnitTrafficSpec extends AnyFlatSpec {
     val units     = new UnitTraffic(p, model, random)
     val seen      = scala.collection.mutable.Map.empty[String, Int].withDefaultValue(0)
     def note(what: String, when: Boolean): Unit = if (when) seen(what) += 1
-    for (_ <- 0 until 3000) {
+    // Of protected registers and memory fewer are written.
+    for (_ <- 0 until (if (p.hasWriteProtection) 6000 else 3000)) {
       if (random.nextInt(4) == 0) units.host(writer)
       val sent = model.receive(0, generator.next())
       for (n <- 0 until p.syncManagers) {

@@ -42,6 +42,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "role"              -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
     "sequentialMode"    -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
     "deactivationDelay" -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
+    "openBuffers"       -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
     "clocks"            -> between(0, 2),
     "syncSignals"       -> between(0, 2).copy(base = EscParams(clocks = 2)),
     "latchSignals"      -> between(0, 2).copy(base = EscParams(clocks = 2)),

@@ -180,7 +180,9 @@ object ClockRules extends Rules {
     def managers(): Unit = {
       syncManager(0, 0x1000, 4, 0x04)
       syncManager(1, 0x1100, 4, 0x02)
+      latch(0xc0)
     }
+    def latch(bits: Int): Unit = for (n <- 0 to 1) assert(put(0x0806 + 8 * n, bits | 1))
     def stamp(more: Datagram*): Long = {
       assert(exchange(Datagram(Bwr, 0, 0x0900, Seq(0)) +: more: _*).forall(_.workingCounter == 1))
       number(get(0x0918, 4).get)
@@ -228,6 +230,22 @@ object ClockRules extends Rules {
     assert(put(0x1000, 1, 2, 3, 4))
     val again = within(assert(hostGet(0x1000, 4) == Seq(1, 2, 3, 4)))
     assert(isIn(t.all(1), again) && isIn(t.all(2), again) && t.all(1) <= t.all(2))
+  }
+  rule(
+    "DC-42, B-111: of SyncManagers that are told to keep times of ECAT, of the host, or of none",
+    hasEvents
+  ) { s =>
+    import s._
+    val t = new BufferTimes(s)
+    t.managers()
+    for (bits <- Seq(0, 0x40, 0x80)) {
+      t.latch(bits)
+      bench.advanceUs(10)
+      val before = t.all
+      assert(put(0x1000, 1, 2, 3, 4) && hostGet(0x1000, 4) == Seq(1, 2, 3, 4))
+      val changed = t.all.zip(before).map { case (is, was) => is != was }
+      assert(changed == Seq(bits == 0x40, bits == 0x80, bits == 0x80), s"bits $bits")
+    }
   }
   rule("B-111: the host sees a time as it was at its first byte", p => hasEvents(p) && p.lanes == 1) { s =>
     import s._

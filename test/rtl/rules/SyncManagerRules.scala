@@ -259,7 +259,7 @@ object SyncManagerRules extends Rules {
   rule("SM-15: the status shows the buffer written last, 3 for none", some) { s =>
     import s._
     syncManager(0, Area, 2, EcatBuffer)
-    def last = bench.hostRead(0x0805) >> 4
+    def last = bench.hostRead(0x0805) >> 4 & 3
     assert(last == 3)
     assert(put(Area, 1, 1) && last == 0)
     assert(put(Area, 2, 2) && last == 1)
@@ -446,6 +446,37 @@ object SyncManagerRules extends Rules {
     assert(hostGet(0x0800, 5) == Seq(0, 0x10, 8, 0, EcatBuffer), "the host cannot")
     assert(!put(0x0805, 0) && !put(0x0807, 1))
   }
+  rule("B-103: the status tells which side has a buffer open", p => some(p) && p.tellsOpenBuffers) { s =>
+    import s._
+    for (mode <- directions) {
+      val c        = sides(s, mode)
+      def open     = bench.hostRead(0x0805) >> 6
+      def isSeen() = assert(get(0x0805, 1).exists(_.head >> 6 == open))
+      assert(open == 0)
+      c.write(0, 1)
+      assert(open == 2, s"mode $mode")
+      isSeen()
+      c.write(1, 2, 3)
+      assert(open == 2)
+      c.write(3, 4)
+      assert(open == 0)
+      c.read(0, 2)
+      assert(open == 1)
+      isSeen()
+      if ((mode & 2) == 0) {
+        c.write(0, 1)
+        assert(open == 3)
+      }
+      c.read(2, 2)
+      assert((open & 1) == 0)
+    }
+    syncManager(0, Area, 4, EcatBuffer)
+    val status = Datagram(Aprd, 0, 0x0805, Seq(0))
+    val seen   = exchange(Datagram(Apwr, 0, Area, Seq(1)), status)
+    assert(seen(1).data == Seq(0x30) && get(0x0805, 1).contains(Seq(0xb0)), "not in its own frame")
+    spoiled(Datagram(Apwr, 0, Area, Seq(1)))
+    assert(get(0x0805, 1).contains(Seq(0x30)))
+  }
   private def sequential(p: EscParams) = some(p) && p.hasSequentialMode
   rule("GEN-07, SM-32: the features tell of the sequential mode", some) { s =>
     assert((s.word(0x0008) >> 12 & 1) == s.p.sequentialMode)
@@ -505,7 +536,7 @@ object SyncManagerRules extends Rules {
     assert(hostGet(Area, 2) == Seq(5, 6))
     assert(put(0x0806, 0) && isActive(s))
     assert(bench.hostRead(0x0806) == 0 && get(0x0806, 1).contains(Seq(0)))
-    assert(get(0x0805, 1).contains(Seq(0x30)) && bench.hostRead(0x0805) == 0x10)
+    assert(get(0x0805, 1).contains(Seq(0x30)) && (bench.hostRead(0x0805) & 0x3f) == 0x10)
     assert(hostGet(Area + 2, 2) == Seq(7, 8), "of the buffer that is open")
     assert(bench.hostRead(0x0805) == 0x12 && (get(0x0210, 1).get.head & 0x10) == 0, "ECAT sees no event")
     assert(hostGet(Area, 4) == Seq(5, 6, 7, 8), "also from its beginning")
