@@ -25,8 +25,14 @@ def pulses_of(path):
 
 
 def spreads(pulses):
-    """For each pulse of the first slave: its time, and how far those of all slaves are apart there."""
+    """For each pulse of the first slave while all have some: its time, and how far those of all are apart.
+
+    A master tells each slave its start time by itself, so that one may begin a cycle later.
+    """
+    first, last = max(p[0] for p in pulses), min(p[-1] for p in pulses)
     for at in pulses[0]:
+        if not first - CYCLE_NS / 2 < at < last + CYCLE_NS / 2:
+            continue
         times = [at]
         for others in pulses[1:]:
             i = bisect.bisect(others, at)
