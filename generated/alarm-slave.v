@@ -13,6 +13,7 @@
 //   sequentialMode                  0  switch
 //   deactivationDelay               0  switch
 //   openBuffers                     0  switch
+//   acknowledgeByWrite              0  switch
 //   applicationLayer                0  switch
 //   watchdogs                       0  switch
 //   leds                            0  switch
@@ -26,6 +27,8 @@
 //   enhancedSync                    0  switch
 //   meanWays                        0  switch
 //   eventTimes                      0  switch
+//   timeByPdi                       0  switch
+//   directSpeed                     0  switch
 //   alarm                           1  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports
@@ -2687,6 +2690,7 @@ module EscMemory(
   wire        _file_inRam;
   wire        _file_isCount;
   wire [7:0]  _file_countData;
+  reg         settles_REG;
   wire [16:0] _GEN = {1'h0, host_addr};
   wire [16:0] readAddress = ecat_read ? ecat_readAddress : _GEN;
   wire        readTarget_user = readAddress[15:7] == 9'h1F;
@@ -2745,27 +2749,8 @@ module EscMemory(
     ~(readAddress[16])
     & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress[15:0]} < 17'h1400 & ramOpen);
   always @(posedge clock) begin
-    ramHit <= readTarget_ram;
-    registerHit <= readTarget_register;
-    registerData <= {8{readTarget_register}} & _file_readData;
-    fromRam <= readTarget_ram | readTarget_register & _file_inRam;
-    fromCounters <= readTarget_register & _file_isCount;
-    ecat_readable_register <= _file_readableByEcat;
-    ecat_writable_register <= _file_writableByEcat;
-    forHost_register <= _file_readableByPdi;
-    hostMay <= _file_writableByPdi;
-    registerWrite_bits_REG_address <=
-      hostWrite_unitWrites_isClear_cleared[9]
-        ? (_log_replay_valid ? _log_replay_bits_address : host_addr[11:0])
-        : hostWrite_unitWrites_isClear_cleared[8]
-            ? {hostWrite_unitWrites_isClear_cleared[7] ? 5'hA : 5'h10, hostWrite_unitWrites_isClear_cleared[6:0]}
-            : {4'h6, hostWrite_unitWrites_isClear_cleared[7:0]};
-    registerWrite_bits_REG_mask <=
-      ~(hostWrite_unitWrites_isClear_cleared[9])
-      | (_log_replay_valid ? _log_replay_bits_mask : host_be & (arrives ? hostMay : hostMask));
-    registerWrite_bits_REG_data <=
-      hostWrite_unitWrites_isClear_cleared[9] ? (_log_replay_valid ? _log_replay_bits_data : host_wdata) : 8'h0;
     if (reset) begin
+      settles_REG <= 1'h0;
       looksUp <= 1'h0;
       known <= 1'h0;
       arrives <= 1'h0;
@@ -2780,6 +2765,7 @@ module EscMemory(
       host_ack_REG <= 1'h0;
     end
     else begin
+      settles_REG <= registerWrite_valid_REG;
       looksUp <= ~hostWrite & (hostLookUp | looksUp);
       known <= ~hostWrite & (arrives | known);
       arrives <= hostLookUp;
@@ -2803,8 +2789,29 @@ module EscMemory(
       registerWrite_valid_REG <=
         _log_replay_valid | ~(hostWrite_unitWrites_isClear_cleared[9]) | hostWrite & hostTarget_register;
       file_write_REG <= hostWrite_unitWrites_isClear_cleared[9];
-      host_ack_REG <= host_req & ~host_write & ~ecat_read & ~host_ack_REG | hostWrite;
+      host_ack_REG <=
+        host_req & ~host_write & ~(registerWrite_valid_REG | settles_REG) & ~ecat_read & ~host_ack_REG | hostWrite;
     end
+    ramHit <= readTarget_ram;
+    registerHit <= readTarget_register;
+    registerData <= {8{readTarget_register}} & _file_readData;
+    fromRam <= readTarget_ram | readTarget_register & _file_inRam;
+    fromCounters <= readTarget_register & _file_isCount;
+    ecat_readable_register <= _file_readableByEcat;
+    ecat_writable_register <= _file_writableByEcat;
+    forHost_register <= _file_readableByPdi;
+    hostMay <= _file_writableByPdi;
+    registerWrite_bits_REG_address <=
+      hostWrite_unitWrites_isClear_cleared[9]
+        ? (_log_replay_valid ? _log_replay_bits_address : host_addr[11:0])
+        : hostWrite_unitWrites_isClear_cleared[8]
+            ? {hostWrite_unitWrites_isClear_cleared[7] ? 5'hA : 5'h10, hostWrite_unitWrites_isClear_cleared[6:0]}
+            : {4'h6, hostWrite_unitWrites_isClear_cleared[7:0]};
+    registerWrite_bits_REG_mask <=
+      ~(hostWrite_unitWrites_isClear_cleared[9])
+      | (_log_replay_valid ? _log_replay_bits_mask : host_be & (arrives ? hostMay : hostMask));
+    registerWrite_bits_REG_data <=
+      hostWrite_unitWrites_isClear_cleared[9] ? (_log_replay_valid ? _log_replay_bits_data : host_wdata) : 8'h0;
   end // always @(posedge)
   assign _file_readAddress = readAddress[11:0];
   assign _file_write = registerWrite_valid_REG & hostWrite_unitWrites_isClear_cleared[9] & file_write_REG;

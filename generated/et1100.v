@@ -14,6 +14,7 @@
 //   sequentialMode                  0  switch
 //   deactivationDelay               0  switch
 //   openBuffers                     0  switch
+//   acknowledgeByWrite              0  switch
 //   applicationLayer                1  switch
 //   watchdogs                       1  switch
 //   leds                            1  switch
@@ -27,6 +28,8 @@
 //   enhancedSync                    0  switch
 //   meanWays                        0  switch
 //   eventTimes                      0  switch
+//   timeByPdi                       0  switch
+//   directSpeed                     0  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports
@@ -5424,7 +5427,7 @@ module SyncManager(
   wire [1:0] _after_next_T = state_next ^ state_reader;
   wire       touches = access_touch & inBuffer;
   wire       begins = touches & access_first;
-  wire       closes = access_close & settings_works & right & _closes_T_2;
+  wire       closes = access_close & right & settings_works & _closes_T_2;
   wire       ecatBegan = good & state_began;
   wire       pdiBegan = begins & byPdi;
   wire       ecatDone = good & state_closed;
@@ -8911,7 +8914,7 @@ module LatchEdge(
   output [10:0] age,
   input         caught,
   input         copied,
-  input         hostReads,
+  input         acknowledges,
   input         begins,
   input         reads,
   input         good,
@@ -8927,7 +8930,7 @@ module LatchEdge(
   reg         hostHas;
   reg         seen;
   reg         isRead;
-  wire        ends = byHost ? hostReads & hostHas : good & isRead & seen;
+  wire        ends = byHost ? acknowledges & hostHas : good & isRead & seen;
   wire        _GEN = caught & single;
   wire        stamps = edge_0 & ~(single & (isCaught | waits | comes));
   always @(posedge clock) begin
@@ -8945,7 +8948,7 @@ module LatchEdge(
       isCaught <= on & (_GEN | ~ends & isCaught);
       comes <= ~caught & (taken | comes);
       mayAsk <= ~taken & (may | mayAsk);
-      hostHas <= ~(_GEN | hostReads) & (copied ? isCaught : hostHas);
+      hostHas <= ~(_GEN | acknowledges) & (copied ? isCaught : hostHas);
       seen <= ~(~on | ends) & (begins ? isCaught : seen);
       isRead <= ~(good | bad) & (reads | isRead);
     end
@@ -9012,7 +9015,7 @@ module HostSequencer(
   wire        single = _area_scan_result_first & _area_scan_result_last;
   wire        exists = host_addr < 16'h1000 ? host_addr[7] : areas_ramOpen & host_addr < 16'h3000;
   reg         inBuffer;
-  wire        _areas_access_touch_T = state == 4'h3;
+  wire        _areas_access_acknowledge_T = state == 4'h3;
   wire        _areas_access_close_T = state == 4'h7;
   wire        _host_rdata_T = state == 4'h1;
   wire        _GEN = state == 4'h1;
@@ -9116,9 +9119,9 @@ module HostSequencer(
   assign memory_wdata = host_wdata;
   assign memory_be = ~_host_rdata_T | host_be;
   assign areas_index = count[3] ? 3'h7 : count[2:0];
-  assign areas_request = _areas_access_touch_T & _area_scan_result_hit | _areas_access_close_T & inBuffer;
+  assign areas_request = _areas_access_acknowledge_T & _area_scan_result_hit | _areas_access_close_T & inBuffer;
   assign areas_access_write = host_write;
-  assign areas_access_touch = exists & _areas_access_touch_T != single;
+  assign areas_access_touch = exists & _areas_access_acknowledge_T != single;
   assign areas_access_first = _area_scan_result_first;
   assign areas_access_close = _areas_access_close_T & _area_scan_result_last;
   assign areas_access_single = single;
@@ -9204,14 +9207,14 @@ module et1100(
   wire        _events_seen_latch1_negative_edge;
   wire        _events_seen_latch1_negative_may;
   wire        _events_seen_latch1_negative_caught;
-  wire        _events_seen_latch1_negative_hostReads;
+  wire        _events_seen_latch1_negative_acknowledges;
   wire [10:0] _events_seen_latch1_negative_age;
   wire        _events_seen_latch1_negative_event;
   wire        _events_seen_latch1_positive_on;
   wire        _events_seen_latch1_positive_edge;
   wire        _events_seen_latch1_positive_may;
   wire        _events_seen_latch1_positive_caught;
-  wire        _events_seen_latch1_positive_hostReads;
+  wire        _events_seen_latch1_positive_acknowledges;
   wire [10:0] _events_seen_latch1_positive_age;
   wire        _events_seen_latch1_positive_event;
   wire        _events_level_crossing_1_out;
@@ -9219,14 +9222,14 @@ module et1100(
   wire        _events_seen_latch0_negative_edge;
   wire        _events_seen_latch0_negative_may;
   wire        _events_seen_latch0_negative_caught;
-  wire        _events_seen_latch0_negative_hostReads;
+  wire        _events_seen_latch0_negative_acknowledges;
   wire [10:0] _events_seen_latch0_negative_age;
   wire        _events_seen_latch0_negative_event;
   wire        _events_seen_latch0_positive_on;
   wire        _events_seen_latch0_positive_edge;
   wire        _events_seen_latch0_positive_may;
   wire        _events_seen_latch0_positive_caught;
-  wire        _events_seen_latch0_positive_hostReads;
+  wire        _events_seen_latch0_positive_acknowledges;
   wire [10:0] _events_seen_latch0_positive_age;
   wire        _events_seen_latch0_positive_event;
   wire        _events_level_crossing_out;
@@ -9808,14 +9811,14 @@ module et1100(
      syncManagers_table_tableWrite_tableByte_2,
      syncManagers_table_tableWrite_tableByte_1,
      syncManagers_table_tableWrite_tableByte_0};
-  reg         syncManagers_quiet_r;
-  reg         syncManagers_quiet_r_1;
-  reg         syncManagers_quiet_r_2;
-  reg         syncManagers_quiet_r_3;
-  reg         syncManagers_quiet_r_4;
-  reg         syncManagers_quiet_r_5;
-  reg         syncManagers_quiet_r_6;
-  reg         syncManagers_quiet_r_7;
+  reg         noFrame_r;
+  reg         noFrame_r_1;
+  reg         noFrame_r_2;
+  reg         noFrame_r_3;
+  reg         noFrame_r_4;
+  reg         noFrame_r_5;
+  reg         noFrame_r_6;
+  reg         noFrame_r_7;
   reg         memory_status_sm_activation_event_sm0_changed;
   reg         memory_status_sm_activation_event_REG;
   reg         memory_status_sm_activation_event_sm1_changed;
@@ -9963,9 +9966,9 @@ module et1100(
   reg         waits;
   reg  [10:0] age;
   reg         REG_3;
+  reg         received;
   reg         commits;
   reg         ofOdd;
-  reg         received;
   wire        _GEN_3 = received & ~_memory_registersBusy;
   reg         due;
   reg         due_1;
@@ -10160,14 +10163,14 @@ module et1100(
       loops_setting_3_r <= 2'h0;
       drops_REG_3 <= 1'h0;
       syncManagers_table_tableWrite_tableMask <= 4'h0;
-      syncManagers_quiet_r <= 1'h0;
-      syncManagers_quiet_r_1 <= 1'h0;
-      syncManagers_quiet_r_2 <= 1'h0;
-      syncManagers_quiet_r_3 <= 1'h0;
-      syncManagers_quiet_r_4 <= 1'h0;
-      syncManagers_quiet_r_5 <= 1'h0;
-      syncManagers_quiet_r_6 <= 1'h0;
-      syncManagers_quiet_r_7 <= 1'h0;
+      noFrame_r <= 1'h0;
+      noFrame_r_1 <= 1'h0;
+      noFrame_r_2 <= 1'h0;
+      noFrame_r_3 <= 1'h0;
+      noFrame_r_4 <= 1'h0;
+      noFrame_r_5 <= 1'h0;
+      noFrame_r_6 <= 1'h0;
+      noFrame_r_7 <= 1'h0;
       memory_status_sm_activation_event_sm0_changed <= 1'h0;
       memory_status_sm_activation_event_REG <= 1'h0;
       memory_status_sm_activation_event_sm1_changed <= 1'h0;
@@ -10273,14 +10276,14 @@ module et1100(
           | (_memory_registerWrite_bits_address[11:2] == syncManagers_table_tableWrite_tableWord
                ? syncManagers_table_tableWrite_tableMask
                : 4'h0);
-      syncManagers_quiet_r <= _processor_busy;
-      syncManagers_quiet_r_1 <= syncManagers_quiet_r;
-      syncManagers_quiet_r_2 <= syncManagers_quiet_r_1;
-      syncManagers_quiet_r_3 <= syncManagers_quiet_r_2;
-      syncManagers_quiet_r_4 <= syncManagers_quiet_r_3;
-      syncManagers_quiet_r_5 <= syncManagers_quiet_r_4;
-      syncManagers_quiet_r_6 <= syncManagers_quiet_r_5;
-      syncManagers_quiet_r_7 <= syncManagers_quiet_r_6;
+      noFrame_r <= _processor_busy;
+      noFrame_r_1 <= noFrame_r;
+      noFrame_r_2 <= noFrame_r_1;
+      noFrame_r_3 <= noFrame_r_2;
+      noFrame_r_4 <= noFrame_r_3;
+      noFrame_r_5 <= noFrame_r_4;
+      noFrame_r_6 <= noFrame_r_5;
+      noFrame_r_7 <= noFrame_r_6;
       memory_status_sm_activation_event_sm0_changed <=
         _memory_status_sm_activation_event_T_4
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h806
@@ -10536,7 +10539,7 @@ module et1100(
     memory_kept_900_data_REG <= _memory_kept_900_address[7:5] == 3'h0 & ~isTime;
     memory_kept_900_data_REG_1 <=
       _memory_kept_900_address[7:3] == 5'h4 | _memory_kept_900_address[7:2] == 6'hA
-      | _memory_kept_900_address[7:3] == 5'h14;
+      | _memory_kept_900_address[7:3] == 5'h14 | _memory_kept_900_address[7:3] == 5'h7;
     if (_clockEngine_taken_16)
       latest <= 2'h3;
     else if (_clockEngine_taken_15)
@@ -11258,7 +11261,7 @@ module et1100(
     .former_3     (_memory_set_loop_port3_bits)
   );
   assign _syncManagers_ramOpen = ~_sii_1_notLoaded;
-  assign _syncManagers_quiet = _hostSequencer_quiet & ~_processor_busy & ~syncManagers_quiet_r_7;
+  assign _syncManagers_quiet = _hostSequencer_quiet & ~_processor_busy & ~noFrame_r_7;
   assign _syncManagers_statusIndex = _memory_kept_800_address[5:3];
   SyncManagers syncManagers (
     .clock                    (clock),
@@ -11791,7 +11794,7 @@ module et1100(
   assign _events_seen_latch0_positive_edge = _events_level_crossing_out & ~events_before;
   assign _events_seen_latch0_positive_may = &may_c_value;
   assign _events_seen_latch0_positive_caught = _clockEngine_command_7 & latest == 2'h0;
-  assign _events_seen_latch0_positive_hostReads =
+  assign _events_seen_latch0_positive_acknowledges =
     _memory_host_ack & ~_hostSequencer_memory_write
     & (_hostSequencer_memory_addr == 16'h9B0 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9B1
        & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9B2 & _hostSequencer_memory_be
@@ -11800,30 +11803,30 @@ module et1100(
        | _hostSequencer_memory_addr == 16'h9B6 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9B7
        & _hostSequencer_memory_be);
   LatchEdge events_seen_latch0_positive (
-    .clock     (clock),
-    .reset     (reset),
-    .on        (_events_seen_latch0_positive_on),
-    .edge_0    (_events_seen_latch0_positive_edge),
-    .may       (_events_seen_latch0_positive_may),
-    .single    (_memory_value_latch0_positive_single),
-    .byHost    (_memory_value_latch0_by_pdi),
-    .asks      (_clockEngine_ask_13),
-    .taken     (_clockEngine_taken_13),
-    .age       (_events_seen_latch0_positive_age),
-    .caught    (_events_seen_latch0_positive_caught),
-    .copied    (_clockEngine_taken_6),
-    .hostReads (_events_seen_latch0_positive_hostReads),
-    .begins    (_GEN),
-    .reads     (_processor_reads_latch0_positive_time),
-    .good      (_processor_frameGood),
-    .bad       (_processor_frameBad),
-    .event_0   (_events_seen_latch0_positive_event)
+    .clock        (clock),
+    .reset        (reset),
+    .on           (_events_seen_latch0_positive_on),
+    .edge_0       (_events_seen_latch0_positive_edge),
+    .may          (_events_seen_latch0_positive_may),
+    .single       (_memory_value_latch0_positive_single),
+    .byHost       (_memory_value_latch0_by_pdi),
+    .asks         (_clockEngine_ask_13),
+    .taken        (_clockEngine_taken_13),
+    .age          (_events_seen_latch0_positive_age),
+    .caught       (_events_seen_latch0_positive_caught),
+    .copied       (_clockEngine_taken_6),
+    .acknowledges (_events_seen_latch0_positive_acknowledges),
+    .begins       (_GEN),
+    .reads        (_processor_reads_latch0_positive_time),
+    .good         (_processor_frameGood),
+    .bad          (_processor_frameBad),
+    .event_0      (_events_seen_latch0_positive_event)
   );
   assign _events_seen_latch0_negative_on = _memory_value_esc_configuration[2];
   assign _events_seen_latch0_negative_edge = ~_events_level_crossing_out & events_before;
   assign _events_seen_latch0_negative_may = &may_c_value;
   assign _events_seen_latch0_negative_caught = _clockEngine_command_7 & latest == 2'h1;
-  assign _events_seen_latch0_negative_hostReads =
+  assign _events_seen_latch0_negative_acknowledges =
     _memory_host_ack & ~_hostSequencer_memory_write
     & (_hostSequencer_memory_addr == 16'h9B8 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9B9
        & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9BA & _hostSequencer_memory_be
@@ -11832,24 +11835,24 @@ module et1100(
        | _hostSequencer_memory_addr == 16'h9BE & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9BF
        & _hostSequencer_memory_be);
   LatchEdge events_seen_latch0_negative (
-    .clock     (clock),
-    .reset     (reset),
-    .on        (_events_seen_latch0_negative_on),
-    .edge_0    (_events_seen_latch0_negative_edge),
-    .may       (_events_seen_latch0_negative_may),
-    .single    (_memory_value_latch0_negative_single),
-    .byHost    (_memory_value_latch0_by_pdi),
-    .asks      (_clockEngine_ask_14),
-    .taken     (_clockEngine_taken_14),
-    .age       (_events_seen_latch0_negative_age),
-    .caught    (_events_seen_latch0_negative_caught),
-    .copied    (_clockEngine_taken_7),
-    .hostReads (_events_seen_latch0_negative_hostReads),
-    .begins    (_GEN),
-    .reads     (_processor_reads_latch0_negative_time),
-    .good      (_processor_frameGood),
-    .bad       (_processor_frameBad),
-    .event_0   (_events_seen_latch0_negative_event)
+    .clock        (clock),
+    .reset        (reset),
+    .on           (_events_seen_latch0_negative_on),
+    .edge_0       (_events_seen_latch0_negative_edge),
+    .may          (_events_seen_latch0_negative_may),
+    .single       (_memory_value_latch0_negative_single),
+    .byHost       (_memory_value_latch0_by_pdi),
+    .asks         (_clockEngine_ask_14),
+    .taken        (_clockEngine_taken_14),
+    .age          (_events_seen_latch0_negative_age),
+    .caught       (_events_seen_latch0_negative_caught),
+    .copied       (_clockEngine_taken_7),
+    .acknowledges (_events_seen_latch0_negative_acknowledges),
+    .begins       (_GEN),
+    .reads        (_processor_reads_latch0_negative_time),
+    .good         (_processor_frameGood),
+    .bad          (_processor_frameBad),
+    .event_0      (_events_seen_latch0_negative_event)
   );
   LevelCrossing events_level_crossing_1 (
     .clock (clock),
@@ -11860,7 +11863,7 @@ module et1100(
   assign _events_seen_latch1_positive_edge = _events_level_crossing_1_out & ~events_before_1;
   assign _events_seen_latch1_positive_may = &may_c_value;
   assign _events_seen_latch1_positive_caught = _clockEngine_command_7 & latest == 2'h2;
-  assign _events_seen_latch1_positive_hostReads =
+  assign _events_seen_latch1_positive_acknowledges =
     _memory_host_ack & ~_hostSequencer_memory_write
     & (_hostSequencer_memory_addr == 16'h9C0 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9C1
        & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9C2 & _hostSequencer_memory_be
@@ -11869,30 +11872,30 @@ module et1100(
        | _hostSequencer_memory_addr == 16'h9C6 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9C7
        & _hostSequencer_memory_be);
   LatchEdge events_seen_latch1_positive (
-    .clock     (clock),
-    .reset     (reset),
-    .on        (_events_seen_latch1_positive_on),
-    .edge_0    (_events_seen_latch1_positive_edge),
-    .may       (_events_seen_latch1_positive_may),
-    .single    (_memory_value_latch1_positive_single),
-    .byHost    (_memory_value_latch1_by_pdi),
-    .asks      (_clockEngine_ask_15),
-    .taken     (_clockEngine_taken_15),
-    .age       (_events_seen_latch1_positive_age),
-    .caught    (_events_seen_latch1_positive_caught),
-    .copied    (_clockEngine_taken_8),
-    .hostReads (_events_seen_latch1_positive_hostReads),
-    .begins    (_GEN),
-    .reads     (_processor_reads_latch1_positive_time),
-    .good      (_processor_frameGood),
-    .bad       (_processor_frameBad),
-    .event_0   (_events_seen_latch1_positive_event)
+    .clock        (clock),
+    .reset        (reset),
+    .on           (_events_seen_latch1_positive_on),
+    .edge_0       (_events_seen_latch1_positive_edge),
+    .may          (_events_seen_latch1_positive_may),
+    .single       (_memory_value_latch1_positive_single),
+    .byHost       (_memory_value_latch1_by_pdi),
+    .asks         (_clockEngine_ask_15),
+    .taken        (_clockEngine_taken_15),
+    .age          (_events_seen_latch1_positive_age),
+    .caught       (_events_seen_latch1_positive_caught),
+    .copied       (_clockEngine_taken_8),
+    .acknowledges (_events_seen_latch1_positive_acknowledges),
+    .begins       (_GEN),
+    .reads        (_processor_reads_latch1_positive_time),
+    .good         (_processor_frameGood),
+    .bad          (_processor_frameBad),
+    .event_0      (_events_seen_latch1_positive_event)
   );
   assign _events_seen_latch1_negative_on = _memory_value_esc_configuration[2];
   assign _events_seen_latch1_negative_edge = ~_events_level_crossing_1_out & events_before_1;
   assign _events_seen_latch1_negative_may = &may_c_value;
   assign _events_seen_latch1_negative_caught = _clockEngine_command_7 & (&latest);
-  assign _events_seen_latch1_negative_hostReads =
+  assign _events_seen_latch1_negative_acknowledges =
     _memory_host_ack & ~_hostSequencer_memory_write
     & (_hostSequencer_memory_addr == 16'h9C8 & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9C9
        & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9CA & _hostSequencer_memory_be
@@ -11901,24 +11904,24 @@ module et1100(
        | _hostSequencer_memory_addr == 16'h9CE & _hostSequencer_memory_be | _hostSequencer_memory_addr == 16'h9CF
        & _hostSequencer_memory_be);
   LatchEdge events_seen_latch1_negative (
-    .clock     (clock),
-    .reset     (reset),
-    .on        (_events_seen_latch1_negative_on),
-    .edge_0    (_events_seen_latch1_negative_edge),
-    .may       (_events_seen_latch1_negative_may),
-    .single    (_memory_value_latch1_negative_single),
-    .byHost    (_memory_value_latch1_by_pdi),
-    .asks      (_clockEngine_ask_16),
-    .taken     (_clockEngine_taken_16),
-    .age       (_events_seen_latch1_negative_age),
-    .caught    (_events_seen_latch1_negative_caught),
-    .copied    (_clockEngine_taken_9),
-    .hostReads (_events_seen_latch1_negative_hostReads),
-    .begins    (_GEN),
-    .reads     (_processor_reads_latch1_negative_time),
-    .good      (_processor_frameGood),
-    .bad       (_processor_frameBad),
-    .event_0   (_events_seen_latch1_negative_event)
+    .clock        (clock),
+    .reset        (reset),
+    .on           (_events_seen_latch1_negative_on),
+    .edge_0       (_events_seen_latch1_negative_edge),
+    .may          (_events_seen_latch1_negative_may),
+    .single       (_memory_value_latch1_negative_single),
+    .byHost       (_memory_value_latch1_by_pdi),
+    .asks         (_clockEngine_ask_16),
+    .taken        (_clockEngine_taken_16),
+    .age          (_events_seen_latch1_negative_age),
+    .caught       (_events_seen_latch1_negative_caught),
+    .copied       (_clockEngine_taken_9),
+    .acknowledges (_events_seen_latch1_negative_acknowledges),
+    .begins       (_GEN),
+    .reads        (_processor_reads_latch1_negative_time),
+    .good         (_processor_frameGood),
+    .bad          (_processor_frameBad),
+    .event_0      (_events_seen_latch1_negative_event)
   );
   HostSequencer hostSequencer (
     .clock                     (clock),

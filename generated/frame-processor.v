@@ -13,6 +13,7 @@
 //   sequentialMode                  0  switch
 //   deactivationDelay               0  switch
 //   openBuffers                     0  switch
+//   acknowledgeByWrite              0  switch
 //   applicationLayer                0  switch
 //   watchdogs                       0  switch
 //   leds                            0  switch
@@ -26,6 +27,8 @@
 //   enhancedSync                    0  switch
 //   meanWays                        0  switch
 //   eventTimes                      0  switch
+//   timeByPdi                       0  switch
+//   directSpeed                     0  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports
@@ -1128,6 +1131,7 @@ module EscMemory(
   wire        _file_writableByPdi;
   wire        _file_isCount;
   wire [7:0]  _file_countData;
+  reg         settles_REG;
   wire [16:0] _GEN = {1'h0, host_addr};
   wire [16:0] readAddress = ecat_read ? ecat_readAddress : _GEN;
   reg         ramHit;
@@ -1162,6 +1166,28 @@ module EscMemory(
   wire        readTarget_ram =
     ~(readAddress[16]) & (readTarget_user | (|(readAddress[15:12])) & {1'h0, readAddress[15:0]} < 17'h1000 & ramOpen);
   always @(posedge clock) begin
+    if (reset) begin
+      settles_REG <= 1'h0;
+      looksUp <= 1'h0;
+      known <= 1'h0;
+      arrives <= 1'h0;
+      hostMask <= 1'h0;
+      registerWrite_valid_REG <= 1'h0;
+      file_write_REG <= 1'h0;
+      host_ack_REG <= 1'h0;
+    end
+    else begin
+      settles_REG <= registerWrite_valid_REG;
+      looksUp <= ~hostWrite & (hostLookUp | looksUp);
+      known <= ~hostWrite & (arrives | known);
+      arrives <= hostLookUp;
+      if (arrives)
+        hostMask <= hostMay;
+      registerWrite_valid_REG <= _log_replay_valid | hostWrite & hostTarget_register;
+      file_write_REG <= 1'h1;
+      host_ack_REG <=
+        host_req & ~host_write & ~(registerWrite_valid_REG | settles_REG) & ~ecat_read & ~host_ack_REG | hostWrite;
+    end
     ramHit <= readTarget_ram;
     registerHit <= readTarget_register;
     registerData <= {8{readTarget_register}} & _file_readData;
@@ -1174,25 +1200,6 @@ module EscMemory(
     registerWrite_bits_REG_address <= _log_replay_valid ? _log_replay_bits_address : host_addr[11:0];
     registerWrite_bits_REG_mask <= _log_replay_valid ? _log_replay_bits_mask : host_be & (arrives ? hostMay : hostMask);
     registerWrite_bits_REG_data <= _log_replay_valid ? _log_replay_bits_data : host_wdata;
-    if (reset) begin
-      looksUp <= 1'h0;
-      known <= 1'h0;
-      arrives <= 1'h0;
-      hostMask <= 1'h0;
-      registerWrite_valid_REG <= 1'h0;
-      file_write_REG <= 1'h0;
-      host_ack_REG <= 1'h0;
-    end
-    else begin
-      looksUp <= ~hostWrite & (hostLookUp | looksUp);
-      known <= ~hostWrite & (arrives | known);
-      arrives <= hostLookUp;
-      if (arrives)
-        hostMask <= hostMay;
-      registerWrite_valid_REG <= _log_replay_valid | hostWrite & hostTarget_register;
-      file_write_REG <= 1'h1;
-      host_ack_REG <= host_req & ~host_write & ~ecat_read & ~host_ack_REG | hostWrite;
-    end
   end // always @(posedge)
   assign _file_readAddress = readAddress[11:0];
   assign _file_write = registerWrite_valid_REG & file_write_REG;

@@ -13,6 +13,7 @@
 //   sequentialMode                  0  switch
 //   deactivationDelay               0  switch
 //   openBuffers                     0  switch
+//   acknowledgeByWrite              0  switch
 //   applicationLayer                1  switch
 //   watchdogs                       1  switch
 //   leds                            1  switch
@@ -26,6 +27,8 @@
 //   enhancedSync                    0  switch
 //   meanWays                        0  switch
 //   eventTimes                      0  switch
+//   timeByPdi                       0  switch
+//   directSpeed                     0  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports
@@ -4611,7 +4614,7 @@ module SyncManager(
   wire [1:0] _after_next_T = state_next ^ state_reader;
   wire       touches = access_touch & inBuffer;
   wire       begins = touches & access_first;
-  wire       closes = access_close & settings_works & right & _closes_T_2;
+  wire       closes = access_close & right & settings_works & _closes_T_2;
   wire       ecatBegan = good & state_began;
   wire       pdiBegan = begins & byPdi;
   wire       ecatDone = good & state_closed;
@@ -6865,7 +6868,7 @@ module HostSequencer(
   wire        single = _area_scan_result_first & _area_scan_result_last;
   wire        exists = host_addr < 16'h1000 ? host_addr[7] : areas_ramOpen & host_addr < 16'h3000;
   reg         inBuffer;
-  wire        _areas_access_touch_T = state == 4'h3;
+  wire        _areas_access_acknowledge_T = state == 4'h3;
   wire        _areas_access_close_T = state == 4'h7;
   wire        _host_rdata_T = state == 4'h1;
   wire        _GEN = state == 4'h1;
@@ -6969,9 +6972,9 @@ module HostSequencer(
   assign memory_wdata = host_wdata;
   assign memory_be = ~_host_rdata_T | host_be;
   assign areas_index = count[3] ? 3'h7 : count[2:0];
-  assign areas_request = _areas_access_touch_T & _area_scan_result_hit | _areas_access_close_T & inBuffer;
+  assign areas_request = _areas_access_acknowledge_T & _area_scan_result_hit | _areas_access_close_T & inBuffer;
   assign areas_access_write = host_write;
-  assign areas_access_touch = exists & _areas_access_touch_T != single;
+  assign areas_access_touch = exists & _areas_access_acknowledge_T != single;
   assign areas_access_first = _area_scan_result_first;
   assign areas_access_close = _areas_access_close_T & _area_scan_result_last;
   assign areas_access_single = single;
@@ -7353,14 +7356,14 @@ module slave(
      syncManagers_table_tableWrite_tableByte_2,
      syncManagers_table_tableWrite_tableByte_1,
      syncManagers_table_tableWrite_tableByte_0};
-  reg         syncManagers_quiet_r;
-  reg         syncManagers_quiet_r_1;
-  reg         syncManagers_quiet_r_2;
-  reg         syncManagers_quiet_r_3;
-  reg         syncManagers_quiet_r_4;
-  reg         syncManagers_quiet_r_5;
-  reg         syncManagers_quiet_r_6;
-  reg         syncManagers_quiet_r_7;
+  reg         noFrame_r;
+  reg         noFrame_r_1;
+  reg         noFrame_r_2;
+  reg         noFrame_r_3;
+  reg         noFrame_r_4;
+  reg         noFrame_r_5;
+  reg         noFrame_r_6;
+  reg         noFrame_r_7;
   reg         memory_status_sm_activation_event_sm0_changed;
   reg         memory_status_sm_activation_event_REG;
   reg         memory_status_sm_activation_event_sm1_changed;
@@ -7522,14 +7525,14 @@ module slave(
       loops_setting_1_r <= 2'h0;
       drops_REG_1 <= 1'h0;
       syncManagers_table_tableWrite_tableMask <= 4'h0;
-      syncManagers_quiet_r <= 1'h0;
-      syncManagers_quiet_r_1 <= 1'h0;
-      syncManagers_quiet_r_2 <= 1'h0;
-      syncManagers_quiet_r_3 <= 1'h0;
-      syncManagers_quiet_r_4 <= 1'h0;
-      syncManagers_quiet_r_5 <= 1'h0;
-      syncManagers_quiet_r_6 <= 1'h0;
-      syncManagers_quiet_r_7 <= 1'h0;
+      noFrame_r <= 1'h0;
+      noFrame_r_1 <= 1'h0;
+      noFrame_r_2 <= 1'h0;
+      noFrame_r_3 <= 1'h0;
+      noFrame_r_4 <= 1'h0;
+      noFrame_r_5 <= 1'h0;
+      noFrame_r_6 <= 1'h0;
+      noFrame_r_7 <= 1'h0;
       memory_status_sm_activation_event_sm0_changed <= 1'h0;
       memory_status_sm_activation_event_REG <= 1'h0;
       memory_status_sm_activation_event_sm1_changed <= 1'h0;
@@ -7580,14 +7583,14 @@ module slave(
           | (_memory_registerWrite_bits_address[11:2] == syncManagers_table_tableWrite_tableWord
                ? syncManagers_table_tableWrite_tableMask
                : 4'h0);
-      syncManagers_quiet_r <= _processor_busy;
-      syncManagers_quiet_r_1 <= syncManagers_quiet_r;
-      syncManagers_quiet_r_2 <= syncManagers_quiet_r_1;
-      syncManagers_quiet_r_3 <= syncManagers_quiet_r_2;
-      syncManagers_quiet_r_4 <= syncManagers_quiet_r_3;
-      syncManagers_quiet_r_5 <= syncManagers_quiet_r_4;
-      syncManagers_quiet_r_6 <= syncManagers_quiet_r_5;
-      syncManagers_quiet_r_7 <= syncManagers_quiet_r_6;
+      noFrame_r <= _processor_busy;
+      noFrame_r_1 <= noFrame_r;
+      noFrame_r_2 <= noFrame_r_1;
+      noFrame_r_3 <= noFrame_r_2;
+      noFrame_r_4 <= noFrame_r_3;
+      noFrame_r_5 <= noFrame_r_4;
+      noFrame_r_6 <= noFrame_r_5;
+      noFrame_r_7 <= noFrame_r_6;
       memory_status_sm_activation_event_sm0_changed <=
         _memory_status_sm_activation_event_T_4
         | ~(_memory_host_ack & ~_hostSequencer_memory_write & _hostSequencer_memory_addr == 16'h806
@@ -8127,7 +8130,7 @@ module slave(
     .former_1     (_memory_set_loop_port1_bits)
   );
   assign _syncManagers_ramOpen = ~_sii_1_notLoaded;
-  assign _syncManagers_quiet = _hostSequencer_quiet & ~_processor_busy & ~syncManagers_quiet_r_7;
+  assign _syncManagers_quiet = _hostSequencer_quiet & ~_processor_busy & ~noFrame_r_7;
   assign _syncManagers_statusIndex = _memory_kept_800_address[5:3];
   SyncManagers syncManagers (
     .clock                    (clock),

@@ -39,9 +39,7 @@ object Documents {
       Seq(
         "# Registers",
         "",
-        s"Generated from `src/base/registers` for preset `${p.preset}` with all it may have " +
-          s"(`ports` ${p.ports},",
-        "`digitalOutputs`, `clocks`, `alarm`, `mi` with link detection, `resetRegisters`), and for preset",
+        s"Generated from `src/base/registers` for preset `${p.preset}` with all options, and for preset",
         s"`${master.preset}`; do not edit. Multi-byte registers are little endian. Bits without a row are",
         "reserved: they read 0 and ignore writes. `r/clr`: a write of any value clears the whole group.",
         "",

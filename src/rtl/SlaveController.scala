@@ -192,7 +192,11 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   // Configuration is loaded: the process data RAM opens.
   private val operational = eeprom.fold(LevelCrossing(pdi_operational.get))(_.loaded)
   bus.status("pdi_operational") := operational
-  memory.ramOpen                := operational
+  if (p.acknowledgesByWrite) {
+    bus.status("pdi_active")     := operational
+    bus.status("pdi_configured") := (if (p.hasSii) operational else false.B)
+  }
+  memory.ramOpen := operational
   eeprom_loaded.foreach(_ := operational)
   digital_output.foreach(_ := bus.value("digital_output"))
   digital_output_driven.foreach(_ := operational && bus.bool("watchdog_process_data", default = true))

@@ -27,6 +27,7 @@ object TestSets {
       openBuffers = 1,
       digitalOutputs = 2,
       ports = 3,
+      acknowledgeByWrite = 1,
       writeProtection = 1
     ) -> 10000,
     complete.copy(
@@ -45,7 +46,9 @@ object TestSets {
       syncSignals = 2,
       latchSignals = 2,
       eventTimes = 1,
-      meanWays = 1
+      meanWays = 1,
+      timeByPdi = 1,
+      directSpeed = 1
     )                                                                                                -> 10000,
     preset("frame-processor")                                                                        -> 10000,
     min.copy(preset = "mhz25", coreClockMhz = 25, ports = 3, maxSubTelegrams = 128)                  -> 10000,
@@ -146,7 +149,8 @@ object TestSets {
       deactivationDelay = 1,
       openBuffers = 1,
       coreClockMhz = 125
-    )
+    ),
+    ruledUnits.copy(preset = "by-write", dataBusWidth = 32, acknowledgeByWrite = 1, deactivationDelay = 1)
   )
 
   // With an EEPROM only the rules that speak of it: its load takes time after every reset.
@@ -178,7 +182,8 @@ object TestSets {
   private val ruledAlarms = Seq(
     ruled.copy(preset = "alarm", alarm = 1),
     ruled
-      .copy(preset = "alarm-16", alarm = 1, maxSubTelegrams = 1, dataBusWidth = 16, nodeIdWidth = 8),
+      .copy(preset = "alarm-16", alarm = 1, maxSubTelegrams = 1, dataBusWidth = 16, nodeIdWidth = 8)
+      .copy(acknowledgeByWrite = 1),
     ruled.copy(
       preset = "alarm-25",
       alarm = 1,
@@ -223,6 +228,7 @@ object TestSets {
       preset = "clocks",
       ports = 3,
       clocks = 2,
+      directSpeed = 1,
       syncSignals = 2,
       syncPulse = 0,
       enhancedSync = 1,
@@ -247,6 +253,18 @@ object TestSets {
       applicationLayer = 1,
       writeProtection = 1,
       eventTimes = 1
+    ),
+    ruled.copy(
+      preset = "clocks-pdi",
+      clocks = 2,
+      clockBits = 32,
+      syncSignals = 1,
+      syncPulse = 0,
+      latchSignals = 1,
+      timeByPdi = 1,
+      directSpeed = 1,
+      applicationLayer = 1,
+      acknowledgeByWrite = 1
     ),
     ruledEeprom.copy(
       preset = "clocks-eeprom",

@@ -339,6 +339,11 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     ((access(write = false, address, 0, 1 << lane) >> (8 * lane)) & 0xff).toInt
   }
 
+  def hostReadWord(address: Int): Seq[Int] = {
+    val word = access(write = false, address, 0, (1 << p.lanes) - 1)
+    (0 until p.lanes).map(lane => ((word >> (8 * lane)) & 0xff).toInt)
+  }
+
   def hostWrite(address: Int, byte: Int): Unit = {
     val lane = address % p.lanes
     access(write = true, address, BigInt(byte) << (8 * lane), 1 << lane)

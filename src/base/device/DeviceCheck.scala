@@ -180,9 +180,13 @@ object DeviceCheck {
   }
 
   private def clocks(d: Device, p: EscParams) =
-    Option.when(d.dcModes.nonEmpty && (p.features & 0x04) == 0)(
-      "The device has dcModes but the controller has no distributed clocks."
-    )
+    if (d.dcModes.isEmpty) None
+    else if ((p.features & 0x04) == 0)
+      Some("The device has dcModes but the controller has no distributed clocks.")
+    else
+      Option.when(p.hasTimeByPdi)(
+        "The device has dcModes but timeByPdi is 1: no master can bring its time to that of others."
+      )
 
   private def eeprom(d: Device, p: EscParams) = {
     val size = d.eepromBytes

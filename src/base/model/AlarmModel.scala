@@ -351,7 +351,7 @@ class AlarmModel(registers: ModelRegisters, links: () => Int = () => 0) extends 
     look()
   }
 
-  override def readByHost(register: Register): Unit =
+  override def acknowledged(register: Register, address: Int): Unit =
     if (register.name == "alarm_messages") received = Set.empty
 
   /** A message waits for the host. */

@@ -39,7 +39,7 @@ class ApplicationModel(registers: ModelRegisters, emulation: () => Boolean, dlSt
     lastAlStatus = state
   }
 
-  override def readByHost(register: Register): Unit =
+  override def acknowledged(register: Register, address: Int): Unit =
     if (register.name == "al_control") alControlEvent = false
 
   override def readByEcat(register: Register): Unit = register.name match {

@@ -57,8 +57,8 @@ class ClockLine(slaves: Int, cycleUs: Int, ppm: Double = 100, driftPpm: Double =
       time + LatencyNs + (if (waits < 0) waits + NibbleNs else waits) + cable
     }
 
-    def sample(late: Double): Unit = slew =
-      loop.sample(math.round(late).toInt, SpeedStart, TimeDepth, SpeedDepth)
+    def sample(late: Double): Unit =
+      for (falls <- loop.sample(math.round(late).toInt, SpeedStart, TimeDepth, SpeedDepth)) slew = falls
   }
   private val all = Seq.fill(slaves)(new Slave)
   all.head.offset = 0

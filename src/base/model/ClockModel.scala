@@ -16,7 +16,7 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   private val awaits = Array.fill(p.ports)(false)              // the frame is on its way back to there
   private var latest = Option.empty[(Int, Long)]               // port and time of the frame at hand
   private var first  = Option.empty[Long]                      // when the last frame came to port 0
-  private val ways = Array.fill(p.ports)((0.0, 0)) // from there to the port, on the mean, ns; of frames
+  private val ways   = Seq.fill(p.ports)(new MeanWay)          // from there to the port
 
   // What the frame in the processing unit has written 0x0900 with.
   private var commands = Set.empty[Int]
@@ -24,12 +24,13 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   // What has been written to the system time, by byte, and whether the frame has written the first one.
   private val received = new Array[Int](4)
   private var compares = false
+  private var drives   = false // the frame has written the speed
   private val loop     = new TimeLoop
-  private var slew     = 0  // ns to fall back by
-  private var ofFrame  = 0L // the system time of the frame at hand
+  private var slew     = 0     // ns to fall back by
+  private var ofFrame  = 0L    // the system time of the frame at hand
 
   private val sync    = Option.when(p.syncSignals > 0)(new SyncModel(p, registers))
-  private val latches = (0 until p.latchSignals).map(new LatchModel(registers, _))
+  private val latches = (0 until p.latchSignals).map(new LatchModel(p, registers, _))
 
   /** SYNC and LATCH signals, each a unit of its own. */
   def signals: Seq[ModelUnit] = sync.toSeq ++ latches
@@ -88,25 +89,17 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
 
   /** A frame begins at `port`. */
   def portBegins(port: Int): Unit = {
-    if (port == 0) first = Some(now)
-    val time = if (port > 0 && p.hasMeanWays) now - math.round(lateAt(port)) else now
+    if (port == 0) {
+      first = Some(now)
+      ways.foreach(_.begins())
+    }
+    val late = first.filter(_ => port > 0 && p.hasMeanWays).fold(0L) { since =>
+      ways(port).late((now - since) / p.clockPeriodNs)
+    }
+    val time = now - Math.floorDiv(late * p.clockPeriodNs, 64L)
     latest = Some(port -> time)
     began(port) = Some(time)
     if (awaits(port)) keep(port, time)
-  }
-
-  /** By how much a frame comes later to `port` than frames do on the mean, ns; the mean follows (B-100). */
-  private def lateAt(port: Int): Double = first.map(now - _).filter(_ < 65535L * p.clockPeriodNs) match {
-    case None => 0
-    case Some(way) =>
-      val (mean, frames) = ways(port)
-      val late           = way - mean
-      val isNear         = frames > 0 && late >= -64 * p.clockPeriodNs && late < 64 * p.clockPeriodNs
-      ways(port) =
-        if (isNear) (mean + late / (if (frames == 63) 256 else 16), (frames + 1) min 63)
-        else if (frames > 1) (mean, frames / 2)
-        else (way.toDouble, 1)
-      if (isNear) late else 0
   }
 
   /** The frame at hand enters the processing unit. */
@@ -153,24 +146,60 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
     register.name match {
       case "system_time" =>
         received(address - register.address) = byte
-        if (address == register.address) compares = true
-      case "speed_counter_start" => loop.reset(registers.value("speed_counter_start"))
-      case "time_filter_depth"   => loop.resetMean()
-      case "speed_filter_depth"  => loop.resetSpeed()
-      case _                     =>
+        if (!p.hasTimeByPdi) compares |= address == register.address
+        else if (address == register.range.last) { // DC-24
+          sample(registers.wide("latch0_positive_time"))
+          showLoop()
+        }
+      case "speed_counter_start" =>
+        loop.reset(start, registers.value("speed_filter_depth"), direct)
+        showLoop()
+      case "speed_counter_direct" =>
+        drives = true
+        if (byHost) {
+          drive()
+          showLoop()
+        }
+      case "time_filter_depth" =>
+        loop.resetMean()
+        showLoop()
+      case "speed_filter_depth" =>
+        loop.resetSpeed()
+        showLoop()
+      case _ =>
     }
 
   /** All that the frame has written has taken effect: it is compared (DC-17). */
   def compare(): Unit = if (p.hasSystemTime) {
-    if (compares)
-      slew = loop.sample(
-        ofFrame.toInt - received.foldRight(0)((byte, rest) => rest << 8 | byte),
-        registers.value("speed_counter_start"),
-        registers.value("time_filter_depth"),
-        registers.value("speed_filter_depth")
-      )
+    if (compares) sample(ofFrame)
     compares = false
+    drive()
     sync.foreach(_.settle())
+    showLoop()
+  }
+
+  private def start = registers.value("speed_counter_start")
+
+  /** The speed counter difference that is set directly, with its sign (DC-25). */
+  private def direct: Int = if (p.hasDirectSpeed) registers.value("speed_counter_direct").toShort.toInt else 0
+
+  /** What was received is compared with the system time of then. */
+  private def sample(time: Long): Unit = for (
+    late <- loop.sample(
+      time.toInt - received.foldRight(0)((byte, rest) => rest << 8 | byte),
+      start,
+      registers.value("time_filter_depth"),
+      registers.value("speed_filter_depth"),
+      direct
+    )
+  ) slew = late
+
+  /** The speed has been written (DC-25). */
+  private def drive(): Unit = {
+    if (drives && direct != 0) loop.set(start, registers.value("speed_filter_depth"), direct)
+    drives = false
+  }
+  private def showLoop(): Unit = {
     registers.setWide("system_time_difference", loop.shownDifference)
     registers.set("speed_counter_difference", loop.shownSpeed)
   }
@@ -178,7 +207,7 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   /** Its link goes down: nothing comes back from there. */
   def portGoes(port: Int): Unit = {
     awaits(port) = false
-    if (port == 0) ways.indices.foreach(ways(_) = (0.0, 0)) else ways(port) = (0.0, 0)
+    if (port == 0) ways.foreach(_.forget()) else ways(port).forget()
   }
 
   private def keep(port: Int, time: Long): Unit = {

@@ -136,12 +136,13 @@ class VectorWriter(p: EscParams, seed: Long, out: PrintStream, val model: EscMod
   }
 
   /** The host must read these bytes, all of one word, in one access. */
-  def hostReadWord(address: Int): Unit = {
+  def hostReadWord(address: Int): Seq[Int] = {
     quiet()
     val isTime = (address until address + p.lanes).exists(model.isTime)
     val bytes  = model.hostRead(address, p.lanes)
     if (!isTime)
       out.println(s"R ${hex(address, 4)}" + bytes.map(b => " " + hex(b, 2)).mkString)
+    bytes
   }
 
   def falseCarrier(port: Int, symbols: Int): Unit = {

@@ -1,9 +1,10 @@
 package flyframe.model
 
+import flyframe.params.EscParams
 import flyframe.registers.Register
 
 /** LATCH signal `n`: the system time of its edges (DC-37 to DC-41). */
-class LatchModel(registers: ModelRegisters, n: Int) extends ModelUnit {
+class LatchModel(p: EscParams, registers: ModelRegisters, n: Int) extends ModelUnit {
   private val edges = Seq("negative", "positive") // by the level behind them
   private var level = 0
   private val event = Array(false, false)
@@ -41,6 +42,7 @@ class LatchModel(registers: ModelRegisters, n: Int) extends ModelUnit {
   private def read(register: Register, host: Boolean): Unit =
     for (e <- edges.indices if register.name == s"latch${n}_${edges(e)}_time" && byPdi == host)
       event(e) = false
-  override def readByHost(register: Register): Unit = read(register, host = true)
+  override def acknowledged(register: Register, address: Int): Unit =
+    if (!p.acknowledgesByWrite || address == register.address) read(register, host = true)
   override def readByEcat(register: Register): Unit = read(register, host = false)
 }

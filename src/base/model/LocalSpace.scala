@@ -83,8 +83,11 @@ class LocalSpace(
   private def status(field: String): Int = units.iterator
     .map(_.status(field))
     .collectFirst { case Some(v) => v }
-    .getOrElse(if (field == "pdi_operational") { if (pdiOperational) 1 else 0 }
-    else portStatus(field))
+    .getOrElse(field match {
+      case "pdi_operational" | "pdi_active" => if (pdiOperational) 1 else 0
+      case "pdi_configured"                 => if (pdiOperational && p.hasSii) 1 else 0
+      case _                                => portStatus(field)
+    })
 
   /** Enhanced link detection is on at this port (LNK-11). */
   def enhancedLink(port: Int): Boolean = sii.forall { s =>
@@ -149,10 +152,13 @@ class LocalSpace(
         syncManagers.reader = Side.Pdi
         val byte = registers.byte(local)
         syncManagers.reader = Side.Ecat
-        registers.register(local).foreach(r => units.foreach(_.readByHost(r)))
+        if (!p.acknowledgesByWrite) acknowledge(local)
         byte
       }
     }
+
+  private def acknowledge(local: Int): Unit =
+    registers.register(local).foreach(r => units.foreach(_.acknowledged(r, local)))
 
   def hostWrite(address: Int, byte: Int): Unit = {
     if (address != ResetRegisters.Pdi) reset.foreach(_.otherCommand())
@@ -160,6 +166,7 @@ class LocalSpace(
       if (isMemory(local)) memory(local) = byte
       else if (registers.pdi(local).writable && isPresent(local) && allowed(local)(_.pdiGuard))
         store(local, byte, 0xff, byHost = true)
+      if (p.acknowledgesByWrite) acknowledge(local)
     }
     watchdogs.foreach(_.pdi.trigger())
     watch()

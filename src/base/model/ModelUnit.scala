@@ -14,8 +14,10 @@ trait ModelUnit {
   /** A write of `byte` to `address` has taken effect. */
   def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit = ()
 
-  /** The host has read a byte of `register`. */
-  def readByHost(register: Register): Unit = ()
+  /** The host acknowledges what `register` tells of: it has read the byte at `address`, or tries to write it,
+    * where it acknowledges by writing (PDI-09).
+    */
+  def acknowledged(register: Register, address: Int): Unit = ()
 
   /** ECAT has read a byte of `register`, in a frame that has ended well. */
   def readByEcat(register: Register): Unit = ()

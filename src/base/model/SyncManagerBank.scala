@@ -19,7 +19,9 @@ class SyncManagerBank(
 ) extends ModelUnit {
   private def count = p.syncManagers
   val managers: IndexedSeq[SyncManagerModel] =
-    Vector.tabulate(count)(n => new SyncManagerModel(exists, trigger, e => if (latches(n, e)) happens(e)))
+    Vector.tabulate(count)(n =>
+      new SyncManagerModel(exists, trigger, e => if (latches(n, e)) happens(e), p.acknowledgesByWrite)
+    )
 
   /** 0x0806[7:6] of SyncManager `n`: times of this kind are kept (DC-42). */
   private def latches(n: Int, event: BufferEvent): Boolean =
@@ -128,7 +130,7 @@ class SyncManagerBank(
     )
   }
 
-  override def readByHost(register: Register): Unit = register.name match {
+  override def acknowledged(register: Register, address: Int): Unit = register.name match {
     case Name(n, "activate") => changed(n.toInt) = false
     case _                   =>
   }

@@ -55,11 +55,14 @@ final case class SyncManagerSettings(
   *   called after a complete write, if the watchdog is to be triggered
   * @param happens
   *   called for what has a time (DC-42)
+  * @param byWrite
+  *   the PDI closes by a write what it reads (SM-36, B-104)
   */
 class SyncManagerModel(
     exists: Int => Boolean,
     completelyWritten: () => Unit = () => (),
-    happens: BufferEvent => Unit = _ => ()
+    happens: BufferEvent => Unit = _ => (),
+    byWrite: Boolean = false
 ) {
   private var now = SyncManagerSettings()
 
@@ -129,7 +132,11 @@ class SyncManagerModel(
   /** An access to an address it covers: the address in memory, or None if it is denied or absent. */
   def access(side: Side, write: Boolean, address: Int): Option[Int] =
     if (!now.working || (now.lingering && side == Side.Ecat)) None
-    else if (now.length == 1) Option.when(exists(address)) { plain(side, write); address }
+    else if (byWrite && side == Side.Pdi && write && now.writer == Side.Ecat) {
+      if (address == now.end && (open(side) || now.length == 1) && exists(address))
+        closedByHost(write = false)
+      None
+    } else if (now.length == 1) Option.when(exists(address)) { plain(side, write); address }
     else if (write != (side == now.writer)) None       // SM wrong direction, B-54
     else if (side == Side.Ecat && inFrame.closed) None // B-56
     else {
@@ -175,10 +182,7 @@ class SyncManagerModel(
         happens(BufferEvent.PdiStart)
         begin(write)
       }
-      if (last) {
-        happens(BufferEvent.PdiChange)
-        complete(side, write)
-      }
+      if (last && (write || !byWrite)) closedByHost(write)
     case Side.Ecat =>
       inFrame = FrameState(
         touched = true,
@@ -186,6 +190,11 @@ class SyncManagerModel(
         closing = inFrame.closing || (last && !write),
         closed = inFrame.closed || (last && write)
       )
+  }
+
+  private def closedByHost(write: Boolean): Unit = {
+    happens(BufferEvent.PdiChange)
+    complete(Side.Pdi, write)
   }
 
   /** The first byte has been accessed: ends an event. */

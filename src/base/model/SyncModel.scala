@@ -193,7 +193,7 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
     end()
   }
 
-  override def readByHost(register: Register): Unit = register.name match {
+  override def acknowledged(register: Register, address: Int): Unit = register.name match {
     case "sync0_status" => held(0) = false
     case "sync1_status" => held(1) = false
     case _              =>

@@ -15,13 +15,21 @@ class TimeLoop {
   var lose: Int = 0x1000
   var win: Int  = 0x1000
 
-  /** Writes of the registers. */
-  def reset(start: Int): Unit = {
+  /** Writes of the registers.
+    *
+    * @param start
+    *   speed counter start
+    * @param speedDepth
+    *   filter depth of the speed, 0 to 15
+    * @param direct
+    *   speed counter difference that is set directly, or 0 (DC-25)
+    */
+  def reset(start: Int, speedDepth: Int = 0, direct: Int = 0): Unit = {
     resetMean()
     resetSpeed()
     integral = 0
     rest = 0
-    drive(start)
+    if (direct == 0) drive(start) else set(start, speedDepth, direct)
   }
   def resetMean(): Unit = {
     mean = 0
@@ -29,29 +37,47 @@ class TimeLoop {
   }
   def resetSpeed(): Unit = speed = 0
 
-  /** The clock was `difference` ns later than the reference; how many ns it now falls back by.
+  /** The speed counter difference is set directly. */
+  def set(start: Int, speedDepth: Int, direct: Int): Unit = {
+    integral = direct.toLong << 16
+    settle(start, speedDepth)
+  }
+
+  /** The clock was `difference` ns later than the reference; how many ns it now falls back by, if it is not
+    * set directly.
     *
-    * @param start
-    *   speed counter start
     * @param timeDepth
     *   filter depth of the difference, 0 to 15
-    * @param speedDepth
-    *   that of the speed
     */
-  def sample(difference: Int, start: Int, timeDepth: Int, speedDepth: Int): Int = {
+  def sample(
+      difference: Int,
+      start: Int,
+      timeDepth: Int,
+      speedDepth: Int,
+      direct: Int = 0
+  ): Option[Int] = {
     mean += (difference - (mean >> 16)) << (16 - timeDepth)
     sampled = true
-    val isFar  = difference < -16384 || difference >= 16384
-    val isNear = difference >= -128 && difference < 128
-    rest += (if (isFar) difference.sign * 4096 * 256 else (if (isNear) 16 else 64) * difference)
-    val now = rest >> 8
-    rest -= now << 8
+    if (direct != 0) {
+      set(start, speedDepth, direct)
+      None
+    } else {
+      val isFar  = difference < -16384 || difference >= 16384
+      val isNear = difference >= -128 && difference < 128
+      rest += (if (isFar) difference.sign * 4096 * 256 else (if (isNear) 16 else 64) * difference)
+      val now = rest >> 8
+      rest -= now << 8
+      if (!isFar) integral += (if (isNear) 2048L else 4096L) * difference
+      settle(start, speedDepth)
+      Some(now.toInt)
+    }
+  }
+
+  private def settle(start: Int, speedDepth: Int): Unit = {
     val limit = (start - 0x7f).max(0).toLong << 16
-    if (!isFar) integral += (if (isNear) 2048L else 4096L) * difference
     integral = integral.max(-limit).min(limit)
     speed += (integral - (speed >> 16)) << (16 - speedDepth)
     drive(start)
-    now.toInt
   }
 
   private def drive(start: Int): Unit = {

@@ -64,8 +64,12 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
       val start  = RegisterMap.ProcessRamStart + n * slot + random.nextInt(4)
       val length = if (chance(75)) 1 + random.nextInt(10) else 1 + random.nextInt((slot / 3) min 200)
       val enable = if (chance(90)) 1 else random.nextInt(4)
-      val mode   = pick(Seq(0, 2, 4, 6)) | random.nextInt(8) << 4
-      write(base, EtherCatFrame.little(start) ++ EtherCatFrame.little(length) ++ Seq(mode, 0, enable, 0))
+      val mode   = pick(Seq(0, 2, 4, 6)) | random.nextInt(if (p.hasSequentialMode) 16 else 8) << 4
+      val latch  = if (p.hasEventTimes) random.nextInt(4) << 6 else 0
+      write(
+        base,
+        EtherCatFrame.little(start) ++ EtherCatFrame.little(length) ++ Seq(mode, 0, enable | latch, 0)
+      )
     } else {
       val start = pick(
         Seq(
@@ -200,7 +204,7 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
   }
 
   private def hostOnAlarm(writer: VectorWriter): Unit = random.nextInt(8) match {
-    case 0     => writer.hostRead(AlarmRegisters.Messages)
+    case 0     => acknowledge(AlarmRegisters.Messages, writer)
     case 1 | 2 => writer.hostRead(AlarmRegisters.State + random.nextInt(8))
     case 3     => writer.hostWrite(AlarmRegisters.Epoch, random.nextInt(256))
     case 4     => writer.hostWrite(AlarmRegisters.Command, 1)
@@ -211,12 +215,17 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
 
   // ---- host ----
 
+  /** Reads a register whose events that ends, or writes it, if that does. */
+  private def acknowledge(address: Int, writer: VectorWriter): Unit =
+    if (p.acknowledgesByWrite && chance(60)) writer.hostWrite(address, random.nextInt(256))
+    else writer.hostRead(address)
+
   /** Something the host does between two frames. */
   def host(writer: VectorWriter): Unit =
     if (p.hasAlarm && chance(50)) hostOnAlarm(writer) else ordinary(writer)
 
   private def ordinary(writer: VectorWriter): Unit = random.nextInt(10) match {
-    case 0 => writer.hostRead(ApplicationRegisters.Control + random.nextInt(2))
+    case 0 => acknowledge(ApplicationRegisters.Control + random.nextInt(2), writer)
     case 1 =>
       writer.hostWrite(
         ApplicationRegisters.Status + random.nextInt(2),
@@ -231,12 +240,16 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
     val deactivated =
       (model.registers.byte(SyncManagerRegisters.of(n) + SyncManagerRegisters.PdiControl) & 1) == 1
     random.nextInt(10) match {
-      case 0 => writer.hostRead(SyncManagerRegisters.of(n) + SyncManagerRegisters.Activate)
+      case 0 => acknowledge(SyncManagerRegisters.of(n) + SyncManagerRegisters.Activate, writer)
       case 1 => writer.hostRead(SyncManagerRegisters.of(n) + SyncManagerRegisters.Status)
       case r if deactivated && r < 5 =>
         writer.hostWrite(SyncManagerRegisters.of(n) + SyncManagerRegisters.PdiControl, 0)
       case 2 if sm(n, "enable") == 1 && chance(70) =>
-        writer.hostWrite(SyncManagerRegisters.of(n) + SyncManagerRegisters.PdiControl, random.nextInt(4))
+        val delay = if (p.hasDeactivationDelay && chance(60)) 0x40 else 0
+        writer.hostWrite(
+          SyncManagerRegisters.of(n) + SyncManagerRegisters.PdiControl,
+          delay | (if (delay > 0 && chance(80)) 0 else random.nextInt(4))
+        )
       case _ =>
         val byHost         = (sm(n, "control") & 4) == 0
         val (start, count) = part(n)
@@ -246,6 +259,9 @@ class UnitTraffic(p: EscParams, model: EscModel, random: Random) {
         whole.foreach { a =>
           if (writes) writer.hostWrite(a, calm(p, a, random.nextInt(256))) else writer.hostRead(a)
         }
+        // Where that closes what has been read.
+        if (p.acknowledgesByWrite && !byHost && chance(70))
+          for (a <- whole.lastOption) writer.hostWrite(a, calm(p, a, random.nextInt(256)))
     }
   }
 }

@@ -72,6 +72,6 @@ class WatchdogModel(registers: ModelRegisters, expired: String => Unit = _ => ()
       case _                            =>
     }
 
-  override def readByHost(register: Register): Unit =
+  override def acknowledged(register: Register, address: Int): Unit =
     if (register.name == "watchdog_status_process_data") event = false
 }

@@ -21,6 +21,7 @@ final case class EscParams(
     sequentialMode: Int = 0,
     deactivationDelay: Int = 0,
     openBuffers: Int = 0,
+    acknowledgeByWrite: Int = 0,
     applicationLayer: Int = 0,
     watchdogs: Int = 0,
     leds: Int = 0,
@@ -34,6 +35,8 @@ final case class EscParams(
     enhancedSync: Int = 0,
     meanWays: Int = 0,
     eventTimes: Int = 0,
+    timeByPdi: Int = 0,
+    directSpeed: Int = 0,
     alarm: Int = 0,
     maxSlaves: Int = 64,
     linePorts: Int = 1,
@@ -145,7 +148,6 @@ final case class EscParams(
   def phyAddress(port: Int): Int =
     if (phyAddresses >= 0) phyAddresses >> (5 * port) & 31 else (phyAddressOffset + port) % 32
 
-  /** Receive times are stamped by a local clock (DC-05). */
   /** SyncManagers have the sequential mode (SM-32). */
   def hasSequentialMode: Boolean = sequentialMode == 1
 
@@ -155,6 +157,10 @@ final case class EscParams(
   /** The status of SyncManagers tells of open buffers (B-103). */
   def tellsOpenBuffers: Boolean = openBuffers == 1
 
+  /** The host acknowledges by writing what else it acknowledges by reading (PDI-09, SM-36). */
+  def acknowledgesByWrite: Boolean = acknowledgeByWrite == 1
+
+  /** Receive times are stamped by a local clock (DC-05). */
   def hasClocks: Boolean = clocks > 0
 
   /** The local time is brought to that of a reference clock (DC-16 to DC-25). */
@@ -168,6 +174,12 @@ final case class EscParams(
 
   /** The local times of changes of SyncManagers' buffers are kept (DC-42). */
   def hasEventTimes: Boolean = eventTimes == 1
+
+  /** The host has the time loop, not the bus (DC-24). */
+  def hasTimeByPdi: Boolean = timeByPdi == 1
+
+  /** The speed of the local clock may be set directly (DC-25). */
+  def hasDirectSpeed: Boolean = directSpeed == 1
 
   /** The units of distributed clocks are there as the EEPROM says (DC-06). */
   def savesClockPower: Boolean = clockPowerSaving == 1
@@ -377,6 +389,12 @@ object ParamTable {
       between(0, 1)
     )(_.openBuffers)((p, v) => p.copy(openBuffers = v)),
     info(
+      "acknowledgeByWrite",
+      "1: the host acknowledges events and closes the buffers it has read by a write, not by reading",
+      "switch",
+      between(0, 1)
+    )(_.acknowledgeByWrite)((p, v) => p.copy(acknowledgeByWrite = v)),
+    info(
       "applicationLayer",
       "1: AL control, status and code, event requests and masks",
       "switch",
@@ -445,6 +463,18 @@ object ParamTable {
       "switch",
       between(0, 1)
     )(_.eventTimes)((p, v) => p.copy(eventTimes = v)),
+    info(
+      "timeByPdi",
+      "1: the host sets and compares the system time, with the time of LATCH0, in place of the bus",
+      "switch",
+      between(0, 1)
+    )(_.timeByPdi)((p, v) => p.copy(timeByPdi = v)),
+    info(
+      "directSpeed",
+      "1: the speed of the local clock may be set directly",
+      "switch",
+      between(0, 1)
+    )(_.directSpeed)((p, v) => p.copy(directSpeed = v)),
     info(
       "alarm",
       "1: smoke detector whose events are appended to passing frames",
@@ -650,6 +680,13 @@ object EscParams {
     Option.when(p.hasEventTimes && p.syncManagers == 0)(
       "eventTimes is 1 but must be 0 if syncManagers is 0."
     ),
+    Option.when(p.hasTimeByPdi && p.latchSignals == 0)("timeByPdi is 1 but must be 0 if latchSignals is 0."),
+    Option.when(p.hasDirectSpeed && !p.hasSystemTime)(
+      s"directSpeed is 1 but must be 0 if clocks is ${p.clocks}."
+    ),
+    Option.when(p.acknowledgesByWrite && !p.hasApplicationLayer && !p.hasAlarm && !p.hasClockPins)(
+      "acknowledgeByWrite is 1 but must be 0 if applicationLayer, alarm, syncSignals and latchSignals are 0."
+    ),
     Option.when(p.savesClockPower && !p.hasClockPins)(
       "clockPowerSaving is 1 but must be 0 if syncSignals and latchSignals are 0."
     ),
@@ -716,6 +753,7 @@ object EscParams {
       "sequentialMode",
       "deactivationDelay",
       "openBuffers",
+      "acknowledgeByWrite",
       "applicationLayer",
       "watchdogs",
       "leds",
@@ -727,6 +765,8 @@ object EscParams {
       "enhancedSync",
       "meanWays",
       "eventTimes",
+      "timeByPdi",
+      "directSpeed",
       "alarm",
       "sii",
       "resetRegisters",

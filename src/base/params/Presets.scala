@@ -143,11 +143,18 @@ object Presets {
     syncSignals = 2,
     latchSignals = 2,
     enhancedSync = 1,
+    eventTimes = 1,
+    directSpeed = 1,
+    sequentialMode = 1,
+    deactivationDelay = 1,
+    openBuffers = 1,
+    acknowledgeByWrite = 1,
     alarm = 1,
     mi = 2,
     miLinkDetection = 1,
     enhancedLinkDetection = 1,
-    resetRegisters = 1
+    resetRegisters = 1,
+    writeProtection = 1
   )
 
   /** Parameters of the alarm master. */

@@ -21,6 +21,7 @@ object ClockRegisters {
   val Difference = 0x092c
   val SpeedStart = 0x0930
   val Speed      = 0x0932
+  val Direct     = 0x0938
   val Activation = 0x0981
   val StartTime  = 0x0990
   val NextSync1  = 0x0998
@@ -64,33 +65,44 @@ object ClockRegisters {
         "Receive time of the processing unit",
       field("receive_time_processing_unit", 8 * p.clockBytes - 1, 0, kept, 0, "Local time, ns"))
 
-  private def systemTime(p: EscParams): Seq[Register] = Seq(
-    register(SystemTime, 4, "system_time",                 rw, r, "DC-17, B-84", "System time",
+  private def systemTime(p: EscParams): Seq[Register] = {
+    // The side that has the time loop writes.
+    val (ecat, pdi) = if (p.hasTimeByPdi) (r, rw) else (rw, r)
+    val compared    = if (p.hasTimeByPdi) "A write: compare with LATCH0" else "A write: compare"
+  Seq(
+    register(SystemTime, 4, "system_time",                 ecat, pdi, "DC-17, DC-24, B-84", "System time",
       field("system_time",              31, 0, kept, 0,
-          "Local time + offset, ns; for ECAT when its frame began, less the delay. A write: compare"))
+          s"Local time + offset, ns; for ECAT when its frame began, less the delay. $compared"))
   ) ++ Option.when(p.clockBits == 64)(
     register(SystemTime + 4, 4, "system_time_high",        r,  r, "DC-01",       "System time, high half",
       field("system_time_high",         31, 0, kept, 0, "Its upper 32 bits"))
   ) ++ Seq(
-    register(Offset,     p.clockBytes, "system_time_offset", rw, r, "DC-16",     "System time offset",
+    register(Offset,     p.clockBytes, "system_time_offset", ecat, pdi, "DC-16",     "System time offset",
       field("system_time_offset", 8 * p.clockBytes - 1, 0, keptWritten, 0,
           "What is added to the local time, ns")),
-    register(Delay,      4, "system_time_delay",           rw, r, "DC-15",       "System time delay",
+    register(Delay,      4, "system_time_delay",           ecat, pdi, "DC-15",       "System time delay",
       field("system_time_delay",        31, 0, keptWritten, 0, "From the reference clock to here, ns")),
     register(Difference, 4, "system_time_difference",      r,  r, "DC-19, B-84", "System time difference",
       field("system_time_difference",   31, 0, kept, 0,
           "Mean of the difference, ns; bit 31: 1 if the time here is the later one, or both are the same")),
-    register(SpeedStart, 2, "speed_counter_start",         rw, r, "DC-20",       "Speed counter start",
+    register(SpeedStart, 2, "speed_counter_start",         ecat, pdi, "DC-20",       "Speed counter start",
       field("speed_counter_start",      14, 0, stored, 0x1000,
           "Bandwidth of the drift control; a write resets its filters")),
     register(Speed,      2, "speed_counter_difference",    r,  r, "B-85",        "Speed counter difference",
       field("speed_counter_difference", 15, 0, kept, 0, "Mean deviation of the local clock's speed")),
-    register(0x0934,     1, "time_filter_depth",           rw, r, "DC-20, B-85",
+    register(0x0934,     1, "time_filter_depth",           ecat, pdi, "DC-20, B-85",
         "System time difference filter depth",
       field("time_filter_depth",         3, 0, stored, 4,  "2^n samples; a write resets this filter")),
-    register(0x0935,     1, "speed_filter_depth",          rw, r, "DC-20, B-85", "Speed counter filter depth",
+    register(0x0935,     1, "speed_filter_depth",          ecat, pdi, "DC-20, B-85",
+        "Speed counter filter depth",
       field("speed_filter_depth",        3, 0, stored, 12, "2^n samples; a write resets this filter"))
+  ) ++ Option.when(p.hasDirectSpeed)(
+    register(Direct,     2, "speed_counter_direct",        ecat, pdi, "DC-25, B-112",
+        "Speed counter difference, direct control",
+      field("speed_counter_direct",     15, 0, keptWritten, 0,
+          "0: off; else the speed counter difference, within the speed counter start - 0x7F"))
   )
+  }
 
   private val eventTimes: Seq[Register] = Seq(
     register(EventTimes(0), 4, "ecat_buffer_change_time", r, r, "DC-42, B-111",

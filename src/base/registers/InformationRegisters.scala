@@ -6,7 +6,17 @@ import RegisterTable._
 /** What a slave says of itself (GEN-07). No unit is behind them: they are constants. */
 object InformationRegisters {
   // format: off
-  def apply(p: EscParams): Seq[Register] = Seq(
+  def apply(p: EscParams): Seq[Register] = identity(p) ++ Option.when(p.acknowledgesByWrite)(pdi)
+
+  /** What there is to know of the PDI; that it is active is what its unit tells. */
+  private val pdi: Register =
+    register(0x014e, 2, "pdi_information",         r, r, "PDI-09, SM-38", "PDI information",
+      field("acknowledge_by_write",     0, 0, constant, 1,
+          "1: what the PDI acknowledges it acknowledges by writing"),
+      field("pdi_configured",           1, 1, status,   0, "1: a configuration was loaded from the EEPROM"),
+      field("pdi_active",               2, 2, status,   0, "1: the PDI is active"))
+
+  private def identity(p: EscParams): Seq[Register] = Seq(
     register(0x0000, 1, "esc_type",                r, r, "GEN-07", "ESC type",
       field("esc_type",                 7, 0, constant, p.escType,         "Controller family")),
     register(0x0001, 1, "esc_revision",            r, r, "GEN-07", "ESC revision",

@@ -100,7 +100,7 @@ class SmokeAlarm(p: EscParams) extends RegisterUnit(AlarmRegisters.all) with Sta
         "message_received"   -> "alarm_message"
       )
     ) {
-      val waits = bus.untilHostReads("alarm_messages")(bus.completes(register)).suggestName(received)
+      val waits = bus.untilAcknowledged("alarm_messages")(bus.completes(register)).suggestName(received)
       bus.status(received) := waits
       bus.interrupt(waits)
     }

@@ -16,7 +16,7 @@ class Application(p: EscParams) extends RegisterUnit(ApplicationRegisters.all ++
   def connect(bus: RegisterBus): Unit = {
     val emulation = bus.bool("device_emulation", default = false)
     val written   = bus.writes("al_control")
-    val waits     = bus.untilHostReads("al_control")(written && !emulation).suggestName("controlEvent")
+    val waits     = bus.untilAcknowledged("al_control")(written && !emulation).suggestName("controlEvent")
     bus.status("al_control_event") := waits
     bus.guard("al_control_free")   := emulation || !waits
     bus.guard("al_status_by_pdi")  := !emulation

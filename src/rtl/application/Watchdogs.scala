@@ -79,7 +79,7 @@ class Watchdogs(p: EscParams, bufferWritten: Bool) extends RegisterUnit(Watchdog
     }
     bus.status("pdi_watchdog") := pdi.running
     bus.status("watchdog_event") := bus
-      .untilHostReads("watchdog_status_process_data")(processData.expired)
+      .untilAcknowledged("watchdog_status_process_data")(processData.expired)
       .suggestName("watchdog_event")
   }
 }

@@ -19,7 +19,8 @@ private[dc] class ClockEngine(val p: EscParams, clock: LocalClock) {
       (0 until 2 * p.latchSignals).map(e => Task("latch", ClockProgram.Shown.Latch + e)) ++
       Option.when(p.syncSignals > 0)(Task("check"))
   private val back: Seq[Task] =
-    Seq("reset", "resetMean", "resetSpeed", "sampleOf0", "sampleOf1").map(Task(_))
+    (Seq("reset", "resetMean", "resetSpeed") ++ Option.when(p.hasDirectSpeed)("setSpeed") ++
+      (if (p.hasTimeByPdi) Seq("sampleOfLatch") else Seq("sampleOf0", "sampleOf1"))).map(Task(_))
 
   val engine: WordEngine =
     Module(

@@ -149,15 +149,34 @@ object ClockProgram {
     )
   )
 
-  /** A frame has brought the time of the reference clock: DC-17 to DC-19, B-84, B-85. */
-  private val sample = Seq(
-    "sampleOf1" -> Seq(
-      Add(Of(Frame + 1), Setting(0x0910), to = Some(Difference), subtract = true, narrow = true),
-      Branch("average")
+  /** The time of the reference clock has come: with a frame, which began at one of two times (DC-17), or from
+    * the host, for the positive edge of LATCH0 (DC-24).
+    */
+  private def samples(p: EscParams) = {
+    def of(word: Int) = Add(Of(word), Setting(0x0910), to = Some(Difference), subtract = true, narrow = true)
+    if (p.hasTimeByPdi) Seq("sampleOfLatch" -> Seq(of(Live + Shown.Latch)))
+    else Seq("sampleOf1" -> Seq(of(Frame + 1), Branch("average")), "sampleOf0" -> Seq(of(Frame)))
+  }
+
+  /** The speed is set directly where that is not 0 (DC-25, B-112). */
+  private def isDirect(p: EscParams, orElse: Step*): Seq[Step] =
+    (if (p.hasDirectSpeed)
+       Seq(Add(Zero, Setting(0x0938), subtract = true), Branch("direct", Condition.Negative))
+     else Nil) ++ orElse
+  private val direct = Seq(
+    "setSpeed" -> Seq(
+      Add(Zero, Setting(0x0938), subtract = true),
+      Branch("direct", Condition.Negative),
+      End
     ),
-    "sampleOf0" -> Seq(
-      Add(Of(Frame), Setting(0x0910), to = Some(Difference), subtract = true, narrow = true)
-    ),
+    "direct" -> Seq(
+      Add(Zero, Setting(0x0938, up = -2), to = Some(Integral), narrow = true),
+      Branch("bound")
+    )
+  )
+
+  /** It is compared: DC-17 to DC-19, B-84, B-85. */
+  private def sample(p: EscParams) = Seq(
     "average" -> Seq(
       Add(
         Of(Difference),
@@ -176,7 +195,8 @@ object ClockProgram {
     "below" -> Seq(Add(Zero, And(Scratch), to = Some(Scratch), subtract = true)),
     "show"  -> Seq(Add(Zero, And(Scratch, up = -4), to = Some(Live + Shown.Drift), places = Places.Upper)),
     // More than 16384 ns are no matter of speed: 4096 of them are corrected.
-    "compare" -> Seq(
+    "compare" -> isDirect(
+      p,
       Add(Of(Difference), From(Input.Most)),
       Branch("farBehind", Condition.Negative),
       Add(Of(Difference), From(Input.Most), subtract = true),
@@ -258,8 +278,9 @@ object ClockProgram {
     Add(Zero, Nothing, to = Some(word), places = places)
 
   /** The filters are reset (DC-20). */
-  private val resets = Seq(
-    "reset"      -> (Seq(Mean, Integral, Speed, Rest, Live + Shown.Drift).map(clear(_)) :+ Branch("drive")),
+  private def resets(p: EscParams) = Seq(
+    "reset" -> (Seq(Mean, Integral, Speed, Rest, Live + Shown.Drift).map(clear(_)) ++
+      isDirect(p, Branch("drive"))),
     "resetMean"  -> Seq(clear(Mean), clear(Live + Shown.Drift, Places.Upper), End),
     "resetSpeed" -> Seq(clear(Speed), clear(Live + Shown.Drift, Places.Speed), End)
   )
@@ -280,7 +301,8 @@ object ClockProgram {
 
   /** All steps, as far as they are built. */
   def apply(p: EscParams): Program = Program(
-    (frame(shown(p)) +: host) ++ sample ++ resets ++
+    (frame(shown(p)) +: host) ++ samples(p) ++ sample(p) ++ resets(p) ++
+      (if (p.hasDirectSpeed) direct else Nil) ++
       (if (p.syncSignals > 0) SyncProgram(p) else Nil) ++
       (if (p.latchSignals > 0) latch else Nil)
   )

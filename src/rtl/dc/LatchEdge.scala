@@ -4,8 +4,11 @@ import chisel3._
 
 /** One edge of a LATCH signal (DC-37 to DC-39): waits until the engine has taken its time, and remembers the
   * event until its owner has read that.
+  *
+  * @param byWrite
+  *   the host acknowledges by writing the first byte of the time, not by reading (PDI-09)
   */
-class LatchEdge extends Module {
+class LatchEdge(byWrite: Boolean) extends Module {
 
   /** The unit is there; else there is no event. */
   val on = IO(Input(Bool()))
@@ -26,9 +29,11 @@ class LatchEdge extends Module {
   /** The time is there. */
   val caught = IO(Input(Bool()))
 
-  /** The host gets a copy of the time with the first byte that it reads, and reads a byte. */
-  val copied    = IO(Input(Bool()))
-  val hostReads = IO(Input(Bool()))
+  /** The host gets a copy of the time with the first byte that it reads, and acknowledges: reads a byte, or
+    * writes the first one.
+    */
+  val copied       = IO(Input(Bool()))
+  val acknowledges = IO(Input(Bool()))
 
   /** A frame begins, reads a byte of the time, and ends well or in error. */
   val begins = IO(Input(Bool()))
@@ -62,11 +67,11 @@ class LatchEdge extends Module {
   private val seen    = RegInit(false.B) // by the frame at hand; reset: no frame
   private val isRead  = RegInit(false.B) // by the frame at hand; reset: no frame
   when(copied) { hostHas := isCaught }
-  when(hostReads) { hostHas := false.B }
+  when(acknowledges) { hostHas := false.B }
   when(begins) { seen := isCaught }
   when(reads) { isRead := true.B }
   when(good || bad) { isRead := false.B }
-  private val ends = Mux(byHost, hostReads && hostHas, good && isRead && seen)
+  private val ends = Mux(byHost, acknowledges && (hostHas || byWrite.B), good && isRead && seen)
   when(ends) {
     isCaught := false.B
     seen     := false.B

@@ -30,24 +30,24 @@ private[dc] class LatchSignals(clocks: ClockEngine, pins: Vec[Bool], on: Bool) {
       val before = RegNext(level)
       val seen = for ((edge, e) <- Seq("positive", "negative").zipWithIndex) yield {
         val number = 2 * n + e
-        val unit   = Module(new LatchEdge).suggestName(s"latch${n}_$edge")
+        val unit   = Module(new LatchEdge(p.acknowledgesByWrite)).suggestName(s"latch${n}_$edge")
         val caught = isCaught && latest === number.U
         val taken  = clocks.ask(Task("latch", Shown.Latch + number), unit.asks, unit.age)
         val time   = s"latch${n}_${edge}_time"
         when(taken) { latest := number.U }
-        unit.on                        := on
-        unit.edge                      := (if (e == 0) level && !before else !level && before)
-        unit.may                       := may
-        unit.single                    := singles(number)
-        unit.byHost                    := owner
-        unit.taken                     := taken
-        unit.caught                    := caught
-        unit.copied                    := clocks.copied(Shown.Latch + number)
-        unit.hostReads                 := bus.hostReads(time)
-        unit.begins                    := bus.frame.begins
-        unit.reads                     := bus.frame.reads.pulse(time)
-        unit.good                      := bus.frame.good
-        unit.bad                       := bus.frame.bad
+        unit.on           := on
+        unit.edge         := (if (e == 0) level && !before else !level && before)
+        unit.may          := may
+        unit.single       := singles(number)
+        unit.byHost       := owner
+        unit.taken        := taken
+        unit.caught       := caught
+        unit.copied       := clocks.copied(Shown.Latch + number)
+        unit.acknowledges := (if (p.acknowledgesByWrite) bus.hostBegins(time) else bus.hostReads(time))
+        unit.begins       := bus.frame.begins
+        unit.reads        := bus.frame.reads.pulse(time)
+        unit.good         := bus.frame.good
+        unit.bad          := bus.frame.bad
         bus.status(s"latch${n}_$edge") := unit.event
         unit.event
       }

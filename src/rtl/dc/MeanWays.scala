@@ -39,14 +39,22 @@ class MeanWays(ports: Int, ageBits: Int) extends Module {
   private val sinceFirst = RegInit(Fill(WayBits, true.B)) // reset: none has
   sinceFirst := Mux(first, 2.U +& waited, sinceFirst + !sinceFirst.andR)
 
-  private val way   = Reg(UInt(WayBits.W))
-  private val isWay = Reg(Bool())
-  private val index = Reg(UInt(2.W))
+  // Only the first frame at a port behind one at port 0 may be that one on its way back.
+  private val way    = Reg(UInt(WayBits.W))
+  private val isWay  = Reg(Bool())
+  private val index  = Reg(UInt(2.W))
+  private val isBack = port =/= 0.U && port =/= ports.U && sinceFirst >= age && !sinceFirst.andR
+  private val taken  = Reg(Vec(ports - 1, Bool())) // no reset: no frame has begun at port 0
   when(takes) {
     way   := sinceFirst - age
-    isWay := port =/= 0.U && port =/= ports.U && sinceFirst >= age && !sinceFirst.andR
+    isWay := isBack
     index := port - 1.U
+    for (i <- 0 until ports - 1) when(isBack && port === (i + 1).U) {
+      isWay    := !taken(i)
+      taken(i) := true.B
+    }
   }
+  when(first) { taken.foreach(_ := false.B) }
 
   // How many frames have taken about that way lately: few that have not do not matter. Reset: none has come.
   private val trusts = RegInit(VecInit(Seq.fill(ports - 1)(0.U(TrustBits.W))))
@@ -62,20 +70,29 @@ class MeanWays(ports: Int, ageBits: Int) extends Module {
   private val nearest = more >> (PartBits - LatePartBits)
   private val upper   = nearest.head(nearest.getWidth - LateBits + 1) // with the sign of what is left
   private val isNear  = trust.orR && (upper.andR || !upper.orR)
-  private val follow  = (mean.zext + Mux(trust.andR, more >> Smoothing, more >> FirstSmoothing)).asUInt
+
+  // Frames in succession that are off, all of them early or all late: the way has changed. Reset: none was.
+  private val rows     = RegInit(VecInit(Seq.fill(ports - 1)(0.U(RowBits.W))))
+  private val earlies  = Reg(Vec(ports - 1, Bool())) // no reset: no row
+  private val row      = of(rows)
+  private val farthest = (nearest >> (LatePartBits + OffBits)).asUInt
+  private val isOff    = isNear && !farthest.andR && farthest.orR
+  private val isEarly  = more < 0.S
+  private val goesOn   = row.orR && of(earlies) === isEarly
+  private val changes  = isOff && goesOn && row.andR
+  private val restarts = Mux(isNear, changes, isNew)
+  private val follow   = (mean.zext + Mux(trust.andR, more >> Smoothing, more >> FirstSmoothing)).asUInt
   for (i <- 0 until ports - 1) {
     when(comes && isWay && index === i.U) {
-      when(isNear) {
-        means(i)  := follow
-        trusts(i) := trust + !trust.andR
-      }.otherwise {
-        when(isNew) { means(i) := whole }
-        trusts(i) := Mux(isNew, 1.U, trust >> 1)
-      }
+      rows(i)    := Mux(isOff, Mux(goesOn, row + 1.U, 1.U), 0.U)
+      earlies(i) := isEarly
+      trusts(i)  := Mux(restarts, 1.U, Mux(isNear, trust + !trust.andR, trust >> 1))
+      when(restarts) { means(i) := whole }.elsewhen(isNear) { means(i) := follow }
     }
     when(absent(0) || absent(i + 1)) { trusts(i) := 0.U }
   }
-  late := RegEnable(Mux(isWay && isNear, nearest(LateBits - 1, 0).asSInt, 0.S), comes)
+  private val counts = isWay && isNear && !changes && (trust >> EnoughBits).orR
+  late := RegEnable(Mux(counts, nearest(LateBits - 1, 0).asSInt, 0.S), comes)
 }
 
 object MeanWays {
@@ -94,6 +111,13 @@ object MeanWays {
   val Smoothing      = 8
   val FirstSmoothing = 4
 
-  /** The mean is not new behind about so many powers of two of frames. */
-  val TrustBits = 6
+  /** The mean is not new behind about so many powers of two of frames, and counts from so many on. */
+  val TrustBits  = 6
+  val EnoughBits = 2
+
+  /** Powers of two of cycles by which a frame is off, and of such frames in succession behind which the way
+    * has changed.
+    */
+  val OffBits = 3
+  val RowBits = 4
 }

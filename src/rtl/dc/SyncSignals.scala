@@ -124,7 +124,7 @@ private[dc] class SyncSignals(clocks: ClockEngine, pins: Vec[Bool], on: Bool) {
       signal.value       := clocks.result
       signal.passes      := clocks.passes
       signal.length      := length
-      signal.acknowledge := bus.hostReads(status)
+      signal.acknowledge := bus.acknowledges(status)
       bus.status(status) := signal.level
       pins(n)            := RegNext(signal.level, false.B)
       if (p.hasApplicationLayer) bus.status(s"sync${n}_event") := signal.level && isMapped(bus, 4 * n + 3)

@@ -35,17 +35,28 @@ private[dc] class SystemTime(clocks: ClockEngine, waited: UInt, read: KeptRead, 
     }
     when(bus.frame.begins) { odd := !odd }
 
-    // It has brought the time of the reference clock, which is compared when its writes have taken effect.
-    val commits  = RegEnable(odd, bus.commits)
-    val ofOdd    = Reg(Bool())
+    // The time of the reference clock has come, and is compared when all writes have taken effect: from the
+    // host, or with a frame.
     val received = RegInit(false.B) // reset: nothing
-    for (n <- 0 to 1)
-      when(clocks.askBack(s"sampleOf$n", received && !bus.writesPending && ofOdd === (n == 1).B)) {
-        received := false.B
+    if (p.hasTimeByPdi) {
+      when(clocks.askBack("sampleOfLatch", received && !bus.writesPending)) { received := false.B }
+      when(bus.completes("system_time")) { received := true.B }
+    } else {
+      val commits = RegEnable(odd, bus.commits)
+      val ofOdd   = Reg(Bool())
+      for (n <- 0 to 1)
+        when(clocks.askBack(s"sampleOf$n", received && !bus.writesPending && ofOdd === (n == 1).B)) {
+          received := false.B
+        }
+      when(bus.begins("system_time")) {
+        received := true.B
+        ofOdd    := commits
       }
-    when(bus.begins("system_time")) {
-      received := true.B
-      ofOdd    := commits
+    }
+    if (p.hasDirectSpeed) {
+      val due = RegInit(false.B).suggestName("directDue") // reset: it is off
+      when(clocks.askBack("setSpeed", due && !bus.writesPending)) { due := false.B }
+      when(bus.writes("speed_counter_direct")) { due := true.B }
     }
     val resets = Seq(
       "reset"      -> "speed_counter_start",
@@ -86,7 +97,7 @@ private[dc] class SystemTime(clocks: ClockEngine, waited: UInt, read: KeptRead, 
       Mux(isTime, Word.Frame.U | odd, Word.ForEcat.U | shown)
     )
     val isSetting = isAt(ClockRegisters.Offset, 8) || isAt(ClockRegisters.Delay, 4) ||
-      isAt(ClockRegisters.SyncCycles, 8)
+      isAt(ClockRegisters.SyncCycles, 8) || isAt(ClockRegisters.Direct, 8)
     val isReceive = isAt(ClockRegisters.Trigger, 32) && !isTime
     read.data := Mux(
       RegNext(isReceive),

@@ -4,8 +4,12 @@ import chisel3._
 import chisel3.util._
 import flyframe.fmmu.Mapped
 
-/** A local byte with what is to be written to it. */
-class WrittenByte extends Bundle {
+/** A local byte with what is to be written to it.
+  *
+  * @param isProtected
+  *   see [[Fetched]]
+  */
+class WrittenByte(isProtected: Boolean) extends Bundle {
 
   /** Bit 16: there is nothing. */
   val address = UInt(17.W)
@@ -16,6 +20,9 @@ class WrittenByte extends Bundle {
 
   /** Its bits that are written; see [[flyframe.memory.EcatAccess]]. */
   val mask = UInt(8.W)
+
+  /** See [[Fetched.isRegister]]. */
+  val isRegister = UInt((if (isProtected) 1 else 0).W)
 }
 
 /** Moves the bits of a byte of a datagram between the nibbles that pass and local bytes: *move* in
@@ -23,8 +30,10 @@ class WrittenByte extends Bundle {
   *
   * @param bitwise
   *   FMMUs map bits
+  * @param isProtected
+  *   see [[Fetched]]
   */
-abstract class ByteMover(bitwise: Boolean) extends Module {
+abstract class ByteMover(bitwise: Boolean, isProtected: Boolean) extends Module {
   val schedule = IO(Input(new Schedule))
 
   /** The local byte that is read, whether it may be, and where the byte of the datagram leads: all from the
@@ -52,24 +61,28 @@ abstract class ByteMover(bitwise: Boolean) extends Module {
   val may     = IO(Input(Bool()))
   val writeTo = IO(Input(new Mapped(bitwise)))
 
+  /** See [[Fetched.isRegister]]. */
+  val isRegister = IO(Input(UInt((if (isProtected) 1 else 0).W)))
+
   /** A local byte is complete. */
-  val written = IO(Output(Valid(new WrittenByte)))
+  val written = IO(Output(Valid(new WrittenByte(isProtected))))
 }
 
 /** For whole bytes: each is a local one. */
-class WholeByteMover extends ByteMover(false) {
+class WholeByteMover(isProtected: Boolean) extends ByteMover(false, isProtected) {
   readNibble := Mux(high, readByte(7, 4), readByte(3, 0))
   readMask   := Fill(4, isRead)
 
-  written.valid        := second
-  written.bits.address := address
-  written.bits.may     := may
-  written.bits.data    := passed
-  written.bits.mask    := 0xff.U
+  written.valid           := second
+  written.bits.address    := address
+  written.bits.may        := may
+  written.bits.data       := passed
+  written.bits.mask       := 0xff.U
+  written.bits.isRegister := isRegister
 }
 
 /** For bits: those of a byte of the datagram lie in two local bytes, the upper one and the one before. */
-class BitMover extends ByteMover(true) {
+class BitMover(isProtected: Boolean) extends ByteMover(true, isProtected) {
 
   /** Where the bits of a byte of the datagram are. */
   private class Bits(m: Mapped) {
@@ -116,11 +129,12 @@ class BitMover extends ByteMover(true) {
   }
   private def data(lower: Boolean): UInt = turned(i => passed(i) && to.has(i.U(3.W)), lower)
   private def mask(lower: Boolean): UInt = turned(i => to.has(i.U(3.W)), lower)
-  private val upper                      = Wire(new WrittenByte)
-  upper.address := address
-  upper.may     := may
-  upper.data    := data(lower = false)
-  upper.mask    := mask(lower = false)
+  private val upper                      = Wire(new WrittenByte(isProtected))
+  upper.address    := address
+  upper.may        := may
+  upper.data       := data(lower = false)
+  upper.mask       := mask(lower = false)
+  upper.isRegister := isRegister
   private val upperBefore = RegEnable(upper, second)
   private val lower       = WireDefault(upperBefore)
   lower.data := upperBefore.data | data(lower = true)

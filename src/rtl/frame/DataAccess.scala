@@ -71,8 +71,9 @@ class DataAccess(
       !(toRegister && memory.logFull)
   )
   for (byte <- protection) {
-    byte.address  := address
-    byte.accepted := accept
+    byte.address    := address
+    byte.isRegister := toRegister
+    byte.accepted   := accept
   }
   private val gatheredMask = RegInit(0.U(lanes.W)) // reset: nothing to write
   private val gatheredData = Reg(UInt((8 * lanes).W))

@@ -3,18 +3,22 @@ package flyframe.frame
 import chisel3._
 import chisel3.util._
 import flyframe.params.EscParams
-import flyframe.registers.Register
+import flyframe.registers.{Register, RegisterMap}
 import flyframe.syncmanager.{BufferAccess, BufferAnswer, ManagedSpace}
 
 /** A question to a SyncManager, or what is told to it. */
 class AreaRequest(p: EscParams) extends Bundle {
   val valid  = Bool()
   val number = UInt(p.smIndexBits.W)
-  val access = new BufferAccess(p.hasSequentialMode)
+  val access = new BufferAccess(p.hasSequentialMode, p.acknowledgesByWrite)
 }
 
-/** A byte whose place in memory is known. */
-class Fetched(indexBits: Int) extends Bundle {
+/** A byte whose place in memory is known.
+  *
+  * @param p
+  *   tells what is known of it
+  */
+class Fetched(p: EscParams) extends Bundle {
 
   /** Bit 16: there is nothing. */
   val address = UInt(17.W)
@@ -24,10 +28,16 @@ class Fetched(indexBits: Int) extends Bundle {
   val inBuffer = Bool()
 
   /** Its SyncManager, and which byte of the area it is. */
-  val index  = UInt(indexBits.W)
+  val index  = UInt(p.smIndexBits.W)
   val first  = Bool()
   val last   = Bool()
   val single = Bool()
+
+  /** The address by which it is accessed, wherever its buffer lies: with the sequential mode. */
+  val local = UInt((if (p.hasSequentialMode) 16 else 0).W)
+
+  /** That is one of a register: where writes may be refused (SYS-02, SYS-03). */
+  val isRegister = UInt((if (p.hasWriteProtection) 1 else 0).W)
 }
 
 /** Asks SyncManagers whether the bytes to be read and to be written may be, and where in their buffers they
@@ -59,8 +69,8 @@ class Fetch(p: EscParams, registers: Seq[Register]) extends Module {
   val offset = IO(Input(UInt(17.W)))
 
   /** After `keepRead`, `keepWrite`. */
-  val read  = IO(Output(new Fetched(indexBits)))
-  val write = IO(Output(new Fetched(indexBits)))
+  val read  = IO(Output(new Fetched(p)))
+  val write = IO(Output(new Fetched(p)))
 
   private val reading = RegEnable(readTarget, schedule.askRead)
   private val wanted  = RegEnable(reads, schedule.askRead)
@@ -69,13 +79,14 @@ class Fetch(p: EscParams, registers: Seq[Register]) extends Module {
   private val asked = Mux(schedule.askRead, readTarget, writing)
   ask.valid := (schedule.askRead && reads && readTarget.managed && readTarget.inMemory) ||
     (schedule.askWrite && writes && writing.managed)
-  ask.number         := asked.area.index
-  ask.access.first   := asked.area.first
-  ask.access.single  := asked.single
-  ask.access.write   := schedule.askWrite
-  ask.access.touch   := schedule.askRead
-  ask.access.close   := false.B
-  ask.access.address := 0.U // nothing is written
+  ask.number             := asked.area.index
+  ask.access.first       := asked.area.first
+  ask.access.single      := asked.single
+  ask.access.write       := schedule.askWrite
+  ask.access.touch       := schedule.askRead
+  ask.access.close       := false.B
+  ask.access.address     := 0.U // nothing is written
+  ask.access.acknowledge := 0.U // the PDI does that
 
   // One adder for both. A buffer does not reach what is past the end, nor a register that SyncManagers do not
   // act on.
@@ -101,5 +112,8 @@ class Fetch(p: EscParams, registers: Seq[Register]) extends Module {
     byte.first    := RegEnable(target.area.first, keep)
     byte.last     := RegEnable(target.area.last, keep)
     byte.single   := byte.first && byte.last
+    byte.local    := (if (p.hasSequentialMode) RegEnable(local, keep) else 0.U)
+    byte.isRegister := (if (p.hasWriteProtection) RegEnable(local < RegisterMap.UserRamStart.U, keep)
+                        else 0.U)
   }
 }

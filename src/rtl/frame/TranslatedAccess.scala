@@ -135,29 +135,33 @@ class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq
   private val first  = RegNext(schedule.ends && enable && request.write && passes, false.B)
   private val second = RegNext(first, false.B)
 
-  private val mover = Module(if (p.hasBitwiseFmmus) new BitMover else new WholeByteMover)
-  mover.schedule := schedule
-  mover.readByte := readByte
-  mover.isRead   := isRead
-  mover.readFrom := RegEnable(fmmus.read, schedule.lookUpRead)
-  mover.high     := position.high
-  readNibble     := mover.readNibble
-  readMask       := Fill(4, inData) & mover.readMask
-  mover.passed   := RegEnable(Cat(in.data, low), byteEnd)
-  mover.first    := first
-  mover.second   := second
-  mover.isLast   := isLast
-  mover.address  := fetch.write.address
-  mover.may      := fetch.write.may && writable
-  mover.writeTo  := RegEnable(fmmus.write, schedule.keepWrite)
+  private val mover = Module(
+    if (p.hasBitwiseFmmus) new BitMover(p.hasWriteProtection) else new WholeByteMover(p.hasWriteProtection)
+  )
+  mover.schedule   := schedule
+  mover.readByte   := readByte
+  mover.isRead     := isRead
+  mover.readFrom   := RegEnable(fmmus.read, schedule.lookUpRead)
+  mover.high       := position.high
+  readNibble       := mover.readNibble
+  readMask         := Fill(4, inData) & mover.readMask
+  mover.passed     := RegEnable(Cat(in.data, low), byteEnd)
+  mover.first      := first
+  mover.second     := second
+  mover.isLast     := isLast
+  mover.address    := fetch.write.address
+  mover.may        := fetch.write.may && writable
+  mover.isRegister := fetch.write.isRegister
+  mover.writeTo    := RegEnable(fmmus.write, schedule.keepWrite)
 
   private val written    = mover.written.bits
   private val toRegister = written.address < RegisterMap.UserRamStart.U
   private val accept =
     permitted(mover.written.valid && written.may && !(toRegister && memory.logFull))
   for (byte <- protection) {
-    byte.address  := written.address
-    byte.accepted := accept
+    byte.address    := written.address
+    byte.isRegister := written.isRegister
+    byte.accepted   := accept
   }
   memory.read         := lookUpRead || lookUpWrite
   memory.readAddress  := Mux(lookUpRead, fetch.read.address, fetch.write.address)
@@ -190,7 +194,7 @@ class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq
       port.access.touch  := touches
       port.access.close  := closes || (touches && told.last)
     }
-    port.access.address := fetch.write.address // of what is written
+    port.access.address := fetch.write.local // of what is written
   }
 
   private val anyRead  = Reg(Bool())

@@ -81,15 +81,16 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
   // Opening belongs to the question whether the byte may be accessed, so it happens with `ask`. A buffer of
   // one byte is opened and closed by the same access (B-53), so both happen with `close`; they act at once
   // (B-58).
-  areas.number         := area.index
-  areas.request        := (state === ask && area.hit) || (state === close && inBuffer)
-  areas.turn           := areas.request
-  areas.access.write   := host.write
-  areas.access.touch   := exists && (state === ask) =/= single
-  areas.access.first   := area.first
-  areas.access.single  := single
-  areas.access.close   := state === close && area.last
-  areas.access.address := 0.U // it matters where ECAT writes
+  areas.number             := area.index
+  areas.request            := (state === ask && area.hit) || (state === close && inBuffer)
+  areas.turn               := areas.request
+  areas.access.write       := host.write
+  areas.access.touch       := exists && (state === ask) =/= single
+  areas.access.first       := area.first
+  areas.access.single      := single
+  areas.access.close       := state === close && area.last
+  areas.access.address     := 0.U // it matters where ECAT writes
+  areas.access.acknowledge := exists && state === ask && area.last && host.write
 
   // While a frame's end is carried out, buffers have changed hands and registers have not. The host must not
   // see that state, so reads wait for its end (B-57).

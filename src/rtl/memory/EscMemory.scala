@@ -110,8 +110,11 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with Re
   private val twoCycles                        = EscMemory.readCycles(p) == 2
   private def chosen[T <: Data](request: T): T = if (twoCycles) RegNext(request) else request
   private val hostReading = WireDefault(false.B) // a read of the host has been chosen and is not done
+  // A host that reads right behind its write sees what this has caused, events included.
+  private val settles =
+    if (twoCycles) false.B else registerWrite.valid || RegNext(registerWrite.valid, false.B)
   private val hostRead =
-    host.req && !host.write && file.keptForHost.fold(true.B)(
+    host.req && !host.write && !settles && file.keptForHost.fold(true.B)(
       _.ready
     ) && !ecat.read && !host.ack && !hostReading
   private val unitWaits   = RegInit(false.B) // reset: no request

@@ -130,8 +130,16 @@ class RegisterBus(
   /** The host writes a byte of the register, or tries to. */
   def hostWrites(register: String): Bool =
     memory.host.ack && memory.host.write && names.register(register).range.map(isHostAt).reduce(_ || _)
+
+  /** The host writes the first byte of the register, or tries to. */
+  def hostBegins(register: String): Bool =
+    memory.host.ack && memory.host.write && isHostAt(names.register(register).address)
   private def isHostAt(address: Int): Bool =
     memory.host.addr(15, log2Ceil(p.lanes)) === (address / p.lanes).U && memory.host.be(address % p.lanes)
+
+  /** The host acknowledges what the register tells of: it reads a byte of it, or writes one (PDI-09). */
+  def acknowledges(register: String): Bool =
+    if (p.acknowledgesByWrite) hostWrites(register) else hostReads(register)
 
   /** The write that takes effect comes from the host. */
   def writtenByHost: Bool = memory.registerWriteByHost
@@ -147,10 +155,10 @@ class RegisterBus(
     */
   def clears: Bool = memory.clearing
 
-  /** An event until the host reads a byte of the register; what comes while it reads is not lost. */
-  def untilHostReads(register: String)(happens: Bool): Bool = {
+  /** An event until the host acknowledges it; what comes while it does so is not lost. */
+  def untilAcknowledged(register: String)(happens: Bool): Bool = {
     val event = RegInit(false.B) // reset: has not happened
-    when(hostReads(register) && !RegNext(happens, false.B)) { event := false.B }
+    when(acknowledges(register) && !RegNext(happens, false.B)) { event := false.B }
     when(happens) { event := true.B }
     event
   }

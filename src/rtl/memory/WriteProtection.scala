@@ -1,13 +1,16 @@
 package flyframe.memory
 
 import chisel3._
-import flyframe.registers.{ProtectionRegisters, RegisterMap}
+import flyframe.registers.ProtectionRegisters
 
 /** A byte that a frame wants to write, where writes may be refused; as the frame processor sees it. */
 class ProtectedWrite extends Bundle {
 
   /** Bit 16: there is nothing. */
   val address = Output(UInt(17.W))
+
+  /** It is addressed as a register; its place may be in a buffer of a SyncManager behind those. */
+  val isRegister = Output(Bool())
 
   /** It is written in this cycle. */
   val accepted = Output(Bool())
@@ -35,9 +38,8 @@ class WriteProtection(write: ProtectedWrite) extends RegisterUnit(ProtectionRegi
       bus.status(s"${name}_write_enable") := enabled
       isProtected && !enabled
     }
-    val isRegister = write.address < RegisterMap.UserRamStart.U
-    val isEnable   = isAt(RegisterEnable) || isAt(EscEnable)
+    val isEnable = isAt(RegisterEnable) || isAt(EscEnable)
     write.refused := !isEnable &&
-      (closed("esc", EscEnable) || (closed("register", RegisterEnable) && isRegister))
+      (closed("esc", EscEnable) || (closed("register", RegisterEnable) && write.isRegister))
   }
 }

@@ -15,6 +15,9 @@ class DeactivationDelay extends Module {
   val enable     = IO(Input(Valid(UInt(1.W))))
   val wasEnabled = IO(Input(Bool()))
 
+  /** No frame is in the processing unit: none sees the end of the delay half way. */
+  val noFrame = IO(Input(Bool()))
+
   /** Start, length or control are written. */
   val changes = IO(Input(Bool()))
 
@@ -26,8 +29,8 @@ class DeactivationDelay extends Module {
 
   private val lingers = RegInit(false.B) // reset: nothing is switched on
   private val again   = enable.valid && enable.bits.asBool
-  when(enable.valid && !enable.bits.asBool && wasEnabled) { lingers := true.B }
-  when(again || changes || !isOn) { lingers := false.B }
+  when(isOn && enable.valid && !enable.bits.asBool && wasEnabled) { lingers := true.B }
+  when(again || changes || (!isOn && noFrame)) { lingers := false.B }
   active   := lingers
   restarts := RegNext(again && lingers, false.B) // reset: nothing is switched on
 }

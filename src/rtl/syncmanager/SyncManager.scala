@@ -35,7 +35,7 @@ class SyncManagerState(sequential: Boolean) extends Bundle {
   /** Sequential mode: the address behind what ECAT has written of the buffer, byte after byte; a byte was
     * left out before the one written last; before the last byte of the last buffer (SM-33).
     */
-  val behind   = UInt((if (sequential) 16 else 0).W)
+  val behind   = UInt((if (sequential) 17 else 0).W)
   val gap      = UInt((if (sequential) 1 else 0).W)
   val violated = UInt((if (sequential) 1 else 0).W)
 
@@ -74,8 +74,10 @@ class SyncManagerSettings extends Bundle {
   *
   * @param sequential
   *   there is the sequential mode
+  * @param byWrite
+  *   the PDI acknowledges by writing
   */
-class BufferAccess(sequential: Boolean) extends Bundle {
+class BufferAccess(sequential: Boolean, byWrite: Boolean) extends Bundle {
 
   /** The side writes; else it reads. */
   val write = Bool()
@@ -89,10 +91,13 @@ class BufferAccess(sequential: Boolean) extends Bundle {
   /** The access to the last byte ends (SM-03). */
   val close = Bool()
 
+  /** The PDI writes the last byte, which closes a buffer that it reads (SM-36). */
+  val acknowledge = UInt((if (byWrite) 1 else 0).W)
+
   /** The buffer is one byte long: events, but no exchange (B-53). */
   val single = Bool()
 
-  /** Where the byte is in memory, if ECAT writes it. */
+  /** The byte's address, if ECAT writes it. */
   val address = UInt((if (sequential) 16 else 0).W)
 }
 
@@ -122,13 +127,15 @@ class BufferAnswer extends Bundle {
   *
   * @param sequential
   *   there is the sequential mode (SM-32 to SM-34, B-101)
+  * @param byWrite
+  *   the PDI closes a buffer that it reads by writing its last byte (SM-36, B-104)
   */
-class SyncManager(sequential: Boolean) extends Module {
+class SyncManager(sequential: Boolean, byWrite: Boolean) extends Module {
   val state    = IO(Input(new SyncManagerState(sequential)))
   val settings = IO(Input(new SyncManagerSettings))
 
   /** An access, by the PDI or by ECAT. */
-  val access = IO(Input(new BufferAccess(sequential)))
+  val access = IO(Input(new BufferAccess(sequential, byWrite)))
   val byPdi  = IO(Input(Bool()))
 
   /** The frame has ended, well or badly. */
@@ -154,18 +161,21 @@ class SyncManager(sequential: Boolean) extends Module {
   private val mayWrite = buffered || !state.newer
   private val mayRead  = Mux(buffered, state.anyWritten, state.newer)
   private val mayOpen  = Mux(access.write, mayWrite, mayRead) && (byPdi || !state.closed)
-  private val inBuffer = settings.works && right && (single || open || (access.first && mayOpen))
-  private val takes    = buffered && state.newer && !open // a reader that opens gets NEXT
-  answer.allowed  := inBuffer || (settings.works && single)
+  // Where the PDI acknowledges by writing it closes no buffer by reading, and what it writes is not stored.
+  private val isOfReader = if (byWrite) byPdi && ecatWrites else false.B
+  private val inBuffer   = settings.works && right && (single || open || (access.first && mayOpen))
+  private val takes      = buffered && state.newer && !open // a reader that opens gets NEXT
+  answer.allowed  := inBuffer || (settings.works && single && !(isOfReader && access.write))
   answer.inBuffer := inBuffer
   answer.buffer   := Mux(buffered, Mux(access.write, state.writer, Mux(takes, state.next, state.reader)), 0.U)
   answer.works    := settings.works
   answer.locked   := settings.locked
 
-  // What happens, by side.
   private val touches   = access.touch && inBuffer
   private val begins    = touches && access.first
-  private val closes    = access.close && settings.works && right && (single || open)
+  private val ends      = access.close && right && !(isOfReader && !access.write)
+  private val ended     = if (byWrite) isOfReader && access.write && access.acknowledge.asBool else false.B
+  private val closes    = (ends || ended) && settings.works && (single || open)
   private val ecatBegan = good && state.began
   private val pdiBegan  = begins && byPdi
   private val ecatDone  = good && state.closed
@@ -209,10 +219,9 @@ class SyncManager(sequential: Boolean) extends Module {
 
   // The first byte begins a sequence. Bytes may come again, but not before those in front of them.
   if (sequential) {
-    val distance = access.address - state.behind
     when(touches && !byPdi && access.write) {
-      when(access.first || !distance.orR) { after.behind := access.address + 1.U }
-      after.gap := !access.first && distance.orR && !distance(15)
+      when(access.first || access.address === state.behind) { after.behind := access.address +& 1.U }
+      after.gap := !access.first && access.address > state.behind
     }
     when(ecatDone && ecatWrites) { after.violated := hasGap }
   }

@@ -19,7 +19,7 @@ class StatePort(p: EscParams) extends Bundle {
   val request = Input(Bool())
   val granted = Output(Bool())
   val number  = Input(UInt(p.smIndexBits.W))
-  val access  = Input(new BufferAccess(p.hasSequentialMode))
+  val access  = Input(new BufferAccess(p.hasSequentialMode, p.acknowledgesByWrite))
   val answer  = Output(new BufferAnswer)
 }
 
@@ -63,6 +63,9 @@ class SyncManagerStates(p: EscParams) extends Module {
 
   /** Each, with the deactivation delay: it works for the host only. */
   val lingers = IO(Input(Vec(if (p.hasDeactivationDelay) n else 0, Bool())))
+
+  /** One does not work in this cycle only, as it begins anew; the host must not see that. */
+  val restarts = IO(Input(Bool()))
 
   /** The control register of one is written, which does not work. */
   val controls     = IO(Input(Bool()))
@@ -122,7 +125,7 @@ class SyncManagerStates(p: EscParams) extends Module {
   settled := ShiftRegister(isLast && wasGood, 2, false.B, true.B)
 
   ecat.granted := true.B
-  pdi.granted  := !walks && !good && !bad && !begins && !ecat.turn
+  pdi.granted  := !walks && !good && !bad && !begins && !ecat.turn && !restarts
   private val accesses = (ecat.request || (pdi.request && pdi.granted)) && !walks
   private val number   = Mux(walks, walk, Mux(ecat.turn, ecat.number, pdi.number))
 
@@ -144,7 +147,7 @@ class SyncManagerStates(p: EscParams) extends Module {
   controlRam.io.readAddress  := number
   private val chosen = controlRam.io.readData.asTypeOf(control)
 
-  private val logic = Module(new SyncManager(sequential))
+  private val logic = Module(new SyncManager(sequential, p.acknowledgesByWrite))
   logic.state                 := memory.state
   memory.after                := logic.after
   logic.settings.works        := RegNext(works(number) && !hidden)
@@ -158,8 +161,9 @@ class SyncManagerStates(p: EscParams) extends Module {
   logic.access := {
     val access = WireDefault(Mux(ecat.turn, ecat.access, pdi.access))
     when(!accesses) {
-      access.touch := false.B
-      access.close := false.B
+      access.touch       := false.B
+      access.close       := false.B
+      access.acknowledge := 0.U
     }
     RegNext(access)
   }

@@ -32,7 +32,9 @@ class SyncManagerUnit(p: EscParams) extends RegisterUnit(SyncManagerRegisters(p)
     unit.ramOpen := bus.bool("pdi_operational")
     unit.good    := bus.frame.good
     unit.bad     := bus.frame.bad
-    unit.quiet   := hostIsQuiet && !bus.frame.busy && !ShiftRegister(bus.frame.busy, 8, false.B, true.B)
+    val noFrame = !bus.frame.busy && !ShiftRegister(bus.frame.busy, 8, false.B, true.B)
+    unit.noFrame := noFrame
+    unit.quiet   := hostIsQuiet && noFrame
     for (n <- 0 until p.syncManagers) {
       unit.enable(n)                    := bus.bool(s"sm${n}_enable")
       bus.guard(s"sm${n}_disabled")     := !bus.bool(s"sm${n}_enable")
@@ -63,7 +65,7 @@ class SyncManagerUnit(p: EscParams) extends RegisterUnit(SyncManagerRegisters(p)
       written.valid && written.bits =/= bus.value(field)
     }
     bus
-      .untilHostReads(s"sm${n}_activate")(changes(s"sm${n}_enable") || changes(s"sm${n}_repeat_request"))
+      .untilAcknowledged(s"sm${n}_activate")(changes(s"sm${n}_enable") || changes(s"sm${n}_repeat_request"))
       .suggestName(s"sm${n}_changed")
   }
 }

@@ -23,7 +23,7 @@ class AreaPort(p: EscParams) extends Bundle {
   val request = Input(Bool())
   val granted = Output(Bool())
   val number  = Input(UInt(p.smIndexBits.W))
-  val access  = Input(new BufferAccess(p.hasSequentialMode))
+  val access  = Input(new BufferAccess(p.hasSequentialMode, p.acknowledgesByWrite))
   val answer  = Output(new BufferAnswer)
 
   /** With the answer: how far behind the byte's address the one in the buffer lies. */
@@ -83,10 +83,11 @@ class SyncManagers(p: EscParams) extends Module {
   /** Process data RAM is open. */
   val ramOpen = IO(Input(Bool()))
 
-  /** End of a frame; no frame is in the processing unit, and no access of the host under way (B-59). */
-  val good  = IO(Input(Bool()))
-  val bad   = IO(Input(Bool()))
-  val quiet = IO(Input(Bool()))
+  /** End of a frame; no frame is in the processing unit; and no access of the host is under way (B-59). */
+  val good    = IO(Input(Bool()))
+  val bad     = IO(Input(Bool()))
+  val noFrame = IO(Input(Bool()))
+  val quiet   = IO(Input(Bool()))
 
   /** All buffers the good frame has closed have changed hands: one pulse. */
   val settled = IO(Output(Bool()))
@@ -158,6 +159,7 @@ class SyncManagers(p: EscParams) extends Module {
   private val lingering = (0 until delayActive.size).map { i =>
     val unit = Module(new DeactivationDelay).suggestName(s"delay_$i")
     unit.isOn       := delays(i) && !isOff(i) && states.hasData(i)
+    unit.noFrame    := noFrame
     unit.enable     := writes.written(s"sm${i}_enable")
     unit.wasEnabled := enable(i)
     unit.changes := Seq("start", "length", "control")
@@ -212,6 +214,7 @@ class SyncManagers(p: EscParams) extends Module {
   states.statusIndex := statusIndex
   states.statusByPdi := statusByPdi
   states.lingers     := delayActive
+  states.restarts    := lingering.map(_.restarts).foldLeft(false.B)(_ || _)
   status             := states.status
   for ((event, i) <- ecatEvent.zipWithIndex)
     event := (if (p.hasDeactivationDelay) states.ecatEvent(i) && !delayActive(i) else states.ecatEvent(i))

@@ -232,6 +232,14 @@ class DeviceCheckSpec extends AnyFlatSpec {
       d("dcModes") =
         ujson.Arr(ujson.Obj("name" -> "DC", "description" -> "SYNC0", "assignActivate" -> "0x300"))
     },
+    Mistake(
+      "DC on a controller whose host has the time",
+      "The device has dcModes but timeByPdi is 1: no master can bring its time to that of others.",
+      p = params.copy(clocks = 2, latchSignals = 1, timeByPdi = 1)
+    ) { d =>
+      d("dcModes") =
+        ujson.Arr(ujson.Obj("name" -> "DC", "description" -> "SYNC0", "assignActivate" -> "0x300"))
+    },
     Mistake("an odd EEPROM", "eepromBytes is 2000 but must be a multiple of 128 from 256 to 524288.")(
       _("eepromBytes") = 2000
     ),

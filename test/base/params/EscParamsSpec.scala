@@ -34,33 +34,36 @@ class EscParamsSpec extends AnyFlatSpec {
     "escBuild"        -> between(0, 0xffff),
     "fmmus"           -> between(0, 16),
     "syncManagers"    -> between(0, 16).copy(base = local),
-    "applicationLayer"  -> between(0, 1),
-    "watchdogs"         -> between(0, 1).copy(base = local),
-    "leds"              -> between(0, 1).copy(base = local),
-    "fmmuBitwise"       -> between(0, 1),
-    "digitalOutputs"    -> between(0, 4),
-    "role"              -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
-    "sequentialMode"    -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
-    "deactivationDelay" -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
-    "openBuffers"       -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
-    "clocks"            -> between(0, 2),
-    "syncSignals"       -> between(0, 2).copy(base = EscParams(clocks = 2)),
-    "latchSignals"      -> between(0, 2).copy(base = EscParams(clocks = 2)),
-    "syncPulse"         -> between(0, 0xffff),
-    "clockPowerSaving"  -> between(0, 1).copy(base = EscParams(clocks = 2, syncSignals = 1, sii = 1)),
-    "enhancedSync"      -> between(0, 1).copy(base = EscParams(clocks = 2, syncSignals = 1)),
-    "meanWays"          -> between(0, 1).copy(base = EscParams(clocks = 1)),
-    "eventTimes"        -> between(0, 1).copy(base = local.copy(clocks = 1, syncManagers = 1)),
-    "clockBits"         -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
-    "alarm"             -> between(0, 1),
-    "maxSlaves"         -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
-    "linePorts"         -> Limits(Seq(1, 2), Seq(0, 3)),
-    "sii"               -> between(0, 2),
-    "siiClockKhz"       -> between(10, 1000),
-    "siiStartUs"        -> between(1, 100000),
-    "reportedRamKiB"    -> between(-1, 60),
-    "reportedPorts"     -> between(-1, 0xff),
-    "reportedFeatures"  -> between(-1, 0xffff)
+    "applicationLayer"   -> between(0, 1),
+    "watchdogs"          -> between(0, 1).copy(base = local),
+    "leds"               -> between(0, 1).copy(base = local),
+    "fmmuBitwise"        -> between(0, 1),
+    "digitalOutputs"     -> between(0, 4),
+    "role"               -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
+    "sequentialMode"     -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
+    "deactivationDelay"  -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
+    "openBuffers"        -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
+    "acknowledgeByWrite" -> between(0, 1).copy(base = local),
+    "clocks"             -> between(0, 2),
+    "syncSignals"        -> between(0, 2).copy(base = EscParams(clocks = 2)),
+    "latchSignals"       -> between(0, 2).copy(base = EscParams(clocks = 2)),
+    "syncPulse"          -> between(0, 0xffff),
+    "clockPowerSaving"   -> between(0, 1).copy(base = EscParams(clocks = 2, syncSignals = 1, sii = 1)),
+    "enhancedSync"       -> between(0, 1).copy(base = EscParams(clocks = 2, syncSignals = 1)),
+    "meanWays"           -> between(0, 1).copy(base = EscParams(clocks = 1)),
+    "eventTimes"         -> between(0, 1).copy(base = local.copy(clocks = 1, syncManagers = 1)),
+    "timeByPdi"          -> between(0, 1).copy(base = EscParams(clocks = 2, latchSignals = 1)),
+    "directSpeed"        -> between(0, 1).copy(base = EscParams(clocks = 2)),
+    "clockBits"          -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
+    "alarm"              -> between(0, 1),
+    "maxSlaves"          -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
+    "linePorts"          -> Limits(Seq(1, 2), Seq(0, 3)),
+    "sii"                -> between(0, 2),
+    "siiClockKhz"        -> between(10, 1000),
+    "siiStartUs"         -> between(1, 100000),
+    "reportedRamKiB"     -> between(-1, 60),
+    "reportedPorts"      -> between(-1, 0xff),
+    "reportedFeatures"   -> between(-1, 0xffff)
   )
 
   "The limits of this test" should "cover every parameter" in
@@ -234,6 +237,32 @@ class EscParamsSpec extends AnyFlatSpec {
       assert(
         EscParams.problems(p).map(_.split(" is 1 ")(1)) == Seq("but must be 0 if applicationLayer is 0.")
       )
+  }
+
+  "Options" should "be refused without what they change" in {
+    val clocks = EscParams(clocks = 2)
+    for (
+      (set, sentence) <- Seq(
+        EscParams(sequentialMode = 1)    -> "sequentialMode is 1 but must be 0 if syncManagers is 0.",
+        EscParams(deactivationDelay = 1) -> "deactivationDelay is 1 but must be 0 if syncManagers is 0.",
+        EscParams(openBuffers = 1)       -> "openBuffers is 1 but must be 0 if syncManagers is 0.",
+        EscParams(acknowledgeByWrite = 1) -> ("acknowledgeByWrite is 1 but must be 0 if applicationLayer, " +
+          "alarm, syncSignals and latchSignals are 0."),
+        EscParams(meanWays = 1)                      -> "meanWays is 1 but must be 0 if clocks is 0.",
+        clocks.copy(meanWays = 1, ports = 1)         -> "meanWays is 1 but must be 0 if ports is 1.",
+        local.copy(syncManagers = 1, eventTimes = 1) -> "eventTimes is 1 but must be 0 if clocks is 0.",
+        clocks.copy(eventTimes = 1)                  -> "eventTimes is 1 but must be 0 if syncManagers is 0.",
+        clocks.copy(timeByPdi = 1)                   -> "timeByPdi is 1 but must be 0 if latchSignals is 0.",
+        clocks.copy(directSpeed = 1, clocks = 1)     -> "directSpeed is 1 but must be 0 if clocks is 1.",
+        EscParams(directSpeed = 1)                   -> "directSpeed is 1 but must be 0 if clocks is 0.",
+        EscParams(role = 1, ramKiB = 0, writeProtection = 1) ->
+          "writeProtection is 1 but must be 0 if role is 1.",
+        EscParams(role = 1, ramKiB = 0, acknowledgeByWrite = 1) ->
+          "acknowledgeByWrite is 1 but must be 0 if role is 1."
+      )
+    ) assert(EscParams.problems(set) == Seq(sentence))
+    for (set <- Seq(EscParams(alarm = 1), clocks.copy(latchSignals = 1), clocks.copy(syncSignals = 1)))
+      assert(EscParams.problems(set.copy(acknowledgeByWrite = 1)).isEmpty)
   }
 
   "Several problems" should "be told one by one" in {

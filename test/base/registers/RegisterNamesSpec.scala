@@ -21,7 +21,7 @@ class RegisterNamesSpec extends AnyFlatSpec {
   }
 
   "A name that is in no table" should "be refused" in {
-    refused("the field is called none but must be one of acknowledge_guard,")(names.field("none"))
+    refused("the field is called none but must be one of acknowledge_by_write,")(names.field("none"))
     refused("the register is called none but must be one of al_control,")(names.register("none"))
   }
 

@@ -5,6 +5,7 @@ import chisel3._
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
+import flyframe.model.MeanWay
 
 /** The clock and the stamps together, as the unit connects them. */
 class ClockAndTimes(val ports: Int, val periodNs: Int, val bytes: Int, val lanes: Int, val means: Boolean)
@@ -59,36 +60,26 @@ class ReceiveTimesSpec extends AnyFlatSpec with SharedSimulation {
     /** A frame begins at these sources; its time. */
     def begin(at: Int*): BigInt = {
       val now = BigInt(cycle) * dut.periodNs
-      if (at.contains(0)) first = Some(cycle)
+      if (at.contains(0)) {
+        first = Some(cycle)
+        ways.foreach(_.begins())
+      }
       val late = at.find(port => dut.means && port > 0 && port < dut.ports).fold(BigInt(0))(lateAt)
       step(begins = at.toSet)
       now - late
     }
 
-    // The mean ways, in 1/4096 of a cycle, and how many frames have taken it (B-100).
-    private var first  = Option.empty[Long]
-    private val ways   = Array.fill(4)(BigInt(0))
-    private val trusts = Array.fill(4)(0)
+    private var first = Option.empty[Long]
+    private val ways  = Seq.fill(4)(new MeanWay)
 
-    /** By how much a frame comes late to `port` now, ns; the mean follows. */
-    private def lateAt(port: Int): BigInt = first.map(cycle - _).filter(_ < 65535).fold(BigInt(0)) { cycles =>
-      val (way, trust) = (BigInt(cycles) << 12, trusts(port))
-      val late         = way - ways(port)
-      if (trust > 0 && late >= -64 * 4096 && late < 64 * 4096) {
-        ways(port) += late >> (if (trust == 63) 8 else 4)
-        trusts(port) = (trust + 1) min 63
-        ((late >> 6) * dut.periodNs) >> 6
-      } else {
-        if (trust <= 1) ways(port) = way
-        trusts(port) = 1 max trust / 2
-        BigInt(0)
-      }
-    }
+    /** By how much a frame comes late to `port` now, ns (B-100). */
+    private def lateAt(port: Int): BigInt =
+      first.fold(BigInt(0))(since => (BigInt(ways(port).late(cycle - since)) * dut.periodNs) >> 6)
     def noLink(): Unit = {
       for (pin <- dut.absent) pin.poke(true.B)
       step()
       for (pin <- dut.absent) pin.poke(false.B)
-      trusts.indices.foreach(trusts(_) = 0)
+      ways.foreach(_.forget())
     }
     def keepAll(): Unit = step(keep = (0 until sources).toSet)
     def read(source: Int): BigInt = {
@@ -163,6 +154,20 @@ class ReceiveTimesSpec extends AnyFlatSpec with SharedSimulation {
           b.settle()
           (b.read(port) - b.read(0)) & 0xffffffffL
         }
+
+        /** The same of the second frame at a port. */
+        def second(port: Int, way: Int): BigInt = {
+          b.begin(0)
+          b.idle(9)
+          b.begin(port)
+          b.idle(89)
+          b.begin(b.unit)
+          b.keepAll()
+          b.idle(way - 102)
+          b.begin(port)
+          b.settle()
+          (b.read(port) - b.read(b.unit) + 100 * period) & 0xffffffffL
+        }
         for (port <- 1 until ports if means) {
           def isMean(parts: Int): Unit = {
             val way = exchange(port, 200 + random.nextInt(5))
@@ -175,8 +180,20 @@ class ReceiveTimesSpec extends AnyFlatSpec with SharedSimulation {
             for (_ <- 1 to 4) isMean(parts = 1)
           }
           for (_ <- 1 to 60) isMean(parts = 1)
+          for (_ <- 1 to 15) assert(exchange(port, 212) < 204 * period, "late, but not for long")
+          assert(exchange(port, 212) == 212 * period, "the sixteenth in succession has another way")
+          for (_ <- 1 to 3) assert(exchange(port, 213) == 213 * period, "of which not enough is known")
+          exchange(port, 212)
+          assert(exchange(port, 216) < 213 * period, "but of four frames")
+          for (_ <- 1 to 20) {
+            exchange(port, 212 + 9)
+            exchange(port, 212 - 9)
+          }
+          assert((exchange(port, 212) - 212 * period).abs < period, "early and late are no change")
           for (_ <- 1 to 6) assert(exchange(port, 130) == 130 * period)
-          assert(exchange(port, 134) == 130 * period, "another way counts behind six frames")
+          for (_ <- 1 to 8) exchange(port, 130)
+          assert(exchange(port, 134) == 130 * period, "another way counts behind some frames")
+          assert(second(port, 131) == 131 * period, "one that comes behind another is not on its way back")
           exchange(port, 131)
           b.noLink()
           assert(exchange(port, 133) == 133 * period, "nothing is known of the way of another cable")

@@ -123,7 +123,7 @@ class ByteMoverSpec extends AnyFlatSpec with SharedSimulation {
     }
   }
 
-  together("bits", new BitMover)(
+  together("bits", new BitMover(isProtected = false))(
     "FMMU-09, FMMU-10, B-47: bits of any FMMU, read and written" -> { dut: BitMover =>
       new Bench(dut).run(600, (low, high) => (low, high, random.nextInt(8)))
     },
@@ -136,7 +136,7 @@ class ByteMoverSpec extends AnyFlatSpec with SharedSimulation {
   )
 
   // For whole bytes what is not mapped has no address, and may not be accessed.
-  together("whole bytes", new WholeByteMover)(
+  together("whole bytes", new WholeByteMover(isProtected = false))(
     "FMMU-02, FMMU-04: each byte is a local one" -> { dut: WholeByteMover =>
       for (_ <- 0 until 200) {
         val (byte, passed, address) = (random.nextInt(256), random.nextInt(256), random.nextInt(0x20000))

@@ -29,7 +29,7 @@ object BellRegisters {
 /** The unit behind them: drives the field that is not storage. */
 class Bell extends RegisterUnit(BellRegisters.all) {
   def connect(bus: RegisterBus): Unit =
-    bus.status("bell_rung") := bus.untilHostReads("bell")(bus.written("bell_tone").valid)
+    bus.status("bell_rung") := bus.untilAcknowledged("bell")(bus.written("bell_tone").valid)
 }
 
 /** The same in the golden model. */
@@ -39,7 +39,8 @@ class BellModel extends ModelUnit {
     Option.when(field == "bell_rung")(if (rung) 1 else 0)
   override def written(register: Register, address: Int, byte: Int, byHost: Boolean): Unit =
     if (address == BellRegisters.Bell) rung = true
-  override def readByHost(register: Register): Unit = if (register.name == "bell") rung = false
+  override def acknowledged(register: Register, address: Int): Unit =
+    if (register.name == "bell") rung = false
 }
 
 /** What the bell does, on RTL and model. */

@@ -36,6 +36,8 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
       syncSignals = 2,
       latchSignals = 2,
       eventTimes = 1,
+      directSpeed = 1,
+      acknowledgeByWrite = 1,
       applicationLayer = 1,
       syncManagers = 1
     )
@@ -55,6 +57,9 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
     Presets.default.params.copy(preset = "clocks", clocks = 1),
     Presets.default.params
       .copy(preset = "sync", clocks = 2, syncSignals = 2, latchSignals = 2, eventTimes = 1),
+    Presets.default.params
+      .copy(preset = "time-by-pdi", clocks = 2, latchSignals = 1, timeByPdi = 1)
+      .copy(directSpeed = 1, acknowledgeByWrite = 1),
     Presets.default.params.copy(preset = "emulation", sii = 2),
     Presets.default.params.copy(preset = "protected", writeProtection = 1),
     Presets.named("et1100").get.params.copy(preset = "outputs", digitalOutputs = 4),
@@ -119,7 +124,7 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
       )
     )
     val twoLengths = "the list has two lengths for it, 4 and 8, of which a parameter chooses (DC-01)"
-    val byEcat     = "the time loop is always that of ECAT (B-84)"
+    val byOne      = "a parameter tells which side has the time loop (B-112)"
     val clocks =
       Seq(
         "system_time_offset",
@@ -130,8 +135,10 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
       )
         .flatMap(name =>
           Seq(
-            (name, "ECAT access is rw, in the list r/(w)", byEcat),
-            (name, "PDI access is r, in the list r/(w)", byEcat)
+            (name, "ECAT access is rw, in the list r/(w)", byOne),
+            (name, "ECAT access is r, in the list r/(w)", byOne),
+            (name, "PDI access is rw, in the list r/(w)", byOne),
+            (name, "PDI access is r, in the list r/(w)", byOne)
           )
         ) ++
         (Seq("system_time_offset", "start_time", "next_sync1") ++
@@ -142,6 +149,10 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
             "ECAT access is rw, in the list r and - and (w)/sf",
             "the list has a row per side and view"
           ),
+          ("system_time", "PDI access is rw, in the list - and r and (w)/sf", "the same of the host"),
+          ("speed_counter_direct", "ECAT access is r, in the list r/(w)", byOne),
+          ("speed_counter_direct", "PDI access is rw, in the list r/(w)", byOne),
+          ("acknowledge_by_write", otherReset, "it is a parameter"),
           ("system_time_high", "is not in the list", "it is the second part of 0x0910, which is not written"),
           (
             "sync_pulse_length",
@@ -229,7 +240,14 @@ class RegisterWalk(bench: RtlBench) extends Steps(bench) {
     * loaded; the others read as their reset value.
     */
   private def isHigh(f: Field): Boolean =
-    Seq("pdi_operational", "physical_link_port", "communication_port", "pdi_watchdog", "watchdog_pdi")
+    Seq(
+      "pdi_operational",
+      "pdi_active",
+      "physical_link_port",
+      "communication_port",
+      "pdi_watchdog",
+      "watchdog_pdi"
+    )
       .exists(f.name.startsWith) || (f.name == "dl_status_event" && !linksSeen)
 
   /** A frame has read DL status, which ends the event of the links (B-42). */

@@ -18,6 +18,9 @@ trait Bench {
   def hostRead(address: Int): Int
   def hostWrite(address: Int, byte: Int): Unit
 
+  /** All bytes of the word at `address` in one access. */
+  def hostReadWord(address: Int): Seq[Int]
+
   /** The level of the interrupt to the host. */
   def interrupt: Boolean
 
@@ -104,6 +107,8 @@ class ModelBench(
   def falseCarrier(port: Int, symbols: Int): Unit =
     record.fold(model.falseCarrier(port, symbols))(_.falseCarrier(port, symbols))
   def hostRead(address: Int): Int = record.fold(model.hostRead(address))(_.hostRead(address))
+  def hostReadWord(address: Int): Seq[Int] =
+    record.fold(model.hostRead(address, p.lanes))(_.hostReadWord(address))
   def hostWrite(address: Int, byte: Int): Unit =
     record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
   def interrupt: Boolean                     = model.interrupt

@@ -133,6 +133,25 @@ object ClockRules extends Rules {
       assert(back >= 1000 * us && back < 1000 * us + 20000, s"$back ns for $us us")
     }
   }
+  rule(
+    "B-100: a frame is stamped as frames are on the mean, until the way has changed",
+    p => several(p) && p.hasMeanWays
+  ) { s =>
+    import s._
+    val times = new Times(s)
+    import times._
+    // The frame is `more` bytes longer, and with it its way back.
+    def back(more: Int): BigInt = {
+      exchange(trigger, Datagram(Nop, 0, 0, Seq.fill(40 + more)(0)))
+      bench.advanceUs(20)
+      nothingAt(nextPort)
+      port(nextPort) - port(0)
+    }
+    val usual = (1 to 12).map(_ => back(0)).last
+    assert(back(4) - usual < 100, "320 ns more")
+    val changed = (1 to 15).map(_ => back(4)).last
+    assert(changed - usual > 220 && changed - usual < 420, s"$changed ns are not $usual ns")
+  }
   rule("B-80: nothing is waited for at a port without link", several) { s =>
     import s._
     val times = new Times(s)
@@ -263,7 +282,8 @@ object ClockRules extends Rules {
 
   // ---- system time ----
 
-  private def follows(p: EscParams) = built(p) && p.hasSystemTime
+  private def has(p: EscParams)     = built(p) && p.hasSystemTime
+  private def follows(p: EscParams) = has(p) && !p.hasTimeByPdi
   private class SystemTime(val s: Steps) {
     import s._
     def number(bytes: Seq[Int]): BigInt = bytes.foldRight(BigInt(0))((byte, rest) => rest << 8 | byte)
@@ -271,6 +291,7 @@ object ClockRules extends Rules {
     /** The host reads that SYNC signal `n` is active, which ends it. */
     def acknowledges(n: Int): Boolean = {
       val was = bench.syncLevel(n) && bench.hostRead(0x098e + n) == 1
+      if (p.acknowledgesByWrite) bench.hostWrite(0x098e + n, 0)
       bench.advanceUs(1)
       was && !bench.syncLevel(n)
     }
@@ -281,8 +302,12 @@ object ClockRules extends Rules {
     def local: BigInt    = number(get(0x0918, width).get)
     def hostTime: BigInt = number(hostGet(0x0910, width))
     def time: Datagram   = Datagram(Aprd, 0, 0x0910, Seq.fill(width)(0))
+    private val loop     = 0x0910 until 0x0940
+
+    /** Writes; what belongs to the time loop by the side that has it. */
     def set(address: Int, value: BigInt, count: Int): Unit =
-      assert(put(address, bytes(value, count): _*), f"0x$address%04x")
+      if (p.hasTimeByPdi && loop.contains(address)) hostPut(address, bytes(value, count): _*)
+      else assert(put(address, bytes(value, count): _*), f"0x$address%04x")
 
     /** A frame with the time of the reference clock; how late that is here. */
     def sample(reference: BigInt, write: Datagram => Datagram = identity): BigInt = {
@@ -300,23 +325,22 @@ object ClockRules extends Rules {
     }
     def speed: Int = number(get(0x0932, 2).get).toInt
   }
-  rule("DC-04, DC-16, B-84: the system time is local time and offset, of a frame less its delay", follows) {
-    s =>
-      import s._
-      val t = new SystemTime(s)
-      for ((offset, delay) <- Seq(0L -> 0, 0x123456789abL -> 0, 1000L -> 777, -5000L -> 123456)) {
-        t.set(0x0920, BigInt(offset) & t.mask, t.width)
-        t.set(0x0928, delay, 4)
-        val replies = exchange(t.time, Datagram(Bwr, 0, 0x0900, Seq(0)))
-        assert(t.number(replies.head.data) == ((t.local + offset - delay) & t.mask))
-        val ahead = (t.hostTime - offset - t.local) & t.mask
-        assert(ahead < 200000, "the host's is without the delay")
-        assert(t.number(get(0x0920, t.width).get) == (BigInt(offset) & t.mask))
-        assert(t.number(get(0x0928, 4).get) == delay)
-      }
-      val within = exchange(t.time, t.time).map(_.data)
-      assert(within.head == within.last, "it stands while a frame reads it")
-      assert(exchange(t.time).head.data != within.head, "the next frame has its own")
+  rule("DC-04, DC-16, B-84: the system time is local time and offset, of a frame less its delay", has) { s =>
+    import s._
+    val t = new SystemTime(s)
+    for ((offset, delay) <- Seq(0L -> 0, 0x123456789abL -> 0, 1000L -> 777, -5000L -> 123456)) {
+      t.set(0x0920, BigInt(offset) & t.mask, t.width)
+      t.set(0x0928, delay, 4)
+      val replies = exchange(t.time, Datagram(Bwr, 0, 0x0900, Seq(0)))
+      assert(t.number(replies.head.data) == ((t.local + offset - delay) & t.mask))
+      val ahead = (t.hostTime - offset - t.local) & t.mask
+      assert(ahead < 200000, "the host's is without the delay")
+      assert(t.number(get(0x0920, t.width).get) == (BigInt(offset) & t.mask))
+      assert(t.number(get(0x0928, 4).get) == delay)
+    }
+    val within = exchange(t.time, t.time).map(_.data)
+    assert(within.head == within.last, "it stands while a frame reads it")
+    assert(exchange(t.time).head.data != within.head, "the next frame has its own")
   }
   rule("DC-17, DC-19, DC-23: a write is compared with the time of its frame", follows) { s =>
     import s._
@@ -390,6 +414,164 @@ object ClockRules extends Rules {
     for (address <- Seq(0x092c, 0x0932, 0x0914)) assert(!put(address, 1), f"0x$address%04x")
     assert(put(0x0930, 0xff, 0xff) && get(0x0930, 2).get == Seq(0xff, 0x7f))
     assert(put(0x0934, 0xff, 0xff) && get(0x0934, 2).get == Seq(0x0f, 0x0f))
+  }
+
+  rule("DC-24, B-112: the host compares a time with that of LATCH0", p => has(p) && p.hasTimeByPdi) { s =>
+    import s._
+    val t = new SystemTime(s)
+    t.set(0x0920, 1000000, t.width)
+    t.set(0x0934, 0, 1)
+    for (single <- Seq(0, 1)) {
+      assert(put(0x09a8, single))
+      bench.setLatch(0, level = true)
+      val latched = t.number(hostGet(0x09b0, 4))
+      assert(latched > 1000000)
+      bench.setLatch(0, level = false)
+      for (reference <- Seq[BigInt](0, 1, 5000000, BigInt("80000000", 16))) {
+        t.set(0x0910, reference, 4)
+        bench.advanceUs(20)
+        val late = latched - reference & 0xffffffffL
+        assert(t.difference == (if (late.testBit(31)) late - (BigInt(1) << 32) else late), s"$reference")
+      }
+      val before = t.difference
+      hostPut(0x0910, 1, 2, 3)
+      bench.advanceUs(20)
+      assert(t.difference == before, "not before the last byte")
+      hostPut(0x0913, 0)
+      bench.advanceUs(20)
+      assert(t.difference == latched - 0x030201, "with those that are there")
+    }
+  }
+  rule("DC-24, B-112: where the host has the time loop the bus only reads", p => has(p) && p.hasTimeByPdi) {
+    s =>
+      import s._
+      for ((address, count) <- Seq(0x0920 -> p.clockBytes, 0x0928 -> 4, 0x0930 -> 2, 0x0934 -> 2)) {
+        val before = get(address, count).get
+        assert(!put(address, Seq.fill(count)(0x11): _*) && get(address, count).contains(before))
+        hostPut(address, Seq.fill(count)(0x01): _*)
+        assert(get(address, count).contains(Seq.fill(count)(0x01)), f"0x$address%04x")
+      }
+      assert(write(Bwr, 0, 0x0910, 0, 0, 0, 0).workingCounter == 0)
+      for (address <- Seq(0x092c, 0x0932)) {
+        hostPut(address, 0x11, 0x11)
+        assert(get(address, 2).contains(Seq(0, 0)), f"0x$address%04x")
+      }
+  }
+  rule("DC-25, B-112: the speed counter difference is set directly", p => has(p) && p.hasDirectSpeed) { s =>
+    import s._
+    val t = new SystemTime(s)
+    def told(value: Int): Int = {
+      t.set(0x0938, value & 0xffff, 2)
+      bench.advanceUs(20)
+      assert(t.number(get(0x0938, 2).get) == (value & 0xffff) && hostGet(0x0938, 2) == get(0x0938, 2).get)
+      t.speed.toShort.toInt
+    }
+    def elapses: BigInt = {
+      val before = t.local
+      new Times(s).stamp()
+      val first = t.local
+      bench.advanceUs(1000)
+      new Times(s).stamp()
+      assert(before != first)
+      t.local - first & t.mask
+    }
+    t.set(0x0935, 0, 1) // the mean is the last value
+    val usual = elapses
+    assert(told(0x123) == 0x123 && told(-0x456) == -0x456)
+    for ((most, sign) <- Seq(0x7fff -> 1, -0x8000 -> -1)) {
+      assert(told(most) == sign * (0x1000 - 0x7f), "within the start - 0x7F")
+      // 1 ns every 0x81 cycles, and back every 0x1f83.
+      val slower = (1000000 / p.clockPeriodNs * (1.0 / 0x81 - 1.0 / 0x1f83)).toInt
+      val by     = (usual - elapses).toInt * sign
+      assert((by - slower).abs < 60, s"$by ns, not $slower")
+    }
+    assert(told(0x200) == 0x200)
+    t.set(0x0930, 0x1000, 2)
+    bench.advanceUs(20)
+    assert(t.speed == 0x200, "also behind a reset of the filters")
+    if (follows(p)) {
+      t.set(0x0934, 0, 1)
+      val late = t.sample(0)
+      assert(t.difference == late && t.speed == 0x200, "what is compared does not count")
+      val before = t.local
+      assert(told(0) == 0x200 && before != 0, "it goes on from there")
+      def now     = t.number(exchange(t.time).head.data.take(4))
+      val elapsed = t.sample(now)
+      val behind  = t.sample(now + elapsed - 3200)
+      assert(t.speed != 0x200, s"$behind ns count again")
+    }
+  }
+  rule("DC-25, B-112: the side that has the time loop sets the speed", p => has(p) && p.hasDirectSpeed) { s =>
+    import s._
+    assert(put(0x0938, 1) == !p.hasTimeByPdi)
+    hostPut(0x0939, 2)
+    assert(get(0x0938, 2).contains(if (p.hasTimeByPdi) Seq(0, 2) else Seq(1, 0)))
+  }
+  rule("DC-25: without direct control there is no register for it", p => has(p) && !p.hasDirectSpeed) { s =>
+    assert(s.get(0x0938, 2).isEmpty && !s.put(0x0938, 1))
+  }
+  rule("DC-09: no other frame is armed, and there is no 0x0936", several) { s =>
+    import s._
+    val times = new Times(s)
+    import times._
+    assert(get(0x0936, 1).isEmpty && !put(0x0936, 1))
+    stamp()
+    bench.advanceUs(20)
+    nothingAt(nextPort)
+    val own = port(nextPort)
+    assert(own > port(0))
+    for (_ <- 1 to 3) nothingAt(nextPort)
+    assert(port(nextPort) == own, "the next ones do not count")
+  }
+
+  // ---- delays as a master calculates them ----
+
+  /** What the receive times tell when frames come back to the ports behind port 0 so many us after they have
+    * left: by how much longer that takes than at once, ns.
+    */
+  private def away(s: Steps, us: Int*): Seq[Int] = {
+    import s._
+    val times = new Times(s)
+    import times._
+    val order = Seq(3, 1, 2).filter(_ < p.ports)
+    def measured(us: Seq[Int]) = {
+      stamp()
+      for ((port, us) <- order.zip(us)) {
+        bench.advanceUs(us)
+        nothingAt(port)
+      }
+      order.take(us.size).scanLeft(port(0))((_, y) => port(y)).map(_.toLong)
+    }
+    val (atOnce, later) = (measured(us.map(_ => 0)), measured(us))
+    later.zip(atOnce).map { case (t, t0) => ((t - later.head) - (t0 - atOnce.head)).toInt }.tail
+  }
+  private def isNear(ns: Double, us: Double): Boolean = (ns - 1000 * us).abs < 100
+  rule("DC-11, DC-12, DC-15: the times behind port 1 tell the delays of a line", several) { s =>
+    // A frame is away from B for 150 us, from C for 60 us, behind which is the last slave, D.
+    val Seq(b)   = away(s, 150)
+    val Seq(c)   = away(s, 60)
+    val (bc, cd) = ((b - c) / 2.0, c / 2.0)
+    assert(isNear(cd, 30) && isNear(bc, 45), s"$bc, $cd ns")
+    assert(isNear(bc + cd, 75), "from B to D")
+  }
+  rule(
+    "DC-13, DC-14, DC-15: the times of three ports tell the delays of a tree",
+    p => several(p) && p.ports == 3
+  ) { s =>
+    // Behind port 1 of B are C and D, behind port 2 E and F; A is in front of it.
+    val Seq(b1, b2) = away(s, 60, 150)
+    val Seq(e)      = away(s, 50)
+    val Seq(a)      = away(s, 300)
+    val (be, ab)    = ((b2 - b1 - e) / 2.0, (a - b2) / 2.0)
+    assert(isNear(be, 50) && isNear(ab, 45), s"$be, $ab ns")
+    assert(isNear(ab + b1 + be, 155), "from A to E, by all of the branch in front of that")
+    val t = new SystemTime(s)
+    if (has(s.p)) {
+      t.set(0x0928, BigInt((ab + b1 + be).toInt), 4)
+      val replies = s.exchange(t.time, Datagram(Bwr, 0, 0x0900, Seq(0)))
+      val shown   = t.local - t.number(replies.head.data) & t.mask
+      assert(isNear(shown.toDouble, 155), "which its system time is behind, in its frames")
+    }
   }
 
   // ---- SYNC ----
@@ -537,7 +719,10 @@ object ClockRules extends Rules {
       bench.advanceUs(3)
     }
   }
-  rule("DC-38, DC-40: of single events the first one stays until its owner reads it", latches) { s =>
+  rule(
+    "DC-38, DC-40: of single events the first one stays until its owner reads it",
+    p => latches(p) && !p.acknowledgesByWrite
+  ) { s =>
     import s._
     val t = new SystemTime(s)
     def events: (Int, Int) =

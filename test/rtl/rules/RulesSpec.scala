@@ -14,9 +14,11 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
 
   private val sets = TestSets.rules
   private def rulesFor(p: EscParams) =
-    ((if (p.savesClockPower) ClockRules.all
+    ((if (p.acknowledgesByWrite && p.hasAlarm) AlarmRules.all ++ AcknowledgeRules.all
+      else if (p.acknowledgesByWrite) AcknowledgeRules.all ++ ClockRules.all
+      else if (p.savesClockPower) ClockRules.all
       else if (p.hasClocks) ClockRules.all ++ ApplicationRules.all
-      else if (p.hasAlarm) AlarmRules.all
+      else if (p.hasAlarm) AlarmRules.all ++ ApplicationRules.all
       else if (p.hasEmulation) EmulationRules.all
       else if (p.hasI2c) EepromRules.all
       else rules) ++ MiRules.all ++ LinkRules.all ++ ResetRules.all ++ ProtectionRules.all)

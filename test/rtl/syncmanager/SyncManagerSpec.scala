@@ -16,18 +16,21 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
 
   private case class Answer(allowed: Boolean, inBuffer: Boolean, buffer: Int, works: Boolean, locked: Boolean)
 
+  private val byWrites = p.copy(acknowledgeByWrite = 1)
+
   /** The accessing sides as frame processor and host sequencer are, and the model beside. */
-  private class Bench(dut: SyncManagers, control: Int, val length: Int) extends Assertions {
-    private val start               = 0x1000
-    private var modelTriggers       = 0
-    private var triggers            = 0
-    private val model               = new SyncManagerModel(_ => true, () => modelTriggers += 1)
-    private val mailbox             = (control & 2) != 0
-    val ecatWrites: Boolean         = (control & 4) != 0
-    private def settings            = SyncManagerSettings(start, length, control | 0x40, enabled, deactivated)
-    private var enabled             = false
-    private var deactivated         = false
-    private val single              = length == 1
+  private class Bench(dut: SyncManagers, control: Int, val length: Int, byWrite: Boolean = false)
+      extends Assertions {
+    private val start         = 0x1000
+    private var modelTriggers = 0
+    private var triggers      = 0
+    private val model         = new SyncManagerModel(_ => true, () => modelTriggers += 1, byWrite = byWrite)
+    private val mailbox       = (control & 2) != 0
+    val ecatWrites: Boolean   = (control & 4) != 0
+    private def settings      = SyncManagerSettings(start, length, control | 0x40, enabled, deactivated)
+    private var enabled       = false
+    private var deactivated   = false
+    private val single        = length == 1
     private def is(b: chisel3.Bool) = b.peek().litToBoolean
 
     for (port <- Seq(dut.ecat, dut.pdi)) {
@@ -40,6 +43,7 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       port.access.first.poke(false)
       port.access.write.poke(false)
       port.access.single.poke(single)
+      if (byWrite) port.access.acknowledge.poke(0)
     }
     dut.enable.foreach(_.poke(false))
     dut.ramOpen.poke(true)
@@ -62,7 +66,14 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
     private def port(side: Side) = if (side == Side.Ecat) dut.ecat else dut.pdi
 
     /** One access of a side: what it is told two cycles later. */
-    private def ask(side: Side, write: Boolean, first: Boolean, touch: Boolean, close: Boolean): Answer = {
+    private def ask(
+        side: Side,
+        write: Boolean,
+        first: Boolean,
+        touch: Boolean,
+        close: Boolean,
+        acknowledge: Boolean = false
+    ): Answer = {
       val to = port(side)
       to.turn.poke(true)
       to.request.poke(true)
@@ -71,11 +82,13 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       to.access.first.poke(first)
       to.access.touch.poke(touch)
       to.access.close.poke(close)
+      if (byWrite) to.access.acknowledge.poke(if (acknowledge) 1 else 0)
       step()
       to.turn.poke(false)
       to.request.poke(false)
       to.access.touch.poke(false)
       to.access.close.poke(false)
+      if (byWrite) to.access.acknowledge.poke(0)
       step()
       val a = to.answer
       Answer(is(a.allowed), is(a.inBuffer), a.buffer.peek().litValue.toInt, is(a.works), is(a.locked))
@@ -139,7 +152,8 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
       // A write of ECAT asks first, and touches and closes when it has passed; the others open first and
       // close later.
       val asksOnly = if (byEcat) write else single
-      val answer   = ask(side, write, first, touch = !asksOnly, close = false)
+      val answer =
+        ask(side, write, first, touch = !asksOnly, close = false, acknowledge = !byEcat && write && last)
       if (answer.inBuffer && (last || asksOnly)) ask(side, write, first, touch = asksOnly, close = last)
       if (byEcat && model.takeClosing()) model.close()
       val found = Option.when(answer.allowed)(offset + (if (single) 0 else answer.buffer * length))
@@ -164,11 +178,11 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
     def all(side: Side, write: Boolean): Seq[Option[Int]] = (0 until length).map(access(side, write, _))
   }
 
-  private def check(name: String, control: Int, length: Int = 4)(
+  private def check(name: String, control: Int, length: Int = 4, byWrite: Boolean = false)(
       run: Bench => Unit
   ): (String, SyncManagers => Unit) =
     name -> { dut =>
-      val b = new Bench(dut, control, length)
+      val b = new Bench(dut, control, length, byWrite)
       b.works(enable = true, deactivate = false)
       run(b)
     }
@@ -196,6 +210,66 @@ class SyncManagerSpec extends AnyFlatSpec with SharedSimulation {
         b.access(side, write, offset)
     }
   }
+
+  together("SyncManager that is acknowledged by writes", new SyncManagers(byWrites))(
+    (for ((direction, text) <- sides; (mode, length) <- Seq(0 -> 4, 2 -> 4, 0 -> 1, 2 -> 1, 0 -> 2))
+      yield check(
+        s"SM-36, B-104: control $mode, $length bytes, $text: random accesses of both sides",
+        direction | mode,
+        length,
+        byWrite = true
+      )(random(6 + length, 3000))): _*
+  )
+
+  together("Sequence", new SyncManager(sequential = true, byWrite = false))(
+    "B-101: of any length, up to the last address" -> { dut =>
+      dut.settings.works.poke(true)
+      dut.settings.locked.poke(false)
+      dut.settings.isMailbox.poke(false)
+      dut.settings.ecatWrites.poke(true)
+      dut.settings.isSequential.poke(true)
+      dut.byPdi.poke(false)
+      dut.good.poke(false)
+      dut.bad.poke(false)
+      dut.state.ecatOpen.poke(true)
+      dut.state.closed.poke(false)
+      dut.access.write.poke(true)
+      dut.access.touch.poke(true)
+      dut.access.first.poke(false)
+      dut.access.close.poke(false)
+      dut.access.single.poke(false)
+      for (
+        (behind, at) <- Seq(0x1001 -> 0x1001, 0x1001 -> 0x1002, 0x1001 -> 0x1000, 0x1001 -> 0x9001) ++
+          Seq(0x1001 -> 0x9002, 0x1001 -> 0xffff, 0xffff -> 0xffff, 0x10000 -> 0x1000, 0x10000 -> 0xffff)
+      ) {
+        dut.state.behind.poke(behind)
+        dut.access.address.poke(at)
+        assert(dut.after.gap.peek().litValue == (if (at > behind) 1 else 0), f"0x$at%x behind 0x$behind%x")
+        assert(dut.after.behind.peek().litValue == (if (at == behind) at + 1 else behind))
+      }
+    }
+  )
+
+  together("DeactivationDelay", new DeactivationDelay)(
+    "SM-29, SM-31, B-102: begins with what there is to read, and does not end within a frame" -> { dut =>
+      def set(isOn: Boolean = true, enable: Option[Int] = None, noFrame: Boolean = true): Boolean = {
+        dut.isOn.poke(isOn)
+        dut.enable.valid.poke(enable.isDefined)
+        dut.enable.bits.poke(enable.getOrElse(0))
+        dut.wasEnabled.poke(true)
+        dut.noFrame.poke(noFrame)
+        dut.changes.poke(false)
+        dut.clock.step()
+        dut.active.peek().litToBoolean
+      }
+      assert(!set() && !set(isOn = false, enable = Some(0)), "nothing to read")
+      assert(!set(isOn = false, enable = Some(0), noFrame = false), "nor in a frame")
+      assert(set(enable = Some(0)) && set(isOn = false, noFrame = false) && set(noFrame = false))
+      assert(set(isOn = false, noFrame = false) && !set(isOn = false))
+      assert(set(enable = Some(0)) && !set(enable = Some(1)) && dut.restarts.peek().litToBoolean)
+      assert(!set() && !dut.restarts.peek().litToBoolean)
+    }
+  )
 
   together("SyncManager", new SyncManagers(p))(
     sides.flatMap { case (direction, text) =>

@@ -43,7 +43,7 @@ class SyncManagersProof extends Module {
   private val isMailbox                 = steady(modes)
   private val ecatWrites                = steady(directions)
 
-  private val dut     = Module(new SyncManager(sequential = false))
+  private val dut     = Module(new SyncManager(sequential = false, byWrite = false))
   private val acts    = Wire(Bool())
   private val number  = Wire(UInt(1.W))
   private val states  = RegInit(VecInit(Seq.fill(n)(SyncManagerState.start(sequential = false))))
@@ -105,6 +105,7 @@ class SyncManagersProof extends Module {
   dut.access.close   := Mux(busAsks, busWrites && busLast, busCloses || hostClose)
   dut.access.single  := false.B
   dut.access.address := 0.U
+  dut.access.acknowledge    := 0.U
   dut.settings.isSequential := false.B
 
   dut.state := states(number) // SyncManagerStates has them in a [[StateMemory]]
