@@ -31,7 +31,8 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
              $(if $(filter master,$(ROLE)),linePorts),--$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak faults campaign \
-        campaign-programs campaign-scheduler campaign-worker campaign-test alarm-latency page-latency cosim \
+        campaign-programs campaign-scheduler campaign-worker campaign-record campaign-test alarm-latency \
+        page-latency cosim \
         cosim-selftest interop lint matrix format check-format report figures quartus check-board clean demo \
         server firmware-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies \
         clocks
@@ -105,6 +106,9 @@ campaign-worker: tools-for-campaign-worker ## a worker for an existing scheduler
 	@test -n "$(SCHEDULER)" || { echo "SCHEDULER is empty but must be like tcp://host:8786." >&2; exit 2; }
 	PYTHONPATH=src $(VENV)/bin/dask worker $(SCHEDULER) --nworkers $$(nproc) --nthreads 1 --no-dashboard \
 		--local-directory build/campaign
+
+campaign-record: ## takes the shards that campaigns have finished into docs/campaigns.csv and docs/soak.md
+	@PYTHONPATH=src python3 -m campaign.record
 
 campaign-test: tools-for-campaign-test ## campaigns on a cluster of this machine, with killed workers and a \
                # defect
@@ -182,8 +186,8 @@ format: tools-for-format ## formats the Scala sources
 check-format: tools-for-check-format ## fails if a Scala source is not formatted
 	$(SBT) scalafmtCheckAll scalafmtSbtCheck
 
-report: tools-for-report alarm-latency page-latency ## measures area, latencies and Fmax: docs/report.md, \
-        # docs/report.json
+report: tools-for-report ## measures area, latencies and Fmax: docs/report.md, docs/report.json; times of \
+        # the alarm system by alarm-latency and page-latency, if they have run here, else the last ones
 	$(SBT) "runMain flyframe.report.Report"
 
 figures: tools-for-figures ## writes the figures of docs/report.json into the pages that show some, without \

@@ -22,6 +22,7 @@ from dask.distributed import Client
 
 from campaign import programs as programs_module
 from campaign import shard as shard_module
+from campaign import record
 from campaign.plan import Journal, plan
 from campaign.shard import Refused, Shard
 
@@ -205,6 +206,50 @@ class Journals(unittest.TestCase):
         (Path(self.root) / "file").touch()
         with self.assertRaisesRegex(Refused, "cannot be used"):
             Journal(Path(self.root) / "file", FAKE, 1)
+
+
+class Record(unittest.TestCase):
+    """What make campaign-record makes of finished shards."""
+
+    def setUp(self):
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def journal(self, name, *runs):
+        path = self.folder / name
+        path.write_text("".join(json.dumps(r) + "\n" for r in runs) + "cut sho")
+        return path
+
+    @staticmethod
+    def finished(seed, kind="faults", name="d", summary="frames 12 (lost 1)", finding=None):
+        return {
+            "kind": kind, "set": name, "hash": "4", "seed": seed, "size": 10, "done": 11,
+            "seconds": 1800, "summary": summary, "finding": finding,
+        }
+
+    def test_takes_every_shard_once_with_the_commit_it_came_with(self):
+        record_ = self.folder / "campaigns.csv"
+        first = record.update(record_, [self.journal("a", self.finished(1))], "aaa")
+        record.write(record_, first)
+        again = [self.journal("a", self.finished(1), self.finished(2)), self.journal("b", self.finished(2))]
+        runs = record.update(record_, again, "bbb")
+        self.assertEqual([(r["seed"], r["commit"]) for r in runs], [(1, "aaa"), (2, "bbb")])
+
+    def test_adds_up_amounts_frames_and_findings(self):
+        states = [
+            self.journal("a", self.finished(1), self.finished(2, finding="it differs")),
+            self.journal("b", self.finished(1, kind="fuzz", name="a", summary="")),
+        ]
+        part = record.section(record.update(self.folder / "none", states, "aaa"))
+        self.assertIn("| d | aaa | 2 | cycles | 22 | 24 | 1.0 | 1 |\n", part)
+        self.assertIn("| **all** |  | 2 | cycles | 22 | 24 | 1.0 | 1 |\n", part)
+        self.assertIn("| a | aaa | 1 | frames | 11 | 11 | 0.5 | 0 |\n", part)
+
+    def test_changes_its_own_section_of_the_page_only(self):
+        page = "# Soak\n\n## Results\n\ntext\n"
+        once = record.in_page(page, record.HEADING + "\n\none\n")
+        self.assertEqual(once, page + "\n" + record.HEADING + "\n\none\n")
+        two = record.HEADING + "\ntwo\n"
+        self.assertEqual(record.in_page(once, two), page + "\n" + two)
 
 
 class Programs(unittest.TestCase):

@@ -13,6 +13,8 @@ final case class Spread(median: Double, worst: Double)
   *   until the first nibble of the report leaves the master; `last`: until its last one
   * @param goal
   *   for `first` and `sounder`, worst
+  * @param sources
+  *   the commit they were measured on
   */
 final case class ReportTimes(
     slaves: Int,
@@ -21,15 +23,19 @@ final case class ReportTimes(
     goal: Double,
     sounder: Option[Spread],
     first: Spread,
-    last: Spread
+    last: Spread,
+    sources: String
 ) {
   def reached: Boolean = (first +: sounder.toSeq).forall(_.worst <= goal)
 }
 
 /** From a report's arrival at the server to the page, ms: until the page's document shows the event, and
   * until the browser has drawn it.
+  *
+  * @param sources
+  *   the commit they were measured on
   */
-final case class PageTimes(events: Int, document: Spread, screen: Spread)
+final case class PageTimes(events: Int, document: Spread, screen: Spread, sources: String)
 
 /** How long it takes until smoke is seen: by slaves in RTL and by modelled ones to the report, and from there
   * to the page.
@@ -51,23 +57,38 @@ object AlarmResults {
     v("goal_us").num,
     v.obj.get("to_sounder_us").map(spread),
     spread(v("to_first_nibble_us")),
-    spread(v("to_last_nibble_us"))
+    spread(v("to_last_nibble_us")),
+    v("sources").str
   )
 
   private def pageTimes(v: ujson.Value) =
-    PageTimes(v("events").num.toInt, spread(v("to_document_ms")), spread(v("to_screen_ms")))
+    PageTimes(v("events").num.toInt, spread(v("to_document_ms")), spread(v("to_screen_ms")), v("sources").str)
 
-  /** What `make alarm-latency` and `make page-latency` have left in `build`. */
-  def read(build: Path): AlarmResults = {
-    def file(name: String, target: String): ujson.Value = {
-      val path = build.resolve(name)
-      if (!Files.exists(path)) throw new ReportError(s"$path is missing: run make $target first.")
-      ujson.read(Files.readString(path))
+  /** What `make alarm-latency` and `make page-latency` have left in `build`, with the commit `sources`; what
+    * has not been measured here is as in the last report, with its own commit.
+    *
+    * @param report
+    *   `report.json`
+    */
+  def read(build: Path, report: Path, sources: => String): AlarmResults = {
+    def part(name: String, file: String, target: String): ujson.Value = {
+      val path = build.resolve(file)
+      if (Files.exists(path)) {
+        val measured = ujson.read(Files.readString(path))
+        measured("sources") = sources
+        measured
+      } else {
+        val last = Option.when(Files.exists(report))(ujson.read(Files.readString(report)))
+        last
+          .flatMap(_.obj.get("alarm"))
+          .map(_(name))
+          .getOrElse(throw new ReportError(s"$path is missing: run make $target first."))
+      }
     }
     AlarmResults(
-      reportTimes(file("alarm-latency-rtl.json", "alarm-latency")),
-      reportTimes(file("alarm-latency.json", "alarm-latency")),
-      pageTimes(file("page-latency.json", "page-latency"))
+      reportTimes(part("rtl", "alarm-latency-rtl.json", "alarm-latency")),
+      reportTimes(part("model", "alarm-latency.json", "alarm-latency")),
+      pageTimes(part("page", "page-latency.json", "page-latency"))
     )
   }
 }
@@ -95,7 +116,8 @@ object AlarmSection {
       rows(r.rtl, "in RTL") + rows(r.model, "in the model") +
       page("the page's document", r.page.document) + page("the screen", r.page.screen) +
       s"| **Detector to screen**, sum for ${r.model.slaves} slaves | " +
-      s"| ${number(r.whole.median)} ms | ${number(r.whole.worst)} ms | |\n"
+      s"| ${number(r.whole.median)} ms | ${number(r.whole.worst)} ms | |\n" +
+      s"\nSources: ${r.rtl.sources} in RTL, ${r.model.sources} in the model, ${r.page.sources} of the page.\n"
   }
 
   def json(r: AlarmResults): ujson.Obj = {
@@ -107,7 +129,9 @@ object AlarmSection {
         Seq[(String, ujson.Value)](
           "slaves"       -> t.slaves,
           "bus_cycle_us" -> t.busCycle,
-          "events"       -> t.events
+          "events"       -> t.events,
+          "goal_us"      -> t.goal,
+          "sources"      -> t.sources
         ) ++ times
       )
     }
@@ -116,6 +140,7 @@ object AlarmSection {
       "model" -> line(r.model),
       "page" -> ujson.Obj(
         "events"         -> r.page.events,
+        "sources"        -> r.page.sources,
         "to_document_ms" -> spread(r.page.document),
         "to_screen_ms"   -> spread(r.page.screen)
       )

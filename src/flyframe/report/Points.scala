@@ -37,14 +37,22 @@ object Points {
 
   /** The same from the complete slave. */
   val completeVariants: Seq[Variant] = Seq(
-    "fmmus"        -> Seq(0, 3, 16),
-    "syncManagers" -> Seq(2, 4, 16),
-    "watchdogs"    -> Seq(0),
-    "leds"         -> Seq(0),
-    "sii"          -> Seq(0),
-    "mi"           -> Seq(1),
-    "clocks"       -> Seq(1, 2),
-    "dataBusWidth" -> Seq(32)
+    "fmmus"              -> Seq(0, 3, 16),
+    "fmmuBitwise"        -> Seq(0),
+    "syncManagers"       -> Seq(2, 4, 16),
+    "sequentialMode"     -> Seq(1),
+    "deactivationDelay"  -> Seq(1),
+    "openBuffers"        -> Seq(1),
+    "acknowledgeByWrite" -> Seq(1),
+    "watchdogs"          -> Seq(0),
+    "leds"               -> Seq(0),
+    "digitalOutputs"     -> Seq(4),
+    "sii"                -> Seq(0, 2),
+    "mi"                 -> Seq(1, 2),
+    "clocks"             -> Seq(1, 2),
+    "resetRegisters"     -> Seq(1),
+    "writeProtection"    -> Seq(1),
+    "dataBusWidth"       -> Seq(32)
   ).flatMap { case (name, values) => values.map(variant(complete, "slave", name)) }
 
   /** The same from the alarm master. */
@@ -55,8 +63,18 @@ object Points {
   val ring: EscParams = masterVariants.head.params
 
   /** The same from the largest controller. */
-  val largestVariants: Seq[Variant] =
-    Seq(variant(Presets.named("et1100").map(_.params).get, "et1100", "ports")(2))
+  val largestVariants: Seq[Variant] = Seq(
+    "ports"                 -> 2,
+    "latchSignals"          -> 0,
+    "enhancedSync"          -> 1,
+    "clockBits"             -> 32,
+    "meanWays"              -> 1,
+    "eventTimes"            -> 1,
+    "timeByPdi"             -> 1,
+    "directSpeed"           -> 1,
+    "miLinkDetection"       -> 1,
+    "enhancedLinkDetection" -> 0
+  ).map { case (name, value) => variant(Presets.named("et1100").map(_.params).get, "et1100", name)(value) }
 
   /** It with two ports. */
   val largest: EscParams = largestVariants.head.params

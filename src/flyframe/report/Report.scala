@@ -9,9 +9,13 @@ import flyframe.BuildInfo
   */
 object Report {
   private val workDir = "build/report"
+  private val docs    = Paths.get("docs")
+
+  /** The commit that is measured. */
+  private def sources: String = Tools.output(Seq("git", "describe", "--always", "--dirty")).trim
 
   private def measure(): Results = {
-    val alarm                   = AlarmResults.read(Paths.get("build"))
+    val alarm                   = AlarmResults.read(Paths.get("build"), docs.resolve("report.json"), sources)
     val m                       = Measure.in(workDir)
     val started                 = System.nanoTime
     def say(what: String): Unit = println(f"[${(System.nanoTime - started) / 1e9}%4.0f s] $what")
@@ -75,7 +79,7 @@ object Report {
     try {
       if (!Files.exists(Paths.get("src/sim/sim.mk")))
         throw new ReportError("The report must be run from the root of the repository.")
-      publish(measure(), Paths.get("docs"))
+      publish(measure(), docs)
     } catch {
       case e: ReportError =>
         Console.err.println(e.getMessage)

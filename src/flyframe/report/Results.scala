@@ -98,7 +98,7 @@ object Goals {
         mhz >= p.coreClockMhz
       )
     }
-    Seq(
+    val figures = Seq(
       delay("Forwarding latency", Points.latencyNs, latency.forwarding),
       delay("Processing latency", Points.latencyNs, latency.processing),
       size(p.preset, 1500),
@@ -108,15 +108,15 @@ object Goals {
       blocks(Points.largest.preset, 28),
       size("alarm-slave", AlarmSlave),
       size("alarm-master", AlarmMaster),
-      size(Points.ring.preset, AlarmMaster),
-      speed(Points.ring),
-      Goal(
-        s"Memory of ${p.preset}",
-        f"all $ramBits%,d bits in M9K blocks",
-        f"${memory.ramBits}%,d bits in ${memory.m9k} blocks",
-        memory.ramBits >= ramBits
-      )
-    ) ++ AlarmSection.goals(r.alarm)
+      size(Points.ring.preset, AlarmMaster)
+    )
+    val inBlocks = Goal(
+      s"Memory of ${p.preset}",
+      f"all $ramBits%,d bits in M9K blocks",
+      f"${memory.ramBits}%,d bits in ${memory.m9k} blocks",
+      memory.ramBits >= ramBits
+    )
+    (figures :+ inBlocks) ++ (Points.presets :+ Points.ring).map(speed) ++ AlarmSection.goals(r.alarm)
   }
 
   /** User RAM, 0x0F80 to 0x0FFF, lies in front of the process data RAM. */

@@ -21,10 +21,14 @@ class AlarmResultsSpec extends AnyFlatSpec {
     d
   }
 
+  private def read(d: Path) = AlarmResults.read(d, d.resolve("report.json"), "abc")
+
   "The report" should "show the times from detector to report and to the page, and their sum" in Directory {
     d =>
-      val text = AlarmSection.text(AlarmResults.read(written(d)))
-      assert(text.linesIterator.map(_.count(_ == '|')).toSet == Set(6), text)
+      val text           = AlarmSection.text(read(written(d)))
+      val (rows, others) = text.linesIterator.toSeq.partition(_.startsWith("|"))
+      assert(rows.map(_.count(_ == '|')).toSet == Set(6), text)
+      assert(others == Seq("", "Sources: abc in RTL, abc in the model, abc of the page."))
       assert(
         text.contains(
           "first nibble of the report, 5 slaves in RTL, bus cycle 100 µs " +
@@ -36,14 +40,22 @@ class AlarmResultsSpec extends AnyFlatSpec {
   }
 
   it should "tell whether two bus cycles and 10 us are kept" in Directory { d =>
-    val results = AlarmResults.read(written(d))
+    val results = read(written(d))
     assert(AlarmSection.goals(results).map(_.reached) == Seq(true, false))
     assert(AlarmSection.json(results)("model")("to_first_nibble_us")("worst").num == 210.1)
   }
 
+  it should "have those of the last report where nothing has been measured since" in Directory { d =>
+    val first = read(written(d))
+    Files.writeString(d.resolve("report.json"), ujson.write(ujson.Obj("alarm" -> AlarmSection.json(first))))
+    for (file <- Seq("alarm-latency-rtl.json", "alarm-latency.json")) Files.delete(d.resolve(file))
+    val second = AlarmResults.read(d, d.resolve("report.json"), "def")
+    assert(second == first.copy(page = first.page.copy(sources = "def")))
+  }
+
   it should "say in one sentence what has not been measured" in Directory { d =>
     Files.delete(written(d).resolve("page-latency.json"))
-    val e = intercept[ReportError](AlarmResults.read(d))
+    val e = intercept[ReportError](read(d))
     assert(e.getMessage.matches(".*page-latency.json is missing: run make page-latency first\\."))
   }
 }

@@ -9,7 +9,7 @@ class FiguresSpec extends AnyFlatSpec {
   private val results = {
     val delay  = Delay(140, 100, 14, 160)
     val spread = Spread(1, 2)
-    val times  = ReportTimes(5, 100, 1000, 210, None, spread, spread)
+    val times  = ReportTimes(5, 100, 1000, 210, None, spread, spread, "abc")
     def all[A](sets: Seq[flyframe.params.EscParams], value: A) = sets.map(_.preset -> value).toMap
     Results(
       version = "1.2.3",
@@ -19,7 +19,7 @@ class FiguresSpec extends AnyFlatSpec {
       units = all(Points.presets, Points.units.map { case (unit, _) => unit -> Area(luts = 1) }.toMap),
       speed = all(Points.presets :+ Points.ring, Speed(99.5, "a", "b", 1, 2)),
       latency = all(Points.slaves ++ Points.clocks, Latency(delay, delay)),
-      alarm = AlarmResults(times, times, PageTimes(1000, spread, spread))
+      alarm = AlarmResults(times, times, PageTimes(1000, spread, spread, "abc"))
     )
   }
 
