@@ -9,6 +9,7 @@
 //   ramKiB                          1  KiB
 //   fmmus                           0  FMMUs
 //   fmmuBitwise                     0  switch
+//   readWriteOffset                 0  switch
 //   syncManagers                    0  SyncManagers
 //   sequentialMode                  0  switch
 //   deactivationDelay               0  switch

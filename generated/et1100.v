@@ -10,6 +10,7 @@
 //   ramKiB                          8  KiB
 //   fmmus                           8  FMMUs
 //   fmmuBitwise                     1  switch
+//   readWriteOffset                 0  switch
 //   syncManagers                    8  SyncManagers
 //   sequentialMode                  0  switch
 //   deactivationDelay               0  switch

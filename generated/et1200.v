@@ -10,6 +10,7 @@
 //   ramKiB                          1  KiB
 //   fmmus                           3  FMMUs
 //   fmmuBitwise                     1  switch
+//   readWriteOffset                 0  switch
 //   syncManagers                    4  SyncManagers
 //   sequentialMode                  0  switch
 //   deactivationDelay               0  switch

@@ -173,6 +173,7 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   processor.config.destroyNonEtherCat := bus.bool("destroy_non_ethercat")
   processor.config.circulating        := dataLink.circulating
   processor.config.ecatEvents         := application.fold(0.U)(_.irqField)
+  processor.config.readWriteOffset    := (if (p.hasReadWriteOffset) bus.value("read_write_offset") else 0.U)
   processor.tableWrite.foreach(_ := bus.tableWrite)
   memory.ecat <> processor.memory
 

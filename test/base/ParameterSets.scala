@@ -25,6 +25,7 @@ object TestSets {
       sequentialMode = 1,
       deactivationDelay = 1,
       openBuffers = 1,
+      readWriteOffset = 1,
       digitalOutputs = 2,
       ports = 3,
       acknowledgeByWrite = 1,
@@ -132,6 +133,7 @@ object TestSets {
     )
   private val ruledUnitSets = Seq(
     ruledUnits.copy(
+      readWriteOffset = 1,
       resetRegisters = 1,
       writeProtection = 1,
       sequentialMode = 1,
@@ -150,7 +152,13 @@ object TestSets {
       openBuffers = 1,
       coreClockMhz = 125
     ),
-    ruledUnits.copy(preset = "by-write", dataBusWidth = 32, acknowledgeByWrite = 1, deactivationDelay = 1)
+    ruledUnits.copy(
+      preset = "by-write",
+      readWriteOffset = 1,
+      dataBusWidth = 32,
+      acknowledgeByWrite = 1,
+      deactivationDelay = 1
+    )
   )
 
   // With an EEPROM only the rules that speak of it: its load takes time after every reset.

@@ -239,7 +239,8 @@ class EscModel(
       circulating = !opened(0) && setting(0) <= 1, // LP-14
       ecatEvents = space.ecatEvents,
       maxSubTelegrams = p.maxSubTelegrams,
-      fmmus = (0 until p.fmmus).map(FmmuModel.of(registers, _, p.hasBitwiseFmmus))
+      fmmus = (0 until p.fmmus).map(FmmuModel.of(registers, _, p.hasBitwiseFmmus)),
+      readWriteOffset = if (p.hasReadWriteOffset) registers.value("read_write_offset") else 0
     )
     val done = new ProcessingUnit(settings, frame).process(payload, alreadyBad)
     if (done.bad || done.tooMany) registers.count("epu_error")

@@ -28,7 +28,7 @@ trait AddressSpace {
   def closings(): () => Unit = () => ()
 }
 
-/** Settings of the processing unit for one frame. */
+/** Settings of the processing unit for one frame; `readWriteOffset` as the register says (B-113). */
 final case class ProcessingSettings(
     stationAddress: Int,
     alias: Option[Int],
@@ -36,7 +36,8 @@ final case class ProcessingSettings(
     circulating: Boolean,
     ecatEvents: Int,
     maxSubTelegrams: Int,
-    fmmus: Seq[FmmuModel] = Nil
+    fmmus: Seq[FmmuModel] = Nil,
+    readWriteOffset: Int = 0
 )
 
 /** What comes out: the nibbles, whether the frame is (now) in error, and whether it had more datagrams than
@@ -180,6 +181,8 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
         case _                 => (false, false)
       }
       val broadcast = Set(Brd, Bwr, Brw)(command)
+      val both      = Set(Aprw, Fprw, Brw)(command)
+      val target    = ado + (if (both) settings.readWriteOffset else 0)
       transfer(
         start,
         length,
@@ -188,8 +191,8 @@ class ProcessingUnit(settings: ProcessingSettings, space: AddressSpace) {
             space.read(ado + i).map(v => (received: Int) => if (broadcast) received | v else v)
           else None,
         (_, _) => (),
-        (i, byte) => i >= 0 && writes && space.write(ado + i, byte),
-        writeCounts = if (Set(Aprw, Fprw, Brw)(command)) 2 else 1
+        (i, byte) => i >= 0 && writes && space.write(target + i, byte),
+        writeCounts = if (both) 2 else 1
       )
     }
 

@@ -17,6 +17,7 @@ final case class EscParams(
     ramKiB: Int = 1,
     fmmus: Int = 0,
     fmmuBitwise: Int = 0,
+    readWriteOffset: Int = 0,
     syncManagers: Int = 0,
     sequentialMode: Int = 0,
     deactivationDelay: Int = 0,
@@ -92,6 +93,9 @@ final case class EscParams(
 
   /** FMMUs map single bits, not only whole bytes. */
   def hasBitwiseFmmus: Boolean = fmmus > 0 && fmmuBitwise == 1
+
+  /** APRW, FPRW and BRW may write to another place than they read from (B-113). */
+  def hasReadWriteOffset: Boolean = readWriteOffset == 1
 
   /** Frame data pass through FMMUs or SyncManagers. */
   def translates: Boolean = fmmus > 0 || syncManagers > 0
@@ -367,6 +371,12 @@ object ParamTable {
     info("fmmuBitwise", "1: FMMUs map single bits; 0: whole bytes only", "switch", between(0, 1))(
       _.fmmuBitwise
     )((p, v) => p.copy(fmmuBitwise = v)),
+    info(
+      "readWriteOffset",
+      "1: commands that read and write do so at two places, as far apart as the bus has written",
+      "switch",
+      between(0, 1)
+    )(_.readWriteOffset)((p, v) => p.copy(readWriteOffset = v)),
     info("syncManagers", "SyncManagers, 0x0800 on", "SyncManagers", between(0, 16))(_.syncManagers)((p, v) =>
       p.copy(syncManagers = v)
     ),
@@ -664,6 +674,9 @@ object EscParams {
       case (name, value) if value > 0 && p.syncManagers == 0 =>
         s"$name is $value but must be 0 if syncManagers is 0."
     },
+    Option.when(p.hasReadWriteOffset && !p.translates)(
+      "readWriteOffset is 1 but must be 0 if fmmus and syncManagers are 0."
+    ),
     Option.when(p.hasSystemTime && p.coreClockMhz < 100)(
       s"clocks is ${p.clocks} but must be 0 to 1 at coreClockMhz ${p.coreClockMhz}."
     ),
@@ -749,6 +762,7 @@ object EscParams {
     val nothing = Seq(
       "ramKiB",
       "fmmus",
+      "readWriteOffset",
       "syncManagers",
       "sequentialMode",
       "deactivationDelay",

@@ -145,6 +145,7 @@ object Presets {
     enhancedSync = 1,
     eventTimes = 1,
     directSpeed = 1,
+    readWriteOffset = 1,
     sequentialMode = 1,
     deactivationDelay = 1,
     openBuffers = 1,

@@ -8,6 +8,7 @@ import RegisterTable._
   */
 object DlRegisters {
   val Control = 0x0100
+  val Offset  = 0x0108
   val Status  = 0x0110
 
   /** The byte of the control register with the loop settings of all ports. */
@@ -38,6 +39,11 @@ object DlRegisters {
     ): _*)
   }
 
+  private val offset =
+    register(Offset, 2, "read_write_offset", rw, r, "B-113", "Physical read/write offset",
+      field("read_write_offset",            15,         0, stored,     0,
+          "APRW, FPRW and BRW write so many bytes behind the place that they read"))
+
   // The loop of a port that is not there is closed.
   private def link(y: Int, source: Source) =
       field(s"physical_link_port$y",     4 + y,     4 + y, source,     0,      s"1: link at port $y")
@@ -66,5 +72,6 @@ object DlRegisters {
   }
   // format: on
 
-  def apply(p: EscParams): Seq[Register] = Seq(control(p), linkStatus(p))
+  def apply(p: EscParams): Seq[Register] =
+    Seq(control(p), linkStatus(p)) ++ Option.when(p.hasReadWriteOffset)(offset)
 }

@@ -11,11 +11,18 @@ import flyframe.registers.FmmuRegisters
 /** What a search finds, for both directions: kept in block RAM until the byte has passed. */
 abstract class SearchResults(p: EscParams) extends Module {
   val table     = IO(Input(new TableWrite))
-  val search    = IO(Input(new FmmuSearch))
+  val search    = IO(Input(new FmmuSearch(p.hasReadWriteOffset)))
   val readSlot  = IO(Input(UInt(2.W)))
   val writeSlot = IO(Input(UInt(2.W)))
   val read      = IO(Output(new Mapped(p.hasBitwiseFmmus)))
   val write     = IO(Output(new Mapped(p.hasBitwiseFmmus)))
+
+  /** Without FMMU: where the byte is written. Nothing is there past the end (bit 16). */
+  private def writeAddress: UInt = if (!p.hasReadWriteOffset) search.behind(16, 0)
+  else {
+    val sum = search.behind(16, 0) +& search.offset
+    sum(17, 16).orR ## sum(15, 0)
+  }
 
   /** Keeps where the entry of two cycles ago leads, if it `serves` the direction: 0 reads, 1 writes. */
   protected def keep(found: Mapped)(serves: Int => Bool): Unit = {
@@ -28,7 +35,7 @@ abstract class SearchResults(p: EscParams) extends Module {
       val word = WireDefault(found)
       word.hit    := search.direct || (found.hit && serves(i))
       word.before := before
-      when(search.direct) { word.address := search.behind(16, 0) }
+      when(search.direct) { word.address := (if (i == 0) search.behind(16, 0) else writeAddress) }
       for (bits <- word.bits) when(search.direct) { bits := MappedBits.whole }
       when(begins || !hit) { hit := word.hit }
       kept.io.write        := begins || !hit

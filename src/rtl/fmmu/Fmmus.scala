@@ -4,8 +4,12 @@ import chisel3._
 import flyframe.memory.TableWrite
 import flyframe.params.EscParams
 
-/** What the search looks for: a byte of a datagram. */
-class FmmuSearch extends Bundle {
+/** What the search looks for: a byte of a datagram.
+  *
+  * @param hasOffset
+  *   it may be written to another place than it is read from
+  */
+class FmmuSearch(hasOffset: Boolean) extends Bundle {
 
   /** The entry to be looked at, from 0 to 7 in consecutive cycles; 7 until the next search. */
   val index = UInt(3.W)
@@ -22,6 +26,9 @@ class FmmuSearch extends Bundle {
   val slot   = UInt(2.W)
   val before = Bool()
 
+  /** With `direct`: how far behind `behind` it is written. */
+  val offset = UInt((if (hasOffset) 16 else 0).W)
+
   /** Two cycles after `index`: the byte lies past the last logical address. */
   val past = Bool()
 }
@@ -34,7 +41,7 @@ class FmmuSearch extends Bundle {
   */
 class Fmmus(p: EscParams) extends Module {
   val table  = IO(Input(new TableWrite))
-  val search = IO(Input(new FmmuSearch))
+  val search = IO(Input(new FmmuSearch(p.hasReadWriteOffset)))
 
   /** The bytes of which the results are wanted, and those one cycle later. */
   val readSlot  = IO(Input(UInt(2.W)))

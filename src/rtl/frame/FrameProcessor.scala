@@ -10,8 +10,12 @@ import flyframe.protocol.{Command, DatagramLayout, Layout}
 import flyframe.registers.{Access, ClockRegisters, FieldRecord, Register, RegisterMap}
 import flyframe.syncmanager.AreaPort
 
-/** What the registers and the loop control tell the frame processor. */
-class FrameProcessorConfig extends Bundle {
+/** What the registers and the loop control tell the frame processor.
+  *
+  * @param hasOffset
+  *   commands may write to another place than they read from
+  */
+class FrameProcessorConfig(hasOffset: Boolean) extends Bundle {
   val stationAddress = UInt(16.W)
   val stationAlias   = UInt(16.W)
   val aliasEnable    = Bool()
@@ -24,6 +28,9 @@ class FrameProcessorConfig extends Bundle {
 
   /** Event requests of this ESC that go into the IRQ field of every datagram (IRQ-08). */
   val ecatEvents = UInt(16.W)
+
+  /** What commands that read and write add to the address for writing, where that is built (B-113). */
+  val readWriteOffset = UInt((if (hasOffset) 16 else 0).W)
 }
 
 /** The ECAT processing unit: executes the datagrams of a passing frame on the fly, nibble by nibble.
@@ -43,7 +50,7 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   val step   = IO(Input(Bool()))
   val in     = IO(Input(new NibbleStream))
   val out    = IO(Output(new NibbleStream))
-  val config = IO(Input(new FrameProcessorConfig))
+  val config = IO(Input(new FrameProcessorConfig(p.hasReadWriteOffset)))
   val memory = IO(new EcatAccess(p.lanes))
 
   private val registers    = RegisterMap(p, added)
@@ -90,7 +97,8 @@ class FrameProcessor(p: EscParams, added: Seq[Register] = Nil) extends Module {
   /** The buffers of a good frame have changed hands. */
   val buffersSettled = Option.when(p.syncManagers > 0)(IO(Input(Bool())))
   translated.foreach { t =>
-    t.tableWrite := tableWrite.get
+    t.tableWrite      := tableWrite.get
+    t.readWriteOffset := config.readWriteOffset
     t.areas.foreach(_ <> areas.get)
   }
 

@@ -39,6 +39,9 @@ class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq
   val tableWrite = IO(Input(new TableWrite))
   val areas      = Option.when(p.syncManagers > 0)(IO(Flipped(new AreaPort(p))))
 
+  /** See [[FrameProcessorConfig]]. */
+  val readWriteOffset = IO(Input(UInt((if (p.hasReadWriteOffset) 16 else 0).W)))
+
   private val inData   = position.part === Part.data
   private val inHeader = position.part === Part.header
   private val active   = step && in.valid && in.payload
@@ -65,6 +68,7 @@ class TranslatedAccess(p: EscParams, registers: Seq[Register], acknowledged: Seq
   fmmus.search.slot   := number
   fmmus.search.before := isBefore
   fmmus.search.past   := RegNext(past)
+  fmmus.search.offset := Mux(request.readWrite, readWriteOffset, 0.U)
   fmmus.readSlot      := Mux(schedule.askMapped, number - 1.U, number - 2.U)
   fmmus.writeSlot     := Mux(schedule.askMapped, number - 1.U, number - 3.U)
 

@@ -38,6 +38,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "watchdogs"          -> between(0, 1).copy(base = local),
     "leds"               -> between(0, 1).copy(base = local),
     "fmmuBitwise"        -> between(0, 1),
+    "readWriteOffset"    -> between(0, 1).copy(base = EscParams(fmmus = 1)),
     "digitalOutputs"     -> between(0, 4),
     "role"               -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
     "sequentialMode"     -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
@@ -248,6 +249,8 @@ class EscParamsSpec extends AnyFlatSpec {
         EscParams(openBuffers = 1)       -> "openBuffers is 1 but must be 0 if syncManagers is 0.",
         EscParams(acknowledgeByWrite = 1) -> ("acknowledgeByWrite is 1 but must be 0 if applicationLayer, " +
           "alarm, syncSignals and latchSignals are 0."),
+        EscParams(readWriteOffset = 1) ->
+          "readWriteOffset is 1 but must be 0 if fmmus and syncManagers are 0.",
         EscParams(meanWays = 1)                      -> "meanWays is 1 but must be 0 if clocks is 0.",
         clocks.copy(meanWays = 1, ports = 1)         -> "meanWays is 1 but must be 0 if ports is 1.",
         local.copy(syncManagers = 1, eventTimes = 1) -> "eventTimes is 1 but must be 0 if clocks is 0.",

@@ -16,7 +16,7 @@ class FmmusSpec extends AnyFlatSpec with SharedSimulation {
   private class FmmusUnderTest(p: EscParams) extends Module {
     private val fmmus = Module(new Fmmus(p))
     val write         = IO(Input(Valid(new RegisterWrite(p.lanes, p.hasBitWrites))))
-    val search        = IO(Input(new FmmuSearch))
+    val search        = IO(Input(new FmmuSearch(hasOffset = false)))
     val slot          = IO(Input(UInt(2.W)))
     val read          = IO(Output(chiselTypeOf(fmmus.read)))
     val writes        = IO(Output(chiselTypeOf(fmmus.write)))

@@ -67,6 +67,7 @@ class ProcessorUnderProof extends Module {
   dut.config.destroyNonEtherCat := true.B
   dut.config.circulating        := false.B
   dut.config.ecatEvents         := myEvents
+  dut.config.readWriteOffset    := 0.U
 }
 
 /** FP-33: nothing commits unless the frame ends, and ends well. */

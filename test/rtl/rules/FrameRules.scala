@@ -412,4 +412,56 @@ object FrameRules extends Rules {
     val bytes = good(send(EtherCatFrame(Seq(Datagram(Brd, 0, 0, Seq.fill(80)(0)))) ++ Seq.fill(20)(0xee)))
     assert(bytes.takeRight(20).take(16) == Seq.fill(16)(0xee))
   }
+
+  private def apart(p: EscParams) = p.hasReadWriteOffset && p.ramKiB >= 1
+  rule("B-113: commands that read and write do so at places as far apart as 0x0108 says", apart) { s =>
+    import s._
+    stationAddress(0x55)
+    hostPut(0x1000, 1, 2, 3, 4)
+    hostPut(0x1100, 9, 9, 9, 9)
+    assert(get(0x0108, 2).contains(Seq(0, 0)) && put(0x0108, 0x00, 0x01) && word(0x0108) == 0x0100)
+    hostPut(0x0108, 0, 0)
+    assert(word(0x0108) == 0x0100, "the bus's alone")
+    for ((command, adp, n) <- Seq((Aprw, 0, 0x10), (Fprw, 0x55, 0x20), (Brw, 0, 0x30))) {
+      val reply = one(Datagram(command, adp, 0x1000, Seq(n, n + 1)))
+      val read  = if (command == Brw) Seq(n | 1, n + 1 | 2) else Seq(1, 2)
+      assert(reply.workingCounter == 3 && reply.data == read, s"command $command")
+      assert(hostGet(0x1000, 4) == Seq(1, 2, 3, 4) && hostGet(0x1100, 3) == Seq(n, n + 1, 9))
+    }
+    assert(put(0x1002, 7) && hostGet(0x1002, 1) == Seq(7) && get(0x1100, 1).contains(Seq(0x30)), "no others")
+    assert(write(Frmw, 0x33, 0x1003, 8).workingCounter == 1 && bench.hostRead(0x1003) == 8)
+    assert(put(0x0108, 0, 0) && write(Aprw, 0, 0x1000, 5).workingCounter == 3)
+    assert(hostGet(0x1000, 1) == Seq(5))
+  }
+  rule("B-113: where there is nothing to write, reading counts; nothing wraps", apart) { s =>
+    import s._
+    hostPut(0x0fff, 7)
+    hostPut(0x1000, 1)
+    for (offset <- Seq(0xefff, 0xf000, 0xffff)) {
+      assert(put(0x0108, offset & 0xff, offset >> 8))
+      assert(write(Aprw, 0, 0x1000, 9).workingCounter == 1, f"0x$offset%04x")
+      assert(hostGet(0x0fff, 2) == Seq(7, 1))
+    }
+    val reply = Datagram(Aprw, 0, 0x0f80, Seq(3))
+    assert(put(0x0108, 0x80, 0) && one(reply).workingCounter == 3 && bench.hostRead(0x1000) == 3)
+    // What is written counts from the next frame on.
+    val frame = exchange(Datagram(Apwr, 0, 0x0108, Seq(0x81)), reply.copy(data = Seq(4)))
+    assert(frame.map(_.workingCounter) == Seq(1, 3) && bench.hostRead(0x1000) == 4)
+    assert(one(reply.copy(data = Seq(5))).workingCounter == 3 && hostGet(0x1000, 2) == Seq(4, 5))
+  }
+  rule(
+    "B-113: read from one SyncManager, written to another",
+    p => apart(p) && p.syncManagers >= 2 && !p.acknowledgesByWrite
+  ) { s =>
+    import s._
+    syncManager(0, 0x1000, 4, 0x02)
+    syncManager(1, 0x1100, 4, 0x06)
+    assert(put(0x0108, 0x00, 0x01))
+    hostPut(0x1000, 1, 2, 3, 4)
+    val both = Datagram(Aprw, 0, 0x1000, Seq(5, 6, 7, 8))
+    val once = one(both)
+    assert(once.workingCounter == 3 && once.data == Seq(1, 2, 3, 4) && hostGet(0x1100, 4) == Seq(5, 6, 7, 8))
+    assert(one(both).workingCounter == 2, "the first one is empty")
+    assert(hostGet(0x1100, 4) == Seq(5, 6, 7, 8))
+  }
 }
