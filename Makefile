@@ -84,7 +84,7 @@ faults: PRESET = slave
 faults: tools-for-faults ## slaves in OP behind cables that fail: CYCLES=100000 SEED=1 \
         # ARGS="--ring --slaves 8"
 	$(MAKE) -s -f $(SIM) build/faults/flyframe-faults COSIM_OUT=build/faults PRESETS=$(PRESET) COSIM_TRACE=0 \
-	  COSIM_OPT=-O3
+	  COSIM_PROFILE=1
 	build/faults/flyframe-faults --preset $(PRESET) --cycles $(CYCLES) --seed $(SEED) $(ARGS)
 
 # Random frames and soak runs in shards on the workers of Dask: docs/campaign.md. SEED counts from the first
@@ -141,13 +141,13 @@ demo: tools-for-demo alarm-sim ## the smoke-alarm system at work: a simulated li
 # The fastest simulator: without waveforms.
 alarm-sim: tools-for-alarm-sim ## build/alarm/flyframe-alarm: master and slaves with their host programs
 	$(MAKE) -s -f $(SIM) build/alarm/flyframe-alarm COSIM_OUT=build/alarm \
-	  PRESETS="alarm-master alarm-slave" COSIM_TRACE=0 COSIM_OPT=-O3
+	  PRESETS="alarm-master alarm-slave" COSIM_TRACE=0
 
 alarm-ring-sim: tools-for-alarm-ring-sim ## build/alarm-ring/flyframe-alarm: the same for a ring (--ring)
 	$(SBT) "run --preset alarm-master --linePorts 2 --name alarm-master-ring --out build/alarm-ring/verilog" \
 	  "run --preset alarm-slave --out build/alarm-ring/verilog"
 	$(MAKE) -s -f $(SIM) build/alarm-ring/flyframe-alarm GENERATED=build/alarm-ring/verilog \
-	  COSIM_OUT=build/alarm-ring PRESETS="alarm-master-ring alarm-slave" COSIM_TRACE=0 COSIM_OPT=-O3
+	  COSIM_OUT=build/alarm-ring PRESETS="alarm-master-ring alarm-slave" COSIM_TRACE=0
 
 firmware-test: tools-for-firmware-test ## the host programs (src/firmware) against fake controllers
 	$(MAKE) -s -f test/sim/test.mk firmware-test
@@ -166,10 +166,11 @@ interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated netwo
 	  "run --preset $(PRESET) --clocks 2 --syncSignals 2 --meanWays 1 --name $(PRESET)-clocks \
 	    --out build/interop/verilog"
 	$(MAKE) -s -f $(SIM) build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
-	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks" COSIM_TRACE=0 COSIM_OPT=-O3
+	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks" COSIM_TRACE=0
 	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm --star $(PRESET)-star \
 	  --clocks $(PRESET)-clocks $(ARGS)
 
+clocks: export COSIM_PROFILE = 1
 clocks: ## pulses of SYNC0 for 11 s in slaves that real masters have set up, and in long lines: \
         # docs/clocks.md; takes hours
 	$(MAKE) interop ARGS="--only clocks --sync-cycles 11200"

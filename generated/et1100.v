@@ -1298,16 +1298,14 @@ module RegisterFile(
     | (readAddress == 12'h120 ? {1'h0, bytes_whole_parts_al_control, 4'h3, guard_al_control_free, 1'h0} : 14'h0)
     | (readAddress == 12'h121 ? {12'h3, guard_al_control_free, 1'h0} : 14'h0)
     | (readAddress == 12'h130 ? {1'h0, bytes_whole_parts_al_status, 5'h6, guard_al_status_by_pdi} : 14'h0)
-    | (readAddress == 12'h131 ? {13'h6, guard_al_status_by_pdi} : 14'h0) | (readAddress == 12'h134 ? 14'h2D : 14'h0)
-    | (readAddress == 12'h135 ? 14'h2D : 14'h0)
+    | (readAddress == 12'h131 ? {13'h6, guard_al_status_by_pdi} : 14'h0)
+    | (readAddress[11:1] == 11'h9A ? 14'h2D : 14'h0)
     | (readAddress == 12'h138 ? {3'h0, status_run_led_enable, status_run_led_code, 6'hF} : 14'h0)
     | (readAddress == 12'h139 ? {3'h0, status_err_led_enable, status_err_led_code, 6'hF} : 14'h0)
     | (readAddress == 12'h140 ? 14'h2C : 14'h0)
     | (readAddress == 12'h141 ? {bytes_whole_parts_esc_configuration, bytes_whole_parts_device_emulation, 6'hC} : 14'h0)
-    | (readAddress == 12'h142 ? 14'h2C : 14'h0) | (readAddress == 12'h143 ? 14'h2C : 14'h0)
-    | (readAddress == 12'h144 ? 14'h2C : 14'h0) | (readAddress == 12'h150 ? 14'h2C : 14'h0)
-    | (readAddress == 12'h151 ? 14'h2C : 14'h0) | (readAddress == 12'h152 ? 14'h2C : 14'h0)
-    | (readAddress == 12'h153 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 6'hE} : 14'h0)
+    | (readAddress[11:1] == 11'hA1 ? 14'h2C : 14'h0) | (readAddress == 12'h144 ? 14'h2C : 14'h0)
+    | (readAddress[11:2] == 10'h54 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 6'hE} : 14'h0)
     | (readAddress == 12'h201 ? {bytes_whole_23[15:8], 6'hE} : 14'h0)
     | (readAddress == 12'h204
          ? {1'h0,
@@ -1395,9 +1393,7 @@ module RegisterFile(
     | (readAddress == 12'h507 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 14'h0)
     | (readAddress == 12'h508 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 14'h0)
     | (readAddress == 12'h509 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 14'h0)
-    | (readAddress == 12'h50A ? 14'h2C : 14'h0) | (readAddress == 12'h50B ? 14'h2C : 14'h0)
-    | (readAddress == 12'h50C ? 14'h2C : 14'h0) | (readAddress == 12'h50D ? 14'h2C : 14'h0)
-    | (readAddress == 12'h50E ? 14'h2C : 14'h0) | (readAddress == 12'h50F ? 14'h2C : 14'h0)
+    | (readAddress[11:1] == 11'h285 ? 14'h2C : 14'h0) | (readAddress[11:2] == 10'h143 ? 14'h2C : 14'h0)
     | (readAddress == 12'h510
          ? {status_mi_port_address, 2'h1, status_mi_write_enable, 4'h3, guard_mi_ecat_may_write, guard_mi_pdi_may_write}
          : 14'h0)
@@ -1427,18 +1423,12 @@ module RegisterFile(
     | (readAddress == 12'h516 ? {7'h0, bytes_whole_parts_mi_exclusive, 4'h3, guard_mi_ecat_may_claim, 1'h0} : 14'h0)
     | (readAddress == 12'h517 ? {6'h0, status_mi_force, status_mi_taken, 5'h7, guard_mi_pdi_may_take} : 14'h0)
     | (readAddress == 12'h900 ? 14'h1E : 14'h0) | (readAddress == 12'h901 ? 14'h1C : 14'h0)
-    | (readAddress == 12'h902 ? 14'h1C : 14'h0) | (readAddress == 12'h903 ? 14'h1C : 14'h0)
-    | (readAddress == 12'h904 ? 14'h1C : 14'h0) | (readAddress == 12'h905 ? 14'h1C : 14'h0)
-    | (readAddress == 12'h906 ? 14'h1C : 14'h0) | (readAddress == 12'h907 ? 14'h1C : 14'h0)
-    | (readAddress == 12'h908 ? 14'h1C : 14'h0) | (readAddress == 12'h909 ? 14'h1C : 14'h0)
-    | (readAddress == 12'h90A ? 14'h1C : 14'h0) | (readAddress == 12'h90B ? 14'h1C : 14'h0)
-    | (readAddress == 12'h90C ? 14'h1C : 14'h0) | (readAddress == 12'h90D ? 14'h1C : 14'h0)
-    | (readAddress == 12'h90E ? 14'h1C : 14'h0) | (readAddress == 12'h90F ? 14'h1C : 14'h0)
-    | (readAddress == 12'h910 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h911 ? {10'h1, _GEN, 1'h0} : 14'h0)
-    | (readAddress == 12'h912 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h913 ? {10'h1, _GEN, 1'h0} : 14'h0)
-    | (readAddress == 12'h914 ? {10'h1, _GEN_0, 2'h0} : 14'h0);
-  wire [13:0] _GEN_5 =
-    (readAddress == 12'h915 ? {10'h1, _GEN_0, 2'h0} : 14'h0) | (readAddress == 12'h916 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress[11:1] == 11'h481 ? 14'h1C : 14'h0) | (readAddress[11:2] == 10'h241 ? 14'h1C : 14'h0)
+    | (readAddress[11:3] == 9'h121 ? 14'h1C : 14'h0) | (readAddress == 12'h910 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h911 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h912 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h913 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h914 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h915 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h916 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h917 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h918 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h919 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
@@ -1446,8 +1436,9 @@ module RegisterFile(
     | (readAddress == 12'h91B ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h91C ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h91D ? {10'h1, _GEN_0, 2'h0} : 14'h0)
-    | (readAddress == 12'h91E ? {10'h1, _GEN_0, 2'h0} : 14'h0)
-    | (readAddress == 12'h91F ? {10'h1, _GEN_0, 2'h0} : 14'h0) | (readAddress == 12'h920 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h91E ? {10'h1, _GEN_0, 2'h0} : 14'h0);
+  wire [13:0] _GEN_5 =
+    (readAddress == 12'h91F ? {10'h1, _GEN_0, 2'h0} : 14'h0) | (readAddress == 12'h920 ? {10'h1, _GEN, 1'h0} : 14'h0)
     | (readAddress == 12'h921 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h922 ? {10'h1, _GEN, 1'h0} : 14'h0)
     | (readAddress == 12'h923 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h924 ? {10'h1, _GEN, 1'h0} : 14'h0)
     | (readAddress == 12'h925 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h926 ? {10'h1, _GEN, 1'h0} : 14'h0)
@@ -1535,11 +1526,10 @@ module RegisterFile(
          : 14'h0)
     | (readAddress == 12'h9A5
          ? {10'h1, _GEN_1, guard_sync_on & guard_sync1_of_ecat, guard_sync_on & guard_sync1_of_pdi}
-         : 14'h0);
-  wire [13:0] _GEN_6 =
-    (readAddress == 12'h9A6
-       ? {10'h1, _GEN_1, guard_sync_on & guard_sync1_of_ecat, guard_sync_on & guard_sync1_of_pdi}
-       : 14'h0)
+         : 14'h0)
+    | (readAddress == 12'h9A6
+         ? {10'h1, _GEN_1, guard_sync_on & guard_sync1_of_ecat, guard_sync_on & guard_sync1_of_pdi}
+         : 14'h0)
     | (readAddress == 12'h9A7
          ? {10'h1, _GEN_1, guard_sync_on & guard_sync1_of_ecat, guard_sync_on & guard_sync1_of_pdi}
          : 14'h0)
@@ -1563,10 +1553,11 @@ module RegisterFile(
          : 14'h0)
     | (readAddress == 12'h9AE
          ? {5'h0, status_latch0_pin, status_latch0_negative, status_latch0_positive, 2'h0, _GEN_2, 2'h0}
-         : 14'h0)
-    | (readAddress == 12'h9AF
-         ? {5'h0, status_latch1_pin, status_latch1_negative, status_latch1_positive, 2'h0, _GEN_2, 2'h0}
-         : 14'h0) | (readAddress == 12'h9B0 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+         : 14'h0);
+  wire [13:0] _GEN_6 =
+    (readAddress == 12'h9AF
+       ? {5'h0, status_latch1_pin, status_latch1_negative, status_latch1_positive, 2'h0, _GEN_2, 2'h0}
+       : 14'h0) | (readAddress == 12'h9B0 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
     | (readAddress == 12'h9B1 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
     | (readAddress == 12'h9B2 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
     | (readAddress == 12'h9B3 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
@@ -1622,7 +1613,7 @@ module RegisterFile(
     | (ofUnits_hit_1 & readAddress[3:0] == 4'hD ? 14'hC : 14'h0)
     | (ofUnits_hit_1 & readAddress[3:0] == 4'hE ? 14'hC : 14'h0)
     | (ofUnits_hit_1 & (&(readAddress[3:0])) ? 14'hC : 14'h0);
-  wire [13:0] _selected_T_733 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6;
+  wire [13:0] _selected_T_673 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6;
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_54 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_parts_T_66 = writeAddress == 12'h102;
@@ -1925,13 +1916,13 @@ module RegisterFile(
     .valid_2     (_counters_valid_2),
     .valid_3     (_counters_valid_3)
   );
-  assign readData = _selected_T_733[13:6];
-  assign readableByEcat = _selected_T_733[3];
-  assign readableByPdi = _selected_T_733[2];
-  assign writableByEcat = _selected_T_733[1];
-  assign writableByPdi = _selected_T_733[0];
-  assign inRam = _selected_T_733[5];
-  assign isCount = _selected_T_733[4];
+  assign readData = _selected_T_673[13:6];
+  assign readableByEcat = _selected_T_673[3];
+  assign readableByPdi = _selected_T_673[2];
+  assign writableByEcat = _selected_T_673[1];
+  assign writableByPdi = _selected_T_673[0];
+  assign inRam = _selected_T_673[5];
+  assign isCount = _selected_T_673[4];
   assign countData = REG_1 ? kept_900_data : REG ? kept_800_data : _counters_data;
   assign kept_800_address = readAddress;
   assign kept_900_address = readAddress;

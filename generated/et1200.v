@@ -1146,16 +1146,14 @@ module RegisterFile(
     | (readAddress == 12'h120 ? {1'h0, bytes_whole_parts_al_control, 4'h3, guard_al_control_free, 1'h0} : 14'h0)
     | (readAddress == 12'h121 ? {12'h3, guard_al_control_free, 1'h0} : 14'h0)
     | (readAddress == 12'h130 ? {1'h0, bytes_whole_parts_al_status, 5'h6, guard_al_status_by_pdi} : 14'h0)
-    | (readAddress == 12'h131 ? {13'h6, guard_al_status_by_pdi} : 14'h0) | (readAddress == 12'h134 ? 14'h2D : 14'h0)
-    | (readAddress == 12'h135 ? 14'h2D : 14'h0)
+    | (readAddress == 12'h131 ? {13'h6, guard_al_status_by_pdi} : 14'h0)
+    | (readAddress[11:1] == 11'h9A ? 14'h2D : 14'h0)
     | (readAddress == 12'h138 ? {3'h0, status_run_led_enable, status_run_led_code, 6'hF} : 14'h0)
     | (readAddress == 12'h139 ? {3'h0, status_err_led_enable, status_err_led_code, 6'hF} : 14'h0)
     | (readAddress == 12'h140 ? 14'h2C : 14'h0)
     | (readAddress == 12'h141 ? {bytes_whole_parts_esc_configuration, bytes_whole_parts_device_emulation, 6'hC} : 14'h0)
-    | (readAddress == 12'h142 ? 14'h2C : 14'h0) | (readAddress == 12'h143 ? 14'h2C : 14'h0)
-    | (readAddress == 12'h144 ? 14'h2C : 14'h0) | (readAddress == 12'h150 ? 14'h2C : 14'h0)
-    | (readAddress == 12'h151 ? 14'h2C : 14'h0) | (readAddress == 12'h152 ? 14'h2C : 14'h0)
-    | (readAddress == 12'h153 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 6'hE} : 14'h0)
+    | (readAddress[11:1] == 11'hA1 ? 14'h2C : 14'h0) | (readAddress == 12'h144 ? 14'h2C : 14'h0)
+    | (readAddress[11:2] == 10'h54 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 6'hE} : 14'h0)
     | (readAddress == 12'h201 ? {bytes_whole_23[15:8], 6'hE} : 14'h0)
     | (readAddress == 12'h204
          ? {1'h0,
@@ -1230,9 +1228,7 @@ module RegisterFile(
     | (readAddress == 12'h507 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 14'h0)
     | (readAddress == 12'h508 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 14'h0)
     | (readAddress == 12'h509 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 14'h0)
-    | (readAddress == 12'h50A ? 14'h2C : 14'h0) | (readAddress == 12'h50B ? 14'h2C : 14'h0)
-    | (readAddress == 12'h50C ? 14'h2C : 14'h0) | (readAddress == 12'h50D ? 14'h2C : 14'h0)
-    | (readAddress == 12'h50E ? 14'h2C : 14'h0) | (readAddress == 12'h50F ? 14'h2C : 14'h0)
+    | (readAddress[11:1] == 11'h285 ? 14'h2C : 14'h0) | (readAddress[11:2] == 10'h143 ? 14'h2C : 14'h0)
     | (readAddress == 12'h510
          ? {status_mi_port_address, 2'h0, status_mi_write_enable, 4'h3, guard_mi_ecat_may_write, 1'h0}
          : 14'h0)
@@ -1253,30 +1249,25 @@ module RegisterFile(
     | (readAddress == 12'h514 ? {status_mi_data[7:0], 4'h3, guard_mi_ecat_may_write, 1'h0} : 14'h0)
     | (readAddress == 12'h515 ? {status_mi_data[15:8], 4'h3, guard_mi_ecat_may_write, 1'h0} : 14'h0)
     | (readAddress == 12'h900 ? 14'h1E : 14'h0) | (readAddress == 12'h901 ? 14'h1C : 14'h0)
-    | (readAddress == 12'h902 ? 14'h1C : 14'h0) | (readAddress == 12'h903 ? 14'h1C : 14'h0)
-    | (readAddress == 12'h904 ? 14'h1C : 14'h0) | (readAddress == 12'h905 ? 14'h1C : 14'h0)
-    | (readAddress == 12'h906 ? 14'h1C : 14'h0) | (readAddress == 12'h907 ? 14'h1C : 14'h0)
-    | (readAddress == 12'h908 ? 14'h1C : 14'h0) | (readAddress == 12'h909 ? 14'h1C : 14'h0)
-    | (readAddress == 12'h90A ? 14'h1C : 14'h0) | (readAddress == 12'h90B ? 14'h1C : 14'h0)
-    | (readAddress == 12'h90C ? 14'h1C : 14'h0) | (readAddress == 12'h90D ? 14'h1C : 14'h0)
-    | (readAddress == 12'h90E ? 14'h1C : 14'h0) | (readAddress == 12'h90F ? 14'h1C : 14'h0)
-    | (readAddress == 12'h910 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h911 ? {10'h1, _GEN, 1'h0} : 14'h0)
-    | (readAddress == 12'h912 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h913 ? {10'h1, _GEN, 1'h0} : 14'h0)
-    | (readAddress == 12'h914 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress[11:1] == 11'h481 ? 14'h1C : 14'h0) | (readAddress[11:2] == 10'h241 ? 14'h1C : 14'h0)
+    | (readAddress[11:3] == 9'h121 ? 14'h1C : 14'h0) | (readAddress == 12'h910 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h911 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h912 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h913 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h914 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h915 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h916 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h917 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h918 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h919 ? {10'h1, _GEN_0, 2'h0} : 14'h0)
-    | (readAddress == 12'h91A ? {10'h1, _GEN_0, 2'h0} : 14'h0);
-  wire [13:0] _GEN_5 =
-    (readAddress == 12'h91B ? {10'h1, _GEN_0, 2'h0} : 14'h0) | (readAddress == 12'h91C ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h91A ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h91B ? {10'h1, _GEN_0, 2'h0} : 14'h0)
+    | (readAddress == 12'h91C ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h91D ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h91E ? {10'h1, _GEN_0, 2'h0} : 14'h0)
     | (readAddress == 12'h91F ? {10'h1, _GEN_0, 2'h0} : 14'h0) | (readAddress == 12'h920 ? {10'h1, _GEN, 1'h0} : 14'h0)
     | (readAddress == 12'h921 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h922 ? {10'h1, _GEN, 1'h0} : 14'h0)
-    | (readAddress == 12'h923 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h924 ? {10'h1, _GEN, 1'h0} : 14'h0)
-    | (readAddress == 12'h925 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h926 ? {10'h1, _GEN, 1'h0} : 14'h0)
+    | (readAddress == 12'h923 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h924 ? {10'h1, _GEN, 1'h0} : 14'h0);
+  wire [13:0] _GEN_5 =
+    (readAddress == 12'h925 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h926 ? {10'h1, _GEN, 1'h0} : 14'h0)
     | (readAddress == 12'h927 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h928 ? {10'h1, _GEN, 1'h0} : 14'h0)
     | (readAddress == 12'h929 ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h92A ? {10'h1, _GEN, 1'h0} : 14'h0)
     | (readAddress == 12'h92B ? {10'h1, _GEN, 1'h0} : 14'h0) | (readAddress == 12'h92C ? {10'h1, _GEN_0, 2'h0} : 14'h0)
@@ -1382,26 +1373,25 @@ module RegisterFile(
             _GEN_2,
             guard_latch_on & guard_latch0_of_ecat,
             guard_latch_on & guard_latch0_of_pdi}
-         : 14'h0);
-  wire [13:0] _GEN_6 =
-    (readAddress == 12'h9A9
-       ? {6'h0,
-          bytes_whole_parts_parts_old_62,
-          bytes_whole_parts_parts_old_61,
-          2'h0,
-          _GEN_2,
-          guard_latch_on & guard_latch1_of_ecat,
-          guard_latch_on & guard_latch1_of_pdi}
-       : 14'h0)
+         : 14'h0)
+    | (readAddress == 12'h9A9
+         ? {6'h0,
+            bytes_whole_parts_parts_old_62,
+            bytes_whole_parts_parts_old_61,
+            2'h0,
+            _GEN_2,
+            guard_latch_on & guard_latch1_of_ecat,
+            guard_latch_on & guard_latch1_of_pdi}
+         : 14'h0)
     | (readAddress == 12'h9AE
          ? {5'h0, status_latch0_pin, status_latch0_negative, status_latch0_positive, 2'h0, _GEN_2, 2'h0}
          : 14'h0)
     | (readAddress == 12'h9AF
          ? {5'h0, status_latch1_pin, status_latch1_negative, status_latch1_positive, 2'h0, _GEN_2, 2'h0}
          : 14'h0) | (readAddress == 12'h9B0 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
-    | (readAddress == 12'h9B1 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
-    | (readAddress == 12'h9B2 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
-    | (readAddress == 12'h9B3 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
+    | (readAddress == 12'h9B1 ? {10'h1, _GEN_2, 2'h0} : 14'h0);
+  wire [13:0] _GEN_6 =
+    (readAddress == 12'h9B2 ? {10'h1, _GEN_2, 2'h0} : 14'h0) | (readAddress == 12'h9B3 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
     | (readAddress == 12'h9B4 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
     | (readAddress == 12'h9B5 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
     | (readAddress == 12'h9B6 ? {10'h1, _GEN_2, 2'h0} : 14'h0)
@@ -1453,7 +1443,7 @@ module RegisterFile(
     | (ofUnits_hit_1 & readAddress[2:0] == 3'h5 ? 14'h1C : 14'h0)
     | (ofUnits_hit_1 & readAddress[2:0] == 3'h6 ? {casez_tmp_0, 6'hE} : 14'h0)
     | (ofUnits_hit_1 & (&(readAddress[2:0])) ? {casez_tmp_1, 6'hD} : 14'h0);
-  wire [13:0] _selected_T_706 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6;
+  wire [13:0] _selected_T_646 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6;
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_parts_T_54 = writeAddress == 12'h102;
@@ -1690,13 +1680,13 @@ module RegisterFile(
     .valid_2     (_counters_valid_2),
     .valid_3     (_counters_valid_3)
   );
-  assign readData = _selected_T_706[13:6];
-  assign readableByEcat = _selected_T_706[3];
-  assign readableByPdi = _selected_T_706[2];
-  assign writableByEcat = _selected_T_706[1];
-  assign writableByPdi = _selected_T_706[0];
-  assign inRam = _selected_T_706[5];
-  assign isCount = _selected_T_706[4];
+  assign readData = _selected_T_646[13:6];
+  assign readableByEcat = _selected_T_646[3];
+  assign readableByPdi = _selected_T_646[2];
+  assign writableByEcat = _selected_T_646[1];
+  assign writableByPdi = _selected_T_646[0];
+  assign inRam = _selected_T_646[5];
+  assign isCount = _selected_T_646[4];
   assign countData = REG_1 ? kept_900_data : REG ? kept_800_data : _counters_data;
   assign kept_800_address = readAddress;
   assign kept_900_address = readAddress;

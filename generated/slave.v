@@ -1089,16 +1089,14 @@ module RegisterFile(
     | (readAddress == 12'h120 ? {1'h0, bytes_whole_parts_al_control, 4'h3, guard_al_control_free, 1'h0} : 14'h0)
     | (readAddress == 12'h121 ? {12'h3, guard_al_control_free, 1'h0} : 14'h0)
     | (readAddress == 12'h130 ? {1'h0, bytes_whole_parts_al_status, 5'h6, guard_al_status_by_pdi} : 14'h0)
-    | (readAddress == 12'h131 ? {13'h6, guard_al_status_by_pdi} : 14'h0) | (readAddress == 12'h134 ? 14'h2D : 14'h0)
-    | (readAddress == 12'h135 ? 14'h2D : 14'h0)
+    | (readAddress == 12'h131 ? {13'h6, guard_al_status_by_pdi} : 14'h0)
+    | (readAddress[11:1] == 11'h9A ? 14'h2D : 14'h0)
     | (readAddress == 12'h138 ? {3'h0, status_run_led_enable, status_run_led_code, 6'hF} : 14'h0)
     | (readAddress == 12'h139 ? {3'h0, status_err_led_enable, status_err_led_code, 6'hF} : 14'h0)
     | (readAddress == 12'h140 ? 14'h2C : 14'h0)
     | (readAddress == 12'h141 ? {bytes_whole_parts_esc_configuration, bytes_whole_parts_device_emulation, 6'hC} : 14'h0)
-    | (readAddress == 12'h142 ? 14'h2C : 14'h0) | (readAddress == 12'h143 ? 14'h2C : 14'h0)
-    | (readAddress == 12'h144 ? 14'h2C : 14'h0) | (readAddress == 12'h150 ? 14'h2C : 14'h0)
-    | (readAddress == 12'h151 ? 14'h2C : 14'h0) | (readAddress == 12'h152 ? 14'h2C : 14'h0)
-    | (readAddress == 12'h153 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 6'hE} : 14'h0)
+    | (readAddress[11:1] == 11'hA1 ? 14'h2C : 14'h0) | (readAddress == 12'h144 ? 14'h2C : 14'h0)
+    | (readAddress[11:2] == 10'h54 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 6'hE} : 14'h0)
     | (readAddress == 12'h201 ? {bytes_whole_23[15:8], 6'hE} : 14'h0)
     | (readAddress == 12'h204
          ? {1'h0,
@@ -1121,10 +1119,10 @@ module RegisterFile(
     | (readAddress == 12'h301 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
     | (readAddress == 12'h302 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
     | (readAddress == 12'h303 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
-    | (readAddress == 12'h308 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0);
+    | (readAddress == 12'h308 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
+    | (readAddress == 12'h309 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0);
   wire [13:0] _GEN_0 =
-    (readAddress == 12'h309 ? {9'h0, _counters_valid_0, 4'hE} : 14'h0)
-    | (readAddress == 12'h30C ? {9'h0, _counters_valid_1, 4'hE} : 14'h0)
+    (readAddress == 12'h30C ? {9'h0, _counters_valid_1, 4'hE} : 14'h0)
     | (readAddress == 12'h310 ? {9'h0, _counters_valid_2, 4'hE} : 14'h0)
     | (readAddress == 12'h311 ? {9'h0, _counters_valid_2, 4'hE} : 14'h0)
     | (readAddress == 12'h400 ? {bytes_whole_34[7:0], 6'hE} : 14'h0)
@@ -1163,9 +1161,7 @@ module RegisterFile(
     | (readAddress == 12'h507 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_write} : 14'h0)
     | (readAddress == 12'h508 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 14'h0)
     | (readAddress == 12'h509 ? {12'hB, guard_sii_ecat_may_write, guard_sii_pdi_may_answer} : 14'h0)
-    | (readAddress == 12'h50A ? 14'h2C : 14'h0) | (readAddress == 12'h50B ? 14'h2C : 14'h0)
-    | (readAddress == 12'h50C ? 14'h2C : 14'h0) | (readAddress == 12'h50D ? 14'h2C : 14'h0)
-    | (readAddress == 12'h50E ? 14'h2C : 14'h0) | (readAddress == 12'h50F ? 14'h2C : 14'h0)
+    | (readAddress[11:1] == 11'h285 ? 14'h2C : 14'h0) | (readAddress[11:2] == 10'h143 ? 14'h2C : 14'h0)
     | (ofUnits_hit & readAddress[2:0] == 3'h0 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
     | (ofUnits_hit & readAddress[2:0] == 3'h1 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
     | (ofUnits_hit & readAddress[2:0] == 3'h2 ? {12'hB, casez_tmp, 1'h0} : 14'h0)
@@ -1190,7 +1186,7 @@ module RegisterFile(
     | (ofUnits_hit_1 & readAddress[3:0] == 4'hD ? 14'hC : 14'h0)
     | (ofUnits_hit_1 & readAddress[3:0] == 4'hE ? 14'hC : 14'h0)
     | (ofUnits_hit_1 & (&(readAddress[3:0])) ? 14'hC : 14'h0);
-  wire [13:0] _selected_T_325 = _GEN | _GEN_0;
+  wire [13:0] _selected_T_298 = _GEN | _GEN_0;
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_parts_T_54 = writeAddress == 12'h102;
@@ -1406,13 +1402,13 @@ module RegisterFile(
     .valid_2     (_counters_valid_2),
     .valid_3     (_counters_valid_3)
   );
-  assign readData = _selected_T_325[13:6];
-  assign readableByEcat = _selected_T_325[3];
-  assign readableByPdi = _selected_T_325[2];
-  assign writableByEcat = _selected_T_325[1];
-  assign writableByPdi = _selected_T_325[0];
-  assign inRam = _selected_T_325[5];
-  assign isCount = _selected_T_325[4];
+  assign readData = _selected_T_298[13:6];
+  assign readableByEcat = _selected_T_298[3];
+  assign readableByPdi = _selected_T_298[2];
+  assign writableByEcat = _selected_T_298[1];
+  assign writableByPdi = _selected_T_298[0];
+  assign inRam = _selected_T_298[5];
+  assign isCount = _selected_T_298[4];
   assign countData = REG ? kept_800_data : _counters_data;
   assign kept_800_address = readAddress;
   assign value_sm7_repeat_request = bytes_whole_parts_parts_old_53;

@@ -6,8 +6,11 @@ GENERATED       ?= generated
 COSIM_OUT       ?= build
 # Waveforms (--trace) cost speed even when none is written: COSIM_TRACE=0 leaves them out.
 COSIM_TRACE     ?= 1
-# Optimization of the models. -O0 compiles fastest and pays for a run of seconds, -O3 for a run of minutes.
-COSIM_OPT       ?= -O2
+# Optimization of the models: code that is small runs fastest, as a model is larger than a cache. -O0 compiles
+# fastest and pays for a run of seconds. For runs of hours COSIM_PROFILE=1 optimizes models of slaves for what
+# they do most of the time.
+COSIM_PROFILE   ?= 0
+COSIM_OPT       ?= $(if $(filter 1,$(COSIM_PROFILE)),-O2,-Os)
 
 SIM             := src/sim
 # What is compiled once for all programs, whoever builds them: objects and Verilated models.
@@ -60,8 +63,10 @@ $(COSIM_OUT)/models/list: sim-force
 	@mkdir -p $(@D); echo '$(PRESETS)' | cmp -s - $@ || echo '$(PRESETS)' > $@
 
 # Which model belongs to a preset depends on content, so it is asked each time; the answer rarely changes.
-export CXX VERILATOR VERILATOR_INC VERILATOR_FLAGS GENERATED COSIM_TRACE COSIM_OPT SIM SIM_CACHE SIM_CXXFLAGS
-$(COSIM_OUT)/models/%.link: $(GENERATED)/%.v $(GENERATED)/%.json sim-force
+export CXX VERILATOR VERILATOR_INC VERILATOR_FLAGS GENERATED COSIM_TRACE COSIM_OPT COSIM_PROFILE TRAINER SIM \
+       SIM_CACHE SIM_CXXFLAGS
+TRAINER         := $(if $(filter 1,$(COSIM_PROFILE)),$(call objects,core latency) $(RUNTIME))
+$(COSIM_OUT)/models/%.link: $(GENERATED)/%.v $(GENERATED)/%.json $(TRAINER) sim-force
 	+@mkdir -p $(@D) && $(SIM)/model.sh $* >$@.new
 	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
 

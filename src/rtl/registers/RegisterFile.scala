@@ -301,8 +301,23 @@ class RegisterFile(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private val inBlocks       = registers.filter(_.block.isDefined).flatMap(_.range).toSet
   private val words          = (bytes.keySet -- inBlocks).map(_ >> laneBits)
   private def wordAt(w: Int) = word(lane => bytes.getOrElse((w << laneBits) + lane, none))
+
+  /** Words of which this is the same decode alike: always so, if there is nothing of their own in it. */
+  private def decodesAs(w: Int): Seq[Any] = (0 until lanes).map { lane =>
+    val address = (w << laneBits) + lane
+    registers.find(_.covers(address)).map { r =>
+      val own = r.guards.nonEmpty || r.fields.exists(_.source match {
+        case Source.Ram | _: Source.Kept => false
+        case _                           => true
+      })
+      if (own) address else (r.inRam, keptBytes(address), r.ecat, r.pdi)
+    }
+  }
   private val single =
-    if (!p.isMaster && !p.hasAlarm) words.toSeq.sorted.map(w => (readAddress === w.U) -> wordAt(w))
+    if (!p.isMaster && !p.hasAlarm)
+      words.groupBy(decodesAs).values.flatMap(AlignedBlock.cover).toSeq.sortBy(_.first).map { block =>
+        block.holds(readAddress) -> wordAt(block.first)
+      }
     else // Many registers lie close together: eight words share a comparison.
       words.map(_ / 8).toSeq.sorted.map { row =>
         (readAddress >> 3 === row.U) -> VecInit((0 until 8).map(i => wordAt(8 * row + i)))(

@@ -138,7 +138,7 @@ class EscParamsSpec extends AnyFlatSpec {
   "LNK-12: PHYs" should "have addresses of their own, and nothing without effect" in {
     val p    = EscParams(ports = 3, mi = 1)
     val none = EscParams(ports = 3)
-    val fx   = "must be 0x0 if miLinkDetection and enhancedLinkDetection are 0."
+    val fx   = "must be 0 if miLinkDetection and enhancedLinkDetection are 0."
     for (
       (set, sentence) <- Seq(
         none.copy(miLinkDetection = 1)       -> "miLinkDetection is 1 but must be 0 if mi is 0.",
@@ -146,8 +146,8 @@ class EscParamsSpec extends AnyFlatSpec {
         none.copy(phyAddressOffset = 16)     -> "phyAddressOffset is 16 but must be 0 if mi is 0.",
         none.copy(phyAddresses = 0x0443)     -> "phyAddresses is 0x0443 but must be -1 if mi is 0.",
         none.copy(linkLowPorts = 8)          -> "linkLowPorts is 0x8 but must be 0x0 to 0x7 with 3 ports.",
-        none.copy(fxPorts = 4)               -> s"fxPorts is 0x4 but $fx",
-        p.copy(fxPorts = 4)                  -> s"fxPorts is 0x4 but $fx",
+        none.copy(fxPorts = 4)               -> s"fxPorts is 0x0004 but $fx",
+        p.copy(fxPorts = 4)                  -> s"fxPorts is 0x0004 but $fx",
         p.copy(fxPorts = 8)                  -> "fxPorts is 0x8 but must be 0x0 to 0x7 with 3 ports.",
         p.copy(phyAddresses = 0x0421) ->
           "phyAddresses is 0x0421 but must have 3 different addresses for as many ports.",

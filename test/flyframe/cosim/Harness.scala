@@ -11,10 +11,10 @@ import flyframe.params.EscParams
   *
   * @param name
   *   of the folder under `build` for all of this
-  * @param optimise
-  *   what the compiler does with the models
+  * @param options
+  *   variables of `src/sim/sim.mk`, as `NAME=value`
   */
-final class Harness(name: String, sets: Seq[EscParams], optimise: String = "-O2") {
+final class Harness(name: String, sets: Seq[EscParams], options: String*) {
   private val verilog = Paths.get(s"build/$name/verilog")
   private val out     = Paths.get(s"build/$name")
 
@@ -48,23 +48,22 @@ final class Harness(name: String, sets: Seq[EscParams], optimise: String = "-O2"
       documents.foreach { case (suffix, text) => write(s"${p.preset}.$suffix", text(p)) }
     )
   }
-  private def make(target: String, optimise: String): Unit = {
+  private def make(target: String, more: String*): Unit = {
     emitted
     val settings = Seq(
       "COSIM_TRACE=0",
-      s"COSIM_OPT=$optimise",
       s"GENERATED=$verilog",
       s"COSIM_OUT=$out",
       s"PRESETS=${sets.map(_.preset).mkString(" ")}"
     )
-    run(Seq("make", "-s", "-j2", "-f", "src/sim/sim.mk", target) ++ settings: _*)
+    run(Seq("make", "-s", "-j2", "-f", "src/sim/sim.mk", target) ++ settings ++ options ++ more: _*)
   }
 
   /** A program of the simulator, built when it is first needed; models are shared by content, see
     * `src/sim/model.sh`.
     */
-  private def program(name: String, optimise: String = optimise): String = {
-    make(s"$out/$name", optimise)
+  private def program(name: String, more: String*): String = {
+    make(s"$out/$name", more: _*)
     s"$out/$name"
   }
   private lazy val fuzzProgram  = program("flyframe-fuzz")
@@ -110,12 +109,15 @@ final class Harness(name: String, sets: Seq[EscParams], optimise: String = "-O2"
   }
 
   /** The program that simulates the smoke-alarm system. */
-  lazy val alarmProgram: Path = Paths.get(program("flyframe-alarm", "-O3"))
+  lazy val alarmProgram: Path = Paths.get(program("flyframe-alarm"))
 
   /** The program that uses SyncManagers from bus and host at once. */
   private lazy val soakProgram: String = program("flyframe-smsoak")
 
   /** The programs for runs of many frames, as fast as they get. */
-  def longRuns(): Unit =
-    Seq("flyframe-fuzz", "flyframe-smsoak", "flyframe-faults").foreach(program(_, "-O3"))
+  def longRuns(): Unit = {
+    val profile = if (sets.exists(p => p.isMaster || p.ports == 1)) "0" else "1"
+    for (name <- Seq("flyframe-fuzz", "flyframe-smsoak", "flyframe-faults"))
+      program(name, s"COSIM_PROFILE=$profile")
+  }
 }

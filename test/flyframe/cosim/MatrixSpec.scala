@@ -48,7 +48,7 @@ class MatrixSpec extends AnyFlatSpec {
   private val points = if (Tier.isSoak) whole else sample
 
   // Nobody waits for frames here, but for the compiler.
-  private val harness = new Harness("matrix", points, optimise = "-O1")
+  private val harness = new Harness("matrix", points, "COSIM_OPT=-O1")
 
   s"The ${points.size} parameter sets" should "elaborate and lint clean" in {
     tier.run("elaborated, linted", points.size) {

@@ -232,12 +232,12 @@ object AlarmSystem {
     * headers of generated/.
     */
   lazy val program: Path =
-    new Harness("alarm-test", Seq("alarm-master", "alarm-slave").map(preset), "-O3").alarmProgram
+    new Harness("alarm-test", Seq("alarm-master", "alarm-slave").map(preset)).alarmProgram
 
   /** The one of a ring. */
   lazy val ringProgram: Path = {
     val master = preset("alarm-master").copy(preset = "alarm-master-ring", linePorts = 2)
-    new Harness("alarm-ring-test", Seq(master, preset("alarm-slave")), "-O3").alarmProgram
+    new Harness("alarm-ring-test", Seq(master, preset("alarm-slave"))).alarmProgram
   }
 
   /** The list of slaves, as the simulator has it. */

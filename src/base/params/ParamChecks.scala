@@ -1,0 +1,126 @@
+package flyframe.params
+
+/** What makes a set of parameters impossible: each parameter's own range, and what the parameters ask of each
+  * other.
+  */
+private[params] object ParamChecks {
+
+  def problems(p: EscParams): Seq[String] = {
+    val outside = ParamTable.all.filterNot(i => i.in(p.role).allowed(i.get(p))).map { i =>
+      val here = i.in(p.role)
+      val role = if (here.range == i.range) "" else s" if role is ${p.role}"
+      s"${i.name} is ${i.show(p)} but must be ${here.rangeInWords}$role."
+    }
+    if (outside.nonEmpty) outside
+    else (txShift(p) ++ rmii(p) ++ (if (p.isMaster) ofMaster(p) else ofSlave(p))).toSeq
+  }
+
+  /** `name` is for something that is only there if one of `others` is at least `least`. */
+  private case class Need(name: String, others: Seq[String], least: Int = 1) {
+    def problem(p: EscParams): Option[String] = {
+      val set    = ParamTable(name)
+      val values = others.map(ParamTable(_).get(p))
+      Option.when(set.get(p) > 0 && values.forall(_ < least)) {
+        val missing = others match {
+          case Seq(other) => s"$other is ${values.head}"
+          case _          => s"${others.init.mkString(", ")} and ${others.last} are 0"
+        }
+        s"$name is ${set.show(p)} but must be 0 if $missing."
+      }
+    }
+  }
+
+  private val needs = Seq(
+    Need("watchdogs", Seq("applicationLayer")),
+    Need("leds", Seq("applicationLayer")),
+    Need("syncManagers", Seq("applicationLayer")),
+    Need("sequentialMode", Seq("syncManagers")),
+    Need("deactivationDelay", Seq("syncManagers")),
+    Need("openBuffers", Seq("syncManagers")),
+    Need("readWriteOffset", Seq("fmmus", "syncManagers")),
+    Need("acknowledgeByWrite", Seq("applicationLayer", "alarm", "syncSignals", "latchSignals")),
+    Need("syncSignals", Seq("clocks"), least = 2),
+    Need("latchSignals", Seq("clocks"), least = 2),
+    Need("directSpeed", Seq("clocks"), least = 2),
+    Need("enhancedSync", Seq("syncSignals")),
+    Need("timeByPdi", Seq("latchSignals")),
+    Need("meanWays", Seq("clocks")),
+    Need("eventTimes", Seq("clocks")),
+    Need("eventTimes", Seq("syncManagers")),
+    Need("clockPowerSaving", Seq("syncSignals", "latchSignals")),
+    Need("clockPowerSaving", Seq("sii")),
+    Need("miLinkDetection", Seq("mi")),
+    Need("enhancedLinkDetection", Seq("mi")),
+    Need("phyAddressOffset", Seq("mi")),
+    Need("fxPorts", Seq("miLinkDetection", "enhancedLinkDetection"))
+  )
+
+  private def txShift(p: EscParams) = Option.when(p.txShift >= p.cyclesPerNibble)(
+    s"txShift is ${p.txShift} but must be 0 to ${p.cyclesPerNibble - 1} core cycles at coreClockMhz " +
+      s"${p.coreClockMhz}."
+  )
+
+  /** Half a nibble is a whole number of core cycles. */
+  private def rmii(p: EscParams) = ofPorts("rmiiPorts", p).orElse(
+    Option.when(p.rmiiPorts != 0 && p.coreClockMhz % 50 != 0)(
+      f"rmiiPorts is 0x${p.rmiiPorts}%x but must be 0x0 at coreClockMhz ${p.coreClockMhz}."
+    )
+  )
+
+  /** A parameter with a bit per port has none of ports that are not there. */
+  private def ofPorts(name: String, p: EscParams): Option[String] = {
+    val (value, all) = (ParamTable(name).get(p), (1 << p.portCount) - 1)
+    Option.when(value > all)(
+      f"$name is 0x$value%x but must be 0x0 to 0x$all%x with ${p.portCount} ports."
+    )
+  }
+
+  private def ofSlave(p: EscParams): Seq[String] = {
+    val ports = Seq("linkLowPorts", "fxPorts").flatMap(ofPorts(_, p))
+    Seq(
+      Option.when(p.writeLogDepth > p.longestWriteLog)(
+        s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 (derived) or 16 to " +
+          s"${p.longestWriteLog} bytes at coreClockMhz ${p.coreClockMhz}."
+      ),
+      scanned("fmmus", p),
+      scanned("syncManagers", p),
+      Option.when(p.hasSystemTime && p.coreClockMhz < 100)(
+        s"clocks is ${p.clocks} but must be 0 to 1 at coreClockMhz ${p.coreClockMhz}."
+      ),
+      Option.when(p.hasMeanWays && p.ports == 1)("meanWays is 1 but must be 0 if ports is 1.")
+    ).flatten ++ ports ++ (if (ports.isEmpty) needs.flatMap(_.problem(p)) else Nil) ++ phys(p)
+  }
+
+  /** FMMUs and SyncManagers are looked through one per core cycle, in two halves, while a byte passes. */
+  private def scanned(name: String, p: EscParams): Option[String] = {
+    val value = ParamTable(name).get(p)
+    Option.when(value > 0 && p.coreClockMhz < 100)(
+      s"$name is $value but must be 0 at coreClockMhz ${p.coreClockMhz}."
+    )
+  }
+
+  /** Each PHY has an address of its own (LNK-12). */
+  private def phys(p: EscParams): Seq[String] = {
+    val shown = f"0x${p.phyAddresses}%04x"
+    Seq(
+      Option.when(p.phyAddresses >= 0 && !p.hasMi)(s"phyAddresses is $shown but must be -1 if mi is 0."),
+      Option.when(p.hasMi && p.phyAddresses >= 0 && p.phyAddressOffset != 0)(
+        s"phyAddressOffset is ${p.phyAddressOffset} but must be 0 if phyAddresses is $shown."
+      ),
+      Option.when(p.hasMi && (0 until p.ports).map(p.phyAddress).distinct.size < p.ports)(
+        s"phyAddresses is $shown but must have ${p.ports} different addresses for as many ports."
+      )
+    ).flatten
+  }
+
+  /** A master has two ports, and nothing of a slave: what is 0 by default in those, and their RAM. */
+  private def ofMaster(p: EscParams): Seq[String] = {
+    val none    = EscParams(ramKiB = 0)
+    val nothing = ParamTable.all.filter(i => !i.roles(1) && i.get(none) == 0)
+    Option.when(p.ports != 2)(s"ports is ${p.ports} but must be 2 if role is 1.").toSeq ++
+      nothing.filter(_.get(p) != 0).map(i => s"${i.name} is ${i.get(p)} but must be 0 if role is 1.") ++
+      Option.when(p.phyAddresses >= 0)(
+        f"phyAddresses is 0x${p.phyAddresses}%04x but must be -1 if role is 1."
+      )
+  }
+}

@@ -1,0 +1,338 @@
+package flyframe.params
+
+/** Everything about one parameter: its name, text, unit, range, and how to read and change it in an
+  * [[EscParams]].
+  *
+  * @param hex
+  *   it is written hexadecimal
+  * @param roles
+  *   values of the parameter `role` for which it has an effect
+  * @param master
+  *   the same parameter as it is in a master, if it has another text or range there
+  */
+final case class ParamInfo(
+    name: String,
+    text: String,
+    unit: String,
+    range: String,
+    allowed: Int => Boolean,
+    get: EscParams => Int,
+    set: (EscParams, Int) => EscParams,
+    hex: Boolean = false,
+    roles: Set[Int] = Set(0, 1),
+    master: Option[ParamInfo] = None
+) {
+
+  /** This parameter as it is in a controller with this `role`. */
+  def in(role: Int): ParamInfo = if (role == 1) master.getOrElse(this) else this
+
+  /** The range with its unit, as sentences name it. */
+  def rangeInWords: String = range + (if (unit == "code") "" else s" $unit")
+
+  /** The value of this parameter in `p` as a person writes it. */
+  def show(p: EscParams): String = if (hex && get(p) >= 0) f"0x${get(p)}%04x" else get(p).toString
+}
+
+/** The table of all parameters: the only place where a parameter's text, unit and range stand. */
+object ParamTable {
+  private def oneOf(values: Int*): (String, Int => Boolean) = (values.mkString(", "), values.contains(_))
+  private def between(low: Int, high: Int): (String, Int => Boolean) =
+    (s"$low to $high", v => v >= low && v <= high)
+  private def reported(high: Int): (String, Int => Boolean) =
+    (s"-1 (derived) or 0 to $high", v => v >= -1 && v <= high)
+
+  private def info(
+      name: String,
+      text: String,
+      unit: String,
+      range: (String, Int => Boolean),
+      hex: Boolean = false
+  )(
+      get: EscParams => Int
+  )(set: (EscParams, Int) => EscParams) = ParamInfo(name, text, unit, range._1, range._2, get, set, hex)
+
+  private def switch(name: String, text: String) = info(name, text, "switch", between(0, 1)) _
+
+  /** Parameters that have an effect in a master, and those that have none in a slave. */
+  private val ofMasters = Set(
+    "role",
+    "dataBusWidth",
+    "maxSubTelegrams",
+    "coreClockMhz",
+    "maxSlaves",
+    "linePorts",
+    "txShift",
+    "rmiiPorts",
+    "escType",
+    "escRevision",
+    "escBuild"
+  )
+  private val notOfSlaves = Set("maxSlaves", "linePorts")
+
+  /** What is different in a master. */
+  private val inMasters: Map[String, ParamInfo => ParamInfo] = {
+    def text(text: String)(i: ParamInfo) = i.copy(text = text)
+    val (clocks, isClock)                = oneOf(50, 100, 125)
+    val (threePorts, isOfThree)          = between(0, 0x7)
+    Map(
+      "dataBusWidth" -> text("bits moved per access of the host") _,
+      "maxSubTelegrams" -> (i => {
+        val (range, isEnough) = between(EscParams.LeastOfMaster, 128)
+        i.copy(
+          text = "datagrams that the master puts into one frame; above 16 they are 16",
+          range = range,
+          allowed = isEnough
+        )
+      }),
+      "coreClockMhz" -> (_.copy(range = clocks, allowed = isClock)),
+      "rmiiPorts"    -> (_.copy(range = threePorts, allowed = isOfThree)),
+      "escType"      -> text("identity: type, 0x00 of the host's registers") _,
+      "escRevision"  -> text("identity: revision, 0x01 of the host's registers") _,
+      "escBuild"     -> text("identity: build, 0x02:0x03 of the host's registers") _
+    )
+  }
+
+  private def rolesOf(name: String): Set[Int] =
+    Map(0 -> !notOfSlaves(name), 1 -> ofMasters(name)).collect { case (role, true) => role }.toSet
+
+  val all: Seq[ParamInfo] = Seq[ParamInfo](
+    info("role", "0: slave controller; 1: master of a line of alarm slaves", "code", between(0, 1))(_.role)(
+      (p, v) => p.copy(role = v)
+    ),
+    info(
+      "dataBusWidth",
+      "bits moved per access between frame processor, memory and host",
+      "bit",
+      oneOf(8, 16, 32)
+    )(
+      _.dataBusWidth
+    )((p, v) => p.copy(dataBusWidth = v)),
+    info(
+      "maxSubTelegrams",
+      "datagrams of one frame that are processed; further ones pass",
+      "datagrams",
+      between(1, 128)
+    )(
+      _.maxSubTelegrams
+    )((p, v) => p.copy(maxSubTelegrams = v)),
+    info("nodeIdWidth", "implemented bits of station address and alias", "bit", between(4, 16))(
+      _.nodeIdWidth
+    )((p, v) => p.copy(nodeIdWidth = v)),
+    info("ports", "ports", "ports", between(1, 4))(_.ports)((p, v) => p.copy(ports = v)),
+    info("coreClockMhz", "core clock", "MHz", oneOf(25, 50, 100, 125))(_.coreClockMhz)((p, v) =>
+      p.copy(coreClockMhz = v)
+    ),
+    info("ramKiB", "process data RAM from 0x1000", "KiB", between(0, 60))(_.ramKiB)((p, v) =>
+      p.copy(ramKiB = v)
+    ),
+    info("fmmus", "FMMUs, 0x0600 on", "FMMUs", between(0, 16))(_.fmmus)((p, v) => p.copy(fmmus = v)),
+    switch("fmmuBitwise", "1: FMMUs map single bits; 0: whole bytes only")(
+      _.fmmuBitwise
+    )((p, v) => p.copy(fmmuBitwise = v)),
+    switch(
+      "readWriteOffset",
+      "1: commands that read and write do so at two places, as far apart as the bus has written"
+    )(_.readWriteOffset)((p, v) => p.copy(readWriteOffset = v)),
+    info("syncManagers", "SyncManagers, 0x0800 on", "SyncManagers", between(0, 16))(_.syncManagers)((p, v) =>
+      p.copy(syncManagers = v)
+    ),
+    switch("sequentialMode", "1: SyncManagers can ask for their buffers to be written byte after byte")(
+      _.sequentialMode
+    )((p, v) => p.copy(sequentialMode = v)),
+    switch(
+      "deactivationDelay",
+      "1: the host can read the last buffer of a SyncManager that the master has switched off"
+    )(_.deactivationDelay)((p, v) => p.copy(deactivationDelay = v)),
+    switch("openBuffers", "1: the status of SyncManagers tells which of their buffers are open")(
+      _.openBuffers
+    )((p, v) => p.copy(openBuffers = v)),
+    switch(
+      "acknowledgeByWrite",
+      "1: the host acknowledges events and closes the buffers it has read by a write, not by reading"
+    )(_.acknowledgeByWrite)((p, v) => p.copy(acknowledgeByWrite = v)),
+    switch("applicationLayer", "1: AL control, status and code, event requests and masks")(
+      _.applicationLayer
+    )((p, v) => p.copy(applicationLayer = v)),
+    switch("watchdogs", "1: watchdogs of process data and PDI")(_.watchdogs)((p, v) => p.copy(watchdogs = v)),
+    switch("leds", "1: outputs for RUN, ERR and link/activity LEDs")(_.leds)((p, v) => p.copy(leds = v)),
+    info(
+      "digitalOutputs",
+      "digital outputs behind a bus-driven register, 0x0F00 on, driven while the process data watchdog runs",
+      "bytes",
+      between(0, 4)
+    )(_.digitalOutputs)((p, v) => p.copy(digitalOutputs = v)),
+    info(
+      "clocks",
+      "distributed clocks: 0 none; 1 receive times of frames, by which a master measures delays; 2 and a " +
+        "system time that follows a reference clock",
+      "code",
+      between(0, 2)
+    )(_.clocks)((p, v) => p.copy(clocks = v)),
+    info("clockBits", "bits of a time of distributed clocks", "bit", oneOf(32, 64))(_.clockBits)((p, v) =>
+      p.copy(clockBits = v)
+    ),
+    info("syncSignals", "SYNC signals: SYNC0, or SYNC0 and SYNC1", "signals", between(0, 2))(_.syncSignals)(
+      (p, v) => p.copy(syncSignals = v)
+    ),
+    info("latchSignals", "LATCH signals: LATCH0, or LATCH0 and LATCH1", "signals", between(0, 2))(
+      _.latchSignals
+    )((p, v) => p.copy(latchSignals = v)),
+    info(
+      "syncPulse",
+      "length of a pulse of SYNC signals until an EEPROM tells it; 0: until the host reads its status",
+      "10 ns",
+      between(0, 0xffff)
+    )(_.syncPulse)((p, v) => p.copy(syncPulse = v)),
+    switch(
+      "clockPowerSaving",
+      "1: SYNC and LATCH units are off, and with both of them the system time, until the EEPROM switches " +
+        "them on"
+    )(_.clockPowerSaving)((p, v) => p.copy(clockPowerSaving = v)),
+    switch(
+      "enhancedSync",
+      "1: SYNC signals become active by their start time, which is completed and checked, and give single " +
+        "pulses by hand"
+    )(_.enhancedSync)((p, v) => p.copy(enhancedSync = v)),
+    switch(
+      "meanWays",
+      "1: frames that come back have the receive time they have on the mean, for masters that measure " +
+        "delays with one frame"
+    )(_.meanWays)((p, v) => p.copy(meanWays = v)),
+    switch("eventTimes", "1: the times at which buffers of SyncManagers have changed last are kept")(
+      _.eventTimes
+    )((p, v) => p.copy(eventTimes = v)),
+    switch(
+      "timeByPdi",
+      "1: the host sets and compares the system time, with the time of LATCH0, in place of the bus"
+    )(_.timeByPdi)((p, v) => p.copy(timeByPdi = v)),
+    switch("directSpeed", "1: the speed of the local clock may be set directly")(_.directSpeed)((p, v) =>
+      p.copy(directSpeed = v)
+    ),
+    switch("alarm", "1: smoke detector whose events are appended to passing frames")(_.alarm)((p, v) =>
+      p.copy(alarm = v)
+    ),
+    info(
+      "maxSlaves",
+      "slaves the master of a line can list",
+      "slaves",
+      oneOf(2, 4, 8, 16, 32, 64, 128)
+    )(_.maxSlaves)((p, v) => p.copy(maxSlaves = v)),
+    info(
+      "linePorts",
+      "ports of a master to its slaves: 1 a line; 2 a ring, whose end comes back to the second port",
+      "ports",
+      between(1, 2)
+    )(_.linePorts)((p, v) => p.copy(linePorts = v)),
+    info(
+      "sii",
+      "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM; 2 emulated by the host",
+      "code",
+      between(0, 2)
+    )(_.sii)((p, v) => p.copy(sii = v)),
+    info("siiClockKhz", "clock of the I2C EEPROM", "kHz", between(10, 1000))(_.siiClockKhz)((p, v) =>
+      p.copy(siiClockKhz = v)
+    ),
+    info("siiStartUs", "wait between reset and the first access to the EEPROM", "us", between(1, 100000))(
+      _.siiStartUs
+    )((p, v) => p.copy(siiStartUs = v)),
+    info(
+      "registerWritesPerFrame",
+      "register bytes one frame may write (0: as many as the core clock can commit, at most 256)",
+      "bytes",
+      ("0 (derived) or 16 to 348", v => v == 0 || (v >= 16 && v <= 348))
+    )(_.registerWritesPerFrame)((p, v) => p.copy(registerWritesPerFrame = v)),
+    info("txShift", "delay of TXD and TX_EN against the nibble slot", "core cycles", between(0, 4))(
+      _.txShift
+    )((p, v) => p.copy(txShift = v)),
+    info(
+      "rmiiPorts",
+      "ports whose PHY has RMII with a reference clock of 50 MHz instead of MII: bit y for port y",
+      "bits",
+      between(0, 0xf),
+      hex = true
+    )(_.rmiiPorts)((p, v) => p.copy(rmiiPorts = v)),
+    info(
+      "mi",
+      "MII management interface to the PHYs: 0 none; 1 of the bus; 2 the host may take it over",
+      "code",
+      between(0, 2)
+    )(_.mi)((p, v) => p.copy(mi = v)),
+    info(
+      "phyAddressOffset",
+      "MII management address of port 0; further ports follow it",
+      "address",
+      between(0, 31)
+    )(
+      _.phyAddressOffset
+    )((p, v) => p.copy(phyAddressOffset = v)),
+    info(
+      "phyAddresses",
+      "MII management addresses of ports 0 to 3, five bits each from the lowest up",
+      "code",
+      ("-1 (by phyAddressOffset) or 0x0 to 0xfffff", v => v >= -1 && v <= 0xfffff),
+      hex = true
+    )(_.phyAddresses)((p, v) => p.copy(phyAddresses = v)),
+    switch("miLinkDetection", "1: PHYs are configured and asked for their links through MII management")(
+      _.miLinkDetection
+    )((p, v) => p.copy(miLinkDetection = v)),
+    switch("enhancedLinkDetection", "1: a port with many RX_ER closes, and its PHY begins anew")(
+      _.enhancedLinkDetection
+    )((p, v) => p.copy(enhancedLinkDetection = v)),
+    info(
+      "linkLowPorts",
+      "ports whose link input is low while there is a link: bit y for port y",
+      "bits",
+      between(0, 0xf),
+      hex = true
+    )(_.linkLowPorts)((p, v) => p.copy(linkLowPorts = v)),
+    info(
+      "fxPorts",
+      "ports whose PHY is on fibre (100BASE-FX): bit y for port y",
+      "bits",
+      between(0, 0xf),
+      hex = true
+    )(
+      _.fxPorts
+    )((p, v) => p.copy(fxPorts = v)),
+    switch("resetRegisters", "1: bus and host may ask for a reset of the whole chip")(
+      _.resetRegisters
+    )((p, v) => p.copy(resetRegisters = v)),
+    switch(
+      "writeProtection",
+      "1: the bus may protect registers, and all it can write, against frames that do not ask to write"
+    )(_.writeProtection)((p, v) => p.copy(writeProtection = v)),
+    info("temporaryLoopMs", "how long a temporary loop setting (0x0100[1]) lasts", "ms", between(1, 2000))(
+      _.temporaryLoopMs
+    )((p, v) => p.copy(temporaryLoopMs = v)),
+    info("escType", "identity: type, 0x0000", "code", between(0, 0xff), hex = true)(_.escType)((p, v) =>
+      p.copy(escType = v)
+    ),
+    info("escRevision", "identity: revision, 0x0001", "code", between(0, 0xff), hex = true)(_.escRevision)(
+      (p, v) => p.copy(escRevision = v)
+    ),
+    info("escBuild", "identity: build, 0x0002:0x0003", "code", between(0, 0xffff), hex = true)(_.escBuild)(
+      (p, v) => p.copy(escBuild = v)
+    ),
+    info("reportedRamKiB", "RAM size as 0x0006 reports it (replay identities only)", "KiB", reported(60))(
+      _.reportedRamKiB
+    )((p, v) => p.copy(reportedRamKiB = v)),
+    info(
+      "reportedPorts",
+      "port descriptor as 0x0007 reports it (replay identities only)",
+      "code",
+      reported(0xff),
+      true
+    )(
+      _.reportedPorts
+    )((p, v) => p.copy(reportedPorts = v)),
+    info("reportedFeatures", "features as 0x0008:0x0009 report them", "code", reported(0xffff), hex = true)(
+      _.reportedFeatures
+    )((p, v) => p.copy(reportedFeatures = v))
+  ).map(i => i.copy(roles = rolesOf(i.name))).map(i => i.copy(master = inMasters.get(i.name).map(_(i))))
+
+  /** The parameter with this name. */
+  def named(name: String): Option[ParamInfo] = all.find(_.name == name)
+
+  /** The parameter with this name, which there is. */
+  private[params] def apply(name: String): ParamInfo = named(name).get
+}
