@@ -30,6 +30,7 @@
 //   eventTimes                      0  switch
 //   timeByPdi                       0  switch
 //   directSpeed                     0  switch
+//   hostInterface                   0  code
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports

@@ -92,19 +92,68 @@ object PortTable {
     port("phy_reset_n",  Out, 1, "low while `reset` is high; to the PHYs' reset")
   )
 
-  private val host = Seq(
+  private def ofLanes(name: String, direction: Direction, meaning: String) =
+    port(name, direction, 0, meaning).copy(bits = _.lanes, width = "`dataBusWidth` / 8")
+  private def ofWord(name: String, direction: Direction, meaning: String) =
+    port(name, direction, 0, meaning).copy(bits = _.dataBusWidth, width = "`dataBusWidth`")
+  private def ofWords(name: String, direction: Direction, meaning: String) =
+    port(name, direction, 0, meaning)
+      .copy(bits = p => 16 - Integer.numberOfTrailingZeros(p.lanes), width = "16, 15 or 14")
+
+  private val plainHost = optional("`hostInterface` 0", _.hostInterface == 0)(
     port("host_req",   In,   1,
       "asks for an access; hold it and the next four until `host_ack`, then low for a cycle"),
     port("host_write", In,   1, "1 write, 0 read"),
     port("host_addr",  In,  16, "byte address; bits within a word are ignored"),
-    port("host_wdata", In,   0, "data of a write, byte 0 in the low bits")
-      .copy(bits = _.dataBusWidth, width = "`dataBusWidth`"),
-    port("host_be",    In,   0, "bytes of the word that are read (some reads acknowledge events) or written")
-      .copy(bits = _.lanes, width = "`dataBusWidth` / 8"),
+    ofWord("host_wdata", In, "data of a write, byte 0 in the low bits"),
+    ofLanes("host_be",   In, "bytes of the word that are read (some reads acknowledge events) or written"),
     port("host_ack",   Out,  1, "the access is done"),
-    port("host_rdata", Out,  0, "data of a read, valid with `host_ack`")
-      .copy(bits = _.dataBusWidth, width = "`dataBusWidth`")
+    ofWord("host_rdata", Out, "data of a read, valid with `host_ack`")
   )
+  private val avalon = optional("`hostInterface` 1", _.hostInterface == 1)(
+    ofWords("avalon_address",     In, "Avalon-MM agent in `clock`: address of a word of `dataBusWidth` bits"),
+    port("avalon_read",           In,  1, "asks for a read; hold it until `avalon_waitrequest` is low"),
+    port("avalon_write",          In,  1, "asks for a write, likewise"),
+    ofLanes("avalon_byteenable",  In, "bytes that are read (some reads acknowledge events) or written"),
+    ofWord("avalon_writedata",    In, "data of a write, byte 0 in the low bits"),
+    ofWord("avalon_readdata",    Out,
+      "data of a read, valid in the cycle in which `avalon_waitrequest` is low"),
+    port("avalon_waitrequest",   Out, 1, "low: the access is done")
+  )
+  private val axi = optional("`hostInterface` 2", _.hostInterface == 2)(
+    port("axi_awaddr",  In,  16,
+      "AXI4-Lite subordinate in `clock`: byte address of a write, of which bits 1:0 are ignored"),
+    port("axi_awprot",  In,   3, "ignored"),
+    port("axi_awvalid", In,   1, "the address of a write is there"),
+    port("axi_awready", Out,  1, "it is taken, together with the data"),
+    port("axi_wdata",   In,  32, "data of a write, byte 0 in the low bits"),
+    port("axi_wstrb",   In,   4, "bytes that are written"),
+    port("axi_wvalid",  In,   1, "the data of a write are there"),
+    port("axi_wready",  Out,  1, "they are taken"),
+    port("axi_bresp",   Out,  2, "0, OKAY: the write is done"),
+    port("axi_bvalid",  Out,  1, "its response is there"),
+    port("axi_bready",  In,   1, "the response is taken"),
+    port("axi_araddr",  In,  16, "byte address of a read, of which bits 1:0 are ignored"),
+    port("axi_arprot",  In,   3, "ignored"),
+    port("axi_arvalid", In,   1, "the address of a read is there"),
+    port("axi_arready", Out,  1, "it is taken"),
+    port("axi_rdata",   Out, 32, "data of a read, of all four bytes"),
+    port("axi_rresp",   Out,  2, "0, OKAY"),
+    port("axi_rvalid",  Out,  1, "the data are there"),
+    port("axi_rready",  In,   1, "they are taken")
+  )
+  private val wishbone = optional("`hostInterface` 3", _.hostInterface == 3)(
+    port("wb_cyc",    In,   1, "Wishbone B4 slave in `clock`: a cycle"),
+    port("wb_stb",    In,   1, "asks for an access; hold it until `wb_ack`"),
+    port("wb_we",     In,   1, "1 write, 0 read"),
+    ofWords("wb_adr", In, "address of a word of `dataBusWidth` bits"),
+    ofLanes("wb_sel", In, "bytes that are read (some reads acknowledge events) or written"),
+    ofWord("wb_dat_w", In, "data of a write, byte 0 in the low bits"),
+    ofWord("wb_dat_r", Out, "data of a read, valid with `wb_ack`"),
+    port("wb_ack",    Out,  1, "the access is done"),
+    port("wb_stall",  Out,  1, "for pipelined masters: low with `wb_ack` only")
+  )
+  private val host = plainHost ++ avalon ++ axi ++ wishbone
 
   /** Ports of a slave controller. */
   val slave: Seq[PortInfo] = clocks ++

@@ -3,8 +3,8 @@ package flyframe
 import chisel3._
 import chisel3.util._
 import flyframe.clocks.LevelCrossing
+import flyframe.host.HostInterface
 import flyframe.master._
-import flyframe.memory.HostPort
 import flyframe.mii.Port
 import flyframe.params.EscParams
 import flyframe.port.SlotTimer
@@ -47,7 +47,9 @@ class MasterController(p: EscParams) extends Module {
 
   /** Low active, as PHYs want it. */
   val phy_reset_n = IO(Output(Bool()))
-  val host        = IO(new HostPort(p.lanes))
+
+  /** Where the host is connected, and the port behind that. */
+  val (hostPins, host) = HostInterface(p)
 
   /** An order of the server waits, or a datagram of the host is back; a level. */
   val irq   = IO(Output(Bool()))

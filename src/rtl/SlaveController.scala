@@ -7,8 +7,8 @@ import flyframe.application.{Application, LedPins, Leds, ResetRequest, Watchdogs
 import flyframe.clocks.LevelCrossing
 import flyframe.dc.{ClockPins, DistributedClocks, PortActivity}
 import flyframe.frame.{FrameProcessor, Stage}
-import flyframe.host.HostSequencer
-import flyframe.memory.{EscMemory, FrameEvents, HostPort, RegisterBus, RegisterUnit, WriteProtection}
+import flyframe.host.{HostInterface, HostSequencer}
+import flyframe.memory.{EscMemory, FrameEvents, RegisterBus, RegisterUnit, WriteProtection}
 import flyframe.mi.{LinkUnit, MiPins, MiUnit}
 import flyframe.mii.Port
 import flyframe.params.EscParams
@@ -44,7 +44,9 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
     * want it.
     */
   val phy_reset_n = IO(Output(Bool()))
-  val host        = IO(new HostPort(p.lanes))
+
+  /** Where the host is connected, and the port behind that. */
+  val (hostPins, host) = HostInterface(p)
 
   /** I2C EEPROM: 1 pulls a line low; high while the EEPROM has two address bytes. */
   val sii = Option.when(p.hasI2c)(IO(new SiiPins))

@@ -43,6 +43,8 @@ with open(sys.argv[2]) as file:
 if not header:
     sys.exit(f"{sys.argv[2]} holds no module {top}.")
 pins = set(re.findall(r"\w+", re.sub(r"//.*", "", header.group())))
+if "host_req" not in pins:
+    sys.exit(f"{sys.argv[2]} has hostInterface {preset['hostInterface']} but must have 0.")
 # A master of a ring has one more than its parameter `ports` says.
 links = (re.fullmatch(r"(r?mii)_(\d+)_link", pin) for pin in pins)
 interfaces = {int(link.group(2)): link.group(1) for link in links if link}

@@ -161,6 +161,20 @@ object TestSets {
     )
   )
 
+  /** Each host interface, with the units that see what a host does. */
+  val hosts: Seq[EscParams] = Seq(("avalon", 1, 16), ("axi", 2, 32), ("wishbone", 3, 8)).map {
+    case (name, interface, width) =>
+      ruled.copy(
+        preset = name,
+        hostInterface = interface,
+        dataBusWidth = width,
+        syncManagers = 4,
+        acknowledgeByWrite = if (interface == 2) 1 else 0,
+        applicationLayer = 1,
+        watchdogs = 1
+      )
+  }
+
   // With an EEPROM only the rules that speak of it: its load takes time after every reset.
   private val ruledEeprom = ruled.copy(
     preset = "eeprom-25",
@@ -287,7 +301,8 @@ object TestSets {
 
   /** Of the rule tests, on model and RTL. */
   val rules: Seq[EscParams] =
-    ruledSets ++ ruledUnitSets ++ ruledClocks ++ ruledEepromSets ++ ruledEmulated ++ ruledAlarms ++ ruledMi
+    ruledSets ++ ruledUnitSets ++ hosts ++ ruledClocks ++ ruledEepromSets ++ ruledEmulated ++
+      ruledAlarms ++ ruledMi
 
   /** FMMUs 0, 1, 3, 8, 16 and SyncManagers 0, 2, 4, 8, 16, each with the most and the least of the other
     * kind.

@@ -48,7 +48,11 @@ class PortTableSpec extends AnyFlatSpec {
       latchSignals = 2
     )
     assert(told(p) == declared(p, Emit.verilog(p)))
-    val seen = (p +: Presets.all.map(_.params)).flatMap(told).map(_._3).toSet
+    val hosts =
+      for (role <- Seq(Presets.default.params, Presets.master); interface <- 1 to 3)
+        yield role.copy(preset = s"host${role.role}$interface", hostInterface = interface, dataBusWidth = 32)
+    for (host <- hosts) assert(told(host) == declared(host, Emit.verilog(host)))
+    val seen = (p +: (hosts ++ Presets.all.map(_.params))).flatMap(told).map(_._3).toSet
     val all  = (PortTable.slave ++ PortTable.master).map(_.name.replace("_y", "_0")).toSet
     assert(all -- seen == Set.empty)
   }

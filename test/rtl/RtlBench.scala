@@ -4,6 +4,7 @@ import chisel3._
 import chiseltest._
 import flyframe.application.LedPins
 import flyframe.dc.ClockPins
+import flyframe.host.HostOf
 import flyframe.mi.{PhyRegisters, Phys}
 import flyframe.mii.{MiiPins, RmiiPins}
 import flyframe.sii.SiiPins
@@ -69,7 +70,7 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
   dut.pdi_operational.foreach(_ := loaded)
   txTick    := dut.mii_tx_tick
   phyResetN := dut.phy_reset_n
-  dut.host <> host
+  HostOf(dut.hostPins, host)
   sii.foreach(dut.sii.get <> _)
   eepromLoaded.foreach(_ := dut.eeprom_loaded.get)
   led.foreach(_ := dut.led.get)
@@ -328,6 +329,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
       waited += 1
     }
     val result = dut.host.rdata.peek().litValue
+    step()
     dut.host.req.poke(false)
     step()
     result

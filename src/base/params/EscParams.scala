@@ -38,6 +38,7 @@ final case class EscParams(
     eventTimes: Int = 0,
     timeByPdi: Int = 0,
     directSpeed: Int = 0,
+    hostInterface: Int = 0,
     alarm: Int = 0,
     maxSlaves: Int = 64,
     linePorts: Int = 1,
@@ -163,6 +164,9 @@ final case class EscParams(
 
   /** The host acknowledges by writing what else it acknowledges by reading (PDI-09, SM-36). */
   def acknowledgesByWrite: Boolean = acknowledgeByWrite == 1
+
+  /** There are events or buffers that the host acknowledges. */
+  def isAcknowledged: Boolean = hasApplicationLayer || hasAlarm || hasClockPins
 
   /** Receive times are stamped by a local clock (DC-05). */
   def hasClocks: Boolean = clocks > 0

@@ -12,7 +12,7 @@ private[params] object ParamChecks {
       s"${i.name} is ${i.show(p)} but must be ${here.rangeInWords}$role."
     }
     if (outside.nonEmpty) outside
-    else (txShift(p) ++ rmii(p) ++ (if (p.isMaster) ofMaster(p) else ofSlave(p))).toSeq
+    else (txShift(p) ++ rmii(p) ++ hostInterface(p) ++ (if (p.isMaster) ofMaster(p) else ofSlave(p))).toSeq
   }
 
   /** `name` is for something that is only there if one of `others` is at least `least`. */
@@ -60,6 +60,11 @@ private[params] object ParamChecks {
       s"${p.coreClockMhz}."
   )
 
+  /** AXI4-Lite has words of 32 bits. */
+  private def hostInterface(p: EscParams) = Option.when(p.hostInterface == 2 && p.dataBusWidth != 32)(
+    s"hostInterface is 2 but must be 0, 1 or 3 at dataBusWidth ${p.dataBusWidth}."
+  )
+
   /** Half a nibble is a whole number of core cycles. */
   private def rmii(p: EscParams) = ofPorts("rmiiPorts", p).orElse(
     Option.when(p.rmiiPorts != 0 && p.coreClockMhz % 50 != 0)(
@@ -86,6 +91,10 @@ private[params] object ParamChecks {
       scanned("syncManagers", p),
       Option.when(p.hasSystemTime && p.coreClockMhz < 100)(
         s"clocks is ${p.clocks} but must be 0 to 1 at coreClockMhz ${p.coreClockMhz}."
+      ),
+      // Reads of AXI4-Lite take whole words, and would acknowledge what nobody has looked at.
+      Option.when(p.hostInterface == 2 && p.isAcknowledged && !p.acknowledgesByWrite)(
+        "acknowledgeByWrite is 0 but must be 1 if hostInterface is 2."
       ),
       Option.when(p.hasMeanWays && p.ports == 1)("meanWays is 1 but must be 0 if ports is 1.")
     ).flatten ++ ports ++ (if (ports.isEmpty) needs.flatMap(_.problem(p)) else Nil) ++ phys(p)

@@ -59,6 +59,7 @@ object ParamTable {
     "dataBusWidth",
     "maxSubTelegrams",
     "coreClockMhz",
+    "hostInterface",
     "maxSlaves",
     "linePorts",
     "txShift",
@@ -208,6 +209,12 @@ object ParamTable {
     switch("directSpeed", "1: the speed of the local clock may be set directly")(_.directSpeed)((p, v) =>
       p.copy(directSpeed = v)
     ),
+    info(
+      "hostInterface",
+      "how the host is connected: 0 a plain synchronous port; 1 Avalon-MM; 2 AXI4-Lite; 3 Wishbone B4",
+      "code",
+      between(0, 3)
+    )(_.hostInterface)((p, v) => p.copy(hostInterface = v)),
     switch("alarm", "1: smoke detector whose events are appended to passing frames")(_.alarm)((p, v) =>
       p.copy(alarm = v)
     ),

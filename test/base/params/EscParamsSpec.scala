@@ -56,6 +56,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "timeByPdi"          -> between(0, 1).copy(base = EscParams(clocks = 2, latchSignals = 1)),
     "directSpeed"        -> between(0, 1).copy(base = EscParams(clocks = 2)),
     "clockBits"          -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
+    "hostInterface"      -> between(0, 3).copy(base = EscParams(dataBusWidth = 32)),
     "alarm"              -> between(0, 1),
     "maxSlaves"          -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
     "linePorts"          -> Limits(Seq(1, 2), Seq(0, 3)),
@@ -196,9 +197,10 @@ class EscParamsSpec extends AnyFlatSpec {
       val here  = info.in(1)
       val limit = limits(info.name)
       val base = info.name match {
-        case "txShift"   => master.copy(coreClockMhz = 125)
-        case "rmiiPorts" => master.copy(linePorts = 2)
-        case _           => master
+        case "txShift"       => master.copy(coreClockMhz = 125)
+        case "rmiiPorts"     => master.copy(linePorts = 2)
+        case "hostInterface" => master.copy(dataBusWidth = 32)
+        case _               => master
       }
       for (value <- limit.inside) assert(EscParams.problems(here.set(base, value)).isEmpty, here.name)
       for (value <- limit.outside) {
@@ -251,8 +253,11 @@ class EscParamsSpec extends AnyFlatSpec {
           "alarm, syncSignals and latchSignals are 0."),
         EscParams(readWriteOffset = 1) ->
           "readWriteOffset is 1 but must be 0 if fmmus and syncManagers are 0.",
-        EscParams(meanWays = 1)                      -> "meanWays is 1 but must be 0 if clocks is 0.",
-        clocks.copy(meanWays = 1, ports = 1)         -> "meanWays is 1 but must be 0 if ports is 1.",
+        local.copy(hostInterface = 2, dataBusWidth = 32) ->
+          "acknowledgeByWrite is 0 but must be 1 if hostInterface is 2.",
+        EscParams(hostInterface = 2)         -> "hostInterface is 2 but must be 0, 1 or 3 at dataBusWidth 8.",
+        EscParams(meanWays = 1)              -> "meanWays is 1 but must be 0 if clocks is 0.",
+        clocks.copy(meanWays = 1, ports = 1) -> "meanWays is 1 but must be 0 if ports is 1.",
         local.copy(syncManagers = 1, eventTimes = 1) -> "eventTimes is 1 but must be 0 if clocks is 0.",
         clocks.copy(eventTimes = 1)                  -> "eventTimes is 1 but must be 0 if syncManagers is 0.",
         clocks.copy(timeByPdi = 1)                   -> "timeByPdi is 1 but must be 0 if latchSignals is 0.",

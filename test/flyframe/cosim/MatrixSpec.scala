@@ -57,6 +57,13 @@ class MatrixSpec extends AnyFlatSpec {
     }
   }
 
+  // The simulator drives the host port.
+  "The host interfaces" should "elaborate and lint clean" in {
+    val interfaces = new Harness("host-interfaces", TestSets.hosts)
+    interfaces.emitted
+    assert(interfaces.lint().linesIterator.toSeq.last == s"${TestSets.hosts.size} passed, 0 failed")
+  }
+
   // The vectors know no EEPROM.
   for (p <- points if !p.hasSii)
     s"Parameter set ${p.preset}" should s"pass ${rules(p).size} rule tests and random frames" in {

@@ -1,0 +1,38 @@
+package flyframe.host
+
+import chisel3._
+import chisel3.util._
+import flyframe.params.EscParams
+
+/** A slave of Wishbone B4: classic cycles, and single ones of a pipelined master, which `stall` holds.
+  * Addresses are those of words, `sel` says which bytes of one.
+  */
+class WishbonePins(lanes: Int) extends Bundle {
+  val cyc   = Input(Bool())
+  val stb   = Input(Bool())
+  val we    = Input(Bool())
+  val adr   = Input(UInt((16 - log2Ceil(lanes)).W))
+  val sel   = Input(UInt(lanes.W))
+  val dat_w = Input(UInt((8 * lanes).W))
+  val dat_r = Output(UInt((8 * lanes).W))
+  val ack   = Output(Bool())
+  val stall = Output(Bool())
+}
+
+/** Wishbone B4 (`hostInterface` 3). */
+class WishboneInterface(p: EscParams) extends HostInterface(p) {
+  val wb     = IO(new WishbonePins(p.lanes))
+  def pins   = wb
+  def prefix = "wb"
+
+  // The host port rests a cycle between accesses, which may follow each other here.
+  private val rests = RegNext(port.ack, false.B) // reset: no access
+  port.req   := wb.cyc && wb.stb && !rests
+  port.write := wb.we
+  port.addr  := wb.adr << log2Ceil(p.lanes)
+  port.wdata := wb.dat_w
+  port.be    := wb.sel
+  wb.dat_r   := port.rdata
+  wb.ack     := port.ack
+  wb.stall   := !port.ack
+}
