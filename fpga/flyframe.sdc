@@ -110,9 +110,9 @@ for {set y 0} {$y < 4} {incr y} {
 }
 
 # ---- Clock crossings ---------------------------------------------------------------------------------------
-# There are two kinds of crossing, both in src/rtl/clocks/Crossings.scala. No set_clock_groups and no false
-# path between whole clocks: those would switch the following limits off, and hide a crossing that was not
-# meant to be.
+# There are two kinds of crossing in every controller, both in src/rtl/clocks/Crossings.scala. No
+# set_clock_groups and no false path between whole clocks: those would switch the following limits off, and
+# hide a crossing that was not meant to be.
 
 # 1. MiiRxWriteSide (RX_CLK) to MiiRxReadSide (core clock). One bit of the Gray pointer changes per 40 ns;
 #    within one core cycle it must be at the first flip-flop. The symbol it points to has been written at the
@@ -160,6 +160,45 @@ if {[get_collection_size $sync_pins] > 0} {
   set_false_path -hold -to $sync_pins
 }
 
+# ---- Hosts with pins ---------------------------------------------------------------------------------------
+# SPI (hostInterface 4). The host's clock has a quarter of the core clock's frequency at most, and half a
+# period lies between the change of a bit and the edge that takes it; nothing relates it to the core clock.
+set spi_clk [get_ports -nowarn spi_clk]
+if {[get_collection_size $spi_clk] > 0} {
+  create_clock -name spi_clk -period [expr {4 * $core_ns}] $spi_clk
+  set_max_delay -from [get_ports {spi_sel spi_mosi}] $core_ns
+  set_false_path -hold -from [get_ports {spi_sel spi_mosi}]
+  set_max_delay -to [get_ports {spi_miso spi_miso_drive}] 15
+  set_false_path -hold -to [get_ports {spi_miso spi_miso_drive}]
+
+  # SpiCrossing: what goes with a change stands two core cycles before it is looked at, and what is sent four
+  # before it is taken.
+  set received [get_registers -compatibility_mode {
+    *SpiShift:*|received* *SpiShift:*|firstBit *SpiShift:*|bits*
+  }]
+  set_max_delay -from $received -to [get_clocks $core_clock] [expr {2 * $core_ns}]
+  set_false_path -hold -from $received -to [get_clocks $core_clock]
+  set sent [get_registers -compatibility_mode {*SpiInterface:*|next*}]
+  set_max_delay -from $sent -to [get_clocks spi_clk] [expr {2 * $core_ns}]
+  set_false_path -hold -from $sent -to [get_clocks spi_clk]
+}
+
+# An asynchronous microcontroller bus (hostInterface 5), with the limits of the alarm board, whose file says
+# why. With busWriteEarly 0 the data are taken until their strobe ends, and stay 5 ns longer.
+set bus_strobes [get_ports -nowarn {bus_cs_n bus_rd bus_wr_n}]
+if {[get_collection_size $bus_strobes] > 0} {
+  set_max_delay -from $bus_strobes -to [get_registers -compatibility_mode {*MemoryBusCrossing:*|meta_*}] 8
+  set taken [get_registers -compatibility_mode {*MemoryBusCrossing:*|taken_*}]
+  set_max_delay -from $bus_strobes -to $taken 8
+  set_false_path -hold -from $bus_strobes
+  set payload [get_ports {bus_a bus_d_in bus_be}]
+  set_max_delay -from $payload -to $taken 15
+  set_false_path -hold -from $payload -to $taken
+  set answer [get_ports {bus_d_out bus_d_drive bus_busy bus_busy_drive}]
+  set_max_delay -to $answer 15
+  set_false_path -hold -to $answer
+}
+
 # ---- The controller alone ----------------------------------------------------------------------------------
 # Inside a design these are not pins. Alone, the host port gets a register's delay on either side, so that its
 # paths count for Fmax.
@@ -167,8 +206,18 @@ if {$core_port ne ""} {
   # From the PLL: the analysis sees the real path once the PLL is there.
   set_false_path -from [get_ports phy_clk_ref]
   set_false_path -to [get_ports {phy_reset_n mii_tx_tick}]
-  set host_in  [get_ports {reset host_req host_write host_addr* host_wdata* host_be*}]
-  set host_out [get_ports {host_ack host_rdata*}]
+  set host_in  [get_ports -nowarn {
+    reset host_req host_write host_addr host_wdata host_be
+    avalon_address avalon_read avalon_write avalon_byteenable avalon_writedata
+    axi_awaddr axi_awprot axi_awvalid axi_wdata axi_wstrb axi_wvalid axi_bready
+    axi_araddr axi_arprot axi_arvalid axi_rready
+    wb_cyc wb_stb wb_we wb_adr wb_sel wb_dat_w
+  }]
+  set host_out [get_ports -nowarn {
+    host_ack host_rdata avalon_readdata avalon_waitrequest
+    axi_awready axi_wready axi_bresp axi_bvalid axi_arready axi_rdata axi_rresp axi_rvalid
+    wb_dat_r wb_ack wb_stall
+  }]
   set_input_delay -clock $core_clock -max 1 $host_in
   set_input_delay -clock $core_clock -min 0 $host_in
   set_output_delay -clock $core_clock 1 $host_out

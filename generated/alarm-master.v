@@ -31,6 +31,16 @@
 //   timeByPdi                       0  switch
 //   directSpeed                     0  switch
 //   hostInterface                   0  code
+//   spiMode                         3  code
+//   spiLateSample                   0  switch
+//   spiSelHigh                      0  switch
+//   busWriteEarly                   0  switch
+//   busBusyEarly                    0  switch
+//   busBusyDriver                   0  code
+//   busReadDelay                    0  core cycles
+//   busReadAll                      0  switch
+//   busReadHigh                     0  switch
+//   busByteEnableHigh               0  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports

@@ -31,6 +31,16 @@
 //   timeByPdi                       0  switch
 //   directSpeed                     0  switch
 //   hostInterface                   0  code
+//   spiMode                         3  code
+//   spiLateSample                   0  switch
+//   spiSelHigh                      0  switch
+//   busWriteEarly                   0  switch
+//   busBusyEarly                    0  switch
+//   busBusyDriver                   0  code
+//   busReadDelay                    0  core cycles
+//   busReadAll                      0  switch
+//   busReadHigh                     0  switch
+//   busByteEnableHigh               0  switch
 //   alarm                           1  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports
@@ -2534,7 +2544,7 @@ module WriteLog(
   reg  [8:0]  entries;
   reg  [8:0]  next;
   reg  [8:0]  end_0;
-  wire        reading = next != end_0;
+  wire        _busy_T = next != end_0;
   reg         replay_valid_REG;
   always @(posedge clock) begin
     if (reset) begin
@@ -2554,7 +2564,7 @@ module WriteLog(
       end
       else if (~(next == end_0))
         next <= next + 9'h1;
-      replay_valid_REG <= reading & ~commit;
+      replay_valid_REG <= _busy_T & ~commit;
     end
   end // always @(posedge)
   assign _ram_writeAddress = entries[7:0];
@@ -2577,7 +2587,7 @@ module WriteLog(
   assign replay_bits_address = _ram_readData[20:9];
   assign replay_bits_mask = _ram_readData[8];
   assign replay_bits_data = _ram_readData[7:0];
-  assign busy = reading;
+  assign busy = _busy_T;
   assign replayStarts = commit;
 endmodule
 
@@ -2731,8 +2741,10 @@ module EscMemory(
   reg  [11:0] registerWrite_bits_REG_address;
   reg         registerWrite_bits_REG_mask;
   reg  [7:0]  registerWrite_bits_REG_data;
+  reg         registerWriteByHost_REG;
   reg         file_write_REG;
   reg         host_ack_REG;
+  wire        settles_own = registerWrite_valid_REG & registerWriteByHost_REG;
   wire        hostLookUp = host_req & host_write & ~looksUp & ~ecat_read & ~host_ack_REG;
   wire        _GEN_0 =
     registerWrite_valid_REG
@@ -2767,7 +2779,7 @@ module EscMemory(
       host_ack_REG <= 1'h0;
     end
     else begin
-      settles_REG <= registerWrite_valid_REG;
+      settles_REG <= settles_own;
       looksUp <= ~hostWrite & (hostLookUp | looksUp);
       known <= ~hostWrite & (arrives | known);
       arrives <= hostLookUp;
@@ -2791,8 +2803,7 @@ module EscMemory(
       registerWrite_valid_REG <=
         _log_replay_valid | ~(hostWrite_unitWrites_isClear_cleared[9]) | hostWrite & hostTarget_register;
       file_write_REG <= hostWrite_unitWrites_isClear_cleared[9];
-      host_ack_REG <=
-        host_req & ~host_write & ~(registerWrite_valid_REG | settles_REG) & ~ecat_read & ~host_ack_REG | hostWrite;
+      host_ack_REG <= host_req & ~host_write & ~(settles_own | settles_REG) & ~ecat_read & ~host_ack_REG | hostWrite;
     end
     ramHit <= readTarget_ram;
     registerHit <= readTarget_register;
@@ -2814,6 +2825,7 @@ module EscMemory(
       | (_log_replay_valid ? _log_replay_bits_mask : host_be & (arrives ? hostMay : hostMask));
     registerWrite_bits_REG_data <=
       hostWrite_unitWrites_isClear_cleared[9] ? (_log_replay_valid ? _log_replay_bits_data : host_wdata) : 8'h0;
+    registerWriteByHost_REG <= ~_log_replay_valid & hostWrite_unitWrites_isClear_cleared[9];
   end // always @(posedge)
   assign _file_readAddress = readAddress[11:0];
   assign _file_write = registerWrite_valid_REG & hostWrite_unitWrites_isClear_cleared[9] & file_write_REG;

@@ -32,6 +32,16 @@
 //   timeByPdi                       0  switch
 //   directSpeed                     0  switch
 //   hostInterface                   0  code
+//   spiMode                         3  code
+//   spiLateSample                   0  switch
+//   spiSelHigh                      0  switch
+//   busWriteEarly                   0  switch
+//   busBusyEarly                    0  switch
+//   busBusyDriver                   0  code
+//   busReadDelay                    0  core cycles
+//   busReadAll                      0  switch
+//   busReadHigh                     0  switch
+//   busByteEnableHigh               0  switch
 //   alarm                           0  switch
 //   maxSlaves                      64  slaves
 //   linePorts                       1  ports
@@ -1828,7 +1838,7 @@ module WriteLog(
   reg  [8:0]  entries;
   reg  [8:0]  next;
   reg  [8:0]  end_0;
-  wire        reading = next != end_0;
+  wire        _busy_T = next != end_0;
   reg         replay_valid_REG;
   always @(posedge clock) begin
     if (reset) begin
@@ -1848,7 +1858,7 @@ module WriteLog(
       end
       else if (~(next == end_0))
         next <= next + 9'h1;
-      replay_valid_REG <= reading & ~commit;
+      replay_valid_REG <= _busy_T & ~commit;
     end
   end // always @(posedge)
   assign _ram_writeAddress = entries[7:0];
@@ -1871,7 +1881,7 @@ module WriteLog(
   assign replay_bits_address = _ram_readData[20:9];
   assign replay_bits_mask = _ram_readData[8];
   assign replay_bits_data = _ram_readData[7:0];
-  assign busy = reading;
+  assign busy = _busy_T;
   assign replayStarts = commit;
 endmodule
 
@@ -8279,11 +8289,13 @@ module HostSequencer(
   wire        _GEN_3 = state == 4'h5;
   wire        _GEN_4 = state == 4'h6;
   wire        _GEN_5 = state == 4'h7;
-  wire        _GEN_6 = state == 4'h8;
-  wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4 | _GEN_5;
-  wire        _GEN_8 = _GEN_0 | _GEN_7;
+  wire        _GEN_6 = ~inBuffer | areas_granted;
+  wire        _GEN_7 = state == 4'h8;
+  wire        _GEN_8 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
+  wire        _GEN_9 = _GEN_0 | _GEN_8;
   wire        plain = ~_area_scan_result_hit | ~areas_answer_works & ~areas_answer_locked;
-  wire        _GEN_9 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
+  wire        _GEN_10 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
+  wire        _GEN_11 = _GEN_5 ? _GEN_6 : _GEN_7;
   always @(posedge clock) begin
     if (reset)
       state <= 4'h0;
@@ -8294,7 +8306,7 @@ module HostSequencer(
       end
       else if (_GEN_0) begin
         if (host_be) begin
-          if (count == 4'hA)
+          if (count == 4'h6)
             state <= 4'h3;
         end
         else
@@ -8316,22 +8328,18 @@ module HostSequencer(
         if (memory_ack | (|(through[17:16])))
           state <= 4'h7;
       end
-      else if (_GEN_5) begin
-        if (~inBuffer | areas_granted)
-          state <= 4'h8;
-      end
-      else if (_GEN_6)
+      else if (_GEN_11)
         state <= {2'h0, lane, 1'h0};
     end
     else if (host_req)
       state <= {2'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1};
-    lane <= (|state) & (_GEN | _GEN_8 | ~_GEN_6 ? lane : lane - 1'h1);
+    lane <= (|state) & (_GEN | _GEN_9 ? lane : _GEN_5 ? (_GEN_6 ? lane - 1'h1 : lane) : _GEN_7 ? lane - 1'h1 : lane);
     if (|state) begin
       data <= {8{~(_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3)}} & {8{_GEN_4 & memory_ack}} & memory_rdata | data;
       if (~_GEN) begin
         if (_GEN_0)
           count <= count + 4'h1;
-        else if (_GEN_7 | ~_GEN_6) begin
+        else if (_GEN_8 | ~_GEN_11) begin
         end
         else
           count <= 4'h0;
@@ -8339,19 +8347,19 @@ module HostSequencer(
     end
     else begin
       data <= 8'h0;
-      count <= 4'h0;
+      count <= {3'h0, host_req};
     end
-    if (_GEN_9) begin
+    if (_GEN_10) begin
     end
     else
       through <= {2'h0, host_addr} + {1'h0, plain | single ? 17'h0 : areas_offset};
     area_scan_entry_begins_REG <= count == 4'h0;
-    if (_GEN_9) begin
+    if (_GEN_10) begin
     end
     else
       inBuffer <= _area_scan_result_hit & exists & areas_answer_inBuffer;
   end // always @(posedge)
-  assign _area_scan_entry_takesPart = areas_entries_0_takesPart & count < 4'h9;
+  assign _area_scan_entry_takesPart = areas_entries_0_takesPart & count < 4'h5;
   AreaScan area_scan (
     .clock           (clock),
     .entry_index     (areas_entries_0_index),
@@ -8365,14 +8373,14 @@ module HostSequencer(
     .result_first    (_area_scan_result_first),
     .result_last     (_area_scan_result_last)
   );
-  assign host_ack = (|state) & (_GEN ? memory_ack : ~_GEN_8 & _GEN_6 & ~lane);
+  assign host_ack = (|state) & (_GEN ? memory_ack : ~_GEN_9 & (_GEN_5 ? _GEN_6 & ~lane : _GEN_7 & ~lane));
   assign host_rdata = _host_rdata_T ? memory_rdata : data;
   assign memory_req = _host_rdata_T & (host_write | ~areas_changing) | state == 4'h6 & ~(|(through[17:16]));
   assign memory_write = host_write;
   assign memory_addr = _host_rdata_T ? host_addr : through[15:0];
   assign memory_wdata = host_wdata;
   assign memory_be = ~_host_rdata_T | host_be;
-  assign areas_index = count[3] ? 3'h7 : count[2:0];
+  assign areas_index = (|(count[3:2])) ? 3'h3 : count[2:0];
   assign areas_request = _areas_access_acknowledge_T & _area_scan_result_hit | _areas_access_close_T & inBuffer;
   assign areas_access_write = host_write;
   assign areas_access_touch = exists & _areas_access_acknowledge_T != single;

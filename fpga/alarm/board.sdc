@@ -41,7 +41,9 @@ set_false_path -hold -from $payload -to $taken
 # Towards the host nothing is clocked: read data and wait change with the core clock, and with the pins. Both
 # have the same limit, whatever the clock: read data are there when the host sees wait end.
 set answer [get_ports {bus_d* bus_nwait}]
-set states [get_registers -compatibility_mode {*HostBus:*|readData* *HostBus:*|released}]
+set states [get_registers -compatibility_mode {
+  *MicrocontrollerInterface:*|readData* *MicrocontrollerInterface:*|released
+}]
 set_max_delay -from $states -to $answer 15
 set_max_delay -from [get_ports {bus_ne bus_noe}] -to $answer 15
 set_false_path -hold -to $answer

@@ -190,11 +190,13 @@ module board #(
   wire [DATA_BUS_WIDTH/8-1:0] host_be;
   wire [DATA_BUS_WIDTH-1:0]   bus_d_out;
   wire                        bus_d_drive;
+  wire                        unused_busy_drive; // NWAIT is always driven
 
   board_support support (
     .clock(core_clk), .pll_locked(pll_locked), .reset(reset), .oscillator(clk_50), .pll_reset(pll_reset),
-    .bus_ne(bus_ne), .bus_noe(bus_noe), .bus_nwe(bus_nwe), .bus_nbl(bus_nbl), .bus_a(bus_a),
-    .bus_d_in(bus_d), .bus_d_out(bus_d_out), .bus_d_drive(bus_d_drive), .bus_nwait(bus_nwait),
+    .bus_cs_n(bus_ne), .bus_rd(bus_noe), .bus_wr_n(bus_nwe), .bus_be(bus_nbl), .bus_a({3'b000, bus_a}),
+    .bus_d_in(bus_d), .bus_d_out(bus_d_out), .bus_d_drive(bus_d_drive),
+    .bus_busy(bus_nwait), .bus_busy_drive(unused_busy_drive),
     .host_req(host_req), .host_write(host_write), .host_addr(host_addr),
     .host_wdata(host_wdata), .host_be(host_be), .host_ack(host_ack), .host_rdata(host_rdata)
   );

@@ -153,7 +153,28 @@ object PortTable {
     port("wb_ack",    Out,  1, "the access is done"),
     port("wb_stall",  Out,  1, "for pipelined masters: low with `wb_ack` only")
   )
-  private val host = plainHost ++ avalon ++ axi ++ wishbone
+  private val spi = optional("`hostInterface` 4", _.hostInterface == 4)(
+    port("spi_sel",         In, 1, "SPI slave: select, active as `spiSelHigh` says"),
+    port("spi_clk",         In, 1, "clock of the host, at most a quarter of `clock`; it may stop"),
+    port("spi_mosi",        In, 1, "data from the host, in `spi_clk`"),
+    port("spi_miso",       Out, 1, "data to the host, in `spi_clk`"),
+    port("spi_miso_drive", Out, 1, "drive them; high while the slave is selected")
+  )
+  private val bus = optional("`hostInterface` 5", _.hostInterface == 5)(
+    port("bus_cs_n",       In, 1,
+      "asynchronous microcontroller bus: chip select, low active. Any clock, as all of it"),
+    port("bus_rd",         In, 1, "read, active as `busReadHigh` says"),
+    port("bus_wr_n",       In, 1, "write, low active"),
+    ofLanes("bus_be",      In,
+      "byte enables, active as `busByteEnableHigh` says; with 16 bits these are A(0) and BHE"),
+    ofWords("bus_a",       In, "address of a word of `dataBusWidth` bits"),
+    ofWord("bus_d_in",     In, "level of the data pins"),
+    ofWord("bus_d_out",   Out, "level to drive them with"),
+    port("bus_d_drive",   Out, 1, "drive them; follows the pins without a clock"),
+    port("bus_busy",      Out, 1, "level of BUSY, active as `busBusyDriver` says; begins without a clock"),
+    port("bus_busy_drive", Out, 1, "drive it; high unless it is an open drain or source")
+  )
+  private val host = plainHost ++ avalon ++ axi ++ wishbone ++ spi ++ bus
 
   /** Ports of a slave controller. */
   val slave: Seq[PortInfo] = clocks ++

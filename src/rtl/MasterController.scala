@@ -48,8 +48,9 @@ class MasterController(p: EscParams) extends Module {
   /** Low active, as PHYs want it. */
   val phy_reset_n = IO(Output(Bool()))
 
-  /** Where the host is connected, and the port behind that. */
-  val (hostPins, host) = HostInterface(p)
+  /** Where the host is connected. */
+  private val connection = HostInterface(p)
+  val hostPins: Bundle   = connection.pins
 
   /** An order of the server waits, or a datagram of the host is back; a level. */
   val irq   = IO(Output(Bool()))
@@ -66,7 +67,8 @@ class MasterController(p: EscParams) extends Module {
 
   private val registers = Module(new MasterHost(p))
   private val value     = registers.value
-  registers.host <> host
+  registers.host <> connection.port
+  connection.side.foreach(_.events := irq)
 
   private val ports = Seq.tabulate(p.portCount)(Port(p, _))
 

@@ -7,7 +7,7 @@ import flyframe.application.{Application, LedPins, Leds, ResetRequest, Watchdogs
 import flyframe.clocks.LevelCrossing
 import flyframe.dc.{ClockPins, DistributedClocks, PortActivity}
 import flyframe.frame.{FrameProcessor, Stage}
-import flyframe.host.{HostInterface, HostSequencer}
+import flyframe.host.{HostErrors, HostInterface, HostSequencer}
 import flyframe.memory.{EscMemory, FrameEvents, RegisterBus, RegisterUnit, WriteProtection}
 import flyframe.mi.{LinkUnit, MiPins, MiUnit}
 import flyframe.mii.Port
@@ -45,8 +45,10 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
     */
   val phy_reset_n = IO(Output(Bool()))
 
-  /** Where the host is connected, and the port behind that. */
-  val (hostPins, host) = HostInterface(p)
+  /** Where the host is connected. */
+  private val connection = HostInterface(p)
+  val hostPins: Bundle   = connection.pins
+  private val host       = connection.port
 
   /** I2C EEPROM: 1 pulls a line low; high while the EEPROM has two address bytes. */
   val sii = Option.when(p.hasI2c)(IO(new SiiPins))
@@ -136,6 +138,7 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   private val watchdogs =
     Option.when(p.hasWatchdogs)(new Watchdogs(p, syncManagers.fold(false.B)(_.trigger)))
   private val application = Option.when(p.hasApplicationLayer)(new Application(p))
+  private val hostErrors  = connection.side.map(new HostErrors(_))
   private val leds = led.map { pins =>
     val active = ports.map(port => !port.core.receiverIdle || !port.core.transmitterIdle)
     new Leds(p, pins, ports.map(_.core.link), active, eeprom, watchdogs)
@@ -146,10 +149,14 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   }
   private val units =
     Seq(dataLink) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ protection ++ watchdogs ++
-      application ++ leds ++ clocks ++ addedUnits
+      application ++ hostErrors ++ leds ++ clocks ++ addedUnits
   private val unlisted = units.flatMap(_.registers).diff(RegisterMap(p, addedRegisters)).map(_.name)
   require(unlisted.isEmpty, s"registers ${unlisted.mkString(", ")} are of units but must be in RegisterMap.")
   units.foreach(_.connect(bus))
+
+  connection.side.foreach { side =>
+    side.events := (if (p.hasApplicationLayer) bus.whole("al_event_request") else 0.U)
+  }
 
   /** Interrupt to the host, a level (IRQ-01). */
   val irq = bus.interruptLevel.map { level =>

@@ -162,18 +162,19 @@ object TestSets {
   )
 
   /** Each host interface, with the units that see what a host does. */
-  val hosts: Seq[EscParams] = Seq(("avalon", 1, 16), ("axi", 2, 32), ("wishbone", 3, 8)).map {
-    case (name, interface, width) =>
-      ruled.copy(
-        preset = name,
-        hostInterface = interface,
-        dataBusWidth = width,
-        syncManagers = 4,
-        acknowledgeByWrite = if (interface == 2) 1 else 0,
-        applicationLayer = 1,
-        watchdogs = 1
-      )
-  }
+  val hosts: Seq[EscParams] =
+    Seq(("avalon", 1, 16), ("axi", 2, 32), ("wishbone", 3, 8), ("spi", 4, 8), ("bus", 5, 16)).map {
+      case (name, interface, width) =>
+        ruled.copy(
+          preset = name,
+          hostInterface = interface,
+          dataBusWidth = width,
+          syncManagers = 4,
+          acknowledgeByWrite = if (interface == 2) 1 else 0,
+          applicationLayer = 1,
+          watchdogs = 1
+        )
+    }
 
   // With an EEPROM only the rules that speak of it: its load takes time after every reset.
   private val ruledEeprom = ruled.copy(

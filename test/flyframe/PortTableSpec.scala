@@ -49,7 +49,7 @@ class PortTableSpec extends AnyFlatSpec {
     )
     assert(told(p) == declared(p, Emit.verilog(p)))
     val hosts =
-      for (role <- Seq(Presets.default.params, Presets.master); interface <- 1 to 3)
+      for (role <- Seq(Presets.default.params, Presets.master); interface <- 1 to 5)
         yield role.copy(preset = s"host${role.role}$interface", hostInterface = interface, dataBusWidth = 32)
     for (host <- hosts) assert(told(host) == declared(host, Emit.verilog(host)))
     val seen = (p +: (hosts ++ Presets.all.map(_.params))).flatMap(told).map(_._3).toSet

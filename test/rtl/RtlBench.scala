@@ -18,9 +18,14 @@ import flyframe.sii.I2cEeprom
   *
   * @param controller
   *   makes it, or that of a product
+  * @param rawHost
+  *   the test is at the pins of the host interface, and `host` is at nothing
   */
-class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController = Controller.slave(_))
-    extends Module {
+class ControllerUnderTest(
+    p: EscParams,
+    controller: EscParams => SlaveController = Controller.slave(_),
+    rawHost: Boolean = false
+) extends Module {
   val rxClock = IO(Input(Vec(p.ports, Bool())))
   val rxDv    = IO(Input(Vec(p.ports, Bool())))
   val rxEr    = IO(Input(Vec(p.ports, Bool())))
@@ -70,7 +75,16 @@ class ControllerUnderTest(p: EscParams, controller: EscParams => SlaveController
   dut.pdi_operational.foreach(_ := loaded)
   txTick    := dut.mii_tx_tick
   phyResetN := dut.phy_reset_n
-  HostOf(dut.hostPins, host)
+
+  /** The pins of the host interface. */
+  val hostPins = Option.when(rawHost)(IO(chiselTypeOf(dut.hostPins)))
+  hostPins match {
+    case Some(pins) =>
+      pins <> dut.hostPins
+      host.ack   := false.B
+      host.rdata := 0.U
+    case None => HostOf(p, dut.hostPins, host)
+  }
   sii.foreach(dut.sii.get <> _)
   eepromLoaded.foreach(_ := dut.eeprom_loaded.get)
   led.foreach(_ := dut.led.get)
@@ -324,7 +338,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     dut.host.be.poke(enable)
     var waited = 0
     while (!dut.host.ack.peek().litToBoolean) {
-      assert(waited < 100, f"host port did not answer at 0x$address%04x")
+      assert(waited < 1000, f"host port did not answer at 0x$address%04x")
       step()
       waited += 1
     }

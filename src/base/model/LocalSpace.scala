@@ -71,11 +71,13 @@ class LocalSpace(
     new ClockModel(p, registers, y => portStatus(s"physical_link_port$y") == 1)
   )
 
+  val hostErrors: Option[HostErrorModel] = Option.when(p.countsHostErrors)(new HostErrorModel(registers))
+
   private val units: Seq[ModelUnit] =
     watchdogs.toSeq ++ application ++ Seq(
       syncManagers
     ) ++ sii ++ management ++ reset ++ protection ++ leds ++ clock ++
-      clock.toSeq.flatMap(_.signals) ++ alarm ++ addedUnits
+      clock.toSeq.flatMap(_.signals) ++ alarm ++ hostErrors ++ addedUnits
 
   if (p.hasEmulation) pdiOperational = false
   else if (eeprom.isDefined) sii.foreach(s => pdiOperational = s.loadFirst())

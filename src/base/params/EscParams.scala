@@ -39,6 +39,16 @@ final case class EscParams(
     timeByPdi: Int = 0,
     directSpeed: Int = 0,
     hostInterface: Int = 0,
+    spiMode: Int = 3,
+    spiLateSample: Int = 0,
+    spiSelHigh: Int = 0,
+    busWriteEarly: Int = 0,
+    busBusyEarly: Int = 0,
+    busBusyDriver: Int = 0,
+    busReadDelay: Int = 0,
+    busReadAll: Int = 0,
+    busReadHigh: Int = 0,
+    busByteEnableHigh: Int = 0,
     alarm: Int = 0,
     maxSlaves: Int = 64,
     linePorts: Int = 1,
@@ -164,6 +174,12 @@ final case class EscParams(
 
   /** The host acknowledges by writing what else it acknowledges by reading (PDI-09, SM-36). */
   def acknowledgesByWrite: Boolean = acknowledgeByWrite == 1
+
+  /** Errors of the host's interface are counted (ERR-11): at a plain port there are none. */
+  def countsHostErrors: Boolean = hostInterface > 0 && !isMaster
+
+  /** A host that accesses bytes at its own pace, and is not told to wait. */
+  def hostCannotWait: Boolean = hostInterface == 4
 
   /** There are events or buffers that the host acknowledges. */
   def isAcknowledged: Boolean = hasApplicationLayer || hasAlarm || hasClockPins

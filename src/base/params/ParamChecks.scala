@@ -60,10 +60,30 @@ private[params] object ParamChecks {
       s"${p.coreClockMhz}."
   )
 
-  /** AXI4-Lite has words of 32 bits. */
-  private def hostInterface(p: EscParams) = Option.when(p.hostInterface == 2 && p.dataBusWidth != 32)(
-    s"hostInterface is 2 but must be 0, 1 or 3 at dataBusWidth ${p.dataBusWidth}."
-  )
+  /** What only one host interface has. */
+  private val ofInterfaces = Seq("spiLateSample", "spiSelHigh").map(_ -> 4) ++ Seq(
+    "busWriteEarly",
+    "busBusyEarly",
+    "busBusyDriver",
+    "busReadDelay",
+    "busReadAll",
+    "busReadHigh",
+    "busByteEnableHigh"
+  ).map(_ -> 5)
+
+  private def hostInterface(p: EscParams): Seq[String] = ofInterfaces.collect {
+    case (name, interface) if p.hostInterface != interface && ParamTable(name).get(p) != 0 =>
+      s"$name is ${ParamTable(name).get(p)} but must be 0 if hostInterface is ${p.hostInterface}."
+  } ++ Seq(
+    // AXI4-Lite has words of 32 bits.
+    Option.when(p.hostInterface == 2 && p.dataBusWidth != 32)(
+      s"hostInterface is 2 but must be 0, 1, 3, 4 or 5 at dataBusWidth ${p.dataBusWidth}."
+    ),
+    // A host that waits before it ends its write would wait forever.
+    Option.when(p.hostInterface == 5 && p.busBusyEarly == 1 && p.busWriteEarly == 0)(
+      "busBusyEarly is 1 but must be 0 if busWriteEarly is 0."
+    )
+  ).flatten
 
   /** Half a nibble is a whole number of core cycles. */
   private def rmii(p: EscParams) = ofPorts("rmiiPorts", p).orElse(

@@ -60,6 +60,16 @@ object ParamTable {
     "maxSubTelegrams",
     "coreClockMhz",
     "hostInterface",
+    "spiMode",
+    "spiLateSample",
+    "spiSelHigh",
+    "busWriteEarly",
+    "busBusyEarly",
+    "busBusyDriver",
+    "busReadDelay",
+    "busReadAll",
+    "busReadHigh",
+    "busByteEnableHigh",
     "maxSlaves",
     "linePorts",
     "txShift",
@@ -211,10 +221,51 @@ object ParamTable {
     ),
     info(
       "hostInterface",
-      "how the host is connected: 0 a plain synchronous port; 1 Avalon-MM; 2 AXI4-Lite; 3 Wishbone B4",
+      "how the host is connected: 0 a plain synchronous port; 1 Avalon-MM; 2 AXI4-Lite; 3 Wishbone B4; " +
+        "4 SPI; 5 an asynchronous microcontroller bus",
+      "code",
+      between(0, 5)
+    )(_.hostInterface)((p, v) => p.copy(hostInterface = v)),
+    info(
+      "spiMode",
+      "SPI mode: bit 1 is the level of the clock at rest; bit 0: bits change with the first edge of a pulse",
       "code",
       between(0, 3)
-    )(_.hostInterface)((p, v) => p.copy(hostInterface = v)),
+    )(_.spiMode)((p, v) => p.copy(spiMode = v)),
+    switch("spiLateSample", "1: MISO changes with the edge at which MOSI is sampled, half a clock later")(
+      _.spiLateSample
+    )((p, v) => p.copy(spiLateSample = v)),
+    switch("spiSelHigh", "1: SPI select is active high")(_.spiSelHigh)((p, v) => p.copy(spiSelHigh = v)),
+    switch(
+      "busWriteEarly",
+      "microcontroller bus: 0 writes are carried out behind their end; 1 at their beginning"
+    )(
+      _.busWriteEarly
+    )((p, v) => p.copy(busWriteEarly = v)),
+    switch("busBusyEarly", "microcontroller bus: BUSY begins 0 with read or write; 1 with the chip select")(
+      _.busBusyEarly
+    )((p, v) => p.copy(busBusyEarly = v)),
+    info(
+      "busBusyDriver",
+      "driver of BUSY: 0 low active; 1 low active, open drain; 2 high active; 3 high active, open source",
+      "code",
+      between(0, 3)
+    )(_.busBusyDriver)((p, v) => p.copy(busBusyDriver = v)),
+    info(
+      "busReadDelay",
+      "core cycles by which the data of a read are there before BUSY ends",
+      "core cycles",
+      between(0, 3)
+    )(_.busReadDelay)((p, v) => p.copy(busReadDelay = v)),
+    switch("busReadAll", "1: reads take all bytes of the bus, whatever its byte enables")(_.busReadAll)(
+      (p, v) => p.copy(busReadAll = v)
+    ),
+    switch("busReadHigh", "1: read of the microcontroller bus is active high")(_.busReadHigh)((p, v) =>
+      p.copy(busReadHigh = v)
+    ),
+    switch("busByteEnableHigh", "1: byte enables of the microcontroller bus are active high")(
+      _.busByteEnableHigh
+    )((p, v) => p.copy(busByteEnableHigh = v)),
     switch("alarm", "1: smoke detector whose events are appended to passing frames")(_.alarm)((p, v) =>
       p.copy(alarm = v)
     ),

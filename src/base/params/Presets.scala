@@ -150,6 +150,7 @@ object Presets {
     deactivationDelay = 1,
     openBuffers = 1,
     acknowledgeByWrite = 1,
+    hostInterface = 1,
     alarm = 1,
     mi = 2,
     miLinkDetection = 1,

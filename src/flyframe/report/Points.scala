@@ -52,6 +52,7 @@ object Points {
     "clocks"             -> Seq(1, 2),
     "resetRegisters"     -> Seq(1),
     "writeProtection"    -> Seq(1),
+    "hostInterface"      -> Seq(1, 3, 4, 5),
     "dataBusWidth"       -> Seq(32)
   ).flatMap { case (name, values) => values.map(variant(complete, "slave", name)) }
 
@@ -109,7 +110,15 @@ object Points {
     "Transmitters"                            -> Set("MiiTransmitter"),
     "Register file"                           -> Set("RegisterFile", "EventCounters"),
     "Memory and host port" -> Set("EscMemory", "HostSequencer", "MasterHost", "NetworkSettings", "HostEvent"),
-    "SII EEPROM"           -> Set("SiiController"),
+    "Host interface" ->
+      Set(
+        "AvalonInterface",
+        "AxiLiteInterface",
+        "WishboneInterface",
+        "SpiInterface",
+        "MicrocontrollerInterface"
+      ),
+    "SII EEPROM"                -> Set("SiiController"),
     "Smoke detector, appending" -> Set("AlarmUnit", "DatagramAppender"),
     "Line master"               -> Set("LineMaster"),
     "Plant network, reports"    -> Set("PlantSide"),

@@ -3,7 +3,9 @@ package flyframe.board
 import chisel3._
 import chisel3.util._
 import flyframe.clocks.{BoardLevelCrossing, ResetCrossing}
+import flyframe.host.{MicrocontrollerInterface, MicrocontrollerPins}
 import flyframe.memory.HostPort
+import flyframe.params.EscParams
 
 /** The reset of core and PHYs: while the PLL has not locked, and 10 to 20 ms after (HB-06). */
 class BoardReset(coreClockMhz: Int) extends RawModule {
@@ -70,7 +72,7 @@ class BoardSupport(lanes: Int, coreClockMhz: Int) extends RawModule {
   /** The oscillator that the PLL is fed with, and the reset of the PLL. */
   val oscillator = IO(Input(Clock()))
   val pll_reset  = IO(Output(Bool()))
-  val bus        = IO(new MemoryBus(lanes, HostBus.AddressBits - log2Ceil(lanes)))
+  val bus        = IO(new MicrocontrollerPins(lanes))
   val host       = IO(Flipped(new HostPort(lanes)))
 
   private val boardReset = Module(new BoardReset(coreClockMhz))
@@ -83,7 +85,12 @@ class BoardSupport(lanes: Int, coreClockMhz: Int) extends RawModule {
   pllReset.locked := pll_locked
   pll_reset       := pllReset.reset
 
-  private val hostBus = withClockAndReset(clock, boardReset.reset)(Module(new HostBus(lanes)))
+  // A host that waits for all it does, as NWAIT of an STM32 wants it.
+  private val p =
+    EscParams(hostInterface = 5, dataBusWidth = 8 * lanes, coreClockMhz = coreClockMhz)
+      .copy(busWriteEarly = 1, busBusyEarly = 1)
+  private val hostBus = withClockAndReset(clock, boardReset.reset)(Module(new MicrocontrollerInterface(p)))
   hostBus.bus <> bus
-  hostBus.host <> host
+  hostBus.port <> host
+  hostBus.side.events := 0.U
 }

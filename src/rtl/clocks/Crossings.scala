@@ -242,3 +242,69 @@ class MemoryBusCrossing[T <: Data](payload: T) extends Module {
   private val taken = RegEnable(pins, hold)
   held := taken
 }
+
+/** What the side of an SPI slave in the host's clock gives and gets. A level that changes tells of an event;
+  * what goes with it stays for seven clocks of the host.
+  */
+class SpiBytes extends Bundle {
+
+  /** The first bit of a byte was sampled, and which; a whole byte was. */
+  val begun    = Input(Bool())
+  val firstBit = Input(Bool())
+  val whole    = Input(Bool())
+  val received = Input(UInt(8.W))
+
+  /** `next` was taken, to be sent. */
+  val taken = Input(Bool())
+  val next  = Output(UInt(8.W))
+
+  /** Bits that have come of the last byte, modulo 8. */
+  val bits = Input(UInt(3.W))
+}
+
+/** Brings the bytes of an SPI slave from the host's clock into that of the module (B-115).
+  *
+  * A change is seen 2 to 3 cycles behind its edge, `taken` one cycle later, and the end of a selection two:
+  * of two edges a cycle apart these are never seen in front of the byte that they follow. So selections must
+  * be five cycles apart; what is less counts as one.
+  */
+class SpiCrossing extends Module {
+  val bytes    = IO(new SpiBytes)
+  val selected = IO(Input(Bool()))
+
+  /** What the host wants to have sent next: may change from the `taken` of the byte in front of it on, and
+    * must stand [[SpiCrossing.Margin]] cycles when it is taken.
+    */
+  val next = IO(Input(UInt(8.W)))
+
+  /** The same in the clock of the module, one cycle each; `firstBit`, `received` and `bits` stand. */
+  val begun    = IO(Output(Bool()))
+  val whole    = IO(Output(Bool()))
+  val taken    = IO(Output(Bool()))
+  val firstBit = IO(Output(Bool()))
+  val received = IO(Output(UInt(8.W)))
+  val bits     = IO(Output(UInt(3.W)))
+
+  /** The host has selected the slave. */
+  val active = IO(Output(Bool()))
+
+  private def changes(level: Bool): Bool = {
+    val stable = LevelCrossing(level)
+    stable =/= RegNext(stable) // no reset: during a reset it follows
+  }
+  private val ended = Seq.iterate(LevelCrossing(selected), 3)(RegNext(_))
+  begun      := changes(bytes.begun)
+  whole      := changes(bytes.whole)
+  taken      := RegNext(changes(bytes.taken))
+  active     := ended.reduce(_ || _)
+  firstBit   := bytes.firstBit
+  received   := bytes.received
+  bits       := bytes.bits
+  bytes.next := next
+}
+
+object SpiCrossing {
+
+  /** Cycles from the edge that takes a byte until `taken` is high, at most. */
+  val Margin = 5
+}

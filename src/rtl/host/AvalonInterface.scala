@@ -24,13 +24,14 @@ class AvalonInterface(p: EscParams) extends HostInterface(p) {
   def pins   = avalon
   def prefix = "avalon"
 
-  // The host port rests a cycle between accesses, which may follow each other here.
-  private val rests = RegNext(port.ack, false.B) // reset: no access
-  port.req           := (avalon.read || avalon.write) && !rests
-  port.write         := avalon.write
+  private val (done, withdrawn) = hold(avalon.read, avalon.write)
   port.addr          := avalon.address << log2Ceil(p.lanes)
   port.wdata         := avalon.writedata
   port.be            := avalon.byteenable
   avalon.readdata    := port.rdata
-  avalon.waitrequest := !port.ack
+  avalon.waitrequest := !done
+
+  private val both = avalon.read && avalon.write
+  side.error.valid := withdrawn || (both && !RegNext(both, false.B)) // reset: there was no access
+  side.error.bits  := Cat(withdrawn, both)
 }

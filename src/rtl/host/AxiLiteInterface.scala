@@ -40,32 +40,25 @@ class AxiLiteInterface(p: EscParams) extends HostInterface(p) {
   // reset: no answer is due
   private val bValid   = RegInit(false.B)
   private val rValid   = RegInit(false.B)
-  private val rests    = RegNext(port.ack, false.B)
   private val lastRead = RegInit(false.B) // reset: whoever comes first
   private val data     = RegEnable(port.rdata, port.ack && !port.write)
 
   // What a word is answered to must have been taken before the next one is asked for.
-  private val writes = axi.awvalid && axi.wvalid && !bValid
-  private val reads  = axi.arvalid && !rValid
-  private val isOpen = RegInit(false.B) // an access is under way, and stays what it is; reset: none
-  private val isRead = Reg(Bool())
-  private val read   = Mux(isOpen, isRead, reads && !(writes && lastRead))
-  isRead := read
-  isOpen := port.req && !port.ack
+  private val writes    = axi.awvalid && axi.wvalid && !bValid
+  private val reads     = axi.arvalid && !rValid
+  private val (done, _) = hold(reads, writes, writeFirst = lastRead)
+  private val read      = !port.write
   when(port.ack) { lastRead := read }
-
-  port.req   := (writes || reads) && !rests
-  port.write := !read
   port.addr  := Mux(read, axi.araddr, axi.awaddr)
   port.wdata := axi.wdata
   port.be    := Mux(read, 0xf.U, axi.wstrb)
 
-  axi.awready := port.ack && !read
-  axi.wready  := port.ack && !read
-  axi.arready := port.ack && read
+  axi.awready := done && !read
+  axi.wready  := done && !read
+  axi.arready := done && read
   when(axi.bready) { bValid := false.B }
   when(axi.rready) { rValid := false.B }
-  when(port.ack) {
+  when(done) {
     when(read) { rValid := true.B }.otherwise { bValid := true.B }
   }
   axi.bvalid := bValid
@@ -73,4 +66,12 @@ class AxiLiteInterface(p: EscParams) extends HostInterface(p) {
   axi.rvalid := rValid
   axi.rdata  := data
   axi.rresp  := 0.U
+
+  private def withdrawn(valid: Bool, ready: Bool) = RegNext(valid && !ready, false.B) && !valid // reset: none
+  side.error.bits := Cat(
+    withdrawn(axi.arvalid, axi.arready),
+    withdrawn(axi.wvalid, axi.wready),
+    withdrawn(axi.awvalid, axi.awready)
+  )
+  side.error.valid := side.error.bits.orR
 }

@@ -1,6 +1,7 @@
 package flyframe.host
 
 import chisel3._
+import chisel3.util.Valid
 import flyframe.memory.HostPort
 import flyframe.params.EscParams
 
@@ -13,30 +14,75 @@ abstract class HostInterface(p: EscParams) extends Module {
   /** To the controller. */
   val port = IO(Flipped(new HostPort(p.lanes)))
 
+  /** What is shown and told beside accesses. */
+  val side = IO(new HostSide)
+
   /** From the host. */
   def pins: Bundle
 
   /** What the names of the pins begin with. */
   def prefix: String
+
+  /** Keeps an access at the port until it is done: also one that the host has withdrawn, which then gets no
+    * answer.
+    *
+    * @param reads
+    *   the host asks for a read, until it is answered; its pause is made here
+    * @param writes
+    *   the same for a write
+    * @param writeFirst
+    *   of both, the write comes first
+    * @return
+    *   the access of the host is done; it has been withdrawn, one cycle
+    */
+  protected def hold(reads: Bool, writes: Bool, writeFirst: Bool = true.B): (Bool, Bool) = {
+    // reset: no access
+    val rests     = RegNext(port.ack, false.B)
+    val open      = RegNext(port.req && !port.ack, false.B)
+    val withdrawn = RegInit(false.B)
+    val isWrite   = Reg(Bool())
+    val drops     = open && !withdrawn && !Mux(isWrite, writes, reads)
+    when(drops) { withdrawn := true.B }
+    when(port.ack) { withdrawn := false.B }
+    port.req   := open || ((reads || writes) && !rests)
+    port.write := Mux(open, isWrite, writes && (writeFirst || !reads))
+    isWrite    := port.write
+    (port.ack && !withdrawn && !drops, drops)
+  }
+}
+
+/** What a host interface shows and tells of beside accesses. */
+class HostSide extends Bundle {
+
+  /** The AL event request, or what interrupts the host of a master. */
+  val events = Input(UInt(24.W))
+
+  /** An access was in error, and how (0x030E). */
+  val error = Output(Valid(UInt(16.W)))
 }
 
 object HostInterface {
 
+  /** How the host is connected: at these pins, by way of this port, and what is beside it, if there is. */
+  final case class Connection(pins: Bundle, port: HostPort, side: Option[HostSide])
+
   /** Makes the interface that the parameters ask for in the top module at hand: its pins there, and the port
     * behind it. Without one the port itself is at the pins.
     */
-  def apply(p: EscParams): (Bundle, HostPort) = p.hostInterface match {
+  def apply(p: EscParams): Connection = p.hostInterface match {
     case 1 => atPins(Module(new AvalonInterface(p)))
     case 2 => atPins(Module(new AxiLiteInterface(p)))
     case 3 => atPins(Module(new WishboneInterface(p)))
+    case 4 => atPins(Module(new SpiInterface(p)))
+    case 5 => atPins(Module(new MicrocontrollerInterface(p)))
     case _ =>
       val port = IO(new HostPort(p.lanes)).suggestName("host")
-      (port, port)
+      Connection(port, port, None)
   }
 
-  private def atPins(interface: HostInterface): (Bundle, HostPort) = {
+  private def atPins(interface: HostInterface) = {
     val pins = IO(chiselTypeOf(interface.pins)).suggestName(interface.prefix)
     interface.suggestName("hostInterface").pins <> pins
-    (pins, interface.port)
+    Connection(pins, interface.port, Some(interface.side))
   }
 }

@@ -38,8 +38,8 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
       *   - `choose`: by the answer, the byte's address in its buffer is chosen, or the byte is left out.
       *   - `access`: the byte is at the memory.
       *   - `close`: the SyncManager is told that the byte was accessed, so that the last one closes the
-      *     buffer.
-      *   - `next`: the next byte begins, or the access is done.
+      *     buffer. The access is done, or the next byte begins.
+      *   - `next`: the same where there was nothing to close.
       */
     val idle, pass, scan, ask, answer, choose, access, close, next = Value
   }
@@ -54,16 +54,18 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
   private val address = Cat(host.addr >> log2Ceil(lanes), if (lanes == 1) 0.U(0.W) else lane)
   private val enabled = if (lanes == 1) host.be(0) else host.be(lane)
 
-  // The search asks for entry 0 to 7 of each bank at the counts 0 to 7. An entry comes a count later, and is
-  // compared in two more, so that the result is final at count 10.
-  areas.index := Mux(count > 7.U, 7.U, count(2, 0))
+  // The search asks for the entries of each bank at the counts from 0 on, the first of an access before that.
+  // An entry comes a count later, and is compared in two more.
+  private val lastEntry = (p.syncManagers min 8) - 1
+  private val found     = count === (lastEntry + 3).U
+  areas.index := Mux(count > lastEntry.U, lastEntry.U, count(2, 0))
   private val area = AreaScan.lowest(areas.entries.map { entry =>
     val scan = Module(new AreaScan(p.smIndexBits))
     scan.entry        := entry
     scan.entry.begins := RegNext(count === 0.U)
-    // Entry 7 stays selected until the access is done. A SyncManager that is switched on meanwhile must not
-    // be found when its byte is already half way.
-    scan.entry.takesPart := entry.takesPart && count < 9.U
+    // The last entry stays selected until the access is done. A SyncManager that is switched on meanwhile
+    // must not be found when its byte is already half way.
+    scan.entry.takesPart := entry.takesPart && count < (lastEntry + 2).U
     scan.address         := address
     scan.result
   })
@@ -106,12 +108,25 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
   host.rdata   := Mux(state === pass, memory.rdata, data)
   host.ack     := false.B
 
+  private def goesOn(): Unit = {
+    count := 0.U
+    lane  := lane + 1.U
+    state := scan
+    when(lane === (lanes - 1).U) {
+      host.ack := true.B
+      state    := idle
+    }
+  }
+
   switch(state) {
     is(idle) {
       lane  := 0.U
       count := 0.U
       data  := 0.U
-      when(host.req) { state := Mux(managed.acts(host.addr), scan, pass) }
+      when(host.req) {
+        state := Mux(managed.acts(host.addr), scan, pass)
+        count := 1.U
+      }
     }
     is(pass) {
       host.ack := memory.ack
@@ -119,7 +134,7 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
     }
     is(scan) {
       count := count + 1.U
-      when(!enabled) { state := next }.elsewhen(count === 10.U) { state := ask }
+      when(!enabled) { state := next }.elsewhen(found) { state := ask }
     }
     is(ask) {
       when(!area.hit) { state := choose }.elsewhen(areas.granted) { state := answer }
@@ -139,15 +154,7 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
       }
       when(memory.ack || outside) { state := close }
     }
-    is(close) { when(!inBuffer || areas.granted) { state := next } }
-    is(next) {
-      count := 0.U
-      lane  := lane + 1.U
-      state := scan
-      when(lane === (lanes - 1).U) {
-        host.ack := true.B
-        state    := idle
-      }
-    }
+    is(close) { when(!inBuffer || areas.granted) { goesOn() } }
+    is(next) { goesOn() }
   }
 }

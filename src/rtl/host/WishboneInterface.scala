@@ -25,14 +25,15 @@ class WishboneInterface(p: EscParams) extends HostInterface(p) {
   def pins   = wb
   def prefix = "wb"
 
-  // The host port rests a cycle between accesses, which may follow each other here.
-  private val rests = RegNext(port.ack, false.B) // reset: no access
-  port.req   := wb.cyc && wb.stb && !rests
-  port.write := wb.we
+  private val asks              = wb.cyc && wb.stb
+  private val (done, withdrawn) = hold(asks && !wb.we, asks && wb.we)
   port.addr  := wb.adr << log2Ceil(p.lanes)
   port.wdata := wb.dat_w
   port.be    := wb.sel
   wb.dat_r   := port.rdata
-  wb.ack     := port.ack
-  wb.stall   := !port.ack
+  wb.ack     := done
+  wb.stall   := !done
+
+  side.error.valid := withdrawn
+  side.error.bits  := 2.U // as with Avalon-MM
 }

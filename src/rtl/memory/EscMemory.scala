@@ -112,7 +112,11 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with Re
   private val hostReading = WireDefault(false.B) // a read of the host has been chosen and is not done
   // A host that reads right behind its write sees what this has caused, events included.
   private val settles =
-    if (twoCycles) false.B else registerWrite.valid || RegNext(registerWrite.valid, false.B)
+    if (twoCycles) false.B
+    else {
+      val own = registerWrite.valid && registerWriteByHost
+      own || RegNext(own, false.B)
+    }
   private val hostRead =
     host.req && !host.write && !settles && file.keptForHost.fold(true.B)(
       _.ready
@@ -191,6 +195,8 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with Re
   private val mayWrite   = Mux(arrives, hostMay, hostMask)
   private val hostWrite = (arrives || known) &&
     Mux(hostTarget.register, !log.replay.valid && !unitWrites, !ecatToRam && !registerToRam)
+  // The write of a host that cannot wait goes in between: two cycles of its 32, by which the log gets later.
+  log.hold := (if (p.hostCannotWait) hostTarget.register && (arrives || known) else false.B)
   when(hostLookUp) { looksUp := true.B }
   when(arrives) { known := true.B }
   when(hostWrite) {

@@ -60,6 +60,9 @@ class WriteLog(lanes: Int, depth: Int, bitWrites: Boolean = false) extends Modul
   val write      = IO(Input(Valid(new RegisterWrite(lanes, bitWrites))))
   val commit     = IO(Input(Bool()))
 
+  /** Nothing is played in the next cycle. */
+  val hold = IO(Input(Bool()))
+
   /** A register byte was accepted. */
   val byteAccepted = IO(Input(Bool()))
 
@@ -95,7 +98,7 @@ class WriteLog(lanes: Int, depth: Int, bitWrites: Boolean = false) extends Modul
   // Playback. A frame commits behind its last nibble, at least 20 slots before the next `frameStart`.
   private val next    = RegInit(0.U(countBits.W)) // entry to be read; reset: nothing to play
   private val end     = RegInit(0.U(countBits.W))
-  private val reading = next =/= end
+  private val reading = next =/= end && !hold
   when(commit) {
     next := 0.U
     end  := entries
@@ -106,5 +109,5 @@ class WriteLog(lanes: Int, depth: Int, bitWrites: Boolean = false) extends Modul
   replay.valid       := RegNext(reading && !commit, false.B)
   replay.bits        := ram.io.readData.asTypeOf(new RegisterWrite(lanes, bitWrites))
   replayStarts       := commit
-  busy               := reading
+  busy               := next =/= end
 }

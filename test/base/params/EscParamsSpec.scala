@@ -9,6 +9,7 @@ class EscParamsSpec extends AnyFlatSpec {
   private case class Limits(inside: Seq[Int], outside: Seq[Int], base: EscParams = EscParams())
   private def between(low: Int, high: Int) = Limits(Seq(low, high), Seq(low - 1, high + 1))
   private val local                        = EscParams(applicationLayer = 1)
+  private val onBus                        = EscParams(hostInterface = 5)
   private val limits = Map(
     "dataBusWidth"           -> Limits(Seq(8, 16, 32), Seq(0, 7, 9, 24, 33, 64)),
     "maxSubTelegrams"        -> between(1, 128),
@@ -56,7 +57,17 @@ class EscParamsSpec extends AnyFlatSpec {
     "timeByPdi"          -> between(0, 1).copy(base = EscParams(clocks = 2, latchSignals = 1)),
     "directSpeed"        -> between(0, 1).copy(base = EscParams(clocks = 2)),
     "clockBits"          -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
-    "hostInterface"      -> between(0, 3).copy(base = EscParams(dataBusWidth = 32)),
+    "hostInterface"      -> between(0, 5).copy(base = EscParams(dataBusWidth = 32)),
+    "spiMode"            -> between(0, 3),
+    "spiLateSample"      -> between(0, 1).copy(base = EscParams(hostInterface = 4)),
+    "spiSelHigh"         -> between(0, 1).copy(base = EscParams(hostInterface = 4)),
+    "busWriteEarly"      -> between(0, 1).copy(base = onBus),
+    "busBusyEarly"       -> between(0, 1).copy(base = onBus.copy(busWriteEarly = 1)),
+    "busBusyDriver"      -> between(0, 3).copy(base = onBus),
+    "busReadDelay"       -> between(0, 3).copy(base = onBus),
+    "busReadAll"         -> between(0, 1).copy(base = onBus),
+    "busReadHigh"        -> between(0, 1).copy(base = onBus),
+    "busByteEnableHigh"  -> between(0, 1).copy(base = onBus),
     "alarm"              -> between(0, 1),
     "maxSlaves"          -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
     "linePorts"          -> Limits(Seq(1, 2), Seq(0, 3)),
@@ -197,10 +208,13 @@ class EscParamsSpec extends AnyFlatSpec {
       val here  = info.in(1)
       val limit = limits(info.name)
       val base = info.name match {
-        case "txShift"       => master.copy(coreClockMhz = 125)
-        case "rmiiPorts"     => master.copy(linePorts = 2)
-        case "hostInterface" => master.copy(dataBusWidth = 32)
-        case _               => master
+        case "txShift"                => master.copy(coreClockMhz = 125)
+        case "rmiiPorts"              => master.copy(linePorts = 2)
+        case "hostInterface"          => master.copy(dataBusWidth = 32)
+        case n if n.startsWith("spi") => master.copy(hostInterface = 4)
+        case "busBusyEarly"           => master.copy(hostInterface = 5, busWriteEarly = 1)
+        case n if n.startsWith("bus") => master.copy(hostInterface = 5)
+        case _                        => master
       }
       for (value <- limit.inside) assert(EscParams.problems(here.set(base, value)).isEmpty, here.name)
       for (value <- limit.outside) {
@@ -255,7 +269,13 @@ class EscParamsSpec extends AnyFlatSpec {
           "readWriteOffset is 1 but must be 0 if fmmus and syncManagers are 0.",
         local.copy(hostInterface = 2, dataBusWidth = 32) ->
           "acknowledgeByWrite is 0 but must be 1 if hostInterface is 2.",
-        EscParams(hostInterface = 2)         -> "hostInterface is 2 but must be 0, 1 or 3 at dataBusWidth 8.",
+        EscParams(hostInterface = 2) -> "hostInterface is 2 but must be 0, 1, 3, 4 or 5 at dataBusWidth 8.",
+        EscParams(spiSelHigh = 1)    -> "spiSelHigh is 1 but must be 0 if hostInterface is 0.",
+        EscParams(spiLateSample = 1, hostInterface = 5) ->
+          "spiLateSample is 1 but must be 0 if hostInterface is 5.",
+        EscParams(busBusyDriver = 3, hostInterface = 4) ->
+          "busBusyDriver is 3 but must be 0 if hostInterface is 4.",
+        onBus.copy(busBusyEarly = 1)         -> "busBusyEarly is 1 but must be 0 if busWriteEarly is 0.",
         EscParams(meanWays = 1)              -> "meanWays is 1 but must be 0 if clocks is 0.",
         clocks.copy(meanWays = 1, ports = 1) -> "meanWays is 1 but must be 0 if ports is 1.",
         local.copy(syncManagers = 1, eventTimes = 1) -> "eventTimes is 1 but must be 0 if clocks is 0.",

@@ -143,8 +143,10 @@ class BoardSpec extends AnyFlatSpec {
     val dir   = Files.createTempDirectory("flyframe-board")
     val ports = PortTable(p).flatMap(_.names(p)).map(n => s"port {$n}")
     // Of the crossings one register each: only pins are looked at here.
-    val registers = Seq("writeSide|gray", "writeSide|storage_0", "readSide|meta", "LevelCrossing:c|meta")
-    val names     = Files.write(dir.resolve("names"), (ports ++ registers.map(r => s"register {$r}")).asJava)
+    val registers = Seq("writeSide|gray", "writeSide|storage_0", "readSide|meta", "LevelCrossing:c|meta") ++
+      Seq("received[0]", "firstBit", "bits[0]").map("SpiShift:s|" + _) ++ Seq("SpiInterface:h|next[0]") ++
+      Seq("meta_ne", "taken_a[0]").map("MemoryBusCrossing:c|" + _)
+    val names = Files.write(dir.resolve("names"), (ports ++ registers.map(r => s"register {$r}")).asJava)
     val file = Files.writeString(
       dir.resolve("a.sdc"),
       s"set core_mhz ${p.coreClockMhz}\nset tx_shift ${p.txShift}\n" +
@@ -165,7 +167,8 @@ class BoardSpec extends AnyFlatSpec {
   "Every pin of every preset" should "be constrained, and those that no preset has" in {
     val most = Presets.allRegisters.copy(clocks = 2, syncSignals = 2, latchSignals = 2, fxPorts = 0x1)
     for (
-      p <- Presets.all.map(_.params) ++ Seq(most, most.copy(sii = 0), Presets.master.copy(linePorts = 2))
+      p <- Presets.all.map(_.params) ++ Seq(most, most.copy(sii = 0), Presets.master.copy(linePorts = 2)) ++
+        (0 to 5).map(interface => most.copy(preset = s"host $interface", hostInterface = interface))
     ) {
       val told  = constrained(p).map(_.split(' ').last)
       val plain = PortTable(p).flatMap(_.names(p)).filterNot(n => n == "clock" || n.endsWith("_clk"))

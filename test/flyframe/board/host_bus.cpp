@@ -128,7 +128,7 @@ class Device {
   uint64_t cycles = 0;
 
   Device() {
-    top.bus_ne = top.bus_noe = top.bus_nwe = 1;
+    top.bus_cs_n = top.bus_rd = top.bus_wr_n = 1;
     top.eval();
   }
   // A pin takes its value somewhat later than the host gives it.
@@ -136,25 +136,25 @@ class Device {
     changes_.push_back({now + Time(random(most)), std::move(change)});
   }
   void ne(bool v) {
-    pin([v](auto& t) { t.bus_ne = v; }, kStrobeDelay);
+    pin([v](auto& t) { t.bus_cs_n = v; }, kStrobeDelay);
   }
   void noe(bool v) {
-    pin([v](auto& t) { t.bus_noe = v; }, kStrobeDelay);
+    pin([v](auto& t) { t.bus_rd = v; }, kStrobeDelay);
   }
   void nwe(bool v) {
-    pin([v](auto& t) { t.bus_nwe = v; }, kStrobeDelay);
+    pin([v](auto& t) { t.bus_wr_n = v; }, kStrobeDelay);
   }
   void address(uint32_t v) {
     pin([v](auto& t) { t.bus_a = v; }, kPayloadDelay);
   }
   void enables(uint32_t v) {
-    pin([v](auto& t) { t.bus_nbl = ~v & kLaneMask; }, kPayloadDelay);
+    pin([v](auto& t) { t.bus_be = ~v & kLaneMask; }, kPayloadDelay);
   }
   void data(uint32_t v) {
     pin([v](auto& t) { t.bus_d_in = v; }, kPayloadDelay);
   }
   // What the host sees.
-  bool nwait() const { return random(2) ? top.bus_nwait : outputs_.front().nwait; }  // early or late
+  bool nwait() const { return random(2) ? top.bus_busy : outputs_.front().nwait; }  // early or late
   uint32_t readData() const { return outputs_.front().data; }
 
   void runUntil(Time end) {
@@ -199,11 +199,11 @@ class Device {
     ++cycles;
   }
   void look() {
-    if (top.bus_d_drive != (!top.bus_ne && !top.bus_noe))
+    if (top.bus_d_drive != (!top.bus_cs_n && !top.bus_rd))
       fail(now, "the data pins' direction does not follow NE and NOE");
-    if (top.bus_ne && !top.bus_nwait) fail(now, "NWAIT is low though this device is not selected");
-    if (outputs_.back().nwait != top.bus_nwait || outputs_.back().data != top.bus_d_out)
-      outputs_.push_back({now, static_cast<bool>(top.bus_nwait), top.bus_d_out});
+    if (top.bus_cs_n && !top.bus_busy) fail(now, "NWAIT is low though this device is not selected");
+    if (outputs_.back().nwait != top.bus_busy || outputs_.back().data != top.bus_d_out)
+      outputs_.push_back({now, static_cast<bool>(top.bus_busy), top.bus_d_out});
   }
   std::vector<Change> changes_;
   std::deque<Outputs> outputs_{{0, true, 0}};
@@ -325,7 +325,7 @@ void reset(Device& device) {
   device.run(100 * kNs);
   const Time start = device.now;
   while (device.top.reset) {
-    if (!device.top.bus_nwait) fail(device.now, "wait in reset");
+    if (!device.top.bus_busy) fail(device.now, "wait in reset");
     device.run(kNs * 1000);
     if (device.now - start > 20 * kMs) fail(device.now, "reset does not end");
   }

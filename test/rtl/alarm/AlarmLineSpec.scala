@@ -4,6 +4,7 @@ import scala.util.Random
 import chisel3._
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.host.HostOf
 import flyframe.memory.HostPort
 import flyframe.mii.MiiPins
 import flyframe.model._
@@ -37,7 +38,7 @@ class LineUnderTest(sets: Seq[EscParams]) extends Module {
         s.alarm.config_fault := false.B
       case _ =>
     }
-    slave.host <> host(i)
+    HostOf(sets(i), slave.hostPins, host(i))
     for (port <- mii(slave)) {
       port.rx_clk := (!clock.asBool).asClock
       port.rx_er  := false.B

@@ -10,8 +10,13 @@ import flyframe.params.EscParams
 
 /** A memory behind a host port, which answers sooner or later and asserts what the port demands: an access
   * stays as it is until it is done, and a cycle without one follows.
+  *
+  * @param latency
+  *   cycles until it answers; 0: any number
+  * @param mayChange
+  *   the host breaks the rules of its bus, so that only the request itself must be held
   */
-class PortMemory(lanes: Int) extends Module {
+class PortMemory(lanes: Int, latency: Int = 0, mayChange: Boolean = false) extends Module {
   val port = IO(new HostPort(lanes))
 
   /** Accesses, and bytes of reads. */
@@ -19,8 +24,10 @@ class PortMemory(lanes: Int) extends Module {
 
   private val bytes  = Mem(256, UInt(8.W))
   private val random = LFSR(16)
-  private val done   = port.req && random(2, 0) === 0.U
-  private val place  = (port.addr(7, 0) >> log2Ceil(lanes)) << log2Ceil(lanes)
+  private val waited = RegInit(0.U(8.W))
+  waited := Mux(port.req && !port.ack, waited + 1.U, 0.U)
+  private val done  = port.req && (if (latency == 0) random(2, 0) === 0.U else waited === latency.U)
+  private val place = (port.addr(7, 0) >> log2Ceil(lanes)) << log2Ceil(lanes)
   port.ack   := done
   port.rdata := Mux(done, VecInit((0 until lanes).map(i => bytes((place + i.U)(7, 0)))).asUInt, 0.U)
   for (i <- 0 until lanes)
@@ -32,16 +39,20 @@ class PortMemory(lanes: Int) extends Module {
   private val asked = RegNext(port.req && !port.ack, false.B)
   assert(!RegNext(port.ack, false.B) || !port.req, "no cycle without an access")
   assert(!asked || port.req, "an access that is not held")
-  for (field <- Seq(port.write, port.addr, port.be))
+  for (field <- Seq(port.write) ++ (if (mayChange) Nil else Seq(port.addr, port.be)))
     assert(!asked || field.asUInt === RegNext(field.asUInt), "an access that changes")
-  assert(!asked || !port.write || port.wdata === RegNext(port.wdata), "data that change")
+  if (!mayChange) assert(!asked || !port.write || port.wdata === RegNext(port.wdata), "data that change")
 }
 
 /** An interface in front of a memory. */
-class InterfaceUnderTest[I <: HostInterface](make: => I, lanes: Int) extends Module {
+class InterfaceUnderTest[I <: HostInterface](make: => I, lanes: Int, mayChange: Boolean = false)
+    extends Module {
   private val interface = Module(make)
-  private val memory    = Module(new PortMemory(lanes))
+  private val memory    = Module(new PortMemory(lanes, mayChange = mayChange))
   memory.port <> interface.port
+  interface.side.events := 0.U
+  val error = IO(Output(Valid(UInt(16.W))))
+  error := interface.side.error
   val pins = IO(chiselTypeOf(interface.pins))
   pins <> interface.pins
   val accesses = IO(Output(UInt(16.W)))
@@ -91,6 +102,76 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
         dut.accesses.expect(4 * count)
       }
 
+    "B-116: Avalon-MM" should s"count an access that is withdrawn, and answer the next one, $width bits" in
+      test(new InterfaceUnderTest(new AvalonInterface(p), p.lanes, mayChange = true))
+        .withAnnotations(backend) { dut =>
+          val pins   = dut.pins.asInstanceOf[AvalonPins]
+          val random = new scala.util.Random(1)
+          val all    = (1 << p.lanes) - 1
+          var codes  = Vector.empty[BigInt]
+          def step(): Unit = {
+            if (dut.error.valid.peek().litToBoolean) codes :+= dut.error.bits.peek().litValue
+            dut.clock.step()
+          }
+          def access(write: Boolean, i: Int, data: BigInt): BigInt = {
+            pins.read.poke(!write)
+            pins.write.poke(write)
+            pins.address.poke(i)
+            pins.byteenable.poke(all)
+            pins.writedata.poke(data)
+            var cycles = 0
+            while (pins.waitrequest.peek().litToBoolean) {
+              step()
+              cycles += 1
+              assert(cycles < 200)
+            }
+            val result = pins.readdata.peek().litValue
+            step()
+            result
+          }
+          def none(): Unit = {
+            pins.read.poke(false)
+            pins.write.poke(false)
+          }
+          for (i <- 0 until count) access(write = true, i, word(i, width))
+          none()
+          step()
+          var withdrawn = 0
+          for (i <- 0 until 100) {
+            pins.address.poke(i % count)
+            pins.read.poke(true)
+            var left = 1 + random.nextInt(3)
+            while (left > 0 && pins.waitrequest.peek().litToBoolean) {
+              step()
+              left -= 1
+            }
+            if (left == 0 && pins.waitrequest.peek().litToBoolean) withdrawn += 1
+            else step()
+            none()
+            for (_ <- 0 until 1 + random.nextInt(4)) {
+              pins.waitrequest.expect(true)
+              step()
+            }
+            val other = (i * 7 + 3) % count
+            assert(access(write = false, other, 0) == word(other, width), "not what was withdrawn")
+            none()
+            step()
+          }
+          assert(withdrawn > 10 && codes == Vector.fill(withdrawn)(BigInt(2)))
+          // Both at once: a write, and an error.
+          codes = Vector.empty
+          pins.address.poke(3)
+          pins.writedata.poke(0x11)
+          pins.read.poke(true)
+          pins.write.poke(true)
+          while (pins.waitrequest.peek().litToBoolean) step()
+          step()
+          none()
+          step()
+          assert(codes == Seq(BigInt(1)))
+          assert(access(write = false, 3, 0) == BigInt(0x11))
+        }
+
     "B-114: Wishbone" should s"carry out accesses that follow each other at once, $width bits" in
       test(new InterfaceUnderTest(new WishboneInterface(p), p.lanes)).withAnnotations(backend) { dut =>
         val pins = dut.pins.asInstanceOf[WishbonePins]
@@ -126,16 +207,61 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
       }
   }
 
-  private def axi(body: (InterfaceUnderTest[AxiLiteInterface], AxiLitePins) => Unit) = {
+  "B-116: Wishbone" should "count an access that is withdrawn, and answer the next one" in {
+    val p = EscParams()
+    test(new InterfaceUnderTest(new WishboneInterface(p), p.lanes, mayChange = true))
+      .withAnnotations(backend) { dut =>
+        val pins = dut.pins.asInstanceOf[WishbonePins]
+        def access(write: Boolean, i: Int, data: Int, most: Int): Option[BigInt] = {
+          pins.cyc.poke(true)
+          pins.stb.poke(true)
+          pins.we.poke(write)
+          pins.adr.poke(i)
+          pins.sel.poke(1)
+          pins.dat_w.poke(data)
+          var (cycles, errors) = (0, 0)
+          def step(): Unit = {
+            if (dut.error.valid.peek().litToBoolean) {
+              dut.error.bits.expect(2)
+              errors += 1
+            }
+            dut.clock.step()
+          }
+          while (!pins.ack.peek().litToBoolean && cycles < most) {
+            step()
+            cycles += 1
+          }
+          val result = Option.when(pins.ack.peek().litToBoolean)(pins.dat_r.peek().litValue)
+          if (result.isDefined) step()
+          pins.stb.poke(false)
+          step()
+          assert(errors == (if (result.isEmpty) 1 else 0))
+          result
+        }
+        for (i <- 0 until 64) assert(access(write = true, i, i ^ 0x5a, 200).isDefined)
+        val answers = for (i <- 0 until 64) yield {
+          val answer = access(write = false, i, 0, 1 + i % 5)
+          assert(access(write = false, 63 - i, 0, 200).contains(BigInt((63 - i) ^ 0x5a)))
+          answer.isDefined
+        }
+        assert(answers.contains(true) && answers.contains(false))
+      }
+  }
+
+  private def axi(mayChange: Boolean)(body: (InterfaceUnderTest[AxiLiteInterface], AxiLitePins) => Unit) = {
     val p = EscParams(dataBusWidth = 32)
-    test(new InterfaceUnderTest(new AxiLiteInterface(p), p.lanes)).withAnnotations(backend) { dut =>
-      val pins = dut.pins.asInstanceOf[AxiLitePins]
-      for (valid <- Seq(pins.awvalid, pins.wvalid, pins.arvalid, pins.bready, pins.rready)) valid.poke(false)
-      body(dut, pins)
+    test(new InterfaceUnderTest(new AxiLiteInterface(p), p.lanes, mayChange)).withAnnotations(backend) {
+      dut =>
+        val pins = dut.pins.asInstanceOf[AxiLitePins]
+        for (valid <- Seq(pins.awvalid, pins.wvalid, pins.arvalid, pins.bready, pins.rready))
+          valid.poke(false)
+        body(dut, pins)
     }
   }
 
-  "B-114: AXI4-Lite" should "carry out reads and writes that come at once in turns" in axi { (dut, pins) =>
+  "B-114: AXI4-Lite" should "carry out reads and writes that come at once in turns" in axi(mayChange =
+    false
+  ) { (dut, pins) =>
     val random            = new scala.util.Random(1)
     val count             = 64
     var (aw, w, b)        = (0, 0, 0) // taken so far
@@ -181,7 +307,9 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
     assert(!order.mkString.contains("wwwwww") && !order.mkString.contains("rrrrrr"), order.mkString)
   }
 
-  it should "write the bytes that are strobed, and keep an answer until it is taken" in axi { (dut, pins) =>
+  it should "write the bytes that are strobed, and keep an answer until it is taken" in axi(mayChange =
+    false
+  ) { (dut, pins) =>
     def write(address: Int, data: BigInt, strobes: Int): Unit = {
       pins.awaddr.poke(address)
       pins.wdata.poke(data)
@@ -229,5 +357,56 @@ class HostInterfaceSpec extends AnyFlatSpec with ChiselScalatestTester {
         (0 to 3).map(i => BigInt((if ((strobes >> i & 1) == 1) 0xa4 - i else 4 - i)) << (8 * i)).sum
       assert(read(0x10) == expected)
     }
+  }
+
+  "B-116: AXI4-Lite" should "count what is withdrawn, and answer what comes behind" in axi(mayChange = true) {
+    (dut, pins) =>
+      var codes = Vector.empty[BigInt]
+      def step(cycles: Int = 1): Unit = for (_ <- 0 until cycles) {
+        if (dut.error.valid.peek().litToBoolean) codes :+= dut.error.bits.peek().litValue
+        dut.clock.step()
+      }
+      pins.bready.poke(true)
+      pins.rready.poke(true)
+      pins.wstrb.poke(0xf)
+      // Addresses and data without the other one are never taken.
+      for ((valid, code) <- Seq(pins.awvalid -> 1, pins.wvalid -> 2)) {
+        codes = Vector.empty
+        valid.poke(true)
+        step(5)
+        valid.poke(false)
+        step(5)
+        assert(codes == Seq(BigInt(code)))
+      }
+      dut.accesses.expect(0)
+      for (i <- 0 until 40) {
+        codes = Vector.empty
+        pins.araddr.poke(4 * i)
+        pins.arvalid.poke(true)
+        val taken = pins.arready.peek().litToBoolean
+        step()
+        pins.arvalid.poke(false)
+        step(2)
+        assert(codes == (if (taken) Nil else Seq(BigInt(4))))
+        // A write behind it is that write.
+        pins.awaddr.poke(4 * i)
+        pins.wdata.poke(i)
+        pins.awvalid.poke(true)
+        pins.wvalid.poke(true)
+        while (!pins.awready.peek().litToBoolean) step()
+        step()
+        pins.awvalid.poke(false)
+        pins.wvalid.poke(false)
+        pins.bvalid.expect(true)
+        step()
+        pins.araddr.poke(4 * i)
+        pins.arvalid.poke(true)
+        while (!pins.arready.peek().litToBoolean) step()
+        step()
+        pins.arvalid.poke(false)
+        pins.rvalid.expect(true)
+        pins.rdata.expect(i)
+        step()
+      }
   }
 }

@@ -3,6 +3,7 @@ package flyframe.master
 import chisel3._
 import chiseltest._
 import flyframe.{MasterController, SignalPins}
+import flyframe.host.HostOf
 import flyframe.memory.HostPort
 import flyframe.mii.MiiPins
 import flyframe.model._
@@ -23,7 +24,7 @@ class MasterUnderTest(p: EscParams) extends Module {
 
   private val dut = Module(new MasterController(p))
   dut.phy_clk_ref := false.B
-  dut.host <> host
+  HostOf(p, dut.hostPins, host)
   dut.alarm <> alarm
   irq    := dut.irq
   txTick := dut.mii_tx_tick

@@ -3,6 +3,7 @@ package flyframe.master
 import chisel3._
 import chisel3.util._
 import flyframe.{MasterController, SignalPins}
+import flyframe.host.HostOf
 import flyframe.memory.HostPort
 import flyframe.mii.MiiPins
 import flyframe.params.EscParams
@@ -106,7 +107,7 @@ class RecordedMaster(p: EscParams) extends Module {
   rxClock := !rxClock
   when(rxClock) { now := now + 1.U }
   dut.phy_clk_ref := false.B
-  dut.host <> host
+  HostOf(p, dut.hostPins, host)
   dut.alarm <> alarm
   soundedAt := RegEnable(now, dut.alarm.sounder && !RegNext(dut.alarm.sounder))
   private val recorders = dut.phys.zipWithIndex.collect { case (mii: MiiPins, y) =>

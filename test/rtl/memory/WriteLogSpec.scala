@@ -1,6 +1,7 @@
 package flyframe.memory
 
 import chiseltest._
+import org.scalatest.Assertions
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
 
@@ -8,16 +9,24 @@ import flyframe.SharedSimulation
 class WriteLogSpec extends AnyFlatSpec with SharedSimulation {
   private case class Write(address: Int, mask: Int, data: BigInt)
 
-  private class Bench(dut: WriteLog, lanes: Int) {
+  private class Bench(dut: WriteLog, lanes: Int) extends Assertions {
     var replayed: Vector[Write] = Vector.empty
 
+    /** Whether the log is held in a cycle. */
+    var holds: () => Boolean = () => false
+    private var held         = false
+
     def step(): Unit = {
-      if (dut.replay.valid.peek().litToBoolean)
+      if (dut.replay.valid.peek().litToBoolean) {
+        assert(!held, "the cycle behind belongs to others")
         replayed :+= Write(
           dut.replay.bits.address.peek().litValue.toInt,
           dut.replay.bits.mask.peek().litValue.toInt,
           dut.replay.bits.data.peek().litValue
         )
+      }
+      held = holds()
+      dut.hold.poke(held)
       dut.clock.step()
     }
     def idle(cycles: Int): Unit = (0 until cycles).foreach(_ => step())
@@ -65,6 +74,19 @@ class WriteLogSpec extends AnyFlatSpec with SharedSimulation {
         assert(b.replayed == sent)
         b.idle(depth + 4)
         assert(b.replayed == sent, "nor again")
+      },
+      check("B-115: a log that is held plays all of it, later") { b =>
+        val random = new scala.util.Random(1)
+        val sent   = writes(lanes, depth / lanes)
+        b.frame()
+        sent.foreach(b.write)
+        b.holds = () => random.nextInt(3) == 0
+        b.commit()
+        b.idle(3 * depth)
+        assert(b.replayed == sent)
+        b.holds = () => false
+        b.idle(depth)
+        assert(b.replayed == sent)
       },
       check("FP-33: the log forgets a frame that does not end well") { b =>
         b.frame()
