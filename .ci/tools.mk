@@ -20,6 +20,7 @@ need_nextpnr  = $(call missing,command -v nextpnr-ecp5 || command -v yowasp-next
 # A master that cannot be installed is skipped by the tests, and this says why.
 need_masters  = ?debian:iproute2 ?debian:libfaketime ?python:interop ?cargo:$(MASTERS)
 need_campaign = python:campaign
+need_packages = python:packages
 need_audit    = ?python:audit
 
 # A row per target.
@@ -48,7 +49,7 @@ tools_alarm-ring-sim      := sbt alarm
 tools_firmware-test       := sim
 tools_alarm-latency       := sbt alarm
 tools_demo                := sbt alarm
-tools_test                := sbt alarm board page proofs campaign
+tools_test                := sbt alarm board page proofs campaign packages
 tools_mutants             := $(tools_test)
 tools_page-latency        := sbt page
 tools_interop             := sbt sim masters

@@ -173,8 +173,9 @@ object Main {
       Seq(
         s"$base.v"    -> Emit.verilog(p),
         s"$base.h"    -> Documents.cHeader(p),
-        s"$base.json" -> Documents.json(p)
-      )
+        s"$base.json" -> Documents.json(p),
+        s"$base.core" -> Packages.fuseSoc(p)
+      ) ++ Packages.platformDesigner(p).map(s"${base}_hw.tcl" -> _)
     } ++ request.docs.map(
       _.resolve("registers.md").toString -> Documents.registers(Presets.allRegisters, Presets.master)
     ) ++ request.docs.map(_.resolve("parameters.md").toString -> ParameterPage.text)

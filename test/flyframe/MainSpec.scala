@@ -62,7 +62,7 @@ class MainSpec extends AnyFlatSpec {
     val result =
       run("--preset", "alarm-slave", "--name", "x", "--dataBusWidth", 16, "--board", "--out", directory)
     assert(result.code == 0, result.err)
-    assert(files(directory) == Set("x.v", "x.h", "x.json", "protocol.h", "board_support.v"))
+    assert(files(directory) == Set("x.v", "x.h", "x.json", "x.core", "protocol.h", "board_support.v"))
     val text = Files.readString(directory.resolve("board_support.v"))
     assert(text.contains("module board_support(") && text.contains("[15:0] bus_d_in"))
   }
@@ -131,7 +131,7 @@ class MainSpec extends AnyFlatSpec {
         directory.resolve("deep/er")
       )
       assert(result.code == 0, result.err)
-      assert(files(directory.resolve("deep/er")) == Set("my-core_1.v", "my-core_1.h", "my-core_1.json"))
+      assert(files(directory.resolve("deep/er")) == Set("v", "h", "json", "core").map("my-core_1." + _))
       def text(end: String) = Files.readString(directory.resolve(s"deep/er/my-core_1.$end"))
       val json              = ujson.read(text("json"))
       val expected = Presets

@@ -8,24 +8,18 @@ import flyframe.params.{EscParams, ParamTable, Presets}
 class PortTableSpec extends AnyFlatSpec {
 
   /** Direction, width and name of each port of the top module, as the Verilog declares it. */
-  private def declared(p: EscParams, verilog: String): Set[(String, Int, String)] = {
-    val top  = s"(?s)\\nmodule ${p.topName}\\((.*?)\\);".r.findFirstMatchIn(verilog).get.group(1)
-    val port = "(input|output)\\s+(?:\\[(\\d+):0\\])?\\s*(\\w+)".r
-    port.findAllMatchIn(top).map(m => (m.group(1), Option(m.group(2)).fold(1)(_.toInt + 1), m.group(3))).toSet
-  }
-
   private def told(p: EscParams): Set[(String, Int, String)] =
     PortTable(p).flatMap(i => i.names(p).map(n => (i.direction.verilog, i.bits(p), n))).toSet
 
   // As committed, which is what the sources emit (make check-generated).
   for (preset <- Presets.all; p = preset.params)
     s"The ports of ${p.preset}" should "be those of its Verilog" in {
-      assert(told(p) == declared(p, Files.readString(Paths.get(s"generated/${p.preset}.v"))))
+      assert(told(p) == VerilogPorts.declared(p, Files.readString(Paths.get(s"generated/${p.preset}.v"))))
     }
 
   "The ports of the master of a ring" should "be those of its Verilog" in {
     val p = Presets.master.copy(preset = "ring", linePorts = 2)
-    assert(told(p) == declared(p, Emit.verilog(p)))
+    assert(told(p) == VerilogPorts.declared(p, Emit.verilog(p)))
   }
 
   "Every optional port" should "be as the table says where a preset has none of it" in {
@@ -47,11 +41,11 @@ class PortTableSpec extends AnyFlatSpec {
       syncSignals = 2,
       latchSignals = 2
     )
-    assert(told(p) == declared(p, Emit.verilog(p)))
+    assert(told(p) == VerilogPorts.declared(p, Emit.verilog(p)))
     val hosts =
       for (role <- Seq(Presets.default.params, Presets.master); interface <- 1 to 5)
         yield role.copy(preset = s"host${role.role}$interface", hostInterface = interface, dataBusWidth = 32)
-    for (host <- hosts) assert(told(host) == declared(host, Emit.verilog(host)))
+    for (host <- hosts) assert(told(host) == VerilogPorts.declared(host, Emit.verilog(host)))
     val seen = (p +: (hosts ++ Presets.all.map(_.params))).flatMap(told).map(_._3).toSet
     val all  = (PortTable.slave ++ PortTable.master).map(_.name.replace("_y", "_0")).toSet
     assert(all -- seen == Set.empty)
