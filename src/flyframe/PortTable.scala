@@ -231,6 +231,14 @@ object PortTable {
         .copy(bits = 8 * _.digitalOutputs, width = "8 × `digitalOutputs`"),
       port("digital_output_driven", Out, 1, "low: let the outputs go")
     ) ++
+    optional("`generalOutputs`", _.generalOutputs > 0)(
+      port("general_output",        Out, 0, "levels of the general purpose outputs")
+        .copy(bits = 8 * _.generalOutputs, width = "8 × `generalOutputs`")
+    ) ++
+    optional("`generalInputs`", _.generalInputs > 0)(
+      port("general_input",         In,  0, "levels of the general purpose inputs. Any clock")
+        .copy(bits = 8 * _.generalInputs, width = "8 × `generalInputs`")
+    ) ++
     optional("`alarm`", _.hasAlarm)(
       port("alarm_current", In,  3,
         "comparators; the line's current is above that of [0] a whole line, [1] an alarm, " +

@@ -3,7 +3,15 @@ package flyframe
 import chisel3._
 import chisel3.util._
 import scala.reflect.ClassTag
-import flyframe.application.{Application, LedPins, Leds, ResetRequest, Watchdogs}
+import flyframe.application.{
+  Application,
+  GeneralPurposeIo,
+  GeneralPurposePins,
+  LedPins,
+  Leds,
+  ResetRequest,
+  Watchdogs
+}
 import flyframe.clocks.LevelCrossing
 import flyframe.dc.{ClockPins, DistributedClocks, PortActivity}
 import flyframe.frame.{FrameProcessor, Stage}
@@ -72,6 +80,9 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   val digital_output        = Option.when(p.digitalOutputs > 0)(IO(Output(UInt((8 * p.digitalOutputs).W))))
   val digital_output_driven = Option.when(p.digitalOutputs > 0)(IO(Output(Bool())))
 
+  /** General purpose outputs and inputs. */
+  val general = Option.when(p.generalOutputs + p.generalInputs > 0)(IO(new GeneralPurposePins(p)))
+
   private val ports = Seq.tabulate(p.ports)(Port(p, _))
 
   /** Pins of the ports, by their numbers. */
@@ -138,6 +149,7 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   private val watchdogs =
     Option.when(p.hasWatchdogs)(new Watchdogs(p, syncManagers.fold(false.B)(_.trigger)))
   private val application = Option.when(p.hasApplicationLayer)(new Application(p))
+  private val purposes    = general.map(new GeneralPurposeIo(p, _))
   private val hostErrors  = connection.side.map(new HostErrors(_))
   private val leds = led.map { pins =>
     val active = ports.map(port => !port.core.receiverIdle || !port.core.transmitterIdle)
@@ -149,7 +161,7 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   }
   private val units =
     Seq(dataLink) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ protection ++ watchdogs ++
-      application ++ hostErrors ++ leds ++ clocks ++ addedUnits
+      application ++ purposes ++ hostErrors ++ leds ++ clocks ++ addedUnits
   private val unlisted = units.flatMap(_.registers).diff(RegisterMap(p, addedRegisters)).map(_.name)
   require(unlisted.isEmpty, s"registers ${unlisted.mkString(", ")} are of units but must be in RegisterMap.")
   units.foreach(_.connect(bus))

@@ -171,6 +171,8 @@ object TestSets {
           dataBusWidth = width,
           syncManagers = 4,
           acknowledgeByWrite = if (interface == 2) 1 else 0,
+          generalOutputs = if (interface == 3) 8 else interface % 4,
+          generalInputs = if (interface == 3) 8 else 5 - interface,
           applicationLayer = 1,
           watchdogs = 1
         )

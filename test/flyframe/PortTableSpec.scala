@@ -29,6 +29,8 @@ class PortTableSpec extends AnyFlatSpec {
       applicationLayer = 1,
       leds = 1,
       digitalOutputs = 3,
+      generalOutputs = 8,
+      generalInputs = 5,
       alarm = 1,
       sii = 2,
       ports = 3,

@@ -2,7 +2,7 @@ package flyframe
 
 import chisel3._
 import chiseltest._
-import flyframe.application.LedPins
+import flyframe.application.{GeneralPurposePins, LedPins}
 import flyframe.dc.ClockPins
 import flyframe.host.HostOf
 import flyframe.mi.{PhyRegisters, Phys}
@@ -55,6 +55,7 @@ class ControllerUnderTest(
   val resetRequest = Option.when(p.hasResetRegisters)(IO(Output(Bool())))
   val phyResetsN   = Option.when(p.resetsPhys)(IO(Output(UInt(p.ports.W))))
 
+  val general      = Option.when(p.generalOutputs + p.generalInputs > 0)(IO(new GeneralPurposePins(p)))
   val clockSignals = Option.when(p.hasClockPins)(IO(new ClockPins(p)))
 
   /** The comparators of the smoke detector's current. */
@@ -105,6 +106,7 @@ class ControllerUnderTest(
     control.collided := collided
     pins.mdio_in     := all.level
   }
+  general.foreach(_ <> dut.general.get)
   clockSignals.foreach(_ <> dut.clock_signals.get)
   resetRequest.foreach(_ := dut.reset_request.get)
   phyResetsN.foreach(_ := dut.phy_port_reset_n.get.asUInt)
@@ -182,6 +184,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     setLine(DetectorState.Normal)
     dut.damaged.foreach(_.poke(false))
     dut.host.req.poke(false)
+    for (pins <- dut.general; inputs     <- pins.input) inputs.poke(0)
     for (pins <- dut.clockSignals; latch <- pins.latch) latch.poke(false)
     dut.reset.poke(true.B)
     idle(4)
@@ -282,6 +285,11 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   def setLine(state: Int): Unit = dut.current.foreach(_.poke(Line.current(state)))
   def outputs: Option[Int] =
     Option.when(dut.outputsDriven.get.peek().litToBoolean)(dut.outputs.get.peek().litValue.toInt)
+  def generalOutputs: BigInt = dut.general.get.output.get.peek().litValue
+  def setGeneralInputs(levels: BigInt): Unit = {
+    dut.general.get.input.get.poke(levels)
+    idle(4) // they cross
+  }
   def interrupt: Boolean         = dut.irq.peek().litToBoolean
   def syncLevel(n: Int): Boolean = dut.clockSignals.get.sync(n).peek().litToBoolean
   def setLatch(n: Int, level: Boolean): Unit = {

@@ -141,6 +141,9 @@ class EscModel(
     advanceLoops(ms)
   }
 
+  /** The levels of the general purpose inputs. */
+  def generalInputs(levels: Long): Unit = space.generalPurpose.inputs = levels
+
   /** The levels of the digital outputs, while they are driven (SM-26). */
   def outputs: Option[Int] = space.outputs
 

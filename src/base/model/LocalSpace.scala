@@ -73,11 +73,13 @@ class LocalSpace(
 
   val hostErrors: Option[HostErrorModel] = Option.when(p.countsHostErrors)(new HostErrorModel(registers))
 
+  val generalPurpose: GeneralPurposeModel = new GeneralPurposeModel
+
   private val units: Seq[ModelUnit] =
     watchdogs.toSeq ++ application ++ Seq(
       syncManagers
     ) ++ sii ++ management ++ reset ++ protection ++ leds ++ clock ++
-      clock.toSeq.flatMap(_.signals) ++ alarm ++ hostErrors ++ addedUnits
+      clock.toSeq.flatMap(_.signals) ++ alarm ++ hostErrors ++ Seq(generalPurpose) ++ addedUnits
 
   if (p.hasEmulation) pdiOperational = false
   else if (eeprom.isDefined) sii.foreach(s => pdiOperational = s.loadFirst())

@@ -54,7 +54,7 @@ class ModelRegisters(p: EscParams, status: String => Int, added: Seq[Register] =
   def byte(address: Int): Int = register(address).fold(0) { r =>
     val whole = r.fields.foldLeft(0L) { (image, f) =>
       val v = f.source match {
-        case Source.Status | Source.Kept(_, true) => status(f.name).toLong
+        case Source.Status | Source.Kept(_, true) => status(f.name) & 0xffffffffL
         case _                                    => values(f.name)
       }
       image | v << f.low

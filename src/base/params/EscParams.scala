@@ -27,6 +27,8 @@ final case class EscParams(
     watchdogs: Int = 0,
     leds: Int = 0,
     digitalOutputs: Int = 0,
+    generalOutputs: Int = 0,
+    generalInputs: Int = 0,
     clocks: Int = 0,
     clockBits: Int = 64,
     syncSignals: Int = 0,

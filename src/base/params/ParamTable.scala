@@ -173,6 +173,15 @@ object ParamTable {
       between(0, 4)
     )(_.digitalOutputs)((p, v) => p.copy(digitalOutputs = v)),
     info(
+      "generalOutputs",
+      "general purpose outputs behind 0x0F10, which bus and host write",
+      "bytes",
+      between(0, 8)
+    )(_.generalOutputs)((p, v) => p.copy(generalOutputs = v)),
+    info("generalInputs", "general purpose inputs behind 0x0F18", "bytes", between(0, 8))(_.generalInputs)(
+      (p, v) => p.copy(generalInputs = v)
+    ),
+    info(
       "clocks",
       "distributed clocks: 0 none; 1 receive times of frames, by which a master measures delays; 2 and a " +
         "system time that follows a reference clock",

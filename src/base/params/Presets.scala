@@ -139,6 +139,8 @@ object Presets {
   def allRegisters: EscParams = named("slave").get.params.copy(
     ports = 4,
     digitalOutputs = 4,
+    generalOutputs = 8,
+    generalInputs = 8,
     clocks = 2,
     syncSignals = 2,
     latchSignals = 2,

@@ -27,6 +27,7 @@ object RegisterMap {
       where(p.hasWriteProtection)(ProtectionRegisters.all) ++
       where(p.hasMi)(MiRegisters(p)) ++ where(p.hasMiLinks)(MiRegisters.ports(p)) ++
       where(p.digitalOutputs > 0)(DigitalOutputRegisters(p)) ++
+      GeneralPurposeRegisters(p) ++
       where(p.hasClocks)(ClockRegisters(p)) ++
       where(p.hasAlarm)(AlarmRegisters.all) ++
       FmmuRegisters(p) ++ SyncManagerRegisters(p)

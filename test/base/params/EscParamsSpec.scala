@@ -41,6 +41,8 @@ class EscParamsSpec extends AnyFlatSpec {
     "fmmuBitwise"        -> between(0, 1),
     "readWriteOffset"    -> between(0, 1).copy(base = EscParams(fmmus = 1)),
     "digitalOutputs"     -> between(0, 4),
+    "generalOutputs"     -> between(0, 8),
+    "generalInputs"      -> between(0, 8),
     "role"               -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
     "sequentialMode"     -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
     "deactivationDelay"  -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),

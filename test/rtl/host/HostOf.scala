@@ -233,7 +233,7 @@ class MicrocontrollerHost(p: EscParams) extends TestHost(p.lanes) {
     is(end) { state := rest }
   }
   private val strobes = state === strobe
-  private val stands  = state === lead || strobes
+  private val stands  = state === lead || strobes || RegNext(strobes)
   bus.cs_n := !RegNext(strobes, false.B)
   bus.wr_n := !RegNext(strobes && host.write, false.B)
   bus.rd   := RegNext(strobes && !host.write, false.B) === (p.busReadHigh == 1).B

@@ -62,6 +62,7 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
       .copy(directSpeed = 1, acknowledgeByWrite = 1),
     Presets.default.params.copy(preset = "emulation", sii = 2),
     Presets.default.params.copy(preset = "protected", writeProtection = 1),
+    Presets.default.params.copy(preset = "general", generalOutputs = 8, generalInputs = 8, hostInterface = 1),
     Presets.named("et1100").get.params.copy(preset = "outputs", digitalOutputs = 4),
     Presets.default.params.copy(preset = "managed", mi = 2, miLinkDetection = 1, enhancedLinkDetection = 1)
   )
@@ -113,6 +114,8 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
       ),
       ("eeprom_data_high", "is not in the list", "it is the second part of 0x0508:0x050F"),
       ("eeprom_emulated", otherReset, "the emulation is a parameter"),
+      ("pdi_error_code", noBits, "the list has rows for each interface, of which a parameter chooses"),
+      ("general_input", "has 8 bytes, in the list ", "how many there are is a parameter"),
       ("mi_link_detection", otherReset, "link detection through MI is a parameter"),
       ("receive_time_trigger", "has 1 bytes, in the list 4", oneWritten),
       ("receive_time_trigger", "ECAT access is rw, in the list rw/sf and r", oneWritten),

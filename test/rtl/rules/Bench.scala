@@ -27,6 +27,10 @@ trait Bench {
   /** The levels of the digital outputs, while they are driven. */
   def outputs: Option[Int]
 
+  /** The levels of the general purpose outputs; the inputs get some. */
+  def generalOutputs: BigInt
+  def setGeneralInputs(levels: BigInt): Unit
+
   /** The level of SYNC signal `n`; LATCH signal `n` gets one. */
   def syncLevel(n: Int): Boolean
   def setLatch(n: Int, level: Boolean): Unit
@@ -111,8 +115,13 @@ class ModelBench(
     record.fold(model.hostRead(address, p.lanes))(_.hostReadWord(address))
   def hostWrite(address: Int, byte: Int): Unit =
     record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
-  def interrupt: Boolean                     = model.interrupt
-  def outputs: Option[Int]                   = model.outputs
+  def interrupt: Boolean   = model.interrupt
+  def outputs: Option[Int] = model.outputs
+  def generalOutputs: BigInt = {
+    val signed = BigInt(model.registers.wide("general_output"))
+    if (signed < 0) signed + (BigInt(1) << 64) else signed
+  }
+  def setGeneralInputs(levels: BigInt): Unit = model.generalInputs(levels.toLong)
   def syncLevel(n: Int): Boolean             = model.clock.exists(_.syncLevel(n))
   def setLatch(n: Int, level: Boolean): Unit = model.clock.foreach(_.setLatch(n, level))
   def damage(): Unit                         = model.alarm.foreach(_.damage())

@@ -59,4 +59,41 @@ object OutputRules extends Rules {
     assert(replies.map(_.workingCounter) == Seq(1, 1))
     assert(get(0x0f00, 1).contains(Seq(0x81 | 0x5 << 1 | 0x2 << 5)))
   }
+
+  private def general(p: EscParams) = p.generalOutputs > 0
+  rule(
+    "PDI-10, FP-37: bus and host write the general purpose outputs, at the end of the frame or access",
+    general
+  ) { s =>
+    import s._
+    val count                   = p.generalOutputs
+    val some                    = Seq.tabulate(count)(i => 0x81 + i * 0x11 & 0xff)
+    val others                  = some.map(~_ & 0xff)
+    def number(bytes: Seq[Int]) = bytes.zipWithIndex.map { case (b, i) => BigInt(b) << 8 * i }.sum
+    assert(bench.generalOutputs == 0)
+    assert(put(0x0f10, some: _*) && bench.generalOutputs == number(some))
+    hostPut(0x0f10, others: _*)
+    assert(bench.generalOutputs == number(others) && get(0x0f10, count).contains(others))
+    assert(hostGet(0x0f10, count) == others)
+    spoiled(Datagram(Apwr, 0, 0x0f10, Seq(0x55)))
+    assert(bench.generalOutputs == number(others), "a bad frame")
+    bench.setLoaded(false)
+    assert(bench.generalOutputs == number(others), "no watchdog, and no EEPROM")
+    bench.setLoaded(true)
+    assert(!put(0x0f10 + count, 1) || count == 8)
+  }
+  rule("PDI-10: bus and host see the general purpose inputs, and do not write them", _.generalInputs > 0) {
+    s =>
+      import s._
+      val count = p.generalInputs
+      for (seed <- Seq(0x00, 0xff, 0x5a, 0x81)) {
+        val bytes = Seq.tabulate(count)(i => seed ^ (i * 0x1d & 0xff))
+        bench.setGeneralInputs(bytes.zipWithIndex.map { case (b, i) => BigInt(b) << 8 * i }.sum)
+        assert(get(0x0f18, count).contains(bytes) && hostGet(0x0f18, count) == bytes)
+      }
+      val before = hostGet(0x0f18, count)
+      bench.hostWrite(0x0f18, 0x33)
+      assert(!put(0x0f18, 0x77) && hostGet(0x0f18, count) == before)
+      assert(get(0x0f18 + count, 1).isEmpty || count == 8)
+  }
 }
