@@ -46,6 +46,9 @@ object ClockPage {
     cells.mkString("| ", " | ", " |")
   }
 
+  /** Rows of a table within a text with margins, which takes a line's first `|` away. */
+  private def rows(of: Seq[String]): String = of.mkString("\n|")
+
   private def page(real: Seq[(String, Series)], model: Seq[(Int, Series)]): String = {
     val head = s"|  | time | at most apart | within ${LimitNs.toInt} ns after | at most in the second half |"
     val line = "|---|---:|---:|---:|---:|"
@@ -67,7 +70,7 @@ object ClockPage {
        |
        |$head
        |$line
-       |${real.map { case (name, series) => row(name, series) }.mkString("\n")}
+       |${rows(real.map { case (name, series) => row(name, series) })}
        |
        |![Pulses of five slaves](clocks-rtl.svg)
        |
@@ -79,7 +82,7 @@ object ClockPage {
        |
        |$head
        |$line
-       |${model.map { case (us, series) => row(s"a frame in $us us", series) }.mkString("\n")}
+       |${rows(model.map { case (us, series) => row(s"a frame in $us us", series) })}
        |
        |![Pulses of a long line](clocks-model.svg)
        |""".stripMargin
@@ -102,7 +105,10 @@ object ClockPage {
     val model = modelCycles.map(us => us -> modelled(us))
     val docs  = Paths.get("docs")
     write(docs.resolve("clocks.md"), page(real, model))
-    write(docs.resolve("clocks-rtl.svg"), Plots.apart("clocks-rtl", real, LimitNs))
+    write(
+      docs.resolve("clocks-rtl.svg"),
+      Plots.apart("clocks-rtl", real, LimitNs)
+    )
     write(
       docs.resolve("clocks-model.svg"),
       Plots.apart("clocks-model", model.map { case (us, s) => s"$us us" -> s }, LimitNs)

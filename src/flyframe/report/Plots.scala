@@ -3,6 +3,7 @@ package flyframe.report
 import java.awt.{BasicStroke, Color, Font, Rectangle}
 import org.jfree.chart.axis.{LogarithmicAxis, NumberAxis}
 import org.jfree.chart.plot.{CategoryPlot, PlotOrientation, ValueMarker}
+import org.jfree.chart.renderer.xy.XYLineAndShapeRenderer
 import org.jfree.chart.renderer.category.{BarRenderer, StandardBarPainter}
 import org.jfree.chart.labels.StandardCategoryItemLabelGenerator
 import org.jfree.chart.{ChartFactory, JFreeChart}
@@ -114,7 +115,10 @@ object Plots {
     plot.setDomainGridlinesVisible(false)
     plot.addRangeMarker(new ValueMarker(limit, goalInk, new BasicStroke(1.5f)))
     chart.setBackgroundPaint(Color.WHITE)
-    series.indices.foreach(i => plot.getRenderer.setSeriesPaint(i, colours(i % colours.size)))
+    val renderer = new XYLineAndShapeRenderer(true, false)
+    renderer.setDrawSeriesLineAsPath(true) // one for each series, not one for each piece
+    series.indices.foreach(i => renderer.setSeriesPaint(i, colours(i % colours.size)))
+    plot.setRenderer(renderer)
     svg(name, chart, 720, 400)
   }
 
