@@ -11,7 +11,8 @@ object GeneralPurposeRegisters {
   // format: off
   def apply(p: EscParams): Seq[Register] =
     Option.when(p.generalOutputs > 0)(
-      register(Outputs, p.generalOutputs, "general_output", rw, rw, "PDI-10, FP-37", "General purpose outputs",
+      register(Outputs, p.generalOutputs, "general_output", rw, rw, "PDI-10, FP-37",
+          "General purpose outputs",
         field("general_output", 8 * p.generalOutputs - 1, 0, stored, 0, "Levels of the outputs"))
     ).toSeq ++ Option.when(p.generalInputs > 0)(
       register(Inputs,  p.generalInputs,  "general_input",  r,  r,  "PDI-10",        "General purpose inputs",
