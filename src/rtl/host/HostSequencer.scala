@@ -39,7 +39,7 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
       *   - `access`: the byte is at the memory.
       *   - `close`: the SyncManager is told that the byte was accessed, so that the last one closes the
       *     buffer. The access is done, or the next byte begins.
-      *   - `next`: the same where there was nothing to close.
+      *   - `next`: the same behind the last byte of a buffer, or a byte that is left out.
       */
     val idle, pass, scan, ask, answer, choose, access, close, next = Value
   }
@@ -154,7 +154,11 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
       }
       when(memory.ack || outside) { state := close }
     }
-    is(close) { when(!inBuffer || areas.granted) { goesOn() } }
+    is(close) {
+      // What the last byte of a buffer does shows a cycle later, and the host must not see it done before.
+      when(!inBuffer) { goesOn() }
+        .elsewhen(areas.granted) { when(area.last) { state := next }.otherwise { goesOn() } }
+    }
     is(next) { goesOn() }
   }
 }

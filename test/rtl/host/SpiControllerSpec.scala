@@ -93,7 +93,7 @@ class SpiControllerSpec extends AnyFlatSpec with SharedSimulation {
         h.bus.syncManager(last, 0x1080, 16, 0x20)
         h.write(0x1200, content.toSeq: _*)
         var (sent, got) = (0, 0)
-        for (_ <- 0 until 400) {
+        for (_ <- 0 until 1200) {
           val at    = random.nextInt(0x30)
           val count = 1 + random.nextInt(16)
           val kind  = random.nextInt(6)
