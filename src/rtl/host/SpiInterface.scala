@@ -43,7 +43,7 @@ class SpiInterface(p: EscParams) extends HostInterface(p) {
   import State._
   private val state   = RegInit(closed) // reset: not in the middle of an access
   private val address = Reg(UInt(16.W))
-  private val command = Reg(UInt(3.W))
+  private val command = Reg(UInt(2.W))  // its upper bits
 
   // One access at the port, which stays as it is until it is done. The next one waits for it; a byte that is
   // to be written does so in the crossing.
@@ -105,11 +105,11 @@ class SpiInterface(p: EscParams) extends HostInterface(p) {
   private val wasActive = RegNext(crossing.active, true.B) // reset: an access that has begun does not count
   private val ends      = wasActive && !crossing.active && state =/= closed
   side.error.valid := ends && (odd.orR || early || endless || beyond)
-  side.error.bits  := Cat(command(2, 1), beyond, endless, early, odd)
+  side.error.bits  := Cat(command, beyond, endless, early, odd)
 
   /** What follows address and command. */
   private def follows(asked: UInt, extended: Bool): Unit = {
-    command := asked
+    command := asked >> 1
     state   := ignored
     when(asked === Command.Read || asked === Command.ReadWithPause) {
       state  := Mux(asked(0), pause, read)
