@@ -10,6 +10,8 @@ import flyframe.rules.Steps
 class SpiControllerSpec extends AnyFlatSpec with SharedSimulation {
   private val few  = TestSets.hosts.find(_.hostInterface == 4).get
   private val many = few.copy(preset = "spi-8", syncManagers = 8, spiMode = 0)
+  private val clocked =
+    few.copy(preset = "spi-clocks", clocks = 2, syncSignals = 2, latchSignals = 2, generalInputs = 0)
   private val most = few.copy(preset = "spi-16", syncManagers = 16, spiMode = 1, spiLateSample = 1)
 
   private class Host(dut: ControllerUnderTest, p: EscParams) extends Assertions {
@@ -83,7 +85,7 @@ class SpiControllerSpec extends AnyFlatSpec with SharedSimulation {
   )
 
   // A quarter of the core clock, or less with many SyncManagers.
-  for ((p, cycles) <- Seq(few -> 4, many -> 5, most -> 6))
+  for ((p, cycles) <- Seq(clocked -> 10, few -> 4, many -> 5, most -> 6))
     together(p.preset, new ControllerUnderTest(p, rawHost = true))(
       check(s"B-115: accesses with 1/$cycles of the core clock do not wait, whatever the bus does", p) { h =>
         val random  = h.random
@@ -96,7 +98,7 @@ class SpiControllerSpec extends AnyFlatSpec with SharedSimulation {
         for (_ <- 0 until 1200) {
           val at    = random.nextInt(0x30)
           val count = 1 + random.nextInt(16)
-          val kind  = random.nextInt(6)
+          val kind  = random.nextInt(if (p.hasClocks) 7 else 6)
           kind match {
             case 0 => h.begin(h.reads(0x1000, 16), cycles)
             case 1 =>
@@ -108,6 +110,7 @@ class SpiControllerSpec extends AnyFlatSpec with SharedSimulation {
               data.zipWithIndex.foreach { case (byte, i) => content(at + i) = byte }
               h.begin(h.writes(0x1200 + at, data), cycles)
             case 4 => h.begin(h.reads(0x0800, 16), cycles)
+            case 6 => h.begin(h.reads(0x0900 + 8 * random.nextInt(22), 8), cycles)
             case 5 => h.begin(h.writes(0x0204, Seq.fill(4)(random.nextInt(0x100))), cycles)
           }
           h.bench.idle(random.nextInt(40))
