@@ -117,7 +117,8 @@ class AlarmQueue(depth: Int, newRam: (Int, Int, Clock) => DualPortRamIO = DualPo
   private val copying    = work === Work.copy
   private val carrying   = work === Work.carry
   private val writesTime = storing && word <= Guard.U // and what stands in front of it
-  private val advances   = fetched || writesTime
+  private val holds      = RegInit(false.B)              // `held` has it; reset: not
+  private val advances   = Mux(carrying, holds, fetched) || writesTime
   private val isLast     = word.andR
   private val nextWord   = word + advances
   private val nextOne    = place + (advances && isLast)
@@ -140,20 +141,24 @@ class AlarmQueue(depth: Int, newRam: (Int, Int, Clock) => DualPortRamIO = DualPo
   readData := ram.readData
   private val data = ram.readData
 
+  // The word at hand when the time goes on, else the one before. A block RAM answers late in a cycle, so that
+  // what is calculated takes the next one.
+  private val held = RegEnable(data, fetched)
+  holds := carrying && fetched && !holds
+
   // What a record is.
   private val isAlarm  = Reg(Bool())
   private val isMeant  = Reg(Bool())         // by the acknowledgement
-  private val isStored = Reg(Bool())         // the server has it, if the master has
   private val wasTold  = data(0) && !storing
   private val written  = Wire(UInt(16.W))
   private val isTold   = (wasTold && work =/= Work.clear) || (isMeant && live)
-  private val ahead    = confirm.bits + data // of its tag, less one, so minus one and less if it is behind
+  private val ahead    = confirm.bits + held // of its tag, less one, so minus one and less if it is behind
+  private val isStored = live && !ahead(15, LeadBits).andR // the server has it, if the master has; at the end
   when(advances) {
     switch(word) {
-      is(State.U) { isAlarm := written(7, 0) === DetectorState.Alarm.U }
+      is(State.U) { isAlarm := Mux(storing, reported, data(7, 0)) === DetectorState.Alarm.U }
       is(Guard.U) { isMeant := work === Work.acknowledge && data === acknowledge.bits.guard }
       is(Sequence.U) { when(data =/= acknowledge.bits.sequence) { isMeant := false.B } }
-      is(Tag.U) { isStored := work === Work.confirm && live && !ahead(15, LeadBits).andR }
     }
   }
 
@@ -164,15 +169,14 @@ class AlarmQueue(depth: Int, newRam: (Int, Int, Clock) => DualPortRamIO = DualPo
     word
   )
   ram.writeData := written
-  private val sum = data + (carrying && carry)
   when(advances && carrying) {
-    carry := carry && data.andR
+    carry := carry && held.andR
     switch(word) {
       is(Guard.U) { carry := counts }
       is(Sequence.U) {
         carry := carries
         when(!fresh) {
-          counts  := carry && data.andR // once more: 0 is left out
+          counts  := carry && held.andR // once more: 0 is left out
           carries := false.B
         }
       }
@@ -180,8 +184,9 @@ class AlarmQueue(depth: Int, newRam: (Int, Int, Clock) => DualPortRamIO = DualPo
   }
   when(wraps) { carries := true.B }
   written := MuxCase(
-    Mux(carrying && fresh, 0.U, sum),
+    data,
     Seq(
+      carrying                      -> Mux(fresh, 0.U, held + carry),
       (storing && word === State.U) -> Cat(epoch, reported(3), 0.U(4.W), reported(2, 0)),
       (storing && word === Guard.U) -> time,
       (word === Tag.U && isMeant)   -> ~acknowledge.bits.tag, // so that it is easy to subtract

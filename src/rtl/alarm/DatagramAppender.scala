@@ -47,13 +47,13 @@ class DatagramAppender(
   val pending = IO(Input(Bool()))
   val busy    = IO(Output(Bool()))
 
-  /** The number of the nibble needed now, the low one of each byte first, and the nibble; and which one will
-    * be needed in the next cycle. `reads` is true from the second nibble on.
+  /** The number of the nibble needed now, the low one of each byte first, and the nibble; and the byte of the
+    * one that will be needed in the next cycle. `reads` is true from the second nibble on.
     */
-  val nibble     = IO(Output(UInt(log2Ceil(nibbles).W)))
-  val nextNibble = IO(Output(UInt(log2Ceil(nibbles).W)))
-  val data       = IO(Input(UInt(4.W)))
-  val reads      = IO(Output(Bool()))
+  val nibble   = IO(Output(UInt(log2Ceil(nibbles).W)))
+  val nextByte = IO(Output(UInt(log2Ceil(bytes).W)))
+  val data     = IO(Input(UInt(4.W)))
+  val reads    = IO(Output(Bool()))
 
   /** For one cycle each: a frame begins, of whatever kind; a frame takes the datagram. */
   val begins = IO(Output(Bool()))
@@ -191,12 +191,12 @@ class DatagramAppender(
     }
   }
   private val leaves = active && next.end
-  busy       := append || candidate || chooses || wanted
-  nibble     := at
-  nextNibble := Mux(step && active && inserts, at + 1.U, at)
-  reads      := inserting
-  begins     := step && starts
-  takes      := step && active && inserts && !inserted
+  busy     := append || candidate || chooses || wanted
+  nibble   := at
+  nextByte := Mux(step && active && inserting, at + 1.U, at) >> 1 // the first nibble leaves its byte as it is
+  reads    := inserting
+  begins   := step && starts
+  takes    := step && active && inserts && !inserted
 
   ram.write        := step && push
   ram.writeAddress := writeAt

@@ -31,7 +31,7 @@ class SmokeAlarm(p: EscParams) extends RegisterUnit(AlarmRegisters.all) with Sta
     appender.data     := unit.data
     unit.busy         := appender.busy
     unit.nibble       := appender.nibble
-    unit.nextWord     := appender.nextNibble >> 2
+    unit.nextWord     := appender.nextByte >> 1
     unit.reads        := appender.reads
     unit.begins       := appender.begins
     unit.takes        := appender.takes

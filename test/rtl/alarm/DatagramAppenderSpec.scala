@@ -36,9 +36,9 @@ class AppenderBench(bytes: Int, maxSubTelegrams: Int) extends Module {
   appender.data     := datagram(appender.nibble)
   takes             := appender.takes
   begins            := appender.begins
-  assert(RegNext(appender.nextNibble === appender.nibble || step, true.B), "only a step moves on")
+  assert(RegNext(appender.nextByte === appender.nibble >> 1 || step, true.B), "only a step moves on")
   assert(
-    RegNext(appender.nextNibble, 0.U) === appender.nibble || !appender.busy || !appender.reads,
+    RegNext(appender.nextByte, 0.U) === appender.nibble >> 1 || !appender.busy || !appender.reads,
     "what was said to come next comes next"
   )
   out  := appender.out
