@@ -131,7 +131,8 @@ class SyncManagerBank(
   }
 
   override def acknowledged(register: Register, address: Int): Unit = register.name match {
-    case Name(n, "activate") => changed(n.toInt) = false
-    case _                   =>
+    case Name("0", "activate") if p.acknowledgesByWrite => changed.indices.foreach(changed(_) = false)
+    case Name(n, "activate") if !p.acknowledgesByWrite  => changed(n.toInt) = false
+    case _                                              =>
   }
 }

@@ -230,13 +230,16 @@ final case class EscParams(
     * committed before the next frame can reach a register: 87 nibble slots lie between, of which 64 are used.
     */
   def writeLogDepth: Int =
-    if (registerWritesPerFrame > 0) registerWritesPerFrame else (64 * cyclesPerNibble) min 256
+    if (registerWritesPerFrame > 0) registerWritesPerFrame
+    else (64 * cyclesPerNibble) min 256 min longestWriteLog
 
   /** The longest log that can be committed in time; SyncManagers come before it, one per cycle, and FMMUs are
-    * searched before the datagram's first byte.
+    * searched before the datagram's first byte. A host that cannot wait takes five cycles of 32.
     */
-  def longestWriteLog: Int =
-    (if (fmmus > 0) 78 else 87) * cyclesPerNibble - (if (syncManagers > 0) 20 else 0)
+  def longestWriteLog: Int = {
+    val cycles = (if (fmmus > 0) 78 else 87) * cyclesPerNibble - (if (syncManagers > 0) 20 else 0)
+    if (hostCannotWait) cycles * 27 / 32 else cycles
+  }
 
   /** Byte 0x0006 as reported, KiB. */
   def ramSizeReported: Int = if (reportedRamKiB >= 0) reportedRamKiB else ramKiB

@@ -117,7 +117,7 @@ class AlarmQueue(depth: Int, newRam: (Int, Int, Clock) => DualPortRamIO = DualPo
   private val copying    = work === Work.copy
   private val carrying   = work === Work.carry
   private val writesTime = storing && word <= Guard.U // and what stands in front of it
-  private val holds      = RegInit(false.B)              // `held` has it; reset: not
+  private val holds      = RegInit(false.B)           // `held` has it; reset: not
   private val advances   = Mux(carrying, holds, fetched) || writesTime
   private val isLast     = word.andR
   private val nextWord   = word + advances
@@ -147,12 +147,12 @@ class AlarmQueue(depth: Int, newRam: (Int, Int, Clock) => DualPortRamIO = DualPo
   holds := carrying && fetched && !holds
 
   // What a record is.
-  private val isAlarm  = Reg(Bool())
-  private val isMeant  = Reg(Bool())         // by the acknowledgement
-  private val wasTold  = data(0) && !storing
-  private val written  = Wire(UInt(16.W))
-  private val isTold   = (wasTold && work =/= Work.clear) || (isMeant && live)
-  private val ahead    = confirm.bits + held // of its tag, less one, so minus one and less if it is behind
+  private val isAlarm = Reg(Bool())
+  private val isMeant = Reg(Bool())         // by the acknowledgement
+  private val wasTold = data(0) && !storing
+  private val written = Wire(UInt(16.W))
+  private val isTold  = (wasTold && work =/= Work.clear) || (isMeant && live)
+  private val ahead   = confirm.bits + held // of its tag, less one, so minus one and less if it is behind
   private val isStored = live && !ahead(15, LeadBits).andR // the server has it, if the master has; at the end
   when(advances) {
     switch(word) {

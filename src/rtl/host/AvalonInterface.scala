@@ -24,14 +24,17 @@ class AvalonInterface(p: EscParams) extends HostInterface(p) {
   def pins   = avalon
   def prefix = "avalon"
 
-  private val (done, withdrawn) = hold(avalon.read, avalon.write)
-  port.addr          := avalon.address << log2Ceil(p.lanes)
-  port.wdata         := avalon.writedata
-  port.be            := avalon.byteenable
+  private val access = hold(avalon.read, avalon.write) { _ =>
+    val asked = Wire(new HostRequest(p.lanes))
+    asked.addr  := avalon.address << log2Ceil(p.lanes)
+    asked.wdata := avalon.writedata
+    asked.be    := avalon.byteenable
+    asked
+  }
   avalon.readdata    := port.rdata
-  avalon.waitrequest := !done
+  avalon.waitrequest := !access.done
 
   private val both = avalon.read && avalon.write
-  side.error.valid := withdrawn || (both && !RegNext(both, false.B)) // reset: there was no access
-  side.error.bits  := Cat(withdrawn, both)
+  side.error.valid := access.withdrawn || (both && !RegNext(both, false.B)) // reset: there was no access
+  side.error.bits  := Cat(access.withdrawn, both)
 }

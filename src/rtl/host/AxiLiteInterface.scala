@@ -44,22 +44,25 @@ class AxiLiteInterface(p: EscParams) extends HostInterface(p) {
   private val data     = RegEnable(port.rdata, port.ack && !port.write)
 
   // What a word is answered to must have been taken before the next one is asked for.
-  private val writes    = axi.awvalid && axi.wvalid && !bValid
-  private val reads     = axi.arvalid && !rValid
-  private val (done, _) = hold(reads, writes, writeFirst = lastRead)
-  private val read      = !port.write
-  when(port.ack) { lastRead := read }
-  port.addr  := Mux(read, axi.araddr, axi.awaddr)
-  port.wdata := axi.wdata
-  port.be    := Mux(read, 0xf.U, axi.wstrb)
+  private val writes = axi.awvalid && axi.wvalid && !bValid
+  private val reads  = axi.arvalid && !rValid
+  private val access = hold(reads, writes, writeFirst = lastRead) { write =>
+    val asked = Wire(new HostRequest(p.lanes))
+    asked.addr  := Mux(write, axi.awaddr, axi.araddr)
+    asked.wdata := axi.wdata
+    asked.be    := Mux(write, axi.wstrb, 0xf.U)
+    asked
+  }
+  when(port.ack) { lastRead := !port.write }
 
-  axi.awready := done && !read
-  axi.wready  := done && !read
-  axi.arready := done && read
+  // No way leads from a valid to a ready, as AXI demands.
+  axi.awready := access.writeReady
+  axi.wready  := access.writeReady
+  axi.arready := access.readReady
   when(axi.bready) { bValid := false.B }
   when(axi.rready) { rValid := false.B }
-  when(done) {
-    when(read) { rValid := true.B }.otherwise { bValid := true.B }
+  when(access.done) {
+    when(port.write) { bValid := true.B }.otherwise { rValid := true.B }
   }
   axi.bvalid := bValid
   axi.bresp  := 0.U

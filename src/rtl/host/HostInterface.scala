@@ -23,33 +23,64 @@ abstract class HostInterface(p: EscParams) extends Module {
   /** What the names of the pins begin with. */
   def prefix: String
 
-  /** Keeps an access at the port until it is done: also one that the host has withdrawn, which then gets no
-    * answer.
+  /** Keeps an access at the port until it is done, as it was when it began: also one that the host has
+    * withdrawn, which then gets no answer.
     *
     * @param reads
     *   the host asks for a read, until it is answered; its pause is made here
     * @param writes
     *   the same for a write
+    * @param asked
+    *   what the host asks for, if it writes (1) or reads (0)
     * @param writeFirst
     *   of both, the write comes first
-    * @return
-    *   the access of the host is done; it has been withdrawn, one cycle
     */
-  protected def hold(reads: Bool, writes: Bool, writeFirst: Bool = true.B): (Bool, Bool) = {
+  protected def hold(reads: Bool, writes: Bool, writeFirst: Bool = true.B)(
+      asked: Bool => HostRequest
+  ): HeldAccess = {
     // reset: no access
     val rests     = RegNext(port.ack, false.B)
     val open      = RegNext(port.req && !port.ack, false.B)
     val withdrawn = RegInit(false.B)
     val isWrite   = Reg(Bool())
+    val kept      = Reg(new HostRequest(p.lanes))
     val drops     = open && !withdrawn && !Mux(isWrite, writes, reads)
+    val write     = writes && (writeFirst || !reads)
+    val request   = Mux(open, kept, asked(write))
     when(drops) { withdrawn := true.B }
     when(port.ack) { withdrawn := false.B }
     port.req   := open || ((reads || writes) && !rests)
-    port.write := Mux(open, isWrite, writes && (writeFirst || !reads))
+    port.write := Mux(open, isWrite, write)
+    port.addr  := request.addr
+    port.wdata := request.wdata
+    port.be    := request.be
     isWrite    := port.write
-    (port.ack && !withdrawn && !drops, drops)
+    kept       := request
+    val answered = port.ack && !withdrawn
+    HeldAccess(answered && isWrite, answered && !isWrite, answered && !drops, drops)
   }
 }
+
+/** What a host asks for, beside the direction, as at the [[flyframe.memory.HostPort]]. */
+class HostRequest(lanes: Int) extends Bundle {
+  val addr  = UInt(16.W)
+  val wdata = UInt((8 * lanes).W)
+  val be    = UInt(lanes.W)
+}
+
+/** How an access that is held stands.
+  *
+  * @param writeReady
+  *   a write is done, unless its host withdraws it in this cycle; it does not depend on what the host does in
+  *   this cycle
+  * @param readReady
+  *   the same of a read
+  * @param done
+  *   an access is done that its host has not withdrawn
+  * @param withdrawn
+  *   it has withdrawn it, one cycle
+  */
+final case class HeldAccess(writeReady: Bool, readReady: Bool, done: Bool, withdrawn: Bool)
 
 /** What a host interface shows and tells of beside accesses. */
 class HostSide extends Bundle {

@@ -31,14 +31,14 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
       *   - `idle`: there is no access.
       *   - `pass`: SyncManagers do not act on the address, so the whole word goes to the memory unchanged.
       *   - `scan`: the SyncManager in whose area the byte lies is searched; a byte that is not enabled is
-      *     left out.
+      *     left out. The first byte is the lowest one that is enabled.
       *   - `ask`: that SyncManager is asked whether the byte may be accessed, and the request waits for its
       *     turn.
       *   - `answer`: the answer comes a cycle after the request was granted.
       *   - `choose`: by the answer, the byte's address in its buffer is chosen, or the byte is left out.
       *   - `access`: the byte is at the memory.
       *   - `close`: the SyncManager is told that the byte was accessed, so that the last one closes the
-      *     buffer. The access is done, or the next byte begins.
+      *     buffer. The access is done if no further byte is enabled, else the next one begins.
       *   - `next`: the same behind the last byte of a buffer, or a byte that is left out.
       */
     val idle, pass, scan, ask, answer, choose, access, close, next = Value
@@ -112,7 +112,7 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
     count := 0.U
     lane  := lane + 1.U
     state := scan
-    when(lane === (lanes - 1).U) {
+    when(!((host.be >> 1) >> lane).orR) {
       host.ack := true.B
       state    := idle
     }
@@ -120,7 +120,7 @@ class HostSequencer(p: EscParams, added: Seq[Register] = Nil) extends Module {
 
   switch(state) {
     is(idle) {
-      lane  := 0.U
+      lane  := PriorityEncoder(host.be)
       count := 0.U
       data  := 0.U
       when(host.req) {

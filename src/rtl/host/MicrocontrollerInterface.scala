@@ -87,6 +87,7 @@ class MicrocontrollerInterface(p: EscParams) extends HostInterface(p) {
   // The host has ended this access before it was done, or one that it has begun while a write was carried
   // out: it has not looked at BUSY. What stands at the pins then is another access.
   private val dropped = state === ask && RegNext(crossing.active) && !crossing.active
+  private val lost    = RegNext(crossing.write)            // its direction
   private val cut     = Reg(Bool())
   private val waited  = !posted && !cut && crossing.active // somebody waits for its end
   when(dropped) { cut := true.B }
@@ -106,7 +107,7 @@ class MicrocontrollerInterface(p: EscParams) extends HostInterface(p) {
     is(done) { when(!crossing.active) { state := idle } }
   }
   side.error.valid := dropped || (state === ask && none)
-  side.error.bits  := Mux(dropped, Cat(isWrite, !isWrite), Cat(isWrite, !isWrite, 0.U(2.W)))
+  side.error.bits  := Mux(dropped, Cat(lost, !lost), Cat(isWrite, !isWrite, 0.U(2.W)))
 
   port.req   := state === ask && !none
   port.write := isWrite

@@ -6,6 +6,16 @@ import flyframe.clocks.SpiCrossing
 import flyframe.lanes.Lanes
 import flyframe.params.EscParams
 
+/** An access of an SPI host to one byte. */
+private class SpiAccess extends Bundle {
+  val write = Bool()
+  val place = UInt(16.W)
+  val data  = UInt(8.W)
+
+  /** The host has begun another selection since: what is read is not for that. */
+  val stale = Bool()
+}
+
 /** An SPI slave (`hostInterface` 4, B-115), framed as other controllers of this class have it.
   *
   * An access is what happens while the slave is selected: two bytes with address and command, or three,
@@ -45,37 +55,35 @@ class SpiInterface(p: EscParams) extends HostInterface(p) {
   private val address = Reg(UInt(16.W))
   private val command = Reg(UInt(2.W))  // its upper bits
 
-  // One access at the port, which stays as it is until it is done. The next one waits for it; a byte that is
-  // to be written does so in the crossing.
-  private val asks    = RegInit(false.B)     // reset: nothing is asked for
+  // One access at the port, and one that waits for it: each as it was asked for, whatever the host has begun
+  // since. Where a third one finds no place it is left out, and the next byte has its own address all the same.
+  private val wanted  = WireDefault(false.B)   // in the next cycle, when the address is there
+  private val again   = WireDefault(false.B)   // the next byte is to be read
+  private val asked   = Wire(new SpiAccess)
+  private val asks    = RegNext(wanted, false.B) || again
+  private val begun   = RegInit(false.B)       // one is at the port; reset: none
   private val waits   = RegInit(false.B)
-  private val rests   = RegNext(port.ack, false.B)
-  private val toWrite = Reg(Bool())          // the one that waits; then the one at the port
-  private val isWrite = Reg(Bool())
-  private val place   = Reg(UInt(16.W))
-  private val data    = Reg(UInt(8.W))
-  private val wanted  = WireDefault(false.B)
-  private val again   = WireDefault(false.B) // the next byte is to be read: nothing else waits then
-  private val starts  = (waits || again) && !asks && !rests
-  when(starts) {
-    waits   := false.B
-    asks    := true.B
-    isWrite := toWrite
-    place   := address
-    data    := crossing.received
-    address := address + 1.U
+  private val current = Reg(new SpiAccess)
+  private val waiting = Reg(new SpiAccess)
+  private val free    = !begun && !RegNext(port.ack, false.B)
+  private val lacks   = asks && waits && !free // a place
+  asked.write := RegNext(state === write)
+  asked.place := address
+  asked.data  := crossing.received
+  asked.stale := false.B
+  when(port.ack) { begun := false.B }
+  when(free && (waits || asks)) {
+    begun   := true.B
+    current := Mux(waits, waiting, asked)
   }
-  when(wanted) {
-    waits   := true.B
-    toWrite := state === write
-  }
-  when(again && !starts) { waits := true.B }
-  when(port.ack) { asks := false.B }
-  port.req   := asks
-  port.write := isWrite
-  port.addr  := place
-  port.wdata := Fill(p.lanes, data)
-  port.be    := UIntToOH(Lanes.of(place, p.lanes), p.lanes)
+  when(asks && !lacks) { waiting := asked }
+  waits := Mux(free, waits && asks, waits || asks)
+  when(asks) { address := address + 1.U }
+  port.req   := begun
+  port.write := current.write
+  port.addr  := current.place
+  port.wdata := Fill(p.lanes, current.data)
+  port.be    := UIntToOH(Lanes.of(current.place, p.lanes), p.lanes)
 
   // What is sent next; and for how long a byte read has been there, 0: it is not.
   private val next = Reg(UInt(8.W))
@@ -89,13 +97,13 @@ class SpiInterface(p: EscParams) extends HostInterface(p) {
   }
   when(age =/= 0.U && !ripe) { age := age + 1.U }
   when(state === high || (state === read && crossing.taken)) { age := 0.U }
-  when(port.ack && !isWrite && (state === pause || state === read)) {
-    next := Lanes.bytes(port.rdata, p.lanes)(Lanes.of(place, p.lanes))
+  when(port.ack && !current.write && !current.stale && (state === pause || state === read)) {
+    next := Lanes.bytes(port.rdata, p.lanes)(Lanes.of(current.place, p.lanes))
     age  := 1.U
   }
 
   // What goes wrong in an access (0x030E).
-  private val early = Reg(Bool()) // a byte was taken before it was there, or came before its place was free
+  private val early = Reg(Bool()) // a byte was taken before it was there, or came when there was no place
   private val terminated = Reg(Bool()) // this byte is the last one, or there was one before it
   private val over       = Reg(Bool()) // there was
   private val beyond     = Reg(Bool())
@@ -104,8 +112,9 @@ class SpiInterface(p: EscParams) extends HostInterface(p) {
   private val endless    = (state === pause || state === read) && !terminated
   private val wasActive = RegNext(crossing.active, true.B) // reset: an access that has begun does not count
   private val ends      = wasActive && !crossing.active && state =/= closed
-  side.error.valid := ends && (odd.orR || early || endless || beyond)
-  side.error.bits  := Cat(command, beyond, endless, early, odd)
+  private val late      = early || lacks
+  side.error.valid := ends && (odd.orR || late || endless || beyond)
+  side.error.bits  := Cat(command, beyond, endless, late, odd)
 
   /** What follows address and command. */
   private def follows(asked: UInt, extended: Bool): Unit = {
@@ -135,10 +144,7 @@ class SpiInterface(p: EscParams) extends HostInterface(p) {
         follows(crossing.received(4, 2), true.B)
       }
       is(pause) { state := read }
-      is(write) {
-        wanted := true.B
-        when(waits) { early := true.B }
-      }
+      is(write) { wanted := true.B }
     }
   }
   when(state === read) {
@@ -150,14 +156,17 @@ class SpiInterface(p: EscParams) extends HostInterface(p) {
     when(crossing.whole) { over := terminated }
     when(crossing.taken && !ripe && !over) { early := true.B }
   }
+  when(lacks) { early := true.B }
   when(!wasActive && crossing.active) {
-    state      := high
-    command    := 0.U
-    early      := false.B
-    terminated := false.B
-    over       := false.B
-    beyond     := false.B
-    inByte     := false.B
+    current.stale := true.B
+    waiting.stale := true.B
+    state         := high
+    command       := 0.U
+    early         := false.B
+    terminated    := false.B
+    over          := false.B
+    beyond        := false.B
+    inByte        := false.B
   }
   when(!crossing.active) { state := closed }
 }

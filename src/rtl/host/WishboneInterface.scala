@@ -25,15 +25,18 @@ class WishboneInterface(p: EscParams) extends HostInterface(p) {
   def pins   = wb
   def prefix = "wb"
 
-  private val asks              = wb.cyc && wb.stb
-  private val (done, withdrawn) = hold(asks && !wb.we, asks && wb.we)
-  port.addr  := wb.adr << log2Ceil(p.lanes)
-  port.wdata := wb.dat_w
-  port.be    := wb.sel
-  wb.dat_r   := port.rdata
-  wb.ack     := done
-  wb.stall   := !done
+  private val asks = wb.cyc && wb.stb
+  private val access = hold(asks && !wb.we, asks && wb.we) { _ =>
+    val asked = Wire(new HostRequest(p.lanes))
+    asked.addr  := wb.adr << log2Ceil(p.lanes)
+    asked.wdata := wb.dat_w
+    asked.be    := wb.sel
+    asked
+  }
+  wb.dat_r := port.rdata
+  wb.ack   := access.done
+  wb.stall := !access.done
 
-  side.error.valid := withdrawn
+  side.error.valid := access.withdrawn
   side.error.bits  := 2.U // as with Avalon-MM
 }

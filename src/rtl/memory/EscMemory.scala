@@ -195,8 +195,9 @@ class EscMemory(p: EscParams, added: Seq[Register] = Nil) extends Module with Re
   private val mayWrite   = Mux(arrives, hostMay, hostMask)
   private val hostWrite = (arrives || known) &&
     Mux(hostTarget.register, !log.replay.valid && !unitWrites, !ecatToRam && !registerToRam)
-  // The write of a host that cannot wait goes in between: two cycles of its 32, by which the log gets later.
-  log.hold := (if (p.hostCannotWait) hostTarget.register && (arrives || known) else false.B)
+  // The write of a host that cannot wait goes in between: by up to five cycles of its 32 the log gets later
+  // (`longestWriteLog`).
+  log.hold := (if (p.hostCannotWait) arrives || known else false.B)
   when(hostLookUp) { looksUp := true.B }
   when(arrives) { known := true.B }
   when(hostWrite) {

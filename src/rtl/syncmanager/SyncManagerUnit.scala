@@ -58,14 +58,19 @@ class SyncManagerUnit(p: EscParams) extends RegisterUnit(SyncManagerRegisters(p)
     bus.status("sm_activation_event") := VecInit((0 until p.syncManagers).map(activation(bus, _))).asUInt.orR
   }
 
-  /** The host has not read yet that the activate register has changed. */
+  /** The host has not acknowledged yet that the activate register has changed: it does so by reading that
+    * one, or by writing the first one for all (PDI-09).
+    */
   private def activation(bus: RegisterBus, n: Int): Bool = {
+    val acknowledged = if (p.acknowledgesByWrite) 0 else n
     def changes(field: String) = {
       val written = bus.written(field)
       written.valid && written.bits =/= bus.value(field)
     }
     bus
-      .untilAcknowledged(s"sm${n}_activate")(changes(s"sm${n}_enable") || changes(s"sm${n}_repeat_request"))
+      .untilAcknowledged(s"sm${acknowledged}_activate")(
+        changes(s"sm${n}_enable") || changes(s"sm${n}_repeat_request")
+      )
       .suggestName(s"sm${n}_changed")
   }
 }

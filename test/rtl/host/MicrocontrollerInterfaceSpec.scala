@@ -200,6 +200,13 @@ class MicrocontrollerInterfaceSpec extends AnyFlatSpec with SharedSimulation {
             h.settle()
             assert(h.log.size == 1 && h.errors == Seq(2))
             assert(h.read(8) == word(8))
+            h.forget()
+            h.access(write = true, 7, word(7))
+            h.begin(write = false, 8)
+            h.step(5)
+            h.end()
+            h.settle()
+            assert(h.log.size == 1 && h.errors == Seq(1), "a read")
           }
       },
       check("B-117: glitches of the strobes begin nothing") { h =>

@@ -36,14 +36,20 @@ object AcknowledgeRules extends Rules {
     }
     assert(put(0x0120, 8))
   }
-  rule("PDI-09, B-60: of each activation by itself", managers) { s =>
+  rule("PDI-09, B-60: of all activations at once, by a write to 0x0806", managers) { s =>
     import s._
     assert(put(0x0806, 1) && put(0x080e, 1))
-    assert(bench.hostRead(0x0806) == 1 && bench.hostRead(0x080e) == 1 && event(s, 4))
+    assert(bench.hostRead(0x0806) == 1 && bench.hostRead(0x080e) == 1 && event(s, 4), "not by reading")
+    bench.hostWrite(0x080e, 0)
+    assert(event(s, 4), "nor by a write to another one")
+    bench.hostWrite(0x0806, 0)
+    assert(!event(s, 4) && bench.hostRead(0x0806) == 1 && bench.hostRead(0x080e) == 1)
+    assert(put(0x080e, 3))
+    assert(event(s, 4), "a new one")
     bench.hostWrite(0x080e, 0)
     assert(event(s, 4))
     bench.hostWrite(0x0806, 0)
-    assert(!event(s, 4) && bench.hostRead(0x0806) == 1)
+    assert(!event(s, 4))
   }
   rule("PDI-09, WD-05: of an expired watchdog", p => application(p) && p.hasWatchdogs && managers(p)) { s =>
     import s._
