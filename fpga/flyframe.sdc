@@ -134,14 +134,15 @@ set_false_path -to [get_registers -compatibility_mode {*LevelCrossing:*|meta}]
 #   sii: the lines of the EEPROM change a quarter of a microsecond apart, or more.
 #   mi: MDIO changes where MDC falls, and the PHY takes it where MDC rises, 256 ns later or more. Its answer
 #     comes at most 300 ns behind a rise, and is taken 500 ns behind it or later, by way of a LevelCrossing.
-#   Inputs have a LevelCrossing; of LATCH that loses a core cycle, beside which a pin's delay does not matter.
+#   Inputs have a LevelCrossing, or a SampleCrossing at which nobody looks for two core cycles; of LATCH that
+#     loses a core cycle, beside which a pin's delay does not matter.
 set slow_inputs {
-  pdi_operational sii_sda sii_two_byte mi_mdio_in clock_signals_latch_* general_input alarm_current
-  alarm_config_fault
+  pdi_operational sii_sda sii_two_byte mi_mdio_in clock_signals_latch_* general_input digital_input
+  digital_latch digital_output_enable alarm_current alarm_config_fault
 }
 set slow_outputs {
   eeprom_loaded irq sii_scl_low sii_sda_low mi_mdc mi_mdio_out mi_mdio_enable phy_port_reset_n_* reset_request
-  led_* digital_output digital_output_driven general_output
+  led_* digital_output digital_output_driven digital_output_valid digital_frame_begins general_output
   alarm_supply alarm_buzzer alarm_lamp alarm_fire alarm_sounder alarm_fault_n alarm_disabled
 }
 foreach name $slow_inputs {

@@ -91,7 +91,10 @@ object Main {
         .action((v, r) => r.copy(docs = Some(v))),
       opt[Path]("device")
         .valueName("<file>")
-        .text("device file for the ESI and SII files; default src/base/resources/devices/io.json if it fits")
+        .text(
+          "device file for the ESI and SII files; default io.json, or digital-io.json without a host, of " +
+            "src/base/resources/devices, if it fits"
+        )
         .action((v, r) => r.copy(device = Some(v))),
       opt[Unit]("board")
         .text("also write board_support.v: reset and host bus of fpga/alarm/board.v")

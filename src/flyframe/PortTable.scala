@@ -185,7 +185,10 @@ object PortTable {
     optional("`sii` 1 or 2", _.hasSii)(
       port("eeprom_loaded", Out, 1, "the configuration has come from the EEPROM")
     ) ++ phys ++ host ++
-    optional("`applicationLayer` or `alarm`", p => p.hasApplicationLayer || p.hasAlarm)(
+    optional(
+      "`applicationLayer` or `alarm`, and a host",
+      p => !p.isDigitalIo && (p.hasApplicationLayer || p.hasAlarm)
+    )(
       port("irq", Out, 1, "interrupt to the host, a level")
     ) ++
     optional("`sii` 1", _.hasI2c)(
@@ -229,7 +232,22 @@ object PortTable {
     optional("`digitalOutputs`", _.digitalOutputs > 0)(
       port("digital_output",        Out, 0, "levels of the digital outputs")
         .copy(bits = 8 * _.digitalOutputs, width = "8 × `digitalOutputs`"),
-      port("digital_output_driven", Out, 1, "low: let the outputs go")
+      port("digital_output_driven", Out, 1, "low: let the outputs go; without a host they are 0, too")
+    ) ++
+    optional("`hostInterface` 6 and `digitalOutputs`", p => p.isDigitalIo && p.digitalOutputs > 0)(
+      port("digital_output_valid",  Out, 1,
+        "high for 80 ns, from a core cycle behind the outputs on, when an event has brought them"),
+      port("digital_output_enable", In,  1, "low: the outputs are not driven. Any clock")
+    ) ++
+    optional("`digitalInputs`", _.digitalInputs > 0)(
+      port("digital_input",         In,  0, "levels of the digital inputs. Any clock")
+        .copy(bits = 8 * _.digitalInputs, width = "8 × `digitalInputs`")
+    ) ++
+    optional("`digitalInputEvent` 1", _.digitalInputEvent == 1)(
+      port("digital_latch",         In,  1, "when it rises the inputs are taken. Any clock")
+    ) ++
+    optional("`hostInterface` 6", _.isDigitalIo)(
+      port("digital_frame_begins",  Out, 1, "high for 80 ns when a frame has begun")
     ) ++
     optional("`generalOutputs`", _.generalOutputs > 0)(
       port("general_output",        Out, 0, "levels of the general purpose outputs")

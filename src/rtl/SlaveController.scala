@@ -15,7 +15,7 @@ import flyframe.application.{
 import flyframe.clocks.LevelCrossing
 import flyframe.dc.{ClockPins, DistributedClocks, PortActivity}
 import flyframe.frame.{FrameProcessor, Stage}
-import flyframe.host.{HostErrors, HostInterface, HostSequencer}
+import flyframe.host.{DigitalIo, DigitalPins, HostErrors, HostInterface, HostSequencer}
 import flyframe.memory.{EscMemory, FrameEvents, RegisterBus, RegisterUnit, WriteProtection}
 import flyframe.mi.{LinkUnit, MiPins, MiUnit}
 import flyframe.mii.Port
@@ -76,9 +76,8 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   /** LEDs, high = lit. */
   val led = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
 
-  /** Digital outputs: their levels, and whether they are driven (SM-26). */
-  val digital_output        = Option.when(p.digitalOutputs > 0)(IO(Output(UInt((8 * p.digitalOutputs).W))))
-  val digital_output_driven = Option.when(p.digitalOutputs > 0)(IO(Output(Bool())))
+  /** Digital outputs: their levels, and whether they are driven (SM-26); digital inputs. */
+  val digital = Option.when(p.digitalOutputs + p.digitalInputs > 0)(IO(new DigitalPins(p)))
 
   /** General purpose outputs and inputs. */
   val general = Option.when(p.generalOutputs + p.generalInputs > 0)(IO(new GeneralPurposePins(p)))
@@ -147,10 +146,14 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   private val resets     = reset_request.map(new ResetRequest(_))
   private val protection = processor.protection.map(new WriteProtection(_))
   private val watchdogs =
-    Option.when(p.hasWatchdogs)(new Watchdogs(p, syncManagers.fold(false.B)(_.trigger)))
+    Option.when(p.hasWatchdogs)(new Watchdogs(p, syncManagers.map(_.trigger)))
   private val application = Option.when(p.hasApplicationLayer)(new Application(p))
   private val purposes    = general.map(new GeneralPurposeIo(p, _))
-  private val hostErrors  = connection.side.map(new HostErrors(_))
+  private val digitalIo = digital.map { pins =>
+    val port = Option.when(p.isDigitalIo)(host)
+    new DigitalIo(p, pins, port, clock_signals.fold(Seq.empty[Bool])(_.sync), watchdogs.get.triggers)
+  }
+  private val hostErrors = connection.side.map(new HostErrors(_))
   private val leds = led.map { pins =>
     val active = ports.map(port => !port.core.receiverIdle || !port.core.transmitterIdle)
     new Leds(p, pins, ports.map(_.core.link), active, eeprom, watchdogs)
@@ -161,7 +164,7 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   }
   private val units =
     Seq(dataLink) ++ syncManagers ++ eeprom ++ management ++ linkUnit ++ resets ++ protection ++ watchdogs ++
-      application ++ purposes ++ hostErrors ++ leds ++ clocks ++ addedUnits
+      application ++ purposes ++ digitalIo ++ hostErrors ++ leds ++ clocks ++ addedUnits
   private val unlisted = units.flatMap(_.registers).diff(RegisterMap(p, addedRegisters)).map(_.name)
   require(unlisted.isEmpty, s"registers ${unlisted.mkString(", ")} are of units but must be in RegisterMap.")
   units.foreach(_.connect(bus))
@@ -171,7 +174,7 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   }
 
   /** Interrupt to the host, a level (IRQ-01). */
-  val irq = bus.interruptLevel.map { level =>
+  val irq = bus.interruptLevel.filterNot(_ => p.isDigitalIo).map { level =>
     val pin = IO(Output(Bool()))
     pin := level
     pin
@@ -220,6 +223,4 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   }
   memory.ramOpen := operational
   eeprom_loaded.foreach(_ := operational)
-  digital_output.foreach(_ := bus.value("digital_output"))
-  digital_output_driven.foreach(_ := operational && bus.bool("watchdog_process_data", default = true))
 }

@@ -178,6 +178,51 @@ object TestSets {
         )
     }
 
+  /** Digital outputs and inputs without a host, with each of their events. */
+  val digital: Seq[EscParams] = {
+    val both = ruled.copy(
+      hostInterface = 6,
+      applicationLayer = 1,
+      watchdogs = 1,
+      digitalOutputs = 4,
+      digitalInputs = 4
+    )
+    Seq(
+      both.copy(preset = "digital", syncManagers = 5, fmmus = 2, fmmuBitwise = 1),
+      both.copy(
+        preset = "digital-trigger",
+        dataBusWidth = 16,
+        syncManagers = 4,
+        digitalOutputEvent = 1,
+        digitalInputs = 3,
+        digitalInputEvent = 1
+      ),
+      both.copy(
+        preset = "digital-sync",
+        dataBusWidth = 32,
+        clocks = 2,
+        syncSignals = 2,
+        digitalOutputs = 3,
+        digitalOutputEvent = 3,
+        digitalInputEvent = 2,
+        digitalWatchdogLate = 1
+      ),
+      both.copy(preset = "digital-min", digitalOutputEvent = 1),
+      both.copy(
+        preset = "digital-eeprom",
+        coreClockMhz = 25,
+        leds = 1,
+        sii = 1,
+        siiClockKhz = 1000,
+        siiStartUs = 1,
+        digitalOutputs = 1,
+        digitalInputs = 2,
+        digitalWatchdogLate = 1
+      ),
+      both.copy(preset = "digital-in", dataBusWidth = 32, digitalOutputs = 0, watchdogs = 0)
+    )
+  }
+
   // With an EEPROM only the rules that speak of it: its load takes time after every reset.
   private val ruledEeprom = ruled.copy(
     preset = "eeprom-25",
@@ -304,7 +349,7 @@ object TestSets {
 
   /** Of the rule tests, on model and RTL. */
   val rules: Seq[EscParams] =
-    ruledSets ++ ruledUnitSets ++ hosts ++ ruledClocks ++ ruledEepromSets ++ ruledEmulated ++
+    ruledSets ++ ruledUnitSets ++ hosts ++ digital ++ ruledClocks ++ ruledEepromSets ++ ruledEmulated ++
       ruledAlarms ++ ruledMi
 
   /** FMMUs 0, 1, 3, 8, 16 and SyncManagers 0, 2, 4, 8, 16, each with the most and the least of the other

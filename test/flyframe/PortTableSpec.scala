@@ -47,8 +47,9 @@ class PortTableSpec extends AnyFlatSpec {
     val hosts =
       for (role <- Seq(Presets.default.params, Presets.master); interface <- 1 to 5)
         yield role.copy(preset = s"host${role.role}$interface", hostInterface = interface, dataBusWidth = 32)
-    for (host <- hosts) assert(told(host) == VerilogPorts.declared(host, Emit.verilog(host)))
-    val seen = (p +: (hosts ++ Presets.all.map(_.params))).flatMap(told).map(_._3).toSet
+    val sets = hosts ++ TestSets.digital
+    for (set <- sets) assert(told(set) == VerilogPorts.declared(set, Emit.verilog(set)))
+    val seen = (p +: (sets ++ Presets.all.map(_.params))).flatMap(told).map(_._3).toSet
     val all  = (PortTable.slave ++ PortTable.master).map(_.name.replace("_y", "_0")).toSet
     assert(all -- seen == Set.empty)
   }

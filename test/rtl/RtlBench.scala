@@ -4,7 +4,7 @@ import chisel3._
 import chiseltest._
 import flyframe.application.{GeneralPurposePins, LedPins}
 import flyframe.dc.ClockPins
-import flyframe.host.HostOf
+import flyframe.host.{DigitalPins, HostOf}
 import flyframe.mi.{PhyRegisters, Phys}
 import flyframe.mii.{MiiPins, RmiiPins}
 import flyframe.sii.SiiPins
@@ -47,8 +47,7 @@ class ControllerUnderTest(
   val eepromLoaded = Option.when(p.hasSii)(IO(Output(Bool())))
   val led          = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
 
-  val outputs       = Option.when(p.digitalOutputs > 0)(IO(Output(UInt((8 * p.digitalOutputs).W))))
-  val outputsDriven = Option.when(p.digitalOutputs > 0)(IO(Output(Bool())))
+  val digital = Option.when(p.digitalOutputs + p.digitalInputs > 0)(IO(new DigitalPins(p)))
 
   /** The PHYs on the management bus; and the management data line is driven from both ends. */
   val phys         = Option.when(p.hasMi)(IO(new PhyControl))
@@ -89,8 +88,7 @@ class ControllerUnderTest(
   sii.foreach(dut.sii.get <> _)
   eepromLoaded.foreach(_ := dut.eeprom_loaded.get)
   led.foreach(_ := dut.led.get)
-  outputs.foreach(_ := dut.digital_output.get)
-  outputsDriven.foreach(_ := dut.digital_output_driven.get)
+  digital.foreach(_ <> dut.digital.get)
   for (pins <- dut.mi; control <- phys) {
     val all = Module(
       new Phys(p.coreClockMhz)
@@ -165,7 +163,8 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   /** Back to the state after power-on, all links up; an EEPROM holds zeros with a right checksum. */
   def reset(): Unit = if (p.hasI2c) {
     powerOn(EepromImage())
-    while ((hostRead(0x0503) & 0x80) != 0) idle(100)
+    if (p.isDigitalIo) while (!dut.eepromLoaded.get.peek().litToBoolean) idle(100)
+    else while ((hostRead(0x0503) & 0x80) != 0) idle(100)
   } else restart()
 
   def powerOn(image: Seq[Int]): Unit = {
@@ -184,7 +183,12 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     setLine(DetectorState.Normal)
     dut.damaged.foreach(_.poke(false))
     dut.host.req.poke(false)
-    for (pins <- dut.general; inputs     <- pins.input) inputs.poke(0)
+    for (pins <- dut.general; inputs <- pins.input) inputs.poke(0)
+    for (pins <- dut.digital) {
+      pins.input.foreach(_.poke(0))
+      pins.latch.foreach(_.poke(false))
+      pins.output_enable.foreach(_.poke(true))
+    }
     for (pins <- dut.clockSignals; latch <- pins.latch) latch.poke(false)
     dut.reset.poke(true.B)
     idle(4)
@@ -281,10 +285,21 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     dut.phys.foreach(control => assert(!control.collided.peek().litToBoolean, "both ends drive MDIO"))
   }
 
+  private def digital           = dut.digital.get
   def damage(): Unit            = dut.damaged.foreach(_.poke(true))
   def setLine(state: Int): Unit = dut.current.foreach(_.poke(Line.current(state)))
   def outputs: Option[Int] =
-    Option.when(dut.outputsDriven.get.peek().litToBoolean)(dut.outputs.get.peek().litValue.toInt)
+    Option.when(digital.output_driven.get.peek().litToBoolean)(digital.output.get.peek().litValue.toInt)
+  def setDigitalInputs(levels: Int): Unit =
+    digital.input.get.poke(BigInt(levels) & ((BigInt(1) << 8 * p.digitalInputs) - 1))
+  def setInputLatch(level: Boolean): Unit = {
+    digital.latch.get.poke(level)
+    idle(40) // it crosses, and the inputs are written
+  }
+  def setOutputEnable(level: Boolean): Unit = {
+    digital.output_enable.get.poke(level)
+    idle(4)
+  }
   def generalOutputs: BigInt = dut.general.get.output.get.peek().litValue
   def setGeneralInputs(levels: BigInt): Unit = {
     dut.general.get.input.get.poke(levels)

@@ -1,6 +1,7 @@
 package flyframe.device
 
 import flyframe.params.EscParams
+import flyframe.registers.DigitalOutputRegisters
 
 /** Whether a controller can be a device. */
 object DeviceCheck {
@@ -13,10 +14,17 @@ object DeviceCheck {
   private def hex(v: Int): String   = f"0x$v%04x"
   private def bytes(n: Int): String = if (n == 1) "1 byte" else s"$n bytes"
 
+  /** It is that of a byte of the digital outputs (SM-26). */
+  private def isDigital(sm: SyncManager, p: EscParams): Boolean =
+    sm.size == 1 && sm.start - DigitalOutputRegisters.Outputs >= 0 &&
+      sm.start - DigitalOutputRegisters.Outputs < p.digitalOutputs
+
   /** Memory that SyncManager `sm` occupies, first and last address (SM-10, SM-17). With a data bus wider than
-    * 8 bit each buffer is rounded out to whole 32-bit words (SM-11).
+    * 8 bit each buffer is rounded out to whole 32-bit words (SM-11). A byte of the digital outputs is no
+    * buffer (SM-24).
     */
-  private def occupied(sm: SyncManager, p: EscParams): (Int, Int) = {
+  private def occupied(sm: SyncManager, p: EscParams): (Int, Int) = if (isDigital(sm, p)) (sm.start, sm.start)
+  else {
     val word  = if (p.dataBusWidth == 8) 1 else 4
     val first = sm.start / word * word
     val next  = (sm.start + sm.size + word - 1) / word * word
@@ -66,7 +74,7 @@ object DeviceCheck {
     val used = d.syncManagers.zipWithIndex.filter { case (sm, _) => sm.use != SmUse.Unused && sm.size > 0 }
     val outside = used.flatMap { case (sm, i) =>
       val (first, last) = occupied(sm, p)
-      Option.when(first < RamStart || last >= end)(
+      Option.when(!isDigital(sm, p) && (first < RamStart || last >= end))(
         s"SyncManager $i occupies ${hex(first)} to ${hex(last)}${if (sm.use.process) ", three buffers,"
           else ""} but the " +
           (if (p.ramBytes == 0) "controller has no process data RAM."

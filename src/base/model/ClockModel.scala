@@ -7,8 +7,16 @@ import flyframe.registers.{ClockRegisters, Register}
 /** Distributed clocks: the receive times of frames (DC-07, DC-08), and the system time (DC-16 to DC-23). Its
   * time is that of the bench, in which a frame comes as a whole: the beginning of each frame is right, as far
   * as the bench tells the time between them.
+  *
+  * @param pulses
+  *   a SYNC signal becomes active, by its number
   */
-class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolean) extends ModelUnit {
+class ClockModel(
+    p: EscParams,
+    registers: ModelRegisters,
+    hasLink: Int => Boolean,
+    pulses: Int => Unit = _ => ()
+) extends ModelUnit {
   import ClockModel._
   private var now    = 0L
   private var part   = 0.0                                     // of a ns, beside `now`
@@ -29,7 +37,7 @@ class ClockModel(p: EscParams, registers: ModelRegisters, hasLink: Int => Boolea
   private var slew     = 0     // ns to fall back by
   private var ofFrame  = 0L    // the system time of the frame at hand
 
-  private val sync    = Option.when(p.syncSignals > 0)(new SyncModel(p, registers))
+  private val sync    = Option.when(p.syncSignals > 0)(new SyncModel(p, registers, pulses))
   private val latches = (0 until p.latchSignals).map(new LatchModel(p, registers, _))
 
   /** SYNC and LATCH signals, each a unit of its own. */

@@ -144,8 +144,8 @@ class EscModel(
   /** The levels of the general purpose inputs. */
   def generalInputs(levels: Long): Unit = space.generalPurpose.inputs = levels
 
-  /** The levels of the digital outputs, while they are driven (SM-26). */
-  def outputs: Option[Int] = space.outputs
+  /** Digital outputs and inputs. */
+  def digital: DigitalModel = space.digital
 
   /** The same for times too short to matter to loop settings. */
   def advanceUs(us: Int): Unit = {

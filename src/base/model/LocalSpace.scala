@@ -30,7 +30,7 @@ class LocalSpace(
 
   val registers: ModelRegisters = new ModelRegisters(p, status, added)
 
-  private def emulation = p.hasSii && registers.value("device_emulation") == 1
+  private def emulation = p.isDigitalIo || (p.hasSii && registers.value("device_emulation") == 1)
 
   val watchdogs: Option[WatchdogModel] = Option.when(p.hasWatchdogs)(
     new WatchdogModel(registers, watchdog => leds.foreach(_.watchdogExpired(watchdog)))
@@ -47,7 +47,7 @@ class LocalSpace(
       p,
       registers,
       exists,
-      () => watchdogs.foreach(_.processData.trigger()),
+      () => triggers(),
       event => clock.foreach(_.happens(event))
     )
   private val sii = Option.when(p.hasSii)(
@@ -68,7 +68,15 @@ class LocalSpace(
   )
 
   val clock: Option[ClockModel] = Option.when(p.hasClocks)(
-    new ClockModel(p, registers, y => portStatus(s"physical_link_port$y") == 1)
+    new ClockModel(p, registers, y => portStatus(s"physical_link_port$y") == 1, n => digital.sync(n))
+  )
+
+  val digital: DigitalModel = new DigitalModel(
+    p,
+    registers,
+    () => pdiOperational,
+    () => watchdogs.forall(_.processData.alive),
+    hostWrite(_, _)
   )
 
   val hostErrors: Option[HostErrorModel] = Option.when(p.countsHostErrors)(new HostErrorModel(registers))
@@ -126,9 +134,16 @@ class LocalSpace(
         case None => Option.when(exists(address))(address)
       }
 
+  /** Something triggers the process data watchdog (WD-04). */
+  private def triggers(): Unit = {
+    watchdogs.foreach(_.processData.trigger())
+    digital.triggers()
+  }
+
   private def store(address: Int, byte: Int, bits: Int, byHost: Boolean): Unit = {
     registers.write(address, byte, bits)
     registers.register(address).foreach(r => units.foreach(_.written(r, address, byte, byHost)))
+    if (p.outputsTrigger && registers.register(address).exists(_.name == "digital_output")) triggers()
   }
 
   // ---- local side ----
@@ -179,6 +194,7 @@ class LocalSpace(
   /** Something may have changed DL status, or be an error. */
   def watch(): Unit = {
     application.foreach(_.watchDlStatus())
+    digital.watch()
     leds.foreach(_.watch())
   }
 
@@ -195,6 +211,7 @@ class LocalSpace(
 
   /** What passed the processing unit had no SFD; a frame it was all the same. */
   def frameWithoutSfd(): Unit = {
+    digital.frameBegins()
     reset.foreach(_.frameStarts())
     protection.foreach(_.frameStarts())
   }
@@ -207,6 +224,7 @@ class LocalSpace(
 
     /** It has read of a time ([[isTime]]). */
     var hasTime = false
+    digital.frameBegins()
     syncManagers.frameStarts()
     reset.foreach(_.frameStarts())
     protection.foreach(_.frameStarts())
@@ -260,6 +278,7 @@ class LocalSpace(
         clock.foreach(_.compare())
         sii.foreach(_.frameEnds())
         management.foreach(_.frameEnds())
+        digital.frameEnds()
         pending.map(_._1)
       }
     }
@@ -267,10 +286,6 @@ class LocalSpace(
 
   /** Bus or host ask for a reset (SYS-04). */
   def resetRequested: Boolean = reset.exists(_.requested)
-
-  /** Digital outputs are driven while the process data watchdog runs (SM-26, WD-05). */
-  def outputs: Option[Int] =
-    Option.when(pdiOperational && watchdogs.forall(_.processData.alive))(registers.value("digital_output"))
 
   /** What goes into the IRQ field of datagrams (B-43). */
   def ecatEvents: Int =

@@ -5,8 +5,11 @@ import flyframe.registers.Register
 
 /** The cyclic unit with SYNC0 and SYNC1 (DC-26 to DC-36, DC-40). Its time is that of the bench, which comes
   * in steps: a pulse begins in the step in which its time comes, and what ends within the step has not been.
+  *
+  * @param pulses
+  *   a signal becomes active, by its number
   */
-class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
+class SyncModel(p: EscParams, registers: ModelRegisters, pulses: Int => Unit = _ => ()) extends ModelUnit {
   import SyncModel._
   private val start  = new Array[Int](8)
   private val active = Array(false, false, false) // the cyclic unit, SYNC0, SYNC1
@@ -70,6 +73,7 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
   private def fire(n: Int, now: Long): Unit = {
     val at = next(n).get
     if (active(1 + n)) {
+      if (!level(n)) pulses(n)
       rest(n) = (length - between(at, now)).max(0)
       held(n) = true
     }
@@ -163,6 +167,7 @@ class SyncModel(p: EscParams, registers: ModelRegisters) extends ModelUnit {
         if (p.hasEnhancedSync && byHost == byPdi(0)) {
           modes = byte & 0x78
           if ((byte & DebugPulse) != 0) for (n <- 0 until p.syncSignals if active(1 + n)) {
+            if (!level(n)) pulses(n)
             rest(n) = length
             held(n) = true
             pings(n) = true

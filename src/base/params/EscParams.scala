@@ -27,6 +27,10 @@ final case class EscParams(
     watchdogs: Int = 0,
     leds: Int = 0,
     digitalOutputs: Int = 0,
+    digitalInputs: Int = 0,
+    digitalInputEvent: Int = 0,
+    digitalOutputEvent: Int = 0,
+    digitalWatchdogLate: Int = 0,
     generalOutputs: Int = 0,
     generalInputs: Int = 0,
     clocks: Int = 0,
@@ -177,8 +181,14 @@ final case class EscParams(
   /** The host acknowledges by writing what else it acknowledges by reading (PDI-09, SM-36). */
   def acknowledgesByWrite: Boolean = acknowledgeByWrite == 1
 
+  /** There is no host, but digital outputs and inputs (B-118); AL status follows AL control (AL-07). */
+  def isDigitalIo: Boolean = hostInterface == 6
+
   /** Errors of the host's interface are counted (ERR-11): at a plain port there are none. */
-  def countsHostErrors: Boolean = hostInterface > 0 && !isMaster
+  def countsHostErrors: Boolean = hostInterface > 0 && !isDigitalIo && !isMaster
+
+  /** Writes to the digital outputs trigger the process data watchdog, where no SyncManager can (B-118). */
+  def outputsTrigger: Boolean = digitalOutputs > 0 && syncManagers == 0
 
   /** A host that accesses bytes at its own pace, and is not told to wait. */
   def hostCannotWait: Boolean = hostInterface == 4
@@ -224,7 +234,8 @@ final case class EscParams(
 
   /** Some registers live in block RAM: 512 bytes behind user RAM. */
   def hasRegisterRam: Boolean =
-    hasAlarm || hasSystemTime || fmmus > 0 || syncManagers > 0 || hasApplicationLayer || hasSii
+    hasAlarm || hasSystemTime || fmmus > 0 || syncManagers > 0 || (hasApplicationLayer && !isDigitalIo) ||
+      hasSii
 
   /** Register bytes one frame may write; more are refused without a working counter. The log must be
     * committed before the next frame can reach a register: 87 nibble slots lie between, of which 64 are used.

@@ -49,6 +49,10 @@ private[params] object ParamChecks {
     Need("eventTimes", Seq("syncManagers")),
     Need("clockPowerSaving", Seq("syncSignals", "latchSignals")),
     Need("clockPowerSaving", Seq("sii")),
+    Need("digitalInputs", Seq("ramKiB")),
+    Need("digitalInputEvent", Seq("digitalInputs")),
+    Need("digitalOutputEvent", Seq("digitalOutputs")),
+    Need("digitalWatchdogLate", Seq("digitalOutputs")),
     Need("miLinkDetection", Seq("mi")),
     Need("enhancedLinkDetection", Seq("mi")),
     Need("phyAddressOffset", Seq("mi")),
@@ -69,7 +73,8 @@ private[params] object ParamChecks {
     "busReadAll",
     "busReadHigh",
     "busByteEnableHigh"
-  ).map(_ -> 5)
+  ).map(_ -> 5) ++
+    Seq("digitalInputs", "digitalInputEvent", "digitalOutputEvent", "digitalWatchdogLate").map(_ -> 6)
 
   private def hostInterface(p: EscParams): Seq[String] = ofInterfaces.collect {
     case (name, interface) if p.hostInterface != interface && ParamTable(name).get(p) != 0 =>
@@ -77,7 +82,7 @@ private[params] object ParamChecks {
   } ++ Seq(
     // AXI4-Lite has words of 32 bits.
     Option.when(p.hostInterface == 2 && p.dataBusWidth != 32)(
-      s"hostInterface is 2 but must be 0, 1, 3, 4 or 5 at dataBusWidth ${p.dataBusWidth}."
+      s"hostInterface is 2 but must be 0, 1 or 3 to 6 at dataBusWidth ${p.dataBusWidth}."
     ),
     // A host that waits before it ends its write would wait forever.
     Option.when(p.hostInterface == 5 && p.busBusyEarly == 1 && p.busWriteEarly == 0)(
@@ -117,7 +122,27 @@ private[params] object ParamChecks {
         "acknowledgeByWrite is 0 but must be 1 if hostInterface is 2."
       ),
       Option.when(p.hasMeanWays && p.ports == 1)("meanWays is 1 but must be 0 if ports is 1.")
-    ).flatten ++ ports ++ (if (ports.isEmpty) needs.flatMap(_.problem(p)) else Nil) ++ phys(p)
+    ).flatten ++ digitalIo(p) ++ ports ++ (if (ports.isEmpty) needs.flatMap(_.problem(p)) else Nil) ++ phys(p)
+  }
+
+  /** Without a host: what has no use without one, and what the outputs must have to be safe (B-118). */
+  private def digitalIo(p: EscParams): Seq[String] = if (!p.isDigitalIo) Nil
+  else {
+    def must(name: String, range: String, allowed: Int => Boolean) = {
+      val value = ParamTable(name).get(p)
+      Option.when(!allowed(value))(s"$name is $value but must be $range if hostInterface is 6.")
+    }
+    val sync = Seq("digitalInputEvent", "digitalOutputEvent").flatMap { name =>
+      val value = ParamTable(name).get(p)
+      Option.when(value - 1 > p.syncSignals)(
+        s"$name is $value but must be 0 to ${p.syncSignals + 1} if syncSignals is ${p.syncSignals}."
+      )
+    }
+    Seq("acknowledgeByWrite", "timeByPdi", "alarm").flatMap(must(_, "0", _ == 0)) ++
+      Seq("mi", "sii").flatMap(must(_, "0 or 1", _ < 2)) ++ must("applicationLayer", "1", _ == 1) ++
+      (if (p.digitalOutputs > 0) must("watchdogs", "1", _ == 1)
+       else if (p.digitalInputs > 0) None
+       else must("digitalOutputs", "1 to 4", _ > 0)) ++ sync
   }
 
   /** FMMUs and SyncManagers are looked through one per core cycle, in two halves, while a byte passes. */

@@ -80,11 +80,15 @@ object ParamTable {
   )
   private val notOfSlaves = Set("maxSlaves", "linePorts")
 
+  private val hosts = "how the host is connected: 0 a plain synchronous port; 1 Avalon-MM; 2 AXI4-Lite; " +
+    "3 Wishbone B4; 4 SPI; 5 an asynchronous microcontroller bus"
+
   /** What is different in a master. */
   private val inMasters: Map[String, ParamInfo => ParamInfo] = {
     def text(text: String)(i: ParamInfo) = i.copy(text = text)
     val (clocks, isClock)                = oneOf(50, 100, 125)
     val (threePorts, isOfThree)          = between(0, 0x7)
+    val (withHost, hasHost)              = between(0, 5)
     Map(
       "dataBusWidth" -> text("bits moved per access of the host") _,
       "maxSubTelegrams" -> (i => {
@@ -95,11 +99,12 @@ object ParamTable {
           allowed = isEnough
         )
       }),
-      "coreClockMhz" -> (_.copy(range = clocks, allowed = isClock)),
-      "rmiiPorts"    -> (_.copy(range = threePorts, allowed = isOfThree)),
-      "escType"      -> text("identity: type, 0x00 of the host's registers") _,
-      "escRevision"  -> text("identity: revision, 0x01 of the host's registers") _,
-      "escBuild"     -> text("identity: build, 0x02:0x03 of the host's registers") _
+      "coreClockMhz"  -> (_.copy(range = clocks, allowed = isClock)),
+      "hostInterface" -> (_.copy(text = hosts, range = withHost, allowed = hasHost)),
+      "rmiiPorts"     -> (_.copy(range = threePorts, allowed = isOfThree)),
+      "escType"       -> text("identity: type, 0x00 of the host's registers") _,
+      "escRevision"   -> text("identity: revision, 0x01 of the host's registers") _,
+      "escBuild"      -> text("identity: build, 0x02:0x03 of the host's registers") _
     )
   }
 
@@ -173,6 +178,29 @@ object ParamTable {
       between(0, 4)
     )(_.digitalOutputs)((p, v) => p.copy(digitalOutputs = v)),
     info(
+      "digitalInputs",
+      "digital inputs, without a host: written to 0x1000 on",
+      "bytes",
+      between(0, 4)
+    )(_.digitalInputs)((p, v) => p.copy(digitalInputs = v)),
+    info(
+      "digitalInputEvent",
+      "digital inputs are taken: 0 when a frame begins; 1 when their latch pin rises; 2, 3 with SYNC0, SYNC1",
+      "code",
+      between(0, 3)
+    )(_.digitalInputEvent)((p, v) => p.copy(digitalInputEvent = v)),
+    info(
+      "digitalOutputEvent",
+      "digital outputs change, without a host: 0 when a frame has ended; 1 when one has triggered the " +
+        "process data watchdog; 2, 3 with SYNC0, SYNC1",
+      "code",
+      between(0, 3)
+    )(_.digitalOutputEvent)((p, v) => p.copy(digitalOutputEvent = v)),
+    switch(
+      "digitalWatchdogLate",
+      "digital outputs fall, without a host: 0 when the process data watchdog expires; 1 with the next event"
+    )(_.digitalWatchdogLate)((p, v) => p.copy(digitalWatchdogLate = v)),
+    info(
       "generalOutputs",
       "general purpose outputs behind 0x0F10, which bus and host write",
       "bytes",
@@ -230,10 +258,9 @@ object ParamTable {
     ),
     info(
       "hostInterface",
-      "how the host is connected: 0 a plain synchronous port; 1 Avalon-MM; 2 AXI4-Lite; 3 Wishbone B4; " +
-        "4 SPI; 5 an asynchronous microcontroller bus",
+      s"$hosts; 6 none, digital outputs and inputs",
       "code",
-      between(0, 5)
+      between(0, 6)
     )(_.hostInterface)((p, v) => p.copy(hostInterface = v)),
     info(
       "spiMode",

@@ -37,6 +37,23 @@ object Presets {
       "complete slave: two ports, 8 FMMUs, 8 SyncManagers, 8 KiB RAM, I2C EEPROM; no distributed clocks"
     ),
     Preset(
+      EscParams(
+        preset = "digital-io",
+        ramKiB = 1,
+        fmmus = 2,
+        fmmuBitwise = 1,
+        syncManagers = 5,
+        applicationLayer = 1,
+        watchdogs = 1,
+        leds = 1,
+        sii = 1,
+        hostInterface = 6,
+        digitalOutputs = 4,
+        digitalInputs = 4
+      ),
+      "digital I/O without a processor: two ports, 32 outputs, 32 inputs, 1 KiB RAM, I2C EEPROM"
+    ),
+    Preset(
       EscParams(preset = "alarm-slave", alarm = 1, ramKiB = 1, maxSubTelegrams = 128),
       "smoke-alarm slave: cyclone4-min with a detector whose events are appended to passing frames"
     ),

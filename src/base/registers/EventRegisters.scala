@@ -19,6 +19,7 @@ object EventRegisters {
   // format: off
   def apply(p: EscParams): Seq[Register] = {
     val sms    = p.syncManagers
+    val byHost = if (p.isDigitalIo) constant else stored // without a host nobody writes it
     val allSms = (BigInt(1) << sms) - 1
     val eeprom = if (p.hasEmulation) status else constant
     val expiry = if (p.hasWatchdogs) status else constant
@@ -32,16 +33,16 @@ object EventRegisters {
       field("ecat_event_mask",     15, 0, stored, 0,
           "Bit n = 1: bit n of 0x0210 goes into the IRQ field of datagrams")),
     register(AlMask,      4, "al_event_mask",      r,  rw, "IRQ-01", "AL event mask", Seq(
-      field("al_control_mask",      0, 0, stored, 1,      "1: AL control event raises the interrupt")
-    ) ++ latches("latch_mask", 1, stored, 1, "1: LATCH event raises the interrupt") ++
-      syncs("mask", stored, 1, "raises the interrupt") ++ Seq(
-      field("sm_activation_mask",   4, 4, stored, 0,
+      field("al_control_mask",      0, 0, byHost, 1,      "1: AL control event raises the interrupt")
+    ) ++ latches("latch_mask", 1, byHost, 1, "1: LATCH event raises the interrupt") ++
+      syncs("mask", byHost, 1, "raises the interrupt") ++ Seq(
+      field("sm_activation_mask",   4, 4, byHost, 0,
           "1: SyncManager activation event raises the interrupt"),
-      field("eeprom_mask",          5, 5, stored, 0,      "1: EEPROM emulation event raises the interrupt"),
-      field("watchdog_mask",        6, 6, stored, 0,
+      field("eeprom_mask",          5, 5, byHost, 0,      "1: EEPROM emulation event raises the interrupt"),
+      field("watchdog_mask",        6, 6, byHost, 0,
           "1: process data watchdog event raises the interrupt")
     ) ++ ofEach(sms,
-      field("sm_mask",             23, 8, stored, allSms,
+      field("sm_mask",             23, 8, byHost, allSms,
           "Bit n = 1: SyncManager n raises the interrupt")): _*),
     register(EcatRequest, 2, "ecat_event_request", r,  r,  "IRQ-08", "ECAT event request",
       latches("ecat_latch_event", 0, status, 0, "1: a LATCH of ECAT has an event") ++ Seq(

@@ -19,7 +19,7 @@ object RegisterMap {
     def where(built: Boolean)(table: => Seq[Register]) = if (built) table else Nil
     InformationRegisters(p) ++ StationRegisters(p) ++ DlRegisters(p) ++ ErrorCounters(p) ++
       where(p.countsHostErrors)(HostErrorRegisters.all) ++
-      where(p.hasApplicationLayer)(ApplicationRegisters.all ++ EventRegisters(p)) ++
+      where(p.hasApplicationLayer)(ApplicationRegisters(p) ++ EventRegisters(p)) ++
       where(p.hasWatchdogs)(WatchdogRegisters.all) ++
       where(p.hasLeds)(LedRegisters.all) ++
       where(p.hasSii)(SiiRegisters(p)) ++

@@ -38,13 +38,16 @@ object SiiRegisters {
     val emulated = if (p.hasEmulation) 1 else 0
     val twoByte  = if (p.hasI2c) status else constant
     val further  = if (p.hasEmulation) answer else r
+    // Where there is no host nobody else answers.
+    val followed = if (p.isDigitalIo) constant else stored
+    val follows  = if (p.isDigitalIo) 1 else 0
     Seq(
     register(PdiControl,          1, "pdi_control",                r,      r,       "SII-07",
         "PDI control",
       field("pdi_type",                    7,  0, ram,      0,        "EEPROM A0[7:0]")),
     register(ConfigurationA0,     1, "esc_configuration_a0",       r,      r,       "SII-07",
         "ESC configuration A0",
-      field("device_emulation",            0,  0, stored,   0,
+      field("device_emulation",            0,  0, followed, follows,
           "1: AL status follows AL control (AL-05)"),
       field("esc_configuration",           7,  1, stored,   0x79,
           if (p.hasEnhancedLinks) "EEPROM A0[15:9]: enhanced link detection (LNK-11); bits 2, 3: no effect"

@@ -120,9 +120,12 @@ object Page {
     table(
       Seq("Change", "LUTs", "Registers", "Logic elements", "M9K", "Difference in logic elements"),
       (Seq(s"none (`${base.preset}`)") ++ cells(from) :+ "") +: variants.map { v =>
-        val a   = r.area(v.params.preset)
-        val was = v.info.show(base)
-        (s"${v.info.name} ${v.value} (was $was)" +: cells(a)) :+ diff(a.logicElements - from.logicElements)
+        val a    = r.area(v.params.preset)
+        val was  = v.info.show(base)
+        val more = v.needs.fold("")(n => s", with $n")
+        (s"${v.info.name} ${v.value} (was $was)$more" +: cells(a)) :+ diff(
+          a.logicElements - from.logicElements
+        )
       }
     )
   }

@@ -2,8 +2,18 @@ package flyframe.report
 
 import flyframe.params.{EscParams, ParamInfo, ParamTable, Preset, Presets}
 
-/** A preset, `base`, with one parameter changed; `preset` in `params` is the name of its files. */
-final case class Variant(base: EscParams, info: ParamInfo, value: Int, params: EscParams) {
+/** A preset, `base`, with one parameter changed; `preset` in `params` is the name of its files.
+  *
+  * @param needs
+  *   in words: what else is changed, as that parameter needs it
+  */
+final case class Variant(
+    base: EscParams,
+    info: ParamInfo,
+    value: Int,
+    params: EscParams,
+    needs: Option[String] = None
+) {
   def title: String = (if (base == Points.base) "" else s"${base.preset}, ") + s"${info.name} $value"
 }
 
@@ -24,6 +34,15 @@ object Points {
     Variant(base, info, value, info.set(base, value).copy(preset = s"$short-$name-$value"))
   }
 
+  /** The base with digital I/O in place of a host. */
+  val digital: Variant = {
+    val v = variant(base, "min", "hostInterface")(6)
+    v.copy(
+      params = v.params.copy(applicationLayer = 1, watchdogs = 1, digitalOutputs = 4, digitalInputs = 4),
+      needs = Some("applicationLayer, watchdogs, 32 outputs, 32 inputs")
+    )
+  }
+
   /** One row each in "What a feature costs". */
   val variants: Seq[Variant] = Seq(
     "dataBusWidth"    -> Seq(16, 32),
@@ -33,7 +52,7 @@ object Points {
     "ramKiB"          -> Seq(8),
     "coreClockMhz"    -> Seq(25, 50, 125),
     "rmiiPorts"       -> Seq(3)
-  ).flatMap { case (name, values) => values.map(variant(base, "min", name)) }
+  ).flatMap { case (name, values) => values.map(variant(base, "min", name)) } :+ digital
 
   /** The same from the complete slave. */
   val completeVariants: Seq[Variant] = Seq(
@@ -116,7 +135,9 @@ object Points {
         "AxiLiteInterface",
         "WishboneInterface",
         "SpiInterface",
-        "MicrocontrollerInterface"
+        "MicrocontrollerInterface",
+        "DigitalInputs",
+        "DigitalOutputs"
       ),
     "SII EEPROM"                -> Set("SiiController"),
     "Smoke detector, appending" -> Set("AlarmUnit", "DatagramAppender"),

@@ -102,6 +102,7 @@ object Goals {
       delay("Forwarding latency", Points.latencyNs, latency.forwarding),
       delay("Processing latency", Points.latencyNs, latency.processing),
       size(p.preset, 1500),
+      size(Points.digital.params.preset, 2000),
       size(Points.complete.preset, 3600),
       blocks(Points.complete.preset, 24),
       size(Points.largest.preset, 5000),

@@ -8,13 +8,13 @@ import flyframe.registers.{ApplicationRegisters, EventRegisters}
 /** AL control and status, and the event requests towards master and host with their masks (AL-01 to AL-06,
   * IRQ-01 to IRQ-08). Events of other units are status fields that those drive.
   */
-class Application(p: EscParams) extends RegisterUnit(ApplicationRegisters.all ++ EventRegisters(p)) {
+class Application(p: EscParams) extends RegisterUnit(ApplicationRegisters(p) ++ EventRegisters(p)) {
 
   /** Event requests for the IRQ field of datagrams, 16 bits (IRQ-08). */
   val irqField: UInt = Wire(UInt(16.W))
 
   def connect(bus: RegisterBus): Unit = {
-    val emulation = bus.bool("device_emulation", default = false)
+    val emulation = bus.bool("device_emulation", default = p.isDigitalIo)
     val written   = bus.writes("al_control")
     val waits     = bus.untilAcknowledged("al_control")(written && !emulation).suggestName("controlEvent")
     bus.status("al_control_event") := waits

@@ -109,7 +109,7 @@ class Leds(
     val tick      = Counter(p.coreClockMhz * 50000).inc()
     val al        = bus.value("al_status")
     val changed   = bus.changes("al_status")
-    val emulation = bus.bool("device_emulation", default = false)
+    val emulation = bus.bool("device_emulation", default = p.isDigitalIo)
     val state = MuxLookup(al(3, 0), LedCode.Off.U)(
       Seq(
         AlState.PreOperational  -> LedCode.Blinking,

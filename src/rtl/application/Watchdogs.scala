@@ -54,9 +54,9 @@ class WatchdogDivider(cyclesPerNibble: Int) extends Module {
 /** Both watchdogs behind their registers.
   *
   * @param bufferWritten
-  *   triggers that of the process data (WD-04)
+  *   triggers that of the process data (WD-04), where there are SyncManagers
   */
-class Watchdogs(p: EscParams, bufferWritten: Bool) extends RegisterUnit(WatchdogRegisters.all) {
+class Watchdogs(p: EscParams, bufferWritten: Option[Bool]) extends RegisterUnit(WatchdogRegisters.all) {
   private val divider     = Module(new WatchdogDivider(p.cyclesPerNibble)).suggestName("watchdogDivider")
   private val processData = Module(new Watchdog).suggestName("watchdog_process_data")
   private val pdi         = Module(new Watchdog).suggestName("watchdog_pdi")
@@ -65,9 +65,14 @@ class Watchdogs(p: EscParams, bufferWritten: Bool) extends RegisterUnit(Watchdog
   val processDataExpires: Bool = processData.expired
   val pdiExpires: Bool         = pdi.expired
 
+  /** Something triggers that of the process data. */
+  val triggers: Bool = Wire(Bool())
+
   def connect(bus: RegisterBus): Unit = {
+    triggers :=
+      bufferWritten.getOrElse(if (p.outputsTrigger) bus.writes("digital_output") else false.B)
     divider.divider     := bus.value("watchdog_divider")
-    processData.trigger := bufferWritten
+    processData.trigger := triggers
     pdi.trigger         := bus.hostAccess
     for ((name, watchdog) <- Seq("process_data" -> processData, "pdi" -> pdi)) {
       val time = s"watchdog_time_$name"

@@ -44,6 +44,29 @@ object LevelCrossing {
   */
 class BoardLevelCrossing extends LevelCrossing
 
+/** Levels of any clock as they are when they are to be taken: of one that changes then, either. For those who
+  * look at them two cycles later, not before: by then the flip-flops have settled. They are given part by
+  * part, the lowest first.
+  *
+  * @param parts
+  *   how many
+  * @param width
+  *   levels in each
+  */
+class SampleCrossing(parts: Int, width: Int) extends Module {
+  val in   = IO(Input(UInt((parts * width).W)))
+  val take = IO(Input(Bool()))
+
+  /** On to the next part. */
+  val next = IO(Input(Bool()))
+  val out  = IO(Output(UInt(width.W)))
+
+  private val taken = Reg(UInt((parts * width).W))
+  when(next) { taken := taken >> width }
+  when(take) { taken := in }
+  out := taken(width - 1, 0)
+}
+
 /** One symbol as the PHY gives it: RX_DV, RX_ER and RXD. */
 class MiiSymbol extends Bundle {
   val dv   = Bool()

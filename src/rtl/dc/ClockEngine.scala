@@ -11,9 +11,15 @@ import flyframe.params.EscParams
 private[dc] class ClockEngine(val p: EscParams, clock: LocalClock) {
   import ClockProgram.{Input, Is, Out}
 
+  /** What is done when the host begins to read a word of [[ClockProgram.Shown]]. */
+  val forHost: Seq[(Task, Int)] =
+    if (p.isDigitalIo) Nil
+    else
+      (Task("hostTime") -> ClockProgram.Shown.Time) +:
+        ClockProgram.shown(p).map(n => Task("hostCopy", n) -> n)
+
   private val front: Seq[Task] =
-    Seq(Task("frame"), Task("frame", 1), Task("hostTime")) ++
-      ClockProgram.shown(p).map(Task("hostCopy", _)) ++
+    Seq(Task("frame"), Task("frame", 1)) ++ forHost.map(_._1) ++
       (if (p.syncSignals > 0) Seq("fired1", "fired0", "start").map(Task(_)) else Nil) ++
       Option.when(p.hasEnhancedSync)(Task("prepare")) ++
       (0 until 2 * p.latchSignals).map(e => Task("latch", ClockProgram.Shown.Latch + e)) ++

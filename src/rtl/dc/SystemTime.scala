@@ -113,13 +113,12 @@ private[dc] class SystemTime(clocks: ClockEngine, waited: UInt, read: KeptRead, 
     val settles = RegInit(0.U(5.W)) // cycles of the copy, and then until the access is done; reset: none
     val isThere = settles(4)
     val asks    = read.host.asks && settles === 0.U
-    val firsts = Seq(Task("hostTime") -> ClockRegisters.SystemTime) ++
-      ClockProgram.shown(p).map { number =>
-        val at =
-          if (number == Shown.Drift) ClockRegisters.Difference
-          else places.collectFirst { case (at, `number`) => at }.get
-        Task("hostCopy", number) -> at
-      }
+    val firsts = clocks.forHost.map { case (task, number) =>
+      val at =
+        if (number == Shown.Drift) ClockRegisters.Difference
+        else places.collectFirst { case (at, `number`) => at }.get
+      task -> at
+    }
     when(settles =/= 0.U && !isThere) { settles := settles + 1.U }
     for ((task, at) <- firsts)
       when(clocks.ask(task, asks && begins(at))) {
@@ -127,6 +126,9 @@ private[dc] class SystemTime(clocks: ClockEngine, waited: UInt, read: KeptRead, 
         if (task.label == "hostCopy") clocks.copied(task.index) := true.B
       }
     when(!read.host.asks) { settles := 0.U }
-    read.host.ready := isThere || !firsts.map { case (_, at) => begins(at) }.reduce(_ || _)
+    read.host.ready := isThere || !firsts
+      .map { case (_, at) => begins(at) }
+      .reduceOption(_ || _)
+      .getOrElse(false.B)
   }
 }

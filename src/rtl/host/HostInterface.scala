@@ -92,13 +92,16 @@ class HostSide extends Bundle {
   val error = Output(Valid(UInt(16.W)))
 }
 
+/** The pins of a host where there is none. */
+class NoHostPins extends Bundle
+
 object HostInterface {
 
   /** How the host is connected: at these pins, by way of this port, and what is beside it, if there is. */
   final case class Connection(pins: Bundle, port: HostPort, side: Option[HostSide])
 
   /** Makes the interface that the parameters ask for in the top module at hand: its pins there, and the port
-    * behind it. Without one the port itself is at the pins.
+    * behind it. Without one the port itself is at the pins; without a host [[DigitalIo]] has it.
     */
   def apply(p: EscParams): Connection = p.hostInterface match {
     case 1 => atPins(Module(new AvalonInterface(p)))
@@ -106,6 +109,7 @@ object HostInterface {
     case 3 => atPins(Module(new WishboneInterface(p)))
     case 4 => atPins(Module(new SpiInterface(p)))
     case 5 => atPins(Module(new MicrocontrollerInterface(p)))
+    case 6 => Connection(new NoHostPins, Wire(new HostPort(p.lanes)).suggestName("host"), None)
     case _ =>
       val port = IO(new HostPort(p.lanes)).suggestName("host")
       Connection(port, port, None)

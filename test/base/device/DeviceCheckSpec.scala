@@ -22,6 +22,22 @@ class DeviceCheckSpec extends AnyFlatSpec {
   they should "fit every data bus width" in {
     for (width <- Seq(8, 16, 32); d <- Seq(Devices.io, Devices.mailbox))
       assert(sentences(d, params.copy(dataBusWidth = width)) == Nil)
+    for (width <- Seq(8, 16, 32))
+      assert(sentences(Devices.digital, Devices.digitalParams.copy(dataBusWidth = width), 2, 5) == Nil)
+  }
+
+  "SM-26: a SyncManager for process data" should "be at digital outputs that there are, each of one byte" in {
+    def outside(n: Int, last: String) =
+      f"SyncManager $n occupies 0x0f0$n%x to $last, three buffers, but the process data RAM is " +
+        "0x1000 to 0x13ff."
+    def of(outputs: Int)(edit: ujson.Value => Unit) =
+      sentences(device("digital-io")(edit), Devices.digitalParams.copy(digitalOutputs = outputs), 2, 5)
+    assert(of(4)(_ => ()) == Nil)
+    assert(of(3)(_ => ()) == Seq(outside(3, "0x0f05")))
+    val wide = of(4) { d => d("rxPdos")(3)("entries")(0)("type") = "UINT" }
+    assert(wide == Seq(outside(3, "0x0f08")))
+    val twice = of(4) { d => d("syncManagers")(1)("start") = "0x0f00" }
+    assert(twice == Seq("SyncManagers 0 (0x0f00 to 0x0f00) and 1 (0x0f00 to 0x0f00) overlap."))
   }
 
   private val unreadable: Seq[(String, String, ujson.Value => Unit)] = Seq(
@@ -113,11 +129,11 @@ class DeviceCheckSpec extends AnyFlatSpec {
 
   "10000 damaged device files" should "give a device or one sentence" in {
     val r     = new scala.util.Random(3)
-    val texts = Seq(DeviceFiles.bundled("io"), DeviceFiles.bundled("mailbox"))
+    val texts = Seq("io", "mailbox", "digital-io").map(DeviceFiles.bundled)
     val bits  = "{}[]\",:0123456789xae-.\\ \n\u00e4"
     var read  = 0
     for (i <- 1 to 10000) {
-      val text = new StringBuilder(texts(i % 2))
+      val text = new StringBuilder(texts(i % texts.size))
       for (_ <- 0 to r.nextInt(3)) r.nextInt(3) match {
         case 0 => text.setCharAt(r.nextInt(text.length), bits(r.nextInt(bits.length)))
         case 1 => text.deleteCharAt(r.nextInt(text.length))

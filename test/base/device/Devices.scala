@@ -22,8 +22,10 @@ object Devices {
   def device(name: String)(edit: ujson.Value => Unit): Device =
     DeviceFile.parse(json(name)(edit)).fold(s => throw new AssertionError(s), identity)
 
-  def io: Device      = device("io")(_ => ())
-  def mailbox: Device = device("mailbox")(_ => ())
+  def io: Device               = device("io")(_ => ())
+  def mailbox: Device          = device("mailbox")(_ => ())
+  def digital: Device          = device("digital-io")(_ => ())
+  val digitalParams: EscParams = Presets.named("digital-io").get.params
 
   /** A mailbox device with everything a device file can say. */
   def full: Device = device("mailbox") { d =>

@@ -19,7 +19,7 @@ class EsiSpec extends AnyFlatSpec {
   private lazy val all =
     Seq(Devices.io, Devices.mailbox).map(d => d -> esi(d)) ++ (Devices.full +: random).map(d =>
       d -> esi(d, Devices.fullParams)
-    )
+    ) :+ (Devices.digital -> esi(Devices.digital, Devices.digitalParams))
   private val io   = esi(Devices.io)
   private val full = esi(Devices.full, Devices.fullParams)
 

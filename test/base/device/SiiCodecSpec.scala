@@ -77,7 +77,7 @@ class SiiCodecSpec extends AnyFlatSpec {
   }
 
   "A device's image" should "read back as it was written" in {
-    for ((d, ports) <- Seq(Devices.io -> 2, Devices.mailbox -> 2, Devices.full -> 4)) {
+    for ((d, ports) <- Seq(Devices.io -> 2, Devices.mailbox -> 2, Devices.digital -> 2, Devices.full -> 4)) {
       val image = DeviceSii.image(d, ports)
       assert(decoded(SiiCodec.encode(image)) == image, d.product.order)
     }

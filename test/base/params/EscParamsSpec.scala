@@ -10,6 +10,7 @@ class EscParamsSpec extends AnyFlatSpec {
   private def between(low: Int, high: Int) = Limits(Seq(low, high), Seq(low - 1, high + 1))
   private val local                        = EscParams(applicationLayer = 1)
   private val onBus                        = EscParams(hostInterface = 5)
+  private val noHost                       = local.copy(hostInterface = 6, watchdogs = 1, digitalOutputs = 1)
   private val limits = Map(
     "dataBusWidth"           -> Limits(Seq(8, 16, 32), Seq(0, 7, 9, 24, 33, 64)),
     "maxSubTelegrams"        -> between(1, 128),
@@ -59,26 +60,31 @@ class EscParamsSpec extends AnyFlatSpec {
     "timeByPdi"          -> between(0, 1).copy(base = EscParams(clocks = 2, latchSignals = 1)),
     "directSpeed"        -> between(0, 1).copy(base = EscParams(clocks = 2)),
     "clockBits"          -> Limits(Seq(32, 64), Seq(0, 31, 33, 63, 65)),
-    "hostInterface"      -> between(0, 5).copy(base = EscParams(dataBusWidth = 32)),
-    "spiMode"            -> between(0, 3),
-    "spiLateSample"      -> between(0, 1).copy(base = EscParams(hostInterface = 4)),
-    "spiSelHigh"         -> between(0, 1).copy(base = EscParams(hostInterface = 4)),
-    "busWriteEarly"      -> between(0, 1).copy(base = onBus),
-    "busBusyEarly"       -> between(0, 1).copy(base = onBus.copy(busWriteEarly = 1)),
-    "busBusyDriver"      -> between(0, 3).copy(base = onBus),
-    "busReadDelay"       -> between(0, 3).copy(base = onBus),
-    "busReadAll"         -> between(0, 1).copy(base = onBus),
-    "busReadHigh"        -> between(0, 1).copy(base = onBus),
-    "busByteEnableHigh"  -> between(0, 1).copy(base = onBus),
-    "alarm"              -> between(0, 1),
-    "maxSlaves"          -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
-    "linePorts"          -> Limits(Seq(1, 2), Seq(0, 3)),
-    "sii"                -> between(0, 2),
-    "siiClockKhz"        -> between(10, 1000),
-    "siiStartUs"         -> between(1, 100000),
-    "reportedRamKiB"     -> between(-1, 60),
-    "reportedPorts"      -> between(-1, 0xff),
-    "reportedFeatures"   -> between(-1, 0xffff)
+    "hostInterface"      -> between(0, 6).copy(base = noHost.copy(hostInterface = 0)),
+    "digitalInputs"      -> between(0, 4).copy(base = noHost),
+    "digitalInputEvent" -> between(0, 3)
+      .copy(base = noHost.copy(digitalInputs = 1, clocks = 2, syncSignals = 2)),
+    "digitalOutputEvent"  -> between(0, 3).copy(base = noHost.copy(clocks = 2, syncSignals = 2)),
+    "digitalWatchdogLate" -> between(0, 1).copy(base = noHost),
+    "spiMode"             -> between(0, 3),
+    "spiLateSample"       -> between(0, 1).copy(base = EscParams(hostInterface = 4)),
+    "spiSelHigh"          -> between(0, 1).copy(base = EscParams(hostInterface = 4)),
+    "busWriteEarly"       -> between(0, 1).copy(base = onBus),
+    "busBusyEarly"        -> between(0, 1).copy(base = onBus.copy(busWriteEarly = 1)),
+    "busBusyDriver"       -> between(0, 3).copy(base = onBus),
+    "busReadDelay"        -> between(0, 3).copy(base = onBus),
+    "busReadAll"          -> between(0, 1).copy(base = onBus),
+    "busReadHigh"         -> between(0, 1).copy(base = onBus),
+    "busByteEnableHigh"   -> between(0, 1).copy(base = onBus),
+    "alarm"               -> between(0, 1),
+    "maxSlaves"           -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
+    "linePorts"           -> Limits(Seq(1, 2), Seq(0, 3)),
+    "sii"                 -> between(0, 2),
+    "siiClockKhz"         -> between(10, 1000),
+    "siiStartUs"          -> between(1, 100000),
+    "reportedRamKiB"      -> between(-1, 60),
+    "reportedPorts"       -> between(-1, 0xff),
+    "reportedFeatures"    -> between(-1, 0xffff)
   )
 
   "The limits of this test" should "cover every parameter" in
@@ -204,7 +210,8 @@ class EscParamsSpec extends AnyFlatSpec {
     val limits = this.limits ++ Seq(
       "coreClockMhz"    -> Limits(Seq(50, 100, 125), Seq(0, 25, 75, 126)),
       "maxSubTelegrams" -> between(10, 128),
-      "rmiiPorts"       -> between(0, 0x7)
+      "rmiiPorts"       -> between(0, 0x7),
+      "hostInterface"   -> between(0, 5)
     )
     for (info <- ParamTable.all if info.roles(1) && info.name != "role") {
       val here  = info.in(1)
@@ -231,10 +238,11 @@ class EscParamsSpec extends AnyFlatSpec {
     }
   }
   it should "have texts of its own where they differ" in {
-    for (name <- Seq("dataBusWidth", "maxSubTelegrams", "escType", "escRevision", "escBuild")) {
+    val ranges = Set("maxSubTelegrams", "hostInterface")
+    for (name <- ranges.toSeq ++ Seq("dataBusWidth", "escType", "escRevision", "escBuild")) {
       val info = ParamTable.named(name).get
       assert(info.in(0).text != info.in(1).text, name)
-      assert((info.in(0).range == info.in(1).range) == (name != "maxSubTelegrams"), name)
+      assert((info.in(0).range == info.in(1).range) == !ranges(name), name)
     }
     assert(
       EscParams.problems(EscParams(role = 1, ramKiB = 0, maxSubTelegrams = 9)) ==
@@ -271,12 +279,28 @@ class EscParamsSpec extends AnyFlatSpec {
           "readWriteOffset is 1 but must be 0 if fmmus and syncManagers are 0.",
         local.copy(hostInterface = 2, dataBusWidth = 32) ->
           "acknowledgeByWrite is 0 but must be 1 if hostInterface is 2.",
-        EscParams(hostInterface = 2) -> "hostInterface is 2 but must be 0, 1, 3, 4 or 5 at dataBusWidth 8.",
+        EscParams(hostInterface = 2) -> "hostInterface is 2 but must be 0, 1 or 3 to 6 at dataBusWidth 8.",
         EscParams(spiSelHigh = 1)    -> "spiSelHigh is 1 but must be 0 if hostInterface is 0.",
         EscParams(spiLateSample = 1, hostInterface = 5) ->
           "spiLateSample is 1 but must be 0 if hostInterface is 5.",
         EscParams(busBusyDriver = 3, hostInterface = 4) ->
           "busBusyDriver is 3 but must be 0 if hostInterface is 4.",
+        noHost.copy(hostInterface = 5, digitalInputs = 1) ->
+          "digitalInputs is 1 but must be 0 if hostInterface is 5.",
+        noHost.copy(applicationLayer = 0, watchdogs = 0, digitalOutputs = 0, digitalInputs = 1) ->
+          "applicationLayer is 0 but must be 1 if hostInterface is 6.",
+        noHost.copy(watchdogs = 0)      -> "watchdogs is 0 but must be 1 if hostInterface is 6.",
+        noHost.copy(digitalOutputs = 0) -> "digitalOutputs is 0 but must be 1 to 4 if hostInterface is 6.",
+        noHost.copy(acknowledgeByWrite = 1) -> "acknowledgeByWrite is 1 but must be 0 if hostInterface is 6.",
+        noHost.copy(alarm = 1)              -> "alarm is 1 but must be 0 if hostInterface is 6.",
+        noHost.copy(sii = 2)                -> "sii is 2 but must be 0 or 1 if hostInterface is 6.",
+        noHost.copy(mi = 2)                 -> "mi is 2 but must be 0 or 1 if hostInterface is 6.",
+        noHost.copy(ramKiB = 0, digitalInputs = 1) -> "digitalInputs is 1 but must be 0 if ramKiB is 0.",
+        noHost.copy(digitalInputEvent = 1) -> "digitalInputEvent is 1 but must be 0 if digitalInputs is 0.",
+        noHost.copy(digitalOutputs = 0, digitalInputs = 1, digitalOutputEvent = 1) ->
+          "digitalOutputEvent is 1 but must be 0 if digitalOutputs is 0.",
+        noHost.copy(clocks = 2, syncSignals = 1, digitalOutputEvent = 3) ->
+          "digitalOutputEvent is 3 but must be 0 to 2 if syncSignals is 1.",
         onBus.copy(busBusyEarly = 1)         -> "busBusyEarly is 1 but must be 0 if busWriteEarly is 0.",
         EscParams(meanWays = 1)              -> "meanWays is 1 but must be 0 if clocks is 0.",
         clocks.copy(meanWays = 1, ports = 1) -> "meanWays is 1 but must be 0 if ports is 1.",

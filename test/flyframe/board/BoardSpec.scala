@@ -3,7 +3,7 @@ package flyframe.board
 import java.nio.file.{Files, Paths}
 import scala.jdk.CollectionConverters._
 import org.scalatest.flatspec.AnyFlatSpec
-import flyframe.PortTable
+import flyframe.{PortTable, TestSets}
 import flyframe.params.{EscParams, Presets}
 import flyframe.report.{Goals, Netlist}
 
@@ -168,7 +168,8 @@ class BoardSpec extends AnyFlatSpec {
     val most = Presets.allRegisters.copy(clocks = 2, syncSignals = 2, latchSignals = 2, fxPorts = 0x1)
     for (
       p <- Presets.all.map(_.params) ++ Seq(most, most.copy(sii = 0), Presets.master.copy(linePorts = 2)) ++
-        (0 to 5).map(interface => most.copy(preset = s"host $interface", hostInterface = interface))
+        (0 to 5).map(interface => most.copy(preset = s"host $interface", hostInterface = interface)) ++
+        TestSets.digital
     ) {
       val told  = constrained(p).map(_.split(' ').last)
       val plain = PortTable(p).flatMap(_.names(p)).filterNot(n => n == "clock" || n.endsWith("_clk"))

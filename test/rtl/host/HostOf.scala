@@ -12,7 +12,10 @@ import flyframe.params.EscParams
   */
 object HostOf {
   def apply(p: EscParams, pins: Bundle, host: HostPort): Unit = pins match {
-    case port: HostPort            => port <> host
+    case port: HostPort => port <> host
+    case _: NoHostPins =>
+      host.ack   := false.B
+      host.rdata := 0.U
     case pins: AvalonPins          => connect(Module(new AvalonHost(host.be.getWidth)), pins, host)
     case pins: AxiLitePins         => connect(Module(new AxiLiteHost), pins, host)
     case pins: WishbonePins        => connect(Module(new WishboneHost(host.be.getWidth)), pins, host)

@@ -116,6 +116,7 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
       ("eeprom_emulated", otherReset, "the emulation is a parameter"),
       ("pdi_error_code", noBits, "the list has rows for each interface, of which a parameter chooses"),
       ("general_input", "has 8 bytes, in the list ", "how many there are is a parameter"),
+      ("device_emulation", otherReset, "without a host nobody else answers AL control (B-118)"),
       ("mi_link_detection", otherReset, "link detection through MI is a parameter"),
       ("receive_time_trigger", "has 1 bytes, in the list 4", oneWritten),
       ("receive_time_trigger", "ECAT access is rw, in the list rw/sf and r", oneWritten),

@@ -24,8 +24,13 @@ trait Bench {
   /** The level of the interrupt to the host. */
   def interrupt: Boolean
 
-  /** The levels of the digital outputs, while they are driven. */
+  /** The levels of the digital outputs, while they are driven; the pin that lets them be has a level. */
   def outputs: Option[Int]
+  def setOutputEnable(level: Boolean): Unit
+
+  /** The levels at the digital inputs, and that of the pin by which they are taken. */
+  def setDigitalInputs(levels: Int): Unit
+  def setInputLatch(level: Boolean): Unit
 
   /** The levels of the general purpose outputs; the inputs get some. */
   def generalOutputs: BigInt
@@ -115,8 +120,11 @@ class ModelBench(
     record.fold(model.hostRead(address, p.lanes))(_.hostReadWord(address))
   def hostWrite(address: Int, byte: Int): Unit =
     record.fold(model.hostWrite(address, byte))(_.hostWrite(address, byte))
-  def interrupt: Boolean   = model.interrupt
-  def outputs: Option[Int] = model.outputs
+  def interrupt: Boolean                    = model.interrupt
+  def outputs: Option[Int]                  = model.digital.outputs
+  def setOutputEnable(level: Boolean): Unit = model.digital.enable = level
+  def setDigitalInputs(levels: Int): Unit   = model.digital.inputs = levels
+  def setInputLatch(level: Boolean): Unit   = model.digital.setLatch(level)
   def generalOutputs: BigInt = {
     val signed = BigInt(model.registers.wide("general_output"))
     if (signed < 0) signed + (BigInt(1) << 64) else signed

@@ -14,7 +14,8 @@ class RulesSpec extends AnyFlatSpec with ChiselScalatestTester {
 
   private val sets = TestSets.rules
   private def rulesFor(p: EscParams) =
-    ((if (p.acknowledgesByWrite && p.hasAlarm) AlarmRules.all ++ AcknowledgeRules.all
+    ((if (p.isDigitalIo) DigitalRules.all
+      else if (p.acknowledgesByWrite && p.hasAlarm) AlarmRules.all ++ AcknowledgeRules.all
       else if (p.acknowledgesByWrite) AcknowledgeRules.all ++ ClockRules.all ++ FrameRules.all
       else if (p.savesClockPower) ClockRules.all
       else if (p.hasClocks) ClockRules.all ++ ApplicationRules.all
