@@ -164,11 +164,11 @@ interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated netwo
 	  "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog" \
 	  "run --preset $(PRESET) --ports 4 --name $(PRESET)-star --out build/interop/verilog" \
 	  "run --preset $(PRESET) --clocks 2 --syncSignals 2 --meanWays 1 --name $(PRESET)-clocks \
-	    --out build/interop/verilog"
+	    --out build/interop/verilog" "run --preset digital-io --out build/interop/verilog"
 	$(MAKE) -s -f $(SIM) build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
-	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks" COSIM_TRACE=0
+	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks digital-io" COSIM_TRACE=0
 	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm --star $(PRESET)-star \
-	  --clocks $(PRESET)-clocks $(ARGS)
+	  --clocks $(PRESET)-clocks --digital build/interop/verilog/digital-io $(ARGS)
 
 clocks: export COSIM_PROFILE = 1
 clocks: ## pulses of SYNC0 for 11 s in slaves that real masters have set up, and in long lines: \

@@ -17,6 +17,8 @@ OPTIONAL_PINS = {
     "mi_mdio_in": "miMdioIn",
     "mi_mdio_out": "miMdioOut",
     "mi_mdio_enable": "miMdioEnable",
+    "digital_output_driven": "digitalDriven",
+    "digital_output_enable": "digitalEnable",
     "clock_signals_sync_0": "sync[0]",
     "clock_signals_sync_1": "sync[1]",
     "alarm_current": "alarmCurrent",
@@ -29,6 +31,13 @@ OPTIONAL_PINS = {
     "alarm_sounder": "alarmSounder",
     "alarm_config_fault": "alarmConfigFault",
 }
+# The same of those that are as wide as the parameters say.
+WIDE_PINS = {"digital_output": "digitalOutput", "digital_input": "digitalInput"}
+# Of a plain host port: hostInterface 0. With 6 there is no host.
+HOST_PINS = """    pins.hostReq = &v.host_req, pins.hostWrite = &v.host_write, pins.hostAddr = &v.host_addr;
+    pins.hostBe = &v.host_be, pins.hostAck = &v.host_ack;
+    pins.hostWdata.bind(&v.host_wdata), pins.hostRdata.bind(&v.host_rdata);
+"""
 # By the interface of the port's PHY, in the order of PortPins.
 PORT_PINS = {
     "mii": ["rx_clk", "rx_dv", "rx_er", "rxd", "link", "tx_en", "txd"],
@@ -43,13 +52,17 @@ with open(sys.argv[2]) as file:
 if not header:
     sys.exit(f"{sys.argv[2]} holds no module {top}.")
 pins = set(re.findall(r"\w+", re.sub(r"//.*", "", header.group())))
-if "host_req" not in pins:
-    sys.exit(f"{sys.argv[2]} has hostInterface {preset['hostInterface']} but must have 0.")
+has_host = "host_req" in pins
+if not has_host and preset["hostInterface"] != 6:
+    sys.exit(f"{sys.argv[2]} has hostInterface {preset['hostInterface']} but must have 0 or 6.")
 # A master of a ring has one more than its parameter `ports` says.
 links = (re.fullmatch(r"(r?mii)_(\d+)_link", pin) for pin in pins)
 interfaces = {int(link.group(2)): link.group(1) for link in links if link}
 ports = len(interfaces)
 optional = "".join(f"    pins.{name} = &v.{pin};\n" for pin, name in OPTIONAL_PINS.items() if pin in pins)
+optional += "".join(f"    pins.{name}.bind(&v.{pin});\n" for pin, name in WIDE_PINS.items() if pin in pins)
+if has_host:
+    optional = HOST_PINS + optional
 binds = "\n".join(
     f"    pins.ports[{y}] = {{"
     + ", ".join(f"&v.{kind}_{y}_{pin}" for pin in PORT_PINS[kind])
@@ -57,7 +70,7 @@ binds = "\n".join(
     for y, kind in sorted(interfaces.items())
 )
 numbers = [ports] + [preset[key] for key in ("cyclesPerNibble", "coreClockMhz", "dataBusWidth")]
-info = f'"{preset["preset"]}", ' + ", ".join(map(str, numbers))
+info = f'"{preset["preset"]}", ' + ", ".join(map(str, numbers)) + f", {str(has_host).lower()}"
 print(
     f"""// Made by gen_adapter.py from {preset["preset"]}.json.
 #include <verilated_fst_c.h>
@@ -73,9 +86,6 @@ class Adapter : public Model {{
   Adapter(VerilatedContext& context, const std::string& name) : v(&context, name.c_str()) {{
     pins.clock = &v.clock, pins.reset = &v.reset;
     pins.txTick = &v.mii_tx_tick;
-    pins.hostReq = &v.host_req, pins.hostWrite = &v.host_write, pins.hostAddr = &v.host_addr;
-    pins.hostBe = &v.host_be, pins.hostAck = &v.host_ack;
-    pins.hostWdata.bind(&v.host_wdata), pins.hostRdata.bind(&v.host_rdata);
 {optional}{binds}
   }}
   ~Adapter() override {{ v.final(); }}

@@ -3,7 +3,7 @@
 flyframe-cosim.
 
 Usage: make_network.py FOLDER N [--preset NAME] [--second NAME] [--corrupt SLAVE] [--no-lrw] [--ring]
-                       [--star NAME] [--clocks NAME]
+                       [--star NAME] [--clocks NAME] [--digital NAME]
 
 Slave i has SIZES[i] bytes of outputs and inputs; its name, product code, alias and serial number tell which
 one it is. SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read
@@ -88,6 +88,11 @@ if __name__ == "__main__":
         "--star", help="preset of the first slave, with four ports, others behind all of them"
     )
     parser.add_argument("--clocks", help="preset of slaves with clocks, whose crystals and cables differ")
+    parser.add_argument(
+        "--digital",
+        help="preset of slaves without a host, their inputs wired to their outputs; FILE.sii.bin is their "
+        "EEPROM",
+    )
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     slaves = []
@@ -101,4 +106,11 @@ if __name__ == "__main__":
             slaves[i].update(BEHIND[i])
         if args.clocks:
             slaves[i].update(CLOCKS[i], preset=args.clocks)
+    if args.digital:
+        (args.folder / "digital.bin").write_bytes(pathlib.Path(args.digital + ".sii.bin").read_bytes())
+        preset = pathlib.Path(args.digital).name
+        slaves = [
+            {"preset": preset, "eeprom": "digital.bin", "wired": True, "clock_ppm": s["clock_ppm"]}
+            for s in slaves
+        ]
     (args.folder / "net.json").write_text(json.dumps({"slaves": slaves, "ring": args.ring}, indent=1))

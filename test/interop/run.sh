@@ -1,9 +1,9 @@
 #!/bin/sh
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other,
 # in a network namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME]
-# [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--clocks NAME] [--only SCENARIO] [--cycles N]
-# [--sync-cycles N] [--capture] [--simulator FILE]; the NAMEs: the same slave with a smoke detector, with four
-# ports, with distributed clocks.
+# [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--clocks NAME] [--digital FILE] [--only SCENARIO]
+# [--cycles N] [--sync-cycles N] [--capture] [--simulator FILE]; the NAMEs: the same slave with a smoke
+# detector, with four ports, with distributed clocks; the FILE, without its ending: one with digital I/O.
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -11,7 +11,7 @@ out=$root/build/interop
 # A simulated network is far slower than a real one. So the clock of a master goes slower, too, and with it
 # that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
 clock=0.01
-preset=slave alarm= star= clocks= masters='soem ethercrab' only= cycles=5000 sync=200 capture=
+preset=slave alarm= star= clocks= digital= masters='soem ethercrab' only= cycles=5000 sync=200 capture=
 simulator=$out/flyframe-cosim master=
 while [ $# -gt 0 ]; do
   case $1 in
@@ -19,6 +19,7 @@ while [ $# -gt 0 ]; do
     --alarm) alarm=$2; shift ;;
     --star) star=$2; shift ;;
     --clocks) clocks=$2; shift ;;
+    --digital) digital=$2; shift ;;
     --masters) masters=$2; shift ;;
     --only) only=$2; shift ;;
     --cycles) cycles=$2; shift ;;
@@ -26,7 +27,7 @@ while [ $# -gt 0 ]; do
     --capture) capture=yes ;;
     --simulator) simulator=$2; shift ;;
     --in-namespace) master=$2; shift ;; # this script's own
-    *) sed -n '2,6s/^# //p' "$0" >&2; exit 2 ;;
+    *) sed -n '2,7s/^# //p' "$0" >&2; exit 2 ;;
   esac
   shift
 done
@@ -117,6 +118,7 @@ if [ -n "$master" ]; then
     run overlap 3
     run lrd_lwr 3 --no-lrw
     [ -z "$alarm" ] || run alarm 3 --second "$alarm"
+    [ -z "$digital" ] || run digital 5 --digital "$digital"
     run ring 3 --ring # ethercrab has one card only
   fi
   [ -z "$star" ] || run star 5 --star "$star"
@@ -153,6 +155,7 @@ for master in $masters; do
   rm -f "$out/$master/result"
   unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" \
     ${alarm:+--alarm "$alarm"} ${star:+--star "$star"} ${clocks:+--clocks "$clocks"} \
+    ${digital:+--digital "$digital"} \
     ${only:+--only "$only"} --cycles "$cycles" --sync-cycles "$sync" ${capture:+--capture} \
     --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
   running="$running $master"

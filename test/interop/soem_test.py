@@ -14,6 +14,7 @@ import time
 
 import pysoem
 
+from digital_io import Digital
 from make_network import PRODUCT, REVISION, SIZES, VENDOR, crc8
 
 INTERFACE, CONTROL, SCENARIO, SLAVES = *sys.argv[1:4], int(sys.argv[4])
@@ -355,6 +356,13 @@ def watchdog(bus):
     bus.cycle(50)
 
 
+def digital(bus):
+    """Slaves without a processor."""
+    bus.scan()
+    short_watchdogs(bus)
+    Digital(bus, check, FULL_WKC).run(CYCLES // 10)
+
+
 def eeprom(bus):
     """Slave 1 has an EEPROM with a wrong checksum, which the master then repairs."""
     bus.scan()
@@ -386,9 +394,6 @@ def eeprom(bus):
 
 bus = Bus()
 with contextlib.suppress(Wrong):
-    {
-        f.__name__: f
-        for f in (scan, cycles, star, clocks, overlap, lrd_lwr, alarm, cable, ring, refuse, watchdog, eeprom)
-    }[SCENARIO](bus)
+    globals()[SCENARIO](bus)
 bus.close()
 sys.exit(1 if failures else 0)

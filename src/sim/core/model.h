@@ -15,10 +15,11 @@ class VerilatedFstC;
 struct PresetInfo {
   std::string name;
   int ports, cyclesPerNibble, coreClockMhz, dataBusWidth;
+  bool hasHost;
   int lanes() const { return dataBusWidth / 8; }
 };
 
-// The host data pins of a preset, which are 8, 16 or 32 bits wide.
+// Pins of a preset that are 8, 16 or 32 bits wide: data of the host, digital outputs and inputs.
 struct WidePin {
   void* at = nullptr;
   int bytes = 1;
@@ -49,7 +50,9 @@ struct Pins {
   SData* hostAddr;
   WidePin hostWdata, hostRdata;
   std::array<PortPins, 4> ports;
-  // Pins that not every core has; null where it has not.
+  // Pins that not every core has; null where it has not. Those of the host neither.
+  WidePin digitalOutput, digitalInput;
+  CData *digitalDriven, *digitalEnable;
   CData *pdiOperational, *irq;
   CData *siiSclLow, *siiSdaLow, *siiSda, *siiTwoByte;
   CData *miMdioIn, *miMdioOut, *miMdioEnable;

@@ -79,6 +79,7 @@ void Network::addSlave(const SlaveSpec& spec, Time phase) {
                                             "slave" + std::to_string(slaves_.size()), spec.clockPpm, phase));
   Slave& slave = *slaves_.back();
   sim_.add(slave);
+  if (spec.wired) slave.wireDigital();
   if (!slave.takesEeprom()) return;
   std::unique_ptr<Eeprom> eeprom;
   if (spec.eeprom) {
@@ -135,7 +136,7 @@ void Network::loadEeprom(size_t slave, const SlaveSpec& spec) {
     const std::string problem = eepromProblem(*spec.eeprom);
     const bool valid = problem.empty(), byCore = slaves_[slave]->takesEeprom();
     operational = valid || byCore;
-    if (valid && !byCore)
+    if (valid && !byCore && slaves_[slave]->info().hasHost)
       for (uint16_t k = 0; k < 2; ++k) hostWrite(slave, esc::reg::kStationAlias + k, (*spec.eeprom)[8 + k]);
     if (!valid)
       std::fprintf(stderr, "warning: the EEPROM image '%s' of slave %zu is not valid, %s: no process data.\n",

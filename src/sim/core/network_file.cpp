@@ -72,6 +72,7 @@ class SlaveReader : private Reader {
       else if (key == "eeprom_save") spec.eepromSave = (folder_ / text(key, value)).string();
       else if (key == "host") spec.host.program = program(text(key, value));
       else if (key == "host_delay_us") spec.host.delayUs = number(key, value, 0, 1e6);
+      else if (key == "wired" && value.is_boolean()) spec.wired = value.get<bool>();
       else if (key == "host_replies") spec.host.replies = messages(key, value);
       else if (readCable(key, value, spec.cable)) continue;
       else if (key == "behind") spec.behind = whole(key, value, index_ == 0 ? 0 : index_ - 1);
@@ -81,13 +82,16 @@ class SlaveReader : private Reader {
       else if (key == "drift_s") spec.driftSeconds = number(key, value, 0.001, 1e6);
       else
         bad("has the unknown key '" + key +
-            "'; known: preset, eeprom, eeprom_chip, eeprom_save, host, host_delay_us, host_replies, behind, "
-            "port, cable_ns, bit_errors, link_drops_per_s, link_drop_us, clock_ppm, drift_ppm, drift_s");
+            "'; known: preset, eeprom, eeprom_chip, eeprom_save, host, host_delay_us, host_replies, wired, "
+            "behind, port, cable_ns, bit_errors, link_drops_per_s, link_drop_us, clock_ppm, drift_ppm, "
+            "drift_s");
     }
     if (spec.preset.empty()) bad("has no preset");
     if (index_ == 0 && (object.contains("behind") || object.contains("port")))
       bad("is behind the master, so that it has neither 'behind' nor 'port'");
-    findPreset(spec.preset);
+    if (!findPreset(spec.preset).info.hasHost && spec.host.program != "none")
+      bad("has the host program '" + spec.host.program + "', but its preset '" + spec.preset +
+          "' has no host");
     if (spec.eepromPath.empty()) {
       if (spec.eepromChip || saveInPlace || !spec.eepromSave.empty())
         bad("says how its EEPROM is, but names no image");

@@ -23,6 +23,7 @@ struct SlaveSpec {
   const EepromChip* eepromChip = nullptr;  // the one that holds the image; with an image never null
   std::string eepromSave;                  // file that gets what the master writes; empty: none
   HostOptions host;                        // program of the local processor
+  bool wired = false;                      // its digital inputs are connected to its outputs
   CableSpec cable;                         // from its port 0 to
   size_t behind = 0;                       // this slave; the first one's leads to the master
   int port = 1;                            // and this port of it

@@ -43,6 +43,7 @@ Slave::Slave(const Preset& preset, VerilatedContext& context, const std::string&
       half_(periodOf(preset.info.coreClockMhz, ppm) / 2),
       coreNext_(phase) {
   for (Cable& c : receivers_) c.slave_ = this;
+  if (pins_.digitalEnable) *pins_.digitalEnable = 1;
   for (int y = 0; y < ports_; ++y) {
     if (!pins_.ports[y].rmii) continue;
     hasRmii_ = true;
@@ -223,6 +224,16 @@ void Slave::idleUntilSending(Time end) {
   muted_ = false;
 }
 
+std::optional<uint32_t> Slave::digitalOutputs() const {
+  if (!pins_.digitalDriven || !*pins_.digitalDriven) return std::nullopt;
+  return pins_.digitalOutput.get();
+}
+
+void Slave::setDigitalInputs(uint32_t levels) {
+  if (!pins_.digitalInput.at || pins_.digitalInput.get() == levels) return;
+  pins_.digitalInput.set(levels), unseenLow_ |= 1;
+}
+
 void Slave::setAlarmCurrent(unsigned comparators) {
   if (pins_.alarmCurrent) *pins_.alarmCurrent = static_cast<CData>(comparators), unseenLow_ |= 1;
 }
@@ -234,14 +245,14 @@ void Slave::setConfigurationFault(bool on) {
 void Slave::coreEdge(Time now) {
   // The host samples acknowledge and data at the edge, that is as they were before it, and changes its pins
   // after it.
-  const bool acknowledged = *pins_.hostAck;
-  if (port_ == HostPort::requested && acknowledged) hostResult_ = pins_.hostRdata.get();
+  const bool acknowledged = port_ == HostPort::requested && *pins_.hostAck;
+  if (acknowledged) hostResult_ = pins_.hostRdata.get();
   if (hasRmii_) rmiiHalves(now);
   *pins_.clock = 1;
   eval();
   ++cycles_;
   coreNext_ = now + half_;
-  if (port_ == HostPort::requested && acknowledged) {
+  if (acknowledged) {
     *pins_.hostReq = 0;
     unseenLow_ |= 1;
     port_ = HostPort::recover;
@@ -252,6 +263,7 @@ void Slave::coreEdge(Time now) {
   if (pins_.siiSclLow) eepromLines(now);
   if (pins_.miMdioIn) managementLine();
   if (pins_.sync[0]) syncSignals(now);
+  if (wired_) setDigitalInputs(digitalOutputs().value_or(0));
   if (supplied_ != alarmSupply()) {
     supplied_ = !supplied_;
     if (onAlarmSupply) onAlarmSupply(supplied_);

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/eeprom.h"
@@ -115,6 +116,13 @@ class Slave : public Actor {
   void setEeprom(std::unique_ptr<Eeprom> eeprom);
   Eeprom* eeprom() { return eeprom_.get(); }
 
+  // Digital outputs, while they are driven.
+  std::optional<uint32_t> digitalOutputs() const;
+  // The levels of digital inputs; without effect where the core has none.
+  void setDigitalInputs(uint32_t levels);
+  // The digital inputs are connected to the outputs from now on: they are 0 while these are not driven.
+  void wireDigital() { wired_ = true; }
+
   // The pins of an alarm slave or master; without effect, or false, where the core has not got them.
   void setAlarmCurrent(unsigned comparators);
   bool hasDetector() const { return pins_.alarmCurrent; }
@@ -175,7 +183,7 @@ class Slave : public Actor {
   // clock. A clock whose low level the model has not seen yet has its bit set: bit 0 the core clock, bit 1 +
   // y the receive clock of port y.
   unsigned unseenLow_ = 0;
-  bool eager_ = false, muted_ = false, supplied_ = false;
+  bool eager_ = false, muted_ = false, supplied_ = false, wired_ = false;
   HostPort port_ = HostPort::idle;
   uint32_t hostResult_ = 0;
   std::unique_ptr<Host> hostProgram_;

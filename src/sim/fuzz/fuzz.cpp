@@ -104,6 +104,7 @@ void Fuzz::header(VectorLine& v) {
     v.bad("is for preset '" + name + "', not '" + wantedPreset_ + "'");
   const Preset& preset = findPreset(name);
   const PresetInfo& info = preset.info;
+  if (!info.hasHost) v.bad("is for preset '" + name + "', which has no host");
   const long ports = v.decimal(1, 4), cycles = v.decimal(1, 5), width = v.decimal(8, 32);
   if (ports != info.ports || cycles != info.cyclesPerNibble || width != info.dataBusWidth)
     v.bad("describes another '" + name + "' than the one built in, which has " + std::to_string(info.ports) +

@@ -172,6 +172,12 @@ class Live {
     return text;
   }
 
+  static std::string hexText(uint32_t levels) {
+    char text[16];
+    std::snprintf(text, sizeof text, "0x%08x", levels);
+    return text;
+  }
+
   // The master's last frame again and again, faster than it could send it; no master sees what comes back.
   void repeat(size_t count, int64_t periodNs) {
     if (last_.empty()) throw UserError("the master has sent no frame yet.");
@@ -236,6 +242,9 @@ class Live {
       Host* host = network_.slave(i).host();
       if (!host) throw UserError("slave " + words[1] + " has no host program.");
       return host->command({words.begin() + 2, words.end()});
+    } else if (verb == "outputs" && words.size() == 2) {
+      const auto levels = network_.slave(number(words[1], network_.size() - 1)).digitalOutputs();
+      return levels ? hexText(*levels) : "none";
     } else if (verb == "advance" && words.size() == 2) {
       const int64_t end = network_.ns() + static_cast<int64_t>(number(words[1], 10'000'000)) * 1000;
       while (!network_.quiet()) network_.step(network_.ns());
@@ -250,8 +259,8 @@ class Live {
       quit_ = true;
     } else {
       throw UserError(
-          "known: cut CABLE, mend CABLE, noise CABLE BITS, host SLAVE ..., advance MICROSECONDS, repeat "
-          "COUNT MICROSECONDS, loops, time, quit.");
+          "known: cut CABLE, mend CABLE, noise CABLE BITS, host SLAVE ..., outputs SLAVE, advance "
+          "MICROSECONDS, repeat COUNT MICROSECONDS, loops, time, quit.");
     }
     return "";
   }

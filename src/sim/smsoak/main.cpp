@@ -114,6 +114,7 @@ int main(int argc, char** argv) {
   return runProgram(app, argc, argv, [&]() -> int {
     if (list) return std::cout << presetNames() << "\n", 0;
     const auto start = std::chrono::steady_clock::now();
+    if (!findPreset(preset).info.hasHost) throw UserError("the preset '" + preset + "' has no host.");
     smsoak::Soak soak(findPreset(preset), seed);
     const bool right = soak.run(steps);
     soak.summary(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
