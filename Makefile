@@ -34,7 +34,7 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
         campaign-programs campaign-scheduler campaign-worker campaign-record campaign-test alarm-latency \
         page-latency cosim \
         cosim-selftest interop lint matrix format check-format report figures quartus check-board clean demo \
-        server firmware-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies \
+        server firmware-test stack-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies \
         clocks
 
 # A text too long for its line goes on in the next, behind a backslash.
@@ -151,6 +151,10 @@ alarm-ring-sim: tools-for-alarm-ring-sim ## build/alarm-ring/flyframe-alarm: the
 
 firmware-test: tools-for-firmware-test ## the host programs (src/firmware) against fake controllers
 	$(MAKE) -s -f test/sim/test.mk firmware-test
+
+stack-test: tools-for-stack-test ## the slave stack against a fake controller, under ASan and UBSan: \
+            # MESSAGES=1000000 mutated ones, SEED=1
+	$(MAKE) -s -f test/sim/test.mk stack-test $(if $(MESSAGES),MESSAGES=$(MESSAGES)) SEED=$(SEED)
 
 server: tools-for-server ## server and page of the smoke-alarm system: \
         # ARGS="--key FILE --http-port 8080", or ARGS=--help

@@ -13,6 +13,7 @@ import sys
 # The first pattern that matches a path decides: folders of suites, then make targets; "*" is every suite.
 OTHERS = [
     (r"(build\.sbt|project/.*|test/objcache)$", ["*"], []),
+    (r"src/firmware/(driver|slave)/|test/firmware/stack/", ["firmware", "e2e"], ["firmware-test"]),
     (r"src/firmware/|test/firmware/", ["e2e"], ["firmware-test"]),
     (r"src/sim/|test/sim/", ["cosim", "replay", "e2e"], ["cosim-selftest", "firmware-test"]),
     (r"src/server/resources/", ["server", "e2e"], []),

@@ -3,16 +3,7 @@
 #ifndef FLYFRAME_PORT_H
 #define FLYFRAME_PORT_H
 
-#include <stdbool.h>
-#include <stdint.h>
-
-/* The board's own: handed through, never looked into. May be null where there is one board only. */
-struct board;
-
-/* Registers of the controller, through its host port: bytes in ascending order, each accessed once. An access
- * always comes back; without a controller it reads anything. */
-void board_read(struct board *board, uint16_t address, uint8_t *data, uint16_t length);
-void board_write(struct board *board, uint16_t address, const uint8_t *data, uint16_t length);
+#include "driver/transport.h"
 
 /* One number in non-volatile memory; 0 before anything was stored. A store during which the power fails
  * leaves the old number or the new one. It must bear a store at each start. False: the memory does not work.

@@ -1,7 +1,8 @@
-/* What a host finds when it starts, and how it accesses its controller. */
+/* What a host finds when it starts. */
 #ifndef FLYFRAME_SELF_TEST_H
 #define FLYFRAME_SELF_TEST_H
 
+#include "driver/registers.h"
 #include "port.h"
 #include "protocol.h"
 
@@ -38,17 +39,6 @@ const char *self_test_text(enum self_test result);
 
 /* The first of two results that is not good. */
 enum self_test worse(enum self_test first, enum self_test second);
-
-/* Little endian numbers in registers, `length` 1 to 4 bytes. */
-uint32_t read_number(struct board *board, uint16_t address, uint8_t length);
-void write_number(struct board *board, uint16_t address, uint8_t length, uint32_t number);
-
-/* Writes and reads patterns, with every bit 0 and 1 and different from byte to byte; leaves zeros. */
-bool memory_holds(struct board *board, uint16_t address, uint16_t length);
-
-/* Writes, and reads back. */
-bool write_holds(struct board *board, uint16_t address, const uint8_t *data, uint8_t length);
-bool number_holds(struct board *board, uint16_t address, uint8_t length, uint32_t number);
 
 bool is_zero(const uint8_t *bytes, uint16_t count);
 

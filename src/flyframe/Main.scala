@@ -4,7 +4,7 @@ import java.nio.charset.StandardCharsets.UTF_8
 import java.nio.file.{FileSystemException, Files, Path, Paths}
 import scala.util.Try
 import scopt.{OParser, OParserBuilder}
-import flyframe.device.{DeviceFiles, SiiText}
+import flyframe.device.{DeviceFile, DeviceFiles, SiiText}
 import flyframe.params.{EscParams, ParamInfo, ParamTable, Preset, Presets}
 
 /** What the command line asks for. */
@@ -36,6 +36,12 @@ object Main {
 
   /** The file for host programs of the alarm system that goes with every header of its controllers. */
   private val ProtocolHeader = "protocol.h"
+
+  /** The file for the driver of host programs. */
+  private val RegisterHeader = "esc.h"
+
+  /** The device of the demonstration, whose dictionary host programs are tested with. */
+  private val demo = "slave-demo"
 
   /** What a parameter is in a slave, and in a master, if that differs. */
   private def described(i: ParamInfo): String = {
@@ -139,6 +145,11 @@ object Main {
           (),
           s"name is '$name' but must be another one, as $ProtocolHeader holds the numbers of the protocol."
         )
+        _ <- Either.cond(
+          s"$name.h" != RegisterHeader,
+          (),
+          s"name is '$name' but must be another one, as $RegisterHeader holds the registers of all slaves."
+        )
         changed = request.overrides.foldLeft(preset.params) { case (p, (info, value)) => info.set(p, value) }
         checked <- EscParams.check(changed.copy(preset = name))
       } yield Seq(checked)
@@ -167,6 +178,12 @@ object Main {
       }
     } yield jobs
 
+  /** What all presets together come with: the files of the demonstration on preset `slave`. */
+  private def demoFiles: Seq[(String, Array[Byte])] = (for {
+    device <- DeviceFile.parse(DeviceFiles.bundled(demo))
+    files  <- DeviceFiles.of(Presets.named("slave").get.params.copy(preset = demo), Some(device))
+  } yield files).fold(sentence => throw new IllegalStateException(sentence), identity)
+
   private def emit(request: Request, jobs: Seq[Job]): Unit = {
     // Everything is made before anything is written.
     val sets = jobs.map(_._1)
@@ -190,8 +207,14 @@ object Main {
       if (request.board)
         sets.map(p => request.out.resolve("board_support.v").toString -> Emit.boardSupport(p))
       else Nil
-    val files = (texts ++ protocol ++ support).map { case (path, text) => path -> text.getBytes(UTF_8) } ++
-      jobs.flatMap(_._2).map { case (name, bytes) => request.out.resolve(name).toString -> bytes }
+    val devices = jobs.flatMap(_._2) ++ (if (request.all) demoFiles else Nil)
+    val registers =
+      if (devices.exists(_._1.endsWith(".objects.h")))
+        Seq(request.out.resolve(RegisterHeader).toString -> Documents.registerHeader(Presets.allRegisters))
+      else Nil
+    val files =
+      (texts ++ protocol ++ registers ++ support).map { case (path, text) => path -> text.getBytes(UTF_8) } ++
+        devices.map { case (name, bytes) => request.out.resolve(name).toString -> bytes }
     (request.out +: request.docs.toSeq).foreach(d => Files.createDirectories(d))
     files.foreach { case (path, bytes) =>
       write(Paths.get(path), bytes)

@@ -35,7 +35,8 @@ FLAGS_DIGEST    := $(shell { echo '$(CXX) $(SIM_CXXFLAGS) $(RUNTIME_FLAGS) $(CC)
 SIM_OBJ         := $(SIM_CACHE)/objects/$(FLAGS_DIGEST)
 RUNTIME         := $(patsubst %,$(SIM_OBJ)/runtime/%.o,verilated verilated_fst_c verilated_threads)
 # The firmware includes headers of GENERATED, so that its objects belong to the program.
-FIRMWARE        := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o,$(wildcard src/firmware/*.c))
+FIRMWARE        := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
+                     $(wildcard src/firmware/*.c src/firmware/driver/*.c))
 # A line per preset: the files to link.
 MODELS          := $(patsubst %,$(COSIM_OUT)/models/%.link,$(PRESETS))
 # The objects of folders of the simulator.
@@ -83,4 +84,4 @@ $(SIM_OBJ)/%.o: $(SIM)/%.c
 	$(call compile,$(CC) $(FIRMWARE_FLAGS))
 
 .SECONDARY:
--include $(wildcard $(SIM_OBJ)/*/*.d $(COSIM_OUT)/firmware/*.d)
+-include $(wildcard $(SIM_OBJ)/*/*.d $(COSIM_OUT)/firmware/*.d $(COSIM_OUT)/firmware/*/*.d)

@@ -1,8 +1,8 @@
 # The simulator's own tests, and those of the host programs that it runs:
-#   make -f test/sim/test.mk cosim-selftest firmware-test
+#   make -f test/sim/test.mk cosim-selftest firmware-test stack-test
 include src/sim/sim.mk
 
-.PHONY: cosim-selftest firmware-test
+.PHONY: cosim-selftest firmware-test stack-test
 
 # The simulator against plain repeaters: proves the simulator itself, without flyframe RTL.
 cosim-selftest: build/selftest/eeprom-test
@@ -26,4 +26,24 @@ $(COSIM_OUT)/firmware-test: $(FIRMWARE_TEST) $(FIRMWARE) $(SIM_OBJ)/alarm/ascon.
 $(COSIM_OUT)/firmware/test/%.o: test/firmware/%.cpp
 	$(call compile,$(CXX) $(SIM_CXXFLAGS) -I$(GENERATED))
 
+# The slave stack with the demonstration's dictionary against a fake controller; MESSAGES mutated ones, with
+# SEED. Whatever ASan and UBSan find ends it.
+MESSAGES     ?= 50000
+SEED         ?= 1
+SANITIZED    := -g -O1 -fsanitize=address,undefined -fno-sanitize-recover=all
+STACK_OUT    := $(COSIM_OUT)/stack-test.d
+STACK_C      := $(wildcard src/firmware/driver/*.c src/firmware/slave/*.c) generated/slave-demo.objects.c
+STACK_CPP    := $(wildcard test/firmware/stack/*.cpp) test/firmware/fake.cpp
+STACK_TEST   := $(patsubst %,$(STACK_OUT)/%.o,$(STACK_C) $(STACK_CPP))
+STACK_INC    := -Isrc/firmware -Isrc/firmware/slave -Igenerated
+stack-test: $(COSIM_OUT)/stack-test
+	$< $(MESSAGES) $(SEED)
+$(COSIM_OUT)/stack-test: $(STACK_TEST)
+	$(CXX) $(SANITIZED) -o $@ $^
+$(STACK_OUT)/%.c.o: %.c
+	$(call compile,$(CC) $(filter-out -O2 -fexceptions,$(FIRMWARE_FLAGS)) $(SANITIZED) $(STACK_INC))
+$(STACK_OUT)/%.cpp.o: %.cpp
+	$(call compile,$(CXX) -std=gnu++17 -Wall -Wextra $(SANITIZED) $(STACK_INC))
+
+-include $(STACK_TEST:.o=.d)
 -include $(wildcard build/selftest/*.d $(COSIM_OUT)/firmware/test/*.d)

@@ -44,9 +44,23 @@ object FmmuUse {
 }
 
 /** A data type of process data: name as in the ESI, code as in the SII, length in bits. */
-final case class DataType(name: String, code: Int, bits: Int)
+final case class DataType(name: String, code: Int, bits: Int) {
+  def isText: Boolean  = code == DataType.TextCode
+  def isFloat: Boolean = Set("REAL", "LREAL")(name)
+
+  /** Lowest and highest number of this type; none for texts and floating point numbers. */
+  def range: Option[(BigInt, BigInt)] = Option.when(!isText && !isFloat) {
+    val half = BigInt(1) << (bits - 1)
+    if (Set("SINT", "INT", "DINT", "LINT")(name)) (-half, half - 1) else (BigInt(0), 2 * half - 1)
+  }
+}
 
 object DataType {
+  private val TextCode = 0x09
+
+  /** Text of `length` bytes: 1 to 1024, in objects only. */
+  def string(length: Int): DataType = DataType(s"STRING($length)", TextCode, 8 * length)
+
   val all: Seq[DataType] = Seq(
     DataType("BOOL", 0x01, 1),
     DataType("SINT", 0x02, 8),
@@ -164,8 +178,44 @@ final case class DcMode(
     shiftTime1: Int = 0
 )
 
+/** Who may access an entry: `code` as in an SDO entry description, `name` in the device file. */
+sealed abstract class ObjectAccess(val code: Int, val name: String)
+
+object ObjectAccess {
+  case object ReadOnly   extends ObjectAccess(0x07, "ro")
+  case object ReadWrite  extends ObjectAccess(0x3f, "rw")
+  case object PreopWrite extends ObjectAccess(0x0f, "rwPreop")
+
+  val all: Seq[ObjectAccess] = Seq(ReadOnly, ReadWrite, PreopWrite)
+
+  private val (receive, transmit) = (0x40, 0x80)
+
+  /** Outputs and inputs of a device. */
+  val RxMappable: Int = ReadWrite.code | receive
+  val TxMappable: Int = ReadOnly.code | transmit
+
+  /** How an entry may be mapped: what masters may not write is an input. */
+  def mapping(access: ObjectAccess): Int = if (access == ReadOnly) transmit else receive
+}
+
+/** An entry of an object that a device file adds. `mappable`: into a TxPDO if it is `ro`, else into an RxPDO.
+  * `range`: what masters may write.
+  */
+final case class AddedEntry(
+    subIndex: Int,
+    name: String,
+    dataType: DataType,
+    access: ObjectAccess,
+    value: Option[InitialValue],
+    range: Option[(Long, Long)],
+    mappable: Boolean
+)
+
+/** An object that a device file adds; a single entry with subindex 0 is a variable, all else a record. */
+final case class AddedObject(index: Int, name: String, entries: Seq[AddedEntry])
+
 /** A device: everything masters and tools learn from SII and ESI. Read by [[DeviceFile]], checked against a
-  * controller by [[DeviceCheck]].
+  * controller by [[DeviceCheck]]. `minimumCycleNs`: the shortest process data cycle that the program keeps.
   */
 final case class Device(
     vendor: Vendor,
@@ -178,7 +228,9 @@ final case class Device(
     rxPdos: Seq[Pdo],
     txPdos: Seq[Pdo],
     mailbox: Option[Mailbox],
-    dcModes: Seq[DcMode]
+    dcModes: Seq[DcMode],
+    objects: Seq[AddedObject] = Nil,
+    minimumCycleNs: Long = 0
 ) {
   def pdos: Seq[Pdo] = rxPdos ++ txPdos
 

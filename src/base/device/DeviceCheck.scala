@@ -7,6 +7,7 @@ import flyframe.registers.DigitalOutputRegisters
 object DeviceCheck {
   private val RamStart      = 0x1000
   private val MailboxBytes  = 16 to 1486 // header and the shortest CoE message; data of one datagram
+  private val CoeBytes      = 32         // an SDO entry description with some of its name
   private val ReservedA5    = 0xf0b1
   private val ReservedA6    = 0xfffd     // bit 0, area B, is not written by us
   private val EepromMinimum = 256
@@ -38,7 +39,7 @@ object DeviceCheck {
     counts(d, fmmus, syncManagers) ++ configuration(d, p) ++ memory(d, p) ++ mailbox(d, p) ++ processData(
       d
     ) ++
-      clocks(d, p) ++ eeprom(d, p)
+      objects(d) ++ clocks(d, p) ++ eeprom(d, p)
 
   /** `d` if a controller can be it, else the first problem. */
   def check(d: Device, p: EscParams, fmmus: Int, syncManagers: Int): Either[String, Device] =
@@ -185,6 +186,35 @@ object DeviceCheck {
         )
     }
     single ++ twice ++ sizes
+  }
+
+  /** What the dictionary of the slave stack needs. */
+  private def objects(d: Device) = {
+    val coe     = d.mailbox.exists(_.protocols(MailboxProtocol.CoE))
+    val indexes = Dictionary.of(d).map(_.index)
+    val unwanted =
+      Option.when(!coe && d.objects.nonEmpty)("The device has objects but mailbox.protocols lacks CoE.")
+    val twice = indexes.diff(indexes.distinct).headOption.map(i => s"The object ${hex(i)} exists twice.")
+    val entries = d.objects.flatMap { o =>
+      val subs = o.entries.map(_.subIndex)
+      Option.when(subs != subs.distinct.sorted)(s"The object ${hex(o.index)} has its entries out of order.")
+    }
+    val mixed = d.pdos.flatMap(_.entries).filter(_.dataType.nonEmpty).groupBy(_.index).collectFirst {
+      case (i, es) if es.exists(_.subIndex == 0) && es.size > 1 =>
+        s"The object ${hex(i)} has subindex 0 and others in PDOs."
+    }
+    val torn = d.objects.collectFirst {
+      case o
+          if o.entries.exists(e =>
+            e.dataType.isText && o.entries.takeWhile(_ != e).map(_.dataType.bits).sum % 8 != 0
+          ) =>
+        s"The object ${hex(o.index)} has a text behind bits that are no whole byte."
+    }
+    val small = d.syncManagers.zipWithIndex.collectFirst {
+      case (sm, i) if sm.use.mailbox && sm.size < CoeBytes =>
+        s"SyncManager $i has ${bytes(sm.size)} but a mailbox with CoE has at least $CoeBytes."
+    }
+    unwanted ++ (if (coe) twice ++ entries ++ mixed ++ torn ++ small else Nil)
   }
 
   private def clocks(d: Device, p: EscParams) =

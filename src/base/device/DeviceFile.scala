@@ -59,6 +59,9 @@ object DeviceFile {
         refuse(s"$path is ${shown(other.render())} but must be 1 to $longest printable ASCII characters.")
     }
 
+    /** A text of any kind, if it is one. */
+    def string: Option[String] = value.strOpt
+
     def flag: Boolean = value match {
       case ujson.Bool(b) => b
       case _             => refuse(s"$path must be true or false.")
@@ -109,7 +112,9 @@ object DeviceFile {
       "rxPdos",
       "txPdos",
       "mailbox",
-      "dcModes"
+      "dcModes",
+      "objects",
+      "minimumCycleNs"
     )
     val rx = f.list("rxPdos").map(pdo)
     val tx = f.list("txPdos").map(pdo)
@@ -126,7 +131,9 @@ object DeviceFile {
       rxPdos = rx,
       txPdos = tx,
       mailbox = f.get("mailbox").map(mailbox),
-      dcModes = f.list("dcModes").map(dcMode)
+      dcModes = f.list("dcModes").map(dcMode),
+      objects = f.list("objects").map(addedObject),
+      minimumCycleNs = f.long("minimumCycleNs")
     )
   }
 
@@ -241,6 +248,68 @@ object DeviceFile {
       f.signed("shiftTime0"),
       f.factor("cycleFactor1"),
       f.signed("shiftTime1")
+    )
+  }
+
+  private val EntryKeys = Seq("type", "access", "value", "minimum", "maximum", "mappable")
+
+  /** A variable has the keys of its entry itself. */
+  private def addedObject(node: Node): AddedObject = {
+    val f       = node.fields(Seq("index", "name", "entries") ++ EntryKeys: _*)
+    val index   = f("index").number(Dictionary.Added.head, Dictionary.Added.last).toInt
+    val name    = f.text("name")
+    val entries = f.list("entries")
+    if (entries.isEmpty) AddedObject(index, name, Seq(addedEntry(node.path, f, 0, name)))
+    else {
+      EntryKeys.find(f.get(_).nonEmpty).foreach(k => refuse(s"${node.path} has 'entries' and '$k'."))
+      AddedObject(
+        index,
+        name,
+        entries.map { n =>
+          val own = n.fields(Seq("subIndex", "name") ++ EntryKeys: _*)
+          addedEntry(n.path, own, own("subIndex").number(1, U8).toInt, own.text("name"))
+        }
+      )
+    }
+  }
+
+  private val Text = "STRING\\(([1-9][0-9]{0,3})\\)".r
+
+  private def addedEntry(path: String, f: Fields, subIndex: Int, name: String): AddedEntry = {
+    val dataType = f("type").string match {
+      case Some(Text(n)) if n.toInt <= 1024 => DataType.string(n.toInt)
+      case _                                => f("type").oneOf(DataType.all)(_.name)
+    }
+    // What a number of this type can be, as far as a device file can say it.
+    val (low, high) = dataType.range
+      .map { case (a, b) => (a.toLong, b.min(Long.MaxValue).toLong) }
+      .getOrElse((-U32, U32))
+    val minimum = f.get("minimum").map(_.number(low, high))
+    val maximum = f.get("maximum").map(_.number(minimum.getOrElse(low), high))
+    val range = Option.when(minimum.nonEmpty || maximum.nonEmpty)(
+      (minimum.getOrElse(low), maximum.getOrElse(high))
+    )
+    if (range.nonEmpty && dataType.range.isEmpty)
+      refuse(s"$path has a range but ${dataType.name} has none.")
+    val value = f.get("value").map { n =>
+      if (dataType.isText) InitialValue.Text(n.text(dataType.bits / 8))
+      else {
+        val (least, most) = range.getOrElse((low, high))
+        InitialValue.Number(n.number(least, most))
+      }
+    }
+    val mappable = f.flag("mappable")
+    if (mappable && dataType.isText) refuse(s"$path is mappable but a text cannot be process data.")
+    if (value.isEmpty && range.exists { case (a, b) => a > 0 || b < 0 })
+      refuse(s"$path has no 'value' but 0 is outside its range.")
+    AddedEntry(
+      subIndex,
+      name,
+      dataType,
+      f("access").oneOf(ObjectAccess.all)(_.name),
+      value,
+      range,
+      mappable
     )
   }
 }

@@ -34,7 +34,8 @@ object DeviceFiles {
       else Right(Files.readAllBytes(path))
     catch { case e: IOException => Left(s"The file cannot be read (${e.getClass.getSimpleName}).") }
 
-  /** ESI (`NAME.xml`) and SII image (`NAME.sii.bin`) of device `d` on a controller with parameters `p`, or
+  /** ESI (`NAME.xml`), SII image (`NAME.sii.bin`) and, with CoE, the C sources of the slave stack's
+    * dictionary (`NAME.objects.c`, `NAME.objects.h`) of device `d` on a controller with parameters `p`, or
     * why it cannot be that device. `fmmus` and `syncManagers`: how many the controller has.
     */
   def make(
@@ -47,8 +48,13 @@ object DeviceFiles {
       Seq(
         s"${p.preset}.xml"     -> Esi.xml(device, p, fmmus, syncManagers).getBytes(UTF_8),
         s"${p.preset}.sii.bin" -> SiiCodec.encode(DeviceSii.image(device, p.ports)).map(_.toByte).toArray
-      )
+      ) ++ (if (DictionaryC.fits(device)) objects(device, p) else Nil)
     }
+
+  private def objects(d: Device, p: EscParams) = Seq(
+    s"${p.preset}.objects.h" -> DictionaryC.header(d, p.preset, p.topName, p.ramBytes).getBytes(UTF_8),
+    s"${p.preset}.objects.c" -> DictionaryC.source(d, p.preset, p.topName, p.ramBytes).getBytes(UTF_8)
+  )
 
   /** The files of [[make]] for the device the user chose; without one for the bundled `io`, or `digital-io`
     * where there is no host, or none if the controller lacks what that needs.

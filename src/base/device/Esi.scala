@@ -60,8 +60,8 @@ object Esi {
       <GroupType>{d.group.kind}</GroupType>
       {d.fmmus.map(f => <Fmmu>{f.esi}</Fmmu>)}
       {d.syncManagers.map(syncManager)}
-      {d.rxPdos.map(pdo("RxPdo", _))}
-      {d.txPdos.map(pdo("TxPdo", _))}
+      {d.rxPdos.map(pdo(d, "RxPdo", _))}
+      {d.txPdos.map(pdo(d, "TxPdo", _))}
       {d.mailbox.toSeq.map(mailbox)}
       {if (d.dcModes.isEmpty) NodeSeq.Empty else <Dc>{d.dcModes.map(dcMode)}</Dc>}
       {eeprom(d)}
@@ -76,7 +76,9 @@ object Esi {
       } Enable="1">{s.use.esi}</Sm>
     }
 
-  private def pdo(element: String, p: Pdo): Elem = {
+  /** Fixed and mandatory, unless masters may change mapping and assignment. */
+  private def pdo(d: Device, element: String, p: Pdo): Elem = {
+    def fixed(feature: CoeFeature) = bool(!d.mailbox.exists(_.coe(feature)))
     val content = <_>
       <Index>{x16(p.index)}</Index>
       <Name>{p.name}</Name>
@@ -86,10 +88,10 @@ object Esi {
       label = element,
       attributes = new UnprefixedAttribute(
         "Fixed",
-        "1",
+        fixed(CoeFeature.PdoConfig),
         new UnprefixedAttribute(
           "Mandatory",
-          "1",
+          fixed(CoeFeature.PdoAssign),
           new UnprefixedAttribute("Sm", p.syncManager.toString, Null)
         )
       )

@@ -1,0 +1,54 @@
+#include "controller.h"
+
+#include "esc.h"
+
+uint32_t events_pending(struct board *board) { return read_number(board, ESC_AL_EVENT_REQUEST, 4); }
+
+void events_select(struct board *board, uint32_t mask) { write_number(board, ESC_AL_EVENT_MASK, 4, mask); }
+
+uint16_t al_control(struct board *board) { return (uint16_t)read_number(board, ESC_AL_CONTROL, 2); }
+
+void al_answer(struct board *board, uint16_t status, uint16_t code) {
+  write_number(board, ESC_AL_STATUS_CODE, 2, code);
+  write_number(board, ESC_AL_STATUS, 2, status);
+}
+
+uint16_t al_status(struct board *board) { return (uint16_t)read_number(board, ESC_AL_STATUS, 2); }
+
+void sync_manager_read(struct board *board, uint8_t number, struct sync_manager *settings) {
+  uint8_t bytes[7];
+  board_read(board, (uint16_t)ESC_SMN_START(number), bytes, sizeof bytes);
+  settings->start = (uint16_t)number_at(bytes, 2);
+  settings->length = (uint16_t)number_at(bytes + 2, 2);
+  settings->control = bytes[4];
+  settings->status = bytes[5];
+  settings->activate = bytes[6];
+}
+
+void sync_manager_switch(struct board *board, uint8_t number, bool on) {
+  const uint16_t address = (uint16_t)ESC_SMN_PDI_CONTROL(number);
+  const uint32_t others = read_number(board, address, 1) & ~ESC_SMN_DEACTIVATED_MASK;
+  write_number(board, address, 1, others | (on ? 0 : ESC_SMN_DEACTIVATED_MASK));
+}
+
+void activations_read(struct board *board, uint8_t *bytes, uint8_t count) {
+  for (uint8_t i = 0; i < count; ++i)
+    bytes[i] = (uint8_t)read_number(board, (uint16_t)ESC_SMN_ACTIVATE(i), 1);
+}
+
+bool watchdog_runs(struct board *board) {
+  return read_number(board, ESC_WATCHDOG_STATUS_PROCESS_DATA, 2) & ESC_WATCHDOG_PROCESS_DATA_MASK;
+}
+
+uint16_t watchdog_time(struct board *board) {
+  return (uint16_t)read_number(board, ESC_WATCHDOG_TIME_PROCESS_DATA, 2);
+}
+
+bool sync0_is_active(struct board *board) {
+  const uint32_t needed = ESC_CYCLIC_ACTIVE_MASK | ESC_SYNC0_ENABLE_MASK;
+  return (read_number(board, ESC_SYNC_ACTIVATION, 1) & needed) == needed;
+}
+
+uint32_t sync0_cycle(struct board *board) { return read_number(board, ESC_SYNC0_CYCLE, 4); }
+
+void sync0_acknowledge(struct board *board) { read_number(board, ESC_SYNC0_STATUS, 1); }
