@@ -35,7 +35,7 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
         page-latency cosim \
         cosim-selftest interop lint matrix format check-format report figures quartus check-board clean demo \
         server firmware-test stack-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies \
-        clocks
+        clocks slave-demo
 
 # A text too long for its line goes on in the next, behind a backslash.
 help: ## this text
@@ -173,6 +173,12 @@ interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated netwo
 	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks digital-io" COSIM_TRACE=0
 	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm --star $(PRESET)-star \
 	  --clocks $(PRESET)-clocks --digital build/interop/verilog/digital-io $(ARGS)
+
+# The slave of the demonstration is preset slave with another EEPROM, made from its device file.
+slave-demo: tools-for-interop ## the slave stack at work: an I/O device on the simulated network, served by \
+            # SOEM, which also renews its firmware: ARGS="--transfers 1000"
+	$(MAKE) -s -f $(SIM) build/slave-demo/flyframe-cosim COSIM_OUT=build/slave-demo PRESETS=slave COSIM_TRACE=0
+	test/interop/run.sh --masters soem --only stack --simulator build/slave-demo/flyframe-cosim $(ARGS)
 
 clocks: export COSIM_PROFILE = 1
 clocks: ## pulses of SYNC0 for 11 s in slaves that real masters have set up, and in long lines: \

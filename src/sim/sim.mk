@@ -24,8 +24,8 @@ COSIM_CXXFLAGS  ?= -O2 -std=gnu++17 -Wall -Wextra
 # The defines of the runtime must be those of the models: verilated.mk sets the same for --trace-fst.
 RUNTIME_FLAGS   := -O2 -std=gnu++17 -faligned-new -w -I$(VERILATOR_INC) -I$(VERILATOR_INC)/vltstd \
                    -DVERILATOR=1 -DVM_COVERAGE=0 -DVM_SC=0 -DVM_TRACE=1 -DVM_TRACE_FST=1 -DVM_TRACE_VCD=0
-SIM_CXXFLAGS    := $(COSIM_CXXFLAGS) -I$(SIM) -Isrc/firmware -Igenerated -isystem $(VERILATOR_INC) \
-                   -DVM_TRACE=1 -DVM_TRACE_FST=1
+SIM_CXXFLAGS    := $(COSIM_CXXFLAGS) -I$(SIM) -Isrc/firmware -Isrc/firmware/slave -Igenerated \
+                   -isystem $(VERILATOR_INC) -DVM_TRACE=1 -DVM_TRACE_FST=1
 # As strict as for a microcontroller; but a program that the simulator ends is unwound (-fexceptions).
 FIRMWARE_FLAGS  := -std=c99 -ffreestanding -Wall -Wextra -Wpedantic -Wconversion -Werror -O2 -fexceptions
 
@@ -37,6 +37,10 @@ RUNTIME         := $(patsubst %,$(SIM_OBJ)/runtime/%.o,verilated verilated_fst_c
 # The firmware includes headers of GENERATED, so that its objects belong to the program.
 FIRMWARE        := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
                      $(wildcard src/firmware/*.c src/firmware/driver/*.c))
+# The slave stack with the device of the demonstration, as host program "stack".
+STACK           := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
+                     $(wildcard src/firmware/driver/*.c src/firmware/slave/*.c src/firmware/demo/*.c)) \
+                   $(COSIM_OUT)/firmware/slave-demo.objects.o
 # A line per preset: the files to link.
 MODELS          := $(patsubst %,$(COSIM_OUT)/models/%.link,$(PRESETS))
 # The objects of folders of the simulator.
@@ -47,7 +51,7 @@ objects          = $(foreach f,$(1),$(patsubst $(SIM)/%,$(SIM_OBJ)/%.o,$(basenam
 cosim: $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency)
 
 # The programs, each with the folders it consists of.
-$(COSIM_OUT)/flyframe-cosim:   $(call objects,core live network)
+$(COSIM_OUT)/flyframe-cosim:   $(call objects,core live network stack) $(STACK)
 $(COSIM_OUT)/flyframe-fuzz:    $(call objects,core fuzz)
 $(COSIM_OUT)/flyframe-latency: $(call objects,core latency)
 $(COSIM_OUT)/flyframe-smsoak:  $(call objects,core smsoak)
@@ -75,7 +79,9 @@ $(COSIM_OUT)/models/%.link: $(GENERATED)/%.v $(GENERATED)/%.json $(TRAINER) sim-
 compile = mkdir -p $(@D) && $(1) -MMD -MP -MT $@ -MF $@.$$$$.d -c -o $@.$$$$ $< && \
           mv $@.$$$$.d $(@:.o=.d) && mv $@.$$$$ $@
 $(COSIM_OUT)/firmware/%.o: src/firmware/%.c
-	$(call compile,$(CC) $(FIRMWARE_FLAGS) -I$(GENERATED) -Igenerated)
+	$(call compile,$(CC) $(FIRMWARE_FLAGS) -I$(GENERATED) -Igenerated -Isrc/firmware/slave)
+$(COSIM_OUT)/firmware/%.o: generated/%.c
+	$(call compile,$(CC) $(FIRMWARE_FLAGS) -Igenerated -Isrc/firmware/slave)
 $(SIM_OBJ)/runtime/%.o: $(VERILATOR_INC)/%.cpp
 	$(call compile,$(CXX) $(RUNTIME_FLAGS))
 $(SIM_OBJ)/%.o: $(SIM)/%.cpp

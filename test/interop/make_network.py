@@ -3,7 +3,7 @@
 flyframe-cosim.
 
 Usage: make_network.py FOLDER N [--preset NAME] [--second NAME] [--corrupt SLAVE] [--no-lrw] [--ring]
-                       [--star NAME] [--clocks NAME] [--digital NAME]
+                       [--star NAME] [--clocks NAME] [--digital NAME] [--stack]
 
 Slave i has SIZES[i] bytes of outputs and inputs; its name, product code, alias and serial number tell which
 one it is. SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read
@@ -93,8 +93,14 @@ if __name__ == "__main__":
         help="preset of slaves without a host, their inputs wired to their outputs; FILE.sii.bin is their "
         "EEPROM",
     )
+    parser.add_argument("--stack", action="store_true", help="one slave: the slave stack's demonstration")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
+    if args.stack:
+        eeprom = pathlib.Path(__file__).resolve().parents[2] / "generated/slave-demo.sii.bin"
+        slave = {"preset": args.preset, "eeprom": str(eeprom), "host": "stack"}
+        (args.folder / "net.json").write_text(json.dumps({"slaves": [slave]}, indent=1))
+        raise SystemExit
     slaves = []
     for i in range(args.slaves):
         (args.folder / f"{i}.bin").write_bytes(image(i, i == args.corrupt, args.no_lrw))

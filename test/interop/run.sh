@@ -2,8 +2,9 @@
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other,
 # in a network namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME]
 # [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--clocks NAME] [--digital FILE] [--only SCENARIO]
-# [--cycles N] [--sync-cycles N] [--capture] [--simulator FILE]; the NAMEs: the same slave with a smoke
-# detector, with four ports, with distributed clocks; the FILE, without its ending: one with digital I/O.
+# [--cycles N] [--sync-cycles N] [--transfers N] [--capture] [--simulator FILE]; the NAMEs: the same slave with
+# a smoke detector, with four ports, with distributed clocks; the FILE, without its ending: one with digital
+# I/O. Scenario stack with SOEM is `make slave-demo`.
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -11,8 +12,8 @@ out=$root/build/interop
 # A simulated network is far slower than a real one. So the clock of a master goes slower, too, and with it
 # that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
 clock=0.01
-preset=slave alarm= star= clocks= digital= masters='soem ethercrab' only= cycles=5000 sync=200 capture=
-simulator=$out/flyframe-cosim master=
+preset=slave alarm= star= clocks= digital= masters='soem ethercrab' only= cycles=5000 sync=200 transfers=20
+capture= simulator=$out/flyframe-cosim master= python=$root/build/tools/venv/bin/python
 while [ $# -gt 0 ]; do
   case $1 in
     --preset) preset=$2; shift ;;
@@ -24,6 +25,7 @@ while [ $# -gt 0 ]; do
     --only) only=$2; shift ;;
     --cycles) cycles=$2; shift ;;
     --sync-cycles) sync=$2; shift ;;
+    --transfers) transfers=$2; shift ;;
     --capture) capture=yes ;;
     --simulator) simulator=$2; shift ;;
     --in-namespace) master=$2; shift ;; # this script's own
@@ -38,7 +40,6 @@ faketime=$(ls /usr/lib/*/faketime/libfaketime.so.1 2>/dev/null)
 command_of() {
   case $1 in
     soem)
-      python=$root/build/tools/venv/bin/python
       "$python" -c 'import pysoem' 2>/dev/null && echo "$python $here/soem_test.py" ;;
     ethercrab) [ -x "$out/ethercrab-test" ] && echo "$out/ethercrab-test" ;;
     *) echo "No master is called '$1'; known: soem, ethercrab." >&2; exit 2 ;;
@@ -47,11 +48,21 @@ command_of() {
 
 # After 1,000 cycles clocks are locked; SYNC0 begins with the hundredth.
 judge() {
+  [ "$scenario" != stack ] || judge_mailbox || return 1
   [ "$scenario" = clocks ] || return 0
   settled=
   [ "$sync" -le 1100 ] || settled='--settled 900 --within 40'
   # shellcheck disable=SC2086 # options
   python3 "$here/sync_pulses.py" "$net/sync.txt" "$slaves" --out "$net/apart.txt" $settled
+}
+
+# Wireshark finds nothing wrong with what went through the mailboxes.
+judge_mailbox() {
+  messages=$(tshark -r "$net/frames.pcapng" -Y ecat_mailbox 2>/dev/null | wc -l)
+  tshark -r "$net/frames.pcapng" -Y '_ws.malformed or _ws.expert.severity == "Error"' 2>/dev/null \
+    >"$net/wrong"
+  echo "      $messages frames with mailbox messages, $(wc -l <"$net/wrong") of all frames malformed"
+  [ "$messages" -gt 100 ] && [ ! -s "$net/wrong" ]
 }
 
 # scenario SLAVES [options of make_network.py]
@@ -76,7 +87,8 @@ run() {
     failed=$((failed + 1))
     return 0
   fi
-  if [ -n "$capture" ]; then
+  tshark=
+  if [ -n "$capture" ] || [ "$scenario" = stack ]; then
     tshark -q -i veth-master -w "$net/frames.pcapng" 2>/dev/null &
     tshark=$!
     sleep 2
@@ -85,19 +97,25 @@ run() {
   [ "$scenario" = cycles ] && limit=1800
   [ "$scenario" = clocks ] && limit=$((600 + sync)) count=$sync
   begin=$(date +%s)
+  if [ "$scenario" = stack ]; then
+    count=$transfers
+    [ "$master" != soem ] || program="$python $here/soem_stack.py"
+  fi
   # shellcheck disable=SC2086 # the program has arguments
-  if timeout $limit env LD_PRELOAD="$faketime" FAKETIME="+0 x$clock" \
-    $program veth-master "$net/control.sock" "$scenario" "$slaves" "$count" && judge; then
+  timeout $limit env LD_PRELOAD="$faketime" FAKETIME="+0 x$clock" \
+    $program veth-master "$net/control.sock" "$scenario" "$slaves" "$count"
+  ended=$?
+  if [ -n "$tshark" ]; then
+    sleep 1
+    kill $tshark
+    wait $tshark 2>/dev/null
+  fi
+  if [ $ended = 0 ] && judge; then
     passed=$((passed + 1))
   else
     failed=$((failed + 1))
   fi
   echo "      took $(($(date +%s) - begin)) s"
-  if [ -n "$capture" ]; then
-    sleep 1
-    kill $tshark
-    wait $tshark 2>/dev/null
-  fi
   kill $cosim
   wait $cosim
   sed 's/^/      /' "$net/log" | tail -2
@@ -127,6 +145,7 @@ if [ -n "$master" ]; then
   run refuse 3
   run watchdog 3
   run eeprom 3 --corrupt 1
+  run stack 1 --stack
   echo "$passed $failed" >"$out/$master/result"
   exit 0
 fi
@@ -156,7 +175,8 @@ for master in $masters; do
   unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" \
     ${alarm:+--alarm "$alarm"} ${star:+--star "$star"} ${clocks:+--clocks "$clocks"} \
     ${digital:+--digital "$digital"} \
-    ${only:+--only "$only"} --cycles "$cycles" --sync-cycles "$sync" ${capture:+--capture} \
+    ${only:+--only "$only"} --cycles "$cycles" --sync-cycles "$sync" --transfers "$transfers" \
+    ${capture:+--capture} \
     --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
   running="$running $master"
 done
@@ -169,7 +189,7 @@ for master in $running; do
   fi
 done
 if [ "$passed$failed$skipped" = 000 ]; then
-  echo "Nothing to run. Scenarios: scan, cycles, star, clocks, cable, refuse, watchdog, eeprom;" \
+  echo "Nothing to run. Scenarios: scan, cycles, star, clocks, cable, refuse, watchdog, eeprom, stack;" \
     "only with soem: overlap, lrd_lwr, alarm, ring." >&2
   exit 2
 fi

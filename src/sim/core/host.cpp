@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/io_host.h"
 #include "core/mute_host.h"
@@ -110,10 +111,22 @@ class AliveHost : public Host {
 };
 }  // namespace
 
+static std::map<std::string, HostMaker>& added() {
+  static std::map<std::string, HostMaker> makers;
+  return makers;
+}
+bool addHostProgram(const std::string& name, HostMaker maker) {
+  added()[name] = std::move(maker);
+  return true;
+}
+
 std::unique_ptr<Host> makeHost(const HostOptions& options) {
   if (options.program == "none") return nullptr;
   if (options.program == "io") return std::make_unique<IoHost>(options);
   if (options.program == "alive") return std::make_unique<AliveHost>();
   if (options.program == "mute") return std::make_unique<MuteHost>();
-  throw UserError("no host program is called '" + options.program + "'; known: none, io, alive, mute.");
+  if (added().count(options.program)) return added()[options.program](options);
+  std::string known = "none, io, alive, mute";
+  for (const auto& [name, maker] : added()) known += ", " + name;
+  throw UserError("no host program is called '" + options.program + "'; known: " + known + ".");
 }

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -67,5 +68,9 @@ struct HostOptions {
   std::vector<Bytes> replies;  // io: answers to the mailbox messages of the master, in order
 };
 
-// The program of that name: "none" is null. UserError if there is none.
+// Programs that only some simulators have add themselves before main() begins; always true.
+using HostMaker = std::function<std::unique_ptr<Host>(const HostOptions&)>;
+bool addHostProgram(const std::string& name, HostMaker maker);
+
+// The program of that name: "none" is null. UserError if there is none, which names those that are there.
 std::unique_ptr<Host> makeHost(const HostOptions& options);

@@ -126,8 +126,9 @@ class SlaveReader : private Reader {
   std::string program(const std::string& name) const {
     try {
       makeHost({name, 0, {}});
-    } catch (const UserError&) {
-      bad("has the host program '" + name + "'; known: none, io, alive, mute");
+    } catch (const UserError& e) {
+      const std::string sentence = e.what(), known = sentence.substr(sentence.rfind(';'));
+      bad("has the host program '" + name + "'" + known.substr(0, known.size() - 1));
     }
     return name;
   }

@@ -3,6 +3,8 @@
 //! Usage: `ethercrab-test INTERFACE CONTROL-SOCKET SCENARIO SLAVES [CYCLES]`. Prints a line per check; exit
 //! code 1 if one is wrong.
 
+mod stack;
+
 use ethercrab::error::Error;
 use ethercrab::subdevice_group::{DcConfiguration, Op};
 use ethercrab::{
@@ -423,6 +425,7 @@ fn main() {
             "refuse" => refuse(&mut bus).await,
             "watchdog" => watchdog(&mut bus).await,
             "eeprom" => eeprom(&mut bus).await,
+            "stack" => stack::stack(&mut bus, count as u16).await,
             _ => Err(format!("no scenario is called '{scenario}'")),
         }
     };
