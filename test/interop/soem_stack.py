@@ -155,8 +155,11 @@ def process_data(master, slave):
         slave.mbx_receive()
         if emergencies:
             break
-    check("output 15 overloads the device", [e.error_code for e in emergencies] == [0x2310],
-          [f"emergency 0x{e.error_code:04x}, error register 0x{e.error_reg:02x}" for e in emergencies])
+    check(
+        "output 15 overloads the device",
+        [e.error_code for e in emergencies] == [0x2310],
+        [f"emergency 0x{e.error_code:04x}, error register 0x{e.error_reg:02x}" for e in emergencies],
+    )
     exchange(0)
 
 
@@ -202,8 +205,11 @@ with contextlib.suppress(Wrong):
     mapping(device)
     master.config_map()
     reached = master.state_check(pysoem.SAFEOP_STATE, STATE)
-    check("SAFEOP with the new mapping", reached == pysoem.SAFEOP_STATE,
-          f"{len(device.output)} bytes out, {len(device.input)} in, code 0x{device.al_status:04x}")
+    check(
+        "SAFEOP with the new mapping",
+        reached == pysoem.SAFEOP_STATE,
+        f"{len(device.output)} bytes out, {len(device.input)} in, code 0x{device.al_status:04x}",
+    )
     process_data(master, device)
     bootstrap(master, device)
 master.close()

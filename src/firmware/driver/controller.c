@@ -6,7 +6,7 @@ uint32_t events_pending(struct board *board) { return read_number(board, ESC_AL_
 
 void events_select(struct board *board, uint32_t mask) { write_number(board, ESC_AL_EVENT_MASK, 4, mask); }
 
-uint16_t al_control(struct board *board) { return (uint16_t)read_number(board, ESC_AL_CONTROL, 2); }
+uint16_t al_control(struct board *board) { return (uint16_t)read_number(board, ESC_AL_CONTROL, 1); }
 
 void al_answer(struct board *board, uint16_t status, uint16_t code) {
   write_number(board, ESC_AL_STATUS_CODE, 2, code);
@@ -16,19 +16,28 @@ void al_answer(struct board *board, uint16_t status, uint16_t code) {
 uint16_t al_status(struct board *board) { return (uint16_t)read_number(board, ESC_AL_STATUS, 2); }
 
 void sync_manager_read(struct board *board, uint8_t number, struct sync_manager *settings) {
-  uint8_t bytes[7];
+  uint8_t bytes[6];
+  /* First: a change that comes meanwhile is an event again. */
+  settings->activate = (uint8_t)read_number(board, (uint16_t)ESC_SMN_ACTIVATE(number), 1);
   board_read(board, (uint16_t)ESC_SMN_START(number), bytes, sizeof bytes);
   settings->start = (uint16_t)number_at(bytes, 2);
   settings->length = (uint16_t)number_at(bytes + 2, 2);
   settings->control = bytes[4];
   settings->status = bytes[5];
-  settings->activate = bytes[6];
 }
 
-void sync_manager_switch(struct board *board, uint8_t number, bool on) {
+bool sync_manager_is_on(struct board *board, uint8_t number) {
+  return !(read_number(board, (uint16_t)ESC_SMN_PDI_CONTROL(number), 1) & ESC_SMN_DEACTIVATED_MASK);
+}
+
+bool sync_manager_switch(struct board *board, uint8_t number, bool on) {
+  enum { MOST_LOOKS = 1000 };
   const uint16_t address = (uint16_t)ESC_SMN_PDI_CONTROL(number);
   const uint32_t others = read_number(board, address, 1) & ~ESC_SMN_DEACTIVATED_MASK;
   write_number(board, address, 1, others | (on ? 0 : ESC_SMN_DEACTIVATED_MASK));
+  for (int looks = 0; looks < MOST_LOOKS; ++looks)
+    if (sync_manager_is_on(board, number) == on) return true;
+  return false;
 }
 
 void activations_read(struct board *board, uint8_t *bytes, uint8_t count) {
@@ -52,3 +61,9 @@ bool sync0_is_active(struct board *board) {
 uint32_t sync0_cycle(struct board *board) { return read_number(board, ESC_SYNC0_CYCLE, 4); }
 
 void sync0_acknowledge(struct board *board) { read_number(board, ESC_SYNC0_STATUS, 1); }
+
+bool sync0_waits(struct board *board) {
+  enum { MAPPED = 0x0800 };
+  return read_number(board, ESC_SYNC_PULSE_LENGTH, 2) == 0 &&
+         (read_number(board, ESC_PDI_CONFIGURATION, 2) & MAPPED) != 0;
+}

@@ -27,7 +27,8 @@ enum {
   AL_ERROR = 0x10        /* in status: the code says which */
 };
 
-/* What the master asks for; reading ends the event. */
+/* What the master asks for; reading ends the event. All of it is in one byte: with a second access a request
+ * that comes between both would be lost (B-41). */
 uint16_t al_control(struct board *board);
 /* What the master is told; the code is there before the status is. */
 void al_answer(struct board *board, uint16_t status, uint16_t code);
@@ -45,8 +46,9 @@ enum { SM_FULL = 0x08, SM_ENABLED = 0x01, SM_REPEAT = 0x02 };
 /* Ends the event of its activation. */
 void sync_manager_read(struct board *board, uint8_t number, struct sync_manager *settings);
 /* The host's own switch (SM-27): off, its memory is locked for the master, and what was in it is forgotten.
- */
-void sync_manager_switch(struct board *board, uint8_t number, bool on);
+ * It acts when no frame passes (B-59), which is waited for, but not for ever; false: it has not acted yet. */
+bool sync_manager_switch(struct board *board, uint8_t number, bool on);
+bool sync_manager_is_on(struct board *board, uint8_t number); /* of the host's switch */
 /* The activation bytes of the first `count` SyncManagers; reading ends the event of each. */
 void activations_read(struct board *board, uint8_t *bytes, uint8_t count);
 
@@ -55,8 +57,10 @@ bool watchdog_runs(struct board *board);
 /* Ticks after which it expires; 0: never (WD-03). */
 uint16_t watchdog_time(struct board *board);
 
-/* Distributed clocks: whether SYNC0 comes in cycles, and how many ns a cycle has. */
+/* Distributed clocks: whether SYNC0 comes in cycles, whether it is an event that waits for its acknowledge
+ * (pulse length 0, mapped by 0x0151 bit 3), and how many ns a cycle has. */
 bool sync0_is_active(struct board *board);
+bool sync0_waits(struct board *board);
 uint32_t sync0_cycle(struct board *board);
 void sync0_acknowledge(struct board *board);
 

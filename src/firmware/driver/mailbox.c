@@ -42,5 +42,7 @@ bool mailbox_repeat_asked(struct board *board) {
 
 void mailbox_repeated(struct board *board) {
   const uint16_t address = (uint16_t)ESC_SMN_PDI_CONTROL(MAILBOX_SEND);
-  write_number(board, address, 1, read_number(board, address, 1) ^ ESC_SMN_REPEAT_ACKNOWLEDGE_MASK);
+  const uint32_t now = read_number(board, address, 1) ^ ESC_SMN_REPEAT_ACKNOWLEDGE_MASK;
+  /* On, whatever reads back while a switch waits for a frame to pass. */
+  write_number(board, address, 1, now & ~ESC_SMN_DEACTIVATED_MASK);
 }

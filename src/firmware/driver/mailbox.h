@@ -32,6 +32,6 @@ void mailbox_put(struct board *board, const struct mailbox_area *area, const uin
 
 /* The master asks for the last message again (SM-35): true until mailbox_repeated(). */
 bool mailbox_repeat_asked(struct board *board);
-void mailbox_repeated(struct board *board);
+void mailbox_repeated(struct board *board); /* of a mailbox that the host has on */
 
 #endif

@@ -47,12 +47,15 @@ uint16_t pdo_resolve(struct slave *slave);
 bool pdo_maps_output(const struct slave *slave, const struct object_entry *entry);
 
 /* process_data.c */
+uint32_t process_type_check(const struct slave *slave, uint16_t type); /* of synchronization: an abort code */
 uint16_t process_check(struct slave *slave);          /* AL status code: may SAFEOP be entered? */
 uint16_t outputs_check(struct slave *slave);          /* the same for OP */
 uint16_t process_settings(const struct slave *slave); /* the SyncManagers, as they must be in SAFEOP and OP */
 void process_begin(struct slave *slave);
 void outputs_begin(struct slave *slave);
 void process_end(struct slave *slave);
-void process_serve(struct slave *slave, uint32_t events);
+bool process_receive(struct slave *slave, uint32_t events); /* takes outputs; whether there are new ones */
+void process_serve(struct slave *slave, uint32_t events, bool received);
+uint32_t process_events(const struct slave *slave); /* those that are served */
 
 #endif

@@ -7,7 +7,8 @@ void mailbox_begin(struct slave *slave, const struct slave_mailbox *receive,
   slave->receive = (struct mailbox_area){receive->start, receive->length};
   slave->send = (struct mailbox_area){send->start, send->length};
   slave->received_counter = slave->sent_counter = 0;
-  slave->anything_sent = slave->older_sent = slave->newest_due = false;
+  slave->anything_sent = slave->older_sent = slave->older_due = slave->newest_due = false;
+  slave->repeated_waits = slave->blocked = slave->taking_back = false;
   slave->emergency_count = 0;
   slave->list.fragments = 0;
   slave->sdo.kind = SDO_NONE;
@@ -27,22 +28,28 @@ static void send(struct slave *slave, uint8_t type, uint16_t address, uint16_t l
                                         slave->sent_counter = (uint8_t)(slave->sent_counter % 7 + 1)};
   slave->older_sent = slave->anything_sent;
   slave->anything_sent = true;
+  slave->repeated_waits = false;
   slave->newest = !slave->newest;
   uint8_t *bytes = slave->memory.reply[slave->newest];
   mailbox_header_write(bytes, &header);
   mailbox_put(slave->board, &slave->send, bytes);
 }
 
-/* The last message that the master has read is lost; behind it may be one that was not read yet. */
-static void repeat(struct slave *slave) {
-  const bool full = mailbox_is_full(slave->board, MAILBOX_SEND);
-  if (!full && slave->anything_sent) {
-    mailbox_put(slave->board, &slave->send, slave->memory.reply[slave->newest ^ slave->newest_due]);
-  } else if (full && slave->older_sent && !slave->newest_due) {
+static void put_again(struct slave *slave, bool newest) {
+  mailbox_put(slave->board, &slave->send, slave->memory.reply[newest ? slave->newest : !slave->newest]);
+}
+
+/* The last message that the master has read is lost; behind it may be one that was not read yet. A repeated
+ * one that was not read is there already. */
+static void repeat(struct slave *slave, bool full) {
+  if (full && slave->older_sent && !slave->newest_due && !slave->repeated_waits) {
+    slave->taking_back = true;
     sync_manager_switch(slave->board, MAILBOX_SEND, false);
-    sync_manager_switch(slave->board, MAILBOX_SEND, true);
-    mailbox_put(slave->board, &slave->send, slave->memory.reply[!slave->newest]);
-    slave->newest_due = true;
+    return;
+  }
+  if (!full && slave->anything_sent) {
+    put_again(slave, !slave->newest_due);
+    slave->repeated_waits = true;
   }
   mailbox_repeated(slave->board);
 }
@@ -103,12 +110,23 @@ static void answer(struct slave *slave) {
   if (length > 0) send(slave, type, header.address, length);
 }
 
-void mailbox_serve(struct slave *slave) {
-  if (mailbox_repeat_asked(slave->board)) repeat(slave);
-  if (mailbox_is_full(slave->board, MAILBOX_SEND)) return;
-  if (slave->newest_due) {
+/* The switch off has acted, perhaps long after it was asked for: on again, and both messages are due. */
+static void take_back(struct slave *slave) {
+  if (!slave->taking_back || sync_manager_is_on(slave->board, MAILBOX_SEND)) return;
+  slave->taking_back = false;
+  slave->older_due = slave->newest_due = true;
+  sync_manager_switch(slave->board, MAILBOX_SEND, true);
+}
+
+/* The next message to the master, as its mailbox is empty. */
+static void send_next(struct slave *slave) {
+  if (slave->older_due) {
+    slave->older_due = false;
+    put_again(slave, false);
+    mailbox_repeated(slave->board);
+  } else if (slave->newest_due) {
     slave->newest_due = false;
-    mailbox_put(slave->board, &slave->send, slave->memory.reply[slave->newest]);
+    put_again(slave, true);
   } else if (slave->emergency_count > 0) {
     send(slave, MAILBOX_COE, 0, emergency_message(slave));
   } else if (slave->list.fragments > 0) {
@@ -116,6 +134,24 @@ void mailbox_serve(struct slave *slave) {
   } else if (mailbox_is_full(slave->board, MAILBOX_RECEIVE)) {
     answer(slave);
   }
+}
+
+void mailbox_serve(struct slave *slave) {
+  take_back(slave);
+  /* Until frames have passed nothing can be written. */
+  if (slave->taking_back || !sync_manager_is_on(slave->board, MAILBOX_SEND)) return;
+  bool full = mailbox_is_full(slave->board, MAILBOX_SEND);
+  if (!full) slave->repeated_waits = false;
+  if (!slave->older_due && mailbox_repeat_asked(slave->board)) {
+    repeat(slave, full);
+    take_back(slave);
+    full = mailbox_is_full(slave->board, MAILBOX_SEND);
+  }
+  if (!full && !slave->taking_back && sync_manager_is_on(slave->board, MAILBOX_SEND)) {
+    send_next(slave);
+    full = mailbox_is_full(slave->board, MAILBOX_SEND);
+  }
+  slave->blocked = full;
 }
 
 bool slave_emergency(struct slave *slave, uint16_t code, uint8_t error_register, const uint8_t *data) {

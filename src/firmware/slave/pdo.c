@@ -40,8 +40,8 @@ static uint32_t follow_mapping(const struct slave *slave, const struct object *o
                                struct slave_mapped *to, uint32_t *bits, uint32_t *code) {
   const uint32_t count = slave_value(slave, object->index, 0);
   if (count > object->highest) *code = SDO_TOO_HIGH;
-  for (uint8_t i = 1; i <= count && !*code; ++i) {
-    const uint32_t number = slave_value(slave, object->index, i);
+  for (uint16_t i = 1; i <= count && !*code; ++i) {
+    const uint32_t number = slave_value(slave, object->index, (uint8_t)i);
     const struct object_entry *entry = mapped(slave, number, outputs, code);
     if (to) to[i - 1] = (struct slave_mapped){entry, (uint8_t)number};
     *bits += (uint8_t)number;
@@ -58,13 +58,13 @@ static uint32_t follow_assignment(const struct slave *slave, bool outputs, struc
   if (process->most == 0) return 0;
   const uint16_t assignment = assignment_of(process);
   const uint32_t count = slave_value(slave, assignment, 0);
-  for (uint8_t i = 1; i <= count; ++i) {
-    const uint16_t index = (uint16_t)slave_value(slave, assignment, i);
+  for (uint16_t i = 1; i <= count; ++i) {
+    const uint16_t index = (uint16_t)slave_value(slave, assignment, (uint8_t)i);
     const struct object *object = slave_object(slave, index);
     if (!object || !is_mapping(index, outputs)) return SDO_NOT_MAPPABLE;
     /* None twice: then all fit the places. */
-    for (uint8_t k = 1; k < i; ++k)
-      if (slave_value(slave, assignment, k) == index) return SDO_INCOMPATIBLE;
+    for (uint16_t k = 1; k < i; ++k)
+      if (slave_value(slave, assignment, (uint8_t)k) == index) return SDO_INCOMPATIBLE;
     places += follow_mapping(slave, object, outputs, to ? to + places : 0, &bits, &code);
     if (code) return code;
   }

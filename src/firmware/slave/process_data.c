@@ -13,6 +13,11 @@ static uint32_t synchronization(const struct slave *slave, const struct slave_pr
   return slave_value(slave, (uint16_t)(SYNCHRONIZATIONS + process->sync_manager), subindex);
 }
 
+uint32_t process_type_check(const struct slave *slave, uint16_t type) {
+  const bool known = type == TYPE_FREE_RUN || type == TYPE_SM || type == TYPE_SM_OF_OUTPUTS;
+  return known || (type == TYPE_SYNC0 && slave->device->sync) ? 0 : SDO_RANGE;
+}
+
 /* As long as what is mapped, and otherwise as the device file says; where nothing is mapped, without buffer.
  */
 static bool settings_hold(const struct slave *slave, const struct slave_process *process, uint16_t bytes) {
@@ -44,6 +49,7 @@ static uint16_t choose_mode(struct slave *slave) {
   if (!runs && d->outputs.most > 0 && d->inputs.most > 0 && in != wanted) return AL_CODE_INCONSISTENT;
   slave->mode = runs ? SLAVE_SYNC0 : asked == TYPE_FREE_RUN ? SLAVE_FREE_RUN : SLAVE_SM_SYNCHRONOUS;
   if (!runs) return AL_CODE_NONE;
+  if (!sync0_waits(slave->board)) return AL_CODE_SYNC_SETTINGS;
   const struct slave_process *first = d->outputs.most > 0 ? &d->outputs : &d->inputs;
   const uint32_t cycle = sync0_cycle(slave->board);
   return cycle == 0 || cycle < synchronization(slave, first, SHORTEST_CYCLE) ? AL_CODE_SYNC_CYCLE
@@ -73,10 +79,15 @@ static void switch_process(struct slave *slave, bool on) {
   if (d->inputs.most > 0) sync_manager_switch(slave->board, d->inputs.sync_manager, on);
 }
 
+/* The whole buffer, which closes it: an open one takes nothing newer (SM-13). */
+static void take_outputs(struct slave *slave) {
+  board_read(slave->board, slave->device->outputs.start, slave->memory.process, slave->output_bytes);
+}
+
 static void read_outputs(struct slave *slave) {
   uint8_t bytes[8];
   uint32_t at = 0;
-  board_read(slave->board, slave->device->outputs.start, slave->memory.process, slave->output_bytes);
+  take_outputs(slave);
   for (uint16_t i = 0; i < slave->output_count; ++i) {
     const struct slave_mapped *m = &slave->memory.outputs[i];
     if (m->entry) {
@@ -91,6 +102,8 @@ static void write_inputs(struct slave *slave) {
   uint8_t bytes[8];
   uint32_t at = 0;
   if (slave->input_bytes == 0) return;
+  if (slave->inputs_due)
+    slave->inputs_due = !sync_manager_is_on(slave->board, slave->device->inputs.sync_manager);
   for (uint16_t i = 0; i < slave->input_bytes; ++i) slave->memory.process[i] = 0;
   for (uint16_t i = 0; i < slave->input_count; ++i) {
     const struct slave_mapped *m = &slave->memory.inputs[i];
@@ -110,8 +123,8 @@ static void cycle(struct slave *slave) {
 }
 
 void process_begin(struct slave *slave) {
-  slave->outputs_received = false;
   switch_process(slave, true);
+  slave->inputs_due = slave->input_bytes > 0;
   cycle(slave); /* there are inputs from the beginning */
 }
 
@@ -128,7 +141,7 @@ void process_end(struct slave *slave) {
 
 /* Whether a cycle is due; `received`: there are new outputs. */
 static bool is_due(struct slave *slave, uint32_t events, bool received) {
-  if (slave->mode == SLAVE_FREE_RUN) return true;
+  if (slave->mode == SLAVE_FREE_RUN || slave->inputs_due) return true;
   if (slave->mode == SLAVE_SYNC0) return (events & EVENT_SYNC0) != 0;
   if (slave->output_bytes > 0) return received;
   return (events & event_of(slave->device->inputs.sync_manager)) != 0;
@@ -152,17 +165,29 @@ static uint16_t failure(struct slave *slave, bool sync, bool received) {
   return slave->mode == SLAVE_SYNC0 ? count_missed(slave, sync, received) : AL_CODE_NONE;
 }
 
-void process_serve(struct slave *slave, uint32_t events) {
+bool process_receive(struct slave *slave, uint32_t events) {
   const uint8_t number = slave->device->outputs.sync_manager;
-  const bool received = slave->output_bytes > 0 && (events & event_of(number)) != 0;
+  if (slave->output_bytes == 0 || !(events & event_of(number))) return false;
+  slave->outputs_received = true;
+  if (slave->state == AL_OP) read_outputs(slave);
+  else take_outputs(slave);
+  return true;
+}
+
+void process_serve(struct slave *slave, uint32_t events, bool received) {
   const bool sync = slave->mode == SLAVE_SYNC0 && (events & EVENT_SYNC0) != 0;
   if (sync) sync0_acknowledge(slave->board);
-  if (received) {
-    slave->outputs_received = true;
-    if (slave->state == AL_OP) read_outputs(slave);
-    else read_number(slave->board, slave->device->outputs.start, 1); /* ends the event */
-  }
   const uint16_t code = failure(slave, sync, received);
   if (code) slave_fall(slave, AL_SAFEOP, code);
   if (code || is_due(slave, events, received)) cycle(slave);
+}
+
+uint32_t process_events(const struct slave *slave) {
+  const bool drives = slave->output_bytes > 0;
+  uint32_t mask = drives ? event_of(slave->device->outputs.sync_manager) : 0;
+  if (slave->mode == SLAVE_SYNC0) mask |= EVENT_SYNC0;
+  if (slave->mode == SLAVE_SM_SYNCHRONOUS && !drives && slave->input_bytes > 0)
+    mask |= event_of(slave->device->inputs.sync_manager);
+  if (slave->state == AL_OP && drives && slave->watched) mask |= EVENT_WATCHDOG;
+  return mask;
 }

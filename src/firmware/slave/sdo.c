@@ -6,7 +6,7 @@ enum { COMMAND = 2, INDEX = 3, SUBINDEX = 5, DATA = 6, NORMAL_DATA = 10, SEGMENT
 enum { TOGGLE = 0x10, COMPLETE = 0x10, EXPEDITED = 0x02, SIZED = 0x01, LAST = 0x01 };
 enum { DOWNLOAD_SEGMENT = 0, DOWNLOAD = 1, UPLOAD = 2, UPLOAD_SEGMENT = 3, ABORT = 4 };
 enum { SEGMENT_TAKEN = 1, DOWNLOADED = 3 }; /* answers to the first two; those to uploads have their data */
-enum { SHORTEST_SEGMENT = 7 };
+enum { SHORTEST_SEGMENT = 7, SYNCHRONIZATION = 0x1c30 };
 
 /* An object or one of its entries, as a request names it. */
 struct target {
@@ -71,7 +71,7 @@ static uint8_t covered(const struct target *t, uint32_t count) {
 }
 static uint32_t complete_bits(const struct target *t, uint8_t last) {
   uint32_t bits = t->subindex == 0 ? 16 : 0;
-  for (uint8_t i = 1; i <= last; ++i) bits += t->object->entries[i].bits;
+  for (uint16_t i = 1; i <= last; ++i) bits += t->object->entries[i].bits;
   return bits;
 }
 
@@ -95,17 +95,17 @@ static uint32_t gather(struct slave *slave, const struct target *t, uint16_t *si
     return 0;
   }
   const uint8_t last = covered(t, slave_value(slave, t->object->index, 0));
-  for (uint8_t i = t->subindex; i <= last; ++i) {
-    const struct object_entry *entry = entry_of(t->object, i);
+  for (uint16_t i = t->subindex; i <= last; ++i) {
+    const struct object_entry *entry = entry_of(t->object, (uint8_t)i);
     const uint32_t code = entry ? may_read(slave, entry) : 0;
     if (code) return code;
   }
   uint32_t at = t->subindex == 0 ? 16 : 0;
   if (t->subindex == 0) number_to(to, 2, slave_value(slave, t->object->index, 0));
-  for (uint8_t i = 1; i <= last; ++i) {
-    const struct object_entry *entry = entry_of(t->object, i);
+  for (uint16_t i = 1; i <= last; ++i) {
+    const struct object_entry *entry = entry_of(t->object, (uint8_t)i);
     if (!entry) continue;
-    reads(slave, t, i);
+    reads(slave, t, (uint8_t)i);
     if (entry->type == TYPE_TEXT) {
       entry_load(slave->memory.objects, entry, to + at / 8);
     } else {
@@ -182,6 +182,8 @@ static uint32_t entry_may_be(const struct slave *slave, const struct target *t, 
   const struct slave_application *a = slave->application;
   uint32_t code = may_write(slave, entry);
   if (!code) code = entry_check(entry, bytes);
+  if (!code && (t->object->index & 0xfff0) == SYNCHRONIZATION && subindex == 1)
+    code = process_type_check(slave, (uint16_t)number_at(bytes, 2));
   if (!code && a->may_write)
     code = a->may_write(a->context, t->object->index, subindex, bytes, entry_bytes(entry));
   return code;
@@ -194,6 +196,7 @@ static uint32_t store(struct slave *slave, const struct target *t, uint8_t subin
     const uint32_t code = pdo_check(slave, t->object);
     if (code) {
       entry_store(slave->memory.objects, &t->object->entries[0], (const uint8_t[]){0});
+      if (a->written) a->written(a->context, t->object->index, 0);
       return code;
     }
   }
@@ -246,7 +249,8 @@ static uint32_t store_complete(struct slave *slave, const struct target *t, uint
   if (pdo && !counts && count > 0) return SDO_COUNT_NOT_0;
   for (int pass = 0; pass < 2; ++pass) {
     uint32_t at = t->subindex == 0 ? 16 : 0;
-    for (uint8_t i = 1; i <= last; ++i) {
+    for (uint16_t n = 1; n <= last; ++n) {
+      const uint8_t i = (uint8_t)n;
       const struct object_entry *entry = entry_of(object, i);
       if (!entry) continue;
       const uint8_t *value = part(slave, entry, at, bytes);

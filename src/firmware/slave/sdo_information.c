@@ -4,6 +4,7 @@
 enum { OPCODE = 2, FRAGMENTS = 4, BODY = 6 }; /* in a message, counted from the CoE header */
 enum { LIST = 1, OBJECT = 3, ENTRY = 5, ERROR = 7, REPLY = 1, INCOMPLETE = 0x80 };
 enum { LIST_COUNTS = 0, LIST_ALL = 1, LIST_RX = 2, LIST_TX = 3, LISTS = 5 };
+enum { ENTRY_BODY = 10 };
 enum {
   HAS_ACCESS = 0x07,
   HAS_RANGE = 0x60
@@ -103,7 +104,9 @@ static uint16_t describe_entry(struct slave *slave, uint16_t index, uint8_t subi
   if (!object) return refuse(slave, SDO_NO_OBJECT);
   const struct object_entry *entry = entry_of(object, subindex);
   if (!entry) return refuse(slave, SDO_NO_SUBINDEX);
-  const uint8_t told = asked & (entry->range ? HAS_ACCESS | HAS_RANGE : HAS_ACCESS);
+  /* A range only where the mailbox has room for it. */
+  const bool fits = BODY + ENTRY_BODY + 2 * entry_bytes(entry) <= reply_most(slave);
+  const uint8_t told = asked & (entry->range && fits ? HAS_ACCESS | HAS_RANGE : HAS_ACCESS);
   uint16_t at = begin(slave, ENTRY + REPLY, 0);
   uint8_t *body = reply_of(slave) + at;
   number_to(body, 2, index);
@@ -112,7 +115,7 @@ static uint16_t describe_entry(struct slave *slave, uint16_t index, uint8_t subi
   number_to(body + 4, 2, entry->type);
   number_to(body + 6, 2, entry->bits);
   number_to(body + 8, 2, entry->access);
-  at = (uint16_t)(at + 10);
+  at = (uint16_t)(at + ENTRY_BODY);
   for (uint8_t bit = 0x20; bit <= 0x40; bit = (uint8_t)(bit << 1)) {
     if (!(told & bit)) continue;
     const uint64_t limit = (uint64_t)(bit == 0x20 ? entry->range->low : entry->range->high);

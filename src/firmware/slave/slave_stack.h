@@ -50,7 +50,7 @@ struct slave_memory {
 };
 
 /* Files for FoE. All offsets are in bytes. */
-enum { SLAVE_FILE_BUSY = 0x10000 }; /* instead of an error of FoE: ask again */
+#define SLAVE_FILE_BUSY 0x10000u /* of write: instead of an error of FoE; ask again */
 struct slave_files {
   /* An error of FoE if the master may not read (write) the file now; else 0. `name` has no 0 at its end. */
   uint32_t (*open)(void *context, const char *name, uint16_t length, uint32_t password, bool to_write);
@@ -96,15 +96,21 @@ struct slave {
   struct slave_memory memory;
 
   uint8_t state;
-  bool error;    /* shown, and not acknowledged yet */
-  uint16_t code; /* AL status code */
+  bool error;         /* shown, and not acknowledged yet */
+  uint16_t code;      /* AL status code */
+  uint8_t fail_state; /* of slave_fail(), which waits; 0: none */
+  uint16_t fail_code;
+  uint32_t event_mask; /* as selected */
 
-  struct mailbox_area receive, send;          /* in use */
-  uint8_t received_counter, sent_counter;     /* of the last message; 0: none */
-  uint16_t reply_address;                     /* who has asked */
-  uint8_t newest;                             /* reply[newest] was sent last */
-  bool anything_sent, older_sent, newest_due; /* older_sent: reply[!newest] is a message too;
-                                                 newest_due: it was taken back for a repetition */
+  struct mailbox_area receive, send;      /* in use */
+  uint8_t received_counter, sent_counter; /* of the last message; 0: none */
+  uint16_t reply_address;                 /* who has asked */
+  uint8_t newest;                         /* reply[newest] was sent last */
+  bool anything_sent, older_sent;         /* older_sent: reply[!newest] is a message too */
+  bool older_due, newest_due; /* a repetition has taken the newest back: first the older is due, then it */
+  bool repeated_waits;        /* a repeated message is not read yet */
+  bool taking_back;           /* the mailbox is being switched off for that */
+  bool blocked;               /* the mailbox to the master was full when it was looked at */
 
   struct slave_emergency emergencies[SLAVE_EMERGENCIES];
   uint8_t first_emergency, emergency_count;
@@ -130,6 +136,7 @@ struct slave {
   uint16_t output_bytes, input_bytes; /* as mapped */
   uint16_t output_count, input_count; /* entries mapped */
   bool outputs_received, watched;
+  bool inputs_due;          /* since SAFEOP none could be written */
   uint8_t missed, unsynced; /* in OP: SYNC0 in a row without new outputs, outputs since the last SYNC0 */
 };
 
@@ -141,8 +148,9 @@ void slave_start(struct slave *slave, struct board *board, const struct slave_de
  * controller interrupts. At most one mailbox message and one cycle of process data per call. */
 void slave_serve(struct slave *slave);
 
-/* The program's own error: from SAFEOP or OP back to `state` (AL_PREOP, AL_SAFEOP), or to INIT, with an AL
- * status code. Without effect in states below. */
+/* The program's own error: back to `state` (AL_INIT, AL_PREOP, AL_SAFEOP) with an AL status code other than
+ * 0. It acts at the end of slave_serve(), so that every function of the program may call it. Without effect
+ * in states below. */
 void slave_fail(struct slave *slave, uint8_t state, uint16_t code);
 
 /* Tells the master of an error (0x0000: it is gone) as soon as the mailbox has room; `data` may be null.

@@ -56,6 +56,7 @@ static void enter(struct slave *slave, uint8_t wanted) {
   if (has_process_data(from) && !has_process_data(wanted)) process_end(slave);
   if (has_mailbox(from) && !has_mailbox(wanted)) mailbox_end(slave);
   slave->state = wanted;
+  if (wanted == AL_SAFEOP) slave->outputs_received = false; /* also on the way back */
   const struct slave_device *d = slave->device;
   if (!has_mailbox(from) && wanted == AL_PREOP) mailbox_begin(slave, &d->receive, &d->send);
   if (!has_mailbox(from) && wanted == AL_BOOT) mailbox_begin(slave, &d->boot_receive, &d->boot_send);
@@ -86,9 +87,17 @@ void slave_fall(struct slave *slave, uint8_t state, uint16_t code) {
 }
 
 void slave_fail(struct slave *slave, uint8_t state, uint16_t code) {
+  if (code == AL_CODE_NONE || (state != AL_INIT && state != AL_PREOP && state != AL_SAFEOP)) return;
+  slave->fail_state = state;
+  slave->fail_code = code;
+}
+
+static void fail(struct slave *slave) {
+  const uint8_t state = slave->fail_state;
+  if (state == 0) return;
+  slave->fail_state = 0;
   const bool higher = slave->state == AL_BOOT ? state == AL_INIT : slave->state > state;
-  if ((higher || (slave->state == state && has_process_data(state))) && is_state(state))
-    slave_fall(slave, state, code);
+  if (higher || (slave->state == state && state == AL_SAFEOP)) slave_fall(slave, state, slave->fail_code);
 }
 
 /* The master may switch SyncManagers off at any time. */
@@ -102,24 +111,35 @@ static void check_sync_managers(struct slave *slave) {
   if (code != AL_CODE_NONE) slave_fall(slave, AL_PREOP, code);
 }
 
+/* Only what this state ends: the interrupt is a level, and would stay. */
+static void select_events(struct slave *slave) {
+  uint32_t mask = EVENT_AL_CONTROL | EVENT_ACTIVATION;
+  if (has_mailbox(slave->state)) mask |= event_of(slave->blocked ? MAILBOX_SEND : MAILBOX_RECEIVE);
+  if (has_process_data(slave->state)) mask |= process_events(slave);
+  if (mask == slave->event_mask) return;
+  slave->event_mask = mask;
+  events_select(slave->board, mask);
+}
+
 void slave_start(struct slave *slave, struct board *board, const struct slave_device *device,
                  const struct slave_memory *memory, const struct slave_application *application) {
   *slave = (struct slave){
       .board = board, .device = device, .application = application, .memory = *memory, .state = AL_INIT};
   mailbox_end(slave);
   process_end(slave);
-  events_select(board, EVENT_AL_CONTROL | EVENT_ACTIVATION | EVENT_WATCHDOG | event_of(MAILBOX_RECEIVE) |
-                           event_of(MAILBOX_SEND) | (device->sync ? EVENT_SYNC0 : 0) |
-                           (device->outputs.most ? event_of(device->outputs.sync_manager) : 0) |
-                           (device->inputs.most ? event_of(device->inputs.sync_manager) : 0));
+  select_events(slave);
   show(slave, AL_CODE_NONE);
 }
 
 void slave_serve(struct slave *slave) {
   const uint32_t events = events_pending(slave->board);
-  /* First: a master that has switched SyncManagers off has asked for INIT, too. */
+  /* First: outputs that came before a request for OP count for it. */
+  const bool received = has_process_data(slave->state) && process_receive(slave, events);
+  /* Before activations: a master that has switched SyncManagers off has asked for INIT, too. */
   if (events & EVENT_AL_CONTROL) follow(slave, al_control(slave->board));
   if (events & EVENT_ACTIVATION) check_sync_managers(slave);
   if (has_mailbox(slave->state)) mailbox_serve(slave);
-  if (has_process_data(slave->state)) process_serve(slave, events);
+  if (has_process_data(slave->state)) process_serve(slave, events, received);
+  fail(slave);
+  select_events(slave);
 }

@@ -19,8 +19,10 @@ uint8_t Controller::readBuffer(int n, uint16_t at) {
   if (at == 0) {
     events_ &= ~(0x100u << n);
     if (mailbox(n) ? m.full : m.written) {
+      const bool wasOpen = m.open;
       m.open = true;
-      if (!mailbox(n)) m.work = m.next;
+
+      if (!mailbox(n) && !wasOpen) m.work = m.next;  // an open buffer takes nothing newer
     }
   }
   if (!m.open) return 0;
@@ -44,8 +46,22 @@ void Controller::writeBuffer(int n, uint16_t at, uint8_t value) {
   else m.next = m.work, m.written = true;
 }
 
-uint8_t Controller::readByte(uint16_t a) {
+// B-59: what the host has written to +7[0] acts when no frame is in the processing unit.
+void Controller::settle() {
   ++accesses;
+  if (frame > 0) {
+    --frame;
+    return;
+  }
+  for (int n = 0; n < kSyncManagers; ++n) {
+    const bool wanted = memory[0x0807 + 8 * n] & 1;
+    if (wanted && !isOff_[n]) reset(n);
+    isOff_[n] = wanted;
+  }
+}
+
+uint8_t Controller::readByte(uint16_t a) {
+  settle();
   if (a >= 0x1000) {
     const int n = managerAt(a);
     if (n < 0) out = true;
@@ -62,6 +78,7 @@ uint8_t Controller::readByte(uint16_t a) {
     const int n = (a - 0x0800) / 8;
     if (a % 8 == 5)
       return static_cast<uint8_t>((sm_[n].full && mailbox(n) ? 8 : 0) | (sm_[n].written ? 0 : 0x30));
+    if (a % 8 == 7) return static_cast<uint8_t>((memory.at(a) & ~1) | isOff_[n]);
     if (a % 8 == 6) {
       changed_ &= static_cast<uint16_t>(~(1u << n));
       if (!changed_) events_ &= ~0x10u;
@@ -71,7 +88,7 @@ uint8_t Controller::readByte(uint16_t a) {
 }
 
 void Controller::writeByte(uint16_t a, uint8_t value) {
-  ++accesses;
+  settle();
   if (a >= 0x1000) {
     const int n = managerAt(a);
     if (n < 0) out = true;
@@ -85,8 +102,9 @@ void Controller::writeByte(uint16_t a, uint8_t value) {
     out = true;
     return;
   }
-  if (pdiControl && value & 1) reset((a - 0x0800) / 8);
+
   memory.at(a) = value;
+  if (pdiControl && frame == 0) settle();
 }
 
 void Controller::control(uint16_t value) {
@@ -134,6 +152,6 @@ bool Controller::repeatAcknowledged(int n) {
 }
 
 void Controller::setSync0(bool active, uint32_t cycleNs) {
-  memory[0x0981] = active ? 3 : 0;
+  memory[0x0981] = active ? 3 : 0, memory[0x0151] = 8;
   setWord(0x09a0, cycleNs & 0xffff), setWord(0x09a2, cycleNs >> 16);
 }

@@ -32,6 +32,8 @@ class Controller : public board {
 
   uint32_t events() const { return events_; }
   bool interrupts() { return events_ & (word(0x0204) | word(0x0206) << 16); }
+  // A frame is in the processing unit for so many of the host's next accesses (B-59).
+  unsigned frame = 0;
   unsigned accesses = 0;  // of the host
   bool out = false;       // the host has accessed what is no register and no buffer of a SyncManager
 
@@ -44,7 +46,8 @@ class Controller : public board {
   uint16_t length(int n) { return static_cast<uint16_t>(word(0x0802 + 8 * n)); }
   bool mailbox(int n) { return (memory[0x0804 + 8 * n] & 3) == 2; }
   bool masterWrites(int n) { return (memory[0x0804 + 8 * n] >> 2 & 3) == 1; }
-  bool active(int n) { return memory[0x0806 + 8 * n] & 1 && !(memory[0x0807 + 8 * n] & 1) && length(n) > 0; }
+  bool active(int n) { return memory[0x0806 + 8 * n] & 1 && !isOff_[n] && length(n) > 0; }
+  void settle();
   void reset(int n);
   int managerAt(uint16_t a);
   uint8_t readBuffer(int n, uint16_t at);
@@ -53,5 +56,6 @@ class Controller : public board {
   uint32_t events_ = 0;
   uint16_t changed_ = 0;  // SyncManagers whose activation was written
   bool watchdogRuns_ = false;
+  bool isOff_[kSyncManagers] = {};  // the host's switch, as it acts and reads back
   Manager sm_[kSyncManagers];
 };

@@ -59,6 +59,25 @@ std::string name(const Bytes& b, size_t at) {
   return std::string(b.begin() + static_cast<long>(at), b.end());
 }
 
+// 64 bits with a range do not fit the shortest mailbox.
+void longRange() {
+  Bench d;
+  const object_range range{0, 5};
+  const object_entry entries[] = {{0x1b, 64, 0x3f, 0, "n", &range}};
+  const object only[] = {{0x2000, 0x1b, OBJECT_VARIABLE, 0, entries, ""}};
+  d.device.objects = only, d.device.object_count = 1;
+  for (uint16_t length = 32; length <= 48; ++length) {
+    d.device.send.length = length;
+    d.c.setSyncManager(0, 0x1000, 128, 0x26), d.c.setSyncManager(1, 0x1080, length, 0x22);
+    d.request(AL_PREOP);
+    const Bytes m = d.ask(3, question(5, {0, 0x20, 0, 0x60})).data;
+    const bool fits = length >= 38;
+    check("ST-28: a range where it fits",
+          m.size() == (fits ? 32u : 16u) + (length > 38 || !fits) && m[9] == (fits ? 0x60 : 0));
+    d.request(AL_INIT);
+  }
+}
+
 void descriptions() {
   Bench b;
   b.to(AL_PREOP);
@@ -106,5 +125,6 @@ void descriptions() {
 
 void testInformation() {
   lists();
+  longRange();
   descriptions();
 }

@@ -68,6 +68,36 @@ void repetition() {
   check("ST-16: a repetition can be repeated", twice.data[3] == 0x00 && behind.data[3] == 0x18);
 }
 
+// Frames pass while the host switches its mailbox, for shorter and longer than the driver waits.
+void repetitionBesideFrames() {
+  bool ok = true;
+  for (unsigned frame : {1u, 5u, 20u, 60u, 500u, 1500u, 2500u, 5000u}) {
+    Bench b;
+    b.to(AL_PREOP);
+    const auto first = b.ask(3, kReadRevision);
+    b.post(3, kReadType), b.serve();
+    b.c.setActivate(1, 3);
+    b.c.frame = frame;
+    for (int i = 0; i < 2000 && !b.c.repeatAcknowledged(1); ++i) b.serve(1);
+    const auto older = b.fetch(0);
+    b.c.frame = frame;
+    const auto newer = b.fetch(2000);
+    ok = ok && older.data == first.data && older.counter == first.counter && newer.data[3] == 0x00 &&
+         newer.counter == first.counter % 7 + 1 && b.ask(3, kReadRevision).data == first.data;
+  }
+  check("ST-16: a repetition while frames pass", ok);
+  Bench b;
+  b.to(AL_PREOP);
+  b.ask(3, kReadType);
+  const auto lost = b.ask(3, kReadRevision);
+  b.c.setActivate(1, 3), b.serve();
+  b.c.setActivate(1, 1), b.serve();
+  const bool acknowledged = b.c.repeatAcknowledged(1);
+  const auto again = b.fetch(0);
+  check("ST-16: asked for twice before it is read, it is there once",
+        acknowledged && again.data == lost.data && again.counter == lost.counter && b.fetch().type == -1);
+}
+
 void mistakes() {
   Bench b;
   b.to(AL_PREOP);
@@ -157,6 +187,7 @@ void testMailbox() {
   oneByOne();
   counters();
   repetition();
+  repetitionBesideFrames();
   mistakes();
   emergencies();
   order();

@@ -41,6 +41,28 @@ void smSynchronous() {
         d.is(AL_SAFEOP) && still && d.program.cycles == first + 1);
 }
 
+void newest() {
+  Bench b;
+  b.to(AL_PREOP);
+  b.demo.objects.object_1c32_01 = 0, b.demo.objects.object_1c33_01 = 0;
+  b.process(), b.request(AL_SAFEOP);
+  for (uint8_t n : {3, 2, 1}) b.outputs({n, 0, 0}), b.serve();
+  b.request(AL_OP);
+  check("ST-43: the last of several outputs in SAFEOP", b.is(AL_OP) && b.demo.objects.object_7000_01 == 1);
+  bool ok = true;
+  for (unsigned frame : {1u, 100u, 900u, 1100u, 3000u, 9000u}) {
+    Bench d;
+    d.to(AL_PREOP);
+    d.device.outputs.most = 0, d.demo.objects.object_1c33_01 = 1;
+    d.process(0);
+    d.c.frame = frame;
+    d.request(AL_SAFEOP);
+    d.serve(500);
+    ok = ok && d.is(AL_SAFEOP) && d.inputs().size() == 4;
+  }
+  check("ST-44: inputs although frames pass when SAFEOP is entered", ok);
+}
+
 void sync0() {
   Bench b;
   b.device.sync = true;
@@ -77,32 +99,44 @@ void sync0() {
         plain.is(AL_SAFEOP) && plain.demo.slave.mode == SLAVE_SM_SYNCHRONOUS);
 }
 
+// The pin is a level: it falls when everything is served, also where nobody looks at an event.
 void interrupt() {
-  Bench b;
-  b.device.sync = true;
-  b.start();
-  const auto raises = [&](const std::function<void()>& act) {
-    b.serve(5);
-    const bool before = b.c.interrupts();
-    act();
-    const bool raised = b.c.interrupts();
-    b.serve(5);
-    return !before && raised && !b.c.interrupts();
-  };
-  b.to(AL_OP);
-  b.c.setSync0(true, 1000), b.serve();
-  check("ST-48: everything that is to be served interrupts, and is served",
-        raises([&] {
-          b.outputs({0, 0, 0});
-        }) &&
-            raises([&] { b.c.control(AL_OP); }) && raises([&] { b.c.expireWatchdog(); }) &&
-            raises([&] { b.c.setActivate(1, 3); }));
+  for (uint8_t state : {AL_PREOP, AL_SAFEOP, AL_OP}) {
+    Bench b;
+    b.device.sync = true;
+    b.to(state);
+    const auto falls = [&](const char* what, bool raises, const std::function<void()>& act) {
+      b.serve(5);
+      const bool before = b.c.interrupts();
+      act();
+      const bool raised = b.c.interrupts();
+      b.serve(5);
+      check(std::string("ST-49: the interrupt ends, ") + what,
+            !before && (raised || !raises) && !b.c.interrupts());
+    };
+    const Bytes asked{0, 0x20, 0x40, 0, 0x10, 0, 0, 0, 0, 0};
+    falls("a request for a state", true, [&] { b.c.control(state); });
+    falls("a repeat request", true, [&] { b.c.setActivate(1, 3); });
+    falls("a message", true, [&] { b.post(3, asked); });
+    falls("its answer is read", true, [&] { b.fetch(0); });
+    falls("nothing more", false, [] {});
+    b.post(3, asked), b.serve();
+    falls("a message that must wait", false, [&] { b.post(3, asked); });
+    falls("until the answer before it is read", true, [&] { b.fetch(0); });
+    b.fetch(0);
+    falls("SYNC0 in another mode", false, [&] { b.c.sync0(); });
+    if (state == AL_PREOP) continue;
+    falls("outputs", true, [&] { b.outputs({0, 0, 0}); });
+    falls("inputs are read", false, [&] { b.inputs(); });
+    falls("the watchdog", state == AL_OP, [&] { b.c.expireWatchdog(); });
+  }
 }
 }  // namespace
 
 void testProcess() {
   freeRun();
   smSynchronous();
+  newest();
   sync0();
   interrupt();
 }

@@ -270,6 +270,24 @@ void program() {
         b.program.reads == std::vector<uint32_t>{0x601000, 0x101801, 0x101802, 0x101803, 0x101804});
 }
 
+// The highest subindex that there is.
+void most() {
+  Bench b;
+  std::vector<object_entry> entries(256, {5, 8, 0x3f, 0, "", nullptr});
+  entries[0].access = 7;
+  const object only[] = {{0x2000, 0x2a, OBJECT_RECORD, 255, entries.data(), ""}};
+  b.device.objects = only, b.device.object_count = 1;
+  b.demo.objects.object_1000 = 255;
+  b.to(AL_PREOP);
+  check("ST-45: complete access to 255 entries ends", b.upload(0x2000, 0, true).data.size() == 257);
+  check("ST-25: no type of synchronization", [] {
+    Bench d;
+    d.to(AL_PREOP);
+    return d.download(0x1c32, 1, {0x34, 0x12}) == 0x06090030 && d.download(0x1c33, 1, {2, 0}) == 0x06090030 &&
+           d.download(0x1c33, 1, {0x22, 0}) == 0 && d.download(0x1c32, 1, {0, 0}) == 0;
+  }());
+}
+
 void states() {
   for (uint8_t state : {AL_PREOP, AL_SAFEOP, AL_OP}) {
     Bench b;
@@ -287,5 +305,6 @@ void testSdo() {
   complete();
   aborts();
   program();
+  most();
   states();
 }

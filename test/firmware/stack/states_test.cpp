@@ -154,6 +154,10 @@ void processSettings() {
     b.device.sync = true, b.demo.objects.object_1c32_05 = 100000, b.c.setSync0(true, 99999);
   });
   refused("ST-09: a watchdog of no time", 0x001f, [](Bench& b) { b.c.setWord(0x0420, 0); });
+  refused("ST-08: SYNC0 as a pulse", 0x0030,
+          [](Bench& b) { b.device.sync = true, b.c.setSync0(true, 1000), b.c.setWord(0x0982, 1); });
+  refused("ST-08: SYNC0 that is no event", 0x0030,
+          [](Bench& b) { b.device.sync = true, b.c.setSync0(true, 1000), b.c.memory[0x0151] = 0; });
   Bench b;
   b.to(P), b.process();
   b.c.setWord(0x0420, 0), b.c.setSyncManager(2, 0x1100, 3, 0x24);
@@ -182,6 +186,17 @@ void op() {
   b.request(P), b.process(), b.request(S);
   b.request(O);
   check("ST-10: outputs of before do not count", b.error(S, 0x0019));
+  Bench late;
+  late.to(S);
+  late.outputs({1, 2, 3}), late.request(O);
+  check("ST-10: outputs and the request in one pass", late.is(O));
+  late.request(S), late.request(O);
+  check("ST-10: nor do those of OP", late.error(S, 0x0019));
+  Bench fallen;
+  fallen.to(O);
+  slave_fail(&fallen.demo.slave, AL_SAFEOP, 0x8002), fallen.serve();
+  fallen.request(O | 0x10);
+  check("ST-10: nor those before a fall", fallen.error(S, 0x0019));
 }
 
 void switchedOff() {
@@ -223,12 +238,26 @@ void program() {
   check("ST-13: it is asked last", b.error(I, 0x0016));
   Bench d;
   d.to(O);
-  slave_fail(&d.demo.slave, AL_SAFEOP, 0x8002);
+  slave_fail(&d.demo.slave, AL_SAFEOP, 0x8002), d.serve(1);
   check("ST-13: the program falls back", d.error(S, 0x8002));
-  slave_fail(&d.demo.slave, AL_OP, 0x8003);
+  slave_fail(&d.demo.slave, AL_OP, 0x8003), slave_fail(&d.demo.slave, AL_BOOT, 0x8003), d.serve(1);
   check("ST-13: but does not go up", d.error(S, 0x8002));
-  slave_fail(&d.demo.slave, AL_INIT, 0x8004);
+  slave_fail(&d.demo.slave, AL_INIT, 0x8004), d.serve(1);
   check("ST-13: to INIT from anywhere", d.error(I, 0x8004));
+  // From within its own functions.
+  for (uint8_t wanted : {S, O}) {
+    Bench e;
+    static slave* failing;
+    failing = &e.demo.slave;
+    if (wanted == S) e.application.cycle = [](void*, bool) { slave_fail(failing, AL_PREOP, 0x8005); };
+    else
+      e.application.may_enter = [](void*, uint8_t state) {
+        if (state == AL_OP) slave_fail(failing, AL_INIT, 0x8005);
+        return uint16_t{0};
+      };
+    e.to(wanted);
+    check("ST-13: the program fails while a state is entered", e.error(wanted == S ? P : I, 0x8005));
+  }
 }
 }  // namespace
 

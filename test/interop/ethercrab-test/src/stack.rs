@@ -10,12 +10,15 @@ const STATUS: u16 = 0x080d;
 const FULL: u8 = 8;
 
 fn refused<T: core::fmt::Debug>(what: &str, wanted: u32, result: Result<T, Error>) -> Outcome {
-    let ok = matches!(result, Err(Error::Mailbox(MailboxError::Aborted { code, .. })) if u32::from(code) == wanted);
+    let ok = match result {
+        Err(Error::Mailbox(MailboxError::Aborted { code, .. })) => u32::from(code) == wanted,
+        _ => false,
+    };
     check(&format!("{what} is refused with {wanted:#010x}"), ok, result)
 }
 
-/// `transfers`: SDOs of each kind, at least one. Segmented ones are left out: ethercrab 0.7.1 takes the command
-/// of an upload segment's answer, 0, for none. It has neither complete access nor FoE.
+/// `transfers`: SDOs of each kind, at least one. Segmented ones are left out: ethercrab 0.7.1 does not know
+/// the command of an upload segment's answer, 0. It has neither complete access nor FoE.
 pub async fn stack(bus: &mut Bus, transfers: u16) -> Outcome {
     let group = bus.scan().await?;
     let s = told("slave", group.subdevice(bus.master, 0))?;
