@@ -86,11 +86,13 @@ module SlotTimer(
   always @(posedge clock) begin
     sampled <= reference;
     before_0 <= sampled;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       count <= 1'h0;
     else
       count <= ~(count | sampled & ~before_0) & count - 1'h1;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign tick = ~count;
 endmodule
 
@@ -466,7 +468,7 @@ module RegisterFile(
   wire        _bytes_whole_parts_clear_T_62 = writeAddress == 8'h92;
   wire        _bytes_whole_parts_clear_T_66 = writeAddress == 8'h93;
   wire        _bytes_whole_parts_parts_T_186 = writeAddress == 8'h96;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       bytes_whole_10 <= 16'h0;
       bytes_whole_11 <= 16'h0;
@@ -589,7 +591,7 @@ module RegisterFile(
         {write & writeAddress == 8'hBB & writeMask ? writeData : bytes_whole_49[15:8],
          write & writeAddress == 8'hBA & writeMask ? writeData : bytes_whole_49[7:0]};
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign readData =
     (readAddress[7:3] == 5'h0 ? casez_tmp : 8'h0) | (readAddress[7:3] == 5'h7 ? casez_tmp_0 : 8'h0)
     | (readAddress[7:3] == 5'h8 ? casez_tmp_1 : 8'h0) | (readAddress[7:3] == 5'h9 ? casez_tmp_2 : 8'h0)
@@ -714,8 +716,7 @@ module MasterHost(
   reg  [23:0] rest;
   reg  [7:0]  host_rdata_REG;
   wire        _reads_88_T_5 = host_addr[7:0] == 8'h88;
-  wire        _GEN = _host_ack_T & inFile;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       next <= 9'h0;
       count <= 1'h0;
@@ -729,6 +730,9 @@ module MasterHost(
       count <= active & ~count & count - 1'h1;
       host_ack_REG <= _host_ack_T;
     end
+  end // always @(posedge, posedge)
+  wire        _GEN = _host_ack_T & inFile;
+  always @(posedge clock) begin
     if (_GEN & host_addr[7:0] == 8'h9C)
       rest <= status_master_time[63:40];
     else if (_GEN & host_addr[7:0] == 8'h98)
@@ -956,6 +960,7 @@ module MiiRxReadSide(
   reg  [2:0] visible;
   reg  [2:0] earlier_1;
   reg  [2:0] pointer;
+  reg        begins;
   wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
   wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
   reg        casez_tmp;
@@ -1001,11 +1006,17 @@ module MiiRxReadSide(
     meta <= writeGray;
     visible <= meta;
     earlier_1 <= visible;
-    if (reset)
+    if (begins)
       pointer <= {visible[2], ^(visible[2:1]), ^visible};
     else if (read_take)
       pointer <= pointer + 3'h1;
   end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
+    if (reset)
+      begins <= 1'h1;
+    else
+      begins <= 1'h0;
+  end // always @(posedge, posedge)
   assign read_symbol_dv = casez_tmp;
   assign read_symbol_er = casez_tmp_0;
   assign read_symbol_data = casez_tmp_1;
@@ -1106,7 +1117,7 @@ module MiiTransmitter(
   reg  [3:0] data;
   reg  [1:0] left;
   wire [1:0] mark = in_end & in_bad ? (in_payload ? {1'h1, ~in_odd} : 2'h2) : left;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       enable <= 1'h0;
       left <= 2'h0;
@@ -1115,6 +1126,8 @@ module MiiTransmitter(
       enable <= in_valid | (|mark);
       left <= mark - {1'h0, |mark};
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (tick)
       data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
   end // always @(posedge)
@@ -1166,10 +1179,9 @@ module MiiReceiver(
   wire        crcGood = count[0] ? crcWasGood : crcRight;
   wire        start = ~(|state) & symbols_available & symbols_symbol_dv & symbols_settled;
   wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
-  wire        runs = ~faulty & ~ended;
-  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
   wire        _GEN = state == 3'h1 | state == 3'h2;
-  always @(posedge clock) begin
+  wire        runs = ~faulty & ~ended;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 3'h0;
       output_valid <= 1'h0;
@@ -1205,6 +1217,9 @@ module MiiReceiver(
       end
       cutNow <= ~tick & (cut & inFrame | cutNow);
     end
+  end // always @(posedge, posedge)
+  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
+  always @(posedge clock) begin
     if (tick) begin
       if (|state) begin
         if (~_GEN | faulty | ended) begin
@@ -1293,12 +1308,12 @@ module MiiPort(
   wire       _crossing_read_settled;
   wire       _crossing_read_overflow;
   reg        receiver_cut_REG;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       receiver_cut_REG <= 1'h0;
     else
       receiver_cut_REG <= _core_link_crossing_out;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   MiiRxCrossing crossing (
     .clock            (clock),
     .reset            (reset),
@@ -1381,6 +1396,8 @@ module EthernetReceiver(
     if (_byte_valid_T)
       low <= in_data;
     end_bits_REG <= ~in_bad;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       high <= 1'h0;
       begun <= 1'h0;
@@ -1393,7 +1410,7 @@ module EthernetReceiver(
       end
       end_valid_REG <= step & in_end;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign byte_valid = _byte_valid_T & in_payload & high;
   assign byte_bits = {in_data, low};
   assign first = ~begun;
@@ -1417,7 +1434,7 @@ module ExpectedByte(
   reg  [5:0] place;
   reg        ours;
   wire       _same_output = byte_bits == setting;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       place <= 6'h0;
       ours <= 1'h0;
@@ -1429,7 +1446,7 @@ module ExpectedByte(
         place <= place + 6'h1;
       ours <= ~end_valid & (byte_valid & place < 6'h6 ? _same_output & (ours | place == 6'h0) : ours);
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign address =
     place[4:0] + (place < 6'h10 ? 5'h6 : place < 6'h1E ? 5'h16 : place < 6'h22 ? 5'hE : place < 6'h26 ? 5'h10 : 5'h6);
   assign at = place;
@@ -1488,11 +1505,13 @@ module UdpReceiver(
         left <= left - 11'h1;
     end
     received_bits_good_REG <= end_bits & ~wrong & begun & left == 11'h1;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       received_valid_REG <= 1'h0;
     else
       received_valid_REG <= end_valid & mine;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign data_valid = byte_valid & payload;
   assign data_bits = byte_bits;
   assign offset = place;
@@ -1528,13 +1547,16 @@ module ArpResponder(
   output       bytes_bits_last
 );
 
+  wire       bytes_valid_0;
   reg        wrong;
   reg        all;
   reg        answers;
   reg  [5:0] sent;
+  wire       _GEN = end_valid & ~answers;
   reg  [1:0] age;
   reg  [7:0] reply;
-  wire       bytes_valid_0 = age == 2'h2;
+  wire       _age_T = bytes_ready & bytes_valid_0;
+  assign bytes_valid_0 = age == 2'h2;
   wire       bytes_bits_last_0 = sent == 6'h29;
   reg  [7:0] casez_tmp;
   always @(*) begin
@@ -1573,36 +1595,36 @@ module ArpResponder(
         casez_tmp = 8'h8;
     endcase
   end // always @(*)
-  wire       _GEN = byte_valid & ~answers;
-  wire       _GEN_0 = byte_bits != 8'h8;
-  wire       _GEN_1 = byte_bits != 8'h6;
-  wire       _GEN_2 = byte_bits != 8'h1;
-  wire       _GEN_3 = end_valid & ~answers;
-  wire       _age_T = bytes_ready & bytes_valid_0;
+  wire       _GEN_0 = byte_valid & ~answers;
+  wire       _GEN_1 = byte_bits != 8'h8;
+  wire       _GEN_2 = byte_bits != 8'h6;
+  wire       _GEN_3 = byte_bits != 8'h1;
   always @(posedge clock) begin
     wrong <=
       answers
-      | (_GEN
-           ? at > 6'h25 & at < 6'h2A & ~same | at == 6'h15 & _GEN_2 | at == 6'h14 & (|byte_bits) | at == 6'h13
-             & byte_bits != 8'h4 | at == 6'h12 & _GEN_1 | at == 6'h11 & (|byte_bits) | at == 6'h10 & _GEN_0 | at == 6'hF
-             & _GEN_2 | at == 6'hE & (|byte_bits) | at == 6'hD & _GEN_1 | at == 6'hC & _GEN_0 | ~first & wrong
+      | (_GEN_0
+           ? at > 6'h25 & at < 6'h2A & ~same | at == 6'h15 & _GEN_3 | at == 6'h14 & (|byte_bits) | at == 6'h13
+             & byte_bits != 8'h4 | at == 6'h12 & _GEN_2 | at == 6'h11 & (|byte_bits) | at == 6'h10 & _GEN_1 | at == 6'hF
+             & _GEN_3 | at == 6'hE & (|byte_bits) | at == 6'hD & _GEN_2 | at == 6'hC & _GEN_1 | ~first & wrong
            : wrong);
-    if (_GEN)
+    if (_GEN_0)
       all <= ~(at < 6'h6 & byte_bits != 8'hFF) & (first | all);
     if (_age_T)
       sent <= sent + 6'h1;
-    else if (_GEN_3)
+    else if (_GEN)
       sent <= 6'h0;
     if (_age_T | ~answers | ~granted)
       age <= 2'h0;
     else if (~bytes_valid_0)
       age <= age + 2'h1;
     reply <= sent < 6'h6 | sent[5] ? asker : sent > 6'hB & sent < 6'h16 ? casez_tmp : setting;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       answers <= 1'h0;
     else
-      answers <= ~(_age_T & bytes_bits_last_0) & (_GEN_3 ? end_bits & ~wrong & (all | mine) & at > 6'h2D : answers);
-  end // always @(posedge)
+      answers <= ~(_age_T & bytes_bits_last_0) & (_GEN ? end_bits & ~wrong & (all | mine) & at > 6'h2D : answers);
+  end // always @(posedge, posedge)
   assign wants = answers;
   assign settingAddress = {1'h0, sent[3:0]};
   assign note_valid = byte_valid & ~answers & at > 6'h15 & ~(at[5]);
@@ -1687,38 +1709,34 @@ module ServerLink(
   reg        ones;
   reg  [7:0] lowest;
   wire       _age_T_3 = state == 3'h0;
+  wire       begins = _age_T_3 & pending & granted;
   reg        ends;
   wire       _tagEnd_T = state == 3'h2;
   wire       _tagged_bits_T = state == 3'h1;
   reg        isOther;
   wire [7:0] _other_T_2 = {8{isKnown}};
   wire       _tagReady_T = state == 3'h3;
+  wire       _remove_valid_T = state == 3'h4;
+  wire [7:0] versus = _remove_valid_T ? number : other;
+  wire [8:0] _minus_T_4 = {1'h0, _ram_readData} - {1'h0, versus} - {8'h0, borrow & _remove_valid_T};
   wire       isHere = age == 2'h2 & ~isOther;
   wire       feeds = _tagged_bits_T | _tagEnd_T;
   wire       fires = isHere & (~feeds | tagged_ready);
   wire       _tagEnd_T_2 = at == 6'h2F;
+  wire       _GEN = state == 3'h1;
+  wire       _GEN_0 = state == 3'h2;
+  wire       _GEN_1 = state == 3'h3;
+  wire       _GEN_2 = state == 3'h4;
+  wire       _GEN_3 = _GEN | _GEN_0 | _GEN_1;
+  wire       _GEN_4 = ~fires | _GEN_3 | ~_GEN_2;
+  wire       isZero = zeros & _minus_T_4[7:0] == 8'h0;
   wire       isRight = ~wrong & isNewer;
   reg        remove_valid_REG;
   reg        inTime;
   wire       accepts = ends & isRight;
   wire       isOrder = accepts & orders & (fresh | ~hasOrder) & inTime;
   wire       isTaken = isOrder & ~waits;
-  wire [5:0] _at_T = at + 6'h1;
-  wire       begins = _age_T_3 & pending & granted;
-  wire       _remove_valid_T = state == 3'h4;
-  wire [7:0] versus = _remove_valid_T ? number : other;
-  wire [8:0] _minus_T_4 = {1'h0, _ram_readData} - {1'h0, versus} - {8'h0, borrow & _remove_valid_T};
-  wire       differs = _ram_readData != versus;
-  wire       _GEN = state == 3'h1;
-  wire       _GEN_0 = state == 3'h2;
-  wire       _GEN_1 = at > 6'h1B & ~(at[5]);
-  wire       _GEN_2 = _ram_readData != versus;
-  wire       _GEN_3 = state == 3'h3;
-  wire       _GEN_4 = state == 3'h4;
-  wire       _GEN_5 = _GEN | _GEN_0 | _GEN_3;
-  wire       _GEN_6 = ~fires | _GEN_5 | ~_GEN_4;
-  wire       isZero = zeros & _minus_T_4[7:0] == 8'h0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       comes <= 2'h0;
       checks <= 2'h1;
@@ -1754,7 +1772,7 @@ module ServerLink(
             if (_tagEnd_T_2)
               state <= 3'h3;
           end
-          else if (_GEN_3 & (&at))
+          else if (_GEN_1 & (&at))
             state <= 3'h4;
         end
       end
@@ -1770,10 +1788,16 @@ module ServerLink(
       hasOrder <= isTaken | hasOrder;
       waits <= isTaken | ~take & waits;
       pending <= ~begins & (received_valid & isOurs | pending);
-      ends <= ~ends & (_GEN_6 ? ends : at == 6'h1C);
+      ends <= ~ends & (_GEN_4 ? ends : at == 6'h1C);
       isOther <= looks;
       remove_valid_REG <= _remove_valid_T & fires & at == 6'h20 & isRight & isZero & lowest <= kept;
     end
+  end // always @(posedge, posedge)
+  wire [5:0] _at_T = at + 6'h1;
+  wire       differs = _ram_readData != versus;
+  wire       _GEN_5 = at > 6'h1B & ~(at[5]);
+  wire       _GEN_6 = _ram_readData != versus;
+  always @(posedge clock) begin
     if (data_valid & _blocked_T)
       late <= pending;
     if (begins)
@@ -1787,13 +1811,13 @@ module ServerLink(
       end
       else if (_GEN_0)
         at <= _at_T;
-      else if (_GEN_3) begin
+      else if (_GEN_1) begin
         if (&at)
           at <= 6'h23;
         else
           at <= _at_T;
       end
-      else if (_GEN_4)
+      else if (_GEN_2)
         at <= at - 6'h1;
       else
         at <= _at_T;
@@ -1819,9 +1843,9 @@ module ServerLink(
                 ? setting
                 : at[2:0] == 3'h3 | at[2:0] == 3'h2 ? 8'h2 : at[2:0] == 3'h1 ? 8'h41 : at[2:0] == 3'h0 ? 8'h46 : 8'h0;
     end
-    wrong <= ~begins & (~fires | _GEN ? wrong : _GEN_0 ? at[5:4] == 2'h0 & differs | wrong : _GEN_3 & _GEN_2 | wrong);
-    isNewer <= ~begins & (~fires | _GEN | ~(_GEN_0 & _GEN_1 & ~decided) ? isNewer : ~(_minus_T_4[8]) & differs);
-    decided <= ~begins & (fires & ~_GEN & _GEN_0 & _GEN_1 & _GEN_2 | decided);
+    wrong <= ~begins & (~fires | _GEN ? wrong : _GEN_0 ? at[5:4] == 2'h0 & differs | wrong : _GEN_1 & _GEN_6 | wrong);
+    isNewer <= ~begins & (~fires | _GEN | ~(_GEN_0 & _GEN_5 & ~decided) ? isNewer : ~(_minus_T_4[8]) & differs);
+    decided <= ~begins & (fires & ~_GEN & _GEN_0 & _GEN_5 & _GEN_6 | decided);
     another <= ~begins & (fires & ~_GEN & _GEN_0 & at[5:3] == 3'h2 & differs | another);
     fresh <= ~begins & (fires & ~_GEN & _GEN_0 & at > 6'h23 & at < 6'h28 & differs | fresh);
     if (~fires | _GEN | ~(_GEN_0 & at == 6'h28)) begin
@@ -1832,14 +1856,14 @@ module ServerLink(
     end
     else
       silent <= |_ram_readData;
-    borrow <= ~begins & (_GEN_6 ? borrow : _minus_T_4[8] & (|(at[1:0])));
-    if (_GEN_6) begin
+    borrow <= ~begins & (_GEN_4 ? borrow : _minus_T_4[8] & (|(at[1:0])));
+    if (_GEN_4) begin
     end
     else begin
       zeros <= (&(at[1:0])) | _minus_T_4[7:0] == 8'h0 & zeros;
       ones <= (&(at[1:0])) | (&(_minus_T_4[7:0])) & ones;
     end
-    if (~fires | _GEN_5 | ~(_GEN_4 & (&(at[1:0])))) begin
+    if (~fires | _GEN_3 | ~(_GEN_2 & (&(at[1:0])))) begin
     end
     else
       lowest <= _minus_T_4[7:0];
@@ -1937,6 +1961,7 @@ module EventMemory(
   reg         both_REG;
   wire [15:0] both = both_REG ? _times_ram_readData : _content_ram_readData;
   reg         readData_REG;
+  wire        _GEN = state == 2'h0;
   reg  [2:0]  casez_tmp;
   always @(*) begin
     casez (state)
@@ -1951,8 +1976,7 @@ module EventMemory(
     endcase
   end // always @(*)
   wire [7:0]  removed = remove_valid ? remove_bits : 8'h0;
-  wire        _GEN = state == 2'h0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 2'h0;
       number <= 32'h0;
@@ -1974,6 +1998,8 @@ module EventMemory(
       kept <= kept - removed + {7'h0, _stored_output};
       many <= (|(kept[7:5])) & ((|(kept[7:6])) | many);
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     word <= casez_tmp;
     if (_GEN)
       chosen <= ~event_0_valid;
@@ -2042,7 +2068,7 @@ module ReportTimer(
   reg [11:0] left;
   reg [2:0]  may;
   reg [18:0] REG;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       fresh <= 1'h0;
       left <= 12'h0;
@@ -2058,7 +2084,7 @@ module ReportTimer(
       may <= may + {2'h0, millisecond & may != 3'h7} - {2'h0, begins};
       REG <= status;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign due = run & (|may) & (fresh | ~(|left));
 endmodule
 
@@ -2180,20 +2206,13 @@ module ReportSender(
   wire        toWire = isData | _isLast_T_6 | _isLast_T_18 & at[1];
   wire        toTag = isNonce | isReport | _isEmpty_T | _isEventEnd_T;
   wire        isEmpty = _isEmpty_T & at[10:2] == _GEN | _isEventEnd_T & at[10:5] == events;
-  wire [10:0] _length_T_3 = {_GEN + {1'h0, events, 2'h0} + {2'h0, events, 1'h0}, 2'h0} + {4'h0, at[5] ? 7'h62 : 7'h76};
-  wire        isCheck = at[5:1] == 5'hC;
-  wire        behindIp = at[5:0] > 6'h21;
-  wire        folds = _isLast_T_3 & behindIp | _isLast_T_18 & ~(at[1]);
-  wire        isSummed = isData | _isLast_T_3 & ~isCheck | _isLast_T_6 & behindIp & at[5:1] != 5'h14;
   wire        fires = ready & ~isEmpty & (~toWire | bytes_ready) & (~toTag | tagged_ready);
   wire        moves =
     isEmpty | fires
     & (isNonce & at[5:0] == 6'hF | _isLast_T_3 & at[5:0] == 6'h23 | _isLast_T_6 & at[5:0] == 6'h29 | isReport
        & at[5:0] == 6'h37 | _isLast_T_12 & at[5:0] == 6'hF | _isLast_T_15 & at[5:0] == 6'hF | _isLast_T_18
        & at[5:0] == 6'h3);
-  wire [9:0]  _sum_total_T_2 = {1'h0, sum_next, 1'h1} + {1'h0, isSummed & ~folds ? byte_0 : 8'h0, sum_carry};
-  wire        _GEN_0 = fires & (isSummed | folds);
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       part <= 4'h0;
       sent <= 32'h0;
@@ -2218,6 +2237,15 @@ module ReportSender(
                  ? 3'h6
                  : part == 4'h4 ? 3'h5 : part == 4'h3 ? 3'h4 : {1'h0, part == 4'h2 ? 2'h3 : {part == 4'h1, 1'h0}}};
     end
+  end // always @(posedge, posedge)
+  wire [10:0] _length_T_3 = {_GEN + {1'h0, events, 2'h0} + {2'h0, events, 1'h0}, 2'h0} + {4'h0, at[5] ? 7'h62 : 7'h76};
+  wire        isCheck = at[5:1] == 5'hC;
+  wire        behindIp = at[5:0] > 6'h21;
+  wire        folds = _isLast_T_3 & behindIp | _isLast_T_18 & ~(at[1]);
+  wire        isSummed = isData | _isLast_T_3 & ~isCheck | _isLast_T_6 & behindIp & at[5:1] != 5'h14;
+  wire [9:0]  _sum_total_T_2 = {1'h0, sum_next, 1'h1} + {1'h0, isSummed & ~folds ? byte_0 : 8'h0, sum_carry};
+  wire        _GEN_0 = fires & (isSummed | folds);
+  always @(posedge clock) begin
     if (_age_T) begin
       at <= 11'h0;
       sum_next <= 8'h0;
@@ -2359,11 +2387,13 @@ module Ascon(
   assign next_2 = ~b2 & _GEN_0;
   assign next_3 = (_sum_3_output ^ ~a4 & a0 ^ b2) & _GEN_0;
   assign next_4 = s4 & _GEN_0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       writes <= 1'h0;
     else
       writes <= write;
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     target <= {~side, piece};
     x0by1 <= _here_ram_readData[35:20];
     x0by2 <= x0by1[11:0];
@@ -2501,7 +2531,7 @@ module AsconTag(
   wire        _GEN_1 = (&padding) & ~full;
   wire        _GEN_2 = time_0 == 3'h5;
   wire        _GEN_3 = tags & (&round);
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       phase <= 3'h0;
       time_0 <= 3'h0;
@@ -2553,6 +2583,8 @@ module AsconTag(
         keyAt <= {keyAt[5:2], 2'h0};
       tag_valid_REG <= tags & counts & piece == round[2:1];
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (takes | keyAt[0])
       low <= byte_0;
     at <= piece;
@@ -2687,7 +2719,7 @@ module FrameStore(
   wire       _ram_io_write_T = in_ready_0 & in_valid;
   assign in_ready_0 = ~isFull & ~note_valid;
   wire       _isThere_T_2 = out_ready & isThere;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       write <= 7'h0;
       read <= 7'h0;
@@ -2702,7 +2734,7 @@ module FrameStore(
       leaves <= ~(_isThere_T_2 & _ram_readData[0]) & (isFull | _ram_io_write_T & in_bits_last | leaves);
       isThere <= leaves & read != write & ~_isThere_T_2;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _ram_write = _ram_io_write_T | note_valid;
   assign _ram_writeAddress = note_valid ? {3'h4, noteAddress} : {1'h0, write};
   assign _ram_writeData = note_valid ? {note_bits, 1'h0} : {in_bits_data, in_bits_last};
@@ -2751,22 +2783,28 @@ module EthernetSender(
   reg  [7:0]  following_data;
   reg         following_last;
   reg         full;
+  wire        _GEN = ~full & bytes_valid;
   wire        _content_T = state == 3'h2;
   wire        takes = _content_T & ~(count[0]);
   wire        late = takes & ~full;
-  wire        _GEN = state == 3'h6;
+  wire        _GEN_0 = state == 3'h6;
   wire        whole =
     (&(count[2:0]))
     & count[6:3] == (state == 3'h4 ? 4'h0 : state == 3'h3 | state == 3'h2 ? 4'hE : {2'h0, state == 3'h1 ? 2'h1 : 2'h2});
+  wire        content = _content_T | state == 3'h3;
   reg         out_r_valid;
   reg         out_r_payload;
   reg  [3:0]  out_r_data;
   reg         out_r_end;
   reg         out_r_bad;
   reg         out_r_odd;
+  wire        _GEN_1 = state == 3'h1;
+  wire        _GEN_2 = state == 3'h2;
+  wire [3:0]  next_data =
+    _GEN_1 ? {whole, 3'h5} : _GEN_2 ? (takes ? following_data[3:0] : rest) : state == 3'h4 ? ~(crc[3:0]) : 4'h0;
   reg  [2:0]  casez_tmp;
-  wire [2:0]  _GEN_0 = late ? 3'h5 : count[0] & ended ? (whole ? 3'h4 : 3'h3) : state;
-  wire [2:0]  _GEN_1 = _GEN & full & following_last ? 3'h0 : state;
+  wire [2:0]  _GEN_3 = late ? 3'h5 : count[0] & ended ? (whole ? 3'h4 : 3'h3) : state;
+  wire [2:0]  _GEN_4 = _GEN_0 & full & following_last ? 3'h0 : state;
   always @(*) begin
     casez (state)
       3'b000:
@@ -2774,28 +2812,20 @@ module EthernetSender(
       3'b001:
         casez_tmp = whole ? 3'h2 : state;
       3'b010:
-        casez_tmp = _GEN_0;
+        casez_tmp = _GEN_3;
       3'b011:
-        casez_tmp = _GEN_0;
+        casez_tmp = _GEN_3;
       3'b100:
         casez_tmp = whole ? 3'h5 : state;
       3'b101:
         casez_tmp = whole ? (ended ? 3'h0 : 3'h6) : state;
       3'b110:
-        casez_tmp = _GEN_1;
+        casez_tmp = _GEN_4;
       default:
-        casez_tmp = _GEN_1;
+        casez_tmp = _GEN_4;
     endcase
   end // always @(*)
-  wire        _GEN_2 = state == 3'h0;
-  wire        _GEN_3 = ~full & bytes_valid;
-  wire        content = _content_T | state == 3'h3;
-  wire        _GEN_4 = state == 3'h1;
-  wire        _GEN_5 = state == 3'h2;
-  wire [3:0]  next_data =
-    _GEN_4 ? {whole, 3'h5} : _GEN_5 ? (takes ? following_data[3:0] : rest) : state == 3'h4 ? ~(crc[3:0]) : 4'h0;
-  wire [3:0]  nextCrc_feedback = crc[3:0] ^ (content ? next_data : crc[3:0]);
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 3'h0;
       full <= 1'h0;
@@ -2816,16 +2846,20 @@ module EthernetSender(
         out_r_bad <= ~ended;
         out_r_odd <= ~ended;
       end
-      full <= _GEN_3 | ~(step & (takes | _GEN)) & full;
+      full <= _GEN | ~(step & (takes | _GEN_0)) & full;
     end
+  end // always @(posedge, posedge)
+  wire [3:0]  nextCrc_feedback = crc[3:0] ^ (content ? next_data : crc[3:0]);
+  wire        _GEN_5 = state == 3'h0;
+  always @(posedge clock) begin
     if (step) begin
-      if (_GEN_2 | ~(_GEN_4 | ~((_GEN_5 | state == 3'h3) & late)))
+      if (_GEN_5 | ~(_GEN_1 | ~((_GEN_2 | state == 3'h3) & late)))
         count <= 7'h0;
       else if (whole)
         count <= content & ~ended ? 7'h76 : 7'h0;
       else
         count <= count + 7'h1;
-      ended <= ~_GEN_2 & (takes ? following_last : ended);
+      ended <= ~_GEN_5 & (takes ? following_last : ended);
       crc <=
         {4'h0, crc[31:4]} ^ (nextCrc_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (nextCrc_feedback[1] ? 32'h3B6E20C8 : 32'h0)
         ^ (nextCrc_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (nextCrc_feedback[3] ? 32'hEDB88320 : 32'h0)
@@ -2833,7 +2867,7 @@ module EthernetSender(
     end
     if (step & takes)
       rest <= following_data[7:4];
-    if (_GEN_3) begin
+    if (_GEN) begin
       following_data <= bytes_bits_data;
       following_last <= bytes_bits_last;
     end
@@ -3053,7 +3087,7 @@ module PlantSide(
   wire        _serverSilent_output = seconds >= serverTimeout;
   wire        isWhole = part == 10'h3E7;
   wire        keeps = (&owner) ? _arp_wants : owner == 2'h2 ? _link_wants : owner == 2'h1 & _reports_wants;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       owner <= 2'h0;
       part <= 10'h0;
@@ -3079,8 +3113,9 @@ module PlantSide(
           seconds <= seconds + 8'h1;
       end
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     reports_again_REG <= mailbox_looks;
-  end // always @(posedge)
   EthernetReceiver receiver (
     .clock      (clock),
     .reset      (reset),
@@ -3362,7 +3397,7 @@ module HeldCounter(
   reg  [63:0] number;
   reg         waits;
   wire        _waits_T = count | waits;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       number <= 64'h0;
       waits <= 1'h0;
@@ -3375,7 +3410,7 @@ module HeldCounter(
       else
         waits <= count & waits;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign value = number;
 endmodule
 
@@ -3446,7 +3481,7 @@ module FrameComposer(
   end // always @(*)
   wire       bytes_bits_last_0 = _next_T == {1'h0, used};
   wire       _settled_T = bytes_ready & bytes_valid_0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       used <= 9'h0;
       sending <= 1'h0;
@@ -3458,6 +3493,8 @@ module FrameComposer(
         used <= used + 9'h1;
       sending <= send | ~(_settled_T & bytes_bits_last_0) & sending;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     settled <= ~_settled_T & sending;
     if (send)
       at <= 10'h3F0;
@@ -3533,55 +3570,57 @@ module AnswerMatcher(
   wire        places_2_1 = inData & at[3:2] != 2'h3;
   wire        places_3_1 = isWhole & ~allCame;
   wire        counts = byte_valid & ~first;
-  wire [3:0]  _at_T = at + 4'h1;
-  wire        _GEN = at == 4'h0;
-  wire        _GEN_0 = state == 3'h0;
-  wire        _GEN_1 = at == 4'h6;
-  wire        _GEN_2 = state == 3'h1;
-  wire        _mask_T = at == 4'h7;
-  wire        _GEN_3 = first | _GEN_0;
-  wire        _GEN_4 = at == 4'h9;
-  wire        _GEN_5 = state == 3'h2;
-  wire        _GEN_6 = left == 11'h1;
-  wire        _GEN_7 = state == 3'h3 & isWhole;
-  wire [7:0]  mask = _mask_T ? 8'h7 : 8'hFF;
-  wire [7:0]  _GEN_8 = byte_bits & mask;
-  always @(posedge clock) begin
+  wire        _GEN = state == 3'h0;
+  wire        _GEN_0 = at == 4'h6;
+  wire        _GEN_1 = state == 3'h1;
+  wire        _GEN_2 = at == 4'h9;
+  wire        _GEN_3 = state == 3'h2;
+  wire        _GEN_4 = left == 11'h1;
+  wire        _GEN_5 = state == 3'h3 & isWhole;
+  always @(posedge clock or posedge reset) begin
     if (reset)
       state <= 3'h5;
     else if (byte_valid) begin
       if (first)
         state <= 3'h0;
-      else if (_GEN_0) begin
+      else if (_GEN) begin
         if (&at)
           state <= byte_bits[7:4] == 4'h1 ? ({byte_bits[2:0], low} == 11'h0 ? 3'h4 : 3'h1) : 3'h5;
-        else if (at == 4'hC & byte_bits != 8'h88 | at == 4'hD & byte_bits != 8'hA4 | _GEN_1 & ~(byte_bits[1]))
+        else if (at == 4'hC & byte_bits != 8'h88 | at == 4'hD & byte_bits != 8'hA4 | _GEN_0 & ~(byte_bits[1]))
           state <= 3'h5;
       end
-      else if (_GEN_2) begin
-        if (_GEN_4)
+      else if (_GEN_1) begin
+        if (_GEN_2)
           state <= {2'h1, left == 11'h0};
       end
-      else if (_GEN_5) begin
-        if (_GEN_6)
+      else if (_GEN_3) begin
+        if (_GEN_4)
           state <= 3'h3;
       end
-      else if (_GEN_7)
+      else if (_GEN_5)
         state <= more ? 3'h1 : 3'h4;
     end
+  end // always @(posedge, posedge)
+  wire [3:0]  _at_T = at + 4'h1;
+  wire        _GEN_6 = at == 4'h0;
+  wire        _mask_T = at == 4'h7;
+  wire        _GEN_7 = first | _GEN;
+  wire [7:0]  mask = _mask_T ? 8'h7 : 8'hFF;
+  wire [7:0]  _GEN_8 = byte_bits & mask;
+  always @(posedge clock) begin
     if (byte_valid) begin
       if (first) begin
         at <= 4'h1;
         where <= 9'h0;
       end
       else begin
-        if (_GEN_0) begin
+        if (_GEN) begin
           if (&at)
             at <= 4'h0;
           else
             at <= _at_T;
         end
-        else if (_GEN_2 ? _GEN_4 : _GEN_5 ? _GEN_6 : _GEN_7)
+        else if (_GEN_1 ? _GEN_2 : _GEN_3 ? _GEN_4 : _GEN_5)
           at <= 4'h0;
         else if (~(&at))
           at <= _at_T;
@@ -3590,27 +3629,27 @@ module AnswerMatcher(
       end
       wrong <=
         ~first
-        & (~_GEN_0 & _GEN_2 & ~allCame & (|{_mask_T, _GEN_1, _places_T, _GEN}) & (|((byte_bits ^ sent) & mask))
+        & (~_GEN & _GEN_1 & ~allCame & (|{_mask_T, _GEN_0, _places_T, _GEN_6}) & (|((byte_bits ^ sent) & mask))
            | wrong);
       other <=
         ~first
-        & (_GEN_0
+        & (_GEN
              ? other
-             : _GEN_2
-                 ? _GEN & (|_GEN_8) | at == 4'h4 & _GEN_8 != 8'hA8 | at == 4'h5 & _GEN_8 != 8'hE | _GEN_1
+             : _GEN_1
+                 ? _GEN_6 & (|_GEN_8) | at == 4'h4 & _GEN_8 != 8'hA8 | at == 4'h5 & _GEN_8 != 8'hE | _GEN_0
                    & _GEN_8 != 8'hC | _mask_T & (|_GEN_8) | other
-                 : (_GEN_5 | ~_GEN_7) & other);
+                 : (_GEN_3 | ~_GEN_5) & other);
       low <= byte_bits;
     end
-    if (~byte_valid | _GEN_3) begin
+    if (~byte_valid | _GEN_7) begin
     end
-    else if (_GEN_2) begin
+    else if (_GEN_1) begin
       if (_mask_T)
         left <= {byte_bits[2:0], low};
     end
-    else if (_GEN_5)
+    else if (_GEN_3)
       left <= left - 11'h1;
-    if (~byte_valid | _GEN_3 | ~(_GEN_2 & _mask_T)) begin
+    if (~byte_valid | _GEN_7 | ~(_GEN_1 & _mask_T)) begin
     end
     else
       more <= byte_bits[7];
@@ -3699,8 +3738,7 @@ module LineExchange(
   wire        late = waiting & ~(|left) & ~_composer_busy & ~(in_0_valid | in_0_end);
   wire        _done_valid_T = tries == 4'h0;
   wire        _GEN = _receiver_byte_valid & _receiver_first;
-  wire        _GEN_0 = good | ~late;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       came <= 7'h0;
       had <= 7'h0;
@@ -3719,6 +3757,9 @@ module LineExchange(
       waiting <= go | ~(good | late & _done_valid_T) & waiting;
       begun <= ~clear & (_GEN ? waiting : begun);
     end
+  end // always @(posedge, posedge)
+  wire        _GEN_0 = good | ~late;
+  always @(posedge clock) begin
     if (go | ~_GEN_0)
       left <= timeout;
     else if (step & (|left) & ~_composer_busy)
@@ -4014,11 +4055,13 @@ module DatagramWriter(
                ? (_hostAddress_T_4 & hostData > 8'h8 ? 8'h8 : hostData)
                : {_ofOwn_T_7[7:4], _ofOwn_T_7[3:0] ^ (_hostAddress_T_3 & _ofOwn_T_9 & orderAll ? 4'hA : 4'h0)})
       : inTail ? 8'h0 : isHost ? hostData : at[0] ? high : word[7:0];
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       running <= 1'h0;
     else
       running <= start | ~(_byte_valid_output & inTail & tail) & running;
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (start) begin
       settled <= 1'h0;
       at <= 5'h0;
@@ -4194,8 +4237,7 @@ module Scheduler(
   wire        _over_valid_output = ~(~(|state) | _GEN_0 | _GEN_1 | _GEN_35) & (&state);
   wire        _GEN_36 = ~(|state) | step & (|timer);
   wire [19:0] _timer_T = timer - 20'h1;
-  wire        _GEN_37 = _GEN_12 & ~writing;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 4'h1;
       timer <= 20'h0;
@@ -4240,6 +4282,9 @@ module Scheduler(
       else
         noted <= _GEN_2 | (|timer) & noted;
     end
+  end // always @(posedge, posedge)
+  wire        _GEN_37 = _GEN_12 & ~writing;
+  always @(posedge clock) begin
     if (~_GEN_7) begin
       if (_GEN_6) begin
         stage <= 3'h0;
@@ -4352,7 +4397,7 @@ module LineEnds(
   wire [7:0] some = (|(counted_bits[15:8])) ? 8'hFF : counted_bits[7:0];
   wire       _GEN = silent & (&failed_0);
   wire       _mine_output = position < counts_0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       counts_0 <= 8'h0;
       failed_0 <= 2'h0;
@@ -4371,7 +4416,7 @@ module LineEnds(
         failed_0 <= 2'h0;
       missed <= silent & (|counts_0) | ~over & missed;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign mine = _mine_output;
   assign gone = ~_mine_output;
   assign changed = _GEN ? (|counts_0) : counted_valid & some != counts_0;
@@ -4429,6 +4474,7 @@ module SlaveScanner(
   reg         hasBeen;
   reg         wrong;
   wire        may = ~(|state) & asked != 3'h4 & (|known);
+  wire [6:0]  next = {1'h0, turn} + 7'h1;
   wire        _busy_T_1 = asks & may;
   wire        isOver = state == 3'h6;
   wire        _writeData_T = state == 3'h3;
@@ -4437,17 +4483,19 @@ module SlaveScanner(
     _writeData_T
       ? {marks, _source_T_2[13:0] & {14{~clears}}}
       : _source_T_2 & {16{~clears}} & ~(isOver & resets ? 16'h3 : 16'h0);
-  wire        _GEN = state == 3'h1;
-  wire        _GEN_0 = state == 3'h2;
-  wire        _GEN_1 = ~(|state) | _GEN;
-  wire        _GEN_2 = state == 3'h3;
-  wire        _GEN_3 = ~(|state) | _GEN | _GEN_0;
-  assign marks = _GEN_3 | ~_GEN_2 ? 2'h0 : {absent & (hasBeen | wrong | data[15]), wrong};
-  wire        _GEN_4 = _GEN_2 & absent;
-  wire        _GEN_5 = state == 3'h6;
-  wire        _GEN_6 = state == 3'h4;
-  wire        _GEN_7 = state == 3'h5;
-  assign _write_output = ~_GEN_1 & (_GEN_0 ? ~absent : _GEN_2 | _GEN_5 | _GEN_6 | _GEN_7);
+  wire        _GEN = {1'h0, next} >= known;
+  wire        _GEN_0 = ~(|state) & ~start & asks & may & gone;
+  wire        _GEN_1 = state == 3'h1;
+  wire        _GEN_2 = state == 3'h2;
+  wire        _GEN_3 = ~(|state) | _GEN_1;
+  wire        _GEN_4 = state == 3'h3;
+  wire        _GEN_5 = ~(|state) | _GEN_1 | _GEN_2;
+  assign marks = _GEN_5 | ~_GEN_4 ? 2'h0 : {absent & (hasBeen | wrong | data[15]), wrong};
+  wire        _GEN_6 = _GEN_4 & absent;
+  wire        _GEN_7 = state == 3'h6;
+  wire        _GEN_8 = state == 3'h4;
+  wire        _GEN_9 = state == 3'h5;
+  assign _write_output = ~_GEN_3 & (_GEN_2 ? ~absent : _GEN_4 | _GEN_7 | _GEN_8 | _GEN_9);
   reg  [2:0]  casez_tmp;
   always @(*) begin
     casez (state)
@@ -4469,10 +4517,7 @@ module SlaveScanner(
         casez_tmp = state;
     endcase
   end // always @(*)
-  wire [6:0]  next = {1'h0, turn} + 7'h1;
-  wire        _GEN_8 = {1'h0, next} >= known;
-  wire        _GEN_9 = ~(|state) & ~start & asks & may & gone;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 3'h0;
       turn <= 6'h0;
@@ -4482,21 +4527,23 @@ module SlaveScanner(
         state <= casez_tmp;
       else if (start | _busy_T_1 & gone)
         state <= 3'h1;
-      if (_GEN_9 | taken) begin
-        if (_GEN_8)
+      if (_GEN_0 | taken) begin
+        if (_GEN)
           turn <= 6'h0;
         else
           turn <= next[5:0];
       end
     end
-    if (_GEN_9) begin
-      if (_GEN_8)
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
+    if (_GEN_0) begin
+      if (_GEN)
         asked <= 3'h4;
       else
         asked <= asked + 3'h1;
     end
     else if (taken) begin
-      if (_GEN_8)
+      if (_GEN)
         asked <= 3'h4;
       else
         asked <= asked + 3'h1;
@@ -4509,9 +4556,9 @@ module SlaveScanner(
       orders <= start & isOrder;
       resets <= restarts;
     end
-    if ((|state) & _GEN)
+    if ((|state) & _GEN_1)
       absent <= lies | answer == 16'h0;
-    if (_GEN_1 | ~_GEN_0) begin
+    if (_GEN_3 | ~_GEN_2) begin
     end
     else begin
       hasBeen <= |data;
@@ -4521,20 +4568,20 @@ module SlaveScanner(
   assign offers = _busy_T_1 & mine;
   assign position = turn;
   assign place =
-    (|state) ? (_GEN ? 3'h3 : _GEN_0 ? 3'h2 : _GEN_2 ? 3'h4 : _GEN_5 ? 3'h7 : {1'h1, ~_GEN_6, 1'h1}) : 3'h7;
+    (|state) ? (_GEN_1 ? 3'h3 : _GEN_2 ? 3'h2 : _GEN_4 ? 3'h4 : _GEN_7 ? 3'h7 : {1'h1, ~_GEN_8, 1'h1}) : 3'h7;
   assign busy = (|state) | _busy_T_1 & gone;
   assign readAt_position = whose;
   assign readAt_word =
-    (|state) & _GEN & orders ? 2'h0 : state == 3'h4 ? 2'h3 : state == 3'h3 ? 2'h2 : {1'h0, state != 3'h2};
+    (|state) & _GEN_1 & orders ? 2'h0 : state == 3'h4 ? 2'h3 : state == 3'h3 ? 2'h2 : {1'h0, state != 3'h2};
   assign writeAt_position = whose;
-  assign writeAt_word = _GEN_1 ? 2'h0 : _GEN_0 ? 2'h1 : _GEN_2 | _GEN_5 ? 2'h0 : _GEN_6 ? 2'h2 : {2{_GEN_7}};
+  assign writeAt_word = _GEN_3 ? 2'h0 : _GEN_2 ? 2'h1 : _GEN_4 | _GEN_7 ? 2'h0 : _GEN_8 ? 2'h2 : {2{_GEN_9}};
   assign write = _write_output;
   assign writeData = _writeData_output;
   assign changes =
     _write_output & (|((data ^ _writeData_output) & (state == 3'h5 ? 16'hFF : {5'h1F, state != 3'h3, 10'h3FF})));
-  assign newSound = ~_GEN_3 & _GEN_2 & ~absent & answer[2] & ~(data[2]);
-  assign forgets = ~_GEN_3 & _GEN_4;
-  assign ordered = (|state) & (_GEN ? orders & (|answer) : ~_GEN_0 & _GEN_4);
+  assign newSound = ~_GEN_5 & _GEN_4 & ~absent & answer[2] & ~(data[2]);
+  assign forgets = ~_GEN_5 & _GEN_6;
+  assign ordered = (|state) & (_GEN_1 ? orders & (|answer) : ~_GEN_2 & _GEN_6);
   assign subject = whose;
 endmodule
 
@@ -4592,14 +4639,14 @@ module OrderSender(
   reg  [5:0] ram_io_writeAddress_REG;
   wire       _offers_output = asks & ~ended & ((|broad) | settled & (|_ram_readData) & mine);
   wire       _busy_output = asks & ~ended & ~_offers_output;
-  wire       _givenUp_T = forget | _expires_output;
   wire       _GEN = notes & crowded;
   wire       _GEN_0 = writes & ~sweeps;
   wire       _GEN_1 = taken & (|broad);
   wire       _GEN_2 = _busy_output & settled | taken;
   wire       _GEN_3 = _GEN_1 | ~_GEN_2;
   wire       _pending_T = found | (|_ram_readData);
-  always @(posedge clock) begin
+  wire       _givenUp_T = forget | _expires_output;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       wanted <= 2'h0;
       sweeps <= 1'h0;
@@ -4636,6 +4683,8 @@ module OrderSender(
       else
         at <= at + 6'h1;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (notes)
       now <= wanted;
     if (_GEN_3)
@@ -4838,8 +4887,7 @@ module RecordReader(
     endcase
   end // always @(*)
   wire        _GEN_16 = told | clears;
-  wire [2:0]  _at_T = at + 3'h1;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 3'h0;
       counts_0 <= 5'h0;
@@ -4865,6 +4913,9 @@ module RecordReader(
       else
         counts_0 <= counts_0 + 5'h1;
     end
+  end // always @(posedge, posedge)
+  wire [2:0]  _at_T = at + 3'h1;
+  always @(posedge clock) begin
     if (_GEN_0) begin
       position <= _GEN[5:0];
       at <= _at_T;
@@ -5012,7 +5063,7 @@ module EventWriter(
   wire        _GEN_6 = ~untold | ~may;
   wire [6:0]  _turn_T = _GEN_5 + 7'h1;
   wire [6:0]  _turn_T_2 = _GEN_5 + 7'h1;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 2'h0;
       turn <= 6'h0;
@@ -5072,7 +5123,7 @@ module EventWriter(
       else
         last <= now;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign readAt_position = turn;
   assign readAt_word = run & _GEN ? 2'h0 : at == 4'h7 ? 2'h3 : at == 4'h3 ? 2'h2 : {1'h0, at != 4'h2};
   assign tells = ~_GEN_2 & _GEN_4 & ~ofOwn;
@@ -5115,11 +5166,13 @@ module EventSlot(
   wire        event_valid_0 = full & settled;
   wire        _settled_T = event_ready & event_valid_0;
   wire        _begins_T_1 = at == 3'h0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       full <= 1'h0;
     else
       full <= offer | ~(cancel & _begins_T_1 & ~_settled_T | _settled_T & (&at)) & full;
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     settled <= full & ~_settled_T;
     if (offer)
       at <= 3'h0;
@@ -5204,12 +5257,14 @@ module SlaveTable(
   reg  [7:0]  low;
   reg  [7:0]  count;
   wire        expects = expect_valid & window < 8'h40;
-  wire [7:0]  _GEN = {2'h0, window[5:0]};
   always @(posedge clock) begin
     windowState_REG <= windowByte[0];
     isFirst <= ~(look[0]);
     if (isFirst)
       low <= _reported_ram_readData[7:0];
+  end // always @(posedge)
+  wire [7:0]  _GEN = {2'h0, window[5:0]};
+  always @(posedge clock or posedge reset) begin
     if (reset)
       count <= 8'h0;
     else if (expects) begin
@@ -5220,7 +5275,7 @@ module SlaveTable(
       else if (_GEN >= count)
         count <= {2'h0, window[5:0] + 6'h1};
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _data_ram_readAddress = {readAt_position, readAt_word};
   DualPortRam #(
     .ADDRESS_BITS(8),
@@ -5342,7 +5397,7 @@ module CyclicState(
     {last_sounding, last_smoke, last_alarm, last_fault, last_disabled, last_testing}
     | {answer_bits[2], |(answer_bits[1:0]), answer_bits[0], |_GEN, answer_bits[7], answer_bits[8]};
   wire       _GEN_2 = answer_valid & answer_bits[2] & ~last_sounding | newSound | newAlarm & now_sounding;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       now_sounding <= 1'h0;
       now_smoke <= 1'h0;
@@ -5393,7 +5448,7 @@ module CyclicState(
       isLoud <= _GEN_2 | ~(silence | resetAlarm) & isLoud;
       wantsReset <= ~_GEN_2 & (resetAlarm | ~(expires | _GEN_1) & wantsReset);
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign fire = isFire;
   assign sounding = isLoud;
   assign alarm = last_alarm;
@@ -5616,7 +5671,7 @@ module LineMaster(
   wire        forgets = _scanner_forgets | alsoForgets;
   reg         isDead;
   reg         resultData_REG;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       known <= 8'h0;
       alsoForgets <= 1'h0;
@@ -5630,8 +5685,9 @@ module LineMaster(
       alsoForgets <= _scanner_forgets;
       isDead <= ~_scheduler_stopped & (_scheduler_over_valid ? _ends_present == 8'h0 : isDead);
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     resultData_REG <= resultAddress[0];
-  end // always @(posedge)
   assign _exchange_clear = _scheduler_begun;
   assign _exchange_keeps_valid = _scheduler_hosts_valid;
   assign _exchange_keptPlace = resultAddress[3:1] == 3'h2 ? 3'h7 : {1'h0, resultAddress[2:1] - 2'h2};
@@ -6012,7 +6068,7 @@ module HeldCounter_1(
   reg  [15:0] number;
   reg         waits;
   wire        _waits_T = count | waits;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       number <= 16'h0;
       waits <= 1'h0;
@@ -6025,7 +6081,7 @@ module HeldCounter_1(
       else
         waits <= count & waits;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign value = number;
 endmodule
 
@@ -6126,7 +6182,7 @@ module HostEvent(
     endcase
   end // always @(*)
   wire       _half_T_1 = event_ready & event_valid_0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       waits <= 1'h0;
       word <= 3'h0;
@@ -6140,6 +6196,8 @@ module HostEvent(
           word <= word + 3'h1;
       end
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (~waits | _half_T_1 | ~granted)
       half <= 2'h0;
     else if (~(&half))
@@ -6363,7 +6421,7 @@ module alarm_master(
   wire        _GEN = _registers_value_request_go & ~requestBusy;
   wire        _GEN_0 = _line_request_ready & requestWaits;
   wire        _GEN_1 = _line_result_valid & requestFlies;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       processStep <= 1'h0;
       transmitStep <= 1'h0;
@@ -6395,6 +6453,8 @@ module alarm_master(
       if (_line_result_valid)
         requestAnswered <= _line_result_bits;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     mii_tx_tick_r <= transmitStep;
     isResult <=
       _registers_settingAddress[7:4] == 4'h6 & (_registers_settingAddress[3] | _registers_settingAddress[3:1] == 3'h2);

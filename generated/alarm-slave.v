@@ -182,6 +182,7 @@ module MiiRxReadSide(
   reg  [2:0] earlier_1;
   reg  [2:0] earlier_2;
   reg  [2:0] pointer;
+  reg        begins;
   wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
   wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
   reg        casez_tmp;
@@ -228,11 +229,17 @@ module MiiRxReadSide(
     visible <= meta;
     earlier_1 <= visible;
     earlier_2 <= earlier_1;
-    if (reset)
+    if (begins)
       pointer <= {visible[2], ^(visible[2:1]), ^visible};
     else if (read_take)
       pointer <= pointer + 3'h1;
   end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
+    if (reset)
+      begins <= 1'h1;
+    else
+      begins <= 1'h0;
+  end // always @(posedge, posedge)
   assign read_symbol_dv = casez_tmp;
   assign read_symbol_er = casez_tmp_0;
   assign read_symbol_data = casez_tmp_1;
@@ -336,7 +343,7 @@ module MiiTransmitter(
   reg  [3:0] data;
   reg  [1:0] left;
   wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       enable <= 1'h0;
       left <= 2'h0;
@@ -345,6 +352,8 @@ module MiiTransmitter(
       enable <= in_valid | (|mark);
       left <= mark - {1'h0, |mark};
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (tick)
       data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
   end // always @(posedge)
@@ -407,10 +416,9 @@ module MiiReceiver(
   wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
   wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
   wire        endOfFrame = tick & inFrame & (faulty | ended);
-  wire        runs = ~faulty & ~ended;
-  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
   wire        _GEN = state == 3'h1 | state == 3'h2;
-  always @(posedge clock) begin
+  wire        runs = ~faulty & ~ended;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 3'h0;
       output_valid <= 1'h0;
@@ -450,6 +458,9 @@ module MiiReceiver(
       end
       cutNow <= ~tick & (cut & inFrame | cutNow);
     end
+  end // always @(posedge, posedge)
+  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
+  always @(posedge clock) begin
     if (tick) begin
       if (|state) begin
         if (~_GEN | faulty | ended) begin
@@ -554,12 +565,12 @@ module MiiPort(
   wire       _crossing_read_overflow;
   reg        receiver_cut_REG;
   assign core_link_0 = _core_link_crossing_out & core_enable;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       receiver_cut_REG <= 1'h0;
     else
       receiver_cut_REG <= core_link_0;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   MiiRxCrossing crossing (
     .clock            (clock),
     .reset            (reset),
@@ -637,13 +648,15 @@ module SlotTimer(
   always @(posedge clock) begin
     sampled <= reference;
     before_0 <= sampled;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       count <= 2'h0;
     else if ((&count) | sampled & ~before_0)
       count <= 2'h0;
     else
       count <= count + 2'h1;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign tick = count == 2'h0;
 endmodule
 
@@ -671,7 +684,7 @@ module AlarmClock(
   reg  [15:0] time_0;
   reg         due;
   wire        goes = due & ~hold;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       microsecond_c_value <= 7'h0;
       tenth_c_value <= 4'h0;
@@ -705,7 +718,7 @@ module AlarmClock(
       time_0 <= time_0 + {15'h0, goes};
       due <= microsecond | due & hold;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign tenth = tenth_wrap;
   assign millisecond = millisecond_wrap;
   assign second = millisecond_wrap & second_wrap_wrap;
@@ -736,24 +749,23 @@ module Detector(
   wire        _level_crossing_out;
   reg         off;
   reg         on;
-  reg  [2:0]  last;
-  reg  [15:0] rest;
-  reg  [15:0] room;
-  reg  [1:0]  quarter;
-  reg         touched;
-  reg         above;
-  reg  [2:0]  steady;
   wire [2:0]  seen =
     on ? (_level_crossing_2_out ? 3'h4 : {1'h0, _level_crossing_1_out ? 2'h2 : {~_level_crossing_out, 1'h1}}) : 3'h0;
+  reg  [2:0]  last;
+  reg  [15:0] rest;
   wire        tick = off ? millisecond : tenth;
   wire        isAnew = seen != last | changes;
   wire        isSteady = ~isAnew & ~(|rest) & ~off;
   wire        isNormal = seen == 3'h1;
+  reg  [15:0] room;
+  reg  [1:0]  quarter;
+  reg         touched;
+  reg         above;
   wire        isCalm = tenth & ~touched & isNormal;
   wire        isEmpty = room == debounce;
   wire        isOver = ~on | isSteady | changes;
-  wire        less = tenth & ~isCalm & (|room);
-  always @(posedge clock) begin
+  reg  [2:0]  steady;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       off <= 1'h0;
       on <= 1'h0;
@@ -781,6 +793,9 @@ module Detector(
       else
         steady <= 3'h0;
     end
+  end // always @(posedge, posedge)
+  wire        less = tenth & ~isCalm & (|room);
+  always @(posedge clock) begin
     if (restart | isAnew & ~off)
       rest <= restart | off ? offTime : debounce;
     else
@@ -890,6 +905,9 @@ module AlarmQueue(
   reg         isStored;
   wire        wasTold = _ram_ram_readData[0] & ~storing;
   wire        isTold = wasTold & work != 3'h3 | isMeant & live;
+  wire        _GEN = word == 3'h1;
+  wire        _GEN_0 = word == 3'h2;
+  wire        _GEN_1 = advances & (&work);
   wire [15:0] written =
     storing & ~(|word)
       ? {epoch, reported[3], 4'h0, reported[2:0]}
@@ -901,49 +919,45 @@ module AlarmQueue(
   reg         removesTold;
   reg         removesPlain;
   reg         removed;
-  reg         ordersWait;
-  wire        _GEN = work == 3'h0;
-  wire        _GEN_0 = carries | counts;
-  wire        _GEN_1 = hasBest & ~isCurrent & ~offered & ~busy;
-  reg         waits;
-  wire        _GEN_2 = confirms & ~confirmChanges;
-  wire        _GEN_3 = hasTold & (|count);
-  wire        _GEN_4 = acknowledges & ~acknowledgeChanges;
-  wire        _GEN_5 = _GEN_4 & (|count);
-  wire [15:0] _ahead_T = confirm_bits + _ram_ram_readData;
-  wire        _GEN_6 = word == 3'h1;
-  wire        _GEN_7 = word == 3'h2;
-  wire        _GEN_8 = advances & (&work);
   wire        isEnd = place == count[3:0] - 4'h1;
   wire        goes =
     work == 3'h4
       ? (isEnd | (removesPlain | removesTold) & (~removesPlain | ~isAlarm) & (~removesTold | wasTold)) & ~removed
       : work == 3'h2 & wasTold & isStored;
   wire        ends = _ends_T & (|work);
-  wire        _GEN_9 = ends & copying;
-  wire        _GEN_10 = ends & (&work);
-  wire        _GEN_11 = ends & ~goes;
-  wire        _GEN_12 = _GEN_9 | _GEN_10;
-  wire        _GEN_13 = ~hasBest | isAlarm & ~bestIsAlarm;
-  wire        _GEN_14 = _GEN_10 | ~(ends & boxed & place == boxedAt & ~storing);
+  wire        _GEN_2 = ends & copying;
+  wire        _GEN_3 = ends & (&work);
+  wire        _GEN_4 = ends & ~goes;
+  wire        _GEN_5 = _GEN_2 | _GEN_3;
+  wire        _GEN_6 = ~hasBest | isAlarm & ~bestIsAlarm;
+  wire        _GEN_7 = _GEN_3 | ~(ends & boxed & place == boxedAt & ~storing);
   wire [3:0]  present = {test, state};
   wire        happens = ~forget & present != reported & (|state);
-  wire        _GEN_15 =
+  reg         ordersWait;
+  wire        _GEN_8 = work == 3'h0;
+  wire        _GEN_9 = carries | counts;
+  wire        _GEN_10 = hasBest & ~isCurrent & ~offered & ~busy;
+  wire        _GEN_11 =
     happens & ~wraps & ~(ordersWait & (acknowledges & ~acknowledgeChanges | confirms & ~confirmChanges));
-  wire        _GEN_16 = _GEN_0 | _GEN_1;
-  wire        _GEN_17 = hasPlain | present == 4'h2;
-  wire        _GEN_18 = ~_GEN_8 | _GEN_6 | ~(_GEN_7 & ~fresh);
-  wire        _GEN_19 = ~_GEN_12 & ends & ~goes & isTold | hasTold;
-  wire        _GEN_20 = ~_GEN_12 & ends & ~goes & isTold & ~isAlarm | hasToldPlain;
-  wire        _GEN_21 = ~_GEN_12 & _GEN_11 & ~isTold & _GEN_13 | hasBest;
-  wire        _GEN_22 = ~_GEN_12 & ends & ~goes & ~isAlarm | hasPlain;
-  wire        _GEN_23 = ends & (storing | isEnd);
-  wire        _GEN_24 = _GEN_9 | _GEN_10 | _GEN_23;
-  wire        _GEN_25 = _GEN_17 & (|count);
-  wire        _GEN_26 = ~_GEN | _GEN_0 | _GEN_1 | _GEN_15 | ~_GEN_2;
-  wire        _GEN_27 = ~_GEN | _GEN_16;
-  wire        _GEN_28 = ~(count[4]) | ~_GEN_25;
-  always @(posedge clock) begin
+  wire        _GEN_12 = _GEN_9 | _GEN_10;
+  wire        _GEN_13 = hasPlain | present == 4'h2;
+  reg         waits;
+  wire        _GEN_14 = ~_GEN_1 | _GEN | ~(_GEN_0 & ~fresh);
+  wire        _GEN_15 = ~_GEN_5 & ends & ~goes & isTold | hasTold;
+  wire        _GEN_16 = ~_GEN_5 & ends & ~goes & isTold & ~isAlarm | hasToldPlain;
+  wire        _GEN_17 = ~_GEN_5 & _GEN_4 & ~isTold & _GEN_6 | hasBest;
+  wire        _GEN_18 = ~_GEN_5 & ends & ~goes & ~isAlarm | hasPlain;
+  wire        _GEN_19 = ends & (storing | isEnd);
+  wire        _GEN_20 = _GEN_2 | _GEN_3 | _GEN_19;
+  wire        _GEN_21 = _GEN_13 & (|count);
+  wire        _GEN_22 = confirms & ~confirmChanges;
+  wire        _GEN_23 = ~_GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | ~_GEN_22;
+  wire        _GEN_24 = hasTold & (|count);
+  wire        _GEN_25 = acknowledges & ~acknowledgeChanges;
+  wire        _GEN_26 = ~_GEN_8 | _GEN_12;
+  wire        _GEN_27 = _GEN_25 & (|count);
+  wire        _GEN_28 = ~(count[4]) | ~_GEN_21;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       count <= 5'h0;
       drops <= 8'h0;
@@ -967,142 +981,145 @@ module AlarmQueue(
       waits <= 1'h0;
     end
     else begin
-      if (_GEN_12 | ~_GEN_23) begin
+      if (_GEN_5 | ~_GEN_19) begin
       end
       else
         count <= {1'h0, to} + {4'h0, ~goes};
-      if (~_GEN | _GEN_16 | ~(_GEN_15 & count[4] & ~hasToldPlain & drops != 8'hFF)) begin
+      if (~_GEN_8 | _GEN_12 | ~(_GEN_11 & count[4] & ~hasToldPlain & drops != 8'hFF)) begin
       end
       else
         drops <= drops + 8'h1;
-      lacks <= (|count) & (_GEN & ~_GEN_16 & _GEN_15 & count[4] & ~hasToldPlain | lacks);
+      lacks <= (|count) & (_GEN_8 & ~_GEN_12 & _GEN_11 & count[4] & ~hasToldPlain | lacks);
       if (forget)
         reported <= 4'h0;
-      else if (~_GEN | _GEN_16 | ~_GEN_15 | count[4] & _GEN_17) begin
+      else if (~_GEN_8 | _GEN_12 | ~_GEN_11 | count[4] & _GEN_13) begin
       end
       else
         reported <= present;
-      if (_GEN_27) begin
-        hasTold <= _GEN_19;
-        hasPlain <= _GEN_22;
-        hasToldPlain <= _GEN_20;
-        hasBest <= _GEN_21;
+      if (_GEN_26) begin
+        hasTold <= _GEN_15;
+        hasPlain <= _GEN_18;
+        hasToldPlain <= _GEN_16;
+        hasBest <= _GEN_17;
       end
-      else if (_GEN_15) begin
-        hasTold <= _GEN_28 & _GEN_19;
-        hasPlain <= _GEN_28 & _GEN_22;
-        hasToldPlain <= _GEN_28 & _GEN_20;
-        hasBest <= _GEN_28 & _GEN_21;
+      else if (_GEN_11) begin
+        hasTold <= _GEN_28 & _GEN_15;
+        hasPlain <= _GEN_28 & _GEN_18;
+        hasToldPlain <= _GEN_28 & _GEN_16;
+        hasBest <= _GEN_28 & _GEN_17;
       end
-      else if (_GEN_2) begin
-        hasTold <= ~_GEN_3 & _GEN_19;
-        hasPlain <= ~_GEN_3 & _GEN_22;
-        hasToldPlain <= ~_GEN_3 & _GEN_20;
-        hasBest <= ~_GEN_3 & _GEN_21;
+      else if (_GEN_22) begin
+        hasTold <= ~_GEN_24 & _GEN_15;
+        hasPlain <= ~_GEN_24 & _GEN_18;
+        hasToldPlain <= ~_GEN_24 & _GEN_16;
+        hasBest <= ~_GEN_24 & _GEN_17;
       end
       else begin
-        hasTold <= ~_GEN_5 & _GEN_19;
-        hasPlain <= ~_GEN_5 & _GEN_22;
-        hasToldPlain <= ~_GEN_5 & _GEN_20;
-        hasBest <= ~_GEN_5 & _GEN_21;
+        hasTold <= ~_GEN_27 & _GEN_15;
+        hasPlain <= ~_GEN_27 & _GEN_18;
+        hasToldPlain <= ~_GEN_27 & _GEN_16;
+        hasBest <= ~_GEN_27 & _GEN_17;
       end
-      boxed <= ~(_GEN & ~hasBest) & (_GEN_9 | (_GEN_14 ? boxed : ~goes));
-      if (_GEN) begin
+      boxed <= ~(_GEN_8 & ~hasBest) & (_GEN_2 | (_GEN_7 ? boxed : ~goes));
+      if (_GEN_8) begin
         offered <= isCurrent;
-        if (_GEN_0)
+        if (_GEN_9)
           work <= 3'h7;
-        else if (_GEN_1)
+        else if (_GEN_10)
           work <= 3'h6;
-        else if (_GEN_15) begin
+        else if (_GEN_11) begin
           if (count[4]) begin
-            if (_GEN_25)
+            if (_GEN_21)
               work <= 3'h4;
-            else if (_GEN_24)
+            else if (_GEN_20)
               work <= 3'h0;
           end
           else
             work <= 3'h5;
         end
-        else if (_GEN_2) begin
-          if (_GEN_3)
+        else if (_GEN_22) begin
+          if (_GEN_24)
             work <= {2'h1, clears};
-          else if (_GEN_24)
+          else if (_GEN_20)
             work <= 3'h0;
         end
-        else if (_GEN_5)
+        else if (_GEN_27)
           work <= 3'h1;
-        else if (_GEN_24)
+        else if (_GEN_20)
           work <= 3'h0;
         waits <= hasBest | happens;
       end
-      else if (_GEN_24)
+      else if (_GEN_20)
         work <= 3'h0;
-      acknowledges <= acknowledge_valid | (~_GEN | _GEN_0 | _GEN_1 | _GEN_15 | _GEN_2 | ~_GEN_4) & acknowledges;
-      confirms <= confirm_valid | _GEN_26 & confirms;
-      clears <= newMaster | _GEN_26 & clears;
-      fetched <= ~_GEN & ((|work) ? ~read : fetched);
+      acknowledges <= acknowledge_valid | (~_GEN_8 | _GEN_9 | _GEN_10 | _GEN_11 | _GEN_22 | ~_GEN_25) & acknowledges;
+      confirms <= confirm_valid | _GEN_23 & confirms;
+      clears <= newMaster | _GEN_23 & clears;
+      fetched <= ~_GEN_8 & ((|work) ? ~read : fetched);
       counts <=
-        storing & ends | _GEN & ~_GEN_16 & _GEN_15 & ~(~(count[4]) | _GEN_17)
-        | (_GEN_18 ? counts : carry & (&_ram_ram_readData));
-      carries <= wraps | _GEN_18 & carries;
-      fresh <= (_GEN_9 | ~_GEN_10) & fresh;
-      if (_GEN_27) begin
+        storing & ends | _GEN_8 & ~_GEN_12 & _GEN_11 & ~(~(count[4]) | _GEN_13)
+        | (_GEN_14 ? counts : carry & (&_ram_ram_readData));
+      carries <= wraps | _GEN_14 & carries;
+      fresh <= (_GEN_2 | ~_GEN_3) & fresh;
+      if (_GEN_26) begin
       end
-      else if (_GEN_15)
+      else if (_GEN_11)
         ordersWait <= ~(count[4]) | ordersWait;
       else
-        ordersWait <= ~(_GEN_2 | _GEN_4) & ordersWait;
+        ordersWait <= ~(_GEN_22 | _GEN_25) & ordersWait;
     end
-    if (_GEN_12 | ~_GEN_11 | isTold | ~_GEN_13) begin
+  end // always @(posedge, posedge)
+  wire [15:0] _ahead_T = confirm_bits + _ram_ram_readData;
+  always @(posedge clock) begin
+    if (_GEN_5 | ~_GEN_4 | isTold | ~_GEN_6) begin
     end
     else begin
       best <= to;
       bestIsAlarm <= isAlarm;
     end
-    if (_GEN_9) begin
+    if (_GEN_2) begin
       boxedAt <= place;
       boxIsAlarm <= isAlarm;
     end
-    else if (_GEN_14) begin
+    else if (_GEN_7) begin
     end
     else
       boxedAt <= to;
-    live <= _GEN | ~(confirmChanges & work == 3'h2 | acknowledgeChanges & work == 3'h1) & live;
-    if (_GEN) begin
-      place <= _GEN_0 | ~_GEN_1 ? 4'h0 : best;
+    live <= _GEN_8 | ~(confirmChanges & work == 3'h2 | acknowledgeChanges & work == 3'h1) & live;
+    if (_GEN_8) begin
+      place <= _GEN_9 | ~_GEN_10 ? 4'h0 : best;
       word <= 3'h0;
-      to <= _GEN_16 | ~(_GEN_15 & ~(count[4])) ? 4'h0 : count[3:0];
+      to <= _GEN_12 | ~(_GEN_11 & ~(count[4])) ? 4'h0 : count[3:0];
     end
     else begin
       if (|work) begin
         place <= _nextOne_T_1;
         word <= _nextWord_T;
       end
-      if (_GEN_12 | ~_GEN_11) begin
+      if (_GEN_5 | ~_GEN_4) begin
       end
       else
         to <= to + 4'h1;
     end
-    carry <= ~(_GEN & _GEN_0) & (_GEN_8 ? (_GEN_6 ? counts : _GEN_7 ? carries : carry & (&_ram_ram_readData)) : carry);
+    carry <= ~(_GEN_8 & _GEN_9) & (_GEN_1 ? (_GEN ? counts : _GEN_0 ? carries : carry & (&_ram_ram_readData)) : carry);
     if (advances & ~(|word))
       isAlarm <= written[7:0] == 8'h2;
     if (advances & (|word)) begin
-      if (_GEN_6)
+      if (_GEN)
         isMeant <= work == 3'h1 & _ram_ram_readData == acknowledge_bits_guard;
       else
-        isMeant <= (~_GEN_7 | _ram_ram_readData == acknowledge_bits_sequence) & isMeant;
+        isMeant <= (~_GEN_0 | _ram_ram_readData == acknowledge_bits_sequence) & isMeant;
     end
-    if (~advances | ~(|word) | _GEN_6 | _GEN_7 | word != 3'h6) begin
+    if (~advances | ~(|word) | _GEN | _GEN_0 | word != 3'h6) begin
     end
     else
       isStored <= work == 3'h2 & live & _ahead_T[15:8] != 8'hFF;
-    if (~_GEN | _GEN_16 | ~(_GEN_15 & count[4] & _GEN_17)) begin
+    if (~_GEN_8 | _GEN_12 | ~(_GEN_11 & count[4] & _GEN_13)) begin
     end
     else begin
       removesTold <= hasPlain ? hasToldPlain : hasTold;
       removesPlain <= hasPlain;
     end
-    removed <= ~_GEN & (~_GEN_12 & ends & goes | removed);
+    removed <= ~_GEN_8 & (~_GEN_5 & ends & goes | removed);
   end // always @(posedge)
   assign _ram_ram_write = advances & (|work);
   assign _ram_ram_writeAddress = {copying | (&work), copying ? 4'h0 : (&work) ? 4'h1 : to, word};
@@ -1125,7 +1142,7 @@ module AlarmQueue(
   assign hold = writesTime;
   assign offers = offered;
   assign isUrgent = boxIsAlarm;
-  assign isNew = _GEN & ~_GEN_0 & _GEN_1;
+  assign isNew = _GEN_8 & ~_GEN_9 & _GEN_10;
   assign readData = _ram_ram_readData;
   assign waiting = waits;
   assign lacking = lacks;
@@ -1237,7 +1254,7 @@ module AlarmUnit(
         casez_tmp_0 = _queue_readData[15:12];
     endcase
   end // always @(*)
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       secondOver_due <= 1'h0;
       hostAlive_load_valid_due <= 1'h0;
@@ -1266,7 +1283,7 @@ module AlarmUnit(
         passed <= passed + 4'h1;
       confirmed <= confirm_valid | confirmed;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   AlarmClock ticks (
     .clock       (clock),
     .reset       (reset),
@@ -1428,6 +1445,7 @@ module DatagramAppender(
   wire        isBehind =
     in_payload & position_byte == 5'h0 & ~position_high
     & (_fits_T ? _inPosition_T & _inPosition_T_2 : position_part == 4'h6 & position_paddingBytes == 7'h0);
+  wire        _GEN = step & in_valid & candidate;
   reg  [7:0]  slave;
   wire        full = count > 8'h7D;
   wire        _push_T = in_valid | in_end;
@@ -1452,6 +1470,12 @@ module DatagramAppender(
   reg         held_odd;
   reg         held_crcGood;
   reg         shifts;
+  wire [3:0]  crcNow_feedback = crc[3:0] ^ held_data;
+  wire [31:0] _crcNow_T_5 =
+    {4'h0, crc[31:4]} ^ (crcNow_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crcNow_feedback[1] ? 32'h3B6E20C8 : 32'h0)
+    ^ (crcNow_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crcNow_feedback[3] ? 32'hEDB88320 : 32'h0);
+  wire [31:0] crcNow = shifts ? crc : _crcNow_T_5;
+  wire        _GEN_0 = _ram_ram_readData[1:0] == 2'h1;
   reg  [3:0]  casez_tmp;
   wire [11:0] _newLength_T = length + 12'h18;
   always @(*) begin
@@ -1469,20 +1493,11 @@ module DatagramAppender(
   wire        _takes_T = step & active;
   wire [5:0]  _at_T = at_1 + 6'h1;
   wire [6:0]  _readAt_T = readAt + 7'h1;
+  wire        isOver = candidate & in_end;
+  wire        _GEN_1 = active & inserts;
   wire        rested = gap == 5'h13;
   wire        next_end = active & _ram_ram_readData[5];
-  wire        _GEN = active & append & inFcs & ~inserts;
-  wire        _GEN_0 = step & in_valid & candidate;
-  wire [3:0]  crcNow_feedback = crc[3:0] ^ held_data;
-  wire [31:0] _crcNow_T_5 =
-    {4'h0, crc[31:4]} ^ (crcNow_feedback[0] ? 32'h1DB71064 : 32'h0) ^ (crcNow_feedback[1] ? 32'h3B6E20C8 : 32'h0)
-    ^ (crcNow_feedback[2] ? 32'h76DC4190 : 32'h0) ^ (crcNow_feedback[3] ? 32'hEDB88320 : 32'h0);
-  wire [31:0] crcNow = shifts ? crc : _crcNow_T_5;
-  wire        _GEN_1 = _ram_ram_readData[1:0] == 2'h1;
-  wire        _GEN_2 = step & chooses;
-  wire        isOver = candidate & in_end;
-  wire        _GEN_3 = active & inserts;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       inFrame <= 1'h0;
       delayed <= 1'h0;
@@ -1528,7 +1543,7 @@ module DatagramAppender(
                 held_data <= _ram_ram_readData[9:6];
             end
             else
-              held_data <= _GEN_1 ? casez_tmp : {_ram_ram_readData[1:0] == 2'h2, 3'h0} | _ram_ram_readData[9:6];
+              held_data <= _GEN_0 ? casez_tmp : {_ram_ram_readData[1:0] == 2'h2, 3'h0} | _ram_ram_readData[9:6];
           end
           else
             held_data <= _ram_ram_readData[9:6];
@@ -1555,19 +1570,23 @@ module DatagramAppender(
       end
       append <=
         ~(step & active & next_end)
-        & (_GEN_0 & inHeader & (&at)
+        & (_GEN & inHeader & (&at)
              ? in_data == 4'h1 & (_fits_T | length > 12'hB) & length < 12'h600 & length < 12'h5C3 & ~(length[11])
              : append);
       if (step & push)
         writeAt <= writeAt + 7'h1;
       if (step & pop)
         readAt <= _readAt_T;
-      if (step & _GEN_3)
+      if (step & _GEN_1)
         inserting <= at_1 != 6'h2F;
     end
-    if (_GEN_0 & inHeader & ~(&at))
+  end // always @(posedge, posedge)
+  wire        _GEN_2 = active & append & inFcs & ~inserts;
+  wire        _GEN_3 = step & chooses;
+  always @(posedge clock) begin
+    if (_GEN & inHeader & ~(&at))
       length <= {in_data, length[11:4]};
-    if (_GEN_0) begin
+    if (_GEN) begin
       if (inHeader) begin
         if (&at)
           left <= length;
@@ -1575,22 +1594,22 @@ module DatagramAppender(
       else if (position_high)
         left <= left - 12'h1;
     end
-    wrong <= ~_GEN_2 & (_GEN_0 & isBehind & (|length) & (|left) | wrong);
-    if (_GEN_2)
+    wrong <= ~_GEN_3 & (_GEN & isBehind & (|length) & (|left) | wrong);
+    if (_GEN_3)
       slave <= 8'h0;
-    else if (_GEN_0 & in_payload & _inPosition_T & _inPosition_T_2 & position_byte == 5'h2 & (|length))
+    else if (_GEN & in_payload & _inPosition_T & _inPosition_T_2 & position_byte == 5'h2 & (|length))
       slave <= {in_data, slave[7:4]};
     if (step) begin
       if (isOver)
         rest <= {3'h4, ~in_odd};
       else if (pop)
         rest <= rest - 4'h1;
-      inserted <= _GEN_3 | ~chooses & inserted;
-      if (_GEN_3)
+      inserted <= _GEN_1 | ~chooses & inserted;
+      if (_GEN_1)
         at_1 <= _at_T;
       else if (chooses)
         at_1 <= 6'h0;
-      if (_GEN)
+      if (_GEN_2)
         crc <= {4'h0, crcNow[31:4]};
       else if (held_payload) begin
         if (shifts) begin
@@ -1600,11 +1619,11 @@ module DatagramAppender(
       end
       else
         crc <= 32'hFFFFFFFF;
-      if (active & _GEN_1)
+      if (active & _GEN_0)
         word <= word + 2'h1;
       else if (chooses)
         word <= 2'h0;
-      shifts <= _GEN | ~chooses & shifts;
+      shifts <= _GEN_2 | ~chooses & shifts;
     end
     if (step & isOver)
       isBad <= in_bad | wrong;
@@ -1720,19 +1739,37 @@ module EventCounters(
          | (addresses_3_1 ? events_3 : 2'h0) | (addresses_4_1 ? events_4 : 2'h0) | (addresses_5_1 ? events_5 : 2'h0)
          | (addresses_6_1 ? events_6 : 2'h0) | (addresses_7_1 ? events_7 : 2'h0) | (addresses_8_1 ? events_8 : 2'h0)};
   wire [7:0] count = sum[7:0] | {8{sum[8]}};
-  wire [1:0] events_before = ~(|visited) | clear_0 | reset ? 2'h0 : events_0;
-  wire [1:0] events_before_1 = addresses_1_1 | clear_0 | reset ? 2'h0 : events_1;
-  wire [1:0] events_before_2 = addresses_2_1 | clear_0 | reset ? 2'h0 : events_2;
-  wire [1:0] events_before_3 = addresses_3_1 | clear_0 | reset ? 2'h0 : events_3;
-  wire [1:0] events_before_4 = addresses_4_1 | clear_0 | reset ? 2'h0 : events_4;
-  wire [1:0] events_before_5 = addresses_5_1 | clear_0 | reset ? 2'h0 : events_5;
-  wire [1:0] events_before_6 = addresses_6_1 | clear_1 | reset ? 2'h0 : events_6;
-  wire [1:0] events_before_7 = addresses_7_1 | clear_2 | reset ? 2'h0 : events_7;
-  wire [1:0] events_before_8 = addresses_8_1 | clear_2 | reset ? 2'h0 : events_8;
-  always @(posedge clock) begin
+  wire [1:0] events_before = ~(|visited) | clear_0 ? 2'h0 : events_0;
+  wire [1:0] events_before_1 = addresses_1_1 | clear_0 ? 2'h0 : events_1;
+  wire [1:0] events_before_2 = addresses_2_1 | clear_0 ? 2'h0 : events_2;
+  wire [1:0] events_before_3 = addresses_3_1 | clear_0 ? 2'h0 : events_3;
+  wire [1:0] events_before_4 = addresses_4_1 | clear_0 ? 2'h0 : events_4;
+  wire [1:0] events_before_5 = addresses_5_1 | clear_0 ? 2'h0 : events_5;
+  wire [1:0] events_before_6 = addresses_6_1 | clear_1 ? 2'h0 : events_6;
+  wire [1:0] events_before_7 = addresses_7_1 | clear_2 ? 2'h0 : events_7;
+  wire [1:0] events_before_8 = addresses_8_1 | clear_2 ? 2'h0 : events_8;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       next <= 4'h0;
       visited <= 4'h8;
+      events_0 <= 2'h0;
+      events_1 <= 2'h0;
+      events_2 <= 2'h0;
+      events_3 <= 2'h0;
+      events_4 <= 2'h0;
+      events_5 <= 2'h0;
+      events_6 <= 2'h0;
+      events_7 <= 2'h0;
+      events_8 <= 2'h0;
+      stale_0 <= 1'h1;
+      stale_1 <= 1'h1;
+      stale_2 <= 1'h1;
+      stale_3 <= 1'h1;
+      stale_4 <= 1'h1;
+      stale_5 <= 1'h1;
+      stale_6 <= 1'h1;
+      stale_7 <= 1'h1;
+      stale_8 <= 1'h1;
     end
     else begin
       if (next == 4'h8)
@@ -1740,26 +1777,26 @@ module EventCounters(
       else
         next <= next + 4'h1;
       visited <= next;
+      events_0 <= events_before + {1'h0, event_0 & events_before != 2'h3};
+      events_1 <= events_before_1 + {1'h0, event_1 & events_before_1 != 2'h3};
+      events_2 <= events_before_2 + {1'h0, event_2 & events_before_2 != 2'h3};
+      events_3 <= events_before_3 + {1'h0, event_3 & events_before_3 != 2'h3};
+      events_4 <= events_before_4 + {1'h0, event_4 & events_before_4 != 2'h3};
+      events_5 <= events_before_5 + {1'h0, event_5 & events_before_5 != 2'h3};
+      events_6 <= events_before_6 + {1'h0, event_6 & events_before_6 != 2'h3};
+      events_7 <= events_before_7 + {1'h0, event_7 & events_before_7 != 2'h3};
+      events_8 <= events_before_8 + {1'h0, event_8 & events_before_8 != 2'h3};
+      stale_0 <= clear_0 | stale_0 & (|visited);
+      stale_1 <= clear_0 | stale_1 & ~addresses_1_1;
+      stale_2 <= clear_0 | stale_2 & ~addresses_2_1;
+      stale_3 <= clear_0 | stale_3 & ~addresses_3_1;
+      stale_4 <= clear_0 | stale_4 & ~addresses_4_1;
+      stale_5 <= clear_0 | stale_5 & ~addresses_5_1;
+      stale_6 <= clear_1 | stale_6 & ~addresses_6_1;
+      stale_7 <= clear_2 | stale_7 & ~addresses_7_1;
+      stale_8 <= clear_2 | stale_8 & ~addresses_8_1;
     end
-    events_0 <= events_before + {1'h0, event_0 & events_before != 2'h3};
-    events_1 <= events_before_1 + {1'h0, event_1 & events_before_1 != 2'h3};
-    events_2 <= events_before_2 + {1'h0, event_2 & events_before_2 != 2'h3};
-    events_3 <= events_before_3 + {1'h0, event_3 & events_before_3 != 2'h3};
-    events_4 <= events_before_4 + {1'h0, event_4 & events_before_4 != 2'h3};
-    events_5 <= events_before_5 + {1'h0, event_5 & events_before_5 != 2'h3};
-    events_6 <= events_before_6 + {1'h0, event_6 & events_before_6 != 2'h3};
-    events_7 <= events_before_7 + {1'h0, event_7 & events_before_7 != 2'h3};
-    events_8 <= events_before_8 + {1'h0, event_8 & events_before_8 != 2'h3};
-    stale_0 <= clear_0 | reset | stale_0 & (|visited);
-    stale_1 <= clear_0 | reset | stale_1 & ~addresses_1_1;
-    stale_2 <= clear_0 | reset | stale_2 & ~addresses_2_1;
-    stale_3 <= clear_0 | reset | stale_3 & ~addresses_3_1;
-    stale_4 <= clear_0 | reset | stale_4 & ~addresses_4_1;
-    stale_5 <= clear_0 | reset | stale_5 & ~addresses_5_1;
-    stale_6 <= clear_1 | reset | stale_6 & ~addresses_6_1;
-    stale_7 <= clear_2 | reset | stale_7 & ~addresses_7_1;
-    stale_8 <= clear_2 | reset | stale_8 & ~addresses_8_1;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _own_writeAddress = {2'h0, visited};
   assign _own_readAddress = {2'h0, next};
   DualPortRam #(
@@ -2338,7 +2375,7 @@ module RegisterFile(
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_parts_T_66 = writeAddress == 12'hE8C;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       bytes_whole_8 <= 16'h0;
       bytes_whole_9 <= 16'h0;
@@ -2418,7 +2455,7 @@ module RegisterFile(
           {write & writeAddress == 12'hEB5 & writeMask ? writeData : bytes_whole_30[15:8],
            write & writeAddress == 12'hEB4 & writeMask ? writeData : bytes_whole_30[7:0]};
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _counters_clear_0 =
     write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
     & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
@@ -2552,7 +2589,7 @@ module WriteLog(
   reg  [8:0]  end_0;
   wire        _busy_T = next != end_0;
   reg         replay_valid_REG;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       entries <= 9'h0;
       next <= 9'h0;
@@ -2572,7 +2609,7 @@ module WriteLog(
         next <= next + 9'h1;
       replay_valid_REG <= _busy_T & ~commit;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _ram_writeAddress = entries[7:0];
   assign _ram_writeData = {write_bits_address, write_bits_mask, write_bits_data};
   assign _ram_readAddress = next[7:0];
@@ -2764,11 +2801,7 @@ module EscMemory(
        | registerWrite_bits_REG_address == 12'hE9B | registerWrite_bits_REG_address == 12'hE9C
        | registerWrite_bits_REG_address == 12'hE9D | registerWrite_bits_REG_address == 12'hE9E
        | registerWrite_bits_REG_address == 12'hE9F);
-  wire        readTarget_register = ~(readAddress[16]) & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
-  wire        readTarget_ram =
-    ~(readAddress[16])
-    & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress[15:0]} < 17'h1400 & ramOpen);
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       settles_REG <= 1'h0;
       looksUp <= 1'h0;
@@ -2811,6 +2844,12 @@ module EscMemory(
       file_write_REG <= hostWrite_unitWrites_isClear_cleared[9];
       host_ack_REG <= host_req & ~host_write & ~(settles_own | settles_REG) & ~ecat_read & ~host_ack_REG | hostWrite;
     end
+  end // always @(posedge, posedge)
+  wire        readTarget_register = ~(readAddress[16]) & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
+  wire        readTarget_ram =
+    ~(readAddress[16])
+    & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress[15:0]} < 17'h1400 & ramOpen);
+  always @(posedge clock) begin
     ramHit <= readTarget_ram;
     registerHit <= readTarget_register;
     registerData <= {8{readTarget_register}} & _file_readData;
@@ -3048,11 +3087,7 @@ module FrameParser(
       : _alien_T;
   wire        isTag = ~(|part) & byte_0 == 5'hD & word == 16'h8100 & ~tagged_0;
   wire        _GEN_5 = step & in_valid;
-  wire        _GEN_6 = _GEN_5 & in_payload;
-  wire        _length_T = byte_0 == 5'h7;
-  wire [11:0] _length_T_4 = {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
-  wire        _GEN_7 = _GEN_1 & (byte_0 == 5'h6 | _length_T & ~high);
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       part <= 4'h8;
     else if (step & in_end)
@@ -3087,6 +3122,12 @@ module FrameParser(
       else
         part <= 4'h0;
     end
+  end // always @(posedge, posedge)
+  wire        _GEN_6 = _GEN_5 & in_payload;
+  wire        _length_T = byte_0 == 5'h7;
+  wire [11:0] _length_T_4 = {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
+  wire        _GEN_7 = _GEN_1 & (byte_0 == 5'h6 | _length_T & ~high);
+  always @(posedge clock) begin
     if (_GEN_5) begin
       if (in_payload) begin
         if (high) begin
@@ -3343,11 +3384,13 @@ module DataAccess(
       low <= in_data;
     anyRead <= ~first & (byteEnd & readNow | anyRead);
     anyWrite <= ~first & (accept | anyWrite);
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       arriving <= 1'h0;
     else
       arriving <= memory_read_REG;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign memory_frameStart = _memory_frameStart_T & ~in_payload;
   assign memory_read = memory_read_REG;
   assign memory_readAddress = request_address;
@@ -3433,32 +3476,6 @@ module FrameProcessor(
   reg         increments;
   reg         readWrite;
   wire        _lengthTop_T = _parser_position_part == 4'h3;
-  wire        circulate =
-    _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & ~tooMany;
-  reg  [31:0] changesBefore;
-  reg  [3:0]  lastChange;
-  wire        _busy_T = _parser_position_part != 4'h8;
-  wire        abort =
-    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
-  reg         aborted;
-  reg         error_REG;
-  reg         frameGood_REG;
-  reg         output_valid;
-  reg         output_payload;
-  reg  [3:0]  output_data;
-  reg         output_end;
-  reg         output_bad;
-  reg         output_odd;
-  reg         output_crcGood;
-  reg  [3:0]  outPosition_r_part;
-  reg  [4:0]  outPosition_r_byte;
-  reg         outPosition_r_high;
-  reg  [6:0]  outPosition_r_paddingBytes;
-  reg  [7:0]  outPosition_r_datagram;
-  reg         outPosition_r_checksumCleared;
-  wire        end_0 = aborted | in_end & _busy_T;
-  wire        ends = step & end_0;
-  wire        active = step & in_valid;
   wire        inCounter =
     _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
   wire [4:0]  sum =
@@ -3470,6 +3487,10 @@ module FrameProcessor(
              ? {2'h0, _access_readSuccess}
                + {1'h0, readWrite ? {_access_writeSuccess, 1'h0} : {1'h0, _access_writeSuccess}}
              : 3'h1};
+  wire        circulate =
+    _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & ~tooMany;
+  reg  [31:0] changesBefore;
+  reg  [3:0]  lastChange;
   wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
   wire [31:0] changes =
     {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
@@ -3494,10 +3515,26 @@ module FrameProcessor(
                                  & (~_access_readMask | {4{_header_request_broadcast}})
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
-  wire        bad =
-    aborted | in_bad
-    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
-        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
+  wire        _busy_T = _parser_position_part != 4'h8;
+  wire        abort =
+    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  reg         aborted;
+  reg         error_REG;
+  reg         frameGood_REG;
+  reg         output_valid;
+  reg         output_payload;
+  reg  [3:0]  output_data;
+  reg         output_end;
+  reg         output_bad;
+  reg         output_odd;
+  reg         output_crcGood;
+  reg  [3:0]  outPosition_r_part;
+  reg  [4:0]  outPosition_r_byte;
+  reg         outPosition_r_high;
+  reg  [6:0]  outPosition_r_paddingBytes;
+  reg  [7:0]  outPosition_r_datagram;
+  reg         outPosition_r_checksumCleared;
+  wire        active = step & in_valid;
   always @(posedge clock) begin
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
@@ -3519,6 +3556,14 @@ module FrameProcessor(
       outPosition_r_datagram <= _parser_position_datagram;
       outPosition_r_checksumCleared <= _parser_position_checksumCleared;
     end
+  end // always @(posedge)
+  wire        end_0 = aborted | in_end & _busy_T;
+  wire        ends = step & end_0;
+  wire        bad =
+    aborted | in_bad
+    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
+        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       aborted <= 1'h0;
       error_REG <= 1'h0;
@@ -3545,7 +3590,7 @@ module FrameProcessor(
       error_REG <= ends & (bad | _hadTooMany_T & _parser_position_datagram > 8'h80);
       frameGood_REG <= ends & ~bad;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   FrameParser parser (
     .clock                    (clock),
     .reset                    (reset),
@@ -3658,7 +3703,7 @@ module LoopControl(
   wire wanted_1 = setting_1 != 2'h3 & (setting_1 == 2'h2 | (setting_1 != 2'h1 | wanted_released_1) & link_1);
   reg  open_0_0;
   reg  open_1_0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       wanted_released_0 <= 1'h0;
       wanted_released_1 <= 1'h0;
@@ -3673,7 +3718,7 @@ module LoopControl(
       if (quiet_1)
         open_1_0 <= wanted_1;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign open_0 = open_0_0;
   assign open_1 = open_1_0;
   assign reportClosed_0 = ~(open_0_0 & wanted_0);
@@ -3961,7 +4006,7 @@ module alarm_slave(
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hE97 & _memory_registerWrite_bits_mask;
   wire        waits_result_1_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'hE9F & _memory_registerWrite_bits_mask;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       processStep <= 1'h0;
       transmitStep <= 1'h0;
@@ -4039,8 +4084,9 @@ module alarm_slave(
         & message_received;
       waits_REG_1 <= waits_result_1_valid;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     mii_tx_tick_r <= transmitStep;
-  end // always @(posedge)
   assign _ports_0_core_receiveStep = _slot_tick;
   assign _ports_0_core_enable = ~_memory_clearing;
   assign _ports_0_core_shortMargin = ~_memory_value_rx_fifo_size_2;

@@ -182,6 +182,7 @@ module MiiRxReadSide(
   reg  [2:0] earlier_1;
   reg  [2:0] earlier_2;
   reg  [2:0] pointer;
+  reg        begins;
   wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
   wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
   reg        casez_tmp;
@@ -228,11 +229,17 @@ module MiiRxReadSide(
     visible <= meta;
     earlier_1 <= visible;
     earlier_2 <= earlier_1;
-    if (reset)
+    if (begins)
       pointer <= {visible[2], ^(visible[2:1]), ^visible};
     else if (read_take)
       pointer <= pointer + 3'h1;
   end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
+    if (reset)
+      begins <= 1'h1;
+    else
+      begins <= 1'h0;
+  end // always @(posedge, posedge)
   assign read_symbol_dv = casez_tmp;
   assign read_symbol_er = casez_tmp_0;
   assign read_symbol_data = casez_tmp_1;
@@ -336,7 +343,7 @@ module MiiTransmitter(
   reg  [3:0] data;
   reg  [1:0] left;
   wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       enable <= 1'h0;
       left <= 2'h0;
@@ -345,6 +352,8 @@ module MiiTransmitter(
       enable <= in_valid | (|mark);
       left <= mark - {1'h0, |mark};
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (tick)
       data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
   end // always @(posedge)
@@ -407,10 +416,9 @@ module MiiReceiver(
   wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
   wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
   wire        endOfFrame = tick & inFrame & (faulty | ended);
-  wire        runs = ~faulty & ~ended;
-  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
   wire        _GEN = state == 3'h1 | state == 3'h2;
-  always @(posedge clock) begin
+  wire        runs = ~faulty & ~ended;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 3'h0;
       output_valid <= 1'h0;
@@ -450,6 +458,9 @@ module MiiReceiver(
       end
       cutNow <= ~tick & (cut & inFrame | cutNow);
     end
+  end // always @(posedge, posedge)
+  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
+  always @(posedge clock) begin
     if (tick) begin
       if (|state) begin
         if (~_GEN | faulty | ended) begin
@@ -551,12 +562,12 @@ module MiiPort(
   wire       _crossing_read_settled;
   wire       _crossing_read_overflow;
   reg        receiver_cut_REG;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       receiver_cut_REG <= 1'h0;
     else
       receiver_cut_REG <= _core_link_crossing_out;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   MiiRxCrossing crossing (
     .clock            (clock),
     .reset            (reset),
@@ -634,13 +645,15 @@ module SlotTimer(
   always @(posedge clock) begin
     sampled <= reference;
     before_0 <= sampled;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       count <= 2'h0;
     else if ((&count) | sampled & ~before_0)
       count <= 2'h0;
     else
       count <= count + 2'h1;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign tick = count == 2'h0;
 endmodule
 
@@ -714,19 +727,37 @@ module EventCounters(
          | (addresses_3_1 ? events_3 : 2'h0) | (addresses_4_1 ? events_4 : 2'h0) | (addresses_5_1 ? events_5 : 2'h0)
          | (addresses_6_1 ? events_6 : 2'h0) | (addresses_7_1 ? events_7 : 2'h0) | (addresses_8_1 ? events_8 : 2'h0)};
   wire [7:0] count = sum[7:0] | {8{sum[8]}};
-  wire [1:0] events_before = ~(|visited) | clear_0 | reset ? 2'h0 : events_0;
-  wire [1:0] events_before_1 = addresses_1_1 | clear_0 | reset ? 2'h0 : events_1;
-  wire [1:0] events_before_2 = addresses_2_1 | clear_0 | reset ? 2'h0 : events_2;
-  wire [1:0] events_before_3 = addresses_3_1 | clear_0 | reset ? 2'h0 : events_3;
-  wire [1:0] events_before_4 = addresses_4_1 | clear_0 | reset ? 2'h0 : events_4;
-  wire [1:0] events_before_5 = addresses_5_1 | clear_0 | reset ? 2'h0 : events_5;
-  wire [1:0] events_before_6 = addresses_6_1 | clear_1 | reset ? 2'h0 : events_6;
-  wire [1:0] events_before_7 = addresses_7_1 | clear_2 | reset ? 2'h0 : events_7;
-  wire [1:0] events_before_8 = addresses_8_1 | clear_2 | reset ? 2'h0 : events_8;
-  always @(posedge clock) begin
+  wire [1:0] events_before = ~(|visited) | clear_0 ? 2'h0 : events_0;
+  wire [1:0] events_before_1 = addresses_1_1 | clear_0 ? 2'h0 : events_1;
+  wire [1:0] events_before_2 = addresses_2_1 | clear_0 ? 2'h0 : events_2;
+  wire [1:0] events_before_3 = addresses_3_1 | clear_0 ? 2'h0 : events_3;
+  wire [1:0] events_before_4 = addresses_4_1 | clear_0 ? 2'h0 : events_4;
+  wire [1:0] events_before_5 = addresses_5_1 | clear_0 ? 2'h0 : events_5;
+  wire [1:0] events_before_6 = addresses_6_1 | clear_1 ? 2'h0 : events_6;
+  wire [1:0] events_before_7 = addresses_7_1 | clear_2 ? 2'h0 : events_7;
+  wire [1:0] events_before_8 = addresses_8_1 | clear_2 ? 2'h0 : events_8;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       next <= 4'h0;
       visited <= 4'h8;
+      events_0 <= 2'h0;
+      events_1 <= 2'h0;
+      events_2 <= 2'h0;
+      events_3 <= 2'h0;
+      events_4 <= 2'h0;
+      events_5 <= 2'h0;
+      events_6 <= 2'h0;
+      events_7 <= 2'h0;
+      events_8 <= 2'h0;
+      stale_0 <= 1'h1;
+      stale_1 <= 1'h1;
+      stale_2 <= 1'h1;
+      stale_3 <= 1'h1;
+      stale_4 <= 1'h1;
+      stale_5 <= 1'h1;
+      stale_6 <= 1'h1;
+      stale_7 <= 1'h1;
+      stale_8 <= 1'h1;
     end
     else begin
       if (next == 4'h8)
@@ -734,26 +765,26 @@ module EventCounters(
       else
         next <= next + 4'h1;
       visited <= next;
+      events_0 <= events_before + {1'h0, event_0 & events_before != 2'h3};
+      events_1 <= events_before_1 + {1'h0, event_1 & events_before_1 != 2'h3};
+      events_2 <= events_before_2 + {1'h0, event_2 & events_before_2 != 2'h3};
+      events_3 <= events_before_3 + {1'h0, event_3 & events_before_3 != 2'h3};
+      events_4 <= events_before_4 + {1'h0, event_4 & events_before_4 != 2'h3};
+      events_5 <= events_before_5 + {1'h0, event_5 & events_before_5 != 2'h3};
+      events_6 <= events_before_6 + {1'h0, event_6 & events_before_6 != 2'h3};
+      events_7 <= events_before_7 + {1'h0, event_7 & events_before_7 != 2'h3};
+      events_8 <= events_before_8 + {1'h0, event_8 & events_before_8 != 2'h3};
+      stale_0 <= clear_0 | stale_0 & (|visited);
+      stale_1 <= clear_0 | stale_1 & ~addresses_1_1;
+      stale_2 <= clear_0 | stale_2 & ~addresses_2_1;
+      stale_3 <= clear_0 | stale_3 & ~addresses_3_1;
+      stale_4 <= clear_0 | stale_4 & ~addresses_4_1;
+      stale_5 <= clear_0 | stale_5 & ~addresses_5_1;
+      stale_6 <= clear_1 | stale_6 & ~addresses_6_1;
+      stale_7 <= clear_2 | stale_7 & ~addresses_7_1;
+      stale_8 <= clear_2 | stale_8 & ~addresses_8_1;
     end
-    events_0 <= events_before + {1'h0, event_0 & events_before != 2'h3};
-    events_1 <= events_before_1 + {1'h0, event_1 & events_before_1 != 2'h3};
-    events_2 <= events_before_2 + {1'h0, event_2 & events_before_2 != 2'h3};
-    events_3 <= events_before_3 + {1'h0, event_3 & events_before_3 != 2'h3};
-    events_4 <= events_before_4 + {1'h0, event_4 & events_before_4 != 2'h3};
-    events_5 <= events_before_5 + {1'h0, event_5 & events_before_5 != 2'h3};
-    events_6 <= events_before_6 + {1'h0, event_6 & events_before_6 != 2'h3};
-    events_7 <= events_before_7 + {1'h0, event_7 & events_before_7 != 2'h3};
-    events_8 <= events_before_8 + {1'h0, event_8 & events_before_8 != 2'h3};
-    stale_0 <= clear_0 | reset | stale_0 & (|visited);
-    stale_1 <= clear_0 | reset | stale_1 & ~addresses_1_1;
-    stale_2 <= clear_0 | reset | stale_2 & ~addresses_2_1;
-    stale_3 <= clear_0 | reset | stale_3 & ~addresses_3_1;
-    stale_4 <= clear_0 | reset | stale_4 & ~addresses_4_1;
-    stale_5 <= clear_0 | reset | stale_5 & ~addresses_5_1;
-    stale_6 <= clear_1 | reset | stale_6 & ~addresses_6_1;
-    stale_7 <= clear_2 | reset | stale_7 & ~addresses_7_1;
-    stale_8 <= clear_2 | reset | stale_8 & ~addresses_8_1;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _own_writeAddress = {2'h0, visited};
   assign _own_readAddress = {2'h0, next};
   DualPortRam #(
@@ -885,7 +916,7 @@ module RegisterFile(
     | (readAddress == 12'h311 ? {9'h0, _counters_valid_2, 4'hE} : 14'h0);
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       bytes_whole_8 <= 16'h0;
       bytes_whole_9 <= 16'h0;
@@ -921,7 +952,7 @@ module RegisterFile(
       if (write & writeAddress == 12'h103 & writeMask)
         bytes_whole_parts_alias_enable <= writeData[0];
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _counters_clear_0 =
     write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
     & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
@@ -1050,7 +1081,7 @@ module WriteLog(
   reg  [8:0]  end_0;
   wire        _busy_T = next != end_0;
   reg         replay_valid_REG;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       entries <= 9'h0;
       next <= 9'h0;
@@ -1070,7 +1101,7 @@ module WriteLog(
         next <= next + 9'h1;
       replay_valid_REG <= _busy_T & ~commit;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _ram_writeAddress = entries[7:0];
   assign _ram_writeData = {write_bits_address, write_bits_mask, write_bits_data};
   assign _ram_readAddress = next[7:0];
@@ -1211,12 +1242,7 @@ module EscMemory(
   reg         host_ack_REG;
   wire        settles_own = registerWrite_valid_REG & registerWriteByHost_REG;
   wire        hostLookUp = host_req & host_write & ~looksUp & ~ecat_read & ~host_ack_REG;
-  wire        readTarget_user = readAddress[15:7] == 9'h1F;
-  wire        readTarget_register = ~(readAddress[16]) & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
-  wire        readTarget_ram =
-    ~(readAddress[16])
-    & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress[15:0]} < 17'h1400 & ramOpen);
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       settles_REG <= 1'h0;
       looksUp <= 1'h0;
@@ -1238,6 +1264,13 @@ module EscMemory(
       file_write_REG <= 1'h1;
       host_ack_REG <= host_req & ~host_write & ~(settles_own | settles_REG) & ~ecat_read & ~host_ack_REG | hostWrite;
     end
+  end // always @(posedge, posedge)
+  wire        readTarget_user = readAddress[15:7] == 9'h1F;
+  wire        readTarget_register = ~(readAddress[16]) & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
+  wire        readTarget_ram =
+    ~(readAddress[16])
+    & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress[15:0]} < 17'h1400 & ramOpen);
+  always @(posedge clock) begin
     ramHit <= readTarget_ram;
     registerHit <= readTarget_register;
     registerData <= {8{readTarget_register}} & _file_readData;
@@ -1410,11 +1443,7 @@ module FrameParser(
       : _alien_T;
   wire        isTag = ~(|part) & byte_0 == 5'hD & word == 16'h8100 & ~tagged_0;
   wire        _GEN_5 = step & in_valid;
-  wire        _GEN_6 = _GEN_5 & in_payload;
-  wire        _length_T = byte_0 == 5'h7;
-  wire [11:0] _length_T_4 = {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
-  wire        _GEN_7 = _GEN_1 & (byte_0 == 5'h6 | _length_T & ~high);
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       part <= 4'h8;
     else if (step & in_end)
@@ -1449,6 +1478,12 @@ module FrameParser(
       else
         part <= 4'h0;
     end
+  end // always @(posedge, posedge)
+  wire        _GEN_6 = _GEN_5 & in_payload;
+  wire        _length_T = byte_0 == 5'h7;
+  wire [11:0] _length_T_4 = {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
+  wire        _GEN_7 = _GEN_1 & (byte_0 == 5'h6 | _length_T & ~high);
+  always @(posedge clock) begin
     if (_GEN_5) begin
       if (in_payload) begin
         if (high) begin
@@ -1705,11 +1740,13 @@ module DataAccess(
       low <= in_data;
     anyRead <= ~first & (byteEnd & readNow | anyRead);
     anyWrite <= ~first & (accept | anyWrite);
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       arriving <= 1'h0;
     else
       arriving <= memory_read_REG;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign memory_frameStart = _memory_frameStart_T & ~in_payload;
   assign memory_read = memory_read_REG;
   assign memory_readAddress = request_address;
@@ -1787,26 +1824,6 @@ module FrameProcessor(
   reg         increments;
   reg         readWrite;
   wire        _lengthTop_T = _parser_position_part == 4'h3;
-  wire        circulate =
-    _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & _circulate_T_1;
-  reg  [31:0] changesBefore;
-  reg  [3:0]  lastChange;
-  wire        _busy_T = _parser_position_part != 4'h8;
-  wire        abort =
-    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
-  reg         aborted;
-  reg         error_REG;
-  reg         frameGood_REG;
-  reg         output_valid;
-  reg         output_payload;
-  reg  [3:0]  output_data;
-  reg         output_end;
-  reg         output_bad;
-  reg         output_odd;
-  reg         output_crcGood;
-  wire        end_0 = aborted | in_end & _busy_T;
-  wire        ends = step & end_0;
-  wire        active = step & in_valid;
   wire        inCounter =
     _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
   wire [4:0]  sum =
@@ -1818,6 +1835,10 @@ module FrameProcessor(
              ? {2'h0, _access_readSuccess}
                + {1'h0, readWrite ? {_access_writeSuccess, 1'h0} : {1'h0, _access_writeSuccess}}
              : 3'h1};
+  wire        circulate =
+    _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & _circulate_T_1;
+  reg  [31:0] changesBefore;
+  reg  [3:0]  lastChange;
   wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
   wire [31:0] changes =
     {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
@@ -1842,10 +1863,20 @@ module FrameProcessor(
                                  & (~_access_readMask | {4{_header_request_broadcast}})
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
-  wire        bad =
-    aborted | in_bad
-    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
-        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
+  wire        _busy_T = _parser_position_part != 4'h8;
+  wire        abort =
+    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  reg         aborted;
+  reg         error_REG;
+  reg         frameGood_REG;
+  reg         output_valid;
+  reg         output_payload;
+  reg  [3:0]  output_data;
+  reg         output_end;
+  reg         output_bad;
+  reg         output_odd;
+  reg         output_crcGood;
+  wire        active = step & in_valid;
   always @(posedge clock) begin
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
@@ -1859,6 +1890,14 @@ module FrameProcessor(
     end
     increments <= _header_request_incrementsAdp;
     readWrite <= _header_request_readWrite;
+  end // always @(posedge)
+  wire        end_0 = aborted | in_end & _busy_T;
+  wire        ends = step & end_0;
+  wire        bad =
+    aborted | in_bad
+    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
+        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       aborted <= 1'h0;
       error_REG <= 1'h0;
@@ -1885,7 +1924,7 @@ module FrameProcessor(
       error_REG <= ends & (bad | _hadTooMany_T & (|(_parser_position_datagram[7:4])));
       frameGood_REG <= ends & ~bad;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   FrameParser parser (
     .clock                    (clock),
     .reset                    (reset),
@@ -1991,7 +2030,7 @@ module LoopControl(
   wire wanted_1 = setting_1 != 2'h3 & (setting_1 == 2'h2 | (setting_1 != 2'h1 | wanted_released_1) & link_1);
   reg  open_0_0;
   reg  open_1_0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       wanted_released_0 <= 1'h0;
       wanted_released_1 <= 1'h0;
@@ -2006,7 +2045,7 @@ module LoopControl(
       if (quiet_1)
         open_1_0 <= wanted_1;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign open_0 = open_0_0;
   assign open_1 = open_1_0;
   assign reportClosed_0 = ~(open_0_0 & wanted_0);
@@ -2199,7 +2238,7 @@ module cyclone4_min(
   wire        _processor_in_T_bad = _loops_open_1 ? _ports_1_core_fromWire_bad : _processor_out_bad;
   wire        _processor_in_T_odd = _loops_open_1 ? _ports_1_core_fromWire_odd : _processor_out_odd;
   wire        _processor_in_T_crcGood = _loops_open_1 ? _ports_1_core_fromWire_crcGood : _processor_out_crcGood;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       processStep <= 1'h0;
       transmitStep <= 1'h0;
@@ -2220,8 +2259,9 @@ module cyclone4_min(
       drops_REG <= _ports_0_core_link;
       drops_REG_1 <= _ports_1_core_link;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     mii_tx_tick_r <= transmitStep;
-  end // always @(posedge)
   assign _ports_0_core_receiveStep = _slot_tick;
   assign _ports_0_core_shortMargin = ~_memory_value_rx_fifo_size_2;
   assign _ports_0_core_toWire_valid = _loops_open_0 & _processor_in_T_valid;

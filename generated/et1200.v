@@ -183,6 +183,7 @@ module MiiRxReadSide(
   reg  [2:0] earlier_1;
   reg  [2:0] earlier_2;
   reg  [2:0] pointer;
+  reg        begins;
   wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
   wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
   reg        casez_tmp;
@@ -229,11 +230,17 @@ module MiiRxReadSide(
     visible <= meta;
     earlier_1 <= visible;
     earlier_2 <= earlier_1;
-    if (reset)
+    if (begins)
       pointer <= {visible[2], ^(visible[2:1]), ^visible};
     else if (read_take)
       pointer <= pointer + 3'h1;
   end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
+    if (reset)
+      begins <= 1'h1;
+    else
+      begins <= 1'h0;
+  end // always @(posedge, posedge)
   assign read_symbol_dv = casez_tmp;
   assign read_symbol_er = casez_tmp_0;
   assign read_symbol_data = casez_tmp_1;
@@ -337,7 +344,7 @@ module MiiTransmitter(
   reg  [3:0] data;
   reg  [1:0] left;
   wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       enable <= 1'h0;
       left <= 2'h0;
@@ -346,6 +353,8 @@ module MiiTransmitter(
       enable <= in_valid | (|mark);
       left <= mark - {1'h0, |mark};
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (tick)
       data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
   end // always @(posedge)
@@ -408,10 +417,9 @@ module MiiReceiver(
   wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
   wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
   wire        endOfFrame = tick & inFrame & (faulty | ended);
-  wire        runs = ~faulty & ~ended;
-  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
   wire        _GEN = state == 3'h1 | state == 3'h2;
-  always @(posedge clock) begin
+  wire        runs = ~faulty & ~ended;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 3'h0;
       output_valid <= 1'h0;
@@ -451,6 +459,9 @@ module MiiReceiver(
       end
       cutNow <= ~tick & (cut & inFrame | cutNow);
     end
+  end // always @(posedge, posedge)
+  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
+  always @(posedge clock) begin
     if (tick) begin
       if (|state) begin
         if (~_GEN | faulty | ended) begin
@@ -567,11 +578,13 @@ module MiiPort(
       else
         waited <= 4'h0;
     end
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       receiver_cut_REG <= 1'h0;
     else
       receiver_cut_REG <= core_detection_link;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   MiiRxCrossing crossing (
     .clock            (clock),
     .reset            (reset),
@@ -654,13 +667,15 @@ module SlotTimer(
   always @(posedge clock) begin
     sampled <= reference;
     before_0 <= sampled;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       count <= 2'h0;
     else if ((&count) | sampled & ~before_0)
       count <= 2'h0;
     else
       count <= count + 2'h1;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign tick = count == 2'h0;
 endmodule
 
@@ -747,21 +762,43 @@ module EventCounters(
          | (addresses_6_1 ? events_6 : 2'h0) | (addresses_7_1 ? events_7 : 2'h0) | (addresses_8_1 ? events_8 : 2'h0)
          | (addresses_9_1 ? events_9 : 2'h0) | (addresses_10_1 ? events_10 : 2'h0)};
   wire [7:0] count = sum[7:0] | {8{sum[8]}};
-  wire [1:0] events_before = ~(|visited) | clear_0 | reset ? 2'h0 : events_0;
-  wire [1:0] events_before_1 = addresses_1_1 | clear_0 | reset ? 2'h0 : events_1;
-  wire [1:0] events_before_2 = addresses_2_1 | clear_0 | reset ? 2'h0 : events_2;
-  wire [1:0] events_before_3 = addresses_3_1 | clear_0 | reset ? 2'h0 : events_3;
-  wire [1:0] events_before_4 = addresses_4_1 | clear_0 | reset ? 2'h0 : events_4;
-  wire [1:0] events_before_5 = addresses_5_1 | clear_0 | reset ? 2'h0 : events_5;
-  wire [1:0] events_before_6 = addresses_6_1 | clear_1 | reset ? 2'h0 : events_6;
-  wire [1:0] events_before_7 = addresses_7_1 | clear_2 | reset ? 2'h0 : events_7;
-  wire [1:0] events_before_8 = addresses_8_1 | clear_2 | reset ? 2'h0 : events_8;
-  wire [1:0] events_before_9 = addresses_9_1 | clear_3 | reset ? 2'h0 : events_9;
-  wire [1:0] events_before_10 = addresses_10_1 | clear_3 | reset ? 2'h0 : events_10;
-  always @(posedge clock) begin
+  wire [1:0] events_before = ~(|visited) | clear_0 ? 2'h0 : events_0;
+  wire [1:0] events_before_1 = addresses_1_1 | clear_0 ? 2'h0 : events_1;
+  wire [1:0] events_before_2 = addresses_2_1 | clear_0 ? 2'h0 : events_2;
+  wire [1:0] events_before_3 = addresses_3_1 | clear_0 ? 2'h0 : events_3;
+  wire [1:0] events_before_4 = addresses_4_1 | clear_0 ? 2'h0 : events_4;
+  wire [1:0] events_before_5 = addresses_5_1 | clear_0 ? 2'h0 : events_5;
+  wire [1:0] events_before_6 = addresses_6_1 | clear_1 ? 2'h0 : events_6;
+  wire [1:0] events_before_7 = addresses_7_1 | clear_2 ? 2'h0 : events_7;
+  wire [1:0] events_before_8 = addresses_8_1 | clear_2 ? 2'h0 : events_8;
+  wire [1:0] events_before_9 = addresses_9_1 | clear_3 ? 2'h0 : events_9;
+  wire [1:0] events_before_10 = addresses_10_1 | clear_3 ? 2'h0 : events_10;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       next <= 4'h0;
       visited <= 4'hA;
+      events_0 <= 2'h0;
+      events_1 <= 2'h0;
+      events_2 <= 2'h0;
+      events_3 <= 2'h0;
+      events_4 <= 2'h0;
+      events_5 <= 2'h0;
+      events_6 <= 2'h0;
+      events_7 <= 2'h0;
+      events_8 <= 2'h0;
+      events_9 <= 2'h0;
+      events_10 <= 2'h0;
+      stale_0 <= 1'h1;
+      stale_1 <= 1'h1;
+      stale_2 <= 1'h1;
+      stale_3 <= 1'h1;
+      stale_4 <= 1'h1;
+      stale_5 <= 1'h1;
+      stale_6 <= 1'h1;
+      stale_7 <= 1'h1;
+      stale_8 <= 1'h1;
+      stale_9 <= 1'h1;
+      stale_10 <= 1'h1;
     end
     else begin
       if (next == 4'hA)
@@ -769,30 +806,30 @@ module EventCounters(
       else
         next <= next + 4'h1;
       visited <= next;
+      events_0 <= events_before + {1'h0, event_0 & events_before != 2'h3};
+      events_1 <= events_before_1 + {1'h0, event_1 & events_before_1 != 2'h3};
+      events_2 <= events_before_2 + {1'h0, event_2 & events_before_2 != 2'h3};
+      events_3 <= events_before_3 + {1'h0, event_3 & events_before_3 != 2'h3};
+      events_4 <= events_before_4 + {1'h0, event_4 & events_before_4 != 2'h3};
+      events_5 <= events_before_5 + {1'h0, event_5 & events_before_5 != 2'h3};
+      events_6 <= events_before_6 + {1'h0, event_6 & events_before_6 != 2'h3};
+      events_7 <= events_before_7 + {1'h0, event_7 & events_before_7 != 2'h3};
+      events_8 <= events_before_8 + {1'h0, event_8 & events_before_8 != 2'h3};
+      events_9 <= events_before_9 + {1'h0, event_9 & events_before_9 != 2'h3};
+      events_10 <= events_before_10 + {1'h0, event_10 & events_before_10 != 2'h3};
+      stale_0 <= clear_0 | stale_0 & (|visited);
+      stale_1 <= clear_0 | stale_1 & ~addresses_1_1;
+      stale_2 <= clear_0 | stale_2 & ~addresses_2_1;
+      stale_3 <= clear_0 | stale_3 & ~addresses_3_1;
+      stale_4 <= clear_0 | stale_4 & ~addresses_4_1;
+      stale_5 <= clear_0 | stale_5 & ~addresses_5_1;
+      stale_6 <= clear_1 | stale_6 & ~addresses_6_1;
+      stale_7 <= clear_2 | stale_7 & ~addresses_7_1;
+      stale_8 <= clear_2 | stale_8 & ~addresses_8_1;
+      stale_9 <= clear_3 | stale_9 & ~addresses_9_1;
+      stale_10 <= clear_3 | stale_10 & ~addresses_10_1;
     end
-    events_0 <= events_before + {1'h0, event_0 & events_before != 2'h3};
-    events_1 <= events_before_1 + {1'h0, event_1 & events_before_1 != 2'h3};
-    events_2 <= events_before_2 + {1'h0, event_2 & events_before_2 != 2'h3};
-    events_3 <= events_before_3 + {1'h0, event_3 & events_before_3 != 2'h3};
-    events_4 <= events_before_4 + {1'h0, event_4 & events_before_4 != 2'h3};
-    events_5 <= events_before_5 + {1'h0, event_5 & events_before_5 != 2'h3};
-    events_6 <= events_before_6 + {1'h0, event_6 & events_before_6 != 2'h3};
-    events_7 <= events_before_7 + {1'h0, event_7 & events_before_7 != 2'h3};
-    events_8 <= events_before_8 + {1'h0, event_8 & events_before_8 != 2'h3};
-    events_9 <= events_before_9 + {1'h0, event_9 & events_before_9 != 2'h3};
-    events_10 <= events_before_10 + {1'h0, event_10 & events_before_10 != 2'h3};
-    stale_0 <= clear_0 | reset | stale_0 & (|visited);
-    stale_1 <= clear_0 | reset | stale_1 & ~addresses_1_1;
-    stale_2 <= clear_0 | reset | stale_2 & ~addresses_2_1;
-    stale_3 <= clear_0 | reset | stale_3 & ~addresses_3_1;
-    stale_4 <= clear_0 | reset | stale_4 & ~addresses_4_1;
-    stale_5 <= clear_0 | reset | stale_5 & ~addresses_5_1;
-    stale_6 <= clear_1 | reset | stale_6 & ~addresses_6_1;
-    stale_7 <= clear_2 | reset | stale_7 & ~addresses_7_1;
-    stale_8 <= clear_2 | reset | stale_8 & ~addresses_8_1;
-    stale_9 <= clear_3 | reset | stale_9 & ~addresses_9_1;
-    stale_10 <= clear_3 | reset | stale_10 & ~addresses_10_1;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _own_writeAddress = {2'h0, visited};
   assign _own_readAddress = {2'h0, next};
   DualPortRam #(
@@ -1461,6 +1498,10 @@ module RegisterFile(
     | (ofUnits_hit_1 & readAddress[2:0] == 3'h6 ? {casez_tmp_0, 6'hE} : 14'h0)
     | (ofUnits_hit_1 & (&(readAddress[2:0])) ? {casez_tmp_1, 6'hD} : 14'h0);
   wire [13:0] _selected_T_646 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_6;
+  always @(posedge clock) begin
+    REG <= readAddress[11:8] == 4'h8;
+    REG_1 <= readAddress[11:8] == 4'h9;
+  end // always @(posedge)
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_parts_T_54 = writeAddress == 12'h102;
@@ -1475,9 +1516,7 @@ module RegisterFile(
   wire        _bytes_whole_parts_parts_T_336 = writeAddress == 12'h980;
   wire        _bytes_whole_parts_parts_T_360 = writeAddress == 12'h9A8;
   wire        _bytes_whole_parts_parts_T_372 = writeAddress == 12'h9A9;
-  always @(posedge clock) begin
-    REG <= readAddress[11:8] == 4'h8;
-    REG_1 <= readAddress[11:8] == 4'h9;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       bytes_whole_8 <= 16'h0;
       bytes_whole_9 <= 16'h0;
@@ -1663,7 +1702,7 @@ module RegisterFile(
       if (write & _bytes_whole_parts_parts_T_372 & writeMask)
         bytes_whole_parts_parts_old_62 <= writeData[1];
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _counters_clear_0 =
     write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
     & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
@@ -1840,7 +1879,7 @@ module WriteLog(
   reg  [8:0]  end_0;
   wire        _busy_T = next != end_0;
   reg         replay_valid_REG;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       entries <= 9'h0;
       next <= 9'h0;
@@ -1860,7 +1899,7 @@ module WriteLog(
         next <= next + 9'h1;
       replay_valid_REG <= _busy_T & ~commit;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _ram_writeAddress = entries[7:0];
   assign _ram_writeData = {write_bits_address, 1'h1, write_bits_data};
   assign _ram_readAddress = next[7:0];
@@ -2090,6 +2129,7 @@ module EscMemory(
   output        commitStarts
 );
 
+  reg         host_ack_REG;
   reg         registerWrite_valid_REG;
   wire        unitWrite_ready_0;
   wire [3:0]  _readTarget_t_place_process_T;
@@ -2121,7 +2161,9 @@ module EscMemory(
   wire [7:0]  _file_countData;
   wire        _file_keptForHost_ready;
   reg         unitWaits;
+  wire        _unitAddress_T = ~unitWaits & unitRead_valid;
   reg  [11:0] unitAddress;
+  wire        unitReads = unitWaits & ~ecat_read & ~host_req;
   reg  [16:0] readAddress;
   wire        readTarget_user = readAddress[15:7] == 9'h1F;
   assign _readTarget_t_place_process_T = readAddress[15:12];
@@ -2149,6 +2191,7 @@ module EscMemory(
     ecat_write & (ecatTarget_user | (|(ecat_writeAddress[15:12])) & {1'h0, ecat_writeAddress} < 17'h1400 & ramOpen);
   reg         looksUp;
   reg         known;
+  wire        hostLookUp = host_req & host_write & ~looksUp & ~ecat_read & ~host_ack_REG;
   reg         arrives_REG;
   reg         arrives;
   reg         hostMay;
@@ -2173,7 +2216,6 @@ module EscMemory(
   reg         file_write_REG;
   reg         hostReadChosen;
   reg         hostReadDone;
-  reg         host_ack_REG;
   wire        _GEN =
     registerWrite_valid_REG
     & (registerWrite_bits_REG_address[11:8] == 4'h6 | registerWrite_bits_REG_address[11:7] == 5'h10
@@ -2197,14 +2239,7 @@ module EscMemory(
        | registerWrite_bits_REG_address == 12'h56B | registerWrite_bits_REG_address == 12'h56C
        | registerWrite_bits_REG_address == 12'h56D | registerWrite_bits_REG_address == 12'h56E
        | registerWrite_bits_REG_address == 12'h56F);
-  wire        _unitAddress_T = ~unitWaits & unitRead_valid;
-  wire        unitReads = unitWaits & ~ecat_read & ~host_req;
-  wire        readTarget_register = ~(readAddress[16]) & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
-  wire        readTarget_ram =
-    ~(readAddress[16])
-    & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress[15:0]} < 17'h1400 & ramOpen);
-  wire        hostLookUp = host_req & host_write & ~looksUp & ~ecat_read & ~host_ack_REG;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       unitWaits <= 1'h0;
       unitData_valid_REG_1 <= 1'h0;
@@ -2260,6 +2295,12 @@ module EscMemory(
       hostReadDone <= hostReadChosen;
       host_ack_REG <= hostReadDone | hostWrite;
     end
+  end // always @(posedge, posedge)
+  wire        readTarget_register = ~(readAddress[16]) & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
+  wire        readTarget_ram =
+    ~(readAddress[16])
+    & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress[15:0]} < 17'h1400 & ramOpen);
+  always @(posedge clock) begin
     if (_unitAddress_T)
       unitAddress <= unitRead_bits;
     readAddress <= ecat_read ? ecat_readAddress : {1'h0, unitReads ? {4'h0, unitAddress} : host_addr};
@@ -2634,11 +2675,7 @@ module FrameParser(
       : _alien_T;
   wire        isTag = ~(|part) & byte_0 == 5'hD & word == 16'h8100 & ~tagged_0;
   wire        _GEN_5 = step & in_valid;
-  wire        _GEN_6 = _GEN_5 & in_payload;
-  wire        _length_T = byte_0 == 5'h7;
-  wire [11:0] _length_T_4 = {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
-  wire        _GEN_7 = _GEN_1 & (byte_0 == 5'h6 | _length_T & ~high);
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       part <= 4'h8;
     else if (step & in_end)
@@ -2673,6 +2710,12 @@ module FrameParser(
       else
         part <= 4'h0;
     end
+  end // always @(posedge, posedge)
+  wire        _GEN_6 = _GEN_5 & in_payload;
+  wire        _length_T = byte_0 == 5'h7;
+  wire [11:0] _length_T_4 = {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
+  wire        _GEN_7 = _GEN_1 & (byte_0 == 5'h6 | _length_T & ~high);
+  always @(posedge clock) begin
     if (_GEN_5) begin
       if (in_payload) begin
         if (high) begin
@@ -2893,13 +2936,15 @@ module ByteTimes(
 
   reg [3:0] cycle;
   reg [1:0] number;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       cycle <= 4'hF;
     else if (ends)
       cycle <= 4'h0;
     else if (cycle != 4'hF)
       cycle <= cycle + 4'h1;
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (ends)
       number <= number + 2'h1;
   end // always @(posedge)
@@ -2926,13 +2971,14 @@ module WideTable(
   wire [31:0] _rams_0_readData;
   reg         merging;
   reg  [1:0]  index;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       merging <= 1'h0;
     else
       merging <= write;
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     index <= writeIndex;
-  end // always @(posedge)
   assign _rams_0_writeData =
     {writeMask[3] ? writeData[31:24] : _rams_0_readData[31:24],
      writeMask[2] ? writeData[23:16] : _rams_0_readData[23:16],
@@ -2972,13 +3018,14 @@ module WideTable_1(
   wire [21:0] _rams_0_readData;
   reg         merging;
   reg  [1:0]  index;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       merging <= 1'h0;
     else
       merging <= write;
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     index <= writeIndex;
-  end // always @(posedge)
   assign _rams_0_writeData =
     {writeMask[3] ? writeData[21:19] : _rams_0_readData[21:19],
      writeMask[2] ? writeData[18:16] : _rams_0_readData[18:16],
@@ -3018,13 +3065,14 @@ module WideTable_2(
   wire [20:0] _rams_0_readData;
   reg         merging;
   reg  [1:0]  index;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       merging <= 1'h0;
     else
       merging <= write;
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     index <= writeIndex;
-  end // always @(posedge)
   assign _rams_0_writeData =
     {writeMask[3] ? writeData[20:19] : _rams_0_readData[20:19],
      writeMask[2] ? writeData[18:16] : _rams_0_readData[18:16],
@@ -3150,7 +3198,6 @@ module BitwiseFmmuBank(
   wire [3:0]  _GEN = {2'h0, place};
   reg         hit_1;
   wire        word_1_hit = search_direct | m_hit & ~search_past & isActive & _local_table_local_readData_0[20];
-  wire        _GEN_0 = isActivate & table_mask[0];
   always @(posedge clock) begin
     index <= _first_T_1;
     REG <= table_word[3:2];
@@ -3166,6 +3213,9 @@ module BitwiseFmmuBank(
       hit_0 <= word_hit;
     if (begins | ~hit_1)
       hit_1 <= word_1_hit;
+  end // always @(posedge)
+  wire        _GEN_0 = isActivate & table_mask[0];
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       active_0 <= 1'h0;
       active_1 <= 1'h0;
@@ -3184,7 +3234,7 @@ module BitwiseFmmuBank(
         active_3 <= table_data[0];
       isActivate <= mine & (&(table_word[1:0]));
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _logicalStart_table_logical_write = mine & table_word[1:0] == 2'h0;
   assign _logicalStart_table_logical_writeIndex = table_word[3:2];
   WideTable logicalStart_table_logical (
@@ -4029,7 +4079,6 @@ module TranslatedAccess(
   reg         reads_latch1_negative_time_r;
   wire [1:0]  _ahead_T_2 = inHeader ? position_byte[1:0] : 2'h2;
   wire        goesOn = enable & (~inHeader | position_byte > 5'h6);
-  wire        _area_entries_0_begins_T_1 = areaIndex == 3'h0;
   wire        _GEN_0 = _times_schedule_ends & inHeader & position_byte == 5'h5;
   always @(posedge clock) begin
     if (_reads_latch1_negative_time_T_2) begin
@@ -4087,6 +4136,9 @@ module TranslatedAccess(
     end
     anyRead <= ~_GEN_0 & (active & (|_readMask_output) | anyRead);
     anyWrite <= ~_GEN_0 & (accept | anyWrite);
+  end // always @(posedge)
+  wire        _area_entries_0_begins_T_1 = areaIndex == 3'h0;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       areaIndex <= 3'h7;
       area_entries_0_begins_REG <= 1'h0;
@@ -4112,7 +4164,7 @@ module TranslatedAccess(
       first <= _times_schedule_ends & enable & request_write & (inData | inHeader & position_byte == 5'h9);
       second <= first;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _times_ends = byteEnd | active & inHeader & position_high & position_byte > 5'h4;
   ByteTimes times (
     .clock           (clock),
@@ -4421,15 +4473,32 @@ module FrameProcessor(
   wire        _parser_position_checksumCleared;
   assign tooMany = _parser_position_datagram[7];
   wire        _lengthTop_T = _parser_position_part == 4'h3;
+  wire        _inCounter_T_1 = _parser_position_byte == 5'h0;
   reg         stamps_ofPorts_r;
   reg         destroy;
   reg         carry;
   reg         increments;
   reg         readWrite;
+  wire        inCounter = _parser_position_part == 4'h5 & (_inCounter_T_1 | _parser_position_byte == 5'h1);
+  wire [4:0]  sum =
+    {1'h0, in_data}
+    + {2'h0,
+       _parser_position_high | _parser_position_byte[0]
+         ? {2'h0, carry}
+         : inCounter
+             ? {2'h0, _translated_readSuccess}
+               + {1'h0, readWrite ? {_translated_writeSuccess, 1'h0} : {1'h0, _translated_writeSuccess}}
+             : 3'h1};
   wire        circulate =
     _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & ~tooMany;
   reg  [31:0] changesBefore;
   reg  [3:0]  lastChange;
+  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
+  wire [31:0] changes =
+    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
+    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
+    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
+  wire        _hadTooMany_T = _parser_position_part == 4'h6;
   reg  [3:0]  casez_tmp;
   always @(*) begin
     casez ({_parser_position_byte[0], _parser_position_high})
@@ -4443,40 +4512,6 @@ module FrameProcessor(
         casez_tmp = config_ecatEvents[15:12];
     endcase
   end // always @(*)
-  wire        _busy_T = _parser_position_part != 4'h8;
-  wire        abort =
-    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
-  reg         aborted;
-  reg         error_REG;
-  reg         frameGood_REG;
-  reg         frameBad_REG;
-  reg         output_valid;
-  reg         output_payload;
-  reg  [3:0]  output_data;
-  reg         output_end;
-  reg         output_bad;
-  reg         output_odd;
-  reg         output_crcGood;
-  wire        end_0 = aborted | in_end & _busy_T;
-  wire        ends = step & end_0;
-  wire        active = step & in_valid;
-  wire        _inCounter_T_1 = _parser_position_byte == 5'h0;
-  wire        inCounter = _parser_position_part == 4'h5 & (_inCounter_T_1 | _parser_position_byte == 5'h1);
-  wire [4:0]  sum =
-    {1'h0, in_data}
-    + {2'h0,
-       _parser_position_high | _parser_position_byte[0]
-         ? {2'h0, carry}
-         : inCounter
-             ? {2'h0, _translated_readSuccess}
-               + {1'h0, readWrite ? {_translated_writeSuccess, 1'h0} : {1'h0, _translated_writeSuccess}}
-             : 3'h1};
-  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
-  wire [31:0] changes =
-    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
-    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
-    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
-  wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire [3:0]  data =
     in_payload
       ? (_parser_position_part == 4'h0 & _parser_position_byte == 5'h6 & ~_parser_position_high & destroy
@@ -4495,10 +4530,21 @@ module FrameProcessor(
                                  & (~_translated_readMask | {4{_header_request_broadcast}})
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
-  wire        bad =
-    aborted | in_bad
-    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
-        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
+  wire        _busy_T = _parser_position_part != 4'h8;
+  wire        abort =
+    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  reg         aborted;
+  reg         error_REG;
+  reg         frameGood_REG;
+  reg         frameBad_REG;
+  reg         output_valid;
+  reg         output_payload;
+  reg  [3:0]  output_data;
+  reg         output_end;
+  reg         output_bad;
+  reg         output_odd;
+  reg         output_crcGood;
+  wire        active = step & in_valid;
   always @(posedge clock) begin
     if (active & _lengthTop_T & _inCounter_T_1 & ~_parser_position_high)
       stamps_ofPorts_r <= in_data == 4'h8 | in_data == 4'h5;
@@ -4514,6 +4560,14 @@ module FrameProcessor(
     end
     increments <= _header_request_incrementsAdp;
     readWrite <= _header_request_readWrite;
+  end // always @(posedge)
+  wire        end_0 = aborted | in_end & _busy_T;
+  wire        ends = step & end_0;
+  wire        bad =
+    aborted | in_bad
+    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
+        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       aborted <= 1'h0;
       error_REG <= 1'h0;
@@ -4542,7 +4596,7 @@ module FrameProcessor(
       frameGood_REG <= ends & ~bad;
       frameBad_REG <= ends & bad;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   FrameParser parser (
     .clock                    (clock),
     .reset                    (reset),
@@ -4685,7 +4739,7 @@ module LoopControl(
   wire wanted_1 = setting_1 != 2'h3 & (setting_1 == 2'h2 | (setting_1 != 2'h1 | wanted_released_1) & link_1);
   reg  open_0_0;
   reg  open_1_0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       wanted_released_0 <= 1'h0;
       wanted_released_1 <= 1'h0;
@@ -4700,7 +4754,7 @@ module LoopControl(
       if (quiet_1)
         open_1_0 <= wanted_1;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign open_0 = open_0_0;
   assign open_1 = open_1_0;
   assign reportClosed_0 = ~(open_0_0 & wanted_0);
@@ -4763,13 +4817,14 @@ module WideTable_3(
      writeMask[2] ? writeData[23:16] : _rams_0_readData[23:16],
      writeMask[1] ? writeData[15:8] : _rams_0_readData[15:8],
      writeMask[0] ? writeData[7:0] : _rams_0_readData[7:0]};
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       merging <= 1'h0;
     else
       merging <= write;
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     index <= writeIndex;
-  end // always @(posedge)
   assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
   DualPortRam #(
     .ADDRESS_BITS(2),
@@ -4903,6 +4958,8 @@ module StateMemory(
     state_REG_closed <= after_closed;
     state_REG_writeEvent <= after_writeEvent;
     state_REG_readEvent <= after_readEvent;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       fresh_0 <= 1'h1;
       fresh_1 <= 1'h1;
@@ -4917,7 +4974,7 @@ module StateMemory(
       fresh_3 <= ~works_3 | ~(acts & (&acting_REG)) & fresh_3;
       again <= acts & acting_REG == number;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign acting = acting_REG;
   assign state_next = again ? state_REG_next : kept_REG ? 2'h1 : ram_readData[13:12];
   assign state_reader = again ? state_REG_reader : kept_REG ? 2'h2 : ram_readData[11:10];
@@ -5168,11 +5225,13 @@ module SyncManagerStates(
   reg         walks;
   reg         wasGood;
   reg  [1:0]  walk;
+  wire        _begins_T = good | bad;
   reg         begins;
   reg         walking_REG;
   reg         settled_r;
   reg         settled_r_1;
   wire        pdi_granted_0 = ~walks & ~good & ~bad & ~begins & ~ecat_turn;
+  wire        accesses = (ecat_request | pdi_request & pdi_granted_0) & ~walks;
   wire [1:0]  number = walks ? walk : ecat_turn ? ecat_number : pdi_number;
   reg         casez_tmp;
   always @(*) begin
@@ -5275,9 +5334,7 @@ module SyncManagerStates(
   wire        _GEN_3 = acts & (&_memory_acting);
   wire        _GEN_4 =
     _controlRam_readData[2] & (_controlRam_readData[0] ? _logic_after_writeEvent : _logic_after_readEvent);
-  wire        _begins_T = good | bad;
-  wire        accesses = (ecat_request | pdi_request & pdi_granted_0) & ~walks;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       walks <= 1'h0;
       begins <= 1'h0;
@@ -5314,6 +5371,8 @@ module SyncManagerStates(
       alEvent_2_0 <= works_2 & (_GEN_2 ? _GEN_4 : alEvent_2_0);
       alEvent_3_0 <= works_3 & (_GEN_3 ? _GEN_4 : alEvent_3_0);
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (_begins_T)
       wasGood <= good;
     if (begins)
@@ -5693,7 +5752,7 @@ module SyncManagers(
     endcase
   end // always @(*)
   reg  [16:0] offset;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       isMailbox_isMailbox_0 <= 1'h0;
       isMailbox_isMailbox_1 <= 1'h0;
@@ -5734,6 +5793,8 @@ module SyncManagers(
       if (quiet & ~_states_walking)
         deactivated_3_0 <= deactivate_3;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     last <= ecat_index;
     last_1 <= pdi_index;
     offset <=
@@ -5880,11 +5941,11 @@ module I2cMaster(
   wire       isByte = (|what) & what != 3'h4;
   wire       _end_T = busy & tick;
   wire       end_0 = _end_T & (&phase) & (~isByte | bitsLeft == 4'h0);
-  wire       _GEN = phase == 2'h0;
-  wire       _GEN_0 = phase == 2'h1 | scl;
-  wire       _GEN_1 = ~busy & command_valid;
-  wire       _GEN_2 = phase == 2'h2;
-  always @(posedge clock) begin
+  wire       _GEN = ~busy & command_valid;
+  wire       _GEN_0 = phase == 2'h2;
+  wire       _GEN_1 = phase == 2'h0;
+  wire       _GEN_2 = phase == 2'h1 | scl;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       timer <= 6'h0;
       busy <= 1'h0;
@@ -5896,38 +5957,40 @@ module I2cMaster(
         timer <= 6'h0;
       else
         timer <= timer + 6'h1;
-      busy <= ~end_0 & (_GEN_1 | busy);
+      busy <= ~end_0 & (_GEN | busy);
       if (_end_T) begin
         if (isByte) begin
-          scl <= ~(&phase) & _GEN_0;
-          if (_GEN)
+          scl <= ~(&phase) & _GEN_2;
+          if (_GEN_1)
             line <= shift[8];
         end
         else begin
           if (&phase)
             scl <= |what;
           else
-            scl <= _GEN_0;
-          if (_GEN_2)
+            scl <= _GEN_2;
+          if (_GEN_0)
             line <= |what;
-          else if (_GEN)
+          else if (_GEN_1)
             line <= ~(|what);
         end
       end
     end
-    if (_GEN_1)
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
+    if (_GEN)
       what <= command_bits;
     if (_end_T)
       phase <= phase + 2'h1;
-    else if (_GEN_1)
+    else if (_GEN)
       phase <= 2'h0;
     if (_end_T & isByte & (&phase))
       bitsLeft <= bitsLeft - 4'h1;
-    else if (_GEN_1)
+    else if (_GEN)
       bitsLeft <= 4'h8;
-    if (_end_T & isByte & _GEN_2)
+    if (_end_T & isByte & _GEN_0)
       shift <= {shift[7:0], sda};
-    else if (_GEN_1)
+    else if (_GEN)
       shift <= command_bits == 3'h1 ? {data, 1'h1} : {8'hFF, command_bits == 3'h3};
   end // always @(posedge)
   assign command_ready = ~busy;
@@ -5981,6 +6044,7 @@ module SiiController(
 
   wire        _GEN;
   wire        _GEN_0;
+  wire        write_valid_0;
   wire        _busy_output;
   wire [2:0]  _i2c_command_bits;
   wire [7:0]  _i2c_data;
@@ -6011,17 +6075,25 @@ module SiiController(
   wire        ownedByPdi = offered | taken;
   wire        _pdiMayWrite_T = state == 5'h1;
   assign _busy_output = state != 5'h1;
+  wire        _GEN_1 = writeHigh_valid & _pdiMayWrite_T;
+  wire        _known_T_3 = writeHigh_bits == 3'h4;
+  wire        known = writeHigh_bits == 3'h1 | writeHigh_bits == 3'h2 | _known_T_3;
+  wire        may = writeHigh_bits != 3'h2 | byHost | enable | writeLow_valid & writeLow_bits;
+  wire        _GEN_2 = known & may;
+  wire        _GEN_3 = _GEN_1 & _GEN_2;
   wire        lastByte = count == {loads, 3'h7};
-  wire        _GEN_1 = state == 5'h0;
-  wire        _GEN_2 = state == 5'h2;
-  wire        _GEN_3 = state == 5'hD;
-  wire [3:0]  _GEN_4 = count | 4'h8;
-  wire        _GEN_5 = _GEN_1 | _GEN_2;
-  wire        _GEN_6 = state == 5'h11;
-  wire        _GEN_7 = state == 5'h12;
-  wire        _GEN_8 = _GEN_2 | _GEN_3 | _GEN_6;
-  wire        _GEN_9 = _GEN_1 | _GEN_8;
-  wire        _GEN_10 = state == 5'h13;
+  wire        _GEN_4 = state == 5'h0;
+  wire        _GEN_5 = state == 5'h2;
+  wire        _GEN_6 = state == 5'hD;
+  wire [3:0]  _GEN_7 = count | 4'h8;
+  wire        _GEN_8 = write_ready & write_valid_0;
+  wire        _GEN_9 = _GEN_4 | _GEN_5;
+  wire        _GEN_10 = state == 5'h11;
+  wire        _GEN_11 = state == 5'h12;
+  wire        _GEN_12 = _GEN_5 | _GEN_6 | _GEN_10;
+  wire        _GEN_13 = _GEN_4 | _GEN_12;
+  wire        _GEN_14 = data_valid & pending;
+  wire        _GEN_15 = state == 5'h13;
   reg  [11:0] casez_tmp;
   always @(*) begin
     casez (count)
@@ -6060,76 +6132,49 @@ module SiiController(
     endcase
   end // always @(*)
   wire        skip = casez_tmp == 12'h0 | (count == 4'h8 | count == 4'h9) & ~isFirst;
-  wire        _GEN_11 = _GEN_6 | _GEN_7;
-  wire        write_valid_0 = ~_GEN_5 & (_GEN_3 | ~_GEN_11 & _GEN_10 & ~skip);
-  wire        _GEN_12 = _GEN_11 | ~_GEN_10 | skip;
+  wire        _GEN_16 = _GEN_10 | _GEN_11;
+  assign write_valid_0 = ~_GEN_9 & (_GEN_6 | ~_GEN_16 & _GEN_15 & ~skip);
+  wire        _GEN_17 = _GEN_16 | ~_GEN_15 | skip;
+  wire        _GEN_18 = skip | _GEN_8;
+  wire        _GEN_19 = _GEN_15 & _GEN_18;
+  wire        _GEN_20 = _GEN_4 | _GEN_5 | _GEN_6 | _GEN_16;
+  wire        finished = pending & _i2c_done;
   wire        _i2c_command_valid_T_1 = _GEN & _GEN_0 & ~pending;
   wire [2:0]  highBits = lines_twoByte ? byteAddress[18:16] : byteAddress[10:8];
-  wire        _GEN_13 = state == 5'h3;
-  wire        _GEN_14 = state == 5'h4;
-  wire        _GEN_15 = state == 5'h5;
-  wire        _GEN_16 = state == 5'h6;
-  wire        _GEN_17 = _GEN_13 | _GEN_14 | _GEN_15;
-  wire        _GEN_18 = state == 5'h7;
-  wire        _GEN_19 = state == 5'h8;
-  wire        _GEN_20 = state == 5'h9;
-  wire        _GEN_21 = state == 5'hA;
-  wire        _GEN_22 = state == 5'hB;
-  wire        _GEN_23 = state == 5'hC;
-  wire        _GEN_24 = state == 5'hE;
-  wire        _GEN_25 = _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22 | _GEN_23;
-  wire        _GEN_26 = _GEN_25 | ~_GEN_24;
-  wire        read_valid_0 = _GEN_17 | ~_GEN_26 ? ~pending : ~_GEN_9 & _GEN_7 & ~pending;
-  wire        _GEN_27 = state == 5'hF;
-  wire        _GEN_28 = _GEN_23 | _GEN_24;
-  wire        _GEN_29 = state == 5'h10;
-  assign _GEN_0 = _GEN_25 | ~_GEN_24 & (_GEN_27 | _GEN_29);
-  assign _GEN = ~_GEN_17;
-  wire        _GEN_30 = _GEN_24 | _GEN_27;
-  wire        _GEN_31 = wait0 == 14'h2710;
-  wire [4:0]  _GEN_32 = {2'h0, loads ? 3'h6 : 3'h3};
-  wire [4:0]  _GEN_33 = lastByte ? 5'h10 : 5'hC;
+  wire        _GEN_21 = state == 5'h3;
+  wire        _GEN_22 = state == 5'h4;
+  wire        _GEN_23 = state == 5'h5;
+  wire        _GEN_24 = state == 5'h6;
+  wire        _GEN_25 = _GEN_21 | _GEN_22 | _GEN_23;
+  wire        _GEN_26 = state == 5'h7;
+  wire        _GEN_27 = state == 5'h8;
+  wire        _GEN_28 = state == 5'h9;
+  wire        _GEN_29 = state == 5'hA;
+  wire        _GEN_30 = state == 5'hB;
+  wire        _GEN_31 = state == 5'hC;
+  wire        _GEN_32 = state == 5'hE;
+  wire        _GEN_33 = _GEN_24 | _GEN_26 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31;
+  wire        _GEN_34 = _GEN_33 | ~_GEN_32;
+  wire        read_valid_0 = _GEN_25 | ~_GEN_34 ? ~pending : ~_GEN_13 & _GEN_11 & ~pending;
+  wire        _GEN_35 = state == 5'hF;
+  wire        _GEN_36 = _GEN_31 | _GEN_32;
+  wire        _GEN_37 = state == 5'h10;
+  assign _GEN_0 = _GEN_33 | ~_GEN_32 & (_GEN_35 | _GEN_37);
+  assign _GEN = ~_GEN_25;
+  wire        _GEN_38 = _GEN_32 | _GEN_35;
+  wire        _GEN_39 = ~(|writeHigh_bits) | known;
+  wire        _GEN_40 = wait0 == 14'h2710;
+  wire [4:0]  _GEN_41 = {2'h0, loads ? 3'h6 : 3'h3};
+  wire [4:0]  _GEN_42 = lastByte ? 5'h10 : 5'hC;
   wire        right = ~failed & (sumWord[7:0] == crc | sumWord == 16'h88A4);
-  wire        _GEN_34 = _GEN_1 | _GEN_2 | _GEN_3;
-  wire        _GEN_35 = right | ~again;
-  wire [4:0]  _GEN_36 = right ? 5'h12 : again ? 5'h1 : 5'h6;
+  wire        _GEN_43 = _GEN_4 | _GEN_5 | _GEN_6;
+  wire        _GEN_44 = right | ~again;
+  wire [4:0]  _GEN_45 = right ? 5'h12 : again ? 5'h1 : 5'h6;
   wire        _next_T = count == 4'hD;
   wire [4:0]  next = _next_T ? 5'h1 : 5'h12;
-  wire [7:0]  _crc_T_8 = crc[7] ^ byte_0[7] ? {crc[6:2], ~(crc[1:0]), 1'h1} : {crc[6:0], 1'h0};
-  wire [7:0]  _crc_T_17 = _crc_T_8[7] ^ byte_0[6] ? {_crc_T_8[6:2], ~(_crc_T_8[1:0]), 1'h1} : {_crc_T_8[6:0], 1'h0};
-  wire [7:0]  _crc_T_26 = _crc_T_17[7] ^ byte_0[5] ? {_crc_T_17[6:2], ~(_crc_T_17[1:0]), 1'h1} : {_crc_T_17[6:0], 1'h0};
-  wire [7:0]  _crc_T_35 = _crc_T_26[7] ^ byte_0[4] ? {_crc_T_26[6:2], ~(_crc_T_26[1:0]), 1'h1} : {_crc_T_26[6:0], 1'h0};
-  wire [7:0]  _crc_T_44 = _crc_T_35[7] ^ byte_0[3] ? {_crc_T_35[6:2], ~(_crc_T_35[1:0]), 1'h1} : {_crc_T_35[6:0], 1'h0};
-  wire [7:0]  _crc_T_53 = _crc_T_44[7] ^ byte_0[2] ? {_crc_T_44[6:2], ~(_crc_T_44[1:0]), 1'h1} : {_crc_T_44[6:0], 1'h0};
-  wire [7:0]  _crc_T_62 = _crc_T_53[7] ^ byte_0[1] ? {_crc_T_53[6:2], ~(_crc_T_53[1:0]), 1'h1} : {_crc_T_53[6:0], 1'h0};
-  wire        _GEN_37 = writeHigh_valid & _pdiMayWrite_T;
-  wire        _known_T_3 = writeHigh_bits == 3'h4;
-  wire        known = writeHigh_bits == 3'h1 | writeHigh_bits == 3'h2 | _known_T_3;
-  wire        may = writeHigh_bits != 3'h2 | byHost | enable | writeLow_valid & writeLow_bits;
-  wire        _GEN_38 = known & may;
-  wire        _GEN_39 = _GEN_37 & _GEN_38;
-  wire        _GEN_40 = _GEN_1 | _GEN_37 & _GEN_38 & _known_T_3;
-  wire        _GEN_41 = write_ready & write_valid_0;
-  wire [3:0]  _count_T = count + 4'h1;
-  wire        _GEN_42 = read_ready & read_valid_0;
-  wire        _GEN_43 = data_valid & pending;
-  wire        _GEN_44 = _GEN_9 | ~(_GEN_7 & _GEN_43);
-  wire        _GEN_45 = skip | _GEN_41;
-  wire        _GEN_46 = _GEN_10 & _GEN_45;
-  wire [3:0]  _count_T_2 = count + 4'h1;
-  wire        _GEN_47 = _GEN_7 | ~_GEN_46;
-  wire        _GEN_48 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_11;
-  wire        finished = pending & _i2c_done;
-  wire        _GEN_49 =
-    ~finished
-    & (_i2c_command_ready & _i2c_command_valid_T_1 | ~_GEN_1
-       & (_GEN_8 | ~_GEN_7 ? pending : ~_GEN_43 & (_GEN_42 | pending)));
-  wire        _GEN_50 = ~(|writeHigh_bits) | known;
-  wire        _GEN_51 = _GEN_10 & _GEN_45 & _next_T;
-  wire        _GEN_52 = _GEN_7 | ~_GEN_51;
-  wire        _GEN_53 = finished & ~_i2c_acknowledged;
-  wire        _GEN_54 = _GEN_53 | failed;
-  always @(posedge clock) begin
+  wire        _GEN_46 = _GEN_15 & _GEN_18 & _next_T;
+  wire        _GEN_47 = _GEN_11 | ~_GEN_46;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 5'h0;
       enable <= 1'h0;
@@ -6144,555 +6189,576 @@ module SiiController(
       wait0 <= 14'h0;
     end
     else begin
-      if (_GEN_13) begin
-        if (_GEN_43)
+      if (_GEN_21) begin
+        if (_GEN_14)
           state <= 5'h4;
-        else if (_GEN_1) begin
-          if (_GEN_31)
+        else if (_GEN_4) begin
+          if (_GEN_40)
             state <= 5'h6;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_2) begin
+        else if (_GEN_5) begin
           if (registersBusy) begin
-            if (_GEN_39)
+            if (_GEN_3)
               state <= 5'h2;
           end
           else
-            state <= _GEN_32;
+            state <= _GEN_41;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
             state <= 5'h13;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_46)
+        else if (_GEN_19)
           state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_14) begin
-        if (_GEN_43)
-          state <= 5'h5;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_15) begin
-        if (_GEN_43)
-          state <= 5'h6;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_16) begin
-        if (finished)
-          state <= 5'h7;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_18) begin
-        if (finished)
-          state <= _i2c_acknowledged ? {4'h4, ~lines_twoByte} : 5'h10;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_19) begin
-        if (finished)
-          state <= _i2c_acknowledged ? 5'h9 : 5'h10;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_20) begin
-        if (finished)
-          state <= _i2c_acknowledged ? {2'h1, running == 3'h2, 2'h2} : 5'h10;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_21) begin
-        if (finished)
-          state <= 5'hB;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
       else if (_GEN_22) begin
-        if (finished)
-          state <= _i2c_acknowledged ? 5'hC : 5'h10;
-        else if (_GEN_1) begin
-          if (_GEN_31)
+        if (_GEN_14)
+          state <= 5'h5;
+        else if (_GEN_4) begin
+          if (_GEN_40)
             state <= 5'h6;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_2) begin
+        else if (_GEN_5) begin
           if (registersBusy) begin
-            if (_GEN_39)
+            if (_GEN_3)
               state <= 5'h2;
           end
           else
-            state <= _GEN_32;
+            state <= _GEN_41;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
             state <= 5'h13;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_46)
+        else if (_GEN_19)
           state <= next;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
       else if (_GEN_23) begin
-        if (finished)
-          state <= 5'hD;
-        else if (_GEN_1) begin
-          if (_GEN_31)
+        if (_GEN_14)
+          state <= 5'h6;
+        else if (_GEN_4) begin
+          if (_GEN_40)
             state <= 5'h6;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_2) begin
+        else if (_GEN_5) begin
           if (registersBusy) begin
-            if (_GEN_39)
+            if (_GEN_3)
               state <= 5'h2;
           end
           else
-            state <= _GEN_32;
+            state <= _GEN_41;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
             state <= 5'h13;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_46)
+        else if (_GEN_19)
           state <= next;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
       else if (_GEN_24) begin
-        if (_GEN_43)
-          state <= 5'hF;
-        else if (_GEN_1) begin
-          if (_GEN_31)
+        if (finished)
+          state <= 5'h7;
+        else if (_GEN_4) begin
+          if (_GEN_40)
             state <= 5'h6;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_2) begin
+        else if (_GEN_5) begin
           if (registersBusy) begin
-            if (_GEN_39)
+            if (_GEN_3)
               state <= 5'h2;
           end
           else
-            state <= _GEN_32;
+            state <= _GEN_41;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
             state <= 5'h13;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_46)
+        else if (_GEN_19)
           state <= next;
-        else if (_GEN_39)
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_26) begin
+        if (finished)
+          state <= _i2c_acknowledged ? {4'h4, ~lines_twoByte} : 5'h10;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
           state <= 5'h2;
       end
       else if (_GEN_27) begin
         if (finished)
-          state <= ~_i2c_acknowledged | count[0] ? 5'h10 : 5'hE;
-        else if (_GEN_1) begin
-          if (_GEN_31)
+          state <= _i2c_acknowledged ? 5'h9 : 5'h10;
+        else if (_GEN_4) begin
+          if (_GEN_40)
             state <= 5'h6;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_2) begin
+        else if (_GEN_5) begin
           if (registersBusy) begin
-            if (_GEN_39)
+            if (_GEN_3)
               state <= 5'h2;
           end
           else
-            state <= _GEN_32;
+            state <= _GEN_41;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
             state <= 5'h13;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_46)
+        else if (_GEN_19)
           state <= next;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
-      else if (_GEN_29 & finished)
+      else if (_GEN_28) begin
+        if (finished)
+          state <= _i2c_acknowledged ? {2'h1, running == 3'h2, 2'h2} : 5'h10;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_29) begin
+        if (finished)
+          state <= 5'hB;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_30) begin
+        if (finished)
+          state <= _i2c_acknowledged ? 5'hC : 5'h10;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_31) begin
+        if (finished)
+          state <= 5'hD;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_32) begin
+        if (_GEN_14)
+          state <= 5'hF;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_35) begin
+        if (finished)
+          state <= ~_i2c_acknowledged | count[0] ? 5'h10 : 5'hE;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_37 & finished)
         state <= {loads, 4'h1};
-      else if (_GEN_1) begin
-        if (_GEN_31)
+      else if (_GEN_4) begin
+        if (_GEN_40)
           state <= 5'h6;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
-      else if (_GEN_2) begin
+      else if (_GEN_5) begin
         if (registersBusy) begin
-          if (_GEN_39)
+          if (_GEN_3)
             state <= 5'h2;
         end
         else
-          state <= _GEN_32;
+          state <= _GEN_41;
       end
-      else if (_GEN_3) begin
-        if (_GEN_41)
-          state <= _GEN_33;
-        else if (_GEN_39)
+      else if (_GEN_6) begin
+        if (_GEN_8)
+          state <= _GEN_42;
+        else if (_GEN_3)
           state <= 5'h2;
       end
-      else if (_GEN_6)
-        state <= _GEN_36;
-      else if (_GEN_7) begin
-        if (_GEN_43)
+      else if (_GEN_10)
+        state <= _GEN_45;
+      else if (_GEN_11) begin
+        if (_GEN_14)
           state <= 5'h13;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
-      else if (_GEN_46)
+      else if (_GEN_19)
         state <= next;
-      else if (_GEN_39)
+      else if (_GEN_3)
         state <= 5'h2;
       if (writeLow_valid & ~byHost)
         enable <= writeLow_bits;
       else
         enable <= ~frameStart & enable;
-      if (_GEN_37) begin
+      if (_GEN_1) begin
         running <= writeHigh_bits;
-        notMay <= known & ~may | ~_GEN_50 & notMay;
+        notMay <= known & ~may | ~_GEN_39 & notMay;
       end
-      if (~_GEN_34) begin
-        if (_GEN_6) begin
+      if (~_GEN_43) begin
+        if (_GEN_10) begin
           badSum <= ~(right | ~again | failed) | badSum;
-          isFirst <= _GEN_35 & isFirst;
-          lost <= ~_GEN_35 | lost;
+          isFirst <= _GEN_44 & isFirst;
+          lost <= ~_GEN_44 | lost;
         end
         else begin
-          badSum <= _GEN_52 & badSum;
-          isFirst <= _GEN_52 & isFirst;
-          lost <= _GEN_52 & lost;
+          badSum <= _GEN_47 & badSum;
+          isFirst <= _GEN_47 & isFirst;
+          lost <= _GEN_47 & lost;
         end
       end
-      unloaded <= (_GEN_48 | ~_GEN_51) & unloaded;
+      unloaded <= (_GEN_20 | ~_GEN_46) & unloaded;
       noAck <=
-        ~(_GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22 | _GEN_23 | _GEN_30)
-        & _GEN_29 & finished & ~loads & failed | ~_GEN_34 & _GEN_6 & ~_GEN_35 & failed
-        | (_GEN_37 ? ~known & (|writeHigh_bits) | ~_GEN_50 & noAck : noAck);
-      again <= ~_GEN_34 & _GEN_6 & ~right & ~again | ~_GEN_39 & again;
-      if (_GEN_1)
+        ~(_GEN_21 | _GEN_22 | _GEN_23 | _GEN_24 | _GEN_26 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_38)
+        & _GEN_37 & finished & ~loads & failed | ~_GEN_43 & _GEN_10 & ~_GEN_44 & failed
+        | (_GEN_1 ? ~known & (|writeHigh_bits) | ~_GEN_39 & noAck : noAck);
+      again <= ~_GEN_43 & _GEN_10 & ~right & ~again | ~_GEN_3 & again;
+      if (_GEN_4)
         wait0 <= wait0 + 14'h1;
     end
-    if (_GEN_13) begin
-      if (_GEN_40)
+  end // always @(posedge, posedge)
+  wire        _GEN_48 = finished & ~_i2c_acknowledged;
+  wire        _GEN_49 = _GEN_48 | failed;
+  wire [7:0]  _crc_T_8 = crc[7] ^ byte_0[7] ? {crc[6:2], ~(crc[1:0]), 1'h1} : {crc[6:0], 1'h0};
+  wire [7:0]  _crc_T_17 = _crc_T_8[7] ^ byte_0[6] ? {_crc_T_8[6:2], ~(_crc_T_8[1:0]), 1'h1} : {_crc_T_8[6:0], 1'h0};
+  wire [7:0]  _crc_T_26 = _crc_T_17[7] ^ byte_0[5] ? {_crc_T_17[6:2], ~(_crc_T_17[1:0]), 1'h1} : {_crc_T_17[6:0], 1'h0};
+  wire [7:0]  _crc_T_35 = _crc_T_26[7] ^ byte_0[4] ? {_crc_T_26[6:2], ~(_crc_T_26[1:0]), 1'h1} : {_crc_T_26[6:0], 1'h0};
+  wire [7:0]  _crc_T_44 = _crc_T_35[7] ^ byte_0[3] ? {_crc_T_35[6:2], ~(_crc_T_35[1:0]), 1'h1} : {_crc_T_35[6:0], 1'h0};
+  wire [7:0]  _crc_T_53 = _crc_T_44[7] ^ byte_0[2] ? {_crc_T_44[6:2], ~(_crc_T_44[1:0]), 1'h1} : {_crc_T_44[6:0], 1'h0};
+  wire [7:0]  _crc_T_62 = _crc_T_53[7] ^ byte_0[1] ? {_crc_T_53[6:2], ~(_crc_T_53[1:0]), 1'h1} : {_crc_T_53[6:0], 1'h0};
+  wire        _GEN_50 = _GEN_4 | _GEN_1 & _GEN_2 & _known_T_3;
+  wire [3:0]  _count_T = count + 4'h1;
+  wire        _GEN_51 = read_ready & read_valid_0;
+  wire        _GEN_52 = _GEN_13 | ~(_GEN_11 & _GEN_14);
+  wire [3:0]  _count_T_2 = count + 4'h1;
+  wire        _GEN_53 = _GEN_11 | ~_GEN_19;
+  wire        _GEN_54 =
+    ~finished
+    & (_i2c_command_ready & _i2c_command_valid_T_1 | ~_GEN_4
+       & (_GEN_12 | ~_GEN_11 ? pending : ~_GEN_14 & (_GEN_51 | pending)));
+  always @(posedge clock) begin
+    if (_GEN_21) begin
+      if (_GEN_50)
         byteAddress <= 19'h0;
     end
-    else if (_GEN_14)
+    else if (_GEN_22)
       byteAddress <= {10'h0, byte_0, 1'h0};
-    else if (_GEN_15)
+    else if (_GEN_23)
       byteAddress <= {2'h0, byte_0, byteAddress[8:0]};
-    else if (_GEN_16 & ~loads)
+    else if (_GEN_24 & ~loads)
       byteAddress <= {byte_0[1:0], byteAddress[16:0]};
-    else if (_GEN_40)
+    else if (_GEN_50)
       byteAddress <= 19'h0;
-    if (_GEN_17) begin
-      if (_GEN_1)
+    if (_GEN_25) begin
+      if (_GEN_4)
         count <= 4'h0;
-      else if (_GEN_2) begin
-        if (_GEN_39)
+      else if (_GEN_5) begin
+        if (_GEN_3)
           count <= 4'h0;
       end
-      else if (_GEN_3) begin
-        if (_GEN_41)
+      else if (_GEN_6) begin
+        if (_GEN_8)
           count <= _count_T;
-        else if (_GEN_39)
+        else if (_GEN_3)
           count <= 4'h0;
       end
-      else if (_GEN_6)
+      else if (_GEN_10)
         count <= 4'h0;
-      else if (_GEN_47) begin
-        if (_GEN_39)
+      else if (_GEN_53) begin
+        if (_GEN_3)
           count <= 4'h0;
       end
       else
         count <= _count_T_2;
     end
     else begin
-      if (_GEN_16)
+      if (_GEN_24)
         count <= 4'h0;
-      else if (_GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22 | _GEN_28 | ~(_GEN_27 & finished)) begin
-        if (_GEN_1)
+      else if (_GEN_26 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_36 | ~(_GEN_35 & finished)) begin
+        if (_GEN_4)
           count <= 4'h0;
-        else if (_GEN_2) begin
-          if (_GEN_39)
+        else if (_GEN_5) begin
+          if (_GEN_3)
             count <= 4'h0;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
+        else if (_GEN_6) begin
+          if (_GEN_8)
             count <= _count_T;
-          else if (_GEN_39)
+          else if (_GEN_3)
             count <= 4'h0;
         end
-        else if (_GEN_6)
+        else if (_GEN_10)
           count <= 4'h0;
-        else if (_GEN_47) begin
-          if (_GEN_39)
+        else if (_GEN_53) begin
+          if (_GEN_3)
             count <= 4'h0;
         end
         else
@@ -6701,13 +6767,13 @@ module SiiController(
       else
         count <= count + 4'h1;
       failed <=
-        ~_GEN_16
-        & (_GEN_18 | _GEN_19 | _GEN_20
-             ? _GEN_54
-             : _GEN_21 ? failed : _GEN_22 ? _GEN_54 : ~_GEN_23 & ~_GEN_24 & _GEN_27 & _GEN_53 | failed);
+        ~_GEN_24
+        & (_GEN_26 | _GEN_27 | _GEN_28
+             ? _GEN_49
+             : _GEN_29 ? failed : _GEN_30 ? _GEN_49 : ~_GEN_31 & ~_GEN_32 & _GEN_35 & _GEN_48 | failed);
     end
-    if (_GEN_17 | ~_GEN_16) begin
-      if (_GEN_5 | ~(_GEN_3 & _GEN_41 & count[3:1] != 3'h7)) begin
+    if (_GEN_25 | ~_GEN_24) begin
+      if (_GEN_9 | ~(_GEN_6 & _GEN_8 & count[3:1] != 3'h7)) begin
       end
       else if (_crc_T_62[7] ^ byte_0[0])
         crc <= {_crc_T_62[6:2], ~(_crc_T_62[1:0]), 1'h1};
@@ -6716,63 +6782,63 @@ module SiiController(
     end
     else
       crc <= 8'hFF;
-    if (~_GEN_5) begin
-      if (_GEN_3) begin
-        if (_GEN_41 & count > 4'hD)
+    if (~_GEN_9) begin
+      if (_GEN_6) begin
+        if (_GEN_8 & count > 4'hD)
           sumWord <= {byte_0, sumWord[15:8]};
       end
-      else if (_GEN_11 | ~(_GEN_10 & _GEN_45 & count == 4'hB)) begin
+      else if (_GEN_16 | ~(_GEN_15 & _GEN_18 & count == 4'hB)) begin
       end
       else
         sumWord <= {13'h0, isFirst ? ~(byte_0[3:1]) : fifoSize};
     end
-    if (_GEN_13 | _GEN_14 | _GEN_15 | ~_GEN_26)
-      pending <= ~_GEN_43 & (_GEN_42 | _GEN_49);
+    if (_GEN_21 | _GEN_22 | _GEN_23 | ~_GEN_34)
+      pending <= ~_GEN_14 & (_GEN_51 | _GEN_54);
     else
-      pending <= _GEN_49;
-    if (_GEN_13 | _GEN_14 | _GEN_15) begin
-      if (_GEN_43 | ~_GEN_44)
+      pending <= _GEN_54;
+    if (_GEN_21 | _GEN_22 | _GEN_23) begin
+      if (_GEN_14 | ~_GEN_52)
         byte_0 <= data_bits;
     end
-    else if (_GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22) begin
-      if (_GEN_44) begin
+    else if (_GEN_24 | _GEN_26 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30) begin
+      if (_GEN_52) begin
       end
       else
         byte_0 <= data_bits;
     end
-    else if (_GEN_23) begin
+    else if (_GEN_31) begin
       if (finished)
         byte_0 <= _i2c_received;
-      else if (_GEN_44) begin
+      else if (_GEN_52) begin
       end
       else
         byte_0 <= data_bits;
     end
-    else if (_GEN_24 & _GEN_43 | ~_GEN_44)
+    else if (_GEN_32 & _GEN_14 | ~_GEN_52)
       byte_0 <= data_bits;
-    if (_GEN_48 | ~(_GEN_10 & _GEN_45 & count == 4'hA)) begin
+    if (_GEN_20 | ~(_GEN_15 & _GEN_18 & count == 4'hA)) begin
     end
     else
       a5Middle <= byte_0[7:4];
   end // always @(posedge)
   assign _i2c_command_bits =
-    _GEN_17
+    _GEN_25
       ? 3'h1
-      : _GEN_16
+      : _GEN_24
           ? 3'h0
-          : _GEN_18 | _GEN_19 | _GEN_20
+          : _GEN_26 | _GEN_27 | _GEN_28
               ? 3'h1
-              : _GEN_21 ? 3'h0 : _GEN_22 ? 3'h1 : _GEN_23 ? {2'h1, lastByte} : _GEN_30 | ~_GEN_29 ? 3'h1 : 3'h4;
+              : _GEN_29 ? 3'h0 : _GEN_30 ? 3'h1 : _GEN_31 ? {2'h1, lastByte} : _GEN_38 | ~_GEN_37 ? 3'h1 : 3'h4;
   assign _i2c_data =
-    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16
+    _GEN_21 | _GEN_22 | _GEN_23 | _GEN_24
       ? 8'h0
-      : _GEN_18
+      : _GEN_26
           ? {4'hA, highBits, 1'h0}
-          : _GEN_19
+          : _GEN_27
               ? byteAddress[15:8]
-              : _GEN_20
+              : _GEN_28
                   ? byteAddress[7:0]
-                  : _GEN_21 ? 8'h0 : _GEN_22 ? {4'hA, highBits, 1'h1} : _GEN_28 | ~_GEN_27 ? 8'h0 : byte_0;
+                  : _GEN_29 ? 8'h0 : _GEN_30 ? {4'hA, highBits, 1'h1} : _GEN_36 | ~_GEN_35 ? 8'h0 : byte_0;
   I2cMaster i2c (
     .clock         (clock),
     .reset         (reset),
@@ -6789,13 +6855,13 @@ module SiiController(
   );
   assign write_valid = write_valid_0;
   assign write_bits_address =
-    _GEN_5 ? 12'h0 : _GEN_3 ? {1'h0, loads ? {7'h56, count} : {7'h50, _GEN_4}} : _GEN_12 ? 12'h0 : casez_tmp;
+    _GEN_9 ? 12'h0 : _GEN_6 ? {1'h0, loads ? {7'h56, count} : {7'h50, _GEN_7}} : _GEN_17 ? 12'h0 : casez_tmp;
   assign write_bits_data =
-    _GEN_5
+    _GEN_9
       ? 8'h0
-      : _GEN_3
+      : _GEN_6
           ? byte_0
-          : _GEN_12
+          : _GEN_17
               ? 8'h0
               : count == 4'hD
                   ? {a5Middle, 1'h0, sumWord[2:0]}
@@ -6804,9 +6870,11 @@ module SiiController(
                       : {enhancedLinkDetection[4:1], byte_0[3:2], enhancedLinkDetection[0], byte_0[0]};
   assign read_valid = read_valid_0;
   assign read_bits =
-    _GEN_13
+    _GEN_21
       ? 12'h504
-      : _GEN_14 ? 12'h505 : _GEN_15 ? 12'h506 : _GEN_26 ? (_GEN_9 | ~_GEN_7 ? 12'h0 : {8'h56, count}) : {8'h50, _GEN_4};
+      : _GEN_22
+          ? 12'h505
+          : _GEN_23 ? 12'h506 : _GEN_34 ? (_GEN_13 | ~_GEN_11 ? 12'h0 : {8'h56, count}) : {8'h50, _GEN_7};
   assign ecatMayWrite = ~ownedByPdi & _pdiMayWrite_T;
   assign pdiMayWrite = ownedByPdi & _pdiMayWrite_T;
   assign writeEnable = enable | taken;
@@ -6847,6 +6915,7 @@ module Mdio(
   reg         noAnswer;
   reg  [7:0]  shift_0;
   reg  [7:0]  shift_1;
+  wire        inData = count[11] & count[10];
   reg         casez_tmp;
   always @(*) begin
     casez (count[9:6])
@@ -6886,8 +6955,7 @@ module Mdio(
   end // always @(*)
   reg         mdioOut_REG;
   reg         mdioEnable_REG;
-  wire        inData = count[11] & count[10];
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       count <= 13'h0;
       shift_0 <= 8'h0;
@@ -6911,6 +6979,8 @@ module Mdio(
       end
       mdioEnable_REG <= run & ~(count[12]) & ~(~isWrite & count[11] & (count[10] | (&(count[9:7]))));
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (count[5:0] == 6'h1F)
       sampled <= mdioIn;
     if ((&(count[5:0])) & ~(count[12]) & ~(count[10]))
@@ -6936,7 +7006,7 @@ module WatchdogDivider(
   reg  [15:0] left;
   reg         begins;
   wire        _begins_T = left == 16'h0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       slot_value <= 2'h0;
       left <= 16'h0;
@@ -6952,7 +7022,7 @@ module WatchdogDivider(
         begins <= _begins_T & ~begins;
       end
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign tick = (&slot_value) & ~begins & _begins_T;
 endmodule
 
@@ -6975,11 +7045,13 @@ module Watchdog(
       left <= timeTicks;
     else if (tick)
       left <= left - 16'h1;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       alive <= 1'h0;
     else
       alive <= trigger | ~_expired_output & alive;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign running = alive | ~(|timeTicks);
   assign expired = _expired_output;
 endmodule
@@ -7005,7 +7077,7 @@ module EnhancedLinkDetection(
   reg  [5:0] errors_1;
   reg        held_1;
   wire       tick_wrap = tick_value == 10'h3E7;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       tick_value <= 10'h0;
       errors <= 6'h0;
@@ -7037,7 +7109,7 @@ module EnhancedLinkDetection(
         errors_1 <= 6'h0;
       held_1 <= found_1 & (held_1 | on_1 & errors_1[5]);
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign link_0 = found_0 & ~held;
   assign link_1 = found_1 & ~held_1;
   assign restarts_0 = found_0 & ~held & on_0 & errors[5];
@@ -7058,13 +7130,15 @@ module Restarts(
 
   reg       runs;
   reg [1:0] port;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       runs <= 1'h0;
     else if (runs)
       runs <= ~access_done & runs;
     else
       runs <= |{restart_1, restart_0};
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (runs) begin
     end
     else
@@ -7089,13 +7163,15 @@ module LedControl(
 
   reg       enable;
   reg [3:0] wanted;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       enable <= 1'h0;
     else if (write_valid)
       enable <= write_bits[4];
     else
       enable <= ~drop & enable;
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (write_valid)
       wanted <= write_bits[3:0];
   end // always @(posedge)
@@ -7113,7 +7189,7 @@ module LedPattern(
 
   reg [6:0] step;
   reg [3:0] shown;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       step <= 7'h0;
       shown <= 4'h0;
@@ -7131,7 +7207,7 @@ module LedPattern(
         step <= 7'h0;
       shown <= code;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign lit =
     code == 4'hE ? ~(step[0]) : code == 4'hD ? ~(step[2]) : (&code) | (|code) & step[6:3] < code & ~(step[2]);
 endmodule
@@ -7147,7 +7223,7 @@ module LinkActivity(
 
   reg seen;
   reg dark;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       seen <= 1'h0;
       dark <= 1'h0;
@@ -7157,7 +7233,7 @@ module LinkActivity(
       if (tick)
         dark <= seen & ~dark;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign lit = link & ~dark;
 endmodule
 
@@ -7214,7 +7290,7 @@ module LocalClock(
   wire [8:0] sum_4 = {1'h0, time_4} + {8'h0, REG_3};
   wire [8:0] sum_5 = {1'h0, time_5} + {8'h0, REG_4};
   wire [8:0] sum_6 = {1'h0, time_6} + {8'h0, REG_5};
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       phase <= 3'h0;
       time_0 <= 8'h0;
@@ -7251,7 +7327,7 @@ module LocalClock(
       REG_5 <= sum_5[8];
       REG_6 <= sum_6[8];
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign timeByte = casez_tmp;
   assign place = phase;
   assign last = &phase;
@@ -7316,6 +7392,11 @@ module ReceiveTimes(
   reg        due_0;
   reg        due_1;
   reg        due_2;
+  wire       _isWritten_T = source == 2'h0;
+  wire       changes = due_0 & fresh_0 & ~(serves & _isWritten_T);
+  wire       _isWritten_T_1 = source == 2'h1;
+  wire       changes_1 = due_1 & fresh_1 & ~(serves & _isWritten_T_1);
+  wire       changes_2 = due_2 & fresh_2 & ~(serves & isEpu);
   reg        casez_tmp;
   always @(*) begin
     casez (source)
@@ -7360,12 +7441,7 @@ module ReceiveTimes(
   end // always @(*)
   wire [2:0] isServed = waits_0 ? 3'h1 : waits_1 ? 3'h2 : {waits_2, 2'h0};
   wire       written = serves & written_r;
-  wire       _isWritten_T = source == 2'h0;
-  wire       changes = due_0 & fresh_0 & ~(serves & _isWritten_T);
-  wire       _isWritten_T_1 = source == 2'h1;
-  wire       changes_1 = due_1 & fresh_1 & ~(serves & _isWritten_T_1);
-  wire       changes_2 = due_2 & fresh_2 & ~(serves & isEpu);
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       waits_0 <= 1'h0;
       waits_1 <= 1'h0;
@@ -7399,6 +7475,8 @@ module ReceiveTimes(
       due_1 <= ~(changes_1 | absent_1) & (keep_1 | due_1);
       due_2 <= ~changes_2 & (keep_2 | due_2);
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (begins_0)
       age_0 <= {1'h0, {1'h0, waited_0} + 5'h2};
     else
@@ -7785,9 +7863,7 @@ module WordEngine(
   wire        _backRuns_T = backGoesOn | (|{backAsks_4, backAsks_3, backAsks_2, backAsks_1, backAsks_0});
   wire        _GEN_0 = (&at) & now_flags;
   wire        _isFar_T_1 = (|byte_0) | far;
-  wire        step_flags = (isFront | isBack) & (_rom_rom_data[1:0] == 2'h0 | _rom_rom_data[1:0] == 2'h1);
-  wire        repeats = _rom_rom_data[1:0] == 2'h1;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       cleared <= 6'h0;
       isFront <= 1'h0;
@@ -7817,6 +7893,10 @@ module WordEngine(
       end
       due <= (&at) ? now_command : 4'h0;
     end
+  end // always @(posedge, posedge)
+  wire        step_flags = (isFront | isBack) & (_rom_rom_data[1:0] == 2'h0 | _rom_rom_data[1:0] == 2'h1);
+  wire        repeats = _rom_rom_data[1:0] == 2'h1;
+  always @(posedge clock) begin
     if (&place)
       pc <= nextPc;
     if (begins & (|_anyAsks_T))
@@ -8056,7 +8136,7 @@ module SpeedControl(
   wire        wins = wins_left == 15'h0;
   wire        falls = round & $signed(behind) > 14'sh0;
   wire        climbs = round & $signed(behind) < 14'sh0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       loses_period <= 15'h1000;
       loses_left <= 15'h0;
@@ -8086,7 +8166,7 @@ module SpeedControl(
         behind <= behind - 14'h1;
       more_REG <= {1'h0, wins} - {1'h0, loses} + {1'h0, climbs} - {1'h0, falls};
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign more = {more_REG[1], more_REG};
 endmodule
 
@@ -8120,7 +8200,7 @@ module SyncSignal(
   wire        _level_output = length == 16'h0 ? held : (|rest);
   wire        sets = (_fires_output & active | byHand) & enabled;
   wire        _GEN_0 = ~active & ends_REG | ~enabled | ~active & ~pings & ~byHand;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       isArmed <= 1'h0;
       rest <= 16'h0;
@@ -8146,6 +8226,8 @@ module SyncSignal(
       isNew_r_1 <= isNew_r;
       ends_REG <= active;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (arm)
       left <= value;
     else
@@ -8182,13 +8264,13 @@ module LatchEdge(
   reg         comes;
   reg         mayAsk;
   reg  [10:0] since;
+  wire        stamps = edge_0 & ~(single & (isCaught | waits | comes));
   reg         hostHas;
   reg         seen;
   reg         isRead;
   wire        ends = byHost ? acknowledges & hostHas : good & isRead & seen;
   wire        _GEN = caught & single;
-  wire        stamps = edge_0 & ~(single & (isCaught | waits | comes));
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       waits <= 1'h0;
       isCaught <= 1'h0;
@@ -8207,6 +8289,8 @@ module LatchEdge(
       seen <= ~(~on | ends) & (begins ? isCaught : seen);
       isRead <= ~(good | bad) & (reads | isRead);
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (stamps)
       since <= 11'h4;
     else
@@ -8269,6 +8353,7 @@ module HostSequencer(
   reg         area_scan_entry_begins_REG;
   wire        single = _area_scan_result_first & _area_scan_result_last;
   wire        exists = host_addr < 16'h1000 ? host_addr[7] : areas_ramOpen & host_addr < 16'h1400;
+  wire        plain = ~_area_scan_result_hit | ~areas_answer_works & ~areas_answer_locked;
   reg         inBuffer;
   wire        _areas_access_acknowledge_T = state == 4'h3;
   wire        _areas_access_close_T = state == 4'h7;
@@ -8284,10 +8369,7 @@ module HostSequencer(
   wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
   wire        _GEN_8 = _GEN_0 | _GEN_7;
   wire [3:0]  _GEN_9 = {2'h0, lane, 1'h0};
-  wire        plain = ~_area_scan_result_hit | ~areas_answer_works & ~areas_answer_locked;
-  wire        _GEN_10 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
-  wire        _GEN_11 = ~areas_granted | _area_scan_result_last;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       state <= 4'h0;
     else if (|state) begin
@@ -8332,6 +8414,10 @@ module HostSequencer(
     end
     else if (host_req)
       state <= {2'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1};
+  end // always @(posedge, posedge)
+  wire        _GEN_10 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
+  wire        _GEN_11 = ~areas_granted | _area_scan_result_last;
+  always @(posedge clock) begin
     lane <=
       (|state)
       & (_GEN | _GEN_8
@@ -8983,6 +9069,9 @@ module et1200(
   reg         readError;
   reg         commandError;
   reg         nextFrame_waits;
+  wire        _GEN_0 =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h511 & _memory_registerWrite_bits_mask
+    & ~busy;
   reg  [7:0]  data_0;
   reg  [7:0]  data_1;
   reg         isOwn;
@@ -9033,11 +9122,11 @@ module et1200(
   reg  [15:0] memory_status_dl_status_event_REG;
   reg         memory_status_dl_status_event_dl_status_changed;
   reg         memory_status_dl_status_event_isRead;
-  wire [15:0] _GEN_0 = {9'h0, _memory_value_al_status};
+  wire [15:0] _GEN_1 = {9'h0, _memory_value_al_status};
   reg  [15:0] memory_status_al_status_event_REG;
   reg         memory_status_al_status_event_al_status_changed;
   reg         memory_status_al_status_event_isRead;
-  wire [11:0] _GEN_1 =
+  wire [11:0] _GEN_2 =
     {_syncManagers_alEvent_3,
      _syncManagers_alEvent_2,
      _syncManagers_alEvent_1,
@@ -9074,7 +9163,7 @@ module et1200(
   wire [3:0]  waited = begins_0 ? _ports_0_core_waited : _ports_1_core_waited;
   reg         asked;
   reg         ofPorts;
-  wire        _GEN_2 = _processor_frameGood & ofPorts;
+  wire        _GEN_3 = _processor_frameGood & ofPorts;
   wire [3:0]  _passes_T = {_speedControl_more[2], _speedControl_more} - 4'h6;
   reg         odd;
   reg         waits;
@@ -9083,7 +9172,9 @@ module et1200(
   reg         received;
   reg         commits;
   reg         ofOdd;
-  wire        _GEN_3 = received & ~_memory_registersBusy;
+  wire        _GEN_4 = received & ~_memory_registersBusy;
+  wire        result_valid =
+    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h910 & _memory_registerWrite_bits_mask;
   reg         due;
   reg         due_1;
   reg         due_2;
@@ -9192,7 +9283,7 @@ module et1200(
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h120 & _memory_registerWrite_bits_mask
     | _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h121 & _memory_registerWrite_bits_mask;
   wire        _waits_T_1 = written & ~_memory_value_device_emulation;
-  wire [15:0] _GEN_4 =
+  wire [15:0] _GEN_5 =
     {4'h5,
      _ports_1_core_link,
      _loops_reportClosed_1,
@@ -9206,9 +9297,9 @@ module et1200(
      _watchdog_pdi_running,
      ~_sii_1_notLoaded};
   wire        _memory_status_al_status_event_T_5 = _processor_frameGood | _processor_frameBad;
-  wire        _GEN_5 = _GEN_4 == memory_status_dl_status_event_REG;
-  wire        _GEN_6 = _GEN_0 == memory_status_al_status_event_REG;
-  wire        _GEN_7 = _memory_status_al_status_event_T_5 | _GEN;
+  wire        _GEN_6 = _GEN_5 == memory_status_dl_status_event_REG;
+  wire        _GEN_7 = _GEN_1 == memory_status_al_status_event_REG;
+  wire        _GEN_8 = _memory_status_al_status_event_T_5 | _GEN;
   wire        _byHand_written_source_result_valid_T = _memory_registerWrite_bits_address == 12'h981;
   wire        _byHand_T = _memory_registerWriteByHost == _memory_value_sync0_by_pdi;
   wire        _starts_result_valid_T_12 = _memory_registerWrite_bits_address == 12'h993;
@@ -9227,12 +9318,7 @@ module et1200(
   wire        valid =
     _memory_registerWrite_bits_data[2:0] == 3'h1 | _memory_registerWrite_bits_data[2:0] == 3'h2
     & (low_valid ? _memory_registerWrite_bits_data[0] : enable);
-  wire        _GEN_8 =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h511 & _memory_registerWrite_bits_mask
-    & ~busy;
-  wire        result_valid =
-    _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h910 & _memory_registerWrite_bits_mask;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       processStep <= 1'h0;
       transmitStep <= 1'h0;
@@ -9378,13 +9464,13 @@ module et1200(
         enable <= _memory_registerWrite_bits_data[0];
       else
         enable <= ~nextFrame & enable;
-      if (_GEN_8) begin
+      if (_GEN_0) begin
         busy <= valid;
         commandError <= ~valid & (|(_memory_registerWrite_bits_data[2:0]));
       end
       else
         busy <= ~endsCommand & busy;
-      readError <= ~_GEN_8 & (endsCommand & _mdio_silent | readError);
+      readError <= ~_GEN_0 & (endsCommand & _mdio_silent | readError);
       nextFrame_waits <= _GEN | ~nextFrame & nextFrame_waits;
       if (endsCommand) begin
         data_0 <= _mdio_data[7:0];
@@ -9425,35 +9511,35 @@ module et1200(
                & _hostSequencer_memory_be) & ~waits_REG) & controlEvent;
       waits_REG <= _waits_T_1;
       REG_1 <= written;
-      memory_status_dl_status_event_REG <= _GEN_4;
+      memory_status_dl_status_event_REG <= _GEN_5;
       memory_status_dl_status_event_dl_status_changed <=
-        ~_GEN_5 | ~(_processor_frameGood & memory_status_dl_status_event_isRead)
+        ~_GEN_6 | ~(_processor_frameGood & memory_status_dl_status_event_isRead)
         & memory_status_dl_status_event_dl_status_changed;
       memory_status_dl_status_event_isRead <=
-        _GEN_5 & ~_memory_status_al_status_event_T_5
+        _GEN_6 & ~_memory_status_al_status_event_T_5
         & (_processor_reads_dl_status | memory_status_dl_status_event_isRead);
-      memory_status_al_status_event_REG <= _GEN_0;
+      memory_status_al_status_event_REG <= _GEN_1;
       memory_status_al_status_event_al_status_changed <=
-        ~_GEN_6 | ~(_processor_frameGood & memory_status_al_status_event_isRead)
+        ~_GEN_7 | ~(_processor_frameGood & memory_status_al_status_event_isRead)
         & memory_status_al_status_event_al_status_changed;
       memory_status_al_status_event_isRead <=
-        _GEN_6 & ~_memory_status_al_status_event_T_5
+        _GEN_7 & ~_memory_status_al_status_event_T_5
         & (_processor_reads_al_status | memory_status_al_status_event_isRead);
       if (tick)
         tick_value <= 23'h0;
       else
         tick_value <= tick_value + 23'h1;
-      changed_REG <= _GEN_0;
+      changed_REG <= _GEN_1;
       if (_watchdog_pdi_expired)
         latched <= 4'hF;
       else if (_watchdog_process_data_expired & _memory_value_al_status[3:0] == 4'h8 & latched != 4'hF)
         latched <= 4'h2;
-      else if (~(_GEN_0 == changed_REG))
+      else if (~(_GEN_1 == changed_REG))
         latched <= 4'h0;
       begins_REG <= _ports_0_core_fromWire_valid;
       begins_REG_1 <= _ports_1_core_fromWire_valid;
-      asked <= ~_GEN_7 & (_processor_stamps_written | asked);
-      ofPorts <= ~_GEN_7 & (_processor_stamps_written & _processor_stamps_ofPorts | ofPorts);
+      asked <= ~_GEN_8 & (_processor_stamps_written | asked);
+      ofPorts <= ~_GEN_8 & (_processor_stamps_written & _processor_stamps_ofPorts | ofPorts);
       odd <= _GEN ^ odd;
       waits <= _GEN | REG_3 | ~(_clockEngine_taken_1 | _clockEngine_taken_0) & waits;
       REG_3 <= _GEN;
@@ -9567,6 +9653,8 @@ module et1200(
         memory_status_sync1_event_mapped <= _memory_registerWrite_bits_data[7];
       may_c_value <= may_c_value + 8'h1;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     mii_tx_tick_r <= transmitStep;
     if (syncManagers_table_tableWrite_valid)
       syncManagers_table_tableWrite_tableWord <= _memory_registerWrite_bits_address[11:2];
@@ -9578,7 +9666,7 @@ module et1200(
       syncManagers_table_tableWrite_tableByte_2 <= _memory_registerWrite_bits_data;
     if (syncManagers_table_tableWrite_valid & _syncManagers_table_tableWrite_T_2[3])
       syncManagers_table_tableWrite_tableByte_3 <= _memory_registerWrite_bits_data;
-    if (_GEN_8)
+    if (_GEN_0)
       isWrite <= _memory_registerWrite_bits_data[1];
     if (runs) begin
     end
@@ -10354,7 +10442,7 @@ module et1200(
   assign _led_run_write_valid =
     _memory_registerWrite_valid & _memory_registerWrite_bits_address == 12'h138 & _memory_registerWrite_bits_mask;
   assign _led_run_write_bits = _memory_registerWrite_bits_data[4:0];
-  assign _led_run_drop = _GEN_0 != changed_REG;
+  assign _led_run_drop = _GEN_1 != changed_REG;
   LedControl led_run_0 (
     .clock         (clock),
     .reset         (reset),
@@ -10437,8 +10525,8 @@ module et1200(
     .waited_0 (_ports_0_core_waited),
     .waited_1 (_ports_1_core_waited),
     .waited_2 (waited),
-    .keep_0   (_GEN_2),
-    .keep_1   (_GEN_2),
+    .keep_0   (_GEN_3),
+    .keep_1   (_GEN_3),
     .keep_2   (_receiveTimes_keep_2),
     .absent_0 (_receiveTimes_absent_0),
     .absent_1 (_receiveTimes_absent_1),
@@ -10457,8 +10545,8 @@ module et1200(
   assign _clockEngine_ask_9 = asks_1 & _memory_kept_900_host_ready_T_16;
   assign _clockEngine_ask_12 = starts_takes & ~_memory_registersBusy;
   assign _clockEngine_ask_13 = starts_prepares & ~_memory_registersBusy;
-  assign _clockEngine_backAsk_3 = _GEN_3 & ~ofOdd;
-  assign _clockEngine_backAsk_4 = _GEN_3 & ofOdd;
+  assign _clockEngine_backAsk_3 = _GEN_4 & ~ofOdd;
+  assign _clockEngine_backAsk_4 = _GEN_4 & ofOdd;
   assign _clockEngine_input_0 = {1'h0, clockEngine_input_0_REG};
   assign _clockEngine_input_1 = {1'h0, _memory_value_speed_counter_start};
   assign _clockEngine_condition_5 = start_time_checked & cyclic_active;
@@ -10780,7 +10868,7 @@ module et1200(
   assign host_ack = _hostSequencer_host_ack;
   assign clock_signals_sync_0 = clock_signals_sync_0_REG;
   assign clock_signals_sync_1 = clock_signals_sync_1_REG;
-  assign irq = |{_GEN_1[11:8], _GEN_1[6], _GEN_1[4:0]};
+  assign irq = |{_GEN_2[11:8], _GEN_2[6], _GEN_2[4:0]};
 endmodule
 
 // One write and one read port, one clock; infers block RAM.

@@ -30,12 +30,12 @@ class SignalPins extends Bundle {
 
 /** The master of a line of alarm slaves: port 0 leads to the first of them, port 1 to the plant network with
   * the server; of a ring the far end comes back to port 2. A host sets it up and shows what it knows (HOST-01
-  * to HOST-14).
+  * to HOST-14). Its reset is that of a [[SlaveController]].
   *
   * @param p
   *   a parameter set of role 1 without [[EscParams.problems]]
   */
-class MasterController(p: EscParams) extends Module {
+class MasterController(p: EscParams) extends Module with RequireAsyncReset {
   import MasterController._
   override def desiredName = p.topName
 

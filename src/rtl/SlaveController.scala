@@ -33,12 +33,15 @@ import flyframe.syncmanager.SyncManagerUnit
   * slot has three steps, one core cycle apart: receivers give a nibble, the processing unit takes it,
   * transmitters send.
   *
+  * Its reset begins at any time, with the clock or without, and must end in step with it (B-118): the clear
+  * of flip-flops costs no logic, unlike a reset at their inputs.
+  *
   * @param p
   *   a parameter set without [[EscParams.problems]]
   * @param added
   *   units of a product beside those that the parameters ask for; made inside of the controller
   */
-class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends Module {
+class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends Module with RequireAsyncReset {
   override def desiredName = p.topName
 
   val phy_clk_ref = IO(Input(Bool()))

@@ -63,7 +63,7 @@ class ControllerUnderTest(
   /** The configuration of the device is damaged. */
   val damaged = Option.when(p.hasAlarm)(IO(Input(Bool())))
 
-  private val dut = Module(controller(p))
+  private val dut = withReset(reset.asAsyncReset)(Module(controller(p)))
   dut match {
     case slave: AlarmSlave =>
       slave.alarm.current      := current.get

@@ -14,6 +14,11 @@ object Cyclone4 {
   /** The maps; with other ones a netlist is made anew. */
   def maps: Seq[String] = Seq(memory, carry, clear).map(Files.readString(_))
 
+  /** One enable and one inverted reset for all registers that have it in common: dfflegalize makes them anew
+    * for each.
+    */
+  private val shared = "opt_merge"
+
   private def techmap(map: Path) = s"techmap -map $map"
 
   /** As one module. */
@@ -31,7 +36,7 @@ object Cyclone4 {
     adders = Seq(techmap(carry)),
     registers = Seq(
       "dfflegalize -minsrst 4 -cell $_DFFE_PN0P_ 01 -cell $_SDFFCE_PP0P_ 01",
-      "opt_merge", // the enable, which dfflegalize makes anew for every register
+      shared,
       techmap(clear)
     )
   )
@@ -41,7 +46,7 @@ object Cyclone4 {
       options: String = "",
       comparisons: Seq[String] = Nil,
       adders: Seq[String] = Nil,
-      registers: Seq[String] = Nil
+      registers: Seq[String] = Seq("dfflegalize -cell $_DFFE_PN0P_ 01", shared)
   ): String = {
     def stages(run: String) = s"synth_intel -family cycloneive -top $top $options -run $run"
     val all = Seq(stages("begin:coarse")) ++ comparisons ++

@@ -153,7 +153,8 @@ class MiiRxReadSide(depth: Int, margin: Int) extends Module {
   private val earlier = Seq.iterate(visible, margin + 1)(delayed) // earlier(m): `visible` m cycles ago
 
   private val pointer = Reg(UInt(pointerBits.W))
-  when(reset.asBool) {
+  private val begins  = RegNext(false.B, true.B) // in reset, and a cycle longer
+  when(begins) {
     pointer := Crossings.toBinary(visible)
   }.elsewhen(read.take) {
     pointer := pointer + 1.U

@@ -36,7 +36,7 @@ class MeanWays(ports: Int, ageBits: Int) extends Module {
   val late = IO(Output(SInt(LateBits.W)))
 
   // Cycles since a frame has begun at port 0, or more.
-  private val sinceFirst = RegInit(Fill(WayBits, true.B)) // reset: none has
+  private val sinceFirst = RegInit(((1 << WayBits) - 1).U(WayBits.W)) // reset: none has
   sinceFirst := Mux(first, 2.U +& waited, sinceFirst + !sinceFirst.andR)
 
   // Only the first frame at a port behind one at port 0 may be that one on its way back.

@@ -44,17 +44,17 @@ class EventCounters(counters: Seq[(Int, String)], lanes: Int, cyclesPerNibble: I
   // outside.
   private val next = RegInit(0.U(log2Ceil(round).W)) // reset: the first one
   next := Mux(next === (round - 1).U, 0.U, next + 1.U)
-  private val visited               = RegNext(next, (round - 1).U)      // reset: the one in front of it
+  private val visited               = RegNext(next, (round - 1).U) // reset: the one in front of it
   private def visits(i: Int): Bool  = visited === i.U
   private def chosen(of: Seq[Bool]) = of.zipWithIndex.map { case (b, i) => b && visits(i) }.reduce(_ || _)
   private def ofGroup(i: Int): Int  = groups.indexOf(counters(i)._2)
-  private def cleared(i: Int): Bool = clear(ofGroup(i)) || reset.asBool // a reset clears all of them
+  private def cleared(i: Int): Bool = clear(ofGroup(i))
   private val mostEvents            = (round + cyclesPerNibble - 1) / cyclesPerNibble
   private def taken(i: Int): Bool   = visits(i) || cleared(i)
 
-  // Events since the last visit; without a reset of its own, as a reset clears.
+  // Events since the last visit; reset: none.
   private val events = (0 until n).map { i =>
-    val count  = Reg(UInt(log2Ceil(mostEvents + 1).W)).suggestName(s"events_$i")
+    val count  = RegInit(0.U(log2Ceil(mostEvents + 1).W)).suggestName(s"events_$i")
     val before = Mux(taken(i), 0.U, count)
     count := before + (event(i) && !before.andR) // a link's pin may bounce faster
     count
@@ -62,7 +62,7 @@ class EventCounters(counters: Seq[(Int, String)], lanes: Int, cyclesPerNibble: I
 
   // What the RAM holds of a counter is from before it was cleared.
   private val stale = (0 until n).map { i =>
-    val old = Reg(Bool()).suggestName(s"stale_$i")
+    val old = RegInit(true.B).suggestName(s"stale_$i") // reset: cleared
     old := cleared(i) || (old && !visits(i))
     old
   }

@@ -95,6 +95,14 @@ class Cyclone4Spec extends AnyFlatSpec {
     assert(area(Cyclone4.withCarry, verilog) == Area(luts = 16 + 1, ffs = 16, paired = 16))
   }
 
+  for ((name, commands) <- flows)
+    s"Registers with one enable and one reset, $name," should "share what makes them" in {
+      val verilog = """module top (input clock, reset, e, f, input [7:0] d, output reg [7:0] q);
+        |  always @(posedge clock or posedge reset) if (reset) q <= 0; else if (e ^ f) q <= d;
+        |endmodule""".stripMargin
+      assert(area(commands, verilog) == Area(luts = 2, ffs = 8))
+    }
+
   private val functions = Seq("a + b", "a - b", "b - a", "a + 1", "a + b + c", "c ? a - b : a + b") ++
     (for (operation <- Seq("<", "<=", ">", ">="); other <- Seq("b", "5", "-3"))
       yield s"a $operation $other")

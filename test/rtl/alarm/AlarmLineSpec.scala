@@ -28,7 +28,7 @@ class LineUnderTest(sets: Seq[EscParams]) extends Module {
   val current = IO(Vec(sets.size, Input(UInt(3.W))))
 
   private def mii(slave: SlaveController): Seq[MiiPins] = slave.phys.collect { case m: MiiPins => m }
-  private val slaves                                    = sets.map(p => Module(Controller.slave(p)))
+  private val slaves = sets.map(p => withReset(reset.asAsyncReset)(Module(Controller.slave(p))))
   for ((slave, i) <- slaves.zipWithIndex) {
     slave.phy_clk_ref := false.B
     slave.pdi_operational.foreach(_ := true.B)

@@ -22,7 +22,7 @@ class MasterUnderTest(p: EscParams) extends Module {
   val irq     = IO(Output(Bool()))
   val alarm   = IO(new SignalPins)
 
-  private val dut = Module(new MasterController(p))
+  private val dut = withReset(reset.asAsyncReset)(Module(new MasterController(p)))
   dut.phy_clk_ref := false.B
   HostOf(p, dut.hostPins, host)
   dut.alarm <> alarm

@@ -100,7 +100,7 @@ class RecordedMaster(p: EscParams) extends Module {
   val length  = IO(Output(UInt(12.W)))
   val nibbles = IO(Output(UInt(64.W)))
 
-  private val dut = withReset(reset.asBool || restart)(Module(new MasterController(p)))
+  private val dut = withReset((reset.asBool || restart).asAsyncReset)(Module(new MasterController(p)))
   private val now = RegInit(0.U(40.W))
   // The receivers sample in the middle of a slot. Reset: any phase.
   private val rxClock = RegInit(false.B)

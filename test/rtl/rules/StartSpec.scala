@@ -1,6 +1,6 @@
 package flyframe.rules
 
-import chisel3.Bool
+import chisel3._
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.model.{Datagram, EtherCatFrame, WireFrame}
@@ -30,6 +30,7 @@ class StartSpec extends AnyFlatSpec with SharedSimulation {
       (new Start(_).start()),
     "LED-01: RUN flickers while the EEPROM is loaded for the first time, not at a reload" -> (new Start(_)
       .flicker()),
+    "SYS-01, B-118: a reset acts without the clock"       -> (new Start(_).withoutClock()),
     "LED-01, LED-02, LED-04: RUN and ERR have their pins" -> (new Start(_).pins()),
     "LED-06, LNK-13: LINKACT has its pins: dark without link, " +
       "lit with it, dark for a while after a frame" -> linkActivity
@@ -75,6 +76,16 @@ class StartSpec extends AnyFlatSpec with SharedSimulation {
       eepromDone()
       assert(loaded && (dlStatus & 1) == 1 && ramIsOpen)
       assert(word(0x0012) == 0x0123 && word(0x0010) == 0x0042 && word(0x0130) == 1)
+    }
+
+    def withoutClock(): Unit = {
+      bench.powerOn(EepromImage())
+      eepromDone()
+      assert(is(dut.eepromLoaded.get) && is(dut.phyResetN))
+      dut.reset.poke(true.B)
+      assert(!is(dut.eepromLoaded.get) && !is(dut.phyResetN))
+      dut.reset.poke(false.B)
+      assert(!is(dut.eepromLoaded.get), "until it is loaded anew")
     }
 
     def flicker(): Unit = {
