@@ -1171,10 +1171,8 @@ module RegisterFile(
     | (readAddress == 12'h4 ? 14'hCC : 14'h0) | (readAddress == 12'h5 ? 14'h10C : 14'h0)
     | (readAddress == 12'h6 ? 14'h4C : 14'h0) | (readAddress == 12'h7 ? 14'h128C : 14'h0)
     | (readAddress == 12'h8 ? 14'h3F0C : 14'h0) | (readAddress == 12'h9 ? 14'h4C : 14'h0)
-    | (readAddress == 12'h10 ? {bytes_whole_8[7:0], 6'hE} : 14'h0)
-    | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 6'hE} : 14'h0)
-    | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 6'hD} : 14'h0)
-    | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 6'hD} : 14'h0)
+    | (readAddress == 12'h10 ? 14'h2E : 14'h0) | (readAddress == 12'h11 ? 14'h2E : 14'h0)
+    | (readAddress == 12'h12 ? 14'h2D : 14'h0) | (readAddress == 12'h13 ? 14'h2D : 14'h0)
     | (readAddress == 12'h100 ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_parts_old_4, 6'hE} : 14'h0)
     | (readAddress == 12'h101 ? {4'h0, bytes_whole_parts_loop_port1, bytes_whole_parts_loop_port0, 6'hE} : 14'h0)
     | (readAddress == 12'h102 ? {bytes_whole_parts_dl_configuration, 1'h0, bytes_whole_parts_parts_old_8, 6'hE} : 14'h0)
@@ -1207,8 +1205,8 @@ module RegisterFile(
     | (readAddress == 12'h140 ? 14'h2C : 14'h0)
     | (readAddress == 12'h141 ? {bytes_whole_parts_esc_configuration, bytes_whole_parts_device_emulation, 6'hC} : 14'h0)
     | (readAddress[11:1] == 11'hA1 ? 14'h2C : 14'h0) | (readAddress == 12'h144 ? 14'h2C : 14'h0)
-    | (readAddress[11:2] == 10'h54 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 6'hE} : 14'h0)
-    | (readAddress == 12'h201 ? {bytes_whole_23[15:8], 6'hE} : 14'h0)
+    | (readAddress[11:2] == 10'h54 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? 14'h2E : 14'h0)
+    | (readAddress == 12'h201 ? 14'h2E : 14'h0)
     | (readAddress == 12'h204
          ? {1'h0,
             bytes_whole_parts_watchdog_mask,
@@ -2219,12 +2217,15 @@ module EscMemory(
   wire        _GEN =
     registerWrite_valid_REG
     & (registerWrite_bits_REG_address[11:8] == 4'h6 | registerWrite_bits_REG_address[11:7] == 5'h10
-       | ~(hostWrite_unitWrites_isClear_cleared[9]) | registerWrite_bits_REG_address == 12'h134
+       | ~(hostWrite_unitWrites_isClear_cleared[9]) | registerWrite_bits_REG_address == 12'h10
+       | registerWrite_bits_REG_address == 12'h11 | registerWrite_bits_REG_address == 12'h12
+       | registerWrite_bits_REG_address == 12'h13 | registerWrite_bits_REG_address == 12'h134
        | registerWrite_bits_REG_address == 12'h135 | registerWrite_bits_REG_address == 12'h140
        | registerWrite_bits_REG_address == 12'h142 | registerWrite_bits_REG_address == 12'h143
        | registerWrite_bits_REG_address == 12'h144 | registerWrite_bits_REG_address == 12'h150
        | registerWrite_bits_REG_address == 12'h151 | registerWrite_bits_REG_address == 12'h152
-       | registerWrite_bits_REG_address == 12'h153 | registerWrite_bits_REG_address == 12'h504
+       | registerWrite_bits_REG_address == 12'h153 | registerWrite_bits_REG_address == 12'h200
+       | registerWrite_bits_REG_address == 12'h201 | registerWrite_bits_REG_address == 12'h504
        | registerWrite_bits_REG_address == 12'h505 | registerWrite_bits_REG_address == 12'h506
        | registerWrite_bits_REG_address == 12'h507 | registerWrite_bits_REG_address == 12'h508
        | registerWrite_bits_REG_address == 12'h509 | registerWrite_bits_REG_address == 12'h50A

@@ -29,7 +29,7 @@ object Source {
     * @param hardwareSet
     *   a unit may load it as well
     * @param mirrored
-    *   also kept as [[Ram]], from where it is read; only in a master
+    *   also kept as [[Ram]], from where it is read
     */
   final case class Stored(hardwareSet: Boolean = false, mirrored: Boolean = false) extends Source {
     require(
