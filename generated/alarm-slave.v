@@ -862,6 +862,7 @@ module AlarmQueue(
 
   wire        _ram_ram_write;
   wire [7:0]  _ram_ram_writeAddress;
+  wire [15:0] _ram_ram_writeData;
   wire [7:0]  _ram_ram_readAddress;
   wire [15:0] _ram_ram_readData;
   reg  [4:0]  count;
@@ -891,7 +892,8 @@ module AlarmQueue(
   wire        storing = work == 3'h5;
   wire        copying = work == 3'h6;
   wire        writesTime = storing & word < 3'h2;
-  wire        advances = fetched | writesTime;
+  reg         holds;
+  wire        advances = ((&work) ? holds : fetched) | writesTime;
   wire [2:0]  _nextWord_T = word + {2'h0, advances};
   wire        _ends_T = advances & (&word);
   wire [3:0]  _nextOne_T_1 = place + {3'h0, _ends_T};
@@ -900,22 +902,15 @@ module AlarmQueue(
   reg         fresh;
   reg         carry;
   wire        _ram_ram_readAddress_T_8 = storing | (&work);
+  reg  [15:0] held;
   reg         isAlarm;
   reg         isMeant;
-  reg         isStored;
   wire        wasTold = _ram_ram_readData[0] & ~storing;
   wire        isTold = wasTold & work != 3'h3 | isMeant & live;
+  wire [15:0] _ahead_T = confirm_bits + held;
   wire        _GEN = word == 3'h1;
   wire        _GEN_0 = word == 3'h2;
   wire        _GEN_1 = advances & (&work);
-  wire [15:0] written =
-    storing & ~(|word)
-      ? {epoch, reported[3], 4'h0, reported[2:0]}
-      : storing & word == 3'h1
-          ? time_0
-          : word == 3'h6 & isMeant
-              ? ~acknowledge_bits_tag
-              : (&word) ? {15'h0, isTold} : (&work) & fresh ? 16'h0 : _ram_ram_readData + {15'h0, (&work) & carry};
   reg         removesTold;
   reg         removesPlain;
   reg         removed;
@@ -923,7 +918,7 @@ module AlarmQueue(
   wire        goes =
     work == 3'h4
       ? (isEnd | (removesPlain | removesTold) & (~removesPlain | ~isAlarm) & (~removesTold | wasTold)) & ~removed
-      : work == 3'h2 & wasTold & isStored;
+      : work == 3'h2 & wasTold & live & _ahead_T[15:8] != 8'hFF;
   wire        ends = _ends_T & (|work);
   wire        _GEN_2 = ends & copying;
   wire        _GEN_3 = ends & (&work);
@@ -974,6 +969,7 @@ module AlarmQueue(
       clears <= 1'h0;
       work <= 3'h0;
       fetched <= 1'h0;
+      holds <= 1'h0;
       counts <= 1'h1;
       carries <= 1'h0;
       fresh <= 1'h1;
@@ -1055,9 +1051,9 @@ module AlarmQueue(
       confirms <= confirm_valid | _GEN_23 & confirms;
       clears <= newMaster | _GEN_23 & clears;
       fetched <= ~_GEN_8 & ((|work) ? ~read : fetched);
+      holds <= (&work) & fetched & ~holds;
       counts <=
-        storing & ends | _GEN_8 & ~_GEN_12 & _GEN_11 & ~(~(count[4]) | _GEN_13)
-        | (_GEN_14 ? counts : carry & (&_ram_ram_readData));
+        storing & ends | _GEN_8 & ~_GEN_12 & _GEN_11 & ~(~(count[4]) | _GEN_13) | (_GEN_14 ? counts : carry & (&held));
       carries <= wraps | _GEN_14 & carries;
       fresh <= (_GEN_2 | ~_GEN_3) & fresh;
       if (_GEN_26) begin
@@ -1068,7 +1064,6 @@ module AlarmQueue(
         ordersWait <= ~(_GEN_22 | _GEN_25) & ordersWait;
     end
   end // always @(posedge, posedge)
-  wire [15:0] _ahead_T = confirm_bits + _ram_ram_readData;
   always @(posedge clock) begin
     if (_GEN_5 | ~_GEN_4 | isTold | ~_GEN_6) begin
     end
@@ -1100,19 +1095,17 @@ module AlarmQueue(
       else
         to <= to + 4'h1;
     end
-    carry <= ~(_GEN_8 & _GEN_9) & (_GEN_1 ? (_GEN ? counts : _GEN_0 ? carries : carry & (&_ram_ram_readData)) : carry);
+    carry <= ~(_GEN_8 & _GEN_9) & (_GEN_1 ? (_GEN ? counts : _GEN_0 ? carries : carry & (&held)) : carry);
+    if (fetched)
+      held <= _ram_ram_readData;
     if (advances & ~(|word))
-      isAlarm <= written[7:0] == 8'h2;
+      isAlarm <= (storing ? {4'h0, reported} : _ram_ram_readData[7:0]) == 8'h2;
     if (advances & (|word)) begin
       if (_GEN)
         isMeant <= work == 3'h1 & _ram_ram_readData == acknowledge_bits_guard;
       else
         isMeant <= (~_GEN_0 | _ram_ram_readData == acknowledge_bits_sequence) & isMeant;
     end
-    if (~advances | ~(|word) | _GEN | _GEN_0 | word != 3'h6) begin
-    end
-    else
-      isStored <= work == 3'h2 & live & _ahead_T[15:8] != 8'hFF;
     if (~_GEN_8 | _GEN_12 | ~(_GEN_11 & count[4] & _GEN_13)) begin
     end
     else begin
@@ -1123,6 +1116,14 @@ module AlarmQueue(
   end // always @(posedge)
   assign _ram_ram_write = advances & (|work);
   assign _ram_ram_writeAddress = {copying | (&work), copying ? 4'h0 : (&work) ? 4'h1 : to, word};
+  assign _ram_ram_writeData =
+    (&work)
+      ? (fresh ? 16'h0 : held + {15'h0, carry})
+      : storing & ~(|word)
+          ? {epoch, reported[3], 4'h0, reported[2:0]}
+          : storing & word == 3'h1
+              ? time_0
+              : word == 3'h6 & isMeant ? ~acknowledge_bits_tag : (&word) ? {15'h0, isTold} : _ram_ram_readData;
   assign _ram_ram_readAddress =
     read
       ? {5'h10, readWord == 3'h2 ? 3'h1 : readWord == 3'h1 ? 3'h0 : readWord == 3'h0 ? 3'h2 : readWord}
@@ -1135,7 +1136,7 @@ module AlarmQueue(
     .clock        (clock),
     .write        (_ram_ram_write),
     .writeAddress (_ram_ram_writeAddress),
-    .writeData    (written),
+    .writeData    (_ram_ram_writeData),
     .readAddress  (_ram_ram_readAddress),
     .readData     (_ram_ram_readData)
   );
@@ -1409,7 +1410,7 @@ module DatagramAppender(
   input        pending,
   output       busy,
   output [5:0] nibble,
-  output [5:0] nextNibble,
+  output [4:0] nextByte,
   input  [3:0] data,
   output       reads,
   output       begins,
@@ -1663,7 +1664,7 @@ module DatagramAppender(
   assign out_crcGood = delayed ? held_crcGood : in_crcGood;
   assign busy = append | candidate | chooses | wanted;
   assign nibble = at_1;
-  assign nextNibble = _takes_T & inserts ? _at_T : at_1;
+  assign nextByte = _takes_T & inserting ? _at_T[5:1] : at_1[5:1];
   assign reads = inserting;
   assign begins = step & starts;
   assign takes = _takes_T & inserts & ~inserted;
@@ -3878,7 +3879,7 @@ module alarm_slave(
   wire        _appender_out_bad;
   wire        _appender_out_odd;
   wire        _appender_out_crcGood;
-  wire [5:0]  _appender_nextNibble;
+  wire [4:0]  _appender_nextByte;
   wire        _alarmUnit_detect;
   wire [15:0] _alarmUnit_debounce;
   wire [15:0] _alarmUnit_offTime;
@@ -4214,7 +4215,7 @@ module alarm_slave(
     & _memory_registerWrite_bits_data != life_confirm_life_0 | _memory_registerWrite_valid
     & _alarmUnit_newMaster_result_valid_T_4 & _memory_registerWrite_bits_mask
     & _memory_registerWrite_bits_data != life_confirm_life_1;
-  assign _alarmUnit_nextWord = _appender_nextNibble[4:2];
+  assign _alarmUnit_nextWord = _appender_nextByte[3:1];
   AlarmUnit alarmUnit (
     .clock                     (clock),
     .reset                     (reset),
@@ -4288,7 +4289,7 @@ module alarm_slave(
     .pending                  (_alarmUnit_pending),
     .busy                     (_alarmUnit_busy),
     .nibble                   (_alarmUnit_nibble),
-    .nextNibble               (_appender_nextNibble),
+    .nextByte                 (_appender_nextByte),
     .data                     (_alarmUnit_data),
     .reads                    (_alarmUnit_reads),
     .begins                   (_alarmUnit_begins),

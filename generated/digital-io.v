@@ -182,6 +182,7 @@ module MiiRxReadSide(
   reg  [2:0] earlier_1;
   reg  [2:0] earlier_2;
   reg  [2:0] pointer;
+  reg        begins;
   wire [2:0] pointerGray = {pointer[2], pointer[1:0] ^ pointer[2:1]};
   wire [2:0] _waiting_T_7 = {visible[2], ^(visible[2:1]), ^visible} - pointer;
   reg        casez_tmp;
@@ -228,11 +229,17 @@ module MiiRxReadSide(
     visible <= meta;
     earlier_1 <= visible;
     earlier_2 <= earlier_1;
-    if (reset)
+    if (begins)
       pointer <= {visible[2], ^(visible[2:1]), ^visible};
     else if (read_take)
       pointer <= pointer + 3'h1;
   end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
+    if (reset)
+      begins <= 1'h1;
+    else
+      begins <= 1'h0;
+  end // always @(posedge, posedge)
   assign read_symbol_dv = casez_tmp;
   assign read_symbol_er = casez_tmp_0;
   assign read_symbol_data = casez_tmp_1;
@@ -336,7 +343,7 @@ module MiiTransmitter(
   reg  [3:0] data;
   reg  [1:0] left;
   wire [1:0] mark = in_end & in_bad ? (in_payload ? {in_crcGood, ~in_odd} : 2'h2) : left;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       enable <= 1'h0;
       left <= 2'h0;
@@ -345,6 +352,8 @@ module MiiTransmitter(
       enable <= in_valid | (|mark);
       left <= mark - {1'h0, |mark};
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (tick)
       data <= in_valid ? in_data : in_end & ~in_payload ? 4'hD : 4'h0;
   end // always @(posedge)
@@ -407,10 +416,9 @@ module MiiReceiver(
   wire        startFault = symbols_symbol_er | _startFault_T & ~isSfd;
   wire        symbols_take_0 = tick & symbols_available & ((|state) | ~symbols_symbol_dv | symbols_settled);
   wire        endOfFrame = tick & inFrame & (faulty | ended);
-  wire        runs = ~faulty & ~ended;
-  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
   wire        _GEN = state == 3'h1 | state == 3'h2;
-  always @(posedge clock) begin
+  wire        runs = ~faulty & ~ended;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 3'h0;
       output_valid <= 1'h0;
@@ -450,6 +458,9 @@ module MiiReceiver(
       end
       cutNow <= ~tick & (cut & inFrame | cutNow);
     end
+  end // always @(posedge, posedge)
+  wire [3:0]  crc_feedback = crc[3:0] ^ symbols_symbol_data;
+  always @(posedge clock) begin
     if (tick) begin
       if (|state) begin
         if (~_GEN | faulty | ended) begin
@@ -556,12 +567,12 @@ module MiiPort(
   wire       _crossing_read_overflow;
   reg        receiver_cut_REG;
   assign core_link_0 = _core_link_crossing_out & core_enable;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       receiver_cut_REG <= 1'h0;
     else
       receiver_cut_REG <= core_link_0;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   MiiRxCrossing crossing (
     .clock            (clock),
     .reset            (reset),
@@ -641,13 +652,15 @@ module SlotTimer(
   always @(posedge clock) begin
     sampled <= reference;
     before_0 <= sampled;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       count <= 2'h0;
     else if ((&count) | sampled & ~before_0)
       count <= 2'h0;
     else
       count <= count + 2'h1;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign tick = count == 2'h0;
 endmodule
 
@@ -734,21 +747,43 @@ module EventCounters(
          | (addresses_6_1 ? events_6 : 2'h0) | (addresses_7_1 ? events_7 : 2'h0) | (addresses_8_1 ? events_8 : 2'h0)
          | (addresses_9_1 ? events_9 : 2'h0) | (addresses_10_1 ? events_10 : 2'h0)};
   wire [7:0] count = sum[7:0] | {8{sum[8]}};
-  wire [1:0] events_before = ~(|visited) | clear_0 | reset ? 2'h0 : events_0;
-  wire [1:0] events_before_1 = addresses_1_1 | clear_0 | reset ? 2'h0 : events_1;
-  wire [1:0] events_before_2 = addresses_2_1 | clear_0 | reset ? 2'h0 : events_2;
-  wire [1:0] events_before_3 = addresses_3_1 | clear_0 | reset ? 2'h0 : events_3;
-  wire [1:0] events_before_4 = addresses_4_1 | clear_0 | reset ? 2'h0 : events_4;
-  wire [1:0] events_before_5 = addresses_5_1 | clear_0 | reset ? 2'h0 : events_5;
-  wire [1:0] events_before_6 = addresses_6_1 | clear_1 | reset ? 2'h0 : events_6;
-  wire [1:0] events_before_7 = addresses_7_1 | clear_2 | reset ? 2'h0 : events_7;
-  wire [1:0] events_before_8 = addresses_8_1 | clear_2 | reset ? 2'h0 : events_8;
-  wire [1:0] events_before_9 = addresses_9_1 | clear_3 | reset ? 2'h0 : events_9;
-  wire [1:0] events_before_10 = addresses_10_1 | clear_3 | reset ? 2'h0 : events_10;
-  always @(posedge clock) begin
+  wire [1:0] events_before = ~(|visited) | clear_0 ? 2'h0 : events_0;
+  wire [1:0] events_before_1 = addresses_1_1 | clear_0 ? 2'h0 : events_1;
+  wire [1:0] events_before_2 = addresses_2_1 | clear_0 ? 2'h0 : events_2;
+  wire [1:0] events_before_3 = addresses_3_1 | clear_0 ? 2'h0 : events_3;
+  wire [1:0] events_before_4 = addresses_4_1 | clear_0 ? 2'h0 : events_4;
+  wire [1:0] events_before_5 = addresses_5_1 | clear_0 ? 2'h0 : events_5;
+  wire [1:0] events_before_6 = addresses_6_1 | clear_1 ? 2'h0 : events_6;
+  wire [1:0] events_before_7 = addresses_7_1 | clear_2 ? 2'h0 : events_7;
+  wire [1:0] events_before_8 = addresses_8_1 | clear_2 ? 2'h0 : events_8;
+  wire [1:0] events_before_9 = addresses_9_1 | clear_3 ? 2'h0 : events_9;
+  wire [1:0] events_before_10 = addresses_10_1 | clear_3 ? 2'h0 : events_10;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       next <= 4'h0;
       visited <= 4'hA;
+      events_0 <= 2'h0;
+      events_1 <= 2'h0;
+      events_2 <= 2'h0;
+      events_3 <= 2'h0;
+      events_4 <= 2'h0;
+      events_5 <= 2'h0;
+      events_6 <= 2'h0;
+      events_7 <= 2'h0;
+      events_8 <= 2'h0;
+      events_9 <= 2'h0;
+      events_10 <= 2'h0;
+      stale_0 <= 1'h1;
+      stale_1 <= 1'h1;
+      stale_2 <= 1'h1;
+      stale_3 <= 1'h1;
+      stale_4 <= 1'h1;
+      stale_5 <= 1'h1;
+      stale_6 <= 1'h1;
+      stale_7 <= 1'h1;
+      stale_8 <= 1'h1;
+      stale_9 <= 1'h1;
+      stale_10 <= 1'h1;
     end
     else begin
       if (next == 4'hA)
@@ -756,30 +791,30 @@ module EventCounters(
       else
         next <= next + 4'h1;
       visited <= next;
+      events_0 <= events_before + {1'h0, event_0 & events_before != 2'h3};
+      events_1 <= events_before_1 + {1'h0, event_1 & events_before_1 != 2'h3};
+      events_2 <= events_before_2 + {1'h0, event_2 & events_before_2 != 2'h3};
+      events_3 <= events_before_3 + {1'h0, event_3 & events_before_3 != 2'h3};
+      events_4 <= events_before_4 + {1'h0, event_4 & events_before_4 != 2'h3};
+      events_5 <= events_before_5 + {1'h0, event_5 & events_before_5 != 2'h3};
+      events_6 <= events_before_6 + {1'h0, event_6 & events_before_6 != 2'h3};
+      events_7 <= events_before_7 + {1'h0, event_7 & events_before_7 != 2'h3};
+      events_8 <= events_before_8 + {1'h0, event_8 & events_before_8 != 2'h3};
+      events_9 <= events_before_9 + {1'h0, event_9 & events_before_9 != 2'h3};
+      events_10 <= events_before_10 + {1'h0, event_10 & events_before_10 != 2'h3};
+      stale_0 <= clear_0 | stale_0 & (|visited);
+      stale_1 <= clear_0 | stale_1 & ~addresses_1_1;
+      stale_2 <= clear_0 | stale_2 & ~addresses_2_1;
+      stale_3 <= clear_0 | stale_3 & ~addresses_3_1;
+      stale_4 <= clear_0 | stale_4 & ~addresses_4_1;
+      stale_5 <= clear_0 | stale_5 & ~addresses_5_1;
+      stale_6 <= clear_1 | stale_6 & ~addresses_6_1;
+      stale_7 <= clear_2 | stale_7 & ~addresses_7_1;
+      stale_8 <= clear_2 | stale_8 & ~addresses_8_1;
+      stale_9 <= clear_3 | stale_9 & ~addresses_9_1;
+      stale_10 <= clear_3 | stale_10 & ~addresses_10_1;
     end
-    events_0 <= events_before + {1'h0, event_0 & events_before != 2'h3};
-    events_1 <= events_before_1 + {1'h0, event_1 & events_before_1 != 2'h3};
-    events_2 <= events_before_2 + {1'h0, event_2 & events_before_2 != 2'h3};
-    events_3 <= events_before_3 + {1'h0, event_3 & events_before_3 != 2'h3};
-    events_4 <= events_before_4 + {1'h0, event_4 & events_before_4 != 2'h3};
-    events_5 <= events_before_5 + {1'h0, event_5 & events_before_5 != 2'h3};
-    events_6 <= events_before_6 + {1'h0, event_6 & events_before_6 != 2'h3};
-    events_7 <= events_before_7 + {1'h0, event_7 & events_before_7 != 2'h3};
-    events_8 <= events_before_8 + {1'h0, event_8 & events_before_8 != 2'h3};
-    events_9 <= events_before_9 + {1'h0, event_9 & events_before_9 != 2'h3};
-    events_10 <= events_before_10 + {1'h0, event_10 & events_before_10 != 2'h3};
-    stale_0 <= clear_0 | reset | stale_0 & (|visited);
-    stale_1 <= clear_0 | reset | stale_1 & ~addresses_1_1;
-    stale_2 <= clear_0 | reset | stale_2 & ~addresses_2_1;
-    stale_3 <= clear_0 | reset | stale_3 & ~addresses_3_1;
-    stale_4 <= clear_0 | reset | stale_4 & ~addresses_4_1;
-    stale_5 <= clear_0 | reset | stale_5 & ~addresses_5_1;
-    stale_6 <= clear_1 | reset | stale_6 & ~addresses_6_1;
-    stale_7 <= clear_2 | reset | stale_7 & ~addresses_7_1;
-    stale_8 <= clear_2 | reset | stale_8 & ~addresses_8_1;
-    stale_9 <= clear_3 | reset | stale_9 & ~addresses_9_1;
-    stale_10 <= clear_3 | reset | stale_10 & ~addresses_10_1;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _own_writeAddress = {2'h0, visited};
   assign _own_readAddress = {2'h0, next};
   DualPortRam #(
@@ -1046,10 +1081,8 @@ module RegisterFile(
     | (readAddress == 12'h4 ? 14'h8C : 14'h0) | (readAddress == 12'h5 ? 14'h14C : 14'h0)
     | (readAddress == 12'h6 ? 14'h4C : 14'h0) | (readAddress == 12'h7 ? 14'h3CC : 14'h0)
     | (readAddress == 12'h8 ? 14'h200C : 14'h0) | (readAddress == 12'h9 ? 14'hC : 14'h0)
-    | (readAddress == 12'h10 ? {bytes_whole_8[7:0], 6'hE} : 14'h0)
-    | (readAddress == 12'h11 ? {bytes_whole_8[15:8], 6'hE} : 14'h0)
-    | (readAddress == 12'h12 ? {bytes_whole_9[7:0], 6'hD} : 14'h0)
-    | (readAddress == 12'h13 ? {bytes_whole_9[15:8], 6'hD} : 14'h0)
+    | (readAddress == 12'h10 ? 14'h2E : 14'h0) | (readAddress == 12'h11 ? 14'h2E : 14'h0)
+    | (readAddress == 12'h12 ? 14'h2D : 14'h0) | (readAddress == 12'h13 ? 14'h2D : 14'h0)
     | (readAddress == 12'h100 ? {6'h0, bytes_whole_parts_temporary_use, bytes_whole_parts_parts_old_4, 6'hE} : 14'h0)
     | (readAddress == 12'h101 ? {4'h0, bytes_whole_parts_loop_port1, bytes_whole_parts_loop_port0, 6'hE} : 14'h0)
     | (readAddress == 12'h102 ? {bytes_whole_parts_dl_configuration, 1'h0, bytes_whole_parts_parts_old_8, 6'hE} : 14'h0)
@@ -1080,8 +1113,8 @@ module RegisterFile(
     | (readAddress == 12'h140 ? 14'h2C : 14'h0)
     | (readAddress == 12'h141 ? {bytes_whole_parts_esc_configuration, 7'h4C} : 14'h0)
     | (readAddress[11:1] == 11'hA1 ? 14'h2C : 14'h0) | (readAddress == 12'h144 ? 14'h2C : 14'h0)
-    | (readAddress[11:2] == 10'h54 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? {bytes_whole_23[7:0], 6'hE} : 14'h0)
-    | (readAddress == 12'h201 ? {bytes_whole_23[15:8], 6'hE} : 14'h0) | (readAddress == 12'h204 ? 14'h4D : 14'h0)
+    | (readAddress[11:2] == 10'h54 ? 14'h2C : 14'h0) | (readAddress == 12'h200 ? 14'h2E : 14'h0)
+    | (readAddress == 12'h201 ? 14'h2E : 14'h0) | (readAddress == 12'h204 ? 14'h4D : 14'h0)
     | (readAddress == 12'h205 ? 14'h7CD : 14'h0) | (readAddress == 12'h206 ? 14'hD : 14'h0)
     | (readAddress == 12'h207 ? 14'hD : 14'h0)
     | (readAddress == 12'h210
@@ -1164,6 +1197,8 @@ module RegisterFile(
     | (ofUnits_hit_1 & readAddress[2:0] == 3'h6 ? {casez_tmp_0, 6'hE} : 14'h0)
     | (ofUnits_hit_1 & (&(readAddress[2:0])) ? {casez_tmp_1, 6'hD} : 14'h0);
   wire [13:0] _selected_T_313 = _GEN | _GEN_0;
+  always @(posedge clock)
+    REG <= readAddress[11:8] == 4'h8;
   wire        _bytes_whole_parts_parts_T_30 = writeAddress == 12'h100;
   wire        _bytes_whole_parts_parts_T_42 = writeAddress == 12'h101;
   wire        _bytes_whole_parts_parts_T_54 = writeAddress == 12'h102;
@@ -1173,8 +1208,7 @@ module RegisterFile(
   wire        _bytes_whole_parts_parts_T_192 = writeAddress == 12'h816;
   wire        _bytes_whole_parts_parts_T_210 = writeAddress == 12'h81E;
   wire        _bytes_whole_parts_parts_T_228 = writeAddress == 12'h826;
-  always @(posedge clock) begin
-    REG <= readAddress[11:8] == 4'h8;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       bytes_whole_8 <= 16'h0;
       bytes_whole_9 <= 16'h0;
@@ -1309,7 +1343,7 @@ module RegisterFile(
            ? writeData & writeBits | bytes_whole_93[7:0] & ~writeBits
            : bytes_whole_93[7:0]};
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _counters_clear_0 =
     write & writeAddress == 12'h300 & writeMask | write & writeAddress == 12'h301 & writeMask | write
     & writeAddress == 12'h302 & writeMask | write & writeAddress == 12'h303 & writeMask | write
@@ -1461,7 +1495,7 @@ module WriteLog(
   reg  [8:0]  end_0;
   wire        _busy_T = next != end_0;
   reg         replay_valid_REG;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       entries <= 9'h0;
       next <= 9'h0;
@@ -1481,7 +1515,7 @@ module WriteLog(
         next <= next + 9'h1;
       replay_valid_REG <= _busy_T & ~commit;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _ram_writeAddress = entries[7:0];
   assign _ram_writeData = {write_bits_address, 1'h1, write_bits_data, write_bits_bits};
   assign _ram_readAddress = next[7:0];
@@ -1638,6 +1672,7 @@ module EscMemory(
   output        commitStarts
 );
 
+  reg         host_ack_REG;
   reg         registerWrite_valid_REG;
   wire        unitWrite_ready_0;
   wire [3:0]  _readTarget_t_place_process_T;
@@ -1666,7 +1701,9 @@ module EscMemory(
   wire        _file_isCount;
   wire [7:0]  _file_countData;
   reg         unitWaits;
+  wire        _unitAddress_T = ~unitWaits & unitRead_valid;
   reg  [11:0] unitAddress;
+  wire        unitReads = unitWaits & ~ecat_read & ~host_req;
   reg  [16:0] readAddress;
   wire        readTarget_user = readAddress[15:7] == 9'h1F;
   assign _readTarget_t_place_process_T = readAddress[15:12];
@@ -1688,6 +1725,7 @@ module EscMemory(
     ecat_write & (ecatTarget_user | (|(ecat_writeAddress[15:12])) & {1'h0, ecat_writeAddress} < 17'h1400 & ramOpen);
   reg         looksUp;
   reg         known;
+  wire        hostLookUp = host_req & ~looksUp & ~ecat_read & ~host_ack_REG;
   reg         arrives_REG;
   reg         arrives;
   reg         hostMay;
@@ -1711,15 +1749,17 @@ module EscMemory(
   reg  [7:0]  registerWrite_bits_REG_bits;
   reg         registerWriteByHost_REG;
   reg         file_write_REG;
-  reg         host_ack_REG;
   wire        _GEN =
     registerWrite_valid_REG
     & (registerWrite_bits_REG_address[11:8] == 4'h6 | registerWrite_bits_REG_address[11:7] == 5'h10
-       | ~(hostWrite_unitWrites_isClear_cleared[9]) | registerWrite_bits_REG_address == 12'h140
+       | ~(hostWrite_unitWrites_isClear_cleared[9]) | registerWrite_bits_REG_address == 12'h10
+       | registerWrite_bits_REG_address == 12'h11 | registerWrite_bits_REG_address == 12'h12
+       | registerWrite_bits_REG_address == 12'h13 | registerWrite_bits_REG_address == 12'h140
        | registerWrite_bits_REG_address == 12'h142 | registerWrite_bits_REG_address == 12'h143
        | registerWrite_bits_REG_address == 12'h144 | registerWrite_bits_REG_address == 12'h150
        | registerWrite_bits_REG_address == 12'h151 | registerWrite_bits_REG_address == 12'h152
-       | registerWrite_bits_REG_address == 12'h153 | registerWrite_bits_REG_address == 12'h504
+       | registerWrite_bits_REG_address == 12'h153 | registerWrite_bits_REG_address == 12'h200
+       | registerWrite_bits_REG_address == 12'h201 | registerWrite_bits_REG_address == 12'h504
        | registerWrite_bits_REG_address == 12'h505 | registerWrite_bits_REG_address == 12'h506
        | registerWrite_bits_REG_address == 12'h507 | registerWrite_bits_REG_address == 12'h508
        | registerWrite_bits_REG_address == 12'h509 | registerWrite_bits_REG_address == 12'h50A
@@ -1734,14 +1774,7 @@ module EscMemory(
        | registerWrite_bits_REG_address == 12'h56B | registerWrite_bits_REG_address == 12'h56C
        | registerWrite_bits_REG_address == 12'h56D | registerWrite_bits_REG_address == 12'h56E
        | registerWrite_bits_REG_address == 12'h56F);
-  wire        _unitAddress_T = ~unitWaits & unitRead_valid;
-  wire        unitReads = unitWaits & ~ecat_read & ~host_req;
-  wire        readTarget_register = ~(readAddress[16]) & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
-  wire        readTarget_ram =
-    ~(readAddress[16])
-    & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress[15:0]} < 17'h1400 & ramOpen);
-  wire        hostLookUp = host_req & ~looksUp & ~ecat_read & ~host_ack_REG;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       unitWaits <= 1'h0;
       unitData_valid_REG_1 <= 1'h0;
@@ -1795,6 +1828,12 @@ module EscMemory(
       file_write_REG <= hostWrite_unitWrites_isClear_cleared[9];
       host_ack_REG <= hostWrite;
     end
+  end // always @(posedge, posedge)
+  wire        readTarget_register = ~(readAddress[16]) & _readTarget_t_place_process_T == 4'h0 & ~readTarget_user;
+  wire        readTarget_ram =
+    ~(readAddress[16])
+    & (readTarget_user | (|_readTarget_t_place_process_T) & {1'h0, readAddress[15:0]} < 17'h1400 & ramOpen);
+  always @(posedge clock) begin
     if (_unitAddress_T)
       unitAddress <= unitRead_bits;
     readAddress <= ecat_read ? ecat_readAddress : {1'h0, unitReads ? {4'h0, unitAddress} : host_addr};
@@ -2085,11 +2124,7 @@ module FrameParser(
       : _alien_T;
   wire        isTag = ~(|part) & byte_0 == 5'hD & word == 16'h8100 & ~tagged_0;
   wire        _GEN_5 = step & in_valid;
-  wire        _GEN_6 = _GEN_5 & in_payload;
-  wire        _length_T = byte_0 == 5'h7;
-  wire [11:0] _length_T_4 = {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
-  wire        _GEN_7 = _GEN_1 & (byte_0 == 5'h6 | _length_T & ~high);
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       part <= 4'h8;
     else if (step & in_end)
@@ -2124,6 +2159,12 @@ module FrameParser(
       else
         part <= 4'h0;
     end
+  end // always @(posedge, posedge)
+  wire        _GEN_6 = _GEN_5 & in_payload;
+  wire        _length_T = byte_0 == 5'h7;
+  wire [11:0] _length_T_4 = {_length_T ? {1'h0, in_data[2:0]} : in_data, length[11:4]};
+  wire        _GEN_7 = _GEN_1 & (byte_0 == 5'h6 | _length_T & ~high);
+  always @(posedge clock) begin
     if (_GEN_5) begin
       if (in_payload) begin
         if (high) begin
@@ -2344,13 +2385,15 @@ module ByteTimes(
 
   reg [3:0] cycle;
   reg [1:0] number;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       cycle <= 4'hF;
     else if (ends)
       cycle <= 4'h0;
     else if (cycle != 4'hF)
       cycle <= cycle + 4'h1;
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (ends)
       number <= number + 2'h1;
   end // always @(posedge)
@@ -2377,13 +2420,14 @@ module WideTable(
   wire [31:0] _rams_0_readData;
   reg         merging;
   reg         index;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       merging <= 1'h0;
     else
       merging <= write;
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     index <= writeIndex;
-  end // always @(posedge)
   assign _rams_0_writeData =
     {writeMask[3] ? writeData[31:24] : _rams_0_readData[31:24],
      writeMask[2] ? writeData[23:16] : _rams_0_readData[23:16],
@@ -2423,13 +2467,14 @@ module WideTable_1(
   wire [21:0] _rams_0_readData;
   reg         merging;
   reg         index;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       merging <= 1'h0;
     else
       merging <= write;
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     index <= writeIndex;
-  end // always @(posedge)
   assign _rams_0_writeData =
     {writeMask[3] ? writeData[21:19] : _rams_0_readData[21:19],
      writeMask[2] ? writeData[18:16] : _rams_0_readData[18:16],
@@ -2469,13 +2514,14 @@ module WideTable_2(
   wire [20:0] _rams_0_readData;
   reg         merging;
   reg         index;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       merging <= 1'h0;
     else
       merging <= write;
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     index <= writeIndex;
-  end // always @(posedge)
   assign _rams_0_writeData =
     {writeMask[3] ? writeData[20:19] : _rams_0_readData[20:19],
      writeMask[2] ? writeData[18:16] : _rams_0_readData[18:16],
@@ -2586,7 +2632,6 @@ module BitwiseFmmuBank(
   wire [3:0]  _GEN = {2'h0, place};
   reg         hit_1;
   wire        word_1_hit = search_direct | m_hit & ~search_past & isActive & _local_table_local_readData_0[20];
-  wire        _GEN_0 = isActivate & table_mask[0];
   always @(posedge clock) begin
     index <= _first_T_1;
     REG <= table_word[2];
@@ -2602,6 +2647,9 @@ module BitwiseFmmuBank(
       hit_0 <= word_hit;
     if (begins | ~hit_1)
       hit_1 <= word_1_hit;
+  end // always @(posedge)
+  wire        _GEN_0 = isActivate & table_mask[0];
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       active_0 <= 1'h0;
       active_1 <= 1'h0;
@@ -2614,7 +2662,7 @@ module BitwiseFmmuBank(
         active_1 <= table_data[0];
       isActivate <= mine & (&(table_word[1:0]));
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _logicalStart_table_logical_write = mine & table_word[1:0] == 2'h0;
   assign _logicalStart_table_logical_writeIndex = table_word[2];
   WideTable logicalStart_table_logical (
@@ -3526,7 +3574,6 @@ module TranslatedAccess(
   reg         reads_al_status_r;
   wire [1:0]  _ahead_T_2 = inHeader ? position_byte[1:0] : 2'h2;
   wire        goesOn = enable & (~inHeader | position_byte > 5'h6);
-  wire        _area_entries_0_begins_T_1 = areaIndex == 3'h0;
   wire        _GEN_0 = _times_schedule_ends & inHeader & position_byte == 5'h5;
   always @(posedge clock) begin
     if (_reads_al_status_T_2) begin
@@ -3580,6 +3627,9 @@ module TranslatedAccess(
     end
     anyRead <= ~_GEN_0 & (active & (|_readMask_output) | anyRead);
     anyWrite <= ~_GEN_0 & (accept | anyWrite);
+  end // always @(posedge)
+  wire        _area_entries_0_begins_T_1 = areaIndex == 3'h0;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       areaIndex <= 3'h7;
       area_entries_0_begins_REG <= 1'h0;
@@ -3605,7 +3655,7 @@ module TranslatedAccess(
       first <= _times_schedule_ends & enable & request_write & (inData | inHeader & position_byte == 5'h9);
       second <= first;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign _times_ends = byteEnd | active & inHeader & position_high & position_byte > 5'h4;
   ByteTimes times (
     .clock           (clock),
@@ -3904,10 +3954,27 @@ module FrameProcessor(
   reg         increments;
   reg         readWrite;
   wire        _lengthTop_T = _parser_position_part == 4'h3;
+  wire        inCounter =
+    _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
+  wire [4:0]  sum =
+    {1'h0, in_data}
+    + {2'h0,
+       _parser_position_high | _parser_position_byte[0]
+         ? {2'h0, carry}
+         : inCounter
+             ? {2'h0, _translated_readSuccess}
+               + {1'h0, readWrite ? {_translated_writeSuccess, 1'h0} : {1'h0, _translated_writeSuccess}}
+             : 3'h1};
   wire        circulate =
     _lengthTop_T & _parser_position_byte == 5'h7 & _parser_position_high & config_circulating & _circulate_T_1;
   reg  [31:0] changesBefore;
   reg  [3:0]  lastChange;
+  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
+  wire [31:0] changes =
+    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
+    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
+    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
+  wire        _hadTooMany_T = _parser_position_part == 4'h6;
   reg  [3:0]  casez_tmp;
   always @(*) begin
     casez ({_parser_position_byte[0], _parser_position_high})
@@ -3921,40 +3988,6 @@ module FrameProcessor(
         casez_tmp = config_ecatEvents[15:12];
     endcase
   end // always @(*)
-  wire        _busy_T = _parser_position_part != 4'h8;
-  wire        abort =
-    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
-  reg         aborted;
-  reg         error_REG;
-  reg         frameGood_REG;
-  reg         frameBad_REG;
-  reg         output_valid;
-  reg         output_payload;
-  reg  [3:0]  output_data;
-  reg         output_end;
-  reg         output_bad;
-  reg         output_odd;
-  reg         output_crcGood;
-  wire        end_0 = aborted | in_end & _busy_T;
-  wire        ends = step & end_0;
-  wire        active = step & in_valid;
-  wire        inCounter =
-    _parser_position_part == 4'h5 & (_parser_position_byte == 5'h0 | _parser_position_byte == 5'h1);
-  wire [4:0]  sum =
-    {1'h0, in_data}
-    + {2'h0,
-       _parser_position_high | _parser_position_byte[0]
-         ? {2'h0, carry}
-         : inCounter
-             ? {2'h0, _translated_readSuccess}
-               + {1'h0, readWrite ? {_translated_writeSuccess, 1'h0} : {1'h0, _translated_writeSuccess}}
-             : 3'h1};
-  wire [3:0]  changes_feedback = changesBefore[3:0] ^ lastChange;
-  wire [31:0] changes =
-    {4'h0, changesBefore[31:4]} ^ (changes_feedback[0] ? 32'h1DB71064 : 32'h0)
-    ^ (changes_feedback[1] ? 32'h3B6E20C8 : 32'h0) ^ (changes_feedback[2] ? 32'h76DC4190 : 32'h0)
-    ^ (changes_feedback[3] ? 32'hEDB88320 : 32'h0);
-  wire        _hadTooMany_T = _parser_position_part == 4'h6;
   wire [3:0]  data =
     in_payload
       ? (_parser_position_part == 4'h0 & _parser_position_byte == 5'h6 & ~_parser_position_high & destroy
@@ -3973,10 +4006,21 @@ module FrameProcessor(
                                  & (~_translated_readMask | {4{_header_request_broadcast}})
                                : {4{_hadTooMany_T & _parser_position_frameBytes == 6'h3C}} & changes[3:0] ^ in_data)
       : in_data;
-  wire        bad =
-    aborted | in_bad
-    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
-        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
+  wire        _busy_T = _parser_position_part != 4'h8;
+  wire        abort =
+    in_valid & in_payload & _busy_T & (_parser_position_notEtherCat & destroy | circulate & in_data[2]);
+  reg         aborted;
+  reg         error_REG;
+  reg         frameGood_REG;
+  reg         frameBad_REG;
+  reg         output_valid;
+  reg         output_payload;
+  reg  [3:0]  output_data;
+  reg         output_end;
+  reg         output_bad;
+  reg         output_odd;
+  reg         output_crcGood;
+  wire        active = step & in_valid;
   always @(posedge clock) begin
     if (active & ~in_payload)
       destroy <= config_destroyNonEtherCat;
@@ -3990,6 +4034,14 @@ module FrameProcessor(
     end
     increments <= _header_request_incrementsAdp;
     readWrite <= _header_request_readWrite;
+  end // always @(posedge)
+  wire        end_0 = aborted | in_end & _busy_T;
+  wire        ends = step & end_0;
+  wire        bad =
+    aborted | in_bad
+    | ~(_hadTooMany_T & (|(_parser_position_paddingBytes[6:2])) & _parser_position_paddingBytes < 7'h45
+        | _parser_position_part == 4'h7 & ~_parser_position_checksumCleared);
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       aborted <= 1'h0;
       error_REG <= 1'h0;
@@ -4018,7 +4070,7 @@ module FrameProcessor(
       frameGood_REG <= ends & ~bad;
       frameBad_REG <= ends & bad;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   FrameParser parser (
     .clock                    (clock),
     .reset                    (reset),
@@ -4153,7 +4205,7 @@ module LoopControl(
   wire wanted_1 = setting_1 != 2'h3 & (setting_1 == 2'h2 | (setting_1 != 2'h1 | wanted_released_1) & link_1);
   reg  open_0_0;
   reg  open_1_0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       wanted_released_0 <= 1'h0;
       wanted_released_1 <= 1'h0;
@@ -4168,7 +4220,7 @@ module LoopControl(
       if (quiet_1)
         open_1_0 <= wanted_1;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign open_0 = open_0_0;
   assign open_1 = open_1_0;
   assign reportClosed_0 = ~(open_0_0 & wanted_0);
@@ -4231,13 +4283,14 @@ module WideTable_3(
      writeMask[2] ? writeData[23:16] : _rams_0_readData[23:16],
      writeMask[1] ? writeData[15:8] : _rams_0_readData[15:8],
      writeMask[0] ? writeData[7:0] : _rams_0_readData[7:0]};
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       merging <= 1'h0;
     else
       merging <= write;
+  end // always @(posedge, posedge)
+  always @(posedge clock)
     index <= writeIndex;
-  end // always @(posedge)
   assign _rams_0_readAddress = write ? writeIndex : readIndex_0;
   DualPortRam #(
     .ADDRESS_BITS(3),
@@ -4382,6 +4435,8 @@ module StateMemory(
     state_REG_closed <= after_closed;
     state_REG_writeEvent <= after_writeEvent;
     state_REG_readEvent <= after_readEvent;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       fresh_0 <= 1'h1;
       fresh_1 <= 1'h1;
@@ -4398,7 +4453,7 @@ module StateMemory(
       fresh_4 <= ~works_4 | ~(acts & acting_REG == 3'h4) & fresh_4;
       again <= acts & acting_REG == number;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign acting = acting_REG;
   assign state_next = again ? state_REG_next : kept_REG ? 2'h1 : ram_readData[13:12];
   assign state_reader = again ? state_REG_reader : kept_REG ? 2'h2 : ram_readData[11:10];
@@ -4655,11 +4710,13 @@ module SyncManagerStates(
   reg         walks;
   reg         wasGood;
   reg  [2:0]  walk;
+  wire        _begins_T = good | bad;
   reg         begins;
   reg         walking_REG;
   reg         settled_r;
   reg         settled_r_1;
   wire        pdi_granted_0 = ~walks & ~good & ~bad & ~begins & ~ecat_turn;
+  wire        accesses = (ecat_request | pdi_request & pdi_granted_0) & ~walks;
   wire [2:0]  number = walks ? walk : ecat_turn ? ecat_number : pdi_number;
   reg         casez_tmp;
   always @(*) begin
@@ -4805,9 +4862,7 @@ module SyncManagerStates(
   wire        _GEN_4 = acts & _memory_acting == 3'h4;
   wire        _GEN_5 =
     _controlRam_readData[2] & (_controlRam_readData[0] ? _logic_after_writeEvent : _logic_after_readEvent);
-  wire        _begins_T = good | bad;
-  wire        accesses = (ecat_request | pdi_request & pdi_granted_0) & ~walks;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       walks <= 1'h0;
       begins <= 1'h0;
@@ -4848,6 +4903,8 @@ module SyncManagerStates(
       alEvent_3_0 <= works_3 & (_GEN_3 ? _GEN_5 : alEvent_3_0);
       alEvent_4_0 <= works_4 & (_GEN_4 ? _GEN_5 : alEvent_4_0);
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (_begins_T)
       wasGood <= good;
     if (begins)
@@ -5284,7 +5341,7 @@ module SyncManagers(
     endcase
   end // always @(*)
   reg  [16:0] offset;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       isMailbox_isMailbox_0 <= 1'h0;
       isMailbox_isMailbox_1 <= 1'h0;
@@ -5334,6 +5391,8 @@ module SyncManagers(
       if (quiet & ~_states_walking)
         deactivated_4_0 <= deactivate_4;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     last <= ecat_index;
     last_1 <= pdi_index;
     offset <=
@@ -5483,11 +5542,11 @@ module I2cMaster(
   wire       isByte = (|what) & what != 3'h4;
   wire       _end_T = busy & tick;
   wire       end_0 = _end_T & (&phase) & (~isByte | bitsLeft == 4'h0);
-  wire       _GEN = phase == 2'h0;
-  wire       _GEN_0 = phase == 2'h1 | scl;
-  wire       _GEN_1 = ~busy & command_valid;
-  wire       _GEN_2 = phase == 2'h2;
-  always @(posedge clock) begin
+  wire       _GEN = ~busy & command_valid;
+  wire       _GEN_0 = phase == 2'h2;
+  wire       _GEN_1 = phase == 2'h0;
+  wire       _GEN_2 = phase == 2'h1 | scl;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       timer <= 6'h0;
       busy <= 1'h0;
@@ -5499,38 +5558,40 @@ module I2cMaster(
         timer <= 6'h0;
       else
         timer <= timer + 6'h1;
-      busy <= ~end_0 & (_GEN_1 | busy);
+      busy <= ~end_0 & (_GEN | busy);
       if (_end_T) begin
         if (isByte) begin
-          scl <= ~(&phase) & _GEN_0;
-          if (_GEN)
+          scl <= ~(&phase) & _GEN_2;
+          if (_GEN_1)
             line <= shift[8];
         end
         else begin
           if (&phase)
             scl <= |what;
           else
-            scl <= _GEN_0;
-          if (_GEN_2)
+            scl <= _GEN_2;
+          if (_GEN_0)
             line <= |what;
-          else if (_GEN)
+          else if (_GEN_1)
             line <= ~(|what);
         end
       end
     end
-    if (_GEN_1)
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
+    if (_GEN)
       what <= command_bits;
     if (_end_T)
       phase <= phase + 2'h1;
-    else if (_GEN_1)
+    else if (_GEN)
       phase <= 2'h0;
     if (_end_T & isByte & (&phase))
       bitsLeft <= bitsLeft - 4'h1;
-    else if (_GEN_1)
+    else if (_GEN)
       bitsLeft <= 4'h8;
-    if (_end_T & isByte & _GEN_2)
+    if (_end_T & isByte & _GEN_0)
       shift <= {shift[7:0], sda};
-    else if (_GEN_1)
+    else if (_GEN)
       shift <= command_bits == 3'h1 ? {data, 1'h1} : {8'hFF, command_bits == 3'h3};
   end // always @(posedge)
   assign command_ready = ~busy;
@@ -5584,6 +5645,7 @@ module SiiController(
 
   wire        _GEN;
   wire        _GEN_0;
+  wire        write_valid_0;
   wire        _busy_output;
   wire [2:0]  _i2c_command_bits;
   wire [7:0]  _i2c_data;
@@ -5614,17 +5676,25 @@ module SiiController(
   wire        ownedByPdi = offered | taken;
   wire        _pdiMayWrite_T = state == 5'h1;
   assign _busy_output = state != 5'h1;
+  wire        _GEN_1 = writeHigh_valid & _pdiMayWrite_T;
+  wire        _known_T_3 = writeHigh_bits == 3'h4;
+  wire        known = writeHigh_bits == 3'h1 | writeHigh_bits == 3'h2 | _known_T_3;
+  wire        may = writeHigh_bits != 3'h2 | byHost | enable | writeLow_valid & writeLow_bits;
+  wire        _GEN_2 = known & may;
+  wire        _GEN_3 = _GEN_1 & _GEN_2;
   wire        lastByte = count == {loads, 3'h7};
-  wire        _GEN_1 = state == 5'h0;
-  wire        _GEN_2 = state == 5'h2;
-  wire        _GEN_3 = state == 5'hD;
-  wire [3:0]  _GEN_4 = count | 4'h8;
-  wire        _GEN_5 = _GEN_1 | _GEN_2;
-  wire        _GEN_6 = state == 5'h11;
-  wire        _GEN_7 = state == 5'h12;
-  wire        _GEN_8 = _GEN_2 | _GEN_3 | _GEN_6;
-  wire        _GEN_9 = _GEN_1 | _GEN_8;
-  wire        _GEN_10 = state == 5'h13;
+  wire        _GEN_4 = state == 5'h0;
+  wire        _GEN_5 = state == 5'h2;
+  wire        _GEN_6 = state == 5'hD;
+  wire [3:0]  _GEN_7 = count | 4'h8;
+  wire        _GEN_8 = write_ready & write_valid_0;
+  wire        _GEN_9 = _GEN_4 | _GEN_5;
+  wire        _GEN_10 = state == 5'h11;
+  wire        _GEN_11 = state == 5'h12;
+  wire        _GEN_12 = _GEN_5 | _GEN_6 | _GEN_10;
+  wire        _GEN_13 = _GEN_4 | _GEN_12;
+  wire        _GEN_14 = data_valid & pending;
+  wire        _GEN_15 = state == 5'h13;
   reg  [11:0] casez_tmp;
   always @(*) begin
     casez (count)
@@ -5663,76 +5733,49 @@ module SiiController(
     endcase
   end // always @(*)
   wire        skip = casez_tmp == 12'h0 | (count == 4'h8 | count == 4'h9) & ~isFirst;
-  wire        _GEN_11 = _GEN_6 | _GEN_7;
-  wire        write_valid_0 = ~_GEN_5 & (_GEN_3 | ~_GEN_11 & _GEN_10 & ~skip);
-  wire        _GEN_12 = _GEN_11 | ~_GEN_10 | skip;
+  wire        _GEN_16 = _GEN_10 | _GEN_11;
+  assign write_valid_0 = ~_GEN_9 & (_GEN_6 | ~_GEN_16 & _GEN_15 & ~skip);
+  wire        _GEN_17 = _GEN_16 | ~_GEN_15 | skip;
+  wire        _GEN_18 = skip | _GEN_8;
+  wire        _GEN_19 = _GEN_15 & _GEN_18;
+  wire        _GEN_20 = _GEN_4 | _GEN_5 | _GEN_6 | _GEN_16;
+  wire        finished = pending & _i2c_done;
   wire        _i2c_command_valid_T_1 = _GEN & _GEN_0 & ~pending;
   wire [2:0]  highBits = lines_twoByte ? byteAddress[18:16] : byteAddress[10:8];
-  wire        _GEN_13 = state == 5'h3;
-  wire        _GEN_14 = state == 5'h4;
-  wire        _GEN_15 = state == 5'h5;
-  wire        _GEN_16 = state == 5'h6;
-  wire        _GEN_17 = _GEN_13 | _GEN_14 | _GEN_15;
-  wire        _GEN_18 = state == 5'h7;
-  wire        _GEN_19 = state == 5'h8;
-  wire        _GEN_20 = state == 5'h9;
-  wire        _GEN_21 = state == 5'hA;
-  wire        _GEN_22 = state == 5'hB;
-  wire        _GEN_23 = state == 5'hC;
-  wire        _GEN_24 = state == 5'hE;
-  wire        _GEN_25 = _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22 | _GEN_23;
-  wire        _GEN_26 = _GEN_25 | ~_GEN_24;
-  wire        read_valid_0 = _GEN_17 | ~_GEN_26 ? ~pending : ~_GEN_9 & _GEN_7 & ~pending;
-  wire        _GEN_27 = state == 5'hF;
-  wire        _GEN_28 = _GEN_23 | _GEN_24;
-  wire        _GEN_29 = state == 5'h10;
-  assign _GEN_0 = _GEN_25 | ~_GEN_24 & (_GEN_27 | _GEN_29);
-  assign _GEN = ~_GEN_17;
-  wire        _GEN_30 = _GEN_24 | _GEN_27;
-  wire        _GEN_31 = wait0 == 14'h2710;
-  wire [4:0]  _GEN_32 = {2'h0, loads ? 3'h6 : 3'h3};
-  wire [4:0]  _GEN_33 = lastByte ? 5'h10 : 5'hC;
+  wire        _GEN_21 = state == 5'h3;
+  wire        _GEN_22 = state == 5'h4;
+  wire        _GEN_23 = state == 5'h5;
+  wire        _GEN_24 = state == 5'h6;
+  wire        _GEN_25 = _GEN_21 | _GEN_22 | _GEN_23;
+  wire        _GEN_26 = state == 5'h7;
+  wire        _GEN_27 = state == 5'h8;
+  wire        _GEN_28 = state == 5'h9;
+  wire        _GEN_29 = state == 5'hA;
+  wire        _GEN_30 = state == 5'hB;
+  wire        _GEN_31 = state == 5'hC;
+  wire        _GEN_32 = state == 5'hE;
+  wire        _GEN_33 = _GEN_24 | _GEN_26 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31;
+  wire        _GEN_34 = _GEN_33 | ~_GEN_32;
+  wire        read_valid_0 = _GEN_25 | ~_GEN_34 ? ~pending : ~_GEN_13 & _GEN_11 & ~pending;
+  wire        _GEN_35 = state == 5'hF;
+  wire        _GEN_36 = _GEN_31 | _GEN_32;
+  wire        _GEN_37 = state == 5'h10;
+  assign _GEN_0 = _GEN_33 | ~_GEN_32 & (_GEN_35 | _GEN_37);
+  assign _GEN = ~_GEN_25;
+  wire        _GEN_38 = _GEN_32 | _GEN_35;
+  wire        _GEN_39 = ~(|writeHigh_bits) | known;
+  wire        _GEN_40 = wait0 == 14'h2710;
+  wire [4:0]  _GEN_41 = {2'h0, loads ? 3'h6 : 3'h3};
+  wire [4:0]  _GEN_42 = lastByte ? 5'h10 : 5'hC;
   wire        right = ~failed & (sumWord[7:0] == crc | sumWord == 16'h88A4);
-  wire        _GEN_34 = _GEN_1 | _GEN_2 | _GEN_3;
-  wire        _GEN_35 = right | ~again;
-  wire [4:0]  _GEN_36 = right ? 5'h12 : again ? 5'h1 : 5'h6;
+  wire        _GEN_43 = _GEN_4 | _GEN_5 | _GEN_6;
+  wire        _GEN_44 = right | ~again;
+  wire [4:0]  _GEN_45 = right ? 5'h12 : again ? 5'h1 : 5'h6;
   wire        _next_T = count == 4'hD;
   wire [4:0]  next = _next_T ? 5'h1 : 5'h12;
-  wire [7:0]  _crc_T_8 = crc[7] ^ byte_0[7] ? {crc[6:2], ~(crc[1:0]), 1'h1} : {crc[6:0], 1'h0};
-  wire [7:0]  _crc_T_17 = _crc_T_8[7] ^ byte_0[6] ? {_crc_T_8[6:2], ~(_crc_T_8[1:0]), 1'h1} : {_crc_T_8[6:0], 1'h0};
-  wire [7:0]  _crc_T_26 = _crc_T_17[7] ^ byte_0[5] ? {_crc_T_17[6:2], ~(_crc_T_17[1:0]), 1'h1} : {_crc_T_17[6:0], 1'h0};
-  wire [7:0]  _crc_T_35 = _crc_T_26[7] ^ byte_0[4] ? {_crc_T_26[6:2], ~(_crc_T_26[1:0]), 1'h1} : {_crc_T_26[6:0], 1'h0};
-  wire [7:0]  _crc_T_44 = _crc_T_35[7] ^ byte_0[3] ? {_crc_T_35[6:2], ~(_crc_T_35[1:0]), 1'h1} : {_crc_T_35[6:0], 1'h0};
-  wire [7:0]  _crc_T_53 = _crc_T_44[7] ^ byte_0[2] ? {_crc_T_44[6:2], ~(_crc_T_44[1:0]), 1'h1} : {_crc_T_44[6:0], 1'h0};
-  wire [7:0]  _crc_T_62 = _crc_T_53[7] ^ byte_0[1] ? {_crc_T_53[6:2], ~(_crc_T_53[1:0]), 1'h1} : {_crc_T_53[6:0], 1'h0};
-  wire        _GEN_37 = writeHigh_valid & _pdiMayWrite_T;
-  wire        _known_T_3 = writeHigh_bits == 3'h4;
-  wire        known = writeHigh_bits == 3'h1 | writeHigh_bits == 3'h2 | _known_T_3;
-  wire        may = writeHigh_bits != 3'h2 | byHost | enable | writeLow_valid & writeLow_bits;
-  wire        _GEN_38 = known & may;
-  wire        _GEN_39 = _GEN_37 & _GEN_38;
-  wire        _GEN_40 = _GEN_1 | _GEN_37 & _GEN_38 & _known_T_3;
-  wire        _GEN_41 = write_ready & write_valid_0;
-  wire [3:0]  _count_T = count + 4'h1;
-  wire        _GEN_42 = read_ready & read_valid_0;
-  wire        _GEN_43 = data_valid & pending;
-  wire        _GEN_44 = _GEN_9 | ~(_GEN_7 & _GEN_43);
-  wire        _GEN_45 = skip | _GEN_41;
-  wire        _GEN_46 = _GEN_10 & _GEN_45;
-  wire [3:0]  _count_T_2 = count + 4'h1;
-  wire        _GEN_47 = _GEN_7 | ~_GEN_46;
-  wire        _GEN_48 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_11;
-  wire        finished = pending & _i2c_done;
-  wire        _GEN_49 =
-    ~finished
-    & (_i2c_command_ready & _i2c_command_valid_T_1 | ~_GEN_1
-       & (_GEN_8 | ~_GEN_7 ? pending : ~_GEN_43 & (_GEN_42 | pending)));
-  wire        _GEN_50 = ~(|writeHigh_bits) | known;
-  wire        _GEN_51 = _GEN_10 & _GEN_45 & _next_T;
-  wire        _GEN_52 = _GEN_7 | ~_GEN_51;
-  wire        _GEN_53 = finished & ~_i2c_acknowledged;
-  wire        _GEN_54 = _GEN_53 | failed;
-  always @(posedge clock) begin
+  wire        _GEN_46 = _GEN_15 & _GEN_18 & _next_T;
+  wire        _GEN_47 = _GEN_11 | ~_GEN_46;
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 5'h0;
       enable <= 1'h0;
@@ -5747,555 +5790,576 @@ module SiiController(
       wait0 <= 14'h0;
     end
     else begin
-      if (_GEN_13) begin
-        if (_GEN_43)
+      if (_GEN_21) begin
+        if (_GEN_14)
           state <= 5'h4;
-        else if (_GEN_1) begin
-          if (_GEN_31)
+        else if (_GEN_4) begin
+          if (_GEN_40)
             state <= 5'h6;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_2) begin
+        else if (_GEN_5) begin
           if (registersBusy) begin
-            if (_GEN_39)
+            if (_GEN_3)
               state <= 5'h2;
           end
           else
-            state <= _GEN_32;
+            state <= _GEN_41;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
             state <= 5'h13;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_46)
+        else if (_GEN_19)
           state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_14) begin
-        if (_GEN_43)
-          state <= 5'h5;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_15) begin
-        if (_GEN_43)
-          state <= 5'h6;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_16) begin
-        if (finished)
-          state <= 5'h7;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_18) begin
-        if (finished)
-          state <= _i2c_acknowledged ? {4'h4, ~lines_twoByte} : 5'h10;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_19) begin
-        if (finished)
-          state <= _i2c_acknowledged ? 5'h9 : 5'h10;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_20) begin
-        if (finished)
-          state <= _i2c_acknowledged ? {2'h1, running == 3'h2, 2'h2} : 5'h10;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
-          state <= 5'h2;
-      end
-      else if (_GEN_21) begin
-        if (finished)
-          state <= 5'hB;
-        else if (_GEN_1) begin
-          if (_GEN_31)
-            state <= 5'h6;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_2) begin
-          if (registersBusy) begin
-            if (_GEN_39)
-              state <= 5'h2;
-          end
-          else
-            state <= _GEN_32;
-        end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
-            state <= 5'h13;
-          else if (_GEN_39)
-            state <= 5'h2;
-        end
-        else if (_GEN_46)
-          state <= next;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
       else if (_GEN_22) begin
-        if (finished)
-          state <= _i2c_acknowledged ? 5'hC : 5'h10;
-        else if (_GEN_1) begin
-          if (_GEN_31)
+        if (_GEN_14)
+          state <= 5'h5;
+        else if (_GEN_4) begin
+          if (_GEN_40)
             state <= 5'h6;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_2) begin
+        else if (_GEN_5) begin
           if (registersBusy) begin
-            if (_GEN_39)
+            if (_GEN_3)
               state <= 5'h2;
           end
           else
-            state <= _GEN_32;
+            state <= _GEN_41;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
             state <= 5'h13;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_46)
+        else if (_GEN_19)
           state <= next;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
       else if (_GEN_23) begin
-        if (finished)
-          state <= 5'hD;
-        else if (_GEN_1) begin
-          if (_GEN_31)
+        if (_GEN_14)
+          state <= 5'h6;
+        else if (_GEN_4) begin
+          if (_GEN_40)
             state <= 5'h6;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_2) begin
+        else if (_GEN_5) begin
           if (registersBusy) begin
-            if (_GEN_39)
+            if (_GEN_3)
               state <= 5'h2;
           end
           else
-            state <= _GEN_32;
+            state <= _GEN_41;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
             state <= 5'h13;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_46)
+        else if (_GEN_19)
           state <= next;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
       else if (_GEN_24) begin
-        if (_GEN_43)
-          state <= 5'hF;
-        else if (_GEN_1) begin
-          if (_GEN_31)
+        if (finished)
+          state <= 5'h7;
+        else if (_GEN_4) begin
+          if (_GEN_40)
             state <= 5'h6;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_2) begin
+        else if (_GEN_5) begin
           if (registersBusy) begin
-            if (_GEN_39)
+            if (_GEN_3)
               state <= 5'h2;
           end
           else
-            state <= _GEN_32;
+            state <= _GEN_41;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
             state <= 5'h13;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_46)
+        else if (_GEN_19)
           state <= next;
-        else if (_GEN_39)
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_26) begin
+        if (finished)
+          state <= _i2c_acknowledged ? {4'h4, ~lines_twoByte} : 5'h10;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
           state <= 5'h2;
       end
       else if (_GEN_27) begin
         if (finished)
-          state <= ~_i2c_acknowledged | count[0] ? 5'h10 : 5'hE;
-        else if (_GEN_1) begin
-          if (_GEN_31)
+          state <= _i2c_acknowledged ? 5'h9 : 5'h10;
+        else if (_GEN_4) begin
+          if (_GEN_40)
             state <= 5'h6;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_2) begin
+        else if (_GEN_5) begin
           if (registersBusy) begin
-            if (_GEN_39)
+            if (_GEN_3)
               state <= 5'h2;
           end
           else
-            state <= _GEN_32;
+            state <= _GEN_41;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
-            state <= _GEN_33;
-          else if (_GEN_39)
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_6)
-          state <= _GEN_36;
-        else if (_GEN_7) begin
-          if (_GEN_43)
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
             state <= 5'h13;
-          else if (_GEN_39)
+          else if (_GEN_3)
             state <= 5'h2;
         end
-        else if (_GEN_46)
+        else if (_GEN_19)
           state <= next;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
-      else if (_GEN_29 & finished)
+      else if (_GEN_28) begin
+        if (finished)
+          state <= _i2c_acknowledged ? {2'h1, running == 3'h2, 2'h2} : 5'h10;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_29) begin
+        if (finished)
+          state <= 5'hB;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_30) begin
+        if (finished)
+          state <= _i2c_acknowledged ? 5'hC : 5'h10;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_31) begin
+        if (finished)
+          state <= 5'hD;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_32) begin
+        if (_GEN_14)
+          state <= 5'hF;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_35) begin
+        if (finished)
+          state <= ~_i2c_acknowledged | count[0] ? 5'h10 : 5'hE;
+        else if (_GEN_4) begin
+          if (_GEN_40)
+            state <= 5'h6;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_5) begin
+          if (registersBusy) begin
+            if (_GEN_3)
+              state <= 5'h2;
+          end
+          else
+            state <= _GEN_41;
+        end
+        else if (_GEN_6) begin
+          if (_GEN_8)
+            state <= _GEN_42;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_10)
+          state <= _GEN_45;
+        else if (_GEN_11) begin
+          if (_GEN_14)
+            state <= 5'h13;
+          else if (_GEN_3)
+            state <= 5'h2;
+        end
+        else if (_GEN_19)
+          state <= next;
+        else if (_GEN_3)
+          state <= 5'h2;
+      end
+      else if (_GEN_37 & finished)
         state <= {loads, 4'h1};
-      else if (_GEN_1) begin
-        if (_GEN_31)
+      else if (_GEN_4) begin
+        if (_GEN_40)
           state <= 5'h6;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
-      else if (_GEN_2) begin
+      else if (_GEN_5) begin
         if (registersBusy) begin
-          if (_GEN_39)
+          if (_GEN_3)
             state <= 5'h2;
         end
         else
-          state <= _GEN_32;
+          state <= _GEN_41;
       end
-      else if (_GEN_3) begin
-        if (_GEN_41)
-          state <= _GEN_33;
-        else if (_GEN_39)
+      else if (_GEN_6) begin
+        if (_GEN_8)
+          state <= _GEN_42;
+        else if (_GEN_3)
           state <= 5'h2;
       end
-      else if (_GEN_6)
-        state <= _GEN_36;
-      else if (_GEN_7) begin
-        if (_GEN_43)
+      else if (_GEN_10)
+        state <= _GEN_45;
+      else if (_GEN_11) begin
+        if (_GEN_14)
           state <= 5'h13;
-        else if (_GEN_39)
+        else if (_GEN_3)
           state <= 5'h2;
       end
-      else if (_GEN_46)
+      else if (_GEN_19)
         state <= next;
-      else if (_GEN_39)
+      else if (_GEN_3)
         state <= 5'h2;
       if (writeLow_valid & ~byHost)
         enable <= writeLow_bits;
       else
         enable <= ~frameStart & enable;
-      if (_GEN_37) begin
+      if (_GEN_1) begin
         running <= writeHigh_bits;
-        notMay <= known & ~may | ~_GEN_50 & notMay;
+        notMay <= known & ~may | ~_GEN_39 & notMay;
       end
-      if (~_GEN_34) begin
-        if (_GEN_6) begin
+      if (~_GEN_43) begin
+        if (_GEN_10) begin
           badSum <= ~(right | ~again | failed) | badSum;
-          isFirst <= _GEN_35 & isFirst;
-          lost <= ~_GEN_35 | lost;
+          isFirst <= _GEN_44 & isFirst;
+          lost <= ~_GEN_44 | lost;
         end
         else begin
-          badSum <= _GEN_52 & badSum;
-          isFirst <= _GEN_52 & isFirst;
-          lost <= _GEN_52 & lost;
+          badSum <= _GEN_47 & badSum;
+          isFirst <= _GEN_47 & isFirst;
+          lost <= _GEN_47 & lost;
         end
       end
-      unloaded <= (_GEN_48 | ~_GEN_51) & unloaded;
+      unloaded <= (_GEN_20 | ~_GEN_46) & unloaded;
       noAck <=
-        ~(_GEN_13 | _GEN_14 | _GEN_15 | _GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22 | _GEN_23 | _GEN_30)
-        & _GEN_29 & finished & ~loads & failed | ~_GEN_34 & _GEN_6 & ~_GEN_35 & failed
-        | (_GEN_37 ? ~known & (|writeHigh_bits) | ~_GEN_50 & noAck : noAck);
-      again <= ~_GEN_34 & _GEN_6 & ~right & ~again | ~_GEN_39 & again;
-      if (_GEN_1)
+        ~(_GEN_21 | _GEN_22 | _GEN_23 | _GEN_24 | _GEN_26 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_31 | _GEN_38)
+        & _GEN_37 & finished & ~loads & failed | ~_GEN_43 & _GEN_10 & ~_GEN_44 & failed
+        | (_GEN_1 ? ~known & (|writeHigh_bits) | ~_GEN_39 & noAck : noAck);
+      again <= ~_GEN_43 & _GEN_10 & ~right & ~again | ~_GEN_3 & again;
+      if (_GEN_4)
         wait0 <= wait0 + 14'h1;
     end
-    if (_GEN_13) begin
-      if (_GEN_40)
+  end // always @(posedge, posedge)
+  wire        _GEN_48 = finished & ~_i2c_acknowledged;
+  wire        _GEN_49 = _GEN_48 | failed;
+  wire [7:0]  _crc_T_8 = crc[7] ^ byte_0[7] ? {crc[6:2], ~(crc[1:0]), 1'h1} : {crc[6:0], 1'h0};
+  wire [7:0]  _crc_T_17 = _crc_T_8[7] ^ byte_0[6] ? {_crc_T_8[6:2], ~(_crc_T_8[1:0]), 1'h1} : {_crc_T_8[6:0], 1'h0};
+  wire [7:0]  _crc_T_26 = _crc_T_17[7] ^ byte_0[5] ? {_crc_T_17[6:2], ~(_crc_T_17[1:0]), 1'h1} : {_crc_T_17[6:0], 1'h0};
+  wire [7:0]  _crc_T_35 = _crc_T_26[7] ^ byte_0[4] ? {_crc_T_26[6:2], ~(_crc_T_26[1:0]), 1'h1} : {_crc_T_26[6:0], 1'h0};
+  wire [7:0]  _crc_T_44 = _crc_T_35[7] ^ byte_0[3] ? {_crc_T_35[6:2], ~(_crc_T_35[1:0]), 1'h1} : {_crc_T_35[6:0], 1'h0};
+  wire [7:0]  _crc_T_53 = _crc_T_44[7] ^ byte_0[2] ? {_crc_T_44[6:2], ~(_crc_T_44[1:0]), 1'h1} : {_crc_T_44[6:0], 1'h0};
+  wire [7:0]  _crc_T_62 = _crc_T_53[7] ^ byte_0[1] ? {_crc_T_53[6:2], ~(_crc_T_53[1:0]), 1'h1} : {_crc_T_53[6:0], 1'h0};
+  wire        _GEN_50 = _GEN_4 | _GEN_1 & _GEN_2 & _known_T_3;
+  wire [3:0]  _count_T = count + 4'h1;
+  wire        _GEN_51 = read_ready & read_valid_0;
+  wire        _GEN_52 = _GEN_13 | ~(_GEN_11 & _GEN_14);
+  wire [3:0]  _count_T_2 = count + 4'h1;
+  wire        _GEN_53 = _GEN_11 | ~_GEN_19;
+  wire        _GEN_54 =
+    ~finished
+    & (_i2c_command_ready & _i2c_command_valid_T_1 | ~_GEN_4
+       & (_GEN_12 | ~_GEN_11 ? pending : ~_GEN_14 & (_GEN_51 | pending)));
+  always @(posedge clock) begin
+    if (_GEN_21) begin
+      if (_GEN_50)
         byteAddress <= 19'h0;
     end
-    else if (_GEN_14)
+    else if (_GEN_22)
       byteAddress <= {10'h0, byte_0, 1'h0};
-    else if (_GEN_15)
+    else if (_GEN_23)
       byteAddress <= {2'h0, byte_0, byteAddress[8:0]};
-    else if (_GEN_16 & ~loads)
+    else if (_GEN_24 & ~loads)
       byteAddress <= {byte_0[1:0], byteAddress[16:0]};
-    else if (_GEN_40)
+    else if (_GEN_50)
       byteAddress <= 19'h0;
-    if (_GEN_17) begin
-      if (_GEN_1)
+    if (_GEN_25) begin
+      if (_GEN_4)
         count <= 4'h0;
-      else if (_GEN_2) begin
-        if (_GEN_39)
+      else if (_GEN_5) begin
+        if (_GEN_3)
           count <= 4'h0;
       end
-      else if (_GEN_3) begin
-        if (_GEN_41)
+      else if (_GEN_6) begin
+        if (_GEN_8)
           count <= _count_T;
-        else if (_GEN_39)
+        else if (_GEN_3)
           count <= 4'h0;
       end
-      else if (_GEN_6)
+      else if (_GEN_10)
         count <= 4'h0;
-      else if (_GEN_47) begin
-        if (_GEN_39)
+      else if (_GEN_53) begin
+        if (_GEN_3)
           count <= 4'h0;
       end
       else
         count <= _count_T_2;
     end
     else begin
-      if (_GEN_16)
+      if (_GEN_24)
         count <= 4'h0;
-      else if (_GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22 | _GEN_28 | ~(_GEN_27 & finished)) begin
-        if (_GEN_1)
+      else if (_GEN_26 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30 | _GEN_36 | ~(_GEN_35 & finished)) begin
+        if (_GEN_4)
           count <= 4'h0;
-        else if (_GEN_2) begin
-          if (_GEN_39)
+        else if (_GEN_5) begin
+          if (_GEN_3)
             count <= 4'h0;
         end
-        else if (_GEN_3) begin
-          if (_GEN_41)
+        else if (_GEN_6) begin
+          if (_GEN_8)
             count <= _count_T;
-          else if (_GEN_39)
+          else if (_GEN_3)
             count <= 4'h0;
         end
-        else if (_GEN_6)
+        else if (_GEN_10)
           count <= 4'h0;
-        else if (_GEN_47) begin
-          if (_GEN_39)
+        else if (_GEN_53) begin
+          if (_GEN_3)
             count <= 4'h0;
         end
         else
@@ -6304,13 +6368,13 @@ module SiiController(
       else
         count <= count + 4'h1;
       failed <=
-        ~_GEN_16
-        & (_GEN_18 | _GEN_19 | _GEN_20
-             ? _GEN_54
-             : _GEN_21 ? failed : _GEN_22 ? _GEN_54 : ~_GEN_23 & ~_GEN_24 & _GEN_27 & _GEN_53 | failed);
+        ~_GEN_24
+        & (_GEN_26 | _GEN_27 | _GEN_28
+             ? _GEN_49
+             : _GEN_29 ? failed : _GEN_30 ? _GEN_49 : ~_GEN_31 & ~_GEN_32 & _GEN_35 & _GEN_48 | failed);
     end
-    if (_GEN_17 | ~_GEN_16) begin
-      if (_GEN_5 | ~(_GEN_3 & _GEN_41 & count[3:1] != 3'h7)) begin
+    if (_GEN_25 | ~_GEN_24) begin
+      if (_GEN_9 | ~(_GEN_6 & _GEN_8 & count[3:1] != 3'h7)) begin
       end
       else if (_crc_T_62[7] ^ byte_0[0])
         crc <= {_crc_T_62[6:2], ~(_crc_T_62[1:0]), 1'h1};
@@ -6319,63 +6383,63 @@ module SiiController(
     end
     else
       crc <= 8'hFF;
-    if (~_GEN_5) begin
-      if (_GEN_3) begin
-        if (_GEN_41 & count > 4'hD)
+    if (~_GEN_9) begin
+      if (_GEN_6) begin
+        if (_GEN_8 & count > 4'hD)
           sumWord <= {byte_0, sumWord[15:8]};
       end
-      else if (_GEN_11 | ~(_GEN_10 & _GEN_45 & count == 4'hB)) begin
+      else if (_GEN_16 | ~(_GEN_15 & _GEN_18 & count == 4'hB)) begin
       end
       else
         sumWord <= {13'h0, isFirst ? ~(byte_0[3:1]) : fifoSize};
     end
-    if (_GEN_13 | _GEN_14 | _GEN_15 | ~_GEN_26)
-      pending <= ~_GEN_43 & (_GEN_42 | _GEN_49);
+    if (_GEN_21 | _GEN_22 | _GEN_23 | ~_GEN_34)
+      pending <= ~_GEN_14 & (_GEN_51 | _GEN_54);
     else
-      pending <= _GEN_49;
-    if (_GEN_13 | _GEN_14 | _GEN_15) begin
-      if (_GEN_43 | ~_GEN_44)
+      pending <= _GEN_54;
+    if (_GEN_21 | _GEN_22 | _GEN_23) begin
+      if (_GEN_14 | ~_GEN_52)
         byte_0 <= data_bits;
     end
-    else if (_GEN_16 | _GEN_18 | _GEN_19 | _GEN_20 | _GEN_21 | _GEN_22) begin
-      if (_GEN_44) begin
+    else if (_GEN_24 | _GEN_26 | _GEN_27 | _GEN_28 | _GEN_29 | _GEN_30) begin
+      if (_GEN_52) begin
       end
       else
         byte_0 <= data_bits;
     end
-    else if (_GEN_23) begin
+    else if (_GEN_31) begin
       if (finished)
         byte_0 <= _i2c_received;
-      else if (_GEN_44) begin
+      else if (_GEN_52) begin
       end
       else
         byte_0 <= data_bits;
     end
-    else if (_GEN_24 & _GEN_43 | ~_GEN_44)
+    else if (_GEN_32 & _GEN_14 | ~_GEN_52)
       byte_0 <= data_bits;
-    if (_GEN_48 | ~(_GEN_10 & _GEN_45 & count == 4'hA)) begin
+    if (_GEN_20 | ~(_GEN_15 & _GEN_18 & count == 4'hA)) begin
     end
     else
       a5Middle <= byte_0[7:4];
   end // always @(posedge)
   assign _i2c_command_bits =
-    _GEN_17
+    _GEN_25
       ? 3'h1
-      : _GEN_16
+      : _GEN_24
           ? 3'h0
-          : _GEN_18 | _GEN_19 | _GEN_20
+          : _GEN_26 | _GEN_27 | _GEN_28
               ? 3'h1
-              : _GEN_21 ? 3'h0 : _GEN_22 ? 3'h1 : _GEN_23 ? {2'h1, lastByte} : _GEN_30 | ~_GEN_29 ? 3'h1 : 3'h4;
+              : _GEN_29 ? 3'h0 : _GEN_30 ? 3'h1 : _GEN_31 ? {2'h1, lastByte} : _GEN_38 | ~_GEN_37 ? 3'h1 : 3'h4;
   assign _i2c_data =
-    _GEN_13 | _GEN_14 | _GEN_15 | _GEN_16
+    _GEN_21 | _GEN_22 | _GEN_23 | _GEN_24
       ? 8'h0
-      : _GEN_18
+      : _GEN_26
           ? {4'hA, highBits, 1'h0}
-          : _GEN_19
+          : _GEN_27
               ? byteAddress[15:8]
-              : _GEN_20
+              : _GEN_28
                   ? byteAddress[7:0]
-                  : _GEN_21 ? 8'h0 : _GEN_22 ? {4'hA, highBits, 1'h1} : _GEN_28 | ~_GEN_27 ? 8'h0 : byte_0;
+                  : _GEN_29 ? 8'h0 : _GEN_30 ? {4'hA, highBits, 1'h1} : _GEN_36 | ~_GEN_35 ? 8'h0 : byte_0;
   I2cMaster i2c (
     .clock         (clock),
     .reset         (reset),
@@ -6392,13 +6456,13 @@ module SiiController(
   );
   assign write_valid = write_valid_0;
   assign write_bits_address =
-    _GEN_5 ? 12'h0 : _GEN_3 ? {1'h0, loads ? {7'h56, count} : {7'h50, _GEN_4}} : _GEN_12 ? 12'h0 : casez_tmp;
+    _GEN_9 ? 12'h0 : _GEN_6 ? {1'h0, loads ? {7'h56, count} : {7'h50, _GEN_7}} : _GEN_17 ? 12'h0 : casez_tmp;
   assign write_bits_data =
-    _GEN_5
+    _GEN_9
       ? 8'h0
-      : _GEN_3
+      : _GEN_6
           ? byte_0
-          : _GEN_12
+          : _GEN_17
               ? 8'h0
               : count == 4'hD
                   ? {a5Middle, 1'h0, sumWord[2:0]}
@@ -6407,9 +6471,11 @@ module SiiController(
                       : {enhancedLinkDetection[4:1], byte_0[3:2], enhancedLinkDetection[0], byte_0[0]};
   assign read_valid = read_valid_0;
   assign read_bits =
-    _GEN_13
+    _GEN_21
       ? 12'h504
-      : _GEN_14 ? 12'h505 : _GEN_15 ? 12'h506 : _GEN_26 ? (_GEN_9 | ~_GEN_7 ? 12'h0 : {8'h56, count}) : {8'h50, _GEN_4};
+      : _GEN_22
+          ? 12'h505
+          : _GEN_23 ? 12'h506 : _GEN_34 ? (_GEN_13 | ~_GEN_11 ? 12'h0 : {8'h56, count}) : {8'h50, _GEN_7};
   assign ecatMayWrite = ~ownedByPdi & _pdiMayWrite_T;
   assign pdiMayWrite = ownedByPdi & _pdiMayWrite_T;
   assign writeEnable = enable | taken;
@@ -6435,7 +6501,7 @@ module WatchdogDivider(
   reg  [15:0] left;
   reg         begins;
   wire        _begins_T = left == 16'h0;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       slot_value <= 2'h0;
       left <= 16'h0;
@@ -6451,7 +6517,7 @@ module WatchdogDivider(
         begins <= _begins_T & ~begins;
       end
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign tick = (&slot_value) & ~begins & _begins_T;
 endmodule
 
@@ -6474,11 +6540,13 @@ module Watchdog(
       left <= timeTicks;
     else if (tick)
       left <= left - 16'h1;
+  end // always @(posedge)
+  always @(posedge clock or posedge reset) begin
     if (reset)
       alive <= 1'h0;
     else
       alive <= trigger | ~_expired_output & alive;
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign running = alive | ~(|timeTicks);
   assign expired = _expired_output;
 endmodule
@@ -6499,7 +6567,7 @@ module DigitalOutputs(
   reg         drives;
   reg         changes;
   wire        _GEN = ~allowed | ~running;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       shown <= 32'h0;
       drives <= 1'h0;
@@ -6513,7 +6581,7 @@ module DigitalOutputs(
       drives <= ~_GEN & (update | drives);
       changes <= update & allowed & running;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign levels = shown;
   assign driven = drives;
   assign valid = changes;
@@ -6552,7 +6620,7 @@ module DigitalInputs(
   reg  [1:0] word;
   wire       begins = take & ~busy;
   reg        rests;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       busy <= 1'h0;
       rests <= 1'h0;
@@ -6561,6 +6629,8 @@ module DigitalInputs(
       busy <= ~(port_ack & (&word)) & (begins | busy);
       rests <= begins | port_ack;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (port_ack)
       word <= word + 2'h1;
     else if (begins)
@@ -6590,13 +6660,15 @@ module LedControl(
 
   reg       enable;
   reg [3:0] wanted;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset)
       enable <= 1'h0;
     else if (write_valid)
       enable <= write_bits[4];
     else
       enable <= ~drop & enable;
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     if (write_valid)
       wanted <= write_bits[3:0];
   end // always @(posedge)
@@ -6614,7 +6686,7 @@ module LedPattern(
 
   reg [6:0] step;
   reg [3:0] shown;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       step <= 7'h0;
       shown <= 4'h0;
@@ -6632,7 +6704,7 @@ module LedPattern(
         step <= 7'h0;
       shown <= code;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign lit =
     code == 4'hE ? ~(step[0]) : code == 4'hD ? ~(step[2]) : (&code) | (|code) & step[6:3] < code & ~(step[2]);
 endmodule
@@ -6648,7 +6720,7 @@ module LinkActivity(
 
   reg seen;
   reg dark;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       seen <= 1'h0;
       dark <= 1'h0;
@@ -6658,7 +6730,7 @@ module LinkActivity(
       if (tick)
         dark <= seen & ~dark;
     end
-  end // always @(posedge)
+  end // always @(posedge, posedge)
   assign lit = link & ~dark;
 endmodule
 
@@ -6706,6 +6778,7 @@ module HostSequencer(
   wire        single = _area_scan_result_first & _area_scan_result_last;
   wire        exists =
     host_addr < 16'h1000 ? host_addr[7] | host_addr[6:2] == 5'h0 : areas_ramOpen & host_addr < 16'h1400;
+  wire        plain = ~_area_scan_result_hit | ~areas_answer_works & ~areas_answer_locked;
   reg         inBuffer;
   wire        _areas_access_acknowledge_T = state == 4'h3;
   wire        _areas_access_close_T = state == 4'h7;
@@ -6717,14 +6790,12 @@ module HostSequencer(
   wire        _GEN_3 = state == 4'h5;
   wire        _GEN_4 = state == 4'h6;
   wire        _GEN_5 = state == 4'h7;
-  wire        _GEN_6 = state == 4'h8;
-  wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
-  wire        _GEN_8 = _GEN_0 | _GEN_7;
-  wire [3:0]  _GEN_9 = {2'h0, lane, 1'h0};
-  wire        plain = ~_area_scan_result_hit | ~areas_answer_works & ~areas_answer_locked;
-  wire        _GEN_10 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
-  wire        _GEN_11 = ~areas_granted | _area_scan_result_last;
-  always @(posedge clock) begin
+  wire        _GEN_6 = 1'h0 >> lane;
+  wire        _GEN_7 = state == 4'h8;
+  wire        _GEN_8 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
+  wire        _GEN_9 = _GEN_0 | _GEN_8;
+  wire [3:0]  _GEN_10 = {2'h0, _GEN_6, 1'h0};
+  always @(posedge clock or posedge reset) begin
     if (reset)
       state <= 4'h0;
     else if (|state) begin
@@ -6755,22 +6826,26 @@ module HostSequencer(
       else if (_GEN_5) begin
         if (inBuffer) begin
           if (areas_granted)
-            state <= _area_scan_result_last ? 4'h8 : _GEN_9;
+            state <= _area_scan_result_last ? 4'h8 : _GEN_10;
         end
         else
-          state <= _GEN_9;
+          state <= _GEN_10;
       end
-      else if (_GEN_6)
-        state <= _GEN_9;
+      else if (_GEN_7)
+        state <= _GEN_10;
     end
     else if (host_req)
       state <= {2'h0, host_addr > 16'hEFF ? 2'h2 : 2'h1};
+  end // always @(posedge, posedge)
+  wire        _GEN_11 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
+  wire        _GEN_12 = ~areas_granted | _area_scan_result_last;
+  always @(posedge clock) begin
     lane <=
       (|state)
-      & (_GEN | _GEN_8
+      & (_GEN | _GEN_9
            ? lane
-           : _GEN_5 ? (inBuffer ? (_GEN_11 ? lane : lane - 1'h1) : lane - 1'h1) : _GEN_6 ? lane - 1'h1 : lane);
-    if (_GEN_10) begin
+           : _GEN_5 ? (inBuffer ? (_GEN_12 ? lane : lane - 1'h1) : lane - 1'h1) : _GEN_7 ? lane - 1'h1 : lane);
+    if (_GEN_11) begin
     end
     else
       through <= {2'h0, host_addr} + {1'h0, plain | single ? 17'h0 : areas_offset};
@@ -6778,14 +6853,14 @@ module HostSequencer(
       if (~_GEN) begin
         if (_GEN_0)
           count <= count + 4'h1;
-        else if (~_GEN_7) begin
+        else if (~_GEN_8) begin
           if (_GEN_5) begin
-            if (inBuffer & _GEN_11) begin
+            if (inBuffer & _GEN_12) begin
             end
             else
               count <= 4'h0;
           end
-          else if (_GEN_6)
+          else if (_GEN_7)
             count <= 4'h0;
         end
       end
@@ -6793,7 +6868,7 @@ module HostSequencer(
     else
       count <= {3'h0, host_req};
     area_scan_entry_begins_REG <= count == 4'h0;
-    if (_GEN_10) begin
+    if (_GEN_11) begin
     end
     else
       inBuffer <= _area_scan_result_hit & exists & areas_answer_inBuffer;
@@ -6816,7 +6891,7 @@ module HostSequencer(
     (|state)
     & (_GEN
          ? memory_ack
-         : ~_GEN_8 & (_GEN_5 ? (~inBuffer | areas_granted & ~_area_scan_result_last) & ~lane : _GEN_6 & ~lane));
+         : ~_GEN_9 & (_GEN_5 ? (~inBuffer | areas_granted & ~_area_scan_result_last) & ~_GEN_6 : _GEN_7 & ~_GEN_6));
   assign memory_req = _host_rdata_T | state == 4'h6 & ~(|(through[17:16]));
   assign memory_addr = _host_rdata_T ? host_addr : through[15:0];
   assign memory_wdata = host_wdata;
@@ -7246,7 +7321,7 @@ module digital_io(
   wire        _GEN_2 = _GEN_1 == memory_status_dl_status_event_REG;
   wire        _GEN_3 = _GEN_0 == memory_status_al_status_event_REG;
   wire        written_1 = commits & ~_memory_registersBusy;
-  always @(posedge clock) begin
+  always @(posedge clock or posedge reset) begin
     if (reset) begin
       processStep <= 1'h0;
       transmitStep <= 1'h0;
@@ -7394,6 +7469,8 @@ module digital_io(
       else if (~(_GEN_0 == changed_REG))
         latched <= 4'h0;
     end
+  end // always @(posedge, posedge)
+  always @(posedge clock) begin
     mii_tx_tick_r <= transmitStep;
     if (syncManagers_table_tableWrite_valid)
       syncManagers_table_tableWrite_tableWord <= _memory_registerWrite_bits_address[11:2];

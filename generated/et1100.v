@@ -9136,10 +9136,11 @@ module HostSequencer(
   wire        _GEN_3 = state == 4'h5;
   wire        _GEN_4 = state == 4'h6;
   wire        _GEN_5 = state == 4'h7;
-  wire        _GEN_6 = state == 4'h8;
-  wire        _GEN_7 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
-  wire        _GEN_8 = _GEN_0 | _GEN_7;
-  wire [3:0]  _GEN_9 = {2'h0, lane, 1'h0};
+  wire        _GEN_6 = 1'h0 >> lane;
+  wire        _GEN_7 = state == 4'h8;
+  wire        _GEN_8 = _GEN_1 | _GEN_2 | _GEN_3 | _GEN_4;
+  wire        _GEN_9 = _GEN_0 | _GEN_8;
+  wire [3:0]  _GEN_10 = {2'h0, _GEN_6, 1'h0};
   always @(posedge clock or posedge reset) begin
     if (reset)
       state <= 4'h0;
@@ -9175,38 +9176,38 @@ module HostSequencer(
       else if (_GEN_5) begin
         if (inBuffer) begin
           if (areas_granted)
-            state <= _area_scan_result_last ? 4'h8 : _GEN_9;
+            state <= _area_scan_result_last ? 4'h8 : _GEN_10;
         end
         else
-          state <= _GEN_9;
+          state <= _GEN_10;
       end
-      else if (_GEN_6)
-        state <= _GEN_9;
+      else if (_GEN_7)
+        state <= _GEN_10;
     end
     else if (host_req)
       state <= {2'h0, host_addr > 16'hF7F ? 2'h2 : 2'h1};
   end // always @(posedge, posedge)
-  wire        _GEN_10 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
-  wire        _GEN_11 = ~areas_granted | _area_scan_result_last;
+  wire        _GEN_11 = ~(|state) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | ~_GEN_3;
+  wire        _GEN_12 = ~areas_granted | _area_scan_result_last;
   always @(posedge clock) begin
     lane <=
       (|state)
-      & (_GEN | _GEN_8
+      & (_GEN | _GEN_9
            ? lane
-           : _GEN_5 ? (inBuffer ? (_GEN_11 ? lane : lane - 1'h1) : lane - 1'h1) : _GEN_6 ? lane - 1'h1 : lane);
+           : _GEN_5 ? (inBuffer ? (_GEN_12 ? lane : lane - 1'h1) : lane - 1'h1) : _GEN_7 ? lane - 1'h1 : lane);
     if (|state) begin
       data <= {8{~(_GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_3)}} & {8{_GEN_4 & memory_ack}} & memory_rdata | data;
       if (~_GEN) begin
         if (_GEN_0)
           count <= count + 4'h1;
-        else if (~_GEN_7) begin
+        else if (~_GEN_8) begin
           if (_GEN_5) begin
-            if (inBuffer & _GEN_11) begin
+            if (inBuffer & _GEN_12) begin
             end
             else
               count <= 4'h0;
           end
-          else if (_GEN_6)
+          else if (_GEN_7)
             count <= 4'h0;
         end
       end
@@ -9215,12 +9216,12 @@ module HostSequencer(
       data <= 8'h0;
       count <= {3'h0, host_req};
     end
-    if (_GEN_10) begin
+    if (_GEN_11) begin
     end
     else
       through <= {2'h0, host_addr} + {1'h0, plain | single ? 17'h0 : areas_offset};
     area_scan_entry_begins_REG <= count == 4'h0;
-    if (_GEN_10) begin
+    if (_GEN_11) begin
     end
     else
       inBuffer <= _area_scan_result_hit & exists & areas_answer_inBuffer;
@@ -9243,7 +9244,7 @@ module HostSequencer(
     (|state)
     & (_GEN
          ? memory_ack
-         : ~_GEN_8 & (_GEN_5 ? (~inBuffer | areas_granted & ~_area_scan_result_last) & ~lane : _GEN_6 & ~lane));
+         : ~_GEN_9 & (_GEN_5 ? (~inBuffer | areas_granted & ~_area_scan_result_last) & ~_GEN_6 : _GEN_7 & ~_GEN_6));
   assign host_rdata = _host_rdata_T ? memory_rdata : data;
   assign memory_req = _host_rdata_T & (host_write | ~areas_changing) | state == 4'h6 & ~(|(through[17:16]));
   assign memory_write = host_write;

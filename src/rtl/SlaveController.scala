@@ -33,7 +33,7 @@ import flyframe.syncmanager.SyncManagerUnit
   * slot has three steps, one core cycle apart: receivers give a nibble, the processing unit takes it,
   * transmitters send.
   *
-  * Its reset begins at any time, with the clock or without, and must end in step with it (B-118): the clear
+  * Its reset begins at any time, with the clock or without, and must end in step with it (B-119): the clear
   * of flip-flops costs no logic, unlike a reset at their inputs.
   *
   * @param p

@@ -30,7 +30,7 @@ class StartSpec extends AnyFlatSpec with SharedSimulation {
       (new Start(_).start()),
     "LED-01: RUN flickers while the EEPROM is loaded for the first time, not at a reload" -> (new Start(_)
       .flicker()),
-    "SYS-01, B-118: a reset acts without the clock"       -> (new Start(_).withoutClock()),
+    "SYS-01, B-119: a reset acts without the clock"       -> (new Start(_).withoutClock()),
     "LED-01, LED-02, LED-04: RUN and ERR have their pins" -> (new Start(_).pins()),
     "LED-06, LNK-13: LINKACT has its pins: dark without link, " +
       "lit with it, dark for a while after a frame" -> linkActivity
