@@ -21,9 +21,9 @@ object Blocks {
   private def grouped(v: ujson.Value): String = f"${v.num.toInt}%,d"
   private def ns(v: ujson.Value): String      = s"${math.round(v.num)} ns"
 
-  /** What the presets cost. */
+  /** What the presets cost; one that is newer than the report has no row yet. */
   private def costs(r: Report): String = {
-    val rows = Points.presets.map { p =>
+    val rows = Points.presets.filter(p => r("presets").obj.contains(p.preset)).map { p =>
       val preset = r("presets")(p.preset)
       val delays = preset.obj.get("latency_ns") match {
         case Some(l) => Seq("processing", "forwarding").map(d => ns(l(d)))
