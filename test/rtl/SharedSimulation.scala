@@ -6,7 +6,7 @@ import scala.util.Using
 import chisel3._
 import chiseltest._
 import chiseltest.internal.CachingAnnotation
-import chiseltest.simulator.VerilatorBackendAnnotation
+import chiseltest.simulator.{VerilatorBackendAnnotation, VerilatorFlags}
 import firrtl2.AnnotationSeq
 import firrtl2.options.TargetDirAnnotation
 import org.scalatest.flatspec.AnyFlatSpec
@@ -26,8 +26,13 @@ object Simulation {
     val name   = suite.getClass.getSimpleName.stripSuffix("$")
     val folder = Paths.get("test_run_dir", name, title.replaceAll("[^A-Za-z0-9]+", "-"))
     forgetUnfinished(folder)
-    Seq(VerilatorBackendAnnotation, CachingAnnotation, TargetDirAnnotation(folder.toString))
+    Seq(VerilatorBackendAnnotation, oneFile, CachingAnnotation, TargetDirAnnotation(folder.toString))
   }
+
+  /** The C++ of a model in one file: of many, each would take longer to read Verilator's headers than to
+    * compile what is its own.
+    */
+  private val oneFile = VerilatorFlags(Seq("--output-split", "0"))
 
   /** A compilation that was broken off leaves the hash of the one before it, which would stand for a program
     * that is gone, or for another one: the hash is written last, so a right one is at least as new as all
