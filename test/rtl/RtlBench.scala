@@ -2,161 +2,29 @@ package flyframe
 
 import chisel3._
 import chiseltest._
-import flyframe.application.{GeneralPurposePins, LedPins}
-import flyframe.dc.ClockPins
-import flyframe.host.{DigitalPins, HostOf}
 import flyframe.mi.{PhyRegisters, Phys}
-import flyframe.mii.{MiiPins, RmiiPins}
-import flyframe.sii.SiiPins
 import flyframe.model.{SentFrame, Symbol, WireFrame}
 import flyframe.params.EscParams
 import flyframe.protocol.DetectorState
 import flyframe.rules.{Bench, EepromImage, Line}
 import flyframe.sii.I2cEeprom
 
-/** The controller with its receive clocks as plain inputs, as chiseltest needs them.
-  *
-  * @param controller
-  *   makes it, or that of a product
-  * @param rawHost
-  *   the test is at the pins of the host interface, and `host` is at nothing
-  */
-class ControllerUnderTest(
-    p: EscParams,
-    controller: EscParams => SlaveController = Controller.slave(_),
-    rawHost: Boolean = false
-) extends Module {
-  val rxClock = IO(Input(Vec(p.ports, Bool())))
-  val rxDv    = IO(Input(Vec(p.ports, Bool())))
-  val rxEr    = IO(Input(Vec(p.ports, Bool())))
-  val rxd     = IO(Input(Vec(p.ports, UInt(4.W))))
-  val link    = IO(Input(Vec(p.ports, Bool())))
-  val txEn    = IO(Output(Vec(p.ports, Bool())))
-  val txd     = IO(Output(Vec(p.ports, UInt(4.W))))
-  val txTick  = IO(Output(Bool()))
-  val loaded  = IO(Input(Bool()))
-
-  /** `phy_reset_n` of the controller. */
-  val phyResetN = IO(Output(Bool()))
-  val host      = IO(new memory.HostPort(p.lanes))
-
-  val irq = IO(Output(Bool()))
-
-  /** The controller's, where it has them. */
-  val sii          = Option.when(p.hasI2c)(IO(new SiiPins))
-  val eepromLoaded = Option.when(p.hasSii)(IO(Output(Bool())))
-  val led          = Option.when(p.hasLeds)(IO(new LedPins(p.ports)))
-
-  val digital = Option.when(p.digitalOutputs + p.digitalInputs > 0)(IO(new DigitalPins(p)))
-
-  /** The PHYs on the management bus; and the management data line is driven from both ends. */
-  val phys         = Option.when(p.hasMi)(IO(new PhyControl))
-  val resetRequest = Option.when(p.hasResetRegisters)(IO(Output(Bool())))
-  val phyResetsN   = Option.when(p.resetsPhys)(IO(Output(UInt(p.ports.W))))
-
-  val general      = Option.when(p.generalOutputs + p.generalInputs > 0)(IO(new GeneralPurposePins(p)))
-  val clockSignals = Option.when(p.hasClockPins)(IO(new ClockPins(p)))
-
-  /** The comparators of the smoke detector's current. */
-  val current = Option.when(p.hasAlarm)(IO(Input(UInt(3.W))))
-
-  /** The configuration of the device is damaged. */
-  val damaged = Option.when(p.hasAlarm)(IO(Input(Bool())))
-
-  private val dut = withReset(reset.asAsyncReset)(Module(controller(p)))
-  dut match {
-    case slave: AlarmSlave =>
-      slave.alarm.current      := current.get
-      slave.alarm.config_fault := damaged.get
-    case _ =>
-  }
-  irq             := dut.irq.getOrElse(false.B)
-  dut.phy_clk_ref := false.B
-  dut.pdi_operational.foreach(_ := loaded)
-  txTick    := dut.mii_tx_tick
-  phyResetN := dut.phy_reset_n
-
-  /** The pins of the host interface. */
-  val hostPins = Option.when(rawHost)(IO(chiselTypeOf(dut.hostPins)))
-  hostPins match {
-    case Some(pins) =>
-      pins <> dut.hostPins
-      host.ack   := false.B
-      host.rdata := 0.U
-    case None => HostOf(p, dut.hostPins, host)
-  }
-  sii.foreach(dut.sii.get <> _)
-  eepromLoaded.foreach(_ := dut.eeprom_loaded.get)
-  led.foreach(_ := dut.led.get)
-  digital.foreach(_ <> dut.digital.get)
-  for (pins <- dut.mi; control <- phys) {
-    val all = Module(
-      new Phys(p.coreClockMhz)
-    ) // with the controller in reset, but for what the PHYs' registers hold (PHY-01)
-    all.mdc       := pins.mdc
-    all.line      := pins.mdio_out || !pins.mdio_enable
-    all.present   := control.present
-    all.at        := control.at
-    all.store     := control.store
-    control.value := all.value
-    val collided = RegInit(false.B)
-    when(all.drives && pins.mdio_enable) { collided := true.B }
-    control.collided := collided
-    pins.mdio_in     := all.level
-  }
-  general.foreach(_ <> dut.general.get)
-  clockSignals.foreach(_ <> dut.clock_signals.get)
-  resetRequest.foreach(_ := dut.reset_request.get)
-  phyResetsN.foreach(_ := dut.phy_port_reset_n.get.asUInt)
-  for (y <- 0 until p.ports) {
-    dut.phys(y) match {
-      case mii: MiiPins =>
-        mii.rx_clk := rxClock(y).asClock
-        mii.rx_dv  := rxDv(y)
-        mii.rx_er  := rxEr(y)
-        mii.rxd    := rxd(y)
-        mii.link   := link(y)
-        txEn(y)    := mii.tx_en
-        txd(y)     := mii.txd
-      case rmii: RmiiPins =>
-        val phy = Module(new RmiiPhy(p.cyclesPerNibble))
-        phy.rxClock := rxClock(y)
-        phy.rx.dv   := rxDv(y)
-        phy.rx.er   := rxEr(y)
-        phy.rx.data := rxd(y)
-        phy.rmii <> rmii
-        phy.txTick := txTick
-        phy.linkUp := link(y)
-        txEn(y)    := phy.tx.valid
-        txd(y)     := phy.tx.bits
-    }
-  }
-}
-
-/** A test's access to [[flyframe.mi.Phys]]. */
-class PhyControl extends Bundle {
-  val present = Input(UInt(32.W))
-  val at      = Input(UInt(10.W))
-  val value   = Output(UInt(16.W))
-  val store   = Input(chisel3.util.Valid(UInt(16.W)))
-
-  /** The data line has been driven from both ends. */
-  val collided = Output(Bool())
-}
-
 /** Drives a [[ControllerUnderTest]] with nominal clocks. */
 class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   private val cycles = p.cyclesPerNibble
   dut.clock.setTimeout(0)
 
-  /** Called before every core cycle with its number. */
-  var eachCycle: Long => Unit = _ => ()
-  def now: Long               = cycle
+  /** Called before every core cycle with its number; time passes slowly with it. */
+  var eachCycle: Option[Long => Unit] = None
+  def now: Long                       = cycle
 
   private var cycle    = 0L
   private var running  = Map.empty[Int, Vector[Int]] // nibbles of the frame that is leaving a port
   private var finished = Vector.empty[(Int, SentFrame)]
   private var eeprom   = Option.empty[I2cEeprom]
+  private var seen     = Seen(0)
+  private var brought  = -1L                         // what the pins have
+  private var runs     = false
 
   reset()
 
@@ -170,15 +38,13 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   def powerOn(image: Seq[Int]): Unit = {
     eeprom = Some(new I2cEeprom(image.toArray, twoByte = image.size > 2048))
     dut.sii.get.two_byte.poke(image.size > 2048)
+    dut.sii.get.sda.poke(true)
     restart()
   }
 
   private def restart(): Unit = {
-    for (y <- 0 until p.ports) {
-      dut.link(y).poke(!p.isLinkLow(y))
-      dut.rxDv(y).poke(false)
-      dut.rxEr(y).poke(false)
-    }
+    for (y <- 0 until p.ports) dut.link(y).poke(!p.isLinkLow(y))
+    bring(0)
     dut.loaded.poke(true)
     setLine(DetectorState.Normal)
     dut.damaged.foreach(_.poke(false))
@@ -191,57 +57,99 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     }
     for (pins <- dut.clockSignals; latch <- pins.latch) latch.poke(false)
     dut.reset.poke(true.B)
-    idle(4)
+    run(true)
+    skip(4 * cycles)
     if (p.hasMi) powerOnPhys()
     dut.reset.poke(false.B)
-    idle(if (p.hasRegisterRam) 560 / p.cyclesPerNibble + 40 else 40)
     running = Map.empty
+    idle(if (p.hasRegisterRam) 560 / p.cyclesPerNibble + 40 else 40)
   }
 
-  /** One nibble slot with the given symbol at one port. */
-  private def slot(port: Int, dv: Boolean, er: Boolean, data: Int): Unit =
-    slot(dv, Map(port -> Symbol(data, er)))
-
-  /** One nibble slot with the given symbols, by port. Receive clocks rise in the middle of the slot. */
-  private def slot(dv: Boolean, symbols: Map[Int, Symbol]): Unit = {
-    for (y <- 0 until p.ports) {
-      val symbol = symbols.get(y)
-      dut.rxDv(y).poke(dv && symbol.isDefined)
-      dut.rxEr(y).poke(symbol.exists(_.error))
-      dut.rxd(y).poke(symbol.fold(0)(_.nibble))
-    }
-    for (c <- 0 until cycles) {
-      for (y <- 0 until p.ports) dut.rxClock(y).poke(c == cycles / 2)
-      step()
-    }
-    for (y <- 0 until p.ports) dut.rxClock(y).poke(false)
-    dut.txTick.peek() // lets the simulator see the falling edge, where a slot is only one cycle long
+  private def run(on: Boolean): Unit = if (on != runs) {
+    dut.run.poke(on)
+    runs = on
+  }
+  private def bring(symbols: Long): Unit = if (symbols != brought) {
+    dut.rx.poke(symbols)
+    brought = symbols
+  }
+  private def packed(port: Int, dv: Boolean, symbol: Symbol): Long = {
+    val bits = (if (dv) 0x20 else 0) | (if (symbol.error) 0x10 else 0) | symbol.nibble
+    bits.toLong << 6 * port
   }
 
+  /** One nibble slot with these symbols. */
+  private def slot(symbols: Long): Unit = {
+    run(true)
+    bring(symbols)
+    if (seesEachCycle) for (_ <- 0 until cycles) singly() else advance(cycles)
+  }
+  private def seesEachCycle = eachCycle.isDefined || eeprom.isDefined
+
+  /** A core cycle between slots. */
   private def step(): Unit = {
-    eachCycle(cycle)
+    run(false)
+    singly()
+  }
+  private def singly(): Unit = {
+    eachCycle.foreach(_(cycle))
     for (e <- eeprom; pins <- dut.sii) {
-      val sda = !pins.sda_low.peek().litToBoolean
-      e.step(!pins.scl_low.peek().litToBoolean, sda && !e.pulls)
+      val sda = !seen.sdaLow
+      e.step(!seen.sclLow, sda && !e.pulls)
       pins.sda.poke(sda && !e.pulls)
     }
-    dut.clock.step()
-    cycle += 1
-    if (dut.txTick.peek().litToBoolean)
+    advance(1)
+  }
+
+  private def look(): Unit = seen = Seen(dut.seen.peek().litValue.toLong)
+
+  /** Core cycles in which nothing is looked at. */
+  private def skip(by: Int): Unit = {
+    dut.clock.step(by)
+    look()
+  }
+
+  /** At most a nibble's time. */
+  private def advance(by: Int): Unit = {
+    val last = seen
+    skip(by)
+    cycle += by
+    val ticks = seen.ticks - last.ticks & 3
+    assert(ticks <= 1, "a nibble has not been seen")
+    if (ticks == 1)
       for (y <- 0 until p.ports) {
         val soFar = running.getOrElse(y, Vector.empty)
-        if (dut.txEn(y).peek().litToBoolean) running += y -> (soFar :+ dut.txd(y).peek().litValue.toInt)
-        else if (soFar.nonEmpty) {
-          val (preamble, rest) = soFar.span(_ == 5)
-          assert(rest.headOption.contains(0xd), s"port $y sent no SFD: $soFar")
-          finished :+= y -> SentFrame(preamble.size, rest.tail)
-          running -= y
+        seen.nibble(y) match {
+          case Some(nibble) => running += y -> (soFar :+ nibble)
+          case None if soFar.nonEmpty =>
+            val (preamble, rest) = soFar.span(_ == 5)
+            assert(rest.headOption.contains(0xd), s"port $y sent no SFD: $soFar")
+            finished :+= y -> SentFrame(preamble.size, rest.tail)
+            running -= y
+          case None =>
         }
       }
   }
 
-  /** Lets `slots` nibble slots pass without a frame. */
-  def idle(slots: Int): Unit = (0 until slots).foreach(_ => slot(0, dv = false, er = false, 0))
+  /** Lets `slots` nibble slots pass without a frame; frames may leave. */
+  private def quiet(slots: Int): Unit = for (_ <- 0 until slots) slot(0)
+
+  /** The same when no frame is left to leave. */
+  def idle(slots: Int): Unit = {
+    var left = slots
+    while (left > 0 && (seesEachCycle || running.nonEmpty)) {
+      slot(0)
+      left -= 1
+    }
+    if (left > 0) {
+      run(true)
+      bring(0)
+      val last = seen
+      skip(left * cycles)
+      cycle += left * cycles
+      assert(seen.nibbles == last.nibbles, "a frame has left that nobody waited for")
+    }
+  }
 
   def setLink(port: Int, up: Boolean): Unit = {
     dut.link(port).poke(up != p.isLinkLow(port))
@@ -259,25 +167,25 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
   def sendTogether(frames: (Int, Int, WireFrame)*): Seq[(Int, SentFrame)] = {
     finished = Vector.empty
     for (now <- 0 until frames.map { case (_, delay, frame) => delay + frame.symbols.size }.max)
-      slot(
-        dv = true,
-        frames.flatMap { case (port, delay, frame) => frame.symbols.lift(now - delay).map(port -> _) }.toMap
-      )
-    idle(24 + p.writeLogDepth / cycles + 8)
+      slot(frames.flatMap { case (port, delay, frame) =>
+        frame.symbols.lift(now - delay).map(packed(port, dv = true, _))
+      }.sum)
+    quiet(24 + p.writeLogDepth / cycles + 8)
     finished
   }
 
   def send(port: Int, frame: WireFrame): Option[(Int, SentFrame)] = {
     finished = Vector.empty
-    frame.symbols.foreach(s => slot(port, dv = true, s.error, s.nibble))
-    idle(24 + p.writeLogDepth / cycles + 8 + (if (p.hasAlarm) 64 else 0))
+    frame.symbols.foreach(symbol => slot(packed(port, dv = true, symbol)))
+    quiet(24 + p.writeLogDepth / cycles + 8 + (if (p.hasAlarm) 64 else 0))
     assert(finished.size <= 1, s"one frame in, ${finished.size} frames out")
     finished.headOption
   }
 
   /** The receive clocks rest meanwhile, which saves time. */
   def advanceMs(ms: Int): Unit = {
-    dut.clock.step(ms * 25000 * cycles)
+    run(false)
+    skip(ms * 25000 * cycles)
     idle(8)
   }
   def advanceUs(us: Int): Unit = {
@@ -335,7 +243,8 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
       point(phy, register)
       control.store.valid.poke(true)
       control.store.bits.poke(value)
-      dut.clock.step()
+      run(false)
+      skip(1)
       control.store.valid.poke(false)
     }
     def remove(phy: Int): Unit = change(there.clearBit(phy))
@@ -349,7 +258,7 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
 
   /** Symbols with RX_ER outside a frame. */
   def falseCarrier(port: Int, symbols: Int): Unit = {
-    (0 until symbols).foreach(_ => slot(port, dv = false, er = true, 0xe))
+    for (_ <- 0 until symbols) slot(packed(port, dv = false, Symbol(0xe, error = true)))
     idle(8)
   }
 
@@ -360,7 +269,8 @@ class RtlBench(dut: ControllerUnderTest, val p: EscParams) extends Bench {
     dut.host.wdata.poke(data)
     dut.host.be.poke(enable)
     var waited = 0
-    while (!dut.host.ack.peek().litToBoolean) {
+    look()
+    while (!seen.ack) {
       assert(waited < 1000, f"host port did not answer at 0x$address%04x")
       step()
       waited += 1

@@ -191,7 +191,7 @@ class DigitalIoSpec extends AnyFlatSpec with SharedSimulation {
         var begins  = Vector.empty[Boolean]
         var valid   = Vector.empty[Boolean]
         var outputs = Vector.empty[BigInt]
-        bench.eachCycle = _ => {
+        bench.eachCycle = Some { _ =>
           begins :+= pins.frame_begins.get.peek().litToBoolean
           valid :+= pins.output_valid.get.peek().litToBoolean
           outputs :+= pins.output.get.peek().litValue

@@ -22,12 +22,12 @@ class SpiControllerSpec extends AnyFlatSpec with SharedSimulation {
     val bench           = new RtlBench(dut, p)
     val bus             = new Steps(bench)
     val random          = wires.random
-    bench.eachCycle = _ => waiting.nextOption().foreach(wires.drive)
 
     /** Begins an access; it goes on while time passes. */
     def begin(sent: Seq[Int], cycles: Int = 4, bits: Int = 8, pause: Int => Int = _ => 0): Unit = {
       wires.forget()
       waiting = (wires.access(sent, cycles, bits, pause) ++ Seq.fill(60)(wires.rest)).iterator
+      bench.eachCycle = Some(_ => waiting.nextOption().foreach(wires.drive))
     }
 
     /** The same of several, at a quarter of the core clock, after `delay` cycles. */
@@ -35,9 +35,11 @@ class SpiControllerSpec extends AnyFlatSpec with SharedSimulation {
       wires.forget()
       val cycles = accesses.flatMap(wires.access(_, 4, 8))
       waiting = (Seq.fill(delay)(wires.rest) ++ cycles ++ Seq.fill(60)(wires.rest)).iterator
+      bench.eachCycle = Some(_ => waiting.nextOption().foreach(wires.drive))
     }
     def finish(): Seq[Int] = {
       while (waiting.hasNext) bench.idle(1)
+      bench.eachCycle = None
       wires.bytes
     }
     def transfer(sent: Seq[Int], bits: Int = 8): Seq[Int] = {

@@ -32,15 +32,17 @@ class SpiWires(p: EscParams, pins: SpiPins) {
 
   val rest: SpiCycle = SpiCycle(sel = false, restLevel, mosi = false)
   private var ended  = false
+  private var driven = Option.empty[SpiCycle]
   drive(rest)
 
   /** Another core cycle begins. */
   def drive(cycle: SpiCycle): Unit = {
     if (cycle.samples || ended) received += pins.miso.peek().litToBoolean
     ended = cycle.ends
-    pins.sel.poke(cycle.sel == (p.spiSelHigh == 1))
-    pins.clk.poke(cycle.clk)
-    pins.mosi.poke(cycle.mosi)
+    if (!driven.exists(_.sel == cycle.sel)) pins.sel.poke(cycle.sel == (p.spiSelHigh == 1))
+    if (!driven.exists(_.clk == cycle.clk)) pins.clk.poke(cycle.clk)
+    if (!driven.exists(_.mosi == cycle.mosi)) pins.mosi.poke(cycle.mosi)
+    driven = Some(cycle)
   }
 
   /** One bit, with a clock of `cycles` core cycles. */

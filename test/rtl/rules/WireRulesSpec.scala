@@ -65,7 +65,7 @@ class WireRulesSpec extends AnyFlatSpec with SharedSimulation {
       val message = frame(Seq(Datagram(Bwr, 0, Broadcast, bytes(8))))
       val begin   = bench.now + message.symbols.size * p.cyclesPerNibble + offset
       var first   = Option.empty[BigInt]
-      bench.eachCycle = now =>
+      bench.eachCycle = Some(now =>
         if (now == begin) {
           dut.host.addr.poke(Messages - lane)
           dut.host.write.poke(false)
@@ -75,8 +75,9 @@ class WireRulesSpec extends AnyFlatSpec with SharedSimulation {
           first = Some(dut.host.rdata.peek().litValue >> 8 * lane & 0xff)
           dut.host.req.poke(false)
         }
+      )
       bench.send(0, message)
-      bench.eachCycle = _ => ()
+      bench.eachCycle = None
       val second = bench.hostRead(Messages)
       assert((first.get != 0) != (second != 0), s"read $offset cycles behind the frame: $first, then $second")
       if (first.get != 0) late += 1 else early += 1
