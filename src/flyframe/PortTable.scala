@@ -166,7 +166,7 @@ object PortTable {
     port("bus_rd",         In, 1, "read, active as `busReadHigh` says"),
     port("bus_wr_n",       In, 1, "write, low active"),
     ofLanes("bus_be",      In,
-      "byte enables, active as `busByteEnableHigh` says; with 16 bits and low active ones these may be A(0) and BHE"),
+      "byte enables, active as `busByteEnableHigh` says; with 16 bits, low active, these may be A0 and BHE"),
     ofWords("bus_a",       In, "address of a word of `dataBusWidth` bits"),
     ofWord("bus_d_in",     In, "level of the data pins"),
     ofWord("bus_d_out",   Out, "level to drive them with"),

@@ -2,9 +2,9 @@
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other,
 # in a network namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME]
 # [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--clocks NAME] [--digital FILE] [--only SCENARIO]
-# [--cycles N] [--sync-cycles N] [--transfers N] [--capture] [--simulator FILE]; the NAMEs: the same slave with
-# a smoke detector, with four ports, with distributed clocks; the FILE, without its ending: one with digital
-# I/O. Scenario stack with SOEM is `make slave-demo`.
+# [--cycles N] [--sync-cycles N] [--transfers N] [--capture] [--simulator FILE]; the NAMEs: the same slave
+# with a smoke detector, with four ports, with distributed clocks; the FILE, without its ending: one with
+# digital I/O. Scenario stack with SOEM is `make slave-demo`.
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)

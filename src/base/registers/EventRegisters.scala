@@ -19,6 +19,7 @@ object EventRegisters {
   // format: off
   def apply(p: EscParams): Seq[Register] = {
     val sms    = p.syncManagers
+    val held   = if (p.hasRegisterRam) mirrored else stored
     val byHost = if (p.isDigitalIo) constant else stored // without a host nobody writes it
     val allSms = (BigInt(1) << sms) - 1
     val eeprom = if (p.hasEmulation) status else constant
@@ -30,7 +31,7 @@ object EventRegisters {
       field(s"sync${n}_$kind", 2 + n, 2 + n, source, reset, s"1: SYNC$n $meaning"))
     Seq(
     register(EcatMask,    2, "ecat_event_mask",    rw, r,  "IRQ-08", "ECAT event mask",
-      field("ecat_event_mask",     15, 0, mirrored, 0,
+      field("ecat_event_mask",     15, 0, held, 0,
           "Bit n = 1: bit n of 0x0210 goes into the IRQ field of datagrams")),
     register(AlMask,      4, "al_event_mask",      r,  rw, "IRQ-01", "AL event mask", Seq(
       field("al_control_mask",      0, 0, byHost, 1,      "1: AL control event raises the interrupt")

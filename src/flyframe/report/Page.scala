@@ -242,9 +242,10 @@ object Page {
        |  IV has, by `carry.v` and `clear.v` beside it. An adder or comparator of four bits or more takes one
        |  element per bit, in arithmetic mode; comparisons with constants remain LUTs. Four registers or more
        |  that are cleared together use the synchronous clear of their elements.
-       |- **ECP5 MHz**: `synth_ecp5 -no-rw-check`, as a M9K gives the old word of an address that is written at
-       |  the same time without logic around it; then `nextpnr-ecp5 --85k --package CABGA756 --speed 6 --freq
-       |  125`; core clock only; the median of ${Measure.Seeds.size} seeds, which differ by some per cent.
+       |- **ECP5 MHz**: `synth_ecp5 -no-rw-check`, as a M9K gives the old word of an address that is written
+       |  at the same time without logic around it; then `nextpnr-ecp5 --85k --package CABGA756 --speed 6
+       |  --freq 125`; core clock only; the median of ${Measure.Seeds.size} seeds, which differ by some per
+       |  cent.
        |- **Latency**: the Verilated RTL in the network simulator (`flyframe-latency`), 400 phases of the
        |  receive clock for each direction; *processing* is from port 0 to port 1, through the processing
        |  unit, *forwarding* back from port 1 to port 0.

@@ -22,7 +22,7 @@ class BoardReset(coreClockMhz: Int) extends RawModule {
     val count = RegInit(0.U((bits + 1).W)) // reset: the whole time again
     val over  = count(bits)
     when(!over) { count := count + 1.U }
-    reset := crossing.out || !over
+    reset := RegNext(!over, true.B) // it clears flip-flops without the clock (B-119)
   }
 }
 
@@ -89,7 +89,8 @@ class BoardSupport(lanes: Int, coreClockMhz: Int) extends RawModule {
   private val p =
     EscParams(hostInterface = 5, dataBusWidth = 8 * lanes, coreClockMhz = coreClockMhz)
       .copy(busWriteEarly = 1, busBusyEarly = 1)
-  private val hostBus = withClockAndReset(clock, boardReset.reset)(Module(new MicrocontrollerInterface(p)))
+  private val hostBus =
+    withClockAndReset(clock, boardReset.reset.asAsyncReset)(Module(new MicrocontrollerInterface(p)))
   hostBus.bus <> bus
   hostBus.port <> host
   hostBus.side.events := 0.U

@@ -56,7 +56,7 @@ class SpiInterface(p: EscParams) extends HostInterface(p) {
   private val command = Reg(UInt(2.W))  // its upper bits
 
   // One access at the port, and one that waits for it: each as it was asked for, whatever the host has begun
-  // since. Where a third one finds no place it is left out, and the next byte has its own address all the same.
+  // since. A third one finds no place and is left out; the next byte has its own address all the same.
   private val wanted  = WireDefault(false.B)   // in the next cycle, when the address is there
   private val again   = WireDefault(false.B)   // the next byte is to be read
   private val asked   = Wire(new SpiAccess)
