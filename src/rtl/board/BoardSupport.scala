@@ -17,12 +17,13 @@ class BoardReset(coreClockMhz: Int) extends RawModule {
   crossing.clock := clock
   crossing.in    := !locked
 
-  withClockAndReset(clock, crossing.out) {
+  // It is there without a clock, and comes from a register, as it clears flip-flops (B-119).
+  withClockAndReset(clock, crossing.out.asAsyncReset) {
     val bits  = log2Ceil(BoardReset.LeastMs * 1000 * coreClockMhz)
     val count = RegInit(0.U((bits + 1).W)) // reset: the whole time again
     val over  = count(bits)
     when(!over) { count := count + 1.U }
-    reset := RegNext(!over, true.B) // it clears flip-flops without the clock (B-119)
+    reset := RegNext(!over, true.B)
   }
 }
 
