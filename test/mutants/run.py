@@ -159,8 +159,11 @@ def run_suite(suite, sbt):
             raise Trouble(f"The suite '{suite}' has no test.")
         return "passed"
     # Only a test that has failed is a find: not a suite that could not be run, nor what Chisel or a compiler
-    # refuses.
-    refused = r"(chisel3|firrtl|circt)\S*Exception|IllegalArgumentException|OutOfMemoryError|%Error|: error: "
+    # refuses; an assertion in the hardware is one, though Verilator tells of it as an error.
+    refused = (
+        r"(chisel3|firrtl|circt)\S*Exception|IllegalArgumentException|OutOfMemoryError|"
+        r"%Error(?!.*Assertion failed)|: error: "
+    )
     if not counts or int(counts[2]) == 0 or re.search(refused, output):
         return NOT_COMPILED
     return "failed"
