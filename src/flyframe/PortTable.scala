@@ -155,7 +155,8 @@ object PortTable {
   )
   private val spi = optional("`hostInterface` 4", _.hostInterface == 4)(
     port("spi_sel",         In, 1, "SPI slave: select, active as `spiSelHigh` says"),
-    port("spi_clk",         In, 1, "clock of the host, at most a quarter of `clock`; it may stop"),
+    port("spi_clk",         In, 1,
+      "clock of the host, at most a quarter of `clock`, less with many SyncManagers (B-115); it may stop"),
     port("spi_mosi",        In, 1, "data from the host, in `spi_clk`"),
     port("spi_miso",       Out, 1, "data to the host, in `spi_clk`"),
     port("spi_miso_drive", Out, 1, "drive them; high while the slave is selected")
