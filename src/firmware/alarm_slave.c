@@ -1,6 +1,7 @@
 #include "alarm_slave.h"
 
 #include "alarm-slave.h"
+#include "driver/controller.h"
 #include "heartbeat.h"
 #include "start_number.h"
 
@@ -43,11 +44,27 @@ static enum self_test begin_epoch(struct alarm_slave *slave) {
   return stored ? SELF_TEST_GOOD : SELF_TEST_STORE;
 }
 
+/* Reads a message to `last` if there is one; whether there is. Where events are acknowledged by write one
+ * that has come between reading and that write is told by its difference only. */
+static bool take(struct alarm_slave *slave, uint16_t address, uint8_t *last, bool told) {
+  uint8_t message[ALARM_MESSAGE_BYTES];
+  if (!told && !slave->by_write) return false;
+  board_read(slave->board, address, message, sizeof message);
+  for (int i = 0; i < ALARM_MESSAGE_BYTES; ++i) {
+    told = told || last[i] != message[i];
+    last[i] = message[i];
+  }
+  return told;
+}
+
 enum self_test alarm_slave_start(struct alarm_slave *slave, struct board *board,
                                  const struct alarm_slave_parameters *parameters) {
   *slave = (struct alarm_slave){.board = board, .parameters = *parameters};
   /* Of an unknown controller nothing is written. */
   if (!is_there(board)) return slave->self_test = SELF_TEST_CONTROLLER;
+  slave->by_write = acknowledges_by_write(board);
+  take(slave, ESC_ALARM_BROADCAST, slave->last_broadcast, false); /* of before this start */
+  take(slave, ESC_ALARM_MESSAGE, slave->last_message, false);
   /* Before anything that takes time; a detector that is on stays on. */
   write_number(board, ESC_ALARM_ENABLE, 1, ESC_DETECTOR_ENABLE_MASK);
   enum self_test result =
@@ -74,14 +91,12 @@ static void start_again(struct alarm_slave *slave) {
 static void take_messages(struct alarm_slave *slave) {
   /* Reading it ends the interrupt; a message that comes from now on makes another one. */
   const uint32_t received = read_number(slave->board, ESC_ALARM_MESSAGES, 1);
-  if (received & ESC_BROADCAST_RECEIVED_MASK) {
-    board_read(slave->board, ESC_ALARM_BROADCAST, slave->last_broadcast, ALARM_MESSAGE_BYTES);
-    ++slave->broadcasts;
-  }
-  if (received & ESC_MESSAGE_RECEIVED_MASK) {
-    board_read(slave->board, ESC_ALARM_MESSAGE, slave->last_message, ALARM_MESSAGE_BYTES);
-    ++slave->messages;
-  }
+  if (received == 0) return;
+  if (slave->by_write) write_number(slave->board, ESC_ALARM_MESSAGES, 1, 0);
+  slave->broadcasts +=
+      take(slave, ESC_ALARM_BROADCAST, slave->last_broadcast, received & ESC_BROADCAST_RECEIVED_MASK);
+  slave->messages +=
+      take(slave, ESC_ALARM_MESSAGE, slave->last_message, received & ESC_MESSAGE_RECEIVED_MASK);
 }
 
 /* The detector has its supply, or has been without no longer than a reset takes. */

@@ -17,6 +17,7 @@ enum { ALARM_MESSAGE_BYTES = 8 };
 
 struct alarm_slave {
   struct board *board;
+  bool by_write; /* the controller is acknowledged by write */
   struct alarm_slave_parameters parameters;
   enum self_test self_test;
   bool marked;                                 /* self_test and epoch are held: a reset can be seen there */

@@ -11,9 +11,10 @@ static void cycle(void *context, bool outputs_valid) {
   ++o->object_6001;
   const bool overloaded = (outputs & IO_OVERLOADED) != 0;
   if (overloaded == io->overloaded) return;
-  io->overloaded = overloaded;
   o->object_1001 = overloaded ? IO_OVERLOAD_BIT : 0;
-  slave_emergency(&io->device.slave, overloaded ? IO_OVERLOAD : 0, o->object_1001, 0);
+  /* With too many waiting, in a later cycle. */
+  if (slave_emergency(&io->device.slave, overloaded ? IO_OVERLOAD : 0, o->object_1001, 0))
+    io->overloaded = overloaded;
 }
 
 static bool is_firmware(const char *name, uint16_t length) {

@@ -6,7 +6,21 @@ uint32_t events_pending(struct board *board) { return read_number(board, ESC_AL_
 
 void events_select(struct board *board, uint32_t mask) { write_number(board, ESC_AL_EVENT_MASK, 4, mask); }
 
-uint16_t al_control(struct board *board) { return (uint16_t)read_number(board, ESC_AL_CONTROL, 1); }
+bool acknowledges_by_write(struct board *board) {
+  return read_number(board, ESC_PDI_INFORMATION, 1) & ESC_ACKNOWLEDGE_BY_WRITE_MASK;
+}
+
+/* Whatever is written: nothing is stored. */
+static void acknowledge(struct board *board, uint16_t address, bool by_write) {
+  if (by_write) write_number(board, address, 1, 0);
+}
+
+/* Behind it: until then the master cannot ask for anything else. */
+uint16_t al_control(struct board *board, bool by_write) {
+  const uint16_t control = (uint16_t)read_number(board, ESC_AL_CONTROL, 1);
+  acknowledge(board, ESC_AL_CONTROL, by_write);
+  return control;
+}
 
 void al_answer(struct board *board, uint16_t status, uint16_t code) {
   write_number(board, ESC_AL_STATUS_CODE, 2, code);
@@ -40,12 +54,20 @@ bool sync_manager_switch(struct board *board, uint8_t number, bool on) {
   return false;
 }
 
-void activations_read(struct board *board, uint8_t *bytes, uint8_t count) {
+/* Acknowledged first: a change that comes meanwhile is an event again. */
+void activations_read(struct board *board, uint8_t *bytes, uint8_t count, bool by_write) {
+  acknowledge(board, (uint16_t)ESC_SMN_ACTIVATE(0), by_write);
   for (uint8_t i = 0; i < count; ++i)
     bytes[i] = (uint8_t)read_number(board, (uint16_t)ESC_SMN_ACTIVATE(i), 1);
 }
 
-bool watchdog_runs(struct board *board) {
+void buffer_read(struct board *board, uint16_t start, uint8_t *bytes, uint16_t length, bool by_write) {
+  board_read(board, start, bytes, length);
+  acknowledge(board, (uint16_t)(start + length - 1), by_write);
+}
+
+bool watchdog_runs(struct board *board, bool by_write) {
+  acknowledge(board, ESC_WATCHDOG_STATUS_PROCESS_DATA, by_write);
   return read_number(board, ESC_WATCHDOG_STATUS_PROCESS_DATA, 2) & ESC_WATCHDOG_PROCESS_DATA_MASK;
 }
 
@@ -60,7 +82,10 @@ bool sync0_is_active(struct board *board) {
 
 uint32_t sync0_cycle(struct board *board) { return read_number(board, ESC_SYNC0_CYCLE, 4); }
 
-void sync0_acknowledge(struct board *board) { read_number(board, ESC_SYNC0_STATUS, 1); }
+void sync0_acknowledge(struct board *board, bool by_write) {
+  if (by_write) acknowledge(board, ESC_SYNC0_STATUS, true);
+  else read_number(board, ESC_SYNC0_STATUS, 1);
+}
 
 bool sync0_waits(struct board *board) {
   enum { MAPPED = 0x0800 };

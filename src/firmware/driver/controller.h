@@ -1,5 +1,9 @@
 /* What a host does with an EtherCAT slave controller: events, states, SyncManagers, watchdog, SYNC signals.
- * Addresses are those of generated/esc.h, which are the same in every slave controller. */
+ * Addresses are those of generated/esc.h, which are the same in every slave controller.
+ *
+ * A controller ends events and closes buffers when the host reads, or, with acknowledge by write (SM-38),
+ * when it writes there. Functions with `by_write` do what theirs needs, so that what is said here of reading
+ * holds for both. */
 #ifndef FLYFRAME_CONTROLLER_H
 #define FLYFRAME_CONTROLLER_H
 
@@ -17,6 +21,7 @@ enum {
 static inline uint32_t event_of(uint8_t number) { return (uint32_t)0x100 << number; }
 
 uint32_t events_pending(struct board *board);
+bool acknowledges_by_write(struct board *board);
 void events_select(struct board *board, uint32_t mask);
 
 /* States of AL control and AL status (AL-01). */
@@ -29,7 +34,7 @@ enum {
 
 /* What the master asks for; reading ends the event. All of it is in one byte: with a second access a request
  * that comes between both would be lost (B-41). */
-uint16_t al_control(struct board *board);
+uint16_t al_control(struct board *board, bool by_write);
 /* What the master is told; the code is there before the status is. */
 void al_answer(struct board *board, uint16_t status, uint16_t code);
 uint16_t al_status(struct board *board);
@@ -43,17 +48,20 @@ struct sync_manager {
 enum { SM_EVENT = 0x20, SM_WATCHDOG = 0x40 };
 enum { SM_FULL = 0x08, SM_ENABLED = 0x01, SM_REPEAT = 0x02 };
 
-/* Ends the event of its activation. */
+/* Without acknowledge by write it ends the event of its activation. */
 void sync_manager_read(struct board *board, uint8_t number, struct sync_manager *settings);
 /* The host's own switch (SM-27): off, its memory is locked for the master, and what was in it is forgotten.
  * It acts when no frame passes (B-59), which is waited for, but not for ever; false: it has not acted yet. */
 bool sync_manager_switch(struct board *board, uint8_t number, bool on);
 bool sync_manager_is_on(struct board *board, uint8_t number); /* of the host's switch */
 /* The activation bytes of the first `count` SyncManagers; reading ends the event of each. */
-void activations_read(struct board *board, uint8_t *bytes, uint8_t count);
+void activations_read(struct board *board, uint8_t *bytes, uint8_t count, bool by_write);
+
+/* All bytes of a buffer, or mailbox, that the master has written; the last one closes it. */
+void buffer_read(struct board *board, uint16_t start, uint8_t *bytes, uint16_t length, bool by_write);
 
 /* Process data watchdog: whether it has not expired. Reading ends its event. */
-bool watchdog_runs(struct board *board);
+bool watchdog_runs(struct board *board, bool by_write);
 /* Ticks after which it expires; 0: never (WD-03). */
 uint16_t watchdog_time(struct board *board);
 
@@ -62,6 +70,6 @@ uint16_t watchdog_time(struct board *board);
 bool sync0_is_active(struct board *board);
 bool sync0_waits(struct board *board);
 uint32_t sync0_cycle(struct board *board);
-void sync0_acknowledge(struct board *board);
+void sync0_acknowledge(struct board *board, bool by_write);
 
 #endif

@@ -21,8 +21,8 @@ bool mailbox_is_full(struct board *board, uint8_t number) {
   return read_number(board, (uint16_t)ESC_SMN_STATUS(number), 1) & ESC_SMN_MAILBOX_FULL_MASK;
 }
 
-void mailbox_take(struct board *board, const struct mailbox_area *area, uint8_t *bytes) {
-  board_read(board, area->start, bytes, area->length);
+void mailbox_take(struct board *board, const struct mailbox_area *area, uint8_t *bytes, bool by_write) {
+  buffer_read(board, area->start, bytes, area->length, by_write);
 }
 
 void mailbox_put(struct board *board, const struct mailbox_area *area, const uint8_t *bytes) {

@@ -25,7 +25,7 @@ struct mailbox_area {
 
 bool mailbox_is_full(struct board *board, uint8_t number);
 /* Takes the message out of a full mailbox: all of its `area->length` bytes, which empties it. */
-void mailbox_take(struct board *board, const struct mailbox_area *area, uint8_t *bytes);
+void mailbox_take(struct board *board, const struct mailbox_area *area, uint8_t *bytes, bool by_write);
 /* Puts a message, with its header, into an empty mailbox: what its header counts, and the last byte, which
  * fills it. */
 void mailbox_put(struct board *board, const struct mailbox_area *area, const uint8_t *bytes);

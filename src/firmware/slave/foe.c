@@ -14,8 +14,9 @@ static uint16_t reply(struct slave *slave, uint8_t opcode, uint32_t number) {
 
 static void close(struct slave *slave, bool complete) {
   const struct slave_application *a = slave->application;
-  const bool open = slave->foe.kind != FOE_NONE;
+  const bool open = slave->foe.kind != FOE_NONE || slave->foe.waits == FOE_FOR_OPENING;
   slave->foe.kind = FOE_NONE;
+  slave->foe.waits = FOE_FOR_NOTHING;
   if (open && a->files.close) a->files.close(a->context, complete);
 }
 
@@ -34,25 +35,34 @@ static uint16_t busy(struct slave *slave) {
   return DATA;
 }
 
+/* No answer before the program has one. */
+static uint16_t wait(struct slave *slave, bool opening) {
+  slave->foe.waits = opening ? FOE_FOR_OPENING : FOE_FOR_PACKET;
+  return 0;
+}
+
 /* The packet at slave->foe.offset: the first time, or again. */
 static uint16_t send_packet(struct slave *slave) {
   const struct slave_application *a = slave->application;
   const uint16_t most = (uint16_t)(reply_most(slave) - DATA);
   uint16_t length = 0;
   const uint32_t error = a->files.read(a->context, slave->foe.offset, reply_of(slave) + DATA, most, &length);
-  if (error == SLAVE_FILE_BUSY) return fail(slave, FOE_PROGRAM);
+  if (error == SLAVE_FILE_BUSY) return wait(slave, false);
   if (error) return fail(slave, error);
   slave->foe.length = length < most ? length : most;
   reply(slave, PACKET, slave->foe.packet);
   return (uint16_t)(DATA + slave->foe.length);
 }
 
-static uint16_t open(struct slave *slave, const uint8_t *request, uint16_t length, bool to_write) {
+static uint16_t open(struct slave *slave, const uint8_t *request, uint16_t length) {
   const struct slave_application *a = slave->application;
-  close(slave, false);
+  const bool to_write = request[OPCODE] == WRITE;
   if (!a->files.open || (to_write ? !a->files.write : !a->files.read)) return fail(slave, FOE_NOT_FOUND);
   const uint32_t error = a->files.open(a->context, (const char *)request + DATA, (uint16_t)(length - DATA),
                                        number_at(request + NUMBER, 4), to_write);
+  slave->foe.length = length;
+  if (error == SLAVE_FILE_BUSY) return wait(slave, true);
+  slave->foe.waits = FOE_FOR_NOTHING;
   if (error) return fail(slave, error);
   slave->foe.kind = to_write ? FOE_WRITING : FOE_READING;
   slave->foe.packet = 1;
@@ -87,10 +97,18 @@ static uint16_t go_on(struct slave *slave, uint32_t packet) {
   return send_packet(slave);
 }
 
+/* A request for a file is still where it was: no other one is taken meanwhile. */
+uint16_t foe_again(struct slave *slave) {
+  if (slave->foe.waits == FOE_FOR_OPENING)
+    return open(slave, slave->memory.request + MAILBOX_HEADER, slave->foe.length);
+  slave->foe.waits = FOE_FOR_NOTHING;
+  return send_packet(slave);
+}
+
 uint16_t foe_request(struct slave *slave, const uint8_t *request, uint16_t length) {
   switch (request[OPCODE]) {
-    case READ: return open(slave, request, length, false);
-    case WRITE: return open(slave, request, length, true);
+    case READ:
+    case WRITE: close(slave, false); return open(slave, request, length);
     case PACKET: return take_packet(slave, request, length);
     case ACKNOWLEDGE: return go_on(slave, number_at(request + NUMBER, 4));
     case BUSY: return slave->foe.kind == FOE_READING ? send_packet(slave) : fail(slave, FOE_ILLEGAL);

@@ -12,6 +12,7 @@ void mailbox_begin(struct slave *slave, const struct slave_mailbox *receive,
                    const struct slave_mailbox *send);
 void mailbox_end(struct slave *slave);
 void mailbox_serve(struct slave *slave);
+uint32_t mailbox_events(const struct slave *slave); /* those that are served */
 /* Where the next message to the master is put together, and how long it may be. It leaves when its handler
  * returns its length; 0: there is none. */
 static inline uint8_t *reply_of(struct slave *slave) {
@@ -28,6 +29,7 @@ uint16_t sdo_request(struct slave *slave, const uint8_t *request, uint16_t lengt
 uint16_t sdo_information(struct slave *slave, const uint8_t *request, uint16_t length); /* and _next: */
 uint16_t sdo_information_next(struct slave *slave);                                     /* the list */
 uint16_t foe_request(struct slave *slave, const uint8_t *request, uint16_t length);     /* foe.c */
+uint16_t foe_again(struct slave *slave); /* of what the program was busy for; 0: it still is */
 void foe_end(struct slave *slave);
 static inline void coe_header(uint8_t *reply, uint8_t service) {
   number_to(reply, COE_HEADER, (uint32_t)service << 12);

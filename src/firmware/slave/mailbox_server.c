@@ -1,5 +1,6 @@
 /* The mailbox: one message in, one out. A request is taken only when the reply before it was read, so that
- * every reply finds its place; emergencies go first. */
+ * every reply finds its place; emergencies go first, but leave every other place to what waits beside them.
+ */
 #include "internal.h"
 
 void mailbox_begin(struct slave *slave, const struct slave_mailbox *receive,
@@ -10,6 +11,7 @@ void mailbox_begin(struct slave *slave, const struct slave_mailbox *receive,
   slave->anything_sent = slave->older_sent = slave->older_due = slave->newest_due = false;
   slave->repeated_waits = slave->blocked = slave->taking_back = false;
   slave->emergency_count = 0;
+  slave->emergency_sent = false;
   slave->list.fragments = 0;
   slave->sdo.kind = SDO_NONE;
   if (mailbox_repeat_asked(slave->board)) mailbox_repeated(slave->board);
@@ -92,7 +94,7 @@ static uint8_t mistake(const struct slave *slave, const struct mailbox_header *h
 
 static void answer(struct slave *slave) {
   struct mailbox_header header;
-  mailbox_take(slave->board, &slave->receive, slave->memory.request);
+  mailbox_take(slave->board, &slave->receive, slave->memory.request, slave->by_write);
   mailbox_header_read(slave->memory.request, &header);
   /* The same counter: the master has sent it again and got the answer already. Nobody answers an error. */
   const bool again = header.counter != 0 && header.counter == slave->received_counter;
@@ -118,22 +120,38 @@ static void take_back(struct slave *slave) {
   sync_manager_switch(slave->board, MAILBOX_SEND, true);
 }
 
+/* What was begun goes on before a request is taken. */
+static void go_on(struct slave *slave) {
+  if (slave->list.fragments > 0) {
+    send(slave, MAILBOX_COE, slave->reply_address, sdo_information_next(slave));
+  } else if (slave->foe.waits) {
+    const uint16_t length = foe_again(slave);
+    if (length > 0) send(slave, MAILBOX_FOE, slave->reply_address, length);
+  } else if (mailbox_is_full(slave->board, MAILBOX_RECEIVE)) {
+    answer(slave);
+  }
+}
+
 /* The next message to the master, as its mailbox is empty. */
 static void send_next(struct slave *slave) {
   if (slave->older_due) {
     slave->older_due = false;
     put_again(slave, false);
     mailbox_repeated(slave->board);
-  } else if (slave->newest_due) {
+    return;
+  }
+  if (slave->newest_due) {
     slave->newest_due = false;
     put_again(slave, true);
-  } else if (slave->emergency_count > 0) {
-    send(slave, MAILBOX_COE, 0, emergency_message(slave));
-  } else if (slave->list.fragments > 0) {
-    send(slave, MAILBOX_COE, slave->reply_address, sdo_information_next(slave));
-  } else if (mailbox_is_full(slave->board, MAILBOX_RECEIVE)) {
-    answer(slave);
+    return;
   }
+  if (slave->emergency_sent || slave->emergency_count == 0) {
+    slave->emergency_sent = false;
+    go_on(slave);
+    if (slave->emergency_count == 0 || mailbox_is_full(slave->board, MAILBOX_SEND)) return;
+  }
+  send(slave, MAILBOX_COE, 0, emergency_message(slave));
+  slave->emergency_sent = true;
 }
 
 void mailbox_serve(struct slave *slave) {
@@ -152,6 +170,11 @@ void mailbox_serve(struct slave *slave) {
     full = mailbox_is_full(slave->board, MAILBOX_SEND);
   }
   slave->blocked = full;
+}
+
+uint32_t mailbox_events(const struct slave *slave) {
+  if (slave->blocked) return event_of(MAILBOX_SEND);
+  return slave->foe.waits ? 0 : event_of(MAILBOX_RECEIVE); /* what waits for the program waits for no event */
 }
 
 bool slave_emergency(struct slave *slave, uint16_t code, uint8_t error_register, const uint8_t *data) {

@@ -30,10 +30,23 @@ static bool settings_hold(const struct slave *slave, const struct slave_process 
          ((found.control ^ process->control) & (0x0f | SM_EVENT)) == 0;
 }
 
-uint16_t process_settings(const struct slave *slave) {
+static bool triggers_watchdog(const struct slave *slave) {
+  struct sync_manager outputs;
+  if (slave->output_bytes == 0) return false;
+  sync_manager_read(slave->board, slave->device->outputs.sync_manager, &outputs);
+  return (outputs.control & SM_WATCHDOG) != 0;
+}
+
+static uint16_t settings_check(const struct slave *slave) {
   if (!settings_hold(slave, &slave->device->outputs, slave->output_bytes)) return AL_CODE_OUTPUT_SETTINGS;
   if (!settings_hold(slave, &slave->device->inputs, slave->input_bytes)) return AL_CODE_INPUT_SETTINGS;
   return AL_CODE_NONE;
+}
+
+uint16_t process_settings(const struct slave *slave) {
+  const uint16_t code = settings_check(slave);
+  if (code) return code;
+  return triggers_watchdog(slave) == slave->watched ? AL_CODE_NONE : AL_CODE_OUTPUT_SETTINGS;
 }
 
 /* The mode follows the outputs, without outputs the inputs; SYNC0 that runs makes it SYNC mode. */
@@ -58,19 +71,17 @@ static uint16_t choose_mode(struct slave *slave) {
 
 uint16_t process_check(struct slave *slave) {
   uint16_t code = pdo_resolve(slave);
-  if (!code) code = process_settings(slave);
+  if (!code) code = settings_check(slave);
   if (!code) code = choose_mode(slave);
   if (code) return code;
-  struct sync_manager outputs = {0, 0, 0, 0, 0};
-  if (slave->output_bytes > 0) sync_manager_read(slave->board, slave->device->outputs.sync_manager, &outputs);
-  slave->watched = (outputs.control & SM_WATCHDOG) != 0;
+  slave->watched = triggers_watchdog(slave);
   return slave->watched && watchdog_time(slave->board) == 0 ? AL_CODE_WATCHDOG_SETTINGS : AL_CODE_NONE;
 }
 
 uint16_t outputs_check(struct slave *slave) {
   if (slave->output_bytes == 0) return AL_CODE_NONE;
   if (!slave->outputs_received) return AL_CODE_NO_OUTPUTS;
-  return slave->watched && !watchdog_runs(slave->board) ? AL_CODE_WATCHDOG : AL_CODE_NONE;
+  return slave->watched && !watchdog_runs(slave->board, slave->by_write) ? AL_CODE_WATCHDOG : AL_CODE_NONE;
 }
 
 static void switch_process(struct slave *slave, bool on) {
@@ -81,7 +92,8 @@ static void switch_process(struct slave *slave, bool on) {
 
 /* The whole buffer, which closes it: an open one takes nothing newer (SM-13). */
 static void take_outputs(struct slave *slave) {
-  board_read(slave->board, slave->device->outputs.start, slave->memory.process, slave->output_bytes);
+  buffer_read(slave->board, slave->device->outputs.start, slave->memory.process, slave->output_bytes,
+              slave->by_write);
 }
 
 static void read_outputs(struct slave *slave) {
@@ -161,7 +173,7 @@ static uint16_t count_missed(struct slave *slave, bool sync, bool received) {
 /* Why OP cannot go on, as an AL status code. */
 static uint16_t failure(struct slave *slave, bool sync, bool received) {
   if (slave->state != AL_OP || slave->output_bytes == 0) return AL_CODE_NONE;
-  if (slave->watched && !watchdog_runs(slave->board)) return AL_CODE_WATCHDOG;
+  if (slave->watched && !watchdog_runs(slave->board, slave->by_write)) return AL_CODE_WATCHDOG;
   return slave->mode == SLAVE_SYNC0 ? count_missed(slave, sync, received) : AL_CODE_NONE;
 }
 
@@ -176,7 +188,7 @@ bool process_receive(struct slave *slave, uint32_t events) {
 
 void process_serve(struct slave *slave, uint32_t events, bool received) {
   const bool sync = slave->mode == SLAVE_SYNC0 && (events & EVENT_SYNC0) != 0;
-  if (sync) sync0_acknowledge(slave->board);
+  if (sync) sync0_acknowledge(slave->board, slave->by_write);
   const uint16_t code = failure(slave, sync, received);
   if (code) slave_fall(slave, AL_SAFEOP, code);
   if (code || is_due(slave, events, received)) cycle(slave);

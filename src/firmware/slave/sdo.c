@@ -157,8 +157,7 @@ static uint16_t upload(struct slave *slave, const struct target *t, uint16_t ind
 }
 
 static uint16_t upload_segment(struct slave *slave, uint8_t command) {
-  if (slave->sdo.kind != SDO_UPLOAD)
-    return abort_reply(slave, slave->sdo.index, slave->sdo.subindex, SDO_SPECIFIER);
+  if (slave->sdo.kind != SDO_UPLOAD) return abort_reply(slave, 0, 0, SDO_SPECIFIER);
   if (((command & TOGGLE) != 0) != slave->sdo.toggle)
     return abort_reply(slave, slave->sdo.index, slave->sdo.subindex, SDO_TOGGLE);
   slave->sdo.toggle = !slave->sdo.toggle;
@@ -189,19 +188,32 @@ static uint32_t entry_may_be(const struct slave *slave, const struct target *t, 
   return code;
 }
 
-static uint32_t store(struct slave *slave, const struct target *t, uint8_t subindex, const uint8_t *bytes) {
+static void written(const struct slave *slave, const struct target *t, uint8_t subindex) {
   const struct slave_application *a = slave->application;
-  entry_store(slave->memory.objects, &t->object->entries[subindex], bytes);
-  if (subindex == 0 && pdo_is_configuration(t->object->index)) {
-    const uint32_t code = pdo_check(slave, t->object);
-    if (code) {
-      entry_store(slave->memory.objects, &t->object->entries[0], (const uint8_t[]){0});
-      if (a->written) a->written(a->context, t->object->index, 0);
-      return code;
-    }
-  }
   if (a->written) a->written(a->context, t->object->index, subindex);
-  return 0;
+}
+
+/* The value at bit `at` of the transfer memory changes places with that of the object. */
+static void exchange(struct slave *slave, const struct object_entry *entry, uint32_t at) {
+  uint8_t *values = slave->memory.objects, *transfer = slave->memory.transfer;
+  if (entry->type == TYPE_TEXT) {
+    for (uint16_t i = 0; i < entry_bytes(entry); ++i) {
+      const uint8_t before = values[entry->offset + i];
+      values[entry->offset + i] = transfer[at / 8 + i];
+      transfer[at / 8 + i] = before;
+    }
+    return;
+  }
+  uint8_t before[8], after[8];
+  entry_load(values, entry, before);
+  bits_read(transfer, at, entry->bits, after);
+  entry_store(values, entry, after);
+  bits_write(transfer, at, entry->bits, before);
+}
+
+/* Whether what PDOs count can be used. */
+static uint32_t pdo_refusal(const struct slave *slave, const struct object *object) {
+  return pdo_is_configuration(object->index) ? pdo_check(slave, object) : 0;
 }
 
 static uint32_t store_entry(struct slave *slave, const struct target *t, uint16_t size) {
@@ -215,7 +227,11 @@ static uint32_t store_entry(struct slave *slave, const struct target *t, uint16_
   if (pdo_is_configuration(t->object->index) && t->subindex > 0 &&
       slave_value(slave, t->object->index, 0) > 0)
     return SDO_COUNT_NOT_0;
-  return store(slave, t, t->subindex, slave->memory.transfer);
+  exchange(slave, entry, 0);
+  const uint32_t refused = t->subindex == 0 ? pdo_refusal(slave, t->object) : 0;
+  if (refused) exchange(slave, entry, 0);
+  else written(slave, t, t->subindex);
+  return refused;
 }
 
 /* The bytes of an entry in the transfer memory, from bit `at` on. */
@@ -224,6 +240,18 @@ static const uint8_t *part(const struct slave *slave, const struct object_entry 
   if (entry->type == TYPE_TEXT) return slave->memory.transfer + at / 8;
   bits_read(slave->memory.transfer, at, entry->bits, bytes);
   return bytes;
+}
+
+/* All entries from subindex 1 to `last`, and their number. */
+static void exchange_all(struct slave *slave, const struct target *t, uint8_t last, bool counts) {
+  uint32_t at = t->subindex == 0 ? 16 : 0;
+  for (uint16_t i = 1; i <= last; ++i) {
+    const struct object_entry *entry = entry_of(t->object, (uint8_t)i);
+    if (!entry) continue;
+    exchange(slave, entry, at);
+    at += entry->bits;
+  }
+  if (counts) exchange(slave, &t->object->entries[0], 0);
 }
 
 /* All or nothing: first every entry is checked. A count that nobody may write must be what it is. */
@@ -247,19 +275,24 @@ static uint32_t store_complete(struct slave *slave, const struct target *t, uint
   const bool pdo = pdo_is_configuration(object->index);
   /* What is read by the count must not change under it. */
   if (pdo && !counts && count > 0) return SDO_COUNT_NOT_0;
-  for (int pass = 0; pass < 2; ++pass) {
-    uint32_t at = t->subindex == 0 ? 16 : 0;
-    for (uint16_t n = 1; n <= last; ++n) {
-      const uint8_t i = (uint8_t)n;
-      const struct object_entry *entry = entry_of(object, i);
-      if (!entry) continue;
-      const uint8_t *value = part(slave, entry, at, bytes);
-      const uint32_t code = pass == 0 ? entry_may_be(slave, t, i, value) : store(slave, t, i, value);
-      if (code) return code;
-      at += entry->bits;
-    }
+  uint32_t at = t->subindex == 0 ? 16 : 0;
+  for (uint16_t i = 1; i <= last; ++i) {
+    const struct object_entry *entry = entry_of(object, (uint8_t)i);
+    if (!entry) continue;
+    const uint32_t code = entry_may_be(slave, t, (uint8_t)i, part(slave, entry, at, bytes));
+    if (code) return code;
+    at += entry->bits;
   }
-  return counts ? store(slave, t, 0, slave->memory.transfer) : 0;
+  exchange_all(slave, t, last, counts);
+  const uint32_t refused = counts ? pdo_refusal(slave, object) : 0;
+  if (refused) {
+    exchange_all(slave, t, last, counts);
+    return refused;
+  }
+  for (uint16_t i = 1; i <= last; ++i)
+    if (entry_of(object, (uint8_t)i)) written(slave, t, (uint8_t)i);
+  if (counts) written(slave, t, 0);
+  return 0;
 }
 
 static uint16_t finish_download(struct slave *slave, const struct target *t, uint16_t index, uint16_t reply) {
@@ -314,7 +347,7 @@ static uint16_t download_segment(struct slave *slave, const uint8_t *request, ui
   const uint16_t index = slave->sdo.index;
   const struct target t = {slave_object(slave, index), slave->sdo.subindex, slave->sdo.complete};
   const uint8_t command = request[COMMAND];
-  if (slave->sdo.kind != SDO_DOWNLOAD) return abort_reply(slave, index, t.subindex, SDO_SPECIFIER);
+  if (slave->sdo.kind != SDO_DOWNLOAD) return abort_reply(slave, 0, 0, SDO_SPECIFIER);
   if (((command & TOGGLE) != 0) != slave->sdo.toggle)
     return abort_reply(slave, index, t.subindex, SDO_TOGGLE);
   uint16_t count = (uint16_t)(length - SEGMENT_DATA);

@@ -49,16 +49,18 @@ struct slave_memory {
   struct slave_mapped *outputs, *inputs; /* as many as all PDOs together have entries at most */
 };
 
-/* Files for FoE. All offsets are in bytes. */
-#define SLAVE_FILE_BUSY 0x10000u /* of write: instead of an error of FoE; ask again */
+/* Files for FoE. All offsets are in bytes.
+ * SLAVE_FILE_BUSY, instead of an error of FoE: not yet. `write` is called again when the master has sent the
+ * packet once more; `open` and `read` with each slave_serve(), and meanwhile the master waits. */
+#define SLAVE_FILE_BUSY 0x10000u
 struct slave_files {
   /* An error of FoE if the master may not read (write) the file now; else 0. `name` has no 0 at its end. */
   uint32_t (*open)(void *context, const char *name, uint16_t length, uint32_t password, bool to_write);
   /* Up to `most` bytes; fewer are the last ones. The same offset may be asked for again. */
   uint32_t (*read)(void *context, uint32_t offset, uint8_t *data, uint16_t most, uint16_t *length);
-  /* Also SLAVE_FILE_BUSY: the same data come again. `last`: an error here tells that the file is not good. */
+  /* `last`: an error here tells that the file is not good. */
   uint32_t (*write)(void *context, uint32_t offset, const uint8_t *data, uint16_t length, bool last);
-  /* The transfer is over; `complete` is false if it was broken off. */
+  /* The transfer is over, or its opening that was busy; `complete` is false if it was broken off. */
   void (*close)(void *context, bool complete);
 };
 
@@ -94,6 +96,7 @@ struct slave {
   const struct slave_device *device;
   const struct slave_application *application;
   struct slave_memory memory;
+  bool by_write; /* the controller is acknowledged by write */
 
   uint8_t state;
   bool error;         /* shown, and not acknowledged yet */
@@ -114,6 +117,7 @@ struct slave {
 
   struct slave_emergency emergencies[SLAVE_EMERGENCIES];
   uint8_t first_emergency, emergency_count;
+  bool emergency_sent; /* last: now something else may leave */
 
   struct {
     enum { SDO_NONE, SDO_UPLOAD, SDO_DOWNLOAD } kind; /* a segmented transfer */
@@ -128,8 +132,9 @@ struct slave {
   } list;
   struct {
     enum { FOE_NONE, FOE_READING, FOE_WRITING } kind;
+    enum { FOE_FOR_NOTHING, FOE_FOR_OPENING, FOE_FOR_PACKET } waits; /* the program is busy with it */
     uint32_t packet, offset;
-    uint16_t length; /* read: of the packet that was sent */
+    uint16_t length; /* opening: of the request; read: of the packet that was sent */
   } foe;
 
   enum slave_mode mode;
@@ -140,7 +145,8 @@ struct slave {
   uint8_t missed, unsynced; /* in OP: SYNC0 in a row without new outputs, outputs since the last SYNC0 */
 };
 
-/* Starts, or starts again: the controller goes to INIT. The generated NAME_start() calls it. */
+/* Starts, or starts again: the controller goes to INIT, and a file that was open is forgotten. The generated
+ * NAME_start() calls it. */
 void slave_start(struct slave *slave, struct board *board, const struct slave_device *device,
                  const struct slave_memory *memory, const struct slave_application *application);
 

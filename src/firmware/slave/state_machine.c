@@ -15,7 +15,8 @@ static bool is_transition(uint8_t from, uint8_t to) {
     case AL_BOOT: return from == AL_INIT;
     case AL_PREOP: return true;
     case AL_SAFEOP: return from == AL_PREOP || from == AL_OP;
-    default: return from == AL_SAFEOP;
+    case AL_OP: return from == AL_SAFEOP;
+    default: return false;
   }
 }
 
@@ -75,7 +76,8 @@ static void show(struct slave *slave, uint16_t code) {
 static void follow(struct slave *slave, uint16_t control) {
   const uint8_t wanted = control & AL_STATE_MASK;
   /* With an error shown, only an acknowledge or a way back is followed. */
-  if (slave->error && !(control & AL_ACKNOWLEDGE) && wanted >= slave->state) return;
+  const bool back = wanted < slave->state && is_transition(slave->state, wanted);
+  if (slave->error && !(control & AL_ACKNOWLEDGE) && !back) return;
   const uint16_t code = refusal(slave, wanted);
   if (code == AL_CODE_NONE) enter(slave, wanted);
   show(slave, code);
@@ -103,7 +105,7 @@ static void fail(struct slave *slave) {
 /* The master may switch SyncManagers off at any time. */
 static void check_sync_managers(struct slave *slave) {
   uint8_t activations[16];
-  activations_read(slave->board, activations, sizeof activations);
+  activations_read(slave->board, activations, sizeof activations, slave->by_write);
   const bool boot = slave->state == AL_BOOT;
   if (slave->state != AL_INIT && !mailboxes_hold(slave, boot))
     slave_fall(slave, AL_INIT, boot ? AL_CODE_BOOT_MAILBOX : AL_CODE_PREOP_MAILBOX);
@@ -114,7 +116,7 @@ static void check_sync_managers(struct slave *slave) {
 /* Only what this state ends: the interrupt is a level, and would stay. */
 static void select_events(struct slave *slave) {
   uint32_t mask = EVENT_AL_CONTROL | EVENT_ACTIVATION;
-  if (has_mailbox(slave->state)) mask |= event_of(slave->blocked ? MAILBOX_SEND : MAILBOX_RECEIVE);
+  if (has_mailbox(slave->state)) mask |= mailbox_events(slave);
   if (has_process_data(slave->state)) mask |= process_events(slave);
   if (mask == slave->event_mask) return;
   slave->event_mask = mask;
@@ -125,6 +127,7 @@ void slave_start(struct slave *slave, struct board *board, const struct slave_de
                  const struct slave_memory *memory, const struct slave_application *application) {
   *slave = (struct slave){
       .board = board, .device = device, .application = application, .memory = *memory, .state = AL_INIT};
+  slave->by_write = acknowledges_by_write(board);
   mailbox_end(slave);
   process_end(slave);
   select_events(slave);
@@ -136,7 +139,7 @@ void slave_serve(struct slave *slave) {
   /* First: outputs that came before a request for OP count for it. */
   const bool received = has_process_data(slave->state) && process_receive(slave, events);
   /* Before activations: a master that has switched SyncManagers off has asked for INIT, too. */
-  if (events & EVENT_AL_CONTROL) follow(slave, al_control(slave->board));
+  if (events & EVENT_AL_CONTROL) follow(slave, al_control(slave->board, slave->by_write));
   if (events & EVENT_ACTIVATION) check_sync_managers(slave);
   if (has_mailbox(slave->state)) mailbox_serve(slave);
   if (has_process_data(slave->state)) process_serve(slave, events, received);

@@ -8,11 +8,13 @@ Program& of(void* context) { return *static_cast<Program*>(context); }
 uint32_t openFile(void* context, const char* name, uint16_t length, uint32_t password, bool) {
   Program& p = of(context);
   p.opened.assign(name, length), p.password = password, ++p.opens;
+  if (p.busyOpening > 0) return --p.busyOpening, SLAVE_FILE_BUSY;
   if (p.openError) return p.openError;
   return p.opened == p.name ? 0 : FOE_NOT_FOUND;
 }
 uint32_t readFile(void* context, uint32_t offset, uint8_t* data, uint16_t most, uint16_t* length) {
   Program& p = of(context);
+  if (p.busyReading > 0) return --p.busyReading, SLAVE_FILE_BUSY;
   if (p.fileError) return p.fileError;
   *length = static_cast<uint16_t>(
       std::min<size_t>(most, p.content.size() - std::min<size_t>(offset, p.content.size())));
@@ -159,7 +161,18 @@ uint64_t Bench::number(const Bytes& b, size_t at, int bytes) {
 // 0: the reply is no abort. 1: it is nothing that there is.
 uint32_t Bench::abortOf(const Bytes& reply) {
   if (reply.size() < 10) return 1;
-  return reply[2] == 0x80 ? static_cast<uint32_t>(number(reply, 6, 4)) : 0;
+  if (reply[2] != 0x80) return 0;
+  const auto code = static_cast<uint32_t>(number(reply, 6, 4));
+  // It names the entry of the transfer; there is none for a segment of no transfer.
+  const uint64_t named = number(reply, 3, 3), expected = code == 0x05040001 && segment_ ? 0 : entry_;
+  return reply.size() == 10 && reply[0] == 0 && reply[1] == 0x20 && named == expected ? code : 2;
+}
+
+Bytes Bench::sdo(const Bytes& command) {
+  const int specifier = command.at(0) >> 5;
+  segment_ = specifier == 0 || specifier == 3;
+  if (!segment_) entry_ = number(command, 1, 3);
+  return ask(3, join({0, 0x20}, command)).data;
 }
 
 Bench::Result Bench::upload(uint16_t index, int subindex, bool complete) {

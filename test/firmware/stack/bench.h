@@ -25,6 +25,7 @@ struct Program {
   Bytes content;
   int busy = 0;
   unsigned closedWell = 0, closedBadly = 0, opens = 0;
+  int busyOpening = 0, busyReading = 0;
 };
 
 class Bench {
@@ -84,7 +85,7 @@ class Bench {
   uint32_t download(uint16_t index, int subindex, const Bytes& data, bool complete = false,
                     Way way = automatic);
   // A raw SDO; the answer's CoE message.
-  Bytes sdo(const Bytes& command) { return ask(3, join({0, 0x20}, command)).data; }
+  Bytes sdo(const Bytes& command);
   uint32_t abortOf(const Bytes& reply);
 
   static Bytes join(Bytes a, const Bytes& b) {
@@ -96,6 +97,8 @@ class Bench {
 
  private:
   int counter_ = 0;
+  uint64_t entry_ = 0;  // index and subindex of the last SDO that named one
+  bool segment_ = false;
   std::vector<uint8_t> request_, reply_[2], transfer_, process_;
   std::vector<slave_mapped> outputs_, inputs_;
   std::vector<object> objects_;

@@ -27,13 +27,16 @@ uint8_t Controller::readBuffer(int n, uint16_t at) {
   }
   if (!m.open) return 0;
   const uint8_t value = m.work.at(at);
-  if (at == length(n) - 1) m.open = false, m.full = false;
+  if (at == length(n) - 1 && !byWrite_) m.open = false, m.full = false;
   return value;
 }
 
 void Controller::writeBuffer(int n, uint16_t at, uint8_t value) {
   Manager& m = sm_[n];
-  if (masterWrites(n)) return;
+  if (masterWrites(n)) {
+    if (byWrite_ && m.open && at == length(n) - 1) m.open = false, m.full = false;
+    return;
+  }
   if (at == 0) {
     events_ &= ~(0x100u << n);
     if (!mailbox(n) || !m.full) m.open = true, m.work.assign(length(n), 0);
@@ -60,6 +63,18 @@ void Controller::settle() {
   }
 }
 
+// What an access to this register ends: a read, or a write where it is acknowledged by write, where 0x0806 is
+// for all SyncManagers.
+void Controller::acknowledge(uint16_t a) {
+  if (a == 0x0120 || a == 0x0121) events_ &= ~1u;
+  if (a == 0x098e) events_ &= ~4u;
+  if (a == 0x0440) events_ &= ~0x40u;
+  if (a < 0x0800 || a >= 0x0800 + 8 * kSyncManagers || a % 8 != 6) return;
+  if (byWrite_) changed_ = a == 0x0806 ? 0 : changed_;
+  else changed_ &= static_cast<uint16_t>(~(1u << (a - 0x0800) / 8));
+  if (!changed_) events_ &= ~0x10u;
+}
+
 uint8_t Controller::readByte(uint16_t a) {
   settle();
   if (a >= 0x1000) {
@@ -68,21 +83,13 @@ uint8_t Controller::readByte(uint16_t a) {
     return n < 0 ? 0 : readBuffer(n, static_cast<uint16_t>(a - start(n)));
   }
   if (a >= 0x0220 && a <= 0x0223) return static_cast<uint8_t>(events_ >> 8 * (a - 0x0220));
-  if (a == 0x0120 || a == 0x0121) events_ &= ~1u;
-  if (a == 0x098e) events_ &= ~4u;
-  if (a == 0x0440) {
-    events_ &= ~0x40u;
-    return watchdogRuns_;
-  }
+  if (!byWrite_) acknowledge(a);
+  if (a == 0x0440) return watchdogRuns_;
   if (a >= 0x0800 && a < 0x0800 + 8 * kSyncManagers) {
     const int n = (a - 0x0800) / 8;
     if (a % 8 == 5)
       return static_cast<uint8_t>((sm_[n].full && mailbox(n) ? 8 : 0) | (sm_[n].written ? 0 : 0x30));
     if (a % 8 == 7) return static_cast<uint8_t>((memory.at(a) & ~1) | isOff_[n]);
-    if (a % 8 == 6) {
-      changed_ &= static_cast<uint16_t>(~(1u << n));
-      if (!changed_) events_ &= ~0x10u;
-    }
   }
   return memory.at(a);
 }
@@ -93,6 +100,10 @@ void Controller::writeByte(uint16_t a, uint8_t value) {
     const int n = managerAt(a);
     if (n < 0) out = true;
     else writeBuffer(n, static_cast<uint16_t>(a - start(n)), value);
+    return;
+  }
+  if (byWrite_ && (a == 0x0120 || a == 0x0440 || a == 0x098e || a == 0x0806)) {
+    acknowledge(a);
     return;
   }
   const bool pdiControl = a >= 0x0800 && a < 0x0800 + 8 * kSyncManagers && a % 8 == 7;

@@ -11,6 +11,9 @@ using Bytes = std::vector<uint8_t>;
 class Controller : public board {
  public:
   static constexpr int kSyncManagers = 8;
+  // Whether those that are made from now on are acknowledged by write (SM-36).
+  static inline bool newByWrite = false;
+  Controller() { memory[0x014e] = byWrite_; }
 
   // ---- the host's side ----
   uint8_t readByte(uint16_t a) override;
@@ -53,6 +56,8 @@ class Controller : public board {
   uint8_t readBuffer(int n, uint16_t at);
   void writeBuffer(int n, uint16_t at, uint8_t value);
 
+  void acknowledge(uint16_t a);
+  const bool byWrite_ = newByWrite;
   uint32_t events_ = 0;
   uint16_t changed_ = 0;  // SyncManagers whose activation was written
   bool watchdogRuns_ = false;

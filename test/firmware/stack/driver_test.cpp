@@ -32,9 +32,11 @@ void numbers() {
 
 void controller() {
   Controller c;
+  const bool byWrite = acknowledges_by_write(&c);
+  check("SM-38: the driver sees how it is acknowledged", byWrite == Controller::newByWrite);
   c.control(0x12);
   check("ST-48: AL control is read, and its event ends",
-        events_pending(&c) == EVENT_AL_CONTROL && al_control(&c) == 0x12 && events_pending(&c) == 0);
+        events_pending(&c) == EVENT_AL_CONTROL && al_control(&c, byWrite) == 0x12 && events_pending(&c) == 0);
   al_answer(&c, 0x14, 0x001b);
   check("ST-48: AL status and code are told", al_status(&c) == 0x14 && c.code() == 0x001b);
   c.setSyncManager(5, 0x1234, 0x0102, 0x64);
@@ -45,7 +47,7 @@ void controller() {
   uint8_t activations[8];
   c.setActivate(5, 1);
   const bool before = events_pending(&c) & EVENT_ACTIVATION;
-  activations_read(&c, activations, 8);
+  activations_read(&c, activations, 8, byWrite);
   check("ST-48: activations are read, and their event ends",
         before && activations[5] == 1 && activations[4] == 0 && !(events_pending(&c) & EVENT_ACTIVATION));
   c.memory[0x082f] = 0x42;
@@ -54,14 +56,14 @@ void controller() {
   sync_manager_switch(&c, 5, true);
   check("ST-48: the host's switch leaves the other bits", off && c.memory[0x082f] == 0x42);
   c.write(5, Bytes(0x0102, 7));
-  const bool ran = watchdog_runs(&c);
+  const bool ran = watchdog_runs(&c, byWrite);
   c.expireWatchdog();
-  check("ST-48: the watchdog", ran && (events_pending(&c) & EVENT_WATCHDOG) && !watchdog_runs(&c) &&
+  check("ST-48: the watchdog", ran && (events_pending(&c) & EVENT_WATCHDOG) && !watchdog_runs(&c, byWrite) &&
                                    !(events_pending(&c) & EVENT_WATCHDOG));
   c.setSync0(true, 1000000);
   c.sync0();
   const bool sync = sync0_is_active(&c) && sync0_cycle(&c) == 1000000 && (events_pending(&c) & EVENT_SYNC0);
-  sync0_acknowledge(&c);
+  sync0_acknowledge(&c, byWrite);
   check("ST-48: SYNC0", sync && !(events_pending(&c) & EVENT_SYNC0));
   c.memory[0x0981] = 1;
   check("ST-48: cyclic operation without SYNC0 is none", !sync0_is_active(&c));
@@ -78,7 +80,7 @@ void mailbox() {
   c.write(0, message);
   const bool full = mailbox_is_full(&c, MAILBOX_RECEIVE);
   Bytes taken(64);
-  mailbox_take(&c, &in, taken.data());
+  mailbox_take(&c, &in, taken.data(), acknowledges_by_write(&c));
   check("ST-48: a message is taken whole, and the mailbox is empty",
         empty && full && taken == message && !mailbox_is_full(&c, MAILBOX_RECEIVE));
   const mailbox_header header{5, 0x1001, 0x40, MAILBOX_COE, 6};

@@ -60,11 +60,11 @@ void files() {
     bool up = true, down = true;
     const size_t most = b.boxBytes - 12;
     for (size_t n : {size_t{0}, size_t{1}, most - 1, most, most + 1, 3 * most, size_t{5000}}) {
-      down = down && write(b, pattern(n)) == 0 && b.program.content == pattern(n);
-      up = up && read(b) == pattern(n);
+      down = down && write(b, pattern(n)) == 0 && b.program.content == pattern(n) &&
+             b.program.password == 0x1234;
+      up = up && read(b) == pattern(n) && b.program.password == 0;
     }
-    check("ST-35: files of many lengths are written",
-          down && b.program.password == 0 && b.program.closedBadly == 0);
+    check("ST-35: files of many lengths are written", down && b.program.closedBadly == 0);
     check("ST-35: and read", up && b.program.closedWell == 14);
     check("ST-35: the name and password are the program's to judge",
           b.ask(4, open(2, "x", 7)).data == failed(0x8001) && b.program.opened == "x" &&
@@ -78,6 +78,51 @@ void busy() {
   b.program.busy = 9;
   check("ST-36: a busy program", write(b, pattern(1000)) == 9 && b.program.content == pattern(1000));
   check("ST-36: a busy master", read(b, 3) == pattern(1000));
+  // An opening, and packets to be read: the master waits, and so does what it asks for next.
+  const Bytes sdo{0, 0x20, 0x40, 0, 0x10, 0, 0, 0, 0, 0};
+  for (int opcode : {1, 2}) {
+    Bench d;
+    d.to(AL_PREOP);
+    d.program.content = pattern(10), d.program.busyOpening = 20;
+    d.post(4, open(opcode, "app.bin", 9)), d.serve();
+    d.post(3, sdo), d.serve(10);
+    const bool waits = !d.c.full(1) && d.c.full(0) && !d.c.interrupts() && d.program.opened == "app.bin" &&
+                       d.program.password == 9;
+    const auto answer = d.fetch(20), next = d.fetch();
+    const Bytes expected = opcode == 1 ? packet(1, pattern(10)) : acknowledge(0);
+    check("ST-36: an opening that is busy is answered later, and the next request behind it",
+          waits && answer.data == expected && next.type == 3 && d.program.closedBadly == 0);
+  }
+  Bench r;
+  r.to(AL_PREOP);
+  r.program.content = pattern(300), r.program.busyReading = 5;
+  r.post(4, open(1, "app.bin"));
+  const Bytes all = pattern(300);
+  bool ok = r.fetch(10).data == packet(1, Bytes(all.begin(), all.begin() + 116));
+  r.program.busyReading = 5, r.post(4, acknowledge(1));
+  ok = ok && r.fetch(10).data == packet(2, Bytes(all.begin() + 116, all.begin() + 232));
+  r.program.busyReading = 5, r.post(4, {6, 0, 0, 0, 0, 0});
+  ok = ok && r.fetch(10).data == packet(2, Bytes(all.begin() + 116, all.begin() + 232));
+  check("ST-36: a packet that cannot be read yet", ok);
+  // Busy without end: the master goes to INIT, and everything is new.
+  for (bool opening : {true, false}) {
+    Bench e;
+    e.to(AL_PREOP);
+    (opening ? e.program.busyOpening : e.program.busyReading) = 1 << 20;
+    e.program.content = pattern(300);
+    e.post(4, open(1, "app.bin")), e.serve(20);
+    e.request(AL_INIT);
+    ok = e.is(AL_INIT) && e.program.closedBadly == 1;
+    e.program.busyOpening = e.program.busyReading = 0;
+    e.to(AL_PREOP);
+    check("ST-36, ST-38: INIT ends what is busy", ok && e.fetch().type == -1 && read(e) == pattern(300));
+  }
+  Bench f;
+  f.to(AL_PREOP);
+  f.program.busyOpening = 3, f.program.openError = 0x8002;
+  f.post(4, open(2, "app.bin"));
+  check("ST-36, ST-37: busy, and then refused",
+        f.fetch(10).data == failed(0x8002) && f.program.closedBadly == 0 && f.ask(3, sdo).type == 3);
 }
 
 void mistakes() {

@@ -151,8 +151,21 @@ void emergencies() {
   for (uint8_t i = 1; i <= 4; ++i) {
     const auto m = b.fetch();
     ok = ok && m.type == 3 && m.data == Bytes({0, 0x10, i, 0, 0, 0, 0, 0, 0, 0});
+    if (i == 1) ok = ok && b.fetch().data[1] == 0x30;
   }
-  check("ST-18, ST-30: they come in order, before the answer", ok && b.fetch().data[1] == 0x30);
+  check("ST-18, ST-30: they come in order, the first before the answer", ok && b.fetch().type == -1);
+  // A program that never stops telling.
+  ok = true;
+  for (int i = 0; i < 10; ++i) {
+    b.post(3, kReadType);
+    unsigned between = 0;
+    for (bool answered = false; !answered && between < 3; ++between) {
+      slave_emergency(&b.demo.slave, 7, 0, nullptr), slave_emergency(&b.demo.slave, 7, 0, nullptr);
+      answered = b.fetch(1).data.at(1) == 0x30;
+    }
+    ok = ok && between <= 2;
+  }
+  check("ST-18: emergencies without end hold up no answer", ok);
   Bench boot;
   boot.to(AL_BOOT);
   check("ST-30: no emergency in Bootstrap", !slave_emergency(&boot.demo.slave, 0x5000, 1, data));

@@ -2,7 +2,7 @@
 //   stack-test [MESSAGES [SEED]]: so many mutated mailbox messages
 #include <cstdlib>
 
-#include "../fake.h"
+#include "controller.h"
 
 void testDriver();
 void testStates();
@@ -15,16 +15,23 @@ void testProcess();
 void testMutated(unsigned messages, unsigned seed);
 
 int main(int argc, char** argv) {
-  testDriver();
-  testStates();
-  testMailbox();
-  testSdo();
-  testInformation();
-  testPdo();
-  testFoe();
-  testProcess();
-  testMutated(argc > 1 ? static_cast<unsigned>(std::atoi(argv[1])) : 20000,
-              argc > 2 ? static_cast<unsigned>(std::atoi(argv[2])) : 1);
+  const auto number = [&](int n, unsigned absent) {
+    return argc > n ? static_cast<unsigned>(std::atoi(argv[n])) : absent;
+  };
+  const unsigned messages = number(1, 20000), seed = number(2, 1);
+  for (bool byWrite : {false, true}) {
+    Controller::newByWrite = byWrite;
+    if (byWrite) std::printf("and acknowledged by write:\n");
+    testDriver();
+    testStates();
+    testMailbox();
+    testSdo();
+    testInformation();
+    testPdo();
+    testFoe();
+    testProcess();
+    testMutated(byWrite ? messages / 2 : messages - messages / 2, seed);
+  }
   std::printf("%d wrong\n", failures);
   return failures > 0;
 }

@@ -111,6 +111,8 @@ void testMutated(unsigned messages, unsigned seed) {
       if (mutator.below(10) == 0) slave_emergency(&b.demo.slave, 0x1234, 0, nullptr);
       if (mutator.below(20) == 0) b.c.setActivate(1, static_cast<uint8_t>(b.c.memory[0x080e] ^ 2));
       if (mutator.below(50) == 0) b.program.busy = 2;
+      if (mutator.below(50) == 0) b.program.busyOpening = 2;
+      if (mutator.below(50) == 0) b.program.busyReading = 2;
       const Bytes m = mutator.message(all, b.boxBytes, b.demo.slave.received_counter % 7 + 1);
       b.c.write(0, m);
       const unsigned before = b.c.accesses;

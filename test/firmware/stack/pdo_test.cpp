@@ -81,12 +81,23 @@ void refused() {
     for (bool atOnce : {false, true}) {
       Bench b;
       b.to(AL_PREOP);
+      const auto objects = b.demo.objects;
       const uint32_t got = (atOnce ? mapAtOnce : map)(b, row.index, row.entries, row.bytes);
       char code[32];
       std::snprintf(code, sizeof code, ", 0x%08x", got);
-      check(std::string("ST-25, ST-32: ") + row.what + code,
-            got == row.code && b.upload(row.index, 0) == Bytes{0});
+      check(std::string("ST-25, ST-32: ") + row.what + code, got == row.code);
+      if (atOnce)
+        check("ST-21, ST-23: what is refused as a whole leaves no trace",
+              b.program.written.empty() && std::memcmp(&objects, &b.demo.objects, sizeof objects) == 0);
+      else check("ST-31: what cannot be counted stays 0", b.upload(row.index, 0) == Bytes{0});
     }
+  Bench counted;
+  counted.to(AL_PREOP);
+  counted.demo.objects.object_1600_02 = 0x71000110;
+  counted.program.written.clear();
+  check("ST-31: a count that cannot be leaves the one before",
+        counted.download(0x1600, 0, {2}) == 0x06020000 && counted.upload(0x1600, 0) == Bytes{3} &&
+            counted.program.written.empty());
   Bench b;
   b.to(AL_PREOP);
   check("ST-25: PDOs that are too long together",

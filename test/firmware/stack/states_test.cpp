@@ -87,6 +87,10 @@ void errors() {
   b.request(I);
   check("ST-04: ways back need no acknowledge", b.is(I));
   b.to(S);
+  b.request(9 | 0x10);
+  b.request(B), b.request(0);
+  check("ST-04: Bootstrap and nonsense are no ways back", b.error(S, 0x0012));
+  b.request(S | 0x10);
   b.request(S);
   check("ST-03: the present state without error changes nothing", b.is(S));
   b.request(9 | 0x10);
@@ -217,6 +221,13 @@ void switchedOff() {
     d.to(from);
     d.c.setSyncManager(3, 0x1200, 8, 0x20), d.serve();
     check(std::string("ST-12: inputs are changed in ") + nameOf(from), d.error(P, 0x001e));
+  }
+  for (uint8_t from : {S, O}) {
+    Bench e;
+    e.to(from);
+    e.c.setSyncManager(2, 0x1100, 3, 0x24), e.serve();
+    check(std::string("ST-09, ST-12: the watchdog's trigger is taken away in ") + nameOf(from),
+          e.error(P, 0x001d));
   }
   Bench b;
   b.to(O);
