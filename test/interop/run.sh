@@ -2,9 +2,9 @@
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other,
 # in a network namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME]
 # [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--clocks NAME] [--digital FILE] [--only SCENARIO]
-# [--cycles N] [--sync-cycles N] [--transfers N] [--capture] [--simulator FILE]; the NAMEs: the same slave
-# with a smoke detector, with four ports, with distributed clocks; the FILE, without its ending: one with
-# digital I/O. Scenario stack with SOEM is `make slave-demo`.
+# [--cycles N] [--sync-cycles N] [--transfers N] [--file BYTES] [--capture] [--simulator PROGRAM]; the NAMEs:
+# the same slave with a smoke detector, with four ports, with distributed clocks; the FILE, without its ending:
+# one with digital I/O. Scenario stack with SOEM is `make slave-demo`.
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -12,7 +12,7 @@ out=$root/build/interop
 # A simulated network is far slower than a real one. So the clock of a master goes slower, too, and with it
 # that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
 clock=0.01
-preset=slave alarm= star= clocks= digital= masters='soem ethercrab' only= cycles=5000 sync=200 transfers=20
+preset=slave alarm= star= clocks= digital= masters='soem ethercrab' only= cycles=5000 sync=200 transfers=20 file=4001
 capture= simulator=$out/flyframe-cosim master= python=$root/build/tools/venv/bin/python
 while [ $# -gt 0 ]; do
   case $1 in
@@ -26,6 +26,7 @@ while [ $# -gt 0 ]; do
     --cycles) cycles=$2; shift ;;
     --sync-cycles) sync=$2; shift ;;
     --transfers) transfers=$2; shift ;;
+    --file) file=$2; shift ;;
     --capture) capture=yes ;;
     --simulator) simulator=$2; shift ;;
     --in-namespace) master=$2; shift ;; # this script's own
@@ -98,12 +99,12 @@ run() {
   [ "$scenario" = clocks ] && limit=$((600 + sync)) count=$sync
   begin=$(date +%s)
   if [ "$scenario" = stack ]; then
-    count=$transfers
-    [ "$master" != soem ] || program="$python $here/soem_stack.py"
+    count=$transfers limit=$((600 + transfers + file / 100))
+    [ "$master" != soem ] || program="$python $here/soem_stack.py" count="$transfers $file"
   fi
   # shellcheck disable=SC2086 # the program has arguments
   timeout $limit env LD_PRELOAD="$faketime" FAKETIME="+0 x$clock" \
-    $program veth-master "$net/control.sock" "$scenario" "$slaves" "$count"
+    $program veth-master "$net/control.sock" "$scenario" "$slaves" $count
   ended=$?
   if [ -n "$tshark" ]; then
     sleep 1
@@ -175,7 +176,7 @@ for master in $masters; do
   unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" \
     ${alarm:+--alarm "$alarm"} ${star:+--star "$star"} ${clocks:+--clocks "$clocks"} \
     ${digital:+--digital "$digital"} \
-    ${only:+--only "$only"} --cycles "$cycles" --sync-cycles "$sync" --transfers "$transfers" \
+    ${only:+--only "$only"} --cycles "$cycles" --sync-cycles "$sync" --transfers "$transfers" --file "$file" \
     ${capture:+--capture} \
     --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
   running="$running $master"

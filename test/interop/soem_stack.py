@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """SOEM (by pysoem) as the master of the slave stack's demonstration: `make slave-demo`, and scenario `stack`.
 
-Usage: soem_stack.py INTERFACE CONTROL-SOCKET stack 1 [TRANSFERS]
+Usage: soem_stack.py INTERFACE CONTROL-SOCKET stack 1 TRANSFERS FILE-BYTES
 
 Prints what it does and what it sees; exit code 1 if something is wrong.
 """
@@ -14,11 +14,12 @@ import sys
 import pysoem
 
 INTERFACE, CONTROL = sys.argv[1:3]
-TRANSFERS = int(sys.argv[5]) if len(sys.argv) > 5 else 20
+TRANSFERS, FILE_BYTES = map(int, sys.argv[5:7])
 FRAME = pysoem.settings.timeouts.ret
 STATE = pysoem.settings.timeouts.state
 FILE_US = 1_000_000  # for a packet
 FIRMWARE = "firmware.bin"
+PACKET = 256 - 12  # bytes of a file in a mailbox of Bootstrap
 failures = 0
 
 
@@ -106,14 +107,31 @@ def transfers(slave, exchange=lambda: None):
         slave.sdo_write(0x8000, 8, normal)
         if slave.sdo_read(0x8000, 8) != normal:
             check(f"normal transfer {i}", False)
-        if i % 4 == 0:
-            note = bytes((i + k) % 251 for k in range(300))
-            slave.sdo_write(0x2000, 0, note)
-            if slave.sdo_read(0x2000, 0, size=400) != note:
-                check(f"segmented transfer {i}", False)
-            if slave.sdo_read(0x8000, 0, size=64, ca=True)[:2] != b"\x08\x00":
-                check(f"complete access {i}", False)
-    tell(f"{TRANSFERS} transfers expedited and normal each way, a quarter of that segmented and complete")
+        note = bytes((i + k) % 251 for k in range(300))
+        slave.sdo_write(0x2000, 0, note)
+        if slave.sdo_read(0x2000, 0, size=400) != note:
+            check(f"segmented transfer {i}", False)
+        if slave.sdo_read(0x8000, 0, size=64, ca=True) != b"\x08\x00" + all_parameters(short, normal):
+            check(f"complete access {i}", False)
+        if i % 1000 == 999:
+            tell(f"{i + 1} transfers of each kind")
+    check("SDO transfers of each kind both ways, with process data beside them", True, TRANSFERS)
+
+
+def all_parameters(offset, plant):
+    """As complete access has them: five numbers, and bit by bit enabled, blinking and the plant."""
+    numbers = struct.pack("<HHB", 0x00FF, 0xFFFF, 10) + offset + struct.pack("<f", 1.0)
+    return numbers + (1 | struct.unpack("<Q", plant)[0] << 3).to_bytes(9, "little")
+
+
+def complete_downloads(slave):
+    """Not all parameters may be written in OP."""
+    for i in range(TRANSFERS):
+        whole = all_parameters(struct.pack("<i", i % 999), struct.pack("<Q", i * 0x9E3779B97F4A7C15 % 2**64))
+        slave.sdo_write(0x8000, 1, whole, ca=True)
+        if slave.sdo_read(0x8000, 1, size=64, ca=True) != whole:
+            check(f"complete access {i}", False)
+    check("complete access both ways", True, TRANSFERS)
 
 
 def mapping(slave):
@@ -168,23 +186,56 @@ def firmware(version, size):
     return body + bytes([-sum(body) % 256])
 
 
+def write(slave, data):
+    """Whether a file was written."""
+    with contextlib.suppress(Exception):  # pysoem has several
+        return slave.foe_write(FIRMWARE, 0, data, FILE_US) > 0
+    return False
+
+
+def read(slave, most):
+    """What pysoem makes of a file: when the transfer fails, something else than the file."""
+    with contextlib.suppress(Exception):
+        return slave.foe_read(FIRMWARE, 0, most, FILE_US)
+    return None
+
+
+def broken_off(slave):
+    """The device refuses each packet of a short file in turn; the master leaves it behind each packet."""
+    new = firmware(3, 5 * PACKET + 1)
+    writes = reads = leaves = True
+    for n in range(6):
+        bench(f"host 0 refuse {n}")
+        writes = writes and not write(slave, new)
+        bench("host 0 refuse -1")
+        writes = writes and write(slave, new)
+        bench(f"host 0 refuse {n}")
+        reads = reads and read(slave, 8192) != new
+        bench("host 0 refuse -1")
+        reads = reads and read(slave, 8192) == new
+        if n > 0:
+            leaves = leaves and read(slave, n * PACKET - 1) != new and read(slave, 8192) == new
+    check("each packet refused in turn, and the same file written right behind it", writes)
+    check("each packet refused to be read, and the file read right behind it", reads)
+    check("the master leaves the file at each packet, and reads it right behind that", leaves)
+
+
 def bootstrap(master, slave):
-    new = firmware(2, 4001)
+    new = firmware(2, FILE_BYTES)
     state(master, slave, pysoem.INIT_STATE, "INIT")
     slave.amend_mbx("out", 0x1000, 256)
     slave.amend_mbx("in", 0x1100, 256)
     state(master, slave, 3, "BOOT")
-    tell(f"writing {FIRMWARE}, {len(new)} bytes; the device is busy now and then")
-    written = slave.foe_write(FIRMWARE, 0, new, FILE_US)
-    check("the firmware is written", written > 0, written)
-    check("and read back the same", slave.foe_read(FIRMWARE, 0, 8192, FILE_US) == new)
-    broken = new[:-1] + bytes([new[-1] ^ 1])
-    try:
-        result = slave.foe_write(FIRMWARE, 0, broken, FILE_US)
-    except Exception as e:  # pysoem has several
-        result = f"{type(e).__name__} {e}"
-    check("one with a wrong sum is refused", not isinstance(result, int) or result <= 0, result)
-    check("the right one once more", slave.foe_write(FIRMWARE, 0, new, FILE_US) > 0)
+    tell(f"writing {FIRMWARE}, {len(new)} bytes; the device is busy at each packet")
+    bench("host 0 busy 1")
+    check("the firmware is written", write(slave, new))
+    check("and read back the same", read(slave, FILE_BYTES + PACKET) == new)
+    bench("host 0 busy 8")
+    broken_off(slave)
+    short = firmware(2, 4001)
+    broken = short[:-1] + bytes([short[-1] ^ 1])
+    check("one with a wrong sum is refused", not write(slave, broken))
+    check("the right one once more", write(slave, short))
     state(master, slave, pysoem.INIT_STATE, "INIT")
     slave.amend_mbx("out", 0x1000, 128)
     slave.amend_mbx("in", 0x1080, 128)
@@ -202,6 +253,7 @@ with contextlib.suppress(Wrong):
     check("it reaches PREOP", device.state_check(pysoem.PREOP_STATE, STATE) == pysoem.PREOP_STATE)
     dictionary(device)
     parameters(device)
+    complete_downloads(device)
     mapping(device)
     master.config_map()
     reached = master.state_check(pysoem.SAFEOP_STATE, STATE)

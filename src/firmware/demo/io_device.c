@@ -31,25 +31,20 @@ static uint32_t open_file(void *context, const char *name, uint16_t length, uint
   (void)password;
   if (!is_firmware(name, length)) return FOE_NOT_FOUND;
   if (to_write && io->device.slave.state != AL_BOOT) return FOE_BOOT_ONLY;
-  io->packets = io->sum = 0;
+  io->sum = 0;
   io->magic = io->version = 0;
-  return 0;
+  return to_write ? io->board->erase(io->board->context) : 0;
 }
 
 static uint32_t read_file(void *context, uint32_t offset, uint8_t *data, uint16_t most, uint16_t *length) {
   struct io_device *io = context;
-  *length = io->board->fetch(io->board->context, offset, data, most);
-  return 0;
+  return io->board->fetch(io->board->context, offset, data, most, length);
 }
 
-/* A flash memory is slow: now and then the master has to send a packet again. */
 static uint32_t write_file(void *context, uint32_t offset, const uint8_t *data, uint16_t length, bool last) {
   struct io_device *io = context;
-  if (++io->packets > IO_BUSY_EVERY) {
-    io->packets = 0;
-    return SLAVE_FILE_BUSY;
-  }
-  if (!io->board->store(io->board->context, offset, data, length)) return FOE_DENIED;
+  const uint32_t error = io->board->store(io->board->context, offset, data, length);
+  if (error) return error;
   for (uint16_t i = 0; i < length; ++i) io->sum = (uint8_t)(io->sum + data[i]);
   if (offset == 0 && length >= IO_FIRMWARE_LEAST) {
     io->magic = number_at(data, 4);
