@@ -3,7 +3,7 @@
 flyframe-cosim.
 
 Usage: make_network.py FOLDER N [--preset NAME] [--second NAME] [--corrupt SLAVE] [--no-lrw] [--ring]
-                       [--star NAME] [--clocks NAME] [--digital NAME] [--stack]
+                       [--star NAME] [--clocks NAME] [--digital NAME] [--stack [--sync NAME]]
 
 Slave i has SIZES[i] bytes of outputs and inputs; its name, product code, alias and serial number tell which
 one it is. SOEM takes slaves with equal vendor, product and revision for copies of the first and does not read
@@ -94,11 +94,18 @@ if __name__ == "__main__":
         "EEPROM",
     )
     parser.add_argument("--stack", action="store_true", help="one slave: the slave stack's demonstration")
+    parser.add_argument("--sync", help="preset of that slave, with clocks")
     args = parser.parse_args()
     args.folder.mkdir(parents=True, exist_ok=True)
     if args.stack:
         eeprom = pathlib.Path(__file__).resolve().parents[2] / "generated/slave-demo.sii.bin"
-        slave = {"preset": args.preset, "eeprom": str(eeprom), "host": "stack"}
+        slave = {"preset": args.sync or args.preset, "eeprom": str(eeprom), "host": "stack"}
+        if args.sync:
+            # SYNC0 is an event (0x0151 bit 3) that waits for its acknowledge (pulse length 0).
+            area = struct.pack("<7H", 0x0080, 0x0800, 0, 0, 0, 0, 0)
+            image = area + struct.pack("<H", crc8(area)) + eeprom.read_bytes()[16:]
+            (args.folder / "sync.bin").write_bytes(image)
+            slave["eeprom"] = "sync.bin"
         (args.folder / "net.json").write_text(json.dumps({"slaves": [slave]}, indent=1))
         raise SystemExit
     slaves = []

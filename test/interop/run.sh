@@ -98,7 +98,7 @@ run() {
   [ "$scenario" = cycles ] && limit=1800
   [ "$scenario" = clocks ] && limit=$((600 + sync)) count=$sync
   begin=$(date +%s)
-  if [ "$scenario" = stack ]; then
+  if [ "${scenario#stack}" != "$scenario" ]; then
     count=$transfers limit=$((600 + transfers + file / 100))
     [ "$master" != soem ] || program="$python $here/soem_stack.py" count="$transfers $file"
   fi
@@ -139,6 +139,7 @@ if [ -n "$master" ]; then
     [ -z "$alarm" ] || run alarm 3 --second "$alarm"
     [ -z "$digital" ] || run digital 5 --digital "$digital"
     run ring 3 --ring # ethercrab has one card only
+    [ -z "$clocks" ] || run stack_sync 1 --stack --sync "$clocks"
   fi
   [ -z "$star" ] || run star 5 --star "$star"
   [ -z "$clocks" ] || run clocks 5 --clocks "$clocks"
@@ -191,7 +192,7 @@ for master in $running; do
 done
 if [ "$passed$failed$skipped" = 000 ]; then
   echo "Nothing to run. Scenarios: scan, cycles, star, clocks, cable, refuse, watchdog, eeprom, stack;" \
-    "only with soem: overlap, lrd_lwr, alarm, ring." >&2
+    "only with soem: overlap, lrd_lwr, alarm, ring, stack_sync." >&2
   exit 2
 fi
 echo "$passed passed, $failed failed, $skipped skipped"

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""SOEM (by pysoem) as the master of the slave stack's demonstration: `make slave-demo`, and scenario `stack`.
+"""SOEM (by pysoem) as the master of the slave stack's demonstration: `make slave-demo`, and scenarios `stack`
+and `stack_sync`.
 
-Usage: soem_stack.py INTERFACE CONTROL-SOCKET stack 1 TRANSFERS FILE-BYTES
+Usage: soem_stack.py INTERFACE CONTROL-SOCKET SCENARIO 1 TRANSFERS FILE-BYTES
 
 Prints what it does and what it sees; exit code 1 if something is wrong.
 """
@@ -13,11 +14,12 @@ import sys
 
 import pysoem
 
-INTERFACE, CONTROL = sys.argv[1:3]
+INTERFACE, CONTROL, SCENARIO = sys.argv[1:4]
 TRANSFERS, FILE_BYTES = map(int, sys.argv[5:7])
 FRAME = pysoem.settings.timeouts.ret
 STATE = pysoem.settings.timeouts.state
 FILE_US = 1_000_000  # for a packet
+SYNC_US = 200
 FIRMWARE = "firmware.bin"
 PACKET = 256 - 12  # bytes of a file in a mailbox of Bootstrap
 failures = 0
@@ -244,13 +246,52 @@ def bootstrap(master, slave):
     check("the device runs the new firmware", version == 2, f"version {version}")
 
 
-master = pysoem.Master()
-master.open(INTERFACE, None)
-with contextlib.suppress(Wrong):
-    found = master.config_init()
-    check("a slave is found", found == 1, master.slaves[0].name if found else found)
-    device = master.slaves[0]
-    check("it reaches PREOP", device.state_check(pysoem.PREOP_STATE, STATE) == pysoem.PREOP_STATE)
+def synchronized(master, slave):
+    """SYNC mode: a cycle of the program with each SYNC0."""
+    check("the slave has clocks", master.config_dc())
+    slave.dc_sync(True, SYNC_US * 1000)
+    master.config_map()
+    reached = master.state_check(pysoem.SAFEOP_STATE, STATE)
+    check("SAFEOP with SYNC0", reached == pysoem.SAFEOP_STATE, f"code 0x{slave.al_status:04x}")
+
+    def exchange(outputs):
+        slave.output = struct.pack("<HB", outputs, 0)
+        master.send_processdata()
+        if master.receive_processdata(FRAME) != 3:
+            check("working counter", False)
+        return struct.unpack("<HH", slave.input)  # inputs, which are the outputs, and the cycles
+
+    # SOEM has SYNC0 begin in 100 ms.
+    begin = exchange(0)[1]
+    check("no cycle before the first SYNC0", exchange(0)[1] == begin, begin)
+    bench("advance 101000")
+    exchange(0)
+    state(master, slave, pysoem.OP_STATE, "OP")
+    exchange(0x1234)
+    bench(f"advance {2 * SYNC_US}")
+    check("outputs act with SYNC0", exchange(0x1234)[0] == 0x1234)
+    # Two frames in a cycle of SYNC0; they are those of the last exchange.
+    before = exchange(0x1234)[1]
+    bench(f"repeat 400 {SYNC_US // 2}")
+    cycles = exchange(0x1234)[1] - before
+    check("as many cycles as SYNC0", 198 <= cycles <= 203, cycles)
+    master.read_state()
+    check("still in OP", slave.state == pysoem.OP_STATE)
+    bench(f"advance {6 * SYNC_US}")
+    master.read_state()
+    check("SYNC0 without outputs", (slave.state, slave.al_status) == (0x14, 0x001A), hex(slave.al_status))
+    slave.state = pysoem.SAFEOP_STATE | 0x10
+    slave.write_state()
+    exchange(0)
+    state(master, slave, pysoem.OP_STATE, "OP again")
+    slave.dc_sync(False, 0)
+    for _ in range(103):
+        exchange(0)
+    master.read_state()
+    check("outputs without SYNC0", (slave.state, slave.al_status) == (0x14, 0x002D), hex(slave.al_status))
+
+
+def everything(master, device):
     dictionary(device)
     parameters(device)
     complete_downloads(device)
@@ -264,5 +305,15 @@ with contextlib.suppress(Wrong):
     )
     process_data(master, device)
     bootstrap(master, device)
+
+
+master = pysoem.Master()
+master.open(INTERFACE, None)
+with contextlib.suppress(Wrong):
+    found = master.config_init()
+    check("a slave is found", found == 1, master.slaves[0].name if found else found)
+    the_device = master.slaves[0]
+    check("it reaches PREOP", the_device.state_check(pysoem.PREOP_STATE, STATE) == pysoem.PREOP_STATE)
+    (synchronized if SCENARIO == "stack_sync" else everything)(master, the_device)
 master.close()
 sys.exit(1 if failures else 0)

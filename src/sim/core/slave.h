@@ -107,6 +107,7 @@ class Slave : public Actor {
   uint32_t hostResult() const { return hostResult_; }
   // The interrupt pin; false if the core has none.
   bool irq() const { return pins_.irq && *pins_.irq; }
+  bool hasSync() const { return pins_.sync[0] != nullptr; }
   // The program that from now on owns the host port; null for none. An access under way is given up.
   void setHost(std::unique_ptr<Host> host);
   Host* host() { return hostProgram_.get(); }

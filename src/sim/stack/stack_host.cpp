@@ -86,8 +86,10 @@ class StackHost : public Host {
 
  private:
   static StackHost& of(void* context) { return *static_cast<StackHost*>(context); }
+  void startWithSync();
 
   board board_;
+  slave_device device_ = slave_demo_device;
   io_device io_{};
   uint16_t outputs_ = 0;
   bool lamp_ = false;
@@ -116,7 +118,16 @@ void StackHost::run() {
   hardware.fetch = [](void* h, uint32_t offset, uint8_t* data, uint16_t most, uint16_t* length) {
     return of(h).flash_.fetch(offset, data, most, length);
   };
-  for (io_device_start(&io_, &board_, &hardware);; sleepNs(kReactionNs)) io_device_serve(&io_);
+  io_device_start(&io_, &board_, &hardware);
+  if (slave().hasSync()) startWithSync();
+  for (;; sleepNs(kReactionNs)) io_device_serve(&io_);
+}
+
+// As the device file says with `dcModes`: that of the demonstration is for a controller without clocks.
+void StackHost::startWithSync() {
+  const slave_memory memory = io_.device.slave.memory;
+  device_.sync = true;
+  slave_start(&io_.device.slave, &board_, &device_, &memory, &io_.application);
 }
 
 std::string StackHost::command(const std::vector<std::string>& words) {
