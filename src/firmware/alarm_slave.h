@@ -20,10 +20,11 @@ struct alarm_slave {
   bool by_write; /* the controller is acknowledged by write */
   struct alarm_slave_parameters parameters;
   enum self_test self_test;
-  bool marked;                                 /* self_test and epoch are held: a reset can be seen there */
-  uint8_t epoch;                               /* of this start */
-  uint32_t unwatched_ms;                       /* so long the detector has had no supply */
-  uint32_t broadcasts, messages;               /* taken since then */
+  bool marked;           /* self_test and epoch are held: a reset can be seen there */
+  uint8_t epoch;         /* of this start */
+  uint32_t unwatched_ms; /* so long the detector has had no supply */
+  uint32_t broadcasts,
+      messages; /* taken since then; with acknowledge by write one that crosses counts twice */
   uint8_t last_broadcast[ALARM_MESSAGE_BYTES]; /* to all */
   uint8_t last_message[ALARM_MESSAGE_BYTES];   /* to this slave */
 };

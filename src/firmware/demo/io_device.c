@@ -10,8 +10,8 @@ static void cycle(void *context, bool outputs_valid) {
   o->object_6000_01 = io->board->sense(io->board->context) ^ o->object_8000_01;
   ++o->object_6001;
   const bool overloaded = (outputs & IO_OVERLOADED) != 0;
-  if (overloaded == io->overloaded) return;
   o->object_1001 = overloaded ? IO_OVERLOAD_BIT : 0;
+  if (overloaded == io->overloaded) return;
   /* With too many waiting, in a later cycle. */
   if (slave_emergency(&io->device.slave, overloaded ? IO_OVERLOAD : 0, o->object_1001, 0))
     io->overloaded = overloaded;

@@ -40,6 +40,14 @@ void sync_manager_read(struct board *board, uint8_t number, struct sync_manager 
   settings->status = bytes[5];
 }
 
+uint8_t sync_manager_control(struct board *board, uint8_t number) {
+  return (uint8_t)read_number(board, (uint16_t)ESC_SMN_CONTROL(number), 1);
+}
+
+uint8_t sync_manager_status(struct board *board, uint8_t number) {
+  return (uint8_t)read_number(board, (uint16_t)ESC_SMN_STATUS(number), 1);
+}
+
 bool sync_manager_is_on(struct board *board, uint8_t number) {
   return !(read_number(board, (uint16_t)ESC_SMN_PDI_CONTROL(number), 1) & ESC_SMN_DEACTIVATED_MASK);
 }
@@ -68,7 +76,7 @@ void buffer_read(struct board *board, uint16_t start, uint8_t *bytes, uint16_t l
 
 bool watchdog_runs(struct board *board, bool by_write) {
   acknowledge(board, ESC_WATCHDOG_STATUS_PROCESS_DATA, by_write);
-  return read_number(board, ESC_WATCHDOG_STATUS_PROCESS_DATA, 2) & ESC_WATCHDOG_PROCESS_DATA_MASK;
+  return read_number(board, ESC_WATCHDOG_STATUS_PROCESS_DATA, 1) & ESC_WATCHDOG_PROCESS_DATA_MASK;
 }
 
 uint16_t watchdog_time(struct board *board) {

@@ -46,10 +46,13 @@ struct sync_manager {
   uint8_t activate; /* bit 0: switched on by the master; bit 1: repeat request */
 };
 enum { SM_EVENT = 0x20, SM_WATCHDOG = 0x40 };
-enum { SM_FULL = 0x08, SM_ENABLED = 0x01, SM_REPEAT = 0x02 };
+enum { SM_FULL = 0x08, SM_NONE_WRITTEN = 0x30, SM_ENABLED = 0x01, SM_REPEAT = 0x02 };
 
 /* Without acknowledge by write it ends the event of its activation. */
 void sync_manager_read(struct board *board, uint8_t number, struct sync_manager *settings);
+/* These end no event. */
+uint8_t sync_manager_control(struct board *board, uint8_t number);
+uint8_t sync_manager_status(struct board *board, uint8_t number);
 /* The host's own switch (SM-27): off, its memory is locked for the master, and what was in it is forgotten.
  * It acts when no frame passes (B-59), which is waited for, but not for ever; false: it has not acted yet. */
 bool sync_manager_switch(struct board *board, uint8_t number, bool on);
@@ -60,7 +63,8 @@ void activations_read(struct board *board, uint8_t *bytes, uint8_t count, bool b
 /* All bytes of a buffer, or mailbox, that the master has written; the last one closes it. */
 void buffer_read(struct board *board, uint16_t start, uint8_t *bytes, uint16_t length, bool by_write);
 
-/* Process data watchdog: whether it has not expired. Reading ends its event. */
+/* Process data watchdog: whether it has not expired. Reading ends its event, by one byte: what came between
+ * two would be lost. */
 bool watchdog_runs(struct board *board, bool by_write);
 /* Ticks after which it expires; 0: never (WD-03). */
 uint16_t watchdog_time(struct board *board);

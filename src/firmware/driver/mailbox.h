@@ -30,7 +30,8 @@ void mailbox_take(struct board *board, const struct mailbox_area *area, uint8_t 
  * fills it. */
 void mailbox_put(struct board *board, const struct mailbox_area *area, const uint8_t *bytes);
 
-/* The master asks for the last message again (SM-35): true until mailbox_repeated(). */
+/* The master asks for the last message again (SM-35): true until mailbox_repeated(). It ends the event of the
+ * activation, and so whoever asks looks at that again. */
 bool mailbox_repeat_asked(struct board *board);
 void mailbox_repeated(struct board *board); /* of a mailbox that the host has on */
 

@@ -12,6 +12,7 @@ void mailbox_begin(struct slave *slave, const struct slave_mailbox *receive,
                    const struct slave_mailbox *send);
 void mailbox_end(struct slave *slave);
 void mailbox_serve(struct slave *slave);
+void mailbox_switched(struct slave *slave);         /* the master has written an activation */
 uint32_t mailbox_events(const struct slave *slave); /* those that are served */
 /* Where the next message to the master is put together, and how long it may be. It leaves when its handler
  * returns its length; 0: there is none. */
@@ -54,6 +55,7 @@ uint16_t process_check(struct slave *slave);          /* AL status code: may SAF
 uint16_t outputs_check(struct slave *slave);          /* the same for OP */
 uint16_t process_settings(const struct slave *slave); /* the SyncManagers, as they must be in SAFEOP and OP */
 void process_begin(struct slave *slave);
+void process_switched(struct slave *slave); /* SyncManagers may have been off: inputs are written again */
 void outputs_begin(struct slave *slave);
 void process_end(struct slave *slave);
 bool process_receive(struct slave *slave, uint32_t events); /* takes outputs; whether there are new ones */

@@ -11,7 +11,7 @@ void mailbox_begin(struct slave *slave, const struct slave_mailbox *receive,
   slave->anything_sent = slave->older_sent = slave->older_due = slave->newest_due = false;
   slave->repeated_waits = slave->blocked = slave->taking_back = false;
   slave->emergency_count = 0;
-  slave->emergency_sent = false;
+  slave->emergency_sent = slave->repeat_asked = false;
   slave->list.fragments = 0;
   slave->sdo.kind = SDO_NONE;
   if (mailbox_repeat_asked(slave->board)) mailbox_repeated(slave->board);
@@ -41,6 +41,11 @@ static void put_again(struct slave *slave, bool newest) {
   mailbox_put(slave->board, &slave->send, slave->memory.reply[newest ? slave->newest : !slave->newest]);
 }
 
+static void repeated(struct slave *slave) {
+  slave->repeat_asked = false;
+  mailbox_repeated(slave->board);
+}
+
 /* The last message that the master has read is lost; behind it may be one that was not read yet. A repeated
  * one that was not read is there already. */
 static void repeat(struct slave *slave, bool full) {
@@ -53,7 +58,7 @@ static void repeat(struct slave *slave, bool full) {
     put_again(slave, !slave->newest_due);
     slave->repeated_waits = true;
   }
-  mailbox_repeated(slave->board);
+  repeated(slave);
 }
 
 static uint16_t error_reply(struct slave *slave, enum mailbox_error detail) {
@@ -137,7 +142,7 @@ static void send_next(struct slave *slave) {
   if (slave->older_due) {
     slave->older_due = false;
     put_again(slave, false);
-    mailbox_repeated(slave->board);
+    repeated(slave);
     return;
   }
   if (slave->newest_due) {
@@ -160,7 +165,7 @@ void mailbox_serve(struct slave *slave) {
   if (slave->taking_back || !sync_manager_is_on(slave->board, MAILBOX_SEND)) return;
   bool full = mailbox_is_full(slave->board, MAILBOX_SEND);
   if (!full) slave->repeated_waits = false;
-  if (!slave->older_due && mailbox_repeat_asked(slave->board)) {
+  if (!slave->older_due && slave->repeat_asked) {
     repeat(slave, full);
     take_back(slave);
     full = mailbox_is_full(slave->board, MAILBOX_SEND);
@@ -171,6 +176,8 @@ void mailbox_serve(struct slave *slave) {
   }
   slave->blocked = full;
 }
+
+void mailbox_switched(struct slave *slave) { slave->repeat_asked = mailbox_repeat_asked(slave->board); }
 
 uint32_t mailbox_events(const struct slave *slave) {
   if (slave->blocked) return event_of(MAILBOX_SEND);

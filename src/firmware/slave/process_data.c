@@ -31,10 +31,8 @@ static bool settings_hold(const struct slave *slave, const struct slave_process 
 }
 
 static bool triggers_watchdog(const struct slave *slave) {
-  struct sync_manager outputs;
-  if (slave->output_bytes == 0) return false;
-  sync_manager_read(slave->board, slave->device->outputs.sync_manager, &outputs);
-  return (outputs.control & SM_WATCHDOG) != 0;
+  const uint8_t number = slave->device->outputs.sync_manager;
+  return slave->output_bytes > 0 && (sync_manager_control(slave->board, number) & SM_WATCHDOG);
 }
 
 static uint16_t settings_check(const struct slave *slave) {
@@ -170,11 +168,19 @@ static uint16_t count_missed(struct slave *slave, bool sync, bool received) {
   return slave->unsynced > UNSYNCED_MOST ? AL_CODE_NO_SYNC : AL_CODE_NONE;
 }
 
-/* Why OP cannot go on, as an AL status code. */
-static uint16_t failure(struct slave *slave, bool sync, bool received) {
+/* Why OP cannot go on, as an AL status code. A watchdog that runs again may have expired meanwhile. */
+static uint16_t failure(struct slave *slave, uint32_t events, bool sync, bool received) {
   if (slave->state != AL_OP || slave->output_bytes == 0) return AL_CODE_NONE;
-  if (slave->watched && !watchdog_runs(slave->board, slave->by_write)) return AL_CODE_WATCHDOG;
+  if (slave->watched && (!watchdog_runs(slave->board, slave->by_write) || (events & EVENT_WATCHDOG)))
+    return AL_CODE_WATCHDOG;
   return slave->mode == SLAVE_SYNC0 ? count_missed(slave, sync, received) : AL_CODE_NONE;
+}
+
+void process_switched(struct slave *slave) {
+  const uint8_t number = slave->device->inputs.sync_manager;
+  if (slave->input_bytes == 0) return;
+  if ((sync_manager_status(slave->board, number) & SM_NONE_WRITTEN) == SM_NONE_WRITTEN)
+    slave->inputs_due = true;
 }
 
 bool process_receive(struct slave *slave, uint32_t events) {
@@ -189,7 +195,7 @@ bool process_receive(struct slave *slave, uint32_t events) {
 void process_serve(struct slave *slave, uint32_t events, bool received) {
   const bool sync = slave->mode == SLAVE_SYNC0 && (events & EVENT_SYNC0) != 0;
   if (sync) sync0_acknowledge(slave->board, slave->by_write);
-  const uint16_t code = failure(slave, sync, received);
+  const uint16_t code = failure(slave, events, sync, received);
   if (code) slave_fall(slave, AL_SAFEOP, code);
   if (code || is_due(slave, events, received)) cycle(slave);
 }

@@ -117,6 +117,7 @@ struct slave {
 
   struct slave_emergency emergencies[SLAVE_EMERGENCIES];
   uint8_t first_emergency, emergency_count;
+  bool repeat_asked;   /* by the master */
   bool emergency_sent; /* last: now something else may leave */
 
   struct {

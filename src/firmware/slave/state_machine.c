@@ -107,10 +107,12 @@ static void check_sync_managers(struct slave *slave) {
   uint8_t activations[16];
   activations_read(slave->board, activations, sizeof activations, slave->by_write);
   const bool boot = slave->state == AL_BOOT;
+  if (has_mailbox(slave->state)) mailbox_switched(slave); /* before what is read is judged */
   if (slave->state != AL_INIT && !mailboxes_hold(slave, boot))
     slave_fall(slave, AL_INIT, boot ? AL_CODE_BOOT_MAILBOX : AL_CODE_PREOP_MAILBOX);
   const uint16_t code = has_process_data(slave->state) ? process_settings(slave) : AL_CODE_NONE;
   if (code != AL_CODE_NONE) slave_fall(slave, AL_PREOP, code);
+  if (has_process_data(slave->state)) process_switched(slave);
 }
 
 /* Only what this state ends: the interrupt is a level, and would stay. */
@@ -135,12 +137,15 @@ void slave_start(struct slave *slave, struct board *board, const struct slave_de
 }
 
 void slave_serve(struct slave *slave) {
-  const uint32_t events = events_pending(slave->board);
+  uint32_t events = events_pending(slave->board);
+  const uint8_t before = slave->state;
   /* First: outputs that came before a request for OP count for it. */
   const bool received = has_process_data(slave->state) && process_receive(slave, events);
   /* Before activations: a master that has switched SyncManagers off has asked for INIT, too. */
   if (events & EVENT_AL_CONTROL) follow(slave, al_control(slave->board, slave->by_write));
-  if (events & EVENT_ACTIVATION) check_sync_managers(slave);
+  /* Who enters a state has ended events of SyncManagers; and the watchdog's is of before. */
+  if ((events & EVENT_ACTIVATION) || slave->state != before) check_sync_managers(slave);
+  if (before != AL_OP) events &= ~(uint32_t)EVENT_WATCHDOG;
   if (has_mailbox(slave->state)) mailbox_serve(slave);
   if (has_process_data(slave->state)) process_serve(slave, events, received);
   fail(slave);

@@ -46,6 +46,7 @@ class Flash {
     content.clear(), begin();
     return 0;
   }
+  int64_t accesses() const { return accesses_; }  // since the opening
   void begin() { erased_ = -1, accesses_ = 0, waited_ = false; }
   uint32_t store(uint32_t offset, const uint8_t* data, uint16_t length) {
     if (const uint32_t error = access()) return error;
@@ -134,8 +135,9 @@ std::string StackHost::command(const std::vector<std::string>& words) {
   const auto code = [&] { return static_cast<uint16_t>(std::stoul(words[1], nullptr, 0)); };
   char text[120];
   if (words.size() == 1 && words[0] == "status") {
-    std::snprintf(text, sizeof text, "state %u outputs 0x%04x lamp %d firmware %zu bytes",
-                  io_.device.slave.state, outputs_, lamp_, flash_.content.size());
+    std::snprintf(text, sizeof text, "state %u outputs 0x%04x lamp %d firmware %zu bytes, packets %lld",
+                  io_.device.slave.state, outputs_, lamp_, flash_.content.size(),
+                  static_cast<long long>(flash_.accesses()));
     return text;
   }
   if (words.size() == 2 && words[0] == "busy") return flash_.busyEvery = std::max<unsigned>(code(), 1), "";

@@ -68,7 +68,7 @@ void Controller::settle() {
 void Controller::acknowledge(uint16_t a) {
   if (a == 0x0120 || a == 0x0121) events_ &= ~1u;
   if (a == 0x098e) events_ &= ~4u;
-  if (a == 0x0440) events_ &= ~0x40u;
+  if (a == 0x0440 || a == 0x0441) events_ &= ~0x40u;
   if (a < 0x0800 || a >= 0x0800 + 8 * kSyncManagers || a % 8 != 6) return;
   if (byWrite_) changed_ = a == 0x0806 ? 0 : changed_;
   else changed_ &= static_cast<uint16_t>(~(1u << (a - 0x0800) / 8));
@@ -127,12 +127,15 @@ void Controller::control(uint16_t value) {
 void Controller::setActivate(int n, uint8_t value) {
   const auto at = static_cast<uint16_t>(0x0806 + 8 * n);
   if ((memory[at] ^ value) & 1) reset(n);
+  if (!((memory[at] ^ value) & 3)) return;  // B-60
   memory[at] = value;
   changed_ |= static_cast<uint16_t>(1u << n);
   events_ |= 0x10;
 }
 
+// Settings can be written while it is off.
 void Controller::setSyncManager(int n, uint16_t at, uint16_t bytes, uint8_t control, bool on) {
+  setActivate(n, 0);
   setWord(static_cast<uint16_t>(0x0800 + 8 * n), at);
   setWord(static_cast<uint16_t>(0x0802 + 8 * n), bytes);
   memory[0x0804 + 8 * n] = control;

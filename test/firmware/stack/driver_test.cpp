@@ -45,11 +45,11 @@ void controller() {
   check("ST-48: settings of a SyncManager", sm.start == 0x1234 && sm.length == 0x0102 && sm.control == 0x64 &&
                                                 sm.activate == 1 && sm.status == 0x30);
   uint8_t activations[8];
-  c.setActivate(5, 1);
+  c.setActivate(5, 3);
   const bool before = events_pending(&c) & EVENT_ACTIVATION;
   activations_read(&c, activations, 8, byWrite);
   check("ST-48: activations are read, and their event ends",
-        before && activations[5] == 1 && activations[4] == 0 && !(events_pending(&c) & EVENT_ACTIVATION));
+        before && activations[5] == 3 && activations[4] == 0 && !(events_pending(&c) & EVENT_ACTIVATION));
   c.memory[0x082f] = 0x42;
   sync_manager_switch(&c, 5, false);
   const bool off = c.memory[0x082f] == 0x43;

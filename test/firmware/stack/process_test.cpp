@@ -41,6 +41,24 @@ void smSynchronous() {
         d.is(AL_SAFEOP) && still && d.program.cycles == first + 1);
 }
 
+// What is over when the program looks.
+void meanwhile() {
+  Bench b;
+  b.to(AL_OP);
+  b.c.expireWatchdog(), b.outputs({1, 2, 3}), b.serve();
+  check("ST-11: a watchdog that runs again has expired all the same", b.error(AL_SAFEOP, 0x001b));
+  b.c.expireWatchdog();
+  b.request(AL_SAFEOP | 0x10), b.outputs({1, 2, 3});
+  b.request(AL_OP);
+  check("ST-11: what expired before OP is of before", b.is(AL_OP));
+  Bench d;
+  d.to(AL_PREOP);
+  d.device.outputs.most = 0, d.demo.objects.object_1c33_01 = 1;
+  d.process(0), d.request(AL_SAFEOP);
+  d.c.setActivate(3, 0), d.c.setActivate(3, 1), d.serve();
+  check("ST-41, ST-44: there are inputs again when their SyncManager was off", d.inputs().size() == 4);
+}
+
 void newest() {
   Bench b;
   b.to(AL_PREOP);
@@ -57,7 +75,7 @@ void newest() {
     d.process(0);
     d.c.frame = frame;
     d.request(AL_SAFEOP);
-    d.serve(500);
+    d.serve(2000);
     ok = ok && d.is(AL_SAFEOP) && d.inputs().size() == 4;
   }
   check("ST-44: inputs although frames pass when SAFEOP is entered", ok);
@@ -136,6 +154,7 @@ void interrupt() {
 void testProcess() {
   freeRun();
   smSynchronous();
+  meanwhile();
   newest();
   sync0();
   interrupt();
