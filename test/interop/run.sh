@@ -3,8 +3,8 @@
 # in a network namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME]
 # [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--clocks NAME] [--digital FILE] [--only SCENARIO]
 # [--cycles N] [--sync-cycles N] [--transfers N] [--file BYTES] [--capture] [--simulator PROGRAM]; the NAMEs:
-# the same slave with a smoke detector, with four ports, with distributed clocks; the FILE, without its ending:
-# one with digital I/O. Scenario stack with SOEM is `make slave-demo`.
+# the same slave with a smoke detector, with four ports, with distributed clocks; the FILE, without its
+# ending: one with digital I/O. Scenario stack with SOEM is `make slave-demo`.
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -12,7 +12,8 @@ out=$root/build/interop
 # A simulated network is far slower than a real one. So the clock of a master goes slower, too, and with it
 # that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
 clock=0.01
-preset=slave alarm= star= clocks= digital= masters='soem ethercrab' only= cycles=5000 sync=200 transfers=20 file=4001
+preset=slave alarm= star= clocks= digital= masters='soem ethercrab' only= cycles=5000 sync=200
+transfers=20 file=4001
 capture= simulator=$out/flyframe-cosim master= python=$root/build/tools/venv/bin/python
 while [ $# -gt 0 ]; do
   case $1 in

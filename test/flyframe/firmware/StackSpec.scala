@@ -22,7 +22,8 @@ class StackSpec extends AnyFlatSpec {
       run("make", "-s", "-f", "test/sim/test.mk", "stack-test", s"MESSAGES=${tier.size}", s"SEED=$Seed")
     }
     assert(code == 0, text.linesIterator.filterNot(_.startsWith("ok ")).mkString("\n"))
-    assert(text.contains(s"ST-45: ${tier.size} mutated messages"), text)
+    // Half of them with acknowledge by write.
+    assert(s"ST-45: ${tier.size / 2} mutated messages".r.findAllIn(text).size == 2, text)
   }
 
   /** What a Cortex-M3 needs; no library is linked, but what the compiler calls is not counted either. */
