@@ -99,13 +99,14 @@ run() {
   [ "$scenario" = cycles ] && limit=1800
   [ "$scenario" = clocks ] && limit=$((600 + sync)) count=$sync
   begin=$(date +%s)
+  command=$program
   if [ "${scenario#stack}" != "$scenario" ]; then
     count=$transfers limit=$((600 + transfers + file / 100))
-    [ "$master" != soem ] || program="$python $here/soem_stack.py" count="$transfers $file"
+    [ "$master" != soem ] || command="$python $here/soem_stack.py" count="$transfers $file"
   fi
-  # shellcheck disable=SC2086 # the program has arguments
+  # shellcheck disable=SC2086 # the command has arguments
   timeout $limit env LD_PRELOAD="$faketime" FAKETIME="+0 x$clock" \
-    $program veth-master "$net/control.sock" "$scenario" "$slaves" $count
+    $command veth-master "$net/control.sock" "$scenario" "$slaves" $count
   ended=$?
   if [ -n "$tshark" ]; then
     sleep 1
