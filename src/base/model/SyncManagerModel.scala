@@ -150,7 +150,7 @@ class SyncManagerModel(
       if ((opens || open(side)) && exists(address)) {
         if (takes) take()
         open += side
-        touched(side, write, first, last = address == now.end)
+        touched(side, write, first, last = address == now.end, opens)
         if (side == Side.Ecat && write) follows(address - now.start)
         Option.when(memory <= 0xffff && exists(memory))(memory)
       } else None
@@ -174,23 +174,25 @@ class SyncManagerModel(
 
   /** Length 1 (B-53): only the side that the direction names completes anything. */
   private def plain(side: Side, write: Boolean): Unit =
-    if (write == (side == now.writer)) touched(side, write, first = true, last = true)
+    if (write == (side == now.writer)) touched(side, write, first = true, last = true, opens = true)
 
-  private def touched(side: Side, write: Boolean, first: Boolean, last: Boolean): Unit = side match {
-    case Side.Pdi =>
-      if (first) {
-        happens(BufferEvent.PdiStart)
-        begin(write)
-      }
-      if (last && (write || !byWrite)) closedByHost(write)
-    case Side.Ecat =>
-      inFrame = FrameState(
-        touched = true,
-        first = inFrame.first || first,
-        closing = inFrame.closing || (last && !write),
-        closed = inFrame.closed || (last && write)
-      )
-  }
+  private def touched(side: Side, write: Boolean, first: Boolean, last: Boolean, opens: Boolean): Unit =
+    side match {
+      case Side.Pdi =>
+        if (first) {
+          happens(BufferEvent.PdiStart)
+          // An open buffer that is read again is no newer one (B-104).
+          if (opens || write || !byWrite) begin(write)
+        }
+        if (last && (write || !byWrite)) closedByHost(write)
+      case Side.Ecat =>
+        inFrame = FrameState(
+          touched = true,
+          first = inFrame.first || first,
+          closing = inFrame.closing || (last && !write),
+          closed = inFrame.closed || (last && write)
+        )
+    }
 
   private def closedByHost(write: Boolean): Unit = {
     happens(BufferEvent.PdiChange)

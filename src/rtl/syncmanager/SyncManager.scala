@@ -207,9 +207,11 @@ class SyncManager(sequential: Boolean, byWrite: Boolean) extends Module {
   }
   when(readerDone && !buffered) { after.newer := false.B }
 
-  // Beginning a buffer ends the event of the other side's last one; a new one comes behind that (B-57).
+  // Beginning a buffer ends the event of the other side's last one; a new one comes behind that (B-57). A
+  // host that acknowledges by writing may read an open buffer again, and has not seen what is newer (B-104).
+  private val pdiOpens    = if (byWrite) pdiBegan && !state.pdiOpen else pdiBegan
   private val writerBegan = Mux(ecatWrites, ecatBegan, pdiBegan)
-  private val readerBegan = Mux(ecatWrites, pdiBegan, ecatBegan)
+  private val readerBegan = Mux(ecatWrites, pdiOpens, ecatBegan)
   after.writeEvent := writerDone || (state.writeEvent && !readerBegan)
   after.readEvent  := readerDone || (state.readEvent && !writerBegan)
   written          := writerDone

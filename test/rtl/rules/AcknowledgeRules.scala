@@ -101,7 +101,17 @@ object AcknowledgeRules extends Rules {
     hostPut(Area, 9, 9, 9)
     assert(hostGet(Area, 4) == Seq(1, 2, 3, 4), "not the last byte")
     bench.hostWrite(Area + 3, 9)
-    assert((status(s) & 0x0f) == 0x02 && hostGet(Area, 4) == Seq(5, 6, 7, 8), "closed, and not stored")
+    assert((status(s) & 0x0f) == 0x03 && hostGet(Area, 4) == Seq(5, 6, 7, 8), "closed, and not stored")
+  }
+  rule("SM-36, B-104: an open buffer that is read again keeps the event of a newer one", managers) { s =>
+    import s._
+    syncManager(0, Area, 4, EcatBuffer)
+    assert(put(Area, 1, 2, 3, 4) && event(s, 8))
+    assert(bench.hostRead(Area) == 1 && !event(s, 8))
+    assert(put(Area, 5, 6, 7, 8) && event(s, 8))
+    assert(hostGet(Area, 4) == Seq(1, 2, 3, 4) && event(s, 8), "what is read is the old one")
+    bench.hostWrite(Area + 3, 0)
+    assert(event(s, 8) && hostGet(Area, 4) == Seq(5, 6, 7, 8) && !event(s, 8))
   }
   rule("SM-36: a mailbox that the host reads is full until it writes the last byte", managers) { s =>
     import s._
