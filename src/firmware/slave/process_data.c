@@ -112,8 +112,8 @@ static void write_inputs(struct slave *slave) {
   uint8_t bytes[8];
   uint32_t at = 0;
   if (slave->input_bytes == 0) return;
-  if (slave->inputs_due)
-    slave->inputs_due = !sync_manager_is_on(slave->board, slave->device->inputs.sync_manager);
+  if (slave->cycle_due)
+    slave->cycle_due = !sync_manager_is_on(slave->board, slave->device->inputs.sync_manager);
   for (uint16_t i = 0; i < slave->input_bytes; ++i) slave->memory.process[i] = 0;
   for (uint16_t i = 0; i < slave->input_count; ++i) {
     const struct slave_mapped *m = &slave->memory.inputs[i];
@@ -129,19 +129,23 @@ static void write_inputs(struct slave *slave) {
 static void cycle(struct slave *slave) {
   const struct slave_application *a = slave->application;
   if (a->cycle) a->cycle(a->context, slave->state == AL_OP);
+  if (slave->input_bytes == 0) slave->cycle_due = false;
   write_inputs(slave);
 }
 
 void process_begin(struct slave *slave) {
   switch_process(slave, true);
-  slave->inputs_due = slave->input_bytes > 0;
+  slave->cycle_due = slave->input_bytes > 0;
   cycle(slave); /* there are inputs from the beginning */
 }
 
-/* The outputs that came last are valid from now on. */
+/* The outputs that came last are valid from now on, and their event is over: no other cycle would take them
+ * to where they act. */
 void outputs_begin(struct slave *slave) {
   slave->missed = slave->unsynced = 0;
-  if (slave->output_bytes > 0) read_outputs(slave);
+  if (slave->output_bytes == 0) return;
+  read_outputs(slave);
+  slave->cycle_due |= slave->mode == SLAVE_SM_SYNCHRONOUS;
 }
 
 void process_end(struct slave *slave) {
@@ -151,7 +155,7 @@ void process_end(struct slave *slave) {
 
 /* Whether a cycle is due; `received`: there are new outputs. */
 static bool is_due(struct slave *slave, uint32_t events, bool received) {
-  if (slave->mode == SLAVE_FREE_RUN || slave->inputs_due) return true;
+  if (slave->mode == SLAVE_FREE_RUN || slave->cycle_due) return true;
   if (slave->mode == SLAVE_SYNC0) return (events & EVENT_SYNC0) != 0;
   if (slave->output_bytes > 0) return received;
   return (events & event_of(slave->device->inputs.sync_manager)) != 0;
@@ -168,11 +172,14 @@ static uint16_t count_missed(struct slave *slave, bool sync, bool received) {
   return slave->unsynced > UNSYNCED_MOST ? AL_CODE_NO_SYNC : AL_CODE_NONE;
 }
 
-/* Why OP cannot go on, as an AL status code. A watchdog that runs again may have expired meanwhile. */
+/* Why OP cannot go on, as an AL status code. Whether the watchdog runs now does not tell: it may have expired
+ * and run again, and asking would end an event that has not been seen. */
 static uint16_t failure(struct slave *slave, uint32_t events, bool sync, bool received) {
   if (slave->state != AL_OP || slave->output_bytes == 0) return AL_CODE_NONE;
-  if (slave->watched && (!watchdog_runs(slave->board, slave->by_write) || (events & EVENT_WATCHDOG)))
+  if (slave->watched && (events & EVENT_WATCHDOG)) {
+    watchdog_runs(slave->board, slave->by_write);
     return AL_CODE_WATCHDOG;
+  }
   return slave->mode == SLAVE_SYNC0 ? count_missed(slave, sync, received) : AL_CODE_NONE;
 }
 
@@ -180,7 +187,7 @@ void process_switched(struct slave *slave) {
   const uint8_t number = slave->device->inputs.sync_manager;
   if (slave->input_bytes == 0) return;
   if ((sync_manager_status(slave->board, number) & SM_NONE_WRITTEN) == SM_NONE_WRITTEN)
-    slave->inputs_due = true;
+    slave->cycle_due = true;
 }
 
 bool process_receive(struct slave *slave, uint32_t events) {

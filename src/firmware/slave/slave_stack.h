@@ -142,7 +142,7 @@ struct slave {
   uint16_t output_bytes, input_bytes; /* as mapped */
   uint16_t output_count, input_count; /* entries mapped */
   bool outputs_received, watched;
-  bool inputs_due;          /* since SAFEOP none could be written */
+  bool cycle_due;           /* in any mode: OP has begun, or no inputs could be written since SAFEOP */
   uint8_t missed, unsynced; /* in OP: SYNC0 in a row without new outputs, outputs since the last SYNC0 */
 };
 

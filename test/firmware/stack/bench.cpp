@@ -37,12 +37,14 @@ void closeFile(void* context, bool complete) {
 
 Bench::Bench() {
   application.context = &program;
+  program.output = &demo.objects.object_7000_01;
   application.may_enter = [](void* p, uint8_t state) {
     return state == of(p).refuseState ? of(p).refuseCode : uint16_t{0};
   };
   application.entered = [](void* p, uint8_t state) { of(p).entered.push_back(state); };
   application.cycle = [](void* p, bool valid) {
     ++of(p).cycles, of(p).validCycles += valid, of(p).lastValid = valid;
+    of(p).lastOutput = *of(p).output;
   };
   application.may_write = [](void* p, uint16_t, uint8_t, const uint8_t*, uint16_t) {
     return of(p).refuseWrite;

@@ -19,6 +19,8 @@ struct Program {
   std::vector<uint32_t> written, reads;  // index << 8 | subindex
   unsigned cycles = 0, validCycles = 0;
   bool lastValid = false;
+  const uint16_t* output = nullptr;  // the first of the outputs
+  int lastOutput = -1;              // as the last cycle had it
   // Files: one, `content`; while `busy` is above 0 packets are refused.
   std::string name = "app.bin", opened;
   uint32_t password = 0, openError = 0, fileError = 0;

@@ -1,5 +1,7 @@
 #include "controller.h"
 
+#include <utility>
+
 void Controller::reset(int n) {
   sm_[n] = {};
   events_ &= ~(0x100u << n);
@@ -17,11 +19,10 @@ uint8_t Controller::readBuffer(int n, uint16_t at) {
   Manager& m = sm_[n];
   if (!masterWrites(n)) return 0;
   if (at == 0) {
-    events_ &= ~(0x100u << n);
+    const bool wasOpen = m.open;
+    if (!byWrite_ || !wasOpen) events_ &= ~(0x100u << n);  // B-104: else it is of what is newer
     if (mailbox(n) ? m.full : m.written) {
-      const bool wasOpen = m.open;
       m.open = true;
-
       if (!mailbox(n) && !wasOpen) m.work = m.next;  // an open buffer takes nothing newer
     }
   }
@@ -51,11 +52,11 @@ void Controller::writeBuffer(int n, uint16_t at, uint8_t value) {
 
 // B-59: what the host has written to +7[0] acts when no frame is in the processing unit.
 void Controller::settle() {
-  ++accesses;
-  if (frame > 0) {
-    --frame;
-    return;
-  }
+  if (++accesses == at_ && act_) std::exchange(act_, nullptr)();
+  if (frame > 0) --frame;
+  else act();
+}
+void Controller::act() {
   for (int n = 0; n < kSyncManagers; ++n) {
     const bool wanted = memory[0x0807 + 8 * n] & 1;
     if (wanted && !isOff_[n]) reset(n);
@@ -115,7 +116,7 @@ void Controller::writeByte(uint16_t a, uint8_t value) {
   }
 
   memory.at(a) = value;
-  if (pdiControl && frame == 0) settle();
+  if (pdiControl && frame == 0) act();
 }
 
 void Controller::control(uint16_t value) {

@@ -38,7 +38,10 @@ class Controller : public board {
   // A frame is in the processing unit for so many of the host's next accesses (B-59).
   unsigned frame = 0;
   unsigned accesses = 0;  // of the host
-  bool out = false;       // the host has accessed what is no register and no buffer of a SyncManager
+  // Happens once, before the host's next access but so many.
+  void before(unsigned more, std::function<void()> act) { at_ = accesses + more + 1, act_ = std::move(act); }
+  bool hasHappened() const { return !act_; }
+  bool out = false;  // the host has accessed what is no register and no buffer of a SyncManager
 
  private:
   struct Manager {
@@ -51,6 +54,7 @@ class Controller : public board {
   bool masterWrites(int n) { return (memory[0x0804 + 8 * n] >> 2 & 3) == 1; }
   bool active(int n) { return memory[0x0806 + 8 * n] & 1 && !isOff_[n] && length(n) > 0; }
   void settle();
+  void act();
   void reset(int n);
   int managerAt(uint16_t a);
   uint8_t readBuffer(int n, uint16_t at);
@@ -58,6 +62,8 @@ class Controller : public board {
 
   void acknowledge(uint16_t a);
   const bool byWrite_ = newByWrite;
+  unsigned at_ = 0;
+  std::function<void()> act_;
   uint32_t events_ = 0;
   uint16_t changed_ = 0;  // SyncManagers whose activation was written
   bool watchdogRuns_ = false;

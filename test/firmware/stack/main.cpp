@@ -12,6 +12,7 @@ void testInformation();
 void testPdo();
 void testFoe();
 void testProcess();
+void testBetween();
 void testMutated(unsigned messages, unsigned seed);
 
 int main(int argc, char** argv) {
@@ -30,6 +31,7 @@ int main(int argc, char** argv) {
     testPdo();
     testFoe();
     testProcess();
+    testBetween();
     testMutated(byWrite ? messages / 2 : messages - messages / 2, seed);
   }
   std::printf("%d wrong\n", failures);

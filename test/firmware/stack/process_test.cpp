@@ -25,9 +25,10 @@ void smSynchronous() {
   b.request(AL_OP);
   check("ST-43: OP begins with those that came last",
         b.demo.objects.object_7000_01 == 1 && b.demo.objects.object_7000_02 == 1);
+  check("ST-41: with a cycle", b.program.cycles == begin + 2 && b.program.lastValid);
   b.outputs({2, 0, 0}), b.serve(10);
   check("ST-41, ST-43: in OP they are valid",
-        b.program.cycles == begin + 2 && b.program.lastValid && b.demo.objects.object_7000_01 == 2);
+        b.program.cycles == begin + 3 && b.program.lastValid && b.demo.objects.object_7000_01 == 2);
   // Inputs only: their reading makes the cycle.
   Bench d;
   d.to(AL_PREOP);
