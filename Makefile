@@ -168,11 +168,14 @@ interop: ethercrab-test ## real masters (SOEM, ethercrab) on the simulated netwo
 	  "run --preset $(PRESET) --alarm 1 --name $(PRESET)-alarm --out build/interop/verilog" \
 	  "run --preset $(PRESET) --ports 4 --name $(PRESET)-star --out build/interop/verilog" \
 	  "run --preset $(PRESET) --clocks 2 --syncSignals 2 --meanWays 1 --name $(PRESET)-clocks \
+	    --out build/interop/verilog" \
+	  "run --preset $(PRESET) --clocks 2 --syncSignals 2 --acknowledgeByWrite 1 --name $(PRESET)-written \
 	    --out build/interop/verilog" "run --preset digital-io --out build/interop/verilog"
 	$(MAKE) -s -f $(SIM) build/interop/flyframe-cosim GENERATED=build/interop/verilog COSIM_OUT=build/interop \
-	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks digital-io" COSIM_TRACE=0
+	  PRESETS="$(PRESET) $(PRESET)-alarm $(PRESET)-star $(PRESET)-clocks $(PRESET)-written digital-io" \
+	  COSIM_TRACE=0
 	test/interop/run.sh --preset $(PRESET) --alarm $(PRESET)-alarm --star $(PRESET)-star \
-	  --clocks $(PRESET)-clocks --digital build/interop/verilog/digital-io $(ARGS)
+	  --clocks $(PRESET)-clocks --written $(PRESET)-written --digital build/interop/verilog/digital-io $(ARGS)
 
 # The slave of the demonstration is preset slave with another EEPROM, made from its device file.
 slave-demo: tools-for-interop ## the slave stack at work: an I/O device on the simulated network, served by \

@@ -1,10 +1,11 @@
 #!/bin/sh
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other,
 # in a network namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME]
-# [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--clocks NAME] [--digital FILE] [--only SCENARIO]
-# [--cycles N] [--sync-cycles N] [--transfers N] [--file BYTES] [--capture] [--simulator PROGRAM]; the NAMEs:
-# the same slave with a smoke detector, with four ports, with distributed clocks; the FILE, without its
-# ending: one with digital I/O. Scenario stack with SOEM is `make slave-demo`.
+# [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--clocks NAME] [--written NAME] [--digital FILE]
+# [--only SCENARIO] [--cycles N] [--sync-cycles N] [--transfers N] [--file BYTES] [--capture]
+# [--simulator PROGRAM]; the NAMEs: the same slave with a smoke detector, with four ports, with distributed
+# clocks, with these and acknowledged by write; the FILE, without its ending: one with digital I/O. Scenario
+# stack with SOEM is `make slave-demo`.
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -12,7 +13,7 @@ out=$root/build/interop
 # A simulated network is far slower than a real one. So the clock of a master goes slower, too, and with it
 # that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
 clock=0.01
-preset=slave alarm= star= clocks= digital= masters='soem ethercrab' only= cycles=5000 sync=200
+preset=slave alarm= star= clocks= written= digital= masters='soem ethercrab' only= cycles=5000 sync=200
 transfers=20 file=4001
 capture= simulator=$out/flyframe-cosim master= python=$root/build/tools/venv/bin/python
 while [ $# -gt 0 ]; do
@@ -21,6 +22,7 @@ while [ $# -gt 0 ]; do
     --alarm) alarm=$2; shift ;;
     --star) star=$2; shift ;;
     --clocks) clocks=$2; shift ;;
+    --written) written=$2; shift ;;
     --digital) digital=$2; shift ;;
     --masters) masters=$2; shift ;;
     --only) only=$2; shift ;;
@@ -31,7 +33,7 @@ while [ $# -gt 0 ]; do
     --capture) capture=yes ;;
     --simulator) simulator=$2; shift ;;
     --in-namespace) master=$2; shift ;; # this script's own
-    *) sed -n '2,7s/^# //p' "$0" >&2; exit 2 ;;
+    *) sed -n '2,8s/^# //p' "$0" >&2; exit 2 ;;
   esac
   shift
 done
@@ -142,6 +144,7 @@ if [ -n "$master" ]; then
     [ -z "$digital" ] || run digital 5 --digital "$digital"
     run ring 3 --ring # ethercrab has one card only
     [ -z "$clocks" ] || run stack_sync 1 --stack --sync "$clocks"
+    [ -z "$written" ] || run stack_sync 1 --stack --sync "$written"
   fi
   [ -z "$star" ] || run star 5 --star "$star"
   [ -z "$clocks" ] || run clocks 5 --clocks "$clocks"
@@ -150,6 +153,7 @@ if [ -n "$master" ]; then
   run watchdog 3
   run eeprom 3 --corrupt 1
   run stack 1 --stack
+  [ -z "$written" ] || run stack 1 --stack --preset "$written"
   echo "$passed $failed" >"$out/$master/result"
   exit 0
 fi
@@ -178,6 +182,7 @@ for master in $masters; do
   rm -f "$out/$master/result"
   unshare --user --net --map-root-user "$0" --in-namespace "$master" --preset "$preset" \
     ${alarm:+--alarm "$alarm"} ${star:+--star "$star"} ${clocks:+--clocks "$clocks"} \
+    ${written:+--written "$written"} \
     ${digital:+--digital "$digital"} \
     ${only:+--only "$only"} --cycles "$cycles" --sync-cycles "$sync" --transfers "$transfers" --file "$file" \
     ${capture:+--capture} \
