@@ -234,10 +234,11 @@ object AlarmSystem {
   lazy val program: Path =
     new Harness("alarm-test", Seq("alarm-master", "alarm-slave").map(preset)).alarmProgram
 
-  /** The one of a ring. */
+  /** The one of a ring. Its slaves are acknowledged by write, which their program finds out. */
   lazy val ringProgram: Path = {
     val master = preset("alarm-master").copy(preset = "alarm-master-ring", linePorts = 2)
-    new Harness("alarm-ring-test", Seq(master, preset("alarm-slave"))).alarmProgram
+    val slave  = preset("alarm-slave").copy(acknowledgeByWrite = 1)
+    new Harness("alarm-ring-test", Seq(master, slave)).alarmProgram
   }
 
   /** The list of slaves, as the simulator has it. */
