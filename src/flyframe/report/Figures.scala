@@ -14,7 +14,8 @@ object Figures {
   private def latencyJson(l: Latency) =
     ujson.Obj("forwarding" -> l.forwarding.worstNs, "processing" -> l.processing.worstNs)
 
-  /** `report.json`: objects `presets`, `clocks`, `features`, `units`, `alarm` and the list `goals`. */
+  /** `report.json`: objects `presets`, `clocks`, `features`, `hosts`, `units`, `alarm` and the list `goals`.
+    */
   def json(r: Results): String = {
     val presets = Points.presets.map { p =>
       val entry = ujson.Obj()
@@ -29,6 +30,7 @@ object Figures {
     )
     val features =
       Points.allVariants.map(v => v.title -> areaJson(r.area(v.params.preset)))
+    val hosts = Points.hosts.map(h => h.title -> areaJson(r.hosts(h.module)))
     val units = Points.presets.map { p =>
       p.preset -> obj(Points.units.map { case (u, _) =>
         u -> areaJson(r.units(p.preset).getOrElse(u, Area()))
@@ -43,6 +45,7 @@ object Figures {
       "presets"  -> obj(presets),
       "clocks"   -> obj(clocks),
       "features" -> obj(features),
+      "hosts"    -> obj(hosts),
       "units"    -> obj(units),
       "alarm"    -> AlarmSection.json(r.alarm),
       "goals"    -> ujson.Arr.from(goals)

@@ -74,6 +74,12 @@ final class Measure(dir: Path) {
   /** The same with carry chains. */
   def areaWithCarry(p: EscParams): Area = whole(p, synthesise(p, "carry", Cyclone4.withCarry(p.topName)))
 
+  /** The area of one module of it alone. */
+  def areaOf(p: EscParams, module: String): Area =
+    Netlist.own(
+      Netlist.read(synthesise(p, module, Cyclone4.flat(module)))("modules")(module)
+    )
+
   private def whole(p: EscParams, netlist: Path): Area =
     Netlist.own(Netlist.read(netlist)("modules")(p.topName))
 

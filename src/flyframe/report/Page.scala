@@ -130,6 +130,15 @@ object Page {
     )
   }
 
+  private def hosts(r: Results): String =
+    table(
+      Seq("Interface", "LUTs", "Registers", "Logic elements", "Goal"),
+      Points.hosts.map { h =>
+        val a = r.hosts(h.module)
+        h.title +: Seq(a.luts, a.ffs, a.logicElements, h.goal).map(n)
+      }
+    )
+
   private def units(r: Results): String = {
     val rows = Points.units.map { case (unit, _) =>
       unit +: Points.presets.flatMap { p =>
@@ -212,6 +221,12 @@ object Page {
        |${block(features(r, Points.largestVariants.head.base, Points.largestVariants))}
        |![Logic elements with one parameter changed](report-features.svg)
        |
+       |## Host interfaces
+       |
+       |What each takes by itself. In the tables above there are the counter of its errors (0x030D) and what
+       |synthesis makes of a host port that is not at pins beside it.
+       |
+       |${block(hosts(r))}
        |## Where the area goes
        |
        |${block(units(r))}

@@ -17,6 +17,17 @@ final case class Variant(
   def title: String = (if (base == Points.base) "" else s"${base.preset}, ") + s"${info.name} $value"
 }
 
+/** A host interface that is measured alone: what it takes beside a controller with a plain host port.
+  *
+  * @param module
+  *   its Verilog module
+  * @param params
+  *   a controller that has it
+  * @param goal
+  *   most logic elements it should take
+  */
+final case class HostPoint(title: String, module: String, params: EscParams, goal: Int)
+
 /** What is measured. */
 object Points {
 
@@ -75,6 +86,20 @@ object Points {
     "dataBusWidth"       -> Seq(32)
   ).flatMap { case (name, values) => values.map(variant(complete, "slave", name)) }
 
+  /** Each host interface. AXI4-Lite has 32 bits and no reading without effects. */
+  val hosts: Seq[HostPoint] = {
+    def of(title: String, module: String, value: Int, goal: Int) =
+      HostPoint(title, module, variant(complete, "slave", "hostInterface")(value).params, goal)
+    val wide = of("AXI4-Lite, 32 bits", "AxiLiteInterface", 2, 150)
+    Seq(
+      of("SPI", "SpiInterface", 4, 250),
+      of("Microcontroller bus, 8 bits", "MicrocontrollerInterface", 5, 200),
+      of("Avalon-MM, 8 bits", "AvalonInterface", 1, 60),
+      wide.copy(params = wide.params.copy(dataBusWidth = 32, acknowledgeByWrite = 1)),
+      of("Wishbone B4, 8 bits", "WishboneInterface", 3, 60)
+    )
+  }
+
   /** The same from the alarm master. */
   val masterVariants: Seq[Variant] =
     Seq(variant(Presets.named("alarm-master").map(_.params).get, "alarm-master", "linePorts")(2))
@@ -111,7 +136,7 @@ object Points {
   /** Those that frames pass through. */
   val slaves: Seq[EscParams] = presets.filterNot(_.isMaster)
 
-  /** Everything that is elaborated. */
+  /** Every controller that is mapped as a whole. */
   val all: Seq[EscParams] = presets ++ allVariants.map(_.params)
 
   /** The units the area is split into, with the modules that they begin at, in the order of the wire path.

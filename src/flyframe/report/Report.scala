@@ -20,7 +20,7 @@ object Report {
     val started                 = System.nanoTime
     def say(what: String): Unit = println(f"[${(System.nanoTime - started) / 1e9}%4.0f s] $what")
 
-    Points.all.foreach { p =>
+    (Points.all ++ Points.hosts.map(_.params)).distinctBy(_.preset).foreach { p =>
       say(s"${p.preset}: elaborating")
       m.emit(p)
     }
@@ -29,6 +29,10 @@ object Report {
     val area = Tools.parallel(Points.all) { p =>
       say(s"${p.preset}: mapping to Cyclone IV")
       p.preset -> m.area(p)
+    }
+    val hosts = Tools.parallel(Points.hosts) { h =>
+      say(s"${h.module}: mapping to Cyclone IV")
+      h.module -> m.areaOf(h.params, h.module)
     }
     val withCarry = Tools.parallel(Points.presets) { p =>
       say(s"${p.preset}: mapping with carry chains")
@@ -47,6 +51,7 @@ object Report {
       BuildInfo.version,
       m.tools,
       area.toMap,
+      hosts.toMap,
       withCarry.toMap,
       units.toMap,
       speed.toMap,

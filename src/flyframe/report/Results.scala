@@ -6,6 +6,8 @@ import flyframe.params.EscParams
 /** All figures of one run. Keys of the maps are file names of parameter sets, as in
   * [[flyframe.params.EscParams.preset]].
   *
+  * @param hosts
+  *   the area of each of [[Points.hosts]], by its module
   * @param withCarry
   *   the area of presets with carry chains; goals are for `area`, without them
   */
@@ -13,6 +15,7 @@ final case class Results(
     version: String,
     tools: Seq[(String, String)],
     area: Map[String, Area],
+    hosts: Map[String, Area],
     withCarry: Map[String, Area],
     units: Map[String, Map[String, Area]],
     speed: Map[String, Speed],
@@ -85,6 +88,15 @@ object Goals {
       val measured = r.area(preset).logicElements
       Goal(s"Size of $preset", f"at most $limit%,d logic elements", f"$measured%,d", measured <= limit)
     }
+    def host(h: HostPoint) = {
+      val measured = r.hosts(h.module).logicElements
+      Goal(
+        s"${h.title}, alone",
+        s"at most ${h.goal} logic elements",
+        s"$measured",
+        measured <= h.goal
+      )
+    }
     def blocks(preset: String, limit: Int) = {
       val measured = r.area(preset).m9k
       Goal(s"Memory of $preset", s"at most $limit M9K", s"$measured", measured <= limit)
@@ -117,7 +129,9 @@ object Goals {
       f"${memory.ramBits}%,d bits in ${memory.m9k} blocks",
       memory.ramBits >= ramBits
     )
-    (figures :+ inBlocks) ++ (Points.presets :+ Points.ring).map(speed) ++ AlarmSection.goals(r.alarm)
+    (figures :+ inBlocks) ++ Points.hosts.map(host) ++ (Points.presets :+ Points.ring).map(
+      speed
+    ) ++ AlarmSection.goals(r.alarm)
   }
 
   /** User RAM, 0x0F80 to 0x0FFF, lies in front of the process data RAM. */

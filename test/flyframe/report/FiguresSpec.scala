@@ -15,6 +15,7 @@ class FiguresSpec extends AnyFlatSpec {
       version = "1.2.3",
       tools = Seq("yosys" -> "0.23"),
       area = all(Points.all, Area(luts = 4001, ffs = 2002, paired = 1003, m9k = 7)),
+      hosts = Points.hosts.map(h => h.module -> Area(luts = h.goal, ffs = 7, paired = 6)).toMap,
       withCarry = all(Points.presets, Area(luts = 3001, ffs = 2002, paired = 1003, m9k = 7)),
       units = all(Points.presets, Points.units.map { case (unit, _) => unit -> Area(luts = 1) }.toMap),
       speed = all(Points.presets :+ Points.ring, Speed(99.5, "a", "b", 1, 2)),
@@ -35,6 +36,15 @@ class FiguresSpec extends AnyFlatSpec {
   "Goals" should "be for the size without carry chains" in {
     val sizes = Goals(results).filter(_.title.startsWith("Size of "))
     assert(sizes.nonEmpty && sizes.forall(_.measured == "5,000"))
+  }
+
+  they should "be for each host interface alone" in {
+    for (h <- Points.hosts) {
+      val goal = Goals(results).find(_.title == s"${h.title}, alone").get
+      assert(goal.measured == s"${h.goal + 1}" && !goal.reached)
+      assert(Page(results).contains(f"| ${h.title} | ${h.goal}%,d | 7 | ${h.goal + 1}%,d | ${h.goal}%,d |"))
+    }
+    assert(Points.hosts.map(_.params.hostInterface).sorted == (1 to 5))
   }
 
   "report.json" should "have both sizes of a preset" in {
