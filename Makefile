@@ -32,10 +32,9 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak faults campaign \
         campaign-programs campaign-scheduler campaign-worker campaign-record campaign-test alarm-latency \
-        page-latency cosim \
-        cosim-selftest interop lint matrix format check-format report figures quartus check-board clean demo \
-        server firmware-test stack-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies \
-        clocks slave-demo
+        page-latency cosim cosim-selftest interop lint matrix format check-format report figures \
+        pictures quartus check-board clean demo server firmware-test stack-test alarm-sim \
+        alarm-ring-sim ethercrab-test mutants check-dependencies clocks slave-demo
 
 # A text too long for its line goes on in the next, behind a backslash.
 help: ## this text
@@ -203,6 +202,9 @@ check-format: tools-for-check-format ## fails if a Scala source is not formatted
 report: tools-for-report ## measures area, latencies and Fmax: docs/report.md, docs/report.json; times of \
         # the alarm system by alarm-latency and page-latency, if they have run here, else the last ones
 	$(SBT) "runMain flyframe.report.Report"
+
+pictures: tools-for-test ## writes the timing pictures of docs/hosts.md, as a test records them
+	FLYFRAME_PICTURES=write $(SBT) "testOnly flyframe.host.TimingPicturesSpec"
 
 figures: tools-for-figures ## writes the figures of docs/report.json into the pages that show some, without \
          # measuring
