@@ -1,0 +1,30 @@
+package flyframe.params
+
+/** What a CAN port is built with.
+  *
+  * @param rxFrames
+  *   frames that the FIFO holds, 16 to 128
+  * @param filters
+  *   entries of the acceptance filter, 4 to 32
+  * @param slots
+  *   frames that may wait to be sent; the register map has 16
+  * @param coreClockMhz
+  *   clock of the port, for the time stamps
+  * @param offerCycles
+  *   core cycles after which a request counts (CB-08)
+  */
+final case class CanParams(
+    rxFrames: Int = 64,
+    filters: Int = 16,
+    slots: Int = 16,
+    coreClockMhz: Int = 50,
+    offerCycles: Int = 40
+) {
+  require(
+    rxFrames >= 16 && rxFrames <= 128,
+    s"rxFrames is $rxFrames but must be 16 to 128 frames."
+  )
+  require(filters >= 4 && filters <= 32, s"filters is $filters but must be 4 to 32.")
+  require(slots == 16, s"slots is $slots but must be 16.")
+  require(coreClockMhz > 0, s"coreClockMhz is $coreClockMhz but must be 1 MHz or more.")
+}
