@@ -1,5 +1,7 @@
 package flyframe.can
 
+import scala.collection.immutable.ArraySeq
+
 /** A CAN controller with one port, fresh out of reset, as a tester meets it: the golden model or the RTL.
   *
   * Time runs in core cycles (CB-01). A level is true for recessive. In each cycle the controller drives
@@ -28,15 +30,19 @@ trait CanUnderTest {
   /** The host reads `count` bytes; time passes as for [[write]]. */
   def read(address: Int, count: Int): Seq[Int]
 
-  /** Runs `cycles` core cycles in which the others drive `others`, and the bus is what all together drive.
+  /** Runs `cycles` core cycles in which the others drive `others`. The bus is what all together drive; if it is
+    * `forced`, the controller hears `others` whatever it drives itself.
     *
     * @return
     *   the level that the controller drove in each of them
     */
-  def run(others: Boolean, cycles: Int): Seq[Boolean] = Vector.fill(cycles) {
-    val level = driven
-    step(others && level)
-    level
+  def run(others: Boolean, cycles: Int, forced: Boolean = false): IndexedSeq[Boolean] = {
+    val levels = new Array[Boolean](cycles)
+    for (i <- levels.indices) {
+      levels(i) = driven
+      step(others && (forced || levels(i)))
+    }
+    ArraySeq.unsafeWrapArray(levels)
   }
 }
 
