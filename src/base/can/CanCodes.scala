@@ -24,13 +24,13 @@ object CanState {
 object CanField {
   val Idle             = 0
   val Sof              = 1
-  val Id               = 2  // ID10-0 or ID28-18
-  val RtrOrSrr         = 3  // behind it
+  val Id               = 2 // ID10-0 or ID28-18
+  val RtrOrSrr         = 3 // behind it
   val Ide              = 4
-  val IdExtension      = 5  // ID17-0
-  val Rtr              = 6  // of an extended frame
-  val Fdf              = 7  // r0 of a base frame, r1 of an extended one
-  val R0               = 8  // of an extended frame
+  val IdExtension      = 5 // ID17-0
+  val Rtr              = 6 // of an extended frame
+  val Fdf              = 7 // r0 of a base frame, r1 of an extended one
+  val R0               = 8 // of an extended frame
   val Dlc              = 9
   val Crc              = 10
   val CrcDelimiter     = 11

@@ -44,13 +44,13 @@ class CanEngineModel(frames: CanFrames, modes: CanModes, records: CanRecords, ti
   private var field = Integrating
   private var bit   = 0
 
-  private var sends     = false                  // role in the frame
-  private var receives  = false
-  private var attempt   = Option.empty[CanFrame] // on the wire, not yet decided
-  private var mayJoin   = false                  // SOF was heard in the last bit of the intermission
-  private var stamp     = 0
-  private var hard      = true
-  private var recovers  = false
+  private var sends    = false                  // role in the frame
+  private var receives = false
+  private var attempt  = Option.empty[CanFrame] // on the wire, not yet decided
+  private var mayJoin  = false                  // SOF was heard in the last bit of the intermission
+  private var stamp    = 0
+  private var hard     = true
+  private var recovers = false
 
   /** The level of the present bit inside; recessive is true. */
   var level: Boolean = true
@@ -137,19 +137,19 @@ class CanEngineModel(frames: CanFrames, modes: CanModes, records: CanRecords, ti
   // ---- a bit is sampled ----
 
   def samples(heard: Boolean): Unit = field match {
-    case Integrating                     => if (count.reaches11(heard)) go(Idle)
-    case BusOff                          => whileBusOff(heard)
-    case Idle                            => if (!heard) hearSof()
-    case Suspend                         => inSuspend(heard)
-    case Intermission                    => inIntermission(heard)
-    case ActiveErrorFlag | OverloadFlag  => inDominantFlag(heard)
-    case PassiveErrorFlag                => inPassiveFlag(heard)
-    case ErrorDelimiter | OverloadDelim  => inDelimiter(heard)
+    case Integrating                      => if (count.reaches11(heard)) go(Idle)
+    case BusOff                           => whileBusOff(heard)
+    case Idle                             => if (!heard) hearSof()
+    case Suspend                          => inSuspend(heard)
+    case Intermission                     => inIntermission(heard)
+    case ActiveErrorFlag | OverloadFlag   => inDominantFlag(heard)
+    case PassiveErrorFlag                 => inPassiveFlag(heard)
+    case ErrorDelimiter | OverloadDelim   => inDelimiter(heard)
     case CrcDelimiter if !stuffing.awaits => if (heard) go(AckSlot) else error(CanError.Form)
-    case AckSlot                         => inAckSlot(heard)
-    case AckDelimiter                    => inAckDelimiter(heard)
-    case Eof                             => inEof(heard)
-    case _                               => inStuffed(heard)
+    case AckSlot                          => inAckSlot(heard)
+    case AckDelimiter                     => inAckDelimiter(heard)
+    case Eof                              => inEof(heard)
+    case _                                => inStuffed(heard)
   }
 
   private def hearSof(): Unit = {

@@ -8,7 +8,10 @@ import flyframe.registers.CanRegisters
   * @param port
   *   0: F, 1: T
   */
-class CanPortModel(p: CanParams = CanParams(), port: Int = 0) extends CanUnderTest with CanFrames with CanModes {
+class CanPortModel(p: CanParams = CanParams(), port: Int = 0)
+    extends CanUnderTest
+    with CanFrames
+    with CanModes {
   import CanPortModel._
   private val prefix  = CanRegisters.Ports(port)
   private val start   = CanRegisters.PortStarts(port)
@@ -90,8 +93,8 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0) extends CanUnderTe
   private def writeByte(address: Int, byte: Int): Unit =
     if (address >= filter0) memory.writeFilter(address, byte)
     else if (address >= slots0) {
-      val slot     = (address - slots0) / CanRegisters.FrameBytes
-      val isStamp  = Seq(TimeStamp, TimeStamp + 1).contains((address - slots0) % CanRegisters.FrameBytes)
+      val slot    = (address - slots0) / CanRegisters.FrameBytes
+      val isStamp = Seq(TimeStamp, TimeStamp + 1).contains((address - slots0) % CanRegisters.FrameBytes)
       if (!slots.isPending(slot) && !isStamp) memory.write(address, byte)
     } else
       address - start match {
@@ -100,8 +103,8 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0) extends CanUnderTe
           controls()
         case at if at >= CanRegisters.Timing && at < CanRegisters.Timing + 4 =>
           if (!control("run")) memory.write(address, byte)
-        case CanRegisters.Command    => command(byte)
-        case CanRegisters.RxRelease  => fifo.release()
+        case CanRegisters.Command   => command(byte)
+        case CanRegisters.RxRelease => fifo.release()
         case at if at >= CanRegisters.Requests =>
           val map = byte << 8 * (at % 2)
           at & ~1 match {
@@ -182,7 +185,12 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0) extends CanUnderTe
     (all & f.mask) >> f.low
   }
   private lazy val rxFields =
-    CanRegisters(port, p).find(_.address == start + CanRegisters.RxFrame).get.fields.map(f => f.name -> f).toMap
+    CanRegisters(port, p)
+      .find(_.address == start + CanRegisters.RxFrame)
+      .get
+      .fields
+      .map(f => f.name -> f)
+      .toMap
 }
 
 object CanPortModel {

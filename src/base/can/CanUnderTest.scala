@@ -30,8 +30,8 @@ trait CanUnderTest {
   /** The host reads `count` bytes; time passes as for [[write]]. */
   def read(address: Int, count: Int): Seq[Int]
 
-  /** Runs `cycles` core cycles in which the others drive `others`. The bus is what all together drive; if it is
-    * `forced`, the controller hears `others` whatever it drives itself.
+  /** Runs `cycles` core cycles in which the others drive `others`. The bus is what all together drive; if it
+    * is `forced`, the controller hears `others` whatever it drives itself.
     *
     * @return
     *   the level that the controller drove in each of them

@@ -2,10 +2,10 @@ package flyframe.can
 
 /** What an own flag counts, beside the error that it is sent for (CAN-21, CAN-30 to CAN-32). */
 class ErrorFlagModel(confinement: ConfinementModel) {
-  private var run      = 0 // equal bits of a passive flag
+  private var run      = 0     // equal bits of a passive flag
   private var last     = true
   private var waits    = false // an ACK error has not counted yet
-  private var dominant = 0 // bits behind the flag
+  private var dominant = 0     // bits behind the flag
 
   /** @param isAckWhilePassive
     *   it is sent for an ACK error that counts with a dominant bit only

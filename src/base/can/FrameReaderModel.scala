@@ -75,7 +75,8 @@ class FrameReaderModel {
       case Rtr =>
         remote = level
         go(Fdf)
-      case Fdf => go(if (extended) R0 else Dlc)
+      case Fdf =>
+        go(if (extended) R0 else Dlc)
         return !level
       case R0 => go(Dlc)
       case Dlc =>
@@ -110,16 +111,16 @@ object FrameReaderModel {
   def level(frame: CanFrame, field: Int, bit: Int, checksum: Int): Boolean = {
     def of(value: Int, bits: Int) = (value >> (bits - 1 - bit) & 1) == 1
     field match {
-      case Sof | Fdf | R0 => false
-      case Id             => of(frame.baseId, 11)
-      case RtrOrSrr       => frame.extended || frame.remote
-      case Ide            => frame.extended
-      case IdExtension    => of(frame.id, 18)
-      case Rtr            => frame.remote
-      case Dlc            => of(frame.dlc, 4)
-      case Crc            => of(checksum, 15)
+      case Sof | Fdf | R0       => false
+      case Id                   => of(frame.baseId, 11)
+      case RtrOrSrr             => frame.extended || frame.remote
+      case Ide                  => frame.extended
+      case IdExtension          => of(frame.id, 18)
+      case Rtr                  => frame.remote
+      case Dlc                  => of(frame.dlc, 4)
+      case Crc                  => of(checksum, 15)
       case byte if byte >= Data => of(frame.data(byte - Data), 8)
-      case _              => true
+      case _                    => true
     }
   }
 }
