@@ -85,6 +85,12 @@ class LowerTester(val device: CanUnderTest, val rate: Rate) {
     hold(sof, rate.bitCycles)
   }
 
+  /** The others are recessive until core cycle `cycle`, in which a bit of theirs begins again. */
+  def until(cycle: Long): Unit = {
+    assert(device.cycle <= cycle, "that time is over")
+    hold('1', (cycle - device.cycle).toInt)
+  }
+
   /** The bus is idle for some bits. */
   def idle(bits: Int): Unit = quietly("1" * bits)
 
@@ -99,13 +105,16 @@ class LowerTester(val device: CanUnderTest, val rate: Rate) {
 
   def intermission(): Unit = quietly(Wire.Intermission)
 
-  /** The controller sends a frame of which the SOF is over, and is acknowledged. */
-  def hearRest(wire: Wire): Unit = {
-    val rest = wire.levels.tail
+  /** The controller sends a frame, from bit `from` on, and is acknowledged. */
+  def hearFrom(wire: Wire, from: Int): Unit = {
+    val rest = wire.levels.drop(from)
     play("1" * rest.length, rest)
     quietly(Wire.Acked)
     quietly(Wire.Eof)
   }
+
+  /** The same when its SOF is over. */
+  def hearRest(wire: Wire): Unit = hearFrom(wire, 1)
 
   /** The controller begins a frame with this bit, sends it and is acknowledged. */
   def hear(wire: Wire): Unit = {

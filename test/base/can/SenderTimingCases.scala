@@ -13,8 +13,7 @@ abstract class SenderTimingCases extends CanCases {
 
   /** Levels from `from` on, and the acknowledgement. */
   private def rest(t: LowerTester, wire: Wire, from: Int): Unit = {
-    t.play("1" * (wire.levels.length - from), wire.levels.drop(from))
-    t.quietly(Wire.Acked + Wire.Eof)
+    t.hearFrom(wire, from)
     t.idle(12)
     assert(t.counters.forall(_ == 0))
   }

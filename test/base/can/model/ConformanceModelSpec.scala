@@ -18,3 +18,9 @@ class SenderErrorModelSpec     extends SenderErrorCases with OnModel
 class PassiveSenderModelSpec   extends PassiveSenderCases with OnModel
 class TecModelSpec             extends TecCases with OnModel
 class SenderTimingModelSpec    extends SenderTimingCases with OnModel
+
+class TimingRulesModelSpec    extends TimingRules with OnModel
+class FrameRulesModelSpec     extends FrameRules with OnModel
+class ErrorRulesModelSpec     extends ErrorRules with OnModel
+class SlotRulesModelSpec      extends SlotRules with OnModel
+class ReceptionRulesModelSpec extends ReceptionRules with OnModel
