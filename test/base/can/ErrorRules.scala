@@ -20,16 +20,27 @@ abstract class ErrorRules extends CanCases {
 
   // What is wrong, what makes it so up to the bit with the error, and what is recorded then.
   private val errors: Seq[(String, LowerTester => Unit, (Int, Boolean, Int, Int))] = Seq(
-    ("an own bit", t => { begins(t); t.hearWrong(wire.levels, wire.at("data", 9)) },
-      (CanError.Bit, true, CanField.Data + 1, 1)),
-    ("a stuff bit received", t => t.sendWrong(Ours.levels, stuff),
-      (CanError.Stuff, false, CanField.Ide, 0)),
-    ("a delimiter received", t => t.quietly(wire.levels + "0"),
-      (CanError.Form, false, CanField.CrcDelimiter, 0)),
-    ("a CRC received", t => t.quietly(Wire(wire.frame, crcError = 2).levels + Wire.Ack),
-      (CanError.Crc, false, CanField.AckDelimiter, 0)),
-    ("a missing acknowledgement", t => { sendsAll(t); t.quietly("11") },
-      (CanError.Ack, true, CanField.AckSlot, 0))
+    (
+      "an own bit",
+      t => { begins(t); t.hearWrong(wire.levels, wire.at("data", 9)) },
+      (CanError.Bit, true, CanField.Data + 1, 1)
+    ),
+    ("a stuff bit received", t => t.sendWrong(Ours.levels, stuff), (CanError.Stuff, false, CanField.Ide, 0)),
+    (
+      "a delimiter received",
+      t => t.quietly(wire.levels + "0"),
+      (CanError.Form, false, CanField.CrcDelimiter, 0)
+    ),
+    (
+      "a CRC received",
+      t => t.quietly(Wire(wire.frame, crcError = 2).levels + Wire.Ack),
+      (CanError.Crc, false, CanField.AckDelimiter, 0)
+    ),
+    (
+      "a missing acknowledgement",
+      t => { sendsAll(t); t.quietly("11") },
+      (CanError.Ack, true, CanField.AckSlot, 0)
+    )
   )
 
   "CAN-20: each type of error" should "be found, counted and recorded, and the flag begin with the next bit" in
@@ -38,7 +49,9 @@ abstract class ErrorRules extends CanCases {
       t.errorFrame()
       t.idle(10)
       assert(t.lastError == record)
-      assert(t.counters.take(5) == (CanError.Bit to CanError.Ack).map(kind => if (kind == record._1) 1 else 0))
+      assert(
+        t.counters.take(5) == (CanError.Bit to CanError.Ack).map(kind => if (kind == record._1) 1 else 0)
+      )
     }
 
   "CAN-20: a wrong bit in ACK slot and arbitration" should "be no bit error" in each { t =>
@@ -74,10 +87,10 @@ abstract class ErrorRules extends CanCases {
     }
 
   "CAN-30, CAN-32: REC" should "count as a receiver's errors ask" in each { t =>
-    badFrame(t) // 1
+    badFrame(t)        // 1
     t.play("1R", "00") // 9
     t.activeFlag()
-    t.quietly("0" * 9) // 17, 25
+    t.quietly("0" * 9)    // 17, 25
     t.quietly("11" + "0") // 26
     t.activeFlag()
     t.delimiter()
@@ -91,9 +104,9 @@ abstract class ErrorRules extends CanCases {
   "CAN-31, CAN-32: TEC" should "count as a transmitter's errors ask" in each { t =>
     begins(t)
     t.hearWrong(wire.levels, wire.at("dlc")) // 8
-    t.play("1R", "00") // 16
+    t.play("1R", "00")                       // 16
     t.activeFlag()
-    t.quietly("0" * 9) // 24
+    t.quietly("0" * 9)    // 24
     t.quietly("11" + "0") // 32
     t.errorFrame()
     t.hear(wire) // 31
@@ -129,13 +142,13 @@ abstract class ErrorRules extends CanCases {
     assert((t.tec, t.status) == (101, CanState.Active | 4))
     begins(t)
     t.hearWrong(wire.levels, wire.at("dlc")) // 109
-    t.play("RRR", "000") // 117, 125, 133: the flag that begins now is passive
+    t.play("RRR", "000")                     // 117, 125, 133: the flag that begins now is passive
     t.quietly("1" * (6 + 8 + 3 + 8))
     t.hear(wire)
     t.quietly("1" * 11)
     assert((t.tec, t.status) == (132, CanState.Passive | 4))
     begins(t)
-    t.hearWrong(wire.levels, wire.at("dlc")) // 140
+    t.hearWrong(wire.levels, wire.at("dlc"))  // 140
     t.quietly("1" * 6 + "0" * (14 * 8) + "1") // 252
     t.quietly("1" * (7 + 3 + 8))
     t.play("1", "0")
@@ -165,15 +178,16 @@ abstract class ErrorRules extends CanCases {
     becomesBusOff(t, wire.levels)
   }
 
-  "CAN-34: bus-off" should "last until the host asks for its end, and 128 times 11 recessive bits" in each { t =>
-    busOff(t)
-    t.idle(11 * 130)
-    assert(t.state == CanState.BusOff)
-    t.command(1)
-    t.quietly("0" + ("1" * 11) * 127 + "1" * 10 + "0" + "1" * 11)
-    t.hear(wire)
-    t.intermission()
-    assert((t.state, t.tec, t.rec, t.sent) == (CanState.Active, 0, 0, 1))
+  "CAN-34: bus-off" should "last until the host asks for its end, and 128 times 11 recessive bits" in each {
+    t =>
+      busOff(t)
+      t.idle(11 * 130)
+      assert(t.state == CanState.BusOff)
+      t.command(1)
+      t.quietly("0" + ("1" * 11) * 127 + "1" * 10 + "0" + "1" * 11)
+      t.hear(wire)
+      t.intermission()
+      assert((t.state, t.tec, t.rec, t.sent) == (CanState.Active, 0, 0, 1))
   }
 
   "CAN-34, CB-14: recovery by itself" should "begin with bus-off" in eachWith(RecoversItself) { t =>

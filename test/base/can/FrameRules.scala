@@ -66,16 +66,17 @@ abstract class FrameRules extends CanCases {
       receives(t, wire)
     }
 
-  "CAN-10: a controller that starts within a frame" should "wait for 11 recessive bits" in all(Wires) { (t, wire) =>
-    t.setControl(0)
-    t.quietly(wire.levels.take(20))
-    // The others are recessive while the host writes.
-    t.setControl(1)
-    t.quietly("0" + wire.levels.drop(25) + Wire.Acked + Wire.Eof + "11")
-    t.quietly(Ours.levels + Wire.Acked + Wire.Eof + Wire.Intermission)
-    assert(t.received() == Nil)
-    receives(t, wire)
-    assert(t.counters.sum == 0)
+  "CAN-10: a controller that starts within a frame" should "wait for 11 recessive bits" in all(Wires) {
+    (t, wire) =>
+      t.setControl(0)
+      t.quietly(wire.levels.take(20))
+      // The others are recessive while the host writes.
+      t.setControl(1)
+      t.quietly("0" + wire.levels.drop(25) + Wire.Acked + Wire.Eof + "11")
+      t.quietly(Ours.levels + Wire.Acked + Wire.Eof + Wire.Intermission)
+      assert(t.received() == Nil)
+      receives(t, wire)
+      assert(t.counters.sum == 0)
   }
 
   "CAN-10: the frame that waits" should "begin behind the eleventh bit" in each { t =>
@@ -125,12 +126,13 @@ abstract class FrameRules extends CanCases {
       t.hear(Wires.head)
     }
 
-  "CAN-12: an active node with nothing to send" should "take dominant in intermission bit 3 as SOF" in each { t =>
-    t.sendAcked(Wires.head)
-    t.quietly("11")
-    t.sendAcked(Wires.last)
-    t.quietly("111")
-    assert(t.received() == Frames)
+  "CAN-12: an active node with nothing to send" should "take dominant in intermission bit 3 as SOF" in each {
+    t =>
+      t.sendAcked(Wires.head)
+      t.quietly("11")
+      t.sendAcked(Wires.last)
+      t.quietly("111")
+      assert(t.received() == Frames)
   }
 
   // Registers are looked at a third of a bit later, as an access may take its time.
@@ -174,19 +176,20 @@ abstract class FrameRules extends CanCases {
       assert((t.sent, t.counter("form_errors"), t.tec) == (1, 1, 7))
     }
 
-  "CAN-14: the ACK slot" should "be dominant if the CRC is right, and only then" in all(Frames) { (t, frame) =>
-    for (wrong <- Seq(0, 1, 0x4000, 0x2a2a)) {
-      t.quietly(Wire(frame, crcError = wrong).levels)
-      if (wrong == 0) {
-        t.play(Wire.Ack, Wire.Acked)
-        t.quietly(Wire.Eof)
-      } else {
-        t.quietly(Wire.Acked) // of others, who got it right
-        t.activeFlag()
-        t.delimiter()
+  "CAN-14: the ACK slot" should "be dominant if the CRC is right, and only then" in all(Frames) {
+    (t, frame) =>
+      for (wrong <- Seq(0, 1, 0x4000, 0x2a2a)) {
+        t.quietly(Wire(frame, crcError = wrong).levels)
+        if (wrong == 0) {
+          t.play(Wire.Ack, Wire.Acked)
+          t.quietly(Wire.Eof)
+        } else {
+          t.quietly(Wire.Acked) // of others, who got it right
+          t.activeFlag()
+          t.delimiter()
+        }
+        t.intermission()
       }
-      t.intermission()
-    }
-    assert(t.received() == Seq(frame))
+      assert(t.received() == Seq(frame))
   }
 }

@@ -24,9 +24,9 @@ abstract class ReceptionRules extends CanCases {
   "CAN-43: the lowest filter that matches" should "win and be reported" in each { t =>
     val count = CanParams().filters
     t.setFilter(0, 0, 0)
-    t.setFilter(2, in | 0x120, 0x7f0 | 3 << 30) // base data frames 0x120 to 0x12f
-    t.setFilter(3, in | 0x123, 0x7ff)           // 0x123 of any kind, and extended ones that end so
-    t.setFilter(5, in | 1 << 31, 1 << 31)       // all extended ones
+    t.setFilter(2, in | 0x120, 0x7f0 | 3 << 30)   // base data frames 0x120 to 0x12f
+    t.setFilter(3, in | 0x123, 0x7ff)             // 0x123 of any kind, and extended ones that end so
+    t.setFilter(5, in | 1 << 31, 1 << 31)         // all extended ones
     t.setFilter(count - 1, in | 1 << 30, 1 << 30) // all remote frames
     val expected = Seq(
       base(0x123)                            -> Some(2),
@@ -48,13 +48,13 @@ abstract class ReceptionRules extends CanCases {
     val random = new Random(43)
     for (_ <- 1 to 5) {
       // Few different bits, so that much matches.
-      def word    = (random.nextInt(4) << 30) | (random.nextInt(4) << 16) | random.nextInt(4)
+      def word = (random.nextInt(4) << 30) | (random.nextInt(4) << 16) | random.nextInt(4)
       val entries = Seq.fill(CanParams().filters) {
         val used = if (random.nextInt(3) == 0) in else 0
         (used | word, word | 1)
       }
       for (((value, mask), n) <- entries.zipWithIndex) t.setFilter(n, value, mask)
-      for (_ <- 1 to 8) {
+      for (_                  <- 1 to 8) {
         val w     = word
         val frame = CanFrame(w & (if (w < 0) 0x1fffffff else 0x7ff), w < 0, (w >> 30 & 1) == 1, 0, Nil)
         receive(t, frame)
@@ -109,17 +109,17 @@ abstract class ReceptionRules extends CanCases {
 
   /** Field and bit that a record names for a bit of a frame. */
   private def place(bit: WireBit): (Int, Int) = bit.part match {
-    case "sof"         => CanField.Sof                        -> 0
-    case "id"          => CanField.Id                         -> bit.index
-    case "srr"         => CanField.RtrOrSrr                   -> 0
-    case "ide"         => CanField.Ide                        -> 0
-    case "ext"         => CanField.IdExtension                -> bit.index
-    case "fdf"         => CanField.Fdf                        -> 0
-    case "r0"          => CanField.R0                         -> 0
-    case "dlc"         => CanField.Dlc                        -> bit.index
-    case "data"        => (CanField.Data + bit.index / 8)     -> bit.index % 8
-    case "crc"         => CanField.Crc                        -> bit.index
-    case _ /* "rtr" */ => CanField.RtrOrSrr                   -> 0
+    case "sof"         => CanField.Sof                    -> 0
+    case "id"          => CanField.Id                     -> bit.index
+    case "srr"         => CanField.RtrOrSrr               -> 0
+    case "ide"         => CanField.Ide                    -> 0
+    case "ext"         => CanField.IdExtension            -> bit.index
+    case "fdf"         => CanField.Fdf                    -> 0
+    case "r0"          => CanField.R0                     -> 0
+    case "dlc"         => CanField.Dlc                    -> bit.index
+    case "data"        => (CanField.Data + bit.index / 8) -> bit.index % 8
+    case "crc"         => CanField.Crc                    -> bit.index
+    case _ /* "rtr" */ => CanField.RtrOrSrr               -> 0
   }
 
   "CAN-46, CB-10: a wrong bit of an own frame" should "be recorded with its field and bit" in
@@ -176,20 +176,21 @@ abstract class ReceptionRules extends CanCases {
       assert(t.lastError == ((CanError.Form, true, field, bit)))
     }
 
-  "CAN-46, CB-10: a wrong bit of flags and delimiters" should "be recorded with its field and bit" in each { t =>
-    badFrame(t)
-    t.play("11R", "000")
-    t.activeFlag()
-    t.quietly("1")
-    assert(t.lastError == ((CanError.Bit, false, CanField.ActiveErrorFlag, 2)))
-    t.idle(12)
-    badFrame(t)
-    t.activeFlag()
-    t.quietly("1110")
-    t.activeFlag()
-    t.quietly("1")
-    assert(t.lastError == ((CanError.Form, false, CanField.ErrorDelimiter, 3)))
-    t.idle(12)
+  "CAN-46, CB-10: a wrong bit of flags and delimiters" should "be recorded with its field and bit" in each {
+    t =>
+      badFrame(t)
+      t.play("11R", "000")
+      t.activeFlag()
+      t.quietly("1")
+      assert(t.lastError == ((CanError.Bit, false, CanField.ActiveErrorFlag, 2)))
+      t.idle(12)
+      badFrame(t)
+      t.activeFlag()
+      t.quietly("1110")
+      t.activeFlag()
+      t.quietly("1")
+      assert(t.lastError == ((CanError.Form, false, CanField.ErrorDelimiter, 3)))
+      t.idle(12)
   }
 
   // Own frame, the winner, and the bit that decides.

@@ -103,8 +103,9 @@ abstract class SlotRules extends CanCases {
   "CAN-41: the slots" should "be sent in CAN order" in each { t =>
     val random = new Random(41)
     // The same eleven bits in front, in all formats, and others.
-    val near   = Seq(base(0x123, 1), remote(0x123), ext(0x123 << 18, 2), remote(0x123 << 18, extended = true))
-    val others = Seq.fill(12)(if (random.nextBoolean()) base(random.nextInt(0x800)) else ext(random.nextInt(1 << 29)))
+    val near = Seq(base(0x123, 1), remote(0x123), ext(0x123 << 18, 2), remote(0x123 << 18, extended = true))
+    val others =
+      Seq.fill(12)(if (random.nextBoolean()) base(random.nextInt(0x800)) else ext(random.nextInt(1 << 29)))
     val frames = random.shuffle(near ++ others)
     t.request(frames: _*)
     // By the levels of their arbitration, as a bus would do it.
@@ -130,7 +131,7 @@ abstract class SlotRules extends CanCases {
 
   "CAN-41: a request that comes while another one loses" should "go first if it is before it" in each { t =>
     val Seq(own, winner, urgent) = Seq(0x300, 0x2ff, 0x100).map(id => Wire(base(id)))
-    val to = own.levels.zip(winner.levels).indexWhere { case (a, b) => a != b } + 1
+    val to                       = own.levels.zip(winner.levels).indexWhere { case (a, b) => a != b } + 1
     t.request(own.frame)
     t.awaitSof()
     t.play(winner.levels.slice(1, to), own.levels.slice(1, to))
@@ -188,7 +189,7 @@ abstract class SlotRules extends CanCases {
   }
 
   /** The time at the end of core cycle `cycle`, us. */
-  private def us(cycle: Long): Long = cycle / CanParams().coreClockMhz
+  private def us(cycle: Long): Long       = cycle / CanParams().coreClockMhz
   private def sampleAfter(t: LowerTester) = (t.rate.setting.tseg1 + 1) * t.rate.prescaler - 1
 
   "CAN-45: a frame received" should "have the time of the sample point of its SOF" in each { t =>

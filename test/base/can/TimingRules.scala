@@ -10,7 +10,9 @@ abstract class TimingRules extends CanCases {
   private val stuff = wire.stuffBits.head
 
   /** A controller that has been told to start with this setting. */
-  private def started(prescaler: Int, setting: BitSetting, control: Int = 0)(body: LowerTester => Unit): Unit =
+  private def started(prescaler: Int, setting: BitSetting, control: Int = 0)(
+      body: LowerTester => Unit
+  ): Unit =
     withDevice(CanParams()) { device =>
       val t = new LowerTester(device, Rate(s"$prescaler x $setting", prescaler, setting))
       t.start(control)
@@ -25,20 +27,21 @@ abstract class TimingRules extends CanCases {
       1    -> BitSetting(50, 9, 3),
       2048 -> BitSetting(5, 2, 2)
     )
-  ) s"CAN-01: a bit with prescaler $prescaler, TSEG1 ${s.tseg1} and TSEG2 ${s.tseg2}" should
-    "last as long as that says" in started(prescaler, s) { t =>
-      t.request(wire.frame)
-      while (t.device.driven) t.device.run(others = true, 1)
-      val sof = t.device.run(others = true, 2 * t.rate.bitCycles)
-      assert(sof.takeWhile(level => !level).size == prescaler * (1 + s.tseg1 + s.tseg2))
-      if (prescaler < 100) {
-        t.silently("1" * (60 + 60)) // the frame, its error frame, and a part of the next attempt
-        t.setControl(0)
-        t.setControl(1)
-        t.awaitSof(12)
-        t.hearFrom(wire, 1)
+  )
+    s"CAN-01: a bit with prescaler $prescaler, TSEG1 ${s.tseg1} and TSEG2 ${s.tseg2}" should
+      "last as long as that says" in started(prescaler, s) { t =>
+        t.request(wire.frame)
+        while (t.device.driven) t.device.run(others = true, 1)
+        val sof = t.device.run(others = true, 2 * t.rate.bitCycles)
+        assert(sof.takeWhile(level => !level).size == prescaler * (1 + s.tseg1 + s.tseg2))
+        if (prescaler < 100) {
+          t.silently("1" * (60 + 60)) // the frame, its error frame, and a part of the next attempt
+          t.setControl(0)
+          t.setControl(1)
+          t.awaitSof(12)
+          t.hearFrom(wire, 1)
+        }
       }
-    }
 
   for (
     (what, control, s) <- Seq(
@@ -129,8 +132,8 @@ abstract class TimingRules extends CanCases {
 
   /** A frame whose bits are longer or shorter by a quantum every `period` bits. */
   private def drifting(t: LowerTester, by: Int, period: Int): Unit = {
-    val frame = Wire(base(0x4d2, 0x1f, 0x83, 0xe0, 0x7c)) // five equal bits again and again
-    val s     = t.rate.setting
+    val frame          = Wire(base(0x4d2, 0x1f, 0x83, 0xe0, 0x7c)) // five equal bits again and again
+    val s              = t.rate.setting
     def length(i: Int) = s.length + (if (i % period == 0) by else 0)
     for ((level, i) <- frame.levels.zipWithIndex) t.quanta(level.toString * length(i))
     val ack = t.quanta("1" * s.length + "1" * s.length)
@@ -175,18 +178,19 @@ abstract class TimingRules extends CanCases {
     t.hearFrom(wire, wire.levels.length)
   }
 
-  "CB-01: levels" should "be heard in the last cycle of a quantum, and change with the first of one" in each { t =>
-    val p = t.rate.prescaler
-    t.request(wire.frame)
-    t.awaitSof()
-    t.quietly("1111")
-    // The fifth bit of the five recessive ones: dominant only in cycles that are not heard.
-    for (k <- 0 until t.rate.setting.length) {
-      val levels = t.device.run(others = false, p - 1) ++ t.device.run(others = true, 1)
-      assert(levels.forall(identity), s"quantum $k")
-    }
-    t.play("1", "0") // the stuff bit: no bit error, no lost arbitration
-    t.hearFrom(wire, stuff + 1)
+  "CB-01: levels" should "be heard in the last cycle of a quantum, and change with the first of one" in each {
+    t =>
+      val p = t.rate.prescaler
+      t.request(wire.frame)
+      t.awaitSof()
+      t.quietly("1111")
+      // The fifth bit of the five recessive ones: dominant only in cycles that are not heard.
+      for (k <- 0 until t.rate.setting.length) {
+        val levels = t.device.run(others = false, p - 1) ++ t.device.run(others = true, 1)
+        assert(levels.forall(identity), s"quantum $k")
+      }
+      t.play("1", "0") // the stuff bit: no bit error, no lost arbitration
+      t.hearFrom(wire, stuff + 1)
   }
 
   "CB-02: a bit that begins with the quantum of an early edge" should "be driven from its next one on" in
