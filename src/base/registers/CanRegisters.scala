@@ -79,12 +79,12 @@ object CanRegisters {
       field(s"${c}_recover_itself",  4,  4, stored, 0, "1: recovers from bus-off by itself"),
       field(s"${c}_three_samples",   5,  5, stored, 0, "1: majority of three samples"),
       field(s"${c}_bridge",          6,  6, stored, 0, "1: bridge to the other port")),
-    register(start + Command,       1, s"${c}_command",        no, rw, "CAN-34, CAN-40", "CAN command; reads 0",
+    register(start + Command,       1, s"${c}_command",        no, rw, "CAN-34, CAN-40", "Command; reads 0",
       field(s"${c}_recover",         0,  0, status, 0, "Write 1: recovers from bus-off"),
-      field(s"${c}_clear_counters",  1,  1, status, 0, "Write 1: counters of events and last error are cleared"),
+      field(s"${c}_clear_counters",  1,  1, status, 0, "Write 1: counters and last error are cleared"),
       field(s"${c}_abort_all",       2,  2, status, 0, "Write 1: aborts all slots")),
     register(start + Status,        1, s"${c}_status",         no, r,  "CAN-33",         "CAN status",
-      field(s"${c}_state",           1,  0, status, 0, "0 stopped, 1 error active, 2 error passive, 3 bus-off"),
+      field(s"${c}_state",           1,  0, status, 0, "0 stopped, 1 active, 2 passive, 3 bus-off"),
       field(s"${c}_warning",         2,  2, status, 0, "1: TEC or REC is 96 or more"),
       field(s"${c}_integrating",     3,  3, status, 0, "1: waits for 11 recessive bits"),
       field(s"${c}_sending",         4,  4, status, 0, "1: transmitter of the frame on the bus"),
@@ -115,7 +115,7 @@ object CanRegisters {
     register(start + RxRelease,     1, s"${c}_rx_release",     no, rw, "CAN-44",         "Release; reads 0",
       field(s"${c}_rx_release",      0,  0, status, 0, "Write of any value: drops the oldest frame")),
     register(start + Requests,      2, s"${c}_request",        no, rw, "CAN-41",         "Requests",
-      field(s"${c}_pending",        15,  0, status, 0, "Bit n: slot n waits or is being sent; write 1: send it")),
+      field(s"${c}_pending",        15,  0, status, 0, "Bit n: slot n waits; write 1: send it")),
     register(start + Aborts,        2, s"${c}_abort",          no, rw, "CAN-40",         "Aborts; reads 0",
       field(s"${c}_abort",          15,  0, status, 0, "Write 1: aborts the slot")),
     register(start + Sent,          2, s"${c}_sent",           no, rw, "CAN-40",         "Slots sent",
@@ -142,7 +142,7 @@ object CanRegisters {
       field(s"${s}_remote",         30, 30, keptWritten, 0, "1: remote frame"),
       field(s"${s}_extended",       31, 31, keptWritten, 0, "1: identifier of 29 bits"),
       field(s"${s}_dlc",            35, 32, keptWritten, 0, "DLC"),
-      field(s"${s}_time",           63, 48, kept,        0, "Low half of the time of the SOF when last sent, us"),
+      field(s"${s}_time",           63, 48, kept,        0, "Low half of the time of its last SOF, us"),
       field(s"${s}_data",          127, 64, keptWritten, 0, "Data")
     ).copy(block = Some(Block(n, slots, FrameBytes)))
   }

@@ -43,7 +43,7 @@ abstract class ErrorRules extends CanCases {
     )
   )
 
-  "CAN-20: each type of error" should "be found, counted and recorded, and the flag begin with the next bit" in
+  "CAN-20: each type of error" should "be counted and recorded, and the flag begin with the next bit" in
     oneShot(errors) { case (t, (_, happens, record)) =>
       happens(t)
       t.errorFrame()

@@ -74,27 +74,27 @@ abstract class PassiveSenderCases extends CanCases {
     assert(t.received() == Seq(others.frame))
   }
 
-  "CC-8.5.5: behind an error frame" should "be suspend" in all(Wires) { (t, wire) =>
+  "CC-8.5.5: an error frame" should "be followed by suspend" in all(Wires) { (t, wire) =>
     disturbed(t, wire)
     t.quietly("1" * 6)
     repeats(t, wire)
   }
 
-  "CC-8.5.6: behind an overload frame" should "be suspend" in each { t =>
+  "CC-8.5.6: an overload frame" should "be followed by suspend" in each { t =>
     sentOneOfTwo(t)
     t.quietly("0")
     t.activeFlag() // an overload flag is dominant, whatever the state
     repeats(t, second)
   }
 
-  "CC-8.5.7: behind a frame" should "be suspend" in each { t =>
+  "CC-8.5.7: an own frame" should "be followed by suspend" in each { t =>
     sentOneOfTwo(t)
     t.intermission()
     t.quietly(Suspend)
     sends(t, second)
   }
 
-  "CC-8.5.8: behind a lost arbitration" should "be no suspend" in each { t =>
+  "CC-8.5.8: a lost arbitration" should "be followed by no suspend" in each { t =>
     passiveSender(t)
     val winner = Wire(base(Frames.head.id - 1, 0x12))
     val to     = winner.at("id", 10) + 1
@@ -127,7 +127,7 @@ abstract class PassiveSenderCases extends CanCases {
     assert((t.state, t.tec) == (CanState.BusOff, 256))
   }
 
-  "CC-8.5.10: in bus-off" should "be neither ACK nor frame" in each { t =>
+  "CC-8.5.10: bus-off" should "leave out ACK and frames" in each { t =>
     busOff(t)
     t.quietly(others.levels + Wire.Acked + Wire.Eof + Wire.Intermission)
     t.command(1)

@@ -87,7 +87,7 @@ abstract class ReceiverTimingCases extends CanCases {
   "CC-7.7.7: a recessive glitch in a dominant bit" should "not synchronise a second time" in
     each(isSampled(_, 0, glitch = 3))
 
-  "CC-7.7.8: the same behind an early edge" should "not synchronise a second time" in
+  "CC-7.7.8: such a glitch behind an early edge" should "not synchronise a second time" in
     each(isSampled(_, -1, glitch = 3))
 
   /** The bus was idle all the time: a frame is received now. */

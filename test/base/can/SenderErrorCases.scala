@@ -35,8 +35,8 @@ abstract class SenderErrorCases extends CanCases {
       repeats(t, Wires.head)
     }
 
-  "CC-8.3.2: SOF of another in intermission bit 3 behind an error frame" should "be followed by its identifier" in
-    all(Wires) { (t, wire) =>
+  "CC-8.3.2: SOF of another in intermission bit 3 behind an error frame" should
+    "be followed by its identifier" in all(Wires) { (t, wire) =>
       disturbed(t, wire)
       t.activeFlag()
       t.delimiter()

@@ -52,7 +52,8 @@ abstract class SenderTimingCases extends CanCases {
       rest(t, second, 1)
     }
 
-  "CC-8.7.3: dominant just behind it" should "make the own SOF begin with the next quantum" in each { t =>
+  "CC-8.7.3: dominant just behind that sample point" should
+    "make the own SOF begin with the next tq" in each { t =>
     val s      = t.rate.setting
     val second = twoFrames(t)
     t.quanta("1" * (s.tseg1 + 1) + "0" * s.length, "1" * (s.tseg1 + 1) + "1" + "0" * (s.length - 1))

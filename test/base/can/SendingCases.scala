@@ -61,8 +61,8 @@ abstract class SendingCases extends CanCases {
   "CC-8.1.3: a collision on each recessive bit of base frames" should "make it receiver, and it repeats" in
     collisions(Seq(base(0x7ef, 0x55), base(0x010, 0x55)))
 
-  "CC-8.1.4: a collision on each recessive bit of extended frames" should "make it receiver, and it repeats" in
-    collisions(Seq(ext(0x1fbfffff, 0x55), ext(0x00400000, 0x55)))
+  "CC-8.1.4: a collision on each recessive bit of extended frames" should
+    "make it receiver, and it repeats" in collisions(Seq(ext(0x1fbfffff, 0x55), ext(0x00400000, 0x55)))
 
   "CC-8.1.5: dominant in the first bit of the intermission" should "make an overload frame, and no repeat" in
     all(Wires) { (t, wire) =>

@@ -190,7 +190,7 @@ abstract class TecCases extends CanCases {
     assert(t.failed == 1)
   }
 
-  "CC-8.6.18: the same with a dominant bit in the flag" should "add 8" in all(Seq(1, 3, 6)) { (t, bit) =>
+  "CC-8.6.18: such a one with a dominant bit in the flag" should "add 8" in all(Seq(1, 3, 6)) { (t, bit) =>
     passive(t)
     unanswered(t)
     t.quietly("1" * (bit - 1) + "0" + "1" * 6)

@@ -12,7 +12,9 @@ class CoverageSpec extends AnyFlatSpec {
   private val folder   = Paths.get("docs/rules")
   private val untested = folder.resolve("untested.md")
 
-  private val id = "[A-Z]+-\\d\\d\\d?"
+  /** Conformance cases have the numbers of their standard. */
+  private val caseId = "CC-\\d\\.\\d\\.\\d\\d?(?:\\.\\d)?"
+  private val id     = s"(?:[A-Z]+-\\d\\d\\d?|$caseId)"
 
   /** `AP-01, AP-03 to AP-05` names AP-01, AP-03, AP-04 and AP-05. */
   private val ids = s"$id(?:(?:,| to) $id)*"
@@ -46,6 +48,7 @@ class CoverageSpec extends AnyFlatSpec {
   private val unused: Map[String, Seq[Int]] =
     Map(
       "B"   -> Seq(7 to 9, 22 to 29, 36 to 39, 49 to 49, 73 to 79, 104 to 109).flatten,
+      "CAN" -> Seq(15 to 19, 22 to 29, 36 to 39).flatten,
       "MST" -> Seq(3, 9)
     )
 
@@ -78,10 +81,12 @@ class CoverageSpec extends AnyFlatSpec {
     }
     assert(rules.diff(rules.distinct) == Nil, "stand more than once")
     // A rule that is taken away, with its test, would leave a gap.
-    for ((group, all) <- rules.map(split).groupMap(_._1)(_._2)) {
+    val (cases, numbered) = rules.partition(_.matches(caseId))
+    for ((group, all) <- numbered.map(split).groupMap(_._1)(_._2)) {
       val missing = (1 to all.max).filterNot(all.toSet) diff unused.getOrElse(group, Nil)
       assert(missing == Nil, s"are missing in the group $group")
     }
+    assert(cases.size == 140, "conformance cases")
   }
 
   "Every rule" should "have a test with its ID in the name, or a reason why not" in {
@@ -98,7 +103,7 @@ class CoverageSpec extends AnyFlatSpec {
 
   "Every ID that a source, a test or a document cites" should "be that of a rule" in {
     // Names that look like an ID; CONTRIBUTING.md shows with BTN-01 how a rule is added.
-    val others = Set("CRC-32", "SHA-256", "BTN-01")
+    val others = Set("CRC-32", "CRC-15", "SHA-256", "BTN-01")
     val texts  = Seq("scala", "c", "h", "cpp", "v", "py", "js", "html", "tcl", "sdc", "mk", "sh", "md")
     val pages  = Seq("README.md", "CONTRIBUTING.md", "Makefile").map(Paths.get(_))
     val cited = for {
