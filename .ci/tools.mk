@@ -12,6 +12,7 @@ debian  = $(addprefix debian:,$(1))
 need_sbt      = $(call missing,command -v sbt,maven:org.scala-sbt:$(LAUNCHER))
 need_sim      = $(call debian,verilator g++ yosys z3 tshark python3 libpcap-dev zlib1g-dev \
                   nlohmann-json3-dev libcli11-dev)
+need_can      = $(call debian,sigrok-cli)
 need_arm      = $(call debian,gcc-arm-none-eabi)
 need_alarm    = $(need_sim) $(call debian,libslirp-dev)
 need_board    = $(need_sim) $(call debian,tcl)
@@ -51,7 +52,7 @@ tools_firmware-test       := sim
 tools_stack-test          := sim
 tools_alarm-latency       := sbt alarm
 tools_demo                := sbt alarm
-tools_test                := sbt alarm arm board page proofs campaign packages
+tools_test                := sbt alarm arm board can page proofs campaign packages
 tools_mutants             := $(tools_test)
 tools_page-latency        := sbt page
 tools_interop             := sbt sim masters

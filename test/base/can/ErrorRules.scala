@@ -114,6 +114,26 @@ abstract class ErrorRules extends CanCases {
     assert((t.tec, t.rec) == (31, 0))
   }
 
+  // Frames with a recessive stuff bit next to RTR, whether it stands behind it, and what TEC is then.
+  private val besideRtr = Seq(
+    (base(0x7e0), "id", 0),
+    (base(0x7f0), "rtr", 8),
+    (ext(0x0aaaaae0), "ext", 0),
+    (ext(0x0aaaaaf0), "rtr", 8)
+  )
+
+  "CAN-31: a recessive stuff bit, heard dominant," should "count behind RTR, and in front of it not" in
+    oneShot(besideRtr) { case (t, (frame, part, tec)) =>
+      val wire = Wire(frame)
+      val at   = wire.stuffBits.find(i => wire.bits(i).level == '1' && wire.bits(i).part == part).get
+      t.request(frame)
+      t.awaitSof()
+      t.hearWrong(wire.levels, at)
+      t.errorFrame()
+      assert(t.tec == tec)
+      assert(t.lastError._1 == (if (tec == 0) CanError.Stuff else CanError.Bit))
+    }
+
   "CAN-33: warning, passive, bus-off" should "begin at 96, 128 and 256" in each { t =>
     begins(t)
     t.hearWrong(wire.levels, wire.at("dlc"))
@@ -155,6 +175,18 @@ abstract class ErrorRules extends CanCases {
     t.hearWrong(wire.levels, wire.at("dlc")) // 256 and more
     t.idle(40)
     assert((t.tec, t.status, t.counter("bus_offs")) == (256, CanState.BusOff | 4, 1))
+  }
+
+  "CAN-33: the warning" should "be there with 96, and not with 95" in eachWith(OneShot) { t =>
+    begins(t)
+    t.hearWrong(wire.levels, wire.at("dlc"))
+    t.play("R" * 11, "0" * 11) // 8 + 11 x 8
+    t.errorFrame()
+    assert((t.tec, t.status) == (96, CanState.Active | 4))
+    begins(t)
+    t.hearRest(wire)
+    t.intermission()
+    assert((t.tec, t.status) == (95, CanState.Active))
   }
 
   "CAN-33: REC 128" should "make it passive, and 127 not" in each { t =>

@@ -54,11 +54,11 @@ abstract class SenderTimingCases extends CanCases {
 
   "CC-8.7.3: dominant just behind that sample point" should
     "make the own SOF begin with the next tq" in each { t =>
-    val s      = t.rate.setting
-    val second = twoFrames(t)
-    t.quanta("1" * (s.tseg1 + 1) + "0" * s.length, "1" * (s.tseg1 + 1) + "1" + "0" * (s.length - 1))
-    rest(t, second, 1)
-  }
+      val s      = t.rate.setting
+      val second = twoFrames(t)
+      t.quanta("1" * (s.tseg1 + 1) + "0" * s.length, "1" * (s.tseg1 + 1) + "1" + "0" * (s.length - 1))
+      rest(t, second, 1)
+    }
 
   // A recessive bit and a dominant one behind it.
   private val wire = Wires.head

@@ -24,3 +24,4 @@ class FrameRulesModelSpec     extends FrameRules with OnModel
 class ErrorRulesModelSpec     extends ErrorRules with OnModel
 class SlotRulesModelSpec      extends SlotRules with OnModel
 class ReceptionRulesModelSpec extends ReceptionRules with OnModel
+class SigrokModelSpec         extends SigrokCases with OnModel
