@@ -13,10 +13,9 @@ class ConfinementModel {
   def warns: Boolean     = transmit > 95 || receive > 95
 
   /** Adds `amount` to the counter of the role. */
-  def raise(asTransmitter: Boolean, amount: Int): Unit = if (!isBusOff) {
+  def raise(asTransmitter: Boolean, amount: Int): Unit =
     if (asTransmitter) transmit = (transmit + amount) min 256
     else receive = (receive + amount) min 255
-  }
 
   /** A frame has been sent. */
   def sent(): Unit = transmit = (transmit - 1) max 0

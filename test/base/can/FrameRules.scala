@@ -1,5 +1,6 @@
 package flyframe.can
 
+import flyframe.registers.CanRegisters
 import scala.util.Random
 
 /** Rules of the frames (CAN-07 to CAN-14). */
@@ -125,6 +126,20 @@ abstract class FrameRules extends CanCases {
       t.intermission()
       t.hear(Wires.head)
     }
+
+  "CAN-12: a request that comes while such a frame is received" should "wait for its end" in at(Rate.Slow) {
+    t =>
+      t.setSlot(0, Frames.head)
+      t.sendAcked(Wires.head)
+      t.quietly("11")
+      t.quietly(Wires.last.levels)
+      t.play(Wire.Ack, Wire.Acked)
+      val eof = t.device.cycle
+      t.device.write(CanRegisters.PortStarts.head + CanRegisters.Requests, Seq(1))
+      t.until(eof + 10 * t.rate.bitCycles)
+      t.hear(Wires.head)
+      assert(t.received() == Frames)
+  }
 
   "CAN-12: an active node with nothing to send" should "take dominant in intermission bit 3 as SOF" in each {
     t =>

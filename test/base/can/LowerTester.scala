@@ -68,7 +68,7 @@ class LowerTester(val device: CanUnderTest, val rate: Rate) {
   }
 
   /** Waits at most `bits` for the SOF of the controller, in whose first cycle it ends. */
-  private def awaitEdge(bits: Int): Unit = {
+  def awaitEdge(bits: Int): Unit = {
     val end = device.cycle + bits * rate.bitCycles
     while (device.driven && device.cycle < end) device.run(others = true, 1)
     assert(!device.driven, s"no SOF within $bits bits, ${rate.name}")

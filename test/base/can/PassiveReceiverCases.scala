@@ -45,7 +45,7 @@ abstract class PassiveReceiverCases extends CanCases {
       passive(t)
       t.quietly("1" * 6 + "0" * bits)
       t.delimiter()
-      acknowledges(t)
+      acknowledges(t, gap = 2)
       assert(t.counters.sum == 18) // those that made it passive, and that of the bad frame
   }
 

@@ -108,8 +108,11 @@ abstract class ReceiverTimingCases extends CanCases {
   }
 
   "CC-7.7.9.2: three such pulses" should "be no SOF" in each { t =>
-    val s       = t.rate.setting
-    val pattern = ("0" * (s.tseg1 - 1) + "1" * (s.tseg2 + 2)) * 3
+    val s = t.rate.setting
+    // The first one synchronises, the second one must not: the gap behind it lies at the sample point of the
+    // first, and the third one where a sample would be that belonged to the second.
+    val first   = (s.tseg1 - 2) / 2
+    val pattern = "0" * first + "11" + "0" * (s.tseg1 - 2 - first) + "1" + "0" * (s.tseg1 - 2)
     t.quanta(pattern, "1" * pattern.length)
     isIdle(t)
   }
@@ -137,8 +140,9 @@ abstract class ReceiverTimingCases extends CanCases {
       val late = early - s.sjw max 0
       t.quietly(wire.levels)
       // CRC delimiter, and another node's ACK bit; that of the controller begins one quantum behind the edge.
+      // Behind its sample point it is heard recessive.
       t.quanta(
-        "1" * (s.length - early) + "0" * (s.length + late),
+        "1" * (s.length - early) + "0" * (s.tseg1 + 1 + late) + "R" * s.tseg2,
         "1" * (s.length - early) + "1" + "0" * (s.length - 1 + late)
       )
       t.quietly("1" + Wire.Eof + Wire.Intermission)

@@ -220,6 +220,8 @@ abstract class ReceptionRules extends CanCases {
       t.hear(own)
       t.intermission()
       assert((t.lostBit, t.counter("lost_arbitrations")) == (bit, 1))
+      t.command(2)
+      assert((t.lostBit, t.counter("lost_arbitrations")) == (0, 0))
   }
 
   "CAN-46: counters" should "stop at 255, and be cleared by the host" in at(Rate.Fast) { t =>

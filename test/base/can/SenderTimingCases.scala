@@ -106,10 +106,7 @@ abstract class SenderTimingCases extends CanCases {
       if (level) '1' else '0'
     }
     t.request(wire.frame)
-    while (t.device.driven) { // up to the first cycle of SOF
-      delay.enqueue(true)
-      t.device.step(delay.dequeue())
-    }
+    t.awaitEdge(4) // all was recessive up to now
     val expected = wire.levels + Wire.Ack + Wire.Eof + Wire.Intermission
     val others   = wire.levels.map(_ => '1') + Wire.Acked + Wire.Eof + Wire.Intermission
     val drove    = others.map(o => Seq.fill(t.rate.setting.length)(quantum(o == '1')).mkString).mkString

@@ -81,6 +81,12 @@ abstract class SlotRules extends CanCases {
         }
         t.idle(30)
         assert((t.pending, t.sent, t.failed) == (if (isGood) (0, 1, 0) else (0, 0, 1)))
+        // The abort is over: the next frame is repeated.
+        t.request(wire.frame)
+        t.awaitSof()
+        t.hearWrong(wire.levels, wire.at("crc", 2))
+        t.errorFrame()
+        t.hear(wire)
       }
 
   "CAN-40: abort all" should "abort all slots" in each { t =>
@@ -107,14 +113,16 @@ abstract class SlotRules extends CanCases {
     val others =
       Seq.fill(12)(if (random.nextBoolean()) base(random.nextInt(0x800)) else ext(random.nextInt(1 << 29)))
     val frames = random.shuffle(near ++ others)
-    t.request(frames: _*)
     // By the levels of their arbitration, as a bus would do it.
     def arbitration(f: CanFrame) = {
       val all = Wire(f).bits.filterNot(_.isStuff)
       all.takeWhile(b => b.part != "dlc" && b.part != "fdf").map(_.level).mkString
     }
-    sendsInOrder(t, frames.sortBy(arbitration))
-    assert(t.sent == 0xffff)
+    for (slots <- Seq(frames, frames.reverse)) {
+      t.request(slots: _*)
+      sendsInOrder(t, frames.sortBy(arbitration))
+      assert(t.sent == 0xffff)
+    }
   }
 
   "CAN-41: of the same identifier the older one" should "go first" in each { t =>
@@ -125,6 +133,8 @@ abstract class SlotRules extends CanCases {
     // A slot that is requested again, is as young as its last request.
     t.abort(1 << 5)
     t.requestAt(5 -> frame(5))
+    // A request of one that is pending has no effect.
+    t.device.write(CanRegisters.PortStarts.head + CanRegisters.Requests, Seq(1 << 2, 0))
     t.setControl(1)
     sendsInOrder(t, (order.tail :+ 5).map(frame))
   }
@@ -179,6 +189,18 @@ abstract class SlotRules extends CanCases {
         assert((t.sent, t.pending, t.tec, t.rec, t.counters.sum) == (3, 0, 0, 0, 0))
       }
 
+  "CB-06: a frame in loop back" should "count as sent only" in each { t =>
+    for (_ <- 1 to 2) {
+      badFrame(t)
+      t.play("R", "0")
+      t.errorFrame()
+    }
+    t.setControl(1 | LoopBack)
+    t.request(wire.frame)
+    t.idle(80)
+    assert((t.rec, t.sent, t.rxLevel) == (18, 1, 1))
+  }
+
   "CB-06: listen only" should "let the controller hear its own flags" in eachWith(ListenOnly) { t =>
     // Nobody but it finds an error: six bits of its flag inside, then its delimiter.
     t.sendWrong(Ours.levels, BadStuff)
@@ -228,7 +250,7 @@ abstract class SlotRules extends CanCases {
     t.idle(5)
     val before = t.device.cycle
     t.device.write(CanRegisters.PortStarts.head + CanRegisters.Requests, Seq(1))
-    while (t.device.driven) t.device.run(others = true, 1)
+    t.awaitEdge(4)
     assert(t.device.cycle - before <= 2 * t.rate.bitCycles + CanUnderTest.AccessCycles)
   }
 
@@ -281,6 +303,17 @@ abstract class SlotRules extends CanCases {
     assert(t.failed == 0)
   }
 
+  "CB-12: the upper 18 bits of an identifier of 11" should "count for nothing" in each { t =>
+    t.setControl(0)
+    def upper(slot: Int) = t.device.write(CanRegisters.SlotStarts.head + slot * 16 + 1, Seq(0xf9, 0xff, 0x1f))
+    t.setSlot(0, base(0x123))
+    upper(0) // the low three bits of this byte stay
+    t.requestAt(1 -> base(0x124), 2 -> base(0x122))
+    t.device.write(CanRegisters.PortStarts.head + CanRegisters.Requests, Seq(1, 0))
+    t.setControl(1)
+    sendsInOrder(t, Seq(0x122, 0x123, 0x124).map(base(_)))
+  }
+
   "CB-13: sending and receiving" should "show the role in the frame" in at(Rate.Slow) { t =>
     val (sending, receiving, active) = (1 << 4, 1 << 5, CanState.Active)
     assert(t.status == active)
@@ -298,6 +331,10 @@ abstract class SlotRules extends CanCases {
     assert(t.status == (active | receiving))
     t.idle(12)
     assert(t.status == active)
+    val exception = Wire(wire.frame, fdf = '1')
+    t.quietly(exception.levels.take(exception.at("fdf") + 1))
+    assert(t.status == (active | 8))
+    t.idle(12)
     t.setControl(0)
     t.setControl(1)
     assert(t.status == (active | 8))

@@ -31,7 +31,7 @@ abstract class TimingRules extends CanCases {
     s"CAN-01: a bit with prescaler $prescaler, TSEG1 ${s.tseg1} and TSEG2 ${s.tseg2}" should
       "last as long as that says" in started(prescaler, s) { t =>
         t.request(wire.frame)
-        while (t.device.driven) t.device.run(others = true, 1)
+        t.awaitEdge(14)
         val sof = t.device.run(others = true, 2 * t.rate.bitCycles)
         assert(sof.takeWhile(level => !level).size == prescaler * (1 + s.tseg1 + s.tseg2))
         if (prescaler < 100) {
@@ -64,6 +64,10 @@ abstract class TimingRules extends CanCases {
 
   "CAN-01: the bit timing" should "not be writable while the port runs" in each { t =>
     t.setTiming(99, BitSetting(20, 10, 5))
+    t.sendAcked(wire)
+    t.setControl(0)
+    t.setControl(1)
+    t.idle(12)
     t.sendAcked(wire)
   }
 

@@ -97,6 +97,32 @@ class CanUnitsSpec extends AnyFlatSpec {
       assert(run(setting, "1" * quantum + "0" * (30 - quantum), drives = false)._1 == Vector(6, 16, 26))
   }
 
+  "CB-08: an offer" should "be replaced when a change is 40 cycles old, and end with its slot" in {
+    val frames = Seq(0x300, 0x200, 0x100).map(id => CanFrame(id, extended = false, remote = false, 0, Nil))
+    val slots  = new CanSlotsModel(3, frames, 40)
+    def offers(cycles: Int) = {
+      slots.pass(cycles)
+      slots.offer
+    }
+    slots.request(1)
+    assert(offers(39).isEmpty && offers(1).contains(0))
+    slots.request(2)
+    assert(offers(39).contains(0))
+    slots.request(4) // a further change
+    assert(offers(39).contains(0) && offers(1).contains(2))
+    slots.abort(4)
+    assert(slots.offer.isEmpty && offers(39).isEmpty && offers(1).contains(1))
+    slots.begins()
+    slots.abort(2) // on the wire
+    assert(slots.offer.contains(1))
+    slots.fails(oneShot = false)
+    assert(slots.offer.isEmpty && offers(40).contains(0))
+    slots.begins()
+    slots.succeeds()
+    assert((slots.sent, slots.failed, slots.pending) == (1, 6, 0))
+    assert(offers(40).isEmpty)
+  }
+
   "A frame" should "come back out of its bytes" in {
     val random = new Random(5)
     for (_ <- 1 to 500) {
