@@ -33,7 +33,7 @@ OPTIONAL_PINS = {
 }
 # The same of those that are as wide as the parameters say.
 WIDE_PINS = {"digital_output": "digitalOutput", "digital_input": "digitalInput"}
-# Of a plain host port: hostInterface 0. With 6 there is no host.
+# Of a plain host port: hostInterface 0. Pins of the others, by their names: flyframe-hosts drives them.
 HOST_PINS = """    pins.hostReq = &v.host_req, pins.hostWrite = &v.host_write, pins.hostAddr = &v.host_addr;
     pins.hostBe = &v.host_be, pins.hostAck = &v.host_ack;
     pins.hostWdata.bind(&v.host_wdata), pins.hostRdata.bind(&v.host_rdata);
@@ -53,14 +53,16 @@ if not header:
     sys.exit(f"{sys.argv[2]} holds no module {top}.")
 pins = set(re.findall(r"\w+", re.sub(r"//.*", "", header.group())))
 has_host = "host_req" in pins
-if not has_host and preset["hostInterface"] != 6:
-    sys.exit(f"{sys.argv[2]} has hostInterface {preset['hostInterface']} but must have 0 or 6.")
+bus_pins = sorted(pin for pin in pins if re.match(r"(avalon|axi|wb|spi|bus)_", pin))
+if not has_host and not bus_pins and preset["hostInterface"] != 6:
+    sys.exit(f"{sys.argv[2]} has hostInterface {preset['hostInterface']} but no pins of one.")
 # A master of a ring has one more than its parameter `ports` says.
 links = (re.fullmatch(r"(r?mii)_(\d+)_link", pin) for pin in pins)
 interfaces = {int(link.group(2)): link.group(1) for link in links if link}
 ports = len(interfaces)
 optional = "".join(f"    pins.{name} = &v.{pin};\n" for pin, name in OPTIONAL_PINS.items() if pin in pins)
 optional += "".join(f"    pins.{name}.bind(&v.{pin});\n" for pin, name in WIDE_PINS.items() if pin in pins)
+optional += "".join(f'    pins.host["{pin}"].bind(&v.{pin});\n' for pin in bus_pins)
 if has_host:
     optional = HOST_PINS + optional
 binds = "\n".join(
@@ -70,7 +72,9 @@ binds = "\n".join(
     for y, kind in sorted(interfaces.items())
 )
 numbers = [ports] + [preset[key] for key in ("cyclesPerNibble", "coreClockMhz", "dataBusWidth")]
+parameters = ", ".join(f'{{"{name}", {value}}}' for name, value in preset.items() if isinstance(value, int))
 info = f'"{preset["preset"]}", ' + ", ".join(map(str, numbers)) + f", {str(has_host).lower()}"
+info += f", {{{parameters}}}"
 print(
     f"""// Made by gen_adapter.py from {preset["preset"]}.json.
 #include <verilated_fst_c.h>

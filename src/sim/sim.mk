@@ -56,10 +56,11 @@ $(COSIM_OUT)/flyframe-fuzz:    $(call objects,core fuzz)
 $(COSIM_OUT)/flyframe-latency: $(call objects,core latency)
 $(COSIM_OUT)/flyframe-smsoak:  $(call objects,core smsoak)
 $(COSIM_OUT)/flyframe-faults:  $(call objects,core faults)
+$(COSIM_OUT)/flyframe-hosts:   $(call objects,core hosts) $(filter $(COSIM_OUT)/firmware/driver/%,$(FIRMWARE))
 $(COSIM_OUT)/flyframe-alarm:   $(call objects,core alarm) $(FIRMWARE)
 $(COSIM_OUT)/flyframe-alarm:   private LIBRARIES := -lslirp
 
-PROGRAMS        := $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency smsoak faults alarm)
+PROGRAMS        := $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency smsoak faults hosts alarm)
 $(PROGRAMS): $(RUNTIME) $(MODELS) $(COSIM_OUT)/models/list
 	$(CXX) -o $@ $(filter %.o,$^) $$(cat </dev/null $(MODELS)) $(LIBRARIES) -lpcap -lz -pthread
 

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,11 +16,12 @@ class VerilatedFstC;
 struct PresetInfo {
   std::string name;
   int ports, cyclesPerNibble, coreClockMhz, dataBusWidth;
-  bool hasHost;
+  bool hasHost;  // a plain host port
+  std::map<std::string, int> parameters;
   int lanes() const { return dataBusWidth / 8; }
 };
 
-// Pins of a preset that are 8, 16 or 32 bits wide: data of the host, digital outputs and inputs.
+// Pins of a preset that are up to 8, 16 or 32 bits wide: data of the host, digital outputs and inputs.
 struct WidePin {
   void* at = nullptr;
   int bytes = 1;
@@ -49,6 +51,7 @@ struct Pins {
   CData *hostReq, *hostWrite, *hostBe, *hostAck;
   SData* hostAddr;
   WidePin hostWdata, hostRdata;
+  std::map<std::string, WidePin> host;  // of the other host interfaces, by their names
   std::array<PortPins, 4> ports;
   // Pins that not every core has; null where it has not. Those of the host neither.
   WidePin digitalOutput, digitalInput;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/user_error.h"
+
 void Cable::nibble(Time launch, Symbol symbol) {
   // The recovered clock has the sender's period, known once two nibbles have come. A gap (a held clock) is no
   // period.
@@ -42,6 +44,9 @@ Slave::Slave(const Preset& preset, VerilatedContext& context, const std::string&
       ports_(preset.info.ports),
       half_(periodOf(preset.info.coreClockMhz, ppm) / 2),
       coreNext_(phase) {
+  if (!pins_.host.empty())
+    throw UserError("the preset '" + preset.info.name +
+                    "' has a host interface that only flyframe-hosts drives.");
   for (Cable& c : receivers_) c.slave_ = this;
   if (pins_.digitalEnable) *pins_.digitalEnable = 1;
   for (int y = 0; y < ports_; ++y) {
