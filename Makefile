@@ -7,6 +7,8 @@ STEPS  ?= 10000000
 EVENTS ?= 1000
 CYCLES ?= 10000
 SET    ?= smsoak
+ACCESSES ?= 10000
+HOSTS  ?=
 # What `make test-changed` compares with: the commit before one's own, on branch main the last commit.
 SINCE  ?= $(shell git merge-base HEAD main 2>/dev/null || echo HEAD)
 PRESETS ?= cyclone4-min et1100 frame-processor
@@ -30,7 +32,7 @@ QUARTUS ?= quartus_sh
 BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
              $(if $(filter master,$(ROLE)),linePorts),--$(p) $($(p)))
 
-.PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak faults campaign \
+.PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts faults campaign \
         campaign-programs campaign-scheduler campaign-worker campaign-record campaign-test alarm-latency \
         page-latency cosim cosim-selftest interop lint matrix format check-format report figures \
         pictures quartus check-board clean demo server firmware-test stack-test alarm-sim \
@@ -78,6 +80,10 @@ smsoak: $(if $(PROGRAMS),,tools-for-smsoak) ## SyncManagers between bus and host
         # STEPS=10000000 SEED=1 SET=smsoak-wide
 	$(if $(PROGRAMS),,$(SBT) "Test / runMain flyframe.campaign.Programs smsoak soak")
 	$(SHARD) $(or $(PROGRAMS),build/smsoak) $(SET) $(SEED) $(STEPS)
+
+hosts: tools-for-hosts ## hosts at the pins of every interface, good and bad: \
+       # ACCESSES=1000000 SEED=1 HOSTS="hosts-spi-0 hosts-bus-16"
+	$(SBT) "Test / runMain flyframe.cosim.HostPins $(ACCESSES) $(SEED) $(HOSTS)"
 
 faults: PRESET = slave
 faults: tools-for-faults ## slaves in OP behind cables that fail: CYCLES=100000 SEED=1 \

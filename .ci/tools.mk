@@ -39,6 +39,7 @@ tools_cosim               := sim
 tools_cosim-selftest      := sim
 tools_fuzz                := sbt sim
 tools_smsoak              := sbt sim
+tools_hosts               := sbt sim
 tools_faults              := sim
 tools_matrix              := sbt sim
 tools_campaign            := sbt sim campaign

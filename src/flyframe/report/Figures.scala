@@ -3,6 +3,7 @@ package flyframe.report
 import java.nio.file.{Files, Path, StandardOpenOption}
 import java.time.LocalDate
 import scala.jdk.CollectionConverters._
+import flyframe.HostPinSets
 
 /** The figures as data: `report.json` and a line per preset in `report-history.csv`. */
 object Figures {
@@ -14,7 +15,8 @@ object Figures {
   private def latencyJson(l: Latency) =
     ujson.Obj("forwarding" -> l.forwarding.worstNs, "processing" -> l.processing.worstNs)
 
-  /** `report.json`: objects `presets`, `clocks`, `features`, `hosts`, `units`, `alarm` and the list `goals`.
+  /** `report.json`: objects `presets`, `clocks`, `features`, `hosts`, `host_times`, `units`, `alarm` and the
+    * list `goals`.
     */
   def json(r: Results): String = {
     val presets = Points.presets.map { p =>
@@ -31,6 +33,18 @@ object Figures {
     val features =
       Points.allVariants.map(v => v.title -> areaJson(r.area(v.params.preset)))
     val hosts = Points.hosts.map(h => h.title -> areaJson(r.hosts(h.module)))
+    val times = HostPinSets.measured.map { case (title, p) =>
+      title -> ujson.Arr.from(r.hostTimes(p.preset).map { t =>
+        ujson.Obj(
+          "frames"      -> t.beside,
+          "access"      -> (if (t.isWrite) "write" else "read"),
+          "bytes"       -> t.bytes,
+          "mean_ns"     -> math.round(t.meanNs).toInt,
+          "worst_ns"    -> math.round(t.worstNs).toInt,
+          "mbyte_per_s" -> tenths(t.mbytePerS)
+        )
+      })
+    }
     val units = Points.presets.map { p =>
       p.preset -> obj(Points.units.map { case (u, _) =>
         u -> areaJson(r.units(p.preset).getOrElse(u, Area()))
@@ -40,15 +54,16 @@ object Figures {
       ujson.Obj("title" -> g.title, "goal" -> g.goal, "measured" -> g.measured, "reached" -> g.reached)
     )
     val all = ujson.Obj(
-      "version"  -> r.version,
-      "tools"    -> obj(r.tools.map { case (t, v) => t -> ujson.Str(v) }),
-      "presets"  -> obj(presets),
-      "clocks"   -> obj(clocks),
-      "features" -> obj(features),
-      "hosts"    -> obj(hosts),
-      "units"    -> obj(units),
-      "alarm"    -> AlarmSection.json(r.alarm),
-      "goals"    -> ujson.Arr.from(goals)
+      "version"    -> r.version,
+      "tools"      -> obj(r.tools.map { case (t, v) => t -> ujson.Str(v) }),
+      "presets"    -> obj(presets),
+      "clocks"     -> obj(clocks),
+      "features"   -> obj(features),
+      "hosts"      -> obj(hosts),
+      "host_times" -> obj(times),
+      "units"      -> obj(units),
+      "alarm"      -> AlarmSection.json(r.alarm),
+      "goals"      -> ujson.Arr.from(goals)
     )
     ujson.write(all, indent = 2) + "\n"
   }

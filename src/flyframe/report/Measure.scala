@@ -17,6 +17,22 @@ final case class Latency(forwarding: Delay, processing: Delay)
   */
 final case class Speed(mhz: Double, from: String, to: String, logicNs: Double, routingNs: Double)
 
+/** What a host's accesses of one kind to the RAM take at its pins, until the next may begin.
+  *
+  * @param beside
+  *   with frames on the wire
+  * @param mbytePerS
+  *   one access after the other, at the mean
+  */
+final case class AccessTime(
+    beside: Boolean,
+    isWrite: Boolean,
+    bytes: Int,
+    meanNs: Double,
+    worstNs: Double,
+    mbytePerS: Double
+)
+
 /** The measurements: elaboration by this program, everything else by tools run as processes. */
 final class Measure(dir: Path) {
   private val yosys = Tools.need("map to Cyclone IV cells", "yosys")
@@ -105,26 +121,52 @@ final class Measure(dir: Path) {
     Measure.coreSpeed(ujson.read(Files.readString(result)))
   }
 
-  /** The delays of all of `sets`, each with two ports or more. */
-  def latencies(sets: Seq[EscParams]): Map[String, Latency] = {
-    val arguments = Seq(
-      file("flyframe-latency").toString,
+  /** A program of the simulator with `sets` in it. */
+  private def program(name: String, sets: Seq[EscParams]): String = {
+    val path = file(s"flyframe-$name").toString
+    val settings = Seq(
       s"PRESETS=${sets.map(_.preset).mkString(" ")}",
       s"GENERATED=$dir",
       s"COSIM_OUT=$dir",
       "COSIM_TRACE=0"
     )
     Tools.run(
-      file("make.log"),
-      Seq(make, "-s", s"-j${Tools.atOnce}", "-f", "src/sim/sim.mk") ++ arguments
+      file(s"$name.make.log"),
+      Seq(make, "-s", s"-j${Tools.atOnce}", "-f", "src/sim/sim.mk", path) ++ settings
     )
+    path
+  }
+
+  /** The delays of all of `sets`, each with two ports or more. */
+  def latencies(sets: Seq[EscParams]): Map[String, Latency] = {
+    val meter = program("latency", sets)
     val results = Tools.parallel(sets) { p =>
-      val json = ujson.read(Tools.output(Seq(file("flyframe-latency").toString, "--preset", p.preset)))
+      val json = ujson.read(Tools.output(Seq(meter, "--preset", p.preset)))
       def delay(direction: String) = {
         val d = json(direction)
         Delay(d("worst_ns").num, d("best_ns").num, d("worst_cycles").num, d("pin_to_pin_worst_ns").num)
       }
       p.preset -> Latency(delay("forwarding"), delay("processing"))
+    }
+    results.toMap
+  }
+
+  /** What accesses of hosts take at the pins of `sets`. */
+  def hostTimes(sets: Seq[EscParams]): Map[String, Seq[AccessTime]] = {
+    val hosts = program("hosts", sets)
+    val results = Tools.parallel(sets) { p =>
+      val json =
+        ujson.read(Tools.output(Seq(hosts, "--preset", p.preset, "--measure", s"${Measure.Accesses}")))
+      p.preset -> json("figures").arr.toSeq.map { f =>
+        AccessTime(
+          f("frames").bool,
+          f("access").str == "write",
+          f("bytes").num.toInt,
+          f("meanNs").num,
+          f("worstNs").num,
+          f("mbytePerS").num
+        )
+      }
     }
     results.toMap
   }
@@ -134,6 +176,9 @@ object Measure {
 
   /** Placements of a netlist; an odd number. */
   val Seeds: Seq[Int] = 1 to 5
+
+  /** Accesses of each kind that a host makes. */
+  val Accesses = 1000
 
   /** The one in the middle. */
   def median(speeds: Seq[Speed]): Speed = speeds.sortBy(_.mhz).apply(speeds.size / 2)

@@ -1,5 +1,6 @@
 package flyframe.report
 
+import flyframe.HostPinSets
 import flyframe.params.EscParams
 
 /** `docs/report.md`. */
@@ -139,6 +140,25 @@ object Page {
       }
     )
 
+  private def hostTimes(r: Results): String = {
+    def row(times: Seq[AccessTime]) = {
+      def cell(write: Boolean, bytes: Int) = {
+        val Seq(quiet, beside) = Seq(false, true).map(b =>
+          times.find(t => t.beside == b && t.isWrite == write && t.bytes == bytes).get
+        )
+        f"${quiet.meanNs}%,.0f / ${beside.worstNs}%,.0f"
+      }
+      val block = times.filter(t => !t.isWrite && t.bytes == 64 && !t.beside).head
+      Seq(1, 2, 4, 64).map(cell(false, _)) ++ Seq(1, 2, 4, 64).map(cell(true, _)) :+
+        f"${block.mbytePerS}%.1f"
+    }
+    val bytes = Seq("1 byte", "2", "4", "64")
+    table(
+      ("Interface" +: bytes.map(b => s"Read $b")) ++ bytes.map(b => s"Write $b") :+ "MByte/s",
+      HostPinSets.measured.map { case (title, p) => title +: row(r.hostTimes(p.preset)) }
+    )
+  }
+
   private def units(r: Results): String = {
     val rows = Points.units.map { case (unit, _) =>
       unit +: Points.presets.flatMap { p =>
@@ -227,6 +247,17 @@ object Page {
        |synthesis makes of a host port that is not at pins beside it.
        |
        |${block(hosts(r))}
+       |What an access to the process data RAM takes at the pins, ns, until the next one may begin: the mean
+       |while the wire is quiet, and the longest of ${n(Measure.Accesses)} beside frames without a pause; 64
+       |bytes are one access of SPI, else as many as the width needs. MByte/s is that of 64 bytes read. The
+       |core clock is ${Points.complete.coreClockMhz} MHz. SPI has a quarter of it, and reads with a byte of
+       |pause; the SPI clock of a bought controller, the ET1100, is 20 MHz at most. A strobe of the
+       |microcontroller bus is low for six core cycles or until BUSY ends, then high for three. AXI4-Lite
+       |reads whole words. A write by the microcontroller bus with 16 and 32 bits (`busWriteEarly` 0) is
+       |over for its host before it is carried out; a second one waits. An access to a register waits for
+       |the end of a frame that is being taken over.
+       |
+       |${block(hostTimes(r))}
        |## Where the area goes
        |
        |${block(units(r))}

@@ -1,7 +1,7 @@
 package flyframe.report
 
 import java.nio.file.{Files, Path, Paths}
-import flyframe.BuildInfo
+import flyframe.{BuildInfo, HostPinSets}
 
 /** Measures area, clock and latency and writes `docs/report.md`, `report.json`, the plots, a history line for
   * each preset, and the [[Blocks]] of figures in other pages. Run from the repository root; exit code 2 with
@@ -20,12 +20,16 @@ object Report {
     val started                 = System.nanoTime
     def say(what: String): Unit = println(f"[${(System.nanoTime - started) / 1e9}%4.0f s] $what")
 
-    (Points.all ++ Points.hosts.map(_.params)).distinctBy(_.preset).foreach { p =>
+    val pins = HostPinSets.measured.map(_._2)
+
+    (Points.all ++ Points.hosts.map(_.params) ++ pins).distinctBy(_.preset).foreach { p =>
       say(s"${p.preset}: elaborating")
       m.emit(p)
     }
     say("building the latency meter and measuring")
     val latency = m.latencies((Points.slaves ++ Points.clocks).distinctBy(_.preset))
+    say("building hosts and measuring them at their pins")
+    val hostTimes = m.hostTimes(pins)
     val area = Tools.parallel(Points.all) { p =>
       say(s"${p.preset}: mapping to Cyclone IV")
       p.preset -> m.area(p)
@@ -52,6 +56,7 @@ object Report {
       m.tools,
       area.toMap,
       hosts.toMap,
+      hostTimes,
       withCarry.toMap,
       units.toMap,
       speed.toMap,

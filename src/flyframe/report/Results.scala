@@ -8,6 +8,8 @@ import flyframe.params.EscParams
   *
   * @param hosts
   *   the area of each of [[Points.hosts]], by its module
+  * @param hostTimes
+  *   what accesses of [[flyframe.HostPinSets.measured]] take
   * @param withCarry
   *   the area of presets with carry chains; goals are for `area`, without them
   */
@@ -16,6 +18,7 @@ final case class Results(
     tools: Seq[(String, String)],
     area: Map[String, Area],
     hosts: Map[String, Area],
+    hostTimes: Map[String, Seq[AccessTime]],
     withCarry: Map[String, Area],
     units: Map[String, Map[String, Area]],
     speed: Map[String, Speed],

@@ -3,6 +3,7 @@
 
 #include "core/program.h"
 #include "core/user_error.h"
+#include "hosts/measure.h"
 #include "hosts/suite.h"
 
 int main(int argc, char** argv) {
@@ -11,7 +12,7 @@ int main(int argc, char** argv) {
       "and accesses that a host must not make.",
       "flyframe-hosts");
   std::string preset, registers;
-  int rounds = 50;
+  int rounds = 50, measured = 0;
   bool list = false;
   uint64_t accesses = 10000, seed = 1;
   app.add_option("--preset", preset, "preset with hostInterface 0 to 5 and 4 SyncManagers");
@@ -19,6 +20,8 @@ int main(int argc, char** argv) {
   app.add_option("--rounds", rounds, "messages and buffers each way")->capture_default_str();
   app.add_option("--accesses", accesses, "at random, good and bad")->capture_default_str();
   app.add_option("--seed", seed, "of the random numbers")->capture_default_str();
+  app.add_option("--measure", measured,
+                 "accesses of each kind to measure, printed as JSON, and nothing else");
   app.add_flag("--list", list, "print the presets built in");
   return runProgram(app, argc, argv, [&]() -> int {
     if (list) return std::cout << presetNames() << "\n", 0;
@@ -29,6 +32,12 @@ int main(int argc, char** argv) {
       const auto host = hosts::makeHost(core, random);
       hosts::Master master(core, random);
       hosts::Suite suite(core, *host, master, random);
+      if (measured > 0) {
+        phase = "measurement";
+        suite.switchOn();
+        hosts::measure(core, *host, master, random, measured);
+        return 0;
+      }
       suite.run(hosts::registersOf(registers), rounds);
       phase = "random accesses";
       hosts::Storm storm(core, *host, master, random);

@@ -57,18 +57,18 @@ Suite::Suite(Core& core, Host& host, Master& master, Random& random)
       host_(host),
       master_(master),
       random_(random),
-      board_{host} {}
+      board_{host},
+      byWrite_(acknowledges_by_write(&board_)) {}
 
 void Suite::run(const std::vector<RegisterRow>& registers, int rounds) {
   if (host_.counts()) master_.write(ESC_PDI_ERROR, 0, 1);
-  byWrite_ = acknowledges_by_write(&board_);
   check(byWrite_ == core_.parameter("acknowledgeByWrite"),
         "acknowledge by write is not as in the parameters");
   identity();
   walk(registers);
   memory(rounds);
   events();
-  if (!sync_manager_control(&board_, 0)) switchOn();
+  switchOn();
   master_.run(true);
   walk(registers);
   memory(rounds);
@@ -170,6 +170,7 @@ void Suite::events() {
 }
 
 void Suite::switchOn() {
+  if (sync_manager_control(&board_, 0)) return;
   const auto manager = [&](unsigned n, unsigned start, unsigned length, unsigned control) {
     master_.write(ESC_SMN_START(n), start | length << 16 | uint64_t{control} << 32 | uint64_t{1} << 48, 8);
     struct sync_manager settings;

@@ -24,6 +24,8 @@ class Suite {
  public:
   Suite(Core& core, Host& host, Master& master, Random& random);
   void run(const std::vector<RegisterRow>& registers, int rounds);
+  // The SyncManagers, as master and driver use them; they stay as they are.
+  void switchOn();
 
  private:
   void identity();
@@ -33,14 +35,13 @@ class Suite {
   void mailbox(int rounds);
   void processData(int rounds);
   void quiet();
-  void switchOn();
 
   Core& core_;
   Host& host_;
   Master& master_;
   Random& random_;
   board board_;
-  bool byWrite_ = false;
+  const bool byWrite_;
 };
 
 // Random accesses, good ones and others, beside the master; behind each bad one good ones must be right.

@@ -108,6 +108,14 @@ final class Harness(name: String, sets: Seq[EscParams], options: String*) {
     run(program("flyframe-faults") +: arguments: _*)
   }
 
+  /** A host at the pins of one of the sets: conformance, and accesses at random; what the program says. */
+  def hosts(set: EscParams, accesses: Long, seed: Long): String = {
+    val header    = verilog.resolve(s"${set.preset}.h")
+    val arguments = Seq("--preset", set.preset, "--registers", s"$header", "--accesses", s"$accesses")
+    run(Seq(hostsProgram) ++ arguments ++ Seq("--seed", s"$seed"): _*)
+  }
+  private lazy val hostsProgram: String = program("flyframe-hosts")
+
   /** The program that simulates the smoke-alarm system. */
   lazy val alarmProgram: Path = Paths.get(program("flyframe-alarm"))
 
