@@ -1,0 +1,112 @@
+package flyframe.can
+
+import chisel3._
+import chisel3.util._
+
+/** The bit timing as the registers have it: each number is one less than what it means (CAN-01). */
+class TimingSetting extends Bundle {
+  val sjw       = UInt(4.W)
+  val tseg2     = UInt(4.W)
+  val tseg1     = UInt(6.W)
+  val prescaler = UInt(11.W)
+}
+
+/** Time quanta, synchronisation and sample points of one receiver (CAN-01 to CAN-06, CB-01, CB-02). It knows
+  * nothing of frames: links use it as well as CAN ports.
+  *
+  * Everything happens in the last core cycle of a quantum: the level heard there is looked at for an edge,
+  * then, if the quantum is that of the sample point, sampled.
+  */
+class BitTiming extends Module {
+
+  /** What must not change while `run`. */
+  val setting      = IO(Input(new TimingSetting))
+  val threeSamples = IO(Input(Bool()))
+
+  /** While it is low, the next core cycle is the first one of a bit. */
+  val run = IO(Input(Bool()))
+
+  /** The level of the bus, true for recessive, in the clock of this module. */
+  val heard = IO(Input(Bool()))
+
+  /** Of the bit that is being driven: edges synchronise hard (CAN-03); it is dominant (CAN-06). */
+  val hard     = IO(Input(Bool()))
+  val dominant = IO(Input(Bool()))
+
+  /** The sample of a bit, in the cycle in which it is taken. */
+  val sample = IO(Output(Valid(Bool())))
+
+  /** The level of the next bit is to be driven from the next core cycle on. */
+  val ends = IO(Output(Bool()))
+
+  /** An edge synchronises hard. */
+  val restarts = IO(Output(Bool()))
+
+  // What follows from the setting, which rests long before `run` comes.
+  private val samplePoint = RegNext(setting.tseg1 +& 1.U)
+  private val jump        = RegNext(setting.sjw +& 1.U)
+
+  // Reset: stopped, as by `run`.
+  private val cycle        = RegInit(0.U(11.W)) // of the quantum
+  private val quantum      = RegInit(0.U(7.W))  // in front of the sample point: its number
+  private val distance     = RegInit(0.U(5.W))  // behind it: quanta to the next bit, 1 for the last one
+  private val behind       = RegInit(false.B)   // the sample point of this bit
+  private val synchronised = RegInit(false.B)   // since the last sample point
+  private val lastSample   = RegInit(true.B)
+  private val before       = RegInit(true.B)    // the level in the quantum before, and in that before
+  private val twoBefore    = RegInit(true.B)
+
+  private val tick = cycle === setting.prescaler
+  cycle := Mux(tick, 0.U, cycle + 1.U)
+
+  // The phase error is `quantum` in front of the sample point, and minus `distance` behind it.
+  private val edge    = tick && before && !heard && lastSample && !synchronised
+  private val applies = edge && (hard || behind || quantum === 0.U || !dominant)
+  private val isNear  = hard || distance <= jump
+  private val back    = Mux(hard || quantum <= jump, 0.U, quantum - jump)
+  private val ahead   = distance - jump
+  private val late    = applies && behind && isNear // this quantum is 0 of the next bit
+  private val isLast  = Mux(applies, isNear || ahead === 1.U, distance === 1.U)
+
+  sample.valid := tick && !applies && !behind && quantum === samplePoint
+  sample.bits  := Mux(threeSamples, (heard && before) || (heard && twoBefore) || (before && twoBefore), heard)
+  ends         := tick && behind && isLast
+  restarts     := edge && hard
+  when(tick) {
+    quantum   := Mux(applies, back, quantum) + 1.U
+    distance  := Mux(applies, ahead, distance) - 1.U
+    before    := heard
+    twoBefore := before
+    when(applies) { synchronised := true.B }
+    when(sample.valid) {
+      behind       := true.B
+      distance     := setting.tseg2 +& 1.U
+      synchronised := false.B
+      lastSample   := sample.bits
+    }
+    when(ends) {
+      quantum := late
+      behind  := false.B
+    }
+  }
+  when(!run) {
+    cycle        := 0.U
+    quantum      := 0.U
+    behind       := false.B
+    synchronised := false.B
+    lastSample   := true.B
+    before       := true.B
+    twoBefore    := true.B
+    sample.valid := false.B
+    ends         := false.B
+    restarts     := false.B
+  }
+}
+
+object BitTiming {
+
+  /** The setting cannot be kept (CAN-01, CB-04). */
+  def isImpossible(setting: TimingSetting, threeSamples: Bool): Bool =
+    setting.tseg1 +& setting.tseg2 < 5.U || setting.sjw > setting.tseg2 ||
+      (threeSamples && setting.tseg1 === 0.U)
+}

@@ -1,0 +1,184 @@
+package flyframe.can
+
+import chisel3._
+import chisel3.util._
+import flyframe.memory.HostPort
+import flyframe.params.CanParams
+
+/** What a host may want to be told, each a pulse. */
+class PortEvents extends Bundle {
+  val received = Bool()
+  val slotDone = Bool()
+  val state    = Bool()
+  val busError = Bool()
+  val overrun  = Bool()
+}
+
+/** A CAN controller with its slots, filters and FIFO (CAN-01 to CAN-46). It only connects.
+  *
+  * @param port
+  *   0 or 1: whose addresses its registers have
+  */
+class CanPort(p: CanParams, port: Int) extends Module {
+
+  /** Levels, true for recessive: of the bus, in the clock of this module, and what is driven. */
+  val rx = IO(Input(Bool()))
+  val tx = IO(Output(Bool()))
+
+  /** The low half of the us counter. */
+  val time = IO(Input(UInt(16.W)))
+
+  val host   = IO(new HostPort(4))
+  val events = IO(Output(new PortEvents))
+
+  private val timing   = Module(new BitTiming)
+  private val engine   = Module(new ProtocolEngine)
+  private val shift    = Module(new FrameShift)
+  private val order    = Module(new SlotOrder(p))
+  private val states   = Module(new SlotStates(p))
+  private val memory   = Module(new PortMemory(3))
+  private val filter   = Module(new AcceptanceFilter(p))
+  private val fifo     = Module(new ReceiveFifo(p))
+  private val recorder = Module(new EventRecorder)
+  private val front    = Module(new PortHost(p, port))
+  private val control  = front.control
+  private val happens  = engine.events
+
+  // ---- bits ----
+
+  private val impossible = BitTiming.isImpossible(front.timing, control.threeSamples)
+  private val runs       = control.run && !impossible
+
+  // What the host writes in a cycle counts for the bus from the next one on. Reset: as the registers.
+  private val mode       = RegNext(control, 0.U.asTypeOf(control))
+  private val isListener = mode.listenOnly && !mode.loopBack
+  timing.setting      := front.timing
+  timing.threeSamples := control.threeSamples
+  timing.run          := engine.mode.run
+  timing.heard        := Mux(mode.loopBack, engine.level, rx && (engine.level || !isListener))
+  timing.hard         := engine.hard
+  timing.dominant     := !engine.level
+
+  engine.mode.run           := RegNext(runs, false.B) // reset: stopped
+  engine.mode.listenOnly    := mode.listenOnly
+  engine.mode.loopBack      := mode.loopBack
+  engine.mode.recoverItself := mode.recoverItself
+  engine.silent             := !runs || control.listenOnly || control.loopBack
+  engine.recover            := front.orders.recover
+  engine.sample             := timing.sample
+  engine.bitEnds            := timing.ends
+  engine.restarts           := timing.restarts
+  tx                        := engine.pin
+
+  private val sofTime = Reg(UInt(16.W)) // CAN-45; no reset: a frame begins with its SOF
+  when(timing.sample.valid && happens.stamps) { sofTime := time }
+
+  // ---- frames to send ----
+
+  engine.offer      := order.offer
+  engine.ownBit     := shift.ownBit
+  engine.ownAhead   := shift.ownAhead
+  engine.ownDlc     := shift.ownDlc
+  shift.bits        := engine.bits
+  shift.begins      := RegNext(happens.takes, false.B) // reset: no frame
+  shift.data        := memory.data
+  shift.order       := CanOrder(memory.data)
+  memory.load.valid := shift.load.valid
+  memory.load.bits  := states.current ## shift.load.bits
+
+  // As it was when the sample was taken that ends an attempt, or as it is written with a stop.
+  states.oneShot       := Mux(engine.mode.run, RegNext(mode.oneShot), control.oneShot)
+  states.request.valid := order.appended
+  states.request.bits  := front.append.bits
+  states.abort         := front.orders.abort
+  states.clearSent     := front.orders.clearSent
+  states.clearFailed   := front.orders.clearFailed
+  states.takes.valid   := happens.takes
+  states.takes.bits    := order.offer.slot
+  states.ends          := happens.ends
+  states.sent          := happens.sent
+
+  order.pending     := states.pending
+  order.changed     := states.aborted || states.ended || RegNext(front.orders.requested, false.B)
+  order.changedLate := states.ended
+  order.append      := front.append
+  order.ready       := memory.orderReady
+  order.key         := CanOrder(memory.data)
+  memory.order      := order.read
+  front.appended    := order.appended
+
+  // Reset: no stamp is to be written.
+  private val stamps = RegInit(false.B)
+  private val stamp  = Wire(Valid(new MemoryJob))
+  when(memory.done(1)) { stamps := false.B }
+  when(happens.sent) { stamps := true.B }
+  stamp.valid       := stamps
+  stamp.bits.source := PortMemory.Slots.U(2.W) ## states.current ## 1.U(2.W)
+  stamp.bits.target := stamp.bits.source
+  stamp.bits.write  := true.B
+  stamp.bits.counts := false.B
+  stamp.bits.bytes  := "b1100".U
+  stamp.bits.data   := sofTime ## 0.U(16.W)
+
+  // ---- frames received ----
+
+  filter.start      := shift.identified
+  filter.identifier := shift.identifier
+  filter.hold       := front.hold
+  filter.ready      := memory.filterReady
+  filter.data       := memory.data
+  memory.filter     := filter.read
+
+  private val valid    = RegInit(false.B) // a frame waits for its filter; reset: none
+  private val accepted = valid && filter.done
+  when(accepted) { valid := false.B }
+  when(happens.received) { valid := true.B }
+  fifo.store   := shift.store
+  fifo.word    := shift.word
+  fifo.accept  := accepted && filter.matches
+  fifo.second  := sofTime ## filter.entry.pad(8) ## engine.bits.dlc.pad(8)
+  fifo.release := front.orders.release
+  fifo.read    := front.rxWord
+  front.rxData := fifo.data
+
+  // ---- registers ----
+
+  recorder.error   := happens.error
+  recorder.lost    := happens.lost
+  recorder.overrun := fifo.drops
+  recorder.busOff  := happens.goesOff
+  recorder.clear   := front.orders.clearCounters
+  recorder.done    := memory.done(0)
+  memory.job(0)    := recorder.job
+  memory.job(1)    := stamp
+  memory.job(2)    := front.job
+  front.waits      := recorder.clears
+  front.done       := memory.done(2)
+  front.data       := memory.data
+  front.host <> host
+
+  private val state = Mux(
+    !runs,
+    CanState.Stopped.U(2.W),
+    Mux(engine.busOff, CanState.BusOff.U, Mux(engine.passive, CanState.Passive.U, CanState.Active.U))
+  )
+  front.status.state       := state
+  front.status.warning     := engine.warning
+  front.status.integrating := engine.integrating && runs
+  front.status.sending     := engine.sending
+  front.status.receiving   := engine.receiving
+  front.status.impossible  := impossible
+  front.status.tec         := engine.tec
+  front.status.rec         := engine.rec
+  front.status.level       := fifo.level
+  front.status.pending     := states.pending
+  front.status.sent        := states.sentAll
+  front.status.failed      := states.failedAll
+
+  events.received := fifo.accept && !fifo.drops
+  events.slotDone := states.ended || states.aborted
+  events.state := state =/= RegNext(state, CanState.Stopped.U) || // reset: stopped
+    engine.warning =/= RegNext(engine.warning, false.B)
+  events.busError := happens.error.valid
+  events.overrun  := fifo.drops
+}

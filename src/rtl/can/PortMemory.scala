@@ -1,0 +1,94 @@
+package flyframe.can
+
+import chisel3._
+import chisel3.util._
+import flyframe.ram.DualPortRam
+
+/** Work on one word of [[PortMemory]]: it is read, and, if `write`, those of its bytes that `bytes` names are
+  * replaced by those of `data`, or counted up by one if `counts`; the result goes to `target`.
+  */
+class MemoryJob extends Bundle {
+  val source = UInt(PortMemory.AddressBits.W)
+  val target = UInt(PortMemory.AddressBits.W)
+  val write  = Bool()
+  val counts = Bool()
+  val bytes  = UInt(4.W)
+  val data   = UInt(32.W)
+}
+
+/** The memory of a port in one block RAM: slots, filters, and what registers only keep. After a reset it is
+  * cleared, a word a cycle.
+  *
+  * @param jobs
+  *   how many have jobs, the most urgent first
+  */
+class PortMemory(jobs: Int) extends Module {
+  import PortMemory._
+
+  /** Reads that come before all others: a word of a slot. They never wait. */
+  val load = IO(Input(Valid(UInt(6.W))))
+
+  /** A job stays as it is until it is done, which is the cycle in which the word that was read is there. */
+  val job  = IO(Input(Vec(jobs, Valid(new MemoryJob))))
+  val done = IO(Output(UInt(jobs.W)))
+
+  /** Reads that come behind them. */
+  val order       = IO(Input(Valid(UInt(4.W)))) // the identifier word of this slot
+  val orderReady  = IO(Output(Bool()))
+  val filter      = IO(Input(Valid(UInt(6.W)))) // a word of the filters
+  val filterReady = IO(Output(Bool()))
+
+  /** The word that was read, in the next cycle. */
+  val data = IO(Output(UInt(32.W)))
+
+  private val ram      = DualPortRam(Words, 32)(clock)
+  private val clearing = RegInit(0.U((AddressBits + 1).W)) // reset: from the first word on
+  private val isClear  = clearing(AddressBits)
+  when(!isClear) { clearing := clearing + 1.U }
+
+  // A job is read in one cycle and written in the next, in which no other is read: it could be the same word.
+  private val writes  = RegInit(0.U(jobs.W)) // the job that is to be written; reset: none
+  private val chosen  = PriorityEncoderOH(VecInit(job.map(_.valid)).asUInt)
+  private val mayJob  = isClear && !load.valid && !writes.orR
+  private val anyJob  = mayJob && job.map(_.valid).reduce(_ || _)
+  private val reading = Mux1H(chosen, job.map(_.bits.source))
+  writes := Fill(jobs, mayJob) & VecInit(chosen.asBools).asUInt & VecInit(job.map(_.valid)).asUInt
+  private val writing = Mux1H(writes, job.map(_.bits))
+  done := writes
+
+  orderReady  := isClear && !load.valid && !anyJob
+  filterReady := orderReady && !order.valid
+  ram.io.readAddress := Mux(
+    load.valid,
+    Slots.U(2.W) ## load.bits,
+    Mux(
+      anyJob,
+      reading,
+      Mux(order.valid, Slots.U(2.W) ## order.bits ## 0.U(2.W), Filters.U(2.W) ## filter.bits)
+    )
+  )
+  data := ram.io.readData
+
+  private val merged = Cat((0 until 4).reverse.map { i =>
+    val old = data(8 * i + 7, 8 * i)
+    val one = Mux(writing.counts, old + !old.andR, writing.data(8 * i + 7, 8 * i))
+    Mux(writing.bytes(i), one, old)
+  })
+  ram.io.write        := !isClear || (writes.orR && writing.write)
+  ram.io.writeAddress := Mux(isClear, writing.target, clearing)
+  ram.io.writeData    := Mux(isClear, merged, 0.U)
+}
+
+object PortMemory {
+  val AddressBits = 8
+  val Words       = 1 << AddressBits
+
+  // What the upper two bits of an address select.
+  val Slots     = 0
+  val Filters   = 1
+  val Waiting   = 2 // the two words of a filter that is being written
+  val Registers = 3 // by the offset of a register from the start of its port
+
+  /** Where the register with this offset lies. */
+  def register(offset: Int): UInt = (Registers * 64 + offset / 4).U(AddressBits.W)
+}

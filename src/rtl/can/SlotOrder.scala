@@ -1,0 +1,120 @@
+package flyframe.can
+
+import chisel3._
+import chisel3.util._
+import flyframe.params.CanParams
+import flyframe.ram.DualPortRam
+
+/** Finds the pending slot that is first in CAN order (CAN-41, CB-08).
+  *
+  * The slots are listed by age in a block RAM. Whenever the pending ones change, the list is walked, oldest
+  * first, and their keys compared; those that are pending still go to a second list, which takes the place of
+  * the first when the walk is done. So a walk may be broken off at any time, and begins anew with every
+  * change. The frame found before stays on offer meanwhile.
+  */
+class SlotOrder(p: CanParams) extends Module {
+  private val slotBits = log2Ceil(p.slots)
+
+  /** Slots that wait or are being sent; they have changed, first seen in this cycle. If `changedLate`, by a
+    * sample, which was taken three cycles ago.
+    */
+  val pending     = IO(Input(UInt(p.slots.W)))
+  val changed     = IO(Input(Bool()))
+  val changedLate = IO(Input(Bool()))
+
+  /** A slot that is about to become pending, as the youngest. It is taken when `appended`. */
+  val append   = IO(Input(Valid(UInt(slotBits.W))))
+  val appended = IO(Output(Bool()))
+
+  /** Reads the key of a slot, see [[CanOrder]]. If `ready`, it is there in the next cycle. */
+  val read  = IO(Output(Valid(UInt(slotBits.W))))
+  val ready = IO(Input(Bool()))
+  val key   = IO(Input(UInt(32.W)))
+
+  val offer = IO(Output(new Offer))
+
+  // Reset: both lists are empty, and there is nothing to do.
+  private val bank  = RegInit(false.B)
+  private val count = RegInit(0.U((slotBits + 1).W)) // of the list in force
+  private val walks = RegInit(false.B)
+  private val at    = Reg(UInt((slotBits + 1).W))    // the entry that is, or will be, at hand
+  private val to    = Reg(UInt((slotBits + 1).W))    // how many go to the other list
+  private val have  = RegInit(false.B)               // its entry is at hand
+
+  private val list    = DualPortRam(SlotOrder.Words max 2 * p.slots, slotBits)(clock)
+  private val slot    = list.io.readData
+  private val isAtEnd = at === count
+  private val wants   = walks && have && !isAtEnd && pending(slot)
+  private val keeps   = wants && ready
+  private val moves   = have && !isAtEnd && (!wants || ready)
+  private val nextAt  = at + moves
+  read.valid := wants
+  read.bits  := slot
+
+  private val compares    = RegNext(keeps && !changed, false.B)
+  private val comparedOne = RegNext(slot)
+  private val found       = RegInit(false.B) // the best so far is one; reset: none
+  private val bestKey     = Reg(UInt(32.W))
+  private val bestSlot    = Reg(UInt(slotBits.W))
+  private val isDone      = walks && isAtEnd && !compares
+
+  appended             := append.valid && !walks && !changed
+  list.io.readAddress  := bank ## nextAt(slotBits - 1, 0)
+  list.io.write        := appended || keeps
+  list.io.writeAddress := Mux(appended, bank ## count(slotBits - 1, 0), !bank ## to(slotBits - 1, 0))
+  list.io.writeData    := Mux(appended, append.bits, slot)
+  when(appended) { count := count + 1.U }
+  when(walks) {
+    have := true.B
+    at   := nextAt
+    to   := to + keeps
+  }
+  when(compares && (!found || key < bestKey)) {
+    found    := true.B
+    bestKey  := key
+    bestSlot := comparedOne
+  }
+  when(isDone) {
+    walks := false.B
+    bank  := !bank
+    count := to
+  }
+  when(changed) {
+    walks := true.B
+    have  := false.B
+    at    := 0.U
+    to    := 0.U
+    found := false.B
+    bank  := bank
+    count := count
+  }
+
+  // What was found counts a fixed time behind the last change.
+  private val waits   = RegInit(0.U(log2Ceil(p.offerCycles + 1).W)) // reset: no change is under way
+  private val offered = RegInit(0.U.asTypeOf(new Offer))            // reset: none
+  private val due     = waits === 1.U && !walks && !changed
+  private val before  = Reg(new Offer)                              // the one that `offered` has replaced
+  private val recent = RegInit(0.U(2.W)) // it did so one or two cycles ago; reset: it did not
+  recent := recent(0) ## due
+  when(!pending(offered.slot)) { offered.valid := false.B }
+  when(waits > 1.U || due) { waits := waits - 1.U }
+  when(due) {
+    before           := offer
+    offered.valid    := found
+    offered.slot     := bestSlot
+    offered.firstBit := bestKey(31)
+  }
+  when(changed) { waits := Mux(changedLate, (p.offerCycles - 3).U, (p.offerCycles - 1).U) }
+  when(changedLate && recent.orR) { // the change was first
+    offered       := before
+    offered.valid := before.valid && pending(before.slot)
+  }
+  offer       := offered
+  offer.valid := offered.valid && pending(offered.slot)
+}
+
+object SlotOrder {
+
+  /** Words of a memory at least, so that it goes to block RAM. */
+  private val Words = 64
+}

@@ -1,0 +1,64 @@
+package flyframe.can
+
+import chisel3._
+import chisel3.util._
+import flyframe.params.CanParams
+
+/** Which slots are pending, which have been sent, which have failed (CAN-40, CB-04, CB-12). */
+class SlotStates(p: CanParams) extends Module {
+  private val slotBits = log2Ceil(p.slots)
+
+  val oneShot = IO(Input(Bool()))
+
+  /** Orders of the host. A slot that is requested becomes pending in the next cycle. */
+  val request     = IO(Input(Valid(UInt(slotBits.W))))
+  val abort       = IO(Input(UInt(p.slots.W)))
+  val clearSent   = IO(Input(UInt(p.slots.W)))
+  val clearFailed = IO(Input(UInt(p.slots.W)))
+
+  /** From [[ProtocolEngine]]: this slot is begun; its attempt is over, and went well. */
+  val takes = IO(Input(Valid(UInt(slotBits.W))))
+  val ends  = IO(Input(Bool()))
+  val sent  = IO(Input(Bool()))
+
+  val pending   = IO(Output(UInt(p.slots.W)))
+  val sentAll   = IO(Output(UInt(p.slots.W)))
+  val failedAll = IO(Output(UInt(p.slots.W)))
+
+  /** The slot that is or was on the wire. */
+  val current = IO(Output(UInt(slotBits.W)))
+
+  /** A slot has left `pending`, first seen in this cycle: by an abort, or by the end of an attempt. */
+  val aborted = IO(Output(Bool()))
+  val ended   = IO(Output(Bool()))
+
+  // Reset: nothing is to be sent.
+  private val waits   = RegInit(0.U(p.slots.W))
+  private val well    = RegInit(0.U(p.slots.W))
+  private val badly   = RegInit(0.U(p.slots.W))
+  private val onWire  = RegInit(false.B)
+  private val aborts  = RegInit(false.B) // the one on the wire
+  private val last    = Reg(UInt(slotBits.W))
+  private val isOnIt  = onWire || takes.valid
+  private val at      = Mux(takes.valid, takes.bits, last)
+  private val one     = UIntToOH(at, p.slots)
+  private val abortIt = aborts || (abort & one).orR
+
+  private val over       = ends && (sent || oneShot || abortIt)
+  private val gone       = abort & waits & ~Mux(isOnIt, one, 0.U)
+  private val overOne    = Mux(over, one, 0.U)
+  private val requestOne = Mux(request.valid, UIntToOH(request.bits, p.slots), 0.U)
+  waits  := (waits & ~gone & ~overOne) | requestOne
+  well   := (well & ~clearSent & ~requestOne) | Mux(sent, overOne, 0.U)
+  badly  := (badly & ~clearFailed & ~requestOne) | gone | Mux(sent, 0.U, overOne)
+  last   := at
+  onWire := isOnIt && !ends
+  aborts := isOnIt && !ends && abortIt
+
+  pending   := waits
+  sentAll   := well
+  failedAll := badly
+  current   := last
+  aborted   := RegNext(gone.orR, false.B)
+  ended     := RegNext(over, false.B)
+}
