@@ -32,10 +32,10 @@ QUARTUS ?= quartus_sh
 BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
              $(if $(filter master,$(ROLE)),linePorts),--$(p) $($(p)))
 
-.PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts faults campaign \
-        campaign-programs campaign-scheduler campaign-worker campaign-record campaign-test alarm-latency \
-        page-latency cosim cosim-selftest interop lint matrix format check-format report figures \
-        pictures quartus check-board clean demo server firmware-test stack-test alarm-sim \
+.PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts can-fuzz faults \
+        campaign campaign-programs campaign-scheduler campaign-worker campaign-record campaign-test \
+        alarm-latency page-latency cosim cosim-selftest interop lint matrix format check-format report \
+        figures pictures quartus check-board clean demo server firmware-test stack-test alarm-sim \
         alarm-ring-sim ethercrab-test mutants check-dependencies clocks slave-demo
 
 # A text too long for its line goes on in the next, behind a backslash.
@@ -84,6 +84,10 @@ smsoak: $(if $(PROGRAMS),,tools-for-smsoak) ## SyncManagers between bus and host
 hosts: tools-for-hosts ## hosts at the pins of every interface, good and bad: \
        # ACCESSES=1000000 SEED=1 HOSTS="hosts-spi-0 hosts-bus-16"
 	$(SBT) "Test / runMain flyframe.cosim.HostPins $(ACCESSES) $(SEED) $(HOSTS)"
+
+can-fuzz: tools-for-can-fuzz ## random CAN buses, a port in RTL against the golden model, in each cycle: \
+          # FRAMES=1000000 SEED=7
+	$(SBT) "rtl / Test / runMain flyframe.can.CanFuzz $(FRAMES) $(SEED)"
 
 faults: PRESET = slave
 faults: tools-for-faults ## slaves in OP behind cables that fail: CYCLES=100000 SEED=1 \

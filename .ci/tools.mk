@@ -40,6 +40,7 @@ tools_cosim-selftest      := sim
 tools_fuzz                := sbt sim
 tools_smsoak              := sbt sim
 tools_hosts               := sbt sim
+tools_can-fuzz            := sbt sim
 tools_faults              := sim
 tools_matrix              := sbt sim
 tools_campaign            := sbt sim campaign

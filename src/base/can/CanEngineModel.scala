@@ -189,7 +189,7 @@ class CanEngineModel(frames: CanFrames, modes: CanModes, records: CanRecords, ti
     reader.inArbitration && (field != Ide || attempt.exists(_.extended))
 
   private def inAckSlot(heard: Boolean): Unit = {
-    if (!acknowledges) { if (sends && heard) return error(CanError.Ack) }
+    if (level) { if (sends && heard) return error(CanError.Ack) } // it does not acknowledge
     else if (heard) return error(CanError.Bit)
     else if (receives) counting(confinement.received())
     go(AckDelimiter)

@@ -127,10 +127,14 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0)
     BitSetting(segment("tseg1"), segment("tseg2"), segment("sjw"), control("three_samples"))
   }
 
+  // CB-15 beside CAN-01.
+  private def isPossible =
+    setting.isPossible && setting.tseg1 * (memory.value(s"${prefix}_prescaler") + 1) >= 3
+
   private def controls(): Unit = {
     isListening = control("listen_only")
     isLooped = control("loop_back")
-    val runs = control("run") && setting.isPossible
+    val runs = control("run") && isPossible
     if (runs && timing.isEmpty) {
       prescaler = memory.value(s"${prefix}_prescaler") + 1
       left = prescaler
@@ -158,7 +162,7 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0)
     case "integrating"  => flag(timing.nonEmpty && engine.isIntegrating)
     case "sending"      => flag(engine.isSending)
     case "receiving"    => flag(engine.isReceiving)
-    case "impossible"   => flag(!setting.isPossible)
+    case "impossible"   => flag(!isPossible)
     case "tec"          => engine.tec
     case "rec"          => engine.rec
     case "error_type"   => records.errorType

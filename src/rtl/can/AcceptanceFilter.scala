@@ -25,23 +25,30 @@ class AcceptanceFilter(p: CanParams) extends Module {
   val entry   = IO(Output(UInt(entryBits.W)))
 
   // Reset: no search.
-  private object Step extends ChiselEnum { val idle, value, takesValue, mask, takesMask = Value }
-  private val step  = RegInit(Step.idle)
-  private val at    = Reg(UInt(entryBits.W))
-  private val found = Reg(Bool())
-  private val diff  = Reg(UInt(32.W))                // bits that differ; bit 29: in use
-  private val hits  = diff(29) && !(diff & data).orR // that of a mask is 0
+  private object Step extends ChiselEnum { val idle, value, takesValue, mask, takesMask, judges = Value }
+  private val step   = RegInit(Step.idle)
+  private val at     = Reg(UInt(entryBits.W))
+  private val found  = Reg(Bool())
+  private val diff   = Reg(UInt(32.W)) // bits that differ, then those of them that count
+  private val isUsed = Reg(Bool())     // the entry
+  private val hits   = isUsed && !diff.orR
 
   read.valid := !hold && (step === Step.value || step === Step.mask)
   read.bits  := at ## (step === Step.mask)
+  private val reads = read.valid && ready
   switch(step) {
-    is(Step.value) { when(ready) { step := Step.takesValue } }
+    is(Step.value) { when(reads) { step := Step.takesValue } }
     is(Step.takesValue) {
       diff := data ^ identifier
       step := Step.mask
     }
-    is(Step.mask) { when(ready) { step := Step.takesMask } }
+    is(Step.mask) { when(reads) { step := Step.takesMask } }
     is(Step.takesMask) {
+      isUsed := diff(29)
+      diff   := diff & data // bit 29 of a mask is 0
+      step   := Step.judges
+    }
+    is(Step.judges) {
       found := hits
       at    := Mux(hits, at, at + 1.U)
       step  := Mux(hits || at === (p.filters - 1).U, Step.idle, Step.value)

@@ -80,6 +80,9 @@ class NextPlace extends Module {
 
   val next = IO(Output(new BitPlace))
 
+  /** It is that of an idle bus if this bit is recessive. */
+  val idles = IO(Output(Bool()))
+
   /** This is the last byte of the data. */
   val isLastByte = IO(Output(Bool()))
   isLastByte := place.byte === Mux(dlc(3), 7.U, dlc(2, 0) - 1.U)
@@ -103,7 +106,9 @@ class NextPlace extends Module {
       BusOff          -> 10
     ).map { case (f, n) => f.U -> n.U }
   )
-  private val isLast  = place.bit === lastBit
+  private val isLast = place.bit === lastBit
+  idles := place.isIdle || (isLast && (place
+    .is(Suspend, Integrating) || (place.is(Intermission) && !suspends)))
   private val hasData = !isRemote && (dlc(2, 0) ## heard).orR
 
   private def to(field: Int): Unit = {

@@ -45,15 +45,21 @@ class BitTiming extends Module {
   // What follows from the setting, which rests long before `run` comes.
   private val samplePoint = RegNext(setting.tseg1 +& 1.U)
   private val jump        = RegNext(setting.sjw +& 1.U)
+  private val whole       = RegNext(setting.tseg2 +& 1.U)
 
   // Reset: stopped, as by `run`.
-  private val cycle        = RegInit(0.U(11.W)) // of the quantum
-  private val quantum      = RegInit(0.U(7.W))  // in front of the sample point: its number
-  private val distance     = RegInit(0.U(5.W))  // behind it: quanta to the next bit, 1 for the last one
-  private val behind       = RegInit(false.B)   // the sample point of this bit
-  private val synchronised = RegInit(false.B)   // since the last sample point
+  private val cycle    = RegInit(0.U(11.W)) // of the quantum
+  private val quantum  = RegInit(0.U(7.W))  // in front of the sample point: its number
+  private val distance = RegInit(0.U(5.W))  // behind it: quanta to the next bit, 1 for the last one
+  private val behind   = RegInit(false.B)   // the sample point of this bit
+
+  // Of `distance`, as it is: at most `jump`, one more than that, 1. Kept, as `ends` has no time for them.
+  private val near         = Reg(Bool())
+  private val isBeside     = Reg(Bool())
+  private val isOne        = Reg(Bool())
+  private val synchronised = RegInit(false.B) // since the last sample point
   private val lastSample   = RegInit(true.B)
-  private val before       = RegInit(true.B)    // the level in the quantum before, and in that before
+  private val before       = RegInit(true.B)  // the level in the quantum before, and in that before
   private val twoBefore    = RegInit(true.B)
 
   private val tick = cycle === setting.prescaler
@@ -62,11 +68,11 @@ class BitTiming extends Module {
   // The phase error is `quantum` in front of the sample point, and minus `distance` behind it.
   private val edge    = tick && before && !heard && lastSample && !synchronised
   private val applies = edge && (hard || behind || quantum === 0.U || !dominant)
-  private val isNear  = hard || distance <= jump
+  private val isNear  = hard || near
   private val back    = Mux(hard || quantum <= jump, 0.U, quantum - jump)
   private val ahead   = distance - jump
   private val late    = applies && behind && isNear // this quantum is 0 of the next bit
-  private val isLast  = Mux(applies, isNear || ahead === 1.U, distance === 1.U)
+  private val isLast  = Mux(applies, isNear || isBeside, isOne)
 
   sample.valid := tick && !applies && !behind && quantum === samplePoint
   sample.bits  := Mux(threeSamples, (heard && before) || (heard && twoBefore) || (before && twoBefore), heard)
@@ -77,10 +83,16 @@ class BitTiming extends Module {
     distance  := Mux(applies, ahead, distance) - 1.U
     before    := heard
     twoBefore := before
+    near      := distance <= jump +& 1.U
+    isBeside  := distance === jump +& 2.U
+    isOne     := Mux(applies, ahead, distance) === 2.U
     when(applies) { synchronised := true.B }
     when(sample.valid) {
       behind       := true.B
-      distance     := setting.tseg2 +& 1.U
+      distance     := whole
+      near         := whole <= jump
+      isBeside     := whole === jump +& 1.U
+      isOne        := whole === 1.U
       synchronised := false.B
       lastSample   := sample.bits
     }
@@ -105,8 +117,10 @@ class BitTiming extends Module {
 
 object BitTiming {
 
-  /** The setting cannot be kept (CAN-01, CB-04). */
+  /** The setting cannot be kept (CAN-01, CB-04, CB-15). */
   def isImpossible(setting: TimingSetting, threeSamples: Bool): Bool =
     setting.tseg1 +& setting.tseg2 < 5.U || setting.sjw > setting.tseg2 ||
-      (threeSamples && setting.tseg1 === 0.U)
+      (threeSamples && setting.tseg1 === 0.U) ||
+      (setting.prescaler === 0.U && setting.tseg1 < 2.U) ||
+      (setting.prescaler === 1.U && setting.tseg1 === 0.U)
 }

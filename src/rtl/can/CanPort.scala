@@ -38,7 +38,7 @@ class CanPort(p: CanParams, port: Int) extends Module {
   private val states   = Module(new SlotStates(p))
   private val memory   = Module(new PortMemory(3))
   private val filter   = Module(new AcceptanceFilter(p))
-  private val fifo     = Module(new ReceiveFifo(p))
+  private val fifo     = Module(new ReceiveFifo(p.rxFrames))
   private val recorder = Module(new EventRecorder)
   private val front    = Module(new PortHost(p, port))
   private val control  = front.control
@@ -99,7 +99,7 @@ class CanPort(p: CanParams, port: Int) extends Module {
   states.sent          := happens.sent
 
   order.pending     := states.pending
-  order.changed     := states.aborted || states.ended || RegNext(front.orders.requested, false.B)
+  order.changedNow  := states.aborted || RegNext(front.orders.requested, false.B)
   order.changedLate := states.ended
   order.append      := front.append
   order.ready       := memory.orderReady
@@ -133,13 +133,13 @@ class CanPort(p: CanParams, port: Int) extends Module {
   private val accepted = valid && filter.done
   when(accepted) { valid := false.B }
   when(happens.received) { valid := true.B }
-  fifo.store   := shift.store
-  fifo.word    := shift.word
-  fifo.accept  := accepted && filter.matches
-  fifo.second  := sofTime ## filter.entry.pad(8) ## engine.bits.dlc.pad(8)
-  fifo.release := front.orders.release
-  fifo.read    := front.rxWord
-  front.rxData := fifo.data
+  fifo.store    := shift.store
+  fifo.word     := shift.word
+  fifo.accept   := accepted && filter.matches
+  fifo.second   := sofTime ## filter.entry.pad(8) ## engine.bits.dlc.pad(8)
+  fifo.releases := front.orders.release
+  fifo.read     := front.rxWord
+  front.rxData  := fifo.data
 
   // ---- registers ----
 
@@ -154,7 +154,7 @@ class CanPort(p: CanParams, port: Int) extends Module {
   memory.job(2)    := front.job
   front.waits      := recorder.clears
   front.done       := memory.done(2)
-  front.data       := memory.data
+  front.data       := memory.word
   front.host <> host
 
   private val state = Mux(

@@ -11,8 +11,19 @@ class CounterSteps extends Bundle {
   val recDown1 = Bool()
 }
 
-/** TEC and REC, and the states that follow from them (CAN-30 to CAN-34, CB-07). */
-class Confinement extends Module {
+/** Whether a node is error passive behind a step up, if that comes. */
+class PassiveBehind extends Bundle {
+  val tecUp8 = Bool()
+  val recUp1 = Bool()
+  val recUp8 = Bool()
+}
+
+/** TEC and REC, and the states that follow from them (CAN-30 to CAN-34, CB-07).
+  *
+  * @param firstTec
+  *   TEC at the beginning; 0 but in proofs
+  */
+class Confinement(firstTec: Int = 0) extends Module {
   val steps = IO(Input(new CounterSteps))
 
   /** The end of a recovery: both counters become 0. */
@@ -26,11 +37,12 @@ class Confinement extends Module {
   val passive = IO(Output(Bool()))
   val busOff  = IO(Output(Bool()))
 
-  /** The states behind the steps up of this cycle. */
-  val passiveNext = IO(Output(Bool()))
-  val busOffNext  = IO(Output(Bool()))
+  val passiveBehind = IO(Output(new PassiveBehind))
 
-  private val t = RegInit(0.U(9.W)) // reset: no errors
+  /** The state behind the step of this cycle. */
+  val busOffNext = IO(Output(Bool()))
+
+  private val t = RegInit(firstTec.U(9.W)) // reset: no errors
   private val r = RegInit(0.U(8.W))
   tec     := t
   rec     := r
@@ -44,9 +56,10 @@ class Confinement extends Module {
   private val tecNearBusOff               = beforehand(t >= 248.U)
   private val recNearPassive              = beforehand(r >= 120.U)
   private val recAtPassive                = beforehand(r >= 127.U)
-  passiveNext := passive || (steps.tecUp8 && tecNearPassive) || (steps.recUp8 && recNearPassive) ||
-    (steps.recUp1 && recAtPassive)
-  busOffNext := busOff || (steps.tecUp8 && tecNearBusOff)
+  passiveBehind.tecUp8 := passive || tecNearPassive
+  passiveBehind.recUp1 := passive || recAtPassive
+  passiveBehind.recUp8 := passive || recNearPassive
+  busOffNext           := busOff || (steps.tecUp8 && tecNearBusOff)
 
   when(!busOff) {
     when(steps.tecUp8) { t := Mux(t >= 248.U, 256.U, t + 8.U) }

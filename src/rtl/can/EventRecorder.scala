@@ -26,28 +26,45 @@ class EventRecorder extends Module {
   val done = IO(Input(Bool()))
 
   // What is still to be done, the lowest first. Reset: nothing.
-  private val todo    = RegInit(0.U(Tasks.W))
-  private val record  = Reg(new ErrorRecord)
-  private val lostBit = Reg(UInt(6.W))
-  private val task    = PriorityEncoderOH(todo)
+  private val todo = RegInit(0.U(Tasks.W))
+  private val task = PriorityEncoderOH(todo)
 
-  when(error.valid) { record := error.bits }
-  when(lost.valid) { lostBit := lost.bits }
-  private val clearWaits = RegInit(false.B) // reset: no order
+  // A clear waits for what was before it, which is also what was sampled when it was ordered; what happens
+  // meanwhile is done behind it. Reset: no order.
+  private val events     = Cat(busOff, overrun, Fill(2, lost.valid), Fill(2, error.valid), 0.U(3.W))
+  private val later      = RegInit(0.U(Tasks.W))
+  private val ordered    = RegNext(clear, false.B)
+  private val clearWaits = RegInit(false.B)
   private val clearNow   = clearWaits && !todo.orR
-  clearWaits := clear || (clearWaits && !clearNow)
-  todo := (todo & ~Mux(done, task, 0.U)) | Cat(
-    busOff,
-    overrun,
-    Fill(2, lost.valid),
-    Fill(2, error.valid),
-    Fill(3, clearNow)
-  )
+  private val isLater    = clearWaits && !clearNow
+  clearWaits := ordered || isLater
+  later      := Mux(isLater, later | events, 0.U)
+
+  // The error that is being counted, and one behind it: bits may be shorter than counting takes.
+  private val kind      = Reg(UInt(3.W))
+  private val nextKind  = Reg(UInt(3.W))
+  private val another   = RegInit(false.B) // reset: none
+  private val isCounted = done && task(CountError)
+  private val counting  = todo(CountError) && !(isCounted && !another)
+  when(isCounted && another) {
+    kind    := nextKind
+    another := false.B
+  }
+  when(error.valid && counting && !isLater) {
+    nextKind := error.bits.kind
+    another  := true.B
+  }.elsewhen(error.valid) { kind := error.bits.kind }
+
+  private val isOver = Mux(done && !(isCounted && another), task, 0.U)
+  todo := (todo & ~isOver) | Mux(isLater, 0.U, events | Mux(clearNow, later, 0.U)) | Fill(3, clearNow)
+
+  private val record  = RegEnable(error.bits, error.valid)
+  private val lostBit = RegEnable(lost.bits, lost.valid)
 
   // Of a counter: the byte in the order of CanRegisters.CounterNames.
   private val counter = Mux1H(
     Seq(
-      task(CountError) -> (record.kind - 1.U),
+      task(CountError) -> (kind - 1.U),
       task(CountLost)  -> 5.U,
       task(Overrun)    -> 6.U,
       task(BusOff)     -> 7.U
@@ -67,7 +84,7 @@ class EventRecorder extends Module {
       )
     )
   )
-  clears          := clearWaits || todo(ClearCounters + 1)
+  clears          := ordered || clearWaits || todo(ClearCounters + 1)
   job.valid       := todo.orR
   job.bits.source := place
   job.bits.target := place
@@ -88,8 +105,8 @@ class EventRecorder extends Module {
 object EventRecorder {
   private val ClearRecord   = 0
   private val ClearCounters = 1 // two words
-  private val Record        = 3
-  private val CountError    = 4
+  private val CountError    = 3
+  private val Record        = 4
   private val RecordLost    = 5
   private val CountLost     = 6
   private val Overrun       = 7

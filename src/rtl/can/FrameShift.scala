@@ -44,15 +44,15 @@ class FrameShift extends Module {
 
   private val sends  = RegInit(false.B)                      // the own frame is loaded; reset: none
   private val idEnds = RegNext(bits.identifierEnds, false.B) // reset: no frame
-  private val loading  = RegInit(0.U(2.W)) // words still to be read behind the identifier; reset: none
-  private val reloads  = sends && bits.wordEnds && !bits.dataEnds
+  private val loading = RegInit(0.U(2.W)) // words still to be read behind the identifier; reset: none
+  private val reloads  = RegNext(sends && bits.wordEnds && !bits.dataEnds, false.B) // reset: no frame
   private val loadWord = Mux(reloads, 3.U, MuxLookup(loading, 0.U)(Seq(3.U -> 1.U, 2.U -> 3.U, 1.U -> 2.U)))
   load.valid := begins || loading =/= 0.U || reloads
   load.bits  := loadWord
   when(begins) { sends := true.B }
   when(bits.identifierEnds) { sends := bits.sends }
   when(loading =/= 0.U) { loading := loading - 1.U }
-  when(idEnds && sends) { loading := 3.U }
+  when(bits.identifierEnds && bits.sends) { loading := 3.U }
   private val loaded       = RegNext(load.valid, false.B)
   private val loadedWord   = RegNext(loadWord)
   private val loadedReload = RegNext(reloads)
@@ -60,7 +60,7 @@ class FrameShift extends Module {
   ownDlc.valid := loaded && loadedWord === 1.U
   ownDlc.bits  := data(3, 0)
   ownAhead     := ahead
-  ownBit       := Mux(bits.shifts, register(30), register(31))
+  ownBit       := Mux(bits.passes, register(30), register(31))
 
   // ---- the register ----
 

@@ -124,7 +124,7 @@ class PortHost(p: CanParams, port: Int) extends Module {
   private val copies   = isCommit && !second
   private val waiting  = PortMemory.Waiting.U(2.W) ## 0.U(5.W)
   private val isFree   = !status.pending(offset(5, 2))
-  private val mayStore = Mux(inSlots, isFree, inFilter || !flags.run)
+  private val mayStore = host.write && Mux(inSlots, isFree, inFilter || !flags.run)
   private val isDlc    = inSlots && offset(1, 0) === 1.U // beside the time stamp
   private val stored   = Mux(mayStore, host.be & (Fill(3, !isDlc) ## true.B), 0.U)
   // Bits that are kept, of those words that do not keep all.

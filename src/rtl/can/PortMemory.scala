@@ -28,9 +28,10 @@ class PortMemory(jobs: Int) extends Module {
   /** Reads that come before all others: a word of a slot. They never wait. */
   val load = IO(Input(Valid(UInt(6.W))))
 
-  /** A job stays as it is until it is done, which is the cycle in which the word that was read is there. */
+  /** A job stays as it is until it is done, which is the cycle in which `word` is the one that was read. */
   val job  = IO(Input(Vec(jobs, Valid(new MemoryJob))))
   val done = IO(Output(UInt(jobs.W)))
+  val word = IO(Output(UInt(32.W)))
 
   /** Reads that come behind them. */
   val order       = IO(Input(Valid(UInt(4.W)))) // the identifier word of this slot
@@ -38,7 +39,7 @@ class PortMemory(jobs: Int) extends Module {
   val filter      = IO(Input(Valid(UInt(6.W)))) // a word of the filters
   val filterReady = IO(Output(Bool()))
 
-  /** The word that was read, in the next cycle. */
+  /** The word that was read otherwise, in the next cycle. */
   val data = IO(Output(UInt(32.W)))
 
   private val ram      = DualPortRam(Words, 32)(clock)
@@ -46,15 +47,18 @@ class PortMemory(jobs: Int) extends Module {
   private val isClear  = clearing(AddressBits)
   when(!isClear) { clearing := clearing + 1.U }
 
-  // A job is read in one cycle and written in the next, in which no other is read: it could be the same word.
-  private val writes  = RegInit(0.U(jobs.W)) // the job that is to be written; reset: none
+  // A job is read in one cycle; in the next the bytes are replaced; in the third it is written, counted up.
+  // No other is read meanwhile: it could be the same word.
+  private val reads   = RegInit(0.U(jobs.W)) // the job whose word is there; reset: none
+  private val writes  = RegNext(reads, 0.U)  // the job that is written; reset: none
+  private val isBusy  = (reads | writes).orR
   private val chosen  = PriorityEncoderOH(VecInit(job.map(_.valid)).asUInt)
-  private val mayJob  = isClear && !load.valid && !writes.orR
+  private val mayJob  = isClear && !load.valid && !isBusy
   private val anyJob  = mayJob && job.map(_.valid).reduce(_ || _)
   private val reading = Mux1H(chosen, job.map(_.bits.source))
-  writes := Fill(jobs, mayJob) & VecInit(chosen.asBools).asUInt & VecInit(job.map(_.valid)).asUInt
-  private val writing = Mux1H(writes, job.map(_.bits))
-  done := writes
+  private val atHand  = Mux1H(reads | writes, job.map(_.bits))
+  reads := Fill(jobs, anyJob) & VecInit(chosen.asBools).asUInt
+  done  := writes
 
   orderReady  := isClear && !load.valid && !anyJob
   filterReady := orderReady && !order.valid
@@ -69,14 +73,17 @@ class PortMemory(jobs: Int) extends Module {
   )
   data := ram.io.readData
 
-  private val merged = Cat((0 until 4).reverse.map { i =>
-    val old = data(8 * i + 7, 8 * i)
-    val one = Mux(writing.counts, old + !old.andR, writing.data(8 * i + 7, 8 * i))
-    Mux(writing.bytes(i), one, old)
+  private def bytes(of: Int => UInt) = Cat((0 until 4).reverse.map(of))
+  private def byte(of: UInt, i: Int) = of(8 * i + 7, 8 * i)
+  private val merged = RegNext(bytes { i =>
+    Mux(atHand.bytes(i) && !atHand.counts, byte(atHand.data, i), byte(data, i))
   })
-  ram.io.write        := !isClear || (writes.orR && writing.write)
-  ram.io.writeAddress := Mux(isClear, writing.target, clearing)
-  ram.io.writeData    := Mux(isClear, merged, 0.U)
+  private val ups     = RegNext(Fill(4, atHand.counts) & atHand.bytes)
+  private val counted = bytes(i => byte(merged, i) + (ups(i) && !byte(merged, i).andR))
+  word                := merged
+  ram.io.write        := !isClear || (writes.orR && atHand.write)
+  ram.io.writeAddress := Mux(isClear, atHand.target, clearing)
+  ram.io.writeData    := Mux(isClear, counted, 0.U)
 }
 
 object PortMemory {

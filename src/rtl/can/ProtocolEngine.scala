@@ -50,7 +50,8 @@ class EngineEvents extends Bundle {
 /** The bits of the frame at hand that pass through [[FrameShift]]. */
 class FrameBits extends Bundle {
 
-  /** A bit of identifier, RTR, SRR, IDE or data was heard, and its level. */
+  /** The bit is one of identifier, RTR, SRR, IDE or data; it was heard, and its level. */
+  val passes = Bool()
   val shifts = Bool()
   val bit    = Bool()
 
@@ -72,9 +73,13 @@ class FrameBits extends Bundle {
 /** Sends and receives frames bit by bit: fields, arbitration, errors, overload frames (CAN-03 to CAN-35). One
   * register, `place`, tells where on the bus the node is; it is the same for sender and receiver.
   *
-  * A sample is dealt with in the cycle behind it; the next bit may begin as soon as one cycle later.
+  * A sample is dealt with in the cycle behind it; the next bit may begin in that cycle. What the bit means
+  * has been worked out beforehand, for either level, see [[BitOutlook]].
+  *
+  * @param firstTec
+  *   TEC at the beginning; 0 but in proofs
   */
-class ProtocolEngine extends Module {
+class ProtocolEngine(firstTec: Int = 0) extends Module {
   import CanField._
 
   val mode = IO(Input(new EngineMode))
@@ -140,33 +145,39 @@ class ProtocolEngine extends Module {
   private val hardBit  = RegInit(true.B)
   private val maySend  = mode.loopBack || !mode.listenOnly
   private val mayCount = RegNext(maySend)  // when the sample was taken
+  private val wasLooped = RegNext(mode.loopBack) // likewise
 
   // ---- what the bit heard is ----
 
-  private val isStuff = run.isFull && (place.isStuffed || place.is(CrcDelimiter))
-  private val check   = Module(new BitCheck)
-  check.place         := place
-  check.heard         := heard
-  check.sent          := ownLevel
-  check.sender        := sender
-  check.sendsExtended := ownBit
-  check.run           := run
-  check.isStuff       := isStuff
-  check.crcIsWrong    := crcWrong
-  private val verdict = check.verdict
-  private val isGood  = sampled && !verdict.error
-
-  private val counters = Module(new Confinement)
-  private val walk     = Module(new NextPlace)
+  // Reset: no frame.
+  private val isStuff   = RegNext(run.isFull && (place.isStuffed || place.is(CrcDelimiter)), false.B)
+  private val counters  = Module(new Confinement(firstTec))
+  private val state     = Wire(new BitState)
+  private val dominant  = Module(new BitOutlook(heard = false))
+  private val recessive = Module(new BitOutlook(heard = true))
+  state.place         := place
+  state.sent          := ownLevel
+  state.sender        := sender
+  state.run           := run
+  state.isStuff       := isStuff
+  state.crc           := crc(14, 13)
+  state.crcIsWrong    := crcWrong
+  state.isExtended    := extended
+  state.isRemote      := remote
+  state.dlc           := dlc
+  state.ownBit        := ownBit
+  state.ownAhead      := ownAhead
+  state.loopBack      := mode.loopBack
+  state.counts        := maySend
+  state.passive       := counters.passive
+  state.passiveBehind := counters.passiveBehind
+  dominant.state      := state
+  recessive.state     := state
+  private val meaning  = Mux(heard, recessive.meaning, dominant.meaning)
+  private val verdict  = meaning.verdict
+  private val isGood   = sampled && !verdict.error
   private val more     = run.and(heard)
   private val flagOver = more.count === 6.U
-  walk.place      := place
-  walk.heard      := heard
-  walk.isExtended := extended
-  walk.isRemote   := remote
-  walk.dlc        := dlc
-  walk.suspends   := sender && counters.passive
-  walk.flagIsOver := flagOver
 
   // ---- error counters ----
 
@@ -202,10 +213,10 @@ class ProtocolEngine extends Module {
   private val next = WireInit(place)
   when(sampled) {
     when(verdict.error) {
-      next := Mux(counters.passiveNext, BitPlace(PassiveErrorFlag), BitPlace(ActiveErrorFlag))
+      next := Mux(meaning.level, BitPlace(PassiveErrorFlag), BitPlace(ActiveErrorFlag))
     }.elsewhen(verdict.overload) { next := BitPlace(OverloadFlag) }
       .elsewhen(verdict.exception) { next := BitPlace(Integrating) }
-      .elsewhen(!isStuff && (!inBusOff || recovers || mode.recoverItself)) { next := walk.next }
+      .elsewhen(!inBusOff || recovers || mode.recoverItself) { next := meaning.next }
     when(goesOff) { next := BitPlace(BusOff) }
     when(recovered) { next := BitPlace(Idle) }
   }
@@ -255,24 +266,13 @@ class ProtocolEngine extends Module {
 
   // ---- the level of the next bit, and frames that begin with it (CAN-12, CB-09) ----
 
-  private val joinNext = (sampled && startsOther && place.is(Intermission)) || mayJoin
-  private val begins   = bitEnds && next.isIdle && offer.valid && maySend
-  private val joins    = bitEnds && joinNext && offer.valid && maySend && !counters.passive
-  private val atAhead  = next.is(Data) && next.bit === 0.U && next.byte === 4.U
-  private val streamBit = MuxLookup(next.field, Mux(atAhead, ownAhead, ownBit))(
-    Seq(
-      Fdf.U          -> false.B,
-      R0.U           -> false.B,
-      Dlc.U          -> dlcNext(3),
-      Crc.U          -> crcNext(14),
-      CrcDelimiter.U -> true.B
-    )
-  )
-  private val stuffNext = runNext.isFull && (next.isStuffed || next.is(CrcDelimiter))
-  private val ackNext   = next.is(AckSlot) && Mux(sender, mode.loopBack, !crcWrong)
-  private val flagNext  = next.is(ActiveErrorFlag, OverloadFlag) && !next.behindFlag
-  private val frameNext = senderNext && (next.isStuffed || stuffNext)
-  private val levelNext = Mux(frameNext, Mux(stuffNext, !runNext.level, streamBit), !ackNext && !flagNext)
+  private val joinNext    = (sampled && startsOther && place.is(Intermission)) || mayJoin
+  private val becomesIdle = Mux(sampled, (meaning.idles && heard) || recovered, place.isIdle)
+  private val begins      = bitEnds && becomesIdle && offer.valid && maySend
+  private val joins       = bitEnds && joinNext && offer.valid && maySend && !counters.passive
+
+  private val comes     = RegInit(true.B) // the level behind the sample of this bit; reset: recessive
+  private val levelNext = Mux(sampled, meaning.level, comes)
   private val levelNow  = WireInit(ownLevel)
 
   mayJoin := joinNext && !bitEnds
@@ -294,16 +294,18 @@ class ProtocolEngine extends Module {
       ackWaits := false.B
     }
   }
+  comes    := levelNext
   ownLevel := levelNow
-  pinLevel := levelNow || silent
+  pinLevel := levelNow || silent || !mode.run
 
   when(!mode.run) { // CB-04
-    place    := Mux(counters.busOff, BitPlace(BusOff), BitPlace(Integrating))
+    place    := Mux(counters.busOffNext, BitPlace(BusOff), BitPlace(Integrating))
     sender   := false.B
     receiver := false.B
     attempts := false.B
     mayJoin  := false.B
     elevens  := 0.U
+    comes    := true.B
     ownLevel := true.B
     hardBit  := true.B
   }
@@ -314,13 +316,14 @@ class ProtocolEngine extends Module {
   pin   := pinLevel
   hard  := hardBit
 
-  bits.shifts         := sampled && !isStuff && (place.isArbitration || place.is(Data))
+  bits.passes         := !isStuff && (place.isArbitration || place.is(Data))
+  bits.shifts         := sampled && bits.passes
   bits.bit            := heard
-  bits.identifierEnds := isGood && !isStuff && walk.next.is(Fdf)
+  bits.identifierEnds := isGood && !isStuff && meaning.next.is(Fdf)
   bits.sends          := senderNext
   bits.wordEnds := isGood && !isStuff && place.is(Data) && place.bit === 7.U &&
-    (place.byte === 3.U || walk.isLastByte)
-  bits.dataEnds   := walk.isLastByte
+    (place.byte === 3.U || meaning.isLastByte)
+  bits.dataEnds   := meaning.isLastByte
   bits.byte       := place.byte
   bits.isExtended := extended
   bits.isRemote   := remote
@@ -329,7 +332,7 @@ class ProtocolEngine extends Module {
   events.takes    := begins || joins
   events.sent     := sent
   events.ends     := attempts && (!mode.run || sent || (sampled && (verdict.error || verdict.lost)))
-  events.received := isGood && place.is(Eof) && place.bit === 5.U && (!sender || mode.loopBack)
+  events.received := isGood && place.is(Eof) && place.bit === 5.U && (!sender || wasLooped)
   events.stamps   := place.isStart || place.is(Sof)
 
   events.error.valid       := sampled && verdict.error

@@ -2,15 +2,20 @@ package flyframe.can
 
 import chisel3._
 import chisel3.util._
-import flyframe.params.CanParams
-import flyframe.ram.DualPortRam
+import flyframe.ram.{DualPortRam, DualPortRamIO}
 
 /** The frames that were received, oldest first (CAN-44), four words each, in block RAM. A frame is written
   * behind the others while it comes in, and counts when it is accepted; there is a place for that beyond
   * those that count.
+  *
+  * @param frames
+  *   that it holds
+  * @param newRam
+  *   makes the RAM; another one for proofs, which cannot see into a black box
   */
-class ReceiveFifo(p: CanParams) extends Module {
-  private val places    = p.rxFrames + 1
+class ReceiveFifo(frames: Int, newRam: (Int, Int, Clock) => DualPortRamIO = DualPortRam(_, _)(_).io)
+    extends Module {
+  private val places    = frames + 1
   private val placeBits = log2Ceil(places)
 
   /** A word of the frame that comes in. */
@@ -23,9 +28,9 @@ class ReceiveFifo(p: CanParams) extends Module {
   val drops  = IO(Output(Bool()))
 
   /** Drops the oldest one, if there is one. */
-  val release = IO(Input(Bool()))
+  val releases = IO(Input(Bool()))
 
-  /** Frames, 0 to `rxFrames`. */
+  /** Frames, 0 to `frames`. */
   val level = IO(Output(UInt(8.W)))
 
   /** Reads a word of the oldest one; `data` has it in the next cycle. */
@@ -36,9 +41,9 @@ class ReceiveFifo(p: CanParams) extends Module {
   private val first  = RegInit(0.U(placeBits.W))
   private val next   = RegInit(0.U(placeBits.W))
   private val count  = RegInit(0.U(8.W))
-  private val isFull = count === p.rxFrames.U
+  private val isFull = count === frames.U
   private val takes  = accept && !isFull
-  private val leaves = release && count =/= 0.U
+  private val leaves = releases && count =/= 0.U
 
   private def behind(place: UInt) = Mux(place === (places - 1).U, 0.U, place + 1.U)
   when(takes) { next := behind(next) }
@@ -47,10 +52,10 @@ class ReceiveFifo(p: CanParams) extends Module {
   level := count
   drops := accept && isFull
 
-  private val ram = DualPortRam(4 * places, 32)(clock)
-  ram.io.write        := store.valid || takes
-  ram.io.writeAddress := next ## Mux(accept, 1.U(2.W), store.bits)
-  ram.io.writeData    := Mux(accept, second, word)
-  ram.io.readAddress  := first ## read
-  data                := ram.io.readData
+  private val ram = newRam(4 * places, 32, clock)
+  ram.write        := store.valid || takes
+  ram.writeAddress := next ## Mux(accept, 1.U(2.W), store.bits)
+  ram.writeData    := Mux(accept, second, word)
+  ram.readAddress  := first ## read
+  data             := ram.readData
 }

@@ -15,11 +15,11 @@ import flyframe.ram.DualPortRam
 class SlotOrder(p: CanParams) extends Module {
   private val slotBits = log2Ceil(p.slots)
 
-  /** Slots that wait or are being sent; they have changed, first seen in this cycle. If `changedLate`, by a
-    * sample, which was taken three cycles ago.
+  /** Slots that wait or are being sent; they have changed, first seen in this cycle: by the host, or late, by
+    * a sample, which was taken three cycles ago.
     */
   val pending     = IO(Input(UInt(p.slots.W)))
-  val changed     = IO(Input(Bool()))
+  val changedNow  = IO(Input(Bool()))
   val changedLate = IO(Input(Bool()))
 
   /** A slot that is about to become pending, as the youngest. It is taken when `appended`. */
@@ -33,30 +33,37 @@ class SlotOrder(p: CanParams) extends Module {
 
   val offer = IO(Output(new Offer))
 
+  private val changed = changedNow || changedLate
+
   // Reset: both lists are empty, and there is nothing to do.
   private val bank  = RegInit(false.B)
   private val count = RegInit(0.U((slotBits + 1).W)) // of the list in force
   private val walks = RegInit(false.B)
-  private val at    = Reg(UInt((slotBits + 1).W))    // the entry that is, or will be, at hand
+  private val at    = Reg(UInt((slotBits + 1).W))    // the entry that the RAM gives
   private val to    = Reg(UInt((slotBits + 1).W))    // how many go to the other list
-  private val have  = RegInit(false.B)               // its entry is at hand
+  private val gives = RegInit(false.B)               // it gives it now
+  private val has   = RegInit(false.B)               // `slot` is the entry in front of that
+  private val slot  = Reg(UInt(slotBits.W))
 
   private val list    = DualPortRam(SlotOrder.Words max 2 * p.slots, slotBits)(clock)
-  private val slot    = list.io.readData
   private val isAtEnd = at === count
-  private val wants   = walks && have && !isAtEnd && pending(slot)
+  private val wants   = walks && has && pending(slot)
   private val keeps   = wants && ready
-  private val moves   = have && !isAtEnd && (!wants || ready)
-  private val nextAt  = at + moves
+  private val moves   = !has || !wants || ready
+  private val takes   = gives && !isAtEnd && moves
+  private val nextAt  = at + takes
   read.valid := wants
   read.bits  := slot
 
-  private val compares    = RegNext(keeps && !changed, false.B)
-  private val comparedOne = RegNext(slot)
-  private val found       = RegInit(false.B) // the best so far is one; reset: none
-  private val bestKey     = Reg(UInt(32.W))
-  private val bestSlot    = Reg(UInt(slotBits.W))
-  private val isDone      = walks && isAtEnd && !compares
+  // A key comes in the cycle behind its read, and is compared in the next.
+  private val comes    = RegNext(keeps && !changed, false.B)
+  private val compares = RegNext(comes && !changed, false.B)
+  private val thisKey  = RegNext(key)
+  private val thisSlot = RegNext(RegNext(slot))
+  private val found    = RegInit(false.B) // the best so far is one; reset: none
+  private val bestKey  = Reg(UInt(32.W))
+  private val bestSlot = Reg(UInt(slotBits.W))
+  private val isDone   = walks && gives && isAtEnd && !has && !comes && !compares
 
   appended             := append.valid && !walks && !changed
   list.io.readAddress  := bank ## nextAt(slotBits - 1, 0)
@@ -64,15 +71,17 @@ class SlotOrder(p: CanParams) extends Module {
   list.io.writeAddress := Mux(appended, bank ## count(slotBits - 1, 0), !bank ## to(slotBits - 1, 0))
   list.io.writeData    := Mux(appended, append.bits, slot)
   when(appended) { count := count + 1.U }
+  when(moves) { slot := list.io.readData }
   when(walks) {
-    have := true.B
-    at   := nextAt
-    to   := to + keeps
+    gives := true.B
+    has   := takes || !moves
+    at    := nextAt
+    to    := to + keeps
   }
-  when(compares && (!found || key < bestKey)) {
+  when(compares && (!found || thisKey < bestKey)) {
     found    := true.B
-    bestKey  := key
-    bestSlot := comparedOne
+    bestKey  := thisKey
+    bestSlot := thisSlot
   }
   when(isDone) {
     walks := false.B
@@ -81,7 +90,8 @@ class SlotOrder(p: CanParams) extends Module {
   }
   when(changed) {
     walks := true.B
-    have  := false.B
+    gives := false.B
+    has   := false.B
     at    := 0.U
     to    := 0.U
     found := false.B
@@ -104,7 +114,10 @@ class SlotOrder(p: CanParams) extends Module {
     offered.slot     := bestSlot
     offered.firstBit := bestKey(31)
   }
-  when(changed) { waits := Mux(changedLate, (p.offerCycles - 3).U, (p.offerCycles - 1).U) }
+  when(changedLate) { // it was before one by the host a cycle ago
+    waits := Mux(waits === (p.offerCycles - 1).U, (p.offerCycles - 2).U, (p.offerCycles - 3).U)
+  }
+  when(changedNow) { waits := (p.offerCycles - 1).U }
   when(changedLate && recent.orR) { // the change was first
     offered       := before
     offered.valid := before.valid && pending(before.slot)

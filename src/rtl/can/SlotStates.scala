@@ -33,27 +33,29 @@ class SlotStates(p: CanParams) extends Module {
   val ended   = IO(Output(Bool()))
 
   // Reset: nothing is to be sent.
-  private val waits   = RegInit(0.U(p.slots.W))
-  private val well    = RegInit(0.U(p.slots.W))
-  private val badly   = RegInit(0.U(p.slots.W))
-  private val onWire  = RegInit(false.B)
-  private val aborts  = RegInit(false.B) // the one on the wire
-  private val last    = Reg(UInt(slotBits.W))
-  private val isOnIt  = onWire || takes.valid
-  private val at      = Mux(takes.valid, takes.bits, last)
-  private val one     = UIntToOH(at, p.slots)
-  private val abortIt = aborts || (abort & one).orR
+  private val waits  = RegInit(0.U(p.slots.W))
+  private val well   = RegInit(0.U(p.slots.W))
+  private val badly  = RegInit(0.U(p.slots.W))
+  private val onWire = RegInit(false.B)
+  private val aborts = RegInit(false.B) // the one on the wire
+  private val last   = Reg(UInt(slotBits.W))
+  private val isOnIt = onWire || takes.valid
 
-  private val over       = ends && (sent || oneShot || abortIt)
-  private val gone       = abort & waits & ~Mux(isOnIt, one, 0.U)
-  private val overOne    = Mux(over, one, 0.U)
+  // An attempt ends long behind its beginning. An order to abort it counts up to that cycle.
+  private val lastOne    = UIntToOH(last, p.slots)
+  private val takesOne   = Mux(takes.valid, UIntToOH(takes.bits, p.slots), 0.U)
+  private val abortLast  = aborts || (abort & lastOne).orR
+  private val abortTaken = (abort & UIntToOH(takes.bits, p.slots)).orR
+  private val over       = ends && (sent || oneShot || abortLast)
+  private val gone       = abort & waits & ~Mux(onWire, lastOne, 0.U) & ~takesOne
+  private val overOne    = Mux(over, lastOne, 0.U)
   private val requestOne = Mux(request.valid, UIntToOH(request.bits, p.slots), 0.U)
   waits  := (waits & ~gone & ~overOne) | requestOne
   well   := (well & ~clearSent & ~requestOne) | Mux(sent, overOne, 0.U)
   badly  := (badly & ~clearFailed & ~requestOne) | gone | Mux(sent, 0.U, overOne)
-  last   := at
+  last   := Mux(takes.valid, takes.bits, last)
   onWire := isOnIt && !ends
-  aborts := isOnIt && !ends && abortIt
+  aborts := isOnIt && !ends && Mux(takes.valid, abortTaken, abortLast)
 
   pending   := waits
   sentAll   := well

@@ -2,7 +2,7 @@ package flyframe.can
 
 import chisel3._
 
-/** A run of equal bits: what stuffing of frames on a bus or link needs to know (CAN-09, FR-42). */
+/** A run of equal bits: what stuffing needs to know (CAN-09). */
 class EqualBits extends Bundle {
 
   /** The level of the last bit, and how many of that level came in a row, modulo 8. */

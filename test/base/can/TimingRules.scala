@@ -2,7 +2,7 @@ package flyframe.can
 
 import flyframe.params.CanParams
 
-/** Rules of the bit timing (CAN-01 to CAN-06, CB-01 to CB-04). */
+/** Rules of the bit timing (CAN-01 to CAN-06, CB-01 to CB-04, CB-15). */
 abstract class TimingRules extends CanCases {
   import CanCases._
 
@@ -61,6 +61,17 @@ abstract class TimingRules extends CanCases {
     t.setControl(1)
     assert(t.state == CanState.Active)
   }
+
+  for (
+    (prescaler, tseg1, runs) <-
+      Seq((1, 1, false), (1, 2, false), (1, 3, true), (2, 1, false), (2, 2, true), (3, 1, true))
+  )
+    s"CB-15: TSEG1 of $tseg1 tq of $prescaler core cycles" should
+      (if (runs) "be possible" else "keep the port stopped") in
+      started(prescaler, BitSetting(tseg1, 7, 4)) { t =>
+        assert(t.state == (if (runs) CanState.Active else CanState.Stopped))
+        assert((t.status >> 6 & 1) == (if (runs) 0 else 1))
+      }
 
   "CAN-01: the bit timing" should "not be writable while the port runs" in each { t =>
     t.setTiming(99, BitSetting(20, 10, 5))

@@ -161,17 +161,17 @@ class RtlPort(dut: PortUnderTest) extends CanUnderTest {
         }
     }
 
-  /** It hears these levels, a cycle each.
+  /** It hears the first `count` levels, a cycle each.
     *
     * @return
     *   what it drove meanwhile
     */
-  def replay(heard: collection.IndexedSeq[Boolean]): IndexedSeq[Boolean] = {
+  def replay(heard: Array[Boolean], count: Int): IndexedSeq[Boolean] = {
     val drove = IndexedSeq.newBuilder[Boolean]
     var at    = 0
-    while (at < heard.size) {
-      val next = heard.indexWhere(_ != heard(at), at)
-      val end  = if (next < 0) heard.size else next
+    while (at < count) {
+      var end = at + 1
+      while (end < count && heard(end) == heard(at)) end += 1
       drove ++= run(heard(at), end - at, forced = true)
       at = end
     }

@@ -11,6 +11,7 @@ import flyframe.can.CanUnderTest
   */
 class ModelBus(nodes: Seq[CanUnderTest], periods: Seq[Int], hears: (Int, Long, Boolean) => Boolean) {
   private val next = Array.fill(nodes.size)(0L)
+  private val all  = nodes.toArray // a loop over it is what most of a long run is
 
   /** The time up to which all is done. */
   var now: Long = 0
@@ -18,11 +19,19 @@ class ModelBus(nodes: Seq[CanUnderTest], periods: Seq[Int], hears: (Int, Long, B
   /** Runs up to time `end`. */
   def run(end: Long): Unit = while (now < end) {
     var first = 0
-    for (i <- 1 until next.length) if (next(i) < next(first)) first = i
-    now = next(first)
     var level = true
-    for (node <- nodes) level &= node.driven
-    nodes(first).step(hears(first, now, level))
+    var i     = 0
+    while (i < next.length) {
+      if (next(i) < next(first)) first = i
+      i += 1
+    }
+    now = next(first)
+    i = 0
+    while (i < all.length) {
+      level &= all(i).driven
+      i += 1
+    }
+    all(first).step(hears(first, now, level))
     next(first) += periods(first)
   }
 }

@@ -1,0 +1,83 @@
+package flyframe.can
+
+import chiseltest._
+import flyframe.Simulation
+import flyframe.params.CanParams
+import org.scalatest.flatspec.AnyFlatSpec
+import scala.util.Random
+
+class SlotOrderSpec extends AnyFlatSpec with ChiselScalatestTester {
+  private val p = CanParams()
+
+  "CAN-41, CB-08: the order" should "offer the first one by its key, of equal keys the oldest, in time" in
+    test(new SlotOrder(p)).withAnnotations(Simulation.annotations(this, "order")) { dut =>
+      val random  = new Random(1)
+      val keys    = Array.fill(p.slots)(0L)
+      var pending = Vector.empty[Int] // by age
+      for (s <- Seq(dut.changedNow, dut.changedLate, dut.append.valid)) s.poke(false)
+
+      /** A cycle, in which a key is read, unless it must wait. */
+      def cycle(): Unit = {
+        val ready = random.nextInt(4) > 0
+        dut.ready.poke(ready)
+        val read = dut.read.valid.peek().litToBoolean && ready
+        val slot = dut.read.bits.peek().litValue.toInt
+        dut.clock.step()
+        dut.key.poke(if (read) keys(slot) else random.nextLong(1L << 32))
+      }
+      def show(): Unit = dut.pending.poke(pending.map(1 << _).sum)
+      def change(): Unit = {
+        show()
+        dut.changedNow.poke(true)
+        cycle()
+        dut.changedNow.poke(false)
+      }
+      show()
+      for (_ <- 1 to 600) {
+        if (pending.size < p.slots && random.nextInt(5) < 3) {
+          val free = (0 until p.slots).filterNot(pending.contains)
+          for (slot <- random.shuffle(free).take(1 + random.nextInt(2))) {
+            keys(slot) = random.nextInt(4).toLong << 30 | random.nextInt(2)
+            dut.append.valid.poke(true)
+            dut.append.bits.poke(slot)
+            while (!dut.appended.peek().litToBoolean) cycle()
+            cycle()
+            dut.append.valid.poke(false)
+            pending :+= slot
+            show()
+          }
+        } else pending = pending.patch(random.nextInt(pending.size max 1), Nil, 1)
+        change()
+        // Some walks are broken off by the next change.
+        if (random.nextInt(3) > 0) {
+          for (_ <- 1 until p.offerCycles) cycle()
+          val wanted = pending.minByOption(s => (keys(s), pending.indexOf(s)))
+          cycle()
+          dut.offer.valid.expect(wanted.nonEmpty, s"$pending")
+          for (slot <- wanted) {
+            dut.offer.slot.expect(slot, s"of $pending with keys ${pending.map(keys(_))}")
+            dut.offer.firstBit.expect((keys(slot) >> 31 & 1) == 1)
+          }
+        } else for (_ <- 1 to random.nextInt(p.offerCycles)) cycle()
+      }
+    }
+
+  it should "withdraw an offer in the cycle in which its slot is no longer pending" in
+    test(new SlotOrder(p)).withAnnotations(Simulation.annotations(this, "order")) { dut =>
+      for (s <- Seq(dut.changedNow, dut.changedLate, dut.append.valid)) s.poke(false)
+      dut.ready.poke(true)
+      dut.append.valid.poke(true)
+      dut.append.bits.poke(3)
+      dut.clock.step()
+      dut.append.valid.poke(false)
+      dut.pending.poke(8)
+      dut.changedNow.poke(true)
+      dut.clock.step()
+      dut.changedNow.poke(false)
+      dut.clock.step(p.offerCycles)
+      dut.offer.valid.expect(true)
+      dut.offer.slot.expect(3)
+      dut.pending.poke(0)
+      dut.offer.valid.expect(false)
+    }
+}
