@@ -1,0 +1,88 @@
+package flyframe.fibre
+
+import flyframe.params.FibreParams
+
+/** A port: what it hears, whether it is up, and what it sends (FR-10 to FR-14, FB-02 to FB-07). */
+class OpticalPortModel(p: FibreParams) {
+  import OpticalPortModel._
+  private val demodulator = DemodulatorModel(p)
+  private val inspection  = new SignalModel(p)
+  private val modulator   = new ModulatorModel(p)
+
+  // The stages of the crossing, of samples and of `optical_signal`.
+  private var (once, twice)               = (0, 0)
+  private var (onceOptical, twiceOptical) = (false, false)
+
+  private var waited = 0     // milliseconds of signal without search
+  private var last   = Never // milliseconds since the last loss
+  private var second = Never // and since the one before
+  private var held   = 0     // milliseconds for which it must stay down
+
+  private var isUp = false
+
+  /** Times that it went down, and that noise began; 8 bits, which stop at 255. */
+  var losses: Int = 0
+  var noises: Int = 0
+
+  def light: Boolean       = modulator.light
+  def signal: Boolean      = inspection.signal && twiceOptical
+  def hearsSearch: Boolean = inspection.hearsSearch && signal
+  def up: Boolean          = isUp
+
+  /** The level heard, true for recessive. */
+  def level: Boolean = demodulator.level
+
+  /** Ends a core cycle.
+    *
+    * @param samples
+    *   of the optical input, the first one in bit 0
+    * @param send
+    *   the level to be sent while the port is up
+    * @param ms
+    *   a millisecond ends with this cycle
+    */
+  def step(samples: Int, optical: Boolean, send: Boolean, off: Boolean, upMs: Int, ms: Boolean): Unit = {
+    modulator.step(
+      if (off) Tone.Dark else if (!signal) Tone.Search else if (!isUp) Tone.Recessive else Tone.of(send)
+    )
+    upOrDown(signal && !hearsSearch && !off, off, upMs, ms)
+    for (i <- 0 until p.samplesPerCycle) {
+      val light = (twice >> i & 1) == 1
+      demodulator.sample(light)
+      if (inspection.sample(light)) noises = 255 min noises + 1
+    }
+    twice = once
+    once = samples
+    twiceOptical = onceOptical
+    onceOptical = optical
+  }
+
+  private def upOrDown(isGood: Boolean, off: Boolean, upMs: Int, ms: Boolean): Unit = {
+    if (ms) {
+      last = Never min last + 1
+      second = Never min second + 1
+      if (held > 0) held -= 1
+    }
+    if (!isGood) {
+      if (isUp && !off) lose()
+      isUp = false
+      waited = 0
+    } else if (!isUp && held == 0) {
+      if (waited > upMs) isUp = true
+      else if (ms) waited += 1
+    }
+  }
+
+  private def lose(): Unit = {
+    losses = 255 min losses + 1
+    if (second < Never) held = Never
+    second = last
+    last = 0
+  }
+}
+
+object OpticalPortModel {
+
+  /** More milliseconds than a second has. */
+  private val Never = 1001
+}

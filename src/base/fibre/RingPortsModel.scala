@@ -1,0 +1,74 @@
+package flyframe.fibre
+
+import flyframe.params.FibreParams
+import flyframe.registers.RingRegisters._
+
+/** The golden model of both ports and the bus mode of a node, behind their registers. */
+class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
+  private val ports  = Seq.fill(2)(new OpticalPortModel(p))
+  private val ring   = new BusModeModel
+  private val msLong = p.coreClockMhz * p.usPerMs
+
+  private var cycles    = 0L
+  private var msLeft    = msLong
+  private var bitCycles = 8
+  private var address   = 0
+  private var control   = 0
+  private var upMs      = UpMsReset
+  private var events    = 0
+  private var mask      = 0
+
+  def cycle: Long                  = cycles
+  def light(port: Int): Boolean    = ports(port).light
+  def bus(drive: Boolean): Boolean = ring.bus(drive)
+  def interrupt: Boolean           = (events & mask) != 0
+  def setBit(cycles: Int): Unit    = bitCycles = cycles
+
+  def step(drive: Boolean, light1: Int, light2: Int, optical: Int): Unit = {
+    msLeft -= 1
+    val ms      = msLeft == 0
+    val off     = (control >> PortsOff & 1) == 1
+    val sends   = Seq(ring.send1(drive), ring.send2(drive))
+    val upsWere = ports.map(_.up)
+    val ringWas = (ring.mode, ring.isGuard)
+    if (ms) msLeft = msLong
+    ring.step(drive, ports, (control >> Home & 1) == 1, control >> Forced & 3, address, bitCycles)
+    ports(0).step(light1, (optical & 1) != 0, sends(0), off, upMs, ms)
+    ports(1).step(light2, (optical & 2) != 0, sends(1), off, upMs, ms)
+    if (ports.map(_.up) != upsWere) events |= 1 << PortEvent
+    if ((ring.mode, ring.isGuard) != ringWas) events |= 1 << ModeEvent
+    cycles += 1
+  }
+
+  def write(at: Int, byte: Int): Unit = at match {
+    case Address => address = byte & 0x7f
+    case Control => control = byte & (1 << Home | 3 << Forced | 1 << PortsOff)
+    case UpMs    => upMs = byte
+    case Events  => events &= ~byte
+    case Mask    => mask = byte & (1 << PortEvent | 1 << ModeEvent)
+    case _       =>
+  }
+
+  def read(at: Int): Int = at match {
+    case Address  => address
+    case Control  => control
+    case State    => ring.mode | bits(2, ring.isGuard, ring.isAlone) | bits(5, ring.isCut)
+    case Ports    => portBits(0) | portBits(1) << 4
+    case UpMs     => upMs
+    case Losses1  => ports(0).losses
+    case Losses2  => ports(1).losses
+    case Noise1   => ports(0).noises
+    case Noise2   => ports(1).noises
+    case Closings => ring.closings
+    case Latches  => ring.latches
+    case Events   => events
+    case Mask     => mask
+    case _        => 0
+  }
+
+  private def portBits(n: Int) =
+    bits(0, ports(n).signal, ports(n).hearsSearch, ports(n).up, ring.isStuck(n))
+
+  private def bits(from: Int, set: Boolean*): Int =
+    set.zipWithIndex.collect { case (true, i) => 1 << from + i }.sum
+}

@@ -1,0 +1,134 @@
+package flyframe.fibre
+
+import flyframe.params.FibreParams
+import flyframe.registers.RingRegisters
+
+/** Nodes in a ring: port 2 of each goes to port 1 of the next, by two fibres.
+  *
+  * @param delays
+  *   of the fibres behind each node, in ps
+  * @param periods
+  *   of the core clocks, in ps
+  */
+class RingBench(
+    val p: FibreParams,
+    val nodes: IndexedSeq[FibreUnderTest],
+    delays: Seq[Long],
+    periods: Seq[Long]
+) {
+  private val count = nodes.size
+  private val next  = periods.toArray // when the present cycle of each node ends
+
+  /** The fibre from port 2 of a node to port 1 of the next, and the one back. */
+  val there: IndexedSeq[Fibre] = delays.map(new Fibre(_)).toIndexedSeq
+  val back: IndexedSeq[Fibre]  = delays.map(new Fibre(_)).toIndexedSeq
+
+  /** What the controller of a node sends, and what it is told of each cycle. */
+  val drives: Array[() => Boolean]      = Array.fill(count)(() => true)
+  val hears: Array[Boolean => Unit]     = Array.fill(count)(_ => ())
+  var watches: Seq[(Long, Int) => Unit] = Nil // called with time and node behind each cycle
+  val optical: Array[Int]               = Array.fill(count)(3)
+  val isDead: Array[Boolean]            = Array.fill(count)(false)
+
+  /** ps since the start. */
+  var now = 0L
+
+  private def cycle(n: Int): Unit = {
+    val before = (n + count - 1) % count
+    val time   = next(n)
+    def samples(f: Fibre) = {
+      var s = 0
+      for (i <- 0 until p.samplesPerCycle)
+        if (f.receive(time - periods(n) * (p.samplesPerCycle - 1 - i) / p.samplesPerCycle)) s |= 1 << i
+      s
+    }
+    val drive = drives(n)()
+    hears(n)(nodes(n).bus(drive))
+    nodes(n).step(drive, samples(there(before)), samples(back(n)), optical(n))
+    there(n).send(time, nodes(n).light(1) && !isDead(n))
+    back(before).send(time, nodes(n).light(0) && !isDead(n))
+    next(n) += periods(n)
+    now = time
+    for (watch <- watches) watch(time, n)
+  }
+
+  /** Runs until `end`. */
+  def runTo(end: Long): Unit = {
+    var goes = true
+    while (goes) {
+      var first = 0
+      for (i <- 1 until count) if (next(i) < next(first)) first = i
+      if (next(first) <= end) cycle(first) else goes = false
+    }
+    now = end
+  }
+
+  def run(ps: Long): Unit     = runTo(now + ps)
+  def runUs(us: Double): Unit = run((us * 1e6).toLong)
+
+  /** Runs until something is so, for `us` at most, and returns the time that it took, in ns. */
+  def await(us: Double, what: String)(isSo: => Boolean): Double = {
+    val start = now
+    while (!isSo && now < start + us * 1e6) run(10000)
+    assert(isSo, s"not within $us us: $what")
+    (now - start) / 1000.0
+  }
+
+  // ---- what a node says ----
+
+  def state(n: Int): Int       = nodes(n).read(RingRegisters.State)
+  def mode(n: Int): Int        = state(n) & 3
+  def isGuard(n: Int): Boolean = (state(n) >> 2 & 1) == 1
+  def guards: Seq[Int]         = nodes.indices.filter(isGuard)
+  def modes: Seq[Int]          = nodes.indices.map(mode)
+
+  private def port(n: Int, port: Int, bit: Int) =
+    (nodes(n).read(RingRegisters.Ports) >> 4 * port + bit & 1) == 1
+  def signal(n: Int, of: Int): Boolean      = port(n, of, 0)
+  def hearsSearch(n: Int, of: Int): Boolean = port(n, of, 1)
+  def isUp(n: Int, of: Int): Boolean        = port(n, of, 2)
+  def isStuck(n: Int, of: Int): Boolean     = port(n, of, 3)
+  def bus(n: Int): Boolean                  = nodes(n).bus(drives(n)())
+
+  def control(n: Int, home: Boolean = false, forced: Int = 0, off: Boolean = false): Unit =
+    nodes(n).write(RingRegisters.Control, (if (home) 2 else 0) | forced << 2 | (if (off) 0x20 else 0))
+
+  /** Both fibres behind a node are cut, or mended. */
+  def cut(n: Int, isCut: Boolean = true): Unit = {
+    there(n).isCut = isCut
+    back(n).isCut = isCut
+  }
+
+  /** The level of a node is dominant from now on, or recessive again. */
+  def dominant(n: Int, isSo: Boolean = true): Unit = drives(n) = () => !isSo
+}
+
+object RingBench {
+
+  /** Nodes with addresses from 2 on, short timers, T of 100 core cycles, and all ports up.
+    *
+    * @param home
+    *   the node that is guard
+    * @param isLine
+    *   nothing joins the last node and the first
+    */
+  def ready(
+      p: FibreParams,
+      nodes: IndexedSeq[FibreUnderTest],
+      home: Option[Int] = Some(0),
+      isLine: Boolean = false,
+      delayNs: Long = 0,
+      bit: Int = 100
+  ): RingBench = {
+    val period = 1000000L / p.coreClockMhz
+    val ring   = new RingBench(p, nodes, nodes.map(_ => delayNs * 1000), nodes.map(_ => period))
+    for (n <- nodes.indices) {
+      ring.control(n, home = home.contains(n))
+      nodes(n).write(RingRegisters.Address, n + 2)
+      nodes(n).setBit(bit)
+    }
+    if (isLine) ring.cut(nodes.size - 1)
+    ring.runUs(12.0 * p.usPerMs + 10)
+    ring
+  }
+}
