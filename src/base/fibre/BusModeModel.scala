@@ -1,9 +1,10 @@
 package flyframe.fibre
 
 /** Bus mode of a node: what passes between its two ports and its own controller, and where the ring is open
-  * (FR-15, FR-20 to FR-22, FR-30 to FR-37, FB-05, FB-06, FB-08, FB-09). A level is true for recessive.
+  * (FR-15, FR-20 to FR-22, FR-30 to FR-37, FB-05, FB-06, FB-08, FB-09, FB-11). A level is true for recessive.
   */
 class BusModeModel {
+  import BusModeModel._
   private var up1       = false // as the node has taken it up
   private var up2       = false
   private var was2      = false // port 2 has been up
@@ -18,6 +19,7 @@ class BusModeModel {
   private val together  = new HoldModel(12)
   private var isWaiting = false
   private var waits     = 0     // eighths left
+  private var mark      = 0     // eighths left of the dominance that tells of closing
   private var latch     = 0     // eighths of dominance in mode 1
   private var part      = 0     // of an eighth, in eighths of a core cycle
 
@@ -39,7 +41,7 @@ class BusModeModel {
 
   private def heard1              = r1 || stuck1.isStuck
   private def heard2              = r2 || stuck2.isStuck
-  private def own(drive: Boolean) = drive || cut.isStuck
+  private def own(drive: Boolean) = (drive || cut.isStuck) && mark == 0
 
   /** What the own controller hears when it sends `drive`. */
   def bus(drive: Boolean): Boolean = mode match {
@@ -78,6 +80,7 @@ class BusModeModel {
     part += 8
     val eighth = part >= bitCycles
     if (eighth) part -= bitCycles
+    if (eighth && mark > 0) mark -= 1
     val (now1, now2) = (ports(0).up, ports(1).up)
     val heard        = bus(drive)
     differ.step(guard && heard != heard2, eighth)
@@ -119,5 +122,12 @@ class BusModeModel {
     else if (waits == 0) {
       closings = 255 min closings + 1
       open(false)
+      mark = Mark
     } else if (eighth) waits -= 1
+}
+
+object BusModeModel {
+
+  /** Eighths of T of the dominance behind a closing (FB-11). */
+  private val Mark = 8 * 7
 }

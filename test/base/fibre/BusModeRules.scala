@@ -76,7 +76,7 @@ abstract class BusModeRules extends FibreCases {
     ring.dominant(0)
     ring.runUs(3) // 2 T and more close the guard
     ring.dominant(0, isSo = false)
-    ring.runUs(3)
+    ring.runUs(12)
     assert(ring.guards == Nil)
     for (n <- Seq(2, 3)) assert(hear(ring, n) == Set(2, 3))
     for (n <- Seq(0, 1, 4, 5)) assert(hear(ring, n) == Set(0, 1, 4, 5))
