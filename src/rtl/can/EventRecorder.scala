@@ -5,7 +5,8 @@ import chisel3.util._
 import flyframe.registers.CanRegisters
 
 /** Keeps the last error and the counters of events in the memory of a port (CAN-46). What comes while it
-  * works waits; it is done long before the next event of its kind can come.
+  * works waits: up to three errors, which may come as close as bits do (CB-15), and one event of each other
+  * kind, of which a frame has one at most.
   */
 class EventRecorder extends Module {
   import EventRecorder._
@@ -15,7 +16,8 @@ class EventRecorder extends Module {
   val overrun = IO(Input(Bool()))
   val busOff  = IO(Input(Bool()))
 
-  /** All of them become 0, when what has come before is done. */
+  /** All of them become 0: what has come before, and what comes in the next cycle, which was sampled before.
+    */
   val clear = IO(Input(Bool()))
 
   /** They are being cleared: nobody may read them. */
@@ -25,38 +27,30 @@ class EventRecorder extends Module {
   val job  = IO(Output(Valid(new MemoryJob)))
   val done = IO(Input(Bool()))
 
-  // What is still to be done, the lowest first. Reset: nothing.
-  private val todo = RegInit(0.U(Tasks.W))
-  private val task = PriorityEncoderOH(todo)
+  // What is still to be done, the lowest first, but counting errors; and what is being done, which stays as it
+  // is until it is done. Reset: nothing.
+  private val todo    = RegInit(0.U(Tasks.W))
+  private val task    = RegInit(0.U(Tasks.W))
+  private val ordered = RegNext(clear, false.B) // reset: no order
+  private val isReady = done || !task.orR
 
-  // A clear waits for what was before it, which is also what was sampled when it was ordered; what happens
-  // meanwhile is done behind it. Reset: no order.
-  private val events     = Cat(busOff, overrun, Fill(2, lost.valid), Fill(2, error.valid), 0.U(3.W))
-  private val later      = RegInit(0.U(Tasks.W))
-  private val ordered    = RegNext(clear, false.B)
-  private val clearWaits = RegInit(false.B)
-  private val clearNow   = clearWaits && !todo.orR
-  private val isLater    = clearWaits && !clearNow
-  clearWaits := ordered || isLater
-  later      := Mux(isLater, later | events, 0.U)
+  // Errors that are not counted yet: how many, and their kinds, the oldest one in the lowest place. It leaves
+  // when it has been counted. Reset: none.
+  private val waiting = RegInit(0.U(2.W))
+  private val kinds   = Reg(Vec(Errors, UInt(3.W)))
+  private val counted = done && task(CountError)
+  private val left    = Mux(ordered, task(CountError), waiting) - counted
+  private val another = waiting(1) || (waiting(0) && !task(CountError))
+  private val pushes  = error.valid && !ordered && left =/= Errors.U
+  waiting := left + pushes
+  when(counted) { for (i <- 1 until Errors) kinds(i - 1) := kinds(i) }
+  when(pushes) { kinds(left) := error.bits.kind }
 
-  // The error that is being counted, and one behind it: bits may be shorter than counting takes.
-  private val kind      = Reg(UInt(3.W))
-  private val nextKind  = Reg(UInt(3.W))
-  private val another   = RegInit(false.B) // reset: none
-  private val isCounted = done && task(CountError)
-  private val counting  = todo(CountError) && !(isCounted && !another)
-  when(isCounted && another) {
-    kind    := nextKind
-    another := false.B
-  }
-  when(error.valid && counting && !isLater) {
-    nextKind := error.bits.kind
-    another  := true.B
-  }.elsewhen(error.valid) { kind := error.bits.kind }
-
-  private val isOver = Mux(done && !(isCounted && another), task, 0.U)
-  todo := (todo & ~isOver) | Mux(isLater, 0.U, events | Mux(clearNow, later, 0.U)) | Fill(3, clearNow)
+  // What a clear finds undone would be gone at once. It comes behind what is being done.
+  private val events = Cat(lost.valid, error.valid, busOff, overrun, lost.valid, 0.U((CountError + 1).W))
+  private val next   = PriorityEncoderOH(todo | Mux(another, (1 << CountError).U, 0.U))
+  when(isReady) { task := Mux(ordered, 0.U, next) }
+  todo := Mux(ordered, Clears.U, (todo & ~Mux(isReady, next, 0.U)) | events)
 
   private val record  = RegEnable(error.bits, error.valid)
   private val lostBit = RegEnable(lost.bits, lost.valid)
@@ -64,7 +58,7 @@ class EventRecorder extends Module {
   // Of a counter: the byte in the order of CanRegisters.CounterNames.
   private val counter = Mux1H(
     Seq(
-      task(CountError) -> (kind - 1.U),
+      task(CountError) -> (kinds(0) - 1.U),
       task(CountLost)  -> 5.U,
       task(Overrun)    -> 6.U,
       task(BusOff)     -> 7.U
@@ -84,8 +78,8 @@ class EventRecorder extends Module {
       )
     )
   )
-  clears          := ordered || clearWaits || todo(ClearCounters + 1)
-  job.valid       := todo.orR
+  clears          := ordered || todo(ClearCounters + 1) || task(ClearCounters + 1)
+  job.valid       := task.orR
   job.bits.source := place
   job.bits.target := place
   job.bits.write  := true.B
@@ -105,11 +99,15 @@ class EventRecorder extends Module {
 object EventRecorder {
   private val ClearRecord   = 0
   private val ClearCounters = 1 // two words
+  private val Clears        = 7 // the three of them
   private val CountError    = 3
-  private val Record        = 4
-  private val RecordLost    = 5
-  private val CountLost     = 6
-  private val Overrun       = 7
-  private val BusOff        = 8
+  private val CountLost     = 4
+  private val Overrun       = 5
+  private val BusOff        = 6
+  private val Record        = 7 // these last: of them the newest counts
+  private val RecordLost    = 8
   private val Tasks         = 9
+
+  /** Errors that may wait. */
+  private val Errors = 3
 }

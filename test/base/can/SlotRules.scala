@@ -201,6 +201,20 @@ abstract class SlotRules extends CanCases {
     assert((t.rec, t.sent, t.rxLevel) == (18, 1, 1))
   }
 
+  "CB-06: loop back that begins in the ACK slot" should "find it as it was driven: nobody acknowledges" in
+    at(Rate.Slow) { t =>
+      t.request(wire.frame)
+      t.awaitSof()
+      t.play("1" * (wire.levels.length - 1), wire.levels.tail)
+      t.quietly("1")
+      val slot = t.device.cycle
+      t.setControl(1 | LoopBack)
+      assert(t.device.cycle - slot < sampleAfter(t))
+      t.until(slot + t.rate.bitCycles)
+      t.quietly("1" * (6 + 8 + 3) + "1" * 80) // it begins anew, inside
+      assert((t.counter("ack_errors"), t.counters.sum, t.sent, t.rxLevel) == (1, 1, 1, 1))
+    }
+
   "CB-06: listen only" should "let the controller hear its own flags" in eachWith(ListenOnly) { t =>
     // Nobody but it finds an error: six bits of its flag inside, then its delimiter.
     t.sendWrong(Ours.levels, BadStuff)
