@@ -30,8 +30,8 @@ trait FibreUnderTest {
     */
   def step(drive: Boolean, light1: Int, light2: Int, optical: Int = 3): Unit
 
-  /** T in core cycles, at least 8: the bit of port F (FB-08). */
-  def setBit(cycles: Int): Unit
+  /** T, the bit of port F: time quanta, 8 to 127, each of `prescaler` core cycles, 1 to 2048 (FB-08). */
+  def setBit(quanta: Int, prescaler: Int = 1): Unit
 
   /** The host writes a byte (see [[flyframe.registers.RingRegisters]]); it counts in the next cycle. */
   def write(address: Int, byte: Int): Unit

@@ -1,34 +1,75 @@
 package flyframe.fibre
 
-/** Tells when a condition has held for more than some eighths of T in one go (FB-08). */
-class HoldModel(eighths: Int) {
+/** Tells when a condition has held for more than some ticks in one go (FB-08). */
+class HoldModel(ticks: Int) {
   private var count = 0
 
   /** It has held that long. */
-  def isOver: Boolean = count > eighths
+  def isOver: Boolean = count > ticks
 
-  /** A cycle ends in which the condition was `holds`; with `eighth` an eighth of T ends, too. */
-  def step(holds: Boolean, eighth: Boolean): Unit =
+  /** A cycle ends in which the condition was `holds`, and with `tick` one of the ticks. */
+  def step(holds: Boolean, tick: Boolean): Unit =
     if (!holds) count = 0
-    else if (eighth && !isOver) count += 1
+    else if (tick && !isOver) count += 1
 }
 
 /** A level that counts as recessive when it has been dominant for too long (FR-37).
   *
   * @param longest
-  *   bit times that it may be dominant
+  *   ticks that it may be dominant
   */
 class StuckModel(longest: Int) {
-  private val dominant  = new HoldModel(8 * longest)
-  private val recessive = new HoldModel(8 * 11)
+  private val dominant  = new HoldModel(longest)
+  private val recessive = new HoldModel(11)
   private var stuck     = false
 
   def isStuck: Boolean = stuck
 
-  /** A cycle ends in which the level was `level`, true for recessive. */
-  def step(level: Boolean, eighth: Boolean): Unit = {
-    dominant.step(!level, eighth)
-    recessive.step(level, eighth)
+  /** A cycle ends in which the level was `level`, true for recessive.
+    *
+    * @param tick
+    *   of those that count dominance
+    * @param bit
+    *   a T ends
+    */
+  def step(level: Boolean, tick: Boolean, bit: Boolean): Unit = {
+    dominant.step(!level, tick)
+    recessive.step(level, bit)
     stuck = dominant.isOver || stuck && !recessive.isOver
+  }
+}
+
+/** The clock of a node that counts times in T (FB-08). */
+class BitClockModel {
+  private var quanta    = 8
+  private var prescaler = 1
+  private var cycle     = 0 // of the quantum
+  private var left      = 0 // of an eighth, in eighths of a quantum
+  private var eighths   = 0
+
+  /** T, see [[FibreUnderTest.setBit]]. */
+  def set(quanta: Int, prescaler: Int): Unit = {
+    this.quanta = quanta
+    this.prescaler = prescaler
+  }
+
+  /** Ends a core cycle.
+    *
+    * @return
+    *   how many eighths of T are over if one ends with it
+    */
+  def step(): Option[Int] = {
+    cycle += 1
+    if (cycle < prescaler) None
+    else {
+      cycle = 0
+      left -= 8
+      if (left >= 0) None
+      else {
+        left += quanta
+        eighths = (eighths + 1) % 128
+        Some(eighths)
+      }
+    }
   }
 }

@@ -13,10 +13,10 @@ class OpticalPortModel(p: FibreParams) {
   private var (once, twice)               = (0, 0)
   private var (onceOptical, twiceOptical) = (false, false)
 
-  private var waited = 0     // milliseconds of signal without search
-  private var last   = Never // milliseconds since the last loss
-  private var second = Never // and since the one before
-  private var held   = 0     // milliseconds for which it must stay down
+  private var left    = 0     // milliseconds of signal without search, less one, until it comes up
+  private var last    = Never // eighths of a second since the last loss
+  private var second  = Never // and since the one before
+  private var isThird = false // the last loss was the third one within a second
 
   private var isUp = false
 
@@ -40,12 +40,22 @@ class OpticalPortModel(p: FibreParams) {
     *   the level to be sent while the port is up
     * @param ms
     *   a millisecond ends with this cycle
+    * @param eighth
+    *   an eighth of a second does
     */
-  def step(samples: Int, optical: Boolean, send: Boolean, off: Boolean, upMs: Int, ms: Boolean): Unit = {
+  def step(
+      samples: Int,
+      optical: Boolean,
+      send: Boolean,
+      off: Boolean,
+      upMs: Int,
+      ms: Boolean,
+      eighth: Boolean
+  ): Unit = {
     modulator.step(
       if (off) Tone.Dark else if (!signal) Tone.Search else if (!isUp) Tone.Recessive else Tone.of(send)
     )
-    upOrDown(signal && !hearsSearch && !off, off, upMs, ms)
+    upOrDown(signal && !hearsSearch && !off, off, upMs, ms, eighth)
     for (i <- 0 until p.samplesPerCycle) {
       val light = (twice >> i & 1) == 1
       demodulator.sample(light)
@@ -57,25 +67,23 @@ class OpticalPortModel(p: FibreParams) {
     onceOptical = optical
   }
 
-  private def upOrDown(isGood: Boolean, off: Boolean, upMs: Int, ms: Boolean): Unit = {
-    if (ms) {
+  private def upOrDown(isGood: Boolean, off: Boolean, upMs: Int, ms: Boolean, eighth: Boolean): Unit = {
+    val isHeld = isThird && last < Never
+    if (isUp && !isGood && !off) lose()
+    else if (eighth) {
       last = Never min last + 1
       second = Never min second + 1
-      if (held > 0) held -= 1
     }
-    if (!isGood) {
-      if (isUp && !off) lose()
-      isUp = false
-      waited = 0
-    } else if (!isUp && held == 0) {
-      if (waited > upMs) isUp = true
-      else if (ms) waited += 1
-    }
+    if (isUp || !isGood || isHeld) {
+      isUp &&= isGood
+      left = upMs
+    } else if (ms && left > 0) left -= 1
+    else if (ms) isUp = true
   }
 
   private def lose(): Unit = {
     losses = 255 min losses + 1
-    if (second < Never) held = Never
+    isThird = second < Never
     second = last
     last = 0
   }
@@ -83,6 +91,6 @@ class OpticalPortModel(p: FibreParams) {
 
 object OpticalPortModel {
 
-  /** More milliseconds than a second has. */
-  private val Never = 1001
+  /** More eighths than a second has. */
+  private val Never = 9
 }

@@ -9,44 +9,48 @@ class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
   private val ring   = new BusModeModel
   private val msLong = p.coreClockMhz * p.usPerMs
 
-  private var cycles    = 0L
-  private var msLeft    = msLong
-  private var bitCycles = 8
-  private var address   = 0
-  private var control   = 0
-  private var upMs      = UpMsReset
-  private var events    = 0
-  private var mask      = 0
+  private var cycles  = 0L
+  private var address = 0
+  private var control = 0
+  private var upMs    = UpMsReset
+  private var events  = 0
+  private var mask    = 0
+  private var upsWere = Seq(false, false)
+  private var ringWas = (1, false)
 
   def cycle: Long                  = cycles
   def light(port: Int): Boolean    = ports(port).light
   def bus(drive: Boolean): Boolean = ring.bus(drive)
   def interrupt: Boolean           = (events & mask) != 0
-  def setBit(cycles: Int): Unit    = bitCycles = cycles
+
+  def setBit(quanta: Int, prescaler: Int): Unit = ring.setBit(quanta, prescaler)
 
   def step(drive: Boolean, light1: Int, light2: Int, optical: Int): Unit = {
-    msLeft -= 1
-    val ms      = msLeft == 0
-    val off     = (control >> PortsOff & 1) == 1
-    val sends   = Seq(ring.send1(drive), ring.send2(drive))
-    val upsWere = ports.map(_.up)
-    val ringWas = (ring.mode, ring.isGuard)
-    if (ms) msLeft = msLong
-    ring.step(drive, ports, (control >> Home & 1) == 1, control >> Forced & 3, address, bitCycles)
-    ports(0).step(light1, (optical & 1) != 0, sends(0), off, upMs, ms)
-    ports(1).step(light2, (optical & 2) != 0, sends(1), off, upMs, ms)
-    if (ports.map(_.up) != upsWere) events |= 1 << PortEvent
-    if ((ring.mode, ring.isGuard) != ringWas) events |= 1 << ModeEvent
     cycles += 1
+    val ms     = cycles % msLong == 0
+    val eighth = cycles % (128L * msLong) == 0
+    val off    = (control >> PortsOff & 1) == 1
+    val sends  = Seq(ring.send1(drive), ring.send2(drive))
+    val upsAre = ports.map(_.up)
+    val ringIs = (ring.mode, ring.isGuard)
+    if (upsAre != upsWere) events |= 1 << PortEvent
+    if (ringIs != ringWas) events |= 1 << ModeEvent
+    upsWere = upsAre
+    ringWas = ringIs
+    ring.step(drive, ports, (control >> Home & 1) == 1, address)
+    ports(0).step(light1, (optical & 1) != 0, sends(0), off, upMs, ms, eighth)
+    ports(1).step(light2, (optical & 2) != 0, sends(1), off, upMs, ms, eighth)
   }
 
   def write(at: Int, byte: Int): Unit = at match {
     case Address => address = byte & 0x7f
-    case Control => control = byte & (1 << Home | 3 << Forced | 1 << PortsOff)
-    case UpMs    => upMs = byte
-    case Events  => events &= ~byte
-    case Mask    => mask = byte & (1 << PortEvent | 1 << ModeEvent)
-    case _       =>
+    case Control =>
+      control = byte & (1 << Home | 3 << Forced | 1 << PortsOff)
+      ring.force(control >> Forced & 3)
+    case UpMs   => upMs = byte
+    case Events => events &= ~byte
+    case Mask   => mask = byte & (1 << PortEvent | 1 << ModeEvent)
+    case _      =>
   }
 
   def read(at: Int): Int = at match {

@@ -13,7 +13,7 @@ package flyframe.params
   * @param demodulator
   *   0 fast, 1 counting, as published
   * @param usPerMs
-  *   length of what ports count as a millisecond; tests make it shorter
+  *   microseconds of what ports count as a millisecond, a power of two (FB-04); tests make it shorter
   */
 final case class FibreParams(
     coreClockMhz: Int = 100,
@@ -21,7 +21,7 @@ final case class FibreParams(
     toneSearchKhz: Int = 5000,
     toneRecessiveKhz: Int = 1000,
     demodulator: Int = 0,
-    usPerMs: Int = 1000
+    usPerMs: Int = 1024
 ) {
   require(
     Seq(50, 100).contains(coreClockMhz),
@@ -42,6 +42,10 @@ final case class FibreParams(
   require(
     Seq(0, 1).contains(demodulator),
     s"demodulator is $demodulator but must be 0 (fast) or 1 (counting)."
+  )
+  require(
+    usPerMs > 0 && Integer.bitCount(usPerMs) == 1 && usPerMs <= 1024,
+    s"usPerMs is $usPerMs but must be a power of two up to 1,024."
   )
 
   /** Samples of an optical input in each core cycle: on one clock edge or on both. */

@@ -44,6 +44,29 @@ object LevelCrossing {
   */
 class BoardLevelCrossing extends LevelCrossing
 
+/** Samples of a pin in the clock of the module: one a cycle, or with each of its edges (FR-03). Between the
+  * rising edge that takes the last one and the cycle in which `out` has it lie two flip-flops. One that is
+  * taken with the falling edge waits in a flip-flop of its own for the rising one, half a cycle later.
+  *
+  * No reset: the samples are there within two cycles.
+  *
+  * @param perCycle
+  *   1 or 2
+  */
+class EdgeSampleCrossing(perCycle: Int) extends Module {
+  val in = IO(Input(Bool()))
+
+  /** The first one in bit 0. */
+  val out = IO(Output(UInt(perCycle.W)))
+
+  private val taken =
+    if (perCycle == 1) in.asUInt
+    else in ## withClock((!clock.asBool).asClock)(RegNext(in))
+  private val meta   = RegNext(taken)
+  private val stable = RegNext(meta)
+  out := stable
+}
+
 /** Levels of any clock as they are when they are to be taken: of one that changes then, either. For those who
   * look at them two cycles later, not before: by then the flip-flops have settled. They are given part by
   * part, the lowest first.

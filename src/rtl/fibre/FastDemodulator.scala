@@ -5,14 +5,7 @@ import chisel3.util.log2Ceil
 import flyframe.params.FibreParams
 
 /** Makes levels of light, by distances between rising edges (FR-04). */
-class FastDemodulator(p: FibreParams) extends Module {
-
-  /** Samples of this cycle, the first one in bit 0, behind the crossing. */
-  val samples = IO(Input(UInt(p.samplesPerCycle.W)))
-
-  /** The level heard up to the cycle before: 1 is recessive. */
-  val level = IO(Output(Bool()))
-
+class FastDemodulator(p: FibreParams) extends Demodulator(p) {
   private val short = p.dominantTenths(15)
   private val quiet = p.dominantTenths(25)
 

@@ -64,7 +64,7 @@ abstract class BusModeRules extends FibreCases {
     ring.runUs(10)
     assert(ring.modes == Seq(2, 2, 3, 1) && ring.guards == Seq(0))
     // The guard closes within a frame; 1.4 T at most tell nothing.
-    ring.nodes.foreach(_.setBit(1000))
+    ring.nodes.foreach(_.setBit(100, 10))
     assert(hear(ring, 1) == Set(1))
     assert(hear(ring, 3) == Set(2, 3, 0))
   }
@@ -87,9 +87,9 @@ abstract class BusModeRules extends FibreCases {
       ring.dominant(1)
       ring.runUs(31.5)
       assert(!ring.bus(0) && !ring.bus(1) && !ring.bus(2) && (ring.state(1) >> 5 & 1) == 0)
-      ring.runUs(1.5)
+      ring.runUs(3)
       assert(ring.bus(0) && ring.bus(1) && ring.bus(2) && (ring.state(1) >> 5 & 1) == 1)
-      for ((recessive, isCut) <- Seq(10.5 -> true, 11.5 -> false)) {
+      for ((recessive, isCut) <- Seq(10.5 -> true, 12.5 -> false)) {
         ring.dominant(1, isSo = false)
         ring.runUs(recessive)
         ring.dominant(1)
@@ -104,12 +104,12 @@ abstract class BusModeRules extends FibreCases {
       ring.there(0).disturbed = (time, _) => time / 20000 % 2 == 0
       ring.runUs(315)
       assert(!ring.bus(1) && !ring.bus(2) && !ring.isStuck(1, 0))
-      ring.runUs(7)
+      ring.runUs(22)
       assert(ring.bus(1) && ring.bus(2) && ring.isStuck(1, 0) && !ring.isStuck(1, 1))
       ring.there(0).disturbed = (_, light) => light
       ring.runUs(10.5)
       assert(ring.isStuck(1, 0))
-      ring.runUs(1.5)
+      ring.runUs(2)
       assert(!ring.isStuck(1, 0))
       assert(hear(ring, 0) == Set(0, 1, 2))
   }

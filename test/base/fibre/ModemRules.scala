@@ -51,7 +51,7 @@ abstract class ModemRules extends FibreCases {
         val period = 1000000L / p.coreClockMhz
         val ring = new RingBench(p, nodes, Seq.fill(3)(100000L), Seq(period, period + period / 10000, period))
         ring.cut(2)
-        ring.nodes.foreach(_.setBit(10000))
+        ring.nodes.foreach(_.setBit(100, 100))
         ring.runUs(30)
         ring.dominant(0)
         ring.runUs(1)
@@ -68,7 +68,7 @@ abstract class ModemRules extends FibreCases {
         withNodes(p, 3) { nodes =>
           val ring = new RingBench(p, nodes, Seq(0L, 0L, 0L), Seq(source, passing, source))
           ring.cut(2)
-          ring.nodes.foreach(_.setBit(1000))
+          ring.nodes.foreach(_.setBit(100, 10))
           ring.runUs(30)
           val in     = new Scope(ring, () => ring.nodes(0).light(1))
           val out    = new Scope(ring, () => ring.nodes(1).light(1))
@@ -134,7 +134,7 @@ abstract class ModemRules extends FibreCases {
     val tone = if (isDominant) "dominant" else "recessive"
 
     def steady(change: RingBench => Unit): Unit = line() { ring =>
-      ring.nodes.foreach(_.setBit(1000)) // so that dominance is not cut off
+      ring.nodes.foreach(_.setBit(100, 10)) // so that dominance is not cut off
       ring.dominant(0, isDominant)
       ring.runUs(2)
       val level = new Scope(ring, () => ring.bus(1))
@@ -181,7 +181,7 @@ abstract class ModemRules extends FibreCases {
           val period = if (isDominant) 40000 else 1000000
           ring.there(0).lateness =
             light => period / 8 + (if (light) 0 else period / 100 * (duty - 50)) + random.nextInt(4001) - 2000
-          ring.nodes.foreach(_.setBit(1000))
+          ring.nodes.foreach(_.setBit(100, 10))
           ring.dominant(0, isDominant)
           ring.runUs(5)
           val level = new Scope(ring, () => ring.bus(1))

@@ -45,6 +45,7 @@ class ModemSpec extends AnyFlatSpec with ChiselScalatestTester {
             model.sample(light)
             light
           }
+          dut.odd.poke(false)
           dut.samples.poke(samples.zipWithIndex.collect { case (true, i) => 1 << i }.sum)
           dut.clock.step()
           assert(dut.level.peek().litToBoolean == model.level)

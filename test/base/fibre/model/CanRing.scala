@@ -37,7 +37,7 @@ class CanRing(count: Int, home: Option[Int], delays: Seq[Long], prescaler: Int, 
     ring.drives(n) = () => can.driven
     ring.hears(n) = level => can.step(level)
     ring.nodes(n).write(flyframe.registers.RingRegisters.Address, n + 2)
-    ring.nodes(n).setBit(rate.bitCycles)
+    ring.nodes(n).setBit(rate.bitCycles / prescaler, prescaler)
     ring.control(n, home = home.contains(n))
   }
   ring.runUs(25)

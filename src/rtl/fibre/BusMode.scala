@@ -1,0 +1,90 @@
+package flyframe.fibre
+
+import chisel3._
+
+/** What bus mode tells of itself. */
+class BusReport extends Bundle {
+
+  /** 1, 2 or 3. */
+  val mode  = UInt(2.W)
+  val guard = Bool()
+
+  /** No port is up. */
+  val alone = Bool()
+
+  /** What the own controller sends is cut off; what a port hears counts as recessive. */
+  val cutOff = Bool()
+  val stuck  = Vec(2, Bool())
+
+  /** The guard closes the ring; a latch makes the node guard: one cycle each. */
+  val closes = Bool()
+  val latch  = Bool()
+}
+
+/** What passes between two ports and the own controller (FR-15, FR-20 to FR-22, FR-37). All levels: 1 is
+  * recessive.
+  */
+class BusMode extends Module {
+
+  /** What the own controller sends, and what it hears. */
+  val drive = IO(Input(Bool()))
+  val bus   = IO(Output(Bool()))
+
+  /** Of both ports: whether it is up, the level heard, and the level to be sent. */
+  val up    = IO(Input(Vec(2, Bool())))
+  val level = IO(Input(Vec(2, Bool())))
+  val send  = IO(Output(Vec(2, Bool())))
+
+  /** What the host has set: `forced` is a mode, or 0. */
+  val home    = IO(Input(Bool()))
+  val forced  = IO(Input(UInt(2.W)))
+  val address = IO(Input(UInt(7.W)))
+
+  val ticks  = IO(Input(new BitTicks))
+  val report = IO(Output(new BusReport))
+
+  private val guard = Module(new Guard)
+
+  // Reset: both ports are down, so that nothing is heard.
+  private val isUp = RegNext(up, VecInit(false.B, false.B))
+  private val r    = RegNext(VecInit.tabulate(2)(n => level(n) || !up(n)), VecInit(true.B, true.B))
+
+  private val stuckPorts = Seq.fill(2)(Module(new StuckGuard(320 / 16)))
+  private val stuckOwn   = Module(new StuckGuard(32 / 2))
+  private def watch(stuck: StuckGuard, level: Bool, tick: Bool): Unit = {
+    stuck.level := level
+    stuck.tick  := tick
+    stuck.bit   := ticks.bit
+  }
+  for ((stuck, n) <- stuckPorts.zipWithIndex) watch(stuck, r(n), ticks.sixteen)
+  watch(stuckOwn, drive, ticks.two)
+
+  // Automatic: without any port up or with both, 1, or 2 for the guard; else that of the port that is up.
+  private val isForced = forced =/= 0.U
+  private val isTwo    = Mux(isForced, forced === 2.U, Mux(isUp(0) === isUp(1), guard.guard, isUp(0)))
+  private val isThree  = Mux(isForced, forced === 3.U, !isUp(0) && isUp(1))
+  private val isOne    = !isTwo && !isThree
+
+  private val own   = (drive || stuckOwn.stuck) && !(guard.marks && isOne)
+  private val heard = VecInit.tabulate(2)(n => r(n) || stuckPorts(n).stuck)
+  bus     := own && (isThree || heard(0)) && (isTwo || heard(1))
+  send(0) := isThree || (own && (isTwo || heard(1)))
+  send(1) := isTwo || (own && (isThree || heard(0)))
+
+  guard.home    := home
+  guard.forced  := isForced
+  guard.address := address
+  guard.coming  := up
+  guard.up      := isUp
+  guard.bus     := bus
+  guard.heard2  := heard(1)
+  guard.ticks   := ticks
+
+  report.mode   := (isThree || isTwo) ## (isThree || isOne)
+  report.guard  := guard.guard
+  report.alone  := !isUp(0) && !isUp(1)
+  report.cutOff := stuckOwn.stuck
+  for (n <- 0 to 1) report.stuck(n) := stuckPorts(n).stuck
+  report.closes := guard.closes
+  report.latch  := guard.latch
+}

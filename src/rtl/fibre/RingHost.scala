@@ -1,0 +1,102 @@
+package flyframe.fibre
+
+import chisel3._
+import chisel3.util._
+import flyframe.lanes.Lanes
+import flyframe.memory.HostPort
+import flyframe.registers.RingRegisters
+
+/** What the host has set of ports and bus mode. */
+class RingControl extends Bundle {
+  val address = UInt(7.W)
+  val off     = Bool()
+  val forced  = UInt(2.W)
+  val home    = Bool()
+  val upMs    = UInt(8.W)
+}
+
+/** The registers of ports and bus mode at a host port of 32 bits, see [[RingRegisters]] (FB-10). An access is
+  * acknowledged in its second cycle, and what is written counts from the next one on. Addresses that belong
+  * to nobody here read 0.
+  */
+class RingHost extends Module {
+  val host    = IO(new HostPort(4))
+  val control = IO(Output(new RingControl))
+
+  val ports = IO(Input(Vec(2, new PortReport)))
+  val ring  = IO(Input(new BusReport))
+
+  /** An event is pending that the mask lets pass. */
+  val interrupt = IO(Output(Bool()))
+
+  private val acknowledged = RegInit(false.B) // reset: no access is under way
+  acknowledged := host.req && !acknowledged
+
+  private def isAt(register: Int) = host.addr(15, 2) === (register / 4).U
+  private def written(register: Int): (Bool, UInt) = {
+    val lane = register % 4
+    (acknowledged && host.write && isAt(register) && host.be(lane), Lanes.byte(host.wdata, lane))
+  }
+
+  // ---- what the host sets; reset: as the register table says ----
+
+  private def stored(register: Int, bits: Int, reset: Int = 0): UInt = {
+    val (isWritten, byte) = written(register)
+    RegEnable(byte(bits - 1, 0), reset.U(bits.W), isWritten)
+  }
+  private val address = stored(RingRegisters.Address, 7)
+  private val flags   = stored(RingRegisters.Control, 6) & "b101110".U
+  private val upMs    = stored(RingRegisters.UpMs, 8, RingRegisters.UpMsReset)
+  private val mask    = stored(RingRegisters.Mask, 7)(6, 5)
+  control.address := address
+  control.home    := flags(RingRegisters.Home)
+  control.forced  := flags(RingRegisters.Forced + 1, RingRegisters.Forced)
+  control.off     := flags(RingRegisters.PortsOff)
+  control.upMs    := upMs
+
+  // ---- events: one that happens while it is cleared stays ----
+
+  private val upsWere   = RegNext(VecInit(ports.map(_.up)).asUInt, 0.U(2.W)) // reset: down
+  private val modeWas   = RegNext(ring.mode, 1.U)                            // reset: alone
+  private val guardWas  = RegNext(ring.guard, false.B)
+  private val portEvent = upsWere =/= VecInit(ports.map(_.up)).asUInt
+  private val modeEvent = modeWas =/= ring.mode || guardWas =/= ring.guard
+  private val clears    = written(RingRegisters.Events)
+  private val events    = RegInit(0.U(2.W))                                  // reset: none
+  events    := (events & ~Mux(clears._1, clears._2(6, 5), 0.U(2.W))) | (modeEvent ## portEvent)
+  interrupt := (events & mask).orR
+
+  // ---- counters ----
+
+  private def counted(event: Bool): UInt = {
+    val count = RegInit(0.U(8.W)) // reset: as the register table says
+    when(event && !count.andR) { count := count + 1.U }
+    count
+  }
+  private val state = Cat(ring.cutOff, false.B, ring.alone, ring.guard, ring.mode)
+  private val shown = Seq(
+    RingRegisters.Address  -> address,
+    RingRegisters.Control  -> flags,
+    RingRegisters.State    -> state,
+    RingRegisters.Ports    -> Cat((1 to 0 by -1).map(n => ring.stuck(n) ## portBits(ports(n)))),
+    RingRegisters.UpMs     -> upMs,
+    RingRegisters.Losses1  -> counted(ports(0).loses),
+    RingRegisters.Losses2  -> counted(ports(1).loses),
+    RingRegisters.Noise1   -> counted(ports(0).noise),
+    RingRegisters.Noise2   -> counted(ports(1).noise),
+    RingRegisters.Closings -> counted(ring.closes),
+    RingRegisters.Latches  -> counted(ring.latch),
+    RingRegisters.Events   -> (events ## 0.U(5.W)),
+    RingRegisters.Mask     -> (mask ## 0.U(5.W))
+  )
+  private def portBits(port: PortReport) = port.up ## port.search ## port.signal
+
+  host.ack := acknowledged
+  host.rdata := shown
+    .groupBy(_._1 / 4)
+    .map { case (_, word) =>
+      val bytes = word.map { case (register, byte) => byte.pad(8) << 8 * (register % 4) }
+      Mux(isAt(word.head._1), bytes.reduce(_ | _).pad(32), 0.U(32.W))
+    }
+    .reduce(_ | _)
+}
