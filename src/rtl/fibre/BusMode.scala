@@ -43,7 +43,7 @@ class BusMode extends Module {
   val ticks  = IO(Input(new BitTicks))
   val report = IO(Output(new BusReport))
 
-  private val guard = Module(new Guard)
+  private val ringGuard = Module(new Guard)
 
   // Reset: both ports are down, so that nothing is heard.
   private val isUp = RegNext(up, VecInit(false.B, false.B))
@@ -61,30 +61,30 @@ class BusMode extends Module {
 
   // Automatic: without any port up or with both, 1, or 2 for the guard; else that of the port that is up.
   private val isForced = forced =/= 0.U
-  private val isTwo    = Mux(isForced, forced === 2.U, Mux(isUp(0) === isUp(1), guard.guard, isUp(0)))
+  private val isTwo    = Mux(isForced, forced === 2.U, Mux(isUp(0) === isUp(1), ringGuard.guard, isUp(0)))
   private val isThree  = Mux(isForced, forced === 3.U, !isUp(0) && isUp(1))
   private val isOne    = !isTwo && !isThree
 
-  private val own   = (drive || stuckOwn.stuck) && !(guard.marks && isOne)
+  private val own   = (drive || stuckOwn.stuck) && !(ringGuard.marks && isOne)
   private val heard = VecInit.tabulate(2)(n => r(n) || stuckPorts(n).stuck)
   bus     := own && (isThree || heard(0)) && (isTwo || heard(1))
   send(0) := isThree || (own && (isTwo || heard(1)))
   send(1) := isTwo || (own && (isThree || heard(0)))
 
-  guard.home    := home
-  guard.forced  := isForced
-  guard.address := address
-  guard.coming  := up
-  guard.up      := isUp
-  guard.bus     := bus
-  guard.heard2  := heard(1)
-  guard.ticks   := ticks
+  ringGuard.home    := home
+  ringGuard.forced  := isForced
+  ringGuard.address := address
+  ringGuard.coming  := up
+  ringGuard.up      := isUp
+  ringGuard.bus     := bus
+  ringGuard.heard2  := heard(1)
+  ringGuard.ticks   := ticks
 
   report.mode   := (isThree || isTwo) ## (isThree || isOne)
-  report.guard  := guard.guard
+  report.guard  := ringGuard.guard
   report.alone  := !isUp(0) && !isUp(1)
   report.cutOff := stuckOwn.stuck
   for (n <- 0 to 1) report.stuck(n) := stuckPorts(n).stuck
-  report.closes := guard.closes
-  report.latch  := guard.latch
+  report.closes := ringGuard.closes
+  report.latch  := ringGuard.latch
 }

@@ -27,7 +27,7 @@ class RingHost extends Module {
   val ring  = IO(Input(new BusReport))
 
   /** An event is pending that the mask lets pass. */
-  val interrupt = IO(Output(Bool()))
+  val irq = IO(Output(Bool()))
 
   private val acknowledged = RegInit(false.B) // reset: no access is under way
   acknowledged := host.req && !acknowledged
@@ -40,18 +40,20 @@ class RingHost extends Module {
 
   // ---- what the host sets; reset: as the register table says ----
 
-  private def stored(register: Int, bits: Int, reset: Int = 0): UInt = {
+  private def stored(register: Int, high: Int, low: Int, reset: Int = 0): UInt = {
     val (isWritten, byte) = written(register)
-    RegEnable(byte(bits - 1, 0), reset.U(bits.W), isWritten)
+    RegEnable(byte(high, low), reset.U((high - low + 1).W), isWritten)
   }
-  private val address = stored(RingRegisters.Address, 7)
-  private val flags   = stored(RingRegisters.Control, 6) & "b101110".U
-  private val upMs    = stored(RingRegisters.UpMs, 8, RingRegisters.UpMsReset)
-  private val mask    = stored(RingRegisters.Mask, 7)(6, 5)
+  private val address = stored(RingRegisters.Address, 6, 0)
+  private val off     = stored(RingRegisters.Control, RingRegisters.PortsOff, RingRegisters.PortsOff)
+  private val forced  = stored(RingRegisters.Control, RingRegisters.Forced + 1, RingRegisters.Forced)
+  private val home    = stored(RingRegisters.Control, RingRegisters.Home, RingRegisters.Home)
+  private val upMs    = stored(RingRegisters.UpMs, 7, 0, RingRegisters.UpMsReset)
+  private val mask    = stored(RingRegisters.Mask, RingRegisters.ModeEvent, RingRegisters.PortEvent)
   control.address := address
-  control.home    := flags(RingRegisters.Home)
-  control.forced  := flags(RingRegisters.Forced + 1, RingRegisters.Forced)
-  control.off     := flags(RingRegisters.PortsOff)
+  control.home    := home
+  control.forced  := forced
+  control.off     := off
   control.upMs    := upMs
 
   // ---- events: one that happens while it is cleared stays ----
@@ -63,8 +65,8 @@ class RingHost extends Module {
   private val modeEvent = modeWas =/= ring.mode || guardWas =/= ring.guard
   private val clears    = written(RingRegisters.Events)
   private val events    = RegInit(0.U(2.W))                                  // reset: none
-  events    := (events & ~Mux(clears._1, clears._2(6, 5), 0.U(2.W))) | (modeEvent ## portEvent)
-  interrupt := (events & mask).orR
+  events := (events & ~Mux(clears._1, clears._2(6, 5), 0.U(2.W))) | (modeEvent ## portEvent)
+  irq    := (events & mask).orR
 
   // ---- counters ----
 
@@ -76,7 +78,7 @@ class RingHost extends Module {
   private val state = Cat(ring.cutOff, false.B, ring.alone, ring.guard, ring.mode)
   private val shown = Seq(
     RingRegisters.Address  -> address,
-    RingRegisters.Control  -> flags,
+    RingRegisters.Control  -> Cat(off, false.B, forced, home, false.B),
     RingRegisters.State    -> state,
     RingRegisters.Ports    -> Cat((1 to 0 by -1).map(n => ring.stuck(n) ## portBits(ports(n)))),
     RingRegisters.UpMs     -> upMs,

@@ -22,27 +22,27 @@ class RingPorts(p: FibreParams) extends Module {
   val bus   = IO(Output(Bool()))
 
   /** A microsecond ends with this cycle; and how many had ended before it since reset. */
-  val us   = IO(Input(Bool()))
-  val time = IO(Input(UInt(RingPorts.timeBits(p).W)))
+  val us    = IO(Input(Bool()))
+  val timer = IO(Input(UInt(RingPorts.timeBits(p).W)))
 
   /** T of port F, see [[BitClock]]. */
   val quantum = IO(Input(Bool()))
   val quanta  = IO(Input(UInt(7.W)))
 
-  val host      = IO(new HostPort(4))
-  val interrupt = IO(Output(Bool()))
+  val host = IO(new HostPort(4))
+  val irq  = IO(Output(Bool()))
 
   private val ports = Seq.fill(2)(Module(new OpticalPort(p)))
   private val ring  = Module(new BusMode)
   private val bits  = Module(new BitClock)
   private val front = Module(new RingHost)
 
-  private def ends(usBits: Int) = us && (if (usBits == 0) true.B else time(usBits - 1, 0).andR)
+  private def ends(usBits: Int) = us && (if (usBits == 0) true.B else timer(usBits - 1, 0).andR)
   private val portClock         = Wire(new PortClock)
   portClock.window := ends(6)
   portClock.ms     := ends(log2Ceil(p.usPerMs))
   portClock.eighth := ends(RingPorts.eighthBits(p))
-  portClock.odd    := time(0)
+  portClock.odd    := timer(0)
 
   for ((port, n) <- ports.zipWithIndex) {
     port.rx        := rx(n)
@@ -69,7 +69,7 @@ class RingPorts(p: FibreParams) extends Module {
 
   front.ring := ring.report
   front.host <> host
-  interrupt := front.interrupt
+  irq := front.irq
 }
 
 object RingPorts {

@@ -20,10 +20,10 @@ class StuckGuard(longest: Int) extends Module {
 
   val stuck = IO(Output(Bool()))
 
-  // Up to all ones, from what the level at hand still has to last. No reset: recessive, it ends by itself.
+  // Up to all ones, from what the level at hand still has to last. No reset: of recessive any count will do.
   private val count   = Reg(UInt(width.W))
-  private val before  = RegNext(level)
-  private val isStuck = RegInit(false.B) // reset: not
+  private val before  = RegNext(level, true.B) // reset: recessive
+  private val isStuck = RegInit(false.B)       // reset: not
   private val counts  = Mux(level, bit, tick)
 
   private def start(ticks: Int) = ((1 << width) - 1 - ticks).U(width.W)

@@ -40,10 +40,10 @@ class NodeUnderTest(p: FibreParams) extends Module {
   dut.drive   := ports.drive
   ports.bus   := dut.bus
   dut.us      := us
-  dut.time    := time
+  dut.timer   := time
   dut.quantum := quantum
   dut.quanta  := quanta
-  interrupts  := dut.interrupt
+  interrupts  := dut.irq
   dut.host <> host
 }
 
