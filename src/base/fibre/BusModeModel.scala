@@ -12,9 +12,9 @@ class BusModeModel {
   private var r1        = true
   private var r2        = true
   private val clock     = new BitClockModel
-  private val stuck1    = new StuckModel(320 / 16)
-  private val stuck2    = new StuckModel(320 / 16)
-  private val cut       = new StuckModel(32 / 2)
+  private val stuck1    = new StuckModel(320 / 64, 64)
+  private val stuck2    = new StuckModel(320 / 64, 64)
+  private val cut       = new StuckModel(32 / 8, 8)
   private val differ    = new HoldModel(12)
   private val together  = new HoldModel(12)
   private var isWaiting = false
@@ -93,9 +93,9 @@ class BusModeModel {
       open(true)
     }
 
-    cut.step(drive, ends(16), bit)
-    stuck1.step(r1, ends(128), bit)
-    stuck2.step(r2, ends(128), bit)
+    cut.step(drive, n => ends(8 * n))
+    stuck1.step(r1, n => ends(8 * n))
+    stuck2.step(r2, n => ends(8 * n))
     r1 = ports(0).level || !now1
     r2 = ports(1).level || !now2
     was2 ||= now2

@@ -16,27 +16,34 @@ class HoldModel(ticks: Int) {
 /** A level that counts as recessive when it has been dominant for too long (FR-37).
   *
   * @param longest
-  *   ticks that it may be dominant
+  *   units that it may be dominant
+  * @param unit
+  *   T of such a unit (FB-08)
   */
-class StuckModel(longest: Int) {
-  private val dominant  = new HoldModel(longest)
-  private val recessive = new HoldModel(11)
-  private var stuck     = false
+class StuckModel(longest: Int, unit: Int) {
+  private var before = true
+  private var ticks  = 0 // of the level
+  private var stuck  = false
 
   def isStuck: Boolean = stuck
 
   /** A cycle ends in which the level was `level`, true for recessive.
     *
-    * @param tick
-    *   of those that count dominance
-    * @param bit
-    *   a T ends
+    * @param ends
+    *   so many T end with it
     */
-  def step(level: Boolean, tick: Boolean, bit: Boolean): Unit = {
-    dominant.step(!level, tick)
-    recessive.step(level, bit)
-    stuck = dominant.isOver || stuck && !recessive.isOver
+  def step(level: Boolean, ends: Int => Boolean): Unit = {
+    if (level != before) ticks = 0
+    else if (ends(if (level) StuckModel.RecessiveUnit else unit)) ticks += 1
+    if (ticks > (if (level) 3 else longest)) stuck = !level
+    before = level
   }
+}
+
+object StuckModel {
+
+  /** T of which recessive must last 3. */
+  private val RecessiveUnit = 4
 }
 
 /** The clock of a node that counts times in T (FB-08). */
@@ -67,7 +74,7 @@ class BitClockModel {
       if (left >= 0) None
       else {
         left += quanta
-        eighths = (eighths + 1) % 128
+        eighths = (eighths + 1) % 512
         Some(eighths)
       }
     }

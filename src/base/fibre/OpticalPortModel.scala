@@ -14,7 +14,7 @@ class OpticalPortModel(p: FibreParams) {
   private var (onceOptical, twiceOptical) = (false, false)
 
   private var left    = 0     // milliseconds of signal without search, less one, until it comes up
-  private var last    = Never // eighths of a second since the last loss
+  private var last    = Never // quarters of a second since the last loss
   private var second  = Never // and since the one before
   private var isThird = false // the last loss was the third one within a second
 
@@ -40,8 +40,10 @@ class OpticalPortModel(p: FibreParams) {
     *   the level to be sent while the port is up
     * @param ms
     *   a millisecond ends with this cycle
-    * @param eighth
-    *   an eighth of a second does
+    * @param quarter
+    *   a quarter of a second does
+    * @param slow
+    *   16 samples do
     */
   def step(
       samples: Int,
@@ -50,27 +52,26 @@ class OpticalPortModel(p: FibreParams) {
       off: Boolean,
       upMs: Int,
       ms: Boolean,
-      eighth: Boolean
+      quarter: Boolean,
+      slow: Boolean
   ): Unit = {
     modulator.step(
       if (off) Tone.Dark else if (!signal) Tone.Search else if (!isUp) Tone.Recessive else Tone.of(send)
     )
-    upOrDown(signal && !hearsSearch && !off, off, upMs, ms, eighth)
-    for (i <- 0 until p.samplesPerCycle) {
-      val light = (twice >> i & 1) == 1
-      demodulator.sample(light)
-      if (inspection.sample(light)) noises = 255 min noises + 1
-    }
+    upOrDown(signal && !hearsSearch && !off, off, upMs, ms, quarter)
+    val lights = for (i <- 0 until p.samplesPerCycle) yield (twice >> i & 1) == 1
+    lights.foreach(demodulator.sample)
+    if (inspection.step(lights, slow)) noises = 255 min noises + 1
     twice = once
     once = samples
     twiceOptical = onceOptical
     onceOptical = optical
   }
 
-  private def upOrDown(isGood: Boolean, off: Boolean, upMs: Int, ms: Boolean, eighth: Boolean): Unit = {
+  private def upOrDown(isGood: Boolean, off: Boolean, upMs: Int, ms: Boolean, quarter: Boolean): Unit = {
     val isHeld = isThird && last < Never
     if (isUp && !isGood && !off) lose()
-    else if (eighth) {
+    else if (quarter) {
       last = Never min last + 1
       second = Never min second + 1
     }
@@ -91,6 +92,6 @@ class OpticalPortModel(p: FibreParams) {
 
 object OpticalPortModel {
 
-  /** More eighths than a second has. */
-  private val Never = 9
+  /** More quarters than a second has. */
+  private val Never = 5
 }

@@ -27,19 +27,20 @@ class RingPortsModel(p: FibreParams = FibreParams()) extends FibreUnderTest {
 
   def step(drive: Boolean, light1: Int, light2: Int, optical: Int): Unit = {
     cycles += 1
-    val ms     = cycles % msLong == 0
-    val eighth = cycles % (128L * msLong) == 0
-    val off    = (control >> PortsOff & 1) == 1
-    val sends  = Seq(ring.send1(drive), ring.send2(drive))
-    val upsAre = ports.map(_.up)
-    val ringIs = (ring.mode, ring.isGuard)
+    val ms      = cycles % msLong == 0
+    val quarter = cycles % (256L * msLong) == 0
+    val slow    = cycles % (16 / p.samplesPerCycle) == 0
+    val off     = (control >> PortsOff & 1) == 1
+    val sends   = Seq(ring.send1(drive), ring.send2(drive))
+    val upsAre  = ports.map(_.up)
+    val ringIs  = (ring.mode, ring.isGuard)
     if (upsAre != upsWere) events |= 1 << PortEvent
     if (ringIs != ringWas) events |= 1 << ModeEvent
     upsWere = upsAre
     ringWas = ringIs
     ring.step(drive, ports, (control >> Home & 1) == 1, address)
-    ports(0).step(light1, (optical & 1) != 0, sends(0), off, upMs, ms, eighth)
-    ports(1).step(light2, (optical & 2) != 0, sends(1), off, upMs, ms, eighth)
+    ports(0).step(light1, (optical & 1) != 0, sends(0), off, upMs, ms, quarter, slow)
+    ports(1).step(light2, (optical & 2) != 0, sends(1), off, upMs, ms, quarter, slow)
   }
 
   def write(at: Int, byte: Int): Unit = at match {

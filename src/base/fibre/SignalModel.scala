@@ -2,32 +2,47 @@ package flyframe.fibre
 
 import flyframe.params.FibreParams
 
-/** Whether an input hears a signal, noise, or search (FR-10, FR-11, FB-02, FB-03). */
+/** Whether an input hears a signal, noise, or search (FR-10, FR-11, FB-02, FB-03, FB-12). */
 class SignalModel(p: FibreParams) {
-  private val longest  = p.samplesIn(2500)
   private val tooShort = p.samplesIn(24) // below 25 ns
   private val window   = 64 * p.sampleMhz
   private val search   = p.samplesIn(180) to p.samplesIn(220)
 
   private var before      = false
-  private var distance    = longest + 1 // samples since the last rising edge
-  private var inWindow    = 0           // samples of the window that are over
-  private var shortOnes   = 0           // distances in it that are too short
+  private var distance    = search.last + 1        // samples since the last rising edge
+  private var silence     = SignalModel.MostSilent // and so many times 16 more
+  private var inWindow    = 0                      // samples of the window that are over
+  private var shortOnes   = 0                      // distances in it that are too short
   private var isNoisy     = false
   private var searchEdges = 0
 
   /** Edges come, and not too many. */
-  def signal: Boolean = distance <= longest && !isNoisy
+  def signal: Boolean = silence < SignalModel.MostSilent && !isNoisy
 
   def hearsSearch: Boolean = searchEdges == SignalModel.SearchEdges
+
+  /** Ends a core cycle with these samples.
+    *
+    * @param slow
+    *   another 16 samples are over
+    * @return
+    *   noise begins
+    */
+  def step(lights: Seq[Boolean], slow: Boolean): Boolean = {
+    val isFar  = distance > search.last
+    val begins = lights.map(sample).contains(true)
+    if (distance <= search.last) silence = 0
+    else if (isFar && slow) silence = SignalModel.MostSilent min silence + 1
+    begins
+  }
 
   /** One sample of the input.
     *
     * @return
     *   noise begins
     */
-  def sample(light: Boolean): Boolean = {
-    distance = longest + 1 min distance + 1
+  private def sample(light: Boolean): Boolean = {
+    distance = search.last + 1 min distance + 1
     var begins = false
     if (light && !before) {
       if (distance <= tooShort) shortOnes = SignalModel.MostShort + 1 min shortOnes + 1
@@ -51,6 +66,9 @@ object SignalModel {
 
   /** Distances of search in a row until it is heard. */
   val SearchEdges = 16
+
+  /** Times 16 samples, after which there is no signal. */
+  val MostSilent = 16
 
   /** Short distances in a window that are no noise. */
   val MostShort = 8

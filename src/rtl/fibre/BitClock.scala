@@ -4,10 +4,11 @@ import chisel3._
 
 /** What times in T are counted by: each ends with the cycle in which it is true (FB-08). */
 class BitTicks extends Bundle {
-  val eighth  = Bool()
-  val bit     = Bool() // T
-  val two     = Bool() // 2 T
-  val sixteen = Bool() // 16 T
+  val eighth    = Bool()
+  val bit       = Bool() // T
+  val four      = Bool() // 4 T
+  val eight     = Bool()
+  val sixtyFour = Bool()
 }
 
 /** Divides T, the nominal bit of port F, without a divider (FB-08). */
@@ -21,17 +22,23 @@ class BitClock extends Module {
 
   val ticks = IO(Output(new BitTicks))
 
-  // Of an eighth, in eighths of a quantum. Reset: whatever comes first, but the same in simulation and model.
+  // Of an eighth, in eighths of a quantum. Reset: as in the model; nothing else depends on it.
   private val left    = RegInit(0.U(7.W))
-  private val eighths = RegInit(0.U(7.W)) // that are over, modulo 16 T
+  private val eighths = RegInit(0.U(9.W)) // that are over, modulo 64 T
 
-  private val eighth = quantum && left < 8.U
-  when(quantum) { left := left - 8.U + Mux(eighth, quanta, 0.U) }
+  private val isLow  = left(6, 3) === 0.U // less than a quantum is left
+  private val eighth = quantum && isLow
+  private val low    = left(2, 0) +& quanta(2, 0)
+  private val high   = Mux(low(3), quanta(6, 3), ShortCounter.down(quanta(6, 3)))
+  when(quantum) {
+    left := Mux(isLow, high, ShortCounter.down(left(6, 3))) ## Mux(isLow, low(2, 0), left(2, 0))
+  }
   when(eighth) { eighths := eighths + 1.U }
 
   private def ends(bits: Int) = eighth && eighths(bits - 1, 0).andR
-  ticks.eighth  := eighth
-  ticks.bit     := ends(3)
-  ticks.two     := ends(4)
-  ticks.sixteen := ends(7)
+  ticks.eighth    := eighth
+  ticks.bit       := ends(3)
+  ticks.four      := ends(5)
+  ticks.eight     := ends(6)
+  ticks.sixtyFour := ends(9)
 }

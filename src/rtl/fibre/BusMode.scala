@@ -49,15 +49,15 @@ class BusMode extends Module {
   private val isUp = RegNext(up, VecInit(false.B, false.B))
   private val r    = RegNext(VecInit.tabulate(2)(n => level(n) || !up(n)), VecInit(true.B, true.B))
 
-  private val stuckPorts = Seq.fill(2)(Module(new StuckGuard(320 / 16)))
-  private val stuckOwn   = Module(new StuckGuard(32 / 2))
+  private val stuckPorts = Seq.fill(2)(Module(new StuckGuard(320 / 64)))
+  private val stuckOwn   = Module(new StuckGuard(32 / 8))
   private def watch(stuck: StuckGuard, level: Bool, tick: Bool): Unit = {
-    stuck.level := level
-    stuck.tick  := tick
-    stuck.bit   := ticks.bit
+    stuck.level     := level
+    stuck.dominant  := tick
+    stuck.recessive := ticks.four
   }
-  for ((stuck, n) <- stuckPorts.zipWithIndex) watch(stuck, r(n), ticks.sixteen)
-  watch(stuckOwn, drive, ticks.two)
+  for ((stuck, n) <- stuckPorts.zipWithIndex) watch(stuck, r(n), ticks.sixtyFour)
+  watch(stuckOwn, drive, ticks.eight)
 
   // Automatic: without any port up or with both, 1, or 2 for the guard; else that of the port that is up.
   private val isForced = forced =/= 0.U

@@ -29,9 +29,9 @@ class Guard extends Module {
   val closes = IO(Output(Bool()))
   val latch  = IO(Output(Bool()))
 
-  // Reset: nobody is guard.
+  // Reset: nobody is guard. A guard's ports are up.
   private val isGuard   = RegInit(false.B)
-  private val isWaiting = RegInit(false.B) // to close; what makes it so and what ends it both last 1.5 T
+  private val isWaiting = RegInit(false.B) // to close, as guard; what begins and what ends it last 1.5 T
   private val isMarking = RegInit(false.B)
   private val wasUp2    = RegInit(false.B) // port 2 has been up
   when(coming(1)) { wasUp2 := true.B }
@@ -39,26 +39,25 @@ class Guard extends Module {
   private val automatic = !forced && coming(0) && coming(1) // what guards do, they do with both ports up
   private val comes     = !up(0) || !up(1)                  // then: the last one has just come up
   private val inMode1   = !forced && up(0) && up(1) && !isGuard
-  private val stays     = automatic && !comes
 
   private val hold = Module(new HoldTimer)
   hold.holds  := isGuard && Mux(isWaiting, !bus && !heard2, bus =/= heard2)
   hold.eighth := ticks.eighth
 
   // T, from -41 on in mode 1: of dominance, which the mark is a part of; and from -1 on while a guard waits.
-  private val span     = Reg(UInt(9.W)) // no reset: it begins anew as long as nothing is counted
-  private val counts   = isWaiting || (inMode1 && !bus)
-  private val nextSpan = span + ticks.bit
-  private val wanted   = Mux(isGuard, address(2, 0), address)
-  private val isOver   = !span(8) && span(7, 1) >= wanted
+  private val span   = Reg(UInt(9.W)) // no reset: it begins anew as long as nothing is counted
+  private val counts = isWaiting || (inMode1 && !bus)
+  private val wanted = Mux(isGuard, address(2, 0), address)
+  private val isOver = !span(8) && span(7, 1) >= wanted
 
-  closes := stays && isGuard && isWaiting && !hold.over && (home || isOver)
-  latch  := stays && inMode1 && isOver
-  span   := Mux(counts && !closes, nextSpan, Mux(isGuard && !closes, 511.U, (512 - 41).U))
+  closes := automatic && isWaiting && !hold.over && (home || isOver)
+  latch  := automatic && inMode1 && isOver
+  when(!counts || closes) { span := Mux(isGuard && !closes, 511.U, (512 - 41).U) }
+    .elsewhen(ticks.bit) { span := ShortCounter.up(span) }
 
   private val atHome = home || (!up(1) && wasUp2)
   isGuard   := automatic && Mux(comes, atHome, (isGuard && !closes) || latch)
-  isWaiting := stays && isGuard && !closes && (isWaiting ^ hold.over)
+  isWaiting := automatic && isGuard && !closes && (isWaiting ^ hold.over)
   when(closes) { isMarking := true.B }
     .elsewhen(!inMode1 || (ticks.bit && span(3, 1).andR)) { isMarking := false.B }
 

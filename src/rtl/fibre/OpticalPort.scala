@@ -6,10 +6,11 @@ import flyframe.params.FibreParams
 
 /** What all ports of a node count time by: each ends with the cycle in which it is true. */
 class PortClock extends Bundle {
-  val window = Bool() // 64 us: a window of noise
-  val ms     = Bool()
-  val eighth = Bool() // of a second
-  val odd    = Bool() // the microsecond since reset is an odd one
+  val slow    = Bool() // 16 samples
+  val window  = Bool() // 64 us: a window of noise
+  val ms      = Bool()
+  val quarter = Bool() // of a second
+  val odd     = Bool() // the microsecond since reset is an odd one
 }
 
 /** What a port tells of itself. */
@@ -54,14 +55,15 @@ class OpticalPort(p: FibreParams) extends Module {
   demodulator.odd     := time.odd
   detector.samples    := crossing.out
   detector.windowEnds := time.window
+  detector.slow       := time.slow
 
   private val signal = detector.signal && LevelCrossing(optical)
   private val search = detector.search && signal
-  state.good   := signal && !search && !off
-  state.off    := off
-  state.upMs   := upMs
-  state.ms     := time.ms
-  state.eighth := time.eighth
+  state.good    := signal && !search && !off
+  state.off     := off
+  state.upMs    := upMs
+  state.ms      := time.ms
+  state.quarter := time.quarter
 
   modulator.tone := Mux(
     off,

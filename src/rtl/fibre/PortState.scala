@@ -14,9 +14,9 @@ class PortState extends Module {
   /** Milliseconds until it comes up. */
   val upMs = IO(Input(UInt(8.W)))
 
-  /** A millisecond, an eighth of a second ends with this cycle. */
-  val ms     = IO(Input(Bool()))
-  val eighth = IO(Input(Bool()))
+  /** A millisecond, a quarter of a second ends with this cycle. */
+  val ms      = IO(Input(Bool()))
+  val quarter = IO(Input(Bool()))
 
   val up = IO(Output(Bool()))
 
@@ -27,8 +27,8 @@ class PortState extends Module {
   up    := isUp
   loses := isUp && !good && !off
 
-  // Eighths of a second since the last loss, and since the one before, up to more than a second has.
-  private val never   = 9.U
+  // Quarters of a second since the last loss, and since the one before, up to more than a second has.
+  private val never   = 5.U(3.W)
   private val last    = RegInit(never) // reset: none
   private val second  = RegInit(never)
   private val isThird = Reg(Bool())    // the last loss was; no reset: there is none
@@ -37,14 +37,14 @@ class PortState extends Module {
     isThird := second =/= never
     second  := last
     last    := 0.U
-  }.elsewhen(eighth) {
-    when(last =/= never) { last := last + 1.U }
-    when(second =/= never) { second := second + 1.U }
+  }.elsewhen(quarter) {
+    when(last =/= never) { last := ShortCounter.up(last) }
+    when(second =/= never) { second := ShortCounter.up(second) }
   }
 
   private val left  = Reg(UInt(8.W)) // no reset: the port begins to wait behind it
   private val waits = good && !isUp && !isHeld
   private val comes = ms && left === 0.U
   isUp := good && (isUp || (comes && !isHeld))
-  when(!waits) { left := upMs }.elsewhen(ms) { left := left - 1.U }
+  when(!waits) { left := upMs }.elsewhen(ms) { left := ShortCounter.down(left) }
 }

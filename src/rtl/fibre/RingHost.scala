@@ -16,8 +16,9 @@ class RingControl extends Bundle {
 }
 
 /** The registers of ports and bus mode at a host port of 32 bits, see [[RingRegisters]] (FB-10). An access is
-  * acknowledged in its second cycle, and what is written counts from the next one on. Addresses that belong
-  * to nobody here read 0.
+  * acknowledged in its second cycle, and what is written counts from the next one on. What is read follows
+  * from the address at once, so that others may be selected beside it. Addresses that belong to nobody here
+  * read 0.
   */
 class RingHost extends Module {
   val host    = IO(new HostPort(4))
@@ -96,6 +97,8 @@ class RingHost extends Module {
   host.ack := acknowledged
   host.rdata := shown
     .groupBy(_._1 / 4)
+    .toSeq
+    .sortBy(_._1)
     .map { case (_, word) =>
       val bytes = word.map { case (register, byte) => byte.pad(8) << 8 * (register % 4) }
       Mux(isAt(word.head._1), bytes.reduce(_ | _).pad(32), 0.U(32.W))

@@ -38,11 +38,14 @@ class RingPorts(p: FibreParams) extends Module {
   private val front = Module(new RingHost)
 
   private def ends(usBits: Int) = us && (if (usBits == 0) true.B else timer(usBits - 1, 0).andR)
-  private val portClock         = Wire(new PortClock)
-  portClock.window := ends(6)
-  portClock.ms     := ends(log2Ceil(p.usPerMs))
-  portClock.eighth := ends(RingPorts.eighthBits(p))
-  portClock.odd    := timer(0)
+  private val samples           = RegInit(0.U(log2Ceil(16 / p.samplesPerCycle).W)) // reset: as in the model
+  samples := samples + 1.U
+  private val portClock = Wire(new PortClock)
+  portClock.window  := ends(6)
+  portClock.ms      := ends(log2Ceil(p.usPerMs))
+  portClock.quarter := ends(RingPorts.quarterBits(p))
+  portClock.slow    := samples.andR
+  portClock.odd     := timer(0)
 
   for ((port, n) <- ports.zipWithIndex) {
     port.rx        := rx(n)
@@ -74,9 +77,9 @@ class RingPorts(p: FibreParams) extends Module {
 
 object RingPorts {
 
-  /** An eighth of a second is 128 of what counts as milliseconds, in us a power of two (FB-04). */
-  private def eighthBits(p: FibreParams): Int = log2Ceil(p.usPerMs) + 7
+  /** A quarter of a second is 256 of what counts as milliseconds, in us a power of two (FB-04). */
+  private def quarterBits(p: FibreParams): Int = log2Ceil(p.usPerMs) + 8
 
   /** Of the us counter, as many as the longest time needs. */
-  def timeBits(p: FibreParams): Int = eighthBits(p) max 6
+  def timeBits(p: FibreParams): Int = quarterBits(p) max 6
 }

@@ -1,35 +1,34 @@
 package flyframe.fibre
 
 import chisel3._
-import chisel3.util.log2Ceil
 
-/** Finds a level that has been dominant for too long, until it has been recessive for 11 T (FR-37, FB-08).
+/** Finds a level that has been dominant for too long, until it has been recessive for long enough (FR-37,
+  * FB-08).
   *
   * @param longest
-  *   ticks that it may be dominant, 12 to 31
+  *   units that it may be dominant, at most 6
   */
 class StuckGuard(longest: Int) extends Module {
-  private val width = log2Ceil(longest + 2) max log2Ceil(12)
 
   /** 1 is recessive. */
   val level = IO(Input(Bool()))
 
-  /** A tick of those that count dominance; a T. */
-  val tick = IO(Input(Bool()))
-  val bit  = IO(Input(Bool()))
+  /** Units of a level that is dominant end, and of one that is recessive, of which 3 are enough. */
+  val dominant  = IO(Input(Bool()))
+  val recessive = IO(Input(Bool()))
 
   val stuck = IO(Output(Bool()))
 
-  // Up to all ones, from what the level at hand still has to last. No reset: of recessive any count will do.
-  private val count   = Reg(UInt(width.W))
+  private val count   = Reg(UInt(3.W))         // no reset: of recessive any count will do
   private val before  = RegNext(level, true.B) // reset: recessive
   private val isStuck = RegInit(false.B)       // reset: not
-  private val counts  = Mux(level, bit, tick)
-
-  private def start(ticks: Int) = ((1 << width) - 1 - ticks).U(width.W)
-  private val present           = Mux(level === before, count, Mux(level, start(11), start(longest)))
-  count := present + counts
-  when(counts && present.andR) { isStuck := !level }
+  private val ticks   = Mux(level, recessive, dominant)
+  private val isLast  = count === Mux(level, 3.U, longest.U)
+  when(level =/= before) { count := 0.U }
+    .elsewhen(ticks) {
+      count := ShortCounter.up(count)
+      when(isLast) { isStuck := !level }
+    }
   stuck := isStuck
 }
 
@@ -44,6 +43,6 @@ class HoldTimer extends Module {
   val over = IO(Output(Bool()))
 
   private val count = Reg(UInt(4.W)) // eighths and 3; no reset: nothing holds then
-  when(!holds || over) { count := 3.U }.elsewhen(eighth) { count := count + 1.U }
+  when(!holds || over) { count := 3.U }.elsewhen(eighth) { count := ShortCounter.up(count) }
   over := holds && eighth && count.andR
 }

@@ -87,9 +87,9 @@ abstract class BusModeRules extends FibreCases {
       ring.dominant(1)
       ring.runUs(31.5)
       assert(!ring.bus(0) && !ring.bus(1) && !ring.bus(2) && (ring.state(1) >> 5 & 1) == 0)
-      ring.runUs(3)
+      ring.runUs(9)
       assert(ring.bus(0) && ring.bus(1) && ring.bus(2) && (ring.state(1) >> 5 & 1) == 1)
-      for ((recessive, isCut) <- Seq(10.5 -> true, 12.5 -> false)) {
+      for ((recessive, isCut) <- Seq(10.5 -> true, 16.5 -> false)) {
         ring.dominant(1, isSo = false)
         ring.runUs(recessive)
         ring.dominant(1)
@@ -104,12 +104,12 @@ abstract class BusModeRules extends FibreCases {
       ring.there(0).disturbed = (time, _) => time / 20000 % 2 == 0
       ring.runUs(315)
       assert(!ring.bus(1) && !ring.bus(2) && !ring.isStuck(1, 0))
-      ring.runUs(22)
+      ring.runUs(75)
       assert(ring.bus(1) && ring.bus(2) && ring.isStuck(1, 0) && !ring.isStuck(1, 1))
       ring.there(0).disturbed = (_, light) => light
       ring.runUs(10.5)
       assert(ring.isStuck(1, 0))
-      ring.runUs(2)
+      ring.runUs(6)
       assert(!ring.isStuck(1, 0))
       assert(hear(ring, 0) == Set(0, 1, 2))
   }

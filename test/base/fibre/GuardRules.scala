@@ -74,7 +74,7 @@ abstract class GuardRules extends FibreCases {
         ring.cut(1, isCut = false)
         ring.runUs(30)
         ring.cut(0, isCut = false)
-        ring.runUs(1200)
+        ring.runUs(1350)
         assert(ring.isGuard(0))
         ring.control(0)
       }
