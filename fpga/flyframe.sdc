@@ -118,12 +118,16 @@ for {set y 0} {$y < 4} {incr y} {
 #    within one core cycle it must be at the first flip-flop. The symbol it points to has been written at the
 #    same edge and is read when the pointer has passed two flip-flops, so it has two core cycles; half of one
 #    is kept for the difference of the clocks' delays.
-set pointer [get_registers -compatibility_mode {*writeSide|gray*}]
-set symbols [get_registers -compatibility_mode {*writeSide|storage_*}]
-set_max_delay -from $pointer -to [get_registers -compatibility_mode {*readSide|meta*}] $core_ns
-set_max_delay -from $symbols -to [get_clocks $core_clock] [expr {1.5 * $core_ns}]
-set_false_path -hold -from $pointer -to [get_clocks $core_clock]
-set_false_path -hold -from $symbols -to [get_clocks $core_clock]
+#    A ring node has no PHY.
+set has_phys [expr {[get_collection_size [get_ports -nowarn phy_clk_ref]] > 0 || $core_port eq ""}]
+if {$has_phys} {
+  set pointer [get_registers -compatibility_mode {*writeSide|gray*}]
+  set symbols [get_registers -compatibility_mode {*writeSide|storage_*}]
+  set_max_delay -from $pointer -to [get_registers -compatibility_mode {*readSide|meta*}] $core_ns
+  set_max_delay -from $symbols -to [get_clocks $core_clock] [expr {1.5 * $core_ns}]
+  set_false_path -hold -from $pointer -to [get_clocks $core_clock]
+  set_false_path -hold -from $symbols -to [get_clocks $core_clock]
+}
 
 # 2. LevelCrossing: the first of its two flip-flops may take any time.
 set_false_path -to [get_registers -compatibility_mode {*LevelCrossing:*|meta}]
@@ -134,16 +138,20 @@ set_false_path -to [get_registers -compatibility_mode {*LevelCrossing:*|meta}]
 #   sii: the lines of the EEPROM change a quarter of a microsecond apart, or more.
 #   mi: MDIO changes where MDC falls, and the PHY takes it where MDC rises, 256 ns later or more. Its answer
 #     comes at most 300 ns behind a rise, and is taken 500 ns behind it or later, by way of a LevelCrossing.
-#   Inputs have a LevelCrossing, or a SampleCrossing at which nobody looks for two core cycles; of LATCH that
-#     loses a core cycle, beside which a pin's delay does not matter.
+#   optical: which cycle takes an edge is of no account; what arrives as it is taken counts as earlier or
+#     later, in an EdgeSampleCrossing.
+#   Other inputs have a LevelCrossing, or a SampleCrossing at which nobody looks for two core cycles; of LATCH
+#     that loses a core cycle, beside which a pin's delay does not matter.
 set slow_inputs {
   pdi_operational sii_sda sii_two_byte mi_mdio_in clock_signals_latch_* general_input digital_input
   digital_latch digital_output_enable alarm_current alarm_config_fault
+  optical_1_rx optical_2_rx optical_1_signal optical_2_signal can_rx
 }
 set slow_outputs {
   eeprom_loaded irq sii_scl_low sii_sda_low mi_mdc mi_mdio_out mi_mdio_enable phy_port_reset_n_* reset_request
   led_* digital_output digital_output_driven digital_output_valid digital_frame_begins general_output
   alarm_supply alarm_buzzer alarm_lamp alarm_fire alarm_sounder alarm_fault_n alarm_disabled
+  optical_1_tx optical_2_tx can_tx
 }
 foreach name $slow_inputs {
   set pins [get_ports -nowarn $name]
@@ -206,8 +214,10 @@ if {[get_collection_size $bus_strobes] > 0} {
 # paths count for Fmax.
 if {$core_port ne ""} {
   # From the PLL: the analysis sees the real path once the PLL is there.
-  set_false_path -from [get_ports phy_clk_ref]
-  set_false_path -to [get_ports {phy_reset_n mii_tx_tick}]
+  if {$has_phys} {
+    set_false_path -from [get_ports phy_clk_ref]
+    set_false_path -to [get_ports {phy_reset_n mii_tx_tick}]
+  }
   set host_in  [get_ports -nowarn {
     reset host_req host_write host_addr host_wdata host_be
     avalon_address avalon_read avalon_write avalon_byteenable avalon_writedata

@@ -32,16 +32,19 @@ object Documents {
       r.copy(name = general(r.name), fields = r.fields.map(f => f.copy(name = general(f.name))))
     }
 
-  /** `docs/registers.md`: those of a slave with parameters `p` and of a master with parameters `master`. */
-  def registers(p: EscParams, master: EscParams): String = {
+  /** `docs/registers.md`: those of a slave with parameters `p`, a master with parameters `master`, a ring
+    * node with parameters `ring`.
+    */
+  def registers(p: EscParams, master: EscParams, ring: EscParams): String = {
     val ram = s"0x1000:${hex(0x0fff + p.ramBytes)}"
     Seq(
       Seq(
         "# Registers",
         "",
-        s"Generated from `src/base/registers` for preset `${p.preset}` with all options, and for preset",
-        s"`${master.preset}`; do not edit. Multi-byte registers are little endian. Bits without a row are",
-        "reserved: they read 0 and ignore writes. `r/clr`: a write of any value clears the whole group.",
+        s"Generated from `src/base/registers` for preset `${p.preset}` with all options, and for presets",
+        s"`${master.preset}` and `${ring.preset}`; do not edit. Multi-byte registers are little endian. Bits",
+        "without a row are reserved: they read 0 and ignore writes. `r/clr`: a write of any value clears the",
+        "whole group.",
         "",
         "## Slave",
         "",
@@ -59,7 +62,15 @@ object Documents {
         "For its host (column PDI); there is no other way in.",
         ""
       ),
-      table(master)
+      table(master),
+      Seq(
+        "",
+        "## Ring node",
+        "",
+        "For its host (column PDI); there is no other way in. `can_t` is there with `canPorts` 2 only.",
+        ""
+      ),
+      table(ring)
     ).flatten.mkString("", "\n", "\n")
   }
 
@@ -83,7 +94,7 @@ object Documents {
 
   private def cHeader(p: EscParams, name: String, of: String): String = {
     val guard                               = s"FLYFRAME_${name.toUpperCase}_H"
-    val prefix                              = if (p.isMaster) "MASTER_" else "ESC_"
+    val prefix                              = Seq("ESC_", "MASTER_", "NODE_")(p.role)
     def define(name: String, value: String) = f"#define ${prefix + name}%-40s $value"
     val rows = listed(p).flatMap { r =>
       val (name, address) = r.block match {
@@ -102,7 +113,7 @@ object Documents {
       register +: masks
     }
     val ram =
-      if (p.isMaster) Nil
+      if (p.role != 0) Nil
       else
         Seq(
           "",
@@ -168,7 +179,7 @@ object Documents {
   /** The parameters for other programs (simulator, scripts). */
   def json(p: EscParams): String = {
     val values = ujson.Obj("preset" -> p.preset, "top" -> p.topName, "cyclesPerNibble" -> p.cyclesPerNibble)
-    ParamTable.all.foreach(i => values(i.name) = i.get(p))
+    ParamTable.told(p.role).foreach(i => values(i.name) = i.get(p))
     ujson.write(values, indent = 2) + "\n"
   }
 }

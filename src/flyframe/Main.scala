@@ -43,15 +43,21 @@ object Main {
   /** The device of the demonstration, whose dictionary host programs are tested with. */
   private val demo = "slave-demo"
 
-  /** What a parameter is in a slave, and in a master, if that differs. */
+  /** What a parameter is in a slave, and in others, where that differs. */
   private def described(i: ParamInfo): String = {
-    def told(i: ParamInfo, of: EscParams) =
-      s"${i.text}; default ${i.show(of)}; range ${i.rangeInWords}"
-    val (slave, master) = (told(i, default), told(i.in(1), Presets.master))
-    if (!i.roles(1)) s"$slave; slaves only"
-    else if (!i.roles(0)) s"$master; masters only"
-    else if (i.name == "role" || master == slave) slave
-    else s"$slave. Of a master: $master"
+    val presets = Seq("slave" -> default, "master" -> Presets.master, "ring node" -> Presets.ring)
+    val kinds   = presets.zipWithIndex.collect { case (kind, role) if i.roles(role) => (kind, role) }
+    def told(kind: ((String, EscParams), Int)) = {
+      val here = i.in(kind._2)
+      s"${here.text}; default ${here.show(kind._1._2)}; range ${here.rangeInWords}"
+    }
+    val first = told(kinds.head)
+    val only  = if (kinds.size == 1) s"; ${kinds.head._1._1}s only" else ""
+    val others =
+      if (i.name == "role") Nil
+      else
+        kinds.tail.map(k => k._1._1 -> told(k)).filter(_._2 != first).map { case (of, t) => s"Of a $of: $t" }
+    ((first + only) +: others).mkString(". ")
   }
 
   private val parser: OParser[_, Request] = {
@@ -111,7 +117,7 @@ object Main {
         .action((v, r) => r.copy(printSii = Some(v))),
       note(
         s"\nParameters (defaults are those of the default preset, of a master those of " +
-          s"${Presets.master.preset}; hexadecimal with 0x):"
+          s"${Presets.master.preset}, of a ring node those of ${Presets.ring.preset}; hexadecimal with 0x):"
       ),
       OParser.sequence(parameters.head, parameters.tail: _*)
     )
@@ -197,7 +203,11 @@ object Main {
         s"$base.core" -> Packages.fuseSoc(p)
       ) ++ Packages.platformDesigner(p).map(s"${base}_hw.tcl" -> _)
     } ++ request.docs.map(
-      _.resolve("registers.md").toString -> Documents.registers(Presets.allRegisters, Presets.master)
+      _.resolve("registers.md").toString -> Documents.registers(
+        Presets.allRegisters,
+        Presets.master,
+        Presets.ring.copy(canPorts = 2)
+      )
     ) ++ request.docs.map(_.resolve("parameters.md").toString -> ParameterPage.text)
     val protocol =
       if (sets.exists(p => p.isMaster || p.hasAlarm))

@@ -22,7 +22,8 @@ object ParameterPage {
   ) ++ of.map(p => s"| `${p.name}` | ${p.direction.short} | ${p.width} | ${p.condition} | ${p.meaning} |")
 
   /** What a preset sets, other than the default preset. */
-  private def differences(p: EscParams): String = ParamTable.all
+  private def differences(p: EscParams): String = ParamTable
+    .told(p.role)
     .filter(i => i.get(p) != i.get(default))
     .map(i => s"`${i.name}` ${i.show(p)}")
     .mkString(", ")
@@ -68,5 +69,15 @@ object ParameterPage {
       "Ports of the top module. Port 0 leads to the line of slaves, port 1 to the plant network; with",
       "`linePorts` 2 port 2 is the other end of the ring.",
       ""
-    ) ++ ports(PortTable.master)).mkString("", "\n", "\n")
+    ) ++ ports(PortTable.master) ++ Seq(
+      "",
+      "## Ring nodes (`role` 2)",
+      "",
+      s"Defaults are those of `${Presets.ring.preset}`. The other parameters keep what they have there.",
+      ""
+    ) ++ parameters(2, Presets.ring) ++ Seq(
+      "",
+      "Ports of the top module. Optical port 2 of a node leads to port 1 of the next.",
+      ""
+    ) ++ ports(PortTable.ring)).mkString("", "\n", "\n")
 }

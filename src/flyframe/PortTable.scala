@@ -43,7 +43,7 @@ final case class PortInfo(
     else Seq(name)
 }
 
-/** The ports of both top modules in the order they are emitted: the only place that says in words what they
+/** The ports of all top modules in the order they are emitted: the only place that says in words what they
   * are. That the Verilog has exactly these is tested for every preset.
   */
 object PortTable {
@@ -281,8 +281,21 @@ object PortTable {
     port("alarm_disabled",     Out, 1, "a detector is disabled or tested"),
     port("alarm_config_fault", In,  1, "high: the device has found its configuration damaged. Any clock")
   )
+
+  /** Ports of a ring node. */
+  val ring: Seq[PortInfo] = clocks.take(2) ++ Seq(1, 2).flatMap(y => Seq(
+    port(s"optical_${y}_rx",     In,  1, s"from the receiver of optical port $y, 1 is light. Any clock"),
+    port(s"optical_${y}_signal", In,  1,
+      s"high while the receiver of port $y tells of light; tie it high if it tells nothing. Any clock"),
+    port(s"optical_${y}_tx",     Out, 1, s"to the transmitter of optical port $y, 1 is light")
+  )) ++ optional("`canPorts` 2", _.canPorts == 2)(
+    port("can_rx", In,  1, "RXD of the transceiver on the twisted pair, low is dominant. Any clock"),
+    port("can_tx", Out, 1, "its TXD, likewise")
+  ) ++ host ++ Seq(
+    port("irq",    Out, 1, "interrupt to the host: an event that the mask lets pass; a level")
+  )
   // format: on
 
   /** Ports of the top module of parameters `p`. */
-  def apply(p: EscParams): Seq[PortInfo] = if (p.isMaster) master else slave
+  def apply(p: EscParams): Seq[PortInfo] = Seq(slave, master, ring)(p.role)
 }

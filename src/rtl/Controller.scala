@@ -6,7 +6,11 @@ import flyframe.params.EscParams
 
 /** The top level that a parameter set asks for. Only here products meet the core. */
 object Controller {
-  def apply(p: EscParams): Module = if (p.isMaster) new MasterController(p) else slave(p)
+  def apply(p: EscParams): Module = p.role match {
+    case 1 => new MasterController(p)
+    case 2 => new RingNode(p)
+    case _ => slave(p)
+  }
 
   /** That of a slave. */
   def slave(p: EscParams): SlaveController = if (p.hasAlarm) new AlarmSlave(p) else new SlaveController(p)

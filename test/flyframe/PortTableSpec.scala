@@ -47,22 +47,26 @@ class PortTableSpec extends AnyFlatSpec {
     val hosts =
       for (role <- Seq(Presets.default.params, Presets.master); interface <- 1 to 5)
         yield role.copy(preset = s"host${role.role}$interface", hostInterface = interface, dataBusWidth = 32)
-    val sets = hosts ++ TestSets.digital
+    val sets = hosts ++ TestSets.digital ++ TestSets.rings
     for (set <- sets) assert(told(set) == VerilogPorts.declared(set, Emit.verilog(set)))
     val seen = (p +: (sets ++ Presets.all.map(_.params))).flatMap(told).map(_._3).toSet
-    val all  = (PortTable.slave ++ PortTable.master).map(_.name.replace("_y", "_0")).toSet
+    val all  = (PortTable.slave ++ PortTable.master ++ PortTable.ring).map(_.name.replace("_y", "_0")).toSet
     assert(all -- seen == Set.empty)
   }
 
   "docs/parameters.md" should "show every parameter with its range for its roles, and every port" in {
-    val Array(slave, master) = ParameterPage.text.split("## Alarm masters")
-    for (i <- ParamTable.all; (role, part) <- Seq(0 -> slave, 1 -> master))
+    val Array(slave, others) = ParameterPage.text.split("## Alarm masters")
+    val Array(master, ring)  = others.split("## Ring nodes")
+    for (i <- ParamTable.all; (part, role) <- Seq(slave, master, ring).zipWithIndex)
       if (i.roles(role)) {
         val row = part.linesIterator.filter(_.startsWith(s"| `--${i.name}` | ${i.in(role).text} | ")).toSeq
         assert(row.size == 1 && row.head.contains(s" | ${i.in(role).range} | "), i.name)
       } else assert(!part.contains(s"| `--${i.name}` |"), i.name)
-    assert(ParamTable.all.flatMap(_.roles).toSet == Set(0, 1) && ParamTable.all.forall(_.roles.nonEmpty))
-    for ((ports, part) <- Seq(PortTable.slave -> slave, PortTable.master -> master); port <- ports)
+    assert(ParamTable.all.flatMap(_.roles).toSet == Set(0, 1, 2) && ParamTable.all.forall(_.roles.nonEmpty))
+    for (
+      (ports, part) <- Seq(PortTable.slave -> slave, PortTable.master -> master, PortTable.ring -> ring);
+      port          <- ports
+    )
       assert(part.contains(s"| `${port.name}` | ${port.direction.short} | ${port.width} |"), port.name)
   }
 }

@@ -60,9 +60,9 @@ object DeviceFiles {
     * where there is no host, or none if the controller lacks what that needs.
     */
   def of(p: EscParams, chosen: Option[Device]): Either[String, Seq[(String, Array[Byte])]] = chosen match {
-    case Some(d) if !p.isMaster => make(d, p, p.fmmus, p.syncManagers)
+    case Some(d) if p.role == 0 => make(d, p, p.fmmus, p.syncManagers)
     case Some(_)                => Left("device must not be given if role is 1.")
-    case None if p.isMaster     => Right(Nil)
+    case None if p.role != 0    => Right(Nil)
     case None =>
       val io = DeviceFile.parse(bundled(if (p.isDigitalIo) "digital-io" else "io"))
       Right(io.flatMap(make(_, p, p.fmmus, p.syncManagers)).getOrElse(Nil))

@@ -6,7 +6,7 @@ import flyframe.params.FibreParams
 class SignalModel(p: FibreParams) {
   private val tooShort = p.samplesIn(24) // below 25 ns
   private val window   = 64 * p.sampleMhz
-  private val search   = p.samplesIn(180) to p.samplesIn(220)
+  private val search   = p.searchSamples
 
   private var before      = false
   private var distance    = search.last + 1        // samples since the last rising edge

@@ -1,7 +1,7 @@
 package flyframe.params
 
-/** All parameters of one controller, slave or master. A value, checked by [[EscParams.problems]]; behaviour
-  * is a function of it.
+/** All parameters of one controller: slave, master or ring node. A value, checked by [[EscParams.problems]];
+  * behaviour is a function of it.
   *
   * Every field has an entry in [[ParamTable.all]], from which the command line, its help, the checks and the
   * documentation are made.
@@ -58,6 +58,14 @@ final case class EscParams(
     alarm: Int = 0,
     maxSlaves: Int = 64,
     linePorts: Int = 1,
+    ring: Int = 0,
+    canPorts: Int = 1,
+    demodulator: Int = 0,
+    toneDominantKhz: Int = 25000,
+    toneSearchKhz: Int = 5000,
+    toneRecessiveKhz: Int = 1000,
+    rxFrames: Int = 64,
+    filters: Int = 16,
     sii: Int = 0,
     siiClockKhz: Int = 400,
     siiStartUs: Int = 100,
@@ -85,8 +93,18 @@ final case class EscParams(
   /** The master of a line of alarm slaves (LM) instead of a slave controller. */
   def isMaster: Boolean = role == 1
 
-  /** Ports: of a master those to the slaves, and one to the plant network. */
-  def portCount: Int = if (isMaster) linePorts + 1 else ports
+  /** A node of a fibre ring (NODE) instead of a slave controller. */
+  def isRing: Boolean = role == 2
+
+  /** Ports with a PHY: of a master those to the slaves, and one to the plant network. */
+  def portCount: Int = if (isRing) 0 else if (isMaster) linePorts + 1 else ports
+
+  /** What modems and ports of a ring node are built with. */
+  def fibre: FibreParams =
+    FibreParams(coreClockMhz, toneDominantKhz, toneSearchKhz, toneRecessiveKhz, demodulator)
+
+  /** What the CAN ports of a ring node are built with. */
+  def can: CanParams = CanParams(rxFrames, filters, coreClockMhz = coreClockMhz)
 
   /** The PHY of a port has RMII, not MII. */
   def isRmii(port: Int): Boolean = (rmiiPorts >> port & 1) == 1
@@ -185,7 +203,7 @@ final case class EscParams(
   def isDigitalIo: Boolean = hostInterface == 6
 
   /** Errors of the host's interface are counted (ERR-11): at a plain port there are none. */
-  def countsHostErrors: Boolean = hostInterface > 0 && !isDigitalIo && !isMaster
+  def countsHostErrors: Boolean = hostInterface > 0 && !isDigitalIo && role == 0
 
   /** Writes to the digital outputs trigger the process data watchdog, where no SyncManager can (B-118). */
   def outputsTrigger: Boolean = digitalOutputs > 0 && syncManagers == 0

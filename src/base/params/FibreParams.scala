@@ -23,26 +23,10 @@ final case class FibreParams(
     demodulator: Int = 0,
     usPerMs: Int = 1024
 ) {
-  require(
-    Seq(50, 100).contains(coreClockMhz),
-    s"coreClockMhz is $coreClockMhz but must be 50 or 100 MHz in a ring node."
-  )
-  require(
-    sampleMhz * 1000 >= 4 * toneDominantKhz,
-    s"toneDominantKhz is $toneDominantKhz but must be at most ${sampleMhz * 250} kHz."
-  )
-  require(
-    toneDominantKhz >= 4 * toneSearchKhz && toneDominantKhz <= 8 * toneSearchKhz,
-    s"toneSearchKhz is $toneSearchKhz but must be 1/8 to 1/4 of toneDominantKhz."
-  )
-  require(
-    toneSearchKhz >= 4 * toneRecessiveKhz,
-    s"toneRecessiveKhz is $toneRecessiveKhz but must be at most 1/4 of toneSearchKhz."
-  )
-  require(
-    Seq(0, 1).contains(demodulator),
-    s"demodulator is $demodulator but must be 0 (fast) or 1 (counting)."
-  )
+  for (
+    problem <-
+      FibreParams.problems(coreClockMhz, toneDominantKhz, toneSearchKhz, toneRecessiveKhz, demodulator)
+  ) require(requirement = false, problem)
   require(
     usPerMs > 0 && Integer.bitCount(usPerMs) == 1 && usPerMs <= 1024,
     s"usPerMs is $usPerMs but must be a power of two up to 1,024."
@@ -60,6 +44,44 @@ final case class FibreParams(
   /** Samples in a time of `ns` nanoseconds, rounded down. */
   def samplesIn(ns: Int): Int = ns * sampleMhz / 1000
 
+  /** Samples between rising edges of the tone of search, a tenth of its period more or less (FR-11). */
+  def searchSamples: Range = {
+    val tenth = sampleMhz * 100.0 / toneSearchKhz
+    (9 * tenth).ceil.toInt to (11 * tenth).toInt
+  }
+
   /** Samples in `tenths` tenths of a dominant period, rounded down. */
   def dominantTenths(tenths: Int): Int = sampleMhz * 100 * tenths / toneDominantKhz
+}
+
+object FibreParams {
+
+  /** Why there can be no such modems, as [[EscParams.problems]]. */
+  private[params] def problems(
+      coreClockMhz: Int,
+      dominant: Int,
+      search: Int,
+      recessive: Int,
+      demodulator: Int
+  ): Seq[String] = Seq(
+    Option.unless(Seq(50, 100).contains(coreClockMhz))(
+      s"coreClockMhz is $coreClockMhz but must be 50 or 100 MHz in a ring node."
+    ),
+    Option.unless(dominant <= 25000)(s"toneDominantKhz is $dominant but must be at most 25000 kHz."),
+    Option.unless(dominant >= 4 * search && dominant <= 8 * search)(
+      s"toneSearchKhz is $search but must be 1/8 to 1/4 of toneDominantKhz."
+    ),
+    Option.unless(search >= 4 * recessive)(
+      s"toneRecessiveKhz is $recessive but must be at most 1/4 of toneSearchKhz."
+    ),
+    // The detector tells a silence from more than 16 samples.
+    Option.unless(search <= 5200)(s"toneSearchKhz is $search but must be at most 5200 kHz."),
+    // Else there is no signal (FR-10).
+    Option.unless(recessive >= 400)(
+      s"toneRecessiveKhz is $recessive but must be 400 kHz or more."
+    ),
+    Option.unless(Seq(0, 1).contains(demodulator))(
+      s"demodulator is $demodulator but must be 0 (fast) or 1 (counting)."
+    )
+  ).flatten
 }

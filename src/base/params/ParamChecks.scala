@@ -12,7 +12,14 @@ private[params] object ParamChecks {
       s"${i.name} is ${i.show(p)} but must be ${here.rangeInWords}$role."
     }
     if (outside.nonEmpty) outside
-    else (txShift(p) ++ rmii(p) ++ hostInterface(p) ++ (if (p.isMaster) ofMaster(p) else ofSlave(p))).toSeq
+    else {
+      val own = p.role match {
+        case 1 => ofMaster(p)
+        case 2 => ofRing(p)
+        case _ => ofSlave(p)
+      }
+      (txShift(p) ++ rmii(p) ++ hostInterface(p) ++ own).toSeq
+    }
   }
 
   /** `name` is for something that is only there if one of `others` is at least `least`. */
@@ -107,7 +114,10 @@ private[params] object ParamChecks {
 
   private def ofSlave(p: EscParams): Seq[String] = {
     val ports = Seq("linkLowPorts", "fxPorts").flatMap(ofPorts(_, p))
-    Seq(
+    Seq("ring", "demodulator").flatMap { name =>
+      val value = ParamTable(name).get(p)
+      Option.when(value != 0)(s"$name is $value but must be 0 if role is 0.")
+    } ++ Seq(
       Option.when(p.writeLogDepth > p.longestWriteLog)(
         s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 (derived) or 16 to " +
           s"${p.longestWriteLog} bytes at coreClockMhz ${p.coreClockMhz}."
@@ -167,14 +177,27 @@ private[params] object ParamChecks {
     ).flatten
   }
 
-  /** A master has two ports, and nothing of a slave: what is 0 by default in those, and their RAM. */
-  private def ofMaster(p: EscParams): Seq[String] = {
-    val none    = EscParams(ramKiB = 0)
-    val nothing = ParamTable.all.filter(i => !i.roles(1) && i.get(none) == 0)
-    Option.when(p.ports != 2)(s"ports is ${p.ports} but must be 2 if role is 1.").toSeq ++
-      nothing.filter(_.get(p) != 0).map(i => s"${i.name} is ${i.get(p)} but must be 0 if role is 1.") ++
-      Option.when(p.phyAddresses >= 0)(
-        f"phyAddresses is 0x${p.phyAddresses}%04x but must be -1 if role is 1."
+  /** A master has two ports, and nothing of others. */
+  private def ofMaster(p: EscParams): Seq[String] = nothingElse(p)
+
+  /** A ring node has two ports, too. */
+  private def ofRing(p: EscParams): Seq[String] =
+    nothingElse(p) ++ Option.when(p.ring == 0)("ring is 0 but must be 1 if role is 2.") ++
+      FibreParams.problems(
+        p.coreClockMhz,
+        p.toneDominantKhz,
+        p.toneSearchKhz,
+        p.toneRecessiveKhz,
+        p.demodulator
       )
+
+  /** What is 0 by default in other controllers is so in this one, and they have no RAM. */
+  private def nothingElse(p: EscParams): Seq[String] = {
+    val none    = EscParams(ramKiB = 0)
+    val role    = s"if role is ${p.role}"
+    val nothing = ParamTable.all.filter(i => !i.roles(p.role) && i.get(none) == 0)
+    Option.when(p.ports != 2)(s"ports is ${p.ports} but must be 2 $role.").toSeq ++
+      nothing.filter(_.get(p) != 0).map(i => s"${i.name} is ${i.show(p)} but must be 0 $role.") ++
+      Option.when(p.phyAddresses >= 0)(f"phyAddresses is 0x${p.phyAddresses}%04x but must be -1 $role.")
   }
 }

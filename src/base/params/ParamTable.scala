@@ -7,8 +7,8 @@ package flyframe.params
   *   it is written hexadecimal
   * @param roles
   *   values of the parameter `role` for which it has an effect
-  * @param master
-  *   the same parameter as it is in a master, if it has another text or range there
+  * @param elsewhere
+  *   the same parameter as it is in controllers of other roles, where it has another text or range
   */
 final case class ParamInfo(
     name: String,
@@ -19,12 +19,12 @@ final case class ParamInfo(
     get: EscParams => Int,
     set: (EscParams, Int) => EscParams,
     hex: Boolean = false,
-    roles: Set[Int] = Set(0, 1),
-    master: Option[ParamInfo] = None
+    roles: Set[Int] = Set(0, 1, 2),
+    elsewhere: Map[Int, ParamInfo] = Map.empty
 ) {
 
   /** This parameter as it is in a controller with this `role`. */
-  def in(role: Int): ParamInfo = if (role == 1) master.getOrElse(this) else this
+  def in(role: Int): ParamInfo = elsewhere.getOrElse(role, this)
 
   /** The range with its unit, as sentences name it. */
   def rangeInWords: String = range + (if (unit == "code") "" else s" $unit")
@@ -53,11 +53,10 @@ object ParamTable {
 
   private def switch(name: String, text: String) = info(name, text, "switch", between(0, 1)) _
 
-  /** Parameters that have an effect in a master, and those that have none in a slave. */
-  private val ofMasters = Set(
+  /** Parameters that have an effect in all controllers. */
+  private val ofAll = Set(
     "role",
     "dataBusWidth",
-    "maxSubTelegrams",
     "coreClockMhz",
     "hostInterface",
     "spiMode",
@@ -70,15 +69,25 @@ object ParamTable {
     "busReadAll",
     "busReadHigh",
     "busByteEnableHigh",
-    "maxSlaves",
-    "linePorts",
-    "txShift",
-    "rmiiPorts",
     "escType",
     "escRevision",
     "escBuild"
   )
-  private val notOfSlaves = Set("maxSlaves", "linePorts")
+
+  /** Parameters that have an effect in one kind of controller only, or in some. */
+  private val ofMastersOnly = Set("maxSlaves", "linePorts")
+  private val ofMasters     = ofAll ++ ofMastersOnly ++ Seq("maxSubTelegrams", "txShift", "rmiiPorts")
+  private val ofRingsOnly = Set(
+    "ring",
+    "canPorts",
+    "demodulator",
+    "toneDominantKhz",
+    "toneSearchKhz",
+    "toneRecessiveKhz",
+    "rxFrames",
+    "filters"
+  )
+  private val ofRings = ofAll.filterNot(_.startsWith("spi")) ++ ofRingsOnly + "nodeIdWidth"
 
   private val hosts = "how the host is connected: 0 a plain synchronous port; 1 Avalon-MM; 2 AXI4-Lite; " +
     "3 Wishbone B4; 4 SPI; 5 an asynchronous microcontroller bus"
@@ -108,13 +117,45 @@ object ParamTable {
     )
   }
 
-  private def rolesOf(name: String): Set[Int] =
-    Map(0 -> !notOfSlaves(name), 1 -> ofMasters(name)).collect { case (role, true) => role }.toSet
+  /** What is different in a node of a ring. */
+  private val inRings: Map[String, ParamInfo => ParamInfo] = {
+    def identity(bytes: String, what: String)(i: ParamInfo) = i.copy(text = s"identity: $what, $bytes")
+    val (clocks, isClock)                                   = oneOf(50, 100)
+    val (withHost, hasHost)                                 = oneOf(0, 1, 2, 3, 5)
+    val (widths, isWidth)                                   = between(4, 7)
+    Map(
+      "dataBusWidth" -> (_.copy(text = "bits moved per access of the host")),
+      "nodeIdWidth" -> (_.copy(
+        text = "implemented bits of the node's address",
+        range = widths,
+        allowed = isWidth
+      )),
+      "coreClockMhz" -> (_.copy(range = clocks, allowed = isClock)),
+      // SPI cannot wait, as accesses to a CAN port may have to.
+      "hostInterface" -> (_.copy(
+        text = hosts.replace(" 4 SPI;", ""),
+        range = withHost,
+        allowed = hasHost
+      )),
+      "escType"     -> identity("0x0000", "family") _,
+      "escRevision" -> identity("0x0001", "revision") _,
+      "escBuild"    -> identity("0x0002:0x0003", "build") _
+    )
+  }
+
+  private def rolesOf(name: String): Set[Int] = Map(
+    0 -> !(ofMastersOnly ++ ofRingsOnly)(name),
+    1 -> ofMasters(name),
+    2 -> ofRings(name)
+  ).collect { case (role, true) => role }.toSet
 
   val all: Seq[ParamInfo] = Seq[ParamInfo](
-    info("role", "0: slave controller; 1: master of a line of alarm slaves", "code", between(0, 1))(_.role)(
-      (p, v) => p.copy(role = v)
-    ),
+    info(
+      "role",
+      "0: slave controller; 1: master of a line of alarm slaves; 2: node of a fibre ring",
+      "code",
+      between(0, 2)
+    )(_.role)((p, v) => p.copy(role = v)),
     info(
       "dataBusWidth",
       "bits moved per access between frame processor, memory and host",
@@ -317,6 +358,42 @@ object ParamTable {
       "ports",
       between(1, 2)
     )(_.linePorts)((p, v) => p.copy(linePorts = v)),
+    info("ring", "1: two optical ports, and a ring in bus mode between them", "code", between(0, 1))(_.ring)(
+      (p, v) => p.copy(ring = v)
+    ),
+    info(
+      "canPorts",
+      "CAN controllers: 1 on the fibre; 2 and one on a twisted pair",
+      "ports",
+      between(1, 2)
+    )(_.canPorts)((p, v) => p.copy(canPorts = v)),
+    info(
+      "demodulator",
+      "levels of light: 0 by distances between its edges, at once; 1 by their number, every 2 us",
+      "code",
+      between(0, 1)
+    )(_.demodulator)((p, v) => p.copy(demodulator = v)),
+    info("toneDominantKhz", "tone of a dominant level", "kHz", between(6400, 25000))(_.toneDominantKhz)(
+      (p, v) => p.copy(toneDominantKhz = v)
+    ),
+    info(
+      "toneSearchKhz",
+      "tone of a port that hears nothing, 1/8 to 1/4 of toneDominantKhz",
+      "kHz",
+      between(1600, 5200)
+    )(_.toneSearchKhz)((p, v) => p.copy(toneSearchKhz = v)),
+    info(
+      "toneRecessiveKhz",
+      "tone of a recessive level, at most 1/4 of toneSearchKhz",
+      "kHz",
+      between(400, 1300)
+    )(_.toneRecessiveKhz)((p, v) => p.copy(toneRecessiveKhz = v)),
+    info("rxFrames", "frames that the FIFO of a CAN port holds", "frames", between(16, 128))(_.rxFrames)(
+      (p, v) => p.copy(rxFrames = v)
+    ),
+    info("filters", "entries of the acceptance filter of a CAN port", "filters", between(4, 32))(_.filters)(
+      (p, v) => p.copy(filters = v)
+    ),
     info(
       "sii",
       "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM; 2 emulated by the host",
@@ -422,7 +499,17 @@ object ParamTable {
     info("reportedFeatures", "features as 0x0008:0x0009 report them", "code", reported(0xffff), hex = true)(
       _.reportedFeatures
     )((p, v) => p.copy(reportedFeatures = v))
-  ).map(i => i.copy(roles = rolesOf(i.name))).map(i => i.copy(master = inMasters.get(i.name).map(_(i))))
+  ).map(i => i.copy(roles = rolesOf(i.name))).map { i =>
+    val others = Seq(1 -> inMasters, 2 -> inRings).collect {
+      case (role, changes) if changes.contains(i.name) => role -> changes(i.name)(i)
+    }
+    i.copy(elsewhere = others.toMap)
+  }
+
+  /** What is told of a controller with this role: of a ring node its own parameters, of the others all that
+    * not only ring nodes have.
+    */
+  def told(role: Int): Seq[ParamInfo] = all.filter(i => if (role == 2) i.roles(2) else !ofRingsOnly(i.name))
 
   /** The parameter with this name. */
   def named(name: String): Option[ParamInfo] = all.find(_.name == name)

@@ -62,6 +62,10 @@ object Presets {
       "smoke-alarm master: runs a line of alarm slaves, reports to a server by UDP over its second port"
     ),
     Preset(
+      EscParams(preset = "ring-bus", role = 2, nodeIdWidth = 7, ring = 1, ramKiB = 0, escType = 0xf3),
+      "node of a fibre ring that is one CAN bus: a CAN controller, two optical ports, one break survived"
+    ),
+    Preset(
       EscParams(
         preset = "et1100",
         ports = 4,
@@ -180,6 +184,9 @@ object Presets {
 
   /** Parameters of the alarm master. */
   def master: EscParams = named("alarm-master").get.params
+
+  /** Parameters of a ring node. */
+  def ring: EscParams = named("ring-bus").get.params
 
   /** What must be said about a controller with parameters `p`: the note of the preset whose identity it
     * reports, whatever its own name.

@@ -13,7 +13,7 @@ object RegisterMap {
   val ProcessRamStart = 0x1000
 
   /** Bits of the byte address of a register. */
-  def addressBits(p: EscParams): Int = if (p.isMaster) 8 else 12
+  def addressBits(p: EscParams): Int = if (p.isMaster) 8 else if (p.isRing) 11 else 12
 
   private def ofSlave(p: EscParams): Seq[Register] = {
     def where(built: Boolean)(table: => Seq[Register]) = if (built) table else Nil
@@ -39,8 +39,9 @@ object RegisterMap {
     *   registers that a product has beside those of the units; see `CONTRIBUTING.md`
     */
   def apply(p: EscParams, added: Seq[Register] = Nil): Seq[Register] = {
-    val registers = ((if (p.isMaster) MasterRegisters(p) else ofSlave(p)) ++ added).sortBy(_.address)
-    val end       = if (p.isMaster) 1 << addressBits(p) else UserRamStart
+    val units     = if (p.isMaster) MasterRegisters(p) else if (p.isRing) NodeRegisters(p) else ofSlave(p)
+    val registers = (units ++ added).sortBy(_.address)
+    val end       = if (p.role == 0) UserRamStart else 1 << addressBits(p)
     for (r <- registers)
       require(
         r.address >= 0 && r.address + r.bytes <= end,
@@ -58,7 +59,7 @@ object RegisterMap {
         requirement = false,
         s"field $name stands in ${names.count(_ == name)} places of the registers but must stand in 1."
       )
-    if (!p.isMaster) {
+    if (p.role == 0) {
       checkSlave(p, registers)
       checkManaged(registers)
       checkAdded(p, added)

@@ -15,8 +15,10 @@ object RingRegisters {
   val Noise2   = 0x0023
   val Closings = 0x002a
   val Latches  = 0x002b
-  val Events   = 0x0040
-  val Mask     = 0x0042
+
+  /** Where ports and bus mode have their part of the node's events, see [[NodeRegisters]]. */
+  val Events = 0x0040
+  val Mask   = 0x0042
 
   // Bits of the control register, and of the events.
   val Home      = 1
@@ -31,10 +33,14 @@ object RingRegisters {
   private def counter(address: Int, name: String, rules: String, text: String) =
     register(address, 1, name, no, r, rules, text, field(name, 7, 0, status, 0, s"$text, up to 255"))
 
+  /** @param addressBits
+    *   implemented bits of the address, 4 to 7
+    */
   // format: off
-  val all: Seq[Register] = Seq(
+  def apply(addressBits: Int): Seq[Register] = Seq(
     register(Address,  1, "ring_address",  no, rw, "FR-32", "Address of the node",
-      field("ring_address",      6, 0, stored, 0, "1 to 125; 0: not set")),
+      field("ring_address",      addressBits - 1, 0, stored, 0,
+          s"1 to ${125 min (1 << addressBits) - 1}; 0: not set")),
     register(Control,  1, "ring_control",  no, rw, "FR-22", "Ring control",
       field("ring_home",         1, 1, stored, 0, "1: guard whenever both ports come up"),
       field("ring_forced",       3, 2, stored, 0, "Mode 1, 2 or 3 by force; 0: automatic"),
@@ -60,13 +66,7 @@ object RingRegisters {
     counter(Noise1,   "ring_noise1",   "FR-10", "Times that noise began at port 1"),
     counter(Noise2,   "ring_noise2",   "FR-10", "Times that noise began at port 2"),
     counter(Closings, "ring_closings", "FR-32", "Times that the node, as guard, closed the ring"),
-    counter(Latches,  "ring_latches",  "FR-36", "Times that a latch made the node guard"),
-    register(Events,   1, "ring_events",   no, rw, "FR-12", "Events; write 1 clears",
-      field("ring_event_port",   5, 5, status, 0, "1: a port came up or went down"),
-      field("ring_event_mode",   6, 6, status, 0, "1: mode or guard changed")),
-    register(Mask,     1, "ring_mask",     no, rw, "FR-12", "Events that interrupt the host",
-      field("ring_mask_port",    5, 5, stored, 0, "1: port event"),
-      field("ring_mask_mode",    6, 6, stored, 0, "1: mode event"))
+    counter(Latches,  "ring_latches",  "FR-36", "Times that a latch made the node guard")
   )
   // format: on
 }

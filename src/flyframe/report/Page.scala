@@ -1,7 +1,7 @@
 package flyframe.report
 
 import flyframe.HostPinSets
-import flyframe.params.EscParams
+import flyframe.params.{EscParams, Presets}
 
 /** `docs/report.md`. */
 object Page {
@@ -239,6 +239,10 @@ object Page {
        |And the largest controller:
        |
        |${block(features(r, Points.largestVariants.head.base, Points.largestVariants))}
+       |
+       |And the ring node:
+       |
+       |${block(features(r, Presets.ring, Points.nodeVariants))}
        |![Logic elements with one parameter changed](report-features.svg)
        |
        |## Host interfaces

@@ -124,8 +124,18 @@ object Points {
   /** It with two ports. */
   val largest: EscParams = largestVariants.head.params
 
+  /** The same from the ring node. */
+  val nodeVariants: Seq[Variant] = Seq(
+    "canPorts"     -> 2,
+    "demodulator"  -> 1,
+    "coreClockMhz" -> 50,
+    "rxFrames"     -> 128,
+    "filters"      -> 32
+  ).map { case (name, value) => variant(Presets.ring, "ring-bus", name)(value) }
+
   /** All variants. */
-  def allVariants: Seq[Variant] = variants ++ completeVariants ++ masterVariants ++ largestVariants
+  def allVariants: Seq[Variant] =
+    variants ++ completeVariants ++ masterVariants ++ largestVariants ++ nodeVariants
 
   /** The base at every core clock, slowest first. */
   val clocks: Seq[EscParams] =
@@ -134,7 +144,7 @@ object Points {
   val presets: Seq[EscParams] = Presets.all.map { case Preset(p, _, _) => p }
 
   /** Those that frames pass through. */
-  val slaves: Seq[EscParams] = presets.filterNot(_.isMaster)
+  val slaves: Seq[EscParams] = presets.filter(_.role == 0)
 
   /** Every controller that is mapped as a whole. */
   val all: Seq[EscParams] = presets ++ allVariants.map(_.params)
@@ -170,11 +180,13 @@ object Points {
     "Plant network, reports"    -> Set("PlantSide"),
     "Distributed clocks" ->
       Set("LocalClock", "ReceiveTimes", "MeanWays", "WordEngine", "SpeedControl", "SyncSignal", "LatchEdge"),
-    "Watchdogs"            -> Set("Watchdog", "WatchdogDivider"),
-    "LEDs"                 -> Set("LedControl", "LedPattern"),
-    "Write log"            -> Set("WriteLog"),
-    "Loops and slot timer" -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
-    "Wire path and glue"   -> Set.empty
+    "CAN ports"               -> Set("CanPort"),
+    "Optical ports, bus mode" -> Set("RingPorts"),
+    "Watchdogs"               -> Set("Watchdog", "WatchdogDivider"),
+    "LEDs"                    -> Set("LedControl", "LedPattern"),
+    "Write log"               -> Set("WriteLog"),
+    "Loops and slot timer"    -> Set("LoopControl", "TemporaryLoops", "SlotTimer"),
+    "Wire path and glue"      -> Set.empty
   )
 
   /** The unit of everything that is in no other. */

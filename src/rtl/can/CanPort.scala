@@ -14,6 +14,12 @@ class PortEvents extends Bundle {
   val overrun  = Bool()
 }
 
+/** The nominal bit of a port: core cycles of a quantum, less one, and quanta. */
+class NominalBit extends Bundle {
+  val prescaler = UInt(11.W)
+  val quanta    = UInt(7.W)
+}
+
 /** A CAN controller with its slots, filters and FIFO (CAN-01 to CAN-46). It only connects.
   *
   * @param port
@@ -30,6 +36,9 @@ class CanPort(p: CanParams, port: Int) extends Module {
 
   val host   = IO(new HostPort(4))
   val events = IO(Output(new PortEvents))
+
+  /** As the host has set it; valid if it is possible. */
+  val bit = IO(Output(Valid(new NominalBit)))
 
   private val timing   = Module(new BitTiming)
   private val engine   = Module(new ProtocolEngine)
@@ -48,6 +57,9 @@ class CanPort(p: CanParams, port: Int) extends Module {
 
   private val impossible = BitTiming.isImpossible(front.timing, control.threeSamples)
   private val runs       = control.run && !impossible
+  bit.valid          := !impossible
+  bit.bits.prescaler := front.timing.prescaler
+  bit.bits.quanta    := front.timing.tseg1 +& front.timing.tseg2 + 3.U
 
   // What the host writes in a cycle counts for the bus from the next one on. Reset: as the registers.
   private val mode       = RegNext(control, 0.U.asTypeOf(control))

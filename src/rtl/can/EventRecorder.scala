@@ -27,8 +27,8 @@ class EventRecorder extends Module {
   val job  = IO(Output(Valid(new MemoryJob)))
   val done = IO(Input(Bool()))
 
-  // What is still to be done, the lowest first, but counting errors; and what is being done, which stays as it
-  // is until it is done. Reset: nothing.
+  // What is still to be done, the lowest first, but counting errors; and what is being done, which stays as
+  // it is until it is done. Reset: nothing.
   private val todo    = RegInit(0.U(Tasks.W))
   private val task    = RegInit(0.U(Tasks.W))
   private val ordered = RegNext(clear, false.B) // reset: no order

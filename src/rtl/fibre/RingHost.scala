@@ -19,8 +19,11 @@ class RingControl extends Bundle {
   * acknowledged in its second cycle, and what is written counts from the next one on. What is read follows
   * from the address at once, so that others may be selected beside it. Addresses that belong to nobody here
   * read 0.
+  *
+  * @param addressBits
+  *   implemented bits of the node's address
   */
-class RingHost extends Module {
+class RingHost(addressBits: Int) extends Module {
   val host    = IO(new HostPort(4))
   val control = IO(Output(new RingControl))
 
@@ -45,7 +48,7 @@ class RingHost extends Module {
     val (isWritten, byte) = written(register)
     RegEnable(byte(high, low), reset.U((high - low + 1).W), isWritten)
   }
-  private val address = stored(RingRegisters.Address, 6, 0)
+  private val address = stored(RingRegisters.Address, addressBits - 1, 0)
   private val off     = stored(RingRegisters.Control, RingRegisters.PortsOff, RingRegisters.PortsOff)
   private val forced  = stored(RingRegisters.Control, RingRegisters.Forced + 1, RingRegisters.Forced)
   private val home    = stored(RingRegisters.Control, RingRegisters.Home, RingRegisters.Home)

@@ -8,8 +8,11 @@ import flyframe.params.FibreParams
 /** Both optical ports and the bus mode of a ring node, behind their registers. It only connects.
   *
   * Port 1 is number 0, and port 2 number 1.
+  *
+  * @param addressBits
+  *   implemented bits of the node's address, 4 to 7
   */
-class RingPorts(p: FibreParams) extends Module {
+class RingPorts(p: FibreParams, addressBits: Int = 7) extends Module {
 
   /** Pins: light received and sent, and whether an optical module has signal (tied high if it does not tell).
     */
@@ -35,7 +38,7 @@ class RingPorts(p: FibreParams) extends Module {
   private val ports = Seq.fill(2)(Module(new OpticalPort(p)))
   private val ring  = Module(new BusMode)
   private val bits  = Module(new BitClock)
-  private val front = Module(new RingHost)
+  private val front = Module(new RingHost(addressBits))
 
   private def ends(usBits: Int) = us && (if (usBits == 0) true.B else timer(usBits - 1, 0).andR)
   private val samples           = RegInit(0.U(log2Ceil(16 / p.samplesPerCycle).W)) // reset: as in the model

@@ -1,6 +1,7 @@
 package flyframe.fibre
 
 import chisel3._
+import chisel3.util.log2Ceil
 import flyframe.params.FibreParams
 
 /** Whether an input hears a signal, noise, or search, by the distances of rising edges (FR-10, FR-11, FB-02,
@@ -29,7 +30,7 @@ class SignalDetector(p: FibreParams) extends Module {
   private def isIn(number: UInt, range: Range) = range.map(number === _.U).reduce(_ || _)
 
   private val each     = p.samplesPerCycle
-  private val farthest = p.samplesIn(220)
+  private val farthest = p.searchSamples.last
 
   private val before  = RegNext(samples(each - 1), false.B)
   private val edges   = samples & ~(samples ## before)(each - 1, 0)
@@ -39,7 +40,7 @@ class SignalDetector(p: FibreParams) extends Module {
   // Samples since the last rising edge; behind the farthest one, so many times 16 of them, up to a silence of
   // 16, so that more than 16 means samples. Reset: silence.
   private val isFar  = RegInit(true.B)
-  private val count  = RegInit(16.U(5.W))
+  private val count  = RegInit(16.U((log2Ceil(farthest + 1) max 5).W))
   private val passed = if (each == 1) ShortCounter.up(count) else count + Mux(isFar, 1.U, each.U)
   private val leaves = isIn(count, farthest - each + 1 to farthest)
   private val silent = isFar && count(4)
@@ -51,7 +52,7 @@ class SignalDetector(p: FibreParams) extends Module {
 
   // The distance of an edge that comes now, if it is not far.
   private val distance = if (each == 1) passed else passed - isFirst
-  private val isSearch = isIn(distance, p.samplesIn(180) to farthest)
+  private val isSearch = isIn(distance, p.searchSamples)
   private val inSearch = RegInit(0.U(5.W)) // distances of search in a row, up to 16; reset: none
   search := inSearch(4)
   when(begins && !(isSearch && search)) { inSearch := Mux(isSearch, ShortCounter.up(inSearch), 0.U) }

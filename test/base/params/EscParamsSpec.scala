@@ -11,6 +11,8 @@ class EscParamsSpec extends AnyFlatSpec {
   private val local                        = EscParams(applicationLayer = 1)
   private val onBus                        = EscParams(hostInterface = 5)
   private val noHost                       = local.copy(hostInterface = 6, watchdogs = 1, digitalOutputs = 1)
+  private val ring                         = EscParams(role = 2, ring = 1, nodeIdWidth = 7, ramKiB = 0)
+  private val slowest                      = ring.copy(toneSearchKhz = 1600, toneRecessiveKhz = 400)
   private val limits = Map(
     "dataBusWidth"           -> Limits(Seq(8, 16, 32), Seq(0, 7, 9, 24, 33, 64)),
     "maxSubTelegrams"        -> between(1, 128),
@@ -44,7 +46,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "digitalOutputs"     -> between(0, 4),
     "generalOutputs"     -> between(0, 8),
     "generalInputs"      -> between(0, 8),
-    "role"               -> between(0, 1).copy(base = EscParams(ramKiB = 0)),
+    "role"               -> Limits(Seq(0, 1), Seq(-1, 3), EscParams(ramKiB = 0)),
     "sequentialMode"     -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
     "deactivationDelay"  -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
     "openBuffers"        -> between(0, 1).copy(base = EscParams(syncManagers = 2, applicationLayer = 1)),
@@ -79,6 +81,14 @@ class EscParamsSpec extends AnyFlatSpec {
     "alarm"               -> between(0, 1),
     "maxSlaves"           -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
     "linePorts"           -> Limits(Seq(1, 2), Seq(0, 3)),
+    "ring"                -> Limits(Seq(1), Seq(-1, 2), ring),
+    "canPorts"            -> between(1, 2).copy(base = ring),
+    "demodulator"         -> between(0, 1).copy(base = ring),
+    "toneDominantKhz"     -> Limits(Seq(6400, 12800), Seq(6399, 25001), slowest),
+    "toneSearchKhz"       -> Limits(Seq(1600), Seq(1599, 5201), slowest.copy(toneDominantKhz = 6400)),
+    "toneRecessiveKhz"    -> between(400, 1300).copy(base = ring.copy(toneSearchKhz = 5200)),
+    "rxFrames"            -> between(16, 128).copy(base = ring),
+    "filters"             -> between(4, 32).copy(base = ring),
     "sii"                 -> between(0, 2),
     "siiClockKhz"         -> between(10, 1000),
     "siiStartUs"          -> between(1, 100000),
@@ -237,6 +247,7 @@ class EscParamsSpec extends AnyFlatSpec {
       }
     }
   }
+
   it should "have texts of its own where they differ" in {
     val ranges = Set("maxSubTelegrams", "hostInterface")
     for (name <- ranges.toSeq ++ Seq("dataBusWidth", "escType", "escRevision", "escBuild")) {
@@ -248,7 +259,37 @@ class EscParamsSpec extends AnyFlatSpec {
       EscParams.problems(EscParams(role = 1, ramKiB = 0, maxSubTelegrams = 9)) ==
         Seq("maxSubTelegrams is 9 but must be 10 to 128 datagrams if role is 1.")
     )
-    assert(ParamTable.all.forall(i => i.master.isEmpty || i.roles(1)))
+    assert(ParamTable.all.forall(i => i.elsewhere.keySet.subsetOf(i.roles)))
+  }
+
+  "NODE-03: a ring node" should "have what its role has, and nothing else" in {
+    assert(EscParams.problems(ring).isEmpty)
+    for (
+      (set, sentence) <- Seq(
+        ring.copy(ring = 0)           -> "ring is 0 but must be 1 if role is 2.",
+        ring.copy(ramKiB = 1)         -> "ramKiB is 1 but must be 0 if role is 2.",
+        ring.copy(ports = 3)          -> "ports is 3 but must be 2 if role is 2.",
+        ring.copy(fxPorts = 1)        -> "fxPorts is 0x0001 but must be 0 if role is 2.",
+        ring.copy(nodeIdWidth = 8)    -> "nodeIdWidth is 8 but must be 4 to 7 bit if role is 2.",
+        ring.copy(coreClockMhz = 125) -> "coreClockMhz is 125 but must be 50, 100 MHz if role is 2.",
+        ring.copy(hostInterface = 4)  -> "hostInterface is 4 but must be 0, 1, 2, 3, 5 if role is 2.",
+        ring.copy(toneSearchKhz = 3000, toneRecessiveKhz = 700) ->
+          "toneSearchKhz is 3000 but must be 1/8 to 1/4 of toneDominantKhz.",
+        ring.copy(toneRecessiveKhz = 1260) ->
+          "toneRecessiveKhz is 1260 but must be at most 1/4 of toneSearchKhz.",
+        EscParams(ring = 1)                       -> "ring is 1 but must be 0 if role is 0.",
+        EscParams(demodulator = 1)                -> "demodulator is 1 but must be 0 if role is 0.",
+        EscParams(role = 1, ramKiB = 0, ring = 1) -> "ring is 1 but must be 0 if role is 1."
+      )
+    ) assert(EscParams.problems(set) == Seq(sentence))
+    for (width <- Seq(8, 16, 32); clock <- Seq(50, 100); ports <- 1 to 2; bits <- 4 to 7)
+      assert(
+        EscParams
+          .problems(
+            ring.copy(dataBusWidth = width, coreClockMhz = clock, canPorts = ports, nodeIdWidth = bits)
+          )
+          .isEmpty
+      )
   }
 
   "FMMUs and SyncManagers" should "need a core clock of 100 MHz" in {

@@ -5,7 +5,7 @@ import org.scalatest.flatspec.AnyFlatSpec
 
 /** The registers of ports and bus mode, beside those of the CAN ports. */
 class RingRegistersSpec extends AnyFlatSpec {
-  private val all = RingRegisters.all
+  private val all = RingRegisters(addressBits = 7)
 
   "The registers of a ring node" should "not overlap, nor reach into those of the CAN ports" in {
     for ((a, b) <- all.zip(all.drop(1))) assert(a.address + a.bytes <= b.address, (a.name, b.name))

@@ -169,7 +169,7 @@ class BoardSpec extends AnyFlatSpec {
     for (
       p <- Presets.all.map(_.params) ++ Seq(most, most.copy(sii = 0), Presets.master.copy(linePorts = 2)) ++
         (0 to 5).map(interface => most.copy(preset = s"host $interface", hostInterface = interface)) ++
-        TestSets.digital
+        TestSets.digital :+ Presets.ring.copy(canPorts = 2)
     ) {
       val told  = constrained(p).map(_.split(' ').last)
       val plain = PortTable(p).flatMap(_.names(p)).filterNot(n => n == "clock" || n.endsWith("_clk"))

@@ -65,6 +65,13 @@ class MatrixSpec extends AnyFlatSpec {
     assert(interfaces.lint().linesIterator.toSeq.last == s"${sets.size} passed, 0 failed")
   }
 
+  // What they do is shown by the suites of their units and by RingNodeSpec.
+  "The nodes of a fibre ring" should "elaborate and lint clean" in {
+    val rings = new Harness("ring-nodes", TestSets.rings)
+    rings.emitted
+    assert(rings.lint().linesIterator.toSeq.last == s"${TestSets.rings.size} passed, 0 failed")
+  }
+
   // The vectors know no EEPROM.
   for (p <- points if !p.hasSii)
     s"Parameter set ${p.preset}" should s"pass ${rules(p).size} rule tests and random frames" in {

@@ -97,7 +97,7 @@ class EventRecorderSpec extends AnyFlatSpec with ChiselScalatestTester {
     Some((1 + random.nextInt(5), random.nextBoolean(), random.nextInt(32), random.nextInt(32)))
 
   // A bit has eight cycles or more, of which a synchronisation may take four away; it needs two bits.
-  "CAN-46: errors as close as bits may be" should "all be counted, each by its kind, around an order to clear" in
+  "CAN-46: errors as close as bits may be" should "all be counted, each by its kind, around a clear" in
     bench(1) { b =>
       val random = new Random(2)
       for (apart <- Seq(Seq(4, 8), Seq(8, 4), Seq(8, 8)); clearAt <- 0 until 48; n <- 1 to 6) {

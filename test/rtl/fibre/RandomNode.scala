@@ -31,8 +31,10 @@ class TwinNode(p: FibreParams, rtl: FibreUnderTest, what: String) extends Assert
     same("the level of the bus", rtl.bus(drive), model.bus(drive))
     same("the interrupt", rtl.interrupt, model.interrupt)
     if (model.cycle % 61 == 0)
-      for (register <- RingRegisters.all; at = register.address)
-        same(register.name, rtl.read(at), model.read(at))
+      for (
+        at <- RingRegisters(addressBits = 7).map(_.address) ++ Seq(RingRegisters.Events, RingRegisters.Mask)
+      )
+        same(f"0x$at%04x", rtl.read(at), model.read(at))
     // A write is done in its second cycle and counts from the next one on; events of that cycle stay.
     val done = if (isWriting) Some(writes.dequeue()) else None
     isWriting = !isWriting && writes.nonEmpty

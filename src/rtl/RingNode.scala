@@ -1,0 +1,111 @@
+package flyframe
+
+import chisel3._
+import chisel3.util._
+import flyframe.can.CanPort
+import flyframe.clocks.LevelCrossing
+import flyframe.fibre.RingPorts
+import flyframe.host.HostInterface
+import flyframe.memory.HostPort
+import flyframe.node._
+import flyframe.params.EscParams
+import flyframe.registers.CanRegisters
+
+/** The pins of an optical port, from and to its module. */
+class OpticalPins extends Bundle {
+  val rx     = Input(Bool())
+  val signal = Input(Bool())
+  val tx     = Output(Bool())
+}
+
+/** The pins of the transceiver on a twisted pair. */
+class CanPins extends Bundle {
+  val rx = Input(Bool())
+  val tx = Output(Bool())
+}
+
+/** A node of a fibre ring (NODE): a CAN controller on the ring, one on a twisted pair if `canPorts` is 2, and
+  * a host. It only connects.
+  *
+  * @param p
+  *   a parameter set of role 2 without [[EscParams.problems]]
+  */
+class RingNode(p: EscParams) extends Module with RequireAsyncReset {
+  override def desiredName = p.topName
+
+  val optical_1 = IO(new OpticalPins)
+  val optical_2 = IO(new OpticalPins)
+
+  /** Of the twisted pair. */
+  val can: Option[CanPins] = Option.when(p.canPorts == 2)(IO(new CanPins).suggestName("can"))
+
+  private val connection = HostInterface(p)
+  val hostPins: Bundle   = connection.pins
+  val irq                = IO(Output(Bool()))
+
+  private val time  = Module(new NodeTime(p.coreClockMhz))
+  private val ring  = Module(new RingPorts(p.fibre, p.nodeIdWidth))
+  private val cans  = Seq.tabulate(p.canPorts)(n => Module(new CanPort(p.can, n)))
+  private val node  = Module(new NodeHost(p))
+  private val wide  = Module(new WideHost(p.lanes))
+  private val ticks = Module(new TimeQuanta)
+
+  // ---- the ring, and the port on it ----
+
+  private val fibre = cans.head
+  for ((pins, n) <- Seq(optical_1, optical_2).zipWithIndex) {
+    ring.rx(n)      := pins.rx
+    ring.optical(n) := pins.signal
+    pins.tx         := ring.tx(n)
+  }
+  ring.drive      := fibre.tx
+  fibre.rx        := ring.bus
+  ticks.possible  := fibre.bit.valid
+  ticks.prescaler := fibre.bit.bits.prescaler
+  ring.quantum    := ticks.quantum
+  ring.quanta     := fibre.bit.bits.quanta
+  ring.us         := time.us
+  ring.timer      := time.timer
+
+  for (pins <- can) {
+    val pair = cans.last
+    pair.rx := LevelCrossing(pins.rx)
+    pins.tx := pair.tx
+  }
+
+  // ---- the host ----
+
+  // Who an address belongs to, by its upper byte; what belongs to nobody is answered by the node.
+  wide.narrow <> connection.port
+  private val page = wide.wide.addr(15, 8)
+  private val isCan = cans.indices.map { n =>
+    Seq(CanRegisters.PortStarts, CanRegisters.SlotStarts, CanRegisters.FilterStarts)
+      .map(starts => page === (starts(n) >> 8).U)
+      .reduce(_ || _)
+  }
+  private val isNode = !isCan.reduce(_ || _)
+  private def offer(port: HostPort, isMeant: Bool): Unit = {
+    port.req   := wide.wide.req && isMeant
+    port.write := wide.wide.write
+    port.addr  := wide.wide.addr
+    port.wdata := wide.wide.wdata
+    port.be    := wide.wide.be
+  }
+  for ((port, isMeant) <- cans.zip(isCan)) offer(port.host, isMeant)
+  offer(node.host, isNode)
+  offer(ring.host, isNode)
+  wide.wide.ack := node.host.ack || cans.map(_.host.ack).reduce(_ || _)
+  wide.wide.rdata := Mux1H(
+    (isNode -> (node.host.rdata | ring.host.rdata)) +: cans.zip(isCan).map { case (c, is) =>
+      is -> c.host.rdata
+    }
+  )
+
+  node.time := time.timer
+  for ((port, n) <- cans.zipWithIndex) {
+    port.time   := time.timer
+    node.can(n) := port.events
+  }
+  irq := node.irq || ring.irq
+  connection.side.foreach(_.events := irq)
+}
