@@ -4,6 +4,7 @@ import chisel3._
 import chiseltest._
 import chiseltest.formal._
 import chiseltest.formal.backends.Engines
+import flyframe.Tier
 import org.scalatest.flatspec.AnyFlatSpec
 
 /** A scheduler with a line that answers or does not, within a few cycles, and units that take a few cycles
@@ -95,9 +96,11 @@ class SchedulerFormal extends AnyFlatSpec with ChiselScalatestTester with Formal
     assume(Engines.present, Engines.missing)
     verify(dut, Seq(BoundedCheck(steps), Engines.boolector))
   }
-  "LM-02" should "hold: frames begin, whatever reporter, server and host do" in prove(
-    new BeginsProof(1, 80),
-    170
-  )
+  // From the reset a frame and a part of the next one; in the soak two frames.
+  private val tier = Tier("proof that frames begin", "steps", test = 110, soak = 170)
+
+  "LM-02" should "hold: frames begin, whatever reporter, server and host do" in
+    tier.run("all", tier.size)(prove(new BeginsProof(1, 80), tier.size.toInt))
+
   it should "hold for both ends of a ring" in prove(new BeginsProof(2, 140), 150)
 }
