@@ -47,7 +47,7 @@ verilog: tools-for-verilog ## Verilog of the default preset, or \
          # ARGS="--preset et1100 --ports 2 --name my_core"
 	$(SBT) "run $(ARGS)"
 
-generated: tools-for-generated ## Verilog of every preset, docs/registers.md and docs/parameters.md
+generated: tools-for-generated ## Verilog of every preset; docs/registers.md, docs/parameters.md, docs/ring.md
 	$(SBT) "run --all --docs docs"
 
 check-generated: tools-for-check-generated ## generated/ and the generated pages of docs/ are what the \
@@ -55,7 +55,7 @@ check-generated: tools-for-check-generated ## generated/ and the generated pages
 	rm -rf build/check && mkdir -p build/check
 	$(SBT) "run --all --out build/check/generated --docs build/check/docs"
 	diff -r generated build/check/generated
-	for f in registers parameters; do diff docs/$$f.md build/check/docs/$$f.md || exit 1; done
+	for f in registers parameters ring; do diff docs/$$f.md build/check/docs/$$f.md || exit 1; done
 
 test: tools-for-test ## every kind of check once; the last line is "N passed, N failed"
 	PATH="$(CURDIR)/build/tools/bin:$$PATH" .ci/run-tests $(SBT)

@@ -99,7 +99,7 @@ object Main {
         .action((v, r) => r.copy(out = v)),
       opt[Path]("docs")
         .valueName("<dir>")
-        .text("also write registers.md and parameters.md there")
+        .text("also write registers.md, parameters.md and ring.md there")
         .action((v, r) => r.copy(docs = Some(v))),
       opt[Path]("device")
         .valueName("<file>")
@@ -208,7 +208,8 @@ object Main {
         Presets.master,
         Presets.ring.copy(canPorts = 2)
       )
-    ) ++ request.docs.map(_.resolve("parameters.md").toString -> ParameterPage.text)
+    ) ++ request.docs.map(_.resolve("parameters.md").toString -> ParameterPage.text) ++
+      request.docs.map(_.resolve("ring.md").toString -> RingPage.text)
     val protocol =
       if (sets.exists(p => p.isMaster || p.hasAlarm))
         Seq(request.out.resolve(ProtocolHeader).toString -> Documents.protocolHeader)

@@ -35,8 +35,8 @@ object Reach {
   val Nodes: Seq[Int] = Seq(2, 5, 10, 20, 50)
 
   /** An entry of the table: km, rounded down to three digits at most, `-` if there is none. */
-  def entry(kbps: Int, nodes: Int): String = {
-    val m = metres(kbps, nodes)
+  def entry(kbps: Int, nodes: Int, coreClockMhz: Int = 100): String = {
+    val m = metres(kbps, nodes, coreClockMhz)
     if (m <= 0) "-"
     else if (m < 10000) f"${m / 1000}%d.${m % 1000 / 10}%02d"
     else f"${m / 1000}%d.${m % 1000 / 100}%d"

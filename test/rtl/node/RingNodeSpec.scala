@@ -74,7 +74,7 @@ class RingNodeSpec extends AnyFlatSpec with ChiselScalatestTester {
   private val theirs =
     Seq(0x10503fe7, 0x00000040).map(CanFrame(_, extended = true, remote = false, 3, Seq(1, 2, 3)))
 
-  "NODE-01, NODE-04, FR-31: a node" should "send and receive on a whole ring, and on one that is broken beside it" in
+  "NODE-01, NODE-04, FR-31: a node" should "send and receive on a ring, whole and broken beside it" in
     onRing(width = 8) { r =>
       assert(r.rtl.word(NodeRegisters.Identity) == (0x10000L | preset.escType))
       assert((r.state & 8) != 0, "alone at first")

@@ -1,0 +1,146 @@
+package flyframe
+
+import flyframe.fibre.Reach
+import flyframe.params.Presets
+import flyframe.registers.{CanRegisters, NodeRegisters, Register, RegisterMap, RingRegisters}
+
+/** `docs/ring.md`: how to plan a ring in bus mode, set up its nodes, and read where it is broken. Reach, bit
+  * timing and addresses are those of the sources.
+  */
+object RingPage {
+  private val preset    = Presets.ring
+  private val registers = RegisterMap(preset)
+  private val f         = CanRegisters.PortStarts.head
+
+  /** Quanta of a bit: the sync segment, the propagation and both phase segments of FR-38. */
+  private val (tseg1, tseg2, sjw) = (1 + 18 + 3 - 1, 3, 3)
+  private val quanta              = 1 + tseg1 + tseg2
+
+  private def at(address: Int): String = f"`0x$address%04X`"
+
+  /** The address of a field, with its bits. */
+  private def bits(field: String): String = {
+    val r = registers.find(_.fields.exists(_.name == field)).get
+    val b = r.fields.find(_.name == field).get
+    s"${at(r.address)}[${if (b.width == 1) s"${b.low}" else s"${b.high}:${b.low}"}]"
+  }
+
+  private def counter(address: Int): Register = registers.find(_.address == address).get
+
+  private def reach(coreClockMhz: Int): Seq[String] = {
+    val header = Seq("kbit/s") ++ Reach.Nodes.map(n => s"$n nodes") ++ Seq(s"prescaler, $coreClockMhz MHz")
+    val rows = Reach.Rates.map { rate =>
+      val prescaler = coreClockMhz * 1000 / (quanta * rate)
+      require(
+        prescaler * quanta * rate == coreClockMhz * 1000,
+        s"rate is $rate kbit/s but must divide $coreClockMhz MHz by $quanta quanta."
+      )
+      Seq(s"$rate") ++ Reach.Nodes.map(n => Reach.entry(rate, n, coreClockMhz)) ++ Seq(s"$prescaler")
+    }
+    table(header: _*)(rows)
+  }
+
+  private def setup: Seq[(String, String)] = {
+    val low = tseg1 - 1 | (tseg2 - 1 | sjw - 1 << 4) << 8
+    Seq(
+      s"${at(RingRegisters.Address)}" -> "the node's address, each another one",
+      s"${at(RingRegisters.Control)}" ->
+        s"${1 << RingRegisters.Home} in one node, normally the one with the server: it is `home`; else 0",
+      s"${at(f + CanRegisters.Timing)}, four bytes" ->
+        f"two bytes with the prescaler less one, then 0x${low & 0xff}%02X 0x${low >> 8}%02X: $quanta quanta",
+      s"${at(CanRegisters.FilterStarts.head)} on" ->
+        "what the node wants to receive; value 0x20000000 and mask 0 let everything pass",
+      s"${at(f + CanRegisters.Control)}" -> "1: it takes part, after eleven recessive bits"
+    )
+  }
+
+  /** What a node shows, and where the ring is broken then. */
+  private val signs = Seq(
+    Seq("1", "no", "both up", "nothing is wrong here; the ring is open or broken at other nodes"),
+    Seq("2", "yes", "both up", "the ring is whole, and open here: at `home`, or where a break was mended"),
+    Seq("2", "no", "port 2 down", "broken between port 2 of this node and port 1 of the next"),
+    Seq("3", "no", "port 1 down", "broken between port 1 of this node and port 2 of the one before"),
+    Seq("1", "no", "both down", "alone: broken on both sides, or the only node with power")
+  )
+
+  /** A paragraph, in lines as they are everywhere here. */
+  private def paragraph(text: String): Seq[String] = {
+    val lines = text.split("\\s+").foldLeft(Vector("")) { (lines, word) =>
+      val longer = s"${lines.last} $word".trim
+      if (longer.length <= 110) lines.init :+ longer else lines :+ word
+    }
+    lines :+ ""
+  }
+
+  private def table(header: String*)(rows: Seq[Seq[String]]): Seq[String] =
+    (header +: header.map(_ => "---") +: rows).map(_.mkString("| ", " | ", " |")) :+ ""
+
+  private def counters = Seq(
+    RingRegisters.Losses1  -> "a link that comes and goes",
+    RingRegisters.Losses2  -> "the same at port 2",
+    RingRegisters.Noise1   -> "a receiver without light, or one that is overdriven",
+    RingRegisters.Noise2   -> "the same at port 2",
+    RingRegisters.Closings -> "breaks elsewhere: this node, as guard, has joined the two pieces",
+    RingRegisters.Latches  -> "a ring that was closed; it is normal once when a ring without `home` starts"
+  )
+
+  /** The page. */
+  def text: String = Seq(
+    Seq("# A ring in bus mode", ""),
+    Seq("Generated from `src/flyframe/RingPage.scala` by `make generated`; do not edit.", ""),
+    paragraph(
+      s"""How to plan a ring of nodes of preset `${preset.preset}`, set them up, and read where a fibre is
+      cut. What a node does in each case, rule by rule: [rules/fibre.md](rules/fibre.md)."""
+    ),
+    Seq("## Wiring", ""),
+    paragraph(s"""Optical port 2 of a node goes to port 1 of the next, with a fibre for each direction, and
+    that
+      of the last one to port 1 of the first. The pins take and give a square wave, light or no light: any
+      pair
+      of modules that passes ${preset.toneRecessiveKhz / 1000} to ${preset.toneDominantKhz / 1000} MHz will
+      do.
+      A ring that is never closed is a line, and works as one."""),
+    Seq("## How long, how fast", ""),
+    paragraph(
+      s"""In bus mode the ring is one CAN bus: a bit must reach the farthest node and come back before it
+      is sampled. Light needs ${Reach.NsPerMetre} us for a kilometre; each node and its two modules need
+      ${Reach.nodeNs(100) / 1000.0} us (${Reach.nodeNs(
+          50
+        ) / 1000.0} us at a core clock of 50 MHz). The greatest
+      length of the whole ring in km, gap included, as a break may move the gap anywhere (FR-38):"""
+    ),
+    reach(100),
+    Seq("The same at a core clock of 50 MHz:", ""),
+    reach(50),
+    paragraph(
+      s"""With this bit timing ($quanta quanta, sample point behind ${1 + tseg1}, SJW $sjw) the clocks of
+      the nodes may be 4,000 ppm off the nominal one."""
+    ),
+    Seq("## Setting up a node", ""),
+    table("Register", "Write")(setup.map { case (where, what) => Seq(where, what) }),
+    paragraph("""One node is `home`, so that it is known where the ring is open. Without it the nodes find
+    one by
+      themselves (FR-36), and nothing else is different, but that frames may be missed by the nodes of one
+      piece
+      when a break heals (FB-11)."""),
+    paragraph(s"""A port comes up when it has heard its neighbour for `ring_up_ms` (${at(RingRegisters.UpMs)},
+      ${RingRegisters.UpMsReset} out of reset)."""),
+    Seq("## Reading a break", ""),
+    paragraph(s"""The mode stands in ${bits("ring_mode")}, the guard in ${bits("ring_guard")}, the ports in
+      ${at(RingRegisters.Ports)}: up are those with ${bits("ring_up1")} and ${bits(
+        "ring_up2"
+      )}. A change is an
+      event (${bits("ring_event_port")}, ${bits("ring_event_mode")}) that may interrupt the host
+      (${at(NodeRegisters.Mask)})."""),
+    table("Mode", "Guard", "Ports", "Where")(signs),
+    paragraph("""A cut of one fibre takes both ends of its link down, so that both neighbours show it. What a
+      node has heard wrong tells more:"""),
+    table("Counter", "Tells of")(counters.map { case (address, tells) =>
+      Seq(s"${at(address)} `${counter(address).name}`", tells)
+    }),
+    paragraph("""Within the first frame behind a break the guard joins the two pieces; that frame and one more
+      may be sent again, by CAN's own means. When the fibre is mended the ring stays open there, and
+      nothing is
+      disturbed. A second break leaves two pieces, each a working bus.""")
+  ).flatten.dropRight(1).mkString("", "\n", "\n")
+}
