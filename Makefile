@@ -33,8 +33,9 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
              $(if $(filter master,$(ROLE)),linePorts),--$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts can-fuzz faults \
-        campaign campaign-programs campaign-scheduler campaign-worker campaign-record campaign-test \
-        alarm-latency page-latency cosim cosim-selftest interop lint matrix format check-format report \
+        transport-campaign campaign campaign-programs campaign-scheduler campaign-worker campaign-record \
+        campaign-test alarm-latency page-latency cosim cosim-selftest interop lint matrix format \
+        check-format report \
         figures pictures quartus check-board clean demo server firmware-test stack-test alarm-sim \
         alarm-ring-sim ethercrab-test mutants check-dependencies clocks slave-demo
 
@@ -88,6 +89,10 @@ hosts: tools-for-hosts ## hosts at the pins of every interface, good and bad: \
 can-fuzz: tools-for-can-fuzz ## random CAN buses, a port in RTL against the golden model, in each cycle: \
           # FRAMES=1000000 SEED=7
 	$(SBT) "rtl / Test / runMain flyframe.can.CanFuzz $(FRAMES) $(SEED)"
+
+transport-campaign: tools-for-transport-campaign ## messages on a bus of 16 nodes with faults, each exactly \
+                    # once, C and model mixed: MESSAGES=100000 SEED=1
+	$(SBT) "base / Test / runMain flyframe.transport.TransportCampaign $(or $(MESSAGES),100000) $(SEED)"
 
 faults: PRESET = slave
 faults: tools-for-faults ## slaves in OP behind cables that fail: CYCLES=100000 SEED=1 \

@@ -14,6 +14,7 @@ import sys
 OTHERS = [
     (r"(build\.sbt|project/.*|test/objcache)$", ["*"], []),
     (r"src/firmware/(driver|slave)/|test/firmware/stack/", ["firmware", "e2e"], ["firmware-test"]),
+    (r"src/firmware/ring/|test/firmware/ring/", ["transport"], []),
     (r"src/firmware/|test/firmware/", ["e2e"], ["firmware-test"]),
     (r"src/sim/|test/sim/", ["cosim", "replay", "e2e"], ["cosim-selftest", "firmware-test"]),
     (r"src/server/resources/", ["server", "e2e"], []),

@@ -41,6 +41,7 @@ tools_fuzz                := sbt sim
 tools_smsoak              := sbt sim
 tools_hosts               := sbt sim
 tools_can-fuzz            := sbt sim
+tools_transport-campaign  := sbt sim
 tools_faults              := sim
 tools_matrix              := sbt sim
 tools_campaign            := sbt sim campaign

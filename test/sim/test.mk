@@ -1,8 +1,8 @@
 # The simulator's own tests, and those of the host programs that it runs:
-#   make -f test/sim/test.mk cosim-selftest firmware-test stack-test
+#   make -f test/sim/test.mk cosim-selftest firmware-test stack-test transport-node
 include src/sim/sim.mk
 
-.PHONY: cosim-selftest firmware-test stack-test
+.PHONY: cosim-selftest firmware-test stack-test transport-node
 
 # The simulator against plain repeaters: proves the simulator itself, without flyframe RTL.
 cosim-selftest: build/selftest/eeprom-test
@@ -45,5 +45,14 @@ $(STACK_OUT)/%.c.o: %.c
 $(STACK_OUT)/%.cpp.o: %.cpp
 	$(call compile,$(CXX) -std=gnu++17 -Wall -Wextra $(SANITIZED) $(STACK_INC))
 
--include $(STACK_TEST:.o=.d)
+# A node's transport, as a program that tests drive through its pipes, under ASan and UBSan.
+RING_OUT     := $(COSIM_OUT)/transport-node.d
+RING         := $(patsubst %.c,$(RING_OUT)/%.o,$(wildcard src/firmware/ring/*.c test/firmware/ring/*.c))
+transport-node: $(COSIM_OUT)/transport-node
+$(COSIM_OUT)/transport-node: $(RING)
+	$(CC) $(SANITIZED) -o $@ $^
+$(RING_OUT)/%.o: %.c
+	$(call compile,$(CC) $(filter-out -O2 -fexceptions,$(FIRMWARE_FLAGS)) $(SANITIZED) -Isrc/firmware)
+
+-include $(STACK_TEST:.o=.d) $(RING:.o=.d)
 -include $(wildcard build/selftest/*.d $(COSIM_OUT)/firmware/test/*.d)

@@ -50,7 +50,8 @@ class CoverageSpec extends AnyFlatSpec {
       "B"   -> Seq(7 to 9, 22 to 29, 36 to 39, 49 to 49, 73 to 79, 104 to 109).flatten,
       "CAN" -> Seq(15 to 19, 22 to 29, 36 to 39).flatten,
       "FR"  -> Seq(9 to 9, 16 to 19, 23 to 29).flatten,
-      "MST" -> Seq(3, 9)
+      "MST" -> Seq(3, 9),
+      "TP"  -> Seq(7 to 9, 14 to 19, 26 to 29, 33 to 49).flatten
     )
 
   /** Rows of the table of rules without test: IDs, and why there is none. */

@@ -1,0 +1,270 @@
+package flyframe.transport
+
+import scala.collection.mutable
+
+/** The receiving side: lives, pipes, buffers and answers (TP-20 to TP-25, TP-30, TP-32). */
+private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel, counts: CountersModel) {
+  import ReceiverModel._
+
+  private class Pipe {
+    var last       = Option.empty[(Int, Int)] // number and result
+    var isSeen     = false                    // the host got a message of it
+    var open       = Option.empty[Incoming]
+    var answeredAt = Long.MinValue
+  }
+  private class Source(var life: Int, var heardAt: Long) {
+    val pipes                                   = mutable.Map.empty[(Boolean, Int), Pipe]
+    def pipe(toAll: Boolean, number: Int): Pipe = pipes.getOrElseUpdate((toAll, number), new Pipe)
+  }
+  private val sources  = mutable.Map.empty[Int, Source]
+  private val complete = mutable.Buffer.empty[Incoming] // for the host, in the order they came
+
+  private val opened = mutable.LinkedHashSet.empty[(Source, Pipe)]
+
+  private def isOpen(pipe: Pipe) = pipe.open.exists(!complete.contains(_))
+  private def inUse(short: Boolean) = (opened.toSeq.map(_._2).filter(isOpen).flatMap(_.open) ++ complete)
+    .count(_.isShort == short)
+
+  private def drop(pipe: Pipe): Unit = {
+    if (isOpen(pipe)) counts.add(Counter.Dropped)
+    pipe.open = None
+  }
+
+  private def known(source: Int, now: Long): Option[Source] = {
+    for (s <- sources.get(source) if now >= s.heardAt + ForgetUs) {
+      s.pipes.values.foreach(drop)
+      sources -= source
+    }
+    sources.get(source)
+  }
+
+  /** A frame shows a source's life (TP-20). None: an old one. */
+  private def alive(source: Int, life: Int, now: Long): Option[Source] = {
+    val s = known(source, now).getOrElse(sources.getOrElseUpdate(source, new Source(life, now)))
+    if ((s.life - life & 0x7f) >= 1 && (s.life - life & 0x7f) <= 63) {
+      counts.add(Counter.OldLife)
+      None
+    } else {
+      if (s.life != life) s.pipes.values.foreach { pipe =>
+        drop(pipe)
+        pipe.last = None
+      }
+      s.life = life
+      s.heardAt = now
+      Some(s)
+    }
+  }
+
+  def hello(source: Int, life: Int, now: Long): Boolean = alive(source, life, now).nonEmpty
+
+  def close(id: FrameId, bytes: Seq[Int], now: Long): Unit =
+    for (s <- alive(id.source, bytes(1) & 0x7f, now)) {
+      val pipe = s.pipe(id.destination == 0, id.pipe)
+      pipe.open.filter(m => m.number == bytes(0) && !complete.contains(m)) match {
+        case Some(_) => drop(pipe)
+        case None    => counts.add(Counter.Unexpected)
+      }
+    }
+
+  /** OPEN or SHORT (TP-21). */
+  def opening(id: FrameId, bytes: Seq[Int], now: Long): Unit = {
+    val isShort = id.number == Code.Short
+    val length  = if (isShort) bytes.size - 2 else Sizes.number(bytes.slice(2, 4)).toInt + 1
+    if (!isShort && (length <= Sizes.Short || length > Sizes.Message)) counts.add(Counter.WrongLength)
+    else
+      for (s <- alive(id.source, bytes(1) & 0x7f, now)) {
+        val pipe   = s.pipe(id.destination == 0, id.pipe)
+        val number = bytes(0)
+        val crc    = if (isShort) Sizes.crc32(bytes.drop(2)) else Sizes.number(bytes.drop(4)).toInt
+        val isOld  = (n: Int) => Sizes.ahead(number, n) > 127
+        pipe.open match {
+          case _ if pipe.last.exists(_._1 == number) => done(id, s, pipe)
+          case _ if pipe.last.exists(n => isOld(n._1)) || pipe.open.exists(m => isOld(m.number)) =>
+            counts.add(Counter.OldNumber)
+          case Some(m) if complete.contains(m) => busy(id, s, number)
+          case Some(m) if m.number == number && m.length == length && m.crc == crc && !isShort =>
+            m.hears(now)
+          case _ =>
+            drop(pipe)
+            begin(id, s, pipe, number, length, crc, bytes, now)
+        }
+      }
+  }
+
+  private def begin(
+      id: FrameId,
+      s: Source,
+      pipe: Pipe,
+      number: Int,
+      length: Int,
+      crc: Int,
+      bytes: Seq[Int],
+      now: Long
+  ): Unit = {
+    val isShort = id.number == Code.Short
+    if (inUse(isShort) >= (if (isShort) Sizes.Shorts else p.buffers)) {
+      counts.add(Counter.NoBuffer)
+      busy(id, s, number)
+    } else {
+      val m = new Incoming(id, number, s.life, length, crc, isShort, !pipe.isSeen, now)
+      pipe.open = Some(m)
+      opened += s -> pipe
+      if (isShort) {
+        m.parts(0) = bytes.drop(2)
+        finish(pipe, m)
+      }
+    }
+  }
+
+  private def finish(pipe: Pipe, m: Incoming): Unit = {
+    complete += m
+    pipe.isSeen = true
+  }
+
+  private def life(toAll: Boolean, s: Source) = s.life | (if (toAll) Sizes.ToAll else 0)
+
+  private def answer(to: FrameId, code: Int, bytes: Seq[Int]): Unit = answers.put(
+    BusFrame(FrameId(to.urgent, to.source, isData = false, p.address, code, to.pipe, end = true), bytes),
+    to.destination == 0
+  )
+  private def busy(id: FrameId, s: Source, number: Int): Unit =
+    answer(id, Code.Busy, Seq(number, life(id.destination == 0, s), BusyWait))
+  private def done(id: FrameId, s: Source, number: Int, result: Int): Unit = {
+    val toAll = id.destination == 0
+    answer(
+      id,
+      Code.Done,
+      Seq(number, life(toAll, s), p.life | (if (toAll) Sizes.ToAll else 0), result)
+    )
+  }
+  private def done(id: FrameId, s: Source, pipe: Pipe): Unit =
+    pipe.last.foreach { case (number, result) => done(id, s, number, result) }
+  private def missing(m: Incoming, s: Source): Unit = {
+    val first = m.missing.head
+    val named = m.missing.takeWhile(_ < first + Sizes.Map)
+    m.highest = named.last
+    val map = named.map(n => 1L << (Sizes.Map - 1 - (n - first))).sum
+    answer(m.id, Code.Missing, Seq(m.number, life(m.toAll, s), first) ++ Sizes.bytes(map, 5))
+  }
+
+  /** A data frame (TP-22 to TP-25). */
+  def data(id: FrameId, bytes: Seq[Int], now: Long): Unit = {
+    val source = known(id.source, now)
+    val pipe   = source.flatMap(_.pipes.get((id.destination == 0, id.pipe)))
+    pipe.flatMap(_.open) match {
+      case Some(m) if complete.contains(m) => counts.add(Counter.Double)
+      case Some(m) =>
+        m.wrong(id, bytes) match {
+          case Some(counter) => counts.add(counter)
+          case None          => accept(source.get, pipe.get, m, id.number, bytes, now)
+        }
+      case None =>
+        counts.add(Counter.NoMessage)
+        val of = pipe.getOrElse(unknowns.getOrElseUpdate((id.source, id.destination == 0, id.pipe), new Pipe))
+        if (of.answeredAt == Long.MinValue || now >= of.answeredAt + AnswerUs) {
+          of.answeredAt = now
+          source match {
+            case Some(s) if of.last.nonEmpty => done(id, s, of)
+            case _ => answer(id, Code.Unknown, Seq(if (id.destination == 0) Sizes.ToAll else 0))
+          }
+        }
+    }
+  }
+  private val unknowns = mutable.Map.empty[(Int, Boolean, Int), Pipe] // of unknown sources, for the pause
+
+  private def accept(s: Source, pipe: Pipe, m: Incoming, n: Int, bytes: Seq[Int], now: Long): Unit = {
+    s.heardAt = now
+    m.parts(n) = bytes
+    m.hears(now)
+    if (m.parts.size < m.count) {
+      if (n == m.count - 1 || n == m.highest) missing(m, s)
+    } else if (Sizes.crc32(m.bytes) == m.crc) finish(pipe, m)
+    else {
+      counts.add(Counter.WrongCrc)
+      m.parts.clear()
+      m.highest = -1
+      done(m.id, s, m.number, Result.WrongCrc)
+    }
+  }
+
+  /** Looks for gaps; returns when the next one will be. */
+  def poll(now: Long): Long = {
+    opened.filterInPlace { case (_, pipe) => isOpen(pipe) }
+    for {
+      (s, pipe) <- opened.toSeq
+      m         <- pipe.open if now >= m.heardAt + p.gapUs
+    } {
+      m.gaps += 1
+      m.heardAt = now
+      if (m.gaps == Gaps) drop(pipe) else missing(m, s)
+    }
+    opened.toSeq.flatMap(_._2.open).map(_.heardAt + p.gapUs).minOption.getOrElse(Long.MaxValue)
+  }
+
+  private def first: Option[Incoming] = complete.find(_.id.urgent).orElse(complete.headOption)
+
+  def received: Option[Received] = first.map { m =>
+    Received(m.id.source, m.toAll, m.id.pipe, m.number, m.id.urgent, m.isRepeat, m.bytes)
+  }
+
+  def take(refused: Boolean): Unit = for (m <- first) {
+    complete -= m
+    for {
+      s    <- sources.get(m.id.source)
+      pipe <- s.pipes.get((m.toAll, m.id.pipe)) if pipe.open.contains(m)
+    } {
+      pipe.open = None
+      pipe.last = Some(m.number -> (if (refused) Result.Refused else Result.Delivered))
+      done(m.id, s, pipe)
+    }
+  }
+}
+
+private object ReceiverModel {
+  val ForgetUs = 10000000L
+  val AnswerUs = 10000L
+
+  /** Gaps in a row after which a message is dropped. */
+  val Gaps = 10
+
+  /** What BUSY says, in 10 ms. */
+  val BusyWait = 2
+}
+
+/** A message that comes in. */
+private class Incoming(
+    val id: FrameId,
+    val number: Int,
+    val life: Int,
+    val length: Int,
+    val crc: Int,
+    val isShort: Boolean,
+    val isRepeat: Boolean,
+    var heardAt: Long
+) {
+  val parts   = mutable.Map.empty[Int, Seq[Int]]
+  var highest = -1 // the highest frame that a MISSING has named
+  var gaps    = 0
+
+  def toAll: Boolean = id.destination == 0
+  val count: Int     = (length + Sizes.Frame - 1) / Sizes.Frame
+
+  def missing: Seq[Int] = (0 until count).filterNot(parts.contains)
+  def bytes: Seq[Int]   = (0 until count).flatMap(parts)
+
+  def hears(now: Long): Unit = {
+    heardAt = now
+    gaps = 0
+  }
+
+  /** What is wrong with a data frame of it (TP-22). */
+  def wrong(frame: FrameId, data: Seq[Int]): Option[Counter.Value] = {
+    val isLast = frame.number == count - 1
+    if (frame.number >= count) Some(Counter.TooHigh)
+    else if (frame.end != isLast) Some(Counter.WrongEnd)
+    else if (data.size != (if (isLast) length - (count - 1) * Sizes.Frame else Sizes.Frame))
+      Some(Counter.WrongDlc)
+    else if (parts.contains(frame.number)) Some(Counter.Double)
+    else None
+  }
+}

@@ -1,0 +1,103 @@
+package flyframe.transport
+
+import scala.collection.mutable
+
+/** What a node sends without an answer: HELLO (TP-31) and process data (TP-50). */
+private[transport] class StationModel(p: TransportParams, slots: SlotsModel, start: Long) {
+  import StationModel._
+
+  private class Own(var data: Seq[Int]) {
+    var due   = start
+    var isDue = true
+  }
+  private class Followed {
+    var data    = Seq.empty[Int]
+    var heardAt = Option.empty[Long]
+  }
+  private val own      = mutable.LinkedHashMap.empty[(Int, Int), Own]
+  private val followed = mutable.Map.empty[(Int, Int), Followed]
+  private val heard    = mutable.Map.empty[Int, Long]
+  private var bytes    = p.hello
+  private var helloAt  = start
+  private var isDue    = false
+
+  def hello(source: Int, now: Long): Unit = heard(source) = now
+  def members(now: Long): Set[Int]        = heard.collect { case (s, at) if now < at + MemberUs => s }.toSet
+
+  def setHello(next: Seq[Int]): Unit = {
+    if (next(1) != bytes(1)) isDue = true // a port changes
+    bytes = next
+  }
+
+  def set(destination: Int, number: Int, data: Seq[Int]): Boolean = own.get(destination -> number) match {
+    case Some(o) =>
+      if (o.data != data) o.isDue = true
+      o.data = data
+      true
+    case None =>
+      val hasPlace = own.size < Sizes.Objects
+      if (hasPlace) own(destination -> number) = new Own(data)
+      hasPlace
+  }
+
+  def watch(source: Int, number: Int): Boolean =
+    followed.contains(source -> number) || {
+      val hasPlace = followed.size < Sizes.Watched
+      if (hasPlace) followed(source -> number) = new Followed
+      hasPlace
+    }
+
+  /** A value has come. False: nobody follows it. */
+  def object_(source: Int, number: Int, data: Seq[Int], now: Long): Boolean =
+    followed
+      .get(source -> number)
+      .map { f =>
+        f.data = data
+        f.heardAt = Some(now)
+      }
+      .nonEmpty
+
+  def value(source: Int, number: Int, now: Long): (Seq[Int], Boolean) =
+    followed.get(source -> number).fold((Seq.empty[Int], true)) { f =>
+      (f.data, f.heardAt.forall(at => now >= at + 3000L * p.pdMs))
+    }
+
+  def poll(now: Long): Long = {
+    if (now >= helloAt) {
+      isDue = true
+      helloAt = now + HelloUs
+    }
+    for (o <- own.values) {
+      if (o.isDue || now >= o.due) {
+        o.isDue = true
+        o.due = now + 1000L * p.pdMs
+      }
+    }
+    (helloAt +: own.values.map(_.due).toSeq).min
+  }
+
+  private def frames: Iterator[(BusFrame, () => Unit)] = {
+    val id    = FrameId(urgent = false, 0, isData = false, p.address, Code.Hello, 0, end = true)
+    val hello = Option.when(isDue)((BusFrame(id, p.life +: bytes), () => isDue = false))
+    val values = own.iterator.filter(_._2.isDue).map { case ((to, number), o) =>
+      val id = FrameId(urgent = false, to, isData = true, p.address, number, Sizes.ProcessData, end = true)
+      (BusFrame(id, o.data), () => o.isDue = false)
+    }
+    hello.iterator ++ values
+  }
+
+  /** A value that still waits for the wire is followed by the newest one when it has left. */
+  def queueOne(): Boolean =
+    frames.find { case (f, _) => !slots.waits(f.id) && slots.hasRoom(FrameId.of(f.id)) } match {
+      case Some((frame, sent)) =>
+        slots.put(frame)
+        sent()
+        true
+      case None => false
+    }
+}
+
+private object StationModel {
+  val HelloUs  = 1000000L
+  val MemberUs = 3000000L
+}

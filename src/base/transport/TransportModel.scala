@@ -1,0 +1,126 @@
+package flyframe.transport
+
+import scala.collection.mutable
+
+private[transport] class CountersModel {
+  private val counts               = mutable.Map.empty[Counter.Value, Int].withDefaultValue(0)
+  def add(c: Counter.Value): Unit  = counts(c) += 1
+  def apply(c: Counter.Value): Int = counts(c)
+}
+
+/** Answers that wait for a place in the port. The newest of a kind takes the place of an older one. */
+private[transport] class AnswersModel(slots: SlotsModel, counts: CountersModel) {
+  private var waiting = Vector.empty[((Int, Boolean), BusFrame)]
+
+  def put(frame: BusFrame, toAll: Boolean): Unit = {
+    val key  = (frame.id, toAll)
+    val same = waiting.indexWhere(_._1 == key)
+    val most = if (FrameId.of(frame.id).urgent) Sizes.Answers else Sizes.Answers - 4
+    if (slots.waits(frame)) ()
+    else if (same >= 0) waiting = waiting.updated(same, key -> frame)
+    else if (waiting.size < most) waiting :+= key -> frame
+    else counts.add(Counter.AnswerLost)
+  }
+
+  def queueOne(urgent: Boolean): Boolean = {
+    val i = waiting.indexWhere { case (_, f) =>
+      val id = FrameId.of(f.id)
+      id.urgent == urgent && !slots.waits(f.id) && slots.hasRoom(id)
+    }
+    if (i >= 0) {
+      slots.put(waiting(i)._2)
+      waiting = waiting.patch(i, Nil, 1)
+    }
+    i >= 0
+  }
+}
+
+/** The golden model of a node's transport. */
+class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnderTest {
+  private val counts   = new CountersModel
+  private val slots    = new SlotsModel
+  private val answers  = new AnswersModel(slots, counts)
+  private val sender   = new SenderModel(p, slots, counts)
+  private val receiver = new ReceiverModel(p, answers, counts)
+  private val station  = new StationModel(p, slots, start)
+  private val departed = mutable.Buffer.empty[Int]
+
+  def poll(now: Long): Long = {
+    departed.foreach(id => sender.left(FrameId.of(id), now))
+    departed.clear()
+    val due = Seq(sender.poll(now), receiver.poll(now), station.poll(now)).min
+    sender.collect() // what an answer has ended sends nothing more
+    def one = answers.queueOne(urgent = true) || sender.queueOne(urgent = true) ||
+      answers.queueOne(urgent = false) || station.queueOne() || sender.queueOne(urgent = false)
+    while (one) {}
+    sender.collect()
+    due
+  }
+
+  def receive(frame: BusFrame, now: Long): Unit = {
+    val id = FrameId.of(frame.id)
+    if (id.source == 0 || id.source > Sizes.LastAddress) counts.add(Counter.WrongSource)
+    else if (id.source == p.address) counts.add(Counter.OwnAddress)
+    else if (id.destination != 0 && id.destination != p.address) counts.add(Counter.Foreign)
+    else if (frame.dlc > 8) counts.add(Counter.Malformed)
+    else if (!id.isData) control(id, frame.data, now)
+    else if (id.pipe != Sizes.ProcessData) receiver.data(id, frame.data, now)
+    else if (!id.end) counts.add(Counter.WrongEnd)
+    else if (!station.object_(id.source, id.number, frame.data, now)) counts.add(Counter.Unwatched)
+  }
+
+  private def control(id: FrameId, bytes: Seq[Int], now: Long): Unit = {
+    val toAll     = id.destination == 0
+    def toAllBit  = bytes.lift(1).exists(b => (b & Sizes.ToAll) != 0)
+    def isOpening = id.pipe != Sizes.ProcessData && toAllBit == toAll
+    def isAnswer  = id.pipe != Sizes.ProcessData && !toAll
+    val isGood = id.end && (id.number match {
+      case Code.Open    => isOpening && bytes.size == 8
+      case Code.Short   => isOpening && bytes.size >= 3
+      case Code.Close   => isOpening && bytes.size == 2
+      case Code.Done    => isAnswer && bytes.size == 4 && bytes(3) <= 2
+      case Code.Missing => isAnswer && bytes.size == 8
+      case Code.Busy    => isAnswer && bytes.size == 3
+      case Code.Unknown => isAnswer && bytes.size == 1 && (bytes.head & 0x7f) == 0
+      case Code.Hello   => toAll && id.pipe == 0 && bytes.size == 8
+      case _            => false
+    })
+    if (!isGood) counts.add(Counter.Malformed)
+    else
+      id.number match {
+        case Code.Open | Code.Short => receiver.opening(id, bytes, now)
+        case Code.Close             => receiver.close(id, bytes, now)
+        case Code.Hello =>
+          if (receiver.hello(id.source, bytes.head & 0x7f, now)) station.hello(id.source, now)
+        case _ => sender.answer(id, bytes, now)
+      }
+  }
+
+  def left(id: Int): Unit = {
+    slots.left(id)
+    departed += id
+  }
+
+  def queued(): Seq[BusFrame] = slots.drain()
+
+  def send(
+      tag: Int,
+      destination: Int,
+      urgent: Boolean,
+      data: Seq[Int],
+      now: Long,
+      members: Option[Set[Int]]
+  ): Boolean = sender.send(tag, destination, urgent, data, now, members.getOrElse(this.members(now)))
+
+  def cancel(tag: Int): Unit                                     = sender.cancel(tag)
+  def ended(): Seq[Ended]                                        = sender.ended()
+  def received: Option[Received]                                 = receiver.received
+  def take(now: Long, refused: Boolean): Unit                    = receiver.take(refused)
+  def members(now: Long): Set[Int]                               = station.members(now)
+  def setHello(bytes: Seq[Int], now: Long): Unit                 = station.setHello(bytes)
+  def watch(source: Int, number: Int): Boolean                   = station.watch(source, number)
+  def count(counter: Counter.Value): Int                         = counts(counter)
+  def value(s: Int, number: Int, now: Long): (Seq[Int], Boolean) = station.value(s, number, now)
+  def setObject(destination: Int, number: Int, data: Seq[Int], now: Long): Boolean =
+    station.set(destination, number, data)
+}

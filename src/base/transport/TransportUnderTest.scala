@@ -1,0 +1,198 @@
+package flyframe.transport
+
+/** What a transport is made with.
+  *
+  * @param address
+  *   own address, 1 to 125
+  * @param life
+  *   number of the start, 0 to 127
+  * @param kbps
+  *   bit rate of the ring, 5 to 2000 kbit/s
+  * @param pdMs
+  *   process data are sent again after this time, 1 to 1000 ms
+  * @param hello
+  *   bytes 1 to 7 of HELLO
+  * @param buffers
+  *   for messages of more than six bytes, 4 or more (TP-32)
+  */
+final case class TransportParams(
+    address: Int,
+    life: Int = 0,
+    kbps: Int = 1000,
+    pdMs: Int = 100,
+    hello: Seq[Int] = Seq.fill(7)(0),
+    buffers: Int = 4
+) {
+
+  /** T_answer in us (TP-12). */
+  def answerUs: Long = 50000L max 5000000L / kbps
+
+  /** T_gap in us (TP-23). */
+  def gapUs: Long = 20000L max 2000000L / kbps
+}
+
+/** How a message that a host has sent ends (TP-13). */
+object Outcome extends Enumeration {
+  val Delivered, Refused, NotConfirmed = Value
+}
+
+/** A message that has ended.
+  *
+  * @param tag
+  *   the host's own number of it
+  * @param unconfirmed
+  *   who has not delivered it
+  */
+final case class Ended(tag: Int, outcome: Outcome.Value, unconfirmed: Set[Int])
+
+/** A message for the host.
+  *
+  * @param repeat
+  *   it may be a repeat (TP-30)
+  */
+final case class Received(
+    source: Int,
+    toAll: Boolean,
+    pipe: Int,
+    number: Int,
+    urgent: Boolean,
+    repeat: Boolean,
+    data: Seq[Int]
+)
+
+/** What a transport counts, in the order of `enum transport_counter`. Each frame that is ignored is counted
+  * once.
+  */
+object Counter extends Enumeration {
+
+  /** Control frames of which code, DLC, end mark, pipe, destination or life byte is impossible; DLC above 8.
+    */
+  val Malformed = Value
+
+  /** Source 0, 126 or 127. */
+  val WrongSource = Value
+
+  /** Frames from the own address. */
+  val OwnAddress = Value
+
+  /** Frames to another node. */
+  val Foreign = Value
+
+  /** Frames of a life that is older than the source's. */
+  val OldLife = Value
+
+  /** OPEN and SHORT with a number that is older than the last one. */
+  val OldNumber = Value
+
+  /** OPEN of a message that is too long, or that would go as SHORT. */
+  val WrongLength = Value
+
+  /** OPEN and SHORT that found no buffer. */
+  val NoBuffer = Value
+
+  /** Data frames behind the end of their message. */
+  val TooHigh = Value
+
+  /** Data frames with a wrong DLC. */
+  val WrongDlc = Value
+
+  /** Data frames with a wrong end mark. */
+  val WrongEnd = Value
+
+  /** Data frames that came already. */
+  val Double = Value
+
+  /** Data frames of no open message. */
+  val NoMessage = Value
+
+  /** Answers that no message awaits, and CLOSE of no open message. */
+  val Unexpected = Value
+
+  /** MISSING that names nothing, or a frame behind the end. */
+  val BeyondEnd = Value
+
+  /** Messages that came whole, with a wrong CRC. */
+  val WrongCrc = Value
+
+  /** Open messages that were dropped. */
+  val Dropped = Value
+
+  /** Answers for which there was no place. */
+  val AnswerLost = Value
+
+  /** Process data of an object that nobody follows. */
+  val Unwatched = Value
+}
+
+/** The transport of a node as its host and its port meet it: the golden model, or the program in C.
+  *
+  * Time is in us and never goes back. Nothing happens by itself: what is due, and what follows from frames
+  * received, left, or sent, is done by `poll`.
+  */
+trait TransportUnderTest {
+
+  /** Does what is due.
+    *
+    * @return
+    *   when it wants to be called again, if nothing else happens
+    */
+  def poll(now: Long): Long
+
+  /** The port has received a frame. */
+  def receive(frame: BusFrame, now: Long): Unit
+
+  /** The port's frame with this identifier has left: it waits no more. */
+  def left(id: Int): Unit
+
+  /** Frames given to the port since the last call. */
+  def queued(): Seq[BusFrame]
+
+  /** The host sends a message.
+    *
+    * @param tag
+    *   the host's own number of it, 0 to 65535
+    * @param members
+    *   of a message to all: who has to confirm it, or else everyone of whom a HELLO came within 3 s
+    * @return
+    *   false: it is impossible, or there is no place
+    */
+  def send(
+      tag: Int,
+      destination: Int,
+      urgent: Boolean,
+      data: Seq[Int],
+      now: Long,
+      members: Option[Set[Int]] = None
+  ): Boolean
+
+  /** The host gives a message up: it ends as not confirmed, unless it is delivered before that. */
+  def cancel(tag: Int): Unit
+
+  /** Messages that have ended since the last call. */
+  def ended(): Seq[Ended]
+
+  /** The message that the host is to take next; it stays until it is taken. */
+  def received: Option[Received]
+
+  /** The host has taken it, or refused it. */
+  def take(now: Long, refused: Boolean = false): Unit
+
+  /** Who is there: the addresses of which a HELLO came within 3 s. */
+  def members(now: Long): Set[Int]
+
+  /** Bytes 1 to 7 of HELLO change. */
+  def setHello(bytes: Seq[Int], now: Long): Unit
+
+  /** Process data to be sent, 1 to 8 bytes; none: no valid value. False: there is no place. */
+  def setObject(destination: Int, number: Int, data: Seq[Int], now: Long): Boolean
+
+  /** Follows an object of a node. False: there is no place. */
+  def watch(source: Int, number: Int): Boolean
+
+  /** The newest value of an object that is followed and whether it is old; before the first one: none, old.
+    */
+  def value(source: Int, number: Int, now: Long): (Seq[Int], Boolean)
+
+  /** What was counted. */
+  def count(counter: Counter.Value): Int
+}

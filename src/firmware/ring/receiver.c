@@ -1,0 +1,209 @@
+/* The receiving side: pipes and buffers (TP-21 to TP-25, TP-30, TP-32). */
+#include "internal.h"
+
+enum { GAPS = 10 }; /* in a row, after which a message is dropped */
+
+void receiver_start(struct transport *t) {
+  for (unsigned i = 0; i < TRANSPORT_PLACES; ++i)
+    t->incoming[i].data = i < TRANSPORT_BUFFERS ? t->buffers[i] : t->shorts[i - TRANSPORT_BUFFERS];
+}
+
+/* The message that a pipe has, open or waiting for the host. */
+struct transport_incoming *receiver_find(struct transport *t, uint8_t source, bool to_all, uint8_t pipe) {
+  for (unsigned i = 0; i < TRANSPORT_PLACES; ++i) {
+    struct transport_incoming *m = &t->incoming[i];
+    if (m->state != INCOMING_FREE && !m->detached && m->message.source == source &&
+        m->message.to_all == to_all && m->message.pipe == pipe)
+      return m;
+  }
+  return 0;
+}
+
+void receiver_drop(struct transport *t, struct transport_incoming *m) {
+  count(t, TRANSPORT_DROPPED);
+  m->state = INCOMING_FREE;
+}
+
+static struct transport_pipe *pipe_of(struct transport *t, const struct transport_message *m) {
+  return &t->pipes[m->source][m->to_all ? 1 : 0][m->pipe];
+}
+
+static struct transport_incoming *free_place(struct transport *t, bool is_short) {
+  const unsigned end = is_short ? TRANSPORT_PLACES : TRANSPORT_BUFFERS;
+  for (unsigned i = is_short ? TRANSPORT_BUFFERS : 0; i < end; ++i)
+    if (t->incoming[i].state == INCOMING_FREE) return &t->incoming[i];
+  return 0;
+}
+
+static void forget_frames(struct transport_incoming *m) {
+  for (unsigned i = 0; i < sizeof m->bitmap; ++i) m->bitmap[i] = 0;
+  m->received = 0;
+  m->highest = -1;
+}
+
+static void hears(struct transport_incoming *m, uint64_t now_us) {
+  m->heard_at = now_us;
+  m->gaps = 0;
+}
+
+static void complete(struct transport *t, struct transport_incoming *m) {
+  m->state = INCOMING_COMPLETE;
+  m->order = t->order++;
+  pipe_of(t, &m->message)->seen = true;
+}
+
+static void begin(struct transport *t, const struct transport_message *message, uint32_t crc,
+                  const struct ring_frame *f, uint64_t now_us) {
+  const bool is_short = message->length <= TRANSPORT_SHORT_BYTES;
+  struct transport_incoming *m = free_place(t, is_short);
+  if (m == 0) {
+    count(t, TRANSPORT_NO_BUFFER);
+    reply_busy(t, message, t->sources[message->source].life);
+    return;
+  }
+  m->state = INCOMING_OPEN;
+  m->detached = false;
+  m->parts = (uint16_t)((message->length + RING_FRAME_BYTES - 1) / RING_FRAME_BYTES);
+  m->crc = crc;
+  m->message = *message;
+  m->message.repeat = !pipe_of(t, message)->seen;
+  m->message.data = m->data;
+  forget_frames(m);
+  hears(m, now_us);
+  if (is_short) {
+    copy_bytes(m->data, f->data + 2, message->length);
+    complete(t, m);
+  }
+}
+
+static bool is_older(uint8_t number, uint8_t than) { return (uint8_t)(number - than) > 127; }
+
+/* OPEN and SHORT (TP-21). */
+void receiver_opening(struct transport *t, const struct ring_id *id, const struct ring_frame *f,
+                      uint64_t now_us) {
+  const bool is_short = id->number == RING_SHORT;
+  const uint32_t length = is_short ? f->dlc - 2u : get_number(f->data + 2, 2) + 1;
+  if (!is_short && (length <= TRANSPORT_SHORT_BYTES || length > TRANSPORT_MESSAGE_BYTES)) {
+    count(t, TRANSPORT_WRONG_LENGTH);
+    return;
+  }
+  const uint8_t life = f->data[1] & RING_LIFE_MASK;
+  if (life_heard(t, id->source, life, now_us) == 0) return;
+  const struct transport_message message = {.source = id->source,
+                                            .pipe = id->pipe,
+                                            .number = f->data[0],
+                                            .to_all = id->destination == 0,
+                                            .urgent = id->urgent,
+                                            .length = (uint16_t)length};
+  const uint32_t crc = is_short ? 0 : get_number(f->data + 4, 4);
+  const struct transport_pipe *pipe = pipe_of(t, &message);
+  struct transport_incoming *m = receiver_find(t, id->source, message.to_all, id->pipe);
+  if (pipe->has_last && pipe->last == message.number) {
+    reply_done(t, &message, life, pipe->refused ? RING_REFUSED : RING_DELIVERED);
+  } else if ((pipe->has_last && is_older(message.number, pipe->last)) ||
+             (m != 0 && is_older(message.number, m->message.number))) {
+    count(t, TRANSPORT_OLD_NUMBER);
+  } else if (m != 0 && m->state == INCOMING_COMPLETE) {
+    reply_busy(t, &message, life); /* until the host has taken it */
+  } else if (m != 0 && m->message.number == message.number && m->message.length == length && m->crc == crc) {
+    hears(m, now_us);
+  } else {
+    if (m != 0) receiver_drop(t, m);
+    begin(t, &message, crc, f, now_us);
+  }
+}
+
+void receiver_close(struct transport *t, const struct ring_id *id, const uint8_t *bytes, uint64_t now_us) {
+  if (life_heard(t, id->source, bytes[1] & RING_LIFE_MASK, now_us) == 0) return;
+  struct transport_incoming *m = receiver_find(t, id->source, id->destination == 0, id->pipe);
+  if (m != 0 && m->state == INCOMING_OPEN && m->message.number == bytes[0]) receiver_drop(t, m);
+  else count(t, TRANSPORT_UNEXPECTED);
+}
+
+static uint8_t part_length(const struct transport_incoming *m, uint8_t part) {
+  return part == m->parts - 1 ? (uint8_t)(m->message.length - RING_FRAME_BYTES * (m->parts - 1))
+                              : RING_FRAME_BYTES;
+}
+
+/* A data frame of a message that is whole now. */
+static void whole(struct transport *t, struct transport_incoming *m, uint8_t life) {
+  if (ring_crc32(m->data, m->message.length) == m->crc) {
+    complete(t, m);
+    return;
+  }
+  count(t, TRANSPORT_BAD_CRC);
+  forget_frames(m);
+  reply_done(t, &m->message, life, RING_WRONG_CRC);
+}
+
+void receiver_data(struct transport *t, const struct ring_id *id, const struct ring_frame *f,
+                   uint64_t now_us) {
+  struct transport_source *s = life_known(t, id->source, now_us);
+  struct transport_incoming *m = receiver_find(t, id->source, id->destination == 0, id->pipe);
+  if (m == 0) {
+    count(t, TRANSPORT_NO_MESSAGE);
+    reply_no_message(t, id, s, now_us);
+  } else if (m->state == INCOMING_COMPLETE) {
+    count(t, TRANSPORT_DOUBLE);
+  } else if (id->number >= m->parts) {
+    count(t, TRANSPORT_TOO_HIGH);
+  } else if (id->end != (id->number == m->parts - 1)) {
+    count(t, TRANSPORT_WRONG_END);
+  } else if (f->dlc != part_length(m, id->number)) {
+    count(t, TRANSPORT_WRONG_DLC);
+  } else if (bit_of(m->bitmap, id->number)) {
+    count(t, TRANSPORT_DOUBLE);
+  } else {
+    s->heard_at = now_us;
+    set_bit(m->bitmap, id->number);
+    copy_bytes(m->data + RING_FRAME_BYTES * id->number, f->data, f->dlc);
+    hears(m, now_us);
+    if (++m->received == m->parts) whole(t, m, s->life);
+    else if (id->end || id->number == m->highest) reply_missing(t, m, s->life);
+  }
+}
+
+uint64_t receiver_poll(struct transport *t, uint64_t now_us) {
+  const uint64_t gap_us = time_or_bits(t, 20000, 2000);
+  uint64_t due = UINT64_MAX;
+  for (unsigned i = 0; i < TRANSPORT_PLACES; ++i) {
+    struct transport_incoming *m = &t->incoming[i];
+    if (m->state != INCOMING_OPEN) continue;
+    if (now_us >= m->heard_at + gap_us) {
+      m->heard_at = now_us;
+      if (++m->gaps == GAPS) {
+        receiver_drop(t, m);
+        continue;
+      }
+      reply_missing(t, m, t->sources[m->message.source].life);
+    }
+    due = earlier(due, m->heard_at + gap_us);
+  }
+  return due;
+}
+
+const struct transport_message *transport_received(const struct transport *t) {
+  const struct transport_incoming *first = 0;
+  for (unsigned i = 0; i < TRANSPORT_PLACES; ++i) {
+    const struct transport_incoming *m = &t->incoming[i];
+    if (m->state != INCOMING_COMPLETE) continue;
+    if (first == 0 || (m->message.urgent != first->message.urgent ? m->message.urgent
+                                                                  : (int32_t)(m->order - first->order) < 0))
+      first = m;
+  }
+  return first == 0 ? 0 : &first->message;
+}
+
+void transport_take(struct transport *t, const struct transport_message *message, bool refuse) {
+  for (unsigned i = 0; i < TRANSPORT_PLACES; ++i) {
+    struct transport_incoming *m = &t->incoming[i];
+    if (&m->message != message || m->state != INCOMING_COMPLETE) continue;
+    m->state = INCOMING_FREE;
+    if (m->detached) return;
+    struct transport_pipe *pipe = pipe_of(t, message);
+    pipe->has_last = true;
+    pipe->last = message->number;
+    pipe->refused = refuse;
+    reply_done(t, message, t->sources[message->source].life, refuse ? RING_REFUSED : RING_DELIVERED);
+  }
+}

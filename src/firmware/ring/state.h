@@ -1,0 +1,102 @@
+/* What a transport remembers. Included by transport.h; nothing of it is for the host. */
+#ifndef FLYFRAME_RING_STATE_H
+#define FLYFRAME_RING_STATE_H
+
+/* A message under way. */
+struct transport_outgoing {
+  bool used, over, urgent;
+  bool open;     /* OPEN or SHORT is to be sent */
+  bool closing;  /* CLOSE is to be sent */
+  bool waits;    /* for the time that a BUSY has named */
+  bool went_out; /* all of its frames have left once */
+  uint8_t destination, pipe, number, tries;
+  uint16_t tag, length;
+  uint32_t crc, answers, most_answers;
+  uint8_t todo[TRANSPORT_PARTS / 8]; /* data frames to be sent */
+  uint8_t awaited[TRANSPORT_MAP_BYTES], unconfirmed[TRANSPORT_MAP_BYTES];
+  enum transport_outcome outcome;
+  const uint8_t *data;
+  uint64_t wait_end, restarted_at, left_at, progress_at;
+};
+
+/* A buffer for a message that comes in. */
+struct transport_incoming {
+  enum { INCOMING_FREE, INCOMING_OPEN, INCOMING_COMPLETE } state;
+  bool detached; /* its source has begun a new life, or is forgotten */
+  uint16_t parts, received;
+  int16_t highest; /* the highest frame that a MISSING has named, or -1 */
+  uint8_t gaps;
+  uint8_t bitmap[TRANSPORT_PARTS / 8];
+  uint32_t crc, order;
+  uint64_t heard_at;
+  struct transport_message message;
+  uint8_t *data;
+};
+
+struct transport_source {
+  bool known;
+  uint8_t life;
+  uint64_t heard_at;
+};
+
+/* A pipe of a source. Times are kept in ms, mod 65,536. */
+struct transport_pipe {
+  bool has_last, refused; /* the last message delivered or refused */
+  bool seen;              /* the host has got a message of it */
+  bool answered;
+  uint8_t last;
+  uint16_t answered_ms;
+};
+
+struct transport_answer {
+  bool to_all;
+  struct ring_frame frame;
+};
+
+struct transport_object {
+  bool used, due;
+  uint8_t destination, number, length;
+  uint8_t data[RING_FRAME_BYTES];
+  uint64_t due_at;
+};
+
+struct transport_watched {
+  bool used, heard;
+  uint8_t source, number, length;
+  uint8_t data[RING_FRAME_BYTES];
+  uint64_t heard_at;
+};
+
+enum { TRANSPORT_PLACES = TRANSPORT_BUFFERS + TRANSPORT_SHORTS };
+
+struct transport {
+  struct board *board;
+  struct transport_config config;
+  uint32_t counters[TRANSPORT_COUNTERS];
+
+  /* What waits in the port, and answers that wait for a place there, the oldest first. */
+  struct ring_frame slots[TRANSPORT_SLOTS];
+  uint8_t slot_count;
+  struct transport_answer answers[TRANSPORT_ANSWERS];
+  uint8_t answer_count;
+
+  struct transport_outgoing outgoing[TRANSPORT_OUTGOING];
+  uint8_t turn;                                 /* the place behind the one that has sent last */
+  uint8_t numbers[TRANSPORT_NODES][RING_PIPES]; /* of the next message */
+
+  struct transport_source sources[TRANSPORT_NODES];
+  struct transport_pipe pipes[TRANSPORT_NODES][2][RING_PIPES]; /* to this node, to all */
+  struct transport_incoming incoming[TRANSPORT_PLACES];
+  uint32_t order;
+  uint8_t buffers[TRANSPORT_BUFFERS][TRANSPORT_MESSAGE_BYTES];
+  uint8_t shorts[TRANSPORT_SHORTS][TRANSPORT_SHORT_BYTES];
+
+  bool hello_due;
+  uint64_t hello_at;
+  bool member[TRANSPORT_NODES];
+  uint64_t member_at[TRANSPORT_NODES];
+  struct transport_object objects[TRANSPORT_OBJECTS];
+  struct transport_watched watched[TRANSPORT_WATCHED];
+};
+
+#endif

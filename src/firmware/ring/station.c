@@ -1,0 +1,135 @@
+/* What needs no answer: HELLO (TP-31) and process data (TP-50). */
+#include "internal.h"
+
+enum { HELLO_US = 1000000, MEMBER_US = 3000000, PORTS = 1 /* byte of HELLO behind the life */ };
+
+void station_start(struct transport *t, uint64_t now_us) { t->hello_at = now_us; }
+
+void station_heard(struct transport *t, uint8_t source, uint64_t now_us) {
+  t->member[source] = true;
+  t->member_at[source] = now_us;
+}
+
+void transport_members(const struct transport *t, uint8_t map[TRANSPORT_MAP_BYTES], uint64_t now_us) {
+  for (unsigned i = 0; i < TRANSPORT_MAP_BYTES; ++i) map[i] = 0;
+  for (unsigned a = 0; a < TRANSPORT_NODES; ++a)
+    if (t->member[a] && now_us < t->member_at[a] + MEMBER_US) set_bit(map, a);
+}
+
+void transport_hello(struct transport *t, const uint8_t bytes[TRANSPORT_HELLO_BYTES]) {
+  if (bytes[PORTS] != t->config.hello[PORTS]) t->hello_due = true;
+  copy_bytes(t->config.hello, bytes, TRANSPORT_HELLO_BYTES);
+}
+
+static bool is_same(const uint8_t *a, const uint8_t *b, uint8_t length) {
+  while (length > 0 && a[length - 1] == b[length - 1]) --length;
+  return length == 0;
+}
+
+bool transport_object(struct transport *t, uint8_t destination, uint8_t number, const uint8_t *data,
+                      uint8_t length) {
+  struct transport_object *place = 0;
+  if (length > RING_FRAME_BYTES) return false;
+  for (unsigned i = 0; i < TRANSPORT_OBJECTS; ++i) {
+    struct transport_object *o = &t->objects[i];
+    if (!o->used) {
+      if (place == 0) place = o;
+    } else if (o->destination == destination && o->number == number) {
+      place = o;
+      break;
+    }
+  }
+  if (place == 0) return false;
+  if (!place->used || place->length != length || !is_same(place->data, data, length)) place->due = true;
+  place->used = true;
+  place->destination = destination;
+  place->number = number;
+  place->length = length;
+  copy_bytes(place->data, data, length);
+  return true;
+}
+
+static struct transport_watched *watched(const struct transport *t, uint8_t source, uint8_t number) {
+  for (unsigned i = 0; i < TRANSPORT_WATCHED; ++i) {
+    const struct transport_watched *w = &t->watched[i];
+    if (w->used && w->source == source && w->number == number) return (struct transport_watched *)w;
+  }
+  return 0;
+}
+
+bool transport_watch(struct transport *t, uint8_t source, uint8_t number) {
+  if (watched(t, source, number) != 0) return true;
+  for (unsigned i = 0; i < TRANSPORT_WATCHED; ++i) {
+    struct transport_watched *w = &t->watched[i];
+    if (w->used) continue;
+    *w = (struct transport_watched){.used = true, .source = source, .number = number};
+    return true;
+  }
+  return false;
+}
+
+void station_value(struct transport *t, const struct ring_id *id, const struct ring_frame *f,
+                   uint64_t now_us) {
+  struct transport_watched *w = watched(t, id->source, id->number);
+  if (w == 0) {
+    count(t, TRANSPORT_UNWATCHED);
+    return;
+  }
+  w->heard = true;
+  w->heard_at = now_us;
+  w->length = f->dlc;
+  copy_bytes(w->data, f->data, f->dlc);
+}
+
+uint8_t transport_value(const struct transport *t, uint8_t source, uint8_t number, uint8_t data[8], bool *old,
+                        uint64_t now_us) {
+  const struct transport_watched *w = watched(t, source, number);
+  *old = w == 0 || !w->heard || now_us >= w->heard_at + 3000u * (uint64_t)t->config.pd_ms;
+  if (w == 0) return 0;
+  copy_bytes(data, w->data, w->length);
+  return w->length;
+}
+
+uint64_t station_poll(struct transport *t, uint64_t now_us) {
+  uint64_t due;
+  if (now_us >= t->hello_at) {
+    t->hello_due = true;
+    t->hello_at = now_us + HELLO_US;
+  }
+  due = t->hello_at;
+  for (unsigned i = 0; i < TRANSPORT_OBJECTS; ++i) {
+    struct transport_object *o = &t->objects[i];
+    if (!o->used) continue;
+    if (o->due || now_us >= o->due_at) {
+      o->due = true;
+      o->due_at = now_us + 1000u * (uint64_t)t->config.pd_ms;
+    }
+    due = earlier(due, o->due_at);
+  }
+  return due;
+}
+
+/* A value that still waits in the port is followed by the newest one when it has left. */
+bool station_queue_one(struct transport *t) {
+  if (t->hello_due) {
+    struct ring_frame f = control_frame(t, false, 0, RING_HELLO, 0, 8);
+    f.data[0] = t->config.life;
+    copy_bytes(f.data + 1, t->config.hello, TRANSPORT_HELLO_BYTES);
+    if (!slot_waits(t, f.id) && slot_put(t, &f)) {
+      t->hello_due = false;
+      return true;
+    }
+  }
+  for (unsigned i = 0; i < TRANSPORT_OBJECTS; ++i) {
+    struct transport_object *o = &t->objects[i];
+    if (!o->due) continue;
+    const struct ring_id id = {false,     o->destination,    true, t->config.address,
+                               o->number, RING_PROCESS_DATA, true};
+    struct ring_frame f = {.id = ring_id_word(&id), .dlc = o->length};
+    copy_bytes(f.data, o->data, o->length);
+    if (slot_waits(t, f.id) || !slot_put(t, &f)) continue;
+    o->due = false;
+    return true;
+  }
+  return false;
+}

@@ -1,0 +1,52 @@
+package flyframe.transport
+
+import flyframe.Tier
+import org.scalatest.flatspec.AnyFlatSpec
+
+/** Sixteen nodes on a bus on which much goes wrong; `make transport-campaign` does it for longer. */
+class NetworkSpec extends AnyFlatSpec {
+  private val tier =
+    Tier("Transport of a bus with faults, model and C mixed", "messages", test = 400, soak = 40000)
+  private val all = Faults(lost = 0.3, doubled = 0.1, late = 0.1, restarts = 0.01, breaks = 0.01)
+
+  private val mixes = Seq[(String, Int => Boolean)](
+    ("C and model mixed", _ % 2 == 0),
+    ("the model", _ => false),
+    ("C", _ => true)
+  )
+
+  for (((name, inC), seed) <- mixes.zip(1L to 3L))
+    s"TP-30, TP-13: $name" should "deliver each message exactly once, or say that it is not confirmed" in
+      info(tier.run(name, tier.size / 4, Some(seed)) {
+        new Network(16, seed, all, inC).run((tier.size / 4).toInt)
+      })
+
+  "TP-05, TP-30: without faults all messages" should "be delivered, urgent ones faster" in {
+    val text = new Network(16, 4, Faults(), _ % 2 == 0).run(100)
+    assert(text.contains(" 0 not confirmed, 0 lost by a restart, 0 repeats"), text)
+    info(text)
+  }
+
+  "TP-04: C" should "understand the model, and the model C" in {
+    for (first <- 0 to 1) new Network(2, 5, Faults(lost = 0.1), _ == first).run(50)
+  }
+}
+
+/** `make transport-campaign`: messages on a bus of 16 nodes, C and model mixed. */
+object TransportCampaign {
+  def main(args: Array[String]): Unit = {
+    val Array(messages, seed) = args.map(_.toLong)
+    val random                = new scala.util.Random(seed)
+    val start                 = System.nanoTime
+    def passed                = (System.nanoTime - start) / 1000000000
+    // In parts, so that a fault is found again quickly by the seed of its part.
+    val part = 5000L
+    for (from <- 0L until messages by part) {
+      def chance(most: Double) = random.nextDouble() * most
+      val faults               = Faults(chance(0.3), chance(0.3), chance(0.3), chance(0.01), chance(0.01))
+      val text = new Network(16, seed + from / part, faults, _ % 2 == 0).run((messages - from min part).toInt)
+      println(s"${messages min from + part} messages after $passed s, $faults: $text")
+    }
+    sys.exit()
+  }
+}

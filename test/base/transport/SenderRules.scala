@@ -1,0 +1,309 @@
+package flyframe.transport
+
+/** Rules of the sender (TP-01 to TP-06, TP-10 to TP-13, TP-31 and their choices). */
+abstract class SenderRules extends TransportCases {
+  import TransportCases._
+
+  private val all = Outcome
+
+  "TP-04: the vector of section 16" should "be the sixth message of node 23" in
+    node(TransportParams(23, life = 7)) { b =>
+      for (n <- 0 until 5) {
+        assert(b.send(Seq(0x41), to = 1, urgent = true).map(_.data) == Seq(Seq(n, 7, 0x41)))
+        b.hear(BusFrame(id(Code.Done, urgent = true, to = 23, from = 1), Seq(n, 7, 0, 0)))
+      }
+      assert(
+        b.send(Seq(0x41, 0x42), to = 1, urgent = true) == Seq(BusFrame(0x22e041, 4, Seq(5, 7, 0x41, 0x42)))
+      )
+    }
+
+  "TP-03: a message" should "be cut into frames of 8 bytes, the last one with the end mark" in
+    node(TransportParams(1)) { b =>
+      val data = Seq.fill(255 * 8)(0xaa) ++ (0 to 7)
+      for (n <- 0 until 3) b.send(message(9), tag = n, to = 2)
+      val sent = b.send(data, tag = 3, to = 2).tail
+      assert(sent.map(_.data) == data.grouped(8).toSeq)
+      assert(sent.map(f => FrameId.of(f.id)).zipWithIndex.forall { case (f, i) =>
+        f == FrameId(urgent = false, 2, isData = true, 1, i, 3, end = i == 255)
+      })
+      assert(sent.last.id == 0x10503fe7) // the vector of section 16
+      val last = b.send("123456789".map(_.toInt), tag = 4, to = 2)
+      assert(last.head.data == Seq(0, 0, 0, 8, 0xcb, 0xf4, 0x39, 0x26))
+      assert(last.last.data == Seq('9'.toInt))
+      assert(FrameId.of(last.last.id).end && !FrameId.of(last(1).id).end)
+    }
+
+  "TP-04: a message of up to 6 bytes" should "go as SHORT, others as OPEN and frames at once" in node() { b =>
+    for (length <- 1 to 6) {
+      val data = message(length)
+      assert(
+        b.send(data, tag = length) ==
+          Seq(BusFrame(id(Code.Short, length - 1, to = Peer, from = Own), Seq(0, 7) ++ data))
+      )
+    }
+    val data = message(20)
+    val sent = b.send(data, tag = 7)
+    assert(
+      sent.head == BusFrame(
+        id(Code.Open, 6, to = Peer, from = Own),
+        Seq(0, 7, 0, 19) ++ Sizes.bytes(Sizes.crc32(data), 4)
+      )
+    )
+    assert(sent.tail.flatMap(_.data) == data && sent.size == 4)
+  }
+
+  "TP-01: each message" should "take the lowest free pipe of its destination" in node() { b =>
+    def pipe(f: BusFrame) = FrameId.of(f.id).pipe
+    assert((0 until 3).map(n => pipe(b.send(Seq(1), tag = n).head)) == Seq(0, 1, 2))
+    assert(pipe(b.send(Seq(1), tag = 3, to = 24).head) == 0)
+    b.hear(done(0, pipe = 1))
+    assert(b.ended() == Seq(Ended(1, all.Delivered, Set())))
+    assert((4 to 5).map(n => pipe(b.send(Seq(1), tag = n).head)) == Seq(1, 3))
+  }
+
+  "TB-01: a message" should "be refused at once if it is impossible, or without a place" in node() { b =>
+    def isTaken(data: Seq[Int], to: Int = Peer, urgent: Boolean = false, tag: Int = 9) =
+      b.t.send(tag, to, urgent, data, b.now)
+    assert(!isTaken(Nil) && !isTaken(message(2049)) && !isTaken(Seq(1), to = Own))
+    assert(!isTaken(Seq(1), to = 126) && !isTaken(Seq(1), to = 127))
+    assert((1 to 15).forall(n => isTaken(message(2048), tag = n))) // each pipe
+    assert(!isTaken(Seq(1), to = 24) && !isTaken(Seq(1), urgent = true))
+    assert(isTaken(Seq(1), to = 24, urgent = true, tag = 16))
+    assert(!isTaken(Seq(1), to = 25, urgent = true))
+    b.run()
+    assert(b.hear(done(0, from = 24)).isEmpty)
+    assert(b.ended().map(_.tag) == Seq(16))
+    assert(!isTaken(Seq(1), to = 24) && isTaken(Seq(1), to = 24, urgent = true))
+  }
+
+  "TP-02: numbers" should "count up in each pipe, from 0, mod 256" in node() { b =>
+    for (n <- 0 until 300) {
+      assert(b.send(Seq(1)).map(_.data.head) == Seq(n & 0xff))
+      b.hear(done(n & 0xff))
+    }
+    assert(b.ended().size == 300)
+    assert(b.send(Seq(1), to = 24).map(_.data.head) == Seq(0))
+  }
+
+  "TP-05, TB-03: messages" should "go in turn, urgent ones first" in node() { b =>
+    b.isHeld = true
+    val sent = for (n <- 0 until 3) yield b.t.send(n, Peer, n == 2, message(30, n), b.now)
+    assert(sent.forall(identity))
+    val order = Iterator
+      .continually { val f = b.run(); val first = b.waiting.headOption; b.leave(first.contains(_)); f }
+      .take(40)
+      .toSeq
+      .flatten
+      .map(f => FrameId.of(f.id).pipe)
+    assert(order == Seq(2, 2, 2, 2, 2, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1))
+  }
+
+  "TB-04: urgent frames and answers" should "find a place behind those that wait" in node() { b =>
+    b.isHeld = true
+    assert(b.send(message(100)).size == 4 && b.waiting.size == 5) // HELLO is one of them
+    val normal = b.hear(unknown(14), short(0, Seq(1)))
+    assert(normal.isEmpty && b.t.received.nonEmpty)
+    b.take()
+    assert(b.run().map(code) == Seq(Code.Done))
+    assert(b.send(Seq(1), tag = 2, urgent = true).map(code) == Seq(Code.Short))
+    assert(b.waiting.size <= 8)
+  }
+
+  "TP-06, TB-05: a frame that waits" should "never be queued again" in node() { b =>
+    b.send(message(40)) // all out
+    b.isHeld = true
+    assert(b.hear(missing(0, 1, 0xc000000000L)).map(code) == Seq(1, 2))
+    assert(b.hear(missing(0, 1, 0xe000000000L)).map(code) == Seq(3))
+    assert(b.hear(missing(0, 1, 0xe000000000L)).isEmpty)
+    b.leave(f => isData(f) && code(f) == 2)
+    assert(b.hear(missing(0, 1, 0xe000000000L)).map(code) == Seq(2))
+    // An OPEN that waits is not sent again, either, nor an answer.
+    b.leave()
+    assert(b.run(ms(50)).map(code) == Seq(Code.Open))
+    assert(b.run(ms(300)).isEmpty)
+    b.hear(short(0, Seq(1)))
+    b.take()
+    assert(b.run().map(code) == Seq(Code.Done))
+    assert(b.hear(short(0, Seq(1))).isEmpty)
+    b.leave()
+    assert(b.hear(short(0, Seq(1))).map(code) == Seq(Code.Done))
+  }
+
+  "TB-02: a pipe" should "be free when none of its frames waits" in node() { b =>
+    b.isHeld = true
+    b.send(Seq(1))
+    b.hear(done(0))
+    assert(b.ended().map(_.outcome) == Seq(all.Delivered))
+    assert(b.send(Seq(2), tag = 2).map(f => FrameId.of(f.id).pipe) == Seq(1))
+    b.leave()
+    assert(b.send(Seq(3), tag = 3).map(f => FrameId.of(f.id).pipe) == Seq(0))
+  }
+
+  "TP-10: DONE" should "end a message as delivered or refused, or let all of it go again" in node() { b =>
+    val data  = message(20)
+    val first = b.send(data)
+    assert(b.hear(done(0, 2)) == first)
+    assert(b.hear(done(1)).isEmpty && b.hear(done(0, life = 6)).isEmpty && b.ended().isEmpty)
+    assert(b.hear(done(0)).isEmpty)
+    assert(b.ended() == Seq(Ended(1, all.Delivered, Set())))
+    b.send(data, tag = 2)
+    b.hear(done(1, 1))
+    assert(b.ended() == Seq(Ended(2, all.Refused, Set(Peer))))
+    assert(b.hear(done(1, 1)).isEmpty && b.ended().isEmpty) // TB-10: twice
+    assert(b.counts == Map(Counter.Unexpected -> 3))
+    b.send(Seq(1), tag = 3)
+    assert(b.hear(done(2, 2)).map(code) == Seq(Code.Short))
+  }
+
+  "TP-11: MISSING" should "bring the frames that it names" in node() { b =>
+    b.send(message(2048))
+    val named = b.hear(missing(0, 200, 0x8000000001L))
+    assert(named.map(code) == Seq(200, 239))
+    assert(
+      b.hear(missing(0, 255, 0x8000000000L)).map(f => FrameId.of(f.id)).map(f => (f.number, f.end)) ==
+        Seq((255, true))
+    )
+  }
+
+  "TP-11, TB-06: BUSY" should "bring OPEN after its wait, for as long as it comes" in node() { b =>
+    b.send(message(20))
+    for (_ <- 1 to 30) {
+      assert(b.hear(busy(0, 3)).isEmpty)
+      assert(b.hear(unknown(), done(255), missing(0, 0, 0x8000000000L)).isEmpty) // until then they wait
+      assert(b.run(ms(30) - 1).isEmpty)
+      assert(b.run(1).map(code) == Seq(Code.Open))
+    }
+    b.hear(busy(0, 20), busy(0, 10))
+    assert(b.runTimed(ms(249)).map(f => (b.now - f._1, code(f._2))) == Seq((ms(49), Code.Open)))
+    b.hear(busy(0, 0))
+    assert(b.run(ms(10)).map(code) == Seq(Code.Open))
+    assert(b.hear(missing(0, 0, 0xe000000000L)).map(code) == Seq(0, 1, 2))
+  }
+
+  "TB-06: a message that finds its receiver busy" should "end when its host gives it up" in node() { b =>
+    b.send(message(20))
+    b.hear(busy(0, 255))
+    b.t.cancel(1)
+    assert(b.run().map(f => (code(f), f.data)) == Seq((Code.Close, Seq(0, 7))))
+    assert(b.ended() == Seq(Ended(1, all.NotConfirmed, Set(Peer))))
+  }
+
+  "TP-11, TB-09: UNKNOWN and DONE of the number before" should
+    "bring all from OPEN on, at most every 10 ms" in node() { b =>
+      b.send(Seq(1))
+      b.hear(done(0))
+      val first = b.send(message(20))
+      for (answer <- Seq(unknown(), done(0), done(0, 1))) {
+        assert(b.hear(answer).isEmpty) // too early
+        b.run(ms(10) - 1)
+        assert(b.hear(answer).isEmpty)
+        b.run(1)
+        assert(b.hear(answer) == first)
+        assert(b.hear(answer).isEmpty)
+      }
+    }
+
+  "TB-09: UNKNOWN to a SHORT" should "be ignored" in node() { b =>
+    b.send(Seq(1))
+    b.run(ms(20))
+    assert(b.hear(unknown(), done(255)).isEmpty)
+    assert(b.counts == Map(Counter.Unexpected -> 2))
+  }
+
+  "TP-12, TB-07: without an answer" should "OPEN come again every 50 ms, and CLOSE in the end" in node() {
+    b =>
+      b.send(message(20))
+      val begin = b.now
+      val sent  = b.runTimed(ms(2000)).map { case (at, f) => (at - begin, code(f)) }
+      assert(sent == (1 to 9).map(n => (ms(50.0 * n), Code.Open)) :+ ((ms(500), Code.Close)))
+      assert(b.ended() == Seq(Ended(1, all.NotConfirmed, Set(Peer))))
+      b.send(Seq(1), tag = 2)
+      assert(b.run(ms(2000)).map(code) == Seq.fill(9)(Code.Short) :+ Code.Close)
+  }
+
+  it should "begin anew to count with each answer" in node() { b =>
+    b.send(message(20))
+    b.run(ms(460))
+    b.hear(missing(0, 0, 0x8000000000L))
+    assert(b.run(ms(499)).map(code) == Seq.fill(9)(Code.Open))
+    assert(b.run(ms(1)).map(code) == Seq(Code.Close))
+  }
+
+  it should "wait for 5,000 bits where they are slow" in node(TransportParams(Own, 7, kbps = 5)) { b =>
+    b.send(Seq(1))
+    assert(b.runTimed(ms(1500)).map(f => f._1 - Start) == Seq(ms(1000)))
+  }
+
+  it should "count from when the last frame has left" in node() { b =>
+    b.isHeld = true
+    b.send(message(20))
+    assert(b.run(ms(400)).isEmpty)
+    b.leave()
+    assert(b.run(ms(50) - 1).isEmpty)
+    assert(b.run(1).map(code) == Seq(Code.Open))
+  }
+
+  "TP-13, TB-08: a message of which no frame leaves" should "end after 10 s" in node() { b =>
+    b.isHeld = true
+    b.send(message(200))
+    b.run(ms(9999))
+    assert(b.ended().isEmpty)
+    b.run(ms(2))
+    assert(b.ended() == Seq(Ended(1, all.NotConfirmed, Set(Peer))))
+    assert(b.send(Seq(1), tag = 2).forall(f => FrameId.of(f.id).pipe == 1)) // TB-02
+  }
+
+  "TP-13, TB-08: a receiver that never has it all" should "not keep a message for ever" in node() { b =>
+    b.send(message(20))
+    val rounds =
+      Iterator.continually(b.hear(missing(0, 0, 0x8000000000L)).map(code)).takeWhile(_ == Seq(0)).size
+    assert(rounds == 199)
+    assert(b.ended() == Seq(Ended(1, all.NotConfirmed, Set(Peer))))
+    b.send(message(20), tag = 2)
+    val again = Iterator.continually(b.hear(done(1, 2)).map(code)).takeWhile(_.head == Code.Open).size
+    assert(again == 199)
+    assert(b.ended().map(_.tag) == Seq(2))
+  }
+
+  "TP-13: every message" should "end once, also one that is given up late" in node() { b =>
+    b.send(Seq(1))
+    b.t.cancel(1)
+    b.t.receive(done(0), b.now)
+    assert(b.run().isEmpty) // it was delivered before CLOSE
+    assert(b.ended() == Seq(Ended(1, all.Delivered, Set())))
+    b.t.cancel(1)
+    assert(b.run(ms(1000)).isEmpty && b.ended().isEmpty)
+  }
+
+  // ---- to all ----
+
+  private def toAll(code: Int, bytes: Int*)(from: Int) = BusFrame(id(code, from = from), bytes)
+
+  "TP-31, TB-11: a message to all" should "be delivered when all members have it" in node() { b =>
+    val first = b.send(message(20), to = 0, members = Some(Set(3, 4, 5, Own)))
+    assert(FrameId.of(first.head.id).destination == 0 && first.head.data(1) == 0x87)
+    b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(3), toAll(Code.Done, 0, 7, 0, 0)(4)) // the latter: of no such
+    assert(b.hear(toAll(Code.Missing, 0, 0x87, 1, 0x80, 0, 0, 0, 0)(5)) == Seq(first(2)))
+    b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(9)) // no member
+    b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(5))
+    assert(b.ended().isEmpty)
+    b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(4))
+    assert(b.ended() == Seq(Ended(1, all.Delivered, Set())))
+    assert(b.counts == Map(Counter.Unexpected -> 2))
+  }
+
+  it should "name who has not confirmed it, or refused it" in node() { b =>
+    b.send(Seq(1), to = 0, members = Some(Set(3, 4, 5)))
+    b.hear(toAll(Code.Done, 0, 0x87, 0x80, 0)(3), toAll(Code.Done, 0, 0x87, 0x80, 1)(4))
+    assert(b.run(ms(500)).map(code) == Seq.fill(9)(Code.Short) :+ Code.Close)
+    assert(b.ended() == Seq(Ended(1, all.NotConfirmed, Set(4, 5))))
+    b.send(Seq(1), tag = 2, to = 0, members = Some(Set(3, 4)))
+    b.hear(toAll(Code.Done, 1, 0x87, 0x80, 0)(3), toAll(Code.Done, 1, 0x87, 0x80, 1)(4))
+    assert(b.ended() == Seq(Ended(2, all.Refused, Set(4))))
+  }
+
+  it should "go out once if there is nobody" in node() { b =>
+    assert(b.send(message(20), to = 0, members = Some(Set(Own))).size == 4)
+    assert(b.ended() == Seq(Ended(1, all.Delivered, Set())))
+  }
+}

@@ -1,0 +1,97 @@
+package flyframe.transport
+
+import scala.collection.mutable
+
+/** HELLO and process data (TP-31, TP-50). */
+abstract class StationRules extends TransportCases {
+  import TransportCases._
+
+  private val hello = Seq(1, 2, 3, 4, 5, 6, 7)
+
+  /** Every frame that a node sends within some time, also HELLO. */
+  private def all(t: TransportUnderTest, from: Long, us: Long): Seq[(Long, BusFrame)] = {
+    val sent = mutable.Buffer.empty[(Long, BusFrame)]
+    var now  = from
+    while (now <= from + us) {
+      val due = t.poll(now)
+      for (f <- t.queued()) {
+        sent += now -> f
+        t.left(f.id)
+      }
+      now = (now + 1) max (due min (from + us + 1))
+    }
+    sent.toSeq
+  }
+
+  "TP-31, TB-21: HELLO" should "go to all at the start, every second, and when a port changes" in
+    withTransport(TransportParams(Own, life = 7, hello = hello), Start) { t =>
+      val frame = BusFrame(FrameId(urgent = false, 0, isData = false, Own, 0x20, 0, end = true), 7 +: hello)
+      assert(all(t, Start, ms(2999)) == Seq(0, 1000, 2000).map(n => (Start + ms(n), frame)))
+      t.setHello(hello.updated(0, 9), Start + ms(2999))
+      assert(all(t, Start + ms(2999.5), ms(0.2)) == Nil)
+      t.setHello(hello.updated(1, 9), Start + ms(2999.8))
+      assert(all(t, Start + ms(2999.8), 10).map(_._2.data) == Seq(Seq(7, 1, 9, 3, 4, 5, 6, 7)))
+    }
+
+  "TP-31: the members" should "be those of whom a HELLO came within 3 s" in node() { b =>
+    def helloOf(from: Int, life: Int = 5) =
+      BusFrame(id(Code.Hello, to = 0, from = from), life +: Seq.fill(7)(0))
+    b.hear(helloOf(3), helloOf(125, 0x85))
+    b.run(ms(1000))
+    b.hear(helloOf(4))
+    b.run(ms(1999))
+    assert(b.t.members(b.now) == Set(3, 4, 125))
+    b.run(ms(1))
+    assert(b.t.members(b.now) == Set(4))
+    b.send(Seq(1), to = 0)
+    b.hear(BusFrame(id(Code.Done, from = 4), Seq(0, 0x87, 0x80, 0)))
+    assert(b.ended().map(_.outcome) == Seq(Outcome.Delivered))
+  }
+
+  "TP-50: process data" should "go out on change and every 100 ms" in node() { b =>
+    def value(data: Int*) =
+      BusFrame(FrameId(urgent = false, 9, isData = true, Own, 200, 15, end = true), data)
+    assert(b.t.setObject(9, 200, Seq(1, 2), b.now))
+    assert(b.runTimed(ms(250)) == Seq(0, 100, 200).map(n => (Start + ms(n), value(1, 2))))
+    b.t.setObject(9, 200, Seq(1, 2), b.now)
+    assert(b.run().isEmpty)
+    b.t.setObject(9, 200, Nil, b.now)
+    assert(b.runTimed(ms(150)) == Seq(250, 350).map(n => (Start + ms(n), value())))
+  }
+
+  it should "be the newest value when one still waits" in node() { b =>
+    b.t.setObject(0, 1, Seq(1), b.now)
+    b.isHeld = true
+    assert(b.run().map(_.data) == Seq(Seq(1)))
+    for (n <- 2 to 5) {
+      b.t.setObject(0, 1, Seq(n), b.now)
+      assert(b.run(ms(1)).isEmpty)
+    }
+    b.leave()
+    assert(b.run().map(_.data) == Seq(Seq(5)))
+  }
+
+  it should "have 16 places, and 64 to be followed" in node() { b =>
+    assert(
+      (0 until 16).forall(n => b.t.setObject(1, n, Seq(n), b.now)) && !b.t.setObject(1, 16, Seq(1), b.now)
+    )
+    assert(b.t.setObject(1, 15, Seq(1), b.now))
+    assert((0 until 64).forall(n => b.t.watch(Peer, n)) && !b.t.watch(Peer, 64) && b.t.watch(Peer, 63))
+  }
+
+  "TP-50: a value received" should "be the newest one, and old after 300 ms" in node() { b =>
+    def value(data: Int*) =
+      BusFrame(FrameId(urgent = false, Own, isData = true, Peer, 200, 15, end = true), data)
+    b.t.watch(Peer, 200)
+    assert(b.t.value(Peer, 200, b.now) == ((Nil, true)))
+    assert(b.hear(value(1, 2, 3), value(4)).isEmpty)
+    b.run(ms(300) - 1)
+    assert(b.t.value(Peer, 200, b.now) == ((Seq(4), false)))
+    b.run(1)
+    assert(b.t.value(Peer, 200, b.now) == ((Seq(4), true)))
+    b.hear(value())
+    assert(b.t.value(Peer, 200, b.now) == ((Nil, false)))
+    b.hear(value(1).copy(id = value(1).id + (1 << 5)))
+    assert(b.counts == Map(Counter.Unwatched -> 1) && b.t.received.isEmpty)
+  }
+}
