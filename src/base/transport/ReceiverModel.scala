@@ -7,10 +7,9 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
   import ReceiverModel._
 
   private class Pipe {
-    var last       = Option.empty[(Int, Int)] // number and result
-    var isSeen     = false                    // the host got a message of it
-    var open       = Option.empty[Incoming]
-    var answeredAt = Long.MinValue
+    var last   = Option.empty[(Int, Int)] // number and result
+    var isSeen = false                    // the host got a message of it
+    var open   = Option.empty[Incoming]
   }
   private class Source(var life: Int, var heardAt: Long) {
     val pipes                                   = mutable.Map.empty[(Boolean, Int), Pipe]
@@ -160,17 +159,17 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
         }
       case None =>
         counts.add(Counter.NoMessage)
-        val of = pipe.getOrElse(unknowns.getOrElseUpdate((id.source, id.destination == 0, id.pipe), new Pipe))
-        if (of.answeredAt == Long.MinValue || now >= of.answeredAt + AnswerUs) {
-          of.answeredAt = now
-          source match {
-            case Some(s) if of.last.nonEmpty => done(id, s, of)
-            case _ => answer(id, Code.Unknown, Seq(if (id.destination == 0) Sizes.ToAll else 0))
+        val key = (id.source, id.destination == 0, id.pipe)
+        if (answeredAt.get(key).forall(now >= _ + AnswerUs)) {
+          answeredAt(key) = now
+          source.zip(pipe.filter(_.last.nonEmpty)) match {
+            case Some((s, of)) => done(id, s, of)
+            case None          => answer(id, Code.Unknown, Seq(if (id.destination == 0) Sizes.ToAll else 0))
           }
         }
     }
   }
-  private val unknowns = mutable.Map.empty[(Int, Boolean, Int), Pipe] // of unknown sources, for the pause
+  private val answeredAt = mutable.Map.empty[(Int, Boolean, Int), Long] // source, to all, pipe
 
   private def accept(s: Source, pipe: Pipe, m: Incoming, n: Int, bytes: Seq[Int], now: Long): Unit = {
     s.heardAt = now
