@@ -6,7 +6,7 @@ import scala.util.Random
 /** What goes wrong on the way to each receiver, chances of a frame.
   *
   * @param restarts
-  *   chance of a message that some node starts anew behind it
+  *   chance of a message that some node starts anew behind it, and its receiver when its host has taken it
   * @param breaks
   *   chance of a message that the bus falls into two pieces for up to 200 ms
   */
@@ -89,10 +89,17 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
           t.take(now, refuse)
         }
         takeAt = None
+        if (random.nextDouble() < faults.restarts) startAnew(this) // DONE is lost, and the node has forgotten
       }
+      if (!isDown) work()
+    }
+
+    private def work(): Unit = {
       due = t.poll(now)
       val fresh = t.queued()
       fresh.foreach(f => tracker.queued(address, life, f, underWay.values))
+      val urgent = fresh.map(f => FrameId.of(f.id).urgent)
+      assert(urgent == urgent.sorted.reverse, "TP-05: a normal frame in front of an urgent one")
       slots ++= fresh
       assert(slots.size <= 8 && slots.map(_.id).distinct.size == slots.size, "TP-06")
       for (e <- t.ended()) tracker.ended(underWay.remove(e.tag).get, e, now)
@@ -147,7 +154,7 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
     nodes.filter(_.due <= now).foreach(_.poll())
   }
 
-  private def restart(n: Node): Unit = {
+  private def startAnew(n: Node): Unit = {
     val kept = late.filter(_._3 != n.address) // what is late is in the node's own port
     late.clear()
     late ++= kept
@@ -167,7 +174,7 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
         if (random.nextInt(20) == 0) n.most = random.nextInt(4)
         // One node at a time uses all of its pipes.
         if (random.nextInt(100) == 0) nodes.foreach(m => m.most = if (m eq n) 15 else m.most min 3)
-        if (random.nextDouble() < faults.restarts) restart(nodes(random.nextInt(count)))
+        if (random.nextDouble() < faults.restarts) startAnew(nodes(random.nextInt(count)))
         if (random.nextDouble() < faults.breaks) {
           broken = 1 + random.nextInt(count - 1)
           mended = now + random.nextInt(200000)
@@ -288,7 +295,11 @@ object Network {
     private def mean(urgent: Boolean) = times(urgent)._1 / 1e3 / times(urgent)._2
 
     def summary: String = {
-      assert(mean(urgent = true) < mean(urgent = false), s"$name: urgent messages are not faster")
+      val isSample = times.size == 2 && times.values.forall(_._2 >= 20)
+      assert(
+        !isSample || mean(urgent = true) < mean(urgent = false),
+        s"$name: urgent messages are not faster"
+      )
       counts.map { case (what, n) => s"$n $what" }.mkString(", ") +
         f"; on average ${mean(urgent = true)}%.0f ms, if urgent, and ${mean(urgent = false)}%.0f ms"
     }
