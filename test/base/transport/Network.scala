@@ -38,20 +38,25 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
   private var order = 0
 
   private class Node(index: Int) {
-    val address        = index + 1
-    var life           = random.nextInt(128)
-    private var t      = make()
-    var slots          = Vector.empty[BusFrame]
-    var due            = 0L
-    var downUntil      = 0L
-    var takeAt         = Option.empty[Long]
-    val underWay       = mutable.Map.empty[Int, Sent]
-    var most           = random.nextInt(4)
-    private def params = TransportParams(address, life)
+    val address           = index + 1
+    var life              = random.nextInt(128)
+    private var t         = make()
+    var slots             = Vector.empty[BusFrame]
+    var due               = 0L
+    var downUntil         = 0L
+    var takeAt            = Option.empty[Long]
+    val underWay          = mutable.Map.empty[Int, Sent]
+    private var polledAt  = 0L
+    private var favourite = 0
+    var most              = random.nextInt(4)
+    private def params    = TransportParams(address, life)
     private def make() =
       if (inC(index)) new NodeInC(params, now) else new TransportModel(params, now)
 
     def isDown: Boolean = now < downUntil
+
+    /** Something has happened: the host looks soon. */
+    private def hurry(): Unit = due = due min (now max polledAt + PollUs)
 
     def restart(): Unit = {
       close()
@@ -72,13 +77,13 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
 
     def hear(f: BusFrame): Unit = if (!isDown) {
       t.receive(f, now)
-      due = now
+      hurry()
     }
 
     def leave(f: BusFrame): Unit = {
       slots = slots.filterNot(_ eq f)
       t.left(f.id)
-      due = now
+      hurry()
     }
 
     def poll(): Unit = if (!isDown) {
@@ -95,6 +100,7 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
     }
 
     private def work(): Unit = {
+      polledAt = now
       due = t.poll(now)
       val fresh = t.queued()
       fresh.foreach(f => tracker.queued(address, life, f, underWay.values))
@@ -107,10 +113,16 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
       takeAt.foreach(at => due = due min at)
     }
 
+    /** Up to so many messages under way; if they are many, to one node, so that all pipes are in use. */
+    def sends(count: Int): Unit = {
+      most = count
+      favourite = otherThan(index) + 1
+    }
+
     def send(): Boolean = {
       tags += 1
       val tag    = tags & 0xffff
-      val to     = if (random.nextInt(30) == 0) 0 else otherThan(index) + 1
+      val to     = if (random.nextInt(30) == 0) 0 else if (most > 3) favourite else otherThan(index) + 1
       val urgent = random.nextInt(5) == 0
       val length = math.exp(random.nextDouble() * math.log(2049)).toInt
       val data = Iterator
@@ -171,16 +183,16 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
     while (sent < messages) {
       for (n <- nodes if !n.isDown && n.underWay.size < n.most && sent < messages && n.send()) {
         sent += 1
-        if (random.nextInt(20) == 0) n.most = random.nextInt(4)
+        if (random.nextInt(20) == 0) n.sends(random.nextInt(4))
         // One node at a time uses all of its pipes.
-        if (random.nextInt(100) == 0) nodes.foreach(m => m.most = if (m eq n) 15 else m.most min 3)
+        if (random.nextInt(100) == 0) nodes.foreach(m => m.sends(if (m eq n) 15 else m.most min 3))
         if (random.nextDouble() < faults.restarts) startAnew(nodes(random.nextInt(count)))
         if (random.nextDouble() < faults.breaks) {
           broken = 1 + random.nextInt(count - 1)
           mended = now + random.nextInt(200000)
         }
       }
-      if (nodes.forall(_.most == 0)) nodes(random.nextInt(count)).most = 3
+      if (nodes.forall(_.most == 0)) nodes(random.nextInt(count)).sends(3)
       step()
     }
     val end = now + 60000000L
@@ -197,6 +209,9 @@ object Network {
 
   /** Shorter than 128 messages of a pipe, behind which a number is no longer older (TP-02). */
   private val MaxLateUs = 15000
+
+  /** A host looks at most so often. */
+  private val PollUs = 300
 
   /** A message of a host. */
   class Sent(
@@ -216,6 +231,7 @@ object Network {
   /** Sees to TP-13 and TP-30. */
   class Tracker(name: String) {
     private val byKey  = mutable.Map.empty[(Int, Int, Int, Int), List[Sent]].withDefaultValue(Nil)
+    private val pipes  = mutable.Set.empty[Int]
     private val starts = mutable.Map.empty[Int, Int].withDefaultValue(0)
     private val times  = mutable.Map.empty[Boolean, (Long, Int)].withDefaultValue((0L, 0))
     private val counts = mutable.LinkedHashMap.empty[String, Int]
@@ -244,6 +260,7 @@ object Network {
       val id = FrameId.of(f.id)
       if (!id.isData && (id.number == Code.Open || id.number == Code.Short)) {
         val key = (id.pipe, f.data.head)
+        pipes += id.pipe
         assert((f.data(1) & 0x7f) == life)
         if (!underWay.exists(m => m.destination == id.destination && m.key.contains(key))) {
           val m = underWay
@@ -301,7 +318,7 @@ object Network {
         s"$name: urgent messages are not faster"
       )
       counts.map { case (what, n) => s"$n $what" }.mkString(", ") +
-        f"; on average ${mean(urgent = true)}%.0f ms, if urgent, and ${mean(urgent = false)}%.0f ms"
+        f"; ${pipes.size} pipes in use; on average ${mean(urgent = true)}%.0f ms, if urgent, and ${mean(urgent = false)}%.0f ms"
     }
   }
 }

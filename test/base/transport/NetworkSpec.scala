@@ -2,6 +2,10 @@ package flyframe.transport
 
 import flyframe.Tier
 import org.scalatest.flatspec.AnyFlatSpec
+import scala.concurrent.duration.Duration
+import scala.concurrent.ExecutionContext.Implicits.global
+import scala.concurrent.{Await, Future}
+import scala.util.Random
 
 /** Sixteen nodes on a bus on which much goes wrong; `make transport-campaign` does it for longer. */
 class NetworkSpec extends AnyFlatSpec {
@@ -34,19 +38,24 @@ class NetworkSpec extends AnyFlatSpec {
 
 /** `make transport-campaign`: messages on a bus of 16 nodes, C and model mixed. */
 object TransportCampaign {
+  private val Part = 2500L
+
   def main(args: Array[String]): Unit = {
     val Array(messages, seed) = args.map(_.toLong)
-    val random                = new scala.util.Random(seed)
+    val random                = new Random(seed)
     val start                 = System.nanoTime
-    def passed                = (System.nanoTime - start) / 1000000000
     // In parts, so that a fault is found again quickly by the seed of its part.
-    val part = 5000L
-    for (from <- 0L until messages by part) {
+    val parts = for (from <- 0L until messages by Part) yield {
       def chance(most: Double) = random.nextDouble() * most
       val faults               = Faults(chance(0.3), chance(0.3), chance(0.3), chance(0.01), chance(0.01))
-      val text = new Network(16, seed + from / part, faults, _ % 2 == 0).run((messages - from min part).toInt)
-      println(s"${messages min from + part} messages after $passed s, $faults: $text")
+      Future {
+        val size = messages - from min Part
+        val text = new Network(16, seed + from / Part, faults, _ % 2 == 0).run(size.toInt)
+        println(s"$size messages from $from on, $faults: $text")
+      }
     }
+    Await.result(Future.sequence(parts), Duration.Inf)
+    println(s"$messages messages in ${(System.nanoTime - start) / 1000000000} s")
     sys.exit()
   }
 }
