@@ -29,15 +29,16 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
     bytes = next
   }
 
-  def set(destination: Int, number: Int, data: Seq[Int]): Boolean = own.get(destination -> number) match {
-    case Some(o) =>
-      if (o.data != data) o.isDue = true
-      o.data = data
-      true
-    case None =>
-      val hasPlace = own.size < Sizes.Objects
-      if (hasPlace) own(destination -> number) = new Own(data)
-      hasPlace
+  def set(destination: Int, number: Int, data: Seq[Int]): Boolean = {
+    val known    = own.get(destination -> number)
+    val hasPlace = data.size <= Sizes.Frame && (known.nonEmpty || own.size < Sizes.Objects)
+    if (hasPlace) known match {
+      case Some(o) =>
+        if (o.data != data) o.isDue = true
+        o.data = data
+      case None => own(destination -> number) = new Own(data)
+    }
+    hasPlace
   }
 
   def watch(source: Int, number: Int): Boolean =
@@ -48,7 +49,7 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
     }
 
   /** A value has come. False: nobody follows it. */
-  def object_(source: Int, number: Int, data: Seq[Int], now: Long): Boolean =
+  def arrives(source: Int, number: Int, data: Seq[Int], now: Long): Boolean =
     followed
       .get(source -> number)
       .map { f =>

@@ -66,7 +66,7 @@ class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnder
     else if (!id.isData) control(id, frame.data, now)
     else if (id.pipe != Sizes.ProcessData) receiver.data(id, frame.data, now)
     else if (!id.end) counts.add(Counter.WrongEnd)
-    else if (!station.object_(id.source, id.number, frame.data, now)) counts.add(Counter.Unwatched)
+    else if (!station.arrives(id.source, id.number, frame.data, now)) counts.add(Counter.Unwatched)
   }
 
   private def control(id: FrameId, bytes: Seq[Int], now: Long): Unit = {

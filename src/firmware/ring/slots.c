@@ -28,7 +28,8 @@ static uint8_t places_for(const struct ring_id *id) {
 
 bool slot_put(struct transport *t, const struct ring_frame *frame) {
   const struct ring_id id = ring_id_of(frame->id);
-  if (t->slot_count >= places_for(&id) || !board_frame_send(t->board, frame)) return false;
+  if (t->slot_count >= places_for(&id)) return false;
+  board_frame_send(t->board, frame);
   t->slots[t->slot_count++] = *frame;
   return true;
 }

@@ -23,7 +23,7 @@ abstract class LieRules extends TransportCases {
     assert(b.ended().map(_.outcome) == Seq(Outcome.Delivered))
   }
 
-  private def with_(f: BusFrame)(change: FrameId => FrameId) = f.copy(id = change(FrameId.of(f.id)).word)
+  private def changed(f: BusFrame)(change: FrameId => FrameId) = f.copy(id = change(FrameId.of(f.id)).word)
 
   "TB-10, TP-10: DONE for a number never sent" should "be counted" in lie(Counter.Unexpected)(
     done(1),
@@ -46,7 +46,7 @@ abstract class LieRules extends TransportCases {
     missing(0, 0, 0x8000000000L, from = 9),
     unknown(1),
     unknown(from = 9),
-    with_(unknown())(identity).copy(data = Seq(0x80))
+    changed(unknown())(identity).copy(data = Seq(0x80))
   )
 
   "TB-10, TP-11: MISSING beyond the end, or of nothing" should "be counted" in lie(Counter.BeyondEnd)(
@@ -76,18 +76,18 @@ abstract class LieRules extends TransportCases {
 
   "TB-19: frames from the own address" should "be counted" in lie(Counter.OwnAddress)(
     BusFrame(id(Code.Hello, to = 0, from = Own), Seq.fill(8)(0)),
-    with_(short(1, Seq(1)))(_.copy(source = Own)),
-    with_(parts(message(20))(1))(_.copy(source = Own))
+    changed(short(1, Seq(1)))(_.copy(source = Own)),
+    changed(parts(message(20))(1))(_.copy(source = Own))
   )
 
   "TB-19: frames of a source that cannot be" should "be counted" in lie(Counter.WrongSource)(
     (for (source <- Seq(0, 126, 127); f <- Seq(short(1, Seq(1)), parts(message(20))(1), done(0)))
-      yield with_(f)(_.copy(source = source))): _*
+      yield changed(f)(_.copy(source = source))): _*
   )
 
   "TB-19: frames to others" should "be counted" in lie(Counter.Foreign)(
     (for (to <- Seq(1, 3, 125, 126, 127); f <- Seq(short(1, Seq(1)), parts(message(20))(1), done(0)))
-      yield with_(f)(_.copy(destination = to))): _*
+      yield changed(f)(_.copy(destination = to))): _*
   )
 
   private val controls = Seq(
@@ -109,7 +109,7 @@ abstract class LieRules extends TransportCases {
   )
 
   "TB-19: control frames with another end mark, pipe or code" should "be counted" in lie(Counter.Malformed)(
-    controls.map(with_(_)(_.copy(end = false))) ++ controls.map(with_(_)(_.copy(pipe = 15))) ++
+    controls.map(changed(_)(_.copy(end = false))) ++ controls.map(changed(_)(_.copy(pipe = 15))) ++
       (0 to 255)
         .filterNot(Set(1, 2, 3, 0x11, 0x12, 0x13, 0x14, 0x20))
         .map(code => BusFrame(id(code), Seq.fill(8)(0))): _*
@@ -119,16 +119,20 @@ abstract class LieRules extends TransportCases {
     lie(Counter.Malformed)(
       open(0, message(20), life = Life | 0x80),
       short(1, Seq(1), life = Life | 0x80),
-      with_(open(0, message(20)))(_.copy(destination = 0)),
-      with_(done(0))(_.copy(destination = 0)),
-      with_(unknown())(_.copy(destination = 0)),
-      with_(controls.last)(_.copy(destination = Own)),
+      changed(open(0, message(20)))(_.copy(destination = 0)),
+      changed(done(0))(_.copy(destination = 0)),
+      changed(unknown())(_.copy(destination = 0)),
+      changed(controls.last)(_.copy(destination = Own)),
       done(0, result = 3),
       unknown().copy(data = Seq(1))
     )
 
   "TB-19: process data with a DLC above 8" should "be counted" in lie(Counter.Malformed)(
     BusFrame(FrameId(urgent = false, Own, isData = true, Peer, 1, 15, end = true).word, 9, Seq.fill(8)(0))
+  )
+
+  "TB-19: process data without an end mark" should "be counted" in lie(Counter.WrongEnd)(
+    BusFrame(FrameId(urgent = false, Own, isData = true, Peer, 1, 15, end = false), Seq(1))
   )
 
   "TB-14: two OPENs of one number that alternate" should "keep one buffer, and deliver what fits" in node() {
@@ -146,7 +150,7 @@ abstract class LieRules extends TransportCases {
     for {
       source <- 3 to 125
       pipe   <- 0 to 14
-    } b.t.receive(with_(open(0, message(2048), pipe))(_.copy(source = source)), b.now)
+    } b.t.receive(changed(open(0, message(2048), pipe))(_.copy(source = source)), b.now)
     b.run()
     assert(b.counts == Map(Counter.NoBuffer -> (123 * 15 - 4), Counter.AnswerLost -> (123 * 15 - 4 - 12)))
     // An urgent answer still has a place, before the others.

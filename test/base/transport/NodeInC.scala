@@ -121,7 +121,7 @@ class NodeInC(p: TransportParams, start: Long = 0) extends TransportUnderTest {
   def setObject(destination: Int, n: Int, data: Seq[Int], now: Long): Boolean = {
     command('O')
     Seq(destination, n, data.size).foreach(out.write)
-    data.padTo(8, 0).foreach(out.write)
+    data.padTo(8, 0).take(8).foreach(out.write)
     isTrue()
   }
 

@@ -119,6 +119,11 @@ abstract class SenderRules extends TransportCases {
     assert(b.hear(missing(0, 1, 0xe000000000L)).map(code) == Seq(2))
     // An OPEN that waits is not sent again, either, nor an answer.
     b.leave()
+    b.run(ms(20))
+    assert(b.hear(unknown()).size == 5 && { b.run(ms(20)); b.hear(unknown()).isEmpty })
+    b.leave()
+    assert(b.run().map(code) == Seq(4)) // for which there was no place
+    b.leave()
     assert(b.run(ms(50)).map(code) == Seq(Code.Open))
     assert(b.run(ms(300)).isEmpty)
     b.hear(short(0, Seq(1)))

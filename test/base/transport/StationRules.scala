@@ -83,7 +83,8 @@ abstract class StationRules extends TransportCases {
     def value(data: Int*) =
       BusFrame(FrameId(urgent = false, Own, isData = true, Peer, 200, 15, end = true), data)
     b.t.watch(Peer, 200)
-    assert(b.t.value(Peer, 200, b.now) == ((Nil, true)))
+    assert(b.t.value(Peer, 200, b.now) == ((Nil, true)) && b.t.value(9, 9, b.now) == ((Nil, true)))
+    assert(!b.t.setObject(9, 200, Seq.fill(9)(1), b.now))
     assert(b.hear(value(1, 2, 3), value(4)).isEmpty)
     b.run(ms(300) - 1)
     assert(b.t.value(Peer, 200, b.now) == ((Seq(4), false)))
