@@ -58,12 +58,18 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
 
   def close(id: FrameId, bytes: Seq[Int], now: Long): Unit =
     for (s <- alive(id.source, bytes(1) & 0x7f, now)) {
-      val pipe = s.pipe(id.destination == 0, id.pipe)
-      pipe.open.filter(m => m.number == bytes(0) && !complete.contains(m)) match {
-        case Some(_) => drop(pipe)
-        case None    => counts.add(Counter.Unexpected)
+      val pipe   = s.pipe(id.destination == 0, id.pipe)
+      val number = bytes(0)
+      val isLate = pipe.last.exists(n => n._1 == number || isOlder(number, n._1)) ||
+        pipe.open.exists(m => isOlder(number, m.number) || m.number == number && complete.contains(m))
+      if (isLate) counts.add(Counter.Unexpected)
+      else {
+        if (pipe.open.exists(_.number == number)) drop(pipe)
+        pipe.last = Some(number -> Result.Refused)
       }
     }
+
+  private def isOlder(number: Int, than: Int) = Sizes.ahead(number, than) > 127
 
   /** OPEN or SHORT (TP-21). */
   def opening(id: FrameId, bytes: Seq[Int], now: Long): Unit = {
@@ -75,7 +81,7 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
         val pipe   = s.pipe(id.destination == 0, id.pipe)
         val number = bytes(0)
         val crc    = if (isShort) Sizes.crc32(bytes.drop(2)) else Sizes.number(bytes.drop(4)).toInt
-        val isOld  = (n: Int) => Sizes.ahead(number, n) > 127
+        val isOld  = isOlder(number, _)
         pipe.open match {
           case _ if pipe.last.exists(_._1 == number) => done(id, s, pipe)
           case _ if pipe.last.exists(n => isOld(n._1)) || pipe.open.exists(m => isOld(m.number)) =>
@@ -212,9 +218,10 @@ private[transport] class ReceiverModel(p: TransportParams, answers: AnswersModel
       s    <- sources.get(m.id.source)
       pipe <- s.pipes.get((m.toAll, m.id.pipe)) if pipe.open.contains(m)
     } {
+      val result = if (refused) Result.Refused else Result.Delivered
       pipe.open = None
-      pipe.last = Some(m.number -> (if (refused) Result.Refused else Result.Delivered))
-      done(m.id, s, pipe)
+      if (!pipe.last.exists(n => isOlder(m.number, n._1))) pipe.last = Some(m.number -> result)
+      done(m.id, s, m.number, result)
     }
   }
 }

@@ -105,7 +105,7 @@ object Counter extends Enumeration {
   /** Data frames of no open message. */
   val NoMessage = Value
 
-  /** Answers that no message awaits, and CLOSE of no open message. */
+  /** Answers that no message awaits, and CLOSE of a message that has ended. */
   val Unexpected = Value
 
   /** MISSING that names nothing, or a frame behind the end. */

@@ -115,9 +115,19 @@ void receiver_opening(struct transport *t, const struct ring_id *id, const struc
 
 void receiver_close(struct transport *t, const struct ring_id *id, const uint8_t *bytes, uint64_t now_us) {
   if (life_heard(t, id->source, bytes[1] & RING_LIFE_MASK, now_us) == 0) return;
+  const uint8_t number = bytes[0];
+  struct transport_pipe *pipe = &t->pipes[id->source][id->destination == 0 ? 1 : 0][id->pipe];
   struct transport_incoming *m = receiver_find(t, id->source, id->destination == 0, id->pipe);
-  if (m != 0 && m->state == INCOMING_OPEN && m->message.number == bytes[0]) receiver_drop(t, m);
-  else count(t, TRANSPORT_UNEXPECTED);
+  bool late = pipe->has_last && (pipe->last == number || is_older(number, pipe->last));
+  if (m != 0 && is_older(number, m->message.number)) late = true;
+  if (m != 0 && m->message.number == number && m->state == INCOMING_COMPLETE) late = true;
+  if (late) {
+    count(t, TRANSPORT_UNEXPECTED);
+    return;
+  }
+  if (m != 0 && m->message.number == number) receiver_drop(t, m);
+  pipe->has_last = pipe->refused = true;
+  pipe->last = number;
 }
 
 static uint8_t part_length(const struct transport_incoming *m, uint8_t part) {
@@ -201,9 +211,11 @@ void transport_take(struct transport *t, const struct transport_message *message
     m->state = INCOMING_FREE;
     if (m->detached) return;
     struct transport_pipe *pipe = pipe_of(t, message);
-    pipe->has_last = true;
-    pipe->last = message->number;
-    pipe->refused = refuse;
+    if (!pipe->has_last || !is_older(message->number, pipe->last)) {
+      pipe->has_last = true;
+      pipe->last = message->number;
+      pipe->refused = refuse;
+    }
     reply_done(t, message, t->sources[message->source].life, refuse ? RING_REFUSED : RING_DELIVERED);
   }
 }

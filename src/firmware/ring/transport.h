@@ -48,7 +48,7 @@ enum transport_counter {
   TRANSPORT_WRONG_END,   /* data with a wrong end mark */
   TRANSPORT_DOUBLE,      /* data that came already */
   TRANSPORT_NO_MESSAGE,  /* data of no open message */
-  TRANSPORT_UNEXPECTED,  /* answers that no message awaits; CLOSE of no open message */
+  TRANSPORT_UNEXPECTED,  /* answers that no message awaits; CLOSE of one that has ended */
   TRANSPORT_BEYOND_END,  /* MISSING that names nothing, or a frame behind the end */
   TRANSPORT_BAD_CRC,     /* messages that came whole, with a wrong CRC */
   TRANSPORT_DROPPED,     /* open messages that were dropped */
