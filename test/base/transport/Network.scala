@@ -318,7 +318,8 @@ object Network {
         s"$name: urgent messages are not faster"
       )
       counts.map { case (what, n) => s"$n $what" }.mkString(", ") +
-        f"; ${pipes.size} pipes in use; on average ${mean(urgent = true)}%.0f ms, if urgent, and ${mean(urgent = false)}%.0f ms"
+        s"; ${pipes.size} pipes in use; on average " +
+        f"${mean(urgent = true)}%.0f ms, if urgent, and ${mean(urgent = false)}%.0f ms"
     }
   }
 }
