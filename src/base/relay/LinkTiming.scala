@@ -1,0 +1,34 @@
+package flyframe.relay
+
+import flyframe.can.{BitSetting, BitStream, BitTimingModel}
+
+/** The bits of a link (FR-40): a quantum is a core cycle, the sample point lies at 64 to 66 % (RB-05).
+  *
+  * @param cycles
+  *   core cycles of a bit, 25 (2 Mbit/s at 50 MHz) to 250 (400 kbit/s at 100 MHz)
+  */
+final case class LinkTiming(cycles: Int) {
+  require(cycles >= 25 && cycles <= 250, s"cycles is $cycles but must be 25 to 250 core cycles.")
+
+  /** Cycles from the edge at the start of a bit to its sample. */
+  val sample: Int = cycles * 65 / 100
+
+  /** Greatest change by a resynchronisation. */
+  val jump: Int = cycles / 5
+
+  val setting: BitSetting = BitSetting(tseg1 = sample, tseg2 = cycles - 1 - sample, sjw = jump)
+}
+
+/** A link receiver behind its bit timing, core cycle by core cycle. */
+class LinkInputModel(timing: LinkTiming, receiver: LinkReceiverModel) extends BitStream {
+  private val bits = new BitTimingModel(timing.setting, this)
+
+  def begins(): Unit              = ()
+  def samples(bit: Boolean): Unit = receiver.take(bit)
+  def isHard: Boolean             = receiver.isIdle
+  def hardSynchronises(): Unit    = ()
+  def level: Boolean              = true // a link has one sender: nothing of the own is heard
+
+  /** A core cycle ends in which `heard` was heard. */
+  def step(heard: Boolean): Unit = bits.quantum(heard)
+}

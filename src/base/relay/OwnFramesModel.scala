@@ -1,0 +1,189 @@
+package flyframe.relay
+
+import scala.collection.mutable.ArrayBuffer
+
+/** A frame of the own node that is not confirmed yet.
+  *
+  * @param slot
+  *   where it stands; none for the start of a life
+  */
+final class Flight(val slot: Option[Int], val kind: Int, val sequence: Int, val order: Long, val word: Int) {
+  import Flight._
+
+  /** How it is with the copies of the two ports. */
+  val copies: Array[Int] = Array(NotSent, NotSent)
+
+  /** When its last copy began, in core cycles, and how often it has been repeated. */
+  var begun: Long        = 0
+  var repeats: Int       = 0
+  var isAborted: Boolean = false // the host wants it no more: it is not repeated
+
+  def isWaiting: Boolean = copies.contains(Waits)
+
+  /** FR-57 for copies that came back where they left. */
+  def isHome: Boolean = copies.contains(Home) && !copies.exists(c => c == Waits || c == Sent)
+}
+
+object Flight {
+  val NotSent = 0 // the port was down
+  val Waits   = 1
+  val Sent    = 2
+  val Home    = 3 // it came back by the port by which it left
+  val Gone    = 4 // the port has gone down since
+}
+
+/** What own frames need of their node. */
+trait OwnHost {
+  def slots: RelaySlotsModel
+
+  /** Core cycles of `confirmUs`. */
+  def confirmCycles: Long
+  def retries: Int
+  def isOneShot: Boolean
+  def isUp(port: Int): Boolean
+  def counts(counter: Int): Unit
+  def lifeSettled(): Unit // the start of a life was confirmed or has failed
+}
+
+/** Sequences, copies, confirming and repeating (FR-55 to FR-58). */
+class OwnFramesModel(host: OwnHost) {
+  import Flight._
+  import OwnFramesModel._
+  private val flights = ArrayBuffer.empty[Flight] // in the order of their sequences
+  private var next    = 0
+
+  /** No data frame has been sent since the start. */
+  private var isFresh = true
+
+  /** A new life: sequences begin anew, and so do frames that were on their way (RB-13). */
+  def restart(): Unit = {
+    next = 0
+    isFresh = true
+    for (f <- flights; slot <- f.slot) host.slots.ends(slot, isSent = false)
+    flights.clear()
+  }
+
+  def isEmpty: Boolean = flights.isEmpty
+
+  /** FR-62: a sequence ahead of the newest sent (RB-14). */
+  def isAhead(sequence: Int): Boolean = !isFresh && {
+    val distance = sequence - next + 1 & SequenceMask
+    distance > 0 && distance < Ahead
+  }
+
+  /** The start of a life. */
+  def announce(life: Int): Unit = {
+    val f = new Flight(None, LinkKind.Start, life, 0, 0)
+    wait(f)
+    flights += f
+  }
+
+  private def wait(f: Flight): Unit =
+    for (port <- 0 to 1) f.copies(port) = if (host.isUp(port)) Waits else NotSent
+
+  private def mayBegin =
+    flights.isEmpty || ((next - flights.head.sequence & SequenceMask) < Window && flights.head.slot.nonEmpty)
+
+  private def fresh: Option[Int] = if (!mayBegin) None else host.slots.next(w => flights.exists(f => isSame(f.word, w)))
+
+  /** The identifier is the same, whatever the kind of frame. */
+  private def isSame(word: Int, other: Int) = ((word ^ other) & ~(1 << 30)) == 0
+
+  private def waiting(port: Int): Option[Flight] =
+    flights.filter(_.copies(port) == Waits).minByOption(_.order)
+
+  /** The order of the own frame that would leave by a port.
+    *
+    * @param data
+    *   data frames may begin
+    */
+  def order(port: Int, data: Boolean): Option[Long] =
+    (waiting(port).map(_.order) ++ (if (data) fresh.map(host.slots.pendingFrame(_).order) else None)).minOption
+
+  /** The frame that [[order]] tells begins at a port. */
+  def begin(port: Int, data: Boolean, cycle: Long): Flight = {
+    val old  = waiting(port)
+    val slot = if (data) fresh else None
+    val isNew = slot.exists { s =>
+      old.forall(host.slots.pendingFrame(s).order < _.order)
+    }
+    val flight = if (isNew) create(slot.get) else old.get
+    flight.copies(port) = Sent
+    flight.begun = cycle
+    flight
+  }
+
+  private def create(slot: Int): Flight = {
+    val frame = host.slots.pendingFrame(slot)
+    val f     = new Flight(Some(slot), LinkKind.Data, next, frame.order, frame.word)
+    host.slots.begins(slot)
+    next = next + 1 & SequenceMask
+    isFresh = false
+    wait(f)
+    flights += f
+    host.counts(RelayCounter.OwnSent)
+    f
+  }
+
+  /** A copy has come home. */
+  def home(header: LinkHeader, port: Int): Unit =
+    for (f <- flights.find(f => f.kind == header.kind && f.sequence == header.sequence)) {
+      if (port != header.direction) ends(f, isSent = true)
+      else if (f.copies(port) == Sent) {
+        f.copies(port) = Home
+        if (f.isHome) ends(f, isSent = true)
+      }
+    }
+
+  /** A port has gone down. */
+  def portDown(port: Int): Unit = for (f <- flights.toSeq if f.copies(port) != NotSent) {
+    f.copies(port) = Gone
+    if (f.isHome) ends(f, isSent = true)
+  }
+
+  /** Everything fails: no port is up (FR-15). */
+  def fail(): Unit = flights.toSeq.foreach(ends(_, isSent = false))
+
+  /** When something is to be repeated next; none while a copy has not even begun. */
+  def due: Option[Long] = flights.filterNot(_.isWaiting).map(dueOf).minOption
+
+  private def dueOf(f: Flight) = f.begun + (host.confirmCycles << (f.repeats min MostDoublings))
+
+  /** Repeats what is due (FR-58). */
+  def pass(cycle: Long): Unit =
+    for (f <- flights.toSeq if !f.isWaiting && dueOf(f) <= cycle) {
+      if (f.isAborted || host.isOneShot || f.repeats >= host.retries) ends(f, isSent = false)
+      else {
+        f.repeats += 1
+        wait(f)
+        host.counts(RelayCounter.Repeated)
+      }
+    }
+
+  /** The host wants slots no more. */
+  def abort(map: Int): Unit =
+    for (f <- flights if f.slot.exists(s => (map >> s & 1) == 1)) f.isAborted = true
+
+  private def ends(f: Flight, isSent: Boolean): Unit = {
+    flights -= f
+    f.slot match {
+      case Some(s) =>
+        host.slots.ends(s, isSent)
+        host.counts(if (isSent) RelayCounter.Confirmed else RelayCounter.Failed)
+      case None => host.lifeSettled()
+    }
+  }
+}
+
+object OwnFramesModel {
+  val Window               = 16
+  val SequenceMask         = 0x3fff
+  private val Ahead        = 8192
+  private val MostDoublings = 4
+}
+
+/** Kinds of link frames. */
+object LinkKind {
+  val Data  = 0
+  val Start = 1
+}

@@ -1,0 +1,67 @@
+package flyframe.relay
+
+import flyframe.params.CanParams
+
+/** The golden model of relay mode, core cycle by core cycle. */
+class RelayModel(p: CanParams = CanParams()) extends RelayUnderTest {
+  private val links = new LinkSenders {
+    def quiet(port: Int): Long                                          = outputs(port).quiet
+    def begin(port: Int, header: LinkHeader, body: LinkBody): Unit = outputs(port).begin(header, body)
+    def abort(port: Int): Unit                                          = outputs(port).abort()
+    def silence(port: Int): Unit                                        = outputs(port).silence()
+  }
+  private lazy val outputs   = Seq.fill(2)(new LinkSenderModel)
+  val node: RelayNodeModel   = new RelayNodeModel(p, links)
+  val host: RelayHostModel   = new RelayHostModel(p, node)
+  private val receivers      = (0 to 1).map(port => new LinkReceiverModel(node.listener(port)))
+  private var bitCycles      = 0
+  private val inputs         = new Array[LinkInputModel](2)
+  private val levels         = Array(true, true)
+  private val wasUp          = Array(false, false)
+  private var cycles         = 0L
+  setBit()
+
+  private def setBit(): Unit = if (host.linkBit != bitCycles) {
+    bitCycles = host.linkBit
+    for (port <- 0 to 1) restart(port)
+  }
+
+  private def restart(port: Int): Unit =
+    inputs(port) = new LinkInputModel(LinkTiming(bitCycles), receivers(port))
+
+  def cycle: Long                 = cycles
+  def level(port: Int): Boolean   = levels(port)
+  def isStuck(port: Int): Boolean = receivers(port).isStuck
+
+  def step(heard: (Boolean, Boolean), up: (Boolean, Boolean)): Unit = {
+    node.now(cycles)
+    port(0, up._1)
+    port(1, up._2)
+    inputs(0).step(heard._1 || !up._1)
+    inputs(1).step(heard._2 || !up._2)
+    if ((cycles + 1) % bitCycles == 0) {
+      node.tick()
+      for (port <- 0 to 1) levels(port) = outputs(port).send()
+    }
+    cycles += 1
+  }
+
+  private def port(port: Int, isUp: Boolean): Unit = if (isUp != wasUp(port)) {
+    wasUp(port) = isUp
+    if (receivers(port).isInFrame) node.listener(port).ended(isGood = false)
+    receivers(port).restart()
+    restart(port)
+    node.portChanges(port, isUp)
+  }
+
+  def write(address: Int, bytes: Seq[Int]): Unit = {
+    node.now(cycles)
+    host.write(address, bytes)
+    setBit()
+  }
+
+  def read(address: Int, count: Int): Seq[Int] = {
+    node.now(cycles)
+    host.read(address, count)
+  }
+}
