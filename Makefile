@@ -3,6 +3,7 @@ ARGS   ?=
 PRESET ?= cyclone4-min
 FRAMES ?= 100000
 SEED   ?= 1
+BREAKS ?= 100
 STEPS  ?= 10000000
 EVENTS ?= 1000
 CYCLES ?= 10000
@@ -33,8 +34,8 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
              $(if $(filter master,$(ROLE)),linePorts),--$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts can-fuzz faults \
-        transport-campaign campaign campaign-programs campaign-scheduler campaign-worker campaign-record \
-        campaign-test alarm-latency page-latency cosim cosim-selftest interop lint matrix format \
+        transport-campaign relay-campaign campaign campaign-programs campaign-scheduler campaign-worker \
+        campaign-record campaign-test alarm-latency page-latency cosim cosim-selftest interop lint matrix format \
         check-format report \
         figures pictures quartus check-board clean demo server firmware-test stack-test alarm-sim \
         alarm-ring-sim ethercrab-test mutants check-dependencies clocks slave-demo
@@ -93,6 +94,10 @@ can-fuzz: tools-for-can-fuzz ## random CAN buses, a port in RTL against the gold
 transport-campaign: tools-for-transport-campaign ## messages on a bus of 16 nodes with faults, each exactly \
                     # once, C and model mixed: MESSAGES=100000 SEED=1
 	$(SBT) "base / Test / runMain flyframe.transport.TransportCampaign $(or $(MESSAGES),100000) $(SEED)"
+
+relay-campaign: tools-for-relay-campaign ## breaks and mends of a fibre ring of 51 nodes in relay mode, in the \
+                # engine: BREAKS=10000 SEED=1
+	$(SBT) "base / Test / runMain flyframe.relay.model.RelayCampaign $(BREAKS) $(SEED)"
 
 faults: PRESET = slave
 faults: tools-for-faults ## slaves in OP behind cables that fail: CYCLES=100000 SEED=1 \

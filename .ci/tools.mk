@@ -42,6 +42,7 @@ tools_smsoak              := sbt sim
 tools_hosts               := sbt sim
 tools_can-fuzz            := sbt sim
 tools_transport-campaign  := sbt sim
+tools_relay-campaign      := sbt
 tools_faults              := sim
 tools_matrix              := sbt sim
 tools_campaign            := sbt sim campaign

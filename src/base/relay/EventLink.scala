@@ -3,10 +3,10 @@ package flyframe.relay
 import scala.collection.mutable
 import scala.collection.mutable.ArrayBuffer
 
-/** A link of the [[RelayEngine]]: it knows the bits that its sender has decided to send, and works out when its
-  * receiver finds what in them, by the rules of the bit timing unit ([[flyframe.can.BitTimingModel]]), edge by
-  * edge instead of cycle by cycle. Bits that are decided otherwise later, by an abort or an error, are worked
-  * out again.
+/** A link of the [[RelayEngine]]: it knows the bits that its sender has decided to send, and works out when
+  * its receiver finds what in them, by the rules of the bit timing unit ([[flyframe.can.BitTimingModel]]),
+  * edge by edge instead of cycle by cycle. Bits that are decided otherwise later, by an abort or an error,
+  * are worked out again.
   *
   * @param heardFrom
   *   the first cycle of the receiver in which a bit of the sender is heard
@@ -279,10 +279,10 @@ object EventLink {
       case BadFrame             => listener.badFrame()
     }
   }
-  case object Starts                                        extends Event
+  case object Starts                                          extends Event
   final case class Header(header: LinkHeader, body: LinkBody) extends Event
-  case object Identified                                    extends Event
-  final case class Ended(isGood: Boolean)                   extends Event
-  case object BadHeader                                     extends Event
-  case object BadFrame                                      extends Event
+  case object Identified                                      extends Event
+  final case class Ended(isGood: Boolean)                     extends Event
+  case object BadHeader                                       extends Event
+  case object BadFrame                                        extends Event
 }

@@ -45,8 +45,8 @@ object LinkHeader {
     LinkHeader(word >>> 30, word >>> 29 & 1, word >>> 22 & 0x7f, word >>> 8 & 0x3fff, word & 0xff)
 }
 
-/** What stands behind the header: identifier word, length, data, CRC, without stuffing, as far as it is there.
-  * It passes through the nodes unchanged.
+/** What stands behind the header: identifier word, length, data, CRC, without stuffing, as far as it is
+  * there. It passes through the nodes unchanged.
   */
 final class LinkBody {
   import LinkBody._
@@ -73,7 +73,7 @@ final class LinkBody {
   private def number(from: Int, length: Int): Int =
     (from until from + length).foldLeft(0)((n, i) => n << 1 | (if (bits(i)) 1 else 0))
 
-  def isWhole: Boolean       = count == total
+  def isWhole: Boolean = count == total
 
   /** Has the same bits. */
   def isLike(o: LinkBody): Boolean = count == o.count && (0 until count).forall(i => bits(i) == o.bits(i))

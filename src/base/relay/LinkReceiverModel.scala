@@ -28,15 +28,15 @@ trait LinkListener {
 class LinkReceiverModel(listener: LinkListener) {
   import LinkReceiverModel._
   private var state      = Waits
-  private var recessives = 0 // in a row, up to 7
-  private var dominants  = 0 // in a row
-  private var run        = 0 // equal bits, for the stuffing
+  private var recessives = 0     // in a row, up to 7
+  private var dominants  = 0     // in a row
+  private var run        = 0     // equal bits, for the stuffing
   private var last       = true
-  private var count      = 0 // bits since start, without stuff bits
-  private var word       = 0 // kind to hops
+  private var count      = 0     // bits since start, without stuff bits
+  private var word       = 0     // kind to hops
   private var crc8       = 0
-  private var check      = 0 // as received
-  private var ends       = 0 // bits of the end
+  private var check      = 0     // as received
+  private var ends       = 0     // bits of the end
   private var crc32      = 0
   private var body       = new LinkBody
   private var isBroken   = false // by six dominant bits, just now

@@ -84,13 +84,14 @@ class OwnFramesModel(host: OwnHost) {
   private def mayBegin =
     flights.isEmpty || ((next - flights.head.sequence & SequenceMask) < Window && flights.head.slot.nonEmpty)
 
-  private def fresh: Option[Int] = if (!mayBegin) None else host.slots.next(w => flights.exists(f => isSame(f.word, w)))
+  private def fresh: Option[Int] =
+    if (!mayBegin) None else host.slots.next(w => flights.exists(f => isSame(f.word, w)))
 
   /** The identifier is the same, whatever the kind of frame. */
   private def isSame(word: Int, other: Int) = ((word ^ other) & ~(1 << 30)) == 0
 
   private def waiting(port: Int): Option[Flight] =
-    flights.filter(_.copies(port) == Waits).minByOption(_.order)
+    if (flights.isEmpty) None else flights.filter(_.copies(port) == Waits).minByOption(_.order)
 
   /** The order of the own frame that would leave by a port.
     *
@@ -98,7 +99,8 @@ class OwnFramesModel(host: OwnHost) {
     *   data frames may begin
     */
   def order(port: Int, data: Boolean): Option[Long] =
-    (waiting(port).map(_.order) ++ (if (data) fresh.map(host.slots.pendingFrame(_).order) else None)).minOption
+    (waiting(port).map(_.order) ++ (if (data) fresh.map(host.slots.pendingFrame(_).order)
+                                    else None)).minOption
 
   /** The frame that [[order]] tells begins at a port. */
   def begin(port: Int, data: Boolean, cycle: Long): Flight = {
@@ -145,13 +147,13 @@ class OwnFramesModel(host: OwnHost) {
   def fail(): Unit = flights.toSeq.foreach(ends(_, isSent = false))
 
   /** When something is to be repeated next; none while a copy has not even begun. */
-  def due: Option[Long] = flights.filterNot(_.isWaiting).map(dueOf).minOption
+  def due: Option[Long] = if (flights.isEmpty) None else flights.filterNot(_.isWaiting).map(dueOf).minOption
 
   private def dueOf(f: Flight) = f.begun + (host.confirmCycles << (f.repeats min MostDoublings))
 
   /** Repeats what is due (FR-58). */
   def pass(cycle: Long): Unit =
-    for (f <- flights.toSeq if !f.isWaiting && dueOf(f) <= cycle) {
+    if (flights.nonEmpty) for (f <- flights.toSeq if !f.isWaiting && dueOf(f) <= cycle) {
       if (f.isAborted || host.isOneShot || f.repeats >= host.retries) ends(f, isSent = false)
       else {
         f.repeats += 1
@@ -176,9 +178,9 @@ class OwnFramesModel(host: OwnHost) {
 }
 
 object OwnFramesModel {
-  val Window               = 16
-  val SequenceMask         = 0x3fff
-  private val Ahead        = 8192
+  val Window                = 16
+  val SequenceMask          = 0x3fff
+  private val Ahead         = 8192
   private val MostDoublings = 4
 }
 

@@ -5,10 +5,11 @@ import scala.collection.mutable
 /** A ring of golden models, core cycle by core cycle. */
 class RelayBitRing(val setting: RelayRingSetting) extends RelayRing {
   import setting._
-  private val models  = IndexedSeq.fill(count)(new RelayModel(p))
-  private val ups     = Array.fill(count, 2)(false)
-  private val links   = IndexedSeq.tabulate(count, 2)((n, port) => new Link(delay(n, port)))
-  private val actions = mutable.PriorityQueue.empty[(Long, Long, () => Unit)](Ordering.by(a => (-a._1, -a._2)))
+  private val models = IndexedSeq.fill(count)(new RelayModel(p))
+  private val ups    = Array.fill(count, 2)(false)
+  private val links  = IndexedSeq.tabulate(count, 2)((n, port) => new Link(delay(n, port)))
+  private val actions =
+    mutable.PriorityQueue.empty[(Long, Long, () => Unit)](Ordering.by(a => (-a._1, -a._2)))
   private var numbers = 0L
   private var time    = 0L
 

@@ -21,7 +21,7 @@ class RelayCounters {
 
 /** The order of [[flyframe.registers.RingRegisters.RelayCounterNames]]. */
 object RelayCounter {
-  val BadHeader = 0 // and 1, for the two ports
+  val BadHeader = 0  // and 1, for the two ports
   val BadFrame  = 2
   val Stray     = 4
   val Doubles   = 5

@@ -120,11 +120,12 @@ class RelayEngine(val setting: RelayRingSetting) extends RelayRing {
 
   def access(n: Int)(body: RelayHostModel => Unit): Unit = happens(n)(s => body(s.host))
 
-  def setUp(n: Int, port: Int, isUp: Boolean): Unit = if (stations(n).node.isUp(port) != isUp) happens(n) { s =>
-    val (from, out) = target(n, port)
-    if (links(from)(out).setUp(s.cycle, isUp)) s.listeners(port).ended(isGood = false)
-    schedule(from, out)
-    s.node.portChanges(port, isUp)
+  def setUp(n: Int, port: Int, isUp: Boolean): Unit = if (stations(n).node.isUp(port) != isUp) happens(n) {
+    s =>
+      val (from, out) = target(n, port)
+      if (links(from)(out).setUp(s.cycle, isUp)) s.listeners(port).ended(isGood = false)
+      schedule(from, out)
+      s.node.portChanges(port, isUp)
   }
 
   /** The first bit of a node that begins now or later. */

@@ -17,9 +17,10 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
     CanFrame.of(memory.bytes(slots0 + n * CanRegisters.FrameBytes, CanRegisters.FrameBytes))
 
   private def filterWords(entry: Int) = {
-    def word(from: Int) =
-      (0 until 4).map(i => memory.byte(filter0 + entry * CanRegisters.FilterBytes + from + i) << 8 * i).sum
-    (word(0), word(4))
+    val at = filter0 + entry * CanRegisters.FilterBytes
+    def word(from: Int) = memory.byte(from) | memory.byte(from + 1) << 8 | memory.byte(from + 2) << 16 |
+      memory.byte(from + 3) << 24
+    (word(at), word(at + 4))
   }
 
   private val slots = new RelaySlotsModel(p.slots, inSlot)
@@ -86,7 +87,8 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
   }
 
   def read(address: Int, count: Int): Seq[Int] = (address until address + count).map { a =>
-    if (a >= RingRegisters.Time && a < RingRegisters.Time + 4) node.time >> 8 * (a - RingRegisters.Time) & 0xff
+    if (a >= RingRegisters.Time && a < RingRegisters.Time + 4)
+      node.time >> 8 * (a - RingRegisters.Time) & 0xff
     else if (a >= RingRegisters.Distances && a < RingRegisters.Distances + 256)
       node.sources.distance((a - RingRegisters.Distances) / 2, a % 2)
     else memory.register(a).fold(0)(memory.read(_, a, name => status(name)))

@@ -5,20 +5,20 @@ import flyframe.params.CanParams
 /** The golden model of relay mode, core cycle by core cycle. */
 class RelayModel(p: CanParams = CanParams()) extends RelayUnderTest {
   private val links = new LinkSenders {
-    def quiet(port: Int): Long                                          = outputs(port).quiet
+    def quiet(port: Int): Long                                     = outputs(port).quiet
     def begin(port: Int, header: LinkHeader, body: LinkBody): Unit = outputs(port).begin(header, body)
-    def abort(port: Int): Unit                                          = outputs(port).abort()
-    def silence(port: Int): Unit                                        = outputs(port).silence()
+    def abort(port: Int): Unit                                     = outputs(port).abort()
+    def silence(port: Int): Unit                                   = outputs(port).silence()
   }
-  private lazy val outputs   = Seq.fill(2)(new LinkSenderModel)
-  val node: RelayNodeModel   = new RelayNodeModel(p, links)
-  val host: RelayHostModel   = new RelayHostModel(p, node)
-  private val receivers      = (0 to 1).map(port => new LinkReceiverModel(node.listener(port)))
-  private var bitCycles      = 0
-  private val inputs         = new Array[LinkInputModel](2)
-  private val levels         = Array(true, true)
-  private val wasUp          = Array(false, false)
-  private var cycles         = 0L
+  private lazy val outputs = Seq.fill(2)(new LinkSenderModel)
+  val node: RelayNodeModel = new RelayNodeModel(p, links)
+  val host: RelayHostModel = new RelayHostModel(p, node)
+  private val receivers    = (0 to 1).map(port => new LinkReceiverModel(node.listener(port)))
+  private var bitCycles    = 0
+  private val inputs       = new Array[LinkInputModel](2)
+  private val levels       = Array(true, true)
+  private val wasUp        = Array(false, false)
+  private var cycles       = 0L
   setBit()
 
   private def setBit(): Unit = if (host.linkBit != bitCycles) {

@@ -37,11 +37,11 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   var life: Int           = 0
   var isOneShot: Boolean  = false
 
-  val records: CanRecords       = new CanRecords
-  val counters: RelayCounters   = new RelayCounters
-  val fifo: CanFifoModel        = new CanFifoModel(p.rxFrames)
-  var slots: RelaySlotsModel    = _
-  var filters: CanFiltersModel  = _
+  val records: CanRecords        = new CanRecords
+  val counters: RelayCounters    = new RelayCounters
+  val fifo: CanFifoModel         = new CanFifoModel(p.rxFrames)
+  var slots: RelaySlotsModel     = _
+  var filters: CanFiltersModel   = _
   var stamps: (Int, Int) => Unit = (_, _) => () // slot, time of its last copy
 
   /** The present core cycle. */
@@ -50,17 +50,17 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   /** For tests: each frame that is new, before the filters. */
   var delivers: (LinkHeader, CanFrame) => Unit = (_, _) => ()
 
-  val own: OwnFramesModel           = new OwnFramesModel(this)
-  val sources: SourcesModel         = new SourcesModel(() => 64 * confirmCycles)
-  val transits: Seq[TransitModel]   = Seq.fill(2)(new TransitModel)
-  private val up                    = Array(false, false)
-  private val coming                = Array.fill(2)(Option.empty[Incoming])
-  private val leaving               = Array.fill(2)(Option.empty[Incoming])
-  private val starts                = Array(0, 0)
-  private var state                 = Listens
-  private var listenEnd             = Option.empty[Long]
-  private var inConflict            = false
-  private var cycle                 = 0L
+  val own: OwnFramesModel         = new OwnFramesModel(this)
+  val sources: SourcesModel       = new SourcesModel(() => 64 * confirmCycles)
+  val transits: Seq[TransitModel] = Seq.fill(2)(new TransitModel)
+  private val up                  = Array(false, false)
+  private val coming              = Array.fill(2)(Option.empty[Incoming])
+  private val leaving             = Array.fill(2)(Option.empty[Incoming])
+  private val starts              = Array(0, 0)
+  private var state               = Listens
+  private var listenEnd           = Option.empty[Long]
+  private var inConflict          = false
+  private var cycle               = 0L
 
   def isUp(port: Int): Boolean   = up(port)
   def isAlone: Boolean           = !up(0) && !up(1)
@@ -95,7 +95,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   def listener(port: Int): LinkListener = new LinkListener {
     def starts(): Unit                                   = RelayNodeModel.this.starts(port) = time
     def header(header: LinkHeader, body: LinkBody): Unit = if (isOn) arrives(port, header, body)
-    def identified(): Unit             = coming(port).foreach(f => f.order = Some(f.body.order))
+    def identified(): Unit = coming(port).foreach(f => f.order = Some(f.body.order))
     def ended(isGood: Boolean): Unit = {
       for (f <- coming(port)) if (isGood) received(f) else bad(f)
       coming(port) = None

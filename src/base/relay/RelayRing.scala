@@ -39,8 +39,9 @@ final case class RelayRingSetting(
   def delay(node: Int, port: Int): Long = delays(if (port == 1) node else (node + count - 1) % count)
 }
 
-/** A ring that runs: bit by bit ([[RelayBitRing]]) or frame by frame ([[RelayEngine]]). What is done to it at a
-  * time counts in the first cycle of a node, or in the first bit of a link, that ends or begins then or later.
+/** A ring that runs: bit by bit ([[RelayBitRing]]) or frame by frame ([[RelayEngine]]). What is done to it at
+  * a time counts in the first cycle of a node, or in the first bit of a link, that ends or begins then or
+  * later.
   */
 trait RelayRing {
   def setting: RelayRingSetting

@@ -56,7 +56,9 @@ class RelaySlotsModel(slots: Int, frame: Int => CanFrame) {
   def next(isBusy: Int => Boolean): Option[Int] =
     if ((pending & ~begun) == 0) None
     else
-      bits(pending & ~begun).filterNot(s => isBusy(frames(s).word)).minByOption(s => (frames(s).order, age(s)))
+      bits(pending & ~begun)
+        .filterNot(s => isBusy(frames(s).word))
+        .minByOption(s => (frames(s).order, age(s)))
 
   def begins(slot: Int): Unit = begun |= 1 << slot
 

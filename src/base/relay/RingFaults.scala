@@ -23,6 +23,7 @@ class RingFaults(ring: RelayRing, upUs: Int = 10000, heldUs: Int = 1000000) {
     var changes  = 0
     var losses   = Seq.empty[Long]
     var heldTill = 0L
+    var last     = new Change(0)
 
     def isGood: Boolean = hears == Symbols && alive(n)
 
@@ -34,7 +35,11 @@ class RingFaults(ring: RelayRing, upUs: Int = 10000, heldUs: Int = 1000000) {
         ring.setDark(n, port, now != Symbols)
         val (to, in) = ring.setting.target(n, port)
         val lag      = if (now == Dark) DarkUs else if (now == Search) SearchUs else SymbolsUs
-        ring.at(ring.now + ring.setting.delay(n, port) + (lag * Us).toLong)(ports(to)(in).hear(now))
+        val change   = new Change(ring.now + ring.setting.delay(n, port) + (lag * Us).toLong)
+        // What lasted too short a time is not noticed.
+        if (last.time >= change.time) last.counts = false
+        last = change
+        ring.at(change.time)(if (change.counts) ports(to)(in).hear(now))
       }
     }
 
@@ -49,7 +54,8 @@ class RingFaults(ring: RelayRing, upUs: Int = 10000, heldUs: Int = 1000000) {
     private def goDown(): Unit = if (isUp) {
       isUp = false
       losses = (losses :+ ring.now).takeRight(3)
-      if (losses.size == 3 && losses.last - losses.head <= heldUs * Us) heldTill = ring.now + (heldUs * Us).toLong
+      if (losses.size == 3 && losses.last - losses.head <= heldUs * Us)
+        heldTill = ring.now + (heldUs * Us).toLong
       ring.setUp(n, port, isUp = false)
     }
 
@@ -79,7 +85,7 @@ class RingFaults(ring: RelayRing, upUs: Int = 10000, heldUs: Int = 1000000) {
     ports(n).foreach(_.again())
   }
 
-  def isAlive(n: Int): Boolean = alive(n)
+  def isAlive(n: Int): Boolean         = alive(n)
   def isUp(n: Int, port: Int): Boolean = ports(n)(port).isUp
 
   /** All ports of all nodes that are alive and have living neighbours are up. */
@@ -92,6 +98,11 @@ object RingFaults {
   private val Symbols = 2
 
   private val Us = 1e6
+
+  /** A change of what is sent, when the other end notices it. */
+  private final class Change(val time: Long) {
+    var counts = true
+  }
 
   // How long it takes to know that nothing comes, that search comes, that it is over: FR-10, FR-11, FR-04.
   private val DarkUs    = 2.5

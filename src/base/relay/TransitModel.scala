@@ -43,11 +43,12 @@ class TransitModel {
     fits
   }
 
-  /** Who leaves next: the first in CAN order, older first; one whose identifier is not there is last (RB-08). */
+  /** Who leaves next: the first in CAN order, older first; one whose identifier is not there is last (RB-08).
+    */
   def first: Option[Incoming] = frames.minByOption(_.order.getOrElse(Long.MaxValue))
 
   /** A frame of this order is before all that wait (RB-08). */
-  def isBefore(order: Long): Boolean = frames.forall(_.order.exists(order < _))
+  def isBefore(order: Long): Boolean = frames.forall(_.order.forall(order < _))
 
   def remove(frame: Incoming): Boolean = {
     val i = frames.indexOf(frame)

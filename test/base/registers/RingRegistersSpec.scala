@@ -3,9 +3,10 @@ package flyframe.registers
 import flyframe.params.CanParams
 import org.scalatest.flatspec.AnyFlatSpec
 
-/** The registers of ports and bus mode, beside those of the CAN ports. */
+/** The registers of ports and both modes, beside those of the CAN ports. */
 class RingRegistersSpec extends AnyFlatSpec {
-  private val all = RingRegisters(addressBits = 7)
+  private val all =
+    (RingRegisters(addressBits = 7, hasRelay = true) ++ RingRegisters.relay).sortBy(_.address)
 
   "The registers of a ring node" should "not overlap, nor reach into those of the CAN ports" in {
     for ((a, b) <- all.zip(all.drop(1))) assert(a.address + a.bytes <= b.address, (a.name, b.name))

@@ -9,13 +9,14 @@ object RingHost {
   private val slots = CanRegisters.SlotStarts(0)
 
   /** Sets a node up: relay mode, one filter that takes everything. */
-  def start(ring: RelayRing, n: Int, address: Int, confirmUs: Int = 10000, life: Int = 1): Unit = ring.access(n) { h =>
-    h.write(RingRegisters.Address, Seq(address))
-    h.write(RingRegisters.LinkBit, Seq(ring.setting.linkBit & 0xff, ring.setting.linkBit >> 8))
-    h.write(RingRegisters.Confirm, Seq(confirmUs / 10 & 0xff, confirmUs / 10 >> 8))
-    h.write(CanRegisters.FilterStarts(0), Seq(0, 0, 0, 0x20, 0, 0, 0, 0))
-    restart(h, life)
-  }
+  def start(ring: RelayRing, n: Int, address: Int, confirmUs: Int = 10000, life: Int = 1): Unit =
+    ring.access(n) { h =>
+      h.write(RingRegisters.Address, Seq(address))
+      h.write(RingRegisters.LinkBit, Seq(ring.setting.linkBit & 0xff, ring.setting.linkBit >> 8))
+      h.write(RingRegisters.Confirm, Seq(confirmUs / 10 & 0xff, confirmUs / 10 >> 8))
+      h.write(CanRegisters.FilterStarts(0), Seq(0, 0, 0, 0x20, 0, 0, 0, 0))
+      restart(h, life)
+    }
 
   /** The node starts with this life. */
   def restart(h: RelayHostModel, life: Int): Unit = {

@@ -49,7 +49,7 @@ class CoverageSpec extends AnyFlatSpec {
     Map(
       "B"   -> Seq(7 to 9, 22 to 29, 36 to 39, 49 to 49, 73 to 79, 104 to 109).flatten,
       "CAN" -> Seq(15 to 19, 22 to 29, 36 to 39).flatten,
-      "FR"  -> Seq(9 to 9, 16 to 19, 23 to 29).flatten,
+      "FR"  -> Seq(9 to 9, 16 to 19, 23 to 29, 39 to 39, 50 to 54).flatten,
       "MST" -> Seq(3, 9),
       "TP"  -> Seq(7 to 9, 14 to 19, 26 to 29, 33 to 49).flatten
     )

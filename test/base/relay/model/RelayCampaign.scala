@@ -5,19 +5,19 @@ import flyframe.relay._
 /** Breaks and mends of a ring of 51 nodes at half load, at random bit positions (FR-63). */
 class RelayBreaks(seed: Long, confirmUs: Int = 10000) {
   import RingLoad.Us
-  val load: RingLoad   = new RingLoad(new RelayEngine(RingLoad.setting(seed)), seed, confirmUs)
-  private val ring     = load.ring
-  private val random   = load.random
-  private val count    = ring.setting.count
+  val load: RingLoad    = new RingLoad(new RelayEngine(RingLoad.setting(seed)), seed, confirmUs)
+  private val ring      = load.ring
+  private val random    = load.random
+  private val count     = ring.setting.count
   val kinds: Array[Int] = Array(0, 0, 0, 0)
 
   private def pause(us: Int): Unit = ring.runTo(ring.now + us * Us + random.nextInt(1000000))
 
   /** One break, and its mend. */
   private def one(): Unit = {
-    val n    = random.nextInt(count)
-    val port = random.nextInt(2)
-    val kind = random.nextInt(4)
+    val n        = random.nextInt(count)
+    val port     = random.nextInt(2)
+    val kind     = random.nextInt(4)
     val (to, in) = ring.setting.target(n, port)
     kinds(kind) += 1
     load.touches()
@@ -53,8 +53,14 @@ class RelayBreaks(seed: Long, confirmUs: Int = 10000) {
   def run(breaks: Int): Unit = {
     load.load(4200, Long.MaxValue)
     pause(20000)
-    for (i <- 1 to breaks) { one(); if (sys.env.contains("DBG")) println(f"$i ${load.ring.now/1e9}%.1f conf ${load.confirmed} wrong ${load.wrong.size} ${load.wrong.headOption} ${load.longest/1e9} ${load.longestBreak/1e9} ${kinds.toSeq} ${(0 to 13).map(load.total(_))}")}
+    for (i <- 1 to breaks) {
+      one()
+      if (i % 100 == 0) println(s"$i breaks, ${load.confirmed} frames, ${load.wrong.size} wrong")
+    }
+    load.stop()
+    load.finish()
     assert(load.wrong.isEmpty, load.wrong.take(10).mkString("\n", "\n", ""))
+    assert(load.longestBreak <= load.longest + confirmUs * Us, "a break has delayed a frame for longer")
   }
 }
 

@@ -1,7 +1,7 @@
 package flyframe.relay.model
 
 import flyframe.can.CanFrame
-import flyframe.registers.CanRegisters
+import flyframe.registers.{CanRegisters, RingRegisters}
 import flyframe.relay._
 import scala.collection.mutable
 import scala.util.Random
@@ -22,8 +22,9 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
   private class Sent(val number: Int, val source: Int, val slot: Int, val time: Long) {
     val got       = mutable.BitSet.empty
     var settled   = Option.empty[Boolean]
-    var last      = time // when it was received by the last node
+    var last      = time  // when it was received by the last node
     var isTouched = false // by a break
+    var isUrgent  = false
   }
   private val sent    = mutable.LongMap.empty[Sent]
   private val bySlot  = Array.fill(count, 16)(Option.empty[Sent])
@@ -38,7 +39,8 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
   var received  = 0L
   var failed    = 0
 
-  /** The longest time from request to the last reception, in ps: of frames that no break touched, of others. */
+  /** The longest time from request to the last reception, in ps: of frames that no break touched, of others.
+    */
   var longest      = 0L
   var longestBreak = 0L
 
@@ -48,7 +50,7 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
     ring.node(n).slots.settles = (slot, isSent) => settles(n, slot, isSent)
   }
   faults.start()
-  ring.runUs(upUs + 2.0 * confirmUs + 3000)
+  ring.runUs(upUs + 3.0 * confirmUs + 3000) // all have told their lives
   assert(faults.isWhole)
 
   private def number(frame: CanFrame) = frame.data.take(4).foldLeft(0)(_ << 8 | _)
@@ -65,15 +67,24 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
     }
   }
 
+  private var fill  = 0
+  private var quiet = Set.empty[Int]
+
   private def settles(n: Int, slot: Int, isSent: Boolean): Unit = for (f <- bySlot(n)(slot)) {
     bySlot(n)(slot) = None
+    if (fill > 0) ring.at(ring.now + Us)(fillUp(n))
     f.settled = Some(isSent)
     if (isSent) {
       confirmed += 1
-      val missing = (0 until count).filter(m => m != n && faults.isAlive(m) && joined(m) < f.time && !f.got(m))
+      val missing =
+        (0 until count).filter(m => m != n && faults.isAlive(m) && joined(m) < f.time && !f.got(m))
       if (missing.nonEmpty) wrong += s"frame ${f.number} of $n is confirmed, but not received by $missing"
       val took = f.last - f.time
-      if (f.isTouched) longestBreak = longestBreak max took else longest = longest max took
+      if (f.isUrgent) urgent += took
+      // A node that starts listens first: FR-61.
+      if (joined(n) > 0 && f.time < joined(n) + 3 * confirmUs * Us) ()
+      else if (f.isTouched) longestBreak = longestBreak max took
+      else longest = longest max took
     } else if (faults.isAlive(n)) {
       failed += 1
       wrong += s"frame ${f.number} of $n failed"
@@ -82,22 +93,39 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
   }
 
   /** A frame of 8 bytes with a random priority is requested, if the node has a slot for it. */
-  def request(n: Int, urgent: Boolean = false, base: Option[Int] = None): Option[Int] =
+  def request(n: Int, urgent: Boolean = false): Option[Int] =
     bySlot(n).indexWhere(_.isEmpty) match {
       case slot if slot >= 0 && faults.isAlive(n) =>
         numbers += 1
         val number = numbers
-        val id     = (if (urgent) 0 else base.getOrElse(random.nextInt(0x3ff) + 1)) << 19 | (n + 1) << 12 | number & 0xfff
+        val id     = (if (urgent) 0 else random.nextInt(0x3ff) + 1) << 19 | (n + 1) << 12 | number & 0xfff
         val f      = new Sent(number, n, slot, ring.now)
         f.isTouched = ring.now < touchedTill
+        f.isUrgent = urgent
         sent(number) = f
         bySlot(n)(slot) = Some(f)
-        val data = LinkFrame.bits(number, 32).grouped(8).map(bytes => bytes.foldLeft(0)((b, x) => b << 1 | (if (x) 1 else 0)))
+        val data = LinkFrame
+          .bits(number, 32)
+          .grouped(8)
+          .map(bytes => bytes.foldLeft(0)((b, x) => b << 1 | (if (x) 1 else 0)))
         val frame = CanFrame(id & 0x1fffffff, true, false, 8, data.toSeq ++ Seq.fill(4)(random.nextInt(256)))
         ring.access(n)(RingHost.request(_, slot, frame))
         Some(number)
       case _ => None
     }
+
+  private def fillUp(n: Int): Unit =
+    if (!quiet(n)) while (bySlot(n).count(_.nonEmpty) < fill) request(n)
+
+  /** All nodes but those of `quiet` send all that they can. */
+  def saturate(quiet: Set[Int] = Set.empty): Unit = {
+    this.quiet = quiet
+    fill = 16
+    for (n <- 0 until count) fillUp(n)
+  }
+
+  /** The time from request to last reception of the urgent frames, in ps. */
+  val urgent: mutable.ArrayBuffer[Long] = mutable.ArrayBuffer.empty
 
   private var touchedTill = 0L
 
@@ -108,9 +136,17 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
   }
 
   /** Frames at `perSecond` of the whole ring, at random times of random nodes, until `end`. */
-  def load(perSecond: Int, end: Long): Unit = if (ring.now < end) {
+  def load(perSecond: Int, end: Long): Unit = if (ring.now < end && !isStopped) {
     request(random.nextInt(count))
     ring.at(ring.now + (-math.log(1 - random.nextDouble()) * 1e12 / perSecond).toLong)(load(perSecond, end))
+  }
+
+  private var isStopped = false
+
+  /** Nobody requests anything any more. */
+  def stop(): Unit = {
+    isStopped = true
+    fill = 0
   }
 
   /** A node goes, or comes back with its next life. */
@@ -121,7 +157,10 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
       bySlot(n)(slot) = None
       ring.at(ring.now + Kept)(sent.remove(f.number))
     }
-    ring.access(n)(_.write(flyframe.registers.RingRegisters.Control, Seq(0)))
+    ring.access(n) { h =>
+      h.write(CanRegisters.PortStarts(0) + CanRegisters.Command, Seq(4))
+      h.write(RingRegisters.Control, Seq(0))
+    }
     joined(n) = Long.MaxValue
   }
   def revive(n: Int): Unit = {
@@ -131,7 +170,8 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
   }
 
   /** Nodes count from now on that have come back. */
-  def join(): Unit = for (n <- 0 until count) if (joined(n) == Long.MaxValue && faults.isAlive(n)) joined(n) = ring.now
+  def join(): Unit = for (n <- 0 until count)
+    if (joined(n) == Long.MaxValue && faults.isAlive(n)) joined(n) = ring.now
 
   /** Runs until every frame is settled. */
   def finish(): Unit = {
@@ -141,10 +181,10 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
     if (left.nonEmpty) wrong += s"${left.size} frames are neither confirmed nor failed"
   }
 
-  def pendingFrames: Int                       = sent.values.count(_.settled.isEmpty)
-  def counter(n: Int, which: Int): Long        = ring.node(n).counters(which)
-  def total(which: Int): Long                  = (0 until count).map(counter(_, which)).sum
-  def most: Int                                = (0 until count).flatMap(ring.node(_).transits.map(_.most)).max
+  def pendingFrames: Int                = sent.values.count(_.settled.isEmpty)
+  def counter(n: Int, which: Int): Long = ring.node(n).counters(which)
+  def total(which: Int): Long           = (0 until count).map(counter(_, which)).sum
+  def most: Int                         = (0 until count).flatMap(ring.node(_).transits.map(_.most)).max
 }
 
 object RingLoad {
@@ -154,7 +194,13 @@ object RingLoad {
   private val Kept = 300000 * Us
 
   /** 51 nodes on 10 km, with clocks within `ppm`. */
-  def setting(seed: Long, count: Int = 51, km: Double = 10, ppm: Int = 100, linkBit: Int = 25): RelayRingSetting = {
+  def setting(
+      seed: Long,
+      count: Int = 51,
+      km: Double = 10,
+      ppm: Int = 100,
+      linkBit: Int = 25
+  ): RelayRingSetting = {
     val random = new Random(seed)
     RelayRingSetting(
       IndexedSeq.fill(count)((km * 5000000 / count).toLong + 200000),

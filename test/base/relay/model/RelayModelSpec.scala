@@ -1,0 +1,11 @@
+package flyframe.relay.model
+
+import flyframe.relay._
+
+/** The suites that run on any node, on the golden model. */
+trait OnModel { self: RelayCases =>
+  protected def withNode(body: RelayUnderTest => Unit): Unit = body(new RelayModel)
+}
+
+class LinkModelSpec    extends RelayCases with LinkRules with OnModel
+class ConfirmModelSpec extends RelayCases with ConfirmRules with OnModel
