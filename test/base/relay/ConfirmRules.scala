@@ -31,23 +31,22 @@ trait ConfirmRules extends RelayCases {
     }
   }
 
-  "FR-55, RB-16: sequences" should "be less than 16 ahead of the oldest one that is not confirmed" in bench() {
-    b =>
-      b.request(0, data(0x99))
+  "FR-55, RB-16: sequences" should "be less than 16 ahead of the oldest one not confirmed" in bench() { b =>
+    b.request(0, data(0x99))
+    b.run(260)
+    for (i <- 1 to 15) {
+      b.request(1, data(0x100 + i))
       b.run(260)
-      for (i <- 1 to 15) {
-        b.request(1, data(0x100 + i))
-        b.run(260)
-        home(b, 0, 1, i, data(0x100 + i))
-        assert(sent(b) == 2, i)
-        b.write(CanRegisters.PortStarts(0) + CanRegisters.Sent, 2)
-      }
-      b.request(1, data(0x200))
-      b.run(500)
-      assert(own(b, 0, 0).map(_.header.sequence).max == 15)
-      home(b, 0, 1, 0, data(0x99))
-      b.run(500)
-      assert(own(b, 0, 0).map(_.header.sequence).max == 16)
+      home(b, 0, 1, i, data(0x100 + i))
+      assert(sent(b) == 2, i)
+      b.write(CanRegisters.PortStarts(0) + CanRegisters.Sent, 2)
+    }
+    b.request(1, data(0x200))
+    b.run(500)
+    assert(own(b, 0, 0).map(_.header.sequence).max == 15)
+    home(b, 0, 1, 0, data(0x99))
+    b.run(500)
+    assert(own(b, 0, 0).map(_.header.sequence).max == 16)
   }
 
   "FR-55: a frame with the identifier of one that is not confirmed" should "wait" in bench() { b =>
@@ -146,7 +145,7 @@ trait ConfirmRules extends RelayCases {
     assert(sent(b) == 16 && own(b, 0, first).size == 1 && own(b, 1, first).isEmpty)
   }
 
-  "RB-12: an abort" should "count for a slot that has not begun, and end the repeats of one that has" in bench() {
+  "RB-12: an abort" should "count for a slot that has not begun, and end repeats of one that has" in bench() {
     b =>
       val aborts = CanRegisters.PortStarts(0) + CanRegisters.Aborts
       b.request(0, data(1, 1))

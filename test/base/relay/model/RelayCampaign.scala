@@ -76,7 +76,8 @@ object RelayCampaign {
     println(
       f"$breaks breaks, seed $seed: ${load.confirmed} frames confirmed, ${load.received} received; " +
         f"longest way ${load.longest / 1e9}%.2f ms, with a break ${load.longestBreak / 1e9}%.2f ms; " +
-        f"${load.total(RelayCounter.Repeated)} repeats; ${load.ring.now / 1e12}%.1f s of ring in $seconds%.0f s; " +
+        f"${load.total(RelayCounter.Repeated)} repeats; " +
+        f"${load.ring.now / 1e12}%.1f s of ring in $seconds%.0f s; " +
         s"kinds ${b.kinds.mkString(" ")}; most in transit ${load.most}"
     )
   }

@@ -61,7 +61,8 @@ object RelayFigures {
       val (perSecond, urgent, l) = f.full(arguments(0).toInt, isBroken)
       println(
         f"broken $isBroken: $perSecond%.0f frames/s, urgent $urgent%.2f ms, most ${l.most}, repeats " +
-          f"${l.total(RelayCounter.Repeated)}, strays ${l.total(RelayCounter.Stray)}, ${(System.nanoTime - t) / 1e9}%.0f s"
+          f"${l.total(RelayCounter.Repeated)}, strays ${l.total(RelayCounter.Stray)}, " +
+          f"${(System.nanoTime - t) / 1e9}%.0f s"
       )
     }
   }

@@ -37,7 +37,8 @@ class RingSpec extends AnyFlatSpec {
       val b = new RelayBreaks(seed)
       b.run(breaks.size.toInt)
       info(
-        f"${b.load.confirmed} frames, ${b.load.longest / 1e9}%.1f ms, with breaks ${b.load.longestBreak / 1e9}%.1f ms"
+        f"${b.load.confirmed} frames, at most ${b.load.longest / 1e9}%.1f ms, " +
+          f"with breaks ${b.load.longestBreak / 1e9}%.1f ms"
       )
     }
 
@@ -126,7 +127,8 @@ class RingSpec extends AnyFlatSpec {
     assert(whenBroken >= 0.75 * 8400 && late <= 7.8)
     val speed = l.ring.now / 1e9 / seconds
     info(
-      f"idle $idle%.2f ms; full $frames%.0f/s, urgent $urgent%.2f ms; broken $whenBroken%.0f/s, $late%.2f ms; " +
+      f"idle $idle%.2f ms; full $frames%.0f/s, urgent $urgent%.2f ms; " +
+        f"broken $whenBroken%.0f/s, $late%.2f ms; " +
         f"$speed%.0f ms of ring per second of a processor"
     )
     assert(speed >= 20)
