@@ -17,7 +17,7 @@ class RelaySlotsModel(slots: Int, frame: Int => CanFrame) {
   var sent: Int    = 0
   var failed: Int  = 0
 
-  /** For tests: a slot that had begun is sent, or has failed. */
+  /** For tests: a slot is sent, or has failed. */
   var settles: (Int, Boolean) => Unit = (_, _) => ()
 
   private var begun = 0 // those that have a sequence
@@ -47,6 +47,7 @@ class RelaySlotsModel(slots: Int, frame: Int => CanFrame) {
     val waiting = map & pending & ~begun
     pending &= ~waiting
     failed |= waiting
+    bits(waiting).foreach(settles(_, false))
     map & pending & begun
   }
 
