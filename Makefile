@@ -34,13 +34,10 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
              $(if $(filter master,$(ROLE)),linePorts),--$(p) $($(p)))
 
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts can-fuzz faults \
-.PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts can-fuzz faults \
         transport-campaign relay-campaign campaign campaign-programs campaign-scheduler campaign-worker \
         campaign-record campaign-test alarm-latency page-latency cosim cosim-selftest interop lint matrix \
-        format check-format report \
-        check-format report \
-        figures pictures quartus check-board clean demo server firmware-test stack-test alarm-sim \
-        alarm-ring-sim ethercrab-test mutants check-dependencies clocks slave-demo
+        format check-format report figures pictures quartus check-board clean demo server firmware-test \
+        stack-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies clocks slave-demo
 
 # A text too long for its line goes on in the next, behind a backslash.
 help: ## this text
@@ -93,17 +90,12 @@ can-fuzz: tools-for-can-fuzz ## random CAN buses, a port in RTL against the gold
           # FRAMES=1000000 SEED=7
 	$(SBT) "rtl / Test / runMain flyframe.can.CanFuzz $(FRAMES) $(SEED)"
 
-<<<<<<< HEAD
 transport-campaign: tools-for-transport-campaign ## messages on a bus of 16 nodes with faults, each exactly \
                     # once, C and model mixed: MESSAGES=100000 SEED=1
 	$(SBT) "base / Test / runMain flyframe.transport.TransportCampaign $(or $(MESSAGES),100000) $(SEED)"
 
-relay-campaign: tools-for-relay-campaign ## breaks and mends of a fibre ring of 51 nodes in relay mode, in the \
-                # engine: BREAKS=10000 SEED=1
-=======
 relay-campaign: tools-for-relay-campaign ## breaks and mends of a fibre ring of 51 nodes in relay mode: \
                 # BREAKS=10000 SEED=1
->>>>>>> 5aad4b9 (Fibre ring: lines of relay mode within 110 columns)
 	$(SBT) "base / Test / runMain flyframe.relay.model.RelayCampaign $(BREAKS) $(SEED)"
 
 faults: PRESET = slave

@@ -47,8 +47,8 @@
 #define NODE_RING_LOSSES2                        0x0021u /* Times that port 2 went down, 1 byte(s), host: r */
 #define NODE_RING_NOISE1                         0x0022u /* Times that noise began at port 1, 1 byte(s), host: r */
 #define NODE_RING_NOISE2                         0x0023u /* Times that noise began at port 2, 1 byte(s), host: r */
-#define NODE_RING_CLOSINGS                       0x002Au /* Times that the node, as guard, closed the ring, 1 byte(s), host: r */
-#define NODE_RING_LATCHES                        0x002Bu /* Times that a latch made the node guard, 1 byte(s), host: r */
+#define NODE_RING_CLOSINGS                       0x002Cu /* Times that the node, as guard, closed the ring, 1 byte(s), host: r */
+#define NODE_RING_LATCHES                        0x002Du /* Times that a latch made the node guard, 1 byte(s), host: r */
 #define NODE_NODE_EVENTS                         0x0040u /* Events; write 1 clears, 2 byte(s), host: rw */
 #define NODE_CAN_F_EVENT_RECEIVED_MASK           0x1u
 #define NODE_CAN_F_EVENT_RECEIVED_SHIFT          0u

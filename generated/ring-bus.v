@@ -844,7 +844,7 @@ module RingHost(
           address}
        : 32'h0) | (host_addr[15:2] == 14'h6 ? {16'h0, upMs, 8'h0} : 32'h0)
     | (host_addr[15:2] == 14'h8 ? {shown_8_2, shown_7_2, shown_6_2, shown_5_2} : 32'h0)
-    | (host_addr[15:2] == 14'hA ? {shown_10_2, shown_9_2, 16'h0} : 32'h0)
+    | (host_addr[15:2] == 14'hB ? {16'h0, shown_10_2, shown_9_2} : 32'h0)
     | (host_addr[15:2] == 14'h10 ? {9'h0, mask, 14'h0, events, 5'h0} : 32'h0);
   assign control_address = address;
   assign control_off = off;

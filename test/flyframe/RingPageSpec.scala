@@ -25,7 +25,7 @@ class RingPageSpec extends AnyFlatSpec {
   it should "name the registers that tell of a break" in {
     val text = RingPage.text
     for (
-      place <- Seq("`0x0012`[1:0]", "`0x0012`[2]", "`0x0013`[2]", "`0x0013`[6]", "`0x0040`[5]", "`0x002A`")
+      place <- Seq("`0x0012`[1:0]", "`0x0012`[2]", "`0x0013`[2]", "`0x0013`[6]", "`0x0040`[5]", "`0x002C`")
     )
       assert(text.contains(place), place)
   }

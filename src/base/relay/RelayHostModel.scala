@@ -6,12 +6,13 @@ import flyframe.registers.{CanRegisters, RingRegisters}
 
 /** The registers of a node in relay mode: those of the ring, and port F with its slots, filters and FIFO. */
 class RelayHostModel(p: CanParams, node: RelayNodeModel) {
-  private val prefix    = CanRegisters.Ports(0)
-  private val start     = CanRegisters.PortStarts(0)
-  private val slots0    = CanRegisters.SlotStarts(0)
-  private val filter0   = CanRegisters.FilterStarts(0)
-  private val registers = CanRegisters(0, p) ++ RingRegisters(addressBits = 7, hasRelay = true) ++ RingRegisters.relay
-  private val memory    = new CanMemoryModel(registers)
+  private val prefix  = CanRegisters.Ports(0)
+  private val start   = CanRegisters.PortStarts(0)
+  private val slots0  = CanRegisters.SlotStarts(0)
+  private val filter0 = CanRegisters.FilterStarts(0)
+  private val registers =
+    CanRegisters(0, p) ++ RingRegisters(addressBits = 7, hasRelay = true) ++ RingRegisters.relay
+  private val memory = new CanMemoryModel(registers)
 
   private def inSlot(n: Int) =
     CanFrame.of(memory.bytes(slots0 + n * CanRegisters.FrameBytes, CanRegisters.FrameBytes))

@@ -109,7 +109,7 @@ abstract class PortRules extends FibreCases {
     }
 
   for (upMs <- Seq(0, 3, 40))
-    s"FR-12, FB-04: a port with an `upMs` of $upMs" should "come up after that much of signal without search" in
+    s"FR-12, FB-04: a port with an `upMs` of $upMs" should "come up after that much signal without search" in
       ring(2, isLine = true) { ring =>
         ring.nodes.foreach(_.write(RingRegisters.UpMs, upMs))
         ring.cut(0)
