@@ -50,7 +50,7 @@ object Programs {
     case "faults" => TestSets.faults
     case _ =>
       val set = TestSets.named(name).getOrElse(stop(s"The set is $name, which no set is called."))
-      if (set.isMaster) stop(s"The set is $name, a master; random frames are for slaves.")
+      if (set.role != 0) stop(s"The set is $name, which is no slave; random frames are for slaves.")
       Seq(set)
   }
 

@@ -53,7 +53,7 @@ class RegisterWalkSpec extends AnyFlatSpec with SharedSimulation {
     }: _*)
 
   /** Parameter sets whose register tables are compared with the list of the reference. */
-  private val listed = Presets.all.map(_.params).filterNot(_.isMaster) ++ Seq(
+  private val listed = Presets.all.map(_.params).filter(_.role == 0) ++ Seq(
     Presets.default.params.copy(preset = "clocks", clocks = 1),
     Presets.default.params
       .copy(preset = "sync", clocks = 2, syncSignals = 2, latchSignals = 2, eventTimes = 1),
