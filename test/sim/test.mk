@@ -1,5 +1,5 @@
 # The simulator's own tests, and those of the host programs that it runs:
-#   make -f test/sim/test.mk cosim-selftest firmware-test stack-test transport-node
+#   make -f test/sim/test.mk cosim-selftest firmware-test stack-test transport-node node-port
 include src/sim/sim.mk
 
 .PHONY: cosim-selftest firmware-test stack-test transport-node
@@ -52,7 +52,15 @@ transport-node: $(COSIM_OUT)/transport-node
 $(COSIM_OUT)/transport-node: $(RING)
 	$(CC) $(SANITIZED) -o $@ $^
 $(RING_OUT)/%.o: %.c
-	$(call compile,$(CC) $(filter-out -O2 -fexceptions,$(FIRMWARE_FLAGS)) $(SANITIZED) -Isrc/firmware)
+	$(call compile,$(CC) $(filter-out -O2 -fexceptions,$(FIRMWARE_FLAGS)) $(SANITIZED) -Isrc/firmware \
+	  -Igenerated)
 
--include $(STACK_TEST:.o=.d) $(RING:.o=.d)
+# The driver of a ring node's CAN port, likewise.
+PORT         := $(patsubst %.c,$(RING_OUT)/%.o,src/firmware/node/can_port.c src/firmware/driver/registers.c \
+                  test/firmware/node/port.c)
+node-port: $(COSIM_OUT)/node-port
+$(COSIM_OUT)/node-port: $(PORT)
+	$(CC) $(SANITIZED) -o $@ $^
+
+-include $(STACK_TEST:.o=.d) $(RING:.o=.d) $(PORT:.o=.d)
 -include $(wildcard build/selftest/*.d $(COSIM_OUT)/firmware/test/*.d)

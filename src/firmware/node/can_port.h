@@ -1,0 +1,40 @@
+/* Frames of the transport through the CAN port that a ring node has on its ring (preset ring-bus): its
+ * registers are reached by the driver's `board_read` and `board_write`. */
+#ifndef FLYFRAME_CAN_PORT_H
+#define FLYFRAME_CAN_PORT_H
+
+#include "../driver/transport.h"
+#include "../ring/frame.h"
+
+enum { CAN_PORT_SLOTS = 8 }; /* slots 0 to 7; the others are not touched */
+
+struct can_port {
+  struct board *board;
+  uint32_t ids[CAN_PORT_SLOTS]; /* of the frame that was put into each slot last */
+};
+
+struct can_port_config {
+  uint8_t address;  /* 1 to 125 */
+  bool home;        /* in one node of the ring, normally the server's (FR-30) */
+  uint16_t kbps;    /* 5 to 1000: core_mhz * 40 must be a multiple of it */
+  uint8_t core_mhz; /* core clock, 50 or 100 */
+};
+
+/* Sets up the node with the bit timing of FR-38, forgets what waits and what came, and takes part. It
+ * receives data frames of 29 bits to its address and to all. False: the bit rate is impossible, or there is
+ * no node. */
+bool can_port_start(struct can_port *port, struct board *board, const struct can_port_config *config);
+
+/* Whether the node still runs as it was started: after a reset of its own it does not. */
+bool can_port_runs(const struct can_port *port);
+
+/* Hands over a frame; false: all slots wait. */
+bool can_port_send(struct can_port *port, const struct ring_frame *frame);
+
+/* Whether the frame with this identifier waits in its slot, or is on the wire. */
+bool can_port_waits(const struct can_port *port, uint32_t id);
+
+/* The oldest frame received; false: there is none. */
+bool can_port_receive(struct can_port *port, struct ring_frame *frame);
+
+#endif
