@@ -1,8 +1,9 @@
 package flyframe.node
 
 import chiseltest._
+import flyframe.fibre.RingHost
 import flyframe.params.Presets
-import flyframe.registers.NodeRegisters
+import flyframe.registers.{NodeRegisters, RingRegisters}
 import org.scalatest.flatspec.AnyFlatSpec
 
 class NodeUnitsSpec extends AnyFlatSpec with ChiselScalatestTester {
@@ -49,6 +50,19 @@ class NodeUnitsSpec extends AnyFlatSpec with ChiselScalatestTester {
         )
         dut.narrow.rdata.expect(0x44332211L >> 8 * at & (1L << 8 * lanes) - 1)
       }
+    }
+
+  "NODE-03: the address of a node" should "have as many bits as it was built with" in
+    test(new RingHost(addressBits = 4)) { dut =>
+      dut.host.addr.poke(RingRegisters.Address)
+      dut.host.wdata.poke(0x7f)
+      dut.host.be.poke(1)
+      dut.host.write.poke(true)
+      dut.host.req.poke(true)
+      dut.clock.step(2)
+      dut.host.write.poke(false)
+      assert((dut.host.rdata.peek().litValue & 0xff) == 0x0f)
+      dut.control.address.expect(0x0f)
     }
 
   "FB-10: events of a node" should "stay until they are cleared, and interrupt as the mask says" in
