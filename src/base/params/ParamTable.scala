@@ -35,8 +35,9 @@ final case class ParamInfo(
 
 /** The table of all parameters: the only place where a parameter's text, unit and range stand. */
 object ParamTable {
-  private def oneOf(values: Int*): (String, Int => Boolean) = (values.mkString(", "), values.contains(_))
-  private def between(low: Int, high: Int): (String, Int => Boolean) =
+  private[params] def oneOf(values: Int*): (String, Int => Boolean) =
+    (values.mkString(", "), values.contains(_))
+  private[params] def between(low: Int, high: Int): (String, Int => Boolean) =
     (s"$low to $high", v => v >= low && v <= high)
   private def reported(high: Int): (String, Int => Boolean) =
     (s"-1 (derived) or 0 to $high", v => v >= -1 && v <= high)
@@ -53,101 +54,10 @@ object ParamTable {
 
   private def switch(name: String, text: String) = info(name, text, "switch", between(0, 1)) _
 
-  /** Parameters that have an effect in all controllers. */
-  private val ofAll = Set(
-    "role",
-    "dataBusWidth",
-    "coreClockMhz",
-    "hostInterface",
-    "spiMode",
-    "spiLateSample",
-    "spiSelHigh",
-    "busWriteEarly",
-    "busBusyEarly",
-    "busBusyDriver",
-    "busReadDelay",
-    "busReadAll",
-    "busReadHigh",
-    "busByteEnableHigh",
-    "escType",
-    "escRevision",
-    "escBuild"
-  )
-
-  /** Parameters that have an effect in one kind of controller only, or in some. */
-  private val ofMastersOnly = Set("maxSlaves", "linePorts")
-  private val ofMasters     = ofAll ++ ofMastersOnly ++ Seq("maxSubTelegrams", "txShift", "rmiiPorts")
-  private val ofRingsOnly = Set(
-    "ring",
-    "canPorts",
-    "demodulator",
-    "toneDominantKhz",
-    "toneSearchKhz",
-    "toneRecessiveKhz",
-    "rxFrames",
-    "filters"
-  )
-  private val ofRings = ofAll.filterNot(_.startsWith("spi")) ++ ofRingsOnly + "nodeIdWidth"
-
-  private val hosts = "how the host is connected: 0 a plain synchronous port; 1 Avalon-MM; 2 AXI4-Lite; " +
-    "3 Wishbone B4; 4 SPI; 5 an asynchronous microcontroller bus"
-
-  /** What is different in a master. */
-  private val inMasters: Map[String, ParamInfo => ParamInfo] = {
-    def text(text: String)(i: ParamInfo) = i.copy(text = text)
-    val (clocks, isClock)                = oneOf(50, 100, 125)
-    val (threePorts, isOfThree)          = between(0, 0x7)
-    val (withHost, hasHost)              = between(0, 5)
-    Map(
-      "dataBusWidth" -> text("bits moved per access of the host") _,
-      "maxSubTelegrams" -> (i => {
-        val (range, isEnough) = between(EscParams.LeastOfMaster, 128)
-        i.copy(
-          text = "datagrams that the master puts into one frame; above 16 they are 16",
-          range = range,
-          allowed = isEnough
-        )
-      }),
-      "coreClockMhz"  -> (_.copy(range = clocks, allowed = isClock)),
-      "hostInterface" -> (_.copy(text = hosts, range = withHost, allowed = hasHost)),
-      "rmiiPorts"     -> (_.copy(range = threePorts, allowed = isOfThree)),
-      "escType"       -> text("identity: type, 0x00 of the host's registers") _,
-      "escRevision"   -> text("identity: revision, 0x01 of the host's registers") _,
-      "escBuild"      -> text("identity: build, 0x02:0x03 of the host's registers") _
-    )
-  }
-
-  /** What is different in a node of a ring. */
-  private val inRings: Map[String, ParamInfo => ParamInfo] = {
-    def identity(bytes: String, what: String)(i: ParamInfo) = i.copy(text = s"identity: $what, $bytes")
-    val (clocks, isClock)                                   = oneOf(50, 100)
-    val (withHost, hasHost)                                 = oneOf(0, 1, 2, 3, 5)
-    val (widths, isWidth)                                   = between(4, 7)
-    Map(
-      "dataBusWidth" -> (_.copy(text = "bits moved per access of the host")),
-      "nodeIdWidth" -> (_.copy(
-        text = "implemented bits of the node's address",
-        range = widths,
-        allowed = isWidth
-      )),
-      "coreClockMhz" -> (_.copy(range = clocks, allowed = isClock)),
-      // SPI cannot wait, as accesses to a CAN port may have to.
-      "hostInterface" -> (_.copy(
-        text = hosts.replace(" 4 SPI;", ""),
-        range = withHost,
-        allowed = hasHost
-      )),
-      "escType"     -> identity("0x0000", "family") _,
-      "escRevision" -> identity("0x0001", "revision") _,
-      "escBuild"    -> identity("0x0002:0x0003", "build") _
-    )
-  }
-
-  private def rolesOf(name: String): Set[Int] = Map(
-    0 -> !(ofMastersOnly ++ ofRingsOnly)(name),
-    1 -> ofMasters(name),
-    2 -> ofRings(name)
-  ).collect { case (role, true) => role }.toSet
+  /** How a host is connected, in words. */
+  private[params] val hosts =
+    "how the host is connected: 0 a plain synchronous port; 1 Avalon-MM; 2 AXI4-Lite; " +
+      "3 Wishbone B4; 4 SPI; 5 an asynchronous microcontroller bus"
 
   val all: Seq[ParamInfo] = Seq[ParamInfo](
     info(
@@ -499,17 +409,13 @@ object ParamTable {
     info("reportedFeatures", "features as 0x0008:0x0009 report them", "code", reported(0xffff), hex = true)(
       _.reportedFeatures
     )((p, v) => p.copy(reportedFeatures = v))
-  ).map(i => i.copy(roles = rolesOf(i.name))).map { i =>
-    val others = Seq(1 -> inMasters, 2 -> inRings).collect {
-      case (role, changes) if changes.contains(i.name) => role -> changes(i.name)(i)
-    }
-    i.copy(elsewhere = others.toMap)
-  }
+  ).map(ParamRoles(_))
 
   /** What is told of a controller with this role: of a ring node its own parameters, of the others all that
     * not only ring nodes have.
     */
-  def told(role: Int): Seq[ParamInfo] = all.filter(i => if (role == 2) i.roles(2) else !ofRingsOnly(i.name))
+  def told(role: Int): Seq[ParamInfo] =
+    all.filter(i => if (role == 2) i.roles(2) else !ParamRoles.isOfRingsOnly(i.name))
 
   /** The parameter with this name. */
   def named(name: String): Option[ParamInfo] = all.find(_.name == name)
