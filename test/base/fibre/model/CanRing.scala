@@ -12,8 +12,17 @@ import flyframe.params.{CanParams, FibreParams}
   *   of the fibres behind each node, with two modules, in ns
   * @param prescaler
   *   of the bit timing of FR-38, 25 quanta
+  * @param firstAddress
+  *   of node 0; each node has the next one
   */
-class CanRing(count: Int, home: Option[Int], delays: Seq[Long], prescaler: Int, coreClockMhz: Int = 50) {
+class CanRing(
+    count: Int,
+    home: Option[Int],
+    delays: Seq[Long],
+    prescaler: Int,
+    coreClockMhz: Int = 50,
+    firstAddress: Int = 2
+) extends CanOnRing {
   private val p      = FibreParams(coreClockMhz = coreClockMhz, usPerMs = 1)
   private val period = 1000000L / coreClockMhz
   private val cans   = Seq.fill(count)(new CanPortModel(CanParams(coreClockMhz = coreClockMhz)))
@@ -22,7 +31,7 @@ class CanRing(count: Int, home: Option[Int], delays: Seq[Long], prescaler: Int, 
   /** Bit time in us. */
   val bit: Double = rate.bitCycles.toDouble / coreClockMhz
 
-  val ring: RingBench =
+  val bench: RingBench =
     new RingBench(
       p,
       IndexedSeq.fill(count)(new RingPortsModel(p)),
@@ -30,29 +39,22 @@ class CanRing(count: Int, home: Option[Int], delays: Seq[Long], prescaler: Int, 
       Seq.fill(count)(period)
     )
 
-  /** The host of each node. */
-  val hosts: Seq[LowerTester] = cans.map(new LowerTester(_, rate))
+  val hosts: IndexedSeq[LowerTester] = cans.map(new LowerTester(_, rate)).toIndexedSeq
 
   for ((can, n) <- cans.zipWithIndex) {
-    ring.drives(n) = () => can.driven
-    ring.hears(n) = level => can.step(level)
-    ring.nodes(n).write(flyframe.registers.RingRegisters.Address, n + 2)
-    ring.nodes(n).setBit(rate.bitCycles / prescaler, prescaler)
-    ring.control(n, home = home.contains(n))
+    bench.drives(n) = () => can.driven
+    bench.hears(n) = level => can.step(level)
+    bench.nodes(n).write(flyframe.registers.RingRegisters.Address, firstAddress + n)
+    bench.nodes(n).setBit(rate.bitCycles / prescaler, prescaler)
+    bench.control(n, home = home.contains(n))
   }
-  ring.runUs(25)
+  bench.runUs(25)
   hosts.foreach(_.start())
-  ring.runUs(15 * bit)
+  run(15)
 
-  /** Runs until all requests are done, for `bits` at most. */
-  def finish(bits: Int): Unit = {
-    val end = ring.now + (bits * bit * 1e6).toLong
-    while (hosts.exists(_.pending != 0) && ring.now < end) ring.runUs(5 * bit)
-    ring.runUs(12 * bit)
-  }
-
-  /** Errors of every kind that the nodes have counted, lost arbitrations left out. */
-  def errors: Seq[Int] = hosts.map(_.counters.take(5).sum)
+  def run(bits: Double): Unit              = bench.runUs(bits * bit)
+  def cut(link: Int, isCut: Boolean): Unit = bench.cut(link, isCut)
+  def ring(node: Int, address: Int): Int   = bench.nodes(node).read(address)
 }
 
 object CanRing {

@@ -1,0 +1,180 @@
+package flyframe.node
+
+import chisel3._
+import chisel3.util._
+import chiseltest._
+import flyframe.can._
+import flyframe.fibre._
+import flyframe.memory.HostPort
+import flyframe.params.EscParams
+import flyframe.registers.{CanRegisters, RingRegisters}
+
+/** Ports, bus mode and CAN port of a node in RTL, with short timers. */
+class ShortNode(p: EscParams) extends Module {
+  val rx   = IO(Input(Vec(2, Bool())))
+  val tx   = IO(Output(Vec(2, Bool())))
+  val host = IO(new HostPort(4))
+
+  private val fibre    = p.fibre.copy(usPerMs = 1)
+  private val ring     = Module(new RingPorts(fibre, p.nodeIdWidth))
+  private val can      = Module(new CanPort(p.can, 0))
+  private val ticks    = Module(new TimeQuanta)
+  private val fraction = RegInit(0.U(log2Ceil(p.coreClockMhz).W))
+  private val us       = fraction === (p.coreClockMhz - 1).U
+  private val time     = RegInit(0.U(16.W))
+  fraction := Mux(us, 0.U, fraction + 1.U)
+  time     := time + us
+
+  ring.rx         := rx
+  tx              := ring.tx
+  ring.optical    := VecInit(true.B, true.B)
+  ring.drive      := can.tx
+  can.rx          := ring.bus
+  can.time        := time
+  ring.us         := us
+  ring.timer      := time
+  ticks.possible  := can.bit.valid
+  ticks.prescaler := can.bit.bits.prescaler
+  ring.quantum    := ticks.quantum
+  ring.quanta     := can.bit.bits.quanta
+
+  private val isRing = host.addr < CanRegisters.PortStarts.head.U
+  ring.host <> host
+  can.host <> host
+  ring.host.req := host.req && isRing
+  can.host.req  := host.req && !isRing
+  host.ack      := Mux(isRing, ring.host.ack, can.host.ack)
+  host.rdata    := Mux(isRing, ring.host.rdata, can.host.rdata)
+}
+
+/** Nodes in RTL in a ring of fibres with delays, all in one clock domain.
+  *
+  * @param most
+  *   nodes; fewer may be in the ring
+  */
+class RingUnderTest(p: EscParams, most: Int) extends Module {
+  import RingUnderTest._
+
+  /** How many are in the ring. */
+  val count = IO(Input(UInt(log2Ceil(most + 1).W)))
+
+  /** Of the fibres behind each node: core cycles from pin to pin, 1 or more, and whether they are cut. */
+  val delay = IO(Input(Vec(most, UInt(log2Ceil(Longest).W))))
+  val isCut = IO(Input(Vec(most, Bool())))
+
+  /** An access to the node that is chosen. */
+  val host = IO(new HostPort(4))
+  val node = IO(Input(UInt(log2Ceil(most).W)))
+
+  private val nodes = Seq.fill(most)(Module(new ShortNode(p)))
+  private val next  = RegInit(0.U(log2Ceil(Longest).W)) // reset: any place will do
+  next := next + 1.U
+
+  /** The light that leaves a fibre into which this light goes. */
+  private def through(link: Int, light: Bool): Bool = {
+    val cells = Mem(Longest, Bool())
+    cells.write(next, light)
+    cells.read(next - delay(link)) && !isCut(link)
+  }
+  private val isLast = nodes.indices.map(n => count === (n + 1).U)
+  private val there  = for ((n, i) <- nodes.zipWithIndex) yield through(i, n.tx(1))
+  private val back =
+    for (i <- nodes.indices)
+      yield through(i, Mux(isLast(i), nodes.head.tx(0), nodes((i + 1) % most).tx(0)))
+  for ((n, i) <- nodes.zipWithIndex) {
+    n.rx(0) := (if (i == 0) Mux1H(isLast, there) else there(i - 1))
+    n.rx(1) := back(i)
+    n.host <> host
+    n.host.req := host.req && node === i.U
+  }
+  host.ack   := VecInit(nodes.map(_.host.ack))(node)
+  host.rdata := VecInit(nodes.map(_.host.rdata))(node)
+}
+
+object RingUnderTest {
+
+  /** Core cycles that a fibre may delay. */
+  val Longest = 1024
+}
+
+/** A ring of RTL nodes, fresh out of reset and then up; node `home` is guard if there is one.
+  *
+  * @param delays
+  *   of the fibres behind each node, with two modules, in ns
+  * @param kbps
+  *   bit rate, by the bit timing of FR-38
+  */
+class RtlCanRing(dut: RingUnderTest, home: Option[Int], delays: Seq[Long], kbps: Int, first: Int, mhz: Int)
+    extends CanOnRing {
+  private val rate = Rate("25 tq", mhz * 1000 / 25 / kbps, BitSetting(tseg1 = 21, tseg2 = 3, sjw = 3))
+  private var now  = 0L
+
+  private def pass(cycles: Int): Unit = {
+    dut.clock.step(cycles)
+    now += cycles
+  }
+
+  dut.clock.setTimeout(0)
+  dut.count.poke(delays.size)
+  for ((input, n) <- dut.delay.zipWithIndex) input.poke(delays.lift(n).getOrElse(10L) * mhz / 1000)
+  for (input      <- dut.isCut) input.poke(false)
+  dut.host.req.poke(false)
+  dut.reset.poke(true.B)
+  pass(4)
+  dut.reset.poke(false.B)
+  pass(PortMemory.Words + 4) // it is cleared
+
+  /** Accesses pass a few core cycles. */
+  private def access(n: Int, address: Int, be: Int, write: Option[Long]): Long = {
+    dut.node.poke(n)
+    dut.host.addr.poke(address)
+    dut.host.be.poke(be)
+    dut.host.write.poke(write.isDefined)
+    dut.host.wdata.poke(write.getOrElse(0L))
+    dut.host.req.poke(true)
+    var waited = 0
+    while (!dut.host.ack.peekBoolean()) {
+      pass(1)
+      waited += 1
+      assert(waited < CanUnderTest.AccessCycles, f"access to 0x$address%04x")
+    }
+    val answer = dut.host.rdata.peekInt().toLong
+    pass(1)
+    dut.host.req.poke(false)
+    pass(1)
+    answer
+  }
+
+  private class Node(n: Int) extends CanUnderTest {
+    def cycle: Long                = now
+    def driven                     = throw new UnsupportedOperationException("the ring steps all nodes")
+    def step(heard: Boolean): Unit = driven
+    def write(address: Int, bytes: Seq[Int]): Unit = if (bytes.nonEmpty) {
+      val (now, later) = bytes.splitAt(4 - address % 4)
+      val lanes        = now.zipWithIndex.map { case (b, i) => (b.toLong, address % 4 + i) }
+      access(n, address & ~3, lanes.map(1 << _._2).sum, Some(lanes.map { case (b, i) => b << 8 * i }.sum))
+      write(address + now.size, later)
+    }
+    def read(address: Int, count: Int): Seq[Int] = {
+      val from  = address & ~3
+      val words = (from until address + count by 4).map(access(n, _, 15, None))
+      words
+        .flatMap(w => (0 to 3).map(i => (w >> 8 * i & 0xff).toInt))
+        .slice(address - from, address - from + count)
+    }
+  }
+  val hosts: IndexedSeq[LowerTester] = delays.indices.map(n => new LowerTester(new Node(n), rate))
+
+  for ((h, n) <- hosts.zipWithIndex) {
+    h.device.write(RingRegisters.Address, Seq(first + n))
+    if (home.contains(n)) h.device.write(RingRegisters.Control, Seq(1 << RingRegisters.Home))
+    h.setTiming(rate.prescaler, rate.setting)
+  }
+  pass(25 * mhz)
+  hosts.foreach(_.start())
+  run(15)
+
+  def run(bits: Double): Unit              = pass((bits * rate.bitCycles).toInt max 1)
+  def cut(link: Int, isCut: Boolean): Unit = dut.isCut(link).poke(isCut)
+  def ring(node: Int, address: Int): Int   = hosts(node).device.read(address, 1).head
+}
