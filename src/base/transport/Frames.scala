@@ -98,9 +98,6 @@ object Sizes {
   /** The bit of a life byte that says: about a message to all. */
   val ToAll = 0x80
 
-  /** Places of a frame in the port, at most. */
-  val Slots = 8
-
   /** Messages that a node has under way at the same time; the last place is kept for urgent ones. */
   val Outgoing = 16
 

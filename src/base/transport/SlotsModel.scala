@@ -2,8 +2,12 @@ package flyframe.transport
 
 import scala.collection.mutable
 
-/** The frames of a node that wait in its port, eight at most, each once (TP-06). */
-private[transport] class SlotsModel {
+/** The frames of a node that wait in its port, each once (TP-06).
+  *
+  * @param places
+  *   how many there may be (TB-04)
+  */
+private[transport] class SlotsModel(places: Int) {
   private val waiting = mutable.Map.empty[Int, BusFrame]
   private val fresh   = mutable.Buffer.empty[BusFrame]
 
@@ -18,12 +22,12 @@ private[transport] class SlotsModel {
   }
 
   /** Places for data frames, for other frames and for urgent ones are so many that each finds one behind
-    * those before it (TB-05).
+    * those before it (TB-04).
     */
   def hasRoom(id: FrameId): Boolean =
-    waiting.size < (if (id.urgent) Sizes.Slots
-                    else if (id.isData && id.pipe != Sizes.ProcessData) Sizes.Slots - 3
-                    else Sizes.Slots - 1)
+    waiting.size < (if (id.urgent) places
+                    else if (id.isData && id.pipe != Sizes.ProcessData) places - 3
+                    else places - 1)
 
   def put(frame: BusFrame): Unit = {
     waiting(frame.id) = frame

@@ -38,7 +38,7 @@ private[transport] class AnswersModel(slots: SlotsModel, counts: CountersModel) 
 /** The golden model of a node's transport. */
 class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnderTest {
   private val counts   = new CountersModel
-  private val slots    = new SlotsModel
+  private val slots    = new SlotsModel(p.slots)
   private val answers  = new AnswersModel(slots, counts)
   private val sender   = new SenderModel(p, slots, counts)
   private val receiver = new ReceiverModel(p, answers, counts)

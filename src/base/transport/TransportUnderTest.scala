@@ -10,6 +10,8 @@ package flyframe.transport
   *   bit rate of the ring, 5 to 2000 kbit/s
   * @param pdMs
   *   process data are sent again after this time, 1 to 1000 ms
+  * @param slots
+  *   frames in the port, 8 to 16 (TB-04)
   * @param hello
   *   bytes 1 to 7 of HELLO
   * @param buffers
@@ -20,6 +22,7 @@ final case class TransportParams(
     life: Int = 0,
     kbps: Int = 1000,
     pdMs: Int = 100,
+    slots: Int = 8,
     hello: Seq[Int] = Seq.fill(7)(0),
     buffers: Int = 4
 ) {

@@ -9,8 +9,8 @@
 struct board;
 
 /* Hands a frame to the port, which sends it when its turn has come, in CAN order, and repeats it until it
- * was sent. The transport never has more than eight frames there (TRANSPORT_SLOTS), and never two with the
- * same identifier; for so many the port always has a place. */
+ * was sent. The transport never has more frames there than its configuration says (`slots`), and never two
+ * with the same identifier; for so many the port always has a place. */
 void board_frame_send(struct board *board, const struct ring_frame *frame);
 
 /* Whether the frame with this identifier still waits in the port: neither sent nor given up. When it has been

@@ -1,4 +1,4 @@
-/* The frames that wait in the port: eight at most, each once (TP-06). */
+/* The frames that wait in the port: each once (TP-06). */
 #include "internal.h"
 
 bool slot_waits(const struct transport *t, uint32_t id) {
@@ -21,14 +21,15 @@ bool slot_waits_of(const struct transport *t, uint8_t destination, uint8_t pipe)
 
 /* Data frames leave three places for what must not wait behind them, everything leaves one for what is
  * urgent. */
-static uint8_t places_for(const struct ring_id *id) {
-  if (id->urgent) return TRANSPORT_SLOTS;
-  return id->is_data && id->pipe != RING_PROCESS_DATA ? TRANSPORT_SLOTS - 3 : TRANSPORT_SLOTS - 1;
+static unsigned places_for(const struct transport *t, const struct ring_id *id) {
+  const unsigned places = t->config.slots;
+  if (id->urgent) return places;
+  return id->is_data && id->pipe != RING_PROCESS_DATA ? places - 3 : places - 1;
 }
 
 bool slot_put(struct transport *t, const struct ring_frame *frame) {
   const struct ring_id id = ring_id_of(frame->id);
-  if (t->slot_count >= places_for(&id)) return false;
+  if (t->slot_count >= places_for(t, &id)) return false;
   board_frame_send(t->board, frame);
   t->slots[t->slot_count++] = *frame;
   return true;

@@ -6,6 +6,8 @@ void transport_start(struct transport *t, struct board *board, const struct tran
   for (uint32_t i = 0; i < sizeof *t; ++i) ((uint8_t *)t)[i] = 0; /* too large for a literal on a stack */
   t->board = board;
   t->config = *config;
+  if (config->slots < TRANSPORT_FEWEST_SLOTS || config->slots > TRANSPORT_SLOTS)
+    t->config.slots = TRANSPORT_FEWEST_SLOTS;
   receiver_start(t);
   station_start(t, now_us);
 }

@@ -14,7 +14,8 @@ enum {
   TRANSPORT_MESSAGE_BYTES = 2048,
   TRANSPORT_SHORT_BYTES = 6, /* a message of so many goes as SHORT */
   TRANSPORT_SHORTS = 8,      /* such messages that wait for the host */
-  TRANSPORT_SLOTS = 8,       /* frames in the port */
+  TRANSPORT_SLOTS = 16,      /* frames in the port, at most */
+  TRANSPORT_FEWEST_SLOTS = 8,
   TRANSPORT_OUTGOING = 16,   /* messages under way, the last place for urgent ones only */
   TRANSPORT_ANSWERS = 16,    /* answers that wait for a slot, the last four places for urgent ones only */
   TRANSPORT_OBJECTS = 16,    /* values of process data that are sent */
@@ -29,6 +30,7 @@ struct transport_config {
   uint8_t address;                      /* 1 to 125 */
   uint8_t life;                         /* number of the start, mod 128, from non-volatile memory */
   uint16_t kbps;                        /* of the ring, 5 to 2000 */
+  uint8_t slots;                        /* frames in the port, 8 to 16, else 8 (TB-04) */
   uint16_t pd_ms;                       /* process data are sent again after this time, 1 to 1000 */
   uint8_t hello[TRANSPORT_HELLO_BYTES]; /* HELLO behind the life: ring state, ports, ... */
 };

@@ -40,6 +40,7 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
   private class Node(index: Int) {
     val address           = index + 1
     var life              = random.nextInt(128)
+    private val places    = if (faults == Faults()) 8 else 8 + (index + seed.toInt) % 9
     private var t         = make()
     var slots             = Vector.empty[BusFrame]
     var due               = 0L
@@ -49,7 +50,7 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
     private var polledAt  = 0L
     private var favourite = 0
     var most              = random.nextInt(4)
-    private def params    = TransportParams(address, life)
+    private def params    = TransportParams(address, life, slots = places)
     private def make() =
       if (inC(index)) new NodeInC(params, now) else new TransportModel(params, now)
 
@@ -107,7 +108,7 @@ class Network(count: Int, seed: Long, faults: Faults, inC: Int => Boolean) {
       val urgent = fresh.map(f => FrameId.of(f.id).urgent)
       assert(urgent == urgent.sorted.reverse, "TP-05: a normal frame in front of an urgent one")
       slots ++= fresh
-      assert(slots.size <= 8 && slots.map(_.id).distinct.size == slots.size, "TP-06")
+      assert(slots.size <= places && slots.map(_.id).distinct.size == slots.size, "TP-06")
       for (e <- t.ended()) tracker.ended(underWay.remove(e.tag).get, e, now)
       if (takeAt.isEmpty && t.received.nonEmpty) takeAt = Some(now + random.nextInt(3000))
       takeAt.foreach(at => due = due min at)

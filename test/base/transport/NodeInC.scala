@@ -23,6 +23,7 @@ class NodeInC(p: TransportParams, start: Long = 0) extends TransportUnderTest {
     say(p.life, 1)
     say(p.kbps, 2)
     say(p.pdMs, 2)
+    say(p.slots, 1)
     p.hello.foreach(out.write)
     say(now, 8)
   }

@@ -109,6 +109,14 @@ abstract class SenderRules extends TransportCases {
     assert(b.waiting.size <= 8)
   }
 
+  "TB-04: a node that may use 16 places" should "leave three of them to frames that must not wait" in
+    node(TransportParams(Own, life = 7, slots = 16)) { b =>
+      b.isHeld = true
+      assert(b.send(message(200)).size == 12 && b.waiting.size == 13) // HELLO is one of them
+      for (tag <- 2 to 5) b.send(Seq(tag), tag, urgent = true)
+      assert(b.waiting.size == 16)
+    }
+
   "TP-06, TB-05: a frame that waits" should "never be queued again" in node() { b =>
     b.send(message(40)) // all out
     b.isHeld = true

@@ -1,6 +1,6 @@
 /* A node's transport as a program that a test drives through its pipes: commands in, answers out, numbers
  * little endian. NodeInC.scala is the other end. The port is a list of frames, which must never hold more
- * than eight, nor two with the same identifier (TP-06). */
+ * than it was told, nor two with the same identifier (TP-06). */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +9,7 @@
 
 struct board {
   struct ring_frame waiting[TRANSPORT_SLOTS];
-  unsigned count;
+  unsigned count, places;
   struct ring_frame fresh[TRANSPORT_SLOTS]; /* not told yet */
   unsigned fresh_count;
 };
@@ -51,7 +51,7 @@ bool board_frame_waits(struct board* b, uint32_t id) {
 }
 
 void board_frame_send(struct board* b, const struct ring_frame* frame) {
-  if (b->count == TRANSPORT_SLOTS) fail("more than eight frames in the port");
+  if (b->count >= b->places) fail("more frames in the port than it has places");
   if (board_frame_waits(b, frame->id)) fail("TP-06: the frame waits already");
   b->waiting[b->count++] = *frame;
   b->fresh[b->fresh_count++] = *frame;
@@ -77,6 +77,8 @@ static void start(void) {
   config.life = (uint8_t)number(1);
   config.kbps = (uint16_t)number(2);
   config.pd_ms = (uint16_t)number(2);
+  config.slots = (uint8_t)number(1);
+  board.places = config.slots;
   take(config.hello, sizeof config.hello);
   transport_start(&transport, &board, &config, number(8));
 }
