@@ -50,10 +50,19 @@ abstract class BreakCases extends AnyFlatSpec {
   /** A break behind node `link`, `at` bits behind a request; another frame behind it, if the guard has not
     * closed the ring.
     *
+    * @param mayWait
+    *   the guard waits, and may be too late for the frame that is under way (FB-11)
     * @return
     *   how many nodes did not receive a frame that its sender has got rid of
     */
-  private def breaks(r: CanOnRing, senders: Seq[Int], link: Int, at: Double, what: String): Int = {
+  private def breaks(
+      r: CanOnRing,
+      senders: Seq[Int],
+      link: Int,
+      at: Double,
+      mayWait: Boolean,
+      what: String
+  ): Int = {
     val errors = r.errors.sum
     r.run(before)
     if (at >= 0) for (n <- senders) r.hosts(n).request(frame(n, 1))
@@ -68,7 +77,7 @@ abstract class BreakCases extends AnyFlatSpec {
     assert(r.hosts.forall(_.pending == 0), what)
     val missed = missing(r, senders, 1, what)
     if (r.guards.nonEmpty) { // the frame was over: this one is the first behind the break
-      assert(!isUnderWay || r.errors.sum == errors, s"$what: disturbed, but not healed")
+      assert(mayWait || !isUnderWay || r.errors.sum == errors, s"$what: disturbed, but not healed")
       r.hosts(3).request(frame(3, 2))
       closed = r.finish(500)
       assert(missing(r, Seq(3), 2, what) == 0, what)
@@ -101,7 +110,9 @@ abstract class BreakCases extends AnyFlatSpec {
         for (i <- 0L until count) {
           val at   = -before + (i + random.nextDouble()) * (before + within + behind) / count
           val link = random.nextInt(Nodes)
-          ready(home, first)(r => missed += breaks(r, senders, link, at, f"$name: behind $link, bit $at%.2f"))
+          ready(home, first)(r =>
+            missed += breaks(r, senders, link, at, !home && first == 2, f"$name: behind $link, bit $at%.2f")
+          )
         }
         missed
       }

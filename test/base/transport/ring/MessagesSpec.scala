@@ -22,6 +22,7 @@ class MessagesSpec extends AnyFlatSpec {
       r.disturb(100000, new Random(1))
       val text = new Messages(r, 1, _ % 2 == 0, 400).run(inBus.size.toInt, 100)()
       assert(r.ring.hosts.forall(_.state == CanState.Active))
+      if (inBus.size > 100) assert(r.ring.errors.sum > 0)
       s"$text; errors ${r.ring.errors.mkString(", ")}"
     })
 

@@ -28,13 +28,13 @@ class BusModeRing(val count: Int) extends RingPort {
   /** What arrives on a fibre: the tone of the other level in some bits. */
   private class WrongBits(oneIn: Int, random: Random) {
     private val bit      = (ring.bit * 1e6).toLong
-    private val fast     = 1000000000L / ring.bench.p.toneRecessiveKhz / 2 // ps between edges
-    private val slow     = 1000000000L / ring.bench.p.toneDominantKhz / 2
+    private val tones    = Seq(ring.bench.p.toneRecessiveKhz, ring.bench.p.toneDominantKhz)
+    private val halves   = tones.map(khz => 1000000000L / khz / 2) // ps between edges
     private var before   = false
     private var edge     = 0L
-    private var distance = fast
+    private var distance = halves.head
     private var from     = ring.bench.now + gap()
-    private var tone     = fast
+    private var half     = halves.head
 
     /** Bits apart as of a bit that goes wrong with the same chance wherever it is. */
     private def gap() = (-math.log(1 - random.nextDouble()) * oneIn * bit).toLong
@@ -46,11 +46,11 @@ class BusModeRing(val count: Int) extends RingPort {
         before = light
       }
       if (time < from) {
-        tone = if (distance < (fast + slow) / 2) slow else fast
+        half = halves.maxBy(h => (h - distance).abs)
         light
       } else {
         if (time >= from + bit) from = time + gap()
-        (time - from) / tone % 2 == 0
+        (time - from) / half % 2 == 0
       }
     }
   }
