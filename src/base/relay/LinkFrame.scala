@@ -40,6 +40,9 @@ object LinkHeader {
   /** Bits from kind to check. */
   val Bits = 40
 
+  /** The number of the byte of the hops, from kind on. */
+  val HopsByte = 3
+
   /** Of the 32 bits in front of the check. */
   def of(word: Int): LinkHeader =
     LinkHeader(word >>> 30, word >>> 29 & 1, word >>> 22 & 0x7f, word >>> 8 & 0x3fff, word & 0xff)

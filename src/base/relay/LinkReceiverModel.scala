@@ -39,7 +39,7 @@ class LinkReceiverModel(listener: LinkListener) {
   private var ends       = 0     // bits of the end
   private var crc32      = 0
   private var body       = new LinkBody
-  private var isBroken   = false // by six dominant bits, just now
+  private var broken     = Whole // with a dominant bit, just now: what counts if this is no abort
   private var isStuckNow = false
 
   /** Edges synchronise hard: the link is idle. */
@@ -56,17 +56,15 @@ class LinkReceiverModel(listener: LinkListener) {
     state = Waits
     recessives = 0
     dominants = 0
-    isBroken = false
+    broken = Whole
   }
 
   /** A bit is sampled. */
   def take(bit: Boolean): Unit = {
-    // An abort has a seventh dominant bit, and was counted where the frame was broken (RB-02).
-    if (isBroken && bit) listener.badFrame()
-    isBroken = false
     recessives = if (bit) (recessives + 1) min LinkFrame.EndBits else 0
     dominants = if (bit) 0 else (dominants + 1) min Stuck
     if (dominants == Stuck) isStuckNow = true
+    if (bit || dominants == LinkFrame.AbortBits) settle(isAbort = !bit)
     state match {
       case Idle => if (!bit) start()
       case End  => end(bit)
@@ -75,6 +73,13 @@ class LinkReceiverModel(listener: LinkListener) {
       case _ => if (run == 5) stuffed(bit) else next(bit)
     }
     if (isStuckNow && recessives == LinkFrame.EndBits) isStuckNow = false
+  }
+
+  /** An abort was counted where the frame broke first (RB-02). */
+  private def settle(isAbort: Boolean): Unit = {
+    if (!isAbort && broken == Header) listener.badHeader()
+    if (!isAbort && broken == Body) listener.badFrame()
+    broken = Whole
   }
 
   private def start(): Unit = {
@@ -98,8 +103,7 @@ class LinkReceiverModel(listener: LinkListener) {
 
   private def stuffed(bit: Boolean): Unit =
     if (bit == last) {
-      isBroken = !bit
-      if (bit) listener.badFrame()
+      if (bit) listener.badFrame() else broken = Body
       breakOff()
     } else {
       counted(bit)
@@ -130,7 +134,7 @@ class LinkReceiverModel(listener: LinkListener) {
         listener.header(LinkHeader.of(word), body)
       } else {
         state = Waits
-        listener.badHeader()
+        if (bit) listener.badHeader() else broken = Header
       }
     }
   }
@@ -175,7 +179,7 @@ class LinkReceiverModel(listener: LinkListener) {
     ends = o.ends
     crc32 = o.crc32
     body = o.body
-    isBroken = o.isBroken
+    broken = o.broken
     isStuckNow = o.isStuckNow
   }
 }
@@ -186,6 +190,7 @@ object LinkReceiverModel {
   private val Header = 2
   private val Body   = 3
   private val End    = 4
+  private val Whole  = 5 // nothing is broken
 
   /** Dominant bits after which a link has no signal. */
   val Stuck = 320

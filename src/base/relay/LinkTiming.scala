@@ -2,7 +2,7 @@ package flyframe.relay
 
 import flyframe.can.{BitSetting, BitStream, BitTimingModel}
 
-/** The bits of a link (FR-40): a quantum is a core cycle, the sample point lies at 64 to 66 % (RB-05).
+/** The bits of a link (FR-40): a quantum is a core cycle, the sample point lies at 64 to 68 % (RB-05).
   *
   * @param cycles
   *   core cycles of a bit, 25 (2 Mbit/s at 50 MHz) to 250 (400 kbit/s at 100 MHz)
@@ -11,10 +11,10 @@ final case class LinkTiming(cycles: Int) {
   require(cycles >= 25 && cycles <= 250, s"cycles is $cycles but must be 25 to 250 core cycles.")
 
   /** Cycles from the edge at the start of a bit to its sample. */
-  val sample: Int = cycles * 65 / 100
+  val sample: Int = cycles * 41 / 64
 
   /** Greatest change by a resynchronisation. */
-  val jump: Int = cycles / 5
+  val jump: Int = cycles * 3 / 16
 
   val setting: BitSetting = BitSetting(tseg1 = sample, tseg2 = cycles - 1 - sample, sjw = jump)
 }

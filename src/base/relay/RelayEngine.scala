@@ -28,8 +28,9 @@ class RelayEngine(val setting: RelayRingSetting) extends RelayRing {
 
     def quiet(port: Int): Long = (bit - frameEnds(port)) max 0
 
+    /** What is decided for the coming bit leaves a bit later (RB-19). */
     private def send(port: Int, levels: Array[Boolean]): Unit = {
-      links(n)(port).send(bit, levels)
+      links(n)(port).send(bit + 1, levels)
       frameEnds(port) = bit + levels.length
       schedule(n, port)
     }
@@ -39,14 +40,17 @@ class RelayEngine(val setting: RelayRingSetting) extends RelayRing {
 
     def begin(port: Int, header: LinkHeader, body: LinkBody): Unit = {
       sent(port) = Some((header, body, bit))
-      send(port, LinkFrame.levels(header, body))
+      val levels = LinkFrame.levels(header, body)
+      links(n)(port).send(bit, true +: levels) // the bit in front of a frame may be flipped still
+      frameEnds(port) = bit + levels.length
+      schedule(n, port)
     }
 
     /** A frame that comes is not what it seemed, and so is what is sent of it from bit `from` on. */
     def changes(body: LinkBody, from: Long): Unit =
       for (port <- 0 to 1; (header, b, start) <- sent(port) if (b eq body) && from < frameEnds(port)) {
         val levels = LinkFrame.levels(header, body)
-        links(n)(port).send(from max start, levels.drop(((from - start) max 0).toInt))
+        links(n)(port).send((from max start) + 1, levels.drop(((from - start) max 0).toInt))
         frameEnds(port) = start + levels.length
         schedule(n, port)
         wake(from)
@@ -58,7 +62,8 @@ class RelayEngine(val setting: RelayRingSetting) extends RelayRing {
     }
     def silence(port: Int): Unit = {
       sent(port) = None
-      send(port, Array.empty)
+      if (bit < frameEnds(port)) send(port, Array.empty)
+      frameEnds(port) = bit
     }
 
     def now(cycle: Long): Unit = {
@@ -102,7 +107,9 @@ class RelayEngine(val setting: RelayRingSetting) extends RelayRing {
     val (to, in) = target(n, port)
     val station  = stations(to)
     station.versions(in) += 1
-    for (cycle <- links(n)(port).next) add(end(to, cycle), in, to, station.versions(in))
+    // RB-21
+    for (cycle <- links(n)(port).next)
+      add(end(to, cycle - cycle % linkBit + linkBit - 1), in, to, station.versions(in))
   }
 
   def now: Long                    = time
@@ -120,12 +127,23 @@ class RelayEngine(val setting: RelayRingSetting) extends RelayRing {
 
   def access(n: Int)(body: RelayHostModel => Unit): Unit = happens(n)(s => body(s.host))
 
-  def setUp(n: Int, port: Int, isUp: Boolean): Unit = if (stations(n).node.isUp(port) != isUp) happens(n) {
-    s =>
+  private val ups = Array.fill(count, 2)(false)
+
+  /** It counts in the first cycle of a bit (RB-20). */
+  def setUp(n: Int, port: Int, isUp: Boolean): Unit = {
+    ups(n)(port) = isUp
+    val first = (cycleAt(n, time) + linkBit - 1) / linkBit * linkBit
+    at(end(n, first))(portChanges(n, port))
+  }
+
+  private def portChanges(n: Int, port: Int): Unit = {
+    val isUp = ups(n)(port)
+    if (stations(n).node.isUp(port) != isUp) happens(n) { s =>
       val (from, out) = target(n, port)
       if (links(from)(out).setUp(s.cycle, isUp)) s.listeners(port).ended(isGood = false)
       schedule(from, out)
       s.node.portChanges(port, isUp)
+    }
   }
 
   /** The first bit of a node that begins now or later. */

@@ -2,6 +2,23 @@ package flyframe.relay
 
 import flyframe.params.CanParams
 
+/** Keeps what a receiver tells until the end of the bit (RB-21). */
+private class AtEndOfBit(to: LinkListener) extends LinkListener {
+  private var kept = Vector.empty[() => Unit]
+
+  def tell(): Unit = {
+    val all = kept
+    kept = Vector.empty
+    all.foreach(_())
+  }
+  def starts(): Unit                                   = kept :+= (() => to.starts())
+  def header(header: LinkHeader, body: LinkBody): Unit = kept :+= (() => to.header(header, body))
+  def identified(): Unit                               = kept :+= (() => to.identified())
+  def ended(isGood: Boolean): Unit                     = kept :+= (() => to.ended(isGood))
+  def badHeader(): Unit                                = kept :+= (() => to.badHeader())
+  def badFrame(): Unit                                 = kept :+= (() => to.badFrame())
+}
+
 /** The golden model of relay mode, core cycle by core cycle. */
 class RelayModel(p: CanParams = CanParams()) extends RelayUnderTest {
   private val links = new LinkSenders {
@@ -13,16 +30,20 @@ class RelayModel(p: CanParams = CanParams()) extends RelayUnderTest {
   private lazy val outputs = Seq.fill(2)(new LinkSenderModel)
   val node: RelayNodeModel = new RelayNodeModel(p, links)
   val host: RelayHostModel = new RelayHostModel(p, node)
-  private val receivers    = (0 to 1).map(port => new LinkReceiverModel(node.listener(port)))
+  private val told         = (0 to 1).map(port => new AtEndOfBit(node.listener(port)))
+  private val receivers    = told.map(new LinkReceiverModel(_))
   private var bitCycles    = 0
+  private var inBit        = 0                 // cycles of the present bit
   private val inputs       = new Array[LinkInputModel](2)
   private val levels       = Array(true, true)
+  private val decided      = Array(true, true) // of the bit behind (RB-19)
   private val wasUp        = Array(false, false)
   private var cycles       = 0L
   setBit()
 
   private def setBit(): Unit = if (host.linkBit != bitCycles) {
     bitCycles = host.linkBit
+    inBit = 0
     for (port <- 0 to 1) restart(port)
   }
 
@@ -35,13 +56,21 @@ class RelayModel(p: CanParams = CanParams()) extends RelayUnderTest {
 
   def step(heard: (Boolean, Boolean), up: (Boolean, Boolean)): Unit = {
     node.now(cycles)
-    port(0, up._1)
-    port(1, up._2)
-    inputs(0).step(heard._1 || !up._1)
-    inputs(1).step(heard._2 || !up._2)
-    if ((cycles + 1) % bitCycles == 0) {
+    if (inBit == 0) {
+      port(0, up._1)
+      port(1, up._2)
+    }
+    inputs(0).step(heard._1 || !wasUp(0))
+    inputs(1).step(heard._2 || !wasUp(1))
+    inBit += 1
+    if (inBit == bitCycles) {
+      inBit = 0
+      told.foreach(_.tell())
       node.tick()
-      for (port <- 0 to 1) levels(port) = outputs(port).send()
+      for (port <- 0 to 1) {
+        levels(port) = decided(port)
+        decided(port) = outputs(port).send()
+      }
     }
     cycles += 1
   }

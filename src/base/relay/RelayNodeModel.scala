@@ -50,6 +50,12 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   /** For tests: each frame that is new, before the filters. */
   var delivers: (LinkHeader, CanFrame) => Unit = (_, _) => ()
 
+  /** For tests: the order of the own frame on offer at each port when it was decided what leaves; and own
+    * frames that begin.
+    */
+  val offered: Array[Option[Long]]                = Array(None, None)
+  var begins: (Int, LinkHeader, LinkBody) => Unit = (_, _, _) => ()
+
   val own: OwnFramesModel         = new OwnFramesModel(this)
   val sources: SourcesModel       = new SourcesModel(() => 64 * confirmCycles)
   val transits: Seq[TransitModel] = Seq.fill(2)(new TransitModel)
@@ -175,7 +181,10 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   def tick(): Unit = if (isOn) {
     lives()
     if (!inConflict) own.pass(cycle)
-    for (port <- 0 to 1; gap <- gap(port)) if (senders.quiet(port) >= gap) begin(port)
+    for (port <- 0 to 1) {
+      offered(port) = ownOrder(port)
+      for (gap <- gap(port)) if (senders.quiet(port) >= gap) begin(port)
+    }
   }
 
   private def lives(): Unit = {
@@ -225,7 +234,9 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
       val frame  = f.slot.fold(Announcement)(slots.pendingFrame)
       leaving(port) = None
       f.slot.foreach(stamps(_, time))
-      senders.begin(port, header, LinkBody.of(header, frame))
+      val body = LinkBody.of(header, frame)
+      senders.begin(port, header, body)
+      begins(port, header, body)
     } else
       for (f <- transits(port).first) {
         transits(port).remove(f)

@@ -1,0 +1,86 @@
+package flyframe.relay
+
+import chisel3._
+import chisel3.util._
+import flyframe.can.CanOrder
+
+/** What came within a bit: it counts at its end (RB-21). */
+class BitReport extends Bundle {
+  val header     = Bool()
+  val identified = Bool()
+  val bad        = Bool()
+  val good       = Bool()
+  val starts     = Bool()
+}
+
+/** A link receiver behind its bit timing: what came in the last bit, and the bytes as they come. */
+class LinkInput extends Module {
+  val setting = IO(Input(new LinkSetting))
+
+  /** Bits of another length begin; the port comes up or goes down; a bit of this node ends. */
+  val renew   = IO(Input(Bool()))
+  val restart = IO(Input(Bool()))
+  val tick    = IO(Input(Bool()))
+
+  val heard   = IO(Input(Bool()))
+  val address = IO(Input(UInt(7.W)))
+  val stuck   = IO(Output(Bool()))
+
+  /** Of the bit that the last `tick` ended. */
+  val report = IO(Output(new BitReport))
+
+  /** Of the frame that comes: CAN order of its identifier, its source is this node, it has no hops left. */
+  val order  = IO(Output(UInt(32.W)))
+  val isOwn  = IO(Output(Bool()))
+  val isLast = IO(Output(Bool()))
+
+  /** A byte to be stored, until it is; of hops one less than came. */
+  val byte  = IO(Output(Valid(UInt(8.W))))
+  val index = IO(Output(UInt(5.W)))
+  val takes = IO(Input(Bool()))
+
+  val badHeader = IO(Output(Bool()))
+  val badFrame  = IO(Output(Bool()))
+
+  private val bits     = Module(new LinkBits)
+  private val receiver = Module(new LinkReceiver)
+  private val events   = receiver.events
+  bits.setting     := setting
+  bits.restart     := renew || restart
+  bits.heard       := heard
+  bits.hard        := receiver.idle
+  receiver.sample  := bits.sample
+  receiver.restart := restart
+  receiver.address := address
+  stuck            := receiver.stuck
+  isOwn            := receiver.isOwn
+  badHeader        := events.badHeader
+  badFrame         := events.badFrame
+
+  private val now = Wire(new BitReport)
+  now.header     := events.header
+  now.identified := events.identified
+  now.bad        := events.bad
+  now.good       := events.good
+  now.starts     := events.starts
+  private val soFar = RegInit(0.U.asTypeOf(new BitReport)) // reset: nothing came
+  private val all   = soFar.asUInt | now.asUInt
+  private val told  = RegInit(0.U.asTypeOf(new BitReport)) // reset: likewise
+  soFar := Mux(tick, 0.U, all).asTypeOf(new BitReport)
+  when(tick) { told := all.asTypeOf(new BitReport) }
+  report := told
+
+  // The word is there a cycle behind the event. Reset: no byte is to be stored.
+  private val orderReg  = Reg(UInt(32.W))
+  private val isLastReg = Reg(Bool())
+  private val stores    = RegInit(false.B)
+  when(RegNext(events.identified, false.B)) { orderReg := CanOrder(receiver.word) }
+  when(RegNext(events.header, false.B)) { isLastReg := receiver.word(15, 8) === 0.U }
+  when(takes) { stores := false.B }
+  when(events.byte) { stores := true.B }
+  order      := orderReg
+  isLast     := isLastReg
+  byte.valid := stores
+  byte.bits  := receiver.word(7, 0) - (receiver.index === LinkHeader.HopsByte.U)
+  index      := receiver.index
+}

@@ -1,0 +1,150 @@
+package flyframe.relay
+
+import chisel3._
+import chiseltest._
+import flyframe.{Simulation, Tier}
+import flyframe.can.CanFrame
+import flyframe.registers.RingRegisters
+import org.scalatest.flatspec.AnyFlatSpec
+import scala.collection.mutable
+import scala.util.Random
+
+class PassingOnSpec extends AnyFlatSpec {
+  private val tier =
+    Tier("Passing on in RTL against the model", "core cycles", test = 600000, soak = 50000000)
+
+  /** What comes in at a port: frames one behind the other, of which some are disturbed. */
+  private class Source(random: Random, bit: Int) {
+    private val levels = mutable.Queue.empty[Boolean]
+    private var level  = true
+    private var left   = 0.0
+    private val ppm    = random.nextInt(1001) - 500
+    private var calm   = 1
+
+    def next(): Boolean = {
+      if (left < 1) {
+        if (levels.isEmpty) levels ++= Source.frame(random, calm)
+        if (random.nextInt(20000) == 0) calm = 1 + random.nextInt(300)
+        level = levels.dequeue()
+        left += bit * (1 + ppm / 1e6)
+      }
+      left -= 1
+      level
+    }
+  }
+
+  private object Source {
+    def frame(random: Random, calm: Int): Seq[Boolean] = {
+      val extended = random.nextBoolean()
+      val remote   = random.nextInt(6) == 0
+      val dlc      = random.nextInt(10)
+      val id       = random.nextInt(if (random.nextBoolean()) 4 else 1 << 11)
+      val data     = Seq.fill(if (remote) 0 else dlc min 8)(random.nextInt(256))
+      val hops     = if (random.nextInt(20) == 0) 0 else random.nextInt(256)
+      val header =
+        LinkHeader(random.nextInt(4), random.nextInt(2), random.nextInt(128), random.nextInt(1 << 14), hops)
+      val good =
+        LinkFrame.levels(header, LinkBody.of(header, CanFrame(id, extended, remote, dlc, data))).toSeq
+      val sent = random.nextInt(30) match {
+        case 0 => good.updated(random.nextInt(good.size), random.nextBoolean())
+        case 1 => good.take(random.nextInt(good.size)) ++ Seq.fill(7)(false)
+        case 2 => Seq.fill(random.nextInt(60))(random.nextBoolean())
+        case _ => good
+      }
+      sent ++ Seq.fill(7 + random.nextInt(calm))(true)
+    }
+  }
+
+  "FR-44 to FR-49, RB-07 to RB-10, RB-15, RB-19 to RB-21: what a node passes on" should
+    "be what the model passes on, in each cycle" in
+    RawTester.test(new PassingOn, Simulation.annotations(this, "passing on")) { dut =>
+      val random = new Random(3)
+      val most   = Array(0L, 0L)
+      for (_ <- 0L until tier.size by Run) {
+        val bit    = if (random.nextBoolean()) 25 else random.between(25, 60)
+        val model  = new RelayModel
+        val source = Seq.fill(2)(new Source(random, bit))
+        val up     = Array(true, true)
+        val seen   = mutable.Map.empty[Int, Long].withDefaultValue(0L)
+        model.write(RingRegisters.LinkBit, Seq(bit, 0))
+        model.write(RingRegisters.Address, Seq(Own))
+        model.write(RingRegisters.Confirm, Seq(20, 0, 0)) // and no repeats
+        model.write(RingRegisters.Control, Seq(1 << RingRegisters.Relay))
+        dut.bitCycles.poke(bit)
+        dut.on.poke(true)
+        dut.address.poke(Own)
+        val bytes = Array.fill(2)(IndexedSeq.fill(32)(0)) // of the own frame that leaves
+        model.node.begins = (port, header, body) => bytes(port) = bytesOf(header, body)
+        for (p <- 0 to 1) {
+          dut.offer(p).valid.poke(false)
+          dut.fetched(p).valid.poke(false)
+          dut.up(p).poke(false)
+          dut.heard(p).poke(true)
+        }
+        dut.read.valid.poke(false)
+        dut.reset.poke(true.B)
+        dut.clock.step(2)
+        dut.reset.poke(false.B)
+        val c = dut.counts
+        val counters = Seq(
+          RelayCounter.BadHeader     -> c.badHeader(0),
+          RelayCounter.BadHeader + 1 -> c.badHeader(1),
+          RelayCounter.BadFrame      -> c.badFrame(0),
+          RelayCounter.BadFrame + 1  -> c.badFrame(1),
+          RelayCounter.Stray         -> c.stray,
+          RelayCounter.Aborted       -> c.aborted,
+          RelayCounter.Wrapped       -> c.wrapped,
+          RelayCounter.Passed        -> c.passed(0),
+          RelayCounter.Passed + 1    -> c.passed(1)
+        )
+        for (cycle <- 0 until Run) {
+          for (p <- 0 to 1) {
+            if (random.nextInt(if (up(p)) 40000 else 8000) == 0) up(p) = !up(p)
+            dut.up(p).poke(up(p))
+          }
+          val heard = source.map(_.next())
+          for (p <- 0 to 1) {
+            dut.heard(p).poke(heard(p))
+            val level = model.level(p)
+            assert(dut.level(p).peekBoolean() == level, s"cycle $cycle with bits of $bit, port $p")
+          }
+          own(dut, bytes)
+          if (random.nextInt(500) == 0) {
+            val slot  = random.nextInt(16)
+            val frame = CanFrame(random.nextInt(1 << 11), false, false, 8, Seq.fill(8)(random.nextInt(256)))
+            RingHost.request(model.host, slot, frame)
+          }
+          for ((which, pulse) <- counters) if (pulse.peekBoolean()) seen(which) += 1
+          model.step((heard(0), heard(1)), (up(0), up(1)))
+          if (cycle % bit == bit - 1) for (p <- 0 to 1) {
+            dut.offer(p).valid.poke(model.node.offered(p).nonEmpty)
+            dut.offer(p).bits.poke(model.node.offered(p).getOrElse(0L))
+          }
+          dut.clock.step()
+        }
+        for ((which, _) <- counters)
+          assert(
+            ((seen(which) min (if (which >= RelayCounter.Passed) Long.MaxValue else 255L)) -
+              model.node.counters(which)).abs <= 1,
+            s"counter $which"
+          )
+        for (p <- 0 to 1) most(p) = most(p) max model.node.transits(p).most
+      }
+      assert(most.max >= LinkFrame.Many, "a transit buffer was half full")
+    }
+
+  /** Bytes of own frames that are asked for come in the next cycle. */
+  private def own(dut: PassingOn, bytes: Array[IndexedSeq[Int]]): Unit = for (p <- 0 to 1) {
+    val isAsked = dut.fetch(p).valid.peekBoolean()
+    dut.fetched(p).valid.poke(isAsked)
+    if (isAsked) dut.fetched(p).bits.poke(bytes(p)(dut.fetch(p).bits.peekInt().toInt))
+  }
+
+  private def bytesOf(header: LinkHeader, body: LinkBody) = {
+    val bits = header.bits.take(32) ++ (0 until body.total).map(body(_))
+    bits.grouped(8).map(_.foldLeft(0)((b, bit) => b << 1 | (if (bit) 1 else 0))).toIndexedSeq.padTo(32, 0)
+  }
+
+  private val Own = 23
+  private val Run = 100000
+}
