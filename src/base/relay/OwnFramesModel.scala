@@ -13,10 +13,13 @@ final class Flight(val slot: Option[Int], val kind: Int, val sequence: Int, val 
   /** How it is with the copies of the two ports. */
   val copies: Array[Int] = Array(NotSent, NotSent)
 
-  /** When its last copy began, in core cycles, and how often it has been repeated. */
-  var begun: Long        = 0
-  var repeats: Int       = 0
-  var isAborted: Boolean = false // the host wants it no more: it is not repeated
+  /** The unit in which its last copy began, after how many units it is to be repeated, and how often it was.
+    */
+  var begun: Long          = 0
+  var patience: Long       = 0
+  var repeats: Int         = 0
+  var isAborted: Boolean   = false // the host wants it no more: it is not repeated
+  var isConfirmed: Boolean = false // it is done when no copy is being sent any more (RB-24)
 
   def isWaiting: Boolean = copies.contains(Waits)
 
@@ -36,11 +39,15 @@ object Flight {
 trait OwnHost {
   def slots: RelaySlotsModel
 
-  /** Core cycles of `confirmUs`. */
-  def confirmCycles: Long
+  /** Units of 10 us since reset; `confirmUs` in such units. */
+  def unit: Long
+  def confirm: Int
   def retries: Int
   def isOneShot: Boolean
   def isUp(port: Int): Boolean
+
+  /** A copy is being sent. */
+  def isSending(flight: Flight): Boolean
   def counts(counter: Int): Unit
   def lifeSettled(): Unit // the start of a life was confirmed or has failed
 }
@@ -55,15 +62,16 @@ class OwnFramesModel(host: OwnHost) {
   /** No data frame has been sent since the start. */
   private var isFresh = true
 
-  /** A new life: sequences begin anew, and so do frames that were on their way (RB-13). */
+  /** A new life: sequences begin anew; frames that were on their way fail by [[fail]] (RB-13). */
   def restart(): Unit = {
     next = 0
     isFresh = true
-    for (f <- flights; slot <- f.slot) host.slots.ends(slot, isSent = false)
-    flights.clear()
   }
 
   def isEmpty: Boolean = flights.isEmpty
+
+  /** Frames on their way. */
+  def size: Int = flights.size
 
   /** FR-62: a sequence ahead of the newest sent (RB-14). */
   def isAhead(sequence: Int): Boolean = !isFresh && {
@@ -91,7 +99,7 @@ class OwnFramesModel(host: OwnHost) {
   private def isSame(word: Int, other: Int) = ((word ^ other) & ~(1 << 30)) == 0
 
   private def waiting(port: Int): Option[Flight] =
-    if (flights.isEmpty) None else flights.filter(_.copies(port) == Waits).minByOption(_.order)
+    if (flights.isEmpty) None else flights.filter(f => f.copies(port) == Waits && !f.isConfirmed).minByOption(_.order)
 
   /** The order of the own frame that would leave by a port.
     *
@@ -103,7 +111,7 @@ class OwnFramesModel(host: OwnHost) {
                                     else None)).minOption
 
   /** The frame that [[order]] tells begins at a port. */
-  def begin(port: Int, data: Boolean, cycle: Long): Flight = {
+  def begin(port: Int, data: Boolean): Flight = {
     val old  = waiting(port)
     val slot = if (data) fresh else None
     val isNew = slot.exists { s =>
@@ -111,7 +119,8 @@ class OwnFramesModel(host: OwnHost) {
     }
     val flight = if (isNew) create(slot.get) else old.get
     flight.copies(port) = Sent
-    flight.begun = cycle
+    flight.begun = host.unit
+    flight.patience = host.confirm.toLong << (flight.repeats min MostDoublings)
     flight
   }
 
@@ -130,30 +139,38 @@ class OwnFramesModel(host: OwnHost) {
   /** A copy has come home. */
   def home(header: LinkHeader, port: Int): Unit =
     for (f <- flights.find(f => f.kind == header.kind && f.sequence == header.sequence)) {
-      if (port != header.direction) ends(f, isSent = true)
+      if (port != header.direction) f.isConfirmed = true
       else if (f.copies(port) == Sent) {
         f.copies(port) = Home
-        if (f.isHome) ends(f, isSent = true)
+        f.isConfirmed |= f.isHome
       }
     }
 
   /** A port has gone down. */
-  def portDown(port: Int): Unit = for (f <- flights.toSeq if f.copies(port) != NotSent) {
+  def portDown(port: Int): Unit = for (f <- flights if f.copies(port) != NotSent) {
     f.copies(port) = Gone
-    if (f.isHome) ends(f, isSent = true)
+    f.isConfirmed |= f.isHome
   }
 
-  /** Everything fails: no port is up (FR-15). */
-  def fail(): Unit = flights.toSeq.foreach(ends(_, isSent = false))
+  private def idle = flights.toSeq.filterNot(host.isSending)
 
-  /** When something is to be repeated next; none while a copy has not even begun. */
-  def due: Option[Long] = if (flights.isEmpty) None else flights.filterNot(_.isWaiting).map(dueOf).minOption
+  /** Frames that are confirmed are done. */
+  def settle(): Unit = idle.filter(_.isConfirmed).foreach(ends(_, isSent = true))
 
-  private def dueOf(f: Flight) = f.begun + (host.confirmCycles << (f.repeats min MostDoublings))
+  /** Frames on their way fail. */
+  def fail(): Unit = idle.foreach(ends(_, isSent = false))
+
+  /** The unit in which something is to be repeated next; none while a copy has not even begun. */
+  def due: Option[Long] = flights.filterNot(f => f.isWaiting || f.isConfirmed).map(dueOf).minOption
+
+  private def dueOf(f: Flight) = f.begun + f.patience + 1
+
+  /** Something is done as soon as no copy is being sent. */
+  def isSettling: Boolean = flights.exists(_.isConfirmed)
 
   /** Repeats what is due (FR-58). */
-  def pass(cycle: Long): Unit =
-    if (flights.nonEmpty) for (f <- flights.toSeq if !f.isWaiting && dueOf(f) <= cycle) {
+  def pass(): Unit =
+    if (flights.nonEmpty) for (f <- idle if !f.isConfirmed && !f.isWaiting && dueOf(f) <= host.unit) {
       if (f.isAborted || host.isOneShot || f.repeats >= host.retries) ends(f, isSent = false)
       else {
         f.repeats += 1

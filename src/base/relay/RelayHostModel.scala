@@ -80,7 +80,8 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
     val wasOn = node.isOn
     node.address = memory.value("ring_address")
     node.isOn = memory.value("ring_relay") == 1
-    node.confirmCycles = memory.value("ring_confirm").toLong * 10 * p.coreClockMhz
+    node.confirm = memory.value("ring_confirm").toInt
+    node.linkBit = linkBit
     node.retries = memory.value("ring_retries")
     node.life = memory.value("ring_life")
     node.isOneShot = memory.value(s"${prefix}_one_shot") == 1

@@ -2,6 +2,7 @@ package flyframe.relay
 
 import flyframe.can.{CanFiltersModel, CanFifoModel, CanFrame, CanRecords}
 import flyframe.params.CanParams
+import scala.collection.mutable
 
 /** The link senders of a node, as the node uses them. */
 trait LinkSenders {
@@ -32,7 +33,10 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
 
   /** Relay mode is on. */
   var isOn: Boolean       = false
-  var confirmCycles: Long = 0
+  var confirm: Int        = 0 // in units of 10 us
+
+  /** Core cycles of a bit. */
+  var linkBit: Int        = 0
   var retries: Int        = 15
   var life: Int           = 0
   var isOneShot: Boolean  = false
@@ -56,15 +60,23 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   val offered: Array[Option[Long]]                = Array(None, None)
   var begins: (Int, LinkHeader, LinkBody) => Unit = (_, _, _) => ()
 
+  /** For tests: a frame of the own address came whole by a port. */
+  var comesHome: (LinkHeader, Int) => Unit = (_, _) => ()
+
+  private def unitCycles = 10L * p.coreClockMhz
+  def unit: Long         = cycle / unitCycles
+
   val own: OwnFramesModel         = new OwnFramesModel(this)
-  val sources: SourcesModel       = new SourcesModel(() => 64 * confirmCycles)
+  val sources: SourcesModel       = new SourcesModel(() => 64L * confirm * unitCycles)
   val transits: Seq[TransitModel] = Seq.fill(2)(new TransitModel)
   private val up                  = Array(false, false)
   private val coming              = Array.fill(2)(Option.empty[Incoming])
   private val leaving             = Array.fill(2)(Option.empty[Incoming])
   private val starts              = Array(0, 0)
   private var state               = Listens
-  private var listenEnd           = Option.empty[Long]
+  private var listenEnd           = Option.empty[Long] // the unit
+  private val homes               = mutable.Queue.empty[(Long, Incoming)] // and when they count
+  private val sending             = Array.fill(2)(Option.empty[Flight])
   private var inConflict          = false
   private var cycle               = 0L
 
@@ -73,6 +85,9 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   def isConflict: Boolean        = inConflict
   def counts(counter: Int): Unit = counters.count(counter)
   def lifeSettled(): Unit        = if (state == Announces) state = if (isAlone) Listens else Runs
+
+  def isSending(flight: Flight): Boolean =
+    (0 to 1).exists(port => sending(port).contains(flight) && senders.quiet(port) == 0)
   def time: Int                  = (cycle / p.coreClockMhz).toInt
 
   /** The core cycle in which everything happens until this is called again. */
@@ -92,6 +107,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   /** The node starts: nothing is known (RB-13). */
   def reset(): Unit = {
     restart()
+    homes.clear()
     sources.clear()
   }
 
@@ -115,6 +131,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
     up(port) = isUp
     transits(port).drop()
     leaving(port) = None
+    sending(port) = None
     senders.silence(port)
     if (!isUp) own.portDown(port)
   }
@@ -147,7 +164,10 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
 
   private def received(f: Incoming): Unit = {
     import f.header
-    if (isOwn(header)) { if (state != Listens) back(f) }
+    if (isOwn(header)) { // RB-22
+      homes += (cycle + HomeBits * linkBit) -> f
+      comesHome(header, f.port)
+    }
     else if (header.source != 0) {
       sources.hears(header, f.port)
       if (header.kind == LinkKind.Start) sources.starts(header.source, header.sequence)
@@ -179,18 +199,24 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
 
   /** Before each bit that is sent. */
   def tick(): Unit = if (isOn) {
-    lives()
-    if (!inConflict) own.pass(cycle)
+    val wasEmpty = own.isEmpty
+    while (homes.headOption.exists(_._1 <= cycle)) {
+      val (_, f) = homes.dequeue()
+      if (state != Listens) back(f)
+    }
+    own.settle()
+    lives(wasEmpty)
+    if (!inConflict) own.pass()
     for (port <- 0 to 1) {
       offered(port) = ownOrder(port)
       for (gap <- gap(port)) if (senders.quiet(port) >= gap) begin(port)
     }
   }
 
-  private def lives(): Unit = {
+  private def lives(wasEmpty: Boolean): Unit = {
+    if (isAlone || state == Listens) own.fail()
+    if (isAlone || address == 0) listenEnd = None
     if (isAlone) {
-      listenEnd = None
-      if (!own.isEmpty) own.fail()
       if (state == Announces) state = Listens
       if (slots.pending != 0) {
         val waiting = Integer.bitCount(slots.pending)
@@ -198,8 +224,8 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
         for (_ <- 0 until waiting) counts(RelayCounter.Failed)
       }
     } else if (state == Listens && address != 0) {
-      if (listenEnd.isEmpty) listenEnd = Some(cycle + 2 * confirmCycles)
-      if (listenEnd.exists(_ <= cycle)) {
+      if (listenEnd.isEmpty) listenEnd = Some(unit + 2 * confirm)
+      if (listenEnd.exists(_ < unit) && wasEmpty) {
         state = Announces
         own.announce(life)
       }
@@ -209,9 +235,11 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   /** When [[tick]] does something that no event before it causes. */
   def due: Option[Long] =
     if (!isOn) None
-    else if (state == Listens) listenEnd
-    else if (inConflict) None
-    else own.due
+    else {
+      val units = if (state == Listens) listenEnd.map(_ + 1) else if (inConflict) None else own.due
+      val isNow = own.isSettling || (state == Listens && !own.isEmpty)
+      (units.map(_ * unitCycles) ++ homes.headOption.map(_._1) ++ (if (isNow) Some(cycle) else None)).minOption
+    }
 
   private def ownOrder(port: Int) =
     if (inConflict || address == 0 || state == Listens) None else own.order(port, state == Runs)
@@ -229,10 +257,11 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
 
   private def begin(port: Int): Unit =
     if (isOwnFirst(port)) {
-      val f      = own.begin(port, state == Runs, cycle)
+      val f      = own.begin(port, state == Runs)
       val header = LinkHeader(f.kind, port, address, f.sequence, LinkHeader.Hops)
       val frame  = f.slot.fold(Announcement)(slots.pendingFrame)
       leaving(port) = None
+      sending(port) = Some(f)
       f.slot.foreach(stamps(_, time))
       val body = LinkBody.of(header, frame)
       senders.begin(port, header, body)
@@ -241,6 +270,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
       for (f <- transits(port).first) {
         transits(port).remove(f)
         leaving(port) = Some(f)
+        sending(port) = None
         if (f.port != port) counts(RelayCounter.Passed + f.port)
         senders.begin(port, f.passed, f.body)
       }
@@ -250,6 +280,9 @@ object RelayNodeModel {
   private val Listens   = 0
   private val Announces = 1
   private val Runs      = 2
+
+  /** Bits until a copy that has come home counts. */
+  private val HomeBits = 2
 
   /** The frame that stands in the start of a life. */
   private val Announcement = CanFrame(0, extended = false, remote = false, 0, Nil)

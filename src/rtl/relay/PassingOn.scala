@@ -50,6 +50,9 @@ class PassingOn extends Module {
   val fetch   = IO(Output(Vec(2, Valid(UInt(5.W)))))
   val fetched = IO(Input(Vec(2, Valid(UInt(8.W)))))
 
+  /** An own frame is being sent, as it was at the end of the bit that is over. */
+  val sending = IO(Output(Vec(2, Bool())))
+
   /** Pulses: a frame began to come; one has come whole and good, whose bytes can be read until the ninth bit
     * of the next one. Both at once: the frame that is whole was first.
     */
@@ -253,6 +256,7 @@ class PassingOn extends Module {
 
   for ((sender, p) <- senders.zipWithIndex) {
     level(p)               := sender.level
+    sending(p)             := sender.isOwn && sender.quiet === 0.U
     fetch(p).valid         := sender.fetch.valid && sender.isOwn
     fetch(p).bits          := sender.fetch.bits
     store.fetch(p).valid   := sender.fetch.valid && !sender.isOwn

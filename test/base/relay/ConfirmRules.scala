@@ -231,7 +231,7 @@ trait ConfirmRules extends RelayCases {
     b.start(7, life = 9)
     val told = b.frames(0).head
     assert(told.header == LinkHeader(LinkKind.Start, 0, 7, 9, 255) && told.body.take(40).forall(!_))
-    assert(told.start >= 2 * confirm && told.start < 2 * confirm + 20)
+    assert(told.start >= 2 * confirm && told.start < 2 * confirm + 45)
     b.request(0, data(1))
     b.run(300)
     assert(b.frames(0).last.header == LinkHeader(LinkKind.Data, 0, 7, 0, 255))

@@ -1,0 +1,319 @@
+package flyframe.relay
+
+import chisel3._
+import chisel3.util._
+import flyframe.params.CanParams
+import flyframe.ram.DualPortRam
+
+/** A frame of the own address that came whole. */
+class HomeFrame extends Bundle {
+  val kind      = UInt(2.W)
+  val leftBy    = UInt(1.W) // the port by which this copy was sent
+  val sequence  = UInt(14.W)
+}
+
+/** What the sender of a port needs of an own frame. */
+class OwnHeader(slotBits: Int) extends Bundle {
+  val valid    = Bool()
+  val isLife   = Bool()                  // the start of a life
+  val slot     = UInt((slotBits + 1).W)
+  val sequence = UInt(14.W)
+}
+
+/** What the host sets for own frames. */
+class OwnSetting extends Bundle {
+  val on      = Bool()
+  val address = UInt(7.W)
+  val life    = UInt(7.W)
+  val confirm = UInt(16.W) // units of 10 us
+  val retries = UInt(8.W)
+  val oneShot = Bool()
+}
+
+/** What relay mode counts of own frames, each a pulse. */
+class OwnCounts extends Bundle {
+  val sent      = Bool()
+  val confirmed = Bool()
+  val failed    = Bool()
+  val repeated  = Bool()
+}
+
+/** Own frames on their way: lives, sequences, copies, confirming and repeating (FR-55 to FR-58, FR-61, FR-62).
+  *
+  * All that has happened within a bit is done by one walk through the list of slots behind its end; at the
+  * end of the walk it is known what is next at each port.
+  */
+class OwnFrames(p: CanParams) extends Module {
+  import OwnFrames._
+  import OwnRecord._
+  private val slotBits = log2Ceil(p.slots)
+
+  val setting = IO(Input(new OwnSetting))
+
+  /** The node starts anew (RB-13). */
+  val restart = IO(Input(Bool()))
+
+  /** 10 us are over; the last cycle of a bit; ports that are up, two cycles behind it at the latest. */
+  val unit = IO(Input(Bool()))
+  val tick = IO(Input(Bool()))
+  val isUp = IO(Input(Vec(2, Bool())))
+
+  /** A frame came whole by a port, see [[PassingOn]]; it is of the own address, soon behind that. */
+  val received = IO(Input(Vec(2, Bool())))
+  val home     = IO(Input(Vec(2, Valid(new HomeFrame))))
+
+  /** Slots that wait or are on their way; those that are to be repeated no more. */
+  val pending = IO(Input(UInt(p.slots.W)))
+  val abort   = IO(Input(UInt(p.slots.W)))
+
+  /** Slots on their way; one that is done, and whether it was sent. */
+  val begun = IO(Output(UInt(p.slots.W)))
+  val ends  = IO(Output(Valid(UInt(slotBits.W))))
+  val sent  = IO(Output(Bool()))
+
+  /** To [[SlotList]]. */
+  val walk   = IO(Output(Bool()))
+  val entry  = IO(Input(Valid(new ListedSlot(slotBits))))
+  val coming = IO(Input(UInt(slotBits.W)))
+  val keeps  = IO(Output(Bool()))
+  val look   = IO(Output(UInt(slotBits.W)))
+  val looked = IO(Input(UInt(SlotList.KeyBits.W)))
+
+  /** To [[PassingOn]]: what wants to leave next. Its order is there when it is looked at. */
+  val offer   = IO(Output(Vec(2, Valid(UInt(SlotList.KeyBits.W)))))
+  val begins  = IO(Input(Vec(2, Bool())))
+
+  /** An own frame is being sent by a port; what it is. */
+  val sending = IO(Input(Vec(2, Bool())))
+  val leaves  = IO(Output(Vec(2, new OwnHeader(slotBits))))
+
+  val conflict = IO(Output(Bool()))
+  val counts   = IO(Output(new OwnCounts))
+
+  // ---- lives and sequences ----
+
+  private object State extends ChiselEnum { val listens, announces, runs = Value }
+
+  // Reset: nothing is known, no frame is on its way.
+  private val state      = RegInit(State.listens)
+  private val isCounting = RegInit(false.B)              // the time of listening
+  private val isAhead    = RegInit(false.B)              // frames were sent in this life (RB-14)
+  private val next       = RegInit(0.U(SequenceWidth.W))
+  private val inConflict = RegInit(false.B)
+  private val begunMap   = RegInit(0.U(p.slots.W))
+  private val aborted    = RegInit(0.U(p.slots.W))
+  private val listens    = state === State.listens
+  private val announces  = state === State.announces
+  aborted := (aborted | (abort & begunMap)) & pending
+
+  // ---- when ----
+
+  private val phase = RegInit(Rest.U(5.W)) // cycles since `tick`; reset: nothing is to be done
+  when(phase =/= Rest.U) { phase := phase + 1.U }
+  when(tick) { phase := 1.U }
+  walk := phase === Walk.U
+  private val isFirst = phase === (Walk + 1).U // the start of a life, in front of the list
+
+  private val unitSeen = RegInit(false.B) // in this bit; reset: not yet
+  private val unitNow  = RegInit(false.B) // in the one behind which we are; reset: likewise
+  unitSeen := !tick && (unitSeen || unit)
+  when(tick) { unitNow := unitSeen || unit }
+
+  // Ports before and behind what happened to them in this bit.
+  private val wereUp = RegInit(VecInit(false.B, false.B)) // reset: down
+  private val down   = (0 to 1).map(p => wereUp(p) && !isUp(p))
+  private val alone  = !isUp(0) && !isUp(1)
+
+  // What is or was being sent last by each port. Reset: nothing.
+  private val leavesReg = RegInit(0.U.asTypeOf(Vec(2, new OwnHeader(slotBits))))
+  private val isSending = (0 to 1).map(q => sending(q) && leavesReg(q).valid && !down(q))
+  leaves := leavesReg
+  when(phase === Looks(0).U) { wereUp := isUp }
+
+  // ---- copies that came home: they count two bits later (RB-22) ----
+
+  private val homes     = Reg(Vec(2, new HomeFrame))
+  private val hasHome   = RegInit(VecInit(false.B, false.B)) // reset: none
+  private val isNew     = RegInit(VecInit(false.B, false.B)) // it has just come
+  private val isLate    = RegInit(VecInit(false.B, false.B)) // it came a bit ago
+  private val isDue     = RegInit(VecInit(false.B, false.B)) // it is looked at by this walk
+  private val isOwn     = Wire(Vec(2, Bool()))               // one that is on its way
+  private val isForeign = Wire(Vec(2, Bool()))
+  for (q <- 0 to 1; h = homes(q)) {
+    when(tick) {
+      isDue(q)  := isLate(q)
+      isLate(q) := isNew(q)
+      isNew(q)  := false.B
+    }
+    when(received(q)) { isNew(q) := true.B }
+    when(phase === Looks(0).U && isDue(q)) { hasHome(q) := false.B }
+    when(home(q).valid) {
+      homes(q)   := home(q).bits
+      hasHome(q) := true.B
+    }
+    val behind = next - h.sequence           // of its sequence, 1 to 16 on its way
+    val isUsed = hasHome(q) && isDue(q) && !listens
+    val isData = h.kind === LinkKind.Data.U
+    val isLife = h.kind === LinkKind.Start.U
+    val ahead  = h.sequence - next + 1.U
+    isForeign(q) := isUsed && Mux(
+      isData,
+      isAhead && ahead =/= 0.U && !ahead(SequenceWidth - 1),
+      isLife && h.sequence =/= setting.life
+    )
+    isOwn(q) := isUsed && Mux(announces, isLife, isData && (behind - 1.U)(SequenceWidth - 1, SequenceBits) === 0.U)
+  }
+  when(walk && isForeign.asUInt.orR) { inConflict := true.B }
+
+  // ---- the frame that the walk comes by; first the start of a life ----
+
+  private val records = DualPortRam(Words, (new OwnRecord).getWidth)(clock)
+  records.io.readAddress := Mux(walk, Life.U, coming)
+
+  private val listed   = entry.bits.slot
+  private val slot     = Mux(isFirst, Life.U, listed.pad(slotBits + 1))
+  private val isOnWay  = Mux(isFirst, announces, begunMap(listed))
+  private val began    = RegInit(0.U.asTypeOf(Vec(2, Valid(UInt((slotBits + 1).W))))) // by the last decision
+  private val fresh    = RegInit(0.U.asTypeOf(Valid(UInt(slotBits.W)))) // has got a sequence; reset: none
+  private val isFresh  = fresh.valid && fresh.bits === listed && !isFirst
+  private val hasBegun = began.map(b => b.valid && b.bits === slot)
+
+  // What was decided, then ports that have gone down, then copies that came home.
+  private val was      = records.io.readData.asTypeOf(new OwnRecord)
+  private val r0       = WireDefault(was)
+  private val doubling = Mux(r0.repeats > MostDoublings.U, MostDoublings.U, r0.repeats(2, 0))
+  private val left     = Mux(hasBegun.reduce(_ || _), setting.confirm << doubling, was.left)(LeftBits - 1, 0)
+  r0.left := left - (unitNow && !left.andR)
+  when(isFresh) {
+    r0.sequence := next - 1.U
+    r0.repeats  := 0.U
+    for (q <- 0 to 1) r0.copies(q) := Mux(wereUp(q), Waits.U, None.U)
+  }
+  for (q <- 0 to 1) when(hasBegun(q)) { r0.copies(q) := Sent.U }
+  private val r1 = WireDefault(r0)
+  for (q <- 0 to 1) when(down(q)) { r1.copies(q) := None.U }
+  private val r2   = WireDefault(r1)
+  private val came = (0 to 1).map(q => isOwn(q) && (isFirst || homes(q).sequence(SequenceBits - 1, 0) === r0.sequence))
+  for (q <- 0 to 1) when(came(q) && r1.copies(q) === Sent.U) { r2.copies(q) := Home.U }
+  private val allRound    = (0 to 1).map(q => came(q) && homes(q).leftBy =/= q.U).reduce(_ || _)
+  private val isConfirmed = allRound || r0.isHome || r1.isHome || r2.isHome
+
+  // ---- what becomes of it ----
+
+  private val isSent    = (0 to 1).map(q => isSending(q) && leaves(q).slot === slot).reduce(_ || _)
+  private val isOver    = r0.left.andR && !r2.copies.map(_ === Waits.U).reduce(_ || _)
+  private val isUseless = (aborted(listed) && !isFirst) || setting.oneShot || r0.repeats >= setting.retries
+  private val acts      = setting.on && isOnWay && !isSent
+  private val expires   = acts && !isConfirmed && !alone && !listens && isOver && !inConflict
+  private val repeats   = expires && !isUseless
+  private val well      = acts && isConfirmed
+  private val isLost    = alone && setting.on && !isFirst && !isOnWay && pending(listed)
+  private val fails = (acts && !isConfirmed && (alone || listens)) || (expires && isUseless) || isLost
+  private val isDone = well || fails
+  private val r3     = WireDefault(r2)
+  when(isConfirmed) { r3.copies := VecInit(Home.U, Home.U) }
+  when(repeats) { r3.repeats := r0.repeats + 1.U }
+  when(repeats || (isFirst && listens)) {
+    for (q <- 0 to 1) r3.copies(q) := Mux(isUp(q), Waits.U, None.U)
+  }
+
+  // The node listens; when that is over it tells its life (FR-61).
+  private val isListening = setting.on && listens && !alone && setting.address =/= 0.U
+  private val tells       = isListening && isCounting && r0.left.andR && begunMap === 0.U && !isSent
+  private val lifeWaits   = Reg(Vec(2, Bool()))
+  when(isFirst && listens) {
+    r3.repeats := 0.U
+    when(!isCounting) { r3.left := setting.confirm ## 0.U(1.W) }
+  }
+  when(isFirst) {
+    isCounting := isListening
+    when(tells) { state := State.announces }
+    when(announces && isDone) { state := Mux(alone, State.listens, State.runs) }
+    for (q <- 0 to 1) lifeWaits(q) := (tells || (announces && !isDone)) && r3.waits(q)
+  }
+
+  private val isSlot = entry.valid
+  keeps                   := pending(listed) && !isDone
+  ends.valid              := isSlot && isDone
+  ends.bits               := listed
+  sent                    := well
+  counts.confirmed        := isSlot && well
+  counts.failed           := isSlot && fails
+  counts.repeated         := (isSlot || isFirst) && repeats
+  records.io.write        := isSlot || isFirst
+  records.io.writeAddress := slot
+  records.io.writeData    := r3.asUInt
+
+  // ---- what is next, and begins ----
+
+  private val choice = Module(new OwnChoice(p))
+  choice.begins              := walk
+  choice.entry.valid         := isSlot
+  choice.entry.bits.listed   := entry.bits
+  choice.entry.bits.kept     := keeps
+  choice.entry.bits.begun    := isOnWay && !isDone
+  choice.entry.bits.sequence := r3.sequence
+  choice.entry.bits.waits    := VecInit((0 to 1).map(r3.waits))
+  choice.mayBegin            := state === State.runs
+  choice.nextSequence        := next
+  look := Mux(phase === Looks(0).U, choice.next(0).bits.place, choice.next(1).bits.place)
+
+  private val isAble    = setting.on && !inConflict && setting.address =/= 0.U && !listens
+  private val nextIsNew = Wire(Vec(2, Bool()))
+  counts.sent := nextIsNew.asUInt.orR
+  when(phase === Looks(0).U) {
+    for (q <- 0 to 1) began(q).valid := false.B
+    fresh.valid := false.B
+  }
+  for (q <- 0 to 1) {
+    val it     = choice.next(q).bits
+    val header = leavesReg(q)
+    offer(q).valid := isAble && (lifeWaits(q) || (choice.next(q).valid && pending(it.slot)))
+    offer(q).bits  := Mux(lifeWaits(q), 0.U, looked)
+    nextIsNew(q)   := begins(q) && !lifeWaits(q) && it.isNew && !begunMap(it.slot)
+    // Of sequences up to 16 behind the next one the low bits are known.
+    val behind = (next - 1.U - Mux(it.isNew, next - 1.U, it.sequence))(SequenceBits - 1, 0)
+    when(down(q) && phase === Looks(0).U) { header.valid := false.B }
+    when(begins(q)) {
+      header.valid    := true.B
+      header.isLife   := lifeWaits(q)
+      header.slot     := Mux(lifeWaits(q), Life.U, it.slot)
+      header.sequence := Mux(lifeWaits(q), setting.life, Mux(nextIsNew(q), next, next - 1.U - behind))
+      began(q).valid  := true.B
+      began(q).bits   := Mux(lifeWaits(q), Life.U, it.slot)
+    }
+    when(nextIsNew(q)) {
+      fresh.valid := true.B
+      fresh.bits  := it.slot
+      next        := next + 1.U
+      isAhead     := true.B
+    }
+  }
+  begunMap := (begunMap & ~Mux(ends.valid, UIntToOH(ends.bits, p.slots), 0.U)) |
+    (0 to 1).map(q => Mux(nextIsNew(q), UIntToOH(choice.next(q).bits.slot, p.slots), 0.U)).reduce(_ | _)
+
+  begun    := begunMap
+  conflict := inConflict
+  when(restart || !setting.on) {
+    state      := State.listens
+    isCounting := false.B
+    inConflict := false.B
+    isAhead    := false.B
+    next       := 0.U
+  }
+  when(!setting.on) { hasHome := VecInit(false.B, false.B) }
+}
+
+object OwnFrames {
+
+  // Cycles behind the end of a bit: ports have changed, so the walk begins; it is over, and keys are looked up.
+  private val Walk  = 2
+  private val Looks = Seq(21, 22)
+  private val Rest  = 23
+
+  /** Where the start of a life has its record, behind those of the slots. */
+  private val Life          = 16
+  private val Words         = 64
+  private val SequenceWidth = 14
+  private val MostDoublings = 4
+}

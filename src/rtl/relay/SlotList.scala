@@ -1,0 +1,135 @@
+package flyframe.relay
+
+import chisel3._
+import chisel3.util._
+import flyframe.params.CanParams
+import flyframe.ram.DualPortRam
+
+/** An entry of [[SlotList]] as a walk comes by. */
+class ListedSlot(slotBits: Int) extends Bundle {
+  val slot = UInt(slotBits.W)
+
+  /** Its place, by which its key can be looked up until the next walk. */
+  val place = UInt(slotBits.W)
+
+  /** The next one has the same identifier, whatever the kind of frame. */
+  val sameAsNext = Bool()
+}
+
+/** The slots that are pending, in CAN order, older ones first (FR-55), with their keys, in a block RAM.
+  *
+  * A walk goes through all of them, one a cycle, and writes those that are kept to a second list, which takes
+  * the place of the first one then. A slot that is new is put in its place by the walk. So nothing is ever
+  * moved, and nothing needs a register for each slot.
+  */
+class SlotList(p: CanParams) extends Module {
+  import SlotList._
+  private val slotBits = log2Ceil(p.slots)
+
+  /** A walk begins; it is over within [[SlotList.walkCycles]], before which no other may begin. */
+  val walk = IO(Input(Bool()))
+
+  /** What it comes by; in the same cycle, whether that is kept. */
+  val entry = IO(Output(Valid(new ListedSlot(slotBits))))
+  val keeps = IO(Input(Bool()))
+
+  /** The slot that it comes by in the next cycle, if it does. */
+  val coming = IO(Output(UInt(slotBits.W)))
+
+  /** A slot that becomes pending. It waits until it is `appended`, which a walk does. */
+  val append   = IO(Input(Valid(UInt(slotBits.W))))
+  val appended = IO(Output(Bool()))
+
+  /** Reads the key of a slot, see [[flyframe.can.CanOrder]]. If `ready`, it is there in the next cycle. */
+  val read  = IO(Output(Valid(UInt(slotBits.W))))
+  val ready = IO(Input(Bool()))
+  val key   = IO(Input(UInt(KeyBits.W)))
+
+  /** Behind a walk: the key of the entry that had a place in it is there in the next cycle. */
+  val look   = IO(Input(UInt(slotBits.W)))
+  val looked = IO(Output(UInt(KeyBits.W)))
+
+  private class Word extends Bundle {
+    val key  = UInt(KeyBits.W)
+    val slot = UInt(slotBits.W)
+  }
+  private val ram = DualPortRam(Words max 2 * p.slots, KeyBits + slotBits)(clock)
+  private val got = ram.io.readData.asTypeOf(new Word)
+
+  // Reset: both lists are empty, and there is no walk.
+  private val bank  = RegInit(false.B)
+  private val count = RegInit(0.U((slotBits + 1).W)) // of the list in force
+  private val walks = RegInit(false.B)
+  private val at    = RegInit(0.U((slotBits + 1).W)) // the place to be read
+  private val to    = RegInit(0.U((slotBits + 1).W)) // how many have been written
+  private val reads = (walk || walks) && at =/= count
+
+  // A place is read in a cycle, in the next its word is there, and in the third the entry comes by.
+  private val comes     = RegNext(reads, false.B)
+  private val comesAt   = RegNext(at(slotBits - 1, 0))
+  private val passes    = RegNext(comes, false.B)
+  private val passing   = RegNext(got)
+  private val passingAt = RegNext(comesAt)
+  when(reads) { at := at + 1.U }
+  entry.valid           := passes
+  entry.bits.slot       := passing.slot
+  entry.bits.place      := passingAt
+  entry.bits.sameAsNext := comes && ((passing.key ^ got.key) & ~Kinds.U(KeyBits.W)) === 0.U
+
+  // The new slot, and, once it is in its place, the entry in front of which the next one is to be written.
+  private val held    = Reg(new Word)
+  private val isAsked = RegInit(false.B) // for the key; reset: no slot is new
+  private val isHeld  = RegInit(false.B)
+  private val joins   = RegInit(false.B) // it is put in its place by this walk
+  private val isIn    = Reg(Bool())      // it is there
+  read.valid := append.valid && !isAsked && !isHeld
+  read.bits  := append.bits
+  isAsked    := read.valid && ready
+  when(isAsked) {
+    isHeld    := true.B
+    held.key  := key
+    held.slot := append.bits
+  }
+  when(walk) {
+    walks := true.B
+    joins := isHeld
+    isIn  := false.B
+  }
+
+  private val isOver = walks && !reads && !comes && !passes
+  private val first  = joins && (isIn || held.key < passing.key)
+  when(passes && keeps && first) {
+    held := passing
+    isIn := true.B
+  }
+  appended             := isOver && joins
+  ram.io.readAddress   := Mux(walk || walks, bank ## at(slotBits - 1, 0), !bank ## look)
+  ram.io.write         := (passes && keeps) || appended
+  ram.io.writeAddress  := !bank ## to(slotBits - 1, 0)
+  ram.io.writeData     := Mux(first || isOver, held, passing).asUInt
+  when(ram.io.write) { to := to + 1.U }
+  when(isOver) {
+    walks  := false.B
+    joins  := false.B
+    isHeld := isHeld && !joins
+    bank   := !bank
+    count  := to + joins
+    at     := 0.U
+    to     := 0.U
+  }
+  looked := got.key
+  coming := got.slot
+}
+
+object SlotList {
+  val KeyBits = 32
+
+  /** Bits of a key that tell the kind of a frame: those of remote frames with either identifier. */
+  private val Kinds = 1 << 20 | 1
+
+  /** Words of a memory at least, so that it goes to block RAM. */
+  private val Words = 64
+
+  /** How long a walk takes, its first cycle counted. */
+  def walkCycles(p: CanParams): Int = p.slots + 3
+}
