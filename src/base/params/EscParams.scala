@@ -99,6 +99,9 @@ final case class EscParams(
   /** Ports with a PHY: of a master those to the slaves, and one to the plant network. */
   def portCount: Int = if (isRing) 0 else if (isMaster) linePorts + 1 else ports
 
+  /** A ring node has relay mode beside bus mode. */
+  def hasRelay: Boolean = ring == 2
+
   /** What modems and ports of a ring node are built with. */
   def fibre: FibreParams =
     FibreParams(coreClockMhz, toneDominantKhz, toneSearchKhz, toneRecessiveKhz, demodulator)

@@ -182,7 +182,7 @@ private[params] object ParamChecks {
 
   /** A ring node has two ports, too. */
   private def ofRing(p: EscParams): Seq[String] =
-    nothingElse(p) ++ Option.when(p.ring == 0)("ring is 0 but must be 1 if role is 2.") ++
+    nothingElse(p) ++ Option.when(p.ring == 0)("ring is 0 but must be 1 to 2 if role is 2.") ++
       FibreParams.problems(
         p.coreClockMhz,
         p.toneDominantKhz,

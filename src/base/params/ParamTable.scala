@@ -268,9 +268,12 @@ object ParamTable {
       "ports",
       between(1, 2)
     )(_.linePorts)((p, v) => p.copy(linePorts = v)),
-    info("ring", "1: two optical ports, and a ring in bus mode between them", "code", between(0, 1))(_.ring)(
-      (p, v) => p.copy(ring = v)
-    ),
+    info(
+      "ring",
+      "1: two optical ports, and a ring in bus mode between them; 2: relay mode, too",
+      "code",
+      between(0, 2)
+    )(_.ring)((p, v) => p.copy(ring = v)),
     info(
       "canPorts",
       "CAN controllers: 1 on the fibre; 2 and one on a twisted pair",

@@ -66,6 +66,10 @@ object Presets {
       "node of a fibre ring that is one CAN bus: a CAN controller, two optical ports, one break survived"
     ),
     Preset(
+      EscParams(preset = "ring-node", role = 2, nodeIdWidth = 7, ring = 2, ramKiB = 0, escType = 0xf3),
+      "node of a fibre ring of up to 125 nodes and 100 km: ring-bus with relay mode, chosen by the host"
+    ),
+    Preset(
       EscParams(
         preset = "et1100",
         ports = 4,

@@ -29,13 +29,17 @@ object NodeRegisters {
     ("ring_event_mode", RingRegisters.ModeEvent, "mode or guard changed")
   )
 
+  private val relayEvents = Seq(
+    ("ring_event_conflict", RingRegisters.ConflictEvent, "another node has the address")
+  )
+
   /** Name, bit and meaning of each event of a node. */
   def events(p: EscParams): Seq[(String, Int, String)] = {
     val can = for (port <- 0 until p.canPorts; ((name, text), i) <- CanEvents.zipWithIndex) yield {
       val of = CanRegisters.Ports(port)
       (s"${of}_event_$name", CanEventBits(port) + i, s"$of: $text")
     }
-    (can ++ ringEvents).sortBy(_._2)
+    (can ++ ringEvents ++ (if (p.hasRelay) relayEvents else Nil)).sortBy(_._2)
   }
 
   // format: off
@@ -53,6 +57,7 @@ object NodeRegisters {
     register(Mask,         2, "node_mask",     no, rw, "FB-10",   "Events that interrupt the host",
       events(p).map { case (name, bit, text) =>
         field(name.replace("_event", "_mask"), bit, bit, stored, 0, s"1: $text") }: _*)
-  ) ++ RingRegisters(p.nodeIdWidth) ++ (0 until p.canPorts).flatMap(CanRegisters(_, p.can))
+  ) ++ RingRegisters(p.nodeIdWidth, p.hasRelay) ++ (if (p.hasRelay) RingRegisters.relay ++ RingRegisters.distances else Nil) ++
+    (0 until p.canPorts).flatMap(CanRegisters(_, p.can))
   // format: on
 }

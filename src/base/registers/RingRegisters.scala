@@ -27,6 +27,9 @@ object RingRegisters {
   val Time      = 0x001c
   val Distances = 0x0800
 
+  /** Addresses that have a distance. */
+  val Sources = 128
+
   // Bits of the control register, and of the events.
   val Relay         = 0
   val Home          = 1
@@ -35,6 +38,7 @@ object RingRegisters {
   val PortsOff      = 5
   val PortEvent     = 5
   val ModeEvent     = 6
+  val ConflictEvent = 7 // of relay mode
 
   /** Milliseconds until a port comes up, out of reset. */
   val UpMsReset = 10
@@ -114,7 +118,7 @@ object RingRegisters {
   /** Their names, in the order of the addresses. */
   val RelayCounterNames: Seq[String] = relayCounters.map(_._3)
 
-  /** What only relay mode has. */
+  /** What only relay mode has, but [[distances]]. */
   val relay: Seq[Register] = Seq(
     register(LinkBit,  2, "ring_link_bit", no, rw, "FR-40", "Bit of the links",
       field("ring_link_bit",     7, 0, stored, LinkBitReset, "Core cycles of a bit, 25 to 250")),
@@ -128,5 +132,14 @@ object RingRegisters {
     register(address, bytes, name, no, r, rules, text,
       field(name, 8 * bytes - 1, 0, status, 0, if (bytes == 1) s"$text, up to 255" else text))
   }
+
+  /** The distances to all addresses, of relay mode. */
+  def distances: Seq[Register] = (0 until Sources).map(distance)
+
+  private def distance(n: Int) =
+    register(Distances + 2 * n, 2, s"ring_distance$n", no, r, "FR-60", s"Distance to address $n",
+      field(s"ring_distance${n}_1", 7, 0, status, 0, "Hops at port 1; 0: not heard for long"),
+      field(s"ring_distance${n}_2", 15, 8, status, 0, "Hops at port 2; 0: not heard for long")
+    ).copy(block = Some(Block(n, Sources, 2)))
   // format: on
 }

@@ -8,7 +8,10 @@ import flyframe.can.{BitSetting, BitStream, BitTimingModel}
   *   core cycles of a bit, 25 (2 Mbit/s at 50 MHz) to 250 (400 kbit/s at 100 MHz)
   */
 final case class LinkTiming(cycles: Int) {
-  require(cycles >= 25 && cycles <= 250, s"cycles is $cycles but must be 25 to 250 core cycles.")
+  require(
+    cycles >= LinkTiming.Least && cycles <= LinkTiming.Most,
+    s"cycles is $cycles but must be ${LinkTiming.Least} to ${LinkTiming.Most} core cycles."
+  )
 
   /** Cycles from the edge at the start of a bit to its sample. */
   val sample: Int = cycles * 41 / 64
@@ -17,6 +20,11 @@ final case class LinkTiming(cycles: Int) {
   val jump: Int = cycles * 3 / 16
 
   val setting: BitSetting = BitSetting(tseg1 = sample, tseg2 = cycles - 1 - sample, sjw = jump)
+}
+
+object LinkTiming {
+  val Least = 25
+  val Most  = 250
 }
 
 /** A link receiver behind its bit timing, core cycle by core cycle. */

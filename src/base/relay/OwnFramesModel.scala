@@ -68,6 +68,9 @@ class OwnFramesModel(host: OwnHost) {
     isFresh = true
   }
 
+  /** Nothing is on its way any more. */
+  def drop(): Unit = flights.clear()
+
   def isEmpty: Boolean = flights.isEmpty
 
   /** Frames on their way. */
@@ -99,7 +102,8 @@ class OwnFramesModel(host: OwnHost) {
   private def isSame(word: Int, other: Int) = ((word ^ other) & ~(1 << 30)) == 0
 
   private def waiting(port: Int): Option[Flight] =
-    if (flights.isEmpty) None else flights.filter(f => f.copies(port) == Waits && !f.isConfirmed).minByOption(_.order)
+    if (flights.isEmpty) None
+    else flights.filter(f => f.copies(port) == Waits && !f.isConfirmed).minByOption(_.order)
 
   /** The order of the own frame that would leave by a port.
     *

@@ -35,7 +35,7 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
   settings()
 
   /** Core cycles of a link bit. */
-  def linkBit: Int = memory.value("ring_link_bit")
+  def linkBit: Int = memory.value("ring_link_bit").toInt max LinkTiming.Least min LinkTiming.Most // RB-26
 
   private def TimeStamp = 6
 

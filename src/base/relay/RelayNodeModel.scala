@@ -32,14 +32,14 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   var address: Int = 0
 
   /** Relay mode is on. */
-  var isOn: Boolean       = false
-  var confirm: Int        = 0 // in units of 10 us
+  var isOn: Boolean = false
+  var confirm: Int  = 0 // in units of 10 us
 
   /** Core cycles of a bit. */
-  var linkBit: Int        = 0
-  var retries: Int        = 15
-  var life: Int           = 0
-  var isOneShot: Boolean  = false
+  var linkBit: Int       = 0
+  var retries: Int       = 15
+  var life: Int          = 0
+  var isOneShot: Boolean = false
 
   val records: CanRecords        = new CanRecords
   val counters: RelayCounters    = new RelayCounters
@@ -67,14 +67,14 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   def unit: Long         = cycle / unitCycles
 
   val own: OwnFramesModel         = new OwnFramesModel(this)
-  val sources: SourcesModel       = new SourcesModel(() => 64L * confirm * unitCycles)
+  val sources: SourcesModel       = new SourcesModel(() => confirm, 64 * unitCycles)
   val transits: Seq[TransitModel] = Seq.fill(2)(new TransitModel)
   private val up                  = Array(false, false)
   private val coming              = Array.fill(2)(Option.empty[Incoming])
   private val leaving             = Array.fill(2)(Option.empty[Incoming])
   private val starts              = Array(0, 0)
   private var state               = Listens
-  private var listenEnd           = Option.empty[Long] // the unit
+  private var listenEnd           = Option.empty[Long]                    // the unit
   private val homes               = mutable.Queue.empty[(Long, Incoming)] // and when they count
   private val sending             = Array.fill(2)(Option.empty[Flight])
   private var inConflict          = false
@@ -88,7 +88,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
 
   def isSending(flight: Flight): Boolean =
     (0 to 1).exists(port => sending(port).contains(flight) && senders.quiet(port) == 0)
-  def time: Int                  = (cycle / p.coreClockMhz).toInt
+  def time: Int = (cycle / p.coreClockMhz).toInt
 
   /** The core cycle in which everything happens until this is called again. */
   def now(cycle: Long): Unit = {
@@ -104,10 +104,16 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
     own.restart()
   }
 
-  /** The node starts: nothing is known (RB-13). */
+  /** The node starts: nothing is known, nothing is on its way (RB-13, RB-25). */
   def reset(): Unit = {
     restart()
+    own.drop()
+    slots.drop()
     homes.clear()
+    for (port <- 0 to 1) {
+      coming(port) = None
+      quieten(port)
+    }
     sources.clear()
   }
 
@@ -129,11 +135,15 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   /** A port comes up or goes down; its receiver has been restarted. */
   def portChanges(port: Int, isUp: Boolean): Unit = {
     up(port) = isUp
+    quieten(port)
+    if (!isUp) own.portDown(port)
+  }
+
+  private def quieten(port: Int): Unit = {
     transits(port).drop()
     leaving(port) = None
     sending(port) = None
     senders.silence(port)
-    if (!isUp) own.portDown(port)
   }
 
   // FR-45
@@ -167,8 +177,7 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
     if (isOwn(header)) { // RB-22
       homes += (cycle + HomeBits * linkBit) -> f
       comesHome(header, f.port)
-    }
-    else if (header.source != 0) {
+    } else if (header.source != 0) {
       sources.hears(header, f.port)
       if (header.kind == LinkKind.Start) sources.starts(header.source, header.sequence)
       else if (header.kind == LinkKind.Data)
@@ -238,7 +247,8 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
     else {
       val units = if (state == Listens) listenEnd.map(_ + 1) else if (inConflict) None else own.due
       val isNow = own.isSettling || (state == Listens && !own.isEmpty)
-      (units.map(_ * unitCycles) ++ homes.headOption.map(_._1) ++ (if (isNow) Some(cycle) else None)).minOption
+      (units.map(_ * unitCycles) ++ homes.headOption.map(_._1) ++ (if (isNow) Some(cycle)
+                                                                   else None)).minOption
     }
 
   private def ownOrder(port: Int) =

@@ -51,6 +51,12 @@ class RelaySlotsModel(slots: Int, frame: Int => CanFrame) {
     map & pending & begun
   }
 
+  /** All that are pending fail. */
+  def drop(): Unit = {
+    begun = 0
+    abort(pending)
+  }
+
   def pendingFrame(slot: Int): CanFrame = frames(slot)
 
   /** The slot to begin next, among those whose identifier word is not on its way. */

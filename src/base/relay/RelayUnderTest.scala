@@ -25,8 +25,13 @@ trait RelayUnderTest {
     */
   def step(heard: (Boolean, Boolean), up: (Boolean, Boolean)): Unit
 
+  /** Lets a cycle pass, by [[step]], while the host accesses the RTL, which takes some. The tester sets it.
+    */
+  var passes: () => Unit = () => ()
+
   /** The host writes bytes, ascending from `address` (see [[flyframe.registers.RingRegisters]] and port F in
-    * [[flyframe.registers.CanRegisters]]). They count from the present cycle on.
+    * [[flyframe.registers.CanRegisters]]). They count from the present cycle on, or from the last one of the
+    * access.
     */
   def write(address: Int, bytes: Seq[Int]): Unit
 

@@ -3,9 +3,11 @@ package flyframe.relay
 /** What a node knows of each source: sequences received, life, distances (FR-59 to FR-61).
   *
   * @param silence
-  *   core cycles of silence after which a source is forgotten: 64 times `confirmUs`
+  *   units of silence after which a source is forgotten (RB-23)
+  * @param unitCycles
+  *   core cycles of a unit
   */
-class SourcesModel(silence: () => Long) {
+class SourcesModel(silence: () => Int, unitCycles: Long) {
   import SourcesModel._
   private val newest    = Array.fill(Count)(None: Option[Int])
   private val seen      = Array.fill(Count)(0) // bit i: sequence newest - i
@@ -30,7 +32,8 @@ class SourcesModel(silence: () => Long) {
     distances(s)(1) = 0
   }
 
-  private def isSilent(source: Int) = cycle - heard(source) > silence()
+  private def unit                  = cycle / unitCycles
+  private def isSilent(source: Int) = unit - heard(source) > (silence() min MostUnits)
 
   /** A frame of a source arrived with a good end. */
   def hears(header: LinkHeader, port: Int): Unit = {
@@ -41,7 +44,7 @@ class SourcesModel(silence: () => Long) {
       distances(source)(0) = 0
       distances(source)(1) = 0
     }
-    heard(source) = cycle
+    heard(source) = unit
     if (header.direction != port) distances(source)(port) = (256 - header.hops) min 255
   }
 
@@ -82,4 +85,7 @@ class SourcesModel(silence: () => Long) {
 object SourcesModel {
   private val Count = 128
   private val Map   = 32
+
+  /** As many units at most (RB-23). */
+  private val MostUnits = 0xfeff
 }

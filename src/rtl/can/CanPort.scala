@@ -20,12 +20,55 @@ class NominalBit extends Bundle {
   val quanta    = UInt(7.W)
 }
 
+/** Relay mode, as it uses the slots, filters and FIFO of a port; from its side. While it is on, the port's
+  * engine rests.
+  */
+class RelaySide(p: CanParams) extends Bundle {
+  private val slotBits = log2Ceil(p.slots)
+  val on               = Output(Bool())
+
+  /** A slot that is to become pending, until it is `appended`, as in [[SlotOrder]]. */
+  val append   = Input(Valid(UInt(slotBits.W)))
+  val appended = Output(Bool())
+  val pending  = Input(UInt(p.slots.W))
+  val abort    = Input(UInt(p.slots.W))
+  val oneShot  = Input(Bool())
+  val slots    = Output(new RelaySlots(p))
+
+  /** A slot's time stamp is to be written, until it is `stamped`. */
+  val stamp   = Output(Valid(UInt(slotBits.W)))
+  val time    = Output(UInt(16.W))
+  val stamped = Input(Bool())
+
+  /** Reads of [[PortMemory]]: a word of a slot at once, and its identifier word when there is room. */
+  val load       = Output(Valid(UInt((slotBits + 2).W)))
+  val order      = Output(Valid(UInt(slotBits.W)))
+  val orderReady = Input(Bool())
+  val data       = Input(UInt(32.W))
+
+  /** To [[AcceptanceFilter]]. */
+  val start      = Output(Bool())
+  val identifier = Output(UInt(32.W))
+  val done       = Input(Bool())
+  val matches    = Input(Bool())
+  val entry      = Input(UInt(log2Ceil(p.filters).W))
+
+  /** To [[ReceiveFifo]]. */
+  val store  = Output(Valid(UInt(2.W)))
+  val word   = Output(UInt(32.W))
+  val accept = Output(Bool())
+  val second = Output(UInt(32.W))
+  val drops  = Input(Bool())
+}
+
 /** A CAN controller with its slots, filters and FIFO (CAN-01 to CAN-46). It only connects.
   *
   * @param port
   *   0 or 1: whose addresses its registers have
+  * @param hasRelay
+  *   relay mode uses it, too
   */
-class CanPort(p: CanParams, port: Int) extends Module {
+class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false) extends Module {
 
   /** Levels, true for recessive: of the bus, in the clock of this module, and what is driven. */
   val rx = IO(Input(Bool()))
@@ -40,11 +83,17 @@ class CanPort(p: CanParams, port: Int) extends Module {
   /** As the host has set it; valid if it is possible. */
   val bit = IO(Output(Valid(new NominalBit)))
 
+  val relay: Option[RelaySide] =
+    Option.when(hasRelay)(IO(Flipped(new RelaySide(p))).suggestName("relay"))
+
+  /** What relay mode says, if there is one and it is on. */
+  private def relayed[T <: Data](own: T)(of: RelaySide => T): T = relay.fold(own)(r => Mux(r.on, of(r), own))
+
   private val timing   = Module(new BitTiming)
   private val engine   = Module(new ProtocolEngine)
   private val shift    = Module(new FrameShift)
   private val order    = Module(new SlotOrder(p))
-  private val states   = Module(new SlotStates(p))
+  private val states   = Module(new SlotStates(p, hasRelay))
   private val memory   = Module(new PortMemory(3))
   private val filter   = Module(new AcceptanceFilter(p))
   private val fifo     = Module(new ReceiveFifo(p.rxFrames))
@@ -56,7 +105,7 @@ class CanPort(p: CanParams, port: Int) extends Module {
   // ---- bits ----
 
   private val impossible = BitTiming.isImpossible(front.timing, control.threeSamples)
-  private val runs       = control.run && !impossible
+  private val runs       = control.run && !impossible && !relay.fold(false.B)(_.on)
   bit.valid          := !impossible
   bit.bits.prescaler := front.timing.prescaler
   bit.bits.quanta    := front.timing.tseg1 +& front.timing.tseg2 + 3.U
@@ -95,12 +144,12 @@ class CanPort(p: CanParams, port: Int) extends Module {
   shift.begins      := RegNext(happens.takes, false.B) // reset: no frame
   shift.data        := memory.data
   shift.order       := CanOrder(memory.data)
-  memory.load.valid := shift.load.valid
-  memory.load.bits  := states.current ## shift.load.bits
+  memory.load.valid := relayed(shift.load.valid)(_.load.valid)
+  memory.load.bits  := relayed(states.current ## shift.load.bits)(_.load.bits)
 
   // As it was when the sample was taken that ends an attempt, or as it is written with a stop.
   states.oneShot       := Mux(engine.mode.run, RegNext(mode.oneShot), control.oneShot)
-  states.request.valid := order.appended
+  states.request.valid := front.appended
   states.request.bits  := front.append.bits
   states.abort         := front.orders.abort
   states.clearSent     := front.orders.clearSent
@@ -110,32 +159,34 @@ class CanPort(p: CanParams, port: Int) extends Module {
   states.ends          := happens.ends
   states.sent          := happens.sent
 
-  order.pending     := states.pending
-  order.changedNow  := states.aborted || RegNext(front.orders.requested, false.B)
-  order.changedLate := states.ended
-  order.append      := front.append
-  order.ready       := memory.orderReady
-  order.key         := CanOrder(memory.data)
-  memory.order      := order.read
-  front.appended    := order.appended
+  order.pending      := states.pending
+  order.changedNow   := states.aborted || RegNext(front.orders.requested, false.B)
+  order.changedLate  := states.ended
+  order.append.bits  := front.append.bits
+  order.append.valid := front.append.valid && !relay.fold(false.B)(_.on)
+  order.ready        := memory.orderReady
+  order.key          := CanOrder(memory.data)
+  memory.order       := relayed(order.read)(_.order)
+  front.appended     := relayed(order.appended)(_.appended)
 
   // Reset: no stamp is to be written.
-  private val stamps = RegInit(false.B)
-  private val stamp  = Wire(Valid(new MemoryJob))
+  private val stamps  = RegInit(false.B)
+  private val stamp   = Wire(Valid(new MemoryJob))
+  private val stamped = relayed(states.current)(_.stamp.bits)
   when(memory.done(1)) { stamps := false.B }
   when(happens.sent) { stamps := true.B }
-  stamp.valid       := stamps
-  stamp.bits.source := PortMemory.Slots.U(2.W) ## states.current ## 1.U(2.W)
+  stamp.valid       := relayed(stamps)(_.stamp.valid)
+  stamp.bits.source := PortMemory.Slots.U(2.W) ## stamped ## 1.U(2.W)
   stamp.bits.target := stamp.bits.source
   stamp.bits.write  := true.B
   stamp.bits.counts := false.B
   stamp.bits.bytes  := "b1100".U
-  stamp.bits.data   := sofTime ## 0.U(16.W)
+  stamp.bits.data   := relayed(sofTime)(_.time) ## 0.U(16.W)
 
   // ---- frames received ----
 
-  filter.start      := shift.identified
-  filter.identifier := shift.identifier
+  filter.start      := relayed(shift.identified)(_.start)
+  filter.identifier := relayed(shift.identifier)(_.identifier)
   filter.hold       := front.hold
   filter.ready      := memory.filterReady
   filter.data       := memory.data
@@ -145,10 +196,10 @@ class CanPort(p: CanParams, port: Int) extends Module {
   private val accepted = valid && filter.done
   when(accepted) { valid := false.B }
   when(happens.received) { valid := true.B }
-  fifo.store    := shift.store
-  fifo.word     := shift.word
-  fifo.accept   := accepted && filter.matches
-  fifo.second   := sofTime ## filter.entry.pad(8) ## engine.bits.dlc.pad(8)
+  fifo.store    := relayed(shift.store)(_.store)
+  fifo.word     := relayed(shift.word)(_.word)
+  fifo.accept   := relayed(accepted && filter.matches)(_.accept)
+  fifo.second   := relayed(sofTime ## filter.entry.pad(8) ## engine.bits.dlc.pad(8))(_.second)
   fifo.releases := front.orders.release
   fifo.read     := front.rxWord
   front.rxData  := fifo.data
@@ -193,4 +244,22 @@ class CanPort(p: CanParams, port: Int) extends Module {
     engine.warning =/= RegNext(engine.warning, false.B)
   events.busError := happens.error.valid
   events.overrun  := fifo.drops
+
+  // ---- relay mode ----
+
+  for (r <- relay) {
+    r.append.bits  := front.append.bits
+    r.append.valid := front.append.valid && r.on
+    r.pending      := states.pending
+    r.abort        := front.orders.abort
+    r.oneShot      := control.oneShot
+    r.stamped      := memory.done(1)
+    r.orderReady   := memory.orderReady
+    r.data         := memory.data
+    r.done         := filter.done
+    r.matches      := filter.matches
+    r.entry        := filter.entry
+    r.drops        := fifo.drops
+  }
+  for (slots <- states.relay; r <- relay) slots := r.slots
 }

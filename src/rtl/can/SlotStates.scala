@@ -4,9 +4,25 @@ import chisel3._
 import chisel3.util._
 import flyframe.params.CanParams
 
-/** Which slots are pending, which have been sent, which have failed (CAN-40, CB-04, CB-12). */
-class SlotStates(p: CanParams) extends Module {
+/** What relay mode does with slots: several may be on their way at once. */
+class RelaySlots(p: CanParams) extends Bundle {
+
+  /** Slots on their way; one that is done, and whether it was sent; all that are pending fail (RB-25). */
+  val begun = UInt(p.slots.W)
+  val ends  = Valid(UInt(log2Ceil(p.slots).W))
+  val sent  = Bool()
+  val drops = Bool()
+}
+
+/** Which slots are pending, which have been sent, which have failed (CAN-40, CB-04, CB-12).
+  *
+  * @param hasRelay
+  *   there is relay mode, too
+  */
+class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   private val slotBits = log2Ceil(p.slots)
+
+  val relay: Option[RelaySlots] = Option.when(hasRelay)(IO(Input(new RelaySlots(p))).suggestName("relay"))
 
   val oneShot = IO(Input(Bool()))
 
@@ -41,18 +57,24 @@ class SlotStates(p: CanParams) extends Module {
   private val last   = Reg(UInt(slotBits.W))
   private val isOnIt = onWire || takes.valid
 
+  private def ofRelay(map: RelaySlots => UInt): UInt = relay.fold(0.U(p.slots.W))(map)
+
   // An attempt ends long behind its beginning. An order to abort it counts up to that cycle.
   private val lastOne    = UIntToOH(last, p.slots)
   private val takesOne   = Mux(takes.valid, UIntToOH(takes.bits, p.slots), 0.U)
   private val abortLast  = aborts || (abort & lastOne).orR
   private val abortTaken = (abort & UIntToOH(takes.bits, p.slots)).orR
   private val over       = ends && (sent || oneShot || abortLast)
-  private val gone       = abort & waits & ~Mux(onWire, lastOne, 0.U) & ~takesOne
-  private val overOne    = Mux(over, lastOne, 0.U)
+  private val gone = waits &
+    ((abort & ~Mux(onWire, lastOne, 0.U) & ~takesOne & ~ofRelay(_.begun)) |
+      relay.fold(0.U)(r => Fill(p.slots, r.drops)))
+  private val relayOne   = ofRelay(r => Mux(r.ends.valid, UIntToOH(r.ends.bits, p.slots), 0.U))
+  private val overOne    = Mux(over, lastOne, 0.U) | relayOne
+  private val sentOne    = Mux(over && sent, lastOne, 0.U) | ofRelay(r => Mux(r.sent, relayOne, 0.U))
   private val requestOne = Mux(request.valid, UIntToOH(request.bits, p.slots), 0.U)
   waits  := (waits & ~gone & ~overOne) | requestOne
-  well   := (well & ~clearSent & ~requestOne) | Mux(sent, overOne, 0.U)
-  badly  := (badly & ~clearFailed & ~requestOne) | gone | Mux(sent, 0.U, overOne)
+  well   := (well & ~clearSent & ~requestOne) | sentOne
+  badly  := (badly & ~clearFailed & ~requestOne) | gone | (overOne & ~sentOne)
   last   := Mux(takes.valid, takes.bits, last)
   onWire := isOnIt && !ends
   aborts := isOnIt && !ends && Mux(takes.valid, abortTaken, abortLast)
@@ -62,5 +84,5 @@ class SlotStates(p: CanParams) extends Module {
   failedAll := badly
   current   := last
   aborted   := RegNext(gone.orR, false.B)
-  ended     := RegNext(over, false.B)
+  ended     := RegNext(over || relayOne.orR, false.B)
 }

@@ -40,6 +40,9 @@ class BusMode extends Module {
   val forced  = IO(Input(UInt(2.W)))
   val address = IO(Input(UInt(7.W)))
 
+  /** Relay mode is on: nobody is guard. */
+  val rests = IO(Input(Bool()))
+
   val ticks  = IO(Input(new BitTicks))
   val report = IO(Output(new BusReport))
 
@@ -72,7 +75,7 @@ class BusMode extends Module {
   send(1) := isTwo || (own && (isThree || heard(0)))
 
   ringGuard.home    := home
-  ringGuard.forced  := isForced
+  ringGuard.forced  := isForced || rests
   ringGuard.address := address
   ringGuard.coming  := up
   ringGuard.up      := isUp

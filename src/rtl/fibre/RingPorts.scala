@@ -5,14 +5,32 @@ import chisel3.util.log2Ceil
 import flyframe.memory.HostPort
 import flyframe.params.FibreParams
 
+/** Relay mode between the ports, from its side; port 1 is number 0. */
+class RingLinks extends Bundle {
+  val on = Output(Bool())
+
+  /** Levels that it sends; links that are dominant for too long, which is no signal (FR-63). */
+  val send  = Output(Vec(2, Bool()))
+  val stuck = Output(Vec(2, Bool()))
+
+  /** Ports that are up, and what they hear. */
+  val up    = Input(Vec(2, Bool()))
+  val level = Input(Vec(2, Bool()))
+
+  /** The node's address. */
+  val address = Input(UInt(7.W))
+}
+
 /** Both optical ports and the bus mode of a ring node, behind their registers. It only connects.
   *
   * Port 1 is number 0, and port 2 number 1.
   *
   * @param addressBits
   *   implemented bits of the node's address, 4 to 7
+  * @param hasRelay
+  *   there is relay mode, too
   */
-class RingPorts(p: FibreParams, addressBits: Int = 7) extends Module {
+class RingPorts(p: FibreParams, addressBits: Int = 7, hasRelay: Boolean = false) extends Module {
 
   /** Pins: light received and sent, and whether an optical module has signal (tied high if it does not tell).
     */
@@ -35,6 +53,10 @@ class RingPorts(p: FibreParams, addressBits: Int = 7) extends Module {
   val host = IO(new HostPort(4))
   val irq  = IO(Output(Bool()))
 
+  val relay: Option[RingLinks] = Option.when(hasRelay)(IO(Flipped(new RingLinks)).suggestName("relay"))
+  private def inRelay(n: Int)(of: RingLinks => Vec[Bool]) = relay.fold(false.B)(r => r.on && of(r)(n))
+  private val isBus                                       = !relay.fold(false.B)(_.on)
+
   private val ports = Seq.fill(2)(Module(new OpticalPort(p)))
   private val ring  = Module(new BusMode)
   private val bits  = Module(new BitClock)
@@ -51,29 +73,36 @@ class RingPorts(p: FibreParams, addressBits: Int = 7) extends Module {
   portClock.odd     := timer(0)
 
   for ((port, n) <- ports.zipWithIndex) {
-    port.rx        := rx(n)
-    tx(n)          := port.tx
-    port.optical   := optical(n)
-    port.time      := portClock
-    port.off       := front.control.off
-    port.upMs      := front.control.upMs
-    port.send      := ring.send(n)
-    ring.up(n)     := port.report.up
-    ring.level(n)  := port.report.level
+    port.rx       := rx(n)
+    tx(n)         := port.tx
+    port.optical  := optical(n) && !inRelay(n)(_.stuck)
+    port.time     := portClock
+    port.off      := front.control.off
+    port.upMs     := front.control.upMs
+    port.send     := Mux(isBus, ring.send(n), inRelay(n)(_.send))
+    ring.up(n)    := port.report.up
+    ring.level(n) := port.report.level || !isBus // then nobody is guard, and no latch is found
+    for (r <- relay) {
+      r.up(n)    := port.report.up
+      r.level(n) := port.report.level
+    }
     front.ports(n) := port.report
   }
 
   bits.quantum := quantum
   bits.quanta  := quanta
 
-  ring.drive   := drive
-  bus          := ring.bus
-  ring.home    := front.control.home
-  ring.forced  := front.control.forced
+  ring.drive  := drive
+  bus         := ring.bus
+  ring.home   := front.control.home
+  ring.forced := Mux(isBus, front.control.forced, 0.U)
+  ring.rests  := !isBus
+  for (r <- relay) r.address := front.control.address
   ring.address := front.control.address
   ring.ticks   := bits.ticks
 
   front.ring := ring.report
+  for (n <- 0 to 1) front.ring.stuck(n) := ring.report.stuck(n) || inRelay(n)(_.stuck)
   front.host <> host
   irq := front.irq
 }

@@ -4,7 +4,8 @@ import chisel3._
 import chisel3.util._
 import flyframe.lanes.Lanes
 
-/** The bytes of own frames for the senders (FR-41): of the header, and of the slot in which a frame stands. */
+/** The bytes of own frames for the senders (FR-41): of the header, and of the slot in which a frame stands.
+  */
 class OwnBytes(slotBits: Int) extends Module {
   val address = IO(Input(UInt(7.W)))
   val leaves  = IO(Input(Vec(2, new OwnHeader(slotBits))))

@@ -7,15 +7,15 @@ import flyframe.ram.DualPortRam
 
 /** A frame of the own address that came whole. */
 class HomeFrame extends Bundle {
-  val kind      = UInt(2.W)
-  val leftBy    = UInt(1.W) // the port by which this copy was sent
-  val sequence  = UInt(14.W)
+  val kind     = UInt(2.W)
+  val leftBy   = UInt(1.W) // the port by which this copy was sent
+  val sequence = UInt(14.W)
 }
 
 /** What the sender of a port needs of an own frame. */
 class OwnHeader(slotBits: Int) extends Bundle {
   val valid    = Bool()
-  val isLife   = Bool()                  // the start of a life
+  val isLife   = Bool() // the start of a life
   val slot     = UInt((slotBits + 1).W)
   val sequence = UInt(14.W)
 }
@@ -38,7 +38,8 @@ class OwnCounts extends Bundle {
   val repeated  = Bool()
 }
 
-/** Own frames on their way: lives, sequences, copies, confirming and repeating (FR-55 to FR-58, FR-61, FR-62).
+/** Own frames on their way: lives, sequences, copies, confirming and repeating (FR-55 to FR-58, FR-61,
+  * FR-62).
   *
   * All that has happened within a bit is done by one walk through the list of slots behind its end; at the
   * end of the walk it is known what is next at each port.
@@ -80,8 +81,8 @@ class OwnFrames(p: CanParams) extends Module {
   val looked = IO(Input(UInt(SlotList.KeyBits.W)))
 
   /** To [[PassingOn]]: what wants to leave next. Its order is there when it is looked at. */
-  val offer   = IO(Output(Vec(2, Valid(UInt(SlotList.KeyBits.W)))))
-  val begins  = IO(Input(Vec(2, Bool())))
+  val offer  = IO(Output(Vec(2, Valid(UInt(SlotList.KeyBits.W)))))
+  val begins = IO(Input(Vec(2, Bool())))
 
   /** An own frame is being sent by a port; what it is. */
   val sending = IO(Input(Vec(2, Bool())))
@@ -96,8 +97,8 @@ class OwnFrames(p: CanParams) extends Module {
 
   // Reset: nothing is known, no frame is on its way.
   private val state      = RegInit(State.listens)
-  private val isCounting = RegInit(false.B)              // the time of listening
-  private val isAhead    = RegInit(false.B)              // frames were sent in this life (RB-14)
+  private val isCounting = RegInit(false.B) // the time of listening
+  private val isAhead    = RegInit(false.B) // frames were sent in this life (RB-14)
   private val next       = RegInit(0.U(SequenceWidth.W))
   private val inConflict = RegInit(false.B)
   private val begunMap   = RegInit(0.U(p.slots.W))
@@ -151,7 +152,7 @@ class OwnFrames(p: CanParams) extends Module {
       homes(q)   := home(q).bits
       hasHome(q) := true.B
     }
-    val behind = next - h.sequence           // of its sequence, 1 to 16 on its way
+    val behind = next - h.sequence // of its sequence, 1 to 16 on its way
     val isUsed = hasHome(q) && isDue(q) && !listens
     val isData = h.kind === LinkKind.Data.U
     val isLife = h.kind === LinkKind.Start.U
@@ -161,7 +162,11 @@ class OwnFrames(p: CanParams) extends Module {
       isAhead && ahead =/= 0.U && !ahead(SequenceWidth - 1),
       isLife && h.sequence =/= setting.life
     )
-    isOwn(q) := isUsed && Mux(announces, isLife, isData && (behind - 1.U)(SequenceWidth - 1, SequenceBits) === 0.U)
+    isOwn(q) := isUsed && Mux(
+      announces,
+      isLife,
+      isData && (behind - 1.U)(SequenceWidth - 1, SequenceBits) === 0.U
+    )
   }
   when(walk && isForeign.asUInt.orR) { inConflict := true.B }
 
@@ -170,10 +175,10 @@ class OwnFrames(p: CanParams) extends Module {
   private val records = DualPortRam(Words, (new OwnRecord).getWidth)(clock)
   records.io.readAddress := Mux(walk, Life.U, coming)
 
-  private val listed   = entry.bits.slot
-  private val slot     = Mux(isFirst, Life.U, listed.pad(slotBits + 1))
-  private val isOnWay  = Mux(isFirst, announces, begunMap(listed))
-  private val began    = RegInit(0.U.asTypeOf(Vec(2, Valid(UInt((slotBits + 1).W))))) // by the last decision
+  private val listed  = entry.bits.slot
+  private val slot    = Mux(isFirst, Life.U, listed.pad(slotBits + 1))
+  private val isOnWay = Mux(isFirst, announces, begunMap(listed))
+  private val began   = RegInit(0.U.asTypeOf(Vec(2, Valid(UInt((slotBits + 1).W))))) // by the last decision
   private val fresh    = RegInit(0.U.asTypeOf(Valid(UInt(slotBits.W)))) // has got a sequence; reset: none
   private val isFresh  = fresh.valid && fresh.bits === listed && !isFirst
   private val hasBegun = began.map(b => b.valid && b.bits === slot)
@@ -192,8 +197,9 @@ class OwnFrames(p: CanParams) extends Module {
   for (q <- 0 to 1) when(hasBegun(q)) { r0.copies(q) := Sent.U }
   private val r1 = WireDefault(r0)
   for (q <- 0 to 1) when(down(q)) { r1.copies(q) := None.U }
-  private val r2   = WireDefault(r1)
-  private val came = (0 to 1).map(q => isOwn(q) && (isFirst || homes(q).sequence(SequenceBits - 1, 0) === r0.sequence))
+  private val r2 = WireDefault(r1)
+  private val came =
+    (0 to 1).map(q => isOwn(q) && (isFirst || homes(q).sequence(SequenceBits - 1, 0) === r0.sequence))
   for (q <- 0 to 1) when(came(q) && r1.copies(q) === Sent.U) { r2.copies(q) := Home.U }
   private val allRound    = (0 to 1).map(q => came(q) && homes(q).leftBy =/= q.U).reduce(_ || _)
   private val isConfirmed = allRound || r0.isHome || r1.isHome || r2.isHome
@@ -208,9 +214,9 @@ class OwnFrames(p: CanParams) extends Module {
   private val repeats   = expires && !isUseless
   private val well      = acts && isConfirmed
   private val isLost    = alone && setting.on && !isFirst && !isOnWay && pending(listed)
-  private val fails = (acts && !isConfirmed && (alone || listens)) || (expires && isUseless) || isLost
-  private val isDone = well || fails
-  private val r3     = WireDefault(r2)
+  private val fails     = (acts && !isConfirmed && (alone || listens)) || (expires && isUseless) || isLost
+  private val isDone    = well || fails
+  private val r3        = WireDefault(r2)
   when(isConfirmed) { r3.copies := VecInit(Home.U, Home.U) }
   when(repeats) { r3.repeats := r0.repeats + 1.U }
   when(repeats || (isFirst && listens)) {
@@ -301,7 +307,15 @@ class OwnFrames(p: CanParams) extends Module {
     isAhead    := false.B
     next       := 0.U
   }
-  when(!setting.on) { hasHome := VecInit(false.B, false.B) }
+  when(!setting.on) { // RB-25
+    hasHome     := VecInit(false.B, false.B)
+    begunMap    := 0.U
+    fresh.valid := false.B
+    for (q <- 0 to 1) {
+      began(q).valid     := false.B
+      leavesReg(q).valid := false.B
+    }
+  }
 }
 
 object OwnFrames {

@@ -53,15 +53,16 @@ class PassingOn extends Module {
   /** An own frame is being sent, as it was at the end of the bit that is over. */
   val sending = IO(Output(Vec(2, Bool())))
 
-  /** Pulses: a frame began to come; one has come whole and good, whose bytes can be read until the ninth bit
-    * of the next one. Both at once: the frame that is whole was first.
+  /** Pulses: a frame began to come; the identifier of one is there; one has come whole and good, whose bytes
+    * can be read until the ninth bit of the next one. Both at once: the frame that is whole was first.
     */
-  val starts   = IO(Output(Vec(2, Bool())))
-  val received = IO(Output(Vec(2, Bool())))
-  val read     = IO(Input(Valid(UInt(5.W))))
-  val from     = IO(Input(UInt(1.W)))
-  val granted  = IO(Output(Bool()))
-  val data     = IO(Output(UInt(8.W)))
+  val starts     = IO(Output(Vec(2, Bool())))
+  val identified = IO(Output(Vec(2, Bool())))
+  val received   = IO(Output(Vec(2, Bool())))
+  val read       = IO(Input(Valid(UInt(5.W))))
+  val from       = IO(Input(UInt(1.W)))
+  val granted    = IO(Output(Bool()))
+  val data       = IO(Output(UInt(8.W)))
 
   val counts = IO(Output(new PassingCounts))
 
@@ -138,6 +139,7 @@ class PassingOn extends Module {
   counts.passed  := VecInit(false.B, false.B)
   received       := VecInit(false.B, false.B)
   starts         := VecInit(false.B, false.B)
+  identified     := VecInit(false.B, false.B)
   begins         := VecInit(false.B, false.B)
   store.copies   := 0.U.asTypeOf(store.copies)
 
@@ -206,7 +208,8 @@ class PassingOn extends Module {
         comes(p)    := false.B
         passes(p)   := false.B
       }
-      starts(p) := report.starts
+      identified(p) := report.identified && comes(p)
+      starts(p)     := report.starts
     }
   }
   store.copies.bits := isSecond
@@ -251,6 +254,16 @@ class PassingOn extends Module {
     Mux(isPhase(Decisions(0) - 1), 0.U(1.W) ## lists(0).slots(0), 1.U(1.W) ## lists(1).slots(0)),
     out ## Mux(out.asBool, lists(1).slots(asked), lists(0).slots(asked))
   )
+
+  // ---- relay mode is off (RB-25) ----
+
+  when(!on) {
+    comes  := VecInit(false.B, false.B)
+    passes := VecInit(false.B, false.B)
+    leaves := VecInit(false.B, false.B)
+    for (list   <- lists) { list.drop := true.B }
+    for (sender <- senders) { sender.silence := true.B }
+  }
 
   // ---- bytes ----
 

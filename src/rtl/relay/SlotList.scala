@@ -102,11 +102,11 @@ class SlotList(p: CanParams) extends Module {
     held := passing
     isIn := true.B
   }
-  appended             := isOver && joins
-  ram.io.readAddress   := Mux(walk || walks, bank ## at(slotBits - 1, 0), !bank ## look)
-  ram.io.write         := (passes && keeps) || appended
-  ram.io.writeAddress  := !bank ## to(slotBits - 1, 0)
-  ram.io.writeData     := Mux(first || isOver, held, passing).asUInt
+  appended            := isOver && joins
+  ram.io.readAddress  := Mux(walk || walks, bank ## at(slotBits - 1, 0), !bank ## look)
+  ram.io.write        := (passes && keeps) || appended
+  ram.io.writeAddress := !bank ## to(slotBits - 1, 0)
+  ram.io.writeData    := Mux(first || isOver, held, passing).asUInt
   when(ram.io.write) { to := to + 1.U }
   when(isOver) {
     walks  := false.B

@@ -5,7 +5,8 @@ import flyframe.registers.{CanRegisters, RingRegisters}
 
 /** Own frames, and receiving: FR-55 to FR-63. A bit is 0.5 us, `confirmUs` 400. */
 trait ConfirmRules extends RelayCases {
-  private val confirm = 800 // bits
+  private val confirm = 800  // bits
+  private val unit640 = 1280 // likewise
 
   private def own(b: RelayBench, port: Int, first: Int) = b.frames(port, first).filter(_.header.source == 7)
 
@@ -118,7 +119,7 @@ trait ConfirmRules extends RelayCases {
     assert(pending(b) == 16)
   }
 
-  "FR-58: a frame that is not confirmed" should "be repeated, later and later, and fail in the end" in
+  "FR-58, RB-22: a frame that is not confirmed" should "be repeated, later and later, and fail in the end" in
     bench(retries = 6) { b =>
       val first = b.now
       b.request(4, data(1))
@@ -143,6 +144,19 @@ trait ConfirmRules extends RelayCases {
     b.send(1, LinkHeader(0, 0, 7, 0, 200), data(0x1000))
     b.finish()
     assert(sent(b) == 16 && own(b, 0, first).size == 1 && own(b, 1, first).isEmpty)
+  }
+
+  "RB-24: a slot" should "be done when no copy of it is being sent any more" in bench() { b =>
+    b.send(0, from(3, 1), data(1, 1, 2, 3, 4, 5, 6, 7, 8)) // leaves by port 2 until bit 240 or so
+    b.run(60)
+    val first = b.now
+    b.request(4, data(0x1000))
+    b.run(90)
+    b.send(1, LinkHeader(0, 0, 7, 0, 200), data(0x1000))
+    b.run(150)
+    assert(pending(b) == 16 && own(b, 1, first).forall(!_.isGood))
+    b.run(150)
+    assert(pending(b) == 0 && sent(b) == 16 && own(b, 1, first).map(_.isGood) == Seq(true))
   }
 
   "RB-12: an abort" should "count for a slot that has not begun, and end repeats of one that has" in bench() {
@@ -205,11 +219,11 @@ trait ConfirmRules extends RelayCases {
     assert(b.received().map(_.id) == Seq(0, 8192, 8192 + 8191, 5))
   }
 
-  it should "count from anew behind a source that was silent" in bench() { b =>
+  "FR-59, RB-23: a data frame" should "count from anew behind a source that was silent" in bench() { b =>
     b.send(0, from(3, 100), data(1))
-    b.run(64 * confirm)
+    b.run(64 * confirm - 400)
     b.send(0, from(3, 100), data(2))
-    b.run(64 * confirm + 400)
+    b.run(64 * confirm + unit640)
     b.send(0, from(3, 90), data(3))
     b.run(300)
     assert(b.received().map(_.id) == Seq(1, 3))
@@ -221,7 +235,7 @@ trait ConfirmRules extends RelayCases {
     b.send(1, from(3, 1, direction = 0, hops = 255), data(1))
     b.finish()
     assert(b.node.read(RingRegisters.Distances + 6, 2) == Seq(6, 1))
-    b.run(64 * confirm + 100)
+    b.run(64 * confirm + unit640)
     assert(b.node.read(RingRegisters.Distances + 6, 2) == Seq(0, 0))
   }
 

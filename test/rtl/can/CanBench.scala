@@ -1,11 +1,9 @@
 package flyframe.can
 
-import java.util.concurrent.{SynchronousQueue, TimeUnit}
-import scala.util.Try
 import chisel3._
 import chisel3.util._
 import chiseltest._
-import flyframe.Simulation
+import flyframe.StandingSimulation
 import flyframe.params.CanParams
 
 /** A port with what a bench does in each core cycle, in hardware: calls into the simulation take far longer
@@ -237,39 +235,13 @@ class RtlPort(dut: PortUnderTest) extends CanUnderTest {
   private def words(address: Int, count: Int) = (address & ~3) until address + count by 4
 }
 
-/** One simulation of a port for all suites that need one: it is built once, and used by one at a time. */
+/** One simulation of a port for all suites that need one. */
 object CanSimulation {
-  private val jobs    = new SynchronousQueue[PortUnderTest => Unit]
-  private val results = new SynchronousQueue[Try[Unit]]
-
-  @volatile private var ended      = Option.empty[Try[Unit]]
-  private var bench: PortUnderTest = _ // of the thread that simulates
-
-  private lazy val started: Thread = {
-    val thread = new Thread(() =>
-      ended = Some(Try {
-        RawTester.test(new PortUnderTest(CanParams()), Simulation.annotations(this, "port")) { dut =>
-          bench = dut
-          while (true) {
-            val job = jobs.take()
-            results.put(Try(job(dut)))
-          }
-        }
-      })
-    )
-    thread.setDaemon(true) // ends with the tests
-    thread.start()
-    thread
-  }
+  private val simulation = new StandingSimulation(new PortUnderTest(CanParams()), this, "port")
 
   /** Runs `body` with a port fresh out of reset, which is the end of the one before: within a body, too. */
   def apply(p: CanParams)(body: CanUnderTest => Unit): Unit = {
     require(p == CanParams(), s"the parameters are $p but must be ${CanParams()}.")
-    if (Thread.currentThread eq started) body(new RtlPort(bench)) else submit(body)
-  }
-
-  private def submit(body: CanUnderTest => Unit): Unit = synchronized {
-    while (!jobs.offer(dut => body(new RtlPort(dut)), 100, TimeUnit.MILLISECONDS)) ended.foreach(_.get)
-    results.take().get
+    simulation(dut => body(new RtlPort(dut)))
   }
 }

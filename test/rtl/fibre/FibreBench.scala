@@ -1,12 +1,10 @@
 package flyframe.fibre
 
-import java.util.concurrent.{SynchronousQueue, TimeUnit}
 import scala.collection.mutable
-import scala.util.Try
 import chisel3._
 import chisel3.util._
 import chiseltest._
-import flyframe.Simulation
+import flyframe.StandingSimulation
 import flyframe.params.FibreParams
 
 /** A node with what else it needs of a controller: the us counter and the time quanta of port F. */
@@ -203,38 +201,17 @@ class RtlNodes(dut: NodesUnderTest, count: Int) {
   }
 }
 
-/** One simulation of nodes with the same parameters, for all suites that need it: it is built once, and used
-  * by one at a time.
-  */
+/** One simulation of nodes with the same parameters, for all suites that need it. */
 class FibreSimulation(p: FibreParams, count: Int) {
-  private val jobs    = new SynchronousQueue[NodesUnderTest => Unit]
-  private val results = new SynchronousQueue[Try[Unit]]
-
-  @volatile private var ended = Option.empty[Try[Unit]]
-
-  private lazy val started: Unit = {
-    val name = s"${p.coreClockMhz} MHz, demodulator ${p.demodulator}, $count nodes"
-    val thread = new Thread(() =>
-      ended = Some(Try {
-        RawTester.test(new NodesUnderTest(p, count), Simulation.annotations(this, name)) { dut =>
-          while (true) {
-            val job = jobs.take()
-            results.put(Try(job(dut)))
-          }
-        }
-      })
-    )
-    thread.setDaemon(true) // ends with the tests
-    thread.start()
-  }
+  private val simulation = new StandingSimulation(
+    new NodesUnderTest(p, count),
+    this,
+    s"${p.coreClockMhz} MHz, demodulator ${p.demodulator}, $count nodes"
+  )
 
   /** Runs `body` with nodes fresh out of reset. */
-  def apply(body: IndexedSeq[FibreUnderTest] => Unit): Unit = synchronized {
-    started
-    val job = (dut: NodesUnderTest) => body(new RtlNodes(dut, count).nodes)
-    while (!jobs.offer(job, 100, TimeUnit.MILLISECONDS)) ended.foreach(_.get)
-    results.take().get
-  }
+  def apply(body: IndexedSeq[FibreUnderTest] => Unit): Unit =
+    simulation(dut => body(new RtlNodes(dut, count).nodes))
 }
 
 object FibreSimulation {

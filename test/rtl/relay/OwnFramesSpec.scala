@@ -33,8 +33,8 @@ class OwnFramesSpec extends AnyFlatSpec {
     private def header(): Option[LinkHeader] = random.nextInt(40) match {
       case 0 if random.nextBoolean() =>
         Some(LinkHeader(random.nextInt(3), random.nextInt(2), Own, random.nextInt(1 << 14), 9))
-      case 1 | 2                  => homes.headOption // and once more
-      case _ if homes.nonEmpty    => Some(homes.dequeue())
+      case 1 | 2               => homes.headOption // and once more
+      case _ if homes.nonEmpty => Some(homes.dequeue())
       case _ if random.nextInt(calm) == 0 =>
         Some(LinkHeader(random.nextInt(4), random.nextInt(2), 40, random.nextInt(1 << 14), 200))
       case _ => None
@@ -101,8 +101,8 @@ class OwnFramesSpec extends AnyFlatSpec {
       model.node.begins = (_, h, _) => {
         random.nextInt(10) match {
           case n if n < losses => // lost
-          case 8     => sources(h.direction).comes(h)
-          case _     => sources(1 - h.direction).comes(h)
+          case 8               => sources(h.direction).comes(h)
+          case _               => sources(1 - h.direction).comes(h)
         }
         if (h.kind == LinkKind.Start) seen("lives") += 1
       }
@@ -166,10 +166,11 @@ class OwnFramesSpec extends AnyFlatSpec {
         val (at, word) = writes.dequeue()
         dut.write.bits.poke(at)
         dut.word.poke(word)
-      } else for ((slot, _) <- asked) {
-        dut.append.valid.poke(true)
-        dut.append.bits.poke(slot)
-      }
+      } else
+        for ((slot, _) <- asked) {
+          dut.append.valid.poke(true)
+          dut.append.bits.poke(slot)
+        }
     }
     private var calmHost = 40
     private var losses   = 1
@@ -195,7 +196,8 @@ class OwnFramesSpec extends AnyFlatSpec {
             s"cycle $cycle of run $number with bits of $bit, port $q"
           )
           if (dut.decides(q).peekBoolean() && model.node.isUp(q)) {
-            val offer = if (dut.offer(q).valid.peekBoolean()) Some(dut.offer(q).bits.peekInt().toLong) else None
+            val offer =
+              if (dut.offer(q).valid.peekBoolean()) Some(dut.offer(q).bits.peekInt().toLong) else None
             assert(offer == model.node.offered(q), s"cycle $cycle of run $number: offer at port $q")
           }
           dut.home(q).valid.poke(delays(q) == 0)
@@ -232,8 +234,11 @@ class OwnFramesSpec extends AnyFlatSpec {
       val model8 = Seq("repeated" -> RelayCounter.Repeated, "failed" -> RelayCounter.Failed) ++
         Seq("sent" -> RelayCounter.OwnSent, "confirmed" -> RelayCounter.Confirmed)
       for ((name, which) <- model8)
-        assert(((if (which < RelayCounter.Passed) here(name) min 255 else here(name)) -
-          model.node.counters(which)).abs <= 4, s"$name in run $number")
+        assert(
+          ((if (which < RelayCounter.Passed) here(name) min 255 else here(name)) -
+            model.node.counters(which)).abs <= 4,
+          s"$name in run $number"
+        )
     }
     private val here = mutable.Map.empty[String, Long].withDefaultValue(0L)
   }

@@ -28,7 +28,7 @@ class OwnNode(p: CanParams) extends Module {
   val word     = IO(Input(UInt(32.W)))
   val append   = IO(Input(Valid(UInt(slotBits.W))))
   val appended = IO(Output(Bool()))
-  val aborts    = IO(Input(UInt(p.slots.W)))
+  val aborts   = IO(Input(UInt(p.slots.W)))
   val maps     = IO(Output(Vec(3, UInt(p.slots.W)))) // pending, sent, failed
 
   private val passing = Module(new PassingOn)
@@ -62,12 +62,12 @@ class OwnNode(p: CanParams) extends Module {
   level              := passing.level
   received           := passing.received
 
-  list.walk     := own.walk
-  list.keeps    := own.keeps
-  list.append   := append
-  list.ready    := !bytes.load.valid
-  list.look     := own.look
-  appended      := list.appended
+  list.walk   := own.walk
+  list.keeps  := own.keeps
+  list.append := append
+  list.ready  := !bytes.load.valid
+  list.look   := own.look
+  appended    := list.appended
 
   private val data = slots.read(Mux(bytes.load.valid, bytes.load.bits, list.read.bits ## 0.U(2.W)))
   list.key      := CanOrder(data)

@@ -1,0 +1,60 @@
+package flyframe.relay
+
+import chisel3._
+import flyframe.can.CanPort
+import flyframe.fibre.RingHost
+import flyframe.memory.HostPort
+import flyframe.node.NodeTime
+import flyframe.params.CanParams
+import flyframe.registers.{CanRegisters, RingRegisters}
+
+/** Relay mode with its CAN port and its registers, but without what makes tones of levels. */
+class RelayPortUnderTest(p: CanParams) extends Module {
+  val heard = IO(Input(Vec(2, Bool())))
+  val up    = IO(Input(Vec(2, Bool())))
+  val level = IO(Output(Vec(2, Bool())))
+  val stuck = IO(Output(Vec(2, Bool())))
+  val host  = IO(new HostPort(4))
+  val irq   = IO(Output(Bool()))
+
+  private val relay = Module(new RelayMode(p))
+  private val port  = Module(new CanPort(p, 0, hasRelay = true))
+  private val ring  = Module(new RingHost(7))
+  private val time  = Module(new NodeTime(p.coreClockMhz))
+
+  relay.port <> port.relay.get
+  relay.links.up      := up
+  relay.links.level   := heard
+  relay.links.address := ring.control.address
+  relay.us            := time.us
+  relay.time          := time.timer
+  level               := relay.links.send
+  stuck               := relay.links.stuck
+  port.rx             := true.B
+  port.time           := time.timer
+  irq                 := relay.irq
+
+  // What the ring's own mode would say.
+  ring.ring := 0.U.asTypeOf(ring.ring)
+  for (n <- 0 to 1) {
+    ring.ports(n)    := 0.U.asTypeOf(ring.ports(n))
+    ring.ports(n).up := up(n)
+  }
+  ring.ring.alone := !up(0) && !up(1)
+  ring.ring.mode  := Mux(up(0) === up(1), 1.U, Mux(up(0), 2.U, 3.U))
+
+  private val page = host.addr(15, 8)
+  private val isPort = Seq(CanRegisters.PortStarts, CanRegisters.SlotStarts, CanRegisters.FilterStarts)
+    .map(starts => page === (starts.head >> 8).U)
+    .reduce(_ || _)
+  private val isFar = page === (RingRegisters.Distances >> 8).U
+  for ((unit, isMeant) <- Seq(port.host -> isPort, ring.host -> (!isPort && !isFar), relay.host -> !isPort)) {
+    unit.req   := host.req && isMeant
+    unit.write := host.write
+    unit.addr  := host.addr
+    unit.wdata := host.wdata
+    unit.be    := host.be
+  }
+  host.ack   := port.host.ack || ring.host.ack || relay.host.ack
+  host.rdata := Mux(isPort, port.host.rdata, Mux(isFar, 0.U, ring.host.rdata) | relay.host.rdata)
+}
