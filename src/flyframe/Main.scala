@@ -206,7 +206,7 @@ object Main {
       _.resolve("registers.md").toString -> Documents.registers(
         Presets.allRegisters,
         Presets.master,
-        Presets.ring.copy(canPorts = 2)
+        Presets.relay.copy(canPorts = 2)
       )
     ) ++ request.docs.map(_.resolve("parameters.md").toString -> ParameterPage.text) ++
       request.docs.map(_.resolve("ring.md").toString -> RingPage.text)

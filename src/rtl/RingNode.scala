@@ -9,7 +9,8 @@ import flyframe.host.HostInterface
 import flyframe.memory.HostPort
 import flyframe.node._
 import flyframe.params.EscParams
-import flyframe.registers.CanRegisters
+import flyframe.registers.{CanRegisters, RingRegisters}
+import flyframe.relay.RelayMode
 
 /** The pins of an optical port, from and to its module. */
 class OpticalPins extends Bundle {
@@ -24,8 +25,8 @@ class CanPins extends Bundle {
   val tx = Output(Bool())
 }
 
-/** A node of a fibre ring (NODE): a CAN controller on the ring, one on a twisted pair if `canPorts` is 2, and
-  * a host. It only connects.
+/** A node of a fibre ring (NODE): a CAN controller on the ring, one on a twisted pair if `canPorts` is 2,
+  * relay mode if `ring` is 2, and a host. It only connects.
   *
   * @param p
   *   a parameter set of role 2 without [[EscParams.problems]]
@@ -44,8 +45,9 @@ class RingNode(p: EscParams) extends Module with RequireAsyncReset {
   val irq                = IO(Output(Bool()))
 
   private val time  = Module(new NodeTime(p.coreClockMhz))
-  private val ring  = Module(new RingPorts(p.fibre, p.nodeIdWidth))
-  private val cans  = Seq.tabulate(p.canPorts)(n => Module(new CanPort(p.can, n)))
+  private val ring  = Module(new RingPorts(p.fibre, p.nodeIdWidth, p.hasRelay))
+  private val cans  = Seq.tabulate(p.canPorts)(n => Module(new CanPort(p.can, n, p.hasRelay && n == 0)))
+  private val relay = Option.when(p.hasRelay)(Module(new RelayMode(p.can)))
   private val node  = Module(new NodeHost(p))
   private val wide  = Module(new WideHost(p.lanes))
   private val ticks = Module(new TimeQuanta)
@@ -67,6 +69,13 @@ class RingNode(p: EscParams) extends Module with RequireAsyncReset {
   ring.us         := time.us
   ring.timer      := time.timer
 
+  for (r <- relay) {
+    r.port <> fibre.relay.get
+    r.links <> ring.relay.get
+    r.us   := time.us
+    r.time := time.timer
+  }
+
   for (pins <- can) {
     val pair = cans.last
     pair.rx := LevelCrossing(pins.rx)
@@ -83,7 +92,8 @@ class RingNode(p: EscParams) extends Module with RequireAsyncReset {
       .map(starts => page === (starts(n) >> 8).U)
       .reduce(_ || _)
   }
-  private val isNode = !isCan.reduce(_ || _)
+  private val isFar  = page === (RingRegisters.Distances >> 8).U && p.hasRelay.B
+  private val isNode = !isCan.reduce(_ || _) && !isFar
   private def offer(port: HostPort, isMeant: Bool): Unit = {
     port.req   := wide.wide.req && isMeant
     port.write := wide.wide.write
@@ -94,11 +104,12 @@ class RingNode(p: EscParams) extends Module with RequireAsyncReset {
   for ((port, isMeant) <- cans.zip(isCan)) offer(port.host, isMeant)
   offer(node.host, isNode)
   offer(ring.host, isNode)
-  wide.wide.ack := node.host.ack || cans.map(_.host.ack).reduce(_ || _)
+  for (r <- relay) offer(r.host, isNode || isFar)
+  private val relayData = relay.fold(0.U)(_.host.rdata)
+  wide.wide.ack := node.host.ack || relay.fold(false.B)(_.host.ack) || cans.map(_.host.ack).reduce(_ || _)
   wide.wide.rdata := Mux1H(
-    (isNode -> (node.host.rdata | ring.host.rdata)) +: cans.zip(isCan).map { case (c, is) =>
-      is -> c.host.rdata
-    }
+    Seq(isNode -> (node.host.rdata | ring.host.rdata | relayData), isFar -> relayData) ++
+      cans.zip(isCan).map { case (c, is) => is -> c.host.rdata }
   )
 
   node.time := time.timer
@@ -106,6 +117,6 @@ class RingNode(p: EscParams) extends Module with RequireAsyncReset {
     port.time   := time.timer
     node.can(n) := port.events
   }
-  irq := node.irq || ring.irq
+  irq := node.irq || ring.irq || relay.fold(false.B)(_.irq)
   connection.side.foreach(_.events := irq)
 }

@@ -192,6 +192,9 @@ object Presets {
   /** Parameters of a ring node. */
   def ring: EscParams = named("ring-bus").get.params
 
+  /** Of one with relay mode, too. */
+  def relay: EscParams = named("ring-node").get.params
+
   /** What must be said about a controller with parameters `p`: the note of the preset whose identity it
     * reports, whatever its own name.
     */

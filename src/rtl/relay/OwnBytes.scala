@@ -30,7 +30,7 @@ class OwnBytes(slotBits: Int) extends Module {
   private val isData = asked >= FirstData.U
   private val isDlc  = asked === (FirstData - 1).U
   load.valid := grants.asUInt.orR && asked(4, 2) =/= 0.U && !header.isLife
-  load.bits  := header.slot(slotBits - 1, 0) ## Mux(isData, 1.U(1.W) ## behind(2), isDlc)
+  load.bits  := header.slot ## Mux(isData, 1.U(1.W) ## behind(2), isDlc)
 
   // In the next cycle.
   private val at     = RegNext(asked)

@@ -16,7 +16,7 @@ class HomeFrame extends Bundle {
 class OwnHeader(slotBits: Int) extends Bundle {
   val valid    = Bool()
   val isLife   = Bool() // the start of a life
-  val slot     = UInt((slotBits + 1).W)
+  val slot     = UInt(slotBits.W)
   val sequence = UInt(14.W)
 }
 
@@ -176,12 +176,14 @@ class OwnFrames(p: CanParams) extends Module {
   records.io.readAddress := Mux(walk, Life.U, coming)
 
   private val listed  = entry.bits.slot
-  private val slot    = Mux(isFirst, Life.U, listed.pad(slotBits + 1))
+  private val isIt    = leavesReg.map(h => Mux(isFirst, h.isLife, !h.isLife && h.slot === listed))
   private val isOnWay = Mux(isFirst, announces, begunMap(listed))
-  private val began   = RegInit(0.U.asTypeOf(Vec(2, Valid(UInt((slotBits + 1).W))))) // by the last decision
-  private val fresh    = RegInit(0.U.asTypeOf(Valid(UInt(slotBits.W)))) // has got a sequence; reset: none
-  private val isFresh  = fresh.valid && fresh.bits === listed && !isFirst
-  private val hasBegun = began.map(b => b.valid && b.bits === slot)
+
+  // What a port has begun with the last decision; and that it has got a sequence. Reset: nothing.
+  private val began    = RegInit(VecInit(false.B, false.B))
+  private val beganNew = RegInit(VecInit(false.B, false.B))
+  private val hasBegun = (0 to 1).map(q => began(q) && isIt(q))
+  private val isFresh  = (0 to 1).map(q => beganNew(q) && isIt(q)).reduce(_ || _)
 
   // What was decided, then ports that have gone down, then copies that came home.
   private val was      = records.io.readData.asTypeOf(new OwnRecord)
@@ -206,7 +208,7 @@ class OwnFrames(p: CanParams) extends Module {
 
   // ---- what becomes of it ----
 
-  private val isSent    = (0 to 1).map(q => isSending(q) && leaves(q).slot === slot).reduce(_ || _)
+  private val isSent    = (0 to 1).map(q => isSending(q) && isIt(q)).reduce(_ || _)
   private val isOver    = r0.left.andR && !r2.copies.map(_ === Waits.U).reduce(_ || _)
   private val isUseless = (aborted(listed) && !isFirst) || setting.oneShot || r0.repeats >= setting.retries
   private val acts      = setting.on && isOnWay && !isSent
@@ -247,7 +249,7 @@ class OwnFrames(p: CanParams) extends Module {
   counts.failed           := isSlot && fails
   counts.repeated         := (isSlot || isFirst) && repeats
   records.io.write        := isSlot || isFirst
-  records.io.writeAddress := slot
+  records.io.writeAddress := Mux(isFirst, Life.U, listed)
   records.io.writeData    := r3.asUInt
 
   // ---- what is next, and begins ----
@@ -268,8 +270,8 @@ class OwnFrames(p: CanParams) extends Module {
   private val nextIsNew = Wire(Vec(2, Bool()))
   counts.sent := nextIsNew.asUInt.orR
   when(phase === Looks(0).U) {
-    for (q <- 0 to 1) began(q).valid := false.B
-    fresh.valid := false.B
+    began    := VecInit(false.B, false.B)
+    beganNew := VecInit(false.B, false.B)
   }
   for (q <- 0 to 1) {
     val it     = choice.next(q).bits
@@ -283,16 +285,14 @@ class OwnFrames(p: CanParams) extends Module {
     when(begins(q)) {
       header.valid    := true.B
       header.isLife   := lifeWaits(q)
-      header.slot     := Mux(lifeWaits(q), Life.U, it.slot)
+      header.slot     := it.slot
       header.sequence := Mux(lifeWaits(q), setting.life, Mux(nextIsNew(q), next, next - 1.U - behind))
-      began(q).valid  := true.B
-      began(q).bits   := Mux(lifeWaits(q), Life.U, it.slot)
+      began(q)        := true.B
+      beganNew(q)     := nextIsNew(q)
     }
     when(nextIsNew(q)) {
-      fresh.valid := true.B
-      fresh.bits  := it.slot
-      next        := next + 1.U
-      isAhead     := true.B
+      next    := next + 1.U
+      isAhead := true.B
     }
   }
   begunMap := (begunMap & ~Mux(ends.valid, UIntToOH(ends.bits, p.slots), 0.U)) |
@@ -308,13 +308,11 @@ class OwnFrames(p: CanParams) extends Module {
     next       := 0.U
   }
   when(!setting.on) { // RB-25
-    hasHome     := VecInit(false.B, false.B)
-    begunMap    := 0.U
-    fresh.valid := false.B
-    for (q <- 0 to 1) {
-      began(q).valid     := false.B
-      leavesReg(q).valid := false.B
-    }
+    hasHome  := VecInit(false.B, false.B)
+    began    := VecInit(false.B, false.B)
+    beganNew := VecInit(false.B, false.B)
+    begunMap := 0.U
+    for (q <- 0 to 1) leavesReg(q).valid := false.B
   }
 }
 

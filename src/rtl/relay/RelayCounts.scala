@@ -15,8 +15,8 @@ class RelayCounts extends Module {
   /** Something has happened. */
   val events = IO(Input(Vec(RelayCounter.Count, Bool())))
 
-  /** The word at this address of the registers is there in the next cycle; read by the host while `reads`. */
-  val address = IO(Input(UInt(6.W)))
+  /** This word of the registers is there in the next cycle; read by the host while `reads`. */
+  val address = IO(Input(UInt(4.W)))
   val reads   = IO(Input(Bool()))
   val data    = IO(Output(UInt(32.W)))
 
@@ -49,7 +49,7 @@ class RelayCounts extends Module {
   private val merged = Cat((0 until 4).reverse.map { i =>
     Mux(at(1, 0) === i.U, sum(7, 0), Lanes.byte(old, i))
   })
-  ram.io.readAddress  := Mux(reads, address(5, 2), place(6, 3))
+  ram.io.readAddress  := Mux(reads, address, place(6, 3))
   ram.io.write        := adding || !isClear
   ram.io.writeAddress := Mux(isClear, at(6, 3), clearing)
   ram.io.writeData    := Mux(isClear, Mux(isAll, sum, merged), 0.U)

@@ -143,7 +143,7 @@ class RelayMode(p: CanParams) extends Module {
   front.conflict := own.conflict
   front.address  := links.address
   front.counted  := counts.data
-  counts.address := host.addr
+  counts.address := host.addr(5, 2)
   counts.reads   := front.reads
   irq            := front.irq
 

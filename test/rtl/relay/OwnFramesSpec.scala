@@ -31,7 +31,7 @@ class OwnFramesSpec extends AnyFlatSpec {
     def comes(header: LinkHeader): Unit = homes += header.copy(hops = random.nextInt(255))
 
     private def header(): Option[LinkHeader] = random.nextInt(40) match {
-      case 0 if random.nextBoolean() =>
+      case 0 =>
         Some(LinkHeader(random.nextInt(3), random.nextInt(2), Own, random.nextInt(1 << 14), 9))
       case 1 | 2               => homes.headOption // and once more
       case _ if homes.nonEmpty => Some(homes.dequeue())
