@@ -44,9 +44,10 @@ class RingNode(p: EscParams) extends Module with RequireAsyncReset {
   val hostPins: Bundle   = connection.pins
   val irq                = IO(Output(Bool()))
 
-  private val time  = Module(new NodeTime(p.coreClockMhz))
-  private val ring  = Module(new RingPorts(p.fibre, p.nodeIdWidth, p.hasRelay))
-  private val cans  = Seq.tabulate(p.canPorts)(n => Module(new CanPort(p.can, n, p.hasRelay && n == 0)))
+  private val time = Module(new NodeTime(p.coreClockMhz))
+  private val ring = Module(new RingPorts(p.fibre, p.nodeIdWidth, p.hasRelay))
+  private val cans =
+    Seq.tabulate(p.canPorts)(n => Module(new CanPort(p.can, n, p.hasRelay && n == 0, isTolerant = n > 0)))
   private val relay = Option.when(p.hasRelay)(Module(new RelayMode(p.can)))
   private val node  = Module(new NodeHost(p))
   private val wide  = Module(new WideHost(p.lanes))

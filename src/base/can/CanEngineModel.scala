@@ -31,9 +31,16 @@ trait CanModes {
   *
   * @param time
   *   us counter
+  * @param isTolerant
+  *   a recessive FDF is a protocol exception (CAN-08), else a form error (FB-11)
   */
-class CanEngineModel(frames: CanFrames, modes: CanModes, records: CanRecords, time: () => Int)
-    extends BitStream {
+class CanEngineModel(
+    frames: CanFrames,
+    modes: CanModes,
+    records: CanRecords,
+    time: () => Int,
+    isTolerant: Boolean = true
+) extends BitStream {
   import CanField._
   private val confinement = new ConfinementModel
   private val reader      = new FrameReaderModel
@@ -162,8 +169,8 @@ class CanEngineModel(frames: CanFrames, modes: CanModes, records: CanRecords, ti
     if (field == Sof) stamp = time()
     stuffing.take(heard)
     val isCan2 = reader.take(heard)
-    go(reader.field, reader.bit)
-    if (!isCan2) {
+    if (isCan2 || isTolerant) go(reader.field, reader.bit) else error(CanError.Form)
+    if (!isCan2 && isTolerant) {
       takeNoPart()
       count.clear()
       go(Integrating)

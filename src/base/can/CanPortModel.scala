@@ -7,8 +7,10 @@ import flyframe.registers.CanRegisters
   *
   * @param port
   *   0: F, 1: T
+  * @param isTolerant
+  *   a recessive FDF is a protocol exception (CAN-08); on the ring it is a form error (FB-11)
   */
-class CanPortModel(p: CanParams = CanParams(), port: Int = 0)
+class CanPortModel(p: CanParams = CanParams(), port: Int = 0, isTolerant: Boolean = true)
     extends CanUnderTest
     with CanFrames
     with CanModes {
@@ -19,7 +21,7 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0)
   private val filter0 = CanRegisters.FilterStarts(port)
   private val memory  = new CanMemoryModel(CanRegisters(port, p))
   private val records = new CanRecords
-  private val engine  = new CanEngineModel(this, this, records, () => time)
+  private val engine  = new CanEngineModel(this, this, records, () => time, isTolerant)
   private val fifo    = new CanFifoModel(p.rxFrames)
   private val slots   = new CanSlotsModel(p.slots, inSlot, p.offerCycles)
   private val filters = new CanFiltersModel(p.filters, filterWords)

@@ -1,7 +1,7 @@
 package flyframe.fibre
 
 /** Bus mode of a node: what passes between its two ports and its own controller, and where the ring is open
-  * (FR-15, FR-20 to FR-22, FR-30 to FR-37, FB-05, FB-06, FB-08, FB-09, FB-11). A level is true for recessive.
+  * (FR-15, FR-20 to FR-22, FR-30 to FR-37, FB-05, FB-06, FB-08, FB-09). A level is true for recessive.
   */
 class BusModeModel {
   private var up1       = false // as the node has taken it up
@@ -19,7 +19,6 @@ class BusModeModel {
   private val together  = new HoldModel(12)
   private var isWaiting = false
   private var waited    = 0     // T
-  private var mark      = 0     // T left, and one, of the dominance that tells of closing
   private var latch     = 0     // T of dominance in mode 1
 
   /** Times that the guard closed the ring, and that a latch made the node guard; 8 bits, stop at 255. */
@@ -46,7 +45,7 @@ class BusModeModel {
 
   private def heard1              = r1 || stuck1.isStuck
   private def heard2              = r2 || stuck2.isStuck
-  private def own(drive: Boolean) = (drive || cut.isStuck) && (mark == 0 || mode != 1)
+  private def own(drive: Boolean) = drive || cut.isStuck
 
   /** What the own controller hears when it sends `drive`. */
   def bus(drive: Boolean): Boolean = mode match {
@@ -81,7 +80,6 @@ class BusModeModel {
     val inMode1            = forced == 0 && up1 && up2 && !guard
     differ.step(guard && heard != heard2, ends(1))
     together.step(guard && !heard && !heard2, ends(1))
-    if (!inMode1) mark = 0 else if (bit && mark > 0) mark -= 1
     val isLatched = latch > 40 + 2 * address
     if (!inMode1 || heard) latch = 0 else if (bit) latch += 1
 
@@ -118,12 +116,5 @@ class BusModeModel {
     else if (home || waited > 2 * (address % 8)) {
       closings = 255 min closings + 1
       open(false)
-      mark = BusModeModel.Mark + 1
     } else if (bit) waited += 1
-}
-
-object BusModeModel {
-
-  /** T of the dominance behind a closing (FB-11). */
-  private val Mark = 7
 }

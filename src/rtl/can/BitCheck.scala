@@ -24,8 +24,12 @@ class BitVerdict extends Bundle {
   val stuffInArbitration = Bool()
 }
 
-/** Compares a bit as it was heard with what it should be (CAN-20, CB-05). Combinational. */
-class BitCheck extends Module {
+/** Compares a bit as it was heard with what it should be (CAN-20, CB-05). Combinational.
+  *
+  * @param isTolerant
+  *   a recessive FDF is a protocol exception (CAN-08), else a form error (FB-11)
+  */
+class BitCheck(isTolerant: Boolean = true) extends Module {
   import CanField._
 
   val place = IO(Input(new BitPlace))
@@ -75,9 +79,11 @@ class BitCheck extends Module {
       }
     }.elsewhen(heard === run.level) { error(CanError.Stuff) }
   }.elsewhen(place.isStuffed) {
-    verdict.lost      := sender && place.isArbitration && overwritten
-    verdict.exception := !sender && place.is(Fdf) && heard
+    verdict.lost := sender && place.isArbitration && overwritten
     when(sender && wrong && !verdict.lost) { error(CanError.Bit) }
+    when(!sender && place.is(Fdf) && heard) {
+      if (isTolerant) verdict.exception := true.B else error(CanError.Form)
+    }
   }.otherwise {
     switch(place.field) {
       is(CrcDelimiter.U) { when(!heard) { error(CanError.Form) } }

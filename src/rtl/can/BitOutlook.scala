@@ -56,7 +56,7 @@ class BitMeaning extends Bundle {
   * but to choose. `meaning` is right two cycles behind the last change of `state`, its verdict and place one;
   * bits are long enough for that (CB-15).
   */
-class BitOutlook(heard: Boolean) extends Module {
+class BitOutlook(heard: Boolean, isTolerant: Boolean = true) extends Module {
   import CanField._
 
   val state   = IO(Input(new BitState))
@@ -65,7 +65,7 @@ class BitOutlook(heard: Boolean) extends Module {
   private val s     = state
   private val level = heard.B
   private val more  = s.run.and(level)
-  private val check = Module(new BitCheck)
+  private val check = Module(new BitCheck(isTolerant))
   check.place         := s.place
   check.heard         := level
   check.sent          := s.sent

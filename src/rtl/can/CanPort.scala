@@ -67,8 +67,10 @@ class RelaySide(p: CanParams) extends Bundle {
   *   0 or 1: whose addresses its registers have
   * @param hasRelay
   *   relay mode uses it, too
+  * @param isTolerant
+  *   a recessive FDF is a protocol exception (CAN-08); on the ring it is a form error (FB-11)
   */
-class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false) extends Module {
+class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Boolean = true) extends Module {
 
   /** Levels, true for recessive: of the bus, in the clock of this module, and what is driven. */
   val rx = IO(Input(Bool()))
@@ -90,7 +92,7 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false) extends Module
   private def relayed[T <: Data](own: T)(of: RelaySide => T): T = relay.fold(own)(r => Mux(r.on, of(r), own))
 
   private val timing   = Module(new BitTiming)
-  private val engine   = Module(new ProtocolEngine)
+  private val engine   = Module(new ProtocolEngine(isTolerant = isTolerant))
   private val shift    = Module(new FrameShift)
   private val order    = Module(new SlotOrder(p))
   private val states   = Module(new SlotStates(p, hasRelay))

@@ -78,8 +78,10 @@ class FrameBits extends Bundle {
   *
   * @param firstTec
   *   TEC at the beginning; 0 but in proofs
+  * @param isTolerant
+  *   a recessive FDF is a protocol exception (CAN-08), else a form error (FB-11)
   */
-class ProtocolEngine(firstTec: Int = 0) extends Module {
+class ProtocolEngine(firstTec: Int = 0, isTolerant: Boolean = true) extends Module {
   import CanField._
 
   val mode = IO(Input(new EngineMode))
@@ -153,8 +155,8 @@ class ProtocolEngine(firstTec: Int = 0) extends Module {
   private val isStuff   = RegNext(run.isFull && (place.isStuffed || place.is(CrcDelimiter)), false.B)
   private val counters  = Module(new Confinement(firstTec))
   private val state     = Wire(new BitState)
-  private val dominant  = Module(new BitOutlook(heard = false))
-  private val recessive = Module(new BitOutlook(heard = true))
+  private val dominant  = Module(new BitOutlook(heard = false, isTolerant))
+  private val recessive = Module(new BitOutlook(heard = true, isTolerant))
   state.place         := place
   state.sent          := ownLevel
   state.sender        := sender

@@ -68,7 +68,7 @@ class BusMode extends Module {
   private val isThree  = Mux(isForced, forced === 3.U, !isUp(0) && isUp(1))
   private val isOne    = !isTwo && !isThree
 
-  private val own   = (drive || stuckOwn.stuck) && !(ringGuard.marks && isOne)
+  private val own   = drive || stuckOwn.stuck
   private val heard = VecInit.tabulate(2)(n => r(n) || stuckPorts(n).stuck)
   bus     := own && (isThree || heard(0)) && (isTwo || heard(1))
   send(0) := isThree || (own && (isTwo || heard(1)))

@@ -2,7 +2,7 @@ package flyframe.fibre
 
 import chisel3._
 
-/** Whether a node is guard: the ring is open there (FR-30 to FR-36, FB-05, FB-06, FB-09, FB-11). */
+/** Whether a node is guard: the ring is open there (FR-30 to FR-36, FB-05, FB-06, FB-09). */
 class Guard extends Module {
 
   /** What the host has set. */
@@ -22,9 +22,6 @@ class Guard extends Module {
 
   val guard = IO(Output(Bool()))
 
-  /** The node is dominant, as it has closed the ring. */
-  val marks = IO(Output(Bool()))
-
   /** It closes the ring; it finds a latch: one cycle each. */
   val closes = IO(Output(Bool()))
   val latch  = IO(Output(Bool()))
@@ -32,7 +29,6 @@ class Guard extends Module {
   // Reset: nobody is guard. A guard's ports are up.
   private val isGuard   = RegInit(false.B)
   private val isWaiting = RegInit(false.B) // to close, as guard; what begins and what ends it last 1.5 T
-  private val isMarking = RegInit(false.B)
   private val wasUp2    = RegInit(false.B) // port 2 has been up
   when(coming(1)) { wasUp2 := true.B }
 
@@ -44,7 +40,7 @@ class Guard extends Module {
   hold.holds  := isGuard && Mux(isWaiting, !bus && !heard2, bus =/= heard2)
   hold.eighth := ticks.eighth
 
-  // T, from -41 on in mode 1: of dominance, which the mark is a part of; and from -1 on while a guard waits.
+  // T: from -41 on of dominance in mode 1, and from -1 on while a guard waits.
   private val span   = Reg(UInt(9.W)) // no reset: it begins anew as long as nothing is counted
   private val counts = isWaiting || (inMode1 && !bus)
   private val wanted = Mux(isGuard, address(2, 0), address)
@@ -58,9 +54,6 @@ class Guard extends Module {
   private val atHome = home || (!up(1) && wasUp2)
   isGuard   := automatic && Mux(comes, atHome, (isGuard && !closes) || latch)
   isWaiting := automatic && isGuard && !closes && (isWaiting ^ hold.over)
-  when(closes) { isMarking := true.B }
-    .elsewhen(!inMode1 || (ticks.bit && span(3, 1).andR)) { isMarking := false.B }
 
   guard := isGuard
-  marks := isMarking
 }

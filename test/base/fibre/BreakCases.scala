@@ -121,6 +121,18 @@ abstract class BreakCases extends AnyFlatSpec {
     }
   }
 
+  // There the guard alone hears another link from that bit on: FDF, of a frame that it is in the middle of.
+  for (isHome <- Seq(true, false))
+    s"FB-11: a break beside a guard${if (isHome) " at home" else ""}, in a bit that looks like FD" should
+      "lose nothing" in {
+        for (at <- Seq(15.7, 15.8, 15.9)) ready(isHome, if (isHome) 2 else 8) { r =>
+          assert(
+            breaks(r, Seq(4), Nodes - 1, at, mayWait = false, s"at the guard's port 1, bit $at") == 0,
+            at
+          )
+        }
+      }
+
   "FR-35, FR-34: a second break" should "leave two working pieces, and its mend one" in
     ready(home = true, first = 2) { r =>
       /** Each of the senders' frames comes to all of its piece and to nobody else, without an error. */

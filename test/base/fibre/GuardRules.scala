@@ -173,17 +173,4 @@ abstract class GuardRules extends FibreCases {
     ring.runUs(200)
     assert(ring.nodes.indices.forall(!ring.bus(_)))
   }
-
-  "FB-11: a guard that closes" should "be dominant for 7 T, to both sides" in ring(4) { ring =>
-    ring.cut(1)
-    ring.runUs(10)
-    val levels = ring.nodes.indices.map(n => new Scope(ring, () => ring.bus(n)))
-    pulse(ring, 3, 1.9)
-    ring.runUs(15)
-    for (n <- 0 to 1) {
-      val Seq(length) = levels(n).pulses.takeRight(1)
-      assert(levels(n).changes.last._2 && length > 6700 && length < 9000, s"node $n: ${levels(n).changes}")
-    }
-    assert(ring.nodes.indices.forall(ring.bus))
-  }
 }

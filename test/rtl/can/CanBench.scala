@@ -9,7 +9,7 @@ import flyframe.params.CanParams
 /** A port with what a bench does in each core cycle, in hardware: calls into the simulation take far longer
   * than the simulation itself, so that any time in which the others do nothing new is one.
   */
-class PortUnderTest(p: CanParams) extends Module {
+class PortUnderTest(p: CanParams, isTolerant: Boolean = true) extends Module {
 
   /** The others are recessive; what they drive is heard whatever the port drives. */
   val others = IO(Input(Bool()))
@@ -42,7 +42,7 @@ class PortUnderTest(p: CanParams) extends Module {
   val rdata   = IO(Output(UInt(32.W)))
   val idle    = IO(Output(Bool()))
 
-  private val port = Module(new CanPort(p, 0))
+  private val port = Module(new CanPort(p, 0, isTolerant = isTolerant))
   port.rx := others && (forced || port.tx)
   driven  := port.tx
 
@@ -238,10 +238,12 @@ class RtlPort(dut: PortUnderTest) extends CanUnderTest {
 /** One simulation of a port for all suites that need one. */
 object CanSimulation {
   private val simulation = new StandingSimulation(new PortUnderTest(CanParams()), this, "port")
+  private val onRing =
+    new StandingSimulation(new PortUnderTest(CanParams(), isTolerant = false), this, "port on the ring")
 
   /** Runs `body` with a port fresh out of reset, which is the end of the one before: within a body, too. */
-  def apply(p: CanParams)(body: CanUnderTest => Unit): Unit = {
+  def apply(p: CanParams, isTolerant: Boolean = true)(body: CanUnderTest => Unit): Unit = {
     require(p == CanParams(), s"the parameters are $p but must be ${CanParams()}.")
-    simulation(dut => body(new RtlPort(dut)))
+    (if (isTolerant) simulation else onRing) (dut => body(new RtlPort(dut)))
   }
 }

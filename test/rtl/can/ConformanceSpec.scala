@@ -18,6 +18,11 @@ class PassiveSenderSpec   extends PassiveSenderCases with OnRtl
 class TecSpec             extends TecCases with OnRtl
 class SenderTimingSpec    extends SenderTimingCases with OnRtl
 
+class RingPortSpec extends RingPortRules {
+  protected def withDevice(p: CanParams)(body: CanUnderTest => Unit): Unit =
+    CanSimulation(p, isTolerant = false)(body)
+}
+
 class ErrorRulesSpec     extends ErrorRules with OnRtl
 class FrameRulesSpec     extends FrameRules with OnRtl
 class ReceptionRulesSpec extends ReceptionRules with OnRtl

@@ -31,6 +31,7 @@ abstract class SeparationProof(secret: Int) extends Module {
     node.forced                     := forced
     node.address                    := address
     node.ticks                      := ticks
+    node.rests                      := false.B
     if (isOther) node.level(secret) := other
     node
   }

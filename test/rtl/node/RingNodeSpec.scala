@@ -19,7 +19,7 @@ class RingNodeSpec extends AnyFlatSpec with ChiselScalatestTester {
   private class Ring(dut: RingNode, lanes: Int) {
     val rtl            = new RtlRingNode(dut, lanes)
     private val models = Seq.fill(2)(new RingPortsModel(preset.fibre))
-    private val cans   = Seq.fill(2)(new CanPortModel(preset.can))
+    private val cans   = Seq.fill(2)(new CanPortModel(preset.can, isTolerant = false))
     val bench =
       new RingBench(preset.fibre, (rtl +: models).toIndexedSeq, Seq.fill(3)(40000L), Seq.fill(3)(10000L))
     val hosts = cans.map(new LowerTester(_, rate))

@@ -17,7 +17,7 @@ class ShortNode(p: EscParams) extends Module {
 
   private val fibre    = p.fibre.copy(usPerMs = 1)
   private val ring     = Module(new RingPorts(fibre, p.nodeIdWidth))
-  private val can      = Module(new CanPort(p.can, 0))
+  private val can      = Module(new CanPort(p.can, 0, isTolerant = false))
   private val ticks    = Module(new TimeQuanta)
   private val fraction = RegInit(0.U(log2Ceil(p.coreClockMhz).W))
   private val us       = fraction === (p.coreClockMhz - 1).U

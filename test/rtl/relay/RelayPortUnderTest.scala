@@ -18,7 +18,7 @@ class RelayPortUnderTest(p: CanParams) extends Module {
   val irq   = IO(Output(Bool()))
 
   private val relay = Module(new RelayMode(p))
-  private val port  = Module(new CanPort(p, 0, hasRelay = true))
+  private val port  = Module(new CanPort(p, 0, hasRelay = true, isTolerant = false))
   private val ring  = Module(new RingHost(7))
   private val time  = Module(new NodeTime(p.coreClockMhz))
 

@@ -19,6 +19,11 @@ class PassiveSenderModelSpec   extends PassiveSenderCases with OnModel
 class TecModelSpec             extends TecCases with OnModel
 class SenderTimingModelSpec    extends SenderTimingCases with OnModel
 
+class RingPortModelSpec extends RingPortRules {
+  protected def withDevice(p: CanParams)(body: CanUnderTest => Unit): Unit =
+    body(new CanPortModel(p, isTolerant = false))
+}
+
 class TimingRulesModelSpec    extends TimingRules with OnModel
 class FrameRulesModelSpec     extends FrameRules with OnModel
 class ErrorRulesModelSpec     extends ErrorRules with OnModel

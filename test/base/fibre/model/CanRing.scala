@@ -25,8 +25,9 @@ class CanRing(
 ) extends CanOnRing {
   private val p      = FibreParams(coreClockMhz = coreClockMhz, usPerMs = 1)
   private val period = 1000000L / coreClockMhz
-  private val cans   = Seq.fill(count)(new CanPortModel(CanParams(coreClockMhz = coreClockMhz)))
-  val rate: Rate     = Rate("25 tq", prescaler, BitSetting(tseg1 = 21, tseg2 = 3, sjw = 3))
+  private val cans =
+    Seq.fill(count)(new CanPortModel(CanParams(coreClockMhz = coreClockMhz), isTolerant = false))
+  val rate: Rate = Rate("25 tq", prescaler, BitSetting(tseg1 = 21, tseg2 = 3, sjw = 3))
 
   /** Bit time in us. */
   val bit: Double = rate.bitCycles.toDouble / coreClockMhz
