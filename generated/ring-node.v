@@ -416,7 +416,6 @@ module Guard(
   input        ticks_eighth,
   input        ticks_bit,
   output       guard,
-  output       marks,
   output       closes,
   output       latch
 );
@@ -425,7 +424,6 @@ module Guard(
   wire       _hold_over;
   reg        isGuard;
   reg        isWaiting;
-  reg        isMarking;
   reg        wasUp2;
   wire       automatic_0 = ~forced & coming_0 & coming_1;
   wire       inMode1 = ~forced & up_0 & up_1 & ~isGuard;
@@ -437,13 +435,11 @@ module Guard(
     if (reset) begin
       isGuard <= 1'h0;
       isWaiting <= 1'h0;
-      isMarking <= 1'h0;
       wasUp2 <= 1'h0;
     end
     else begin
       isGuard <= automatic_0 & (up_0 & up_1 ? isGuard & ~_closes_output | _latch_output : home | ~up_1 & wasUp2);
       isWaiting <= automatic_0 & isGuard & ~_closes_output & (isWaiting ^ _hold_over);
-      isMarking <= _closes_output | ~(~inMode1 | ticks_bit & (&(span[3:1]))) & isMarking;
       wasUp2 <= coming_1 | wasUp2;
     end
   end // always @(posedge, posedge)
@@ -474,7 +470,6 @@ module Guard(
     .over   (_hold_over)
   );
   assign guard = isGuard;
-  assign marks = isMarking;
   assign closes = _closes_output;
   assign latch = _latch_output;
 endmodule
@@ -586,15 +581,13 @@ module BusMode(
   wire _stuckPorts_0_stuck;
   wire _ringGuard_forced;
   wire _ringGuard_guard;
-  wire _ringGuard_marks;
   reg  isUp_0;
   reg  isUp_1;
   reg  r_0;
   reg  r_1;
   wire isTwo = (|forced) ? forced == 2'h2 : isUp_0 == isUp_1 ? _ringGuard_guard : isUp_0;
   wire isThree = (|forced) ? (&forced) : ~isUp_0 & isUp_1;
-  wire isOne = ~isTwo & ~isThree;
-  wire own = (drive | _stuckOwn_stuck) & ~(_ringGuard_marks & isOne);
+  wire own = drive | _stuckOwn_stuck;
   wire heard_1 = r_1 | _stuckPorts_1_stuck;
   wire _send_1_T = isThree | r_0 | _stuckPorts_0_stuck;
   wire _send_0_T = isTwo | heard_1;
@@ -629,7 +622,6 @@ module BusMode(
     .ticks_eighth (ticks_eighth),
     .ticks_bit    (ticks_bit),
     .guard        (_ringGuard_guard),
-    .marks        (_ringGuard_marks),
     .closes       (report_closes),
     .latch        (report_latch)
   );
@@ -660,7 +652,7 @@ module BusMode(
   assign bus = _bus_output;
   assign send_0 = isThree | own & _send_0_T;
   assign send_1 = isTwo | own & _send_1_T;
-  assign report_mode = {isThree | isTwo, isThree | isOne};
+  assign report_mode = {isThree | isTwo, isThree | ~isTwo & ~isThree};
   assign report_guard = _ringGuard_guard;
   assign report_alone = ~isUp_0 & ~isUp_1;
   assign report_cutOff = _stuckOwn_stuck;
@@ -1285,7 +1277,6 @@ module BitCheck(
   output       verdict_inFlag,
   output       verdict_lost,
   output       verdict_overload,
-  output       verdict_exception,
   output       verdict_stuffInArbitration
 );
 
@@ -1302,51 +1293,51 @@ module BitCheck(
   wire       _verdict_lost_output =
     ~isStuff & _GEN_0 & sender & (|(place_field[4:1])) & place_field < 5'h7 & overwritten;
   wire       _GEN_1 = sender & wrong & ~_verdict_lost_output;
-  wire       _GEN_2 = place_field == 5'hB;
-  wire [2:0] _GEN_3 = heard ? 3'h0 : 3'h3;
-  wire       _GEN_4 = place_field == 5'hC;
-  wire       _GEN_5 = ~sent & heard;
-  wire       _GEN_6 = sender & heard;
-  wire       _GEN_7 = place_field == 5'hD;
-  wire       _GEN_8 = ~sender & crcIsWrong;
-  wire       _GEN_9 = place_field == 5'hE;
-  wire       _GEN_10 = place_bit == 5'h6 & ~sender;
-  wire       _GEN_11 = place_field == 5'hF;
-  wire       _GEN_12 = place_field == 5'h11 | place_field == 5'h14;
-  wire       _GEN_13 = inOwnFlag & heard;
-  wire       _GEN_14 = (place_field == 5'h13 | place_field == 5'h15) & ~heard;
+  wire       _GEN_2 = ~sender & place_field == 5'h7 & heard;
+  wire       _GEN_3 = place_field == 5'hB;
+  wire [2:0] _GEN_4 = heard ? 3'h0 : 3'h3;
+  wire       _GEN_5 = place_field == 5'hC;
+  wire       _GEN_6 = ~sent & heard;
+  wire       _GEN_7 = sender & heard;
+  wire       _GEN_8 = place_field == 5'hD;
+  wire       _GEN_9 = ~sender & crcIsWrong;
+  wire       _GEN_10 = place_field == 5'hE;
+  wire       _GEN_11 = place_bit == 5'h6 & ~sender;
+  wire       _GEN_12 = place_field == 5'hF;
+  wire       _GEN_13 = place_field == 5'h11 | place_field == 5'h14;
+  wire       _GEN_14 = inOwnFlag & heard;
+  wire       _GEN_15 = (place_field == 5'h13 | place_field == 5'h15) & ~heard;
   assign verdict_error =
     isStuff
       ? (sender ? wrong : _GEN)
       : _GEN_0
-          ? _GEN_1
-          : _GEN_2
+          ? _GEN_2 | _GEN_1
+          : _GEN_3
               ? ~heard
-              : _GEN_4
-                  ? _GEN_5 | _GEN_6
-                  : _GEN_7
-                      ? _GEN_8 | ~heard
-                      : _GEN_9 ? ~heard & ~_GEN_10 : ~_GEN_11 & (_GEN_12 ? _GEN_13 : _GEN_14 & ~isLastBit);
+              : _GEN_5
+                  ? _GEN_6 | _GEN_7
+                  : _GEN_8
+                      ? _GEN_9 | ~heard
+                      : _GEN_10 ? ~heard & ~_GEN_11 : ~_GEN_12 & (_GEN_13 ? _GEN_14 : _GEN_15 & ~isLastBit);
   assign verdict_kind =
     isStuff
       ? (sender ? (sent == heard ? 3'h0 : _verdict_stuffInArbitration_output ? 3'h2 : 3'h1) : {1'h0, _GEN, 1'h0})
       : _GEN_0
-          ? {2'h0, _GEN_1}
-          : _GEN_2
-              ? _GEN_3
-              : _GEN_4
-                  ? (_GEN_5 ? 3'h1 : _GEN_6 ? 3'h5 : 3'h0)
-                  : _GEN_7
-                      ? (_GEN_8 ? 3'h4 : _GEN_3)
-                      : _GEN_9
-                          ? (heard | _GEN_10 ? 3'h0 : 3'h3)
-                          : _GEN_11 ? 3'h0 : _GEN_12 ? {2'h0, _GEN_13} : ~_GEN_14 | isLastBit ? 3'h0 : 3'h3;
+          ? (_GEN_2 ? 3'h3 : {2'h0, _GEN_1})
+          : _GEN_3
+              ? _GEN_4
+              : _GEN_5
+                  ? (_GEN_6 ? 3'h1 : _GEN_7 ? 3'h5 : 3'h0)
+                  : _GEN_8
+                      ? (_GEN_9 ? 3'h4 : _GEN_4)
+                      : _GEN_10
+                          ? (heard | _GEN_11 ? 3'h0 : 3'h3)
+                          : _GEN_12 ? 3'h0 : _GEN_13 ? {2'h0, _GEN_14} : ~_GEN_15 | isLastBit ? 3'h0 : 3'h3;
   assign verdict_inFlag = inOwnFlag;
   assign verdict_lost = _verdict_lost_output;
   assign verdict_overload =
-    ~(isStuff | _GEN_0 | _GEN_2 | _GEN_4 | _GEN_7)
-    & (_GEN_9 ? ~heard & _GEN_10 : _GEN_11 ? ~heard & ~(place_bit[1]) : ~_GEN_12 & _GEN_14 & isLastBit);
-  assign verdict_exception = ~isStuff & _GEN_0 & ~sender & place_field == 5'h7 & heard;
+    ~(isStuff | _GEN_0 | _GEN_3 | _GEN_5 | _GEN_8)
+    & (_GEN_10 ? ~heard & _GEN_11 : _GEN_12 ? ~heard & ~(place_bit[1]) : ~_GEN_13 & _GEN_15 & isLastBit);
   assign verdict_stuffInArbitration = _verdict_stuffInArbitration_output;
 endmodule
 
@@ -1551,7 +1542,6 @@ module BitOutlook(
   output       meaning_verdict_inFlag,
   output       meaning_verdict_lost,
   output       meaning_verdict_overload,
-  output       meaning_verdict_exception,
   output       meaning_verdict_stuffInArbitration,
   output [4:0] meaning_next_field,
   output [4:0] meaning_next_bit,
@@ -1575,7 +1565,6 @@ module BitOutlook(
   wire       _check_verdict_inFlag;
   wire       _check_verdict_lost;
   wire       _check_verdict_overload;
-  wire       _check_verdict_exception;
   wire       _check_verdict_stuffInArbitration;
   wire [2:0] more_count = ~state_run_level & (|state_run_count) ? state_run_count + 3'h1 : 3'h1;
   reg        verdict_error;
@@ -1583,7 +1572,6 @@ module BitOutlook(
   reg        verdict_inFlag;
   reg        verdict_lost;
   reg        verdict_overload;
-  reg        verdict_exception;
   reg        verdict_stuffInArbitration;
   reg  [4:0] next_field;
   reg  [4:0] next_bit;
@@ -1601,7 +1589,6 @@ module BitOutlook(
     verdict_inFlag <= _check_verdict_inFlag;
     verdict_lost <= _check_verdict_lost;
     verdict_overload <= _check_verdict_overload;
-    verdict_exception <= _check_verdict_exception;
     verdict_stuffInArbitration <= _check_verdict_stuffInArbitration;
     next_field <= state_isStuff ? state_place_field : _walk_next_field;
     next_bit <= state_isStuff ? state_place_bit : _walk_next_bit;
@@ -1647,7 +1634,6 @@ module BitOutlook(
     .verdict_inFlag             (_check_verdict_inFlag),
     .verdict_lost               (_check_verdict_lost),
     .verdict_overload           (_check_verdict_overload),
-    .verdict_exception          (_check_verdict_exception),
     .verdict_stuffInArbitration (_check_verdict_stuffInArbitration)
   );
   assign _walk_suspends = state_sender & state_passive;
@@ -1673,7 +1659,6 @@ module BitOutlook(
   assign meaning_verdict_inFlag = verdict_inFlag;
   assign meaning_verdict_lost = verdict_lost;
   assign meaning_verdict_overload = verdict_overload;
-  assign meaning_verdict_exception = verdict_exception;
   assign meaning_verdict_stuffInArbitration = verdict_stuffInArbitration;
   assign meaning_next_field = next_field;
   assign meaning_next_bit = next_bit;
@@ -1711,7 +1696,6 @@ module BitOutlook_1(
   output       meaning_verdict_inFlag,
   output       meaning_verdict_lost,
   output       meaning_verdict_overload,
-  output       meaning_verdict_exception,
   output       meaning_verdict_stuffInArbitration,
   output [4:0] meaning_next_field,
   output [4:0] meaning_next_bit,
@@ -1735,7 +1719,6 @@ module BitOutlook_1(
   wire       _check_verdict_inFlag;
   wire       _check_verdict_lost;
   wire       _check_verdict_overload;
-  wire       _check_verdict_exception;
   wire       _check_verdict_stuffInArbitration;
   wire [2:0] more_count = state_run_level & (|state_run_count) ? state_run_count + 3'h1 : 3'h1;
   reg        verdict_error;
@@ -1743,7 +1726,6 @@ module BitOutlook_1(
   reg        verdict_inFlag;
   reg        verdict_lost;
   reg        verdict_overload;
-  reg        verdict_exception;
   reg        verdict_stuffInArbitration;
   reg  [4:0] next_field;
   reg  [4:0] next_bit;
@@ -1761,7 +1743,6 @@ module BitOutlook_1(
     verdict_inFlag <= _check_verdict_inFlag;
     verdict_lost <= _check_verdict_lost;
     verdict_overload <= _check_verdict_overload;
-    verdict_exception <= _check_verdict_exception;
     verdict_stuffInArbitration <= _check_verdict_stuffInArbitration;
     next_field <= state_isStuff ? state_place_field : _walk_next_field;
     next_bit <= state_isStuff ? state_place_bit : _walk_next_bit;
@@ -1808,7 +1789,6 @@ module BitOutlook_1(
     .verdict_inFlag             (_check_verdict_inFlag),
     .verdict_lost               (_check_verdict_lost),
     .verdict_overload           (_check_verdict_overload),
-    .verdict_exception          (_check_verdict_exception),
     .verdict_stuffInArbitration (_check_verdict_stuffInArbitration)
   );
   assign _walk_suspends = state_sender & state_passive;
@@ -1834,7 +1814,6 @@ module BitOutlook_1(
   assign meaning_verdict_inFlag = verdict_inFlag;
   assign meaning_verdict_lost = verdict_lost;
   assign meaning_verdict_overload = verdict_overload;
-  assign meaning_verdict_exception = verdict_exception;
   assign meaning_verdict_stuffInArbitration = verdict_stuffInArbitration;
   assign meaning_next_field = next_field;
   assign meaning_next_bit = next_bit;
@@ -1906,7 +1885,6 @@ module ProtocolEngine(
   wire        _recessive_meaning_verdict_inFlag;
   wire        _recessive_meaning_verdict_lost;
   wire        _recessive_meaning_verdict_overload;
-  wire        _recessive_meaning_verdict_exception;
   wire        _recessive_meaning_verdict_stuffInArbitration;
   wire [4:0]  _recessive_meaning_next_field;
   wire [4:0]  _recessive_meaning_next_bit;
@@ -1920,7 +1898,6 @@ module ProtocolEngine(
   wire        _dominant_meaning_verdict_inFlag;
   wire        _dominant_meaning_verdict_lost;
   wire        _dominant_meaning_verdict_overload;
-  wire        _dominant_meaning_verdict_exception;
   wire        _dominant_meaning_verdict_stuffInArbitration;
   wire [4:0]  _dominant_meaning_next_field;
   wire [4:0]  _dominant_meaning_next_bit;
@@ -1989,6 +1966,7 @@ module ProtocolEngine(
   wire        inBusOff = place_field == 5'h17;
   wire        isEleven = inBusOff & sampled & heard & place_bit == 5'hA;
   wire        recovered = isEleven & (&elevens);
+  wire        _GEN = meaning_verdict_error | meaning_verdict_overload;
   wire        _events_stamps_T = place_field == 5'h0;
   wire        _events_stamps_T_1 = place_field == 5'h10;
   wire        _events_stamps_T_3 = place_field == 5'hF;
@@ -2004,17 +1982,15 @@ module ProtocolEngine(
     & offer_valid & maySend;
   wire        joins = bitEnds & joinNext & offer_valid & maySend & ~_counters_passive;
   reg         comes;
-  wire        _GEN = bitEnds & begins;
-  wire        _GEN_0 = bitEnds & (begins | joins);
+  wire        _GEN_0 = bitEnds & begins;
+  wire        _GEN_1 = bitEnds & (begins | joins);
   wire        _events_error_bits_field_T = place_field == 5'h18;
   wire        _bits_passes_output =
     ~isStuff & ((|(place_field[4:1])) & place_field < 5'h7 | _events_error_bits_field_T);
-  wire        meaning_verdict_exception =
-    heard ? _recessive_meaning_verdict_exception : _dominant_meaning_verdict_exception;
   wire [4:0]  meaning_next_bit = heard ? _recessive_meaning_next_bit : _dominant_meaning_next_bit;
   wire        meaning_level = heard ? _recessive_meaning_level : _dominant_meaning_level;
   wire [4:0]  _next_T_field = meaning_level ? 5'h12 : 5'h11;
-  wire        _GEN_1 = ~inBusOff | recovers | mode_recoverItself;
+  wire        _GEN_2 = ~inBusOff | recovers | mode_recoverItself;
   wire [4:0]  next_field =
     sampled
       ? (recovered
@@ -2023,19 +1999,15 @@ module ProtocolEngine(
                ? 5'h17
                : meaning_verdict_error
                    ? _next_T_field
-                   : meaning_verdict_overload
-                       ? 5'h14
-                       : meaning_verdict_exception ? 5'h16 : _GEN_1 ? meaning_next_field : place_field)
+                   : meaning_verdict_overload ? 5'h14 : _GEN_2 ? meaning_next_field : place_field)
       : place_field;
-  wire        _GEN_2 =
-    recovered | goesOff | meaning_verdict_error | meaning_verdict_overload | meaning_verdict_exception;
+  wire        _GEN_3 = recovered | goesOff | _GEN;
   wire        _hardBit_T_2 = next_field == 5'h16;
   wire        _hardBit_T_3 = next_field == 5'h17;
-  wire        _GEN_3 = restarts & (_hardBit_T_2 | _hardBit_T_3);
-  wire        _GEN_4 = meaning_verdict_exception | goesOff;
+  wire        _GEN_4 = restarts & (_hardBit_T_2 | _hardBit_T_3);
   wire        levelNext = sampled ? meaning_level : comes;
   wire        levelNow = bitEnds ? (joins ? offer_firstBit : ~begins & levelNext) : ownLevel;
-  wire        _GEN_5 = ~mode_run | _GEN;
+  wire        _GEN_5 = ~mode_run | _GEN_0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       place_field <= 5'h0;
@@ -2056,7 +2028,7 @@ module ProtocolEngine(
     end
     else begin
       if (mode_run) begin
-        if (_GEN)
+        if (_GEN_0)
           place_field <= 5'h1;
         else if (sampled) begin
           if (recovered)
@@ -2067,9 +2039,7 @@ module ProtocolEngine(
             place_field <= _next_T_field;
           else if (meaning_verdict_overload)
             place_field <= 5'h14;
-          else if (meaning_verdict_exception)
-            place_field <= 5'h16;
-          else if (_GEN_1)
+          else if (_GEN_2)
             place_field <= meaning_next_field;
         end
         if (isEleven)
@@ -2079,27 +2049,27 @@ module ProtocolEngine(
         place_field <= {4'hB, _counters_busOffNext};
         elevens <= 7'h0;
       end
-      if (_GEN_5 | _GEN_3)
+      if (_GEN_5 | _GEN_4)
         place_bit <= 5'h0;
       else if (sampled) begin
-        if (_GEN_2)
+        if (_GEN_3)
           place_bit <= 5'h0;
-        else if (_GEN_1)
+        else if (_GEN_2)
           place_bit <= meaning_next_bit;
       end
       if (_GEN_5)
         place_byte <= 3'h0;
       else if (sampled) begin
-        if (_GEN_2)
+        if (_GEN_3)
           place_byte <= 3'h0;
-        else if (_GEN_1)
+        else if (_GEN_2)
           place_byte <= heard ? _recessive_meaning_next_byte : _dominant_meaning_next_byte;
       end
-      sender <= mode_run & (_GEN_0 | (sampled ? ~_GEN_4 & senderNext : sender));
+      sender <= mode_run & (_GEN_1 | (sampled ? ~goesOff & senderNext : sender));
       receiver <=
-        ~(~mode_run | _GEN_0)
-        & (sampled ? ~_GEN_4 & (isOver ? ~heard : startsOther | meaning_verdict_lost | receiver) : receiver);
-      attempts <= mode_run & (_GEN_0 | ~(sampled & (meaning_verdict_error | meaning_verdict_lost | sent)) & attempts);
+        ~(~mode_run | _GEN_1)
+        & (sampled ? ~goesOff & (isOver ? ~heard : startsOther | meaning_verdict_lost | receiver) : receiver);
+      attempts <= mode_run & (_GEN_1 | ~(sampled & (meaning_verdict_error | meaning_verdict_lost | sent)) & attempts);
       mayJoin <= mode_run & joinNext & ~bitEnds;
       recovers <= ~recovered & (recover & _counters_busOff | recovers);
       sampled <= sample_valid;
@@ -2110,7 +2080,7 @@ module ProtocolEngine(
         | (bitEnds
              ? ~begins
                & (next_field == 5'h0 | next_field == 5'h10 | _hardBit_T_2 | _hardBit_T_3 | next_field == 5'hF
-                  & (|(_GEN_3 ? 5'h0 : sampled ? (_GEN_2 ? 5'h0 : _GEN_1 ? meaning_next_bit : place_bit) : place_bit)))
+                  & (|(_GEN_4 ? 5'h0 : sampled ? (_GEN_3 ? 5'h0 : _GEN_2 ? meaning_next_bit : place_bit) : place_bit)))
              : hardBit);
       isStuff <= run_count == 3'h5 & ((|place_field) & _isStuff_T_2 | (&(place_field[4:3])) | place_field == 5'hB);
       comes <= ~mode_run | levelNext;
@@ -2119,25 +2089,24 @@ module ProtocolEngine(
   wire        _more_next_count_T_2 = heard == run_level & (|run_count);
   wire [2:0]  _runNext_count_T = run_count + 3'h1;
   wire        flagOver = (_more_next_count_T_2 ? _runNext_count_T : 3'h1) == 3'h6;
-  wire        _GEN_6 = meaning_verdict_error | meaning_verdict_overload;
-  wire        _GEN_7 = (|place_field) & _isStuff_T_2 | (&(place_field[4:3])) | isStuff;
+  wire        _GEN_6 = (|place_field) & _isStuff_T_2 | (&(place_field[4:3])) | isStuff;
   always @(posedge clock) begin
     run_level <=
-      ~_GEN
+      ~_GEN_0
       & (sampled
-           ? ~(_GEN_6 | startsOther) & (_GEN_7 ? heard : inPassiveFlag ? ~flagOver & heard : run_level)
+           ? ~(_GEN | startsOther) & (_GEN_6 ? heard : inPassiveFlag ? ~flagOver & heard : run_level)
            : run_level);
-    if (_GEN) begin
+    if (_GEN_0) begin
       run_count <= 3'h0;
       crc <= 15'h0;
     end
     else begin
       if (sampled) begin
-        if (_GEN_6)
+        if (_GEN)
           run_count <= 3'h0;
         else if (startsOther)
           run_count <= 3'h1;
-        else if (_GEN_7) begin
+        else if (_GEN_6) begin
           if (_more_next_count_T_2)
             run_count <= _runNext_count_T;
           else
@@ -2154,11 +2123,11 @@ module ProtocolEngine(
         else if (isBehindFlag)
           run_count <= _runNext_count_T;
       end
-      if (~sampled | _GEN_6) begin
+      if (~sampled | _GEN) begin
       end
       else if (startsOther)
         crc <= 15'h0;
-      else if (_GEN_7 & ~isStuff)
+      else if (_GEN_6 & ~isStuff)
         crc <= {crc[13:0], 1'h0} ^ (crc[14] ^ heard ? 15'h4599 : 15'h0);
     end
     if (sampled)
@@ -2169,7 +2138,7 @@ module ProtocolEngine(
       dlc <= ownDlc_bits;
     else if (sampled & ~isStuff & place_field == 5'h9)
       dlc <= {dlc[2:0], heard};
-    ackWaits <= ~_GEN_0 & (sampled ? ~ackCounts & (meaning_verdict_error ? postpones : ackWaits) : ackWaits);
+    ackWaits <= ~_GEN_1 & (sampled ? ~ackCounts & (meaning_verdict_error ? postpones : ackWaits) : ackWaits);
     heard <= sample_bits;
     crcWrong <= |crc;
     mayCount <= maySend;
@@ -2236,7 +2205,6 @@ module ProtocolEngine(
     .meaning_verdict_inFlag             (_dominant_meaning_verdict_inFlag),
     .meaning_verdict_lost               (_dominant_meaning_verdict_lost),
     .meaning_verdict_overload           (_dominant_meaning_verdict_overload),
-    .meaning_verdict_exception          (_dominant_meaning_verdict_exception),
     .meaning_verdict_stuffInArbitration (_dominant_meaning_verdict_stuffInArbitration),
     .meaning_next_field                 (_dominant_meaning_next_field),
     .meaning_next_bit                   (_dominant_meaning_next_bit),
@@ -2274,7 +2242,6 @@ module ProtocolEngine(
     .meaning_verdict_inFlag             (_recessive_meaning_verdict_inFlag),
     .meaning_verdict_lost               (_recessive_meaning_verdict_lost),
     .meaning_verdict_overload           (_recessive_meaning_verdict_overload),
-    .meaning_verdict_exception          (_recessive_meaning_verdict_exception),
     .meaning_verdict_stuffInArbitration (_recessive_meaning_verdict_stuffInArbitration),
     .meaning_next_field                 (_recessive_meaning_next_field),
     .meaning_next_bit                   (_recessive_meaning_next_bit),

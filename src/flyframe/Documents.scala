@@ -67,8 +67,8 @@ object Documents {
         "",
         "## Ring node",
         "",
-        "For its host (column PDI); there is no other way in. `can_t` is there with `canPorts` 2 only, what has",
-        "a rule of FR-40 to FR-63 with `ring` 2.",
+        "For its host (column PDI); there is no other way in. `can_t` is there with `canPorts` 2 only,",
+        "what has a rule of FR-40 to FR-63 with `ring` 2.",
         ""
       ),
       table(ring)

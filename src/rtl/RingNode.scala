@@ -8,7 +8,7 @@ import flyframe.fibre.RingPorts
 import flyframe.host.HostInterface
 import flyframe.memory.HostPort
 import flyframe.node._
-import flyframe.params.EscParams
+import flyframe.params.{EscParams, FibreParams}
 import flyframe.registers.{CanRegisters, RingRegisters}
 import flyframe.relay.RelayMode
 
@@ -30,8 +30,12 @@ class CanPins extends Bundle {
   *
   * @param p
   *   a parameter set of role 2 without [[EscParams.problems]]
+  * @param fibre
+  *   what its ports are built with: those of `p`, or with shorter times, for tests
   */
-class RingNode(p: EscParams) extends Module with RequireAsyncReset {
+class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyncReset {
+  def this(p: EscParams) = this(p, p.fibre)
+
   override def desiredName = p.topName
 
   val optical_1 = IO(new OpticalPins)
@@ -45,7 +49,7 @@ class RingNode(p: EscParams) extends Module with RequireAsyncReset {
   val irq                = IO(Output(Bool()))
 
   private val time = Module(new NodeTime(p.coreClockMhz))
-  private val ring = Module(new RingPorts(p.fibre, p.nodeIdWidth, p.hasRelay))
+  private val ring = Module(new RingPorts(fibre, p.nodeIdWidth, p.hasRelay))
   private val cans =
     Seq.tabulate(p.canPorts)(n => Module(new CanPort(p.can, n, p.hasRelay && n == 0, isTolerant = n > 0)))
   private val relay = Option.when(p.hasRelay)(Module(new RelayMode(p.can)))
@@ -55,23 +59,23 @@ class RingNode(p: EscParams) extends Module with RequireAsyncReset {
 
   // ---- the ring, and the port on it ----
 
-  private val fibre = cans.head
+  private val portF = cans.head
   for ((pins, n) <- Seq(optical_1, optical_2).zipWithIndex) {
     ring.rx(n)      := pins.rx
     ring.optical(n) := pins.signal
     pins.tx         := ring.tx(n)
   }
-  ring.drive      := fibre.tx
-  fibre.rx        := ring.bus
-  ticks.possible  := fibre.bit.valid
-  ticks.prescaler := fibre.bit.bits.prescaler
+  ring.drive      := portF.tx
+  portF.rx        := ring.bus
+  ticks.possible  := portF.bit.valid
+  ticks.prescaler := portF.bit.bits.prescaler
   ring.quantum    := ticks.quantum
-  ring.quanta     := fibre.bit.bits.quanta
+  ring.quanta     := portF.bit.bits.quanta
   ring.us         := time.us
   ring.timer      := time.timer
 
   for (r <- relay) {
-    r.port <> fibre.relay.get
+    r.port <> portF.relay.get
     r.links <> ring.relay.get
     r.us   := time.us
     r.time := time.timer

@@ -354,10 +354,19 @@ object TestSets {
 
   /** Nodes of a fibre ring: each pair of values of two parameters. */
   val rings: Seq[EscParams] = Pairwise[Int](
-    Seq(Seq(8, 16, 32), Seq(50, 100), Seq(1, 2), Seq(0, 1), Seq(16, 64, 128), Seq(4, 16, 32), Seq(4, 7)) :+
+    Seq(
+      Seq(8, 16, 32),
+      Seq(50, 100),
+      Seq(1, 2),
+      Seq(0, 1),
+      Seq(16, 64, 128),
+      Seq(4, 16, 32),
+      Seq(4, 7),
+      Seq(1, 2)
+    ) :+
       Seq(0, 1, 2, 3, 5),
     point => point.last != 2 || point.head == 32 // AXI4-Lite has words of 32 bits
-  ).zipWithIndex.map { case (Seq(width, clock, ports, demodulator, frames, filters, bits, host), i) =>
+  ).zipWithIndex.map { case (Seq(width, clock, ports, demodulator, frames, filters, bits, ring, host), i) =>
     preset("ring-bus").copy(
       preset = s"ring$i",
       dataBusWidth = width,
@@ -367,6 +376,7 @@ object TestSets {
       rxFrames = frames,
       filters = filters,
       nodeIdWidth = bits,
+      ring = ring,
       hostInterface = host
     )
   }

@@ -57,7 +57,8 @@ object NodeRegisters {
     register(Mask,         2, "node_mask",     no, rw, "FB-10",   "Events that interrupt the host",
       events(p).map { case (name, bit, text) =>
         field(name.replace("_event", "_mask"), bit, bit, stored, 0, s"1: $text") }: _*)
-  ) ++ RingRegisters(p.nodeIdWidth, p.hasRelay) ++ (if (p.hasRelay) RingRegisters.relay ++ RingRegisters.distances else Nil) ++
+  ) ++ RingRegisters(p.nodeIdWidth, p.hasRelay) ++
+    (if (p.hasRelay) RingRegisters.relay ++ RingRegisters.distances else Nil) ++
     (0 until p.canPorts).flatMap(CanRegisters(_, p.can))
   // format: on
 }

@@ -318,7 +318,7 @@ class OwnFrames(p: CanParams) extends Module {
 
 object OwnFrames {
 
-  // Cycles behind the end of a bit: ports have changed, so the walk begins; it is over, and keys are looked up.
+  // Cycles behind the end of a bit: ports have changed, so the walk begins; it is over: keys are looked up.
   private val Walk  = 2
   private val Looks = Seq(21, 22)
   private val Rest  = 23

@@ -4,48 +4,11 @@ import chisel3._
 import chisel3.util._
 import chiseltest._
 import flyframe.can._
+import flyframe.RingNode
 import flyframe.fibre._
 import flyframe.memory.HostPort
 import flyframe.params.EscParams
-import flyframe.registers.{CanRegisters, RingRegisters}
-
-/** Ports, bus mode and CAN port of a node in RTL, with short timers. */
-class ShortNode(p: EscParams) extends Module {
-  val rx   = IO(Input(Vec(2, Bool())))
-  val tx   = IO(Output(Vec(2, Bool())))
-  val host = IO(new HostPort(4))
-
-  private val fibre    = p.fibre.copy(usPerMs = 1)
-  private val ring     = Module(new RingPorts(fibre, p.nodeIdWidth))
-  private val can      = Module(new CanPort(p.can, 0, isTolerant = false))
-  private val ticks    = Module(new TimeQuanta)
-  private val fraction = RegInit(0.U(log2Ceil(p.coreClockMhz).W))
-  private val us       = fraction === (p.coreClockMhz - 1).U
-  private val time     = RegInit(0.U(16.W))
-  fraction := Mux(us, 0.U, fraction + 1.U)
-  time     := time + us
-
-  ring.rx         := rx
-  tx              := ring.tx
-  ring.optical    := VecInit(true.B, true.B)
-  ring.drive      := can.tx
-  can.rx          := ring.bus
-  can.time        := time
-  ring.us         := us
-  ring.timer      := time
-  ticks.possible  := can.bit.valid
-  ticks.prescaler := can.bit.bits.prescaler
-  ring.quantum    := ticks.quantum
-  ring.quanta     := can.bit.bits.quanta
-
-  private val isRing = host.addr < CanRegisters.PortStarts.head.U
-  ring.host <> host
-  can.host <> host
-  ring.host.req := host.req && isRing
-  can.host.req  := host.req && !isRing
-  host.ack      := Mux(isRing, ring.host.ack, can.host.ack)
-  host.rdata    := Mux(isRing, ring.host.rdata, can.host.rdata)
-}
+import flyframe.registers.RingRegisters
 
 /** Nodes in RTL in a ring of fibres with delays, all in one clock domain.
   *
@@ -66,7 +29,10 @@ class RingUnderTest(p: EscParams, most: Int) extends Module {
   val host = IO(new HostPort(4))
   val node = IO(Input(UInt(log2Ceil(most).W)))
 
-  private val nodes = Seq.fill(most)(Module(new ShortNode(p)))
+  private val nodes = Seq.fill(most)(
+    withReset(reset.asAsyncReset)(Module(new RingNode(p.copy(dataBusWidth = 32), p.fibre.copy(usPerMs = 1))))
+  )
+  private val hosts = nodes.map(_.hostPins.asInstanceOf[HostPort])
   private val next  = RegInit(0.U(log2Ceil(Longest).W)) // reset: any place will do
   next := next + 1.U
 
@@ -77,18 +43,20 @@ class RingUnderTest(p: EscParams, most: Int) extends Module {
     cells.read(next - delay(link)) && !isCut(link)
   }
   private val isLast = nodes.indices.map(n => count === (n + 1).U)
-  private val there  = for ((n, i) <- nodes.zipWithIndex) yield through(i, n.tx(1))
+  private val there  = for ((n, i) <- nodes.zipWithIndex) yield through(i, n.optical_2.tx)
   private val back =
     for (i <- nodes.indices)
-      yield through(i, Mux(isLast(i), nodes.head.tx(0), nodes((i + 1) % most).tx(0)))
+      yield through(i, Mux(isLast(i), nodes.head.optical_1.tx, nodes((i + 1) % most).optical_1.tx))
   for ((n, i) <- nodes.zipWithIndex) {
-    n.rx(0) := (if (i == 0) Mux1H(isLast, there) else there(i - 1))
-    n.rx(1) := back(i)
-    n.host <> host
-    n.host.req := host.req && node === i.U
+    n.optical_1.signal := true.B
+    n.optical_2.signal := true.B
+    n.optical_1.rx     := (if (i == 0) Mux1H(isLast, there) else there(i - 1))
+    n.optical_2.rx     := back(i)
+    hosts(i) <> host
+    hosts(i).req := host.req && node === i.U
   }
-  host.ack   := VecInit(nodes.map(_.host.ack))(node)
-  host.rdata := VecInit(nodes.map(_.host.rdata))(node)
+  host.ack   := VecInit(hosts.map(_.ack))(node)
+  host.rdata := VecInit(hosts.map(_.rdata))(node)
 }
 
 object RingUnderTest {
@@ -97,19 +65,17 @@ object RingUnderTest {
   val Longest = 1024
 }
 
-/** A ring of RTL nodes, fresh out of reset and then up; node `home` is guard if there is one.
+/** A ring of RTL nodes, fresh out of reset, with a host at each.
   *
   * @param delays
   *   of the fibres behind each node, with two modules, in ns
-  * @param kbps
-  *   bit rate, by the bit timing of FR-38
   */
-class RtlCanRing(dut: RingUnderTest, home: Option[Int], delays: Seq[Long], kbps: Int, first: Int, mhz: Int)
-    extends CanOnRing {
-  private val rate = Rate("25 tq", mhz * 1000 / 25 / kbps, BitSetting(tseg1 = 21, tseg2 = 3, sjw = 3))
-  private var now  = 0L
+class RtlRing(dut: RingUnderTest, delays: Seq[Long], mhz: Int) {
 
-  private def pass(cycles: Int): Unit = {
+  /** Core cycles since the reset. */
+  var now: Long = 0
+
+  def pass(cycles: Int): Unit = {
     dut.clock.step(cycles)
     now += cycles
   }
@@ -123,6 +89,8 @@ class RtlCanRing(dut: RingUnderTest, home: Option[Int], delays: Seq[Long], kbps:
   pass(4)
   dut.reset.poke(false.B)
   pass(PortMemory.Words + 4) // it is cleared
+
+  def cut(link: Int, isCut: Boolean): Unit = dut.isCut(link).poke(isCut)
 
   /** Accesses pass a few core cycles. */
   private def access(n: Int, address: Int, be: Int, write: Option[Long]): Long = {
@@ -145,23 +113,40 @@ class RtlCanRing(dut: RingUnderTest, home: Option[Int], delays: Seq[Long], kbps:
     answer
   }
 
+  def write(n: Int, address: Int, bytes: Seq[Int]): Unit = if (bytes.nonEmpty) {
+    val (now, later) = bytes.splitAt(4 - address % 4)
+    val lanes        = now.zipWithIndex.map { case (b, i) => (b.toLong, address % 4 + i) }
+    access(n, address & ~3, lanes.map(1 << _._2).sum, Some(lanes.map { case (b, i) => b << 8 * i }.sum))
+    write(n, address + now.size, later)
+  }
+
+  def read(n: Int, address: Int, count: Int): Seq[Int] = {
+    val from  = address & ~3
+    val words = (from until address + count by 4).map(access(n, _, 15, None))
+    words
+      .flatMap(w => (0 to 3).map(i => (w >> 8 * i & 0xff).toInt))
+      .slice(address - from, address - from + count)
+  }
+}
+
+/** A ring of RTL nodes in bus mode that is up; node `home` is guard if there is one.
+  *
+  * @param delays
+  *   of the fibres behind each node, with two modules, in ns
+  * @param kbps
+  *   bit rate, by the bit timing of FR-38
+  */
+class RtlCanRing(dut: RingUnderTest, home: Option[Int], delays: Seq[Long], kbps: Int, first: Int, mhz: Int)
+    extends CanOnRing {
+  private val rate  = Rate("25 tq", mhz * 1000 / 25 / kbps, BitSetting(tseg1 = 21, tseg2 = 3, sjw = 3))
+  private val nodes = new RtlRing(dut, delays, mhz)
+
   private class Node(n: Int) extends CanUnderTest {
-    def cycle: Long                = now
-    def driven                     = throw new UnsupportedOperationException("the ring steps all nodes")
+    def cycle: Long                = nodes.now
+    def driven                     = throw new UnsupportedOperationException("the ring steps all")
     def step(heard: Boolean): Unit = driven
-    def write(address: Int, bytes: Seq[Int]): Unit = if (bytes.nonEmpty) {
-      val (now, later) = bytes.splitAt(4 - address % 4)
-      val lanes        = now.zipWithIndex.map { case (b, i) => (b.toLong, address % 4 + i) }
-      access(n, address & ~3, lanes.map(1 << _._2).sum, Some(lanes.map { case (b, i) => b << 8 * i }.sum))
-      write(address + now.size, later)
-    }
-    def read(address: Int, count: Int): Seq[Int] = {
-      val from  = address & ~3
-      val words = (from until address + count by 4).map(access(n, _, 15, None))
-      words
-        .flatMap(w => (0 to 3).map(i => (w >> 8 * i & 0xff).toInt))
-        .slice(address - from, address - from + count)
-    }
+    def write(address: Int, bytes: Seq[Int]): Unit = nodes.write(n, address, bytes)
+    def read(address: Int, count: Int): Seq[Int]   = nodes.read(n, address, count)
   }
   val hosts: IndexedSeq[LowerTester] = delays.indices.map(n => new LowerTester(new Node(n), rate))
 
@@ -170,11 +155,11 @@ class RtlCanRing(dut: RingUnderTest, home: Option[Int], delays: Seq[Long], kbps:
     if (home.contains(n)) h.device.write(RingRegisters.Control, Seq(1 << RingRegisters.Home))
     h.setTiming(rate.prescaler, rate.setting)
   }
-  pass(25 * mhz)
+  nodes.pass(25 * mhz)
   hosts.foreach(_.start())
   run(15)
 
-  def run(bits: Double): Unit              = pass((bits * rate.bitCycles).toInt max 1)
-  def cut(link: Int, isCut: Boolean): Unit = dut.isCut(link).poke(isCut)
-  def ring(node: Int, address: Int): Int   = hosts(node).device.read(address, 1).head
+  def run(bits: Double): Unit              = nodes.pass((bits * rate.bitCycles).toInt max 1)
+  def cut(link: Int, isCut: Boolean): Unit = nodes.cut(link, isCut)
+  def ring(node: Int, address: Int): Int   = nodes.read(node, address, 1).head
 }
