@@ -49,7 +49,8 @@ class Receiving(p: CanParams) extends Module {
   val second = IO(Output(UInt(32.W)))
 
   // Of the frame of each port. Reset: nothing is to be done.
-  private val stamps  = Reg(Vec(2, UInt(16.W)))
+  private val stamps  = Reg(Vec(2, UInt(16.W)))            // of the one that comes
+  private val kept    = Reg(Vec(2, UInt(16.W)))            // from its identifier on
   private val isHead  = RegInit(VecInit(false.B, false.B)) // its header is to be looked at
   private val isWhole = RegInit(VecInit(false.B, false.B)) // it is to be delivered, perhaps
   private val isAsked = RegInit(VecInit(false.B, false.B)) // its filter is to be found
@@ -205,13 +206,14 @@ class Receiving(p: CanParams) extends Module {
   store.bits  := Mux(step === Step.id, 0.U, Mux(step === Step.low, 2.U, 3.U))
   stored      := word
   accept      := step === Step.ends
-  second      := stamps(port) ## entries(port).pad(8) ## dlc.pad(8)
+  second      := kept(port) ## entries(port).pad(8) ## dlc.pad(8)
 
   for (q <- 0 to 1) {
     when(starts(q)) { stamps(q) := time }
     when(identified(q)) {
       isAsked(q) := true.B
       isKnown(q) := false.B
+      kept(q)    := stamps(q)
       when(searched === q.U) { searches := false.B } // for a frame that broke off
     }
     when(received(q)) { isHead(q) := true.B }

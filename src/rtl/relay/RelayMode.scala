@@ -34,10 +34,11 @@ class RelayMode(p: CanParams) extends Module {
 
   // ---- time: units of 10 us, and of 640 us (RB-22, RB-23) ----
 
-  private val tens  = RegInit(0.U(4.W)) // reset: time begins
+  private val tens  = RegInit(0.U(4.W))       // reset: time begins
   private val units = RegInit(0.U(6.W))
-  private val unit  = us && tens === 9.U
-  when(us) { tens := Mux(unit, 0.U, tens + 1.U) }
+  private val isTen = us && tens === 9.U
+  private val unit  = RegNext(isTen, false.B) // its first cycle
+  when(us) { tens := Mux(isTen, 0.U, tens + 1.U) }
   when(unit) { units := units + 1.U }
   private val tickTime = RegEnable(time, passing.tick)
 

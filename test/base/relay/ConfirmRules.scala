@@ -177,6 +177,35 @@ trait ConfirmRules extends RelayCases {
       assert(failed(b) == 3 && pending(b) == 0 && own(b, 0, 0).count(_.header.kind == 0) == 2)
   }
 
+  "RB-25: a switch of the mode" should "let all slots fail that are pending, and begin anew" in bench() { b =>
+    b.request(0, data(1, 1))
+    b.request(1, data(1, 2)) // waits for its identifier
+    b.run(40)
+    assert(pending(b) == 3)
+    val first = b.now
+    b.write(RingRegisters.Control, 0)
+    b.run(300)
+    assert(pending(b) == 0 && failed(b) == 3 && own(b, 0, first).forall(!_.isGood))
+    b.send(0, from(3, 1), data(5))
+    b.run(300)
+    assert(b.frames(1, first).forall(!_.isGood) && b.received().isEmpty)
+    val second = b.now
+    b.write(RingRegisters.Control, 1)
+    b.run(2 * confirm + 300)
+    assert(own(b, 0, second).map(_.header.kind) == Seq(LinkKind.Start))
+  }
+
+  "RB-26: bits of impossible lengths" should "be as long as the nearest possible one" in {
+    for ((cycles, register) <- Seq(25 -> 10, 250 -> 255)) withNode { node =>
+      val b = new RelayBench(node, bit = cycles)
+      b.write(RingRegisters.LinkBit, register, 0)
+      b.start(7, confirmUs = 40)
+      b.send(0, from(3, 1), data(5))
+      b.run(300)
+      assert(b.frames(1).last.isGood && b.received() == Seq(data(5)))
+    }
+  }
+
   "CAN-45, RB-17: time stamps" should "be those of start bits" in bench() { b =>
     def time(bytes: Seq[Int]) = bytes.head | bytes(1) << 8
     b.run(40)
@@ -219,23 +248,25 @@ trait ConfirmRules extends RelayCases {
     assert(b.received().map(_.id) == Seq(0, 8192, 8192 + 8191, 5))
   }
 
-  "FR-59, RB-23: a data frame" should "count from anew behind a source that was silent" in bench() { b =>
+  "FR-59, RB-23: a data frame" should "count from anew behind a source that was silent" in bench(confirmUs =
+    100
+  ) { b =>
     b.send(0, from(3, 100), data(1))
-    b.run(64 * confirm - 400)
+    b.run(64 * 200 - 400)
     b.send(0, from(3, 100), data(2))
-    b.run(64 * confirm + unit640)
+    b.run(64 * 200 + unit640)
     b.send(0, from(3, 90), data(3))
     b.run(300)
     assert(b.received().map(_.id) == Seq(1, 3))
   }
 
-  "FR-60: distances" should "be those of copies that have not turned round" in bench() { b =>
+  "FR-60: distances" should "be those of copies that have not turned round" in bench(confirmUs = 100) { b =>
     b.send(0, from(3, 1, direction = 1, hops = 250), data(1))
     b.send(0, from(3, 1, direction = 0, hops = 100), data(1))
     b.send(1, from(3, 1, direction = 0, hops = 255), data(1))
     b.finish()
     assert(b.node.read(RingRegisters.Distances + 6, 2) == Seq(6, 1))
-    b.run(64 * confirm + unit640)
+    b.run(64 * 200 + unit640)
     assert(b.node.read(RingRegisters.Distances + 6, 2) == Seq(0, 0))
   }
 

@@ -167,8 +167,9 @@ abstract class RelayCases extends AnyFlatSpec {
   protected def withNode(body: RelayUnderTest => Unit): Unit
 
   /** Runs `body` with a node of address 7 in relay mode, both ports up; a bit is 25 cycles. */
-  protected def bench(address: Int = 7, retries: Int = 15)(body: RelayBench => Unit): Unit =
-    withNode(node => body(new RelayBench(node).start(address, retries = retries)))
+  protected def bench(address: Int = 7, retries: Int = 15, confirmUs: Int = 400)(
+      body: RelayBench => Unit
+  ): Unit = withNode(node => body(new RelayBench(node).start(address, confirmUs, retries = retries)))
 
   protected def data(id: Int, bytes: Int*): CanFrame =
     CanFrame(id, extended = true, remote = false, bytes.size, bytes)

@@ -87,10 +87,10 @@ class RingNodeSpec extends AnyFlatSpec with ChiselScalatestTester {
       assert(r.rtl.word(NodeRegisters.Events) == 0x230000L)
 
       // All three at once.
-      def round(): Unit = {
+      def round(us: Int = 700): Unit = {
         r.send(3, ours)
         for ((host, frame) <- r.hosts.zip(theirs)) host.request(frame)
-        r.settle()
+        r.settle(us)
         assert(r.rtl.word(f + CanRegisters.Sent) == 8)
         r.rtl.write(f + CanRegisters.Sent, Seq(0xff, 0xff))
         assert(r.hosts.map(_.sent) == Seq(1, 1))
@@ -122,7 +122,7 @@ class RingNodeSpec extends AnyFlatSpec with ChiselScalatestTester {
       r.bench.cut(1)
       r.settle(20)
       r.clearEvents()
-      round()
+      round(us = 1200) // a frame is repeated
       assert((r.state & 7) == 1 && r.rtl.read(RingRegisters.Closings) == 1)
     }
 
