@@ -6174,6 +6174,8 @@ module Receiving(
   wire        _frame_valid_output;
   reg  [15:0] stamps_0;
   reg  [15:0] stamps_1;
+  reg  [15:0] kept_0;
+  reg  [15:0] kept_1;
   reg         isHead_0;
   reg         isHead_1;
   reg         isWhole_0;
@@ -6244,6 +6246,10 @@ module Receiving(
       stamps_0 <= time_0;
     if (starts_1)
       stamps_1 <= time_0;
+    if (identified_0)
+      kept_0 <= stamps_0;
+    if (identified_1)
+      kept_1 <= stamps_1;
     if (_GEN_15) begin
       isMatch_0 <= matches_0;
       entries_0 <= entry;
@@ -6485,7 +6491,7 @@ module Receiving(
   assign store_bits = _store_bits_T ? 2'h0 : {1'h1, ~_store_bits_T_1};
   assign stored = word;
   assign accept = step == 4'h8;
-  assign second = {port ? stamps_1 : stamps_0, 4'h0, port ? entries_1 : entries_0, 4'h0, dlc};
+  assign second = {port ? kept_1 : kept_0, 4'h0, port ? entries_1 : entries_0, 4'h0, dlc};
 endmodule
 
 // external module DualPortRam
@@ -7170,7 +7176,7 @@ module RelayMode(
   wire        _passing_counts_passed_1;
   reg  [3:0]  tens;
   reg  [5:0]  units;
-  wire        unit = us & tens == 4'h9;
+  reg         unit;
   reg  [15:0] tickTime;
   reg         port_slots_drops_REG;
   reg         stamps_0;
@@ -7178,11 +7184,13 @@ module RelayMode(
   reg         REG;
   reg         REG_1;
   wire [1:0]  _port_stamp_valid_T = {stamps_1, stamps_0};
+  wire        isTen = us & tens == 4'h9;
   wire        _GEN = port_stamped & (|_port_stamp_valid_T);
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       tens <= 4'h0;
       units <= 6'h0;
+      unit <= 1'h0;
       port_slots_drops_REG <= 1'h0;
       stamps_0 <= 1'h0;
       stamps_1 <= 1'h0;
@@ -7191,13 +7199,14 @@ module RelayMode(
     end
     else begin
       if (us) begin
-        if (unit)
+        if (isTen)
           tens <= 4'h0;
         else
           tens <= tens + 4'h1;
       end
       if (unit)
         units <= units + 6'h1;
+      unit <= isTen;
       port_slots_drops_REG <= _front_setting_on;
       if (REG)
         stamps_0 <= ~_own_leaves_0_isLife;

@@ -2,14 +2,15 @@ package flyframe
 
 import flyframe.fibre.Reach
 import flyframe.params.Presets
+import flyframe.relay.LinkTiming
 import flyframe.registers.{CanRegisters, NodeRegisters, Register, RegisterMap, RingRegisters}
 
-/** `docs/ring.md`: how to plan a ring in bus mode, set up its nodes, and read where it is broken. Reach, bit
-  * timing and addresses are those of the sources.
+/** `docs/ring.md`: how to plan a ring, set up its nodes, and read where it is broken. Reach, bit timing and
+  * addresses are those of the sources.
   */
 object RingPage {
   private val preset    = Presets.ring
-  private val registers = RegisterMap(preset)
+  private val registers = RegisterMap(Presets.relay)
   private val f         = CanRegisters.PortStarts.head
 
   /** Quanta of a bit: the sync segment, the propagation and both phase segments of FR-38. */
@@ -54,6 +55,26 @@ object RingPage {
     )
   }
 
+  private val modes = Seq(
+    Seq("Length", "limited by the bit rate, below", "100 km, and more with a longer `ring_confirm`"),
+    Seq("Nodes", "limited by the bit rate, below", "up to 125"),
+    Seq("A break", "heals within the first frame behind it", "loses and delays nothing"),
+    Seq("Sent means", "somebody has acknowledged it", "all that can be reached have seen it"),
+    Seq("Beside others", "any CAN controller behind a modem", "nodes of this kind only")
+  )
+
+  private def relaySetup: Seq[(String, String)] = Seq(
+    s"${at(RingRegisters.Address)}" -> "the node's address, each another one, 1 to 125",
+    s"${at(RingRegisters.LinkBit)}, two bytes" ->
+      s"core cycles of a bit; ${RingRegisters.LinkBitReset} out of reset",
+    s"${at(RingRegisters.Confirm)}, two bytes" ->
+      s"time until a frame is repeated in 10 us; ${RingRegisters.ConfirmReset} out of reset",
+    s"${at(RingRegisters.Life)}" -> "number of this start, modulo 128, from memory that keeps it",
+    s"${at(CanRegisters.FilterStarts.head)} on" -> "what the node wants to receive, as above",
+    s"${at(RingRegisters.Control)}" ->
+      s"${1 << RingRegisters.Relay}: relay mode; it listens, tells its life, and sends what is requested"
+  )
+
   /** What a node shows, and where the ring is broken then. */
   private val signs = Seq(
     Seq("1", "no", "both up", "nothing is wrong here; the ring is open or broken at other nodes"),
@@ -84,14 +105,22 @@ object RingPage {
     RingRegisters.Latches  -> "a ring that was closed; it is normal once when a ring without `home` starts"
   )
 
+  private def relayCounters = RingRegisters.relay
+    .filter(r => RingRegisters.RelayCounterNames.contains(r.name))
+    .map(r => Seq(s"${at(r.address)} `${r.name}`", r.title))
+
   /** The page. */
   def text: String = Seq(
-    Seq("# A ring in bus mode", ""),
+    Seq("# The fibre ring", ""),
     Seq("Generated from `src/flyframe/RingPage.scala` by `make generated`; do not edit.", ""),
     paragraph(
-      s"""How to plan a ring of nodes of preset `${preset.preset}`, set them up, and read where a fibre is
-      cut. What a node does in each case, rule by rule: [rules/fibre.md](rules/fibre.md)."""
+      s"""How to plan a ring of nodes of preset `${preset.preset}` or `${Presets.relay.preset}`, set them up,
+      and read where a fibre is cut. What a node does in each case, rule by rule:
+      [rules/fibre.md](rules/fibre.md), and for relay mode [rules/relay.md](rules/relay.md)."""
     ),
+    Seq("## Which mode", ""),
+    table("", "Bus mode", "Relay mode")(modes),
+    paragraph("All nodes of a ring have the same mode."),
     Seq("## Wiring", ""),
     paragraph(s"""Optical port 2 of a node goes to port 1 of the next, with a fibre for each direction, and
     that
@@ -100,7 +129,7 @@ object RingPage {
       of modules that passes ${preset.toneRecessiveKhz / 1000} to ${preset.toneDominantKhz / 1000} MHz will
       do.
       A ring that is never closed is a line, and works as one."""),
-    Seq("## How long, how fast", ""),
+    Seq("## How long, how fast: bus mode", ""),
     paragraph(
       s"""In bus mode the ring is one CAN bus: a bit must reach the farthest node and come back before it
       is sampled. Light needs ${Reach.NsPerMetre} us for a kilometre; each node and its two modules need
@@ -116,7 +145,15 @@ object RingPage {
       s"""With this bit timing ($quanta quanta, sample point behind ${1 + tseg1}, SJW $sjw) the clocks of
       the nodes may be 4,000 ppm off the nominal one."""
     ),
-    Seq("## Setting up a node", ""),
+    Seq("## How long, how fast: relay mode", ""),
+    paragraph(
+      s"""A link has 400 kbit/s to 2 Mbit/s, the same everywhere: ${LinkTiming.Least} to ${LinkTiming.Most}
+      core cycles a bit. Each node delays a frame by up to 60 bits (FR-46), each kilometre by
+      ${Reach.NsPerMetre} us. A frame may pass 255 nodes. `ring_confirm` must be longer than the way round
+      a loaded ring: 10 ms at 2 Mbit/s, 20 ms at 1 Mbit/s and 50 ms at 400 kbit/s do for 50 nodes and
+      100 km. The clocks of all nodes lie within 1,000 ppm of one another (RB-07)."""
+    ),
+    Seq("## Setting up a node: bus mode", ""),
     table("Register", "Write")(setup.map { case (where, what) => Seq(where, what) }),
     paragraph("""One node is `home`, so that it is known where the ring is open. Without it the nodes find
     one by
@@ -125,6 +162,10 @@ object RingPage {
       when a break heals (FB-11)."""),
     paragraph(s"""A port comes up when it has heard its neighbour for `ring_up_ms` (${at(RingRegisters.UpMs)},
       ${RingRegisters.UpMsReset} out of reset)."""),
+    Seq("## Setting up a node: relay mode", ""),
+    table("Register", "Write")(relaySetup.map { case (where, what) => Seq(where, what) }),
+    paragraph("""Nobody is guard or `home`. What a slot holds has been confirmed when the slot is *sent*:
+      every node that can be reached has seen it; the node repeats it until then."""),
     Seq("## Reading a break", ""),
     paragraph(s"""The mode stands in ${bits("ring_mode")}, the guard in ${bits("ring_guard")}, the ports in
       ${at(RingRegisters.Ports)}: up are those with ${bits("ring_up1")} and ${bits(
@@ -133,14 +174,23 @@ object RingPage {
       event (${bits("ring_event_port")}, ${bits("ring_event_mode")}) that may interrupt the host
       (${at(NodeRegisters.Mask)})."""),
     table("Mode", "Guard", "Ports", "Where")(signs),
+    paragraph(
+      s"""In relay mode the same holds without guards, and from ${at(RingRegisters.Distances)} on a node
+      has the hops to each address by either port (FR-60): of nodes behind a break one of the two is
+      not heard any more."""
+    ),
     paragraph("""A cut of one fibre takes both ends of its link down, so that both neighbours show it. What a
       node has heard wrong tells more:"""),
     table("Counter", "Tells of")(counters.map { case (address, tells) =>
       Seq(s"${at(address)} `${counter(address).name}`", tells)
     }),
-    paragraph("""Within the first frame behind a break the guard joins the two pieces; that frame and one more
+    table("Counter of relay mode", "Tells of")(relayCounters),
+    paragraph(
+      """In bus mode, within the first frame behind a break the guard joins the two pieces; that frame and
+      one more
       may be sent again, by CAN's own means. When the fibre is mended the ring stays open there, and
       nothing is
-      disturbed. A second break leaves two pieces, each a working bus.""")
+      disturbed. A second break leaves two pieces, each a working bus."""
+    )
   ).flatten.dropRight(1).mkString("", "\n", "\n")
 }

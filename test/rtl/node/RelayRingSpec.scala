@@ -65,23 +65,22 @@ class RelayRingSpec extends AnyFlatSpec {
   private def frame(n: Int, number: Int) =
     CanFrame((n + 2) << 13 | number, extended = true, remote = false, 8, Seq.fill(7)(n) :+ (number & 0xff))
 
-  "FR-45, FR-57, FR-60: frames in a ring of RTL nodes" should "come to all, once, and be confirmed" in onRing {
-    r =>
-      for (n <- 0 until Nodes; i <- 1 to 3) r.request(n, frame(n, i))
-      r.us(3000)
-      for (n <- 0 until Nodes) {
-        assert(r.map(n, CanRegisters.Requests) == 0 && r.map(n, CanRegisters.Failed) == 0)
-        val got = r.received(n)
-        for (from <- 0 until Nodes)
-          assert(got.filter(_.data.head == from) == (if (from == n) Nil else (1 to 3).map(frame(from, _))))
-        assert(r.counter(n, "ring_repeated") == 0 && r.counter(n, "ring_bad_frames1") == 0)
-      }
-      // Port 2 of a node goes to port 1 of the next.
-      for (n <- 0 until Nodes; from <- 0 until Nodes if from != n)
-        assert(
-          r.rtl.read(n, RingRegisters.Distances + 2 * (from + 2), 2) ==
-            Seq((n - from + Nodes) % Nodes, (from - n + Nodes) % Nodes)
-        )
+  "FR-45, FR-57, FR-60: frames in a ring of RTL nodes" should "come to all, confirmed" in onRing { r =>
+    for (n <- 0 until Nodes; i <- 1 to 3) r.request(n, frame(n, i))
+    r.us(3000)
+    for (n <- 0 until Nodes) {
+      assert(r.map(n, CanRegisters.Requests) == 0 && r.map(n, CanRegisters.Failed) == 0)
+      val got = r.received(n)
+      for (from <- 0 until Nodes)
+        assert(got.filter(_.data.head == from) == (if (from == n) Nil else (1 to 3).map(frame(from, _))))
+      assert(r.counter(n, "ring_repeated") == 0 && r.counter(n, "ring_bad_frames1") == 0)
+    }
+    // Port 2 of a node goes to port 1 of the next.
+    for (n <- 0 until Nodes; from <- 0 until Nodes if from != n)
+      assert(
+        r.rtl.read(n, RingRegisters.Distances + 2 * (from + 2), 2) ==
+          Seq((n - from + Nodes) % Nodes, (from - n + Nodes) % Nodes)
+      )
   }
 
   "FR-63: breaks of a ring of RTL nodes, and their mends" should "lose and double nothing" in onRing { r =>
