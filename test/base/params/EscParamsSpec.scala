@@ -81,7 +81,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "alarm"               -> between(0, 1),
     "maxSlaves"           -> Limits(Seq(2, 4, 8, 16, 32, 64, 128), Seq(0, 1, 3, 65, 256)),
     "linePorts"           -> Limits(Seq(1, 2), Seq(0, 3)),
-    "ring"                -> Limits(Seq(1), Seq(-1, 2), ring),
+    "ring"                -> Limits(Seq(1, 2), Seq(-1, 3), ring),
     "canPorts"            -> between(1, 2).copy(base = ring),
     "demodulator"         -> between(0, 1).copy(base = ring),
     "toneDominantKhz"     -> Limits(Seq(6400, 12800), Seq(6399, 25001), slowest),
@@ -266,7 +266,7 @@ class EscParamsSpec extends AnyFlatSpec {
     assert(EscParams.problems(ring).isEmpty)
     for (
       (set, sentence) <- Seq(
-        ring.copy(ring = 0)           -> "ring is 0 but must be 1 if role is 2.",
+        ring.copy(ring = 0)           -> "ring is 0 but must be 1 to 2 if role is 2.",
         ring.copy(ramKiB = 1)         -> "ramKiB is 1 but must be 0 if role is 2.",
         ring.copy(ports = 3)          -> "ports is 3 but must be 2 if role is 2.",
         ring.copy(fxPorts = 1)        -> "fxPorts is 0x0001 but must be 0 if role is 2.",
