@@ -5720,19 +5720,21 @@ module OwnFrames(
   reg         isLate_1;
   reg         isDue_0;
   reg         isDue_1;
+  wire [13:0] _ahead_T = homes_0_sequence - next;
   wire        isUsed = hasHome_0 & isDue_0 & (|state);
   wire        isData = homes_0_kind == 2'h0;
   wire        isLife = homes_0_kind == 2'h1;
-  wire [13:0] _isOwn_0_T = next - homes_0_sequence - 14'h1;
+  wire [13:0] _ahead_T_1 = homes_1_sequence - next;
   wire        isUsed_1 = hasHome_1 & isDue_1 & (|state);
   wire        isData_1 = homes_1_kind == 2'h0;
   wire        isLife_1 = homes_1_kind == 2'h1;
-  wire [13:0] _isOwn_1_T = next - homes_1_sequence - 14'h1;
   wire        isIt_0 = isFirst ? leavesReg_0_isLife : ~leavesReg_0_isLife & leavesReg_0_slot == entry_bits_slot;
   wire        isIt_1 = isFirst ? leavesReg_1_isLife : ~leavesReg_1_isLife & leavesReg_1_slot == entry_bits_slot;
-  wire [15:0] _GEN = {12'h0, entry_bits_slot};
-  wire [15:0] _isOnWay_T = begunMap >> _GEN;
-  wire        isOnWay = isFirst ? announces : _isOnWay_T[0];
+  wire [15:0] _GEN =
+    {12'h0, entry_valid ? entry_bits_slot : phase == 5'h17 ? _choice_next_1_bits_slot : _choice_next_0_bits_slot};
+  wire [15:0] _isPending_T = pending >> _GEN;
+  wire [15:0] _isBegun_T = begunMap >> _GEN;
+  wire        isOnWay = isFirst ? announces : _isBegun_T[0];
   reg         began_0;
   reg         began_1;
   reg         beganNew_0;
@@ -5750,10 +5752,9 @@ module OwnFrames(
   wire [1:0]  r1_copies_0 = down_0 ? 2'h0 : r0_copies_0;
   wire [1:0]  r1_copies_1 = down_1 ? 2'h0 : r0_copies_1;
   wire        came_0 =
-    isUsed & (announces ? isLife : isData & _isOwn_0_T[13:4] == 10'h0)
-    & (isFirst | homes_0_sequence[3:0] == r3_sequence);
+    isUsed & (announces ? isLife : isData & (&(_ahead_T[13:4]))) & (isFirst | homes_0_sequence[3:0] == r3_sequence);
   wire        came_1 =
-    isUsed_1 & (announces ? isLife_1 : isData_1 & _isOwn_1_T[13:4] == 10'h0)
+    isUsed_1 & (announces ? isLife_1 : isData_1 & (&(_ahead_T_1[13:4])))
     & (isFirst | homes_1_sequence[3:0] == r3_sequence);
   wire        _isConfirmed_T_22 = r1_copies_0 == 2'h2;
   wire        _GEN_0 = came_0 & _isConfirmed_T_22;
@@ -5771,17 +5772,16 @@ module OwnFrames(
     & ~(r2_copies_0 == 2'h2 | r2_copies_1 == 2'h2);
   wire        isSent =
     sending_0 & leavesReg_0_valid & ~down_0 & isIt_0 | sending_1 & leavesReg_1_valid & ~down_1 & isIt_1;
-  wire [15:0] _isUseless_T = aborted >> _GEN;
+  wire [15:0] _isUseless_T = aborted >> entry_bits_slot;
   wire        isUseless = _isUseless_T[0] & ~isFirst | setting_oneShot | r2_repeats >= setting_retries;
   wire        acts = setting_on & isOnWay & ~isSent;
   wire        expires =
     acts & ~isConfirmed & ~alone & (|state) & (&r2_left) & ~(_isOver_T_1 | _isOver_T_2) & ~inConflict;
   wire        repeats = expires & ~isUseless;
   wire        well = acts & isConfirmed;
-  wire [15:0] _keeps_T = pending >> _GEN;
   wire        fails =
     acts & ~isConfirmed & (alone | ~(|state)) | expires & isUseless | alone & setting_on & ~isFirst & ~isOnWay
-    & _keeps_T[0];
+    & _isPending_T[0];
   wire        isDone = well | fails;
   wire        _GEN_2 = isFirst & ~(|state);
   wire        _GEN_3 = repeats | _GEN_2;
@@ -5791,7 +5791,7 @@ module OwnFrames(
   wire        tells = isListening & isCounting & (&r2_left) & begunMap == 16'h0 & ~isSent;
   reg         lifeWaits_0;
   reg         lifeWaits_1;
-  wire        _keeps_output = _keeps_T[0] & ~isDone;
+  wire        _keeps_output = _isPending_T[0] & ~isDone;
   wire        _ends_valid_output = entry_valid & isDone;
   wire        _records_io_write_T = entry_valid | isFirst;
   wire        _GEN_4 = r3_copies_0 == 2'h1;
@@ -5799,20 +5799,16 @@ module OwnFrames(
   wire        _GEN_6 =
     ((&r3_copies_0) | (&r3_copies_1)) & ~(_GEN_4 | _GEN_5) & ~(r3_copies_0 == 2'h2 | r3_copies_1 == 2'h2);
   wire        isAble = setting_on & ~inConflict & (|setting_address) & (|state);
-  wire [15:0] _GEN_7 = {12'h0, _choice_next_0_bits_slot};
-  wire [15:0] _offer_0_valid_T = pending >> _GEN_7;
-  wire [15:0] _nextIsNew_0_T_3 = begunMap >> _GEN_7;
-  assign nextIsNew_0 = begins_0 & ~lifeWaits_0 & _choice_next_0_bits_isNew & ~(_nextIsNew_0_T_3[0]);
-  wire [15:0] _GEN_8 = {12'h0, _choice_next_1_bits_slot};
-  wire [15:0] _offer_1_valid_T = pending >> _GEN_8;
-  wire [15:0] _nextIsNew_1_T_3 = begunMap >> _GEN_8;
-  assign nextIsNew_1 = begins_1 & ~lifeWaits_1 & _choice_next_1_bits_isNew & ~(_nextIsNew_1_T_3[0]);
+  wire [1:0]  _counts_sent_T = {nextIsNew_1, nextIsNew_0};
+  assign nextIsNew_0 = begins_0 & ~lifeWaits_0 & _choice_next_0_bits_isNew & ~(_isBegun_T[0]);
+  assign nextIsNew_1 = begins_1 & ~lifeWaits_1 & _choice_next_1_bits_isNew & ~(_isBegun_T[0]);
+  wire [15:0] oneSlot = 16'h1 << _GEN;
   wire        _unitNow_T = unitSeen | unit;
-  wire [13:0] _ahead_T_2 = homes_0_sequence - next + 14'h1;
-  wire [13:0] _GEN_9 = {7'h0, setting_life};
-  wire [13:0] _ahead_T_5 = homes_1_sequence - next + 14'h1;
-  wire [13:0] _leavesReg_1_sequence_T = next - 14'h1;
-  wire        _GEN_10 = restart | ~setting_on;
+  wire [13:0] _GEN_7 = {7'h0, setting_life};
+  wire [9:0]  _highBefore_T_1 = next[13:4] - 10'h1;
+  wire        _GEN_8 = restart | ~setting_on;
+  wire [3:0]  low = _choice_next_0_bits_isNew ? next[3:0] - 4'h1 : _choice_next_0_bits_sequence;
+  wire [3:0]  low_1 = _choice_next_1_bits_isNew ? next[3:0] - 4'h1 : _choice_next_1_bits_sequence;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       state <= 2'h0;
@@ -5822,7 +5818,7 @@ module OwnFrames(
       inConflict <= 1'h0;
       begunMap <= 16'h0;
       aborted <= 16'h0;
-      phase <= 5'h17;
+      phase <= 5'h18;
       unitSeen <= 1'h0;
       unitNow <= 1'h0;
       wereUp_0 <= 1'h0;
@@ -5849,7 +5845,7 @@ module OwnFrames(
       beganNew_1 <= 1'h0;
     end
     else begin
-      if (_GEN_10) begin
+      if (_GEN_8) begin
         state <= 2'h0;
         next <= 14'h0;
       end
@@ -5865,19 +5861,25 @@ module OwnFrames(
         else if (nextIsNew_0)
           next <= next + 14'h1;
       end
-      isCounting <= ~_GEN_10 & (isFirst ? isListening : isCounting);
-      isAhead <= ~_GEN_10 & (nextIsNew_1 | nextIsNew_0 | isAhead);
+      isCounting <= ~_GEN_8 & (isFirst ? isListening : isCounting);
+      isAhead <= ~_GEN_8 & (nextIsNew_1 | nextIsNew_0 | isAhead);
       inConflict <=
-        ~_GEN_10
+        ~_GEN_8
         & (_walk_output
            & (|{isUsed_1
-                  & (isData_1 ? isAhead & (|_ahead_T_5) & ~(_ahead_T_5[13]) : isLife_1 & homes_1_sequence != _GEN_9),
-                isUsed & (isData ? isAhead & (|_ahead_T_2) & ~(_ahead_T_2[13]) : isLife & homes_0_sequence != _GEN_9)})
-           | inConflict);
-      if (setting_on)
-        begunMap <=
-          begunMap & ~(_ends_valid_output ? 16'h1 << _GEN : 16'h0) | (nextIsNew_0 ? 16'h1 << _GEN_7 : 16'h0)
-          | (nextIsNew_1 ? 16'h1 << _GEN_8 : 16'h0);
+                  & (isData_1
+                       ? isAhead & ~(_ahead_T_1[13]) & _ahead_T_1[12:0] != 13'h1FFF
+                       : isLife_1 & homes_1_sequence != _GEN_7),
+                isUsed
+                  & (isData
+                       ? isAhead & ~(_ahead_T[13]) & _ahead_T[12:0] != 13'h1FFF
+                       : isLife & homes_0_sequence != _GEN_7)}) | inConflict);
+      if (setting_on) begin
+        if (|_counts_sent_T)
+          begunMap <= begunMap | oneSlot;
+        else
+          begunMap <= ({16{~_ends_valid_output}} | ~oneSlot) & begunMap;
+      end
       else
         begunMap <= 16'h0;
       aborted <= (aborted | abort & begunMap) & pending;
@@ -5889,7 +5891,7 @@ module OwnFrames(
         isDue_0 <= isLate_0;
         isDue_1 <= isLate_1;
       end
-      else if (~(phase == 5'h17))
+      else if (~(phase == 5'h18))
         phase <= phase + 5'h1;
       unitSeen <= ~tick & _unitNow_T;
       if (_look_T) begin
@@ -5901,28 +5903,14 @@ module OwnFrames(
         leavesReg_0_isLife <= lifeWaits_0;
         leavesReg_0_slot <= _choice_next_0_bits_slot;
         leavesReg_0_sequence <=
-          lifeWaits_0
-            ? _GEN_9
-            : nextIsNew_0
-                ? next
-                : _leavesReg_1_sequence_T
-                  - {10'h0,
-                     _leavesReg_1_sequence_T[3:0]
-                       - (_choice_next_0_bits_isNew ? _leavesReg_1_sequence_T[3:0] : _choice_next_0_bits_sequence)};
+          lifeWaits_0 ? _GEN_7 : nextIsNew_0 ? next : {low >= next[3:0] ? _highBefore_T_1 : next[13:4], low};
       end
       leavesReg_1_valid <= setting_on & (begins_1 | ~(down_1 & _look_T) & leavesReg_1_valid);
       if (begins_1) begin
         leavesReg_1_isLife <= lifeWaits_1;
         leavesReg_1_slot <= _choice_next_1_bits_slot;
         leavesReg_1_sequence <=
-          lifeWaits_1
-            ? _GEN_9
-            : nextIsNew_1
-                ? next
-                : _leavesReg_1_sequence_T
-                  - {10'h0,
-                     _leavesReg_1_sequence_T[3:0]
-                       - (_choice_next_1_bits_isNew ? _leavesReg_1_sequence_T[3:0] : _choice_next_1_bits_sequence)};
+          lifeWaits_1 ? _GEN_7 : nextIsNew_1 ? next : {low_1 >= next[3:0] ? _highBefore_T_1 : next[13:4], low_1};
       end
       hasHome_0 <= setting_on & (home_0_valid | ~(_look_T & isDue_0) & hasHome_0);
       hasHome_1 <= setting_on & (home_1_valid | ~(_look_T & isDue_1) & hasHome_1);
@@ -6017,9 +6005,9 @@ module OwnFrames(
   assign walk = _walk_output;
   assign keeps = _keeps_output;
   assign look = _look_T ? _choice_next_0_bits_place : _choice_next_1_bits_place;
-  assign offer_0_valid = isAble & (lifeWaits_0 | _choice_next_0_valid & _offer_0_valid_T[0]);
+  assign offer_0_valid = isAble & (lifeWaits_0 | _choice_next_0_valid & _isPending_T[0]);
   assign offer_0_bits = lifeWaits_0 ? 32'h0 : looked;
-  assign offer_1_valid = isAble & (lifeWaits_1 | _choice_next_1_valid & _offer_1_valid_T[0]);
+  assign offer_1_valid = isAble & (lifeWaits_1 | _choice_next_1_valid & _isPending_T[0]);
   assign offer_1_bits = lifeWaits_1 ? 32'h0 : looked;
   assign leaves_0_isLife = leavesReg_0_isLife;
   assign leaves_0_slot = leavesReg_0_slot;
@@ -6028,7 +6016,7 @@ module OwnFrames(
   assign leaves_1_slot = leavesReg_1_slot;
   assign leaves_1_sequence = leavesReg_1_sequence;
   assign conflict = inConflict;
-  assign counts_sent = |{nextIsNew_1, nextIsNew_0};
+  assign counts_sent = |_counts_sent_T;
   assign counts_confirmed = entry_valid & well;
   assign counts_failed = entry_valid & fails;
   assign counts_repeated = _records_io_write_T & repeats;
@@ -6535,10 +6523,10 @@ module Sources(
   reg  [31:0] seen;
   reg  [4:0]  at;
   reg         isNew;
-  reg         isLast;
+  reg         isForgotten;
   reg         wiping;
   wire        silent = now - _ram_readData[15:0] > ((&(confirm[15:8])) ? 16'hFEFF : confirm);
-  wire [13:0] _behind_T = names_newest - frame_bits_sequence;
+  wire [13:0] _above_T = frame_bits_sequence - names_newest;
   wire [31:0] bit_0 = 32'h1 << at;
   wire [6:0]  source =
     ~(|step) & ~frame_valid & asks_valid ? asks_bits : wiping | ~(|step) & ~frame_valid ? swept : frame_bits_source;
@@ -6549,19 +6537,19 @@ module Sources(
   wire        _GEN_3 = step == 4'h2;
   wire        _GEN_4 = step == 4'h3;
   wire        _GEN_5 = step == 4'h4;
-  wire        _GEN_6 = ~names_hasSequence | _behind_T[13];
-  wire [13:0] _GEN_7 = 14'h0 - _behind_T;
-  wire        _GEN_8 = _GEN_6 & names_hasSequence & _GEN_7[13:5] == 9'h0;
-  wire        _GEN_9 = step == 4'h5;
-  wire        _GEN_10 = at == frame_bits_sequence[4:0];
-  wire        _GEN_11 = step == 4'h6;
-  wire        _GEN_12 = step == 4'h7;
-  wire        _done_output = ~(~(|step) | _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_9 | _GEN_11) & _GEN_12;
-  wire        _GEN_13 = step == 4'hA;
+  wire        _GEN_6 = ~names_hasSequence | (|_above_T) & (~(_above_T[13]) | _above_T[12:0] == 13'h0);
+  wire        _seen_T = names_hasSequence & _above_T[13:5] == 9'h0;
+  wire        _GEN_7 = _GEN_6 & _seen_T;
+  wire        _GEN_8 = step == 4'h5;
+  wire        _GEN_9 = at == frame_bits_sequence[4:0];
+  wire        _GEN_10 = step == 4'h6;
+  wire        _GEN_11 = step == 4'h7;
+  wire        _done_output = ~(~(|step) | _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8 | _GEN_10) & _GEN_11;
+  wire        _GEN_12 = step == 4'hA;
   wire        _step_T = silent | clears;
-  wire        _GEN_14 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_9;
-  wire        _GEN_15 = step == 4'h9;
-  wire        _GEN_16 = _GEN_11 | _GEN_12;
+  wire        _GEN_13 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8;
+  wire        _GEN_14 = step == 4'h9;
+  wire        _GEN_15 = _GEN_10 | _GEN_11;
   reg  [3:0]  casez_tmp;
   always @(*) begin
     casez (step)
@@ -6574,9 +6562,9 @@ module Sources(
       4'b0011:
         casez_tmp = (|frame_bits_kind) ? 4'h7 : 4'h4;
       4'b0100:
-        casez_tmp = _GEN_8 ? 4'h5 : 4'h6;
+        casez_tmp = _GEN_7 ? 4'h5 : 4'h6;
       4'b0101:
-        casez_tmp = _GEN_10 ? 4'h6 : step;
+        casez_tmp = _GEN_9 ? 4'h6 : step;
       4'b0110:
         casez_tmp = 4'h7;
       4'b0111:
@@ -6600,8 +6588,8 @@ module Sources(
     endcase
   end // always @(*)
   wire        _double_T = _done_output & ~(|frame_bits_kind);
-  wire        _GEN_17 = unit | sweeps;
-  wire        _GEN_18 = ~(|step) | _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_9 | _GEN_16;
+  wire        _GEN_16 = unit | sweeps;
+  wire        _GEN_17 = ~(|step) | _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8 | _GEN_15;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       step <= 4'h0;
@@ -6620,14 +6608,14 @@ module Sources(
           step <= 4'h8;
         else if (sweeps)
           step <= 4'hA;
-        if (~_GEN_18) begin
-          if (_GEN_13) begin
+        if (~_GEN_17) begin
+          if (_GEN_12) begin
             if (silent | clears) begin
             end
             else
               swept <= swept + 7'h1;
           end
-          else if (_GEN_15)
+          else if (_GEN_14)
             swept <= swept + 7'h1;
         end
       end
@@ -6637,30 +6625,30 @@ module Sources(
       end
       if (unit)
         now <= now + 16'h1;
-      sweeps <= ~on | (_GEN_18 ? _GEN_17 : ~_GEN_13 & (_GEN_15 ? clears & ~(&swept) : _GEN_17));
+      sweeps <= ~on | (_GEN_17 ? _GEN_16 : ~_GEN_12 & (_GEN_14 ? clears & ~(&swept) : _GEN_16));
       clears <=
         ~on
-        | (~(|step) | _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_9 | _GEN_11 | _GEN_12 | _GEN_13 | ~_GEN_15
+        | (~(|step) | _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | ~_GEN_14
            | ~(&swept)) & clears;
     end
   end // always @(posedge, posedge)
-  wire        _GEN_19 =
+  wire        _GEN_18 =
     (|frame_bits_kind) & frame_bits_kind == 2'h1 & ~(names_hasLife & names_life == frame_bits_sequence);
-  wire        _GEN_20 = _GEN_4 & _GEN_19;
+  wire        _GEN_19 = _GEN_4 & _GEN_18;
   always @(posedge clock) begin
     if (~(~(|step) | _GEN_0 | _GEN_1)) begin
       if (_GEN_3) begin
-        names_hasLife <= ~isLast & _ram_readData[29];
+        names_hasLife <= ~isForgotten & _ram_readData[29];
         names_life <= _ram_readData[28:15];
-        names_hasSequence <= ~isLast & _ram_readData[14];
+        names_hasSequence <= ~isForgotten & _ram_readData[14];
         names_newest <= _ram_readData[13:0];
       end
       else begin
-        names_hasLife <= _GEN_20 | names_hasLife;
-        if (_GEN_20)
+        names_hasLife <= _GEN_19 | names_hasLife;
+        if (_GEN_19)
           names_life <= frame_bits_sequence;
         if (_GEN_4)
-          names_hasSequence <= ~_GEN_19 & names_hasSequence;
+          names_hasSequence <= ~_GEN_18 & names_hasSequence;
         else
           names_hasSequence <= _GEN_5 | names_hasSequence;
         if (_GEN_4 | ~(_GEN_5 & _GEN_6)) begin
@@ -6675,29 +6663,32 @@ module Sources(
         at <= frame_bits_sequence[4:0];
       end
       else if (_GEN_5) begin
-        seen <= ({32{~_GEN_6}} | {32{names_hasSequence & _GEN_7[13:5] == 9'h0}}) & seen;
-        if (_GEN_8)
+        seen <= ({32{~_GEN_6}} | {32{_seen_T}}) & seen;
+        if (_GEN_7)
           at <= names_newest[4:0] + 5'h1;
       end
       else begin
-        seen <= ({32{~_GEN_9}} | ~bit_0) & seen;
-        if (~_GEN_9 | _GEN_10) begin
+        seen <= ({32{~_GEN_8}} | ~bit_0) & seen;
+        if (~_GEN_8 | _GEN_9) begin
         end
         else
           at <= at + 5'h1;
       end
-      isNew <= ~_GEN_4 & (_GEN_5 & (_GEN_6 | _behind_T[12:5] == 8'h0 & (seen & bit_0) == 32'h0) | isNew);
+      isNew <=
+        ~_GEN_4
+        & (_GEN_5 & (_GEN_6 | (_above_T == 14'h0 | (&(_above_T[13:5])) & (|(_above_T[4:0]))) & (seen & bit_0) == 32'h0)
+           | isNew);
     end
     if (_GEN_2 | ~_GEN_1) begin
     end
     else
-      isLast <= silent;
+      isForgotten <= silent;
     if (~(|step))
       wiping <= ~(frame_valid | asks_valid) & sweeps;
   end // always @(posedge)
-  assign _ram_write = ~_GEN_2 & (_GEN_1 | ~_GEN_14 & (_GEN_16 | (_GEN_13 ? _step_T : _GEN_15)));
+  assign _ram_write = ~_GEN_2 & (_GEN_1 | ~_GEN_13 & (_GEN_15 | (_GEN_12 ? _step_T : _GEN_14)));
   assign _ram_writeAddress =
-    {source, _GEN_2 ? 2'h1 : _GEN_1 ? 2'h2 : _GEN_14 ? 2'h1 : _GEN_11 ? 2'h0 : _GEN_12 | ~_GEN_13 ? 2'h1 : 2'h2};
+    {source, _GEN_2 ? 2'h1 : _GEN_1 ? 2'h2 : _GEN_13 ? 2'h1 : _GEN_10 ? 2'h0 : _GEN_11 | ~_GEN_12 ? 2'h1 : 2'h2};
   assign _ram_writeData =
     _GEN_2
       ? _GEN
@@ -6705,7 +6696,7 @@ module Sources(
           ? {frame_bits_receivedBy & ~frame_bits_sentBy ? frame_bits_distance : silent ? 8'h0 : _ram_readData[31:24],
              ~frame_bits_receivedBy & frame_bits_sentBy ? frame_bits_distance : silent ? 8'h0 : _ram_readData[23:16],
              now}
-          : _GEN_14 ? _GEN : _GEN_11 ? seen | (isNew ? bit_0 : 32'h0) : _GEN_12 | ~(_GEN_13 | _GEN_15) ? _GEN : 32'h0;
+          : _GEN_13 ? _GEN : _GEN_10 ? seen | (isNew ? bit_0 : 32'h0) : _GEN_11 | ~(_GEN_12 | _GEN_14) ? _GEN : 32'h0;
   assign _ram_readAddress = {source, _GEN_2 ? 2'h2 : _GEN_1 ? 2'h1 : {~_GEN_3, 1'h0}};
   DualPortRam #(
     .ADDRESS_BITS(9),

@@ -152,20 +152,19 @@ class OwnFrames(p: CanParams) extends Module {
       homes(q)   := home(q).bits
       hasHome(q) := true.B
     }
-    val behind = next - h.sequence // of its sequence, 1 to 16 on its way
+    val ahead  = h.sequence - next // below it by 1 to 16: on its way
     val isUsed = hasHome(q) && isDue(q) && !listens
     val isData = h.kind === LinkKind.Data.U
     val isLife = h.kind === LinkKind.Start.U
-    val ahead  = h.sequence - next + 1.U
     isForeign(q) := isUsed && Mux(
       isData,
-      isAhead && ahead =/= 0.U && !ahead(SequenceWidth - 1),
+      isAhead && !ahead(SequenceWidth - 1) && !ahead(SequenceWidth - 2, 0).andR,
       isLife && h.sequence =/= setting.life
     )
     isOwn(q) := isUsed && Mux(
       announces,
       isLife,
-      isData && (behind - 1.U)(SequenceWidth - 1, SequenceBits) === 0.U
+      isData && ahead(SequenceWidth - 1, SequenceBits).andR
     )
   }
   when(walk && isForeign.asUInt.orR) { inConflict := true.B }
@@ -175,9 +174,16 @@ class OwnFrames(p: CanParams) extends Module {
   private val records = DualPortRam(Words, (new OwnRecord).getWidth)(clock)
   records.io.readAddress := Mux(walk, Life.U, coming)
 
-  private val listed  = entry.bits.slot
-  private val isIt    = leavesReg.map(h => Mux(isFirst, h.isLife, !h.isLife && h.slot === listed))
-  private val isOnWay = Mux(isFirst, announces, begunMap(listed))
+  private val listed = entry.bits.slot
+  private val isIt   = leavesReg.map(h => Mux(isFirst, h.isLife, !h.isLife && h.slot === listed))
+
+  // The slot that is looked at: of the walk, and behind it what is next at a port.
+  private val nextSlots = Wire(Vec(2, UInt(slotBits.W)))
+  private val looked1   = phase === Decides(1).U
+  private val slot      = Mux(entry.valid, listed, Mux(looked1, nextSlots(1), nextSlots(0)))
+  private val isPending = pending(slot)
+  private val isBegun   = begunMap(slot)
+  private val isOnWay   = Mux(isFirst, announces, isBegun)
 
   // What a port has begun with the last decision; and that it has got a sequence. Reset: nothing.
   private val began    = RegInit(VecInit(false.B, false.B))
@@ -215,7 +221,7 @@ class OwnFrames(p: CanParams) extends Module {
   private val expires   = acts && !isConfirmed && !alone && !listens && isOver && !inConflict
   private val repeats   = expires && !isUseless
   private val well      = acts && isConfirmed
-  private val isLost    = alone && setting.on && !isFirst && !isOnWay && pending(listed)
+  private val isLost    = alone && setting.on && !isFirst && !isOnWay && isPending
   private val fails     = (acts && !isConfirmed && (alone || listens)) || (expires && isUseless) || isLost
   private val isDone    = well || fails
   private val r3        = WireDefault(r2)
@@ -241,7 +247,7 @@ class OwnFrames(p: CanParams) extends Module {
   }
 
   private val isSlot = entry.valid
-  keeps                   := pending(listed) && !isDone
+  keeps                   := isPending && !isDone
   ends.valid              := isSlot && isDone
   ends.bits               := listed
   sent                    := well
@@ -266,8 +272,9 @@ class OwnFrames(p: CanParams) extends Module {
   choice.nextSequence        := next
   look := Mux(phase === Looks(0).U, choice.next(0).bits.place, choice.next(1).bits.place)
 
-  private val isAble    = setting.on && !inConflict && setting.address =/= 0.U && !listens
-  private val nextIsNew = Wire(Vec(2, Bool()))
+  private val isAble     = setting.on && !inConflict && setting.address =/= 0.U && !listens
+  private val nextIsNew  = Wire(Vec(2, Bool()))
+  private val highBefore = next(SequenceWidth - 1, SequenceBits) - 1.U
   counts.sent := nextIsNew.asUInt.orR
   when(phase === Looks(0).U) {
     began    := VecInit(false.B, false.B)
@@ -276,17 +283,20 @@ class OwnFrames(p: CanParams) extends Module {
   for (q <- 0 to 1) {
     val it     = choice.next(q).bits
     val header = leavesReg(q)
-    offer(q).valid := isAble && (lifeWaits(q) || (choice.next(q).valid && pending(it.slot)))
+    nextSlots(q)   := it.slot
+    offer(q).valid := isAble && (lifeWaits(q) || (choice.next(q).valid && isPending))
     offer(q).bits  := Mux(lifeWaits(q), 0.U, looked)
-    nextIsNew(q)   := begins(q) && !lifeWaits(q) && it.isNew && !begunMap(it.slot)
-    // Of sequences up to 16 behind the next one the low bits are known.
-    val behind = (next - 1.U - Mux(it.isNew, next - 1.U, it.sequence))(SequenceBits - 1, 0)
+    nextIsNew(q)   := begins(q) && !lifeWaits(q) && it.isNew && !isBegun
+    // Of sequences up to 16 below the next one the low bits are known. One that is new may have got the last one
+    // in front of this cycle, by the other port.
+    val low  = Mux(it.isNew, next(SequenceBits - 1, 0) - 1.U, it.sequence)
+    val high = Mux(low >= next(SequenceBits - 1, 0), highBefore, next(SequenceWidth - 1, SequenceBits))
     when(down(q) && phase === Looks(0).U) { header.valid := false.B }
     when(begins(q)) {
       header.valid    := true.B
       header.isLife   := lifeWaits(q)
       header.slot     := it.slot
-      header.sequence := Mux(lifeWaits(q), setting.life, Mux(nextIsNew(q), next, next - 1.U - behind))
+      header.sequence := Mux(lifeWaits(q), setting.life, Mux(nextIsNew(q), next, high ## low))
       began(q)        := true.B
       beganNew(q)     := nextIsNew(q)
     }
@@ -295,8 +305,9 @@ class OwnFrames(p: CanParams) extends Module {
       isAhead := true.B
     }
   }
-  begunMap := (begunMap & ~Mux(ends.valid, UIntToOH(ends.bits, p.slots), 0.U)) |
-    (0 to 1).map(q => Mux(nextIsNew(q), UIntToOH(choice.next(q).bits.slot, p.slots), 0.U)).reduce(_ | _)
+  private val oneSlot = UIntToOH(slot, p.slots)
+  when(ends.valid) { begunMap := begunMap & ~oneSlot }
+  when(nextIsNew.asUInt.orR) { begunMap := begunMap | oneSlot }
 
   begun    := begunMap
   conflict := inConflict
@@ -319,9 +330,10 @@ class OwnFrames(p: CanParams) extends Module {
 object OwnFrames {
 
   // Cycles behind the end of a bit: ports have changed, so the walk begins; it is over: keys are looked up.
-  private val Walk  = 2
-  private val Looks = Seq(21, 22)
-  private val Rest  = 23
+  private val Walk    = 2
+  private val Looks   = Seq(21, 22)
+  private val Decides = Seq(22, 23) // as PassingOn has it
+  private val Rest    = 24
 
   /** Where the start of a life has its record, behind those of the slots. */
   private val Life          = 16

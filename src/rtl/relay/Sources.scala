@@ -53,25 +53,27 @@ class Sources extends Module {
   private object Step extends ChiselEnum {
     val idle, place, names, map, judges, forgets, keepsMap, keepsNames, tells, wipesNames, wipesPlace = Value
   }
-  private val step   = RegInit(Step.idle) // reset: nothing is to be done
-  private val now    = RegInit(0.U(16.W)) // units
-  private val sweeps = RegInit(false.B)   // a source is to be looked at; reset: none
-  private val swept  = RegInit(0.U(7.W))
-  private val clears = RegInit(true.B)    // nothing is known any more
-  private val names  = Reg(new Names)
-  private val seen   = Reg(UInt(32.W))
-  private val at     = Reg(UInt(5.W))     // a sequence, by its low bits
-  private val isNew  = Reg(Bool())        // it is to be delivered
-  private val isLast = Reg(Bool())
-  private val wiping = Reg(Bool())        // a source is being forgotten by the sweep
+  private val step        = RegInit(Step.idle) // reset: nothing is to be done
+  private val now         = RegInit(0.U(16.W)) // units
+  private val sweeps      = RegInit(false.B)   // a source is to be looked at; reset: none
+  private val swept       = RegInit(0.U(7.W))
+  private val clears      = RegInit(true.B)    // nothing is known any more
+  private val names       = Reg(new Names)
+  private val seen        = Reg(UInt(32.W))
+  private val at          = Reg(UInt(5.W))     // a sequence, by its low bits
+  private val isNew       = Reg(Bool())        // it is to be delivered
+  private val isForgotten = Reg(Bool())
+  private val wiping      = Reg(Bool())        // a source is being forgotten by the sweep
 
   private val it      = frame.bits
   private val place   = got.asTypeOf(new Place)
   private val limit   = Mux(confirm(15, 8).andR, MostUnits.U, confirm)
   private val silent  = now - place.heard > limit
   private val isData  = it.kind === LinkKind.Data.U
-  private val behind  = names.newest - it.sequence
-  private val isAhead = behind(13)
+  private val above   = it.sequence - names.newest                            // the newest one, or below it
+  private val isAhead = above =/= 0.U && (!above(13) || above(12, 0) === 0.U) // by up to 8,192
+  private val isNear  = above(13, 5) === 0.U                                  // above it, by less than 32
+  private val isBelow = above === 0.U || (above(13, 5).andR && above(4, 0) =/= 0.U) // by less than 32
   private val bit     = UIntToOH(at)
 
   when(unit) {
@@ -113,13 +115,13 @@ class Sources extends Module {
       ram.io.write        := true.B
       ram.io.writeAddress := word(2)
       ram.io.writeData    := next.asUInt
-      isLast              := silent // it is forgotten
+      isForgotten         := silent // it is forgotten
       step                := Step.names
     }
     is(Step.names) {
       ram.io.readAddress := word(0)
       names              := got.asTypeOf(new Names)
-      when(isLast) {
+      when(isForgotten) {
         names.hasLife     := false.B
         names.hasSequence := false.B
       }
@@ -145,13 +147,13 @@ class Sources extends Module {
       when(!names.hasSequence || isAhead) {
         isNew        := true.B
         names.newest := it.sequence
-        seen         := seen & Fill(32, names.hasSequence && (0.U - behind)(13, 5) === 0.U)
+        seen         := seen & Fill(32, names.hasSequence && isNear)
         // Those between the newest one and this have not come.
-        when(names.hasSequence && (0.U - behind)(13, 5) === 0.U) {
+        when(names.hasSequence && isNear) {
           at   := names.newest(4, 0) + 1.U
           step := Step.forgets
         }
-      }.elsewhen(behind(12, 5) === 0.U && (seen & bit) === 0.U) { isNew := true.B }
+      }.elsewhen(isBelow && (seen & bit) === 0.U) { isNew := true.B }
     }
     is(Step.forgets) {
       seen := seen & ~bit
