@@ -6507,10 +6507,14 @@ module Sources(
 );
 
   wire        _ram_write;
-  wire [8:0]  _ram_writeAddress;
+  wire [7:0]  _ram_writeAddress;
   wire [31:0] _ram_writeData;
-  wire [8:0]  _ram_readAddress;
+  wire [7:0]  _ram_readAddress;
   wire [31:0] _ram_readData;
+  wire        _map_write;
+  wire [11:0] _map_writeAddress;
+  wire [11:0] _map_readAddress;
+  wire        _map_readData;
   reg  [3:0]  step;
   reg  [15:0] now;
   reg         sweeps;
@@ -6520,76 +6524,36 @@ module Sources(
   reg  [13:0] names_life;
   reg         names_hasSequence;
   reg  [13:0] names_newest;
-  reg  [31:0] seen;
   reg  [4:0]  at;
   reg         isNew;
-  reg         isForgotten;
-  reg         wiping;
+  reg         isOld;
   wire        silent = now - _ram_readData[15:0] > ((&(confirm[15:8])) ? 16'hFEFF : confirm);
   wire [13:0] _above_T = frame_bits_sequence - names_newest;
-  wire [31:0] bit_0 = 32'h1 << at;
   wire [6:0]  source =
-    ~(|step) & ~frame_valid & asks_valid ? asks_bits : wiping | ~(|step) & ~frame_valid ? swept : frame_bits_source;
-  wire [31:0] _GEN = {2'h0, names_hasLife, names_life, names_hasSequence, names_newest};
-  wire        _GEN_0 = step == 4'h8;
-  wire        _GEN_1 = step == 4'h1;
-  wire        _GEN_2 = ~(|step) | _GEN_0;
-  wire        _GEN_3 = step == 4'h2;
-  wire        _GEN_4 = step == 4'h3;
+    ((|step) ? isOld : ~frame_valid & ~asks_valid) ? swept : (|step) | frame_valid ? frame_bits_source : asks_bits;
+  wire        _map_io_writeData_T = at == frame_bits_sequence[4:0];
+  wire        _done_output = step == 4'h5;
+  wire [31:0] _ram_io_writeData_T_4 =
+    _done_output
+      ? {2'h0, names_hasLife, names_life, names_hasSequence, names_newest}
+      : {frame_bits_receivedBy & ~frame_bits_sentBy ? frame_bits_distance : _ram_readData[31:24],
+         ~frame_bits_receivedBy & frame_bits_sentBy ? frame_bits_distance : _ram_readData[23:16],
+         now};
+  wire        _double_T_2 = frame_bits_kind == 2'h0;
+  wire        _GEN = step == 4'h6;
+  wire        _GEN_0 = step == 4'h1;
+  wire        _GEN_1 = step == 4'h2;
+  wire        _GEN_2 = step == 4'h3;
+  wire        _GEN_3 = ~names_hasSequence | (|_above_T) & (~(_above_T[13]) | _above_T[12:0] == 13'h0);
+  wire        _GEN_4 = (_above_T == 14'h0 | (&(_above_T[13:5])) & (|(_above_T[4:0]))) & ~_map_readData;
   wire        _GEN_5 = step == 4'h4;
-  wire        _GEN_6 = ~names_hasSequence | (|_above_T) & (~(_above_T[13]) | _above_T[12:0] == 13'h0);
-  wire        _seen_T = names_hasSequence & _above_T[13:5] == 9'h0;
-  wire        _GEN_7 = _GEN_6 & _seen_T;
-  wire        _GEN_8 = step == 4'h5;
-  wire        _GEN_9 = at == frame_bits_sequence[4:0];
-  wire        _GEN_10 = step == 4'h6;
-  wire        _GEN_11 = step == 4'h7;
-  wire        _done_output = ~(~(|step) | _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8 | _GEN_10) & _GEN_11;
-  wire        _GEN_12 = step == 4'hA;
-  wire        _step_T = silent | clears;
-  wire        _GEN_13 = _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8;
-  wire        _GEN_14 = step == 4'h9;
-  wire        _GEN_15 = _GEN_10 | _GEN_11;
-  reg  [3:0]  casez_tmp;
-  always @(*) begin
-    casez (step)
-      4'b0000:
-        casez_tmp = step;
-      4'b0001:
-        casez_tmp = 4'h2;
-      4'b0010:
-        casez_tmp = 4'h3;
-      4'b0011:
-        casez_tmp = (|frame_bits_kind) ? 4'h7 : 4'h4;
-      4'b0100:
-        casez_tmp = _GEN_7 ? 4'h5 : 4'h6;
-      4'b0101:
-        casez_tmp = _GEN_9 ? 4'h6 : step;
-      4'b0110:
-        casez_tmp = 4'h7;
-      4'b0111:
-        casez_tmp = 4'h0;
-      4'b1000:
-        casez_tmp = 4'h0;
-      4'b1001:
-        casez_tmp = 4'h0;
-      4'b1010:
-        casez_tmp = _step_T ? 4'h9 : 4'h0;
-      4'b1011:
-        casez_tmp = step;
-      4'b1100:
-        casez_tmp = step;
-      4'b1101:
-        casez_tmp = step;
-      4'b1110:
-        casez_tmp = step;
-      default:
-        casez_tmp = step;
-    endcase
-  end // always @(*)
-  wire        _double_T = _done_output & ~(|frame_bits_kind);
-  wire        _GEN_16 = unit | sweeps;
-  wire        _GEN_17 = ~(|step) | _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8 | _GEN_15;
+  wire        _GEN_6 = step == 4'h5;
+  wire        _GEN_7 = step == 4'h7;
+  wire        _step_T_1 = silent | clears;
+  wire        _GEN_8 = step == 4'h8;
+  wire        _GEN_9 = ~(|step) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_5 | _GEN_6;
+  wire        _GEN_10 = unit | sweeps;
+  wire        _GEN_11 = _GEN_8 & isOld;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       step <= 4'h0;
@@ -6600,22 +6564,38 @@ module Sources(
     end
     else begin
       if (on) begin
-        if (|step)
-          step <= casez_tmp;
+        if (|step) begin
+          if (_GEN)
+            step <= 4'h0;
+          else if (_GEN_0)
+            step <= {1'h0, silent ? 3'h7 : 3'h2};
+          else if (_GEN_1)
+            step <= 4'h3;
+          else if (_GEN_2)
+            step <= {3'h2, ~(_double_T_2 & (_GEN_3 | _GEN_4))};
+          else if (_GEN_5) begin
+            if (_map_io_writeData_T)
+              step <= 4'h5;
+          end
+          else if (_GEN_6)
+            step <= 4'h0;
+          else if (_GEN_7)
+            step <= {_step_T_1 | ~isOld, 3'h0};
+          else if (_GEN_8)
+            step <= 4'h0;
+        end
         else if (frame_valid)
           step <= 4'h1;
         else if (asks_valid)
-          step <= 4'h8;
+          step <= 4'h6;
         else if (sweeps)
-          step <= 4'hA;
-        if (~_GEN_17) begin
-          if (_GEN_12) begin
-            if (silent | clears) begin
-            end
-            else
+          step <= 4'h7;
+        if (~_GEN_9) begin
+          if (_GEN_7) begin
+            if (isOld & ~silent & ~clears)
               swept <= swept + 7'h1;
           end
-          else if (_GEN_14)
+          else if (_GEN_11)
             swept <= swept + 7'h1;
         end
       end
@@ -6625,82 +6605,74 @@ module Sources(
       end
       if (unit)
         now <= now + 16'h1;
-      sweeps <= ~on | (_GEN_17 ? _GEN_16 : ~_GEN_12 & (_GEN_14 ? clears & ~(&swept) : _GEN_16));
+      sweeps <= ~on | (_GEN_9 ? _GEN_10 : _GEN_7 ? ~isOld & _GEN_10 : _GEN_11 ? clears & ~(&swept) : _GEN_10);
       clears <=
-        ~on
-        | (~(|step) | _GEN_0 | _GEN_1 | _GEN_3 | _GEN_4 | _GEN_5 | _GEN_8 | _GEN_10 | _GEN_11 | _GEN_12 | ~_GEN_14
-           | ~(&swept)) & clears;
+        ~on | (~(|step) | _GEN | _GEN_0 | _GEN_1 | _GEN_2 | _GEN_5 | _GEN_6 | _GEN_7 | ~_GEN_11 | ~(&swept)) & clears;
     end
   end // always @(posedge, posedge)
-  wire        _GEN_18 =
-    (|frame_bits_kind) & frame_bits_kind == 2'h1 & ~(names_hasLife & names_life == frame_bits_sequence);
-  wire        _GEN_19 = _GEN_4 & _GEN_18;
+  wire        _GEN_12 = frame_bits_kind == 2'h1 & ~(names_hasLife & names_life == frame_bits_sequence);
+  wire        _GEN_13 = _GEN_2 & _GEN_12;
+  wire        _GEN_14 = _double_T_2 & _GEN_3;
+  wire        _GEN_15 = ~(|step) | _GEN | _GEN_0 | _GEN_1;
   always @(posedge clock) begin
-    if (~(~(|step) | _GEN_0 | _GEN_1)) begin
-      if (_GEN_3) begin
-        names_hasLife <= ~isForgotten & _ram_readData[29];
+    if (~(~(|step) | _GEN | _GEN_0)) begin
+      if (_GEN_1) begin
+        names_hasLife <= _ram_readData[29];
         names_life <= _ram_readData[28:15];
-        names_hasSequence <= ~isForgotten & _ram_readData[14];
+        names_hasSequence <= _ram_readData[14];
         names_newest <= _ram_readData[13:0];
       end
       else begin
-        names_hasLife <= _GEN_19 | names_hasLife;
-        if (_GEN_19)
+        names_hasLife <= _GEN_13 | names_hasLife;
+        if (_GEN_13)
           names_life <= frame_bits_sequence;
-        if (_GEN_4)
-          names_hasSequence <= ~_GEN_18 & names_hasSequence;
-        else
-          names_hasSequence <= _GEN_5 | names_hasSequence;
-        if (_GEN_4 | ~(_GEN_5 & _GEN_6)) begin
-        end
-        else
+        if (_GEN_2)
+          names_hasSequence <= _double_T_2 | ~_GEN_12 & names_hasSequence;
+        if (_GEN_2 & _GEN_14)
           names_newest <= frame_bits_sequence;
       end
     end
-    if (~(~(|step) | _GEN_0 | _GEN_1 | _GEN_3)) begin
-      if (_GEN_4) begin
-        seen <= _ram_readData;
-        at <= frame_bits_sequence[4:0];
-      end
-      else if (_GEN_5) begin
-        seen <= ({32{~_GEN_6}} | {32{_seen_T}}) & seen;
-        if (_GEN_7)
-          at <= names_newest[4:0] + 5'h1;
-      end
-      else begin
-        seen <= ({32{~_GEN_8}} | ~bit_0) & seen;
-        if (~_GEN_8 | _GEN_9) begin
-        end
-        else
-          at <= at + 5'h1;
-      end
-      isNew <=
-        ~_GEN_4
-        & (_GEN_5 & (_GEN_6 | (_above_T == 14'h0 | (&(_above_T[13:5])) & (|(_above_T[4:0]))) & (seen & bit_0) == 32'h0)
-           | isNew);
+    if (~_GEN_15) begin
+      if (_GEN_2)
+        at <=
+          _GEN_14
+            ? (names_hasSequence & _above_T[13:5] == 9'h0 ? names_newest[4:0] : frame_bits_sequence[4:0]) + 5'h1
+            : frame_bits_sequence[4:0];
+      else if (_GEN_5)
+        at <= at + 5'h1;
     end
-    if (_GEN_2 | ~_GEN_1) begin
+    if (_GEN_15 | ~_GEN_2) begin
     end
     else
-      isForgotten <= silent;
+      isNew <= _double_T_2 & (_GEN_3 | _GEN_4);
     if (~(|step))
-      wiping <= ~(frame_valid | asks_valid) & sweeps;
+      isOld <= ~frame_valid;
   end // always @(posedge)
-  assign _ram_write = ~_GEN_2 & (_GEN_1 | ~_GEN_13 & (_GEN_15 | (_GEN_12 ? _step_T : _GEN_14)));
-  assign _ram_writeAddress =
-    {source, _GEN_2 ? 2'h1 : _GEN_1 ? 2'h2 : _GEN_13 ? 2'h1 : _GEN_10 ? 2'h0 : _GEN_11 | ~_GEN_12 ? 2'h1 : 2'h2};
-  assign _ram_writeData =
-    _GEN_2
-      ? _GEN
-      : _GEN_1
-          ? {frame_bits_receivedBy & ~frame_bits_sentBy ? frame_bits_distance : silent ? 8'h0 : _ram_readData[31:24],
-             ~frame_bits_receivedBy & frame_bits_sentBy ? frame_bits_distance : silent ? 8'h0 : _ram_readData[23:16],
-             now}
-          : _GEN_13 ? _GEN : _GEN_10 ? seen | (isNew ? bit_0 : 32'h0) : _GEN_11 | ~(_GEN_12 | _GEN_14) ? _GEN : 32'h0;
-  assign _ram_readAddress = {source, _GEN_2 ? 2'h2 : _GEN_1 ? 2'h1 : {~_GEN_3, 1'h0}};
+  assign _map_write = step == 4'h4;
+  assign _map_writeAddress = {frame_bits_source, at};
+  assign _map_readAddress = {frame_bits_source, frame_bits_sequence[4:0]};
   DualPortRam #(
-    .ADDRESS_BITS(9),
-    .DEPTH(512),
+    .ADDRESS_BITS(12),
+    .DEPTH(4096),
+    .WIDTH(1)
+  ) map (
+    .clock        (clock),
+    .write        (_map_write),
+    .writeAddress (_map_writeAddress),
+    .writeData    (_map_io_writeData_T),
+    .readAddress  (_map_readAddress),
+    .readData     (_map_readData)
+  );
+  assign _ram_write =
+    ~(~(|step) | _GEN)
+    & (_GEN_0 ? ~silent : ~(_GEN_1 | _GEN_2 | _GEN_5) & (_GEN_6 | (_GEN_7 ? _step_T_1 | ~isOld : _GEN_8)));
+  assign _ram_writeAddress = {source, step == 4'h1 | step == 4'h7};
+  assign _ram_writeData =
+    _GEN_9 ? _ram_io_writeData_T_4 : _GEN_7 ? {16'h0, now} : _GEN_8 ? 32'h0 : _ram_io_writeData_T_4;
+  assign _ram_readAddress = {source, step != 4'h1};
+  DualPortRam #(
+    .ADDRESS_BITS(8),
+    .DEPTH(256),
     .WIDTH(32)
   ) ram (
     .clock        (clock),
@@ -6711,9 +6683,9 @@ module Sources(
     .readData     (_ram_readData)
   );
   assign done = _done_output;
-  assign takes = _double_T & isNew;
-  assign double = _double_T & ~isNew;
-  assign told_valid = step == 4'h8;
+  assign takes = _done_output & isNew;
+  assign double = _done_output & ~isNew & _double_T_2;
+  assign told_valid = step == 4'h6;
   assign told_bits = silent ? 16'h0 : _ram_readData[31:16];
 endmodule
 

@@ -35,10 +35,11 @@ class Sources extends Module {
   val asks = IO(Input(Valid(UInt(7.W))))
   val told = IO(Output(Valid(UInt(16.W))))
 
-  private val ram = DualPortRam(Count * 4, 32)(clock)
-  private val got = ram.io.readData
+  // The sequences that came, a bit for each of the last 32 in the place of its low bits; and two words of each
+  // source.
+  private val map = DualPortRam(Count * Last, 1)(clock)
+  private val ram = DualPortRam(Count * 2, 32)(clock)
 
-  // The words of a source: the sequences, a bit for each of the last 32 in the place of its low bits; then
   private class Names extends Bundle {
     val hasLife     = Bool()
     val life        = UInt(14.W)
@@ -51,145 +52,123 @@ class Sources extends Module {
   }
 
   private object Step extends ChiselEnum {
-    val idle, place, names, map, judges, forgets, keepsMap, keepsNames, tells, wipesNames, wipesPlace = Value
+    val idle, place, names, judges, marks, keeps, tells, looks, forgets = Value
   }
-  private val step        = RegInit(Step.idle) // reset: nothing is to be done
-  private val now         = RegInit(0.U(16.W)) // units
-  private val sweeps      = RegInit(false.B)   // a source is to be looked at; reset: none
-  private val swept       = RegInit(0.U(7.W))
-  private val clears      = RegInit(true.B)    // nothing is known any more
-  private val names       = Reg(new Names)
-  private val seen        = Reg(UInt(32.W))
-  private val at          = Reg(UInt(5.W))     // a sequence, by its low bits
-  private val isNew       = Reg(Bool())        // it is to be delivered
-  private val isForgotten = Reg(Bool())
-  private val wiping      = Reg(Bool())        // a source is being forgotten by the sweep
+  private val step   = RegInit(Step.idle) // reset: nothing is to be done
+  private val now    = RegInit(0.U(16.W)) // units
+  private val sweeps = RegInit(false.B)   // a source is to be looked at; reset: none
+  private val swept  = RegInit(0.U(7.W))
+  private val clears = RegInit(true.B)    // nothing is known any more
+  private val names  = Reg(new Names)
+  private val at     = Reg(UInt(5.W))     // a sequence, by its low bits
+  private val isNew  = Reg(Bool())        // it is to be delivered
+  private val isOld  = Reg(Bool())        // a source is forgotten for itself, not for its frame
 
   private val it      = frame.bits
-  private val place   = got.asTypeOf(new Place)
+  private val place   = ram.io.readData.asTypeOf(new Place)
   private val limit   = Mux(confirm(15, 8).andR, MostUnits.U, confirm)
   private val silent  = now - place.heard > limit
-  private val isData  = it.kind === LinkKind.Data.U
+  private val low     = it.sequence(4, 0)
   private val above   = it.sequence - names.newest                            // the newest one, or below it
   private val isAhead = above =/= 0.U && (!above(13) || above(12, 0) === 0.U) // by up to 8,192
   private val isNear  = above(13, 5) === 0.U                                  // above it, by less than 32
   private val isBelow = above === 0.U || (above(13, 5).andR && above(4, 0) =/= 0.U) // by less than 32
-  private val bit     = UIntToOH(at)
+  private val isIdle  = step === Step.idle
+  private val isSwept = Mux(isIdle, !frame.valid && !asks.valid, isOld)
+  private val source  = Mux(isSwept, swept, Mux(isIdle && !frame.valid, asks.bits, it.source))
 
   when(unit) {
     now    := now + 1.U
     sweeps := true.B
   }
 
-  private val source = Mux(
-    step === Step.idle && !frame.valid && asks.valid,
-    asks.bits,
-    Mux(wiping || (step === Step.idle && !frame.valid), swept, it.source)
-  )
-  private def word(n: Int) = source ## n.U(2.W)
-  ram.io.readAddress  := word(2)
+  private val heard = WireDefault(place)
+  heard.heard := now
+  for (p <- 0 to 1) when(it.receivedBy === p.U && it.sentBy =/= p.U) { heard.distances(p) := it.distance }
+
+  // What is read in a step is there in the next one: where a source stands first.
+  map.io.write        := step === Step.marks
+  map.io.writeAddress := it.source ## at
+  map.io.writeData    := at === low
+  map.io.readAddress  := it.source ## low
+  ram.io.readAddress  := source ## (step =/= Step.place)
   ram.io.write        := false.B
-  ram.io.writeAddress := word(1)
-  ram.io.writeData    := names.asUInt
-  done                := false.B
+  ram.io.writeAddress := source ## (step === Step.place || step === Step.looks)
+  ram.io.writeData    := Mux(step === Step.keeps, names.asUInt, heard.asUInt)
+  done                := step === Step.keeps
+  takes               := done && isNew
+  double              := done && !isNew && it.kind === LinkKind.Data.U
   told.valid          := step === Step.tells
   told.bits           := Mux(silent, 0.U, place.distances.asUInt)
 
   switch(step) {
     is(Step.idle) {
-      wiping := false.B
+      isOld := !frame.valid
       when(frame.valid) { step := Step.place }
         .elsewhen(asks.valid) { step := Step.tells }
-        .elsewhen(sweeps) {
-          wiping := true.B
-          step   := Step.wipesPlace
-        }
+        .elsewhen(sweeps) { step := Step.looks }
     }
     is(Step.tells) { step := Step.idle }
     is(Step.place) {
-      ram.io.readAddress := word(1)
-      val next = WireDefault(place)
-      when(silent) { next.distances := VecInit(0.U, 0.U) }
-      for (p <- 0 to 1) when(it.receivedBy === p.U && it.sentBy =/= p.U) { next.distances(p) := it.distance }
-      next.heard          := now
-      ram.io.write        := true.B
-      ram.io.writeAddress := word(2)
-      ram.io.writeData    := next.asUInt
-      isForgotten         := silent // it is forgotten
-      step                := Step.names
+      ram.io.write := !silent
+      step         := Mux(silent, Step.looks, Step.names) // if it was silent it is a new one
     }
     is(Step.names) {
-      ram.io.readAddress := word(0)
-      names              := got.asTypeOf(new Names)
-      when(isForgotten) {
-        names.hasLife     := false.B
-        names.hasSequence := false.B
-      }
-      step := Step.map
-    }
-    is(Step.map) {
-      seen  := got
-      isNew := false.B
-      at    := it.sequence(4, 0)
+      names := ram.io.readData.asTypeOf(new Names)
       step  := Step.judges
-      when(!isData) {
-        step := Step.keepsNames
-        when(it.kind === LinkKind.Start.U && !(names.hasLife && names.life === it.sequence)) {
-          names.hasLife     := true.B
-          names.life        := it.sequence
-          names.hasSequence := false.B
-        }
-      }
     }
     is(Step.judges) {
-      names.hasSequence := true.B
-      step              := Step.keepsMap
-      when(!names.hasSequence || isAhead) {
-        isNew        := true.B
-        names.newest := it.sequence
-        seen         := seen & Fill(32, names.hasSequence && isNear)
-        // Those between the newest one and this have not come.
-        when(names.hasSequence && isNear) {
-          at   := names.newest(4, 0) + 1.U
-          step := Step.forgets
+      isNew := false.B
+      at    := low
+      step  := Step.keeps
+      when(it.kind === LinkKind.Start.U && !(names.hasLife && names.life === it.sequence)) {
+        names.hasLife     := true.B
+        names.life        := it.sequence
+        names.hasSequence := false.B
+      }
+      when(it.kind === LinkKind.Data.U) {
+        names.hasSequence := true.B
+        when(!names.hasSequence || isAhead) {
+          // Those between the newest one and this have not come; all 32 are anew if that lies farther away.
+          isNew        := true.B
+          names.newest := it.sequence
+          at           := Mux(names.hasSequence && isNear, names.newest(4, 0), low) + 1.U
+          step         := Step.marks
+        }.elsewhen(isBelow && map.io.readData === 0.U) {
+          isNew := true.B
+          step  := Step.marks
         }
-      }.elsewhen(isBelow && (seen & bit) === 0.U) { isNew := true.B }
+      }
     }
-    is(Step.forgets) {
-      seen := seen & ~bit
-      when(at === it.sequence(4, 0)) { step := Step.keepsMap }.otherwise { at := at + 1.U }
+    is(Step.marks) {
+      at := at + 1.U
+      when(at === low) { step := Step.keeps }
     }
-    is(Step.keepsMap) {
-      ram.io.write        := true.B
-      ram.io.writeAddress := word(0)
-      ram.io.writeData    := seen | Mux(isNew, bit, 0.U)
-      step                := Step.keepsNames
-    }
-    is(Step.keepsNames) {
+    is(Step.keeps) {
       ram.io.write := true.B
-      done         := true.B
       step         := Step.idle
     }
-    // The sweep: a source that is silent is forgotten, before the time goes round.
-    is(Step.wipesPlace) {
-      sweeps              := false.B
-      ram.io.write        := silent || clears
-      ram.io.writeAddress := word(2)
-      ram.io.writeData    := 0.U
-      step                := Mux(silent || clears, Step.wipesNames, Step.idle)
-      when(!silent && !clears) { swept := swept + 1.U }
+    // A source that is silent is forgotten, by the sweep before the time goes round.
+    is(Step.looks) {
+      ram.io.write     := silent || clears || !isOld
+      ram.io.writeData := now
+      step             := Mux(silent || clears || !isOld, Step.forgets, Step.idle)
+      when(isOld) {
+        sweeps := false.B
+        when(!silent && !clears) { swept := swept + 1.U }
+      }
     }
-    is(Step.wipesNames) {
+    is(Step.forgets) {
       ram.io.write     := true.B
       ram.io.writeData := 0.U
-      swept            := swept + 1.U
-      sweeps           := clears && !swept.andR // all, one behind the other
-      clears           := clears && !swept.andR
       step             := Step.idle
+      when(isOld) {
+        swept  := swept + 1.U
+        sweeps := clears && !swept.andR // all, one behind the other
+        clears := clears && !swept.andR
+      }
     }
   }
-  takes  := done && isData && isNew
-  double := done && isData && !isNew
 
   // Before a frame can be whole, all are forgotten: that takes 2,500 cycles at least.
   when(!on) {
@@ -202,6 +181,7 @@ class Sources extends Module {
 
 object Sources {
   private val Count = 128
+  private val Last  = 32 // sequences that are known of each
 
   /** Units of silence that can be told from none, when the time of 16 bits goes round meanwhile. */
   val MostUnits = 0xfeff
