@@ -1,7 +1,7 @@
 #include "can_port.h"
 
 #include "../driver/registers.h"
-#include "ring-bus.h"
+#include "ring-node.h"
 
 enum {
   QUANTA = 25, /* FR-38: 1 + 18 + 3 + 3, SJW 3 */
@@ -10,6 +10,11 @@ enum {
   SJW = 3,
   PRESCALER_MAX = 2048,
   KBPS_MAX = 1000,
+  LINK_KBPS_MIN = 400, /* FR-40 */
+  LINK_KBPS_MAX = 2000,
+  CONFIRM_UNIT_US = 10,
+  CONFIRM_BITS = 20000, /* FR-58: 10 ms at 2 Mbit/s */
+  LIFE_MASK = 0x7f,
   FILTERS = 2, /* to the own address, to all */
   DESTINATION_SHIFT = 21,
   DESTINATION_MASK = 0x7f,
@@ -28,42 +33,67 @@ static bool filter(struct board *board, uint16_t entry, uint8_t destination) {
   return write_holds(board, (uint16_t)NODE_CAN_F_FILTERN(entry), bytes, sizeof bytes);
 }
 
+/* How many of `part` kHz there are in a clock; 0: not a whole number of them. */
+static uint32_t divide(uint8_t core_mhz, uint32_t part) {
+  const uint32_t clocks = core_mhz * 1000u;
+  return part == 0 || clocks % part != 0 ? 0 : clocks / part;
+}
+
+static bool starts_bus(struct board *board, const struct can_port_config *config, uint32_t prescaler) {
+  const uint32_t timing = (prescaler - 1) << NODE_CAN_F_PRESCALER_SHIFT |
+                          (TSEG1 - 1u) << NODE_CAN_F_TSEG1_SHIFT | (TSEG2 - 1u) << NODE_CAN_F_TSEG2_SHIFT |
+                          (SJW - 1u) << NODE_CAN_F_SJW_SHIFT;
+  const uint32_t control = NODE_CAN_F_RUN_MASK | NODE_CAN_F_RECOVER_ITSELF_MASK;
+  return number_holds(board, NODE_CAN_F_TIMING, 4, timing) &&
+         number_holds(board, NODE_RING_CONTROL, 1, config->home ? NODE_RING_HOME_MASK : 0) &&
+         number_holds(board, NODE_CAN_F_CONTROL, 1, control);
+}
+
+static bool starts_relay(struct board *board, const struct can_port_config *config, uint32_t cycles) {
+  uint32_t confirm = config->confirm_us / CONFIRM_UNIT_US;
+  if (confirm == 0) confirm = CONFIRM_BITS * 1000u / config->kbps / CONFIRM_UNIT_US;
+  return number_holds(board, NODE_RING_LINK_BIT, 2, cycles) &&
+         number_holds(board, NODE_RING_CONFIRM, 2, confirm) &&
+         number_holds(board, NODE_RING_LIFE, 1, config->life & LIFE_MASK) &&
+         number_holds(board, NODE_RING_CONTROL, 1, NODE_RING_RELAY_MASK);
+}
+
 bool can_port_start(struct can_port *port, struct board *board, const struct can_port_config *config) {
-  const uint32_t clocks = config->core_mhz * 1000u;
-  const uint32_t bit = config->kbps * (uint32_t)QUANTA;
-  const uint32_t prescaler = bit == 0 ? 0 : clocks / bit;
-  *port = (struct can_port){.board = board};
-  if (config->kbps > KBPS_MAX || prescaler == 0 || prescaler > PRESCALER_MAX || prescaler * bit != clocks)
+  const bool relay = config->relay;
+  const uint32_t part = relay ? config->kbps : config->kbps * (uint32_t)QUANTA;
+  const uint32_t cycles = divide(config->core_mhz, part); /* of a link's bit, or of a quantum */
+  *port = (struct can_port){.board = board, .relay = relay};
+  port->slots = relay ? CAN_PORT_SLOTS : CAN_PORT_BUS_SLOTS;
+  if (cycles == 0 || cycles > PRESCALER_MAX || config->kbps > (relay ? LINK_KBPS_MAX : KBPS_MAX) ||
+      (relay && config->kbps < LINK_KBPS_MIN) || config->confirm_us / CONFIRM_UNIT_US > UINT16_MAX)
     return false;
 
-  /* What is on the wire is taken off by the stop; then nothing waits. */
+  /* What is on the wire is taken off by the stop, and by the end of relay mode; then nothing waits. */
+  write_number(board, NODE_RING_CONTROL, 1, 0);
   write_number(board, NODE_CAN_F_CONTROL, 1, 0);
   write_number(board, NODE_CAN_F_COMMAND, 1, NODE_CAN_F_ABORT_ALL_MASK);
   for (int i = 0; i < FIFO_MOST && read_number(board, NODE_CAN_F_RX_LEVEL, 1) != 0; ++i)
     write_number(board, NODE_CAN_F_RX_RELEASE, 1, 1);
 
-  const uint32_t timing = (prescaler - 1) << NODE_CAN_F_PRESCALER_SHIFT |
-                          (TSEG1 - 1u) << NODE_CAN_F_TSEG1_SHIFT | (TSEG2 - 1u) << NODE_CAN_F_TSEG2_SHIFT |
-                          (SJW - 1u) << NODE_CAN_F_SJW_SHIFT;
-  const uint32_t control = NODE_CAN_F_RUN_MASK | NODE_CAN_F_RECOVER_ITSELF_MASK;
-  return number_holds(board, NODE_CAN_F_TIMING, 4, timing) && filter(board, 0, config->address) &&
-         filter(board, FILTERS - 1, 0) && number_holds(board, NODE_RING_ADDRESS, 1, config->address) &&
-         number_holds(board, NODE_RING_CONTROL, 1, config->home ? NODE_RING_HOME_MASK : 0) &&
-         number_holds(board, NODE_CAN_F_CONTROL, 1, control);
+  return filter(board, 0, config->address) && filter(board, FILTERS - 1, 0) &&
+         number_holds(board, NODE_RING_ADDRESS, 1, config->address) &&
+         (relay ? starts_relay(board, config, cycles) : starts_bus(board, config, cycles));
 }
 
 bool can_port_runs(const struct can_port *port) {
-  return (read_number(port->board, NODE_CAN_F_CONTROL, 1) & NODE_CAN_F_RUN_MASK) != 0;
+  return port->relay ? (read_number(port->board, NODE_RING_CONTROL, 1) & NODE_RING_RELAY_MASK) != 0
+                     : (read_number(port->board, NODE_CAN_F_CONTROL, 1) & NODE_CAN_F_RUN_MASK) != 0;
 }
 
-/* One byte: a host with narrow words reads it at once. */
-static uint8_t pending(const struct can_port *port) {
-  return (uint8_t)read_number(port->board, NODE_CAN_F_REQUEST, 1);
+/* A host with narrow words reads one byte after the other: meanwhile slots may become free, and no other
+ * ones are filled. */
+static uint16_t pending(const struct can_port *port) {
+  return (uint16_t)read_number(port->board, NODE_CAN_F_REQUEST, port->slots > 8 ? 2 : 1);
 }
 
 bool can_port_send(struct can_port *port, const struct ring_frame *frame) {
-  const uint8_t waiting = pending(port);
-  for (uint16_t n = 0; n < CAN_PORT_SLOTS; ++n) {
+  const uint16_t waiting = pending(port);
+  for (uint16_t n = 0; n < port->slots; ++n) {
     if ((waiting >> n & 1) != 0) continue;
     const uint16_t slot = (uint16_t)NODE_CAN_F_SLOTN(n);
     uint8_t head[5];
@@ -72,15 +102,15 @@ bool can_port_send(struct can_port *port, const struct ring_frame *frame) {
     board_write(port->board, slot, head, sizeof head);
     board_write(port->board, (uint16_t)(slot + DATA_AT), frame->data, RING_FRAME_BYTES);
     port->ids[n] = frame->id;
-    write_number(port->board, NODE_CAN_F_REQUEST, 1, 1u << n);
+    write_number(port->board, (uint16_t)(NODE_CAN_F_REQUEST + n / 8), 1, 1u << n % 8);
     return true;
   }
   return false;
 }
 
 bool can_port_waits(const struct can_port *port, uint32_t id) {
-  const uint8_t waiting = pending(port);
-  for (unsigned n = 0; n < CAN_PORT_SLOTS; ++n)
+  const uint16_t waiting = pending(port);
+  for (unsigned n = 0; n < port->slots; ++n)
     if ((waiting >> n & 1) != 0 && port->ids[n] == id) return true;
   return false;
 }

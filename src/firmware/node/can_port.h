@@ -1,28 +1,38 @@
-/* Frames of the transport through the CAN port that a ring node has on its ring (preset ring-bus): its
- * registers are reached by the driver's `board_read` and `board_write`. */
+/* Frames of the transport through the CAN port that a ring node has on its ring (presets ring-bus and, in
+ * relay mode, too, ring-node): its registers are reached by the driver's `board_read` and `board_write`. */
 #ifndef FLYFRAME_CAN_PORT_H
 #define FLYFRAME_CAN_PORT_H
 
 #include "../driver/transport.h"
 #include "../ring/frame.h"
 
-enum { CAN_PORT_SLOTS = 8 }; /* slots 0 to 7; the others are not touched */
+enum {
+  CAN_PORT_SLOTS = 16,    /* in relay mode */
+  CAN_PORT_BUS_SLOTS = 8, /* in bus mode: slots 0 to 7; the others are not touched */
+};
 
 struct can_port {
   struct board *board;
+  bool relay;
+  uint8_t slots;                /* that are used: what the transport may have there (`slots`) */
   uint32_t ids[CAN_PORT_SLOTS]; /* of the frame that was put into each slot last */
 };
 
 struct can_port_config {
   uint8_t address;  /* 1 to 125 */
-  bool home;        /* in one node of the ring, normally the server's (FR-30) */
-  uint16_t kbps;    /* 5 to 1000: core_mhz * 40 must be a multiple of it */
+  bool home;        /* bus mode: in one node of the ring, normally the server's (FR-30) */
+  bool relay;       /* relay mode, in all nodes of the ring */
+  uint16_t kbps;    /* bus mode: 5 to 1000, core_mhz * 40 must be a multiple of it; relay mode: 400 to 2000,
+                       core_mhz * 1000 must be */
   uint8_t core_mhz; /* core clock, 50 or 100 */
+  /* Relay mode: */
+  uint32_t confirm_us; /* until a frame is repeated, up to 655,350; 0: as FR-58 has it for the bit rate */
+  uint8_t life;        /* number of this start, modulo 128, from memory that keeps it (FR-61) */
 };
 
-/* Sets up the node with the bit timing of FR-38, forgets what waits and what came, and takes part. It
- * receives data frames of 29 bits to its address and to all. False: the bit rate is impossible, or there is
- * no node. */
+/* Sets up the node, in bus mode with the bit timing of FR-38, forgets what waits and what came, and takes
+ * part. It receives data frames of 29 bits to its address and to all. False: the bit rate is impossible, or
+ * there is no such node. */
 bool can_port_start(struct can_port *port, struct board *board, const struct can_port_config *config);
 
 /* Whether the node still runs as it was started: after a reset of its own it does not. */

@@ -287,8 +287,8 @@ class OwnFrames(p: CanParams) extends Module {
     offer(q).valid := isAble && (lifeWaits(q) || (choice.next(q).valid && isPending))
     offer(q).bits  := Mux(lifeWaits(q), 0.U, looked)
     nextIsNew(q)   := begins(q) && !lifeWaits(q) && it.isNew && !isBegun
-    // Of sequences up to 16 below the next one the low bits are known. One that is new may have got the last one
-    // in front of this cycle, by the other port.
+    // Of sequences up to 16 below the next one the low bits are known. One that is new may have got the last
+    // one in front of this cycle, by the other port.
     val low  = Mux(it.isNew, next(SequenceBits - 1, 0) - 1.U, it.sequence)
     val high = Mux(low >= next(SequenceBits - 1, 0), highBefore, next(SequenceWidth - 1, SequenceBits))
     when(down(q) && phase === Looks(0).U) { header.valid := false.B }

@@ -35,8 +35,8 @@ class Sources extends Module {
   val asks = IO(Input(Valid(UInt(7.W))))
   val told = IO(Output(Valid(UInt(16.W))))
 
-  // The sequences that came, a bit for each of the last 32 in the place of its low bits; and two words of each
-  // source.
+  // Of each source, the sequences that came, a bit for each of the last 32 in the place of its low bits; and
+  // two words.
   private val map = DualPortRam(Count * Last, 1)(clock)
   private val ram = DualPortRam(Count * 2, 32)(clock)
 

@@ -41,7 +41,33 @@ class DriverInC(read: (Int, Int) => Seq[Int], write: (Int, Seq[Int]) => Unit) {
   }
 
   def start(address: Int, home: Boolean, kbps: Int, coreMhz: Int): Boolean =
-    call('I', address.toLong -> 1, (if (home) 1L else 0L) -> 1, kbps.toLong -> 2, coreMhz.toLong -> 1)._1
+    start(address, home, kbps, coreMhz, relay = false, 0, 0)
+
+  /** In relay mode. */
+  def relay(address: Int, kbps: Int, coreMhz: Int, confirmUs: Int = 0, life: Int = 0): Boolean =
+    start(address, home = false, kbps, coreMhz, relay = true, confirmUs, life)
+
+  private def start(
+      address: Int,
+      home: Boolean,
+      kbps: Int,
+      coreMhz: Int,
+      relay: Boolean,
+      confirmUs: Int,
+      life: Int
+  ): Boolean = {
+    def flag(set: Boolean) = if (set) 1L else 0L
+    call(
+      'I',
+      address.toLong   -> 1,
+      flag(home)       -> 1,
+      kbps.toLong      -> 2,
+      coreMhz.toLong   -> 1,
+      flag(relay)      -> 1,
+      confirmUs.toLong -> 4,
+      life.toLong      -> 1
+    )._1
+  }
   def runs(): Boolean = call('G')._1
   def send(frame: BusFrame): Boolean =
     call(

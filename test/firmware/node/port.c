@@ -55,6 +55,9 @@ int main(void) {
         config.home = number(1) != 0;
         config.kbps = (uint16_t)number(2);
         config.core_mhz = (uint8_t)number(1);
+        config.relay = number(1) != 0;
+        config.confirm_us = number(4);
+        config.life = (uint8_t)number(1);
         result = can_port_start(&port, NULL, &config);
         break;
       }
