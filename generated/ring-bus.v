@@ -2593,9 +2593,7 @@ module SlotStates(
   wire [15:0] _GEN = {12'h0, takes_bits};
   wire        abortLast = aborts | (|(abort & lastOne));
   wire        over = ends & (sent | oneShot | abortLast);
-  wire [15:0] gone = waits & abort & ~(onWire ? lastOne : 16'h0) & ~(takes_valid ? 16'h1 << _GEN : 16'h0);
-  wire [15:0] overOne = over ? lastOne : 16'h0;
-  wire [15:0] sentOne = over & sent ? lastOne : 16'h0;
+  wire [15:0] mayGo = abort & waits & ~(onWire ? lastOne : 16'h0) & ~(takes_valid ? 16'h1 << _GEN : 16'h0);
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -2608,12 +2606,12 @@ module SlotStates(
       ended_REG <= 1'h0;
     end
     else begin
-      waits <= waits & ~gone & ~overOne | requestOne;
-      well <= well & ~clearSent & ~requestOne | sentOne;
-      badly <= badly & ~clearFailed & ~requestOne | gone | overOne & ~sentOne;
+      waits <= waits & ~mayGo & ~(over ? lastOne : 16'h0) | requestOne;
+      well <= well & ~clearSent & ~requestOne | (sent & over ? lastOne : 16'h0);
+      badly <= badly & ~clearFailed & ~requestOne | mayGo | (sent | ~over ? 16'h0 : lastOne);
       onWire <= isOnIt & ~ends;
       aborts <= isOnIt & ~ends & (takes_valid ? (|(abort & 16'h1 << _GEN)) : abortLast);
-      aborted_REG <= |gone;
+      aborted_REG <= |mayGo;
       ended_REG <= over;
     end
   end // always @(posedge, posedge)

@@ -2638,12 +2638,10 @@ module SlotStates(
   wire        abortLast = aborts | (|(abort & lastOne));
   wire        over = ends & (sent | oneShot | abortLast);
   wire [15:0] gone =
-    waits
-    & (abort & ~(onWire ? lastOne : 16'h0) & ~(takes_valid ? 16'h1 << _GEN : 16'h0) & ~relay_begun | {16{relay_drops}});
+    abort & waits & ~(onWire ? lastOne : 16'h0) & ~(takes_valid ? 16'h1 << _GEN : 16'h0) & ~relay_begun
+    | (relay_drops ? waits : 16'h0);
   wire [15:0] _relayOne_T_1 = 16'h1 << relay_ends_bits;
   wire [15:0] relayOne = relay_ends_valid ? _relayOne_T_1 : 16'h0;
-  wire [15:0] overOne = (over ? lastOne : 16'h0) | relayOne;
-  wire [15:0] sentOne = (over & sent ? lastOne : 16'h0) | (relay_sent & relay_ends_valid ? _relayOne_T_1 : 16'h0);
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
@@ -2656,9 +2654,13 @@ module SlotStates(
       ended_REG <= 1'h0;
     end
     else begin
-      waits <= waits & ~gone & ~overOne | requestOne;
-      well <= well & ~clearSent & ~requestOne | sentOne;
-      badly <= badly & ~clearFailed & ~requestOne | gone | overOne & ~sentOne;
+      waits <= waits & ~gone & ~(over ? lastOne : 16'h0) & ~relayOne | requestOne;
+      well <=
+        well & ~clearSent & ~requestOne | (sent & over ? lastOne : 16'h0)
+        | (relay_sent & relay_ends_valid ? _relayOne_T_1 : 16'h0);
+      badly <=
+        badly & ~clearFailed & ~requestOne | gone | (sent | ~over ? 16'h0 : lastOne)
+        | (relay_sent | ~relay_ends_valid ? 16'h0 : _relayOne_T_1);
       onWire <= isOnIt & ~ends;
       aborts <= isOnIt & ~ends & (takes_valid ? (|(abort & 16'h1 << _GEN)) : abortLast);
       aborted_REG <= |gone;

@@ -65,16 +65,16 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   private val abortLast  = aborts || (abort & lastOne).orR
   private val abortTaken = (abort & UIntToOH(takes.bits, p.slots)).orR
   private val over       = ends && (sent || oneShot || abortLast)
-  private val gone = waits &
-    ((abort & ~Mux(onWire, lastOne, 0.U) & ~takesOne & ~ofRelay(_.begun)) |
-      relay.fold(0.U)(r => Fill(p.slots, r.drops)))
+  private val mayGo      = abort & waits & ~Mux(onWire, lastOne, 0.U) & ~takesOne
+  private val gone       = relay.fold(mayGo)(r => (mayGo & ~r.begun) | Mux(r.drops, waits, 0.U))
+  private val overOne    = Mux(over, lastOne, 0.U)
   private val relayOne   = ofRelay(r => Mux(r.ends.valid, UIntToOH(r.ends.bits, p.slots), 0.U))
-  private val overOne    = Mux(over, lastOne, 0.U) | relayOne
-  private val sentOne    = Mux(over && sent, lastOne, 0.U) | ofRelay(r => Mux(r.sent, relayOne, 0.U))
   private val requestOne = Mux(request.valid, UIntToOH(request.bits, p.slots), 0.U)
-  waits  := (waits & ~gone & ~overOne) | requestOne
-  well   := (well & ~clearSent & ~requestOne) | sentOne
-  badly  := (badly & ~clearFailed & ~requestOne) | gone | (overOne & ~sentOne)
+  waits := (waits & ~gone & ~overOne & ~relayOne) | requestOne
+  well := (well & ~clearSent & ~requestOne) | Mux(sent, overOne, 0.U) |
+    ofRelay(r => Mux(r.sent, relayOne, 0.U))
+  badly := (badly & ~clearFailed & ~requestOne) | gone | Mux(sent, 0.U, overOne) |
+    ofRelay(r => Mux(r.sent, 0.U, relayOne))
   last   := Mux(takes.valid, takes.bits, last)
   onWire := isOnIt && !ends
   aborts := isOnIt && !ends && Mux(takes.valid, abortTaken, abortLast)
