@@ -28,7 +28,7 @@ class ProseSpec extends AnyFlatSpec {
 
   /** Folders that hold sources, but for resources. */
   private def sourceFolders: Set[String] = files
-    .filter(f => f.startsWith("src") && f.toString.matches(".*\\.(scala|c|cpp|py)") && f.getNameCount > 2)
+    .filter(f => f.startsWith("src") && f.toString.matches(".*\\.(scala|c|cpp|py|lua)") && f.getNameCount > 2)
     .map(_.getParent.toString)
     .toSet
 

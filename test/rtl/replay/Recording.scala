@@ -32,9 +32,9 @@ final case class RecordedFrame(bytes: Seq[Int]) {
 object Recording {
 
   /** Writes a pcap file of frames without FCS, a millisecond apart. */
-  def write(file: Path, frames: Seq[Seq[Int]]): Path = {
+  def write(file: Path, frames: Seq[Seq[Int]], link: DataLinkType = DataLinkType.EN10MB): Path = {
     Files.createDirectories(file.getParent)
-    val handle = Pcaps.openDead(DataLinkType.EN10MB, 2048, TimestampPrecision.NANO)
+    val handle = Pcaps.openDead(link, 2048, TimestampPrecision.NANO)
     val dump   = handle.dumpOpen(file.toString)
     frames.zipWithIndex.foreach { case (f, i) =>
       dump.dump(UnknownPacket.newPacket(f.map(_.toByte).toArray, 0, f.size), new java.sql.Timestamp(i.toLong))
