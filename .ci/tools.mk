@@ -23,6 +23,7 @@ need_nextpnr  = $(call missing,command -v nextpnr-ecp5 || command -v yowasp-next
 need_masters  = ?debian:iproute2 ?debian:libfaketime ?python:interop ?cargo:$(MASTERS)
 need_campaign = python:campaign
 need_packages = python:packages
+need_oracles  = python:oracles
 need_audit    = ?python:audit
 
 # A row per target.
@@ -56,7 +57,7 @@ tools_firmware-test       := sim
 tools_stack-test          := sim
 tools_alarm-latency       := sbt alarm
 tools_demo                := sbt alarm
-tools_test                := sbt alarm arm board can page proofs campaign packages
+tools_test                := sbt alarm arm board can page proofs campaign packages oracles
 tools_mutants             := $(tools_test)
 tools_page-latency        := sbt page
 tools_interop             := sbt sim masters
