@@ -14,6 +14,8 @@ import flyframe.params.{CanParams, FibreParams}
   *   of the bit timing of FR-38, 25 quanta
   * @param firstAddress
   *   of node 0; each node has the next one
+  * @param ppm
+  *   by how much the clock of each node is slow
   */
 class CanRing(
     count: Int,
@@ -21,7 +23,8 @@ class CanRing(
     delays: Seq[Long],
     prescaler: Int,
     coreClockMhz: Int = 50,
-    firstAddress: Int = 2
+    firstAddress: Int = 2,
+    ppm: Seq[Int] = Nil
 ) extends CanOnRing {
   private val p      = FibreParams(coreClockMhz = coreClockMhz, usPerMs = 1)
   private val period = 1000000L / coreClockMhz
@@ -37,7 +40,7 @@ class CanRing(
       p,
       IndexedSeq.fill(count)(new RingPortsModel(p)),
       delays.map(_ * 1000),
-      Seq.fill(count)(period)
+      Seq.tabulate(count)(n => period + period * ppm.lift(n).getOrElse(0) / 1000000)
     )
 
   val hosts: IndexedSeq[LowerTester] = cans.map(new LowerTester(_, rate)).toIndexedSeq
