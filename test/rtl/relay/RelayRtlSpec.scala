@@ -2,7 +2,7 @@ package flyframe.relay
 
 import chisel3._
 import chiseltest._
-import flyframe.StandingSimulation
+import flyframe.{StandingSimulation, Tier}
 import flyframe.params.CanParams
 
 /** Relay mode in RTL, with a host at its port. */
@@ -91,3 +91,8 @@ trait OnRtl { self: RelayCases =>
 
 class LinkRtlSpec    extends RelayCases with LinkRules with OnRtl
 class ConfirmRtlSpec extends RelayCases with ConfirmRules with OnRtl
+
+class MutationRtlSpec extends RelayCases with MutationRules with OnRtl {
+  protected def mutations =
+    Tier("Broken and forged frames of relay mode, RTL", "frames", test = 80, soak = 10000)
+}

@@ -14,8 +14,10 @@ class RelayClocksSpec extends AnyFlatSpec {
   private def fullLoad(periods: IndexedSeq[Long]): RingLoad = {
     val setting = RelayRingSetting(IndexedSeq.fill(Count)(400000L), periods)
     val l       = new RingLoad(new RelayBitRing(setting), seed = 1, confirmUs = 2000, upUs = 500)
+    val start   = l.ring.now
     l.saturate()
-    l.ring.runUs(bits.size / 2.0) // 2 Mbit/s
+    // Frames that follow a confirmation are requested between two steps.
+    while (l.ring.now < start + bits.size / 2 * RingLoad.Us) l.ring.runUs(10) // 2 Mbit/s
     l
   }
   private def errors(l: RingLoad): Long = {

@@ -1,5 +1,6 @@
 package flyframe.relay.model
 
+import flyframe.Tier
 import flyframe.relay._
 
 /** The suites that run on any node, on the golden model. */
@@ -9,3 +10,8 @@ trait OnModel { self: RelayCases =>
 
 class LinkModelSpec    extends RelayCases with LinkRules with OnModel
 class ConfirmModelSpec extends RelayCases with ConfirmRules with OnModel
+
+class MutationModelSpec extends RelayCases with MutationRules with OnModel {
+  protected def mutations =
+    Tier("Broken and forged frames of relay mode", "frames", test = 2000, soak = 1000000)
+}
