@@ -8,13 +8,13 @@
 
 local ring = Proto("ring", "Fibre ring transport")
 
-local LAST_ADDRESS = 125
-local PROCESS_DATA = 15
-local TO_ALL       = 0x80
-local LONGEST      = 2048
+local LAST_ADDRESS  = 125
+local PROCESS_DATA  = 15
+local TO_ALL        = 0x80
+local LONGEST       = 2048
 local LONGEST_SHORT = 6
-local FRAME        = 8
-local MAP_BITS     = 40
+local FRAME         = 8
+local MAP_BITS      = 40
 
 local OPEN, SHORT, CLOSE, DONE, MISSING, BUSY, UNKNOWN, HELLO = 1, 2, 3, 0x11, 0x12, 0x13, 0x14, 0x20
 
@@ -105,7 +105,8 @@ function ring.init()
   about = {}
 end
 
--- `count` bits of a number, from bit `at` on. (`bit` is Wireshark's own; `bit32` went with Lua 5.2.)
+-- `count` bits of a number, from bit `at` on. (`bit` is Wireshark's own, in all its versions;
+-- `bit32` and operators for bits depend on that of Lua.)
 local function bits(number, at, count) return math.floor(math.floor(number / 2 ^ at) % 2 ^ (count or 1)) end
 
 local crc_table = {}
@@ -142,13 +143,15 @@ end
 
 local function opens(pipe, at, number, life, length, crc)
   local m = open[pipe]
+  local is_same = m and m.number == number and m.life == life and m.length == length and m.crc == crc
   -- The open message goes on (TP-21), also when it has been whole: its DONE was lost, or nobody had room.
-  if not (m and m.number == number and m.life == life and m.length == length and m.crc == crc) then
+  -- With a wrong CRC all frames come again (TP-24): that is another one, and the wrong one stays as it is.
+  if is_same and not (m.whole and not m.is_right) then
+    m.has_ended = false
+  else
     m = { number = number, life = life, length = length, crc = crc, opened_in = at, parts = {}, count = 0,
           frames = math.floor((length + FRAME - 1) / FRAME) }
     open[pipe] = m
-  elseif m.whole and not m.is_right then
-    m.parts, m.count, m.whole, m.whole_in = {}, 0, nil, nil -- DONE 2 has sent for all frames again (TP-24)
   end
   return m
 end
@@ -162,7 +165,7 @@ end
 
 local function follow_data(pipe, at, number, is_end, tvb)
   local m = open[pipe]
-  -- Behind DONE they are of a newer message, whose OPEN was lost.
+  -- Behind DONE and CLOSE they are of a newer message, whose OPEN was lost.
   if not m or m.has_ended or m.length == 0 or not fits(m, number, is_end, tvb:len()) then return nil end
   if m.whole or m.parts[number] then return m end
   m.parts[number] = tvb:bytes()
@@ -284,7 +287,7 @@ local function show_control(tree, t, code, id, at, is_new)
     if m and m.number == number and bits(m.life, 0, 7) == bits(life, 0, 7) then
       about[at] = m
       -- Of a message to all, others may still want frames.
-      if code == DONE and t(3, 1):uint() <= 1 and life < TO_ALL then m.has_ended = true end
+      if code == CLOSE or (code == DONE and t(3, 1):uint() <= 1 and life < TO_ALL) then m.has_ended = true end
     end
   end
   return " " .. number .. more

@@ -56,7 +56,7 @@ trait MutationRules extends RelayCases {
     (0 until body.total - 32).map(body(_))
   }
 
-  "FR-42, FR-45, FR-47, FR-59, RB-27: broken and forged frames" should
+  "FR-42, FR-45, FR-47, FR-59: broken and forged frames" should
     "leave nothing behind, whatever they are" in
     mutations.run("one node", mutations.size, Some(1))(bench() { b =>
       val random = new Random(1)
@@ -112,4 +112,13 @@ trait MutationRules extends RelayCases {
       val counters = Seq(RelayCounter.BadHeader, RelayCounter.BadFrame).flatMap(c => Seq(c, c + 1))
       assert(counters.forall(counter(b, _) > 0), counters.map(counter(b, _)))
     })
+
+  "RB-27: frames from addresses that nobody may have" should "pass, and be received but for those of 0" in
+    bench() { b =>
+      val first = b.now
+      for ((source, n) <- Seq(0, 126, 127).zipWithIndex) b.send(0, from(source, 1), data(5 + n, n))
+      b.finish()
+      assert(b.frames(1, first).filter(_.isGood).map(_.header.source) == Seq(0, 126, 127))
+      assert(b.received() == Seq(data(6, 1), data(7, 2)))
+    }
 }

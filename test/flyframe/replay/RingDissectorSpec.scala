@@ -28,8 +28,9 @@ class RingDissectorSpec extends AnyFlatSpec {
   }
 
   /** The frames that a filter finds, from 0 on. */
-  private def found(name: String, frames: Seq[Seq[Int]], filter: String): Seq[Int] =
-    tshark(name, frames, "-Y", filter, "-T", "fields", "-e", "frame.number").map(_.toInt - 1)
+  private def found(name: String, frames: Seq[Seq[Int]], filter: String, options: String*): Seq[Int] =
+    tshark(name, frames, options ++ Seq("-Y", filter, "-T", "fields", "-e", "frame.number"): _*)
+      .map(_.toInt - 1)
 
   /** Numbers may be shown in hexadecimal, with zeros in front. */
   private def plain(value: String): String = value match {
@@ -101,29 +102,35 @@ class RingDissectorSpec extends AnyFlatSpec {
     def change(frame: BusFrame)(f: FrameId => FrameId) = frame.copy(id = f(FrameId.of(frame.id)).word)
     val (open, done) = (control(Code.Open, 0, 0, 0, 9, 1, 2, 3, 4), control(Code.Done, 0, 0, 0, 0))
     val cases = Seq(
-      part(0, false, 8)                             -> "fits",  // of no message
+      part(0, false, 8)                             -> "fits",   // of no message
       open                                          -> "",
       part(0, false, 8)                             -> "",
-      part(1, true, 3)                              -> "fits",  // longer than the message
-      part(2, true, 2)                              -> "fits",  // behind its end
-      part(1, false, 8)                             -> "fits",  // without its end mark
+      part(1, true, 3)                              -> "fits",   // longer than the message
+      part(2, true, 2)                              -> "fits",   // behind its end
+      part(1, false, 8)                             -> "fits",   // without its end mark
       part(1, true, 2)                              -> "crc",
+      control(Code.Done, 0, 0, 0, 2)                -> "result", // all of it again
+      open                                          -> "",
+      part(0, false, 8)                             -> "",
+      part(1, true, 2)                              -> "crc",
+      control(Code.Close, 0, 0)                     -> "",
+      part(0, false, 8)                             -> "fits",   // behind CLOSE
       done                                          -> "",
       control(Code.Open, 1, 0, 0, 9)                -> "dlc",
       control(Code.Short, 1, 0)                     -> "dlc",
-      control(Code.Open, 1, 0, 0, 5, 1, 2, 3, 4)    -> "field", // as long as a SHORT
-      control(Code.Open, 1, 0, 8, 0, 1, 2, 3, 4)    -> "field", // 2,049 bytes
-      control(Code.Short, 1, 0x80, 1)               -> "field", // about a message to all, to one
+      control(Code.Open, 1, 0, 0, 5, 1, 2, 3, 4)    -> "field",  // as long as a SHORT
+      control(Code.Open, 1, 0, 8, 0, 1, 2, 3, 4)    -> "field",  // 2,049 bytes
+      control(Code.Short, 1, 0x80, 1)               -> "field",  // about a message to all, to one
       control(Code.Done, 0, 0, 0, 3)                -> "field",
       control(Code.Done, 0, 0, 0, 1)                -> "result",
-      control(Code.Missing, 0, 0, 0, 0, 0, 0, 0, 0) -> "field", // names nothing
+      control(Code.Missing, 0, 0, 0, 0, 0, 0, 0, 0) -> "field",  // names nothing
       control(Code.Unknown, 1)                      -> "field",
-      control(Code.Hello, 0, 1, 2, 3, 4, 5, 6, 7)   -> "field", // to one node
+      control(Code.Hello, 0, 1, 2, 3, 4, 5, 6, 7)   -> "field",  // to one node
       control(0x33)                                 -> "code",
       change(done)(_.copy(destination = 0))         -> "field",
       change(done)(_.copy(end = false))             -> "field",
       change(done)(_.copy(pipe = 15))               -> "field",
-      change(part(7, false, 1))(_.copy(pipe = 15))  -> "field", // a value without end mark
+      change(part(7, false, 1))(_.copy(pipe = 15))  -> "field",  // a value without end mark
       change(part(7, true, 0))(_.copy(pipe = 15))   -> "",
       change(part(0, true, 0))(_.copy(number = 9))  -> "dlc",
       part(9, false, 7)                             -> "dlc"
@@ -136,6 +143,7 @@ class RingDissectorSpec extends AnyFlatSpec {
           FrameId.of(cases(n)._1.id).isData
       )
       assert(found("wrong", raw, s"ring.$kind.expert") == expected, kind)
+      assert(found("wrong", raw, s"ring.$kind.expert", "-2") == expected, s"$kind, the second time")
     }
   }
 

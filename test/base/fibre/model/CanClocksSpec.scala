@@ -3,6 +3,7 @@ package flyframe.fibre.model
 import flyframe.Tier
 import flyframe.can._
 import flyframe.fibre._
+import org.scalatest.exceptions.TestFailedException
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.collection.mutable
 import scala.util.Random
@@ -47,7 +48,7 @@ class CanClocksSpec extends AnyFlatSpec {
     assert(r.hosts.forall(h => h.tec == 0 && h.rec == 0 && h.state == CanState.Active))
   }
 
-  for ((kbps, nodes) <- Seq(1000 -> 2, 400 -> 5, 125 -> 5)) {
+  for ((kbps, nodes) <- Seq(1000 -> 2, 400 -> 5)) {
     s"FR-38: $nodes nodes at $kbps kbit/s, clocks within 100 ppm" should
       "send all they can without an error" in
       bits.run(s"$kbps kbit/s, 100 ppm", bits.size, Some(kbps)) {
@@ -63,6 +64,7 @@ class CanClocksSpec extends AnyFlatSpec {
   }
 
   "FR-38: clocks far beyond their limits" should "be seen" in {
-    assertThrows[org.scalatest.exceptions.TestFailedException](fullLoad(400, 5, Seq(0, 15000, -15000), 1))
+    val failure = intercept[TestFailedException](fullLoad(400, 5, Seq(0, 15000, -15000), 1))
+    assert(failure.getMessage.contains(" bits: "), "the errors are counted")
   }
 }
