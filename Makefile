@@ -37,7 +37,8 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
         transport-campaign relay-campaign campaign campaign-programs campaign-scheduler campaign-worker \
         campaign-record campaign-test alarm-latency page-latency cosim cosim-selftest interop lint matrix \
         format check-format report figures pictures quartus check-board clean demo server firmware-test \
-        stack-test alarm-sim alarm-ring-sim ethercrab-test mutants check-dependencies clocks slave-demo
+        stack-test alarm-sim alarm-ring-sim ring-sim ethercrab-test mutants check-dependencies clocks \
+        slave-demo
 
 # A text too long for its line goes on in the next, behind a backslash.
 help: ## this text
@@ -166,6 +167,10 @@ alarm-ring-sim: tools-for-alarm-ring-sim ## build/alarm-ring/flyframe-alarm: the
 	  "run --preset alarm-slave --out build/alarm-ring/verilog"
 	$(MAKE) -s -f $(SIM) build/alarm-ring/flyframe-alarm GENERATED=build/alarm-ring/verilog \
 	  COSIM_OUT=build/alarm-ring PRESETS="alarm-master-ring alarm-slave" COSIM_TRACE=0
+
+ring-sim: tools-for-ring-sim ## build/ring/flyframe-ring: a fibre ring with its host programs, doors for \
+          # CAN programs
+	$(MAKE) -s -f $(SIM) build/ring/flyframe-ring COSIM_OUT=build/ring PRESETS="ring-bus ring-node" COSIM_TRACE=0
 
 firmware-test: tools-for-firmware-test ## the host programs (src/firmware) against fake controllers
 	$(MAKE) -s -f test/sim/test.mk firmware-test

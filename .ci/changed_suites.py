@@ -14,9 +14,10 @@ import sys
 OTHERS = [
     (r"(build\.sbt|project/.*|test/objcache)$", ["*"], []),
     (r"src/firmware/(driver|slave)/|test/firmware/stack/", ["firmware", "e2e"], ["firmware-test"]),
-    (r"src/firmware/ring/|test/firmware/ring/", ["transport"], []),
+    (r"src/firmware/ring/|test/firmware/ring/", ["transport", "ring"], []),
+    (r"src/firmware/node/|test/firmware/node/", ["node", "ring"], []),
     (r"src/firmware/|test/firmware/", ["e2e"], ["firmware-test"]),
-    (r"src/sim/|test/sim/", ["cosim", "replay", "e2e"], ["cosim-selftest", "firmware-test"]),
+    (r"src/sim/|test/sim/", ["cosim", "replay", "e2e", "ring"], ["cosim-selftest", "firmware-test"]),
     (r"src/server/resources/", ["server", "e2e"], []),
     (r"fpga/|test/flyframe/board/", ["board", "device", "report"], []),
     (r"generated/", ["board", "device", "flyframe"], ["check-generated", "lint", "firmware-test"]),

@@ -53,6 +53,7 @@ tools_campaign-worker     := campaign
 tools_campaign-test       := sbt sim campaign
 tools_alarm-sim           := alarm
 tools_alarm-ring-sim      := sbt alarm
+tools_ring-sim            := sim
 tools_firmware-test       := sim
 tools_stack-test          := sim
 tools_alarm-latency       := sbt alarm

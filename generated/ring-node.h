@@ -238,4 +238,41 @@
 #define NODE_RING_DISTANCEN_2_MASK               0xFF00u
 #define NODE_RING_DISTANCEN_2_SHIFT              8u
 
+/* What the fields of CAN status and of the last error hold; data byte n is CAN_FIELD_DATA + n. */
+#define NODE_CAN_STATE_STOPPED                   0u
+#define NODE_CAN_STATE_ACTIVE                    1u
+#define NODE_CAN_STATE_PASSIVE                   2u
+#define NODE_CAN_STATE_BUS_OFF                   3u
+#define NODE_CAN_ERROR_NONE                      0u
+#define NODE_CAN_ERROR_BIT                       1u
+#define NODE_CAN_ERROR_STUFF                     2u
+#define NODE_CAN_ERROR_FORM                      3u
+#define NODE_CAN_ERROR_CRC                       4u
+#define NODE_CAN_ERROR_ACK                       5u
+#define NODE_CAN_FIELD_IDLE                      0u
+#define NODE_CAN_FIELD_SOF                       1u
+#define NODE_CAN_FIELD_ID                        2u
+#define NODE_CAN_FIELD_RTR_OR_SRR                3u
+#define NODE_CAN_FIELD_IDE                       4u
+#define NODE_CAN_FIELD_ID_EXTENSION              5u
+#define NODE_CAN_FIELD_RTR                       6u
+#define NODE_CAN_FIELD_FDF                       7u
+#define NODE_CAN_FIELD_R0                        8u
+#define NODE_CAN_FIELD_DLC                       9u
+#define NODE_CAN_FIELD_CRC                       10u
+#define NODE_CAN_FIELD_CRC_DELIMITER             11u
+#define NODE_CAN_FIELD_ACK_SLOT                  12u
+#define NODE_CAN_FIELD_ACK_DELIMITER             13u
+#define NODE_CAN_FIELD_EOF                       14u
+#define NODE_CAN_FIELD_INTERMISSION              15u
+#define NODE_CAN_FIELD_SUSPEND                   16u
+#define NODE_CAN_FIELD_ACTIVE_ERROR_FLAG         17u
+#define NODE_CAN_FIELD_PASSIVE_ERROR_FLAG        18u
+#define NODE_CAN_FIELD_ERROR_DELIMITER           19u
+#define NODE_CAN_FIELD_OVERLOAD_FLAG             20u
+#define NODE_CAN_FIELD_OVERLOAD_DELIMITER        21u
+#define NODE_CAN_FIELD_INTEGRATING               22u
+#define NODE_CAN_FIELD_BUS_OFF                   23u
+#define NODE_CAN_FIELD_DATA                      24u
+
 #endif

@@ -30,9 +30,20 @@ OPTIONAL_PINS = {
     "alarm_disabled": "alarmDisabled",
     "alarm_sounder": "alarmSounder",
     "alarm_config_fault": "alarmConfigFault",
+    "mii_tx_tick": "txTick",
+    "optical_1_rx": "optical[0].rx",
+    "optical_1_signal": "optical[0].signal",
+    "optical_1_tx": "optical[0].tx",
+    "optical_2_rx": "optical[1].rx",
+    "optical_2_signal": "optical[1].signal",
+    "optical_2_tx": "optical[1].tx",
+    "can_rx": "canRx",
+    "can_tx": "canTx",
 }
 # The same of those that are as wide as the parameters say.
 WIDE_PINS = {"digital_output": "digitalOutput", "digital_input": "digitalInput"}
+# Inside a ring node, where src/sim/ring/levels.vlt makes them readable, in the order of Pins::levels.
+LEVELS = ["bus", "drive"] + [f"_ports_{y}_{what}" for what in ("report_level", "send") for y in (0, 1)]
 # Of a plain host port: hostInterface 0. Pins of the others, by their names: flyframe-hosts drives them.
 HOST_PINS = """    pins.hostReq = &v.host_req, pins.hostWrite = &v.host_write, pins.hostAddr = &v.host_addr;
     pins.hostBe = &v.host_be, pins.hostAck = &v.host_ack;
@@ -63,6 +74,9 @@ ports = len(interfaces)
 optional = "".join(f"    pins.{name} = &v.{pin};\n" for pin, name in OPTIONAL_PINS.items() if pin in pins)
 optional += "".join(f"    pins.{name}.bind(&v.{pin});\n" for pin, name in WIDE_PINS.items() if pin in pins)
 optional += "".join(f'    pins.host["{pin}"].bind(&v.{pin});\n' for pin in bus_pins)
+if "optical_1_rx" in pins:
+    levels = ", ".join(f"&v.rootp->{top}__DOT__ring__DOT__{name}" for name in LEVELS)
+    optional += f"    pins.levels = {{{levels}}};\n"
 if has_host:
     optional = HOST_PINS + optional
 binds = "\n".join(
@@ -75,6 +89,7 @@ numbers = [ports] + [preset[key] for key in ("cyclesPerNibble", "coreClockMhz", 
 parameters = ", ".join(f'{{"{name}", {value}}}' for name, value in preset.items() if isinstance(value, int))
 info = f'"{preset["preset"]}", ' + ", ".join(map(str, numbers)) + f", {str(has_host).lower()}"
 info += f", {{{parameters}}}"
+root = f'#include "V{top}___024root.h"\n' if "optical_1_rx" in pins else ""
 print(
     f"""// Made by gen_adapter.py from {preset["preset"]}.json.
 #include <verilated_fst_c.h>
@@ -82,14 +97,13 @@ print(
 #include <stdexcept>
 
 #include "V{top}.h"
-#include "core/model.h"
+{root}#include "core/model.h"
 
 namespace {{
 class Adapter : public Model {{
  public:
   Adapter(VerilatedContext& context, const std::string& name) : v(&context, name.c_str()) {{
     pins.clock = &v.clock, pins.reset = &v.reset;
-    pins.txTick = &v.mii_tx_tick;
 {optional}{binds}
   }}
   ~Adapter() override {{ v.final(); }}

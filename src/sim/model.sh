@@ -9,6 +9,9 @@ json=$GENERATED/$1.json
 top=$(printf %s "$1" | tr -c 'A-Za-z0-9' _)
 trace=
 [ "$COSIM_TRACE" = 0 ] || trace=--trace-fst
+# Signals inside that the simulator reads.
+levels=
+! grep -q "optical_1_rx" "$verilog" || levels=$SIM/ring/levels.vlt
 digest() { sha256sum | cut -c1-32; }
 
 # The model depends on the Verilog (but not on the comments at its beginning), on what that may include, and
@@ -17,6 +20,7 @@ model=$SIM_CACHE/models/$({
   awk 'begun || !/^\/\//{ begun = 1; print }' "$verilog"
   find "$GENERATED" -maxdepth 1 -name '*.vh' -exec cat {} +
   echo "$VERILATOR_INC" "$VERILATOR_FLAGS" $trace "$COSIM_OPT" "$COSIM_PROFILE"
+  [ -z "$levels" ] || cat "$levels"
   $VERILATOR --version
 } | digest)
 mkdir -p "$model"
@@ -52,7 +56,7 @@ train() {
 
 if [ ! -e "$model/model.a" ]; then
   $VERILATOR --cc --prefix "V$top" --top-module "$top" $trace $VERILATOR_FLAGS -I"$GENERATED" -Mdir "$model" \
-    "$verilog" >&2
+    $levels "$verilog" >&2
   if [ "$COSIM_PROFILE" = 1 ]; then
     train "$1"
     compile -fprofile-use -Wno-missing-profile

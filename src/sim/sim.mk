@@ -25,7 +25,7 @@ COSIM_CXXFLAGS  ?= -O2 -std=gnu++17 -Wall -Wextra
 RUNTIME_FLAGS   := -O2 -std=gnu++17 -faligned-new -w -I$(VERILATOR_INC) -I$(VERILATOR_INC)/vltstd \
                    -DVERILATOR=1 -DVM_COVERAGE=0 -DVM_SC=0 -DVM_TRACE=1 -DVM_TRACE_FST=1 -DVM_TRACE_VCD=0
 SIM_CXXFLAGS    := $(COSIM_CXXFLAGS) -I$(SIM) -Isrc/firmware -Isrc/firmware/slave -Igenerated \
-                   -isystem $(VERILATOR_INC) -DVM_TRACE=1 -DVM_TRACE_FST=1
+                   -isystem $(VERILATOR_INC) -isystem $(VERILATOR_INC)/vltstd -DVM_TRACE=1 -DVM_TRACE_FST=1
 # As strict as for a microcontroller; but a program that the simulator ends is unwound (-fexceptions).
 FIRMWARE_FLAGS  := -std=c99 -ffreestanding -Wall -Wextra -Wpedantic -Wconversion -Werror -O2 -fexceptions
 
@@ -41,6 +41,10 @@ FIRMWARE        := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
 STACK           := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
                      $(wildcard src/firmware/driver/*.c src/firmware/slave/*.c src/firmware/demo/*.c)) \
                    $(COSIM_OUT)/firmware/slave-demo.objects.o
+# The host program of a ring node.
+RING_NODE       := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
+                     $(wildcard src/firmware/driver/*.c src/firmware/ring/*.c src/firmware/node/*.c) \
+                     src/firmware/start_number.c)
 # A line per preset: the files to link.
 MODELS          := $(patsubst %,$(COSIM_OUT)/models/%.link,$(PRESETS))
 # The objects of folders of the simulator.
@@ -57,10 +61,12 @@ $(COSIM_OUT)/flyframe-latency: $(call objects,core latency)
 $(COSIM_OUT)/flyframe-smsoak:  $(call objects,core smsoak)
 $(COSIM_OUT)/flyframe-faults:  $(call objects,core faults)
 $(COSIM_OUT)/flyframe-hosts:   $(call objects,core hosts) $(filter $(COSIM_OUT)/firmware/driver/%,$(FIRMWARE))
-$(COSIM_OUT)/flyframe-alarm:   $(call objects,core alarm) $(FIRMWARE)
+$(COSIM_OUT)/flyframe-alarm:   $(call objects,core board alarm) $(FIRMWARE)
 $(COSIM_OUT)/flyframe-alarm:   private LIBRARIES := -lslirp
 
-PROGRAMS        := $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency smsoak faults hosts alarm)
+$(COSIM_OUT)/flyframe-ring:    $(call objects,core board ring) $(RING_NODE)
+
+PROGRAMS        := $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency smsoak faults hosts alarm ring)
 $(PROGRAMS): $(RUNTIME) $(MODELS) $(COSIM_OUT)/models/list
 	$(CXX) -o $@ $(filter %.o,$^) $$(cat </dev/null $(MODELS)) $(LIBRARIES) -lpcap -lz -pthread
 

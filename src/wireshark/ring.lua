@@ -1,4 +1,4 @@
--- Wireshark dissector of the fibre ring's transport (TL-04, docs/rules/transport.md): every field of a frame,
+-- Wireshark dissector of the fibre ring's transport (TL-04, docs/rules/tools.md): every field of a frame,
 -- and whole messages put together from theirs.
 --
 --   tshark -X lua_script:src/wireshark/ring.lua -r ring.pcap -O ring

@@ -8,6 +8,10 @@ object CanError {
   val Form  = 3
   val Crc   = 4
   val Ack   = 5
+
+  /** By their names in C. */
+  val all: Seq[(String, Int)] =
+    Seq("none" -> None, "bit" -> Bit, "stuff" -> Stuff, "form" -> Form, "crc" -> Crc, "ack" -> Ack)
 }
 
 /** States in the status register (CAN-33). */
@@ -16,6 +20,10 @@ object CanState {
   val Active  = 1
   val Passive = 2
   val BusOff  = 3
+
+  /** By their names in C. */
+  val all: Seq[(String, Int)] =
+    Seq("stopped" -> Stopped, "active" -> Active, "passive" -> Passive, "bus_off" -> BusOff)
 }
 
 /** Where in the bit stream a controller is: the field of the last error record (CB-10). The bits of a field
@@ -49,4 +57,33 @@ object CanField {
 
   /** Of data byte 0; byte n is field 24 + n. */
   val Data = 24
+
+  /** By their names in C. */
+  val all: Seq[(String, Int)] = Seq(
+    "idle"               -> Idle,
+    "sof"                -> Sof,
+    "id"                 -> Id,
+    "rtr_or_srr"         -> RtrOrSrr,
+    "ide"                -> Ide,
+    "id_extension"       -> IdExtension,
+    "rtr"                -> Rtr,
+    "fdf"                -> Fdf,
+    "r0"                 -> R0,
+    "dlc"                -> Dlc,
+    "crc"                -> Crc,
+    "crc_delimiter"      -> CrcDelimiter,
+    "ack_slot"           -> AckSlot,
+    "ack_delimiter"      -> AckDelimiter,
+    "eof"                -> Eof,
+    "intermission"       -> Intermission,
+    "suspend"            -> Suspend,
+    "active_error_flag"  -> ActiveErrorFlag,
+    "passive_error_flag" -> PassiveErrorFlag,
+    "error_delimiter"    -> ErrorDelimiter,
+    "overload_flag"      -> OverloadFlag,
+    "overload_delimiter" -> OverloadDelim,
+    "integrating"        -> Integrating,
+    "bus_off"            -> BusOff,
+    "data"               -> Data
+  )
 }

@@ -4,7 +4,7 @@
 #define FLYFRAME_CAN_PORT_H
 
 #include "../driver/transport.h"
-#include "../ring/frame.h"
+#include "../ring/port.h"
 
 enum {
   CAN_PORT_SLOTS = 16,    /* in relay mode */
@@ -37,12 +37,6 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
 
 /* Whether the node still runs as it was started: after a reset of its own it does not. */
 bool can_port_runs(const struct can_port *port);
-
-/* Hands over a frame; false: all slots wait. */
-bool can_port_send(struct can_port *port, const struct ring_frame *frame);
-
-/* Whether the frame with this identifier waits in its slot, or is on the wire. */
-bool can_port_waits(const struct can_port *port, uint32_t id);
 
 /* The oldest frame received; false: there is none. */
 bool can_port_receive(struct can_port *port, struct ring_frame *frame);

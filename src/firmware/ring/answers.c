@@ -13,7 +13,7 @@ static bool same_frame(const struct ring_frame *a, const struct ring_frame *b) {
 /* The newest of a kind takes the place of an older one. */
 void answer_put(struct transport *t, const struct ring_frame *frame, bool to_all) {
   for (uint8_t i = 0; i < t->slot_count; ++i)
-    if (same_frame(&t->slots[i], frame) && board_frame_waits(t->board, frame->id)) return;
+    if (same_frame(&t->slots[i], frame) && can_port_waits(t->port, frame->id)) return;
   for (uint8_t i = 0; i < t->answer_count; ++i) {
     if (t->answers[i].frame.id == frame->id && t->answers[i].to_all == to_all) {
       t->answers[i].frame = *frame;

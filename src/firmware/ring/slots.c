@@ -13,7 +13,7 @@ bool slot_waits_of(const struct transport *t, uint8_t destination, uint8_t pipe)
   for (uint8_t i = 0; i < t->slot_count; ++i) {
     const struct ring_id id = ring_id_of(t->slots[i].id);
     if (id.destination == destination && id.pipe == pipe && (id.is_data || id.number <= RING_CLOSE) &&
-        board_frame_waits(t->board, t->slots[i].id))
+        can_port_waits(t->port, t->slots[i].id))
       return true;
   }
   return false;
@@ -29,8 +29,7 @@ static unsigned places_for(const struct transport *t, const struct ring_id *id) 
 
 bool slot_put(struct transport *t, const struct ring_frame *frame) {
   const struct ring_id id = ring_id_of(frame->id);
-  if (t->slot_count >= places_for(t, &id)) return false;
-  board_frame_send(t->board, frame);
+  if (t->slot_count >= places_for(t, &id) || !can_port_send(t->port, frame)) return false;
   t->slots[t->slot_count++] = *frame;
   return true;
 }
@@ -38,7 +37,7 @@ bool slot_put(struct transport *t, const struct ring_frame *frame) {
 void slots_look(struct transport *t, uint64_t now_us) {
   uint8_t kept = 0;
   for (uint8_t i = 0; i < t->slot_count; ++i) {
-    if (board_frame_waits(t->board, t->slots[i].id)) {
+    if (can_port_waits(t->port, t->slots[i].id)) {
       t->slots[kept++] = t->slots[i];
     } else {
       const struct ring_id id = ring_id_of(t->slots[i].id);

@@ -70,7 +70,7 @@ struct transport_watched {
 enum { TRANSPORT_PLACES = TRANSPORT_BUFFERS + TRANSPORT_SHORTS };
 
 struct transport {
-  struct board *board;
+  struct can_port *port;
   struct transport_config config;
   uint32_t counters[TRANSPORT_COUNTERS];
 

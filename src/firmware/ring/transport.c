@@ -1,10 +1,10 @@
 /* What comes is sorted, what is due is done. */
 #include "internal.h"
 
-void transport_start(struct transport *t, struct board *board, const struct transport_config *config,
+void transport_start(struct transport *t, struct can_port *port, const struct transport_config *config,
                      uint64_t now_us) {
   for (uint32_t i = 0; i < sizeof *t; ++i) ((uint8_t *)t)[i] = 0; /* too large for a literal on a stack */
-  t->board = board;
+  t->port = port;
   t->config = *config;
   if (config->slots < TRANSPORT_FEWEST_SLOTS || config->slots > TRANSPORT_SLOTS)
     t->config.slots = TRANSPORT_FEWEST_SLOTS;

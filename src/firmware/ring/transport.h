@@ -16,10 +16,10 @@ enum {
   TRANSPORT_SHORTS = 8,      /* such messages that wait for the host */
   TRANSPORT_SLOTS = 16,      /* frames in the port, at most */
   TRANSPORT_FEWEST_SLOTS = 8,
-  TRANSPORT_OUTGOING = 16,   /* messages under way, the last place for urgent ones only */
-  TRANSPORT_ANSWERS = 16,    /* answers that wait for a slot, the last four places for urgent ones only */
-  TRANSPORT_OBJECTS = 16,    /* values of process data that are sent */
-  TRANSPORT_WATCHED = 64,    /* values of process data that are followed */
+  TRANSPORT_OUTGOING = 16, /* messages under way, the last place for urgent ones only */
+  TRANSPORT_ANSWERS = 16,  /* answers that wait for a slot, the last four places for urgent ones only */
+  TRANSPORT_OBJECTS = 16,  /* values of process data that are sent */
+  TRANSPORT_WATCHED = 64,  /* values of process data that are followed */
   TRANSPORT_NODES = RING_LAST_ADDRESS + 1,
   TRANSPORT_MAP_BYTES = (TRANSPORT_NODES + 7) / 8, /* a bit per address, bit a % 8 of byte a / 8 */
   TRANSPORT_PARTS = TRANSPORT_MESSAGE_BYTES / RING_FRAME_BYTES,
@@ -80,8 +80,8 @@ struct transport_end {
 #include "state.h"
 
 /* Begins a life. Nothing of an earlier one may wait in the port. */
-void transport_start(struct transport *transport, struct board *board, const struct transport_config *config,
-                     uint64_t now_us);
+void transport_start(struct transport *transport, struct can_port *port,
+                     const struct transport_config *config, uint64_t now_us);
 
 /* A frame has come. */
 void transport_receive(struct transport *transport, const struct ring_frame *frame, uint64_t now_us);

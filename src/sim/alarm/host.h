@@ -1,70 +1,14 @@
-// The host programs of src/firmware, as local processors of simulated slaves: the board they run on.
+// The host programs of the alarm system, on the boards of a simulated line.
 #pragma once
 
-#include <array>
-#include <filesystem>
 #include <optional>
-#include <string>
-#include <vector>
 
-#include "core/host.h"
-#include "core/simulator.h"
+#include "board/board.h"
 
 extern "C" {
 #include "alarm_master.h"
 #include "alarm_slave.h"
 }
-
-class FirmwareHost;
-struct board {
-  FirmwareHost* host;
-};
-
-// What a board has besides its host program: it stays when that starts anew.
-struct BoardHardware {
-  std::string name;             // for messages, and that of its files
-  std::filesystem::path store;  // non-volatile memory: a number, and behind ".log" the log
-  bool storageWorks = true;
-  uint8_t contacts = 0;                      // those that stay: enum of port.h
-  std::array<Time, BOARD_INPUTS> pressed{};  // buttons: until when
-  double slowMs = 0;                         // what each pass of the program takes longer
-  double bootMs = 0;                         // what its start takes longer
-  std::array<std::string, PANEL_MOST_LINES> display;
-  Time watched = 0;  // when the watchdog was served last; it resets nobody here
-  std::vector<std::string> notices;
-};
-
-// A board with a host program in C.
-class FirmwareHost : public Host {
- public:
-  explicit FirmwareHost(BoardHardware& hardware);
-  std::string command(const std::vector<std::string>& words) override;
-
-  // What struct board stands for.
-  void readRegisters(uint16_t address, uint8_t* data, uint16_t length);
-  void writeRegisters(uint16_t address, const uint8_t* data, uint16_t length);
-  bool load(uint32_t& number) const;
-  bool store(uint32_t number) const;
-  bool writeLog(uint16_t index, const uint8_t* record);
-  bool readLog(uint16_t index, uint8_t* record) const;
-  void waitForInterrupt(uint32_t us);
-  void serveWatchdog();
-  uint8_t inputs();
-  void display(uint8_t line, const char* text) { hardware_.display.at(line) = text; }
-  void notice(const char* sentence);
-
- protected:
-  // Before the program begins.
-  void boot();
-  // Waiting ends.
-  virtual bool isWoken();
-  board board_{this};
-
- private:
-  std::filesystem::path logFile() const { return hardware_.store.string() + ".log"; }
-  BoardHardware& hardware_;
-  std::vector<uint8_t> log_;
-};
 
 class AlarmSlaveHost : public FirmwareHost {
  public:

@@ -46,8 +46,14 @@ struct PortPins {
   bool rmii;
 };
 
+// Of an optical module of a ring node.
+struct OpticalPins {
+  CData *rx = nullptr, *signal = nullptr, *tx = nullptr;
+};
+
 struct Pins {
-  CData *clock, *reset, *txTick;
+  CData *clock, *reset;
+  CData* txTick;  // null where there is no port with MII
   CData *hostReq, *hostWrite, *hostBe, *hostAck;
   SData* hostAddr;
   WidePin hostWdata, hostRdata;
@@ -62,6 +68,9 @@ struct Pins {
   std::array<CData*, 2> sync;
   CData *alarmCurrent, *alarmSupply, *alarmBuzzer, *alarmLamp;
   CData *alarmFire, *alarmFaultN, *alarmDisabled, *alarmSounder, *alarmConfigFault;
+  std::array<OpticalPins, 2> optical;
+  CData *canRx, *canTx;                // of the transceiver on a twisted pair
+  std::array<const CData*, 6> levels;  // inside a ring node: bus, drive, R1, R2, T1, T2
   bool hasEeprom() const { return siiSclLow && siiSdaLow && siiSda; }
 };
 

@@ -8,17 +8,16 @@
 #include <set>
 
 #include "core/host.h"
+#include "core/json_reader.h"
 #include "core/model.h"
 #include "core/user_error.h"
 
 namespace {
 using nlohmann::json;
 
-// Checks an object key by key; `where` begins every complaint.
-class Reader {
+class Reader : public JsonReader {
  public:
-  explicit Reader(std::string where) : where_(std::move(where)) {}
-  [[noreturn]] void bad(const std::string& why) const { throw UserError(where_ + " " + why + "."); }
+  using JsonReader::JsonReader;
 
   // Whether the key is one of a cable.
   bool readCable(const std::string& key, const json& value, CableSpec& spec) const {
@@ -29,27 +28,6 @@ class Reader {
     else return false;
     return true;
   }
-  std::string text(const std::string& key, const json& value) const {
-    if (!value.is_string()) bad("has " + key + " " + value.dump() + ", but it must be a string");
-    return value.get<std::string>();
-  }
-  double number(const std::string& key, const json& value, double low, double high) const {
-    if (!value.is_number() || value.get<double>() < low || value.get<double>() > high) {
-      const auto shown = [](double x) { return x == std::floor(x) ? json(std::llround(x)) : json(x); };
-      bad("has " + key + " " + value.dump() + ", but it must be a number from " + shown(low).dump() + " to " +
-          shown(high).dump());
-    }
-    return value.get<double>();
-  }
-  uint64_t whole(const std::string& key, const json& value, uint64_t high) const {
-    if (!value.is_number_unsigned() || value.get<uint64_t>() > high)
-      bad("has " + key + " " + value.dump() + ", but it must be a whole number from 0 to " +
-          std::to_string(high));
-    return value.get<uint64_t>();
-  }
-
- private:
-  std::string where_;
 };
 
 class SlaveReader : private Reader {
@@ -186,15 +164,7 @@ void checkPorts(const NetworkSpec& network, const std::string& path) {
 }  // namespace
 
 NetworkSpec readNetwork(const std::string& path) {
-  std::ifstream file(path);
-  if (!file || std::filesystem::is_directory(path))
-    throw UserError("cannot read the network '" + path + "'.");
-  json root;
-  try {
-    root = json::parse(file);
-  } catch (const json::parse_error& e) {
-    throw UserError("the network '" + path + "' is not valid JSON at byte " + std::to_string(e.byte) + ".");
-  }
+  const json root = readJson(path);
   if (!root.is_object() || !root.contains("slaves") || !root["slaves"].is_array() || root["slaves"].empty())
     throw UserError("the network '" + path +
                     "' must be an object with a list 'slaves' of one slave or more.");

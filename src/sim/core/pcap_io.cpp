@@ -37,8 +37,8 @@ struct CaptureWriter::Handles {
   }
 };
 
-CaptureWriter::CaptureWriter(const std::string& path) : handles_(std::make_unique<Handles>()) {
-  handles_->pcap = pcap_open_dead_with_tstamp_precision(DLT_EN10MB, 65535, PCAP_TSTAMP_PRECISION_NANO);
+CaptureWriter::CaptureWriter(const std::string& path, int linkType) : handles_(std::make_unique<Handles>()) {
+  handles_->pcap = pcap_open_dead_with_tstamp_precision(linkType, 65535, PCAP_TSTAMP_PRECISION_NANO);
   handles_->dumper = pcap_dump_open(handles_->pcap, path.c_str());
   if (!handles_->dumper)
     throw UserError("cannot write the capture '" + path + "': " + pcap_geterr(handles_->pcap) + ".");

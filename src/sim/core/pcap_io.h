@@ -19,7 +19,8 @@ std::vector<RecordedFrame> readCapture(const std::string& path);
 // Writes a pcap file with time stamps in nanoseconds.
 class CaptureWriter {
  public:
-  explicit CaptureWriter(const std::string& path);
+  // `linkType`: of libpcap; none: Ethernet.
+  explicit CaptureWriter(const std::string& path, int linkType = 1);
   ~CaptureWriter();
   void write(int64_t ns, const Bytes& frame);
 

@@ -49,6 +49,10 @@ Slave::Slave(const Preset& preset, VerilatedContext& context, const std::string&
                     "' has a host interface that only flyframe-hosts drives.");
   for (Cable& c : receivers_) c.slave_ = this;
   if (pins_.digitalEnable) *pins_.digitalEnable = 1;
+  for (OpticalPins& o : pins_.optical)
+    if (o.signal) *o.signal = 1;
+  if (pins_.canRx) *pins_.canRx = 1;
+  if (pins_.optical[0].rx) eager_ = samplesTwice();
   for (int y = 0; y < ports_; ++y) {
     if (!pins_.ports[y].rmii) continue;
     hasRmii_ = true;
@@ -157,6 +161,7 @@ void Slave::step() {
   if (core && !coreRise) {
     *pins_.clock = 0;
     unseenLow_ |= 1;
+    if (pins_.optical[0].rx && eager_) lightIn(now);
     coreNext_ += half_;
     fell = true;
   }
@@ -247,12 +252,45 @@ void Slave::setConfigurationFault(bool on) {
   if (pins_.alarmConfigFault) *pins_.alarmConfigFault = on, unseenLow_ |= 1;
 }
 
+// What comes to a ring node is sampled where its clock rises, with a slow one also where it falls (FR-03).
+void Slave::lightIn(Time now) {
+  for (size_t y = 0; y < light_.size(); ++y) {
+    std::deque<LightEdge>& edges = light_[y];
+    for (; !edges.empty() && edges.front().at <= now; edges.pop_front())
+      *pins_.optical[y].rx = edges.front().level;
+  }
+}
+
+void Slave::lightOut(Time now) {
+  for (size_t y = 0; y < lit_.size(); ++y) {
+    const bool level = *pins_.optical[y].tx;
+    if (lit_[y] == level) continue;
+    lit_[y] = level;
+    if (onLight) onLight(static_cast<int>(y), {now, level});
+  }
+}
+
+void Slave::levels(Time now) {
+  unsigned all = 0;
+  for (size_t i = 0; i < pins_.levels.size(); ++i) all |= unsigned{*pins_.levels[i]} << i;
+  if (all != levels_) onLevels(now, all);
+  levels_ = all;
+}
+
+void Slave::standStill(Time until) {
+  if (*pins_.clock) step();
+  const Time period = 2 * half_;
+  if (until > coreNext_) coreNext_ += (until - coreNext_ + period - 1) / period * period;
+  schedule();
+}
+
 void Slave::coreEdge(Time now) {
   // The host samples acknowledge and data at the edge, that is as they were before it, and changes its pins
   // after it.
   const bool acknowledged = port_ == HostPort::requested && *pins_.hostAck;
   if (acknowledged) hostResult_ = pins_.hostRdata.get();
   if (hasRmii_) rmiiHalves(now);
+  if (pins_.optical[0].rx) lightIn(now);
   *pins_.clock = 1;
   eval();
   ++cycles_;
@@ -273,6 +311,9 @@ void Slave::coreEdge(Time now) {
     supplied_ = !supplied_;
     if (onAlarmSupply) onAlarmSupply(supplied_);
   }
+  if (pins_.optical[0].tx) lightOut(now);
+  if (onLevels) levels(now);
+  if (!pins_.txTick) return;
   const bool tick = *pins_.txTick, second = cycles_ == firstHalf_ + preset_.info.cyclesPerNibble / 2;
   for (int y = 0; y < ports_; ++y) {
     const PortPins& p = pins_.ports[y];

@@ -141,6 +141,24 @@ class Slave : public Actor {
   // Called when the supply of the detector's line has been switched.
   std::function<void(bool on)> onAlarmSupply;
 
+  // The optical ports of a ring node: edges that come, in order of time, and those that leave.
+  struct LightEdge {
+    Time at;
+    bool level;
+  };
+  std::deque<LightEdge>& light(int port) { return light_[static_cast<size_t>(port)]; }
+  std::function<void(int port, LightEdge)> onLight;
+  // The levels inside a ring node, a bit for each in the order of Pins::levels: called when one has changed.
+  std::function<void(Time, unsigned levels)> onLevels;
+  // The optional pin by which an optical module says that it has light.
+  void setOpticalSignal(int port, bool on) {
+    *pins_.optical[static_cast<size_t>(port)].signal = on, unseenLow_ |= 1;
+  }
+  // A ring node without power: its clock, between two of its periods, stands still until then.
+  void standStill(Time until);
+  // With a slow clock a ring node samples light at both edges.
+  bool samplesTwice() const { return preset_.info.coreClockMhz < 100; }
+
   // Called at each rising edge of a port's receive clock with the symbol sampled there.
   std::function<void(int port, Time, Symbol)> onSample;
   // Called when a SYNC signal has changed.
@@ -161,6 +179,9 @@ class Slave : public Actor {
   void sampled(int port, Time now, Symbol symbol);
   void syncSignals(Time now);
   void rmiiHalves(Time now);
+  void lightIn(Time now);
+  void lightOut(Time now);
+  void levels(Time now);
   void schedule();
   void eval();
 
@@ -176,6 +197,9 @@ class Slave : public Actor {
   std::array<Time, 4> arrivals_{};
   std::array<bool, 4> receives_{};
   std::array<bool, 2> syncs_{};
+  std::array<std::deque<LightEdge>, 2> light_;
+  std::array<bool, 2> lit_{};
+  unsigned levels_ = 0;
   std::array<RmiiPhy, 4> rmii_;
   bool hasRmii_ = false;
   uint64_t firstHalf_ = 0;  // core cycle in which the first half of a nibble is at the pins of RMII ports

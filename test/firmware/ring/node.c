@@ -7,7 +7,7 @@
 
 #include "ring/transport.h"
 
-struct board {
+struct can_port {
   struct ring_frame waiting[TRANSPORT_SLOTS];
   unsigned count, places;
   struct ring_frame fresh[TRANSPORT_SLOTS]; /* not told yet */
@@ -20,7 +20,7 @@ struct store {
   uint8_t* bytes;
 };
 
-static struct board board;
+static struct can_port port;
 static struct store stores[TRANSPORT_OUTGOING];
 static struct transport transport;
 
@@ -44,24 +44,25 @@ static void say(uint64_t n, unsigned bytes) {
   for (unsigned i = 0; i < bytes; ++i) putchar((int)(n >> 8 * i & 0xff));
 }
 
-bool board_frame_waits(struct board* b, uint32_t id) {
+bool can_port_waits(const struct can_port* b, uint32_t id) {
   for (unsigned i = 0; i < b->count; ++i)
     if (b->waiting[i].id == id) return true;
   return false;
 }
 
-void board_frame_send(struct board* b, const struct ring_frame* frame) {
+bool can_port_send(struct can_port* b, const struct ring_frame* frame) {
   if (b->count >= b->places) fail("more frames in the port than it has places");
-  if (board_frame_waits(b, frame->id)) fail("TP-06: the frame waits already");
+  if (can_port_waits(b, frame->id)) fail("TP-06: the frame waits already");
   b->waiting[b->count++] = *frame;
   b->fresh[b->fresh_count++] = *frame;
+  return true;
 }
 
 static void frame_left(uint32_t id) {
   unsigned kept = 0;
-  for (unsigned i = 0; i < board.count; ++i)
-    if (board.waiting[i].id != id) board.waiting[kept++] = board.waiting[i];
-  board.count = kept;
+  for (unsigned i = 0; i < port.count; ++i)
+    if (port.waiting[i].id != id) port.waiting[kept++] = port.waiting[i];
+  port.count = kept;
 }
 
 static void forget(struct store* s) {
@@ -72,15 +73,15 @@ static void forget(struct store* s) {
 static void start(void) {
   struct transport_config config = {0};
   for (unsigned i = 0; i < TRANSPORT_OUTGOING; ++i) forget(&stores[i]);
-  memset(&board, 0, sizeof board);
+  memset(&port, 0, sizeof port);
   config.address = (uint8_t)number(1);
   config.life = (uint8_t)number(1);
   config.kbps = (uint16_t)number(2);
   config.pd_ms = (uint16_t)number(2);
   config.slots = (uint8_t)number(1);
-  board.places = config.slots;
+  port.places = config.slots;
   take(config.hello, sizeof config.hello);
-  transport_start(&transport, &board, &config, number(8));
+  transport_start(&transport, &port, &config, number(8));
 }
 
 static struct ring_frame frame_in(void) {
@@ -94,13 +95,13 @@ static void poll(void) {
   struct transport_end ends[TRANSPORT_OUTGOING];
   uint8_t count = 0;
   say(transport_poll(&transport, number(8)), 8);
-  say(board.fresh_count, 1);
-  for (unsigned i = 0; i < board.fresh_count; ++i) {
-    say(board.fresh[i].id, 4);
-    say(board.fresh[i].dlc, 1);
-    give(board.fresh[i].data, 8);
+  say(port.fresh_count, 1);
+  for (unsigned i = 0; i < port.fresh_count; ++i) {
+    say(port.fresh[i].id, 4);
+    say(port.fresh[i].dlc, 1);
+    give(port.fresh[i].data, 8);
   }
-  board.fresh_count = 0;
+  port.fresh_count = 0;
   while (transport_ended(&transport, &ends[count])) {
     for (unsigned i = 0; i < TRANSPORT_OUTGOING; ++i)
       if (stores[i].bytes != NULL && stores[i].tag == ends[count].tag) forget(&stores[i]);

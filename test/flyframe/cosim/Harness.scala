@@ -119,6 +119,9 @@ final class Harness(name: String, sets: Seq[EscParams], options: String*) {
   /** The program that simulates the smoke-alarm system. */
   lazy val alarmProgram: Path = Paths.get(program("flyframe-alarm"))
 
+  /** The program that simulates a fibre ring. */
+  lazy val ringProgram: Path = Paths.get(program("flyframe-ring"))
+
   /** The program that uses SyncManagers from bus and host at once. */
   private lazy val soakProgram: String = program("flyframe-smsoak")
 

@@ -44,16 +44,13 @@ class CoverageSpec extends AnyFlatSpec {
     s"(?m)^- \\*\\*($id)\\b".r.findAllMatchIn(Files.readString(book)).map(_.group(1)).toSeq
   private val rules = books.flatMap(rulesOf)
 
-  /** Numbers within a group that no rule has: never given, withdrawn (3 of MST), or of tools that are not
-    * there (TL).
-    */
+  /** Numbers within a group that no rule has: never given, or withdrawn (3 of MST). */
   private val unused: Map[String, Seq[Int]] =
     Map(
       "B"   -> Seq(7 to 9, 22 to 29, 36 to 39, 49 to 49, 73 to 79, 104 to 109).flatten,
       "CAN" -> Seq(15 to 19, 22 to 29, 36 to 39).flatten,
       "FR"  -> Seq(9 to 9, 16 to 19, 23 to 29, 39 to 39, 50 to 54).flatten,
       "MST" -> Seq(3, 9),
-      "TL"  -> (1 to 3),
       "TP"  -> Seq(7 to 9, 14 to 19, 26 to 29, 33 to 49).flatten
     )
 

@@ -1,0 +1,138 @@
+#include "ring_node.h"
+
+#include "../driver/registers.h"
+#include "../start_number.h"
+#include "ring-node.h"
+
+enum {
+  TYPE = 0xf3,
+  LIFE_MASK = 0x7f,
+  PD_MS_MAX = 1000,
+  FRAMES_A_PASS = 64,  /* then it is the transport's turn */
+  RESTART_US = 100000, /* between two looks for a controller */
+  ALL_EVENTS = 0xffff
+};
+
+/* What wakes the host; conflicts are found in relay mode only. */
+static const uint32_t WAKING = NODE_CAN_F_MASK_RECEIVED_MASK | NODE_CAN_F_MASK_SLOT_DONE_MASK |
+                               NODE_RING_MASK_PORT_MASK | NODE_RING_MASK_MODE_MASK;
+
+/* Bytes of HELLO behind the life (TP-31). */
+enum { HELLO_STATE, HELLO_PORTS, HELLO_CAN_F, HELLO_CAN_T, HELLO_TYPE, HELLO_VERSION = HELLO_TYPE + 2 };
+
+static bool is_possible(const struct ring_node_parameters *p) {
+  return p->address >= 1 && p->address <= RING_LAST_ADDRESS && p->pd_ms >= 1 && p->pd_ms <= PD_MS_MAX;
+}
+
+/* Time goes on when the controller's begins anew. */
+static void look_at_time(struct ring_node *node) {
+  const uint32_t timer = read_number(node->board, NODE_NODE_TIME, 4);
+  node->now_us += timer - node->timer;
+  node->timer = timer;
+}
+
+static void look_at_status(struct ring_node *node) {
+  struct board *board = node->board;
+  node->status[HELLO_STATE] = (uint8_t)read_number(board, NODE_RING_STATE, 1);
+  node->status[HELLO_PORTS] = (uint8_t)read_number(board, NODE_RING_PORTS, 1);
+  node->status[HELLO_CAN_F] = (uint8_t)read_number(board, NODE_CAN_F_STATUS, 1);
+  node->status[HELLO_CAN_T] = 0;
+  node->status[HELLO_TYPE] = (uint8_t)(node->parameters.device_type >> 8);
+  node->status[HELLO_TYPE + 1] = (uint8_t)node->parameters.device_type;
+  node->status[HELLO_VERSION] = node->parameters.version;
+}
+
+/* The transport goes on through a reset of the controller: what waited there is lost, as frames may be. The
+ * links begin a new life, since their sequences begin anew. */
+static enum ring_node_fault start_controller(struct ring_node *node) {
+  const struct ring_node_parameters *p = &node->parameters;
+  struct board *board = node->board;
+  if (read_number(board, NODE_NODE_TYPE, 1) != TYPE) return RING_NODE_NO_CONTROLLER;
+  if (!is_possible(p)) return RING_NODE_SETTINGS;
+  if (!node->life_is_new) { /* else the last start has failed: a store for each would wear the memory out */
+    uint32_t life;
+    const uint32_t last = node->life;
+    node->stored = start_number(board, LIFE_MASK, last, &life);
+    /* Others ignore a life that looks older than the last one for 10 s (TP-20), as a random one may. */
+    if (!node->stored && last != 0) life = last % LIFE_MASK + 1;
+    node->life = (uint8_t)life;
+    node->life_is_new = true;
+  }
+  node->timer = read_number(board, NODE_NODE_TIME, 4);
+  const struct can_port_config config = {p->address,  p->home,       p->relay,  p->kbps,
+                                         p->core_mhz, p->confirm_us, node->life};
+  if (p->up_ms != 0 && !number_holds(board, NODE_RING_UP_MS, 1, p->up_ms)) return RING_NODE_SETTINGS;
+  if (!can_port_start(&node->port, board, &config)) return RING_NODE_SETTINGS;
+  write_number(board, NODE_NODE_EVENTS, 2, ALL_EVENTS);
+  const uint32_t waking = WAKING | (p->relay ? NODE_RING_MASK_CONFLICT_MASK : 0);
+  if (!number_holds(board, NODE_NODE_MASK, 2, waking)) return RING_NODE_SETTINGS;
+  node->life_is_new = false;
+  ++node->starts;
+  look_at_status(node);
+  if (!node->began) {
+    struct transport_config transport = {.address = p->address,
+                                         .life = node->life,
+                                         .kbps = p->kbps,
+                                         .slots = node->port.slots,
+                                         .pd_ms = p->pd_ms};
+    for (unsigned i = 0; i < TRANSPORT_HELLO_BYTES; ++i) transport.hello[i] = node->status[i];
+    transport_start(&node->transport, &node->port, &transport, node->now_us);
+    node->began = true;
+  }
+  return node->stored ? RING_NODE_GOOD : RING_NODE_STORE;
+}
+
+/* Whether frames can be sent and received. */
+static bool runs(const struct ring_node *node) {
+  return (node->fault == RING_NODE_GOOD || node->fault == RING_NODE_STORE) && can_port_runs(&node->port);
+}
+
+enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board,
+                                     const struct ring_node_parameters *parameters) {
+  node->board = board;
+  node->parameters = *parameters;
+  node->began = node->life_is_new = false;
+  node->life = (uint8_t)read_number(board, NODE_RING_LIFE, 1) & LIFE_MASK; /* of the program before */
+  node->starts = 0;
+  node->now_us = node->due_us = 0;
+  return node->fault = start_controller(node);
+}
+
+void ring_node_serve(struct ring_node *node) {
+  struct board *board = node->board;
+  struct ring_frame frame;
+  board_watchdog(board);
+  if (!runs(node)) {
+    node->fault = start_controller(node);
+    if (!runs(node)) return;
+  }
+  look_at_time(node);
+  /* Before what they tell of is looked at: what comes from now on makes another one. */
+  write_number(board, NODE_NODE_EVENTS, 2, read_number(board, NODE_NODE_EVENTS, 2));
+  look_at_status(node);
+  transport_hello(&node->transport, node->status);
+  int frames = 0;
+  while (frames < FRAMES_A_PASS && can_port_receive(&node->port, &frame)) {
+    transport_receive(&node->transport, &frame, node->now_us);
+    ++frames;
+  }
+  node->due_us = transport_poll(&node->transport, node->now_us);
+  if (frames == FRAMES_A_PASS) node->due_us = node->now_us; /* those left make no event */
+}
+
+void ring_node_wait(struct ring_node *node, uint32_t most_us) {
+  uint64_t us = most_us;
+  if (!runs(node)) us = us < RESTART_US ? us : RESTART_US;
+  else if (node->due_us <= node->now_us) us = 0;
+  else if (node->due_us - node->now_us < us) us = node->due_us - node->now_us;
+  if (us > 0) board_wait(node->board, (uint32_t)us);
+}
+
+bool ring_node_conflict(const struct ring_node *node) {
+  return (node->status[HELLO_STATE] & NODE_RING_CONFLICT_MASK) != 0;
+}
+
+void ring_node_clear_conflict(struct ring_node *node) {
+  const uint32_t control = read_number(node->board, NODE_RING_CONTROL, 1);
+  write_number(node->board, NODE_RING_CONTROL, 1, control | NODE_RING_CLEAR_MASK);
+}

@@ -1,0 +1,58 @@
+// CAN programs in a host's place at the port F of a ring node: every frame of the ring comes to them, and
+// what they send leaves in their order.
+#pragma once
+
+#include <deque>
+#include <functional>
+
+#include "board/board.h"
+#include "ring/can_frame.h"
+
+extern "C" {
+#include "node/ring_node.h"
+}
+
+class CanHost : public FirmwareHost {
+ public:
+  CanHost(BoardHardware& hardware, const ring_node_parameters& parameters)
+      : FirmwareHost(hardware),
+        parameters_(parameters) {}
+  ~CanHost() override { stop(); }
+
+  // It waits behind those that were handed over before; `by` is told with what becomes of it.
+  void send(const CanFrame& frame, const void* by) { waiting_.push_back({frame, by}); }
+  size_t backlog() const { return waiting_.size() + (busy_ ? 1 : 0); }
+  // What has happened since the last call, in its order.
+  std::vector<CanEvent> events() {
+    std::vector<CanEvent> taken(events_.begin(), events_.end());
+    events_.clear();
+    return taken;
+  }
+  uint64_t overruns() const { return overruns_; }
+  const CanFault& state() const { return last_; }
+
+ protected:
+  void run() override;
+  bool isWoken() override { return (!busy_ && !waiting_.empty()) || FirmwareHost::isWoken(); }
+
+ private:
+  bool start();
+  Time timeOf(uint16_t stamp);
+  void receive();
+  void sendNext();
+  void lookAtFaults();
+
+  ring_node_parameters parameters_;
+  can_port port_{};
+  struct Waiting {
+    CanFrame frame;
+    const void* by;
+  };
+  std::deque<Waiting> waiting_;
+  Waiting onWire_{};
+  bool busy_ = false;
+  CanFault last_;
+  uint8_t errors_ = 0, overrunsSeen_ = 0;
+  uint64_t overruns_ = 0;
+  std::deque<CanEvent> events_;
+};

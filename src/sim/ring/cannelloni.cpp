@@ -1,0 +1,95 @@
+#include "ring/cannelloni.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "ring/loopback.h"
+#include "ring/socketcan.h"
+
+namespace {
+constexpr uint8_t kVersion = 2, kData = 0;
+constexpr size_t kHead = 5, kMost = 1472;  // bytes of a datagram
+constexpr size_t kFrameHead = 5, kLongestFrame = kFrameHead + 8;
+
+uint32_t big(const uint8_t* p, size_t bytes) {
+  uint32_t n = 0;
+  for (size_t i = 0; i < bytes; ++i) n = n << 8 | p[i];
+  return n;
+}
+}  // namespace
+
+CannelloniDoor::CannelloniDoor(uint16_t port, uint16_t peer)
+    : socket_(loopbackSocket(SOCK_DGRAM, port)),
+      peer_(peer),
+      learns_(peer == 0) {}
+
+CannelloniDoor::~CannelloniDoor() { close(socket_); }
+
+// A datagram is taken as a whole or not at all.
+bool CannelloniDoor::take(const uint8_t* d, size_t length, CanHost* port) {
+  if (length < kHead || d[0] != kVersion || d[1] != kData) return false;
+  const unsigned count = big(d + 3, 2);
+  std::vector<CanFrame> frames;
+  size_t at = kHead;
+  for (unsigned i = 0; i < count; ++i) {
+    if (length - at < kFrameHead) return false;
+    const uint32_t id = big(d + at, 4);
+    const size_t bytes = d[at + 4], carried = id & socketcan::kRemote ? 0 : bytes;
+    at += kFrameHead;
+    if (bytes > 8 || length - at < carried) return false;
+    const auto frame = socketcan::canFrame(id, bytes, d + at);
+    if (!frame) return false;
+    frames.push_back(*frame);
+    at += carried;
+  }
+  if (at != length) return false;
+  if (heard_ && d[2] != wanted_) ++gaps_;
+  heard_ = true;
+  wanted_ = static_cast<uint8_t>(d[2] + 1);
+  for (const CanFrame& f : frames)
+    if (!port || port->backlog() >= kBacklog) ++dropped_;
+    else port->send(f, this);
+  return true;
+}
+
+void CannelloniDoor::serve(CanHost* port) {
+  uint8_t buffer[65536];
+  sockaddr_in from;
+  socklen_t size = sizeof from;
+  ssize_t n;
+  while ((n = recvfrom(socket_, buffer, sizeof buffer, 0, reinterpret_cast<sockaddr*>(&from), &size)) >= 0) {
+    if (!learns_ && ntohs(from.sin_port) != peer_) ++malformed_;
+    else if (!take(buffer, static_cast<size_t>(n), port)) ++malformed_;
+    else if (learns_) peer_ = ntohs(from.sin_port);
+    size = sizeof from;
+  }
+  flush();
+}
+
+void CannelloniDoor::flush() {
+  if (count_ == 0) return;
+  if (peer_ == 0) {
+    dropped_ += count_;
+  } else {
+    Bytes datagram = {kVersion, kData, sequence_++, static_cast<uint8_t>(count_ >> 8),
+                      static_cast<uint8_t>(count_)};
+    datagram.insert(datagram.end(), frames_.begin(), frames_.end());
+    const sockaddr_in to = loopbackAddress(peer_);
+    if (sendto(socket_, datagram.data(), datagram.size(), 0, reinterpret_cast<const sockaddr*>(&to),
+               sizeof to) < 0)
+      dropped_ += count_;
+  }
+  frames_.clear();
+  count_ = 0;
+}
+
+void CannelloniDoor::happened(const CanEvent& e) {
+  const bool isFrame = e.kind == CanEvent::received || (e.kind == CanEvent::sent && e.by != this);
+  if (!isFrame) return;
+  if (kHead + frames_.size() + kLongestFrame > kMost) flush();
+  const socketcan::Frame f = socketcan::of(e.frame);
+  for (int shift = 24; shift >= 0; shift -= 8) frames_.push_back(static_cast<uint8_t>(f.id >> shift));
+  frames_.push_back(f.length);
+  if (!e.frame.remote) frames_.insert(frames_.end(), f.data.begin(), f.data.begin() + f.length);
+  ++count_;
+}

@@ -1,0 +1,120 @@
+#include "ring/fibre.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace {
+constexpr Time kDominant = 40 * kNs, kRecessive = 1000 * kNs;  // periods of the tones
+constexpr Time kSlow = 100 * kNs;                              // longer ones are no dominant tone (FR-04)
+constexpr Time kShortest = 5 * kNs;                            // what a module passes
+constexpr Time kExtra = 10 * kNs;
+constexpr double kQ = 7.03;  // of a receiver with one error in 10^12
+}  // namespace
+
+Fibre::Fibre(double km, Time bit, uint64_t seed)
+    : delay_(static_cast<Time>((kModulesNs + km * kNsPerKm) * static_cast<double>(kNs))),
+      bit_(bit),
+      random_(seed) {}
+
+void Fibre::changed() {
+  // Half of the light, 3 dB, is half of the current, and half of the distance from the noise.
+  const double q = kQ * std::pow(10, -optics_.attenuationDb / 10);
+  weak_ = optics_.attenuationDb > 0 ? std::erfc(q / std::sqrt(2)) / 2 : 0;
+  errorAt_ = kNever;
+  if (optics_.bitErrors > 0) planError(lastAt_);
+}
+
+void Fibre::planError(Time from) {
+  const double mean = static_cast<double>(optics_.bitErrors) * static_cast<double>(bit_);
+  errorAt_ = from + static_cast<Time>(std::exponential_distribution<double>(1 / mean)(random_));
+}
+
+void Fibre::setWhole(bool whole) { whole_ = whole; }
+
+void Fibre::setStuck(Stuck stuck, Time now) {
+  stuck_ = stuck;
+  stuckNext_ = now;
+}
+
+void Fibre::emit(Time at, bool level) {
+  if (level == level_) return;
+  // Jitter and duty cycle never change the order of edges.
+  at = std::max(at, lastAt_ + 1);
+  level_ = level;
+  lastAt_ = at;
+  to_->push_back({at + delay_, level});
+}
+
+// One bit is the other one: it has the tone of the other level. Without any tone it would be no signal.
+void Fibre::spoil(Time from) {
+  ++bitsWrong_;
+  errorEnd_ = from + bit_;
+  const Time half = (distance_ > kSlow ? kDominant : kRecessive) / 2;
+  for (Time t = from; t + half <= errorEnd_; t += half) emit(t, !level_);
+}
+
+void Fibre::errorsUntil(Time now) {
+  while (errorAt_ < now) {
+    const Time at = errorAt_;
+    spoil(at);
+    planError(at + bit_);
+  }
+}
+
+void Fibre::take(LightEdge edge) {
+  input_ = edge.level;
+  if (edge.level) {
+    distance_ = edge.at - rose_;
+    rose_ = edge.at;
+    skip_ = chance(weak_) || (optics_.missing > 0 && chance(1.0 / static_cast<double>(optics_.missing)));
+    if (skip_) ++pulsesLost_;
+  }
+  if (edge.at < errorEnd_ || skip_) {
+    if (!edge.level) skip_ = false;
+    return;
+  }
+  Time at = edge.at;
+  if (optics_.jitterNs > 0) {
+    const double width = optics_.jitterNs * static_cast<double>(kNs);
+    at += static_cast<Time>(std::uniform_real_distribution<double>(-width, width)(random_));
+  }
+  if (optics_.dutyPercent != 50 && !edge.level) {
+    at += static_cast<Time>((optics_.dutyPercent - 50) / 100 * static_cast<double>(kDominant));
+  }
+  emit(at, edge.level);
+  if (!edge.level && optics_.extra > 0 && chance(1.0 / static_cast<double>(optics_.extra))) {
+    emit(at + kShortest, true);
+    emit(at + kShortest + kExtra / 2, false);
+  }
+}
+
+// What a module sends that no longer obeys its node.
+void Fibre::takeStuck(Time now) {
+  if (stuck_ == Stuck::dark || stuck_ == Stuck::light) {
+    if (stuckNext_ < now) emit(stuckNext_, stuck_ == Stuck::light);
+    stuckNext_ = now;
+    return;
+  }
+  const Time half = (stuck_ == Stuck::dominant ? kDominant : kRecessive) / 2;
+  for (; stuckNext_ < now; stuckNext_ += half) emit(stuckNext_, !level_);
+}
+
+void Fibre::deliver(std::deque<LightEdge>& receiver, int phase, Time now) {
+  std::vector<LightEdge>& launched = launched_[phase];
+  to_ = &receiver;
+  if (!whole_) {
+    // It is dark behind the cut, from when the last light has passed.
+    for (const LightEdge& e : launched) input_ = e.level;
+    emit(now, false);
+  } else if (stuck_ != Stuck::no) {
+    for (const LightEdge& e : launched) input_ = e.level;
+    takeStuck(now);
+  } else {
+    for (const LightEdge& e : launched) {
+      errorsUntil(e.at);
+      take(e);
+    }
+    errorsUntil(now);
+  }
+  launched.clear();
+}

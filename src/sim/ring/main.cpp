@@ -1,0 +1,99 @@
+// Simulates a fibre ring: nodes in RTL with their host programs, the fibres between them, and the doors
+// through which CAN programs join.
+#include <poll.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <iostream>
+
+#include "core/control.h"
+#include "core/program.h"
+#include "core/user_error.h"
+#include "ring/bench.h"
+#include "ring/levels.h"
+
+namespace {
+volatile std::sig_atomic_t stopRequested = 0;
+
+// Until `quit`, SIGINT or SIGTERM, or until `endMs`.
+void serve(Ring& ring, Doors& doors, LevelRecorder* levels, const std::string& controlPath, double endMs) {
+  for (int s : {SIGINT, SIGTERM}) std::signal(s, [](int) { stopRequested = 1; });
+  RingBench bench(ring, doors);
+  bool quit = false;
+  std::unique_ptr<Control> control;
+  if (!controlPath.empty())
+    control =
+        std::make_unique<Control>(controlPath, [&](const std::vector<std::string>& words) -> std::string {
+          if (words.size() == 1 && words[0] == "quit") return quit = true, "";
+          return bench.command(words);
+        });
+  std::printf("ready: %zu nodes\n", ring.size());
+  std::fflush(stdout);
+  const auto begin = std::chrono::steady_clock::now();
+  constexpr Time kLook = 20 * kUs;
+  const Time end = endMs > 0 ? static_cast<Time>(endMs * 1000) * kUs : kNever;
+  std::vector<pollfd> fds;
+  while (!quit && !stopRequested && ring.now() < end) {
+    ring.runUntil(ring.now() + kLook);
+    doors.serve();
+    if (levels) levels->flush();
+    if (!control) continue;
+    fds.clear();
+    control->wanted(fds);
+    if (poll(fds.data(), fds.size(), 0) > 0) control->serve();
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  const double ms = static_cast<double>(ring.now() / kNs) / 1e6;
+  std::fprintf(stderr, "simulated %.3f ms in %.1f s, %.3f ms/s, %.2f million core cycles/s\n", ms, seconds,
+               ms / seconds, static_cast<double>(ring.coreCycles()) / seconds / 1e6);
+}
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Simulates a fibre ring: nodes in RTL with their host programs, and the fibres between them. "
+      "Presets built in: " +
+      presetNames() + ".");
+  app.name("flyframe-ring");
+  std::string network, control, vcd, state = "build/ring/state";
+  RingOptions options;
+  Doors::Options doorOptions;
+  double endMs = 0;
+  uint64_t seed = 0;
+  app.add_option("--network", network, "description of the ring (JSON)")->required();
+  app.add_option("--control", control, "socket that takes lines of text: cut 3, status, quit, ...");
+  app.add_option("--state", state, "folder of the non-volatile memories of the nodes")->capture_default_str();
+  app.add_option("--end-ms", endMs, "ends after so much simulated time; 0: never")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1e6));
+  app.add_option("--processors", options.processors, "how many may be used at once")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 64));
+  const auto door = [&](const char* name, std::vector<std::string>& to, const char* meaning) {
+    app.add_option(name, to, meaning);
+  };
+  door("--slcan", doorOptions.slcan, "NODE=PATH: a pseudo-terminal with slcan, PATH becomes a link to it");
+  door("--socketcand", doorOptions.socketcand, "NODE=PORT: socketcand on 127.0.0.1, bus can0");
+  door("--cannelloni", doorOptions.cannelloni,
+       "NODE=PORT[:PEER]: cannelloni 2 over UDP on 127.0.0.1, to port PEER, else to who has sent last");
+  door("--socketcan", doorOptions.socketcan, "NODE=INTERFACE: a CAN interface of this computer");
+  door("--record", doorOptions.pcap, "NODE=FILE: frames and errors as a capture (SocketCAN)");
+  door("--candump", doorOptions.candump, "NODE=FILE: the same as a log of candump");
+  app.add_option("--vcd", vcd, "the levels bus, drive, R1, R2, T1 and T2 of each node");
+  const auto* seeded = app.add_option("--seed", seed, "instead of the network's");
+  return runProgram(app, argc, argv, [&]() -> int {
+    RingSpec spec = readRing(network);
+    if (!seeded->empty()) spec.seed = seed;
+    options.state = state;
+    std::error_code failed;
+    std::filesystem::create_directories(options.state, failed);
+    if (failed) throw UserError("cannot make the folder '" + state + "'.");
+    Ring ring(spec, options);
+    Doors doors(ring, doorOptions);
+    std::unique_ptr<LevelRecorder> levels;
+    if (!vcd.empty()) levels = std::make_unique<LevelRecorder>(ring, vcd);
+    serve(ring, doors, levels.get(), control, endMs);
+    return 0;
+  });
+}

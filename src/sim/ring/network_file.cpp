@@ -1,0 +1,117 @@
+#include "ring/network_file.h"
+
+#include "core/json_reader.h"
+#include "core/model.h"
+
+namespace {
+using nlohmann::json;
+
+constexpr size_t kMostNodes = 125;
+
+class NodeReader : private JsonReader {
+ public:
+  NodeReader(const std::string& path, size_t number)
+      : JsonReader("node " + std::to_string(number) + " of the ring '" + path + "'"),
+        path_(path) {}
+
+  void read(const json& object, RingNodeSpec& spec) const {
+    if (!object.is_object()) bad("is not a JSON object");
+    ring_node_parameters& p = spec.parameters;
+    for (const auto& [key, value] : object.items()) {
+      if (key == "address") p.address = static_cast<uint8_t>(whole(key, value, RING_LAST_ADDRESS, 1));
+      else if (key == "preset") spec.preset = text(key, value);
+      else if (key == "host") spec.program = program(text(key, value));
+      else if (key == "home") p.home = flag(key, value);
+      else if (key == "device_type") p.device_type = static_cast<uint16_t>(whole(key, value, UINT16_MAX));
+      else if (key == "version") p.version = static_cast<uint8_t>(whole(key, value, UINT8_MAX));
+      else if (key == "clock_ppm") spec.clockPpm = number(key, value, -10'000, 10'000);
+      else if (key == "fibre_km") spec.fibreKm = number(key, value, 0, 1000);
+      else if (key == "bit_errors") spec.optics.bitErrors = whole(key, value, 1'000'000'000'000);
+      else
+        bad("has the unknown key '" + key +
+            "'; known: address, preset, host, home, device_type, version, clock_ppm, fibre_km, bit_errors");
+    }
+  }
+  // What can be said only when all keys are known.
+  void check(RingNodeSpec& spec) const {
+    const PresetInfo& info = findPreset(spec.preset).info;
+    const auto parameter = [&](const char* name) {
+      const auto found = info.parameters.find(name);
+      return found == info.parameters.end() ? 0 : found->second;
+    };
+    if (parameter("ring") == 0) bad("has preset '" + spec.preset + "', which is no node of a fibre ring");
+    if (spec.parameters.relay && parameter("ring") < 2)
+      bad("has preset '" + spec.preset + "', which has no relay mode");
+    const unsigned kbps = spec.parameters.kbps, core = static_cast<unsigned>(info.coreClockMhz);
+    // 25 quanta of whole core cycles, or bits of a link of whole ones.
+    const unsigned most = core * (spec.parameters.relay ? 1000 : 40);
+    if (most % kbps != 0)
+      bad("cannot have " + std::to_string(kbps) + " kbit/s: with a core clock of " + std::to_string(core) +
+          " MHz " + std::to_string(most) + " must be a multiple of it");
+    spec.parameters.core_mhz = static_cast<uint8_t>(core);
+  }
+
+ private:
+  std::string program(const std::string& name) const {
+    if (name != "node" && name != "can" && name != "none")
+      bad("has the host '" + name + "'; known: node, can, none");
+    return name;
+  }
+  std::string path_;
+};
+
+std::string mode(const JsonReader& reader, const json& value) {
+  const std::string mode = reader.text("mode", value);
+  if (mode != "bus" && mode != "relay") reader.bad("has the mode '" + mode + "'; known: bus, relay");
+  return mode;
+}
+}  // namespace
+
+RingSpec readRing(const std::string& path) {
+  const json root = readJson(path);
+  const JsonReader reader("the ring '" + path + "'");
+  if (!root.is_object() || !root.contains("nodes")) reader.bad("must be an object with 'nodes'");
+  RingSpec ring;
+  RingNodeSpec each;
+  each.parameters.relay = true;
+  each.parameters.pd_ms = 100;
+  if (root.contains("mode")) each.parameters.relay = mode(reader, root["mode"]) == "relay";
+  each.parameters.kbps = each.parameters.relay ? 2000 : 100;
+  for (const auto& [key, value] : root.items()) {
+    if (key == "nodes" || key == "mode" || key == "each") continue;
+    else if (key == "kbps") {
+      const bool relay = each.parameters.relay;
+      each.parameters.kbps =
+          static_cast<uint16_t>(reader.whole(key, value, relay ? 2000 : 1000, relay ? 400 : 5));
+    } else if (key == "confirm_us") {
+      each.parameters.confirm_us = static_cast<uint32_t>(reader.whole(key, value, 655'350, 10));
+    } else if (key == "pd_ms") {
+      each.parameters.pd_ms = static_cast<uint16_t>(reader.whole(key, value, 1000, 1));
+    } else if (key == "up_ms") {
+      each.parameters.up_ms = static_cast<uint8_t>(reader.whole(key, value, 255, 1));
+    } else if (key == "closed") {
+      ring.closed = reader.flag(key, value);
+    } else if (key == "seed") {
+      ring.seed = reader.whole(key, value, UINT32_MAX);
+    } else {
+      reader.bad("has the unknown key '" + key +
+                 "'; known: nodes, each, mode, kbps, confirm_us, pd_ms, up_ms, closed, seed");
+    }
+  }
+  if (root.contains("each")) NodeReader(path, 0).read(root["each"], each);
+  if (each.parameters.address != 0) reader.bad("has an address in 'each', but every node needs another one");
+  const json& nodes = root["nodes"];
+  const size_t count = nodes.is_array() ? nodes.size() : reader.whole("nodes", nodes, kMostNodes, 2);
+  if (count < 2 || count > kMostNodes)
+    reader.bad("has " + std::to_string(count) + " nodes, but there must be 2 to " +
+               std::to_string(kMostNodes));
+  for (size_t i = 0; i < count; ++i) {
+    RingNodeSpec spec = each;
+    const NodeReader node(path, i + 1);
+    if (nodes.is_array()) node.read(nodes[i], spec);
+    if (spec.parameters.address == 0) spec.parameters.address = static_cast<uint8_t>(i + 1);
+    node.check(spec);
+    ring.nodes.push_back(spec);
+  }
+  return ring;
+}

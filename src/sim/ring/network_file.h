@@ -1,0 +1,30 @@
+// The description of a fibre ring.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "ring/fibre.h"
+
+extern "C" {
+#include "node/ring_node.h"
+}
+
+struct RingNodeSpec {
+  std::string preset = "ring-node";
+  ring_node_parameters parameters{};
+  std::string program = "node";  // or "none", or "can": CAN programs in a host's place
+  double clockPpm = 0;
+  double fibreKm = 0.2;  // from its port 2 to port 1 of the next
+  Optics optics;         // of that, both ways
+};
+
+struct RingSpec {
+  std::vector<RingNodeSpec> nodes;
+  bool closed = true;  // a fibre leads from the last node to the first
+  uint64_t seed = 1;   // of phases of clocks, and of errors on fibres
+};
+
+// Reads a network file; UserError says what is wrong with it.
+RingSpec readRing(const std::string& path);

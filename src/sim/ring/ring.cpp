@@ -1,0 +1,111 @@
+#include "ring/ring.h"
+
+#include <algorithm>
+#include <random>
+
+#include "core/user_error.h"
+
+namespace {
+constexpr Time kReset = 1 * kUs;
+constexpr Time kLongest = 10 * kUs;  // between two looks of whoever asks something of the ring
+}  // namespace
+
+Ring::Ring(const RingSpec& spec, const RingOptions& options) : spec_(spec) {
+  std::mt19937_64 random(spec.seed);
+  window_ = kLongest;
+  for (size_t i = 0; i < spec.nodes.size(); ++i) {
+    const RingNodeSpec& s = spec.nodes[i];
+    nodes_.push_back(std::make_unique<Node>());
+    Node& n = *nodes_.back();
+    const Preset& preset = findPreset(s.preset);
+    const Time period = periodOf(preset.info.coreClockMhz, s.clockPpm);
+    const std::string name = "node " + std::to_string(i + 1);
+    n.slave = std::make_unique<Slave>(preset, n.context, "node" + std::to_string(i + 1), s.clockPpm,
+                                      static_cast<Time>(random() % static_cast<uint64_t>(period)));
+    n.board.name = name;
+    n.board.store = options.state / ("node-" + std::to_string(i + 1));
+    const Time bit = 1'000'000 / s.parameters.kbps * kNs;
+    for (auto* fibre : {&n.there, &n.back}) {
+      *fibre = std::make_unique<Fibre>(s.fibreKm, bit, random());
+      (*fibre)->optics() = s.optics;
+      (*fibre)->changed();
+    }
+    window_ = std::min(window_, n.there->delay() - Fibre::kEarliest);
+    n.slave->setReset(true);
+    n.resetEnd = kReset;
+    n.slave->onLight = [this, i](int port, LightEdge edge) {
+      const size_t before = (i + size() - 1) % size();
+      (port == 1 ? *nodes_[i]->there : *nodes_[before]->back).launch(edge, phase_);
+    };
+  }
+  if (!spec.closed)
+    for (auto* fibre : {&nodes_.back()->there, &nodes_.back()->back}) (*fibre)->setWhole(false);
+  workers_.emplace(std::max<size_t>(1, std::min(options.processors, size())),
+                   [this](size_t processor) { share(processor); });
+}
+
+std::unique_ptr<Host> Ring::makeHost(size_t i) {
+  const RingNodeSpec& s = spec_.nodes[i];
+  if (s.program == "node") return std::make_unique<RingNodeHost>(nodes_[i]->board, s.parameters);
+  if (s.program == "can") return std::make_unique<CanHost>(nodes_[i]->board, s.parameters);
+  return nullptr;
+}
+
+void Ring::setPower(size_t i, bool on) {
+  Node& n = *nodes_[i];
+  if (n.powered == on) return;
+  n.powered = on;
+  n.slave->setHost(nullptr);
+  if (on) {
+    n.slave->standStill(now_);
+    n.slave->setReset(true);
+    n.resetEnd = now_ + kReset;
+  } else {
+    for (int port : {0, 1}) n.slave->onLight(port, {now_, false});
+  }
+}
+
+void Ring::setHost(size_t i, bool runs) {
+  if (!powered(i)) throw UserError("node " + std::to_string(i + 1) + " has no power.");
+  node(i).setHost(runs ? makeHost(i) : nullptr);
+}
+
+void Ring::resetController(size_t i) {
+  node(i).setReset(true);
+  nodes_[i]->resetEnd = now_ + kReset;
+}
+
+Fibre& Ring::into(size_t i, int port) {
+  return port == 1 ? *nodes_[i]->back : *nodes_[(i + size() - 1) % size()]->there;
+}
+
+void Ring::runNode(Node& n, size_t i) {
+  const Time end = now_ + window_;
+  for (int port : {0, 1}) into(i, port).deliver(n.slave->light(port), 1 - phase_, now_);
+  if (!n.powered) {
+    for (int port : {0, 1}) n.slave->light(port).clear();
+    return;
+  }
+  if (n.resetEnd != kNever && now_ >= n.resetEnd) {
+    n.resetEnd = kNever;
+    n.slave->setReset(false);
+    if (!n.slave->host()) n.slave->setHost(makeHost(i));
+  }
+  while (n.slave->next < end) n.slave->step();
+}
+
+void Ring::share(size_t processor) {
+  for (size_t i = processor; i < size(); i += workers_->count()) runNode(*nodes_[i], i);
+}
+
+void Ring::advance() {
+  workers_->run();
+  now_ += window_;
+  phase_ = 1 - phase_;
+}
+
+uint64_t Ring::coreCycles() const {
+  uint64_t sum = 0;
+  for (const auto& n : nodes_) sum += n->slave->cycles();
+  return sum;
+}

@@ -1,0 +1,73 @@
+// A fibre ring: nodes in RTL, each with its fibre to the next, and their host programs.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "ring/can_host.h"
+#include "ring/fibre.h"
+#include "ring/network_file.h"
+#include "ring/node_host.h"
+#include "ring/workers.h"
+
+struct RingOptions {
+  std::filesystem::path state;  // folder of the non-volatile memories
+  size_t processors = 2;
+};
+
+class Ring {
+ public:
+  Ring(const RingSpec& spec, const RingOptions& options);
+
+  Time now() const { return now_; }
+  size_t size() const { return nodes_.size(); }
+  const RingNodeSpec& spec(size_t i) const { return spec_.nodes[i]; }
+  Slave& node(size_t i) { return *nodes_[i]->slave; }
+  BoardHardware& board(size_t i) { return nodes_[i]->board; }
+  // The host program, if it is one of that kind and runs.
+  RingNodeHost* program(size_t i) { return dynamic_cast<RingNodeHost*>(node(i).host()); }
+  CanHost* canProgram(size_t i) { return dynamic_cast<CanHost*>(node(i).host()); }
+
+  // The fibre behind node i, which leads to port 1 of the next, or the one back to its port 2. One that is
+  // not there, behind the last node of a line, is cut.
+  size_t fibres() const { return nodes_.size() - (spec_.closed ? 0 : 1); }
+  Fibre& there(size_t i) { return *nodes_[i]->there; }
+  Fibre& back(size_t i) { return *nodes_[i]->back; }
+
+  // A node without power is dark; its host program starts anew when it has power again.
+  bool powered(size_t i) const { return nodes_[i]->powered; }
+  void setPower(size_t i, bool on);
+  // Ends the host program of a node, whose controller goes on, or starts it anew.
+  void setHost(size_t i, bool runs);
+  // Resets the controller, whose host goes on.
+  void resetController(size_t i);
+
+  // Simulates as long as light needs on the shortest fibre, at least for that.
+  void advance();
+  void runUntil(Time end) {
+    while (now_ < end) advance();
+  }
+  uint64_t coreCycles() const;
+
+ private:
+  struct Node {
+    VerilatedContext context;
+    std::unique_ptr<Slave> slave;
+    std::unique_ptr<Fibre> there, back;
+    BoardHardware board;
+    bool powered = true;
+    Time resetEnd = 0;  // kNever: the reset is not active
+  };
+  std::unique_ptr<Host> makeHost(size_t i);
+  Fibre& into(size_t i, int port);
+  void share(size_t processor);
+  void runNode(Node& node, size_t i);
+
+  RingSpec spec_;
+  std::vector<std::unique_ptr<Node>> nodes_;
+  Time now_ = 0, window_ = 0;
+  int phase_ = 0;  // of the fibres
+  std::optional<Workers> workers_;
+};

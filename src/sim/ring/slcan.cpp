@@ -1,0 +1,178 @@
+#include "ring/slcan.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+#include "core/user_error.h"
+#include "ring-node.h"
+
+namespace {
+constexpr size_t kLongest = 32;      // characters of a command
+constexpr size_t kUnread = 1 << 20;  // that wait for a program
+constexpr const char* kGood = "\r";
+constexpr const char* kBad = "\a";
+constexpr unsigned kMinuteMs = 60'000;  // time stamps begin anew
+constexpr uint32_t kWarning = 96;       // of an error counter
+
+bool isHex(const std::string& text) {
+  return text.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
+}
+}  // namespace
+
+SlcanDoor::SlcanDoor(const std::string& path) : path_(path) {
+  terminal_ = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  char name[128];
+  if (terminal_ < 0 || grantpt(terminal_) < 0 || unlockpt(terminal_) < 0 ||
+      ptsname_r(terminal_, name, sizeof name) != 0)
+    throw UserError(std::string("there is no pseudo-terminal: ") + std::strerror(errno) + ".");
+  // The other end stays open, so that a program that leaves does not hang it up.
+  otherEnd_ = open(name, O_RDWR | O_NOCTTY | O_CLOEXEC);
+  termios raw;
+  if (otherEnd_ < 0 || tcgetattr(otherEnd_, &raw) < 0)
+    throw UserError("the pseudo-terminal '" + std::string(name) + "' cannot be opened.");
+  cfmakeraw(&raw);
+  tcsetattr(otherEnd_, TCSANOW, &raw);
+  struct stat there;
+  if (lstat(path.c_str(), &there) == 0) {
+    if (!S_ISLNK(there.st_mode)) throw UserError("'" + path + "' is there already and is no link.");
+    unlink(path.c_str());
+  }
+  if (symlink(name, path.c_str()) < 0)
+    throw UserError("cannot make the link '" + path + "': " + std::strerror(errno) + ".");
+}
+
+SlcanDoor::~SlcanDoor() {
+  unlink(path_.c_str());
+  close(otherEnd_);
+  close(terminal_);
+}
+
+void SlcanDoor::say(const std::string& text) {
+  if (out_.size() + text.size() > kUnread) {
+    ++dropped_;
+    overrun_ = true;
+    return;
+  }
+  out_ += text;
+  flush();
+}
+
+void SlcanDoor::flush() {
+  if (out_.empty()) return;
+  const ssize_t n = write(terminal_, out_.data(), out_.size());
+  if (n > 0) out_.erase(0, static_cast<size_t>(n));
+}
+
+void SlcanDoor::serve(CanHost* port) {
+  char buffer[512];
+  ssize_t n;
+  while ((n = read(terminal_, buffer, sizeof buffer)) > 0)
+    for (ssize_t i = 0; i < n; ++i) {
+      const char c = buffer[i];
+      if (c == '\r') {
+        const std::string reply = tooLong_ ? kBad : answer(in_, port);
+        if (reply == kBad) ++malformed_;
+        say(reply);
+        in_.clear();
+        tooLong_ = false;
+      } else if (c != '\n') {
+        tooLong_ = tooLong_ || in_.size() >= kLongest;
+        if (!tooLong_) in_ += c;
+      }
+    }
+  flush();
+}
+
+// Frames with 3 or 8 digits of identifier, DLC, and two digits for each byte.
+bool SlcanDoor::send(const std::string& command, CanHost* port) {
+  CanFrame f;
+  f.extended = command[0] == 'T' || command[0] == 'R';
+  f.remote = command[0] == 'r' || command[0] == 'R';
+  const size_t digits = f.extended ? 8 : 3;
+  if (!open_ || listenOnly_ || command.size() < digits + 2 || !isHex(command.substr(1))) return false;
+  const unsigned long id = std::stoul(command.substr(1, digits), nullptr, 16);
+  const char dlc = command[digits + 1];
+  if (id > (f.extended ? 0x1fffffffu : 0x7ffu) || dlc < '0' || dlc > '8') return false;
+  f.id = static_cast<uint32_t>(id);
+  f.dlc = static_cast<uint8_t>(dlc - '0');
+  if (command.size() != digits + 2 + 2 * f.bytes()) return false;
+  for (size_t i = 0; i < f.bytes(); ++i)
+    f.data[i] = static_cast<uint8_t>(std::stoul(command.substr(digits + 2 + 2 * i, 2), nullptr, 16));
+  if (!port || port->backlog() >= kBacklog) return false;
+  port->send(f, this);
+  return true;
+}
+
+// What has happened since the last time, and how the controller is.
+std::string SlcanDoor::flags(const CanHost* port) {
+  unsigned bits = 0;
+  if (port) {
+    const CanFault& s = port->state();
+    if (port->backlog() >= kBacklog) bits |= 0x02;
+    if (s.tec >= kWarning || s.rec >= kWarning) bits |= 0x04;
+    if (s.state == NODE_CAN_STATE_PASSIVE || s.state == NODE_CAN_STATE_BUS_OFF) bits |= 0x20;
+  }
+  if (overrun_) bits |= 0x08;
+  if (busError_) bits |= 0x80;
+  overrun_ = busError_ = false;
+  char text[8];
+  std::snprintf(text, sizeof text, "F%02X\r", bits);
+  return text;
+}
+
+std::string SlcanDoor::answer(const std::string& command, CanHost* port) {
+  if (command.empty()) return kGood;
+  const bool alone = command.size() == 1;
+  switch (command[0]) {
+    // The bit rate is the ring's: one that adapters have is taken, and changes nothing.
+    case 'S': return !open_ && command.size() == 2 && command[1] >= '0' && command[1] <= '8' ? kGood : kBad;
+    case 's':
+      return !open_ && (command.size() == 5 || command.size() == 7) && isHex(command.substr(1)) ? kGood
+                                                                                                : kBad;
+    case 'O':
+    case 'L':
+      if (!alone || open_) return kBad;
+      open_ = true;
+      listenOnly_ = command[0] == 'L';
+      return kGood;
+    case 'C':
+      if (!alone) return kBad;
+      open_ = false;
+      return kGood;
+    case 't':
+    case 'r': return send(command, port) ? "z\r" : kBad;
+    case 'T':
+    case 'R': return send(command, port) ? "Z\r" : kBad;
+    case 'V': return alone ? "V1010\r" : kBad;
+    case 'N': return alone ? "N0000\r" : kBad;
+    case 'F': return alone && open_ ? flags(port) : kBad;
+    case 'Z':
+      if (open_ || command.size() != 2 || (command[1] != '0' && command[1] != '1')) return kBad;
+      stamps_ = command[1] == '1';
+      return kGood;
+    default: return kBad;
+  }
+}
+
+void SlcanDoor::happened(const CanEvent& e) {
+  if (e.kind == CanEvent::fault && e.error.type != NODE_CAN_ERROR_NONE) busError_ = true;
+  const bool isFrame = e.kind == CanEvent::received || (e.kind == CanEvent::sent && e.by != this);
+  if (!open_ || !isFrame) return;
+  const CanFrame& f = e.frame;
+  char text[16];
+  std::string line(1, f.extended ? (f.remote ? 'R' : 'T') : (f.remote ? 'r' : 't'));
+  std::snprintf(text, sizeof text, f.extended ? "%08X%u" : "%03X%u", f.id, f.dlc > 8u ? 8u : f.dlc);
+  line += text;
+  for (size_t i = 0; i < f.bytes(); ++i) std::snprintf(text, sizeof text, "%02X", f.data[i]), line += text;
+  if (stamps_) {
+    std::snprintf(text, sizeof text, "%04X", static_cast<unsigned>(e.at / (1000 * kUs) % kMinuteMs));
+    line += text;
+  }
+  say(line + kGood);
+}

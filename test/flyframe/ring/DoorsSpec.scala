@@ -1,0 +1,220 @@
+package flyframe.ring
+
+import java.net.{DatagramSocket, InetAddress, ServerSocket}
+import java.nio.file.{Files, Path}
+import org.scalatest.flatspec.AnyFlatSpec
+import scala.jdk.CollectionConverters._
+import scala.sys.process._
+import flyframe.Tier
+
+/** CAN programs that we did not write at the doors of a ring in RTL, and what they make of its recordings:
+  * python-can, tshark and sigrok.
+  */
+class DoorsSpec extends AnyFlatSpec {
+  import RingProcess._
+
+  private def relay(nodes: Int) = ujson.Obj(
+    "mode"       -> "relay",
+    "confirm_us" -> 1000,
+    "up_ms"      -> 1,
+    "nodes"      -> nodes,
+    "each"       -> ujson.Obj("host" -> "can")
+  )
+  private def bus(kbps: Int) = ujson.Obj(
+    "mode"  -> "bus",
+    "kbps"  -> kbps,
+    "up_ms" -> 1,
+    "nodes" -> ujson.Arr(ujson.Obj("home" -> true), ujson.Obj(), ujson.Obj()),
+    "each"  -> ujson.Obj("host" -> "can", "preset" -> "ring-bus", "fibre_km" -> 0.01)
+  )
+  private val StartUs = 6000L // then ports are up, and a new life has been told
+
+  private def tcpPort(): Int = {
+    val socket = new ServerSocket(0, 1, InetAddress.getLoopbackAddress)
+    try socket.getLocalPort
+    finally socket.close()
+  }
+  private def udpPort(): Int = {
+    val socket = new DatagramSocket(0, InetAddress.getLoopbackAddress)
+    try socket.getLocalPort
+    finally socket.close()
+  }
+
+  /** What a Python program prints; fails with its errors if it does not end well. */
+  private def python(arguments: String*): String = {
+    val text    = new StringBuilder
+    val command = Seq("build/tools/venv/bin/python", "test/flyframe/ring/doors.py") ++ arguments
+    val code    = Process(command).!(ProcessLogger(line => text.synchronized(text.append(line).append('\n'))))
+    assert(code == 0, text.toString.takeRight(3000))
+    text.toString
+  }
+  private def link(): Path = Files.createTempDirectory("doors").resolve("tty")
+
+  private val tier = Tier("CAN programs at the doors of a ring", "frames each way", test = 500, soak = 20000)
+  private val Seed = 1L
+
+  private def exchange(
+      part: String,
+      network: ujson.Value,
+      weight: Long,
+      kinds: (String, () => String)*
+  ): Unit = {
+    val places = kinds.map { case (kind, place) => kind -> place() }
+    val options =
+      places.zip(Seq(2, 3)).flatMap { case ((kind, place), node) => Seq(s"--$kind", s"$node=$place") }
+    val frames = tier.share(weight, 10)
+    using(network, options: _*) { ring =>
+      ring.run(StartUs)
+      val ends = places.flatMap { case (kind, place) => Seq(kind, place) }
+      tier.run(part, frames, Some(Seed))(python(("exchange" +: ends) ++ Seq(s"$frames", s"$Seed"): _*))
+      val doors = ring.status()("doors").arr
+      assert(doors.size == 2 && doors.forall(_("dropped").num == 0), doors)
+    }
+  }
+  private val slcan      = "slcan"      -> (() => link().toString)
+  private val socketcand = "socketcand" -> (() => tcpPort().toString)
+  private val cannelloni = "cannelloni" -> (() => udpPort().toString)
+
+  "TL-01: frames of python-can" should "pass between slcan and socketcand in relay mode" in
+    exchange("slcan and socketcand, relay mode", relay(3), 5, slcan, socketcand)
+
+  it should "pass between slcan and socketcand in bus mode" in
+    exchange("slcan and socketcand, bus mode", bus(250), 2, slcan, socketcand)
+
+  "TL-01: frames of cannelloni" should "pass to slcan and back, in order" in
+    exchange("cannelloni and slcan, relay mode", relay(3), 3, cannelloni, slcan)
+
+  "TL-01: programs that lie, flood, leave and do not read" should "be refused, and stop nobody" in {
+    val (tty, tcp, udp) = (link(), tcpPort(), udpPort())
+    using(relay(2), "--slcan", s"1=$tty", "--socketcand", s"2=$tcp", "--cannelloni", s"1=$udp") { ring =>
+      ring.run(StartUs)
+      python("hostile", s"$tty", s"$tcp", s"$udp", if (Tier.isSoak) "1000" else "20", "1")
+      val malformed = ring.status()("doors").arr.map(d => d("door").str -> d("malformed").num).toMap
+      for (kind <- Seq("slcan", "socketcand", "cannelloni")) assert(malformed(kind) > 5, malformed)
+    }
+  }
+
+  "TL-01: doors that cannot be" should "be told in one sentence" in {
+    val file  = Files.writeString(Files.createTempFile("ring", ".json"), ujson.write(relay(2)))
+    val plain = Files.writeString(Files.createTempFile("ring", ".json"), """{"nodes": 2}""")
+    val taken = new ServerSocket(0, 1, InetAddress.getLoopbackAddress)
+    val wrong = Seq(
+      file  -> Seq("--slcan", "3=/tmp/none")                   -> "there are nodes 1 to 2",
+      file  -> Seq("--slcan", "1")                             -> "must be a node, =, and where it is",
+      file  -> Seq("--slcan", s"1=$file")                      -> "is there already and is no link",
+      file  -> Seq("--socketcand", "1=0")                      -> "'0' is no port from 1 to 65535",
+      file  -> Seq("--socketcand", s"1=${taken.getLocalPort}") -> "cannot be had",
+      file  -> Seq("--cannelloni", "1=70000")                  -> "'70000' is no port",
+      file  -> Seq("--record", "1=/nowhere/x.pcap")            -> "cannot write the capture",
+      file  -> Seq("--candump", "1=/nowhere/x.log")            -> "cannot write the log",
+      file  -> Seq("--vcd", "/nowhere/x.vcd")                  -> "cannot write the levels",
+      plain -> Seq("--slcan", "1=/tmp/none")                   -> "whose host is 'node', but must be 'can'"
+    )
+    for (((network, arguments), sentence) <- wrong) {
+      val (text, code) = refused(Seq("--network", s"$network", "--end-ms", "0.1") ++ arguments: _*)
+      assert(code == 2 && text.contains(sentence) && text.count(_ == '\n') == 1, text)
+    }
+    taken.close()
+  }
+
+  /** What tshark shows of a capture, a line of fields for each packet. */
+  private def tshark(file: Path, arguments: String*): Seq[String] =
+    (Seq("tshark", "-r", s"$file") ++ arguments).!!(ProcessLogger(_ => ())).linesIterator.toSeq
+
+  "TL-02: recordings" should "show tshark and python-can frames, and errors by their classes" in {
+    val (tty, tcp)  = (link(), tcpPort())
+    val folder      = Files.createTempDirectory("recordings")
+    val (pcap, log) = (folder.resolve("ring.pcap"), folder.resolve("ring.log"))
+    val options =
+      Seq("--slcan", s"2=$tty", "--socketcand", s"3=$tcp", "--record", s"1=$pcap", "--candump", s"1=$log")
+    using(bus(250), options: _*) { ring =>
+      ring.run(StartUs)
+      python("exchange", "slcan", s"$tty", "socketcand", s"$tcp", "60", "2")
+      // Then with bad light: frames are repeated, and come.
+      ring.ask("optics all errors 1000")
+      python("exchange", "slcan", s"$tty", "socketcand", s"$tcp", "60", "3", "doubles")
+      ring.ask("optics all errors 0")
+      ring.run(2000)
+    }
+    assert(tshark(pcap, "-Y", "_ws.malformed").isEmpty)
+    val fields = Seq("can.flags.err", "can.id", "can.flags.xtd", "can.flags.rtr", "can.len", "data.data")
+    val shown =
+      tshark(pcap, Seq("-T", "fields") ++ fields.flatMap(Seq("-e", _)): _*).map(_.split("\t", -1).toSeq)
+    val (errors, frames) = shown.partition(f => Set("1", "True")(f.head))
+    assert(frames.size >= 240, "frames of both exchanges, those that were repeated may be there twice")
+
+    // The log holds the same, as another program reads it; it knows errors of the bus, not changes of state.
+    val (changes, others) = Files.readAllLines(log).asScala.toSeq.partition(_.matches(".* 200002(04|40)#.*"))
+    val plain             = Files.writeString(folder.resolve("plain.log"), others.mkString("", "\n", "\n"))
+    val lines             = python("log", s"$plain").linesIterator.toSeq.map(_.split(" ", -1))
+    assert(lines.size + changes.size == shown.size && changes.nonEmpty)
+    assert(lines.count(_(3) == "error") + changes.size == errors.size && errors.size > 5)
+    val logged = lines.filter(_(3) != "error").map(l => (Integer.parseInt(l(1), 16), l(2) == "1", l(4)))
+    val seen   = frames.map(f => (f(1).toInt, Set("1", "True")(f(2)), f(5).replace(":", "")))
+    assert(logged == seen)
+
+    // Each is a bus error with a class, or a change of state; Linux has no place for errors behind flags.
+    val errorFields = Seq("buserror", "ctrl", "busoff", "ack", "prot", "prot.type.tx", "prot.location")
+    val told = tshark(pcap, Seq("-T", "fields") ++ errorFields.flatMap(f => Seq("-e", s"can.err.$f")): _*)
+      .map(_.split("\t", -1).map(f => if (f == "True") "1" else if (f == "False") "0" else f).toSeq)
+      .filter(_.head.nonEmpty)
+    assert(told.size == errors.size)
+    for (Seq(busError, controller, busOff, ack, protocol, _, _) <- told) {
+      assert(Seq(busError, controller, busOff).count(_ == "1") == 1, told)
+      assert(busError == "0" || (ack == "1") != (protocol == "1"), told)
+    }
+    // A receiver never tells of sending.
+    assert(told.count(t => t(4) == "1" && t(6).toInt > 0) > 5 && told.forall(t => Set("", "0")(t(5))), told)
+  }
+
+  "TL-03: levels of a node" should "show sigrok's decoder the frames on the ring" in {
+    val (tty, tcp) = (link(), tcpPort())
+    val folder     = Files.createTempDirectory("levels")
+    val (vcd, log) = (folder.resolve("ring.vcd"), folder.resolve("ring.log"))
+    using(
+      bus(250),
+      "--slcan",
+      s"2=$tty",
+      "--socketcand",
+      s"3=$tcp",
+      "--candump",
+      s"1=$log",
+      "--vcd",
+      s"$vcd"
+    ) { ring =>
+      ring.run(StartUs)
+      python("exchange", "slcan", s"$tty", "socketcand", s"$tcp", "20", "4")
+      ring.run(2000)
+    }
+    val text = Files.readString(vcd)
+    for (level <- Seq("bus", "drive", "R1", "R2", "T1", "T2"))
+      assert(text.split(s" $level \\$$end", -1).length == 4)
+    // Only what node 3 hears is left: sigrok takes names without their scopes.
+    val sign  = "(?s)module node3 .*?\\$var wire 1 (\\S+) bus".r.findFirstMatchIn(text).get.group(1)
+    val plain = folder.resolve("bus.vcd")
+    val changes = text.linesIterator
+      .dropWhile(_ != "$enddefinitions $end")
+      .drop(1)
+      .filter(l => l.startsWith("#") || l.drop(1) == sign)
+    val header = Seq("$timescale 1ns $end", s"$$var wire 1 $sign bus $$end", "$enddefinitions $end")
+    Files.writeString(plain, (header ++ changes).mkString("", "\n", "\n"))
+    val decoder = Seq("-P", "can:nominal_bitrate=250000:can_rx=bus", "-A", "can=id:full-id:data:dlc")
+    val decoded = (Seq("sigrok-cli", "-I", "vcd:downsample=100", "-i", s"$plain") ++ decoder)
+      .!!(ProcessLogger(_ => ()))
+      .linesIterator
+      .toSeq
+    val dlcs   = decoded.count(_.contains("Data length code"))
+    val logged = Files.readString(log).linesIterator.toSeq.filterNot(_.contains(" 2000"))
+    assert(dlcs == logged.size && dlcs >= 40, decoded.take(20).mkString("\n"))
+    def ids = decoded.collect { case l if l.contains("Identifier: ") => l }
+    assert(ids.size >= dlcs)
+  }
+
+  "TL-05: the doors of Linux" should "pass the same frames where the kernel has AF_CAN" in {
+    val probe = "import socket; socket.socket(29, socket.SOCK_RAW, 1)"
+    val has   = Seq("python3", "-c", probe).!(ProcessLogger(_ => ())) == 0
+    if (!has) cancel("this kernel has no AF_CAN")
+    val interface = sys.env.getOrElse("FLYFRAME_VCAN", cancel("FLYFRAME_VCAN names no vcan interface"))
+    exchange("AF_CAN and slcan, relay mode", relay(3), 2, "socketcan" -> (() => interface), slcan)
+  }
+}

@@ -1,0 +1,139 @@
+package flyframe.ring
+
+import java.io.{BufferedReader, InputStreamReader}
+import java.net.{StandardProtocolFamily, UnixDomainSocketAddress}
+import java.nio.channels.{Channels, SocketChannel}
+import java.nio.charset.StandardCharsets.UTF_8
+import java.nio.file.{Files, Path}
+import java.util.concurrent.TimeUnit
+import scala.jdk.CollectionConverters._
+import flyframe.cosim.Harness
+import flyframe.params.Presets
+
+/** The simulator of a fibre ring at work, behind its control socket.
+  *
+  * @param network
+  *   the description of the ring
+  * @param options
+  *   of the program
+  */
+final class RingProcess(network: ujson.Value, options: String*) {
+
+  /** The first message that has come to a node, or its end at the sender, is what a test waits for. */
+  final case class Came(source: Int, toAll: Boolean, urgent: Boolean, repeat: Boolean, data: String)
+  final case class Ended(tag: Int, outcome: String, unconfirmed: Seq[Int])
+
+  val folder: Path   = Files.createTempDirectory("ring")
+  private val errors = folder.resolve("errors")
+  private val socket = folder.resolve("control")
+  private val file   = Files.writeString(folder.resolve("network.json"), ujson.write(network))
+  private val process = {
+    // Other suites have the other processor.
+    val files     = Seq("--network", s"$file", "--state", s"${folder.resolve("state")}")
+    val arguments = files ++ Seq("--control", s"$socket", "--processors", "1")
+    new ProcessBuilder((RingProcess.program +: (arguments ++ options)).asJava)
+      .redirectError(errors.toFile)
+      .start()
+  }
+  private val ready = new BufferedReader(new InputStreamReader(process.getInputStream)).readLine()
+  assert(ready != null && ready.startsWith("ready: "), Files.readString(errors))
+  private val channel = SocketChannel.open(StandardProtocolFamily.UNIX)
+  channel.connect(UnixDomainSocketAddress.of(socket))
+  private val in  = new BufferedReader(Channels.newReader(channel, UTF_8))
+  private val out = Channels.newWriter(channel, UTF_8)
+
+  /** The whole answer to a line. */
+  def answer(line: String): String = {
+    out.write(s"$line\n")
+    out.flush()
+    val text = in.readLine()
+    assert(text != null, s"$line: no answer\n${Files.readString(errors)}")
+    text
+  }
+
+  /** What stands behind `ok`. */
+  def ask(line: String): String = {
+    val text = answer(line)
+    assert(text.startsWith("ok"), s"$line: $text")
+    text.drop(3)
+  }
+
+  def us(): Long                = ask("time").takeWhile(_.isDigit).toLong / 1000
+  def status(): ujson.Value     = ujson.read(ask("status"))
+  def node(n: Int): ujson.Value = status()("nodes")(n - 1)
+
+  /** Lets time pass. */
+  def run(us: Long): Unit = {
+    val end = this.us() + us
+    while (this.us() < end) Thread.sleep(2)
+  }
+
+  /** Until something holds, or fails after so much simulated time. */
+  def await(what: String, withinUs: Long)(holds: => Boolean): Long = {
+    val start = us()
+    while (!holds) {
+      assert(us() < start + withinUs, s"within $withinUs us not: $what\n${ask("status")}")
+      Thread.sleep(2)
+    }
+    us() - start
+  }
+
+  private var came  = Map.empty[Int, Seq[Came]].withDefaultValue(Nil)
+  private var ended = Map.empty[Int, Seq[Ended]].withDefaultValue(Nil)
+  private def look(node: Int): Unit = {
+    val now = ujson.read(ask(s"messages $node"))
+    came += node -> (came(node) ++ now("came").arr.map(m =>
+      Came(m("source").num.toInt, m("to_all").bool, m("urgent").bool, m("repeat").bool, m("data").str)
+    ))
+    ended += node -> (ended(node) ++ now("ended").arr.map(e =>
+      Ended(e("tag").num.toInt, e("outcome").str, e("unconfirmed").arr.map(_.num.toInt).toSeq)
+    ))
+  }
+
+  /** All messages that have come to a node; all that have ended at their sender. */
+  def messages(node: Int): Seq[Came] = { look(node); came(node) }
+  def ends(node: Int): Seq[Ended]    = { look(node); ended(node) }
+
+  /** Hands a message to a node; its tag. */
+  def send(node: Int, to: Int, data: Seq[Int], urgent: Boolean = false): Int =
+    ask(s"${if (urgent) "urgent" else "send"} $node $to ${RingProcess.hex(data)}").toInt
+
+  /** Until all ports are up and every node knows all others. */
+  def awaitWhole(withinUs: Long): Unit = await("every node knows all others", withinUs) {
+    val nodes     = status()("nodes").arr.toSeq.filter(n => n("host").str == "node")
+    val addresses = nodes.map(_("address").num.toInt).toSet
+    nodes.forall(n =>
+      n.obj.get("members").exists(_.arr.map(_.num.toInt).toSet == addresses - n("address").num.toInt)
+    )
+  }
+
+  /** Ends the process, and makes sure that it ends well. */
+  def close(): Unit = {
+    if (process.isAlive) ask("quit")
+    assert(process.waitFor(30, TimeUnit.SECONDS) && process.exitValue == 0, Files.readString(errors))
+  }
+}
+
+object RingProcess {
+  private def preset(name: String) = Presets.named(name).get.params
+  private lazy val harness         = new Harness("ring-sim", Seq("ring-node", "ring-bus").map(preset))
+
+  /** The simulator, built when it is first needed. */
+  lazy val program: String = harness.ringProgram.toString
+
+  def hex(data: Seq[Int]): String = data.map(b => f"$b%02x").mkString
+
+  /** A ring while a test needs it. */
+  def using[A](network: ujson.Value, options: String*)(act: RingProcess => A): A = {
+    val ring = new RingProcess(network, options: _*)
+    try act(ring)
+    finally ring.close()
+  }
+
+  /** What the program says, and its exit code, when it is started like that. */
+  def refused(arguments: String*): (String, Int) = {
+    val process = new ProcessBuilder((program +: arguments).asJava).redirectErrorStream(true).start()
+    val text    = new String(process.getInputStream.readAllBytes(), UTF_8)
+    (text, process.waitFor())
+  }
+}

@@ -1,0 +1,232 @@
+package flyframe.ring
+
+import java.nio.file.{Files, Path}
+import org.scalatest.flatspec.AnyFlatSpec
+import scala.util.Random
+
+/** Rings of nodes in RTL with their host programs in C, in the simulator: what a user of a node gets while
+  * fibres break, light is bad, and nodes, controllers and hosts come and go.
+  */
+class RingSimulatorSpec extends AnyFlatSpec {
+  import RingProcess._
+
+  /** A ring in relay mode that starts and repeats soon. */
+  private def relay(nodes: Int, more: (String, ujson.Value)*) = ujson.Obj(
+    "mode" -> "relay",
+    ("kbps" -> ujson.Num(2000)) +:
+      Seq[(String, ujson.Value)](
+        "confirm_us" -> 1000,
+        "up_ms"      -> 1,
+        "pd_ms"      -> 3,
+        "nodes"      -> nodes
+      ) ++: more: _*
+  )
+  private val random             = new Random(1)
+  private def bytes(length: Int) = Seq.fill(length)(random.nextInt(256))
+  private val StartUs            = 100000L
+
+  /** Sends a message of each length, and waits until all have been told delivered; each came once. */
+  private def exchange(ring: RingProcess, node: Int, to: Int, address: Int, lengths: Seq[Int]): Unit = {
+    val messages = lengths.map(bytes)
+    val before   = ring.messages(to).size
+    val over     = ring.ends(node).size
+    val tags     = messages.map(ring.send(node, address, _))
+    def ends     = ring.ends(node).drop(over)
+    ring.await(s"messages of node $node to $address end", 400000)(tags.forall(t => ends.exists(_.tag == t)))
+    assert(ends.map(_.outcome).toSet == Set("delivered"))
+    val came = ring.messages(to).drop(before).map(_.data)
+    assert(came.sorted == messages.map(hex).sorted)
+  }
+
+  "TP-30: host programs on a ring in RTL" should
+    "deliver messages once through breaks, resets, restarts and bad light" in
+    using(relay(4)) { ring =>
+      ring.awaitWhole(StartUs)
+      exchange(ring, 1, 3, 3, Seq(1, 6, 7, 100, 2048))
+
+      // To all (TP-31), and an urgent one.
+      val toAll  = ring.send(2, 0, Seq(1, 2, 3))
+      val urgent = ring.send(4, 1, Seq(0xff), urgent = true)
+      ring.await("the message to all ends", 100000)(ring.ends(2).exists(_.tag == toAll))
+      ring.await("the urgent one ends", 100000)(ring.ends(4).exists(_.tag == urgent))
+      assert(ring.ends(2).find(_.tag == toAll).get.unconfirmed.isEmpty)
+      for (n <- Seq(1, 3, 4)) assert(ring.messages(n).count(_.toAll) == 1)
+      assert(ring.messages(1).count(m => m.urgent && m.source == 4) == 1)
+
+      // A cut between nodes 2 and 3 while messages are on their way (FR-63), and where it is.
+      val tag = ring.send(2, 3, bytes(1500))
+      ring.run(1000)
+      ring.ask("cut 2")
+      ring.await("the message through the break ends", 200000)(ring.ends(2).exists(_.tag == tag))
+      assert(ring.ends(2).find(_.tag == tag).get.outcome == "delivered")
+      def mode(n: Int) = ring.node(n)("state").num.toInt & 3
+      ring.await("the neighbours of the break know", 20000)(mode(2) == 2 && mode(3) == 3)
+      assert(mode(1) == 1 && mode(4) == 1)
+      exchange(ring, 3, 2, 2, Seq(5, 300))
+      ring.ask("mend 2")
+      ring.await("the ring is whole", 50000)((1 to 4).forall(mode(_) == 1))
+      exchange(ring, 2, 3, 3, Seq(300))
+
+      // The controller of a node is reset; its host sets it up anew, and its messages go on.
+      val through = ring.send(1, 4, bytes(1000))
+      ring.run(500)
+      ring.ask("reset 1")
+      ring.await("the message through the reset ends", 400000)(ring.ends(1).exists(_.tag == through))
+      assert(ring.ends(1).find(_.tag == through).get.outcome == "delivered")
+      assert(ring.node(1)("starts").num == 2)
+
+      // A host program that starts anew is another life, and the first message to it may be a repeat.
+      val life = ring.node(3)("life").num
+      ring.ask("host 3 stop")
+      ring.ask("host 3 start")
+      ring.await("the host has started", 50000)(
+        ring.node(3)("fault").str == "good" && ring.node(3)("life").num > life
+      )
+      exchange(ring, 2, 3, 3, Seq(20))
+      assert(ring.messages(3).last.repeat)
+      exchange(ring, 3, 1, 1, Seq(20, 200))
+
+      // Light at the limits does no harm, bit errors cost time.
+      ring.ask("optics all jitter 2")
+      ring.ask("optics all duty 40")
+      exchange(ring, 1, 3, 3, Seq(500))
+      ring.ask("optics all duty 60")
+      ring.ask("optics all errors 5000")
+      exchange(ring, 3, 1, 1, Seq(500, 500))
+      val fibres = ring.status()("fibres").arr
+      assert(fibres.map(f => f("there")("bits_wrong").num + f("back")("bits_wrong").num).sum > 10)
+      ring.ask("optics all errors 0")
+
+      // Light that fades on one way takes both ends down (FR-13), a module that is stuck likewise (FR-10).
+      ring.ask("optics 4 attenuation 40")
+      ring.await("the link without light is down", 20000)(mode(4) == 2 && mode(1) == 3)
+      exchange(ring, 4, 1, 1, Seq(100))
+      ring.ask("optics 4 attenuation 0")
+      ring.await("the ring is whole again", 50000)((1 to 4).forall(mode(_) == 1))
+      ring.ask("stuck 1 there dominant")
+      ring.await("the link behind the stuck module is down", 20000)(mode(1) == 2 && mode(2) == 3)
+      exchange(ring, 1, 2, 2, Seq(100))
+    }
+
+  "TP-50: process data of a ring in RTL" should "come, change, and become old with their node" in
+    using(relay(3)) { ring =>
+      ring.awaitWhole(StartUs)
+      ring.ask("watch 1 2 7")
+      ring.ask("object 2 1 7 1122")
+      def value = ring.node(1)("values")(0)
+      ring.await("the value comes", 20000)(value("data").str == "1122" && !value("old").bool)
+      ring.ask("object 2 1 7 3344")
+      ring.await("it changes", 20000)(value("data").str == "3344")
+      ring.ask("object 2 1 7")
+      ring.await("it is not valid", 20000)(value("data").str.isEmpty && !value("old").bool)
+      ring.ask("off 2")
+      ring.await("it is old", 30000)(value("old").bool)
+      ring.ask("on 2")
+      ring.await("the node is back", StartUs)(ring.node(2).obj.get("fault").exists(_.str == "good"))
+      ring.ask("object 2 1 7 55")
+      ring.await("its value is, too", StartUs)(value("data").str == "55" && !value("old").bool)
+    }
+
+  "TP-02: a host whose memory fails" should "say so, take the life behind the last one, and go on" in
+    using(relay(3)) { ring =>
+      ring.awaitWhole(StartUs)
+      ring.ask("storage 2 fail")
+      ring.ask("host 2 stop")
+      ring.ask("host 2 start")
+      ring.await("the host tells of its memory", 50000)(ring.node(2)("fault").str == "store")
+      assert(ring.node(2)("life").num == 2, "the one behind the last, which the controller still has")
+      exchange(ring, 2, 1, 1, Seq(30))
+    }
+
+  "TP-24: a host that does not take its messages" should "hold them back, and lose none" in
+    using(relay(3)) { ring =>
+      ring.awaitWhole(StartUs)
+      ring.ask("takes 3 none")
+      val tags = Seq.fill(6)(ring.send(1, 3, bytes(40)))
+      ring.run(40000)
+      assert(ring.ends(1).isEmpty && ring.messages(3).isEmpty)
+      ring.ask("takes 3 all")
+      ring.await("all end", 400000)(tags.forall(t => ring.ends(1).exists(_.tag == t)))
+      assert(ring.ends(1).forall(_.outcome == "delivered") && ring.messages(3).size == 6)
+      ring.ask("takes 3 refuses")
+      val refused = ring.send(2, 3, bytes(40))
+      ring.await("the refused one ends", 100000)(ring.ends(2).exists(_.tag == refused))
+      assert(ring.ends(2).last.outcome == "refused")
+    }
+
+  "FR-31: host programs on a ring in bus mode" should "deliver through a break and its mend" in {
+    val network = ujson.Obj(
+      "mode"  -> "bus",
+      "kbps"  -> 250,
+      "up_ms" -> 1,
+      "each"  -> ujson.Obj("preset" -> "ring-bus", "fibre_km" -> 0.01),
+      "nodes" -> ujson.Arr(ujson.Obj("home" -> true), ujson.Obj(), ujson.Obj())
+    )
+    using(network) { ring =>
+      ring.awaitWhole(StartUs)
+      def state(n: Int) = ring.node(n)("state").num.toInt
+      assert((state(1) & 4) != 0 && (state(2) & 4) == 0, "home is guard")
+      exchange(ring, 2, 3, 3, Seq(4, 50))
+      ring.ask("cut 2")
+      ring.await("the neighbours know", 20000)((state(2) & 3) == 2 && (state(3) & 3) == 3)
+      exchange(ring, 2, 3, 3, Seq(60))
+      ring.ask("mend 2")
+      ring.await("the ring is whole", 50000)((state(2) & 3) == 2 && (state(3) & 3) == 1)
+      exchange(ring, 3, 2, 2, Seq(60))
+    }
+  }
+
+  private def wrong(network: String): (String, Int) = {
+    val file: Path = Files.writeString(Files.createTempFile("ring", ".json"), network)
+    try refused("--network", s"$file", "--end-ms", "0.1", "--state", s"${Files.createTempDirectory("state")}")
+    finally Files.delete(file)
+  }
+
+  "The simulator" should "answer a mistake with one sentence and exit code 2" in {
+    val mistakes = Seq(
+      "{"                                -> "is not valid JSON",
+      "[]"                               -> "must be an object with 'nodes'",
+      """{"nodes": 1}"""                 -> "has nodes 1, but it must be a whole number from 2 to 125",
+      """{"nodes": [{}]}"""              -> "has 1 nodes",
+      """{"nodes": 2, "mode": "star"}""" -> "has the mode 'star'; known: bus, relay",
+      """{"nodes": 2, "kbps": 300}"""    -> "has kbps 300, but it must be a whole number from 400 to 2000",
+      """{"nodes": 2, "kbps": 1999}"""   -> "cannot have 1999 kbit/s",
+      """{"nodes": 2, "colour": 1}"""    -> "has the unknown key 'colour'",
+      """{"nodes": [{"address": 126}, {}]}"""       -> "has address 126, but it must be a whole number",
+      """{"nodes": [{"host": "dog"}, {}]}"""        -> "has the host 'dog'; known: node, can, none",
+      """{"nodes": [{"preset": "ring-bus"}, {}]}""" -> "has preset 'ring-bus', which has no relay mode",
+      """{"nodes": [{"preset": "slave"}, {}]}"""    -> "preset 'slave' is not built into this program"
+    )
+    for ((network, sentence) <- mistakes) {
+      val (text, code) = wrong(network)
+      assert(code == 2 && text.contains(sentence) && text.count(_ == '\n') == 1, s"$network: $text")
+    }
+    for (arguments <- Seq(Seq("--network", "nowhere.json"), Seq("--seed", "x"), Nil)) {
+      val (text, code) = refused(arguments: _*)
+      assert(code == 2 && text.count(_ == '\n') == 1, text)
+    }
+  }
+
+  it should "answer a wrong line with a sentence, and do nothing" in using(relay(2)) { ring =>
+    val wrong = Seq(
+      "cut 3",
+      "cut",
+      "cut 1 sideways",
+      "optics 1 errors -1",
+      "optics 1 jitter 11",
+      "optics 1 taste 3",
+      "stuck 1 there odd",
+      "send 1 1 00",
+      "send 1 2 0",
+      "send 1 126 00",
+      s"send 1 2 ${"00" * 2049}",
+      "object 1 2 256 00",
+      "object 1 2 1 112233445566778899",
+      "messages 3",
+      "dance",
+      ""
+    )
+    for (line <- wrong) assert(ring.answer(line).startsWith("error: "), line)
+    assert(ring.status()("fibres").arr.forall(f => f("there")("whole").bool && f("back")("whole").bool))
+  }
+}
