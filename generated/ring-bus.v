@@ -20,6 +20,7 @@
 //   toneRecessiveKhz             1000  kHz
 //   rxFrames                       64  frames
 //   filters                        16  filters
+//   bridge                          0  switch
 //   escType                    0x00f3  code
 //   escRevision                0x0000  code
 //   escBuild                   0x0001  code
@@ -2593,7 +2594,7 @@ module SlotStates(
   wire [15:0] _GEN = {12'h0, takes_bits};
   wire        abortLast = aborts | (|(abort & lastOne));
   wire        over = ends & (sent | oneShot | abortLast);
-  wire [15:0] mayGo = abort & waits & ~(onWire ? lastOne : 16'h0) & ~(takes_valid ? 16'h1 << _GEN : 16'h0);
+  wire [15:0] mayGo = abort & waits & ~((onWire ? lastOne : 16'h0) | (takes_valid ? 16'h1 << _GEN : 16'h0));
   wire [15:0] requestOne = request_valid ? 16'h1 << request_bits : 16'h0;
   always @(posedge clock or posedge reset) begin
     if (reset) begin

@@ -20,6 +20,7 @@
 //   toneRecessiveKhz             1000  kHz
 //   rxFrames                       64  frames
 //   filters                        16  filters
+//   bridge                          0  switch
 //   escType                    0x00f3  code
 //   escRevision                0x0000  code
 //   escBuild                   0x0001  code
@@ -2638,7 +2639,7 @@ module SlotStates(
   wire        abortLast = aborts | (|(abort & lastOne));
   wire        over = ends & (sent | oneShot | abortLast);
   wire [15:0] gone =
-    abort & waits & ~(onWire ? lastOne : 16'h0) & ~(takes_valid ? 16'h1 << _GEN : 16'h0) & ~relay_begun
+    abort & waits & ~((onWire ? lastOne : 16'h0) | (takes_valid ? 16'h1 << _GEN : 16'h0)) & ~relay_begun
     | (relay_drops ? waits : 16'h0);
   wire [15:0] _relayOne_T_1 = 16'h1 << relay_ends_bits;
   wire [15:0] relayOne = relay_ends_valid ? _relayOne_T_1 : 16'h0;
@@ -3490,10 +3491,10 @@ module CanPort(
   reg         mode_listenOnly;
   reg         engine_mode_run_REG;
   reg  [15:0] sofTime;
+  wire        appended = relay_on ? relay_appended : _order_appended;
   reg         shift_begins_REG;
   reg         states_oneShot_REG;
   reg         order_changedNow_REG;
-  wire        _front_appended_T = relay_on ? relay_appended : _order_appended;
   reg         stamps;
   wire [7:0]  stamp_bits_target = {2'h0, relay_on ? relay_stamp_bits : _states_current, 2'h1};
   reg         valid;
@@ -3687,7 +3688,7 @@ module CanPort(
     .relay_sent       (relay_slots_sent),
     .relay_drops      (relay_slots_drops),
     .oneShot          (_states_oneShot),
-    .request_valid    (_front_appended_T),
+    .request_valid    (appended),
     .request_bits     (_states_request_bits),
     .abort            (_states_abort),
     .clearSent        (_states_clearSent),
@@ -3839,7 +3840,7 @@ module CanPort(
     .orders_requested      (_front_orders_requested),
     .append_valid          (_front_append_valid),
     .append_bits           (_front_append_bits),
-    .appended              (_front_appended_T),
+    .appended              (appended),
     .rxWord                (_fifo_read),
     .rxData                (_fifo_data),
     .job_valid             (_memory_job_2_valid),

@@ -206,7 +206,7 @@ object Main {
       _.resolve("registers.md").toString -> Documents.registers(
         Presets.allRegisters,
         Presets.master,
-        Presets.relay.copy(canPorts = 2)
+        Presets.relay.copy(canPorts = 2, bridge = 1)
       )
     ) ++ request.docs.map(_.resolve("parameters.md").toString -> ParameterPage.text) ++
       request.docs.map(_.resolve("ring.md").toString -> RingPage.text)

@@ -166,6 +166,16 @@ object RingPage {
     table("Register", "Write")(relaySetup.map { case (where, what) => Seq(where, what) }),
     paragraph("""Nobody is guard or `home`. What a slot holds has been confirmed when the slot is *sent*:
       every node that can be reached has seen it; the node repeats it until then."""),
+    Seq("## A bridge to a twisted pair", ""),
+    paragraph(
+      s"""Preset `ring-node-tp` has a second CAN controller, for a twisted pair, and a bridge: buses of up
+      to 1 Mbit/s at places of the ring kilometres apart. What filters 8 to 15 of a port accept goes to slots
+      8 to 15 of the other one, if bit 6 of its control says so (${at(CanRegisters.PortStarts(0))},
+      ${at(CanRegisters.PortStarts(1))}); the host keeps slots 0 to 7. The bridge acknowledges for the other
+      side: frames that find no slot are dropped, the last in CAN order first, and counted
+      (${CanRegisters.PortStarts.map(s => at(s + CanRegisters.BridgeDropped)).mkString(", ")}). Never let two
+      bridges join the same two buses: their frames would go round for ever."""
+    ),
     Seq("## Reading a break", ""),
     paragraph(s"""The mode stands in ${bits("ring_mode")}, the guard in ${bits("ring_guard")}, the ports in
       ${at(RingRegisters.Ports)}: up are those with ${bits("ring_up1")} and ${bits(

@@ -2,7 +2,7 @@ package flyframe
 
 import chisel3._
 import chisel3.util._
-import flyframe.can.CanPort
+import flyframe.can.{Bridge, CanPort}
 import flyframe.clocks.LevelCrossing
 import flyframe.fibre.RingPorts
 import flyframe.host.HostInterface
@@ -26,7 +26,7 @@ class CanPins extends Bundle {
 }
 
 /** A node of a fibre ring (NODE): a CAN controller on the ring, one on a twisted pair if `canPorts` is 2,
-  * relay mode if `ring` is 2, and a host. It only connects.
+  * with a bridge if that is 1, relay mode if `ring` is 2, and a host. It only connects.
   *
   * @param p
   *   a parameter set of role 2 without [[EscParams.problems]]
@@ -86,6 +86,13 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
     pair.rx := LevelCrossing(pins.rx)
     pins.tx := pair.tx
   }
+
+  if (p.can.bridge)
+    for (n <- 0 to 1) {
+      val bridge = Module(new Bridge(p.can, waits = p.hasRelay && n == 0)).suggestName(s"bridge_$n")
+      bridge.from <> cans(n).bridgeFrom.get
+      bridge.into <> cans(1 - n).bridgeInto.get
+    }
 
   // ---- the host ----
 

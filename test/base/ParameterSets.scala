@@ -372,6 +372,7 @@ object TestSets {
       dataBusWidth = width,
       coreClockMhz = clock,
       canPorts = ports,
+      bridge = if (ports == 2 && filters >= 16) i % 2 else 0,
       demodulator = demodulator,
       rxFrames = frames,
       filters = filters,

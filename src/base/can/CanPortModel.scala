@@ -77,8 +77,16 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0, isTolerant: Boolea
   }
 
   def received(frame: CanFrame, time: Int): Unit =
-    for (filter <- filters.matching(frame))
+    for (filter <- filters.matching(frame)) {
       if (!fifo.put(frame.bytes(filter, time))) records.overrun()
+      if (control("bridge") && !isLooped && CanParams.BridgeFilters.contains(filter)) bridges(frame)
+    }
+
+  /** What becomes of a frame for the bridge (BR-01): the other port takes it. */
+  var bridges: CanFrame => Unit = _ => ()
+
+  /** A frame of the other port (BR-01, BR-02). */
+  def bridged(frame: CanFrame): Unit = new CanBridgeModel(slots, memory, slots0, records).take(frame)
 
   private def filterWords(entry: Int) = {
     def word(from: Int) =
@@ -160,22 +168,23 @@ class CanPortModel(p: CanParams = CanParams(), port: Int = 0, isTolerant: Boolea
       else if (engine.isBusOff) CanState.BusOff
       else if (engine.isPassive) CanState.Passive
       else CanState.Active
-    case "warning"      => flag(engine.warns)
-    case "integrating"  => flag(timing.nonEmpty && engine.isIntegrating)
-    case "sending"      => flag(engine.isSending)
-    case "receiving"    => flag(engine.isReceiving)
-    case "impossible"   => flag(!isPossible)
-    case "tec"          => engine.tec
-    case "rec"          => engine.rec
-    case "error_type"   => records.errorType
-    case "error_sender" => flag(records.asSender)
-    case "error_field"  => records.errorField
-    case "error_bit"    => records.errorBit
-    case "lost_bit"     => records.lostBit
-    case "rx_level"     => fifo.level
-    case "pending"      => slots.pending
-    case "sent"         => slots.sent
-    case "failed"       => slots.failed
+    case "warning"        => flag(engine.warns)
+    case "integrating"    => flag(timing.nonEmpty && engine.isIntegrating)
+    case "sending"        => flag(engine.isSending)
+    case "receiving"      => flag(engine.isReceiving)
+    case "impossible"     => flag(!isPossible)
+    case "tec"            => engine.tec
+    case "rec"            => engine.rec
+    case "error_type"     => records.errorType
+    case "error_sender"   => flag(records.asSender)
+    case "error_field"    => records.errorField
+    case "error_bit"      => records.errorBit
+    case "lost_bit"       => records.lostBit
+    case "rx_level"       => fifo.level
+    case "pending"        => slots.pending
+    case "sent"           => slots.sent
+    case "failed"         => slots.failed
+    case "bridge_dropped" => records.bridgeDropped
     case _ if CanRegisters.CounterNames.contains(name) =>
       records.counter(CanRegisters.CounterNames.indexOf(name))
     case _ if name.startsWith("rx_") && name != "rx_release" => received(name)

@@ -31,6 +31,10 @@ class CanRecords {
   def overrun(): Unit = count(Overruns)
   def busOff(): Unit  = count(BusOffs)
 
+  /** Frames of the other port that were dropped (BR-02). */
+  var bridgeDropped: Int   = 0
+  def dropInBridge(): Unit = bridgeDropped = (bridgeDropped + 1) min 255
+
   /** Counter `which`, in the order of the registers. */
   def counter(which: Int): Int = counters(which)
 
@@ -41,6 +45,7 @@ class CanRecords {
     errorField = 0
     errorBit = 0
     lostBit = 0
+    bridgeDropped = 0
   }
 }
 

@@ -8,7 +8,7 @@ package flyframe.can
   * @param offerCycles
   *   core cycles from a change to the new offer
   */
-class CanSlotsModel(slots: Int, frame: Int => CanFrame, offerCycles: Int) {
+class CanSlotsModel(slots: Int, frame: Int => CanFrame, offerCycles: Int) extends CanBridgeSlots {
   private val age     = Array.fill(slots)(0L)
   private var born    = 0L
   private var offered = Option.empty[Int]
@@ -41,6 +41,7 @@ class CanSlotsModel(slots: Int, frame: Int => CanFrame, offerCycles: Int) {
   def untilOffer: Int = left
 
   def isPending(slot: Int): Boolean = is(pending, slot)
+  def isHeld(slot: Int): Boolean    = active.contains(slot)
 
   def request(map: Int): Unit = {
     val begun = map & ~pending
@@ -59,6 +60,8 @@ class CanSlotsModel(slots: Int, frame: Int => CanFrame, offerCycles: Int) {
     if ((map & onWire) != 0) aborted = true
     drop(map & pending & ~onWire)
   }
+
+  def evict(map: Int): Unit = drop(map & pending & ~active.fold(0)(1 << _))
 
   private def drop(map: Int): Unit = if (map != 0) {
     failed |= map

@@ -12,13 +12,16 @@ package flyframe.params
   *   clock of the port, for the time stamps
   * @param offerCycles
   *   core cycles after which a request counts (CB-08)
+  * @param bridge
+  *   frames may be passed on to the other port (BR-01)
   */
 final case class CanParams(
     rxFrames: Int = 64,
     filters: Int = 16,
     slots: Int = 16,
     coreClockMhz: Int = 50,
-    offerCycles: Int = 40
+    offerCycles: Int = 40,
+    bridge: Boolean = false
 ) {
   require(
     rxFrames >= 16 && rxFrames <= 128,
@@ -26,5 +29,16 @@ final case class CanParams(
   )
   require(filters >= 4 && filters <= 32, s"filters is $filters but must be 4 to 32.")
   require(slots == 16, s"slots is $slots but must be 16.")
+  require(
+    !bridge || filters >= CanParams.BridgeFilters.end,
+    s"filters is $filters but must be ${CanParams.BridgeFilters.end} to 32 with a bridge."
+  )
   require(coreClockMhz > 0, s"coreClockMhz is $coreClockMhz but must be 1 MHz or more.")
+}
+
+object CanParams {
+
+  /** Filters of a port whose frames are bridged, and slots of the other one into which they go (BR-01). */
+  val BridgeFilters: Range = 8 until 16
+  val BridgeSlots: Range   = 8 until 16
 }

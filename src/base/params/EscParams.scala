@@ -66,6 +66,7 @@ final case class EscParams(
     toneRecessiveKhz: Int = 1000,
     rxFrames: Int = 64,
     filters: Int = 16,
+    bridge: Int = 0,
     sii: Int = 0,
     siiClockKhz: Int = 400,
     siiStartUs: Int = 100,
@@ -107,7 +108,7 @@ final case class EscParams(
     FibreParams(coreClockMhz, toneDominantKhz, toneSearchKhz, toneRecessiveKhz, demodulator)
 
   /** What the CAN ports of a ring node are built with. */
-  def can: CanParams = CanParams(rxFrames, filters, coreClockMhz = coreClockMhz)
+  def can: CanParams = CanParams(rxFrames, filters, coreClockMhz = coreClockMhz, bridge = bridge == 1)
 
   /** The PHY of a port has RMII, not MII. */
   def isRmii(port: Int): Boolean = (rmiiPorts >> port & 1) == 1

@@ -183,6 +183,10 @@ private[params] object ParamChecks {
   /** A ring node has two ports, too. */
   private def ofRing(p: EscParams): Seq[String] =
     nothingElse(p) ++ Option.when(p.ring == 0)("ring is 0 but must be 1 to 2 if role is 2.") ++
+      Option.when(p.bridge == 1 && p.canPorts == 1)("canPorts is 1 but must be 2 if bridge is 1.") ++
+      Option.when(p.bridge == 1 && p.filters < CanParams.BridgeFilters.end)(
+        s"filters is ${p.filters} but must be ${CanParams.BridgeFilters.end} to 32 if bridge is 1."
+      ) ++
       FibreParams.problems(
         p.coreClockMhz,
         p.toneDominantKhz,

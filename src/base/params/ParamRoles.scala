@@ -37,7 +37,8 @@ private[params] object ParamRoles {
     "toneSearchKhz",
     "toneRecessiveKhz",
     "rxFrames",
-    "filters"
+    "filters",
+    "bridge"
   )
   private val ofRings = ofAll.filterNot(_.startsWith("spi")) ++ ofRingsOnly + "nodeIdWidth"
 

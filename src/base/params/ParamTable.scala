@@ -307,6 +307,9 @@ object ParamTable {
     info("filters", "entries of the acceptance filter of a CAN port", "filters", between(4, 32))(_.filters)(
       (p, v) => p.copy(filters = v)
     ),
+    switch("bridge", "a host may join both CAN ports: what some filters of one accept, the other sends")(
+      _.bridge
+    )((p, v) => p.copy(bridge = v)),
     info(
       "sii",
       "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM; 2 emulated by the host",

@@ -71,6 +71,19 @@ object Presets {
     ),
     Preset(
       EscParams(
+        preset = "ring-node-tp",
+        role = 2,
+        nodeIdWidth = 7,
+        ring = 2,
+        canPorts = 2,
+        bridge = 1,
+        ramKiB = 0,
+        escType = 0xf3
+      ),
+      "ring-node with a second CAN controller on a twisted pair, and a bridge between both"
+    ),
+    Preset(
+      EscParams(
         preset = "et1100",
         ports = 4,
         ramKiB = 8,

@@ -26,6 +26,7 @@ object CanRegisters {
   val Counters      = 0x10
   val RxLevel       = 0x18
   val RxRelease     = 0x1a
+  val BridgeDropped = 0x1c
   val Requests      = 0x20
   val Aborts        = 0x22
   val Sent          = 0x24
@@ -66,6 +67,7 @@ object CanRegisters {
   /** All of port `port`, 0 or 1. */
   def apply(port: Int, p: CanParams): Seq[Register] =
     ofPort(Ports(port), PortStarts(port)) ++
+      (if (p.bridge) Seq(dropped(Ports(port), PortStarts(port))) else Nil) ++
       (0 until p.slots).map(n => slot(Ports(port), SlotStarts(port) + FrameBytes * n, n, p.slots)) ++
       (0 until p.filters).map(n => filter(Ports(port), FilterStarts(port) + FilterBytes * n, n, p.filters))
 
@@ -133,6 +135,11 @@ object CanRegisters {
       field(s"${c}_rx_time",        63, 48, status, 0, "Low half of the time of its SOF, us"),
       field(s"${c}_rx_data",       127, 64, status, 0, "Data; bytes that the frame has not are 0"))
   )
+
+  private def dropped(c: String, start: Int): Register =
+    register(start + BridgeDropped, 1, s"${c}_bridge_dropped", no, r,  "BR-02",
+        "Frames of the other port that were dropped",
+      field(s"${c}_bridge_dropped",  7,  0, status, 0, "Frames of the other port without a slot, up to 255"))
 
   private def slot(c: String, start: Int, n: Int, slots: Int) = {
     val s = s"${c}_slot$n"

@@ -1,6 +1,6 @@
 package flyframe.relay
 
-import flyframe.can.{CanFiltersModel, CanFrame, CanMemoryModel}
+import flyframe.can.{CanBridgeModel, CanFiltersModel, CanFrame, CanMemoryModel}
 import flyframe.params.CanParams
 import flyframe.registers.{CanRegisters, RingRegisters}
 
@@ -74,6 +74,9 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
       settings()
   }
 
+  /** A frame of the other port (BR-01, BR-02). */
+  def bridged(frame: CanFrame): Unit = new CanBridgeModel(slots, memory, slots0, node.records).take(frame)
+
   private def abort(map: Int): Unit = node.own.abort(slots.abort(map))
 
   private def settings(): Unit = {
@@ -85,6 +88,7 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
     node.retries = memory.value("ring_retries")
     node.life = memory.value("ring_life")
     node.isOneShot = memory.value(s"${prefix}_one_shot") == 1
+    node.isBridge = memory.value(s"${prefix}_bridge") == 1
     if (node.isOn != wasOn) node.reset()
   }
 
@@ -97,15 +101,16 @@ class RelayHostModel(p: CanParams, node: RelayNodeModel) {
   }
 
   private def status(name: String): BigInt = name.stripPrefix(s"${prefix}_") match {
-    case "ring_alone"    => flag(node.isAlone)
-    case "ring_conflict" => flag(node.isConflict)
-    case "ring_mode"     => if (node.isUp(0) == node.isUp(1)) 1 else if (node.isUp(0)) 2 else 3
-    case "ring_up1"      => flag(node.isUp(0))
-    case "ring_up2"      => flag(node.isUp(1))
-    case "rx_level"      => node.fifo.level
-    case "pending"       => slots.pending
-    case "sent"          => slots.sent
-    case "failed"        => slots.failed
+    case "ring_alone"     => flag(node.isAlone)
+    case "ring_conflict"  => flag(node.isConflict)
+    case "ring_mode"      => if (node.isUp(0) == node.isUp(1)) 1 else if (node.isUp(0)) 2 else 3
+    case "ring_up1"       => flag(node.isUp(0))
+    case "ring_up2"       => flag(node.isUp(1))
+    case "rx_level"       => node.fifo.level
+    case "pending"        => slots.pending
+    case "sent"           => slots.sent
+    case "failed"         => slots.failed
+    case "bridge_dropped" => node.records.bridgeDropped
     case n if CanRegisters.CounterNames.contains(n) =>
       node.records.counter(CanRegisters.CounterNames.indexOf(n))
     case n if n.startsWith("rx_") && n != "rx_release" => received(name)

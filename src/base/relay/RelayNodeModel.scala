@@ -41,7 +41,11 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
   var life: Int          = 0
   var isOneShot: Boolean = false
 
-  val records: CanRecords        = new CanRecords
+  val records: CanRecords = new CanRecords
+
+  /** What filters 8 to 15 accept goes to the other port (BR-01). */
+  var isBridge: Boolean          = false
+  var bridges: CanFrame => Unit  = _ => ()
   val counters: RelayCounters    = new RelayCounters
   val fifo: CanFifoModel         = new CanFifoModel(p.rxFrames)
   var slots: RelaySlotsModel     = _
@@ -190,7 +194,10 @@ class RelayNodeModel(p: CanParams, senders: LinkSenders) extends OwnHost {
 
   private def deliver(f: Incoming, frame: CanFrame): Unit = {
     delivers(f.header, frame)
-    for (filter <- filters.matching(frame)) if (!fifo.put(frame.bytes(filter, f.time))) records.overrun()
+    for (filter <- filters.matching(frame)) {
+      if (!fifo.put(frame.bytes(filter, f.time))) records.overrun()
+      if (isBridge && CanParams.BridgeFilters.contains(filter)) bridges(frame)
+    }
   }
 
   // FR-57, FR-62

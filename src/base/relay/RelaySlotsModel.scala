@@ -1,13 +1,13 @@
 package flyframe.relay
 
-import flyframe.can.CanFrame
+import flyframe.can.{CanBridgeSlots, CanFrame}
 
 /** The slots of port F in relay mode: several are on their way at once (FR-55, RB-12).
   *
   * @param frame
   *   the frame in a slot
   */
-class RelaySlotsModel(slots: Int, frame: Int => CanFrame) {
+class RelaySlotsModel(slots: Int, frame: Int => CanFrame) extends CanBridgeSlots {
   private val age    = Array.fill(slots)(0L)
   private val frames = new Array[CanFrame](slots) // of those that are pending
   private var born   = 0L
@@ -25,6 +25,8 @@ class RelaySlotsModel(slots: Int, frame: Int => CanFrame) {
   private def bits(map: Int) = (0 until slots).filter(s => (map >> s & 1) == 1)
 
   def isPending(slot: Int): Boolean = (pending >> slot & 1) == 1
+  def isHeld(slot: Int): Boolean    = (begun >> slot & 1) == 1
+  def evict(map: Int): Unit         = abort(map)
 
   def request(map: Int): Unit = {
     val fresh = map & ~pending

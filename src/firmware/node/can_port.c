@@ -1,7 +1,7 @@
 #include "can_port.h"
 
 #include "../driver/registers.h"
-#include "ring-node.h"
+#include "ring-node-tp.h"
 
 enum {
   QUANTA = 25, /* FR-38: 1 + 18 + 3 + 3, SJW 3 */
@@ -16,6 +16,7 @@ enum {
   CONFIRM_BITS = 20000, /* FR-58: 10 ms at 2 Mbit/s */
   LIFE_MASK = 0x7f,
   FILTERS = 2, /* to the own address, to all */
+  BRIDGE_FILTER = 8,
   DESTINATION_SHIFT = 21,
   DESTINATION_MASK = 0x7f,
   DATA_AT = 8, /* of the bytes of a frame in memory */
@@ -33,18 +34,44 @@ static bool filter(struct board *board, uint16_t entry, uint8_t destination) {
   return write_holds(board, (uint16_t)NODE_CAN_F_FILTERN(entry), bytes, sizeof bytes);
 }
 
+/* Of a port: what no filter before it takes is the bridge's. */
+static bool bridge_filter(struct board *board, uint16_t first, bool in_use) {
+  uint8_t bytes[8];
+  number_to(bytes, 4, in_use ? NODE_CAN_F_FILTERN_IN_USE_MASK : 0);
+  number_to(bytes + 4, 4, 0);
+  return write_holds(board, (uint16_t)(first + BRIDGE_FILTER * sizeof bytes), bytes, sizeof bytes);
+}
+
+static uint32_t timing_of(uint32_t prescaler) {
+  return (prescaler - 1) << NODE_CAN_F_PRESCALER_SHIFT | (TSEG1 - 1u) << NODE_CAN_F_TSEG1_SHIFT |
+         (TSEG2 - 1u) << NODE_CAN_F_TSEG2_SHIFT | (SJW - 1u) << NODE_CAN_F_SJW_SHIFT;
+}
+
 /* How many of `part` kHz there are in a clock; 0: not a whole number of them. */
 static uint32_t divide(uint8_t core_mhz, uint32_t part) {
   const uint32_t clocks = core_mhz * 1000u;
   return part == 0 || clocks % part != 0 ? 0 : clocks / part;
 }
 
+static uint32_t joins(const struct can_port_config *config) {
+  return config->bridge ? NODE_CAN_F_BRIDGE_MASK : 0;
+}
+
+static bool starts_pair(struct board *board, const struct can_port_config *config) {
+  const uint32_t prescaler = divide(config->core_mhz, config->pair_kbps * (uint32_t)QUANTA);
+  const uint32_t control = NODE_CAN_T_RUN_MASK | NODE_CAN_T_RECOVER_ITSELF_MASK | joins(config);
+  write_number(board, NODE_CAN_T_CONTROL, 1, 0);
+  write_number(board, NODE_CAN_T_COMMAND, 1, NODE_CAN_T_ABORT_ALL_MASK);
+  return prescaler != 0 && prescaler <= PRESCALER_MAX && config->pair_kbps <= KBPS_MAX &&
+         bridge_filter(board, NODE_CAN_T_FILTERN(0), config->bridge) &&
+         bridge_filter(board, NODE_CAN_F_FILTERN(0), config->bridge) &&
+         number_holds(board, NODE_CAN_T_TIMING, 4, timing_of(prescaler)) &&
+         number_holds(board, NODE_CAN_T_CONTROL, 1, control);
+}
+
 static bool starts_bus(struct board *board, const struct can_port_config *config, uint32_t prescaler) {
-  const uint32_t timing = (prescaler - 1) << NODE_CAN_F_PRESCALER_SHIFT |
-                          (TSEG1 - 1u) << NODE_CAN_F_TSEG1_SHIFT | (TSEG2 - 1u) << NODE_CAN_F_TSEG2_SHIFT |
-                          (SJW - 1u) << NODE_CAN_F_SJW_SHIFT;
-  const uint32_t control = NODE_CAN_F_RUN_MASK | NODE_CAN_F_RECOVER_ITSELF_MASK;
-  return number_holds(board, NODE_CAN_F_TIMING, 4, timing) &&
+  const uint32_t control = NODE_CAN_F_RUN_MASK | NODE_CAN_F_RECOVER_ITSELF_MASK | joins(config);
+  return number_holds(board, NODE_CAN_F_TIMING, 4, timing_of(prescaler)) &&
          number_holds(board, NODE_RING_CONTROL, 1, config->home ? NODE_RING_HOME_MASK : 0) &&
          number_holds(board, NODE_CAN_F_CONTROL, 1, control);
 }
@@ -55,6 +82,7 @@ static bool starts_relay(struct board *board, const struct can_port_config *conf
   return number_holds(board, NODE_RING_LINK_BIT, 2, cycles) &&
          number_holds(board, NODE_RING_CONFIRM, 2, confirm) &&
          number_holds(board, NODE_RING_LIFE, 1, config->life & LIFE_MASK) &&
+         number_holds(board, NODE_CAN_F_CONTROL, 1, joins(config)) &&
          number_holds(board, NODE_RING_CONTROL, 1, NODE_RING_RELAY_MASK);
 }
 
@@ -63,9 +91,10 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
   const uint32_t part = relay ? config->kbps : config->kbps * (uint32_t)QUANTA;
   const uint32_t cycles = divide(config->core_mhz, part); /* of a link's bit, or of a quantum */
   *port = (struct can_port){.board = board, .relay = relay};
-  port->slots = relay ? CAN_PORT_SLOTS : CAN_PORT_BUS_SLOTS;
+  port->slots = relay && !config->bridge ? CAN_PORT_SLOTS : CAN_PORT_BUS_SLOTS;
   if (cycles == 0 || cycles > PRESCALER_MAX || config->kbps > (relay ? LINK_KBPS_MAX : KBPS_MAX) ||
-      (relay && config->kbps < LINK_KBPS_MIN) || config->confirm_us / CONFIRM_UNIT_US > UINT16_MAX)
+      (relay && config->kbps < LINK_KBPS_MIN) || (config->bridge && config->pair_kbps == 0) ||
+      config->confirm_us / CONFIRM_UNIT_US > UINT16_MAX)
     return false;
 
   /* What is on the wire is taken off by the stop, and by the end of relay mode; then nothing waits. */
@@ -77,6 +106,7 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
 
   return filter(board, 0, config->address) && filter(board, FILTERS - 1, 0) &&
          number_holds(board, NODE_RING_ADDRESS, 1, config->address) &&
+         (config->pair_kbps == 0 || starts_pair(board, config)) &&
          (relay ? starts_relay(board, config, cycles) : starts_bus(board, config, cycles));
 }
 

@@ -14,7 +14,7 @@ enum {
 struct can_port {
   struct board *board;
   bool relay;
-  uint8_t slots;                /* that are used: what the transport may have there (`slots`) */
+  uint8_t slots; /* that are used: what the transport may have there (`slots`); a bridge has 8 to 15 */
   uint32_t ids[CAN_PORT_SLOTS]; /* of the frame that was put into each slot last */
 };
 
@@ -28,6 +28,9 @@ struct can_port_config {
   /* Relay mode: */
   uint32_t confirm_us; /* until a frame is repeated, up to 655,350; 0: as FR-58 has it for the bit rate */
   uint8_t life;        /* number of this start, modulo 128, from memory that keeps it (FR-61) */
+  /* Nodes with a twisted pair (preset ring-node-tp): */
+  uint16_t pair_kbps; /* 5 to 1000, core_mhz * 40 must be a multiple of it; 0: the pair is not used */
+  bool bridge;        /* whatever is neither to this node nor to all passes between ring and pair (BR-01) */
 };
 
 /* Sets up the node, in bus mode with the bit timing of FR-38, forgets what waits and what came, and takes

@@ -2,7 +2,7 @@
 
 #include "../driver/registers.h"
 #include "../start_number.h"
-#include "ring-node.h"
+#include "ring-node-tp.h"
 
 enum {
   TYPE = 0xf3,
@@ -36,7 +36,7 @@ static void look_at_status(struct ring_node *node) {
   node->status[HELLO_STATE] = (uint8_t)read_number(board, NODE_RING_STATE, 1);
   node->status[HELLO_PORTS] = (uint8_t)read_number(board, NODE_RING_PORTS, 1);
   node->status[HELLO_CAN_F] = (uint8_t)read_number(board, NODE_CAN_F_STATUS, 1);
-  node->status[HELLO_CAN_T] = 0;
+  node->status[HELLO_CAN_T] = (uint8_t)read_number(board, NODE_CAN_T_STATUS, 1); /* 0 without that port */
   node->status[HELLO_TYPE] = (uint8_t)(node->parameters.device_type >> 8);
   node->status[HELLO_TYPE + 1] = (uint8_t)node->parameters.device_type;
   node->status[HELLO_VERSION] = node->parameters.version;
@@ -59,8 +59,15 @@ static enum ring_node_fault start_controller(struct ring_node *node) {
     node->life_is_new = true;
   }
   node->timer = read_number(board, NODE_NODE_TIME, 4);
-  const struct can_port_config config = {p->address,  p->home,       p->relay,  p->kbps,
-                                         p->core_mhz, p->confirm_us, node->life};
+  const struct can_port_config config = {.address = p->address,
+                                         .home = p->home,
+                                         .relay = p->relay,
+                                         .kbps = p->kbps,
+                                         .core_mhz = p->core_mhz,
+                                         .confirm_us = p->confirm_us,
+                                         .life = node->life,
+                                         .pair_kbps = p->pair_kbps,
+                                         .bridge = p->bridge};
   if (p->up_ms != 0 && !number_holds(board, NODE_RING_UP_MS, 1, p->up_ms)) return RING_NODE_SETTINGS;
   if (!can_port_start(&node->port, board, &config)) return RING_NODE_SETTINGS;
   write_number(board, NODE_NODE_EVENTS, 2, ALL_EVENTS);

@@ -17,13 +17,15 @@
 #include "can_port.h"
 
 struct ring_node_parameters {
-  uint8_t address;      /* 1, the server or gateway, to 125 */
-  bool home;            /* bus mode: the ring is open here (FR-30) */
-  bool relay;           /* relay mode, in all nodes of the ring */
-  uint16_t kbps;        /* as in struct can_port_config */
-  uint8_t core_mhz;     /* 50 or 100 */
-  uint32_t confirm_us;  /* relay mode, as in struct can_port_config */
-  uint8_t up_ms;        /* until a port comes up (FR-12); 0: as out of reset, 10 */
+  uint8_t address;     /* 1, the server or gateway, to 125 */
+  bool home;           /* bus mode: the ring is open here (FR-30) */
+  bool relay;          /* relay mode, in all nodes of the ring */
+  uint16_t kbps;       /* as in struct can_port_config */
+  uint8_t core_mhz;    /* 50 or 100 */
+  uint32_t confirm_us; /* relay mode, as in struct can_port_config */
+  uint8_t up_ms;       /* until a port comes up (FR-12); 0: as out of reset, 10 */
+  uint16_t pair_kbps;  /* twisted pair, as in struct can_port_config */
+  bool bridge;
   uint16_t pd_ms;       /* process data are sent again after this time, 1 to 1000 */
   uint16_t device_type; /* of the device, for HELLO */
   uint8_t version;

@@ -59,6 +59,9 @@ class RelaySide(p: CanParams) extends Bundle {
   val accept = Output(Bool())
   val second = Output(UInt(32.W))
   val drops  = Input(Bool())
+
+  /** No frame may be stored now. */
+  val busy = Option.when(p.bridge)(Input(Bool()))
 }
 
 /** A CAN controller with its slots, filters and FIFO (CAN-01 to CAN-46). It only connects.
@@ -88,6 +91,10 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
   val relay: Option[RelaySide] =
     Option.when(hasRelay)(IO(Flipped(new RelaySide(p))).suggestName("relay"))
 
+  /** Frames to and from the other port, if there may be a bridge. */
+  val bridgeFrom: Option[BridgeFrom] = Option.when(p.bridge)(IO(new BridgeFrom(p, waits = hasRelay)))
+  val bridgeInto: Option[BridgeInto] = Option.when(p.bridge)(IO(new BridgeInto(p)))
+
   /** What relay mode says, if there is one and it is on. */
   private def relayed[T <: Data](own: T)(of: RelaySide => T): T = relay.fold(own)(r => Mux(r.on, of(r), own))
 
@@ -96,10 +103,10 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
   private val shift    = Module(new FrameShift)
   private val order    = Module(new SlotOrder(p))
   private val states   = Module(new SlotStates(p, hasRelay))
-  private val memory   = Module(new PortMemory(3))
+  private val memory   = Module(new PortMemory(if (p.bridge) 4 else 3))
   private val filter   = Module(new AcceptanceFilter(p))
-  private val fifo     = Module(new ReceiveFifo(p.rxFrames))
-  private val recorder = Module(new EventRecorder)
+  private val fifo     = Module(new ReceiveFifo(p.rxFrames, hasBridge = p.bridge))
+  private val recorder = Module(new EventRecorder(p.bridge))
   private val front    = Module(new PortHost(p, port))
   private val control  = front.control
   private val happens  = engine.events
@@ -138,6 +145,18 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
 
   // ---- frames to send ----
 
+  // Whoever has begun to append a slot goes on until it is appended: the host, or a bridge. Reset: the host.
+  private val appended = relayed(order.appended)(_.appended)
+  private val ofBridge = bridgeInto.fold(false.B) { b =>
+    val turn = RegInit(false.B)
+    when(!turn || appended) { turn := b.append.valid && !front.append.valid && !turn }
+    turn
+  }
+  private val append = Wire(Valid(UInt(log2Ceil(p.slots).W)))
+  append := front.append
+  for (b <- bridgeInto) when(ofBridge) { append := b.append }
+  private val bridged = appended && ofBridge
+
   engine.offer      := order.offer
   engine.ownBit     := shift.ownBit
   engine.ownAhead   := shift.ownAhead
@@ -151,8 +170,8 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
 
   // As it was when the sample was taken that ends an attempt, or as it is written with a stop.
   states.oneShot       := Mux(engine.mode.run, RegNext(mode.oneShot), control.oneShot)
-  states.request.valid := front.appended
-  states.request.bits  := front.append.bits
+  states.request.valid := front.appended || bridged
+  states.request.bits  := append.bits
   states.abort         := front.orders.abort
   states.clearSent     := front.orders.clearSent
   states.clearFailed   := front.orders.clearFailed
@@ -162,14 +181,14 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
   states.sent          := happens.sent
 
   order.pending      := states.pending
-  order.changedNow   := states.aborted || RegNext(front.orders.requested, false.B)
+  order.changedNow   := states.aborted || RegNext(front.orders.requested || bridged, false.B)
   order.changedLate  := states.ended
-  order.append.bits  := front.append.bits
-  order.append.valid := front.append.valid && !relay.fold(false.B)(_.on)
+  order.append.bits  := append.bits
+  order.append.valid := append.valid && !relay.fold(false.B)(_.on)
   order.ready        := memory.orderReady
   order.key          := CanOrder(memory.data)
   memory.order       := relayed(order.read)(_.order)
-  front.appended     := relayed(order.appended)(_.appended)
+  front.appended     := appended && !ofBridge
 
   // Reset: no stamp is to be written.
   private val stamps  = RegInit(false.B)
@@ -247,21 +266,45 @@ class CanPort(p: CanParams, port: Int, hasRelay: Boolean = false, isTolerant: Bo
   events.busError := happens.error.valid
   events.overrun  := fifo.drops
 
+  // ---- the other port ----
+
+  // An access of the host reads the FIFO at its end.
+  for (from <- bridgeFrom; place <- fifo.place; instead <- fifo.instead) {
+    val entry  = fifo.second(12, 8)
+    val isMine = entry >= CanParams.BridgeFilters.start.U && entry < CanParams.BridgeFilters.end.U
+    from.taken.valid := fifo.accept && isMine && front.control.bridge && !front.control.loopBack
+    from.taken.bits  := place
+    from.ready       := !host.req || host.ack
+    from.data        := fifo.data
+    instead.valid    := from.read.valid && from.ready
+    instead.bits     := from.read.bits
+  }
+  for (into <- bridgeInto; evict <- states.evict; held <- states.held) {
+    evict         := into.evict
+    into.held     := held
+    into.pending  := states.pending >> CanParams.BridgeSlots.start
+    memory.job(3) := into.job
+    into.done     := memory.done(3)
+    into.key      := CanOrder(memory.word)
+    into.appended := bridged
+  }
+
   // ---- relay mode ----
 
   for (r <- relay) {
-    r.append.bits  := front.append.bits
-    r.append.valid := front.append.valid && r.on
-    r.pending      := states.pending
-    r.abort        := front.orders.abort
-    r.oneShot      := control.oneShot
-    r.stamped      := memory.done(1)
-    r.orderReady   := memory.orderReady
-    r.data         := memory.data
-    r.done         := filter.done
-    r.matches      := filter.matches
-    r.entry        := filter.entry
-    r.drops        := fifo.drops
+    r.append.bits  := append.bits
+    r.append.valid := append.valid && r.on
+    for (to <- r.busy; from <- bridgeFrom; busy <- from.busy) to := busy
+    r.pending    := states.pending
+    r.abort      := front.orders.abort
+    r.oneShot    := control.oneShot
+    r.stamped    := memory.done(1)
+    r.orderReady := memory.orderReady
+    r.data       := memory.data
+    r.done       := filter.done
+    r.matches    := filter.matches
+    r.entry      := filter.entry
+    r.drops      := fifo.drops
   }
   for (slots <- states.relay; r <- relay) slots := r.slots
 }

@@ -7,8 +7,11 @@ import flyframe.registers.CanRegisters
 /** Keeps the last error and the counters of events in the memory of a port (CAN-46). What comes while it
   * works waits: up to three errors, which may come as close as bits do (CB-15), and one event of each other
   * kind, of which a frame has one at most.
+  *
+  * @param hasBridge
+  *   the counter of a bridge is cleared, too
   */
-class EventRecorder extends Module {
+class EventRecorder(hasBridge: Boolean = false) extends Module {
   import EventRecorder._
 
   val error   = IO(Input(Valid(new ErrorRecord)))
@@ -29,8 +32,9 @@ class EventRecorder extends Module {
 
   // What is still to be done, the lowest first, but counting errors; and what is being done, which stays as
   // it is until it is done. Reset: nothing.
-  private val todo    = RegInit(0.U(Tasks.W))
-  private val task    = RegInit(0.U(Tasks.W))
+  private val tasks   = if (hasBridge) Tasks + 1 else Tasks
+  private val todo    = RegInit(0.U(tasks.W))
+  private val task    = RegInit(0.U(tasks.W))
   private val ordered = RegNext(clear, false.B) // reset: no order
   private val isReady = done || !task.orR
 
@@ -50,7 +54,11 @@ class EventRecorder extends Module {
   private val events = Cat(lost.valid, error.valid, busOff, overrun, lost.valid, 0.U((CountError + 1).W))
   private val next   = PriorityEncoderOH(todo | Mux(another, (1 << CountError).U, 0.U))
   when(isReady) { task := Mux(ordered, 0.U, next) }
-  todo := Mux(ordered, Clears.U, (todo & ~Mux(isReady, next, 0.U)) | events)
+  todo := Mux(
+    ordered,
+    (if (hasBridge) Clears | 1 << ClearBridge else Clears).U,
+    (todo & ~Mux(isReady, next, 0.U)) | events
+  )
 
   private val record  = RegEnable(error.bits, error.valid)
   private val lostBit = RegEnable(lost.bits, lost.valid)
@@ -64,8 +72,9 @@ class EventRecorder extends Module {
       task(BusOff)     -> 7.U
     )
   )
-  private val counts  = task(CountError) || task(CountLost) || task(Overrun) || task(BusOff)
-  private val isClear = task(ClearRecord) || task(ClearCounters) || task(ClearCounters + 1)
+  private val counts   = task(CountError) || task(CountLost) || task(Overrun) || task(BusOff)
+  private val ofBridge = (if (hasBridge) task(ClearBridge) else false.B)
+  private val isClear  = task(ClearRecord) || task(ClearCounters) || task(ClearCounters + 1) || ofBridge
   private val place = Mux(
     counts,
     PortMemory.register(CanRegisters.Counters) | counter(2),
@@ -74,11 +83,13 @@ class EventRecorder extends Module {
         (task(ClearRecord) || task(Record) || task(RecordLost)) ->
           PortMemory.register(CanRegisters.LastError),
         task(ClearCounters)     -> PortMemory.register(CanRegisters.Counters),
-        task(ClearCounters + 1) -> PortMemory.register(CanRegisters.Counters + 4)
+        task(ClearCounters + 1) -> PortMemory.register(CanRegisters.Counters + 4),
+        ofBridge                -> PortMemory.register(CanRegisters.BridgeDropped)
       )
     )
   )
-  clears          := ordered || todo(ClearCounters + 1) || task(ClearCounters + 1)
+  private val last = if (hasBridge) ClearBridge else ClearCounters + 1
+  clears          := ordered || todo(last) || task(last)
   job.valid       := task.orR
   job.bits.source := place
   job.bits.target := place
@@ -107,6 +118,7 @@ object EventRecorder {
   private val Record        = 7 // these last: of them the newest counts
   private val RecordLost    = 8
   private val Tasks         = 9
+  private val ClearBridge   = 9 // where there is a bridge
 
   /** Errors that may wait. */
   private val Errors = 3

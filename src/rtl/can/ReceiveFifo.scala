@@ -12,11 +12,16 @@ import flyframe.ram.{DualPortRam, DualPortRamIO}
   *   that it holds
   * @param newRam
   *   makes the RAM; another one for proofs, which cannot see into a black box
+  * @param hasBridge
+  *   a bridge reads frames, too
   */
-class ReceiveFifo(frames: Int, newRam: (Int, Int, Clock) => DualPortRamIO = DualPortRam(_, _)(_).io)
-    extends Module {
+class ReceiveFifo(
+    frames: Int,
+    newRam: (Int, Int, Clock) => DualPortRamIO = DualPortRam(_, _)(_).io,
+    hasBridge: Boolean = false
+) extends Module {
   private val places    = frames + 1
-  private val placeBits = log2Ceil(places)
+  private val placeBits = ReceiveFifo.placeBits(frames)
 
   /** A word of the frame that comes in. */
   val store = IO(Input(Valid(UInt(2.W))))
@@ -37,6 +42,10 @@ class ReceiveFifo(frames: Int, newRam: (Int, Int, Clock) => DualPortRamIO = Dual
   val read = IO(Input(UInt(2.W)))
   val data = IO(Output(UInt(32.W)))
 
+  /** Where the next frame goes; reads this word instead. */
+  val place: Option[UInt]          = Option.when(hasBridge)(IO(Output(UInt(placeBits.W))))
+  val instead: Option[Valid[UInt]] = Option.when(hasBridge)(IO(Input(Valid(UInt((placeBits + 2).W)))))
+
   // Reset: empty.
   private val first  = RegInit(0.U(placeBits.W))
   private val next   = RegInit(0.U(placeBits.W))
@@ -53,9 +62,17 @@ class ReceiveFifo(frames: Int, newRam: (Int, Int, Clock) => DualPortRamIO = Dual
   drops := accept && isFull
 
   private val ram = newRam(4 * places, 32, clock)
-  ram.write        := store.valid || takes
+  // A bridge reads what finds no room, too.
+  ram.write        := store.valid || (if (hasBridge) accept else takes)
   ram.writeAddress := next ## Mux(accept, 1.U(2.W), store.bits)
   ram.writeData    := Mux(accept, second, word)
-  ram.readAddress  := first ## read
-  data             := ram.readData
+  ram.readAddress  := instead.foldLeft(first ## read)((own, i) => Mux(i.valid, i.bits, own))
+  place.foreach(_ := next)
+  data := ram.readData
+}
+
+object ReceiveFifo {
+
+  /** Bits of a place in a FIFO that holds so many frames. */
+  def placeBits(frames: Int): Int = log2Ceil(frames + 1)
 }

@@ -20,7 +20,8 @@ class RelaySlots(p: CanParams) extends Bundle {
   *   there is relay mode, too
   */
 class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
-  private val slotBits = log2Ceil(p.slots)
+  private val bridgeSlots = CanParams.BridgeSlots
+  private val slotBits    = log2Ceil(p.slots)
 
   val relay: Option[RelaySlots] = Option.when(hasRelay)(IO(Input(new RelaySlots(p))).suggestName("relay"))
 
@@ -36,6 +37,10 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   val takes = IO(Input(Valid(UInt(slotBits.W))))
   val ends  = IO(Input(Bool()))
   val sent  = IO(Input(Bool()))
+
+  /** A bridge takes slots back that are not on the wire; those that are, at this moment. */
+  val evict: Option[UInt] = Option.when(p.bridge)(IO(Input(UInt(bridgeSlots.size.W))))
+  val held: Option[UInt]  = Option.when(p.bridge)(IO(Output(UInt(bridgeSlots.size.W))))
 
   val pending   = IO(Output(UInt(p.slots.W)))
   val sentAll   = IO(Output(UInt(p.slots.W)))
@@ -65,7 +70,9 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   private val abortLast  = aborts || (abort & lastOne).orR
   private val abortTaken = (abort & UIntToOH(takes.bits, p.slots)).orR
   private val over       = ends && (sent || oneShot || abortLast)
-  private val mayGo      = abort & waits & ~Mux(onWire, lastOne, 0.U) & ~takesOne
+  private val onIt       = Mux(onWire, lastOne, 0.U) | takesOne
+  private val goes       = abort | evict.fold(0.U)(_ << bridgeSlots.start)
+  private val mayGo      = goes & waits & ~onIt
   private val gone       = relay.fold(mayGo)(r => (mayGo & ~r.begun) | Mux(r.drops, waits, 0.U))
   private val overOne    = Mux(over, lastOne, 0.U)
   private val relayOne   = ofRelay(r => Mux(r.ends.valid, UIntToOH(r.ends.bits, p.slots), 0.U))
@@ -78,6 +85,8 @@ class SlotStates(p: CanParams, hasRelay: Boolean = false) extends Module {
   last   := Mux(takes.valid, takes.bits, last)
   onWire := isOnIt && !ends
   aborts := isOnIt && !ends && Mux(takes.valid, abortTaken, abortLast)
+
+  held.foreach(_ := ((onIt | ofRelay(_.begun)) >> bridgeSlots.start))
 
   pending   := waits
   sentAll   := well

@@ -48,6 +48,9 @@ class Receiving(p: CanParams) extends Module {
   val accept = IO(Output(Bool()))
   val second = IO(Output(UInt(32.W)))
 
+  /** A bridge is at work with the last frame; none may be stored. */
+  val busy: Option[Bool] = Option.when(p.bridge)(IO(Input(Bool())))
+
   // Of the frame of each port. Reset: nothing is to be done.
   private val stamps  = Reg(Vec(2, UInt(16.W)))            // of the one that comes
   private val kept    = Reg(Vec(2, UInt(16.W)))            // from its identifier on
@@ -128,7 +131,7 @@ class Receiving(p: CanParams) extends Module {
   private val next  = !ready(0)
   switch(step) {
     is(Step.idle) {
-      when(ready.reduce(_ || _)) {
+      when(ready.reduce(_ || _) && !busy.getOrElse(false.B)) {
         port := next
         reads(LengthByte, 1)
         step := Step.length

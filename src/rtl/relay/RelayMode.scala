@@ -77,6 +77,7 @@ class RelayMode(p: CanParams) extends Module {
   receiving.done  := sources.done
   receiving.takes := sources.takes
 
+  for (to <- receiving.busy; from <- port.busy) to := from
   port.start        := receiving.search
   port.identifier   := receiving.identifier
   receiving.found   := port.done

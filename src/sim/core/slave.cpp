@@ -259,6 +259,8 @@ void Slave::lightIn(Time now) {
     for (; !edges.empty() && edges.front().at <= now; edges.pop_front())
       *pins_.optical[y].rx = edges.front().level;
   }
+  for (; !pairLevels_.empty() && pairLevels_.front().at <= now; pairLevels_.pop_front())
+    *pins_.canRx = pairLevels_.front().level;
 }
 
 void Slave::lightOut(Time now) {
@@ -267,6 +269,10 @@ void Slave::lightOut(Time now) {
     if (lit_[y] == level) continue;
     lit_[y] = level;
     if (onLight) onLight(static_cast<int>(y), {now, level});
+  }
+  if (pins_.canTx && pair_ != (*pins_.canTx != 0)) {
+    pair_ = !pair_;
+    if (onPair) onPair({now, pair_});
   }
 }
 

@@ -148,6 +148,10 @@ class Slave : public Actor {
   };
   std::deque<LightEdge>& light(int port) { return light_[static_cast<size_t>(port)]; }
   std::function<void(int port, LightEdge)> onLight;
+  // Of the transceiver on a twisted pair, likewise: levels that come, and those that leave.
+  bool hasPair() const { return pins_.canTx != nullptr; }
+  std::deque<LightEdge>& pairLevels() { return pairLevels_; }
+  std::function<void(LightEdge)> onPair;
   // The levels inside a ring node, a bit for each in the order of Pins::levels: called when one has changed.
   std::function<void(Time, unsigned levels)> onLevels;
   // The optional pin by which an optical module says that it has light.
@@ -199,6 +203,8 @@ class Slave : public Actor {
   std::array<bool, 2> syncs_{};
   std::array<std::deque<LightEdge>, 2> light_;
   std::array<bool, 2> lit_{};
+  std::deque<LightEdge> pairLevels_;
+  bool pair_ = true;
   unsigned levels_ = 0;
   std::array<RmiiPhy, 4> rmii_;
   bool hasRmii_ = false;

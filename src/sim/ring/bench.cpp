@@ -1,5 +1,7 @@
 #include "ring/bench.h"
 
+#include <algorithm>
+
 #include "core/user_error.h"
 
 namespace {
@@ -12,6 +14,12 @@ uint64_t number(const std::string& text, uint64_t high, uint64_t low = 0) {
     throw UserError("'" + text + "' is no whole number from " + std::to_string(low) + " to " +
                     std::to_string(high) + ".");
   return std::stoull(text);
+}
+
+uint64_t number16(const std::string& digits, uint64_t high) {
+  const uint64_t n = std::stoull(digits, nullptr, 16);
+  if (n > high) throw UserError("'" + digits + "' is no identifier of as many bits.");
+  return n;
 }
 
 double real(const std::string& text, double low, double high) {
@@ -36,6 +44,27 @@ Bytes bytesOf(const std::string& text, size_t most) {
   for (size_t i = 0; i < text.size(); i += 2)
     bytes.push_back(static_cast<uint8_t>(std::stoul(text.substr(i, 2), nullptr, 16)));
   return bytes;
+}
+
+// As candump writes it: 123#0011, 00000123#, 123#R4.
+CanFrame canFrame(const std::string& text) {
+  const size_t hash = text.find('#');
+  const std::string id = text.substr(0, hash), rest = hash == std::string::npos ? "" : text.substr(hash + 1);
+  const bool isHex = id.find_first_not_of("0123456789abcdefABCDEF") == std::string::npos;
+  if (hash == std::string::npos || !isHex || (id.size() != 3 && id.size() != 8))
+    throw UserError("'" + text.substr(0, 30) + "' is no frame like 123#0011 or 00000123#R.");
+  CanFrame f;
+  f.extended = id.size() == 8;
+  f.id = static_cast<uint32_t>(number16(id, f.extended ? 0x1fffffff : 0x7ff));
+  f.remote = !rest.empty() && rest[0] == 'R';
+  if (f.remote) {
+    f.dlc = static_cast<uint8_t>(rest.size() > 1 ? number(rest.substr(1), 8) : 0);
+    return f;
+  }
+  const Bytes data = bytesOf(rest, 8);
+  f.dlc = static_cast<uint8_t>(data.size());
+  std::copy(data.begin(), data.end(), f.data.begin());
+  return f;
 }
 
 std::string digits(const Bytes& bytes) {
@@ -163,6 +192,10 @@ bool RingBench::commandOfProgram(const Words& words, std::string& answer) {
     const Bytes data = bytesOf(last, TRANSPORT_MESSAGE_BYTES);
     if (data.empty()) throw UserError("a message has 1 to 2048 bytes.");
     answer = std::to_string(program(words[1]).send(to, verb == "urgent", data));
+  } else if (verb == "frame" && count == 3) {
+    CanHost* host = ring_.canProgram(node(words[1]));
+    if (!host) throw UserError("node " + words[1] + " has no CAN programs, or its host does not run.");
+    host->send(canFrame(last), nullptr);
   } else if (verb == "object" && (count == 4 || count == 5)) {
     program(words[1]).setObject(static_cast<unsigned>(number(words[2], RING_LAST_ADDRESS)),
                                 static_cast<unsigned>(number(words[3], 255)),
@@ -258,7 +291,8 @@ std::string RingBench::command(const Words& words) {
       "optics FIBRE|all jitter|duty|attenuation X, off NODE, on NODE, reset NODE, host NODE stop|start|slow "
       "MS, "
       "clock NODE PPM, storage NODE fail|ok, send NODE ADDRESS HEX, urgent NODE ADDRESS HEX, "
-      "object NODE ADDRESS NUMBER [HEX], watch NODE ADDRESS NUMBER, takes NODE all|none|refuses, "
+      "frame NODE ID#HEX, object NODE ADDRESS NUMBER [HEX], watch NODE ADDRESS NUMBER, takes NODE "
+      "all|none|refuses, "
       "conflict NODE clear, messages NODE, status, time, quit; the first node is 1, as is the fibre behind "
       "it.");
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/slave.h"
-#include "ring-node.h"
+#include "ring-node-tp.h"
 
 extern "C" {
 #include "driver/registers.h"
@@ -23,24 +23,27 @@ bool CanHost::start() {
   const ring_node_parameters& p = parameters_;
   uint32_t life;
   start_number(&board_, kLifeMask, 0, &life);
-  const can_port_config config = {
-      p.address, p.home, p.relay, p.kbps, p.core_mhz, p.confirm_us, static_cast<uint8_t>(life)};
+  can_port_config config{};
+  config.address = p.address, config.home = p.home, config.relay = p.relay;
+  config.kbps = p.kbps, config.core_mhz = p.core_mhz, config.confirm_us = p.confirm_us;
+  config.life = static_cast<uint8_t>(life);
+  config.pair_kbps = p.pair_kbps;
   if (p.up_ms != 0) write_number(&board_, NODE_RING_UP_MS, 1, p.up_ms);
   if (!can_port_start(&port_, &board_, &config)) return false;
   uint8_t all[8] = {}, none[8] = {};
   number_to(all, 4, NODE_CAN_F_FILTERN_IN_USE_MASK);
-  board_write(&board_, NODE_CAN_F_FILTERN(0), all, sizeof all);
-  board_write(&board_, NODE_CAN_F_FILTERN(1), none, sizeof none);
+  board_write(&board_, at(NODE_CAN_F_FILTERN(0)), all, sizeof all);
+  board_write(&board_, at(NODE_CAN_F_FILTERN(1)), none, sizeof none);
   write_number(&board_, NODE_NODE_EVENTS, 2, 0xffff);
-  write_number(&board_, NODE_NODE_MASK, 2, kWaking);
+  write_number(&board_, NODE_NODE_MASK, 2, isOnPair_ ? kWaking << 8 : kWaking);
   // What was on the wire is lost; those behind it are not.
   if (busy_) events_.push_back({CanEvent::failed, slave().nextRise(), onWire_.frame, {}, onWire_.by});
   busy_ = false;
   uint8_t counters[kErrorCounters];
-  board_read(&board_, NODE_CAN_F_BIT_ERRORS, counters, sizeof counters);
+  board_read(&board_, at(NODE_CAN_F_BIT_ERRORS), counters, sizeof counters);
   errors_ = 0;
   for (uint8_t c : counters) errors_ = static_cast<uint8_t>(errors_ + c);
-  overrunsSeen_ = static_cast<uint8_t>(read_number(&board_, NODE_CAN_F_OVERRUNS, 1));
+  overrunsSeen_ = static_cast<uint8_t>(read_number(&board_, at(NODE_CAN_F_OVERRUNS), 1));
   return true;
 }
 
@@ -51,10 +54,10 @@ Time CanHost::timeOf(uint16_t stamp) {
 }
 
 void CanHost::receive() {
-  while (read_number(&board_, NODE_CAN_F_RX_LEVEL, 1) != 0) {
+  while (read_number(&board_, at(NODE_CAN_F_RX_LEVEL), 1) != 0) {
     uint8_t bytes[16];
-    board_read(&board_, NODE_CAN_F_RX_FRAME, bytes, sizeof bytes);
-    write_number(&board_, NODE_CAN_F_RX_RELEASE, 1, 1);
+    board_read(&board_, at(NODE_CAN_F_RX_FRAME), bytes, sizeof bytes);
+    write_number(&board_, at(NODE_CAN_F_RX_RELEASE), 1, 1);
     const uint32_t word = number_at(bytes, 4);
     CanFrame f;
     f.extended = word & NODE_CAN_F_RX_EXTENDED_MASK;
@@ -69,13 +72,14 @@ void CanHost::receive() {
 
 // One slot only, so that no frame overtakes another one.
 void CanHost::sendNext() {
-  constexpr uint16_t slot = NODE_CAN_F_SLOTN(0);
+  const uint16_t slot = at(NODE_CAN_F_SLOTN(0));
   if (busy_) {
-    if (read_number(&board_, NODE_CAN_F_REQUEST, 1) & 1) return;
+    if (read_number(&board_, at(NODE_CAN_F_REQUEST), 1) & 1) return;
     busy_ = false;
-    const bool sent = read_number(&board_, NODE_CAN_F_SENT, 1) & 1;
+    const bool sent = read_number(&board_, at(NODE_CAN_F_SENT), 1) & 1;
     const Time at =
-        sent ? timeOf(static_cast<uint16_t>(read_number(&board_, slot + 6, 2))) : slave().nextRise();
+        sent ? timeOf(static_cast<uint16_t>(read_number(&board_, static_cast<uint16_t>(slot + 6), 2)))
+             : slave().nextRise();
     events_.push_back({sent ? CanEvent::sent : CanEvent::failed, at, onWire_.frame, {}, onWire_.by});
   }
   if (waiting_.empty()) return;
@@ -88,24 +92,25 @@ void CanHost::sendNext() {
                 (f.remote ? NODE_CAN_F_SLOTN_REMOTE_MASK : 0));
   head[4] = f.dlc;
   board_write(&board_, slot, head, sizeof head);
-  board_write(&board_, slot + kDataAt, f.data.data(), static_cast<uint16_t>(f.data.size()));
-  write_number(&board_, NODE_CAN_F_REQUEST, 1, 1);
+  board_write(&board_, static_cast<uint16_t>(slot + kDataAt), f.data.data(),
+              static_cast<uint16_t>(f.data.size()));
+  write_number(&board_, at(NODE_CAN_F_REQUEST), 1, 1);
   busy_ = true;
 }
 
 void CanHost::lookAtFaults() {
   uint8_t counters[kErrorCounters];
-  board_read(&board_, NODE_CAN_F_BIT_ERRORS, counters, sizeof counters);
+  board_read(&board_, at(NODE_CAN_F_BIT_ERRORS), counters, sizeof counters);
   uint8_t errors = 0;
   for (uint8_t c : counters) errors = static_cast<uint8_t>(errors + c);
   CanFault now;
-  const uint32_t status = read_number(&board_, NODE_CAN_F_STATUS, 1);
-  const uint32_t both = read_number(&board_, NODE_CAN_F_ERROR_COUNTERS, 4);
+  const uint32_t status = read_number(&board_, at(NODE_CAN_F_STATUS), 1);
+  const uint32_t both = read_number(&board_, at(NODE_CAN_F_ERROR_COUNTERS), 4);
   now.state = status & NODE_CAN_F_STATE_MASK;
   now.tec = both & NODE_CAN_F_TEC_MASK;
   now.rec = (both & NODE_CAN_F_REC_MASK) >> NODE_CAN_F_REC_SHIFT;
   if (errors != errors_) {
-    const uint32_t last = read_number(&board_, NODE_CAN_F_LAST_ERROR, 4);
+    const uint32_t last = read_number(&board_, at(NODE_CAN_F_LAST_ERROR), 4);
     now.type = last & NODE_CAN_F_ERROR_TYPE_MASK;
     now.sender = last & NODE_CAN_F_ERROR_SENDER_MASK;
     now.field = (last & NODE_CAN_F_ERROR_FIELD_MASK) >> NODE_CAN_F_ERROR_FIELD_SHIFT;
@@ -115,7 +120,7 @@ void CanHost::lookAtFaults() {
     events_.push_back({CanEvent::fault, slave().nextRise(), {}, now, nullptr});
   errors_ = errors;
   last_ = now;
-  const auto overruns = static_cast<uint8_t>(read_number(&board_, NODE_CAN_F_OVERRUNS, 1));
+  const auto overruns = static_cast<uint8_t>(read_number(&board_, at(NODE_CAN_F_OVERRUNS), 1));
   overruns_ += static_cast<uint8_t>(overruns - overrunsSeen_);
   overrunsSeen_ = overruns;
 }
@@ -131,7 +136,7 @@ void CanHost::run() {
     const auto old = static_cast<std::ptrdiff_t>(events_.size());
     receive();
     sendNext();
-    if (!parameters_.relay) lookAtFaults();
+    if (isOnPair_ || !parameters_.relay) lookAtFaults();
     // Frames that came and frames that left are looked at one after the other.
     std::stable_sort(events_.begin() + old, events_.end(),
                      [](const CanEvent& a, const CanEvent& b) { return a.at < b.at; });

@@ -1,4 +1,4 @@
-// CAN programs in a host's place at the port F of a ring node: every frame of the ring comes to them, and
+// CAN programs in a host's place at a port of a ring node, F or T: every frame that passes comes to them, and
 // what they send leaves in their order.
 #pragma once
 
@@ -14,9 +14,11 @@ extern "C" {
 
 class CanHost : public FirmwareHost {
  public:
-  CanHost(BoardHardware& hardware, const ring_node_parameters& parameters)
+  // On a pair: at port T, with the bit rate of the pair.
+  CanHost(BoardHardware& hardware, const ring_node_parameters& parameters, bool isOnPair)
       : FirmwareHost(hardware),
-        parameters_(parameters) {}
+        parameters_(parameters),
+        isOnPair_(isOnPair) {}
   ~CanHost() override { stop(); }
 
   // It waits behind those that were handed over before; `by` is told with what becomes of it.
@@ -37,12 +39,16 @@ class CanHost : public FirmwareHost {
 
  private:
   bool start();
+  // Of port T everything lies behind that of port F.
+  uint16_t at(unsigned ofPortF) const { return static_cast<uint16_t>(ofPortF + (isOnPair_ ? kPorts : 0)); }
   Time timeOf(uint16_t stamp);
   void receive();
   void sendNext();
   void lookAtFaults();
 
+  static constexpr unsigned kPorts = 0x100;
   ring_node_parameters parameters_;
+  bool isOnPair_;
   can_port port_{};
   struct Waiting {
     CanFrame frame;

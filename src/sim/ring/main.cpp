@@ -12,12 +12,14 @@
 #include "core/user_error.h"
 #include "ring/bench.h"
 #include "ring/levels.h"
+#include "ring/script.h"
 
 namespace {
 volatile std::sig_atomic_t stopRequested = 0;
 
 // Until `quit`, SIGINT or SIGTERM, or until `endMs`.
-void serve(Ring& ring, Doors& doors, LevelRecorder* levels, const std::string& controlPath, double endMs) {
+void serve(Ring& ring, Doors& doors, LevelRecorder* levels, Script& script, const std::string& controlPath,
+           double endMs) {
   for (int s : {SIGINT, SIGTERM}) std::signal(s, [](int) { stopRequested = 1; });
   RingBench bench(ring, doors);
   bool quit = false;
@@ -35,7 +37,8 @@ void serve(Ring& ring, Doors& doors, LevelRecorder* levels, const std::string& c
   const Time end = endMs > 0 ? static_cast<Time>(endMs * 1000) * kUs : kNever;
   std::vector<pollfd> fds;
   while (!quit && !stopRequested && ring.now() < end) {
-    ring.runUntil(ring.now() + kLook);
+    ring.runUntil(std::min(ring.now() + kLook, script.next()));
+    script.run(ring.now(), [&](const std::vector<std::string>& words) { bench.command(words); });
     doors.serve();
     if (levels) levels->flush();
     if (!control) continue;
@@ -56,7 +59,7 @@ int main(int argc, char** argv) {
       "Presets built in: " +
       presetNames() + ".");
   app.name("flyframe-ring");
-  std::string network, control, vcd, state = "build/ring/state";
+  std::string network, control, vcd, scriptPath, state = "build/ring/state";
   RingOptions options;
   Doors::Options doorOptions;
   double endMs = 0;
@@ -80,6 +83,7 @@ int main(int argc, char** argv) {
   door("--socketcan", doorOptions.socketcan, "NODE=INTERFACE: a CAN interface of this computer");
   door("--record", doorOptions.pcap, "NODE=FILE: frames and errors as a capture (SocketCAN)");
   door("--candump", doorOptions.candump, "NODE=FILE: the same as a log of candump");
+  app.add_option("--script", scriptPath, "lines of the control socket, each behind its time in us");
   app.add_option("--vcd", vcd, "the levels bus, drive, R1, R2, T1 and T2 of each node");
   const auto* seeded = app.add_option("--seed", seed, "instead of the network's");
   return runProgram(app, argc, argv, [&]() -> int {
@@ -89,11 +93,12 @@ int main(int argc, char** argv) {
     std::error_code failed;
     std::filesystem::create_directories(options.state, failed);
     if (failed) throw UserError("cannot make the folder '" + state + "'.");
+    Script script(scriptPath);
     Ring ring(spec, options);
     Doors doors(ring, doorOptions);
     std::unique_ptr<LevelRecorder> levels;
     if (!vcd.empty()) levels = std::make_unique<LevelRecorder>(ring, vcd);
-    serve(ring, doors, levels.get(), control, endMs);
+    serve(ring, doors, levels.get(), script, control, endMs);
     return 0;
   });
 }

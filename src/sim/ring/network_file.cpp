@@ -26,12 +26,17 @@ class NodeReader : private JsonReader {
       else if (key == "version") p.version = static_cast<uint8_t>(whole(key, value, UINT8_MAX));
       else if (key == "clock_ppm") spec.clockPpm = number(key, value, -10'000, 10'000);
       else if (key == "fibre_km") spec.fibreKm = number(key, value, 0, 1000);
+      else if (key == "pair") spec.pair = text(key, value);
+      else if (key == "pair_kbps") p.pair_kbps = static_cast<uint16_t>(whole(key, value, 1000, 5));
+      else if (key == "bridge") p.bridge = flag(key, value);
       else if (key == "bit_errors") spec.optics.bitErrors = whole(key, value, 1'000'000'000'000);
       else
         bad("has the unknown key '" + key +
-            "'; known: address, preset, host, home, device_type, version, clock_ppm, fibre_km, bit_errors");
+            "'; known: address, preset, host, home, device_type, version, clock_ppm, fibre_km, bit_errors, "
+            "pair, pair_kbps, bridge");
     }
   }
+  [[noreturn]] void refuse(const std::string& why) const { bad(why); }
   // What can be said only when all keys are known.
   void check(RingNodeSpec& spec) const {
     const PresetInfo& info = findPreset(spec.preset).info;
@@ -49,6 +54,15 @@ class NodeReader : private JsonReader {
       bad("cannot have " + std::to_string(kbps) + " kbit/s: with a core clock of " + std::to_string(core) +
           " MHz " + std::to_string(most) + " must be a multiple of it");
     spec.parameters.core_mhz = static_cast<uint8_t>(core);
+    if (spec.pair.empty() && (spec.parameters.bridge || spec.parameters.pair_kbps != 0))
+      bad("has a bridge or a bit rate of a pair, but is on none");
+    if (spec.pair.empty()) return;
+    if (parameter("canPorts") < 2) bad("has preset '" + spec.preset + "', which has no twisted pair");
+    if (spec.parameters.bridge && parameter("bridge") == 0)
+      bad("has preset '" + spec.preset + "', which has no bridge");
+    if (spec.parameters.pair_kbps == 0) spec.parameters.pair_kbps = 1000;
+    if (core * 40 % spec.parameters.pair_kbps != 0)
+      bad("cannot have " + std::to_string(spec.parameters.pair_kbps) + " kbit/s on its pair");
   }
 
  private:
@@ -78,7 +92,7 @@ RingSpec readRing(const std::string& path) {
   if (root.contains("mode")) each.parameters.relay = mode(reader, root["mode"]) == "relay";
   each.parameters.kbps = each.parameters.relay ? 2000 : 100;
   for (const auto& [key, value] : root.items()) {
-    if (key == "nodes" || key == "mode" || key == "each") continue;
+    if (key == "nodes" || key == "mode" || key == "each" || key == "controllers") continue;
     else if (key == "kbps") {
       const bool relay = each.parameters.relay;
       each.parameters.kbps =
@@ -95,7 +109,7 @@ RingSpec readRing(const std::string& path) {
       ring.seed = reader.whole(key, value, UINT32_MAX);
     } else {
       reader.bad("has the unknown key '" + key +
-                 "'; known: nodes, each, mode, kbps, confirm_us, pd_ms, up_ms, closed, seed");
+                 "'; known: nodes, each, controllers, mode, kbps, confirm_us, pd_ms, up_ms, closed, seed");
     }
   }
   if (root.contains("each")) NodeReader(path, 0).read(root["each"], each);
@@ -112,6 +126,19 @@ RingSpec readRing(const std::string& path) {
     if (spec.parameters.address == 0) spec.parameters.address = static_cast<uint8_t>(i + 1);
     node.check(spec);
     ring.nodes.push_back(spec);
+  }
+  if (!root.contains("controllers")) return ring;
+  if (!root["controllers"].is_array()) reader.bad("has 'controllers' that are no list");
+  for (const json& object : root["controllers"]) {
+    RingNodeSpec spec;
+    spec.preset = "ring-node-tp";
+    spec.program = "can";
+    spec.parameters.kbps = 1000;  // of its ring, which leads nowhere
+    const NodeReader node(path, count + ring.controllers.size() + 1);
+    node.read(object, spec);
+    if (spec.pair.empty() || spec.program != "can") node.refuse("must be on a pair, with host 'can'");
+    node.check(spec);
+    ring.controllers.push_back(spec);
   }
   return ring;
 }

@@ -15,6 +15,7 @@ struct RingNodeSpec {
   std::string preset = "ring-node";
   ring_node_parameters parameters{};
   std::string program = "node";  // or "none", or "can": CAN programs in a host's place
+  std::string pair;              // on which its port T is; empty: on none
   double clockPpm = 0;
   double fibreKm = 0.2;  // from its port 2 to port 1 of the next
   Optics optics;         // of that, both ways
@@ -22,6 +23,8 @@ struct RingNodeSpec {
 
 struct RingSpec {
   std::vector<RingNodeSpec> nodes;
+  // Controllers on twisted pairs, for CAN programs; their fibres lead nowhere. They stand behind the nodes.
+  std::vector<RingNodeSpec> controllers;
   bool closed = true;  // a fibre leads from the last node to the first
   uint64_t seed = 1;   // of phases of clocks, and of errors on fibres
 };

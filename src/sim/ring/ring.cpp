@@ -10,11 +10,12 @@ constexpr Time kReset = 1 * kUs;
 constexpr Time kLongest = 10 * kUs;  // between two looks of whoever asks something of the ring
 }  // namespace
 
-Ring::Ring(const RingSpec& spec, const RingOptions& options) : spec_(spec) {
+Ring::Ring(const RingSpec& spec, const RingOptions& options) : spec_(spec), ringSize_(spec.nodes.size()) {
+  spec_.nodes.insert(spec_.nodes.end(), spec.controllers.begin(), spec.controllers.end());
   std::mt19937_64 random(spec.seed);
   window_ = kLongest;
-  for (size_t i = 0; i < spec.nodes.size(); ++i) {
-    const RingNodeSpec& s = spec.nodes[i];
+  for (size_t i = 0; i < spec_.nodes.size(); ++i) {
+    const RingNodeSpec& s = spec_.nodes[i];
     nodes_.push_back(std::make_unique<Node>());
     Node& n = *nodes_.back();
     const Preset& preset = findPreset(s.preset);
@@ -30,16 +31,23 @@ Ring::Ring(const RingSpec& spec, const RingOptions& options) : spec_(spec) {
       (*fibre)->optics() = s.optics;
       (*fibre)->changed();
     }
-    window_ = std::min(window_, n.there->delay() - Fibre::kEarliest);
+    const bool isOnRing = i < ringSize_;
+    if (isOnRing) window_ = std::min(window_, n.there->delay() - Fibre::kEarliest);
+    if (!s.pair.empty()) {
+      window_ = std::min(window_, Pair::kDelay);
+      pairs_[s.pair].connect(*n.slave);
+    }
     n.slave->setReset(true);
     n.resetEnd = kReset;
+    if (!isOnRing) continue;
     n.slave->onLight = [this, i](int port, LightEdge edge) {
-      const size_t before = (i + size() - 1) % size();
+      const size_t before = (i + ringSize_ - 1) % ringSize_;
       (port == 1 ? *nodes_[i]->there : *nodes_[before]->back).launch(edge, phase_);
     };
   }
   if (!spec.closed)
-    for (auto* fibre : {&nodes_.back()->there, &nodes_.back()->back}) (*fibre)->setWhole(false);
+    for (auto* fibre : {&nodes_[ringSize_ - 1]->there, &nodes_[ringSize_ - 1]->back})
+      (*fibre)->setWhole(false);
   workers_.emplace(std::max<size_t>(1, std::min(options.processors, size())),
                    [this](size_t processor) { share(processor); });
 }
@@ -47,7 +55,7 @@ Ring::Ring(const RingSpec& spec, const RingOptions& options) : spec_(spec) {
 std::unique_ptr<Host> Ring::makeHost(size_t i) {
   const RingNodeSpec& s = spec_.nodes[i];
   if (s.program == "node") return std::make_unique<RingNodeHost>(nodes_[i]->board, s.parameters);
-  if (s.program == "can") return std::make_unique<CanHost>(nodes_[i]->board, s.parameters);
+  if (s.program == "can") return std::make_unique<CanHost>(nodes_[i]->board, s.parameters, i >= ringSize_);
   return nullptr;
 }
 
@@ -61,7 +69,9 @@ void Ring::setPower(size_t i, bool on) {
     n.slave->setReset(true);
     n.resetEnd = now_ + kReset;
   } else {
-    for (int port : {0, 1}) n.slave->onLight(port, {now_, false});
+    if (i < ringSize_)
+      for (int port : {0, 1}) n.slave->onLight(port, {now_, false});
+    for (auto& [name, pair] : pairs_) pair.release(*n.slave, now_);
   }
 }
 
@@ -76,14 +86,16 @@ void Ring::resetController(size_t i) {
 }
 
 Fibre& Ring::into(size_t i, int port) {
-  return port == 1 ? *nodes_[i]->back : *nodes_[(i + size() - 1) % size()]->there;
+  return port == 1 ? *nodes_[i]->back : *nodes_[(i + ringSize_ - 1) % ringSize_]->there;
 }
 
 void Ring::runNode(Node& n, size_t i) {
   const Time end = now_ + window_;
-  for (int port : {0, 1}) into(i, port).deliver(n.slave->light(port), 1 - phase_, now_);
+  if (i < ringSize_)
+    for (int port : {0, 1}) into(i, port).deliver(n.slave->light(port), 1 - phase_, now_);
   if (!n.powered) {
     for (int port : {0, 1}) n.slave->light(port).clear();
+    n.slave->pairLevels().clear();
     return;
   }
   if (n.resetEnd != kNever && now_ >= n.resetEnd) {
@@ -102,6 +114,7 @@ void Ring::advance() {
   workers_->run();
   now_ += window_;
   phase_ = 1 - phase_;
+  for (auto& [name, pair] : pairs_) pair.deliver();
 }
 
 uint64_t Ring::coreCycles() const {

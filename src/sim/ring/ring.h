@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -10,6 +11,7 @@
 #include "ring/fibre.h"
 #include "ring/network_file.h"
 #include "ring/node_host.h"
+#include "ring/pair.h"
 #include "ring/workers.h"
 
 struct RingOptions {
@@ -22,6 +24,7 @@ class Ring {
   Ring(const RingSpec& spec, const RingOptions& options);
 
   Time now() const { return now_; }
+  // Nodes, and behind them the controllers on twisted pairs.
   size_t size() const { return nodes_.size(); }
   const RingNodeSpec& spec(size_t i) const { return spec_.nodes[i]; }
   Slave& node(size_t i) { return *nodes_[i]->slave; }
@@ -32,7 +35,7 @@ class Ring {
 
   // The fibre behind node i, which leads to port 1 of the next, or the one back to its port 2. One that is
   // not there, behind the last node of a line, is cut.
-  size_t fibres() const { return nodes_.size() - (spec_.closed ? 0 : 1); }
+  size_t fibres() const { return ringSize_ - (spec_.closed ? 0 : 1); }
   Fibre& there(size_t i) { return *nodes_[i]->there; }
   Fibre& back(size_t i) { return *nodes_[i]->back; }
 
@@ -65,7 +68,9 @@ class Ring {
   void share(size_t processor);
   void runNode(Node& node, size_t i);
 
-  RingSpec spec_;
+  RingSpec spec_;  // of all: its nodes are followed by its controllers
+  size_t ringSize_;
+  std::map<std::string, Pair> pairs_;
   std::vector<std::unique_ptr<Node>> nodes_;
   Time now_ = 0, window_ = 0;
   int phase_ = 0;  // of the fibres

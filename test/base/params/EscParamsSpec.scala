@@ -89,6 +89,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "toneRecessiveKhz"    -> between(400, 1300).copy(base = ring.copy(toneSearchKhz = 5200)),
     "rxFrames"            -> between(16, 128).copy(base = ring),
     "filters"             -> between(4, 32).copy(base = ring),
+    "bridge"              -> between(0, 1).copy(base = ring.copy(canPorts = 2)),
     "sii"                 -> between(0, 2),
     "siiClockKhz"         -> between(10, 1000),
     "siiStartUs"          -> between(1, 100000),

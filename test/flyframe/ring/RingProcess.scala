@@ -116,7 +116,7 @@ final class RingProcess(network: ujson.Value, options: String*) {
 
 object RingProcess {
   private def preset(name: String) = Presets.named(name).get.params
-  private lazy val harness         = new Harness("ring-sim", Seq("ring-node", "ring-bus").map(preset))
+  private lazy val harness = new Harness("ring-sim", Seq("ring-node", "ring-bus", "ring-node-tp").map(preset))
 
   /** The simulator, built when it is first needed. */
   lazy val program: String = harness.ringProgram.toString
@@ -128,6 +128,46 @@ object RingProcess {
     val ring = new RingProcess(network, options: _*)
     try act(ring)
     finally ring.close()
+  }
+
+  /** A line of a log of candump.
+    *
+    * @param us
+    *   when the frame began
+    */
+  final case class Logged(us: Long, frame: String)
+
+  /** Runs a script through a ring until `endUs`: the same each time.
+    *
+    * @param logged
+    *   nodes with CAN programs whose frames are wanted; the first one is 1
+    * @return
+    *   what passed at each of them, without errors and changes of state
+    */
+  def script(
+      network: ujson.Value,
+      lines: Seq[(Long, String)],
+      endUs: Long,
+      logged: Seq[Int]
+  ): Map[Int, Seq[Logged]] = {
+    val folder = Files.createTempDirectory("ring")
+    val file   = Files.writeString(folder.resolve("network.json"), ujson.write(network))
+    val text   = lines.sortBy(_._1).map { case (us, line) => s"$us $line\n" }.mkString
+    val script = Files.writeString(folder.resolve("script"), text)
+    val logs   = logged.map(n => n -> folder.resolve(s"$n.log"))
+    val files  = Seq("--network", s"$file", "--state", s"${folder.resolve("state")}", "--script", s"$script")
+    val dumps  = logs.flatMap { case (n, log) => Seq("--candump", s"$n=$log") }
+    val (said, code) = refused(
+      files ++ dumps ++ Seq("--end-ms", s"${endUs / 1000.0}", "--processors", "1"): _*
+    )
+    assert(code == 0, said)
+    val Line = raw"\((\d+)\.(\d{6})\) can0 (\S+)".r
+    logs.map { case (n, log) =>
+      n -> Files.readAllLines(log).asScala.toSeq.collect {
+        case Line(s, us, frame) if !frame.matches("200002(04|40|88|A0)#.*") =>
+          Logged(s.toLong * 1000000 + us.toLong, frame)
+      }
+    }.toMap
   }
 
   /** What the program says, and its exit code, when it is started like that. */

@@ -1,0 +1,92 @@
+package flyframe.ring
+
+import org.scalatest.flatspec.AnyFlatSpec
+import scala.util.Random
+import flyframe.Tier
+
+/** A ring of twelve nodes in RTL, pins and tones included, at half load, while one thing after the other
+  * breaks: what `make relay-campaign` shows with the golden model holds there, too.
+  */
+class BreakRingSpec extends AnyFlatSpec {
+  import BreakRingSpec._
+  private val tier =
+    Tier("Breaks and mends of a fibre ring of 12 nodes in RTL", "breaks", test = 4, soak = 100)
+
+  /** What breaks, and what mends it; a node that is not there meanwhile. */
+  private final case class Break(begin: Seq[(Long, String)], end: Seq[(Long, String)], dead: Option[Int])
+
+  private def breakAt(us: Long, link: Int, random: Random): Break = {
+    def cut(way: String) = Break(Seq(us -> s"cut $link$way"), Seq(us + BrokenUs -> s"mend $link$way"), None)
+    random.nextInt(5) match {
+      case 0 => cut("")
+      case 1 => cut(" there")
+      case 2 => cut(" back")
+      case 3 => Break(Seq(us -> s"off $link"), Seq(us + BrokenUs -> s"on $link"), Some(link))
+      case _ => // it flaps
+        val flaps = Seq(us -> s"cut $link", us + 40 -> s"mend $link", us + 90 -> s"cut $link")
+        Break(flaps, Seq(us + BrokenUs -> s"mend $link"), None)
+    }
+  }
+
+  private def run(seed: Long): Unit = {
+    val random = new Random(seed)
+    // No link breaks twice, so that no port stays down for a second (FR-14).
+    val links = random.shuffle((1 to Nodes).toList).grouped(3).map(_.head).toSeq.take(BreaksInRun)
+    val breaks = links.zipWithIndex.map { case (l, i) =>
+      breakAt(StartUs + i * EveryUs + random.nextInt(500), l, random)
+    }
+    val steady = (1 to Nodes).filterNot(breaks.flatMap(_.dead).toSet)
+    val endUs  = StartUs + BreaksInRun * EveryUs
+    val frames = (StartUs until endUs by HalfLoadUs).zipWithIndex.map { case (us, n) =>
+      val node = steady(random.nextInt(steady.size))
+      // No node of the ring has a transport: any identifier will do, if it is another one each time.
+      (
+        us + random.nextInt(HalfLoadUs.toInt),
+        node,
+        f"${n << 13 | random.nextInt(1 << 13)}%08X#${random.nextLong()}%016X"
+      )
+    }
+    val lines  = frames.map { case (us, node, frame) => us -> s"frame $node $frame" }
+    val faults = breaks.flatMap(b => b.begin ++ b.end)
+    val passed = RingProcess.script(network(seed), lines ++ faults, endUs + 3 * ConfirmUs, steady)
+    for (node <- steady) {
+      val seen = passed(node).groupBy(_.frame)
+      for ((us, sender, frame) <- frames) {
+        val times = seen.getOrElse(frame, Nil)
+        // At its sender it is there when it is confirmed.
+        assert(
+          times.size == 1,
+          s"seed $seed: frame $frame of node $sender at node $node: ${times.size} times"
+        )
+        if (node != sender)
+          assert(times.head.us - us < ConfirmUs + QueueUs, s"seed $seed: frame $frame is late")
+      }
+      assert(passed(node).size == frames.size, s"seed $seed: nothing else at node $node")
+    }
+  }
+
+  "FR-58, FR-63: frames at half load" should "be confirmed, and come once and in time, whatever breaks" in
+    tier.run("12 nodes, four breaks a run", tier.size, Some(1)) {
+      for (seed <- 1L to tier.size / BreaksInRun) run(seed)
+    }
+}
+
+object BreakRingSpec {
+  private val Nodes       = 12
+  private val BreaksInRun = 4
+  private val ConfirmUs   = 1500L
+  private val StartUs     = 7000L
+  private val BrokenUs    = 1100L
+  private val EveryUs     = 4500L // then ports are up again, and a node that was dead has begun its life
+  private val HalfLoadUs  = 240L  // half of what a ring of 51 nodes carries (section 14)
+  private val QueueUs     = 1000L // a host hands over one frame after the other
+
+  private def network(seed: Long) = ujson.Obj(
+    "mode"       -> "relay",
+    "confirm_us" -> ConfirmUs.toInt,
+    "up_ms"      -> 1,
+    "seed"       -> seed.toInt,
+    "nodes"      -> Nodes,
+    "each"       -> ujson.Obj("host" -> "can")
+  )
+}
