@@ -37,7 +37,7 @@ bool CanHost::start() {
   write_number(&board_, NODE_NODE_EVENTS, 2, 0xffff);
   write_number(&board_, NODE_NODE_MASK, 2, isOnPair_ ? kWaking << 8 : kWaking);
   // What was on the wire is lost; those behind it are not.
-  if (busy_) events_.push_back({CanEvent::failed, slave().nextRise(), onWire_.frame, {}, onWire_.by});
+  if (busy_) pass_.push_back({CanEvent::failed, slave().nextRise(), onWire_.frame, {}, onWire_.by});
   busy_ = false;
   uint8_t counters[kErrorCounters];
   board_read(&board_, at(NODE_CAN_F_BIT_ERRORS), counters, sizeof counters);
@@ -65,7 +65,7 @@ void CanHost::receive() {
     f.id = word & NODE_CAN_F_RX_IDENTIFIER_MASK;
     f.dlc = bytes[4] & 0x0f;
     std::copy(bytes + kDataAt, bytes + kDataAt + f.bytes(), f.data.begin());
-    events_.push_back(
+    pass_.push_back(
         {CanEvent::received, timeOf(static_cast<uint16_t>(number_at(bytes + 6, 2))), f, {}, nullptr});
   }
 }
@@ -80,7 +80,7 @@ void CanHost::sendNext() {
     const Time at =
         sent ? timeOf(static_cast<uint16_t>(read_number(&board_, static_cast<uint16_t>(slot + 6), 2)))
              : slave().nextRise();
-    events_.push_back({sent ? CanEvent::sent : CanEvent::failed, at, onWire_.frame, {}, onWire_.by});
+    pass_.push_back({sent ? CanEvent::sent : CanEvent::failed, at, onWire_.frame, {}, onWire_.by});
   }
   if (waiting_.empty()) return;
   onWire_ = waiting_.front();
@@ -117,12 +117,21 @@ void CanHost::lookAtFaults() {
     now.bit = (last & NODE_CAN_F_ERROR_BIT_MASK) >> NODE_CAN_F_ERROR_BIT_SHIFT;
   }
   if (errors != errors_ || now.state != last_.state)
-    events_.push_back({CanEvent::fault, slave().nextRise(), {}, now, nullptr});
+    pass_.push_back({CanEvent::fault, slave().nextRise(), {}, now, nullptr});
   errors_ = errors;
   last_ = now;
   const auto overruns = static_cast<uint8_t>(read_number(&board_, at(NODE_CAN_F_OVERRUNS), 1));
   overruns_ += static_cast<uint8_t>(overruns - overrunsSeen_);
   overrunsSeen_ = overruns;
+}
+
+// Frames that came and frames that left are looked at one after the other. Others may take what was published
+// before during any access to the controller.
+void CanHost::publish() {
+  std::stable_sort(pass_.begin(), pass_.end(),
+                   [](const CanEvent& a, const CanEvent& b) { return a.at < b.at; });
+  events_.insert(events_.end(), pass_.begin(), pass_.end());
+  pass_.clear();
 }
 
 void CanHost::run() {
@@ -133,12 +142,9 @@ void CanHost::run() {
     if (!good || !can_port_runs(&port_)) good = start();
     if (!good) continue;
     write_number(&board_, NODE_NODE_EVENTS, 2, read_number(&board_, NODE_NODE_EVENTS, 2));
-    const auto old = static_cast<std::ptrdiff_t>(events_.size());
     receive();
     sendNext();
     if (isOnPair_ || !parameters_.relay) lookAtFaults();
-    // Frames that came and frames that left are looked at one after the other.
-    std::stable_sort(events_.begin() + old, events_.end(),
-                     [](const CanEvent& a, const CanEvent& b) { return a.at < b.at; });
+    publish();
   }
 }

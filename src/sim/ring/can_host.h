@@ -3,7 +3,8 @@
 #pragma once
 
 #include <deque>
-#include <functional>
+#include <utility>
+#include <vector>
 
 #include "board/board.h"
 #include "ring/can_frame.h"
@@ -25,11 +26,7 @@ class CanHost : public FirmwareHost {
   void send(const CanFrame& frame, const void* by) { waiting_.push_back({frame, by}); }
   size_t backlog() const { return waiting_.size() + (busy_ ? 1 : 0); }
   // What has happened since the last call, in its order.
-  std::vector<CanEvent> events() {
-    std::vector<CanEvent> taken(events_.begin(), events_.end());
-    events_.clear();
-    return taken;
-  }
+  std::vector<CanEvent> events() { return std::exchange(events_, {}); }
   uint64_t overruns() const { return overruns_; }
   const CanFault& state() const { return last_; }
 
@@ -45,6 +42,7 @@ class CanHost : public FirmwareHost {
   void receive();
   void sendNext();
   void lookAtFaults();
+  void publish();
 
   static constexpr unsigned kPorts = 0x100;
   ring_node_parameters parameters_;
@@ -60,5 +58,5 @@ class CanHost : public FirmwareHost {
   CanFault last_;
   uint8_t errors_ = 0, overrunsSeen_ = 0;
   uint64_t overruns_ = 0;
-  std::deque<CanEvent> events_;
+  std::vector<CanEvent> pass_, events_;  // of this pass of the program, not yet published; published
 };
