@@ -11,16 +11,11 @@ class RingSimulatorSpec extends AnyFlatSpec {
   import RingProcess._
 
   /** A ring in relay mode that starts and repeats soon. */
-  private def relay(nodes: Int, more: (String, ujson.Value)*) = ujson.Obj(
-    "mode" -> "relay",
-    ("kbps" -> ujson.Num(2000)) +:
-      Seq[(String, ujson.Value)](
-        "confirm_us" -> 1000,
-        "up_ms"      -> 1,
-        "pd_ms"      -> 3,
-        "nodes"      -> nodes
-      ) ++: more: _*
-  )
+  private def relay(nodes: Int, more: (String, ujson.Value)*): ujson.Obj = {
+    val times = Seq[(String, ujson.Value)]("confirm_us" -> 1000, "up_ms" -> 1, "pd_ms" -> 3)
+    val all = Seq[(String, ujson.Value)]("mode" -> "relay", "kbps" -> 2000, "nodes" -> nodes) ++ times ++ more
+    ujson.Obj.from(all)
+  }
   private val random             = new Random(1)
   private def bytes(length: Int) = Seq.fill(length)(random.nextInt(256))
   private val StartUs            = 100000L
@@ -153,6 +148,42 @@ class RingSimulatorSpec extends AnyFlatSpec {
       ring.await("the refused one ends", 100000)(ring.ends(2).exists(_.tag == refused))
       assert(ring.ends(2).last.outcome == "refused")
     }
+
+  "FR-62: two nodes with one address" should "find out, harm nobody else, and go on when told" in {
+    val nodes = Seq(1, 5, 2, 5).map(a => ujson.Obj("address" -> a))
+    using(relay(4, "nodes" -> nodes)) { ring =>
+      def conflict(n: Int) = (ring.node(n)("state").num.toInt & 16) != 0
+      ring.await("the others know each other", StartUs)(
+        ring.node(1)("members").arr.exists(_.num == 2) && ring.node(3)("members").arr.exists(_.num == 1)
+      )
+      // As long as both have sent as many frames in the same life, nothing tells them apart.
+      ring.send(2, 1, bytes(60))
+      ring.await("one of them knows", 50000)(conflict(2) || conflict(4))
+      exchange(ring, 1, 3, 2, Seq(3, 90))
+      exchange(ring, 3, 1, 1, Seq(3, 90))
+      ring.ask("off 4")
+      if (conflict(2)) ring.ask("conflict 2 clear")
+      ring.await("the conflict is over", 20000)(!conflict(2))
+      exchange(ring, 2, 1, 1, Seq(40))
+      exchange(ring, 1, 2, 5, Seq(40))
+    }
+  }
+
+  "FR-48: a node that babbles" should "delay others, and harm nobody" in {
+    val nodes = Seq("node", "can", "node").map(h => ujson.Obj("host" -> h))
+    using(relay(3, "nodes" -> nodes)) { ring =>
+      ring.await("the others know each other", StartUs)(ring.node(1)("members").arr.exists(_.num == 3))
+      // The first in CAN order, each another one, as fast as the node takes them, beside messages.
+      val tags = Seq(300, 4, 60).map(n => ring.send(1, 3, bytes(n)))
+      for (n <- 0 until 300) ring.ask(f"frame 2 $n%03X#${random.nextLong()}%016X")
+      ring.run(5000)
+      assert(ring.node(2)("backlog").num > 100, "it still babbles")
+      ring.await("it has nothing left", 100000)(ring.node(2)("backlog").num == 0)
+      ring.await("the messages end", 400000)(tags.forall(t => ring.ends(1).exists(_.tag == t)))
+      assert(ring.ends(1).forall(_.outcome == "delivered") && ring.messages(3).size == 3)
+      exchange(ring, 3, 1, 1, Seq(5, 50))
+    }
+  }
 
   "FR-31: host programs on a ring in bus mode" should "deliver through a break and its mend" in {
     val network = ujson.Obj(
