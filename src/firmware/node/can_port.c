@@ -99,6 +99,13 @@ bool can_port_start(struct can_port *port, struct board *board, const struct can
 
   /* What is on the wire is taken off by the stop, and by the end of relay mode; then nothing waits. */
   write_number(board, NODE_RING_CONTROL, 1, 0);
+  /* A port that waits already does so for the time that was written before (FB-04). Its neighbour would be up
+   * long before it, and send it what it does not hear: both begin anew. */
+  if (config->up_ms != 0 && read_number(board, NODE_RING_UP_MS, 1) != config->up_ms) {
+    write_number(board, NODE_RING_CONTROL, 1, NODE_RING_OFF_MASK);
+    if (!number_holds(board, NODE_RING_UP_MS, 1, config->up_ms)) return false;
+    write_number(board, NODE_RING_CONTROL, 1, 0);
+  }
   write_number(board, NODE_CAN_F_CONTROL, 1, 0);
   write_number(board, NODE_CAN_F_COMMAND, 1, NODE_CAN_F_ABORT_ALL_MASK);
   for (int i = 0; i < FIFO_MOST && read_number(board, NODE_CAN_F_RX_LEVEL, 1) != 0; ++i)

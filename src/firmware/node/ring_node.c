@@ -64,11 +64,11 @@ static enum ring_node_fault start_controller(struct ring_node *node) {
                                          .relay = p->relay,
                                          .kbps = p->kbps,
                                          .core_mhz = p->core_mhz,
+                                         .up_ms = p->up_ms,
                                          .confirm_us = p->confirm_us,
                                          .life = node->life,
                                          .pair_kbps = p->pair_kbps,
                                          .bridge = p->bridge};
-  if (p->up_ms != 0 && !number_holds(board, NODE_RING_UP_MS, 1, p->up_ms)) return RING_NODE_SETTINGS;
   if (!can_port_start(&node->port, board, &config)) return RING_NODE_SETTINGS;
   write_number(board, NODE_NODE_EVENTS, 2, ALL_EVENTS);
   const uint32_t waking = WAKING | (p->relay ? NODE_RING_MASK_CONFLICT_MASK : 0);

@@ -23,7 +23,7 @@ struct ring_node_parameters {
   uint16_t kbps;       /* as in struct can_port_config */
   uint8_t core_mhz;    /* 50 or 100 */
   uint32_t confirm_us; /* relay mode, as in struct can_port_config */
-  uint8_t up_ms;       /* until a port comes up (FR-12); 0: as out of reset, 10 */
+  uint8_t up_ms;       /* as in struct can_port_config */
   uint16_t pair_kbps;  /* twisted pair, as in struct can_port_config */
   bool bridge;
   uint16_t pd_ms;       /* process data are sent again after this time, 1 to 1000 */

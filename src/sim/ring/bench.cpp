@@ -255,6 +255,8 @@ ordered_json RingBench::statusOf(size_t i) {
           {{"source", v.source}, {"object", v.number}, {"old", v.old}, {"data", digits(v.data)}});
     s["values"] = values;
   } else if (const CanHost* can = ring_.canProgram(i)) {
+    s["state"] = can->ringState();
+    s["ports"] = can->ringPorts();
     s["backlog"] = can->backlog();
     s["overruns"] = can->overruns();
   }

@@ -27,8 +27,8 @@ bool CanHost::start() {
   config.address = p.address, config.home = p.home, config.relay = p.relay;
   config.kbps = p.kbps, config.core_mhz = p.core_mhz, config.confirm_us = p.confirm_us;
   config.life = static_cast<uint8_t>(life);
+  config.up_ms = p.up_ms;
   config.pair_kbps = p.pair_kbps;
-  if (p.up_ms != 0) write_number(&board_, NODE_RING_UP_MS, 1, p.up_ms);
   if (!can_port_start(&port_, &board_, &config)) return false;
   uint8_t all[8] = {}, none[8] = {};
   number_to(all, 4, NODE_CAN_F_FILTERN_IN_USE_MASK);
@@ -142,6 +142,8 @@ void CanHost::run() {
     if (!good || !can_port_runs(&port_)) good = start();
     if (!good) continue;
     write_number(&board_, NODE_NODE_EVENTS, 2, read_number(&board_, NODE_NODE_EVENTS, 2));
+    ringState_ = static_cast<uint8_t>(read_number(&board_, NODE_RING_STATE, 1));
+    ringPorts_ = static_cast<uint8_t>(read_number(&board_, NODE_RING_PORTS, 1));
     receive();
     sendNext();
     if (isOnPair_ || !parameters_.relay) lookAtFaults();

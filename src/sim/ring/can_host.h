@@ -29,6 +29,9 @@ class CanHost : public FirmwareHost {
   std::vector<CanEvent> events() { return std::exchange(events_, {}); }
   uint64_t overruns() const { return overruns_; }
   const CanFault& state() const { return last_; }
+  // As the ring's registers have shown it.
+  uint8_t ringState() const { return ringState_; }
+  uint8_t ringPorts() const { return ringPorts_; }
 
  protected:
   void run() override;
@@ -58,5 +61,6 @@ class CanHost : public FirmwareHost {
   CanFault last_;
   uint8_t errors_ = 0, overrunsSeen_ = 0;
   uint64_t overruns_ = 0;
+  uint8_t ringState_ = 0, ringPorts_ = 0;
   std::vector<CanEvent> pass_, events_;  // of this pass of the program, not yet published; published
 };

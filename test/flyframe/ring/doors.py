@@ -11,7 +11,9 @@ import time
 
 import can
 
-PATIENCE = 60  # seconds without a frame
+# Seconds without a frame: on a bus the one with the last identifier waits until all others are through, on a
+# slow machine for minutes.
+PATIENCE = 600
 WINDOW = 200  # frames under way
 
 
