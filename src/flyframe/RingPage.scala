@@ -161,7 +161,8 @@ object RingPage {
       piece
       when a break heals (FB-11)."""),
     paragraph(s"""A port comes up when it has heard its neighbour for `ring_up_ms` (${at(RingRegisters.UpMs)},
-      ${RingRegisters.UpMsReset} out of reset)."""),
+      ${RingRegisters.UpMsReset} out of reset), the same time in all nodes. A port that waits already does so
+      for the time that was written before: switch the ports off (`ring_off`) while it is changed."""),
     Seq("## Setting up a node: relay mode", ""),
     table("Register", "Write")(relaySetup.map { case (where, what) => Seq(where, what) }),
     paragraph("""Nobody is guard or `home`. What a slot holds has been confirmed when the slot is *sent*:

@@ -116,7 +116,9 @@ final class RingProcess(network: ujson.Value, options: String*) {
 
 object RingProcess {
   private def preset(name: String) = Presets.named(name).get.params
-  private lazy val harness = new Harness("ring-sim", Seq("ring-node", "ring-bus", "ring-node-tp").map(preset))
+  private val slow                 = preset("ring-node").copy(preset = "ring-slow", coreClockMhz = 50)
+  private lazy val harness =
+    new Harness("ring-sim", Seq("ring-node", "ring-bus", "ring-node-tp").map(preset) :+ slow)
 
   /** The simulator, built when it is first needed. */
   lazy val program: String = harness.ringProgram.toString

@@ -169,6 +169,17 @@ class RingSimulatorSpec extends AnyFlatSpec {
     }
   }
 
+  "FR-03: nodes of 50 MHz" should "work beside those of 100 MHz" in {
+    val nodes = Seq("ring-slow", "ring-node", "ring-slow").map(p => ujson.Obj("preset" -> p))
+    using(relay(3, "nodes" -> nodes)) { ring =>
+      ring.awaitWhole(StartUs)
+      ring.ask("optics all jitter 2")
+      for ((from, to) <- Seq(1 -> 2, 2 -> 3, 3 -> 1)) exchange(ring, from, to, to, Seq(6, 100))
+      ring.ask("cut 1")
+      for ((from, to) <- Seq(1 -> 2, 2 -> 3, 3 -> 1)) exchange(ring, from, to, to, Seq(6, 100))
+    }
+  }
+
   "FR-48: a node that babbles" should "delay others, and harm nobody" in {
     val nodes = Seq("node", "can", "node").map(h => ujson.Obj("host" -> h))
     using(relay(3, "nodes" -> nodes)) { ring =>

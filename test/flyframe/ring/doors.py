@@ -102,6 +102,10 @@ def exchange(first, there, second, here, count, seed, doubles="no"):
     buses = [door(first, there), door(second, here)]
     remote = "socketcand" not in (first, second)  # which has no remote frames
     sent = [[any_frame(rng, remote) for _ in range(count)] for _ in buses]
+    # Two nodes never have the same identifier: their data would collide, up to bus-off.
+    for side in (0, 1):
+        for m in sent[side]:
+            m.arbitration_id = m.arbitration_id & ~1 | side
     got = [[], []]
 
     def reader(i):
