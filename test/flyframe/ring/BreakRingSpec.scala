@@ -10,7 +10,7 @@ import flyframe.Tier
 class BreakRingSpec extends AnyFlatSpec {
   import BreakRingSpec._
   private val tier =
-    Tier("Breaks and mends of a fibre ring of 12 nodes in RTL", "breaks", test = 4, soak = 100)
+    Tier("Breaks and mends of a fibre ring of 12 nodes in RTL", "breaks", test = 2, soak = 100)
 
   /** What breaks, and what mends it; a node that is not there meanwhile. */
   private final case class Break(begin: Seq[(Long, String)], end: Seq[(Long, String)], dead: Option[Int])
@@ -66,20 +66,23 @@ class BreakRingSpec extends AnyFlatSpec {
   }
 
   "FR-58, FR-63: frames at half load" should "be confirmed, and come once and in time, whatever breaks" in
-    tier.run("12 nodes, four breaks a run", tier.size, Some(1)) {
+    tier.run("12 nodes, some breaks a run", tier.size, Some(1)) {
       for (seed <- 1L to tier.size / BreaksInRun) run(seed)
     }
 }
 
 object BreakRingSpec {
   private val Nodes       = 12
-  private val BreaksInRun = 4
+  private val BreaksInRun = if (Tier.isSoak) 4 else 2
   private val ConfirmUs   = 1500L
   private val StartUs     = 7000L
   private val BrokenUs    = 1100L
-  private val EveryUs     = 4500L // then ports are up again, and a node that was dead has begun its life
-  private val HalfLoadUs  = 240L  // half of what a ring of 51 nodes carries (section 14)
-  private val QueueUs     = 1000L // a host hands over one frame after the other
+
+  // The next break comes when ports are up again, and what was lost is confirmed: of two ports the one that is
+  // up first, by up to a millisecond, sends what the other one does not hear yet.
+  private val EveryUs    = 7000L
+  private val HalfLoadUs = 240L  // half of what a ring of 51 nodes carries (section 14)
+  private val QueueUs    = 1000L // a host hands over one frame after the other
 
   private def network(seed: Long) = ujson.Obj(
     "mode"       -> "relay",
