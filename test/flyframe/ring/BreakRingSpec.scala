@@ -78,8 +78,8 @@ object BreakRingSpec {
   private val StartUs     = 7000L
   private val BrokenUs    = 1100L
 
-  // The next break comes when ports are up again, and what was lost is confirmed: of two ports the one that is
-  // up first, by up to a millisecond, sends what the other one does not hear yet.
+  // The next break comes when ports are up again, and what was lost is confirmed: of two ports the one that
+  // is up first, by up to a millisecond, sends what the other one does not hear yet.
   private val EveryUs    = 7000L
   private val HalfLoadUs = 240L  // half of what a ring of 51 nodes carries (section 14)
   private val QueueUs    = 1000L // a host hands over one frame after the other
