@@ -36,7 +36,7 @@ class BridgeInto(p: CanParams) extends Bundle {
   /** Takes a slot back that waits and is not held in this cycle. */
   val evict = Input(UInt(slots.W))
 
-  /** The word that was read, as a key of [[CanOrder]]. */
+  /** To [[PortMemory]], and the word that was read, as a key of [[CanOrder]]. */
   val job  = Input(Valid(new MemoryJob))
   val done = Output(Bool())
   val key  = Output(UInt(32.W))

@@ -259,6 +259,7 @@ ordered_json RingBench::statusOf(size_t i) {
     s["ports"] = can->ringPorts();
     s["backlog"] = can->backlog();
     s["overruns"] = can->overruns();
+    s["failed"] = can->failed();
   }
   return s;
 }

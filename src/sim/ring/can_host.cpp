@@ -13,7 +13,7 @@ extern "C" {
 namespace {
 constexpr uint32_t kPassUs = 1000;
 constexpr uint32_t kLifeMask = 0x7f;
-constexpr int kErrorCounters = 5, kHead = 5, kDataAt = 8;
+constexpr int kHead = 5, kDataAt = 8;
 constexpr uint32_t kWaking = NODE_CAN_F_MASK_RECEIVED_MASK | NODE_CAN_F_MASK_SLOT_DONE_MASK |
                              NODE_CAN_F_MASK_STATE_MASK | NODE_CAN_F_MASK_BUS_ERROR_MASK;
 }  // namespace
@@ -37,12 +37,9 @@ bool CanHost::start() {
   write_number(&board_, NODE_NODE_EVENTS, 2, 0xffff);
   write_number(&board_, NODE_NODE_MASK, 2, isOnPair_ ? kWaking << 8 : kWaking);
   // What was on the wire is lost; those behind it are not.
-  if (busy_) pass_.push_back({CanEvent::failed, slave().nextRise(), onWire_.frame, {}, onWire_.by});
+  if (busy_)
+    ++failed_, pass_.push_back({CanEvent::failed, slave().nextRise(), onWire_.frame, {}, onWire_.by});
   busy_ = false;
-  uint8_t counters[kErrorCounters];
-  board_read(&board_, at(NODE_CAN_F_BIT_ERRORS), counters, sizeof counters);
-  errors_ = 0;
-  for (uint8_t c : counters) errors_ = static_cast<uint8_t>(errors_ + c);
   overrunsSeen_ = static_cast<uint8_t>(read_number(&board_, at(NODE_CAN_F_OVERRUNS), 1));
   return true;
 }
@@ -80,6 +77,7 @@ void CanHost::sendNext() {
     const Time at =
         sent ? timeOf(static_cast<uint16_t>(read_number(&board_, static_cast<uint16_t>(slot + 6), 2)))
              : slave().nextRise();
+    if (!sent) ++failed_;
     pass_.push_back({sent ? CanEvent::sent : CanEvent::failed, at, onWire_.frame, {}, onWire_.by});
   }
   if (waiting_.empty()) return;
@@ -98,27 +96,22 @@ void CanHost::sendNext() {
   busy_ = true;
 }
 
-void CanHost::lookAtFaults() {
-  uint8_t counters[kErrorCounters];
-  board_read(&board_, at(NODE_CAN_F_BIT_ERRORS), counters, sizeof counters);
-  uint8_t errors = 0;
-  for (uint8_t c : counters) errors = static_cast<uint8_t>(errors + c);
+void CanHost::lookAtFaults(bool isError) {
   CanFault now;
   const uint32_t status = read_number(&board_, at(NODE_CAN_F_STATUS), 1);
   const uint32_t both = read_number(&board_, at(NODE_CAN_F_ERROR_COUNTERS), 4);
   now.state = status & NODE_CAN_F_STATE_MASK;
   now.tec = both & NODE_CAN_F_TEC_MASK;
   now.rec = (both & NODE_CAN_F_REC_MASK) >> NODE_CAN_F_REC_SHIFT;
-  if (errors != errors_) {
+  if (isError) {
     const uint32_t last = read_number(&board_, at(NODE_CAN_F_LAST_ERROR), 4);
     now.type = last & NODE_CAN_F_ERROR_TYPE_MASK;
     now.sender = last & NODE_CAN_F_ERROR_SENDER_MASK;
     now.field = (last & NODE_CAN_F_ERROR_FIELD_MASK) >> NODE_CAN_F_ERROR_FIELD_SHIFT;
     now.bit = (last & NODE_CAN_F_ERROR_BIT_MASK) >> NODE_CAN_F_ERROR_BIT_SHIFT;
   }
-  if (errors != errors_ || now.state != last_.state)
+  if (isError || now.state != last_.state)
     pass_.push_back({CanEvent::fault, slave().nextRise(), {}, now, nullptr});
-  errors_ = errors;
   last_ = now;
   const auto overruns = static_cast<uint8_t>(read_number(&board_, at(NODE_CAN_F_OVERRUNS), 1));
   overruns_ += static_cast<uint8_t>(overruns - overrunsSeen_);
@@ -141,12 +134,14 @@ void CanHost::run() {
     board_watchdog(&board_);
     if (!good || !can_port_runs(&port_)) good = start();
     if (!good) continue;
-    write_number(&board_, NODE_NODE_EVENTS, 2, read_number(&board_, NODE_NODE_EVENTS, 2));
+    const uint32_t events = read_number(&board_, NODE_NODE_EVENTS, 2);
+    write_number(&board_, NODE_NODE_EVENTS, 2, events);
     ringState_ = static_cast<uint8_t>(read_number(&board_, NODE_RING_STATE, 1));
     ringPorts_ = static_cast<uint8_t>(read_number(&board_, NODE_RING_PORTS, 1));
     receive();
     sendNext();
-    if (isOnPair_ || !parameters_.relay) lookAtFaults();
+    const uint32_t errors = NODE_CAN_F_EVENT_BUS_ERROR_MASK << (isOnPair_ ? 8 : 0);
+    if (isOnPair_ || !parameters_.relay) lookAtFaults((events & errors) != 0);
     publish();
   }
 }

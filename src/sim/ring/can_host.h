@@ -28,6 +28,8 @@ class CanHost : public FirmwareHost {
   // What has happened since the last call, in its order.
   std::vector<CanEvent> events() { return std::exchange(events_, {}); }
   uint64_t overruns() const { return overruns_; }
+  // Frames that the node has given up, as it was alone or reset.
+  uint64_t failed() const { return failed_; }
   const CanFault& state() const { return last_; }
   // As the ring's registers have shown it.
   uint8_t ringState() const { return ringState_; }
@@ -44,7 +46,7 @@ class CanHost : public FirmwareHost {
   Time timeOf(uint16_t stamp);
   void receive();
   void sendNext();
-  void lookAtFaults();
+  void lookAtFaults(bool isError);
   void publish();
 
   static constexpr unsigned kPorts = 0x100;
@@ -59,8 +61,8 @@ class CanHost : public FirmwareHost {
   Waiting onWire_{};
   bool busy_ = false;
   CanFault last_;
-  uint8_t errors_ = 0, overrunsSeen_ = 0;
-  uint64_t overruns_ = 0;
+  uint8_t overrunsSeen_ = 0;
+  uint64_t overruns_ = 0, failed_ = 0;
   uint8_t ringState_ = 0, ringPorts_ = 0;
   std::vector<CanEvent> pass_, events_;  // of this pass of the program, not yet published; published
 };

@@ -68,6 +68,7 @@ void Ring::setPower(size_t i, bool on) {
     n.slave->standStill(now_);
     n.slave->setReset(true);
     n.resetEnd = now_ + kReset;
+    n.boots = true;
   } else {
     if (i < ringSize_)
       for (int port : {0, 1}) n.slave->onLight(port, {now_, false});
@@ -101,7 +102,8 @@ void Ring::runNode(Node& n, size_t i) {
   if (n.resetEnd != kNever && now_ >= n.resetEnd) {
     n.resetEnd = kNever;
     n.slave->setReset(false);
-    if (!n.slave->host()) n.slave->setHost(makeHost(i));
+    if (n.boots) n.slave->setHost(makeHost(i));
+    n.boots = false;
   }
   while (n.slave->next < end) n.slave->step();
 }

@@ -62,6 +62,7 @@ class Ring {
     BoardHardware board;
     bool powered = true;
     Time resetEnd = 0;  // kNever: the reset is not active
+    bool boots = true;  // its host begins behind the reset
   };
   std::unique_ptr<Host> makeHost(size_t i);
   Fibre& into(size_t i, int port);

@@ -3,7 +3,6 @@
 #include <sstream>
 #include <vector>
 
-#include "ring-node.h"
 #include "ring/loopback.h"
 #include "ring/socketcan.h"
 
@@ -94,13 +93,14 @@ std::string SocketcandDoor::answer(Client& c, const std::string& words, CanHost*
 // A client whose frames wait at the port is not read until there is a place, as by a slow bus.
 void SocketcandDoor::take(Client& c, CanHost* port) {
   char buffer[4096];
-  while (!c.gone && c.in.size() <= sizeof buffer) {
+  while (!c.gone && !c.ended && c.in.size() <= sizeof buffer) {
     const ssize_t n = recv(c.fd, buffer, sizeof buffer, 0);
     if (n > 0) {
       c.in.append(buffer, static_cast<size_t>(n));
       continue;
     }
-    if (n == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) c.gone = true;
+    if (n == 0) c.ended = true;
+    else if (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR) c.gone = true;
     break;
   }
   for (size_t end; (!port || port->backlog() < kBacklog) && (end = c.in.find('>')) != std::string::npos;) {
@@ -130,7 +130,8 @@ void SocketcandDoor::serve(CanHost* port) {
   for (auto c = clients_.begin(); c != clients_.end();) {
     take(*c, port);
     flush(*c);
-    if (c->gone) {
+    // What a client has sent before it left is still to be carried out.
+    if (c->gone || (c->ended && c->in.find('>') == std::string::npos)) {
       close(c->fd);
       c = clients_.erase(c);
     } else {

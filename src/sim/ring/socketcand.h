@@ -19,7 +19,7 @@ class SocketcandDoor : public Door {
   struct Client {
     int fd;
     std::string in, out;
-    bool open = false, raw = false, gone = false;
+    bool open = false, raw = false, ended = false, gone = false;
   };
   void take(Client& client, CanHost* port);
   std::string answer(Client& client, const std::string& words, CanHost* port);

@@ -19,9 +19,7 @@ import flyframe.params.Presets
   */
 final class RingProcess(network: ujson.Value, options: String*) {
 
-  /** The first message that has come to a node, or its end at the sender, is what a test waits for. */
-  final case class Came(source: Int, toAll: Boolean, urgent: Boolean, repeat: Boolean, data: String)
-  final case class Ended(tag: Int, outcome: String, unconfirmed: Seq[Int])
+  import RingProcess.{Came, Ended}
 
   val folder: Path   = Files.createTempDirectory("ring")
   private val errors = folder.resolve("errors")
@@ -115,6 +113,11 @@ final class RingProcess(network: ujson.Value, options: String*) {
 }
 
 object RingProcess {
+
+  /** A message that has come to a node; how one of its own has ended. */
+  final case class Came(source: Int, toAll: Boolean, urgent: Boolean, repeat: Boolean, data: String)
+  final case class Ended(tag: Int, outcome: String, unconfirmed: Seq[Int])
+
   private def preset(name: String) = Presets.named(name).get.params
   private val slow                 = preset("ring-node").copy(preset = "ring-slow", coreClockMhz = 50)
   private lazy val harness =
