@@ -171,7 +171,7 @@ alarm-ring-sim: tools-for-alarm-ring-sim ## build/alarm-ring/flyframe-alarm: the
 ring-sim: tools-for-ring-sim ## build/ring/flyframe-ring: a fibre ring with its host programs, doors for \
           # CAN programs
 	$(MAKE) -s -f $(SIM) build/ring/flyframe-ring COSIM_OUT=build/ring \
-	  PRESETS="ring-bus ring-node ring-node-tp" COSIM_TRACE=0
+	  PRESETS="ring-bus ring-node ring-node-tp ring-server" COSIM_TRACE=0
 
 firmware-test: tools-for-firmware-test ## the host programs (src/firmware) against fake controllers
 	$(MAKE) -s -f test/sim/test.mk firmware-test

@@ -10,6 +10,9 @@ enum {
   PROTOCOL_KIND_REPORT =                    1,
   /* the server answers a report, and may order something */
   PROTOCOL_KIND_ANSWER =                    2,
+  /* a gateway reports what its ring has for the server */
+  PROTOCOL_KIND_RING =                      4,
+  PROTOCOL_KIND_SEND =                      5,      /* the server has a message for a node of a ring */
   PROTOCOL_MOST_EVENTS =                    32,     /* of one report */
   PROTOCOL_KEY_BYTES =                      16,     /* of the secret that master and server share */
   PROTOCOL_LIFE_BYTES =                     8,      /* of the random number of a life */
@@ -127,6 +130,38 @@ enum protocol_master {
   PROTOCOL_MASTER_FAULTS =                  0x7FE78, /* what of them is a fault */
 };
 
+/* What a part of a report of a ring is. */
+enum protocol_ring_part {
+  PROTOCOL_RING_PART_MESSAGE =              1,      /* a piece of a message to the server */
+  PROTOCOL_RING_PART_NODE =                 2,      /* a node is there, or is lost */
+  PROTOCOL_RING_PART_RING =                 3,      /* the ring is broken, or whole */
+  PROTOCOL_RING_PART_RESULT =               4,      /* how a message of the server has ended */
+};
+
+/* Flags of messages of a ring. */
+enum protocol_ring_flag {
+  PROTOCOL_RING_FLAG_URGENT =               1,      /* the message is urgent */
+  PROTOCOL_RING_FLAG_REPEAT =               2,      /* it may be a repeat */
+};
+
+/* How a message of the server has ended. */
+enum protocol_ring_result {
+  PROTOCOL_RING_RESULT_DELIVERED =          0,      /* its node has it */
+  PROTOCOL_RING_RESULT_REFUSED =            1,      /* its node has refused it, or it is impossible */
+  PROTOCOL_RING_RESULT_NOT_CONFIRMED =      2,      /* its node has not said that it has it */
+};
+
+/* Bits of the status of a gateway of a ring. */
+enum protocol_ring_status {
+  /* the controller does not answer, or does not hold its settings */
+  PROTOCOL_RING_STATUS_CONTROLLER =         1,
+  PROTOCOL_RING_STATUS_STORAGE =            2,      /* the memory of the host does not work */
+  PROTOCOL_RING_STATUS_CONFLICT =           4,      /* another node has the address of the gateway */
+  PROTOCOL_RING_STATUS_ALONE =              8,      /* no port of the gateway is up */
+  /* messages wait for the server that has not taken the earlier ones */
+  PROTOCOL_RING_STATUS_FULL =               16,
+};
+
 /* Commands of EtherCAT datagrams. */
 enum protocol_ecat {
   PROTOCOL_ECAT_NOP =                       0,      /* nobody does anything */
@@ -192,9 +227,9 @@ enum {
   PROTOCOL_REPORT_MAGIC_BYTES =             2,      /* of it */
   PROTOCOL_REPORT_VERSION_AT =              2,      /* PROTOCOL_VERSION */
   PROTOCOL_REPORT_VERSION_BYTES =           1,      /* of it */
-  PROTOCOL_REPORT_KIND_AT =                 3,      /* PROTOCOL_KIND_REPORT or PROTOCOL_KIND_ANSWER */
+  PROTOCOL_REPORT_KIND_AT =                 3,      /* one of PROTOCOL_KIND_... */
   PROTOCOL_REPORT_KIND_BYTES =              1,      /* of it */
-  PROTOCOL_REPORT_MASTER_AT =               4,      /* master ID */
+  PROTOCOL_REPORT_MASTER_AT =               4,      /* ID of the master or gateway */
   PROTOCOL_REPORT_MASTER_BYTES =            2,      /* of it */
   PROTOCOL_REPORT_ZERO_AT =                 6,      /* 0 */
   PROTOCOL_REPORT_ZERO_BYTES =              2,      /* of it */
@@ -283,9 +318,9 @@ enum {
   PROTOCOL_ANSWER_MAGIC_BYTES =             2,      /* of it */
   PROTOCOL_ANSWER_VERSION_AT =              2,      /* PROTOCOL_VERSION */
   PROTOCOL_ANSWER_VERSION_BYTES =           1,      /* of it */
-  PROTOCOL_ANSWER_KIND_AT =                 3,      /* PROTOCOL_KIND_REPORT or PROTOCOL_KIND_ANSWER */
+  PROTOCOL_ANSWER_KIND_AT =                 3,      /* one of PROTOCOL_KIND_... */
   PROTOCOL_ANSWER_KIND_BYTES =              1,      /* of it */
-  PROTOCOL_ANSWER_MASTER_AT =               4,      /* master ID */
+  PROTOCOL_ANSWER_MASTER_AT =               4,      /* ID of the master or gateway */
   PROTOCOL_ANSWER_MASTER_BYTES =            2,      /* of it */
   PROTOCOL_ANSWER_ZERO_AT =                 6,      /* 0 */
   PROTOCOL_ANSWER_ZERO_BYTES =              2,      /* of it */
@@ -333,6 +368,105 @@ enum {
   PROTOCOL_NONCE_COUNTER_AT =               12,     /* of a report; turn of an answer */
   PROTOCOL_NONCE_COUNTER_BYTES =            4,      /* of it */
   PROTOCOL_NONCE_BYTES =                    16,     /* of all */
+};
+
+/* A report of a ring before its parts, big endian. */
+enum {
+  PROTOCOL_RING_REPORT_MAGIC_AT =           0,      /* PROTOCOL_MAGIC */
+  PROTOCOL_RING_REPORT_MAGIC_BYTES =        2,      /* of it */
+  PROTOCOL_RING_REPORT_VERSION_AT =         2,      /* PROTOCOL_VERSION */
+  PROTOCOL_RING_REPORT_VERSION_BYTES =      1,      /* of it */
+  PROTOCOL_RING_REPORT_KIND_AT =            3,      /* one of PROTOCOL_KIND_... */
+  PROTOCOL_RING_REPORT_KIND_BYTES =         1,      /* of it */
+  PROTOCOL_RING_REPORT_MASTER_AT =          4,      /* ID of the master or gateway */
+  PROTOCOL_RING_REPORT_MASTER_BYTES =       2,      /* of it */
+  PROTOCOL_RING_REPORT_ZERO_AT =            6,      /* 0 */
+  PROTOCOL_RING_REPORT_ZERO_BYTES =         2,      /* of it */
+  /* of the master: random, another one after each start */
+  PROTOCOL_RING_REPORT_LIFE_AT =            8,
+  PROTOCOL_RING_REPORT_LIFE_BYTES =         8,      /* of it */
+  /* life of the server; in a report as far as the master knows, or 0 */
+  PROTOCOL_RING_REPORT_SERVER_AT =          16,
+  PROTOCOL_RING_REPORT_SERVER_BYTES =       8,      /* of it */
+  /* of the reports of this life, from 1 on: in the nonce */
+  PROTOCOL_RING_REPORT_COUNTER_AT =         24,
+  PROTOCOL_RING_REPORT_COUNTER_BYTES =      4,      /* of it */
+  PROTOCOL_RING_REPORT_NUMBER_AT =          28,     /* of its first part: the server has all before it */
+  PROTOCOL_RING_REPORT_NUMBER_BYTES =       4,      /* of it */
+  /* counter of the last message of the server that was taken */
+  PROTOCOL_RING_REPORT_TAKEN_AT =           32,
+  PROTOCOL_RING_REPORT_TAKEN_BYTES =        4,      /* of it */
+  PROTOCOL_RING_REPORT_PARTS_AT =           36,     /* parts that follow */
+  PROTOCOL_RING_REPORT_PARTS_BYTES =        1,      /* of it */
+  PROTOCOL_RING_REPORT_STATUS_AT =          37,     /* bits of enum protocol_ring_status */
+  PROTOCOL_RING_REPORT_STATUS_BYTES =       1,      /* of it */
+  PROTOCOL_RING_REPORT_SPARE_AT =           38,     /* 0 */
+  PROTOCOL_RING_REPORT_SPARE_BYTES =        2,      /* of it */
+  PROTOCOL_RING_REPORT_BYTES =              40,     /* of all */
+};
+
+/* A part of a report of a ring, big endian. */
+enum {
+  PROTOCOL_RING_PART_HEAD_TYPE_AT =         0,      /* one of enum protocol_ring_part */
+  PROTOCOL_RING_PART_HEAD_TYPE_BYTES =      1,      /* of it */
+  PROTOCOL_RING_PART_HEAD_SOURCE_AT =       1,      /* address of the node */
+  PROTOCOL_RING_PART_HEAD_SOURCE_BYTES =    1,      /* of it */
+  /* of a message; as all that follows, but for the length */
+  PROTOCOL_RING_PART_HEAD_PIPE_AT =         2,
+  PROTOCOL_RING_PART_HEAD_PIPE_BYTES =      1,      /* of it */
+  PROTOCOL_RING_PART_HEAD_NUMBER_AT =       3,      /* of the message in its pipe */
+  PROTOCOL_RING_PART_HEAD_NUMBER_BYTES =    1,      /* of it */
+  PROTOCOL_RING_PART_HEAD_LIFE_AT =         4,      /* of its sender; bit 7: it is to all nodes */
+  PROTOCOL_RING_PART_HEAD_LIFE_BYTES =      1,      /* of it */
+  PROTOCOL_RING_PART_HEAD_FLAGS_AT =        5,      /* bits of enum protocol_ring_flag */
+  PROTOCOL_RING_PART_HEAD_FLAGS_BYTES =     1,      /* of it */
+  PROTOCOL_RING_PART_HEAD_TOTAL_AT =        6,      /* bytes of the whole message */
+  PROTOCOL_RING_PART_HEAD_TOTAL_BYTES =     2,      /* of it */
+  PROTOCOL_RING_PART_HEAD_OFFSET_AT =       8,      /* of the data in the message */
+  PROTOCOL_RING_PART_HEAD_OFFSET_BYTES =    2,      /* of it */
+  PROTOCOL_RING_PART_HEAD_LENGTH_AT =       10,     /* bytes of data that follow */
+  PROTOCOL_RING_PART_HEAD_LENGTH_BYTES =    2,      /* of it */
+  PROTOCOL_RING_PART_HEAD_BYTES =           12,     /* of all */
+};
+
+/* What a report of a ring ends with, big endian. */
+enum {
+  /* Ascon-AEAD128 tag of all before it, as associated data */
+  PROTOCOL_RING_REPORT_END_TAG_AT =         0,
+  PROTOCOL_RING_REPORT_END_TAG_BYTES =      16,     /* of it */
+  PROTOCOL_RING_REPORT_END_BYTES =          16,     /* of all */
+};
+
+/* A message of the server before its data, big endian. */
+enum {
+  PROTOCOL_RING_SEND_MAGIC_AT =             0,      /* PROTOCOL_MAGIC */
+  PROTOCOL_RING_SEND_MAGIC_BYTES =          2,      /* of it */
+  PROTOCOL_RING_SEND_VERSION_AT =           2,      /* PROTOCOL_VERSION */
+  PROTOCOL_RING_SEND_VERSION_BYTES =        1,      /* of it */
+  PROTOCOL_RING_SEND_KIND_AT =              3,      /* one of PROTOCOL_KIND_... */
+  PROTOCOL_RING_SEND_KIND_BYTES =           1,      /* of it */
+  PROTOCOL_RING_SEND_MASTER_AT =            4,      /* ID of the master or gateway */
+  PROTOCOL_RING_SEND_MASTER_BYTES =         2,      /* of it */
+  PROTOCOL_RING_SEND_ZERO_AT =              6,      /* 0 */
+  PROTOCOL_RING_SEND_ZERO_BYTES =           2,      /* of it */
+  /* of the master: random, another one after each start */
+  PROTOCOL_RING_SEND_LIFE_AT =              8,
+  PROTOCOL_RING_SEND_LIFE_BYTES =           8,      /* of it */
+  /* life of the server; in a report as far as the master knows, or 0 */
+  PROTOCOL_RING_SEND_SERVER_AT =            16,
+  PROTOCOL_RING_SEND_SERVER_BYTES =         8,      /* of it */
+  PROTOCOL_RING_SEND_TURN_AT =              24,     /* counts with those of the answers: in the nonce */
+  PROTOCOL_RING_SEND_TURN_BYTES =           4,      /* of it */
+  /* of such messages in this life of the gateway, from 1 on */
+  PROTOCOL_RING_SEND_COUNTER_AT =           28,
+  PROTOCOL_RING_SEND_COUNTER_BYTES =        4,      /* of it */
+  PROTOCOL_RING_SEND_DESTINATION_AT =       32,     /* address of the node, 0: all nodes */
+  PROTOCOL_RING_SEND_DESTINATION_BYTES =    1,      /* of it */
+  PROTOCOL_RING_SEND_FLAGS_AT =             33,     /* PROTOCOL_RING_FLAG_URGENT, or 0 */
+  PROTOCOL_RING_SEND_FLAGS_BYTES =          1,      /* of it */
+  PROTOCOL_RING_SEND_LENGTH_AT =            34,     /* bytes of data that follow, 1 to 1,024 */
+  PROTOCOL_RING_SEND_LENGTH_BYTES =         2,      /* of it */
+  PROTOCOL_RING_SEND_BYTES =                36,     /* of all */
 };
 
 /* An event of the host at its registers, little endian. */

@@ -21,6 +21,9 @@
 //   rxFrames                       64  frames
 //   filters                        16  filters
 //   bridge                          1  switch
+//   plant                           0  switch
+//   txShift                         0  core cycles
+//   rmiiPorts                  0x0000  bits
 //   escType                    0x00f3  code
 //   escRevision                0x0000  code
 //   escBuild                   0x0001  code

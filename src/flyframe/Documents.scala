@@ -69,7 +69,8 @@ object Documents {
         "## Ring node",
         "",
         "For its host (column PDI); there is no other way in. `can_t` is there with `canPorts` 2 only,",
-        "what has a rule of FR-40 to FR-63 with `ring` 2, what has one of BR with `bridge` 1.",
+        "what has a rule of FR-40 to FR-63 with `ring` 2, what has one of BR with `bridge` 1, what has",
+        "GW-04 with `plant` 1.",
         ""
       ),
       table(ring)

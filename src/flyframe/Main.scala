@@ -206,12 +206,12 @@ object Main {
       _.resolve("registers.md").toString -> Documents.registers(
         Presets.allRegisters,
         Presets.master,
-        Presets.relay.copy(canPorts = 2, bridge = 1)
+        Presets.relay.copy(canPorts = 2, bridge = 1, plant = 1)
       )
     ) ++ request.docs.map(_.resolve("parameters.md").toString -> ParameterPage.text) ++
       request.docs.map(_.resolve("ring.md").toString -> RingPage.text)
     val protocol =
-      if (sets.exists(p => p.isMaster || p.hasAlarm))
+      if (sets.exists(p => p.isMaster || p.hasAlarm || p.hasPlant))
         Seq(request.out.resolve(ProtocolHeader).toString -> Documents.protocolHeader)
       else Nil
     val support =

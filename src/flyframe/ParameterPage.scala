@@ -77,7 +77,8 @@ object ParameterPage {
       ""
     ) ++ parameters(2, Presets.ring) ++ Seq(
       "",
-      "Ports of the top module. Optical port 2 of a node leads to port 1 of the next.",
+      "Ports of the top module. Optical port 2 of a node leads to port 1 of the next; port 0, with",
+      "`plant` 1, leads to the plant network.",
       ""
     ) ++ ports(PortTable.ring)).mkString("", "\n", "\n")
 }

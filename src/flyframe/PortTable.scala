@@ -291,6 +291,11 @@ object PortTable {
   )) ++ optional("`canPorts` 2", _.canPorts == 2)(
     port("can_rx", In,  1, "RXD of the transceiver on the twisted pair, low is dominant. Any clock"),
     port("can_tx", Out, 1, "its TXD, likewise")
+  ) ++ (clocks.drop(2) ++ phys).map(pin =>
+    pin.copy(
+      condition = if (pin.condition.contains("rmii")) pin.condition else "`plant` 1",
+      built = p => p.hasPlant && pin.built(p)
+    )
   ) ++ host ++ Seq(
     port("irq",    Out, 1, "interrupt to the host: an event that the mask lets pass; a level")
   )

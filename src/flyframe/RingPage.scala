@@ -3,7 +3,7 @@ package flyframe
 import flyframe.fibre.Reach
 import flyframe.params.Presets
 import flyframe.relay.LinkTiming
-import flyframe.registers.{CanRegisters, NodeRegisters, Register, RegisterMap, RingRegisters}
+import flyframe.registers.{CanRegisters, NodeRegisters, PlantRegisters, Register, RegisterMap, RingRegisters}
 
 /** `docs/ring.md`: how to plan a ring, set up its nodes, and read where it is broken. Reach, bit timing and
   * addresses are those of the sources.
@@ -176,6 +176,16 @@ object RingPage {
       side: frames that find no slot are dropped, the last in CAN order first, and counted
       (${CanRegisters.PortStarts.map(s => at(s + CanRegisters.BridgeDropped)).mkString(", ")}). Never let two
       bridges join the same two buses: their frames would go round for ever."""
+    ),
+    Seq("## A ring under a server", ""),
+    paragraph(
+      s"""Preset `ring-server` is node 1 of a ring, at 50 MHz, with a PHY for the plant network (port 0; MII,
+      or RMII by `rmiiPorts`). Its registers from ${at(PlantRegisters.Control)} on hold the addresses of both
+      ends; the host writes a datagram from ${at(PlantRegisters.SendData)} on and reads one of the server from
+      ${at(PlantRegisters.ReceivedData)} on; frames, checksums and ARP are the controller's. The host program
+      [ring_server](../src/firmware/node/ring_server.h) does the rest: messages to node 1 go to the server,
+      those of the server to nodes, and the [page](server.md#rings) shows the ring. Give its host a memory for
+      the number of its starts, a source of random numbers, and the key that the server has."""
     ),
     Seq("## Reading a break", ""),
     paragraph(s"""The mode stands in ${bits("ring_mode")}, the guard in ${bits("ring_guard")}, the ports in

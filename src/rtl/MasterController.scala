@@ -3,6 +3,7 @@ package flyframe
 import chisel3._
 import chisel3.util._
 import flyframe.clocks.LevelCrossing
+import flyframe.ethernet.NetworkSettings
 import flyframe.host.HostInterface
 import flyframe.master._
 import flyframe.mii.Port

@@ -7,9 +7,12 @@ import flyframe.clocks.LevelCrossing
 import flyframe.fibre.RingPorts
 import flyframe.host.HostInterface
 import flyframe.memory.HostPort
+import flyframe.mii.Port
 import flyframe.node._
 import flyframe.params.{EscParams, FibreParams}
-import flyframe.registers.{CanRegisters, RingRegisters}
+import flyframe.plant.PlantNetwork
+import flyframe.port.SlotTimer
+import flyframe.registers.{CanRegisters, PlantRegisters, RingRegisters}
 import flyframe.relay.RelayMode
 
 /** The pins of an optical port, from and to its module. */
@@ -26,7 +29,8 @@ class CanPins extends Bundle {
 }
 
 /** A node of a fibre ring (NODE): a CAN controller on the ring, one on a twisted pair if `canPorts` is 2,
-  * with a bridge if that is 1, relay mode if `ring` is 2, and a host. It only connects.
+  * with a bridge if that is 1, relay mode if `ring` is 2, a port to the plant network if `plant` is 1, and a
+  * host. It only connects.
   *
   * @param p
   *   a parameter set of role 2 without [[EscParams.problems]]
@@ -43,6 +47,14 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
 
   /** Of the twisted pair. */
   val can: Option[CanPins] = Option.when(p.canPorts == 2)(IO(new CanPins).suggestName("can"))
+
+  /** What the PHY of the plant network needs beside the pins of its port. */
+  private def phyPin(name: String, pin: => Bool) = Option.when(p.hasPlant)(IO(pin).suggestName(name))
+  val phyClkRef: Option[Bool]                    = phyPin("phy_clk_ref", Input(Bool()))
+  val miiTxTick: Option[Bool]                    = phyPin("mii_tx_tick", Output(Bool()))
+  val phyResetN: Option[Bool]                    = phyPin("phy_reset_n", Output(Bool()))
+  private val ports                              = Seq.tabulate(p.portCount)(Port(p, _))
+  val phys: Seq[Bundle]                          = Port.pins(ports)
 
   private val connection = HostInterface(p)
   val hostPins: Bundle   = connection.pins
@@ -94,6 +106,29 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
       bridge.into <> cans(1 - n).bridgeInto.get
     }
 
+  // ---- the plant network ----
+
+  private val plant = for (port <- ports.headOption) yield {
+    // The three steps of a nibble slot, as in a slave.
+    val slot         = Module(new SlotTimer(p.cyclesPerNibble))
+    val processStep  = RegNext(slot.tick, false.B)
+    val transmitStep = RegNext(processStep, false.B)
+    slot.reference         := phyClkRef.get
+    phyResetN.get          := !reset.asBool
+    miiTxTick.get          := ShiftRegister(transmitStep, p.txShift + 1)
+    port.core.receiveStep  := slot.tick
+    port.core.transmitStep := transmitStep
+    port.core.enable       := true.B
+    port.core.shortMargin  := false.B
+    val network = Module(new PlantNetwork)
+    network.step     := processStep
+    network.in       := port.core.fromWire
+    port.core.toWire := network.out
+    network.link     := port.core.link
+    network.badFrame := port.core.events.invalidFrame
+    network
+  }
+
   // ---- the host ----
 
   // Who an address belongs to, by its upper byte; what belongs to nobody is answered by the node.
@@ -104,8 +139,11 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
       .map(starts => page === (starts(n) >> 8).U)
       .reduce(_ || _)
   }
-  private val isFar  = page === (RingRegisters.Distances >> 8).U && p.hasRelay.B
-  private val isNode = !isCan.reduce(_ || _) && !isFar
+  private val isFar = page === (RingRegisters.Distances >> 8).U && p.hasRelay.B
+  private val isPlant = plant.fold(false.B) { _ =>
+    page === (PlantRegisters.Settings >> 8).U || page(7, 4) === (PlantRegisters.SendData >> 12).U
+  }
+  private val isNode = !isCan.reduce(_ || _) && !isFar && !isPlant
   private def offer(port: HostPort, isMeant: Bool): Unit = {
     port.req   := wide.wide.req && isMeant
     port.write := wide.wide.write
@@ -117,11 +155,16 @@ class RingNode(p: EscParams, fibre: FibreParams) extends Module with RequireAsyn
   offer(node.host, isNode)
   offer(ring.host, isNode)
   for (r <- relay) offer(r.host, isNode || isFar)
+  for (n <- plant) {
+    offer(n.host, isPlant)
+    node.plant.get := Cat(n.events.link, n.events.sent, n.events.received)
+  }
   private val relayData = relay.fold(0.U)(_.host.rdata)
-  wide.wide.ack := node.host.ack || relay.fold(false.B)(_.host.ack) || cans.map(_.host.ack).reduce(_ || _)
+  wide.wide.ack := node.host.ack || relay.fold(false.B)(_.host.ack) || cans.map(_.host.ack).reduce(_ || _) ||
+    plant.fold(false.B)(_.host.ack)
   wide.wide.rdata := Mux1H(
     Seq(isNode -> (node.host.rdata | ring.host.rdata | relayData), isFar -> relayData) ++
-      cans.zip(isCan).map { case (c, is) => is -> c.host.rdata }
+      cans.zip(isCan).map { case (c, is) => is -> c.host.rdata } ++ plant.map(n => isPlant -> n.host.rdata)
   )
 
   node.time := time.timer

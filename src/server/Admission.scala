@@ -42,21 +42,30 @@ final class Admission(options: Options, keys: Keys, clockMs: () => Long) {
   private val doubts = mutable.Map.empty[Int, Doubts]
 
   /** The report in a datagram, if one of our masters has made it, of whatever age. */
-  def authentic(datagram: Array[Byte], from: InetAddress): Either[Refusal, Report] = for {
-    _      <- Either.cond(datagram.length <= Protocol.MostReportBytes, (), Refusal.Oversized)
-    report <- Protocol.report(datagram).toRight(Refusal.Malformed)
+  def authentic(datagram: Array[Byte], from: InetAddress): Either[Refusal, Sent] = for {
+    _ <- Either.cond(datagram.length <= Protocol.MostReportBytes, (), Refusal.Oversized)
+    report <- Protocol
+      .report(datagram)
+      .orElse[Sent](RingProtocol.report(datagram))
+      .toRight(Refusal.Malformed)
     id     = report.life.master
     onList = options.masters.isEmpty || options.masters.get(id).contains(from)
     key <- keys.of(id).filter(_ => onList).toRight(Refusal.Foreign)
-    _   <- Either.cond(Protocol.isRight(report, datagram, key), (), Refusal.Forged)
+    _   <- Either.cond(isRight(report, datagram, key), (), Refusal.Forged)
   } yield report
+
+  private def isRight(sent: Sent, datagram: Array[Byte], key: Array[Byte]): Boolean = sent match {
+    case r: Report     => Protocol.isRight(r, datagram, key)
+    case r: RingReport => RingProtocol.isRight(r, datagram, key)
+    case _             => false
+  }
 
   /** A report by a master that does not know this life of the server, so it may be of any age.
     *
     * @return
     *   an answer is due, by which the master learns it
     */
-  def doubt(report: Report): Boolean = {
+  def doubt(report: Sent): Boolean = {
     val (id, now) = (report.life.master, clockMs())
     val before    = doubts.getOrElse(id, Doubts(now, now, proven = true))
     val isOver    = before.proven || now - before.lastMs > options.masterTimeoutMs
@@ -77,7 +86,7 @@ final class Admission(options: Options, keys: Keys, clockMs: () => Long) {
   /** A report by a master that knows this life of the server: it counts if it is newer than those before, and
     * there is room for its master.
     */
-  def admit(report: Report, room: Boolean): Either[Refusal, Unit] = {
+  def admit(report: Sent, room: Boolean): Either[Refusal, Unit] = {
     val (id, number) = (report.life.master, report.life.number)
     val lives = heard.get(id) match {
       case None => Some(Heard(number, report.counter, Set.empty))

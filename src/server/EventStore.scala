@@ -42,6 +42,17 @@ object LogEntry {
     * masters are. Its position is the order, its state one of [[flyframe.protocol.CommandResult]].
     */
   val ZoneOrder = 256
+
+  /** Kinds of entries of a ring's gateway, whose texts stand beside them: a message to the server (position:
+    * pipe; node: its source; sequence: its number; state: its flags; epoch: life of its source), news of a
+    * node and of the ring (state: 0 well, 1 a fault), and the result of a message of the server (state).
+    */
+  val RingMessage = 257
+  val RingNode    = 258
+  val RingBreak   = 259
+  val RingResult  = 260
+
+  def isOfRing(kind: Int): Boolean = kind >= RingMessage && kind <= RingResult
 }
 
 /** What the log knows of a life of a master.
@@ -90,6 +101,18 @@ final class EventStore private (path: Path, writer: Connection, reader: Connecti
             where master = ${life.master} and life = ${life.number}""".executeUpdate()
     (entries, recordOf(life).get)
   }
+
+  /** The same of a ring's gateway: its parts (GW-04, GW-07). */
+  def take(report: RingReport, received: Instant): (Seq[LogEntry], LifeRecord) = transaction { implicit sql =>
+    RingLog.take(report, received, insert(_))
+  }
+
+  /** What gateways have told last, the youngest life of each. */
+  def rings: Seq[Ring] = reading(RingLog.rings(_))
+
+  /** The bytes of messages of a gateway, of its entries in the log behind `id`, at most `limit`. */
+  def messages(gateway: Int, id: Long, limit: Int): Seq[(Long, Array[Byte])] =
+    reading(RingLog.messages(gateway, id, limit)(_))
 
   /** Stores entries of the server itself. */
   def note(entries: Seq[LogEntry]): Unit = transaction { implicit sql =>
@@ -231,13 +254,13 @@ object EventStore {
   private def recordOf(life: Life)(implicit sql: Connection): Option[LifeRecord] =
     SQL"select next from life where master = ${life.master} and life = ${life.number}"
       .as(scalar[Long].singleOpt)
-      .map { next =>
-        val gaps =
-          SQL"""select first, last from gap where master = ${life.master} and life = ${life.number}
-                order by first"""
-            .as((long("first") ~ long("last")).map { case first ~ last => (first, last) }.*)
-        LifeRecord(life, next, gaps.toVector)
-      }
+      .map(LifeRecord(life, _, gaps(life)))
+
+  private[server] def gaps(life: Life)(implicit sql: Connection): Vector[(Long, Long)] =
+    SQL"""select first, last from gap where master = ${life.master} and life = ${life.number}
+          order by first"""
+      .as((long("first") ~ long("last")).map { case first ~ last => (first, last) }.*)
+      .toVector
 
   private def connect(path: Path, patienceMs: Int): Connection = {
     val config = new SQLiteConfig
@@ -293,6 +316,7 @@ object EventStore {
               where kind = #${EventKind.Detector}""".execute()
       SQL"create table if not exists note (event integer primary key, text text not null)".execute()
       SQL"create table if not exists probe (written integer not null)".execute()
+      RingLog.prepare()
       SQL"insert into probe select 0 where not exists (select * from probe)".execute()
       SQL"pragma user_version = #$SchemaVersion".execute()
       Right(())

@@ -6,6 +6,8 @@ import flyframe.protocol.{
   EventKind,
   MasterStatus,
   Order,
+  RingFlag,
+  RingResult,
   SelfTest,
   ServerDatagram,
   SlaveStatus
@@ -22,9 +24,10 @@ object EventText {
 
   /** Node ID, where there is one. */
   def node(e: Event): Option[Int] = e.kind match {
-    case EventKind.Detector | EventKind.Slave => Some(e.node)
-    case EventKind.Command                    => Option.when(e.node != ServerDatagram.AllNodes)(e.node)
-    case _                                    => None
+    case EventKind.Detector | EventKind.Slave     => Some(e.node)
+    case EventKind.Command                        => Option.when(e.node != ServerDatagram.AllNodes)(e.node)
+    case LogEntry.RingMessage | LogEntry.RingNode => Some(e.node)
+    case _                                        => None
   }
 
   def detector(state: Int): String = {
@@ -151,6 +154,9 @@ object EventText {
         of(e.sequence, SlaveStatus.Alarm, SlaveStatus.Faults | SlaveStatus.Absent)
       case EventKind.Line => of(masterStatus(e), MasterStatus.Fire, MasterStatus.Faults)
       case EventKind.Command | LogEntry.ZoneOrder => if (e.state == CommandResult.Done) "info" else "fault"
+      case LogEntry.RingMessage                   => if ((e.state & RingFlag.Urgent) != 0) "alarm" else "info"
+      case LogEntry.RingNode | LogEntry.RingBreak => if (e.state == 0) "normal" else "fault"
+      case LogEntry.RingResult                    => if (e.state == RingResult.Delivered) "info" else "fault"
       case _                                      => "info"
     }
   }

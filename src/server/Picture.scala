@@ -7,12 +7,14 @@ import flyframe.protocol.{MasterStatus, Order, SelfTest, SlaveStatus}
 final case class Picture(
     masters: Vector[Picture.Seen],
     refused: Seq[(String, Long)],
-    broken: Option[String]
+    broken: Option[String],
+    rings: Vector[RingPicture] = Vector.empty
 ) {
   import Picture._
 
   def json: ujson.Obj = ujson.Obj(
     "masters" -> masters.map(_.json),
+    "rings"   -> rings.map(_.json),
     "refused" -> ujson.Obj.from(refused.map { case (name, n) => name -> ujson.Num(n.toDouble) }),
     "broken"  -> text(broken)
   )
@@ -260,6 +262,7 @@ object Picture {
     "id"       -> e.id.toDouble,
     "received" -> e.received.toString,
     "master"   -> e.life.master,
+    "ring"     -> LogEntry.isOfRing(e.event.kind),
     "label"    -> EventText.position(e.event).fold("")(expected.label(e.life.master, _)),
     "node"     -> EventText.node(e.event).fold[ujson.Value](ujson.Null)(ujson.Num(_)),
     "severity" -> EventText.severity(e.event),

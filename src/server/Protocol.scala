@@ -96,7 +96,7 @@ final case class Report(
     selfTest: Int = 1,
     cut: Int = 0,
     refused: Int = 0
-) {
+) extends Sent {
 
   /** Number behind that of the last event. */
   def end: Long = first + events.size
@@ -289,14 +289,19 @@ object Protocol {
   private def answerTag(datagram: Array[Byte], server: Long, turn: Long, key: Array[Byte]): Array[Byte] =
     AsconTag(key, nonce(server, OfServer, turn), datagram.take(AnswerLayout.Tag.offset))
 
-  private def nonce(life: Long, origin: Int, counter: Long): Array[Byte] = NonceLayout.encode(
+  private[server] def nonce(life: Long, origin: Int, counter: Long): Array[Byte] = NonceLayout.encode(
     NonceLayout.Life    -> life,
     NonceLayout.Origin  -> origin.toLong,
     NonceLayout.Counter -> counter
   )
 
   /** What a datagram begins with, for [[Layout.encode]]. */
-  private def begin(layout: HeadedLayout, kind: Int, life: Life, server: Long): Seq[(Layout.Field, Long)] =
+  private[server] def begin(
+      layout: HeadedLayout,
+      kind: Int,
+      life: Life,
+      server: Long
+  ): Seq[(Layout.Field, Long)] =
     Seq(
       layout.Magic   -> Magic.toLong,
       layout.Version -> Version.toLong,
@@ -306,7 +311,7 @@ object Protocol {
       layout.Server  -> server
     )
 
-  private def isOf(datagram: Array[Byte], layout: HeadedLayout, kind: Int): Boolean = {
+  private[server] def isOf(datagram: Array[Byte], layout: HeadedLayout, kind: Int): Boolean = {
     def field(f: Layout.Field): Int = layout.read(datagram, f).toInt
     field(layout.Magic) == Magic && field(layout.Version) == Version && field(layout.Kind) == kind
   }

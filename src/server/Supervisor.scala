@@ -43,6 +43,7 @@ final class Supervisor(
   private val refused = mutable.Map.empty[Refusal, Long].withDefaultValue(0L)
   private val admits  = new Admission(options, keys, clockMs)
   private val records = mutable.Map.empty[Int, RecordGaps]
+  private val rings   = new Rings(isSilentSince, clockMs, timeOfDay)
   private var broken  = Option.empty[String]
 
   // The life of the server; the number of the last answer in it; the last ticket.
@@ -52,7 +53,7 @@ final class Supervisor(
 
   // What is to be written, one report per master; those whose answers wait for it. What the server itself
   // has to say, and how often it has.
-  private val toWrite   = mutable.LinkedHashMap.empty[Int, Report]
+  private val toWrite   = mutable.LinkedHashMap.empty[Int, Sent]
   private val toNote    = mutable.Buffer.empty[LogEntry]
   private var noted     = 0L
   private val waiting   = mutable.LinkedHashMap.empty[Int, Waiting]
@@ -61,7 +62,8 @@ final class Supervisor(
 
   // After a start: what the log tells, and who is to be there. No master has reported yet.
   for (id <- expected.masters.keys.toSeq.sorted) masters(id) = Master(id)
-  try
+  try {
+    rings.restore(store.rings)
     for (r <- store.youngest) {
       val id = r.life.master
       if (masters.contains(id) || masters.size < MostMasters) {
@@ -70,7 +72,7 @@ final class Supervisor(
         store.records(id, MostRecords).foreach(gapsOf(id).seen)
       }
     }
-  catch { case e: SQLException => broken = Some(s"The log cannot be read (${e.getMessage}).") }
+  } catch { case e: SQLException => broken = Some(s"The log cannot be read (${e.getMessage}).") }
   silent ++= masters.keys
 
   private def gapsOf(master: Int): RecordGaps = records.getOrElseUpdate(master, new RecordGaps)
@@ -83,15 +85,18 @@ final class Supervisor(
     val result = for {
       report <- admits.authentic(datagram, from.getAddress)
       _      <- if (report.server == life) Right(()) else doubt(report, from)
-      _      <- admits.admit(report, hasRoom(report.life.master))
-    } yield take(report, from)
+      _      <- admits.admit(report, hasRoom(report))
+    } yield report match {
+      case r: Report     => take(r, from)
+      case r: RingReport => takeRing(r, from)
+    }
     result.left.foreach(count)
   }
 
   /** The answer tells the master this life of the server; no event is acknowledged by it, and nothing is
     * ordered.
     */
-  private def doubt(report: Report, from: InetSocketAddress): Left[Refusal, Nothing] = {
+  private def doubt(report: Sent, from: InetSocketAddress): Left[Refusal, Nothing] = {
     if (admits.doubt(report)) answer(report, from, report.first, None)
     Left(Refusal.Unproven)
   }
@@ -99,6 +104,11 @@ final class Supervisor(
   private def count(why: Refusal): Unit = {
     refused(why) += 1
     changed()
+  }
+
+  private def hasRoom(report: Sent): Boolean = report match {
+    case _: RingReport => rings.hasRoom(report.life.master)
+    case _             => hasRoom(report.life.master)
   }
 
   private def hasRoom(id: Int): Boolean =
@@ -136,18 +146,44 @@ final class Supervisor(
     )
     masters(id) = m
     report.events.foreach(ordersOf(id).told)
+    if (m.stored.exists(_ >= report.end)) settle(report)
+    log(report, from, m.stored)
+  }
+
+  private def takeRing(report: RingReport, from: InetSocketAddress): Unit = {
+    rings.take(report, from)
+    log(report, from, rings.get(report.life).flatMap(_.stored))
+    sendToRings()
+  }
+
+  /** A report is answered when the log has it.
+    *
+    * @param stored
+    *   number of what the log wants next
+    */
+  private def log(report: Sent, from: InetSocketAddress, stored: Option[Long]): Unit = {
+    val id = report.life.master
     changed()
     // An earlier report of this master still waits for the log: this one has all that is wanted of it.
     waiting.remove(id).foreach(answerStored)
     toWrite -= id
-    if (m.stored.exists(_ >= report.end)) {
-      settle(report)
-      answerStored(Waiting(report, from, 0))
-    } else {
+    if (stored.exists(_ >= report.end)) answerStored(Waiting(report, from, 0))
+    else {
       waiting(id) = Waiting(report, from, clockMs() + PatienceMs)
       toWrite(id) = report
       write()
     }
+  }
+
+  /** Messages for nodes leave. */
+  private def sendToRings(): Unit = for {
+    (life, to, order) <- rings.due()
+    key               <- keys.of(life.master)
+  } {
+    val counted = nextTurn()
+    val message =
+      RingSend(life, this.life, counted, order.counter.get, order.destination, order.urgent, order.data)
+    send(RingProtocol.encode(message, key), to)
   }
 
   private def forget(id: Int): Unit = {
@@ -187,24 +223,31 @@ final class Supervisor(
   }
 
   // Not under the lock, since it may take long.
-  private def writeOne(report: Report): Unit = {
-    val result = logged(store.take(report, timeOfDay()))
+  private def writeOne(report: Sent): Unit = {
+    val settled = report match {
+      case r: Report => logged(store.take(r, timeOfDay())).map { case (e, next) => () => written(r, e, next) }
+      case r: RingReport =>
+        logged(store.take(r, timeOfDay())).map { case (_, next) => () => rings.stored(next) }
+    }
     synchronized {
+      settled.foreach(_())
       val id = report.life.master
-      for ((entries, record) <- result) {
-        entries.filter(_.event.kind == EventKind.Detector).foreach(e => gapsOf(id).seen(e.event))
-        settle(report)
-        masters
-          .get(id)
-          .filter(_.life.contains(report.life))
-          .foreach(m => masters(id) = m.copy(stored = Some(record.next), gaps = record.gaps))
-      }
       waiting.get(id).filter(_.report eq report).foreach { w =>
         waiting -= id
         answerStored(w)
       }
       changed()
     }
+  }
+
+  private def written(report: Report, entries: Seq[LogEntry], record: LifeRecord): Unit = {
+    val id = report.life.master
+    entries.filter(_.event.kind == EventKind.Detector).foreach(e => gapsOf(id).seen(e.event))
+    settle(report)
+    masters
+      .get(id)
+      .filter(_.life.contains(report.life))
+      .foreach(m => masters(id) = m.copy(stored = Some(record.next), gaps = record.gaps))
   }
 
   /** The log has all events of a report. If all that the slaves have told was in it, and they have no more to
@@ -230,11 +273,14 @@ final class Supervisor(
     }
 
   /** Answers a report that counts. */
-  private def answerStored(w: Waiting): Unit = {
-    val m      = masters.get(w.report.life.master).filter(_.life.contains(w.report.life))
-    val stored = m.flatMap(_.stored).getOrElse(w.report.first)
-    val line   = LineState(w.report.slaves)
-    answer(w.report, w.from, stored, m.flatMap(m => ordersOf(m.id).ride(clockMs(), concerned(line, _))))
+  private def answerStored(w: Waiting): Unit = w.report match {
+    case report: Report =>
+      val m      = masters.get(report.life.master).filter(_.life.contains(report.life))
+      val stored = m.flatMap(_.stored).getOrElse(report.first)
+      val line   = LineState(report.slaves)
+      answer(report, w.from, stored, m.flatMap(m => ordersOf(m.id).ride(clockMs(), concerned(line, _))))
+    case report: RingReport =>
+      answer(report, w.from, rings.get(report.life).flatMap(_.stored).getOrElse(report.first), None)
   }
 
   /** Positions of slaves that an order would silence or reset. */
@@ -248,13 +294,8 @@ final class Supervisor(
     if (t.node == ServerDatagram.AllNodes) all else all.filter(line.slaves(_).node == t.node)
   }
 
-  private def answer(report: Report, from: InetSocketAddress, number: Long, order: Option[Ticket]): Unit = {
-    // With a turn that comes again a tag would, too.
-    if (turn == LastTurn) {
-      life = newLife()
-      turn = 0
-    }
-    turn += 1
+  private def answer(report: Sent, from: InetSocketAddress, number: Long, order: Option[Ticket]): Unit = {
+    val turn  = nextTurn()
     val plain = Answer(report.life, life, turn, report.counter, number, trouble = broken.nonEmpty)
     val full =
       order.fold(plain)(t =>
@@ -263,7 +304,19 @@ final class Supervisor(
     keys.of(report.life.master).foreach(key => send(Protocol.encode(full, key), from))
   }
 
-  private def isSilent(m: Master): Boolean = m.heardMs.forall(clockMs() - _ > options.masterTimeoutMs)
+  /** With a turn that comes again a tag would, too. */
+  private def nextTurn(): Long = {
+    if (turn == LastTurn) {
+      life = newLife()
+      turn = 0
+    }
+    turn += 1
+    turn
+  }
+
+  private def isSilentSince(heardMs: Option[Long]): Boolean =
+    heardMs.forall(clockMs() - _ > options.masterTimeoutMs)
+  private def isSilent(m: Master): Boolean = isSilentSince(m.heardMs)
 
   private def ordersOf(master: Int): Orders = orders.getOrElseUpdate(
     master,
@@ -313,6 +366,19 @@ final class Supervisor(
     }
   }
 
+  /** A message for a node of a ring (GW-06), or for all, destination 0; Left: why it cannot be sent. */
+  def sendToRing(
+      gateway: Int,
+      destination: Int,
+      urgent: Boolean,
+      data: Vector[Byte]
+  ): Either[String, RingOrder] = synchronized {
+    val result = rings.send(gateway, destination, urgent, data)
+    if (result.isRight) changed()
+    sendToRings()
+    result
+  }
+
   private def reachable(master: Int): Either[String, Master] = for {
     m <- masters.get(master).toRight(s"There is no master $master.")
     _ <- Either.cond(!isSilent(m), (), s"Master $master is silent.")
@@ -331,6 +397,8 @@ final class Supervisor(
     for ((id, o) <- orders; r <- o.takeEnded()) note(id, r)
     if (toNote.nonEmpty && broken.isEmpty) write()
     for ((id, m) <- masters if isSilent(m) && silent.add(id)) changed()
+    if (rings.tick()) changed()
+    sendToRings()
     if (now - probedMs >= ProbeMs && !isWriting) {
       probedMs = now
       val before = broken
@@ -361,8 +429,9 @@ final class Supervisor(
   def picture: Picture = synchronized {
     val now = clockMs()
     // Masters none of whose reports was proven are shown, too.
-    val strangers = admits.unproven.filterNot(masters.contains).take(MostMasters)
-    val shown     = masters.values.toVector ++ strangers.map(Master(_))
+    val strangers =
+      admits.unproven.filterNot(id => masters.contains(id) || rings.isKnown(id)).take(MostMasters)
+    val shown = masters.values.toVector ++ strangers.map(Master(_))
     Picture(
       shown.sortBy(_.id).map { m =>
         Picture.Seen(
@@ -376,7 +445,8 @@ final class Supervisor(
         )
       },
       Refusal.all.map(r => r.name -> refused(r)),
-      broken
+      broken,
+      rings.picture(admits.isUnproven)
     )
   }
 }
@@ -404,5 +474,5 @@ object Supervisor {
   private val secureRandom: () => Long = () => generator.nextLong()
 
   /** A report whose answer waits for the log. */
-  private final case class Waiting(report: Report, from: InetSocketAddress, untilMs: Long)
+  private final case class Waiting(report: Sent, from: InetSocketAddress, untilMs: Long)
 }

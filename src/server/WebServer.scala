@@ -44,7 +44,8 @@ final class WebServer(
       "/log.csv",
       new RequestLimitingHandler(MostDownloads, 2 * MostDownloads, new BlockingHandler(csv(_)))
     )
-    .post("/api/command", new BlockingHandler(command(_)))
+    .post("/api/command", new BlockingHandler(posted(_)(command)))
+    .post("/api/ring", new BlockingHandler(posted(_)(toRing)))
 
   private val server = Undertow.builder
     .addHttpListener(options.httpPort, options.listen.getHostAddress)
@@ -87,7 +88,8 @@ final class WebServer(
     )
   }
 
-  private def command(exchange: HttpServerExchange): Unit = {
+  /** A request of the page that changes something. */
+  private def posted(exchange: HttpServerExchange)(take: (HttpServerExchange, String) => Unit): Unit = {
     val headers = exchange.getRequestHeaders
     val sent    = Option(headers.getFirst("X-Token")).getOrElse("")
     val type0   = Option(headers.getFirst(Headers.CONTENT_TYPE)).getOrElse("").takeWhile(_ != ';').trim
@@ -97,23 +99,51 @@ final class WebServer(
     else if (!type0.equalsIgnoreCase("application/json"))
       refuse(exchange, 415, "Commands are application/json.")
     else if (exchange.getRequestContentLength > MostBodyBytes) refuse(exchange, 413, "That is too long.")
-    else
-      order(new String(exchange.getInputStream.readNBytes(MostBodyBytes), UTF_8)) match {
-        case None =>
-          refuse(
-            exchange,
-            400,
-            """A command is {"master": ID, "command": "silence", "reset", "acknowledge" or "watch", """ +
-              """"node": ID}, or "disable" or "test" with "node" and "seconds"; "disable", "test" and """ +
-              """"watch" may have "zone": NAME instead of "node"."""
-          )
-        case Some(give) =>
-          give() match {
-            case Left(why) => refuse(exchange, 409, why)
-            case Right(request) =>
-              answer(exchange, 202, "application/json", ujson.Obj("id" -> request.id).render())
-          }
-      }
+    else take(exchange, new String(exchange.getInputStream.readNBytes(MostBodyBytes), UTF_8))
+  }
+
+  private def command(exchange: HttpServerExchange, body: String): Unit = order(body) match {
+    case None =>
+      refuse(
+        exchange,
+        400,
+        """A command is {"master": ID, "command": "silence", "reset", "acknowledge" or "watch", """ +
+          """"node": ID}, or "disable" or "test" with "node" and "seconds"; "disable", "test" and """ +
+          """"watch" may have "zone": NAME instead of "node"."""
+      )
+    case Some(give) => taken(exchange, give().map(_.id))
+  }
+
+  private def taken(exchange: HttpServerExchange, result: Either[String, Int]): Unit = result match {
+    case Left(why) => refuse(exchange, 409, why)
+    case Right(id) => answer(exchange, 202, "application/json", ujson.Obj("id" -> id).render())
+  }
+
+  /** A message for a node of a ring (GW-06). */
+  private def toRing(exchange: HttpServerExchange, body: String): Unit = Try {
+    val json = ujson.read(body).obj
+    def number(name: String, most: Int) = {
+      val n = json(name).num
+      require(n.isWhole && n >= 0 && n <= most, s"$name is $n but must be 0 to $most.")
+      n.toInt
+    }
+    val data = (json.get("text"), json.get("hex")) match {
+      case (Some(text), None) => text.str.getBytes(UTF_8)
+      case (None, Some(hex))  => HexFormat.of.parseHex(hex.str)
+      case _                  => throw new IllegalArgumentException("text or hex")
+    }
+    require(data.nonEmpty && data.length <= RingProtocol.MostSendBytes, s"${data.length} bytes")
+    (number("ring", 0xffff), number("node", 125), json.get("urgent").exists(_.bool), data.toVector)
+  }.toOption match {
+    case None =>
+      refuse(
+        exchange,
+        400,
+        """A message is {"ring": ID, "node": ADDRESS, or 0 for all, "text": TEXT or "hex": DIGITS, """ +
+          s""""urgent": true or false}, of 1 to ${RingProtocol.MostSendBytes} bytes."""
+      )
+    case Some((ring, node, urgent, data)) =>
+      taken(exchange, supervisor.sendToRing(ring, node, urgent, data).map(_.id))
   }
 
   /** The order that a request asks for; neither node nor zone: for all. Detectors are disabled or tested one

@@ -44,7 +44,7 @@ STACK           := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
 # The host program of a ring node.
 RING_NODE       := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
                      $(wildcard src/firmware/driver/*.c src/firmware/ring/*.c src/firmware/node/*.c) \
-                     src/firmware/start_number.c)
+                     src/firmware/start_number.c src/firmware/ascon.c)
 # A line per preset: the files to link.
 MODELS          := $(patsubst %,$(COSIM_OUT)/models/%.link,$(PRESETS))
 # The objects of folders of the simulator.
@@ -61,10 +61,11 @@ $(COSIM_OUT)/flyframe-latency: $(call objects,core latency)
 $(COSIM_OUT)/flyframe-smsoak:  $(call objects,core smsoak)
 $(COSIM_OUT)/flyframe-faults:  $(call objects,core faults)
 $(COSIM_OUT)/flyframe-hosts:   $(call objects,core hosts) $(filter $(COSIM_OUT)/firmware/driver/%,$(FIRMWARE))
-$(COSIM_OUT)/flyframe-alarm:   $(call objects,core board alarm) $(FIRMWARE)
+$(COSIM_OUT)/flyframe-alarm:   $(call objects,core board plant alarm) $(FIRMWARE)
 $(COSIM_OUT)/flyframe-alarm:   private LIBRARIES := -lslirp
 
-$(COSIM_OUT)/flyframe-ring:    $(call objects,core board ring) $(RING_NODE)
+$(COSIM_OUT)/flyframe-ring:    $(call objects,core board plant ring) $(RING_NODE)
+$(COSIM_OUT)/flyframe-ring:    private LIBRARIES := -lslirp
 
 PROGRAMS        := $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency smsoak faults hosts alarm ring)
 $(PROGRAMS): $(RUNTIME) $(MODELS) $(COSIM_OUT)/models/list

@@ -5,7 +5,7 @@
 #include "fake.h"
 
 extern "C" {
-#include "alarm/ascon.h"
+#include "ascon.h"
 }
 
 void testAscon() {

@@ -7,6 +7,7 @@ void testMaster();
 void testOrders();
 void testPanel();
 void testLog();
+void testGateway();
 
 int main() {
   testAscon();
@@ -15,6 +16,7 @@ int main() {
   testOrders();
   testPanel();
   testLog();
+  testGateway();
   std::printf("%d wrong\n", failures);
   return failures > 0;
 }

@@ -18,13 +18,16 @@ final class PageClient(server: Server.Running) {
     .get
     .group(1)
 
-  def command(body: ujson.Value): HttpResponse[String] = client.send(
+  def command(body: ujson.Value): HttpResponse[String] = post("api/command", body.render())
+
+  /** What the page sends when somebody asks it to change something. */
+  def post(path: String, body: String): HttpResponse[String] = client.send(
     HttpRequest
-      .newBuilder(URI.create(server.page + "api/command"))
+      .newBuilder(URI.create(server.page + path))
       .header("Origin", origin)
       .header("X-Token", token)
       .header("Content-Type", "application/json")
-      .POST(BodyPublishers.ofString(body.render()))
+      .POST(BodyPublishers.ofString(body))
       .build,
     BodyHandlers.ofString
   )

@@ -21,7 +21,7 @@ firmware-test: $(COSIM_OUT)/firmware-test
 	$<
 FIRMWARE_TESTS := $(wildcard test/firmware/*.cpp)
 FIRMWARE_TEST  := $(patsubst test/firmware/%.cpp,$(COSIM_OUT)/firmware/test/%.o,$(FIRMWARE_TESTS))
-$(COSIM_OUT)/firmware-test: $(FIRMWARE_TEST) $(FIRMWARE) $(SIM_OBJ)/alarm/ascon.o
+$(COSIM_OUT)/firmware-test: $(FIRMWARE_TEST) $(sort $(FIRMWARE) $(RING_NODE))
 	$(CXX) -o $@ $^
 $(COSIM_OUT)/firmware/test/%.o: test/firmware/%.cpp
 	$(call compile,$(CXX) $(SIM_CXXFLAGS) -I$(GENERATED))

@@ -67,6 +67,7 @@ final case class EscParams(
     rxFrames: Int = 64,
     filters: Int = 16,
     bridge: Int = 0,
+    plant: Int = 0,
     sii: Int = 0,
     siiClockKhz: Int = 400,
     siiStartUs: Int = 100,
@@ -97,11 +98,16 @@ final case class EscParams(
   /** A node of a fibre ring (NODE) instead of a slave controller. */
   def isRing: Boolean = role == 2
 
-  /** Ports with a PHY: of a master those to the slaves, and one to the plant network. */
-  def portCount: Int = if (isRing) 0 else if (isMaster) linePorts + 1 else ports
+  /** Ports with a PHY: of a master those to the slaves, and one to the plant network; of a ring node that
+    * one.
+    */
+  def portCount: Int = if (isRing) plant else if (isMaster) linePorts + 1 else ports
 
   /** A ring node has relay mode beside bus mode. */
   def hasRelay: Boolean = ring == 2
+
+  /** A ring node has a port to the plant network. */
+  def hasPlant: Boolean = plant == 1
 
   /** What modems and ports of a ring node are built with. */
   def fibre: FibreParams =

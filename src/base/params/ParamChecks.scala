@@ -114,7 +114,7 @@ private[params] object ParamChecks {
 
   private def ofSlave(p: EscParams): Seq[String] = {
     val ports = Seq("linkLowPorts", "fxPorts").flatMap(ofPorts(_, p))
-    Seq("ring", "demodulator").flatMap { name =>
+    Seq("ring", "demodulator", "bridge", "plant").flatMap { name =>
       val value = ParamTable(name).get(p)
       Option.when(value != 0)(s"$name is $value but must be 0 if role is 0.")
     } ++ Seq(
@@ -182,7 +182,9 @@ private[params] object ParamChecks {
 
   /** A ring node has two ports, too. */
   private def ofRing(p: EscParams): Seq[String] =
-    nothingElse(p) ++ Option.when(p.ring == 0)("ring is 0 but must be 1 to 2 if role is 2.") ++
+    nothingElse(p) ++ Need("txShift", Seq("plant")).problem(p) ++ Option.when(p.ring == 0)(
+      "ring is 0 but must be 1 to 2 if role is 2."
+    ) ++
       Option.when(p.bridge == 1 && p.canPorts == 1)("canPorts is 1 but must be 2 if bridge is 1.") ++
       Option.when(p.bridge == 1 && p.filters < CanParams.BridgeFilters.end)(
         s"filters is ${p.filters} but must be ${CanParams.BridgeFilters.end} to 32 if bridge is 1."

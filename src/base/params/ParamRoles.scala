@@ -38,9 +38,11 @@ private[params] object ParamRoles {
     "toneRecessiveKhz",
     "rxFrames",
     "filters",
-    "bridge"
+    "bridge",
+    "plant"
   )
-  private val ofRings = ofAll.filterNot(_.startsWith("spi")) ++ ofRingsOnly + "nodeIdWidth"
+  private val ofRings =
+    ofAll.filterNot(_.startsWith("spi")) ++ ofRingsOnly ++ Seq("nodeIdWidth", "txShift", "rmiiPorts")
 
   /** What is different in a master. */
   private val inMasters: Map[String, ParamInfo => ParamInfo] = {
@@ -73,6 +75,7 @@ private[params] object ParamRoles {
     val (clocks, isClock)                                   = oneOf(50, 100)
     val (withHost, hasHost)                                 = oneOf(0, 1, 2, 3, 5)
     val (widths, isWidth)                                   = between(4, 7)
+    val (onePort, isOfOne)                                  = between(0, 0x1)
     Map(
       "dataBusWidth" -> (_.copy(text = "bits moved per access of the host")),
       "nodeIdWidth" -> (_.copy(
@@ -87,6 +90,7 @@ private[params] object ParamRoles {
         range = withHost,
         allowed = hasHost
       )),
+      "rmiiPorts"   -> (_.copy(range = onePort, allowed = isOfOne)),
       "escType"     -> identity("0x0000", "family") _,
       "escRevision" -> identity("0x0001", "revision") _,
       "escBuild"    -> identity("0x0002:0x0003", "build") _

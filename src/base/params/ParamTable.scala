@@ -310,6 +310,9 @@ object ParamTable {
     switch("bridge", "a host may join both CAN ports: what some filters of one accept, the other sends")(
       _.bridge
     )((p, v) => p.copy(bridge = v)),
+    switch("plant", "a port to the plant network, by which a host exchanges datagrams with a server")(
+      _.plant
+    )((p, v) => p.copy(plant = v)),
     info(
       "sii",
       "SII EEPROM: 0 none, the local side opens the RAM by a pin; 1 I2C EEPROM; 2 emulated by the host",

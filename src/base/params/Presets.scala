@@ -84,6 +84,19 @@ object Presets {
     ),
     Preset(
       EscParams(
+        preset = "ring-server",
+        role = 2,
+        nodeIdWidth = 7,
+        coreClockMhz = 50,
+        ring = 2,
+        plant = 1,
+        ramKiB = 0,
+        escType = 0xf3
+      ),
+      "ring-node at 50 MHz with a port to the plant network: messages to it go to a server by UDP"
+    ),
+    Preset(
+      EscParams(
         preset = "et1100",
         ports = 4,
         ramKiB = 8,

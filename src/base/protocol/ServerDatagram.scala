@@ -8,6 +8,8 @@ object ServerDatagram extends Codes("", "Numbers in datagrams between a master a
   val Version    = code(2, "version", "it follows the magic number")
   val KindReport = code(1, "kind_report", "a master tells how its line is and what has happened")
   val KindAnswer = code(2, "kind_answer", "the server answers a report, and may order something")
+  val KindRing   = code(4, "kind_ring", "a gateway reports what its ring has for the server")
+  val KindSend   = code(5, "kind_send", "the server has a message for a node of a ring")
 
   /** Most events of one report. */
   val Most = code(32, "most_events", "of one report")
@@ -96,8 +98,8 @@ object MasterStatus extends Codes("master", "Bits of the status of a master") {
 sealed abstract class HeadedLayout(name: String, meaning: String) extends Layout(name, meaning, BIG_ENDIAN) {
   val Magic   = field("magic", 2, "PROTOCOL_MAGIC")
   val Version = field("version", 1, "PROTOCOL_VERSION")
-  val Kind    = field("kind", 1, "PROTOCOL_KIND_REPORT or PROTOCOL_KIND_ANSWER")
-  val Master  = field("master", 2, "master ID")
+  val Kind    = field("kind", 1, "one of PROTOCOL_KIND_...")
+  val Master  = field("master", 2, "ID of the master or gateway")
   val Zero    = field("zero", 2, "0")
   val Life    = field("life", 8, "of the master: random, another one after each start")
   val Server  = field("server", 8, "life of the server; in a report as far as the master knows, or 0")
@@ -146,6 +148,79 @@ object AnswerLayout extends HeadedLayout("answer", "The server answers a report"
   val Seconds = field("seconds", 2, "how long a detector is disabled or tested")
   val Spare   = field("spare", 2, "0")
   val Tag     = field("tag", 16, "Ascon-AEAD128 tag of all before it, as associated data")
+}
+
+/** What a part of a ring's report is (GW-04). */
+object RingPart extends Codes("ring_part", "What a part of a report of a ring is") {
+  val Message = code(1, "message", "a piece of a message to the server")
+  val Node    = code(2, "node", "a node is there, or is lost")
+  val Ring    = code(3, "ring", "the ring is broken, or whole")
+  val Result  = code(4, "result", "how a message of the server has ended")
+}
+
+/** Flags of a part of a ring's report, and of a message of the server. */
+object RingFlag extends Codes("ring_flag", "Flags of messages of a ring") {
+  val Urgent = code(1, "urgent", "the message is urgent")
+  val Repeat = code(2, "repeat", "it may be a repeat")
+}
+
+/** How a message of the server has ended (GW-06). */
+object RingResult extends Codes("ring_result", "How a message of the server has ended") {
+  val Delivered    = code(0, "delivered", "its node has it")
+  val Refused      = code(1, "refused", "its node has refused it, or it is impossible")
+  val NotConfirmed = code(2, "not_confirmed", "its node has not said that it has it")
+}
+
+/** Bits of the status of a gateway of a ring: each of them is a fault. */
+object RingStatus extends Codes("ring_status", "Bits of the status of a gateway of a ring") {
+  val Controller = code(1, "controller", "the controller does not answer, or does not hold its settings")
+  val Storage    = code(2, "storage", "the memory of the host does not work")
+  val Conflict   = code(4, "conflict", "another node has the address of the gateway")
+  val Alone      = code(8, "alone", "no port of the gateway is up")
+  val Full       = code(16, "full", "messages wait for the server that has not taken the earlier ones")
+}
+
+/** A gateway reports of its ring (GW-04): this, then its parts, each a [[RingPartLayout]] and its data, then
+  * [[RingReportEndLayout]].
+  */
+object RingReportLayout extends HeadedLayout("ring_report", "A report of a ring before its parts") {
+  val Counter = field("counter", 4, "of the reports of this life, from 1 on: in the nonce")
+  val Number  = field("number", 4, "of its first part: the server has all before it")
+  val Taken   = field("taken", 4, "counter of the last message of the server that was taken")
+  val Parts   = field("parts", 1, "parts that follow")
+  val Status  = field("status", 1, "bits of enum protocol_ring_status")
+  val Spare   = field("spare", 2, "0")
+}
+
+/** A part of a ring's report before its data. Of a node: 1 and its HELLO, then its distances at ports 1 and
+  * 2, or 0; of the ring: the addresses at both ends of a broken one, or two zeros; of a result: counter (4)
+  * and result (1) of the message.
+  */
+object RingPartLayout extends Layout("ring_part_head", "A part of a report of a ring", BIG_ENDIAN) {
+  val Type   = field("type", 1, "one of enum protocol_ring_part")
+  val Source = field("source", 1, "address of the node")
+  val Pipe   = field("pipe", 1, "of a message; as all that follows, but for the length")
+  val Number = field("number", 1, "of the message in its pipe")
+  val Life   = field("life", 1, "of its sender; bit 7: it is to all nodes")
+  val Flags  = field("flags", 1, "bits of enum protocol_ring_flag")
+  val Total  = field("total", 2, "bytes of the whole message")
+  val Offset = field("offset", 2, "of the data in the message")
+  val Length = field("length", 2, "bytes of data that follow")
+}
+
+/** What a ring's report ends with. */
+object RingReportEndLayout
+    extends Layout("ring_report_end", "What a report of a ring ends with", BIG_ENDIAN) {
+  val Tag = field("tag", 16, "Ascon-AEAD128 tag of all before it, as associated data")
+}
+
+/** The server has a message for a node of a ring (GW-06): this, the message, then [[RingReportEndLayout]]. */
+object RingSendLayout extends HeadedLayout("ring_send", "A message of the server before its data") {
+  val Turn        = field("turn", 4, "counts with those of the answers: in the nonce")
+  val Counter     = field("counter", 4, "of such messages in this life of the gateway, from 1 on")
+  val Destination = field("destination", 1, "address of the node, 0: all nodes")
+  val Flags       = field("flags", 1, "PROTOCOL_RING_FLAG_URGENT, or 0")
+  val Length      = field("length", 2, "bytes of data that follow, 1 to 1,024")
 }
 
 /** What makes each tag another one. */

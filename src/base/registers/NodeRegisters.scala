@@ -33,13 +33,23 @@ object NodeRegisters {
     ("ring_event_conflict", RingRegisters.ConflictEvent, "another node has the address")
   )
 
+  /** First bit of the events of the plant port. */
+  val PlantEventBits = 13
+
+  private val plantEvents = Seq(
+    "received" -> "a datagram of the server has come",
+    "sent"     -> "the datagram has been made, and the next one may be sent",
+    "link"     -> "the link to the plant network came up or went down"
+  ).zipWithIndex.map { case ((name, text), i) => (s"plant_event_$name", PlantEventBits + i, text) }
+
   /** Name, bit and meaning of each event of a node. */
   def events(p: EscParams): Seq[(String, Int, String)] = {
     val can = for (port <- 0 until p.canPorts; ((name, text), i) <- CanEvents.zipWithIndex) yield {
       val of = CanRegisters.Ports(port)
       (s"${of}_event_$name", CanEventBits(port) + i, s"$of: $text")
     }
-    (can ++ ringEvents ++ (if (p.hasRelay) relayEvents else Nil)).sortBy(_._2)
+    (can ++ ringEvents ++ (if (p.hasRelay) relayEvents else Nil) ++ (if (p.hasPlant) plantEvents else Nil))
+      .sortBy(_._2)
   }
 
   // format: off
@@ -59,6 +69,6 @@ object NodeRegisters {
         field(name.replace("_event", "_mask"), bit, bit, stored, 0, s"1: $text") }: _*)
   ) ++ RingRegisters(p.nodeIdWidth, p.hasRelay) ++
     (if (p.hasRelay) RingRegisters.relay ++ RingRegisters.distances else Nil) ++
-    (0 until p.canPorts).flatMap(CanRegisters(_, p.can))
+    (0 until p.canPorts).flatMap(CanRegisters(_, p.can)) ++ (if (p.hasPlant) PlantRegisters.all else Nil)
   // format: on
 }

@@ -13,7 +13,8 @@ object RegisterMap {
   val ProcessRamStart = 0x1000
 
   /** Bits of the byte address of a register. */
-  def addressBits(p: EscParams): Int = if (p.isMaster) 8 else if (p.isRing && !p.hasRelay) 11 else 12
+  def addressBits(p: EscParams): Int =
+    if (p.isMaster) 8 else if (p.hasPlant) 13 else if (p.isRing && !p.hasRelay) 11 else 12
 
   private def ofSlave(p: EscParams): Seq[Register] = {
     def where(built: Boolean)(table: => Seq[Register]) = if (built) table else Nil

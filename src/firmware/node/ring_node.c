@@ -71,7 +71,7 @@ static enum ring_node_fault start_controller(struct ring_node *node) {
                                          .bridge = p->bridge};
   if (!can_port_start(&node->port, board, &config)) return RING_NODE_SETTINGS;
   write_number(board, NODE_NODE_EVENTS, 2, ALL_EVENTS);
-  const uint32_t waking = WAKING | (p->relay ? NODE_RING_MASK_CONFLICT_MASK : 0);
+  const uint32_t waking = WAKING | (p->relay ? NODE_RING_MASK_CONFLICT_MASK : 0) | p->other_events;
   if (!number_holds(board, NODE_NODE_MASK, 2, waking)) return RING_NODE_SETTINGS;
   node->life_is_new = false;
   ++node->starts;
@@ -81,7 +81,8 @@ static enum ring_node_fault start_controller(struct ring_node *node) {
                                          .life = node->life,
                                          .kbps = p->kbps,
                                          .slots = node->port.slots,
-                                         .pd_ms = p->pd_ms};
+                                         .pd_ms = p->pd_ms,
+                                         .hello_ms = p->hello_ms};
     for (unsigned i = 0; i < TRANSPORT_HELLO_BYTES; ++i) transport.hello[i] = node->status[i];
     transport_start(&node->transport, &node->port, &transport, node->now_us);
     node->began = true;

@@ -27,8 +27,10 @@ struct ring_node_parameters {
   uint16_t pair_kbps;  /* twisted pair, as in struct can_port_config */
   bool bridge;
   uint16_t pd_ms;       /* process data are sent again after this time, 1 to 1000 */
+  uint16_t hello_ms;    /* between two HELLO, the same in all nodes; 0: 1000; less for demonstrations only */
   uint16_t device_type; /* of the device, for HELLO */
   uint8_t version;
+  uint16_t other_events; /* of the controller that wake the host beside those of the node */
 };
 
 enum ring_node_fault {

@@ -88,7 +88,7 @@ void reply_no_message(struct transport *t, const struct ring_id *id, const struc
 
 /* station.c: HELLO and process data. */
 void station_start(struct transport *t, uint64_t now_us);
-void station_heard(struct transport *t, uint8_t source, uint64_t now_us);
+void station_heard(struct transport *t, uint8_t source, const uint8_t *bytes, uint64_t now_us);
 void station_value(struct transport *t, const struct ring_id *id, const struct ring_frame *frame,
                    uint64_t now_us);
 bool station_queue_one(struct transport *t);

@@ -62,7 +62,7 @@ static void begin(struct transport *t, const struct transport_message *message, 
     return;
   }
   m->state = INCOMING_OPEN;
-  m->detached = false;
+  m->held = m->detached = false;
   m->parts = (uint16_t)((message->length + RING_FRAME_BYTES - 1) / RING_FRAME_BYTES);
   m->crc = crc;
   m->message = *message;
@@ -92,6 +92,7 @@ void receiver_opening(struct transport *t, const struct ring_id *id, const struc
   const struct transport_message message = {.source = id->source,
                                             .pipe = id->pipe,
                                             .number = f->data[0],
+                                            .life = life,
                                             .to_all = id->destination == 0,
                                             .urgent = id->urgent,
                                             .length = (uint16_t)length};
@@ -196,12 +197,17 @@ const struct transport_message *transport_received(const struct transport *t) {
   const struct transport_incoming *first = 0;
   for (unsigned i = 0; i < TRANSPORT_PLACES; ++i) {
     const struct transport_incoming *m = &t->incoming[i];
-    if (m->state != INCOMING_COMPLETE) continue;
+    if (m->state != INCOMING_COMPLETE || m->held) continue;
     if (first == 0 || (m->message.urgent != first->message.urgent ? m->message.urgent
                                                                   : (int32_t)(m->order - first->order) < 0))
       first = m;
   }
   return first == 0 ? 0 : &first->message;
+}
+
+void transport_hold(struct transport *t, const struct transport_message *message) {
+  for (unsigned i = 0; i < TRANSPORT_PLACES; ++i)
+    if (&t->incoming[i].message == message) t->incoming[i].held = true;
 }
 
 void transport_take(struct transport *t, const struct transport_message *message, bool refuse) {

@@ -22,6 +22,7 @@ struct transport_outgoing {
 /* A buffer for a message that comes in. */
 struct transport_incoming {
   enum { INCOMING_FREE, INCOMING_OPEN, INCOMING_COMPLETE } state;
+  bool held;     /* the host has it in work */
   bool detached; /* its source has begun a new life, or is forgotten */
   uint16_t parts, received;
   int16_t highest; /* the highest frame that a MISSING has named, or -1 */
@@ -94,6 +95,7 @@ struct transport {
   bool hello_due;
   uint64_t hello_at;
   bool member[TRANSPORT_NODES];
+  uint8_t told[TRANSPORT_NODES][1 + TRANSPORT_HELLO_BYTES]; /* in the last HELLO */
   uint64_t member_at[TRANSPORT_NODES];
   struct transport_object objects[TRANSPORT_OBJECTS];
   struct transport_watched watched[TRANSPORT_WATCHED];

@@ -1,19 +1,31 @@
 /* What needs no answer: HELLO (TP-31) and process data (TP-50). */
 #include "internal.h"
 
-enum { HELLO_US = 1000000, MEMBER_US = 3000000, PORTS = 1 /* byte of HELLO behind the life */ };
+enum { HELLO_MS = 1000, US_IN_MS = 1000, MEMBER_HELLOS = 3, PORTS = 1 /* byte of HELLO behind the life */ };
+
+static uint32_t hello_us(const struct transport *t) {
+  return (t->config.hello_ms == 0 ? HELLO_MS : t->config.hello_ms) * (uint32_t)US_IN_MS;
+}
 
 void station_start(struct transport *t, uint64_t now_us) { t->hello_at = now_us; }
 
-void station_heard(struct transport *t, uint8_t source, uint64_t now_us) {
+void station_heard(struct transport *t, uint8_t source, const uint8_t *bytes, uint64_t now_us) {
   t->member[source] = true;
+  copy_bytes(t->told[source], bytes, sizeof t->told[source]);
   t->member_at[source] = now_us;
 }
 
 void transport_members(const struct transport *t, uint8_t map[TRANSPORT_MAP_BYTES], uint64_t now_us) {
   for (unsigned i = 0; i < TRANSPORT_MAP_BYTES; ++i) map[i] = 0;
   for (unsigned a = 0; a < TRANSPORT_NODES; ++a)
-    if (t->member[a] && now_us < t->member_at[a] + MEMBER_US) set_bit(map, a);
+    if (t->member[a] && now_us < t->member_at[a] + MEMBER_HELLOS * (uint64_t)hello_us(t)) set_bit(map, a);
+}
+
+bool transport_told(const struct transport *t, uint8_t source, uint8_t *life,
+                    uint8_t bytes[TRANSPORT_HELLO_BYTES]) {
+  *life = t->told[source][0] & RING_LIFE_MASK;
+  copy_bytes(bytes, t->told[source] + 1, TRANSPORT_HELLO_BYTES);
+  return t->member[source];
 }
 
 void transport_hello(struct transport *t, const uint8_t bytes[TRANSPORT_HELLO_BYTES]) {
@@ -94,7 +106,7 @@ uint64_t station_poll(struct transport *t, uint64_t now_us) {
   uint64_t due;
   if (now_us >= t->hello_at) {
     t->hello_due = true;
-    t->hello_at = now_us + HELLO_US;
+    t->hello_at = now_us + hello_us(t);
   }
   due = t->hello_at;
   for (unsigned i = 0; i < TRANSPORT_OBJECTS; ++i) {

@@ -43,7 +43,7 @@ static void control(struct transport *t, const struct ring_id *id, const struct 
     case RING_CLOSE: receiver_close(t, id, f->data, now_us); break;
     case RING_HELLO:
       if (life_heard(t, id->source, f->data[0] & RING_LIFE_MASK, now_us) != 0)
-        station_heard(t, id->source, now_us);
+        station_heard(t, id->source, f->data, now_us);
       break;
     default: sender_answer(t, id, f->data, now_us);
   }

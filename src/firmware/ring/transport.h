@@ -32,6 +32,7 @@ struct transport_config {
   uint16_t kbps;                        /* of the ring, 5 to 2000 */
   uint8_t slots;                        /* frames in the port, 8 to 16, else 8 (TB-04) */
   uint16_t pd_ms;                       /* process data are sent again after this time, 1 to 1000 */
+  uint16_t hello_ms;                    /* between two HELLO, the same in all nodes; 0: 1000 */
   uint8_t hello[TRANSPORT_HELLO_BYTES]; /* HELLO behind the life: ring state, ports, ... */
 };
 
@@ -62,6 +63,7 @@ enum transport_counter {
 /* A message for the host. */
 struct transport_message {
   uint8_t source, pipe, number;
+  uint8_t life; /* of its sender */
   bool to_all, urgent;
   bool repeat; /* it may be a repeat */
   uint16_t length;
@@ -107,8 +109,15 @@ bool transport_ended(struct transport *transport, struct transport_end *end);
 const struct transport_message *transport_received(const struct transport *transport);
 void transport_take(struct transport *transport, const struct transport_message *message, bool refuse);
 
+/* The host has the message in work: it stays until it is taken, but the next one is received now. */
+void transport_hold(struct transport *transport, const struct transport_message *message);
+
 /* The nodes of which a HELLO came within 3 s. */
 void transport_members(const struct transport *transport, uint8_t map[TRANSPORT_MAP_BYTES], uint64_t now_us);
+
+/* What a node has told in its last HELLO: its life, then as in the configuration. False: there was none. */
+bool transport_told(const struct transport *transport, uint8_t source, uint8_t *life,
+                    uint8_t bytes[TRANSPORT_HELLO_BYTES]);
 
 /* HELLO has other bytes from now on; a change of a port is told at once. */
 void transport_hello(struct transport *transport, const uint8_t bytes[TRANSPORT_HELLO_BYTES]);

@@ -2,6 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import flyframe.ethernet.FrameByte
 import flyframe.ram.DualPortRam
 
 /** A frame on its way to its sender: it begins to leave when so much of it is here that its source, which is

@@ -2,6 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import flyframe.ethernet.{EthernetReceiver, EthernetSender}
 import flyframe.mii.NibbleStream
 import flyframe.ram.DualPortRam
 

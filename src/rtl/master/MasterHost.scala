@@ -2,6 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import flyframe.ethernet.NetworkSettings
 import flyframe.lanes.Lanes
 import flyframe.memory.HostPort
 import flyframe.params.EscParams

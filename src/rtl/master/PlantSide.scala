@@ -2,6 +2,14 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import flyframe.ethernet.{
+  ArpResponder,
+  EthernetReceiver,
+  EthernetSender,
+  ExpectedByte,
+  NetworkSettings,
+  UdpReceiver
+}
 import flyframe.mii.NibbleStream
 
 /** The mailbox, as its host reads it: an order waits, as the answer that has brought it ([[AnswerLayout]]).

@@ -2,6 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import flyframe.ethernet.{FrameByte, InternetSum, NetworkSettings}
 import flyframe.lanes.Lanes
 import flyframe.protocol.{EventLayout, Layout, MasterStatus, NonceLayout, ReportEndLayout, ReportLayout}
 import flyframe.protocol.{ReportedSlaveLayout, ServerDatagram}

@@ -2,6 +2,7 @@ package flyframe.master
 
 import chisel3._
 import chisel3.util._
+import flyframe.ethernet.{NetworkSettings, UdpReceived}
 import flyframe.protocol.AnswerLayout._
 import flyframe.protocol.{AnswerLayout, ServerDatagram}
 import flyframe.ram.DualPortRam

@@ -19,6 +19,9 @@ class NodeHost(p: EscParams) extends Module {
   val time = IO(Input(UInt(32.W)))
   val can  = IO(Input(Vec(p.canPorts, new PortEvents)))
 
+  /** Those of the plant port, in the order of their bits. */
+  val plant = Option.when(p.hasPlant)(IO(Input(UInt(3.W))))
+
   /** An event is pending that the mask lets pass. */
   val irq = IO(Output(Bool()))
 
@@ -33,13 +36,14 @@ class NodeHost(p: EscParams) extends Module {
     Cat((3 to 0 by -1).map(i => Fill(8, bytes(i))))
   }
 
-  private val bits = (0 until p.canPorts).flatMap(n => Seq.tabulate(CanEvents.size)(CanEventBits(n) + _))
-  private val all  = bits.map(1 << _).sum.U(16.W)
+  private val bits = (0 until p.canPorts).flatMap(n => Seq.tabulate(CanEvents.size)(CanEventBits(n) + _)) ++
+    plant.toSeq.flatMap(_ => Seq.tabulate(3)(PlantEventBits + _))
+  private val all = bits.map(1 << _).sum.U(16.W)
   private val now = can.zipWithIndex.flatMap { case (events, n) =>
     // In the order of CanEvents.
     val pulses = Seq(events.received, events.slotDone, events.state, events.busError, events.overrun)
     pulses.zipWithIndex.map { case (pulse, i) => Mux(pulse, (1 << CanEventBits(n) + i).U(16.W), 0.U) }
-  }
+  } ++ plant.map(_ << PlantEventBits)
 
   // Events: one that happens while it is cleared stays. Reset: as the register table says.
   private val events = RegInit(0.U(16.W))

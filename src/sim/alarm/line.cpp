@@ -5,7 +5,6 @@
 #include "core/user_error.h"
 
 namespace {
-constexpr int kMinimumGap = 24;         // nibbles between two frames
 constexpr Time kSettle = 4 * kUs;       // how long what was on a wire goes on in the cores
 constexpr int kEventsPerAdvance = 400;  // while something is on a wire
 constexpr Time kReset = 1 * kUs;

@@ -5,31 +5,19 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <iostream>
 
 #include "alarm/flood.h"
 #include "alarm/measure.h"
 #include "alarm/network.h"
-#include "alarm/plant.h"
 #include "core/control.h"
 #include "core/program.h"
 #include "core/user_error.h"
+#include "plant/key.h"
+#include "plant/plant.h"
 
 namespace {
 volatile std::sig_atomic_t stopRequested = 0;
-
-// 32 hex digits in one line.
-void readKey(const std::string& path, uint8_t (&key)[PROTOCOL_KEY_BYTES]) {
-  std::ifstream file(path);
-  std::string text, more;
-  if (!file || !(file >> text)) throw UserError("cannot read the key file '" + path + "'.");
-  if (text.size() != 2 * PROTOCOL_KEY_BYTES ||
-      text.find_first_not_of("0123456789abcdefABCDEF") != std::string::npos || file >> more)
-    throw UserError("the key file '" + path + "' does not hold 32 hex digits in one line.");
-  for (size_t i = 0; i < PROTOCOL_KEY_BYTES; ++i)
-    key[i] = static_cast<uint8_t>(std::stoul(text.substr(2 * i, 2), nullptr, 16));
-}
 
 template <class Array>
 void copyTo(uint8_t* to, const Array& from) {
@@ -43,7 +31,7 @@ void serve(AlarmNetwork& network, const std::string& controlPath) {
     // As much as a station takes in that is far too slow.
     if (network.line().plantBacklog() < 100'000) network.toMaster(frame);
   });
-  network.onFromMaster = [&](const NibbleFrame&, const Bytes& frame) { plant.fromMaster(frame); };
+  network.onFromMaster = [&](const NibbleFrame&, const Bytes& frame) { plant.fromNode(frame); };
   bool quit = false;
   std::unique_ptr<Control> control;
   if (!controlPath.empty())
@@ -87,7 +75,7 @@ int main(int argc, char** argv) {
   // So that nobody waits for long: simulated time is slow.
   master.panel = {4, 40, 1, 40, nullptr, 0};
   copyTo(master.master_mac, mac), copyTo(master.server_mac, Plant::kServerMac);
-  copyTo(master.master_ip, Plant::kMasterIp), copyTo(master.server_ip, Plant::kServerIp);
+  copyTo(master.master_ip, Plant::kNodeIp), copyTo(master.server_ip, Plant::kServerIp);
   options.slave = {1, 100, 2, 20};
   app.add_option("--slaves", options.line.slaves, "slaves on the line")
       ->capture_default_str()

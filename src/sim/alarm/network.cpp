@@ -272,12 +272,9 @@ ordered_json AlarmNetwork::statusOfMaster() {
   ordered_json display = ordered_json::array();
   for (const std::string& line : board.display)
     if (!line.empty()) display.push_back(line);
-  ordered_json master = {{"powered", line_.powered(0)},
-                         {"fire", pins.alarmFire()},
-                         {"fault", pins.alarmFault()},
-                         {"disabled", pins.alarmDisabled()},
-                         {"sounder", pins.alarmSounder()},
-                         {"display", display}};
+  ordered_json master = {{"powered", line_.powered(0)},    {"fire", pins.alarmFire()},
+                         {"fault", pins.alarmFault()},     {"disabled", pins.alarmDisabled()},
+                         {"sounder", pins.alarmSounder()}, {"display", display}};
   master.update(statusOfBoard(0));
   for (const Contact& f : kFaults) master[f.name] = board.contacts >> f.number & 1 ? "fail" : "ok";
   if (const auto* host = masterHost()) {

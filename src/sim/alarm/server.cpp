@@ -6,7 +6,7 @@
 #include "protocol.h"
 
 extern "C" {
-#include "alarm/ascon.h"
+#include "ascon.h"
 }
 
 namespace {

@@ -12,7 +12,6 @@
 #include "core/user_error.h"
 
 namespace {
-constexpr int kMinimumGap = 24;  // nibbles between two frames of the master
 
 // A core that loads its EEPROM itself has done so when the EEPROM has been left alone for kEepromQuiet, or
 // never does.

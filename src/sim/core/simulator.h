@@ -15,6 +15,7 @@ constexpr Time kNs = 1'000'000;
 constexpr Time kUs = 1000 * kNs;
 constexpr Time kNever = std::numeric_limits<Time>::max();
 constexpr Time kNibble = 40 * kNs;
+constexpr int kMinimumGap = 24;  // nibbles between two frames
 
 // The period of a clock of `mhz` that is `ppm` too fast.
 inline Time periodOf(double mhz, double ppm) { return static_cast<Time>(1e9 / mhz / (1 + ppm * 1e-6) + 0.5); }

@@ -254,6 +254,8 @@ ordered_json RingBench::statusOf(size_t i) {
       values.push_back(
           {{"source", v.source}, {"object", v.number}, {"old", v.old}, {"data", digits(v.data)}});
     s["values"] = values;
+  } else if (const RingServerHost* gateway = ring_.serverProgram(i)) {
+    s.update(statusOfGateway(gateway->state()));
   } else if (const CanHost* can = ring_.canProgram(i)) {
     s["state"] = can->ringState();
     s["ports"] = can->ringPorts();
@@ -262,6 +264,27 @@ ordered_json RingBench::statusOf(size_t i) {
     s["failed"] = can->failed();
   }
   return s;
+}
+
+ordered_json RingBench::statusOfGateway(const ring_server& g) {
+  const ring_reports& r = g.reports;
+  std::vector<unsigned> present;
+  for (unsigned a = 0; a < TRANSPORT_NODES; ++a)
+    if (g.picture.present[a / 8] >> a % 8 & 1) present.push_back(a);
+  return {{"fault", nameOf(g.node.fault)},
+          {"life", g.node.life},
+          {"starts", g.node.starts},
+          {"state", g.node.status[0]},
+          {"ports", g.node.status[1]},
+          {"members", present},
+          {"break", {g.picture.ends[0], g.picture.ends[1]}},
+          {"reports", r.counter},
+          {"stored", r.oldest},
+          {"waiting", r.count},
+          {"refused", r.refused},
+          {"silent", !g.began || ring_reports_silent(&r, g.node.now_us)},
+          {"from_node", ring_.plant()->fromNode()},
+          {"to_node", ring_.plant()->toNode()}};
 }
 
 ordered_json RingBench::status() {

@@ -21,6 +21,7 @@ class RingBench {
   void optics(const std::vector<std::string>& words);
   nlohmann::ordered_json messages(RingNodeHost& host);
   nlohmann::ordered_json statusOf(size_t i);
+  nlohmann::ordered_json statusOfGateway(const ring_server& gateway);
   nlohmann::ordered_json status();
 
   Ring& ring_;

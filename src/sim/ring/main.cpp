@@ -9,7 +9,10 @@
 
 #include "core/control.h"
 #include "core/program.h"
+#include "core/pcap_io.h"
 #include "core/user_error.h"
+#include "plant/key.h"
+#include "plant/plant.h"
 #include "ring/bench.h"
 #include "ring/levels.h"
 #include "ring/script.h"
@@ -17,9 +20,37 @@
 namespace {
 volatile std::sig_atomic_t stopRequested = 0;
 
+// Moves frames between the ring's gateway and the plant network of this computer.
+class PlantLink {
+ public:
+  PlantLink(Ring& ring, const std::string& pcap)
+      : ring_(ring),
+        plant_([this](const Bytes& frame) {
+          ring_.plant()->send(frame, ring_.now());
+          record(ring_.now(), frame);
+        }) {
+    if (!pcap.empty()) record_ = std::make_unique<CaptureWriter>(pcap);
+  }
+  void serve() {
+    for (const auto& frame : ring_.plant()->taken()) {
+      record(frame.at, frame.bytes);
+      plant_.fromNode(frame.bytes);
+    }
+    plant_.poll();
+  }
+
+ private:
+  void record(Time at, const Bytes& frame) {
+    if (record_) record_->write(at / kNs, frame);
+  }
+  Ring& ring_;
+  std::unique_ptr<CaptureWriter> record_;
+  Plant plant_;
+};
+
 // Until `quit`, SIGINT or SIGTERM, or until `endMs`.
-void serve(Ring& ring, Doors& doors, LevelRecorder* levels, Script& script, const std::string& controlPath,
-           double endMs) {
+void serve(Ring& ring, Doors& doors, PlantLink* plant, LevelRecorder* levels, Script& script,
+           const std::string& controlPath, double endMs) {
   for (int s : {SIGINT, SIGTERM}) std::signal(s, [](int) { stopRequested = 1; });
   RingBench bench(ring, doors);
   bool quit = false;
@@ -41,6 +72,7 @@ void serve(Ring& ring, Doors& doors, LevelRecorder* levels, Script& script, cons
     script.run(ring.now(), [&](const std::vector<std::string>& words) { bench.command(words); });
     doors.serve();
     if (levels) levels->flush();
+    if (plant) plant->serve();
     if (!control) continue;
     fds.clear();
     control->wanted(fds);
@@ -59,8 +91,18 @@ int main(int argc, char** argv) {
       "Presets built in: " +
       presetNames() + ".");
   app.name("flyframe-ring");
-  std::string network, control, vcd, scriptPath, state = "build/ring/state";
+  std::string network, control, vcd, scriptPath, key, plantPcap, state = "build/ring/state";
   RingOptions options;
+  ring_server_parameters& server = options.server;
+  server.plant.udp_port = 50000;
+  const std::array<uint8_t, 6> mac{0x02, 0x46, 0x41, 0, 0, 2};
+  std::copy(mac.begin(), mac.end(), server.plant.mac);
+  std::copy(Plant::kServerMac.begin(), Plant::kServerMac.end(), server.plant.server_mac);
+  std::copy(Plant::kNodeIp.begin(), Plant::kNodeIp.end(), server.plant.ip);
+  std::copy(Plant::kServerIp.begin(), Plant::kServerIp.end(), server.plant.server_ip);
+  // So that nobody waits for long: simulated time is slow.
+  server.reports.gateway = 1, server.reports.repeat_ms = 4, server.reports.heartbeat_ms = 4;
+  server.reports.silent_after_ms = 1000;
   Doors::Options doorOptions;
   double endMs = 0;
   uint64_t seed = 0;
@@ -84,6 +126,16 @@ int main(int argc, char** argv) {
   door("--record", doorOptions.pcap, "NODE=FILE: frames and errors as a capture (SocketCAN)");
   door("--candump", doorOptions.candump, "NODE=FILE: the same as a log of candump");
   app.add_option("--script", scriptPath, "lines of the control socket, each behind its time in us");
+  app.add_option("--server-port", server.plant.server_port,
+                 "UDP port of the server on 127.0.0.1, for the node with host 'server'");
+  app.add_option("--key", key, "file with the key that server and gateway share: 32 hex digits");
+  app.add_option("--gateway-id", server.reports.gateway, "ID of the gateway")->capture_default_str();
+  app.add_option("--report-repeat-ms", server.reports.repeat_ms,
+                 "repetition of reports that are not acknowledged")
+      ->capture_default_str();
+  app.add_option("--heartbeat-ms", server.reports.heartbeat_ms, "reports without news")
+      ->capture_default_str();
+  app.add_option("--plant-pcap", plantPcap, "record the plant network");
   app.add_option("--vcd", vcd, "the levels bus, drive, R1, R2, T1 and T2 of each node");
   const auto* seeded = app.add_option("--seed", seed, "instead of the network's");
   return runProgram(app, argc, argv, [&]() -> int {
@@ -94,11 +146,18 @@ int main(int argc, char** argv) {
     std::filesystem::create_directories(options.state, failed);
     if (failed) throw UserError("cannot make the folder '" + state + "'.");
     Script script(scriptPath);
+    if (!key.empty()) readKey(key, server.reports.key);
     Ring ring(spec, options);
     Doors doors(ring, doorOptions);
+    std::unique_ptr<PlantLink> plant;
+    if (ring.plant()) {
+      if (key.empty() || server.plant.server_port == 0)
+        throw UserError("a ring with a node for the server needs --server-port and --key.");
+      plant = std::make_unique<PlantLink>(ring, plantPcap);
+    }
     std::unique_ptr<LevelRecorder> levels;
     if (!vcd.empty()) levels = std::make_unique<LevelRecorder>(ring, vcd);
-    serve(ring, doors, levels.get(), script, control, endMs);
+    serve(ring, doors, plant.get(), levels.get(), script, control, endMs);
     return 0;
   });
 }

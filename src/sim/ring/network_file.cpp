@@ -54,6 +54,11 @@ class NodeReader : private JsonReader {
       bad("cannot have " + std::to_string(kbps) + " kbit/s: with a core clock of " + std::to_string(core) +
           " MHz " + std::to_string(most) + " must be a multiple of it");
     spec.parameters.core_mhz = static_cast<uint8_t>(core);
+    if (spec.program == "server" && parameter("plant") == 0)
+      bad("has the host 'server', but preset '" + spec.preset + "' has no port to the plant network");
+    if (spec.program == "server" && spec.parameters.address != 1)
+      bad("has the host 'server' and address " + std::to_string(spec.parameters.address) +
+          ", but the server's is 1");
     if (spec.pair.empty() && (spec.parameters.bridge || spec.parameters.pair_kbps != 0))
       bad("has a bridge or a bit rate of a pair, but is on none");
     if (spec.pair.empty()) return;
@@ -67,8 +72,8 @@ class NodeReader : private JsonReader {
 
  private:
   std::string program(const std::string& name) const {
-    if (name != "node" && name != "can" && name != "none")
-      bad("has the host '" + name + "'; known: node, can, none");
+    if (name != "node" && name != "can" && name != "none" && name != "server")
+      bad("has the host '" + name + "'; known: node, can, none, server");
     return name;
   }
   std::string path_;
@@ -101,6 +106,8 @@ RingSpec readRing(const std::string& path) {
       each.parameters.confirm_us = static_cast<uint32_t>(reader.whole(key, value, 655'350, 10));
     } else if (key == "pd_ms") {
       each.parameters.pd_ms = static_cast<uint16_t>(reader.whole(key, value, 1000, 1));
+    } else if (key == "hello_ms") {
+      each.parameters.hello_ms = static_cast<uint16_t>(reader.whole(key, value, 1000, 1));
     } else if (key == "up_ms") {
       each.parameters.up_ms = static_cast<uint8_t>(reader.whole(key, value, 255, 1));
     } else if (key == "closed") {
@@ -108,8 +115,9 @@ RingSpec readRing(const std::string& path) {
     } else if (key == "seed") {
       ring.seed = reader.whole(key, value, UINT32_MAX);
     } else {
-      reader.bad("has the unknown key '" + key +
-                 "'; known: nodes, each, controllers, mode, kbps, confirm_us, pd_ms, up_ms, closed, seed");
+      reader.bad(
+          "has the unknown key '" + key +
+          "'; known: nodes, each, controllers, mode, kbps, confirm_us, pd_ms, hello_ms, up_ms, closed, seed");
     }
   }
   if (root.contains("each")) NodeReader(path, 0).read(root["each"], each);

@@ -14,7 +14,7 @@ extern "C" {
 struct RingNodeSpec {
   std::string preset = "ring-node";
   ring_node_parameters parameters{};
-  std::string program = "node";  // or "none", or "can": CAN programs in a host's place
+  std::string program = "node";  // or "none", "can": CAN programs in a host's place, or "server"
   std::string pair;              // on which its port T is; empty: on none
   double clockPpm = 0;
   double fibreKm = 0.2;  // from its port 2 to port 1 of the next

@@ -10,7 +10,10 @@ constexpr Time kReset = 1 * kUs;
 constexpr Time kLongest = 10 * kUs;  // between two looks of whoever asks something of the ring
 }  // namespace
 
-Ring::Ring(const RingSpec& spec, const RingOptions& options) : spec_(spec), ringSize_(spec.nodes.size()) {
+Ring::Ring(const RingSpec& spec, const RingOptions& options)
+    : spec_(spec),
+      options_(options),
+      ringSize_(spec.nodes.size()) {
   spec_.nodes.insert(spec_.nodes.end(), spec.controllers.begin(), spec.controllers.end());
   std::mt19937_64 random(spec.seed);
   window_ = kLongest;
@@ -33,6 +36,11 @@ Ring::Ring(const RingSpec& spec, const RingOptions& options) : spec_(spec), ring
     }
     const bool isOnRing = i < ringSize_;
     if (isOnRing) window_ = std::min(window_, n.there->delay() - Fibre::kEarliest);
+    if (s.program == "server") {
+      if (plant_) throw UserError("the ring has two nodes with host 'server', but must have one.");
+      plant_ = i;
+      n.plant.emplace(*n.slave);
+    }
     if (!s.pair.empty()) {
       window_ = std::min(window_, Pair::kDelay);
       pairs_[s.pair].connect(*n.slave);
@@ -55,6 +63,11 @@ Ring::Ring(const RingSpec& spec, const RingOptions& options) : spec_(spec), ring
 std::unique_ptr<Host> Ring::makeHost(size_t i) {
   const RingNodeSpec& s = spec_.nodes[i];
   if (s.program == "node") return std::make_unique<RingNodeHost>(nodes_[i]->board, s.parameters);
+  if (s.program == "server") {
+    ring_server_parameters parameters = options_.server;
+    parameters.node = s.parameters;
+    return std::make_unique<RingServerHost>(nodes_[i]->board, parameters);
+  }
   if (s.program == "can") return std::make_unique<CanHost>(nodes_[i]->board, s.parameters, i >= ringSize_);
   return nullptr;
 }
@@ -105,7 +118,12 @@ void Ring::runNode(Node& n, size_t i) {
     if (n.boots) n.slave->setHost(makeHost(i));
     n.boots = false;
   }
-  while (n.slave->next < end) n.slave->step();
+  for (;;) {
+    const bool isCable = n.plant && n.plant->next() < n.slave->next;
+    if ((isCable ? n.plant->next() : n.slave->next) >= end) break;
+    if (isCable) n.plant->step();
+    else n.slave->step();
+  }
 }
 
 void Ring::share(size_t processor) {

@@ -12,11 +12,15 @@
 #include "ring/network_file.h"
 #include "ring/node_host.h"
 #include "ring/pair.h"
+#include "ring/plant_cable.h"
+#include "ring/server_host.h"
 #include "ring/workers.h"
 
 struct RingOptions {
   std::filesystem::path state;  // folder of the non-volatile memories
   size_t processors = 2;
+  // Of the gateway, but for its node.
+  ring_server_parameters server{};
 };
 
 class Ring {
@@ -31,7 +35,11 @@ class Ring {
   BoardHardware& board(size_t i) { return nodes_[i]->board; }
   // The host program, if it is one of that kind and runs.
   RingNodeHost* program(size_t i) { return dynamic_cast<RingNodeHost*>(node(i).host()); }
+  RingServerHost* serverProgram(size_t i) { return dynamic_cast<RingServerHost*>(node(i).host()); }
   CanHost* canProgram(size_t i) { return dynamic_cast<CanHost*>(node(i).host()); }
+
+  // The cable to the plant network of the node that has one; null if none has.
+  PlantCable* plant() { return plant_ ? &*nodes_[*plant_]->plant : nullptr; }
 
   // The fibre behind node i, which leads to port 1 of the next, or the one back to its port 2. One that is
   // not there, behind the last node of a line, is cut.
@@ -59,6 +67,7 @@ class Ring {
     VerilatedContext context;
     std::unique_ptr<Slave> slave;
     std::unique_ptr<Fibre> there, back;
+    std::optional<PlantCable> plant;
     BoardHardware board;
     bool powered = true;
     Time resetEnd = 0;  // kNever: the reset is not active
@@ -70,7 +79,9 @@ class Ring {
   void runNode(Node& node, size_t i);
 
   RingSpec spec_;  // of all: its nodes are followed by its controllers
+  RingOptions options_;
   size_t ringSize_;
+  std::optional<size_t> plant_;  // the node
   std::map<std::string, Pair> pairs_;
   std::vector<std::unique_ptr<Node>> nodes_;
   Time now_ = 0, window_ = 0;

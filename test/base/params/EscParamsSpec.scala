@@ -90,6 +90,7 @@ class EscParamsSpec extends AnyFlatSpec {
     "rxFrames"            -> between(16, 128).copy(base = ring),
     "filters"             -> between(4, 32).copy(base = ring),
     "bridge"              -> between(0, 1).copy(base = ring.copy(canPorts = 2)),
+    "plant"               -> between(0, 1).copy(base = ring),
     "sii"                 -> between(0, 2),
     "siiClockKhz"         -> between(10, 1000),
     "siiStartUs"          -> between(1, 100000),
@@ -278,6 +279,9 @@ class EscParamsSpec extends AnyFlatSpec {
           "toneSearchKhz is 3000 but must be 1/8 to 1/4 of toneDominantKhz.",
         ring.copy(toneRecessiveKhz = 1260) ->
           "toneRecessiveKhz is 1260 but must be at most 1/4 of toneSearchKhz.",
+        ring.copy(rmiiPorts = 1)                  -> "rmiiPorts is 0x1 but must be 0x0 to 0x0 with 0 ports.",
+        ring.copy(txShift = 1)                    -> "txShift is 1 but must be 0 if plant is 0.",
+        EscParams(plant = 1)                      -> "plant is 1 but must be 0 if role is 0.",
         EscParams(ring = 1)                       -> "ring is 1 but must be 0 if role is 0.",
         EscParams(demodulator = 1)                -> "demodulator is 1 but must be 0 if role is 0.",
         EscParams(role = 1, ramKiB = 0, ring = 1) -> "ring is 1 but must be 0 if role is 1."

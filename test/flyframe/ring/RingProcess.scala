@@ -18,7 +18,6 @@ import flyframe.params.Presets
   *   of the program
   */
 final class RingProcess(network: ujson.Value, options: String*) {
-
   import RingProcess.{Came, Ended}
 
   val folder: Path   = Files.createTempDirectory("ring")
@@ -121,7 +120,7 @@ object RingProcess {
   private def preset(name: String) = Presets.named(name).get.params
   private val slow                 = preset("ring-node").copy(preset = "ring-slow", coreClockMhz = 50)
   private lazy val harness =
-    new Harness("ring-sim", Seq("ring-node", "ring-bus", "ring-node-tp").map(preset) :+ slow)
+    new Harness("ring-sim", Seq("ring-node", "ring-bus", "ring-node-tp", "ring-server").map(preset) :+ slow)
 
   /** The simulator, built when it is first needed. */
   lazy val program: String = harness.ringProgram.toString

@@ -4,6 +4,7 @@ import scala.util.Random
 import chisel3._
 import chisel3.util._
 import chiseltest._
+import flyframe.ethernet.SettingsBench
 import flyframe.SharedSimulation
 import flyframe.registers.MasterRegisters
 import org.scalatest.flatspec.AnyFlatSpec

@@ -2,6 +2,7 @@ package flyframe.master
 
 import scala.util.Random
 import chiseltest._
+import flyframe.ethernet.UdpPackets
 import org.pcap4j.packet._
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation

@@ -4,6 +4,7 @@ import scala.util.Random
 import chisel3._
 import chisel3.util._
 import chiseltest._
+import flyframe.ethernet.{EthernetReceiver, EthernetSender}
 import org.scalatest.flatspec.AnyFlatSpec
 import flyframe.SharedSimulation
 import flyframe.mii.NibbleStream

@@ -3,6 +3,7 @@ package flyframe.master
 import chisel3._
 import chisel3.util._
 import chiseltest._
+import flyframe.ethernet.{EthernetReceiver, EthernetSender, FrameByte, SettingsBench, UdpPackets}
 import flyframe.protocol.{EventLayout, MasterStatus}
 import flyframe.registers.MasterRegisters
 import org.pcap4j.packet._

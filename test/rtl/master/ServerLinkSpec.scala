@@ -5,6 +5,7 @@ import chisel3.util._
 import chiseltest._
 import org.scalatest.flatspec.AnyFlatSpec
 import scala.util.Random
+import flyframe.ethernet.{SettingsBench, UdpReceived}
 import flyframe.SharedSimulation
 import flyframe.lanes.Lanes
 import flyframe.protocol.{AnswerLayout, Layout, NonceLayout, Order, ServerDatagram}

@@ -2,6 +2,7 @@ package flyframe.master
 
 import scala.collection.mutable
 import chiseltest._
+import flyframe.ethernet.UdpPackets
 import flyframe.model.{SentFrame, WireFrame}
 import flyframe.registers.MasterRegisters
 

@@ -53,7 +53,26 @@ final class Browser(page: String) extends AutoCloseable {
   /** Presses a button of the master: acknowledge, silence or reset. */
   def order(name: String): Unit = driver.findElement(By.cssSelector(s".buttons [data-order=$name]")).click()
 
-  def reset(position: Int): Unit   = all(".card[data-state] button.reset")(position).click()
+  def reset(position: Int): Unit = all(".card[data-state] button.reset")(position).click()
+
+  /** The window is that large, pixels. */
+  def size(width: Int, height: Int): Unit = {
+    driver.executeCdpCommand(
+      "Emulation.setDeviceMetricsOverride",
+      Map[String, AnyRef](
+        "width"             -> Integer.valueOf(width),
+        "height"            -> Integer.valueOf(height),
+        "deviceScaleFactor" -> Integer.valueOf(1),
+        "mobile"            -> java.lang.Boolean.valueOf(width < 600)
+      ).asJava
+    )
+    ()
+  }
+
+  def texts(css: String): Seq[String] = look(all(css).map(_.getText)).getOrElse(Nil)
+  def attributes(css: String, name: String): Seq[String] =
+    look(all(css).map(e => Option(e.getDomAttribute(name)).getOrElse(""))).getOrElse(Nil)
+
   def screenshot(file: Path): Unit = Files.write(file, driver.getScreenshotAs(OutputType.BYTES))
   def close(): Unit                = driver.quit()
 }

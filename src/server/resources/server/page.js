@@ -29,10 +29,12 @@ function listItems(list, texts) {
 
 // Commands
 
-async function command(body) {
+const command = body => post("api/command", body);
+
+async function post(path, body) {
   show($("#message"), "");
   try {
-    const answer = await fetch("api/command", {
+    const answer = await fetch(path, {
       method: "POST",
       headers: { "Content-Type": "application/json", "X-Token": token },
       body: JSON.stringify(body)
@@ -116,7 +118,7 @@ function drawZones(section, zones) {
     choice.replaceChildren(...zones.map(zone => new Option(zone, zone)));
 }
 
-function drawMaster(section, m, state) {
+function drawMaster(section, m) {
   const line = $(".line", section);
   while (line.children.length > m.slaves.length + 1) line.lastElementChild.remove();
   while (line.children.length < m.slaves.length + 1) line.append(slaveCard(m.id));
@@ -137,6 +139,111 @@ function drawMaster(section, m, state) {
   listItems($(".orders", section), m.orders.slice(-3).map(orderText));
   drawZones(section, m.zones);
   section.querySelectorAll(".buttons button, .buttons select").forEach(b => set(b, "disabled", !canCommand));
+}
+
+// Rings
+
+const SVG = "http://www.w3.org/2000/svg";
+function svg(name, attributes, ...children) {
+  const element = document.createElementNS(SVG, name);
+  Object.entries(attributes).forEach(([key, value]) => element.setAttribute(key, value));
+  element.append(...children);
+  return element;
+}
+
+/** The fibre behind a node: it is whole if both of its ports are up. */
+const isCut = (node, next) => node.state === "lost" || next.state === "lost" || !node.up[1] || !next.up[0];
+
+function drawPicture(picture, r, width) {
+  const n = r.nodes.length, narrow = width < 560;
+  const height = Math.round(narrow ? Math.max(width, 260) : Math.min(width * .42, 420));
+  const [rx, ry] = [width / 2 - 34, height / 2 - 30];
+  const around = Math.PI * (3 * (rx + ry) - Math.sqrt((3 * rx + ry) * (rx + 3 * ry)));
+  const size = Math.max(8, Math.min(30, around / Math.max(n, 1) * .62));
+  const at = (i, out = 0) => {
+    const angle = 2 * Math.PI * i / n - Math.PI / 2;
+    return [width / 2 + (rx + out) * Math.cos(angle), height / 2 + (ry + out) * Math.sin(angle)];
+  };
+  const fibres = n < 2 ? [] : r.nodes.flatMap((node, i) => {
+    const cut = isCut(node, r.nodes[(i + 1) % n]);
+    const [[x1, y1], [x2, y2], [x, y]] = [at(i), at(i + 1), at(i + .5)];
+    const line = svg("line", { x1, y1, x2, y2, class: cut ? "fibre is-cut" : "fibre" });
+    return cut ? [line, svg("text", { x, y, class: "cut-mark" }, "✂")] : [line];
+  });
+  const nodes = r.nodes.map((node, i) => {
+    const [[x, y], [tx, ty]] = [at(i), at(i, size / 2 + 12)];
+    const title = svg("title", {}, `Node ${node.address}: ${[node.text, ...node.notes].join(", ")}`);
+    const shape = svg("use", {
+      href: `#shape-${node.state}`, x: x - size / 2, y: y - size / 2, width: size, height: size
+    });
+    const label = svg("text", { x: tx, y: ty }, String(node.address));
+    return svg("g", { class: `${node.state}${node.gateway ? " gateway" : ""}` }, title, shape, label);
+  });
+  picture.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  picture.setAttribute("aria-label", `Ring of ${plural(n, "node")}: ${r.text}`);
+  picture.replaceChildren(...fibres, ...nodes);
+}
+
+function ringSection(id) {
+  const section = $("#ring-template").content.cloneNode(true).firstElementChild;
+  section.dataset.ring = id;
+  set($("h2", section), "textContent", `Ring ${id}`);
+  $("form", section).addEventListener("submit", event => {
+    event.preventDefault();
+    const text = $(".text", section);
+    post("api/ring", {
+      ring: id, node: Number($(".to", section).value), text: text.value,
+      urgent: $(".urgent", section).checked
+    });
+    text.value = "";
+  });
+  return section;
+}
+
+function drawRing(section, r) {
+  set(section, "className", [
+    "ring", ...r.whole ? [] : ["is-broken"], ...r.silent || r.unproven ? ["is-silent"] : []].join(" "));
+  set($(".state", section), "textContent", r.unproven ? "not proven" : r.silent ? "silent" : r.text);
+  set($(".facts", section), "textContent", [
+    r.heard ? `last report ${localTime(r.heard)}` : "no report since the server's start",
+    `${plural(r.present, "node")} there`,
+    ...r.life ? [`life ${r.life}`] : []
+  ].join(" · "));
+  listItems($(".notices", section), r.notices);
+  const picture = $(".picture", section);
+  const width = Math.round(Math.max(300, section.clientWidth - 32 || 300));
+  const shown = `${width} ${JSON.stringify([r.nodes, r.text])}`;
+  if (picture.dataset.shown !== shown) {
+    picture.dataset.shown = shown;
+    drawPicture(picture, r, width);
+    const odd = r.nodes.filter(node => node.state !== "normal" || node.notes.length);
+    listItems($(".nodes", section),
+      odd.map(node => `node ${node.address}: ${[node.text, ...node.notes].join(", ")}`));
+    odd.forEach((node, i) => set($(".nodes", section).children[i], "className", node.state));
+  }
+  const to = [["0", "all nodes"], ...r.nodes.filter(node => !node.gateway)
+    .map(node => [String(node.address), `node ${node.address}`]).sort((a, b) => a[0] - b[0])];
+  const choice = $(".to", section);
+  if ([...choice.options].map(o => o.value).join() !== to.map(t => t[0]).join()) {
+    const chosen = choice.value;
+    choice.replaceChildren(...to.map(([value, text]) => new Option(text, value)));
+    if (to.some(t => t[0] === chosen)) choice.value = chosen;
+  }
+  listItems($(".orders", section), r.orders.slice(-3).map(o => `Message ${o.text}: ${o.state}`));
+  section.querySelectorAll("form button, form input, form select")
+    .forEach(b => set(b, "disabled", r.silent || r.unproven || !online));
+}
+
+/** Draws the sections of all of a kind, in their order, and removes those of others. */
+function drawAll(root, key, all, make, drawOne) {
+  const sections = new Map([...root.children].map(s => [Number(s.dataset[key]), s]));
+  all.forEach((one, i) => {
+    const section = sections.get(one.id) || make(one.id);
+    sections.delete(one.id);
+    if (root.children[i] !== section) root.insertBefore(section, root.children[i] || null);
+    drawOne(section, one);
+  });
+  sections.forEach(section => section.remove());
 }
 
 /** Who burns, where, since when. The first and the last alarm are said to be so. */
@@ -164,8 +271,11 @@ let online = false;
 
 /** Says what has changed to those who listen. */
 function announce(state) {
-  const states = s => new Map(
-    s.masters.flatMap(m => m.slaves.map((d, i) => [`${m.id}/${i}`, `${d.label}: ${d.text}`])));
+  const states = s => new Map([
+    ...s.masters.flatMap(m => m.slaves.map((d, i) => [`${m.id}/${i}`, `${d.label}: ${d.text}`])),
+    ...s.rings.map(r => [`ring ${r.id}`, `Ring ${r.id}: ${r.text}`]),
+    ...s.rings.flatMap(r => r.nodes.map(d => [`${r.id}.${d.address}`, `Node ${d.address}: ${d.text}`]))
+  ]);
   if (before) {
     const old = states(before);
     const news = [...states(state)].filter(([key, text]) => old.get(key) !== text).map(([, text]) => text);
@@ -175,21 +285,16 @@ function announce(state) {
 }
 
 function draw(state) {
-  const root = $("#masters");
-  const sections = new Map([...root.children].map(s => [Number(s.dataset.master), s]));
-  state.masters.forEach((m, i) => {
-    const section = sections.get(m.id) || masterSection(m.id);
-    sections.delete(m.id);
-    if (root.children[i] !== section) root.insertBefore(section, root.children[i] || null);
-    drawMaster(section, m, state);
-  });
-  sections.forEach(section => section.remove());
+  drawAll($("#masters"), "master", state.masters, masterSection, drawMaster);
+  drawAll($("#rings"), "ring", state.rings, ringSection, drawRing);
 
   const fire = fireText(state);
   show($("#alarm"), fire);
   const burning = state.masters.reduce((n, m) => n + (m.fire ? Math.max(m.fire.at.length, 1) : 0), 0);
-  document.title = (burning ? `▲ ${plural(burning, "alarm")} – ` : "") + "flyframe smoke alarm";
-  set($("#empty"), "hidden", state.masters.length > 0);
+  const what = state.rings.length && !state.masters.length ? "Fibre ring" : "Smoke alarm";
+  set($("h1"), "textContent", state.rings.length && state.masters.length ? "Plant" : what);
+  document.title = (burning ? `▲ ${plural(burning, "alarm")} – ` : "") + `flyframe ${what.toLowerCase()}`;
+  set($("#empty"), "hidden", state.masters.length + state.rings.length > 0);
   show($("#broken"), state.broken);
   const refused = Object.entries(state.refused).map(([name, n]) => `${name} ${n}`);
   set($("#refused"), "textContent", refused.join(", "));
@@ -202,7 +307,8 @@ function logRow(entry, manyMasters) {
   const row = document.createElement("tr");
   row.className = entry.severity;
   row.dataset.id = entry.id;
-  const where = entry.label || (entry.node === null ? "" : `ID ${entry.node}`);
+  const id = entry.ring ? "node" : "ID";
+  const where = entry.label || (entry.node === null ? "" : `${id} ${entry.node}`);
   const cells = [localTime(entry.received), manyMasters ? `${entry.master}/${where}` : where, entry.text];
   row.append(...cells.map(text => {
     const cell = document.createElement("td");
@@ -244,7 +350,7 @@ function connect() {
     if (!online) setOnline(true);
     const { state, log, fresh } = JSON.parse(message.data);
     draw(state);
-    drawLog(log, fresh, state.masters.length > 1);
+    drawLog(log, fresh, state.masters.length + state.rings.length > 1);
   };
   source.onerror = () => {
     setOnline(false);
@@ -258,4 +364,5 @@ function watch() {
   watchdog = setTimeout(() => { setOnline(false); connect(); }, SILENCE_MS);
 }
 
+addEventListener("resize", () => { if (before) draw(before); });
 connect();

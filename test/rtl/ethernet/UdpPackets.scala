@@ -1,4 +1,4 @@
-package flyframe.master
+package flyframe.ethernet
 
 import java.net.{Inet4Address, InetAddress}
 import chisel3._

@@ -1,4 +1,4 @@
-package flyframe.master
+package flyframe.ethernet
 
 import scala.util.Random
 import chiseltest._

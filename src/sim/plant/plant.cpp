@@ -1,4 +1,4 @@
-#include "alarm/plant.h"
+#include "plant/plant.h"
 
 #include <arpa/inet.h>
 #include <slirp/libslirp.h>
@@ -29,7 +29,7 @@ struct Plant::Callbacks {
   static Plant& plant(void* p) { return *static_cast<Plant*>(p); }
   static ssize_t send(const void* data, size_t size, void* p) {
     const auto* bytes = static_cast<const uint8_t*>(data);
-    plant(p).toMaster_(Bytes(bytes, bytes + size));
+    plant(p).toNode_(Bytes(bytes, bytes + size));
     return static_cast<ssize_t>(size);
   }
   static void complain(const char*, void*) {}  // of what the master sends: tests look at that
@@ -59,7 +59,7 @@ struct Plant::Callbacks {
   }
 };
 
-Plant::Plant(std::function<void(const Bytes&)> toMaster) : toMaster_(std::move(toMaster)) {
+Plant::Plant(std::function<void(const Bytes&)> toNode) : toNode_(std::move(toNode)) {
   static const SlirpCb callbacks = [] {
     SlirpCb c{};
     c.send_packet = Callbacks::send, c.guest_error = Callbacks::complain, c.clock_get_ns = Callbacks::clock;
@@ -82,7 +82,7 @@ Plant::Plant(std::function<void(const Bytes&)> toMaster) : toMaster_(std::move(t
 
 Plant::~Plant() { slirp_cleanup(slirp_); }
 
-void Plant::fromMaster(const Bytes& frame) {
+void Plant::fromNode(const Bytes& frame) {
   slirp_input(slirp_, frame.data(), static_cast<int>(frame.size()));
 }
 

@@ -7,7 +7,7 @@ struct state {
   uint64_t x[5];
 };
 
-static uint64_t load(const uint8_t* bytes) {
+static uint64_t load(const uint8_t *bytes) {
   uint64_t word = 0;
   for (int i = 0; i < 8; ++i) word |= (uint64_t)bytes[i] << (8 * i);
   return word;
@@ -15,9 +15,9 @@ static uint64_t load(const uint8_t* bytes) {
 
 static uint64_t turned(uint64_t word, int right) { return word >> right | word << (64 - right); }
 
-static void permute(struct state* s, int rounds) {
+static void permute(struct state *s, int rounds) {
   static const int turns[5][2] = {{19, 28}, {61, 39}, {1, 6}, {10, 17}, {7, 41}};
-  uint64_t* x = s->x;
+  uint64_t *x = s->x;
   for (int r = 12 - rounds; r < 12; ++r) {
     x[2] ^= (uint64_t)((15 - r) << 4 | r);
     /* The substitution, 64 at once. */
@@ -37,7 +37,7 @@ static void permute(struct state* s, int rounds) {
 }
 
 void ascon_tag(uint8_t tag[ASCON_TAG_BYTES], const uint8_t key[ASCON_KEY_BYTES],
-               const uint8_t nonce[ASCON_NONCE_BYTES], const uint8_t* message, size_t length) {
+               const uint8_t nonce[ASCON_NONCE_BYTES], const uint8_t *message, size_t length) {
   const uint64_t iv = UINT64_C(0x00001000808c0001), k0 = load(key), k1 = load(key + 8);
   struct state s = {{iv, k0, k1, load(nonce), load(nonce + 8)}};
   permute(&s, ROUNDS_OUTSIDE);

@@ -1,4 +1,4 @@
-package flyframe.master
+package flyframe.ethernet
 
 import chisel3._
 import chisel3.util._
@@ -6,7 +6,7 @@ import chisel3.util._
 /** The sum of RFC 1071, a byte at a time. The halves change places with every byte, so that the carry of one
   * goes into the next, and round at the end; which of them is the high one depends on how many bytes came.
   */
-private class InternetSum extends Bundle {
+private[flyframe] class InternetSum extends Bundle {
 
   /** The half into which the next byte goes. */
   val next  = UInt(8.W)
@@ -19,7 +19,7 @@ private class InternetSum extends Bundle {
   }
 }
 
-private object InternetSum {
+private[flyframe] object InternetSum {
   def apply(next: UInt, other: UInt, carry: Bool): InternetSum = {
     val sum = Wire(new InternetSum)
     sum.next  := next

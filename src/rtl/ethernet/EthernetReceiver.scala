@@ -1,4 +1,4 @@
-package flyframe.master
+package flyframe.ethernet
 
 import chisel3._
 import chisel3.util._

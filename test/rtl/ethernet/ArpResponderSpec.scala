@@ -1,4 +1,4 @@
-package flyframe.master
+package flyframe.ethernet
 
 import java.net.InetAddress
 import chisel3._

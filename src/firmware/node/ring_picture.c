@@ -1,0 +1,26 @@
+#include "ring_picture.h"
+
+#include "ring-node-tp.h"
+
+enum { PORTS_AT = 1 }; /* in HELLO behind the life */
+
+void ring_picture_look(struct ring_picture *picture, const struct ring_node *node) {
+  const struct transport *t = &node->transport;
+  const uint8_t own = node->parameters.address;
+  *picture = (struct ring_picture){0};
+  transport_members(t, picture->present, node->now_us);
+  picture->present[own / 8] = (uint8_t)(picture->present[own / 8] | 1u << own % 8);
+  uint8_t behind_1 = 0, behind_2 = 0; /* the nodes with port 1 and port 2 at a break */
+  for (unsigned a = 1; a < TRANSPORT_NODES; ++a) {
+    uint8_t life, hello[TRANSPORT_HELLO_BYTES];
+    if ((picture->present[a / 8] >> a % 8 & 1) == 0) continue;
+    ++picture->count;
+    if (a != own) transport_told(t, (uint8_t)a, &life, hello);
+    const uint8_t ports = a == own ? node->status[PORTS_AT] : hello[PORTS_AT];
+    if ((ports & NODE_RING_UP1_MASK) == 0 && behind_1 == 0) behind_1 = (uint8_t)a;
+    if ((ports & NODE_RING_UP2_MASK) == 0 && behind_2 == 0) behind_2 = (uint8_t)a;
+  }
+  /* A piece has two ends; of one that does not fit NODE-01, or changes now, one may not be known. */
+  picture->ends[0] = behind_2;
+  picture->ends[1] = behind_1;
+}

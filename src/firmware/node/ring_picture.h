@@ -1,0 +1,17 @@
+/* The ring as a node sees it: who is there, and where it is broken (GW-02, GW-04). */
+#ifndef FLYFRAME_RING_PICTURE_H
+#define FLYFRAME_RING_PICTURE_H
+
+#include "ring_node.h"
+
+struct ring_picture {
+  uint8_t present[TRANSPORT_MAP_BYTES]; /* the nodes of which a HELLO came within 3 s, and this one */
+  uint8_t count;                        /* how many */
+  /* The addresses at both sides of a break, the one with port 2 there first: the ends of the piece in which
+   * this node is. 0, 0: the ring is whole. */
+  uint8_t ends[2];
+};
+
+void ring_picture_look(struct ring_picture *picture, const struct ring_node *node);
+
+#endif

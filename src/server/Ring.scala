@@ -1,0 +1,119 @@
+package flyframe.server
+
+import java.time.Instant
+import flyframe.protocol.RingPart
+
+/** A node of a ring, as its gateway has told of it (GW-04).
+  *
+  * @param life
+  *   number of its start
+  * @param state
+  *   its register `ring_state`; `ports`: `ring_ports`
+  * @param can
+  *   status of its CAN ports F and T
+  * @param distances
+  *   from the gateway by its ports 1 and 2, in nodes; 0: not known
+  */
+final case class RingNode(
+    present: Boolean,
+    life: Int = 0,
+    state: Int = 0,
+    ports: Int = 0,
+    can: (Int, Int) = (0, 0),
+    deviceType: Int = 0,
+    version: Int = 0,
+    distances: (Int, Int) = (0, 0)
+) {
+
+  /** Port 1 or 2 is up. */
+  def isUp(port: Int): Boolean = (ports & (if (port == 1) 0x04 else 0x40)) != 0
+}
+
+object RingNode {
+
+  /** As it stands in a part of a report; None: it is something else. */
+  def apply(data: Seq[Byte]): Option[RingNode] = {
+    def byte(i: Int) = data(i) & 0xff
+    data.headOption.collect {
+      case 0 => RingNode(present = false)
+      case 1 if data.size >= 11 =>
+        RingNode(
+          present = true,
+          byte(1),
+          byte(2),
+          byte(3),
+          (byte(4), byte(5)),
+          byte(6) << 8 | byte(7),
+          byte(8),
+          (byte(9), byte(10))
+        )
+    }
+  }
+}
+
+/** A ring as the server knows it: what its gateway has told.
+  *
+  * @param life
+  *   of its gateway
+  * @param nodes
+  *   by address, also those that are lost, and the gateway itself
+  * @param ends
+  *   addresses at both sides of a break, 0: not known; None: the ring is whole
+  * @param heardMs
+  *   when its last report came, monotonic; None: none since the start of the server
+  * @param stored
+  *   number of the next part that the log wants; None: the log has not said it yet
+  * @param gaps
+  *   first and last numbers of parts of this life that the log does not have
+  */
+final case class Ring(
+    id: Int,
+    life: Option[Life] = None,
+    status: Int = 0,
+    nodes: Map[Int, RingNode] = Map.empty,
+    ends: Option[(Int, Int)] = None,
+    heardMs: Option[Long] = None,
+    heard: Option[Instant] = None,
+    stored: Option[Long] = None,
+    gaps: Vector[(Long, Long)] = Vector.empty
+) {
+
+  /** With what a part says of nodes and ring. */
+  def told(kind: Int, source: Int, data: Seq[Byte]): Ring = kind match {
+    case RingPart.Node =>
+      RingNode(data).fold(this) { n =>
+        val before = nodes.get(source)
+        // It was there.
+        copy(nodes = nodes.updated(source, if (n.present) n else before.getOrElse(n).copy(present = false)))
+      }
+    case RingPart.Ring if data.size == 2 =>
+      val both = (data(0) & 0xff, data(1) & 0xff)
+      copy(ends = Option.when(both != (0, 0))(both))
+    case _ => this
+  }
+
+  /** With all that a report says. */
+  def after(report: RingReport): Ring =
+    report.parts.foldLeft(copy(status = report.status))((r, p) => r.told(p.kind, p.source, p.data))
+
+  /** The addresses in the order of the ring, from the gateway's port 2 on (FR-60): by the distance there, or
+    * from the other end. Those whose distance nobody knows stand behind, by address. Lost nodes stand at the
+    * break.
+    */
+  def order: Seq[Int] = {
+    val all  = nodes.toSeq.collect { case (address, n) if n.present => address -> n.distances }
+    val size = all.size
+    def place(distances: (Int, Int)) =
+      if (distances._2 > 0) distances._2 else if (distances._1 > 0) size - distances._1 else size
+    val here            = all.sortBy { case (a, d) => (if (a == Ring.Gateway) -1 else place(d), a) }.map(_._1)
+    val lost            = nodes.collect { case (address, n) if !n.present => address }.toSeq.sorted
+    val (before, after) = here.splitAt(here.indexOf(ends.fold(0)(_._1)) + 1)
+    if (before.isEmpty) here ++ lost else before ++ lost ++ after
+  }
+}
+
+object Ring {
+
+  /** Address of a gateway on its ring. */
+  val Gateway = 1
+}

@@ -1,0 +1,104 @@
+package flyframe.server
+
+import java.net.InetSocketAddress
+import java.time.Instant
+import scala.collection.mutable
+import flyframe.protocol.RingPart
+
+/** The rings that gateways report, and the messages to them (GW-04 to GW-07). Used under the lock of
+  * [[Supervisor]], which has reports written and answers them.
+  *
+  * @param isSilent
+  *   what has been heard at this time, monotonic, is silent now
+  */
+final class Rings(isSilent: Option[Long] => Boolean, clockMs: () => Long, timeOfDay: () => Instant) {
+  import Rings._
+  private val rings  = mutable.LinkedHashMap.empty[Int, Ring]
+  private val orders = mutable.Map.empty[Int, RingOrders]
+  private val from   = mutable.Map.empty[Int, InetSocketAddress]
+  private val taken  = mutable.Map.empty[Int, Long]
+  private val silent = mutable.Set.empty[Int]
+
+  /** After a start: what the log tells. */
+  def restore(known: Seq[Ring]): Unit = for (r <- known.take(MostRings)) {
+    rings(r.id) = r
+    silent += r.id
+  }
+
+  def get(life: Life): Option[Ring] = rings.get(life.master).filter(_.life.contains(life))
+
+  def isKnown(id: Int): Boolean = rings.contains(id)
+
+  def hasRoom(id: Int): Boolean = rings.contains(id) || rings.size < MostRings || rings.values.exists(mayGo)
+
+  private def mayGo(r: Ring) = isSilent(r.heardMs)
+
+  /** A report counts. */
+  def take(report: RingReport, sender: InetSocketAddress): Unit = {
+    val id = report.life.master
+    if (!rings.contains(id) && rings.size >= MostRings) rings.values.find(mayGo).foreach(r => forget(r.id))
+    val held = rings.get(id) match {
+      case Some(r) if r.life.contains(report.life) => r
+      case before =>
+        ordersOf(id).abandon()
+        before.getOrElse(Ring(id)).copy(life = Some(report.life), stored = None, gaps = Vector.empty)
+    }
+    silent -= id
+    from(id) = sender
+    taken(id) = report.taken
+    rings(id) = held.after(report).copy(heardMs = Some(clockMs()), heard = Some(timeOfDay()))
+    for (p <- report.parts if p.kind == RingPart.Result && p.data.size == 5)
+      ordersOf(id).told(RingText.number(p.data), p.data(4) & 0xff)
+  }
+
+  private def forget(id: Int): Unit = {
+    rings -= id
+    orders -= id
+    from -= id
+    taken -= id
+    silent -= id
+  }
+
+  /** The log has all before this number. */
+  def stored(record: LifeRecord): Unit =
+    for (r <- get(record.life)) rings(r.id) = r.copy(stored = Some(record.next), gaps = record.gaps)
+
+  private def ordersOf(id: Int): RingOrders = orders.getOrElseUpdate(id, new RingOrders)
+
+  /** A message for a node; Left: why it cannot be sent. */
+  def send(id: Int, destination: Int, urgent: Boolean, data: Vector[Byte]): Either[String, RingOrder] = for {
+    r     <- rings.get(id).toRight(s"There is no ring $id.")
+    _     <- Either.cond(!isSilent(r.heardMs), (), s"The gateway of ring $id is silent.")
+    _     <- Either.cond(destination != Ring.Gateway, (), "The gateway has no messages for itself.")
+    order <- ordersOf(id).add(destination, urgent, data, timeOfDay())
+  } yield order
+
+  /** Messages that are to leave now, with the life of the gateway and where it is. */
+  def due(): Seq[(Life, InetSocketAddress, RingOrder)] = for {
+    (id, address) <- from.toSeq
+    r             <- rings.get(id).toSeq if !isSilent(r.heardMs)
+    life          <- r.life.toSeq
+    order         <- ordersOf(id).next(taken(id), clockMs()).toSeq
+  } yield (life, address, order)
+
+  /** True if a gateway has become silent since the last time. */
+  def tick(): Boolean = rings.values.count(r => isSilent(r.heardMs) && silent.add(r.id)) > 0
+
+  def picture(isUnproven: Int => Boolean): Vector[RingPicture] =
+    rings.values.toVector
+      .sortBy(_.id)
+      .map(r =>
+        RingPicture(
+          r,
+          isSilent(r.heardMs),
+          isUnproven(r.id),
+          orders.get(r.id).fold(Seq.empty[RingOrder])(_.all)
+        )
+      )
+}
+
+object Rings {
+
+  /** Gateways at a time. */
+  val MostRings = 8
+}

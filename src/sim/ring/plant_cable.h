@@ -1,0 +1,31 @@
+// The cable between a node with a port to the plant network and that network.
+#pragma once
+
+#include "core/slave.h"
+#include "core/wire.h"
+
+class PlantCable {
+ public:
+  // A good frame of the node, and when it has left.
+  struct Frame {
+    Time at;
+    Bytes bytes;
+  };
+  explicit PlantCable(Slave& node);
+
+  // A frame for the node leaves when those before have; beyond what a station takes in it is lost.
+  void send(const Bytes& frame, Time now);
+  // When a nibble leaves next.
+  Time next() const { return sender_.backlog() > 0 ? sender_.next : kNever; }
+  void step() { sender_.step(); }
+  // The frames of the node since the last call.
+  std::vector<Frame> taken() { return std::exchange(frames_, {}); }
+  uint64_t fromNode() const { return fromNode_; }
+  uint64_t toNode() const { return toNode_; }
+
+ private:
+  std::vector<Frame> frames_;
+  uint64_t fromNode_ = 0, toNode_ = 0;
+  FrameCollector collector_;
+  Sender sender_;
+};

@@ -1,0 +1,493 @@
+// The host program of a ring's gateway (ring_server) on a fake controller, between nodes and a server that
+// the tests play.
+#include <cstring>
+#include <deque>
+#include <random>
+
+#include "fake.h"
+
+extern "C" {
+#include "ascon.h"
+#include "node/ring_server.h"
+#include "protocol.h"
+#include "ring-server.h"
+#include "ring/frame.h"
+}
+
+namespace {
+using Bytes = std::vector<uint8_t>;
+constexpr uint8_t kKey[PROTOCOL_KEY_BYTES] = {9, 8, 7, 6, 5, 4, 3, 2, 1, 0, 1, 2, 3, 4, 5, 6};
+constexpr uint16_t kGateway = 0x1234;
+
+void put(Bytes& to, size_t at, uint64_t number, unsigned bytes) {
+  for (unsigned i = 0; i < bytes; ++i) to.at(at + i) = static_cast<uint8_t>(number >> 8 * (bytes - 1 - i));
+}
+uint64_t get(const Bytes& from, size_t at, unsigned bytes) {
+  uint64_t number = 0;
+  for (unsigned i = 0; i < bytes; ++i) number = number << 8 | from.at(at + i);
+  return number;
+}
+
+Bytes tagOf(uint64_t life, uint8_t origin, uint64_t counter, const Bytes& message,
+            const uint8_t* key = kKey) {
+  Bytes nonce(PROTOCOL_NONCE_BYTES), tag(PROTOCOL_TAG_BYTES);
+  put(nonce, PROTOCOL_NONCE_LIFE_AT, life, 8);
+  nonce[PROTOCOL_NONCE_ORIGIN_AT] = origin;
+  put(nonce, PROTOCOL_NONCE_COUNTER_AT, counter, 4);
+  ascon_tag(tag.data(), key, nonce.data(), message.data(), message.size());
+  return tag;
+}
+
+// A controller of preset ring-server whose frames and datagrams leave at once.
+struct RingBoard : board {
+  uint32_t now = 1000;
+  bool sends = false;  // the controller is busy with a datagram
+  std::deque<Bytes> fifo, incoming;
+  std::vector<ring_frame> frames;
+  std::vector<Bytes> datagrams;
+
+  RingBoard() {
+    memory[NODE_NODE_TYPE] = 0xf3;
+    memory[NODE_RING_PORTS] = NODE_RING_UP1_MASK | NODE_RING_UP2_MASK;
+  }
+  uint8_t readByte(uint16_t a) override {
+    const auto in = [&](uint16_t first, unsigned bytes) { return a >= first && a < first + bytes; };
+    if (in(NODE_NODE_TIME, 4)) return static_cast<uint8_t>(now >> 8 * (a - NODE_NODE_TIME));
+    if (a == NODE_CAN_F_RX_LEVEL) return static_cast<uint8_t>(std::min<size_t>(fifo.size(), 64));
+    if (in(NODE_CAN_F_RX_FRAME, 16)) return fifo.empty() ? 0 : fifo.front()[a - NODE_CAN_F_RX_FRAME];
+    if (in(NODE_CAN_F_REQUEST, 2)) return 0;
+    if (a == NODE_PLANT_STATUS)
+      return static_cast<uint8_t>((sends ? NODE_PLANT_SENDING_MASK : 0) |
+                                  (incoming.empty() ? 0 : NODE_PLANT_WAITING_MASK));
+    if (in(NODE_PLANT_RECEIVED_LENGTH, 2)) {
+      const size_t length = incoming.empty() ? 0 : incoming.front().size();
+      return static_cast<uint8_t>(length >> 8 * (a - NODE_PLANT_RECEIVED_LENGTH));
+    }
+    if (in(NODE_PLANT_RECEIVED_DATA, 2048)) {
+      const size_t at = a - NODE_PLANT_RECEIVED_DATA;
+      return incoming.empty() || at >= incoming.front().size() ? 0xee : incoming.front()[at];
+    }
+    return board::readByte(a);
+  }
+  void writeByte(uint16_t a, uint8_t value) override {
+    board::writeByte(a, value);
+    if (a == NODE_CAN_F_RX_RELEASE && !fifo.empty()) fifo.pop_front();
+    if (a == NODE_CAN_F_REQUEST || a == NODE_CAN_F_REQUEST + 1)
+      for (unsigned i = 0; i < 8; ++i)
+        if (value >> i & 1) leave(i + 8 * (a - NODE_CAN_F_REQUEST));
+    if (a != NODE_PLANT_COMMAND) return;
+    if ((value & NODE_PLANT_RELEASE_MASK) && !incoming.empty()) incoming.pop_front();
+    if (value & NODE_PLANT_SEND_MASK) {
+      const uint8_t* first = &memory[NODE_PLANT_SEND_DATA];
+      datagrams.emplace_back(first, first + word(NODE_PLANT_SEND_LENGTH));
+    }
+  }
+  void leave(unsigned slot) {
+    const uint8_t* bytes = &memory[NODE_CAN_F_SLOTN(slot)];
+    ring_frame f{};
+    f.id = static_cast<uint32_t>(bytes[0] | bytes[1] << 8 | bytes[2] << 16 | (bytes[3] & 0x1f) << 24);
+    f.dlc = bytes[4];
+    std::memcpy(f.data, bytes + 8, sizeof f.data);
+    frames.push_back(f);
+  }
+  void comes(const ring_id& id, const Bytes& data) {
+    Bytes frame(16);
+    const uint32_t word = ring_id_word(&id) | 1u << 31;
+    for (int i = 0; i < 4; ++i) frame[static_cast<size_t>(i)] = static_cast<uint8_t>(word >> 8 * i);
+    frame[4] = static_cast<uint8_t>(data.size());
+    std::copy(data.begin(), data.end(), frame.begin() + 8);
+    fifo.push_back(frame);
+  }
+};
+
+// The gateway on its board, and both sides of it.
+struct Bench {
+  RingBoard at;
+  ring_server server{};
+  ring_server_parameters parameters{};
+  uint64_t serverLife = 0x1111222233334444, turn = 0;
+
+  Bench() {
+    ring_node_parameters& n = parameters.node;
+    n.address = 1, n.relay = true, n.kbps = 2000, n.core_mhz = 50, n.pd_ms = 100;
+    plant_config& p = parameters.plant;
+    p.mac[0] = 2, p.server_mac[5] = 1, p.ip[0] = 10, p.server_ip[0] = 10, p.udp_port = 5000,
+    p.server_port = 6000;
+    ring_reports_config& r = parameters.reports;
+    r.gateway = kGateway, r.repeat_ms = 20, r.heartbeat_ms = 50, r.silent_after_ms = 500;
+    std::copy(std::begin(kKey), std::end(kKey), r.key);
+  }
+  void start() { ring_server_start(&server, &at, &parameters); }
+  void run(uint32_t ms) {
+    for (uint32_t i = 0; i < 2 * ms; ++i) {
+      at.now += 500;
+      ring_server_serve(&server);
+    }
+  }
+
+  const Bytes& last() const { return at.datagrams.back(); }
+  uint64_t lifeOf(const Bytes& report) const { return get(report, PROTOCOL_RING_REPORT_LIFE_AT, 8); }
+  static bool isTagged(const Bytes& d) {
+    const Bytes message(d.begin(), d.end() - PROTOCOL_TAG_BYTES), tag(d.end() - PROTOCOL_TAG_BYTES, d.end());
+    return tagOf(get(d, PROTOCOL_RING_REPORT_LIFE_AT, 8), PROTOCOL_OF_MASTER,
+                 get(d, PROTOCOL_RING_REPORT_COUNTER_AT, 4), message) == tag;
+  }
+  struct Part {
+    unsigned type, source, pipe, number, life, flags, total, offset;
+    Bytes data;
+  };
+  static std::vector<Part> partsOf(const Bytes& d) {
+    std::vector<Part> parts;
+    size_t at = PROTOCOL_RING_REPORT_BYTES;
+    const auto field = [&](int offset, unsigned bytes) {
+      return static_cast<unsigned>(get(d, at + static_cast<size_t>(offset), bytes));
+    };
+    for (unsigned n = d.at(PROTOCOL_RING_REPORT_PARTS_AT); n > 0; --n) {
+      Part p{field(PROTOCOL_RING_PART_HEAD_TYPE_AT, 1),
+             field(PROTOCOL_RING_PART_HEAD_SOURCE_AT, 1),
+             field(PROTOCOL_RING_PART_HEAD_PIPE_AT, 1),
+             field(PROTOCOL_RING_PART_HEAD_NUMBER_AT, 1),
+             field(PROTOCOL_RING_PART_HEAD_LIFE_AT, 1),
+             field(PROTOCOL_RING_PART_HEAD_FLAGS_AT, 1),
+             field(PROTOCOL_RING_PART_HEAD_TOTAL_AT, 2),
+             field(PROTOCOL_RING_PART_HEAD_OFFSET_AT, 2),
+             {}};
+      const auto from = d.begin() + static_cast<std::ptrdiff_t>(at) + PROTOCOL_RING_PART_HEAD_BYTES;
+      p.data.assign(from, from + field(PROTOCOL_RING_PART_HEAD_LENGTH_AT, 2));
+      at += PROTOCOL_RING_PART_HEAD_BYTES + p.data.size();
+      parts.push_back(p);
+    }
+    return parts;
+  }
+
+  // The answer of the server to a report; it has all before `stored`.
+  Bytes answer(const Bytes& report, uint64_t stored, const uint8_t* key = kKey) {
+    Bytes a(PROTOCOL_ANSWER_TAG_AT);
+    put(a, PROTOCOL_ANSWER_MAGIC_AT, PROTOCOL_MAGIC, 2),
+        put(a, PROTOCOL_ANSWER_VERSION_AT, PROTOCOL_VERSION, 1);
+    put(a, PROTOCOL_ANSWER_KIND_AT, PROTOCOL_KIND_ANSWER, 1), put(a, PROTOCOL_ANSWER_MASTER_AT, kGateway, 2);
+    put(a, PROTOCOL_ANSWER_LIFE_AT, lifeOf(report), 8), put(a, PROTOCOL_ANSWER_SERVER_AT, serverLife, 8);
+    put(a, PROTOCOL_ANSWER_TURN_AT, ++turn, 4);
+    put(a, PROTOCOL_ANSWER_ECHO_AT, get(report, PROTOCOL_RING_REPORT_COUNTER_AT, 4), 4);
+    put(a, PROTOCOL_ANSWER_NUMBER_AT, stored, 4);
+    const Bytes tag = tagOf(serverLife, PROTOCOL_OF_SERVER, turn, a, key);
+    a.insert(a.end(), tag.begin(), tag.end());
+    return a;
+  }
+  static uint64_t endOf(const Bytes& report) {
+    return get(report, PROTOCOL_RING_REPORT_NUMBER_AT, 4) + report[PROTOCOL_RING_REPORT_PARTS_AT];
+  }
+  // The server takes all that the last report has.
+  void acknowledge() { at.incoming.push_back(answer(last(), endOf(last()))); }
+  // Until the server has all there is.
+  void settle() {
+    for (int i = 0;
+         i < 50 && (server.reports.count > 0 || get(last(), PROTOCOL_RING_REPORT_SERVER_AT, 8) == 0); ++i)
+      acknowledge(), run(5);
+  }
+  Bytes order(uint64_t counter, uint8_t destination, const Bytes& data, const uint8_t* key = kKey) {
+    Bytes o(PROTOCOL_RING_SEND_BYTES);
+    put(o, PROTOCOL_RING_SEND_MAGIC_AT, PROTOCOL_MAGIC, 2),
+        put(o, PROTOCOL_RING_SEND_VERSION_AT, PROTOCOL_VERSION, 1);
+    put(o, PROTOCOL_RING_SEND_KIND_AT, PROTOCOL_KIND_SEND, 1),
+        put(o, PROTOCOL_RING_SEND_MASTER_AT, kGateway, 2);
+    put(o, PROTOCOL_RING_SEND_LIFE_AT, lifeOf(last()), 8),
+        put(o, PROTOCOL_RING_SEND_SERVER_AT, serverLife, 8);
+    put(o, PROTOCOL_RING_SEND_TURN_AT, ++turn, 4), put(o, PROTOCOL_RING_SEND_COUNTER_AT, counter, 4);
+    put(o, PROTOCOL_RING_SEND_DESTINATION_AT, destination, 1);
+    put(o, PROTOCOL_RING_SEND_LENGTH_AT, data.size(), 2);
+    o.insert(o.end(), data.begin(), data.end());
+    const Bytes tag = tagOf(serverLife, PROTOCOL_OF_SERVER, turn, o, key);
+    o.insert(o.end(), tag.begin(), tag.end());
+    return o;
+  }
+  void orders(const Bytes& o) { at.incoming.push_back(o), run(2); }
+  uint64_t taken() const { return get(last(), PROTOCOL_RING_REPORT_TAKEN_AT, 4); }
+
+  // Nodes of the ring.
+  void hello(uint8_t node, uint8_t ports = 0x44, uint8_t type = 7) {
+    at.comes({false, 0, false, node, RING_HELLO, 0, true}, {3, 0, ports, 0, 0, 0, type, 1});
+  }
+  void shortOf(uint8_t node, uint8_t number, const Bytes& data, uint8_t pipe = 0) {
+    Bytes bytes{number, 3};
+    bytes.insert(bytes.end(), data.begin(), data.end());
+    at.comes({false, 1, false, node, RING_SHORT, pipe, true}, bytes);
+  }
+  // How many frames with this code have left for a node.
+  unsigned told(uint8_t node, uint8_t code) const {
+    unsigned count = 0;
+    for (const ring_frame& f : at.frames) {
+      const ring_id id = ring_id_of(f.id);
+      if (!id.is_data && id.destination == node && id.number == code) ++count;
+    }
+    return count;
+  }
+};
+
+void testReports() {
+  Bench b;
+  b.start(), b.run(200);
+  check("GW-04: a gateway reports before it knows the server, with a right tag",
+        !b.at.datagrams.empty() && Bench::isTagged(b.last()) &&
+            get(b.last(), PROTOCOL_RING_REPORT_SERVER_AT, 8) == 0 && b.lifeOf(b.last()) != 0);
+  b.settle();
+  check("GW-04: behind an answer it knows the server's life",
+        get(b.last(), PROTOCOL_RING_REPORT_SERVER_AT, 8) == b.serverLife);
+  size_t before = b.at.datagrams.size();
+  b.run(500);
+  check("GW-04: without news it reports after each heartbeat",
+        b.at.datagrams.size() - before >= 9 && b.at.datagrams.size() - before <= 11);
+  b.hello(5), b.hello(6), b.run(120);
+  const auto parts = Bench::partsOf(b.last());
+  check("GW-04: a node that is there is a part, with its HELLO",
+        parts.size() == 2 && parts[0].type == PROTOCOL_RING_PART_NODE && parts[0].source == 5 &&
+            parts[0].data.size() == RING_SERVER_NODE_BYTES && parts[0].data[0] == 1 &&
+            parts[0].data[1] == 3 && parts[1].source == 6);
+  before = b.at.datagrams.size();
+  b.run(200);
+  const size_t repeats = b.at.datagrams.size() - before;
+  check("GW-04: what is not acknowledged is reported again", repeats >= 9 && repeats <= 11);
+  b.settle();
+  b.run(4000);
+  check("GW-04: a node that is lost is a part",
+        Bench::partsOf(b.last()).size() == 2 && Bench::partsOf(b.last())[0].data == Bytes{0});
+  bool tagged = true;
+  uint64_t counter = 0;
+  for (const Bytes& d : b.at.datagrams) {
+    tagged = tagged && Bench::isTagged(d) && get(d, PROTOCOL_RING_REPORT_COUNTER_AT, 4) == counter + 1;
+    counter = get(d, PROTOCOL_RING_REPORT_COUNTER_AT, 4);
+  }
+  check("GW-04: no counter comes twice, all tags are right", tagged);
+}
+
+void testBreak() {
+  Bench b;
+  b.start();
+  for (uint8_t n = 2; n <= 5; ++n) b.hello(n, n == 3 ? 0x04 : n == 4 ? 0x40 : 0x44);
+  b.run(120);
+  const auto find = [&](unsigned type) {
+    for (const auto& p : Bench::partsOf(b.last()))
+      if (p.type == type) return p.data;
+    return Bytes{};
+  };
+  check("GWB-01: a break is between the nodes with a port down",
+        find(PROTOCOL_RING_PART_RING) == Bytes({3, 4}));
+  b.settle();
+  b.hello(3), b.hello(4), b.run(120);
+  check("GWB-01: both up again: the ring is whole", find(PROTOCOL_RING_PART_RING) == Bytes({0, 0}));
+  b.settle();
+  b.at.memory[NODE_RING_PORTS] = NODE_RING_UP2_MASK;
+  b.hello(5, 0x04), b.run(120);
+  check("GWB-01: the gateway's own port counts, too", find(PROTOCOL_RING_PART_RING) == Bytes({5, 1}));
+}
+
+void testMessages() {
+  Bench b;
+  b.start(), b.hello(9), b.run(120), b.settle();
+  b.shortOf(9, 0, {1, 2}), b.run(5);
+  const auto parts = Bench::partsOf(b.last());
+  check("GW-04: a message is a part", parts.size() == 1 && parts[0].type == PROTOCOL_RING_PART_MESSAGE &&
+                                          parts[0].source == 9 && parts[0].data == Bytes({1, 2}) &&
+                                          parts[0].total == 2 && parts[0].life == 3);
+  check("GW-04: the first one of a pipe may be a repeat", parts[0].flags == PROTOCOL_RING_FLAG_REPEAT);
+  check("GW-05: it is not done before the server has it", b.told(9, RING_DONE) == 0);
+  b.shortOf(9, 0, {1, 2}), b.run(5);
+  check("GW-05: who asks again is told BUSY", b.told(9, RING_BUSY) == 1 && b.told(9, RING_DONE) == 0);
+  const Bytes good = b.answer(b.last(), Bench::endOf(b.last()));
+  for (size_t i = 0; i < good.size(); ++i) {
+    Bytes bad = good;
+    bad[i] ^= 1;
+    b.at.incoming.push_back(bad), b.run(1);
+  }
+  b.at.incoming.push_back(Bytes(good.begin(), good.end() - 1)), b.run(1);
+  check("GW-05: a forged answer acknowledges nothing", b.told(9, RING_DONE) == 0);
+  b.at.incoming.push_back(good), b.run(2);
+  check("GW-05: it is done when the server has it", b.told(9, RING_DONE) == 1);
+  b.shortOf(9, 1, {3}), b.run(5);
+  b.at.incoming.push_back(good), b.run(2);
+  check("GW-05: an answer that comes again acknowledges nothing", b.told(9, RING_DONE) == 1);
+  b.settle();
+  check("GW-05: the next one is done, too", b.told(9, RING_DONE) == 2);
+
+  // 2 KiB: two parts, in two datagrams; the life of the server changes between both.
+  Bytes message(2048);
+  for (size_t i = 0; i < message.size(); ++i) message[i] = static_cast<uint8_t>(i * 11);
+  Bytes open{2, 3, 0x07, 0xff};
+  open.resize(8);
+  put(open, 4, ring_crc32(message.data(), 2048), 4);
+  b.at.comes({false, 1, false, 9, RING_OPEN, 0, true}, open);
+  for (unsigned i = 0; i < 256; ++i) {
+    b.at.comes({false, 1, true, 9, static_cast<uint8_t>(i), 0, i == 255},
+               Bytes(message.begin() + 8 * i, message.begin() + 8 * i + 8));
+    if (i % 32 == 31) b.run(1);
+  }
+  b.run(3);
+  auto piece = Bench::partsOf(b.last());
+  bool fits = piece.size() == 1 && piece[0].total == 2048 && piece[0].offset == 0;
+  Bytes whole = piece[0].data;
+  b.acknowledge(), b.run(5);
+  b.serverLife += 1;
+  check("GW-05: half of it is not done", b.told(9, RING_DONE) == 2);
+  b.acknowledge(), b.run(5);
+  piece = Bench::partsOf(b.last());
+  b.settle();
+  for (const Bytes& d : b.at.datagrams)
+    for (const auto& p : Bench::partsOf(d))
+      if (p.type == PROTOCOL_RING_PART_MESSAGE && p.total == 2048 && p.offset == whole.size())
+        whole.insert(whole.end(), p.data.begin(), p.data.end());
+  check("GW-04: a message of 2 KiB comes whole, in two parts", fits && whole == message);
+  check("GW-05: it is done when the server has both", b.told(9, RING_DONE) == 3);
+}
+
+void testFlood() {
+  Bench b;
+  b.start(), b.run(120);
+  // The server is silent. A node flaps, others send.
+  for (uint8_t i = 0; i < 60; ++i) b.hello(5, i % 2 ? 0x44 : 0x04), b.run(110);
+  unsigned ofNode = 0;
+  for (const auto& p : Bench::partsOf(b.last())) ofNode += p.type == PROTOCOL_RING_PART_NODE && p.source == 5;
+  check("GWB-02: news of a node take one place", ofNode == 1);
+  for (uint8_t n = 10; n < 100; ++n) b.shortOf(n, 0, {n}), b.run(2);
+  check("GWB-02: messages leave places for other news", ring_reports_free(&b.server.reports) >= 8);
+  check("GW-05: those without a place are told BUSY", [&] {
+    unsigned busy = 0;
+    for (uint8_t n = 10; n < 100; ++n) busy += b.told(n, RING_BUSY) > 0;
+    return busy;
+  }() > 40);
+  b.hello(6), b.run(120);
+  bool isNews = false;
+  for (unsigned i = 0; i < b.server.reports.count; ++i)
+    isNews =
+        isNews || (b.server.reports.parts[(b.server.reports.first + i) % RING_REPORTS_PARTS].type ==
+                       PROTOCOL_RING_PART_NODE &&
+                   b.server.reports.parts[(b.server.reports.first + i) % RING_REPORTS_PARTS].source == 6);
+  check("GWB-02: a new node is told all the same", isNews);
+  check("GW-04: a server that does not answer is silent",
+        ring_reports_silent(&b.server.reports, b.server.node.now_us));
+  b.settle();
+  check("GWB-02: the last state of the node is told in the end", [&] {
+    b.run(200), b.settle();
+    Bytes last;
+    for (const Bytes& d : b.at.datagrams)
+      for (const auto& p : Bench::partsOf(d))
+        if (p.type == PROTOCOL_RING_PART_NODE && p.source == 5) last = p.data;
+    return last.size() == 1 || last[3] == 0x44;
+  }());
+}
+
+void testOrders() {
+  Bench b;
+  b.start();
+  for (uint8_t n = 2; n <= 9; ++n) b.hello(n);
+  b.run(120), b.settle();
+  const auto sent = [&](uint8_t node) { return b.told(node, RING_SHORT); };
+  b.orders(b.order(2, 3, {1}));
+  check("GW-06: a message out of turn is not taken", sent(3) == 0 && b.taken() == 0);
+  const uint8_t other[PROTOCOL_KEY_BYTES] = {1};
+  b.orders(b.order(1, 3, {1}, other));
+  const Bytes good = b.order(1, 3, {1, 2, 3});
+  for (size_t i = 0; i < good.size(); ++i) {
+    Bytes bad = good;
+    bad[i] ^= 0x80;
+    b.orders(bad);
+  }
+  check("GW-06: a forged one is not taken", sent(3) == 0 && b.taken() == 0);
+  const uint64_t life = b.serverLife;
+  b.serverLife = 77;
+  b.orders(b.order(1, 3, {1}));
+  b.serverLife = life;
+  check("GW-06: one of another life of the server is not taken", sent(3) == 0 && b.taken() == 0);
+  b.orders(good), b.run(5);
+  check("GW-06: the next one is taken, and leaves", sent(3) == 1 && b.taken() == 1);
+  b.orders(good), b.orders(b.order(1, 3, {9}));
+  check("GW-06: what comes again is not taken again", sent(3) == 1 && b.taken() == 1);
+  const auto result = [&](uint32_t counter) {
+    int found = -1;
+    for (const Bytes& d : b.at.datagrams)
+      for (const auto& p : Bench::partsOf(d))
+        if (p.type == PROTOCOL_RING_PART_RESULT && get(p.data, 0, 4) == counter) found = p.data.at(4);
+    return found;
+  };
+  b.at.comes({false, 1, false, 3, RING_DONE, 0, true}, {0, b.server.node.life, 3, 0});
+  b.run(10);
+  check("GW-06: its result is told", result(1) == PROTOCOL_RING_RESULT_DELIVERED);
+  b.settle();
+  b.orders(b.order(2, 1, {1})), b.orders(b.order(3, 126, {1})), b.orders(b.order(4, 4, {}));
+  b.orders(b.order(5, 4, Bytes(1025)));
+  b.run(10);
+  check("GW-06: impossible ones are refused", b.taken() == 5 && result(2) == PROTOCOL_RING_RESULT_REFUSED &&
+                                                  result(3) == PROTOCOL_RING_RESULT_REFUSED &&
+                                                  result(4) == PROTOCOL_RING_RESULT_REFUSED &&
+                                                  result(5) == PROTOCOL_RING_RESULT_REFUSED);
+  b.settle();
+  for (uint8_t i = 0; i < 6; ++i) b.orders(b.order(6 + i, static_cast<uint8_t>(2 + i), {i}));
+  check("GW-06: a fifth one under way is not taken", b.taken() == 9);
+  b.at.comes({false, 1, false, 4, RING_DONE, 0, true}, {0, b.server.node.life, 3, 1});
+  b.run(10);
+  b.orders(b.order(10, 6, {4}));
+  check("GW-06: it is when another one has ended",
+        b.taken() == 10 && result(8) == PROTOCOL_RING_RESULT_REFUSED);
+  b.run(3000);
+  b.settle();
+  check("GW-06: what no node answers ends as not confirmed",
+        result(6) == PROTOCOL_RING_RESULT_NOT_CONFIRMED && result(9) == PROTOCOL_RING_RESULT_NOT_CONFIRMED);
+}
+
+void testStart() {
+  Bench b;
+  b.at.randomFails = -1;
+  b.start(), b.run(300);
+  check("GWB-03: without a random number there is no report, but a node",
+        b.at.datagrams.empty() && b.told(0, RING_HELLO) > 0);
+  b.at.randomFails = 0;
+  b.run(100);
+  check("GWB-03: with one there are reports", !b.at.datagrams.empty());
+  Bench wrong;
+  wrong.parameters.plant.server_port = 0;
+  wrong.start(), wrong.run(300);
+  check("GWB-04: without a right address there is no report, but a node",
+        wrong.at.datagrams.empty() && wrong.told(0, RING_HELLO) > 0 &&
+            wrong.at.memory[NODE_PLANT_CONTROL] == 0);
+  Bench reset;
+  reset.start(), reset.run(100);
+  reset.at.memory[NODE_PLANT_CONTROL] = 0, reset.at.memory[NODE_PLANT_IP] = 0;
+  reset.run(100);
+  check("GWB-04: a controller that was reset gets its addresses again",
+        reset.at.memory[NODE_PLANT_CONTROL] == 1 && reset.at.memory[NODE_PLANT_IP] == 10);
+  Bench storage;
+  storage.at.storeFails = -1;
+  storage.start(), storage.run(100);
+  check("GW-04: a memory that fails is told",
+        storage.last().at(PROTOCOL_RING_REPORT_STATUS_AT) & PROTOCOL_RING_STATUS_STORAGE);
+}
+
+void testNonsense() {
+  Bench b;
+  b.start(), b.run(120), b.settle();
+  std::mt19937 random(5);
+  const Bytes models[] = {b.answer(b.last(), Bench::endOf(b.last())), b.order(1, 3, Bytes(100))};
+  const uint32_t before = b.server.reports.refused;
+  constexpr unsigned kDatagrams = 20000;
+  for (unsigned i = 0; i < kDatagrams; ++i) {
+    Bytes d = models[i % 2];
+    for (unsigned n = random() % 4 + 1; n > 0; --n)
+      d[random() % d.size()] ^= static_cast<uint8_t>(1 + random() % 255);
+    if (i % 3 == 0) d.resize(1 + random() % PLANT_MOST_BYTES);
+    b.at.incoming.push_back(d), b.run(1);
+  }
+  check("GW-04: nonsense is refused and counted, and changes nothing",
+        b.server.reports.refused - before == kDatagrams && b.taken() == 0);
+  b.orders(b.order(1, 3, {1})), b.run(5);
+  check("GW-04: what is right is taken behind it", b.taken() == 1);
+}
+}  // namespace
+
+void testGateway() {
+  testReports();
+  testBreak();
+  testMessages();
+  testFlood();
+  testOrders();
+  testStart();
+  testNonsense();
+}

@@ -1,0 +1,260 @@
+package flyframe.server
+
+import scala.util.{Random, Using}
+import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.Directory
+
+/** The server with rings: a whole one on loopback, and gateways that the test plays. */
+class RingServerSpec extends AnyFlatSpec {
+  import ServerBench._
+  private def bytes(text: String): Seq[Byte] = text.getBytes("UTF-8").toSeq
+  private def ring(server: Server.Running, id: Int = 7): ujson.Value =
+    state(server)("rings").arr.find(_("id").num == id).get
+  private def log(server: Server.Running): Seq[String] =
+    get(server, "log.csv").body.linesIterator.toSeq.drop(1)
+  private def hello(ports: Int, distances: (Int, Int)) =
+    Seq(1, 9, 0, ports, 0, 0, 0x12, 0x34, 2, distances._1, distances._2)
+
+  /** All messages of a gateway that the log has. */
+  private def messages(options: Options, id: Int = 7): Seq[Seq[Byte]] =
+    Using.resource(EventStore.open(options.database).fold(fail(_), identity))(
+      _.messages(id, 0, 1000000).map(_._2.toSeq)
+    )
+
+  "GW-04, GW-07: messages of nodes" should "be kept once each, in order, whatever the network does" in {
+    Directory { directory =>
+      val random = new Random(11)
+      val all = Seq.tabulate(120)(i =>
+        Seq.fill(1 + random.nextInt(if (i % 4 == 0) 2048 else 20))(random.nextInt().toByte)
+      )
+      val given = options(directory)
+      Using.resource(start(given)) { server =>
+        Using.resource(new ModelGateway(Life(7, 99), server.udpPort, faults = 0.1, random = random)) {
+          gateway =>
+            for ((data, i) <- all.zipWithIndex) {
+              gateway.message(2 + i % 5, i % 15, i / 75, data)
+              if (i % 10 == 0) gateway.settle(3)
+            }
+            gateway.settle(3)
+            assert(gateway.waiting == 0)
+        }
+      }
+      assert(messages(given) == all)
+    }
+  }
+
+  it should "be stored before they are acknowledged, also through restarts of the server" in Directory {
+    directory =>
+      val given = options(directory)
+      val long  = Seq.fill(2048)(0x41.toByte)
+      var all   = Vector.empty[Seq[Byte]]
+      for (i <- 1 to 3) Using.resource(start(given)) { server =>
+        Using.resource(new ModelGateway(Life(7, 100 + i), server.udpPort)) { gateway =>
+          // The one before was told that the server had it only if it has: the sender repeats the others.
+          if (i > 1) gateway.message(3, 0, i - 2, all.last, repeat = true)
+          gateway.message(3, 0, i - 1, long.updated(7, i.toByte))
+          all :+= long.updated(7, i.toByte)
+          gateway.settle()
+        }
+      }
+      assert(messages(given) == all)
+  }
+
+  it should "come again only when they were not stored, and be kept if they only may be one" in Directory {
+    directory =>
+      val given = options(directory)
+      Using.resource(start(given)) { server =>
+        def of(life: Long)(act: ModelGateway => Unit): Unit =
+          Using.resource(new ModelGateway(Life(7, life), server.udpPort)) { g => act(g); g.settle() }
+        of(1)(_.message(4, 2, 10, bytes("first")))
+        of(2) { g =>
+          g.message(4, 2, 10, bytes("first"), repeat = true) // a repeat
+          g.message(4, 2, 11, bytes("second"))
+          g.message(4, 3, 10, bytes("first"), repeat = true)                  // another pipe
+          g.message(5, 2, 10, bytes("first"), repeat = true)                  // another node
+          g.message(4, 2, 10, bytes("first"), lifeByte = 0x85, repeat = true) // to all
+        }
+        of(3) { g =>
+          g.message(4, 2, 11, bytes("second"), lifeByte = 6, repeat = true) // another life of the node
+          g.message(4, 2, 12, bytes("third"), lifeByte = 6)
+        }
+      }
+      assert(
+        messages(given).map(d => new String(d.toArray)) ==
+          Seq("first", "second", "first", "first", "first", "second", "third")
+      )
+  }
+
+  it should "be whole: a message that a restart has cut comes anew" in Directory { directory =>
+    val given = options(directory)
+    val long  = Seq.tabulate(2048)(_.toByte)
+    Using.resource(start(given)) { server =>
+      Using.resource(new ModelGateway(Life(7, 1), server.udpPort)) { g =>
+        g.message(4, 0, 0, long)
+        g.settle()
+      }
+      Using.resource(new ModelGateway(Life(7, 2), server.udpPort)) { g =>
+        g.message(9, 0, 0, long)
+        eventually("one piece is stored") {
+          if (g.waiting == 2) g.report()
+          g.listen(20)
+          g.waiting == 1
+        }
+      }
+      Using.resource(new ModelGateway(Life(7, 3), server.udpPort)) { g =>
+        g.message(9, 0, 0, long, repeat = true)
+        g.settle()
+      }
+    }
+    assert(messages(given) == Seq(long, long))
+  }
+
+  "GW-07: the picture" should "show nodes, break, messages, and the log what has changed" in withServer() {
+    server =>
+      Using.resource(new ModelGateway(Life(7, 1), server.udpPort)) { g =>
+        g.node(1, hello(0x44, (0, 0)): _*)
+        for (a <- 2 to 5) g.node(a, hello(0x44, (5 - a + 1, a - 1)): _*)
+        g.ring(0, 0)
+        g.settle()
+        assert(ring(server)("nodes").arr.map(_("address").num.toInt) == Seq(1, 2, 3, 4, 5))
+        assert(ring(server)("nodes").arr.forall(_("state").str == "normal") && ring(server)("whole").bool)
+        val before = log(server).size
+        for (a <- 2 to 5) g.node(a, hello(0x44, (4, a)): _*) // only distances
+        g.settle()
+        assert(log(server).size == before)
+        g.node(3, hello(0x04, (0, 2)): _*)
+        g.node(4, 0)
+        g.node(5, hello(0x40, (1, 0)): _*)
+        g.ring(3, 5)
+        g.message(5, 0, 0, bytes("door open"), urgent = true)
+        g.settle()
+        val shown = ring(server)
+        assert(shown("ends").arr.map(_.num.toInt) == Seq(3, 5) && !shown("whole").bool)
+        val nodes = shown("nodes").arr.map(n => n("address").num.toInt -> n).toMap
+        assert(nodes(3)("text").str == "port 2 down" && nodes(4)("state").str == "lost")
+        assert(nodes(5)("text").str == "port 1 down" && nodes(2)("state").str == "normal")
+        val lines = log(server).drop(before).mkString("\n")
+        for (
+          text <- Seq(
+            "node 3: port 2 down",
+            "node 4: lost",
+            "ring broken between node 3 and node 5",
+            "“door open”"
+          )
+        ) assert(lines.contains(text))
+      }
+  }
+
+  it should "be there after a restart of the server, and the log tells nothing twice" in Directory {
+    directory =>
+      val given  = options(directory)
+      var before = 0
+      def tell(g: ModelGateway): Unit = {
+        g.node(2, hello(0x44, (1, 1)): _*)
+        g.node(3, 0)
+        g.ring(2, 2)
+        g.settle()
+      }
+      Using.resource(start(given)) { server =>
+        Using.resource(new ModelGateway(Life(7, 1), server.udpPort))(tell)
+        before = log(server).size
+      }
+      Using.resource(start(given)) { server =>
+        assert(ring(server)("silent").bool && ring(server)("nodes").arr.size == 2)
+        assert(ring(server)("nodes")(0)("state").str == "unknown")
+        Using.resource(new ModelGateway(Life(7, 2), server.udpPort))(tell)
+        assert(log(server).size == before && !ring(server)("silent").bool)
+      }
+  }
+
+  "GW-06: a message of the server" should "be taken once, whatever the network does, and its result told" in
+    withServer() { server =>
+      val random = new Random(5)
+      Using.resource(new ModelGateway(Life(7, 1), server.udpPort, faults = 0.2, random = random)) { g =>
+        g.results = s => (s.counter % 3).toInt
+        g.settle(3)
+        val page               = new PageClient(server)
+        def post(body: String) = page.post("api/ring", body)
+        for (i <- 1 to 12) {
+          val answer =
+            post(s"""{"ring": 7, "node": ${i % 5 * 2}, "text": "n° $i", "urgent": ${i % 2 == 0}}""")
+          assert(answer.statusCode == 202, answer.body)
+          eventually(s"$i is done") {
+            g.report()
+            g.listen(10)
+            ring(server)("orders").arr.last("state").str match {
+              case "delivered" | "refused" | "not confirmed" => true
+              case _                                         => false
+            }
+          }
+        }
+        assert(g.sends.map(s => new String(s.data.toArray, "UTF-8")) == (1 to 12).map(i => s"n° $i"))
+        assert(
+          g.sends.map(_.destination) == (1 to 12).map(_ % 5 * 2) && g.sends.map(_.urgent) == (1 to 12).map(
+            _ % 2 == 0
+          )
+        )
+        val ends = ring(server)("orders").arr.map(_("state").str).toSeq
+        assert(ends == (1 to 12).map(i => RingText.result(i % 3)))
+        for (
+          wrong <- Seq(
+            """{"ring": 7, "node": 126, "text": "x"}""",
+            """{"ring": 7, "node": 2, "text": ""}""",
+            """{"ring": 7, "node": 2, "hex": "0"}""",
+            s"""{"ring": 7, "node": 2, "text": "${"x" * 1025}"}""",
+            """{"ring": 7, "node": 2, "text": "x", "hex": "00"}""",
+            "nonsense"
+          )
+        ) assert(post(wrong).statusCode == 400, wrong)
+        assert(post("""{"ring": 7, "node": 1, "text": "x"}""").statusCode == 409)
+        assert(post("""{"ring": 8, "node": 2, "text": "x"}""").body.contains("no ring 8"))
+      }
+    }
+
+  it should "end as not confirmed when the gateway restarts, and others leave all the same" in withServer() {
+    server =>
+      val page               = new PageClient(server)
+      def post(text: String) = page.post("api/ring", s"""{"ring": 7, "node": 3, "text": "$text"}""")
+      def states             = ring(server)("orders").arr.map(_("state").str).toSeq
+      def untilTaken(g: ModelGateway, count: Int): Unit = eventually(s"$count are taken") {
+        g.report()
+        g.listen(10)
+        g.sends.size == count
+      }
+      Using.resource(new ModelGateway(Life(7, 1), server.udpPort)) { g =>
+        g.settle()
+        g.tells = false
+        assert(post("one").statusCode == 202)
+        untilTaken(g, 1)
+      }
+      Using.resource(new ModelGateway(Life(7, 2), server.udpPort)) { g =>
+        g.settle()
+        assert(states == Seq("not confirmed: the gateway has restarted"))
+        assert(post("two").statusCode == 202)
+        untilTaken(g, 1)
+        g.settle()
+        assert(states.last == "delivered" && g.sends.map(_.counter) == Seq(1))
+      }
+  }
+
+  "GW-04: reports of a ring" should "count only with a right tag, of this life, and newer than the last" in
+    withServer() { server =>
+      val other = key.updated(3, 1.toByte)
+      Using.resource(new ModelGateway(Life(7, 1), server.udpPort, key = other)) { g =>
+        g.message(2, 0, 0, bytes("forged"))
+        g.report()
+        eventually("it is refused")(refused(server, Refusal.Forged) == 1)
+      }
+      assert(state(server)("rings").arr.isEmpty)
+      val report = RingReport(Life(7, 1), 0, 1, 0, parts = Vector(Part(4, 1, Vector.fill(5)(0.toByte))))
+      val whole  = RingProtocol.encode(report, key)
+      // Every cut, every wrong length, and every byte that is another one: none counts.
+      for (n <- 0 until whole.length)
+        assert(RingProtocol.report(whole.take(n)).forall(!RingProtocol.isRight(_, whole.take(n), key)))
+      for (n <- whole.indices) {
+        val wrong = whole.updated(n, (whole(n) ^ 1).toByte)
+        assert(!RingProtocol.report(wrong).exists(RingProtocol.isRight(_, wrong, key)), s"byte $n")
+      }
+      assert(RingProtocol.report(whole).contains(report) && RingProtocol.isRight(report, whole, key))
+    }
+}
