@@ -36,9 +36,9 @@ BOARD   := $(foreach p,dataBusWidth maxSubTelegrams nodeIdWidth rmiiPorts \
 .PHONY: help verilog generated check-generated test soak test-changed fuzz smsoak hosts can-fuzz faults \
         transport-campaign relay-campaign campaign campaign-programs campaign-scheduler campaign-worker \
         campaign-record campaign-test alarm-latency page-latency cosim cosim-selftest interop lint matrix \
-        format check-format report figures pictures quartus check-board clean demo server firmware-test \
-        stack-test alarm-sim alarm-ring-sim ring-sim ethercrab-test mutants check-dependencies clocks \
-        slave-demo
+        format check-format report figures pictures quartus check-board clean demo demo-ring server \
+        firmware-test stack-test alarm-sim alarm-ring-sim ring-sim ethercrab-test mutants \
+        check-dependencies clocks slave-demo
 
 # A text too long for its line goes on in the next, behind a backslash.
 help: ## this text
@@ -154,8 +154,14 @@ cosim-selftest: tools-for-cosim-selftest ## the simulator against plain repeater
 demo: tools-for-demo alarm-sim ## the smoke-alarm system at work: a simulated line, the server with its \
       # page, a panel
 	@mkdir -p build/demo
-	@$(SBT) --error "server / export Runtime / fullClasspath" | tail -1 >build/demo/classpath
+	@$(SBT) --error "export server / Runtime / fullClasspath" | tail -1 >build/demo/classpath
 	@python3 demo/demo.py $(ARGS)
+
+demo-ring: tools-for-demo-ring ring-sim ## a fibre ring of twelve nodes at work: fibres to cut, the server \
+           # with its page, a panel, doors for CAN programs
+	@mkdir -p build/demo-ring
+	@$(SBT) --error "export server / Runtime / fullClasspath" | tail -1 >build/demo-ring/classpath
+	@python3 demo/ring.py $(ARGS)
 
 # The fastest simulator: without waveforms.
 alarm-sim: tools-for-alarm-sim ## build/alarm/flyframe-alarm: master and slaves with their host programs

@@ -13,6 +13,8 @@ import flyframe.protocol.RingPart
   *   status of its CAN ports F and T
   * @param distances
   *   from the gateway by its ports 1 and 2, in nodes; 0: not known
+  * @param isOld
+  *   it was there, but the gateway has not told of it since its start, or the server's
   */
 final case class RingNode(
     present: Boolean,
@@ -22,7 +24,8 @@ final case class RingNode(
     can: (Int, Int) = (0, 0),
     deviceType: Int = 0,
     version: Int = 0,
-    distances: (Int, Int) = (0, 0)
+    distances: (Int, Int) = (0, 0),
+    isOld: Boolean = false
 ) {
 
   /** Port 1 or 2 is up. */
@@ -92,20 +95,26 @@ final case class Ring(
     case _ => this
   }
 
+  /** Nobody knows whether nodes that were there still are. */
+  def aged: Ring = copy(nodes = nodes.map { case (address, n) => address -> n.copy(isOld = n.present) })
+
   /** With all that a report says. */
   def after(report: RingReport): Ring =
     report.parts.foldLeft(copy(status = report.status))((r, p) => r.told(p.kind, p.source, p.data))
 
-  /** The addresses in the order of the ring, from the gateway's port 2 on (FR-60): by the distance there, or
-    * from the other end. Those whose distance nobody knows stand behind, by address. Lost nodes stand at the
-    * break.
+  /** The addresses in the order of the ring, from the gateway's port 2 on (FR-60): by the distance there;
+    * then those that are heard at port 1 only, the farthest first; then those of which no distance is known.
+    * Lost nodes stand at the break.
     */
   def order: Seq[Int] = {
-    val all  = nodes.toSeq.collect { case (address, n) if n.present => address -> n.distances }
-    val size = all.size
-    def place(distances: (Int, Int)) =
-      if (distances._2 > 0) distances._2 else if (distances._1 > 0) size - distances._1 else size
-    val here            = all.sortBy { case (a, d) => (if (a == Ring.Gateway) -1 else place(d), a) }.map(_._1)
+    val all = nodes.toSeq.collect { case (address, n) if n.present => address -> n.distances }
+    def place(address: Int, distances: (Int, Int)) = distances match {
+      case _ if address == Ring.Gateway => (0, 0)
+      case (_, d) if d > 0              => (1, d)
+      case (d, _) if d > 0              => (2, -d)
+      case _                            => (3, 0)
+    }
+    val here            = all.sortBy { case (a, d) => (place(a, d), a) }.map(_._1)
     val lost            = nodes.collect { case (address, n) if !n.present => address }.toSeq.sorted
     val (before, after) = here.splitAt(here.indexOf(ends.fold(0)(_._1)) + 1)
     if (before.isEmpty) here ++ lost else before ++ lost ++ after

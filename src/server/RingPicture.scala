@@ -19,7 +19,7 @@ final case class RingPicture(ring: Ring, silent: Boolean, unproven: Boolean, ord
     "silent"   -> silent,
     "unproven" -> unproven,
     "heard"    -> text(ring.heard.map(_.toString)),
-    "present"  -> ring.nodes.values.count(_.present),
+    "present"  -> ring.nodes.values.count(n => n.present && !n.isOld),
     "text"     -> RingText.ends(ring.ends),
     "whole"    -> ring.ends.isEmpty,
     "ends" -> ring.ends.fold[ujson.Value](ujson.Null) { case (a, b) =>
@@ -42,10 +42,10 @@ final case class RingPicture(ring: Ring, silent: Boolean, unproven: Boolean, ord
   ).flatten ++ RingText.notices(ring.status)
 
   private def node(address: Int, n: RingNode): ujson.Obj = {
-    val words = RingText.node(n)
+    val words = if (n.isOld) Seq("not heard yet") else RingText.node(n)
     val state =
       if (!n.present) "lost"
-      else if (silent) "unknown"
+      else if (silent || n.isOld) "unknown"
       else if (words.forall(_ == "guard")) "normal"
       else "fault"
     ujson.Obj(

@@ -21,7 +21,7 @@ final class Rings(isSilent: Option[Long] => Boolean, clockMs: () => Long, timeOf
 
   /** After a start: what the log tells. */
   def restore(known: Seq[Ring]): Unit = for (r <- known.take(MostRings)) {
-    rings(r.id) = r
+    rings(r.id) = r.aged
     silent += r.id
   }
 
@@ -41,7 +41,7 @@ final class Rings(isSilent: Option[Long] => Boolean, clockMs: () => Long, timeOf
       case Some(r) if r.life.contains(report.life) => r
       case before =>
         ordersOf(id).abandon()
-        before.getOrElse(Ring(id)).copy(life = Some(report.life), stored = None, gaps = Vector.empty)
+        before.getOrElse(Ring(id)).aged.copy(life = Some(report.life), stored = None, gaps = Vector.empty)
     }
     silent -= id
     from(id) = sender

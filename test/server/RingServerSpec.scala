@@ -164,6 +164,15 @@ class RingServerSpec extends AnyFlatSpec {
         assert(ring(server)("nodes")(0)("state").str == "unknown")
         Using.resource(new ModelGateway(Life(7, 2), server.udpPort))(tell)
         assert(log(server).size == before && !ring(server)("silent").bool)
+        assert(ring(server)("present").num == 1 && ring(server)("nodes")(0)("state").str != "unknown")
+        // A node that was there before the gateway's restart, and is not told of any more.
+        Using.resource(new ModelGateway(Life(7, 3), server.udpPort)) { g =>
+          g.node(5, hello(0x44, (2, 2)): _*)
+          g.settle()
+        }
+        val nodes = ring(server)("nodes").arr.map(n => n("address").num.toInt -> n("text").str).toMap
+        assert(nodes == Map(2 -> "not heard yet", 3 -> "lost", 5 -> "normal"))
+        assert(ring(server)("present").num == 1)
       }
   }
 

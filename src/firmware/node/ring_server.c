@@ -4,7 +4,7 @@
 #include "ring-server.h"
 
 enum {
-  LOOK_MS = 100, /* between two looks at the nodes, at most */
+  LOOK_MS = 100, /* between two looks at the nodes without news, at most */
   US_IN_MS = 1000,
   PARTS_OF_MESSAGE = 2, /* the most that a message of 2 KiB has */
   PARTS_FOR_OTHERS = 8, /* places that messages leave for what else is to be told */
@@ -66,10 +66,17 @@ static void look_at_node(struct ring_server *s, uint8_t address) {
 }
 
 static void look_at_ring(struct ring_server *s) {
-  if (s->node.now_us - s->looked_us < look_us(s)) return;
-  s->looked_us = s->node.now_us;
+  const uint32_t news = transport_news(&s->node.transport);
+  const uint8_t ports = (uint8_t)read_number(s->node.board, NODE_RING_PORTS, 1);
+  const bool due = s->node.now_us - s->looked_us >= look_us(s);
+  if (news == s->news && ports == s->ports && !due) return;
+  if (due) s->looked_us = s->node.now_us;
+  s->news = news;
+  s->ports = ports;
   ring_picture_look(&s->picture, &s->node);
   for (uint8_t a = 1; a < TRANSPORT_NODES; ++a) look_at_node(s, a);
+  /* The other side of a break tells of it in a moment. */
+  if ((s->picture.ends[0] == 0) != (s->picture.ends[1] == 0) && !due) return;
   tell(s, &s->ring, PROTOCOL_RING_PART_RING, s->parameters.node.address, s->picture.ends,
        sizeof s->picture.ends);
 }

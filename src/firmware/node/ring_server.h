@@ -43,6 +43,8 @@ struct ring_server {
   bool plant_works;
   uint8_t status;
   uint64_t looked_us, due_us;
+  uint32_t news; /* of the transport, when the nodes were looked at last */
+  uint8_t ports; /* of the own node then */
   struct ring_server_node nodes[TRANSPORT_NODES];
   struct ring_server_node ring; /* likewise, its ends */
   struct ring_server_order orders[RING_SERVER_ORDERS];

@@ -96,6 +96,7 @@ struct transport {
   uint64_t hello_at;
   bool member[TRANSPORT_NODES];
   uint8_t told[TRANSPORT_NODES][1 + TRANSPORT_HELLO_BYTES]; /* in the last HELLO */
+  uint32_t news;                                            /* times that a HELLO told something else */
   uint64_t member_at[TRANSPORT_NODES];
   struct transport_object objects[TRANSPORT_OBJECTS];
   struct transport_watched watched[TRANSPORT_WATCHED];

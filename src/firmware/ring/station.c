@@ -7,9 +7,15 @@ static uint32_t hello_us(const struct transport *t) {
   return (t->config.hello_ms == 0 ? HELLO_MS : t->config.hello_ms) * (uint32_t)US_IN_MS;
 }
 
+static bool is_same(const uint8_t *a, const uint8_t *b, uint8_t length) {
+  while (length > 0 && a[length - 1] == b[length - 1]) --length;
+  return length == 0;
+}
+
 void station_start(struct transport *t, uint64_t now_us) { t->hello_at = now_us; }
 
 void station_heard(struct transport *t, uint8_t source, const uint8_t *bytes, uint64_t now_us) {
+  if (!t->member[source] || !is_same(t->told[source], bytes, sizeof t->told[source])) ++t->news;
   t->member[source] = true;
   copy_bytes(t->told[source], bytes, sizeof t->told[source]);
   t->member_at[source] = now_us;
@@ -28,14 +34,11 @@ bool transport_told(const struct transport *t, uint8_t source, uint8_t *life,
   return t->member[source];
 }
 
+uint32_t transport_news(const struct transport *t) { return t->news; }
+
 void transport_hello(struct transport *t, const uint8_t bytes[TRANSPORT_HELLO_BYTES]) {
   if (bytes[PORTS] != t->config.hello[PORTS]) t->hello_due = true;
   copy_bytes(t->config.hello, bytes, TRANSPORT_HELLO_BYTES);
-}
-
-static bool is_same(const uint8_t *a, const uint8_t *b, uint8_t length) {
-  while (length > 0 && a[length - 1] == b[length - 1]) --length;
-  return length == 0;
 }
 
 bool transport_object(struct transport *t, uint8_t destination, uint8_t number, const uint8_t *data,

@@ -119,6 +119,9 @@ void transport_members(const struct transport *transport, uint8_t map[TRANSPORT_
 bool transport_told(const struct transport *transport, uint8_t source, uint8_t *life,
                     uint8_t bytes[TRANSPORT_HELLO_BYTES]);
 
+/* Changes when a HELLO tells something else than the node's last one. */
+uint32_t transport_news(const struct transport *transport);
+
 /* HELLO has other bytes from now on; a change of a port is told at once. */
 void transport_hello(struct transport *transport, const uint8_t bytes[TRANSPORT_HELLO_BYTES]);
 

@@ -1,0 +1,159 @@
+"""What demonstrations have in common: their programs, the panel at the terminal, a key."""
+import json
+import os
+import pathlib
+import secrets
+import select
+import signal
+import socket
+import subprocess
+import sys
+import time
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+
+
+def make_key(path):
+    """A key of this demonstration: readable for its owner only, never shown."""
+    if path.exists():
+        return
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w") as file:
+        file.write(secrets.token_hex(16) + "\n")
+
+
+def free_port(wanted):
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind(("127.0.0.1", wanted))
+            return wanted
+        except OSError:
+            return 0
+
+
+class Children:
+    """The programs of the demonstration; all end together."""
+
+    def __init__(self):
+        self.all = []
+
+    def start(self, name, *command):
+        # A group of its own: Ctrl-C reaches this program only, which then ends the others in order.
+        child = subprocess.Popen(
+            [str(c) for c in command], stdout=subprocess.PIPE, text=True, cwd=ROOT, start_new_session=True
+        )
+        self.all.append((name, child))
+        return child
+
+    def ended(self):
+        return next((name for name, child in self.all if child.poll() is not None), None)
+
+    def stop(self):
+        for _, child in reversed(self.all):
+            if child.poll() is None:
+                child.terminate()
+        for _, child in reversed(self.all):
+            try:
+                child.wait(10)
+            except subprocess.TimeoutExpired:
+                child.kill()
+
+
+def expect(name, child, beginnings):
+    """What follows each of the beginnings in the lines the program prints at its start."""
+    found = {}
+    for line in child.stdout:
+        for b in beginnings:
+            if line.startswith(b):
+                found[b] = line[len(b) :].strip()
+        if len(found) == len(beginnings):
+            return found
+    sys.exit(f"The {name} did not start; see above.")
+
+
+class Panel:
+    """Takes lines of the user. `help_text`: what it can do; `show`: prints a status; `shorthand`: makes a
+    line of the simulator's control socket of the user's words."""
+
+    def __init__(self, path, help_text, show, shorthand):
+        self.help_text, self.show, self.shorthand = help_text, show, shorthand
+        self.socket = socket.socket(socket.AF_UNIX)
+        self.socket.connect(str(path))
+        self.answers = self.socket.makefile("r")
+
+    def ask(self, line):
+        self.socket.sendall((line + "\n").encode())
+        return self.answers.readline().rstrip("\n")
+
+    def take(self, line):
+        """One line of the user; False: quit."""
+        words = line.split()
+        if not words:
+            return True
+        if words[0] in ("quit", "exit", "q"):
+            return False
+        if words[0] in ("help", "?", "h"):
+            print(self.help_text)
+            return True
+        answer = self.ask(" ".join(self.shorthand(words)))
+        if answer.startswith("ok {"):
+            self.show(json.loads(answer[3:]))
+        elif answer.startswith("error: "):
+            print(answer[7:])
+        else:
+            print(answer[3:] or "ok")
+        return True
+
+
+def serve(panel, children):
+    open_input = sys.stdin is not None
+    prompt = "> " if open_input and sys.stdin.isatty() else ""
+    print(prompt, end="", flush=True)
+    while True:
+        ended = children.ended()
+        if ended:
+            sys.exit(f"The {ended} has ended; see above.")
+        if not open_input:
+            time.sleep(0.5)
+            continue
+        if not select.select([sys.stdin], [], [], 0.5)[0]:
+            continue
+        line = sys.stdin.readline()
+        if not line:
+            open_input = False  # no panel then: the system just runs
+        elif not panel.take(line):
+            return
+        else:
+            print(prompt, end="", flush=True)
+
+
+def server_command(folder, http_port):
+    """The server, on loopback, with its files in `folder`. It is patient, since simulated time is slow."""
+    return (
+        "java", "-cp", (folder / "classpath").read_text().strip(), "flyframe.server.Server",
+        "--http-port", free_port(http_port), "--udp-port", 0, "--database", folder / "log.db",
+        "--key", folder / "key", "--master-timeout-ms", 60000, "--order-timeout-ms", 120000,
+    )  # fmt: skip
+
+
+def run(folder, http_port, simulator, greet, make_panel):
+    """Starts the server and a simulator, and serves the panel until the user or a program ends.
+
+    `simulator`: its command, made of the server's UDP port; `greet`: prints what the user should know, from
+    the address of the page; `make_panel`: connects the panel."""
+    folder.mkdir(parents=True, exist_ok=True)
+    make_key(folder / "key")
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
+    children = Children()
+    try:
+        server = children.start("server", *server_command(folder, http_port))
+        told = expect("server", server, ["page: ", "reports: udp "])
+        reports = told["reports: udp "].rsplit(":", 1)[1]
+        line = children.start("simulator", *simulator(reports))
+        expect("simulator", line, ["ready: "])
+        greet(told["page: "])
+        serve(make_panel(), children)
+    except KeyboardInterrupt:
+        print()
+    finally:
+        children.stop()
