@@ -378,6 +378,8 @@ object TestSets {
       filters = filters,
       nodeIdWidth = bits,
       ring = ring,
+      plant = i / 2 % 2,
+      rmiiPorts = if (i % 8 == 2 || i % 8 == 7) 1 else 0,
       hostInterface = host
     )
   }
