@@ -234,8 +234,9 @@ report: tools-for-report ## measures area, latencies and Fmax: docs/report.md, d
         # the alarm system by alarm-latency and page-latency, if they have run here, else the last ones
 	$(SBT) "runMain flyframe.report.Report"
 
-pictures: tools-for-test ## writes the timing pictures of docs/hosts.md, as a test records them
-	FLYFRAME_PICTURES=write $(SBT) "testOnly flyframe.host.TimingPicturesSpec"
+pictures: tools-for-test ## writes the pictures of docs/hosts.md and the plots of docs/ring.md, as tests \
+          # measure them
+	FLYFRAME_PICTURES=write $(SBT) "testOnly flyframe.host.TimingPicturesSpec flyframe.ring.RingPicturesSpec"
 
 figures: tools-for-figures ## writes the figures of docs/report.json into the pages that show some, without \
          # measuring

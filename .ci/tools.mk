@@ -12,7 +12,7 @@ debian  = $(addprefix debian:,$(1))
 need_sbt      = $(call missing,command -v sbt,maven:org.scala-sbt:$(LAUNCHER))
 need_sim      = $(call debian,verilator g++ yosys z3 tshark python3 libpcap-dev zlib1g-dev \
                   nlohmann-json3-dev libcli11-dev)
-need_can      = $(call debian,sigrok-cli)
+need_can      = $(call debian,sigrok-cli can-utils)
 need_arm      = $(call debian,gcc-arm-none-eabi)
 need_alarm    = $(need_sim) $(call debian,libslirp-dev)
 need_board    = $(need_sim) $(call debian,tcl)

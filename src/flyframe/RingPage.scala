@@ -1,5 +1,6 @@
 package flyframe
 
+import flyframe.can.BitSetting
 import flyframe.fibre.Reach
 import flyframe.params.Presets
 import flyframe.relay.LinkTiming
@@ -13,9 +14,18 @@ object RingPage {
   private val registers = RegisterMap(Presets.relay)
   private val f         = CanRegisters.PortStarts.head
 
-  /** Quanta of a bit: the sync segment, the propagation and both phase segments of FR-38. */
-  private val (tseg1, tseg2, sjw) = (1 + 18 + 3 - 1, 3, 3)
-  private val quanta              = 1 + tseg1 + tseg2
+  /** Quanta of a bit: the propagation and both phase segments of FR-38. */
+  val timing: BitSetting = BitSetting(tseg1 = 18 + 3, tseg2 = 3, sjw = 3)
+
+  /** Core cycles of a quantum at a bit rate of bus mode, kbit/s. */
+  def prescaler(coreClockMhz: Int, kbps: Int): Int = {
+    val prescaler = coreClockMhz * 1000 / (timing.length * kbps)
+    require(
+      prescaler * timing.length * kbps == coreClockMhz * 1000,
+      s"rate is $kbps kbit/s but must divide $coreClockMhz MHz by ${timing.length} quanta."
+    )
+    prescaler
+  }
 
   private def at(address: Int): String = f"`0x$address%04X`"
 
@@ -31,24 +41,21 @@ object RingPage {
   private def reach(coreClockMhz: Int): Seq[String] = {
     val header = Seq("kbit/s") ++ Reach.Nodes.map(n => s"$n nodes") ++ Seq(s"prescaler, $coreClockMhz MHz")
     val rows = Reach.Rates.map { rate =>
-      val prescaler = coreClockMhz * 1000 / (quanta * rate)
-      require(
-        prescaler * quanta * rate == coreClockMhz * 1000,
-        s"rate is $rate kbit/s but must divide $coreClockMhz MHz by $quanta quanta."
-      )
-      Seq(s"$rate") ++ Reach.Nodes.map(n => Reach.entry(rate, n, coreClockMhz)) ++ Seq(s"$prescaler")
+      val entries = Reach.Nodes.map(n => Reach.entry(rate, n, coreClockMhz))
+      Seq(s"$rate") ++ entries ++ Seq(s"${prescaler(coreClockMhz, rate)}")
     }
     table(header: _*)(rows)
   }
 
   private def setup: Seq[(String, String)] = {
-    val low = tseg1 - 1 | (tseg2 - 1 | sjw - 1 << 4) << 8
+    val low = timing.tseg1 - 1 | (timing.tseg2 - 1 | timing.sjw - 1 << 4) << 8
     Seq(
       s"${at(RingRegisters.Address)}" -> "the node's address, each another one",
       s"${at(RingRegisters.Control)}" ->
         s"${1 << RingRegisters.Home} in one node, normally the one with the server: it is `home`; else 0",
       s"${at(f + CanRegisters.Timing)}, four bytes" ->
-        f"two bytes with the prescaler less one, then 0x${low & 0xff}%02X 0x${low >> 8}%02X: $quanta quanta",
+        (f"two bytes with the prescaler less one, then 0x${low & 0xff}%02X 0x${low >> 8}%02X: " +
+          s"${timing.length} quanta"),
       s"${at(CanRegisters.FilterStarts.head)} on" ->
         "what the node wants to receive; value 0x20000000 and mask 0 let everything pass",
       s"${at(f + CanRegisters.Control)}" -> "1: it takes part, after eleven recessive bits"
@@ -142,9 +149,19 @@ object RingPage {
     Seq("The same at a core clock of 50 MHz:", ""),
     reach(50),
     paragraph(
-      s"""With this bit timing ($quanta quanta, sample point behind ${1 + tseg1}, SJW $sjw) the clocks of
+      s"""With this bit timing (${timing.length} quanta, sample point behind
+      ${1 + timing.tseg1}, SJW ${timing.sjw}) the clocks of
       the nodes may be 4,000 ppm off the nominal one."""
     ),
+    paragraph("""![Length against bit rate for 2 to 50 nodes: lines by this rule, points as far as the
+      farthest two nodes of the golden model arbitrate](ring-reach.svg)"""),
+    paragraph(
+      """How far beyond the rule it goes depends on where edges fall; do not plan with it. What light the
+      receivers take, for the demodulator `demodulator` 0 (fast) and the published one (1, counting), which
+      decides every 2 us only and so cannot do 400 kbit/s (FR-04):"""
+    ),
+    paragraph("""![Wrong symbols against jitter, duty cycle, lost pulses and clock
+      error](ring-modem.svg)"""),
     Seq("## How long, how fast: relay mode", ""),
     paragraph(
       s"""A link has 400 kbit/s to 2 Mbit/s, the same everywhere: ${LinkTiming.Least} to ${LinkTiming.Most}

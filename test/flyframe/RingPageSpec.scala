@@ -1,6 +1,8 @@
 package flyframe
 
+import flyframe.fibre.Reach
 import org.scalatest.flatspec.AnyFlatSpec
+import scala.sys.process.Process
 
 class RingPageSpec extends AnyFlatSpec {
   private val rows = RingPage.text.linesIterator.toSet
@@ -20,6 +22,26 @@ class RingPageSpec extends AnyFlatSpec {
     assert(
       rows("| `0x0104`, four bytes | two bytes with the prescaler less one, then 0x14 0x22: 25 quanta |")
     )
+  }
+
+  // A program of Debian's can-utils; its controllers have 16 quanta before the sample point at most.
+  it should "set bit rates as can-calc-bit-timing does, as far as that goes" in {
+    val own = 100.0 * (1 + RingPage.timing.tseg1) / RingPage.timing.length
+    for (clock <- Seq(50, 100); kbps <- Reach.Rates.filter(_ >= 125)) {
+      val command = s"can-calc-bit-timing -q -c ${clock}000000 -b ${kbps}000 -s ${(10 * own).round}"
+      // Nominal rate, quantum, segments (3), SJW, prescaler, real rate, its error, both sample points, ...
+      val rows =
+        Process(command).!!.linesIterator.map(_.trim.split(" +").toSeq).filter(_.head == s"${kbps}000").toSeq
+      assert(rows.nonEmpty, command)
+      for (row <- rows) {
+        val Seq(propagation, phase1, phase2) = row.slice(2, 5).map(_.toInt)
+        val (before, length)                 = (1 + propagation + phase1, 1 + propagation + phase1 + phase2)
+        assert(row(7) == s"${kbps}000" && row(8) == "0.0%", row)
+        assert(row(6).toInt * length == RingPage.prescaler(clock, kbps) * RingPage.timing.length, row)
+        val far = own - 100.0 * before / length
+        assert(far.abs <= 100.0 / length || propagation + phase1 == 16, row)
+      }
+    }
   }
 
   it should "name the registers that tell of a break" in {

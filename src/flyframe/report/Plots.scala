@@ -2,7 +2,7 @@ package flyframe.report
 
 import java.awt.{BasicStroke, Color, Font, Rectangle}
 import org.jfree.chart.axis.{LogarithmicAxis, NumberAxis}
-import org.jfree.chart.plot.{CategoryPlot, PlotOrientation, ValueMarker}
+import org.jfree.chart.plot.{CategoryPlot, CombinedRangeXYPlot, PlotOrientation, ValueMarker, XYPlot}
 import org.jfree.chart.renderer.xy.XYLineAndShapeRenderer
 import org.jfree.chart.renderer.category.{BarRenderer, StandardBarPainter}
 import org.jfree.chart.labels.StandardCategoryItemLabelGenerator
@@ -10,7 +10,8 @@ import org.jfree.chart.{ChartFactory, JFreeChart}
 import org.jfree.data.category.DefaultCategoryDataset
 import org.jfree.data.xy.{XYSeries, XYSeriesCollection}
 import org.jfree.svg.SVGGraphics2D
-import org.jfree.chart.ui.{RectangleAnchor, TextAnchor}
+import org.jfree.chart.title.LegendTitle
+import org.jfree.chart.ui.{RectangleAnchor, RectangleEdge, TextAnchor}
 
 /** The plots of the report, as SVG texts. */
 object Plots {
@@ -120,6 +121,85 @@ object Plots {
     series.indices.foreach(i => renderer.setSeriesPaint(i, colours(i % colours.size)))
     plot.setRenderer(renderer)
     svg(name, chart, 720, 400)
+  }
+
+  private val many =
+    colours ++ Seq(new Color(0x8e5ea2), new Color(0xa02020))
+
+  private def dataset(series: Seq[(String, Seq[(Double, Double)])]): XYSeriesCollection = {
+    val data = new XYSeriesCollection
+    for ((title, values) <- series) {
+      val line = new XYSeries(title)
+      for ((x, y) <- values) line.add(x, y)
+      data.addSeries(line)
+    }
+    data
+  }
+
+  private def plain(plot: XYPlot): Unit = {
+    plot.setBackgroundPaint(Color.WHITE)
+    plot.setRangeGridlinePaint(Color.LIGHT_GRAY)
+    plot.setDomainGridlinePaint(Color.LIGHT_GRAY)
+  }
+
+  private def renderer(lines: Boolean, shapes: Boolean, count: Int): XYLineAndShapeRenderer = {
+    val renderer = new XYLineAndShapeRenderer(lines, shapes)
+    for (i <- 0 until count) {
+      renderer.setSeriesPaint(i, many(i % many.size))
+      renderer.setSeriesStroke(i, new BasicStroke(2f))
+    }
+    renderer
+  }
+
+  /** Lines over several axes side by side, with one logarithmic axis for all. Every panel has the same
+    * series.
+    */
+  def panels(
+      name: String,
+      axis: String,
+      panels: Seq[(String, Seq[(String, Seq[(Double, Double)])])]
+  ): String = {
+    val all = new CombinedRangeXYPlot(new LogarithmicAxis(axis))
+    for ((title, series) <- panels) {
+      val domain = new NumberAxis(title)
+      domain.setAutoRangeIncludesZero(false)
+      val plot = new XYPlot(dataset(series), domain, null, renderer(lines = true, shapes = true, series.size))
+      plain(plot)
+      all.add(plot)
+    }
+    val chart = new JFreeChart(null, JFreeChart.DEFAULT_TITLE_FONT, all, false)
+    val items = all.getSubplots.get(0).asInstanceOf[XYPlot].getLegendItems
+    chart.addLegend(new LegendTitle(() => items))
+    chart.getLegend.setPosition(RectangleEdge.BOTTOM)
+    chart.setBackgroundPaint(Color.WHITE)
+    svg(name, chart, 960, 420)
+  }
+
+  /** Curves and measured points over two logarithmic axes; the points have the colours of the curves whose
+    * titles theirs begin with.
+    */
+  def curves(
+      name: String,
+      x: String,
+      y: String,
+      curves: Seq[(String, Seq[(Double, Double)])],
+      points: Seq[(String, Seq[(Double, Double)])]
+  ): String = {
+    val plot = new XYPlot(
+      dataset(curves),
+      new LogarithmicAxis(x),
+      new LogarithmicAxis(y),
+      renderer(lines = true, shapes = false, curves.size)
+    )
+    val dots = renderer(lines = false, shapes = true, points.size)
+    for (((title, _), i) <- points.zipWithIndex)
+      dots.setSeriesPaint(i, many(curves.indexWhere(c => title.startsWith(c._1 + ",")) % many.size))
+    plot.setDataset(1, dataset(points))
+    plot.setRenderer(1, dots)
+    plain(plot)
+    val chart = new JFreeChart(null, JFreeChart.DEFAULT_TITLE_FONT, plot, true)
+    chart.setBackgroundPaint(Color.WHITE)
+    svg(name, chart, 720, 460)
   }
 
   /** Logic elements of every unit in every preset. */
