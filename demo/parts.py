@@ -31,6 +31,13 @@ def free_port(wanted):
             return 0
 
 
+def door_port(wanted):
+    """The wanted port, or one that is free now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", free_port(wanted)))
+        return probe.getsockname()[1]
+
+
 class Children:
     """The programs of the demonstration; all end together."""
 

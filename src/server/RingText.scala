@@ -71,9 +71,12 @@ object RingText {
       try Some(decoder.decode(ByteBuffer.wrap(bytes.toArray)).toString)
       catch { case _: CharacterCodingException => None }
     text
-      .filter(t => t.nonEmpty && t.forall(c => !c.isControl))
+      .filter(t => t.nonEmpty && t.forall(isShown))
       .fold(bytes.map(b => f"${b & 0xff}%02x").mkString)(t => s"“$t”")
   }
+
+  /** Neither a control character nor one that changes how its neighbours are shown. */
+  private def isShown(c: Char): Boolean = !c.isControl && Character.getType(c) != Character.FORMAT.toInt
 
   /** What a part says that the log has. */
   def part(p: Part, whole: Seq[Byte], isCut: Boolean): String = p.kind match {

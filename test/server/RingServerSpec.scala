@@ -246,6 +246,14 @@ class RingServerSpec extends AnyFlatSpec {
       }
   }
 
+  "GW-07: a message" should "be shown as text only if nothing in it changes what stands beside it" in {
+    assert(RingText.data(bytes("Türe 3 – zu")) == "“Türe 3 – zu”")
+    for (odd <- Seq("a\nb", "a\u202eb", "a\u0000", "\u200f"))
+      assert(RingText.data(bytes(odd)).matches("[0-9a-f]+"))
+    assert(RingText.data(Seq(0xc3.toByte)) == "c3")
+    assert(RingText.data(Seq.fill(300)('x'.toByte)).endsWith("x” … (300 bytes)"))
+  }
+
   "GW-04: reports of a ring" should "count only with a right tag, of this life, and newer than the last" in
     withServer() { server =>
       val other = key.updated(3, 1.toByte)
