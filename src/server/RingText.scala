@@ -46,8 +46,9 @@ object RingText {
   }
 
   def ends(ends: Option[(Int, Int)]): String = ends match {
-    case None         => "ring whole"
-    case Some((a, b)) => s"ring broken between ${nodeName(a)} and ${nodeName(b)}"
+    case None                   => "ring whole"
+    case Some((a, b)) if a == b => s"${nodeName(a)} is alone: it hears no other"
+    case Some((a, b))           => s"ring broken between ${nodeName(a)} and ${nodeName(b)}"
   }
 
   private def nodeName(address: Int) = if (address == 0) "an unknown node" else s"node $address"

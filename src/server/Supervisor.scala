@@ -63,7 +63,6 @@ final class Supervisor(
   // After a start: what the log tells, and who is to be there. No master has reported yet.
   for (id <- expected.masters.keys.toSeq.sorted) masters(id) = Master(id)
   try {
-    rings.restore(store.rings)
     for (r <- store.youngest) {
       val id = r.life.master
       if (masters.contains(id) || masters.size < MostMasters) {
@@ -72,6 +71,7 @@ final class Supervisor(
         store.records(id, MostRecords).foreach(gapsOf(id).seen)
       }
     }
+    rings.restore(store.rings)
   } catch { case e: SQLException => broken = Some(s"The log cannot be read (${e.getMessage}).") }
   silent ++= masters.keys
 

@@ -281,6 +281,52 @@ void testBreak() {
   check("GWB-01: the gateway's own port counts, too", find(PROTOCOL_RING_PART_RING) == Bytes({5, 1}));
 }
 
+// With the times of a board: HELLO each second, distances forgotten after 640 ms.
+void testMoments() {
+  Bench b;
+  b.start();
+  const auto distances = [&](uint8_t one, uint8_t two) {
+    b.at.memory[NODE_RING_DISTANCEN(5)] = one, b.at.memory[NODE_RING_DISTANCEN(5) + 1] = two;
+  };
+  const auto second = [&](uint8_t one, uint8_t two, uint8_t can) {
+    b.at.comes({false, 0, false, 5, RING_HELLO, 0, true}, {3, 0, 0x44, can, 0, 0, 7, 1});
+    distances(one, two), b.run(640);
+    distances(0, 0), b.run(360);
+  };
+  const auto newest = [&] {
+    Bytes last;
+    for (const Bytes& d : b.at.datagrams)
+      for (const auto& p : Bench::partsOf(d))
+        if (p.type == PROTOCOL_RING_PART_NODE && p.source == 5) last = p.data;
+    return last;
+  };
+  second(3, 2, 1), b.settle();
+  const uint64_t stored = b.server.reports.oldest;
+  for (int i = 0; i < 6; ++i) second(3, 2, static_cast<uint8_t>(1 | i % 4 << 4));
+  check("GWB-02: a silence between two HELLO, or a frame just now, is no news",
+        b.server.reports.oldest == stored && b.server.reports.count == 0);
+  check("GWB-02: the distances are those that were heard last",
+        newest().size() == RING_SERVER_NODE_BYTES && newest()[9] == 3 && newest()[10] == 2);
+  for (int i = 0; i < 4; ++i) second(0, 2, 1);
+  check("GWB-02: a distance that is not heard any more is told as such",
+        b.server.reports.count == 1 && newest()[9] == 0 && newest()[10] == 2);
+  b.settle();
+  second(0, 2, 2);
+  check("GWB-02: a port that becomes error passive is news", b.server.reports.count == 1 && newest()[4] == 2);
+  b.settle();
+
+  // A node dies while the server starts anew, and there is no place to tell of it.
+  for (uint8_t n = 10; n < 100; ++n) b.hello(n);
+  b.run(120);
+  check("GWB-02: all places are taken", ring_reports_free(&b.server.reports) == 0);
+  b.serverLife += 1;
+  b.at.incoming.push_back(b.answer(b.last(), get(b.last(), PROTOCOL_RING_REPORT_NUMBER_AT, 4)));
+  b.run(4000);
+  b.settle();
+  b.run(500), b.settle(), b.run(500), b.settle(), b.run(500), b.settle();
+  check("GWB-02: it is told as lost all the same", newest() == Bytes{0});
+}
+
 void testMessages() {
   Bench b;
   b.start(), b.hello(9), b.run(120), b.settle();
@@ -485,6 +531,7 @@ void testNonsense() {
 void testGateway() {
   testReports();
   testBreak();
+  testMoments();
   testMessages();
   testFlood();
   testOrders();

@@ -1,6 +1,6 @@
 package flyframe.server
 
-import java.net.{DatagramPacket, DatagramSocket, InetSocketAddress, SocketTimeoutException}
+import java.net.DatagramSocket
 import scala.collection.mutable
 import scala.util.Random
 import flyframe.protocol.{RingFlag, RingPart, RingResult}
@@ -16,11 +16,9 @@ final class ModelGateway(
     key: Array[Byte] = ServerBench.key,
     faults: Double = 0,
     random: Random = new Random(1),
-    socket: DatagramSocket = ModelMaster.socket()
-) extends AutoCloseable {
-  private val server  = new InetSocketAddress(ModelMaster.loopback, port)
+    socket: DatagramSocket = ModelStation.socket()
+) extends ModelStation(port, faults, random, socket) {
   private val kept    = mutable.Buffer.empty[Part]
-  private val late    = mutable.Buffer.empty[() => Unit]
   private var first   = 0L
   private var counter = 0L // of the last report
   private var echo    = 0L // of the last answer taken
@@ -73,25 +71,7 @@ final class ModelGateway(
     var parts = kept.toVector
     def made  = RingProtocol.encode(RingReport(life, known, counter, first, taken, 0, parts), key)
     while (made.length > RingProtocol.MostBytes) parts = parts.init
-    through(made)(datagram => socket.send(new DatagramPacket(datagram, datagram.length, server)))
-  }
-
-  /** Takes what the server has sent, for so long, ms. */
-  def listen(ms: Int): Unit = {
-    val end    = System.nanoTime() + ms * 1000000L
-    val packet = new DatagramPacket(new Array[Byte](2048), 2048)
-    while ({
-      val left = (end - System.nanoTime()) / 1000000
-      left > 0 && {
-        socket.setSoTimeout(left.toInt max 1)
-        try {
-          packet.setLength(2048)
-          socket.receive(packet)
-          through(packet.getData.take(packet.getLength))(take)
-          true
-        } catch { case _: SocketTimeoutException => false }
-      }
-    }) ()
+    send(made)
   }
 
   /** Reports and listens until the server has all, or for a minute. */
@@ -103,17 +83,7 @@ final class ModelGateway(
     }
   }
 
-  private def through(datagram: Array[Byte])(deliver: Array[Byte] => Unit): Unit = {
-    def happens = random.nextDouble() < faults
-    if (happens) late += (() => deliver(datagram))
-    else if (!happens) {
-      deliver(datagram)
-      if (happens) deliver(datagram)
-      if (late.nonEmpty && random.nextBoolean()) late.remove(random.nextInt(late.size))()
-    }
-  }
-
-  private def take(datagram: Array[Byte]): Unit = {
+  protected def take(datagram: Array[Byte]): Unit = {
     for (a <- Protocol.answer(datagram, key) if a.life == life && a.echo > echo) {
       echo = a.echo
       known = a.server
@@ -131,6 +101,4 @@ final class ModelGateway(
         if (tells) happen(Part(RingPart.Result, 1, (counter :+ results(s).toByte).toVector))
       }
   }
-
-  def close(): Unit = socket.close()
 }

@@ -1,6 +1,6 @@
 package flyframe.server
 
-import java.net.{DatagramPacket, DatagramSocket, InetAddress, InetSocketAddress, SocketTimeoutException}
+import java.net.DatagramSocket
 import scala.collection.mutable
 import scala.util.Random
 import flyframe.protocol.{CommandResult, EventKind, MasterStatus, Order, ServerDatagram, SlaveStatus}
@@ -18,11 +18,9 @@ final class ModelMaster(
     key: Array[Byte] = ServerBench.key,
     faults: Double = 0,
     random: Random = new Random(1),
-    socket: DatagramSocket = ModelMaster.socket()
-) extends AutoCloseable {
-  private val server  = new InetSocketAddress(ModelMaster.loopback, port)
+    socket: DatagramSocket = ModelStation.socket()
+) extends ModelStation(port, faults, random, socket) {
   private val kept    = mutable.Buffer.empty[Event]
-  private val late    = mutable.Buffer.empty[() => Unit]
   private var first   = 0L
   private var counter = 0L // of the last report
   private var echo    = 0L // of the last answer taken
@@ -71,25 +69,7 @@ final class ModelMaster(
     val events  = kept.take(ServerDatagram.Most).toVector
     val present = slaves.count(!_.has(SlaveStatus.Absent))
     val report  = Report(life, known, counter, first, events, slaves, time, status, present = present)
-    through(Protocol.encode(report, key))(send)
-  }
-
-  /** Takes what the server has sent, for so long, ms. */
-  def listen(ms: Int): Unit = {
-    val end    = System.nanoTime() + ms * 1000000L
-    val packet = new DatagramPacket(new Array[Byte](2048), 2048)
-    while ({
-      val left = (end - System.nanoTime()) / 1000000
-      left > 0 && {
-        socket.setSoTimeout(left.toInt max 1)
-        try {
-          packet.setLength(2048)
-          socket.receive(packet)
-          through(packet.getData.take(packet.getLength))(take)
-          true
-        } catch { case _: SocketTimeoutException => false }
-      }
-    }) ()
+    send(Protocol.encode(report, key))
   }
 
   /** Reports and listens until the server has all states and events, or for a minute. */
@@ -101,20 +81,7 @@ final class ModelMaster(
     }
   }
 
-  private def send(datagram: Array[Byte]): Unit =
-    socket.send(new DatagramPacket(datagram, datagram.length, server))
-
-  private def through(datagram: Array[Byte])(deliver: Array[Byte] => Unit): Unit = {
-    def happens = random.nextDouble() < faults
-    if (happens) late += (() => deliver(datagram))
-    else if (!happens) {
-      deliver(datagram)
-      if (happens) deliver(datagram)
-      if (late.nonEmpty && random.nextBoolean()) late.remove(random.nextInt(late.size))()
-    }
-  }
-
-  private def take(datagram: Array[Byte]): Unit =
+  protected def take(datagram: Array[Byte]): Unit =
     Protocol.answer(datagram, key).filter(_.life == life) match {
       case None => refused += 1
       case Some(a) =>
@@ -134,13 +101,9 @@ final class ModelMaster(
           }
         }
     }
-
-  def close(): Unit = socket.close()
 }
 
 object ModelMaster {
-  val loopback: InetAddress    = InetAddress.getByAddress(Array[Byte](127, 0, 0, 1))
-  def socket(): DatagramSocket = new DatagramSocket(new InetSocketAddress(loopback, 0))
 
   /** A line whose slaves have these states, and node IDs 1, 2, ... */
   def line(states: Int*): Seq[Reported] = states.zipWithIndex.map { case (s, i) => Reported(s, i + 1) }

@@ -363,7 +363,8 @@ class PageSpec extends AnyFlatSpec with BeforeAndAfterAll {
       Directory { d =>
         // A page of another origin, with the token known: it still cannot send.
         val evil =
-          com.sun.net.httpserver.HttpServer.create(new java.net.InetSocketAddress(ModelMaster.loopback, 0), 0)
+          com.sun.net.httpserver.HttpServer
+            .create(new java.net.InetSocketAddress(ModelStation.loopback, 0), 0)
         evil.createContext(
           "/",
           exchange => {

@@ -246,6 +246,13 @@ class RingServerSpec extends AnyFlatSpec {
       }
   }
 
+  "GW-07: a break" should "be told by its two ends" in {
+    assert(RingText.ends(None) == "ring whole")
+    assert(RingText.ends(Some((3, 5))) == "ring broken between node 3 and node 5")
+    assert(RingText.ends(Some((3, 0))) == "ring broken between node 3 and an unknown node")
+    assert(RingText.ends(Some((1, 1))) == "node 1 is alone: it hears no other")
+  }
+
   "GW-07: a message" should "be shown as text only if nothing in it changes what stands beside it" in {
     assert(RingText.data(bytes("Türe 3 – zu")) == "“Türe 3 – zu”")
     for (odd <- Seq("a\nb", "a\u202eb", "a\u0000", "\u200f"))

@@ -46,7 +46,7 @@ class ServerSpec extends AnyFlatSpec {
   }
 
   "SRV-08: a server that is down for a while" should "get what happened, once, in order" in Directory { d =>
-    Using.resource(ModelMaster.socket()) { reserved =>
+    Using.resource(ModelStation.socket()) { reserved =>
       // A port that is free now, for both lives of the server.
       val port   = reserved.getLocalPort
       val config = options(d).copy(udpPort = port)
@@ -106,10 +106,10 @@ class ServerSpec extends AnyFlatSpec {
   "SRV-11: 10,000 datagrams of each kind of nonsense" should "be counted; all else goes on" in Directory {
     d =>
       val random = new Random(11)
-      val config = options(d).copy(masters = Map(1 -> ModelMaster.loopback, 2 -> ModelMaster.loopback))
+      val config = options(d).copy(masters = Map(1 -> ModelStation.loopback, 2 -> ModelStation.loopback))
       Using.resource(start(config)) { server =>
-        val to       = new InetSocketAddress(ModelMaster.loopback, server.udpPort)
-        val attacker = ModelMaster.socket()
+        val to       = new InetSocketAddress(ModelStation.loopback, server.udpPort)
+        val attacker = ModelStation.socket()
         val master   = new ModelMaster(Life(1, 5), server.udpPort)
         val page     = new PageClient(server)
         val feed     = page.messages()
@@ -243,11 +243,11 @@ class ServerSpec extends AnyFlatSpec {
       assert(refusal(good ++ Seq("--expected", d.resolve("none").toString): _*).contains("cannot be read"))
       assert(refusal(good ++ Seq("--expected", key("{}")): _*).contains("must be"))
       assert(refusal(good ++ Seq("--database", d.toString): _*).contains(d.toString))
-      Using.resource(new ServerSocket(0, 1, ModelMaster.loopback)) { taken =>
+      Using.resource(new ServerSocket(0, 1, ModelStation.loopback)) { taken =>
         val port = taken.getLocalPort.toString
         assert(refusal(good ++ database ++ Seq("--udp-port", "0", "--http-port", port): _*).contains(port))
       }
-      Using.resource(ModelMaster.socket()) { taken =>
+      Using.resource(ModelStation.socket()) { taken =>
         val port = taken.getLocalPort.toString
         assert(refusal(good ++ database ++ Seq("--udp-port", port, "--http-port", "0"): _*).contains(port))
       }

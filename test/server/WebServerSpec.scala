@@ -18,7 +18,7 @@ class WebServerSpec extends AnyFlatSpec {
   private def ask(server: Server.Running, request: String, headers: (String, String)*)(
       body: String = ""
   ): Answer =
-    Using.resource(new Socket(ModelMaster.loopback, server.httpPort)) { socket =>
+    Using.resource(new Socket(ModelStation.loopback, server.httpPort)) { socket =>
       socket.setSoTimeout(10000)
       val all =
         headers ++ Seq("Content-Length" -> body.getBytes(UTF_8).length.toString, "Connection" -> "close")

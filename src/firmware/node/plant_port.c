@@ -1,25 +1,22 @@
 #include "plant_port.h"
 
 #include "../driver/registers.h"
+#include "../ring/bytes.h"
 #include "ring-server.h"
 
 enum { PORT_BYTES = 2 };
 
-static bool any(const uint8_t *bytes, unsigned length) {
-  for (unsigned i = 0; i < length; ++i)
-    if (bytes[i] != 0) return true;
-  return false;
-}
-
 static bool port_holds(struct board *board, uint16_t address, uint16_t port) {
-  const uint8_t bytes[PORT_BYTES] = {(uint8_t)(port >> 8), (uint8_t)port};
+  uint8_t bytes[PORT_BYTES];
+  put_number(bytes, port, sizeof bytes);
   return write_holds(board, address, bytes, sizeof bytes);
 }
 
 bool plant_port_start(struct board *board, const struct plant_config *c) {
-  const bool possible = any(c->mac, sizeof c->mac) && (c->mac[0] & 1) == 0 &&
-                        any(c->server_mac, sizeof c->server_mac) && any(c->ip, sizeof c->ip) &&
-                        any(c->server_ip, sizeof c->server_ip) && c->udp_port != 0 && c->server_port != 0;
+  const bool possible = any_byte(c->mac, sizeof c->mac) && (c->mac[0] & 1) == 0 &&
+                        any_byte(c->server_mac, sizeof c->server_mac) && any_byte(c->ip, sizeof c->ip) &&
+                        any_byte(c->server_ip, sizeof c->server_ip) && c->udp_port != 0 &&
+                        c->server_port != 0;
   write_number(board, NODE_PLANT_CONTROL, 1, 0);
   return possible && write_holds(board, NODE_PLANT_SERVER_MAC, c->server_mac, sizeof c->server_mac) &&
          write_holds(board, NODE_PLANT_MAC, c->mac, sizeof c->mac) &&

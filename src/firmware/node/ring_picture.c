@@ -1,5 +1,6 @@
 #include "ring_picture.h"
 
+#include "../ring/bytes.h"
 #include "ring-node-tp.h"
 
 enum { PORTS_AT = 1 }; /* in HELLO behind the life */
@@ -9,11 +10,11 @@ void ring_picture_look(struct ring_picture *picture, const struct ring_node *nod
   const uint8_t own = node->parameters.address;
   *picture = (struct ring_picture){0};
   transport_members(t, picture->present, node->now_us);
-  picture->present[own / 8] = (uint8_t)(picture->present[own / 8] | 1u << own % 8);
+  set_bit(picture->present, own);
   uint8_t behind_1 = 0, behind_2 = 0; /* the nodes with port 1 and port 2 at a break */
   for (unsigned a = 1; a < TRANSPORT_NODES; ++a) {
     uint8_t life, hello[TRANSPORT_HELLO_BYTES];
-    if ((picture->present[a / 8] >> a % 8 & 1) == 0) continue;
+    if (!bit_of(picture->present, a)) continue;
     ++picture->count;
     if (a != own) transport_told(t, (uint8_t)a, &life, hello);
     const uint8_t ports = a == own ? node->status[PORTS_AT] : hello[PORTS_AT];

@@ -1,38 +1,19 @@
 #include "ring_reports.h"
 
 #include "../ascon.h"
+#include "../ring/bytes.h"
 
 enum {
   US_IN_MS = 1000,
   PAUSE_US = 2000 /* between two reports: what has come meanwhile goes together */
 };
 
-static void put(uint8_t *to, uint32_t number, unsigned bytes) {
-  for (unsigned i = 0; i < bytes; ++i) to[i] = (uint8_t)(number >> 8 * (bytes - 1 - i));
-}
-
-static uint32_t get(const uint8_t *from, unsigned bytes) {
-  uint32_t number = 0;
-  for (unsigned i = 0; i < bytes; ++i) number = number << 8 | from[i];
-  return number;
-}
-
-static void copy(uint8_t *to, const uint8_t *from, unsigned bytes) {
-  for (unsigned i = 0; i < bytes; ++i) to[i] = from[i];
-}
-
-static bool same(const uint8_t *a, const uint8_t *b, unsigned bytes) {
-  unsigned i = 0;
-  while (i < bytes && a[i] == b[i]) ++i;
-  return i == bytes;
-}
-
 static void tag_of(const struct ring_reports *r, uint8_t tag[ASCON_TAG_BYTES], const uint8_t *life,
                    uint8_t origin, uint32_t counter, const uint8_t *message, uint16_t length) {
   uint8_t nonce[ASCON_NONCE_BYTES] = {0};
-  copy(nonce + PROTOCOL_NONCE_LIFE_AT, life, PROTOCOL_LIFE_BYTES);
+  copy_bytes(nonce + PROTOCOL_NONCE_LIFE_AT, life, PROTOCOL_LIFE_BYTES);
   nonce[PROTOCOL_NONCE_ORIGIN_AT] = origin;
-  put(nonce + PROTOCOL_NONCE_COUNTER_AT, counter, PROTOCOL_NONCE_COUNTER_BYTES);
+  put_number(nonce + PROTOCOL_NONCE_COUNTER_AT, counter, PROTOCOL_NONCE_COUNTER_BYTES);
   ascon_tag(tag, r->config.key, nonce, message, length);
 }
 
@@ -45,7 +26,7 @@ static struct ring_part *part_at(struct ring_reports *r, unsigned i) {
 void ring_reports_start(struct ring_reports *r, const struct ring_reports_config *config,
                         const uint8_t life[PROTOCOL_LIFE_BYTES], uint64_t now_us) {
   *r = (struct ring_reports){.config = *config, .news = true, .reported_us = now_us, .heard_us = now_us};
-  copy(r->life, life, PROTOCOL_LIFE_BYTES);
+  copy_bytes(r->life, life, PROTOCOL_LIFE_BYTES);
 }
 
 unsigned ring_reports_free(const struct ring_reports *r) { return RING_REPORTS_PARTS - r->count; }
@@ -58,16 +39,16 @@ void ring_reports_add(struct ring_reports *r, const struct ring_part *part) {
 /* --- reports --- */
 
 static uint16_t put_part(uint8_t *to, const struct ring_part *p) {
-  put(to + PROTOCOL_RING_PART_HEAD_TYPE_AT, p->type, 1);
-  put(to + PROTOCOL_RING_PART_HEAD_SOURCE_AT, p->source, 1);
-  put(to + PROTOCOL_RING_PART_HEAD_PIPE_AT, p->pipe, 1);
-  put(to + PROTOCOL_RING_PART_HEAD_NUMBER_AT, p->number, 1);
-  put(to + PROTOCOL_RING_PART_HEAD_LIFE_AT, p->life, 1);
-  put(to + PROTOCOL_RING_PART_HEAD_FLAGS_AT, p->flags, 1);
-  put(to + PROTOCOL_RING_PART_HEAD_TOTAL_AT, p->total, 2);
-  put(to + PROTOCOL_RING_PART_HEAD_OFFSET_AT, p->offset, 2);
-  put(to + PROTOCOL_RING_PART_HEAD_LENGTH_AT, p->length, 2);
-  copy(to + PROTOCOL_RING_PART_HEAD_BYTES, p->data != 0 ? p->data : p->own, p->length);
+  put_number(to + PROTOCOL_RING_PART_HEAD_TYPE_AT, p->type, 1);
+  put_number(to + PROTOCOL_RING_PART_HEAD_SOURCE_AT, p->source, 1);
+  put_number(to + PROTOCOL_RING_PART_HEAD_PIPE_AT, p->pipe, 1);
+  put_number(to + PROTOCOL_RING_PART_HEAD_NUMBER_AT, p->number, 1);
+  put_number(to + PROTOCOL_RING_PART_HEAD_LIFE_AT, p->life, 1);
+  put_number(to + PROTOCOL_RING_PART_HEAD_FLAGS_AT, p->flags, 1);
+  put_number(to + PROTOCOL_RING_PART_HEAD_TOTAL_AT, p->total, 2);
+  put_number(to + PROTOCOL_RING_PART_HEAD_OFFSET_AT, p->offset, 2);
+  put_number(to + PROTOCOL_RING_PART_HEAD_LENGTH_AT, p->length, 2);
+  copy_bytes(to + PROTOCOL_RING_PART_HEAD_BYTES, p->data != 0 ? p->data : p->own, p->length);
   return (uint16_t)(PROTOCOL_RING_PART_HEAD_BYTES + p->length);
 }
 
@@ -92,17 +73,17 @@ uint16_t ring_reports_make(struct ring_reports *r, uint8_t datagram[RING_REPORTS
     at = (uint16_t)(at + put_part(datagram + at, p));
   }
   for (unsigned i = 0; i < PROTOCOL_RING_REPORT_BYTES; ++i) datagram[i] = 0;
-  put(datagram + PROTOCOL_RING_REPORT_MAGIC_AT, PROTOCOL_MAGIC, PROTOCOL_RING_REPORT_MAGIC_BYTES);
-  put(datagram + PROTOCOL_RING_REPORT_VERSION_AT, PROTOCOL_VERSION, 1);
-  put(datagram + PROTOCOL_RING_REPORT_KIND_AT, PROTOCOL_KIND_RING, 1);
-  put(datagram + PROTOCOL_RING_REPORT_MASTER_AT, r->config.gateway, 2);
-  copy(datagram + PROTOCOL_RING_REPORT_LIFE_AT, r->life, PROTOCOL_LIFE_BYTES);
-  copy(datagram + PROTOCOL_RING_REPORT_SERVER_AT, r->server, PROTOCOL_LIFE_BYTES);
-  put(datagram + PROTOCOL_RING_REPORT_COUNTER_AT, r->counter, 4);
-  put(datagram + PROTOCOL_RING_REPORT_NUMBER_AT, r->oldest, 4);
-  put(datagram + PROTOCOL_RING_REPORT_TAKEN_AT, r->taken, 4);
-  put(datagram + PROTOCOL_RING_REPORT_PARTS_AT, parts, 1);
-  put(datagram + PROTOCOL_RING_REPORT_STATUS_AT, status, 1);
+  put_number(datagram + PROTOCOL_RING_REPORT_MAGIC_AT, PROTOCOL_MAGIC, PROTOCOL_RING_REPORT_MAGIC_BYTES);
+  put_number(datagram + PROTOCOL_RING_REPORT_VERSION_AT, PROTOCOL_VERSION, 1);
+  put_number(datagram + PROTOCOL_RING_REPORT_KIND_AT, PROTOCOL_KIND_RING, 1);
+  put_number(datagram + PROTOCOL_RING_REPORT_MASTER_AT, r->config.gateway, 2);
+  copy_bytes(datagram + PROTOCOL_RING_REPORT_LIFE_AT, r->life, PROTOCOL_LIFE_BYTES);
+  copy_bytes(datagram + PROTOCOL_RING_REPORT_SERVER_AT, r->server, PROTOCOL_LIFE_BYTES);
+  put_number(datagram + PROTOCOL_RING_REPORT_COUNTER_AT, r->counter, 4);
+  put_number(datagram + PROTOCOL_RING_REPORT_NUMBER_AT, r->oldest, 4);
+  put_number(datagram + PROTOCOL_RING_REPORT_TAKEN_AT, r->taken, 4);
+  put_number(datagram + PROTOCOL_RING_REPORT_PARTS_AT, parts, 1);
+  put_number(datagram + PROTOCOL_RING_REPORT_STATUS_AT, status, 1);
   tag_of(r, datagram + at, r->life, PROTOCOL_OF_MASTER, r->counter, datagram, at);
   r->news = false;
   r->reported_us = now_us;
@@ -113,16 +94,16 @@ uint16_t ring_reports_make(struct ring_reports *r, uint8_t datagram[RING_REPORTS
 
 /* Whether the head is that of a datagram of this kind to this life. */
 static bool is_headed(const struct ring_reports *r, const uint8_t *d, uint8_t kind) {
-  return get(d + PROTOCOL_ANSWER_MAGIC_AT, 2) == PROTOCOL_MAGIC &&
+  return get_number(d + PROTOCOL_ANSWER_MAGIC_AT, 2) == PROTOCOL_MAGIC &&
          d[PROTOCOL_ANSWER_VERSION_AT] == PROTOCOL_VERSION && d[PROTOCOL_ANSWER_KIND_AT] == kind &&
-         get(d + PROTOCOL_ANSWER_MASTER_AT, 2) == r->config.gateway &&
-         same(d + PROTOCOL_ANSWER_LIFE_AT, r->life, PROTOCOL_LIFE_BYTES);
+         get_number(d + PROTOCOL_ANSWER_MASTER_AT, 2) == r->config.gateway &&
+         same_bytes(d + PROTOCOL_ANSWER_LIFE_AT, r->life, PROTOCOL_LIFE_BYTES);
 }
 
 static bool is_tagged(const struct ring_reports *r, const uint8_t *d, uint16_t tag_at) {
   uint8_t tag[ASCON_TAG_BYTES];
-  tag_of(r, tag, d + PROTOCOL_ANSWER_SERVER_AT, PROTOCOL_OF_SERVER, get(d + PROTOCOL_ANSWER_TURN_AT, 4), d,
-         tag_at);
+  tag_of(r, tag, d + PROTOCOL_ANSWER_SERVER_AT, PROTOCOL_OF_SERVER,
+         get_number(d + PROTOCOL_ANSWER_TURN_AT, 4), d, tag_at);
   return ascon_same(tag, d + tag_at);
 }
 
@@ -130,12 +111,12 @@ static bool is_tagged(const struct ring_reports *r, const uint8_t *d, uint16_t t
 static bool takes_answer(struct ring_reports *r, const uint8_t *d, uint16_t length, bool *renewed,
                          uint64_t now_us) {
   if (length != PROTOCOL_ANSWER_BYTES || !is_headed(r, d, PROTOCOL_KIND_ANSWER)) return false;
-  const uint32_t echo = get(d + PROTOCOL_ANSWER_ECHO_AT, 4);
+  const uint32_t echo = get_number(d + PROTOCOL_ANSWER_ECHO_AT, 4);
   if (!is_tagged(r, d, PROTOCOL_ANSWER_TAG_AT) || echo <= r->echo || echo > r->counter) return false;
   r->echo = echo;
-  const uint32_t stored = get(d + PROTOCOL_ANSWER_NUMBER_AT, 4) - r->oldest;
-  *renewed = !same(r->server, d + PROTOCOL_ANSWER_SERVER_AT, PROTOCOL_LIFE_BYTES);
-  copy(r->server, d + PROTOCOL_ANSWER_SERVER_AT, PROTOCOL_LIFE_BYTES);
+  const uint32_t stored = get_number(d + PROTOCOL_ANSWER_NUMBER_AT, 4) - r->oldest;
+  *renewed = !same_bytes(r->server, d + PROTOCOL_ANSWER_SERVER_AT, PROTOCOL_LIFE_BYTES);
+  copy_bytes(r->server, d + PROTOCOL_ANSWER_SERVER_AT, PROTOCOL_LIFE_BYTES);
   /* More than there is cannot be stored. */
   if (stored <= r->count) r->stored = stored > r->stored ? stored : r->stored;
   /* The first report that knows the life of the server counts there; one datagram may not hold all parts. */
@@ -152,13 +133,13 @@ static bool is_order(const struct ring_reports *r, const uint8_t *d, uint16_t le
       length > RING_REPORTS_MOST_BYTES || !is_headed(r, d, PROTOCOL_KIND_SEND))
     return false;
   const uint16_t end = (uint16_t)(length - PROTOCOL_RING_REPORT_END_BYTES);
-  *order = (struct ring_order){.counter = get(d + PROTOCOL_RING_SEND_COUNTER_AT, 4),
+  *order = (struct ring_order){.counter = get_number(d + PROTOCOL_RING_SEND_COUNTER_AT, 4),
                                .destination = d[PROTOCOL_RING_SEND_DESTINATION_AT],
                                .urgent = (d[PROTOCOL_RING_SEND_FLAGS_AT] & PROTOCOL_RING_FLAG_URGENT) != 0,
-                               .length = (uint16_t)get(d + PROTOCOL_RING_SEND_LENGTH_AT, 2),
+                               .length = (uint16_t)get_number(d + PROTOCOL_RING_SEND_LENGTH_AT, 2),
                                .data = d + PROTOCOL_RING_SEND_BYTES};
   return order->length == end - PROTOCOL_RING_SEND_BYTES && is_tagged(r, d, end) &&
-         same(d + PROTOCOL_RING_SEND_SERVER_AT, r->server, PROTOCOL_LIFE_BYTES) &&
+         same_bytes(d + PROTOCOL_RING_SEND_SERVER_AT, r->server, PROTOCOL_LIFE_BYTES) &&
          order->counter == r->taken + 1;
 }
 

@@ -1,6 +1,7 @@
 #include "ring_server.h"
 
 #include "../driver/registers.h"
+#include "../ring/bytes.h"
 #include "ring-server.h"
 
 enum {
@@ -9,7 +10,11 @@ enum {
   PARTS_OF_MESSAGE = 2, /* the most that a message of 2 KiB has */
   PARTS_FOR_OTHERS = 8, /* places that messages leave for what else is to be told */
   DATAGRAMS_A_PASS = 4,
-  PLANT_EVENTS = NODE_PLANT_MASK_RECEIVED_MASK | NODE_PLANT_MASK_SENT_MASK
+  PLANT_EVENTS = NODE_PLANT_MASK_RECEIVED_MASK | NODE_PLANT_MASK_SENT_MASK,
+  CAN_F_AT = 2, /* in HELLO behind the life */
+  CAN_T_AT = 3,
+  /* Of a CAN status: another one in each moment, and no news. */
+  MOMENTARY = NODE_CAN_F_INTEGRATING_MASK | NODE_CAN_F_SENDING_MASK | NODE_CAN_F_RECEIVING_MASK
 };
 
 static uint64_t look_us(const struct ring_server *s) {
@@ -19,16 +24,10 @@ static uint64_t look_us(const struct ring_server *s) {
 
 /* --- parts --- */
 
-static bool same(const uint8_t *a, const uint8_t *b, unsigned bytes) {
-  unsigned i = 0;
-  while (i < bytes && a[i] == b[i]) ++i;
-  return i == bytes;
-}
-
 static struct ring_part own_part(uint8_t type, uint8_t source, const uint8_t *bytes, uint8_t length,
                                  const void *ends) {
   struct ring_part part = {.type = type, .source = source, .total = length, .length = length, .ends = ends};
-  for (unsigned i = 0; i < length; ++i) part.own[i] = bytes[i];
+  copy_bytes(part.own, bytes, length);
   return part;
 }
 
@@ -37,32 +36,48 @@ static struct ring_part own_part(uint8_t type, uint8_t source, const uint8_t *by
 static void tell(struct ring_server *s, struct ring_server_node *n, uint8_t type, uint8_t source,
                  const uint8_t *bytes, uint8_t length) {
   if (n->waits || ring_reports_free(&s->reports) == 0) return;
-  if (n->told && n->length == length && same(n->bytes, bytes, length)) return;
+  if (n->told && n->length == length && same_bytes(n->bytes, bytes, length)) return;
   n->told = n->waits = true;
   n->length = length;
-  for (unsigned i = 0; i < length; ++i) n->bytes[i] = bytes[i];
+  copy_bytes(n->bytes, bytes, length);
   const struct ring_part part = own_part(type, source, bytes, length, n);
   ring_reports_add(&s->reports, &part);
 }
 
+/* The controller forgets distances sooner than the next HELLO comes (FR-59, FR-60): they are those heard
+ * last, until a node's HELLO would be missed. */
+static void look_at_distances(struct ring_server *s, struct ring_server_node *n, uint8_t address) {
+  uint8_t now[RING_SERVER_PORTS];
+  board_read(s->node.board, (uint16_t)(NODE_RING_DISTANCEN(address)), now, sizeof now);
+  for (unsigned p = 0; p < RING_SERVER_PORTS; ++p) {
+    if (now[p] == 0 && s->node.now_us - n->heard_us[p] < transport_member_us(&s->node.transport)) continue;
+    if (now[p] != 0) n->heard_us[p] = s->node.now_us;
+    n->distances[p] = now[p];
+  }
+}
+
 static void look_at_node(struct ring_server *s, uint8_t address) {
+  struct ring_server_node *n = &s->nodes[address];
   uint8_t bytes[RING_SERVER_NODE_BYTES] = {0};
-  const bool present = (s->picture.present[address / 8] >> address % 8 & 1) != 0;
+  const bool present = bit_of(s->picture.present, address);
   /* One that was never there is not lost. */
-  if (!present && !s->nodes[address].told) return;
+  if (!present && !n->was_there) return;
   if (present) {
+    n->was_there = true;
+    uint8_t *hello = bytes + 2;
     bytes[0] = 1;
     if (address == s->parameters.node.address) {
       bytes[1] = s->node.life;
-      for (unsigned i = 0; i < TRANSPORT_HELLO_BYTES; ++i) bytes[2 + i] = s->node.status[i];
+      copy_bytes(hello, s->node.status, TRANSPORT_HELLO_BYTES);
     } else {
-      transport_told(&s->node.transport, address, &bytes[1], bytes + 2);
+      transport_told(&s->node.transport, address, &bytes[1], hello);
     }
-    if (s->parameters.node.relay)
-      board_read(s->node.board, (uint16_t)(NODE_RING_DISTANCEN(address)), bytes + 2 + TRANSPORT_HELLO_BYTES,
-                 2);
+    hello[CAN_F_AT] &= (uint8_t)~MOMENTARY;
+    hello[CAN_T_AT] &= (uint8_t)~MOMENTARY;
+    if (s->parameters.node.relay) look_at_distances(s, n, address);
+    copy_bytes(hello + TRANSPORT_HELLO_BYTES, n->distances, sizeof n->distances);
   }
-  tell(s, &s->nodes[address], PROTOCOL_RING_PART_NODE, address, bytes, present ? sizeof bytes : 1);
+  tell(s, n, PROTOCOL_RING_PART_NODE, address, bytes, present ? sizeof bytes : 1);
 }
 
 static void look_at_ring(struct ring_server *s) {
@@ -125,8 +140,8 @@ static void end_parts(struct ring_server *s) {
 /* --- messages of the server --- */
 
 static void tell_result(struct ring_server *s, uint32_t counter, uint8_t result) {
-  const uint8_t bytes[5] = {(uint8_t)(counter >> 24), (uint8_t)(counter >> 16), (uint8_t)(counter >> 8),
-                            (uint8_t)counter, result};
+  uint8_t bytes[5] = {[4] = result};
+  put_number(bytes, counter, 4);
   const struct ring_part part =
       own_part(PROTOCOL_RING_PART_RESULT, s->parameters.node.address, bytes, sizeof bytes, 0);
   ring_reports_add(&s->reports, &part);
@@ -144,7 +159,7 @@ static void take_order(struct ring_server *s, const struct ring_order *order) {
   for (uint16_t i = 0; i < RING_SERVER_ORDERS; ++i) {
     struct ring_server_order *place = &s->orders[i];
     if (place->used) continue;
-    for (unsigned at = 0; at < order->length; ++at) place->data[at] = order->data[at];
+    copy_bytes(place->data, order->data, order->length);
     if (!transport_send(&s->node.transport, i, order->destination, order->urgent, place->data, order->length,
                         0, s->node.now_us))
       return;
@@ -211,10 +226,7 @@ static uint8_t status_of(const struct ring_server *s) {
 /* Without a random number there would be tags that come again. */
 static void begin_reports(struct ring_server *s) {
   uint8_t life[PROTOCOL_LIFE_BYTES] = {0};
-  bool any = false;
-  if (!board_random(s->node.board, life, sizeof life)) return;
-  for (unsigned i = 0; i < sizeof life; ++i) any = any || life[i] != 0;
-  if (!any) return;
+  if (!board_random(s->node.board, life, sizeof life) || !any_byte(life, sizeof life)) return;
   ring_reports_start(&s->reports, &s->parameters.reports, life, s->node.now_us);
   s->began = true;
 }

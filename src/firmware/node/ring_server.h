@@ -13,7 +13,8 @@
 enum {
   RING_SERVER_ORDERS = 4, /* messages of the server that are under way */
   RING_SERVER_ORDER_BYTES = 1024,
-  RING_SERVER_NODE_BYTES = 4 + TRANSPORT_HELLO_BYTES /* there, life, HELLO, distances */
+  RING_SERVER_PORTS = 2,
+  RING_SERVER_NODE_BYTES = 2 + TRANSPORT_HELLO_BYTES + RING_SERVER_PORTS /* there, life, HELLO, distances */
 };
 
 struct ring_server_parameters {
@@ -25,7 +26,10 @@ struct ring_server_parameters {
 /* What the server has been told of a node, or is being told. */
 struct ring_server_node {
   bool told, waits; /* anything; a part of it is not acknowledged yet */
+  bool was_there;   /* in this life of the gateway */
   uint8_t length, bytes[RING_SERVER_NODE_BYTES];
+  uint8_t distances[RING_SERVER_PORTS]; /* by port, and when they were heard last */
+  uint64_t heard_us[RING_SERVER_PORTS];
 };
 
 struct ring_server_order {

@@ -2,31 +2,8 @@
 #ifndef FLYFRAME_RING_INTERNAL_H
 #define FLYFRAME_RING_INTERNAL_H
 
+#include "bytes.h"
 #include "transport.h"
-
-static inline bool bit_of(const uint8_t *map, unsigned i) { return (map[i / 8] >> i % 8 & 1) != 0; }
-static inline void set_bit(uint8_t *map, unsigned i) { map[i / 8] = (uint8_t)(map[i / 8] | 1u << i % 8); }
-static inline void clear_bit(uint8_t *map, unsigned i) {
-  map[i / 8] = (uint8_t)(map[i / 8] & ~(1u << i % 8));
-}
-static inline bool any_bit(const uint8_t *map, unsigned bytes) {
-  for (unsigned i = 0; i < bytes; ++i)
-    if (map[i] != 0) return true;
-  return false;
-}
-static inline void copy_bytes(uint8_t *to, const uint8_t *from, unsigned bytes) {
-  for (unsigned i = 0; i < bytes; ++i) to[i] = from[i];
-}
-
-/* Numbers of several bytes, the highest byte first. */
-static inline void put_number(uint8_t *to, uint32_t number, unsigned bytes) {
-  for (unsigned i = 0; i < bytes; ++i) to[i] = (uint8_t)(number >> 8 * (bytes - 1 - i));
-}
-static inline uint32_t get_number(const uint8_t *from, unsigned bytes) {
-  uint32_t number = 0;
-  for (unsigned i = 0; i < bytes; ++i) number = number << 8 | from[i];
-  return number;
-}
 
 static inline void count(struct transport *t, enum transport_counter counter) { ++t->counters[counter]; }
 static inline uint64_t earlier(uint64_t a, uint64_t b) { return a < b ? a : b; }

@@ -97,7 +97,7 @@ uint64_t outgoing_poll(const struct transport *t, struct transport_outgoing *m, 
     return stalled_at;
   /* Everything has left: the answers of those that are awaited are missing. */
   m->went_out = true;
-  if (!any_bit(m->awaited, TRANSPORT_MAP_BYTES)) {
+  if (!any_byte(m->awaited, TRANSPORT_MAP_BYTES)) {
     end_with(m, TRANSPORT_IS_DELIVERED);
     return stalled_at;
   }
@@ -136,8 +136,8 @@ static void done(struct transport_outgoing *m, uint8_t from, uint8_t result, uin
   }
   clear_bit(m->awaited, from);
   if (result == RING_DELIVERED) clear_bit(m->unconfirmed, from);
-  if (any_bit(m->awaited, TRANSPORT_MAP_BYTES)) return;
-  end_with(m, any_bit(m->unconfirmed, TRANSPORT_MAP_BYTES) ? TRANSPORT_IS_REFUSED : TRANSPORT_IS_DELIVERED);
+  if (any_byte(m->awaited, TRANSPORT_MAP_BYTES)) return;
+  end_with(m, any_byte(m->unconfirmed, TRANSPORT_MAP_BYTES) ? TRANSPORT_IS_REFUSED : TRANSPORT_IS_DELIVERED);
 }
 
 static void busy(struct transport_outgoing *m, uint8_t wait, uint64_t now_us) {

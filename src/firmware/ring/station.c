@@ -7,24 +7,21 @@ static uint32_t hello_us(const struct transport *t) {
   return (t->config.hello_ms == 0 ? HELLO_MS : t->config.hello_ms) * (uint32_t)US_IN_MS;
 }
 
-static bool is_same(const uint8_t *a, const uint8_t *b, uint8_t length) {
-  while (length > 0 && a[length - 1] == b[length - 1]) --length;
-  return length == 0;
-}
-
 void station_start(struct transport *t, uint64_t now_us) { t->hello_at = now_us; }
 
 void station_heard(struct transport *t, uint8_t source, const uint8_t *bytes, uint64_t now_us) {
-  if (!t->member[source] || !is_same(t->told[source], bytes, sizeof t->told[source])) ++t->news;
+  if (!t->member[source] || !same_bytes(t->told[source], bytes, sizeof t->told[source])) ++t->news;
   t->member[source] = true;
   copy_bytes(t->told[source], bytes, sizeof t->told[source]);
   t->member_at[source] = now_us;
 }
 
+uint64_t transport_member_us(const struct transport *t) { return MEMBER_HELLOS * (uint64_t)hello_us(t); }
+
 void transport_members(const struct transport *t, uint8_t map[TRANSPORT_MAP_BYTES], uint64_t now_us) {
   for (unsigned i = 0; i < TRANSPORT_MAP_BYTES; ++i) map[i] = 0;
   for (unsigned a = 0; a < TRANSPORT_NODES; ++a)
-    if (t->member[a] && now_us < t->member_at[a] + MEMBER_HELLOS * (uint64_t)hello_us(t)) set_bit(map, a);
+    if (t->member[a] && now_us < t->member_at[a] + transport_member_us(t)) set_bit(map, a);
 }
 
 bool transport_told(const struct transport *t, uint8_t source, uint8_t *life,
@@ -55,7 +52,7 @@ bool transport_object(struct transport *t, uint8_t destination, uint8_t number, 
     }
   }
   if (place == 0) return false;
-  if (!place->used || place->length != length || !is_same(place->data, data, length)) place->due = true;
+  if (!place->used || place->length != length || !same_bytes(place->data, data, length)) place->due = true;
   place->used = true;
   place->destination = destination;
   place->number = number;

@@ -119,6 +119,9 @@ void transport_members(const struct transport *transport, uint8_t map[TRANSPORT_
 bool transport_told(const struct transport *transport, uint8_t source, uint8_t *life,
                     uint8_t bytes[TRANSPORT_HELLO_BYTES]);
 
+/* A node of which no HELLO has come for so long is there no more. */
+uint64_t transport_member_us(const struct transport *transport);
+
 /* Changes when a HELLO tells something else than the node's last one. */
 uint32_t transport_news(const struct transport *transport);
 

@@ -7,7 +7,8 @@ constexpr size_t kMostBacklog = 100'000;
 }  // namespace
 
 PlantCable::PlantCable(Slave& node)
-    : collector_([this](NibbleFrame& f) {
+    : node_(node),
+      collector_([this](NibbleFrame& f) {
         const Bytes bytes = goodFrame(f);
         if (bytes.empty()) return;
         frames_.push_back({f.end, bytes});
@@ -19,8 +20,15 @@ PlantCable::PlantCable(Slave& node)
   node.setLink(kPort, true);
 }
 
+void PlantCable::setPower(bool on, Time now) {
+  powered_ = on;
+  node_.setLink(kPort, on);
+  // The rest of a frame, which nobody takes for one.
+  if (on) sender_.skipTo(now);
+}
+
 void PlantCable::send(const Bytes& frame, Time now) {
-  if (sender_.backlog() > kMostBacklog) return;
+  if (!powered_ || sender_.backlog() > kMostBacklog) return;
   if (sender_.backlog() == 0) sender_.skipTo(now);
   for (uint8_t n : toNibbles(frame)) sender_.push({true, false, n});
   sender_.pushIdle(kMinimumGap);

@@ -15,8 +15,10 @@ class PlantCable {
 
   // A frame for the node leaves when those before have; beyond what a station takes in it is lost.
   void send(const Bytes& frame, Time now);
+  // The node has power, or not: then what is on its way is lost.
+  void setPower(bool on, Time now);
   // When a nibble leaves next.
-  Time next() const { return sender_.backlog() > 0 ? sender_.next : kNever; }
+  Time next() const { return powered_ && sender_.backlog() > 0 ? sender_.next : kNever; }
   void step() { sender_.step(); }
   // The frames of the node since the last call.
   std::vector<Frame> taken() { return std::exchange(frames_, {}); }
@@ -24,6 +26,8 @@ class PlantCable {
   uint64_t toNode() const { return toNode_; }
 
  private:
+  Slave& node_;
+  bool powered_ = true;
   std::vector<Frame> frames_;
   uint64_t fromNode_ = 0, toNode_ = 0;
   FrameCollector collector_;

@@ -77,8 +77,9 @@ void Ring::setPower(size_t i, bool on) {
   if (n.powered == on) return;
   n.powered = on;
   n.slave->setHost(nullptr);
+  if (on) n.slave->standStill(now_);
+  if (n.plant) n.plant->setPower(on, now_);
   if (on) {
-    n.slave->standStill(now_);
     n.slave->setReset(true);
     n.resetEnd = now_ + kReset;
     n.boots = true;
