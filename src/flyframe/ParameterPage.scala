@@ -23,7 +23,7 @@ object ParameterPage {
 
   /** What a preset sets, other than the default preset. */
   private def differences(p: EscParams): String = ParamTable
-    .told(p.role)
+    .told(p)
     .filter(i => i.get(p) != i.get(default))
     .map(i => s"`${i.name}` ${i.show(p)}")
     .mkString(", ")

@@ -177,6 +177,17 @@ object PortTable {
   )
   private val host = plainHost ++ avalon ++ axi ++ wishbone ++ spi ++ bus
 
+  private val optical = Seq(1, 2).flatMap(y => Seq(
+    port(s"optical_${y}_rx",     In,  1, s"from the receiver of optical port $y, 1 is light. Any clock"),
+    port(s"optical_${y}_signal", In,  1,
+      s"high while the receiver of port $y tells of light; tie it high if it tells nothing. Any clock"),
+    port(s"optical_${y}_tx",     Out, 1, s"to the transmitter of optical port $y, 1 is light")
+  ))
+  private val pair = optional("`canPorts` 2", _.canPorts == 2)(
+    port("can_rx", In,  1, "RXD of the transceiver on the twisted pair, low is dominant. Any clock"),
+    port("can_tx", Out, 1, "its TXD, likewise")
+  )
+
   /** Ports of a slave controller. */
   val slave: Seq[PortInfo] = clocks ++
     optional("`sii` 0", !_.hasSii)(
@@ -267,6 +278,10 @@ object PortTable {
       port("alarm_lamp",    Out, 1, "lit from an alarm on until the detector is reset"),
       port("alarm_config_fault", In, 1,
         "high: the device has found its configuration damaged. Any clock")
+    ) ++
+    optional("`ring`", _.hasRing)(optical: _*) ++ pair ++
+    optional("`ring`", _.hasRing)(
+      port("ring_irq", Out, 1, "interrupt to the host: an event of the ring; a level")
     )
 
   /** Ports of an alarm master. Its port 0 leads to the line, port 1 to the plant network; port 2 is the
@@ -283,15 +298,7 @@ object PortTable {
   )
 
   /** Ports of a ring node. */
-  val ring: Seq[PortInfo] = clocks.take(2) ++ Seq(1, 2).flatMap(y => Seq(
-    port(s"optical_${y}_rx",     In,  1, s"from the receiver of optical port $y, 1 is light. Any clock"),
-    port(s"optical_${y}_signal", In,  1,
-      s"high while the receiver of port $y tells of light; tie it high if it tells nothing. Any clock"),
-    port(s"optical_${y}_tx",     Out, 1, s"to the transmitter of optical port $y, 1 is light")
-  )) ++ optional("`canPorts` 2", _.canPorts == 2)(
-    port("can_rx", In,  1, "RXD of the transceiver on the twisted pair, low is dominant. Any clock"),
-    port("can_tx", Out, 1, "its TXD, likewise")
-  ) ++ (clocks.drop(2) ++ phys).map(pin =>
+  val ring: Seq[PortInfo] = clocks.take(2) ++ optical ++ pair ++ (clocks.drop(2) ++ phys).map(pin =>
     pin.copy(
       condition = if (pin.condition.contains("rmii")) pin.condition else "`plant` 1",
       built = p => p.hasPlant && pin.built(p)

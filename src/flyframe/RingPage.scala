@@ -2,7 +2,7 @@ package flyframe
 
 import flyframe.can.BitSetting
 import flyframe.fibre.Reach
-import flyframe.params.Presets
+import flyframe.params.{EscParams, Presets}
 import flyframe.relay.LinkTiming
 import flyframe.registers.{CanRegisters, NodeRegisters, PlantRegisters, Register, RegisterMap, RingRegisters}
 
@@ -203,6 +203,17 @@ object RingPage {
       [ring_server](../src/firmware/node/ring_server.h) does the rest: messages to node 1 go to the server,
       those of the server to nodes, and the [page](server.md#rings) shows the ring. Give its host a memory for
       the number of its starts, a source of random numbers, and the key that the server has."""
+    ),
+    Seq("## A ring under an EtherCAT master", ""),
+    paragraph(
+      s"""Preset `ring-gateway` is preset `slave` with a node in it: bit 15 of an address at the host port is
+      that of the ring, whose registers begin at ${at(EscParams.RingSpace)} and whose events have a pin of
+      their own, `ring_irq`. Process data of nodes are inputs of the master, its outputs process data of nodes
+      (GW-02). Which object is in which slot stands in the [device file](device.md), and in objects 0x8010
+      (inputs) and 0x8020 (outputs), which a master may write in PREOP: 256 × node + object, 0 for none. The
+      host program [ring_gateway](../src/firmware/node/ring_gateway.h) does the rest. Where the ring is broken
+      and who is there are inputs, too; without OP, without outputs in time, or without bit 0 of the control
+      byte the nodes are told that there is no valid value."""
     ),
     Seq("## Reading a break", ""),
     paragraph(s"""The mode stands in ${bits("ring_mode")}, the guard in ${bits("ring_guard")}, the ports in

@@ -13,7 +13,10 @@ object Controller {
   }
 
   /** That of a slave. */
-  def slave(p: EscParams): SlaveController = if (p.hasAlarm) new AlarmSlave(p) else new SlaveController(p)
+  def slave(p: EscParams): SlaveController =
+    if (p.hasAlarm) new AlarmSlave(p)
+    else if (p.hasRing) RingGateway(p)
+    else new SlaveController(p)
 }
 
 /** A slave with a smoke detector, whose events it reports in passing frames (ALARM). */

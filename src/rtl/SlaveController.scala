@@ -16,7 +16,7 @@ import flyframe.clocks.LevelCrossing
 import flyframe.dc.{ClockPins, DistributedClocks, PortActivity}
 import flyframe.frame.{FrameProcessor, Stage}
 import flyframe.host.{DigitalIo, DigitalPins, HostErrors, HostInterface, HostSequencer}
-import flyframe.memory.{EscMemory, FrameEvents, RegisterBus, RegisterUnit, WriteProtection}
+import flyframe.memory.{EscMemory, FrameEvents, HostPort, RegisterBus, RegisterUnit, WriteProtection}
 import flyframe.mi.{LinkUnit, MiPins, MiUnit}
 import flyframe.mii.Port
 import flyframe.params.EscParams
@@ -40,8 +40,16 @@ import flyframe.syncmanager.SyncManagerUnit
   *   a parameter set without [[EscParams.problems]]
   * @param added
   *   units of a product beside those that the parameters ask for; made inside of the controller
+  * @param besides
+  *   what a product has at the host port beside the controller, likewise: takes its part of the port, and
+  *   gives back the controller's
   */
-class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends Module with RequireAsyncReset {
+class SlaveController(
+    p: EscParams,
+    added: => Seq[RegisterUnit] = Nil,
+    besides: HostPort => HostPort = identity
+) extends Module
+    with RequireAsyncReset {
   override def desiredName = p.topName
 
   val phy_clk_ref = IO(Input(Bool()))
@@ -59,7 +67,7 @@ class SlaveController(p: EscParams, added: => Seq[RegisterUnit] = Nil) extends M
   /** Where the host is connected. */
   private val connection = HostInterface(p)
   val hostPins: Bundle   = connection.pins
-  private val host       = connection.port
+  private val host       = besides(connection.port)
 
   /** I2C EEPROM: 1 pulls a line low; high while the EEPROM has two address bytes. */
   val sii = Option.when(p.hasI2c)(IO(new SiiPins))

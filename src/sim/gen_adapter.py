@@ -10,6 +10,7 @@ import sys
 OPTIONAL_PINS = {
     "pdi_operational": "pdiOperational",
     "irq": "irq",
+    "ring_irq": "ringIrq",
     "sii_scl_low": "siiSclLow",
     "sii_sda_low": "siiSdaLow",
     "sii_sda": "siiSda",
@@ -75,7 +76,8 @@ optional = "".join(f"    pins.{name} = &v.{pin};\n" for pin, name in OPTIONAL_PI
 optional += "".join(f"    pins.{name}.bind(&v.{pin});\n" for pin, name in WIDE_PINS.items() if pin in pins)
 optional += "".join(f'    pins.host["{pin}"].bind(&v.{pin});\n' for pin in bus_pins)
 if "optical_1_rx" in pins:
-    levels = ", ".join(f"&v.rootp->{top}__DOT__ring__DOT__{name}" for name in LEVELS)
+    inside = f"{top}__DOT__ring" if preset.get("role") == 2 else f"{top}__DOT__node__DOT__ring"
+    levels = ", ".join(f"&v.rootp->{inside}__DOT__{name}" for name in LEVELS)
     optional += f"    pins.levels = {{{levels}}};\n"
 if has_host:
     optional = HOST_PINS + optional

@@ -41,10 +41,12 @@ FIRMWARE        := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
 STACK           := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
                      $(wildcard src/firmware/driver/*.c src/firmware/slave/*.c src/firmware/demo/*.c)) \
                    $(COSIM_OUT)/firmware/slave-demo.objects.o
-# The host program of a ring node.
+# The host programs of ring nodes, and of gateways.
 RING_NODE       := $(patsubst src/firmware/%.c,$(COSIM_OUT)/firmware/%.o, \
-                     $(wildcard src/firmware/driver/*.c src/firmware/ring/*.c src/firmware/node/*.c) \
-                     src/firmware/start_number.c src/firmware/ascon.c)
+                     $(wildcard src/firmware/driver/*.c src/firmware/slave/*.c src/firmware/ring/*.c \
+                       src/firmware/node/*.c) \
+                     src/firmware/start_number.c src/firmware/ascon.c) \
+                   $(COSIM_OUT)/firmware/ring-gateway.objects.o
 # A line per preset: the files to link.
 MODELS          := $(patsubst %,$(COSIM_OUT)/models/%.link,$(PRESETS))
 # The objects of folders of the simulator.
@@ -64,7 +66,7 @@ $(COSIM_OUT)/flyframe-hosts:   $(call objects,core hosts) $(filter $(COSIM_OUT)/
 $(COSIM_OUT)/flyframe-alarm:   $(call objects,core board plant alarm) $(FIRMWARE)
 $(COSIM_OUT)/flyframe-alarm:   private LIBRARIES := -lslirp
 
-$(COSIM_OUT)/flyframe-ring:    $(call objects,core board plant ring) $(RING_NODE)
+$(COSIM_OUT)/flyframe-ring:    $(call objects,core board live plant ring) $(RING_NODE)
 $(COSIM_OUT)/flyframe-ring:    private LIBRARIES := -lslirp
 
 PROGRAMS        := $(patsubst %,$(COSIM_OUT)/flyframe-%,cosim fuzz latency smsoak faults hosts alarm ring)

@@ -398,6 +398,11 @@ object TestSets {
       )
     }
 
+  /** Slaves with a ring under them. */
+  private lazy val gateways: Seq[EscParams] = Seq(
+    EscParams(preset = "gateway", ring = 1, ramKiB = 8, fmmus = 3, syncManagers = 4, applicationLayer = 1)
+  )
+
   /** All there is, in both ways to keep the configuration. */
   private val matrixComplete: Seq[EscParams] = Seq(
     EscParams(
@@ -474,7 +479,7 @@ object TestSets {
   /** Those that belong to every sample: with an EEPROM, the corners, and of the alarm slaves, which the rule
     * tests fit, one of each bus width and each number of datagrams.
     */
-  val besidePairs: Seq[EscParams] = matrixComplete ++ matrixCorners ++
+  val besidePairs: Seq[EscParams] = matrixComplete ++ matrixCorners ++ gateways ++
     matrixAlarm.zipWithIndex.collect { case (p, i) if i % 4 == 0 => p }
 
   private type Change = (String, EscParams => EscParams)

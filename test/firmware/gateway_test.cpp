@@ -4,18 +4,16 @@
 #include <deque>
 #include <random>
 
-#include "fake.h"
-
 extern "C" {
 #include "ascon.h"
 #include "node/ring_server.h"
 #include "protocol.h"
 #include "ring-server.h"
-#include "ring/frame.h"
 }
 
+#include "ring_board.h"
+
 namespace {
-using Bytes = std::vector<uint8_t>;
 constexpr uint8_t kKey[PROTOCOL_KEY_BYTES] = {9, 8, 7, 6, 5, 4, 3, 2, 1, 0, 1, 2, 3, 4, 5, 6};
 constexpr uint16_t kGateway = 0x1234;
 
@@ -39,42 +37,27 @@ Bytes tagOf(uint64_t life, uint8_t origin, uint64_t counter, const Bytes& messag
 }
 
 // A controller of preset ring-server whose frames and datagrams leave at once.
-struct RingBoard : board {
-  uint32_t now = 1000;
+struct PlantBoard : RingBoard {
   bool sends = false;  // the controller is busy with a datagram
-  std::deque<Bytes> fifo, incoming;
-  std::vector<ring_frame> frames;
+  std::deque<Bytes> incoming;
   std::vector<Bytes> datagrams;
 
-  RingBoard() {
-    memory[NODE_NODE_TYPE] = 0xf3;
-    memory[NODE_RING_PORTS] = NODE_RING_UP1_MASK | NODE_RING_UP2_MASK;
-  }
   uint8_t readByte(uint16_t a) override {
-    const auto in = [&](uint16_t first, unsigned bytes) { return a >= first && a < first + bytes; };
-    if (in(NODE_NODE_TIME, 4)) return static_cast<uint8_t>(now >> 8 * (a - NODE_NODE_TIME));
-    if (a == NODE_CAN_F_RX_LEVEL) return static_cast<uint8_t>(std::min<size_t>(fifo.size(), 64));
-    if (in(NODE_CAN_F_RX_FRAME, 16)) return fifo.empty() ? 0 : fifo.front()[a - NODE_CAN_F_RX_FRAME];
-    if (in(NODE_CAN_F_REQUEST, 2)) return 0;
     if (a == NODE_PLANT_STATUS)
       return static_cast<uint8_t>((sends ? NODE_PLANT_SENDING_MASK : 0) |
                                   (incoming.empty() ? 0 : NODE_PLANT_WAITING_MASK));
-    if (in(NODE_PLANT_RECEIVED_LENGTH, 2)) {
+    if (isIn(a, NODE_PLANT_RECEIVED_LENGTH, 2)) {
       const size_t length = incoming.empty() ? 0 : incoming.front().size();
       return static_cast<uint8_t>(length >> 8 * (a - NODE_PLANT_RECEIVED_LENGTH));
     }
-    if (in(NODE_PLANT_RECEIVED_DATA, 2048)) {
+    if (isIn(a, NODE_PLANT_RECEIVED_DATA, 2048)) {
       const size_t at = a - NODE_PLANT_RECEIVED_DATA;
       return incoming.empty() || at >= incoming.front().size() ? 0xee : incoming.front()[at];
     }
-    return board::readByte(a);
+    return RingBoard::readByte(a);
   }
   void writeByte(uint16_t a, uint8_t value) override {
-    board::writeByte(a, value);
-    if (a == NODE_CAN_F_RX_RELEASE && !fifo.empty()) fifo.pop_front();
-    if (a == NODE_CAN_F_REQUEST || a == NODE_CAN_F_REQUEST + 1)
-      for (unsigned i = 0; i < 8; ++i)
-        if (value >> i & 1) leave(i + 8 * (a - NODE_CAN_F_REQUEST));
+    RingBoard::writeByte(a, value);
     if (a != NODE_PLANT_COMMAND) return;
     if ((value & NODE_PLANT_RELEASE_MASK) && !incoming.empty()) incoming.pop_front();
     if (value & NODE_PLANT_SEND_MASK) {
@@ -82,27 +65,11 @@ struct RingBoard : board {
       datagrams.emplace_back(first, first + word(NODE_PLANT_SEND_LENGTH));
     }
   }
-  void leave(unsigned slot) {
-    const uint8_t* bytes = &memory[NODE_CAN_F_SLOTN(slot)];
-    ring_frame f{};
-    f.id = static_cast<uint32_t>(bytes[0] | bytes[1] << 8 | bytes[2] << 16 | (bytes[3] & 0x1f) << 24);
-    f.dlc = bytes[4];
-    std::memcpy(f.data, bytes + 8, sizeof f.data);
-    frames.push_back(f);
-  }
-  void comes(const ring_id& id, const Bytes& data) {
-    Bytes frame(16);
-    const uint32_t word = ring_id_word(&id) | 1u << 31;
-    for (int i = 0; i < 4; ++i) frame[static_cast<size_t>(i)] = static_cast<uint8_t>(word >> 8 * i);
-    frame[4] = static_cast<uint8_t>(data.size());
-    std::copy(data.begin(), data.end(), frame.begin() + 8);
-    fifo.push_back(frame);
-  }
 };
 
 // The gateway on its board, and both sides of it.
 struct Bench {
-  RingBoard at;
+  PlantBoard at;
   ring_server server{};
   ring_server_parameters parameters{};
   uint64_t serverLife = 0x1111222233334444, turn = 0;

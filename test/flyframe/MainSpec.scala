@@ -140,7 +140,7 @@ class MainSpec extends AnyFlatSpec {
         .params
         .copy(preset = "my-core_1", ports = 1, escBuild = 31, escRevision = 2)
       assert(json("preset").str == "my-core_1" && json("top").str == "my_core_1")
-      for (i <- ParamTable.told(expected.role)) assert(json(i.name).num.toInt == i.get(expected), i.name)
+      for (i <- ParamTable.told(expected)) assert(json(i.name).num.toInt == i.get(expected), i.name)
       assert("""(?m)^module my_core_1\(""".r.findAllIn(text("v")).size == 1)
       assert(text("h").contains("FLYFRAME_MY_CORE_1_H"))
   }
@@ -161,7 +161,7 @@ class MainSpec extends AnyFlatSpec {
   "The Verilog" should "begin with version and parameters" in {
     assert(header.head.contains(s"flyframe ${BuildInfo.version}"))
     assert(header(1) == "// Preset mine")
-    for (i <- ParamTable.told(custom.role))
+    for (i <- ParamTable.told(custom))
       assert(header.exists(_.matches(s"//   ${i.name} +${i.show(custom)} .*")), i.name)
   }
 

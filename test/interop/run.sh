@@ -1,11 +1,12 @@
 #!/bin/sh
 # Real masters on a virtual cable: starts flyframe-cosim at one end of a veth pair and a master at the other,
-# in a network namespace of its own for each master, so that both run at once. Usage: run.sh [--preset NAME]
-# [--masters "soem ethercrab"] [--alarm NAME] [--star NAME] [--clocks NAME] [--written NAME] [--digital FILE]
-# [--only SCENARIO] [--cycles N] [--sync-cycles N] [--transfers N] [--file BYTES] [--capture]
-# [--simulator PROGRAM]; the NAMEs: the same slave with a smoke detector, with four ports, with distributed
-# clocks, with these and acknowledged by write; the FILE, without its ending: one with digital I/O. Scenario
-# stack with SOEM is `make slave-demo`.
+# in a network namespace of its own for each master, so that all run at once. Master gateway is SOEM with a
+# gateway to a fibre ring, of flyframe-ring. Usage: run.sh [--preset NAME]
+# [--masters "soem ethercrab gateway"] [--alarm NAME] [--star NAME] [--clocks NAME] [--written NAME]
+# [--digital FILE] [--only SCENARIO] [--cycles N] [--sync-cycles N] [--transfers N] [--file BYTES]
+# [--ring-cycles N] [--capture] [--simulator PROGRAM] [--ring PROGRAM]; the NAMEs: the same slave with a smoke
+# detector, with four ports, with distributed clocks, with these and acknowledged by write; the FILE, without
+# its ending: one with digital I/O. Scenario stack with SOEM is `make slave-demo`.
 # The last line is "N passed, N failed, N skipped"; exit code 1 if something failed.
 here=$(cd "$(dirname "$0")" && pwd)
 root=$(cd "$here/../.." && pwd)
@@ -13,9 +14,12 @@ out=$root/build/interop
 # A simulated network is far slower than a real one. So the clock of a master goes slower, too, and with it
 # that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
 clock=0.01
-preset=slave alarm= star= clocks= written= digital= masters='soem ethercrab' only= cycles=5000 sync=200
-transfers=20 file=4001
-capture= simulator=$out/flyframe-cosim master= python=$root/build/tools/venv/bin/python
+preset=slave alarm= star= clocks= written= digital= masters='soem ethercrab gateway' only=
+cycles=5000 sync=200 transfers=20 file=4001 ring_cycles=40
+# A ring in RTL is slower still.
+ring_clock=0.001
+capture= simulator=$out/flyframe-cosim ring=$out/flyframe-ring master=
+python=$root/build/tools/venv/bin/python
 while [ $# -gt 0 ]; do
   case $1 in
     --preset) preset=$2; shift ;;
@@ -30,10 +34,12 @@ while [ $# -gt 0 ]; do
     --sync-cycles) sync=$2; shift ;;
     --transfers) transfers=$2; shift ;;
     --file) file=$2; shift ;;
+    --ring-cycles) ring_cycles=$2; shift ;;
+    --ring) ring=$2; shift ;;
     --capture) capture=yes ;;
     --simulator) simulator=$2; shift ;;
     --in-namespace) master=$2; shift ;; # this script's own
-    *) sed -n '2,8s/^# //p' "$0" >&2; exit 2 ;;
+    *) sed -n '2,10s/^# //p' "$0" >&2; exit 2 ;;
   esac
   shift
 done
@@ -45,8 +51,10 @@ command_of() {
   case $1 in
     soem)
       "$python" -c 'import pysoem' 2>/dev/null && echo "$python $here/soem_test.py" ;;
+    gateway)
+      "$python" -c 'import pysoem' 2>/dev/null && [ -x "$ring" ] && echo "$python $here/gateway.py" ;;
     ethercrab) [ -x "$out/ethercrab-test" ] && echo "$out/ethercrab-test" ;;
-    *) echo "No master is called '$1'; known: soem, ethercrab." >&2; exit 2 ;;
+    *) echo "No master is called '$1'; known: soem, ethercrab, gateway." >&2; exit 2 ;;
   esac
 }
 
@@ -126,6 +134,37 @@ run() {
   sed 's/^/      /' "$net/log" | tail -2
 }
 
+# The gateway in front of 8 nodes. Timers short, so that a break is shown soon.
+run_gateway() {
+  [ -z "$only" ] || [ "$only" = gateway ] || return 0
+  echo "--- gateway, 8 nodes"
+  net=$out/gateway/net
+  mkdir -p "$net"
+  nodes='{"address": 2}, {"address": 3}, {"address": 4}, {"address": 5}, {"address": 6}, {"address": 7}'
+  nodes="$nodes, {\"address\": 8}, {\"address\": 9}"
+  cat >"$net/ring.json" <<EOF
+{"pd_ms": 5, "hello_ms": 5, "up_ms": 1, "nodes": [{"address": 1, "preset": "ring-gateway", "host": "gateway",
+ "eeprom": "../../verilog/ring-gateway.sii.bin"}, $nodes]}
+EOF
+  rm -f "$net/ready"
+  mkfifo "$net/ready"
+  "$ring" --network "$net/ring.json" --interface veth-slaves --control "$net/control.sock" \
+    --state "$net/state" --processors 1 --time-scale $ring_clock >"$net/ready" 2>"$net/log" &
+  cosim=$!
+  begin=$(date +%s)
+  # shellcheck disable=SC2086 # the command has arguments
+  if read -r line <"$net/ready" && timeout 1800 env LD_PRELOAD="$faketime" FAKETIME="+0 x$ring_clock" \
+    $program veth-master "$net/control.sock" 8 "$ring_cycles"; then
+    passed=$((passed + 1))
+  else
+    failed=$((failed + 1))
+  fi
+  echo "      took $(($(date +%s) - begin)) s"
+  kill $cosim
+  wait $cosim
+  sed 's/^/      /' "$net/log" | tail -2
+}
+
 if [ -n "$master" ]; then
   program=$(command_of "$master")
   passed=0 failed=0
@@ -135,6 +174,11 @@ if [ -n "$master" ]; then
     echo 1 >/proc/sys/net/ipv6/conf/$name/disable_ipv6
     ip link set "$name" up
   done
+  if [ "$master" = gateway ]; then
+    run_gateway
+    echo "$passed $failed" >"$out/$master/result"
+    exit 0
+  fi
   for n in 1 3 5; do run scan $n; done
   for n in 1 3 5; do run cycles $n; done
   if [ "$master" = soem ]; then # ethercrab knows one layout only
@@ -186,7 +230,7 @@ for master in $masters; do
     ${digital:+--digital "$digital"} \
     ${only:+--only "$only"} --cycles "$cycles" --sync-cycles "$sync" --transfers "$transfers" --file "$file" \
     ${capture:+--capture} \
-    --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
+    --ring-cycles "$ring_cycles" --ring "$ring" --simulator "$simulator" 2>&1 | sed -u "s/^/$master: /" &
   running="$running $master"
 done
 wait

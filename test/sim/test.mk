@@ -26,13 +26,15 @@ $(COSIM_OUT)/firmware-test: $(FIRMWARE_TEST) $(sort $(FIRMWARE) $(RING_NODE))
 $(COSIM_OUT)/firmware/test/%.o: test/firmware/%.cpp
 	$(call compile,$(CXX) $(SIM_CXXFLAGS) -I$(GENERATED))
 
-# The slave stack with the demonstration's dictionary against a fake controller; MESSAGES mutated ones, with
-# SEED. Whatever ASan and UBSan find ends it.
+# The slave stack with the demonstration's dictionary, and the gateway, against fake controllers; MESSAGES
+# mutated ones, with SEED. Whatever ASan and UBSan find ends it.
 MESSAGES     ?= 50000
 SEED         ?= 1
 SANITIZED    := -g -O1 -fsanitize=address,undefined -fno-sanitize-recover=all
 STACK_OUT    := $(COSIM_OUT)/stack-test.d
-STACK_C      := $(wildcard src/firmware/driver/*.c src/firmware/slave/*.c) generated/slave-demo.objects.c
+STACK_C      := $(wildcard src/firmware/driver/*.c src/firmware/slave/*.c src/firmware/ring/*.c) \
+                $(patsubst %,src/firmware/node/%.c,can_port ring_node ring_picture ring_gateway) \
+                src/firmware/start_number.c generated/slave-demo.objects.c generated/ring-gateway.objects.c
 STACK_CPP    := $(wildcard test/firmware/stack/*.cpp) test/firmware/fake.cpp
 STACK_TEST   := $(patsubst %,$(STACK_OUT)/%.o,$(STACK_C) $(STACK_CPP))
 STACK_INC    := -Isrc/firmware -Isrc/firmware/slave -Igenerated

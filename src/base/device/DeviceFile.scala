@@ -88,6 +88,10 @@ object DeviceFile {
     def flag(key: String): Boolean = get(key).exists(_.flag)
     def text(key: String): String  = apply(key).text(255)
     def number(key: String, high: Long): Int = apply(key).number(0, high).toInt
+
+    /** How many entries are meant, of which the first has subindex `first`. */
+    def count(first: Int): Int = get("count").map(_.number(1, 256L - first).toInt).getOrElse(1)
+    def numbered(name: String, i: Int): String = if (get("count").isEmpty) name else s"$name ${i + 1}"
   }
 
   /** The device in `json`, or one sentence that says what is wrong with the text. Whether a controller can be
@@ -195,18 +199,26 @@ object DeviceFile {
 
   private def pdo(node: Node): Pdo = {
     val f = node.fields("index", "name", "syncManager", "entries")
-    Pdo(f.number("index", U16), f.text("name"), f.number("syncManager", 15), f("entries").list.map(entry))
+    Pdo(
+      f.number("index", U16),
+      f.text("name"),
+      f.number("syncManager", 15),
+      f("entries").list.flatMap(entries)
+    )
   }
 
-  private def entry(node: Node): PdoEntry = {
-    val f = node.fields("index", "subIndex", "name", "type", "bits")
+  /** An entry, or `count` of them with the subindexes from its own on, whose names get numbers from 1 on. */
+  private def entries(node: Node): Seq[PdoEntry] = {
+    val f = node.fields("index", "subIndex", "name", "type", "bits", "count")
     f.get("type").map(_.oneOf(DataType.all)(_.name)) match {
       case None =>
-        if (f.get("index").nonEmpty || f.get("name").nonEmpty) refuse(s"${node.path} has no 'type'.")
-        PdoEntry(0, 0, "", None, f("bits").number(1, U8).toInt)
+        for (key <- Seq("index", "name", "count"); _ <- f.get(key)) refuse(s"${node.path} has no 'type'.")
+        Seq(PdoEntry(0, 0, "", None, f("bits").number(1, U8).toInt))
       case Some(t) =>
         f.get("bits").foreach(_.number(t.bits, t.bits))
-        PdoEntry(f.number("index", U16), f.number("subIndex", U8), f.text("name"), Some(t), t.bits)
+        val (index, first, name) = (f.number("index", U16), f.number("subIndex", U8), f.text("name"))
+        for (i <- 0 until f.count(first))
+          yield PdoEntry(index, first + i, f.numbered(name, i), Some(t), t.bits)
     }
   }
 
@@ -265,13 +277,37 @@ object DeviceFile {
       AddedObject(
         index,
         name,
-        entries.map { n =>
-          val own = n.fields(Seq("subIndex", "name") ++ EntryKeys: _*)
-          addedEntry(n.path, own, own("subIndex").number(1, U8).toInt, own.text("name"))
+        entries.flatMap { n =>
+          val own   = n.fields(Seq("subIndex", "name", "count", "step") ++ EntryKeys: _*)
+          val first = own("subIndex").number(1, U8).toInt
+          val entry = addedEntry(n.path, own, first, own.text("name"))
+          for (i <- 0 until own.count(first))
+            yield entry.copy(
+              subIndex = first + i,
+              name = own.numbered(entry.name, i),
+              value = stepped(n.path, entry, own.signed("step").toLong * i)
+            )
         }
       )
     }
   }
+
+  /** The initial value of a later one of several entries. */
+  private def stepped(path: String, e: AddedEntry, by: Long): Option[InitialValue] =
+    if (by == 0) e.value
+    else
+      e.value match {
+        case Some(InitialValue.Number(n)) =>
+          val (low, high) = e.range
+            .orElse(e.dataType.range.map { case (a, b) =>
+              (a.toLong, b.min(Long.MaxValue).toLong)
+            })
+            .getOrElse((-U32, U32))
+          if (n + by < low || n + by > high)
+            refuse(s"$path.step leads to the value ${n + by}, which its type or range does not have.")
+          Some(InitialValue.Number(n + by))
+        case _ => refuse(s"$path has a 'step' but no number as 'value'.")
+      }
 
   private val Text = "STRING\\(([1-9][0-9]{0,3})\\)".r
 

@@ -8,7 +8,7 @@ import flyframe.params.EscParams
 /** Files on disk: reads device files and SII images, and makes the ESI and SII files of a controller. */
 object DeviceFiles {
 
-  /** Text of the device file `name` that comes with the generator: `io`, `digital-io` or `mailbox`. */
+  /** Text of the device file `name` that comes with the generator (src/base/resources/devices). */
   def bundled(name: String): String = {
     val stream = getClass.getResourceAsStream(s"/devices/$name.json")
     try new String(stream.readAllBytes(), UTF_8)
@@ -56,15 +56,16 @@ object DeviceFiles {
     s"${p.preset}.objects.c" -> DictionaryC.source(d, p.preset, p.topName, p.ramBytes).getBytes(UTF_8)
   )
 
-  /** The files of [[make]] for the device the user chose; without one for the bundled `io`, or `digital-io`
-    * where there is no host, or none if the controller lacks what that needs.
+  /** The files of [[make]] for the device the user chose; without one for the bundled `io`, `digital-io`
+    * where there is no host, or `ring-gateway` where there is a ring, or none if the controller lacks what
+    * that needs.
     */
   def of(p: EscParams, chosen: Option[Device]): Either[String, Seq[(String, Array[Byte])]] = chosen match {
     case Some(d) if p.role == 0 => make(d, p, p.fmmus, p.syncManagers)
     case Some(_)                => Left("device must not be given if role is 1.")
     case None if p.role != 0    => Right(Nil)
     case None =>
-      val io = DeviceFile.parse(bundled(if (p.isDigitalIo) "digital-io" else "io"))
-      Right(io.flatMap(make(_, p, p.fmmus, p.syncManagers)).getOrElse(Nil))
+      val name = if (p.isDigitalIo) "digital-io" else if (p.hasRing) "ring-gateway" else "io"
+      Right(DeviceFile.parse(bundled(name)).flatMap(make(_, p, p.fmmus, p.syncManagers)).getOrElse(Nil))
   }
 }

@@ -98,22 +98,45 @@ final case class EscParams(
   /** A node of a fibre ring (NODE) instead of a slave controller. */
   def isRing: Boolean = role == 2
 
+  /** There is a fibre ring: that of a node, or one under a slave (GW-01). */
+  def hasRing: Boolean = ring > 0
+
+  /** The node of a slave's ring: what the slave has of a node, behind a plain host port. */
+  def ringNode: EscParams = EscParams(
+    preset = s"$preset-node",
+    role = 2,
+    dataBusWidth = dataBusWidth,
+    nodeIdWidth = 7,
+    coreClockMhz = coreClockMhz,
+    ramKiB = 0,
+    ring = ring,
+    canPorts = canPorts,
+    demodulator = demodulator,
+    toneDominantKhz = toneDominantKhz,
+    toneSearchKhz = toneSearchKhz,
+    toneRecessiveKhz = toneRecessiveKhz,
+    rxFrames = rxFrames,
+    filters = filters,
+    bridge = bridge,
+    escType = EscParams.NodeType
+  )
+
   /** Ports with a PHY: of a master those to the slaves, and one to the plant network; of a ring node that
     * one.
     */
   def portCount: Int = if (isRing) plant else if (isMaster) linePorts + 1 else ports
 
-  /** A ring node has relay mode beside bus mode. */
+  /** A node has relay mode beside bus mode. */
   def hasRelay: Boolean = ring == 2
 
   /** A ring node has a port to the plant network. */
   def hasPlant: Boolean = plant == 1
 
-  /** What modems and ports of a ring node are built with. */
+  /** What modems and ports of a node are built with. */
   def fibre: FibreParams =
     FibreParams(coreClockMhz, toneDominantKhz, toneSearchKhz, toneRecessiveKhz, demodulator)
 
-  /** What the CAN ports of a ring node are built with. */
+  /** What the CAN ports of a node are built with. */
   def can: CanParams = CanParams(rxFrames, filters, coreClockMhz = coreClockMhz, bridge = bridge == 1)
 
   /** The PHY of a port has RMII, not MII. */
@@ -314,6 +337,12 @@ object EscParams {
     * orders, the host's datagram, and a confirmation (LM-01).
     */
   val LeastOfMaster = 10
+
+  /** Where the registers of a node begin in the address space of a slave that has a ring (GW-01). */
+  val RingSpace = 0x8000
+
+  /** The type that ring nodes report. */
+  val NodeType = 0xf3
 
   /** Why `p` cannot be built: one sentence per problem, naming the parameter, its value and the allowed
     * range. Empty = fine.

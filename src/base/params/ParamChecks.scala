@@ -114,10 +114,8 @@ private[params] object ParamChecks {
 
   private def ofSlave(p: EscParams): Seq[String] = {
     val ports = Seq("linkLowPorts", "fxPorts").flatMap(ofPorts(_, p))
-    Seq("ring", "demodulator", "bridge", "plant").flatMap { name =>
-      val value = ParamTable(name).get(p)
-      Option.when(value != 0)(s"$name is $value but must be 0 if role is 0.")
-    } ++ Seq(
+    (if (p.hasRing) besideRing(p) else withoutRing(p)) ++ Seq(
+      Option.when(p.hasPlant)("plant is 1 but must be 0 if role is 0."),
       Option.when(p.writeLogDepth > p.longestWriteLog)(
         s"registerWritesPerFrame is ${p.registerWritesPerFrame} but must be 0 (derived) or 16 to " +
           s"${p.longestWriteLog} bytes at coreClockMhz ${p.coreClockMhz}."
@@ -182,10 +180,13 @@ private[params] object ParamChecks {
 
   /** A ring node has two ports, too. */
   private def ofRing(p: EscParams): Seq[String] =
-    nothingElse(p) ++ Need("txShift", Seq("plant")).problem(p) ++ Option.when(p.ring == 0)(
+    nothingElse(p) ++ Need("txShift", Seq("plant")).problem(p) ++ Option.when(!p.hasRing)(
       "ring is 0 but must be 1 to 2 if role is 2."
-    ) ++
-      Option.when(p.bridge == 1 && p.canPorts == 1)("canPorts is 1 but must be 2 if bridge is 1.") ++
+    ) ++ ofNode(p)
+
+  /** What a node of a ring is made of, alone or in a slave. */
+  private def ofNode(p: EscParams): Seq[String] =
+    Option.when(p.bridge == 1 && p.canPorts == 1)("canPorts is 1 but must be 2 if bridge is 1.").toSeq ++
       Option.when(p.bridge == 1 && p.filters < CanParams.BridgeFilters.end)(
         s"filters is ${p.filters} but must be ${CanParams.BridgeFilters.end} to 32 if bridge is 1."
       ) ++
@@ -196,6 +197,28 @@ private[params] object ParamChecks {
         p.toneRecessiveKhz,
         p.demodulator
       )
+
+  /** A slave with a ring (GW-01): its host reaches both. */
+  private def besideRing(p: EscParams): Seq[String] = {
+    val hosts = ParamTable("hostInterface").in(2)
+    val ram   = EscParams.RingSpace / 1024 - 4
+    Seq(
+      Option.unless(Set(50, 100)(p.coreClockMhz))(
+        s"coreClockMhz is ${p.coreClockMhz} but must be 50 or 100 MHz if ring is ${p.ring}."
+      ),
+      Option.unless(hosts.allowed(p.hostInterface))(
+        s"hostInterface is ${p.hostInterface} but must be ${hosts.range} if ring is ${p.ring}."
+      ),
+      Option.when(p.ramKiB > ram)(s"ramKiB is ${p.ramKiB} but must be 0 to $ram KiB if ring is ${p.ring}."),
+      Option.when(p.hasAlarm)(s"alarm is 1 but must be 0 if ring is ${p.ring}.")
+    ).flatten ++ ofNode(p)
+  }
+
+  private def withoutRing(p: EscParams): Seq[String] =
+    Seq("demodulator" -> 0, "bridge" -> 0, "canPorts" -> 1).flatMap { case (name, least) =>
+      val value = ParamTable(name).get(p)
+      Option.when(value != least)(s"$name is $value but must be $least if ring is 0.")
+    }
 
   /** What is 0 by default in other controllers is so in this one, and they have no RAM. */
   private def nothingElse(p: EscParams): Seq[String] = {

@@ -29,7 +29,9 @@ private[params] object ParamRoles {
   /** Parameters that have an effect in one kind of controller only, or in some. */
   private val ofMastersOnly = Set("maxSlaves", "linePorts")
   private val ofMasters     = ofAll ++ ofMastersOnly ++ Seq("maxSubTelegrams", "txShift", "rmiiPorts")
-  private val ofRingsOnly = Set(
+
+  /** What a node of a fibre ring is made of, alone or in a slave. */
+  private val ofNodes = Set(
     "ring",
     "canPorts",
     "demodulator",
@@ -38,11 +40,12 @@ private[params] object ParamRoles {
     "toneRecessiveKhz",
     "rxFrames",
     "filters",
-    "bridge",
-    "plant"
+    "bridge"
   )
+  private val ofRingsOnly = Set("plant")
   private val ofRings =
-    ofAll.filterNot(_.startsWith("spi")) ++ ofRingsOnly ++ Seq("nodeIdWidth", "txShift", "rmiiPorts")
+    ofAll.filterNot(_.startsWith("spi")) ++ ofNodes ++ ofRingsOnly ++
+      Seq("nodeIdWidth", "txShift", "rmiiPorts")
 
   /** What is different in a master. */
   private val inMasters: Map[String, ParamInfo => ParamInfo] = {
@@ -116,6 +119,6 @@ private[params] object ParamRoles {
     )
   }
 
-  /** Only ring nodes have it. */
-  def isOfRingsOnly(name: String): Boolean = ofRingsOnly(name)
+  /** Nodes of a ring have it, and controllers without a ring do not. */
+  def isOfNodes(name: String): Boolean = ofNodes(name) || ofRingsOnly(name)
 }

@@ -420,11 +420,12 @@ object ParamTable {
     )((p, v) => p.copy(reportedFeatures = v))
   ).map(ParamRoles(_))
 
-  /** What is told of a controller with this role: of a ring node its own parameters, of the others all that
-    * not only ring nodes have.
+  /** What is told of a controller with parameters `p`: of a ring node its own parameters, of the others all
+    * that not only nodes have, and what their ring has if there is one.
     */
-  def told(role: Int): Seq[ParamInfo] =
-    all.filter(i => if (role == 2) i.roles(2) else !ParamRoles.isOfRingsOnly(i.name))
+  def told(p: EscParams): Seq[ParamInfo] = all.filter { i =>
+    if (p.isRing) i.roles(2) else !ParamRoles.isOfNodes(i.name) || (p.hasRing && i.roles(p.role))
+  }
 
   /** The parameter with this name. */
   def named(name: String): Option[ParamInfo] = all.find(_.name == name)

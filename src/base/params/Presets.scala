@@ -13,6 +13,18 @@ object Presets {
     "Reports another maker's identity: for replaying recorded traffic only, never for a product."
   )
 
+  private val slave = EscParams(
+    preset = "slave",
+    ramKiB = 8,
+    fmmus = 8,
+    fmmuBitwise = 1,
+    syncManagers = 8,
+    applicationLayer = 1,
+    watchdogs = 1,
+    leds = 1,
+    sii = 1
+  )
+
   val all: Seq[Preset] = Seq(
     Preset(
       EscParams(preset = "frame-processor", ramKiB = 0),
@@ -23,17 +35,7 @@ object Presets {
       "smallest with process data: two ports, 1 KiB RAM, for an EP4CE6"
     ),
     Preset(
-      EscParams(
-        preset = "slave",
-        ramKiB = 8,
-        fmmus = 8,
-        fmmuBitwise = 1,
-        syncManagers = 8,
-        applicationLayer = 1,
-        watchdogs = 1,
-        leds = 1,
-        sii = 1
-      ),
+      slave,
       "complete slave: two ports, 8 FMMUs, 8 SyncManagers, 8 KiB RAM, I2C EEPROM; no distributed clocks"
     ),
     Preset(
@@ -62,11 +64,25 @@ object Presets {
       "smoke-alarm master: runs a line of alarm slaves, reports to a server by UDP over its second port"
     ),
     Preset(
-      EscParams(preset = "ring-bus", role = 2, nodeIdWidth = 7, ring = 1, ramKiB = 0, escType = 0xf3),
+      EscParams(
+        preset = "ring-bus",
+        role = 2,
+        nodeIdWidth = 7,
+        ring = 1,
+        ramKiB = 0,
+        escType = EscParams.NodeType
+      ),
       "node of a fibre ring that is one CAN bus: a CAN controller, two optical ports, one break survived"
     ),
     Preset(
-      EscParams(preset = "ring-node", role = 2, nodeIdWidth = 7, ring = 2, ramKiB = 0, escType = 0xf3),
+      EscParams(
+        preset = "ring-node",
+        role = 2,
+        nodeIdWidth = 7,
+        ring = 2,
+        ramKiB = 0,
+        escType = EscParams.NodeType
+      ),
       "node of a fibre ring of up to 125 nodes and 100 km: ring-bus with relay mode, chosen by the host"
     ),
     Preset(
@@ -78,7 +94,7 @@ object Presets {
         canPorts = 2,
         bridge = 1,
         ramKiB = 0,
-        escType = 0xf3
+        escType = EscParams.NodeType
       ),
       "ring-node with a second CAN controller on a twisted pair, and a bridge between both"
     ),
@@ -91,9 +107,13 @@ object Presets {
         ring = 2,
         plant = 1,
         ramKiB = 0,
-        escType = 0xf3
+        escType = EscParams.NodeType
       ),
       "ring-node at 50 MHz with a port to the plant network: messages to it go to a server by UDP"
+    ),
+    Preset(
+      slave.copy(preset = "ring-gateway", ring = 2),
+      "slave with a ring-node: process data of a fibre ring under an EtherCAT master"
     ),
     Preset(
       EscParams(
@@ -217,6 +237,9 @@ object Presets {
 
   /** Parameters of a ring node. */
   def ring: EscParams = named("ring-bus").get.params
+
+  /** A slave with a ring. */
+  def gateway: EscParams = named("ring-gateway").get.params
 
   /** Of one with relay mode, too. */
   def relay: EscParams = named("ring-node").get.params

@@ -108,7 +108,7 @@ object Sizes {
   val Answers = 16
 
   /** Values of process data that a node sends. */
-  val Objects = 16
+  val Objects = 64
 
   /** Values of process data that a node follows. */
   val Watched = 64

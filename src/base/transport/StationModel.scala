@@ -20,6 +20,7 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
   private var bytes    = p.hello
   private var helloAt  = start
   private var isDue    = false
+  private var turn     = 0 // the place of the value that goes next, if it is due
 
   def hello(source: Int, now: Long): Unit = heard(source) = now
   def members(now: Long): Set[Int]        = heard.collect { case (s, at) if now < at + MemberUs => s }.toSet
@@ -47,6 +48,12 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
       if (hasPlace) followed(source -> number) = new Followed
       hasPlace
     }
+
+  def forgetValues(): Unit = {
+    own.clear()
+    followed.clear()
+    turn = 0
+  }
 
   /** A value has come. False: nobody follows it. */
   def arrives(source: Int, number: Int, data: Seq[Int], now: Long): Boolean =
@@ -78,11 +85,17 @@ private[transport] class StationModel(p: TransportParams, slots: SlotsModel, sta
   }
 
   private def frames: Iterator[(BusFrame, () => Unit)] = {
-    val id    = FrameId(urgent = false, 0, isData = false, p.address, Code.Hello, 0, end = true)
-    val hello = Option.when(isDue)((BusFrame(id, p.life +: bytes), () => isDue = false))
-    val values = own.iterator.filter(_._2.isDue).map { case ((to, number), o) =>
+    val id     = FrameId(urgent = false, 0, isData = false, p.address, Code.Hello, 0, end = true)
+    val hello  = Option.when(isDue)((BusFrame(id, p.life +: bytes), () => isDue = false))
+    val places = own.iterator.zipWithIndex.toSeq
+    val inTurn = places.drop(turn) ++ places.take(turn)
+    val values = inTurn.iterator.filter(_._1._2.isDue).map { case (((to, number), o), place) =>
       val id = FrameId(urgent = false, to, isData = true, p.address, number, Sizes.ProcessData, end = true)
-      (BusFrame(id, o.data), () => o.isDue = false)
+      val sent = () => {
+        o.isDue = false
+        turn = (place + 1) % Sizes.Objects
+      }
+      (BusFrame(id, o.data), sent)
     }
     hello.iterator ++ values
   }

@@ -119,6 +119,7 @@ class TransportModel(p: TransportParams, start: Long = 0) extends TransportUnder
   def members(now: Long): Set[Int]                               = station.members(now)
   def setHello(bytes: Seq[Int], now: Long): Unit                 = station.setHello(bytes)
   def watch(source: Int, number: Int): Boolean                   = station.watch(source, number)
+  def forgetValues(): Unit                                       = station.forgetValues()
   def count(counter: Counter.Value): Int                         = counts(counter)
   def value(s: Int, number: Int, now: Long): (Seq[Int], Boolean) = station.value(s, number, now)
   def setObject(destination: Int, number: Int, data: Seq[Int], now: Long): Boolean =

@@ -192,6 +192,9 @@ trait TransportUnderTest {
   /** Follows an object of a node. False: there is no place. */
   def watch(source: Int, number: Int): Boolean
 
+  /** Follows and sends no values from now on. */
+  def forgetValues(): Unit
+
   /** The newest value of an object that is followed and whether it is old; before the first one: none, old.
     */
   def value(source: Int, number: Int, now: Long): (Seq[Int], Boolean)

@@ -90,8 +90,7 @@ static enum ring_node_fault start_controller(struct ring_node *node) {
   return node->stored ? RING_NODE_GOOD : RING_NODE_STORE;
 }
 
-/* Whether frames can be sent and received. */
-static bool runs(const struct ring_node *node) {
+bool ring_node_runs(const struct ring_node *node) {
   return (node->fault == RING_NODE_GOOD || node->fault == RING_NODE_STORE) && can_port_runs(&node->port);
 }
 
@@ -110,9 +109,9 @@ void ring_node_serve(struct ring_node *node) {
   struct board *board = node->board;
   struct ring_frame frame;
   board_watchdog(board);
-  if (!runs(node)) {
+  if (!ring_node_runs(node)) {
     node->fault = start_controller(node);
-    if (!runs(node)) return;
+    if (!ring_node_runs(node)) return;
   }
   look_at_time(node);
   /* Before what they tell of is looked at: what comes from now on makes another one. */
@@ -130,7 +129,7 @@ void ring_node_serve(struct ring_node *node) {
 
 void ring_node_wait(struct ring_node *node, uint32_t most_us) {
   uint64_t us = most_us;
-  if (!runs(node)) us = us < RESTART_US ? us : RESTART_US;
+  if (!ring_node_runs(node)) us = us < RESTART_US ? us : RESTART_US;
   else if (node->due_us <= node->now_us) us = 0;
   else if (node->due_us - node->now_us < us) us = node->due_us - node->now_us;
   if (us > 0) board_wait(node->board, (uint32_t)us);

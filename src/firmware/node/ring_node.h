@@ -65,6 +65,9 @@ enum ring_node_fault ring_node_start(struct ring_node *node, struct board *board
  * anew; messages under way go on. */
 void ring_node_serve(struct ring_node *node);
 
+/* Whether frames can be sent and received. */
+bool ring_node_runs(const struct ring_node *node);
+
 /* Waits until something has come or is due, at most for so long. */
 void ring_node_wait(struct ring_node *node, uint32_t most_us);
 

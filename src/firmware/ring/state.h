@@ -99,7 +99,9 @@ struct transport {
   uint32_t news;                                            /* times that a HELLO told something else */
   uint64_t member_at[TRANSPORT_NODES];
   struct transport_object objects[TRANSPORT_OBJECTS];
+  uint8_t object_turn; /* the place behind the one that has sent last */
   struct transport_watched watched[TRANSPORT_WATCHED];
+  uint32_t heard; /* values that were followed */
 };
 
 #endif

@@ -80,6 +80,12 @@ bool transport_watch(struct transport *t, uint8_t source, uint8_t number) {
   return false;
 }
 
+void transport_forget_values(struct transport *t) {
+  for (unsigned i = 0; i < TRANSPORT_OBJECTS; ++i) t->objects[i] = (struct transport_object){0};
+  t->object_turn = 0;
+  for (unsigned i = 0; i < TRANSPORT_WATCHED; ++i) t->watched[i] = (struct transport_watched){0};
+}
+
 void station_value(struct transport *t, const struct ring_id *id, const struct ring_frame *f,
                    uint64_t now_us) {
   struct transport_watched *w = watched(t, id->source, id->number);
@@ -87,6 +93,7 @@ void station_value(struct transport *t, const struct ring_id *id, const struct r
     count(t, TRANSPORT_UNWATCHED);
     return;
   }
+  ++t->heard;
   w->heard = true;
   w->heard_at = now_us;
   w->length = f->dlc;
@@ -121,7 +128,8 @@ uint64_t station_poll(struct transport *t, uint64_t now_us) {
   return due;
 }
 
-/* A value that still waits in the port is followed by the newest one when it has left. */
+/* A value that still waits in the port is followed by the newest one when it has left. Values go in turn:
+ * when they are due faster than the ring carries them, each still goes. */
 bool station_queue_one(struct transport *t) {
   if (t->hello_due) {
     struct ring_frame f = control_frame(t, false, 0, RING_HELLO, 0, 8);
@@ -132,7 +140,8 @@ bool station_queue_one(struct transport *t) {
       return true;
     }
   }
-  for (unsigned i = 0; i < TRANSPORT_OBJECTS; ++i) {
+  for (unsigned k = 0; k < TRANSPORT_OBJECTS; ++k) {
+    const unsigned i = (t->object_turn + k) % TRANSPORT_OBJECTS;
     struct transport_object *o = &t->objects[i];
     if (!o->due) continue;
     const struct ring_id id = {false,     o->destination,    true, t->config.address,
@@ -141,6 +150,7 @@ bool station_queue_one(struct transport *t) {
     copy_bytes(f.data, o->data, o->length);
     if (slot_waits(t, f.id) || !slot_put(t, &f)) continue;
     o->due = false;
+    t->object_turn = (uint8_t)((i + 1) % TRANSPORT_OBJECTS);
     return true;
   }
   return false;

@@ -18,7 +18,7 @@ enum {
   TRANSPORT_FEWEST_SLOTS = 8,
   TRANSPORT_OUTGOING = 16, /* messages under way, the last place for urgent ones only */
   TRANSPORT_ANSWERS = 16,  /* answers that wait for a slot, the last four places for urgent ones only */
-  TRANSPORT_OBJECTS = 16,  /* values of process data that are sent */
+  TRANSPORT_OBJECTS = 64,  /* values of process data that are sent */
   TRANSPORT_WATCHED = 64,  /* values of process data that are followed */
   TRANSPORT_NODES = RING_LAST_ADDRESS + 1,
   TRANSPORT_MAP_BYTES = (TRANSPORT_NODES + 7) / 8, /* a bit per address, bit a % 8 of byte a / 8 */
@@ -134,6 +134,9 @@ bool transport_object(struct transport *transport, uint8_t destination, uint8_t 
 
 /* Follows an object of a node; false: there is no place. */
 bool transport_watch(struct transport *transport, uint8_t source, uint8_t number);
+
+/* Follows and sends no values from now on. */
+void transport_forget_values(struct transport *transport);
 
 /* The newest value of an object that is followed: its length, 0 without a valid one. `old`: none has come for
  * three times `pd_ms`. */

@@ -183,6 +183,10 @@ static uint16_t failure(struct slave *slave, uint32_t events, bool sync, bool re
   return slave->mode == SLAVE_SYNC0 ? count_missed(slave, sync, received) : AL_CODE_NONE;
 }
 
+void slave_inputs(struct slave *slave) {
+  if (slave->input_bytes > 0 && slave->mode != SLAVE_SYNC0) slave->cycle_due = true;
+}
+
 void process_switched(struct slave *slave) {
   const uint8_t number = slave->device->inputs.sync_manager;
   if (slave->input_bytes == 0) return;

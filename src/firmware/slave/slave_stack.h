@@ -155,6 +155,11 @@ void slave_start(struct slave *slave, struct board *board, const struct slave_de
  * controller interrupts. At most one mailbox message and one cycle of process data per call. */
 void slave_serve(struct slave *slave);
 
+/* Inputs have changed, and are to be with the master at once, also without outputs of the cycle: the next
+ * slave_serve() is one of process data. Without effect below SAFEOP, and in SYNC mode, where inputs have
+ * their time. */
+void slave_inputs(struct slave *slave);
+
 /* The program's own error: back to `state` (AL_INIT, AL_PREOP, AL_SAFEOP) with an AL status code other than
  * 0. It acts at the end of slave_serve(), so that every function of the program may call it. Without effect
  * in states below. */

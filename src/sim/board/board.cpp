@@ -103,10 +103,10 @@ void FirmwareHost::notice(const char* sentence) {
 
 extern "C" {
 void board_read(board* b, uint16_t address, uint8_t* data, uint16_t length) {
-  b->host->readRegisters(address, data, length);
+  b->host->readRegisters(static_cast<uint16_t>(b->base + address), data, length);
 }
 void board_write(board* b, uint16_t address, const uint8_t* data, uint16_t length) {
-  b->host->writeRegisters(address, data, length);
+  b->host->writeRegisters(static_cast<uint16_t>(b->base + address), data, length);
 }
 bool board_load(board* b, uint32_t* number) { return b->host->load(*number); }
 bool board_store(board* b, uint32_t number) { return b->host->store(number); }

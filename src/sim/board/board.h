@@ -17,6 +17,7 @@ extern "C" {
 class FirmwareHost;
 struct board {
   FirmwareHost* host;
+  uint16_t base = 0;  // what is added to addresses: a host may see several in one controller
 };
 
 // What a board has besides its host program: it stays when that starts anew.

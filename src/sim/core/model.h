@@ -62,7 +62,7 @@ struct Pins {
   // Pins that not every core has; null where it has not. Those of the host neither.
   WidePin digitalOutput, digitalInput;
   CData *digitalDriven, *digitalEnable;
-  CData *pdiOperational, *irq;
+  CData *pdiOperational, *irq, *ringIrq;
   CData *siiSclLow, *siiSdaLow, *siiSda, *siiTwoByte;
   CData *miMdioIn, *miMdioOut, *miMdioEnable;
   std::array<CData*, 2> sync;

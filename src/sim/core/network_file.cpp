@@ -75,20 +75,7 @@ class SlaveReader : private Reader {
         bad("says how its EEPROM is, but names no image");
       return spec;
     }
-    std::ifstream file(spec.eepromPath, std::ios::binary);
-    if (!file || std::filesystem::is_directory(spec.eepromPath))
-      bad("names the EEPROM image '" + spec.eepromPath + "', which cannot be read");
-    spec.eeprom.emplace(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
-    const size_t size = spec.eeprom->size();
-    const EepromChip* fitting = eepromChipFor(size);
-    if (!spec.eepromChip) spec.eepromChip = fitting;
-    if (!spec.eepromChip)
-      bad("names the EEPROM image '" + spec.eepromPath + "', whose " + std::to_string(size) +
-          " bytes no known chip holds");
-    if (size > spec.eepromChip->bytes)
-      bad("names the EEPROM image '" + spec.eepromPath + "', whose " + std::to_string(size) +
-          " bytes do not fit into the " + std::to_string(spec.eepromChip->bytes) + " of a " +
-          spec.eepromChip->name);
+    spec.eeprom = readEeprom(spec.eepromPath, spec.eepromChip, [&](const std::string& why) { bad(why); });
     if (saveInPlace) spec.eepromSave = spec.eepromPath;
     if (!spec.eepromSave.empty() && !std::ofstream(spec.eepromSave, std::ios::binary | std::ios::app))
       bad("wants its EEPROM saved to '" + spec.eepromSave + "', which cannot be written");
@@ -181,6 +168,21 @@ NetworkSpec readNetwork(const std::string& path) {
     network.slaves.push_back(SlaveReader(path, network.slaves.size()).read(object));
   checkPorts(network, path);
   return network;
+}
+
+Bytes readEeprom(const std::string& path, const EepromChip*& chip,
+                 const std::function<void(const std::string&)>& bad) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file || std::filesystem::is_directory(path))
+    bad("names the EEPROM image '" + path + "', which cannot be read");
+  Bytes image{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+  const std::string size = std::to_string(image.size());
+  if (!chip) chip = eepromChipFor(image.size());
+  if (!chip) bad("names the EEPROM image '" + path + "', whose " + size + " bytes no known chip holds");
+  if (image.size() > chip->bytes)
+    bad("names the EEPROM image '" + path + "', whose " + size + " bytes do not fit into the " +
+        std::to_string(chip->bytes) + " of a " + chip->name);
+  return image;
 }
 
 std::string eepromProblem(const Bytes& image) {

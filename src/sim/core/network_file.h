@@ -42,5 +42,10 @@ struct NetworkSpec {
 // Reads a network file and the EEPROM images it names; UserError says what is wrong with it.
 NetworkSpec readNetwork(const std::string& path);
 
+// The image at `path`, and the smallest chip that holds it if none is given. `bad` is told what is wrong, and
+// never returns.
+Bytes readEeprom(const std::string& path, const EepromChip*& chip,
+                 const std::function<void(const std::string&)>& bad);
+
 // Why the configuration area of an EEPROM image is not valid (SII-01 to SII-03); empty if it is.
 std::string eepromProblem(const Bytes& image);

@@ -105,8 +105,8 @@ class Slave : public Actor {
   void hostAccess(uint16_t addr, bool write, uint32_t data, unsigned lanes);
   bool hostBusy() const { return port_ != HostPort::idle; }
   uint32_t hostResult() const { return hostResult_; }
-  // The interrupt pin; false if the core has none.
-  bool irq() const { return pins_.irq && *pins_.irq; }
+  // The interrupt pin, or either of two; false if the core has none.
+  bool irq() const { return (pins_.irq && *pins_.irq) || (pins_.ringIrq && *pins_.ringIrq); }
   bool hasSync() const { return pins_.sync[0] != nullptr; }
   // The program that from now on owns the host port; null for none. An access under way is given up.
   void setHost(std::unique_ptr<Host> host);

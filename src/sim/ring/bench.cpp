@@ -256,6 +256,14 @@ ordered_json RingBench::statusOf(size_t i) {
     s["values"] = values;
   } else if (const RingServerHost* gateway = ring_.serverProgram(i)) {
     s.update(statusOfGateway(gateway->state()));
+  } else if (const RingGatewayHost* gateway = ring_.gatewayProgram(i)) {
+    const struct gateway& g = gateway->state();
+    s["fault"] = nameOf(g.node.fault);
+    s["starts"] = g.node.starts;
+    s["state"] = g.node.status[0];
+    s["ports"] = g.node.status[1];
+    s["slave_state"] = g.device.slave.state;
+    s["outputs_valid"] = g.valid;
   } else if (const CanHost* can = ring_.canProgram(i)) {
     s["state"] = can->ringState();
     s["ports"] = can->ringPorts();

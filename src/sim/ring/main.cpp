@@ -15,6 +15,7 @@
 #include "plant/plant.h"
 #include "ring/bench.h"
 #include "ring/levels.h"
+#include "ring/master_link.h"
 #include "ring/script.h"
 
 namespace {
@@ -49,8 +50,8 @@ class PlantLink {
 };
 
 // Until `quit`, SIGINT or SIGTERM, or until `endMs`.
-void serve(Ring& ring, Doors& doors, PlantLink* plant, LevelRecorder* levels, Script& script,
-           const std::string& controlPath, double endMs) {
+void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, LevelRecorder* levels,
+           Script& script, const std::string& controlPath, double endMs) {
   for (int s : {SIGINT, SIGTERM}) std::signal(s, [](int) { stopRequested = 1; });
   RingBench bench(ring, doors);
   bool quit = false;
@@ -73,6 +74,7 @@ void serve(Ring& ring, Doors& doors, PlantLink* plant, LevelRecorder* levels, Sc
     doors.serve();
     if (levels) levels->flush();
     if (plant) plant->serve();
+    if (master) master->serve();
     if (!control) continue;
     fds.clear();
     control->wanted(fds);
@@ -91,7 +93,8 @@ int main(int argc, char** argv) {
       "Presets built in: " +
       presetNames() + ".");
   app.name("flyframe-ring");
-  std::string network, control, vcd, scriptPath, key, plantPcap, state = "build/ring/state";
+  std::string network, control, vcd, scriptPath, key, plantPcap, interface, state = "build/ring/state";
+  double timeScale = 0;
   RingOptions options;
   ring_server_parameters& server = options.server;
   server.plant.udp_port = 50000;
@@ -136,6 +139,13 @@ int main(int argc, char** argv) {
   app.add_option("--heartbeat-ms", server.reports.heartbeat_ms, "reports without news")
       ->capture_default_str();
   app.add_option("--plant-pcap", plantPcap, "record the plant network");
+  app.add_option("--interface", interface,
+                 "interface with the EtherCAT master, for the node with host 'gateway'");
+  app.add_option(
+         "--time-scale", timeScale,
+         "with a master simulated time runs at most at so much of the wall clock; 0: as fast as it can")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 1.0));
   app.add_option("--vcd", vcd, "the levels bus, drive, R1, R2, T1 and T2 of each node");
   const auto* seeded = app.add_option("--seed", seed, "instead of the network's");
   return runProgram(app, argc, argv, [&]() -> int {
@@ -155,9 +165,13 @@ int main(int argc, char** argv) {
         throw UserError("a ring with a node for the server needs --server-port and --key.");
       plant = std::make_unique<PlantLink>(ring, plantPcap);
     }
+    std::unique_ptr<MasterLink> master;
+    if (!interface.empty() && !ring.master())
+      throw UserError("--interface is given, but the ring has no node with host 'gateway'.");
+    if (!interface.empty()) master = std::make_unique<MasterLink>(ring, interface, timeScale);
     std::unique_ptr<LevelRecorder> levels;
     if (!vcd.empty()) levels = std::make_unique<LevelRecorder>(ring, vcd);
-    serve(ring, doors, plant.get(), levels.get(), script, control, endMs);
+    serve(ring, doors, plant.get(), master.get(), levels.get(), script, control, endMs);
     return 0;
   });
 }

@@ -1,7 +1,10 @@
 #include "ring/network_file.h"
 
+#include <filesystem>
+
 #include "core/json_reader.h"
 #include "core/model.h"
+#include "core/network_file.h"
 
 namespace {
 using nlohmann::json;
@@ -29,11 +32,12 @@ class NodeReader : private JsonReader {
       else if (key == "pair") spec.pair = text(key, value);
       else if (key == "pair_kbps") p.pair_kbps = static_cast<uint16_t>(whole(key, value, 1000, 5));
       else if (key == "bridge") p.bridge = flag(key, value);
+      else if (key == "eeprom") spec.eeprom = image(text(key, value), spec.eepromChip);
       else if (key == "bit_errors") spec.optics.bitErrors = whole(key, value, 1'000'000'000'000);
       else
         bad("has the unknown key '" + key +
-            "'; known: address, preset, host, home, device_type, version, clock_ppm, fibre_km, bit_errors, "
-            "pair, pair_kbps, bridge");
+            "'; known: address, preset, host, eeprom, home, device_type, version, clock_ppm, fibre_km, "
+            "bit_errors, pair, pair_kbps, bridge");
     }
   }
   [[noreturn]] void refuse(const std::string& why) const { bad(why); }
@@ -56,9 +60,17 @@ class NodeReader : private JsonReader {
     spec.parameters.core_mhz = static_cast<uint8_t>(core);
     if (spec.program == "server" && parameter("plant") == 0)
       bad("has the host 'server', but preset '" + spec.preset + "' has no port to the plant network");
-    if (spec.program == "server" && spec.parameters.address != 1)
-      bad("has the host 'server' and address " + std::to_string(spec.parameters.address) +
-          ", but the server's is 1");
+    const bool isGateway = spec.program == "gateway";
+    if ((spec.program == "server" || isGateway) && spec.parameters.address != 1)
+      bad("has the host '" + spec.program + "' and address " + std::to_string(spec.parameters.address) +
+          ", but its address is 1");
+    const bool isSlave = info.parameters.at("role") == 0;
+    if (isGateway && !isSlave)
+      bad("has the host 'gateway', but preset '" + spec.preset + "' is no EtherCAT slave");
+    if (isSlave && spec.program != "gateway" && spec.program != "none")
+      bad("has preset '" + spec.preset + "', whose host is 'gateway' or 'none'");
+    if (isGateway != spec.eeprom.has_value())
+      bad(isGateway ? "has the host 'gateway', but no 'eeprom'" : "has an 'eeprom', but no host 'gateway'");
     if (spec.pair.empty() && (spec.parameters.bridge || spec.parameters.pair_kbps != 0))
       bad("has a bridge or a bit rate of a pair, but is on none");
     if (spec.pair.empty()) return;
@@ -72,9 +84,14 @@ class NodeReader : private JsonReader {
 
  private:
   std::string program(const std::string& name) const {
-    if (name != "node" && name != "can" && name != "none" && name != "server")
-      bad("has the host '" + name + "'; known: node, can, none, server");
+    if (name != "node" && name != "can" && name != "none" && name != "server" && name != "gateway")
+      bad("has the host '" + name + "'; known: node, can, none, server, gateway");
     return name;
+  }
+  // Relative to the network file.
+  Bytes image(const std::string& name, const EepromChip*& chip) const {
+    const auto folder = std::filesystem::path(path_).parent_path();
+    return readEeprom((folder / name).string(), chip, [this](const std::string& why) { bad(why); });
   }
   std::string path_;
 };

@@ -2,9 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "core/eeprom.h"
+#include "core/ethernet.h"
 #include "ring/fibre.h"
 
 extern "C" {
@@ -14,8 +17,11 @@ extern "C" {
 struct RingNodeSpec {
   std::string preset = "ring-node";
   ring_node_parameters parameters{};
-  std::string program = "node";  // or "none", "can": CAN programs in a host's place, or "server"
-  std::string pair;              // on which its port T is; empty: on none
+  // "none", "node", "can": CAN programs in a host's place, "server" or "gateway", to an EtherCAT master
+  std::string program = "node";
+  std::optional<Bytes> eeprom;  // of a gateway
+  const EepromChip* eepromChip = nullptr;
+  std::string pair;  // on which its port T is; empty: on none
   double clockPpm = 0;
   double fibreKm = 0.2;  // from its port 2 to port 1 of the next
   Optics optics;         // of that, both ways

@@ -36,11 +36,14 @@ Ring::Ring(const RingSpec& spec, const RingOptions& options)
     }
     const bool isOnRing = i < ringSize_;
     if (isOnRing) window_ = std::min(window_, n.there->delay() - Fibre::kEarliest);
-    if (s.program == "server") {
-      if (plant_) throw UserError("the ring has two nodes with host 'server', but must have one.");
-      plant_ = i;
-      n.plant.emplace(*n.slave);
+    for (auto [program, at] : {std::pair("server", &plant_), std::pair("gateway", &master_)}) {
+      if (s.program != program) continue;
+      if (*at)
+        throw UserError(std::string("the ring has two nodes with host '") + program + "', but may have one.");
+      *at = i;
+      n.cable.emplace(*n.slave);
     }
+    if (s.eeprom) n.slave->setEeprom(std::make_unique<Eeprom>(*s.eepromChip, *s.eeprom));
     if (!s.pair.empty()) {
       window_ = std::min(window_, Pair::kDelay);
       pairs_[s.pair].connect(*n.slave);
@@ -68,6 +71,7 @@ std::unique_ptr<Host> Ring::makeHost(size_t i) {
     parameters.node = s.parameters;
     return std::make_unique<RingServerHost>(nodes_[i]->board, parameters);
   }
+  if (s.program == "gateway") return std::make_unique<RingGatewayHost>(nodes_[i]->board, s.parameters);
   if (s.program == "can") return std::make_unique<CanHost>(nodes_[i]->board, s.parameters, i >= ringSize_);
   return nullptr;
 }
@@ -78,7 +82,7 @@ void Ring::setPower(size_t i, bool on) {
   n.powered = on;
   n.slave->setHost(nullptr);
   if (on) n.slave->standStill(now_);
-  if (n.plant) n.plant->setPower(on, now_);
+  if (n.cable) n.cable->setPower(on, now_);
   if (on) {
     n.slave->setReset(true);
     n.resetEnd = now_ + kReset;
@@ -120,9 +124,9 @@ void Ring::runNode(Node& n, size_t i) {
     n.boots = false;
   }
   for (;;) {
-    const bool isCable = n.plant && n.plant->next() < n.slave->next;
-    if ((isCable ? n.plant->next() : n.slave->next) >= end) break;
-    if (isCable) n.plant->step();
+    const bool isCable = n.cable && n.cable->next() < n.slave->next;
+    if ((isCable ? n.cable->next() : n.slave->next) >= end) break;
+    if (isCable) n.cable->step();
     else n.slave->step();
   }
 }

@@ -8,11 +8,12 @@
 #include <string>
 
 #include "ring/can_host.h"
+#include "ring/ethernet_cable.h"
 #include "ring/fibre.h"
+#include "ring/gateway_host.h"
 #include "ring/network_file.h"
 #include "ring/node_host.h"
 #include "ring/pair.h"
-#include "ring/plant_cable.h"
 #include "ring/server_host.h"
 #include "ring/workers.h"
 
@@ -36,10 +37,12 @@ class Ring {
   // The host program, if it is one of that kind and runs.
   RingNodeHost* program(size_t i) { return dynamic_cast<RingNodeHost*>(node(i).host()); }
   RingServerHost* serverProgram(size_t i) { return dynamic_cast<RingServerHost*>(node(i).host()); }
+  RingGatewayHost* gatewayProgram(size_t i) { return dynamic_cast<RingGatewayHost*>(node(i).host()); }
   CanHost* canProgram(size_t i) { return dynamic_cast<CanHost*>(node(i).host()); }
 
-  // The cable to the plant network of the node that has one; null if none has.
-  PlantCable* plant() { return plant_ ? &*nodes_[*plant_]->plant : nullptr; }
+  // The cable to the plant network, or to an EtherCAT master, of the node that has one; null if none has.
+  EthernetCable* plant() { return cableOf(plant_); }
+  EthernetCable* master() { return cableOf(master_); }
 
   // The fibre behind node i, which leads to port 1 of the next, or the one back to its port 2. One that is
   // not there, behind the last node of a line, is cut.
@@ -67,12 +70,13 @@ class Ring {
     VerilatedContext context;
     std::unique_ptr<Slave> slave;
     std::unique_ptr<Fibre> there, back;
-    std::optional<PlantCable> plant;
+    std::optional<EthernetCable> cable;
     BoardHardware board;
     bool powered = true;
     Time resetEnd = 0;  // kNever: the reset is not active
     bool boots = true;  // its host begins behind the reset
   };
+  EthernetCable* cableOf(std::optional<size_t> node) { return node ? &*nodes_[*node]->cable : nullptr; }
   std::unique_ptr<Host> makeHost(size_t i);
   Fibre& into(size_t i, int port);
   void share(size_t processor);
@@ -81,7 +85,7 @@ class Ring {
   RingSpec spec_;  // of all: its nodes are followed by its controllers
   RingOptions options_;
   size_t ringSize_;
-  std::optional<size_t> plant_;  // the node
+  std::optional<size_t> plant_, master_;  // the nodes
   std::map<std::string, Pair> pairs_;
   std::vector<std::unique_ptr<Node>> nodes_;
   Time now_ = 0, window_ = 0;

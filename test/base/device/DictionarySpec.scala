@@ -156,4 +156,45 @@ class DictionarySpec extends AnyFlatSpec {
     )
   )
     s"A device file with $what" should "be refused" in assert(refused(edit).headOption.contains(sentence))
+
+  "GW-02: the device of a gateway" should "have the bytes of the rule, and slots that are counted" in {
+    val d = Devices.device("ring-gateway")(_ => ())
+    val p = Presets.gateway
+    assert(DeviceCheck.problems(d, p, p.fmmus, p.syncManagers) == Nil)
+    assert(d.rxPdos.map(_.bits).sum == 8 * (4 + 64 * 8) && d.txPdos.map(_.bits).sum == 8 * (28 + 64 * 8))
+    val slots = d.txPdos(1).entries
+    assert(
+      slots.map(_.subIndex) == (1 to 64) && slots(63).name == "Slot 64" && slots.forall(_.index == 0x6010)
+    )
+    for (table <- Seq(0x8010, 0x8020))
+      assert(numbers(d, table) == BigInt(64) +: (2 to 65).map(node => BigInt(node << 8)))
+  }
+
+  it should "be refused if its slots are none" in {
+    def sentence(edit: ujson.Value => Unit) =
+      DeviceFile.parse(Devices.json("ring-gateway")(edit)).swap.toOption
+    def first(d: ujson.Value) = d("objects")(0)("entries")(0)
+    val of                    = "objects[0].entries[0]"
+    assert(
+      sentence(first(_)("count") = 256).contains(s"$of.count is 256 but must be a whole number, 1 to 255.")
+    )
+    assert(
+      sentence(first(_)("step") = 2048)
+        .contains(s"$of.step leads to the value 66048, which its type or range does not have.")
+    )
+    assert(sentence { d => first(d).obj.remove("value"); () }
+      .contains(s"$of has a 'step' but no number as 'value'."))
+    assert(
+      sentence(_("rxPdos")(0)("entries")(1)("count") = 2).contains("rxPdos[0].entries[1] has no 'type'.")
+    )
+    assert(
+      Devices
+        .device("ring-gateway")(first(_).obj.remove("step"): Unit)
+        .objects(0)
+        .entries
+        .map(_.value)
+        .distinct
+        .size == 1
+    )
+  }
 }

@@ -282,8 +282,9 @@ class EscParamsSpec extends AnyFlatSpec {
         ring.copy(rmiiPorts = 1)                  -> "rmiiPorts is 0x1 but must be 0x0 to 0x0 with 0 ports.",
         ring.copy(txShift = 1)                    -> "txShift is 1 but must be 0 if plant is 0.",
         EscParams(plant = 1)                      -> "plant is 1 but must be 0 if role is 0.",
-        EscParams(ring = 1)                       -> "ring is 1 but must be 0 if role is 0.",
-        EscParams(demodulator = 1)                -> "demodulator is 1 but must be 0 if role is 0.",
+        EscParams(demodulator = 1)                -> "demodulator is 1 but must be 0 if ring is 0.",
+        EscParams(bridge = 1)                     -> "bridge is 1 but must be 0 if ring is 0.",
+        EscParams(canPorts = 2)                   -> "canPorts is 2 but must be 1 if ring is 0.",
         EscParams(role = 1, ramKiB = 0, ring = 1) -> "ring is 1 but must be 0 if role is 1."
       )
     ) assert(EscParams.problems(set) == Seq(sentence))
@@ -295,6 +296,30 @@ class EscParamsSpec extends AnyFlatSpec {
           )
           .isEmpty
       )
+  }
+
+  "GW-01: a slave with a ring" should "have what a node has, for a host that can wait" in {
+    val gateway = Presets.gateway
+    assert(EscParams.problems(gateway).isEmpty && EscParams.problems(gateway.ringNode).isEmpty)
+    for (
+      (set, sentence) <- Seq(
+        gateway.copy(hostInterface = 4) -> "hostInterface is 4 but must be 0, 1, 2, 3, 5 if ring is 2.",
+        gateway.copy(ramKiB = 29)       -> "ramKiB is 29 but must be 0 to 28 KiB if ring is 2.",
+        gateway.copy(plant = 1)         -> "plant is 1 but must be 0 if role is 0.",
+        gateway.copy(bridge = 1)        -> "canPorts is 1 but must be 2 if bridge is 1.",
+        gateway.copy(alarm = 1)         -> "alarm is 1 but must be 0 if ring is 2.",
+        gateway.copy(coreClockMhz = 125) ->
+          "coreClockMhz is 125 but must be 50 or 100 MHz if ring is 2."
+      )
+    ) assert(EscParams.problems(set).contains(sentence), EscParams.problems(set))
+    for (
+      set <- Seq(gateway.copy(ring = 1), gateway.copy(canPorts = 2, bridge = 1), gateway.copy(ramKiB = 28))
+    )
+      assert(EscParams.problems(set).isEmpty && EscParams.problems(set.ringNode).isEmpty)
+    val ring = Seq("ring", "canPorts", "demodulator", "rxFrames", "filters", "bridge", "toneSearchKhz")
+    def told(p: EscParams) = ParamTable.told(p).map(_.name)
+    assert(ring.forall(told(gateway).contains) && !ring.exists(told(EscParams()).contains))
+    assert(!told(gateway).contains("plant"))
   }
 
   "FMMUs and SyncManagers" should "need a core clock of 100 MHz" in {

@@ -132,6 +132,8 @@ class NodeInC(p: TransportParams, start: Long = 0) extends TransportUnderTest {
     isTrue()
   }
 
+  def forgetValues(): Unit = command('D')
+
   def value(source: Int, n: Int, now: Long): (Seq[Int], Boolean) = {
     command('V')
     Seq(source, n).foreach(out.write)

@@ -71,12 +71,36 @@ abstract class StationRules extends TransportCases {
     assert(b.run().map(_.data) == Seq(Seq(5)))
   }
 
-  it should "have 16 places, and 64 to be followed" in node() { b =>
+  it should "have 64 places, and 64 to be followed" in node() { b =>
     assert(
-      (0 until 16).forall(n => b.t.setObject(1, n, Seq(n), b.now)) && !b.t.setObject(1, 16, Seq(1), b.now)
+      (0 until 64).forall(n => b.t.setObject(1, n, Seq(n), b.now)) && !b.t.setObject(1, 64, Seq(1), b.now)
     )
-    assert(b.t.setObject(1, 15, Seq(1), b.now))
+    assert(b.t.setObject(1, 63, Seq(1), b.now))
     assert((0 until 64).forall(n => b.t.watch(Peer, n)) && !b.t.watch(Peer, 64) && b.t.watch(Peer, 63))
+  }
+
+  it should "be forgotten with all others, sent and followed" in node() { b =>
+    b.t.setObject(9, 200, Seq(1), b.now)
+    b.t.watch(Peer, 1)
+    b.run()
+    b.t.forgetValues()
+    assert(b.runTimed(ms(250)).isEmpty)
+    b.hear(BusFrame(FrameId(urgent = false, Own, isData = true, Peer, 1, 15, end = true), Seq(7)))
+    assert(b.t.value(Peer, 1, b.now) == ((Nil, true)) && b.counts == Map(Counter.Unwatched -> 1))
+    assert((0 until 64).forall(n => b.t.setObject(1, n, Seq(n), b.now) && b.t.watch(Peer, n)))
+  }
+
+  // What is due all the time keeps nothing else from the wire.
+  "TB-03: values" should "go in turn" in node() { b =>
+    b.isHeld = true
+    for (n <- 0 until 40) b.t.setObject(1, n, Seq(0), b.now)
+    val sent = (1 to 20).flatMap { round =>
+      for (n <- 0 until 8) b.t.setObject(1, n, Seq(round), b.now)
+      val frames = b.run(ms(1))
+      b.leave()
+      frames
+    }
+    assert(sent.map(f => FrameId.of(f.id).number).distinct.size == 40)
   }
 
   "TP-50: a value received" should "be the newest one, and old after 300 ms" in node() { b =>

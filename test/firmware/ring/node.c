@@ -203,6 +203,7 @@ static bool execute(int command) {
       say(transport_watch(&transport, source, (uint8_t)number(1)), 1);
       return true;
     }
+    case 'D': transport_forget_values(&transport); return false;
     case 'V': value_in(); return true;
     case 'N':
       for (unsigned i = 0; i < TRANSPORT_COUNTERS; ++i) say(transport.counters[i], 4);

@@ -1,4 +1,5 @@
-// The slave stack against a fake controller, under ASan and UBSan. Exit code 1 if something is wrong.
+// The slave stack, and the gateway that is built on it, against fake controllers, under ASan and UBSan. Exit
+// code 1 if something is wrong.
 //   stack-test [MESSAGES [SEED]]: so many mutated mailbox messages
 #include <cstdlib>
 
@@ -13,6 +14,7 @@ void testPdo();
 void testFoe();
 void testProcess();
 void testBetween();
+void testRingGateway();
 void testMutated(unsigned messages, unsigned seed);
 
 int main(int argc, char** argv) {
@@ -32,6 +34,7 @@ int main(int argc, char** argv) {
     testFoe();
     testProcess();
     testBetween();
+    testRingGateway();
     testMutated(byWrite ? messages / 2 : messages - messages / 2, seed);
   }
   std::printf("%d wrong\n", failures);

@@ -7,7 +7,7 @@ import flyframe.Tier
 /** Two twisted pairs of 1 Mbit/s at opposite ends of a ring of 10 km in relay mode, all in RTL. */
 class BridgeOnRingSpec extends AnyFlatSpec {
   private val Seed = 1L
-  private val tier = Tier("A bridge over a fibre ring", "frames each way", test = 30, soak = 200)
+  private val tier = Tier("A bridge over a fibre ring", "frames each way", test = 16, soak = 200)
 
   private def network(nodes: Int) = {
     def bridge(pair: String) = ujson.Obj("preset" -> "ring-node-tp", "pair" -> pair, "bridge" -> true)

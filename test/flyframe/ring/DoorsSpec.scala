@@ -50,7 +50,7 @@ class DoorsSpec extends AnyFlatSpec {
   }
   private def link(): Path = Files.createTempDirectory("doors").resolve("tty")
 
-  private val tier = Tier("CAN programs at the doors of a ring", "frames each way", test = 500, soak = 20000)
+  private val tier = Tier("CAN programs at the doors of a ring", "frames each way", test = 250, soak = 20000)
   private val Seed = 1L
 
   private def exchange(

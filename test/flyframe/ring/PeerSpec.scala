@@ -10,7 +10,7 @@ import flyframe.Tier
   * host program in C on a ring in RTL.
   */
 class PeerSpec extends AnyFlatSpec {
-  private val Messages = if (Tier.isSoak) 60 else 8
+  private val Messages = if (Tier.isSoak) 60 else 5
   private val Longest  = if (Tier.isSoak) 2048 else 150
 
   "TP-30: a peer in Python" should "exchange messages with nodes in C through errors and a break" in {

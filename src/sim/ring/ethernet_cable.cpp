@@ -1,4 +1,4 @@
-#include "ring/plant_cable.h"
+#include "ring/ethernet_cable.h"
 
 namespace {
 constexpr int kPort = 0;
@@ -6,7 +6,7 @@ constexpr Time kDelay = 500 * kNs;  // of 100 m
 constexpr size_t kMostBacklog = 100'000;
 }  // namespace
 
-PlantCable::PlantCable(Slave& node)
+EthernetCable::EthernetCable(Slave& node)
     : node_(node),
       collector_([this](NibbleFrame& f) {
         const Bytes bytes = goodFrame(f);
@@ -20,17 +20,18 @@ PlantCable::PlantCable(Slave& node)
   node.setLink(kPort, true);
 }
 
-void PlantCable::setPower(bool on, Time now) {
+void EthernetCable::setPower(bool on, Time now) {
   powered_ = on;
   node_.setLink(kPort, on);
   // The rest of a frame, which nobody takes for one.
   if (on) sender_.skipTo(now);
 }
 
-void PlantCable::send(const Bytes& frame, Time now) {
+void EthernetCable::send(const Bytes& frame, Time now) {
   if (!powered_ || sender_.backlog() > kMostBacklog) return;
   if (sender_.backlog() == 0) sender_.skipTo(now);
   for (uint8_t n : toNibbles(frame)) sender_.push({true, false, n});
   sender_.pushIdle(kMinimumGap);
   ++toNode_;
+  lastSent_ = now;
 }
