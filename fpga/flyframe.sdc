@@ -148,9 +148,9 @@ set slow_inputs {
   optical_1_rx optical_2_rx optical_1_signal optical_2_signal can_rx
 }
 set slow_outputs {
-  eeprom_loaded irq sii_scl_low sii_sda_low mi_mdc mi_mdio_out mi_mdio_enable phy_port_reset_n_* reset_request
-  led_* digital_output digital_output_driven digital_output_valid digital_frame_begins general_output
-  alarm_supply alarm_buzzer alarm_lamp alarm_fire alarm_sounder alarm_fault_n alarm_disabled
+  eeprom_loaded irq ring_irq sii_scl_low sii_sda_low mi_mdc mi_mdio_out mi_mdio_enable phy_port_reset_n_*
+  reset_request led_* digital_output digital_output_driven digital_output_valid digital_frame_begins
+  general_output alarm_supply alarm_buzzer alarm_lamp alarm_fire alarm_sounder alarm_fault_n alarm_disabled
   optical_1_tx optical_2_tx can_tx
 }
 foreach name $slow_inputs {

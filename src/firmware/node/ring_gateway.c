@@ -132,10 +132,21 @@ static uint64_t number_of(const uint8_t *bytes) {
   return number;
 }
 
+/* Both: whether it was another one. */
+static bool renew8(uint8_t *value, uint8_t now) {
+  const bool is_new = *value != now;
+  *value = now;
+  return is_new;
+}
+static bool renew64(uint64_t *value, uint64_t now) {
+  const bool is_new = *value != now;
+  *value = now;
+  return is_new;
+}
+
 /* The picture of the ring, as inputs; while nothing runs there it is empty. Whether it has changed. */
 static bool take_picture(struct gateway *g, bool runs, uint64_t valid) {
   struct ring_gateway_objects *o = &g->device.objects;
-  const struct ring_gateway_objects before = *o;
   const struct ring_picture none = {0}, *p = runs ? &g->picture : &none;
   const uint8_t ports = runs ? g->node.status[PORTS_AT] : 0;
   uint8_t state = 0;
@@ -143,17 +154,14 @@ static bool take_picture(struct gateway *g, bool runs, uint64_t valid) {
   if (runs && g->node.parameters.relay) state |= STATE_RELAY;
   if (ports & NODE_RING_UP1_MASK) state |= STATE_UP_1;
   if (ports & NODE_RING_UP2_MASK) state |= STATE_UP_2;
-  o->object_6000_01 = state;
-  o->object_6000_02 = p->count;
-  o->object_6000_03 = p->ends[0];
-  o->object_6000_04 = p->ends[1];
-  o->object_6000_05 = number_of(p->present);
-  o->object_6000_06 = number_of(p->present + 8);
-  o->object_6000_07 = valid;
-  return o->object_6000_01 != before.object_6000_01 || o->object_6000_02 != before.object_6000_02 ||
-         o->object_6000_03 != before.object_6000_03 || o->object_6000_04 != before.object_6000_04 ||
-         o->object_6000_05 != before.object_6000_05 || o->object_6000_06 != before.object_6000_06 ||
-         o->object_6000_07 != before.object_6000_07;
+  bool changed = renew8(&o->object_6000_01, state);
+  changed |= renew8(&o->object_6000_02, p->count);
+  changed |= renew8(&o->object_6000_03, p->ends[0]);
+  changed |= renew8(&o->object_6000_04, p->ends[1]);
+  changed |= renew64(&o->object_6000_05, number_of(p->present));
+  changed |= renew64(&o->object_6000_06, number_of(p->present + 8));
+  changed |= renew64(&o->object_6000_07, valid);
+  return changed;
 }
 
 static void look(struct gateway *g) {

@@ -45,7 +45,7 @@ class PeerSpec extends AnyFlatSpec {
           }
       ring.run(5000)
       ring.ask("cut 1")
-      ring.run(20000)
+      ring.run(if (Tier.isSoak) 20000 else 4000)
       ring.ask("mend 1")
       assert(peer.exitValue() == 0, err.toString)
       val said = ujson.read(out.toString)
