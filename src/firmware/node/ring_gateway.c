@@ -240,8 +240,8 @@ static void refuse_messages(struct gateway *g) {
 
 void gateway_serve(struct gateway *g) {
   ring_node_serve(&g->node);
-  /* Both sides are one chip: it was reset. Behind a start that had failed there was no reset. */
-  if (g->node.starts > 1 && g->node.starts != g->starts) start_slave(g);
+  /* Both sides are one chip: it was reset, or is there only now, and has heard nothing of the slave stack. */
+  if (g->node.starts != g->starts) start_slave(g);
   g->starts = g->node.starts;
   follow(g);
   if (g->node.began) refuse_messages(g);
