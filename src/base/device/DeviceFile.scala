@@ -298,11 +298,7 @@ object DeviceFile {
     else
       e.value match {
         case Some(InitialValue.Number(n)) =>
-          val (low, high) = e.range
-            .orElse(e.dataType.range.map { case (a, b) =>
-              (a.toLong, b.min(Long.MaxValue).toLong)
-            })
-            .getOrElse((-U32, U32))
+          val (low, high) = e.range.getOrElse(rangeOf(e.dataType))
           if (n + by < low || n + by > high)
             refuse(s"$path.step leads to the value ${n + by}, which its type or range does not have.")
           Some(InitialValue.Number(n + by))
@@ -311,17 +307,18 @@ object DeviceFile {
 
   private val Text = "STRING\\(([1-9][0-9]{0,3})\\)".r
 
+  /** What a number of a type can be, as far as a device file can say it. */
+  private def rangeOf(dataType: DataType): (Long, Long) =
+    dataType.range.map { case (a, b) => (a.toLong, b.min(Long.MaxValue).toLong) }.getOrElse((-U32, U32))
+
   private def addedEntry(path: String, f: Fields, subIndex: Int, name: String): AddedEntry = {
     val dataType = f("type").string match {
       case Some(Text(n)) if n.toInt <= 1024 => DataType.string(n.toInt)
       case _                                => f("type").oneOf(DataType.all)(_.name)
     }
-    // What a number of this type can be, as far as a device file can say it.
-    val (low, high) = dataType.range
-      .map { case (a, b) => (a.toLong, b.min(Long.MaxValue).toLong) }
-      .getOrElse((-U32, U32))
-    val minimum = f.get("minimum").map(_.number(low, high))
-    val maximum = f.get("maximum").map(_.number(minimum.getOrElse(low), high))
+    val (low, high) = rangeOf(dataType)
+    val minimum     = f.get("minimum").map(_.number(low, high))
+    val maximum     = f.get("maximum").map(_.number(minimum.getOrElse(low), high))
     val range = Option.when(minimum.nonEmpty || maximum.nonEmpty)(
       (minimum.getOrElse(low), maximum.getOrElse(high))
     )

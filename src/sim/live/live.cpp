@@ -13,17 +13,16 @@
 #include <vector>
 
 #include "core/control.h"
+#include "live/pacer.h"
 #include "live/packet_socket.h"
 #include "core/user_error.h"
 
 namespace {
 using Clock = std::chrono::steady_clock;
-double secondsSince(Clock::time_point t) { return std::chrono::duration<double>(Clock::now() - t).count(); }
 
-constexpr int64_t kSliceNs = 1000;        // idle time simulated between two looks at the interface
-constexpr int64_t kSleepNs = 100'000;     // an up-to-date simulation sleeps until it lags by this
-constexpr int64_t kMaxLagNs = 1'000'000;  // a larger lag is given up
-constexpr int kEventsPerLook = 200;       // with a frame on its way
+constexpr int64_t kSliceNs = 1000;     // idle time simulated between two looks at the interface
+constexpr int64_t kSleepNs = 100'000;  // an up-to-date simulation sleeps until it lags by this
+constexpr int kEventsPerLook = 200;    // with a frame on its way
 
 volatile std::sig_atomic_t stopRequested = 0;
 
@@ -31,7 +30,7 @@ volatile std::sig_atomic_t stopRequested = 0;
 class Signals {
  public:
   Signals() {
-    struct sigaction action{};
+    struct sigaction action {};
     action.sa_handler = [](int) { stopRequested = 1; };
     sigset_t ours;
     sigemptyset(&ours);
@@ -49,29 +48,6 @@ class Signals {
 
  private:
   sigset_t waiting_;
-};
-
-// What simulated time should be by the wall clock.
-class Pacer {
- public:
-  Pacer(double scale, int64_t ns) : scale_(scale), ns_(ns) {}
-  // Time not yet simulated; negative if the simulation is ahead.
-  int64_t lag(int64_t ns) {
-    const double due = ns_ + secondsSince(start_) * 1e9 * scale_;
-    const double lag = due - static_cast<double>(ns);
-    if (lag > kMaxLagNs) ns_ -= lag - kMaxLagNs;
-    return static_cast<int64_t>(std::min<double>(lag, kMaxLagNs));
-  }
-  // Wall time until the simulation lags by kSleepNs; null: never.
-  std::optional<timespec> sleep(int64_t lag) const {
-    if (scale_ == 0) return std::nullopt;
-    const double ns = std::min((kSleepNs - lag) / scale_, 1e9);
-    return timespec{static_cast<time_t>(ns / 1e9), static_cast<long>(std::fmod(ns, 1e9))};
-  }
-
- private:
-  double scale_, ns_;
-  Clock::time_point start_ = Clock::now();
 };
 
 class Live {
@@ -111,7 +87,7 @@ class Live {
         if (lag >= kSliceNs) {
           network_.idleUntil(network_.ns() + kSliceNs);
         } else {
-          const std::optional<timespec> sleep = pacer_.sleep(lag);
+          const std::optional<timespec> sleep = pacer_.sleep(lag, kSleepNs);
           look(sleep ? &*sleep : nullptr);
           continue;
         }

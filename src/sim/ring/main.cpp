@@ -1,6 +1,7 @@
 // Simulates a fibre ring: nodes in RTL with their host programs, the fibres between them, and the doors
 // through which CAN programs join.
 #include <poll.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <csignal>
@@ -49,9 +50,9 @@ class PlantLink {
   Plant plant_;
 };
 
-// Until `quit`, SIGINT or SIGTERM, or until `endMs`.
+// Until `quit`, SIGINT or SIGTERM, or until `endMs`; or until `parent` is another one, unless it is 0.
 void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, LevelRecorder* levels,
-           Script& script, const std::string& controlPath, double endMs) {
+           Script& script, const std::string& controlPath, double endMs, pid_t parent) {
   for (int s : {SIGINT, SIGTERM}) std::signal(s, [](int) { stopRequested = 1; });
   RingBench bench(ring, doors);
   bool quit = false;
@@ -68,7 +69,8 @@ void serve(Ring& ring, Doors& doors, PlantLink* plant, MasterLink* master, Level
   constexpr Time kLook = 20 * kUs;
   const Time end = endMs > 0 ? static_cast<Time>(endMs * 1000) * kUs : kNever;
   std::vector<pollfd> fds;
-  while (!quit && !stopRequested && ring.now() < end) {
+  const auto isAlone = [&] { return parent != 0 && getppid() != parent; };
+  while (!quit && !stopRequested && ring.now() < end && !isAlone()) {
     ring.runUntil(std::min(ring.now() + kLook, script.next()));
     script.run(ring.now(), [&](const std::vector<std::string>& words) { bench.command(words); });
     doors.serve();
@@ -109,6 +111,7 @@ int main(int argc, char** argv) {
   Doors::Options doorOptions;
   double endMs = 0;
   uint64_t seed = 0;
+  bool withParent = false;
   app.add_option("--network", network, "description of the ring (JSON)")->required();
   app.add_option("--control", control, "socket that takes lines of text: cut 3, status, quit, ...");
   app.add_option("--state", state, "folder of the non-volatile memories of the nodes")->capture_default_str();
@@ -147,7 +150,9 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--vcd", vcd, "the levels bus, drive, R1, R2, T1 and T2 of each node");
+  app.add_flag("--with-parent", withParent, "ends when the program that has started it has ended");
   const auto* seeded = app.add_option("--seed", seed, "instead of the network's");
+  const pid_t parent = getppid();
   return runProgram(app, argc, argv, [&]() -> int {
     RingSpec spec = readRing(network);
     if (!seeded->empty()) spec.seed = seed;
@@ -171,7 +176,8 @@ int main(int argc, char** argv) {
     if (!interface.empty()) master = std::make_unique<MasterLink>(ring, interface, timeScale);
     std::unique_ptr<LevelRecorder> levels;
     if (!vcd.empty()) levels = std::make_unique<LevelRecorder>(ring, vcd);
-    serve(ring, doors, plant.get(), master.get(), levels.get(), script, control, endMs);
+    serve(ring, doors, plant.get(), master.get(), levels.get(), script, control, endMs,
+          withParent ? parent : 0);
     return 0;
   });
 }

@@ -5,10 +5,13 @@
 #include <algorithm>
 
 namespace {
-constexpr Time kRoundTrip = 500 * kUs;  // of the longest frame through the gateway, and more
-constexpr double kLongestWaitMs = 20;   // so that control lines and signals are served
-constexpr double kMostAheadMs = 0.02;   // of simulated time
-constexpr double kMostBehindMs = 1;     // what the simulation lags by more is given up
+constexpr Time kRoundTrip = 500 * kUs;           // of the longest frame through the gateway, and more
+constexpr timespec kLongestWait{0, 20'000'000};  // so that control lines and signals are served
+constexpr int64_t kMostAheadNs = 20'000;         // of simulated time
+
+bool isShorter(const timespec& a, const timespec& b) {
+  return a.tv_sec != b.tv_sec ? a.tv_sec < b.tv_sec : a.tv_nsec < b.tv_nsec;
+}
 }  // namespace
 
 void MasterLink::serve() {
@@ -20,14 +23,9 @@ void MasterLink::serve() {
 }
 
 void MasterLink::waitForWall() {
-  const double wallMs = std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
-  const double simulatedMs = static_cast<double>((ring_.now() - startOfRing_) / kNs) / 1e6;
-  const double aheadMs = simulatedMs - wallMs * scale_;
-  if (aheadMs < -kMostBehindMs) {
-    start_ = Clock::now();
-    startOfRing_ = ring_.now();
-  }
-  if (aheadMs <= kMostAheadMs) return;
+  const int64_t lag = pacer_.lag(ring_.now() / kNs);
+  if (lag >= -kMostAheadNs) return;
+  const timespec wait = std::min(*pacer_.sleep(lag, 0), kLongestWait, isShorter);
   pollfd card{card_.fd(), POLLIN, 0};
-  poll(&card, 1, static_cast<int>(std::clamp(aheadMs / scale_, 1.0, kLongestWaitMs)));
+  ppoll(&card, 1, &wait, nullptr);
 }

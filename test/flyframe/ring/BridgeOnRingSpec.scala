@@ -10,7 +10,7 @@ class BridgeOnRingSpec extends AnyFlatSpec {
   private val tier = Tier("A bridge over a fibre ring", "frames each way", test = 10, soak = 200)
 
   private def network(nodes: Int) = {
-    def bridge(pair: String) = ujson.Obj("preset" -> "ring-node-tp", "pair" -> pair, "bridge" -> true)
+    def bridge(pair: String) = ujson.Obj("preset" -> RingProcess.pairNode, "pair" -> pair, "bridge" -> true)
     val all = Seq.tabulate(nodes) {
       case 0                   => bridge("a")
       case n if n == nodes / 2 => bridge("b")
@@ -22,7 +22,7 @@ class BridgeOnRingSpec extends AnyFlatSpec {
       "up_ms"       -> 1,
       "each"        -> ujson.Obj("fibre_km" -> 10.0 / nodes),
       "nodes"       -> all,
-      "controllers" -> Seq(ujson.Obj("pair" -> "a"), ujson.Obj("pair" -> "b"))
+      "controllers" -> Seq("a", "b").map(p => ujson.Obj("preset" -> RingProcess.pairNode, "pair" -> p))
     )
   }
 

@@ -170,7 +170,7 @@ class RingSimulatorSpec extends AnyFlatSpec {
   }
 
   "FR-03: nodes of 50 MHz" should "work beside those of 100 MHz" in {
-    val nodes = Seq("ring-slow", "ring-node", "ring-slow").map(p => ujson.Obj("preset" -> p))
+    val nodes = Seq("ring-node-50", "ring-node", "ring-node-50").map(p => ujson.Obj("preset" -> p))
     using(relay(3, "nodes" -> nodes)) { ring =>
       ring.awaitWhole(StartUs)
       ring.ask("optics all jitter 2")
