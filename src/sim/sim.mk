@@ -94,7 +94,8 @@ $(COSIM_OUT)/firmware/%.o: generated/%.c
 	$(call compile,$(CC) $(FIRMWARE_FLAGS) -Igenerated -Isrc/firmware/slave)
 $(SIM_OBJ)/runtime/%.o: $(VERILATOR_INC)/%.cpp
 	$(call compile,$(CXX) $(RUNTIME_FLAGS))
-# Arguments, files, control lines: no simulated cycle waits for these, but their libraries take long to compile.
+# Arguments, files, control lines: no simulated cycle waits for these, but their libraries take long to
+# compile.
 WAITED_FOR_ONCE := alarm/main fuzz/main hosts/main network/main ring/main core/network_file \
                    ring/network_file ring/bench
 $(SIM_OBJ)/%.o: $(SIM)/%.cpp

@@ -134,8 +134,8 @@ run() {
   sed 's/^/      /' "$net/log" | tail -2
 }
 
-# The gateway in front of 8 nodes, which are simulated twice as fast with 50 MHz. Timers short, so that a break
-# is shown soon.
+# The gateway in front of 8 nodes, which are simulated twice as fast with 50 MHz. Timers short, so that a
+# break is shown soon.
 run_gateway() {
   [ -z "$only" ] || [ "$only" = gateway ] || return 0
   echo "--- gateway, 8 nodes"
@@ -144,7 +144,8 @@ run_gateway() {
   nodes='{"address": 2}, {"address": 3}, {"address": 4}, {"address": 5}, {"address": 6}, {"address": 7}'
   nodes="$nodes, {\"address\": 8}, {\"address\": 9}"
   cat >"$net/ring.json" <<EOF
-{"pd_ms": 5, "hello_ms": 5, "up_ms": 1, "each": {"preset": "ring-node-50"}, "nodes": [{"address": 1, "preset": "ring-gateway", "host": "gateway",
+{"pd_ms": 5, "hello_ms": 5, "up_ms": 1, "each": {"preset": "ring-node-50"},
+ "nodes": [{"address": 1, "preset": "ring-gateway", "host": "gateway",
  "eeprom": "../../verilog/ring-gateway.sii.bin"}, $nodes]}
 EOF
   rm -f "$net/ready"

@@ -182,7 +182,8 @@ class BoardSpec extends AnyFlatSpec {
     for (n   <- 0 to 1) assert(told(s"max=15 to clock_signals_sync_$n"))
   }
 
-  // These take longer: each role once in simulation, with different widths, and mapped with the default width.
+  // These take longer: each role once in simulation, with different widths, and mapped with the default
+  // width.
   for ((role, width) <- Seq("slave" -> 8, "master" -> 32))
     s"The $role's board with $width bits" should "answer its host through the pins" in {
       val board = new BoardFiles(role, width)

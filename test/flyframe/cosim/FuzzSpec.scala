@@ -9,12 +9,12 @@ import flyframe.registers.{DlRegisters, RegisterMap}
 
 /** Random frames, RTL against the golden model. `make fuzz` plays any number from any seed. */
 class FuzzSpec extends AnyFlatSpec {
-  // In `make test` those with more than a small share, and one of 125 MHz; MatrixSpec has sets like the others.
+  // In `make test` those with more than a small share, and one of 125 MHz; MatrixSpec has sets like the rest.
   private val plan =
     if (Tier.isSoak) TestSets.fuzz
     else TestSets.fuzz.filter { case (p, share) => share > 5000 || p.preset == "mhz125-8" }
-  private val harness =
-    new Harness("fuzz", plan.map(_._1), if (Tier.isSoak) "COSIM_OPT=-Os" else "COSIM_OPT=-O1")
+  private val option  = if (Tier.isSoak) "COSIM_OPT=-Os" else "COSIM_OPT=-O1"
+  private val harness = new Harness("fuzz", plan.map(_._1), option)
 
   private val tier = Tier("random frames, RTL against the model", "frames", test = 10000, soak = 300000)
   private val Seed = 20261121L
