@@ -88,14 +88,17 @@ class RingFaults(ring: RelayRing, upUs: Int = 10000, heldUs: Int = 1000000) {
   def isAlive(n: Int): Boolean         = alive(n)
   def isUp(n: Int, port: Int): Boolean = ports(n)(port).isUp
 
+  /** What a port hears: nothing, search, or symbols. */
+  def hears(n: Int, port: Int): Int = ports(n)(port).hears
+
   /** All ports of all nodes that are alive and have living neighbours are up. */
   def isWhole: Boolean = ports.flatten.forall(_.isUp)
 }
 
 object RingFaults {
-  private val Dark    = 0
-  private val Search  = 1
-  private val Symbols = 2
+  val Dark    = 0
+  val Search  = 1
+  val Symbols = 2
 
   private val Us = 1e6
 

@@ -151,15 +151,16 @@ object Plots {
     renderer
   }
 
-  /** Lines over several axes side by side, with one logarithmic axis for all. Every panel has the same
-    * series.
+  /** Lines over several axes side by side, with one axis for all, logarithmic or from 0 on. Every panel has
+    * the same series.
     */
   def panels(
       name: String,
       axis: String,
-      panels: Seq[(String, Seq[(String, Seq[(Double, Double)])])]
+      panels: Seq[(String, Seq[(String, Seq[(Double, Double)])])],
+      isLogarithmic: Boolean = true
   ): String = {
-    val all = new CombinedRangeXYPlot(new LogarithmicAxis(axis))
+    val all = new CombinedRangeXYPlot(if (isLogarithmic) new LogarithmicAxis(axis) else new NumberAxis(axis))
     for ((title, series) <- panels) {
       val domain = new NumberAxis(title)
       domain.setAutoRangeIncludesZero(false)

@@ -10,8 +10,16 @@ import org.jfree.svg.SVGGraphics2D
   *   1: a level; more: a value, shown in hexadecimal
   * @param driven
   *   whether anybody drives it, cycle by cycle; empty: always
+  * @param words
+  *   what values are called that are not shown in hexadecimal
   */
-final case class Wave(name: String, bits: Int, values: Seq[BigInt], driven: Seq[Boolean] = Nil) {
+final case class Wave(
+    name: String,
+    bits: Int,
+    values: Seq[BigInt],
+    driven: Seq[Boolean] = Nil,
+    words: Map[BigInt, String] = Map.empty
+) {
   def isDriven(cycle: Int): Boolean = driven.isEmpty || driven(cycle)
 }
 
@@ -31,10 +39,12 @@ object TimingPicture {
     *   a core cycle
     * @param waves
     *   all of the same length
+    * @param least
+    *   pixels of a cycle
     */
-  def apply(name: String, title: String, periodNs: Double, waves: Seq[Wave]): String = {
+  def apply(name: String, title: String, periodNs: Double, waves: Seq[Wave], least: Double = 2): String = {
     val cycles = waves.map(_.values.size).max
-    val step   = (1000.0 / cycles).min(24).max(2)
+    val step   = (1000.0 / cycles).min(24).max(least)
     val width  = (Left + (cycles * step).toInt + 50).max(7 * title.length)
     val height = Top + waves.size * Row + 12
     val g      = new SVGGraphics2D(width, height)
@@ -66,7 +76,9 @@ object TimingPicture {
       g.setPaint(Grid)
       g.draw(new Line2D.Double(x(cycle, step), Top - 6, x(cycle, step), bottom))
       g.setPaint(Color.DARK_GRAY)
-      g.drawString(f"${cycle * periodNs}%.0f ns", x(cycle, step).toFloat, Top - 10f)
+      val ns   = cycle * periodNs
+      val text = if (every * periodNs < 5000) f"$ns%.0f ns" else f"${ns / 1000}%.0f us"
+      g.drawString(text, x(cycle, step).toFloat, Top - 10f)
     }
   }
 
@@ -105,10 +117,12 @@ object TimingPicture {
           path.lineTo(px, py)
         path.closePath()
         g.draw(path)
+        val value  = wave.values(from)
         val digits = (wave.bits + 3) / 4
-        val text   = s"%0${digits}x".format(wave.values(from).bigInteger)
-        if (b - a > 7.0 * digits + 4)
-          g.drawString(text, ((a + b) / 2 - 3.3 * digits).toFloat, (middle + 4).toFloat)
+        val text   = wave.words.getOrElse(value, s"%0${digits}x".format(value.bigInteger))
+        val wide   = if (wave.words.contains(value)) 5.5 else 7.0 // of a letter
+        if (b - a > wide * text.length + 4)
+          g.drawString(text, ((a + b) / 2 - (wide / 2 - 0.2) * text.length).toFloat, (middle + 4).toFloat)
       }
     }
 }

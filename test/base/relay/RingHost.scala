@@ -25,6 +25,12 @@ object RingHost {
     h.write(RingRegisters.Control, Seq(1 << RingRegisters.Relay))
   }
 
+  /** The node loses its power: nothing is pending any more. */
+  def stop(h: RelayHostModel): Unit = {
+    h.write(port + CanRegisters.Command, Seq(4))
+    h.write(RingRegisters.Control, Seq(0))
+  }
+
   /** A frame is put into a slot and requested. */
   def request(h: RelayHostModel, slot: Int, frame: CanFrame): Unit = {
     h.write(slots + slot * CanRegisters.FrameBytes, frame.bytes())

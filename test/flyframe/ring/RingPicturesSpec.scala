@@ -5,10 +5,13 @@ import scala.collection.mutable.ArrayBuffer
 import scala.jdk.CollectionConverters._
 import scala.util.Random
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.can.{CanFrame, StuffingModel}
 import flyframe.fibre.model.CanRing
-import flyframe.fibre.{DemodulatorModel, ModulatorModel, Reach, Tone}
+import flyframe.fibre.{CanOnRing, DemodulatorModel, ModulatorModel, Reach, Tone}
 import flyframe.params.FibreParams
-import flyframe.report.Plots
+import flyframe.relay.model.{RelayFigures, RingLoad}
+import flyframe.relay._
+import flyframe.report.{Plots, TimingPicture, Wave}
 
 /** The plots of docs/ring.md are measured here, on the golden models, whose levels are those of the RTL
   * sample by sample (ModemRules). `make pictures` writes them.
@@ -111,6 +114,280 @@ class RingPicturesSpec extends AnyFlatSpec {
       )
     }
     keep("ring-modem.svg", Plots.panels("ring-modem", "wrong symbols", panels))
+  }
+
+  // ---- a frame of relay mode ----
+
+  private val frame  = CanFrame(0x123, extended = false, remote = false, 2, Seq(0x11, 0x22))
+  private val header = LinkHeader(kind = 0, direction = 1, source = 5, sequence = 1234, LinkHeader.Hops)
+  private val body   = LinkBody.of(header, frame)
+  private val fields = Seq(
+    "start"            -> 1,
+    "kind"             -> 2,
+    "direction"        -> 1,
+    "source 5"         -> 7,
+    "sequence 1234"    -> 14,
+    "hops 255"         -> 8,
+    "check"            -> 8,
+    "identifier 0x123" -> 32,
+    "length 2"         -> 8,
+    "data 0x11 0x22"   -> 16,
+    "CRC"              -> 32,
+    "end"              -> LinkFrame.EndBits
+  )
+  private val Start = 2 // recessive bits in front
+
+  /** Of each bit on the link the field to which it belongs, 0: none, and whether it is a stuff bit. */
+  private val placed: Seq[(Int, Boolean)] = {
+    val stuffing = new StuffingModel
+    val levels   = LinkFrame.levels(header, body)
+    val bits     = ArrayBuffer.fill(Start)((0, false))
+    stuffing.begin()
+    for (((_, count), i) <- fields.zipWithIndex; _ <- 0 until count) {
+      bits += ((i + 1, false))
+      for (level <- levels.lift(bits.size - Start - 1)) stuffing.take(level)
+      if (stuffing.awaits && bits.size - Start < levels.length) {
+        bits += ((i + 1, true))
+        stuffing.take(levels(bits.size - Start - 1))
+      }
+    }
+    bits.toSeq
+  }
+  private val sent = Seq.fill(Start)(true) ++ LinkFrame.levels(header, body) ++
+    Seq.fill(LinkFrame.EndBits)(true)
+  private val core    = FibreParams()
+  private val bit     = core.coreClockMhz / 2 // core cycles, at 2 Mbit/s
+  private val CycleNs = 1000.0 / core.coreClockMhz
+
+  /** Light on the fibre and level heard, in each core cycle. */
+  private val passed: Seq[(Boolean, Boolean)] = {
+    val modulator   = new ModulatorModel(core)
+    val demodulator = DemodulatorModel(core)
+    for (level <- sent; _ <- 0 until bit) yield {
+      modulator.step(Tone.of(level))
+      demodulator.sample(modulator.light)
+      (modulator.light, demodulator.level)
+    }
+  }
+  private def wave(name: String, levels: Seq[Boolean]) =
+    Wave(name, 1, levels.map(l => BigInt(if (l) 1 else 0)))
+  private def fieldsOf(bits: Seq[Int]) =
+    Wave(
+      "field",
+      4,
+      bits.map(BigInt(_)),
+      bits.map(_ > 0),
+      fields
+        .map(_._1)
+        .zipWithIndex
+        .map { case (name, i) =>
+          BigInt(i + 1) -> name
+        }
+        .toMap
+    )
+
+  "FR-41: a frame on a link" should "be heard as it was sent" in {
+    assert(sent.size == placed.size && placed.exists(_._2))
+    // Where a link takes its samples.
+    assert(sent.indices.map(i => passed(i * bit + bit * 65 / 100)._2) == sent)
+  }
+
+  "Picture docs/ring-frame.svg" should "show the fields and bits of a frame" in {
+    val title = "A frame of relay mode, CAN identifier 0x123 with two bytes, at 2 Mbit/s; 1 is recessive"
+    val waves = Seq(
+      fieldsOf(placed.map(_._1)),
+      wave("stuff bit", placed.map(_._2)),
+      wave("level sent", sent),
+      wave("level sampled", sent.indices.map(i => passed(i * bit + bit * 65 / 100)._2))
+    )
+    keep("ring-frame.svg", TimingPicture("ring-frame", title, bit * CycleNs, waves))
+  }
+
+  "Picture docs/ring-tones.svg" should "show its first bits as tones" in {
+    val cycles                  = (Start + 5) * bit
+    def each[A](values: Seq[A]) = values.flatMap(Seq.fill(bit)(_)).take(cycles)
+    val waves = Seq(
+      fieldsOf(each(placed.map(_._1))),
+      wave("level sent", each(sent)),
+      wave("light", passed.map(_._1).take(cycles)),
+      wave("level heard", passed.map(_._2).take(cycles))
+    )
+    val title = "Its beginning: a tone of 25 MHz is dominant, one of 1 MHz recessive"
+    keep("ring-tones.svg", TimingPicture("ring-tones", title, CycleNs, waves))
+  }
+
+  // ---- a break ----
+
+  private val heard = Map(0 -> "nothing", 1 -> "search", 2 -> "symbols")
+  private val modes = Map(1 -> "mode 1", 2 -> "mode 2", 3 -> "mode 3")
+  private def words(name: String, values: Iterable[Int], of: Map[Int, String]) =
+    Wave(name, 4, values.map(BigInt(_)).toSeq, words = of.map { case (n, word) => BigInt(n) -> word })
+
+  /** Values of several things, sampled together. */
+  private final class Lanes(names: String*) {
+    val values: Seq[ArrayBuffer[Int]]             = names.map(_ => ArrayBuffer.empty[Int])
+    def sample(now: Int*): Unit                   = for ((v, n) <- values.zip(now)) v += n
+    def level(i: Int): Wave                       = wave(names(i), values(i).map(_ != 0).toSeq)
+    def words(i: Int, of: Map[Int, String]): Wave = RingPicturesSpec.this.words(names(i), values(i), of)
+  }
+
+  "Picture docs/ring-break-bus.svg" should "show a break and its mend in bus mode" in {
+    val r = new CanRing(4, home = Some(0), Seq.fill(4)(200L), prescaler = 8) // 250 kbit/s
+    val lanes = new Lanes(
+      "2, port 2 hears",
+      "3, port 1 hears",
+      "node 2",
+      "node 3",
+      "guard",
+      "bus of node 2",
+      "bus of node 3",
+      "node 2's frames",
+      "node 3's frames"
+    )
+    def hears(n: Int, port: Int) =
+      if (!r.bench.signal(n, port)) 0 else if (r.bench.hearsSearch(n, port)) 1 else 2
+    def frames(n: Int) = {
+      val status = r.hosts(n).status
+      if ((status >> 4 & 1) == 1) 1 else if ((status >> 5 & 1) == 1) 2 else 0
+    }
+    def level(n: Int) = if (r.bench.bus(n)) 1 else 0
+    val got           = ArrayBuffer.empty[CanFrame]
+    for (us <- 0 until 1500) {
+      us match {
+        case 40   => r.hosts(1).request(CanOnRing.frame(1, 1))
+        case 200  => r.cut(1, isCut = true)
+        case 800  => r.hosts(1).request(CanOnRing.frame(1, 2))
+        case 950  => r.cut(1, isCut = false)
+        case 1150 => r.hosts(2).request(CanOnRing.frame(2, 3))
+        case _    =>
+      }
+      r.bench.runUs(1)
+      lanes.sample(
+        hears(1, 1),
+        hears(2, 0),
+        r.bench.mode(1),
+        r.bench.mode(2),
+        r.guards.headOption.fold(0)(_ + 1),
+        level(1),
+        level(2),
+        frames(1),
+        frames(2)
+      )
+      got ++= r.hosts(3).received()
+    }
+    // What the picture is to show.
+    assert(got.map(_.data.head).distinct == Seq(1, 2, 3) && r.guards == Seq(1))
+    assert(lanes.values(2).distinct.toSeq == Seq(1, 2) && lanes.values(3).distinct.toSeq == Seq(1, 3))
+    val does = Map(0 -> "", 1 -> "sends", 2 -> "receives")
+    val waves = Seq(
+      lanes.words(0, heard),
+      lanes.words(1, heard),
+      lanes.words(2, modes),
+      lanes.words(3, modes),
+      lanes.words(4, Map(0 -> "none", 1 -> "node 1", 2 -> "node 2")),
+      lanes.level(5),
+      lanes.level(6),
+      lanes.words(7, does),
+      lanes.words(8, does)
+    )
+    val title = "Bus mode, 250 kbit/s: the fibre between nodes 2 and 3 is cut at 200 us, and mended at 950 us"
+    keep("ring-break-bus.svg", TimingPicture("ring-break-bus", title, 1000, waves, 0.7))
+  }
+
+  "Picture docs/ring-break-relay.svg" should "show a break and its mend in relay mode" in {
+    val Us        = RingLoad.Us
+    val ConfirmUs = 2000
+    val ring      = new RelayEngine(RingLoad.setting(1, count = 6, km = 1.2))
+    val faults    = new RingFaults(ring, upUs = 1000)
+    val lanes = new Lanes(
+      "3, port 2 hears",
+      "4, port 1 hears",
+      "node 3",
+      "node 4",
+      "pending at node 1",
+      "comes to node 3",
+      "comes to node 4",
+      "comes to node 6",
+      "repeats of node 1"
+    )
+    val came            = Array.fill(6)(ArrayBuffer.empty[CanFrame])
+    val sent, confirmed = ArrayBuffer.empty[Int]
+    for (n <- 0 until 6) {
+      RingHost.start(ring, n, n + 1, ConfirmUs)
+      ring.node(n).delivers = (_, frame) => came(n) += frame
+    }
+    ring.node(0).slots.settles = (slot, isSent) => if (isSent) confirmed += slot
+    faults.start()
+    ring.runUs(20000)
+    val start = ring.now
+    def cut(isCut: Boolean): Unit = {
+      faults.cut(2, 1, isCut)
+      faults.cut(3, 0, isCut)
+    }
+    for (n <- 0 until 15) ring.at(start + (200 + n * 350) * Us) {
+      sent += n
+      ring.access(0)(RingHost.request(_, n, CanOnRing.frame(0, n).copy(id = 0x100 + n)))
+    }
+    ring.at(start + 1330 * Us)(cut(isCut = true))
+    ring.at(start + 4200 * Us)(cut(isCut = false))
+    var before = Seq.fill(4)(0)
+    for (_ <- 0 until 1500) {
+      ring.runTo(ring.now + 4 * Us)
+      def mode(n: Int) = if (faults.isUp(n, 0) == faults.isUp(n, 1)) 1 else if (faults.isUp(n, 0)) 2 else 3
+      val counts =
+        Seq(2, 3, 5).map(came(_).size) :+ ring.node(0).counters(RelayCounter.Repeated).toInt
+      val news = counts.zip(before).map { case (now, last) => if (now > last) 1 else 0 }
+      before = counts
+      lanes.sample(
+        Seq(faults.hears(2, 1), faults.hears(3, 0), mode(2), mode(3), sent.size - confirmed.size) ++ news: _*
+      )
+    }
+    assert(Seq(2, 3, 5).forall(came(_).map(_.id).sorted == (0x100 to 0x10e)) && confirmed.size == 15)
+    assert(lanes.values(2).distinct.toSeq == Seq(1, 2) && lanes.values(3).distinct.toSeq == Seq(1, 3))
+    val waves = (0 to 1).map(lanes.words(_, heard)) ++ (2 to 3).map(lanes.words(_, modes)) ++
+      Seq(lanes.words(4, (0 to 15).map(n => n -> s"$n").toMap)) ++ (5 to 8).map(lanes.level)
+    val title =
+      "Relay mode, 2 Mbit/s: node 1 sends; the fibre from node 3 to 4 is cut at 1.33 and mended at 4.2 ms"
+    keep("ring-break-relay.svg", TimingPicture("ring-break-relay", title, 4000, waves, 0.7))
+  }
+
+  // ---- latency against load ----
+
+  private case class Loaded(isBroken: Boolean, percent: Int, average: Double, most: Double, longest: Double) {
+    def row: String = f"${if (isBroken) 1 else 0},$percent,$average%.3f,$most%.3f,$longest%.3f"
+  }
+  private val loads    = Paths.get("docs", "ring-load.csv")
+  private val Full     = 8400 // frames a second that the ring carries
+  private val LoadedUs = 100000
+
+  private def measure(isBroken: Boolean, percent: Int): Loaded = {
+    val ways = new RelayFigures(25, seed = percent).atLoad(Full * percent / 100, isBroken, LoadedUs)
+    Loaded(isBroken, percent, ways.sum / ways.size, ways(ways.size * 99 / 100), ways.last)
+  }
+
+  "Picture docs/ring-load.svg" should "show how long frames take at a load" in {
+    if (writes) {
+      val rows =
+        for (isBroken <- Seq(false, true); percent <- 10 to 100 by 10) yield measure(isBroken, percent)
+      val head = "broken,load_percent,average_ms,99_percent_ms,longest_ms"
+      Files.write(loads, (head +: rows.map(_.row)).asJava)
+    }
+    val rows = Files.readAllLines(loads).asScala.toSeq.drop(1).map(_.split(',')).map {
+      case Array(b, p, a, m, l) => Loaded(b == "1", p.toInt, a.toDouble, m.toDouble, l.toDouble)
+    }
+    // One of them again.
+    assert(rows.map(_.row).contains(measure(isBroken = false, 10).row))
+    def series(isBroken: Boolean) = {
+      val mine = rows.filter(_.isBroken == isBroken)
+      Seq[(String, Loaded => Double)]("average" -> (_.average), "99 %" -> (_.most), "longest" -> (_.longest))
+        .map { case (title, of) => title -> mine.map(r => r.percent.toDouble -> of(r)) }
+    }
+    val panels =
+      Seq(
+        "load of the whole ring, %" -> series(isBroken = false),
+        "load of a broken one, %"   -> series(isBroken = true)
+      )
+    keep("ring-load.svg", Plots.panels("ring-load", "ms to the last node", panels, isLogarithmic = false))
   }
 
   // ---- how far bus mode reaches ----

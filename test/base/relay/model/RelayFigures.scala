@@ -27,6 +27,25 @@ class RelayFigures(linkBit: Int, seed: Long) {
     l.urgent.max / 1e9
   }
 
+  /** The ways of all frames of random nodes at so many frames a second, shortest first. */
+  def atLoad(perSecond: Int, isBroken: Boolean, us: Int): Seq[Double] = {
+    val l = load()
+    if (isBroken) breaks(l)
+    l.keepsWays = true
+    l.load(perSecond, l.ring.now + us * Us)
+    l.ring.runUs(us)
+    l.finish()
+    isRight(l)
+    l.ways.map(_ / 1e9).sorted.toSeq
+  }
+
+  private def breaks(l: RingLoad): Unit = {
+    l.faults.cut(20, 1)
+    l.faults.cut(21, 0)
+    l.touches()
+    l.ring.runUs(30000 * slower)
+  }
+
   /** All nodes but a few send all they can; frames a second, and the longest way of urgent frames of those
     * few.
     */
@@ -34,12 +53,7 @@ class RelayFigures(linkBit: Int, seed: Long) {
     val l = load()
     l.saturate(Senders)
     l.ring.runUs(40000 * slower)
-    if (isBroken) {
-      l.faults.cut(20, 1)
-      l.faults.cut(21, 0)
-      l.touches()
-      l.ring.runUs(30000 * slower)
-    }
+    if (isBroken) breaks(l)
     val before = l.confirmed
     l.urgent.clear()
     for (_ <- 0 until frames) { // one after the other

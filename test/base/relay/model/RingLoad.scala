@@ -1,7 +1,6 @@
 package flyframe.relay.model
 
 import flyframe.can.CanFrame
-import flyframe.registers.{CanRegisters, RingRegisters}
 import flyframe.relay._
 import scala.collection.mutable
 import scala.util.Random
@@ -81,6 +80,7 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
       if (missing.nonEmpty) wrong += s"frame ${f.number} of $n is confirmed, but not received by $missing"
       val took = f.last - f.time
       if (f.isUrgent) urgent += took
+      if (keepsWays) ways += took
       // A node that starts listens first: FR-61.
       if (joined(n) > 0 && f.time < joined(n) + 3 * confirmUs * Us) ()
       else if (f.isTouched) longestBreak = longestBreak max took
@@ -127,6 +127,10 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
   /** The time from request to last reception of the urgent frames, in ps. */
   val urgent: mutable.ArrayBuffer[Long] = mutable.ArrayBuffer.empty
 
+  /** The same of all frames, if they are to be kept. */
+  val ways: mutable.ArrayBuffer[Long] = mutable.ArrayBuffer.empty
+  var keepsWays                       = false
+
   private var touchedTill = 0L
 
   /** Something breaks, or is mended: it touches what is on its way. */
@@ -157,10 +161,7 @@ class RingLoad(val ring: RelayRing, seed: Long, confirmUs: Int = 10000, upUs: In
       bySlot(n)(slot) = None
       ring.at(ring.now + Kept)(sent.remove(f.number))
     }
-    ring.access(n) { h =>
-      h.write(CanRegisters.PortStarts(0) + CanRegisters.Command, Seq(4))
-      h.write(RingRegisters.Control, Seq(0))
-    }
+    ring.access(n)(RingHost.stop(_))
     joined(n) = Long.MaxValue
   }
   def revive(n: Int): Unit = {
