@@ -15,7 +15,7 @@ out=$root/build/interop
 # that of idle times in the simulation: a hundredth of the wall clock. Its time-outs are its defaults.
 clock=0.01
 preset=slave alarm= star= clocks= written= digital= masters='soem ethercrab gateway' only=
-cycles=2000 sync=200 transfers=20 file=4001 ring_cycles=40
+cycles=1000 sync=140 transfers=20 file=4001 ring_cycles=24
 # A ring in RTL is slower still.
 ring_clock=0.001
 capture= simulator=$out/flyframe-cosim ring=$out/flyframe-ring master=
