@@ -20,7 +20,7 @@ object RingOfNodes {
 
 /** Breaks of a ring of RTL nodes, at 250 kbit/s. */
 class BreakRtlSpec extends BreakCases {
-  protected val positions: Tier = Tier("Breaks of a ring of RTL nodes", "breaks", test = 2, soak = 40)
+  protected val positions: Tier = Tier("Breaks of a ring of RTL nodes", "breaks", test = 1, soak = 40)
 
   protected def onRing(home: Boolean, first: Int)(body: CanOnRing => Unit): Unit =
     RingOfNodes(Option.when(home)(0), Seq.fill(8)(50L), 250, first)(body)

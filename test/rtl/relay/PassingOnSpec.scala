@@ -11,7 +11,7 @@ import scala.util.Random
 
 class PassingOnSpec extends AnyFlatSpec {
   private val tier =
-    Tier("Passing on in RTL against the model", "core cycles", test = 600000, soak = 50000000)
+    Tier("Passing on in RTL against the model", "core cycles", test = 300000, soak = 50000000)
 
   /** What comes in at a port: frames one behind the other, of which some are disturbed. */
   private class Source(random: Random, bit: Int) {
