@@ -27,6 +27,9 @@ object RingPage {
     prescaler
   }
 
+  /** Frames of 8 bytes a second that a ring in relay mode carries at 2 Mbit/s (section 14). */
+  val FullLoad = 8400
+
   private def at(address: Int): String = f"`0x$address%04X`"
 
   /** The address of a field, with its bits. */
@@ -171,8 +174,9 @@ object RingPage {
       100 km. The clocks of all nodes lie within 1,000 ppm of one another (RB-07)."""
     ),
     paragraph(
-      """How long a frame of 8 bytes takes until the last node has it, in a ring of 51 nodes, 10 km
-      and 2 Mbit/s in which random nodes send; 100 % are 8,400 frames a second ([figures](ring-load.csv)):"""
+      f"""How long a frame of 8 bytes takes until the last node has it, in a ring of 51 nodes, 10 km
+      and 2 Mbit/s in which random nodes send; 100 %% are $FullLoad%,d frames a second
+      ([figures](ring-load.csv)):"""
     ),
     paragraph("![Milliseconds to the last node against load, of a whole and a broken ring](ring-load.svg)"),
     paragraph("What passes on a link, and how it begins as light:"),

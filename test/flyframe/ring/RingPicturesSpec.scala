@@ -5,6 +5,7 @@ import scala.collection.mutable.ArrayBuffer
 import scala.jdk.CollectionConverters._
 import scala.util.Random
 import org.scalatest.flatspec.AnyFlatSpec
+import flyframe.RingPage
 import flyframe.can.{CanFrame, StuffingModel}
 import flyframe.fibre.model.CanRing
 import flyframe.fibre.{CanOnRing, DemodulatorModel, ModulatorModel, Reach, Tone}
@@ -218,7 +219,8 @@ class RingPicturesSpec extends AnyFlatSpec {
 
   // ---- a break ----
 
-  private val heard = Map(0 -> "nothing", 1 -> "search", 2 -> "symbols")
+  private val heard =
+    Map(RingFaults.Dark -> "nothing", RingFaults.Search -> "search", RingFaults.Symbols -> "symbols")
   private val modes = Map(1 -> "mode 1", 2 -> "mode 2", 3 -> "mode 3")
   private def words(name: String, values: Iterable[Int], of: Map[Int, String]) =
     Wave(name, 4, values.map(BigInt(_)).toSeq, words = of.map { case (n, word) => BigInt(n) -> word })
@@ -245,7 +247,9 @@ class RingPicturesSpec extends AnyFlatSpec {
       "node 3's frames"
     )
     def hears(n: Int, port: Int) =
-      if (!r.bench.signal(n, port)) 0 else if (r.bench.hearsSearch(n, port)) 1 else 2
+      if (!r.bench.signal(n, port)) RingFaults.Dark
+      else if (r.bench.hearsSearch(n, port)) RingFaults.Search
+      else RingFaults.Symbols
     def frames(n: Int) = {
       val status = r.hosts(n).status
       if ((status >> 4 & 1) == 1) 1 else if ((status >> 5 & 1) == 1) 2 else 0
@@ -357,11 +361,11 @@ class RingPicturesSpec extends AnyFlatSpec {
     def row: String = f"${if (isBroken) 1 else 0},$percent,$average%.3f,$most%.3f,$longest%.3f"
   }
   private val loads    = Paths.get("docs", "ring-load.csv")
-  private val Full     = 8400 // frames a second that the ring carries
   private val LoadedUs = 100000
 
   private def measure(isBroken: Boolean, percent: Int): Loaded = {
-    val ways = new RelayFigures(25, seed = percent).atLoad(Full * percent / 100, isBroken, LoadedUs)
+    val ways =
+      new RelayFigures(25, seed = percent).atLoad(RingPage.FullLoad * percent / 100, isBroken, LoadedUs)
     Loaded(isBroken, percent, ways.sum / ways.size, ways(ways.size * 99 / 100), ways.last)
   }
 
