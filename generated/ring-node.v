@@ -4115,7 +4115,11 @@ module LinkInput(
   output        report_bad,
   output        report_good,
   output        report_starts,
-  output [31:0] order,
+  output        named_valid,
+  output        named_bits_isExtended,
+  output        named_bits_isRemote,
+  output [28:0] named_bits_identifier,
+  input         takesName,
   output        isOwn,
   output        isLast,
   output        byte_valid,
@@ -4148,11 +4152,10 @@ module LinkInput(
   reg         told_bad;
   reg         told_good;
   reg         told_starts;
-  reg  [31:0] orderReg;
   reg         isLastReg;
   reg         stores;
+  reg         names;
   reg         REG;
-  reg         REG_1;
   wire [4:0]  all =
     {soFar_header, soFar_identified, soFar_bad, soFar_good, soFar_starts}
     | {_receiver_events_header,
@@ -4174,8 +4177,8 @@ module LinkInput(
       told_good <= 1'h0;
       told_starts <= 1'h0;
       stores <= 1'h0;
+      names <= 1'h0;
       REG <= 1'h0;
-      REG_1 <= 1'h0;
     end
     else begin
       soFar_header <= _soFar_T[4];
@@ -4191,17 +4194,12 @@ module LinkInput(
         told_starts <= all[0];
       end
       stores <= _receiver_events_byte | ~takes & stores;
-      REG <= _receiver_events_identified;
-      REG_1 <= _receiver_events_header;
+      names <= _receiver_events_identified | ~takesName & names;
+      REG <= _receiver_events_header;
     end
   end // always @(posedge, posedge)
   always @(posedge clock) begin
     if (REG)
-      orderReg <=
-        _receiver_word[31]
-          ? {_receiver_word[28:18], 2'h3, _receiver_word[17:0], _receiver_word[30]}
-          : {_receiver_word[10:0], _receiver_word[30], 20'h0};
-    if (REG_1)
       isLastReg <= _receiver_word[15:8] == 8'h0;
   end // always @(posedge)
   assign _bits_restart = renew | restart;
@@ -4243,7 +4241,10 @@ module LinkInput(
   assign report_bad = told_bad;
   assign report_good = told_good;
   assign report_starts = told_starts;
-  assign order = orderReg;
+  assign named_valid = names;
+  assign named_bits_isExtended = _receiver_word[31];
+  assign named_bits_isRemote = _receiver_word[30];
+  assign named_bits_identifier = _receiver_word[28:0];
   assign isLast = isLastReg;
   assign byte_valid = stores;
   assign byte_bits = _receiver_word[7:0] - {7'h0, _receiver_index == 5'h3};
@@ -4383,211 +4384,234 @@ module LinkSender(
   assign isOwn = ownReg;
 endmodule
 
-module TransitList(
-  input        clock,
-  input        reset,
-  input        put,
-  output [3:0] fresh,
-  input  [3:0] slot,
-  output       waits,
-  input        ranks_valid,
-  input  [3:0] ranks_bits,
-  input        remove,
-  input        take,
-  input        drop,
-  output [3:0] size,
-  output [3:0] known,
-  output [3:0] slots_0,
-  output [3:0] slots_1,
-  output [3:0] slots_2,
-  output [3:0] slots_3,
-  output [3:0] slots_4,
-  output [3:0] slots_5,
-  output [3:0] slots_6,
-  output [3:0] slots_7,
-  output [3:0] leaving
+// external module DualPortRam
+
+module TransitLists(
+  input         clock,
+  input         reset,
+  input         names_0_valid,
+  input         names_0_bits_isExtended,
+  input         names_0_bits_isRemote,
+  input  [28:0] names_0_bits_identifier,
+  input         names_1_valid,
+  input         names_1_bits_isExtended,
+  input         names_1_bits_isRemote,
+  input  [28:0] names_1_bits_identifier,
+  output        taken_0,
+  output        taken_1,
+  input         port,
+  input         out,
+  output [3:0]  size,
+  output [3:0]  known,
+  input         asks,
+  input         put,
+  input         ranks,
+  input         removes,
+  input  [3:0]  it,
+  input         looks_valid,
+  input         looks_bits,
+  input  [31:0] order,
+  output        isBefore,
+  input         take,
+  output [3:0]  slot,
+  output [3:0]  leaving_0,
+  output [3:0]  leaving_1,
+  input         drop_0,
+  input         drop_1
 );
 
-  reg  [3:0] list_0;
-  reg  [3:0] list_1;
-  reg  [3:0] list_2;
-  reg  [3:0] list_3;
-  reg  [3:0] list_4;
-  reg  [3:0] list_5;
-  reg  [3:0] list_6;
-  reg  [3:0] list_7;
-  reg  [3:0] list_8;
-  reg  [3:0] sizeReg;
-  reg  [3:0] knownReg;
-  wire       isIt_0 = list_0 == slot & (|sizeReg);
-  wire       isIt_1 = list_1 == slot & (|(sizeReg[3:1]));
-  wire       isIt_2 = list_2 == slot & sizeReg > 4'h2;
-  wire       isIt_3 = list_3 == slot & (|(sizeReg[3:2]));
-  wire       isIt_4 = list_4 == slot & sizeReg > 4'h4;
-  wire       isIt_5 = list_5 == slot & sizeReg > 4'h5;
-  wire       isIt_6 = list_6 == slot & sizeReg > 4'h6;
-  wire       isIt_7 = list_7 == slot & sizeReg[3];
-  reg  [3:0] casez_tmp;
-  always @(*) begin
-    casez (sizeReg[2:0])
-      3'b000:
-        casez_tmp = list_0;
-      3'b001:
-        casez_tmp = list_1;
-      3'b010:
-        casez_tmp = list_2;
-      3'b011:
-        casez_tmp = list_3;
-      3'b100:
-        casez_tmp = list_4;
-      3'b101:
-        casez_tmp = list_5;
-      3'b110:
-        casez_tmp = list_6;
-      default:
-        casez_tmp = list_7;
-    endcase
-  end // always @(*)
-  wire       _waits_output = isIt_0 | isIt_1 | isIt_2 | isIt_3 | isIt_4 | isIt_5 | isIt_6 | isIt_7;
-  wire [2:0] _at_T_2 = {isIt_7, isIt_6, isIt_5} | {isIt_3, isIt_2, isIt_1};
-  wire       behind_2 = isIt_0 | isIt_1;
-  wire       behind_3 = behind_2 | isIt_2;
-  wire       behind_4 = behind_3 | isIt_3;
-  wire       behind_5 = behind_4 | isIt_4;
-  wire       behind_6 = behind_5 | isIt_5;
-  wire       behind_7 = behind_6 | isIt_6;
-  wire       removes = remove & _waits_output;
-  wire       _GEN = ranks_valid & _waits_output;
-  wire       _GEN_0 = ranks_bits == 4'h0;
-  wire       _GEN_1 = take | removes & behind_2;
-  wire       _GEN_2 = take | removes & behind_3;
-  wire       _GEN_3 = take | removes & behind_4;
-  wire       _GEN_4 = take | removes & behind_5;
-  wire       _GEN_5 = take | removes & behind_6;
-  wire       _GEN_6 = take | removes & behind_7;
-  wire       _GEN_7 = take | removes & (behind_7 | isIt_7);
-  wire [3:0] _list_7_T = take ? list_8 : slot;
+  wire [3:0]  offset;
+  wire        _isBefore_output;
+  wire        _ram_write;
+  wire [5:0]  _ram_writeAddress;
+  wire [35:0] _ram_writeData;
+  wire [5:0]  _ram_readAddress;
+  wire [35:0] _ram_readData;
+  reg  [3:0]  firsts_0;
+  reg  [3:0]  firsts_1;
+  reg  [3:0]  sizes_0;
+  reg  [3:0]  sizes_1;
+  reg  [3:0]  knowns_0;
+  reg  [3:0]  knowns_1;
+  reg  [3:0]  leavings_0;
+  reg  [3:0]  leavings_1;
+  reg  [5:0]  writing;
+  reg  [3:0]  held_slot;
+  reg  [31:0] held_key;
+  reg         walks;
+  reg         isFirst;
+  reg         isDown;
+  reg         of;
+  reg  [3:0]  sought;
+  reg  [3:0]  index;
+  reg         moves;
+  reg         isCounted;
+  reg         sees;
+  reg  [3:0]  seenAt;
+  wire [3:0]  _GEN = of ? knowns_1 : knowns_0;
+  wire        isKnown = seenAt < _GEN;
+  wire        shifts = sees & (moves | ~isKnown | _isBefore_output);
+  assign _isBefore_output = held_key < _ram_readData[31:0];
+  wire        _GEN_0 = ranks | removes;
+  wire [3:0]  _size_output = out ? sizes_1 : sizes_0;
+  wire [3:0]  _known_output = out ? knowns_1 : knowns_0;
+  wire [3:0]  _GEN_1 = out ? firsts_1 : firsts_0;
+  wire        readOf = looks_valid ? looks_bits : asks | removes ? out : of;
+  wire [3:0]  _readPlace_T = (readOf ? firsts_1 : firsts_0) + offset;
+  assign offset = removes ? _size_output - 4'h1 : asks ? _size_output : looks_valid ? 4'h0 : index;
+  reg  [3:0]  seenPlace;
+  wire        isFree = writing[5] & ~shifts & ~take;
+  wire        named_isRemote = names_0_valid ? names_0_bits_isRemote : names_1_bits_isRemote;
+  wire [28:0] named_identifier = names_0_valid ? names_0_bits_identifier : names_1_bits_identifier;
+  wire        ends = sees & _ram_readData[35:32] == sought;
+  wire        _GEN_2 = ends & isCounted;
+  wire [3:0]  _knowns_T = _GEN - {3'h0, isKnown};
+  wire [3:0]  _knowns_T_2 = _GEN + 4'h1;
+  wire [3:0]  _sizes_T = (of ? sizes_1 : sizes_0) - {3'h0, isDown};
+  wire [3:0]  _sizes_T_2 = _size_output + 4'h1;
+  wire        _GEN_3 = take & ~out;
+  wire        _GEN_4 = take & out;
+  wire [3:0]  _firsts_T = _GEN_1 + 4'h1;
+  wire [3:0]  _sizes_T_4 = _size_output - 4'h1;
+  wire [3:0]  _knowns_T_6 = _known_output - {3'h0, |_known_output};
+  wire        _GEN_5 = _GEN_2 & ~of;
+  wire        _GEN_6 = _GEN_2 & of;
   always @(posedge clock or posedge reset) begin
     if (reset) begin
-      list_0 <= 4'h0;
-      list_1 <= 4'h1;
-      list_2 <= 4'h2;
-      list_3 <= 4'h3;
-      list_4 <= 4'h4;
-      list_5 <= 4'h5;
-      list_6 <= 4'h6;
-      list_7 <= 4'h7;
-      list_8 <= 4'h8;
-      sizeReg <= 4'h0;
-      knownReg <= 4'h0;
+      firsts_0 <= 4'h0;
+      firsts_1 <= 4'h0;
+      sizes_0 <= 4'h0;
+      sizes_1 <= 4'h0;
+      knowns_0 <= 4'h0;
+      knowns_1 <= 4'h0;
+      leavings_0 <= 4'h8;
+      leavings_1 <= 4'h8;
+      writing <= 6'h0;
+      walks <= 1'h0;
+      sees <= 1'h0;
     end
     else begin
-      if (_GEN & _GEN_0)
-        list_0 <= slot;
-      else if (take | removes & isIt_0)
-        list_0 <= list_1;
-      if (_GEN & ~isIt_0) begin
-        if (_GEN_0)
-          list_1 <= list_0;
-        else if (ranks_bits == 4'h1)
-          list_1 <= slot;
-        else if (_GEN_1)
-          list_1 <= list_2;
+      if (_GEN_3) begin
+        firsts_0 <= _firsts_T;
+        leavings_0 <= _ram_readData[35:32];
       end
-      else if (_GEN_1)
-        list_1 <= list_2;
-      if (_GEN & ~behind_2) begin
-        if (ranks_bits < 4'h2)
-          list_2 <= list_1;
-        else if (ranks_bits == 4'h2)
-          list_2 <= slot;
-        else if (_GEN_2)
-          list_2 <= list_3;
+      if (_GEN_4) begin
+        firsts_1 <= _firsts_T;
+        leavings_1 <= _ram_readData[35:32];
       end
-      else if (_GEN_2)
-        list_2 <= list_3;
-      if (_GEN & ~behind_3) begin
-        if (ranks_bits < 4'h3)
-          list_3 <= list_2;
-        else if (ranks_bits == 4'h3)
-          list_3 <= slot;
-        else if (_GEN_3)
-          list_3 <= list_4;
+      if (drop_0) begin
+        sizes_0 <= 4'h0;
+        knowns_0 <= 4'h0;
       end
-      else if (_GEN_3)
-        list_3 <= list_4;
-      if (_GEN & ~behind_4) begin
-        if (ranks_bits < 4'h4)
-          list_4 <= list_3;
-        else if (ranks_bits == 4'h4)
-          list_4 <= slot;
-        else if (_GEN_4)
-          list_4 <= list_5;
-      end
-      else if (_GEN_4)
-        list_4 <= list_5;
-      if (_GEN & ~behind_5) begin
-        if (ranks_bits < 4'h5)
-          list_5 <= list_4;
-        else if (ranks_bits == 4'h5)
-          list_5 <= slot;
-        else if (_GEN_5)
-          list_5 <= list_6;
-      end
-      else if (_GEN_5)
-        list_5 <= list_6;
-      if (_GEN & ~behind_6) begin
-        if (ranks_bits < 4'h6)
-          list_6 <= list_5;
-        else if (ranks_bits == 4'h6)
-          list_6 <= slot;
-        else if (_GEN_6)
-          list_6 <= list_7;
-      end
-      else if (_GEN_6)
-        list_6 <= list_7;
-      if (_GEN & ~behind_7) begin
-        if (ranks_bits < 4'h7)
-          list_7 <= list_6;
-        else if (ranks_bits == 4'h7)
-          list_7 <= slot;
-        else if (_GEN_7)
-          list_7 <= _list_7_T;
-      end
-      else if (_GEN_7)
-        list_7 <= _list_7_T;
-      if (take)
-        list_8 <= list_0;
-      if (drop) begin
-        sizeReg <= 4'h0;
-        knownReg <= 4'h0;
+      else if (_GEN_3) begin
+        sizes_0 <= _sizes_T_4;
+        knowns_0 <= _knowns_T_6;
       end
       else begin
-        if (take | removes)
-          sizeReg <= sizeReg - 4'h1;
-        else if (put)
-          sizeReg <= sizeReg + 4'h1;
-        if (_GEN)
-          knownReg <= knownReg + 4'h1;
-        else if (take & (|knownReg) | removes
-                 & {1'h0, |{isIt_7, isIt_6, isIt_5, isIt_4}, |(_at_T_2[2:1]), _at_T_2[2] | _at_T_2[0]} < knownReg)
-          knownReg <= knownReg - 4'h1;
+        if (put & ~out)
+          sizes_0 <= _sizes_T_2;
+        else if (_GEN_5)
+          sizes_0 <= _sizes_T;
+        if (_GEN_5) begin
+          if (isDown)
+            knowns_0 <= _knowns_T;
+          else
+            knowns_0 <= _knowns_T_2;
+        end
       end
+      if (drop_1) begin
+        sizes_1 <= 4'h0;
+        knowns_1 <= 4'h0;
+      end
+      else if (_GEN_4) begin
+        sizes_1 <= _sizes_T_4;
+        knowns_1 <= _knowns_T_6;
+      end
+      else begin
+        if (put & out)
+          sizes_1 <= _sizes_T_2;
+        else if (_GEN_6)
+          sizes_1 <= _sizes_T;
+        if (_GEN_6) begin
+          if (isDown)
+            knowns_1 <= _knowns_T;
+          else
+            knowns_1 <= _knowns_T_2;
+        end
+      end
+      if (writing[5]) begin
+      end
+      else
+        writing <= writing + 6'h1;
+      walks <= _GEN_0 | ~ends & walks;
+      sees <= walks & ~ends | removes;
     end
   end // always @(posedge, posedge)
-  assign fresh = casez_tmp;
-  assign waits = _waits_output;
-  assign size = sizeReg;
-  assign known = knownReg;
-  assign slots_0 = list_0;
-  assign slots_1 = list_1;
-  assign slots_2 = list_2;
-  assign slots_3 = list_3;
-  assign slots_4 = list_4;
-  assign slots_5 = list_5;
-  assign slots_6 = list_6;
-  assign slots_7 = list_7;
-  assign leaving = list_8;
+  wire        _GEN_7 = isFirst | shifts;
+  always @(posedge clock) begin
+    if (removes)
+      held_slot <= it;
+    else if (_GEN_7)
+      held_slot <= isFirst ? sought : _ram_readData[35:32];
+    if (looks_valid)
+      held_key <= order;
+    else if (_GEN_7)
+      held_key <= _ram_readData[31:0];
+    if (_GEN_0) begin
+      isFirst <= ranks;
+      isDown <= removes;
+      of <= out;
+      sought <= it;
+      index <= removes ? _size_output - 4'h2 : 4'h0;
+      moves <= removes;
+    end
+    else begin
+      isFirst <= ~walks & isFirst;
+      if (walks) begin
+        if (isDown)
+          index <= index - 4'h1;
+        else
+          index <= index + 4'h1;
+      end
+      moves <= shifts | moves;
+    end
+    isCounted <= ~(drop_1 | drop_0) & (_GEN_0 | isCounted);
+    seenAt <= offset;
+    seenPlace <= _readPlace_T;
+  end // always @(posedge)
+  assign _ram_write = ~isFree | names_0_valid | names_1_valid;
+  assign _ram_writeAddress =
+    isFree
+      ? {1'h1, ~names_0_valid, 4'h0}
+      : {1'h0, shifts ? {of, seenPlace} : take ? {out, _GEN_1 ^ 4'h8} : writing[4:0]};
+  assign _ram_writeData =
+    {shifts ? held_slot : take ? (out ? leavings_1 : leavings_0) : writing[3:0],
+     shifts
+       ? held_key
+       : (names_0_valid ? names_0_bits_isExtended : names_1_bits_isExtended)
+           ? {named_identifier[28:18], 2'h3, named_identifier[17:0], named_isRemote}
+           : {named_identifier[10:0], named_isRemote, 20'h0}};
+  assign _ram_readAddress = ranks ? {1'h1, port, 4'h0} : {1'h0, readOf, _readPlace_T};
+  DualPortRam #(
+    .ADDRESS_BITS(6),
+    .DEPTH(64),
+    .WIDTH(36)
+  ) ram (
+    .clock        (clock),
+    .write        (_ram_write),
+    .writeAddress (_ram_writeAddress),
+    .writeData    (_ram_writeData),
+    .readAddress  (_ram_readAddress),
+    .readData     (_ram_readData)
+  );
+  assign taken_0 = isFree & names_0_valid;
+  assign taken_1 = isFree & names_1_valid & ~names_0_valid;
+  assign size = _size_output;
+  assign known = _known_output;
+  assign isBefore = _isBefore_output;
+  assign slot = _ram_readData[35:32];
+  assign leaving_0 = leavings_0;
+  assign leaving_1 = leavings_1;
 endmodule
 
 // external module DualPortRam
@@ -4706,8 +4730,6 @@ module FrameStore(
   assign data = _ram_readData;
 endmodule
 
-// external module DualPortRam
-
 module PassingOn(
   input         clock,
   input         reset,
@@ -4725,10 +4747,9 @@ module PassingOn(
   output        tick,
   output        isUp_0,
   output        isUp_1,
-  input         offer_0_valid,
-  input  [31:0] offer_0_bits,
-  input         offer_1_valid,
-  input  [31:0] offer_1_bits,
+  input         offer_0,
+  input         offer_1,
+  input  [31:0] order,
   output        begins_0,
   output        begins_1,
   output        fetch_0_valid,
@@ -4763,12 +4784,6 @@ module PassingOn(
   output        counts_passed_1
 );
 
-  wire        _keys_write;
-  wire [4:0]  _keys_writeAddress;
-  wire [4:0]  _keys_readAddress;
-  wire [31:0] _keys_readData;
-  wire        _store_copies_valid;
-  wire [4:0]  _store_copiesTo;
   wire        _store_fetch_0_valid;
   wire        _store_fetch_1_valid;
   wire [4:0]  _store_slot_0;
@@ -4776,44 +4791,18 @@ module PassingOn(
   wire        _store_fetched_0;
   wire        _store_fetched_1;
   wire [7:0]  _store_data;
-  wire        _lists_1_put;
-  wire [3:0]  _lists_1_slot;
-  wire        _lists_1_ranks_valid;
-  wire [3:0]  _lists_1_ranks_bits;
-  wire        _lists_1_remove;
-  wire        _lists_1_take;
-  wire [3:0]  _lists_1_fresh;
-  wire        _lists_1_waits;
-  wire [3:0]  _lists_1_size;
-  wire [3:0]  _lists_1_known;
-  wire [3:0]  _lists_1_slots_0;
-  wire [3:0]  _lists_1_slots_1;
-  wire [3:0]  _lists_1_slots_2;
-  wire [3:0]  _lists_1_slots_3;
-  wire [3:0]  _lists_1_slots_4;
-  wire [3:0]  _lists_1_slots_5;
-  wire [3:0]  _lists_1_slots_6;
-  wire [3:0]  _lists_1_slots_7;
-  wire [3:0]  _lists_1_leaving;
-  wire        _lists_0_put;
-  wire [3:0]  _lists_0_slot;
-  wire        _lists_0_ranks_valid;
-  wire [3:0]  _lists_0_ranks_bits;
-  wire        _lists_0_remove;
-  wire        _lists_0_take;
-  wire [3:0]  _lists_0_fresh;
-  wire        _lists_0_waits;
-  wire [3:0]  _lists_0_size;
-  wire [3:0]  _lists_0_known;
-  wire [3:0]  _lists_0_slots_0;
-  wire [3:0]  _lists_0_slots_1;
-  wire [3:0]  _lists_0_slots_2;
-  wire [3:0]  _lists_0_slots_3;
-  wire [3:0]  _lists_0_slots_4;
-  wire [3:0]  _lists_0_slots_5;
-  wire [3:0]  _lists_0_slots_6;
-  wire [3:0]  _lists_0_slots_7;
-  wire [3:0]  _lists_0_leaving;
+  wire        _lists_out;
+  wire        _lists_asks;
+  wire        _lists_ranks;
+  wire        _lists_removes;
+  wire [3:0]  _lists_it;
+  wire        _lists_looks_valid;
+  wire [3:0]  _lists_size;
+  wire [3:0]  _lists_known;
+  wire        _lists_isBefore;
+  wire [3:0]  _lists_slot;
+  wire [3:0]  _lists_leaving_0;
+  wire [3:0]  _lists_leaving_1;
   wire        _senders_1_abort;
   wire        _senders_1_byte_valid;
   wire [7:0]  _senders_1_byte_bits;
@@ -4830,13 +4819,17 @@ module PassingOn(
   wire        _senders_0_isOwn;
   wire        _inputs_1_restart;
   wire        _inputs_1_heard;
+  wire        _inputs_1_takesName;
   wire        _inputs_1_takes;
   wire        _inputs_1_report_header;
   wire        _inputs_1_report_identified;
   wire        _inputs_1_report_bad;
   wire        _inputs_1_report_good;
   wire        _inputs_1_report_starts;
-  wire [31:0] _inputs_1_order;
+  wire        _inputs_1_named_valid;
+  wire        _inputs_1_named_bits_isExtended;
+  wire        _inputs_1_named_bits_isRemote;
+  wire [28:0] _inputs_1_named_bits_identifier;
   wire        _inputs_1_isOwn;
   wire        _inputs_1_isLast;
   wire        _inputs_1_byte_valid;
@@ -4844,13 +4837,17 @@ module PassingOn(
   wire [4:0]  _inputs_1_index;
   wire        _inputs_0_restart;
   wire        _inputs_0_heard;
+  wire        _inputs_0_takesName;
   wire        _inputs_0_takes;
   wire        _inputs_0_report_header;
   wire        _inputs_0_report_identified;
   wire        _inputs_0_report_bad;
   wire        _inputs_0_report_good;
   wire        _inputs_0_report_starts;
-  wire [31:0] _inputs_0_order;
+  wire        _inputs_0_named_valid;
+  wire        _inputs_0_named_bits_isExtended;
+  wire        _inputs_0_named_bits_isRemote;
+  wire [28:0] _inputs_0_named_bits_identifier;
   wire        _inputs_0_isOwn;
   wire        _inputs_0_isLast;
   wire        _inputs_0_byte_valid;
@@ -4877,175 +4874,101 @@ module PassingOn(
   reg         comes_1;
   reg         passes_0;
   reg         passes_1;
+  reg         waits_0;
+  reg         waits_1;
   reg  [4:0]  target_0;
   reg  [4:0]  target_1;
   reg         leaves_0;
   reg         leaves_1;
   reg  [8:0]  wraps_0;
   reg  [8:0]  wraps_1;
-  wire        _isSecond_T_1 = phase == 5'h2;
-  wire        isSecond = phase > 5'hB | _isSecond_T_1;
   wire        _GEN = phase == 5'h1 & isUpReg_0 != wasUp_0;
-  wire        _GEN_0 = _GEN & comes_0;
-  wire        _GEN_1 = passes_0 & ~(target_0[4]);
-  wire        _GEN_2 = _GEN_0 & _GEN_1;
-  wire        _GEN_3 = ~_lists_0_waits & leaves_0;
-  wire        _GEN_4 = _GEN_3 & _lists_0_leaving == target_0[3:0];
-  wire        _GEN_5 = _GEN & comes_0 & _GEN_1 & _GEN_4;
-  wire        _GEN_6 = passes_0 & target_0[4];
-  wire        _GEN_7 = _GEN_0 & _GEN_6;
-  wire        _GEN_8 = ~_lists_1_waits & leaves_1;
-  wire        _GEN_9 = _GEN_8 & _lists_1_leaving == target_0[3:0];
-  wire        _GEN_10 = _GEN_6 & _GEN_9;
-  wire        _GEN_11 = _GEN & comes_0 & _GEN_6 & _GEN_9;
-  wire        _GEN_12 = _GEN_0 & (_GEN_10 | _GEN_1 & _GEN_4);
-  wire        _GEN_13 = _isSecond_T_1 & isUpReg_1 != wasUp_1;
-  wire        _GEN_14 = _GEN_13 & comes_1;
-  wire        _GEN_15 = passes_1 & ~(target_1[4]);
-  wire        _GEN_16 = _GEN_13 & comes_1 & _GEN_15;
-  wire        _GEN_17 = _GEN_3 & _lists_0_leaving == target_1[3:0];
-  wire        _GEN_18 = _GEN_15 & _GEN_17;
-  wire        _GEN_19 = _GEN_13 & comes_1 & _GEN_18;
-  wire        _GEN_20 = passes_1 & target_1[4];
-  wire        _GEN_21 = _GEN_13 & comes_1 & _GEN_20;
-  wire        _GEN_22 = _GEN_8 & _lists_1_leaving == target_1[3:0];
-  wire        _GEN_23 = _GEN_13 & comes_1 & _GEN_20 & _GEN_22;
-  wire        _GEN_24 = _GEN_14 ? (_GEN_20 ? _GEN_22 | _GEN_18 | _GEN_12 : _GEN_18 | _GEN_12) : _GEN_12;
-  reg         searches;
-  wire [3:0]  _looked_T_1 = phase[3:0] - (isSecond ? 4'hD : 4'h4);
-  wire [31:0] order = isSecond ? _inputs_1_order : _inputs_0_order;
-  wire        out = isSecond ? target_1[4] : target_0[4];
-  wire [4:0]  places_0 = {isUpReg_1, isUpReg_1 ? _lists_1_fresh : _lists_0_fresh};
-  wire [4:0]  places_1 = {~isUpReg_0, isUpReg_0 ? _lists_0_fresh : _lists_1_fresh};
-  wire        isPlace = _looked_T_1 == (out ? _lists_1_known : _lists_0_known) | order < _keys_readData;
-  wire        _asked_T = phase == 5'h3;
-  wire        _GEN_25 = _inputs_0_report_header & on;
-  wire        _GEN_26 = _asked_T & _GEN_25;
-  wire        _GEN_27 = ~isUpReg_1 & ~_inputs_0_isOwn;
-  wire        _GEN_28 = _lists_0_size == 4'h8;
-  wire        _GEN_29 = _inputs_0_isLast | _GEN_28;
-  wire        _GEN_30 = _asked_T & _GEN_25 & _GEN_27;
-  wire        _GEN_31 = _GEN_27 & ~_GEN_29;
-  wire        _GEN_32 = isUpReg_1 & ~_inputs_0_isOwn;
-  wire        _GEN_33 = _lists_1_size == 4'h8;
-  wire        _GEN_34 = _inputs_0_isLast | _GEN_33;
-  wire        _GEN_35 = _GEN_26 & (_GEN_32 & _GEN_34 | _GEN_27 & _GEN_29);
-  wire        _GEN_36 = _GEN_32 & ~_GEN_34;
-  wire        _GEN_37 = _asked_T & _GEN_25 & _GEN_32;
-  wire        _GEN_38 = _GEN_32 ? _GEN_34 & _GEN_27 & ~_GEN_29 : _GEN_31;
-  wire        _GEN_39 = _GEN_26 & _GEN_38;
-  wire        _GEN_40 = phase == 5'h4;
-  wire        _GEN_41 = _inputs_0_report_bad & comes_0;
-  wire        _GEN_42 = passes_0 & ~(target_0[4]);
-  wire        _GEN_43 = _GEN_40 & _GEN_41;
-  wire        _GEN_44 = _GEN_42 & _GEN_4;
-  wire        _GEN_45 = passes_0 & target_0[4];
-  wire        _GEN_46 = _GEN_40 & _inputs_0_report_bad & comes_0 & _GEN_45;
-  wire        _GEN_47 = _GEN_43 ? (_GEN_45 ? _GEN_9 | _GEN_44 | _GEN_24 : _GEN_44 | _GEN_24) : _GEN_24;
-  wire        _GEN_48 = _inputs_0_report_good & comes_0;
-  wire        _asked_T_1 = phase == 5'hC;
-  wire        _GEN_49 = _inputs_1_report_header & on;
-  wire        _GEN_50 = _asked_T_1 & _GEN_49;
-  wire        _GEN_51 = isUpReg_0 & ~_inputs_1_isOwn;
-  wire        _GEN_52 = _inputs_1_isLast | _GEN_28;
-  wire        _GEN_53 = _GEN_51 & _GEN_52;
-  wire        _GEN_54 = _asked_T_1 & _GEN_49 & _GEN_51;
-  wire        _GEN_55 = ~isUpReg_0 & ~_inputs_1_isOwn;
-  wire        _GEN_56 = _inputs_1_isLast | _GEN_33;
-  wire        _GEN_57 = _GEN_55 & ~_GEN_56;
-  wire        _GEN_58 = _GEN_50 & (_GEN_57 | _GEN_51 & ~_GEN_52);
-  wire        _GEN_59 = _asked_T_1 & _GEN_49 & _GEN_55;
-  wire        _GEN_60 = phase == 5'hD;
-  wire        _GEN_61 = _inputs_1_report_bad & comes_1;
-  wire        _GEN_62 = passes_1 & ~(target_1[4]);
-  wire        _GEN_63 = _GEN_60 & _inputs_1_report_bad & comes_1 & _GEN_62;
-  wire        _GEN_64 = _GEN_62 & _GEN_17;
-  wire        _GEN_65 = passes_1 & target_1[4];
-  wire        _GEN_66 = _GEN_60 & _inputs_1_report_bad & comes_1 & _GEN_65 & _GEN_22;
-  wire        _GEN_67 = _inputs_1_report_good & comes_1;
-  wire        _GEN_68 = searches & ~_asked_T & ~_asked_T_1 & isPlace;
-  wire        _gap_T = _lists_0_size < 4'h4;
-  wire        isOwn = offer_0_valid & _gap_T & (_lists_0_known == 4'h0 | offer_0_bits < _keys_readData);
-  wire        _GEN_69 =
-    phase == 5'h16 & on & isUpReg_0 & (isOwn | (|_lists_0_size))
-    & _senders_0_quiet >= (isOwn ? 5'h10 : {1'h0, {3'h0, _gap_T} + 4'h7});
-  wire        _GEN_70 = _GEN_69 & isOwn;
-  wire [8:0]  _counts_passed_1_T_1 = wraps_0 >> _lists_0_slots_0;
-  wire        _gap_T_3 = _lists_1_size < 4'h4;
-  wire        isOwn_1 = offer_1_valid & _gap_T_3 & (_lists_1_known == 4'h0 | offer_1_bits < _keys_readData);
-  wire        _GEN_71 =
-    phase == 5'h17 & on & isUpReg_1 & (isOwn_1 | (|_lists_1_size))
-    & _senders_1_quiet >= (isOwn_1 ? 5'h10 : {1'h0, {3'h0, _gap_T_3} + 4'h7});
-  wire        _GEN_72 = _GEN_71 & isOwn_1;
-  wire [8:0]  _counts_passed_0_T_1 = wraps_1 >> _lists_1_slots_0;
-  wire [2:0]  asked = _asked_T | _asked_T_1 ? 3'h0 : _looked_T_1[2:0] + 3'h1;
-  reg  [3:0]  casez_tmp;
-  always @(*) begin
-    casez (asked)
-      3'b000:
-        casez_tmp = _lists_1_slots_0;
-      3'b001:
-        casez_tmp = _lists_1_slots_1;
-      3'b010:
-        casez_tmp = _lists_1_slots_2;
-      3'b011:
-        casez_tmp = _lists_1_slots_3;
-      3'b100:
-        casez_tmp = _lists_1_slots_4;
-      3'b101:
-        casez_tmp = _lists_1_slots_5;
-      3'b110:
-        casez_tmp = _lists_1_slots_6;
-      default:
-        casez_tmp = _lists_1_slots_7;
-    endcase
-  end // always @(*)
-  reg  [3:0]  casez_tmp_0;
-  always @(*) begin
-    casez (asked)
-      3'b000:
-        casez_tmp_0 = _lists_0_slots_0;
-      3'b001:
-        casez_tmp_0 = _lists_0_slots_1;
-      3'b010:
-        casez_tmp_0 = _lists_0_slots_2;
-      3'b011:
-        casez_tmp_0 = _lists_0_slots_3;
-      3'b100:
-        casez_tmp_0 = _lists_0_slots_4;
-      3'b101:
-        casez_tmp_0 = _lists_0_slots_5;
-      3'b110:
-        casez_tmp_0 = _lists_0_slots_6;
-      default:
-        casez_tmp_0 = _lists_0_slots_7;
-    endcase
-  end // always @(*)
-  wire        _GEN_73 = ~on | _GEN;
-  wire        _GEN_74 = ~on | _GEN_13;
-  wire        _GEN_75 = _GEN & (~(target_0[4]) | comes_0);
-  wire        _GEN_76 = _GEN & ~(target_1[4]);
-  wire        _GEN_77 = _GEN_16 ? ~(_GEN_17 | _GEN) & leaves_0 : ~_GEN & leaves_0;
-  wire        _GEN_78 = _GEN_13 | _GEN & comes_0 & _GEN_10;
-  wire        _GEN_79 = _GEN_40 & _inputs_0_report_bad & comes_0 & _GEN_44;
-  wire        _GEN_80 = ~on | _GEN_40 & (_GEN_48 | _GEN_41);
-  wire        _GEN_81 = ~on | _GEN_60 & (_GEN_67 | _GEN_61);
+  wire        _GEN_0 = passes_0 & ~waits_0;
+  wire        _GEN_1 = _GEN_0 & ~(target_0[4]) & leaves_0;
+  wire        _GEN_2 = _GEN & _GEN_1;
+  wire        _GEN_3 = _GEN_0 & target_0[4] & leaves_1;
+  wire        _GEN_4 = _GEN & _GEN_3;
+  wire        _GEN_5 = _GEN & (_GEN_3 | _GEN_1);
+  wire        _GEN_6 = phase == 5'h2 & isUpReg_1 != wasUp_1;
+  wire        _GEN_7 = passes_1 & ~waits_1;
+  wire        _GEN_8 = _GEN_7 & ~(target_1[4]) & leaves_0;
+  wire        _GEN_9 = _GEN_6 & _GEN_8;
+  wire        _GEN_10 = _GEN_7 & target_1[4] & leaves_1;
+  wire        _GEN_11 = _GEN_6 & _GEN_10;
+  wire        _GEN_12 = _GEN_10 | _GEN_8;
+  wire        _GEN_13 = _GEN_6 & _GEN_12;
+  wire        second = phase > 5'hB;
+  wire        report_header = second ? _inputs_1_report_header : _inputs_0_report_header;
+  wire        report_identified = second ? _inputs_1_report_identified : _inputs_0_report_identified;
+  wire        report_bad = second ? _inputs_1_report_bad : _inputs_0_report_bad;
+  wire        report_good = second ? _inputs_1_report_good : _inputs_0_report_good;
+  wire        report_starts = second ? _inputs_1_report_starts : _inputs_0_report_starts;
+  wire [4:0]  meant = second ? target_1 : target_0;
+  wire        to = report_header ? (second ? ~isUpReg_0 : isUpReg_1) : meant[4];
+  wire        asks = phase == 5'h3 | phase == 5'hC;
+  wire        _tells_T = phase == 5'h4;
+  wire        _tells_T_1 = phase == 5'hD;
+  wire        _GEN_14 = second ? passes_1 : passes_0;
+  wire        _GEN_15 = second ? waits_1 : waits_0;
+  wire        _canPass_T = report_header & on;
+  wire        _GEN_16 = (_tells_T | _tells_T_1) & _canPass_T & ~(second ? _inputs_1_isOwn : _inputs_0_isOwn);
+  wire        _GEN_17 = (second ? _inputs_1_isLast : _inputs_0_isLast) | _lists_size == 4'h8;
+  wire        _GEN_18 = _GEN_16 & ~_GEN_17;
+  wire        _wraps_1_T = to == second;
+  wire [4:0]  _target_1_T = {to, _lists_slot};
+  wire        _GEN_19 = _tells_T & report_bad;
+  wire        _GEN_20 = report_good & comes_0;
+  wire        _GEN_21 = _tells_T_1 & report_bad & _GEN_10;
+  wire        _GEN_22 = report_good & comes_1;
+  wire        last = phase == 5'h18;
+  wire        isOwnNext =
+    (last ? offer_1 : offer_0) & ~(|(_lists_size[3:2])) & (_lists_known == 4'h0 | _lists_isBefore);
+  wire        goes =
+    on & (last ? isUpReg_1 : isUpReg_0) & (isOwnNext | (|_lists_size))
+    & (last ? _senders_1_quiet : _senders_0_quiet) >= (isOwnNext ? 5'h10 : {1'h0, (|(_lists_size[3:2])) ? 4'h7 : 4'h8});
+  wire        _decides_0_T = phase == 5'h17;
+  wire        _GEN_23 = _decides_0_T & goes;
+  wire        _GEN_24 = _GEN_23 & isOwnNext;
+  wire [8:0]  _GEN_25 = {5'h0, _lists_slot};
+  wire [8:0]  _counts_passed_1_T_1 = wraps_0 >> _GEN_25;
+  wire        _GEN_26 = last & goes;
+  wire        _GEN_27 = _GEN_26 & isOwnNext;
+  wire        _GEN_28 = _GEN_26 ? ~isOwnNext : _GEN_23 & ~isOwnNext;
+  wire [8:0]  _counts_passed_0_T_1 = wraps_1 >> _GEN_25;
+  wire        _GEN_29 = ~on | _GEN;
+  wire        _GEN_30 = ~on | _GEN_6;
+  wire        _GEN_31 = ~_GEN & comes_0;
+  wire        _GEN_32 = _GEN & ~(target_0[4]);
+  wire        _GEN_33 = _GEN & ~(target_1[4]);
+  wire        _GEN_34 = ~_GEN_6 & comes_1;
+  wire        _GEN_35 = _GEN_6 ? ~(_GEN_8 | _GEN) & leaves_0 : ~_GEN & leaves_0;
+  wire        _GEN_36 = _GEN_6 | _GEN & _GEN_3;
+  wire        _GEN_37 = _GEN_6 ? ~(target_0[4] | _GEN) & passes_0 : ~_GEN & passes_0;
+  wire        _GEN_38 = _GEN_6 ? ~(target_0[4] | _GEN_32) & waits_0 : ~_GEN_32 & waits_0;
+  wire        _GEN_39 = ~(_GEN_6 | _GEN_33) & passes_1;
+  wire        _GEN_40 = _GEN_6 ? ~(target_1[4] | _GEN_33) & waits_1 : ~_GEN_33 & waits_1;
+  wire        _GEN_41 = report_bad | report_good;
+  wire        _GEN_42 = _tells_T & report_bad & _GEN_1;
+  wire        _GEN_43 = _GEN_20 | report_bad;
+  wire        _GEN_44 = _GEN_22 | report_bad;
+  wire [4:0]  _GEN_45 = {last, _lists_slot};
   always @(posedge clock or posedge reset) begin
     if (reset) begin
       cycle <= 8'h0;
       renew_REG <= 8'h0;
       upReg_0 <= 1'h0;
       upReg_1 <= 1'h0;
-      phase <= 5'h18;
+      phase <= 5'h19;
       isUpReg_0 <= 1'h0;
       isUpReg_1 <= 1'h0;
       comes_0 <= 1'h0;
       comes_1 <= 1'h0;
       passes_0 <= 1'h0;
       passes_1 <= 1'h0;
+      waits_0 <= 1'h0;
+      waits_1 <= 1'h0;
       leaves_0 <= 1'h0;
       leaves_1 <= 1'h0;
-      searches <= 1'h0;
     end
     else begin
       if (_tick_output) begin
@@ -5054,7 +4977,7 @@ module PassingOn(
       end
       else begin
         cycle <= place + 8'h1;
-        if (~(phase == 5'h18))
+        if (~(phase == 5'h19))
           phase <= phase + 5'h1;
       end
       renew_REG <= bitCycles;
@@ -5064,34 +4987,27 @@ module PassingOn(
       end
       if (_GEN)
         isUpReg_0 <= wasUp_0;
-      if (_GEN_13)
+      if (_GEN_6)
         isUpReg_1 <= wasUp_1;
-      comes_0 <= ~_GEN_80 & (_GEN_26 | ~_GEN_0 & comes_0);
-      comes_1 <= ~_GEN_81 & (_GEN_50 | ~_GEN_14 & comes_1);
-      passes_0 <=
-        ~_GEN_80
-        & (_GEN_26 & (_GEN_36 | _GEN_27 & ~_GEN_29)
-           | (_GEN_13 ? ~(target_0[4] | _GEN_75) & passes_0 : ~_GEN_75 & passes_0));
-      passes_1 <=
-        ~_GEN_81 & (_GEN_58 | (_GEN_13 ? ~(target_1[4] | comes_1 | _GEN_76) & passes_1 : ~_GEN_76 & passes_1));
-      leaves_0 <= on & (_GEN_69 ? ~isOwn : _GEN_63 ? ~(_GEN_17 | _GEN_79) & _GEN_77 : ~_GEN_79 & _GEN_77);
+      comes_0 <= on & (_tells_T ? ~_GEN_43 & (_canPass_T | _GEN_31) : _GEN_31);
+      comes_1 <= on & (_tells_T_1 ? ~_GEN_44 & (_canPass_T | _GEN_34) : _GEN_34);
+      passes_0 <= on & (_tells_T ? ~_GEN_43 & (_GEN_18 | _GEN_37) : _GEN_37);
+      passes_1 <= on & (_tells_T_1 ? ~_GEN_44 & (_GEN_18 | _GEN_39) : _GEN_39);
+      waits_0 <=
+        ~(~on | _GEN_28 & target_0 == _GEN_45) & (_tells_T ? _GEN_18 | ~(_GEN_41 | ~passes_0) & _GEN_38 : _GEN_38);
+      waits_1 <=
+        ~(~on | _GEN_28 & target_1 == _GEN_45) & (_tells_T_1 ? _GEN_18 | ~(_GEN_41 | ~passes_1) & _GEN_40 : _GEN_40);
+      leaves_0 <=
+        on & (_GEN_23 ? ~isOwnNext : _tells_T_1 & report_bad ? ~(_GEN_8 | _GEN_42) & _GEN_35 : ~_GEN_42 & _GEN_35);
       leaves_1 <=
-        on & (_GEN_71 ? ~isOwn_1 : ~_GEN_66 & (_GEN_46 ? ~(_GEN_9 | _GEN_78) & leaves_1 : ~_GEN_78 & leaves_1));
-      searches <=
-        ~_GEN_68
-        & (_asked_T_1
-             ? _inputs_1_report_identified & ~_inputs_1_report_bad & passes_1
-             : _asked_T ? _inputs_0_report_identified & ~_inputs_0_report_bad & passes_0 : searches);
+        on & (_GEN_26 ? ~isOwnNext : ~_GEN_21 & (_GEN_19 ? ~(_GEN_3 | _GEN_36) & leaves_1 : ~_GEN_36 & leaves_1));
     end
   end // always @(posedge, posedge)
-  wire [15:0] _GEN_82 = {12'h0, _lists_0_fresh};
-  wire [15:0] _GEN_83 = {12'h0, _lists_1_fresh};
+  wire [15:0] _GEN_46 = {12'h0, _lists_slot};
   wire [13:0] _setting_setting_sample_T_3 = {1'h0, bitCycles, 5'h0} + {3'h0, bitCycles, 3'h0} + {6'h0, bitCycles};
   wire [9:0]  _setting_setting_jump_T_1 = {1'h0, bitCycles, 1'h0} + {2'h0, bitCycles};
-  wire [15:0] _wraps_0_T = 16'h1 << _GEN_82;
-  wire [15:0] _wraps_0_T_6 = 16'h1 << _GEN_82;
-  wire [15:0] _wraps_1_T = 16'h1 << _GEN_83;
-  wire [15:0] _wraps_1_T_6 = 16'h1 << _GEN_83;
+  wire [15:0] _wraps_0_T_1 = 16'h1 << _GEN_46;
+  wire [15:0] _wraps_1_T_1 = 16'h1 << _GEN_46;
   always @(posedge clock) begin
     setting_setting_sample_REG <= _setting_setting_sample_T_3[13:6];
     setting_setting_jump_REG <= _setting_setting_jump_T_1[9:4];
@@ -5099,97 +5015,95 @@ module PassingOn(
       wasUp_0 <= upNow_0;
       wasUp_1 <= upNow_1;
     end
-    if (~_GEN_26 | (~_GEN_32 | _GEN_34) & (~_GEN_27 | _GEN_29)) begin
+    if (_tells_T & _GEN_18)
+      target_0 <= _target_1_T;
+    if (_tells_T_1 & _GEN_18)
+      target_1 <= _target_1_T;
+    if (~_GEN_16 | _GEN_17 | to) begin
     end
     else
-      target_0 <= places_0;
-    if (~_GEN_50 | (~_GEN_55 | _GEN_56) & (~_GEN_51 | _GEN_52)) begin
+      wraps_0 <= _wraps_1_T ? wraps_0 | _wraps_0_T_1[8:0] : ~(~wraps_0 | _wraps_0_T_1[8:0]);
+    if (~_GEN_16 | _GEN_17 | ~to) begin
     end
     else
-      target_1 <= places_1;
-    if (~_GEN_54 | _GEN_52)
-      wraps_0 <= {9{_GEN_30}} & {9{~_GEN_29}} & _wraps_0_T[8:0] | wraps_0;
-    else
-      wraps_0 <= ~(~wraps_0 | _wraps_0_T_6[8:0]);
-    if (~_GEN_59 | _GEN_56) begin
-      if (~_GEN_37 | _GEN_34) begin
-      end
-      else
-        wraps_1 <= ~(~wraps_1 | _wraps_1_T[8:0]);
-    end
-    else
-      wraps_1 <= wraps_1 | _wraps_1_T_6[8:0];
+      wraps_1 <= _wraps_1_T ? wraps_1 | _wraps_1_T_1[8:0] : ~(~wraps_1 | _wraps_1_T_1[8:0]);
   end // always @(posedge)
   assign _inputs_0_restart = upNow_0 != upReg_0;
   assign _inputs_0_heard = heard_0 | ~upNow_0;
   LinkInput inputs_0 (
-    .clock             (clock),
-    .reset             (reset),
-    .setting_bit       (bitCycles),
-    .setting_sample    (setting_setting_sample_REG),
-    .setting_jump      (setting_setting_jump_REG),
-    .renew             (renew),
-    .restart           (_inputs_0_restart),
-    .tick              (_tick_output),
-    .heard             (_inputs_0_heard),
-    .address           (address),
-    .stuck             (stuck_0),
-    .report_header     (_inputs_0_report_header),
-    .report_identified (_inputs_0_report_identified),
-    .report_bad        (_inputs_0_report_bad),
-    .report_good       (_inputs_0_report_good),
-    .report_starts     (_inputs_0_report_starts),
-    .order             (_inputs_0_order),
-    .isOwn             (_inputs_0_isOwn),
-    .isLast            (_inputs_0_isLast),
-    .byte_valid        (_inputs_0_byte_valid),
-    .byte_bits         (_inputs_0_byte_bits),
-    .index             (_inputs_0_index),
-    .takes             (_inputs_0_takes),
-    .badHeader         (counts_badHeader_0),
-    .badFrame          (counts_badFrame_0)
+    .clock                 (clock),
+    .reset                 (reset),
+    .setting_bit           (bitCycles),
+    .setting_sample        (setting_setting_sample_REG),
+    .setting_jump          (setting_setting_jump_REG),
+    .renew                 (renew),
+    .restart               (_inputs_0_restart),
+    .tick                  (_tick_output),
+    .heard                 (_inputs_0_heard),
+    .address               (address),
+    .stuck                 (stuck_0),
+    .report_header         (_inputs_0_report_header),
+    .report_identified     (_inputs_0_report_identified),
+    .report_bad            (_inputs_0_report_bad),
+    .report_good           (_inputs_0_report_good),
+    .report_starts         (_inputs_0_report_starts),
+    .named_valid           (_inputs_0_named_valid),
+    .named_bits_isExtended (_inputs_0_named_bits_isExtended),
+    .named_bits_isRemote   (_inputs_0_named_bits_isRemote),
+    .named_bits_identifier (_inputs_0_named_bits_identifier),
+    .takesName             (_inputs_0_takesName),
+    .isOwn                 (_inputs_0_isOwn),
+    .isLast                (_inputs_0_isLast),
+    .byte_valid            (_inputs_0_byte_valid),
+    .byte_bits             (_inputs_0_byte_bits),
+    .index                 (_inputs_0_index),
+    .takes                 (_inputs_0_takes),
+    .badHeader             (counts_badHeader_0),
+    .badFrame              (counts_badFrame_0)
   );
   assign _inputs_1_restart = upNow_1 != upReg_1;
   assign _inputs_1_heard = heard_1 | ~upNow_1;
   LinkInput inputs_1 (
-    .clock             (clock),
-    .reset             (reset),
-    .setting_bit       (bitCycles),
-    .setting_sample    (setting_setting_sample_REG),
-    .setting_jump      (setting_setting_jump_REG),
-    .renew             (renew),
-    .restart           (_inputs_1_restart),
-    .tick              (_tick_output),
-    .heard             (_inputs_1_heard),
-    .address           (address),
-    .stuck             (stuck_1),
-    .report_header     (_inputs_1_report_header),
-    .report_identified (_inputs_1_report_identified),
-    .report_bad        (_inputs_1_report_bad),
-    .report_good       (_inputs_1_report_good),
-    .report_starts     (_inputs_1_report_starts),
-    .order             (_inputs_1_order),
-    .isOwn             (_inputs_1_isOwn),
-    .isLast            (_inputs_1_isLast),
-    .byte_valid        (_inputs_1_byte_valid),
-    .byte_bits         (_inputs_1_byte_bits),
-    .index             (_inputs_1_index),
-    .takes             (_inputs_1_takes),
-    .badHeader         (counts_badHeader_1),
-    .badFrame          (counts_badFrame_1)
+    .clock                 (clock),
+    .reset                 (reset),
+    .setting_bit           (bitCycles),
+    .setting_sample        (setting_setting_sample_REG),
+    .setting_jump          (setting_setting_jump_REG),
+    .renew                 (renew),
+    .restart               (_inputs_1_restart),
+    .tick                  (_tick_output),
+    .heard                 (_inputs_1_heard),
+    .address               (address),
+    .stuck                 (stuck_1),
+    .report_header         (_inputs_1_report_header),
+    .report_identified     (_inputs_1_report_identified),
+    .report_bad            (_inputs_1_report_bad),
+    .report_good           (_inputs_1_report_good),
+    .report_starts         (_inputs_1_report_starts),
+    .named_valid           (_inputs_1_named_valid),
+    .named_bits_isExtended (_inputs_1_named_bits_isExtended),
+    .named_bits_isRemote   (_inputs_1_named_bits_isRemote),
+    .named_bits_identifier (_inputs_1_named_bits_identifier),
+    .takesName             (_inputs_1_takesName),
+    .isOwn                 (_inputs_1_isOwn),
+    .isLast                (_inputs_1_isLast),
+    .byte_valid            (_inputs_1_byte_valid),
+    .byte_bits             (_inputs_1_byte_bits),
+    .index                 (_inputs_1_index),
+    .takes                 (_inputs_1_takes),
+    .badHeader             (counts_badHeader_1),
+    .badFrame              (counts_badFrame_1)
   );
-  assign _senders_0_abort =
-    _GEN_60 & _inputs_1_report_bad & comes_1 & _GEN_64
-    | (_GEN_40 & _inputs_0_report_bad & comes_0 & _GEN_42 ? _GEN_4 | _GEN_19 | _GEN_5 : _GEN_19 | _GEN_5);
+  assign _senders_0_abort = _tells_T_1 & report_bad & _GEN_8 | (_GEN_19 ? _GEN_1 | _GEN_9 | _GEN_2 : _GEN_9 | _GEN_2);
   assign _senders_0_byte_valid = _store_fetched_0 | fetched_0_valid;
   assign _senders_0_byte_bits = _senders_0_isOwn ? fetched_0_bits : _store_data;
   LinkSender senders_0 (
     .clock       (clock),
     .reset       (reset),
-    .begin_0     (_GEN_69),
-    .own         (_GEN_70),
+    .begin_0     (_GEN_23),
+    .own         (_GEN_24),
     .abort       (_senders_0_abort),
-    .silence     (_GEN_73),
+    .silence     (_GEN_29),
     .step        (_tick_output),
     .level       (level_0),
     .quiet       (_senders_0_quiet),
@@ -5199,16 +5113,16 @@ module PassingOn(
     .byte_valid  (_senders_0_byte_valid),
     .byte_bits   (_senders_0_byte_bits)
   );
-  assign _senders_1_abort = _GEN_66 | (_GEN_46 ? _GEN_9 | _GEN_23 | _GEN_11 : _GEN_23 | _GEN_11);
+  assign _senders_1_abort = _GEN_21 | (_GEN_19 ? _GEN_3 | _GEN_11 | _GEN_4 : _GEN_11 | _GEN_4);
   assign _senders_1_byte_valid = _store_fetched_1 | fetched_1_valid;
   assign _senders_1_byte_bits = _senders_1_isOwn ? fetched_1_bits : _store_data;
   LinkSender senders_1 (
     .clock       (clock),
     .reset       (reset),
-    .begin_0     (_GEN_71),
-    .own         (_GEN_72),
+    .begin_0     (_GEN_26),
+    .own         (_GEN_27),
     .abort       (_senders_1_abort),
-    .silence     (_GEN_74),
+    .silence     (_GEN_30),
     .step        (_tick_output),
     .level       (level_1),
     .quiet       (_senders_1_quiet),
@@ -5218,73 +5132,49 @@ module PassingOn(
     .byte_valid  (_senders_1_byte_valid),
     .byte_bits   (_senders_1_byte_bits)
   );
-  assign _lists_0_put = _GEN_54 & ~_GEN_52 | _GEN_30 & ~_GEN_29;
-  assign _lists_0_slot = isSecond ? target_1[3:0] : target_0[3:0];
-  assign _lists_0_ranks_valid = _GEN_68 & ~out;
-  assign _lists_0_ranks_bits = _GEN_68 & ~out ? _looked_T_1 : 4'h0;
-  assign _lists_0_remove = _GEN_63 | (_GEN_43 ? _GEN_42 | _GEN_16 | _GEN_2 : _GEN_16 | _GEN_2);
-  assign _lists_0_take = _GEN_69 & ~isOwn;
-  TransitList lists_0 (
-    .clock       (clock),
-    .reset       (reset),
-    .put         (_lists_0_put),
-    .fresh       (_lists_0_fresh),
-    .slot        (_lists_0_slot),
-    .waits       (_lists_0_waits),
-    .ranks_valid (_lists_0_ranks_valid),
-    .ranks_bits  (_lists_0_ranks_bits),
-    .remove      (_lists_0_remove),
-    .take        (_lists_0_take),
-    .drop        (_GEN_73),
-    .size        (_lists_0_size),
-    .known       (_lists_0_known),
-    .slots_0     (_lists_0_slots_0),
-    .slots_1     (_lists_0_slots_1),
-    .slots_2     (_lists_0_slots_2),
-    .slots_3     (_lists_0_slots_3),
-    .slots_4     (_lists_0_slots_4),
-    .slots_5     (_lists_0_slots_5),
-    .slots_6     (_lists_0_slots_6),
-    .slots_7     (_lists_0_slots_7),
-    .leaving     (_lists_0_leaving)
+  assign _lists_out = phase > 5'h16 ? last : to;
+  assign _lists_asks = asks & report_header;
+  assign _lists_ranks = asks & report_identified & ~report_bad & _GEN_14 & _GEN_15;
+  assign _lists_removes = asks & _GEN_15 & (~_GEN_14 | report_bad);
+  assign _lists_it = meant[3:0];
+  assign _lists_looks_valid = phase == 5'h16 | _decides_0_T;
+  TransitLists lists (
+    .clock                   (clock),
+    .reset                   (reset),
+    .names_0_valid           (_inputs_0_named_valid),
+    .names_0_bits_isExtended (_inputs_0_named_bits_isExtended),
+    .names_0_bits_isRemote   (_inputs_0_named_bits_isRemote),
+    .names_0_bits_identifier (_inputs_0_named_bits_identifier),
+    .names_1_valid           (_inputs_1_named_valid),
+    .names_1_bits_isExtended (_inputs_1_named_bits_isExtended),
+    .names_1_bits_isRemote   (_inputs_1_named_bits_isRemote),
+    .names_1_bits_identifier (_inputs_1_named_bits_identifier),
+    .taken_0                 (_inputs_0_takesName),
+    .taken_1                 (_inputs_1_takesName),
+    .port                    (second),
+    .out                     (_lists_out),
+    .size                    (_lists_size),
+    .known                   (_lists_known),
+    .asks                    (_lists_asks),
+    .put                     (_GEN_18),
+    .ranks                   (_lists_ranks),
+    .removes                 (_lists_removes),
+    .it                      (_lists_it),
+    .looks_valid             (_lists_looks_valid),
+    .looks_bits              (_decides_0_T),
+    .order                   (order),
+    .isBefore                (_lists_isBefore),
+    .take                    (_GEN_28),
+    .slot                    (_lists_slot),
+    .leaving_0               (_lists_leaving_0),
+    .leaving_1               (_lists_leaving_1),
+    .drop_0                  (_GEN_29),
+    .drop_1                  (_GEN_30)
   );
-  assign _lists_1_put = _GEN_59 & ~_GEN_56 | _GEN_37 & ~_GEN_34;
-  assign _lists_1_slot = isSecond ? target_1[3:0] : target_0[3:0];
-  assign _lists_1_ranks_valid = _GEN_68 & out;
-  assign _lists_1_ranks_bits = _GEN_68 & out ? _looked_T_1 : 4'h0;
-  assign _lists_1_remove =
-    _GEN_60 & _inputs_1_report_bad & comes_1 & _GEN_65 | (_GEN_43 ? _GEN_45 | _GEN_21 | _GEN_7 : _GEN_21 | _GEN_7);
-  assign _lists_1_take = _GEN_71 & ~isOwn_1;
-  TransitList lists_1 (
-    .clock       (clock),
-    .reset       (reset),
-    .put         (_lists_1_put),
-    .fresh       (_lists_1_fresh),
-    .slot        (_lists_1_slot),
-    .waits       (_lists_1_waits),
-    .ranks_valid (_lists_1_ranks_valid),
-    .ranks_bits  (_lists_1_ranks_bits),
-    .remove      (_lists_1_remove),
-    .take        (_lists_1_take),
-    .drop        (_GEN_74),
-    .size        (_lists_1_size),
-    .known       (_lists_1_known),
-    .slots_0     (_lists_1_slots_0),
-    .slots_1     (_lists_1_slots_1),
-    .slots_2     (_lists_1_slots_2),
-    .slots_3     (_lists_1_slots_3),
-    .slots_4     (_lists_1_slots_4),
-    .slots_5     (_lists_1_slots_5),
-    .slots_6     (_lists_1_slots_6),
-    .slots_7     (_lists_1_slots_7),
-    .leaving     (_lists_1_leaving)
-  );
-  assign _store_copies_valid = _GEN_58 | _GEN_26 & (_GEN_36 | _GEN_31);
-  assign _store_copiesTo = isSecond ? places_1 : places_0;
   assign _store_fetch_0_valid = _senders_0_fetch_valid & ~_senders_0_isOwn;
   assign _store_fetch_1_valid = _senders_1_fetch_valid & ~_senders_1_isOwn;
-  assign _store_slot_0 = {1'h0, _lists_0_leaving};
-  assign _store_slot_1 = {1'h1, _lists_1_leaving};
+  assign _store_slot_0 = {1'h0, _lists_leaving_0};
+  assign _store_slot_1 = {1'h1, _lists_leaving_1};
   FrameStore store (
     .clock           (clock),
     .reset           (reset),
@@ -5300,9 +5190,9 @@ module PassingOn(
     .transit_1_bits  (target_1),
     .taken_0         (_inputs_0_takes),
     .taken_1         (_inputs_1_takes),
-    .copies_valid    (_store_copies_valid),
-    .copies_bits     (isSecond),
-    .copiesTo        (_store_copiesTo),
+    .copies_valid    (_GEN_18),
+    .copies_bits     (second),
+    .copiesTo        (_target_1_T),
     .fetch_0_valid   (_store_fetch_0_valid),
     .fetch_0_bits    (_senders_0_fetch_bits),
     .fetch_1_valid   (_store_fetch_1_valid),
@@ -5317,50 +5207,31 @@ module PassingOn(
     .granted         (granted),
     .data            (_store_data)
   );
-  assign _keys_write = searches & isPlace;
-  assign _keys_writeAddress = isSecond ? target_1 : target_0;
-  assign _keys_readAddress =
-    phase > 5'h14
-      ? (phase == 5'h15 ? {1'h0, _lists_0_slots_0} : {1'h1, _lists_1_slots_0})
-      : {out, out ? casez_tmp : casez_tmp_0};
-  DualPortRam #(
-    .ADDRESS_BITS(5),
-    .DEPTH(32),
-    .WIDTH(32)
-  ) keys (
-    .clock        (clock),
-    .write        (_keys_write),
-    .writeAddress (_keys_writeAddress),
-    .writeData    (order),
-    .readAddress  (_keys_readAddress),
-    .readData     (_keys_readData)
-  );
   assign tick = _tick_output;
   assign isUp_0 = isUpReg_0;
   assign isUp_1 = isUpReg_1;
-  assign begins_0 = _GEN_70;
-  assign begins_1 = _GEN_72;
+  assign begins_0 = _GEN_24;
+  assign begins_1 = _GEN_27;
   assign fetch_0_valid = _senders_0_fetch_valid & _senders_0_isOwn;
   assign fetch_0_bits = _senders_0_fetch_bits;
   assign fetch_1_valid = _senders_1_fetch_valid & _senders_1_isOwn;
   assign fetch_1_bits = _senders_1_fetch_bits;
   assign sending_0 = _senders_0_isOwn & _senders_0_quiet == 5'h0;
   assign sending_1 = _senders_1_isOwn & _senders_1_quiet == 5'h0;
-  assign starts_0 = _GEN_40 & _inputs_0_report_starts;
-  assign starts_1 = _GEN_60 & _inputs_1_report_starts;
-  assign identified_0 = _GEN_40 & _inputs_0_report_identified & comes_0;
-  assign identified_1 = _GEN_60 & _inputs_1_report_identified & comes_1;
-  assign received_0 = _GEN_40 & _GEN_48;
-  assign received_1 = _GEN_60 & _GEN_67;
+  assign starts_0 = _tells_T & report_starts;
+  assign starts_1 = _tells_T_1 & report_starts;
+  assign identified_0 = _tells_T & report_identified & comes_0;
+  assign identified_1 = _tells_T_1 & report_identified & comes_1;
+  assign received_0 = _tells_T & _GEN_20;
+  assign received_1 = _tells_T_1 & _GEN_22;
   assign data = _store_data;
-  assign counts_stray = _GEN_50 ? (_GEN_55 ? _GEN_56 | _GEN_53 | _GEN_35 : _GEN_53 | _GEN_35) : _GEN_35;
-  assign counts_aborted = _GEN_60 & _GEN_61 ? (_GEN_65 ? _GEN_22 | _GEN_64 | _GEN_47 : _GEN_64 | _GEN_47) : _GEN_47;
-  assign counts_wrapped = _GEN_50 ? _GEN_57 | (_GEN_51 ? _GEN_52 & _GEN_26 & _GEN_38 : _GEN_39) : _GEN_39;
-  assign counts_passed_0 = _GEN_71 & ~isOwn_1 & ~(_counts_passed_0_T_1[0]);
-  assign counts_passed_1 = _GEN_69 & ~isOwn & ~(_counts_passed_1_T_1[0]);
+  assign counts_stray = _GEN_16 & _GEN_17;
+  assign counts_aborted =
+    _tells_T_1 & report_bad & _GEN_12 | (_GEN_19 ? _GEN_3 | _GEN_1 | _GEN_13 | _GEN_5 : _GEN_13 | _GEN_5);
+  assign counts_wrapped = _GEN_16 & ~_GEN_17 & _wraps_1_T;
+  assign counts_passed_0 = _GEN_26 & ~isOwnNext & ~(_counts_passed_0_T_1[0]);
+  assign counts_passed_1 = _GEN_23 & ~isOwnNext & ~(_counts_passed_1_T_1[0]);
 endmodule
-
-// external module DualPortRam
 
 module SlotList(
   input         clock,
@@ -5642,10 +5513,9 @@ module OwnFrames(
   output        keeps,
   output [3:0]  look,
   input  [31:0] looked,
-  output        offer_0_valid,
-  output [31:0] offer_0_bits,
-  output        offer_1_valid,
-  output [31:0] offer_1_bits,
+  output        offer_0,
+  output        offer_1,
+  output [31:0] order,
   input         begins_0,
   input         begins_1,
   input         sending_0,
@@ -5737,7 +5607,7 @@ module OwnFrames(
   wire        isIt_0 = isFirst ? leavesReg_0_isLife : ~leavesReg_0_isLife & leavesReg_0_slot == entry_bits_slot;
   wire        isIt_1 = isFirst ? leavesReg_1_isLife : ~leavesReg_1_isLife & leavesReg_1_slot == entry_bits_slot;
   wire [15:0] _GEN =
-    {12'h0, entry_valid ? entry_bits_slot : phase == 5'h17 ? _choice_next_1_bits_slot : _choice_next_0_bits_slot};
+    {12'h0, entry_valid ? entry_bits_slot : phase == 5'h18 ? _choice_next_1_bits_slot : _choice_next_0_bits_slot};
   wire [15:0] _isPending_T = pending >> _GEN;
   wire [15:0] _isBegun_T = begunMap >> _GEN;
   wire        isOnWay = isFirst ? announces : _isBegun_T[0];
@@ -5824,7 +5694,7 @@ module OwnFrames(
       inConflict <= 1'h0;
       begunMap <= 16'h0;
       aborted <= 16'h0;
-      phase <= 5'h18;
+      phase <= 5'h19;
       unitSeen <= 1'h0;
       unitNow <= 1'h0;
       wereUp_0 <= 1'h0;
@@ -5897,7 +5767,7 @@ module OwnFrames(
         isDue_0 <= isLate_0;
         isDue_1 <= isLate_1;
       end
-      else if (~(phase == 5'h18))
+      else if (~(phase == 5'h19))
         phase <= phase + 5'h1;
       unitSeen <= ~tick & _unitNow_T;
       if (_look_T) begin
@@ -6011,10 +5881,9 @@ module OwnFrames(
   assign walk = _walk_output;
   assign keeps = _keeps_output;
   assign look = _look_T ? _choice_next_0_bits_place : _choice_next_1_bits_place;
-  assign offer_0_valid = isAble & (lifeWaits_0 | _choice_next_0_valid & _isPending_T[0]);
-  assign offer_0_bits = lifeWaits_0 ? 32'h0 : looked;
-  assign offer_1_valid = isAble & (lifeWaits_1 | _choice_next_1_valid & _isPending_T[0]);
-  assign offer_1_bits = lifeWaits_1 ? 32'h0 : looked;
+  assign offer_0 = isAble & (lifeWaits_0 | _choice_next_0_valid & _isPending_T[0]);
+  assign offer_1 = isAble & (lifeWaits_1 | _choice_next_1_valid & _isPending_T[0]);
+  assign order = (phase == 5'h16 ? lifeWaits_0 : lifeWaits_1) ? 32'h0 : looked;
   assign leaves_0_isLife = leavesReg_0_isLife;
   assign leaves_0_slot = leavesReg_0_slot;
   assign leaves_0_sequence = leavesReg_0_sequence;
@@ -7104,10 +6973,9 @@ module RelayMode(
   wire [31:0] _list_looked;
   wire [7:0]  _passing_bitCycles;
   wire        _passing_on;
-  wire        _passing_offer_0_valid;
-  wire [31:0] _passing_offer_0_bits;
-  wire        _passing_offer_1_valid;
-  wire [31:0] _passing_offer_1_bits;
+  wire        _passing_offer_0;
+  wire        _passing_offer_1;
+  wire [31:0] _passing_order;
   wire        _passing_fetched_0_valid;
   wire [7:0]  _passing_fetched_0_bits;
   wire        _passing_fetched_1_valid;
@@ -7211,10 +7079,9 @@ module RelayMode(
     .tick               (_passing_tick),
     .isUp_0             (_passing_isUp_0),
     .isUp_1             (_passing_isUp_1),
-    .offer_0_valid      (_passing_offer_0_valid),
-    .offer_0_bits       (_passing_offer_0_bits),
-    .offer_1_valid      (_passing_offer_1_valid),
-    .offer_1_bits       (_passing_offer_1_bits),
+    .offer_0            (_passing_offer_0),
+    .offer_1            (_passing_offer_1),
+    .order              (_passing_order),
     .begins_0           (_passing_begins_0),
     .begins_1           (_passing_begins_1),
     .fetch_0_valid      (_passing_fetch_0_valid),
@@ -7311,10 +7178,9 @@ module RelayMode(
     .keeps                 (_list_keeps),
     .look                  (_list_look),
     .looked                (_list_looked),
-    .offer_0_valid         (_passing_offer_0_valid),
-    .offer_0_bits          (_passing_offer_0_bits),
-    .offer_1_valid         (_passing_offer_1_valid),
-    .offer_1_bits          (_passing_offer_1_bits),
+    .offer_0               (_passing_offer_0),
+    .offer_1               (_passing_offer_1),
+    .order                 (_passing_order),
     .begins_0              (_passing_begins_0),
     .begins_1              (_passing_begins_1),
     .sending_0             (_passing_sending_0),

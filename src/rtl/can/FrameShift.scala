@@ -122,9 +122,24 @@ object FrameShift {
 object CanOrder {
 
   /** Of an identifier word: bit 31 for 29 bits, 30 remote, 28-0. */
-  def apply(word: UInt): UInt = Mux(
-    word(31),
-    word(28, 18) ## 3.U(2.W) ## word(17, 0) ## word(30),
-    word(10, 0) ## word(30) ## 0.U(20.W)
+  def apply(word: UInt): UInt = CanName.of(word).order
+}
+
+/** An identifier, and the kind of frame: what arbitration goes by. */
+class CanName extends Bundle {
+  val isExtended = Bool()
+  val isRemote   = Bool()
+  val identifier = UInt(29.W)
+
+  def order: UInt = Mux(
+    isExtended,
+    identifier(28, 18) ## 3.U(2.W) ## identifier(17, 0) ## isRemote,
+    identifier(10, 0) ## isRemote ## 0.U(20.W)
   )
+}
+
+object CanName {
+
+  /** Of an identifier word. */
+  def of(word: UInt): CanName = (word(31, 30) ## word(28, 0)).asTypeOf(new CanName)
 }

@@ -79,13 +79,13 @@ class FrameStore extends Module {
   ram.io.writeAddress := Mux(pastes, target ## pasted.pad(5), Mux(goes(0), place(0), place(1)))
   ram.io.writeData    := Mux(pastes, data, Mux(goes(0), byte(0).bits, byte(1).bits))
 
-  private def receiver(port: UInt) = port(0) ## Fill(TransitList.SlotBits, 1.U)
+  private def receiver(port: UInt) = port(0) ## Fill(TransitLists.SlotBits, 1.U)
 }
 
 object FrameStore {
 
   /** An output and a slot. The last slot is the place of the receiver of the same port. */
-  val PlaceBits: Int = 1 + TransitList.SlotBits
+  val PlaceBits: Int = 1 + TransitLists.SlotBits
 
   private val HeaderBytes = 4
 }

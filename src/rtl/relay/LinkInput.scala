@@ -2,7 +2,7 @@ package flyframe.relay
 
 import chisel3._
 import chisel3.util._
-import flyframe.can.CanOrder
+import flyframe.can.CanName
 
 /** What came within a bit: it counts at its end (RB-21). */
 class BitReport extends Bundle {
@@ -29,8 +29,11 @@ class LinkInput extends Module {
   /** Of the bit that the last `tick` ended. */
   val report = IO(Output(new BitReport))
 
-  /** Of the frame that comes: CAN order of its identifier, its source is this node, it has no hops left. */
-  val order  = IO(Output(UInt(32.W)))
+  /** An identifier to be kept, until it is: before a bit is over. */
+  val named     = IO(Output(Valid(new CanName)))
+  val takesName = IO(Input(Bool()))
+
+  /** Of the frame that comes: its source is this node, it has no hops left. */
   val isOwn  = IO(Output(Bool()))
   val isLast = IO(Output(Bool()))
 
@@ -70,17 +73,19 @@ class LinkInput extends Module {
   when(tick) { told := all.asTypeOf(new BitReport) }
   report := told
 
-  // The word is there a cycle behind the event. Reset: no byte is to be stored.
-  private val orderReg  = Reg(UInt(32.W))
+  // The word is there a cycle behind the event. Reset: nothing is to be stored.
   private val isLastReg = Reg(Bool())
   private val stores    = RegInit(false.B)
-  when(RegNext(events.identified, false.B)) { orderReg := CanOrder(receiver.word) }
+  private val names     = RegInit(false.B)
   when(RegNext(events.header, false.B)) { isLastReg := receiver.word(15, 8) === 0.U }
   when(takes) { stores := false.B }
   when(events.byte) { stores := true.B }
-  order      := orderReg
-  isLast     := isLastReg
-  byte.valid := stores
-  byte.bits  := receiver.word(7, 0) - (receiver.index === LinkHeader.HopsByte.U)
-  index      := receiver.index
+  when(takesName) { names := false.B }
+  when(events.identified) { names := true.B }
+  isLast      := isLastReg
+  named.valid := names
+  named.bits  := CanName.of(receiver.word)
+  byte.valid  := stores
+  byte.bits   := receiver.word(7, 0) - (receiver.index === LinkHeader.HopsByte.U)
+  index       := receiver.index
 }

@@ -80,8 +80,9 @@ class OwnFrames(p: CanParams) extends Module {
   val look   = IO(Output(UInt(slotBits.W)))
   val looked = IO(Input(UInt(SlotList.KeyBits.W)))
 
-  /** To [[PassingOn]]: what wants to leave next. Its order is there when it is looked at. */
-  val offer  = IO(Output(Vec(2, Valid(UInt(SlotList.KeyBits.W)))))
+  /** To [[PassingOn]]: a frame wants to leave next; its order, in front of the decision. */
+  val offer  = IO(Output(Vec(2, Bool())))
+  val order  = IO(Output(UInt(SlotList.KeyBits.W)))
   val begins = IO(Input(Vec(2, Bool())))
 
   /** An own frame is being sent by a port; what it is. */
@@ -270,7 +271,8 @@ class OwnFrames(p: CanParams) extends Module {
   choice.entry.bits.waits    := VecInit((0 to 1).map(r3.waits))
   choice.mayBegin            := state === State.runs
   choice.nextSequence        := next
-  look := Mux(phase === Looks(0).U, choice.next(0).bits.place, choice.next(1).bits.place)
+  look  := Mux(phase === Looks(0).U, choice.next(0).bits.place, choice.next(1).bits.place)
+  order := Mux(Mux(phase === (Looks(0) + 1).U, lifeWaits(0), lifeWaits(1)), 0.U, looked)
 
   private val isAble     = setting.on && !inConflict && setting.address =/= 0.U && !listens
   private val nextIsNew  = Wire(Vec(2, Bool()))
@@ -283,10 +285,9 @@ class OwnFrames(p: CanParams) extends Module {
   for (q <- 0 to 1) {
     val it     = choice.next(q).bits
     val header = leavesReg(q)
-    nextSlots(q)   := it.slot
-    offer(q).valid := isAble && (lifeWaits(q) || (choice.next(q).valid && isPending))
-    offer(q).bits  := Mux(lifeWaits(q), 0.U, looked)
-    nextIsNew(q)   := begins(q) && !lifeWaits(q) && it.isNew && !isBegun
+    nextSlots(q) := it.slot
+    offer(q)     := isAble && (lifeWaits(q) || (choice.next(q).valid && isPending))
+    nextIsNew(q) := begins(q) && !lifeWaits(q) && it.isNew && !isBegun
     // Of sequences up to 16 below the next one the low bits are known. One that is new may have got the last
     // one in front of this cycle, by the other port.
     val low  = Mux(it.isNew, next(SequenceBits - 1, 0) - 1.U, it.sequence)
@@ -331,9 +332,9 @@ object OwnFrames {
 
   // Cycles behind the end of a bit: ports have changed, so the walk begins; it is over: keys are looked up.
   private val Walk    = 2
-  private val Looks   = Seq(21, 22)
-  private val Decides = Seq(22, 23) // as PassingOn has it
-  private val Rest    = 24
+  private val Looks   = PassingOn.Decisions.map(_ - 2)
+  private val Decides = PassingOn.Decisions
+  private val Rest    = PassingOn.Rest
 
   /** Where the start of a life has its record, behind those of the slots. */
   private val Life          = 16

@@ -2,7 +2,6 @@ package flyframe.relay
 
 import chisel3._
 import chisel3.util._
-import flyframe.ram.DualPortRam
 
 /** What relay mode counts in passing on, each a pulse. */
 class PassingCounts extends Bundle {
@@ -41,10 +40,11 @@ class PassingOn extends Module {
   /** The ports as they count; they change in front of all else. */
   val isUp = IO(Output(Vec(2, Bool())))
 
-  /** Own frames: one wants to leave by a port next, and its CAN order. It is looked at in the cycles of
-    * `decides`; if it begins then, its bytes are fetched, as those of [[FrameStore]], one at a time.
+  /** Own frames: one wants to leave by a port next, in the cycle in which that `decides`; its CAN order, in
+    * the cycle before. If it begins then, its bytes are fetched, as those of [[FrameStore]], one at a time.
     */
-  val offer   = IO(Input(Vec(2, Valid(UInt(32.W)))))
+  val offer   = IO(Input(Vec(2, Bool())))
+  val order   = IO(Input(UInt(32.W)))
   val decides = IO(Output(Vec(2, Bool())))
   val begins  = IO(Output(Vec(2, Bool())))
   val fetch   = IO(Output(Vec(2, Valid(UInt(5.W)))))
@@ -68,9 +68,8 @@ class PassingOn extends Module {
 
   private val inputs  = Seq.fill(2)(Module(new LinkInput))
   private val senders = Seq.fill(2)(Module(new LinkSender))
-  private val lists   = Seq.fill(2)(Module(new TransitList))
+  private val lists   = Module(new TransitLists)
   private val store   = Module(new FrameStore)
-  private val keys    = DualPortRam(1 << FrameStore.PlaceBits, 32)(clock)
 
   // ---- bits and ports ----
 
@@ -106,26 +105,18 @@ class PassingOn extends Module {
 
   // What the schedule knows of ports and frames. Reset: no port is up, nothing comes or leaves.
   private val isUpReg = RegInit(VecInit(false.B, false.B))
-  private val wasUp   = Reg(Vec(2, Bool()))                         // at `tick`
-  private val comes   = RegInit(VecInit(false.B, false.B))          // a frame with a good header
-  private val passes  = RegInit(VecInit(false.B, false.B))          // it is passed on
+  private val wasUp   = Reg(Vec(2, Bool()))                // at `tick`
+  private val comes   = RegInit(VecInit(false.B, false.B)) // a frame with a good header
+  private val passes  = RegInit(VecInit(false.B, false.B)) // it is passed on
+  private val waits   = RegInit(VecInit(false.B, false.B)) // and is in a list
   private val target  = Reg(Vec(2, UInt(FrameStore.PlaceBits.W)))
-  private val leaves  = RegInit(VecInit(false.B, false.B))          // a frame that passes, by an output
-  private val wraps   = Reg(Vec(2, UInt((TransitList.Most + 1).W))) // slots whose frame came by the same port
+  private val leaves  = RegInit(VecInit(false.B, false.B)) // a frame that passes, by an output
+  private val wraps = Reg(Vec(2, UInt((TransitLists.Most + 1).W))) // slots whose frame came by the same port
   when(tick) { wasUp := upNow }
   isUp := isUpReg
 
-  private def output(p: Int)         = target(p)(FrameStore.PlaceBits - 1)
-  private def slotOf(p: Int)         = target(p)(TransitList.SlotBits - 1, 0)
-  private def goes(p: Int, out: Int) = passes(p) && output(p) === out.U
+  private def output(p: Int) = target(p)(FrameStore.PlaceBits - 1)
 
-  for (list <- lists) {
-    list.put    := false.B
-    list.ranks  := 0.U.asTypeOf(list.ranks)
-    list.remove := false.B
-    list.take   := false.B
-    list.drop   := false.B
-  }
   for (sender <- senders) {
     sender.begin   := false.B
     sender.own     := false.B
@@ -133,6 +124,12 @@ class PassingOn extends Module {
     sender.silence := false.B
     sender.step    := tick
   }
+  lists.asks     := false.B
+  lists.put      := false.B
+  lists.ranks    := false.B
+  lists.removes  := false.B
+  lists.take     := false.B
+  lists.drop     := VecInit(false.B, false.B)
   counts.stray   := false.B
   counts.aborted := false.B
   counts.wrapped := false.B
@@ -143,125 +140,119 @@ class PassingOn extends Module {
   begins         := VecInit(false.B, false.B)
   store.copies   := 0.U.asTypeOf(store.copies)
 
-  // The port whose frame is meant: the first one up to the middle of the schedule.
-  private val isSecond = phase >= Reports(1).U || isPhase(Changes(1))
-  for (list <- lists) list.slot := Mux(isSecond, slotOf(1), slotOf(0))
+  // ---- ports that come up or go down (FR-49, RB-15) ----
 
-  /** The frame that comes by a port turns out bad, or breaks off (FR-47). */
-  private def bad(p: Int): Unit = when(comes(p)) {
+  /** The frame that comes by a port turns out bad, or breaks off (FR-47). If it waits it is removed. */
+  private def bad(p: Int): Unit = {
     comes(p)  := false.B
     passes(p) := false.B
-    for ((list, out) <- lists.zipWithIndex) when(goes(p, out)) {
-      list.remove := true.B
-      when(!list.waits && leaves(out) && list.leaving === slotOf(p)) {
-        leaves(out)        := false.B
-        senders(out).abort := true.B
-        counts.aborted     := true.B
-      }
+    for (out <- 0 to 1) when(passes(p) && !waits(p) && output(p) === out.U && leaves(out)) {
+      leaves(out)        := false.B
+      senders(out).abort := true.B
+      counts.aborted     := true.B
     }
   }
-
-  // ---- ports that come up or go down (FR-49, RB-15) ----
 
   for (p <- 0 to 1) when(isPhase(Changes(p)) && isUpReg(p) =/= wasUp(p)) {
     bad(p)
     isUpReg(p)         := wasUp(p)
-    lists(p).drop      := true.B
+    lists.drop(p)      := true.B
     leaves(p)          := false.B
     senders(p).silence := true.B
-    for (q <- 0 to 1) when(output(q) === p.U) { passes(q) := false.B }
+    for (q <- 0 to 1) when(output(q) === p.U) {
+      passes(q) := false.B
+      waits(q)  := false.B
+    }
   }
 
   // ---- what came (FR-45, FR-48) ----
 
-  private val searches = RegInit(false.B) // for the place of a frame; reset: it does not
-  private val looked =
-    phase - Mux(isSecond, (Reports(1) + 1).U, (Reports(0) + 1).U) // the place that is looked at
-  private val order = Mux(isSecond, inputs(1).order, inputs(0).order)
-  private val out   = Mux(isSecond, output(1), output(0))
-  private val known = Mux(out.asBool, lists(1).known, lists(0).known)
-  // By the other port if that is up, else back; and where.
-  private val outputs = Seq(isUpReg(1), !isUpReg(0)).map(_.asUInt)
-  private val places  = outputs.map(n => n ## Mux(n.asBool, lists(1).fresh, lists(0).fresh))
-  private val isPlace = looked(3, 0) === known || order < keys.io.readData
-  for (p <- 0 to 1; report = inputs(p).report) {
-    when(isPhase(Reports(p))) {
-      when(report.header && on) {
-        comes(p) := true.B
-        for ((list, n) <- lists.zipWithIndex) when(outputs(p) === n.U && !inputs(p).isOwn) {
-          when(inputs(p).isLast || list.size === TransitList.Most.U) { counts.stray := true.B }.otherwise {
-            passes(p)          := true.B
-            target(p)          := places(p)
-            list.put           := true.B
-            counts.wrapped     := (n == p).B
-            wraps(n)           := wraps(n).bitSet(list.fresh, (n == p).B)
-            store.copies.valid := true.B
-          }
-        }
+  // First what is asked of the lists, then what was answered. A port change and a header are never of one
+  // bit: of what waits at most one frame is to be moved or removed.
+  private val second = phase >= Reports(1).U // the port whose frame is meant: before it the first one
+  private val report = Mux(second, inputs(1).report, inputs(0).report)
+  private val isOwn  = Mux(second, inputs(1).isOwn, inputs(0).isOwn)
+  private val isLast = Mux(second, inputs(1).isLast, inputs(0).isLast)
+  private val meant  = Mux(second, target(1), target(0))
+  private val to =
+    Mux(report.header, Mux(second, !isUpReg(0), isUpReg(1)), meant(FrameStore.PlaceBits - 1)).asBool
+  private val asks  = isPhase(Reports(0)) || isPhase(Reports(1))
+  private val tells = isPhase(Reports(0) + 1) || isPhase(Reports(1) + 1)
+  lists.port := second
+  lists.it   := meant(TransitLists.SlotBits - 1, 0)
+  when(asks) {
+    lists.asks    := report.header
+    lists.ranks   := report.identified && !report.bad && passes(second) && waits(second)
+    lists.removes := waits(second) && (!passes(second) || report.bad)
+  }
+  // By the other port if that is up, else back.
+  private val canPass = report.header && on && !isOwn
+  when(tells && canPass) {
+    when(isLast || lists.size === TransitLists.Most.U) { counts.stray := true.B }.otherwise {
+      lists.put      := true.B
+      counts.wrapped := to === second
+      for (out <- 0 to 1) when(to === (out == 1).B) {
+        wraps(out) := wraps(out).bitSet(lists.slot, to === second)
       }
-      searches := report.identified && !report.bad && passes(p)
-    }
-    when(isPhase(Reports(p) + 1)) {
-      when(report.bad) { bad(p) }
-      when(report.good && comes(p)) {
-        received(p) := true.B
-        comes(p)    := false.B
-        passes(p)   := false.B
-      }
-      identified(p) := report.identified && comes(p)
-      starts(p)     := report.starts
+      store.copies.valid := true.B
     }
   }
-  store.copies.bits := isSecond
-  store.copiesTo    := Mux(isSecond, places(1), places(0))
-  when(searches && !isPhase(Reports(0)) && !isPhase(Reports(1)) && isPlace) {
-    searches := false.B
-    for ((list, n) <- lists.zipWithIndex) when(out === n.U) {
-      list.ranks.valid := true.B
-      list.ranks.bits  := looked
+  store.copies.bits := second
+  store.copiesTo    := to ## lists.slot
+  for (p <- 0 to 1) when(isPhase(Reports(p) + 1)) {
+    when(report.header && on) { comes(p) := true.B }
+    when(report.bad || report.good || !passes(p)) { waits(p) := false.B }
+    when(lists.put) {
+      passes(p) := true.B
+      waits(p)  := true.B
+      target(p) := to ## lists.slot
     }
+    when(report.bad) { bad(p) }
+    when(report.good && comes(p)) {
+      received(p) := true.B
+      comes(p)    := false.B
+      passes(p)   := false.B
+    }
+    identified(p) := report.identified && comes(p)
+    starts(p)     := report.starts
   }
-  keys.io.write        := searches && isPlace
-  keys.io.writeAddress := Mux(isSecond, target(1), target(0))
-  keys.io.writeData    := order
-
   // ---- what leaves (FR-44, FR-48, RB-07 to RB-09) ----
 
-  for ((list, p) <- lists.zipWithIndex) {
-    val isOwn = offer(p).valid && list.size < LinkFrame.Many.U &&
-      (list.known === 0.U || offer(p).bits < keys.io.readData)
-    val gap = Mux(
-      isOwn,
-      (LinkFrame.EndBits + LinkFrame.OwnGap).U,
-      LinkFrame.EndBits.U +& (list.size < LinkFrame.Many.U) * LinkFrame.PassingGap.U
-    )
+  private val last      = isPhase(Decisions(1)) // of the outputs
+  private val isMany    = lists.size >= LinkFrame.Many.U
+  private val isOwnNext = offer(last) && !isMany && (lists.known === 0.U || lists.isBefore)
+  private val gap = Mux(
+    isOwnNext,
+    (LinkFrame.EndBits + LinkFrame.OwnGap).U,
+    Mux(isMany, LinkFrame.EndBits.U, (LinkFrame.EndBits + LinkFrame.PassingGap).U)
+  )
+  private val quiet = Mux(last, senders(1).quiet, senders(0).quiet)
+  private val goes  = on && isUpReg(last) && (isOwnNext || lists.size =/= 0.U) && quiet >= gap
+  lists.out         := Mux(phase >= Decisions(0).U, last, to)
+  lists.looks.valid := isPhase(Decisions(0) - 1) || isPhase(Decisions(1) - 1)
+  lists.looks.bits  := isPhase(Decisions(1) - 1)
+  lists.order       := order
+  for ((sender, p) <- senders.zipWithIndex) {
     decides(p) := isPhase(Decisions(p))
-    when(decides(p) && on && isUpReg(p) && (isOwn || list.size =/= 0.U) && senders(p).quiet >= gap) {
-      senders(p).begin     := true.B
-      senders(p).own       := isOwn
-      begins(p)            := isOwn
-      leaves(p)            := !isOwn
-      list.take            := !isOwn
-      counts.passed(1 - p) := !isOwn && !wraps(p)(list.slots(0))
+    when(decides(p) && goes) {
+      sender.begin         := true.B
+      sender.own           := isOwnNext
+      begins(p)            := isOwnNext
+      leaves(p)            := !isOwnNext
+      lists.take           := !isOwnNext
+      counts.passed(1 - p) := !isOwnNext && !wraps(p)(lists.slot)
     }
   }
-
-  // The key that is looked at in the next cycle.
-  private val next  = looked + 1.U
-  private val asked = Mux(isPhase(Reports(0)) || isPhase(Reports(1)), 0.U, next(2, 0))
-  keys.io.readAddress := Mux(
-    phase >= (Decisions(0) - 1).U,
-    Mux(isPhase(Decisions(0) - 1), 0.U(1.W) ## lists(0).slots(0), 1.U(1.W) ## lists(1).slots(0)),
-    out ## Mux(out.asBool, lists(1).slots(asked), lists(0).slots(asked))
-  )
+  for (q <- 0 to 1) when(lists.take && target(q) === last ## lists.slot) { waits(q) := false.B }
 
   // ---- relay mode is off (RB-25) ----
 
   when(!on) {
-    comes  := VecInit(false.B, false.B)
-    passes := VecInit(false.B, false.B)
-    leaves := VecInit(false.B, false.B)
-    for (list   <- lists) { list.drop := true.B }
+    comes      := VecInit(false.B, false.B)
+    passes     := VecInit(false.B, false.B)
+    waits      := VecInit(false.B, false.B)
+    leaves     := VecInit(false.B, false.B)
+    lists.drop := VecInit(true.B, true.B)
     for (sender <- senders) { sender.silence := true.B }
   }
 
@@ -274,7 +265,7 @@ class PassingOn extends Module {
     fetch(p).bits          := sender.fetch.bits
     store.fetch(p).valid   := sender.fetch.valid && !sender.isOwn
     store.fetch(p).bits    := sender.fetch.bits
-    store.slot(p)          := p.U(1.W) ## lists(p).leaving
+    store.slot(p)          := p.U(1.W) ## lists.leaving(p)
     sender.byte.valid      := store.fetched(p) || fetched(p).valid
     sender.byte.bits       := Mux(sender.isOwn, fetched(p).bits, store.data)
     store.byte(p)          := inputs(p).byte
@@ -282,6 +273,8 @@ class PassingOn extends Module {
     store.transit(p).valid := passes(p)
     store.transit(p).bits  := target(p)
     inputs(p).takes        := store.taken(p)
+    inputs(p).takesName    := lists.taken(p)
+    lists.names(p)         := inputs(p).named
   }
   store.read := read
   store.from := from
@@ -291,9 +284,14 @@ class PassingOn extends Module {
 
 object PassingOn {
 
-  // The schedule, in core cycles behind the end of a bit; each report takes nine, for up to eight keys.
-  private val Changes   = Seq(1, 2)
-  private val Reports   = Seq(3, 12)
-  private val Decisions = Seq(22, 23)
-  private val Rest      = 24
+  // The schedule, in core cycles behind the end of a bit. Each report takes ten, of which the last one is the
+  // first one of the next: it is asked, then a walk begins.
+  private val Changes = Seq(1, 2)
+  private val Reports = Seq(3, 3 + TransitLists.WalkCycles)
+
+  /** When it is decided what leaves. */
+  val Decisions: Seq[Int] = Seq(23, 24)
+
+  /** All is done. */
+  val Rest = 25
 }

@@ -53,6 +53,7 @@ class RelayMode(p: CanParams) extends Module {
   passing.heard     := links.level
   passing.up        := links.up
   passing.offer     := own.offer
+  passing.order     := own.order
   passing.fetched   := bytes.fetched
 
   // ---- what comes ----

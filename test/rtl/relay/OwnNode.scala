@@ -55,6 +55,7 @@ class OwnNode(p: CanParams) extends Module {
   passing.heard      := heard
   passing.up         := up
   passing.offer      := own.offer
+  passing.order      := own.order
   passing.fetched    := bytes.fetched
   passing.read.valid := false.B
   passing.read.bits  := 0.U
@@ -92,6 +93,9 @@ class OwnNode(p: CanParams) extends Module {
   own.sending  := passing.sending
   counts       := own.counts
   conflict     := own.conflict
-  offer        := own.offer
-  decides      := passing.decides
+  for (q <- 0 to 1) {
+    offer(q).valid := own.offer(q)
+    offer(q).bits  := RegNext(own.order)
+  }
+  decides := passing.decides
 }

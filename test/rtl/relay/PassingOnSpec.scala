@@ -76,7 +76,7 @@ class PassingOnSpec extends AnyFlatSpec {
         val bytes = Array.fill(2)(IndexedSeq.fill(32)(0)) // of the own frame that leaves
         model.node.begins = (port, header, body) => bytes(port) = bytesOf(header, body)
         for (p <- 0 to 1) {
-          dut.offer(p).valid.poke(false)
+          dut.offer(p).poke(false)
           dut.fetched(p).valid.poke(false)
           dut.up(p).poke(false)
           dut.heard(p).poke(true)
@@ -117,9 +117,11 @@ class PassingOnSpec extends AnyFlatSpec {
           for ((which, pulse) <- counters) if (pulse.peekBoolean()) seen(which) += 1
           model.step((heard(0), heard(1)), (up(0), up(1)))
           if (cycle % bit == bit - 1) for (p <- 0 to 1) {
-            dut.offer(p).valid.poke(model.node.offered(p).nonEmpty)
-            dut.offer(p).bits.poke(model.node.offered(p).getOrElse(0L))
+            dut.offer(p).poke(model.node.offered(p).nonEmpty)
           }
+          for (p <- 0 to 1)
+            if ((cycle + 1) % bit == PassingOn.Decisions(p) - 1)
+              dut.order.poke(model.node.offered(p).getOrElse(0L))
           dut.clock.step()
         }
         for ((which, _) <- counters)

@@ -1,0 +1,181 @@
+package flyframe.relay
+
+import chisel3._
+import chisel3.util._
+import flyframe.can.CanName
+import flyframe.ram.DualPortRam
+
+/** Which slots of the transit buffers wait, and in which order, for both outputs (FR-48, RB-08).
+  *
+  * The list of an output has its slots once each, in a block RAM: first those that wait, of these first those
+  * whose identifier is there, in CAN order, then the others, older ones first; behind them those that are
+  * free. The one that leaves, or has left last, is in none. So nothing needs to be kept of a slot, all are
+  * free at once, and one walk at a time moves the entries between two places by one.
+  */
+class TransitLists extends Module {
+  import TransitLists._
+
+  /** Of each receiver: the identifier of the frame that comes, until it is taken. */
+  val names = IO(Input(Vec(2, Valid(new CanName))))
+  val taken = IO(Output(Vec(2, Bool())))
+
+  /** The receiver and the output that are meant in this cycle; how many wait there, and of how many of these
+    * the identifier is there.
+    */
+  val port  = IO(Input(UInt(1.W)))
+  val out   = IO(Input(UInt(1.W)))
+  val size  = IO(Output(UInt(CountBits.W)))
+  val known = IO(Output(UInt(CountBits.W)))
+
+  /** Asks for a slot that is free: it is `slot` in the next cycle. If it is `put` then, a frame waits in it,
+    * whose identifier is not there yet.
+    */
+  val asks = IO(Input(Bool()))
+  val put  = IO(Input(Bool()))
+
+  /** A walk begins: the frame in `it`, which waits, gets its place by the identifier of `port`; or it waits
+    * no more. It takes [[TransitLists.WalkCycles]], in which nothing else may be ordered but a `drop`; the
+    * number of identifiers is right a cycle later.
+    */
+  val ranks   = IO(Input(Bool()))
+  val removes = IO(Input(Bool()))
+  val it      = IO(Input(UInt(SlotBits.W)))
+
+  /** Looks at the first one of an output: in the next cycle it is `slot`, and told whether a frame with this
+    * order would be before it. If there is a `take` then, it leaves.
+    */
+  val looks    = IO(Input(Valid(UInt(1.W))))
+  val order    = IO(Input(UInt(KeyBits.W)))
+  val isBefore = IO(Output(Bool()))
+  val take     = IO(Input(Bool()))
+  val slot     = IO(Output(UInt(SlotBits.W)))
+
+  /** The slots that leave. */
+  val leaving = IO(Output(Vec(2, UInt(SlotBits.W))))
+
+  /** Nothing waits at an out any more. */
+  val drop = IO(Input(Vec(2, Bool())))
+
+  private class Entry extends Bundle {
+    val slot = UInt(SlotBits.W)
+    val key  = UInt(KeyBits.W)
+  }
+  private val ram = DualPortRam(Words, SlotBits + KeyBits)(clock)
+  private val got = ram.io.readData.asTypeOf(new Entry)
+
+  // Where a list begins in its half of 16 places, which it goes round. Reset: nothing waits, the lists are
+  // written anew.
+  private val firsts   = RegInit(VecInit(Seq.fill(2)(0.U(PlaceBits.W))))
+  private val sizes    = RegInit(VecInit(Seq.fill(2)(0.U(CountBits.W))))
+  private val knowns   = RegInit(VecInit(Seq.fill(2)(0.U(CountBits.W))))
+  private val leavings = RegInit(VecInit(Seq.fill(2)(Most.U(SlotBits.W))))
+  private val writing  = RegInit(0.U((PlaceBits + 2).W))
+  private val isReady  = writing(PlaceBits + 1)
+  when(!isReady) { writing := writing + 1.U }
+
+  // ---- the walk: up from the first place, or down from the last one, to that of the slot ----
+
+  private val held      = Reg(new Entry)          // what the place at hand gets
+  private val walks     = RegInit(false.B)        // reset: no walk
+  private val isFirst   = Reg(Bool())             // the cycle in which the key is there
+  private val isDown    = Reg(Bool())
+  private val of        = Reg(UInt(1.W))          // the output
+  private val sought    = Reg(UInt(SlotBits.W))
+  private val index     = Reg(UInt(CountBits.W))
+  private val moves     = Reg(Bool())             // from the place at hand on
+  private val isCounted = Reg(Bool())             // nothing was dropped meanwhile
+  private val sees      = RegInit(false.B)        // an entry is there; reset: none
+  private val offset    = Wire(UInt(CountBits.W)) // the place that is read
+  private val seenAt    = RegNext(offset)
+  private val isKnown   = seenAt < knowns(of)     // it has an identifier
+  private val shifts    = sees && (moves || !isKnown || isBefore)
+  private val ends      = sees && got.slot === sought
+  isBefore := held.key < got.key
+  sees     := (walks && !ends) || removes
+  when(walks) {
+    isFirst := false.B
+    index   := Mux(isDown, index - 1.U, index + 1.U)
+  }
+  when(isFirst || shifts) {
+    held.slot := Mux(isFirst, sought, got.slot)
+    held.key  := got.key
+  }
+  when(shifts) { moves := true.B }
+  when(ends) { walks := false.B }
+  when(ends && isCounted) {
+    knowns(of) := Mux(isDown, knowns(of) - isKnown, knowns(of) + 1.U)
+    sizes(of)  := sizes(of) - isDown
+  }
+  when(ranks || removes) {
+    walks     := true.B
+    isFirst   := ranks // else the first place is read in this cycle already
+    isDown    := removes
+    of        := out
+    sought    := it
+    index     := Mux(removes, size - 2.U, 0.U)
+    moves     := removes
+    isCounted := true.B
+  }
+  when(removes) { held.slot := it }
+  when(looks.valid) { held.key := order }
+
+  // ---- what comes and leaves ----
+
+  size    := sizes(out)
+  known   := knowns(out)
+  slot    := got.slot
+  leaving := leavings
+  when(put) { sizes(out) := size + 1.U }
+  when(take) {
+    leavings(out) := got.slot
+    firsts(out)   := firsts(out) + 1.U
+    sizes(out)    := size - 1.U
+    knowns(out)   := known - known.orR
+  }
+  for (p <- 0 to 1) when(drop(p)) {
+    sizes(p)  := 0.U
+    knowns(p) := 0.U
+    isCounted := false.B
+  }
+
+  // ---- the memory: both lists, then an identifier of each receiver ----
+
+  private val readOf    = Mux(looks.valid, looks.bits, Mux(asks || removes, out, of))
+  private val readPlace = firsts(readOf) + offset
+  offset := Mux(removes, size - 1.U, Mux(asks, size, Mux(looks.valid, 0.U, index)))
+  ram.io.readAddress :=
+    Mux(ranks, 1.U(1.W) ## port ## 0.U(PlaceBits.W), 0.U(1.W) ## readOf ## readPlace)
+
+  private val seenPlace = RegNext(readPlace)
+  private val isFree    = isReady && !shifts && !take
+  private val named     = Mux(names(0).valid, names(0).bits, names(1).bits)
+  taken(0)     := isFree && names(0).valid
+  taken(1)     := isFree && names(1).valid && !names(0).valid
+  ram.io.write := !isFree || names(0).valid || names(1).valid
+  ram.io.writeAddress := Mux(
+    isFree,
+    1.U(1.W) ## !names(0).valid ## 0.U(PlaceBits.W),
+    Mux(
+      shifts,
+      0.U(1.W) ## of ## seenPlace,
+      Mux(take, 0.U(1.W) ## out ## (firsts(out) ^ Most.U), writing(PlaceBits, 0))
+    )
+  )
+  ram.io.writeData := Mux(shifts, held.slot, Mux(take, leavings(out), writing(SlotBits - 1, 0))) ##
+    Mux(shifts, held.key, named.order)
+}
+
+object TransitLists {
+
+  /** Frames that may wait at an output. */
+  val Most      = 8
+  val SlotBits  = 4
+  val CountBits = 4
+  val KeyBits   = 32
+
+  /** How long a walk takes, its first cycle counted: at its end another one may begin. */
+  val WalkCycles = Most + 1
+
+  private val PlaceBits = 4
+  private val Words     = 64
+}
