@@ -75,15 +75,15 @@ class PortMemory(jobs: Int) extends Module {
 
   private def bytes(of: Int => UInt) = Cat((0 until 4).reverse.map(of))
   private def byte(of: UInt, i: Int) = of(8 * i + 7, 8 * i)
-  private val merged = RegNext(bytes { i =>
-    Mux(atHand.bytes(i) && !atHand.counts, byte(atHand.data, i), byte(data, i))
+  private val merged = RegNext(bytes { i => // nobody has a job while it is cleared: of 0
+    Mux((atHand.bytes(i) && !atHand.counts) || !isClear, byte(atHand.data, i), byte(data, i))
   })
   private val ups     = RegNext(Fill(4, atHand.counts) & atHand.bytes)
   private val counted = bytes(i => byte(merged, i) + (ups(i) && !byte(merged, i).andR))
   word                := merged
   ram.io.write        := !isClear || (writes.orR && atHand.write)
   ram.io.writeAddress := Mux(isClear, atHand.target, clearing)
-  ram.io.writeData    := Mux(isClear, counted, 0.U)
+  ram.io.writeData    := counted
 }
 
 object PortMemory {

@@ -139,9 +139,8 @@ class OwnFrames(p: CanParams) extends Module {
   private val isNew     = RegInit(VecInit(false.B, false.B)) // it has just come
   private val isLate    = RegInit(VecInit(false.B, false.B)) // it came a bit ago
   private val isDue     = RegInit(VecInit(false.B, false.B)) // it is looked at by this walk
-  private val isOwn     = Wire(Vec(2, Bool()))               // one that is on its way
-  private val isForeign = Wire(Vec(2, Bool()))
-  for (q <- 0 to 1; h = homes(q)) {
+  private val isOwn   = RegInit(VecInit(false.B, false.B)) // one that is on its way; reset: none
+  for (q <- 0 to 1) {
     when(tick) {
       isDue(q)  := isLate(q)
       isLate(q) := isNew(q)
@@ -153,22 +152,25 @@ class OwnFrames(p: CanParams) extends Module {
       homes(q)   := home(q).bits
       hasHome(q) := true.B
     }
-    val ahead  = h.sequence - next // below it by 1 to 16: on its way
-    val isUsed = hasHome(q) && isDue(q) && !listens
-    val isData = h.kind === LinkKind.Data.U
-    val isLife = h.kind === LinkKind.Start.U
-    isForeign(q) := isUsed && Mux(
-      isData,
-      isAhead && !ahead(SequenceWidth - 1) && !ahead(SequenceWidth - 2, 0).andR,
-      isLife && h.sequence =/= setting.life
-    )
-    isOwn(q) := isUsed && Mux(
-      announces,
-      isLife,
-      isData && ahead(SequenceWidth - 1, SequenceBits).andR
-    )
   }
-  when(walk && isForeign.asUInt.orR) { inConflict := true.B }
+
+  // One behind the other, in front of the walk.
+  private val isSecond  = walk
+  private val due       = Mux(isSecond, homes(1), homes(0))
+  private val isUsed    = Mux(isSecond, hasHome(1) && isDue(1), hasHome(0) && isDue(0)) && !listens
+  private val ahead     = due.sequence - next // below it by 1 to 16: on its way
+  private val isData    = due.kind === LinkKind.Data.U
+  private val isLife    = due.kind === LinkKind.Start.U
+  private val isBehind  = ahead(SequenceWidth - 1) && ahead(SequenceWidth - 2, SequenceBits).andR
+  private val isForeign = Mux(
+    isData,
+    isAhead && !ahead(SequenceWidth - 1) && !ahead(SequenceWidth - 2, 0).andR,
+    isLife && due.sequence =/= setting.life
+  )
+  for (q <- 0 to 1) when(phase === Judges(q).U) {
+    isOwn(q) := isUsed && Mux(announces, isLife, isData && isBehind)
+    when(isUsed && isForeign) { inConflict := true.B }
+  }
 
   // ---- the frame that the walk comes by; first the start of a life ----
 
@@ -179,9 +181,10 @@ class OwnFrames(p: CanParams) extends Module {
   private val isIt   = leavesReg.map(h => Mux(isFirst, h.isLife, !h.isLife && h.slot === listed))
 
   // The slot that is looked at: of the walk, and behind it what is next at a port.
-  private val nextSlots = Wire(Vec(2, UInt(slotBits.W)))
+  private val choice    = Module(new OwnChoice(p))
   private val looked1   = phase === Decides(1).U
-  private val slot      = Mux(entry.valid, listed, Mux(looked1, nextSlots(1), nextSlots(0)))
+  private val it        = Mux(looked1, choice.next(1).bits, choice.next(0).bits)
+  private val slot      = Mux(entry.valid, listed, it.slot)
   private val isPending = pending(slot)
   private val isBegun   = begunMap(slot)
   private val isOnWay   = Mux(isFirst, announces, isBegun)
@@ -261,7 +264,6 @@ class OwnFrames(p: CanParams) extends Module {
 
   // ---- what is next, and begins ----
 
-  private val choice = Module(new OwnChoice(p))
   choice.begins              := walk
   choice.entry.valid         := isSlot
   choice.entry.bits.listed   := entry.bits
@@ -275,40 +277,39 @@ class OwnFrames(p: CanParams) extends Module {
   order := Mux(Mux(phase === (Looks(0) + 1).U, lifeWaits(0), lifeWaits(1)), 0.U, looked)
 
   private val isAble     = setting.on && !inConflict && setting.address =/= 0.U && !listens
-  private val nextIsNew  = Wire(Vec(2, Bool()))
-  private val highBefore = next(SequenceWidth - 1, SequenceBits) - 1.U
-  counts.sent := nextIsNew.asUInt.orR
+  private val isLife1    = Mux(looked1, lifeWaits(1), lifeWaits(0)) // at the port that decides
+  private val nextIsNew  = begins.asUInt.orR && !isLife1 && it.isNew && !isBegun
+  private val nextLow    = next(SequenceBits - 1, 0)
+  private val nextHigh   = next(SequenceWidth - 1, SequenceBits)
+  counts.sent := nextIsNew
   when(phase === Looks(0).U) {
     began    := VecInit(false.B, false.B)
     beganNew := VecInit(false.B, false.B)
   }
+  // Of sequences up to 16 below the next one the low bits are known. One that is new may have got the last one
+  // in front of this cycle, by the other port.
+  private val low      = Mux(it.isNew, nextLow - 1.U, it.sequence)
+  private val sequence = Mux(nextIsNew, next, Mux(low >= nextLow, nextHigh - 1.U, nextHigh) ## low)
   for (q <- 0 to 1) {
-    val it     = choice.next(q).bits
     val header = leavesReg(q)
-    nextSlots(q) := it.slot
-    offer(q)     := isAble && (lifeWaits(q) || (choice.next(q).valid && isPending))
-    nextIsNew(q) := begins(q) && !lifeWaits(q) && it.isNew && !isBegun
-    // Of sequences up to 16 below the next one the low bits are known. One that is new may have got the last
-    // one in front of this cycle, by the other port.
-    val low  = Mux(it.isNew, next(SequenceBits - 1, 0) - 1.U, it.sequence)
-    val high = Mux(low >= next(SequenceBits - 1, 0), highBefore, next(SequenceWidth - 1, SequenceBits))
+    offer(q) := isAble && (lifeWaits(q) || (choice.next(q).valid && isPending))
     when(down(q) && phase === Looks(0).U) { header.valid := false.B }
     when(begins(q)) {
       header.valid    := true.B
-      header.isLife   := lifeWaits(q)
+      header.isLife   := isLife1
       header.slot     := it.slot
-      header.sequence := Mux(lifeWaits(q), setting.life, Mux(nextIsNew(q), next, high ## low))
+      header.sequence := Mux(isLife1, setting.life, sequence)
       began(q)        := true.B
-      beganNew(q)     := nextIsNew(q)
+      beganNew(q)     := nextIsNew
     }
-    when(nextIsNew(q)) {
-      next    := next + 1.U
-      isAhead := true.B
-    }
+  }
+  when(nextIsNew) {
+    next    := next + 1.U
+    isAhead := true.B
   }
   private val oneSlot = UIntToOH(slot, p.slots)
   when(ends.valid) { begunMap := begunMap & ~oneSlot }
-  when(nextIsNew.asUInt.orR) { begunMap := begunMap | oneSlot }
+  when(nextIsNew) { begunMap := begunMap | oneSlot }
 
   begun    := begunMap
   conflict := inConflict
@@ -331,6 +332,7 @@ class OwnFrames(p: CanParams) extends Module {
 object OwnFrames {
 
   // Cycles behind the end of a bit: ports have changed, so the walk begins; it is over: keys are looked up.
+  private val Judges  = Seq(1, 2) // copies that came home
   private val Walk    = 2
   private val Looks   = PassingOn.Decisions.map(_ - 2)
   private val Decides = PassingOn.Decisions

@@ -117,12 +117,9 @@ class Receiving(p: CanParams) extends Module {
   // ---- identifiers for the filters, and whole frames ----
 
   private object Step extends ChiselEnum {
-    val idle, finds, length, header, asks, id, low, high, ends = Value
+    val idle, finds, searches, length, header, asks, id, low, high, ends = Value
   }
   private val step       = RegInit(Step.idle) // reset: nothing is to be done
-  private val searches   = RegInit(false.B)   // the filters do so; reset: they do not
-  private val searched   = Reg(UInt(1.W))
-  private val named      = Reg(UInt(32.W))
   private val dlc        = Reg(UInt(4.W))
   private val isOddDlc   = Reg(Bool())
   private val isReserved = word(29) || (!word(31) && word(28, 11) =/= 0.U)
@@ -135,7 +132,7 @@ class Receiving(p: CanParams) extends Module {
         port := next
         reads(LengthByte, 1)
         step := Step.length
-      }.elsewhen(isAsked.asUInt.orR && !searches) {
+      }.elsewhen(isAsked.asUInt.orR) {
         port := !isAsked(0)
         reads(WordEnd, 4)
         step := Step.finds
@@ -143,15 +140,25 @@ class Receiving(p: CanParams) extends Module {
     }
     is(Step.finds) {
       when(isRead) {
-        isAsked(port) := false.B
         isOdd(port)   := isReserved
         isMatch(port) := false.B
-        isKnown(port) := isReserved
-        searches      := !isReserved
-        searched      := port
-        named         := word
-        step          := Step.idle
+        when(isReserved) {
+          isAsked(port) := false.B
+          isKnown(port) := true.B
+        }
+        step := Mux(isReserved, Step.idle, Step.searches)
       }
+    }
+    // A frame that is whole does not wait for the filters of another one: that is looked for anew then, and so
+    // is one that came instead of a frame that broke off.
+    is(Step.searches) {
+      when(found) {
+        isAsked(port) := false.B
+        isKnown(port) := true.B
+        isMatch(port) := matches
+        entries(port) := entry
+      }
+      when(found || ready.reduce(_ || _) || identified(port)) { step := Step.idle }
     }
     is(Step.length) {
       when(isRead) {
@@ -189,13 +196,7 @@ class Receiving(p: CanParams) extends Module {
     is(Step.ends) { step := Step.idle }
   }
   search     := step === Step.finds && isRead && !isReserved
-  identifier := named
-  when(searches && found) {
-    searches          := false.B
-    isKnown(searched) := true.B
-    isMatch(searched) := matches
-    entries(searched) := entry
-  }
+  identifier := word
 
   frame.valid           := step === Step.asks && word(28, 22) =/= 0.U
   frame.bits.kind       := Mux(isOdd(port) || isOddDlc, Reserved.U, word(31, 30))
@@ -217,7 +218,6 @@ class Receiving(p: CanParams) extends Module {
       isAsked(q) := true.B
       isKnown(q) := false.B
       kept(q)    := stamps(q)
-      when(searched === q.U) { searches := false.B } // for a frame that broke off
     }
     when(received(q)) { isHead(q) := true.B }
   }
@@ -225,7 +225,6 @@ class Receiving(p: CanParams) extends Module {
     for (flags <- Seq(isHead, isWhole, isAsked, isKnown)) flags := VecInit(false.B, false.B)
     headAt   := 0.U
     left     := 0.U
-    searches := false.B
     step     := Step.idle
   }
 }
